@@ -1,0 +1,3 @@
+//! Isostep console.
+#![no_std]
+#![forbid(unsafe_code)]

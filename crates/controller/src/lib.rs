@@ -1,0 +1,3 @@
+//! Isostep controller.
+#![no_std]
+#![forbid(unsafe_code)]

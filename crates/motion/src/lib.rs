@@ -1,0 +1,3 @@
+//! Isostep motion.
+#![no_std]
+#![forbid(unsafe_code)]

@@ -1,0 +1,3 @@
+//! Isostep profile.
+#![no_std]
+#![forbid(unsafe_code)]
