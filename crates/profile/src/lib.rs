@@ -1,3 +1,46 @@
-//! Isostep profile.
+//! The mathematics of a move, in closed form.
+//!
+//! A move has **one** profile, the displacement of its longest (master) axis over time. Every axis reads its
+//! step instants from that profile, so all axes accelerate, cruise and decelerate over the same intervals.
+//!
+//! The stages, one file each:
+//!
+//! 1. [`Limits`]: what an axis may do, checked once.
+//! 2. [`Trapezoid`]: limits, distance, end speeds and an [`IntervalLaw`] become a profile.
+//! 3. [`SyncMove`]: the limits of several axes are scaled onto the master; each axis keeps its signed step count.
+//! 4. [`Segments`]: an axis's step instants as short runs ([`Segment`]) that are replayed by additions alone.
+//!
+//! This crate knows no clock, no pin and no executor; it allocates nothing and cannot await. Distances are steps,
+//! times are seconds, speeds are steps/s, accelerations steps/s²; ticks appear only in segments, at the rate
+//! their reader names.
+//!
+//! ```
+//! use isostep_profile::{IntervalLaw, Limits, SyncMove};
+//!
+//! let limits = Limits {
+//!     start_speed_steps_s: 0.0,
+//!     top_speed_steps_s: 2_400.0,
+//!     accel_steps_s2: 2_500.0,
+//!     decel_steps_s2: 2_500.0,
+//! };
+//! let plan = SyncMove::plan([20_000, -5_000, 0], &[limits; 3], IntervalLaw::Fastest, None)?;
+//! let y_last_s = plan.step_time_s(1, 5_000);
+//! assert!(y_last_s < plan.profile.duration_s());
+//!
+//! // The same instants, in microseconds, by additions only.
+//! let y_ticks = plan.segments(1, 1_000_000).flat_map(|segment| segment.ticks());
+//! assert_eq!(y_ticks.last(), Some((y_last_s * 1e6).round() as u64));
+//! # Ok::<(), isostep_profile::PlanError>(())
+//! ```
 #![no_std]
 #![forbid(unsafe_code)]
+
+mod limits;
+mod segment;
+mod sync;
+mod trapezoid;
+
+pub use limits::{ACCEL_MAX_STEPS_S2, LimitError, Limits, SPEED_MAX_STEPS_S, SPEED_MIN_STEPS_S};
+pub use segment::{FIT_ERROR_MAX_TICKS, Segment, Segments, Ticks};
+pub use sync::{PlanError, SyncMove};
+pub use trapezoid::{DURATION_MAX_S, IntervalLaw, ProfileError, StepCounts, Trapezoid};

@@ -1,0 +1,125 @@
+//! What an axis may do.
+
+use core::fmt;
+
+/// Slowest top speed that can be planned, steps/s: a step every 1,000 s.
+pub const SPEED_MIN_STEPS_S: f64 = 1e-3;
+/// Fastest speed that can be planned, steps/s: four times what the fastest known port on an RP2040 carries.
+pub const SPEED_MAX_STEPS_S: f64 = 1e7;
+/// Largest acceleration or deceleration that can be planned, steps/s².
+pub const ACCEL_MAX_STEPS_S2: f64 = 1e9;
+
+/// Limits of one axis. Acceleration and deceleration are apart: paper 002 calls their ratio m = a/d.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limits {
+    /// Speed the motor takes from rest in no time, steps/s; 0 to `top_speed_steps_s` (paper 002: v_s).
+    pub start_speed_steps_s: f64,
+    /// Speed never exceeded, steps/s; [`SPEED_MIN_STEPS_S`] to [`SPEED_MAX_STEPS_S`] (paper 002: v_M).
+    pub top_speed_steps_s: f64,
+    /// Acceleration never exceeded, steps/s²; above 0, to [`ACCEL_MAX_STEPS_S2`] (paper 002: a_M).
+    pub accel_steps_s2: f64,
+    /// Deceleration never exceeded, steps/s², as a positive number; above 0, to [`ACCEL_MAX_STEPS_S2`].
+    pub decel_steps_s2: f64,
+}
+
+/// Why limits were refused. A NaN is outside every range.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LimitError {
+    /// The top speed is outside its range, steps/s.
+    TopSpeed {
+        /// What was asked.
+        asked: f64,
+        /// The slowest that works.
+        min: f64,
+        /// The fastest that works.
+        max: f64,
+    },
+    /// The start speed is negative or above the top speed, steps/s.
+    StartSpeed {
+        /// What was asked.
+        asked: f64,
+        /// The top speed.
+        max: f64,
+    },
+    /// The acceleration is zero, negative or too large, steps/s².
+    Accel {
+        /// What was asked.
+        asked: f64,
+        /// The largest that works.
+        max: f64,
+    },
+    /// The deceleration is zero, negative or too large, steps/s².
+    Decel {
+        /// What was asked.
+        asked: f64,
+        /// The largest that works.
+        max: f64,
+    },
+}
+
+impl Limits {
+    /// Refuses limits that cannot be planned with.
+    ///
+    /// # Errors
+    /// The first limit out of range, with the range.
+    pub fn check(&self) -> Result<(), LimitError> {
+        let top = self.top_speed_steps_s;
+        if !(SPEED_MIN_STEPS_S..=SPEED_MAX_STEPS_S).contains(&top) {
+            return Err(LimitError::TopSpeed { asked: top, min: SPEED_MIN_STEPS_S, max: SPEED_MAX_STEPS_S });
+        }
+        if !(0.0..=top).contains(&self.start_speed_steps_s) {
+            return Err(LimitError::StartSpeed { asked: self.start_speed_steps_s, max: top });
+        }
+        let fits = |accel: f64| accel > 0.0 && accel <= ACCEL_MAX_STEPS_S2;
+        if !fits(self.accel_steps_s2) {
+            return Err(LimitError::Accel { asked: self.accel_steps_s2, max: ACCEL_MAX_STEPS_S2 });
+        }
+        if !fits(self.decel_steps_s2) {
+            return Err(LimitError::Decel { asked: self.decel_steps_s2, max: ACCEL_MAX_STEPS_S2 });
+        }
+        Ok(())
+    }
+
+    /// The limits as seen from an axis that moves `ratio` times as far in the same time.
+    #[must_use]
+    pub(crate) fn scaled(&self, ratio: f64) -> Self {
+        Self {
+            start_speed_steps_s: self.start_speed_steps_s * ratio,
+            top_speed_steps_s: self.top_speed_steps_s * ratio,
+            accel_steps_s2: self.accel_steps_s2 * ratio,
+            decel_steps_s2: self.decel_steps_s2 * ratio,
+        }
+    }
+
+    /// The tighter of both, limit by limit.
+    #[must_use]
+    pub(crate) fn tighter(&self, other: &Self) -> Self {
+        Self {
+            start_speed_steps_s: self.start_speed_steps_s.min(other.start_speed_steps_s),
+            top_speed_steps_s: self.top_speed_steps_s.min(other.top_speed_steps_s),
+            accel_steps_s2: self.accel_steps_s2.min(other.accel_steps_s2),
+            decel_steps_s2: self.decel_steps_s2.min(other.decel_steps_s2),
+        }
+    }
+}
+
+impl fmt::Display for LimitError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::TopSpeed { asked, min, max } => {
+                write!(f, "top speed {asked} steps/s is outside {min} to {max} steps/s")
+            }
+            Self::StartSpeed { asked, max } => {
+                write!(f, "start speed {asked} steps/s is outside 0 to the top speed, {max} steps/s")
+            }
+            Self::Accel { asked, max } => {
+                write!(f, "acceleration {asked} steps/s2 must be above 0 and at most {max} steps/s2")
+            }
+            Self::Decel { asked, max } => {
+                write!(f, "deceleration {asked} steps/s2 must be above 0 and at most {max} steps/s2")
+            }
+        }
+    }
+}
+
+impl core::error::Error for LimitError {}
