@@ -1,3 +1,33 @@
-//! Isostep motion.
+//! Asynchronous axes, coordinator and homing, for any executor and any pins.
+//!
+//! One shared [`Machine`] ties a handful of never-ending tasks together. A board, or the simulator, spawns:
+//!
+//! - [`axis::run`] three times, at the highest priority: takes compiled segments from its queue and hands them to
+//!   its [`StepPort`], which makes the edges.
+//! - [`limit::watch`] and [`limit::watch_emergency_stop`], at the same priority: debounce a switch and stop the axes.
+//! - [`coordinator::run`], at a lower priority: plans a move, compiles it into the axes' queues ahead of time, starts
+//!   all axes at one instant, homes, and keeps the machine's state.
+//!
+//! Other tasks ask for motion through [`Machine`]. No task allocates, and none knows its executor or chip.
 #![no_std]
 #![forbid(unsafe_code)]
+
+pub mod axis;
+mod config;
+pub mod coordinator;
+mod event;
+mod homing;
+pub mod limit;
+mod machine;
+mod port;
+mod timer_port;
+
+pub use axis::{AXES, Axis};
+pub use config::{Config, ConfigError, HomingConfig};
+pub use event::{Alarm, Event, Finish, HomingPhase, State};
+pub use machine::{Busy, Machine, Motion, QUEUE_MOVES, Status};
+pub use port::{Capabilities, Direction, DriverTiming, Odometer, PortFault, StepPort};
+pub use timer_port::TimerPort;
+
+/// The instants of a move are compiled in the time driver's ticks.
+pub(crate) const TICK_HZ: u32 = embassy_time::TICK_HZ as u32;

@@ -11,6 +11,7 @@ use crate::trapezoid::{IntervalLaw, ProfileError, Trapezoid};
 /// Step k of an axis with n steps is due when the profile has covered (k - 1/2)/n of its way. So every axis has the
 /// profile's intervals, and the path keeps within half a step of the straight line on each axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct SyncMove<const N: usize> {
     /// Displacement of the longest axis.
     pub profile: Trapezoid,

@@ -72,6 +72,7 @@ pub struct StepCounts {
 /// Displacement is continuous: 0 to `distance_steps`. Which instants become steps is [`SyncMove`](crate::SyncMove)'s
 /// affair.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Trapezoid {
     distance_steps: f64,
     entry_steps_s: f64,

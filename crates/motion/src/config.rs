@@ -1,0 +1,140 @@
+//! What the coordinator must know of the machine, checked as a whole.
+
+use core::fmt;
+
+use embassy_time::Duration;
+use isostep_profile::{IntervalLaw, LimitError, Limits};
+
+use crate::axis::{AXES, Axis};
+use crate::port::Direction;
+
+/// The machine's properties, in steps, mm and s.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Config {
+    /// Each axis's limits.
+    pub limits: [Limits; AXES],
+    /// Each axis's resolution, steps/mm; above 0.
+    pub steps_per_mm: [f64; AXES],
+    /// How far each axis travels from its zero, mm; above 0.
+    pub travel_mm: [f64; AXES],
+    /// How moves are split into intervals.
+    pub law: IntervalLaw,
+    /// A limit switch that closes outside homing stops the machine.
+    pub hard_limits: bool,
+    /// Switches open, rather than close, to ground when pressed.
+    pub switches_inverted: bool,
+    /// How long the motors stay energised at rest; `None` is for ever.
+    pub idle_delay: Option<Duration>,
+    /// How to home.
+    pub homing: HomingConfig,
+}
+
+/// How to find the machine's zero.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HomingConfig {
+    /// The axes, first to last.
+    pub order: [Axis; AXES],
+    /// Where each axis's switch is.
+    pub towards: [Direction; AXES],
+    /// Speed of the seek, mm/s; above 0. The stop at the switch is abrupt, so keep it within what the motor stops
+    /// from; a step lost there costs nothing, because the latch measures again.
+    pub seek_mm_s: f64,
+    /// Speed of the latch, mm/s; above 0, slow enough that the motor stops without losing a step.
+    pub latch_mm_s: f64,
+    /// From the switch to the axis's zero, mm; above 0.
+    pub pull_off_mm: f64,
+    /// A switch counts as changed once it has been steady this long.
+    pub debounce: Duration,
+}
+
+/// Why a configuration was refused.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ConfigError {
+    /// An axis's limits do not work.
+    Limits {
+        /// Which axis.
+        axis: Axis,
+        /// What is wrong.
+        error: LimitError,
+    },
+    /// An axis's top speed is above what its step port carries, steps/s.
+    Rate {
+        /// Which axis.
+        axis: Axis,
+        /// What was asked.
+        asked: f64,
+        /// The highest that works.
+        max: f64,
+    },
+    /// A length, resolution or homing speed is not a positive number.
+    NotPositive {
+        /// What it is, with its unit.
+        what: &'static str,
+        /// What was asked.
+        asked: f64,
+    },
+    /// The homing order does not name every axis once.
+    HomingOrder,
+}
+
+impl Config {
+    /// Refuses what cannot work with step ports that carry `rate_max_steps_s`.
+    ///
+    /// # Errors
+    /// Names the first value that does not work and the limit it crossed.
+    pub fn check(&self, rate_max_steps_s: [u32; AXES]) -> Result<(), ConfigError> {
+        for axis in Axis::ALL {
+            let limits = self.limits[axis as usize];
+            limits.check().map_err(|error| ConfigError::Limits { axis, error })?;
+            let (asked, max) = (limits.top_speed_steps_s, f64::from(rate_max_steps_s[axis as usize]));
+            if asked > max {
+                return Err(ConfigError::Rate { axis, asked, max });
+            }
+            positive("steps/mm", self.steps_per_mm[axis as usize])?;
+            positive("travel, mm", self.travel_mm[axis as usize])?;
+        }
+        positive("homing seek, mm/s", self.homing.seek_mm_s)?;
+        positive("homing latch, mm/s", self.homing.latch_mm_s)?;
+        positive("homing pull-off, mm", self.homing.pull_off_mm)?;
+        if Axis::ALL.iter().any(|axis| !self.homing.order.contains(axis)) {
+            return Err(ConfigError::HomingOrder);
+        }
+        Ok(())
+    }
+
+    /// The positions an axis may take once homed, steps: zero and its travel away from the switch.
+    #[must_use]
+    pub fn travel_steps(&self, axis: Axis) -> core::ops::RangeInclusive<i32> {
+        let i = axis as usize;
+        let far = libm::round(self.travel_mm[i] * self.steps_per_mm[i]) as i32;
+        match self.homing.towards[i] {
+            Direction::Negative => 0..=far,
+            Direction::Positive => -far..=0,
+        }
+    }
+
+    /// `mm` along `axis` in whole steps, to the nearest.
+    #[must_use]
+    pub fn steps(&self, axis: Axis, mm: f64) -> i32 {
+        libm::round(mm * self.steps_per_mm[axis as usize]) as i32
+    }
+}
+
+fn positive(what: &'static str, asked: f64) -> Result<(), ConfigError> {
+    if asked > 0.0 && asked.is_finite() { Ok(()) } else { Err(ConfigError::NotPositive { what, asked }) }
+}
+
+impl fmt::Display for ConfigError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Limits { axis, error } => write!(f, "{axis}: {error}"),
+            Self::Rate { axis, asked, max } => {
+                write!(f, "{axis}: {asked} steps/s is above the {max} steps/s its step port carries")
+            }
+            Self::NotPositive { what, asked } => write!(f, "{what}: {asked} must be above 0"),
+            Self::HomingOrder => write!(f, "the homing order must name each axis once"),
+        }
+    }
+}
+
+impl core::error::Error for ConfigError {}

@@ -1,0 +1,250 @@
+//! Plans a move, compiles it ahead of time and starts all axes at one instant.
+//!
+//! # Design
+//! Planning and compiling are float work of up to a few hundred microseconds a piece, so this task runs below the
+//! axis tasks, which only add. It fills every axis's queue before the start, then keeps the queues full while the
+//! axes drain them.
+//!
+//! Stops come from anywhere ([`Machine::reset`], a limit switch): the axes halt first, at their own priority, and
+//! this task finds out from their answers, reads the exact positions and decides what the machine's state is.
+
+use core::convert::Infallible;
+use core::future::pending;
+
+use embassy_futures::join::join_array;
+use embassy_futures::select::{Either, select};
+use embassy_time::{Duration, Instant, Timer, with_timeout};
+use embedded_hal::digital::OutputPin;
+use isostep_profile::{Segments, SyncMove};
+
+use crate::axis::{AXES, Axis, Run};
+use crate::event::{Alarm, Event, Finish, State};
+use crate::machine::{Cause, Machine, Motion, Underway};
+use crate::port::Direction;
+
+/// From the start signal to instant zero of a move: the axis tasks wake, set DIR and wait out its set-up, and
+/// ENABLE's (650 ns for a DRV8825), long before the first step.
+const LEAD: Duration = Duration::from_micros(500);
+
+/// Carries out the motions asked of `machine` for ever. `enable` is the drivers' ENABLE, active low; every
+/// [`Event`] goes to `on_event` as it happens.
+///
+/// # Cancellation
+/// Dropping it mid-move starves the axes: each stops after the segments already queued, its position exact, and the
+/// state stays as it was. Nothing moves until another `run` is spawned.
+pub async fn run<E, F>(machine: &Machine, enable: E, on_event: F) -> !
+where
+    E: OutputPin<Error = Infallible>,
+    F: FnMut(Event),
+{
+    let mut coordinator = Coordinator { machine, enable, energised: true, told: State::Idle, on_event };
+    coordinator.energise(false);
+    loop {
+        let motion = coordinator.next().await;
+        coordinator.carry_out(motion).await;
+    }
+}
+
+pub(crate) struct Coordinator<'a, E, F> {
+    pub(crate) machine: &'a Machine,
+    enable: E,
+    energised: bool,
+    /// The state last told as an event.
+    told: State,
+    on_event: F,
+}
+
+impl<E, F> Coordinator<'_, E, F>
+where
+    E: OutputPin<Error = Infallible>,
+    F: FnMut(Event),
+{
+    /// The next motion; while there is none, the idle delay may run out and free the motors.
+    async fn next(&mut self) -> Motion {
+        if let (true, Some(delay)) = (self.energised, self.machine.config().idle_delay) {
+            if let Ok(motion) = with_timeout(delay, self.machine.next_motion()).await {
+                return motion;
+            }
+            self.energise(false);
+        }
+        self.machine.next_motion().await
+    }
+
+    async fn carry_out(&mut self, motion: Motion) {
+        self.machine.forget_stopped();
+        let result = match motion {
+            Motion::Move { target_steps, feed_mm_s } => self.go_to(target_steps, feed_mm_s).await,
+            Motion::Dwell(duration) => self.dwell(duration).await,
+            Motion::Home => self.home().await,
+        };
+        let last = self.machine.finish_motion();
+        match (result, self.machine.cause()) {
+            (Err(alarm), _) => self.lock(alarm),
+            // A stop that found nothing moving any more. After a reset the machine is ready, its position trusted.
+            (Ok(()), Some(Cause::Reset)) => {
+                self.machine.flush();
+                self.change_state(State::Idle);
+            }
+            (Ok(()), Some(_)) => self.lock(self.stop_alarm()),
+            (Ok(()), None) => self.change_state(if last { State::Idle } else { State::Run }),
+        }
+        self.machine.clear_cause();
+    }
+
+    fn lock(&mut self, alarm: Alarm) {
+        self.machine.flush();
+        let keeps_position = matches!(alarm, Alarm::SoftLimit { .. } | Alarm::Unplannable);
+        if !keeps_position {
+            for axis in Axis::ALL {
+                self.machine.set_homed(axis, false);
+            }
+        }
+        self.change_state(State::Alarm(alarm));
+    }
+
+    async fn go_to(&mut self, target_steps: [i32; AXES], feed_mm_s: Option<f64>) -> Result<(), Alarm> {
+        let origin = self.machine.position_steps();
+        let steps = core::array::from_fn(|i| target_steps[i].wrapping_sub(origin[i]));
+        if steps == [0; AXES] {
+            return Ok(());
+        }
+        match self.travel(steps, feed_mm_s).await? {
+            Finish::Done => Ok(()),
+            Finish::Stopped => Err(self.stop_alarm()),
+            Finish::Late { axis } => Err(Alarm::LateStep { axis }),
+        }
+    }
+
+    async fn dwell(&mut self, duration: Duration) -> Result<(), Alarm> {
+        // What stopped it, if anything, is judged with every other motion's end.
+        select(self.machine.wait_stopped(), Timer::after(duration)).await;
+        Ok(())
+    }
+
+    /// What a stop in the middle of a move means.
+    pub(crate) fn stop_alarm(&self) -> Alarm {
+        match (self.machine.cause(), self.machine.state()) {
+            (Some(Cause::Limit(axis)), _) => Alarm::HardLimit { axis },
+            (Some(Cause::EmergencyStop), _) => Alarm::EmergencyStop,
+            (_, State::Home) => Alarm::HomingReset,
+            _ => Alarm::ResetInMotion,
+        }
+    }
+
+    /// Moves by signed `steps` and returns when every axis has answered. A halt is not an error here: homing halts
+    /// on purpose.
+    pub(crate) async fn travel(&mut self, steps: [i32; AXES], feed_mm_s: Option<f64>) -> Result<Finish, Alarm> {
+        let config = self.machine.config();
+        let mm_squared = |i: usize| {
+            let mm = f64::from(steps[i]) / config.steps_per_mm[i];
+            mm * mm
+        };
+        let path_mm = libm::sqrt((0..AXES).map(mm_squared).sum());
+        let longest = steps.iter().map(|n| n.unsigned_abs()).max().unwrap_or(0);
+        let mm_per_step = path_mm / f64::from(longest);
+        let path_speed = feed_mm_s.map(|mm_s| mm_s / mm_per_step);
+        let plan = SyncMove::plan(steps, &config.limits, config.law, path_speed).map_err(|_| Alarm::Unplannable)?;
+        Ok(self.run_plan(plan, mm_per_step).await)
+    }
+
+    async fn run_plan(&mut self, plan: SyncMove<AXES>, mm_per_step: f64) -> Finish {
+        self.energise(true);
+        let origin_steps = self.machine.position_steps();
+        let mut segments = Axis::ALL.map(|axis| plan.segments(axis as usize, self.machine.tick_hz(axis)));
+        for (axis, segments) in Axis::ALL.into_iter().zip(&mut segments) {
+            self.prepare(axis, segments);
+        }
+        if self.machine.cause().is_some() {
+            // Stopped before it started. A stop after this check finds its halt signal standing.
+            return self.end_move(Finish::Stopped);
+        }
+        let start = Instant::now() + LEAD;
+        self.machine.set_underway(Some(Underway { start, profile: plan.profile, mm_per_step }));
+        (self.on_event)(Event::Move { start, plan, origin_steps });
+        for axis in Axis::ALL {
+            let n = plan.steps[axis as usize];
+            if n != 0 {
+                let run = Run { start, direction: Direction::of(n), steps: n.unsigned_abs() };
+                self.machine.link(axis).run.signal(run);
+            }
+        }
+        let moving = Axis::ALL.map(|axis| plan.steps[axis as usize] != 0);
+        let feeding = join_array(Axis::ALL.map(|axis| feed(self.machine, axis, segments[axis as usize])));
+        let finish = alongside(all_done(self.machine, moving), feeding).await;
+        self.end_move(finish)
+    }
+
+    /// Empties the axis's signals and fills its queue.
+    fn prepare(&self, axis: Axis, segments: &mut Segments) {
+        let link = self.machine.link(axis);
+        link.segments.clear();
+        link.halt.reset();
+        link.done.reset();
+        while !link.segments.is_full() {
+            let Some(segment) = segments.next() else { break };
+            // There is room and this task is the only sender.
+            let Ok(()) = link.segments.try_send(segment) else { break };
+        }
+    }
+
+    fn end_move(&mut self, finish: Finish) -> Finish {
+        self.machine.set_underway(None);
+        (self.on_event)(Event::MoveEnd { finish, position_steps: self.machine.position_steps() });
+        finish
+    }
+
+    pub(crate) fn change_state(&mut self, state: State) {
+        self.machine.set_state(state);
+        if self.told != state {
+            self.told = state;
+            (self.on_event)(Event::State(state));
+        }
+    }
+
+    pub(crate) fn tell(&mut self, event: Event) {
+        (self.on_event)(event);
+    }
+
+    fn energise(&mut self, on: bool) {
+        if self.energised != on {
+            let Ok(()) = if on { self.enable.set_low() } else { self.enable.set_high() };
+            self.energised = on;
+        }
+    }
+}
+
+/// The output of `main`, with `side` running beside it for as long as it lasts.
+pub(crate) async fn alongside<T>(main: impl Future<Output = T>, side: impl Future) -> T {
+    let side = async {
+        side.await;
+        pending::<Infallible>().await
+    };
+    match select(main, side).await {
+        Either::First(output) => output,
+        Either::Second(never) => match never {},
+    }
+}
+
+/// Keeps one axis's queue full until its part of the move is compiled.
+async fn feed(machine: &Machine, axis: Axis, segments: Segments) {
+    for segment in segments {
+        machine.link(axis).segments.send(segment).await;
+    }
+}
+
+/// Waits for every moving axis. One that is late halts the others.
+async fn all_done(machine: &Machine, moving: [bool; AXES]) -> Finish {
+    let answers = join_array(Axis::ALL.map(|axis| async move {
+        if !moving[axis as usize] {
+            return Finish::Done;
+        }
+        let finish = machine.link(axis).done.wait().await;
+        if matches!(finish, Finish::Late { .. }) {
+            machine.halt();
+        }
+        finish
+    }))
+    .await;
+    let late = answers.into_iter().find(|finish| matches!(finish, Finish::Late { .. }));
+    late.or(answers.into_iter().find(|finish| *finish == Finish::Stopped)).unwrap_or(Finish::Done)
+}

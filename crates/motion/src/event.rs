@@ -1,0 +1,150 @@
+//! What happens to a machine, as values that logs, traces and tests share.
+
+use core::fmt;
+
+use embassy_time::Instant;
+use isostep_profile::SyncMove;
+
+use crate::axis::{AXES, Axis};
+
+/// What the machine is doing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum State {
+    /// Standing still, ready.
+    Idle,
+    /// Moving, dwelling, or with moves waiting.
+    Run,
+    /// Homing.
+    Home,
+    /// Locked: nothing moves until it is unlocked or homed.
+    Alarm(Alarm),
+}
+
+/// Why the machine locked itself. Its display says which axis and what to check.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Alarm {
+    /// A limit switch closed outside homing. The stop was abrupt: the position is no longer trusted.
+    HardLimit {
+        /// Whose switch.
+        axis: Axis,
+    },
+    /// A move would have left the travel; nothing moved.
+    SoftLimit {
+        /// The axis that would have left it.
+        axis: Axis,
+    },
+    /// A reset stopped a move abruptly: the position is no longer trusted.
+    ResetInMotion,
+    /// A reset stopped homing.
+    HomingReset,
+    /// The switch was still closed after backing off.
+    SwitchStuck {
+        /// Whose switch.
+        axis: Axis,
+    },
+    /// The switch did not close within the search distance.
+    SwitchNotFound {
+        /// Whose switch.
+        axis: Axis,
+    },
+    /// The emergency stop was pressed.
+    EmergencyStop,
+    /// A step was too late to be emitted: the processor was held up.
+    LateStep {
+        /// Whose step.
+        axis: Axis,
+    },
+    /// A move could not be planned with the present configuration; nothing moved.
+    Unplannable,
+}
+
+/// How a move ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Finish {
+    /// Every step left.
+    Done,
+    /// It was stopped before its end; the position says where.
+    Stopped,
+    /// A step of this axis was too late, so all axes were stopped.
+    Late {
+        /// Whose step.
+        axis: Axis,
+    },
+}
+
+/// The parts of homing one axis, in order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum HomingPhase {
+    /// Towards the switch, fast, until it closes.
+    Seek,
+    /// Away until it opens.
+    BackOff,
+    /// Towards it again, slowly, until it closes.
+    Latch,
+    /// Away by the pull-off distance: the axis's zero.
+    PullOff,
+}
+
+/// One thing that happened.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Event {
+    /// A move's first step may leave from `start` on.
+    Move {
+        /// The instant the plan counts from.
+        start: Instant,
+        /// The plan of all axes.
+        plan: SyncMove<AXES>,
+        /// Where each axis stood.
+        origin_steps: [i32; AXES],
+    },
+    /// The move ended.
+    MoveEnd {
+        /// How.
+        finish: Finish,
+        /// Where each axis stands.
+        position_steps: [i32; AXES],
+    },
+    /// A part of homing begins.
+    Homing {
+        /// Of this axis.
+        axis: Axis,
+        /// The part.
+        phase: HomingPhase,
+    },
+    /// This axis stands at its zero.
+    Homed {
+        /// Which.
+        axis: Axis,
+    },
+    /// The coordinator changed the state.
+    State(State),
+}
+
+impl fmt::Display for Alarm {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::HardLimit { axis } => {
+                write!(f, "{axis} limit switch closed while moving: clear the axis, unlock and home again")
+            }
+            Self::SoftLimit { axis } => {
+                write!(f, "the {axis} target is outside its travel: check the program and the travel setting")
+            }
+            Self::ResetInMotion => write!(f, "reset while moving: the position is not trusted, home again"),
+            Self::HomingReset => write!(f, "reset while homing: home again"),
+            Self::SwitchStuck { axis } => {
+                write!(f, "{axis} limit switch still closed after pulling off: check its wiring and the pull-off")
+            }
+            Self::SwitchNotFound { axis } => {
+                write!(f, "{axis} limit switch never closed: check its wiring, the homing direction and the travel")
+            }
+            Self::EmergencyStop => write!(f, "emergency stop pressed: release it, unlock and home again"),
+            Self::LateStep { axis } => write!(f, "a step of {axis} was too late: lower the rate and home again"),
+            Self::Unplannable => write!(f, "the settings do not allow this move: check rates and accelerations"),
+        }
+    }
+}

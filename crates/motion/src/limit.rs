@@ -1,0 +1,72 @@
+//! Limit switches and the emergency stop: debounced, and quick to stop.
+
+use core::convert::Infallible;
+
+use embassy_time::{Duration, with_timeout};
+use embedded_hal::digital::InputPin;
+use embedded_hal_async::digital::Wait;
+
+use crate::axis::Axis;
+use crate::event::State;
+use crate::machine::{Cause, Machine};
+
+/// Watches the limit switch of `axis` for ever: to ground with a pull-up, so low is pressed (unless the configuration
+/// says inverted). The first edge of a press stops a running machine at once; the debounced level is what homing and
+/// the status see.
+///
+/// # Cancellation
+/// Dropping it leaves the switch's last debounced level standing and the axis unwatched; nothing moves.
+pub async fn watch<I>(machine: &Machine, axis: Axis, mut input: I) -> !
+where
+    I: InputPin<Error = Infallible> + Wait,
+{
+    let switch = machine.switch(axis);
+    let mut pressed = is_low(&mut input) != machine.config().switches_inverted;
+    switch.publish(pressed);
+    loop {
+        let config = machine.config();
+        wait_level(&mut input, pressed == config.switches_inverted).await;
+        if !pressed && config.hard_limits && machine.state() == State::Run {
+            machine.stop(Cause::Limit(axis));
+        }
+        let now = debounced_low(&mut input, config.homing.debounce).await != config.switches_inverted;
+        if now != pressed {
+            pressed = now;
+            switch.publish(pressed);
+        }
+    }
+}
+
+/// Watches the emergency stop for ever: to ground with a pull-up, so low is pressed. Its first edge stops the
+/// machine and locks it; the motors stay energised, so that nothing falls.
+///
+/// # Cancellation
+/// Dropping it leaves the emergency stop unwatched; nothing moves.
+pub async fn watch_emergency_stop<I>(machine: &Machine, mut input: I) -> !
+where
+    I: InputPin<Error = Infallible> + Wait,
+{
+    loop {
+        wait_level(&mut input, true).await;
+        machine.set_emergency(true);
+        while debounced_low(&mut input, machine.config().homing.debounce).await {
+            wait_level(&mut input, false).await;
+        }
+        machine.set_emergency(false);
+    }
+}
+
+fn is_low(input: &mut impl InputPin<Error = Infallible>) -> bool {
+    let Ok(low) = input.is_low();
+    low
+}
+
+async fn wait_level<I: InputPin<Error = Infallible> + Wait>(input: &mut I, low: bool) {
+    let Ok(()) = if low { input.wait_for_low().await } else { input.wait_for_high().await };
+}
+
+/// The level once it has been steady for `debounce`.
+async fn debounced_low<I: InputPin<Error = Infallible> + Wait>(input: &mut I, debounce: Duration) -> bool {
+    while with_timeout(debounce, input.wait_for_any_edge()).await.is_ok() {}
+    is_low(input)
+}

@@ -1,0 +1,386 @@
+//! What the tasks of one machine share.
+
+use core::cell::RefCell;
+use core::sync::atomic::{AtomicBool, Ordering};
+
+use embassy_sync::blocking_mutex::Mutex;
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::channel::Channel;
+use embassy_sync::signal::Signal;
+use embassy_sync::watch::{DynReceiver, Watch};
+use embassy_time::{Duration, Instant};
+use isostep_profile::Trapezoid;
+
+use crate::axis::{AXES, Axis, AxisLink};
+use crate::config::{Config, ConfigError};
+use crate::event::{Alarm, State};
+use crate::port::Capabilities;
+
+/// Motions that wait behind the one under way: Grbl's planner has as many blocks.
+pub const QUEUE_MOVES: usize = 15;
+/// Tasks that may watch the state at once.
+const WATCHERS: usize = 8;
+
+/// One thing to do, in the order asked.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Motion {
+    /// Go to a place in a straight line.
+    Move {
+        /// The place, steps.
+        target_steps: [i32; AXES],
+        /// Speed along the path, mm/s; `None` is as fast as the limits allow.
+        feed_mm_s: Option<f64>,
+    },
+    /// Stand still.
+    Dwell(Duration),
+    /// Find the zero of every axis.
+    Home,
+}
+
+/// What the machine would say if asked.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Status {
+    /// What it is doing.
+    pub state: State,
+    /// Where each axis stands, steps: the exact count of emitted edges.
+    pub position_steps: [i32; AXES],
+    /// Which switches are pressed, debounced.
+    pub pressed: [bool; AXES],
+    /// Which axes have been homed and not lost their position since.
+    pub homed: [bool; AXES],
+    /// Motions that can be asked for without waiting.
+    pub queue_free: usize,
+    /// Speed along the path at this instant, mm/s.
+    pub speed_mm_s: f64,
+}
+
+/// The machine is locked by an alarm, or not idle where it must be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Busy(pub State);
+
+/// Why everything was stopped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Cause {
+    Reset,
+    Limit(Axis),
+    EmergencyStop,
+}
+
+/// The move under way, for [`Status::speed_mm_s`].
+#[derive(Clone, Copy)]
+pub(crate) struct Underway {
+    pub start: Instant,
+    pub profile: Trapezoid,
+    /// Path length of one step of the master axis.
+    pub mm_per_step: f64,
+}
+
+struct Inner {
+    config: Config,
+    capabilities: [Option<Capabilities>; AXES],
+    homed: [bool; AXES],
+    cause: Option<Cause>,
+    emergency: bool,
+    underway: Option<Underway>,
+    /// Motions asked for and not finished.
+    pending: usize,
+}
+
+/// A limit switch, debounced.
+pub(crate) struct Switch {
+    pressed: AtomicBool,
+    changed: Signal<CriticalSectionRawMutex, ()>,
+}
+
+/// What the tasks of one machine share. Everyone holds a `&Machine`; nobody holds a lock across an await.
+pub struct Machine {
+    links: [AxisLink; AXES],
+    switches: [Switch; AXES],
+    queue: Channel<CriticalSectionRawMutex, Motion, QUEUE_MOVES>,
+    state: Watch<CriticalSectionRawMutex, State, WATCHERS>,
+    /// Wakes the coordinator from a wait that no axis ends.
+    stopped: Signal<CriticalSectionRawMutex, ()>,
+    inner: Mutex<CriticalSectionRawMutex, RefCell<Inner>>,
+}
+
+impl Machine {
+    /// A machine at rest at zero, not homed.
+    #[must_use]
+    pub const fn new(config: Config) -> Self {
+        Self {
+            links: [const { AxisLink::new() }; AXES],
+            switches: [const { Switch { pressed: AtomicBool::new(false), changed: Signal::new() } }; AXES],
+            queue: Channel::new(),
+            state: Watch::new_with(State::Idle),
+            stopped: Signal::new(),
+            inner: Mutex::new(RefCell::new(Inner {
+                config,
+                capabilities: [None; AXES],
+                homed: [false; AXES],
+                cause: None,
+                emergency: false,
+                underway: None,
+                pending: 0,
+            })),
+        }
+    }
+
+    /// The present configuration.
+    #[must_use]
+    pub fn config(&self) -> Config {
+        self.with(|inner| inner.config)
+    }
+
+    /// Takes a new configuration; moves that wait will be planned with it, so ask while idle.
+    ///
+    /// # Errors
+    /// What cannot work is refused and nothing changes.
+    pub fn configure(&self, config: Config) -> Result<(), ConfigError> {
+        config.check(self.rate_max_steps_s())?;
+        self.with(|inner| inner.config = config);
+        Ok(())
+    }
+
+    /// What each axis's port carries, steps/s; no bound until its task has run.
+    #[must_use]
+    pub fn rate_max_steps_s(&self) -> [u32; AXES] {
+        self.with(|inner| inner.capabilities.map(|port| port.map_or(u32::MAX, |port| port.rate_max_steps_s)))
+    }
+
+    /// What it is doing, where, and how fast.
+    #[must_use]
+    pub fn status(&self) -> Status {
+        let (homed, underway) = self.with(|inner| (inner.homed, inner.underway));
+        let speed_mm_s = underway.map_or(0.0, |underway| {
+            let t_us = Instant::now().saturating_duration_since(underway.start).as_micros();
+            underway.profile.speed_at(t_us as f64 * 1e-6) * underway.mm_per_step
+        });
+        Status {
+            state: self.state(),
+            position_steps: self.position_steps(),
+            pressed: Axis::ALL.map(|axis| self.switch(axis).is_pressed()),
+            homed,
+            queue_free: self.queue.free_capacity(),
+            speed_mm_s,
+        }
+    }
+
+    /// What it is doing.
+    #[must_use]
+    pub fn state(&self) -> State {
+        self.state.try_get().unwrap_or(State::Idle)
+    }
+
+    /// Tells of every change of state from now on; `None` when too many watch already.
+    #[must_use]
+    pub fn watch_state(&self) -> Option<DynReceiver<'_, State>> {
+        self.state.dyn_receiver()
+    }
+
+    /// Where each axis stands, steps.
+    #[must_use]
+    pub fn position_steps(&self) -> [i32; AXES] {
+        Axis::ALL.map(|axis| self.link(axis).odometer.position_steps())
+    }
+
+    /// Asks for a motion; waits while the queue is full.
+    ///
+    /// # Errors
+    /// In alarm nothing but homing is taken, and not even that while the emergency stop is pressed.
+    ///
+    /// # Cancellation
+    /// Safe: the motion is either in the queue or was never asked for.
+    pub async fn submit(&self, motion: Motion) -> Result<(), Busy> {
+        let state = self.state();
+        if matches!(state, State::Alarm(_)) && (motion != Motion::Home || self.is_emergency()) {
+            return Err(Busy(state));
+        }
+        let mut place = Place { machine: self, taken: false };
+        self.with(|inner| inner.pending += 1);
+        match (state, motion) {
+            (State::Idle | State::Alarm(_), Motion::Home) => self.set_state(State::Home),
+            (State::Idle, _) => self.set_state(State::Run),
+            _ => {}
+        }
+        self.queue.send(motion).await;
+        place.taken = true;
+        Ok(())
+    }
+
+    /// Waits until nothing is under way: idle, or an alarm, which is returned as the error.
+    ///
+    /// # Errors
+    /// The alarm the machine is in.
+    ///
+    /// # Cancellation
+    /// Safe: it only looks.
+    pub async fn settled(&self) -> Result<(), Alarm> {
+        let Some(mut states) = self.state.dyn_receiver() else { return Ok(()) };
+        match states.get_and(|state| !matches!(state, State::Run | State::Home)).await {
+            State::Alarm(alarm) => Err(alarm),
+            _ => Ok(()),
+        }
+    }
+
+    /// Stops everything within one pulse and forgets what waits. At rest it does nothing; in motion the stop is
+    /// abrupt, so an alarm says that the position is not trusted.
+    pub fn reset(&self) {
+        self.stop(Cause::Reset);
+    }
+
+    /// Locks the machine. For what is found before anything moves.
+    pub fn raise(&self, alarm: Alarm) {
+        self.set_state(State::Alarm(alarm));
+    }
+
+    /// Leaves an alarm; the position is as trusted as the alarm left it.
+    ///
+    /// # Errors
+    /// While the emergency stop is pressed the alarm stands.
+    pub fn unlock(&self) -> Result<(), Busy> {
+        let state = self.state();
+        if self.is_emergency() {
+            return Err(Busy(state));
+        }
+        if matches!(state, State::Alarm(_)) {
+            self.set_state(State::Idle);
+        }
+        Ok(())
+    }
+}
+
+/// For the tasks of this crate.
+impl Machine {
+    pub(crate) fn link(&self, axis: Axis) -> &AxisLink {
+        &self.links[axis as usize]
+    }
+
+    pub(crate) fn switch(&self, axis: Axis) -> &Switch {
+        &self.switches[axis as usize]
+    }
+
+    pub(crate) fn set_state(&self, state: State) {
+        self.state.dyn_sender().send(state);
+    }
+
+    pub(crate) fn publish_capabilities(&self, axis: Axis, capabilities: Capabilities) {
+        self.with(|inner| inner.capabilities[axis as usize] = Some(capabilities));
+    }
+
+    /// The tick rate in which the axis's port reads segments, Hz.
+    pub(crate) fn tick_hz(&self, axis: Axis) -> u32 {
+        self.with(|inner| inner.capabilities[axis as usize].map_or(crate::TICK_HZ, |port| port.tick_hz))
+    }
+
+    pub(crate) fn set_underway(&self, underway: Option<Underway>) {
+        self.with(|inner| inner.underway = underway);
+    }
+
+    pub(crate) fn set_homed(&self, axis: Axis, homed: bool) {
+        self.with(|inner| inner.homed[axis as usize] = homed);
+    }
+
+    /// A stop asked for and not yet answered by the coordinator.
+    pub(crate) fn cause(&self) -> Option<Cause> {
+        self.with(|inner| inner.cause)
+    }
+
+    pub(crate) fn clear_cause(&self) {
+        self.with(|inner| inner.cause = None);
+    }
+
+    pub(crate) fn is_emergency(&self) -> bool {
+        self.with(|inner| inner.emergency)
+    }
+
+    pub(crate) fn set_emergency(&self, pressed: bool) {
+        self.with(|inner| inner.emergency = pressed);
+        if pressed {
+            self.stop(Cause::EmergencyStop);
+        }
+    }
+
+    /// The next motion asked for.
+    pub(crate) async fn next_motion(&self) -> Motion {
+        self.queue.receive().await
+    }
+
+    /// Forgets the motions that wait.
+    pub(crate) fn flush(&self) {
+        while self.queue.try_receive().is_ok() {
+            self.finish_motion();
+        }
+    }
+
+    /// One motion less pending; true when it was the last.
+    pub(crate) fn finish_motion(&self) -> bool {
+        self.with(|inner| {
+            inner.pending -= 1;
+            inner.pending == 0
+        })
+    }
+
+    /// Stops the axes within one pulse. Safe at any priority.
+    pub(crate) fn halt(&self) {
+        for link in &self.links {
+            link.halt.signal(());
+        }
+    }
+
+    /// Stops everything and says why; the first cause stands.
+    pub(crate) fn stop(&self, cause: Cause) {
+        match (self.state(), cause) {
+            (State::Run | State::Home, _) => {
+                self.with(|inner| inner.cause = inner.cause.or(Some(cause)));
+                self.halt();
+                self.stopped.signal(());
+            }
+            (State::Idle, Cause::EmergencyStop) => self.raise(Alarm::EmergencyStop),
+            (State::Idle | State::Alarm(_), _) => {}
+        }
+    }
+
+    pub(crate) async fn wait_stopped(&self) {
+        self.stopped.wait().await;
+    }
+
+    pub(crate) fn forget_stopped(&self) {
+        self.stopped.reset();
+    }
+
+    fn with<R>(&self, f: impl FnOnce(&mut Inner) -> R) -> R {
+        self.inner.lock(|inner| f(&mut inner.borrow_mut()))
+    }
+}
+
+/// A place in the queue that is given back if the motion never enters it.
+struct Place<'a> {
+    machine: &'a Machine,
+    taken: bool,
+}
+
+impl Drop for Place<'_> {
+    fn drop(&mut self) {
+        if !self.taken && self.machine.finish_motion() && self.machine.state() == State::Run {
+            self.machine.set_state(State::Idle);
+        }
+    }
+}
+
+impl Switch {
+    pub fn is_pressed(&self) -> bool {
+        self.pressed.load(Ordering::Relaxed)
+    }
+
+    pub fn publish(&self, pressed: bool) {
+        self.pressed.store(pressed, Ordering::Relaxed);
+        self.changed.signal(());
+    }
+
+    /// Waits until it is pressed. Only the coordinator waits.
+    pub async fn wait_pressed(&self) {
+        while !self.is_pressed() {
+            self.changed.wait().await;
+        }
+    }
+}
