@@ -1,2 +1,61 @@
-//! xtask
-fn main() {}
+//! The commands of the project, run as `cargo xtask VERB`. One file per verb; `workspace`, `toolchain`, `node`,
+//! `firmware`, `uf2`, `process` and `stopwatch` are what the verbs share.
+
+mod build;
+mod emulate;
+mod firmware;
+mod flash;
+mod lint;
+mod node;
+mod process;
+mod setup;
+mod size;
+mod stopwatch;
+mod test;
+mod toolchain;
+mod uf2;
+mod workspace;
+
+use anyhow::Result;
+use clap::{Parser, Subcommand};
+
+/// Build, flash, run and test Isostep.
+#[derive(Parser)]
+#[command(bin_name = "cargo xtask", after_help = EXAMPLES)]
+struct Cli {
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  cargo xtask build                                    firmware as ELF and UF2, and its sizes
+  cargo xtask flash                                    put it on a Pico
+  cargo xtask emulate programs/parking.nc --trace b.csv   run a program on the emulated board
+  cargo xtask test --fast                              host tests only
+  cargo xtask test                                     everything, the emulated board included
+
+Every verb prepares what it needs by itself; `cargo xtask setup` does only that.";
+
+#[derive(Subcommand)]
+enum Verb {
+    Setup(setup::Args),
+    Build(build::Args),
+    Flash(flash::Args),
+    Size(size::Args),
+    Emulate(emulate::Args),
+    Test(test::Args),
+    Lint(lint::Args),
+}
+
+fn main() -> Result<()> {
+    match Cli::parse().verb {
+        Verb::Setup(args) => setup::run(args),
+        Verb::Build(args) => build::run(args),
+        Verb::Flash(args) => flash::run(args),
+        Verb::Size(args) => size::run(args),
+        Verb::Emulate(args) => emulate::run(args),
+        Verb::Test(args) => test::run(args),
+        Verb::Lint(args) => lint::run(args),
+    }
+}

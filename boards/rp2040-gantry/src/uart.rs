@@ -1,0 +1,47 @@
+//! The console on UART0: GP0 TX, GP1 RX, 115200 8N1.
+
+use embassy_rp::peripherals::{PIN_0, PIN_1, UART0};
+use embassy_rp::uart::{self, BufferedInterruptHandler, BufferedUart, BufferedUartRx, BufferedUartTx};
+use embassy_rp::{Peri, bind_interrupts, pac};
+use embedded_io_async::{ErrorType, Read};
+use static_cell::StaticCell;
+
+bind_interrupts!(struct Irqs {
+    UART0_IRQ => BufferedInterruptHandler<UART0>;
+});
+
+/// A sender that counts characters keeps up to 128 unanswered: ample room for one that overshoots.
+const RX_BYTES: usize = 1024;
+/// Some ten status reports; a longer reply waits for the line to take it.
+const TX_BYTES: usize = 1024;
+
+/// What arrives.
+pub struct Rx(BufferedUartRx);
+
+/// The two directions of the port.
+pub fn open(uart: Peri<'static, UART0>, tx: Peri<'static, PIN_0>, rx: Peri<'static, PIN_1>) -> (Rx, BufferedUartTx) {
+    static RX: StaticCell<[u8; RX_BYTES]> = StaticCell::new();
+    static TX: StaticCell<[u8; TX_BYTES]> = StaticCell::new();
+    let (tx_buffer, rx_buffer) = (TX.init([0; TX_BYTES]), RX.init([0; RX_BYTES]));
+    // 115200 8N1 is the driver's default.
+    let (tx, rx) = BufferedUart::new(uart, tx, rx, Irqs, tx_buffer, rx_buffer, uart::Config::default()).split();
+    // An idle line is high. With nothing connected, noise would read as commands.
+    pac::PADS_BANK0.gpio(1).modify(|pad| pad.set_pue(true));
+    (Rx(rx), tx)
+}
+
+impl ErrorType for Rx {
+    type Error = uart::Error;
+}
+
+impl Read for Rx {
+    /// A disturbed byte is logged and left out: the line it belongs to will be refused.
+    async fn read(&mut self, buffer: &mut [u8]) -> Result<usize, uart::Error> {
+        loop {
+            match self.0.read(buffer).await {
+                Err(error) => defmt::warn!("UART0: {}", error),
+                received => return received,
+            }
+        }
+    }
+}

@@ -1,0 +1,138 @@
+//! The console on USB: a CDC-ACM serial port.
+//!
+//! # Design
+//! A serial port has no idea whether anyone listens, and Grbl never waits for its reader. So a host that stops reading
+//! costs the console one time-out, after which replies are discarded until the endpoint is free again. Replies are also
+//! discarded before the port is opened (DTR) or spoken to, so that whoever opens it finds the welcome line and nothing
+//! stale.
+
+use core::sync::atomic::{AtomicBool, Ordering};
+
+use embassy_rp::peripherals::USB;
+use embassy_rp::usb::{Driver, InterruptHandler};
+use embassy_rp::{Peri, bind_interrupts};
+use embassy_time::{Duration, with_timeout};
+use embassy_usb::class::cdc_acm::{BufferedReceiver, CdcAcmClass, CdcAcmError, ControlChanged, Sender, State};
+use embassy_usb::{Builder, Config, UsbDevice};
+use embedded_io_async::{ErrorType, Read, Write};
+use static_cell::StaticCell;
+
+bind_interrupts!(struct Irqs {
+    USBCTRL_IRQ => InterruptHandler<USB>;
+});
+
+type RpDriver = Driver<'static, USB>;
+
+/// Raspberry Pi's ids for a serial port on an RP2040: senders and udev rules know them.
+const VENDOR_ID: u16 = 0x2E8A;
+const PRODUCT_ID: u16 = 0x000A;
+const PACKET_BYTES: usize = 64;
+/// A full packet would have to be followed by an empty one to reach the host's program.
+const CHUNK_BYTES: usize = PACKET_BYTES - 1;
+/// A host polls the endpoint every millisecond; one that has not for this long is gone.
+const HOST_PATIENCE: Duration = Duration::from_millis(200);
+
+/// Somebody has opened the port, or spoken to it.
+static IS_OPEN: AtomicBool = AtomicBool::new(false);
+
+/// The serial port: both directions and the modem lines.
+pub struct Port {
+    pub rx: Rx,
+    pub tx: Tx,
+    pub lines: Lines,
+}
+
+/// The device to run, and the port it offers.
+pub fn open(usb: Peri<'static, USB>) -> (UsbDevice<'static, RpDriver>, Port) {
+    static DESCRIPTORS: StaticCell<[[u8; 128]; 3]> = StaticCell::new();
+    static RX: StaticCell<[u8; PACKET_BYTES]> = StaticCell::new();
+    static STATE: StaticCell<State> = StaticCell::new();
+    let [configuration, bos, control] = DESCRIPTORS.init([[0; 128]; 3]);
+    let mut builder = Builder::new(Driver::new(usb, Irqs), config(), configuration, bos, &mut [], control);
+    let class = CdcAcmClass::new(&mut builder, STATE.init(State::new()), PACKET_BYTES as u16);
+    let (sender, receiver, control) = class.split_with_control();
+    let rx = Rx { receiver: receiver.into_buffered(RX.init([0; PACKET_BYTES])) };
+    (builder.build(), Port { rx, tx: Tx { sender, stalled: false }, lines: Lines { control } })
+}
+
+fn config() -> Config<'static> {
+    let mut config = Config::new(VENDOR_ID, PRODUCT_ID);
+    config.manufacturer = Some("Isostep");
+    config.product = Some("RP2040 gantry");
+    config.serial_number = Some("ISOSTEP-1");
+    config
+}
+
+/// What the host sends.
+pub struct Rx {
+    receiver: BufferedReceiver<'static, RpDriver>,
+}
+
+impl Rx {
+    /// Waits until the host has configured the device.
+    pub async fn wait_connection(&mut self) {
+        self.receiver.wait_connection().await;
+    }
+}
+
+impl ErrorType for Rx {
+    type Error = CdcAcmError;
+}
+
+impl Read for Rx {
+    async fn read(&mut self, buffer: &mut [u8]) -> Result<usize, CdcAcmError> {
+        let count = self.receiver.read(buffer).await?;
+        IS_OPEN.store(true, Ordering::Relaxed);
+        Ok(count)
+    }
+}
+
+/// What the host reads, if it does.
+pub struct Tx {
+    sender: Sender<'static, RpDriver>,
+    /// The last packet was discarded.
+    stalled: bool,
+}
+
+impl ErrorType for Tx {
+    type Error = CdcAcmError;
+}
+
+impl Write for Tx {
+    /// Never waits longer than the host's patience; what the host does not take counts as written.
+    async fn write(&mut self, bytes: &[u8]) -> Result<usize, CdcAcmError> {
+        let chunk = &bytes[..bytes.len().min(CHUNK_BYTES)];
+        if IS_OPEN.load(Ordering::Relaxed) {
+            let patience = if self.stalled { Duration::MIN } else { HOST_PATIENCE };
+            self.stalled = with_timeout(patience, self.sender.write_packet(chunk)).await.is_err();
+        }
+        Ok(chunk.len())
+    }
+
+    async fn flush(&mut self) -> Result<(), CdcAcmError> {
+        Ok(())
+    }
+}
+
+/// The modem lines.
+pub struct Lines {
+    control: ControlChanged<'static>,
+}
+
+impl Lines {
+    /// Waits until a program opens the port: DTR rises.
+    pub async fn dtr_rises(&self) {
+        let mut was_high = self.control.dtr();
+        loop {
+            self.control.control_changed().await;
+            let is_high = self.control.dtr();
+            if is_high != was_high {
+                IS_OPEN.store(is_high, Ordering::Relaxed);
+            }
+            if is_high && !was_high {
+                return;
+            }
+            was_high = is_high;
+        }
+    }
+}

@@ -1,0 +1,68 @@
+//! `cargo xtask emulate`: a G-code program on the firmware in an emulated RP2040.
+
+use std::path::PathBuf;
+use std::process::Command;
+
+use anyhow::{Result, ensure};
+
+use crate::process::{self, announce};
+use crate::{build, node, workspace};
+
+/// Run a program on the firmware, in an emulated RP2040
+#[derive(clap::Args)]
+#[command(after_help = "\
+The firmware is the one that `build` makes, unmodified; its STEP edges move carriages that close its switches.
+
+Examples:
+  cargo xtask emulate programs/parking.nc --trace b.csv
+  cargo xtask emulate programs/square.nc --console uart --start 10,20,5
+  cargo xtask emulate programs/parking.nc --switch X=stuck-open    homing fails with its alarm")]
+pub struct Args {
+    /// The G-code program
+    #[arg(value_name = "FILE.nc")]
+    program: PathBuf,
+    /// Write every STEP edge as CSV: t_ns,axis,direction,position_steps
+    #[arg(long, value_name = "OUT.csv")]
+    trace: Option<PathBuf>,
+    /// Write the figures of the run as JSON
+    #[arg(long, value_name = "OUT.json")]
+    json: Option<PathBuf>,
+    /// Write what was said on the console
+    #[arg(long, value_name = "FILE")]
+    transcript: Option<PathBuf>,
+    /// Where the carriages stand at power-up, in mm from their switches
+    #[arg(long, value_name = "X,Y,Z")]
+    start: Option<String>,
+    /// The console that the program is sent over
+    #[arg(long, value_parser = ["usb", "uart"])]
+    console: Option<String>,
+    /// A faulty limit switch, for example X=stuck-open
+    #[arg(long, value_name = "AXIS=FAULT")]
+    switch: Vec<String>,
+}
+
+pub fn run(args: Args) -> Result<()> {
+    ensure!(
+        args.program.is_file(),
+        "{} does not exist: name a G-code program, such as programs/parking.nc",
+        args.program.display()
+    );
+    node::prepare()?;
+    build::firmware()?;
+    announce(&format!("{} on the emulated board", args.program.display()));
+    process::run(&mut command(&args), "")
+}
+
+fn command(args: &Args) -> Command {
+    let mut command = Command::new("node");
+    command.arg(workspace::emulator_dir().join("run.mjs")).arg("--elf").arg(workspace::firmware_elf());
+    command.arg("--program").arg(&args.program);
+    for (flag, path) in [("--trace", &args.trace), ("--json", &args.json), ("--transcript", &args.transcript)] {
+        command.args(path.iter().flat_map(|path| [flag.as_ref(), path.as_os_str()]));
+    }
+    for (flag, value) in [("--start", &args.start), ("--console", &args.console)] {
+        command.args(value.iter().flat_map(|value| [flag, value]));
+    }
+    command.args(args.switch.iter().flat_map(|switch| ["--switch", switch]));
+    command
+}

@@ -1,0 +1,170 @@
+//! `cargo xtask flash`: the firmware onto a board, by the first way that reaches one.
+
+use std::env;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use anyhow::{Context, Result, bail};
+
+use crate::process::{self, announce};
+use crate::{build, workspace};
+
+const CHIP: &str = "RP2040";
+
+/// Put the firmware on a board
+#[derive(clap::Args)]
+#[command(after_help = "\
+The first of these that reaches a board is used:
+  1. a debug probe, by probe-rs        cargo install probe-rs-tools --locked
+  2. the boot drive RPI-RP2            hold BOOTSEL while you plug in the USB cable
+  3. picotool, the board in BOOTSEL    https://github.com/raspberrypi/picotool
+
+Examples:
+  cargo xtask flash
+  cargo xtask flash --logs             stay attached to the probe and print the log
+  cargo xtask flash --drive /mnt/pico  the boot drive is mounted in an unusual place")]
+pub struct Args {
+    /// Stay attached and print the firmware's log (needs a debug probe)
+    #[arg(long, conflicts_with = "drive")]
+    logs: bool,
+    /// Where the boot drive RPI-RP2 is mounted
+    #[arg(long, value_name = "DIR")]
+    drive: Option<PathBuf>,
+}
+
+pub fn run(args: Args) -> Result<()> {
+    build::firmware()?;
+    if let Some(drive) = &args.drive {
+        return to_named_drive(drive);
+    }
+    let no_probe = match probe() {
+        Ok(()) => return by_probe(args.logs),
+        Err(missing) => missing,
+    };
+    if args.logs {
+        bail!("--logs needs a debug probe: {no_probe}");
+    }
+    if let Some(drive) = drive_places().into_iter().find(|place| is_boot_drive(place)) {
+        return to_drive(&drive);
+    }
+    match picotool() {
+        Ok(()) => by_picotool(),
+        Err(no_picotool) => bail!("no board was found.\n{}", missing(&no_probe, &no_picotool)),
+    }
+}
+
+/// Each way, why it is closed, and what opens it.
+fn missing(no_probe: &str, no_picotool: &str) -> String {
+    format!(
+        "  - debug probe: {no_probe}\n  \
+         - boot drive:  RPI-RP2 is not mounted: hold BOOTSEL while you plug in the USB cable (one that carries data), \
+         wait for the drive, and name it with --drive if it is mounted in an unusual place\n  \
+         - picotool:    {no_picotool}\n\
+         The file to copy by hand is {}",
+        workspace::shown(&workspace::firmware_uf2())
+    )
+}
+
+fn probe() -> Result<(), String> {
+    match process::output(Command::new("probe-rs").arg("list"), "`cargo install probe-rs-tools --locked`") {
+        Ok(list) if lists_a_probe(&list) => Ok(()),
+        Ok(_) => Err("probe-rs sees none: plug one in (on Linux with its udev rules, https://probe.rs)".to_owned()),
+        Err(error) => Err(format!("{error:#}")),
+    }
+}
+
+/// `probe-rs list` prints a numbered line for each probe, `[0]: ...`.
+fn lists_a_probe(list: &str) -> bool {
+    list.lines().any(|line| line.trim_start().starts_with("[0]"))
+}
+
+fn by_probe(logs: bool) -> Result<()> {
+    let elf = workspace::firmware_elf();
+    let verbs: &[&str] = if logs { &["run"] } else { &["download", "reset"] };
+    for verb in verbs {
+        announce(&format!("probe-rs {verb}"));
+        let mut command = Command::new("probe-rs");
+        command.args([verb, "--chip", CHIP]);
+        if *verb != "reset" {
+            command.arg(&elf);
+        }
+        process::run(&mut command, "")?;
+    }
+    Ok(())
+}
+
+fn to_named_drive(drive: &Path) -> Result<()> {
+    if !is_boot_drive(drive) {
+        bail!(
+            "{} is not the boot drive of an RP2040 (no INFO_UF2.TXT that says RPI-RP2): \
+             hold BOOTSEL while you plug in the USB cable, then mount the drive",
+            drive.display()
+        );
+    }
+    to_drive(drive)
+}
+
+fn to_drive(drive: &Path) -> Result<()> {
+    announce(&format!("copying to {}", drive.display()));
+    let uf2 = workspace::firmware_uf2();
+    fs::copy(&uf2, drive.join("firmware.uf2")).with_context(|| format!("cannot copy to {}", drive.display()))?;
+    println!("The board restarts with the new firmware by itself.");
+    Ok(())
+}
+
+/// Every RP2040 in BOOTSEL mode describes itself in this file.
+fn is_boot_drive(place: &Path) -> bool {
+    fs::read_to_string(place.join("INFO_UF2.TXT")).is_ok_and(|info| info.contains("RPI-RP2"))
+}
+
+/// Where Linux, macOS and Windows mount a drive of this name.
+fn drive_places() -> Vec<PathBuf> {
+    let user = env::var("USER").unwrap_or_default();
+    let linux = ["/media", "/run/media"].map(|dir| Path::new(dir).join(&user).join("RPI-RP2"));
+    let others = ["/media/RPI-RP2", "/mnt/RPI-RP2", "/Volumes/RPI-RP2"].map(PathBuf::from);
+    let windows = ('D'..='Z').map(|letter| PathBuf::from(format!("{letter}:\\")));
+    linux.into_iter().chain(others).chain(windows).collect()
+}
+
+fn picotool() -> Result<(), String> {
+    let mut info = Command::new("picotool");
+    process::output(info.arg("info"), "https://github.com/raspberrypi/picotool")
+        .map(drop)
+        .map_err(|error| format!("{error:#}"))
+}
+
+fn by_picotool() -> Result<()> {
+    announce("picotool load");
+    process::run(Command::new("picotool").args(["load", "-u", "-v", "-x"]).arg(workspace::firmware_uf2()), "")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_probe_is_recognised_in_the_list() {
+        assert!(lists_a_probe("The following debug probes were found:\n[0]: Debug Probe (CMSIS-DAP) -- 2e8a:000c"));
+        assert!(!lists_a_probe("No debug probes were found."));
+    }
+
+    #[test]
+    fn a_boot_drive_is_told_by_its_description() {
+        let dir = env::temp_dir().join(format!("isostep-drive-{}", std::process::id()));
+        fs::create_dir_all(&dir).unwrap();
+        assert!(!is_boot_drive(&dir));
+        fs::write(dir.join("INFO_UF2.TXT"), "UF2 Bootloader v2.0\nModel: Raspberry Pi RP2\nBoard-ID: RPI-RP2\n")
+            .unwrap();
+        assert!(is_boot_drive(&dir));
+        fs::remove_dir_all(dir).unwrap();
+    }
+
+    #[test]
+    fn what_is_missing_names_every_way_and_the_file() {
+        let text = missing("no probe", "no picotool");
+        for part in ["no probe", "BOOTSEL", "no picotool", "rp2040-gantry.uf2"] {
+            assert!(text.contains(part), "{part} in {text}");
+        }
+    }
+}

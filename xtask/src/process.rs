@@ -1,0 +1,68 @@
+//! Running other programs: output shown as it comes, failures named.
+
+use std::ffi::OsStr;
+use std::io::ErrorKind;
+use std::process::{Command, Stdio};
+use std::sync::mpsc;
+use std::thread;
+use std::time::Duration;
+
+use anyhow::{Context, Result, bail};
+
+/// Announces a step of longer work.
+pub fn announce(step: &str) {
+    eprintln!("==> {step}");
+}
+
+/// Runs `command` with its output passed through; `remedy` says what to do when the program is missing.
+pub fn run(command: &mut Command, remedy: &str) -> Result<()> {
+    let status = command.status().map_err(|error| explain(command, &error, remedy))?;
+    if !status.success() {
+        bail!("`{}` failed ({status})", line(command));
+    }
+    Ok(())
+}
+
+/// What `command` prints, trimmed.
+pub fn output(command: &mut Command, remedy: &str) -> Result<String> {
+    let output = command.stderr(Stdio::piped()).output().map_err(|error| explain(command, &error, remedy))?;
+    if !output.status.success() {
+        bail!("`{}` failed ({}): {}", line(command), output.status, String::from_utf8_lossy(&output.stderr).trim());
+    }
+    Ok(String::from_utf8_lossy(&output.stdout).trim().to_owned())
+}
+
+/// Whether `command` can be started at all and ends well; prints nothing.
+pub fn answers(command: &mut Command) -> bool {
+    command.stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok_and(|status| status.success())
+}
+
+/// Runs `command`, output passed through, and kills it when it takes longer than `limit`.
+pub fn run_within(command: &mut Command, limit: Duration) -> Result<()> {
+    let mut child = command.spawn().with_context(|| format!("cannot start `{}`", line(command)))?;
+    let pid = child.id();
+    let (sender, receiver) = mpsc::channel();
+    thread::spawn(move || sender.send(child.wait()));
+    match receiver.recv_timeout(limit) {
+        Ok(status) if status.as_ref().is_ok_and(|status| status.success()) => Ok(()),
+        Ok(status) => bail!("`{}` failed ({})", line(command), status?),
+        Err(_) => {
+            let _ = Command::new("kill").arg(pid.to_string()).status();
+            bail!("`{}` gave no result within {} s", line(command), limit.as_secs())
+        }
+    }
+}
+
+fn explain(command: &Command, error: &std::io::Error, remedy: &str) -> anyhow::Error {
+    let program = command.get_program().to_string_lossy();
+    match error.kind() {
+        ErrorKind::NotFound => anyhow::anyhow!("`{program}` is not installed: {remedy}"),
+        _ => anyhow::anyhow!("cannot start `{program}`: {error}"),
+    }
+}
+
+fn line(command: &Command) -> String {
+    let words: Vec<_> =
+        std::iter::once(command.get_program()).chain(command.get_args()).map(OsStr::to_string_lossy).collect();
+    words.join(" ")
+}

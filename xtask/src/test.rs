@@ -1,0 +1,74 @@
+//! `cargo xtask test`: every test there is, the fast ones first.
+
+use std::process::Command;
+
+use anyhow::{Result, anyhow};
+
+use crate::process::{self, announce};
+use crate::size::Report;
+use crate::stopwatch::Stopwatch;
+use crate::toolchain::cargo;
+use crate::{build, node, workspace};
+
+/// Run the tests: host, emulator, firmware size, emulated board
+#[derive(clap::Args)]
+#[command(after_help = "\
+The stages stop at the first that fails:
+  host tests       unit, property and end-to-end tests in virtual time
+  emulator tests   the emulated board's own
+  firmware         its build, and its size budgets
+  emulated board   the firmware, unmodified, in an emulated RP2040
+
+Example: cargo xtask test --fast     the host tests alone")]
+pub struct Args {
+    /// Only the host tests
+    #[arg(long)]
+    fast: bool,
+}
+
+type Stage = (&'static str, fn() -> Result<()>);
+
+const STAGES: [Stage; 4] =
+    [("host tests", host), ("emulator tests", emulator), ("firmware", firmware), ("emulated board", emulated_board)];
+
+pub fn run(args: Args) -> Result<()> {
+    let stages = if args.fast { &STAGES[..1] } else { &STAGES[..] };
+    let mut summary = String::new();
+    let mut failure = None;
+    for (name, stage) in stages {
+        if failure.is_some() {
+            summary += &format!("{name:<16} not run\n");
+            continue;
+        }
+        announce(name);
+        let stopwatch = Stopwatch::start();
+        let outcome = stage();
+        let verdict = if outcome.is_ok() { "ok" } else { "FAILED" };
+        summary += &format!("{name:<16} {verdict:<8}{:>6.1} s\n", stopwatch.elapsed_s());
+        failure = outcome.err().map(|error| anyhow!("{name}: {error:#}"));
+    }
+    print!("\n{summary}");
+    failure.map_or(Ok(()), Err)
+}
+
+fn host() -> Result<()> {
+    process::run(&mut cargo("test"), "")
+}
+
+fn emulator() -> Result<()> {
+    node::prepare()?;
+    process::run(&mut node::npm("test"), "")
+}
+
+fn firmware() -> Result<()> {
+    let report = Report::new(&build::firmware()?);
+    print!("{}", report.table());
+    report.check()
+}
+
+fn emulated_board() -> Result<()> {
+    // Ignored by a plain `cargo test`, which neither builds firmware nor needs Node.
+    let mut tests: Command = cargo("test");
+    tests.env("ISOSTEP_ELF", workspace::firmware_elf());
+    process::run(tests.args(["--package", "isostep-tests", "--test", "emulated", "--", "--ignored"]), "")
+}

@@ -1,0 +1,198 @@
+//! A compiler that can build for the chip: rustc with the core library of thumbv6m-none-eabi, ready-made or built from
+//! the library's sources.
+
+use std::env;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::Duration;
+
+use anyhow::{Context, Result};
+
+use crate::process::{self, announce};
+use crate::workspace::{self, FIRMWARE_TARGET};
+
+/// Older compilers do not know the workspace's edition or its dependencies' needs.
+const RUSTC_MINOR_MIN: u32 = 90;
+/// rustup retries for minutes without a network; the download itself is about 10 MB.
+const RUSTUP_PATIENCE: Duration = Duration::from_secs(60);
+const DEBIAN_PACKAGES: [&str; 3] = ["rustc-web", "rust-web-src", "cargo-web"];
+
+/// How the firmware is compiled.
+pub enum Toolchain {
+    /// The default cargo: its rustc has the target's core library.
+    Ready,
+    /// A rustc that has the library's sources, from which cargo builds core for the target.
+    FromSource { bin_dir: PathBuf, linker: PathBuf },
+}
+
+impl Toolchain {
+    /// The first way that works, installing what is missing where that is possible.
+    pub fn set_up() -> Result<Self> {
+        if has_core_library() {
+            return Ok(Self::Ready);
+        }
+        add_rustup_target();
+        if has_core_library() {
+            return Ok(Self::Ready);
+        }
+        let found = Self::from_source().map_or_else(Self::from_debian, Ok)?;
+        let _ = fs::create_dir_all(workspace::target_dir()).and_then(|()| fs::write(source_marker(), ""));
+        Ok(found)
+    }
+
+    /// What the last [`Toolchain::set_up`] found, without trying rustup again; otherwise as that.
+    pub fn ensure() -> Result<Self> {
+        let known_source = source_marker().exists() && !has_core_library();
+        match known_source.then(Self::from_source).flatten() {
+            Some(found) => Ok(found),
+            None => Self::set_up(),
+        }
+    }
+
+    fn from_source() -> Option<Self> {
+        let linker = rust_lld()?;
+        let bin_dir = path_dirs().find(|dir| can_build_core(dir))?;
+        Some(Self::FromSource { bin_dir, linker })
+    }
+
+    fn from_debian() -> Result<Self> {
+        install_debian_packages()?;
+        Self::from_source().with_context(remedy)
+    }
+
+    /// What the user is told.
+    pub fn description(&self) -> String {
+        match self {
+            Self::Ready => format!("the default Rust toolchain, which has {FIRMWARE_TARGET}"),
+            Self::FromSource { bin_dir, .. } => {
+                format!("{} with -Zbuild-std=core (it has the library's sources)", bin_dir.join("rustc").display())
+            }
+        }
+    }
+
+    /// `cargo VERB` for the firmware's package and target, in the release profile.
+    pub fn cargo(&self, verb: &str) -> Command {
+        let mut command = match self {
+            Self::Ready => cargo(verb),
+            Self::FromSource { bin_dir, linker } => from_source(verb, bin_dir, linker),
+        };
+        command.args(["--release", "--package", workspace::FIRMWARE, "--target", FIRMWARE_TARGET]);
+        command
+    }
+}
+
+/// The default `cargo VERB`, in the workspace.
+pub fn cargo(verb: &str) -> Command {
+    let mut command = Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+    command.current_dir(workspace::root()).arg(verb).arg("--target-dir").arg(workspace::target_dir());
+    command
+}
+
+fn from_source(verb: &str, bin_dir: &Path, linker: &Path) -> Command {
+    let mut command = Command::new(bin_dir.join("cargo"));
+    command
+        .current_dir(workspace::root())
+        .env("RUSTC", bin_dir.join("rustc"))
+        .env("RUSTC_BOOTSTRAP", "1")
+        .env("CARGO_TARGET_THUMBV6M_NONE_EABI_LINKER", linker)
+        // Set by the cargo that runs xtask, and meant for its own toolchain.
+        .env_remove("RUSTUP_TOOLCHAIN")
+        .env_remove("LD_LIBRARY_PATH")
+        .args([verb, "-Zbuild-std=core", "--target-dir"])
+        .arg(workspace::target_dir());
+    command
+}
+
+/// Left where rustup had no core library to give, so that it is not asked again before every build.
+fn source_marker() -> PathBuf {
+    workspace::target_dir().join(".firmware-core-from-source")
+}
+
+fn has_core_library() -> bool {
+    let mut rustc = Command::new("rustc");
+    rustc.current_dir(workspace::root()).args(["--print", "target-libdir", "--target", FIRMWARE_TARGET]);
+    let Ok(dir) = process::output(&mut rustc, "") else { return false };
+    let Ok(files) = Path::new(&dir).read_dir() else { return false };
+    files.flatten().any(|file| file.file_name().to_string_lossy().starts_with("libcore-"))
+}
+
+fn path_dirs() -> impl Iterator<Item = PathBuf> {
+    let path = env::var_os("PATH").unwrap_or_default();
+    env::split_paths(&path).collect::<Vec<_>>().into_iter()
+}
+
+fn can_build_core(bin_dir: &Path) -> bool {
+    let rustc = bin_dir.join("rustc");
+    bin_dir.join("cargo").is_file()
+        && process::output(Command::new(&rustc).arg("--version"), "").is_ok_and(|version| is_recent(&version))
+        && sysroot(&rustc).is_some_and(|dir| dir.join("lib/rustlib/src/rust/library/core/src/lib.rs").is_file())
+}
+
+/// Whether `rustc --version` printed 1.90 or later.
+fn is_recent(version: &str) -> bool {
+    let minor = version.strip_prefix("rustc 1.").and_then(|rest| rest.split('.').next());
+    minor.and_then(|minor| minor.parse::<u32>().ok()).is_some_and(|minor| minor >= RUSTC_MINOR_MIN)
+}
+
+fn sysroot(rustc: &Path) -> Option<PathBuf> {
+    process::output(Command::new(rustc).args(["--print", "sysroot"]), "").ok().map(PathBuf::from)
+}
+
+/// The linker that ships with the default toolchain, otherwise the system's.
+fn rust_lld() -> Option<PathBuf> {
+    let host_libdir = process::output(Command::new("rustc").args(["--print", "target-libdir"]), "").ok()?;
+    let bundled = Path::new(&host_libdir).parent()?.join("bin/rust-lld");
+    let system = path_dirs().flat_map(|dir| [dir.join("rust-lld"), dir.join("ld.lld")]);
+    std::iter::once(bundled).chain(system).find(|linker| linker.is_file())
+}
+
+fn add_rustup_target() {
+    announce(&format!("rustup target add {FIRMWARE_TARGET}"));
+    let mut rustup = Command::new("rustup");
+    rustup.current_dir(workspace::root()).env("RUSTUP_MAX_RETRIES", "0").args(["target", "add", FIRMWARE_TARGET]);
+    if let Err(error) = process::run_within(&mut rustup, RUSTUP_PATIENCE) {
+        eprintln!("    no: {error:#}");
+    }
+}
+
+fn install_debian_packages() -> Result<()> {
+    let is_root = process::output(Command::new("id").arg("-u"), "").is_ok_and(|id| id == "0");
+    if !is_root || !process::answers(Command::new("apt-get").arg("--version")) {
+        return Ok(());
+    }
+    announce(&format!(
+        "apt-get install {} (a system-wide rustc with the library's sources)",
+        DEBIAN_PACKAGES.join(" ")
+    ));
+    process::run(Command::new("apt-get").arg("update"), "")?;
+    let mut install = Command::new("apt-get");
+    install
+        .env("DEBIAN_FRONTEND", "noninteractive")
+        .args(["install", "-y", "--no-install-recommends"])
+        .args(DEBIAN_PACKAGES);
+    process::run(&mut install, "")
+}
+
+fn remedy() -> String {
+    format!(
+        "no compiler for {FIRMWARE_TARGET} was found. Install one of:\n  \
+         - with rustup:    rustup target add {FIRMWARE_TARGET}\n  \
+         - with rustup:    rustup component add rust-src (core is then built from its sources)\n  \
+         - on Debian:      apt-get install {} (beside a rustup toolchain or the package lld)",
+        DEBIAN_PACKAGES.join(" ")
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_recent;
+
+    #[test]
+    fn a_compiler_is_recent_from_1_90_on() {
+        assert!(is_recent("rustc 1.90.0 (1159e78c4 2025-09-14)"));
+        assert!(is_recent("rustc 1.96.0 (ac68faa20 2026-05-25) (built from a source tarball)"));
+        assert!(!is_recent("rustc 1.63.0"));
+        assert!(!is_recent("error: no default toolchain"));
+    }
+}

@@ -1,0 +1,39 @@
+//! Where things are.
+
+use std::env;
+use std::path::{Path, PathBuf};
+
+/// The package, and the binary, of the firmware.
+pub const FIRMWARE: &str = "rp2040-gantry";
+/// The RP2040's cores are Cortex-M0+.
+pub const FIRMWARE_TARGET: &str = "thumbv6m-none-eabi";
+
+/// The folder of the root `Cargo.toml`.
+pub fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("xtask lies in the workspace")
+}
+
+/// Cargo's output folder: `CARGO_TARGET_DIR`, otherwise `target`.
+pub fn target_dir() -> PathBuf {
+    env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), |dir| root().join(dir))
+}
+
+/// The firmware with its symbols.
+pub fn firmware_elf() -> PathBuf {
+    target_dir().join(FIRMWARE_TARGET).join("release").join(FIRMWARE)
+}
+
+/// The firmware as the Pico's boot drive takes it.
+pub fn firmware_uf2() -> PathBuf {
+    firmware_elf().with_extension("uf2")
+}
+
+/// The emulated board's Node package.
+pub fn emulator_dir() -> PathBuf {
+    root().join("tests").join("emulator")
+}
+
+/// `path` as a user in the root folder would write it.
+pub fn shown(path: &Path) -> String {
+    path.strip_prefix(root()).unwrap_or(path).display().to_string()
+}
