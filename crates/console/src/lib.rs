@@ -1,3 +1,59 @@
-//! Isostep console.
+//! The Grbl 1.1 dialect without input or output: bytes in, commands out; replies and status in, bytes out.
+//!
+//! ```text
+//! byte -> realtime::classify --(not real-time)--> LineAssembler -> Interpreter -> Command
+//! Settings, Modal, Status, Error, Alarm -> report, StatusReporter -> bytes
+//! ```
+//!
+//! Nothing here reads a clock, awaits or allocates: the caller brings the bytes, the machine's [`State`] and
+//! the [`Settings`]. A line that ends in an error leaves every modal value as it was.
+//!
+//! ```
+//! use isostep_console::{Block, Command, Interpreter, LineAssembler, Motion, Rate, Settings, State};
+//!
+//! let (mut lines, mut interpreter) = (LineAssembler::new(), Interpreter::new());
+//! for &byte in b"g1 x10 (a comment) f600\n" {
+//!     let Some(line) = lines.push(byte) else { continue };
+//!     let command = line.and_then(|line| interpreter.interpret(line, State::Idle, &Settings::DEFAULT));
+//!     let motion = Some(Motion::Move { target_mm: [10.0, 0.0, 0.0], rate: Rate::Feed { mm_min: 600.0 } });
+//!     assert_eq!(command, Ok(Command::Block(Block { motion, ..Block::default() })));
+//! }
+//! ```
 #![no_std]
 #![forbid(unsafe_code)]
+
+#[cfg(test)]
+extern crate std;
+
+mod alarm;
+mod block;
+mod command;
+mod error;
+mod fixed;
+mod interpreter;
+mod line;
+mod modal;
+pub mod realtime;
+pub mod report;
+mod setting_error;
+mod setting_table;
+mod settings;
+mod status;
+mod system;
+mod words;
+
+pub use alarm::Alarm;
+pub use command::{Block, Command, Motion, Rate, State};
+pub use error::Error;
+pub use fixed::Fixed;
+pub use interpreter::{Interpreter, MAX_COORDINATE_MM, MIN_FEED_MM_MIN};
+pub use line::{LineAssembler, MAX_LINE_CHARS};
+pub use modal::{Coolant, Modal, MotionMode, Spindle};
+pub use realtime::Realtime;
+pub use setting_error::SettingError;
+pub use setting_table::{Setting, TABLE as SETTING_TABLE};
+pub use settings::Settings;
+pub use status::{Status, StatusReporter};
+
+/// Axes of the machine, in the order X, Y, Z.
+pub const AXES: usize = 3;

@@ -1,0 +1,145 @@
+//! Bytes to lines, as Grbl strips them.
+
+use heapless::String;
+
+use crate::Error;
+
+/// The longest line, in characters left after spaces and comments are stripped.
+pub const MAX_LINE_CHARS: usize = 79;
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Comment {
+    None,
+    Parentheses,
+    ToEndOfLine,
+}
+
+/// Collects bytes until CR or LF ends the line; strips spaces, tabs, `/`, `(...)` and `;...`, and upper-cases.
+#[derive(Debug, Clone)]
+pub struct LineAssembler {
+    text: String<MAX_LINE_CHARS>,
+    comment: Comment,
+    fault: Option<Error>,
+    ended: bool,
+}
+
+impl LineAssembler {
+    /// Waits for the first byte of a line.
+    pub const fn new() -> Self {
+        Self { text: String::new(), comment: Comment::None, fault: None, ended: false }
+    }
+
+    /// Forgets the line begun, as a reset does.
+    pub fn reset(&mut self) {
+        *self = Self::new();
+    }
+
+    /// Takes the next byte; gives the line that it ends.
+    ///
+    /// # Errors
+    /// Once per line, when the line ends: [`Error::LineTooLong`] above [`MAX_LINE_CHARS`], or
+    /// [`Error::LetterMissing`] for a control character or a byte above 0x7E outside comments.
+    pub fn push(&mut self, byte: u8) -> Option<Result<&str, Error>> {
+        if self.ended {
+            self.reset();
+        }
+        if matches!(byte, b'\r' | b'\n') {
+            self.ended = true;
+            return Some(self.fault.map_or(Ok(self.text.as_str()), Err));
+        }
+        match (self.comment, byte) {
+            (Comment::Parentheses, b')') => self.comment = Comment::None,
+            (Comment::Parentheses | Comment::ToEndOfLine, _) => {}
+            (Comment::None, b'(') => self.comment = Comment::Parentheses,
+            (Comment::None, b';') => self.comment = Comment::ToEndOfLine,
+            (Comment::None, b' ' | b'\t' | b'/') => {}
+            (Comment::None, b'!'..=b'~') => self.keep(byte),
+            (Comment::None, _) => self.fail(Error::LetterMissing),
+        }
+        None
+    }
+
+    fn keep(&mut self, byte: u8) {
+        if self.text.push(byte.to_ascii_uppercase().into()).is_err() {
+            self.fail(Error::LineTooLong);
+        }
+    }
+
+    /// The first fault of a line is the one reported.
+    fn fail(&mut self, error: Error) {
+        self.fault.get_or_insert(error);
+    }
+}
+
+impl Default for LineAssembler {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::{format, string::String, vec::Vec};
+
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn lines(bytes: &[u8]) -> Vec<Result<String, Error>> {
+        let mut assembler = LineAssembler::new();
+        bytes.iter().filter_map(|&byte| assembler.push(byte).map(|line| line.map(String::from))).collect()
+    }
+
+    #[test]
+    fn strips_and_upper_cases_as_grbl_does() {
+        let rows: &[(&str, &str)] = &[
+            ("g1 x1.5\n", "G1X1.5"),
+            ("g1(fast; not (so))x2\n", "G1)X2"),
+            ("G0 X1 ; go (there\n", "G0X1"),
+            ("/g28\n", "G28"),
+            ("$ 110 = 2 (rate)\n", "$110=2"),
+            ("\tM30\t\n", "M30"),
+            ("(never closed\n", ""),
+        ];
+        for &(sent, line) in rows {
+            assert_eq!(lines(sent.as_bytes()), [Ok(line.into())], "{sent:?}");
+        }
+    }
+
+    #[test]
+    fn an_empty_line_is_a_line_and_crlf_ends_two() {
+        assert_eq!(lines(b"\nG0\r\n"), [Ok("".into()), Ok("G0".into()), Ok("".into())]);
+    }
+
+    #[test]
+    fn a_comment_ends_with_its_line() {
+        assert_eq!(lines(b"(a\nG0\n;b\nG1\n"), ["", "G0", "", "G1"].map(|line| Ok(line.into())));
+    }
+
+    #[test]
+    fn the_79th_character_fits_and_the_80th_costs_one_error() {
+        let longest = "X".repeat(79);
+        assert_eq!(lines(format!("{longest} (not counted)\n").as_bytes()), [Ok(longest.clone())]);
+        assert_eq!(lines(format!("{longest}Y\n").as_bytes()), [Err(Error::LineTooLong)]);
+        let endless = format!("{}\nG0\n", "X".repeat(10_000));
+        assert_eq!(lines(endless.as_bytes()), [Err(Error::LineTooLong), Ok("G0".into())]);
+    }
+
+    #[test]
+    fn binary_costs_one_error_a_line() {
+        assert_eq!(lines(b"\x7fELF\x01\x00\xffG0\nG0\n"), [Err(Error::LetterMissing), Ok("G0".into())]);
+        assert_eq!(lines(b"(\x00\x07)G0\n"), [Ok("G0".into())]);
+    }
+
+    proptest! {
+        #[test]
+        fn any_bytes_give_one_line_for_each_end_of_line(bytes in prop::collection::vec(any::<u8>(), 0..2000)) {
+            let ends = bytes.iter().filter(|byte| matches!(byte, b'\r' | b'\n')).count();
+            let lines = lines(&bytes);
+            prop_assert_eq!(lines.len(), ends);
+            for line in lines.into_iter().flatten() {
+                prop_assert!(line.len() <= MAX_LINE_CHARS && line.bytes().all(|byte| byte.is_ascii_graphic()));
+            }
+        }
+    }
+}

@@ -1,0 +1,102 @@
+//! Why `$n=v` was refused: the value, the limit and the remedy.
+
+use core::fmt;
+
+use crate::{AXES, Error, Fixed};
+
+/// Why a setting was refused; nothing has changed. Prints as the text of a `[MSG:...]`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[expect(
+    missing_docs,
+    reason = "the fields are the setting's number, the value asked for, and the limit with its unit"
+)]
+pub enum SettingError {
+    /// There is no such setting.
+    Unknown { number: u16 },
+    /// No setting may be negative.
+    Negative { number: u16, value: f32 },
+    /// The setting takes whole numbers.
+    NotInteger { number: u16, value: f32 },
+    /// The value is below the setting's range.
+    TooLow { number: u16, value: f32, min: f32, unit: &'static str },
+    /// The value is above the setting's range, or not a number.
+    TooHigh { number: u16, value: f32, max: f32, unit: &'static str },
+    /// `$20=1` asks for `$22=1`.
+    SoftLimitsNeedHoming,
+    /// `$901` names each of 1, 2 and 3 once.
+    HomingOrder { digits: u16 },
+    /// The top speed of an axis is more than the pulse width or the driver carries.
+    RateTooHigh { axis: usize, asked_mm_min: f32, max_mm_min: f32, steps_per_mm: f32 },
+    /// An axis would start faster than its top speed.
+    StartAboveTop { axis: usize, start_mm_min: f32, top_mm_min: f32 },
+}
+
+impl SettingError {
+    /// The error that Grbl would give, or the nearest.
+    pub const fn error(&self) -> Error {
+        match self {
+            Self::Unknown { .. } => Error::UnknownStatement,
+            Self::Negative { .. } => Error::Negative,
+            Self::NotInteger { .. } => Error::IntegerRequired,
+            Self::TooLow { number: 0, .. } => Error::PulseTooShort,
+            Self::TooLow { .. } | Self::TooHigh { .. } | Self::HomingOrder { .. } => Error::BadNumber,
+            Self::SoftLimitsNeedHoming => Error::SoftLimitsNeedHoming,
+            Self::RateTooHigh { .. } | Self::StartAboveTop { .. } => Error::RateTooHigh,
+        }
+    }
+}
+
+const fn fixed(value: f32) -> Fixed {
+    Fixed { value, decimals: 3 }
+}
+
+/// `$110`-like number of an axis.
+const fn of_axis(number: usize, axis: usize) -> usize {
+    debug_assert!(axis < AXES);
+    number + axis
+}
+
+impl fmt::Display for SettingError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Unknown { number } => write!(f, "there is no ${number}: $$ lists the settings"),
+            Self::Negative { number, value } => {
+                write!(f, "${number}={} is negative: give 0 or more", fixed(value))
+            }
+            Self::NotInteger { number, value } => {
+                write!(f, "${number}={} is not a whole number: remove the fraction", fixed(value))
+            }
+            Self::TooLow { number, value, min, unit } => {
+                write!(f, "${number}={} is below the least, {} {unit}: raise it", fixed(value), fixed(min))
+            }
+            Self::TooHigh { number, value, max, unit } => {
+                write!(f, "${number}={} is above the most, {} {unit}: lower it", fixed(value), fixed(max))
+            }
+            Self::SoftLimitsNeedHoming => f.write_str("$20=1 needs a homed machine: set $22=1 first"),
+            Self::HomingOrder { digits } => {
+                write!(f, "$901={digits} is no order: give each of 1 (X), 2 (Y) and 3 (Z) once, as in 312")
+            }
+            Self::RateTooHigh { axis, asked_mm_min, max_mm_min, steps_per_mm } => {
+                let (rate, scale) = (of_axis(110, axis), of_axis(100, axis));
+                let (asked, steps) = (fixed(asked_mm_min), fixed(steps_per_mm));
+                // Cut, not rounded: the figure named must itself be accepted.
+                let most = max_mm_min as u32;
+                write!(
+                    f,
+                    "${rate}={asked} is above the {most} mm/min that pulse and driver carry at ${scale}={steps} steps/mm: \
+                     lower ${rate} or ${scale}"
+                )
+            }
+            Self::StartAboveTop { axis, start_mm_min, top_mm_min } => {
+                let (start, top) = (of_axis(910, axis), of_axis(110, axis));
+                let (asked, most) = (fixed(start_mm_min), fixed(top_mm_min));
+                write!(
+                    f,
+                    "${start}={asked} is above the top speed, ${top}={most} mm/min: lower ${start} or raise ${top}"
+                )
+            }
+        }
+    }
+}
+
+impl core::error::Error for SettingError {}

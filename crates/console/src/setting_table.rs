@@ -1,0 +1,133 @@
+//! One table drives `$$`, `$n=v` and the documentation of the settings.
+
+use core::fmt;
+
+use crate::{AXES, Fixed, SettingError, Settings};
+
+pub(crate) const HOMING: u16 = 22;
+
+/// A row: one setting, or one for each axis.
+#[derive(Debug, Clone, Copy)]
+pub struct Setting {
+    /// The number after `$`; of X where there is one for each axis.
+    pub number: u16,
+    /// The unit, empty for flags and masks.
+    pub unit: &'static str,
+    /// What it means.
+    pub meaning: &'static str,
+    /// The least value.
+    pub min: f32,
+    /// The greatest value.
+    pub max: f32,
+    field: Field,
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Field {
+    Flag(fn(&mut Settings) -> &mut bool),
+    Int(fn(&mut Settings) -> &mut u16),
+    Float(fn(&mut Settings) -> &mut f32),
+    PerAxis(fn(&mut Settings) -> &mut [f32; AXES]),
+}
+
+use Field::{Flag, Float, Int, PerAxis};
+
+const fn row(number: u16, unit: &'static str, meaning: &'static str, min: f32, max: f32, field: Field) -> Setting {
+    Setting { number, unit, meaning, min, max, field }
+}
+
+/// Every setting, by rising number.
+#[rustfmt::skip]
+pub static TABLE: &[Setting] = &[
+    row(0, "us", "step pulse", 2.0, 255.0, Int(|s| &mut s.pulse_us)),
+    row(1, "ms", "motors stay energised after a move; 255 for ever", 0.0, 255.0, Int(|s| &mut s.idle_delay_ms)),
+    row(2, "", "step invert, mask", 0.0, 7.0, Int(|s| &mut s.step_invert_mask)),
+    row(3, "", "direction invert, mask", 0.0, 7.0, Int(|s| &mut s.direction_invert_mask)),
+    row(4, "", "enable is active high", 0.0, 1.0, Flag(|s| &mut s.enable_invert)),
+    row(5, "", "limit switches open when pressed", 0.0, 1.0, Flag(|s| &mut s.limit_invert)),
+    row(10, "", "status report, mask: 1 machine position, 2 buffers", 0.0, 3.0, Int(|s| &mut s.report_mask)),
+    row(13, "", "report in inches", 0.0, 1.0, Flag(|s| &mut s.report_inches)),
+    row(20, "", "soft limits, once homed", 0.0, 1.0, Flag(|s| &mut s.soft_limits)),
+    row(21, "", "hard limits", 0.0, 1.0, Flag(|s| &mut s.hard_limits)),
+    row(HOMING, "", "homing", 0.0, 1.0, Flag(|s| &mut s.homing)),
+    row(23, "", "home towards negative, mask", 0.0, 7.0, Int(|s| &mut s.homing_direction_mask)),
+    row(24, "mm/min", "homing latch", 1.0, 1e5, Float(|s| &mut s.homing_latch_mm_min)),
+    row(25, "mm/min", "homing seek", 1.0, 1e5, Float(|s| &mut s.homing_seek_mm_min)),
+    row(26, "ms", "homing debounce", 0.0, 1000.0, Int(|s| &mut s.homing_debounce_ms)),
+    row(27, "mm", "homing pull-off", 0.1, 100.0, Float(|s| &mut s.homing_pull_off_mm)),
+    row(100, "steps/mm", "steps per millimetre", 0.1, 1e4, PerAxis(|s| &mut s.steps_per_mm)),
+    row(110, "mm/min", "top speed", 1.0, 1e7, PerAxis(|s| &mut s.max_rate_mm_min)),
+    row(120, "mm/s2", "acceleration", 0.1, 1e5, PerAxis(|s| &mut s.accel_mm_s2)),
+    row(130, "mm", "travel", 1.0, 1e4, PerAxis(|s| &mut s.travel_mm)),
+    row(900, "", "interval law: 0 fastest, 1 thirds", 0.0, 1.0, Flag(|s| &mut s.interval_thirds)),
+    row(901, "", "homing order, axis digits: 1 X, 2 Y, 3 Z", 123.0, 321.0, Int(|s| &mut s.homing_order_digits)),
+    row(910, "mm/min", "start speed", 0.0, 1e7, PerAxis(|s| &mut s.start_rate_mm_min)),
+    row(920, "mm/s2", "deceleration; 0 for the acceleration", 0.0, 1e5, PerAxis(|s| &mut s.decel_or_0_mm_s2)),
+];
+
+/// The row that holds `number`, and the axis index.
+pub(crate) fn find(number: u16) -> Option<(&'static Setting, usize)> {
+    TABLE
+        .iter()
+        .find(|setting| setting.numbers().contains(&number))
+        .map(|setting| (setting, usize::from(number - setting.number)))
+}
+
+impl Setting {
+    /// The numbers that the row holds: one, or one for each axis.
+    pub fn numbers(&self) -> core::ops::Range<u16> {
+        let count = if matches!(self.field, PerAxis(_)) { AXES as u16 } else { 1 };
+        self.number..self.number + count
+    }
+
+    /// Whether the value must be a whole number.
+    pub fn is_integer(&self) -> bool {
+        matches!(self.field, Flag(_) | Int(_))
+    }
+
+    /// Checks a value against the row, for setting `number`.
+    pub(crate) fn check(&self, number: u16, value: f32) -> Result<(), SettingError> {
+        let Self { unit, min, max, .. } = *self;
+        if value < 0.0 {
+            return Err(SettingError::Negative { number, value });
+        }
+        if self.is_integer() && value % 1.0 != 0.0 {
+            return Err(SettingError::NotInteger { number, value });
+        }
+        if value < min {
+            return Err(SettingError::TooLow { number, value, min, unit });
+        }
+        if value > max || value.is_nan() {
+            return Err(SettingError::TooHigh { number, value, max, unit });
+        }
+        Ok(())
+    }
+
+    pub(crate) fn value(&self, settings: &Settings, axis: usize) -> f32 {
+        let mut settings = *settings;
+        match self.field {
+            Flag(field) => u8::from(*field(&mut settings)).into(),
+            Int(field) => (*field(&mut settings)).into(),
+            Float(field) => *field(&mut settings),
+            PerAxis(field) => field(&mut settings)[axis],
+        }
+    }
+
+    pub(crate) fn set(&self, settings: &mut Settings, axis: usize, value: f32) {
+        match self.field {
+            Flag(field) => *field(settings) = value != 0.0,
+            Int(field) => *field(settings) = value as u16,
+            Float(field) => *field(settings) = value,
+            PerAxis(field) => field(settings)[axis] = value,
+        }
+    }
+
+    /// `$n=v` for each number of the row, as `$$` prints it.
+    pub(crate) fn print(&self, out: &mut dyn fmt::Write, settings: &Settings) -> fmt::Result {
+        let decimals = if self.is_integer() { 0 } else { 3 };
+        self.numbers().enumerate().try_for_each(|(axis, number)| {
+            let value = Fixed { value: self.value(settings, axis), decimals };
+            write!(out, "${number}={value}\r\n")
+        })
+    }
+}

@@ -1,0 +1,162 @@
+//! The machine's settings, and what must hold between them.
+
+use crate::{AXES, SettingError, setting_table};
+
+/// Every setting, as `$$` lists them; per-axis values in the order X, Y, Z. Masks have bit 0 for X.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    /// `$0`: STEP is high for this long.
+    pub pulse_us: u16,
+    /// `$1`: the motors stay energised for this long after a move; 255 for ever.
+    pub idle_delay_ms: u16,
+    /// `$2`: axes whose STEP is active low.
+    pub step_invert_mask: u16,
+    /// `$3`: axes whose DIR is low for positive.
+    pub direction_invert_mask: u16,
+    /// `$4`: ENABLE is active high.
+    pub enable_invert: bool,
+    /// `$5`: the limit switches open when pressed.
+    pub limit_invert: bool,
+    /// `$10`: bit 0 reports machine rather than work position, bit 1 adds the free buffers.
+    pub report_mask: u16,
+    /// `$13`: report positions and feeds in inches.
+    pub report_inches: bool,
+    /// `$20`: refuse targets outside the travel, once homed.
+    pub soft_limits: bool,
+    /// `$21`: stop when a switch closes.
+    pub hard_limits: bool,
+    /// `$22`: `$H` homes.
+    pub homing: bool,
+    /// `$23`: axes that home towards negative.
+    pub homing_direction_mask: u16,
+    /// `$24`: the slow approach that sets the zero.
+    pub homing_latch_mm_min: f32,
+    /// `$25`: the fast approach that finds the switch.
+    pub homing_seek_mm_min: f32,
+    /// `$26`: a switch must be steady for this long.
+    pub homing_debounce_ms: u16,
+    /// `$27`: distance from the switch to the zero.
+    pub homing_pull_off_mm: f32,
+    /// `$100`-`$102`.
+    pub steps_per_mm: [f32; AXES],
+    /// `$110`-`$112`: top speed.
+    pub max_rate_mm_min: [f32; AXES],
+    /// `$120`-`$122`.
+    pub accel_mm_s2: [f32; AXES],
+    /// `$130`-`$132`: an axis travels from 0 to this.
+    pub travel_mm: [f32; AXES],
+    /// `$900`: accelerate, cruise and brake over three equal times (thirds), not as fast as the limits allow.
+    pub interval_thirds: bool,
+    /// `$901`: the axes in the order they home, as digits; see [`Settings::homing_order`].
+    pub homing_order_digits: u16,
+    /// `$910`-`$912`: the speed that an axis starts and stops at without a ramp.
+    pub start_rate_mm_min: [f32; AXES],
+    /// `$920`-`$922`: 0 for the acceleration; see [`Settings::decel_mm_s2`].
+    pub decel_or_0_mm_s2: [f32; AXES],
+}
+
+impl Settings {
+    /// The default machine: the papers' parking gantry on DRV8825 drivers.
+    pub const DEFAULT: Self = Self {
+        pulse_us: 2,
+        idle_delay_ms: 255,
+        step_invert_mask: 0,
+        direction_invert_mask: 0,
+        enable_invert: false,
+        limit_invert: false,
+        report_mask: 1,
+        report_inches: false,
+        soft_limits: true,
+        hard_limits: true,
+        homing: true,
+        homing_direction_mask: 0b111,
+        homing_latch_mm_min: 60.0,
+        homing_seek_mm_min: 600.0,
+        homing_debounce_ms: 5,
+        homing_pull_off_mm: 2.0,
+        steps_per_mm: [50.0; AXES],
+        max_rate_mm_min: [2880.0; AXES],
+        accel_mm_s2: [50.0; AXES],
+        travel_mm: [350.0, 400.0, 100.0],
+        interval_thirds: false,
+        homing_order_digits: 312,
+        start_rate_mm_min: [0.0; AXES],
+        decel_or_0_mm_s2: [0.0; AXES],
+    };
+
+    /// Deceleration per axis: its own, or the acceleration where that is 0.
+    pub fn decel_mm_s2(&self) -> [f32; AXES] {
+        core::array::from_fn(|axis| match self.decel_or_0_mm_s2[axis] {
+            0.0 => self.accel_mm_s2[axis],
+            decel_mm_s2 => decel_mm_s2,
+        })
+    }
+
+    /// Axis indices in the order they home.
+    pub fn homing_order(&self) -> [usize; AXES] {
+        let digits = self.homing_order_digits;
+        [digits / 100, digits / 10 % 10, digits % 10].map(|digit| usize::from(digit).saturating_sub(1))
+    }
+
+    /// The value of setting `number`, as `$$` prints it, flags as 0 or 1.
+    pub fn get(&self, number: u16) -> Option<f32> {
+        let (setting, axis) = setting_table::find(number)?;
+        Some(setting.value(self, axis))
+    }
+
+    /// These settings with one changed, if all of them still work together. `max_steps_s` is what the step
+    /// outputs can carry. `$22=0` turns `$20` off too, as Grbl does.
+    ///
+    /// # Errors
+    /// What is wrong with the value, or between it and another setting.
+    pub fn with(mut self, number: u16, value: f32, max_steps_s: f32) -> Result<Self, SettingError> {
+        let (setting, axis) = setting_table::find(number).ok_or(SettingError::Unknown { number })?;
+        setting.check(number, value)?;
+        setting.set(&mut self, axis, value);
+        if number == setting_table::HOMING && !self.homing {
+            self.soft_limits = false;
+        }
+        self.check(max_steps_s)?;
+        Ok(self)
+    }
+
+    /// What must hold between settings.
+    ///
+    /// # Errors
+    /// The first rule broken: soft limits without homing, a homing order that is not one of X, Y and Z each once,
+    /// a step rate above what `max_steps_s` or the pulse width carries, a start speed above the top speed.
+    pub fn check(&self, max_steps_s: f32) -> Result<(), SettingError> {
+        if self.soft_limits && !self.homing {
+            return Err(SettingError::SoftLimitsNeedHoming);
+        }
+        if !matches!(self.homing_order_digits, 123 | 132 | 213 | 231 | 312 | 321) {
+            return Err(SettingError::HomingOrder { digits: self.homing_order_digits });
+        }
+        (0..AXES).try_for_each(|axis| self.check_axis(axis, max_steps_s))
+    }
+
+    fn check_axis(&self, axis: usize, max_steps_s: f32) -> Result<(), SettingError> {
+        let asked_mm_min = self.max_rate_mm_min[axis];
+        let steps_per_mm = self.steps_per_mm[axis];
+        let max_mm_min = max_steps_s.min(self.pulse_steps_s()) * 60.0 / steps_per_mm;
+        if asked_mm_min > max_mm_min {
+            return Err(SettingError::RateTooHigh { axis, asked_mm_min, max_mm_min, steps_per_mm });
+        }
+        let start_mm_min = self.start_rate_mm_min[axis];
+        if start_mm_min > asked_mm_min {
+            return Err(SettingError::StartAboveTop { axis, start_mm_min, top_mm_min: asked_mm_min });
+        }
+        Ok(())
+    }
+
+    /// A pulse, and a pause as long.
+    fn pulse_steps_s(&self) -> f32 {
+        1e6 / (2.0 * f32::from(self.pulse_us))
+    }
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
