@@ -1,0 +1,95 @@
+import { boot, buildChip, loadInto } from './chip.mjs';
+import { MachineClock, NANOS_PER_CYCLE } from './clock.mjs';
+import { run } from './core.mjs';
+import { Gantry } from './gantry.mjs';
+import { UartCable } from './uart-cable.mjs';
+import { UsbHost } from './usb-host.mjs';
+import { RESET_FORCED } from './watchdog.mjs';
+
+/** The whole machine on the desk: a Pico with its firmware, the gantry, and one cable to the sender. */
+export class Board {
+  /**
+   * @param {{address: number, bytes: Uint8Array}[]} segments the firmware
+   * @param {{console: 'usb' | 'uart'} & object} options see options.mjs
+   */
+  constructor(segments, options) {
+    this.clock = new MachineClock();
+    this.gantry = new Gantry(this.clock, options);
+    this.warnings = new Set();
+    this.resets = [];
+    this.paused = false;
+    /** The far end of the cable: set by the console that listens. */
+    this.onBytes = () => {};
+    this.onChip = () => {};
+    this.#build();
+    loadInto(this.chip, segments);
+    const listener = { onData: (bytes) => this.onBytes(bytes), onConnect: () => {} };
+    this.cable = options.console === 'uart' ? new UartCable(this.clock, listener) : new UsbHost(this.clock, listener);
+    this.#start();
+  }
+
+  get nanos() {
+    return this.clock.cycles * NANOS_PER_CYCLE;
+  }
+
+  /** Runs the machine until the given cycle, or until something calls `pause`. */
+  run(limitCycle) {
+    const { clock } = this;
+    this.paused = false;
+    while (!this.paused && clock.cycles < limitCycle) {
+      clock.fireDue();
+      if (this.paused) break;
+      if (this.core.waiting) this.#sleep(Math.min(clock.next, limitCycle));
+      else run(this.core, this.bus, clock, limitCycle);
+    }
+  }
+
+  /** Makes `run` return on this very cycle: what waits for an event then acts on it at its instant. */
+  pause() {
+    this.paused = true;
+  }
+
+  #sleep(untilCycle) {
+    const cycles = Math.max(0, untilCycle - this.core.cycles);
+    this.core.cycles += cycles;
+    this.clock.asleepCycles += cycles;
+  }
+
+  #build() {
+    const built = buildChip(this.clock, {
+      onWatchdog: (reason) => this.#reset(reason),
+      onUartByte: (byte) => this.cable.received?.(byte),
+      onBreak: (pc) => this.#panicked(pc),
+      onWarning: (text) => this.warnings.add(text),
+    });
+    Object.assign(this, built);
+  }
+
+  #start() {
+    boot(this.chip);
+    this.gantry.attach(this.chip);
+    this.cable.attach(this.chip, this.uart);
+    this.onChip(this.chip);
+  }
+
+  /** A watchdog reset: a fresh chip in the same place, with memory, scratch registers and the reason kept. */
+  #reset(reason) {
+    const { chip, watchdog } = this;
+    this.resets.push({ t_ns: this.nanos, reason: reason === RESET_FORCED ? 'forced' : 'timed out' });
+    this.clock.dropChipAlarms();
+    this.#build();
+    this.chip.flash.set(chip.flash);
+    this.chip.sram.set(chip.sram);
+    this.watchdog.scratch.set(watchdog.scratch);
+    this.watchdog.reason = reason;
+    this.#start();
+    this.pause();
+  }
+
+  #panicked(pc) {
+    throw new Error(
+      `the firmware stopped at a breakpoint, pc 0x${pc.toString(16)}, at ${(this.nanos / 1e9).toFixed(6)} s: it panicked. ` +
+        `Find the line with: addr2line -f -i -e <elf> 0x${pc.toString(16)}`,
+    );
+  }
+}

@@ -1,0 +1,89 @@
+const FLASH_PAGE = 0x10;
+const FLASH_MASK = 0xffffff;
+const RAM_START = 0x20000000;
+const SIO_PAGE = 0xd;
+const APB_PAGE = 0x4;
+
+/**
+ * What the core reads and writes: flash and RAM through typed arrays, everything else through rp2040js. A Cortex-M0+
+ * faults on an unaligned access; here it is an error that ends the run, because it is always the firmware's.
+ */
+export class Bus {
+  constructor(chip) {
+    this.chip = chip;
+    this.flash8 = chip.flash;
+    this.flash16 = new Uint16Array(chip.flash.buffer);
+    this.flash32 = new Uint32Array(chip.flash.buffer);
+    this.ram8 = chip.sram;
+    this.ram16 = new Uint16Array(chip.sram.buffer);
+    this.ram32 = new Uint32Array(chip.sram.buffer);
+    this.ramSize = chip.sram.length;
+  }
+
+  /** The instruction at an address. */
+  fetch(address) {
+    if (address >>> 24 === FLASH_PAGE) return this.flash16[(address & FLASH_MASK) >>> 1];
+    const offset = address - RAM_START;
+    if (offset >= 0 && offset < this.ramSize) return this.ram16[offset >>> 1];
+    throw new Error(`the core ran to 0x${address.toString(16)}, where there is no program (the bootrom is not emulated)`);
+  }
+
+  read32(address) {
+    const offset = address - RAM_START;
+    if ((address & 3) !== 0) throw unaligned('read', address);
+    if (offset >= 0 && offset < this.ramSize) return this.ram32[offset >>> 2];
+    if (address >>> 24 === FLASH_PAGE) return this.flash32[(address & FLASH_MASK) >>> 2];
+    return this.chip.readUint32(address);
+  }
+
+  read16(address) {
+    const offset = address - RAM_START;
+    if ((address & 1) !== 0) throw unaligned('read', address);
+    if (offset >= 0 && offset < this.ramSize) return this.ram16[offset >>> 1];
+    if (address >>> 24 === FLASH_PAGE) return this.flash16[(address & FLASH_MASK) >>> 1];
+    return this.chip.readUint16(address);
+  }
+
+  read8(address) {
+    const offset = address - RAM_START;
+    if (offset >= 0 && offset < this.ramSize) return this.ram8[offset];
+    if (address >>> 24 === FLASH_PAGE) return this.flash8[address & FLASH_MASK];
+    return this.chip.readUint8(address);
+  }
+
+  write32(address, value) {
+    const offset = address - RAM_START;
+    if ((address & 3) !== 0) throw unaligned('write', address);
+    if (offset >= 0 && offset < this.ramSize) this.ram32[offset >>> 2] = value;
+    else this.chip.writeUint32(address, value >>> 0);
+  }
+
+  write16(address, value) {
+    const offset = address - RAM_START;
+    if ((address & 1) !== 0) throw unaligned('write', address);
+    if (offset >= 0 && offset < this.ramSize) this.ram16[offset >>> 1] = value;
+    else this.chip.writeUint16(address, value & 0xffff);
+  }
+
+  write8(address, value) {
+    const offset = address - RAM_START;
+    if (offset >= 0 && offset < this.ramSize) this.ram8[offset] = value;
+    else this.chip.writeUint8(address, value & 0xff);
+  }
+}
+
+/** Cycles a load takes beyond its first: none on the single-cycle I/O bus, three on the peripherals' (APB). */
+export function readCycles(address) {
+  const page = address >>> 28;
+  return page === SIO_PAGE ? 0 : page === APB_PAGE ? 3 : 1;
+}
+
+/** Cycles a store takes beyond its first. */
+export function writeCycles(address) {
+  const page = address >>> 28;
+  return page === SIO_PAGE ? 0 : page === APB_PAGE ? 4 : 1;
+}
+
+function unaligned(verb, address) {
+  return new Error(`unaligned ${verb} at 0x${address.toString(16)}: a Cortex-M0+ takes a HardFault here`);
+}

@@ -1,0 +1,34 @@
+import { STEPS_PER_MM } from './pins.mjs';
+
+/** One carriage on its motor: where it is, where the firmware's steps have taken it, and whether it presses its switch. */
+export class Carriage {
+  /** @param {number} startMm how far above its switch it stands at power-up */
+  constructor(startMm, limitSwitch) {
+    this.startMm = startMm;
+    this.limitSwitch = limitSwitch;
+    /** Steps taken since power-up, up and down: never re-zeroed. */
+    this.travelSteps = 0;
+    this.lowestSteps = 0;
+    this.highestSteps = 0;
+    /** The position a trace speaks of: 0 at power-up, 0 again when the axis is homed. */
+    this.positionSteps = 0;
+    limitSwitch.press(this.placeMm <= 0);
+  }
+
+  /** Above the switch: 0 and below press it. */
+  get placeMm() {
+    return this.startMm + this.travelSteps / STEPS_PER_MM;
+  }
+
+  step(direction) {
+    this.travelSteps += direction;
+    this.positionSteps += direction;
+    this.lowestSteps = Math.min(this.lowestSteps, this.travelSteps);
+    this.highestSteps = Math.max(this.highestSteps, this.travelSteps);
+    this.limitSwitch.press(this.placeMm <= 0);
+  }
+
+  home() {
+    this.positionSteps = 0;
+  }
+}

@@ -1,0 +1,72 @@
+import { RP2040 } from 'rp2040js';
+import { Bus } from './bus.mjs';
+import { ExactTimer } from './timer.mjs';
+import { Uart } from './uart.mjs';
+import { Watchdog } from './watchdog.mjs';
+
+const FLASH_START = 0x10000000;
+const RAM_START = 0x20000000;
+/** Where the vector table lies, behind the 256 bytes of second-stage bootloader. */
+const VECTORS = 0x10000100;
+const SLOT = { timer: 0x40054, watchdog: 0x40058, uart0: 0x40034 };
+const IRQ_UART0 = 20;
+
+/**
+ * An RP2040 with the project's own timer, watchdog, UART0 and waking, on the machine's clock.
+ *
+ * @param {import('./clock.mjs').MachineClock} clock
+ * @param {{onWatchdog: (reason: number) => void, onUartByte: (byte: number) => void, onBreak: (pc: number) => void,
+ *          onWarning: (text: string) => void}} board what the chip tells the board
+ */
+export function buildChip(clock, board) {
+  const powerUpCycle = clock.cycles;
+  const chip = new RP2040(clock);
+  chip.logger = quietLogger(board.onWarning);
+  chip.core.cycles = powerUpCycle;
+  clock.core = chip.core;
+  chip.core.setInterrupt = setInterrupt;
+  chip.onBreak = () => board.onBreak(chip.core.PC - 2);
+  const timer = new ExactTimer(chip, 'TIMER');
+  const watchdog = new Watchdog(chip, 'WATCHDOG', board.onWatchdog);
+  const uart = new Uart(chip, 'UART0', IRQ_UART0, board.onUartByte);
+  Object.assign(chip.peripherals, { [SLOT.timer]: timer, [SLOT.watchdog]: watchdog, [SLOT.uart0]: uart });
+  return { chip, core: chip.core, bus: new Bus(chip), watchdog, uart };
+}
+
+/** Writes the ELF's segments where a flasher would. */
+export function loadInto(chip, segments) {
+  for (const { address, bytes } of segments) {
+    const [memory, start] = address >= RAM_START ? [chip.sram, RAM_START] : [chip.flash, FLASH_START];
+    const offset = address - start;
+    if (offset < 0 || offset + bytes.length > memory.length) {
+      throw new Error(`the ELF loads ${bytes.length} bytes at 0x${address.toString(16)}, outside flash and RAM`);
+    }
+    memory.set(bytes, offset);
+  }
+}
+
+/** Starts the program as the bootrom and the second stage would: vector table, stack pointer, entry point. */
+export function boot(chip) {
+  const { core } = chip;
+  core.VTOR = VECTORS;
+  core.SP = chip.readUint32(VECTORS);
+  core.PC = chip.readUint32(VECTORS + 4) & ~1;
+}
+
+/** rp2040js enters the handler of a sleeping core at once, whatever PRIMASK says: wake it, and let the run loop decide. */
+function setInterrupt(irq, asserted) {
+  const bit = 1 << irq;
+  if (!asserted) {
+    this.pendingInterrupts &= ~bit;
+  } else if (!(this.pendingInterrupts & bit)) {
+    this.pendingInterrupts |= bit;
+    this.interruptsUpdated = true;
+    if (this.enabledInterrupts & bit) this.waiting = false;
+  }
+}
+
+function quietLogger(onWarning) {
+  const silent = () => {};
+  const warn = (component, message) => onWarning(`${component}: ${message}`);
+  return { debug: silent, info: silent, warn, error: warn };
+}

@@ -1,0 +1,111 @@
+/** The RP2040's system clock on a stock Pico. */
+export const CLOCK_HZ = 125_000_000;
+export const NANOS_PER_CYCLE = 1e9 / CLOCK_HZ;
+export const CYCLES_PER_MICRO = CLOCK_HZ / 1e6;
+
+export const cyclesOfMicros = (micros) => Math.round(micros * CYCLES_PER_MICRO);
+export const cyclesOfMillis = (millis) => Math.round(millis * 1000 * CYCLES_PER_MICRO);
+
+/**
+ * Machine time: whole cycles of the system clock since power-up, and the alarms waiting for them.
+ *
+ * The core owns the cycle counter (`core.cycles`), so a peripheral read in the middle of a run sees the instant of the
+ * instruction that reads it. Alarms of one cycle fire in the order in which they were set.
+ */
+export class MachineClock {
+  constructor() {
+    /** Whatever counts the cycles: the core, or, before there is one, this stand-in. */
+    this.core = { cycles: 0 };
+    /** The cycle of the earliest alarm: the run loop looks at it after every instruction. */
+    this.next = Infinity;
+    this.alarms = [];
+    /** Cycles the core has slept through. */
+    this.asleepCycles = 0;
+  }
+
+  get cycles() {
+    return this.core.cycles;
+  }
+
+  get awakeCycles() {
+    return this.core.cycles - this.asleepCycles;
+  }
+
+  get nanos() {
+    return this.core.cycles * NANOS_PER_CYCLE;
+  }
+
+  get micros() {
+    return this.nanos / 1000;
+  }
+
+  /** An alarm of the chip's own: rp2040js's peripherals call this, and a reset of the chip drops it. */
+  createAlarm(callback) {
+    return new Alarm(this, callback, true);
+  }
+
+  /** An alarm of the world around the chip (cables, switches, the sender), which outlives a reset. */
+  createOutsideAlarm(callback) {
+    return new Alarm(this, callback, false);
+  }
+
+  dropChipAlarms() {
+    for (const alarm of this.alarms.filter((each) => each.onChip)) alarm.cancel();
+  }
+
+  /** Fires every alarm that is due. */
+  fireDue() {
+    while (this.next <= this.core.cycles) {
+      const alarm = this.alarms.shift();
+      this.#lookAhead();
+      alarm.dueCycle = null;
+      alarm.callback();
+    }
+  }
+
+  insert(alarm) {
+    let index = this.alarms.length;
+    while (index > 0 && this.alarms[index - 1].dueCycle > alarm.dueCycle) index--;
+    this.alarms.splice(index, 0, alarm);
+    this.#lookAhead();
+  }
+
+  remove(alarm) {
+    this.alarms.splice(this.alarms.indexOf(alarm), 1);
+    this.#lookAhead();
+  }
+
+  #lookAhead() {
+    this.next = this.alarms.length > 0 ? this.alarms[0].dueCycle : Infinity;
+  }
+}
+
+class Alarm {
+  constructor(clock, callback, onChip) {
+    this.clock = clock;
+    this.callback = callback;
+    this.onChip = onChip;
+    this.dueCycle = null;
+  }
+
+  get scheduled() {
+    return this.dueCycle !== null;
+  }
+
+  /** rp2040js's way: a delay in nanoseconds, rounded up to a whole cycle and never zero. */
+  schedule(delayNanos) {
+    this.scheduleAt(this.clock.cycles + Math.max(1, Math.ceil(delayNanos / NANOS_PER_CYCLE)));
+  }
+
+  scheduleAt(cycle) {
+    this.cancel();
+    this.dueCycle = cycle;
+    this.clock.insert(this);
+  }
+
+  cancel() {
+    if (!this.scheduled) return;
+    this.clock.remove(this);
+    this.dueCycle = null;
+  }
+}

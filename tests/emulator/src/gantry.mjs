@@ -1,0 +1,93 @@
+import { Carriage } from './carriage.mjs';
+import { NANOS_PER_CYCLE } from './clock.mjs';
+import { DriverTiming } from './driver-timing.mjs';
+import { LimitSwitch, seededRandom } from './limit-switch.mjs';
+import { AXES, ENABLE_PIN, ESTOP_PIN, PINS } from './pins.mjs';
+import { StepStatistics } from './statistics.mjs';
+
+const HIGH = 1;
+
+/** The plant: three drivers, carriages and switches, wired to the chip's pins. */
+export class Gantry {
+  /**
+   * @param {import('./clock.mjs').MachineClock} clock
+   * @param {{startMm: number[], bounceMicros: number, seed: number, switches: Record<string, string>}} options
+   */
+  constructor(clock, options) {
+    this.clock = clock;
+    this.timing = new DriverTiming();
+    this.statistics = new StepStatistics();
+    this.levels = new Map([[ESTOP_PIN, true]]);
+    this.directions = {};
+    this.carriages = {};
+    /** Called with (nanos, axis, direction, positionSteps) at every step. */
+    this.onStep = () => {};
+    const random = seededRandom(options.seed);
+    AXES.forEach((axis, index) => this.#addAxis(axis, options.startMm[index], options, random));
+  }
+
+  #addAxis(axis, startMm, { bounceMicros, switches }, random) {
+    const pin = PINS[axis].limit;
+    this.levels.set(pin, true);
+    const onLevel = (high) => this.#drive(pin, high);
+    const limitSwitch = new LimitSwitch(this.clock, { bounceMicros, random, onLevel });
+    this.carriages[axis] = new Carriage(startMm, limitSwitch);
+    limitSwitch.setMode(switches[axis] ?? 'normal');
+    this.directions[axis] = -1;
+  }
+
+  /** Solders the gantry to a chip that has just been powered or reset. */
+  attach(chip) {
+    this.chip = chip;
+    for (const [pin, high] of this.levels) chip.gpio[pin].setInputValue(high);
+    for (const axis of AXES) {
+      chip.gpio[PINS[axis].step].addListener((state, before) => this.#onStepPin(axis, state === HIGH, before === HIGH));
+      chip.gpio[PINS[axis].dir].addListener((state, before) => this.#onDirPin(axis, state === HIGH, before === HIGH));
+    }
+    chip.gpio[ENABLE_PIN].addListener((state) => this.#onEnablePin(state !== HIGH));
+  }
+
+  pressEstop(pressed) {
+    this.#drive(ESTOP_PIN, !pressed);
+  }
+
+  /** Input pins that float when their switch is open: the firmware has not switched the pull-up on. */
+  floatingInputs() {
+    return [...this.levels.keys()].filter((pin) => !this.chip.gpio[pin].pullupEnabled);
+  }
+
+  /** The axes have found their switches: the trace counts from here. */
+  home(axes) {
+    for (const axis of axes) this.carriages[axis].home();
+  }
+
+  get #nanos() {
+    return this.clock.cycles * NANOS_PER_CYCLE;
+  }
+
+  #drive(pin, high) {
+    this.levels.set(pin, high);
+    this.chip?.gpio[pin].setInputValue(high);
+  }
+
+  #onStepPin(axis, high, wasHigh) {
+    if (high === wasHigh) return;
+    const nanos = this.#nanos;
+    if (!high) return this.timing.fall(axis, nanos);
+    const carriage = this.carriages[axis];
+    const direction = this.directions[axis];
+    if (this.timing.rise(axis, nanos)) carriage.step(direction);
+    this.statistics.step(axis, this.clock);
+    this.onStep(nanos, axis, direction, carriage.positionSteps);
+  }
+
+  #onDirPin(axis, high, wasHigh) {
+    if (high === wasHigh) return;
+    this.directions[axis] = high ? 1 : -1;
+    this.timing.turn(axis, this.#nanos);
+  }
+
+  #onEnablePin(energised) {
+    if (energised !== this.timing.energised) this.timing.enable(energised, this.#nanos);
+  }
+}

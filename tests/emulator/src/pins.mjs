@@ -1,0 +1,21 @@
+/** What is soldered where: the pin table of the gantry board. */
+export const AXES = ['X', 'Y', 'Z'];
+export const PINS = {
+  X: { step: 2, dir: 3, limit: 9 },
+  Y: { step: 4, dir: 5, limit: 10 },
+  Z: { step: 6, dir: 7, limit: 11 },
+};
+export const ENABLE_PIN = 8;
+export const ESTOP_PIN = 12;
+export const LED_PIN = 25;
+export const STEPS_PER_MM = 50;
+
+/** Every pin worth a wave, by name. */
+export const NAMED_PINS = new Map([
+  ...AXES.flatMap((axis) => [
+    [PINS[axis].step, `${axis}_STEP`],
+    [PINS[axis].dir, `${axis}_DIR`],
+  ]),
+  [ENABLE_PIN, 'ENABLE_n'],
+  [LED_PIN, 'LED'],
+]);

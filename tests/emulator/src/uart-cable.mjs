@@ -1,0 +1,38 @@
+import { cyclesOfMillis } from './clock.mjs';
+
+const NOT_READY_CYCLES = cyclesOfMillis(1);
+
+/** A serial cable to UART0: bytes go out one after the other, at the baud rate the firmware has set. */
+export class UartCable {
+  /** @param {{onData: (bytes: Uint8Array) => void}} listener */
+  constructor(clock, listener) {
+    this.clock = clock;
+    this.listener = listener;
+    this.queue = [];
+    this.wire = clock.createOutsideAlarm(() => this.#arrived());
+  }
+
+  attach(_chip, uart) {
+    this.uart = uart;
+  }
+
+  write(bytes) {
+    this.queue.push(...bytes);
+    this.#pump();
+  }
+
+  /** A byte from the chip. */
+  received(byte) {
+    this.listener.onData(Uint8Array.of(byte));
+  }
+
+  #pump() {
+    if (this.wire.scheduled || this.queue.length === 0) return;
+    this.wire.scheduleAt(this.clock.cycles + (this.uart.ready ? this.uart.byteCycles : NOT_READY_CYCLES));
+  }
+
+  #arrived() {
+    if (this.uart.ready) this.uart.receive(this.queue.shift());
+    this.#pump();
+  }
+}
