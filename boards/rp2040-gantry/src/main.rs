@@ -5,6 +5,8 @@
 
 mod console;
 mod fail_still;
+mod led;
+mod motion;
 mod pins;
 mod priority;
 mod uart;
@@ -17,7 +19,9 @@ use embassy_futures::select::select;
 use embassy_rp::peripherals::USB;
 use embassy_rp::usb::Driver;
 use embassy_usb::UsbDevice;
+use isostep_motion::Machine;
 use portable_atomic as _;
+use static_cell::StaticCell;
 
 use crate::fail_still::Cause;
 use crate::pins::Board;
@@ -31,8 +35,13 @@ async fn main(spawner: Spawner) {
     }
     spawner.spawn(watch::feed(board.watchdog).unwrap());
 
-    let motion = priority::start_motion_executor();
-    motion.spawn(watch::beat().unwrap());
+    static MACHINE: StaticCell<Machine> = StaticCell::new();
+    let machine = &*MACHINE.init(Machine::new(interim_config()));
+    let urgent = priority::start_motion_executor();
+    urgent.spawn(watch::beat().unwrap());
+    motion::spawn_axes(urgent, machine, board.axes, board.emergency_stop);
+    motion::spawn_coordinator(spawner, machine, board.enable);
+    spawner.spawn(led::show(machine, board.led).unwrap());
 
     let (device, port) = usb::open(board.usb);
     let (rx, tx) = uart::open(board.uart, board.uart_tx, board.uart_rx);
@@ -58,5 +67,29 @@ async fn usb_console(mut port: usb::Port) -> ! {
 async fn uart_console(mut rx: uart::Rx, mut tx: embassy_rp::uart::BufferedUartTx) -> ! {
     loop {
         console::serve(&mut rx, &mut tx).await;
+    }
+}
+
+fn interim_config() -> isostep_motion::Config {
+    use isostep_motion::*;
+    use isostep_profile::*;
+    let limits =
+        Limits { start_speed_steps_s: 0.0, top_speed_steps_s: 2400.0, accel_steps_s2: 2500.0, decel_steps_s2: 2500.0 };
+    Config {
+        limits: [limits; 3],
+        steps_per_mm: [50.0; 3],
+        travel_mm: [350.0, 400.0, 100.0],
+        law: IntervalLaw::Fastest,
+        hard_limits: true,
+        switches_inverted: false,
+        idle_delay: None,
+        homing: HomingConfig {
+            order: [Axis::Z, Axis::X, Axis::Y],
+            towards: [Direction::Negative; 3],
+            seek_mm_s: 10.0,
+            latch_mm_s: 1.0,
+            pull_off_mm: 2.0,
+            debounce: embassy_time::Duration::from_millis(5),
+        },
     }
 }

@@ -1,0 +1,24 @@
+//! The Pico's LED: a short flash each second when idle, lit in motion, blinking fast in alarm.
+
+use embassy_rp::gpio::{Level, Output};
+use embassy_time::{Duration, Ticker};
+use isostep_motion::{Machine, State};
+
+const TICK: Duration = Duration::from_millis(100);
+
+/// Shows the machine's state.
+#[embassy_executor::task]
+pub async fn show(machine: &'static Machine, mut led: Output<'static>) -> ! {
+    let mut ticker = Ticker::every(TICK);
+    let mut tick = 0;
+    loop {
+        let lit = match machine.state() {
+            State::Idle => tick == 0,
+            State::Run | State::Home => true,
+            State::Alarm(_) => tick % 2 == 0,
+        };
+        led.set_level(Level::from(lit));
+        tick = (tick + 1) % 10;
+        ticker.next().await;
+    }
+}
