@@ -33,7 +33,7 @@ impl Firmware {
     fn parse(data: &[u8]) -> Result<Self> {
         let elf = ElfFile32::<Endianness>::parse(data)?;
         let mut loads = Vec::new();
-        for header in elf.elf_program_headers().iter().filter(|header| is_loaded(*header)) {
+        for header in elf.elf_program_headers().iter().filter(|header| is_loaded(header)) {
             let bytes = header.data(Endianness::Little, data).ok().context("a segment lies outside the file")?.to_vec();
             // Where it is stored: initialised data runs at another address, in RAM.
             loads.push(Load { address: header.p_paddr(Endianness::Little), bytes });
