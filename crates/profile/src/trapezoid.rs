@@ -306,8 +306,10 @@ impl Ends {
         }
         let third_s = self.distance_steps / (2.0 * cruise + k);
         let accel_steps = (entry + cruise) / 2.0 * third_s;
-        let ramps = ((cruise - entry) / third_s, (cruise - exit) / third_s);
-        let mut plan = self.trapezoid(cruise, ramps, (accel_steps, accel_steps + cruise * third_s), third_s);
+        // Over a short ramp the difference of speeds cancels: rounding must not lift it above its limit.
+        let accel = ((cruise - entry) / third_s).min(limits.accel_steps_s2);
+        let decel = ((cruise - exit) / third_s).min(limits.decel_steps_s2);
+        let mut plan = self.trapezoid(cruise, (accel, decel), (accel_steps, accel_steps + cruise * third_s), third_s);
         (plan.accel_s, plan.decel_s) = (third_s, third_s);
         Ok(plan)
     }

@@ -1,0 +1,172 @@
+//! Random moves and limits: 10,000 cases a property. A failure prints the case; `proptest` replays it from
+//! `proptest-regressions`.
+
+use isostep_profile::{FIT_ERROR_MAX_TICKS, IntervalLaw, Limits, SyncMove, Trapezoid};
+use proptest::prelude::*;
+
+const TICK_HZ: u32 = 1_000_000;
+
+/// Instants round to the nearest tick, after the fit's own error and what 64-bit floats lose on the way.
+const EDGE_ERROR_MAX_TICKS: f64 = 0.5 + FIT_ERROR_MAX_TICKS + 0.01;
+
+fn limits() -> impl Strategy<Value = Limits> {
+    // Speeds to 200,000 steps/s, five ticks a step; the start speed a share of the top speed.
+    let log = |from: f64, to: f64| (from.ln()..to.ln()).prop_map(f64::exp);
+    (log(50.0, 200_000.0), log(10.0, 5e6), log(10.0, 5e6), prop_oneof![Just(0.0), 0.0..1.0]).prop_map(
+        |(top, accel, decel, start)| Limits {
+            start_speed_steps_s: top * start,
+            top_speed_steps_s: top,
+            accel_steps_s2: accel,
+            decel_steps_s2: decel,
+        },
+    )
+}
+
+fn law() -> impl Strategy<Value = IntervalLaw> {
+    prop_oneof![Just(IntervalLaw::Fastest), Just(IntervalLaw::Thirds)]
+}
+
+fn count() -> impl Strategy<Value = i32> {
+    prop_oneof![1 => Just(0), 1 => Just(1), 2 => -3..=3i32, 6 => -3_000..=3_000i32]
+}
+
+prop_compose! {
+    fn moves()(steps in [count(), count(), count()], limits in [limits(), limits(), limits()], law in law())
+        -> ([i32; 3], [Limits; 3], IntervalLaw) {
+        (steps, limits, law)
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(10_000))]
+
+    /// Every axis: exact count, rising instants, each within the stated error of the closed form, none outside the move.
+    #[test]
+    fn every_edge_is_the_closed_forms((steps, limits, law) in moves()) {
+        prop_assume!(steps != [0; 3]);
+        let plan = SyncMove::plan(steps, &limits, law, None).unwrap();
+        let end_ticks = plan.profile.duration_s() * f64::from(TICK_HZ);
+        for axis in 0..3 {
+            let mut last = None;
+            let mut k = 0;
+            for tick in plan.segments(axis, TICK_HZ).flat_map(|segment| segment.ticks()) {
+                k += 1;
+                let exact = plan.step_time_s(axis, k) * f64::from(TICK_HZ);
+                let error = tick as f64 - exact;
+                prop_assert!(error.abs() <= EDGE_ERROR_MAX_TICKS, "axis {axis} step {k}: {tick} for {exact}");
+                prop_assert!(last < Some(tick), "axis {axis} step {k}: {tick} after {last:?}");
+                prop_assert!(tick as f64 <= end_ticks + EDGE_ERROR_MAX_TICKS);
+                last = Some(tick);
+            }
+            prop_assert_eq!(k, steps[axis].unsigned_abs());
+        }
+    }
+
+    /// No axis exceeds its own top speed over any step, nor its acceleration and deceleration.
+    #[test]
+    fn no_axis_exceeds_its_limits((steps, limits, law) in moves()) {
+        prop_assume!(steps != [0; 3]);
+        let plan = SyncMove::plan(steps, &limits, law, None).unwrap();
+        let profile = &plan.profile;
+        for axis in (0..3).filter(|&axis| steps[axis] != 0) {
+            let share = f64::from(steps[axis].unsigned_abs()) / profile.distance_steps();
+            let own = &limits[axis];
+            let slack = 1.0 + 1e-9;
+            prop_assert!(profile.cruise_speed_steps_s() * share <= own.top_speed_steps_s * slack);
+            prop_assert!(profile.entry_speed_steps_s() * share <= own.start_speed_steps_s * slack);
+            for i in 0..=64 {
+                let accel = profile.accel_at(profile.duration_s() * f64::from(i) / 64.0) * share;
+                prop_assert!(accel <= own.accel_steps_s2 * slack);
+                prop_assert!(-accel <= own.decel_steps_s2 * slack);
+            }
+            for k in 1..steps[axis].unsigned_abs() {
+                let period_s = plan.step_time_s(axis, k + 1) - plan.step_time_s(axis, k);
+                prop_assert!(1.0 / period_s <= own.top_speed_steps_s * (1.0 + 1e-6), "step {k}: {period_s} s");
+            }
+        }
+    }
+
+    /// An axis planned alone, with the limits the shared profile gave it, has the intervals of all the others.
+    #[test]
+    fn every_axis_alone_has_the_same_intervals((steps, limits, law) in moves()) {
+        prop_assume!(steps != [0; 3]);
+        let shared = SyncMove::plan(steps, &limits, law, None).unwrap().profile;
+        for &n in steps.iter().filter(|&&n| n != 0) {
+            let share = f64::from(n.unsigned_abs()) / shared.distance_steps();
+            let ramp = |delta_steps_s: f64, t_s: f64| if t_s > 0.0 { delta_steps_s / t_s } else { 1.0 } * share;
+            let own = Limits {
+                start_speed_steps_s: shared.entry_speed_steps_s() * share,
+                top_speed_steps_s: shared.cruise_speed_steps_s() * share,
+                accel_steps_s2: ramp(shared.cruise_speed_steps_s() - shared.entry_speed_steps_s(), shared.t_accel_s()).max(1e-12),
+                decel_steps_s2: ramp(shared.cruise_speed_steps_s() - shared.exit_speed_steps_s(), shared.t_decel_s()).max(1e-12),
+            };
+            prop_assume!(own.top_speed_steps_s >= isostep_profile::SPEED_MIN_STEPS_S);
+            let alone = SyncMove::plan([n], &[own], IntervalLaw::Fastest, None).unwrap().profile;
+            // A triangle's peak is a square root: near it, rounding the top speed down by one part in 1e16 opens a
+            // cruise of about 1e-8 of the move.
+            let tolerance_s = 1e-7 * shared.duration_s();
+            prop_assert!((alone.t_accel_s() - shared.t_accel_s()).abs() <= tolerance_s);
+            prop_assert!((alone.t_cruise_s() - shared.t_cruise_s()).abs() <= tolerance_s);
+            prop_assert!((alone.t_decel_s() - shared.t_decel_s()).abs() <= tolerance_s);
+        }
+    }
+
+    /// Three equal intervals by the paper's law, whatever the limits.
+    #[test]
+    fn thirds_are_thirds((steps, limits, _) in moves()) {
+        prop_assume!(steps != [0; 3]);
+        let profile = SyncMove::plan(steps, &limits, IntervalLaw::Thirds, None).unwrap().profile;
+        prop_assert_eq!(profile.t_accel_s(), profile.t_cruise_s());
+        prop_assert_eq!(profile.t_cruise_s(), profile.t_decel_s());
+        let half_way = profile.position_at(profile.duration_s() / 2.0);
+        prop_assert!((half_way - profile.distance_steps() / 2.0).abs() <= 1e-9 * profile.distance_steps());
+    }
+
+    /// With a = d a move run backwards is the same move.
+    #[test]
+    fn equal_ramps_are_time_symmetric(n in 1..3_000i32, own in limits(), law in law()) {
+        let own = Limits { decel_steps_s2: own.accel_steps_s2, ..own };
+        let plan = SyncMove::plan([n], &[own], law, None).unwrap();
+        let last = n.unsigned_abs() + 1;
+        for k in 1..last {
+            let mirrored = plan.profile.duration_s() - plan.step_time_s(0, last - k);
+            prop_assert!((plan.step_time_s(0, k) - mirrored).abs() <= 1e-9 * plan.profile.duration_s());
+        }
+    }
+
+    /// Half of any limit never makes a move faster.
+    #[test]
+    fn a_tighter_limit_is_never_faster((steps, limits, law) in moves(), axis in 0..3usize, which in 0..4) {
+        prop_assume!(steps != [0; 3]);
+        let mut tighter = limits;
+        let own = &mut tighter[axis];
+        match which {
+            0 => own.accel_steps_s2 /= 2.0,
+            1 => own.decel_steps_s2 /= 2.0,
+            2 => own.start_speed_steps_s /= 2.0,
+            _ => {
+                own.top_speed_steps_s /= 2.0;
+                own.start_speed_steps_s = own.start_speed_steps_s.min(own.top_speed_steps_s);
+            }
+        }
+        let duration_s = |limits| SyncMove::plan(steps, limits, law, None).unwrap().profile.duration_s();
+        prop_assert!(duration_s(&tighter) >= duration_s(&limits) * (1.0 - 1e-9));
+    }
+
+    /// Position and time are each other's inverse, with any entry and exit speed that can be planned.
+    #[test]
+    fn position_and_time_are_inverse(
+        distance in 1.0..1e5, entry in 0.0..1.0, exit in 0.0..1.0, own in limits(), law in law(), at in 0.0..=1.0,
+    ) {
+        let (entry, exit) = (entry * own.top_speed_steps_s, exit * own.top_speed_steps_s);
+        let Ok(plan) = Trapezoid::plan(distance, entry, exit, &own, law) else { return Ok(()) };
+        let steps = at * distance;
+        let back = plan.position_at(plan.time_at(steps));
+        prop_assert!((back - steps).abs() <= 1e-7 * distance, "{back} for {steps}");
+        prop_assert!((plan.position_at(plan.duration_s()) - distance).abs() <= 1e-9 * distance);
+        let t_s = at * plan.duration_s();
+        prop_assert!(plan.speed_at(t_s) <= own.top_speed_steps_s * (1.0 + 1e-9));
+        prop_assert!(plan.accel_at(t_s) <= own.accel_steps_s2 * (1.0 + 1e-9));
+        prop_assert!(-plan.accel_at(t_s) <= own.decel_steps_s2 * (1.0 + 1e-9));
+    }
+}
