@@ -1,0 +1,118 @@
+//! What is simulated: the machine, its faults, and how its console is used.
+
+use embassy_time::Duration;
+use isostep_console::Settings;
+use isostep_motion::{AXES, DriverTiming};
+
+use crate::motor::PullOutCurve;
+use crate::plant::SwitchFault;
+
+/// From a limit switch to the end stop behind it, and from the far end of the travel to the one there, mm.
+const END_STOP_MARGIN_MM: f64 = 3.0;
+
+/// How a program is sent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Streaming {
+    /// One line at a time, each after the reply to the one before.
+    SendAndWait,
+    /// Ahead, as long as the bytes not yet replied to stay within this many: as most senders do.
+    CharacterCounting {
+        /// The controller's receive buffer, bytes.
+        window_bytes: usize,
+    },
+}
+
+impl Streaming {
+    /// Character counting over Grbl's receive buffer of 128 bytes.
+    pub const GRBL: Self = Self::CharacterCounting { window_bytes: 128 };
+}
+
+/// A simulated machine and a way to use it. Equal configurations and programs give equal runs, to the byte.
+#[derive(Clone, Debug)]
+pub struct Config {
+    /// The controller's settings, and what the plant is built by.
+    pub settings: Settings,
+    /// Where each carriage stands at power-up, mm from where its limit switch closes.
+    pub start_mm: [f64; AXES],
+    /// What is wrong with each limit switch.
+    pub switches: [SwitchFault; AXES],
+    /// How long the contacts of a switch may bounce, us; 0 is never.
+    pub bounce_us: u32,
+    /// Seed of everything random: the bounces.
+    pub seed: u64,
+    /// The motors.
+    pub motor: PullOutCurve,
+    /// What the drivers need.
+    pub driver: DriverTiming,
+    /// How a program is sent.
+    pub streaming: Streaming,
+    /// Asks for the status this often while a program runs.
+    pub poll_every: Option<Duration>,
+    /// Virtual time after which a run is given up.
+    pub time_limit: Duration,
+}
+
+impl Default for Config {
+    fn default() -> Self {
+        Self {
+            settings: Settings::DEFAULT,
+            start_mm: [35.0, 40.0, 15.0],
+            switches: [SwitchFault::None; AXES],
+            bounce_us: 1_000,
+            seed: 1,
+            motor: PullOutCurve::default(),
+            driver: DriverTiming::DRV8825,
+            streaming: Streaming::GRBL,
+            poll_every: None,
+            time_limit: Duration::from_secs(24 * 3600),
+        }
+    }
+}
+
+impl Config {
+    /// Where the carriage of `axis` stands at power-up, steps from where its switch closes.
+    pub fn start_steps(&self, axis: usize) -> i32 {
+        self.steps(axis, self.start_mm[axis])
+    }
+
+    /// The end stops of `axis`, steps from where its switch closes.
+    pub fn end_stops_steps(&self, axis: usize) -> (i32, i32) {
+        let far_mm = f64::from(self.settings.homing_pull_off_mm) + f64::from(self.settings.travel_mm[axis]);
+        (self.steps(axis, -END_STOP_MARGIN_MM), self.steps(axis, far_mm + END_STOP_MARGIN_MM))
+    }
+
+    /// Refuses start places that the carriage cannot be at.
+    ///
+    /// # Errors
+    /// [`StartOutside`] with the range that works.
+    pub fn check(&self) -> Result<(), StartOutside> {
+        for axis in 0..AXES {
+            let (low, high) = self.end_stops_steps(axis);
+            let per_mm = f64::from(self.settings.steps_per_mm[axis]);
+            let (asked_mm, min_mm, max_mm) = (self.start_mm[axis], f64::from(low) / per_mm, f64::from(high) / per_mm);
+            if !(min_mm..=max_mm).contains(&asked_mm) {
+                return Err(StartOutside { axis, asked_mm, min_mm, max_mm });
+            }
+        }
+        Ok(())
+    }
+
+    fn steps(&self, axis: usize, mm: f64) -> i32 {
+        (mm * f64::from(self.settings.steps_per_mm[axis])).round() as i32
+    }
+}
+
+/// A carriage cannot start beyond its end stops.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error("{}: start place {asked_mm} mm is beyond the end stops at {min_mm} and {max_mm} mm from its switch", isostep_motion::Axis::ALL[*.axis])]
+pub struct StartOutside {
+    /// Index of the axis.
+    pub axis: usize,
+    /// What was asked.
+    pub asked_mm: f64,
+    /// The lower end stop.
+    pub min_mm: f64,
+    /// The upper end stop.
+    pub max_mm: f64,
+}

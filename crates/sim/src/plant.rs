@@ -1,0 +1,160 @@
+//! The mechanics of one axis: a carriage between two end stops, and a limit switch.
+//!
+//! Places are microsteps from where the limit switch closes, growing away from it: the truth, which the
+//! controller knows only through the switch.
+
+use std::collections::VecDeque;
+
+use oorandom::Rand32;
+
+/// What is wrong with a limit switch.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum SwitchFault {
+    /// Nothing.
+    #[default]
+    None,
+    /// It never closes: a broken wire.
+    StuckOpen,
+    /// It never opens: a short to ground, or a chip jammed in it.
+    StuckClosed,
+}
+
+/// A carriage that knows where it is.
+#[derive(Debug)]
+pub struct Carriage {
+    place_steps: i32,
+    stops_steps: (i32, i32),
+}
+
+impl Carriage {
+    /// At `place_steps`, between end stops at `stops_steps`.
+    pub fn new(place_steps: i32, stops_steps: (i32, i32)) -> Self {
+        Self { place_steps: place_steps.clamp(stops_steps.0, stops_steps.1), stops_steps }
+    }
+
+    /// Where it is.
+    pub fn place_steps(&self) -> i32 {
+        self.place_steps
+    }
+
+    /// Pushes it by `steps`; returns how many of them an end stop refused.
+    pub fn shift(&mut self, steps: i32) -> u32 {
+        let wanted = self.place_steps + steps;
+        self.place_steps = wanted.clamp(self.stops_steps.0, self.stops_steps.1);
+        wanted.abs_diff(self.place_steps)
+    }
+}
+
+/// A normally open switch that is closed from place 0 downwards, and bounces.
+#[derive(Debug)]
+pub struct Switch {
+    fault: SwitchFault,
+    bounce_ns: u32,
+    touched: bool,
+    flips_ns: VecDeque<u64>,
+}
+
+impl Switch {
+    /// With the carriage at `place_steps`; its contacts bounce for up to `bounce_ns`.
+    pub fn new(place_steps: i32, fault: SwitchFault, bounce_ns: u32) -> Self {
+        Self { fault, bounce_ns, touched: place_steps <= 0, flips_ns: VecDeque::new() }
+    }
+
+    /// Whether its contacts conduct.
+    pub fn is_closed(&self) -> bool {
+        match self.fault {
+            SwitchFault::None => self.touched == self.flips_ns.len().is_multiple_of(2),
+            SwitchFault::StuckOpen => false,
+            SwitchFault::StuckClosed => true,
+        }
+    }
+
+    /// The carriage has moved to `place_steps` at `now_ns`.
+    pub fn follow(&mut self, place_steps: i32, now_ns: u64, random: &mut Rand32) {
+        let touched = place_steps <= 0;
+        if touched != self.touched {
+            self.touched = touched;
+            self.flips_ns = self.bounce(now_ns, random);
+        }
+    }
+
+    /// The next instant at which its contacts bounce.
+    pub fn next_flip_ns(&self) -> Option<u64> {
+        self.flips_ns.front().copied()
+    }
+
+    /// Lets every bounce up to `now_ns` happen.
+    pub fn settle(&mut self, now_ns: u64) {
+        while self.next_flip_ns().is_some_and(|at_ns| at_ns <= now_ns) {
+            self.flips_ns.pop_front();
+        }
+    }
+
+    /// Zero to three pairs of flips, so that it ends as it began.
+    fn bounce(&self, now_ns: u64, random: &mut Rand32) -> VecDeque<u64> {
+        if self.bounce_ns == 0 {
+            return VecDeque::new();
+        }
+        let flips = 2 * random.rand_range(0..4);
+        let mut at_ns: Vec<_> =
+            (0..flips).map(|_| now_ns + 1 + u64::from(random.rand_range(0..self.bounce_ns))).collect();
+        at_ns.sort_unstable();
+        at_ns.into()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn beyond_the_end_stops_steps_are_lost() {
+        let mut carriage = Carriage::new(2, (-3, 10));
+        assert_eq!(carriage.shift(-4), 0);
+        assert_eq!(carriage.shift(-4), 3);
+        assert_eq!(carriage.place_steps(), -3);
+        assert_eq!(carriage.shift(15), 2);
+        assert_eq!(carriage.place_steps(), 10);
+    }
+
+    #[test]
+    fn the_switch_closes_at_its_place_and_opens_when_left() {
+        let mut random = Rand32::new(1);
+        let mut switch = Switch::new(5, SwitchFault::None, 0);
+        for (place, closed) in [(1, false), (0, true), (-4, true), (0, true), (1, false)] {
+            switch.follow(place, 0, &mut random);
+            assert_eq!(switch.is_closed(), closed, "at {place}");
+        }
+    }
+
+    #[test]
+    fn bounces_end_within_their_time_as_the_contact_stands() {
+        let mut random = Rand32::new(7);
+        let mut bounced = 0;
+        for touch in 0..100 {
+            let now_ns = touch * 1_000_000;
+            let mut switch = Switch::new(1, SwitchFault::None, 500);
+            switch.follow(0, now_ns, &mut random);
+            assert!(switch.is_closed(), "first contact");
+            while let Some(at_ns) = switch.next_flip_ns() {
+                assert!((now_ns + 1..=now_ns + 500).contains(&at_ns));
+                switch.settle(at_ns);
+                bounced += 1;
+            }
+            assert!(switch.is_closed());
+        }
+        assert!(bounced > 100);
+    }
+
+    #[test]
+    fn stuck_switches_do_not_follow() {
+        for (fault, closed) in [(SwitchFault::StuckOpen, false), (SwitchFault::StuckClosed, true)] {
+            let mut switch = Switch::new(5, fault, 0);
+            for place in [5, -5] {
+                switch.follow(place, 0, &mut Rand32::new(1));
+                assert_eq!(switch.is_closed(), closed);
+            }
+        }
+    }
+}

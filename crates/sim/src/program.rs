@@ -1,0 +1,96 @@
+//! A program as a sender reads it: lines, with what must not be sent refused.
+
+/// Why a file is not a program.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ProgramError {
+    /// There is nothing in it.
+    #[error("the program is empty: it needs at least one line of G-code")]
+    Empty,
+    /// A byte that no text has.
+    #[error("line {line}: byte 0x{byte:02x} is not text: is this a G-code file?")]
+    Binary {
+        /// Which line, from 1.
+        line: usize,
+        /// The byte.
+        byte: u8,
+    },
+    /// A byte that the controller would obey at once, outside a comment.
+    #[error("line {line}: '{}' is a real-time command, obeyed the moment it arrives: take it out of the program", char::from(*.byte))]
+    RealTime {
+        /// Which line, from 1.
+        line: usize,
+        /// The byte.
+        byte: u8,
+    },
+}
+
+/// The lines of `program` without their line ends; LF, CR and CRLF all end one.
+///
+/// Comments stay, but their real-time characters (`?`, `!`, `~`) and whatever is not ASCII become blanks, as a careful
+/// sender does: the controller would obey the first and may drop the second anywhere in the stream.
+///
+/// # Errors
+/// [`ProgramError`] with the line to look at.
+pub fn lines(program: &[u8]) -> Result<Vec<Vec<u8>>, ProgramError> {
+    let text = program.strip_prefix(b"\xef\xbb\xbf").unwrap_or(program);
+    if text.iter().all(u8::is_ascii_whitespace) {
+        return Err(ProgramError::Empty);
+    }
+    let mut lines: Vec<&[u8]> = text.split(|&byte| byte == b'\n').collect();
+    if lines.last().is_some_and(|last| last.is_empty()) {
+        lines.pop();
+    }
+    let lines = lines
+        .iter()
+        .map(|line| line.strip_suffix(b"\r").unwrap_or(line))
+        .flat_map(|line| line.split(|&byte| byte == b'\r'));
+    lines.enumerate().map(|(index, line)| clean(index + 1, line)).collect()
+}
+
+fn clean(line: usize, bytes: &[u8]) -> Result<Vec<u8>, ProgramError> {
+    let mut comment = None;
+    bytes
+        .iter()
+        .map(|&byte| {
+            match (comment, byte) {
+                (None, b'(' | b';') => comment = Some(byte),
+                (Some(b'('), b')') => comment = None,
+                _ => {}
+            }
+            match byte {
+                b'\t' | b' '..=b'~' if !matches!(byte, b'?' | b'!' | b'~') => Ok(byte),
+                b'?' | b'!' | b'~' | 0x80.. if comment.is_some() => Ok(b' '),
+                b'?' | b'!' | b'~' => Err(ProgramError::RealTime { line, byte }),
+                _ => Err(ProgramError::Binary { line, byte }),
+            }
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_line_end_counts_once() {
+        let expected: [&[u8]; 4] = [b"G21", b"", b"G0X1", b"$H"];
+        assert_eq!(lines(b"G21\n\r\nG0X1\r$H\n").unwrap(), expected);
+        assert_eq!(lines(b"\xef\xbb\xbfG21").unwrap(), [b"G21"]);
+    }
+
+    #[test]
+    fn comments_may_hold_anything_that_is_text() {
+        let program = "G0 X1 (why? 1 µm!) Y2 ; sure~";
+        assert_eq!(lines(program.as_bytes()).unwrap(), [b"G0 X1 (why  1   m ) Y2 ; sure "]);
+    }
+
+    #[test]
+    fn what_must_not_be_sent_is_refused_with_its_line() {
+        assert_eq!(lines(b" \n\r\n"), Err(ProgramError::Empty));
+        assert_eq!(lines(b"G21\n?\n"), Err(ProgramError::RealTime { line: 2, byte: b'?' }));
+        assert_eq!(lines(b"\x7fELF\x02\x01"), Err(ProgramError::Binary { line: 1, byte: 0x7f }));
+        assert_eq!(lines(b"G21\nG0 X\x00"), Err(ProgramError::Binary { line: 2, byte: 0 }));
+        assert_eq!(lines("G0 X1 µ".as_bytes()), Err(ProgramError::Binary { line: 1, byte: 0xc2 }));
+        assert_eq!(lines(b"G0 X1 (done) !"), Err(ProgramError::RealTime { line: 1, byte: b'!' }));
+    }
+}

@@ -1,0 +1,124 @@
+//! Virtual time: an Embassy time driver whose clock moves only when the executor says so.
+//!
+//! # Design
+//! Embassy reaches its time driver through two free functions, hence through a static. Here that static
+//! holds nothing: every thread has a *current* [`Clock`], installed by [`Clock::enter`] for as long as
+//! an executor runs. So tests run in parallel, two simulations may take turns on one thread, and none
+//! sees another's time.
+//!
+//! Deadlines are ordered by (instant, sequence number): two that fall on the same tick wake their tasks
+//! in the order in which they were asked for. As with Embassy's own queue a task has one deadline, its
+//! earliest; a woken task polls all its timers again, and so asks again for what it still needs.
+//! That also keeps abandoned timers from piling up.
+
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::rc::Rc;
+use std::task::Waker;
+
+use embassy_time::Instant;
+use embassy_time_driver::Driver;
+
+thread_local! {
+    static CURRENT: RefCell<Option<Clock>> = const { RefCell::new(None) };
+}
+
+/// A virtual clock with its queue of deadlines. Clones share the same time.
+#[derive(Clone, Default)]
+pub struct Clock(Rc<RefCell<State>>);
+
+#[derive(Default)]
+struct State {
+    now_ticks: u64,
+    sequence: u64,
+    deadlines: BTreeMap<(u64, u64), Waker>,
+}
+
+impl Clock {
+    /// A clock that stands at zero: power-up.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// The present instant.
+    pub fn now(&self) -> Instant {
+        Instant::from_ticks(self.0.borrow().now_ticks)
+    }
+
+    /// Nanoseconds since power-up.
+    pub fn now_ns(&self) -> u64 {
+        ns(self.now())
+    }
+
+    /// Makes this the clock of the current thread's `embassy_time`, until the guard is dropped.
+    pub fn enter(&self) -> Entered {
+        Entered(CURRENT.replace(Some(self.clone())))
+    }
+
+    /// The earliest instant that a task waits for.
+    pub fn next_deadline(&self) -> Option<Instant> {
+        let state = self.0.borrow();
+        let (&(at_ticks, _), _) = state.deadlines.first_key_value()?;
+        Some(Instant::from_ticks(at_ticks))
+    }
+
+    /// Moves time forward to `at` (never back) and wakes, in order, every task whose deadline has come.
+    pub fn advance_to(&self, at: Instant) {
+        let due = self.0.borrow_mut().advance_to(at.as_ticks());
+        // Woken outside the borrow: a waker may ask for the time.
+        due.into_values().for_each(Waker::wake);
+    }
+}
+
+impl State {
+    fn advance_to(&mut self, at_ticks: u64) -> BTreeMap<(u64, u64), Waker> {
+        self.now_ticks = self.now_ticks.max(at_ticks);
+        let later = self.deadlines.split_off(&(self.now_ticks + 1, 0));
+        std::mem::replace(&mut self.deadlines, later)
+    }
+
+    fn schedule(&mut self, at_ticks: u64, waker: &Waker) {
+        let known = self.deadlines.iter().find(|(_, other)| other.will_wake(waker));
+        if let Some((&key, _)) = known {
+            if key.0 <= at_ticks {
+                return;
+            }
+            self.deadlines.remove(&key);
+        }
+        self.deadlines.insert((at_ticks, self.sequence), waker.clone());
+        self.sequence += 1;
+    }
+}
+
+/// Keeps a [`Clock`] current; gives the thread back its previous one when dropped.
+#[must_use = "the clock is current only while this guard lives"]
+pub struct Entered(Option<Clock>);
+
+impl Drop for Entered {
+    fn drop(&mut self) {
+        CURRENT.set(self.0.take());
+    }
+}
+
+/// Nanoseconds since power-up of an Embassy instant.
+pub fn ns(instant: Instant) -> u64 {
+    instant.as_ticks() * (1_000_000_000 / embassy_time_driver::TICK_HZ)
+}
+
+struct ThreadClock;
+
+impl Driver for ThreadClock {
+    /// Zero where no clock is current: Embassy asks that this never fails.
+    fn now(&self) -> u64 {
+        CURRENT.with_borrow(|clock| clock.as_ref().map_or(0, |clock| clock.now().as_ticks()))
+    }
+
+    fn schedule_wake(&self, at: u64, waker: &Waker) {
+        CURRENT.with_borrow(|clock| {
+            let clock = clock.as_ref().expect("a Timer is awaited outside the simulated executor");
+            clock.0.borrow_mut().schedule(at, waker);
+        });
+    }
+}
+
+embassy_time_driver::time_driver_impl!(static DRIVER: ThreadClock = ThreadClock);

@@ -1,0 +1,398 @@
+//! The world around the controller: wires into drivers, motors, carriages and switches, and a record of it all.
+
+use std::cell::RefCell;
+use std::fmt;
+use std::future::poll_fn;
+use std::rc::Rc;
+use std::task::{Poll, Waker};
+
+use embassy_futures::select::select;
+use embassy_time::{Instant, Timer};
+use isostep_motion::{AXES, Axis, Event};
+use oorandom::Rand32;
+
+use crate::config::Config;
+use crate::driver::{DriverInputs, Violation};
+use crate::motor::{Motor, Response};
+use crate::plant::{Carriage, Switch};
+use crate::time::Clock;
+
+/// A wire between the controller and its world.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Wire {
+    /// STEP of an axis: a rising edge is a step.
+    Step(Axis),
+    /// DIR of an axis: high is positive.
+    Dir(Axis),
+    /// ENABLE of all drivers: active low.
+    Enable,
+    /// The limit switch of an axis: low while it is closed.
+    Limit(Axis),
+    /// The emergency stop: low while it is pressed.
+    EmergencyStop,
+}
+
+/// One change of a wire's level.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Wave {
+    /// When, since power-up.
+    pub t_ns: u64,
+    /// Which wire.
+    pub wire: Wire,
+    /// Its new level.
+    pub high: bool,
+}
+
+/// One step: a rising edge of STEP.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct Edge {
+    /// When, since power-up.
+    pub t_ns: u64,
+    /// Index of the axis.
+    pub axis: usize,
+    /// 1 or -1, as DIR says.
+    pub direction: i32,
+    /// Steps counted after this one, from power-up or since the axis was homed.
+    pub position_steps: i32,
+}
+
+/// Why steps were lost.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum LossCause {
+    /// The driver was not enabled.
+    Disabled,
+    /// The carriage stood against its end stop.
+    EndStop,
+    /// The motor was asked for more than its pull-out curve allows.
+    PullOut {
+        /// The rate asked for.
+        asked_steps_s: f64,
+        /// The acceleration asked for.
+        asked_steps_s2: f64,
+    },
+    /// The edges ceased above the pull-in rate, and the rotor ran on.
+    Overshoot {
+        /// The rate at which they ceased.
+        from_steps_s: f64,
+    },
+}
+
+/// Steps lost in a row, for one reason.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Loss {
+    /// When the first was lost, since power-up.
+    pub t_ns: u64,
+    /// Index of the axis.
+    pub axis: usize,
+    /// Why.
+    pub cause: LossCause,
+    /// How many.
+    pub steps: u32,
+}
+
+impl fmt::Display for Loss {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let axis = Axis::ALL[self.axis];
+        write!(f, "{:.6} s: {axis}: {} steps lost: ", self.t_ns as f64 * 1e-9, self.steps)?;
+        match self.cause {
+            LossCause::Disabled => write!(f, "the driver is not enabled"),
+            LossCause::EndStop => write!(f, "the carriage stands against its end stop"),
+            LossCause::PullOut { asked_steps_s, asked_steps_s2 } => {
+                write!(f, "the motor pulled out at {asked_steps_s:.0} steps/s and {asked_steps_s2:.0} steps/s²")
+            }
+            LossCause::Overshoot { from_steps_s } => write!(f, "stopped at once from {from_steps_s:.0} steps/s"),
+        }
+    }
+}
+
+/// What was seen during a run.
+#[derive(Clone, Debug, Default)]
+pub struct Record {
+    /// Every step.
+    pub edges: Vec<Edge>,
+    /// Every change of every wire.
+    pub waves: Vec<Wave>,
+    /// Every event, with its instant in ns since power-up.
+    pub events: Vec<(u64, Event)>,
+    /// Every edge that a driver may misread.
+    pub violations: Vec<Violation>,
+    /// Every step that no carriage made.
+    pub losses: Vec<Loss>,
+}
+
+/// One axis from its driver to its switch.
+struct AxisWorld {
+    inputs: DriverInputs,
+    motor: Motor,
+    carriage: Carriage,
+    switch: Switch,
+    counted_steps: i32,
+    /// Where the carriage stood when the count was zero.
+    zero_steps: i32,
+    losing: bool,
+}
+
+/// An input of the controller.
+struct Input {
+    wire: Wire,
+    high: bool,
+    rises: u32,
+    falls: u32,
+    wakers: Vec<Waker>,
+}
+
+/// See the module. Shared by pins, tasks and the simulation as [`Shared`].
+pub struct World {
+    clock: Clock,
+    axes: [AxisWorld; AXES],
+    /// Limit switches in the axes' order, then the emergency stop.
+    inputs: [Input; AXES + 1],
+    random: Rand32,
+    bouncer: Option<Waker>,
+    record: Record,
+}
+
+/// The one world of a simulation.
+pub type Shared = Rc<RefCell<World>>;
+
+impl World {
+    /// Carriages and switches as `config` places them, drivers disabled.
+    pub fn new(clock: Clock, config: &Config) -> Self {
+        let axes: [_; AXES] = std::array::from_fn(|axis| AxisWorld::new(axis, config));
+        let wires = [Wire::Limit(Axis::X), Wire::Limit(Axis::Y), Wire::Limit(Axis::Z), Wire::EmergencyStop];
+        let mut inputs = wires.map(Input::new);
+        for (input, axis) in inputs.iter_mut().zip(&axes) {
+            input.high = !axis.switch.is_closed();
+        }
+        let random = Rand32::new(config.seed);
+        Self { clock, axes, inputs, random, bouncer: None, record: Record::default() }
+    }
+
+    /// Drives an output of the controller.
+    pub fn drive(&mut self, wire: Wire, high: bool) {
+        let t_ns = self.clock.now_ns();
+        let violations = &mut self.record.violations;
+        match wire {
+            Wire::Step(axis) => {
+                if self.axes[axis as usize].inputs.set_step(t_ns, high, violations) {
+                    self.step(t_ns, axis);
+                }
+            }
+            Wire::Dir(axis) => self.axes[axis as usize].inputs.set_dir(t_ns, high, violations),
+            Wire::Enable => self.axes.iter_mut().for_each(|axis| axis.inputs.set_enabled(t_ns, !high, violations)),
+            Wire::Limit(_) | Wire::EmergencyStop => unreachable!("an input of the controller"),
+        }
+        self.record.waves.push(Wave { t_ns, wire, high });
+    }
+
+    /// Whether an input of the controller is high.
+    pub fn is_high(&self, wire: Wire) -> bool {
+        self.inputs[input_index(wire)].high
+    }
+
+    /// How often an input has risen and fallen.
+    pub fn flanks(&self, wire: Wire) -> (u32, u32) {
+        let input = &self.inputs[input_index(wire)];
+        (input.rises, input.falls)
+    }
+
+    /// Wakes `waker` when an input changes.
+    pub fn wake_on_change(&mut self, wire: Wire, waker: &Waker) {
+        let wakers = &mut self.inputs[input_index(wire)].wakers;
+        if !wakers.iter().any(|known| known.will_wake(waker)) {
+            wakers.push(waker.clone());
+        }
+    }
+
+    /// Presses or releases the emergency stop.
+    pub fn set_emergency_stop(&mut self, pressed: bool) {
+        self.set_input(AXES, !pressed);
+    }
+
+    /// Takes note of what the coordinator says.
+    pub fn on_event(&mut self, event: Event) {
+        self.record.events.push((self.clock.now_ns(), event));
+        if let Event::Homed { axis } = event {
+            let axis = &mut self.axes[axis as usize];
+            axis.counted_steps = 0;
+            axis.zero_steps = axis.carriage.place_steps();
+        }
+    }
+
+    /// Where each carriage really is, in steps from where its switch closes.
+    pub fn places_steps(&self) -> [i32; AXES] {
+        std::array::from_fn(|axis| self.axes[axis].carriage.place_steps())
+    }
+
+    /// The steps counted per axis, from power-up or since it was homed.
+    pub fn counted_steps(&self) -> [i32; AXES] {
+        std::array::from_fn(|axis| self.axes[axis].counted_steps)
+    }
+
+    /// How far each carriage is from where the count says it is.
+    pub fn drift_steps(&self) -> [i32; AXES] {
+        std::array::from_fn(|axis| {
+            let axis = &self.axes[axis];
+            axis.carriage.place_steps() - axis.zero_steps - axis.counted_steps
+        })
+    }
+
+    /// What was seen so far.
+    pub fn record(&self) -> &Record {
+        &self.record
+    }
+
+    /// Lets motions that have ended end, so that an abrupt stop's overshoot is seen.
+    pub fn settle(&mut self) {
+        let t_ns = self.clock.now_ns();
+        for axis in Axis::ALL {
+            self.settle_motor(t_ns, axis, None);
+        }
+    }
+
+    fn step(&mut self, t_ns: u64, axis: Axis) {
+        let direction = self.axes[axis as usize].inputs.direction();
+        self.settle_motor(t_ns, axis, Some(direction));
+        let this = &mut self.axes[axis as usize];
+        this.counted_steps += direction;
+        let position_steps = this.counted_steps;
+        self.record.edges.push(Edge { t_ns, axis: axis as usize, direction, position_steps });
+        let lost = match this.turn(t_ns, direction) {
+            Ok(()) => {
+                this.losing = false;
+                self.carriage_moved(t_ns, axis);
+                return;
+            }
+            Err(cause) => cause,
+        };
+        self.lose(t_ns, axis, lost, 1);
+    }
+
+    fn settle_motor(&mut self, t_ns: u64, axis: Axis, next_direction: Option<i32>) {
+        let this = &mut self.axes[axis as usize];
+        let Some(overshoot) = this.motor.settle(t_ns, next_direction) else { return };
+        this.carriage.shift(overshoot.steps);
+        this.losing = false;
+        let cause = LossCause::Overshoot { from_steps_s: overshoot.from_steps_s };
+        self.lose(t_ns, axis, cause, overshoot.steps.unsigned_abs());
+        self.carriage_moved(t_ns, axis);
+    }
+
+    /// Steps lost in a row for one reason are one entry.
+    fn lose(&mut self, t_ns: u64, axis: Axis, cause: LossCause, steps: u32) {
+        let index = axis as usize;
+        let continues = self.axes[index].losing;
+        self.axes[index].losing = true;
+        let last = self.record.losses.iter_mut().rfind(|loss| loss.axis == index);
+        match last {
+            Some(loss) if continues && std::mem::discriminant(&loss.cause) == std::mem::discriminant(&cause) => {
+                loss.steps += steps;
+            }
+            _ => self.record.losses.push(Loss { t_ns, axis: index, cause, steps }),
+        }
+    }
+
+    fn carriage_moved(&mut self, t_ns: u64, axis: Axis) {
+        let this = &mut self.axes[axis as usize];
+        this.switch.follow(this.carriage.place_steps(), t_ns, &mut self.random);
+        if this.switch.next_flip_ns().is_some() {
+            self.bouncer.take().into_iter().for_each(Waker::wake);
+        }
+        self.refresh_switch(axis);
+    }
+
+    fn refresh_switch(&mut self, axis: Axis) {
+        let closed = self.axes[axis as usize].switch.is_closed();
+        self.set_input(axis as usize, !closed);
+    }
+
+    fn set_input(&mut self, index: usize, high: bool) {
+        let input = &mut self.inputs[index];
+        if input.high == high {
+            return;
+        }
+        input.high = high;
+        *if high { &mut input.rises } else { &mut input.falls } += 1;
+        input.wakers.drain(..).for_each(Waker::wake);
+        self.record.waves.push(Wave { t_ns: self.clock.now_ns(), wire: input.wire, high });
+    }
+
+    fn next_flip_ns(&self) -> Option<u64> {
+        self.axes.iter().filter_map(|axis| axis.switch.next_flip_ns()).min()
+    }
+
+    fn flip(&mut self) {
+        let now_ns = self.clock.now_ns();
+        for axis in Axis::ALL {
+            self.axes[axis as usize].switch.settle(now_ns);
+            self.refresh_switch(axis);
+        }
+    }
+}
+
+impl AxisWorld {
+    fn new(axis: usize, config: &Config) -> Self {
+        let place_steps = config.start_steps(axis);
+        Self {
+            inputs: DriverInputs::new(axis, config.driver),
+            motor: Motor::new(config.motor),
+            carriage: Carriage::new(place_steps, config.end_stops_steps(axis)),
+            switch: Switch::new(place_steps, config.switches[axis], config.bounce_us * 1_000),
+            counted_steps: 0,
+            zero_steps: place_steps,
+            losing: false,
+        }
+    }
+
+    /// One microstep of the motor and what hangs on it.
+    fn turn(&mut self, t_ns: u64, direction: i32) -> Result<(), LossCause> {
+        if !self.inputs.is_enabled() {
+            return Err(LossCause::Disabled);
+        }
+        if let Response::Lost { asked_steps_s, asked_steps_s2 } = self.motor.step(t_ns, direction) {
+            return Err(LossCause::PullOut { asked_steps_s, asked_steps_s2 });
+        }
+        if self.carriage.shift(direction) > 0 { Err(LossCause::EndStop) } else { Ok(()) }
+    }
+}
+
+impl Input {
+    fn new(wire: Wire) -> Self {
+        Self { wire, high: true, rises: 0, falls: 0, wakers: Vec::new() }
+    }
+}
+
+fn input_index(wire: Wire) -> usize {
+    match wire {
+        Wire::Limit(axis) => axis as usize,
+        Wire::EmergencyStop => AXES,
+        Wire::Step(_) | Wire::Dir(_) | Wire::Enable => unreachable!("an output of the controller"),
+    }
+}
+
+/// The task that lets switches bounce. Never ends.
+pub async fn bounce(world: Shared) {
+    loop {
+        let Some(at_ns) = world.borrow().next_flip_ns() else {
+            bounce_begins(&world).await;
+            continue;
+        };
+        // Up to the tick, as every other edge; a new bounce may come sooner than the one awaited.
+        let at = Instant::from_micros(at_ns.div_ceil(1_000));
+        select(Timer::at(at), bounce_begins(&world)).await;
+        world.borrow_mut().flip();
+    }
+}
+
+async fn bounce_begins(world: &Shared) {
+    let mut asked = false;
+    poll_fn(|context| {
+        if std::mem::replace(&mut asked, true) && world.borrow().bouncer.is_none() {
+            return Poll::Ready(());
+        }
+        world.borrow_mut().bouncer = Some(context.waker().clone());
+        Poll::Pending
+    })
+    .await;
+}
