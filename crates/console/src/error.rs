@@ -3,7 +3,7 @@
 use core::fmt;
 
 macro_rules! errors {
-    ($($(#[$doc:meta])* $name:ident = $code:literal, $explain:literal;)*) => {
+    ($($name:ident = $code:literal, $explain:literal;)*) => {
         /// Why a line was refused, by Grbl's numbers.
         #[derive(Debug, Clone, Copy, PartialEq, Eq)]
         #[repr(u8)]

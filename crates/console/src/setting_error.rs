@@ -26,7 +26,7 @@ pub enum SettingError {
     /// `$901` names each of 1, 2 and 3 once.
     HomingOrder { digits: u16 },
     /// The top speed of an axis is more than the pulse width or the driver carries.
-    RateTooHigh { axis: usize, asked_mm_min: f32, max_mm_min: f32, steps_per_mm: f32 },
+    RateTooHigh { axis: usize, asked_mm_min: f32, max_mm_min: f32, steps_per_mm: f32, pulse_us: u16 },
     /// An axis would start faster than its top speed.
     StartAboveTop { axis: usize, start_mm_min: f32, top_mm_min: f32 },
 }
@@ -46,8 +46,19 @@ impl SettingError {
     }
 }
 
-const fn fixed(value: f32) -> Fixed {
-    Fixed { value, decimals: 3 }
+/// As people write it: whole numbers without decimals.
+fn plain(value: f32) -> Fixed {
+    Fixed { value, decimals: if value % 1.0 == 0.0 { 0 } else { 3 } }
+}
+
+/// A limit and its unit, if it has one.
+struct Limit(f32, &'static str);
+
+impl fmt::Display for Limit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let gap = if self.1.is_empty() { "" } else { " " };
+        write!(f, "{}{gap}{}", plain(self.0), self.1)
+    }
 }
 
 /// `$110`-like number of an axis.
@@ -61,35 +72,35 @@ impl fmt::Display for SettingError {
         match *self {
             Self::Unknown { number } => write!(f, "there is no ${number}: $$ lists the settings"),
             Self::Negative { number, value } => {
-                write!(f, "${number}={} is negative: give 0 or more", fixed(value))
+                write!(f, "${number}={} is negative: give 0 or more", plain(value))
             }
             Self::NotInteger { number, value } => {
-                write!(f, "${number}={} is not a whole number: remove the fraction", fixed(value))
+                write!(f, "${number}={} is not a whole number: remove the fraction", plain(value))
             }
             Self::TooLow { number, value, min, unit } => {
-                write!(f, "${number}={} is below the least, {} {unit}: raise it", fixed(value), fixed(min))
+                write!(f, "${number}={} is below the least, {}: raise it", plain(value), Limit(min, unit))
             }
             Self::TooHigh { number, value, max, unit } => {
-                write!(f, "${number}={} is above the most, {} {unit}: lower it", fixed(value), fixed(max))
+                write!(f, "${number}={} is above the most, {}: lower it", plain(value), Limit(max, unit))
             }
             Self::SoftLimitsNeedHoming => f.write_str("$20=1 needs a homed machine: set $22=1 first"),
             Self::HomingOrder { digits } => {
                 write!(f, "$901={digits} is no order: give each of 1 (X), 2 (Y) and 3 (Z) once, as in 312")
             }
-            Self::RateTooHigh { axis, asked_mm_min, max_mm_min, steps_per_mm } => {
+            Self::RateTooHigh { axis, asked_mm_min, max_mm_min, steps_per_mm, pulse_us } => {
                 let (rate, scale) = (of_axis(110, axis), of_axis(100, axis));
-                let (asked, steps) = (fixed(asked_mm_min), fixed(steps_per_mm));
+                let (asked, steps) = (plain(asked_mm_min), plain(steps_per_mm));
                 // Cut, not rounded: the figure named must itself be accepted.
                 let most = max_mm_min as u32;
                 write!(
                     f,
-                    "${rate}={asked} is above the {most} mm/min that pulse and driver carry at ${scale}={steps} steps/mm: \
-                     lower ${rate} or ${scale}"
+                    "${rate}={asked} is above the {most} mm/min that the driver and $0={pulse_us} us pulses carry \
+                     at ${scale}={steps} steps/mm: lower one of the three"
                 )
             }
             Self::StartAboveTop { axis, start_mm_min, top_mm_min } => {
                 let (start, top) = (of_axis(910, axis), of_axis(110, axis));
-                let (asked, most) = (fixed(start_mm_min), fixed(top_mm_min));
+                let (asked, most) = (plain(start_mm_min), plain(top_mm_min));
                 write!(
                     f,
                     "${start}={asked} is above the top speed, ${top}={most} mm/min: lower ${start} or raise ${top}"

@@ -56,12 +56,12 @@ pub static TABLE: &[Setting] = &[
     row(26, "ms", "homing debounce", 0.0, 1000.0, Int(|s| &mut s.homing_debounce_ms)),
     row(27, "mm", "homing pull-off", 0.1, 100.0, Float(|s| &mut s.homing_pull_off_mm)),
     row(100, "steps/mm", "steps per millimetre", 0.1, 1e4, PerAxis(|s| &mut s.steps_per_mm)),
-    row(110, "mm/min", "top speed", 1.0, 1e7, PerAxis(|s| &mut s.max_rate_mm_min)),
+    row(110, "mm/min", "top speed", 1.0, 1e8, PerAxis(|s| &mut s.max_rate_mm_min)),
     row(120, "mm/s2", "acceleration", 0.1, 1e5, PerAxis(|s| &mut s.accel_mm_s2)),
     row(130, "mm", "travel", 1.0, 1e4, PerAxis(|s| &mut s.travel_mm)),
     row(900, "", "interval law: 0 fastest, 1 thirds", 0.0, 1.0, Flag(|s| &mut s.interval_thirds)),
     row(901, "", "homing order, axis digits: 1 X, 2 Y, 3 Z", 123.0, 321.0, Int(|s| &mut s.homing_order_digits)),
-    row(910, "mm/min", "start speed", 0.0, 1e7, PerAxis(|s| &mut s.start_rate_mm_min)),
+    row(910, "mm/min", "start speed", 0.0, 1e8, PerAxis(|s| &mut s.start_rate_mm_min)),
     row(920, "mm/s2", "deceleration; 0 for the acceleration", 0.0, 1e5, PerAxis(|s| &mut s.decel_or_0_mm_s2)),
 ];
 

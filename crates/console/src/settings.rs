@@ -140,7 +140,8 @@ impl Settings {
         let steps_per_mm = self.steps_per_mm[axis];
         let max_mm_min = max_steps_s.min(self.pulse_steps_s()) * 60.0 / steps_per_mm;
         if asked_mm_min > max_mm_min {
-            return Err(SettingError::RateTooHigh { axis, asked_mm_min, max_mm_min, steps_per_mm });
+            let pulse_us = self.pulse_us;
+            return Err(SettingError::RateTooHigh { axis, asked_mm_min, max_mm_min, steps_per_mm, pulse_us });
         }
         let start_mm_min = self.start_rate_mm_min[axis];
         if start_mm_min > asked_mm_min {

@@ -1,6 +1,6 @@
 //! `$` lines, which are not G-code.
 
-use crate::{Command, Error};
+use crate::{Command, Error, words::VALUE_BOUND};
 
 /// Understands a stripped, upper-case line that begins with `$`.
 pub(crate) fn parse(line: &str) -> Result<Command, Error> {
@@ -30,5 +30,5 @@ fn decimal(text: &str) -> Result<f32, Error> {
     if !text.bytes().all(|byte| matches!(byte, b'0'..=b'9' | b'.' | b'-' | b'+')) {
         return Err(Error::BadNumber);
     }
-    text.parse().ok().filter(|value: &f32| value.is_finite()).ok_or(Error::BadNumber)
+    text.parse().ok().filter(|value: &f32| value.abs() < VALUE_BOUND).ok_or(Error::BadNumber)
 }

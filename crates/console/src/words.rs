@@ -13,7 +13,8 @@ use crate::Error;
 
 /// Grbl, too, reads 8 digits before the point; it cuts the rest off in silence.
 const MAX_WHOLE_DIGITS: usize = 8;
-const VALUE_BOUND: f32 = 1e8;
+/// The same for values.
+pub(crate) const VALUE_BOUND: f32 = 1e8;
 
 /// One word of a block.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -31,7 +32,7 @@ pub(crate) enum Word {
 /// # Errors
 /// [`Error::LetterMissing`] or [`Error::BadNumber`] where the line is not words; else what `take` says.
 pub(crate) fn for_each(line: &str, mut take: impl FnMut(Word) -> Result<(), Error>) -> Result<(), Error> {
-    if !line.split(['G', 'M', 'T']).skip(1).all(begins_with_code_number) {
+    if !line.split(['G', 'M', 'T', 'g', 'm', 't']).skip(1).all(begins_with_code_number) {
         return Err(Error::BadNumber);
     }
     let mut reader = Reader { line, take: &mut take, result: Ok(()) };

@@ -1,0 +1,6 @@
+//! The dialect as dialogues: what a sender sends, what it hears, and what the machine is asked to do.
+
+mod gcode;
+mod status;
+mod system;
+mod talk;

@@ -1,0 +1,91 @@
+//! Status reports, and the lines that any byte stream gives.
+
+use crate::talk::Talk;
+use expect_test::expect;
+use isostep_console::{Motion, Settings, State, Status, StatusReporter, report};
+use proptest::prelude::*;
+
+#[test]
+fn literals_are_grbls() {
+    assert_eq!(report::WELCOME, "\r\nGrbl 1.1h ['$' for help]\r\n");
+    let mut out = String::new();
+    report::alarm(&mut out, isostep_console::Alarm::SwitchNotFound).unwrap();
+    report::error(&mut out, isostep_console::Error::LineTooLong).unwrap();
+    report::message(&mut out, report::messages::HOW_TO_UNLOCK).unwrap();
+    assert_eq!(out, "ALARM:9\r\nerror:11\r\n[MSG:'$H'|'$X' to unlock]\r\n");
+    assert!(report::BUILD.contains("grbl"));
+}
+
+#[test]
+fn a_report_inside_a_line_leaves_the_line_whole() {
+    let heard = Talk::new(State::Idle).bytes(b"G0 X1\x900.\xC2?5\n");
+    expect!["<Idle|MPos:0.000,0.000,0.000|FS:0,0|WCO:0.000,0.000,0.000> (rapid [10.5, 0.0, 0.0]) ok"].assert_eq(&heard);
+}
+
+#[test]
+fn offset_and_overrides_take_turns() {
+    let mut talk = Talk::new(State::Idle);
+    let mut kinds = |state, count| {
+        talk.state = state;
+        (0..count)
+            .map(|_| talk.bytes(b"?"))
+            .map(|line| match (line.contains("WCO"), line.contains("Ov")) {
+                (true, false) => 'w',
+                (false, true) => 'o',
+                (false, false) => '.',
+                (true, true) => '!',
+            })
+            .collect::<String>()
+    };
+    assert_eq!(kinds(State::Idle, 22), "wo........wo........wo");
+    assert_eq!(kinds(State::Run, 50), "........wo...................o........w..........o");
+}
+
+#[test]
+fn the_mask_chooses_fields_and_inches_scale() {
+    let status = Status {
+        state: State::Alarm,
+        position_mm: [25.4, -0.0002, -10_000.0],
+        feed_mm_min: 254.0,
+        limits_pressed: [true, false, true],
+        free_blocks: 255,
+        free_bytes: u16::MAX,
+    };
+    let mut heard = String::new();
+    for (report_mask, report_inches) in [(0, false), (1, false), (2, true), (3, true)] {
+        let settings = Settings { report_mask, report_inches, ..Settings::DEFAULT };
+        let before = heard.len();
+        StatusReporter::new().write(&mut heard, &status, &settings).unwrap();
+        assert!(heard.len() - before <= 128);
+    }
+    expect![[r#"
+        <Alarm|WPos:25.400,0.000,-10000.000|FS:254,0|Pn:XZ|WCO:0.000,0.000,0.000>
+        <Alarm|MPos:25.400,0.000,-10000.000|FS:254,0|Pn:XZ|WCO:0.000,0.000,0.000>
+        <Alarm|WPos:1.0000,0.0000,-393.7008|Bf:255,65535|FS:10.0,0|Pn:XZ|WCO:0.0000,0.0000,0.0000>
+        <Alarm|MPos:1.0000,0.0000,-393.7008|Bf:255,65535|FS:10.0,0|Pn:XZ|WCO:0.0000,0.0000,0.0000>
+    "#]]
+    .assert_eq(&heard.replace('\r', ""));
+}
+
+proptest! {
+    #[test]
+    fn any_bytes_get_one_reply_a_line_and_finite_targets(
+        bytes in prop::collection::vec(prop_oneof![any::<u8>(), prop::sample::select(&b"GMXYZFNT$=.-0123459 \n\r"[..])], 0..600)
+    ) {
+        let mut talk = Talk::new(State::Idle);
+        let heard = talk.bytes(&bytes);
+        let replies = heard.split(' ').filter(|word| *word == "ok" || word.starts_with("error:")).count();
+        prop_assert_eq!(replies, bytes.iter().filter(|byte| matches!(byte, b'\r' | b'\n')).count());
+        prop_assert!(talk.interpreter.position_mm().iter().all(|mm| mm.abs() <= isostep_console::MAX_COORDINATE_MM));
+        prop_assert_eq!(talk.settings.check(crate::talk::MAX_STEPS_S), Ok(()));
+    }
+
+    #[test]
+    fn targets_are_read_exactly(mm in -9999.999f32..9999.999) {
+        let mut interpreter = isostep_console::Interpreter::new();
+        let command = interpreter.interpret(&format!("X{mm}"), State::Idle, &Settings::DEFAULT);
+        let isostep_console::Command::Block(block) = command.unwrap() else { panic!("a block") };
+        let Some(Motion::Move { target_mm, .. }) = block.motion else { panic!("a move") };
+        prop_assert_eq!(target_mm[0], mm);
+    }
+}

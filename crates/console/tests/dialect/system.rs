@@ -1,0 +1,189 @@
+//! `$` commands and reports: what they answer, and when.
+
+use crate::talk::{MAX_STEPS_S, Talk};
+use expect_test::{Expect, expect};
+use isostep_console::{SETTING_TABLE, Settings, State};
+
+fn check(state: State, text: &str, heard: Expect) {
+    heard.assert_eq(&Talk::new(state).send(text));
+}
+
+const COMMANDS: &str = "$\n$G\n$I\n$100=60\n$H\n$X\n$$$\n$#\n$N\n$C\n$SLP\n$J=X1\n$100\n$=1\n$X=1\n$+1=1\n$99999=1\n$999=1\n$0=\n$0=1E1\n$0=INF";
+
+#[test]
+fn commands_when_idle() {
+    check(
+        State::Idle,
+        COMMANDS,
+        expect![[r#"
+        $ -> [HLP:$$ $G $I $x=val $X $H ? ctrl-x] ok
+        $G -> [GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0] ok
+        $I -> [VER:1.1h.20190830:Isostep 0.1.0 (grbl dialect)] [OPT:Z,15,128] ok
+        $100=60 -> ok
+        $H -> (home) ok
+        $X -> (unlock) ok
+        $$$ -> error:3
+        $# -> error:3
+        $N -> error:3
+        $C -> error:3
+        $SLP -> error:3
+        $J=X1 -> error:3
+        $100 -> error:3
+        $=1 -> error:3
+        $X=1 -> error:3
+        $+1=1 -> error:3
+        $99999=1 -> error:3
+        $999=1 -> [MSG:there is no $999: $$ lists the settings] error:3
+        $0= -> error:2
+        $0=1E1 -> error:2
+        $0=INF -> error:2
+    "#]],
+    );
+}
+
+#[test]
+fn commands_when_running() {
+    check(
+        State::Run,
+        "$\n$G\n$I\n$100=60\n$H\n$X\n$$\nX1",
+        expect![[r#"
+        $ -> [HLP:$$ $G $I $x=val $X $H ? ctrl-x] ok
+        $G -> [GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0] ok
+        $I -> error:8
+        $100=60 -> error:8
+        $H -> error:8
+        $X -> (unlock) ok
+        $$ -> error:8
+        X1 -> (rapid [1.0, 0.0, 0.0]) ok
+    "#]],
+    );
+}
+
+#[test]
+fn commands_in_alarm() {
+    check(
+        State::Alarm,
+        "$\n$G\n$100=60\n$H\n$X\nX1",
+        expect![[r#"
+        $ -> [HLP:$$ $G $I $x=val $X $H ? ctrl-x] ok
+        $G -> [GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0] ok
+        $100=60 -> ok
+        $H -> (home) ok
+        $X -> (unlock) ok
+        X1 -> error:9
+    "#]],
+    );
+}
+
+#[test]
+fn settings_print_as_grbl_prints_them() {
+    let heard = Talk::new(State::Idle).bytes(b"$$\n").replace(' ', "\n");
+    expect![[r#"
+        $0=2
+        $1=255
+        $2=0
+        $3=0
+        $4=0
+        $5=0
+        $10=1
+        $13=0
+        $20=1
+        $21=1
+        $22=1
+        $23=7
+        $24=60.000
+        $25=600.000
+        $26=5
+        $27=2.000
+        $100=50.000
+        $101=50.000
+        $102=50.000
+        $110=2880.000
+        $111=2880.000
+        $112=2880.000
+        $120=50.000
+        $121=50.000
+        $122=50.000
+        $130=350.000
+        $131=400.000
+        $132=100.000
+        $900=0
+        $901=312
+        $910=0.000
+        $911=0.000
+        $912=0.000
+        $920=0.000
+        $921=0.000
+        $922=0.000
+        ok"#]]
+    .assert_eq(&heard);
+}
+
+#[test]
+fn a_refused_setting_names_value_limit_and_remedy() {
+    check(
+        State::Idle,
+        "$0=1\n$0=2.5\n$2=8\n$20=2\n$22=0\n$20=1\n$22=1\n$H\n$27=0\n$100=-1\n$100=100000\n$102=5000\n$110=90000000\n$0=200\n$901=311\n$901=321\n$911=3000\n$920=5",
+        expect![[r#"
+            $0=1 -> [MSG:$0=1 is below the least, 2 us: raise it] error:6
+            $0=2.5 -> [MSG:$0=2.500 is not a whole number: remove the fraction] error:23
+            $2=8 -> [MSG:$2=8 is above the most, 7: lower it] error:2
+            $20=2 -> [MSG:$20=2 is above the most, 1: lower it] error:2
+            $22=0 -> ok
+            $20=1 -> [MSG:$20=1 needs a homed machine: set $22=1 first] error:10
+            $22=1 -> ok
+            $H -> (home) ok
+            $27=0 -> [MSG:$27=0 is below the least, 0.100 mm: raise it] error:2
+            $100=-1 -> [MSG:$100=-1 is negative: give 0 or more] error:4
+            $100=100000 -> [MSG:$100=100000 is above the most, 10000 steps/mm: lower it] error:2
+            $102=5000 -> [MSG:$112=2880 is above the 360 mm/min that the driver and $0=2 us pulses carry at $102=5000 steps/mm: lower one of the three] error:12
+            $110=90000000 -> [MSG:$110=90000000 is above the 36000 mm/min that the driver and $0=2 us pulses carry at $100=50 steps/mm: lower one of the three] error:12
+            $0=200 -> ok
+            $901=311 -> [MSG:$901=311 is no order: give each of 1 (X), 2 (Y) and 3 (Z) once, as in 312] error:2
+            $901=321 -> ok
+            $911=3000 -> [MSG:$911=3000 is above the top speed, $111=2880 mm/min: lower $911 or raise $111] error:12
+            $920=5 -> ok
+        "#]],
+    );
+}
+
+#[test]
+fn homing_switched_off_refuses_to_home_and_drops_soft_limits() {
+    let mut talk = Talk::new(State::Idle);
+    assert_eq!(talk.bytes(b"$22=0\n$H\n"), "ok error:5");
+    assert!(!talk.settings.soft_limits);
+}
+
+#[test]
+fn the_highest_rate_named_is_accepted() {
+    for (pulse_us, steps_per_mm) in [(2, 50.0), (3, 33.3), (255, 999.9), (17, 0.7)] {
+        let settings = Settings { pulse_us, steps_per_mm: [steps_per_mm; 3], ..Settings::DEFAULT };
+        let settings = Settings { max_rate_mm_min: [60.0; 3], ..settings };
+        let words = settings.with(110, 9e7, MAX_STEPS_S).unwrap_err().to_string();
+        let most = words.split("above the ").nth(1).and_then(|rest| rest.split(' ').next()).unwrap();
+        settings.with(110, most.parse().unwrap(), MAX_STEPS_S).unwrap();
+    }
+}
+
+#[test]
+fn what_is_printed_can_be_sent_back() {
+    let mut sent = Talk::new(State::Idle);
+    sent.send("$0=10\n$3=5\n$22=0\n$27=1.235\n$101=80.125\n$121=0.1\n$131=9999.999\n$900=1\n$901=213\n$922=7");
+    let listing = sent.bytes(b"$$\n");
+    let mut restored = Talk::new(State::Alarm);
+    for line in listing.split(' ').filter(|line| line.starts_with('$')) {
+        assert_eq!(restored.bytes(format!("{line}\n").as_bytes()), "ok", "{line}");
+    }
+    assert_eq!(restored.settings, sent.settings);
+}
+
+#[test]
+fn the_table_is_in_order_and_the_defaults_are_in_range() {
+    assert!(SETTING_TABLE.is_sorted_by(|a, b| a.numbers().end <= b.number));
+    for number in SETTING_TABLE.iter().flat_map(|row| row.numbers()) {
+        let value = Settings::DEFAULT.get(number).unwrap();
+        assert_eq!(Settings::DEFAULT.with(number, value, MAX_STEPS_S), Ok(Settings::DEFAULT), "${number}");
+    }
+    assert_eq!(Settings::DEFAULT.homing_order(), [2, 0, 1]);
+    assert_eq!(Settings { decel_or_0_mm_s2: [0.0, 9.0, 0.0], ..Settings::DEFAULT }.decel_mm_s2(), [50.0, 9.0, 50.0]);
+}
