@@ -20,10 +20,12 @@ export class Board {
     this.paused = false;
     /** The far end of the cable: set by the console that listens. */
     this.onBytes = () => {};
-    this.onChip = () => {};
+    /** Called between stretches of the run, to show progress. */
+    this.onSlice = () => {};
+    this.chipWatchers = [];
     this.#build();
     loadInto(this.chip, segments);
-    const listener = { onData: (bytes) => this.onBytes(bytes), onConnect: () => {} };
+    const listener = { onData: (bytes) => this.onBytes(bytes) };
     this.cable = options.console === 'uart' ? new UartCable(this.clock, listener) : new UsbHost(this.clock, listener);
     this.#start();
   }
@@ -41,7 +43,14 @@ export class Board {
       if (this.paused) break;
       if (this.core.waiting) this.#sleep(Math.min(clock.next, limitCycle));
       else run(this.core, this.bus, clock, limitCycle);
+      this.onSlice();
     }
+  }
+
+  /** Shows the watcher this chip, and every one that a reset makes. */
+  watchChips(watcher) {
+    this.chipWatchers.push(watcher);
+    watcher(this.chip);
   }
 
   /** Makes `run` return on this very cycle: what waits for an event then acts on it at its instant. */
@@ -69,7 +78,7 @@ export class Board {
     boot(this.chip);
     this.gantry.attach(this.chip);
     this.cable.attach(this.chip, this.uart);
-    this.onChip(this.chip);
+    for (const watch of this.chipWatchers) watch(this.chip);
   }
 
   /** A watchdog reset: a fresh chip in the same place, with memory, scratch registers and the reason kept. */

@@ -20,6 +20,14 @@ export class Carriage {
     return this.startMm + this.travelSteps / STEPS_PER_MM;
   }
 
+  get lowestMm() {
+    return this.startMm + this.lowestSteps / STEPS_PER_MM;
+  }
+
+  get highestMm() {
+    return this.startMm + this.highestSteps / STEPS_PER_MM;
+  }
+
   step(direction) {
     this.travelSteps += direction;
     this.positionSteps += direction;

@@ -28,7 +28,7 @@ const getDescriptor = (length) => setup(0x80, 6, CONFIGURATION << 8, 0, length);
  * buffer back at once, padded with zeros.
  */
 export class UsbHost {
-  /** @param {{onData: (bytes: Uint8Array) => void, onConnect: () => void}} listener */
+  /** @param {{onData: (bytes: Uint8Array) => void}} listener */
   constructor(clock, listener) {
     this.clock = clock;
     this.listener = listener;
@@ -43,7 +43,6 @@ export class UsbHost {
     this.armed = new Set();
     this.queue = [];
     this.endpoints = null;
-    this.connected = false;
     this.control = null;
     this.transaction = null;
     this.enumeration = null;
@@ -74,8 +73,6 @@ export class UsbHost {
     yield { setup: setup(0x00, 9, 1, 0, 0) };
     yield { setup: setup(0x21, 0x20, 0, this.endpoints.interface, LINE_115200_8N1.length), data: LINE_115200_8N1 };
     yield { setup: setup(0x21, 0x22, DTR_AND_RTS, this.endpoints.interface, 0) };
-    this.connected = true;
-    this.listener.onConnect();
   }
 
   /** Goes on with the enumeration: its next control transfer, if there is one. */

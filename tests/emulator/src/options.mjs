@@ -1,0 +1,107 @@
+import { parseArgs } from 'node:util';
+import { SWITCH_MODES } from './limit-switch.mjs';
+import { AXES } from './pins.mjs';
+import { COMMANDS } from './script.mjs';
+
+export const HELP = `Runs the firmware, unmodified, on an emulated Raspberry Pi Pico that drives three carriages.
+
+Usage: node tests/emulator/run.mjs --elf ELF (--program FILE | --script FILE) [options]
+
+What to run
+  --elf ELF            the firmware, as cargo xtask build leaves it in
+                       target/thumbv6m-none-eabi/release/rp2040-gantry
+  --program FILE       streams a G-code program, line by line as it is in the file, until all is answered and Idle
+  --script FILE        runs a dialogue (see below); its transcript goes to stdout
+  --console usb|uart   the cable in use: USB CDC (default) or UART0 at the firmware's baud rate
+  --stream wait|counting
+                       send a line when the one before is answered (default), or count characters, 128 at most
+  --poll-hz N          asks for status N times a second (default: 10 for a program, 0 for a script)
+  --timeout-s N        machine time to wait for a reply or for Idle (default 300)
+
+The machine
+  --start X,Y,Z        millimetres above the limit switches at power-up (default 35,40,15)
+  --switch X=MODE      ${SWITCH_MODES.join(', ')}; may be given for each axis
+  --bounce-us N        the switches' contacts bounce for N microseconds (default 0)
+  --seed N             of the bounces (default 1)
+
+What to write
+  --trace FILE         every rising edge of STEP: t_ns,axis,direction,position_steps
+  --transcript FILE    every line sent and received, with its machine time
+  --json FILE          the summary, for programs
+  --vcd FILE           STEP, DIR, ENABLE and LED, for a wave viewer
+  --progress           a line of progress on stderr each second, even if stderr is no terminal
+  --help               this text
+
+A script has a command a line; # begins a comment:
+${Object.values(COMMANDS).map(({ usage }) => `  ${usage}`).join('\n')}
+Each begins when the one before is done. expect takes the next reply (ok, error:N) or the next status (<...), which must
+begin with the prefix; for anything else (Grbl, ALARM:, [MSG:) it waits until such a line comes. An example:
+  expect Grbl
+  send $H
+  wait-ms 500
+  bytes 18
+  expect ALARM:6
+
+Machine time is cycles of 125 MHz; no result depends on the wall clock. The exit code is 0 only if everything went through:
+all lines answered with ok, Idle at the end, no driver timing violated and no reset that the script did not wait for.`;
+
+const SPEC = {
+  elf: { type: 'string' },
+  program: { type: 'string' },
+  script: { type: 'string' },
+  console: { type: 'string', default: 'usb' },
+  stream: { type: 'string', default: 'wait' },
+  'poll-hz': { type: 'string' },
+  'timeout-s': { type: 'string', default: '300' },
+  start: { type: 'string', default: '35,40,15' },
+  switch: { type: 'string', multiple: true, default: [] },
+  'bounce-us': { type: 'string', default: '0' },
+  seed: { type: 'string', default: '1' },
+  trace: { type: 'string' },
+  transcript: { type: 'string' },
+  json: { type: 'string' },
+  vcd: { type: 'string' },
+  progress: { type: 'boolean', default: false },
+  help: { type: 'boolean', default: false },
+};
+
+/** The command line, checked. @param {string[]} args */
+export function parseOptions(args) {
+  const { values } = parseArgs({ args, options: SPEC, strict: true, allowPositionals: false });
+  if (values.help) return { help: true };
+  if (values.elf === undefined) throw new Error('which firmware? Give --elf target/thumbv6m-none-eabi/release/rp2040-gantry, which cargo xtask build makes');
+  if ((values.program === undefined) === (values.script === undefined)) throw new Error('give either --program FILE or --script FILE (--help shows both)');
+  return {
+    ...values,
+    console: choice('--console', ['usb', 'uart'], values.console),
+    stream: choice('--stream', ['wait', 'counting'], values.stream),
+    pollHz: number('--poll-hz', values['poll-hz'] ?? (values.program ? '10' : '0'), 0, 1000),
+    timeoutSeconds: number('--timeout-s', values['timeout-s'], 0.001, 1e6),
+    startMm: places(values.start),
+    switches: Object.fromEntries(values.switch.map(switchOption)),
+    bounceMicros: number('--bounce-us', values['bounce-us'], 0, 1e6),
+    seed: number('--seed', values.seed, 0, 2 ** 32 - 1),
+  };
+}
+
+function choice(name, allowed, value) {
+  if (!allowed.includes(value)) throw new Error(`${name} ${value}: choose ${allowed.join(' or ')}`);
+  return value;
+}
+
+function number(name, text, least, most) {
+  const value = Number(text);
+  if (text.trim() === '' || !(value >= least && value <= most)) throw new Error(`${name} ${text}: give a number from ${least} to ${most}`);
+  return value;
+}
+
+function places(text) {
+  const parts = text.split(',');
+  if (parts.length !== AXES.length) throw new Error(`--start ${text}: give three places in mm, such as 35,40,15`);
+  return parts.map((part) => number('--start', part, -1000, 1000));
+}
+
+function switchOption(text) {
+  const [axis, mode] = text.split('=');
+  return [choice('--switch axis', AXES, axis), choice('--switch mode', SWITCH_MODES, mode)];
+}

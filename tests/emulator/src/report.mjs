@@ -1,0 +1,70 @@
+import { CLOCK_HZ } from './clock.mjs';
+import { AXES } from './pins.mjs';
+
+const SHOWN = 5;
+
+/** Everything a run came to, for `--json`: machine time only, so the same run gives the same bytes. */
+export function summary(board, console, { options, error, replies }) {
+  const { clock, gantry } = board;
+  const { moving } = gantry.statistics;
+  return {
+    ok: error === null,
+    error,
+    console: options.console,
+    machine_time_ns: board.nanos,
+    final_status: console.lastStatus,
+    alarm: console.alarm,
+    axes: Object.fromEntries(AXES.map((axis) => [axis, axisSummary(gantry, axis)])),
+    driver_timing: { violations: gantry.timing.total, by_rule: gantry.timing.counts, first: gantry.timing.first },
+    core: { clock_hz: CLOCK_HZ, cycles: clock.cycles, awake_cycles: clock.awakeCycles, load: ratio(clock.awakeCycles, clock.cycles) },
+    moving: {
+      time_ns: (moving.cycles / CLOCK_HZ) * 1e9,
+      edges: moving.edges,
+      load: ratio(moving.awakeCycles, moving.cycles),
+      awake_cycles_per_edge: ratio(moving.awakeCycles, moving.edges),
+    },
+    watchdog_resets: board.resets,
+    floating_input_pins: gantry.floatingInputs(),
+    unimplemented: [...board.warnings],
+    replies,
+  };
+}
+
+function axisSummary(gantry, axis) {
+  const carriage = gantry.carriages[axis];
+  return {
+    edges: gantry.statistics.axes[axis].edges,
+    highest_rate_steps_per_s: gantry.statistics.highestRate(axis),
+    position_steps: carriage.positionSteps,
+    place_mm: carriage.placeMm,
+    lowest_place_mm: carriage.lowestMm,
+    highest_place_mm: carriage.highestMm,
+    switch_closures: carriage.limitSwitch.closures,
+    switch_closed: carriage.limitSwitch.closed,
+  };
+}
+
+const ratio = (part, whole) => (whole > 0 ? Number((part / whole).toFixed(6)) : 0);
+
+/** The same for people. */
+export function readable(result) {
+  const refused = result.replies.filter(({ reply }) => reply !== 'ok');
+  const { core, moving, driver_timing: timing } = result;
+  return [
+    result.ok ? 'All went through.' : `FAILED: ${result.error}`,
+    ...refused.slice(0, SHOWN).map(({ line, text, reply }) => `  line ${line} (${text.slice(0, 60)}): ${reply ?? 'no reply'}`),
+    `Lines        ${result.replies.length} sent, ${result.replies.length - refused.length} answered ok`,
+    `Status       ${result.final_status ?? 'none seen'}`,
+    ...Object.entries(result.axes).map(axisLine),
+    `Driver       ${timing.violations === 0 ? 'every edge within the timing of the DRV8825' : `${timing.violations} violations ${JSON.stringify(timing.by_rule)}`}`,
+    ...timing.first.map((each) => `  ${each.axis} ${each.rule} at ${each.t_ns} ns: ${each.value_ns} ns, at least ${each.limit_ns}`),
+    `Core         ${(core.load * 100).toFixed(1)} % awake; while moving ${(moving.load * 100).toFixed(1)} %, ${Math.round(moving.awake_cycles_per_edge)} cycles an edge`,
+    ...result.watchdog_resets.map(({ t_ns, reason }) => `Watchdog     reset at ${(t_ns / 1e9).toFixed(6)} s (${reason})`),
+    ...result.floating_input_pins.map((pin) => `Input        GP${pin} has no pull-up: it floats while its switch is open`),
+    `Machine time ${(result.machine_time_ns / 1e9).toFixed(6)} s`,
+  ].join('\n');
+}
+
+function axisLine([axis, { edges, place_mm: place, position_steps: position, highest_rate_steps_per_s: rate }]) {
+  return `Axis ${axis}       ${edges} steps, at ${position} steps, ${place.toFixed(2)} mm above its switch, ${rate} steps/s at most`;
+}

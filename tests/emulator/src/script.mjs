@@ -1,0 +1,120 @@
+import { kindOf } from './console.mjs';
+import { cyclesOfMillis } from './clock.mjs';
+import { SWITCH_MODES } from './limit-switch.mjs';
+import { AXES } from './pins.mjs';
+
+/** The script's commands: what follows the word, and what it does. */
+export const COMMANDS = {
+  send: { usage: 'send TEXT', parse: (rest) => new TextEncoder().encode(`${rest}\n`), run: (script, bytes) => script.console.sendLine(bytes) },
+  bytes: { usage: 'bytes HEX HEX ...', parse: hexBytes, run: (script, bytes) => script.console.send(bytes) },
+  expect: { usage: 'expect PREFIX', parse: some, run: (script, prefix) => script.expect(prefix) },
+  'wait-reply': { usage: 'wait-reply', parse: nothing, run: (script) => script.expect('', 'reply') },
+  'wait-idle': { usage: 'wait-idle', parse: nothing, run: (script) => script.console.waitIdle(script.timeoutSeconds) },
+  'wait-reset': { usage: 'wait-reset', parse: nothing, run: (script) => script.waitReset() },
+  'wait-ms': { usage: 'wait-ms MILLISECONDS', parse: positive, run: (script, millis) => script.waitMillis(millis) },
+  switch: { usage: `switch X|Y|Z ${SWITCH_MODES.join('|')}`, parse: switchMode, run: (script, [axis, mode]) => script.board.gantry.carriages[axis].limitSwitch.setMode(mode) },
+  estop: { usage: 'estop pressed|released', parse: (rest) => oneOf(['pressed', 'released'], rest), run: (script, state) => script.board.gantry.pressEstop(state === 'pressed') },
+};
+
+/**
+ * A script's commands; empty lines and lines that begin with # are comments.
+ *
+ * @param {string} text
+ * @returns {{number: number, source: string, word: string, argument: unknown}[]}
+ */
+export function parseScript(text) {
+  const lines = text.split(/\r?\n/).map((source, index) => ({ number: index + 1, source: source.trimStart() }));
+  return lines.filter(({ source }) => source.trim() !== '' && !source.startsWith('#')).map(parseLine);
+}
+
+function parseLine({ number, source }) {
+  const [, word, rest] = /^(\S+)[ \t]?(.*)$/.exec(source);
+  const command = COMMANDS[word];
+  if (command === undefined) throw new Error(`script line ${number}: no command ${word}; there are ${Object.keys(COMMANDS).join(', ')}`);
+  try {
+    return { number, source, word, argument: command.parse(rest) };
+  } catch (error) {
+    throw new Error(`script line ${number}: ${error.message}; write: ${command.usage}`);
+  }
+}
+
+/** Runs a script against the board: each command at the machine time at which the one before it was done. */
+export class ScriptRun {
+  constructor(console, commands, { pollHz, timeoutSeconds }) {
+    Object.assign(this, { console, commands, pollHz, timeoutSeconds, board: console.board, resetsSeen: 0 });
+  }
+
+  run() {
+    if (this.pollHz > 0) this.console.pollEvery(this.pollHz);
+    for (const { number, source, word, argument } of this.commands) {
+      this.at = number;
+      this.console.transcript.note(this.board.nanos, source);
+      try {
+        COMMANDS[word].run(this, argument);
+      } catch (error) {
+        throw new Error(`script line ${number} (${source}): ${error.message}`);
+      }
+    }
+  }
+
+  replies() {
+    return [];
+  }
+
+  /** A script judges replies itself; a reset it did not wait for is a failure. */
+  verdict() {
+    const { resets } = this.board;
+    return resets.length > this.resetsSeen ? `the watchdog reset the board at ${(resets[this.resetsSeen].t_ns / 1e9).toFixed(6)} s` : null;
+  }
+
+  describe() {
+    return `script line ${this.at} of ${this.commands.at(-1)?.number ?? 0}`;
+  }
+
+  /** The next reply or status must begin with the prefix; other messages are searched for it. */
+  expect(prefix, kind = /^(ok|error)/.test(prefix) ? 'reply' : kindOf(prefix)) {
+    const next = () => this.console.take(kind, kind === 'message' ? prefix : '');
+    const { text } = this.console.waitFor(`line beginning ${prefix || kind}`, next, this.timeoutSeconds);
+    if (!text.startsWith(prefix)) throw new Error(`got ${text}`);
+  }
+
+  waitMillis(millis) {
+    const until = this.board.clock.cycles + cyclesOfMillis(millis);
+    while (this.board.clock.cycles < until) this.board.run(until);
+  }
+
+  waitReset() {
+    this.console.waitFor('watchdog reset', () => (this.board.resets.length > this.resetsSeen ? true : null), this.timeoutSeconds);
+    this.resetsSeen += 1;
+  }
+}
+
+function some(rest) {
+  if (rest.trim() === '') throw new Error('what to expect is missing');
+  return rest;
+}
+
+function nothing(rest) {
+  if (rest.trim() !== '') throw new Error(`nothing goes after it, not ${rest}`);
+}
+
+function positive(rest) {
+  if (!(Number(rest) > 0)) throw new Error(`${rest || 'nothing'} is not a positive number`);
+  return Number(rest);
+}
+
+function hexBytes(rest) {
+  const words = rest.trim().split(/\s+/);
+  if (!words.every((word) => /^[0-9a-f]{2}$/i.test(word))) throw new Error(`${rest || 'nothing'} is not bytes of two hexadecimal digits`);
+  return Uint8Array.from(words, (word) => parseInt(word, 16));
+}
+
+function oneOf(allowed, word) {
+  if (!allowed.includes(word.trim())) throw new Error(`${word || 'nothing'} is none of ${allowed.join(', ')}`);
+  return word.trim();
+}
+
+function switchMode(rest) {
+  const [axis, mode] = rest.trim().split(/\s+/);
+  return [oneOf(AXES, axis ?? ''), oneOf(SWITCH_MODES, mode ?? '')];
+}
