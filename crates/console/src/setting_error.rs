@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use crate::{AXES, Error, Fixed};
+use crate::{Error, Fixed};
 
 /// Why a setting was refused; nothing has changed. Prints as the text of a `[MSG:...]`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -61,12 +61,6 @@ impl fmt::Display for Limit {
     }
 }
 
-/// `$110`-like number of an axis.
-const fn of_axis(number: usize, axis: usize) -> usize {
-    debug_assert!(axis < AXES);
-    number + axis
-}
-
 impl fmt::Display for SettingError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
@@ -88,7 +82,7 @@ impl fmt::Display for SettingError {
                 write!(f, "$901={digits} is no order: give each of 1 (X), 2 (Y) and 3 (Z) once, as in 312")
             }
             Self::RateTooHigh { axis, asked_mm_min, max_mm_min, steps_per_mm, pulse_us } => {
-                let (rate, scale) = (of_axis(110, axis), of_axis(100, axis));
+                let (rate, scale) = (110 + axis, 100 + axis);
                 let (asked, steps) = (plain(asked_mm_min), plain(steps_per_mm));
                 // Cut, not rounded: the figure named must itself be accepted.
                 let most = max_mm_min as u32;
@@ -99,7 +93,7 @@ impl fmt::Display for SettingError {
                 )
             }
             Self::StartAboveTop { axis, start_mm_min, top_mm_min } => {
-                let (start, top) = (of_axis(910, axis), of_axis(110, axis));
+                let (start, top) = (910 + axis, 110 + axis);
                 let (asked, most) = (plain(start_mm_min), plain(top_mm_min));
                 write!(
                     f,
