@@ -1,3 +1,18 @@
-//! Isostep controller.
+//! The console and the motion made one machine.
+//!
+//! A [`Controller`] holds the settings and the program's modal state; [`Controller::serve`] runs one console (USB, a
+//! UART, the simulator's link) against the [`Machine`](isostep_motion::Machine). Several consoles may be served at
+//! once: each has its own lines and replies, and they share one machine, one modal state and one set of settings.
 #![no_std]
 #![forbid(unsafe_code)]
+
+mod config;
+mod controller;
+mod output;
+mod serve;
+mod status;
+
+pub use config::config;
+pub use controller::Controller;
+pub use isostep_console::Settings;
+pub use serve::LinkError;

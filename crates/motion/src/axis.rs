@@ -53,6 +53,8 @@ pub(crate) struct Run {
     /// The instant from which segments count.
     pub start: Instant,
     pub direction: Direction,
+    /// DIR is low for positive.
+    pub inverted: bool,
     pub steps: u32,
 }
 
@@ -98,7 +100,7 @@ pub async fn run(machine: &Machine, axis: Axis, mut port: impl StepPort) -> ! {
 }
 
 async fn follow(link: &AxisLink, port: &mut impl StepPort, run: Run, axis: Axis) -> Finish {
-    port.set_direction(run.direction).await;
+    port.set_direction(run.direction, run.inverted).await;
     let mut left = run.steps;
     while left > 0 {
         let segment = link.segments.receive().await;

@@ -21,6 +21,10 @@ pub struct Config {
     pub law: IntervalLaw,
     /// A limit switch that closes outside homing stops the machine.
     pub hard_limits: bool,
+    /// Axes whose DIR is low for positive.
+    pub directions_inverted: [bool; AXES],
+    /// ENABLE is active high.
+    pub enable_inverted: bool,
     /// Switches open, rather than close, to ground when pressed.
     pub switches_inverted: bool,
     /// How long the motors stay energised at rest; `None` is for ever.

@@ -71,6 +71,11 @@ where
     }
 
     async fn carry_out(&mut self, motion: Motion) {
+        if matches!(self.machine.state(), State::Alarm(_)) {
+            // It was waiting for a place in the queue while the machine locked itself.
+            self.machine.finish_motion();
+            return;
+        }
         self.machine.forget_stopped();
         let result = match motion {
             Motion::Move { target_steps, feed_mm_s } => self.go_to(target_steps, feed_mm_s).await,
@@ -161,17 +166,22 @@ where
         let start = Instant::now() + LEAD;
         self.machine.set_underway(Some(Underway { start, profile: plan.profile, mm_per_step }));
         (self.on_event)(Event::Move { start, plan, origin_steps });
-        for axis in Axis::ALL {
-            let n = plan.steps[axis as usize];
-            if n != 0 {
-                let run = Run { start, direction: Direction::of(n), steps: n.unsigned_abs() };
-                self.machine.link(axis).run.signal(run);
-            }
-        }
+        self.start_axes(&plan, start);
         let moving = Axis::ALL.map(|axis| plan.steps[axis as usize] != 0);
         let feeding = join_array(Axis::ALL.map(|axis| feed(self.machine, axis, segments[axis as usize])));
         let finish = alongside(all_done(self.machine, moving), feeding).await;
         self.end_move(finish)
+    }
+
+    fn start_axes(&self, plan: &SyncMove<AXES>, start: Instant) {
+        let inverted = self.machine.config().directions_inverted;
+        for axis in Axis::ALL {
+            let n = plan.steps[axis as usize];
+            if n != 0 {
+                let (direction, inverted) = (Direction::of(n), inverted[axis as usize]);
+                self.machine.link(axis).run.signal(Run { start, direction, inverted, steps: n.unsigned_abs() });
+            }
+        }
     }
 
     /// Empties the axis's signals and fills its queue.
@@ -207,7 +217,8 @@ where
 
     fn energise(&mut self, on: bool) {
         if self.energised != on {
-            let Ok(()) = if on { self.enable.set_low() } else { self.enable.set_high() };
+            let high = on == self.machine.config().enable_inverted;
+            let Ok(()) = if high { self.enable.set_high() } else { self.enable.set_low() };
             self.energised = on;
         }
     }

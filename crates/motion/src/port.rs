@@ -8,7 +8,7 @@ use isostep_profile::Segment;
 /// Which way an axis moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Direction {
-    /// Away from zero: the position grows. DIR is high.
+    /// The position grows. DIR is high, unless the axis is inverted.
     Positive,
     /// The position shrinks. DIR is low.
     Negative,
@@ -108,11 +108,12 @@ pub trait StepPort {
     /// What this port can do.
     fn capabilities(&self) -> Capabilities;
 
-    /// Finishes the pulse in flight, then sets DIR; the next step waits for the set-up time.
+    /// Finishes the pulse in flight, then sets DIR (high for positive, or low if `inverted`); the next step waits for
+    /// the set-up time.
     ///
     /// # Cancellation
     /// Safe: either DIR has changed or it has not; no step is emitted or lost.
-    async fn set_direction(&mut self, direction: Direction);
+    async fn set_direction(&mut self, direction: Direction, inverted: bool);
 
     /// Emits the steps of `segment`, each at its instant from `start`, and counts each in `odometer` as it rises.
     ///

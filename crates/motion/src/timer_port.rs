@@ -27,6 +27,7 @@ pub struct TimerPort<S, D> {
     step: S,
     dir: D,
     direction: Direction,
+    dir_high: bool,
     high: Duration,
     low: Duration,
     setup: Duration,
@@ -41,13 +42,14 @@ where
     S: OutputPin<Error = Infallible>,
     D: OutputPin<Error = Infallible>,
 {
-    /// Drives STEP low and DIR high (positive).
+    /// Drives STEP low and DIR high.
     pub fn new(step: S, dir: D, timing: DriverTiming) -> Self {
         let setup = ticks_covering(timing.setup_ns);
         let mut port = Self {
             step,
             dir,
             direction: Direction::Positive,
+            dir_high: true,
             high: ticks_covering(timing.step_high_ns),
             low: ticks_covering(timing.step_low_ns),
             setup,
@@ -90,18 +92,17 @@ where
         Capabilities { tick_hz: TICK_HZ, rate_max_steps_s: TICK_HZ / period_ticks }
     }
 
-    async fn set_direction(&mut self, direction: Direction) {
+    async fn set_direction(&mut self, direction: Direction, inverted: bool) {
         self.settle().await;
-        if direction == self.direction {
+        self.direction = direction;
+        let high = (direction == Direction::Positive) != inverted;
+        if high == self.dir_high {
             return;
         }
         // The low time since the last pulse is longer than DIR's hold time.
         Timer::at(self.ready).await;
-        let Ok(()) = match direction {
-            Direction::Positive => self.dir.set_high(),
-            Direction::Negative => self.dir.set_low(),
-        };
-        self.direction = direction;
+        let Ok(()) = if high { self.dir.set_high() } else { self.dir.set_low() };
+        self.dir_high = high;
         self.ready = Instant::now() + self.setup;
     }
 

@@ -1,0 +1,48 @@
+//! Settings, in a maker's units, to the coordinator's configuration.
+
+use embassy_time::Duration;
+use isostep_console::Settings;
+use isostep_motion::{AXES, Axis, Config, Direction, HomingConfig};
+use isostep_profile::{IntervalLaw, Limits};
+
+/// `$1=255`: the motors stay energised.
+const IDLE_DELAY_FOREVER_MS: u16 = 255;
+
+/// What `settings` mean to the coordinator. Whether they work is [`Config::check`]'s to say.
+#[must_use]
+pub fn config(settings: &Settings) -> Config {
+    let masked = |mask: u16| Axis::ALL.map(|axis| mask & (1 << axis as u16) != 0);
+    Config {
+        limits: core::array::from_fn(|axis| limits(settings, axis)),
+        steps_per_mm: settings.steps_per_mm.map(f64::from),
+        travel_mm: settings.travel_mm.map(f64::from),
+        law: if settings.interval_thirds { IntervalLaw::Thirds } else { IntervalLaw::Fastest },
+        hard_limits: settings.hard_limits,
+        directions_inverted: masked(settings.direction_invert_mask),
+        enable_inverted: settings.enable_invert,
+        switches_inverted: settings.limit_invert,
+        idle_delay: (settings.idle_delay_ms != IDLE_DELAY_FOREVER_MS)
+            .then(|| Duration::from_millis(settings.idle_delay_ms.into())),
+        homing: HomingConfig {
+            order: settings.homing_order().map(|index| Axis::ALL[index]),
+            towards: masked(settings.homing_direction_mask)
+                .map(|negative| if negative { Direction::Negative } else { Direction::Positive }),
+            seek_mm_s: f64::from(settings.homing_seek_mm_min) / 60.0,
+            latch_mm_s: f64::from(settings.homing_latch_mm_min) / 60.0,
+            pull_off_mm: settings.homing_pull_off_mm.into(),
+            debounce: Duration::from_millis(settings.homing_debounce_ms.into()),
+        },
+    }
+}
+
+fn limits(settings: &Settings, axis: usize) -> Limits {
+    let steps_per_mm = f64::from(settings.steps_per_mm[axis]);
+    let steps_s = |mm_min: [f32; AXES]| f64::from(mm_min[axis]) / 60.0 * steps_per_mm;
+    let steps_s2 = |mm_s2: [f32; AXES]| f64::from(mm_s2[axis]) * steps_per_mm;
+    Limits {
+        start_speed_steps_s: steps_s(settings.start_rate_mm_min),
+        top_speed_steps_s: steps_s(settings.max_rate_mm_min),
+        accel_steps_s2: steps_s2(settings.accel_mm_s2),
+        decel_steps_s2: steps_s2(settings.decel_mm_s2()),
+    }
+}

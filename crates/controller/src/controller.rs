@@ -1,0 +1,208 @@
+//! One line at a time: interpret, check, ask for motion, answer.
+
+use core::cell::RefCell;
+
+use embassy_sync::blocking_mutex::Mutex as Cell;
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::mutex::Mutex;
+use embassy_time::Duration;
+use isostep_console::report::{self, messages};
+use isostep_console::{Block, Command, Error, Interpreter, Motion as Words, Rate, SETTING_TABLE, Settings};
+use isostep_motion::{Alarm, Axis, Busy, Machine, Motion, State};
+
+use crate::config::config;
+use crate::output::Output;
+use crate::status::{position_mm, word};
+
+/// Settings, modal state and the machine they move.
+pub struct Controller<'a> {
+    pub(crate) machine: &'a Machine,
+    program: Cell<CriticalSectionRawMutex, RefCell<Program>>,
+    /// Consoles take turns, a line each, so that a move starts where the one before it ends.
+    turn: Mutex<CriticalSectionRawMutex, ()>,
+}
+
+struct Program {
+    interpreter: Interpreter,
+    settings: Settings,
+}
+
+impl<'a> Controller<'a> {
+    /// A controller of `machine`, which should have been made with the [`config`] of the same settings.
+    #[must_use]
+    pub fn new(machine: &'a Machine, settings: Settings) -> Self {
+        let program = Program { interpreter: Interpreter::new(), settings };
+        Self { machine, program: Cell::new(RefCell::new(program)), turn: Mutex::new(()) }
+    }
+
+    /// The settings in force.
+    #[must_use]
+    pub fn settings(&self) -> Settings {
+        self.with(|program| program.settings)
+    }
+
+    /// The modal state of power-up, at the place where the machine stands.
+    pub(crate) fn restart_program(&self) {
+        self.with(|program| program.interpreter.reset());
+        self.follow_machine();
+    }
+
+    /// Carries out one line and answers it.
+    ///
+    /// # Cancellation
+    /// Safe: a motion is either in the machine's queue or was never asked for. The caller resets the machine.
+    pub(crate) async fn line(&self, line: Result<&str, Error>, out: &Output) {
+        let answer = match line {
+            Ok(line) => self.carry_out(line, out).await,
+            Err(error) => Err(error),
+        };
+        match answer {
+            Ok(()) => out.text(report::OK).await,
+            Err(error) => out.send(|text| report::error(text, error)).await,
+        }
+    }
+
+    async fn carry_out(&self, line: &str, out: &Output) -> Result<(), Error> {
+        let _turn = self.turn.lock().await;
+        let state = word(self.machine.state());
+        let command = self.with(|program| program.interpreter.interpret(line, state, &program.settings))?;
+        match command {
+            Command::Block(block) => self.block(block, out).await?,
+            Command::Home => self.home().await?,
+            Command::Unlock => self.unlock(out).await?,
+            Command::Help => out.text(report::HELP).await,
+            Command::ShowBuild => out.text(report::BUILD).await,
+            Command::ShowSettings => self.show_settings(out).await,
+            Command::SetSetting { number, value } => self.set(number, value, out).await?,
+            Command::ShowModal => {
+                let (modal, inches) =
+                    self.with(|program| (*program.interpreter.modal(), program.settings.report_inches));
+                out.send(|text| report::modal(text, &modal, inches)).await;
+            }
+        }
+        Ok(())
+    }
+
+    async fn block(&self, block: Block, out: &Output) -> Result<(), Error> {
+        if let Some(dwell_s) = block.dwell_s {
+            // Answered when it is over: senders use a dwell to wait for the end of motion.
+            self.submit(Motion::Dwell(Duration::from_micros((f64::from(dwell_s) * 1e6) as u64))).await?;
+            self.settled().await?;
+        }
+        match block.motion {
+            Some(Words::Move { target_mm, rate }) => self.go_to(target_mm, rate, out).await?,
+            Some(Words::GoHome { via_mm, target_mm }) => {
+                if let Some(via_mm) = via_mm {
+                    self.go_to(via_mm, Rate::Rapid, out).await?;
+                }
+                self.go_to(target_mm, Rate::Rapid, out).await?;
+            }
+            None => {}
+        }
+        if block.ends_program {
+            self.settled().await?;
+            out.send(|text| report::message(text, messages::PROGRAM_END)).await;
+        }
+        Ok(())
+    }
+
+    async fn go_to(&self, target_mm: [f32; isostep_console::AXES], rate: Rate, out: &Output) -> Result<(), Error> {
+        let config = self.machine.config();
+        let target_steps = Axis::ALL.map(|axis| config.steps(axis, target_mm[axis as usize].into()));
+        if let Some(axis) = self.beyond_travel(target_steps) {
+            // The moves before it are good: let them end, so that nothing stops abruptly and no step is lost.
+            self.settled().await?;
+            self.machine.raise(Alarm::SoftLimit { axis });
+            self.follow_machine();
+            let range = config.travel_steps(axis);
+            let steps_per_mm = config.steps_per_mm[axis as usize];
+            let mm =
+                |steps: i32| isostep_console::Fixed { value: (f64::from(steps) / steps_per_mm) as f32, decimals: 3 };
+            let (asked, min, max) = (mm(target_steps[axis as usize]), mm(*range.start()), mm(*range.end()));
+            let words =
+                format_args!("{axis}{asked} is outside the travel, {min} to {max} mm: correct the program, then $X");
+            out.send(|text| report::message(text, words)).await;
+            return Err(Error::Locked);
+        }
+        let feed_mm_s = match rate {
+            Rate::Rapid => None,
+            Rate::Feed { mm_min } => Some(f64::from(mm_min) / 60.0),
+        };
+        self.submit(Motion::Move { target_steps, feed_mm_s }).await
+    }
+
+    /// The first homed axis whose target is outside its travel. Without homing nobody knows where the travel is.
+    fn beyond_travel(&self, target_steps: [i32; isostep_console::AXES]) -> Option<Axis> {
+        let homed = self.machine.status().homed;
+        let config = self.machine.config();
+        let outside = |axis: &Axis| !config.travel_steps(*axis).contains(&target_steps[*axis as usize]);
+        let checked = self.settings().soft_limits;
+        Axis::ALL.into_iter().filter(|&axis| checked && homed[axis as usize]).find(outside)
+    }
+
+    async fn home(&self) -> Result<(), Error> {
+        self.submit(Motion::Home).await?;
+        let result = self.settled().await;
+        self.follow_machine();
+        result
+    }
+
+    async fn unlock(&self, out: &Output) -> Result<(), Error> {
+        if !matches!(self.machine.state(), State::Alarm(_)) {
+            return Ok(());
+        }
+        self.machine.unlock().map_err(|Busy(_)| Error::Locked)?;
+        self.follow_machine();
+        out.send(|text| report::message(text, messages::UNLOCKED)).await;
+        Ok(())
+    }
+
+    async fn show_settings(&self, out: &Output) {
+        let settings = self.settings();
+        for row in SETTING_TABLE {
+            out.send(|text| report::setting(text, row, &settings)).await;
+        }
+    }
+
+    async fn set(&self, number: u16, value: f32, out: &Output) -> Result<(), Error> {
+        let [x, y, z] = self.machine.rate_max_steps_s();
+        let refused = match self.settings().with(number, value, x.min(y).min(z) as f32) {
+            Err(refused) => refused,
+            Ok(settings) => {
+                if let Err(refused) = self.machine.configure(config(&settings)) {
+                    out.send(|text| report::message(text, refused)).await;
+                    return Err(Error::BadNumber);
+                }
+                self.with(|program| program.settings = settings);
+                self.follow_machine();
+                return Ok(());
+            }
+        };
+        out.send(|text| report::message(text, refused)).await;
+        Err(refused.error())
+    }
+
+    async fn submit(&self, motion: Motion) -> Result<(), Error> {
+        self.machine.submit(motion).await.map_err(|Busy(_)| {
+            self.follow_machine();
+            Error::Locked
+        })
+    }
+
+    async fn settled(&self) -> Result<(), Error> {
+        self.machine.settled().await.map_err(|_| {
+            self.follow_machine();
+            Error::Locked
+        })
+    }
+
+    /// After anything but a finished move the program goes on from where the machine stands.
+    fn follow_machine(&self) {
+        let position = position_mm(self.machine.position_steps(), &self.machine.config());
+        self.with(|program| program.interpreter.set_position_mm(position));
+    }
+
+    fn with<R>(&self, f: impl FnOnce(&mut Program) -> R) -> R {
+        self.program.lock(|program| f(&mut program.borrow_mut()))
+    }
+}

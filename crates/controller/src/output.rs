@@ -1,0 +1,53 @@
+//! What a console sends, whole message by whole message.
+
+use core::fmt::{self, Write};
+
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::mutex::Mutex;
+use embassy_sync::pipe::Pipe;
+use heapless::String;
+
+const BYTES: usize = 1024;
+/// The longest message: a `[MSG:...]` with a refused setting's value, limit and remedy.
+const MESSAGE_BYTES: usize = 256;
+
+/// Bytes on their way to one console.
+pub(crate) struct Output {
+    pipe: Pipe<CriticalSectionRawMutex, BYTES>,
+    turn: Mutex<CriticalSectionRawMutex, ()>,
+}
+
+impl Output {
+    pub const fn new() -> Self {
+        Self { pipe: Pipe::new(), turn: Mutex::new(()) }
+    }
+
+    /// Sends one message, waiting for room. It is never mixed with another.
+    pub async fn send(&self, write: impl FnOnce(&mut String<MESSAGE_BYTES>) -> fmt::Result) {
+        let mut message = String::new();
+        // What does not fit is cut: better than nothing, and no message of ours is that long.
+        let _ = write(&mut message);
+        let _turn = self.turn.lock().await;
+        self.pipe.write_all(message.as_bytes()).await;
+    }
+
+    pub async fn text(&self, text: &str) {
+        self.send(|out| out.write_str(text)).await;
+    }
+
+    /// Sends one message if there is room at once; a status report that is late is worth nothing.
+    pub fn offer(&self, write: impl FnOnce(&mut String<MESSAGE_BYTES>) -> fmt::Result) {
+        let mut message = String::new();
+        if write(&mut message).is_err() || self.pipe.free_capacity() < message.len() {
+            return;
+        }
+        if let Ok(_turn) = self.turn.try_lock() {
+            // There is room for all of it.
+            let _ = self.pipe.try_write(message.as_bytes());
+        }
+    }
+
+    pub async fn read(&self, bytes: &mut [u8]) -> usize {
+        self.pipe.read(bytes).await
+    }
+}

@@ -1,0 +1,161 @@
+//! One console: bytes in, bytes out, real-time bytes at once.
+//!
+//! # Design
+//! Four futures run side by side. `receive` never waits for a move: it acts on real-time bytes as they arrive and
+//! puts the rest into a pipe, larger than the window senders are told of. `execute` takes lines from the pipe, one
+//! at a time. `notify` tells of alarms. `transmit` alone waits for the host.
+
+use core::convert::Infallible;
+use core::fmt;
+
+use embassy_futures::select::{Either, Either4, select, select4};
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::pipe::Pipe;
+use embassy_sync::signal::Signal;
+use embedded_io_async::{Read, Write};
+use isostep_console::report::{self, messages};
+use isostep_console::{LineAssembler, Realtime, StatusReporter, realtime};
+use isostep_motion::State;
+
+use crate::controller::Controller;
+use crate::output::Output;
+use crate::status;
+
+/// Eight times the window senders are told of.
+const INPUT_BYTES: usize = 1024;
+const CHUNK_BYTES: usize = 64;
+
+/// Why a console ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LinkError<R, W> {
+    /// Reading failed.
+    Read(R),
+    /// The other side ended the link.
+    Closed,
+    /// Writing failed.
+    Write(W),
+}
+
+struct Console {
+    input: Pipe<CriticalSectionRawMutex, INPUT_BYTES>,
+    output: Output,
+    reset: Signal<CriticalSectionRawMutex, ()>,
+}
+
+impl Controller<'_> {
+    /// Serves one console until its link fails. Call it anew when a host opens the link: it begins with the welcome.
+    ///
+    /// # Errors
+    /// The link's own error.
+    ///
+    /// # Cancellation
+    /// Safe: lines not yet carried out are forgotten; motion already asked for goes on to its end.
+    pub async fn serve<R: Read, W: Write>(&self, rx: R, tx: W) -> Result<Infallible, LinkError<R::Error, W::Error>> {
+        let console = Console { input: Pipe::new(), output: Output::new(), reset: Signal::new() };
+        let ended = select4(
+            self.receive(&console, rx),
+            transmit(&console.output, tx),
+            self.session(&console),
+            self.notify(&console.output),
+        );
+        match ended.await {
+            Either4::First(error) => error.map_err(|error| error.map_or(LinkError::Closed, LinkError::Read)),
+            Either4::Second(error) => error.map_err(LinkError::Write),
+            Either4::Third(never) | Either4::Fourth(never) => match never {},
+        }
+    }
+
+    /// `Err(None)` is the end of the link.
+    async fn receive<R: Read>(&self, console: &Console, mut rx: R) -> Result<Infallible, Option<R::Error>> {
+        let mut reporter = StatusReporter::new();
+        let mut bytes = [0; CHUNK_BYTES];
+        loop {
+            let n = rx.read(&mut bytes).await.map_err(Some)?;
+            if n == 0 {
+                return Err(None);
+            }
+            for &byte in &bytes[..n] {
+                match realtime::classify(byte) {
+                    Some(Realtime::Status) => self.report(console, &mut reporter),
+                    Some(Realtime::Reset) => {
+                        self.machine.reset();
+                        console.input.clear();
+                        console.reset.signal(());
+                        reporter = StatusReporter::new();
+                    }
+                    Some(Realtime::Hold | Realtime::Resume | Realtime::Ignored) => {}
+                    None => {
+                        console.input.write(&[byte]).await;
+                    }
+                }
+            }
+        }
+    }
+
+    fn report(&self, console: &Console, reporter: &mut StatusReporter) {
+        let report = status::report(&self.machine.status(), &self.machine.config(), console.input.free_capacity());
+        console.output.offer(|text| reporter.write(text, &report, &self.settings()));
+    }
+
+    /// From one welcome to the next reset, again and again.
+    async fn session(&self, console: &Console) -> Infallible {
+        loop {
+            console.output.text(report::WELCOME).await;
+            if matches!(self.machine.state(), State::Alarm(_)) {
+                console.output.send(|text| report::message(text, messages::HOW_TO_UNLOCK)).await;
+            }
+            match select(console.reset.wait(), self.execute(console)).await {
+                Either::First(()) => {}
+                Either::Second(never) => match never {},
+            }
+            // The axes have been halted; the coordinator still has to say how that ended.
+            let _ = self.machine.settled().await;
+            self.restart_program();
+        }
+    }
+
+    async fn execute(&self, console: &Console) -> Infallible {
+        let mut assembler = LineAssembler::new();
+        let mut bytes = [0; CHUNK_BYTES];
+        loop {
+            let n = console.input.read(&mut bytes).await;
+            for &byte in &bytes[..n] {
+                if let Some(line) = assembler.push(byte) {
+                    self.line(line, &console.output).await;
+                }
+            }
+        }
+    }
+
+    async fn notify(&self, output: &Output) -> Infallible {
+        // Beyond the consoles a machine has room for, alarms still show in every status report.
+        let Some(mut states) = self.machine.watch_state() else { core::future::pending().await };
+        loop {
+            if let State::Alarm(alarm) = states.changed().await {
+                output.send(|text| report::alarm(text, status::code(alarm))).await;
+                output.send(|text| report::message(text, alarm)).await;
+            }
+        }
+    }
+}
+
+async fn transmit<W: Write>(output: &Output, mut tx: W) -> Result<Infallible, W::Error> {
+    let mut bytes = [0; CHUNK_BYTES];
+    loop {
+        let n = output.read(&mut bytes).await;
+        tx.write_all(&bytes[..n]).await?;
+        tx.flush().await?;
+    }
+}
+
+impl<R: fmt::Display, W: fmt::Display> fmt::Display for LinkError<R, W> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Read(error) => write!(f, "reading from the console failed: {error}"),
+            Self::Closed => write!(f, "the console was closed"),
+            Self::Write(error) => write!(f, "writing to the console failed: {error}"),
+        }
+    }
+}
+
+impl<R: fmt::Debug + fmt::Display, W: fmt::Debug + fmt::Display> core::error::Error for LinkError<R, W> {}
