@@ -18,6 +18,12 @@ pub enum Alarm {
     PullOff = 8,
     /// The switch was not found within the travel searched.
     SwitchNotFound = 9,
+    /// The emergency stop was pressed (grblHAL's number).
+    EmergencyStop = 10,
+    /// A step was too late to be emitted (our own number).
+    LateStep = 20,
+    /// A move could not be planned (our own number).
+    Unplannable = 21,
 }
 
 impl Alarm {
@@ -29,6 +35,9 @@ impl Alarm {
         Self::HomingReset,
         Self::PullOff,
         Self::SwitchNotFound,
+        Self::EmergencyStop,
+        Self::LateStep,
+        Self::Unplannable,
     ];
 
     /// The number after `ALARM:`.
@@ -59,6 +68,15 @@ impl Alarm {
             }
             Self::SwitchNotFound => {
                 "No limit switch closed within the travel searched: check its wiring, the direction ($23) and the travel ($130-$132)."
+            }
+            Self::EmergencyStop => {
+                "The emergency stop was pressed and the axes stopped at once: release it, unlock with $X and home with $H."
+            }
+            Self::LateStep => {
+                "The processor was held up and a step came too late, so the axes stopped at once: lower the rate, then home with $H."
+            }
+            Self::Unplannable => {
+                "The settings do not allow this move and nothing moved: check rates and accelerations ($110-$122), then $X."
             }
         }
     }

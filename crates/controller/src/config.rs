@@ -2,7 +2,7 @@
 
 use embassy_time::Duration;
 use isostep_console::Settings;
-use isostep_motion::{AXES, Axis, Config, Direction, HomingConfig};
+use isostep_motion::{AXES, Axis, Config, Direction, HomingConfig, Wiring};
 use isostep_profile::{IntervalLaw, Limits};
 
 /// `$1=255`: the motors stay energised.
@@ -18,7 +18,8 @@ pub fn config(settings: &Settings) -> Config {
         travel_mm: settings.travel_mm.map(f64::from),
         law: if settings.interval_thirds { IntervalLaw::Thirds } else { IntervalLaw::Fastest },
         hard_limits: settings.hard_limits,
-        directions_inverted: masked(settings.direction_invert_mask),
+        wiring: masked(settings.direction_invert_mask)
+            .map(|direction_inverted| Wiring { direction_inverted, pulse_ns: u32::from(settings.pulse_us) * 1_000 }),
         enable_inverted: settings.enable_invert,
         switches_inverted: settings.limit_invert,
         idle_delay: (settings.idle_delay_ms != IDLE_DELAY_FOREVER_MS)

@@ -11,7 +11,7 @@ use isostep_profile::Segment;
 
 use crate::event::Finish;
 use crate::machine::Machine;
-use crate::port::{Direction, Odometer, StepPort};
+use crate::port::{Direction, Odometer, StepPort, Wiring};
 
 /// How many axes a machine has.
 pub const AXES: usize = 3;
@@ -53,8 +53,7 @@ pub(crate) struct Run {
     /// The instant from which segments count.
     pub start: Instant,
     pub direction: Direction,
-    /// DIR is low for positive.
-    pub inverted: bool,
+    pub wiring: Wiring,
     pub steps: u32,
 }
 
@@ -100,7 +99,7 @@ pub async fn run(machine: &Machine, axis: Axis, mut port: impl StepPort) -> ! {
 }
 
 async fn follow(link: &AxisLink, port: &mut impl StepPort, run: Run, axis: Axis) -> Finish {
-    port.set_direction(run.direction, run.inverted).await;
+    port.prepare(run.direction, run.wiring).await;
     let mut left = run.steps;
     while left > 0 {
         let segment = link.segments.receive().await;

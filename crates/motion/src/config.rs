@@ -6,7 +6,7 @@ use embassy_time::Duration;
 use isostep_profile::{IntervalLaw, LimitError, Limits};
 
 use crate::axis::{AXES, Axis};
-use crate::port::Direction;
+use crate::port::{Direction, Wiring};
 
 /// The machine's properties, in steps, mm and s.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,8 +21,8 @@ pub struct Config {
     pub law: IntervalLaw,
     /// A limit switch that closes outside homing stops the machine.
     pub hard_limits: bool,
-    /// Axes whose DIR is low for positive.
-    pub directions_inverted: [bool; AXES],
+    /// Each axis's driver.
+    pub wiring: [Wiring; AXES],
     /// ENABLE is active high.
     pub enable_inverted: bool,
     /// Switches open, rather than close, to ground when pressed.

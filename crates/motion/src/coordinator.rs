@@ -174,12 +174,12 @@ where
     }
 
     fn start_axes(&self, plan: &SyncMove<AXES>, start: Instant) {
-        let inverted = self.machine.config().directions_inverted;
+        let wiring = self.machine.config().wiring;
         for axis in Axis::ALL {
             let n = plan.steps[axis as usize];
             if n != 0 {
-                let (direction, inverted) = (Direction::of(n), inverted[axis as usize]);
-                self.machine.link(axis).run.signal(Run { start, direction, inverted, steps: n.unsigned_abs() });
+                let (direction, wiring) = (Direction::of(n), wiring[axis as usize]);
+                self.machine.link(axis).run.signal(Run { start, direction, wiring, steps: n.unsigned_abs() });
             }
         }
     }

@@ -26,7 +26,7 @@ pub use axis::{AXES, Axis};
 pub use config::{Config, ConfigError, HomingConfig};
 pub use event::{Alarm, Event, Finish, HomingPhase, State};
 pub use machine::{Busy, Machine, Motion, QUEUE_MOVES, Status};
-pub use port::{Capabilities, Direction, DriverTiming, Odometer, PortFault, StepPort};
+pub use port::{Capabilities, Direction, DriverTiming, Odometer, PortFault, StepPort, Wiring};
 pub use timer_port::TimerPort;
 
 /// The instants of a move are compiled in the time driver's ticks.

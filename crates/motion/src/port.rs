@@ -47,6 +47,15 @@ impl DriverTiming {
     pub const DRV8825: Self = Self { step_high_ns: 1_900, step_low_ns: 1_900, setup_ns: 650 };
 }
 
+/// How a driver is wired and configured.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Wiring {
+    /// DIR is low for positive.
+    pub direction_inverted: bool,
+    /// STEP stays high this long, or as long as the driver's own timing asks if that is longer, ns.
+    pub pulse_ns: u32,
+}
+
 /// What a port can do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Capabilities {
@@ -108,12 +117,12 @@ pub trait StepPort {
     /// What this port can do.
     fn capabilities(&self) -> Capabilities;
 
-    /// Finishes the pulse in flight, then sets DIR (high for positive, or low if `inverted`); the next step waits for
-    /// the set-up time.
+    /// Finishes the pulse in flight, then sets DIR and takes over the pulse width; the next step waits for the
+    /// set-up time.
     ///
     /// # Cancellation
     /// Safe: either DIR has changed or it has not; no step is emitted or lost.
-    async fn set_direction(&mut self, direction: Direction, inverted: bool);
+    async fn prepare(&mut self, direction: Direction, wiring: Wiring);
 
     /// Emits the steps of `segment`, each at its instant from `start`, and counts each in `odometer` as it rises.
     ///

@@ -16,7 +16,7 @@ use embedded_hal::digital::OutputPin;
 use isostep_profile::Segment;
 
 use crate::TICK_HZ;
-use crate::port::{Capabilities, Direction, DriverTiming, Odometer, PortFault, StepPort};
+use crate::port::{Capabilities, Direction, DriverTiming, Odometer, PortFault, StepPort, Wiring};
 
 /// A step later than this is a fault: half a step period at 2,400 steps/s, the default machine's top speed.
 pub const LATE_MAX: Duration = Duration::from_micros(208);
@@ -30,7 +30,7 @@ pub struct TimerPort<S, D> {
     dir_high: bool,
     high: Duration,
     low: Duration,
-    setup: Duration,
+    timing: DriverTiming,
     /// When the pulse in flight may end.
     falls: Option<Instant>,
     /// When STEP may rise next.
@@ -44,7 +44,6 @@ where
 {
     /// Drives STEP low and DIR high.
     pub fn new(step: S, dir: D, timing: DriverTiming) -> Self {
-        let setup = ticks_covering(timing.setup_ns);
         let mut port = Self {
             step,
             dir,
@@ -52,9 +51,9 @@ where
             dir_high: true,
             high: ticks_covering(timing.step_high_ns),
             low: ticks_covering(timing.step_low_ns),
-            setup,
+            timing,
             falls: None,
-            ready: Instant::now() + setup,
+            ready: Instant::now() + ticks_covering(timing.setup_ns),
         };
         let Ok(()) = port.step.set_low();
         let Ok(()) = port.dir.set_high();
@@ -92,10 +91,11 @@ where
         Capabilities { tick_hz: TICK_HZ, rate_max_steps_s: TICK_HZ / period_ticks }
     }
 
-    async fn set_direction(&mut self, direction: Direction, inverted: bool) {
+    async fn prepare(&mut self, direction: Direction, wiring: Wiring) {
         self.settle().await;
         self.direction = direction;
-        let high = (direction == Direction::Positive) != inverted;
+        self.high = ticks_covering(self.timing.step_high_ns.max(wiring.pulse_ns));
+        let high = (direction == Direction::Positive) != wiring.direction_inverted;
         if high == self.dir_high {
             return;
         }
@@ -103,7 +103,7 @@ where
         Timer::at(self.ready).await;
         let Ok(()) = if high { self.dir.set_high() } else { self.dir.set_low() };
         self.dir_high = high;
-        self.ready = Instant::now() + self.setup;
+        self.ready = Instant::now() + ticks_covering(self.timing.setup_ns);
     }
 
     async fn emit(&mut self, start: Instant, segment: Segment, odometer: &Odometer) -> Result<(), PortFault> {
