@@ -127,7 +127,7 @@ fn a_refused_setting_names_value_limit_and_remedy() {
         expect![[r#"
             $0=1 -> [MSG:$0=1 is below the least, 2 us: raise it] error:6
             $0=2.5 -> [MSG:$0=2.500 is not a whole number: remove the fraction] error:23
-            $2=8 -> [MSG:$2=8 is above the most, 7: lower it] error:2
+            $2=8 -> [MSG:$2=8 is above the most, 0: lower it] error:2
             $20=2 -> [MSG:$20=2 is above the most, 1: lower it] error:2
             $22=0 -> ok
             $20=1 -> [MSG:$20=1 needs a homed machine: set $22=1 first] error:10
