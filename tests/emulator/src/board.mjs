@@ -1,6 +1,7 @@
 import { boot, buildChip, loadInto } from './chip.mjs';
 import { MachineClock, NANOS_PER_CYCLE } from './clock.mjs';
 import { run } from './core.mjs';
+import { enterHardFault } from './fault.mjs';
 import { Gantry } from './gantry.mjs';
 import { UartCable } from './uart-cable.mjs';
 import { UsbHost } from './usb-host.mjs';
@@ -17,6 +18,7 @@ export class Board {
     this.gantry = new Gantry(this.clock, options);
     this.warnings = new Set();
     this.resets = [];
+    this.faults = [];
     this.paused = false;
     /** The far end of the cable: set by the console that listens. */
     this.onBytes = () => {};
@@ -42,7 +44,7 @@ export class Board {
       clock.fireDue();
       if (this.paused) break;
       if (this.core.waiting) this.#sleep(Math.min(clock.next, limitCycle));
-      else run(this.core, this.bus, clock, limitCycle);
+      else this.#execute(limitCycle);
       this.onSlice();
     }
   }
@@ -58,6 +60,11 @@ export class Board {
     this.paused = true;
   }
 
+  #execute(limitCycle) {
+    const fault = run(this.core, this.bus, this.clock, limitCycle);
+    if (fault !== null) this.#faulted(fault);
+  }
+
   #sleep(untilCycle) {
     const cycles = Math.max(0, untilCycle - this.core.cycles);
     this.core.cycles += cycles;
@@ -68,7 +75,6 @@ export class Board {
     const built = buildChip(this.clock, {
       onWatchdog: (reason) => this.#reset(reason),
       onUartByte: (byte) => this.cable.received?.(byte),
-      onBreak: (pc) => this.#panicked(pc),
       onWarning: (text) => this.warnings.add(text),
     });
     Object.assign(this, built);
@@ -95,10 +101,9 @@ export class Board {
     this.pause();
   }
 
-  #panicked(pc) {
-    throw new Error(
-      `the firmware stopped at a breakpoint, pc 0x${pc.toString(16)}, at ${(this.nanos / 1e9).toFixed(6)} s: it panicked. ` +
-        `Find the line with: addr2line -f -i -e <elf> 0x${pc.toString(16)}`,
-    );
+  #faulted(fault) {
+    const pc = enterHardFault(this.core, fault);
+    this.faults.push({ t_ns: this.nanos, pc: `0x${pc.toString(16)}`, what: fault.message });
+    this.pause();
   }
 }

@@ -1,3 +1,5 @@
+import { Fault, FetchFault } from './fault.mjs';
+
 const FLASH_PAGE = 0x10;
 const FLASH_MASK = 0xffffff;
 const RAM_START = 0x20000000;
@@ -5,8 +7,8 @@ const SIO_PAGE = 0xd;
 const APB_PAGE = 0x4;
 
 /**
- * What the core reads and writes: flash and RAM through typed arrays, everything else through rp2040js. A Cortex-M0+
- * faults on an unaligned access; here it is an error that ends the run, because it is always the firmware's.
+ * What the core reads and writes: flash and RAM through typed arrays, everything else through rp2040js. An
+ * unaligned access is a fault, as on a Cortex-M0+.
  */
 export class Bus {
   constructor(chip) {
@@ -25,7 +27,7 @@ export class Bus {
     if (address >>> 24 === FLASH_PAGE) return this.flash16[(address & FLASH_MASK) >>> 1];
     const offset = address - RAM_START;
     if (offset >= 0 && offset < this.ramSize) return this.ram16[offset >>> 1];
-    throw new Error(`the core ran to 0x${address.toString(16)}, where there is no program (the bootrom is not emulated)`);
+    throw new FetchFault(`there is no program at 0x${address.toString(16)} (the bootrom is not emulated)`);
   }
 
   read32(address) {
@@ -85,5 +87,5 @@ export function writeCycles(address) {
 }
 
 function unaligned(verb, address) {
-  return new Error(`unaligned ${verb} at 0x${address.toString(16)}: a Cortex-M0+ takes a HardFault here`);
+  return new Fault(`an unaligned ${verb} of address 0x${address.toString(16)}`);
 }

@@ -1,5 +1,6 @@
 import { RP2040 } from 'rp2040js';
 import { Bus } from './bus.mjs';
+import { Fault } from './fault.mjs';
 import { ExactTimer } from './timer.mjs';
 import { Uart } from './uart.mjs';
 import { Watchdog } from './watchdog.mjs';
@@ -15,8 +16,8 @@ const IRQ_UART0 = 20;
  * An RP2040 with the project's own timer, watchdog, UART0 and waking, on the machine's clock.
  *
  * @param {import('./clock.mjs').MachineClock} clock
- * @param {{onWatchdog: (reason: number) => void, onUartByte: (byte: number) => void, onBreak: (pc: number) => void,
- *          onWarning: (text: string) => void}} board what the chip tells the board
+ * @param {{onWatchdog: (reason: number) => void, onUartByte: (byte: number) => void, onWarning: (text: string) => void}} board
+ *   what the chip tells the board
  */
 export function buildChip(clock, board) {
   const powerUpCycle = clock.cycles;
@@ -25,7 +26,9 @@ export function buildChip(clock, board) {
   chip.core.cycles = powerUpCycle;
   clock.core = chip.core;
   chip.core.setInterrupt = setInterrupt;
-  chip.onBreak = () => board.onBreak(chip.core.PC - 2);
+  chip.onBreak = (code) => {
+    throw new Fault(`a breakpoint or an undefined instruction (number ${code})`);
+  };
   const timer = new ExactTimer(chip, 'TIMER');
   const watchdog = new Watchdog(chip, 'WATCHDOG', board.onWatchdog);
   const uart = new Uart(chip, 'UART0', IRQ_UART0, board.onUartByte);
@@ -65,8 +68,12 @@ function setInterrupt(irq, asserted) {
   }
 }
 
+/** rp2040js logs what the chip answers with a fault (a bad address or instruction); a missing register is a note. */
 function quietLogger(onWarning) {
   const silent = () => {};
-  const warn = (component, message) => onWarning(`${component}: ${message}`);
+  const warn = (component, message) => {
+    if (component === 'RP2040' || component === 'CortexM0Core') throw new Fault(message);
+    onWarning(`${component}: ${message}`);
+  };
   return { debug: silent, info: silent, warn, error: warn };
 }

@@ -69,6 +69,7 @@ export class ProgramRun {
 
   #stopped(name) {
     const { board, alarm } = this.console;
+    if (board.faults.length > 0) throw new Error(`a hard fault at pc ${board.faults[0].pc} (${board.faults[0].what}), waiting for the reply to ${name}`);
     if (board.resets.length > 0) throw new Error(`the watchdog reset the board at ${seconds(board.resets[0].t_ns)} s, waiting for the reply to ${name}`);
     if (alarm !== null) throw new Error(`${alarm} at ${seconds(board.nanos)} s, waiting for the reply to ${name}`);
     return null;

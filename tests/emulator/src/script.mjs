@@ -14,6 +14,8 @@ export const COMMANDS = {
   'wait-ms': { usage: 'wait-ms MILLISECONDS', parse: positive, run: (script, millis) => script.waitMillis(millis) },
   switch: { usage: `switch X|Y|Z ${SWITCH_MODES.join('|')}`, parse: switchMode, run: (script, [axis, mode]) => script.board.gantry.carriages[axis].limitSwitch.setMode(mode) },
   estop: { usage: 'estop pressed|released', parse: (rest) => oneOf(['pressed', 'released'], rest), run: (script, state) => script.board.gantry.pressEstop(state === 'pressed') },
+  dtr: { usage: 'dtr on|off', parse: onOff, run: (script, on) => script.board.cable.setDtr(on) },
+  reading: { usage: 'reading on|off', parse: onOff, run: (script, on) => script.board.cable.setReading(on) },
 };
 
 /**
@@ -112,6 +114,10 @@ function hexBytes(rest) {
 function oneOf(allowed, word) {
   if (!allowed.includes(word.trim())) throw new Error(`${word || 'nothing'} is none of ${allowed.join(', ')}`);
   return word.trim();
+}
+
+function onOff(rest) {
+  return oneOf(['on', 'off'], rest) === 'on';
 }
 
 function switchMode(rest) {

@@ -21,6 +21,14 @@ export class UartCable {
     this.#pump();
   }
 
+  setDtr() {
+    throw new Error('three wires have no DTR: use --console usb');
+  }
+
+  setReading() {
+    throw new Error('a UART sends whether anyone reads or not: use --console usb');
+  }
+
   /** A byte from the chip. */
   received(byte) {
     this.listener.onData(Uint8Array.of(byte));

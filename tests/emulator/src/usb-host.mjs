@@ -45,7 +45,8 @@ export class UsbHost {
     this.endpoints = null;
     this.control = null;
     this.transaction = null;
-    this.enumeration = null;
+    this.requests = null;
+    this.reading = true;
     this.wire.cancel();
     this.recovery.cancel();
     this.usb.onUSBEnabled = () => this.usb.resetDevice();
@@ -61,8 +62,21 @@ export class UsbHost {
 
   #start() {
     this.armed.clear();
-    this.enumeration = this.#enumerate();
+    this.requests = this.#enumerate();
     this.#continue();
+  }
+
+  /** Opens or closes the port, as a program on the host does. */
+  setDtr(open) {
+    if (this.endpoints === null || this.control) throw new Error('the host has not set the port up yet: wait for the welcome line first');
+    this.requests = [this.#lineState(open ? DTR_AND_RTS : 0)].values();
+    this.#continue();
+  }
+
+  /** Whether the host's program reads what the device has to say. */
+  setReading(reading) {
+    this.reading = reading;
+    this.#pump();
   }
 
   *#enumerate() {
@@ -72,12 +86,16 @@ export class UsbHost {
     this.endpoints = bulkEndpoints(descriptors);
     yield { setup: setup(0x00, 9, 1, 0, 0) };
     yield { setup: setup(0x21, 0x20, 0, this.endpoints.interface, LINE_115200_8N1.length), data: LINE_115200_8N1 };
-    yield { setup: setup(0x21, 0x22, DTR_AND_RTS, this.endpoints.interface, 0) };
+    yield this.#lineState(DTR_AND_RTS);
   }
 
-  /** Goes on with the enumeration: its next control transfer, if there is one. */
+  #lineState(lines) {
+    return { setup: setup(0x21, 0x22, lines, this.endpoints.interface, 0) };
+  }
+
+  /** Begins the next control transfer, if there is one, telling what the last one brought. */
   #continue(received) {
-    const { value: request, done } = this.enumeration.next(received);
+    const { value: request, done } = this.requests.next(received);
     this.control = done ? null : { ...request, stage: 'setup', received: [], expected: request.setup[6] | (request.setup[7] << 8) };
     this.#pump();
   }
@@ -125,7 +143,7 @@ export class UsbHost {
   /** In turn with the bytes to the device, so that a flood in one direction does not starve the other. */
   #nextBulk() {
     if (this.endpoints === null) return null;
-    const fromDevice = () => this.#in(this.endpoints.in);
+    const fromDevice = () => (this.reading ? this.#in(this.endpoints.in) : null);
     const toDevice = () => (this.queue.length > 0 ? this.#out(this.endpoints.out, this.queue[0]) : null);
     this.outFirst = !this.outFirst;
     return this.outFirst ? (toDevice() ?? fromDevice()) : (fromDevice() ?? toDevice());

@@ -1,0 +1,23 @@
+const HARD_FAULT = 3;
+const PC = 15;
+
+/** Something a Cortex-M0+ answers with a HardFault. */
+export class Fault extends Error {}
+
+/** The program counter itself is where no program is. */
+export class FetchFault extends Fault {}
+
+/**
+ * Enters the HardFault handler with the instruction at fault in the frame.
+ *
+ * @returns {number} the address of that instruction
+ */
+export function enterHardFault(core, fault) {
+  const r = core.registers;
+  if (!(fault instanceof FetchFault)) r[PC] -= 2;
+  const at = r[PC];
+  if (core.IPSR === HARD_FAULT) throw new Error(`the core locked up: ${fault.message} at pc 0x${at.toString(16)}, within the HardFault handler`);
+  core.waiting = false;
+  core.exceptionEntry(HARD_FAULT);
+  return at;
+}
