@@ -1,0 +1,197 @@
+//! The intervals of an axis, measured from the instants of its own edges and nothing else.
+//!
+//! # Method
+//! The k-th step of n leaves at displacement x = k - 1/2. From rest at constant acceleration its instant is a straight
+//! line over the square root of x; at constant speed, over x; at constant deceleration to rest, over the square root
+//! of n - x. So:
+//!
+//! 1. From the front, fit t = t_start + c sqrt(x) by least squares and take in edge after edge while the next
+//!    lies within 4 us of the line; the acceleration is a = 2/c². The same from the back gives the deceleration d and the
+//!    end, hence the whole duration T.
+//! 2. What lies between, less a tenth at each side for what crept into the ramps, is fitted by t = t_0 + x/v.
+//! 3. t_accel = v/a, t_decel = v/d, and t_cruise is what they leave of T.
+//!
+//! With too few steps between the ramps for a line, v follows from the distance: n = v T - v²/2 (1/a + 1/d).
+//! A cruise below a thousandth of T cannot then be told from none, and is taken for none.
+
+/// The next edge still belongs to a ramp while it is this close to the line: several times what a tick of 1 us can
+/// shift a line through few points.
+const TOLERANCE_S: f64 = 4e-6;
+/// Fewer edges than this do not make a line worth trusting.
+const EDGES_MIN: usize = 4;
+/// The square of the share of T below which a cruise is taken for none.
+const CRUISE_SHARE_SQUARED: f64 = 1e-6;
+
+/// How long an axis accelerates, cruises and decelerates, s.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Intervals {
+    /// Accelerating.
+    pub accel_s: f64,
+    /// At constant speed.
+    pub cruise_s: f64,
+    /// Decelerating.
+    pub decel_s: f64,
+}
+
+impl Intervals {
+    /// The largest difference between an interval here and there, s.
+    pub fn apart_s(&self, other: &Self) -> f64 {
+        let accel_s = (self.accel_s - other.accel_s).abs();
+        accel_s.max((self.cruise_s - other.cruise_s).abs()).max((self.decel_s - other.decel_s).abs())
+    }
+}
+
+/// Measures an axis that moves from rest to rest; `times_s` are all its edges. `None` when a ramp has too few of them.
+pub fn intervals(times_s: &[f64]) -> Option<Intervals> {
+    let n = times_s.len();
+    let forward = Ramp::fit(times_s.iter().copied())?;
+    let backward = Ramp::fit(times_s.iter().rev().map(|t| -t))?;
+    let duration_s = -backward.line.offset - forward.line.offset;
+    let between = forward.edges..(n - backward.edges.min(n)).max(forward.edges);
+    let speed = cruise_speed(times_s, between)
+        .unwrap_or_else(|| speed_over(n as f64, duration_s, forward.accel, backward.accel));
+    let (accel_s, decel_s) = (speed / forward.accel, speed / backward.accel);
+    Some(Intervals { accel_s, cruise_s: duration_s - accel_s - decel_s, decel_s })
+}
+
+fn cruise_speed(times_s: &[f64], between: std::ops::Range<usize>) -> Option<f64> {
+    let margin = between.len().div_ceil(10);
+    let mut sums = Sums::default();
+    for index in between.start + margin..between.end.saturating_sub(margin) {
+        sums.add(index as f64 + 0.5, times_s[index]);
+    }
+    (sums.count >= EDGES_MIN).then(|| 1.0 / sums.line().slope)
+}
+
+/// The smaller root of n = v T - v²/2 (1/a + 1/d); the larger one would cruise backwards.
+fn speed_over(n: f64, duration_s: f64, accel: f64, decel: f64) -> f64 {
+    let per_speed_s = 1.0 / accel + 1.0 / decel;
+    // The square of t_cruise.
+    let squared = duration_s * duration_s - 2.0 * n * per_speed_s;
+    let cruise_s = if squared < CRUISE_SHARE_SQUARED * duration_s * duration_s { 0.0 } else { squared.sqrt() };
+    (duration_s - cruise_s) / per_speed_s
+}
+
+/// A ramp from rest.
+struct Ramp {
+    accel: f64,
+    line: Line,
+    edges: usize,
+}
+
+impl Ramp {
+    fn fit(times_s: impl Iterator<Item = f64> + Clone) -> Option<Self> {
+        let points = times_s.enumerate().map(|(index, t_s)| ((index as f64 + 0.5).sqrt(), t_s));
+        let mut sums = Sums::default();
+        for (root, t_s) in points.clone() {
+            if sums.count >= EDGES_MIN && !sums.line().passes(root, t_s) {
+                break;
+            }
+            sums.add(root, t_s);
+        }
+        let (line, edges) = (sums.line(), sums.count);
+        // Fewer points than the least were no ramp if they are not on a line themselves.
+        let straight = points.take(edges).all(|(root, t_s)| line.passes(root, t_s));
+        (edges >= EDGES_MIN && straight).then(|| Self { accel: 2.0 / line.slope.powi(2), line, edges })
+    }
+}
+
+#[derive(Clone, Copy)]
+struct Line {
+    offset: f64,
+    slope: f64,
+}
+
+impl Line {
+    fn at(&self, x: f64) -> f64 {
+        self.offset + self.slope * x
+    }
+
+    fn passes(&self, x: f64, y: f64) -> bool {
+        (self.at(x) - y).abs() <= TOLERANCE_S
+    }
+}
+
+/// Running sums of a least-squares line, centred on the first point so that little cancels.
+#[derive(Default)]
+struct Sums {
+    count: usize,
+    first: (f64, f64),
+    x: f64,
+    y: f64,
+    xx: f64,
+    xy: f64,
+}
+
+impl Sums {
+    fn add(&mut self, x: f64, y: f64) {
+        if self.count == 0 {
+            self.first = (x, y);
+        }
+        let (x, y) = (x - self.first.0, y - self.first.1);
+        self.count += 1;
+        self.x += x;
+        self.y += y;
+        self.xx += x * x;
+        self.xy += x * y;
+    }
+
+    fn line(&self) -> Line {
+        let n = self.count as f64;
+        let slope = (n * self.xy - self.x * self.y) / (n * self.xx - self.x * self.x);
+        let offset = (self.y - slope * self.x) / n;
+        Line { offset: self.first.1 + offset - slope * self.first.0, slope }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use isostep_profile::{IntervalLaw, Limits, SyncMove};
+
+    use super::*;
+
+    /// Instants of an axis, rounded to the microsecond as the simulator's are.
+    fn ticked(plan: &SyncMove<2>, axis: usize) -> Vec<f64> {
+        (1..=plan.steps[axis].unsigned_abs()).map(|k| (plan.step_time_s(axis, k) * 1e6).round() * 1e-6).collect()
+    }
+
+    fn apart_us(steps: [i32; 2], accel: f64, decel: f64, law: IntervalLaw) -> [f64; 2] {
+        let limits = Limits {
+            start_speed_steps_s: 0.0,
+            top_speed_steps_s: 2_400.0,
+            accel_steps_s2: accel,
+            decel_steps_s2: decel,
+        };
+        let plan = SyncMove::plan(steps, &[limits; 2], law, None).unwrap();
+        let profile = plan.profile;
+        let planned =
+            Intervals { accel_s: profile.t_accel_s(), cruise_s: profile.t_cruise_s(), decel_s: profile.t_decel_s() };
+        [0, 1].map(|axis| intervals(&ticked(&plan, axis)).unwrap().apart_s(&planned) * 1e6)
+    }
+
+    #[test]
+    fn trapezoids_are_measured_to_microseconds() {
+        for steps in [[20_000, 3_000], [8_000, -7_777], [4_000, 150]] {
+            for (accel, decel) in [(2_500.0, 2_500.0), (2_500.0, 5_000.0)] {
+                let apart = apart_us(steps, accel, decel, IntervalLaw::Fastest);
+                assert!(apart.iter().all(|us| *us < 20.0), "{steps:?}: {apart:?} us");
+            }
+        }
+    }
+
+    #[test]
+    fn thirds_and_triangles_are_measured() {
+        let apart = apart_us([10_000, 333], 2_500.0, 2_500.0, IntervalLaw::Thirds);
+        assert!(apart.iter().all(|us| *us < 20.0), "{apart:?} us");
+        let apart = apart_us([1_000, 400], 2_500.0, 4_000.0, IntervalLaw::Fastest);
+        assert!(apart.iter().all(|us| *us < 20.0), "{apart:?} us");
+    }
+
+    #[test]
+    fn too_few_edges_are_not_measured() {
+        assert_eq!(intervals(&[0.1, 0.2, 0.3]), None);
+        assert_eq!(intervals(&[]), None);
+        let constant: Vec<_> = (0..100).map(|k| f64::from(k) * 0.02).collect();
+        assert_eq!(intervals(&constant), None);
+    }
+}

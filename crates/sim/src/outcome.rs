@@ -1,0 +1,141 @@
+//! What a run left behind.
+
+use std::ops::Range;
+
+use isostep_motion::{AXES, Event, Finish, Machine, State};
+use isostep_profile::SyncMove;
+
+use crate::config::Config;
+use crate::driver::Violation;
+use crate::stream::{Dialogue, Refusal, Speaker, Utterance};
+use crate::world::{Edge, Loss, Wave, World};
+
+/// One move, as planned and as ended.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MoveRecord {
+    /// The instant the plan counts from, ns since power-up.
+    pub start_ns: u64,
+    /// When it ended.
+    pub end_ns: u64,
+    /// The plan.
+    pub plan: SyncMove<AXES>,
+    /// Where it began, steps.
+    pub origin_steps: [i32; AXES],
+    /// Where it ended, steps.
+    pub end_steps: [i32; AXES],
+    /// How it ended.
+    pub finish: Finish,
+    /// Whether it was a part of homing.
+    pub homing: bool,
+    /// Its edges: a range of [`Outcome::edges`].
+    pub edges: Range<usize>,
+}
+
+/// What a run left behind: all that was seen, and where everything stands.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// What was simulated.
+    pub config: Config,
+    /// Every step, in order.
+    pub edges: Vec<Edge>,
+    /// Every change of every wire, in order.
+    pub waves: Vec<Wave>,
+    /// Every move that ended, in order.
+    pub moves: Vec<MoveRecord>,
+    /// Every event, with its instant in ns since power-up.
+    pub events: Vec<(u64, Event)>,
+    /// The dialogue with the sender.
+    pub transcript: Vec<Utterance>,
+    /// The lines that the controller refused.
+    pub refusals: Vec<Refusal>,
+    /// The number after `ALARM:`, if the console said so.
+    pub alarm_code: Option<u8>,
+    /// Whether sending stopped before the program's end.
+    pub cut_short: bool,
+    /// Every edge that a driver may misread.
+    pub violations: Vec<Violation>,
+    /// Every step that no carriage made.
+    pub losses: Vec<Loss>,
+    /// Where the controller says each axis stands, steps.
+    pub position_steps: [i32; AXES],
+    /// The count of edges per axis, from power-up or since it was homed.
+    pub counted_steps: [i32; AXES],
+    /// The controller's position in mm.
+    pub position_mm: [f64; AXES],
+    /// Where each carriage really is, steps from where its limit switch closes.
+    pub places_steps: [i32; AXES],
+    /// How far each carriage is from where the count of edges says it is, steps.
+    pub drift_steps: [i32; AXES],
+    /// The machine's final state.
+    pub state: State,
+    /// Its resolution at the end, steps/mm.
+    pub steps_per_mm: [f64; AXES],
+    /// Its travel at the end, mm.
+    pub travel_mm: [f64; AXES],
+    /// Virtual time from power-up to rest.
+    pub duration_ns: u64,
+}
+
+impl Outcome {
+    pub(crate) fn new(config: &Config, world: &World, machine: &Machine, dialogue: Dialogue, duration_ns: u64) -> Self {
+        let record = world.record().clone();
+        let machine_config = machine.config();
+        let position_steps = machine.position_steps();
+        Self {
+            config: config.clone(),
+            moves: moves(&record.events, &record.edges),
+            edges: record.edges,
+            waves: record.waves,
+            events: record.events,
+            transcript: dialogue.transcript,
+            refusals: dialogue.refusals,
+            alarm_code: dialogue.alarm,
+            cut_short: dialogue.cut_short,
+            violations: record.violations,
+            losses: record.losses,
+            position_steps,
+            counted_steps: world.counted_steps(),
+            position_mm: std::array::from_fn(|axis| {
+                f64::from(position_steps[axis]) / machine_config.steps_per_mm[axis]
+            }),
+            places_steps: world.places_steps(),
+            drift_steps: world.drift_steps(),
+            state: machine.state(),
+            steps_per_mm: machine_config.steps_per_mm,
+            travel_mm: machine_config.travel_mm,
+            duration_ns,
+        }
+    }
+
+    /// How many lines of the program were sent.
+    pub fn lines_sent(&self) -> usize {
+        self.transcript.iter().filter(|line| line.speaker == Speaker::Sender).count()
+    }
+
+    /// A place in steps as mm.
+    pub fn mm(&self, steps: [i32; AXES]) -> [f64; AXES] {
+        std::array::from_fn(|axis| f64::from(steps[axis]) / self.steps_per_mm[axis])
+    }
+}
+
+/// Pairs the events of each move, and finds its edges.
+fn moves(events: &[(u64, Event)], edges: &[Edge]) -> Vec<MoveRecord> {
+    let mut moves = Vec::new();
+    let mut open = None;
+    let mut homing = false;
+    for &(t_ns, event) in events {
+        match event {
+            Event::State(state) => homing = state == State::Home,
+            Event::Move { start, plan, origin_steps } => open = Some((crate::time::ns(start), plan, origin_steps)),
+            Event::MoveEnd { finish, position_steps: end_steps } => {
+                let Some((start_ns, plan, origin_steps)) = open.take() else { continue };
+                let first = edges.partition_point(|edge| edge.t_ns < start_ns);
+                let last = edges.partition_point(|edge| edge.t_ns <= t_ns);
+                let edges = first..last;
+                moves.push(MoveRecord { start_ns, end_ns: t_ns, plan, origin_steps, end_steps, finish, homing, edges });
+            }
+            Event::Homing { .. } | Event::Homed { .. } => {}
+        }
+    }
+    moves
+}

@@ -1,0 +1,227 @@
+//! The whole machine in virtual time: the controller's own tasks, a console, and the world around them.
+
+use std::cell::RefCell;
+use std::rc::Rc;
+
+use embassy_time::{Duration, Instant};
+use isostep_console::Settings;
+use isostep_controller::Controller;
+use isostep_motion::{Axis, Machine, State, TimerPort, axis, coordinator, limit};
+
+use crate::config::{Config, StartOutside};
+use crate::executor::{Executor, Rest, RunError};
+use crate::link::{Lines, Pipe};
+use crate::outcome::Outcome;
+use crate::pin::{Input, Output};
+use crate::program::{self, ProgramError};
+use crate::stream::{Dialogue, Sender};
+use crate::world::{self, Shared, Wire, World};
+
+/// Why a run has no outcome.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SimError {
+    /// The file is not a program.
+    #[error(transparent)]
+    Program(#[from] ProgramError),
+    /// A carriage cannot start there.
+    #[error(transparent)]
+    Start(#[from] StartOutside),
+    /// The run did not come to its end.
+    #[error(transparent)]
+    Run(#[from] RunError),
+    /// The controller fell silent.
+    #[error("line {line} `{text}` was never answered; these tasks wait: {}", .waiting.join(", "))]
+    Unanswered {
+        /// Which line of the program, from 1.
+        line: usize,
+        /// Its text.
+        text: String,
+        /// The tasks that have not ended.
+        waiting: Vec<&'static str>,
+    },
+}
+
+/// Streams `program` to a machine fresh from power-up and runs until all is answered and at rest.
+///
+/// A refused line or an alarm is not an error here: the outcome tells.
+///
+/// # Errors
+/// [`SimError`].
+pub fn run(program: &[u8], config: &Config) -> Result<Outcome, SimError> {
+    let lines = program::lines(program)?;
+    config.check()?;
+    Sim::new(config).stream(lines)
+}
+
+/// A simulated machine, to be run in steps: `send`, run, look at `replies`.
+///
+/// ```
+/// use isostep_sim::{Config, Sim};
+///
+/// let mut sim = Sim::new(&Config::default());
+/// sim.send(b"G0 X1\n");
+/// sim.run_until_idle()?;
+/// assert_eq!(sim.replies().last().unwrap(), "ok");
+/// assert_eq!(sim.counted_steps(), [50, 0, 0]);
+/// # Ok::<(), isostep_sim::RunError>(())
+/// ```
+pub struct Sim {
+    executor: Executor,
+    world: Shared,
+    machine: &'static Machine,
+    config: Config,
+    to_controller: Pipe,
+    from_controller: Pipe,
+    heard: Lines,
+}
+
+impl Sim {
+    /// A machine at power-up.
+    ///
+    /// # Panics
+    /// When a carriage cannot start where `config` says: see [`Config::check`].
+    pub fn new(config: &Config) -> Self {
+        config.check().unwrap_or_else(|error| panic!("{error}"));
+        let mut executor = Executor::new();
+        let _current = executor.clock().clone().enter();
+        let world = Rc::new(RefCell::new(World::new(executor.clock().clone(), config)));
+        let machine = spawn_motion(&mut executor, &world, config);
+        let (to_controller, from_controller) = (Pipe::new(), Pipe::new());
+        let console = (to_controller.clone(), from_controller.clone());
+        spawn_console(&mut executor, machine, config.settings, console);
+        executor.spawn("bounce", world::bounce(world.clone()));
+        let (config, heard) = (config.clone(), Lines::default());
+        Self { executor, world, machine, config, to_controller, from_controller, heard }
+    }
+
+    /// Puts bytes on the console's wire.
+    pub fn send(&mut self, bytes: &[u8]) {
+        self.to_controller.push(bytes);
+    }
+
+    /// The lines that the controller completed since the last call; empty ones left out.
+    pub fn replies(&mut self) -> Vec<String> {
+        self.heard.push(&self.from_controller.take())
+    }
+
+    /// Runs for a duration, exactly.
+    ///
+    /// # Errors
+    /// [`RunError::Livelock`].
+    pub fn run_for(&mut self, duration: Duration) -> Result<(), RunError> {
+        self.executor.run_for(duration)
+    }
+
+    /// Runs until nothing can happen any more unless something is sent or pressed.
+    ///
+    /// # Errors
+    /// [`RunError::TimeLimit`] when that takes longer than the configuration allows; [`RunError::Livelock`].
+    pub fn run_until_idle(&mut self) -> Result<(), RunError> {
+        let limit = self.now() + self.config.time_limit;
+        match self.executor.run_until_quiescent(limit)? {
+            Rest::Quiescent => Ok(()),
+            Rest::Horizon => Err(RunError::TimeLimit { limit, waiting: self.executor.waiting() }),
+        }
+    }
+
+    /// Runs until the machine is in a state for which `wanted` holds.
+    ///
+    /// # Errors
+    /// [`RunError`]: also a deadlock, when it never comes to that.
+    pub fn run_until_state(&mut self, wanted: impl Fn(State) -> bool) -> Result<(), RunError> {
+        let limit = self.now() + self.config.time_limit;
+        let machine = self.machine;
+        self.executor.run_until(limit, || wanted(machine.state()))
+    }
+
+    /// Presses or releases the emergency stop.
+    pub fn set_emergency_stop(&mut self, pressed: bool) {
+        self.world.borrow_mut().set_emergency_stop(pressed);
+    }
+
+    /// The present instant.
+    pub fn now(&self) -> Instant {
+        self.executor.clock().now()
+    }
+
+    /// What the controller's tasks share.
+    pub fn machine(&self) -> &'static Machine {
+        self.machine
+    }
+
+    /// The steps seen per axis, from power-up or since it was homed.
+    pub fn counted_steps(&self) -> [i32; 3] {
+        self.world.borrow().counted_steps()
+    }
+
+    /// Where each carriage really is, steps from where its limit switch closes.
+    pub fn places_steps(&self) -> [i32; 3] {
+        self.world.borrow().places_steps()
+    }
+
+    /// All that was seen so far.
+    pub fn outcome(&self) -> Outcome {
+        self.outcome_of(Dialogue::default())
+    }
+
+    /// Streams a program as [`run`] does, from the present state on.
+    ///
+    /// # Errors
+    /// [`SimError::Run`] and [`SimError::Unanswered`].
+    pub fn stream(&mut self, lines: Vec<Vec<u8>>) -> Result<Outcome, SimError> {
+        let dialogue = Rc::new(RefCell::new(Dialogue::default()));
+        let clock = self.executor.clock().clone();
+        let pipes = (self.to_controller.clone(), self.from_controller.clone());
+        let sender = Sender::new(clock, self.config.clone(), pipes, lines.clone(), dialogue.clone());
+        self.executor.spawn("sender", sender.run());
+        self.run_until_idle()?;
+        let dialogue = dialogue.take();
+        if !dialogue.done && dialogue.alarm.is_none() {
+            let text = String::from_utf8_lossy(&lines[dialogue.answered]).into_owned();
+            let waiting = self.executor.waiting();
+            return Err(SimError::Unanswered { line: dialogue.answered + 1, text, waiting });
+        }
+        Ok(self.outcome_of(dialogue))
+    }
+
+    fn outcome_of(&self, dialogue: Dialogue) -> Outcome {
+        let mut world = self.world.borrow_mut();
+        world.settle();
+        Outcome::new(&self.config, &world, self.machine, dialogue, self.executor.clock().now_ns())
+    }
+}
+
+/// The tasks that a board runs at high priority, then its coordinator.
+fn spawn_motion(executor: &mut Executor, world: &Shared, config: &Config) -> &'static Machine {
+    // The tasks want a machine that lives for ever, as a board's static does.
+    let machine: &'static Machine = Box::leak(Box::new(Machine::new(isostep_controller::config(&config.settings))));
+    for (axis, name) in Axis::ALL.into_iter().zip(["axis X", "axis Y", "axis Z"]) {
+        let (step, dir) = (Output::new(world, Wire::Step(axis)), Output::new(world, Wire::Dir(axis)));
+        let port = TimerPort::new(step, dir, config.driver);
+        executor.spawn(name, async move {
+            axis::run(machine, axis, port).await;
+        });
+    }
+    for (axis, name) in Axis::ALL.into_iter().zip(["limit X", "limit Y", "limit Z"]) {
+        let input = Input::new(world, Wire::Limit(axis));
+        executor.spawn(name, async move {
+            limit::watch(machine, axis, input).await;
+        });
+    }
+    let input = Input::new(world, Wire::EmergencyStop);
+    executor.spawn("emergency stop", async move {
+        limit::watch_emergency_stop(machine, input).await;
+    });
+    let (enable, world) = (Output::new(world, Wire::Enable), world.clone());
+    executor.spawn("coordinator", async move {
+        coordinator::run(machine, enable, move |event| world.borrow_mut().on_event(event)).await;
+    });
+    machine
+}
+
+fn spawn_console(executor: &mut Executor, machine: &'static Machine, settings: Settings, (rx, tx): (Pipe, Pipe)) {
+    executor.spawn("console", async move {
+        // The link cannot fail, so this never ends.
+        let _ = Controller::new(machine, settings).serve(rx, tx).await;
+    });
+}

@@ -1,0 +1,213 @@
+//! The promises, checked edge by edge: exact counts, instants as the closed form says, straight paths, equal intervals.
+
+use isostep_motion::{AXES, Axis, Finish, State};
+
+use crate::measure::{self, Intervals};
+use crate::outcome::{MoveRecord, Outcome};
+use crate::world::Edge;
+
+/// The driver's tick: an instant is rounded to the nearest, so it may be off by half.
+pub const TICK_NS: f64 = 1e9 / embassy_time::TICK_HZ as f64;
+/// Measured intervals that differ by less are equal: what edges on whole ticks leave open of a fit.
+const MEASURED_EQUAL_S: f64 = 20e-6;
+
+/// What was found out about one move.
+#[derive(Clone, Debug)]
+pub struct MoveCheck {
+    /// Index in [`Outcome::moves`].
+    pub index: usize,
+    /// Steps that left, signed.
+    pub emitted_steps: [i32; AXES],
+    /// Whether all and only the planned steps left.
+    pub exact: bool,
+    /// Per axis, the largest distance of an edge from its closed-form instant, ns; `None` for an axis at rest.
+    pub error_max_ns: [Option<f64>; AXES],
+    /// The most that two axes were apart, in units of half a step of each: 1 is the bound
+    /// |x/nx - y/ny| <= 1/2 (1/nx + 1/ny). `None` with fewer than two axes moving.
+    pub path_deviation: Option<f64>,
+    /// As planned: one profile, so the same for every axis.
+    pub planned: Intervals,
+    /// Per axis, measured from its own edges ([`measure`]); `None` for an axis at rest or with too few edges.
+    pub measured: [Option<Intervals>; AXES],
+    /// What half a tick may add to `path_deviation`.
+    path_slack: f64,
+}
+
+impl MoveCheck {
+    /// The largest error of any axis, ns.
+    pub fn error_max_ns(&self) -> f64 {
+        self.error_max_ns.iter().flatten().copied().fold(0.0, f64::max)
+    }
+
+    /// Whether the path kept within half a step of either axis.
+    pub fn is_straight(&self) -> bool {
+        self.path_deviation.is_none_or(|deviation| deviation <= 1.0 + self.path_slack)
+    }
+
+    /// The most by which measured intervals of two axes differ, s; `None` with fewer than two measured.
+    pub fn apart_s(&self) -> Option<f64> {
+        let measured: Vec<_> = self.measured.iter().flatten().collect();
+        let (first, rest) = measured.split_first()?;
+        rest.iter().map(|other| first.apart_s(other)).reduce(f64::max)
+    }
+}
+
+/// Checks every move of the program; those of homing end at a switch, so they are left out.
+pub fn moves(outcome: &Outcome) -> Vec<MoveCheck> {
+    let program = outcome.moves.iter().enumerate().filter(|(_, record)| !record.homing);
+    program.map(|(index, record)| check(index, record, &outcome.edges[record.edges.clone()])).collect()
+}
+
+fn check(index: usize, record: &MoveRecord, edges: &[Edge]) -> MoveCheck {
+    let times_s = axis_times_s(record, edges);
+    let profile = record.plan.profile;
+    let planned =
+        Intervals { accel_s: profile.t_accel_s(), cruise_s: profile.t_cruise_s(), decel_s: profile.t_decel_s() };
+    let emitted_steps = std::array::from_fn(|axis| {
+        edges.iter().filter(|edge| edge.axis == axis).map(|edge| edge.direction).sum::<i32>()
+    });
+    let whole = record.finish == Finish::Done && profile.entry_speed_steps_s() == 0.0;
+    let (path_deviation, path_slack) = path(record, edges);
+    MoveCheck {
+        index,
+        emitted_steps,
+        exact: emitted_steps == record.plan.steps && edges.len() as u64 == steps_total(record.plan.steps),
+        error_max_ns: std::array::from_fn(|axis| {
+            errors_ns(record, axis, &times_s[axis]).map(|(_, error_ns)| error_ns.abs()).reduce(f64::max)
+        }),
+        path_deviation,
+        path_slack,
+        planned,
+        measured: std::array::from_fn(|axis| if whole { measure::intervals(&times_s[axis]) } else { None }),
+    }
+}
+
+fn steps_total(steps: [i32; AXES]) -> u64 {
+    steps.iter().map(|n| u64::from(n.unsigned_abs())).sum()
+}
+
+/// Instants of each axis's edges from the start of the move, s.
+pub fn axis_times_s(record: &MoveRecord, edges: &[Edge]) -> [Vec<f64>; AXES] {
+    let mut times_s = [const { Vec::new() }; AXES];
+    for edge in edges {
+        times_s[edge.axis].push((edge.t_ns - record.start_ns) as f64 * 1e-9);
+    }
+    times_s
+}
+
+/// Each edge's instant from the start of the move, s, and how much later than the closed form it was, ns.
+pub fn errors_ns(record: &MoveRecord, axis: usize, times_s: &[f64]) -> impl Iterator<Item = (f64, f64)> {
+    let planned = record.plan.steps[axis].unsigned_abs();
+    times_s.iter().zip(1..=planned).map(move |(&t_s, k)| (t_s, (t_s - record.plan.step_time_s(axis, k)) * 1e9))
+}
+
+/// The largest distance between two axes' shares of their way, and what half a tick of each may add to it.
+fn path(record: &MoveRecord, edges: &[Edge]) -> (Option<f64>, f64) {
+    let n = record.plan.steps.map(|n| f64::from(n.unsigned_abs()));
+    let pairs: Vec<_> = [(0, 1), (0, 2), (1, 2)].into_iter().filter(|&(i, j)| n[i] > 0.0 && n[j] > 0.0).collect();
+    let mut made = [0.0; AXES];
+    let mut deviation = 0.0_f64;
+    // Edges of one tick belong together: between them no time passes.
+    for tick in edges.chunk_by(|one, next| one.t_ns == next.t_ns) {
+        for edge in tick {
+            made[edge.axis] += 1.0;
+        }
+        for &(i, j) in &pairs {
+            let bound = 0.5 / n[i] + 0.5 / n[j];
+            deviation = deviation.max((made[i] / n[i] - made[j] / n[j]).abs() / bound);
+        }
+    }
+    let profile = record.plan.profile;
+    let share_per_tick = profile.cruise_speed_steps_s() * TICK_NS * 1e-9 / profile.distance_steps();
+    let slack = pairs.iter().map(|&(i, j)| share_per_tick / (0.5 / n[i] + 0.5 / n[j])).fold(0.0, f64::max);
+    ((!pairs.is_empty()).then_some(deviation), slack)
+}
+
+/// One promise, and whether it was kept.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct Verdict {
+    /// What was promised.
+    pub promise: &'static str,
+    /// Whether it was kept.
+    pub kept: bool,
+    /// The figures.
+    pub detail: String,
+}
+
+/// Every promise of a run.
+pub fn verdicts(outcome: &Outcome, checks: &[MoveCheck]) -> Vec<Verdict> {
+    vec![
+        program(outcome),
+        counts(checks),
+        instants(checks),
+        straight(checks),
+        equal(checks),
+        timing(outcome),
+        losses(outcome),
+        position(outcome),
+    ]
+}
+
+fn program(outcome: &Outcome) -> Verdict {
+    let kept = outcome.refusals.is_empty() && outcome.alarm_code.is_none() && outcome.state == State::Idle;
+    let detail = match (outcome.refusals.first(), outcome.state) {
+        (Some(refusal), _) => format!("line {} refused with error:{}", refusal.line, refusal.code),
+        (None, State::Alarm(alarm)) => format!("ended in alarm: {alarm}"),
+        (None, _) => format!("{} lines sent", outcome.lines_sent()),
+    };
+    Verdict { promise: "every line accepted, machine idle", kept, detail }
+}
+
+fn counts(checks: &[MoveCheck]) -> Verdict {
+    let exact = checks.iter().filter(|check| check.exact).count();
+    let detail = format!("{exact} of {} moves", checks.len());
+    Verdict { promise: "step counts exact", kept: exact == checks.len(), detail }
+}
+
+fn instants(checks: &[MoveCheck]) -> Verdict {
+    let worst_ns = checks.iter().map(MoveCheck::error_max_ns).fold(0.0, f64::max);
+    let detail = format!("at most {worst_ns:.0} ns from the closed form, one tick is {TICK_NS:.0} ns");
+    Verdict { promise: "every step at its instant", kept: worst_ns <= TICK_NS, detail }
+}
+
+fn straight(checks: &[MoveCheck]) -> Verdict {
+    let deviations: Vec<_> = checks.iter().filter_map(|check| check.path_deviation).collect();
+    let worst = deviations.iter().copied().fold(0.0, f64::max);
+    let detail =
+        format!("at most {worst:.4} of the bound |x/nx - y/ny| = (1/nx + 1/ny)/2, in {} moves", deviations.len());
+    Verdict { promise: "paths straight within half a step", kept: checks.iter().all(MoveCheck::is_straight), detail }
+}
+
+fn equal(checks: &[MoveCheck]) -> Verdict {
+    let apart: Vec<_> = checks.iter().filter_map(MoveCheck::apart_s).collect();
+    let worst_s = apart.iter().copied().fold(0.0, f64::max);
+    let detail = format!("measured within {:.1} us between axes, in {} moves", worst_s * 1e6, apart.len());
+    Verdict { promise: "equal intervals on every axis", kept: worst_s <= MEASURED_EQUAL_S, detail }
+}
+
+fn timing(outcome: &Outcome) -> Verdict {
+    let detail = match outcome.violations.first() {
+        Some(first) => format!("{} violations, the first: {first}", outcome.violations.len()),
+        None => format!("{} steps", outcome.edges.len()),
+    };
+    Verdict { promise: "driver timing kept (DRV8825)", kept: outcome.violations.is_empty(), detail }
+}
+
+fn losses(outcome: &Outcome) -> Verdict {
+    let detail = match outcome.losses.first() {
+        Some(first) => format!("{} times, first {first}", outcome.losses.len()),
+        None => format!("{} steps made", outcome.edges.len()),
+    };
+    Verdict { promise: "no step lost", kept: outcome.losses.is_empty(), detail }
+}
+
+fn position(outcome: &Outcome) -> Verdict {
+    let detail = match Axis::ALL.iter().find(|&&axis| outcome.drift_steps[axis as usize] != 0) {
+        Some(&axis) => {
+            format!("{axis} stands {} steps from where the controller believes", outcome.drift_steps[axis as usize])
+        }
+        None => "carriages stand where the controller says".to_owned(),
+    };
+    let kept = outcome.drift_steps == [0; AXES] && outcome.position_steps == outcome.counted_steps;
+    Verdict { promise: "final position exact", kept, detail }
+}
