@@ -23,6 +23,8 @@ export class Console {
     this.inbox = { reply: [], status: [], message: [] };
     /** Lines sent and not yet fully answered, oldest first. */
     this.unanswered = [];
+    /** Every line sent, with its answer. */
+    this.sent = [];
     this.lastStatus = null;
     this.alarm = null;
     this.poll = board.clock.createOutsideAlarm(() => this.#pollStatus());
@@ -37,8 +39,9 @@ export class Console {
 
   /** Sends a line. Every line end in it (two in CRLF) is answered; of several answers an error is kept. */
   sendLine(bytes) {
-    const line = { text: trimmedText(bytes), length: bytes.length, left: lineEnds(bytes), reply: null, sentNanos: this.board.nanos };
+    const line = { text: trimmedText(bytes), length: bytes.length, left: lineEnds(bytes), reply: null, sentNanos: this.board.nanos, repliedNanos: null };
     this.unanswered.push(line);
+    this.sent.push(line);
     this.send(bytes);
     return line;
   }
@@ -118,8 +121,13 @@ export class Console {
     if (kind === 'reply') this.#answered(text, nanos);
     if (text.startsWith('ALARM:')) this.alarm = text;
     // After a reset nothing that was sent before is answered any more.
-    if (text.startsWith('Grbl')) this.unanswered = [];
+    if (text.startsWith('Grbl')) this.#forgetUnanswered();
     this.board.pause();
+  }
+
+  #forgetUnanswered() {
+    for (const line of this.unanswered) line.reply = 'reset';
+    this.unanswered = [];
   }
 
   #answered(text, nanos) {

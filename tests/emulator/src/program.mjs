@@ -11,7 +11,6 @@ export class ProgramRun {
    */
   constructor(console, lines, { stream, pollHz, timeoutSeconds }) {
     Object.assign(this, { console, lines, stream, pollHz, timeoutSeconds });
-    this.sent = [];
   }
 
   run() {
@@ -20,31 +19,20 @@ export class ProgramRun {
     if (this.pollHz > 0) console.pollEvery(this.pollHz);
     for (const line of this.lines) {
       this.#waitUntil(() => this.#fits(line));
-      this.sent.push(console.sendLine(line));
+      console.sendLine(line);
     }
     this.#waitUntil(() => console.unanswered.length === 0);
     console.waitIdle(this.timeoutSeconds);
   }
 
-  /** What a line and its answer were, for the summary. */
-  replies() {
-    return this.sent.map(({ text, reply, sentNanos, repliedNanos }, index) => ({
-      line: index + 1,
-      text,
-      reply,
-      sent_ns: sentNanos,
-      replied_ns: repliedNanos ?? null,
-    }));
-  }
-
   /** What is wrong with a run that came to its end, if anything. */
   verdict() {
-    const refused = this.sent.filter(({ reply }) => reply !== 'ok').length;
-    return refused > 0 ? `${refused} of ${this.lines.length} lines were refused` : null;
+    const refused = this.console.sent.filter(({ reply }) => reply !== 'ok').length;
+    return this.#trouble() ?? (refused > 0 ? `${refused} of ${this.lines.length} lines were refused` : null);
   }
 
   describe() {
-    return `line ${this.sent.length} of ${this.lines.length}`;
+    return `line ${this.console.sent.length} of ${this.lines.length}`;
   }
 
   /** With nothing unanswered any line goes; counting characters, as long as the controller's buffer has room. */
@@ -62,18 +50,21 @@ export class ProgramRun {
   #nextReply() {
     const { console } = this;
     const [oldest] = console.unanswered;
-    const name = `line ${this.sent.indexOf(oldest) + 1} of ${this.lines.length} (${oldest.text.slice(0, SHOWN_CHARACTERS)})`;
+    const name = `line ${console.sent.indexOf(oldest) + 1} of ${this.lines.length} (${oldest.text.slice(0, SHOWN_CHARACTERS)})`;
     const probe = () => this.#stopped(name) ?? console.take('reply');
     console.waitFor(`reply to ${name}`, probe, this.timeoutSeconds);
   }
 
   #stopped(name) {
-    const { board, alarm } = this.console;
-    if (board.faults.length > 0) throw new Error(`a hard fault at pc ${board.faults[0].pc} (${board.faults[0].what}), waiting for the reply to ${name}`);
-    if (board.resets.length > 0) throw new Error(`the watchdog reset the board at ${seconds(board.resets[0].t_ns)} s, waiting for the reply to ${name}`);
-    if (alarm !== null) throw new Error(`${alarm} at ${seconds(board.nanos)} s, waiting for the reply to ${name}`);
-    return null;
+    const trouble = this.#trouble() ?? this.console.alarm;
+    if (trouble === null) return null;
+    throw new Error(`${trouble}, waiting for the reply to ${name} at ${(this.console.board.nanos / 1e9).toFixed(6)} s`);
+  }
+
+  /** What befell the chip itself, if anything. */
+  #trouble() {
+    const { faults, resets } = this.console.board;
+    if (faults.length > 0) return `the firmware took a hard fault (${faults[0].what}, pc ${faults[0].pc})`;
+    return resets.length > 0 ? `the watchdog reset the board (${resets[0].reason})` : null;
   }
 }
-
-const seconds = (nanos) => (nanos / 1e9).toFixed(6);

@@ -1,16 +1,15 @@
-import { CLOCK_HZ } from './clock.mjs';
+import { CLOCK_HZ, NANOS_PER_CYCLE } from './clock.mjs';
 import { AXES } from './pins.mjs';
 
 const SHOWN = 5;
 
 /** Everything a run came to, for `--json`: machine time only, so the same run gives the same bytes. */
-export function summary(board, console, { options, error, replies }) {
+export function summary(board, console, error) {
   const { clock, gantry } = board;
   const { moving } = gantry.statistics;
   return {
     ok: error === null,
     error,
-    console: options.console,
     machine_time_ns: board.nanos,
     final_status: console.lastStatus,
     alarm: console.alarm,
@@ -18,7 +17,7 @@ export function summary(board, console, { options, error, replies }) {
     driver_timing: { violations: gantry.timing.total, by_rule: gantry.timing.counts, first: gantry.timing.first },
     core: { clock_hz: CLOCK_HZ, cycles: clock.cycles, awake_cycles: clock.awakeCycles, load: ratio(clock.awakeCycles, clock.cycles) },
     moving: {
-      time_ns: (moving.cycles / CLOCK_HZ) * 1e9,
+      time_ns: moving.cycles * NANOS_PER_CYCLE,
       edges: moving.edges,
       load: ratio(moving.awakeCycles, moving.cycles),
       awake_cycles_per_edge: ratio(moving.awakeCycles, moving.edges),
@@ -27,7 +26,7 @@ export function summary(board, console, { options, error, replies }) {
     watchdog_resets: board.resets,
     floating_input_pins: gantry.floatingInputs(),
     unimplemented: [...board.warnings],
-    replies,
+    replies: console.sent.map(replySummary),
   };
 }
 
@@ -43,6 +42,10 @@ function axisSummary(gantry, axis) {
     switch_closures: carriage.limitSwitch.closures,
     switch_closed: carriage.limitSwitch.closed,
   };
+}
+
+function replySummary({ text, reply, sentNanos, repliedNanos }, index) {
+  return { line: index + 1, text, reply, sent_ns: sentNanos, replied_ns: repliedNanos };
 }
 
 const ratio = (part, whole) => (whole > 0 ? Number((part / whole).toFixed(6)) : 0);

@@ -59,10 +59,6 @@ export class ScriptRun {
     }
   }
 
-  replies() {
-    return [];
-  }
-
   /** A script judges replies itself; a reset it did not wait for is a failure. */
   verdict() {
     const { resets } = this.board;

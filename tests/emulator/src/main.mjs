@@ -1,0 +1,105 @@
+import { readFileSync, writeFileSync } from 'node:fs';
+import { Board } from './board.mjs';
+import { Console } from './console.mjs';
+import { loadSegments } from './elf.mjs';
+import { programLines } from './lines.mjs';
+import { HELP, parseOptions } from './options.mjs';
+import { NAMED_PINS } from './pins.mjs';
+import { ProgramRun } from './program.mjs';
+import { Progress } from './progress.mjs';
+import { readable, summary } from './report.mjs';
+import { parseScript, ScriptRun } from './script.mjs';
+import { StepTrace } from './step-trace.mjs';
+import { Transcript } from './transcript.mjs';
+import { Waveform } from './waveform.mjs';
+
+/**
+ * The whole run, from the command line to the files.
+ *
+ * @param {string[]} args
+ * @returns {number} the exit code: 0 all well, 1 the run failed, 2 it could not begin
+ */
+export function main(args) {
+  try {
+    const options = parseOptions(args);
+    if (!options.help) return emulate(options);
+    console.log(HELP);
+    return 0;
+  } catch (error) {
+    if (error.name !== 'Error' && error.code?.startsWith('ERR_PARSE_ARGS') !== true) throw error;
+    console.error(`error: ${error.message}`);
+    return 2;
+  }
+}
+
+function emulate(options) {
+  const job = options.program ? programLines(read(options.program, 'program')) : parseScript(read(options.script, 'script').toString());
+  const board = new Board(firmware(options.elf), options);
+  const transcript = new Transcript(options.script ? (line) => console.log(line) : undefined);
+  const sender = new Console(board, transcript);
+  const run = options.program ? new ProgramRun(sender, job, options) : new ScriptRun(sender, job, options);
+  const recorders = record(board, options);
+  const progress = new Progress(board, options.progress || process.stderr.isTTY, () => run.describe());
+  const error = attempt(() => run.run()) ?? run.verdict() ?? verdict(board);
+  const result = summary(board, sender, error);
+  write(options.transcript, transcript);
+  write(options.trace, recorders.trace);
+  write(options.vcd, recorders.waveform);
+  write(options.json, JSON.stringify(result, null, 2) + '\n');
+  console.log(readable(result));
+  console.error(progress.speed());
+  return error === null ? 0 : 1;
+}
+
+function firmware(path) {
+  const file = read(path, 'firmware', 'build it with: cargo xtask build');
+  try {
+    return loadSegments(file);
+  } catch (error) {
+    throw new Error(`${path}: ${error.message}`);
+  }
+}
+
+function read(path, what, remedy = 'check the path') {
+  try {
+    return readFileSync(path);
+  } catch (error) {
+    throw new Error(`cannot read the ${what} ${path} (${error.code}): ${remedy}`);
+  }
+}
+
+function write(path, content) {
+  if (path !== undefined) writeFileSync(path, content.toString());
+}
+
+/** Attaches what the options ask to record. */
+function record(board, options) {
+  const recorders = {};
+  if (options.trace) {
+    recorders.trace = new StepTrace();
+    board.gantry.onStep = (...step) => recorders.trace.step(...step);
+  }
+  if (options.vcd) {
+    recorders.waveform = new Waveform(NAMED_PINS);
+    board.watchChips((chip) => recorders.waveform.attach(chip, () => board.nanos));
+  }
+  return recorders;
+}
+
+function attempt(action) {
+  try {
+    action();
+    return null;
+  } catch (error) {
+    // What the machine or the firmware did wrong is a plain Error; anything else is a defect of the emulator.
+    if (error.name !== 'Error') throw error;
+    return error.message;
+  }
+}
+
+/** What the board has to say against a run that came to its end. */
+function verdict(board) {
+  const { timing } = board.gantry;
+  if (board.faults.length > 0) return `the firmware took a hard fault at pc ${board.faults[0].pc}: ${board.faults[0].what}`;
+  return timing.total > 0 ? `${timing.total} violations of the driver's timing` : null;
+}

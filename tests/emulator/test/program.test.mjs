@@ -1,0 +1,113 @@
+import assert from 'node:assert/strict';
+import test from 'node:test';
+import { MachineClock } from '../src/clock.mjs';
+import { Console } from '../src/console.mjs';
+import { programLines } from '../src/lines.mjs';
+import { ProgramRun } from '../src/program.mjs';
+import { parseScript, ScriptRun } from '../src/script.mjs';
+import { Transcript } from '../src/transcript.mjs';
+
+const ANSWER_CYCLES = 1000;
+const OPTIONS = { stream: 'wait', pollHz: 0, timeoutSeconds: 1 };
+
+/** A board that is nothing but a controller's manners: `answer` says what it replies to a line. */
+class FakeBoard {
+  constructor(answer) {
+    this.answer = answer;
+    this.clock = new MachineClock();
+    Object.assign(this, { faults: [], resets: [], homed: [], line: '', inFlight: 0, mostInFlight: 0 });
+    this.gantry = { home: (axes) => this.homed.push(...axes) };
+    this.cable = { write: (bytes) => bytes.forEach((byte) => this.#accept(byte)) };
+    this.#reply("\r\nGrbl 1.1h ['$' for help]", 0);
+  }
+
+  get nanos() {
+    return this.clock.cycles * 8;
+  }
+
+  pause() {
+    this.paused = true;
+  }
+
+  run(limit) {
+    this.paused = false;
+    while (!this.paused && this.clock.cycles < limit) {
+      this.clock.core.cycles = Math.min(this.clock.next, limit);
+      this.clock.fireDue();
+    }
+  }
+
+  #accept(byte) {
+    if (byte === 0x3f) return this.#reply('<Idle|MPos:0.000,0.000,0.000|FS:0,0>', 0);
+    this.inFlight += 1;
+    this.mostInFlight = Math.max(this.mostInFlight, this.inFlight);
+    if (byte !== 0x0a && byte !== 0x0d) {
+      this.line += String.fromCharCode(byte);
+      return;
+    }
+    this.#reply(this.answer(this.line), this.line.length + 1);
+    this.line = '';
+  }
+
+  #reply(text, answered) {
+    if (text === undefined) return;
+    const deliver = () => {
+      this.inFlight -= answered;
+      this.onBytes(Buffer.from(`${text}\r\n`));
+    };
+    this.clock.createOutsideAlarm(deliver).scheduleAt(this.clock.cycles + ANSWER_CYCLES);
+  }
+}
+
+function stream(text, answer, options = {}) {
+  const board = new FakeBoard(answer);
+  const sender = new Console(board, new Transcript());
+  const run = new ProgramRun(sender, programLines(Buffer.from(text)), { ...OPTIONS, ...options });
+  return { board, sender, run };
+}
+
+test('send and wait: a line goes when the one before is answered, CRLF twice', () => {
+  const { board, sender, run } = stream('G0 X1\r\nG0 X2\n', () => 'ok');
+  run.run();
+  assert.equal(run.verdict(), null);
+  assert.deepEqual(sender.sent.map(({ text, reply }) => [text, reply]), [['G0 X1', 'ok'], ['G0 X2', 'ok']]);
+  assert.equal(board.mostInFlight, 7);
+});
+
+test('counting characters fills the buffer, and never beyond 128', () => {
+  const { board, run } = stream(`${'X'.repeat(29)}\n`.repeat(20), () => 'ok', { stream: 'counting' });
+  run.run();
+  assert.equal(board.mostInFlight, 120);
+});
+
+test('homing zeroes the axes it names, on its ok only', () => {
+  const homed = (answer) => {
+    const { board, run } = stream('$H\n$HY\n', answer);
+    run.run();
+    return board.homed;
+  };
+  assert.deepEqual(homed(() => 'ok'), ['X', 'Y', 'Z', 'Y']);
+  assert.deepEqual(homed(() => 'error:5'), []);
+});
+
+test('what goes wrong is told with the line', () => {
+  const refused = stream('G0\nG99\n', (line) => (line === 'G99' ? 'error:20' : 'ok'));
+  refused.run.run();
+  assert.equal(refused.run.verdict(), '1 of 2 lines were refused');
+  const silent = stream('G0\nG1\n', (line) => (line === 'G1' ? undefined : 'ok'));
+  assert.throws(() => silent.run.run(), /no reply to line 2 of 2 \(G1\) within 1 s of machine time/);
+  const alarmed = stream('$H\n', () => 'ALARM:9');
+  assert.throws(() => alarmed.run.run(), /ALARM:9, waiting for the reply to line 1 of 1/);
+});
+
+test('a script stops at the first line that is not as it says', () => {
+  const script = (text) => {
+    const sender = new Console(new FakeBoard((line) => (line === 'G0' ? 'ok' : 'error:20')), new Transcript());
+    const run = new ScriptRun(sender, parseScript(text), OPTIONS);
+    run.run();
+    return sender.transcript.toString();
+  };
+  assert.match(script('expect Grbl\nsend G0\nexpect ok\nbytes 3f\nexpect <Idle\nwait-idle\n'), /0\.000024 # wait-idle/);
+  assert.throws(() => script('send G0\nexpect error:20'), /script line 2 \(expect error:20\): got ok/);
+  assert.throws(() => script('wait-reply'), /no line beginning reply within 1 s/);
+});
