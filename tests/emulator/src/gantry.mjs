@@ -45,6 +45,8 @@ export class Gantry {
       chip.gpio[PINS[axis].dir].addListener((state, before) => this.#onDirPin(axis, state === HIGH, before === HIGH));
     }
     chip.gpio[ENABLE_PIN].addListener((state) => this.#onEnablePin(state !== HIGH));
+    // Until the firmware drives it, the driver's own pull-down holds ENABLE low.
+    this.#onEnablePin(true);
   }
 
   pressEstop(pressed) {

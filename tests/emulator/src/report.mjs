@@ -56,7 +56,7 @@ export function readable(result) {
   const { core, moving, driver_timing: timing } = result;
   return [
     result.ok ? 'All went through.' : `FAILED: ${result.error}`,
-    ...refused.slice(0, SHOWN).map(({ line, text, reply }) => `  line ${line} (${text.slice(0, 60)}): ${reply ?? 'no reply'}`),
+    ...(result.ok ? [] : refused.slice(0, SHOWN)).map(({ line, text, reply }) => `  line ${line} (${text.slice(0, 60)}): ${reply ?? 'no reply'}`),
     ...(result.replies.length === 0 ? [] : [`Lines        ${result.replies.length} sent, ${result.replies.length - refused.length} answered ok`]),
     `Status       ${result.final_status ?? 'none seen'}`,
     ...Object.entries(result.axes).map(axisLine),

@@ -19,5 +19,7 @@ test('a line has an answer for each of its ends', () => {
 test('homing lines name their axes', () => {
   assert.deepEqual(homedAxes('$H'), ['X', 'Y', 'Z']);
   assert.deepEqual(homedAxes('$hy'), ['Y']);
+  assert.deepEqual(homedAxes('$H (all) ; find every zero'), ['X', 'Y', 'Z']);
   assert.deepEqual(homedAxes('$$'), []);
+  assert.deepEqual(homedAxes('; $H'), []);
 });
