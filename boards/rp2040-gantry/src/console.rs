@@ -1,12 +1,53 @@
-//! interim
-use embedded_io_async::{Read, Write};
+//! The consoles, one task each; they share one controller.
 
-/// interim
-pub async fn serve<R: Read, W: Write>(rx: &mut R, tx: &mut W) -> Option<()> {
-    tx.write_all(b"\r\nGrbl 1.1h ['$' for help]\r\n").await.ok()?;
-    let mut buffer = [0; 64];
+use embassy_executor::Spawner;
+use embassy_futures::select::select;
+use embassy_rp::uart::BufferedUartTx;
+use embedded_io_async::{Read, Write};
+use isostep_controller::Controller;
+
+use crate::fail_still::Cause;
+use crate::{uart, usb};
+
+/// Serves both consoles; each session begins with the cause of the last restart, if it was not the user's wish.
+pub fn spawn(
+    spawner: Spawner,
+    controller: &'static Controller<'static>,
+    restart: Option<Cause>,
+    usb: usb::Port,
+    uart: (uart::Rx, BufferedUartTx),
+) {
+    spawner.spawn(serve_usb(controller, restart, usb).unwrap());
+    spawner.spawn(serve_uart(controller, restart, uart.0, uart.1).unwrap());
+}
+
+#[embassy_executor::task]
+async fn serve_usb(controller: &'static Controller<'static>, restart: Option<Cause>, mut port: usb::Port) -> ! {
     loop {
-        let n = rx.read(&mut buffer).await.ok()?;
-        tx.write_all(&buffer[..n]).await.ok()?;
+        port.rx.wait_connection().await;
+        select(session(controller, restart, &mut port.rx, &mut port.tx), port.lines.dtr_rises()).await;
+    }
+}
+
+#[embassy_executor::task]
+async fn serve_uart(
+    controller: &'static Controller<'static>,
+    restart: Option<Cause>,
+    mut rx: uart::Rx,
+    mut tx: BufferedUartTx,
+) -> ! {
+    loop {
+        session(controller, restart, &mut rx, &mut tx).await;
+    }
+}
+
+/// Until the link fails.
+async fn session<R: Read, W: Write>(controller: &Controller<'_>, restart: Option<Cause>, rx: R, mut tx: W) {
+    if let Some(cause) = restart {
+        // A link that fails here fails again below.
+        let _ = tx.write_all(cause.message().as_bytes()).await;
+    }
+    if controller.serve(rx, tx).await.is_err() {
+        defmt::info!("a console has lost its link");
     }
 }

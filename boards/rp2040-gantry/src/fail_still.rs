@@ -8,6 +8,7 @@
 #![expect(unsafe_code, reason = "cortex-m-rt has fault handlers declared unsafe")]
 
 use core::panic::PanicInfo;
+use core::sync::atomic::{AtomicBool, Ordering};
 
 use cortex_m_rt::{ExceptionFrame, exception};
 use embassy_rp::pac;
@@ -38,16 +39,34 @@ impl Cause {
             _ => Self::Stall,
         })
     }
+
+    /// What a console says of it.
+    pub fn message(self) -> &'static str {
+        match self {
+            Self::Panic => "[MSG:Restarted after a panic, position lost: home, and report what the log says]\r\n",
+            Self::HardFault => "[MSG:Restarted after a hard fault, position lost: home, and report it]\r\n",
+            Self::Stall => "[MSG:Restarted by the watchdog, position lost: home, and report it]\r\n",
+        }
+    }
+}
+
+static ENABLE_INVERTED: AtomicBool = AtomicBool::new(false);
+
+/// Which level of ENABLE frees the motors: setting `$4`, which a handler has no safe way to look up.
+pub fn set_enable_inverted(inverted: bool) {
+    ENABLE_INVERTED.store(inverted, Ordering::Relaxed);
 }
 
 const MARK_PANIC: u32 = 0x50_41_4E_49;
 const MARK_HARD_FAULT: u32 = 0x46_41_55_4C;
 
-/// STEP low and ENABLE high, without asking who owns the pins.
+/// STEP low and ENABLE off, without asking who owns the pins.
 fn stop_motors(mark: u32) {
     cortex_m::interrupt::disable();
-    pac::SIO.gpio_out(0).value_clr().write_value(pins::STEP_MASK);
-    pac::SIO.gpio_out(0).value_set().write_value(pins::ENABLE_MASK);
+    let latch = pac::SIO.gpio_out(0);
+    latch.value_clr().write_value(pins::STEP_MASK);
+    let enable_off = if ENABLE_INVERTED.load(Ordering::Relaxed) { latch.value_clr() } else { latch.value_set() };
+    enable_off.write_value(pins::ENABLE_MASK);
     pac::WATCHDOG.scratch0().write_value(mark);
 }
 

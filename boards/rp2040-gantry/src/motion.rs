@@ -9,7 +9,7 @@ use crate::pins::AxisPins;
 /// The drivers on the gantry.
 const DRIVERS: DriverTiming = DriverTiming::DRV8825;
 
-/// Spawns what must not be late on the motion executor.
+/// Spawns what must not be late on the urgent executor.
 pub fn spawn_axes(
     spawner: SendSpawner,
     machine: &'static Machine,
@@ -23,7 +23,7 @@ pub fn spawn_axes(
     spawner.spawn(watch_emergency_stop(machine, emergency_stop).unwrap());
 }
 
-/// Spawns what plans ahead on the thread-mode executor.
+/// Spawns what plans ahead, in thread mode.
 pub fn spawn_coordinator(spawner: Spawner, machine: &'static Machine, enable: Output<'static>) {
     spawner.spawn(coordinate(machine, enable).unwrap());
 }

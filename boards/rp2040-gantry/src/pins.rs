@@ -19,6 +19,13 @@ pub struct AxisPins {
     pub limit: Input<'static>,
 }
 
+/// The wired console.
+pub struct UartPins {
+    pub uart: Peri<'static, UART0>,
+    pub tx: Peri<'static, PIN_0>,
+    pub rx: Peri<'static, PIN_1>,
+}
+
 /// All pins and peripherals that the firmware uses.
 pub struct Board {
     /// X, Y, Z.
@@ -29,9 +36,7 @@ pub struct Board {
     pub emergency_stop: Input<'static>,
     pub led: Output<'static>,
     pub usb: Peri<'static, USB>,
-    pub uart: Peri<'static, UART0>,
-    pub uart_tx: Peri<'static, PIN_0>,
-    pub uart_rx: Peri<'static, PIN_1>,
+    pub uart: UartPins,
     pub watchdog: Peri<'static, WATCHDOG>,
 }
 
@@ -62,9 +67,7 @@ impl Board {
             emergency_stop: Input::new(p.PIN_12, Pull::Up),
             led: Output::new(p.PIN_25, low),
             usb: p.USB,
-            uart: p.UART0,
-            uart_tx: p.PIN_0,
-            uart_rx: p.PIN_1,
+            uart: UartPins { uart: p.UART0, tx: p.PIN_0, rx: p.PIN_1 },
             watchdog: p.WATCHDOG,
         }
     }

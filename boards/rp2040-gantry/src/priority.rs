@@ -1,4 +1,4 @@
-//! Who may interrupt whom, and the executor that the motion tasks run on.
+//! Who may interrupt whom, and the executor for what must not be late.
 //!
 //! # Design
 //! The RP2040 has four priorities. What a step waits for, from the alarm at its instant to the edge:
@@ -6,7 +6,7 @@
 //! | priority | interrupt | why there |
 //! |---|---|---|
 //! | P0 | `TIMER_IRQ_0` | the time driver's alarm: it wakes the axis whose step is due, and does nothing else |
-//! | P1 | `SWI_IRQ_1` | the motion executor: axes and switches; polls what the alarm woke |
+//! | P1 | `SWI_IRQ_1` | the urgent executor: axes and switches; polls what the alarm woke |
 //! | P1 | `IO_IRQ_BANK0` | a switch's edge, served between two polls; at worst it delays a step by its own scan of 30 pins |
 //! | P3 | `USBCTRL_IRQ`, `UART0_IRQ` | wake the console, and may wait as long as steps are due |
 //! | thread | the rest | coordinator, console, LED, watchdog |
@@ -20,20 +20,20 @@ use embassy_executor::{InterruptExecutor, SendSpawner};
 use embassy_rp::interrupt;
 use embassy_rp::interrupt::{InterruptExt, Priority};
 
-static MOTION: InterruptExecutor = InterruptExecutor::new();
+static URGENT: InterruptExecutor = InterruptExecutor::new();
 
-/// Assigns the priorities, then starts the motion executor.
-pub fn start_motion_executor() -> SendSpawner {
+/// Assigns the priorities, then starts the urgent executor.
+pub fn start_urgent_executor() -> SendSpawner {
     interrupt::TIMER_IRQ_0.set_priority(Priority::P0);
     interrupt::SWI_IRQ_1.set_priority(Priority::P1);
     interrupt::IO_IRQ_BANK0.set_priority(Priority::P1);
     interrupt::USBCTRL_IRQ.set_priority(Priority::P3);
     interrupt::UART0_IRQ.set_priority(Priority::P3);
-    MOTION.start(interrupt::SWI_IRQ_1)
+    URGENT.start(interrupt::SWI_IRQ_1)
 }
 
 #[interrupt]
 fn SWI_IRQ_1() {
     // SAFETY: this is the executor's interrupt, which `start` unmasks and only a started executor pends.
-    unsafe { MOTION.on_interrupt() }
+    unsafe { URGENT.on_interrupt() }
 }

@@ -1,10 +1,12 @@
 //! The console on UART0: GP0 TX, GP1 RX, 115200 8N1.
 
-use embassy_rp::peripherals::{PIN_0, PIN_1, UART0};
+use embassy_rp::peripherals::UART0;
 use embassy_rp::uart::{self, BufferedInterruptHandler, BufferedUart, BufferedUartRx, BufferedUartTx};
-use embassy_rp::{Peri, bind_interrupts, pac};
+use embassy_rp::{bind_interrupts, pac};
 use embedded_io_async::{ErrorType, Read};
 use static_cell::StaticCell;
+
+use crate::pins::UartPins;
 
 bind_interrupts!(struct Irqs {
     UART0_IRQ => BufferedInterruptHandler<UART0>;
@@ -19,12 +21,13 @@ const TX_BYTES: usize = 1024;
 pub struct Rx(BufferedUartRx);
 
 /// The two directions of the port.
-pub fn open(uart: Peri<'static, UART0>, tx: Peri<'static, PIN_0>, rx: Peri<'static, PIN_1>) -> (Rx, BufferedUartTx) {
+pub fn open(pins: UartPins) -> (Rx, BufferedUartTx) {
     static RX: StaticCell<[u8; RX_BYTES]> = StaticCell::new();
     static TX: StaticCell<[u8; TX_BYTES]> = StaticCell::new();
     let (tx_buffer, rx_buffer) = (TX.init([0; TX_BYTES]), RX.init([0; RX_BYTES]));
     // 115200 8N1 is the driver's default.
-    let (tx, rx) = BufferedUart::new(uart, tx, rx, Irqs, tx_buffer, rx_buffer, uart::Config::default()).split();
+    let (tx, rx) =
+        BufferedUart::new(pins.uart, pins.tx, pins.rx, Irqs, tx_buffer, rx_buffer, uart::Config::default()).split();
     // An idle line is high. With nothing connected, noise would read as commands.
     pac::PADS_BANK0.gpio(1).modify(|pad| pad.set_pue(true));
     (Rx(rx), tx)

@@ -8,6 +8,7 @@
 
 use core::sync::atomic::{AtomicBool, Ordering};
 
+use embassy_executor::Spawner;
 use embassy_rp::peripherals::USB;
 use embassy_rp::usb::{Driver, InterruptHandler};
 use embassy_rp::{Peri, bind_interrupts};
@@ -42,8 +43,8 @@ pub struct Port {
     pub lines: Lines,
 }
 
-/// The device to run, and the port it offers.
-pub fn open(usb: Peri<'static, USB>) -> (UsbDevice<'static, RpDriver>, Port) {
+/// Starts the device; the port it offers.
+pub fn open(spawner: Spawner, usb: Peri<'static, USB>) -> Port {
     static DESCRIPTORS: StaticCell<[[u8; 128]; 3]> = StaticCell::new();
     static RX: StaticCell<[u8; PACKET_BYTES]> = StaticCell::new();
     static STATE: StaticCell<State> = StaticCell::new();
@@ -52,7 +53,13 @@ pub fn open(usb: Peri<'static, USB>) -> (UsbDevice<'static, RpDriver>, Port) {
     let class = CdcAcmClass::new(&mut builder, STATE.init(State::new()), PACKET_BYTES as u16);
     let (sender, receiver, control) = class.split_with_control();
     let rx = Rx { receiver: receiver.into_buffered(RX.init([0; PACKET_BYTES])) };
-    (builder.build(), Port { rx, tx: Tx { sender, stalled: false }, lines: Lines { control } })
+    spawner.spawn(run(builder.build()).unwrap());
+    Port { rx, tx: Tx { sender, stalled: false }, lines: Lines { control } }
+}
+
+#[embassy_executor::task]
+async fn run(mut device: UsbDevice<'static, RpDriver>) -> ! {
+    device.run().await
 }
 
 fn config() -> Config<'static> {
