@@ -1,0 +1,342 @@
+//! Timed dialogues with the whole controller in virtual time: what a sender says, what it hears, what moved.
+
+use embassy_time::Duration;
+use isostep_motion::{Event, Finish, HomingPhase, State};
+use isostep_sim::plant::SwitchFault;
+use isostep_sim::{Config, Sim};
+
+fn powered_up(config: &Config) -> Sim {
+    let mut sim = Sim::new(config);
+    sim.run_for(Duration::from_millis(50)).unwrap();
+    assert_eq!(sim.replies(), ["Grbl 1.1h ['$' for help]"]);
+    sim
+}
+
+fn homed() -> Sim {
+    let mut sim = powered_up(&Config::default());
+    assert_eq!(say(&mut sim, "$H"), ["ok"]);
+    sim
+}
+
+/// Sends a line and returns what was heard until nothing moves.
+fn say(sim: &mut Sim, line: &str) -> Vec<String> {
+    sim.send(line.as_bytes());
+    sim.send(b"\n");
+    sim.run_until_idle().unwrap();
+    sim.replies()
+}
+
+/// Sends a line and returns what was heard a little later.
+fn begin(sim: &mut Sim, line: &str, wait: Duration) -> Vec<String> {
+    sim.send(line.as_bytes());
+    sim.send(b"\n");
+    sim.run_for(wait).unwrap();
+    sim.replies()
+}
+
+/// The first part of a status report: state and position.
+fn status(sim: &mut Sim) -> String {
+    sim.send(b"?");
+    sim.run_for(Duration::from_millis(1)).unwrap();
+    let reply = sim.replies().pop().expect("a status report");
+    reply.split('|').take(2).collect::<Vec<_>>().join("|")
+}
+
+#[test]
+fn a_bare_machine_is_idle_and_moves() {
+    let mut sim = powered_up(&Config::default());
+    assert_eq!(status(&mut sim), "<Idle|MPos:0.000,0.000,0.000");
+    // Not homed, so nobody knows where the travel is.
+    assert_eq!(say(&mut sim, "G0 X-1 Y2.5"), ["ok"]);
+    assert_eq!(status(&mut sim), "<Idle|MPos:-1.000,2.500,0.000");
+    assert_eq!(sim.counted_steps(), [-50, 125, 0]);
+}
+
+#[test]
+fn homing_finds_every_zero_in_the_configured_order() {
+    let mut sim = homed();
+    assert_eq!(status(&mut sim), "<Idle|MPos:0.000,0.000,0.000");
+    let homing: Vec<_> = sim
+        .outcome()
+        .events
+        .iter()
+        .filter_map(|(_, event)| match event {
+            Event::Homing { axis, phase } => Some(format!("{axis} {phase:?}")),
+            Event::Homed { axis } => Some(format!("{axis} homed")),
+            _ => None,
+        })
+        .collect();
+    let axis = |axis| ["Seek", "BackOff", "Latch", "PullOff", "homed"].map(|phase| format!("{axis} {phase}"));
+    assert_eq!(homing, [axis("Z"), axis("X"), axis("Y")].concat());
+    // Zero is the pull-off, 2 mm, from where the latch found the switch closed: at most the debounce time (5 ms, and
+    // 1 ms of bounce) at 1 mm/s beyond the place where it closes.
+    for place in sim.places_steps() {
+        assert!((99..=100).contains(&place), "{place} steps from the switch");
+    }
+}
+
+#[test]
+fn homing_is_repeatable_to_the_step() {
+    let mut sim = homed();
+    let first = sim.places_steps();
+    for line in ["G0 X120 Y33 Z7", "$H", "G0 X3 Y350 Z100", "$H"] {
+        assert_eq!(say(&mut sim, line), ["ok"]);
+    }
+    assert_eq!(sim.places_steps(), first);
+}
+
+#[test]
+fn homing_from_a_pressed_switch_backs_off_first() {
+    let mut sim = powered_up(&Config { start_mm: [0.0, 40.0, -1.0], ..Config::default() });
+    sim.send(b"?");
+    sim.run_for(Duration::from_millis(1)).unwrap();
+    assert!(sim.replies()[0].contains("|Pn:XZ"), "both are pressed at power-up");
+    assert_eq!(say(&mut sim, "$H"), ["ok"]);
+    let phases = sim
+        .outcome()
+        .events
+        .iter()
+        .filter(|(_, event)| matches!(event, Event::Homing { phase: HomingPhase::Seek, .. }))
+        .count();
+    assert_eq!(phases, 1, "only Y had to seek");
+}
+
+#[test]
+fn a_switch_that_never_closes_is_named() {
+    let switches = [SwitchFault::None, SwitchFault::None, SwitchFault::StuckOpen];
+    let mut sim = powered_up(&Config { switches, ..Config::default() });
+    let heard = say(&mut sim, "$H");
+    assert_eq!(heard[..1], ["error:9"], "{heard:?}");
+    assert!(heard.contains(&"ALARM:9".to_owned()), "{heard:?}");
+    assert!(heard.iter().any(|line| line.contains("Z limit switch never closed")), "{heard:?}");
+    assert!(status(&mut sim).starts_with("<Alarm|"));
+    assert_eq!(sim.counted_steps()[..2], [0, 0], "Z is first, so X and Y never moved");
+    assert_eq!(sim.counted_steps()[2], -(100.0 * 50.0 * 1.5) as i32, "one and a half times the travel");
+    assert_eq!(say(&mut sim, "G0 X1"), ["error:9"]);
+    assert_eq!(say(&mut sim, "$X"), ["[MSG:Caution: Unlocked]", "ok"]);
+    assert_eq!(say(&mut sim, "G0 X1"), ["ok"]);
+}
+
+#[test]
+fn a_switch_that_never_opens_is_named() {
+    let switches = [SwitchFault::StuckClosed, SwitchFault::None, SwitchFault::None];
+    let mut sim = powered_up(&Config { switches, ..Config::default() });
+    let heard = say(&mut sim, "$H");
+    assert!(heard.contains(&"ALARM:8".to_owned()), "{heard:?}");
+    assert!(heard.iter().any(|line| line.contains("X limit switch still closed")), "{heard:?}");
+    assert_eq!(sim.counted_steps(), [100, 0, 0], "Z is homed; X went one pull-off away and no further");
+}
+
+#[test]
+fn a_target_outside_the_travel_moves_nothing() {
+    let mut sim = homed();
+    assert_eq!(say(&mut sim, "G0 X10 Y10"), ["ok"]);
+    let heard = say(&mut sim, "G0 X350.02 Y20");
+    let words = "[MSG:X350.020 is outside the travel, 0.000 to 350.000 mm: correct the program, then $X]";
+    assert!(heard.contains(&"ALARM:2".to_owned()) && heard.contains(&words.to_owned()), "{heard:?}");
+    assert_eq!(status(&mut sim), "<Alarm|MPos:10.000,10.000,0.000");
+    say(&mut sim, "$X");
+    // Nothing was lost: the position is trusted, the travel is still known, relative moves go on from here.
+    assert_eq!(say(&mut sim, "G91 G0 X340"), ["ok"]);
+    assert_eq!(status(&mut sim), "<Idle|MPos:350.000,10.000,0.000");
+    assert!(say(&mut sim, "G0 X-350.02").contains(&"ALARM:2".to_owned()));
+}
+
+#[test]
+fn nonsense_moves_nothing_and_changes_nothing() {
+    let mut sim = homed();
+    assert_eq!(say(&mut sim, "G0 X10"), ["ok"]);
+    let modal = say(&mut sim, "$G");
+    let long = "X".repeat(10_000);
+    let nonsense = [
+        ("G0 Q5", "error:20"),
+        ("G2 X5 I1", "error:20"),
+        ("5X", "error:1"),
+        ("G0 X", "error:2"),
+        ("G0 X1e99", "error:2"),
+        ("G0 X99999999999", "error:2"),
+        ("G0 X20000", "error:33"),
+        ("G1 X5", "error:22"),
+        ("G0 G1 X5", "error:21"),
+        ("G0 X1 X2", "error:25"),
+        ("$999=1", "error:3"),
+        ("$nonsense", "error:3"),
+        (long.as_str(), "error:11"),
+        ("\u{1}\u{2}\u{7f}", "error:1"),
+    ];
+    for (line, error) in nonsense {
+        let heard = say(&mut sim, line);
+        assert_eq!(heard.last().map(String::as_str), Some(error), "{line:?}: {heard:?}");
+        assert_eq!(heard.iter().filter(|line| line.starts_with("error") || *line == "ok").count(), 1, "{line:?}");
+    }
+    assert_eq!(say(&mut sim, "$G"), modal);
+    assert_eq!(status(&mut sim), "<Idle|MPos:10.000,0.000,0.000");
+    assert_eq!(sim.counted_steps(), [500, 0, 0]);
+}
+
+#[test]
+fn a_rate_the_pulses_cannot_carry_is_refused_with_the_one_that_works() {
+    let mut sim = powered_up(&Config::default());
+    // TimerPort in ticks of 1 us: 3 high, 3 low: 166,666 steps/s, at 50 steps/mm 199,999 mm/min.
+    let heard = say(&mut sim, "$110=200000");
+    assert_eq!(heard.last().unwrap(), "error:12");
+    assert!(heard[0].contains("$110=200000") && heard[0].contains("199999"), "{heard:?}");
+    assert_eq!(say(&mut sim, "$110=199999"), ["ok"]);
+    assert_eq!(say(&mut sim, "$120=0").last().unwrap(), "error:2");
+    assert!(say(&mut sim, "$$").contains(&"$120=50.000".to_owned()));
+}
+
+#[test]
+fn a_reset_at_rest_keeps_everything_but_the_modal_state() {
+    let mut sim = homed();
+    assert_eq!(say(&mut sim, "G91 G0 X10"), ["ok"]);
+    sim.send(b"G0 X1\x18");
+    sim.run_until_idle().unwrap();
+    assert_eq!(sim.replies(), ["Grbl 1.1h ['$' for help]"], "an unfinished line is forgotten");
+    assert_eq!(status(&mut sim), "<Idle|MPos:10.000,0.000,0.000");
+    assert_eq!(say(&mut sim, "G0 X11"), ["ok"]);
+    assert_eq!(status(&mut sim), "<Idle|MPos:11.000,0.000,0.000");
+}
+
+/// The reset comes at 200 instants spread over a diagonal move; the spread is a fixed stride, so there is no seed.
+#[test]
+fn a_reset_in_motion_leaves_the_exact_count_of_the_edges_that_left() {
+    for i in 0..200_u64 {
+        let mut sim = powered_up(&Config::default());
+        assert_eq!(begin(&mut sim, "G0 X20 Y-7.3 Z3", Duration::from_micros(1_000 + i * 6_199)), ["ok"]);
+        sim.send(b"\x18");
+        sim.run_until_idle().unwrap();
+        let heard = sim.replies();
+        assert!(heard.contains(&"ALARM:3".to_owned()), "instant {i}: {heard:?}");
+        assert!(status(&mut sim).starts_with("<Alarm|"), "instant {i}");
+        let outcome = sim.outcome();
+        assert_eq!(outcome.position_steps, outcome.counted_steps, "instant {i}");
+        assert!(outcome.violations.is_empty(), "instant {i}: {:?}", outcome.violations);
+        assert_eq!(outcome.moves.last().unwrap().finish, Finish::Stopped, "instant {i}");
+        // What was queued is forgotten, and the program goes on from where the machine stands.
+        let stopped_at = outcome.position_steps;
+        say(&mut sim, "$X");
+        say(&mut sim, "G91 G0 X1");
+        let wanted = [stopped_at[0] + 50, stopped_at[1], stopped_at[2]];
+        assert_eq!(sim.counted_steps(), wanted, "instant {i}");
+    }
+}
+
+#[test]
+fn a_reset_while_homing_is_its_own_alarm() {
+    let mut sim = powered_up(&Config::default());
+    begin(&mut sim, "$H", Duration::from_secs(1));
+    assert!(status(&mut sim).starts_with("<Home|"));
+    sim.send(b"\x18");
+    sim.run_until_idle().unwrap();
+    assert!(sim.replies().contains(&"ALARM:6".to_owned()));
+    assert!(!sim.machine().status().homed.contains(&true));
+    assert_eq!(say(&mut sim, "$H"), ["ok"]);
+    assert_eq!(status(&mut sim), "<Idle|MPos:0.000,0.000,0.000");
+}
+
+#[test]
+fn a_limit_switch_stops_a_move_at_once() {
+    let mut sim = powered_up(&Config { start_mm: [5.0, 40.0, 15.0], ..Config::default() });
+    let heard = say(&mut sim, "G1 X-8 F600");
+    assert!(heard.contains(&"ALARM:1".to_owned()), "{heard:?}");
+    assert!(heard.iter().any(|line| line.contains("X limit switch closed while moving")), "{heard:?}");
+    assert_eq!(sim.places_steps()[0], 0, "it stands where the switch closes: not one step further");
+    assert_eq!(sim.counted_steps(), [-250, 0, 0]);
+}
+
+#[test]
+fn the_emergency_stop_stops_locks_and_must_be_released() {
+    let mut sim = homed();
+    begin(&mut sim, "G0 X100 Y100", Duration::from_secs(1));
+    sim.set_emergency_stop(true);
+    sim.run_until_idle().unwrap();
+    assert!(sim.replies().contains(&"ALARM:10".to_owned()));
+    let outcome = sim.outcome();
+    assert_eq!(outcome.position_steps, outcome.counted_steps);
+    assert_eq!(say(&mut sim, "$X"), ["error:9"]);
+    assert_eq!(say(&mut sim, "$H"), ["error:9"]);
+    sim.set_emergency_stop(false);
+    sim.run_until_idle().unwrap();
+    assert_eq!(say(&mut sim, "$X"), ["[MSG:Caution: Unlocked]", "ok"]);
+    assert_eq!(say(&mut sim, "$H"), ["ok"]);
+}
+
+#[test]
+fn lines_queue_up_and_run_in_order() {
+    let mut sim = homed();
+    sim.send(b"G0X10\nG0Y10\nG0X0\nG4P0.5\n");
+    sim.run_for(Duration::from_millis(100)).unwrap();
+    assert_eq!(sim.replies(), ["ok"; 3], "accepted at once; the dwell answers when it is over");
+    assert!(matches!(sim.machine().state(), State::Run));
+    sim.run_until_idle().unwrap();
+    assert_eq!(sim.replies(), ["ok"]);
+    assert_eq!(sim.counted_steps(), [0, 500, 0]);
+    assert_eq!(say(&mut sim, "M2"), ["[MSG:Pgm End]", "ok"]);
+}
+
+#[test]
+fn more_lines_than_the_queue_holds_wait_their_turn() {
+    let mut sim = homed();
+    for i in 0..40 {
+        sim.send(format!("G0X{}\n", i % 2).as_bytes());
+    }
+    sim.run_for(Duration::from_millis(10)).unwrap();
+    let accepted = sim.replies().len();
+    assert!(accepted < 20, "{accepted} of 40 accepted");
+    sim.run_until_idle().unwrap();
+    assert_eq!(sim.replies().len() + accepted, 40);
+    assert_eq!(sim.outcome().moves.iter().filter(|record| !record.homing).count(), 39, "the first is no move");
+}
+
+#[test]
+fn a_reset_forgets_the_lines_that_wait() {
+    let mut sim = homed();
+    for i in 0..40 {
+        sim.send(format!("G0X{}\n", 5 + i % 2).as_bytes());
+    }
+    sim.run_for(Duration::from_millis(300)).unwrap();
+    sim.send(b"\x18");
+    sim.run_until_idle().unwrap();
+    let moves = sim.outcome().moves.iter().filter(|record| !record.homing).count();
+    assert_eq!(moves, 1, "only the one under way had begun");
+    assert_eq!(sim.machine().status().queue_free, isostep_motion::QUEUE_MOVES);
+}
+
+#[test]
+fn the_status_tells_speed_and_switches_while_moving() {
+    let mut sim = homed();
+    // 50 mm/s2 to 30 mm/s (1,800 mm/min) takes 0.6 s.
+    begin(&mut sim, "G1 X100 F1800", Duration::from_secs(1));
+    sim.send(b"?");
+    sim.run_for(Duration::from_millis(1)).unwrap();
+    let report = sim.replies().pop().unwrap();
+    assert!(report.starts_with("<Run|MPos:2") && report.contains("|FS:1800,0"), "{report}");
+}
+
+#[test]
+fn a_direction_can_be_inverted() {
+    let mut sim = powered_up(&Config::default());
+    assert_eq!(say(&mut sim, "$3=1"), ["ok"]);
+    let before = sim.places_steps();
+    assert_eq!(say(&mut sim, "G0 X1 Y1"), ["ok"]);
+    let after = sim.places_steps();
+    assert_eq!([after[0] - before[0], after[1] - before[1]], [-50, 50]);
+    assert_eq!(status(&mut sim), "<Idle|MPos:1.000,1.000,0.000");
+}
+
+#[test]
+fn motors_rest_when_the_idle_delay_says_so() {
+    let mut sim = powered_up(&Config::default());
+    assert_eq!(say(&mut sim, "$1=100"), ["ok"]);
+    assert_eq!(say(&mut sim, "G0 X1"), ["ok"]);
+    let enable = |sim: &Sim| {
+        let outcome = sim.outcome();
+        let waves = outcome.waves.iter().filter(|wave| wave.wire == isostep_sim::world::Wire::Enable);
+        waves.map(|wave| (wave.t_ns, wave.high)).collect::<Vec<_>>()
+    };
+    let [.., (on_ns, false), (off_ns, true)] = enable(&sim)[..] else { panic!("{:?}", enable(&sim)) };
+    let moved_ns = sim.outcome().moves.last().map(|record| record.end_ns - on_ns).unwrap();
+    assert_eq!(off_ns - on_ns, moved_ns + 100_000_000);
+    assert!(sim.outcome().violations.is_empty());
+}
