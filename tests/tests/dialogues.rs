@@ -153,7 +153,7 @@ fn nonsense_moves_nothing_and_changes_nothing() {
         ("G2 X5 I1", "error:20"),
         ("5X", "error:1"),
         ("G0 X", "error:2"),
-        ("G0 X1e99", "error:2"),
+        ("G0 X1e99", "error:20"),
         ("G0 X99999999999", "error:2"),
         ("G0 X20000", "error:33"),
         ("G1 X5", "error:22"),
