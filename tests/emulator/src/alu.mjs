@@ -1,10 +1,9 @@
 /** The architecture's AddWithCarry: the sum, and all four flags. A subtraction is `a + ~b + 1`. */
 export function addWithCarry(core, a, b, carry) {
-  const sum = a + b + carry;
-  const result = sum | 0;
+  const result = (a + b + carry) | 0;
   core.N = result < 0;
   core.Z = result === 0;
-  core.C = sum > 0xffffffff;
+  core.C = ((a & b) | ((a | b) & ~result)) < 0;
   core.V = (~(a ^ b) & (a ^ result)) < 0;
   return result;
 }
@@ -29,17 +28,17 @@ export function alu(core, r, op) {
       r[d] = addWithCarry(core, a, b, core.C ? 1 : 0);
       return;
     case 6: // SBCS
-      r[d] = addWithCarry(core, a, ~b >>> 0, core.C ? 1 : 0);
+      r[d] = addWithCarry(core, a, ~b, core.C ? 1 : 0);
       return;
     case 7: // RORS
       return shift(core, r, d, b & 0xff, (by) => (a >>> (by & 31)) | (a << (32 - (by & 31))), (by) => bit(a, (by - 1) & 31));
     case 8: // TST
       return flags(core, a & b);
     case 9: // RSBS
-      r[d] = addWithCarry(core, ~b >>> 0, 0, 1);
+      r[d] = addWithCarry(core, ~b, 0, 1);
       return;
     case 10: // CMP
-      addWithCarry(core, a, ~b >>> 0, 1);
+      addWithCarry(core, a, ~b, 1);
       return;
     case 11: // CMN
       addWithCarry(core, a, b, 0);

@@ -9,68 +9,71 @@ const APB_PAGE = 0x4;
 /**
  * What the core reads and writes: flash and RAM through typed arrays, everything else through rp2040js. An
  * unaligned access is a fault, as on a Cortex-M0+.
+ *
+ * Registers, words and addresses are signed 32-bit numbers here: V8 keeps those unboxed from function to function.
  */
 export class Bus {
   constructor(chip) {
     this.chip = chip;
+    this.registers = new Int32Array(chip.core.registers.buffer);
     this.flash8 = chip.flash;
     this.flash16 = new Uint16Array(chip.flash.buffer);
-    this.flash32 = new Uint32Array(chip.flash.buffer);
+    this.flash32 = new Int32Array(chip.flash.buffer);
     this.ram8 = chip.sram;
     this.ram16 = new Uint16Array(chip.sram.buffer);
-    this.ram32 = new Uint32Array(chip.sram.buffer);
+    this.ram32 = new Int32Array(chip.sram.buffer);
     this.ramSize = chip.sram.length;
   }
 
   /** The instruction at an address. */
   fetch(address) {
     if (address >>> 24 === FLASH_PAGE) return this.flash16[(address & FLASH_MASK) >>> 1];
-    const offset = address - RAM_START;
+    const offset = (address - RAM_START) | 0;
     if (offset >= 0 && offset < this.ramSize) return this.ram16[offset >>> 1];
-    throw new FetchFault(`there is no program at 0x${address.toString(16)} (the bootrom is not emulated)`);
+    throw new FetchFault(`there is no program at 0x${(address >>> 0).toString(16)} (the bootrom is not emulated)`);
   }
 
   read32(address) {
-    const offset = address - RAM_START;
+    const offset = (address - RAM_START) | 0;
     if ((address & 3) !== 0) throw unaligned('read', address);
     if (offset >= 0 && offset < this.ramSize) return this.ram32[offset >>> 2];
     if (address >>> 24 === FLASH_PAGE) return this.flash32[(address & FLASH_MASK) >>> 2];
-    return this.chip.readUint32(address);
+    return this.chip.readUint32(address >>> 0) | 0;
   }
 
   read16(address) {
-    const offset = address - RAM_START;
+    const offset = (address - RAM_START) | 0;
     if ((address & 1) !== 0) throw unaligned('read', address);
     if (offset >= 0 && offset < this.ramSize) return this.ram16[offset >>> 1];
     if (address >>> 24 === FLASH_PAGE) return this.flash16[(address & FLASH_MASK) >>> 1];
-    return this.chip.readUint16(address);
+    return this.chip.readUint16(address >>> 0);
   }
 
   read8(address) {
-    const offset = address - RAM_START;
+    const offset = (address - RAM_START) | 0;
     if (offset >= 0 && offset < this.ramSize) return this.ram8[offset];
     if (address >>> 24 === FLASH_PAGE) return this.flash8[address & FLASH_MASK];
-    return this.chip.readUint8(address);
+    return this.chip.readUint8(address >>> 0);
   }
 
   write32(address, value) {
-    const offset = address - RAM_START;
+    const offset = (address - RAM_START) | 0;
     if ((address & 3) !== 0) throw unaligned('write', address);
     if (offset >= 0 && offset < this.ramSize) this.ram32[offset >>> 2] = value;
-    else this.chip.writeUint32(address, value >>> 0);
+    else this.chip.writeUint32(address >>> 0, value >>> 0);
   }
 
   write16(address, value) {
-    const offset = address - RAM_START;
+    const offset = (address - RAM_START) | 0;
     if ((address & 1) !== 0) throw unaligned('write', address);
     if (offset >= 0 && offset < this.ramSize) this.ram16[offset >>> 1] = value;
-    else this.chip.writeUint16(address, value & 0xffff);
+    else this.chip.writeUint16(address >>> 0, value & 0xffff);
   }
 
   write8(address, value) {
-    const offset = address - RAM_START;
+    const offset = (address - RAM_START) | 0;
     if (offset >= 0 && offset < this.ramSize) this.ram8[offset] = value;
-    else this.chip.writeUint8(address, value & 0xff);
+    else this.chip.writeUint8(address >>> 0, value & 0xff);
   }
 }
 
@@ -87,5 +90,5 @@ export function writeCycles(address) {
 }
 
 function unaligned(verb, address) {
-  return new Fault(`an unaligned ${verb} of address 0x${address.toString(16)}`);
+  return new Fault(`an unaligned ${verb} of address 0x${(address >>> 0).toString(16)}`);
 }

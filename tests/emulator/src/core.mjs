@@ -27,7 +27,7 @@ export function run(core, bus, clock, limit) {
 }
 
 function runOn(core, bus, clock, limit) {
-  const r = core.registers;
+  const r = bus.registers;
   while (core.cycles < clock.next && core.cycles < limit && !core.waiting) {
     if (core.interruptsUpdated && core.checkForInterrupts()) core.cycles += EXCEPTION_ENTRY_CYCLES;
     const pc = r[PC];
@@ -52,7 +52,7 @@ function execute(core, bus, r, op) {
     case 3: {
       // ADDS and SUBS of a register or a 3-bit number
       const operand = op & 0x400 ? (op >> 6) & 7 : r[(op >> 6) & 7];
-      r[low] = op & 0x200 ? addWithCarry(core, r[middle], ~operand >>> 0, 1) : addWithCarry(core, r[middle], operand, 0);
+      r[low] = op & 0x200 ? addWithCarry(core, r[middle], ~operand, 1) : addWithCarry(core, r[middle], operand, 0);
       return;
     }
     case 4: // MOVS
@@ -61,59 +61,59 @@ function execute(core, bus, r, op) {
       core.Z = (op & 0xff) === 0;
       return;
     case 5: // CMP
-      addWithCarry(core, r[high], ~(op & 0xff) >>> 0, 1);
+      addWithCarry(core, r[high], ~(op & 0xff), 1);
       return;
     case 6: // ADDS
       r[high] = addWithCarry(core, r[high], op & 0xff, 0);
       return;
     case 7: // SUBS
-      r[high] = addWithCarry(core, r[high], ~(op & 0xff) >>> 0, 1);
+      r[high] = addWithCarry(core, r[high], ~(op & 0xff), 1);
       return;
     case 8:
       return op < 0x4400 ? alu(core, r, op) : highRegisters(core, r, op);
     case 9: // LDR, literal
-      r[high] = load(core, bus, (((r[PC] + 2) & ~3) >>> 0) + ((op & 0xff) << 2));
+      r[high] = load(core, bus, ((r[PC] + 2) & ~3) + ((op & 0xff) << 2));
       return;
     case 10:
     case 11:
       return loadStoreRegister(core, bus, r, op);
     case 12: // STR
-      return store(core, bus, (r[middle] + ((op >> 4) & 0x7c)) >>> 0, r[low]);
+      return store(core, bus, (r[middle] + ((op >> 4) & 0x7c)) | 0, r[low]);
     case 13: // LDR
-      r[low] = load(core, bus, (r[middle] + ((op >> 4) & 0x7c)) >>> 0);
+      r[low] = load(core, bus, (r[middle] + ((op >> 4) & 0x7c)) | 0);
       return;
     case 14: {
       // STRB
-      const address = (r[middle] + ((op >> 6) & 0x1f)) >>> 0;
+      const address = (r[middle] + ((op >> 6) & 0x1f)) | 0;
       core.cycles += writeCycles(address);
       bus.write8(address, r[low]);
       return;
     }
     case 15: {
       // LDRB
-      const address = (r[middle] + ((op >> 6) & 0x1f)) >>> 0;
+      const address = (r[middle] + ((op >> 6) & 0x1f)) | 0;
       core.cycles += readCycles(address);
       r[low] = bus.read8(address);
       return;
     }
     case 16: {
       // STRH
-      const address = (r[middle] + ((op >> 5) & 0x3e)) >>> 0;
+      const address = (r[middle] + ((op >> 5) & 0x3e)) | 0;
       core.cycles += writeCycles(address);
       bus.write16(address, r[low]);
       return;
     }
     case 17: {
       // LDRH
-      const address = (r[middle] + ((op >> 5) & 0x3e)) >>> 0;
+      const address = (r[middle] + ((op >> 5) & 0x3e)) | 0;
       core.cycles += readCycles(address);
       r[low] = bus.read16(address);
       return;
     }
     case 18: // STR, SP
-      return store(core, bus, (r[SP] + ((op & 0xff) << 2)) >>> 0, r[high]);
+      return store(core, bus, (r[SP] + ((op & 0xff) << 2)) | 0, r[high]);
     case 19: // LDR, SP
-      r[high] = load(core, bus, (r[SP] + ((op & 0xff) << 2)) >>> 0);
+      r[high] = load(core, bus, (r[SP] + ((op & 0xff) << 2)) | 0);
       return;
     case 20: // ADR
       r[high] = ((r[PC] + 2) & ~3) + ((op & 0xff) << 2);

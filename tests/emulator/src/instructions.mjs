@@ -15,7 +15,7 @@ export function highRegisters(core, r, op) {
     case 0:
       return writeRegister(core, r, target, (target === PC ? r[PC] + 2 : r[target]) + value);
     case 1:
-      addWithCarry(core, r[target], ~value >>> 0, 1);
+      addWithCarry(core, r[target], ~value, 1);
       return;
     case 2:
       return writeRegister(core, r, target, value);
@@ -43,7 +43,7 @@ function jump(core, address) {
 
 /** Loads and stores with a register as the offset, 0x5000 to 0x5fff. */
 export function loadStoreRegister(core, bus, r, op) {
-  const address = (r[(op >> 6) & 7] + r[(op >> 3) & 7]) >>> 0;
+  const address = (r[(op >> 6) & 7] + r[(op >> 3) & 7]) | 0;
   const target = op & 7;
   const kind = (op >> 9) & 7;
   core.cycles += kind < 3 ? writeCycles(address) : readCycles(address);
