@@ -11,7 +11,7 @@ const [SP, PC] = [13, 15];
  * Runs rp2040js's core until `limit`, the clock's next alarm, or sleep, whichever comes first.
  *
  * The state (registers, flags, exceptions) stays rp2040js's; this replaces its `executeInstruction`, a chain of some
- * eighty comparisons, by one switch on the instruction's first five bits. It is about ten times as fast, charges
+ * eighty comparisons, by one switch on the instruction's first five bits. It is about three times as fast, charges
  * exception entry and return, and sets the flags of ADCS, SBCS and shifts as the architecture says.
  *
  * @returns {Fault | null} what stopped it, if an instruction could not be carried out
