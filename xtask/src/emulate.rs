@@ -16,7 +16,8 @@ The firmware is the one that `build` makes, unmodified; its STEP edges move carr
 Examples:
   cargo xtask emulate programs/parking.nc --trace b.csv
   cargo xtask emulate programs/square.nc --console uart --start 10,20,5
-  cargo xtask emulate programs/parking.nc --switch X=stuck-open    homing fails with its alarm")]
+  cargo xtask emulate programs/parking.nc --switch X=stuck-open    homing fails with its alarm
+  cargo xtask emulate programs/square.nc -- --stream counting --poll-hz 4")]
 pub struct Args {
     /// The G-code program
     #[arg(value_name = "FILE.nc")]
@@ -24,6 +25,9 @@ pub struct Args {
     /// Write every STEP edge as CSV: t_ns,axis,direction,position_steps
     #[arg(long, value_name = "OUT.csv")]
     trace: Option<PathBuf>,
+    /// Write STEP, DIR, ENABLE and LED as a Value Change Dump
+    #[arg(long, value_name = "OUT.vcd")]
+    vcd: Option<PathBuf>,
     /// Write the figures of the run as JSON
     #[arg(long, value_name = "OUT.json")]
     json: Option<PathBuf>,
@@ -39,6 +43,9 @@ pub struct Args {
     /// A faulty limit switch, for example X=stuck-open
     #[arg(long, value_name = "AXIS=FAULT")]
     switch: Vec<String>,
+    /// More options of the emulator (`node tests/emulator/run.mjs --help` lists them)
+    #[arg(last = true, value_name = "OPTIONS")]
+    more: Vec<String>,
 }
 
 pub fn run(args: Args) -> Result<()> {
@@ -57,12 +64,15 @@ fn command(args: &Args) -> Command {
     let mut command = Command::new("node");
     command.arg(workspace::emulator_dir().join("run.mjs")).arg("--elf").arg(workspace::firmware_elf());
     command.arg("--program").arg(&args.program);
-    for (flag, path) in [("--trace", &args.trace), ("--json", &args.json), ("--transcript", &args.transcript)] {
+    let files =
+        [("--trace", &args.trace), ("--vcd", &args.vcd), ("--json", &args.json), ("--transcript", &args.transcript)];
+    for (flag, path) in files {
         command.args(path.iter().flat_map(|path| [flag.as_ref(), path.as_os_str()]));
     }
     for (flag, value) in [("--start", &args.start), ("--console", &args.console)] {
         command.args(value.iter().flat_map(|value| [flag, value]));
     }
     command.args(args.switch.iter().flat_map(|switch| ["--switch", switch]));
+    command.args(&args.more);
     command
 }

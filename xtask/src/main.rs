@@ -9,6 +9,7 @@ mod lint;
 mod node;
 mod process;
 mod setup;
+mod sim;
 mod size;
 mod stopwatch;
 mod test;
@@ -16,7 +17,8 @@ mod toolchain;
 mod uf2;
 mod workspace;
 
-use anyhow::Result;
+use std::process::ExitCode;
+
 use clap::{Parser, Subcommand};
 
 /// Build, flash, run and test Isostep.
@@ -29,11 +31,12 @@ struct Cli {
 
 const EXAMPLES: &str = "\
 Examples:
-  cargo xtask build                                    firmware as ELF and UF2, and its sizes
-  cargo xtask flash                                    put it on a Pico
-  cargo xtask emulate programs/parking.nc --trace b.csv   run a program on the emulated board
-  cargo xtask test --fast                              host tests only
-  cargo xtask test                                     everything, the emulated board included
+  cargo xtask sim programs/parking.nc --report report    run a program in virtual time, with pictures
+  cargo xtask build                                      firmware as ELF and UF2, and its sizes
+  cargo xtask flash                                      put it on a Pico
+  cargo xtask emulate programs/parking.nc --trace b.csv  run a program on the emulated board
+  cargo xtask test --fast                                host tests only
+  cargo xtask test                                       everything, the emulated board included
 
 Every verb prepares what it needs by itself; `cargo xtask setup` does only that.";
 
@@ -43,19 +46,29 @@ enum Verb {
     Build(build::Args),
     Flash(flash::Args),
     Size(size::Args),
+    Sim(sim::Args),
     Emulate(emulate::Args),
     Test(test::Args),
     Lint(lint::Args),
 }
 
-fn main() -> Result<()> {
-    match Cli::parse().verb {
+fn main() -> ExitCode {
+    let outcome = match Cli::parse().verb {
         Verb::Setup(args) => setup::run(args),
         Verb::Build(args) => build::run(args),
         Verb::Flash(args) => flash::run(args),
         Verb::Size(args) => size::run(args),
+        Verb::Sim(args) => sim::run(args),
         Verb::Emulate(args) => emulate::run(args),
         Verb::Test(args) => test::run(args),
         Verb::Lint(args) => lint::run(args),
+    };
+    // Not `fn main() -> Result`: that prints a backtrace where RUST_BACKTRACE is set, which no user of a tool wants.
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::FAILURE
+        }
     }
 }

@@ -8,9 +8,10 @@ use anyhow::{Context, Result, bail};
 use crate::process::{self, announce};
 use crate::workspace;
 
-const NODE_MAJOR_MIN: u32 = 18;
+/// As in tests/emulator/package.json.
+const NODE_MAJOR_MIN: u32 = 20;
 const REMEDY: &str =
-    "the emulated board needs Node.js 18 or later with npm: https://nodejs.org, or `apt-get install nodejs npm`";
+    "the emulated board needs Node.js 20 or later with npm: https://nodejs.org, or `apt-get install nodejs npm`";
 
 /// Checks Node's version and installs the emulator's packages, unless those of its lock file are there already.
 pub fn prepare() -> Result<()> {

@@ -15,7 +15,7 @@ The compiler is the first of these that works, and setup says which:
   3. a rustc on PATH with its library's sources, from which core is built
   4. on Debian as root: apt-get install rustc-web rust-web-src cargo-web, then as 3
 
-For the emulated board: Node.js 18 or later, and `npm ci` in tests/emulator.
+For the emulated board: Node.js 20 or later, and `npm ci` in tests/emulator.
 The other verbs do all this themselves; setup is for doing it ahead, for example before going offline.")]
 pub struct Args {}
 

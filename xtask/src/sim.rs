@@ -1,0 +1,199 @@
+//! `cargo xtask sim`: a G-code program on the controller in virtual time, every edge checked.
+
+use std::fs::{self, File};
+use std::io::{BufWriter, ErrorKind, Write};
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, anyhow, bail, ensure};
+use isostep_sim::{Config, Figures, MoveFigures, Outcome, SwitchFault};
+
+use crate::workspace;
+
+/// Run a program on the controller in virtual time
+#[derive(clap::Args)]
+#[command(after_help = "\
+The tasks are those of the firmware; motors, carriages and switches are simulated, and every STEP edge is checked
+against the closed form of its move and the driver's datasheet. Equal runs write equal files, to the byte.
+
+Examples:
+  cargo xtask sim                                          the parking gantry: programs/parking.nc
+  cargo xtask sim programs/diagonal.nc --report report     pictures: open report/index.html
+  cargo xtask sim programs/parking.nc --trace a.csv --vcd a.vcd --json a.json
+  cargo xtask sim programs/square.nc --law thirds          accelerate, cruise and decelerate for a third of the time each
+  cargo xtask sim programs/parking.nc --switch X=stuck-open    homing fails with its alarm")]
+pub struct Args {
+    /// The G-code program [default: programs/parking.nc]
+    #[arg(value_name = "FILE.nc")]
+    program: Option<PathBuf>,
+    /// Write every STEP edge as CSV: t_ns,axis,direction,position_steps
+    #[arg(long, value_name = "OUT.csv")]
+    trace: Option<PathBuf>,
+    /// Write every wire's waveform as a Value Change Dump
+    #[arg(long, value_name = "OUT.vcd")]
+    vcd: Option<PathBuf>,
+    /// Write a page of pictures and tables into this folder
+    #[arg(long, value_name = "DIR")]
+    report: Option<PathBuf>,
+    /// Write the figures of the run as JSON
+    #[arg(long, value_name = "OUT.json")]
+    json: Option<PathBuf>,
+    /// Seed of everything random: the bounces of the limit switches
+    #[arg(long, value_name = "N", default_value_t = Config::default().seed)]
+    seed: u64,
+    /// Where the carriages stand at power-up, in mm from their switches [default: 35,40,15]
+    #[arg(long, value_name = "X,Y,Z", value_parser = places, allow_hyphen_values = true)]
+    start: Option<[f64; 3]>,
+    /// A faulty limit switch: X, Y or Z = stuck-open or stuck-closed
+    #[arg(long, value_name = "AXIS=FAULT", value_parser = switch)]
+    switch: Vec<(usize, SwitchFault)>,
+    /// How a move's time is split into its intervals
+    #[arg(long, value_parser = ["fastest", "thirds"], default_value = "fastest")]
+    law: String,
+}
+
+/// Runs the verb.
+pub fn run(args: Args) -> Result<()> {
+    let path = args.program.clone().unwrap_or_else(|| workspace::root().join("programs").join("parking.nc"));
+    let program = read(&path)?;
+    let name = workspace::shown(&path);
+    let config = config(&args);
+    println!("{name} in virtual time\nSEED={}  again: {}", config.seed, config.replay(&name));
+    let outcome = isostep_sim::run(&program, &config).with_context(|| name.clone())?;
+    let figures = Figures::new(&name, &outcome);
+    print(&figures);
+    write_files(&args, &outcome, &figures)?;
+    judge(&figures, &outcome)
+}
+
+fn read(path: &Path) -> Result<Vec<u8>> {
+    let shown = path.display();
+    ensure!(!path.is_dir(), "{shown} is a folder: name a G-code program in it");
+    fs::read(path).map_err(|error| match error.kind() {
+        ErrorKind::NotFound => anyhow!("{shown} does not exist: name a G-code program, such as programs/parking.nc"),
+        _ => anyhow!("{shown} cannot be read: {error}"),
+    })
+}
+
+fn config(args: &Args) -> Config {
+    let mut config = Config { seed: args.seed, ..Config::default() };
+    config.start_mm = args.start.unwrap_or(config.start_mm);
+    for &(axis, fault) in &args.switch {
+        config.switches[axis] = fault;
+    }
+    config.settings.interval_thirds = args.law == "thirds";
+    config
+}
+
+fn places(text: &str) -> Result<[f64; 3], String> {
+    let places: Option<Vec<f64>> = text.split(',').map(|place| place.trim().parse().ok()).collect();
+    places.and_then(|places| places.try_into().ok()).ok_or_else(|| "three numbers of mm, such as 35,40,15".to_owned())
+}
+
+fn switch(text: &str) -> Result<(usize, SwitchFault), String> {
+    let (axis, fault) = text.split_once('=').ok_or("an axis and its fault, such as X=stuck-open")?;
+    let index = ["X", "Y", "Z"].iter().position(|name| name.eq_ignore_ascii_case(axis));
+    let index = index.ok_or_else(|| format!("`{axis}` is no axis: use X, Y or Z"))?;
+    fault.parse().map(|fault| (index, fault)).map_err(|error: isostep_sim::plant::UnknownFault| error.to_string())
+}
+
+fn print(figures: &Figures) {
+    if figures.homing_ns > 0 {
+        println!("\nhoming: {:.3} s", seconds(figures.homing_ns));
+    }
+    if !figures.moves.is_empty() {
+        print_moves(&figures.moves);
+    }
+    println!("\nchecks");
+    for verdict in &figures.verdicts {
+        let mark = if verdict.kept { "ok    " } else { "BROKEN" };
+        println!("  {mark} {:<36} {}", verdict.promise, verdict.detail);
+    }
+    let [x, y, z] = figures.position_mm;
+    let [nx, ny, nz] = figures.position_steps;
+    println!("\nfinal position: X {x:.2} Y {y:.2} Z {z:.2} mm ({nx}, {ny}, {nz} steps)");
+    println!("{} steps in {:.3} s of machine time", figures.steps_total, seconds(figures.duration_ns));
+}
+
+/// Intervals are those of every moving axis: one profile drives them all. How far apart they are when measured from
+/// each axis's own edges is the column `apart`.
+fn print_moves(moves: &[MoveFigures]) {
+    println!("\nmoves                                               every axis, s");
+    println!(
+        "   # {:>22} {:>21} {:>10} {:>8} {:>10} {:>9} {:>9}",
+        "to X Y Z, mm", "steps", "accelerate", "cruise", "decelerate", "apart", "error"
+    );
+    for one in moves {
+        let [x, y, z] = one.to_mm;
+        let steps = one.steps.map(|n| n.to_string()).join(" ");
+        let apart = one.apart_s.map_or("-".to_owned(), |apart_s| format!("{:.1} us", apart_s * 1e6));
+        let error_ns = one.error_max_ns.iter().flatten().copied().fold(0.0, f64::max);
+        println!(
+            "{:>4} {:>22} {steps:>21} {:>10.6} {:>8.6} {:>10.6} {apart:>9} {:>9}",
+            one.number,
+            format!("{x:.2} {y:.2} {z:.2}"),
+            one.planned.accel_s,
+            one.planned.cruise_s,
+            one.planned.decel_s,
+            format!("{error_ns:.0} ns"),
+        );
+    }
+    println!(
+        "  apart: the most that two axes' intervals differ, measured from each axis's own edges (-: fewer than two to measure)"
+    );
+    println!("  error: the most that a step is off its closed-form instant");
+}
+
+fn seconds(ns: u64) -> f64 {
+    ns as f64 * 1e-9
+}
+
+fn write_files(args: &Args, outcome: &Outcome, figures: &Figures) -> Result<()> {
+    if let Some(path) = &args.trace {
+        write_file(path, |out| isostep_sim::trace::write(&outcome.edges, out))?;
+    }
+    if let Some(path) = &args.vcd {
+        write_file(path, |out| isostep_sim::vcd::write(&outcome.waves, outcome.limits_high_at_start, out))?;
+    }
+    if let Some(path) = &args.json {
+        write_file(path, |out| Ok(serde_json::to_writer_pretty(out, figures)?))?;
+    }
+    if let Some(folder) = &args.report {
+        let page = folder.join("index.html");
+        fs::create_dir_all(folder).with_context(|| format!("{} cannot be made", folder.display()))?;
+        let html = isostep_sim::report::page(outcome, figures);
+        write_file(&page, |out| out.write_all(html.as_bytes()))?;
+    }
+    Ok(())
+}
+
+fn write_file(path: &Path, write: impl FnOnce(&mut BufWriter<File>) -> std::io::Result<()>) -> Result<()> {
+    let cannot = || format!("{} cannot be written", path.display());
+    let mut out = BufWriter::new(File::create(path).with_context(cannot)?);
+    write(&mut out).with_context(cannot)?;
+    out.flush().with_context(cannot)?;
+    println!("wrote {}", path.display());
+    Ok(())
+}
+
+/// Success only for a run that kept every promise.
+fn judge(figures: &Figures, outcome: &Outcome) -> Result<()> {
+    if let isostep_sim::State::Alarm(alarm) = outcome.state {
+        let code = figures.alarm.map_or(String::new(), |code| format!("ALARM:{code}: "));
+        bail!("{}: {code}{alarm}", figures.program);
+    }
+    if let Some(refusal) = figures.refusals.first() {
+        let words = isostep_sim::ConsoleError::from_code(refusal.code)
+            .map_or(String::new(), |error| format!(" {}", error.explain()));
+        let said = outcome.last_message().map_or(String::new(), |message| format!(" ({message})"));
+        bail!(
+            "{}:{}: `{}` was refused: error:{}{words}{said}",
+            figures.program,
+            refusal.line,
+            refusal.text,
+            refusal.code
+        );
+    }
+    let broken = figures.broken().count();
+    ensure!(broken == 0, "{broken} of {} checks failed", figures.verdicts.len());
+    Ok(())
+}
