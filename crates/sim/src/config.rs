@@ -2,7 +2,7 @@
 
 use embassy_time::Duration;
 use isostep_console::Settings;
-use isostep_motion::{AXES, DriverTiming};
+use isostep_motion::{AXES, Axis, DriverTiming};
 
 use crate::motor::PullOutCurve;
 use crate::plant::SwitchFault;
@@ -98,6 +98,25 @@ impl Config {
         Ok(())
     }
 
+    /// The command that runs `program` like this again, for what the command line can say.
+    pub fn replay(&self, program: &str) -> String {
+        let default = Self::default();
+        let mut line = format!("cargo xtask sim {program} --seed {}", self.seed);
+        if self.start_mm != default.start_mm {
+            let [x, y, z] = self.start_mm;
+            line += &format!(" --start {x},{y},{z}");
+        }
+        for (axis, fault) in Axis::ALL.into_iter().zip(self.switches) {
+            if fault != SwitchFault::None {
+                line += &format!(" --switch {axis}={fault}");
+            }
+        }
+        if self.settings.interval_thirds != default.settings.interval_thirds {
+            line += " --law thirds";
+        }
+        line
+    }
+
     fn steps(&self, axis: usize, mm: f64) -> i32 {
         (mm * f64::from(self.settings.steps_per_mm[axis])).round() as i32
     }
@@ -105,7 +124,7 @@ impl Config {
 
 /// A carriage cannot start beyond its end stops.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-#[error("{}: start place {asked_mm} mm is beyond the end stops at {min_mm} and {max_mm} mm from its switch", isostep_motion::Axis::ALL[*.axis])]
+#[error("{}: start place {asked_mm} mm is beyond the end stops at {min_mm} and {max_mm} mm from its switch", Axis::ALL[*.axis])]
 pub struct StartOutside {
     /// Index of the axis.
     pub axis: usize,
@@ -115,4 +134,27 @@ pub struct StartOutside {
     pub min_mm: f64,
     /// The upper end stop.
     pub max_mm: f64,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_replay_line_names_what_differs() {
+        let mut config = Config { seed: 7, ..Config::default() };
+        assert_eq!(config.replay("a.nc"), "cargo xtask sim a.nc --seed 7");
+        config.start_mm = [1.5, 2.0, 3.0];
+        config.switches[1] = SwitchFault::StuckOpen;
+        config.settings.interval_thirds = true;
+        let line = "cargo xtask sim a.nc --seed 7 --start 1.5,2,3 --switch Y=stuck-open --law thirds";
+        assert_eq!(config.replay("a.nc"), line);
+    }
+
+    #[test]
+    fn a_start_beyond_an_end_stop_is_refused_with_the_range() {
+        let config = Config { start_mm: [0.0, 500.0, 0.0], ..Config::default() };
+        let message = "Y: start place 500 mm is beyond the end stops at -3 and 405 mm from its switch";
+        assert_eq!(config.check().unwrap_err().to_string(), message);
+    }
 }

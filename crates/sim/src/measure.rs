@@ -11,16 +11,21 @@
 //! 2. What lies between, less a tenth at each side for what crept into the ramps, is fitted by t = t_0 + x/v.
 //! 3. t_accel = v/a, t_decel = v/d, and t_cruise is what they leave of T.
 //!
-//! With too few steps between the ramps for a line, v follows from the distance: n = v T - v²/2 (1/a + 1/d).
-//! A cruise below a thousandth of T cannot then be told from none, and is taken for none.
+//! With few steps between the ramps, v follows better from the distance: n = v T - v²/2 (1/a + 1/d), whose root is
+//! t_cruise = sqrt(T² - 2 n (1/a + 1/d)). Of the two ways the one that resolves more is taken.
+//!
+//! How much that is follows from the tick: it shifts a line over a span s by a share of about tick/s. So a measurement
+//! comes with its resolution, and two that differ by less are equal.
 
+use crate::verify::TICK_NS;
+
+/// What an instant may be off.
+const TICK_S: f64 = TICK_NS * 1e-9;
 /// The next edge still belongs to a ramp while it is this close to the line: several times what a tick of 1 us can
 /// shift a line through few points.
 const TOLERANCE_S: f64 = 4e-6;
 /// Fewer edges than this do not make a line worth trusting.
 const EDGES_MIN: usize = 4;
-/// The square of the share of T below which a cruise is taken for none.
-const CRUISE_SHARE_SQUARED: f64 = 1e-6;
 
 /// How long an axis accelerates, cruises and decelerates, s.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
@@ -41,35 +46,68 @@ impl Intervals {
     }
 }
 
+/// Intervals and how finely they are known.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Measured {
+    /// What was found.
+    #[serde(flatten)]
+    pub intervals: Intervals,
+    /// What each may be off, s.
+    pub resolution_s: f64,
+}
+
+impl Measured {
+    /// Whether both may be the same intervals.
+    pub fn agrees(&self, other: &Self) -> bool {
+        self.intervals.apart_s(&other.intervals) <= self.resolution_s + other.resolution_s
+    }
+}
+
 /// Measures an axis that moves from rest to rest; `times_s` are all its edges. `None` when a ramp has too few of them.
-pub fn intervals(times_s: &[f64]) -> Option<Intervals> {
+pub fn intervals(times_s: &[f64]) -> Option<Measured> {
     let n = times_s.len();
     let forward = Ramp::fit(times_s.iter().copied())?;
     let backward = Ramp::fit(times_s.iter().rev().map(|t| -t))?;
     let duration_s = -backward.line.offset - forward.line.offset;
-    let between = forward.edges..(n - backward.edges.min(n)).max(forward.edges);
-    let speed = cruise_speed(times_s, between)
-        .unwrap_or_else(|| speed_over(n as f64, duration_s, forward.accel, backward.accel));
-    let (accel_s, decel_s) = (speed / forward.accel, speed / backward.accel);
-    Some(Intervals { accel_s, cruise_s: duration_s - accel_s - decel_s, decel_s })
+    let between = forward.edges..(n - backward.edges).max(forward.edges);
+    let by_distance = speed_by_distance(n as f64, duration_s, &forward, &backward);
+    let by_line = speed_by_line(times_s, between, duration_s);
+    let speed = by_line.filter(|line| line.resolution_s < by_distance.resolution_s).unwrap_or(by_distance);
+    let (accel_s, decel_s) = (speed.value / forward.accel, speed.value / backward.accel);
+    let intervals = Intervals { accel_s, cruise_s: duration_s - accel_s - decel_s, decel_s };
+    // The fits of two ramps and of the duration add their ticks.
+    Some(Measured { intervals, resolution_s: speed.resolution_s + 6.0 * TICK_S })
 }
 
-fn cruise_speed(times_s: &[f64], between: std::ops::Range<usize>) -> Option<f64> {
+/// A cruise speed, and what it leaves open of an interval.
+struct Speed {
+    value: f64,
+    resolution_s: f64,
+}
+
+/// A ramp is at most the whole duration, and off by as large a share as the speed.
+fn speed_by_line(times_s: &[f64], between: std::ops::Range<usize>, duration_s: f64) -> Option<Speed> {
     let margin = between.len().div_ceil(10);
+    let inner = between.start + margin..between.end.saturating_sub(margin);
+    if inner.len() < EDGES_MIN {
+        return None;
+    }
     let mut sums = Sums::default();
-    for index in between.start + margin..between.end.saturating_sub(margin) {
+    for index in inner.clone() {
         sums.add(index as f64 + 0.5, times_s[index]);
     }
-    (sums.count >= EDGES_MIN).then(|| 1.0 / sums.line().slope)
+    let span_s = times_s[inner.end - 1] - times_s[inner.start];
+    Some(Speed { value: 1.0 / sums.line().slope, resolution_s: duration_s * TICK_S / span_s })
 }
 
-/// The smaller root of n = v T - v²/2 (1/a + 1/d); the larger one would cruise backwards.
-fn speed_over(n: f64, duration_s: f64, accel: f64, decel: f64) -> f64 {
-    let per_speed_s = 1.0 / accel + 1.0 / decel;
-    // The square of t_cruise.
-    let squared = duration_s * duration_s - 2.0 * n * per_speed_s;
-    let cruise_s = if squared < CRUISE_SHARE_SQUARED * duration_s * duration_s { 0.0 } else { squared.sqrt() };
-    (duration_s - cruise_s) / per_speed_s
+/// The root resolves little near zero: the square of the cruise is known to a few ticks' share of the ramps.
+fn speed_by_distance(n: f64, duration_s: f64, forward: &Ramp, backward: &Ramp) -> Speed {
+    let per_speed_s = 1.0 / forward.accel + 1.0 / backward.accel;
+    let squared = duration_s.powi(2) - 2.0 * n * per_speed_s;
+    let off = duration_s.powi(2) * 8.0 * TICK_S / forward.span_s().min(backward.span_s());
+    let cruise_s = if squared < off { 0.0 } else { squared.sqrt() };
+    let resolution_s = if cruise_s == 0.0 { off.sqrt() } else { off / (2.0 * cruise_s) };
+    Speed { value: (duration_s - cruise_s) / per_speed_s, resolution_s }
 }
 
 /// A ramp from rest.
@@ -80,6 +118,11 @@ struct Ramp {
 }
 
 impl Ramp {
+    /// The time it covers.
+    fn span_s(&self) -> f64 {
+        self.line.slope * (self.edges as f64).sqrt()
+    }
+
     fn fit(times_s: impl Iterator<Item = f64> + Clone) -> Option<Self> {
         let points = times_s.enumerate().map(|(index, t_s)| ((index as f64 + 0.5).sqrt(), t_s));
         let mut sums = Sums::default();
@@ -155,7 +198,8 @@ mod tests {
         (1..=plan.steps[axis].unsigned_abs()).map(|k| (plan.step_time_s(axis, k) * 1e6).round() * 1e-6).collect()
     }
 
-    fn apart_us(steps: [i32; 2], accel: f64, decel: f64, law: IntervalLaw) -> [f64; 2] {
+    /// Of each axis that can be measured: how far it is from the plan, and how far it may be; us.
+    fn apart_us(steps: [i32; 2], accel: f64, decel: f64, law: IntervalLaw) -> Vec<(f64, f64)> {
         let limits = Limits {
             start_speed_steps_s: 0.0,
             top_speed_steps_s: 2_400.0,
@@ -166,25 +210,35 @@ mod tests {
         let profile = plan.profile;
         let planned =
             Intervals { accel_s: profile.t_accel_s(), cruise_s: profile.t_cruise_s(), decel_s: profile.t_decel_s() };
-        [0, 1].map(|axis| intervals(&ticked(&plan, axis)).unwrap().apart_s(&planned) * 1e6)
+        let measured = [0, 1].into_iter().filter_map(|axis| intervals(&ticked(&plan, axis)));
+        measured.map(|found| (found.intervals.apart_s(&planned) * 1e6, found.resolution_s * 1e6)).collect()
     }
 
     #[test]
     fn trapezoids_are_measured_to_microseconds() {
-        for steps in [[20_000, 3_000], [8_000, -7_777], [4_000, 150]] {
+        for steps in [[20_000, 3_000], [8_000, -7_777], [6_000, 250]] {
             for (accel, decel) in [(2_500.0, 2_500.0), (2_500.0, 5_000.0)] {
-                let apart = apart_us(steps, accel, decel, IntervalLaw::Fastest);
-                assert!(apart.iter().all(|us| *us < 20.0), "{steps:?}: {apart:?} us");
+                let found = apart_us(steps, accel, decel, IntervalLaw::Fastest);
+                assert_eq!(found.len(), 2);
+                for (apart, resolution) in found {
+                    assert!(apart <= resolution && resolution < 20.0, "{steps:?}: {apart} of {resolution} us");
+                }
             }
         }
     }
 
     #[test]
-    fn thirds_and_triangles_are_measured() {
-        let apart = apart_us([10_000, 333], 2_500.0, 2_500.0, IntervalLaw::Thirds);
-        assert!(apart.iter().all(|us| *us < 20.0), "{apart:?} us");
-        let apart = apart_us([1_000, 400], 2_500.0, 4_000.0, IntervalLaw::Fastest);
-        assert!(apart.iter().all(|us| *us < 20.0), "{apart:?} us");
+    fn what_is_measured_is_right_within_its_resolution() {
+        // Triangles, a cruise of a few steps, and few steps at all.
+        for long in [14, 150, 1_000, 2_304, 2_310, 2_330, 2_400, 2_500, 3_000] {
+            for short in [12, 100, long / 2, long] {
+                for law in [IntervalLaw::Fastest, IntervalLaw::Thirds] {
+                    for (apart, resolution) in apart_us([long, short.min(long)], 2_500.0, 2_500.0, law) {
+                        assert!(apart <= resolution, "{long}, {short}, {law:?}: {apart} of {resolution} us");
+                    }
+                }
+            }
+        }
     }
 
     #[test]

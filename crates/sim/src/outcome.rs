@@ -40,6 +40,8 @@ pub struct Outcome {
     pub edges: Vec<Edge>,
     /// Every change of every wire, in order.
     pub waves: Vec<Wave>,
+    /// The levels of the limit inputs at power-up.
+    pub limits_high_at_start: [bool; AXES],
     /// Every move that ended, in order.
     pub moves: Vec<MoveRecord>,
     /// Every event, with its instant in ns since power-up.
@@ -91,6 +93,7 @@ impl Outcome {
             refusals: dialogue.refusals,
             alarm_code: dialogue.alarm,
             cut_short: dialogue.cut_short,
+            limits_high_at_start: world.limits_high_at_start(),
             violations: record.violations,
             losses: record.losses,
             position_steps,
@@ -110,6 +113,12 @@ impl Outcome {
     /// How many lines of the program were sent.
     pub fn lines_sent(&self) -> usize {
         self.transcript.iter().filter(|line| line.speaker == Speaker::Sender).count()
+    }
+
+    /// The words that the controller said last in a `[MSG:...]`.
+    pub fn last_message(&self) -> Option<&str> {
+        let said = self.transcript.iter().filter(|line| line.speaker == Speaker::Controller);
+        said.rev().find_map(|line| line.text.strip_prefix("[MSG:")?.strip_suffix(']'))
     }
 
     /// A place in steps as mm.

@@ -4,6 +4,8 @@
 //! controller knows only through the switch.
 
 use std::collections::VecDeque;
+use std::fmt;
+use std::str::FromStr;
 
 use oorandom::Rand32;
 
@@ -19,6 +21,30 @@ pub enum SwitchFault {
     /// It never opens: a short to ground, or a chip jammed in it.
     StuckClosed,
 }
+
+impl fmt::Display for SwitchFault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::None => "none",
+            Self::StuckOpen => "stuck-open",
+            Self::StuckClosed => "stuck-closed",
+        })
+    }
+}
+
+impl FromStr for SwitchFault {
+    type Err = UnknownFault;
+
+    fn from_str(name: &str) -> Result<Self, UnknownFault> {
+        let known = [Self::None, Self::StuckOpen, Self::StuckClosed];
+        known.into_iter().find(|fault| fault.to_string() == name).ok_or_else(|| UnknownFault(name.to_owned()))
+    }
+}
+
+/// No switch fails like that.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("`{0}` is no fault of a switch: use stuck-open, stuck-closed or none")]
+pub struct UnknownFault(String);
 
 /// A carriage that knows where it is.
 #[derive(Debug)]

@@ -2,14 +2,12 @@
 
 use isostep_motion::{AXES, Axis, Finish, State};
 
-use crate::measure::{self, Intervals};
+use crate::measure::{self, Intervals, Measured};
 use crate::outcome::{MoveRecord, Outcome};
 use crate::world::Edge;
 
 /// The driver's tick: an instant is rounded to the nearest, so it may be off by half.
 pub const TICK_NS: f64 = 1e9 / embassy_time::TICK_HZ as f64;
-/// Measured intervals that differ by less are equal: what edges on whole ticks leave open of a fit.
-const MEASURED_EQUAL_S: f64 = 20e-6;
 
 /// What was found out about one move.
 #[derive(Clone, Debug)]
@@ -28,7 +26,7 @@ pub struct MoveCheck {
     /// As planned: one profile, so the same for every axis.
     pub planned: Intervals,
     /// Per axis, measured from its own edges ([`measure`]); `None` for an axis at rest or with too few edges.
-    pub measured: [Option<Intervals>; AXES],
+    pub measured: [Option<Measured>; AXES],
     /// What half a tick may add to `path_deviation`.
     path_slack: f64,
 }
@@ -48,7 +46,13 @@ impl MoveCheck {
     pub fn apart_s(&self) -> Option<f64> {
         let measured: Vec<_> = self.measured.iter().flatten().collect();
         let (first, rest) = measured.split_first()?;
-        rest.iter().map(|other| first.apart_s(other)).reduce(f64::max)
+        rest.iter().map(|other| first.intervals.apart_s(&other.intervals)).reduce(f64::max)
+    }
+
+    /// Whether the measured intervals of all axes are equal, as finely as their edges resolve them.
+    pub fn is_equal(&self) -> bool {
+        let measured: Vec<_> = self.measured.iter().flatten().collect();
+        measured.iter().enumerate().all(|(index, one)| measured[index + 1..].iter().all(|other| one.agrees(other)))
     }
 }
 
@@ -172,17 +176,26 @@ fn instants(checks: &[MoveCheck]) -> Verdict {
 
 fn straight(checks: &[MoveCheck]) -> Verdict {
     let deviations: Vec<_> = checks.iter().filter_map(|check| check.path_deviation).collect();
-    let worst = deviations.iter().copied().fold(0.0, f64::max);
-    let detail =
-        format!("at most {worst:.4} of the bound |x/nx - y/ny| = (1/nx + 1/ny)/2, in {} moves", deviations.len());
+    let detail = match deviations.iter().copied().reduce(f64::max) {
+        Some(worst) => {
+            let moves = deviations.len();
+            format!("|x/nx - y/ny| at most {worst:.4} of half a step of both axes, in {moves} moves")
+        }
+        None => "no move of several axes".to_owned(),
+    };
     Verdict { promise: "paths straight within half a step", kept: checks.iter().all(MoveCheck::is_straight), detail }
 }
 
 fn equal(checks: &[MoveCheck]) -> Verdict {
     let apart: Vec<_> = checks.iter().filter_map(MoveCheck::apart_s).collect();
-    let worst_s = apart.iter().copied().fold(0.0, f64::max);
-    let detail = format!("measured within {:.1} us between axes, in {} moves", worst_s * 1e6, apart.len());
-    Verdict { promise: "equal intervals on every axis", kept: worst_s <= MEASURED_EQUAL_S, detail }
+    let detail = match apart.iter().copied().reduce(f64::max) {
+        Some(worst_s) => {
+            let moves = apart.len();
+            format!("at most {:.1} us apart, measured from each axis's edges, in {moves} moves", worst_s * 1e6)
+        }
+        None => "no move of several axes with enough edges to measure".to_owned(),
+    };
+    Verdict { promise: "equal intervals on every axis", kept: checks.iter().all(MoveCheck::is_equal), detail }
 }
 
 fn timing(outcome: &Outcome) -> Verdict {

@@ -148,6 +148,7 @@ pub struct World {
     axes: [AxisWorld; AXES],
     /// Limit switches in the axes' order, then the emergency stop.
     inputs: [Input; AXES + 1],
+    limits_high_at_start: [bool; AXES],
     random: Rand32,
     bouncer: Option<Waker>,
     record: Record,
@@ -166,7 +167,8 @@ impl World {
             input.high = !axis.switch.is_closed();
         }
         let random = Rand32::new(config.seed);
-        Self { clock, axes, inputs, random, bouncer: None, record: Record::default() }
+        let limits_high_at_start = std::array::from_fn(|axis| inputs[axis].high);
+        Self { clock, axes, inputs, limits_high_at_start, random, bouncer: None, record: Record::default() }
     }
 
     /// Drives an output of the controller.
@@ -189,6 +191,11 @@ impl World {
     /// Whether an input of the controller is high.
     pub fn is_high(&self, wire: Wire) -> bool {
         self.inputs[input_index(wire)].high
+    }
+
+    /// The levels of the limit inputs at power-up.
+    pub fn limits_high_at_start(&self) -> [bool; AXES] {
+        self.limits_high_at_start
     }
 
     /// How often an input has risen and fallen.

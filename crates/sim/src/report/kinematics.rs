@@ -1,0 +1,162 @@
+//! Speed and acceleration of each axis over time: planned as lines, measured from the edges as dots.
+
+use plotters::prelude::*;
+
+use super::theme::{self, AXIS, Area, Drawn, GRID, INK, INTERVAL};
+use crate::outcome::{MoveRecord, Outcome};
+use crate::verify;
+
+/// Dots per axis of one move.
+const DOTS: usize = 48;
+
+/// The picture of one move: speed above, acceleration below, the three intervals shaded behind both.
+pub fn of_move(outcome: &Outcome, record: &MoveRecord) -> String {
+    let axes = moving(outcome, record);
+    theme::svg((860, 560), "Speed and acceleration of each axis over time", |area| {
+        let (upper, lower) = area.split_vertically(296);
+        panel(&upper, record, &axes, &Quantity::SPEED)?;
+        panel(&lower, record, &axes, &Quantity::ACCELERATION)
+    })
+}
+
+/// What a panel shows of an axis.
+struct Quantity {
+    name: &'static str,
+    planned: fn(&MovingAxis, f64) -> f64,
+    measured: fn(&MovingAxis) -> &[(f64, f64)],
+    /// The time axis is named below the lower panel only, the intervals above the upper one.
+    upper: bool,
+}
+
+impl Quantity {
+    const SPEED: Self = Self {
+        name: "speed, mm/s",
+        planned: |axis, t_s| axis.mm_per_master_step * axis.plan.speed_at(t_s),
+        measured: |axis| &axis.speeds,
+        upper: true,
+    };
+    const ACCELERATION: Self = Self {
+        name: "acceleration, mm/s²",
+        planned: |axis, t_s| axis.mm_per_master_step * axis.plan.accel_at(t_s),
+        measured: |axis| &axis.accelerations,
+        upper: false,
+    };
+}
+
+/// An axis that takes part in a move.
+struct MovingAxis {
+    index: usize,
+    plan: isostep_profile::Trapezoid,
+    /// What this axis covers while the master makes one step; signed.
+    mm_per_master_step: f64,
+    /// Instants, s, and speeds, mm/s.
+    speeds: Vec<(f64, f64)>,
+    /// Instants, s, and accelerations, mm/s².
+    accelerations: Vec<(f64, f64)>,
+}
+
+fn moving(outcome: &Outcome, record: &MoveRecord) -> Vec<MovingAxis> {
+    let times_s = verify::axis_times_s(record, &outcome.edges[record.edges.clone()]);
+    let plan = record.plan.profile;
+    let axes = (0..3).filter(|&axis| record.plan.steps[axis] != 0);
+    axes.map(|index| {
+        let steps_per_mm = outcome.steps_per_mm[index];
+        let sign = f64::from(record.plan.steps[index].signum());
+        let speeds = slopes(&spread(&times_s[index], sign / steps_per_mm));
+        MovingAxis {
+            index,
+            plan,
+            mm_per_master_step: f64::from(record.plan.steps[index]) / plan.distance_steps() / steps_per_mm,
+            accelerations: slopes(&speeds),
+            speeds,
+        }
+    })
+    .collect()
+}
+
+/// Places of an axis, mm, at instants a fixed number of edges apart.
+fn spread(times_s: &[f64], mm_per_step: f64) -> Vec<(f64, f64)> {
+    let stride = times_s.len().div_ceil(DOTS).max(1);
+    times_s.iter().enumerate().step_by(stride).map(|(index, &t_s)| (t_s, index as f64 * mm_per_step)).collect()
+}
+
+/// Mean slopes between neighbours, at the middle of each two.
+fn slopes(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    let pairs = points.windows(2).filter(|pair| pair[1].0 > pair[0].0);
+    pairs.map(|pair| ((pair[0].0 + pair[1].0) / 2.0, (pair[1].1 - pair[0].1) / (pair[1].0 - pair[0].0))).collect()
+}
+
+fn panel(area: &Area, record: &MoveRecord, axes: &[MovingAxis], quantity: &Quantity) -> Drawn {
+    let duration_s = record.plan.profile.duration_s();
+    let (low, high) = extent(axes, duration_s, quantity);
+    let mut chart = ChartBuilder::on(area)
+        .margin(8)
+        .margin_right(16)
+        .x_label_area_size(if quantity.upper { 24 } else { 46 })
+        .y_label_area_size(68)
+        .build_cartesian_2d(0.0..duration_s, low..high)?;
+    chart.draw_series(intervals(record, low, high))?;
+    let mut mesh = chart.configure_mesh();
+    mesh.light_line_style(TRANSPARENT).bold_line_style(GRID).axis_style(INK);
+    mesh.label_style(theme::font(14)).axis_desc_style(theme::font(15)).y_desc(quantity.name);
+    let decimals = decimals_of(high - low);
+    let label = move |value: &f64| format!("{value:.decimals$}");
+    mesh.y_label_formatter(&label).y_labels(7);
+    let seconds = decimals_of(duration_s);
+    let x_label = move |value: &f64| format!("{value:.seconds$}");
+    mesh.x_label_formatter(&x_label);
+    if !quantity.upper {
+        mesh.x_desc("time from the start of the move, s");
+    }
+    mesh.draw()?;
+    for axis in axes {
+        let colour = AXIS[axis.index];
+        let line = planned(axis, duration_s, quantity.planned);
+        chart.draw_series(LineSeries::new(line, colour.stroke_width(2)))?;
+        let dots = (quantity.measured)(axis).iter().filter(|dot| (low..=high).contains(&dot.1));
+        chart.draw_series(dots.map(|&dot| Circle::new(dot, 3, colour.filled())))?;
+    }
+    if quantity.upper {
+        let names = ["accelerate", "cruise", "decelerate"].into_iter().zip(spans(record));
+        let wide = names.filter(|(_, (from_s, to_s))| to_s - from_s > duration_s * 0.12);
+        let names = wide.map(|(name, (from_s, to_s))| {
+            Text::new(name, ((from_s + to_s) / 2.0, high - 0.05 * (high - low)), theme::centred(14))
+        });
+        chart.draw_series(names)?;
+    }
+    Ok(())
+}
+
+/// The planned line with its corners: both sides of the ends of each interval.
+fn planned(axis: &MovingAxis, duration_s: f64, value: fn(&MovingAxis, f64) -> f64) -> Vec<(f64, f64)> {
+    let (accel_s, decel_s) = (axis.plan.t_accel_s(), duration_s - axis.plan.t_decel_s());
+    let aside_s = duration_s * 1e-6;
+    let corners_s =
+        [0.0, accel_s - aside_s, accel_s + aside_s, decel_s - aside_s, decel_s + aside_s, duration_s - aside_s];
+    corners_s.into_iter().map(|t_s| (t_s, value(axis, t_s))).collect()
+}
+
+/// Begin and end of the three intervals, s.
+fn spans(record: &MoveRecord) -> [(f64, f64); 3] {
+    let profile = record.plan.profile;
+    let (accel_s, decel_s) = (profile.t_accel_s(), profile.duration_s() - profile.t_decel_s());
+    [(0.0, accel_s), (accel_s, decel_s), (decel_s, profile.duration_s())]
+}
+
+fn intervals(record: &MoveRecord, low: f64, high: f64) -> impl Iterator<Item = Rectangle<(f64, f64)>> {
+    let coloured = spans(record).into_iter().zip(INTERVAL);
+    coloured.map(move |((from_s, to_s), colour)| Rectangle::new([(from_s, low), (to_s, high)], colour.filled()))
+}
+
+/// Room for all values, and for the names above.
+fn extent(axes: &[MovingAxis], duration_s: f64, quantity: &Quantity) -> (f64, f64) {
+    let values = axes.iter().flat_map(|axis| planned(axis, duration_s, quantity.planned)).map(|(_, value)| value);
+    let (low, high) = theme::range(values.chain([0.0]));
+    let room = (high - low).max(1e-6) * 0.14;
+    (low - room, high + room)
+}
+
+/// Decimals that tell a tenth of `span` apart.
+fn decimals_of(span: f64) -> usize {
+    (1.0 - span.log10()).ceil().clamp(0.0, 6.0) as usize
+}

@@ -1,0 +1,10 @@
+//! A page of pictures and tables about a run: one HTML file, nothing loaded from elsewhere, the same bytes for the
+//! same run.
+
+mod errors;
+mod kinematics;
+mod page;
+mod path;
+mod theme;
+
+pub use page::page;

@@ -1,0 +1,186 @@
+//! The page around the pictures.
+
+use isostep_console::{SETTING_TABLE, report};
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+
+use super::theme::AXIS_NAMES;
+use super::{errors, kinematics, path};
+use crate::figures::{Figures, MoveFigures};
+use crate::measure::Intervals;
+use crate::outcome::{MoveRecord, Outcome};
+
+/// Moves shown as pictures; the table has them all.
+const PICTURES_MAX: usize = 8;
+
+/// The whole page.
+pub fn page(outcome: &Outcome, figures: &Figures) -> String {
+    let title = format!("{}: simulated", figures.program);
+    html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                title { (title) }
+                style { (PreEscaped(include_str!("style.css"))) }
+            }
+            body {
+                h1 { (figures.program) }
+                p { "Run on the controller in virtual time: " (summary(figures)) }
+                p { code { (figures.replay) } }
+                (verdicts(figures))
+                @if !figures.moves.is_empty() { (pictures(outcome)) (moves(figures)) }
+                (settings(outcome))
+            }
+        }
+    }
+    .into_string()
+}
+
+fn summary(figures: &Figures) -> String {
+    let seconds = |ns: u64| ns as f64 * 1e-9;
+    let [x, y, z] = figures.position_mm;
+    format!(
+        "{} steps in {:.3} s of machine time ({:.3} s of it homing), resting at X {x:.2}, Y {y:.2}, Z {z:.2} mm.",
+        figures.steps_total,
+        seconds(figures.duration_ns),
+        seconds(figures.homing_ns),
+    )
+}
+
+fn verdicts(figures: &Figures) -> Markup {
+    html! {
+        h2 { "Checks" }
+        div.scroll { table {
+            thead { tr { th { "" } th { "promise" } th { "found" } } }
+            tbody {
+                @for verdict in &figures.verdicts {
+                    tr {
+                        td class=(if verdict.kept { "kept" } else { "broken" }) { (if verdict.kept { "kept" } else { "broken" }) }
+                        td { (verdict.promise) }
+                        td { (verdict.detail) }
+                    }
+                }
+            }
+        } }
+        @if !figures.losses.is_empty() {
+            h3 { "Steps lost" }
+            ul { @for loss in figures.losses.iter().take(20) { li { (loss) } } }
+        }
+        @if !figures.violations.is_empty() {
+            h3 { "Driver timing not kept" }
+            ul { @for violation in figures.violations.iter().take(20) { li { (violation) } } }
+        }
+    }
+}
+
+fn pictures(outcome: &Outcome) -> Markup {
+    let program = || outcome.moves.iter().filter(|record| !record.homing).enumerate();
+    let axes = |record: &MoveRecord| record.plan.steps.iter().filter(|n| **n != 0).count();
+    let several = program().any(|(_, record)| axes(record) > 1);
+    let shown: Vec<_> = program().filter(|(_, record)| !several || axes(record) > 1).take(PICTURES_MAX).collect();
+    html! {
+        h2 { "Path" }
+        figure { (PreEscaped(path::picture(outcome))) figcaption {
+            "Where the edges say the carriage went, in the XY plane. Dots end moves; the dashed frame is the travel."
+        } }
+        h2 { "Speed and acceleration" }
+        p { "One profile drives every axis of a move, so all accelerate, cruise and decelerate over the same intervals, shaded." }
+        @for (index, record) in shown {
+            figure {
+                figcaption {
+                    "Move " (index + 1) ", " (steps_text(record.plan.steps)) " steps. "
+                    (key(&moving(record.plan.steps))) "Lines are planned, dots measured from the edges."
+                }
+                (PreEscaped(kinematics::of_move(outcome, record)))
+            }
+        }
+        h2 { "Step instants" }
+        figure { (PreEscaped(errors::picture(outcome))) figcaption {
+            (key(&[0, 1, 2])) "How far each step was from the closed form of its move; of many, the earliest and the latest. Dashed: one tick of the timer."
+        } }
+    }
+}
+
+/// Which colour is which axis.
+fn key(axes: &[usize]) -> Markup {
+    html! {
+        @for &axis in axes {
+            span.key style=(format!("background: var(--{})", AXIS_NAMES[axis].to_lowercase())) {} (AXIS_NAMES[axis]) " "
+        }
+    }
+}
+
+fn moving(steps: [i32; 3]) -> Vec<usize> {
+    (0..3).filter(|&axis| steps[axis] != 0).collect()
+}
+
+fn moves(figures: &Figures) -> Markup {
+    html! {
+        h2 { "Moves" }
+        p { "Planned intervals hold for every axis. Measured ones come from each axis's own edges alone, by fitting its ramps and its cruise; a dash stands for an axis at rest or with too few edges to fit." }
+        div.scroll { table {
+            thead { tr {
+                th { "#" } th { "from, mm" } th { "to, mm" } th { "steps" } th { "" }
+                th { "accelerate, s" } th { "cruise, s" } th { "decelerate, s" } th { "±, us" } th { "max. error, ns" }
+            } }
+            tbody { @for one in &figures.moves { (move_rows(one)) } }
+        } }
+    }
+}
+
+fn move_rows(one: &MoveFigures) -> Markup {
+    html! {
+        tr.first {
+            td { (one.number) } td { (place(one.from_mm)) } td { (place(one.to_mm)) } td { (steps_text(one.steps)) }
+            td { "planned" } (interval_cells(Some(one.planned))) td {} td {}
+        }
+        @for axis in moving(one.steps) {
+            tr {
+                td {} td {} td {} td {}
+                td { (AXIS_NAMES[axis]) " measured" } (interval_cells(one.measured[axis].map(|measured| measured.intervals)))
+                td { (one.measured[axis].map_or("-".to_owned(), |measured| format!("{:.0}", measured.resolution_s * 1e6))) }
+                td { (one.error_max_ns[axis].map_or("-".to_owned(), |ns| format!("{ns:.0}"))) }
+            }
+        }
+    }
+}
+
+fn interval_cells(intervals: Option<Intervals>) -> Markup {
+    let cells = intervals.map(|intervals| [intervals.accel_s, intervals.cruise_s, intervals.decel_s]);
+    html! {
+        @match cells {
+            Some(cells) => { @for s in cells { td { (format!("{:.6}", s.abs())) } } }
+            None => { td { "-" } td { "-" } td { "-" } }
+        }
+    }
+}
+
+fn settings(outcome: &Outcome) -> Markup {
+    html! {
+        h2 { "Settings at power-up" }
+        div.scroll { table {
+            thead { tr { th { "setting" } th { "value" } th { "unit" } th { "meaning" } } }
+            tbody { @for row in SETTING_TABLE {
+                @for line in setting_lines(row, outcome).lines() {
+                    @let (number, value) = line.split_once('=').unwrap_or((line, ""));
+                    tr { td { code { (number) } } td { (value) } td { (row.unit) } td { (row.meaning) } }
+                }
+            } }
+        } }
+    }
+}
+
+fn setting_lines(row: &isostep_console::Setting, outcome: &Outcome) -> String {
+    let mut lines = String::new();
+    report::setting(&mut lines, row, &outcome.config.settings).expect("a String takes any text");
+    lines
+}
+
+fn place(mm: [f64; 3]) -> String {
+    mm.map(|mm| format!("{mm:.2}")).join(", ")
+}
+
+fn steps_text(steps: [i32; 3]) -> String {
+    steps.map(|n| n.to_string()).join(", ")
+}

@@ -1,0 +1,84 @@
+//! Colours and common parts of the pictures.
+//!
+//! The pictures stand inline in the page and take their colours from its style sheet, so they follow the reader's
+//! light or dark mode: plotters draws in a few signal colours, which [`svg`] replaces by CSS variables.
+
+use plotters::coord::Shift;
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+
+/// Text and frames.
+pub const INK: RGBColor = RGBColor(1, 0, 1);
+/// Grid lines.
+pub const GRID: RGBColor = RGBColor(1, 0, 2);
+/// X, Y and Z.
+pub const AXIS: [RGBColor; 3] = [RGBColor(1, 0, 4), RGBColor(1, 0, 5), RGBColor(1, 0, 6)];
+/// Accelerating, cruising, decelerating.
+pub const INTERVAL: [RGBColor; 3] = [RGBColor(1, 0, 7), RGBColor(1, 0, 8), RGBColor(1, 0, 9)];
+/// Bounds.
+pub const BOUND: RGBColor = RGBColor(1, 0, 10);
+/// The rack.
+pub const RACK: RGBColor = RGBColor(1, 0, 11);
+
+const VARIABLES: [(RGBColor, &str); 10] = [
+    (INK, "--ink"),
+    (GRID, "--grid"),
+    (AXIS[0], "--x"),
+    (AXIS[1], "--y"),
+    (AXIS[2], "--z"),
+    (INTERVAL[0], "--accel"),
+    (INTERVAL[1], "--cruise"),
+    (INTERVAL[2], "--decel"),
+    (BOUND, "--bound"),
+    (RACK, "--rack"),
+];
+
+/// Names of the axes.
+pub const AXIS_NAMES: [&str; 3] = ["X", "Y", "Z"];
+
+/// A drawing into memory.
+pub type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+/// What drawing into memory gives: it cannot fail but for arithmetic of the library's own.
+pub type Drawn = Result<(), DrawingAreaErrorKind<std::io::Error>>;
+
+/// Draws a picture of `size` pixels and returns it as an SVG element for the page.
+///
+/// # Panics
+/// Never on memory: a failure would be a defect of the drawing code.
+pub fn svg(size: (u32, u32), title: &str, draw: impl FnOnce(&Area) -> Drawn) -> String {
+    let mut text = String::new();
+    {
+        let area = SVGBackend::with_string(&mut text, size).into_drawing_area();
+        draw(&area).and_then(|()| area.present()).expect("drawing into memory does not fail");
+    }
+    for (colour, variable) in VARIABLES {
+        let RGBColor(r, g, b) = colour;
+        text = text.replace(&format!("#{r:02X}{g:02X}{b:02X}"), &format!("var({variable})"));
+    }
+    // It scales with the page, and says what it shows to those who cannot see it.
+    let (width, height) = size;
+    text.replace(
+        &format!("<svg width=\"{width}\" height=\"{height}\""),
+        &format!("<svg role=\"img\" aria-label=\"{title}\""),
+    )
+}
+
+/// Text of `size` pixels.
+pub fn font<'a>(size: u32) -> TextStyle<'a> {
+    ("sans-serif", size).into_font().color(&INK)
+}
+
+/// Text centred on its place.
+pub fn centred<'a>(size: u32) -> TextStyle<'a> {
+    font(size).pos(Pos::new(HPos::Center, VPos::Center))
+}
+
+/// The widest range of `values`, or 0 to 1 when there are none.
+pub fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    values
+        .fold(None, |range: Option<(f64, f64)>, value| match range {
+            None => Some((value, value)),
+            Some((low, high)) => Some((low.min(value), high.max(value))),
+        })
+        .unwrap_or((0.0, 1.0))
+}
