@@ -8,7 +8,7 @@ use embassy_sync::mutex::Mutex;
 use embassy_time::Duration;
 use isostep_console::report::{self, messages};
 use isostep_console::{Block, Command, Error, Interpreter, Motion as Words, Rate, SETTING_TABLE, Settings};
-use isostep_motion::{Alarm, Axis, Busy, Machine, Motion, State};
+use isostep_motion::{Alarm, Axis, Busy, ConfigError, Machine, Motion, State};
 
 use crate::config::config;
 use crate::output::Output;
@@ -170,7 +170,7 @@ impl<'a> Controller<'a> {
             Err(refused) => refused,
             Ok(settings) => {
                 if let Err(refused) = self.machine.configure(config(&settings)) {
-                    out.send(|text| report::message(text, refused)).await;
+                    out.send(|text| report::message(text, words(&refused))).await;
                     return Err(Error::BadNumber);
                 }
                 self.with(|program| program.settings = settings);
@@ -204,5 +204,19 @@ impl<'a> Controller<'a> {
 
     fn with<R>(&self, f: impl FnOnce(&mut Program) -> R) -> R {
         self.program.lock(|program| f(&mut program.borrow_mut()))
+    }
+}
+
+/// A refusal in steps, told by the settings to look at: printing floats would cost the chip 15 KiB of flash.
+fn words(refused: &ConfigError) -> &'static str {
+    match refused {
+        ConfigError::Limits { .. } => {
+            "speed, acceleration or start speed do not work in steps: see $100-$122, $910-$922"
+        }
+        ConfigError::Rate { .. } => "the step rate is above what the step port carries: see $100-$102, $110-$112",
+        ConfigError::NotPositive { .. } => {
+            "a resolution, travel or homing value is not above 0: see $24-$27, $100-$132"
+        }
+        ConfigError::HomingOrder => "the homing order must name each axis once: see $901",
     }
 }

@@ -11,7 +11,7 @@
 //! stays within [`FIT_ERROR_MAX_TICKS`]. Each segment starts from the absolute profile: nothing accumulates from
 //! one to the next.
 
-use libm::{cbrt, floor};
+use libm::{cbrtf, floor};
 
 use crate::trapezoid::Trapezoid;
 
@@ -151,7 +151,8 @@ impl Segments {
     fn steps_held(&self, done: f64) -> u32 {
         let cubed = self.stride * self.stride * self.stride * self.tick_hz;
         let third = self.profile.third_derivative_at(self.displacement_after(done)) * cubed;
-        let span = 2.0 * cbrt(CUBIC_BOUND * FIT_ERROR_MAX_TICKS / third);
+        // Seven digits are plenty for a length.
+        let span = 2.0 * cbrtf((CUBIC_BOUND * FIT_ERROR_MAX_TICKS / third) as f32);
         // A float-to-integer cast saturates; third = 0 (a ramp that does not accelerate) holds any length.
         (span as u32).saturating_add(1).clamp(STEPS_EXACT, STEPS_MAX)
     }
