@@ -2,6 +2,7 @@
 //! the library's sources.
 
 use std::env;
+use std::ffi::OsString;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -78,6 +79,7 @@ impl Toolchain {
             Self::FromSource { bin_dir, linker } => from_source(verb, bin_dir, linker),
         };
         command.args(["--release", "--package", workspace::FIRMWARE, "--target", FIRMWARE_TARGET]);
+        command.env("CARGO_TARGET_THUMBV6M_NONE_EABI_RUSTFLAGS", short_paths());
         command
     }
 }
@@ -102,6 +104,20 @@ fn from_source(verb: &str, bin_dir: &Path, linker: &Path) -> Command {
         .args([verb, "-Zbuild-std=core", "--target-dir"])
         .arg(workspace::target_dir());
     command
+}
+
+/// Flags that cut the registry's place on this machine from the paths in panic messages: they would cost flash, and
+/// make the firmware's size depend on who builds it.
+fn short_paths() -> OsString {
+    let cargo_home = env::var_os("CARGO_HOME").map(PathBuf::from).or_else(|| Some(env::home_dir()?.join(".cargo")));
+    let registries = cargo_home.and_then(|home| home.join("registry/src").read_dir().ok());
+    let mut flags = OsString::new();
+    for registry in registries.into_iter().flatten().flatten() {
+        flags.push(" --remap-path-prefix=");
+        flags.push(registry.path().join(""));
+        flags.push("=");
+    }
+    flags
 }
 
 /// Left where rustup had no core library to give, so that it is not asked again before every build.
