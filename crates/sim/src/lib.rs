@@ -1,4 +1,35 @@
-//! The controller in virtual time on the host.
+//! The controller on the host, in virtual time, with a world around it that can be trusted to object.
+//!
+//! # Design
+//! ```text
+//!            sender --bytes-- link --- Controller::serve          the tasks of the firmware,
+//!                                          |                      unchanged, on `executor`
+//!                                  coordinator, axes, limits      and `time`
+//!                                          |
+//!                                        pins                     embedded-hal
+//!                                          |
+//!   world:  driver inputs -> motor -> carriage -> limit switch    what the edges do
+//!              |              |          |
+//!          violations     lost steps   end stops                  what they must not
+//! ```
+//! - [`executor`] and [`time`] make a run a function of its tasks: no wall clock, no threads, no hash order.
+//! - [`world`] judges every edge as it happens: the [`driver`]'s timing, the [`motor`]'s torque, the [`plant`]'s ends.
+//! - [`verify`] judges every move afterwards, against the closed form of its plan; [`measure`] finds the
+//!   intervals of each axis again from its edges alone.
+//! - [`trace`], [`vcd`], [`Figures`] and [`report`] write it all down, byte for byte the same for the same run.
+//!
+//! [`run`] runs a whole program; [`Sim`] is the same machine to be run in steps, for dialogues.
+//!
+//! ```
+//! use isostep_sim::{Config, Figures, run};
+//!
+//! let outcome = run(b"G21 G91\nG0 X10 Y4\nG0 Z0.02\n", &Config::default())?;
+//! assert_eq!(outcome.position_steps, [500, 200, 1]);
+//! assert_eq!(Figures::new("example", &outcome).broken().count(), 0);
+//! # Ok::<(), isostep_sim::SimError>(())
+//! ```
+#![forbid(unsafe_code)]
+
 pub mod config;
 pub mod driver;
 pub mod executor;

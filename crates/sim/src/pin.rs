@@ -116,3 +116,62 @@ impl Wait for Input {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::cell::RefCell;
+    use std::rc::Rc;
+
+    use embassy_time::{Instant, Timer};
+    use isostep_motion::Axis;
+
+    use super::*;
+    use crate::config::Config;
+    use crate::executor::Executor;
+    use crate::world::World;
+
+    /// What a task that waits for edges sees while another walks X onto its switch, 3 steps away, and back off it.
+    #[test]
+    fn edges_reach_the_task_that_waits_for_them() {
+        let mut executor = Executor::new();
+        let config = Config { start_mm: [0.06, 1.0, 1.0], bounce_us: 0, ..Config::default() };
+        let world = Rc::new(RefCell::new(World::new(executor.clock().clone(), &config)));
+        let mut limit = Input::new(&world, Wire::Limit(Axis::X));
+        let seen = Rc::new(RefCell::new(Vec::new()));
+        let noted = seen.clone();
+        executor.spawn("watch", async move {
+            let note = |what| noted.borrow_mut().push((Instant::now().as_millis(), what));
+            limit.wait_for_high().await.unwrap();
+            note("high");
+            limit.wait_for_falling_edge().await.unwrap();
+            note("fell");
+            limit.wait_for_low().await.unwrap();
+            note("low");
+            limit.wait_for_any_edge().await.unwrap();
+            note("changed");
+            limit.wait_for_rising_edge().await.unwrap();
+            note("never: it is high already");
+        });
+        executor.spawn("walk", walk(world.clone()));
+        executor.run_until_quiescent(Instant::from_secs(1)).unwrap();
+        assert_eq!(*seen.borrow(), [(0, "high"), (16, "fell"), (16, "low"), (32, "changed")]);
+        assert_eq!(world.borrow().counted_steps(), [-1, 0, 0]);
+        assert_eq!(world.borrow().record().violations, []);
+    }
+
+    async fn walk(world: Shared) {
+        let mut dir = Output::new(&world, Wire::Dir(Axis::X));
+        let mut step = Output::new(&world, Wire::Step(Axis::X));
+        Output::new(&world, Wire::Enable).set_low().unwrap();
+        for (wait_ms, away, steps) in [(10, false, 4), (10, true, 3)] {
+            if away { dir.set_high() } else { dir.set_low() }.unwrap();
+            Timer::after_millis(wait_ms).await;
+            for _ in 0..steps {
+                Timer::after_micros(1_998).await;
+                step.set_high().unwrap();
+                Timer::after_micros(2).await;
+                step.set_low().unwrap();
+            }
+        }
+    }
+}

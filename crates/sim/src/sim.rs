@@ -225,3 +225,6 @@ fn spawn_console(executor: &mut Executor, machine: &'static Machine, settings: S
         let _ = Controller::new(machine, settings).serve(rx, tx).await;
     });
 }
+
+#[cfg(test)]
+mod tests;

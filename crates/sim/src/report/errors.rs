@@ -6,7 +6,7 @@ use super::theme::{self, AXIS, Area, BOUND, Drawn, GRID, INK};
 use crate::outcome::Outcome;
 use crate::verify::{self, TICK_NS};
 
-/// Columns of the picture, in each of which only the earliest and the latest step of an axis are drawn.
+/// Columns of the picture: each spans an axis's steps from the earliest to the latest.
 const COLUMNS: usize = 240;
 
 /// The picture.
@@ -44,8 +44,9 @@ fn draw(area: &Area, outcome: &Outcome) -> Drawn {
     }
     for (index, errors) in errors.into_iter().enumerate().filter(|(_, errors)| !errors.is_empty()) {
         let colour = AXIS[index];
-        let points = extremes(errors, from_s, to_s);
-        chart.draw_series(points.into_iter().map(|point| Circle::new(point, 2, colour.filled())))?;
+        chart.draw_series(
+            columns(errors, from_s, to_s).into_iter().map(|corners| Rectangle::new(corners, colour.mix(0.55).filled())),
+        )?;
     }
     Ok(())
 }
@@ -63,14 +64,17 @@ fn errors(outcome: &Outcome, axis: usize) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// The earliest and the latest in each column.
-fn extremes(errors: Vec<(f64, f64)>, from_s: f64, to_s: f64) -> Vec<(f64, f64)> {
-    let column = |point: &(f64, f64)| ((point.0 - from_s) / (to_s - from_s).max(1e-9) * COLUMNS as f64) as usize;
-    let columns = errors.chunk_by(|one, next| column(one) == column(next));
-    let by_error = |one: &&(f64, f64), other: &&(f64, f64)| one.1.total_cmp(&other.1);
-    columns
-        .flat_map(|points| [points.iter().min_by(by_error), points.iter().max_by(by_error)])
-        .flatten()
-        .copied()
+/// Corners of each column's span.
+fn columns(errors: Vec<(f64, f64)>, from_s: f64, to_s: f64) -> Vec<[(f64, f64); 2]> {
+    let width_s = (to_s - from_s).max(1e-9) / COLUMNS as f64;
+    let column = |point: &(f64, f64)| ((point.0 - from_s) / width_s).floor();
+    let groups = errors.chunk_by(|one, next| column(one) == column(next));
+    groups
+        .map(|points| {
+            let (low, high) = theme::range(points.iter().map(|point| point.1));
+            let left_s = from_s + column(&points[0]) * width_s;
+            // A single step is still seen.
+            [(left_s, low - 10.0), (left_s + width_s, high + 10.0)]
+        })
         .collect()
 }

@@ -7,7 +7,7 @@ use crate::outcome::{MoveRecord, Outcome};
 use crate::verify;
 
 /// Dots per axis of one move.
-const DOTS: usize = 48;
+const DOTS: usize = 80;
 
 /// The picture of one move: speed above, acceleration below, the three intervals shaded behind both.
 pub fn of_move(outcome: &Outcome, record: &MoveRecord) -> String {
@@ -74,10 +74,13 @@ fn moving(outcome: &Outcome, record: &MoveRecord) -> Vec<MovingAxis> {
     .collect()
 }
 
-/// Places of an axis, mm, at instants a fixed number of edges apart.
+/// Places of an axis, mm, at about as many instants as there are to be dots, evenly spread in time.
 fn spread(times_s: &[f64], mm_per_step: f64) -> Vec<(f64, f64)> {
-    let stride = times_s.len().div_ceil(DOTS).max(1);
-    times_s.iter().enumerate().step_by(stride).map(|(index, &t_s)| (t_s, index as f64 * mm_per_step)).collect()
+    let (from_s, to_s) = theme::range(times_s.iter().copied());
+    let slot = |t_s: f64| ((t_s - from_s) / (to_s - from_s).max(1e-9) * DOTS as f64) as usize;
+    let mut last = None;
+    let places = times_s.iter().enumerate().map(|(index, &t_s)| (t_s, index as f64 * mm_per_step));
+    places.filter(|&(t_s, _)| last.replace(slot(t_s)) != Some(slot(t_s))).collect()
 }
 
 /// Mean slopes between neighbours, at the middle of each two.
@@ -114,7 +117,7 @@ fn panel(area: &Area, record: &MoveRecord, axes: &[MovingAxis], quantity: &Quant
         let line = planned(axis, duration_s, quantity.planned);
         chart.draw_series(LineSeries::new(line, colour.stroke_width(2)))?;
         let dots = (quantity.measured)(axis).iter().filter(|dot| (low..=high).contains(&dot.1));
-        chart.draw_series(dots.map(|&dot| Circle::new(dot, 3, colour.filled())))?;
+        chart.draw_series(dots.map(|&dot| Circle::new(dot, 2, colour.filled())))?;
     }
     if quantity.upper {
         let names = ["accelerate", "cruise", "decelerate"].into_iter().zip(spans(record));

@@ -29,7 +29,7 @@ pub fn page(outcome: &Outcome, figures: &Figures) -> String {
                 p { "Run on the controller in virtual time: " (summary(figures)) }
                 p { code { (figures.replay) } }
                 (verdicts(figures))
-                @if !figures.moves.is_empty() { (pictures(outcome)) (moves(figures)) }
+                @if !figures.moves.is_empty() { (pictures(outcome, figures)) (moves(figures)) }
                 (settings(outcome))
             }
         }
@@ -40,11 +40,14 @@ pub fn page(outcome: &Outcome, figures: &Figures) -> String {
 fn summary(figures: &Figures) -> String {
     let seconds = |ns: u64| ns as f64 * 1e-9;
     let [x, y, z] = figures.position_mm;
+    let homing = match figures.homing_ns {
+        0 => String::new(),
+        ns => format!(" ({:.3} s of it homing)", seconds(ns)),
+    };
     format!(
-        "{} steps in {:.3} s of machine time ({:.3} s of it homing), resting at X {x:.2}, Y {y:.2}, Z {z:.2} mm.",
+        "{} steps in {:.3} s of machine time{homing}, resting at X {x:.2}, Y {y:.2}, Z {z:.2} mm.",
         figures.steps_total,
         seconds(figures.duration_ns),
-        seconds(figures.homing_ns),
     )
 }
 
@@ -74,7 +77,7 @@ fn verdicts(figures: &Figures) -> Markup {
     }
 }
 
-fn pictures(outcome: &Outcome) -> Markup {
+fn pictures(outcome: &Outcome, figures: &Figures) -> Markup {
     let program = || outcome.moves.iter().filter(|record| !record.homing).enumerate();
     let axes = |record: &MoveRecord| record.plan.steps.iter().filter(|n| **n != 0).count();
     let several = program().any(|(_, record)| axes(record) > 1);
@@ -82,7 +85,8 @@ fn pictures(outcome: &Outcome) -> Markup {
     html! {
         h2 { "Path" }
         figure { (PreEscaped(path::picture(outcome))) figcaption {
-            "Where the edges say the carriage went, in the XY plane. Dots end moves; the dashed frame is the travel."
+            "Where the edges say the carriage went, in the XY plane. Dots end moves."
+            @if figures.homing_ns > 0 { " The dashed frame is the travel." }
         } }
         h2 { "Speed and acceleration" }
         p { "One profile drives every axis of a move, so all accelerate, cruise and decelerate over the same intervals, shaded." }
@@ -97,7 +101,7 @@ fn pictures(outcome: &Outcome) -> Markup {
         }
         h2 { "Step instants" }
         figure { (PreEscaped(errors::picture(outcome))) figcaption {
-            (key(&[0, 1, 2])) "How far each step was from the closed form of its move; of many, the earliest and the latest. Dashed: one tick of the timer."
+            (key(&[0, 1, 2])) "How far the steps were from the closed form of their moves: each bar spans the earliest to the latest of its time. Dashed: one tick of the timer."
         } }
     }
 }
@@ -121,7 +125,7 @@ fn moves(figures: &Figures) -> Markup {
         p { "Planned intervals hold for every axis. Measured ones come from each axis's own edges alone, by fitting its ramps and its cruise; a dash stands for an axis at rest or with too few edges to fit." }
         div.scroll { table {
             thead { tr {
-                th { "#" } th { "from, mm" } th { "to, mm" } th { "steps" } th { "" }
+                th { "#" } th { "to, mm" } th { "steps" } th { "" }
                 th { "accelerate, s" } th { "cruise, s" } th { "decelerate, s" } th { "±, us" } th { "max. error, ns" }
             } }
             tbody { @for one in &figures.moves { (move_rows(one)) } }
@@ -132,12 +136,12 @@ fn moves(figures: &Figures) -> Markup {
 fn move_rows(one: &MoveFigures) -> Markup {
     html! {
         tr.first {
-            td { (one.number) } td { (place(one.from_mm)) } td { (place(one.to_mm)) } td { (steps_text(one.steps)) }
+            td { (one.number) } td { (place(one.to_mm)) } td { (steps_text(one.steps)) }
             td { "planned" } (interval_cells(Some(one.planned))) td {} td {}
         }
         @for axis in moving(one.steps) {
             tr {
-                td {} td {} td {} td {}
+                td {} td {} td {}
                 td { (AXIS_NAMES[axis]) " measured" } (interval_cells(one.measured[axis].map(|measured| measured.intervals)))
                 td { (one.measured[axis].map_or("-".to_owned(), |measured| format!("{:.0}", measured.resolution_s * 1e6))) }
                 td { (one.error_max_ns[axis].map_or("-".to_owned(), |ns| format!("{ns:.0}"))) }

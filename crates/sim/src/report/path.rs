@@ -15,9 +15,14 @@ const PICK_UP_MM: (f64, f64) = (175.0, 40.0);
 /// Points drawn of one move.
 const POINTS_PER_MOVE: usize = 200;
 
+/// plotters places points on whole pixels, which would dent straight lines: drawn this much larger, none is seen.
+const FINE: u32 = 4;
+/// Inside the labels, in fine pixels.
+const INNER: (f64, f64) = (2_704.0, 2_592.0);
+
 /// The picture.
 pub fn picture(outcome: &Outcome) -> String {
-    theme::svg((760, 720), "Path in the XY plane", |area| draw(area, outcome))
+    theme::svg((760 * FINE, 720 * FINE), "Path in the XY plane", |area| draw(area, outcome))
 }
 
 fn draw(area: &Area, outcome: &Outcome) -> Drawn {
@@ -25,17 +30,18 @@ fn draw(area: &Area, outcome: &Outcome) -> Drawn {
     let path = path(outcome);
     let (x, y) = bounds(&path, homed);
     let mut chart = ChartBuilder::on(area)
-        .margin(12)
-        .x_label_area_size(48)
-        .y_label_area_size(60)
+        .margin(12 * FINE)
+        .x_label_area_size(48 * FINE)
+        .y_label_area_size(60 * FINE)
         .build_cartesian_2d(x.0..x.1, y.0..y.1)?;
     chart
         .configure_mesh()
         .light_line_style(TRANSPARENT)
-        .bold_line_style(GRID)
-        .axis_style(INK)
-        .label_style(theme::font(14))
-        .axis_desc_style(theme::font(15))
+        .bold_line_style(GRID.stroke_width(FINE))
+        .axis_style(INK.stroke_width(FINE))
+        .label_style(theme::font(14 * FINE))
+        .axis_desc_style(theme::font(15 * FINE))
+        .set_all_tick_mark_size(5 * FINE)
         .x_desc("X, mm")
         .y_desc("Y, mm")
         .x_label_formatter(&|mm| format!("{mm:.0}"))
@@ -47,19 +53,19 @@ fn draw(area: &Area, outcome: &Outcome) -> Drawn {
         let far = (outcome.travel_mm[0], outcome.travel_mm[1]);
         chart.draw_series(DashedLineSeries::new(
             [(0.0, 0.0), (far.0, 0.0), far, (0.0, far.1), (0.0, 0.0)],
-            6,
-            5,
-            BOUND.stroke_width(1),
+            6 * FINE,
+            5 * FINE,
+            BOUND.stroke_width(FINE),
         ))?;
     }
     for moved in &path {
-        chart.draw_series(LineSeries::new(moved.iter().copied(), AXIS[0].stroke_width(3)))?;
+        chart.draw_series(LineSeries::new(moved.iter().copied(), AXIS[0].stroke_width(3 * FINE)))?;
     }
     let ends = path.iter().filter_map(|moved| moved.last().copied());
-    chart.draw_series(ends.map(|end| Circle::new(end, 5, AXIS[0].filled())))?;
+    chart.draw_series(ends.map(|end| Circle::new(end, 5 * FINE, AXIS[0].filled())))?;
     if let Some(start) = path.first().and_then(|moved| moved.first()) {
-        chart.draw_series([Circle::new(*start, 7, AXIS[1].filled())])?;
-        let label = EmptyElement::at(*start) + Text::new("start", (-16, 12), theme::font(14));
+        chart.draw_series([Circle::new(*start, 7 * FINE, AXIS[1].filled())])?;
+        let label = EmptyElement::at(*start) + Text::new("start", (-64, 48), theme::font(14 * FINE));
         chart.draw_series([label])?;
     }
     Ok(())
@@ -90,7 +96,7 @@ fn path(outcome: &Outcome) -> Vec<Vec<(f64, f64)>> {
         .collect()
 }
 
-/// What is shown, at the same scale both ways (the picture is 676 x 648 pixels inside its labels).
+/// What is shown, at the same scale both ways.
 fn bounds(path: &[Vec<(f64, f64)>], homed: bool) -> ((f64, f64), (f64, f64)) {
     let (mut x, mut y) =
         (theme::range(path.iter().flatten().map(|p| p.0)), theme::range(path.iter().flatten().map(|p| p.1)));
@@ -98,12 +104,12 @@ fn bounds(path: &[Vec<(f64, f64)>], homed: bool) -> ((f64, f64), (f64, f64)) {
         x = (x.0.min(COLUMNS_MM[0] - BAY_MM.0 / 2.0), x.1.max(COLUMNS_MM[2] + BAY_MM.0 / 2.0));
         y = (y.0.min(0.0), y.1.max(400.0));
     }
-    let scale = ((x.1 - x.0) / 676.0).max((y.1 - y.0) / 648.0).max(1e-3) * 1.08;
+    let scale = ((x.1 - x.0) / INNER.0).max((y.1 - y.0) / INNER.1).max(1e-3) * 1.08;
     let around = |range: (f64, f64), pixels: f64| {
         let middle = (range.0 + range.1) / 2.0;
         (middle - scale * pixels / 2.0, middle + scale * pixels / 2.0)
     };
-    (around(x, 676.0), around(y, 648.0))
+    (around(x, INNER.0), around(y, INNER.1))
 }
 
 fn bays() -> impl Iterator<Item = (f64, f64)> {
@@ -114,14 +120,14 @@ fn rack() -> impl Iterator<Item = Rectangle<(f64, f64)>> {
     let (width, height) = BAY_MM;
     bays().flat_map(move |(x, y)| {
         let corners = [(x - width / 2.0, y - height / 2.0), (x + width / 2.0, y + height / 2.0)];
-        [Rectangle::new(corners, RACK.mix(0.12).filled()), Rectangle::new(corners, RACK.stroke_width(1))]
+        [Rectangle::new(corners, RACK.mix(0.12).filled()), Rectangle::new(corners, RACK.stroke_width(FINE))]
     })
 }
 
 fn names() -> impl Iterator<Item = Text<'static, (f64, f64), String>> {
     let bays = bays().enumerate().map(|(index, (x, y))| {
-        Text::new(format!("bay {}", index + 1), (x, y - BAY_MM.1 * 0.36), theme::centred(14).color(&RACK))
+        Text::new(format!("bay {}", index + 1), (x, y - BAY_MM.1 * 0.36), theme::centred(14 * FINE).color(&RACK))
     });
     let (x, y) = PICK_UP_MM;
-    bays.chain([Text::new("pick-up point".to_owned(), (x, y - 16.0), theme::centred(14).color(&RACK))])
+    bays.chain([Text::new("pick-up point".to_owned(), (x, y - 16.0), theme::centred(14 * FINE).color(&RACK))])
 }

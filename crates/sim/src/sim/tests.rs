@@ -1,0 +1,122 @@
+//! Whole machines: what a good one does, and that a bad one is seen through.
+
+use isostep_motion::Alarm;
+
+use super::*;
+use crate::figures::Figures;
+use crate::plant::SwitchFault;
+use crate::world::LossCause;
+use crate::{report, trace, vcd, verify};
+
+fn parking() -> &'static [u8] {
+    include_bytes!("../../../../programs/parking.nc")
+}
+
+/// Everything that a run writes.
+fn files(config: &Config) -> [Vec<u8>; 4] {
+    let outcome = run(parking(), config).unwrap();
+    let figures = Figures::new("parking.nc", &outcome);
+    let (mut csv, mut wires) = (Vec::new(), Vec::new());
+    trace::write(&outcome.edges, &mut csv).unwrap();
+    vcd::write(&outcome.waves, outcome.limits_high_at_start, &mut wires).unwrap();
+    [csv, wires, serde_json::to_vec(&figures).unwrap(), report::page(&outcome, &figures).into_bytes()]
+}
+
+#[test]
+fn equal_runs_write_equal_bytes() {
+    let config = Config::default();
+    let other_thread = std::thread::spawn({
+        let config = config.clone();
+        move || files(&config)
+    });
+    let here = files(&config);
+    assert!(here == files(&config));
+    assert!(here == other_thread.join().unwrap());
+    assert!(here != files(&Config { seed: 2, ..config }), "the seed has no effect");
+}
+
+#[test]
+fn every_seed_and_way_of_sending_parks_the_car() {
+    for (seed, streaming) in
+        [(1, crate::Streaming::GRBL), (2, crate::Streaming::SendAndWait), (3, crate::Streaming::GRBL)]
+    {
+        let poll_every = (seed == 3).then_some(Duration::from_millis(200));
+        let config = Config { seed, streaming, poll_every, ..Config::default() };
+        let outcome = run(parking(), &config).unwrap();
+        let checks = verify::moves(&outcome);
+        let broken: Vec<_> = verify::verdicts(&outcome, &checks).into_iter().filter(|verdict| !verdict.kept).collect();
+        assert_eq!(broken, [], "SEED={seed}");
+        assert_eq!(outcome.position_mm, [175.0, 40.0, 0.0], "SEED={seed}");
+    }
+}
+
+#[test]
+fn too_much_acceleration_loses_steps_and_is_told() {
+    let mut config = Config::default();
+    config.settings.accel_mm_s2 = [1_000.0; 3];
+    let outcome = run(b"G0 X100\n", &config).unwrap();
+    assert!(matches!(outcome.losses[0].cause, LossCause::PullOut { .. }), "{:?}", outcome.losses);
+    assert_eq!(outcome.position_mm, [100.0, 0.0, 0.0], "the controller cannot know");
+    assert!(outcome.drift_steps[0] < -1_000, "{:?}", outcome.drift_steps);
+    let verdicts = verify::verdicts(&outcome, &verify::moves(&outcome));
+    let broken: Vec<_> = verdicts.iter().filter(|verdict| !verdict.kept).map(|verdict| verdict.promise).collect();
+    assert_eq!(broken, ["no step lost", "final position exact"]);
+}
+
+#[test]
+fn a_switch_that_never_closes_is_an_alarm_at_the_end_stop() {
+    let mut config = Config::default();
+    config.switches[Axis::X as usize] = SwitchFault::StuckOpen;
+    let outcome = run(b"$H\nG0 X1\n", &config).unwrap();
+    assert_eq!(outcome.state, State::Alarm(Alarm::SwitchNotFound { axis: Axis::X }));
+    assert_eq!(outcome.alarm_code, Some(9));
+    assert_eq!(outcome.losses[0].cause, LossCause::EndStop);
+    assert_eq!(outcome.places_steps[Axis::X as usize], -150);
+}
+
+#[test]
+fn a_switch_that_never_opens_is_an_alarm() {
+    let mut config = Config::default();
+    config.switches[Axis::Z as usize] = SwitchFault::StuckClosed;
+    let outcome = run(b"$H\n", &config).unwrap();
+    assert_eq!(outcome.state, State::Alarm(Alarm::SwitchStuck { axis: Axis::Z }));
+}
+
+#[test]
+fn a_refused_line_ends_the_program_there() {
+    let outcome =
+        run(b"G0 X1\nG99\nG0 X2\n", &Config { streaming: crate::Streaming::SendAndWait, ..Config::default() }).unwrap();
+    assert_eq!((outcome.refusals[0].line, outcome.refusals[0].code), (2, 20));
+    assert!(outcome.cut_short);
+    assert_eq!(outcome.position_mm[0], 1.0);
+}
+
+#[test]
+fn a_dialogue_in_steps() {
+    let mut sim = Sim::new(&Config::default());
+    sim.run_until_idle().unwrap();
+    assert!(sim.replies()[0].starts_with("Grbl 1.1h"));
+    sim.send(b"G0 X100\n");
+    sim.run_for(Duration::from_millis(1_200)).unwrap();
+    sim.send(b"?");
+    sim.run_for(Duration::from_millis(1)).unwrap();
+    let replies = sim.replies();
+    assert_eq!(replies[0], "ok");
+    assert!(replies[1].starts_with("<Run|MPos:"), "{replies:?}");
+    sim.run_until_idle().unwrap();
+    assert_eq!(sim.counted_steps(), [5_000, 0, 0]);
+    assert_eq!(sim.places_steps()[0], 1_750 + 5_000);
+}
+
+#[test]
+fn an_abrupt_stop_at_speed_overshoots() {
+    let mut sim = Sim::new(&Config::default());
+    sim.send(b"G0 X100\n");
+    sim.run_for(Duration::from_millis(1_500)).unwrap();
+    sim.set_emergency_stop(true);
+    sim.run_until_state(|state| state == State::Alarm(Alarm::EmergencyStop)).unwrap();
+    sim.run_for(Duration::from_millis(100)).unwrap();
+    let outcome = sim.outcome();
+    assert!(matches!(outcome.losses[0].cause, LossCause::Overshoot { .. }), "{:?}", outcome.losses);
+    assert!(outcome.drift_steps[0] > 100, "{:?}", outcome.drift_steps);
+}
