@@ -154,7 +154,7 @@ mod tests {
         });
         executor.spawn("walk", walk(world.clone()));
         executor.run_until_quiescent(Instant::from_secs(1)).unwrap();
-        assert_eq!(*seen.borrow(), [(0, "high"), (16, "fell"), (16, "low"), (32, "changed")]);
+        assert_eq!(*seen.borrow(), [(0, "high"), (15, "fell"), (15, "low"), (31, "changed")]);
         assert_eq!(world.borrow().counted_steps(), [-1, 0, 0]);
         assert_eq!(world.borrow().record().violations, []);
     }
