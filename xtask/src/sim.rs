@@ -5,7 +5,7 @@ use std::io::{BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow, bail, ensure};
-use isostep_sim::{Config, Figures, MoveFigures, Outcome, SwitchFault};
+use isostep_sim::{Config, ConsoleError, Figures, MoveFigures, Outcome, State, SwitchFault};
 
 use crate::workspace;
 
@@ -177,23 +177,31 @@ fn write_file(path: &Path, write: impl FnOnce(&mut BufWriter<File>) -> std::io::
 
 /// Success only for a run that kept every promise.
 fn judge(figures: &Figures, outcome: &Outcome) -> Result<()> {
-    if let isostep_sim::State::Alarm(alarm) = outcome.state {
+    let place = figures.refusals.first().map_or(figures.program.clone(), |refusal| {
+        format!("{}:{}: `{}`", figures.program, refusal.line, shortened(&refusal.text))
+    });
+    if let State::Alarm(alarm) = outcome.state {
         let code = figures.alarm.map_or(String::new(), |code| format!("ALARM:{code}: "));
-        bail!("{}: {code}{alarm}", figures.program);
+        bail!("{place}: {code}{alarm}{}", said(outcome, &alarm.to_string()));
     }
     if let Some(refusal) = figures.refusals.first() {
-        let words = isostep_sim::ConsoleError::from_code(refusal.code)
-            .map_or(String::new(), |error| format!(" {}", error.explain()));
-        let said = outcome.last_message().map_or(String::new(), |message| format!(" ({message})"));
-        bail!(
-            "{}:{}: `{}` was refused: error:{}{words}{said}",
-            figures.program,
-            refusal.line,
-            refusal.text,
-            refusal.code
-        );
+        let words = ConsoleError::from_code(refusal.code).map_or("", ConsoleError::explain);
+        bail!("{place} was refused: error:{} {words}{}", refusal.code, said(outcome, words));
     }
     let broken = figures.broken().count();
     ensure!(broken == 0, "{broken} of {} checks failed", figures.verdicts.len());
     Ok(())
+}
+
+/// What else the controller said about it, in brackets.
+fn said(outcome: &Outcome, already: &str) -> String {
+    let message = outcome.messages().filter(|message| *message != already).last();
+    message.map_or(String::new(), |message| format!(" ({message})"))
+}
+
+fn shortened(text: &str) -> String {
+    match text.char_indices().nth(60) {
+        Some((end, _)) => format!("{}...", &text[..end]),
+        None => text.to_owned(),
+    }
 }

@@ -22,7 +22,7 @@ const POLLS_PER_INSTANT_MAX: u32 = 1_000_000;
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum RunError {
     /// Nothing is ready and nothing waits for an instant: only the outside could move this on.
-    #[error("deadlock at {}: waiting for each other: {}", Seconds(*.at), .waiting.join(", "))]
+    #[error("deadlock at {}: nothing is due, and these tasks wait: {}", Seconds(*.at), .waiting.join(", "))]
     Deadlock {
         /// When the last task went to sleep.
         at: Instant,
@@ -30,7 +30,7 @@ pub enum RunError {
         waiting: Vec<&'static str>,
     },
     /// The virtual time allowed is used up.
-    #[error("not done after {} of virtual time (raise the limit, or look at: {})", Seconds(*.limit), .waiting.join(", "))]
+    #[error("not done at {}, the limit of virtual time: is there a dwell or a move that long?", Seconds(*.limit))]
     TimeLimit {
         /// The instant that was not to be passed.
         limit: Instant,
@@ -251,7 +251,7 @@ mod tests {
         executor.spawn("ends", async { Timer::after_millis(3).await });
         let error = executor.run_until(LATE, || false).unwrap_err();
         assert_eq!(error, RunError::Deadlock { at: Instant::from_millis(3), waiting: vec!["waits"] });
-        assert_eq!(error.to_string(), "deadlock at 0.003000 s: waiting for each other: waits");
+        assert_eq!(error.to_string(), "deadlock at 0.003000 s: nothing is due, and these tasks wait: waits");
     }
 
     #[test]

@@ -115,10 +115,10 @@ impl Outcome {
         self.transcript.iter().filter(|line| line.speaker == Speaker::Sender).count()
     }
 
-    /// The words that the controller said last in a `[MSG:...]`.
-    pub fn last_message(&self) -> Option<&str> {
+    /// The words that the controller said in a `[MSG:...]`, in order.
+    pub fn messages(&self) -> impl Iterator<Item = &str> {
         let said = self.transcript.iter().filter(|line| line.speaker == Speaker::Controller);
-        said.rev().find_map(|line| line.text.strip_prefix("[MSG:")?.strip_suffix(']'))
+        said.filter_map(|line| line.text.strip_prefix("[MSG:")?.strip_suffix(']'))
     }
 
     /// A place in steps as mm.

@@ -208,7 +208,10 @@ fn timing(outcome: &Outcome) -> Verdict {
 
 fn losses(outcome: &Outcome) -> Verdict {
     let detail = match outcome.losses.first() {
-        Some(first) => format!("{} times, first {first}", outcome.losses.len()),
+        Some(first) => {
+            let total: u32 = outcome.losses.iter().map(|loss| loss.steps).sum();
+            format!("{total} lost, first at {first}")
+        }
         None => format!("{} steps made", outcome.edges.len()),
     };
     Verdict { promise: "no step lost", kept: outcome.losses.is_empty(), detail }
