@@ -81,7 +81,7 @@ impl AxisLink {
 /// Runs `axis` by `port` for ever. Spawn one per axis, at a priority nothing delays.
 ///
 /// # Cancellation
-/// Dropping it stops the axis within one pulse; the position stays exact, and nothing moves the axis until another
+/// Dropping it stops the axis at once; the position stays exact, and nothing moves the axis until another
 /// `run` is spawned.
 pub async fn run(machine: &Machine, axis: Axis, mut port: impl StepPort) -> ! {
     let link = machine.link(axis);
@@ -93,13 +93,12 @@ pub async fn run(machine: &Machine, axis: Axis, mut port: impl StepPort) -> ! {
             Either::First(()) => Finish::Stopped,
             Either::Second(finish) => finish,
         };
-        port.settle().await;
         link.done.signal(finish);
     }
 }
 
 async fn follow(link: &AxisLink, port: &mut impl StepPort, run: Run, axis: Axis) -> Finish {
-    port.prepare(run.direction, run.wiring).await;
+    port.prepare(run.direction, run.wiring);
     let mut left = run.steps;
     while left > 0 {
         let segment = link.segments.receive().await;

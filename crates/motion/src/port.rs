@@ -117,12 +117,8 @@ pub trait StepPort {
     /// What this port can do.
     fn capabilities(&self) -> Capabilities;
 
-    /// Finishes the pulse in flight, then sets DIR and takes over the pulse width; the next step waits for the
-    /// set-up time.
-    ///
-    /// # Cancellation
-    /// Safe: either DIR has changed or it has not; no step is emitted or lost.
-    async fn prepare(&mut self, direction: Direction, wiring: Wiring);
+    /// Sets DIR and takes over the pulse width; the next step waits for the set-up time.
+    fn prepare(&mut self, direction: Direction, wiring: Wiring);
 
     /// Emits the steps of `segment`, each at its instant from `start`, and counts each in `odometer` as it rises.
     ///
@@ -130,13 +126,6 @@ pub trait StepPort {
     /// A step that is too late is not emitted, nor any after it; the count is exact.
     ///
     /// # Cancellation
-    /// Safe: no further step rises and the count is exact. A pulse in flight stays high until the next call of
-    /// [`settle`](Self::settle) or any other method here, longer than the driver needs, never shorter.
+    /// Safe: no further step rises, none is cut short, and the count is exact.
     async fn emit(&mut self, start: Instant, segment: Segment, odometer: &Odometer) -> Result<(), PortFault>;
-
-    /// Finishes the pulse in flight; STEP is low afterwards.
-    ///
-    /// # Cancellation
-    /// Safe: call it again to finish.
-    async fn settle(&mut self);
 }

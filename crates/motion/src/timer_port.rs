@@ -1,9 +1,9 @@
 //! A step port that awaits `Timer::at` and toggles pins.
 //!
 //! # Design
-//! A step costs two wake-ups: one at its instant to raise STEP, one after the pulse width to lower it. The pulse
-//! in flight belongs to the port, not to the future that raised it, so dropping `emit` can neither cut a pulse
-//! short nor lose its count.
+//! A step costs one wake-up, at its instant. The pulse is made within it, by a blocking delay of the pulse width: at
+//! 2 us that is cheaper than a second wake-up, and since nothing is awaited between the two edges, dropping `emit`
+//! can neither cut a pulse short nor lose its count.
 //!
 //! # Deadline
 //! A step is due at its tick. A late wake-up makes that step late by as much and no later one: the next instant
@@ -12,6 +12,7 @@
 use core::convert::Infallible;
 
 use embassy_time::{Duration, Instant, Timer};
+use embedded_hal::delay::DelayNs;
 use embedded_hal::digital::OutputPin;
 use isostep_profile::Segment;
 
@@ -23,45 +24,43 @@ pub const LATE_MAX: Duration = Duration::from_micros(208);
 
 /// STEP and DIR on two output pins, timed by Embassy's time driver.
 #[derive(Debug)]
-pub struct TimerPort<S, D> {
+pub struct TimerPort<S, D, W> {
     step: S,
     dir: D,
-    direction: Direction,
-    dir_high: bool,
-    high: Duration,
-    low: Duration,
+    delay: W,
     timing: DriverTiming,
-    /// When the pulse in flight may end.
-    falls: Option<Instant>,
+    direction: Direction,
+    pulse_ns: u32,
+    /// From one rise to the next, at least.
+    cycle: Duration,
     /// When STEP may rise next.
     ready: Instant,
 }
 
-impl<S, D> TimerPort<S, D>
+impl<S, D, W> TimerPort<S, D, W>
 where
     S: OutputPin<Error = Infallible>,
     D: OutputPin<Error = Infallible>,
+    W: DelayNs,
 {
-    /// Drives STEP low and DIR high.
-    pub fn new(step: S, dir: D, timing: DriverTiming) -> Self {
+    /// Drives STEP low and DIR high. `delay` blocks for the width of a pulse.
+    pub fn new(step: S, dir: D, delay: W, timing: DriverTiming) -> Self {
         let mut port = Self {
             step,
             dir,
-            direction: Direction::Positive,
-            dir_high: true,
-            high: ticks_covering(timing.step_high_ns),
-            low: ticks_covering(timing.step_low_ns),
+            delay,
             timing,
-            falls: None,
-            ready: Instant::now() + ticks_covering(timing.setup_ns),
+            direction: Direction::Positive,
+            pulse_ns: timing.step_high_ns,
+            cycle: cycle(timing, timing.step_high_ns),
+            ready: Instant::now(),
         };
         let Ok(()) = port.step.set_low();
-        let Ok(()) = port.dir.set_high();
+        port.prepare(Direction::Positive, Wiring::default());
         port
     }
 
     async fn step_at(&mut self, due: Instant, odometer: &Odometer) -> Result<(), PortFault> {
-        self.settle().await;
         Timer::at(due.max(self.ready)).await;
         let now = Instant::now();
         if now > due + LATE_MAX {
@@ -69,7 +68,9 @@ where
         }
         let Ok(()) = self.step.set_high();
         odometer.count(self.direction);
-        self.falls = Some(Instant::now() + self.high);
+        self.delay.delay_ns(self.pulse_ns);
+        let Ok(()) = self.step.set_low();
+        self.ready = now + self.cycle;
         Ok(())
     }
 }
@@ -81,29 +82,29 @@ const fn ticks_covering(ns: u32) -> Duration {
     Duration::from_ticks(ticks + 1)
 }
 
-impl<S, D> StepPort for TimerPort<S, D>
+const fn cycle(timing: DriverTiming, pulse_ns: u32) -> Duration {
+    ticks_covering(pulse_ns + timing.step_low_ns)
+}
+
+impl<S, D, W> StepPort for TimerPort<S, D, W>
 where
     S: OutputPin<Error = Infallible>,
     D: OutputPin<Error = Infallible>,
+    W: DelayNs,
 {
     fn capabilities(&self) -> Capabilities {
-        let period_ticks = (self.high + self.low).as_ticks() as u32;
-        Capabilities { tick_hz: TICK_HZ, rate_max_steps_s: TICK_HZ / period_ticks }
+        let cycle_ticks = cycle(self.timing, self.timing.step_high_ns).as_ticks() as u32;
+        Capabilities { tick_hz: TICK_HZ, rate_max_steps_s: TICK_HZ / cycle_ticks }
     }
 
-    async fn prepare(&mut self, direction: Direction, wiring: Wiring) {
-        self.settle().await;
+    fn prepare(&mut self, direction: Direction, wiring: Wiring) {
         self.direction = direction;
-        self.high = ticks_covering(self.timing.step_high_ns.max(wiring.pulse_ns));
+        self.pulse_ns = self.timing.step_high_ns.max(wiring.pulse_ns);
+        self.cycle = cycle(self.timing, self.pulse_ns);
+        // The last pulse is over, so DIR's hold time is too.
         let high = (direction == Direction::Positive) != wiring.direction_inverted;
-        if high == self.dir_high {
-            return;
-        }
-        // The low time since the last pulse is longer than DIR's hold time.
-        Timer::at(self.ready).await;
         let Ok(()) = if high { self.dir.set_high() } else { self.dir.set_low() };
-        self.dir_high = high;
-        self.ready = Instant::now() + ticks_covering(self.timing.setup_ns);
+        self.ready = self.ready.max(Instant::now() + ticks_covering(self.timing.setup_ns));
     }
 
     async fn emit(&mut self, start: Instant, segment: Segment, odometer: &Odometer) -> Result<(), PortFault> {
@@ -111,14 +112,5 @@ where
             self.step_at(start + Duration::from_ticks(ticks), odometer).await?;
         }
         Ok(())
-    }
-
-    async fn settle(&mut self) {
-        if let Some(falls) = self.falls {
-            Timer::at(falls).await;
-            let Ok(()) = self.step.set_low();
-            self.falls = None;
-            self.ready = Instant::now() + self.low;
-        }
     }
 }

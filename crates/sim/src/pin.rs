@@ -4,10 +4,13 @@ use std::convert::Infallible;
 use std::future::poll_fn;
 use std::task::Poll;
 
+use embedded_hal::delay::DelayNs;
 use embedded_hal::digital::{ErrorType, InputPin, OutputPin};
 use embedded_hal_async::digital::Wait;
 
-use crate::world::{Shared, Wire};
+use crate::record::Wire;
+use crate::time::Clock;
+use crate::world::Shared;
 
 /// A pin that the controller drives.
 pub struct Output {
@@ -35,6 +38,24 @@ impl OutputPin for Output {
     fn set_high(&mut self) -> Result<(), Infallible> {
         self.world.borrow_mut().drive(self.wire, true);
         Ok(())
+    }
+}
+
+/// Blocking delays of the task that owns it.
+pub struct Delay {
+    clock: Clock,
+}
+
+impl Delay {
+    /// Delays in the time of `clock`.
+    pub fn new(clock: &Clock) -> Self {
+        Self { clock: clock.clone() }
+    }
+}
+
+impl DelayNs for Delay {
+    fn delay_ns(&mut self, ns: u32) {
+        self.clock.spend(ns.into());
     }
 }
 

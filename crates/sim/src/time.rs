@@ -10,6 +10,9 @@
 //! in the order in which they were asked for. As with Embassy's own queue a task has one deadline, its
 //! earliest; a woken task polls all its timers again, and so asks again for what it still needs.
 //! That also keeps abandoned timers from piling up.
+//!
+//! Code takes no time here, but a blocking delay does, for the task that makes it alone: as if every task had a core of
+//! its own. [`Clock::spend`] moves that task's time on until its poll is over.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -30,6 +33,8 @@ pub struct Clock(Rc<RefCell<State>>);
 #[derive(Default)]
 struct State {
     now_ticks: u64,
+    /// What the task being polled has spent in blocking delays.
+    spent_ns: u64,
     sequence: u64,
     deadlines: BTreeMap<(u64, u64), Waker>,
 }
@@ -40,14 +45,25 @@ impl Clock {
         Self::default()
     }
 
-    /// The present instant.
+    /// The present instant, of the task being polled.
     pub fn now(&self) -> Instant {
-        Instant::from_ticks(self.0.borrow().now_ticks)
+        Instant::from_ticks(self.now_ns() / NS_PER_TICK)
     }
 
-    /// Nanoseconds since power-up.
+    /// Nanoseconds since power-up, of the task being polled.
     pub fn now_ns(&self) -> u64 {
-        ns(self.now())
+        let state = self.0.borrow();
+        state.now_ticks * NS_PER_TICK + state.spent_ns
+    }
+
+    /// The task being polled spends `ns` in a blocking delay.
+    pub fn spend(&self, ns: u64) {
+        self.0.borrow_mut().spent_ns += ns;
+    }
+
+    /// The poll is over: the next task starts at the common time.
+    pub fn end_poll(&self) {
+        self.0.borrow_mut().spent_ns = 0;
     }
 
     /// Makes this the clock of the current thread's `embassy_time`, until the guard is dropped.
@@ -100,9 +116,11 @@ impl Drop for Entered {
     }
 }
 
+const NS_PER_TICK: u64 = 1_000_000_000 / embassy_time_driver::TICK_HZ;
+
 /// Nanoseconds since power-up of an Embassy instant.
 pub fn ns(instant: Instant) -> u64 {
-    instant.as_ticks() * (1_000_000_000 / embassy_time_driver::TICK_HZ)
+    instant.as_ticks() * NS_PER_TICK
 }
 
 struct ThreadClock;
