@@ -32,7 +32,7 @@ pub fn run(Args {}: Args) -> Result<()> {
 pub fn firmware() -> Result<Firmware> {
     let toolchain = Toolchain::ensure()?;
     announce(&format!("firmware for {}, with {}", workspace::FIRMWARE_TARGET, toolchain.description()));
-    process::run(&mut toolchain.cargo("build"), "install Rust from https://rustup.rs")?;
+    process::run(&mut toolchain.cargo("build"))?;
     let firmware = Firmware::read(&workspace::firmware_elf())?;
     let uf2 = workspace::firmware_uf2();
     fs::write(&uf2, uf2::from_loads(&firmware.loads)).with_context(|| format!("cannot write {}", uf2.display()))?;

@@ -57,7 +57,7 @@ pub fn run(args: Args) -> Result<()> {
     node::prepare()?;
     build::firmware()?;
     announce(&format!("{} on the emulated board", args.program.display()));
-    process::run(&mut command(&args), "")
+    process::run(&mut command(&args))
 }
 
 fn command(args: &Args) -> Command {

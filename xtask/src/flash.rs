@@ -89,7 +89,7 @@ fn by_probe(logs: bool) -> Result<()> {
         if *verb != "reset" {
             command.arg(&elf);
         }
-        process::run(&mut command, "")?;
+        process::run(&mut command)?;
     }
     Ok(())
 }
@@ -136,7 +136,7 @@ fn picotool() -> Result<(), String> {
 
 fn by_picotool() -> Result<()> {
     announce("picotool load");
-    process::run(Command::new("picotool").args(["load", "-u", "-v", "-x"]).arg(workspace::firmware_uf2()), "")
+    process::run(Command::new("picotool").args(["load", "-u", "-v", "-x"]).arg(workspace::firmware_uf2()))
 }
 
 #[cfg(test)]

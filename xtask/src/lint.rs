@@ -1,9 +1,12 @@
 //! `cargo xtask lint`: formatting, clippy and the documentation, warnings being errors.
 
+use std::process::Command;
+
 use anyhow::Result;
 
-use crate::process::{self, announce};
+use crate::process::{announce, run as run_command};
 use crate::toolchain::{Toolchain, cargo};
+use crate::workspace;
 
 /// Check formatting, clippy and the documentation; warnings are errors
 #[derive(clap::Args)]
@@ -12,32 +15,27 @@ The same checks run over the host's packages and over the firmware. Clippy for t
 default toolchain (`rustup target add thumbv6m-none-eabi`); without it lint says so, and compiles the firmware instead.")]
 pub struct Args {}
 
+const DENY_WARNINGS: [&str; 3] = ["--", "-D", "warnings"];
+
 pub fn run(Args {}: Args) -> Result<()> {
     announce("cargo fmt --check");
-    process::run(
-        std::process::Command::new("cargo").args(["fmt", "--all", "--check"]).current_dir(crate::workspace::root()),
-        "",
-    )?;
+    run_command(Command::new("cargo").current_dir(workspace::root()).args(["fmt", "--all", "--check"]))?;
     announce("clippy, host packages");
-    process::run(cargo("clippy").args(["--all-targets", "--", "-D", "warnings"]), "rustup component add clippy")?;
+    run_command(cargo("clippy").arg("--all-targets").args(DENY_WARNINGS))?;
     announce("rustdoc, host packages");
-    process::run(cargo("doc").arg("--no-deps").env("RUSTDOCFLAGS", "-D warnings"), "")?;
+    run_command(cargo("doc").arg("--no-deps").env("RUSTDOCFLAGS", "-D warnings"))?;
     firmware()
 }
 
 fn firmware() -> Result<()> {
     let toolchain = Toolchain::ensure()?;
     if let Toolchain::FromSource { .. } = toolchain {
-        announce(
-            "firmware: no clippy, since the default toolchain lacks the target; compiling with warnings as errors",
-        );
-        return process::run(toolchain.cargo("check").env("RUSTFLAGS", "-D warnings"), "");
+        announce("firmware: compiled only; clippy and rustdoc need the target in the default toolchain");
+        return run_command(&mut toolchain.cargo("check"));
     }
     announce("clippy, firmware");
-    process::run(toolchain.cargo("clippy").args(["--", "-D", "warnings"]), "rustup component add clippy")?;
+    run_command(toolchain.cargo("clippy").args(DENY_WARNINGS))?;
     announce("rustdoc, firmware");
-    process::run(
-        toolchain.cargo("doc").args(["--no-deps", "--document-private-items"]).env("RUSTDOCFLAGS", "-D warnings"),
-        "",
-    )
+    let mut doc = toolchain.cargo("doc");
+    run_command(doc.args(["--no-deps", "--document-private-items"]).env("RUSTDOCFLAGS", "-D warnings"))
 }

@@ -14,16 +14,16 @@ pub fn announce(step: &str) {
     eprintln!("==> {step}");
 }
 
-/// Runs `command` with its output passed through; `remedy` says what to do when the program is missing.
-pub fn run(command: &mut Command, remedy: &str) -> Result<()> {
-    let status = command.status().map_err(|error| explain(command, &error, remedy))?;
+/// Runs `command` with its output passed through.
+pub fn run(command: &mut Command) -> Result<()> {
+    let status = command.status().map_err(|error| explain(command, &error, "install it, and have it on PATH"))?;
     if !status.success() {
         bail!("`{}` failed ({status})", line(command));
     }
     Ok(())
 }
 
-/// What `command` prints, trimmed.
+/// What `command` prints, trimmed; `remedy` says what to do when the program is missing.
 pub fn output(command: &mut Command, remedy: &str) -> Result<String> {
     let output = command.stderr(Stdio::piped()).output().map_err(|error| explain(command, &error, remedy))?;
     if !output.status.success() {
@@ -32,9 +32,9 @@ pub fn output(command: &mut Command, remedy: &str) -> Result<String> {
     Ok(String::from_utf8_lossy(&output.stdout).trim().to_owned())
 }
 
-/// Whether `command` can be started at all and ends well; prints nothing.
-pub fn answers(command: &mut Command) -> bool {
-    command.stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok_and(|status| status.success())
+/// What `command` prints, trimmed, if it can be started at all and ends well.
+pub fn printed(command: &mut Command) -> Option<String> {
+    output(command, "").ok()
 }
 
 /// Runs `command`, output passed through, and kills it when it takes longer than `limit`.

@@ -52,12 +52,12 @@ pub fn run(args: Args) -> Result<()> {
 }
 
 fn host() -> Result<()> {
-    process::run(&mut cargo("test"), "")
+    process::run(&mut cargo("test"))
 }
 
 fn emulator() -> Result<()> {
     node::prepare()?;
-    process::run(&mut node::npm("test"), "")
+    process::run(&mut node::npm("test"))
 }
 
 fn firmware() -> Result<()> {
@@ -70,5 +70,5 @@ fn emulated_board() -> Result<()> {
     // Ignored by a plain `cargo test`, which neither builds firmware nor needs Node.
     let mut tests: Command = cargo("test");
     tests.env("ISOSTEP_ELF", workspace::firmware_elf());
-    process::run(tests.args(["--package", "isostep-tests", "--test", "emulated", "--", "--ignored"]), "")
+    process::run(tests.args(["--package", "isostep-tests", "--test", "emulated", "--", "--ignored"]))
 }

@@ -128,7 +128,7 @@ fn source_marker() -> PathBuf {
 fn has_core_library() -> bool {
     let mut rustc = Command::new("rustc");
     rustc.current_dir(workspace::root()).args(["--print", "target-libdir", "--target", FIRMWARE_TARGET]);
-    let Ok(dir) = process::output(&mut rustc, "") else { return false };
+    let Some(dir) = process::printed(&mut rustc) else { return false };
     let Ok(files) = Path::new(&dir).read_dir() else { return false };
     files.flatten().any(|file| file.file_name().to_string_lossy().starts_with("libcore-"))
 }
@@ -141,7 +141,7 @@ fn path_dirs() -> impl Iterator<Item = PathBuf> {
 fn can_build_core(bin_dir: &Path) -> bool {
     let rustc = bin_dir.join("rustc");
     bin_dir.join("cargo").is_file()
-        && process::output(Command::new(&rustc).arg("--version"), "").is_ok_and(|version| is_recent(&version))
+        && process::printed(Command::new(&rustc).arg("--version")).is_some_and(|version| is_recent(&version))
         && sysroot(&rustc).is_some_and(|dir| dir.join("lib/rustlib/src/rust/library/core/src/lib.rs").is_file())
 }
 
@@ -152,12 +152,12 @@ fn is_recent(version: &str) -> bool {
 }
 
 fn sysroot(rustc: &Path) -> Option<PathBuf> {
-    process::output(Command::new(rustc).args(["--print", "sysroot"]), "").ok().map(PathBuf::from)
+    process::printed(Command::new(rustc).args(["--print", "sysroot"])).map(PathBuf::from)
 }
 
 /// The linker that ships with the default toolchain, otherwise the system's.
 fn rust_lld() -> Option<PathBuf> {
-    let host_libdir = process::output(Command::new("rustc").args(["--print", "target-libdir"]), "").ok()?;
+    let host_libdir = process::printed(Command::new("rustc").args(["--print", "target-libdir"]))?;
     let bundled = Path::new(&host_libdir).parent()?.join("bin/rust-lld");
     let system = path_dirs().flat_map(|dir| [dir.join("rust-lld"), dir.join("ld.lld")]);
     std::iter::once(bundled).chain(system).find(|linker| linker.is_file())
@@ -173,21 +173,21 @@ fn add_rustup_target() {
 }
 
 fn install_debian_packages() -> Result<()> {
-    let is_root = process::output(Command::new("id").arg("-u"), "").is_ok_and(|id| id == "0");
-    if !is_root || !process::answers(Command::new("apt-get").arg("--version")) {
+    let is_root = process::printed(Command::new("id").arg("-u")).is_some_and(|id| id == "0");
+    if !is_root || process::printed(Command::new("apt-get").arg("--version")).is_none() {
         return Ok(());
     }
     announce(&format!(
         "apt-get install {} (a system-wide rustc with the library's sources)",
         DEBIAN_PACKAGES.join(" ")
     ));
-    process::run(Command::new("apt-get").arg("update"), "")?;
+    process::run(Command::new("apt-get").arg("update"))?;
     let mut install = Command::new("apt-get");
     install
         .env("DEBIAN_FRONTEND", "noninteractive")
         .args(["install", "-y", "--no-install-recommends"])
         .args(DEBIAN_PACKAGES);
-    process::run(&mut install, "")
+    process::run(&mut install)
 }
 
 fn remedy() -> String {

@@ -11,9 +11,10 @@
 //! | P3 | `USBCTRL_IRQ`, `UART0_IRQ` | wake the console, and may wait as long as steps are due |
 //! | thread | the rest | coordinator, console, LED, watchdog |
 //!
-//! So a step is delayed by: a poll of another axis whose step is due too; a switch's edge; and critical sections, which
-//! close the door to every interrupt: the timer queue, channels and wakers hold one for microseconds, a log line for as
-//! long as defmt takes to encode it. Hence nothing is logged at each step, and the log never waits for a probe.
+//! So a step is delayed by: the poll of another axis whose step is due too, pulse and all; a switch's edge; and critical
+//! sections, which close the door to every interrupt: the timer queue, channels and wakers hold one for microseconds,
+//! a log line for as long as defmt takes to encode it. Hence nothing is logged at each step, and the log never waits
+//! for a probe.
 #![expect(unsafe_code, reason = "InterruptExecutor::on_interrupt may be called from its own interrupt only")]
 
 use embassy_executor::{InterruptExecutor, SendSpawner};
