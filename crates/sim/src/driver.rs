@@ -178,7 +178,7 @@ impl DriverInputs {
 
     fn check(&self, rule: Rule, since_ns: Option<u64>, t_ns: u64, violations: &mut Vec<Violation>) {
         let Some(since_ns) = since_ns else { return };
-        let (value_ns, min_ns) = (t_ns - since_ns, rule.min_ns(&self.timing));
+        let (value_ns, min_ns) = (t_ns.saturating_sub(since_ns), rule.min_ns(&self.timing));
         if value_ns < min_ns {
             violations.push(Violation { t_ns, axis: self.axis, rule, value_ns, min_ns });
         }

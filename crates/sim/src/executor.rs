@@ -61,6 +61,8 @@ struct Task {
     ready: Arc<Ready>,
     waker: Waker,
     future: Option<Pin<Box<dyn Future<Output = ()>>>>,
+    /// When it is through with the blocking delays of its last poll.
+    free: Instant,
 }
 
 struct Ready(AtomicBool);
@@ -93,7 +95,7 @@ impl Executor {
     pub fn spawn(&mut self, name: &'static str, future: impl Future<Output = ()> + 'static) {
         let ready = Arc::new(Ready(AtomicBool::new(true)));
         let waker = Waker::from(ready.clone());
-        self.tasks.push(Task { name, ready, waker, future: Some(Box::pin(future)) });
+        self.tasks.push(Task { name, ready, waker, future: Some(Box::pin(future)), free: Instant::MIN });
     }
 
     /// Runs until `done` holds (looked at whenever no task is ready), not beyond `limit`.
@@ -107,7 +109,7 @@ impl Executor {
             if done() {
                 return Ok(());
             }
-            match self.clock.next_deadline() {
+            match self.next_instant() {
                 None => return Err(RunError::Deadlock { at: self.clock.now(), waiting: self.waiting() }),
                 Some(at) if at > limit => return Err(RunError::TimeLimit { limit, waiting: self.waiting() }),
                 Some(at) => self.clock.advance_to(at),
@@ -146,18 +148,26 @@ impl Executor {
 
     fn run_ready(&mut self) -> Result<(), RunError> {
         for _ in 0..POLLS_PER_INSTANT_MAX {
-            let Some(task) = self.tasks.iter_mut().find(|task| task.is_ready()) else {
+            let now = self.clock.now();
+            let Some(task) = self.tasks.iter_mut().find(|task| task.is_awake() && task.free <= now) else {
                 return Ok(());
             };
             task.poll();
+            task.free = self.clock.end_poll();
         }
-        let task = self.tasks.iter().find(|task| task.is_ready()).map_or("none", |task| task.name);
+        let task = self.tasks.iter().find(|task| task.is_awake()).map_or("none", |task| task.name);
         Err(RunError::Livelock { at: self.clock.now(), task })
+    }
+
+    /// When something happens next: a deadline, or a task that was woken while in a blocking delay is through with it.
+    fn next_instant(&self) -> Option<Instant> {
+        let delayed = self.tasks.iter().filter(|task| task.is_awake()).map(|task| task.free);
+        self.clock.next_deadline().into_iter().chain(delayed).min()
     }
 }
 
 impl Task {
-    fn is_ready(&self) -> bool {
+    fn is_awake(&self) -> bool {
         self.future.is_some() && self.ready.0.load(Ordering::Relaxed)
     }
 
@@ -269,6 +279,24 @@ mod tests {
         });
         let error = executor.run_until(LATE, || false).unwrap_err();
         assert_eq!(error, RunError::Livelock { at: limit, task: "spins" });
+    }
+
+    #[test]
+    fn a_blocking_delay_holds_up_its_own_task_alone() {
+        let mut executor = Executor::new();
+        let log = Log::default();
+        for name in ["one", "two"] {
+            let (log, clock) = (log.clone(), executor.clock().clone());
+            executor.spawn(name, async move {
+                Timer::after_micros(10).await;
+                clock.spend(2_000);
+                note(&log, name);
+                yield_now().await;
+                note(&log, name);
+            });
+        }
+        executor.run_until_quiescent(LATE).unwrap();
+        assert_eq!(*log.borrow(), [(12, "one"), (12, "two"), (12, "one"), (12, "two")]);
     }
 
     #[test]

@@ -6,9 +6,9 @@ use serde::Serialize;
 use crate::driver::Violation;
 use crate::measure::{Intervals, Measured};
 use crate::outcome::Outcome;
+use crate::record::Loss;
 use crate::stream::Refusal;
 use crate::verify::{self, MoveCheck, Verdict};
-use crate::world::Loss;
 
 /// One move of the program.
 #[derive(Clone, Debug, Serialize)]

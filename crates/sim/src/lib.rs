@@ -41,6 +41,7 @@ mod outcome;
 pub mod pin;
 pub mod plant;
 pub mod program;
+mod record;
 pub mod report;
 mod sim;
 pub mod stream;

@@ -7,8 +7,9 @@ use isostep_profile::SyncMove;
 
 use crate::config::Config;
 use crate::driver::Violation;
+use crate::record::{Edge, Loss, Wave};
 use crate::stream::{Dialogue, Refusal, Speaker, Utterance};
-use crate::world::{Edge, Loss, Wave, World};
+use crate::world::World;
 
 /// One move, as planned and as ended.
 #[derive(Clone, Debug, PartialEq)]
@@ -80,7 +81,10 @@ pub struct Outcome {
 
 impl Outcome {
     pub(crate) fn new(config: &Config, world: &World, machine: &Machine, dialogue: Dialogue, duration_ns: u64) -> Self {
-        let record = world.record().clone();
+        let mut record = world.record().clone();
+        // A task's blocking delay runs ahead of the tasks polled after it.
+        record.waves.sort_by_key(|wave| wave.t_ns);
+        record.edges.sort_by_key(|edge| edge.t_ns);
         let machine_config = machine.config();
         let position_steps = machine.position_steps();
         Self {

@@ -12,10 +12,11 @@ use crate::config::{Config, StartOutside};
 use crate::executor::{Executor, Rest, RunError};
 use crate::link::{Lines, Pipe};
 use crate::outcome::Outcome;
-use crate::pin::{Input, Output};
+use crate::pin::{Delay, Input, Output};
 use crate::program::{self, ProgramError};
+use crate::record::Wire;
 use crate::stream::{Dialogue, Sender};
-use crate::world::{self, Shared, Wire, World};
+use crate::world::{self, Shared, World};
 
 /// Why a run has no outcome.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -197,7 +198,7 @@ fn spawn_motion(executor: &mut Executor, world: &Shared, config: &Config) -> &'s
     let machine: &'static Machine = Box::leak(Box::new(Machine::new(isostep_controller::config(&config.settings))));
     for (axis, name) in Axis::ALL.into_iter().zip(["axis X", "axis Y", "axis Z"]) {
         let (step, dir) = (Output::new(world, Wire::Step(axis)), Output::new(world, Wire::Dir(axis)));
-        let port = TimerPort::new(step, dir, config.driver);
+        let port = TimerPort::new(step, dir, Delay::new(executor.clock()), config.driver);
         executor.spawn(name, async move {
             axis::run(machine, axis, port).await;
         });

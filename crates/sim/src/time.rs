@@ -12,7 +12,8 @@
 //! That also keeps abandoned timers from piling up.
 //!
 //! Code takes no time here, but a blocking delay does, for the task that makes it alone: as if every task had a core of
-//! its own. [`Clock::spend`] moves that task's time on until its poll is over.
+//! its own. [`Clock::spend`] moves that task's time on until its poll is over, and the executor polls it
+//! again only when the others have caught up.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -61,9 +62,11 @@ impl Clock {
         self.0.borrow_mut().spent_ns += ns;
     }
 
-    /// The poll is over: the next task starts at the common time.
-    pub fn end_poll(&self) {
-        self.0.borrow_mut().spent_ns = 0;
+    /// The poll is over, and the next task starts at the common time; returns when this one is through with its delays.
+    pub fn end_poll(&self) -> Instant {
+        let mut state = self.0.borrow_mut();
+        let spent_ns = std::mem::take(&mut state.spent_ns);
+        Instant::from_ticks(state.now_ticks + spent_ns.div_ceil(NS_PER_TICK))
     }
 
     /// Makes this the clock of the current thread's `embassy_time`, until the guard is dropped.

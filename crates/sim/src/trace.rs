@@ -4,7 +4,7 @@ use std::io;
 
 use isostep_motion::Axis;
 
-use crate::world::Edge;
+use crate::record::Edge;
 
 /// Writes `t_ns,axis,direction,position_steps`: integer nanoseconds since power-up, `X|Y|Z`, `1|-1`, and the position
 /// after the edge, counted from power-up or since the axis was homed.

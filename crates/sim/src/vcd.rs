@@ -6,10 +6,7 @@ use std::io;
 use isostep_motion::Axis;
 use vcd::{IdCode, SimulationCommand, TimescaleUnit, Writer};
 
-use crate::world::{Wave, Wire};
-
-/// Nanoseconds per unit of time in the file: the simulator's tick.
-const UNIT_NS: u64 = 1_000;
+use crate::record::{Wave, Wire};
 
 /// Writes `waves` from power-up on; the limit switches start as `limits_high` says.
 ///
@@ -17,7 +14,7 @@ const UNIT_NS: u64 = 1_000;
 /// Those of `out`.
 pub fn write(waves: &[Wave], limits_high: [bool; 3], out: impl io::Write) -> io::Result<()> {
     let mut vcd = Writer::new(out);
-    vcd.timescale(1, TimescaleUnit::US)?;
+    vcd.timescale(1, TimescaleUnit::NS)?;
     vcd.add_module("isostep")?;
     let mut ids = BTreeMap::new();
     for (wire, name, _) in wires(limits_high) {
@@ -38,7 +35,7 @@ fn changes(waves: &[Wave], ids: &BTreeMap<Wire, IdCode>, vcd: &mut Writer<impl i
     let mut last_ns = None;
     for wave in waves {
         if last_ns != Some(wave.t_ns) {
-            vcd.timestamp(wave.t_ns / UNIT_NS)?;
+            vcd.timestamp(wave.t_ns)?;
             last_ns = Some(wave.t_ns);
         }
         vcd.change_scalar(ids[&wave.wire], wave.high)?;
@@ -86,6 +83,6 @@ mod tests {
                 _ => {}
             }
         }
-        assert_eq!(seen, [(0, vcd::Value::V0), (5, vcd::Value::V1), (8, vcd::Value::V0)]);
+        assert_eq!(seen, [(0, vcd::Value::V0), (5_000, vcd::Value::V1), (8_000, vcd::Value::V0)]);
     }
 }

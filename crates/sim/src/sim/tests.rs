@@ -5,7 +5,7 @@ use isostep_motion::Alarm;
 use super::*;
 use crate::figures::Figures;
 use crate::plant::SwitchFault;
-use crate::world::LossCause;
+use crate::record::LossCause;
 use crate::{report, trace, vcd, verify};
 
 fn parking() -> &'static [u8] {
