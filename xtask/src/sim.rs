@@ -199,7 +199,9 @@ fn said(outcome: &Outcome, already: &str) -> String {
     message.map_or(String::new(), |message| format!(" ({message})"))
 }
 
+/// A line without its comment, and not all of a very long one.
 fn shortened(text: &str) -> String {
+    let text = text.split([';', '(']).next().unwrap_or(text).trim();
     match text.char_indices().nth(60) {
         Some((end, _)) => format!("{}...", &text[..end]),
         None => text.to_owned(),

@@ -201,7 +201,7 @@ fn equal(checks: &[MoveCheck]) -> Verdict {
 fn timing(outcome: &Outcome) -> Verdict {
     let detail = match outcome.violations.first() {
         Some(first) => format!("{} violations, the first: {first}", outcome.violations.len()),
-        None => format!("{} steps", outcome.edges.len()),
+        None => format!("at each of {} edges", outcome.edges.len()),
     };
     Verdict { promise: "driver timing kept (DRV8825)", kept: outcome.violations.is_empty(), detail }
 }
@@ -212,7 +212,7 @@ fn losses(outcome: &Outcome) -> Verdict {
             let total: u32 = outcome.losses.iter().map(|loss| loss.steps).sum();
             format!("{total} lost, first at {first}")
         }
-        None => format!("{} steps made", outcome.edges.len()),
+        None => format!("all {} made by the carriages", outcome.edges.len()),
     };
     Verdict { promise: "no step lost", kept: outcome.losses.is_empty(), detail }
 }

@@ -19,6 +19,7 @@ fn draw(area: &Area, outcome: &Outcome) -> Drawn {
     let (from_s, to_s) = theme::range(errors.iter().flatten().map(|point| point.0));
     let (low, high) = theme::range(errors.iter().flatten().map(|point| point.1));
     let reach = low.abs().max(high.abs()).max(TICK_NS) * 1.25;
+    let decimals = theme::decimals_of(to_s - from_s);
     let mut chart = ChartBuilder::on(area)
         .margin(8)
         .margin_right(16)
@@ -34,7 +35,7 @@ fn draw(area: &Area, outcome: &Outcome) -> Drawn {
         .axis_desc_style(theme::font(15))
         .x_desc("time from power-up, s")
         .y_desc("late (+) or early (-), ns")
-        .x_label_formatter(&|s| format!("{s:.0}"))
+        .x_label_formatter(&|s| format!("{s:.decimals$}"))
         .y_label_formatter(&|ns| format!("{ns:.0}"))
         .y_labels(7)
         .draw()?;

@@ -102,10 +102,10 @@ fn panel(area: &Area, record: &MoveRecord, axes: &[MovingAxis], quantity: &Quant
     let mut mesh = chart.configure_mesh();
     mesh.light_line_style(TRANSPARENT).bold_line_style(GRID).axis_style(INK);
     mesh.label_style(theme::font(14)).axis_desc_style(theme::font(15)).y_desc(quantity.name);
-    let decimals = decimals_of(high - low);
+    let decimals = theme::decimals_of(high - low);
     let label = move |value: &f64| format!("{value:.decimals$}");
     mesh.y_label_formatter(&label).y_labels(7);
-    let seconds = decimals_of(duration_s);
+    let seconds = theme::decimals_of(duration_s);
     let x_label = move |value: &f64| format!("{value:.seconds$}");
     mesh.x_label_formatter(&x_label);
     if !quantity.upper {
@@ -157,9 +157,4 @@ fn extent(axes: &[MovingAxis], duration_s: f64, quantity: &Quantity) -> (f64, f6
     let (low, high) = theme::range(values.chain([0.0]));
     let room = (high - low).max(1e-6) * 0.14;
     (low - room, high + room)
-}
-
-/// Decimals that tell a tenth of `span` apart.
-fn decimals_of(span: f64) -> usize {
-    (1.0 - span.log10()).ceil().clamp(0.0, 6.0) as usize
 }

@@ -61,7 +61,7 @@ fn verdicts(figures: &Figures) -> Markup {
                     tr {
                         td class=(if verdict.kept { "kept" } else { "broken" }) { (if verdict.kept { "kept" } else { "broken" }) }
                         td { (verdict.promise) }
-                        td { (verdict.detail) }
+                        td.found { (verdict.detail) }
                     }
                 }
             }

@@ -29,6 +29,8 @@ fn draw(area: &Area, outcome: &Outcome) -> Drawn {
     let homed = outcome.moves.iter().any(|record| record.homing);
     let path = path(outcome);
     let (x, y) = bounds(&path, homed);
+    let decimals = theme::decimals_of(x.1 - x.0);
+    let label = |mm: &f64| format!("{mm:.decimals$}");
     let mut chart = ChartBuilder::on(area)
         .margin(12 * FINE)
         .x_label_area_size(48 * FINE)
@@ -44,8 +46,8 @@ fn draw(area: &Area, outcome: &Outcome) -> Drawn {
         .set_all_tick_mark_size(5 * FINE)
         .x_desc("X, mm")
         .y_desc("Y, mm")
-        .x_label_formatter(&|mm| format!("{mm:.0}"))
-        .y_label_formatter(&|mm| format!("{mm:.0}"))
+        .x_label_formatter(&label)
+        .y_label_formatter(&label)
         .draw()?;
     if homed {
         chart.draw_series(rack())?;

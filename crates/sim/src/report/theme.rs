@@ -82,3 +82,8 @@ pub fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
         })
         .unwrap_or((0.0, 1.0))
 }
+
+/// Decimals that tell a tenth of `span` apart.
+pub fn decimals_of(span: f64) -> usize {
+    (1.0 - span.log10()).ceil().clamp(0.0, 6.0) as usize
+}

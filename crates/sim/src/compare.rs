@@ -1,0 +1,208 @@
+//! Another machine's step trace against the plans of a simulated run: the emulated board's, or a logic analyser's.
+//!
+//! Homing ends at a switch, at each machine's own instant, so only the moves after the last homing are compared. Of
+//! these every step must be there, with its direction and position. Instants count from the first step of the move
+//! on either side, so a latency that all steps share does not show; what remains is jitter.
+
+use std::io;
+
+use isostep_motion::{AXES, Axis};
+
+use crate::outcome::{MoveRecord, Outcome};
+use crate::record::Edge;
+
+/// Why a trace is not that of the run.
+#[derive(Debug, thiserror::Error)]
+pub enum Mismatch {
+    /// The file cannot be read as a trace.
+    #[error("not a step trace with the header t_ns,axis,direction,position_steps: {0}")]
+    Csv(#[from] csv::Error),
+    /// A row names an axis there is not.
+    #[error("row {row}: there is no axis `{axis}`")]
+    Axis {
+        /// Which row after the header, from 1.
+        row: usize,
+        /// What it says.
+        axis: String,
+    },
+    /// An axis made fewer or more steps than the program has.
+    #[error("{axis}: {traced} steps in the trace, {planned} in the program")]
+    Count {
+        /// Which axis.
+        axis: Axis,
+        /// Steps in the trace; steps of homing count where the program homes.
+        traced: usize,
+        /// Steps in the program after homing.
+        planned: usize,
+    },
+    /// A step goes elsewhere.
+    #[error("move {number}, {axis} step {k}: direction {}, position {} in the trace, {} and {} in the program",
+        .traced.direction, .traced.position_steps, .planned.0, .planned.1)]
+    Step {
+        /// Which move of the program after homing, from 1.
+        number: usize,
+        /// Which axis.
+        axis: Axis,
+        /// Which of its steps, from 1.
+        k: u32,
+        /// What the trace says.
+        traced: Edge,
+        /// Direction and position in the program.
+        planned: (i32, i32),
+    },
+}
+
+/// How far the steps of a move, or of all, were from their closed-form instants, ns.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Jitter {
+    /// How many steps.
+    pub steps: usize,
+    /// Half of them were no further off.
+    pub median_ns: f64,
+    /// 99 of 100 were no further off.
+    pub p99_ns: f64,
+    /// None was further off.
+    pub max_ns: f64,
+}
+
+/// A trace that is that of the run.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct Comparison {
+    /// Each move after the last homing.
+    pub moves: Vec<Jitter>,
+    /// All of them together.
+    pub all: Jitter,
+}
+
+/// Reads a step trace.
+///
+/// # Errors
+/// [`Mismatch::Csv`], [`Mismatch::Axis`].
+pub fn read(input: impl io::Read) -> Result<Vec<Edge>, Mismatch> {
+    let mut rows = csv::Reader::from_reader(input);
+    let rows = rows.deserialize::<(u64, String, i32, i32)>().enumerate();
+    rows.map(|(index, row)| {
+        let (t_ns, name, direction, position_steps) = row?;
+        let axis = Axis::ALL.into_iter().position(|axis| axis.to_string() == name);
+        let axis = axis.ok_or(Mismatch::Axis { row: index + 1, axis: name })?;
+        Ok(Edge { t_ns, axis, direction, position_steps })
+    })
+    .collect()
+}
+
+/// Holds `trace` against the plans of `outcome`.
+///
+/// # Errors
+/// The first step that differs.
+pub fn compare(outcome: &Outcome, trace: &[Edge]) -> Result<Comparison, Mismatch> {
+    let after_homing = outcome.moves.iter().rposition(|record| record.homing).map_or(0, |last| last + 1);
+    let moves = &outcome.moves[after_homing..];
+    let mut left = split(trace, moves, after_homing > 0)?;
+    let mut errors_ns = Vec::new();
+    for (index, record) in moves.iter().enumerate() {
+        errors_ns.push(errors_of(index + 1, record, &mut left)?);
+    }
+    let all = Jitter::of(errors_ns.concat());
+    Ok(Comparison { moves: errors_ns.into_iter().map(Jitter::of).collect(), all })
+}
+
+/// Each axis's edges that belong to `moves`: the last ones.
+fn split<'a>(trace: &'a [Edge], moves: &[MoveRecord], homed: bool) -> Result<[Vec<&'a Edge>; AXES], Mismatch> {
+    let mut edges: [Vec<&Edge>; AXES] = Default::default();
+    for edge in trace {
+        edges[edge.axis].push(edge);
+    }
+    for axis in Axis::ALL {
+        let edges = &mut edges[axis as usize];
+        let planned = moves.iter().map(|record| record.plan.steps[axis as usize].unsigned_abs() as usize).sum();
+        let traced = edges.len();
+        if traced < planned || (traced > planned && !homed) {
+            return Err(Mismatch::Count { axis, traced, planned });
+        }
+        // In order of use from the back.
+        edges.reverse();
+        edges.truncate(planned);
+    }
+    Ok(edges)
+}
+
+fn errors_of(number: usize, record: &MoveRecord, left: &mut [Vec<&Edge>; AXES]) -> Result<Vec<f64>, Mismatch> {
+    // Instants in the trace and in closed form, ns.
+    let mut instants = Vec::new();
+    for axis in Axis::ALL {
+        let n = record.plan.steps[axis as usize];
+        for k in 1..=n.unsigned_abs() {
+            let traced = *left[axis as usize].pop().expect("as many were kept as are planned");
+            let planned = (n.signum(), record.origin_steps[axis as usize] + n.signum() * k as i32);
+            if (traced.direction, traced.position_steps) != planned {
+                return Err(Mismatch::Step { number, axis, k, traced, planned });
+            }
+            instants.push((traced.t_ns as f64, record.plan.step_time_s(axis as usize, k) * 1e9));
+        }
+    }
+    let first = instants.iter().copied().reduce(|first, next| if next.1 < first.1 { next } else { first });
+    let (traced_0, exact_0) = first.unwrap_or_default();
+    Ok(instants.into_iter().map(|(traced, exact)| (traced - traced_0) - (exact - exact_0)).collect())
+}
+
+impl Jitter {
+    fn of(errors_ns: Vec<f64>) -> Self {
+        let mut sorted: Vec<f64> = errors_ns.into_iter().map(f64::abs).collect();
+        sorted.sort_by(f64::total_cmp);
+        let share = |share: f64| sorted.get((sorted.len() as f64 * share) as usize).or(sorted.last());
+        let at = |share_below: f64| share(share_below).copied().unwrap_or(0.0);
+        Self { steps: sorted.len(), median_ns: at(0.5), p99_ns: at(0.99), max_ns: at(1.0) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Config, run};
+
+    const PROGRAM: &[u8] = b"$H\nG0 X1 Y0.5\nG0 X0.5\n";
+
+    fn traced() -> (Outcome, Vec<Edge>) {
+        let outcome = run(PROGRAM, &Config::default()).unwrap();
+        let edges = outcome.edges.clone();
+        (outcome, edges)
+    }
+
+    #[test]
+    fn a_run_compares_with_itself_to_the_tick() {
+        let (outcome, edges) = traced();
+        let comparison = compare(&outcome, &edges).unwrap();
+        assert_eq!(comparison.moves.iter().map(|jitter| jitter.steps).collect::<Vec<_>>(), [75, 25]);
+        assert!(comparison.all.max_ns < 1_300.0, "half a tick and the fit, on both sides: {comparison:?}");
+    }
+
+    #[test]
+    fn a_latency_of_all_steps_is_no_jitter_but_one_late_step_is() {
+        let (outcome, mut edges) = traced();
+        let on_time = compare(&outcome, &edges).unwrap();
+        edges.iter_mut().for_each(|edge| edge.t_ns += 5_000_000);
+        assert_eq!(compare(&outcome, &edges).unwrap(), on_time);
+        edges.last_mut().unwrap().t_ns += 9_000;
+        let max_ns = compare(&outcome, &edges).unwrap().all.max_ns;
+        assert!((7_700.0..10_300.0).contains(&max_ns), "{max_ns}");
+    }
+
+    #[test]
+    fn a_missing_step_or_a_wrong_direction_is_a_mismatch() {
+        let (outcome, edges) = traced();
+        let mut short = edges.clone();
+        short.pop();
+        assert!(matches!(compare(&outcome, &short), Err(Mismatch::Step { axis: Axis::X, .. })));
+        assert!(matches!(compare(&outcome, &short[short.len() - 9..]), Err(Mismatch::Count { .. })));
+        let mut turned = edges;
+        turned.last_mut().unwrap().direction = 1;
+        assert!(matches!(compare(&outcome, &turned), Err(Mismatch::Step { number: 2, k: 25, .. })));
+    }
+
+    #[test]
+    fn what_is_no_trace_is_refused() {
+        let bad = read(b"t_ns,axis,direction,position_steps\n5,Q,1,1\n".as_slice()).unwrap_err();
+        assert_eq!(bad.to_string(), "row 1: there is no axis `Q`");
+        assert!(matches!(read(b"t_ns,axis,direction,position_steps\nx,X,1,1\n".as_slice()), Err(Mismatch::Csv(_))));
+    }
+}
