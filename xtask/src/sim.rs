@@ -207,3 +207,23 @@ fn shortened(text: &str) -> String {
         None => text.to_owned(),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn places_and_switches_are_read() {
+        assert_eq!(places("1, 2.5,-3"), Ok([1.0, 2.5, -3.0]));
+        assert!(places("1,2").unwrap_err().contains("35,40,15"));
+        assert_eq!(switch("y=stuck-closed"), Ok((1, SwitchFault::StuckClosed)));
+        assert!(switch("Q=stuck-open").unwrap_err().contains("use X, Y or Z"));
+        assert!(switch("X=loose").unwrap_err().contains("use stuck-open"));
+    }
+
+    #[test]
+    fn a_line_is_shown_without_its_comment_and_not_whole_when_long() {
+        assert_eq!(shortened("$H   ; find the zero"), "$H");
+        assert_eq!(shortened(&"X1".repeat(50)).len(), 63);
+    }
+}
