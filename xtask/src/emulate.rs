@@ -1,9 +1,11 @@
 //! `cargo xtask emulate`: a G-code program on the firmware in an emulated RP2040.
 
-use std::path::PathBuf;
+use std::fs;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use anyhow::{Result, ensure};
+use anyhow::{Context, Result, ensure};
+use isostep_sim::compare::{self, Comparison};
 
 use crate::process::{self, announce};
 use crate::{build, node, workspace};
@@ -57,15 +59,38 @@ pub fn run(args: Args) -> Result<()> {
     node::prepare()?;
     build::firmware()?;
     announce(&format!("{} on the emulated board", args.program.display()));
-    process::run(&mut command(&args))
+    let trace = args.trace.clone().unwrap_or_else(|| workspace::root().join("target/emulated.csv"));
+    process::run(&mut command(&args, &trace))?;
+    print!("{}", table(&compare(&args.program, &trace)?));
+    Ok(())
 }
 
-fn command(args: &Args) -> Command {
+/// Holds the board's steps against the plans of the same program in simulation.
+fn compare(program: &Path, trace: &Path) -> Result<Comparison> {
+    let simulated = isostep_sim::run(&fs::read(program)?, &isostep_sim::Config::default())?;
+    let traced = compare::read(fs::File::open(trace)?)?;
+    compare::compare(&simulated, &traced).context("the board and the simulation differ")
+}
+
+fn table(comparison: &Comparison) -> String {
+    let mut text = String::from(
+        "\nEvery step, direction and position is as in the simulation. Step instants, from the first of their move,\n\
+         against the closed form (emulated):\n  move    steps    median       p99       max\n",
+    );
+    let numbers = (1..=comparison.moves.len()).map(|number| number.to_string()).chain(["all".to_owned()]);
+    for (name, jitter) in numbers.zip(comparison.moves.iter().chain([&comparison.all])) {
+        let [median, p99, max] = [jitter.median_ns, jitter.p99_ns, jitter.max_ns].map(|ns| ns / 1e3);
+        text += &format!("{name:>6} {:>8} {median:>6.2} us {p99:>6.2} us {max:>6.2} us\n", jitter.steps);
+    }
+    text
+}
+
+fn command(args: &Args, trace: &Path) -> Command {
     let mut command = Command::new("node");
     command.arg(workspace::emulator_dir().join("run.mjs")).arg("--elf").arg(workspace::firmware_elf());
     command.arg("--program").arg(&args.program);
-    let files =
-        [("--trace", &args.trace), ("--vcd", &args.vcd), ("--json", &args.json), ("--transcript", &args.transcript)];
+    command.arg("--trace").arg(trace);
+    let files = [("--vcd", &args.vcd), ("--json", &args.json), ("--transcript", &args.transcript)];
     for (flag, path) in files {
         command.args(path.iter().flat_map(|path| [flag.as_ref(), path.as_os_str()]));
     }

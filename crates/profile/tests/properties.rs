@@ -46,7 +46,7 @@ proptest! {
         prop_assume!(steps != [0; 3]);
         let plan = SyncMove::plan(steps, &limits, law, None).unwrap();
         let end_ticks = plan.profile.duration_s() * f64::from(TICK_HZ);
-        for axis in 0..3 {
+        for (axis, n) in steps.iter().enumerate() {
             let mut last = None;
             let mut k = 0;
             for tick in plan.segments(axis, TICK_HZ).flat_map(|segment| segment.ticks()) {
@@ -58,7 +58,7 @@ proptest! {
                 prop_assert!(tick as f64 <= end_ticks + EDGE_ERROR_MAX_TICKS);
                 last = Some(tick);
             }
-            prop_assert_eq!(k, steps[axis].unsigned_abs());
+            prop_assert_eq!(k, n.unsigned_abs());
         }
     }
 

@@ -26,6 +26,7 @@ export function buildChip(clock, board) {
   chip.core.cycles = powerUpCycle;
   clock.core = chip.core;
   chip.core.setInterrupt = setInterrupt;
+  countHandlers(chip.core, clock);
   chip.onBreak = (code) => {
     throw new Fault(`a breakpoint or an undefined instruction (number ${code})`);
   };
@@ -66,6 +67,20 @@ function setInterrupt(irq, asserted) {
     this.interruptsUpdated = true;
     if (this.enabledInterrupts & bit) this.waiting = false;
   }
+}
+
+/** Nested handlers count as one. */
+function countHandlers(core, clock) {
+  const { exceptionEntry, exceptionReturn } = core;
+  clock.leaveHandlers();
+  core.exceptionEntry = (number) => {
+    clock.enterHandler();
+    exceptionEntry.call(core, number);
+  };
+  core.exceptionReturn = (value) => {
+    exceptionReturn.call(core, value);
+    if (core.IPSR === 0) clock.leaveHandlers();
+  };
 }
 
 /** rp2040js logs what the chip answers with a fault (a bad address or instruction); a missing register is a note. */

@@ -21,6 +21,9 @@ export class MachineClock {
     this.alarms = [];
     /** Cycles the core has slept through. */
     this.asleepCycles = 0;
+    /** Cycles spent in interrupt handlers that are over, and where the one under way began. */
+    this.handledCycles = 0;
+    this.handlerStart = null;
   }
 
   get cycles() {
@@ -29,6 +32,21 @@ export class MachineClock {
 
   get awakeCycles() {
     return this.core.cycles - this.asleepCycles;
+  }
+
+  /** Cycles spent in interrupt handlers: all that a step costs at its instant, but nothing of planning it. */
+  get handlerCycles() {
+    return this.handledCycles + (this.handlerStart === null ? 0 : this.core.cycles - this.handlerStart);
+  }
+
+  enterHandler() {
+    this.handlerStart ??= this.core.cycles;
+  }
+
+  /** Back in thread mode. */
+  leaveHandlers() {
+    this.handledCycles = this.handlerCycles;
+    this.handlerStart = null;
   }
 
   get nanos() {

@@ -10,11 +10,12 @@ export class StepStatistics {
     this.axes = Object.fromEntries(AXES.map((axis) => [axis, { edges: 0, lastCycle: -Infinity, shortestCycles: Infinity }]));
     this.lastCycle = -Infinity;
     this.lastAwake = 0;
-    this.moving = { cycles: 0, awakeCycles: 0, edges: 0 };
+    this.lastHandler = 0;
+    this.moving = { cycles: 0, awakeCycles: 0, handlerCycles: 0, edges: 0 };
   }
 
   step(axis, clock) {
-    const { cycles, awakeCycles } = clock;
+    const { cycles, awakeCycles, handlerCycles } = clock;
     const of = this.axes[axis];
     of.edges += 1;
     of.shortestCycles = Math.min(of.shortestCycles, cycles - of.lastCycle);
@@ -22,10 +23,12 @@ export class StepStatistics {
     if (cycles - this.lastCycle < PAUSE_CYCLES) {
       this.moving.cycles += cycles - this.lastCycle;
       this.moving.awakeCycles += awakeCycles - this.lastAwake;
+      this.moving.handlerCycles += handlerCycles - this.lastHandler;
       this.moving.edges += 1;
     }
     this.lastCycle = cycles;
     this.lastAwake = awakeCycles;
+    this.lastHandler = handlerCycles;
   }
 
   highestRate(axis) {
