@@ -177,11 +177,11 @@ fn nonsense_moves_nothing_and_changes_nothing() {
 #[test]
 fn a_rate_the_pulses_cannot_carry_is_refused_with_the_one_that_works() {
     let mut sim = powered_up(&Config::default());
-    // TimerPort in ticks of 1 us: 3 high, 3 low: 166,666 steps/s, at 50 steps/mm 199,999 mm/min.
-    let heard = say(&mut sim, "$110=200000");
+    // TimerPort: 1.9 us high and 1.9 us low in ticks of 1 us, one to spare: 5 us, 200,000 steps/s, 240,000 mm/min.
+    let heard = say(&mut sim, "$110=240001");
     assert_eq!(heard.last().unwrap(), "error:12");
-    assert!(heard[0].contains("$110=200000") && heard[0].contains("199999"), "{heard:?}");
-    assert_eq!(say(&mut sim, "$110=199999"), ["ok"]);
+    assert!(heard[0].contains("$110=240001") && heard[0].contains("240000"), "{heard:?}");
+    assert_eq!(say(&mut sim, "$110=240000"), ["ok"]);
     assert_eq!(say(&mut sim, "$120=0").last().unwrap(), "error:2");
     assert!(say(&mut sim, "$$").contains(&"$120=50.000".to_owned()));
 }

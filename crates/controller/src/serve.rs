@@ -54,14 +54,15 @@ impl Controller<'_> {
         let console = Console { input: Pipe::new(), output: Output::new(), reset: Signal::new() };
         let ended = select4(
             self.receive(&console, rx),
-            transmit(&console.output, tx),
             self.session(&console),
             self.notify(&console.output),
+            // Last, so that a reply leaves in the poll that wrote it.
+            transmit(&console.output, tx),
         );
         match ended.await {
             Either4::First(error) => error.map_err(|error| error.map_or(LinkError::Closed, LinkError::Read)),
-            Either4::Second(error) => error.map_err(LinkError::Write),
-            Either4::Third(never) | Either4::Fourth(never) => match never {},
+            Either4::Second(never) | Either4::Third(never) => match never {},
+            Either4::Fourth(error) => error.map_err(LinkError::Write),
         }
     }
 

@@ -2,8 +2,8 @@
 //!
 //! # Design
 //! Planning and compiling are float work of up to a few hundred microseconds a piece, so this task runs below the
-//! axis tasks, which only add. It fills every axis's queue before the start, then keeps the queues full while the
-//! axes drain them.
+//! axis tasks, which only add. It compiles every axis's first segments before the start, then keeps the queues full
+//! while the axes drain them.
 //!
 //! Stops come from anywhere ([`Machine::reset`], a limit switch): the axes halt first, at their own priority, and
 //! this task finds out from their answers, reads the exact positions and decides what the machine's state is.
@@ -13,6 +13,7 @@ use core::future::pending;
 
 use embassy_futures::join::join_array;
 use embassy_futures::select::{Either, select};
+use embassy_futures::yield_now;
 use embassy_time::{Duration, Instant, Timer, with_timeout};
 use embedded_hal::digital::OutputPin;
 use isostep_profile::{Segments, SyncMove};
@@ -25,6 +26,10 @@ use crate::port::Direction;
 /// From the start signal to instant zero of a move: the axis tasks wake, set DIR and wait out its set-up, and
 /// ENABLE's (650 ns for a DRV8825), long before the first step.
 const LEAD: Duration = Duration::from_micros(500);
+
+/// Segments compiled per axis before a move starts. Two are six steps at least, 66 ms at 2,500 steps/s² from rest, in
+/// which the queues are filled; more would only delay the start.
+const SEGMENTS_BEFORE_START: usize = 2;
 
 /// Carries out the motions asked of `machine` for ever. `enable` is the drivers' ENABLE, active low; every
 /// [`Event`] goes to `on_event` as it happens.
@@ -158,6 +163,7 @@ where
         let mut segments = Axis::ALL.map(|axis| plan.segments(axis as usize, self.machine.tick_hz(axis)));
         for (axis, segments) in Axis::ALL.into_iter().zip(&mut segments) {
             self.prepare(axis, segments);
+            yield_now().await;
         }
         if self.machine.cause().is_some() {
             // Stopped before it started. A stop after this check finds its halt signal standing.
@@ -184,16 +190,15 @@ where
         }
     }
 
-    /// Empties the axis's signals and fills its queue.
+    /// Empties the axis's signals and queues its first segments.
     fn prepare(&self, axis: Axis, segments: &mut Segments) {
         let link = self.machine.link(axis);
         link.segments.clear();
         link.halt.reset();
         link.done.reset();
-        while !link.segments.is_full() {
-            let Some(segment) = segments.next() else { break };
-            // There is room and this task is the only sender.
-            let Ok(()) = link.segments.try_send(segment) else { break };
+        for segment in segments.take(SEGMENTS_BEFORE_START) {
+            // There is room: the queue was empty and this task is the only sender.
+            let _ = link.segments.try_send(segment);
         }
     }
 
@@ -236,10 +241,12 @@ pub(crate) async fn alongside<T>(main: impl Future<Output = T>, side: impl Futur
     }
 }
 
-/// Keeps one axis's queue full until its part of the move is compiled.
+/// Keeps one axis's queue full until its part of the move is compiled. One segment a poll: the axes take turns, and so
+/// do the other tasks of this priority.
 async fn feed(machine: &Machine, axis: Axis, segments: Segments) {
     for segment in segments {
         machine.link(axis).segments.send(segment).await;
+        yield_now().await;
     }
 }
 
