@@ -101,6 +101,13 @@ pub struct Tx {
     stalled: bool,
 }
 
+impl Tx {
+    /// Whether the host took the packet in time.
+    async fn send(&mut self, packet: &[u8], patience: Duration) -> bool {
+        with_timeout(patience, self.sender.write_packet(packet)).await.is_ok()
+    }
+}
+
 impl ErrorType for Tx {
     type Error = CdcAcmError;
 }
@@ -110,8 +117,11 @@ impl Write for Tx {
     async fn write(&mut self, bytes: &[u8]) -> Result<usize, CdcAcmError> {
         let chunk = &bytes[..bytes.len().min(CHUNK_BYTES)];
         if IS_OPEN.load(Ordering::Relaxed) {
-            let patience = if self.stalled { Duration::MIN } else { HOST_PATIENCE };
-            self.stalled = with_timeout(patience, self.sender.write_packet(chunk)).await.is_err();
+            if self.stalled {
+                // A host that reads again has half a line: end it, so that the next one is whole.
+                self.stalled = !self.send(b"\r\n", Duration::MIN).await;
+            }
+            self.stalled = self.stalled || !self.send(chunk, HOST_PATIENCE).await;
         }
         Ok(chunk.len())
     }

@@ -1,0 +1,155 @@
+//! The firmware on the emulated board, held against the simulation and the closed form.
+//!
+//! Ignored by a plain `cargo test`: `cargo xtask test` builds the firmware, then runs these. Every figure here is
+//! emulated, at 125 MHz.
+
+use std::fs;
+use std::path::PathBuf;
+
+use isostep_sim::compare::{self, Comparison};
+use isostep_sim::{Config, run};
+use isostep_tests::emulated::{Board, Run, root};
+
+fn program(name: &str) -> PathBuf {
+    root().join("programs").join(name)
+}
+
+/// Runs a program of the project on the board and in simulation; the same steps, or it panics.
+fn held_against_simulation(board: Board, name: &str) -> (Run, Comparison) {
+    let emulated = board.program(&program(name));
+    assert!(emulated.ok, "{}", emulated.printed);
+    assert_eq!(emulated.figures["driver_timing"]["violations"], 0, "{}", emulated.printed);
+    let simulated = run(&fs::read(program(name)).unwrap(), &Config::default()).unwrap();
+    for (axis, position) in ["X", "Y", "Z"].into_iter().zip(simulated.position_steps) {
+        assert_eq!(emulated.figures["axes"][axis]["position_steps"], position, "{axis}");
+    }
+    let comparison = compare::compare(&simulated, &emulated.edges).unwrap();
+    (emulated, comparison)
+}
+
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn parking_is_the_simulations_and_within_3_us() {
+    let (run, comparison) = held_against_simulation(Board::new("parking"), "parking.nc");
+    assert!(comparison.all.p99_ns <= 3_000.0, "{comparison:#?}");
+    assert_eq!(comparison.all.steps, 72_750, "{}", run.printed);
+}
+
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn diagonal_by_uart_with_a_full_window_is_the_simulations() {
+    let board = Board::new("diagonal").with(&["--console", "uart", "--stream", "counting"]);
+    held_against_simulation(board, "diagonal.nc");
+}
+
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn the_same_program_gives_the_same_bytes() {
+    let (first, _) = held_against_simulation(Board::new("square-1"), "square.nc");
+    let (second, _) = held_against_simulation(Board::new("square-2"), "square.nc");
+    assert_eq!(first.figures, second.figures);
+    assert_eq!(first.edges, second.edges);
+}
+
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn homing_with_bouncing_switches_ends_at_the_same_place() {
+    let places = |test, options: &[&str]| {
+        let run = Board::new(test).with(options).script("expect Grbl\nsend $H\nexpect ok\nbytes 3f\nexpect <Idle\n");
+        assert!(run.ok, "{}", run.printed);
+        assert!(run.printed.contains("MPos:0.000,0.000,0.000"), "{}", run.printed);
+        let place = |line: &&str| line.starts_with("Axis");
+        run.printed.lines().filter(place).map(|line| line.split(',').nth(2).unwrap().to_owned()).collect::<Vec<_>>()
+    };
+    let clean = places("homing-clean", &[]);
+    assert_eq!(clean, [" 2.00 mm above its switch"; 3]);
+    assert_eq!(places("homing-bounce", &["--bounce-us", "1500", "--seed", "7"]), clean);
+}
+
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn faulty_switches_are_named_and_lock_the_machine() {
+    let open = Board::new("stuck-open").with(&["--switch", "Z=stuck-open"]);
+    let run = open.script(
+        "expect Grbl\nsend $H\nexpect error:9\nexpect [MSG:Z limit switch never closed\nsend G0 X1\nexpect error:9\n",
+    );
+    assert!(run.ok, "{}", run.printed);
+    assert!(run.printed.contains("ALARM:9"), "{}", run.printed);
+    assert!(run.edges.iter().all(|edge| edge.axis == 2), "only Z moved");
+
+    let closed = Board::new("stuck-closed").with(&["--switch", "Z=stuck-closed"]);
+    let run = closed.script("expect Grbl\nsend $H\nexpect error:9\nexpect [MSG:Z limit switch still closed\n");
+    assert!(run.ok, "{}", run.printed);
+    assert!(run.printed.contains("ALARM:8"), "{}", run.printed);
+}
+
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn bad_input_moves_nothing() {
+    let long = "X".repeat(10_000);
+    let script = format!(
+        "expect Grbl\nsend G0 Q5\nexpect error:20\nsend {long}\nexpect error:11\nsend G0 X99999999999\nexpect error:2\n\
+         send $110=240001\nexpect error:12\nsend G1 X1\nexpect error:22\nsend $nonsense\nexpect error:3\n\
+         bytes 01 7f c2 96 ff 0a\nexpect error:1\nsend\nexpect ok\nsend $X\nexpect ok\nbytes 3f\nexpect <Idle|MPos:0.000,0.000,0.000\n"
+    );
+    let run = Board::new("bad-input").script(&script);
+    assert!(run.ok, "{}", run.printed);
+    assert!(run.edges.is_empty());
+}
+
+/// The position that the firmware reports after a stop against the edges that left the pins, at 25 instants.
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn a_stop_leaves_the_exact_count_of_the_edges_that_left() {
+    let mut script = "expect Grbl\n".to_owned();
+    for i in 0..25 {
+        let away = if i % 2 == 0 { 1.0 } else { -1.0 };
+        let wait_ms = 20.0 + f64::from(i) * 47.31;
+        script += &format!(
+            "send G91 G0 X{} Y{} Z{}\nexpect ok\nwait-ms {wait_ms:.3}\n",
+            20.0 * away,
+            -7.3 * away,
+            3.0 * away
+        );
+        script += "bytes 18\nexpect ALARM:3\nexpect [MSG:reset\nbytes 3f\nexpect <Alarm\nsend $X\nexpect ok\n";
+    }
+    let run = Board::new("stop").script(&script);
+    assert!(run.ok, "{}", run.printed);
+    let reports: Vec<_> = run.printed.lines().filter(|line| line.contains("< <Alarm|")).collect();
+    assert_eq!(reports.len(), 25);
+    for report in reports {
+        let at_ns = report.split_whitespace().next().unwrap().parse::<f64>().unwrap() * 1e9;
+        let (_, position) = report.split_once("MPos:").unwrap();
+        let mm = position.split(['|', '>']).next().unwrap().split(',').map(|mm| mm.parse::<f64>().unwrap());
+        let reported: Vec<i32> = mm.map(|mm| (mm * 50.0).round() as i32).collect();
+        let seen: Vec<i32> = (0..3)
+            .map(|axis| {
+                let left = run.edges.iter().filter(|edge| edge.axis == axis && (edge.t_ns as f64) < at_ns);
+                left.map(|edge| edge.direction).sum()
+            })
+            .collect();
+        assert_eq!(reported, seen, "{report}");
+    }
+}
+
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn the_emergency_stop_locks_until_it_is_released() {
+    let run = Board::new("emergency-stop").script(
+        "expect Grbl\nsend G0 X50\nexpect ok\nwait-ms 800\nestop pressed\nexpect ALARM:10\nexpect [MSG:emergency\n\
+         send $X\nexpect error:9\nestop released\nwait-ms 20\nsend $X\nexpect ok\nsend G0 X0\nexpect ok\nwait-idle\n",
+    );
+    assert!(run.ok, "{}", run.printed);
+}
+
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn a_host_that_stops_reading_does_not_stop_the_machine() {
+    let mut script = "expect Grbl\nsend G0 X20\nexpect ok\nreading off\n".to_owned();
+    // Far more status reports than the firmware has room for.
+    script += &"bytes 3f 3f 3f 3f 3f 3f 3f 3f\nwait-ms 20\n".repeat(60);
+    script += "reading on\nwait-ms 500\nsend $X\nexpect ok\nwait-idle\nbytes 3f\nexpect <Idle|MPos:20.000\n";
+    let run = Board::new("deaf-host").script(&script);
+    assert!(run.ok, "{}", run.printed);
+    assert_eq!(run.edges.len(), 1_000);
+}
