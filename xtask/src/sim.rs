@@ -162,6 +162,9 @@ fn write_files(args: &Args, outcome: &Outcome, figures: &Figures) -> Result<()> 
         fs::create_dir_all(folder).with_context(|| format!("{} cannot be made", folder.display()))?;
         let html = isostep_sim::report::page(outcome, figures);
         write_file(&page, |out| out.write_all(html.as_bytes()))?;
+        for (name, picture) in isostep_sim::report::files(outcome) {
+            write_file(&folder.join(name), |out| out.write_all(picture.as_bytes()))?;
+        }
     }
     Ok(())
 }

@@ -7,4 +7,4 @@ mod page;
 mod path;
 mod theme;
 
-pub use page::page;
+pub use page::{files, page};

@@ -3,7 +3,7 @@
 use isostep_console::{SETTING_TABLE, report};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use super::theme::AXIS_NAMES;
+use super::theme::{self, AXIS_NAMES, STYLE_SHEET};
 use super::{errors, kinematics, path};
 use crate::figures::{Figures, MoveFigures};
 use crate::measure::Intervals;
@@ -22,7 +22,7 @@ pub fn page(outcome: &Outcome, figures: &Figures) -> String {
                 meta charset="utf-8";
                 meta name="viewport" content="width=device-width, initial-scale=1";
                 title { (title) }
-                style { (PreEscaped(include_str!("style.css"))) }
+                style { (PreEscaped(STYLE_SHEET)) }
             }
             body {
                 h1 { (figures.program) }
@@ -78,10 +78,6 @@ fn verdicts(figures: &Figures) -> Markup {
 }
 
 fn pictures(outcome: &Outcome, figures: &Figures) -> Markup {
-    let program = || outcome.moves.iter().filter(|record| !record.homing).enumerate();
-    let axes = |record: &MoveRecord| record.plan.steps.iter().filter(|n| **n != 0).count();
-    let several = program().any(|(_, record)| axes(record) > 1);
-    let shown: Vec<_> = program().filter(|(_, record)| !several || axes(record) > 1).take(PICTURES_MAX).collect();
     html! {
         h2 { "Path" }
         figure { (PreEscaped(path::picture(outcome))) figcaption {
@@ -90,10 +86,10 @@ fn pictures(outcome: &Outcome, figures: &Figures) -> Markup {
         } }
         h2 { "Speed and acceleration" }
         p { "One profile drives every axis of a move, so all accelerate, cruise and decelerate over the same intervals, shaded." }
-        @for (index, record) in shown {
+        @for (number, record) in shown(outcome) {
             figure {
                 figcaption {
-                    "Move " (index + 1) ", " (steps_text(record.plan.steps)) " steps. "
+                    "Move " (number) ", " (steps_text(record.plan.steps)) " steps. "
                     (key(&moving(record.plan.steps))) "Lines are planned, dots measured from the edges."
                 }
                 (PreEscaped(kinematics::of_move(outcome, record)))
@@ -104,6 +100,22 @@ fn pictures(outcome: &Outcome, figures: &Figures) -> Markup {
             (key(&[0, 1, 2])) "How far the steps were from the closed form of their moves: each bar spans the earliest to the latest of its time. Dashed: one tick of the timer."
         } }
     }
+}
+
+/// The moves shown as pictures, with their numbers: those of several axes, if there are any.
+fn shown(outcome: &Outcome) -> Vec<(usize, &MoveRecord)> {
+    let program = || (1..).zip(outcome.moves.iter().filter(|record| !record.homing));
+    let axes = |record: &MoveRecord| record.plan.steps.iter().filter(|n| **n != 0).count();
+    let several = program().any(|(_, record)| axes(record) > 1);
+    program().filter(|(_, record)| !several || axes(record) > 1).take(PICTURES_MAX).collect()
+}
+
+/// The page's pictures of path and moves as files of their own, by name: SVG in light colours.
+pub fn files(outcome: &Outcome) -> Vec<(String, String)> {
+    let moves = shown(outcome).into_iter();
+    let moves = moves.map(|(number, record)| (format!("move-{number}.svg"), kinematics::of_move(outcome, record)));
+    let path = ("path.svg".to_owned(), path::picture(outcome));
+    moves.chain([path]).map(|(name, picture)| (name, theme::standalone(&picture))).collect()
 }
 
 /// Which colour is which axis.

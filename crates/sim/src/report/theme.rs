@@ -33,6 +33,9 @@ const VARIABLES: [(RGBColor, &str); 10] = [
     (RACK, "--rack"),
 ];
 
+/// The page's style sheet, which has the colours.
+pub const STYLE_SHEET: &str = include_str!("style.css");
+
 /// Names of the axes.
 pub const AXIS_NAMES: [&str; 3] = ["X", "Y", "Z"];
 
@@ -61,6 +64,21 @@ pub fn svg(size: (u32, u32), title: &str, draw: impl FnOnce(&Area) -> Drawn) -> 
         &format!("<svg width=\"{width}\" height=\"{height}\""),
         &format!("<svg role=\"img\" aria-label=\"{title}\""),
     )
+}
+
+/// A picture that stands by itself, in the light colours of the page's style sheet.
+pub fn standalone(picture: &str) -> String {
+    let text = picture.replacen('>', "><rect width=\"100%\" height=\"100%\" fill=\"var(--paper)\"/>", 1);
+    STYLE_SHEET
+        .lines()
+        .filter_map(light_colour)
+        .fold(text, |text, (variable, colour)| text.replace(&format!("var({variable})"), colour))
+}
+
+/// `--x: light-dark(#1f6feb, #6cb0ff);` as `--x` and its light colour.
+fn light_colour(line: &str) -> Option<(&str, &str)> {
+    let (variable, value) = line.trim().split_once(": light-dark(")?;
+    Some((variable, value.split(',').next()?))
 }
 
 /// Text of `size` pixels.
