@@ -19,6 +19,8 @@ export class Board {
     this.warnings = new Set();
     this.resets = [];
     this.faults = [];
+    /** Faults that were asked for. */
+    this.crashes = 0;
     this.paused = false;
     /** The far end of the cable: set by the console that listens. */
     this.onBytes = () => {};
@@ -58,6 +60,13 @@ export class Board {
   /** Makes `run` return on this very cycle: what waits for an event then acts on it at its instant. */
   pause() {
     this.paused = true;
+  }
+
+  /** Sends the core astray, as a wild jump would: its next fetch is from where there is no memory. */
+  crash() {
+    this.crashes += 1;
+    this.core.waiting = false;
+    this.core.PC = 0xf0000000;
   }
 
   #execute(limitCycle) {

@@ -100,6 +100,7 @@ function attempt(action) {
 /** What the board has to say against a run that came to its end. */
 function verdict(board) {
   const { timing } = board.gantry;
-  if (board.faults.length > 0) return `the firmware took a hard fault at pc ${board.faults[0].pc}: ${board.faults[0].what}`;
+  const [fault] = board.faults.slice(board.crashes);
+  if (fault !== undefined) return `the firmware took a hard fault at pc ${fault.pc}: ${fault.what}`;
   return timing.total > 0 ? `${timing.total} violations of the driver's timing` : null;
 }

@@ -14,6 +14,8 @@ export const COMMANDS = {
   'wait-ms': { usage: 'wait-ms MILLISECONDS', parse: positive, run: (script, millis) => script.waitMillis(millis) },
   switch: { usage: `switch X|Y|Z ${SWITCH_MODES.join('|')}`, parse: switchMode, run: (script, [axis, mode]) => script.board.gantry.carriages[axis].limitSwitch.setMode(mode) },
   estop: { usage: 'estop pressed|released', parse: (rest) => oneOf(['pressed', 'released'], rest), run: (script, state) => script.board.gantry.pressEstop(state === 'pressed') },
+  motors: { usage: 'motors on|off', parse: onOff, run: (script, on) => script.expectMotors(on) },
+  crash: { usage: 'crash', parse: nothing, run: (script) => script.board.crash() },
   dtr: { usage: 'dtr on|off', parse: onOff, run: (script, on) => script.board.cable.setDtr(on) },
   reading: { usage: 'reading on|off', parse: onOff, run: (script, on) => script.board.cable.setReading(on) },
 };
@@ -74,6 +76,11 @@ export class ScriptRun {
     const next = () => this.console.take(kind, kind === 'message' ? prefix : '');
     const { text } = this.console.waitFor(`line beginning ${prefix || kind}`, next, this.timeoutSeconds);
     if (!text.startsWith(prefix)) throw new Error(`got ${text}`);
+  }
+
+  expectMotors(on) {
+    const { energised } = this.board.gantry.timing;
+    if (energised !== on) throw new Error(`ENABLE ${energised ? 'energises' : 'frees'} the motors`);
   }
 
   waitMillis(millis) {
