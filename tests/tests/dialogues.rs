@@ -340,3 +340,24 @@ fn motors_rest_when_the_idle_delay_says_so() {
     assert_eq!(off_ns - on_ns, moved_ns + 100_000_000);
     assert!(sim.outcome().violations.is_empty());
 }
+
+/// Paper 004 on its own machine: 20,000 steps of Y in thirds of 4.5 s, where the paper measured 4.5 / 4.725 / 6.8 s and
+/// lost steps on the way. 9.8766 mm/s2 are the paper's V_c/t1 = 2,222.2/4.5 steps/s2 at 50 steps/mm.
+#[test]
+fn paper_004_moves_in_three_equal_intervals_without_losing_a_step() {
+    let mut sim = homed();
+    for line in ["$900=1", "$120=9.8766", "$121=9.8766", "G0 X150 Y400"] {
+        assert_eq!(say(&mut sim, line), ["ok"]);
+    }
+    let outcome = sim.outcome();
+    assert_eq!(outcome.counted_steps, [7_500, 20_000, 0]);
+    assert_eq!(outcome.drift_steps, [0; 3], "every edge moved its carriage");
+    let checks = isostep_sim::verify::moves(&outcome);
+    let check = checks.last().unwrap();
+    for axis in [0, 1] {
+        let measured = check.measured[axis].expect("enough edges to measure").intervals;
+        for interval_s in [measured.accel_s, measured.cruise_s, measured.decel_s] {
+            assert!((interval_s - 4.5).abs() < 50e-6, "axis {axis}: {measured:?}");
+        }
+    }
+}
