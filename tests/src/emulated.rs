@@ -8,10 +8,7 @@ use isostep_sim::compare;
 use isostep_sim::world::Edge;
 use serde_json::Value;
 
-/// The project's folder.
-pub fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("tests is a folder of the project")
-}
+use crate::root;
 
 /// One run of the emulated board; its files are in a folder named after the test.
 pub struct Board {

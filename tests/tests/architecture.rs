@@ -5,11 +5,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use isostep_tests::root;
 use serde_json::Value;
-
-fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap().to_path_buf()
-}
 
 /// Each workspace package's own dependencies, dev-dependencies left out.
 fn dependencies() -> BTreeMap<String, BTreeSet<String>> {

@@ -8,7 +8,8 @@ use std::path::PathBuf;
 
 use isostep_sim::compare::{self, Comparison};
 use isostep_sim::{Config, run};
-use isostep_tests::emulated::{Board, Run, root};
+use isostep_tests::emulated::{Board, Run};
+use isostep_tests::root;
 
 fn program(name: &str) -> PathBuf {
     root().join("programs").join(name)

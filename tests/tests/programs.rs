@@ -1,0 +1,111 @@
+//! Whole programs in virtual time: those of the project as readable tables, and random ones.
+
+use std::fmt::Write;
+use std::fs;
+
+use expect_test::{Expect, expect};
+use isostep_sim::{Config, Figures, Outcome, run};
+use isostep_tests::root;
+use oorandom::Rand32;
+
+fn kept(name: &str, outcome: &Outcome) {
+    let broken: Vec<_> = Figures::new(name, outcome).broken().map(|verdict| format!("{verdict:?}")).collect();
+    assert!(broken.is_empty(), "{name}: {}", broken.join("\n"));
+}
+
+fn check(name: &str, expected: &Expect) {
+    let program = fs::read(root().join("programs").join(name)).unwrap();
+    let outcome = run(&program, &Config::default()).unwrap();
+    kept(name, &outcome);
+    let mut table = String::from("       X      Y      Z   accelerate     cruise decelerate\n");
+    for record in outcome.moves.iter().filter(|record| !record.homing) {
+        let ([x, y, z], profile) = (record.plan.steps, record.plan.profile);
+        let (accel, cruise, decel) = (profile.t_accel_s(), profile.t_cruise_s(), profile.t_decel_s());
+        writeln!(table, "{x:>8} {y:>6} {z:>6} {accel:>10.6} s {cruise:>8.6} s {decel:>8.6} s").unwrap();
+    }
+    writeln!(table, "ends at {:?}", outcome.position_steps).unwrap();
+    expected.assert_eq(&table);
+}
+
+#[test]
+fn parking() {
+    check("parking.nc", &expect![[r#"
+               X      Y      Z   accelerate     cruise decelerate
+            8750   2000      0   0.960000 s 2.685833 s 0.960000 s
+               0      0   4500   0.600000 s 2.400000 s 0.600000 s
+               0    500      0   0.400000 s 0.100000 s 0.400000 s
+               0      0  -4500   0.600000 s 2.400000 s 0.600000 s
+            7500  14000      0   0.705184 s 7.236006 s 0.705184 s
+               0      0   4500   0.600000 s 2.400000 s 0.600000 s
+               0   -500      0   0.400000 s 0.100000 s 0.400000 s
+               0      0  -4500   0.600000 s 2.400000 s 0.600000 s
+           -7500 -14000      0   0.960000 s 4.873333 s 0.960000 s
+        ends at [8750, 2000, 0]
+    "#]]);
+}
+
+#[test]
+fn square() {
+    check("square.nc", &expect![[r#"
+               X      Y      Z   accelerate     cruise decelerate
+            5000      0      0   0.800000 s 1.700000 s 0.800000 s
+               0   5000      0   0.800000 s 1.700000 s 0.800000 s
+           -5000      0      0   0.800000 s 1.700000 s 0.800000 s
+               0  -5000      0   0.800000 s 1.700000 s 0.800000 s
+        ends at [0, 0, 0]
+    "#]]);
+}
+
+#[test]
+fn diagonal() {
+    check("diagonal.nc", &expect![[r#"
+               X      Y      Z   accelerate     cruise decelerate
+            5000   1850      0   0.960000 s 1.123333 s 0.960000 s
+               1   3000      0   0.960000 s 0.290000 s 0.960000 s
+            2000      1      0   0.894427 s 0.000000 s 0.894427 s
+               1      1      0   0.020000 s 0.000000 s 0.020000 s
+               1      0      0   0.020000 s 0.000000 s 0.020000 s
+           -3501     -3      0   0.600000 s 1.734001 s 0.600000 s
+               7    -11     13   0.072111 s 0.000000 s 0.072111 s
+            1499    165   1000   0.497048 s 0.709273 s 0.497048 s
+           -5008  -5003  -1013   0.960000 s 1.126667 s 0.960000 s
+        ends at [0, 0, 0]
+    "#]]);
+}
+
+/// Ten moves anywhere in the travel after homing, one to three axes at a time, rapids and feeds, either interval law.
+fn random_program(seed: u64) -> String {
+    let mut random = Rand32::new(seed);
+    let mut program = format!("$H\n$900={}\nG21 G90 F{}\n", random.rand_range(0..2), random.rand_range(60..4_000));
+    for _ in 0..10 {
+        write!(program, "G{}", random.rand_range(0..2)).unwrap();
+        let axes = random.rand_range(1..8);
+        for (bit, letter, travel_mm) in [(1, 'X', 350), (2, 'Y', 400), (4, 'Z', 100)] {
+            if axes & bit != 0 {
+                write!(program, " {letter}{}.{:02}", random.rand_range(0..travel_mm), random.rand_range(0..100))
+                    .unwrap();
+            }
+        }
+        program.push('\n');
+    }
+    program
+}
+
+#[test]
+fn random_programs_keep_every_promise() {
+    for seed in 0..100 {
+        let program = random_program(seed);
+        let folder = root().join("target/random");
+        let name = format!("target/random/seed-{seed}.nc");
+        let outcome = run(program.as_bytes(), &Config { seed, ..Config::default() });
+        let broken = match &outcome {
+            Ok(outcome) => Figures::new(&name, outcome).broken().count() > 0,
+            Err(_) => true,
+        };
+        if broken {
+            fs::create_dir_all(&folder).unwrap();
+            fs::write(root().join(&name), &program).unwrap();
+            panic!("SEED={seed}: {:?}\nreplay: cargo xtask sim {name} --seed {seed}", outcome.err());
+        }
+    }
+}
