@@ -29,7 +29,9 @@ fn check(name: &str, expected: &Expect) {
 
 #[test]
 fn parking() {
-    check("parking.nc", &expect![[r#"
+    check(
+        "parking.nc",
+        &expect![[r#"
                X      Y      Z   accelerate     cruise decelerate
             8750   2000      0   0.960000 s 2.685833 s 0.960000 s
                0      0   4500   0.600000 s 2.400000 s 0.600000 s
@@ -41,24 +43,30 @@ fn parking() {
                0      0  -4500   0.600000 s 2.400000 s 0.600000 s
            -7500 -14000      0   0.960000 s 4.873333 s 0.960000 s
         ends at [8750, 2000, 0]
-    "#]]);
+    "#]],
+    );
 }
 
 #[test]
 fn square() {
-    check("square.nc", &expect![[r#"
+    check(
+        "square.nc",
+        &expect![[r#"
                X      Y      Z   accelerate     cruise decelerate
             5000      0      0   0.800000 s 1.700000 s 0.800000 s
                0   5000      0   0.800000 s 1.700000 s 0.800000 s
            -5000      0      0   0.800000 s 1.700000 s 0.800000 s
                0  -5000      0   0.800000 s 1.700000 s 0.800000 s
         ends at [0, 0, 0]
-    "#]]);
+    "#]],
+    );
 }
 
 #[test]
 fn diagonal() {
-    check("diagonal.nc", &expect![[r#"
+    check(
+        "diagonal.nc",
+        &expect![[r#"
                X      Y      Z   accelerate     cruise decelerate
             5000   1850      0   0.960000 s 1.123333 s 0.960000 s
                1   3000      0   0.960000 s 0.290000 s 0.960000 s
@@ -70,7 +78,8 @@ fn diagonal() {
             1499    165   1000   0.497048 s 0.709273 s 0.497048 s
            -5008  -5003  -1013   0.960000 s 1.126667 s 0.960000 s
         ends at [0, 0, 0]
-    "#]]);
+    "#]],
+    );
 }
 
 /// Ten moves anywhere in the travel after homing, one to three axes at a time, rapids and feeds, either interval law.

@@ -5,8 +5,8 @@ use std::fs;
 use anyhow::{Context, Result};
 
 use crate::firmware::Firmware;
+use crate::footprint::Footprint;
 use crate::process::{self, announce};
-use crate::size::Report;
 use crate::toolchain::Toolchain;
 use crate::{uf2, workspace};
 
@@ -24,7 +24,7 @@ pub fn run(Args {}: Args) -> Result<()> {
     let firmware = firmware()?;
     println!("{}", workspace::shown(&workspace::firmware_elf()));
     println!("{}", workspace::shown(&workspace::firmware_uf2()));
-    print!("{}", Report::new(&firmware).table());
+    print!("{}", Footprint::new(&firmware).table());
     Ok(())
 }
 

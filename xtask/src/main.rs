@@ -1,10 +1,11 @@
 //! The commands of the project, run as `cargo xtask VERB`. One file per verb; `workspace`, `toolchain`, `node`,
-//! `firmware`, `uf2`, `process` and `stopwatch` are what the verbs share.
+//! `firmware`, `footprint`, `uf2`, `process` and `stopwatch` are what the verbs share.
 
 mod build;
 mod emulate;
 mod firmware;
 mod flash;
+mod footprint;
 mod lint;
 mod node;
 mod process;

@@ -4,8 +4,8 @@ use std::process::Command;
 
 use anyhow::{Result, anyhow};
 
+use crate::footprint::Footprint;
 use crate::process::{self, announce};
-use crate::size::Report;
 use crate::stopwatch::Stopwatch;
 use crate::toolchain::cargo;
 use crate::{build, node, workspace};
@@ -61,9 +61,9 @@ fn emulator() -> Result<()> {
 }
 
 fn firmware() -> Result<()> {
-    let report = Report::new(&build::firmware()?);
-    print!("{}", report.table());
-    report.check()
+    let footprint = Footprint::new(&build::firmware()?);
+    print!("{}", footprint.table());
+    footprint.check()
 }
 
 fn emulated_board() -> Result<()> {

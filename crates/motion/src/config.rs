@@ -5,7 +5,7 @@ use core::fmt;
 use embassy_time::Duration;
 use isostep_profile::{IntervalLaw, LimitError, Limits};
 
-use crate::axis::{AXES, Axis};
+use crate::axes::{AXES, Axis};
 use crate::port::{Direction, Wiring};
 
 /// The machine's properties, in steps, mm and s.

@@ -18,8 +18,9 @@ use embassy_time::{Duration, Instant, Timer, with_timeout};
 use embedded_hal::digital::OutputPin;
 use isostep_profile::{Segments, SyncMove};
 
-use crate::axis::{AXES, Axis, Run};
+use crate::axes::{AXES, Axis};
 use crate::event::{Alarm, Event, Finish, State};
+use crate::link::Run;
 use crate::machine::{Cause, Machine, Motion, Underway};
 use crate::port::Direction;
 

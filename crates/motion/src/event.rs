@@ -5,7 +5,7 @@ use core::fmt;
 use embassy_time::Instant;
 use isostep_profile::SyncMove;
 
-use crate::axis::{AXES, Axis};
+use crate::axes::{AXES, Axis};
 
 /// What the machine is doing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

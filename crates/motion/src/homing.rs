@@ -8,7 +8,7 @@ use core::convert::Infallible;
 use embassy_time::Timer;
 use embedded_hal::digital::OutputPin;
 
-use crate::axis::{AXES, Axis};
+use crate::axes::{AXES, Axis};
 use crate::coordinator::{Coordinator, alongside};
 use crate::event::{Alarm, Event, Finish, HomingPhase, State};
 use crate::port::Direction;

@@ -12,17 +12,19 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+mod axes;
 pub mod axis;
 mod config;
 pub mod coordinator;
 mod event;
 mod homing;
 pub mod limit;
+mod link;
 mod machine;
 mod port;
 mod timer_port;
 
-pub use axis::{AXES, Axis};
+pub use axes::{AXES, Axis};
 pub use config::{Config, ConfigError, HomingConfig};
 pub use event::{Alarm, Event, Finish, HomingPhase, State};
 pub use machine::{Busy, Machine, Motion, QUEUE_MOVES, Status};

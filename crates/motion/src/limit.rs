@@ -6,7 +6,7 @@ use embassy_time::{Duration, with_timeout};
 use embedded_hal::digital::InputPin;
 use embedded_hal_async::digital::Wait;
 
-use crate::axis::Axis;
+use crate::axes::Axis;
 use crate::event::State;
 use crate::machine::{Cause, Machine};
 

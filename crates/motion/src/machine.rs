@@ -8,12 +8,13 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use embassy_sync::signal::Signal;
 use embassy_sync::watch::{DynReceiver, Watch};
-use embassy_time::{Duration, Instant};
+use embassy_time::{Duration, Instant, Timer};
 use isostep_profile::Trapezoid;
 
-use crate::axis::{AXES, Axis, AxisLink};
+use crate::axes::{AXES, Axis};
 use crate::config::{Config, ConfigError};
 use crate::event::{Alarm, State};
+use crate::link::AxisLink;
 use crate::port::Capabilities;
 
 /// Motions that wait behind the one under way: Grbl's planner has as many blocks.
@@ -215,8 +216,15 @@ impl Machine {
     /// # Cancellation
     /// Safe: it only looks.
     pub async fn settled(&self) -> Result<(), Alarm> {
-        let Some(mut states) = self.state.dyn_receiver() else { return Ok(()) };
-        match states.get_and(|state| !matches!(state, State::Run | State::Home)).await {
+        let mut states = self.state.dyn_receiver();
+        while matches!(self.state(), State::Run | State::Home) {
+            match &mut states {
+                Some(states) => _ = states.changed().await,
+                // More tasks watch than the machine has room for: look instead.
+                None => Timer::after_millis(1).await,
+            }
+        }
+        match self.state() {
             State::Alarm(alarm) => Err(alarm),
             _ => Ok(()),
         }

@@ -17,7 +17,7 @@
 //! How much that is follows from the tick: it shifts a line over a span s by a share of about tick/s. So a measurement
 //! comes with its resolution, and two that differ by less are equal.
 
-use crate::verify::TICK_NS;
+use crate::time::TICK_NS;
 
 /// What an instant may be off.
 const TICK_S: f64 = TICK_NS * 1e-9;

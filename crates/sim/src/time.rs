@@ -119,6 +119,8 @@ impl Drop for Entered {
     }
 }
 
+/// The driver's tick: an instant is rounded to the nearest, so it may be off by half.
+pub const TICK_NS: f64 = 1e9 / embassy_time::TICK_HZ as f64;
 const NS_PER_TICK: u64 = 1_000_000_000 / embassy_time_driver::TICK_HZ;
 
 /// Nanoseconds since power-up of an Embassy instant.

@@ -5,9 +5,7 @@ use isostep_motion::{AXES, Axis, Finish, State};
 use crate::measure::{self, Intervals, Measured};
 use crate::outcome::{MoveRecord, Outcome};
 use crate::record::Edge;
-
-/// The driver's tick: an instant is rounded to the nearest, so it may be off by half.
-pub const TICK_NS: f64 = 1e9 / embassy_time::TICK_HZ as f64;
+use crate::time::TICK_NS;
 
 /// What was found out about one move.
 #[derive(Clone, Debug)]

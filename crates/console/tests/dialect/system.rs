@@ -138,7 +138,7 @@ fn a_refused_setting_names_value_limit_and_remedy() {
             $100=100000 -> [MSG:$100=100000 is above the most, 10000 steps/mm: lower it] error:2
             $102=5000 -> [MSG:$112=2880 is above the 360 mm/min that the driver and $0=2 us pulses carry at $102=5000 steps/mm: lower one of the three] error:12
             $110=90000000 -> [MSG:$110=90000000 is above the 36000 mm/min that the driver and $0=2 us pulses carry at $100=50 steps/mm: lower one of the three] error:12
-            $0=200 -> ok
+            $0=200 -> [MSG:$0=200 is above the most, 20 us: lower it] error:2
             $901=311 -> [MSG:$901=311 is no order: give each of 1 (X), 2 (Y) and 3 (Z) once, as in 312] error:2
             $901=321 -> ok
             $911=3000 -> [MSG:$911=3000 is above the top speed, $111=2880 mm/min: lower $911 or raise $111] error:12

@@ -4,7 +4,8 @@ use plotters::prelude::*;
 
 use super::theme::{self, AXIS, Area, BOUND, Drawn, GRID, INK};
 use crate::outcome::Outcome;
-use crate::verify::{self, TICK_NS};
+use crate::time::TICK_NS;
+use crate::verify;
 
 /// Columns of the picture: each spans an axis's steps from the earliest to the latest.
 const COLUMNS: usize = 240;

@@ -1,0 +1,33 @@
+//! The axes of the gantry.
+
+use core::fmt;
+
+/// How many axes a machine has.
+pub const AXES: usize = 3;
+
+/// An axis of the gantry.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Axis {
+    /// Across.
+    X = 0,
+    /// Up.
+    Y = 1,
+    /// Into the rack.
+    Z = 2,
+}
+
+impl Axis {
+    /// All of them, in order.
+    pub const ALL: [Self; AXES] = [Self::X, Self::Y, Self::Z];
+}
+
+impl fmt::Display for Axis {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::X => "X",
+            Self::Y => "Y",
+            Self::Z => "Z",
+        })
+    }
+}
