@@ -1,7 +1,8 @@
 //! Timed dialogues with the whole controller in virtual time: what a sender says, what it hears, what moved.
 
+use embassy_futures::block_on;
 use embassy_time::Duration;
-use isostep_motion::{Event, Finish, HomingPhase, State};
+use isostep_motion::{Event, Finish, HomingPhase, Motion, State};
 use isostep_sim::plant::SwitchFault;
 use isostep_sim::{Config, Sim};
 
@@ -220,6 +221,31 @@ fn a_reset_in_motion_leaves_the_exact_count_of_the_edges_that_left() {
         let wanted = [stopped_at[0] + 50, stopped_at[1], stopped_at[2]];
         assert_eq!(sim.counted_steps(), wanted, "instant {i}");
     }
+}
+
+#[test]
+fn a_reset_in_a_dwell_forgets_what_waits_and_keeps_the_position() {
+    let mut sim = homed();
+    let target_steps = [500, 0, 0];
+    for motion in [Motion::Dwell(Duration::from_secs(1)), Motion::Move { target_steps, feed_mm_s: None }] {
+        block_on(sim.machine().submit(motion)).unwrap();
+    }
+    sim.run_for(Duration::from_millis(500)).unwrap();
+    sim.machine().reset();
+    sim.run_until_idle().unwrap();
+    assert_eq!(sim.machine().state(), State::Idle);
+    assert_eq!(sim.machine().status().homed, [true; 3]);
+    assert_eq!(sim.counted_steps(), [0; 3]);
+}
+
+#[test]
+fn a_reset_before_anything_moved_keeps_the_position() {
+    let mut sim = homed();
+    sim.send(b"G0 X10\n\x18");
+    sim.run_until_idle().unwrap();
+    assert_eq!(sim.replies(), ["Grbl 1.1h ['$' for help]"], "the line was forgotten unread");
+    assert_eq!(sim.machine().status().homed, [true; 3]);
+    assert_eq!(sim.counted_steps(), [0; 3]);
 }
 
 #[test]

@@ -89,6 +89,22 @@ fn dropping_it_anywhere_leaves_the_exact_count_and_whole_pulses() {
 }
 
 #[test]
+fn a_turn_waits_for_the_set_up_time_even_if_the_step_is_due() {
+    let world = with_port(|mut port| async move {
+        let odometer = Odometer::new();
+        Timer::after_millis(1).await;
+        let limits = Limits { start_speed_steps_s: 20_000.0, ..LIMITS };
+        for steps in [1, -1, 1] {
+            let plan = SyncMove::plan([steps], &[limits], IntervalLaw::Fastest, None).unwrap();
+            // Due at this very tick: half a step at 20,000 steps/s ago.
+            emit_all(&mut port, Instant::now() - Duration::from_micros(25), &plan, &odometer).await;
+        }
+    });
+    assert_eq!(edges(&world).len(), 3);
+    assert_eq!(world.borrow().record().violations, []);
+}
+
+#[test]
 fn a_step_that_would_be_too_late_is_a_fault_and_does_not_leave() {
     let world = with_port(|mut port| async move {
         let odometer = Odometer::new();

@@ -78,12 +78,14 @@ where
 
     async fn carry_out(&mut self, motion: Motion) {
         if matches!(self.machine.state(), State::Alarm(_)) {
-            // It was waiting for a place in the queue while the machine locked itself.
+            // It was waiting when the machine locked itself.
             self.machine.finish_motion();
             return;
         }
         self.machine.forget_stopped();
         let result = match motion {
+            // Stopped before it began.
+            _ if self.machine.cause().is_some() => Ok(()),
             Motion::Move { target_steps, feed_mm_s } => self.go_to(target_steps, feed_mm_s).await,
             Motion::Dwell(duration) => self.dwell(duration).await,
             Motion::Home => self.home().await,
@@ -103,7 +105,6 @@ where
     }
 
     fn lock(&mut self, alarm: Alarm) {
-        self.machine.flush();
         let keeps_position = matches!(alarm, Alarm::SoftLimit { .. } | Alarm::Unplannable);
         if !keeps_position {
             for axis in Axis::ALL {

@@ -273,7 +273,9 @@ impl Ends {
         let peak_squared = (2.0 * a * d * self.distance_steps + d * entry * entry + a * exit * exit) / (a + d);
         let peak = sqrt(peak_squared).max(entry).max(exit);
         if peak <= limits.top_speed_steps_s {
-            let accel_steps = ((peak * peak - entry * entry) / (2.0 * a)).min(self.distance_steps);
+            // Where both ramps have the same speed; as a difference of the peak's square it would cancel.
+            let meeting = (2.0 * d * self.distance_steps + exit * exit - entry * entry) / (2.0 * (a + d));
+            let accel_steps = meeting.clamp(0.0, self.distance_steps);
             return self.trapezoid(peak, (a, d), (accel_steps, accel_steps), 0.0);
         }
         let top = limits.top_speed_steps_s;
