@@ -92,9 +92,10 @@ fn dropping_it_anywhere_leaves_the_exact_count_and_whole_pulses() {
 fn a_turn_waits_for_the_set_up_time_even_if_the_step_is_due() {
     let world = with_port(|mut port| async move {
         let odometer = Odometer::new();
-        Timer::after_millis(1).await;
         let limits = Limits { start_speed_steps_s: 20_000.0, ..LIMITS };
         for steps in [1, -1, 1] {
+            // Long after the last pulse, so that only the set-up time holds the step back.
+            Timer::after_millis(1).await;
             let plan = SyncMove::plan([steps], &[limits], IntervalLaw::Fastest, None).unwrap();
             // Due at this very tick: half a step at 20,000 steps/s ago.
             emit_all(&mut port, Instant::now() - Duration::from_micros(25), &plan, &odometer).await;
