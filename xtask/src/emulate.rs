@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result};
 use isostep_sim::compare::{self, Comparison};
 
 use crate::process::{self, announce};
@@ -51,23 +51,22 @@ pub struct Args {
 }
 
 pub fn run(args: Args) -> Result<()> {
-    ensure!(
-        args.program.is_file(),
-        "{} does not exist: name a G-code program, such as programs/parking.nc",
-        args.program.display()
-    );
+    let name = args.program.display();
+    let program = fs::read(&args.program)
+        .with_context(|| format!("{name} cannot be read: name a G-code program, such as programs/parking.nc"))?;
+    isostep_sim::program::lines(&program).with_context(|| name.to_string())?;
     node::prepare()?;
     build::firmware()?;
-    announce(&format!("{} on the emulated board", args.program.display()));
+    announce(&format!("{name} on the emulated board"));
     let trace = args.trace.clone().unwrap_or_else(|| workspace::root().join("target/emulated.csv"));
     process::run(&mut command(&args, &trace))?;
-    print!("{}", table(&compare(&args.program, &trace)?));
+    print!("{}", table(&compare(&program, &trace)?));
     Ok(())
 }
 
 /// Holds the board's steps against the plans of the same program in simulation.
-fn compare(program: &Path, trace: &Path) -> Result<Comparison> {
-    let simulated = isostep_sim::run(&fs::read(program)?, &isostep_sim::Config::default())?;
+fn compare(program: &[u8], trace: &Path) -> Result<Comparison> {
+    let simulated = isostep_sim::run(program, &isostep_sim::Config::default())?;
     let traced = compare::read(fs::File::open(trace)?)?;
     compare::compare(&simulated, &traced).context("the board and the simulation differ")
 }
