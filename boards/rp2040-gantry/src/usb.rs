@@ -77,6 +77,9 @@ pub struct Rx {
 
 impl Rx {
     /// Waits until the host has configured the device.
+    ///
+    /// # Cancellation
+    /// Safe: it only looks.
     pub async fn wait_connection(&mut self) {
         self.receiver.wait_connection().await;
     }
@@ -138,6 +141,9 @@ pub struct Lines {
 
 impl Lines {
     /// Waits until a program opens the port: DTR rises.
+    ///
+    /// # Cancellation
+    /// Safe: a rise that comes meanwhile is not seen by the next call.
     pub async fn dtr_rises(&self) {
         let mut was_high = self.control.dtr();
         loop {

@@ -88,7 +88,10 @@ impl Sender {
         Self { clock, config, tx, rx, partial, program, sent: 0, in_flight: VecDeque::new(), dialogue }
     }
 
-    /// The task.
+    /// The task: sends the program and notes what is said, until all is answered or a line is refused.
+    ///
+    /// # Cancellation
+    /// Dropping it stops the sending; what was sent is carried out, and the axes go on to its end.
     pub async fn run(mut self) {
         loop {
             self.fill();

@@ -275,6 +275,9 @@ fn input_index(wire: Wire) -> usize {
 }
 
 /// The task that lets switches bounce. Never ends.
+///
+/// # Cancellation
+/// Dropping it freezes the contacts as they are; no axis is touched.
 pub async fn bounce(world: Shared) {
     loop {
         let Some(at_ns) = world.borrow().next_flip_ns() else {
