@@ -7,8 +7,8 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::mutex::Mutex;
 use embassy_time::Duration;
 use isostep_console::report::{self, messages};
-use isostep_console::{Block, Command, Error, Interpreter, Motion as Words, Rate, SETTING_TABLE, Settings};
-use isostep_motion::{Alarm, Axis, Busy, ConfigError, Machine, Motion, State};
+use isostep_console::{Block, Command, Error, Fixed, Interpreter, Motion as Words, Rate, SETTING_TABLE, Settings};
+use isostep_motion::{AXES, Alarm, Axis, Busy, ConfigError, Machine, Motion, State};
 
 use crate::config::config;
 use crate::output::Output;
@@ -106,23 +106,11 @@ impl<'a> Controller<'a> {
         Ok(())
     }
 
-    async fn go_to(&self, target_mm: [f32; isostep_console::AXES], rate: Rate, out: &Output) -> Result<(), Error> {
+    async fn go_to(&self, target_mm: [f32; AXES], rate: Rate, out: &Output) -> Result<(), Error> {
         let config = self.machine.config();
         let target_steps = Axis::ALL.map(|axis| config.steps(axis, target_mm[axis as usize].into()));
         if let Some(axis) = self.beyond_travel(target_steps) {
-            // The moves before it are good: let them end, so that nothing stops abruptly and no step is lost.
-            self.settled().await?;
-            self.machine.raise(Alarm::SoftLimit { axis });
-            self.follow_machine();
-            let range = config.travel_steps(axis);
-            let steps_per_mm = config.steps_per_mm[axis as usize];
-            let mm =
-                |steps: i32| isostep_console::Fixed { value: (f64::from(steps) / steps_per_mm) as f32, decimals: 3 };
-            let (asked, min, max) = (mm(target_steps[axis as usize]), mm(*range.start()), mm(*range.end()));
-            let words =
-                format_args!("{axis}{asked} is outside the travel, {min} to {max} mm: correct the program, then $X");
-            out.send(|text| report::message(text, words)).await;
-            return Err(Error::Locked);
+            return Err(self.refuse_target(axis, target_steps[axis as usize], out).await);
         }
         let feed_mm_s = match rate {
             Rate::Rapid => None,
@@ -131,8 +119,25 @@ impl<'a> Controller<'a> {
         self.submit(Motion::Move { target_steps, feed_mm_s }).await
     }
 
+    /// Locks the machine once the moves before the refused one have ended: they are good, and so no step is lost.
+    async fn refuse_target(&self, axis: Axis, target_steps: i32, out: &Output) -> Error {
+        if let Err(error) = self.settled().await {
+            return error;
+        }
+        self.machine.raise(Alarm::SoftLimit { axis });
+        self.follow_machine();
+        let config = self.machine.config();
+        let range = config.travel_steps(axis);
+        let mm = |steps: i32| Fixed { value: config.mm(axis, steps) as f32, decimals: 3 };
+        let (asked, min, max) = (mm(target_steps), mm(*range.start()), mm(*range.end()));
+        let words =
+            format_args!("{axis}{asked} is outside the travel, {min} to {max} mm: correct the program, then $X");
+        out.send(|text| report::message(text, words)).await;
+        Error::Locked
+    }
+
     /// The first homed axis whose target is outside its travel. Without homing nobody knows where the travel is.
-    fn beyond_travel(&self, target_steps: [i32; isostep_console::AXES]) -> Option<Axis> {
+    fn beyond_travel(&self, target_steps: [i32; AXES]) -> Option<Axis> {
         let homed = self.machine.status().homed;
         let config = self.machine.config();
         let outside = |axis: &Axis| !config.travel_steps(*axis).contains(&target_steps[*axis as usize]);

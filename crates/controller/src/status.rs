@@ -1,7 +1,7 @@
 //! The machine's words for the console.
 
 use isostep_console::{Alarm as Code, State as Word, Status as Report};
-use isostep_motion::{Alarm, Config, State, Status};
+use isostep_motion::{AXES, Alarm, Axis, Config, State, Status};
 
 /// The window that senders count on, bytes; a console keeps more.
 pub(crate) const ADVERTISED_BYTES: usize = 128;
@@ -40,6 +40,6 @@ pub(crate) fn report(status: &Status, config: &Config, free_bytes: usize) -> Rep
     }
 }
 
-pub(crate) fn position_mm<const N: usize>(steps: [i32; N], config: &Config) -> [f32; N] {
-    core::array::from_fn(|axis| (f64::from(steps[axis]) / config.steps_per_mm[axis]) as f32)
+pub(crate) fn position_mm(steps: [i32; AXES], config: &Config) -> [f32; AXES] {
+    Axis::ALL.map(|axis| config.mm(axis, steps[axis as usize]) as f32)
 }

@@ -117,6 +117,12 @@ impl Config {
         }
     }
 
+    /// A number of `steps` of `axis`, mm.
+    #[must_use]
+    pub fn mm(&self, axis: Axis, steps: i32) -> f64 {
+        f64::from(steps) / self.steps_per_mm[axis as usize]
+    }
+
     /// `mm` along `axis` in whole steps, to the nearest.
     #[must_use]
     pub fn steps(&self, axis: Axis, mm: f64) -> i32 {
