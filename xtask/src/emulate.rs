@@ -37,7 +37,7 @@ pub struct Args {
     #[arg(long, value_name = "FILE")]
     transcript: Option<PathBuf>,
     /// Where the carriages stand at power-up, in mm from their switches
-    #[arg(long, value_name = "X,Y,Z")]
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     start: Option<String>,
     /// The console that the program is sent over
     #[arg(long, value_parser = ["usb", "uart"])]
