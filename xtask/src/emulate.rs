@@ -94,7 +94,8 @@ fn command(args: &Args, trace: &Path) -> Command {
         command.args(path.iter().flat_map(|path| [flag.as_ref(), path.as_os_str()]));
     }
     for (flag, value) in [("--start", &args.start), ("--console", &args.console)] {
-        command.args(value.iter().flat_map(|value| [flag, value]));
+        // In one word: a place may begin with a minus.
+        command.args(value.iter().map(|value| format!("{flag}={value}")));
     }
     command.args(args.switch.iter().flat_map(|switch| ["--switch", switch]));
     command.args(&args.more);
