@@ -3,21 +3,11 @@
 
 use isostep_profile::{FIT_ERROR_MAX_TICKS, IntervalLaw, Limits, SyncMove, Trapezoid};
 use proptest::prelude::*;
-use proptest::test_runner::RngSeed;
 
 const TICK_HZ: u32 = 1_000_000;
 
 /// Instants round to the nearest tick, after the fit's own error and what 64-bit floats lose on the way.
 const EDGE_ERROR_MAX_TICKS: f64 = 0.5 + FIT_ERROR_MAX_TICKS + 0.01;
-
-fn config() -> ProptestConfig {
-    let from_environment = ProptestConfig::default();
-    let rng_seed = match from_environment.rng_seed {
-        RngSeed::Random => RngSeed::Fixed(1),
-        fixed @ RngSeed::Fixed(_) => fixed,
-    };
-    ProptestConfig { cases: 10_000, rng_seed, failure_persistence: None, ..from_environment }
-}
 
 fn limits() -> impl Strategy<Value = Limits> {
     // Speeds to 200,000 steps/s, five ticks a step; the start speed a share of the top speed.
@@ -48,7 +38,7 @@ prop_compose! {
 }
 
 proptest! {
-    #![proptest_config(config())]
+    #![proptest_config(ProptestConfig { cases: 10_000, failure_persistence: None, ..ProptestConfig::default() })]
 
     /// Every axis: exact count, rising instants, each within the stated error of the closed form, none outside the move.
     #[test]
