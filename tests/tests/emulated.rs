@@ -28,6 +28,13 @@ fn held_against_simulation(board: Board, name: &str) -> (Run, Comparison) {
     (emulated, comparison)
 }
 
+/// The position in a status report, in steps of the default 50 to the mm.
+fn reported_steps(report: &str) -> Vec<i32> {
+    let (_, position) = report.split_once("MPos:").unwrap();
+    let mm = position.split(['|', '>']).next().unwrap().split(',');
+    mm.map(|mm| (mm.parse::<f64>().unwrap() * 50.0).round() as i32).collect()
+}
+
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn parking_is_the_simulations_and_within_3_us() {
@@ -120,16 +127,11 @@ fn a_stop_leaves_the_exact_count_of_the_edges_that_left() {
     assert_eq!(reports.len(), 25);
     for report in reports {
         let at_ns = report.split_whitespace().next().unwrap().parse::<f64>().unwrap() * 1e9;
-        let (_, position) = report.split_once("MPos:").unwrap();
-        let mm = position.split(['|', '>']).next().unwrap().split(',').map(|mm| mm.parse::<f64>().unwrap());
-        let reported: Vec<i32> = mm.map(|mm| (mm * 50.0).round() as i32).collect();
-        let seen: Vec<i32> = (0..3)
-            .map(|axis| {
-                let left = run.edges.iter().filter(|edge| edge.axis == axis && (edge.t_ns as f64) < at_ns);
-                left.map(|edge| edge.direction).sum()
-            })
-            .collect();
-        assert_eq!(reported, seen, "{report}");
+        let seen = [0, 1, 2].map(|axis| {
+            let left = run.edges.iter().filter(|edge| edge.axis == axis && (edge.t_ns as f64) < at_ns);
+            left.map(|edge| edge.direction).sum::<i32>()
+        });
+        assert_eq!(reported_steps(report), seen, "{report}");
     }
 }
 
@@ -168,4 +170,20 @@ fn a_crash_leaves_the_machine_still() {
     assert!(run.ok, "{}", run.printed);
     let gap_ns = run.edges.windows(2).map(|pair| pair[1].t_ns - pair[0].t_ns).max().unwrap();
     assert!(gap_ns > 500_000_000, "not one step between the crash and the restart a second later: {gap_ns} ns");
+}
+
+/// More steps than the core can make: an alarm that says so and an exact count, never a silent stretch.
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn steps_that_come_too_late_lock_the_machine() {
+    let mut script = "expect Grbl\n".to_owned();
+    for axis in 0..3 {
+        script += &format!("send $12{axis}=20000\nexpect ok\nsend $11{axis}=120000\nexpect ok\n");
+    }
+    script += "send G0 X100 Y99 Z98\nexpect ok\nexpect ALARM:20\nexpect [MSG:a step of\nbytes 3f\nexpect <Alarm\n";
+    let run = Board::new("late-step").script(&script);
+    assert!(run.ok, "{}", run.printed);
+    let report = run.printed.lines().rfind(|line| line.contains("< <Alarm|")).unwrap();
+    let seen = [0, 1, 2].map(|axis| run.edges.iter().filter(|edge| edge.axis == axis).count() as i32);
+    assert_eq!(reported_steps(report), seen, "{report}");
 }
