@@ -2,7 +2,7 @@
 
 use embassy_futures::block_on;
 use embassy_time::Duration;
-use isostep_motion::{Event, Finish, HomingPhase, Motion, State};
+use isostep_motion::{Alarm, Event, Finish, HomingPhase, Motion, State};
 use isostep_sim::plant::SwitchFault;
 use isostep_sim::{Config, Sim};
 
@@ -286,6 +286,32 @@ fn the_emergency_stop_stops_locks_and_must_be_released() {
     sim.run_until_idle().unwrap();
     assert_eq!(say(&mut sim, "$X"), ["[MSG:Caution: Unlocked]", "ok"]);
     assert_eq!(say(&mut sim, "$H"), ["ok"]);
+}
+
+#[test]
+fn an_emergency_stop_around_the_end_of_a_move_locks_whenever_it_comes() {
+    // 1 mm at 50 mm/s2 is a triangle of 282.8 ms, from 500 us after the line.
+    for at_us in (263_000..285_000).step_by(131) {
+        let mut sim = homed();
+        begin(&mut sim, "G0 X1", Duration::from_micros(at_us));
+        sim.set_emergency_stop(true);
+        sim.run_until_idle().unwrap();
+        assert_eq!(sim.machine().state(), State::Alarm(Alarm::EmergencyStop), "at {at_us} us");
+        let outcome = sim.outcome();
+        assert_eq!(outcome.position_steps, outcome.counted_steps, "at {at_us} us");
+    }
+}
+
+#[test]
+fn an_emergency_stop_is_not_lost_behind_a_reset() {
+    let mut sim = homed();
+    block_on(sim.machine().submit(Motion::Dwell(Duration::from_secs(1)))).unwrap();
+    sim.run_for(Duration::from_millis(100)).unwrap();
+    sim.machine().reset();
+    sim.set_emergency_stop(true);
+    sim.run_until_idle().unwrap();
+    assert_eq!(sim.machine().state(), State::Alarm(Alarm::EmergencyStop));
+    assert_eq!(say(&mut sim, "$X").last().unwrap(), "error:9");
 }
 
 #[test]

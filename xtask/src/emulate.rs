@@ -58,7 +58,7 @@ pub fn run(args: Args) -> Result<()> {
     node::prepare()?;
     build::firmware()?;
     announce(&format!("{name} on the emulated board"));
-    let trace = args.trace.clone().unwrap_or_else(|| workspace::root().join("target/emulated.csv"));
+    let trace = args.trace.clone().unwrap_or_else(|| workspace::target_dir().join("emulated.csv"));
     process::run(&mut command(&args, &trace))?;
     print!("{}", table(&compare(&program, &trace)?));
     Ok(())

@@ -212,7 +212,7 @@ impl<'a> Controller<'a> {
     }
 }
 
-/// A refusal in steps, told by the settings to look at: printing floats would cost the chip 15 KiB of flash.
+/// A refusal in steps, told by the settings to look at: printing floats would cost the chip kilobytes of flash.
 fn words(refused: &ConfigError) -> &'static str {
     match refused {
         ConfigError::Limits { .. } => {

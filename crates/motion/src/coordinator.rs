@@ -1,8 +1,8 @@
 //! Plans a move, compiles it ahead of time and starts all axes at one instant.
 //!
 //! # Design
-//! Planning and compiling are float work of up to a few hundred microseconds a piece, so this task runs below the
-//! axis tasks, which only add. It compiles every axis's first segments before the start, then keeps the queues full
+//! Planning and compiling are float work, far longer than a step may wait, so this task runs below the axis tasks,
+//! which only add. It compiles every axis's first segments before the start, then keeps the queues full
 //! while the axes drain them.
 //!
 //! Stops come from anywhere ([`Machine::reset`], a limit switch): the axes halt first, at their own priority, and
@@ -79,7 +79,7 @@ where
     async fn carry_out(&mut self, motion: Motion) {
         if matches!(self.machine.state(), State::Alarm(_)) {
             // It was waiting when the machine locked itself.
-            self.machine.finish_motion();
+            self.machine.pass_over();
             return;
         }
         self.machine.forget_stopped();
@@ -90,28 +90,8 @@ where
             Motion::Dwell(duration) => self.dwell(duration).await,
             Motion::Home => self.home().await,
         };
-        let last = self.machine.finish_motion();
-        match (result, self.machine.cause()) {
-            (Err(alarm), _) => self.lock(alarm),
-            // A stop that found nothing moving any more. After a reset the machine is ready, its position trusted.
-            (Ok(()), Some(Cause::Reset)) => {
-                self.machine.flush();
-                self.change_state(State::Idle);
-            }
-            (Ok(()), Some(_)) => self.lock(self.stop_alarm()),
-            (Ok(()), None) => self.change_state(if last { State::Idle } else { State::Run }),
-        }
-        self.machine.clear_cause();
-    }
-
-    fn lock(&mut self, alarm: Alarm) {
-        let keeps_position = matches!(alarm, Alarm::SoftLimit { .. } | Alarm::Unplannable);
-        if !keeps_position {
-            for axis in Axis::ALL {
-                self.machine.set_homed(axis, false);
-            }
-        }
-        self.change_state(State::Alarm(alarm));
+        let state = self.machine.conclude(result);
+        self.tell_state(state);
     }
 
     async fn go_to(&mut self, target_steps: [i32; AXES], feed_mm_s: Option<f64>) -> Result<(), Alarm> {
@@ -133,14 +113,9 @@ where
         Ok(())
     }
 
-    /// What a stop in the middle of a move means.
+    /// What a stop in the middle of a move means. Only a cause, or homing on purpose, halts the axes.
     pub(crate) fn stop_alarm(&self) -> Alarm {
-        match (self.machine.cause(), self.machine.state()) {
-            (Some(Cause::Limit(axis)), _) => Alarm::HardLimit { axis },
-            (Some(Cause::EmergencyStop), _) => Alarm::EmergencyStop,
-            (_, State::Home) => Alarm::HomingReset,
-            _ => Alarm::ResetInMotion,
-        }
+        self.machine.cause().unwrap_or(Cause::Reset).alarm(self.machine.state())
     }
 
     /// Moves by signed `steps` and returns when every axis has answered. A halt is not an error here: homing halts
@@ -210,8 +185,7 @@ where
         finish
     }
 
-    pub(crate) fn change_state(&mut self, state: State) {
-        self.machine.set_state(state);
+    pub(crate) fn tell_state(&mut self, state: State) {
         if self.told != state {
             self.told = state;
             (self.on_event)(Event::State(state));

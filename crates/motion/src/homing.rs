@@ -25,7 +25,8 @@ where
 {
     /// Homes every axis in the configured order; each stands at its zero, a pull-off away from its switch.
     pub(crate) async fn home(&mut self) -> Result<(), Alarm> {
-        self.change_state(State::Home);
+        self.machine.set_state(State::Home);
+        self.tell_state(State::Home);
         for axis in Axis::ALL {
             self.machine.set_homed(axis, false);
         }

@@ -7,7 +7,6 @@ use embedded_hal::digital::InputPin;
 use embedded_hal_async::digital::Wait;
 
 use crate::axes::Axis;
-use crate::event::State;
 use crate::machine::{Cause, Machine};
 
 /// Watches the limit switch of `axis` for ever: to ground with a pull-up, so low is pressed (unless the configuration
@@ -26,7 +25,7 @@ where
     loop {
         let config = machine.config();
         wait_level(&mut input, pressed == config.switches_inverted).await;
-        if !pressed && config.hard_limits && machine.state() == State::Run {
+        if !pressed && config.hard_limits {
             machine.stop(Cause::Limit(axis));
         }
         let now = debounced_low(&mut input, config.homing.debounce).await != config.switches_inverted;

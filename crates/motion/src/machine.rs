@@ -67,6 +67,18 @@ pub(crate) enum Cause {
     EmergencyStop,
 }
 
+impl Cause {
+    /// What it means when it stopped a machine in `state`.
+    pub fn alarm(self, state: State) -> Alarm {
+        match (self, state) {
+            (Self::Limit(axis), _) => Alarm::HardLimit { axis },
+            (Self::EmergencyStop, _) => Alarm::EmergencyStop,
+            (Self::Reset, State::Home) => Alarm::HomingReset,
+            (Self::Reset, _) => Alarm::ResetInMotion,
+        }
+    }
+}
+
 /// The move under way, for [`Status::speed_mm_s`].
 #[derive(Clone, Copy)]
 pub(crate) struct Underway {
@@ -192,17 +204,19 @@ impl Machine {
     /// # Cancellation
     /// Safe: the motion is either in the queue or was never asked for.
     pub async fn submit(&self, motion: Motion) -> Result<(), Busy> {
-        let state = self.state();
-        if matches!(state, State::Alarm(_)) && (motion != Motion::Home || self.is_emergency()) {
-            return Err(Busy(state));
-        }
+        self.transition(|inner, state| {
+            if matches!(state, State::Alarm(_)) && (motion != Motion::Home || inner.emergency) {
+                return (state, Err(Busy(state)));
+            }
+            inner.pending += 1;
+            let next = match (state, motion) {
+                (State::Idle | State::Alarm(_), Motion::Home) => State::Home,
+                (State::Idle, _) => State::Run,
+                _ => state,
+            };
+            (next, Ok(()))
+        })?;
         let mut place = Place { machine: self, taken: false };
-        self.with(|inner| inner.pending += 1);
-        match (state, motion) {
-            (State::Idle | State::Alarm(_), Motion::Home) => self.set_state(State::Home),
-            (State::Idle, _) => self.set_state(State::Run),
-            _ => {}
-        }
         self.queue.send(motion).await;
         place.taken = true;
         Ok(())
@@ -236,9 +250,12 @@ impl Machine {
         self.stop(Cause::Reset);
     }
 
-    /// Locks the machine. For what is found before anything moves.
+    /// Locks the machine, unless it is locked already. For what is found before anything moves.
     pub fn raise(&self, alarm: Alarm) {
-        self.set_state(State::Alarm(alarm));
+        self.transition(|_, state| match state {
+            State::Alarm(_) => (state, ()),
+            _ => (State::Alarm(alarm), ()),
+        });
     }
 
     /// Leaves an alarm; the position is as trusted as the alarm left it.
@@ -246,14 +263,11 @@ impl Machine {
     /// # Errors
     /// While the emergency stop is pressed the alarm stands.
     pub fn unlock(&self) -> Result<(), Busy> {
-        let state = self.state();
-        if self.is_emergency() {
-            return Err(Busy(state));
-        }
-        if matches!(state, State::Alarm(_)) {
-            self.set_state(State::Idle);
-        }
-        Ok(())
+        self.transition(|inner, state| match state {
+            _ if inner.emergency => (state, Err(Busy(state))),
+            State::Alarm(_) => (State::Idle, Ok(())),
+            _ => (state, Ok(())),
+        })
     }
 }
 
@@ -293,14 +307,6 @@ impl Machine {
         self.with(|inner| inner.cause)
     }
 
-    pub(crate) fn clear_cause(&self) {
-        self.with(|inner| inner.cause = None);
-    }
-
-    pub(crate) fn is_emergency(&self) -> bool {
-        self.with(|inner| inner.emergency)
-    }
-
     pub(crate) fn set_emergency(&self, pressed: bool) {
         self.with(|inner| inner.emergency = pressed);
         if pressed {
@@ -313,19 +319,12 @@ impl Machine {
         self.queue.receive().await
     }
 
-    /// Forgets the motions that wait.
-    pub(crate) fn flush(&self) {
-        while self.queue.try_receive().is_ok() {
-            self.finish_motion();
-        }
-    }
-
-    /// One motion less pending; true when it was the last.
-    pub(crate) fn finish_motion(&self) -> bool {
-        self.with(|inner| {
+    /// One motion less pending, without having been carried out.
+    pub(crate) fn pass_over(&self) {
+        self.transition(|inner, state| {
             inner.pending -= 1;
-            inner.pending == 0
-        })
+            (if state == State::Run && inner.pending == 0 { State::Idle } else { state }, ())
+        });
     }
 
     /// Stops the axes within one pulse. Safe at any priority.
@@ -335,17 +334,48 @@ impl Machine {
         }
     }
 
-    /// Stops everything and says why; the first cause stands.
+    /// Stops everything and says why; the first cause stands. A limit switch is what homing looks for.
     pub(crate) fn stop(&self, cause: Cause) {
-        match (self.state(), cause) {
+        let moving = self.transition(|inner, state| match (state, cause) {
+            (State::Home, Cause::Limit(_)) => (state, false),
             (State::Run | State::Home, _) => {
-                self.with(|inner| inner.cause = inner.cause.or(Some(cause)));
-                self.halt();
-                self.stopped.signal(());
+                inner.cause = inner.cause.or(Some(cause));
+                (state, true)
             }
-            (State::Idle, Cause::EmergencyStop) => self.raise(Alarm::EmergencyStop),
-            (State::Idle | State::Alarm(_), _) => {}
+            (State::Idle, Cause::EmergencyStop) => (State::Alarm(Alarm::EmergencyStop), false),
+            (State::Idle | State::Alarm(_), _) => (state, false),
+        });
+        if moving {
+            self.halt();
+            self.stopped.signal(());
         }
+    }
+
+    /// What the machine is after a motion that ended with `result`, which no stop asked for meanwhile gets lost in.
+    ///
+    /// A stop that found nothing moving any more is judged here. After a reset the machine is ready, its position
+    /// trusted; but its cause stands until every motion that waited has been passed over.
+    pub(crate) fn conclude(&self, result: Result<(), Alarm>) -> State {
+        self.transition(|inner, state| {
+            inner.pending -= 1;
+            let last = inner.pending == 0;
+            let next = match (result, inner.cause) {
+                (Err(alarm), _) => State::Alarm(alarm),
+                // Pressed after a reset, whose cause stands.
+                (Ok(()), _) if inner.emergency => State::Alarm(Alarm::EmergencyStop),
+                (Ok(()), Some(cause @ (Cause::Limit(_) | Cause::EmergencyStop))) => State::Alarm(cause.alarm(state)),
+                (Ok(()), _) if last => State::Idle,
+                (Ok(()), _) => State::Run,
+            };
+            if last || matches!(next, State::Alarm(_)) {
+                inner.cause = None;
+            }
+            // Nothing has moved that could not be planned; after any other alarm the motors may have overshot.
+            if matches!(next, State::Alarm(alarm) if alarm != Alarm::Unplannable) {
+                inner.homed = [false; AXES];
+            }
+            (next, next)
+        })
     }
 
     pub(crate) async fn wait_stopped(&self) {
@@ -354,6 +384,19 @@ impl Machine {
 
     pub(crate) fn forget_stopped(&self) {
         self.stopped.reset();
+    }
+
+    /// Changes the state, and what goes with it, in one critical section: a stop that came between looking and changing
+    /// would be lost.
+    fn transition<R>(&self, change: impl FnOnce(&mut Inner, State) -> (State, R)) -> R {
+        self.with(|inner| {
+            let state = self.state();
+            let (next, result) = change(inner, state);
+            if next != state {
+                self.set_state(next);
+            }
+            result
+        })
     }
 
     fn with<R>(&self, f: impl FnOnce(&mut Inner) -> R) -> R {
@@ -369,8 +412,8 @@ struct Place<'a> {
 
 impl Drop for Place<'_> {
     fn drop(&mut self) {
-        if !self.taken && self.machine.finish_motion() && self.machine.state() == State::Run {
-            self.machine.set_state(State::Idle);
+        if !self.taken {
+            self.machine.pass_over();
         }
     }
 }
