@@ -28,13 +28,20 @@ pub fn run(Args {}: Args) -> Result<()> {
     Ok(())
 }
 
-/// Builds the firmware and writes its UF2 file.
+/// Builds the gantry's firmware, without features.
 pub fn firmware() -> Result<Firmware> {
+    build_firmware(workspace::FIRMWARE, &[])
+}
+
+/// Builds a board's package with `features` of its own on, and writes its UF2 file beside the ELF: the last build of a
+/// package is the one that lies there, whatever its features.
+pub fn build_firmware(package: &str, features: &[&str]) -> Result<Firmware> {
     let toolchain = Toolchain::ensure()?;
-    announce(&format!("firmware for {}, with {}", workspace::FIRMWARE_TARGET, toolchain.description()));
-    process::run(&mut toolchain.cargo("build"))?;
-    let firmware = Firmware::read(&workspace::firmware_elf())?;
-    let uf2 = workspace::firmware_uf2();
+    let with = features.iter().map(|feature| format!(" +{feature}")).collect::<String>();
+    announce(&format!("{package}{with} for {}, with {}", workspace::FIRMWARE_TARGET, toolchain.description()));
+    process::run(toolchain.cargo("build", package).arg(format!("--features={}", features.join(","))))?;
+    let firmware = Firmware::read(&workspace::elf(package))?;
+    let uf2 = workspace::uf2(package);
     fs::write(&uf2, uf2::from_loads(&firmware.loads)).with_context(|| format!("cannot write {}", uf2.display()))?;
     Ok(firmware)
 }

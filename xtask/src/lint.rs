@@ -31,11 +31,11 @@ fn firmware() -> Result<()> {
     let toolchain = Toolchain::ensure()?;
     if let Toolchain::FromSource { .. } = toolchain {
         announce("firmware: compiled only; clippy and rustdoc need the target in the default toolchain");
-        return run_command(&mut toolchain.cargo("check"));
+        return run_command(&mut toolchain.cargo("check", workspace::FIRMWARE));
     }
     announce("clippy, firmware");
-    run_command(toolchain.cargo("clippy").args(DENY_WARNINGS))?;
+    run_command(toolchain.cargo("clippy", workspace::FIRMWARE).args(DENY_WARNINGS))?;
     announce("rustdoc, firmware");
-    let mut doc = toolchain.cargo("doc");
+    let mut doc = toolchain.cargo("doc", workspace::FIRMWARE);
     run_command(doc.args(["--no-deps", "--document-private-items"]).env("RUSTDOCFLAGS", "-D warnings"))
 }

@@ -3,7 +3,7 @@
 use std::env;
 use std::path::{Path, PathBuf};
 
-/// The package, and the binary, of the firmware.
+/// The package, and the binary, of the gantry's firmware.
 pub const FIRMWARE: &str = "rp2040-gantry";
 /// The RP2040's cores are Cortex-M0+.
 pub const FIRMWARE_TARGET: &str = "thumbv6m-none-eabi";
@@ -18,14 +18,24 @@ pub fn target_dir() -> PathBuf {
     env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), |dir| root().join(dir))
 }
 
-/// The firmware with its symbols.
-pub fn firmware_elf() -> PathBuf {
-    target_dir().join(FIRMWARE_TARGET).join("release").join(FIRMWARE)
+/// A board's firmware with its symbols.
+pub fn elf(package: &str) -> PathBuf {
+    target_dir().join(FIRMWARE_TARGET).join("release").join(package)
 }
 
-/// The firmware as the Pico's boot drive takes it.
+/// A board's firmware as the Pico's boot drive takes it.
+pub fn uf2(package: &str) -> PathBuf {
+    elf(package).with_extension("uf2")
+}
+
+/// The gantry's firmware with its symbols.
+pub fn firmware_elf() -> PathBuf {
+    elf(FIRMWARE)
+}
+
+/// The gantry's firmware as the Pico's boot drive takes it.
 pub fn firmware_uf2() -> PathBuf {
-    firmware_elf().with_extension("uf2")
+    uf2(FIRMWARE)
 }
 
 /// The emulated board's Node package.
