@@ -1,12 +1,16 @@
 //! What every [`StepPort`] promises: exact counts, instants to the tick, safe cancellation, no late step.
 
 use std::cell::RefCell;
+use std::convert::Infallible;
+use std::future::pending;
 use std::rc::Rc;
 
-use embassy_futures::select::select;
+use embassy_futures::select::{Either, select};
 use embassy_time::{Duration, Instant, Timer};
 use embedded_hal::digital::OutputPin;
-use isostep_motion::{Axis, Direction, DriverTiming, Odometer, PortFault, StepPort, TimerPort, Wiring};
+use isostep_motion::{
+    Axis, Direction, DriverTiming, Odometer, PortFault, Run, SegmentQueue, StepPort, TimerPort, Wiring,
+};
 use isostep_profile::{IntervalLaw, Limits, SyncMove};
 use isostep_sim::Config;
 use isostep_sim::executor::Executor;
@@ -37,11 +41,30 @@ where
     world
 }
 
-async fn emit_all(port: &mut impl StepPort, start: Instant, plan: &SyncMove<1>, odometer: &Odometer) {
-    port.prepare(Direction::of(plan.steps[0]), Wiring::default());
-    for segment in plan.segments(0, port.capabilities().tick_hz) {
-        port.emit(start, segment, odometer).await.unwrap();
+async fn run_all(
+    port: &mut impl StepPort,
+    start: Instant,
+    plan: &SyncMove<1>,
+    odometer: &Odometer,
+) -> Result<(), PortFault> {
+    let queue = SegmentQueue::new();
+    let [n] = plan.steps;
+    let run = Run { start, direction: Direction::of(n), wiring: Wiring::default(), steps: n.unsigned_abs() };
+    let segments = plan.segments(0, port.capabilities().tick_hz);
+    let feed = async {
+        for segment in segments {
+            queue.send(segment).await;
+        }
+        pending::<Infallible>().await
+    };
+    match select(port.run(run, &queue, odometer), feed).await {
+        Either::First(result) => result,
+        Either::Second(never) => match never {},
     }
+}
+
+async fn emit_all(port: &mut impl StepPort, start: Instant, plan: &SyncMove<1>, odometer: &Odometer) {
+    run_all(port, start, plan, odometer).await.unwrap();
 }
 
 fn plan(steps: i32) -> SyncMove<1> {
@@ -110,8 +133,7 @@ fn a_step_that_would_be_too_late_is_a_fault_and_does_not_leave() {
     let world = with_port(|mut port| async move {
         let odometer = Odometer::new();
         Timer::after_millis(5).await;
-        let mut segments = plan(3).segments(0, port.capabilities().tick_hz);
-        let fault = port.emit(Instant::from_ticks(0), segments.next().unwrap(), &odometer).await;
+        let fault = run_all(&mut port, Instant::from_ticks(0), &plan(3), &odometer).await;
         assert!(matches!(fault, Err(PortFault::Late { late, max }) if late > max), "{fault:?}");
         assert_eq!(odometer.position_steps(), 0);
     });
@@ -121,7 +143,7 @@ fn a_step_that_would_be_too_late_is_a_fault_and_does_not_leave() {
 #[test]
 fn the_highest_rate_it_claims_is_one_the_driver_takes() {
     let world = with_port(|mut port| async move {
-        let rate = f64::from(port.capabilities().rate_max_steps_s);
+        let rate = f64::from(port.capabilities().rate_max_steps_s(Wiring::default()));
         let limits = Limits { start_speed_steps_s: rate, top_speed_steps_s: rate, ..LIMITS };
         let plan = SyncMove::plan([1_000], &[limits], IntervalLaw::Fastest, None).unwrap();
         emit_all(&mut port, Instant::from_millis(1), &plan, &Odometer::new()).await;

@@ -24,6 +24,8 @@ pub enum Alarm {
     LateStep = 20,
     /// A move could not be planned (our own number).
     Unplannable = 21,
+    /// A step output ran out of steps in the middle of a move (our own number).
+    Underrun = 22,
 }
 
 impl Alarm {
@@ -38,6 +40,7 @@ impl Alarm {
         Self::EmergencyStop,
         Self::LateStep,
         Self::Unplannable,
+        Self::Underrun,
     ];
 
     /// The number after `ALARM:`.
@@ -74,6 +77,9 @@ impl Alarm {
             }
             Self::LateStep => {
                 "The processor was held up and a step came too late, so the axes stopped at once: lower the rate, then home with $H."
+            }
+            Self::Underrun => {
+                "The processor was held up and a step output ran dry, so the axes stopped at once: lower the rate or the acceleration, then home with $H."
             }
             Self::Unplannable => {
                 "The settings do not allow this move and nothing moved: check rates and accelerations ($110-$122), then $X."

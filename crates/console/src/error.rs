@@ -29,12 +29,11 @@ errors! {
     UnknownStatement = 3, "No such $ command or setting: $ lists the commands, $$ the settings.";
     Negative = 4, "The value must not be negative: give it without the minus sign.";
     HomingDisabled = 5, "Homing is switched off: set $22=1 before $H.";
-    PulseTooShort = 6, "The step pulse must be 2 us or longer, or the driver misses it: raise $0.";
     NotIdle = 8, "The command needs a machine at rest: wait until ? reports Idle, then send it again.";
     Locked = 9, "G-code is locked out in Alarm: find the cause, then home with $H or unlock with $X.";
     SoftLimitsNeedHoming = 10, "Soft limits need a homed machine: set $22=1 first.";
     LineTooLong = 11, "A line holds at most 79 characters, spaces and comments not counted: split it.";
-    RateTooHigh = 12, "The step rate is above what the pulse width and the driver carry: lower the rate ($110-$112) or the steps/mm ($100-$102).";
+    RateTooHigh = 12, "The step rate is above what the step outputs carry: lower the rate ($110-$112), the steps/mm ($100-$102) or the pulse ($0).";
     Unsupported = 20, "The machine has no such G-code, M-code or word: remove it, or post-process for a 3-axis gantry without arcs.";
     ModalClash = 21, "Two codes of one modal group share the line: put them on lines of their own.";
     NoFeed = 22, "G1 needs a feed rate of 1 mm/min or more: add an F word.";

@@ -52,7 +52,7 @@ pub use modal::{Coolant, Modal, MotionMode, Spindle};
 pub use realtime::Realtime;
 pub use setting_error::SettingError;
 pub use setting_table::{Setting, TABLE as SETTING_TABLE};
-pub use settings::Settings;
+pub use settings::{Carries, Settings};
 pub use status::{Status, StatusReporter};
 
 /// Axes of the machine, in the order X, Y, Z.

@@ -25,7 +25,7 @@ pub enum SettingError {
     SoftLimitsNeedHoming,
     /// `$901` names each of 1, 2 and 3 once.
     HomingOrder { digits: u16 },
-    /// The top speed of an axis is more than the pulse width or the driver carries.
+    /// The top speed of an axis is more than the step outputs carry with this pulse.
     RateTooHigh { axis: usize, asked_mm_min: f32, max_mm_min: f32, steps_per_mm: f32, pulse_us: u16 },
     /// An axis would start faster than its top speed.
     StartAboveTop { axis: usize, start_mm_min: f32, top_mm_min: f32 },
@@ -38,7 +38,6 @@ impl SettingError {
             Self::Unknown { .. } => Error::UnknownStatement,
             Self::Negative { .. } => Error::Negative,
             Self::NotInteger { .. } => Error::IntegerRequired,
-            Self::TooLow { number: 0, .. } => Error::PulseTooShort,
             Self::TooLow { .. } | Self::TooHigh { .. } | Self::HomingOrder { .. } => Error::BadNumber,
             Self::SoftLimitsNeedHoming => Error::SoftLimitsNeedHoming,
             Self::RateTooHigh { .. } | Self::StartAboveTop { .. } => Error::RateTooHigh,
@@ -88,7 +87,7 @@ impl fmt::Display for SettingError {
                 let most = max_mm_min as u32;
                 write!(
                     f,
-                    "${rate}={asked} is above the {most} mm/min that the driver and $0={pulse_us} us pulses carry \
+                    "${rate}={asked} is above the {most} mm/min that the step outputs carry with $0={pulse_us} \
                      at ${scale}={steps} steps/mm: lower one of the three"
                 )
             }

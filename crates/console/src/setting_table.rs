@@ -39,7 +39,7 @@ const fn row(number: u16, unit: &'static str, meaning: &'static str, min: f32, m
 /// Every setting, by rising number.
 #[rustfmt::skip]
 pub static TABLE: &[Setting] = &[
-    row(0, "us", "step pulse", 2.0, 20.0, Int(|s| &mut s.pulse_us)),
+    row(0, "us", "step pulse; 0 as short as the driver takes", 0.0, 20.0, Int(|s| &mut s.pulse_us)),
     row(1, "ms", "motors stay energised after a move; 255 for ever", 0.0, 255.0, Int(|s| &mut s.idle_delay_ms)),
     row(2, "", "step invert, mask (0: STEP is active high)", 0.0, 0.0, Int(|s| &mut s.step_invert_mask)),
     row(3, "", "direction invert, mask", 0.0, 7.0, Int(|s| &mut s.direction_invert_mask)),

@@ -2,10 +2,13 @@
 
 use crate::{AXES, SettingError, setting_table};
 
+/// The highest rate that the step outputs carry with pulses of so many us (0: as short as they can be), steps/s.
+pub type Carries<'a> = &'a dyn Fn(u16) -> f32;
+
 /// Every setting, as `$$` lists them; per-axis values in the order X, Y, Z. Masks have bit 0 for X.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
-    /// `$0`: STEP is high for this long.
+    /// `$0`: STEP is high for this long, or as long as the driver needs if that is longer.
     pub pulse_us: u16,
     /// `$1`: the motors stay energised for this long after a move; 255 for ever.
     pub idle_delay_ms: u16,
@@ -104,19 +107,19 @@ impl Settings {
         Some(setting.value(self, axis))
     }
 
-    /// These settings with one changed, if all of them still work together. `max_steps_s` is what the step
-    /// outputs can carry. `$22=0` turns `$20` off too, as Grbl does.
+    /// These settings with one changed, if all of them still work together, on step outputs that carry `carries`.
+    /// `$22=0` turns `$20` off too, as Grbl does.
     ///
     /// # Errors
     /// What is wrong with the value, or between it and another setting.
-    pub fn with(mut self, number: u16, value: f32, max_steps_s: f32) -> Result<Self, SettingError> {
+    pub fn with(mut self, number: u16, value: f32, carries: Carries<'_>) -> Result<Self, SettingError> {
         let (setting, axis) = setting_table::find(number).ok_or(SettingError::Unknown { number })?;
         setting.check(number, value)?;
         setting.set(&mut self, axis, value);
         if number == setting_table::HOMING && !self.homing {
             self.soft_limits = false;
         }
-        self.check(max_steps_s)?;
+        self.check(carries)?;
         Ok(self)
     }
 
@@ -124,21 +127,21 @@ impl Settings {
     ///
     /// # Errors
     /// The first rule broken: soft limits without homing, a homing order that is not one of X, Y and Z each once,
-    /// a step rate above what `max_steps_s` or the pulse width carries, a start speed above the top speed.
-    pub fn check(&self, max_steps_s: f32) -> Result<(), SettingError> {
+    /// a step rate above what the step outputs carry, a start speed above the top speed.
+    pub fn check(&self, carries: Carries<'_>) -> Result<(), SettingError> {
         if self.soft_limits && !self.homing {
             return Err(SettingError::SoftLimitsNeedHoming);
         }
         if !matches!(self.homing_order_digits, 123 | 132 | 213 | 231 | 312 | 321) {
             return Err(SettingError::HomingOrder { digits: self.homing_order_digits });
         }
-        (0..AXES).try_for_each(|axis| self.check_axis(axis, max_steps_s))
+        (0..AXES).try_for_each(|axis| self.check_axis(axis, carries))
     }
 
-    fn check_axis(&self, axis: usize, max_steps_s: f32) -> Result<(), SettingError> {
+    fn check_axis(&self, axis: usize, carries: Carries<'_>) -> Result<(), SettingError> {
         let asked_mm_min = self.max_rate_mm_min[axis];
         let steps_per_mm = self.steps_per_mm[axis];
-        let max_mm_min = max_steps_s.min(self.pulse_steps_s()) * 60.0 / steps_per_mm;
+        let max_mm_min = carries(self.pulse_us) * 60.0 / steps_per_mm;
         if asked_mm_min > max_mm_min {
             let pulse_us = self.pulse_us;
             return Err(SettingError::RateTooHigh { axis, asked_mm_min, max_mm_min, steps_per_mm, pulse_us });
@@ -148,11 +151,6 @@ impl Settings {
             return Err(SettingError::StartAboveTop { axis, start_mm_min, top_mm_min: asked_mm_min });
         }
         Ok(())
-    }
-
-    /// A pulse, and a pause as long.
-    fn pulse_steps_s(&self) -> f32 {
-        1e6 / (2.0 * f32::from(self.pulse_us))
     }
 }
 

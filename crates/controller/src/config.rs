@@ -19,7 +19,7 @@ pub fn config(settings: &Settings) -> Config {
         law: if settings.interval_thirds { IntervalLaw::Thirds } else { IntervalLaw::Fastest },
         hard_limits: settings.hard_limits,
         wiring: masked(settings.direction_invert_mask)
-            .map(|direction_inverted| Wiring { direction_inverted, pulse_ns: u32::from(settings.pulse_us) * 1_000 }),
+            .map(|direction_inverted| Wiring { direction_inverted, pulse_ns: pulse_ns(settings.pulse_us) }),
         enable_inverted: settings.enable_invert,
         switches_inverted: settings.limit_invert,
         idle_delay: (settings.idle_delay_ms != IDLE_DELAY_FOREVER_MS)
@@ -34,6 +34,11 @@ pub fn config(settings: &Settings) -> Config {
             debounce: Duration::from_millis(settings.homing_debounce_ms.into()),
         },
     }
+}
+
+/// Setting `$0`, ns.
+pub(crate) fn pulse_ns(pulse_us: u16) -> u32 {
+    u32::from(pulse_us) * 1_000
 }
 
 fn limits(settings: &Settings, axis: usize) -> Limits {

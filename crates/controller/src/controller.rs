@@ -8,9 +8,9 @@ use embassy_sync::mutex::Mutex;
 use embassy_time::Duration;
 use isostep_console::report::{self, messages};
 use isostep_console::{Block, Command, Error, Fixed, Interpreter, Motion as Words, Rate, SETTING_TABLE, Settings};
-use isostep_motion::{AXES, Alarm, Axis, Busy, ConfigError, Machine, Motion, State};
+use isostep_motion::{AXES, Alarm, Axis, Busy, ConfigError, Machine, Motion, State, Wiring};
 
-use crate::config::config;
+use crate::config::{config, pulse_ns};
 use crate::output::Output;
 use crate::status::{position_mm, word};
 
@@ -170,8 +170,7 @@ impl<'a> Controller<'a> {
     }
 
     async fn set(&self, number: u16, value: f32, out: &Output) -> Result<(), Error> {
-        let [x, y, z] = self.machine.rate_max_steps_s();
-        let refused = match self.settings().with(number, value, x.min(y).min(z) as f32) {
+        let refused = match self.settings().with(number, value, &|pulse_us| self.carries_steps_s(pulse_us)) {
             Err(refused) => refused,
             Ok(settings) => {
                 if let Err(refused) = self.machine.configure(config(&settings)) {
@@ -185,6 +184,13 @@ impl<'a> Controller<'a> {
         };
         out.send(|text| report::message(text, refused)).await;
         Err(refused.error())
+    }
+
+    /// The step rate that every axis's port carries with pulses of `pulse_us`, steps/s.
+    fn carries_steps_s(&self, pulse_us: u16) -> f32 {
+        let wiring = Wiring { pulse_ns: pulse_ns(pulse_us), ..Wiring::default() };
+        let ports = self.machine.capabilities();
+        ports.iter().flatten().map(|port| port.rate_max_steps_s(wiring) as f32).fold(f32::INFINITY, f32::min)
     }
 
     async fn submit(&self, motion: Motion) -> Result<(), Error> {

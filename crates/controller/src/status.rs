@@ -26,6 +26,7 @@ pub(crate) fn code(alarm: Alarm) -> Code {
         Alarm::EmergencyStop => Code::EmergencyStop,
         Alarm::LateStep { .. } => Code::LateStep,
         Alarm::Unplannable => Code::Unplannable,
+        Alarm::Underrun { .. } => Code::Underrun,
     }
 }
 

@@ -6,7 +6,7 @@ use embassy_time::Duration;
 use isostep_profile::{IntervalLaw, LimitError, Limits};
 
 use crate::axes::{AXES, Axis};
-use crate::port::{Direction, Wiring};
+use crate::port::{Capabilities, Direction, Wiring};
 
 /// The machine's properties, in steps, mm and s.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,7 +61,7 @@ pub enum ConfigError {
         /// What is wrong.
         error: LimitError,
     },
-    /// An axis's top speed is above what its step port carries, steps/s.
+    /// An axis's top speed is above what its step port carries with its pulses, steps/s.
     Rate {
         /// Which axis.
         axis: Axis,
@@ -69,6 +69,8 @@ pub enum ConfigError {
         asked: f64,
         /// The highest that works.
         max: f64,
+        /// The pulses, ns.
+        pulse_ns: u32,
     },
     /// A length, resolution or homing speed is not a positive number.
     NotPositive {
@@ -82,17 +84,16 @@ pub enum ConfigError {
 }
 
 impl Config {
-    /// Refuses what cannot work with step ports that carry `rate_max_steps_s`.
+    /// Refuses what cannot work with step ports of these capabilities; one that is not known is taken to carry all.
     ///
     /// # Errors
     /// Names the first value that does not work and the limit it crossed.
-    pub fn check(&self, rate_max_steps_s: [u32; AXES]) -> Result<(), ConfigError> {
+    pub fn check(&self, ports: [Option<Capabilities>; AXES]) -> Result<(), ConfigError> {
         for axis in Axis::ALL {
             let limits = self.limits[axis as usize];
             limits.check().map_err(|error| ConfigError::Limits { axis, error })?;
-            let (asked, max) = (limits.top_speed_steps_s, f64::from(rate_max_steps_s[axis as usize]));
-            if asked > max {
-                return Err(ConfigError::Rate { axis, asked, max });
+            if let Some(port) = ports[axis as usize] {
+                self.check_rate(axis, port)?;
             }
             positive("steps/mm", self.steps_per_mm[axis as usize])?;
             positive("travel, mm", self.travel_mm[axis as usize])?;
@@ -102,6 +103,15 @@ impl Config {
         positive("homing pull-off, mm", self.homing.pull_off_mm)?;
         if Axis::ALL.iter().any(|axis| !self.homing.order.contains(axis)) {
             return Err(ConfigError::HomingOrder);
+        }
+        Ok(())
+    }
+
+    fn check_rate(&self, axis: Axis, port: Capabilities) -> Result<(), ConfigError> {
+        let wiring = self.wiring[axis as usize];
+        let (asked, max) = (self.limits[axis as usize].top_speed_steps_s, port.rate_max_steps_s(wiring).into());
+        if asked > max {
+            return Err(ConfigError::Rate { axis, asked, max, pulse_ns: port.pulse_ns(wiring) });
         }
         Ok(())
     }
@@ -138,9 +148,10 @@ impl fmt::Display for ConfigError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
             Self::Limits { axis, error } => write!(f, "{axis}: {error}"),
-            Self::Rate { axis, asked, max } => {
-                write!(f, "{axis}: {asked} steps/s is above the {max} steps/s its step port carries")
-            }
+            Self::Rate { axis, asked, max, pulse_ns } => write!(
+                f,
+                "{axis}: {asked} steps/s is above the {max} steps/s its step port carries with pulses of {pulse_ns} ns"
+            ),
             Self::NotPositive { what, asked } => write!(f, "{what}: {asked} must be above 0"),
             Self::HomingOrder => write!(f, "the homing order must name each axis once"),
         }

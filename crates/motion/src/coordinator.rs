@@ -20,9 +20,8 @@ use isostep_profile::{Segments, SyncMove};
 
 use crate::axes::{AXES, Axis};
 use crate::event::{Alarm, Event, Finish, State};
-use crate::link::Run;
 use crate::machine::{Cause, Machine, Motion, Underway};
-use crate::port::Direction;
+use crate::port::{Direction, PortFault, Run};
 
 /// From the start signal to instant zero of a move: the axis tasks wake, set DIR and wait out its set-up, and
 /// ENABLE's (650 ns for a DRV8825), long before the first step.
@@ -103,7 +102,7 @@ where
         match self.travel(steps, feed_mm_s).await? {
             Finish::Done => Ok(()),
             Finish::Stopped => Err(self.stop_alarm()),
-            Finish::Late { axis } => Err(Alarm::LateStep { axis }),
+            Finish::Fault { axis, fault } => Err(self.fault_alarm(axis, fault)),
         }
     }
 
@@ -116,6 +115,16 @@ where
     /// What a stop in the middle of a move means. Only a cause, or homing on purpose, halts the axes.
     pub(crate) fn stop_alarm(&self) -> Alarm {
         self.machine.cause().unwrap_or(Cause::Reset).alarm(self.machine.state())
+    }
+
+    /// What a fault of a port means.
+    pub(crate) fn fault_alarm(&self, axis: Axis, fault: PortFault) -> Alarm {
+        self.machine.count_fault(axis);
+        match fault {
+            PortFault::Late { .. } => Alarm::LateStep { axis },
+            PortFault::Underrun => Alarm::Underrun { axis },
+            PortFault::TooFast { .. } => Alarm::Unplannable,
+        }
     }
 
     /// Moves by signed `steps` and returns when every axis has answered. A halt is not an error here: homing halts
@@ -167,15 +176,12 @@ where
         }
     }
 
-    /// Empties the axis's signals and queues its first segments.
+    /// Makes the axis ready and queues its first segments.
     fn prepare(&self, axis: Axis, segments: &mut Segments) {
-        let link = self.machine.link(axis);
-        link.segments.clear();
-        link.halt.reset();
-        link.done.reset();
+        self.machine.ready(axis);
         for segment in segments.take(SEGMENTS_BEFORE_START) {
-            // There is room: the queue was empty and this task is the only sender.
-            let _ = link.segments.try_send(segment);
+            // There is room: the queue is empty and this task is the only sender.
+            let _ = self.machine.link(axis).segments.try_send(segment);
         }
     }
 
@@ -226,19 +232,19 @@ async fn feed(machine: &Machine, axis: Axis, segments: Segments) {
     }
 }
 
-/// Waits for every moving axis. One that is late halts the others.
+/// Waits for every moving axis. One whose port faults halts the others.
 async fn all_done(machine: &Machine, moving: [bool; AXES]) -> Finish {
     let answers = join_array(Axis::ALL.map(|axis| async move {
         if !moving[axis as usize] {
             return Finish::Done;
         }
         let finish = machine.link(axis).done.wait().await;
-        if matches!(finish, Finish::Late { .. }) {
+        if matches!(finish, Finish::Fault { .. }) {
             machine.halt();
         }
         finish
     }))
     .await;
-    let late = answers.into_iter().find(|finish| matches!(finish, Finish::Late { .. }));
-    late.or(answers.into_iter().find(|finish| *finish == Finish::Stopped)).unwrap_or(Finish::Done)
+    let fault = answers.into_iter().find(|finish| matches!(finish, Finish::Fault { .. }));
+    fault.or(answers.into_iter().find(|finish| *finish == Finish::Stopped)).unwrap_or(Finish::Done)
 }

@@ -6,6 +6,7 @@ use embassy_time::Instant;
 use isostep_profile::SyncMove;
 
 use crate::axes::{AXES, Axis};
+use crate::port::PortFault;
 
 /// What the machine is doing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,6 +57,11 @@ pub enum Alarm {
         /// Whose step.
         axis: Axis,
     },
+    /// A step port ran out of steps in the middle of a move: the processor was held up.
+    Underrun {
+        /// Whose port.
+        axis: Axis,
+    },
     /// A move could not be planned with the present configuration; nothing moved.
     Unplannable,
 }
@@ -68,10 +74,12 @@ pub enum Finish {
     Done,
     /// It was stopped before its end; the position says where.
     Stopped,
-    /// A step of this axis was too late, so all axes were stopped.
-    Late {
-        /// Whose step.
+    /// The step port of this axis faulted, so all axes were stopped.
+    Fault {
+        /// Whose port.
         axis: Axis,
+        /// What happened.
+        fault: PortFault,
     },
 }
 
@@ -144,6 +152,9 @@ impl fmt::Display for Alarm {
             }
             Self::EmergencyStop => write!(f, "emergency stop pressed: release it, unlock and home again"),
             Self::LateStep { axis } => write!(f, "a step of {axis} was too late: lower the rate and home again"),
+            Self::Underrun { axis } => {
+                write!(f, "the step port of {axis} ran out of steps: lower the rate or the acceleration and home again")
+            }
             Self::Unplannable => write!(f, "the settings do not allow this move: check rates and accelerations"),
         }
     }

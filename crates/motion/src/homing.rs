@@ -70,7 +70,7 @@ where
         // The move always answers, for the switch's halt ends it: it is never dropped half-way.
         let finish = alongside(self.along(axis, distance_mm, true, speed_mm_s), pressed).await?;
         match finish {
-            Finish::Late { axis } => Err(Alarm::LateStep { axis }),
+            Finish::Fault { axis, fault } => Err(self.fault_alarm(axis, fault)),
             _ if machine.cause().is_some() => Err(self.stop_alarm()),
             _ if machine.switch(axis).is_pressed() => Ok(()),
             _ => Err(Alarm::SwitchNotFound { axis }),
@@ -81,7 +81,7 @@ where
     async fn retreat(&mut self, axis: Axis, speed_mm_s: f64) -> Result<(), Alarm> {
         let homing = self.machine.config().homing;
         match self.along(axis, homing.pull_off_mm, false, speed_mm_s).await? {
-            Finish::Late { axis } => return Err(Alarm::LateStep { axis }),
+            Finish::Fault { axis, fault } => return Err(self.fault_alarm(axis, fault)),
             Finish::Stopped => return Err(self.stop_alarm()),
             Finish::Done => {}
         }

@@ -2,9 +2,9 @@
 //!
 //! One shared [`Machine`] ties a handful of never-ending tasks together. A board, or the simulator, spawns:
 //!
-//! - [`axis::run`] three times, at the highest priority: takes compiled segments from its queue and hands them to
-//!   its [`StepPort`], which makes the edges.
-//! - [`limit::watch`] and [`limit::watch_emergency_stop`], at the same priority: debounce a switch and stop the axes.
+//! - [`axis::run`] three times, at a high priority: hands each move to its [`StepPort`], which takes compiled segments from
+//!   the axis's queue and makes the edges.
+//! - [`limit::watch`] and [`limit::watch_emergency_stop`], at the highest priority: debounce a switch and stop the axes.
 //! - [`coordinator::run`], at a lower priority: plans a move, compiles it into the axes' queues ahead of time, starts
 //!   all axes at one instant, homes, and keeps the machine's state.
 //!
@@ -28,7 +28,10 @@ pub use axes::{AXES, Axis};
 pub use config::{Config, ConfigError, HomingConfig};
 pub use event::{Alarm, Event, Finish, HomingPhase, State};
 pub use machine::{Busy, Machine, Motion, QUEUE_MOVES, Status};
-pub use port::{Capabilities, Direction, DriverTiming, Odometer, PortFault, StepPort, Wiring};
+pub use port::{
+    Brake, Capabilities, Direction, DriverTiming, Odometer, PortFault, Run, SegmentQueue, StepPort, Wiring,
+    ticks_covering,
+};
 pub use timer_port::TimerPort;
 
 /// The instants of a move are compiled in the time driver's ticks.

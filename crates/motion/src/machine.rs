@@ -15,7 +15,7 @@ use crate::axes::{AXES, Axis};
 use crate::config::{Config, ConfigError};
 use crate::event::{Alarm, State};
 use crate::link::AxisLink;
-use crate::port::Capabilities;
+use crate::port::{Capabilities, StepPort};
 
 /// Motions that wait behind the one under way: Grbl's planner has as many blocks.
 pub const QUEUE_MOVES: usize = 15;
@@ -91,6 +91,7 @@ pub(crate) struct Underway {
 struct Inner {
     config: Config,
     capabilities: [Option<Capabilities>; AXES],
+    faults: [u32; AXES],
     homed: [bool; AXES],
     cause: Option<Cause>,
     emergency: bool,
@@ -129,6 +130,7 @@ impl Machine {
             inner: Mutex::new(RefCell::new(Inner {
                 config,
                 capabilities: [None; AXES],
+                faults: [0; AXES],
                 homed: [false; AXES],
                 cause: None,
                 emergency: false,
@@ -149,15 +151,21 @@ impl Machine {
     /// # Errors
     /// What cannot work is refused and nothing changes.
     pub fn configure(&self, config: Config) -> Result<(), ConfigError> {
-        config.check(self.rate_max_steps_s())?;
+        config.check(self.capabilities())?;
         self.with(|inner| inner.config = config);
         Ok(())
     }
 
-    /// What each axis's port carries, steps/s; no bound until its task has run.
+    /// What each axis's port can do; `None` until its task has run.
     #[must_use]
-    pub fn rate_max_steps_s(&self) -> [u32; AXES] {
-        self.with(|inner| inner.capabilities.map(|port| port.map_or(u32::MAX, |port| port.rate_max_steps_s)))
+    pub fn capabilities(&self) -> [Option<Capabilities>; AXES] {
+        self.with(|inner| inner.capabilities)
+    }
+
+    /// How often each axis's port has faulted since power-up.
+    #[must_use]
+    pub fn faults(&self) -> [u32; AXES] {
+        self.with(|inner| inner.faults)
     }
 
     /// What it is doing, where, and how fast.
@@ -285,8 +293,13 @@ impl Machine {
         self.state.dyn_sender().send(state);
     }
 
-    pub(crate) fn publish_capabilities(&self, axis: Axis, capabilities: Capabilities) {
-        self.with(|inner| inner.capabilities[axis as usize] = Some(capabilities));
+    pub(crate) fn publish_port(&self, axis: Axis, port: &impl StepPort) {
+        self.link(axis).fit(port.brake());
+        self.with(|inner| inner.capabilities[axis as usize] = Some(port.capabilities()));
+    }
+
+    pub(crate) fn count_fault(&self, axis: Axis) {
+        self.with(|inner| inner.faults[axis as usize] += 1);
     }
 
     /// The tick rate in which the axis's port reads segments, Hz.
@@ -330,8 +343,20 @@ impl Machine {
     /// Stops the axes within one pulse. Safe at any priority.
     pub(crate) fn halt(&self) {
         for link in &self.links {
+            link.brake(true);
+        }
+        for link in &self.links {
             link.halt.signal(());
         }
+    }
+
+    /// Makes an axis ready for its part of a move: nothing queued, no halt standing, the brake off.
+    pub(crate) fn ready(&self, axis: Axis) {
+        let link = self.link(axis);
+        link.segments.clear();
+        link.done.reset();
+        link.halt.reset();
+        link.brake(false);
     }
 
     /// Stops everything and says why; the first cause stands. A limit switch is what homing looks for.

@@ -2,6 +2,8 @@
 
 use core::sync::atomic::{AtomicI32, Ordering};
 
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::channel::Channel;
 use embassy_time::{Duration, Instant};
 use isostep_profile::Segment;
 
@@ -38,13 +40,19 @@ pub struct DriverTiming {
     pub step_high_ns: u32,
     /// STEP stays low at least this long.
     pub step_low_ns: u32,
+    /// From one rise of STEP to the next, at least.
+    pub period_ns: u32,
     /// DIR and ENABLE are steady this long before STEP rises, and after.
     pub setup_ns: u32,
 }
 
 impl DriverTiming {
-    /// TI DRV8825 datasheet (SLVSA73F), timing requirements: t_WH = t_WL = 1.9 us, t_SU = t_H = 650 ns.
-    pub const DRV8825: Self = Self { step_high_ns: 1_900, step_low_ns: 1_900, setup_ns: 650 };
+    /// TI DRV8825 datasheet (SLVSA73F), timing requirements: t_WH = t_WL = 1.9 us, f_STEP = 250 kHz, t_SU = t_H = 650 ns.
+    pub const DRV8825: Self = Self { step_high_ns: 1_900, step_low_ns: 1_900, period_ns: 4_000, setup_ns: 650 };
+
+    /// Trinamic TMC2209 datasheet, STEP/DIR interface timing: 100 ns high and low (the input filter's), or a period of
+    /// its 12 MHz clock and 20 ns more: 104 ns; DIR 20 ns before and after.
+    pub const TMC2209: Self = Self { step_high_ns: 104, step_low_ns: 104, period_ns: 208, setup_ns: 20 };
 }
 
 /// How a driver is wired and configured.
@@ -61,8 +69,38 @@ pub struct Wiring {
 pub struct Capabilities {
     /// Its time resolution, Hz.
     pub tick_hz: u32,
-    /// Highest step rate its pulse and low times leave room for, steps/s.
-    pub rate_max_steps_s: u32,
+    /// What the driver behind it needs.
+    pub timing: DriverTiming,
+    /// What the port itself needs between two rises beyond what the driver does, ticks.
+    pub margin_ticks: u32,
+}
+
+impl Capabilities {
+    /// How long STEP stays high with this wiring, ns: never shorter than the driver needs.
+    #[must_use]
+    pub fn pulse_ns(&self, wiring: Wiring) -> u32 {
+        self.timing.step_high_ns.max(wiring.pulse_ns)
+    }
+
+    /// Highest step rate that pulse, low time and period leave room for with this wiring, steps/s.
+    #[must_use]
+    pub fn rate_max_steps_s(&self, wiring: Wiring) -> u32 {
+        self.tick_hz / self.period_min_ticks(wiring)
+    }
+
+    /// From one rise of STEP to the next, at least, ticks.
+    #[must_use]
+    pub fn period_min_ticks(&self, wiring: Wiring) -> u32 {
+        let period_ns = self.timing.period_ns.max(self.pulse_ns(wiring) + self.timing.step_low_ns);
+        ticks_covering(period_ns, self.tick_hz) + self.margin_ticks
+    }
+}
+
+/// The fewest ticks of `tick_hz` that cover `ns`.
+#[must_use]
+pub fn ticks_covering(ns: u32, tick_hz: u32) -> u32 {
+    // Of two 32-bit numbers, over 10^9: it fits for whatever is shorter than a second.
+    (u64::from(ns) * u64::from(tick_hz)).div_ceil(1_000_000_000) as u32
 }
 
 /// The exact count of an axis's emitted steps: the machine's position.
@@ -88,9 +126,15 @@ impl Odometer {
 
     /// Counts one step. For ports.
     pub fn count(&self, direction: Direction) {
+        self.advance(direction, 1);
+    }
+
+    /// Counts `steps` that have risen. For ports.
+    pub fn advance(&self, direction: Direction, steps: u32) {
         // One writer, so load and store need no atomic read-modify-write, which a Cortex-M0+ lacks.
         let position = self.position_steps.load(Ordering::Relaxed);
-        self.position_steps.store(position.wrapping_add(direction.sign()), Ordering::Relaxed);
+        let moved = (steps as i32).wrapping_mul(direction.sign());
+        self.position_steps.store(position.wrapping_add(moved), Ordering::Relaxed);
     }
 
     /// Makes the place where the axis rests its zero.
@@ -99,7 +143,26 @@ impl Odometer {
     }
 }
 
-/// Why a port stopped emitting.
+/// Segments queued per axis. Near standstill a segment is a step or two, so eight outlast by far what compiling one takes.
+const QUEUE_SEGMENTS: usize = 8;
+
+/// An axis's segments on their way to its port, in order.
+pub type SegmentQueue = Channel<CriticalSectionRawMutex, Segment, QUEUE_SEGMENTS>;
+
+/// An axis's part of a move.
+#[derive(Clone, Copy, Debug)]
+pub struct Run {
+    /// The instant from which segments count.
+    pub start: Instant,
+    /// Which way.
+    pub direction: Direction,
+    /// How the driver is wired.
+    pub wiring: Wiring,
+    /// How many steps the segments hold together; at least 1.
+    pub steps: u32,
+}
+
+/// Why a port stopped before its last step. Every step that rose is counted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PortFault {
     /// A step would have left so late that catching up would ask for speed the plan does not have.
@@ -109,7 +172,22 @@ pub enum PortFault {
         /// The latest that is still emitted.
         max: Duration,
     },
+    /// The port had emitted all it was given before it was given more. Nothing was stretched: no step rose after that.
+    Underrun,
+    /// Steps are closer than pulse and low time allow, ticks. The step did not rise.
+    TooFast {
+        /// From one step to the next.
+        interval: u32,
+        /// The shortest that works.
+        min: u32,
+    },
 }
+
+/// Engages (`true`) or releases the brake of a port.
+///
+/// Engaged, no further step rises, from that instant and for as long as it is; a pulse that has begun is finished. It
+/// may be called in any context, interrupts included.
+pub type Brake = fn(engaged: bool);
 
 /// Makes the step edges of one axis.
 #[allow(async_fn_in_trait, reason = "ports stay on the executor that polls them: no Send bound is wanted")]
@@ -117,15 +195,19 @@ pub trait StepPort {
     /// What this port can do.
     fn capabilities(&self) -> Capabilities;
 
-    /// Sets DIR and takes over the pulse width; the next step waits for the set-up time.
-    fn prepare(&mut self, direction: Direction, wiring: Wiring);
+    /// For a port whose edges do not wait for its task; one whose do stops with the task and needs none.
+    fn brake(&self) -> Brake {
+        |_engaged| {}
+    }
 
-    /// Emits the steps of `segment`, each at its instant from `start`, and counts each in `odometer` as it rises.
+    /// Sets DIR, waits out its set-up time, emits the steps of all `segments` of `run`, each at its instant from the
+    /// start, and returns when the last has risen. Each is counted in `odometer`; at the latest when this ends the
+    /// count is exact.
     ///
     /// # Errors
-    /// A step that is too late is not emitted, nor any after it; the count is exact.
+    /// No step rises after a fault.
     ///
     /// # Cancellation
     /// Safe: no further step rises, none is cut short, and the count is exact.
-    async fn emit(&mut self, start: Instant, segment: Segment, odometer: &Odometer) -> Result<(), PortFault>;
+    async fn run(&mut self, run: Run, segments: &SegmentQueue, odometer: &Odometer) -> Result<(), PortFault>;
 }

@@ -14,10 +14,11 @@ use core::convert::Infallible;
 use embassy_time::{Duration, Instant, Timer};
 use embedded_hal::delay::DelayNs;
 use embedded_hal::digital::OutputPin;
-use isostep_profile::Segment;
 
 use crate::TICK_HZ;
-use crate::port::{Capabilities, Direction, DriverTiming, Odometer, PortFault, StepPort, Wiring};
+use crate::port::{
+    Capabilities, Direction, DriverTiming, Odometer, PortFault, Run, SegmentQueue, StepPort, ticks_covering,
+};
 
 /// A step later than this is a fault: half a step period at 2,400 steps/s, the default machine's top speed.
 pub const LATE_MAX: Duration = Duration::from_micros(208);
@@ -28,11 +29,11 @@ pub struct TimerPort<S, D, W> {
     step: S,
     dir: D,
     delay: W,
-    timing: DriverTiming,
+    capabilities: Capabilities,
     direction: Direction,
     pulse_ns: u32,
     /// From one rise to the next, at least.
-    cycle: Duration,
+    period_min: Duration,
     /// When STEP may rise next.
     ready: Instant,
 }
@@ -43,21 +44,27 @@ where
     D: OutputPin<Error = Infallible>,
     W: DelayNs,
 {
-    /// Drives STEP low and DIR high. `delay` blocks for the width of a pulse.
-    pub fn new(step: S, dir: D, delay: W, timing: DriverTiming) -> Self {
-        let mut port = Self {
-            step,
-            dir,
-            delay,
-            timing,
-            direction: Direction::Positive,
-            pulse_ns: timing.step_high_ns,
-            cycle: cycle(timing, timing.step_high_ns),
-            ready: Instant::now(),
-        };
-        let Ok(()) = port.step.set_low();
-        port.prepare(Direction::Positive, Wiring::default());
-        port
+    /// Drives STEP and DIR low. `delay` blocks for the width of a pulse.
+    pub fn new(mut step: S, mut dir: D, delay: W, timing: DriverTiming) -> Self {
+        let Ok(()) = step.set_low();
+        let Ok(()) = dir.set_low();
+        // A reading of the clock may be almost a tick old.
+        let capabilities = Capabilities { tick_hz: TICK_HZ, timing, margin_ticks: 1 };
+        let pulse_ns = timing.step_high_ns;
+        let (direction, period_min) = (Direction::Negative, Duration::MIN);
+        Self { step, dir, delay, capabilities, direction, pulse_ns, period_min, ready: Instant::now() }
+    }
+
+    /// Sets DIR and takes over the pulse width; the next step waits for the set-up time.
+    fn prepare(&mut self, run: &Run) {
+        self.direction = run.direction;
+        self.pulse_ns = self.capabilities.pulse_ns(run.wiring);
+        self.period_min = Duration::from_ticks(self.capabilities.period_min_ticks(run.wiring).into());
+        // The last pulse is over, so DIR's hold time is too.
+        let high = (run.direction == Direction::Positive) != run.wiring.direction_inverted;
+        let Ok(()) = if high { self.dir.set_high() } else { self.dir.set_low() };
+        let setup = ticks_covering(self.capabilities.timing.setup_ns, TICK_HZ) + self.capabilities.margin_ticks;
+        self.ready = self.ready.max(Instant::now() + Duration::from_ticks(setup.into()));
     }
 
     async fn step_at(&mut self, due: Instant, odometer: &Odometer) -> Result<(), PortFault> {
@@ -70,20 +77,9 @@ where
         odometer.count(self.direction);
         self.delay.delay_ns(self.pulse_ns);
         let Ok(()) = self.step.set_low();
-        self.ready = now + self.cycle;
+        self.ready = now + self.period_min;
         Ok(())
     }
-}
-
-/// The fewest ticks sure to cover `ns`. One more than the quotient, because a reading of the clock may be almost a
-/// tick old.
-const fn ticks_covering(ns: u32) -> Duration {
-    let ticks = (ns as u64 * TICK_HZ as u64).div_ceil(1_000_000_000);
-    Duration::from_ticks(ticks + 1)
-}
-
-const fn cycle(timing: DriverTiming, pulse_ns: u32) -> Duration {
-    ticks_covering(pulse_ns + timing.step_low_ns)
 }
 
 impl<S, D, W> StepPort for TimerPort<S, D, W>
@@ -93,23 +89,18 @@ where
     W: DelayNs,
 {
     fn capabilities(&self) -> Capabilities {
-        let cycle_ticks = cycle(self.timing, self.timing.step_high_ns).as_ticks() as u32;
-        Capabilities { tick_hz: TICK_HZ, rate_max_steps_s: TICK_HZ / cycle_ticks }
+        self.capabilities
     }
 
-    fn prepare(&mut self, direction: Direction, wiring: Wiring) {
-        self.direction = direction;
-        self.pulse_ns = self.timing.step_high_ns.max(wiring.pulse_ns);
-        self.cycle = cycle(self.timing, self.pulse_ns);
-        // The last pulse is over, so DIR's hold time is too.
-        let high = (direction == Direction::Positive) != wiring.direction_inverted;
-        let Ok(()) = if high { self.dir.set_high() } else { self.dir.set_low() };
-        self.ready = self.ready.max(Instant::now() + ticks_covering(self.timing.setup_ns));
-    }
-
-    async fn emit(&mut self, start: Instant, segment: Segment, odometer: &Odometer) -> Result<(), PortFault> {
-        for ticks in segment.ticks() {
-            self.step_at(start + Duration::from_ticks(ticks), odometer).await?;
+    async fn run(&mut self, run: Run, segments: &SegmentQueue, odometer: &Odometer) -> Result<(), PortFault> {
+        self.prepare(&run);
+        let mut left = run.steps;
+        while left > 0 {
+            let segment = segments.receive().await;
+            left -= segment.steps();
+            for ticks in segment.ticks() {
+                self.step_at(run.start + Duration::from_ticks(ticks), odometer).await?;
+            }
         }
         Ok(())
     }

@@ -41,6 +41,7 @@ pub mod motor;
 mod outcome;
 pub mod pin;
 pub mod plant;
+pub mod port;
 pub mod program;
 mod record;
 pub mod report;

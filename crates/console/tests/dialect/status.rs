@@ -77,7 +77,7 @@ proptest! {
         let replies = heard.split(' ').filter(|word| *word == "ok" || word.starts_with("error:")).count();
         prop_assert_eq!(replies, bytes.iter().filter(|byte| matches!(byte, b'\r' | b'\n')).count());
         prop_assert!(talk.interpreter.position_mm().iter().all(|mm| mm.abs() <= isostep_console::MAX_COORDINATE_MM));
-        prop_assert_eq!(talk.settings.check(crate::talk::MAX_STEPS_S), Ok(()));
+        prop_assert_eq!(talk.settings.check(&crate::talk::carries), Ok(()));
     }
 
     #[test]

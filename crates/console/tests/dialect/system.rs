@@ -1,6 +1,6 @@
 //! `$` commands and reports: what they answer, and when.
 
-use crate::talk::{MAX_STEPS_S, Talk};
+use crate::talk::{Talk, carries};
 use expect_test::{Expect, expect};
 use isostep_console::{SETTING_TABLE, Settings, State};
 
@@ -123,9 +123,9 @@ fn settings_print_as_grbl_prints_them() {
 fn a_refused_setting_names_value_limit_and_remedy() {
     check(
         State::Idle,
-        "$0=1\n$0=2.5\n$2=8\n$20=2\n$22=0\n$20=1\n$22=1\n$H\n$27=0\n$100=-1\n$100=100000\n$102=5000\n$110=90000000\n$0=200\n$901=311\n$901=321\n$911=3000\n$920=5",
+        "$0=-1\n$0=2.5\n$2=8\n$20=2\n$22=0\n$20=1\n$22=1\n$H\n$27=0\n$100=-1\n$100=100000\n$102=5000\n$110=90000000\n$0=200\n$901=311\n$901=321\n$911=3000\n$920=5",
         expect![[r#"
-            $0=1 -> [MSG:$0=1 is below the least, 2 us: raise it] error:6
+            $0=-1 -> [MSG:$0=-1 is negative: give 0 or more] error:4
             $0=2.5 -> [MSG:$0=2.500 is not a whole number: remove the fraction] error:23
             $2=8 -> [MSG:$2=8 is above the most, 0: lower it] error:2
             $20=2 -> [MSG:$20=2 is above the most, 1: lower it] error:2
@@ -136,8 +136,8 @@ fn a_refused_setting_names_value_limit_and_remedy() {
             $27=0 -> [MSG:$27=0 is below the least, 0.100 mm: raise it] error:2
             $100=-1 -> [MSG:$100=-1 is negative: give 0 or more] error:4
             $100=100000 -> [MSG:$100=100000 is above the most, 10000 steps/mm: lower it] error:2
-            $102=5000 -> [MSG:$112=2880 is above the 360 mm/min that the driver and $0=2 us pulses carry at $102=5000 steps/mm: lower one of the three] error:12
-            $110=90000000 -> [MSG:$110=90000000 is above the 36000 mm/min that the driver and $0=2 us pulses carry at $100=50 steps/mm: lower one of the three] error:12
+            $102=5000 -> [MSG:$112=2880 is above the 360 mm/min that the step outputs carry with $0=2 at $102=5000 steps/mm: lower one of the three] error:12
+            $110=90000000 -> [MSG:$110=90000000 is above the 36000 mm/min that the step outputs carry with $0=2 at $100=50 steps/mm: lower one of the three] error:12
             $0=200 -> [MSG:$0=200 is above the most, 20 us: lower it] error:2
             $901=311 -> [MSG:$901=311 is no order: give each of 1 (X), 2 (Y) and 3 (Z) once, as in 312] error:2
             $901=321 -> ok
@@ -159,9 +159,9 @@ fn the_highest_rate_named_is_accepted() {
     for (pulse_us, steps_per_mm) in [(2, 50.0), (3, 33.3), (255, 999.9), (17, 0.7)] {
         let settings = Settings { pulse_us, steps_per_mm: [steps_per_mm; 3], ..Settings::DEFAULT };
         let settings = Settings { max_rate_mm_min: [60.0; 3], ..settings };
-        let words = settings.with(110, 9e7, MAX_STEPS_S).unwrap_err().to_string();
+        let words = settings.with(110, 9e7, &carries).unwrap_err().to_string();
         let most = words.split("above the ").nth(1).and_then(|rest| rest.split(' ').next()).unwrap();
-        settings.with(110, most.parse().unwrap(), MAX_STEPS_S).unwrap();
+        settings.with(110, most.parse().unwrap(), &carries).unwrap();
     }
 }
 
@@ -182,7 +182,7 @@ fn the_table_is_in_order_and_the_defaults_are_in_range() {
     assert!(SETTING_TABLE.is_sorted_by(|a, b| a.numbers().end <= b.number));
     for number in SETTING_TABLE.iter().flat_map(|row| row.numbers()) {
         let value = Settings::DEFAULT.get(number).unwrap();
-        assert_eq!(Settings::DEFAULT.with(number, value, MAX_STEPS_S), Ok(Settings::DEFAULT), "${number}");
+        assert_eq!(Settings::DEFAULT.with(number, value, &carries), Ok(Settings::DEFAULT), "${number}");
     }
     assert_eq!(Settings::DEFAULT.homing_order(), [2, 0, 1]);
     assert_eq!(Settings { decel_or_0_mm_s2: [0.0, 9.0, 0.0], ..Settings::DEFAULT }.decel_mm_s2(), [50.0, 9.0, 50.0]);

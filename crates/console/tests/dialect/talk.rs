@@ -7,8 +7,10 @@ use isostep_console::{
     realtime, report,
 };
 
-/// What the port of this machine carries.
-pub const MAX_STEPS_S: f32 = 30_000.0;
+/// The port of this machine carries 30,000 steps/s, or a pulse and a pause as long.
+pub fn carries(pulse_us: u16) -> f32 {
+    (1e6 / (2.0 * f32::from(pulse_us))).min(30_000.0)
+}
 
 pub struct Talk {
     lines: LineAssembler,
@@ -70,7 +72,7 @@ impl Talk {
             Command::ShowModal => {
                 report::modal(heard, self.interpreter.modal(), self.settings.report_inches).unwrap();
             }
-            Command::SetSetting { number, value } => match self.settings.with(number, value, MAX_STEPS_S) {
+            Command::SetSetting { number, value } => match self.settings.with(number, value, &carries) {
                 Ok(settings) => self.settings = settings,
                 Err(why) => {
                     report::message(heard, why).unwrap();
