@@ -41,6 +41,6 @@ mod sync;
 mod trapezoid;
 
 pub use limits::{ACCEL_MAX_STEPS_S2, LimitError, Limits, SPEED_MAX_STEPS_S, SPEED_MIN_STEPS_S};
-pub use segment::{FIT_ERROR_MAX_TICKS, Segment, Segments, Ticks};
+pub use segment::{FIT_ERROR_MAX_TICKS, Intervals, Segment, Segments, Ticks};
 pub use sync::{PlanError, SyncMove};
 pub use trapezoid::{DURATION_MAX_S, IntervalLaw, ProfileError, StepCounts, Trapezoid};

@@ -11,6 +11,8 @@
 //! stays within [`FIT_ERROR_MAX_TICKS`]. Each segment starts from the absolute profile: nothing accumulates from
 //! one to the next.
 
+use core::sync::atomic::{AtomicU32, Ordering};
+
 use libm::{cbrtf, floor};
 
 use crate::trapezoid::Trapezoid;
@@ -29,13 +31,17 @@ const HALF_TICK: u64 = 1 << 31;
 /// 9 √3: see the module's error bound.
 const CUBIC_BOUND: f64 = 15.588_457_268_119_896;
 
-/// A run of steps of one axis. Made by [`Segments`], replayed by [`ticks`](Segment::ticks).
+/// A run of steps of one axis. Made by [`Segments`]; replayed as instants by [`ticks`](Segment::ticks), as intervals by
+/// [`intervals`](Segment::intervals).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Segment {
     steps: u32,
-    base_ticks: u64,
-    offset: u64,
+    /// What the rounded first instant leaves over, 2^-32 tick.
+    fraction: u32,
+    first_ticks: u64,
+    /// From the first step to the second, Q32.32 ticks.
     interval: u64,
+    /// From one interval to the next, Q32.32 ticks in two's complement.
     growth: u64,
 }
 
@@ -46,10 +52,33 @@ impl Segment {
         self.steps
     }
 
+    /// When its first step is due, ticks from the start of the move, rounded to the nearest.
+    #[must_use]
+    pub fn first_ticks(&self) -> u64 {
+        self.first_ticks
+    }
+
+    /// When its last step is due, ticks from the start of the move, rounded to the nearest. No loop: a closed sum.
+    #[must_use]
+    pub fn last_ticks(&self) -> u64 {
+        let n = u64::from(self.steps - 1);
+        let growths = n * n.saturating_sub(1) / 2;
+        let sum = self.interval.wrapping_mul(n).wrapping_add(self.growth.wrapping_mul(growths));
+        self.first_ticks + (sum.wrapping_add(u64::from(self.fraction)) >> 32)
+    }
+
     /// The instants of its steps in ticks from the start of the move, rounded to the nearest.
     #[must_use]
     pub fn ticks(&self) -> Ticks {
-        Ticks { segment: *self }
+        Ticks { next: Some(self.first_ticks), intervals: self.intervals() }
+    }
+
+    /// The ticks from each of its steps to the next: one fewer than it has steps. They add up to its last instant less
+    /// its first, exactly.
+    #[inline]
+    #[must_use]
+    pub fn intervals(&self) -> Intervals {
+        Intervals { left: self.steps - 1, fraction: self.fraction, interval: self.interval, growth: self.growth }
     }
 
     /// `instants_ticks`: the closed form at the first, middle and last of `steps` steps.
@@ -65,10 +94,11 @@ impl Segment {
             let b = (last - first) / (2.0 * h) - 2.0 * c * h;
             (b + c, 2.0 * c)
         };
+        let offset = fixed(first - base).wrapping_add(HALF_TICK);
         Self {
             steps,
-            base_ticks: base as u64,
-            offset: fixed(first - base).wrapping_add(HALF_TICK),
+            fraction: offset as u32,
+            first_ticks: base as u64 + (offset >> 32),
             interval: fixed(interval),
             growth: fixed(growth),
         }
@@ -80,10 +110,11 @@ fn fixed(ticks: f64) -> u64 {
     libm::round(ticks * ONE_TICK) as i64 as u64
 }
 
-/// The instants of a segment's steps, ticks from the start of the move. Each costs three additions and a shift.
+/// The instants of a segment's steps, ticks from the start of the move. Each costs additions only.
 #[derive(Clone, Copy, Debug)]
 pub struct Ticks {
-    segment: Segment,
+    next: Option<u64>,
+    intervals: Intervals,
 }
 
 impl Iterator for Ticks {
@@ -91,20 +122,65 @@ impl Iterator for Ticks {
 
     #[inline]
     fn next(&mut self) -> Option<u64> {
-        let run = &mut self.segment;
-        run.steps = run.steps.checked_sub(1)?;
-        let instant = run.base_ticks + (run.offset >> 32);
-        run.offset = run.offset.wrapping_add(run.interval);
-        run.interval = run.interval.wrapping_add(run.growth);
+        let instant = self.next?;
+        self.next = self.intervals.next().map(|interval| instant + u64::from(interval));
         Some(instant)
     }
 
     fn size_hint(&self) -> (usize, Option<usize>) {
-        (self.segment.steps as usize, Some(self.segment.steps as usize))
+        let left = self.next.map_or(0, |_| self.intervals.len() + 1);
+        (left, Some(left))
     }
 }
 
 impl ExactSizeIterator for Ticks {}
+
+/// The ticks between neighbouring steps of a segment. Each costs additions only.
+#[derive(Clone, Copy, Debug)]
+pub struct Intervals {
+    left: u32,
+    fraction: u32,
+    interval: u64,
+    growth: u64,
+}
+
+impl Intervals {
+    /// Writes as many intervals as there are left and `words` holds, each plus `bias` (modulo 2^32), and returns how
+    /// many. Inlined, so that its caller decides which memory it runs from.
+    #[inline(always)]
+    pub fn fill(&mut self, words: &[AtomicU32], bias: u32) -> usize {
+        let count = words.len().min(self.left as usize);
+        for word in &words[..count] {
+            word.store(self.advance().wrapping_add(bias), Ordering::Relaxed);
+        }
+        self.left -= count as u32;
+        count
+    }
+
+    #[inline(always)]
+    fn advance(&mut self) -> u32 {
+        let sum = self.interval.wrapping_add(u64::from(self.fraction));
+        self.fraction = sum as u32;
+        self.interval = self.interval.wrapping_add(self.growth);
+        (sum >> 32) as u32
+    }
+}
+
+impl Iterator for Intervals {
+    type Item = u32;
+
+    #[inline]
+    fn next(&mut self) -> Option<u32> {
+        self.left = self.left.checked_sub(1)?;
+        Some(self.advance())
+    }
+
+    fn size_hint(&self) -> (usize, Option<usize>) {
+        (self.left as usize, Some(self.left as usize))
+    }
+}
+
+impl ExactSizeIterator for Intervals {}
 
 /// Compiles one axis of a move into segments, one per call of `next`, each a handful of square roots.
 ///

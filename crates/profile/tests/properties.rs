@@ -1,7 +1,9 @@
 //! Random moves and limits: 10,000 cases a property, the same in every run. A failure prints the smallest case, and the
 //! same command fails again; `PROPTEST_RNG_SEED=n cargo test -p isostep-profile --test properties` tries others.
 
-use isostep_profile::{FIT_ERROR_MAX_TICKS, IntervalLaw, Limits, SyncMove, Trapezoid};
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use isostep_profile::{FIT_ERROR_MAX_TICKS, IntervalLaw, Intervals, Limits, SyncMove, Trapezoid};
 use proptest::prelude::*;
 
 const TICK_HZ: u32 = 1_000_000;
@@ -37,6 +39,19 @@ prop_compose! {
     }
 }
 
+/// What `fill` writes, `piece` words at a time, less the bias.
+fn filled(mut intervals: Intervals, piece: usize, bias: u32) -> Vec<u32> {
+    let words: Vec<AtomicU32> = (0..piece).map(|_| AtomicU32::new(0)).collect();
+    let mut all = Vec::new();
+    loop {
+        let count = intervals.fill(&words, bias);
+        all.extend(words[..count].iter().map(|word| word.load(Ordering::Relaxed).wrapping_sub(bias)));
+        if count < piece {
+            return all;
+        }
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 10_000, failure_persistence: None, ..ProptestConfig::default() })]
 
@@ -59,6 +74,22 @@ proptest! {
                 last = Some(tick);
             }
             prop_assert_eq!(k, n.unsigned_abs());
+        }
+    }
+
+    /// A segment's instants, its intervals, a buffer filled with them in pieces, and its closed sum: one and the same.
+    #[test]
+    fn intervals_are_the_instants_differences((steps, limits, law) in moves(), piece in 1..9usize, bias in any::<u32>()) {
+        prop_assume!(steps != [0; 3]);
+        let plan = SyncMove::plan(steps, &limits, law, None).unwrap();
+        for segment in (0..3).flat_map(|axis| plan.segments(axis, TICK_HZ)) {
+            let ticks: Vec<u64> = segment.ticks().collect();
+            prop_assert_eq!(ticks.len(), segment.steps() as usize);
+            prop_assert_eq!(ticks.first(), Some(&segment.first_ticks()));
+            prop_assert_eq!(ticks.last(), Some(&segment.last_ticks()));
+            let differences: Vec<u32> = ticks.windows(2).map(|pair| (pair[1] - pair[0]) as u32).collect();
+            prop_assert_eq!(&segment.intervals().collect::<Vec<_>>(), &differences);
+            prop_assert_eq!(filled(segment.intervals(), piece, bias), differences);
         }
     }
 
