@@ -35,6 +35,7 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+pub mod generators;
 mod limits;
 mod segment;
 mod sync;

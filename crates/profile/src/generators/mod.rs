@@ -1,0 +1,44 @@
+//! Step generators of the literature, written from their equations: what [`Segments`](crate::Segments) is compared with.
+//!
+//! | generator | method | arithmetic a step |
+//! |---|---|---|
+//! | [`TimePerStep`] | paper 002, eqs 11-14: the next interval from the last one | two products, a sum and a quotient of floats |
+//! | [`StepsPerTime`] | paper 002, eq 17: speed and position summed at a fixed rate | two sums and a comparison, as often as the rate says |
+//! | [`Avr446`] | Austin (2005) and Atmel's AVR446: the square root's series | one integer division |
+//!
+//! Each is planned from the steps of one axis and its [`Limits`], from the start speed to the start speed, and is an
+//! iterator over the intervals between its steps, in ticks: one fewer than there are steps. All of them carry a
+//! rounded interval or sum from step to step, so what they lose, they keep.
+
+mod avr446;
+mod error;
+mod float;
+mod steps_per_time;
+mod time_per_step;
+
+pub use avr446::Avr446;
+pub use error::GeneratorError;
+pub use float::Float;
+pub use steps_per_time::StepsPerTime;
+pub use time_per_step::{Correction, TimePerStep};
+
+use crate::limits::Limits;
+use crate::trapezoid::{IntervalLaw, Trapezoid};
+
+/// The phases of a move of one axis, in steps (paper 002, section 2): every generator here begins with them.
+fn profile(steps: u32, limits: &Limits) -> Result<Trapezoid, GeneratorError> {
+    let start = limits.start_speed_steps_s;
+    Trapezoid::plan(f64::from(steps), start, start, limits, IntervalLaw::Fastest).map_err(GeneratorError::Profile)
+}
+
+/// Refuses a top speed above `max_steps_s`, the fastest that the generator's clock can tell apart.
+fn check_top_speed(limits: &Limits, max_steps_s: f64) -> Result<(), GeneratorError> {
+    let asked = limits.top_speed_steps_s;
+    if asked <= max_steps_s { Ok(()) } else { Err(GeneratorError::TopSpeed { asked, max: max_steps_s }) }
+}
+
+/// Refuses a start speed outside `min_steps_s` to the top speed.
+fn check_start_speed(limits: &Limits, min_steps_s: f64) -> Result<(), GeneratorError> {
+    let (asked, max) = (limits.start_speed_steps_s, limits.top_speed_steps_s);
+    if asked >= min_steps_s { Ok(()) } else { Err(GeneratorError::StartSpeed { asked, min: min_steps_s, max }) }
+}
