@@ -45,7 +45,7 @@ export class Board {
     while (!this.paused && clock.cycles < limitCycle) {
       clock.fireDue();
       if (this.paused) break;
-      if (this.core.waiting) this.#sleep(Math.min(clock.next, limitCycle));
+      if (this.core.waiting) this.#sleep(limitCycle);
       else this.#execute(limitCycle);
       this.onSlice();
     }
@@ -60,6 +60,7 @@ export class Board {
   /** Makes `run` return on this very cycle: what waits for an event then acts on it at its instant. */
   pause() {
     this.paused = true;
+    this.clock.interrupt();
   }
 
   /** Sends the core astray, as a wild jump would: its next fetch is from where there is no memory. */
@@ -74,8 +75,19 @@ export class Board {
     if (fault !== null) this.#faulted(fault);
   }
 
-  #sleep(untilCycle) {
-    const cycles = Math.max(0, untilCycle - this.core.cycles);
+  /** Until the next alarm, or until something beside the core wakes it: an edge, a flag, the end of a transfer. */
+  #sleep(limitCycle) {
+    const { clock, core } = this;
+    const { lockstep } = clock;
+    while (core.waiting && lockstep.next <= Math.min(clock.next, limitCycle)) {
+      this.#sleepUntil(Math.floor(lockstep.next));
+      lockstep.tick(core.cycles);
+    }
+    if (core.waiting) this.#sleepUntil(Math.min(clock.next, limitCycle));
+  }
+
+  #sleepUntil(cycle) {
+    const cycles = Math.max(0, cycle - this.core.cycles);
     this.core.cycles += cycles;
     this.clock.asleepCycles += cycles;
   }

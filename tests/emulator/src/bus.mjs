@@ -15,6 +15,8 @@ const APB_PAGE = 0x4;
 export class Bus {
   constructor(chip) {
     this.chip = chip;
+    this.core = chip.core;
+    this.lockstep = chip.clock.lockstep;
     this.registers = new Int32Array(chip.core.registers.buffer);
     this.flash8 = chip.flash;
     this.flash16 = new Uint16Array(chip.flash.buffer);
@@ -38,6 +40,7 @@ export class Bus {
     if ((address & 3) !== 0) throw unaligned('read', address);
     if (offset >= 0 && offset < this.ramSize) return this.ram32[offset >>> 2];
     if (address >>> 24 === FLASH_PAGE) return this.flash32[(address & FLASH_MASK) >>> 2];
+    this.catchUp();
     return this.chip.readUint32(address >>> 0) | 0;
   }
 
@@ -46,6 +49,7 @@ export class Bus {
     if ((address & 1) !== 0) throw unaligned('read', address);
     if (offset >= 0 && offset < this.ramSize) return this.ram16[offset >>> 1];
     if (address >>> 24 === FLASH_PAGE) return this.flash16[(address & FLASH_MASK) >>> 1];
+    this.catchUp();
     return this.chip.readUint16(address >>> 0);
   }
 
@@ -53,27 +57,45 @@ export class Bus {
     const offset = (address - RAM_START) | 0;
     if (offset >= 0 && offset < this.ramSize) return this.ram8[offset];
     if (address >>> 24 === FLASH_PAGE) return this.flash8[address & FLASH_MASK];
+    this.catchUp();
     return this.chip.readUint8(address >>> 0);
   }
 
   write32(address, value) {
     const offset = (address - RAM_START) | 0;
     if ((address & 3) !== 0) throw unaligned('write', address);
-    if (offset >= 0 && offset < this.ramSize) this.ram32[offset >>> 2] = value;
-    else this.chip.writeUint32(address >>> 0, value >>> 0);
+    if (offset >= 0 && offset < this.ramSize) {
+      this.ram32[offset >>> 2] = value;
+      return;
+    }
+    this.catchUp();
+    this.chip.writeUint32(address >>> 0, value >>> 0);
   }
 
   write16(address, value) {
     const offset = (address - RAM_START) | 0;
     if ((address & 1) !== 0) throw unaligned('write', address);
-    if (offset >= 0 && offset < this.ramSize) this.ram16[offset >>> 1] = value;
-    else this.chip.writeUint16(address >>> 0, value & 0xffff);
+    if (offset >= 0 && offset < this.ramSize) {
+      this.ram16[offset >>> 1] = value;
+      return;
+    }
+    this.catchUp();
+    this.chip.writeUint16(address >>> 0, value & 0xffff);
   }
 
   write8(address, value) {
     const offset = (address - RAM_START) | 0;
-    if (offset >= 0 && offset < this.ramSize) this.ram8[offset] = value;
-    else this.chip.writeUint8(address >>> 0, value & 0xff);
+    if (offset >= 0 && offset < this.ramSize) {
+      this.ram8[offset] = value;
+      return;
+    }
+    this.catchUp();
+    this.chip.writeUint8(address >>> 0, value & 0xff);
+  }
+
+  /** A register shows what PIO and DMA have done up to the instruction's own cycle, and is written after it. */
+  catchUp() {
+    if (this.lockstep.next <= this.core.cycles) this.lockstep.catchUp(this.core.cycles);
   }
 }
 

@@ -1,6 +1,11 @@
 import { RP2040 } from 'rp2040js';
 import { Bus } from './bus.mjs';
+import { Dma } from './dma.mjs';
 import { Fault } from './fault.mjs';
+import { Lockstep } from './lockstep.mjs';
+import { PioBlock } from './pio/block.mjs';
+import { PioRegisters } from './pio/registers.mjs';
+import { SysTick } from './systick.mjs';
 import { ExactTimer } from './timer.mjs';
 import { Uart } from './uart.mjs';
 import { Watchdog } from './watchdog.mjs';
@@ -9,18 +14,19 @@ const FLASH_START = 0x10000000;
 const RAM_START = 0x20000000;
 /** Where the vector table lies, behind the 256 bytes of second-stage bootloader. */
 const VECTORS = 0x10000100;
-const SLOT = { timer: 0x40054, watchdog: 0x40058, uart0: 0x40034 };
+const SLOT = { timer: 0x40054, watchdog: 0x40058, uart0: 0x40034, dma: 0x50000, pio0: 0x50200, pio1: 0x50300 };
 const IRQ_UART0 = 20;
+const [IRQ_PIO0, IRQ_PIO1] = [7, 9];
 
 /**
- * An RP2040 with the project's own timer, watchdog, UART0 and waking, on the machine's clock.
+ * An RP2040 with the project's own timer, watchdog, UART0, PIO, DMA, SysTick and waking, on the machine's clock.
  *
  * @param {import('./clock.mjs').MachineClock} clock
  * @param {{onWatchdog: (reason: number) => void, onUartByte: (byte: number) => void, onWarning: (text: string) => void}} board
  *   what the chip tells the board
  */
 export function buildChip(clock, board) {
-  const powerUpCycle = clock.cycles;
+  const powerUpCycle = clock.core.cycles;
   const chip = new RP2040(clock);
   chip.logger = quietLogger(board.onWarning);
   chip.core.cycles = powerUpCycle;
@@ -34,7 +40,32 @@ export function buildChip(clock, board) {
   const watchdog = new Watchdog(chip, 'WATCHDOG', board.onWatchdog);
   const uart = new Uart(chip, 'UART0', IRQ_UART0, board.onUartByte);
   Object.assign(chip.peripherals, { [SLOT.timer]: timer, [SLOT.watchdog]: watchdog, [SLOT.uart0]: uart });
+  new SysTick(chip).attach(chip.ppb);
+  runBeside(chip, clock);
   return { chip, core: chip.core, bus: new Bus(chip), watchdog, uart };
+}
+
+/** Puts PIO and DMA in place of rp2040js's, in step with the core. */
+function runBeside(chip, clock) {
+  const lockstep = new Lockstep(clock);
+  clock.lockstep = lockstep;
+  const dma = new Dma(chip, 'DMA', lockstep);
+  const pio = [new PioBlock(chip, 0, { irq: IRQ_PIO0, lockstep }), new PioBlock(chip, 1, { irq: IRQ_PIO1, lockstep })];
+  Object.assign(chip, { dma, pio });
+  const registers = pio.map((block, index) => new PioRegisters(chip, `PIO${index}`, block));
+  Object.assign(chip.peripherals, { [SLOT.dma]: dma, [SLOT.pio0]: registers[0], [SLOT.pio1]: registers[1] });
+  for (const part of [...pio, dma]) lockstep.add(part);
+  for (const block of pio) block.onRequest = (number, cycle) => dma.request(number, cycle);
+  for (const pin of chip.gpio) tellInputs(pin, pio, clock);
+}
+
+/** A level from outside goes to the PIO blocks too. */
+function tellInputs(pin, pio, clock) {
+  const { setInputValue } = pin;
+  pin.setInputValue = (high) => {
+    setInputValue.call(pin, high);
+    for (const block of pio) block.inputChanged(pin.index, pin.inputValue, clock.cycles);
+  };
 }
 
 /** Writes the ELF's segments where a flasher would. */

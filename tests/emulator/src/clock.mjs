@@ -1,3 +1,5 @@
+import { Lockstep } from './lockstep.mjs';
+
 /** The RP2040's system clock on a stock Pico. */
 export const CLOCK_HZ = 125_000_000;
 export const NANOS_PER_CYCLE = 1e9 / CLOCK_HZ;
@@ -6,11 +8,14 @@ export const CYCLES_PER_MICRO = CLOCK_HZ / 1e6;
 export const cyclesOfMicros = (micros) => Math.round(micros * CYCLES_PER_MICRO);
 export const cyclesOfMillis = (millis) => Math.round(millis * 1000 * CYCLES_PER_MICRO);
 
+const PRESENT = -1;
+
 /**
  * Machine time: whole cycles of the system clock since power-up, and the alarms waiting for them.
  *
  * The core owns the cycle counter (`core.cycles`), so a peripheral read in the middle of a run sees the instant of the
- * instruction that reads it. Alarms of one cycle fire in the order in which they were set.
+ * instruction that reads it. What an instruction has overtaken (an alarm, an edge of PIO) happens behind it, with its own
+ * cycle on the clock. Alarms of one cycle fire in the order in which they were set.
  */
 export class MachineClock {
   constructor() {
@@ -19,6 +24,10 @@ export class MachineClock {
     /** The cycle of the earliest alarm: the run loop looks at it after every instruction. */
     this.next = Infinity;
     this.alarms = [];
+    /** What runs beside the core; it has caught up with every alarm before the alarm fires. */
+    this.lockstep = new Lockstep(this);
+    /** The cycle at which something happens that the core's last instruction has overtaken. */
+    this.past = PRESENT;
     /** Cycles the core has slept through. */
     this.asleepCycles = 0;
     /** Cycles spent in interrupt handlers that are over, and where the one under way began. */
@@ -27,20 +36,20 @@ export class MachineClock {
   }
 
   get cycles() {
-    return this.core.cycles;
+    return this.past === PRESENT ? this.core.cycles : this.past;
   }
 
   get awakeCycles() {
-    return this.core.cycles - this.asleepCycles;
+    return this.cycles - this.asleepCycles;
   }
 
   /** Cycles spent in interrupt handlers: all that a step costs at its instant, but nothing of planning it. */
   get handlerCycles() {
-    return this.handledCycles + (this.handlerStart === null ? 0 : this.core.cycles - this.handlerStart);
+    return this.handledCycles + (this.handlerStart === null ? 0 : this.cycles - this.handlerStart);
   }
 
   enterHandler() {
-    this.handlerStart ??= this.core.cycles;
+    this.handlerStart ??= this.cycles;
   }
 
   /** Back in thread mode. */
@@ -50,7 +59,7 @@ export class MachineClock {
   }
 
   get nanos() {
-    return this.core.cycles * NANOS_PER_CYCLE;
+    return this.cycles * NANOS_PER_CYCLE;
   }
 
   get micros() {
@@ -71,14 +80,24 @@ export class MachineClock {
     for (const alarm of this.alarms.filter((each) => each.onChip)) alarm.cancel();
   }
 
-  /** Fires every alarm that is due. */
+  /** Fires every alarm that is due, each at its own cycle and after what runs beside the core has come to it. */
   fireDue() {
-    while (this.next <= this.core.cycles) {
+    this.#lookAhead();
+    while (this.alarms.length > 0 && this.alarms[0].dueCycle <= this.core.cycles) {
+      this.lockstep.catchUp(this.next);
       const alarm = this.alarms.shift();
       this.#lookAhead();
+      this.past = alarm.dueCycle;
       alarm.dueCycle = null;
       alarm.callback();
+      this.past = PRESENT;
     }
+    this.lockstep.catchUp(this.core.cycles);
+  }
+
+  /** Makes the run loop look up before the next instruction, as an alarm would. */
+  interrupt() {
+    this.next = 0;
   }
 
   insert(alarm) {

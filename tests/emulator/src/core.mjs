@@ -8,7 +8,7 @@ const EXCEPTION_ENTRY_CYCLES = 15;
 const [SP, PC] = [13, 15];
 
 /**
- * Runs rp2040js's core until `limit`, the clock's next alarm, or sleep, whichever comes first.
+ * Runs rp2040js's core until `limit`, the clock's next alarm, or sleep, whichever comes first, with PIO and DMA at its side.
  *
  * The state (registers, flags, exceptions) stays rp2040js's; this replaces its `executeInstruction`, a chain of some
  * eighty comparisons, by one switch on the instruction's first five bits. It is about three times as fast, charges
@@ -28,6 +28,7 @@ export function run(core, bus, clock, limit) {
 
 function runOn(core, bus, clock, limit) {
   const r = bus.registers;
+  const { lockstep } = clock;
   while (core.cycles < clock.next && core.cycles < limit && !core.waiting) {
     if (core.interruptsUpdated && core.checkForInterrupts()) core.cycles += EXCEPTION_ENTRY_CYCLES;
     const pc = r[PC];
@@ -35,6 +36,7 @@ function runOn(core, bus, clock, limit) {
     r[PC] = pc + 2;
     core.cycles += 1;
     execute(core, bus, r, op);
+    if (lockstep.next <= core.cycles) lockstep.catchUp(core.cycles);
   }
 }
 

@@ -1,0 +1,53 @@
+/**
+ * What runs beside the core, cycle by cycle: both PIO blocks and the DMA, in this order within a cycle.
+ *
+ * Only cycles on which one of them does something are visited. The core runs an instruction, then these catch up with
+ * it; what they do shows its own cycle on the clock, so an edge is told with the cycle of the edge.
+ */
+export class Lockstep {
+  /** @param {import('./clock.mjs').MachineClock} clock */
+  constructor(clock) {
+    this.clock = clock;
+    this.parts = [];
+    /** The earliest cycle on which a part is due. */
+    this.next = Infinity;
+  }
+
+  /** @param {{next: number, tick: (cycle: number) => void}} part */
+  add(part) {
+    this.parts.push(part);
+  }
+
+  /** A part is due on this cycle, earlier than thought perhaps. */
+  expect(cycle) {
+    if (cycle < this.next) this.next = cycle;
+  }
+
+  /** Visits all cycles up to and with this one, but none after the next alarm's. */
+  catchUp(untilCycle) {
+    const { clock } = this;
+    if (this.next >= untilCycle + 1) return;
+    const { past } = clock;
+    while (this.next < untilCycle + 1 && this.next < clock.next + 1) {
+      clock.past = Math.floor(this.next);
+      this.tick(clock.past);
+    }
+    clock.past = past;
+  }
+
+  tick(cycle) {
+    const { parts } = this;
+    const end = cycle + 1;
+    let next = Infinity;
+    for (let index = 0; index < parts.length; index++) {
+      const part = parts[index];
+      if (part.next < end) part.tick(cycle);
+      if (part.next < next) next = part.next;
+    }
+    // What a part woke in one before it.
+    for (let index = 0; index < parts.length; index++) {
+      if (parts[index].next < next) next = parts[index].next;
+    }
+    this.next = next;
+  }
+}

@@ -1,0 +1,183 @@
+import { WAITS_FOR } from './instructions.mjs';
+import { Inputs } from './inputs.mjs';
+import { StateMachine } from './state-machine.mjs';
+
+const MACHINES = 4;
+const PROGRAM_WORDS = 32;
+const GPIOS = 0x3fffffff;
+/** The flags that reach the interrupt lines: the first four. */
+const FLAGS_TO_CORE = 0xf;
+const FIFO_SOURCES = 0xff;
+
+/**
+ * A PIO block (datasheet 3): four state machines, their shared program, flags and pins.
+ *
+ * All machines of a cycle see the flags as they were before it, and the pins change when all are done; of several that
+ * write a pin the one with the highest number wins.
+ */
+export class PioBlock {
+  /**
+   * @param {object} chip
+   * @param {number} index 0 or 1
+   * @param {{irq: number, lockstep: import('../lockstep.mjs').Lockstep}} wiring the first of its two interrupt lines
+   */
+  constructor(chip, index, { irq, lockstep }) {
+    this.chip = chip;
+    this.irq = irq;
+    this.lockstep = lockstep;
+    this.firstRequest = index * 2 * MACHINES;
+    this.memory = new Uint16Array(PROGRAM_WORDS);
+    this.inputs = new Inputs();
+    this.machines = Array.from({ length: MACHINES }, (_, number) => new StateMachine(this, number));
+    this.next = Infinity;
+    /** FDEBUG's sticky bits, a machine each. */
+    this.stalledTx = 0;
+    this.stalledRx = 0;
+    this.overTx = 0;
+    this.underRx = 0;
+    this.flags = 0;
+    this.raised = 0;
+    this.lowered = 0;
+    // What a GPIO with FUNCSEL 6 or 7 shows, and what it was last told. rp2040js reads the first two.
+    this.pinValues = 0;
+    this.pinDirections = 0;
+    this.shownValues = 0;
+    this.shownDirections = 0;
+    this.enabledSources = [0, 0];
+    this.forcedSources = [0, 0];
+    this.onRequest = () => {};
+  }
+
+  /** Steps the machines that are due on this cycle. */
+  tick(cycle) {
+    const end = cycle + 1;
+    const { machines } = this;
+    this.next = Infinity;
+    for (let index = 0; index < MACHINES; index++) {
+      const machine = machines[index];
+      if (machine.next < end) machine.step(cycle);
+      if (machine.next < this.next) this.next = machine.next;
+    }
+    this.commit(cycle);
+  }
+
+  /** Something is due on this cycle, earlier than thought perhaps. */
+  expect(cycle) {
+    if (cycle >= this.next) return;
+    this.next = cycle;
+    this.lockstep.expect(cycle);
+  }
+
+  /** What the cycle did shows: first the flags, then the pins. */
+  commit(cycle) {
+    if ((this.raised | this.lowered) !== 0) this.#commitFlags(cycle);
+    const changed = (this.pinValues ^ this.shownValues) | (this.pinDirections ^ this.shownDirections);
+    if (changed !== 0) this.#showPins(changed & GPIOS);
+  }
+
+  raise(bit) {
+    this.raised |= bit;
+  }
+
+  lower(bit) {
+    this.lowered |= bit;
+  }
+
+  #commitFlags(cycle) {
+    this.flags = (this.flags & ~this.lowered) | this.raised;
+    this.raised = 0;
+    this.lowered = 0;
+    for (const machine of this.machines) machine.wake(WAITS_FOR.irq, cycle);
+    this.interrupt();
+  }
+
+  writePins(mask, value) {
+    this.pinValues = (this.pinValues & ~mask) | (value & mask);
+  }
+
+  writeDirections(mask, value) {
+    this.pinDirections = (this.pinDirections & ~mask) | (value & mask);
+  }
+
+  #showPins(changed) {
+    this.shownValues = this.pinValues;
+    this.shownDirections = this.pinDirections;
+    const { gpio } = this.chip;
+    for (let left = changed; left !== 0; left &= left - 1) gpio[31 - Math.clz32(left & -left)].checkForUpdates();
+  }
+
+  /** The level at an input changes. */
+  inputChanged(pin, high, cycle) {
+    const seenAt = this.inputs.change(pin, high, cycle);
+    if (seenAt === null) return;
+    for (const machine of this.machines) machine.wake(WAITS_FOR.pin, seenAt - 1);
+  }
+
+  /** The registers of the machines as of this cycle. */
+  settle(cycle) {
+    for (const machine of this.machines) machine.settle(cycle);
+  }
+
+  /** A machine's FIFOs are joined or parted, and so emptied. */
+  joinFifos(machine, cycle) {
+    machine.joinFifos();
+    machine.wake(WAITS_FOR.rx, cycle);
+    this.txPopped(machine.index, cycle);
+  }
+
+  txPopped(index, cycle) {
+    this.onRequest(this.firstRequest + index, cycle);
+    this.#fifoMoved();
+  }
+
+  rxPushed(index, cycle) {
+    this.onRequest(this.firstRequest + MACHINES + index, cycle);
+    this.#fifoMoved();
+  }
+
+  /** Whether the DMA may move a word: room in a TX FIFO (the first four requests), or a word in an RX FIFO. */
+  requests(number) {
+    const machine = this.machines[number & (MACHINES - 1)];
+    return number < MACHINES ? !machine.tx.full : !machine.rx.empty;
+  }
+
+  write(index, word, cycle) {
+    if (!this.machines[index].write(word, cycle)) this.overTx |= 1 << index;
+    this.#fifoMoved();
+  }
+
+  read(index, cycle) {
+    const machine = this.machines[index];
+    if (machine.rx.empty) {
+      this.underRx |= 1 << index;
+      return 0;
+    }
+    const word = machine.read(cycle);
+    this.#fifoMoved();
+    return word;
+  }
+
+  /** One bit of four, a machine each. */
+  bits(test) {
+    return this.machines.reduce((bits, machine, index) => bits | (test(machine) ? 1 << index : 0), 0);
+  }
+
+  /** INTR: a bit each for flags 3 to 0, TX FIFOs with room, and RX FIFOs with words. */
+  get sources() {
+    return ((this.flags & FLAGS_TO_CORE) << 8) | (this.bits(({ tx }) => !tx.full) << 4) | this.bits(({ rx }) => !rx.empty);
+  }
+
+  status(line) {
+    return (this.sources & this.enabledSources[line]) | this.forcedSources[line];
+  }
+
+  /** Sets both interrupt lines as their sources are. */
+  interrupt() {
+    this.chip.setInterrupt(this.irq, this.status(0) !== 0);
+    this.chip.setInterrupt(this.irq + 1, this.status(1) !== 0);
+  }
+
+  #fifoMoved() {
+    if (((this.enabledSources[0] | this.enabledSources[1]) & FIFO_SOURCES) !== 0) this.interrupt();
+  }
+}

@@ -1,0 +1,300 @@
+/** How an instruction ended: on to the next one, at a new address, to be tried again, or jumping onto itself. */
+export const [DONE, JUMPED, STALLED, SPINNING] = [0, 1, 2, 3];
+/** What a stalled machine waits for: bits, so that one waker can serve several. */
+export const WAITS_FOR = { tx: 1, rx: 2, irq: 4, pin: 8 };
+const WORD_BITS = 32;
+
+/**
+ * Carries out one instruction (datasheet 3.4), without its side-set and delay.
+ *
+ * @param {import('./state-machine.mjs').StateMachine} machine
+ * @param {number} op
+ * @param {number} cycle
+ * @returns {number} how it ended
+ */
+export function execute(machine, op, cycle) {
+  switch (op >> 13) {
+    case 0:
+      return jump(machine, op, cycle);
+    case 1:
+      return wait(machine, op, cycle);
+    case 2:
+      return shiftIn(machine, op, cycle);
+    case 3:
+      return shiftOut(machine, op, cycle);
+    case 4:
+      return op & 0x80 ? pull(machine, op, cycle) : push(machine, op, cycle);
+    case 5:
+      return move(machine, op, cycle);
+    case 6:
+      return interrupt(machine, op);
+    default:
+      return set(machine, op);
+  }
+}
+
+function jump(machine, op, cycle) {
+  const target = op & 31;
+  switch ((op >> 5) & 7) {
+    case 0:
+      break;
+    case 1:
+      if (machine.x !== 0) return DONE;
+      break;
+    case 2:
+      if (machine.x !== 0 && machine.spinsAt(target)) return SPINNING;
+      machine.x = (machine.x - 1) | 0;
+      if (machine.x === -1) return DONE;
+      break;
+    case 3:
+      if (machine.y !== 0) return DONE;
+      break;
+    case 4:
+      if (machine.y !== 0 && machine.spinsAt(target)) return SPINNING;
+      machine.y = (machine.y - 1) | 0;
+      if (machine.y === -1) return DONE;
+      break;
+    case 5:
+      if (machine.x === machine.y) return DONE;
+      break;
+    case 6:
+      if (((machine.block.inputs.at(cycle) >>> machine.jumpPin) & 1) === 0) return DONE;
+      break;
+    default:
+      if (machine.osrCount >= machine.pullThreshold) return DONE;
+  }
+  machine.pc = target;
+  return JUMPED;
+}
+
+function wait(machine, op, cycle) {
+  const high = (op & 0x80) !== 0;
+  const index = op & 31;
+  switch ((op >> 5) & 3) {
+    case 0:
+      return waitForPin(machine, index, high, cycle);
+    case 1:
+      return waitForPin(machine, (index + machine.inBase) & 31, high, cycle);
+    case 2:
+      return waitForFlag(machine, flagBit(machine, index), high);
+    default:
+      return DONE;
+  }
+}
+
+function waitForPin(machine, pin, high, cycle) {
+  const level = ((machine.block.inputs.at(cycle) >>> pin) & 1) !== 0;
+  return level === high ? DONE : machine.stallOn(WAITS_FOR.pin);
+}
+
+/** Waiting for a flag to be set takes it: the flag is cleared. */
+function waitForFlag(machine, bit, high) {
+  const { block } = machine;
+  if (((block.flags & bit) !== 0) !== high) return machine.stallOn(WAITS_FOR.irq);
+  if (high) block.lower(bit);
+  return DONE;
+}
+
+/** A flag by its number; with bit 4, the machine's own of each group of four. */
+function flagBit(machine, index) {
+  return 1 << (index & 16 ? (index & 4) | ((index + machine.index) & 3) : index & 7);
+}
+
+function shiftIn(machine, op, cycle) {
+  const bits = (op & 31) || WORD_BITS;
+  const count = Math.min(WORD_BITS, machine.isrCount + bits);
+  const pushes = machine.autopush && count >= machine.pushThreshold;
+  if (pushes && machine.rx.full) return machine.stallOnFullRx();
+  const value = lowBits(source(machine, (op >> 5) & 7, cycle), bits);
+  machine.isr = bits === WORD_BITS ? value : machine.inRight ? (machine.isr >>> bits) | (value << (WORD_BITS - bits)) : (machine.isr << bits) | value;
+  machine.isrCount = count;
+  if (pushes) machine.pushIsr(cycle);
+  return DONE;
+}
+
+function shiftOut(machine, op, cycle) {
+  if (machine.autopull && machine.osrCount >= machine.pullThreshold) {
+    if (machine.tx.empty) return machine.stallOnEmptyTx();
+    machine.pullOsr(cycle);
+    return STALLED;
+  }
+  const bits = (op & 31) || WORD_BITS;
+  const { osr } = machine;
+  const value = machine.outRight ? lowBits(osr, bits) : osr >>> (WORD_BITS - bits);
+  machine.osr = bits === WORD_BITS ? 0 : machine.outRight ? osr >>> bits : osr << bits;
+  machine.osrCount = Math.min(WORD_BITS, machine.osrCount + bits);
+  return shiftOutTo(machine, (op >> 5) & 7, value | 0, bits);
+}
+
+function shiftOutTo(machine, destination, value, bits) {
+  switch (destination) {
+    case 4:
+      machine.outDirections(value);
+      return DONE;
+    case 6:
+      machine.isr = value;
+      machine.isrCount = bits;
+      return DONE;
+    case 7:
+      machine.injected = value & 0xffff;
+      return DONE;
+    default:
+      return writeTo(machine, destination, value);
+  }
+}
+
+/** What OUT and MOV have in common. */
+function writeTo(machine, destination, value) {
+  switch (destination) {
+    case 0:
+      machine.outPins(value);
+      return DONE;
+    case 1:
+      machine.x = value;
+      return DONE;
+    case 2:
+      machine.y = value;
+      return DONE;
+    case 5:
+      machine.pc = value & 31;
+      return JUMPED;
+    default:
+      return DONE;
+  }
+}
+
+function push(machine, op, cycle) {
+  const onlyIfFull = (op & 0x40) !== 0;
+  const blocks = (op & 0x20) !== 0;
+  if (onlyIfFull && machine.isrCount < machine.pushThreshold) return DONE;
+  if (!machine.rx.full) {
+    machine.pushIsr(cycle);
+    return DONE;
+  }
+  if (blocks) return machine.stallOnFullRx();
+  machine.dropIsr();
+  return DONE;
+}
+
+function pull(machine, op, cycle) {
+  const onlyIfEmpty = (op & 0x40) !== 0;
+  const blocks = (op & 0x20) !== 0;
+  if ((onlyIfEmpty || machine.autopull) && machine.osrCount < machine.pullThreshold) return DONE;
+  if (!machine.tx.empty) {
+    machine.pullOsr(cycle);
+    return DONE;
+  }
+  if (blocks) return machine.stallOnEmptyTx();
+  machine.osr = machine.x;
+  machine.osrCount = 0;
+  return DONE;
+}
+
+function move(machine, op, cycle) {
+  const value = changed(source(machine, op & 7, cycle), (op >> 3) & 3);
+  const destination = (op >> 5) & 7;
+  switch (destination) {
+    case 4:
+      machine.injected = value & 0xffff;
+      return DONE;
+    case 6:
+      machine.isr = value;
+      machine.isrCount = 0;
+      return DONE;
+    case 7:
+      machine.osr = value;
+      machine.osrCount = 0;
+      return DONE;
+    default:
+      return writeTo(machine, destination, value);
+  }
+}
+
+function changed(value, operation) {
+  return operation === 1 ? ~value : operation === 2 ? reversed(value) : value;
+}
+
+function reversed(value) {
+  let result = 0;
+  for (let bit = 0; bit < WORD_BITS; bit++) result = (result << 1) | ((value >>> bit) & 1);
+  return result;
+}
+
+/** What IN and MOV read. */
+function source(machine, number, cycle) {
+  switch (number) {
+    case 0:
+      return rotateRight(machine.block.inputs.at(cycle), machine.inBase);
+    case 1:
+      return machine.x;
+    case 2:
+      return machine.y;
+    case 5:
+      return machine.status;
+    case 6:
+      return machine.isr;
+    case 7:
+      return machine.osr;
+    default:
+      return 0;
+  }
+}
+
+/** IRQ: clears a flag, or sets it and perhaps waits until somebody has cleared it. */
+function interrupt(machine, op) {
+  const bit = flagBit(machine, op & 31);
+  const { block } = machine;
+  if (op & 0x40) {
+    block.lower(bit);
+    return DONE;
+  }
+  const waits = (op & 0x20) !== 0;
+  if (!waits) {
+    block.raise(bit);
+    return DONE;
+  }
+  return raiseAndWait(machine, bit);
+}
+
+function raiseAndWait(machine, bit) {
+  const { block } = machine;
+  if (!machine.flagRaised) {
+    block.raise(bit);
+    machine.flagRaised = true;
+    return STALLED;
+  }
+  if (block.flags & bit) return machine.stallOn(WAITS_FOR.irq);
+  machine.flagRaised = false;
+  return DONE;
+}
+
+function set(machine, op) {
+  const value = op & 31;
+  switch ((op >> 5) & 7) {
+    case 0:
+      machine.setPins(value);
+      break;
+    case 1:
+      machine.x = value;
+      break;
+    case 2:
+      machine.y = value;
+      break;
+    case 4:
+      machine.setDirections(value);
+      break;
+  }
+  return DONE;
+}
+
+function lowBits(value, bits) {
+  return bits === WORD_BITS ? value : value & ((1 << bits) - 1);
+}
+
+export function rotateRight(value, by) {
+  return (value >>> by) | (value << (WORD_BITS - by));
+}
+
+export function rotateLeft(value, by) {
+  return (value << by) | (value >>> (WORD_BITS - by));
+}
