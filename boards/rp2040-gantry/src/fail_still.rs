@@ -1,8 +1,8 @@
 //! A firmware that cannot go on leaves the machine still: no step, motors off, then a restart.
 //!
 //! # Design
-//! The output latches belong to SIO, whose registers take effect in one cycle and need no owner, no clock and no
-//! interrupt: so this works whatever state the rest is in. The cause goes into a watchdog scratch register, which
+//! The state machines are halted, and STEP given back to SIO, whose latches take effect in one cycle and need no owner,
+//! no clock and no interrupt: so this works whatever state the rest is in. The cause goes into a watchdog scratch register, which
 //! survives the restart, and is reported after it. The watchdog, not the handler, restarts the chip: a probe has its
 //! time-out to fetch the log.
 #![expect(unsafe_code, reason = "cortex-m-rt has fault handlers declared unsafe")]
@@ -57,14 +57,21 @@ pub fn set_enable_inverted(inverted: bool) {
     ENABLE_INVERTED.store(inverted, Ordering::Relaxed);
 }
 
+/// Any of a pin's functions lists SIO by the same number.
+const SIO_FUNCTION: u8 = 5;
 const MARK_PANIC: u32 = 0x50_41_4E_49;
 const MARK_HARD_FAULT: u32 = 0x46_41_55_4C;
 
 /// STEP low and ENABLE off, without asking who owns the pins.
 fn stop_motors(mark: u32) {
     cortex_m::interrupt::disable();
+    pac::PIO0.ctrl().write_value(pac::pio::regs::Ctrl(0));
     let latch = pac::SIO.gpio_out(0);
     latch.value_clr().write_value(pins::STEP_MASK);
+    pac::SIO.gpio_oe(0).value_set().write_value(pins::STEP_MASK);
+    for pin in pins::STEP {
+        pac::IO_BANK0.gpio(pin).ctrl().write(|ctrl| ctrl.set_funcsel(SIO_FUNCTION));
+    }
     let enable_off = if ENABLE_INVERTED.load(Ordering::Relaxed) { latch.value_clr() } else { latch.value_set() };
     enable_off.write_value(pins::ENABLE_MASK);
     pac::WATCHDOG.scratch0().write_value(mark);

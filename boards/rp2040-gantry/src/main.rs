@@ -2,9 +2,9 @@
 //! `isostep-motion` and `isostep-controller`, which run in simulation just the same.
 //!
 //! # Design
-//! Two executors share the core. The urgent one runs in an interrupt: the three axes, their limit switches and the
-//! emergency stop. The other runs in thread mode: the coordinator, which plans ahead of the axes, the consoles, the LED
-//! and the watchdog. `priority` says what may delay a step, `fail_still` what happens when the firmware cannot go on.
+//! Three executors share the core. Two run in interrupts: the limit switches and the emergency stop, and below them
+//! the three axes. The third runs in thread mode: the coordinator, which plans ahead of the axes, the consoles, the LED
+//! and the watchdog. `priority` says who may delay whom, `fail_still` what happens when the firmware cannot go on.
 #![no_std]
 #![no_main]
 
@@ -13,7 +13,11 @@ mod fail_still;
 mod led;
 mod motion;
 mod pins;
+#[cfg(not(feature = "timer-port"))]
+mod pio_port;
 mod priority;
+#[cfg(feature = "timer-port")]
+mod timer_port;
 mod uart;
 mod usb;
 mod watch;
@@ -42,9 +46,10 @@ async fn main(spawner: Spawner) {
     let machine = &*MACHINE.init(Machine::new(config(&settings)));
     let controller = &*CONTROLLER.init(Controller::new(machine, settings));
 
-    let urgent = priority::start_urgent_executor();
-    watch::spawn(urgent, spawner, machine, board.watchdog);
-    motion::spawn_axes(urgent, machine, board.axes, board.emergency_stop);
+    let (switches, axes) = priority::start_executors();
+    watch::spawn(axes, spawner, machine, board.watchdog);
+    motion::spawn_switches(switches, machine, board.switches);
+    motion::spawn_axes(axes, machine, board.steps);
     motion::spawn_coordinator(spawner, machine, board.enable);
     console::spawn(spawner, controller, restart, usb::open(spawner, board.usb), uart::open(board.uart));
     spawner.spawn(led::show(machine, board.led).unwrap());

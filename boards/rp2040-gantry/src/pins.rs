@@ -3,20 +3,47 @@
 use embassy_rp::Peri;
 use embassy_rp::Peripherals;
 use embassy_rp::gpio::{Input, Level, Output, Pull};
-use embassy_rp::peripherals::{PIN_0, PIN_1, UART0, USB, WATCHDOG};
+#[cfg(not(feature = "timer-port"))]
+use embassy_rp::peripherals::{DMA_CH0, DMA_CH1, DMA_CH2, DMA_CH3, DMA_CH4, DMA_CH5, PIO0};
+use embassy_rp::peripherals::{PIN_0, PIN_1, PIN_2, PIN_4, PIN_6, UART0, USB, WATCHDOG};
+use isostep_motion::AXES;
 
 /// GP2, GP4, GP6, for those who must reach the pins without owning them.
-pub const STEP_MASK: u32 = 1 << 2 | 1 << 4 | 1 << 6;
+pub const STEP: [usize; AXES] = [2, 4, 6];
+pub const STEP_MASK: u32 = 1 << STEP[0] | 1 << STEP[1] | 1 << STEP[2];
 /// GP8, active low.
 pub const ENABLE_MASK: u32 = 1 << 8;
 
-/// The pins of one axis.
-pub struct AxisPins {
-    pub step: Output<'static>,
+/// What makes steps: the pins, and the hardware that a hardware-timed port drives them with.
+pub struct StepPins {
+    pub x: Peri<'static, PIN_2>,
+    pub y: Peri<'static, PIN_4>,
+    pub z: Peri<'static, PIN_6>,
     /// High is the positive direction.
-    pub dir: Output<'static>,
-    /// To ground when pressed.
-    pub limit: Input<'static>,
+    pub dir: [Output<'static>; AXES],
+    #[cfg(not(feature = "timer-port"))]
+    pub pio: Peri<'static, PIO0>,
+    /// Two a axis; who holds this holds them.
+    #[cfg(not(feature = "timer-port"))]
+    pub channels: DmaChannels,
+}
+
+/// DMA channels 0 to 5.
+#[cfg(not(feature = "timer-port"))]
+pub type DmaChannels = (
+    Peri<'static, DMA_CH0>,
+    Peri<'static, DMA_CH1>,
+    Peri<'static, DMA_CH2>,
+    Peri<'static, DMA_CH3>,
+    Peri<'static, DMA_CH4>,
+    Peri<'static, DMA_CH5>,
+);
+
+/// What stops the machine, to ground when pressed.
+pub struct SwitchPins {
+    /// X, Y, Z.
+    pub limits: [Input<'static>; AXES],
+    pub emergency_stop: Input<'static>,
 }
 
 /// The wired console.
@@ -28,12 +55,10 @@ pub struct UartPins {
 
 /// All pins and peripherals that the firmware uses.
 pub struct Board {
-    /// X, Y, Z.
-    pub axes: [AxisPins; 3],
+    pub steps: StepPins,
+    pub switches: SwitchPins,
     /// Low energises the motors.
     pub enable: Output<'static>,
-    /// To ground when pressed.
-    pub emergency_stop: Input<'static>,
     pub led: Output<'static>,
     pub usb: Peri<'static, USB>,
     pub uart: UartPins,
@@ -47,24 +72,20 @@ impl Board {
         Self {
             // First, so that the drivers are off as early as can be.
             enable: Output::new(p.PIN_8, Level::High),
-            axes: [
-                AxisPins {
-                    step: Output::new(p.PIN_2, low),
-                    dir: Output::new(p.PIN_3, low),
-                    limit: Input::new(p.PIN_9, Pull::Up),
-                },
-                AxisPins {
-                    step: Output::new(p.PIN_4, low),
-                    dir: Output::new(p.PIN_5, low),
-                    limit: Input::new(p.PIN_10, Pull::Up),
-                },
-                AxisPins {
-                    step: Output::new(p.PIN_6, low),
-                    dir: Output::new(p.PIN_7, low),
-                    limit: Input::new(p.PIN_11, Pull::Up),
-                },
-            ],
-            emergency_stop: Input::new(p.PIN_12, Pull::Up),
+            steps: StepPins {
+                x: p.PIN_2,
+                y: p.PIN_4,
+                z: p.PIN_6,
+                dir: [Output::new(p.PIN_3, low), Output::new(p.PIN_5, low), Output::new(p.PIN_7, low)],
+                #[cfg(not(feature = "timer-port"))]
+                pio: p.PIO0,
+                #[cfg(not(feature = "timer-port"))]
+                channels: (p.DMA_CH0, p.DMA_CH1, p.DMA_CH2, p.DMA_CH3, p.DMA_CH4, p.DMA_CH5),
+            },
+            switches: SwitchPins {
+                limits: [Input::new(p.PIN_9, Pull::Up), Input::new(p.PIN_10, Pull::Up), Input::new(p.PIN_11, Pull::Up)],
+                emergency_stop: Input::new(p.PIN_12, Pull::Up),
+            },
             led: Output::new(p.PIN_25, low),
             usb: p.USB,
             uart: UartPins { uart: p.UART0, tx: p.PIN_0, rx: p.PIN_1 },

@@ -1,40 +1,61 @@
-//! Who may interrupt whom, and the executor for what must not be late.
+//! Who may interrupt whom, and the executors for what must not be late.
 //!
 //! # Design
-//! The RP2040 has four priorities. What a step waits for, from the alarm at its instant to the edge:
+//! The RP2040 has four priorities:
 //!
 //! | priority | interrupt | why there |
 //! |---|---|---|
-//! | P0 | `TIMER_IRQ_0` | the time driver's alarm: it wakes the axis whose step is due, and does nothing else |
-//! | P1 | `SWI_IRQ_1` | the urgent executor: axes and switches; polls what the alarm woke |
-//! | P1 | `IO_IRQ_BANK0` | a switch's edge, served between two polls; at worst it delays a step by its own scan of 30 pins |
-//! | P3 | `USBCTRL_IRQ`, `UART0_IRQ` | wake the console, and may wait as long as steps are due |
+//! | P0 | `TIMER_IRQ_0` | the time driver's alarm: it wakes whose instant has come, and does nothing else |
+//! | P0 | `IO_IRQ_BANK0` | a switch's edge: it wakes the one who watches, and does nothing else |
+//! | P1 | `SWI_IRQ_1` | the executor of the switches: polls what the edge woke, which puts on the brake |
+//! | P2 | `SWI_IRQ_2` | the executor of the axes: writes the next block of steps, or makes a step |
+//! | P2 | `DMA_IRQ_1`, `PIO0_IRQ_1` | a block was sent, a state machine has halted: they wake the axis |
+//! | P3 | `USBCTRL_IRQ`, `UART0_IRQ` | wake the console, and may wait as long as axes are at work |
 //! | thread | the rest | coordinator, console, LED, watchdog |
 //!
-//! So a step is delayed by: the poll of another axis whose step is due too, pulse and all; a switch's edge; and critical
-//! sections, which close the door to every interrupt: the timer queue, channels and wakers hold one for microseconds,
-//! a log line for as long as defmt takes to encode it. Hence nothing is logged at each step, and the log never waits
-//! for a probe.
-#![expect(unsafe_code, reason = "InterruptExecutor::on_interrupt may be called from its own interrupt only")]
+//! Above all of them are critical sections, which close the door to every interrupt: the timer queue, channels and wakers
+//! hold one for microseconds, a log line for as long as defmt takes to encode it. Hence nothing is logged at each step,
+//! and the log never waits for a probe.
+#![expect(unsafe_code, reason = "an executor may be run from its own interrupt only, and interrupts are unmasked")]
 
 use embassy_executor::{InterruptExecutor, SendSpawner};
 use embassy_rp::interrupt;
 use embassy_rp::interrupt::{InterruptExt, Priority};
 
-static URGENT: InterruptExecutor = InterruptExecutor::new();
+static SWITCHES: InterruptExecutor = InterruptExecutor::new();
+static AXES: InterruptExecutor = InterruptExecutor::new();
 
-/// Assigns the priorities, then starts the urgent executor.
-pub fn start_urgent_executor() -> SendSpawner {
+/// Assigns the priorities, then starts the executors of the switches and of the axes.
+pub fn start_executors() -> (SendSpawner, SendSpawner) {
     interrupt::TIMER_IRQ_0.set_priority(Priority::P0);
+    interrupt::IO_IRQ_BANK0.set_priority(Priority::P0);
     interrupt::SWI_IRQ_1.set_priority(Priority::P1);
-    interrupt::IO_IRQ_BANK0.set_priority(Priority::P1);
+    interrupt::SWI_IRQ_2.set_priority(Priority::P2);
+    interrupt::DMA_IRQ_1.set_priority(Priority::P2);
+    interrupt::PIO0_IRQ_1.set_priority(Priority::P2);
     interrupt::USBCTRL_IRQ.set_priority(Priority::P3);
     interrupt::UART0_IRQ.set_priority(Priority::P3);
-    URGENT.start(interrupt::SWI_IRQ_1)
+    (SWITCHES.start(interrupt::SWI_IRQ_1), AXES.start(interrupt::SWI_IRQ_2))
+}
+
+/// Lets through what hardware-timed ports are told by.
+#[cfg(not(feature = "timer-port"))]
+pub fn enable_pio_port() {
+    // SAFETY: their handlers exist, and nobody counts on them being masked.
+    unsafe {
+        interrupt::DMA_IRQ_1.enable();
+        interrupt::PIO0_IRQ_1.enable();
+    }
 }
 
 #[interrupt]
 fn SWI_IRQ_1() {
     // SAFETY: this is the executor's interrupt, which `start` unmasks and only a started executor pends.
-    unsafe { URGENT.on_interrupt() }
+    unsafe { SWITCHES.on_interrupt() }
+}
+
+#[interrupt]
+fn SWI_IRQ_2() {
+    // SAFETY: as above.
+    unsafe { AXES.on_interrupt() }
 }

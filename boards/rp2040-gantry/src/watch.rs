@@ -1,8 +1,8 @@
 //! The watchdog.
 //!
 //! # Design
-//! The urgent executor counts up while it runs; a thread-mode task feeds the watchdog only when that count has moved.
-//! So it runs out when either executor stands still: the one no longer counts, the other no longer feeds.
+//! The executor of the axes counts up while it runs; a thread-mode task feeds the watchdog only when that count has moved.
+//! So it runs out when any executor stands still: the axes no longer count, or thread mode no longer feeds.
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
@@ -22,12 +22,12 @@ const CHECK: Duration = Duration::from_millis(250);
 
 static BEATS: AtomicU32 = AtomicU32::new(0);
 
-/// Starts the watchdog over both executors.
-pub fn spawn(urgent: SendSpawner, thread: Spawner, machine: &'static Machine, watchdog: Peri<'static, WATCHDOG>) {
+/// Starts the watchdog over the executors. One that stands still keeps those below it from running.
+pub fn spawn(axes: SendSpawner, thread: Spawner, machine: &'static Machine, watchdog: Peri<'static, WATCHDOG>) {
     let mut watchdog = Watchdog::new(watchdog);
     watchdog.pause_on_debug(true);
     watchdog.start(TIMEOUT);
-    urgent.spawn(beat().unwrap());
+    axes.spawn(beat().unwrap());
     thread.spawn(feed(machine, watchdog).unwrap());
 }
 

@@ -164,6 +164,7 @@ pub struct Run {
 
 /// Why a port stopped before its last step. Every step that rose is counted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum PortFault {
     /// A step would have left so late that catching up would ask for speed the plan does not have.
     Late {

@@ -1,0 +1,319 @@
+//! A step port whose edges leave by hardware: DMA carries a word per step, a PIO state machine times it.
+//!
+//! # Design
+//! The processor only adds: it turns segments into waits, a block ahead ([`fill`](ram::fill), in RAM). `stream` hands the
+//! blocks to DMA without a gap, `program` makes edges of them, exact to the clock cycle. All axes of a run wait at one
+//! gate, which opens at its start, so they begin on the same cycle.
+//!
+//! # Deadline
+//! A block must be written before the one before it has been sent: 256 us at 1,000,000 steps/s. Missing it starves the
+//! state machine, which halts by itself before its next edge: a fault ([`PortFault::Underrun`]), never a stretched
+//! interval.
+//!
+//! # Where the steps are
+//! The state machine counts every edge as it makes it. While it runs that count is out of reach; the odometer then
+//! follows what DMA has sent and the FIFO still holds, a step behind at most, and looks at least every
+//! [`REPORT_EVERY`]. Once the machine is stopped, the count is read and is exact.
+
+mod interrupts;
+mod program;
+mod ram;
+mod state_machine;
+mod stream;
+
+use core::future::poll_fn;
+use core::sync::atomic::{AtomicU32, Ordering};
+use core::task::Poll;
+
+use embassy_rp::gpio::Output;
+use embassy_rp::peripherals::PIO0;
+use embassy_rp::pio::{Config, Direction as PinDirection, FifoJoin, LoadedProgram, Pin, Pio, ShiftDirection};
+use embassy_time::{Duration, Instant, Timer, with_timeout};
+use isostep_motion::{
+    AXES, Brake, Capabilities, Direction, DriverTiming, Odometer, PortFault, Run, SegmentQueue, StepPort,
+    ticks_covering,
+};
+use isostep_profile::Segment;
+
+use self::program::Words;
+use self::state_machine::StateMachine;
+use self::stream::{BLOCK_WORDS, Blocks, Stream};
+use crate::pins::StepPins;
+use crate::priority;
+
+pub use PioPort as Port;
+
+/// The state machines count cycles of the system clock.
+const TICK_HZ: u32 = 125_000_000;
+/// An interval may be shorter than planned: by the rounding of both its ends, and by the fit of its segment.
+const MARGIN_TICKS: u32 = 4;
+/// DIR is set before the start of a run, at the least by so much as a driver may ask for.
+const SETUP_MAX_NS: u32 = 100_000;
+/// A block is handed over when it is full, or holds as much motion as this.
+const BLOCK_SPAN_TICKS: u64 = TICK_HZ as u64 / 500;
+/// The odometer is at most this old.
+const REPORT_EVERY: Duration = Duration::from_millis(10);
+
+const _: () =
+    assert!(AXES <= program::AXES_MAX, "a PIO block has four state machines: step the other axes by a TimerPort");
+
+/// Refuses, when the firmware is built, a driver that this port cannot serve.
+pub const fn serves(timing: &DriverTiming) {
+    assert!(timing.setup_ns <= SETUP_MAX_NS, "DIR is set up at most 100 us before a step");
+}
+
+/// STEP of one axis by a state machine of PIO0, its DIR by the processor.
+pub struct PioPort {
+    axis: usize,
+    dir: Output<'static>,
+    machine: StateMachine,
+    stream: Stream,
+    capabilities: Capabilities,
+    /// Steps of the last run that rose.
+    risen: u32,
+}
+
+/// The ports of all axes, at rest, STEP and DIR low.
+pub fn open(pins: StepPins, timing: DriverTiming) -> [PioPort; AXES] {
+    static BLOCKS: [Blocks; AXES] = [const { [const { [const { AtomicU32::new(0) }; BLOCK_WORDS] }; 2] }; AXES];
+
+    let Pio { mut common, mut sm0, mut sm1, mut sm2, .. } = Pio::new(pins.pio, interrupts::Irqs);
+    let program = common.load_program(&program::steps());
+    let (x, y, z) = (common.make_pio_pin(pins.x), common.make_pio_pin(pins.y), common.make_pio_pin(pins.z));
+    sm0.set_config(&config(&program, &x));
+    sm1.set_config(&config(&program, &y));
+    sm2.set_config(&config(&program, &z));
+    sm0.set_pin_dirs(PinDirection::Out, &[&x]);
+    sm1.set_pin_dirs(PinDirection::Out, &[&y]);
+    sm2.set_pin_dirs(PinDirection::Out, &[&z]);
+    // Taken for ever: dropping the first four would give the pins back.
+    core::mem::forget((common, sm0, sm1, sm2, pins.channels));
+    priority::enable_pio_port();
+
+    let mut axes = 0..AXES;
+    pins.dir.map(|dir| {
+        let axis = axes.next().unwrap_or_default();
+        let machine = StateMachine::new(axis);
+        let stream = Stream::new(axis, machine.fifo_address(), &BLOCKS[axis]);
+        let capabilities = Capabilities { tick_hz: TICK_HZ, timing, margin_ticks: MARGIN_TICKS };
+        PioPort { axis, dir, machine, stream, capabilities, risen: 0 }
+    })
+}
+
+/// Of a state machine that steps on `pin`.
+fn config(program: &LoadedProgram<'static, PIO0>, pin: &Pin<'static, PIO0>) -> Config<'static, PIO0> {
+    let mut config = Config::default();
+    config.use_program(program, &[pin]);
+    config.fifo_join = FifoJoin::TxOnly;
+    config.shift_out.direction = ShiftDirection::Right;
+    // `mov x, status` tells whether the FIFO holds less than one word.
+    config.status_n = 1;
+    config
+}
+
+impl StepPort for PioPort {
+    fn capabilities(&self) -> Capabilities {
+        self.capabilities
+    }
+
+    fn brake(&self) -> Brake {
+        program::brake
+    }
+
+    async fn run(&mut self, run: Run, segments: &SegmentQueue, odometer: &Odometer) -> Result<(), PortFault> {
+        self.follow(run, segments, odometer).await?;
+        if self.risen == run.steps { Ok(()) } else { Err(PortFault::Underrun) }
+    }
+}
+
+impl PioPort {
+    /// Returns when the state machine has halted, by itself or because of a fault.
+    async fn follow(&mut self, run: Run, segments: &SegmentQueue, odometer: &Odometer) -> Result<(), PortFault> {
+        let mut underway = Underway::new(self, run, odometer);
+        underway.feed(segments).await?;
+        underway.until(|_| false).await;
+        Ok(())
+    }
+
+    fn turn(&mut self, run: &Run) {
+        let high = (run.direction == Direction::Positive) != run.wiring.direction_inverted;
+        self.dir.set_level(high.into());
+    }
+}
+
+/// One run. However it ends, or is dropped, the state machine is stopped and its edges are counted.
+struct Underway<'a> {
+    port: &'a mut PioPort,
+    run: Run,
+    odometer: &'a Odometer,
+    words: Words,
+    period_min_ticks: u32,
+    has_started: bool,
+    /// Instant of the last step written, and of the first in the open block.
+    last_ticks: u64,
+    block_ticks: u64,
+    /// Words without a step written so far.
+    rests: u32,
+    /// Steps the odometer knows of.
+    reported: u32,
+}
+
+impl<'a> Underway<'a> {
+    /// Sets DIR; the state machine waits at the gate.
+    fn new(port: &'a mut PioPort, run: Run, odometer: &'a Odometer) -> Self {
+        port.turn(&run);
+        let words = Words::with_pulse(ticks_covering(port.capabilities.pulse_ns(run.wiring), TICK_HZ));
+        port.stream.clear();
+        program::close_gate();
+        port.machine.load(words.pulse_loops(), run.steps);
+        interrupts::expect_halt(port.axis);
+        port.machine.enable();
+        let period_min_ticks = port.capabilities.period_min_ticks(run.wiring);
+        let (last_ticks, block_ticks, rests, reported) = (0, 0, 0, 0);
+        let has_started = false;
+        Self { port, run, odometer, words, period_min_ticks, has_started, last_ticks, block_ticks, rests, reported }
+    }
+
+    async fn feed(&mut self, segments: &SegmentQueue) -> Result<(), PortFault> {
+        let mut left = self.run.steps;
+        while left > 0 {
+            let segment = match segments.try_receive() {
+                Ok(segment) => segment,
+                Err(_) => {
+                    // What is written must not wait for what is not compiled yet.
+                    self.hand_over();
+                    self.start().await?;
+                    segments.receive().await
+                }
+            };
+            self.write(&segment, left == self.run.steps).await?;
+            left -= segment.steps();
+        }
+        self.hand_over();
+        self.start().await
+    }
+
+    /// Opens the gate at the start of the run, unless it has been.
+    async fn start(&mut self) -> Result<(), PortFault> {
+        if self.has_started {
+            return Ok(());
+        }
+        let setup = Duration::from_micros(u64::from(SETUP_MAX_NS / 1_000));
+        let ready = Instant::now() + setup;
+        if ready > self.run.start {
+            return Err(PortFault::Late { late: ready - self.run.start, max: Duration::MIN });
+        }
+        Timer::at(self.run.start).await;
+        program::open_gate();
+        self.has_started = true;
+        Ok(())
+    }
+
+    async fn write(&mut self, segment: &Segment, is_first: bool) -> Result<(), PortFault> {
+        let wait = self.rest(segment.first_ticks() - self.last_ticks).await?;
+        if is_first {
+            self.push(self.words.first_step(wait)).await?;
+        } else {
+            self.check(wait)?;
+            self.push(self.words.step(wait)).await?;
+        }
+        let mut intervals = segment.intervals();
+        while intervals.len() > 0 {
+            self.await_room().await?;
+            let wrote = ram::fill(self.port.stream.room(), &mut intervals, self.words.bias());
+            self.port.stream.wrote(wrote);
+        }
+        self.last_ticks = segment.last_ticks();
+        if self.last_ticks - self.block_ticks >= BLOCK_SPAN_TICKS {
+            self.hand_over();
+        }
+        Ok(())
+    }
+
+    /// Rests until what is left of the ticks up to the next step fits into its word.
+    async fn rest(&mut self, mut ticks: u64) -> Result<u32, PortFault> {
+        while ticks > u64::from(program::WAIT_MAX_CYCLES) {
+            self.push(self.words.rest(program::WAIT_MAX_CYCLES / 2)).await?;
+            self.rests += 1;
+            ticks -= u64::from(program::WAIT_MAX_CYCLES / 2);
+        }
+        Ok(ticks as u32)
+    }
+
+    fn check(&self, interval: u32) -> Result<(), PortFault> {
+        let min = self.period_min_ticks;
+        if interval < min { Err(PortFault::TooFast { interval, min }) } else { Ok(()) }
+    }
+
+    async fn push(&mut self, word: u32) -> Result<(), PortFault> {
+        self.await_room().await?;
+        self.port.stream.room()[0].store(word, Ordering::Relaxed);
+        self.port.stream.wrote(1);
+        Ok(())
+    }
+
+    fn hand_over(&mut self) {
+        self.port.stream.hand_over();
+        self.block_ticks = self.last_ticks;
+    }
+
+    /// Waits for a place to write to.
+    async fn await_room(&mut self) -> Result<(), PortFault> {
+        if self.port.stream.is_full() {
+            self.hand_over();
+        }
+        if self.port.stream.has_room() {
+            return Ok(());
+        }
+        self.start().await?;
+        if self.until(Stream::has_room).await { Ok(()) } else { Err(PortFault::Underrun) }
+    }
+
+    /// Waits until `holds`, which is true, or the state machine has halted, which is false.
+    async fn until(&mut self, holds: fn(&mut Stream) -> bool) -> bool {
+        loop {
+            let axis = self.port.axis;
+            let waiting = poll_fn(|context| {
+                interrupts::WAKERS[axis].register(context.waker());
+                if holds(&mut self.port.stream) {
+                    return Poll::Ready(true);
+                }
+                if self.port.machine.has_halted() { Poll::Ready(false) } else { Poll::Pending }
+            });
+            if let Ok(held) = with_timeout(REPORT_EVERY, waiting).await {
+                self.report();
+                return held;
+            }
+            self.report();
+        }
+    }
+
+    /// Tells the odometer what must have risen: all that was sent, but what the FIFO holds and the one in work.
+    fn report(&mut self) {
+        let sent = self.port.stream.sent_words();
+        let begun = sent.saturating_sub(self.port.machine.queued_words());
+        self.count(begun.saturating_sub(self.rests + 1));
+    }
+
+    fn count(&mut self, risen: u32) {
+        if risen > self.reported {
+            self.odometer.advance(self.run.direction, risen - self.reported);
+            self.reported = risen;
+        }
+    }
+
+    /// No further edge; a pulse that has begun is finished. Then the count is exact.
+    fn stop(&mut self) {
+        self.port.machine.disable();
+        self.port.stream.clear();
+        cortex_m::asm::delay(self.words.pulse_cycles());
+        self.port.risen = self.port.machine.risen(self.run.steps);
+        self.count(self.port.risen);
+    }
+}
+
+impl Drop for Underway<'_> {
+    fn drop(&mut self) {
+        self.stop();
+    }
+}

@@ -1,0 +1,150 @@
+//! The step program, its words, and what they cost in cycles.
+//!
+//! # Design
+//! One state machine makes the edges of one axis. It takes a word per step, waits as many cycles as the word says, and
+//! raises STEP; Y counts the step with the very instruction that raises it, so the count is exact wherever the machine
+//! is stopped. Three things may keep it from the next edge:
+//!
+//! - **the gate**, before the first word: opened once for all axes, which so start on the same cycle;
+//! - **the brake**, before every edge: set by whoever stops the machine; pulses stay whole;
+//! - **an empty FIFO**: the machine flags it and halts. It never stretches an interval.
+//!
+//! Gate and brake are flags of the PIO block, which every state machine of it sees.
+
+use embassy_rp::pac::PIO0;
+use embassy_rp::pio::program::{
+    self, InstructionOperands, JmpCondition, MovDestination, MovOperation, MovSource, Program,
+};
+
+/// How many axes a PIO block can step: it has four state machines.
+pub const AXES_MAX: usize = 4;
+
+/// Flag of the gate. The flags below 4 are the state machines' own, raised by one that has halted.
+const GATE: u8 = 1 << 6;
+const BRAKE: u8 = 1 << 7;
+
+/// Set in a word that ends in a step; clear in one that only waits.
+const STEP: u32 = 1 << 31;
+/// The longest that a word waits, cycles: half the range, so that a rest leaves a whole wait behind it.
+pub const WAIT_MAX_CYCLES: u32 = 1 << 30;
+
+/// A pulse of 0 loops.
+const PULSE_MIN_CYCLES: u32 = 3;
+/// From one rise to the next when pulse and wait are of 0 loops.
+const STEP_CYCLES: u32 = 11;
+/// What a rest takes when it waits for 0 loops.
+const REST_CYCLES: u32 = 7;
+
+/// Sixteen of the block's 32 instructions; at address 0, so that labels are addresses.
+pub fn steps() -> Program<{ program::RP2040_MAX_PROGRAM_SIZE }> {
+    let assembled = program::pio_asm!(
+        ".origin 0",
+        ".side_set 1",
+        "    wait 0 irq 6        side 0", // the gate
+        ".wrap_target",
+        "fetch:",
+        "    mov x, status       side 0", // zero while the FIFO holds a word
+        "    jmp !x load         side 0",
+        "halt:",
+        "    irq nowait 0 rel    side 0",
+        "over:",
+        "    jmp over            side 0",
+        "load:",
+        "    pull block          side 0",
+        "    out x, 31           side 0",
+        "dwell:",
+        "    jmp x-- dwell       side 0",
+        "    out x, 1            side 0",
+        "    jmp !x fetch        side 0", // a rest
+        "    wait 0 irq 7        side 0", // the brake
+        "    jmp y-- more        side 1", // the edge, and its count
+        "    mov x, isr          side 1",
+        "last:",
+        "    jmp x-- last        side 1",
+        "    jmp halt            side 0",
+        "more:",
+        "    mov x, isr          side 1",
+        "pulse:",
+        "    jmp x-- pulse       side 1",
+        ".wrap",
+    );
+    assembled.program
+}
+
+/// Instructions forced upon a halted state machine. All of them hold STEP low.
+pub mod forced {
+    use super::*;
+
+    pub const GO_TO_START: u16 = InstructionOperands::JMP { condition: JmpCondition::Always, address: 0 }.encode();
+    pub const PULL: u16 = InstructionOperands::PULL { if_empty: false, block: false }.encode();
+    pub const SET_PULSE: u16 = mov(MovDestination::ISR, MovSource::OSR);
+    pub const SET_COUNT: u16 = mov(MovDestination::Y, MovSource::OSR);
+    pub const GET_COUNT: u16 = mov(MovDestination::ISR, MovSource::Y);
+    pub const PUSH: u16 = InstructionOperands::PUSH { if_full: false, block: false }.encode();
+
+    const fn mov(destination: MovDestination, source: MovSource) -> u16 {
+        InstructionOperands::MOV { destination, op: MovOperation::None, source }.encode()
+    }
+}
+
+/// What turns instants into words, for one pulse width.
+#[derive(Clone, Copy)]
+pub struct Words {
+    pulse_loops: u32,
+}
+
+impl Words {
+    /// For a pulse of at least `cycles`.
+    pub fn with_pulse(cycles: u32) -> Self {
+        Self { pulse_loops: cycles.saturating_sub(PULSE_MIN_CYCLES) }
+    }
+
+    pub fn pulse_cycles(self) -> u32 {
+        self.pulse_loops + PULSE_MIN_CYCLES
+    }
+
+    /// What ISR holds.
+    pub fn pulse_loops(self) -> u32 {
+        self.pulse_loops
+    }
+
+    /// What to add to the cycles from one step to the next.
+    pub fn bias(self) -> u32 {
+        STEP.wrapping_sub(STEP_CYCLES + self.pulse_loops)
+    }
+
+    /// The word of a step `cycles` after the one before.
+    pub fn step(self, cycles: u32) -> u32 {
+        cycles.wrapping_add(self.bias())
+    }
+
+    /// The word of the first step of a run, `cycles` after its time zero, which is a fixed number of cycles, the same for
+    /// every axis, after the gate has opened.
+    pub fn first_step(self, cycles: u32) -> u32 {
+        STEP | cycles
+    }
+
+    /// A wait of `cycles` without a step.
+    pub fn rest(self, cycles: u32) -> u32 {
+        cycles - REST_CYCLES
+    }
+}
+
+/// Keeps every state machine that is started from now on from its first word.
+pub fn close_gate() {
+    PIO0.irq_force().write(|flags| flags.set_irq_force(GATE));
+}
+
+/// Lets them all go, on one cycle.
+pub fn open_gate() {
+    PIO0.irq().write(|flags| flags.set_irq(GATE));
+}
+
+/// No edge rises while it is engaged.
+pub fn brake(engaged: bool) {
+    if engaged {
+        PIO0.irq_force().write(|flags| flags.set_irq_force(BRAKE));
+    } else {
+        PIO0.irq().write(|flags| flags.set_irq(BRAKE));
+    }
+}

@@ -1,0 +1,90 @@
+//! One state machine of PIO0, by its registers.
+
+use embassy_rp::pac;
+use embassy_rp::pac::PIO0;
+
+use crate::pio_port::program::forced;
+
+/// The state machine of the axis with the same index. There is one of each, in the axis's port; all are used at one
+/// priority, so what they share needs no lock.
+pub struct StateMachine {
+    index: usize,
+}
+
+impl StateMachine {
+    pub fn new(index: usize) -> Self {
+        Self { index }
+    }
+
+    /// At the start of the program, halted and with an empty FIFO: the next `steps` pulses will be of `pulse_loops`.
+    pub fn load(&self, pulse_loops: u32, steps: u32) {
+        self.disable();
+        PIO0.ctrl().modify(|ctrl| ctrl.set_sm_restart(self.bit()));
+        self.share_fifo(true);
+        self.set(pulse_loops, forced::SET_PULSE);
+        self.set(steps - 1, forced::SET_COUNT);
+        self.force(forced::GO_TO_START);
+        self.forget_halt();
+    }
+
+    pub fn enable(&self) {
+        PIO0.ctrl().modify(|ctrl| ctrl.set_sm_enable(ctrl.sm_enable() | self.bit()));
+    }
+
+    /// No further edge. STEP stays as it is, until an instruction is forced.
+    pub fn disable(&self) {
+        PIO0.ctrl().modify(|ctrl| ctrl.set_sm_enable(ctrl.sm_enable() & !self.bit()));
+    }
+
+    /// Of the `steps` it was loaded with, how many have risen. Lowers STEP and drops what the FIFO holds; disable it first.
+    pub fn risen(&self, steps: u32) -> u32 {
+        self.share_fifo(false);
+        self.force(forced::GET_COUNT);
+        self.force(forced::PUSH);
+        // Y began at one less, and is that many lower.
+        (steps - 1).wrapping_sub(PIO0.rxf(self.index).read())
+    }
+
+    /// It has run out of words, or of steps.
+    pub fn has_halted(&self) -> bool {
+        PIO0.irq().read().irq() & self.bit() != 0
+    }
+
+    fn forget_halt(&self) {
+        PIO0.irq().write(|flags| flags.set_irq(self.bit()));
+    }
+
+    /// Words that wait in the FIFO.
+    pub fn queued_words(&self) -> u32 {
+        PIO0.flevel().read().0 >> (8 * self.index) & 0xF
+    }
+
+    /// Where DMA writes its words.
+    pub fn fifo_address(&self) -> u32 {
+        PIO0.txf(self.index).as_ptr() as u32
+    }
+
+    /// All eight places for words, or four each way. Either drops what the FIFOs hold.
+    fn share_fifo(&self, words_only: bool) {
+        self.registers().shiftctrl().modify(|shift| shift.set_fjoin_tx(!words_only));
+        self.registers().shiftctrl().modify(|shift| shift.set_fjoin_tx(words_only));
+    }
+
+    fn set(&self, value: u32, instruction: u16) {
+        PIO0.txf(self.index).write_value(value);
+        self.force(forced::PULL);
+        self.force(instruction);
+    }
+
+    fn force(&self, instruction: u16) {
+        self.registers().instr().write(|slot| slot.set_instr(instruction));
+    }
+
+    fn registers(&self) -> pac::pio::StateMachine {
+        PIO0.sm(self.index)
+    }
+
+    fn bit(&self) -> u8 {
+        1 << self.index
+    }
+}

@@ -1,0 +1,152 @@
+//! Words on their way to a state machine: two blocks in RAM and two DMA channels in ping-pong.
+//!
+//! # Design
+//! While DMA feeds one block to the FIFO, the other is filled. A block that is handed over is armed in its own
+//! channel and chained behind the running one, so the FIFO sees no gap. A channel that nothing is chained to stops
+//! after its block: what was never written is never sent.
+
+use core::sync::atomic::AtomicU32;
+
+use embassy_rp::pac::DMA;
+use embassy_rp::pac::dma::Channel;
+use embassy_rp::pac::dma::regs::CtrlTrig;
+use embassy_rp::pac::dma::vals::{DataSize, TreqSel};
+
+/// Words of a block: at 1,000,000 steps/s it is filled every 256 us.
+pub const BLOCK_WORDS: usize = 256;
+
+/// What DMA reads; atomics, because it reads beside us.
+pub type Blocks = [[AtomicU32; BLOCK_WORDS]; 2];
+
+/// The words of one axis.
+pub struct Stream {
+    /// The even one of its two DMA channels.
+    channel: usize,
+    /// Where the words go, and at whose pace.
+    fifo_address: u32,
+    pace: TreqSel,
+    blocks: &'static Blocks,
+    /// Words of each block that its channel has been armed with.
+    armed: [Option<u32>; 2],
+    /// Which block is being filled, and how far.
+    filling: usize,
+    filled: usize,
+    /// Words handed over since the stream was cleared.
+    handed_over: u32,
+}
+
+impl Stream {
+    /// By channels `2 * axis` and the next, into the FIFO of the state machine `axis`.
+    pub fn new(axis: usize, fifo_address: u32, blocks: &'static Blocks) -> Self {
+        let pace = TreqSel::from_bits(TreqSel::PIO0_TX0 as u8 + axis as u8);
+        let (armed, filling, filled, handed_over) = ([None; 2], 0, 0, 0);
+        Self { channel: 2 * axis, fifo_address, pace, blocks, armed, filling, filled, handed_over }
+    }
+
+    /// Stops both channels and forgets all words.
+    pub fn clear(&mut self) {
+        let mask = self.bit(0) | self.bit(1);
+        DMA.inte(1).modify(|enabled| *enabled &= !u32::from(mask));
+        for block in 0..2 {
+            self.channel(block).al1_ctrl().write_value(0);
+        }
+        DMA.chan_abort().write(|abort| abort.set_chan_abort(mask));
+        while DMA.chan_abort().read().chan_abort() & mask != 0 {}
+        // An aborted channel may say that it is done (erratum RP2040-E13).
+        DMA.intr(0).write_value(mask.into());
+        (self.armed, self.filling, self.filled, self.handed_over) = ([None; 2], 0, 0, 0);
+    }
+
+    /// Whether there is a free place to write to; if not, [`Waker`](super::WAKERS) will tell when there is.
+    pub fn has_room(&mut self) -> bool {
+        if self.armed[self.filling].is_some() && self.is_sent(self.filling) {
+            DMA.intr(0).write_value(self.bit(self.filling).into());
+            self.armed[self.filling] = None;
+        }
+        self.armed[self.filling].is_none() && self.filled < BLOCK_WORDS
+    }
+
+    /// The free places, to be written in order; say [`wrote`](Self::wrote) afterwards.
+    pub fn room(&self) -> &'static [AtomicU32] {
+        &self.blocks[self.filling][self.filled..]
+    }
+
+    pub fn wrote(&mut self, words: usize) {
+        self.filled += words;
+    }
+
+    pub fn is_full(&self) -> bool {
+        self.filled == BLOCK_WORDS
+    }
+
+    /// Hands over what has been written, if anything.
+    pub fn hand_over(&mut self) {
+        if self.filled == 0 {
+            return;
+        }
+        let (block, other) = (self.filling, 1 - self.filling);
+        self.arm(block);
+        if self.armed[other].is_some() {
+            self.channel(other).al1_ctrl().write_value(self.control(other, Some(block)).0);
+        }
+        // The other may have ended before it was told to go on; then nothing has started this one.
+        if !self.is_busy(other) && !self.is_busy(block) && !self.is_sent(block) {
+            DMA.multi_chan_trigger().write(|trigger| trigger.set_multi_chan_trigger(self.bit(block)));
+        }
+        self.handed_over += self.filled as u32;
+        (self.filling, self.filled) = (other, 0);
+    }
+
+    fn arm(&mut self, block: usize) {
+        let words = self.filled as u32;
+        let channel = self.channel(block);
+        channel.read_addr().write_value(self.blocks[block].as_ptr() as u32);
+        channel.write_addr().write_value(self.fifo_address);
+        channel.trans_count().write_value(words);
+        channel.al1_ctrl().write_value(self.control(block, None).0);
+        self.armed[block] = Some(words);
+        // The words must be in RAM before DMA looks.
+        cortex_m::asm::dmb();
+        DMA.inte(1).modify(|enabled| *enabled |= u32::from(self.bit(block)));
+    }
+
+    /// How the channel of `block` works, and which block it starts when it ends.
+    fn control(&self, block: usize, next: Option<usize>) -> CtrlTrig {
+        let mut control = CtrlTrig(0);
+        control.set_en(true);
+        control.set_high_priority(true);
+        control.set_data_size(DataSize::SIZE_WORD);
+        control.set_incr_read(true);
+        control.set_treq_sel(self.pace);
+        // A channel chained to itself starts none.
+        control.set_chain_to((self.channel + next.unwrap_or(block)) as u8);
+        control
+    }
+
+    /// Words that have reached the FIFO since the stream was cleared. Never more than have.
+    pub fn sent_words(&self) -> u32 {
+        let waiting = |block: usize| match self.armed[block] {
+            None => 0,
+            Some(_) if self.is_sent(block) => 0,
+            Some(_) if self.is_busy(block) => self.channel(block).trans_count().read(),
+            Some(words) => words,
+        };
+        self.handed_over - waiting(0) - waiting(1)
+    }
+
+    fn is_sent(&self, block: usize) -> bool {
+        DMA.intr(0).read() & u32::from(self.bit(block)) != 0
+    }
+
+    fn is_busy(&self, block: usize) -> bool {
+        self.channel(block).ctrl_trig().read().busy()
+    }
+
+    fn channel(&self, block: usize) -> Channel {
+        DMA.ch(self.channel + block)
+    }
+
+    fn bit(&self, block: usize) -> u16 {
+        1 << (self.channel + block)
+    }
+}
