@@ -1,0 +1,63 @@
+//! The figures, a line each, on UART0.
+
+use core::fmt::{self, Write};
+
+use embassy_rp::uart::{Blocking, UartTx};
+
+/// Cycles, and the results they made.
+#[derive(Clone, Copy, Default)]
+pub struct Figure {
+    /// Of all results.
+    pub cycles: u64,
+    /// Of the slowest piece of work.
+    pub cycles_max: u32,
+    /// Results.
+    pub count: u32,
+}
+
+impl Figure {
+    /// A piece of work that took `cycles` and made `count` results.
+    pub fn add(&mut self, cycles: u32, count: u32) {
+        self.cycles += u64::from(cycles);
+        self.cycles_max = self.cycles_max.max(cycles);
+        self.count += count;
+    }
+}
+
+/// Where the lines go.
+pub struct Report {
+    uart: Text,
+}
+
+struct Text(UartTx<'static, Blocking>);
+
+impl Write for Text {
+    fn write_str(&mut self, text: &str) -> fmt::Result {
+        self.0.blocking_write(text.as_bytes()).map_err(|_| fmt::Error)
+    }
+}
+
+impl Report {
+    pub fn new(uart: UartTx<'static, Blocking>) -> Self {
+        Self { uart: Text(uart) }
+    }
+
+    /// The sum over all results.
+    pub fn sum(&mut self, name: &str, figure: Figure, checksum: u32) {
+        self.line(format_args!("{name},{},{},{checksum}", figure.cycles, figure.count));
+    }
+
+    /// The slowest piece of work.
+    pub fn max(&mut self, name: &str, figure: Figure, checksum: u32) {
+        self.line(format_args!("{name}.max,{},{},{checksum}", figure.cycles_max, figure.count));
+    }
+
+    /// Nothing comes after it.
+    pub fn end(&mut self) {
+        self.line(format_args!("end"));
+    }
+
+    fn line(&mut self, text: fmt::Arguments) {
+        writeln!(self.uart, "{text}").expect("a blocking UART takes everything");
+    }
+}
