@@ -1,6 +1,7 @@
 //! The commands of the project, run as `cargo xtask VERB`. One file per verb; `workspace`, `toolchain`, `node`,
 //! `firmware`, `footprint`, `uf2`, `process` and `stopwatch` are what the verbs share.
 
+mod bench;
 mod build;
 mod emulate;
 mod firmware;
@@ -38,6 +39,7 @@ Examples:
   cargo xtask emulate programs/parking.nc --trace b.csv  run a program on the emulated board
   cargo xtask test --fast                                host tests only
   cargo xtask test                                       everything, the emulated board included
+  cargo xtask bench --quick                              rates, edge errors, load and stops of the step ports
 
 Every verb prepares what it needs by itself; `cargo xtask setup` does only that.";
 
@@ -50,6 +52,7 @@ enum Verb {
     Sim(sim::Args),
     Emulate(emulate::Args),
     Test(test::Args),
+    Bench(bench::Args),
     Lint(lint::Args),
 }
 
@@ -62,6 +65,7 @@ fn main() -> ExitCode {
         Verb::Sim(args) => sim::run(args),
         Verb::Emulate(args) => emulate::run(args),
         Verb::Test(args) => test::run(args),
+        Verb::Bench(args) => bench::run(args),
         Verb::Lint(args) => lint::run(args),
     };
     // Not `fn main() -> Result`: that prints a backtrace where RUST_BACKTRACE is set, which no user of a tool wants.

@@ -1,6 +1,7 @@
 //! A page of pictures and tables about a run: one HTML file, nothing loaded from elsewhere, the same bytes for the
 //! same run.
 
+pub mod bench;
 mod errors;
 mod kinematics;
 mod page;

@@ -1,0 +1,57 @@
+//! Where the edges are: a long move of three axes, through both ramps, against its closed form.
+
+use anyhow::Result;
+use serde::Serialize;
+
+use super::board::Board;
+use super::effort::Effort;
+use super::measured::Measured;
+use super::progress::Case;
+use super::rates::RAMP_S;
+use super::statistics::{DriftFigures, ErrorFigures};
+use super::trial::{AXES, Machine, Ramp, Trial};
+use super::variant::Port;
+
+/// Bars of the histogram.
+const BINS: usize = 80;
+
+/// The errors at one rate.
+#[derive(Clone, Debug, Serialize)]
+pub struct AccuracyFigures {
+    /// Of each of the three axes.
+    pub rate_steps_s: u32,
+    /// In one move.
+    pub edges: Measured<MoveErrors>,
+}
+
+/// The errors of one move.
+#[derive(Clone, Debug, Serialize)]
+pub struct MoveErrors {
+    /// How long the move takes, s.
+    pub move_s: f64,
+    /// Of every edge, from the first.
+    pub errors: ErrorFigures,
+    /// Over the move.
+    pub drift: DriftFigures,
+    /// The middle of each bin, ns, and the share of the edges in it.
+    pub histogram: Vec<(f64, f64)>,
+}
+
+/// A move at `rate_steps_s` of each axis.
+pub fn measure(board: &Board, port: Port, rate_steps_s: u32, effort: &Effort) -> Result<AccuracyFigures> {
+    let case = Case::begin(port, AXES, rate_steps_s, &format!("one move of {} s", effort.long_move_s));
+    let machine = Machine::new(rate_steps_s, Ramp::FromRest(RAMP_S));
+    let steps = machine.steps_of(effort.long_move_s - 2.0 * RAMP_S);
+    let trial = Trial::new(machine, AXES, steps, false);
+    let move_s = trial.duration_s()?;
+    let edges = board.follow(&trial)?.map(|followed| MoveErrors {
+        move_s,
+        errors: followed.errors.figures(),
+        drift: followed.drift,
+        histogram: followed.errors.histogram(BINS),
+    });
+    case.end(&edges.words(|MoveErrors { errors, .. }| {
+        format!("edges within {:.0} ns, p99 {:.0} ns", errors.max_ns, errors.p99_ns)
+    }));
+    Ok(AccuracyFigures { rate_steps_s, edges })
+}

@@ -1,0 +1,141 @@
+//! Runs of a firmware on the emulated board.
+
+use std::ffi::OsStr;
+use std::fs::{self, File};
+use std::io::BufReader;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use anyhow::{Context, Result, bail};
+use isostep_profile::SyncMove;
+use serde::{Deserialize, Serialize};
+
+use super::edges;
+use super::follow::{Astray, Followed, follow};
+use super::measured::Measured;
+use super::trial::{AXES, Trial};
+use super::variant::{DRIVER, Variant};
+use crate::workspace;
+
+/// Of the emulated core.
+pub const CLOCK_HZ: u32 = 125_000_000;
+/// Status reports asked for over USB while the machine moves, Hz.
+pub const POLL_HZ: u32 = 10;
+/// Machine time beyond its moves' that a run may take, s.
+const PATIENCE_S: f64 = 5.0;
+
+/// Where a variant runs, and its files go.
+pub struct Board<'a> {
+    variant: &'a Variant,
+    folder: &'a Path,
+}
+
+/// The emulator's own account, as far as it is of use here.
+#[derive(Debug, Deserialize)]
+pub struct Summary {
+    /// What went wrong: a line refused, an alarm, the driver's timing broken.
+    error: Option<String>,
+    /// The first alarm, `ALARM:n`.
+    alarm: Option<String>,
+    pub moving: Moving,
+    #[serde(default)]
+    pub stops: Vec<Stop>,
+}
+
+impl Summary {
+    fn trouble(&self) -> Option<&str> {
+        let error = self.error.as_deref()?;
+        // Where there was an alarm, all that went wrong afterwards follows from it.
+        Some(self.alarm.as_deref().unwrap_or(error))
+    }
+}
+
+/// The core while the machine moved.
+#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
+pub struct Moving {
+    /// Share of the time that the core was awake.
+    pub load: f64,
+    /// Planning, console and all.
+    pub awake_cycles_per_edge: f64,
+    /// In interrupts alone.
+    pub interrupt_cycles_per_edge: f64,
+}
+
+impl Moving {
+    pub fn words(&self) -> String {
+        format!("{:.1} % awake, {:.0} cycles a step", self.load * 100.0, self.awake_cycles_per_edge)
+    }
+}
+
+/// A press or a reset byte, and what it stopped.
+#[derive(Clone, Debug, Deserialize)]
+pub struct Stop {
+    pub latency_ns: Option<f64>,
+}
+
+impl<'a> Board<'a> {
+    pub fn new(variant: &'a Variant, folder: &'a Path) -> Self {
+        Self { variant, folder }
+    }
+
+    /// Runs `trial` and holds its edges against its plans.
+    pub fn follow(&self, trial: &Trial) -> Result<Measured<Followed>> {
+        let plans = trial.plans()?;
+        let edges = self.file("edges");
+        let run = self.run_with(&trial.script(), trial.duration_s()?, &["--edges".as_ref(), edges.as_os_str()])?;
+        let followed = match run {
+            Measured::Figure(_) => follow_file(&edges, &plans),
+            Measured::Missing { why_not } => Ok(Measured::Missing { why_not }),
+        };
+        fs::remove_file(&edges).with_context(|| format!("cannot remove {}", edges.display()))?;
+        followed
+    }
+
+    /// Runs `script`, whose moves take `moving_s` in all.
+    pub fn run(&self, script: &str, moving_s: f64) -> Result<Measured<Summary>> {
+        self.run_with(script, moving_s, &[])
+    }
+
+    fn run_with(&self, script: &str, moving_s: f64, more: &[&OsStr]) -> Result<Measured<Summary>> {
+        let (script_file, json) = (self.file("script"), self.file("json"));
+        fs::write(&script_file, script).with_context(|| format!("cannot write {}", script_file.display()))?;
+        let mut command = Command::new("node");
+        command.arg(workspace::emulator_dir().join("run.mjs")).arg("--elf").arg(&self.variant.elf);
+        command.arg("--script").arg(&script_file).arg("--json").arg(&json).args(["--driver", DRIVER]);
+        command.arg(format!("--poll-hz={POLL_HZ}")).arg(format!("--timeout-s={}", moving_s + PATIENCE_S)).args(more);
+        let output = command.output().context("cannot start node")?;
+        // 1 is a run that failed, which is a result; anything else is none.
+        if !matches!(output.status.code(), Some(0 | 1)) {
+            bail!("the emulator could not run: {}", String::from_utf8_lossy(&output.stderr).trim());
+        }
+        let summary = fs::read(&json).with_context(|| format!("cannot read {}", json.display()))?;
+        let summary: Summary = serde_json::from_slice(&summary).context("the emulator's summary is not understood")?;
+        Ok(match summary.trouble() {
+            None => Measured::Figure(summary),
+            Some(trouble) => {
+                let said = last_message(&String::from_utf8_lossy(&output.stdout));
+                Measured::Missing { why_not: format!("{trouble}{said}") }
+            }
+        })
+    }
+
+    fn file(&self, extension: &str) -> PathBuf {
+        self.folder.join("run").with_extension(extension)
+    }
+}
+
+fn follow_file(path: &Path, plans: &[SyncMove<AXES>]) -> Result<Measured<Followed>> {
+    let cannot = || format!("the edges in {} cannot be read", path.display());
+    let file = File::open(path).with_context(cannot)?;
+    match follow(edges::read(BufReader::with_capacity(1 << 20, file)), plans) {
+        Ok(followed) => Ok(Measured::Figure(followed)),
+        Err(Astray::Read(error)) => Err(error).with_context(cannot),
+        Err(astray) => Ok(Measured::Missing { why_not: astray.to_string() }),
+    }
+}
+
+/// What the firmware said about what went wrong: the last message of the transcript, in brackets.
+fn last_message(transcript: &str) -> String {
+    let message = |line: &str| Some(line.split_once("[MSG:")?.1.trim_end_matches(']').to_owned());
+    transcript.lines().filter_map(message).next_back().map_or(String::new(), |text| format!(" ({text})"))
+}

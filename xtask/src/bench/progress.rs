@@ -1,0 +1,40 @@
+//! A line for each case: what runs, what came of it, and how long the user waited.
+
+use super::variant::Port;
+use crate::stopwatch::Stopwatch;
+
+/// A case under way: its line is begun.
+pub struct Case(Stopwatch);
+
+impl Case {
+    pub fn begin(port: Port, axes: usize, rate_steps_s: u32, what: &str) -> Self {
+        let rate = grouped(rate_steps_s.into());
+        eprint!("    {:<9} {axes} x {rate:>9} steps/s, {what}: ", port.name());
+        Self(Stopwatch::start())
+    }
+
+    pub fn end(self, outcome: &str) {
+        eprintln!("{outcome} ({:.1} s)", self.0.elapsed_s());
+    }
+}
+
+/// A whole number with its thousands apart.
+pub fn grouped(number: u64) -> String {
+    let digits = number.to_string();
+    let first = (digits.len() + 2) % 3 + 1;
+    let (head, tail) = digits.split_at(first.min(digits.len()));
+    let groups = tail.as_bytes().chunks(3).map(|group| format!(",{}", String::from_utf8_lossy(group)));
+    head.to_owned() + &groups.collect::<String>()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::grouped;
+
+    #[test]
+    fn thousands_are_set_apart() {
+        for (number, text) in [(0, "0"), (999, "999"), (1_000, "1,000"), (30_000, "30,000"), (1_200_000, "1,200,000")] {
+            assert_eq!(grouped(number), text);
+        }
+    }
+}

@@ -1,0 +1,188 @@
+//! The figures as a page of pictures and tables.
+
+use isostep_sim::report::bench::{self, Picture, Section, Series, Table};
+
+use super::accuracy::MoveErrors;
+use super::board::Moving;
+use super::figures::{Figures, PortFigures, Target, together};
+use super::progress::grouped;
+use super::table;
+
+const TITLE: &str = "Step ports on the emulated board";
+
+/// The page, and each picture as a file of its own, by name.
+pub fn files(figures: &Figures) -> Vec<(String, String)> {
+    let sections = [targets(&figures.targets), rates(figures), accuracy(figures), load(figures), stops(figures)];
+    let conditions = table::conditions(&figures.conditions);
+    let page = bench::page(TITLE, &conditions, &figures.conditions.command, &sections);
+    [("index.html".to_owned(), page)].into_iter().chain(bench::files(&sections)).collect()
+}
+
+fn targets(targets: &[Target]) -> Section {
+    let row = |target: &Target| {
+        let bound = if target.at_least { "at least" } else { "at most" };
+        vec![
+            if target.met { "met" } else { "not met" }.to_owned(),
+            target.what.clone(),
+            target.measured.map_or("-".to_owned(), table::number),
+            format!("{bound} {}", table::number(target.target)),
+            target.unit.to_owned(),
+        ]
+    };
+    Section {
+        heading: "Targets".to_owned(),
+        text: "What was aimed at, and what was measured.".to_owned(),
+        table: Some(rows(&["", "figure", "measured", "target", "unit"], targets.iter().map(row))),
+        ..Section::default()
+    }
+}
+
+fn rates(figures: &Figures) -> Section {
+    let axes: Vec<usize> =
+        figures.ports.first().map_or(Vec::new(), |port| port.rates.iter().map(|one| one.axes).collect());
+    let groups: Vec<String> =
+        axes.iter().map(|axes| format!("{axes} {}", if *axes == 1 { "axis" } else { "axes" })).collect();
+    let series =
+        each_port(figures, |port| port.rates.iter().map(|rates| rates.highest_steps_s.map(f64::from)).collect());
+    let row = |port: &PortFigures| {
+        let rows = port.rates.iter().map(|rates| {
+            let rate = |rate: Option<u32>| rate.map_or("-".to_owned(), |rate| grouped(rate.into()));
+            vec![
+                port.port.name().to_owned(),
+                rates.axes.to_string(),
+                rate(rates.highest_steps_s),
+                rates.errors.map_or("-".to_owned(), |errors| format!("{:.0}", errors.max_ns)),
+                rate(rates.next_steps_s),
+                rates.why_not.clone().unwrap_or_default(),
+            ]
+        });
+        rows.collect::<Vec<_>>()
+    };
+    let head = ["port", "axes", "steps/s of each", "max. error, ns", "not", "because"];
+    Section {
+        heading: "Highest rate sustained".to_owned(),
+        text: "Axes that move at once, all at the same rate, there and back, from rest: no line refused, no alarm, no \
+               edge nearer to another step's instant than to its own. Found by bisection."
+            .to_owned(),
+        pictures: vec![Picture {
+            name: "rates".to_owned(),
+            svg: bench::bars("Highest rate sustained", "steps/s of each axis", &groups, &series),
+            key: names(&series),
+            caption: "The highest rate of each axis, over a logarithmic scale.".to_owned(),
+        }],
+        table: Some(rows(&head, figures.ports.iter().flat_map(row))),
+    }
+}
+
+fn accuracy(figures: &Figures) -> Section {
+    let measured = || {
+        figures.ports.iter().enumerate().filter_map(|(index, port)| Some((index, port, port.accuracy.edges.figure()?)))
+    };
+    let pictures = measured().map(|(index, port, edges)| {
+        let name = port.port.name();
+        let bound_ns = port.error_bound_ns();
+        Picture {
+            name: format!("errors-{}", name.to_lowercase()),
+            svg: bench::histogram(&format!("Edge errors of {name}"), &edges.histogram, bound_ns, index),
+            key: Vec::new(),
+            caption: format!(
+                "{name}: {} edges of one move of {:.1} s, {}. Dashed: {} ns.",
+                grouped(edges.errors.edges),
+                edges.move_s,
+                together(port.accuracy.rate_steps_s),
+                grouped(bound_ns as u64),
+            ),
+        }
+    });
+    let row = |(_, port, MoveErrors { errors, drift, .. }): (usize, &PortFigures, &MoveErrors)| {
+        let ns = |ns: f64| format!("{ns:.0}");
+        vec![
+            port.port.name().to_owned(),
+            grouped(port.accuracy.rate_steps_s.into()),
+            grouped(errors.edges),
+            ns(errors.median_ns),
+            ns(errors.p99_ns),
+            ns(errors.max_ns),
+            format!("{:+.2}", drift.slope_ns_s),
+            format!("{:+.1}", drift.last_less_first_ns),
+        ]
+    };
+    let head =
+        ["port", "steps/s of each", "edges", "median, ns", "p99, ns", "max., ns", "drift, ns/s", "last less first, ns"];
+    Section {
+        heading: "Edges against the closed form".to_owned(),
+        text:
+            "Every rising edge of STEP of three axes, through both ramps and the cruise, against the instant that the \
+               plan's closed form gives. Instants count from the first edge. Drift is the slope of a line fitted \
+               through the errors, and what the last edges are later, on average, than the first."
+                .to_owned(),
+        pictures: pictures.collect(),
+        table: Some(rows(&head, measured().map(row))),
+    }
+}
+
+fn load(figures: &Figures) -> Section {
+    let series = each_port(figures, |port| {
+        let points =
+            port.load.iter().map(|load| Some((load.rate_steps_s.into(), load.cruising.figure()?.load * 100.0)));
+        points.flatten().collect()
+    });
+    let row = |port: &PortFigures| {
+        let rows = port.load.iter().map(|load| {
+            let rate = grouped(load.rate_steps_s.into());
+            vec![
+                port.port.name().to_owned(),
+                rate,
+                load.cruising.words(Moving::words),
+                load.ramping.words(Moving::words),
+            ]
+        });
+        rows.collect::<Vec<_>>()
+    };
+    Section {
+        heading: "Load of the core".to_owned(),
+        text: "The share of the time that the core is awake while three axes move: planning, compiling, stepping, USB \
+               and status reports. Ramps are from rest to the rate and back without a cruise."
+            .to_owned(),
+        pictures: vec![Picture {
+            name: "load".to_owned(),
+            svg: bench::curves("Load of the core", "steps/s of each of 3 axes", "awake, %", &series),
+            key: names(&series),
+            caption: "Cruising at the rate.".to_owned(),
+        }],
+        table: Some(rows(&["port", "steps/s of each", "cruising", "in ramps"], figures.ports.iter().flat_map(row))),
+    }
+}
+
+fn stops(figures: &Figures) -> Section {
+    let row = |port: &PortFigures| {
+        let rows = port.stops.iter().map(|stop| {
+            let rate = grouped(stop.rate_steps_s.into());
+            let words = stop.latency.words(|latency| {
+                format!("{:.2} us, {:.2} us on average of {}", latency.max_us, latency.mean_us, latency.stops)
+            });
+            vec![port.port.name().to_owned(), stop.input.name().to_owned(), rate, words]
+        });
+        rows.collect::<Vec<_>>()
+    };
+    Section {
+        heading: "Stops".to_owned(),
+        text: "From the edge of an input, or a reset byte's arrival, to the last rising edge of any axis, at random \
+               instants of moves of three axes. After each stop the position reported was that of the edges counted."
+            .to_owned(),
+        table: Some(rows(&["port", "by", "steps/s of each", "at most"], figures.ports.iter().flat_map(row))),
+        ..Section::default()
+    }
+}
+
+fn each_port<T>(figures: &Figures, values: impl Fn(&PortFigures) -> Vec<T>) -> Vec<Series<T>> {
+    figures.ports.iter().map(|port| Series { name: port.port.name().to_owned(), values: values(port) }).collect()
+}
+
+fn names<T>(series: &[Series<T>]) -> Vec<String> {
+    series.iter().map(|one| one.name.clone()).collect()
+}
+
+fn rows(head: &[&str], rows: impl Iterator<Item = Vec<String>>) -> Table {
+    Table { head: head.iter().map(ToString::to_string).collect(), rows: rows.collect() }
+}
