@@ -52,7 +52,7 @@ fn packages_depend_on_nothing_but_these() {
             ],
         ),
         // No input, no output, no motion.
-        ("isostep-console", &["gcode", "heapless"]),
+        ("isostep-console", &["heapless"]),
         (
             "isostep-controller",
             &[

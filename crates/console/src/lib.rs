@@ -28,6 +28,7 @@ extern crate std;
 mod alarm;
 mod block;
 mod command;
+mod decimal;
 mod error;
 mod fixed;
 mod interpreter;

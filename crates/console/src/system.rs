@@ -1,6 +1,6 @@
 //! `$` lines, which are not G-code.
 
-use crate::{Command, Error, words::VALUE_BOUND};
+use crate::{Command, Error, decimal::Decimal};
 
 /// Understands a stripped, upper-case line that begins with `$`.
 pub(crate) fn parse(line: &str) -> Result<Command, Error> {
@@ -25,10 +25,10 @@ fn setting(line: &str) -> Result<Command, Error> {
     Ok(Command::SetSetting { number, value: decimal(value)? })
 }
 
-/// A plain decimal. Rust alone would read exponents, `INF` and `NAN` too.
+/// A plain decimal and nothing else.
 fn decimal(text: &str) -> Result<f32, Error> {
-    if !text.bytes().all(|byte| matches!(byte, b'0'..=b'9' | b'.' | b'-' | b'+')) {
-        return Err(Error::BadNumber);
+    match Decimal::read(text.as_bytes()) {
+        Some((number, [])) => number.value().ok_or(Error::BadNumber),
+        _ => Err(Error::BadNumber),
     }
-    text.parse().ok().filter(|value: &f32| value.abs() < VALUE_BOUND).ok_or(Error::BadNumber)
 }

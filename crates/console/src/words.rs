@@ -1,20 +1,10 @@
-//! G-code words from the `gcode` crate's allocation-free parser.
-//!
-//! That parser recovers from errors and goes on, as editors like it; a machine must not. So the first
-//! diagnostic, or the first word refused, decides the line. Codes are checked beforehand: the parser overflows above
-//! 8 digits, takes G91.01 for G91.1, and reports a malformed code by a type it does not export.
-
-use gcode::core::{
-    BlockVisitor, CommandVisitor, ControlFlow, Diagnostics, HasDiagnostics, Number, ProgramVisitor, Span, TokenType,
-    Value,
-};
+//! G-code words: a letter and a number each.
 
 use crate::Error;
+use crate::decimal::Decimal;
 
 /// Grbl, too, reads 8 digits before the point; it cuts the rest off in silence.
-const MAX_WHOLE_DIGITS: usize = 8;
-/// The same for values.
-pub(crate) const VALUE_BOUND: f32 = 1e8;
+const CODE_DIGITS_MAX: u32 = 8;
 
 /// One word of a block.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -32,140 +22,33 @@ pub(crate) enum Word {
 /// # Errors
 /// [`Error::LetterMissing`] or [`Error::BadNumber`] where the line is not words; else what `take` says.
 pub(crate) fn for_each(line: &str, mut take: impl FnMut(Word) -> Result<(), Error>) -> Result<(), Error> {
-    if !line.split(['G', 'M', 'T', 'g', 'm', 't']).skip(1).all(begins_with_code_number) {
-        return Err(Error::BadNumber);
-    }
-    let mut reader = Reader { line, take: &mut take, result: Ok(()) };
-    gcode::core::parse(line, &mut reader);
-    reader.result
-}
-
-/// At most 8 digits, then at most one decimal; what is no number at all is left to the parser.
-fn begins_with_code_number(text: &str) -> bool {
-    let end = text.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(text.len());
-    match text[..end].split_once('.') {
-        None => end <= MAX_WHOLE_DIGITS,
-        Some((whole, tenths)) => (1..=MAX_WHOLE_DIGITS).contains(&whole.len()) && tenths.len() == 1,
-    }
-}
-
-struct Reader<'a> {
-    line: &'a str,
-    take: &'a mut dyn FnMut(Word) -> Result<(), Error>,
-    result: Result<(), Error>,
-}
-
-impl Reader<'_> {
-    fn word(&mut self, word: Word) {
-        if self.result.is_ok() {
-            self.result = (self.take)(word);
+    let mut rest = line.as_bytes();
+    while let [letter, number @ ..] = rest {
+        if !letter.is_ascii_alphabetic() {
+            return Err(Error::LetterMissing);
         }
+        let (decimal, after) = Decimal::read(number).ok_or(Error::BadNumber)?;
+        take(word(letter.to_ascii_uppercase(), decimal)?)?;
+        rest = after;
     }
+    Ok(())
+}
 
-    fn value(&mut self, letter: char, value: Value<'_>) {
-        match value {
-            Value::Literal(value) if value.abs() < VALUE_BOUND => {
-                self.word(Word::Value(letter.to_ascii_uppercase() as u8, value));
-            }
-            _ => self.fail(Error::BadNumber),
-        }
-    }
-
-    fn fail(&mut self, error: Error) {
-        if self.result.is_ok() {
-            self.result = Err(error);
-        }
-    }
-
-    /// The parser wants N and O before the first code; Grbl takes N anywhere.
-    fn late_number(&mut self, letter: &str, span: Span) {
-        let text = self.line.get(span.start + 1..span.end()).unwrap_or_default();
-        match (letter, text.parse::<u32>()) {
-            ("N", Ok(number)) => self.word(Word::Value(b'N', number as f32)),
-            ("N", Err(_)) => self.fail(Error::BadNumber),
-            _ => self.fail(Error::Unsupported),
-        }
+fn word(letter: u8, number: Decimal) -> Result<Word, Error> {
+    match letter {
+        b'G' => Ok(Word::G(code_tenths(number)?)),
+        b'M' => Ok(Word::M(code_tenths(number)?)),
+        b'T' => Ok(Word::Value(letter, (code_tenths(number)? / 10) as f32)),
+        b'N' if !number.is_plain_whole() => Err(Error::BadNumber),
+        b'O' => Err(Error::Unsupported),
+        _ => Ok(Word::Value(letter, number.value().ok_or(Error::BadNumber)?)),
     }
 }
 
-const fn tenths(number: Number) -> u32 {
-    number.major() * 10
-        + match number.minor() {
-            Some(minor) => minor.get(),
-            None => 0,
-        }
-}
-
-impl ProgramVisitor for Reader<'_> {
-    fn start_block(&mut self) -> ControlFlow<impl BlockVisitor + '_> {
-        ControlFlow::Continue(Visitor(self))
-    }
-}
-
-impl Diagnostics for Reader<'_> {
-    fn emit_unknown_content(&mut self, _text: &str, _span: Span) {
-        self.fail(Error::LetterMissing);
-    }
-
-    fn emit_unexpected(&mut self, actual: &str, expected: &[TokenType], span: Span) {
-        match expected {
-            [TokenType::Letter, TokenType::Number] => self.late_number(actual, span),
-            [TokenType::Letter, ..] => self.fail(Error::LetterMissing),
-            _ => self.fail(Error::BadNumber),
-        }
-    }
-
-    fn emit_parse_int_error(&mut self, _value: &str, _error: core::num::ParseIntError, _span: Span) {
-        self.fail(Error::BadNumber);
-    }
-}
-
-/// The parser consumes its visitors of blocks and codes; all of them write to the one reader.
-struct Visitor<'a, 'r>(&'a mut Reader<'r>);
-
-impl HasDiagnostics for Visitor<'_, '_> {
-    fn diagnostics(&mut self) -> &mut dyn Diagnostics {
-        self.0
-    }
-}
-
-impl BlockVisitor for Visitor<'_, '_> {
-    fn line_number(&mut self, number: u32, _span: Span) {
-        self.0.word(Word::Value(b'N', number as f32));
-    }
-
-    fn program_number(&mut self, _number: u32, _span: Span) {
-        self.0.fail(Error::Unsupported);
-    }
-
-    fn program_delimiter(&mut self, _span: Span) {
-        self.0.fail(Error::LetterMissing);
-    }
-
-    fn word_address(&mut self, letter: char, value: Value<'_>, _span: Span) {
-        self.0.value(letter, value);
-    }
-
-    fn start_general_code(&mut self, number: Number) -> ControlFlow<impl CommandVisitor + '_> {
-        self.0.word(Word::G(tenths(number)));
-        ControlFlow::Continue(Visitor(self.0))
-    }
-
-    fn start_miscellaneous_code(&mut self, number: Number) -> ControlFlow<impl CommandVisitor + '_> {
-        self.0.word(Word::M(tenths(number)));
-        ControlFlow::Continue(Visitor(self.0))
-    }
-
-    fn start_tool_change_code(&mut self, number: Number) -> ControlFlow<impl CommandVisitor + '_> {
-        self.0.word(Word::Value(b'T', number.major() as f32));
-        ControlFlow::Continue(Visitor(self.0))
-    }
-}
-
-impl CommandVisitor for Visitor<'_, '_> {
-    fn argument(&mut self, letter: char, value: Value<'_>, _span: Span) {
-        self.0.value(letter, value);
-    }
+/// A code has no sign, at most 8 digits, and at most one decimal.
+fn code_tenths(number: Decimal) -> Result<u32, Error> {
+    let short = number.whole_digits() <= CODE_DIGITS_MAX;
+    number.tenths().filter(|_| short).ok_or(Error::BadNumber)
 }
 
 #[cfg(test)]
