@@ -1,13 +1,11 @@
 //! "Steps per time" (paper 002, section 3.2): speed and position summed at a fixed rate.
 
-use libm::round;
-
 use super::{GeneratorError, check_start_speed, check_top_speed, profile};
 use crate::limits::Limits;
 use crate::trapezoid::StepCounts;
 
-/// One step in Q2.62: two steps fit, which a sum of position and speed never reaches.
-const ONE_STEP: i64 = 1 << 62;
+/// Sums are fractions of a step: the position's overflow is the next step.
+const ONE_STEP: f64 = 18_446_744_073_709_551_616.0;
 
 /// The sums speed += acceleration, position += speed at every service, and a step whenever the position has gained one
 /// (paper 002, eq 17). Yields the intervals from the first step to the last, ticks: whole numbers of service periods.
@@ -22,13 +20,16 @@ const ONE_STEP: i64 = 1 << 62;
 #[derive(Clone, Copy, Debug)]
 pub struct StepsPerTime {
     service_ticks: u32,
-    position: i64,
-    speed: i64,
-    /// Change of speed each service.
-    accel: i64,
-    decel: i64,
-    start: i64,
-    top: i64,
+    /// Since the last step, 2^-64 step.
+    position: u64,
+    /// 2^-64 step a service, as all that follow.
+    speed: u64,
+    start: u64,
+    top: u64,
+    /// Gain of speed each service.
+    accel: u64,
+    /// Loss of speed each service.
+    decel: u64,
     /// Steps already made.
     made: u32,
     accel_end: u32,
@@ -48,16 +49,15 @@ impl StepsPerTime {
         // Without a period there are no services, and no speed is slow enough.
         check_top_speed(limits, if service_ticks == 0 { 0.0 } else { service_hz })?;
         check_start_speed(limits, f64::from(tick_hz) / (f64::from(u32::MAX) - f64::from(service_ticks)))?;
-        // More than a step a service reaches any speed at once.
-        let change = |accel: f64| fixed(accel / (service_hz * service_hz)).min(ONE_STEP - 1);
+        let start = fixed(limits.start_speed_steps_s / service_hz);
         let mut planned = Self {
             service_ticks,
             position: 0,
-            speed: fixed(limits.start_speed_steps_s / service_hz),
-            accel: change(limits.accel_steps_s2),
-            decel: -change(limits.decel_steps_s2),
-            start: fixed(limits.start_speed_steps_s / service_hz),
+            speed: start,
+            start,
             top: fixed(limits.top_speed_steps_s / service_hz),
+            accel: fixed(limits.accel_steps_s2 / (service_hz * service_hz)),
+            decel: fixed(limits.decel_steps_s2 / (service_hz * service_hz)),
             made: 0,
             accel_end: accel,
             cruise_end: accel + cruise,
@@ -69,28 +69,38 @@ impl StepsPerTime {
 
     /// Serves until the next step is made; how many services that took.
     fn services_to_step(&mut self) -> u32 {
-        let change = if self.made < self.accel_end {
-            self.accel
+        let Self { start, top, accel, decel, .. } = *self;
+        let services = if self.made < self.accel_end {
+            self.sum(|speed| speed.saturating_add(accel).min(top))
         } else if self.made < self.cruise_end {
-            0
+            self.sum(|speed| speed)
         } else {
-            self.decel
+            self.sum(|speed| speed.saturating_sub(decel).max(start))
         };
-        let mut services = 0;
-        while self.position < ONE_STEP {
-            self.speed = (self.speed + change).clamp(self.start, self.top);
-            self.position += self.speed;
-            services += 1;
-        }
-        self.position -= ONE_STEP;
         self.made += 1;
         services
     }
+
+    /// Paper 002, eq 17, until the position overflows.
+    #[inline(always)]
+    fn sum(&mut self, change: impl Fn(u64) -> u64) -> u32 {
+        let (mut speed, mut position, mut services) = (self.speed, self.position, 0_u32);
+        loop {
+            speed = change(speed);
+            services = services.wrapping_add(1);
+            let (sum, is_step) = position.overflowing_add(speed);
+            position = sum;
+            if is_step {
+                (self.speed, self.position) = (speed, position);
+                return services;
+            }
+        }
+    }
 }
 
-/// Q2.62, saturating.
-fn fixed(steps: f64) -> i64 {
-    round(steps * ONE_STEP as f64) as i64
+/// Saturates: a step less 2^-64 stands for a whole one.
+fn fixed(steps: f64) -> u64 {
+    (steps * ONE_STEP) as u64
 }
 
 impl Iterator for StepsPerTime {
@@ -100,7 +110,8 @@ impl Iterator for StepsPerTime {
         if self.made == self.steps {
             return None;
         }
-        Some(self.services_to_step() * self.service_ticks)
+        // `plan` has seen to it that the longest interval, the start speed's, fits.
+        Some(self.services_to_step().wrapping_mul(self.service_ticks))
     }
 
     fn size_hint(&self) -> (usize, Option<usize>) {
