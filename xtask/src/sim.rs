@@ -5,7 +5,7 @@ use std::io::{BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow, bail, ensure};
-use isostep_sim::{Config, ConsoleError, Figures, MoveFigures, Outcome, State, SwitchFault};
+use isostep_sim::{Config, ConsoleError, Figures, MoveFigures, Outcome, Port, State, SwitchFault};
 
 use crate::workspace;
 
@@ -49,6 +49,9 @@ pub struct Args {
     /// How a move's time is split into its intervals
     #[arg(long, value_parser = ["fastest", "thirds"], default_value = "fastest")]
     law: String,
+    /// What makes the edges: hardware in ticks of 8 ns, or tasks in ticks of 1 us
+    #[arg(long, value_parser = ["pio", "timer"], default_value = "pio")]
+    port: String,
 }
 
 /// Runs the verb.
@@ -81,6 +84,7 @@ fn config(args: &Args) -> Config {
         config.switches[axis] = fault;
     }
     config.settings.interval_thirds = args.law == "thirds";
+    config.port = if args.port == "timer" { Port::Timer } else { Port::Pio };
     config
 }
 
@@ -125,7 +129,7 @@ fn print_moves(moves: &[MoveFigures]) {
     for one in moves {
         let [x, y, z] = one.to_mm;
         let steps = one.steps.map(|n| n.to_string()).join(" ");
-        let apart = one.apart_s.map_or("-".to_owned(), |apart_s| format!("{:.1} us", apart_s * 1e6));
+        let apart = one.apart_s.map_or("-".to_owned(), |apart_s| format!("{:.0} ns", apart_s * 1e9));
         let error_ns = one.error_max_ns.iter().flatten().copied().fold(0.0, f64::max);
         println!(
             "{:>4} {:>22} {steps:>21} {:>10.6} {:>8.6} {:>10.6} {apart:>9} {:>9}",

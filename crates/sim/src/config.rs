@@ -6,6 +6,7 @@ use isostep_motion::{AXES, Axis, DriverTiming};
 
 use crate::motor::PullOutCurve;
 use crate::plant::SwitchFault;
+use crate::port::Port;
 
 /// From a limit switch to the end stop behind it, and from the far end of the travel to the one there, mm.
 const END_STOP_MARGIN_MM: f64 = 3.0;
@@ -43,6 +44,8 @@ pub struct Config {
     pub seed: u64,
     /// The motors.
     pub motor: PullOutCurve,
+    /// What makes the edges.
+    pub port: Port,
     /// What the drivers need.
     pub driver: DriverTiming,
     /// How a program is sent.
@@ -62,6 +65,7 @@ impl Default for Config {
             bounce_us: 1_000,
             seed: 1,
             motor: PullOutCurve::default(),
+            port: Port::default(),
             driver: DriverTiming::DRV8825,
             streaming: Streaming::GRBL,
             poll_every: None,
@@ -114,6 +118,9 @@ impl Config {
         if self.settings.interval_thirds != default.settings.interval_thirds {
             line += " --law thirds";
         }
+        if self.port != default.port {
+            line += &format!(" --port {}", self.port);
+        }
         line
     }
 
@@ -147,7 +154,8 @@ mod tests {
         config.start_mm = [1.5, 2.0, 3.0];
         config.switches[1] = SwitchFault::StuckOpen;
         config.settings.interval_thirds = true;
-        let line = "cargo xtask sim a.nc --seed 7 --start 1.5,2,3 --switch Y=stuck-open --law thirds";
+        config.port = Port::Timer;
+        let line = "cargo xtask sim a.nc --seed 7 --start 1.5,2,3 --switch Y=stuck-open --law thirds --port timer";
         assert_eq!(config.replay("a.nc"), line);
     }
 

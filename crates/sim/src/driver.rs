@@ -44,7 +44,7 @@ impl Rule {
         match self {
             Self::StepHigh => timing.step_high_ns.into(),
             Self::StepLow => timing.step_low_ns.into(),
-            Self::StepPeriod => STEP_PERIOD_MIN_NS,
+            Self::StepPeriod => timing.period_ns.into(),
             Self::DirSetup | Self::DirHold | Self::EnableSetup | Self::EnableHold => timing.setup_ns.into(),
             Self::Enabled => 0,
         }
@@ -65,9 +65,6 @@ impl fmt::Display for Rule {
         })
     }
 }
-
-/// DRV8825 datasheet (SLVSA73F), f_STEP: 250 kHz at most.
-const STEP_PERIOD_MIN_NS: u64 = 4_000;
 
 /// An edge that the driver may misread.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]

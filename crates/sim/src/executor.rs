@@ -13,7 +13,7 @@ use std::task::{Context, Poll, Wake, Waker};
 
 use embassy_time::{Duration, Instant};
 
-use crate::time::Clock;
+use crate::time::{self, Clock};
 
 /// Polls without time moving on that no honest set of tasks needs: beyond, they wake each other for ever.
 const POLLS_PER_INSTANT_MAX: u32 = 1_000_000;
@@ -61,8 +61,8 @@ struct Task {
     ready: Arc<Ready>,
     waker: Waker,
     future: Option<Pin<Box<dyn Future<Output = ()>>>>,
-    /// When it is through with the blocking delays of its last poll.
-    free: Instant,
+    /// When it is through with the blocking delays of its last poll, since power-up.
+    free_ns: u64,
 }
 
 struct Ready(AtomicBool);
@@ -95,24 +95,31 @@ impl Executor {
     pub fn spawn(&mut self, name: &'static str, future: impl Future<Output = ()> + 'static) {
         let ready = Arc::new(Ready(AtomicBool::new(true)));
         let waker = Waker::from(ready.clone());
-        self.tasks.push(Task { name, ready, waker, future: Some(Box::pin(future)), free: Instant::MIN });
+        self.tasks.push(Task { name, ready, waker, future: Some(Box::pin(future)), free_ns: 0 });
     }
 
     /// Runs until `done` holds (looked at whenever no task is ready), not beyond `limit`.
     ///
     /// # Errors
     /// [`RunError`]: deadlock, time limit or livelock, whichever comes before `done`.
-    pub fn run_until(&mut self, limit: Instant, mut done: impl FnMut() -> bool) -> Result<(), RunError> {
+    pub fn run_until(&mut self, limit: Instant, done: impl FnMut() -> bool) -> Result<(), RunError> {
+        self.run_until_ns(time::ns(limit), done)
+    }
+
+    fn run_until_ns(&mut self, limit_ns: u64, mut done: impl FnMut() -> bool) -> Result<(), RunError> {
         let _current = self.clock.clone().enter();
         loop {
             self.run_ready()?;
             if done() {
                 return Ok(());
             }
-            match self.next_instant() {
+            match self.next_ns() {
                 None => return Err(RunError::Deadlock { at: self.clock.now(), waiting: self.waiting() }),
-                Some(at) if at > limit => return Err(RunError::TimeLimit { limit, waiting: self.waiting() }),
-                Some(at) => self.clock.advance_to(at),
+                Some(at_ns) if at_ns > limit_ns => {
+                    let limit = Instant::from_nanos(limit_ns);
+                    return Err(RunError::TimeLimit { limit, waiting: self.waiting() });
+                }
+                Some(at_ns) => self.clock.advance_to(at_ns),
             }
         }
     }
@@ -122,7 +129,11 @@ impl Executor {
     /// # Errors
     /// [`RunError::Livelock`].
     pub fn run_until_quiescent(&mut self, horizon: Instant) -> Result<Rest, RunError> {
-        match self.run_until(horizon, || false) {
+        self.run_until_quiescent_ns(time::ns(horizon))
+    }
+
+    fn run_until_quiescent_ns(&mut self, horizon_ns: u64) -> Result<Rest, RunError> {
+        match self.run_until_ns(horizon_ns, || false) {
             Err(RunError::Deadlock { .. }) => Ok(Rest::Quiescent),
             Err(RunError::TimeLimit { .. }) => Ok(Rest::Horizon),
             Err(livelock) => Err(livelock),
@@ -135,9 +146,9 @@ impl Executor {
     /// # Errors
     /// [`RunError::Livelock`].
     pub fn run_for(&mut self, duration: Duration) -> Result<(), RunError> {
-        let horizon = self.clock.now() + duration;
-        self.run_until_quiescent(horizon)?;
-        self.clock.advance_to(horizon);
+        let horizon_ns = self.clock.now_ns() + duration.as_nanos();
+        self.run_until_quiescent_ns(horizon_ns)?;
+        self.clock.advance_to(horizon_ns);
         Ok(())
     }
 
@@ -148,21 +159,22 @@ impl Executor {
 
     fn run_ready(&mut self) -> Result<(), RunError> {
         for _ in 0..POLLS_PER_INSTANT_MAX {
-            let now = self.clock.now();
-            let Some(task) = self.tasks.iter_mut().find(|task| task.is_awake() && task.free <= now) else {
+            let now_ns = self.clock.now_ns();
+            let Some(task) = self.tasks.iter_mut().find(|task| task.is_awake() && task.free_ns <= now_ns) else {
                 return Ok(());
             };
             task.poll();
-            task.free = self.clock.end_poll();
+            task.free_ns = self.clock.end_poll();
         }
         let task = self.tasks.iter().find(|task| task.is_awake()).map_or("none", |task| task.name);
         Err(RunError::Livelock { at: self.clock.now(), task })
     }
 
-    /// When something happens next: a deadline, or a task that was woken while in a blocking delay is through with it.
-    fn next_instant(&self) -> Option<Instant> {
-        let delayed = self.tasks.iter().filter(|task| task.is_awake()).map(|task| task.free);
-        self.clock.next_deadline().into_iter().chain(delayed).min()
+    /// When something happens next, since power-up: a deadline, or a task that was woken while in a blocking delay is
+    /// through with it.
+    fn next_ns(&self) -> Option<u64> {
+        let delayed = self.tasks.iter().filter(|task| task.is_awake()).map(|task| task.free_ns);
+        self.clock.next_deadline_ns().into_iter().chain(delayed).min()
     }
 }
 
@@ -297,6 +309,23 @@ mod tests {
         }
         executor.run_until_quiescent(LATE).unwrap();
         assert_eq!(*log.borrow(), [(12, "one"), (12, "two"), (12, "one"), (12, "two")]);
+    }
+
+    #[test]
+    fn time_is_finer_than_the_drivers_tick() {
+        let mut executor = Executor::new();
+        let instants = Rc::new(RefCell::new(Vec::new()));
+        for at_ns in [2_700, 1_208, 1_200] {
+            let (instants, clock) = (instants.clone(), executor.clock().clone());
+            executor.spawn("waits", async move {
+                clock.until(at_ns).await;
+                instants.borrow_mut().push((clock.now_ns(), Instant::now().as_micros()));
+            });
+        }
+        executor.run_until_quiescent(LATE).unwrap();
+        assert_eq!(*instants.borrow(), [(1_200, 1), (1_208, 1), (2_700, 2)]);
+        executor.run_for(Duration::from_micros(1)).unwrap();
+        assert_eq!(executor.clock().now_ns(), 3_700);
     }
 
     #[test]

@@ -6,6 +6,7 @@ use serde::Serialize;
 use crate::driver::Violation;
 use crate::measure::{Intervals, Measured};
 use crate::outcome::Outcome;
+use crate::port::Port;
 use crate::record::Loss;
 use crate::stream::Refusal;
 use crate::verify::{self, MoveCheck, Verdict};
@@ -46,6 +47,10 @@ pub struct Figures {
     pub replay: String,
     /// Seed of everything random.
     pub seed: u64,
+    /// What made the edges.
+    pub port: Port,
+    /// What it rounds instants to, ns.
+    pub tick_ns: f64,
     /// Virtual time from power-up to rest, ns.
     pub duration_ns: u64,
     /// Of which homing, ns.
@@ -80,6 +85,8 @@ impl Figures {
             program: program.to_owned(),
             replay: outcome.config.replay(program),
             seed: outcome.config.seed,
+            port: outcome.config.port,
+            tick_ns: outcome.config.port.tick_ns(),
             duration_ns: outcome.duration_ns,
             homing_ns: homing_ns(outcome),
             steps_total: outcome.edges.len(),

@@ -61,4 +61,5 @@ pub use executor::RunError;
 pub use figures::{Figures, MoveFigures};
 pub use outcome::{MoveRecord, Outcome};
 pub use plant::SwitchFault;
+pub use port::Port;
 pub use sim::{Sim, SimError, run};

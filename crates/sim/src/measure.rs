@@ -6,7 +6,7 @@
 //! of n - x. So:
 //!
 //! 1. From the front, fit t = t_start + c sqrt(x) by least squares and take in edge after edge while the next
-//!    lies within 4 us of the line; the acceleration is a = 2/c². The same from the back gives the deceleration d and the
+//!    lies close to the line; the acceleration is a = 2/c². The same from the back gives the deceleration d and the
 //!    end, hence the whole duration T.
 //! 2. What lies between, less a tenth at each side for what crept into the ramps, is fitted by t = t_0 + x/v.
 //! 3. t_accel = v/a, t_decel = v/d, and t_cruise is what they leave of T.
@@ -14,16 +14,15 @@
 //! With few steps between the ramps, v follows better from the distance: n = v T - v²/2 (1/a + 1/d), whose root is
 //! t_cruise = sqrt(T² - 2 n (1/a + 1/d)). Of the two ways the one that resolves more is taken.
 //!
-//! How much that is follows from the tick: it shifts a line over a span s by a share of about tick/s. So a measurement
-//! comes with its resolution, and two that differ by less are equal.
+//! How much that is follows from the grain, the width of the band in which instants lie about their line: it shifts a
+//! line over a span s by a share of about grain/s. The grain is a tick, or what the edges of the ramps are seen to stray.
+//! So a measurement comes with its resolution, and two that differ by less are equal.
 
-use crate::time::TICK_NS;
+use crate::port::Port;
 
-/// What an instant may be off.
-const TICK_S: f64 = TICK_NS * 1e-9;
-/// The next edge still belongs to a ramp while it is this close to the line: several times what a tick of 1 us can
-/// shift a line through few points.
-const TOLERANCE_S: f64 = 4e-6;
+/// The next edge still belongs to a ramp while it is this many times what an instant may be off from the line: the line
+/// through few points is itself off by several times that.
+const STRAY_MAX: f64 = 6.0;
 /// Fewer edges than this do not make a line worth trusting.
 const EDGES_MIN: usize = 4;
 
@@ -63,20 +62,23 @@ impl Measured {
     }
 }
 
-/// Measures an axis that moves from rest to rest; `times_s` are all its edges. `None` when a ramp has too few of them.
-pub fn intervals(times_s: &[f64]) -> Option<Measured> {
+/// Measures an axis that moves from rest to rest; `times_s` are all its edges, made by `port`. `None` when a ramp has too
+/// few of them.
+pub fn intervals(times_s: &[f64], port: Port) -> Option<Measured> {
     let n = times_s.len();
-    let forward = Ramp::fit(times_s.iter().copied())?;
-    let backward = Ramp::fit(times_s.iter().rev().map(|t| -t))?;
+    let stray_max_s = STRAY_MAX * port.tolerance_ns() * 1e-9;
+    let forward = Ramp::fit(times_s.iter().copied(), stray_max_s)?;
+    let backward = Ramp::fit(times_s.iter().rev().map(|t| -t), stray_max_s)?;
+    let grain_s = forward.grain_s.max(backward.grain_s).max(port.tick_ns() * 1e-9);
     let duration_s = -backward.line.offset - forward.line.offset;
     let between = forward.edges..(n - backward.edges).max(forward.edges);
-    let by_distance = speed_by_distance(n as f64, duration_s, &forward, &backward);
-    let by_line = speed_by_line(times_s, between, duration_s);
+    let by_distance = speed_by_distance(n as f64, duration_s, [&forward, &backward], grain_s);
+    let by_line = speed_by_line(times_s, between, duration_s, grain_s);
     let speed = by_line.filter(|line| line.resolution_s < by_distance.resolution_s).unwrap_or(by_distance);
     let (accel_s, decel_s) = (speed.value / forward.accel, speed.value / backward.accel);
     let intervals = Intervals { accel_s, cruise_s: duration_s - accel_s - decel_s, decel_s };
-    // The fits of two ramps and of the duration add their ticks.
-    Some(Measured { intervals, resolution_s: speed.resolution_s + 6.0 * TICK_S })
+    // The fits of two ramps and of the duration add their grains.
+    Some(Measured { intervals, resolution_s: speed.resolution_s + 6.0 * grain_s })
 }
 
 /// A cruise speed, and what it leaves open of an interval.
@@ -86,7 +88,7 @@ struct Speed {
 }
 
 /// A ramp is at most the whole duration, and off by as large a share as the speed.
-fn speed_by_line(times_s: &[f64], between: std::ops::Range<usize>, duration_s: f64) -> Option<Speed> {
+fn speed_by_line(times_s: &[f64], between: std::ops::Range<usize>, duration_s: f64, grain_s: f64) -> Option<Speed> {
     let margin = between.len().div_ceil(10);
     let inner = between.start + margin..between.end.saturating_sub(margin);
     if inner.len() < EDGES_MIN {
@@ -97,14 +99,15 @@ fn speed_by_line(times_s: &[f64], between: std::ops::Range<usize>, duration_s: f
         sums.add(index as f64 + 0.5, times_s[index]);
     }
     let span_s = times_s[inner.end - 1] - times_s[inner.start];
-    Some(Speed { value: 1.0 / sums.line().slope, resolution_s: duration_s * TICK_S / span_s })
+    Some(Speed { value: 1.0 / sums.line().slope, resolution_s: duration_s * grain_s / span_s })
 }
 
-/// The root resolves little near zero: the square of the cruise is known to a few ticks' share of the ramps.
-fn speed_by_distance(n: f64, duration_s: f64, forward: &Ramp, backward: &Ramp) -> Speed {
-    let per_speed_s = 1.0 / forward.accel + 1.0 / backward.accel;
+/// The root resolves little near zero: the square of the cruise is known to a few grains' share of the ramps.
+fn speed_by_distance(n: f64, duration_s: f64, ramps: [&Ramp; 2], grain_s: f64) -> Speed {
+    let per_speed_s: f64 = ramps.iter().map(|ramp| 1.0 / ramp.accel).sum();
+    let shortest_s = ramps[0].span_s().min(ramps[1].span_s());
     let squared = duration_s.powi(2) - 2.0 * n * per_speed_s;
-    let off = duration_s.powi(2) * 8.0 * TICK_S / forward.span_s().min(backward.span_s());
+    let off = duration_s.powi(2) * 8.0 * grain_s / shortest_s;
     let cruise_s = if squared < off { 0.0 } else { squared.sqrt() };
     let resolution_s = if cruise_s == 0.0 { off.sqrt() } else { off / (2.0 * cruise_s) };
     Speed { value: (duration_s - cruise_s) / per_speed_s, resolution_s }
@@ -115,6 +118,8 @@ struct Ramp {
     accel: f64,
     line: Line,
     edges: usize,
+    /// The width of the band about the line that would hold its edges if they were spread evenly.
+    grain_s: f64,
 }
 
 impl Ramp {
@@ -123,19 +128,24 @@ impl Ramp {
         self.line.slope * (self.edges as f64).sqrt()
     }
 
-    fn fit(times_s: impl Iterator<Item = f64> + Clone) -> Option<Self> {
+    fn fit(times_s: impl Iterator<Item = f64> + Clone, stray_max_s: f64) -> Option<Self> {
         let points = times_s.enumerate().map(|(index, t_s)| ((index as f64 + 0.5).sqrt(), t_s));
         let mut sums = Sums::default();
         for (root, t_s) in points.clone() {
-            if sums.count >= EDGES_MIN && !sums.line().passes(root, t_s) {
+            if sums.count >= EDGES_MIN && sums.line().stray_s(root, t_s) > stray_max_s {
                 break;
             }
             sums.add(root, t_s);
         }
         let (line, edges) = (sums.line(), sums.count);
+        let strays_s = points.take(edges).map(|(root, t_s)| line.stray_s(root, t_s));
         // Fewer points than the least were no ramp if they are not on a line themselves.
-        let straight = points.take(edges).all(|(root, t_s)| line.passes(root, t_s));
-        (edges >= EDGES_MIN && straight).then(|| Self { accel: 2.0 / line.slope.powi(2), line, edges })
+        if edges < EDGES_MIN || strays_s.clone().any(|stray_s| stray_s > stray_max_s) {
+            return None;
+        }
+        // In a band of that width the mean distance from its middle is a quarter of it.
+        let grain_s = 4.0 * strays_s.sum::<f64>() / edges as f64;
+        Some(Self { accel: 2.0 / line.slope.powi(2), line, edges, grain_s })
     }
 }
 
@@ -150,8 +160,9 @@ impl Line {
         self.offset + self.slope * x
     }
 
-    fn passes(&self, x: f64, y: f64) -> bool {
-        (self.at(x) - y).abs() <= TOLERANCE_S
+    /// How far a point is from it.
+    fn stray_s(&self, x: f64, t_s: f64) -> f64 {
+        (self.at(x) - t_s).abs()
     }
 }
 
@@ -193,35 +204,40 @@ mod tests {
 
     use super::*;
 
-    /// Instants of an axis, rounded to the microsecond as the simulator's are.
-    fn ticked(plan: &SyncMove<2>, axis: usize) -> Vec<f64> {
-        (1..=plan.steps[axis].unsigned_abs()).map(|k| (plan.step_time_s(axis, k) * 1e6).round() * 1e-6).collect()
+    /// Instants of an axis, rounded to the port's tick as the simulator's are.
+    fn ticked(plan: &SyncMove<2>, axis: usize, port: Port) -> Vec<f64> {
+        let tick_s = port.tick_ns() * 1e-9;
+        (1..=plan.steps[axis].unsigned_abs()).map(|k| (plan.step_time_s(axis, k) / tick_s).round() * tick_s).collect()
     }
 
-    /// Of each axis that can be measured: how far it is from the plan, and how far it may be; us.
-    fn apart_us(steps: [i32; 2], accel: f64, decel: f64, law: IntervalLaw) -> Vec<(f64, f64)> {
+    /// Of each axis that can be measured: how far it is from the plan, and how far it may be; ticks.
+    fn apart_ticks(steps: [i32; 2], accels: (f64, f64), law: IntervalLaw, port: Port) -> Vec<(f64, f64)> {
         let limits = Limits {
             start_speed_steps_s: 0.0,
             top_speed_steps_s: 2_400.0,
-            accel_steps_s2: accel,
-            decel_steps_s2: decel,
+            accel_steps_s2: accels.0,
+            decel_steps_s2: accels.1,
         };
         let plan = SyncMove::plan(steps, &[limits; 2], law, None).unwrap();
         let profile = plan.profile;
         let planned =
             Intervals { accel_s: profile.t_accel_s(), cruise_s: profile.t_cruise_s(), decel_s: profile.t_decel_s() };
-        let measured = [0, 1].into_iter().filter_map(|axis| intervals(&ticked(&plan, axis)));
-        measured.map(|found| (found.intervals.apart_s(&planned) * 1e6, found.resolution_s * 1e6)).collect()
+        let measured = [0, 1].into_iter().filter_map(|axis| intervals(&ticked(&plan, axis, port), port));
+        let ticks = |s: f64| s * 1e9 / port.tick_ns();
+        measured.map(|found| (ticks(found.intervals.apart_s(&planned)), ticks(found.resolution_s))).collect()
     }
 
     #[test]
-    fn trapezoids_are_measured_to_microseconds() {
-        for steps in [[20_000, 3_000], [8_000, -7_777], [6_000, 250]] {
-            for (accel, decel) in [(2_500.0, 2_500.0), (2_500.0, 5_000.0)] {
-                let found = apart_us(steps, accel, decel, IntervalLaw::Fastest);
-                assert_eq!(found.len(), 2);
-                for (apart, resolution) in found {
-                    assert!(apart <= resolution && resolution < 20.0, "{steps:?}: {apart} of {resolution} us");
+    fn trapezoids_are_measured_to_ticks() {
+        for port in Port::ALL {
+            for steps in [[20_000, 3_000], [8_000, -7_777], [6_000, 250]] {
+                for accels in [(2_500.0, 2_500.0), (2_500.0, 5_000.0)] {
+                    let found = apart_ticks(steps, accels, IntervalLaw::Fastest, port);
+                    assert_eq!(found.len(), 2);
+                    for (apart, resolution) in found {
+                        eprintln!("{steps:?}, {port}: {apart} of {resolution} ticks");
+                        assert!(apart <= resolution && resolution < 20.0, "{steps:?}, {port}: {apart} of {resolution}");
+                    }
                 }
             }
         }
@@ -233,8 +249,11 @@ mod tests {
         for long in [14, 150, 1_000, 2_304, 2_310, 2_330, 2_400, 2_500, 3_000] {
             for short in [12, 100, long / 2, long] {
                 for law in [IntervalLaw::Fastest, IntervalLaw::Thirds] {
-                    for (apart, resolution) in apart_us([long, short.min(long)], 2_500.0, 2_500.0, law) {
-                        assert!(apart <= resolution, "{long}, {short}, {law:?}: {apart} of {resolution} us");
+                    for port in Port::ALL {
+                        let found = apart_ticks([long, short.min(long)], (2_500.0, 2_500.0), law, port);
+                        for (apart, resolution) in found {
+                            assert!(apart <= resolution, "{long}, {short}, {law:?}, {port}: {apart} of {resolution}");
+                        }
                     }
                 }
             }
@@ -243,9 +262,11 @@ mod tests {
 
     #[test]
     fn too_few_edges_are_not_measured() {
-        assert_eq!(intervals(&[0.1, 0.2, 0.3]), None);
-        assert_eq!(intervals(&[]), None);
-        let constant: Vec<_> = (0..100).map(|k| f64::from(k) * 0.02).collect();
-        assert_eq!(intervals(&constant), None);
+        for port in Port::ALL {
+            assert_eq!(intervals(&[0.1, 0.2, 0.3], port), None);
+            assert_eq!(intervals(&[], port), None);
+            let constant: Vec<_> = (0..100).map(|k| f64::from(k) * 0.02).collect();
+            assert_eq!(intervals(&constant, port), None);
+        }
     }
 }

@@ -1,17 +1,21 @@
-//! The simulator's step port: edges to the nanosecond, as hardware-timed ports make them.
+//! The simulator's step ports: the firmware's `TimerPort`, and [`SimPort`], which stands for its `PioPort`.
 //!
 //! # Design
-//! Virtual time goes on in Embassy's ticks of a microsecond. Within one, the port spends the rest up to the instant
-//! of its edge in a blocking delay, which takes nobody else's time. It stands for the board's `PioPort`: the same tick
-//! rate, so the same plans compile into the same segments.
+//! `PioPort` leaves the edges to hardware, and so does this: a step rises at its own instant whatever the tasks do. It
+//! has the same tick rate, so the same plans compile into the same segments, and it faults where `PioPort` does: when it
+//! is not ready by the start of a run, when it has made all it was given and has no more, and when steps are too close.
 
-use embassy_time::{Instant, Timer};
+use std::fmt;
+
+use embassy_time::Duration;
 use embedded_hal::digital::OutputPin;
 use isostep_motion::{
-    Axis, Capabilities, Direction, DriverTiming, Odometer, PortFault, Run, SegmentQueue, StepPort, ticks_covering,
+    Axis, Capabilities, Direction, DriverTiming, Odometer, PortFault, Run, SegmentQueue, StepPort, TimerPort, Wiring,
+    ticks_covering,
 };
+use isostep_profile::Segment;
 
-use crate::pin::Output;
+use crate::pin::{Delay, Output};
 use crate::record::Wire;
 use crate::time::{self, Clock};
 use crate::world::Shared;
@@ -19,10 +23,57 @@ use crate::world::Shared;
 /// The clock of an RP2040.
 const TICK_HZ: u32 = 125_000_000;
 const NS_PER_TICK: u64 = 1_000_000_000 / TICK_HZ as u64;
-/// An interval may be shorter than planned by its rounding and by the fit of its segment.
+/// An interval may be shorter than planned: by the rounding of both its ends, and by the fit of its segment.
 const MARGIN_TICKS: u32 = 4;
 
-/// STEP and DIR of one axis of the [`World`](crate::world::World).
+/// By which step port the axes are stepped.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Port {
+    /// [`SimPort`], as the firmware's default, `PioPort`: ticks of 8 ns.
+    #[default]
+    Pio,
+    /// [`TimerPort`]: ticks of 1 us.
+    Timer,
+}
+
+impl Port {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Pio, Self::Timer];
+
+    /// What instants are rounded to, ns.
+    pub fn tick_ns(self) -> f64 {
+        match self {
+            Self::Pio => NS_PER_TICK as f64,
+            Self::Timer => 1e9 / embassy_time::TICK_HZ as f64,
+        }
+    }
+
+    /// How far a step may be from its closed-form instant, ns: half a tick, and what a segment may stray from the form.
+    pub fn tolerance_ns(self) -> f64 {
+        self.tick_ns() / 2.0 + (self.tick_ns() / 8.0).max(FIT_ERROR_FAST_NS)
+    }
+}
+
+/// What the segments of fast motion may stray from the closed form, if that is more than an eighth of a tick.
+const FIT_ERROR_FAST_NS: f64 = 20.0;
+
+impl fmt::Display for Port {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Pio => "pio",
+            Self::Timer => "timer",
+        })
+    }
+}
+
+/// A `TimerPort` on the pins of `axis`, in the time of `clock`, for drivers that need `timing`.
+pub fn timer(world: &Shared, clock: &Clock, axis: Axis, timing: DriverTiming) -> TimerPort<Output, Output, Delay> {
+    let (step, dir) = (Output::new(world, Wire::Step(axis)), Output::new(world, Wire::Dir(axis)));
+    TimerPort::new(step, dir, Delay::new(clock), timing)
+}
+
+/// STEP and DIR of one axis of the [`World`](crate::world::World), edges as exact as the clock of an RP2040.
 pub struct SimPort {
     clock: Clock,
     step: Output,
@@ -44,21 +95,34 @@ impl SimPort {
         }
     }
 
-    fn turn(&mut self, run: &Run) {
+    /// Sets DIR and gets ready, which must be before the run starts.
+    fn arm(&mut self, run: &Run) -> Result<(), PortFault> {
         let high = (run.direction == Direction::Positive) != run.wiring.direction_inverted;
         let Ok(()) = if high { self.dir.set_high() } else { self.dir.set_low() };
         let setup_ticks = ticks_covering(self.capabilities.timing.setup_ns, TICK_HZ);
         self.ready_ns = self.ready_ns.max(self.clock.now_ns() + u64::from(setup_ticks) * NS_PER_TICK);
+        match self.ready_ns.saturating_sub(time::ns(run.start)) {
+            0 => Ok(()),
+            late_ns => Err(PortFault::Late { late: Duration::from_nanos(late_ns), max: Duration::MIN }),
+        }
     }
 
-    /// A step at `due_ns`, or as soon after as the driver allows; then the pulse.
-    async fn step_at(&mut self, due_ns: u64, run: &Run, odometer: &Odometer) {
-        let rise_ns = due_ns.max(self.ready_ns);
-        Timer::at(Instant::from_micros(rise_ns / 1_000)).await;
-        self.clock.spend(rise_ns.saturating_sub(self.clock.now_ns()));
-        self.ready_ns = self.clock.now_ns() + u64::from(self.capabilities.period_min_ticks(run.wiring)) * NS_PER_TICK;
+    /// Compares the segment's intervals, the one from the step before at `last_ticks` included, with what the driver takes.
+    fn check_speed(&self, last_ticks: Option<u64>, segment: &Segment, wiring: Wiring) -> Result<(), PortFault> {
+        let min = self.capabilities.period_min_ticks(wiring) - MARGIN_TICKS;
+        let gap = last_ticks.map(|last| u32::try_from(segment.first_ticks() - last).unwrap_or(u32::MAX));
+        match gap.into_iter().chain(segment.intervals()).min() {
+            Some(interval) if interval < min => Err(PortFault::TooFast { interval, min }),
+            _ => Ok(()),
+        }
+    }
+
+    async fn step_at(&mut self, at_ns: u64, run: &Run, odometer: &Odometer) {
+        self.clock.until(at_ns).await;
+        self.ready_ns = at_ns + u64::from(self.capabilities.period_min_ticks(run.wiring)) * NS_PER_TICK;
         let Ok(()) = self.step.set_high();
         odometer.count(run.direction);
+        // Nothing is awaited within the pulse, so no stop cuts it short.
         self.clock.spend(self.capabilities.pulse_ns(run.wiring).into());
         let Ok(()) = self.step.set_low();
     }
@@ -70,16 +134,24 @@ impl StepPort for SimPort {
     }
 
     async fn run(&mut self, run: Run, segments: &SegmentQueue, odometer: &Odometer) -> Result<(), PortFault> {
-        self.turn(&run);
-        let start_ns = time::ns(run.start);
-        let mut left = run.steps;
-        while left > 0 {
-            let segment = segments.receive().await;
-            left -= segment.steps();
+        let mut segment = segments.receive().await;
+        self.arm(&run)?;
+        let (mut left, mut last_ticks) = (run.steps, None);
+        loop {
+            self.check_speed(last_ticks, &segment, run.wiring)?;
             for ticks in segment.ticks() {
-                self.step_at(start_ns + ticks * NS_PER_TICK, &run, odometer).await;
+                self.step_at(time::ns(run.start) + ticks * NS_PER_TICK, &run, odometer).await;
             }
+            left -= segment.steps();
+            if left == 0 {
+                return Ok(());
+            }
+            last_ticks = Some(segment.last_ticks());
+            // The wait for the next step has begun: it must be known.
+            segment = segments.try_receive().map_err(|_| PortFault::Underrun)?;
         }
-        Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -6,13 +6,14 @@ use std::rc::Rc;
 use embassy_time::{Duration, Instant};
 use isostep_console::Settings;
 use isostep_controller::Controller;
-use isostep_motion::{Axis, Machine, State, TimerPort, axis, coordinator, limit};
+use isostep_motion::{Axis, Machine, State, StepPort, axis, coordinator, limit};
 
 use crate::config::{Config, StartOutside};
 use crate::executor::{Executor, Rest, RunError};
 use crate::link::{Lines, Pipe};
 use crate::outcome::Outcome;
-use crate::pin::{Delay, Input, Output};
+use crate::pin::{Input, Output};
+use crate::port::{self, Port, SimPort};
 use crate::program::{self, ProgramError};
 use crate::record::Wire;
 use crate::stream::{Dialogue, Sender};
@@ -197,11 +198,13 @@ fn spawn_motion(executor: &mut Executor, world: &Shared, config: &Config) -> &'s
     // The tasks want a machine that lives for ever, as a board's static does.
     let machine: &'static Machine = Box::leak(Box::new(Machine::new(isostep_controller::config(&config.settings))));
     for (axis, name) in Axis::ALL.into_iter().zip(["axis X", "axis Y", "axis Z"]) {
-        let (step, dir) = (Output::new(world, Wire::Step(axis)), Output::new(world, Wire::Dir(axis)));
-        let port = TimerPort::new(step, dir, Delay::new(executor.clock()), config.driver);
-        executor.spawn(name, async move {
-            axis::run(machine, axis, port).await;
-        });
+        let clock = executor.clock().clone();
+        match config.port {
+            Port::Pio => spawn_axis(executor, machine, (axis, name), SimPort::new(world, &clock, axis, config.driver)),
+            Port::Timer => {
+                spawn_axis(executor, machine, (axis, name), port::timer(world, &clock, axis, config.driver));
+            }
+        }
     }
     for (axis, name) in Axis::ALL.into_iter().zip(["limit X", "limit Y", "limit Z"]) {
         let input = Input::new(world, Wire::Limit(axis));
@@ -218,6 +221,17 @@ fn spawn_motion(executor: &mut Executor, world: &Shared, config: &Config) -> &'s
         coordinator::run(machine, enable, move |event| world.borrow_mut().on_event(event)).await;
     });
     machine
+}
+
+fn spawn_axis(
+    executor: &mut Executor,
+    machine: &'static Machine,
+    (axis, name): (Axis, &'static str),
+    port: impl StepPort + 'static,
+) {
+    executor.spawn(name, async move {
+        axis::run(machine, axis, port).await;
+    });
 }
 
 fn spawn_console(executor: &mut Executor, machine: &'static Machine, settings: Settings, (rx, tx): (Pipe, Pipe)) {

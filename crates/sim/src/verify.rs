@@ -4,8 +4,8 @@ use isostep_motion::{AXES, Axis, Finish, State};
 
 use crate::measure::{self, Intervals, Measured};
 use crate::outcome::{MoveRecord, Outcome};
+use crate::port::Port;
 use crate::record::Edge;
-use crate::time::TICK_NS;
 
 /// What was found out about one move.
 #[derive(Clone, Debug)]
@@ -25,7 +25,7 @@ pub struct MoveCheck {
     pub planned: Intervals,
     /// Per axis, measured from its own edges ([`measure`]); `None` for an axis at rest or with too few edges.
     pub measured: [Option<Measured>; AXES],
-    /// What half a tick may add to `path_deviation`.
+    /// What instants that are off as far as they may be add to `path_deviation`.
     path_slack: f64,
 }
 
@@ -47,6 +47,12 @@ impl MoveCheck {
         rest.iter().map(|other| first.intervals.apart_s(&other.intervals)).reduce(f64::max)
     }
 
+    /// The coarsest resolution of what [`apart_s`](Self::apart_s) compares, s.
+    fn resolution_s(&self) -> Option<f64> {
+        self.apart_s()?;
+        self.measured.iter().flatten().map(|measured| measured.resolution_s).reduce(f64::max)
+    }
+
     /// Whether the measured intervals of all axes are equal, as finely as their edges resolve them.
     pub fn is_equal(&self) -> bool {
         let measured: Vec<_> = self.measured.iter().flatten().collect();
@@ -57,10 +63,11 @@ impl MoveCheck {
 /// Checks every move of the program; those of homing end at a switch, so they are left out.
 pub fn moves(outcome: &Outcome) -> Vec<MoveCheck> {
     let program = outcome.moves.iter().enumerate().filter(|(_, record)| !record.homing);
-    program.map(|(index, record)| check(index, record, &outcome.edges[record.edges.clone()])).collect()
+    let port = outcome.config.port;
+    program.map(|(index, record)| check(index, record, &outcome.edges[record.edges.clone()], port)).collect()
 }
 
-fn check(index: usize, record: &MoveRecord, edges: &[Edge]) -> MoveCheck {
+fn check(index: usize, record: &MoveRecord, edges: &[Edge], port: Port) -> MoveCheck {
     let times_s = axis_times_s(record, edges);
     let profile = record.plan.profile;
     let planned =
@@ -69,7 +76,7 @@ fn check(index: usize, record: &MoveRecord, edges: &[Edge]) -> MoveCheck {
         edges.iter().filter(|edge| edge.axis == axis).map(|edge| edge.direction).sum::<i32>()
     });
     let whole = record.finish == Finish::Done && profile.entry_speed_steps_s() == 0.0;
-    let (path_deviation, path_slack) = path(record, edges);
+    let (path_deviation, path_slack) = path(record, edges, port);
     MoveCheck {
         index,
         emitted_steps,
@@ -80,7 +87,7 @@ fn check(index: usize, record: &MoveRecord, edges: &[Edge]) -> MoveCheck {
         path_deviation,
         path_slack,
         planned,
-        measured: std::array::from_fn(|axis| if whole { measure::intervals(&times_s[axis]) } else { None }),
+        measured: std::array::from_fn(|axis| if whole { measure::intervals(&times_s[axis], port) } else { None }),
     }
 }
 
@@ -103,15 +110,15 @@ pub fn errors_ns(record: &MoveRecord, axis: usize, times_s: &[f64]) -> impl Iter
     times_s.iter().zip(1..=planned).map(move |(&t_s, k)| (t_s, (t_s - record.plan.step_time_s(axis, k)) * 1e9))
 }
 
-/// The largest distance between two axes' shares of their way, and what half a tick of each may add to it.
-fn path(record: &MoveRecord, edges: &[Edge]) -> (Option<f64>, f64) {
+/// The largest distance between two axes' shares of their way, and what instants that are off may add to it.
+fn path(record: &MoveRecord, edges: &[Edge], port: Port) -> (Option<f64>, f64) {
     let n = record.plan.steps.map(|n| f64::from(n.unsigned_abs()));
     let pairs: Vec<_> = [(0, 1), (0, 2), (1, 2)].into_iter().filter(|&(i, j)| n[i] > 0.0 && n[j] > 0.0).collect();
     let mut made = [0.0; AXES];
     let mut deviation = 0.0_f64;
-    // Edges of one tick belong together: between them no time passes.
-    for tick in edges.chunk_by(|one, next| one.t_ns == next.t_ns) {
-        for edge in tick {
+    // Edges of one instant belong together: between them no time passes.
+    for together in edges.chunk_by(|one, next| one.t_ns == next.t_ns) {
+        for edge in together {
             made[edge.axis] += 1.0;
         }
         for &(i, j) in &pairs {
@@ -120,8 +127,10 @@ fn path(record: &MoveRecord, edges: &[Edge]) -> (Option<f64>, f64) {
         }
     }
     let profile = record.plan.profile;
-    let share_per_tick = profile.cruise_speed_steps_s() * TICK_NS * 1e-9 / profile.distance_steps();
-    let slack = pairs.iter().map(|&(i, j)| share_per_tick / (0.5 / n[i] + 0.5 / n[j])).fold(0.0, f64::max);
+    // One axis early, the other late.
+    let apart_s = 2.0 * port.tolerance_ns() * 1e-9;
+    let share = profile.cruise_speed_steps_s() * apart_s / profile.distance_steps();
+    let slack = pairs.iter().map(|&(i, j)| share / (0.5 / n[i] + 0.5 / n[j])).fold(0.0, f64::max);
     ((!pairs.is_empty()).then_some(deviation), slack)
 }
 
@@ -141,7 +150,7 @@ pub fn verdicts(outcome: &Outcome, checks: &[MoveCheck]) -> Vec<Verdict> {
     vec![
         program(outcome),
         counts(checks),
-        instants(checks),
+        instants(checks, outcome.config.port),
         straight(checks),
         equal(checks),
         timing(outcome),
@@ -166,10 +175,11 @@ fn counts(checks: &[MoveCheck]) -> Verdict {
     Verdict { promise: "step counts exact", kept: exact == checks.len(), detail }
 }
 
-fn instants(checks: &[MoveCheck]) -> Verdict {
+fn instants(checks: &[MoveCheck], port: Port) -> Verdict {
     let worst_ns = checks.iter().map(MoveCheck::error_max_ns).fold(0.0, f64::max);
-    let detail = format!("at most {worst_ns:.0} ns from the closed form, one tick is {TICK_NS:.0} ns");
-    Verdict { promise: "every step at its instant", kept: worst_ns <= TICK_NS, detail }
+    let tick_ns = port.tick_ns();
+    let detail = format!("at most {worst_ns:.0} ns from the closed form, one tick is {tick_ns:.0} ns");
+    Verdict { promise: "every step at its instant", kept: worst_ns <= port.tolerance_ns(), detail }
 }
 
 fn straight(checks: &[MoveCheck]) -> Verdict {
@@ -188,8 +198,11 @@ fn equal(checks: &[MoveCheck]) -> Verdict {
     let apart: Vec<_> = checks.iter().filter_map(MoveCheck::apart_s).collect();
     let detail = match apart.iter().copied().reduce(f64::max) {
         Some(worst_s) => {
-            let moves = apart.len();
-            format!("at most {:.1} us apart, measured from each axis's edges, in {moves} moves", worst_s * 1e6)
+            let resolution_s = checks.iter().filter_map(MoveCheck::resolution_s).fold(0.0, f64::max);
+            let (worst_ns, resolution_ns, moves) = (worst_s * 1e9, resolution_s * 1e9, apart.len());
+            format!(
+                "at most {worst_ns:.0} ns apart in {moves} moves, from each axis's edges, which resolve {resolution_ns:.0} ns"
+            )
         }
         None => "no move of several axes with enough edges to measure".to_owned(),
     };
@@ -201,7 +214,7 @@ fn timing(outcome: &Outcome) -> Verdict {
         Some(first) => format!("{} violations, the first: {first}", outcome.violations.len()),
         None => format!("at each of {} edges", outcome.edges.len()),
     };
-    Verdict { promise: "driver timing kept (DRV8825)", kept: outcome.violations.is_empty(), detail }
+    Verdict { promise: "driver timing kept", kept: outcome.violations.is_empty(), detail }
 }
 
 fn losses(outcome: &Outcome) -> Verdict {

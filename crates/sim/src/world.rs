@@ -6,7 +6,6 @@ use std::rc::Rc;
 use std::task::{Poll, Waker};
 
 use embassy_futures::select::select;
-use embassy_time::{Instant, Timer};
 use isostep_motion::{AXES, Axis, Event};
 use oorandom::Rand32;
 
@@ -279,14 +278,15 @@ fn input_index(wire: Wire) -> usize {
 /// # Cancellation
 /// Dropping it freezes the contacts as they are; no axis is touched.
 pub async fn bounce(world: Shared) {
+    let clock = world.borrow().clock.clone();
     loop {
-        let Some(at_ns) = world.borrow().next_flip_ns() else {
+        let next_flip_ns = world.borrow().next_flip_ns();
+        let Some(at_ns) = next_flip_ns else {
             bounce_begins(&world).await;
             continue;
         };
-        // Up to the tick, as every other edge; a new bounce may come sooner than the one awaited.
-        let at = Instant::from_micros(at_ns.div_ceil(1_000));
-        select(Timer::at(at), bounce_begins(&world)).await;
+        // A new bounce may come sooner than the one awaited.
+        select(clock.until(at_ns), bounce_begins(&world)).await;
         world.borrow_mut().flip();
     }
 }

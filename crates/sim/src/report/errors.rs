@@ -4,7 +4,6 @@ use plotters::prelude::*;
 
 use super::theme::{self, AXIS, Area, BOUND, Drawn, GRID, INK};
 use crate::outcome::Outcome;
-use crate::time::TICK_NS;
 use crate::verify;
 
 /// Columns of the picture: each spans an axis's steps from the earliest to the latest.
@@ -19,7 +18,8 @@ fn draw(area: &Area, outcome: &Outcome) -> Drawn {
     let errors = [0, 1, 2].map(|axis| errors(outcome, axis));
     let (from_s, to_s) = theme::range(errors.iter().flatten().map(|point| point.0));
     let (low, high) = theme::range(errors.iter().flatten().map(|point| point.1));
-    let reach = low.abs().max(high.abs()).max(TICK_NS) * 1.25;
+    let tick_ns = outcome.config.port.tick_ns();
+    let reach = low.abs().max(high.abs()).max(tick_ns) * 1.25;
     let decimals = theme::decimals_of(to_s - from_s);
     let mut chart = ChartBuilder::on(area)
         .margin(8)
@@ -41,13 +41,15 @@ fn draw(area: &Area, outcome: &Outcome) -> Drawn {
         .y_labels(7)
         .draw()?;
     for side in [-1.0, 1.0] {
-        let line = [(from_s, side * TICK_NS), (to_s, side * TICK_NS)];
+        let line = [(from_s, side * tick_ns), (to_s, side * tick_ns)];
         chart.draw_series(DashedLineSeries::new(line, 6, 5, BOUND.stroke_width(2)))?;
     }
     for (index, errors) in errors.into_iter().enumerate().filter(|(_, errors)| !errors.is_empty()) {
         let colour = AXIS[index];
         chart.draw_series(
-            columns(errors, from_s, to_s).into_iter().map(|corners| Rectangle::new(corners, colour.mix(0.55).filled())),
+            columns(errors, from_s, to_s, tick_ns)
+                .into_iter()
+                .map(|corners| Rectangle::new(corners, colour.mix(0.55).filled())),
         )?;
     }
     Ok(())
@@ -67,7 +69,9 @@ fn errors(outcome: &Outcome, axis: usize) -> Vec<(f64, f64)> {
 }
 
 /// Corners of each column's span.
-fn columns(errors: Vec<(f64, f64)>, from_s: f64, to_s: f64) -> Vec<[(f64, f64); 2]> {
+fn columns(errors: Vec<(f64, f64)>, from_s: f64, to_s: f64, tick_ns: f64) -> Vec<[(f64, f64); 2]> {
+    // A single step is still seen.
+    let least_ns = tick_ns / 100.0;
     let width_s = (to_s - from_s).max(1e-9) / COLUMNS as f64;
     let column = |point: &(f64, f64)| ((point.0 - from_s) / width_s).floor();
     let groups = errors.chunk_by(|one, next| column(one) == column(next));
@@ -75,8 +79,7 @@ fn columns(errors: Vec<(f64, f64)>, from_s: f64, to_s: f64) -> Vec<[(f64, f64); 
         .map(|points| {
             let (low, high) = theme::range(points.iter().map(|point| point.1));
             let left_s = from_s + column(&points[0]) * width_s;
-            // A single step is still seen.
-            [(left_s, low - 10.0), (left_s + width_s, high + 10.0)]
+            [(left_s, low - least_ns), (left_s + width_s, high + least_ns)]
         })
         .collect()
 }

@@ -45,8 +45,9 @@ fn summary(figures: &Figures) -> String {
         ns => format!(" ({:.3} s of it homing)", seconds(ns)),
     };
     format!(
-        "{} steps in {:.3} s of machine time{homing}, resting at X {x:.2}, Y {y:.2}, Z {z:.2} mm.",
+        "{} steps, by ticks of {:.0} ns, in {:.3} s of machine time{homing}, resting at X {x:.2}, Y {y:.2}, Z {z:.2} mm.",
         figures.steps_total,
+        figures.tick_ns,
         seconds(figures.duration_ns),
     )
 }
@@ -97,7 +98,7 @@ fn pictures(outcome: &Outcome, figures: &Figures) -> Markup {
         }
         h2 { "Step instants" }
         figure { (PreEscaped(errors::picture(outcome))) figcaption {
-            (key(&[0, 1, 2])) "How far the steps were from the closed form of their moves: each bar spans the earliest to the latest of its time. Dashed: one tick of the timer."
+            (key(&[0, 1, 2])) "How far the steps were from the closed form of their moves: each bar spans the earliest to the latest of its time. Dashed: one tick of the step port."
         } }
     }
 }
@@ -138,7 +139,7 @@ fn moves(figures: &Figures) -> Markup {
         div.scroll { table {
             thead { tr {
                 th { "#" } th { "to, mm" } th { "steps" } th { "" }
-                th { "accelerate, s" } th { "cruise, s" } th { "decelerate, s" } th { "±, us" } th { "max. error, ns" }
+                th { "accelerate, s" } th { "cruise, s" } th { "decelerate, s" } th { "±, ns" } th { "max. error, ns" }
             } }
             tbody { @for one in &figures.moves { (move_rows(one)) } }
         } }
@@ -155,7 +156,7 @@ fn move_rows(one: &MoveFigures) -> Markup {
             tr {
                 td {} td {} td {}
                 td { (AXIS_NAMES[axis]) " measured" } (interval_cells(one.measured[axis].map(|measured| measured.intervals)))
-                td { (one.measured[axis].map_or("-".to_owned(), |measured| format!("{:.0}", measured.resolution_s * 1e6))) }
+                td { (one.measured[axis].map_or("-".to_owned(), |measured| format!("{:.0}", measured.resolution_s * 1e9))) }
                 td { (one.error_max_ns[axis].map_or("-".to_owned(), |ns| format!("{ns:.0}"))) }
             }
         }

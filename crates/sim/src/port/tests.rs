@@ -1,0 +1,97 @@
+//! What the simulator needs of its own port; `tests/tests/step_port.rs` holds what every port promises.
+
+use std::cell::RefCell;
+use std::rc::Rc;
+
+use embassy_time::{Instant, Timer};
+use isostep_profile::{IntervalLaw, Limits, SyncMove};
+
+use super::*;
+use crate::config::Config;
+use crate::executor::Executor;
+use crate::world::World;
+
+/// At one speed all along.
+fn steady(steps: i32, speed_steps_s: f64) -> SyncMove<1> {
+    let (start_speed_steps_s, top_speed_steps_s) = (speed_steps_s, speed_steps_s);
+    let limits = Limits { start_speed_steps_s, top_speed_steps_s, accel_steps_s2: 1e6, decel_steps_s2: 1e6 };
+    SyncMove::plan([steps], &[limits], IntervalLaw::Fastest, None).unwrap()
+}
+
+fn run(plan: &SyncMove<1>, start: Instant) -> Run {
+    let direction = Direction::of(plan.steps[0]);
+    Run { start, direction, wiring: Wiring::default(), steps: plan.steps[0].unsigned_abs() }
+}
+
+/// Runs `task` with X's port, its driver energised; the instants of the edges, ns.
+fn edges_ns<F, T>(task: F) -> Vec<u64>
+where
+    F: FnOnce(SimPort) -> T,
+    T: Future<Output = ()> + 'static,
+{
+    let mut executor = Executor::new();
+    let _current = executor.clock().clone().enter();
+    let world = Rc::new(RefCell::new(World::new(executor.clock().clone(), &Config::default())));
+    Output::new(&world, Wire::Enable).set_low().unwrap();
+    executor.spawn("port", task(SimPort::new(&world, executor.clock(), Axis::X, DriverTiming::DRV8825)));
+    executor.run_until_quiescent(Instant::from_secs(10)).unwrap();
+    assert_eq!(world.borrow().record().violations, []);
+    world.borrow().record().edges.iter().map(|edge| edge.t_ns).collect()
+}
+
+#[test]
+fn edges_rise_within_the_drivers_tick() {
+    let edges = edges_ns(|mut port| async move {
+        let queue = SegmentQueue::new();
+        let plan = steady(3, 48_000.0);
+        plan.segments(0, TICK_HZ).for_each(|segment| queue.try_send(segment).unwrap());
+        port.run(run(&plan, Instant::from_millis(1)), &queue, &Odometer::new()).await.unwrap();
+    });
+    // Half a step, then whole ones, of 20,833.3 ns, to the nearest 8.
+    assert_eq!(edges, [1_010_416, 1_031_248, 1_052_080]);
+}
+
+#[test]
+fn it_must_be_ready_before_the_start() {
+    // DIR's 650 ns are 82 ticks.
+    for (ahead_us, is_late) in [(2, false), (1, false), (0, true)] {
+        let edges = edges_ns(move |mut port| async move {
+            let queue = SegmentQueue::new();
+            steady(1, 1e5).segments(0, TICK_HZ).for_each(|segment| queue.try_send(segment).unwrap());
+            Timer::after_millis(1).await;
+            let start = Instant::now() + Duration::from_micros(ahead_us);
+            let result = port.run(run(&steady(1, 1e5), start), &queue, &Odometer::new()).await;
+            let late = PortFault::Late { late: Duration::from_micros(1), max: Duration::MIN };
+            assert_eq!(result, if is_late { Err(late) } else { Ok(()) });
+        });
+        assert_eq!(edges.len(), usize::from(!is_late));
+    }
+}
+
+#[test]
+fn running_dry_is_a_fault_at_the_last_step_given() {
+    let edges = edges_ns(|mut port| async move {
+        let queue = SegmentQueue::new();
+        steady(7, 1e5).segments(0, TICK_HZ).for_each(|segment| queue.try_send(segment).unwrap());
+        let odometer = Odometer::new();
+        let longer = Run { steps: 8, ..run(&steady(7, 1e5), Instant::from_millis(1)) };
+        assert_eq!(port.run(longer, &queue, &odometer).await, Err(PortFault::Underrun));
+        assert_eq!(Instant::now(), Instant::from_micros(1_066), "65 us and the pulse");
+        assert_eq!(odometer.position_steps(), 7);
+    });
+    assert_eq!(edges.len(), 7);
+}
+
+#[test]
+fn steps_too_close_do_not_rise() {
+    let edges = edges_ns(|mut port| async move {
+        let queue = SegmentQueue::new();
+        steady(2, 1e5).segments(0, TICK_HZ).for_each(|segment| queue.try_send(segment).unwrap());
+        let wiring = Wiring { pulse_ns: 9_000, ..Wiring::default() };
+        let run = Run { wiring, ..run(&steady(2, 1e5), Instant::from_millis(1)) };
+        let result = port.run(run, &queue, &Odometer::new()).await;
+        // 9 us high, 1.9 us low.
+        assert_eq!(result, Err(PortFault::TooFast { interval: 1_250, min: 1_363 }));
+    });
+    assert!(edges.is_empty());
+}
