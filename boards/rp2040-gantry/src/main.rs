@@ -10,6 +10,7 @@
 
 mod console;
 mod fail_still;
+mod guard;
 mod led;
 mod motion;
 mod pins;

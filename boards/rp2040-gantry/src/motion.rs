@@ -4,6 +4,7 @@ use embassy_executor::{SendSpawner, Spawner};
 use embassy_rp::gpio::{Input, Output};
 use isostep_motion::{Axis, DriverTiming, Machine, axis, coordinator, limit};
 
+use crate::guard;
 use crate::pins::{StepPins, SwitchPins};
 #[cfg(not(feature = "timer-port"))]
 use crate::pio_port as port;
@@ -22,12 +23,13 @@ pub fn spawn_axes(spawner: SendSpawner, machine: &'static Machine, pins: StepPin
     }
 }
 
-/// Spawns those who stop the axes.
+/// Spawns those who stop the axes, and the guard that does so first.
 pub fn spawn_switches(spawner: SendSpawner, machine: &'static Machine, pins: SwitchPins) {
     for (axis, limit) in Axis::ALL.into_iter().zip(pins.limits) {
         spawner.spawn(watch_limit(machine, axis, limit).unwrap());
     }
     spawner.spawn(watch_emergency_stop(machine, pins.emergency_stop).unwrap());
+    guard::start(machine, pins.pio);
 }
 
 /// Spawns what plans ahead, in thread mode.

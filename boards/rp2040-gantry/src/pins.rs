@@ -5,12 +5,14 @@ use embassy_rp::Peripherals;
 use embassy_rp::gpio::{Input, Level, Output, Pull};
 #[cfg(not(feature = "timer-port"))]
 use embassy_rp::peripherals::{DMA_CH0, DMA_CH1, DMA_CH2, DMA_CH3, DMA_CH4, DMA_CH5, PIO0};
-use embassy_rp::peripherals::{PIN_0, PIN_1, PIN_2, PIN_4, PIN_6, UART0, USB, WATCHDOG};
+use embassy_rp::peripherals::{PIN_0, PIN_1, PIN_2, PIN_4, PIN_6, PIO1, UART0, USB, WATCHDOG};
 use isostep_motion::AXES;
 
 /// GP2, GP4, GP6, for those who must reach the pins without owning them.
 pub const STEP: [usize; AXES] = [2, 4, 6];
 pub const STEP_MASK: u32 = 1 << STEP[0] | 1 << STEP[1] | 1 << STEP[2];
+/// GP9; the limits of Y and Z and the emergency stop are on the three pins behind it.
+pub const LIMIT_X: u8 = 9;
 /// GP8, active low.
 pub const ENABLE_MASK: u32 = 1 << 8;
 
@@ -44,6 +46,8 @@ pub struct SwitchPins {
     /// X, Y, Z.
     pub limits: [Input<'static>; AXES],
     pub emergency_stop: Input<'static>,
+    /// What listens to all of them.
+    pub pio: Peri<'static, PIO1>,
 }
 
 /// The wired console.
@@ -85,6 +89,7 @@ impl Board {
             switches: SwitchPins {
                 limits: [Input::new(p.PIN_9, Pull::Up), Input::new(p.PIN_10, Pull::Up), Input::new(p.PIN_11, Pull::Up)],
                 emergency_stop: Input::new(p.PIN_12, Pull::Up),
+                pio: p.PIO1,
             },
             led: Output::new(p.PIN_25, low),
             usb: p.USB,

@@ -6,8 +6,9 @@
 //! | priority | interrupt | why there |
 //! |---|---|---|
 //! | P0 | `TIMER_IRQ_0` | the time driver's alarm: it wakes whose instant has come, and does nothing else |
-//! | P0 | `IO_IRQ_BANK0` | a switch's edge: it wakes the one who watches, and does nothing else |
-//! | P1 | `SWI_IRQ_1` | the executor of the switches: polls what the edge woke, which puts on the brake |
+//! | P0 | `PIO1_IRQ_1` | a switch's edge: it puts on the brake |
+//! | P1 | `IO_IRQ_BANK0` | the same edge: it wakes the one who watches, and does nothing else |
+//! | P1 | `SWI_IRQ_1` | the executor of the switches: polls what the edge woke |
 //! | P2 | `SWI_IRQ_2` | the executor of the axes: writes the next block of steps, or makes a step |
 //! | P2 | `DMA_IRQ_1`, `PIO0_IRQ_1` | a block was sent, a state machine has halted: they wake the axis |
 //! | P3 | `USBCTRL_IRQ`, `UART0_IRQ` | wake the console, and may wait as long as axes are at work |
@@ -28,7 +29,8 @@ static AXES: InterruptExecutor = InterruptExecutor::new();
 /// Assigns the priorities, then starts the executors of the switches and of the axes.
 pub fn start_executors() -> (SendSpawner, SendSpawner) {
     interrupt::TIMER_IRQ_0.set_priority(Priority::P0);
-    interrupt::IO_IRQ_BANK0.set_priority(Priority::P0);
+    interrupt::PIO1_IRQ_1.set_priority(Priority::P0);
+    interrupt::IO_IRQ_BANK0.set_priority(Priority::P1);
     interrupt::SWI_IRQ_1.set_priority(Priority::P1);
     interrupt::SWI_IRQ_2.set_priority(Priority::P2);
     interrupt::DMA_IRQ_1.set_priority(Priority::P2);
@@ -46,6 +48,12 @@ pub fn enable_pio_port() {
         interrupt::DMA_IRQ_1.enable();
         interrupt::PIO0_IRQ_1.enable();
     }
+}
+
+/// Lets through what the guard is told by.
+pub fn enable_guard() {
+    // SAFETY: its handler exists, and nobody counts on it being masked.
+    unsafe { interrupt::PIO1_IRQ_1.enable() }
 }
 
 #[interrupt]

@@ -7,7 +7,7 @@ use embedded_hal::digital::InputPin;
 use embedded_hal_async::digital::Wait;
 
 use crate::axes::Axis;
-use crate::machine::{Cause, Machine};
+use crate::machine::Machine;
 
 /// Watches the limit switch of `axis` for ever: to ground with a pull-up, so low is pressed (unless the configuration
 /// says inverted). The first edge of a press stops a running machine at once; the debounced level is what homing and
@@ -24,10 +24,9 @@ where
     switch.publish(pressed);
     loop {
         let config = machine.config();
-        wait_level(&mut input, pressed == config.switches_inverted).await;
-        if !pressed && config.hard_limits {
-            machine.stop(Cause::Limit(axis));
-        }
+        let awaited_low = pressed == config.switches_inverted;
+        wait_level(&mut input, awaited_low).await;
+        machine.limit_edge(axis, awaited_low);
         let now = debounced_low(&mut input, config.homing.debounce).await != config.switches_inverted;
         if now != pressed {
             pressed = now;
@@ -47,7 +46,7 @@ where
 {
     loop {
         wait_level(&mut input, true).await;
-        machine.set_emergency(true);
+        machine.emergency_stop_edge(true);
         while debounced_low(&mut input, machine.config().homing.debounce).await {
             wait_level(&mut input, false).await;
         }

@@ -279,6 +279,27 @@ impl Machine {
     }
 }
 
+/// For those who hear a switch before the tasks of [`limit`](crate::limit) do: an interrupt of the board's own.
+impl Machine {
+    /// A limit input has changed, and is low or high. The first edge of a press stops a running machine at once, if
+    /// hard limits are on. Any number of times, from any context.
+    pub fn limit_edge(&self, axis: Axis, is_low: bool) {
+        let is_press = self.with(|inner| inner.config.hard_limits && is_low != inner.config.switches_inverted);
+        // A switch that is pressed and being left bounces; that is no press.
+        if is_press && !self.switch(axis).is_pressed() {
+            self.stop(Cause::Limit(axis));
+        }
+    }
+
+    /// The emergency-stop input has changed, and is low or high. The first edge of a press stops the machine at once.
+    /// Any number of times, from any context.
+    pub fn emergency_stop_edge(&self, is_low: bool) {
+        if is_low {
+            self.set_emergency(true);
+        }
+    }
+}
+
 /// For the tasks of this crate.
 impl Machine {
     pub(crate) fn link(&self, axis: Axis) -> &AxisLink {
