@@ -35,13 +35,15 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+mod compile;
 pub mod generators;
 mod limits;
 mod segment;
 mod sync;
 mod trapezoid;
 
+pub use compile::{BRIEF_S, FIT_ERROR_MAX_S, FIT_ERROR_MAX_TICKS, Segments, fit_error_max_ticks};
 pub use limits::{ACCEL_MAX_STEPS_S2, LimitError, Limits, SPEED_MAX_STEPS_S, SPEED_MIN_STEPS_S};
-pub use segment::{FIT_ERROR_MAX_TICKS, Intervals, Segment, Segments, Ticks};
+pub use segment::{Intervals, Segment, Ticks};
 pub use sync::{PlanError, SyncMove};
 pub use trapezoid::{DURATION_MAX_S, IntervalLaw, ProfileError, StepCounts, Trapezoid};

@@ -1,35 +1,11 @@
 //! Step instants as short runs that are replayed by additions.
-//!
-//! # Design
-//! Over a few steps the instant is a quadratic in the step number, to a bounded error. All roots and divisions
-//! happen here, once a segment, ahead of time; what is left per step is three 64-bit additions and a shift, the
-//! same for every shape of profile ([`Ticks`]).
-//!
-//! A segment never crosses a phase boundary. Its quadratic passes through the closed form at its first, middle and
-//! last step; between them a cubic term c j³ strays by at most t''' h³ / (9 √3), h being half the segment's
-//! steps and t''' the third derivative at its slow end, where it is largest. The length is chosen so that this
-//! stays within [`FIT_ERROR_MAX_TICKS`]. Each segment starts from the absolute profile: nothing accumulates from
-//! one to the next.
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
-use libm::{cbrtf, floor};
-
-use crate::trapezoid::Trapezoid;
-
-/// How far a segment's quadratic may stray from the closed form, ticks. Rounding to a whole tick adds up to half.
-pub const FIT_ERROR_MAX_TICKS: f64 = 0.125;
-
-/// Instants inside a segment are Q32.32 ticks from its first step: one segment spans less than this.
-const SPAN_MAX_TICKS: f64 = 2_147_483_648.0;
-/// The interval is rounded to 2^-33 tick, so that over this many steps it strays by at most 2^-11 tick.
-const STEPS_MAX: u32 = 1 << 22;
-/// A quadratic through three steps is exact, whatever the profile.
-const STEPS_EXACT: u32 = 3;
-const ONE_TICK: f64 = 4_294_967_296.0;
+/// What a segment spans is less than this, so any interval of it has 31 bits.
+pub(crate) const SPAN_MAX_TICKS: u32 = (1 << 31) - 64;
+/// In units of 2^-32 tick.
 const HALF_TICK: u64 = 1 << 31;
-/// 9 √3: see the module's error bound.
-const CUBIC_BOUND: f64 = 15.588_457_268_119_896;
 
 /// A run of steps of one axis. Made by [`Segments`]; replayed as instants by [`ticks`](Segment::ticks), as intervals by
 /// [`intervals`](Segment::intervals).
@@ -81,33 +57,28 @@ impl Segment {
         Intervals { left: self.steps - 1, fraction: self.fraction, interval: self.interval, growth: self.growth }
     }
 
-    /// `instants_ticks`: the closed form at the first, middle and last of `steps` steps.
-    fn fit(steps: u32, instants_ticks: [f64; 3]) -> Self {
-        let [first, middle, last] = instants_ticks;
-        let base = floor(first);
-        let (interval, growth) = if steps == 1 {
-            (0.0, 0.0)
-        } else {
-            // t(j) = first + b j + c j² through j = 0, h and 2h.
-            let h = f64::from(steps - 1) / 2.0;
-            let c = (last - 2.0 * middle + first) / (2.0 * h * h);
-            let b = (last - first) / (2.0 * h) - 2.0 * c * h;
-            (b + c, 2.0 * c)
-        };
-        let offset = fixed(first - base).wrapping_add(HALF_TICK);
+    /// One step. `first` is in units of 2^-`point` tick; `point` is 32 at most.
+    pub(crate) fn single(first: u64, point: u8) -> Self {
+        Self::fit(1, 0, first, 0, 0, point)
+    }
+
+    /// `steps` along the quadratic t(j) with t(0) = `first`, t(n) - t(0) = `rise` and t(n) - 2 t(n/2) + t(0) = `bend`,
+    /// n being 2^`length_log2`, all in units of 2^-`point` tick.
+    pub(crate) fn fit(steps: u32, length_log2: u32, first: u64, rise: u64, bend: i64, point: u8) -> Self {
+        let to_q32 = 32 - u32::from(point);
+        let first_rounded = first.wrapping_add(HALF_TICK >> to_q32);
+        let growth = (bend << to_q32) >> (2 * length_log2).saturating_sub(2);
+        // The growths up to n make n (n - 1)/2.
+        let grown = (growth << length_log2).wrapping_sub(growth) >> 1;
+        let interval = ((rise << to_q32) >> length_log2).wrapping_sub(grown as u64);
         Self {
             steps,
-            fraction: offset as u32,
-            first_ticks: base as u64 + (offset >> 32),
-            interval: fixed(interval),
-            growth: fixed(growth),
+            fraction: (first_rounded << to_q32) as u32,
+            first_ticks: first_rounded >> point,
+            interval,
+            growth: growth as u64,
         }
     }
-}
-
-/// Q32.32, two's complement: a negative growth wraps when it is added, as intended.
-fn fixed(ticks: f64) -> u64 {
-    libm::round(ticks * ONE_TICK) as i64 as u64
 }
 
 /// The instants of a segment's steps, ticks from the start of the move. Each costs additions only.
@@ -181,93 +152,3 @@ impl Iterator for Intervals {
 }
 
 impl ExactSizeIterator for Intervals {}
-
-/// Compiles one axis of a move into segments, one per call of `next`, each a handful of square roots.
-///
-/// Step k of the axis (k = 1 to `steps`) is due when the master has covered (k - 1/2)/`steps` of the way.
-#[derive(Clone, Copy, Debug)]
-pub struct Segments {
-    profile: Trapezoid,
-    tick_hz: f64,
-    /// Master steps per step of this axis; at least 1.
-    stride: f64,
-    /// Steps already compiled.
-    done: u32,
-    accel_end: u32,
-    cruise_end: u32,
-    steps: u32,
-}
-
-impl Segments {
-    pub(crate) fn new(profile: Trapezoid, steps: u32, tick_hz: u32) -> Self {
-        let stride = if steps == 0 { 1.0 } else { profile.distance_steps() / f64::from(steps) };
-        let steps_before = |boundary: f64| (floor(boundary / stride + 0.5) as u32).min(steps);
-        let accel_end = steps_before(profile.accel_end_steps());
-        Self {
-            tick_hz: f64::from(tick_hz),
-            stride,
-            done: 0,
-            accel_end,
-            cruise_end: steps_before(profile.cruise_end_steps()).max(accel_end),
-            steps,
-            profile,
-        }
-    }
-
-    /// Displacement of the master at which the step after `done` (a real number) is due.
-    fn displacement_after(&self, done: f64) -> f64 {
-        (done + 0.5) * self.stride
-    }
-
-    fn ticks_after(&self, done: f64) -> f64 {
-        self.profile.time_at(self.displacement_after(done)) * self.tick_hz
-    }
-
-    /// How many steps a quadratic holds when the third derivative is that of the step after `done`.
-    fn steps_held(&self, done: f64) -> u32 {
-        let cubed = self.stride * self.stride * self.stride * self.tick_hz;
-        let third = self.profile.third_derivative_at(self.displacement_after(done)) * cubed;
-        // Seven digits are plenty for a length.
-        let span = 2.0 * cbrtf((CUBIC_BOUND * FIT_ERROR_MAX_TICKS / third) as f32);
-        // A float-to-integer cast saturates; third = 0 (a ramp that does not accelerate) holds any length.
-        (span as u32).saturating_add(1).clamp(STEPS_EXACT, STEPS_MAX)
-    }
-
-    /// Length of the next segment by the error bound alone.
-    fn length(&self) -> u32 {
-        let first = f64::from(self.done);
-        if self.done < self.accel_end {
-            self.steps_held(first).min(self.accel_end - self.done)
-        } else if self.done < self.cruise_end {
-            STEPS_MAX.min(self.cruise_end - self.done)
-        } else {
-            // The slow end is the far one. The bound at the end of a guess is safe for anything shorter.
-            let left = self.steps - self.done;
-            let guess = self.steps_held(first).min(left);
-            self.steps_held(first + f64::from(guess - 1)).min(guess)
-        }
-    }
-}
-
-impl Iterator for Segments {
-    type Item = Segment;
-
-    fn next(&mut self) -> Option<Segment> {
-        if self.done == self.steps {
-            return None;
-        }
-        let first = self.ticks_after(f64::from(self.done));
-        let mut length = self.length();
-        loop {
-            let reach = f64::from(length - 1);
-            let last = self.ticks_after(f64::from(self.done) + reach);
-            if length > 1 && last - first >= SPAN_MAX_TICKS {
-                length = length.div_ceil(2);
-                continue;
-            }
-            let middle = self.ticks_after(f64::from(self.done) + reach / 2.0);
-            self.done += length;
-            return Some(Segment::fit(length, [first, middle, last]));
-        }
-    }
-}

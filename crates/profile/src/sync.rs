@@ -2,8 +2,8 @@
 
 use core::fmt;
 
+use crate::compile::Segments;
 use crate::limits::{LimitError, Limits, SPEED_MAX_STEPS_S, SPEED_MIN_STEPS_S};
-use crate::segment::Segments;
 use crate::trapezoid::{IntervalLaw, ProfileError, Trapezoid};
 
 /// A synchronised move of `N` axes: one profile over the longest axis's steps, and a signed step count per axis.
@@ -92,7 +92,7 @@ impl<const N: usize> SyncMove<N> {
     /// The axis's steps as segments in ticks of `tick_hz`.
     #[must_use]
     pub fn segments(&self, axis: usize, tick_hz: u32) -> Segments {
-        Segments::new(self.profile, self.steps[axis].unsigned_abs(), tick_hz)
+        Segments::new(&self.profile, self.steps[axis].unsigned_abs(), tick_hz)
     }
 }
 

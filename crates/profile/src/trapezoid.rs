@@ -241,20 +241,20 @@ impl Trapezoid {
         }
     }
 
-    /// Third derivative of the instant with respect to the displacement, s/steps³, at displacement `steps`.
-    ///
-    /// With w the speed there, dt/dx = 1/w and dw/dx = a/w, hence t''' = 3 a²/w⁵. Infinite at standstill.
-    pub(crate) fn third_derivative_at(&self, steps: f64) -> f64 {
-        let (from_rest, end_steps_s, accel) = if steps <= self.accel_end_steps {
-            (steps, self.entry_steps_s, self.accel_steps_s2)
-        } else if steps <= self.cruise_end_steps {
-            return 0.0;
-        } else {
-            (self.distance_steps - steps, self.exit_steps_s, self.decel_steps_s2)
-        };
-        let speed_squared = end_steps_s * end_steps_s + 2.0 * accel * from_rest.max(0.0);
-        3.0 * accel * accel / (speed_squared * speed_squared * sqrt(speed_squared))
+    pub(crate) fn accel_ramp(&self) -> EndRamp {
+        EndRamp { slow_steps_s: self.entry_steps_s, accel_steps_s2: self.accel_steps_s2 }
     }
+
+    pub(crate) fn decel_ramp(&self) -> EndRamp {
+        EndRamp { slow_steps_s: self.exit_steps_s, accel_steps_s2: self.decel_steps_s2 }
+    }
+}
+
+/// The ramp at one end of a profile, seen from there.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct EndRamp {
+    pub(crate) slow_steps_s: f64,
+    pub(crate) accel_steps_s2: f64,
 }
 
 /// The two ends of a profile and the way between them.
@@ -337,7 +337,7 @@ impl Ends {
 
 /// Time to cover `steps` from speed `v` at acceleration `a`: (sqrt(v² + 2 a x) - v)/a, written so that nothing
 /// cancels and a = 0 is a plain cruise.
-fn ramp_time_s(steps: f64, speed_steps_s: f64, accel_steps_s2: f64) -> f64 {
+pub(crate) fn ramp_time_s(steps: f64, speed_steps_s: f64, accel_steps_s2: f64) -> f64 {
     if steps == 0.0 {
         return 0.0;
     }
