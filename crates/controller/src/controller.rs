@@ -2,8 +2,7 @@
 
 use core::cell::RefCell;
 
-use embassy_sync::blocking_mutex::Mutex as Cell;
-use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::mutex::Mutex;
 use embassy_time::Duration;
 use isostep_console::report::{self, messages};
@@ -15,11 +14,14 @@ use crate::output::Output;
 use crate::status::{position_mm, word};
 
 /// Settings, modal state and the machine they move.
+///
+/// It stays on one executor, so what its consoles share needs no critical section, in which reading a line would hold up
+/// every interrupt.
 pub struct Controller<'a> {
     pub(crate) machine: &'a Machine,
-    program: Cell<CriticalSectionRawMutex, RefCell<Program>>,
+    program: RefCell<Program>,
     /// Consoles take turns, a line each, so that a move starts where the one before it ends.
-    turn: Mutex<CriticalSectionRawMutex, ()>,
+    turn: Mutex<NoopRawMutex, ()>,
 }
 
 struct Program {
@@ -32,7 +34,7 @@ impl<'a> Controller<'a> {
     #[must_use]
     pub fn new(machine: &'a Machine, settings: Settings) -> Self {
         let program = Program { interpreter: Interpreter::new(), settings };
-        Self { machine, program: Cell::new(RefCell::new(program)), turn: Mutex::new(()) }
+        Self { machine, program: RefCell::new(program), turn: Mutex::new(()) }
     }
 
     /// The settings in force.
@@ -214,7 +216,7 @@ impl<'a> Controller<'a> {
     }
 
     fn with<R>(&self, f: impl FnOnce(&mut Program) -> R) -> R {
-        self.program.lock(|program| f(&mut program.borrow_mut()))
+        f(&mut self.program.borrow_mut())
     }
 }
 
