@@ -157,10 +157,13 @@ export class Dma extends BasePeripheral {
     return super.writeUint32(offset, value);
   }
 
+  /** The first channel after the last one that is due, or the first of high priority. */
   #choose(cycle) {
+    const { channels } = this;
     let chosen = null;
-    for (let turn = 1; turn <= CHANNELS; turn++) {
-      const channel = this.channels[(this.last + turn) % CHANNELS];
+    for (let turn = 0, index = this.last; turn < CHANNELS; turn++) {
+      index = index === CHANNELS - 1 ? 0 : index + 1;
+      const channel = channels[index];
       if (channel.due > cycle) continue;
       if (channel.highPriority) return channel;
       chosen ??= channel;
@@ -169,8 +172,11 @@ export class Dma extends BasePeripheral {
   }
 
   #lookAhead(earliest) {
+    const { channels } = this;
     let next = Infinity;
-    for (let index = 0; index < CHANNELS; index++) next = Math.min(next, this.channels[index].due);
+    for (let index = 0; index < CHANNELS; index++) {
+      if (channels[index].due < next) next = channels[index].due;
+    }
     this.next = Math.max(next, earliest);
   }
 

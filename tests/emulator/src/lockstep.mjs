@@ -38,16 +38,12 @@ export class Lockstep {
   tick(cycle) {
     const { parts } = this;
     const end = cycle + 1;
-    let next = Infinity;
+    // What a part wakes in one before it comes by `expect`.
+    this.next = Infinity;
     for (let index = 0; index < parts.length; index++) {
       const part = parts[index];
       if (part.next < end) part.tick(cycle);
-      if (part.next < next) next = part.next;
+      if (part.next < this.next) this.next = part.next;
     }
-    // What a part woke in one before it.
-    for (let index = 0; index < parts.length; index++) {
-      if (parts[index].next < next) next = parts[index].next;
-    }
-    this.next = next;
   }
 }

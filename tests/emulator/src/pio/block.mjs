@@ -8,6 +8,8 @@ const GPIOS = 0x3fffffff;
 /** The flags that reach the interrupt lines: the first four. */
 const FLAGS_TO_CORE = 0xf;
 const FIFO_SOURCES = 0xff;
+/** A GPIO's FUNCSEL for the first block. */
+const FIRST_FUNCTION_SELECT = 6;
 
 /**
  * A PIO block (datasheet 3): four state machines, their shared program, flags and pins.
@@ -25,6 +27,7 @@ export class PioBlock {
     this.chip = chip;
     this.irq = irq;
     this.lockstep = lockstep;
+    this.functionSelect = FIRST_FUNCTION_SELECT + index;
     this.firstRequest = index * 2 * MACHINES;
     this.memory = new Uint16Array(PROGRAM_WORDS);
     this.inputs = new Inputs();
@@ -43,6 +46,8 @@ export class PioBlock {
     this.pinDirections = 0;
     this.shownValues = 0;
     this.shownDirections = 0;
+    /** Pins that more than one enabled machine may write. */
+    this.sharedPins = 0;
     this.enabledSources = [0, 0];
     this.forcedSources = [0, 0];
     this.onRequest = () => {};
@@ -102,8 +107,21 @@ export class PioBlock {
   #showPins(changed) {
     this.shownValues = this.pinValues;
     this.shownDirections = this.pinDirections;
-    const { gpio } = this.chip;
-    for (let left = changed; left !== 0; left &= left - 1) gpio[31 - Math.clz32(left & -left)].checkForUpdates();
+    for (let left = changed; left !== 0; left &= left - 1) this.#showPin(31 - Math.clz32(left & -left));
+  }
+
+  /** As `checkForUpdates` of rp2040js, but straight where a pin is simply the block's output. */
+  #showPin(index) {
+    const pin = this.chip.gpio[index];
+    if (pin.ctrl !== this.functionSelect || ((this.pinDirections >>> index) & 1) === 0) {
+      pin.checkForUpdates();
+      return;
+    }
+    const level = (this.pinValues >>> index) & 1;
+    const { lastValue } = pin;
+    if (level === lastValue) return;
+    pin.lastValue = level;
+    for (const listener of pin.listeners) listener(level, lastValue);
   }
 
   /** The level at an input changes. */
@@ -123,6 +141,18 @@ export class PioBlock {
     machine.joinFifos();
     machine.wake(WAITS_FOR.rx, cycle);
     this.txPopped(machine.index, cycle);
+  }
+
+  /** After a change of the program or of settings. */
+  changeProgram() {
+    let seen = 0;
+    this.sharedPins = 0;
+    for (const machine of this.machines) {
+      machine.program.stale = true;
+      if (!machine.enabled) continue;
+      this.sharedPins |= seen & machine.pins;
+      seen |= machine.pins;
+    }
   }
 
   txPopped(index, cycle) {

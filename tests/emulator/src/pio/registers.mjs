@@ -109,11 +109,13 @@ export class PioRegisters extends BasePeripheral {
       if ((word >> (4 + index)) & 1) machine.restart(cycle);
       if ((word >> (8 + index)) & 1) machine.rephase(machine.period, cycle);
     });
+    block.changeProgram();
   }
 
   #writeInstruction(index, word, cycle) {
     this.block.settle(cycle);
     this.block.memory[index] = word;
+    this.block.changeProgram();
   }
 
   #readMachine(offset) {
@@ -135,6 +137,11 @@ export class PioRegisters extends BasePeripheral {
   #writeMachine(offset, word, cycle) {
     const machine = this.block.machines[Math.floor(offset / SM_BYTES)];
     this.block.settle(cycle);
+    this.#setMachine(machine, offset, word, cycle);
+    if (offset % SM_BYTES !== INSTR) this.block.changeProgram();
+  }
+
+  #setMachine(machine, offset, word, cycle) {
     switch (offset % SM_BYTES) {
       case CLKDIV:
         machine.clkdiv = word & 0xffffff00;

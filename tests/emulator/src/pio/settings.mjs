@@ -2,6 +2,8 @@ import { rotateLeft } from './instructions.mjs';
 
 const RESET = { clkdiv: 0x00010000, execctrl: 0x0001f000, shiftctrl: 0x000c0000, pinctrl: 0x14000000 };
 const SIDE_FIELD_BITS = 5;
+const SIDE_FIELD_SHIFT = 8;
+const SIDE_ENABLE = 0x1000;
 const WHOLE_DIVIDER = 0x10000;
 
 const field = (word, shift, bits) => (word >>> shift) & ((1 << bits) - 1);
@@ -58,6 +60,26 @@ export class MachineSettings {
     this.setMask = pins(field(word, 26, 3), this.setBase);
     this.outMask = pins(field(word, 20, 6), this.outBase);
     this.#divideSideField();
+  }
+
+  /** Every pin the machine may write. */
+  get pins() {
+    return this.sideMask | this.setMask | this.outMask;
+  }
+
+  /** Cycles of an instruction with its delay. */
+  cyclesOf(op) {
+    return (1 + ((op >> SIDE_FIELD_SHIFT) & this.delayMask)) * this.period;
+  }
+
+  /** The pins that an instruction's side-set writes. */
+  sideMaskOf(op) {
+    return this.sideOptional && (op & SIDE_ENABLE) === 0 ? 0 : this.sideMask;
+  }
+
+  /** Their levels, among others. */
+  sideValueOf(op) {
+    return rotateLeft((op >> (SIDE_FIELD_SHIFT + this.delayBits)) & 31, this.sideBase);
   }
 
   /** Inline OUT enable: a bit of the data says whether the pins are written at all. */

@@ -1,16 +1,21 @@
 import { Fifo } from './fifo.mjs';
 import { DONE, execute, JUMPED, rotateLeft, SPINNING, STALLED, WAITS_FOR } from './instructions.mjs';
+import { ProgramView } from './program-view.mjs';
 import { MachineSettings } from './settings.mjs';
 
 const NONE = -1;
 const WORD_BITS = 32;
+/** Enough for any straight run of registers; an endless one is cut here. */
+const MOST_AHEAD = 16;
 
 /**
  * One PIO state machine (datasheet 3.2).
  *
- * It is stepped on the cycles on which it does something: `next` says when. A delay is a later `next`, a stalled machine
- * has none until somebody wakes it, and a jump onto itself that counts a register down is taken in one go. Times are
- * cycles of the system clock; with a fractional divider they have binary fractions, of which the whole part counts.
+ * It is stepped on the cycles on which it does something that others can see: `next` says when. A delay is a later
+ * `next`, a stalled machine has none until somebody wakes it. Instructions on its own registers are carried out ahead of
+ * time, all rounds of a jump onto itself that counts a register down in one go; `settle` takes back what is not due yet
+ * before anybody looks. Times are cycles of the system clock; with a fractional divider they have binary fractions, of
+ * which the whole part counts.
  */
 export class StateMachine extends MachineSettings {
   /** @param {import('./block.mjs').PioBlock} block */
@@ -18,6 +23,7 @@ export class StateMachine extends MachineSettings {
     super();
     this.block = block;
     this.index = index;
+    this.program = new ProgramView();
     this.tx = new Fifo();
     this.rx = new Fifo();
     this.enabled = false;
@@ -39,40 +45,65 @@ export class StateMachine extends MachineSettings {
     this.stalledAt = 0;
     /** While disabled: how long after enabling the machine goes on. */
     this.heldCycles = 1;
-    this.spinCount = 0;
+    /** Whether instructions have been carried out ahead of time, and how things stood before them. */
+    this.isAhead = false;
+    this.before = { next: 0.5, pc: 0, x: 0, y: 0, isr: 0, isrCount: 0, osr: 0, osrCount: 0 };
   }
 
   step(cycle) {
-    const op = this.current;
-    const outcome = this.carryOut(op, cycle);
-    if (outcome === STALLED) {
-      this.stall(op);
-      return;
-    }
-    if (outcome === SPINNING) this.spin(op);
-    if (outcome !== JUMPED && this.fromMemory) this.pc = this.pc === this.wrapTop ? this.wrapBottom : (this.pc + 1) & 31;
-    // An instruction that brings in another one has no delay of its own.
-    const ticks = this.injected === NONE ? 1 + ((op >> 8) & this.delayMask) : 1;
-    this.next = this.runs ? this.next + ticks * this.period : Infinity;
-    if (this.autopull) this.refill(cycle);
+    this.isAhead = false;
+    if (this.program.stale) this.program.update(this.block.memory, this, this.block.sharedPins);
+    if (this.injected === NONE) this.stepProgram(cycle);
+    else this.stepInjected(cycle);
+    if (this.autopull && this.waitsFor === 0) this.refill(cycle);
   }
 
-  carryOut(op, cycle) {
-    this.fromMemory = this.injected === NONE;
+  stepProgram(cycle) {
+    const at = this.pc;
+    const outcome = this.carryOut(this.block.memory[at], cycle, true);
+    const sideMask = this.program.sideMasks[at];
+    if (sideMask !== 0) this.sideSet(sideMask, this.program.sideValues[at]);
+    if (outcome === STALLED) {
+      this.stall();
+      return;
+    }
+    this.goOn(at, outcome);
+    if (this.program.privates[this.pc] !== 0 && this.injected === NONE) this.runAhead();
+  }
+
+  /** Of the injected instruction only the delay counts, not that of the one which brought it in. */
+  stepInjected(cycle) {
+    const op = this.injected;
+    const outcome = this.carryOut(op, cycle, false);
+    this.sideSet(this.sideMaskOf(op), this.sideValueOf(op));
+    if (outcome === STALLED) {
+      this.injected = op;
+      this.stall();
+    } else {
+      this.next = this.runs ? this.next + this.cyclesOf(op) : Infinity;
+    }
+  }
+
+  carryOut(op, cycle, fromMemory) {
+    this.fromMemory = fromMemory;
     this.injected = NONE;
     this.waitsFor = 0;
-    this.spinCount = 0;
-    const outcome = execute(this, op, cycle);
-    if (this.sideMask !== 0) this.sideSet((op >> 8) & 31);
-    return outcome;
+    return execute(this, op, cycle);
+  }
+
+  /** To the next instruction of the program, and to its time. */
+  goOn(at, outcome) {
+    if (outcome === SPINNING) this.spin(at);
+    if (outcome !== JUMPED) this.pc = this.program.follows[at];
+    this.next += this.injected === NONE ? this.program.cycles[at] : this.period;
   }
 
   /** An instruction written to SMx_INSTR: at once, enabled or not; its delay is ignored (datasheet 3.5.7). */
   force(op, cycle) {
     const { waitsFor, flagRaised, next } = this;
     this.flagRaised = false;
-    this.injected = op;
-    const outcome = this.carryOut(op, cycle);
+    const outcome = this.carryOut(op, cycle, false);
+    this.sideSet(this.sideMaskOf(op), this.sideValueOf(op));
     if (outcome === STALLED) {
       this.injected = op;
       this.stalledAt = cycle;
@@ -85,8 +116,7 @@ export class StateMachine extends MachineSettings {
   }
 
   /** Parks the machine until what it waits for may have come; without such a thing it tries again at once. */
-  stall(op) {
-    if (!this.fromMemory) this.injected = op;
+  stall() {
     this.stalledAt = this.next;
     if (this.waitsFor === 0) this.next += this.period;
     else this.next = this.waitsFor === WAITS_FOR.pin ? this.tickAfter(this.block.inputs.nextChange - 1) : Infinity;
@@ -151,30 +181,77 @@ export class StateMachine extends MachineSettings {
     return this.fromMemory && target === this.pc;
   }
 
-  /** Takes all rounds of `jmp x--` or `jmp y--` onto itself at once. */
-  spin(op) {
-    const countsX = ((op >> 5) & 7) === 2;
-    this.spinCount = (countsX ? this.x : this.y) >>> 0;
-    this.spinsX = countsX;
-    this.spinStart = this.next;
-    this.spinPeriod = (1 + ((op >> 8) & this.delayMask)) * this.period;
-    this.spinPc = this.pc;
-    if (countsX) this.x = -1;
-    else this.y = -1;
-    this.next += this.spinCount * this.spinPeriod;
+  /** Takes all rounds of `jmp x--` or `jmp y--` onto itself at once, up to the last. */
+  spin(at) {
+    const rounds = this.roundsLeft(at);
+    this.next += rounds * this.program.cycles[at];
+    this.takeRounds(at, rounds + 1);
   }
 
-  /** Takes back the rounds that are not over, so that the registers are those of this cycle. */
+  countsX(at) {
+    return ((this.block.memory[at] >> 5) & 7) === 2;
+  }
+
+  roundsLeft(at) {
+    return (this.countsX(at) ? this.x : this.y) >>> 0;
+  }
+
+  takeRounds(at, rounds) {
+    if (this.countsX(at)) this.x = (this.x - rounds) | 0;
+    else this.y = (this.y - rounds) | 0;
+  }
+
+  /** Carries out what concerns nobody else: the next instruction, and those after it. */
+  runAhead() {
+    if (!this.isPrivate(this.pc)) return;
+    this.remember();
+    const { memory } = this.block;
+    for (let left = MOST_AHEAD; left > 0 && this.isPrivate(this.pc); left--) {
+      const at = this.pc;
+      this.goOn(at, execute(this, memory[at], 0));
+    }
+  }
+
+  /** Whether an instruction works on the registers only, and its side-set changes nothing. */
+  isPrivate(at) {
+    const { privates, sideMasks, sideValues } = this.program;
+    return privates[at] !== 0 && ((sideValues[at] ^ this.block.pinValues) & sideMasks[at]) === 0;
+  }
+
+  remember() {
+    const { before } = this;
+    this.isAhead = true;
+    before.next = this.next;
+    before.pc = this.pc;
+    before.x = this.x;
+    before.y = this.y;
+    before.isr = this.isr;
+    before.isrCount = this.isrCount;
+    before.osr = this.osr;
+    before.osrCount = this.osrCount;
+  }
+
+  /** Takes back what was carried out ahead of this cycle. */
   settle(cycle) {
-    const rounds = Math.ceil((cycle + 1 - this.spinStart) / this.spinPeriod);
-    if (this.spinCount === 0 || rounds > this.spinCount) return;
-    const left = (this.spinCount - rounds) | 0;
-    if (this.spinsX) this.x = left;
-    else this.y = left;
-    this.pc = this.spinPc;
-    this.next = this.spinStart + rounds * this.spinPeriod;
-    this.spinCount = 0;
+    if (!this.isAhead) return;
+    this.isAhead = false;
+    Object.assign(this, this.before);
+    this.fromMemory = true;
+    while (this.next < cycle + 1) this.redo(cycle);
     this.block.expect(this.next);
+  }
+
+  redo(cycle) {
+    const at = this.pc;
+    const outcome = execute(this, this.block.memory[at], 0);
+    const period = this.program.cycles[at];
+    const rounds = Math.ceil((cycle + 1 - this.next) / period);
+    if (outcome !== SPINNING || rounds > this.roundsLeft(at)) {
+      this.goOn(at, outcome);
+    } else {
+      this.takeRounds(at, rounds);
+      this.next += rounds * period;
+    }
   }
 
   enable(enabled, cycle) {
@@ -260,11 +337,9 @@ export class StateMachine extends MachineSettings {
     return word;
   }
 
-  sideSet(field) {
-    if (this.sideOptional && (field & 16) === 0) return;
-    const value = rotateLeft(field >> this.delayBits, this.sideBase);
-    if (this.sideDirections) this.block.writeDirections(this.sideMask, value);
-    else this.block.writePins(this.sideMask, value);
+  sideSet(mask, value) {
+    if (this.sideDirections) this.block.writeDirections(mask, value);
+    else this.block.writePins(mask, value);
   }
 
   outPins(value) {
