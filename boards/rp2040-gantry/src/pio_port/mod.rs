@@ -49,7 +49,7 @@ const TICK_HZ: u32 = 125_000_000;
 const MARGIN_TICKS: u32 = 4;
 /// DIR is set before the start of a run, at the least by so much as a driver may ask for.
 const SETUP_MAX_NS: u32 = 100_000;
-/// A block is handed over when it is full, or holds as much motion as this.
+/// A block is handed over when it is full, or holds as much motion as this. Less would leave too little time for the next.
 const BLOCK_SPAN_TICKS: u64 = TICK_HZ as u64 / 500;
 /// The odometer is at most this old.
 const REPORT_EVERY: Duration = Duration::from_millis(10);
@@ -149,9 +149,8 @@ struct Underway<'a> {
     words: Words,
     period_min_ticks: u32,
     has_started: bool,
-    /// Instant of the last step written, and of the first in the open block.
+    /// Instant of the last step written.
     last_ticks: u64,
-    block_ticks: u64,
     /// Words without a step written so far.
     rests: u32,
     /// Steps the odometer knows of.
@@ -169,9 +168,9 @@ impl<'a> Underway<'a> {
         interrupts::expect_halt(port.axis);
         port.machine.enable();
         let period_min_ticks = port.capabilities.period_min_ticks(run.wiring);
-        let (last_ticks, block_ticks, rests, reported) = (0, 0, 0, 0);
+        let (last_ticks, rests, reported) = (0, 0, 0);
         let has_started = false;
-        Self { port, run, odometer, words, period_min_ticks, has_started, last_ticks, block_ticks, rests, reported }
+        Self { port, run, odometer, words, period_min_ticks, has_started, last_ticks, rests, reported }
     }
 
     async fn feed(&mut self, segments: &SegmentQueue) -> Result<(), PortFault> {
@@ -181,7 +180,7 @@ impl<'a> Underway<'a> {
                 Ok(segment) => segment,
                 Err(_) => {
                     // What is written must not wait for what is not compiled yet.
-                    self.hand_over();
+                    self.port.stream.hand_over();
                     self.start().await?;
                     segments.receive().await
                 }
@@ -189,7 +188,7 @@ impl<'a> Underway<'a> {
             self.write(&segment, left == self.run.steps).await?;
             left -= segment.steps();
         }
-        self.hand_over();
+        self.port.stream.hand_over();
         self.start().await
     }
 
@@ -224,8 +223,9 @@ impl<'a> Underway<'a> {
             self.port.stream.wrote(wrote);
         }
         self.last_ticks = segment.last_ticks();
-        if self.last_ticks - self.block_ticks >= BLOCK_SPAN_TICKS {
-            self.hand_over();
+        // About what the open block spans: near enough to tell enough from too little.
+        if u64::from(self.port.stream.filled()) * u64::from(wait) >= BLOCK_SPAN_TICKS {
+            self.port.stream.hand_over();
         }
         Ok(())
     }
@@ -252,15 +252,10 @@ impl<'a> Underway<'a> {
         Ok(())
     }
 
-    fn hand_over(&mut self) {
-        self.port.stream.hand_over();
-        self.block_ticks = self.last_ticks;
-    }
-
     /// Waits for a place to write to.
     async fn await_room(&mut self) -> Result<(), PortFault> {
         if self.port.stream.is_full() {
-            self.hand_over();
+            self.port.stream.hand_over();
         }
         if self.port.stream.has_room() {
             return Ok(());

@@ -75,6 +75,11 @@ impl Stream {
         self.filled += words;
     }
 
+    /// Words written since the last were handed over.
+    pub fn filled(&self) -> u32 {
+        self.filled as u32
+    }
+
     pub fn is_full(&self) -> bool {
         self.filled == BLOCK_WORDS
     }
