@@ -9,7 +9,7 @@ use super::measured::Measured;
 use super::progress::Case;
 use super::rates::RAMP_S;
 use super::statistics::{DriftFigures, ErrorFigures};
-use super::trial::{AXES, Machine, Ramp, Trial};
+use super::trial::{AXES, Machine, Trial};
 use super::variant::Port;
 
 /// Bars of the histogram.
@@ -40,7 +40,7 @@ pub struct MoveErrors {
 /// A move at `rate_steps_s` of each axis.
 pub fn measure(board: &Board, port: Port, rate_steps_s: u32, effort: &Effort) -> Result<AccuracyFigures> {
     let case = Case::begin(port, AXES, rate_steps_s, &format!("one move of {} s", effort.long_move_s));
-    let machine = Machine::new(rate_steps_s, Ramp::FromRest(RAMP_S));
+    let machine = Machine::new(rate_steps_s, RAMP_S);
     let steps = machine.steps_of(effort.long_move_s - 2.0 * RAMP_S);
     let trial = Trial::new(machine, AXES, steps, false);
     let move_s = trial.duration_s()?;

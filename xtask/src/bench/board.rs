@@ -1,5 +1,6 @@
 //! Runs of a firmware on the emulated board.
 
+use std::collections::BTreeMap;
 use std::ffi::OsStr;
 use std::fs::{self, File};
 use std::io::BufReader;
@@ -13,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use super::edges;
 use super::follow::{Astray, Followed, follow};
 use super::measured::Measured;
-use super::trial::{AXES, Trial};
+use super::trial::{AXES, STEPS_PER_MM, Trial};
 use super::variant::{DRIVER, Variant};
 use crate::workspace;
 
@@ -37,9 +38,17 @@ pub struct Summary {
     error: Option<String>,
     /// The first alarm, `ALARM:n`.
     alarm: Option<String>,
+    final_status: Option<String>,
+    axes: BTreeMap<String, Axis>,
     pub moving: Moving,
     #[serde(default)]
     pub stops: Vec<Stop>,
+}
+
+/// A carriage, by the edges that its driver got.
+#[derive(Debug, Deserialize)]
+struct Axis {
+    position_steps: f64,
 }
 
 impl Summary {
@@ -50,9 +59,25 @@ impl Summary {
     }
 }
 
+impl Summary {
+    /// Whether the firmware knows where it is: the position it reported last is that of the edges counted, on every axis.
+    pub fn knows_position(&self) -> bool {
+        let reported = self.final_status.as_deref().and_then(position_mm);
+        let counted = self.axes.values().map(|axis| axis.position_steps);
+        reported.is_some_and(|reported| {
+            let reported = reported.into_iter().map(|mm| (mm * STEPS_PER_MM).round());
+            reported.eq(counted)
+        })
+    }
+}
+
 /// The core while the machine moved.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize)]
 pub struct Moving {
+    /// How long, ns.
+    pub time_ns: f64,
+    /// Of all axes.
+    pub edges: f64,
     /// Share of the time that the core was awake.
     pub load: f64,
     /// Planning, console and all.
@@ -62,6 +87,21 @@ pub struct Moving {
 }
 
 impl Moving {
+    /// What is left of this without `part` of it.
+    pub fn less(&self, part: &Self) -> Self {
+        let (time_ns, edges) = (self.time_ns - part.time_ns, self.edges - part.edges);
+        let rest = |whole: f64, part: f64, of: f64| if of > 0.0 { (whole - part) / of } else { 0.0 };
+        let awake = |moving: &Self| moving.awake_cycles_per_edge * moving.edges;
+        let interrupt = |moving: &Self| moving.interrupt_cycles_per_edge * moving.edges;
+        Self {
+            time_ns,
+            edges,
+            load: rest(self.load * self.time_ns, part.load * part.time_ns, time_ns),
+            awake_cycles_per_edge: rest(awake(self), awake(part), edges),
+            interrupt_cycles_per_edge: rest(interrupt(self), interrupt(part), edges),
+        }
+    }
+
     pub fn words(&self) -> String {
         format!("{:.1} % awake, {:.0} cycles a step", self.load * 100.0, self.awake_cycles_per_edge)
     }
@@ -136,6 +176,12 @@ fn follow_file(path: &Path, plans: &[SyncMove<AXES>]) -> Result<Measured<Followe
     }
 }
 
+/// `<Idle|MPos:1.000,2.000,3.000|...>` as X, Y and Z.
+fn position_mm(status: &str) -> Option<Vec<f64>> {
+    let places = status.split_once("MPos:")?.1.split(['|', '>']).next()?;
+    places.split(',').map(|place| place.parse().ok()).collect()
+}
+
 /// What the firmware said about what went wrong: the last message of the transcript, in brackets.
 fn last_message(transcript: &str) -> String {
     let message = |line: &str| Some(line.split_once("[MSG:")?.1.trim_end_matches(']').to_owned());
@@ -147,9 +193,35 @@ mod tests {
     use super::*;
 
     fn summary(error: &str, alarm: &str) -> Summary {
-        let moving = r#"{"load": 0.5, "awake_cycles_per_edge": 20.5, "interrupt_cycles_per_edge": 3}"#;
-        let text = format!(r#"{{"error": {error}, "alarm": {alarm}, "moving": {moving}, "replies": []}}"#);
+        let moving =
+            r#"{"time_ns": 8, "edges": 1, "load": 0.5, "awake_cycles_per_edge": 20.5, "interrupt_cycles_per_edge": 3}"#;
+        let status = r#""<Idle|MPos:1.500,0.000,-0.001|FS:0,0>""#;
+        let axes = r#"{"X": {"position_steps": 1500}, "Y": {"position_steps": 0}, "Z": {"position_steps": -1}}"#;
+        let text = format!(
+            r#"{{"error": {error}, "alarm": {alarm}, "final_status": {status}, "axes": {axes}, "moving": {moving}}}"#
+        );
         serde_json::from_str(&text).unwrap()
+    }
+
+    #[test]
+    fn a_step_off_its_place_is_seen() {
+        let mut summary = summary("null", "null");
+        assert!(summary.knows_position());
+        summary.axes.get_mut("Y").unwrap().position_steps = 1.0;
+        assert!(!summary.knows_position());
+    }
+
+    #[test]
+    fn a_cruise_is_what_a_move_costs_more_than_its_ramps() {
+        let moving = |time_ns, edges, load, awake_cycles_per_edge| Moving {
+            time_ns,
+            edges,
+            load,
+            awake_cycles_per_edge,
+            interrupt_cycles_per_edge: 0.0,
+        };
+        let cruise = moving(400.0, 30.0, 0.5, 30.0).less(&moving(100.0, 10.0, 0.8, 50.0));
+        assert_eq!((cruise.time_ns, cruise.edges, cruise.load, cruise.awake_cycles_per_edge), (300.0, 20.0, 0.4, 20.0));
     }
 
     #[test]

@@ -36,8 +36,10 @@ pub struct Conditions {
     pub driver: &'static str,
     /// Status reports asked for over USB meanwhile, Hz.
     pub poll_hz: u32,
-    /// From rest to the rate, s, unless the acceleration would be more than can be set.
+    /// From rest to the rate, s, unless that took more than the highest acceleration.
     pub ramp_s: f64,
+    /// The highest acceleration, steps/s2.
+    pub accel_max_steps_s2: f64,
 }
 
 /// What was measured of a port.

@@ -111,12 +111,12 @@ impl std::fmt::Display for Astray {
 
 #[cfg(test)]
 mod tests {
-    use super::super::trial::{Machine, Ramp, Trial};
+    use super::super::trial::{Machine, Trial};
     use super::*;
 
     /// A short move there and back, and its edges to the cycle.
     fn ideal() -> (Vec<SyncMove<AXES>>, Vec<Edge>) {
-        let machine = Machine::new(10_000, Ramp::FromRest(0.01));
+        let machine = Machine::new(10_000, 0.01);
         let plans = Trial::new(machine, 2, 250, true).plans().unwrap();
         let start = [1_000_000, 90_000_000];
         let mut edges = Vec::new();

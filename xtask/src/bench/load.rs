@@ -1,4 +1,6 @@
-//! What steps cost the core: three axes at a steady rate, and in ramps alone.
+//! What steps cost the core: three axes at a steady rate, and in ramps.
+//!
+//! Two moves have the same ramps, and one of them a cruise as well: what it costs more is the cruise's.
 
 use anyhow::Result;
 use serde::Serialize;
@@ -8,7 +10,7 @@ use super::effort::Effort;
 use super::measured::Measured;
 use super::progress::Case;
 use super::rates::RAMP_S;
-use super::trial::{AXES, Machine, Ramp, Trial};
+use super::trial::{AXES, Machine, Trial};
 use super::variant::Port;
 
 /// The load at one rate.
@@ -16,9 +18,9 @@ use super::variant::Port;
 pub struct LoadFigures {
     /// Of each of the three axes.
     pub rate_steps_s: u32,
-    /// All the way at the rate.
+    /// At the rate.
     pub cruising: Measured<Moving>,
-    /// Half the way up to the rate and half the way down.
+    /// Up to the rate and down again, half the way each.
     pub ramping: Measured<Moving>,
 }
 
@@ -29,15 +31,19 @@ pub fn measure(board: &Board, port: Port, effort: &Effort) -> Result<Vec<LoadFig
 
 fn at(board: &Board, port: Port, rate_steps_s: u32, effort: &Effort) -> Result<LoadFigures> {
     let case = Case::begin(port, AXES, rate_steps_s, "load");
-    let cruising = moving(board, rate_steps_s, Ramp::None, effort.load_s)?;
-    let ramping = moving(board, rate_steps_s, Ramp::FromRest(RAMP_S), 0.0)?;
+    let ramping = moving(board, rate_steps_s, 0.0)?;
+    let whole = moving(board, rate_steps_s, effort.load_s)?;
+    let cruising = match (&whole, &ramping) {
+        (Measured::Figure(whole), Measured::Figure(ramping)) => Measured::Figure(whole.less(ramping)),
+        (missing @ Measured::Missing { .. }, _) | (_, missing) => missing.clone(),
+    };
     let percent = |moving: &Moving| format!("{:.1} %", moving.load * 100.0);
     case.end(&format!("cruising {}, in ramps {}", cruising.words(percent), ramping.words(percent)));
     Ok(LoadFigures { rate_steps_s, cruising, ramping })
 }
 
-fn moving(board: &Board, rate_steps_s: u32, ramp: Ramp, cruise_s: f64) -> Result<Measured<Moving>> {
-    let machine = Machine::new(rate_steps_s, ramp);
+fn moving(board: &Board, rate_steps_s: u32, cruise_s: f64) -> Result<Measured<Moving>> {
+    let machine = Machine::new(rate_steps_s, RAMP_S);
     let steps = machine.steps_of(cruise_s);
     let trial = Trial::new(machine, AXES, steps, false);
     Ok(board.run(&trial.script(), trial.duration_s()?)?.map(|summary| summary.moving))

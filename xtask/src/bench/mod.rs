@@ -38,7 +38,7 @@ use anyhow::{Context, Result, ensure};
 use self::board::{Board, CLOCK_HZ, POLL_HZ};
 use self::effort::Effort;
 use self::figures::{Conditions, Figures, PortFigures};
-use self::trial::AXES;
+use self::trial::{ACCEL_MAX_STEPS_S2, AXES};
 use self::variant::{DRIVER, Port, Variant};
 use crate::process::announce;
 use crate::{node, workspace};
@@ -123,6 +123,7 @@ fn conditions(args: &Args) -> Conditions {
         driver: DRIVER,
         poll_hz: POLL_HZ,
         ramp_s: rates::RAMP_S,
+        accel_max_steps_s2: ACCEL_MAX_STEPS_S2,
     }
 }
 

@@ -9,10 +9,10 @@ use super::measured::Measured;
 use super::progress::Case;
 use super::search::{self, Found};
 use super::statistics::ErrorFigures;
-use super::trial::{Machine, Ramp, Trial};
+use super::trial::{Machine, Trial};
 use super::variant::Port;
 
-/// From rest to the rate, s; longer where the acceleration would be more than can be set.
+/// From rest to the rate, s; longer where that took more than the highest acceleration.
 pub const RAMP_S: f64 = 0.2;
 
 /// What some axes at once sustain.
@@ -60,7 +60,7 @@ fn sustained(
     cruise_s: f64,
 ) -> Result<Result<ErrorFigures, String>> {
     let case = Case::begin(port, axes, rate_steps_s, "there and back");
-    let machine = Machine::new(rate_steps_s, Ramp::FromRest(RAMP_S));
+    let machine = Machine::new(rate_steps_s, RAMP_S);
     let steps = machine.steps_of(cruise_s);
     let verdict = match board.follow(&Trial::new(machine, axes, steps, true))? {
         Measured::Figure(followed) => in_place(followed.figures(), rate_steps_s),

@@ -168,7 +168,7 @@ fn stops(figures: &Figures) -> Section {
     Section {
         heading: "Stops".to_owned(),
         text: "From the edge of an input, or a reset byte's arrival, to the last rising edge of any axis, at random \
-               instants of moves of three axes. After each stop the position reported was that of the edges counted."
+               instants of moves of three axes. After all of them the position reported was that of the edges counted."
             .to_owned(),
         table: Some(rows(&["port", "by", "steps/s of each", "at most"], figures.ports.iter().flat_map(row))),
         ..Section::default()

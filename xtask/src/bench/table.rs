@@ -23,7 +23,7 @@ pub fn table(figures: &Figures) -> String {
 /// What every figure depends on, in a sentence.
 pub fn conditions(conditions: &Conditions) -> String {
     format!(
-        "All figures: {}, {} MHz, {}; driver {}, status polled over USB at {} Hz; from rest in {} s, at most 5,000,000 \
+        "All figures: {}, {} MHz, {}; driver {}, status polled over USB at {} Hz; from rest in {} s, at most {} \
          steps/s2. Command: {}",
         conditions.board,
         conditions.clock_hz / 1_000_000,
@@ -31,6 +31,7 @@ pub fn conditions(conditions: &Conditions) -> String {
         conditions.driver.to_uppercase(),
         conditions.poll_hz,
         conditions.ramp_s,
+        grouped(conditions.accel_max_steps_s2 as u64),
         conditions.command,
     )
 }

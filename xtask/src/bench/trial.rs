@@ -6,19 +6,16 @@ use isostep_controller::config;
 use isostep_profile::SyncMove;
 
 pub const AXES: usize = 3;
-/// The most that `$120` takes, mm/s2.
-const ACCEL_MAX_MM_S2: f64 = 1e5;
-/// The settings that make up a [`Machine`], in an order in which none contradicts those before it.
-const NUMBERS: [u16; 10] = [0, 110, 111, 112, 120, 121, 122, 910, 911, 912];
-
-/// How an axis comes to its top speed.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Ramp {
-    /// From rest in this time, s, or as much longer as the highest acceleration that can be set takes.
-    FromRest(f64),
-    /// It starts and ends at its top speed.
-    None,
-}
+/// So many that millions of steps are within the 10 m that a target may be from zero, and that a position in mm and
+/// thousandths is one of whole steps.
+pub const STEPS_PER_MM: f64 = 1_000.0;
+/// Acceleration of the fastest machines, steps/s2: 1,000,000 steps/s in 0.2 s.
+pub const ACCEL_MAX_STEPS_S2: f64 = 5e6;
+/// An eighth of a millimetre, which binary fractions hold exactly.
+const MOVE_UNIT_STEPS: f64 = STEPS_PER_MM / 8.0;
+/// The settings that make up a [`Machine`], in an order in which none contradicts those before it: the default top speed
+/// works with any resolution once the pulse is short.
+const NUMBERS: [u16; 10] = [0, 100, 101, 102, 110, 111, 112, 120, 121, 122];
 
 /// A machine whose axes are all alike.
 #[derive(Clone, Debug)]
@@ -35,33 +32,28 @@ pub struct Trial {
 }
 
 impl Machine {
-    /// All axes go at `rate_steps_s` at most, with the shortest pulses that the driver takes.
-    pub fn new(rate_steps_s: u32, ramp: Ramp) -> Self {
-        let settings = Settings::default();
-        let mm_s = f64::from(rate_steps_s) / f64::from(settings.steps_per_mm[0]);
-        let (accel_mm_s2, start_mm_s) = match ramp {
-            Ramp::FromRest(ramp_s) => ((mm_s / ramp_s).min(ACCEL_MAX_MM_S2), 0.0),
-            Ramp::None => (ACCEL_MAX_MM_S2, mm_s),
-        };
-        let mm_min = |mm_s: f64| [(mm_s * 60.0) as f32; AXES];
+    /// All axes come to `rate_steps_s` in `ramp_s`, or as much later as [`ACCEL_MAX_STEPS_S2`] takes, with the shortest
+    /// pulses that the driver takes.
+    pub fn new(rate_steps_s: u32, ramp_s: f64) -> Self {
+        let rate_steps_s = f64::from(rate_steps_s);
+        let accel_steps_s2 = (rate_steps_s / ramp_s).min(ACCEL_MAX_STEPS_S2);
         Self {
             settings: Settings {
                 pulse_us: 0,
-                max_rate_mm_min: mm_min(mm_s),
-                start_rate_mm_min: mm_min(start_mm_s),
-                accel_mm_s2: [accel_mm_s2 as f32; AXES],
-                ..settings
+                steps_per_mm: [STEPS_PER_MM as f32; AXES],
+                max_rate_mm_min: [(rate_steps_s / STEPS_PER_MM * 60.0) as f32; AXES],
+                accel_mm_s2: [(accel_steps_s2 / STEPS_PER_MM) as f32; AXES],
+                ..Settings::default()
             },
         }
     }
 
-    /// Steps of a move that cruises for `cruise_s` between its ramps: whole millimetres, which a float tells apart.
+    /// Steps of a move that cruises for about `cruise_s` between its ramps.
     pub fn steps_of(&self, cruise_s: f64) -> i32 {
         let limits = config(&self.settings).limits[0];
-        let ramp_s = (limits.top_speed_steps_s - limits.start_speed_steps_s) / limits.accel_steps_s2;
-        let steps_per_mm = f64::from(self.settings.steps_per_mm[0]);
-        let mm = (limits.top_speed_steps_s * (ramp_s + cruise_s) / steps_per_mm).round();
-        (mm.max(1.0) * steps_per_mm) as i32
+        let ramp_s = limits.top_speed_steps_s / limits.accel_steps_s2;
+        let units = (limits.top_speed_steps_s * (ramp_s + cruise_s) / MOVE_UNIT_STEPS).round();
+        (units.max(1.0) * MOVE_UNIT_STEPS) as i32
     }
 
     /// The lines that set it, each answered `ok`.
@@ -73,7 +65,7 @@ impl Machine {
 
     /// The line that goes to `steps` as fast as it may.
     pub fn rapid(&self, steps: [i32; AXES]) -> String {
-        let mm = |axis: usize| f64::from(steps[axis]) / f64::from(self.settings.steps_per_mm[axis]);
+        let mm = |axis: usize| f64::from(steps[axis]) / STEPS_PER_MM;
         format!("G0 X{} Y{} Z{}", mm(0), mm(1), mm(2))
     }
 }
@@ -116,34 +108,31 @@ mod tests {
 
     #[test]
     fn a_trial_is_the_same_to_the_board_and_to_the_closed_form() {
-        let machine = Machine::new(30_000, Ramp::FromRest(0.2));
+        let machine = Machine::new(30_000, 0.2);
         let steps = machine.steps_of(0.3);
         assert_eq!(steps, 15_000, "0.2 s of ramps' worth and 0.3 s of cruise");
         let trial = Trial::new(machine, 2, steps, true);
         let script = trial.script();
-        for line in ["send $110=36000", "send $121=3000", "send $912=0", "send G0 X300 Y300 Z0", "send G0 X0 Y0 Z0"] {
+        for line in ["send $110=1800", "send $121=150", "send G0 X15 Y15 Z0", "send G0 X0 Y0 Z0"] {
             assert!(script.lines().any(|each| each == line), "{line} in {script}");
         }
         let plans = trial.plans().unwrap();
-        assert_eq!(
-            plans.iter().map(|plan| plan.steps).collect::<Vec<_>>(),
-            [[15_000, 15_000, 0], [-15_000, -15_000, 0]]
-        );
+        let steps: Vec<_> = plans.iter().map(|plan| plan.steps).collect();
+        assert_eq!(steps, [[15_000, 15_000, 0], [-15_000, -15_000, 0]]);
         assert!((trial.duration_s().unwrap() - 1.4).abs() < 1e-9);
     }
 
     #[test]
-    fn acceleration_stays_within_what_the_setting_takes() {
-        let machine = Machine::new(4_000_000, Ramp::FromRest(0.2));
-        assert!(machine.set_up().contains("$120=100000\n"));
+    fn acceleration_is_bounded() {
+        let machine = Machine::new(4_000_000, 0.2);
+        assert!(machine.set_up().contains("$120=5000\n"));
         assert_eq!(machine.steps_of(0.2), 4_000_000, "0.8 s ramps");
     }
 
     #[test]
-    fn without_ramps_all_the_way_is_cruised() {
-        let machine = Machine::new(10_000, Ramp::None);
-        assert_eq!(machine.steps_of(1.0), 10_000);
-        let trial = Trial::new(machine, 3, 10_000, false);
-        assert!((trial.duration_s().unwrap() - 1.0).abs() < 1e-9);
+    fn a_long_move_is_within_reach() {
+        let machine = Machine::new(1_000_000, 0.2);
+        let mm = f64::from(machine.steps_of(9.6)) / STEPS_PER_MM;
+        assert!(mm <= 10_000.0, "{mm}");
     }
 }
