@@ -29,13 +29,20 @@ pub fn run(Args {}: Args) -> Result<()> {
 
 fn firmware() -> Result<()> {
     let toolchain = Toolchain::ensure()?;
-    if let Toolchain::FromSource { .. } = toolchain {
-        announce("firmware: compiled only; clippy and rustdoc need the target in the default toolchain");
-        return run_command(&mut toolchain.cargo("check", workspace::FIRMWARE));
+    for package in [workspace::FIRMWARE, workspace::BENCH_FIRMWARE] {
+        check_firmware(&toolchain, package)?;
     }
-    announce("clippy, firmware");
-    run_command(toolchain.cargo("clippy", workspace::FIRMWARE).args(DENY_WARNINGS))?;
-    announce("rustdoc, firmware");
-    let mut doc = toolchain.cargo("doc", workspace::FIRMWARE);
+    Ok(())
+}
+
+fn check_firmware(toolchain: &Toolchain, package: &str) -> Result<()> {
+    if let Toolchain::FromSource { .. } = toolchain {
+        announce(&format!("{package}: compiled only; clippy and rustdoc need the target in the default toolchain"));
+        return run_command(&mut toolchain.cargo("check", package));
+    }
+    announce(&format!("clippy, {package}"));
+    run_command(toolchain.cargo("clippy", package).args(DENY_WARNINGS))?;
+    announce(&format!("rustdoc, {package}"));
+    let mut doc = toolchain.cargo("doc", package);
     run_command(doc.args(["--no-deps", "--document-private-items"]).env("RUSTDOCFLAGS", "-D warnings"))
 }

@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 
 /// The package, and the binary, of the gantry's firmware.
 pub const FIRMWARE: &str = "rp2040-gantry";
+/// The package, and the binary, of the firmware that times itself.
+pub const BENCH_FIRMWARE: &str = "rp2040-bench";
 /// The RP2040's cores are Cortex-M0+.
 pub const FIRMWARE_TARGET: &str = "thumbv6m-none-eabi";
 

@@ -5,9 +5,10 @@ use core::sync::atomic::AtomicU32;
 
 use isostep_profile::Intervals;
 
+/// As a port does, which adds to each interval what its own edge takes.
 // SAFETY: the runtime copies `.data` to RAM before `main`; the function goes nowhere else.
 #[unsafe(link_section = ".data.hot")]
 #[inline(never)]
-pub fn fill(intervals: &mut Intervals, words: &[AtomicU32]) -> usize {
-    intervals.fill(words, 0)
+pub fn fill(words: &[AtomicU32], intervals: &mut Intervals, bias: u32) -> usize {
+    intervals.fill(words, bias)
 }

@@ -10,6 +10,7 @@
 //! | `compile.accel`, `.cruise`, `.decel` | steps of the segments that begin there, of [`ramp`] | of all of them |
 //! | `compile.accel.max` and so on | the same | of the slowest |
 //! | `compile.lead` | ticks of motion, here the count | of the segment that has fewest ticks a cycle |
+//! | `compile.lead.queue` | the same | of the [`QUEUE_SEGMENTS`] in a row that have fewest |
 //! | `fill` | the words of [`Intervals::fill`], from RAM, into [`BLOCK_WORDS`] at a time | of all of them |
 //! | each of [`generators`] | its intervals, [`BLOCK_WORDS`] at a time | of all of them |
 //! | each of these, `.max` | the same | of the slowest interval |
@@ -25,6 +26,8 @@ use isostep_profile::{IntervalLaw, Limits, PlanError, Segments, SyncMove};
 pub const TICK_HZ: u32 = 125_000_000;
 /// Intervals written between two looks at the clock.
 pub const BLOCK_WORDS: usize = 256;
+/// Segments that an axis has queued, behind which a short one hides.
+pub const QUEUE_SEGMENTS: usize = 8;
 /// Of the ramp: 50,000 to accelerate, 20,000 to cruise, 50,000 to decelerate.
 pub const STEPS: u32 = 120_000;
 /// Of the axes of the move that is planned.
@@ -59,16 +62,23 @@ pub fn ramp() -> Result<SyncMove<1>, PlanError> {
     SyncMove::plan([STEPS as i32], &[LIMITS], IntervalLaw::Fastest, None)
 }
 
-/// What the segments of a plan come to: as much of it as a checksum needs.
+/// The phases of [`ramp`] and their steps, as the firmware's lines name them.
 #[must_use]
-pub fn plan_checksum(plan: &SyncMove<3>, segments: [Segments; 3]) -> u32 {
+pub fn phases(ramp: &SyncMove<1>) -> [(&'static str, u32); 3] {
+    let counts = ramp.profile.step_counts();
+    [("accel", counts.accel), ("cruise", counts.cruise), ("decel", counts.decel)]
+}
+
+/// What a plan and its segments come to: as much of it as a checksum needs.
+#[must_use]
+pub fn plan_checksum(plan: &SyncMove<3>, segments: [Segments; 3]) -> Checksum {
     let mut checksum = Checksum::default();
     checksum.add((plan.profile.duration_s() * f64::from(TICK_HZ)) as u32);
     for segment in segments.into_iter().filter_map(|mut segments| segments.next()) {
         checksum.add(segment.steps());
         checksum.add(segment.last_ticks() as u32);
     }
-    checksum.value()
+    checksum
 }
 
 /// A generator that is timed.

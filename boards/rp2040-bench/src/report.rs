@@ -1,8 +1,9 @@
 //! The figures, a line each, on UART0.
 
-use core::fmt::{self, Write};
+use core::fmt::{self, Display, Write};
 
 use embassy_rp::uart::{Blocking, UartTx};
+use rp2040_bench::Checksum;
 
 /// Cycles, and the results they made.
 #[derive(Clone, Copy, Default)]
@@ -43,13 +44,13 @@ impl Report {
     }
 
     /// The sum over all results.
-    pub fn sum(&mut self, name: &str, figure: Figure, checksum: u32) {
-        self.line(format_args!("{name},{},{},{checksum}", figure.cycles, figure.count));
+    pub fn sum(&mut self, name: impl Display, figure: Figure, checksum: Checksum) {
+        self.line(format_args!("{name},{},{},{}", figure.cycles, figure.count, checksum.value()));
     }
 
     /// The slowest piece of work.
-    pub fn max(&mut self, name: &str, figure: Figure, checksum: u32) {
-        self.line(format_args!("{name}.max,{},{},{checksum}", figure.cycles_max, figure.count));
+    pub fn max(&mut self, name: impl Display, figure: Figure, checksum: Checksum) {
+        self.line(format_args!("{name}.max,{},{},{}", figure.cycles_max, figure.count, checksum.value()));
     }
 
     /// Nothing comes after it.
