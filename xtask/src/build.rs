@@ -1,6 +1,7 @@
 //! `cargo xtask build`: the release firmware, as ELF and UF2.
 
 use std::fs;
+use std::path::PathBuf;
 
 use anyhow::{Context, Result};
 
@@ -8,6 +9,7 @@ use crate::firmware::Firmware;
 use crate::footprint::Footprint;
 use crate::process::{self, announce};
 use crate::toolchain::Toolchain;
+use crate::variant::Variant;
 use crate::{uf2, workspace};
 
 /// Build the release firmware as ELF and UF2, and print its sizes
@@ -17,20 +19,42 @@ The files, for a probe and for the boot drive:
   target/thumbv6m-none-eabi/release/rp2040-gantry
   target/thumbv6m-none-eabi/release/rp2040-gantry.uf2
 
-The compiler is found or installed as `cargo xtask setup --help` says.")]
-pub struct Args {}
+Examples:
+  cargo xtask build                       steps by PIO and DMA, for DRV8825 drivers
+  cargo xtask build --driver tmc2209      faster drivers, shorter pulses
+  cargo xtask build --port timer          steps by the processor
 
-pub fn run(Args {}: Args) -> Result<()> {
-    let firmware = firmware()?;
+The compiler is found or installed as `cargo xtask setup --help` says.")]
+pub struct Args {
+    #[command(flatten)]
+    variant: Variant,
+}
+
+pub fn run(args: Args) -> Result<()> {
+    let firmware = firmware(args.variant)?;
     println!("{}", workspace::shown(&workspace::firmware_elf()));
     println!("{}", workspace::shown(&workspace::firmware_uf2()));
     print!("{}", Footprint::new(&firmware).table());
     Ok(())
 }
 
-/// Builds the gantry's firmware, without features.
-pub fn firmware() -> Result<Firmware> {
-    build_firmware(workspace::FIRMWARE, &[])
+/// Builds the gantry's firmware.
+pub fn firmware(variant: Variant) -> Result<Firmware> {
+    build_firmware(workspace::FIRMWARE, &variant.features())
+}
+
+/// Builds the gantry's firmware and keeps a copy of its ELF under this name, for those who need several at once.
+pub fn kept_firmware(variant: Variant, name: &str) -> Result<PathBuf> {
+    firmware(variant)?;
+    let (from, to) = (workspace::firmware_elf(), kept_elf(name));
+    fs::create_dir_all(workspace::target_dir().join("firmware"))?;
+    fs::copy(&from, &to).with_context(|| format!("cannot copy {} to {}", from.display(), to.display()))?;
+    Ok(to)
+}
+
+/// Where a copy of that name is kept.
+pub fn kept_elf(name: &str) -> PathBuf {
+    workspace::target_dir().join("firmware").join(name).with_extension("elf")
 }
 
 /// Builds a board's package with `features` of its own on, and writes its UF2 file beside the ELF: the last build of a
@@ -39,7 +63,7 @@ pub fn build_firmware(package: &str, features: &[&str]) -> Result<Firmware> {
     let toolchain = Toolchain::ensure()?;
     let with = features.iter().map(|feature| format!(" +{feature}")).collect::<String>();
     announce(&format!("{package}{with} for {}, with {}", workspace::FIRMWARE_TARGET, toolchain.description()));
-    process::run(toolchain.cargo("build", package).arg(format!("--features={}", features.join(","))))?;
+    process::run(&mut toolchain.cargo("build", package, features))?;
     let firmware = Firmware::read(&workspace::elf(package))?;
     let uf2 = workspace::uf2(package);
     fs::write(&uf2, uf2::from_loads(&firmware.loads)).with_context(|| format!("cannot write {}", uf2.display()))?;

@@ -8,6 +8,7 @@ use anyhow::{Context, Result};
 use isostep_sim::compare::{self, Comparison};
 
 use crate::process::{self, announce};
+use crate::variant::Variant;
 use crate::{build, node, workspace};
 
 /// Run a program on the firmware, in an emulated RP2040
@@ -17,6 +18,7 @@ The firmware is the one that `build` makes, unmodified; its STEP edges move carr
 
 Examples:
   cargo xtask emulate programs/parking.nc --trace b.csv
+  cargo xtask emulate programs/parking.nc --port timer      steps by the processor instead of PIO and DMA
   cargo xtask emulate programs/square.nc --console uart --start 10,20,5
   cargo xtask emulate programs/parking.nc --switch X=stuck-open    homing fails with its alarm
   cargo xtask emulate programs/square.nc -- --stream counting --poll-hz 4")]
@@ -45,6 +47,8 @@ pub struct Args {
     /// A faulty limit switch, for example X=stuck-open
     #[arg(long, value_name = "AXIS=FAULT")]
     switch: Vec<String>,
+    #[command(flatten)]
+    variant: Variant,
     /// More options of the emulator (`node tests/emulator/run.mjs --help` lists them)
     #[arg(last = true, value_name = "OPTIONS")]
     more: Vec<String>,
@@ -56,7 +60,7 @@ pub fn run(args: Args) -> Result<()> {
         .with_context(|| format!("{name} cannot be read: name a G-code program, such as programs/parking.nc"))?;
     isostep_sim::program::lines(&program).with_context(|| name.to_string())?;
     node::prepare()?;
-    build::firmware()?;
+    build::firmware(args.variant)?;
     announce(&format!("{name} on the emulated board"));
     let trace = args.trace.clone().unwrap_or_else(|| workspace::target_dir().join("emulated.csv"));
     process::run(&mut command(&args, &trace))?;
@@ -98,6 +102,7 @@ fn command(args: &Args, trace: &Path) -> Command {
         command.args(value.iter().map(|value| format!("{flag}={value}")));
     }
     command.args(args.switch.iter().flat_map(|switch| ["--switch", switch]));
+    command.args(["--driver", args.variant.driver_name()]);
     command.args(&args.more);
     command
 }

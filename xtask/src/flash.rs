@@ -8,6 +8,7 @@ use std::process::Command;
 use anyhow::{Context, Result, bail};
 
 use crate::process::{self, announce};
+use crate::variant::Variant;
 use crate::{build, workspace};
 
 const CHIP: &str = "RP2040";
@@ -22,6 +23,7 @@ The first of these that reaches a board is used:
 
 Examples:
   cargo xtask flash
+  cargo xtask flash --driver tmc2209   faster drivers than DRV8825
   cargo xtask flash --logs             stay attached to the probe and print the log
   cargo xtask flash --drive /mnt/pico  the boot drive is mounted in an unusual place")]
 pub struct Args {
@@ -31,10 +33,12 @@ pub struct Args {
     /// Where the boot drive RPI-RP2 is mounted
     #[arg(long, value_name = "DIR")]
     drive: Option<PathBuf>,
+    #[command(flatten)]
+    variant: Variant,
 }
 
 pub fn run(args: Args) -> Result<()> {
-    build::firmware()?;
+    build::firmware(args.variant)?;
     if let Some(drive) = &args.drive {
         return to_named_drive(drive);
     }

@@ -6,6 +6,7 @@ use anyhow::Result;
 
 use crate::process::{announce, run as run_command};
 use crate::toolchain::{Toolchain, cargo};
+use crate::variant::{Driver, Port, Variant};
 use crate::workspace;
 
 /// Check formatting, clippy and the documentation; warnings are errors
@@ -29,20 +30,22 @@ pub fn run(Args {}: Args) -> Result<()> {
 
 fn firmware() -> Result<()> {
     let toolchain = Toolchain::ensure()?;
-    for package in [workspace::FIRMWARE, workspace::BENCH_FIRMWARE] {
-        check_firmware(&toolchain, package)?;
-    }
+    let other = Variant { port: Port::Timer, driver: Driver::Tmc2209 };
+    check_firmware(&toolchain, workspace::FIRMWARE, &Variant::default().features())?;
+    check_firmware(&toolchain, workspace::FIRMWARE, &other.features())?;
+    check_firmware(&toolchain, workspace::BENCH_FIRMWARE, &[])?;
     Ok(())
 }
 
-fn check_firmware(toolchain: &Toolchain, package: &str) -> Result<()> {
+fn check_firmware(toolchain: &Toolchain, package: &str, features: &[&str]) -> Result<()> {
     if let Toolchain::FromSource { .. } = toolchain {
         announce(&format!("{package}: compiled only; clippy and rustdoc need the target in the default toolchain"));
-        return run_command(&mut toolchain.cargo("check", package));
+        return run_command(&mut toolchain.cargo("check", package, features));
     }
-    announce(&format!("clippy, {package}"));
-    run_command(toolchain.cargo("clippy", package).args(DENY_WARNINGS))?;
-    announce(&format!("rustdoc, {package}"));
-    let mut doc = toolchain.cargo("doc", package);
+    let with = features.iter().map(|feature| format!(" +{feature}")).collect::<String>();
+    announce(&format!("clippy, {package}{with}"));
+    run_command(toolchain.cargo("clippy", package, features).args(DENY_WARNINGS))?;
+    announce(&format!("rustdoc, {package}{with}"));
+    let mut doc = toolchain.cargo("doc", package, features);
     run_command(doc.args(["--no-deps", "--document-private-items"]).env("RUSTDOCFLAGS", "-D warnings"))
 }

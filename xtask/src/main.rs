@@ -1,5 +1,5 @@
 //! The commands of the project, run as `cargo xtask VERB`. One file per verb; `workspace`, `toolchain`, `node`,
-//! `firmware`, `footprint`, `uf2`, `process` and `stopwatch` are what the verbs share.
+//! `firmware`, `footprint`, `uf2`, `variant`, `process` and `stopwatch` are what the verbs share.
 
 mod bench;
 mod build;
@@ -17,6 +17,7 @@ mod stopwatch;
 mod test;
 mod toolchain;
 mod uf2;
+mod variant;
 mod workspace;
 
 use std::process::ExitCode;

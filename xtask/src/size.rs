@@ -7,6 +7,7 @@ use anyhow::{Context, Result};
 
 use crate::build;
 use crate::footprint::Footprint;
+use crate::variant::Variant;
 
 /// Compare the firmware's flash and RAM with their budgets
 #[derive(clap::Args)]
@@ -23,7 +24,7 @@ pub struct Args {
 }
 
 pub fn run(args: Args) -> Result<()> {
-    let firmware = build::firmware()?;
+    let firmware = build::firmware(Variant::default())?;
     let footprint = Footprint::new(&firmware);
     print!("{}", footprint.table());
     if let Some(path) = args.json {

@@ -8,6 +8,7 @@ use crate::footprint::Footprint;
 use crate::process::{self, announce};
 use crate::stopwatch::Stopwatch;
 use crate::toolchain::cargo;
+use crate::variant::{Driver, Port, Variant};
 use crate::{build, node, workspace};
 
 /// Run the tests: host, emulator, firmware size, emulated board
@@ -60,8 +61,13 @@ fn emulator() -> Result<()> {
     process::run(&mut node::npm("test"))
 }
 
+/// The other step port, tested as the default one is.
+const TIMER_PORT_ELF: &str = "timer-port";
+const TIMER_PORT: Variant = Variant { port: Port::Timer, driver: Driver::Drv8825 };
+
 fn firmware() -> Result<()> {
-    let footprint = Footprint::new(&build::firmware()?);
+    build::kept_firmware(TIMER_PORT, TIMER_PORT_ELF)?;
+    let footprint = Footprint::new(&build::firmware(Variant::default())?);
     print!("{}", footprint.table());
     footprint.check()
 }
@@ -70,5 +76,6 @@ fn emulated_board() -> Result<()> {
     // Ignored by a plain `cargo test`, which neither builds firmware nor needs Node.
     let mut tests: Command = cargo("test");
     tests.env("ISOSTEP_ELF", workspace::firmware_elf());
+    tests.env("ISOSTEP_TIMER_PORT_ELF", build::kept_elf(TIMER_PORT_ELF));
     process::run(tests.args(["--package", "isostep-tests", "--test", "emulated", "--", "--ignored"]))
 }

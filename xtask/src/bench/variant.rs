@@ -68,7 +68,7 @@ impl Port {
 /// other verb expects it.
 pub fn build(ports: &[Port], folder: &Path) -> Result<Vec<Variant>> {
     let variants = ports.iter().map(|&port| build_one(port, folder)).collect();
-    build::firmware()?;
+    build::firmware(Default::default())?;
     variants
 }
 

@@ -1,0 +1,51 @@
+//! The builds that the gantry's firmware comes in.
+
+use clap::ValueEnum;
+
+/// What the firmware is built for.
+#[derive(clap::Args, Clone, Copy, Debug, Default)]
+pub struct Variant {
+    /// What makes the steps
+    #[arg(long, value_enum, default_value_t)]
+    pub port: Port,
+    /// The stepper drivers whose timing is kept
+    #[arg(long, value_enum, default_value_t)]
+    pub driver: Driver,
+}
+
+/// The step port.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Port {
+    /// PIO and DMA, to the clock cycle
+    #[default]
+    Pio,
+    /// the processor, a timer wake-up per step
+    Timer,
+}
+
+/// The stepper driver.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Driver {
+    /// STEP high and low 1.9 us each, 250,000 steps/s at most
+    #[default]
+    Drv8825,
+    /// STEP high and low 104 ns each
+    Tmc2209,
+}
+
+impl Variant {
+    /// The board's cargo features.
+    pub fn features(self) -> Vec<&'static str> {
+        let port = (self.port == Port::Timer).then_some("timer-port");
+        let driver = (self.driver == Driver::Tmc2209).then_some("tmc2209");
+        port.into_iter().chain(driver).collect()
+    }
+
+    /// The driver's name, as the emulated board takes it.
+    pub fn driver_name(self) -> &'static str {
+        match self.driver {
+            Driver::Drv8825 => "drv8825",
+            Driver::Tmc2209 => "tmc2209",
+        }
+    }
+}
