@@ -7,6 +7,9 @@ import { UartCable } from './uart-cable.mjs';
 import { UsbHost } from './usb-host.mjs';
 import { RESET_FORCED } from './watchdog.mjs';
 
+/** Grbl's ctrl-X. */
+const RESET_BYTE = 0x18;
+
 /** The whole machine on the desk: a Pico with its firmware, the gantry, and one cable to the sender. */
 export class Board {
   /**
@@ -29,7 +32,7 @@ export class Board {
     this.chipWatchers = [];
     this.#build();
     loadInto(this.chip, segments);
-    const listener = { onData: (bytes) => this.onBytes(bytes) };
+    const listener = { onData: (bytes) => this.onBytes(bytes), onDelivered: (bytes) => this.#delivered(bytes) };
     this.cable = options.console === 'uart' ? new UartCable(this.clock, listener) : new UsbHost(this.clock, listener);
     this.#start();
   }
@@ -68,6 +71,11 @@ export class Board {
     this.crashes += 1;
     this.core.waiting = false;
     this.core.PC = 0xf0000000;
+  }
+
+  /** Bytes have reached the firmware. */
+  #delivered(bytes) {
+    if (bytes.includes(RESET_BYTE)) this.gantry.stops.told('RESET');
   }
 
   #execute(limitCycle) {

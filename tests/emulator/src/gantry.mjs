@@ -1,9 +1,10 @@
 import { Carriage } from './carriage.mjs';
 import { NANOS_PER_CYCLE } from './clock.mjs';
-import { DriverTiming } from './driver-timing.mjs';
+import { DRIVERS, DriverTiming } from './driver-timing.mjs';
 import { LimitSwitch, seededRandom } from './limit-switch.mjs';
 import { AXES, ENABLE_PIN, ESTOP_PIN, PINS } from './pins.mjs';
 import { StepStatistics } from './statistics.mjs';
+import { Stops } from './stops.mjs';
 
 const HIGH = 1;
 
@@ -11,17 +12,19 @@ const HIGH = 1;
 export class Gantry {
   /**
    * @param {import('./clock.mjs').MachineClock} clock
-   * @param {{startMm: number[], bounceMicros: number, seed: number, switches: Record<string, string>}} options
+   * @param {{startMm: number[], bounceMicros: number, seed: number, switches: Record<string, string>,
+   *   driver?: string}} options
    */
   constructor(clock, options) {
     this.clock = clock;
-    this.timing = new DriverTiming();
+    this.timing = new DriverTiming(DRIVERS[options.driver ?? 'drv8825']);
     this.statistics = new StepStatistics();
+    this.stops = new Stops(clock);
     this.levels = new Map([[ESTOP_PIN, true]]);
     this.directions = {};
     this.carriages = {};
-    /** Called with (nanos, axis, direction, positionSteps) at every step. */
-    this.onStep = () => {};
+    /** Called with (cycle, axis, direction, positionSteps) at every step. */
+    this.stepWatchers = new Set();
     const random = seededRandom(options.seed);
     AXES.forEach((axis, index) => this.#addAxis(axis, options.startMm[index], options, random));
   }
@@ -29,7 +32,10 @@ export class Gantry {
   #addAxis(axis, startMm, { bounceMicros, switches }, random) {
     const pin = PINS[axis].limit;
     this.levels.set(pin, true);
-    const onLevel = (high) => this.#drive(pin, high);
+    const onLevel = (high) => {
+      this.#drive(pin, high);
+      if (!high) this.stops.told(`${axis}_LIMIT`);
+    };
     const limitSwitch = new LimitSwitch(this.clock, { bounceMicros, random, onLevel });
     this.carriages[axis] = new Carriage(startMm, limitSwitch);
     limitSwitch.setMode(switches[axis] ?? 'normal');
@@ -51,6 +57,7 @@ export class Gantry {
 
   pressEstop(pressed) {
     this.#drive(ESTOP_PIN, !pressed);
+    if (pressed) this.stops.told('ESTOP');
   }
 
   /** Input pins that float when their switch is open: the firmware has not switched the pull-up on. */
@@ -74,19 +81,23 @@ export class Gantry {
 
   #onStepPin(axis, high, wasHigh) {
     if (high === wasHigh) return;
-    const nanos = this.#nanos;
+    const { cycles } = this.clock;
+    const nanos = cycles * NANOS_PER_CYCLE;
     if (!high) return this.timing.fall(axis, nanos);
     const carriage = this.carriages[axis];
     const direction = this.directions[axis];
+    // Before the carriage, whose switch may say stop.
+    this.stops.step(axis, cycles);
     if (this.timing.rise(axis, nanos)) carriage.step(direction);
     this.statistics.step(axis, this.clock);
-    this.onStep(nanos, axis, direction, carriage.positionSteps);
+    for (const watch of this.stepWatchers) watch(cycles, axis, direction, carriage.positionSteps);
   }
 
   #onDirPin(axis, high, wasHigh) {
     if (high === wasHigh) return;
     this.directions[axis] = high ? 1 : -1;
     this.timing.turn(axis, this.#nanos);
+    this.stops.turn();
   }
 
   #onEnablePin(energised) {

@@ -1,6 +1,8 @@
 import { readFileSync, writeFileSync } from 'node:fs';
 import { Board } from './board.mjs';
+import { NANOS_PER_CYCLE } from './clock.mjs';
 import { Console } from './console.mjs';
+import { EdgeFile } from './edge-file.mjs';
 import { loadSegments } from './elf.mjs';
 import { programLines } from './lines.mjs';
 import { HELP, parseOptions } from './options.mjs';
@@ -43,7 +45,8 @@ function emulate(options) {
   const error = attempt(() => run.run()) ?? run.verdict() ?? verdict(board);
   const result = summary(board, sender, error);
   write(options.transcript, transcript);
-  write(options.trace, recorders.trace);
+  recorders.trace?.close();
+  recorders.edges?.close();
   write(options.vcd, recorders.waveform);
   write(options.json, JSON.stringify(result, null, 2) + '\n');
   console.log(readable(result));
@@ -76,14 +79,26 @@ function write(path, content) {
 function record(board, options) {
   const recorders = {};
   if (options.trace) {
-    recorders.trace = new StepTrace();
-    board.gantry.onStep = (...step) => recorders.trace.step(...step);
+    recorders.trace = opened(options.trace, StepTrace);
+    board.gantry.stepWatchers.add((cycle, axis, direction, position) => recorders.trace.step(cycle * NANOS_PER_CYCLE, axis, direction, position));
+  }
+  if (options.edges) {
+    recorders.edges = opened(options.edges, EdgeFile);
+    board.gantry.stepWatchers.add((cycle, axis, direction) => recorders.edges.step(cycle, axis, direction));
   }
   if (options.vcd) {
     recorders.waveform = new Waveform(NAMED_PINS);
     board.watchChips((chip) => recorders.waveform.attach(chip, () => board.nanos));
   }
   return recorders;
+}
+
+function opened(path, Recorder) {
+  try {
+    return new Recorder(path);
+  } catch (error) {
+    throw new Error(`cannot write ${path} (${error.code}): check the path`);
+  }
 }
 
 function attempt(action) {

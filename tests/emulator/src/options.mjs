@@ -1,4 +1,5 @@
 import { parseArgs } from 'node:util';
+import { DRIVERS } from './driver-timing.mjs';
 import { SWITCH_MODES } from './limit-switch.mjs';
 import { AXES } from './pins.mjs';
 import { COMMANDS } from './script.mjs';
@@ -19,6 +20,7 @@ What to run
   --timeout-s N        machine time to wait for a reply or for Idle (default 300)
 
 The machine
+  --driver NAME        ${Object.keys(DRIVERS).join(' or ')}: whose least times every edge is held to (default drv8825)
   --start X,Y,Z        millimetres above the limit switches at power-up (default 35,40,15)
   --switch X=MODE      ${SWITCH_MODES.join(', ')}; may be given for each axis
   --bounce-us N        the switches' contacts bounce for N microseconds (default 0)
@@ -26,8 +28,9 @@ The machine
 
 What to write
   --trace FILE         every rising edge of STEP: t_ns,axis,direction,position_steps
+  --edges FILE         the same in eight bytes an edge: cycle * 8 + axis (0, 1, 2) * 2 + (1 if DIR is up), little-endian
   --transcript FILE    every line sent and received, with its machine time
-  --json FILE          the summary, for programs
+  --json FILE          the summary
   --vcd FILE           STEP, DIR, ENABLE and LED, for a wave viewer
   --progress           a line of progress on stderr each second, even if stderr is no terminal
   --help               this text
@@ -53,11 +56,13 @@ const SPEC = {
   stream: { type: 'string', default: 'wait' },
   'poll-hz': { type: 'string' },
   'timeout-s': { type: 'string', default: '300' },
+  driver: { type: 'string', default: 'drv8825' },
   start: { type: 'string', default: '35,40,15' },
   switch: { type: 'string', multiple: true, default: [] },
   'bounce-us': { type: 'string', default: '0' },
   seed: { type: 'string', default: '1' },
   trace: { type: 'string' },
+  edges: { type: 'string' },
   transcript: { type: 'string' },
   json: { type: 'string' },
   vcd: { type: 'string' },
@@ -77,6 +82,7 @@ export function parseOptions(args) {
     stream: choice('--stream', ['wait', 'counting'], values.stream),
     pollHz: number('--poll-hz', values['poll-hz'] ?? (values.program ? '10' : '0'), 0, 1000),
     timeoutSeconds: number('--timeout-s', values['timeout-s'], 0.001, 1e6),
+    driver: choice('--driver', Object.keys(DRIVERS), values.driver),
     startMm: places(values.start),
     switches: Object.fromEntries(values.switch.map(switchOption)),
     bounceMicros: number('--bounce-us', values['bounce-us'], 0, 1e6),

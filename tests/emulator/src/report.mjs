@@ -14,8 +14,8 @@ export function summary(board, console, error) {
     final_status: console.lastStatus,
     alarm: console.alarm,
     axes: Object.fromEntries(AXES.map((axis) => [axis, axisSummary(gantry, axis)])),
-    driver_timing: { violations: gantry.timing.total, by_rule: gantry.timing.counts, first: gantry.timing.first },
-    core: { clock_hz: CLOCK_HZ, cycles: clock.cycles, awake_cycles: clock.awakeCycles, load: ratio(clock.awakeCycles, clock.cycles) },
+    driver_timing: { driver: gantry.timing.limits.name, violations: gantry.timing.total, by_rule: gantry.timing.counts, first: gantry.timing.first },
+    core: coreSummary(clock),
     moving: {
       time_ns: moving.cycles * NANOS_PER_CYCLE,
       edges: moving.edges,
@@ -23,11 +23,24 @@ export function summary(board, console, error) {
       awake_cycles_per_edge: ratio(moving.awakeCycles, moving.edges),
       interrupt_cycles_per_edge: ratio(moving.handlerCycles, moving.edges),
     },
+    stops: gantry.stops.summary(),
     hard_faults: board.faults,
     watchdog_resets: board.resets,
     floating_input_pins: gantry.floatingInputs(),
     unimplemented: [...board.warnings],
     replies: console.sent.map(replySummary),
+  };
+}
+
+function coreSummary(clock) {
+  const { cycles, awakeCycles, handlerCycles } = clock;
+  return {
+    clock_hz: CLOCK_HZ,
+    cycles,
+    awake_cycles: awakeCycles,
+    interrupt_cycles: handlerCycles,
+    thread_cycles: awakeCycles - handlerCycles,
+    load: ratio(awakeCycles, cycles),
   };
 }
 
@@ -61,15 +74,26 @@ export function readable(result) {
     ...(result.replies.length === 0 ? [] : [`Lines        ${result.replies.length} sent, ${result.replies.length - refused.length} answered ok`]),
     `Status       ${result.final_status ?? 'none seen'}`,
     ...Object.entries(result.axes).map(axisLine),
-    `Driver       ${timing.violations === 0 ? 'every edge within the timing of the DRV8825' : `${timing.violations} violations ${JSON.stringify(timing.by_rule)}`}`,
+    `Driver       ${timing.violations === 0 ? `every edge within the timing of the ${timing.driver}` : `${timing.violations} violations ${JSON.stringify(timing.by_rule)}`}`,
     ...timing.first.map((each) => `  ${each.axis} ${each.rule} at ${each.t_ns} ns: ${each.value_ns} ns, at least ${each.limit_ns}`),
     `Core         ${(core.load * 100).toFixed(1)} % awake; while moving ${(moving.load * 100).toFixed(1)} %`,
     `Cycles       ${Math.round(moving.interrupt_cycles_per_edge)} a step in interrupts, ${Math.round(moving.awake_cycles_per_edge)} with planning and console`,
+    ...result.stops.slice(0, SHOWN).map(stopLine),
+    ...(result.stops.length > SHOWN ? [slowestStopLine(result.stops)] : []),
     ...result.hard_faults.map(({ t_ns, pc, what }) => `Hard fault   at ${(t_ns / 1e9).toFixed(6)} s, pc ${pc}: ${what}. The line: addr2line -f -i -e ELF ${pc}`),
     ...result.watchdog_resets.map(({ t_ns, reason }) => `Watchdog     reset at ${(t_ns / 1e9).toFixed(6)} s (${reason})`),
     ...result.floating_input_pins.map((pin) => `Input        GP${pin} has no pull-up: it floats while its switch is open`),
     `Machine time ${(result.machine_time_ns / 1e9).toFixed(6)} s`,
   ].join('\n');
+}
+
+function stopLine({ input, t_ns: toldNanos, latency_ns: latencyNanos, edges_after: edges }) {
+  return `Stop         ${input} at ${(toldNanos / 1e9).toFixed(6)} s: ${edges} more steps, the last ${(latencyNanos / 1000).toFixed(2)} us later`;
+}
+
+function slowestStopLine(stops) {
+  const slowest = stops.reduce((worst, stop) => (stop.latency_ns > worst.latency_ns ? stop : worst));
+  return `             of ${stops.length} stops the slowest: ${slowest.input}, ${(slowest.latency_ns / 1000).toFixed(2)} us`;
 }
 
 function axisLine([axis, { edges, place_mm: place, position_steps: position, highest_rate_steps_per_s: rate }]) {

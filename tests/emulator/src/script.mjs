@@ -1,7 +1,10 @@
 import { kindOf } from './console.mjs';
-import { cyclesOfMillis } from './clock.mjs';
+import { cyclesOfMicros } from './clock.mjs';
+import { differences } from './position-check.mjs';
 import { SWITCH_MODES } from './limit-switch.mjs';
 import { AXES } from './pins.mjs';
+
+const STATUS_REQUEST = Uint8Array.of(0x3f);
 
 /** The script's commands: what follows the word, and what it does. */
 export const COMMANDS = {
@@ -11,7 +14,10 @@ export const COMMANDS = {
   'wait-reply': { usage: 'wait-reply', parse: nothing, run: (script) => script.expect('', 'reply') },
   'wait-idle': { usage: 'wait-idle', parse: nothing, run: (script) => script.console.waitIdle(script.timeoutSeconds) },
   'wait-reset': { usage: 'wait-reset', parse: nothing, run: (script) => script.waitReset() },
-  'wait-ms': { usage: 'wait-ms MILLISECONDS', parse: positive, run: (script, millis) => script.waitMillis(millis) },
+  'wait-ms': { usage: 'wait-ms MILLISECONDS', parse: positive, run: (script, millis) => script.waitMicros(millis * 1000) },
+  'wait-us': { usage: 'wait-us MICROSECONDS', parse: positive, run: (script, micros) => script.waitMicros(micros) },
+  'wait-edge': { usage: 'wait-edge', parse: nothing, run: (script) => script.waitEdge() },
+  'check-position': { usage: 'check-position', parse: nothing, run: (script) => script.checkPosition() },
   switch: { usage: `switch X|Y|Z ${SWITCH_MODES.join('|')}`, parse: switchMode, run: (script, [axis, mode]) => script.board.gantry.carriages[axis].limitSwitch.setMode(mode) },
   estop: { usage: 'estop pressed|released', parse: (rest) => oneOf(['pressed', 'released'], rest), run: (script, state) => script.board.gantry.pressEstop(state === 'pressed') },
   motors: { usage: 'motors on|off', parse: onOff, run: (script, on) => script.expectMotors(on) },
@@ -45,13 +51,15 @@ function parseLine({ number, source }) {
 /** Runs a script against the board: each command at the machine time at which the one before it was done. */
 export class ScriptRun {
   constructor(console, commands, { pollHz, timeoutSeconds }) {
-    Object.assign(this, { console, commands, pollHz, timeoutSeconds, board: console.board, resetsSeen: 0 });
+    Object.assign(this, { console, commands, pollHz, timeoutSeconds, board: console.board, resetsSeen: 0, edgeCycle: null });
   }
 
   run() {
     if (this.pollHz > 0) this.console.pollEvery(this.pollHz);
     for (const { number, source, word, argument } of this.commands) {
       this.at = number;
+      this.from = this.edgeCycle ?? this.board.clock.cycles;
+      this.edgeCycle = null;
       this.console.transcript.note(this.board.nanos, source);
       try {
         COMMANDS[word].run(this, argument);
@@ -83,9 +91,37 @@ export class ScriptRun {
     if (energised !== on) throw new Error(`ENABLE ${energised ? 'energises' : 'frees'} the motors`);
   }
 
-  waitMillis(millis) {
-    const until = this.board.clock.cycles + cyclesOfMillis(millis);
+  waitMicros(micros) {
+    const until = this.from + cyclesOfMicros(micros);
     while (this.board.clock.cycles < until) this.board.run(until);
+  }
+
+  /** Until the next rising edge of STEP on any axis; a wait that follows counts from the edge itself. */
+  waitEdge() {
+    const { board } = this;
+    const { stepWatchers } = board.gantry;
+    let edgeCycle = null;
+    const watch = (cycle) => {
+      edgeCycle ??= cycle;
+      board.pause();
+    };
+    stepWatchers.add(watch);
+    try {
+      this.edgeCycle = this.console.waitFor('STEP edge', () => edgeCycle, this.timeoutSeconds);
+    } finally {
+      stepWatchers.delete(watch);
+    }
+  }
+
+  /** Asks for the position and holds it against the edges that left; what moved in between may be either. */
+  checkPosition() {
+    const counted = () => AXES.map((axis) => this.board.gantry.carriages[axis].positionSteps);
+    const before = counted();
+    this.console.inbox.status = [];
+    this.console.send(STATUS_REQUEST);
+    const { text } = this.console.waitFor('status', () => this.console.take('status'), this.timeoutSeconds);
+    const found = differences(text, before, counted());
+    if (found.length > 0) throw new Error(found.join('; '));
   }
 
   waitReset() {

@@ -4,7 +4,7 @@ const NOT_READY_CYCLES = cyclesOfMillis(1);
 
 /** A serial cable to UART0: bytes go out one after the other, at the baud rate the firmware has set. */
 export class UartCable {
-  /** @param {{onData: (bytes: Uint8Array) => void}} listener */
+  /** @param {{onData: (bytes: Uint8Array) => void, onDelivered: (bytes: Uint8Array) => void}} listener from and to the chip */
   constructor(clock, listener) {
     this.clock = clock;
     this.listener = listener;
@@ -40,7 +40,12 @@ export class UartCable {
   }
 
   #arrived() {
-    if (this.uart.ready) this.uart.receive(this.queue.shift());
+    if (this.uart.ready) this.#deliver(this.queue.shift());
     this.#pump();
+  }
+
+  #deliver(byte) {
+    this.uart.receive(byte);
+    this.listener.onDelivered(Uint8Array.of(byte));
   }
 }

@@ -28,7 +28,7 @@ const getDescriptor = (length) => setup(0x80, 6, CONFIGURATION << 8, 0, length);
  * buffer back at once, padded with zeros.
  */
 export class UsbHost {
-  /** @param {{onData: (bytes: Uint8Array) => void}} listener */
+  /** @param {{onData: (bytes: Uint8Array) => void, onDelivered: (bytes: Uint8Array) => void}} listener from and to the chip */
   constructor(clock, listener) {
     this.clock = clock;
     this.listener = listener;
@@ -173,7 +173,7 @@ export class UsbHost {
       this.chip.usbDPRAM.set(bytes, this.usb.getEndpointBufferOffset(endpoint, true));
       this.#release(endpoint, true, FULL, bytes.length);
       if (endpoint === 0) this.#controlOut();
-      else this.queue.shift();
+      else this.listener.onDelivered(this.queue.shift());
     }
     this.#pump();
   }

@@ -1,6 +1,7 @@
 import assert from 'node:assert/strict';
 import test from 'node:test';
 import { Board } from '../src/board.mjs';
+import { CONDITION, irqWait, jmp, set, TO } from '../support/pio-assembly.mjs';
 
 const OPTIONS = { console: 'uart', startMm: [35, 40, 15], bounceMicros: 0, seed: 1, switches: {} };
 const STACK = 0x20001000;
@@ -40,10 +41,10 @@ test('a program drives the pins, and a step is traced at its cycle', () => {
     ]),
     OPTIONS,
   );
-  board.gantry.onStep = (...step) => steps.push(step);
+  board.gantry.stepWatchers.add((...step) => steps.push(step));
   board.run(1000);
   // ldr 2, movs 1, two peripheral writes of 5, ldr 2, movs 1, then SIO's single cycles: STEP rises with the 21st.
-  assert.deepEqual(steps, [[21 * 8, 'X', 1, 1]]);
+  assert.deepEqual(steps, [[21, 'X', 1, 1]]);
   assert.equal(board.gantry.timing.counts.dir_setup, 1);
   assert.equal(board.gantry.carriages.X.placeMm, 35.02);
 });
@@ -61,4 +62,41 @@ test('a bad address is a hard fault, told with its instruction', () => {
   assert.equal(board.faults[0].pc, '0x10000202');
   assert.match(board.faults[0].what, /unaligned read of address 0x3/);
   assert.equal(board.core.IPSR, 3);
+});
+
+test('a sleeping core is woken by PIO on the cycle of its flag, and the edges between are told with theirs', () => {
+  const board = new Board(
+    firmware([
+      0x4808, // ldr r0, =NVIC_ISER
+      0x2180, // movs r1, #0x80: PIO0_IRQ_0
+      0x6001, // str r1, [r0]
+      0xb672, // cpsid i: woken, but no handler
+      0x4807, // ldr r0, =IO_BANK0 GPIO2_CTRL
+      0x2106, // movs r1, #6: PIO0 drives the pin
+      0x6001, // str r1, [r0]
+      0x4807, // ldr r0, =PIO0
+      0x2101, // movs r1, #1
+      0x6001, // str r1, [r0]: machine 0 runs
+      0xbf30, // wfi
+      0xe7fe, // b .
+      ...Array(6).fill(0xbf00),
+      ...word(0xe000e100),
+      ...word(0x40014014),
+      ...word(0x50200000),
+    ]),
+    OPTIONS,
+  );
+  const steps = [];
+  board.gantry.stepWatchers.add((cycle) => steps.push(cycle));
+  const write = (offset, value) => board.chip.writeUint32(0x50200000 + offset, value);
+  const program = [set(TO.directions, 1), set(TO.x, 31), set(TO.pins, 1), set(TO.pins, 0), jmp(CONDITION.xCounts, 2, 29), irqWait(0)];
+  program.forEach((instruction, index) => write(0x48 + 4 * index, instruction));
+  write(0xdc, (1 << 26) | (2 << 5));
+  write(0x12c, 1 << 8);
+  board.run(5000);
+  assert.equal(steps.length, 32);
+  assert.ok(steps.every((cycle, index) => index === 0 || cycle - steps[index - 1] === 32));
+  assert.equal(board.core.waiting, false);
+  // Asleep from one cycle before the first edge (WFI takes two after the store) until the flag.
+  assert.equal(board.clock.asleepCycles, steps.at(-1) + 32 - (steps[0] - 1));
 });

@@ -2,6 +2,7 @@ import assert from 'node:assert/strict';
 import test from 'node:test';
 import { kindOf } from '../src/console.mjs';
 import { HELP, parseOptions } from '../src/options.mjs';
+import { differences } from '../src/position-check.mjs';
 import { COMMANDS, parseScript } from '../src/script.mjs';
 
 test('a script is commands with checked arguments', () => {
@@ -11,6 +12,15 @@ test('a script is commands with checked arguments', () => {
   assert.deepEqual([...script[1].argument], [0x18, 0x3f]);
   assert.deepEqual(script[2].argument, ['X', 'stuck-closed']);
   assert.deepEqual([script[3].argument, script[4].argument], [0.5, false]);
+});
+
+test('the reported position is held against the counted steps, and may be any that was passed meanwhile', () => {
+  const status = '<Run|MPos:1.020,-0.040,0.000|FS:997,0>';
+  assert.deepEqual(differences(status, [51, -2, 0], [51, -2, 0]), []);
+  assert.deepEqual(differences(status, [50, -3, 0], [52, -2, 0]), []);
+  assert.deepEqual(differences(status, [52, -2, 0], [52, -2, 0]), ['X is reported at 51 steps, and 52 left the pin']);
+  assert.deepEqual(differences(status, [51, -5, 0], [51, -3, 0]), ['Y is reported at -2 steps, and -5 to -3 left the pin']);
+  assert.deepEqual(differences('<Idle>', [], []), ['no MPos in <Idle>']);
 });
 
 test('a wrong script line says which, what and how', () => {
@@ -34,6 +44,7 @@ test('options are checked, and default to the bench', () => {
   assert.throws(() => parseOptions(['--elf', 'a']), /either --program/);
   assert.throws(() => parseOptions(['--elf', 'a', '--script', 'b', '--start', '1,2']), /three places/);
   assert.throws(() => parseOptions(['--elf', 'a', '--script', 'b', '--console', 'wifi']), /usb or uart/);
+  assert.throws(() => parseOptions(['--elf', 'a', '--script', 'b', '--driver', 'a4988']), /drv8825 or tmc2209/);
 });
 
 test('the help shows every command', () => {

@@ -1,10 +1,15 @@
 import assert from 'node:assert/strict';
+import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
 import test from 'node:test';
 import { Carriage } from '../src/carriage.mjs';
 import { cyclesOfMicros, MachineClock } from '../src/clock.mjs';
-import { DriverTiming } from '../src/driver-timing.mjs';
+import { DRIVERS, DriverTiming } from '../src/driver-timing.mjs';
+import { EdgeFile } from '../src/edge-file.mjs';
 import { LimitSwitch, seededRandom } from '../src/limit-switch.mjs';
 import { HEADER, StepTrace } from '../src/step-trace.mjs';
+import { Stops } from '../src/stops.mjs';
 
 function switchOn(clock, bounceMicros = 0, seed = 1) {
   const levels = [];
@@ -76,8 +81,67 @@ test('edges too close for the driver are counted by rule, the first with their v
   assert.equal(timing.total, 4);
 });
 
+test('a faster driver takes shorter pulses', () => {
+  const timing = new DriverTiming(DRIVERS.tmc2209);
+  timing.rise('Z', 1000);
+  timing.fall('Z', 1104);
+  timing.rise('Z', 1200);
+  assert.deepEqual(timing.counts, { step_low: 1 });
+});
+
+/** What a recorder writes to its file. */
+function written(Recorder, steps) {
+  const folder = mkdtempSync(join(tmpdir(), 'isostep-'));
+  const path = join(folder, 'steps');
+  const recorder = new Recorder(path);
+  for (const step of steps) recorder.step(...step);
+  recorder.close();
+  const content = readFileSync(path);
+  rmSync(folder, { recursive: true });
+  return content;
+}
+
 test('the trace has a header and a row per step', () => {
-  const trace = new StepTrace();
-  trace.step(8, 'X', -1, -1);
-  assert.equal(trace.toString(), `${HEADER}\n8,X,-1,-1\n`);
+  assert.equal(written(StepTrace, [[8, 'X', -1, -1]]).toString(), `${HEADER}\n8,X,-1,-1\n`);
+});
+
+test('an edge takes eight bytes, whatever its cycle', () => {
+  const cycle = 2 ** 40 + 3;
+  const edges = written(EdgeFile, [[1, 'X', -1], [cycle, 'Z', 1]]);
+  assert.equal(edges.length, 16);
+  assert.equal(edges.readBigUInt64LE(0), 8n);
+  assert.equal(edges.readBigUInt64LE(8), BigInt(cycle) * 8n + 5n);
+  assert.equal(written(EdgeFile, Array(70_000).fill([1, 'Y', 1])).length, 560_000);
+});
+
+/** Steps of X every `interval` cycles, from a cycle on. */
+function stepping(stops, clock, cycle, interval, count) {
+  for (let step = 0; step < count; step++) {
+    clock.core.cycles = cycle + step * interval;
+    stops.step('X', clock.core.cycles);
+  }
+}
+
+test('a stop is told with the last step before rest', () => {
+  const clock = new MachineClock();
+  const stops = new Stops(clock);
+  stops.told('ESTOP');
+  stepping(stops, clock, 1000, 1000, 10);
+  clock.core.cycles = 10_500;
+  stops.told('X_LIMIT');
+  stops.told('X_LIMIT');
+  stepping(stops, clock, 11_000, 1000, 2);
+  stepping(stops, clock, 1_000_000, 1000, 2);
+  const nanos = (cycle) => cycle * 8;
+  assert.deepEqual(stops.summary(), [{ input: 'X_LIMIT', t_ns: nanos(10_500), last_edge_ns: nanos(12_000), latency_ns: nanos(1500), edges_after: 2 }]);
+});
+
+test('an axis that turns has stopped before', () => {
+  const clock = new MachineClock();
+  const stops = new Stops(clock);
+  stepping(stops, clock, 1000, 1000, 10);
+  stops.told('RESET');
+  stops.turn();
+  stepping(stops, clock, 20_000, 1000, 10);
+  assert.deepEqual(stops.summary().map(({ edges_after, latency_ns }) => [edges_after, latency_ns]), [[0, 0]]);
 });

@@ -16,7 +16,7 @@ class FakeBoard {
     this.answer = answer;
     this.clock = new MachineClock();
     Object.assign(this, { faults: [], resets: [], homed: [], line: '', inFlight: 0, mostInFlight: 0 });
-    this.gantry = { home: (axes) => this.homed.push(...axes) };
+    this.gantry = { home: (axes) => this.homed.push(...axes), stepWatchers: new Set() };
     this.cable = { write: (bytes) => bytes.forEach((byte) => this.#accept(byte)) };
     this.#reply("\r\nGrbl 1.1h ['$' for help]", 0);
   }
@@ -109,5 +109,7 @@ test('a script stops at the first line that is not as it says', () => {
   };
   assert.match(script('expect Grbl\nsend G0\nexpect ok\nbytes 3f\nexpect <Idle\nwait-idle\n'), /0\.000024 # wait-idle/);
   assert.throws(() => script('send G0\nexpect error:20'), /script line 2 \(expect error:20\): got ok/);
+  assert.throws(() => script('wait-edge'), /no STEP edge within 1 s/);
+  assert.match(script('wait-us 0.8\nwait-us 2.4\nwait-idle'), /0\.000003 # wait-idle/);
   assert.throws(() => script('wait-reply'), /no line beginning reply within 1 s/);
 });

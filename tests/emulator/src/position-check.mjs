@@ -1,0 +1,20 @@
+import { AXES, STEPS_PER_MM } from './pins.mjs';
+
+/**
+ * Where a status report and the gantry disagree, in words.
+ *
+ * @param {string} status a report with MPos, at the default 50 steps/mm
+ * @param {number[]} before steps counted when the report was asked for, an axis each
+ * @param {number[]} after and when it had come
+ * @returns {string[]}
+ */
+export function differences(status, before, after) {
+  const [, position] = /MPos:([-\d.,]+)/.exec(status) ?? [];
+  if (position === undefined) return [`no MPos in ${status}`];
+  const reported = position.split(',').map((mm) => Math.round(Number(mm) * STEPS_PER_MM));
+  return AXES.flatMap((axis, index) => {
+    const [low, high] = [before[index], after[index]].sort((one, other) => one - other);
+    if (reported[index] >= low && reported[index] <= high) return [];
+    return [`${axis} is reported at ${reported[index]} steps, and ${low === high ? low : `${low} to ${high}`} left the pin`];
+  });
+}

@@ -1,0 +1,72 @@
+import { cyclesOfMillis, NANOS_PER_CYCLE } from './clock.mjs';
+import { AXES } from './pins.mjs';
+
+/** Steps further apart than this do not belong to one move. */
+const PAUSE_CYCLES = cyclesOfMillis(50);
+/** At rest: no step for a millisecond, nor for four of the intervals before. */
+const REST_CYCLES = cyclesOfMillis(1);
+const REST_INTERVALS = 4;
+
+/** How long the machine goes on stepping after something told it to stop: a switch, the E-stop, a reset. */
+export class Stops {
+  /** @param {import('./clock.mjs').MachineClock} clock */
+  constructor(clock) {
+    this.clock = clock;
+    /** Finished ones and those whose end is not known yet, in order. */
+    this.all = [];
+    this.open = [];
+    this.axes = Object.fromEntries(AXES.map((axis) => [axis, { lastCycle: -Infinity, interval: 0 }]));
+    this.lastCycle = -Infinity;
+  }
+
+  /** Something says stop. It counts if the machine is stepping; a contact that bounces counts once. */
+  told(input) {
+    const { cycles } = this.clock;
+    if (cycles - this.lastCycle >= PAUSE_CYCLES || this.open.some((stop) => stop.input === input)) return;
+    const stop = { input, cycle: cycles, lastCycle: this.lastCycle, edgesAfter: 0 };
+    this.all.push(stop);
+    this.open.push(stop);
+  }
+
+  /** A rising edge of STEP. */
+  step(axis, cycle) {
+    if (this.open.length > 0) this.#stepAfter(cycle);
+    const of = this.axes[axis];
+    of.interval = cycle - of.lastCycle;
+    of.lastCycle = cycle;
+    this.lastCycle = cycle;
+  }
+
+  /** An axis that turns has come to rest before. */
+  turn() {
+    if (this.open.length > 0) this.open = [];
+  }
+
+  /** @returns {{input: string, t_ns: number, last_edge_ns: number, latency_ns: number, edges_after: number}[]} */
+  summary() {
+    return this.all.map(({ input, cycle, lastCycle, edgesAfter }) => ({
+      input,
+      t_ns: cycle * NANOS_PER_CYCLE,
+      last_edge_ns: lastCycle * NANOS_PER_CYCLE,
+      latency_ns: Math.max(0, lastCycle - cycle) * NANOS_PER_CYCLE,
+      edges_after: edgesAfter,
+    }));
+  }
+
+  #stepAfter(cycle) {
+    if (cycle - this.lastCycle > this.#restCycles(cycle)) {
+      this.open = [];
+      return;
+    }
+    for (const stop of this.open) {
+      stop.lastCycle = cycle;
+      stop.edgesAfter += 1;
+    }
+  }
+
+  #restCycles(cycle) {
+    const moving = Object.values(this.axes).filter(({ lastCycle }) => cycle - lastCycle < PAUSE_CYCLES);
+    const intervals = moving.map(({ interval }) => interval).filter((interval) => interval < PAUSE_CYCLES);
+    return Math.max(REST_CYCLES, REST_INTERVALS * Math.max(0, ...intervals));
+  }
+}
