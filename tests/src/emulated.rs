@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::{env, fs};
 
-use isostep_sim::compare;
 use isostep_sim::world::Edge;
+use isostep_sim::{Port, compare};
 use serde_json::Value;
 
 use crate::root;
@@ -34,7 +34,20 @@ impl Board {
     /// # Panics
     /// When `ISOSTEP_ELF` does not say where the firmware is.
     pub fn new(test: &str) -> Self {
-        let elf = env::var_os("ISOSTEP_ELF").expect("ISOSTEP_ELF names the firmware: run these by `cargo xtask test`");
+        Self::stepped_by(Port::Pio, test)
+    }
+
+    /// A board at power-up, with the firmware that steps by `port`.
+    ///
+    /// # Panics
+    /// When `ISOSTEP_ELF`, or `ISOSTEP_TIMER_PORT_ELF`, does not say where that firmware is.
+    pub fn stepped_by(port: Port, test: &str) -> Self {
+        let variable = match port {
+            Port::Pio => "ISOSTEP_ELF",
+            Port::Timer => "ISOSTEP_TIMER_PORT_ELF",
+        };
+        let elf = env::var_os(variable);
+        let elf = elf.unwrap_or_else(|| panic!("{variable} names the firmware: run these by `cargo xtask test`"));
         let folder = root().join("target/emulated").join(test);
         fs::create_dir_all(&folder).expect("a folder for the run's files");
         let mut command = Command::new("node");

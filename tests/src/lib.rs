@@ -1,8 +1,11 @@
-//! What the end-to-end tests share: the project's folder, and the firmware on the emulated board.
+//! What the end-to-end tests share: the project's folder, the firmware on the emulated board, and cases for machines of
+//! every make.
 
 use std::path::Path;
 
+pub mod cases;
 pub mod emulated;
+pub mod rig;
 
 /// The project's folder.
 ///

@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::fs;
 
 use expect_test::{Expect, expect};
-use isostep_sim::{Config, Figures, Outcome, run};
+use isostep_sim::{Config, Figures, Outcome, Port, run};
 use isostep_tests::root;
 use oorandom::Rand32;
 
@@ -15,8 +15,9 @@ fn kept(name: &str, outcome: &Outcome) {
 
 fn check(name: &str, expected: &Expect) {
     let program = fs::read(root().join("programs").join(name)).unwrap();
-    let outcome = run(&program, &Config::default()).unwrap();
-    kept(name, &outcome);
+    let outcomes = Port::ALL.map(|port| run(&program, &Config { port, ..Config::default() }).unwrap());
+    outcomes.iter().for_each(|outcome| kept(name, outcome));
+    let [outcome, _] = outcomes;
     let mut table = String::from("       X      Y      Z   accelerate     cruise decelerate\n");
     for record in outcome.moves.iter().filter(|record| !record.homing) {
         let ([x, y, z], profile) = (record.plan.steps, record.plan.profile);
@@ -106,7 +107,9 @@ fn random_programs_keep_every_promise() {
         let program = random_program(seed);
         let folder = root().join("target/random");
         let name = format!("target/random/seed-{seed}.nc");
-        let outcome = run(program.as_bytes(), &Config { seed, ..Config::default() });
+        let port = Port::ALL[seed as usize % Port::ALL.len()];
+        let config = Config { seed, port, ..Config::default() };
+        let outcome = run(program.as_bytes(), &config);
         let broken = match &outcome {
             Ok(outcome) => Figures::new(&name, outcome).broken().count() > 0,
             Err(_) => true,
@@ -114,7 +117,7 @@ fn random_programs_keep_every_promise() {
         if broken {
             fs::create_dir_all(&folder).unwrap();
             fs::write(root().join(&name), &program).unwrap();
-            panic!("SEED={seed}: {:?}\nreplay: cargo xtask sim {name} --seed {seed}", outcome.err());
+            panic!("SEED={seed}: {:?}\nreplay: {}", outcome.err(), config.replay(&name));
         }
     }
 }

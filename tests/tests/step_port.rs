@@ -1,7 +1,10 @@
-//! What every [`StepPort`] promises: exact counts, instants to the tick, safe cancellation, no late step.
+//! What every [`StepPort`] promises, on every port of the simulator behind every driver: edges at their closed-form
+//! instants, exact counts, whole pulses, a fault instead of a wrong step. What a machine makes of it, on the emulated
+//! board too, is in `isostep_tests::cases`.
 
 use std::cell::RefCell;
 use std::convert::Infallible;
+use std::fmt;
 use std::future::pending;
 use std::rc::Rc;
 
@@ -9,13 +12,82 @@ use embassy_futures::select::{Either, select};
 use embassy_time::{Duration, Instant, Timer};
 use embedded_hal::digital::OutputPin;
 use isostep_motion::{
-    Axis, Direction, DriverTiming, Odometer, PortFault, Run, SegmentQueue, StepPort, TimerPort, Wiring,
+    AXES, Axis, Capabilities, ConfigError, Direction, DriverTiming, Odometer, PortFault, Run, SegmentQueue, StepPort,
+    Wiring,
 };
-use isostep_profile::{IntervalLaw, Limits, SyncMove};
-use isostep_sim::Config;
+use isostep_profile::{ACCEL_MAX_STEPS_S2, IntervalLaw, Limits, SyncMove};
 use isostep_sim::executor::Executor;
-use isostep_sim::pin::{Delay, Output};
+use isostep_sim::pin::Output;
+use isostep_sim::port::AxisPort;
+use isostep_sim::time::{self, Clock};
 use isostep_sim::world::{Edge, Shared, Wire, World};
+use isostep_sim::{Config, Port, Sim};
+use isostep_tests::cases;
+use isostep_tests::rig::Simulated;
+
+/// A port of one kind on X's pins, a driver behind it.
+#[derive(Clone, Copy, Debug)]
+struct Rig {
+    port: Port,
+    driver: DriverTiming,
+}
+
+impl Rig {
+    fn all() -> impl Iterator<Item = Self> {
+        let drivers = [DriverTiming::DRV8825, DriverTiming::TMC2209];
+        Port::ALL.into_iter().flat_map(move |port| drivers.map(|driver| Self { port, driver }))
+    }
+
+    /// Runs `task` with the port; what the world saw.
+    fn run<F, T>(self, task: F) -> Shared
+    where
+        F: FnOnce(AxisPort, Clock) -> T,
+        T: Future<Output = ()> + 'static,
+    {
+        let mut executor = Executor::new();
+        let clock = executor.clock().clone();
+        let _current = clock.enter();
+        let config = Config { driver: self.driver, ..Config::default() };
+        let world = Rc::new(RefCell::new(World::new(clock.clone(), &config)));
+        Output::new(&world, Wire::Enable).set_low().unwrap();
+        executor.spawn("port", task(AxisPort::new(self.port, &world, &clock, Axis::X, self.driver), clock.clone()));
+        executor.run_until_quiescent(Instant::from_secs(24 * 3600)).unwrap();
+        assert_eq!(executor.waiting(), [""; 0], "{self}");
+        assert_eq!(world.borrow().record().violations, [], "{self}");
+        world
+    }
+
+    fn capabilities(self) -> Capabilities {
+        let found = Rc::new(RefCell::new(None));
+        let kept = found.clone();
+        self.run(|port, _| async move {
+            kept.replace(Some(port.capabilities()));
+        });
+        found.take().unwrap()
+    }
+
+    /// Holds every edge against the closed form of the moves, which began at these instants and ended or were ended in
+    /// this order.
+    fn hold(self, edges: &[Edge], moves: &[(Instant, Plan)]) {
+        let planned: Vec<_> = moves.iter().flat_map(|(start, plan)| plan.instants_ns(*start)).collect();
+        assert_eq!(edges.len(), planned.len(), "{self}");
+        for (k, (edge, (at_ns, direction))) in edges.iter().zip(planned).enumerate() {
+            let error_ns = edge.t_ns as f64 - at_ns;
+            assert!(error_ns.abs() <= self.port.tolerance_ns(), "{self}: edge {k} is off by {error_ns} ns");
+            assert_eq!(edge.direction, direction, "{self}: edge {k}");
+        }
+    }
+}
+
+impl fmt::Display for Rig {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} port, steps of {} ns and more", self.port, self.driver.period_ns)
+    }
+}
+
+/// An axis's part of a move: the second of two, the first being the longer.
+#[derive(Clone, Copy, Debug)]
+struct Plan(SyncMove<2>);
 
 const LIMITS: Limits = Limits {
     start_speed_steps_s: 0.0,
@@ -24,51 +96,54 @@ const LIMITS: Limits = Limits {
     decel_steps_s2: 400_000.0,
 };
 
-/// Runs `task` with a port on X's pins, its motors energised; what the world saw.
-fn with_port<F, T>(task: F) -> Shared
-where
-    F: FnOnce(TimerPort<Output, Output, Delay>) -> T,
-    T: Future<Output = ()> + 'static,
-{
-    let mut executor = Executor::new();
-    let _current = executor.clock().clone().enter();
-    let world = Rc::new(RefCell::new(World::new(executor.clock().clone(), &Config::default())));
-    Output::new(&world, Wire::Enable).set_low().unwrap();
-    let (step, dir) = (Output::new(&world, Wire::Step(Axis::X)), Output::new(&world, Wire::Dir(Axis::X)));
-    let port = TimerPort::new(step, dir, Delay::new(executor.clock()), DriverTiming::DRV8825);
-    executor.spawn("port", task(port));
-    executor.run_until_quiescent(Instant::from_secs(10)).unwrap();
-    world
+impl Plan {
+    fn new(steps: i32) -> Self {
+        Self::within(steps, LIMITS)
+    }
+
+    fn within(steps: i32, limits: Limits) -> Self {
+        Self::beside(steps, steps, limits)
+    }
+
+    fn beside(longer: i32, steps: i32, limits: Limits) -> Self {
+        Self(SyncMove::plan([longer, steps], &[limits; 2], IntervalLaw::Fastest, None).unwrap())
+    }
+
+    fn steps(&self) -> i32 {
+        self.0.steps[1]
+    }
+
+    fn run(&self, start: Instant, wiring: Wiring) -> Run {
+        Run { start, direction: Direction::of(self.steps()), wiring, steps: self.steps().unsigned_abs() }
+    }
+
+    /// In closed form, ns since power-up, and the direction.
+    fn instants_ns(self, start: Instant) -> impl Iterator<Item = (f64, i32)> {
+        let start_ns = time::ns(start) as f64;
+        let of = move |k| (start_ns + self.0.step_time_s(1, k) * 1e9, self.steps().signum());
+        (1..=self.steps().unsigned_abs()).map(of)
+    }
 }
 
-async fn run_all(
-    port: &mut impl StepPort,
-    start: Instant,
-    plan: &SyncMove<1>,
+/// Has the port carry out a plan, its segments fed as the coordinator does.
+async fn carry_out(
+    port: &mut AxisPort,
+    plan: Plan,
+    (start, wiring): (Instant, Wiring),
     odometer: &Odometer,
 ) -> Result<(), PortFault> {
     let queue = SegmentQueue::new();
-    let [n] = plan.steps;
-    let run = Run { start, direction: Direction::of(n), wiring: Wiring::default(), steps: n.unsigned_abs() };
-    let segments = plan.segments(0, port.capabilities().tick_hz);
+    let segments = plan.0.segments(1, port.capabilities().tick_hz);
     let feed = async {
         for segment in segments {
             queue.send(segment).await;
         }
         pending::<Infallible>().await
     };
-    match select(port.run(run, &queue, odometer), feed).await {
+    match select(port.run(plan.run(start, wiring), &queue, odometer), feed).await {
         Either::First(result) => result,
         Either::Second(never) => match never {},
     }
-}
-
-async fn emit_all(port: &mut impl StepPort, start: Instant, plan: &SyncMove<1>, odometer: &Odometer) {
-    run_all(port, start, plan, odometer).await.unwrap();
-}
-
-fn plan(steps: i32) -> SyncMove<1> {
-    SyncMove::plan([steps], &[LIMITS], IntervalLaw::Fastest, None).unwrap()
 }
 
 fn edges(world: &Shared) -> Vec<Edge> {
@@ -76,80 +151,224 @@ fn edges(world: &Shared) -> Vec<Edge> {
 }
 
 #[test]
-fn every_step_leaves_at_its_tick_there_and_back() {
-    let world = with_port(|mut port| async move {
-        let odometer = Odometer::new();
-        emit_all(&mut port, Instant::from_millis(1), &plan(500), &odometer).await;
-        emit_all(&mut port, Instant::from_millis(501), &plan(-501), &odometer).await;
-        assert_eq!(odometer.position_steps(), -1);
-    });
-    let instants = |start_us: u64, steps: i32| {
-        let ticks = plan(steps).segments(0, 1_000_000).flat_map(|segment| segment.ticks());
-        ticks.map(move |tick| (start_us + tick) * 1_000).collect::<Vec<_>>()
-    };
-    let wanted = [instants(1_000, 500), instants(501_000, -501)].concat();
-    assert_eq!(edges(&world).iter().map(|edge| edge.t_ns).collect::<Vec<_>>(), wanted);
-    assert_eq!(world.borrow().record().violations, []);
-    assert_eq!(world.borrow().counted_steps()[0], -1);
-}
-
-/// The future is dropped at 400 instants, spread by a fixed stride over the move and into its pulses.
-#[test]
-fn dropping_it_anywhere_leaves_the_exact_count_and_whole_pulses() {
-    for i in 0..400 {
-        let world = with_port(|mut port| async move {
+fn every_step_leaves_at_its_instant_there_and_back() {
+    for rig in Rig::all() {
+        let moves = [(1, 500), (101, -501), (201, 1), (211, -1), (221, 2)];
+        let moves = moves.map(|(at_ms, steps)| (Instant::from_millis(at_ms), Plan::new(steps)));
+        let world = rig.run(|mut port, _| async move {
             let odometer = Odometer::new();
-            let start = Instant::from_millis(1);
-            let cut = Timer::at(start + Duration::from_micros(i * 101));
-            select(emit_all(&mut port, start, &plan(500), &odometer), cut).await;
-            let stopped_at = odometer.position_steps();
-            emit_all(&mut port, Instant::now(), &plan(-stopped_at - 3), &odometer).await;
-            assert_eq!(odometer.position_steps(), -3, "cut {i}");
+            for (start, plan) in moves {
+                carry_out(&mut port, plan, (start, Wiring::default()), &odometer).await.unwrap();
+            }
+            assert_eq!(odometer.position_steps(), 1);
         });
-        assert_eq!(world.borrow().counted_steps()[0], -3, "cut {i}");
-        assert_eq!(world.borrow().record().violations, [], "cut {i}");
+        rig.hold(&edges(&world), &moves);
     }
 }
 
 #[test]
-fn a_turn_waits_for_the_set_up_time_even_if_the_step_is_due() {
-    let world = with_port(|mut port| async move {
-        let odometer = Odometer::new();
-        let limits = Limits { start_speed_steps_s: 20_000.0, ..LIMITS };
-        for steps in [1, -1, 1] {
-            // Long after the last pulse, so that only the set-up time holds the step back.
-            Timer::after_millis(1).await;
-            let plan = SyncMove::plan([steps], &[limits], IntervalLaw::Fastest, None).unwrap();
-            // Due at this very tick: half a step at 20,000 steps/s ago.
-            emit_all(&mut port, Instant::now() - Duration::from_micros(25), &plan, &odometer).await;
+fn directions_can_be_inverted() {
+    for rig in Rig::all() {
+        let world = rig.run(|mut port, _| async move {
+            let odometer = Odometer::new();
+            let wiring = Wiring { direction_inverted: true, ..Wiring::default() };
+            carry_out(&mut port, Plan::new(5), (Instant::from_millis(1), wiring), &odometer).await.unwrap();
+            assert_eq!(odometer.position_steps(), 5);
+        });
+        assert_eq!(world.borrow().counted_steps()[0], -5, "{rig}");
+    }
+}
+
+#[test]
+fn pulses_are_as_wide_as_the_driver_or_the_wiring_asks() {
+    for rig in Rig::all() {
+        for asked_ns in [0, 2_000, 10_000] {
+            let wiring = Wiring { pulse_ns: asked_ns, ..Wiring::default() };
+            let world = rig.run(|mut port, _| async move {
+                let start = Instant::from_millis(1);
+                carry_out(&mut port, Plan::new(3), (start, wiring), &Odometer::new()).await.unwrap();
+            });
+            let world = world.borrow();
+            let step = world.record().waves.iter().filter(|wave| wave.wire == Wire::Step(Axis::X));
+            let pulses: Vec<_> = step.skip_while(|wave| !wave.high).collect();
+            let widths_ns: Vec<_> = pulses.chunks(2).map(|pulse| pulse[1].t_ns - pulse[0].t_ns).collect();
+            assert_eq!(widths_ns, [u64::from(asked_ns.max(rig.driver.step_high_ns)); 3], "{rig}");
         }
-    });
-    assert_eq!(edges(&world).len(), 3);
-    assert_eq!(world.borrow().record().violations, []);
+    }
+}
+
+/// The run is dropped at 400 instants, spread by a fixed stride over the move and into its pulses, with the brake on as a
+/// stopped machine has it.
+#[test]
+fn stopping_it_anywhere_leaves_the_exact_count_and_whole_pulses() {
+    for rig in Rig::all() {
+        for i in 0..400 {
+            let world = rig.run(|mut port, clock| async move {
+                let odometer = Odometer::new();
+                let (start, brake) = (Instant::from_millis(1), port.brake());
+                let cut = async {
+                    clock.until(time::ns(start) + i * 177_013).await;
+                    brake(true);
+                };
+                select(carry_out(&mut port, Plan::new(500), (start, Wiring::default()), &odometer), cut).await;
+                let stopped_at = odometer.position_steps();
+                Timer::after_millis(1).await;
+                assert_eq!(odometer.position_steps(), stopped_at, "{rig}, cut {i}");
+                brake(false);
+                let (start, back) = (Instant::now() + Duration::from_millis(1), Plan::new(-stopped_at - 3));
+                carry_out(&mut port, back, (start, Wiring::default()), &odometer).await.unwrap();
+                assert_eq!(odometer.position_steps(), -3, "{rig}, cut {i}");
+            });
+            assert_eq!(world.borrow().counted_steps()[0], -3, "{rig}, cut {i}");
+        }
+    }
+}
+
+/// Starts from now on, by the microsecond: there is time to set DIR up, or the port says that it is late.
+#[test]
+fn a_turn_waits_for_the_set_up_time_however_soon_the_step_is_due() {
+    for rig in Rig::all() {
+        for ahead_us in 0..4 {
+            let world = rig.run(|mut port, _| async move {
+                let odometer = Odometer::new();
+                // The first step is due half a step after the start.
+                let limits = Limits { start_speed_steps_s: 20_000.0, ..LIMITS };
+                for steps in [1, -1, 1] {
+                    Timer::after_millis(1).await;
+                    let start = Instant::now() + Duration::from_micros(ahead_us) - Duration::from_micros(25);
+                    let plan = Plan::within(steps, limits);
+                    let before = odometer.position_steps();
+                    let result = carry_out(&mut port, plan, (start, Wiring::default()), &odometer).await;
+                    let risen = odometer.position_steps() - before;
+                    match result {
+                        Ok(()) => assert_eq!(risen, steps, "{rig}"),
+                        Err(PortFault::Late { .. }) => assert_eq!(risen, 0, "{rig}"),
+                        Err(other) => panic!("{rig}: {other:?}"),
+                    }
+                }
+            });
+            assert!(edges(&world).len() <= 3, "{rig}");
+        }
+    }
 }
 
 #[test]
-fn a_step_that_would_be_too_late_is_a_fault_and_does_not_leave() {
-    let world = with_port(|mut port| async move {
-        let odometer = Odometer::new();
-        Timer::after_millis(5).await;
-        let fault = run_all(&mut port, Instant::from_ticks(0), &plan(3), &odometer).await;
-        assert!(matches!(fault, Err(PortFault::Late { late, max }) if late > max), "{fault:?}");
-        assert_eq!(odometer.position_steps(), 0);
-    });
-    assert_eq!(edges(&world), []);
+fn a_run_that_starts_too_late_is_a_fault_and_nothing_rises() {
+    for rig in Rig::all() {
+        let world = rig.run(|mut port, _| async move {
+            let odometer = Odometer::new();
+            Timer::after_millis(5).await;
+            let begun = (Instant::from_ticks(0), Wiring::default());
+            let fault = carry_out(&mut port, Plan::new(3), begun, &odometer).await;
+            assert!(matches!(fault, Err(PortFault::Late { late, max }) if late > max), "{rig}: {fault:?}");
+            assert_eq!(odometer.position_steps(), 0, "{rig}");
+        });
+        assert!(edges(&world).is_empty(), "{rig}");
+    }
+}
+
+/// After the first segments nothing comes for a second. What then comes is too late for every port.
+#[test]
+fn running_dry_is_a_fault_and_nothing_rises_after_it() {
+    for rig in Rig::all() {
+        let (start, plan) = (Instant::from_millis(1), Plan::new(500));
+        let world = rig.run(|mut port, _| async move {
+            let (queue, odometer) = (SegmentQueue::new(), Odometer::new());
+            let mut segments = plan.0.segments(1, port.capabilities().tick_hz);
+            let fed = segments.by_ref().take(3).map(|segment| {
+                queue.try_send(segment).unwrap();
+                segment.steps() as i32
+            });
+            let fed: i32 = fed.sum();
+            let feed = async {
+                Timer::after_secs(1).await;
+                for segment in segments {
+                    queue.send(segment).await;
+                }
+                pending::<Infallible>().await
+            };
+            let Either::First(result) =
+                select(port.run(plan.run(start, Wiring::default()), &queue, &odometer), feed).await;
+            assert!(matches!(result, Err(PortFault::Underrun | PortFault::Late { .. })), "{rig}: {result:?}");
+            assert_eq!(odometer.position_steps(), fed, "{rig}");
+        });
+        let edges = edges(&world);
+        let last = edges.last().unwrap().t_ns;
+        assert!(last < time::ns(start) + 100_000_000, "{rig}: nothing but what was given in time");
+    }
 }
 
 #[test]
-fn the_highest_rate_it_claims_is_one_the_driver_takes() {
-    let world = with_port(|mut port| async move {
-        let rate = f64::from(port.capabilities().rate_max_steps_s(Wiring::default()));
-        let limits = Limits { start_speed_steps_s: rate, top_speed_steps_s: rate, ..LIMITS };
-        let plan = SyncMove::plan([1_000], &[limits], IntervalLaw::Fastest, None).unwrap();
-        emit_all(&mut port, Instant::from_millis(1), &plan, &Odometer::new()).await;
-    });
-    let edges = edges(&world);
-    assert_eq!(edges.len(), 1_000);
-    assert!(edges.windows(2).all(|pair| pair[1].t_ns - pair[0].t_ns == 5_000), "200,000 steps/s");
-    assert_eq!(world.borrow().record().violations, []);
+fn steps_that_are_too_close_for_the_pulses_end_in_a_fault_not_in_a_cut_pulse() {
+    for rig in Rig::all() {
+        let count = Rc::new(RefCell::new(0));
+        let counted = count.clone();
+        let world = rig.run(|mut port, _| async move {
+            let odometer = Odometer::new();
+            // 20,000 steps/s are 50 us apart.
+            let wiring = Wiring { pulse_ns: 60_000, ..Wiring::default() };
+            let result = carry_out(&mut port, Plan::new(2_000), (Instant::from_millis(1), wiring), &odometer).await;
+            assert!(matches!(result, Err(PortFault::TooFast { .. } | PortFault::Late { .. })), "{rig}: {result:?}");
+            counted.replace(odometer.position_steps());
+        });
+        let count = count.take();
+        assert!(count > 0, "{rig}: the slow steps are made");
+        assert_eq!(edges(&world).len() as i32, count, "{rig}");
+    }
+}
+
+#[test]
+fn the_highest_rate_it_claims_works_from_rest_and_the_next_is_refused() {
+    for rig in Rig::all() {
+        let capabilities = rig.capabilities();
+        let rate = f64::from(capabilities.rate_max_steps_s(Wiring::default()));
+        // A ramp of at least 500 steps.
+        let accel = (rate * rate / 1_000.0).min(ACCEL_MAX_STEPS_S2);
+        let limits =
+            Limits { start_speed_steps_s: 0.0, top_speed_steps_s: rate, accel_steps_s2: accel, decel_steps_s2: accel };
+        let moves = [2_000, -2_001].map(|steps| Plan::within(steps, limits));
+        let moves = [1, 101].map(Instant::from_millis).into_iter().zip(moves).collect::<Vec<_>>();
+        let carried_out = moves.clone();
+        let world = rig.run(|mut port, _| async move {
+            for (start, plan) in carried_out {
+                carry_out(&mut port, plan, (start, Wiring::default()), &Odometer::new()).await.unwrap();
+            }
+        });
+        rig.hold(&edges(&world), &moves);
+
+        let mut config = Sim::new(&Config::default()).machine().config();
+        config.wiring = [Wiring::default(); AXES];
+        config.limits = [limits; AXES];
+        assert_eq!(config.check([Some(capabilities); AXES]), Ok(()), "{rig}");
+        config.limits[2].top_speed_steps_s = rate + 1.0;
+        let refused = config.check([Some(capabilities); AXES]);
+        assert!(
+            matches!(refused, Err(ConfigError::Rate { axis: Axis::Z, max, .. }) if max == rate),
+            "{rig}: {refused:?}"
+        );
+    }
+}
+
+/// Three steps over three hours: an hour is 4.5e11 ticks of 8 ns, far beyond 32 bits.
+#[test]
+fn steps_may_be_an_hour_apart() {
+    for rig in Rig::all() {
+        let limits = Limits { top_speed_steps_s: 1.0, accel_steps_s2: 1.0, decel_steps_s2: 1.0, ..LIMITS };
+        let moves = [(Instant::from_millis(1), Plan::beside(10_800, 3, limits))];
+        let world = rig.run(|mut port, _| async move {
+            let [(start, plan)] = moves;
+            carry_out(&mut port, plan, (start, Wiring::default()), &Odometer::new()).await.unwrap();
+        });
+        rig.hold(&edges(&world), &moves);
+    }
+}
+
+#[test]
+fn machines_keep_count_whenever_they_are_stopped() {
+    Port::ALL.into_iter().for_each(|port| cases::stops_leave_the_exact_count(Simulated(port)));
+}
+
+#[test]
+fn machines_make_single_steps_and_many_of_all_axes_there_and_back() {
+    Port::ALL.into_iter().for_each(|port| cases::moves_there_and_back_are_exact(Simulated(port)));
 }

@@ -235,7 +235,6 @@ mod tests {
                     let found = apart_ticks(steps, accels, IntervalLaw::Fastest, port);
                     assert_eq!(found.len(), 2);
                     for (apart, resolution) in found {
-                        eprintln!("{steps:?}, {port}: {apart} of {resolution} ticks");
                         assert!(apart <= resolution && resolution < 20.0, "{steps:?}, {port}: {apart} of {resolution}");
                     }
                 }

@@ -87,6 +87,11 @@ impl Switch {
         Self { fault, bounce_ns, touched: place_steps <= 0, flips_ns: VecDeque::new() }
     }
 
+    /// From now on it has this fault, or none.
+    pub fn set_fault(&mut self, fault: SwitchFault) {
+        self.fault = fault;
+    }
+
     /// Whether its contacts conduct.
     pub fn is_closed(&self) -> bool {
         match self.fault {

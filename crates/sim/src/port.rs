@@ -10,10 +10,10 @@ use std::fmt;
 use embassy_time::Duration;
 use embedded_hal::digital::OutputPin;
 use isostep_motion::{
-    Axis, Capabilities, Direction, DriverTiming, Odometer, PortFault, Run, SegmentQueue, StepPort, TimerPort, Wiring,
-    ticks_covering,
+    Axis, Brake, Capabilities, Direction, DriverTiming, Odometer, PortFault, Run, SegmentQueue, StepPort, TimerPort,
+    Wiring, ticks_covering,
 };
-use isostep_profile::Segment;
+use isostep_profile::{Segment, fit_error_max_ticks};
 
 use crate::pin::{Delay, Output};
 use crate::record::Wire;
@@ -41,22 +41,23 @@ impl Port {
     /// Both.
     pub const ALL: [Self; 2] = [Self::Pio, Self::Timer];
 
+    fn tick_hz(self) -> u32 {
+        match self {
+            Self::Pio => TICK_HZ,
+            Self::Timer => embassy_time::TICK_HZ as u32,
+        }
+    }
+
     /// What instants are rounded to, ns.
     pub fn tick_ns(self) -> f64 {
-        match self {
-            Self::Pio => NS_PER_TICK as f64,
-            Self::Timer => 1e9 / embassy_time::TICK_HZ as f64,
-        }
+        1e9 / f64::from(self.tick_hz())
     }
 
     /// How far a step may be from its closed-form instant, ns: half a tick, and what a segment may stray from the form.
     pub fn tolerance_ns(self) -> f64 {
-        self.tick_ns() / 2.0 + (self.tick_ns() / 8.0).max(FIT_ERROR_FAST_NS)
+        (0.5 + fit_error_max_ticks(self.tick_hz())) * self.tick_ns()
     }
 }
-
-/// What the segments of fast motion may stray from the closed form, if that is more than an eighth of a tick.
-const FIT_ERROR_FAST_NS: f64 = 20.0;
 
 impl fmt::Display for Port {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -67,10 +68,46 @@ impl fmt::Display for Port {
     }
 }
 
-/// A `TimerPort` on the pins of `axis`, in the time of `clock`, for drivers that need `timing`.
-pub fn timer(world: &Shared, clock: &Clock, axis: Axis, timing: DriverTiming) -> TimerPort<Output, Output, Delay> {
-    let (step, dir) = (Output::new(world, Wire::Step(axis)), Output::new(world, Wire::Dir(axis)));
-    TimerPort::new(step, dir, Delay::new(clock), timing)
+/// The step port of one axis.
+pub enum AxisPort {
+    /// For [`Port::Pio`].
+    Pio(SimPort),
+    /// For [`Port::Timer`].
+    Timer(TimerPort<Output, Output, Delay>),
+}
+
+impl AxisPort {
+    /// The port of `axis`, in the time of `clock`, for drivers that need `timing`.
+    pub fn new(port: Port, world: &Shared, clock: &Clock, axis: Axis, timing: DriverTiming) -> Self {
+        let (step, dir) = (Output::new(world, Wire::Step(axis)), Output::new(world, Wire::Dir(axis)));
+        match port {
+            Port::Pio => Self::Pio(SimPort::new(step, dir, clock, timing)),
+            Port::Timer => Self::Timer(TimerPort::new(step, dir, Delay::new(clock), timing)),
+        }
+    }
+}
+
+impl StepPort for AxisPort {
+    fn capabilities(&self) -> Capabilities {
+        match self {
+            Self::Pio(port) => port.capabilities(),
+            Self::Timer(port) => port.capabilities(),
+        }
+    }
+
+    fn brake(&self) -> Brake {
+        match self {
+            Self::Pio(port) => port.brake(),
+            Self::Timer(port) => port.brake(),
+        }
+    }
+
+    async fn run(&mut self, run: Run, segments: &SegmentQueue, odometer: &Odometer) -> Result<(), PortFault> {
+        match self {
+            Self::Pio(port) => port.run(run, segments, odometer).await,
+            Self::Timer(port) => port.run(run, segments, odometer).await,
+        }
+    }
 }
 
 /// STEP and DIR of one axis of the [`World`](crate::world::World), edges as exact as the clock of an RP2040.
@@ -84,15 +121,10 @@ pub struct SimPort {
 }
 
 impl SimPort {
-    /// The port of `axis`, in the time of `clock`, for drivers that need `timing`.
-    pub fn new(world: &Shared, clock: &Clock, axis: Axis, timing: DriverTiming) -> Self {
-        Self {
-            clock: clock.clone(),
-            step: Output::new(world, Wire::Step(axis)),
-            dir: Output::new(world, Wire::Dir(axis)),
-            capabilities: Capabilities { tick_hz: TICK_HZ, timing, margin_ticks: MARGIN_TICKS },
-            ready_ns: 0,
-        }
+    /// On two pins, in the time of `clock`, for drivers that need `timing`.
+    pub fn new(step: Output, dir: Output, clock: &Clock, timing: DriverTiming) -> Self {
+        let capabilities = Capabilities { tick_hz: TICK_HZ, timing, margin_ticks: MARGIN_TICKS };
+        Self { clock: clock.clone(), step, dir, capabilities, ready_ns: 0 }
     }
 
     /// Sets DIR and gets ready, which must be before the run starts.

@@ -6,14 +6,15 @@ use std::rc::Rc;
 use embassy_time::{Duration, Instant};
 use isostep_console::Settings;
 use isostep_controller::Controller;
-use isostep_motion::{Axis, Machine, State, StepPort, axis, coordinator, limit};
+use isostep_motion::{Axis, Machine, State, axis, coordinator, limit};
 
 use crate::config::{Config, StartOutside};
 use crate::executor::{Executor, Rest, RunError};
 use crate::link::{Lines, Pipe};
 use crate::outcome::Outcome;
 use crate::pin::{Input, Output};
-use crate::port::{self, Port, SimPort};
+use crate::plant::SwitchFault;
+use crate::port::AxisPort;
 use crate::program::{self, ProgramError};
 use crate::record::Wire;
 use crate::stream::{Dialogue, Sender};
@@ -141,6 +142,11 @@ impl Sim {
         self.world.borrow_mut().set_emergency_stop(pressed);
     }
 
+    /// Gives the limit switch of `axis` a fault, or takes it: stuck closed, it is as if somebody pressed it.
+    pub fn set_switch(&mut self, axis: Axis, fault: SwitchFault) {
+        self.world.borrow_mut().set_switch(axis, fault);
+    }
+
     /// The present instant.
     pub fn now(&self) -> Instant {
         self.executor.clock().now()
@@ -198,13 +204,10 @@ fn spawn_motion(executor: &mut Executor, world: &Shared, config: &Config) -> &'s
     // The tasks want a machine that lives for ever, as a board's static does.
     let machine: &'static Machine = Box::leak(Box::new(Machine::new(isostep_controller::config(&config.settings))));
     for (axis, name) in Axis::ALL.into_iter().zip(["axis X", "axis Y", "axis Z"]) {
-        let clock = executor.clock().clone();
-        match config.port {
-            Port::Pio => spawn_axis(executor, machine, (axis, name), SimPort::new(world, &clock, axis, config.driver)),
-            Port::Timer => {
-                spawn_axis(executor, machine, (axis, name), port::timer(world, &clock, axis, config.driver));
-            }
-        }
+        let port = AxisPort::new(config.port, world, executor.clock(), axis, config.driver);
+        executor.spawn(name, async move {
+            axis::run(machine, axis, port).await;
+        });
     }
     for (axis, name) in Axis::ALL.into_iter().zip(["limit X", "limit Y", "limit Z"]) {
         let input = Input::new(world, Wire::Limit(axis));
@@ -221,17 +224,6 @@ fn spawn_motion(executor: &mut Executor, world: &Shared, config: &Config) -> &'s
         coordinator::run(machine, enable, move |event| world.borrow_mut().on_event(event)).await;
     });
     machine
-}
-
-fn spawn_axis(
-    executor: &mut Executor,
-    machine: &'static Machine,
-    (axis, name): (Axis, &'static str),
-    port: impl StepPort + 'static,
-) {
-    executor.spawn(name, async move {
-        axis::run(machine, axis, port).await;
-    });
 }
 
 fn spawn_console(executor: &mut Executor, machine: &'static Machine, settings: Settings, (rx, tx): (Pipe, Pipe)) {

@@ -12,7 +12,7 @@ use oorandom::Rand32;
 use crate::config::Config;
 use crate::driver::DriverInputs;
 use crate::motor::{Motor, Response};
-use crate::plant::{Carriage, Switch};
+use crate::plant::{Carriage, Switch, SwitchFault};
 pub use crate::record::{Edge, Loss, LossCause, Record, Wave, Wire};
 use crate::time::Clock;
 
@@ -110,6 +110,12 @@ impl World {
     /// Presses or releases the emergency stop.
     pub fn set_emergency_stop(&mut self, pressed: bool) {
         self.set_input(AXES, !pressed);
+    }
+
+    /// Gives the limit switch of `axis` a fault, or takes it.
+    pub fn set_switch(&mut self, axis: Axis, fault: SwitchFault) {
+        self.axes[axis as usize].switch.set_fault(fault);
+        self.refresh_switch(axis);
     }
 
     /// Takes note of what the coordinator says.

@@ -33,7 +33,8 @@ where
     let _current = executor.clock().clone().enter();
     let world = Rc::new(RefCell::new(World::new(executor.clock().clone(), &Config::default())));
     Output::new(&world, Wire::Enable).set_low().unwrap();
-    executor.spawn("port", task(SimPort::new(&world, executor.clock(), Axis::X, DriverTiming::DRV8825)));
+    let (step, dir) = (Output::new(&world, Wire::Step(Axis::X)), Output::new(&world, Wire::Dir(Axis::X)));
+    executor.spawn("port", task(SimPort::new(step, dir, executor.clock(), DriverTiming::DRV8825)));
     executor.run_until_quiescent(Instant::from_secs(10)).unwrap();
     assert_eq!(world.borrow().record().violations, []);
     world.borrow().record().edges.iter().map(|edge| edge.t_ns).collect()

@@ -4,7 +4,7 @@ use isostep_motion::Alarm;
 
 use super::*;
 use crate::figures::Figures;
-use crate::plant::SwitchFault;
+use crate::port::Port;
 use crate::record::LossCause;
 use crate::{report, trace, vcd, verify};
 
@@ -37,11 +37,10 @@ fn equal_runs_write_equal_bytes() {
 
 #[test]
 fn every_seed_and_way_of_sending_parks_the_car() {
-    for (seed, streaming) in
-        [(1, crate::Streaming::GRBL), (2, crate::Streaming::SendAndWait), (3, crate::Streaming::GRBL)]
-    {
+    let sent = [(1, crate::Streaming::GRBL), (2, crate::Streaming::SendAndWait), (3, crate::Streaming::GRBL)];
+    for ((seed, streaming), port) in sent.into_iter().flat_map(|sent| Port::ALL.map(|port| (sent, port))) {
         let poll_every = (seed == 3).then_some(Duration::from_millis(200));
-        let config = Config { seed, streaming, poll_every, ..Config::default() };
+        let config = Config { seed, streaming, poll_every, port, ..Config::default() };
         let outcome = run(parking(), &config).unwrap();
         let checks = verify::moves(&outcome);
         let broken: Vec<_> = verify::verdicts(&outcome, &checks).into_iter().filter(|verdict| !verdict.kept).collect();

@@ -1,0 +1,70 @@
+//! What every machine must do, whatever steps it.
+
+use isostep_motion::{AXES, Axis};
+use isostep_sim::{Config, compare, run};
+use oorandom::Rand32;
+
+use crate::rig::{Act, Rig, Stop};
+
+/// Seed of the instants at which the moves are stopped.
+const SEED: u64 = 7;
+/// How many are.
+const STOPS: u32 = 200;
+
+fn relative(mm: [f64; AXES]) -> Act {
+    let [x, y, z] = mm;
+    Act::Line(format!("G91 G0 X{x} Y{y} Z{z}"))
+}
+
+fn set(rig: &impl Rig) -> Vec<Act> {
+    rig.pace().settings().into_iter().map(Act::Line).collect()
+}
+
+/// A move is stopped at 200 random instants, by turns by a limit switch, the emergency stop and the reset byte. Each time
+/// the machine says where the edges have taken it, and goes back from there to where it began.
+///
+/// # Panics
+/// When it does not.
+pub fn stops_leave_the_exact_count(rig: impl Rig) {
+    let mut random = Rand32::new(SEED);
+    let pace = rig.pace();
+    let mut acts = set(&rig);
+    for i in 0..STOPS {
+        let axis = Axis::ALL[(i / 3) as usize % AXES];
+        let stop = [Stop::Limit(axis), Stop::Emergency, Stop::Reset][i as usize % 3];
+        acts.extend([relative(pace.away_mm), Act::WaitUs(random.rand_range(2_000..pace.lasts_us)), Act::Press(stop)]);
+        // Longer than switches are debounced.
+        acts.extend([Act::WaitUs(20_000), Act::Report, Act::Release(stop), Act::WaitUs(20_000)]);
+        acts.extend([Act::Line("$X".to_owned()), Act::Line("G90 G0 X0 Y0 Z0".to_owned()), Act::WaitIdle]);
+    }
+    acts.push(Act::Report);
+    let seen = rig.carry_out("stops", &acts);
+    assert_eq!(seen.reports.len() as u32, STOPS + 1, "{rig}");
+    for (i, &(t_ns, reported)) in seen.reports.iter().enumerate() {
+        assert_eq!(reported, seen.counted_steps(t_ns), "{rig}, SEED={SEED}, stop {i} at {t_ns} ns");
+    }
+    assert_eq!(seen.counted_steps(u64::MAX), [0; AXES], "{rig}");
+}
+
+/// Single steps and many, of one axis and of all, there and back: each at its closed-form instant.
+///
+/// # Panics
+/// When one is not, or is not made.
+pub fn moves_there_and_back_are_exact(rig: impl Rig) {
+    let away = rig.pace().away_mm;
+    let ways = [away, [0.02, 0.0, 0.0], [0.0, -0.04, 0.02], [away[0], 0.02, 0.0], [0.02, -0.02, 0.02]];
+    let lines: Vec<_> = ways.into_iter().flat_map(|way| [way, way.map(|mm| -mm)]).map(relative).collect();
+    let mut acts = set(&rig);
+    for line in lines {
+        acts.extend([line, Act::WaitIdle]);
+    }
+    acts.push(Act::Report);
+    let seen = rig.carry_out("there-and-back", &acts);
+    assert_eq!(seen.reports[0].1, [0; AXES], "{rig}");
+
+    let program =
+        acts.iter().filter_map(|act| if let Act::Line(line) = act { Some(format!("{line}\n")) } else { None });
+    let planned = run(program.collect::<String>().as_bytes(), &Config::default()).expect("a program");
+    let comparison = compare::compare(&planned, &seen.edges).unwrap_or_else(|error| panic!("{rig}: {error}"));
+    assert!(comparison.all.max_ns <= rig.jitter_max_ns(), "{rig}: {comparison:#?}");
+}

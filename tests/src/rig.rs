@@ -1,0 +1,258 @@
+//! Machines of several makes that the same cases are put to: simulated, by either step port, or the firmware on the
+//! emulated board.
+
+use std::fmt;
+
+use embassy_time::{Duration, Instant};
+use isostep_motion::{AXES, Axis};
+use isostep_sim::motor::PullOutCurve;
+use isostep_sim::world::Edge;
+use isostep_sim::{Config, Port, Sim, SwitchFault};
+
+use crate::emulated::Board;
+
+/// What makes a machine stop at once.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stop {
+    /// The limit switch of an axis.
+    Limit(Axis),
+    /// The emergency stop.
+    Emergency,
+    /// The reset byte.
+    Reset,
+}
+
+/// One thing done to a machine.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Act {
+    /// Sends a line, which must be accepted.
+    Line(String),
+    /// Lets time pass.
+    WaitUs(u32),
+    /// Waits until all moves are done.
+    WaitIdle,
+    /// Stops it, which must lock it.
+    Press(Stop),
+    /// Lets go of what stopped it.
+    Release(Stop),
+    /// Asks where it stands, at rest.
+    Report,
+}
+
+/// What was seen of a machine.
+#[derive(Clone, Debug, Default)]
+pub struct Seen {
+    /// Every STEP edge, in order.
+    pub edges: Vec<Edge>,
+    /// Every report: when, ns since power-up, and where the machine says it stands, steps.
+    pub reports: Vec<(u64, [i32; AXES])>,
+}
+
+impl Seen {
+    /// Where the edges up to `t_ns` have taken the machine since power-up, steps.
+    #[must_use]
+    pub fn counted_steps(&self, t_ns: u64) -> [i32; AXES] {
+        let mut counted = [0; AXES];
+        for edge in self.edges.iter().take_while(|edge| edge.t_ns <= t_ns) {
+            counted[edge.axis] += edge.direction;
+        }
+        counted
+    }
+}
+
+/// A way of moving that suits a machine, all axes alike.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pace {
+    /// Top speed, mm/min.
+    pub top_mm_min: u32,
+    /// Acceleration and deceleration, mm/s².
+    pub accel_mm_s2: u32,
+    /// A move.
+    pub away_mm: [f64; AXES],
+    /// How long it takes at least, us.
+    pub lasts_us: u32,
+}
+
+impl Pace {
+    /// 63,000 steps/s at the most, at 2,000,000 steps/s².
+    const HARDWARE: Self =
+        Self { top_mm_min: 240_000, accel_mm_s2: 40_000, away_mm: [40.0, -28.0, 12.0], lasts_us: 60_000 };
+    /// 10,000 steps/s at the most, at 100,000 steps/s².
+    const TASKS: Self = Self { top_mm_min: 12_000, accel_mm_s2: 2_000, away_mm: [20.0, -14.0, 6.0], lasts_us: 190_000 };
+
+    fn of(port: Port) -> Self {
+        match port {
+            Port::Pio => Self::HARDWARE,
+            Port::Timer => Self::TASKS,
+        }
+    }
+
+    /// Lines that set the machine to it.
+    #[must_use]
+    pub fn settings(&self) -> Vec<String> {
+        let Self { top_mm_min, accel_mm_s2, .. } = self;
+        (0..AXES).flat_map(|axis| [format!("$11{axis}={top_mm_min}"), format!("$12{axis}={accel_mm_s2}")]).collect()
+    }
+}
+
+/// A kind of machine. Its display says how to see it again.
+pub trait Rig: fmt::Display {
+    /// A way of moving that suits it.
+    fn pace(&self) -> Pace;
+
+    /// How far a step may be from its closed-form instant, both counted from the first step of the move, ns.
+    fn jitter_max_ns(&self) -> f64;
+
+    /// Does all that to one that was powered up afresh; `case` names it.
+    ///
+    /// # Panics
+    /// When a line is refused, a stop does not lock the machine, or an edge breaks the driver's timing.
+    fn carry_out(&self, case: &str, acts: &[Act]) -> Seen;
+}
+
+/// The whole controller in virtual time, its motors so strong that they follow any edge.
+#[derive(Clone, Copy, Debug)]
+pub struct Simulated(pub Port);
+
+impl Simulated {
+    /// Does one thing; a report's answer.
+    fn act(sim: &mut Sim, act: &Act) -> Option<[i32; AXES]> {
+        const SOON: Duration = Duration::from_millis(1);
+        match act {
+            Act::Line(line) => {
+                sim.send(format!("{line}\n").as_bytes());
+                sim.run_for(SOON).unwrap();
+                assert_eq!(sim.replies().last().map(String::as_str), Some("ok"), "{line}");
+            }
+            Act::WaitUs(us) => sim.run_for(Duration::from_micros((*us).into())).unwrap(),
+            Act::WaitIdle => sim.run_until_idle().unwrap(),
+            Act::Press(stop) => {
+                match *stop {
+                    Stop::Limit(axis) => sim.set_switch(axis, SwitchFault::StuckClosed),
+                    Stop::Emergency => sim.set_emergency_stop(true),
+                    Stop::Reset => sim.send(b"\x18"),
+                }
+                sim.run_for(SOON).unwrap();
+                assert!(sim.replies().iter().any(|line| line.starts_with("ALARM:")), "{stop:?}");
+            }
+            Act::Release(Stop::Limit(axis)) => sim.set_switch(*axis, SwitchFault::None),
+            Act::Release(Stop::Emergency) => sim.set_emergency_stop(false),
+            Act::Release(Stop::Reset) => {}
+            Act::Report => {
+                sim.run_for(SOON).unwrap();
+                return Some(sim.machine().position_steps());
+            }
+        }
+        None
+    }
+}
+
+impl Rig for Simulated {
+    fn pace(&self) -> Pace {
+        Pace::of(self.0)
+    }
+
+    fn jitter_max_ns(&self) -> f64 {
+        // Of the step and of the first.
+        2.0 * self.0.tolerance_ns()
+    }
+
+    fn carry_out(&self, _case: &str, acts: &[Act]) -> Seen {
+        let motor = PullOutCurve { pull_in_steps_s: 1e9, ..PullOutCurve::default() };
+        let mut sim = Sim::new(&Config { port: self.0, motor, ..Config::default() });
+        sim.run_for(Duration::from_millis(50)).unwrap();
+        let mut reports = Vec::new();
+        for act in acts {
+            if let Some(report) = Self::act(&mut sim, act) {
+                reports.push(((sim.now() - Instant::MIN).as_nanos(), report));
+            }
+        }
+        let outcome = sim.outcome();
+        assert!(outcome.violations.is_empty(), "{self}: {:?}", outcome.violations);
+        Seen { edges: outcome.edges, reports }
+    }
+}
+
+impl fmt::Display for Simulated {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "simulated machine, {} port", self.0)
+    }
+}
+
+/// The firmware that steps by `port`, on the emulated board.
+#[derive(Clone, Copy, Debug)]
+pub struct Emulated(pub Port);
+
+impl Emulated {
+    fn script(acts: &[Act]) -> String {
+        let line = |act: &Act| match act {
+            Act::Line(line) => format!("send {line}\nexpect ok\n"),
+            Act::WaitUs(us) => format!("wait-us {us}\n"),
+            Act::WaitIdle => "wait-idle\n".to_owned(),
+            Act::Press(Stop::Limit(axis)) => format!("switch {axis} stuck-closed\nexpect ALARM:\n"),
+            Act::Press(Stop::Emergency) => "estop pressed\nexpect ALARM:\n".to_owned(),
+            Act::Press(Stop::Reset) => "bytes 18\nexpect ALARM:\n".to_owned(),
+            Act::Release(Stop::Limit(axis)) => format!("switch {axis} normal\n"),
+            Act::Release(Stop::Emergency) => "estop released\n".to_owned(),
+            Act::Release(Stop::Reset) => String::new(),
+            Act::Report => "bytes 3f\nexpect <\n".to_owned(),
+        };
+        "expect Grbl\n".to_owned() + &acts.iter().map(line).collect::<String>()
+    }
+
+    fn folder(case: &str, port: Port) -> String {
+        format!("{case}-{port}")
+    }
+}
+
+impl Rig for Emulated {
+    fn pace(&self) -> Pace {
+        Pace::of(self.0)
+    }
+
+    fn jitter_max_ns(&self) -> f64 {
+        match self.0 {
+            Port::Pio => 50.0,
+            // Steps of several axes that are due together follow each other.
+            Port::Timer => 40_000.0,
+        }
+    }
+
+    fn carry_out(&self, case: &str, acts: &[Act]) -> Seen {
+        let run = Board::stepped_by(self.0, &Self::folder(case, self.0)).script(&Self::script(acts));
+        assert!(run.ok, "{self}, case {case}:\n{}", run.printed);
+        let reports = reports(&run.printed);
+        Seen { edges: run.edges, reports }
+    }
+}
+
+impl fmt::Display for Emulated {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "emulated board, {} port (target/emulated/CASE-{0}/script.txt has the script)", self.0)
+    }
+}
+
+/// The answers to [`Act::Report`] in a transcript; waiting for idle asks too.
+fn reports(transcript: &str) -> Vec<(u64, [i32; AXES])> {
+    let mut asked = false;
+    let mut reports = Vec::new();
+    // Each line begins with its instant, s.
+    for (at_s, said) in transcript.lines().filter_map(|line| line.trim_start().split_once(' ')) {
+        asked |= said == "# bytes 3f";
+        if let (true, Some(steps)) = (asked, position_steps(said)) {
+            reports.push(((at_s.parse::<f64>().expect("an instant") * 1e9) as u64, steps));
+            asked = false;
+        }
+    }
+    reports
+}
+
+/// The position in a status report, in steps of the default 50 to the mm.
+#[must_use]
+pub fn position_steps(report: &str) -> Option<[i32; AXES]> {
+    let (_, position) = report.split_once("|MPos:")?;
+    let mm = position.split(['|', '>']).next()?.split(',');
+    let steps: Vec<_> =
+        mm.map(|mm| mm.parse::<f64>().map(|mm| (mm * 50.0).round() as i32)).collect::<Result<_, _>>().ok()?;
+    steps.try_into().ok()
+}
