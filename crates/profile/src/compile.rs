@@ -12,15 +12,16 @@
 //! - decelerating, by the same from the other end, backwards in time;
 //! - cruising, on a line.
 
+mod fit;
 mod gentle;
 mod phase;
 mod ramp;
 mod root;
+mod setup;
 mod wide;
 
-use libm::floor;
-
-use self::phase::{Knot, Phase, View};
+use self::phase::{Knot, Phase};
+use self::setup::View;
 use crate::segment::Segment;
 use crate::trapezoid::Trapezoid;
 
@@ -54,11 +55,11 @@ pub struct Segments {
 
 impl Segments {
     pub(crate) fn new(plan: &Trapezoid, steps: u32, tick_hz: u32) -> Self {
-        let stride = if steps == 0 { 1.0 } else { plan.distance_steps() / f64::from(steps) };
-        let view = View { stride, tick_hz: f64::from(tick_hz) };
-        let steps_before = |boundary: f64| (floor(boundary / stride + 0.5) as u32).min(steps);
+        let share = f64::from(steps) / plan.distance_steps();
+        let steps_before = |boundary: f64| ((boundary * share + 0.5) as u32).min(steps);
         let accel_end = steps_before(plan.accel_end_steps());
         let cruise_end = steps_before(plan.cruise_end_steps()).max(accel_end);
+        let view = View::new(plan, 1.0 / share, tick_hz);
         let mut phases = [Phase::empty(); 3];
         if accel_end > 0 {
             phases[0] = Phase::accelerating(plan, view, accel_end);

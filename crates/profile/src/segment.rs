@@ -4,8 +4,6 @@ use core::sync::atomic::{AtomicU32, Ordering};
 
 /// What a segment spans is less than this, so any interval of it has 31 bits.
 pub(crate) const SPAN_MAX_TICKS: u32 = (1 << 31) - 64;
-/// In units of 2^-32 tick.
-const HALF_TICK: u64 = 1 << 31;
 
 /// A run of steps of one axis. Made by [`Segments`]; replayed as instants by [`ticks`](Segment::ticks), as intervals by
 /// [`intervals`](Segment::intervals).
@@ -57,27 +55,9 @@ impl Segment {
         Intervals { left: self.steps - 1, fraction: self.fraction, interval: self.interval, growth: self.growth }
     }
 
-    /// One step. `first` is in units of 2^-`point` tick; `point` is 32 at most.
-    pub(crate) fn single(first: u64, point: u8) -> Self {
-        Self::fit(1, 0, first, 0, 0, point)
-    }
-
-    /// `steps` along the quadratic t(j) with t(0) = `first`, t(n) - t(0) = `rise` and t(n) - 2 t(n/2) + t(0) = `bend`,
-    /// n being 2^`length_log2`, all in units of 2^-`point` tick.
-    pub(crate) fn fit(steps: u32, length_log2: u32, first: u64, rise: u64, bend: i64, point: u8) -> Self {
-        let to_q32 = 32 - u32::from(point);
-        let first_rounded = first.wrapping_add(HALF_TICK >> to_q32);
-        let growth = (bend << to_q32) >> (2 * length_log2).saturating_sub(2);
-        // The growths up to n make n (n - 1)/2.
-        let grown = (growth << length_log2).wrapping_sub(growth) >> 1;
-        let interval = ((rise << to_q32) >> length_log2).wrapping_sub(grown as u64);
-        Self {
-            steps,
-            fraction: (first_rounded << to_q32) as u32,
-            first_ticks: first_rounded >> point,
-            interval,
-            growth: growth as u64,
-        }
+    /// `first`: the first instant, in ticks and 2^-32 tick, plus half a tick.
+    pub(crate) fn new(steps: u32, first: (u64, u32), interval: u64, growth: u64) -> Self {
+        Self { steps, fraction: first.1, first_ticks: first.0, interval, growth }
     }
 }
 
@@ -117,23 +97,62 @@ pub struct Intervals {
 
 impl Intervals {
     /// Writes as many intervals as there are left and `words` holds, each plus `bias` (modulo 2^32), and returns how
-    /// many. Inlined, so that its caller decides which memory it runs from.
+    /// many. Inlined, so that its caller decides which memory it runs from: 8 cycles a word on a Cortex-M0+ in RAM.
     #[inline(always)]
     pub fn fill(&mut self, words: &[AtomicU32], bias: u32) -> usize {
         let count = words.len().min(self.left as usize);
-        for word in &words[..count] {
-            word.store(self.advance().wrapping_add(bias), Ordering::Relaxed);
+        let mut series = Series::new(self, bias);
+        let (blocks, rest) = words[..count].as_chunks::<8>();
+        let mut put = |word: &AtomicU32| word.store(series.advance(), Ordering::Relaxed);
+        // Unrolled by hand: a caller that is optimised for size would keep the loop.
+        for [a, b, c, d, e, f, g, h] in blocks {
+            put(a);
+            put(b);
+            put(c);
+            put(d);
+            put(e);
+            put(f);
+            put(g);
+            put(h);
         }
+        rest.iter().for_each(put);
         self.left -= count as u32;
+        (self.interval, self.fraction) = (series.interval(), series.fraction);
         count
+    }
+}
+
+/// Intervals plus a bias, held so that a Cortex-M0+ has registers enough.
+struct Series {
+    fraction: u32,
+    /// The interval, its upper half with the bias and less the growth's upper half. So that half can be added with each
+    /// carry, where a register with 0 would be wanted else.
+    held: u64,
+    growth: u64,
+    bias: u32,
+}
+
+impl Series {
+    #[inline(always)]
+    fn new(intervals: &Intervals, bias: u32) -> Self {
+        let Intervals { fraction, interval, growth, .. } = *intervals;
+        let bias = bias.wrapping_sub((growth >> 32) as u32);
+        Self { fraction, held: interval.wrapping_add(u64::from(bias) << 32), growth, bias }
+    }
+
+    #[inline(always)]
+    fn interval(&self) -> u64 {
+        self.held.wrapping_sub(u64::from(self.bias) << 32)
     }
 
     #[inline(always)]
     fn advance(&mut self) -> u32 {
-        let sum = self.interval.wrapping_add(u64::from(self.fraction));
-        self.fraction = sum as u32;
-        self.interval = self.interval.wrapping_add(self.growth);
-        (sum >> 32) as u32
+        let (fraction, carry) = self.fraction.overflowing_add(self.held as u32);
+        let growth_upper = (self.growth >> 32) as u32;
+        let word = ((self.held >> 32) as u32).wrapping_add(growth_upper).wrapping_add(u32::from(carry));
+        self.fraction = fraction;
+        self.held = self.held.wrapping_add(self.growth);
+        word
     }
 }
 
@@ -143,7 +162,10 @@ impl Iterator for Intervals {
     #[inline]
     fn next(&mut self) -> Option<u32> {
         self.left = self.left.checked_sub(1)?;
-        Some(self.advance())
+        let sum = self.interval.wrapping_add(u64::from(self.fraction));
+        self.fraction = sum as u32;
+        self.interval = self.interval.wrapping_add(self.growth);
+        Some((sum >> 32) as u32)
     }
 
     fn size_hint(&self) -> (usize, Option<usize>) {

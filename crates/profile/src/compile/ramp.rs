@@ -13,6 +13,11 @@ const LOG2_LOOSE_HZ: i32 = 1_479_503;
 /// log2 of the segments a second that are [brief](crate::BRIEF_S).
 const LOG2_BRIEF_HZ: i32 = 653_117;
 
+/// The growth of a segment's intervals is rounded to 2^-32 tick: 2^-7 tick over so many steps, log2.
+pub(super) const LENGTH_MAX: u32 = 14;
+/// More than any number's log2.
+const EVERYTHING: i32 = 128 * ONE;
+
 /// The time to the x-th half step from standstill is √(start + slope x), start being what the slow end lacks to standstill.
 ///
 /// # Lengths
@@ -49,34 +54,49 @@ impl Ramp {
     }
 
     /// The step `half_steps` from the slow end; its instant is the time from standstill.
-    #[inline]
+    #[inline(always)]
     pub(super) fn knot(&self, half_steps: u32) -> Knot {
         let Root { root, log2 } = Root::of(self.radicand.at(half_steps));
         Knot { instant: root, level: log2 }
     }
 
-    /// Whether a quadratic holds 2^`length` steps from one of level `level` on, speeding up or, `backwards`, slowing down.
-    #[inline]
-    pub(super) fn fits(&self, length: i32, level: i32, backwards: bool) -> bool {
-        // A quadratic through all of the steps.
+    /// log2 of the steps that a quadratic holds from one of level `level` on, if `length` is that of the segment before:
+    /// speeding up it only grows, slowing down, `backwards`, it only shrinks.
+    pub(super) fn length(&self, mut length: u32, level: i32, backwards: bool) -> u32 {
+        if backwards {
+            while !self.fits(length as i32, level, level.wrapping_sub(self.loss(length as i32, level))) {
+                length -= 1;
+            }
+        } else {
+            while length < LENGTH_MAX && self.fits(length as i32 + 1, level, level) {
+                length += 1;
+            }
+        }
+        length
+    }
+
+    /// Whether a quadratic holds 2^`length` steps from one of level `level` on, `slow` being the level of the slow end.
+    #[inline(always)]
+    fn fits(&self, length: i32, level: i32, slow: i32) -> bool {
+        // Through three steps there is always one.
         if length <= 1 {
             return true;
         }
-        let loss = if backwards { self.loss(length, level) } else { 0 };
-        let room = self.strict.wrapping_add((level - loss).wrapping_mul(5)).wrapping_sub(6 * ONE * length);
-        room >= 0 || room.wrapping_add(self.loose) >= 0 && ONE * (length - 1) - level / 2 < self.brief
+        let room = self.strict.wrapping_add(slow.wrapping_mul(5)).wrapping_sub(6 * ONE * length);
+        let half_brief = (ONE * length).wrapping_sub(ONE).wrapping_sub(level >> 1) < self.brief;
+        room >= 0 || room.wrapping_add(self.loose) >= 0 && half_brief
     }
 
     /// How much of log2 Q the next 2^`length` steps lose, at most: log2(1 - r) >= -2 r of a share r up to a half.
-    #[inline]
+    #[inline(always)]
     fn loss(&self, length: i32, level: i32) -> i32 {
         // Two half steps a step.
-        let share = self.slope + ONE * (length + 1) - level;
+        let share = self.slope.wrapping_add(ONE * (length + 1)).wrapping_sub(level);
         if share > -ONE {
-            return 64 * ONE;
+            return EVERYTHING;
         }
         let doubled = share + ONE;
         // 2^(i + f) is 2^i (1 + f) at most.
-        (ONE + (doubled & (ONE - 1))) >> (-(doubled >> 16)).min(31)
+        (ONE + (doubled & (ONE - 1))).wrapping_shr((-(doubled >> 16)).min(31) as u32)
     }
 }

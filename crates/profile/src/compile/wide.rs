@@ -34,33 +34,62 @@ impl Wide {
         u64::from(self.middle) << 32 | u64::from(self.bottom)
     }
 
-    /// How many of its first bits are 0.
+    /// How many of its first bits are 0, one less if that is odd; 94 at most. And its first 64 bits without these.
     #[inline(always)]
-    pub(super) fn leading_zeros(self) -> u32 {
-        match self {
-            Self { top: 0, middle: 0, bottom } => 64 + bottom.leading_zeros(),
-            Self { top: 0, middle, .. } => 32 + middle.leading_zeros(),
-            Self { top, .. } => top.leading_zeros(),
+    pub(super) fn normalised(self) -> (u32, u64) {
+        let (skipped, [first, second, third]) = match self {
+            Self { top: 0, middle: 0, bottom } => (64, [bottom, 0, 0]),
+            Self { top: 0, middle, bottom } => (32, [middle, bottom, 0]),
+            Self { top, middle, bottom } => (0, [top, middle, bottom]),
+        };
+        let zeros = even_zeros(first);
+        let upper = joined(first, second, zeros);
+        (skipped + zeros, u64::from(upper) << 32 | u64::from(joined(second, third, zeros)))
+    }
+}
+
+/// How many of its first bits are 0, one less if that is odd; 30 at most. Shorter than a call of the compiler's routine.
+#[inline(always)]
+fn even_zeros(mut digit: u32) -> u32 {
+    let mut zeros = 0;
+    for bits in [16, 8, 4, 2] {
+        if digit >> (32 - bits) == 0 {
+            digit <<= bits;
+            zeros += bits;
         }
     }
-
-    /// Its first 64 bits after leaving out `zeros` of them; 95 at most.
-    #[inline(always)]
-    pub(super) fn mantissa(self, zeros: u32) -> u64 {
-        let Self { top, middle, bottom } = self;
-        let (first, second, third) = match zeros >> 5 {
-            0 => (top, middle, bottom),
-            1 => (middle, bottom, 0),
-            _ => (bottom, 0, 0),
-        };
-        u64::from(joined(first, second, zeros & 31)) << 32 | u64::from(joined(second, third, zeros & 31))
-    }
+    zeros
 }
 
 /// The first 32 bits of two digits after leaving out `bits` of them; 31 at most.
 #[inline(always)]
-fn joined(first: u32, second: u32, bits: u32) -> u32 {
+pub(super) fn joined(first: u32, second: u32, bits: u32) -> u32 {
     first.wrapping_shl(bits) | (second >> 1).wrapping_shr(31 ^ bits)
+}
+
+// Shifts of 64 bits by 31 at most: the compiler would call a routine that shifts by any number.
+
+#[inline(always)]
+pub(super) fn left(value: u64, bits: u32) -> u64 {
+    let lower = value as u32;
+    u64::from(joined((value >> 32) as u32, lower, bits)) << 32 | u64::from(lower.wrapping_shl(bits))
+}
+
+#[inline(always)]
+pub(super) fn right(value: u64, bits: u32) -> u64 {
+    let upper = (value >> 32) as u32;
+    u64::from(upper.wrapping_shr(bits)) << 32 | u64::from(lower_of_right(upper, value as u32, bits))
+}
+
+#[inline(always)]
+pub(super) fn right_signed(value: i64, bits: u32) -> i64 {
+    let upper = (value >> 32) as u32;
+    i64::from((upper as i32).wrapping_shr(bits)) << 32 | i64::from(lower_of_right(upper, value as u32, bits))
+}
+
+#[inline(always)]
+fn lower_of_right(upper: u32, lower: u32, bits: u32) -> u32 {
+    (upper << 1).wrapping_shl(31 ^ bits) | lower.wrapping_shr(bits)
 }
 
 /// start + slope x, for whole x.
@@ -87,25 +116,27 @@ impl Line {
     }
 }
 
-/// `value` in units of 2^-`point`, rounded down; 0 to 2^128.
+/// `value` in units of 2^-`point`, rounded down. It is 0 or positive, and below 2^128 of them.
 pub(super) fn fixed(value: f64, point: i32) -> u128 {
-    (value * power_of_two(point)) as u128
+    let mantissa = value.to_bits() << 12 >> 12 | 1 << 52;
+    let shift = exponent(value) - 52 + point;
+    if shift >= 0 {
+        u128::from(mantissa) << shift
+    } else {
+        u128::from(mantissa.checked_shr(-shift as u32).unwrap_or(0))
+    }
 }
 
-/// Of a number from 2^-1022 up, the largest whole e with 2^e <= x. Of 0, -1023.
+/// Of a normal number, the largest whole e with 2^e <= x. Of 0, -1023.
 pub(super) fn exponent(x: f64) -> i32 {
     (x.to_bits() >> 52 & 0x7ff) as i32 - 1_023
-}
-
-pub(super) fn power_of_two(exponent: i32) -> f64 {
-    f64::from_bits(((1_023 + exponent) as u64) << 52)
 }
 
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
 
-    use super::{Line, Wide, product};
+    use super::{Line, Wide, fixed, left, product, right, right_signed};
 
     fn value(wide: Wide) -> u128 {
         u128::from(wide.upper()) << 32 | u128::from(wide.bottom)
@@ -132,12 +163,22 @@ mod tests {
         }
 
         #[test]
-        fn a_mantissa_is_the_first_64_bits(bits in any_length(), share in 0..=96u32) {
-            let wide = Wide::new(bits);
-            let zeros = (bits << 32).leading_zeros().min(96);
-            prop_assert_eq!(wide.leading_zeros(), zeros);
-            let left_out = zeros.min(share).min(95);
-            prop_assert_eq!(wide.mantissa(left_out), (bits << left_out >> 32) as u64);
+        fn normalised_numbers_start_in_their_first_two_bits(bits in any_length()) {
+            let (zeros, mantissa) = Wide::new(bits).normalised();
+            prop_assert_eq!(zeros, ((bits << 32).leading_zeros() & !1).min(94));
+            prop_assert_eq!(mantissa, (bits << zeros >> 32) as u64);
+        }
+
+        #[test]
+        fn fixed_numbers_are_exact(value in prop_oneof![Just(0.0), 1e-9..1e-6, 0.0..1.0, 1.0..1e15], point in -32..=64) {
+            prop_assert_eq!(fixed(value, point), (value * 2f64.powi(point)) as u128);
+        }
+
+        #[test]
+        fn shifts_are_exact(value: u64, bits in 0..32u32) {
+            prop_assert_eq!(left(value, bits), value << bits);
+            prop_assert_eq!(right(value, bits), value >> bits);
+            prop_assert_eq!(right_signed(value as i64, bits), value as i64 >> bits);
         }
     }
 }

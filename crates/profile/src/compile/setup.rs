@@ -1,0 +1,178 @@
+//! What a phase needs to know, out of the plan's floats, once a move.
+
+use super::gentle::Gentle;
+use super::phase::{Law, Phase};
+use super::ramp::{LENGTH_MAX, Ramp};
+use super::wide::{Line, Wide, exponent, fixed, product};
+use crate::trapezoid::{EndRamp, Trapezoid};
+
+/// The number of an axis's last step is below this.
+const STEPS_END: u32 = 1 << 31;
+/// A segment's interval is rounded to 2^-32 tick: 2^-10 tick over so many steps, log2.
+const EVEN_LENGTH_MAX: u32 = 22;
+/// log2 of the lead from which on a ramp is [`Gentle`], ticks: 26 days at 125 MHz.
+const GENTLE_LEAD_LOG2: i32 = 48;
+
+/// An axis's steps and ticks.
+#[derive(Clone, Copy)]
+pub(super) struct View {
+    /// Steps of the master per step of the axis; at least 1.
+    pub(super) stride: f64,
+    pub(super) tick_hz: f64,
+    /// How long the move lasts.
+    end_ticks: f64,
+}
+
+/// A ramp in an axis's steps and ticks.
+struct Shape {
+    /// How long it takes from standstill to the ramp's slow end at the ramp's acceleration: C = f v/a.
+    lead_ticks: f64,
+    /// What half a step adds to the time from standstill squared: B/2 = f²/a.
+    slope_ticks2: f64,
+}
+
+impl Phase {
+    /// No steps.
+    pub(super) fn empty() -> Self {
+        let line = Line { start: Wide::default(), slope: Wide::default() };
+        Self { law: Law::Even(line), origin: 0, end: 0, reach: 0, backwards: false, point: 0, length: 0 }
+    }
+
+    /// Accelerates from the first step to the one before `end`.
+    pub(super) fn accelerating(plan: &Trapezoid, view: View, end: u32) -> Self {
+        let ramp = plan.accel_ramp();
+        let shape = view.shape(ramp);
+        if shape.is_gentle() {
+            let (law, point, length) = gentle(ramp, view);
+            return Self {
+                law,
+                origin: 0,
+                end,
+                reach: beyond(end, length),
+                backwards: false,
+                point,
+                length: length as u8,
+            };
+        }
+        let reach = beyond(end, LENGTH_MAX);
+        let point = point_for(shape.exponent_at(reach));
+        let lead = shape.lead(point);
+        let radicand = Line { start: Wide::new(squared(lead)), slope: Wide::new(shape.slope(point)) };
+        let law = Law::Ramp(Ramp::new(radicand, point, view.tick_hz));
+        Self { law, origin: lead.wrapping_neg(), end, reach, backwards: false, point, length: 0 }
+    }
+
+    /// Keeps its speed up to the step before `end`.
+    pub(super) fn cruising(plan: &Trapezoid, view: View, end: u32) -> Self {
+        let ticks_per_step = view.tick_hz / plan.cruise_speed_steps_s();
+        let start_ticks = view.tick_hz * plan.t_accel_s() - ticks_per_step * plan.accel_end_steps();
+        let period_ticks = ticks_per_step * view.stride;
+        let point = view.point();
+        // The first 64 of the 96 bits are the instant; a half step is half a period.
+        let start = Wide::new(fixed(start_ticks, i32::from(point) + 32));
+        let slope = Wide::new(fixed(period_ticks, i32::from(point) + 31));
+        let length = length_held(period_ticks, EVEN_LENGTH_MAX);
+        let law = Law::Even(Line { start, slope });
+        Self { law, origin: 0, end, reach: beyond(end, length), backwards: false, point, length: length as u8 }
+    }
+
+    /// Decelerates to the last of the axis's `steps`.
+    pub(super) fn decelerating(plan: &Trapezoid, view: View, steps: u32) -> Self {
+        let ramp = plan.decel_ramp();
+        let shape = view.shape(ramp);
+        if shape.is_gentle() {
+            let (law, point, length) = gentle(ramp, view);
+            let origin = fixed(view.end_ticks, point.into()) as u64;
+            return Self { law, origin, end: steps, reach: steps - 1, backwards: true, point, length: length as u8 };
+        }
+        let point = point_for(exponent(shape.lead_ticks).max(exponent(view.end_ticks)) + 1);
+        let (lead, slope, spare) = (shape.lead(point), shape.slope(point), shape.spare_steps());
+        let start = squared(lead).saturating_sub(slope * u128::from(2 * spare));
+        let radicand = Line { start: Wide::new(start), slope: Wide::new(slope) };
+        let law = Law::Ramp(Ramp::new(radicand, point, view.tick_hz));
+        let origin = (fixed(view.end_ticks, point.into()) as u64).wrapping_add(lead);
+        Self { law, origin, end: steps, reach: steps - 1 + spare, backwards: true, point, length: LENGTH_MAX as u8 }
+    }
+}
+
+impl View {
+    /// Of an axis that makes 1/`stride` of the master's steps.
+    pub(super) fn new(plan: &Trapezoid, stride: f64, tick_hz: u32) -> Self {
+        let tick_hz = f64::from(tick_hz);
+        Self { stride, tick_hz, end_ticks: plan.duration_s() * tick_hz }
+    }
+
+    /// For instants of the move.
+    fn point(&self) -> u8 {
+        point_for(exponent(self.end_ticks))
+    }
+
+    fn shape(&self, ramp: EndRamp) -> Shape {
+        let ticks_per_speed = self.tick_hz / ramp.accel_steps_s2;
+        Shape {
+            lead_ticks: ticks_per_speed * ramp.slow_steps_s,
+            slope_ticks2: ticks_per_speed * self.tick_hz * self.stride,
+        }
+    }
+}
+
+impl Shape {
+    fn is_gentle(&self) -> bool {
+        exponent(self.lead_ticks) >= GENTLE_LEAD_LOG2
+    }
+
+    /// In units of 2^-`point` tick.
+    fn lead(&self, point: u8) -> u64 {
+        fixed(self.lead_ticks, point.into()) as u64
+    }
+
+    /// In units of radicands whose roots are in units of 2^-`point` tick: a root has 32 bits more than half of theirs.
+    fn slope(&self, point: u8) -> u128 {
+        fixed(self.slope_ticks2, 2 * i32::from(point) - 32)
+    }
+
+    /// At least log2 of the time from standstill to the step `reach`, ticks, rounded down.
+    fn exponent_at(&self, reach: u32) -> i32 {
+        // 2 reach + 1 half steps are less than 2^(reach_log2 + 1).
+        let reach_log2 = 32 - reach.leading_zeros() as i32;
+        let squares = [2 * exponent(self.lead_ticks) + 2, exponent(self.slope_ticks2) + reach_log2 + 2];
+        // The sum of numbers below 2^a and 2^b is less than twice the larger.
+        squares[0].max(squares[1]).div_euclid(2)
+    }
+
+    /// Steps that the ramp would go on for before standstill; there may be more.
+    fn spare_steps(&self) -> u32 {
+        // C²/B, rounded down to a power of two twice.
+        let log2 = 2 * exponent(self.lead_ticks) - exponent(self.slope_ticks2) - 2;
+        if log2 < 0 { 0 } else { 1 << log2.min(LENGTH_MAX as i32) }
+    }
+}
+
+/// The law, its point, and the length of its segments: their quadratics stray by nothing that could be told.
+fn gentle(ramp: EndRamp, view: View) -> (Law, u8, u32) {
+    let point = view.point();
+    let slowest_ticks = view.tick_hz / ramp.slow_steps_s * view.stride;
+    (Law::Gentle(Gentle::new(ramp, view, point)), point, length_held(slowest_ticks, LENGTH_MAX))
+}
+
+/// log2 of how many periods at least are less than 2^31 ticks, `max` at most; 0 also if one is not.
+fn length_held(period_ticks: f64, max: u32) -> u32 {
+    (30 - exponent(period_ticks)).clamp(0, max as i32) as u32
+}
+
+/// How far a segment can reach that begins before `end`.
+fn beyond(end: u32, length: u32) -> u32 {
+    (end - 1).saturating_add(1 << length).min(STEPS_END - 1)
+}
+
+/// The point of the finest units of which 63 bits hold ticks below 2^(`exponent` + 1).
+fn point_for(exponent: i32) -> u8 {
+    (62 - exponent).clamp(1, 32) as u8
+}
+
+/// The radicand whose root is `time`.
+fn squared(time: u64) -> u128 {
+    let (upper, lower) = ((time >> 32) as u32, time as u32);
+    let sides = u128::from(product(upper, lower)) << 1;
+    (u128::from(product(upper, upper)) << 32) + sides + u128::from(product(lower, lower) >> 32)
+}
