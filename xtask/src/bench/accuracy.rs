@@ -10,7 +10,7 @@ use super::progress::Case;
 use super::rates::RAMP_S;
 use super::statistics::{DriftFigures, ErrorFigures};
 use super::trial::{AXES, Machine, Trial};
-use super::variant::Port;
+use crate::variant::Port;
 
 /// Bars of the histogram.
 const BINS: usize = 80;
@@ -37,8 +37,17 @@ pub struct MoveErrors {
     pub histogram: Vec<(f64, f64)>,
 }
 
-/// A move at `rate_steps_s` of each axis.
-pub fn measure(board: &Board, port: Port, rate_steps_s: u32, effort: &Effort) -> Result<AccuracyFigures> {
+/// A move at the rate that is aimed at, or, if it does not go through, at the highest that was sustained.
+pub fn measure(board: &Board, port: Port, sustained_steps_s: Option<u32>, effort: &Effort) -> Result<AccuracyFigures> {
+    let target_steps_s = port.target_steps_s();
+    let aimed = at(board, port, target_steps_s, effort)?;
+    match (&aimed.edges, sustained_steps_s) {
+        (Measured::Missing { .. }, Some(less)) if less < target_steps_s => at(board, port, less, effort),
+        _ => Ok(aimed),
+    }
+}
+
+fn at(board: &Board, port: Port, rate_steps_s: u32, effort: &Effort) -> Result<AccuracyFigures> {
     let case = Case::begin(port, AXES, rate_steps_s, &format!("one move of {} s", effort.long_move_s));
     let machine = Machine::new(rate_steps_s, RAMP_S);
     let steps = machine.steps_of(effort.long_move_s - 2.0 * RAMP_S);

@@ -11,11 +11,11 @@ use anyhow::{Context, Result, bail};
 use isostep_profile::SyncMove;
 use serde::{Deserialize, Serialize};
 
+use super::candidate::Candidate;
 use super::edges;
 use super::follow::{Astray, Followed, follow};
 use super::measured::Measured;
 use super::trial::{AXES, STEPS_PER_MM, Trial};
-use super::variant::{DRIVER, Variant};
 use crate::workspace;
 
 /// Of the emulated core.
@@ -25,9 +25,9 @@ pub const POLL_HZ: u32 = 10;
 /// Machine time beyond its moves' that a run may take, s.
 const PATIENCE_S: f64 = 5.0;
 
-/// Where a variant runs, and its files go.
+/// Where a firmware runs, and its files go.
 pub struct Board<'a> {
-    variant: &'a Variant,
+    candidate: &'a Candidate,
     folder: &'a Path,
 }
 
@@ -48,7 +48,7 @@ pub struct Summary {
 /// A carriage, by the edges that its driver got.
 #[derive(Debug, Deserialize)]
 struct Axis {
-    position_steps: f64,
+    position_steps: i64,
 }
 
 impl Summary {
@@ -60,14 +60,12 @@ impl Summary {
 }
 
 impl Summary {
-    /// Whether the firmware knows where it is: the position it reported last is that of the edges counted, on every axis.
-    pub fn knows_position(&self) -> bool {
-        let reported = self.final_status.as_deref().and_then(position_mm);
-        let counted = self.axes.values().map(|axis| axis.position_steps);
-        reported.is_some_and(|reported| {
-            let reported = reported.into_iter().map(|mm| (mm * STEPS_PER_MM).round());
-            reported.eq(counted)
-        })
+    /// The position that the firmware reported last less that of the edges counted, steps of X, Y and Z.
+    pub fn position_error_steps(&self) -> Option<[i64; AXES]> {
+        let reported = self.final_status.as_deref().and_then(position_mm)?;
+        let counted: Vec<i64> = self.axes.values().map(|axis| axis.position_steps).collect();
+        let counted: [i64; AXES] = counted.try_into().ok()?;
+        Some(std::array::from_fn(|axis| (reported[axis] * STEPS_PER_MM).round() as i64 - counted[axis]))
     }
 }
 
@@ -110,12 +108,13 @@ impl Moving {
 /// A press or a reset byte, and what it stopped.
 #[derive(Clone, Debug, Deserialize)]
 pub struct Stop {
-    pub latency_ns: Option<f64>,
+    /// To the last edge.
+    pub latency_ns: f64,
 }
 
 impl<'a> Board<'a> {
-    pub fn new(variant: &'a Variant, folder: &'a Path) -> Self {
-        Self { variant, folder }
+    pub fn new(candidate: &'a Candidate, folder: &'a Path) -> Self {
+        Self { candidate, folder }
     }
 
     /// Runs `trial` and holds its edges against its plans.
@@ -141,8 +140,13 @@ impl<'a> Board<'a> {
         let (script_file, json) = (self.file("script"), self.file("json"));
         fs::write(&script_file, script).with_context(|| format!("cannot write {}", script_file.display()))?;
         let mut command = Command::new("node");
-        command.arg(workspace::emulator_dir().join("run.mjs")).arg("--elf").arg(&self.variant.elf);
-        command.arg("--script").arg(&script_file).arg("--json").arg(&json).args(["--driver", DRIVER]);
+        command.arg(workspace::emulator_dir().join("run.mjs")).arg("--elf").arg(&self.candidate.elf);
+        command
+            .arg("--script")
+            .arg(&script_file)
+            .arg("--json")
+            .arg(&json)
+            .args(["--driver", self.candidate.variant.driver_name()]);
         command.arg(format!("--poll-hz={POLL_HZ}")).arg(format!("--timeout-s={}", moving_s + PATIENCE_S)).args(more);
         // What the run before left must not be taken for this one's.
         let _ = fs::remove_file(&json);
@@ -177,9 +181,10 @@ fn follow_file(path: &Path, plans: &[SyncMove<AXES>]) -> Result<Measured<Followe
 }
 
 /// `<Idle|MPos:1.000,2.000,3.000|...>` as X, Y and Z.
-fn position_mm(status: &str) -> Option<Vec<f64>> {
+fn position_mm(status: &str) -> Option<[f64; AXES]> {
     let places = status.split_once("MPos:")?.1.split(['|', '>']).next()?;
-    places.split(',').map(|place| place.parse().ok()).collect()
+    let places: Option<Vec<f64>> = places.split(',').map(|place| place.parse().ok()).collect();
+    places?.try_into().ok()
 }
 
 /// What the firmware said about what went wrong: the last message of the transcript, in brackets.
@@ -206,9 +211,11 @@ mod tests {
     #[test]
     fn a_step_off_its_place_is_seen() {
         let mut summary = summary("null", "null");
-        assert!(summary.knows_position());
-        summary.axes.get_mut("Y").unwrap().position_steps = 1.0;
-        assert!(!summary.knows_position());
+        assert_eq!(summary.position_error_steps(), Some([0; 3]));
+        summary.axes.get_mut("Y").unwrap().position_steps = 2;
+        assert_eq!(summary.position_error_steps(), Some([0, -2, 0]));
+        summary.final_status = Some("<Idle|MPos:1.5".to_owned());
+        assert_eq!(summary.position_error_steps(), None);
     }
 
     #[test]

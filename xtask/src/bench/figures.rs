@@ -3,12 +3,15 @@
 use serde::Serialize;
 
 use super::accuracy::AccuracyFigures;
+use super::board::CLOCK_HZ;
+use super::candidate;
 use super::load::LoadFigures;
+use super::micro::MicroFigures;
 use super::progress::grouped;
 use super::rates::{self, RateFigures};
 use super::stops::{Input, StopMeasurement};
 use super::trial::AXES;
-use super::variant::Port;
+use crate::variant::Port;
 
 /// A whole run of the benchmark.
 #[derive(Clone, Debug, Serialize)]
@@ -17,6 +20,8 @@ pub struct Figures {
     pub conditions: Conditions,
     /// Each port's.
     pub ports: Vec<PortFigures>,
+    /// What the mathematics of a move costs on the chip; null if only one port was asked for.
+    pub mathematics: Option<MicroFigures>,
     /// What was aimed at.
     pub targets: Vec<Target>,
 }
@@ -45,6 +50,7 @@ pub struct Conditions {
 /// What was measured of a port.
 #[derive(Clone, Debug, Serialize)]
 pub struct PortFigures {
+    #[serde(serialize_with = "candidate::serialize_port")]
     pub port: Port,
     pub rates: Vec<RateFigures>,
     pub accuracy: AccuracyFigures,
@@ -106,7 +112,8 @@ impl PortFigures {
         };
         let rate_steps_s = self.accuracy.rate_steps_s;
         let what = format!("{}, edge error at {}, {which}", self.port.name(), together(rate_steps_s));
-        Target::at_most(what, error_ns, self.error_bound_ns(), "ns").if_also(rate_steps_s >= self.port.target_steps_s())
+        Target::at_most(what, error_ns, self.port.error_bound_ns(), "ns")
+            .if_also(rate_steps_s >= self.port.target_steps_s())
     }
 
     fn stop_target(&self) -> Target {
@@ -115,18 +122,17 @@ impl PortFigures {
         Target::at_most(format!("{}, limit switch to the last edge, max", self.port.name()), max_us, 10.0, "us")
     }
 
-    /// What is aimed at: of PioPort for every edge, of TimerPort for 99 of 100.
-    pub fn error_bound_ns(&self) -> f64 {
-        match self.port {
-            Port::Pio => 50.0,
-            Port::Timer => 2_000.0,
-        }
-    }
-
     /// Whether anything at all was sustained.
     pub fn moved(&self) -> bool {
         self.rates.iter().any(|rates| rates.highest_steps_s.is_some())
     }
+}
+
+/// What is aimed at on the chip.
+pub fn mathematics_targets(figures: &MicroFigures) -> Vec<Target> {
+    let slowest = figures.plan.fastest_cycles.max(figures.plan.thirds_cycles);
+    let plan_ms = slowest as f64 / f64::from(CLOCK_HZ) * 1e3;
+    vec![Target::at_most(format!("plan a move of {AXES} axes"), Some(plan_ms), 1.0, "ms")]
 }
 
 /// A rate of all axes at once.

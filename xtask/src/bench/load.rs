@@ -11,7 +11,7 @@ use super::measured::Measured;
 use super::progress::Case;
 use super::rates::RAMP_S;
 use super::trial::{AXES, Machine, Trial};
-use super::variant::Port;
+use crate::variant::Port;
 
 /// The load at one rate.
 #[derive(Clone, Debug, Serialize)]

@@ -14,12 +14,14 @@
 
 mod accuracy;
 mod board;
+mod candidate;
 mod edges;
 mod effort;
 mod figures;
 mod follow;
 mod load;
 mod measured;
+mod micro;
 mod progress;
 mod rates;
 mod report;
@@ -28,7 +30,6 @@ mod statistics;
 mod stops;
 mod table;
 mod trial;
-mod variant;
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -36,11 +37,13 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, ensure};
 
 use self::board::{Board, CLOCK_HZ, POLL_HZ};
+use self::candidate::Candidate;
 use self::effort::Effort;
 use self::figures::{Conditions, Figures, PortFigures};
+use self::micro::MicroFigures;
 use self::trial::{ACCEL_MAX_STEPS_S2, AXES};
-use self::variant::{DRIVER, Port, Variant};
 use crate::process::announce;
+use crate::variant::Port;
 use crate::{node, workspace};
 
 /// Measure the firmware's step ports on the emulated board
@@ -53,6 +56,8 @@ What is measured, of PioPort and of TimerPort, three axes stepping at once and s
             maximum, p99, histogram, and drift
   load      the share of the time that the core is awake, at a steady rate and in ramps
   stops     from a limit switch, the emergency stop or a reset byte to the last edge, at random instants of a fixed seed
+And what the mathematics of a move costs on the chip, beside the step generators of the literature over the same ramp:
+cycles to plan, to compile a segment, to replay a step, and how far their speeds are off.
 The firmware is built for a TMC2209, whose least pulses (100 ns) do not limit the rate. Equal builds give equal figures.
 Figures are printed beside their targets; a target that is not met is no error.
 
@@ -73,7 +78,7 @@ pub struct Args {
     /// Measure less, in less time: three axes only, rates of one digit, moves of 1 s
     #[arg(long)]
     quick: bool,
-    /// Only this port
+    /// Only this port, and not the mathematics
     #[arg(long)]
     port: Option<Port>,
 }
@@ -84,32 +89,37 @@ pub fn run(args: Args) -> Result<()> {
     let folder = workspace::target_dir().join("bench");
     fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
     node::prepare()?;
-    let variants = variant::build(&ports, &folder)?;
+    let candidates = candidate::build(&ports)?;
     let effort = if args.quick { Effort::quick() } else { Effort::full() };
-    let ports = variants.iter().map(|variant| measure(variant, &folder, &effort)).collect::<Result<Vec<_>>>()?;
-    let targets = ports.iter().flat_map(PortFigures::targets).collect();
-    let figures = Figures { conditions: conditions(&args), ports, targets };
+    let ports = candidates.iter().map(|candidate| measure(candidate, &folder, &effort)).collect::<Result<Vec<_>>>()?;
+    let mathematics = args.port.is_none().then(|| mathematics(&folder)).transpose()?;
+    let targets = ports.iter().flat_map(PortFigures::targets);
+    let targets = targets.chain(mathematics.iter().flat_map(figures::mathematics_targets)).collect();
+    let figures = Figures { conditions: conditions(&args), ports, mathematics, targets };
     print!("{}", table::table(&figures));
     write_files(&args, &figures)?;
     ensure!(figures.ports.iter().any(PortFigures::moved), "no move went through on any port");
     Ok(())
 }
 
-fn measure(variant: &Variant, folder: &Path, effort: &Effort) -> Result<PortFigures> {
-    let port = variant.port;
-    let board = Board::new(variant, folder);
+fn measure(candidate: &Candidate, folder: &Path, effort: &Effort) -> Result<PortFigures> {
+    let port = candidate.port;
+    let board = Board::new(candidate, folder);
     announce(&format!("{}: rates", port.name()));
     let rates = rates::measure(&board, port, effort)?;
-    // The rate that is aimed at, or as much of it as there is.
-    let target = port.target_steps_s();
-    let rate = rates::highest_steps_s(&rates, AXES).map_or(target, |highest| highest.min(target));
     announce(&format!("{}: accuracy", port.name()));
-    let accuracy = accuracy::measure(&board, port, rate, effort)?;
+    let accuracy = accuracy::measure(&board, port, rates::highest_steps_s(&rates, AXES), effort)?;
     announce(&format!("{}: load", port.name()));
     let load = load::measure(&board, port, effort)?;
     announce(&format!("{}: stops", port.name()));
-    let stops = stops::measure(&board, port, rate, effort)?;
+    let stops = stops::measure(&board, port, accuracy.rate_steps_s, effort)?;
     Ok(PortFigures { port, rates, accuracy, load, stops })
+}
+
+fn mathematics(folder: &Path) -> Result<MicroFigures> {
+    let figures = micro::measure(folder)?;
+    eprintln!("    every result of the chip's is this computer's, to the bit");
+    Ok(figures)
 }
 
 fn conditions(args: &Args) -> Conditions {
@@ -119,8 +129,8 @@ fn conditions(args: &Args) -> Conditions {
         command: format!("cargo xtask bench{quick}{port}"),
         board: "emulated",
         clock_hz: CLOCK_HZ,
-        build: variant::build_options(),
-        driver: DRIVER,
+        build: candidate::build_options(),
+        driver: candidate::driver_name(),
         poll_hz: POLL_HZ,
         ramp_s: rates::RAMP_S,
         accel_max_steps_s2: ACCEL_MAX_STEPS_S2,

@@ -1,7 +1,7 @@
 //! A line for each case: what runs, what came of it, and how long the user waited.
 
-use super::variant::Port;
 use crate::stopwatch::Stopwatch;
+use crate::variant::Port;
 
 /// A case under way: its line is begun.
 pub struct Case(Stopwatch);

@@ -10,7 +10,7 @@ use super::progress::Case;
 use super::search::{self, Found};
 use super::statistics::ErrorFigures;
 use super::trial::{Machine, Trial};
-use super::variant::Port;
+use crate::variant::Port;
 
 /// From rest to the rate, s; longer where that took more than the highest acceleration.
 pub const RAMP_S: f64 = 0.2;

@@ -5,14 +5,18 @@ use isostep_sim::report::bench::{self, Picture, Section, Series, Table};
 use super::accuracy::MoveErrors;
 use super::board::Moving;
 use super::figures::{Figures, PortFigures, Target, together};
+use super::micro::{GeneratorFigures, MicroFigures};
 use super::progress::grouped;
+use super::stops::Latency;
 use super::table;
 
 const TITLE: &str = "Step ports on the emulated board";
 
 /// The page, and each picture as a file of its own, by name.
 pub fn files(figures: &Figures) -> Vec<(String, String)> {
-    let sections = [targets(&figures.targets), rates(figures), accuracy(figures), load(figures), stops(figures)];
+    let ports = [targets(&figures.targets), rates(figures), accuracy(figures), load(figures), stops(figures)];
+    let mathematics = figures.mathematics.iter().flat_map(|figures| [costs(figures), generators(figures)]);
+    let sections: Vec<Section> = ports.into_iter().chain(mathematics).collect();
     let conditions = table::conditions(&figures.conditions);
     let page = bench::page(TITLE, &conditions, &figures.conditions.command, &sections);
     [("index.html".to_owned(), page)].into_iter().chain(bench::files(&sections)).collect()
@@ -40,8 +44,7 @@ fn targets(targets: &[Target]) -> Section {
 fn rates(figures: &Figures) -> Section {
     let axes: Vec<usize> =
         figures.ports.first().map_or(Vec::new(), |port| port.rates.iter().map(|one| one.axes).collect());
-    let groups: Vec<String> =
-        axes.iter().map(|axes| format!("{axes} {}", if *axes == 1 { "axis" } else { "axes" })).collect();
+    let groups: Vec<String> = axes.into_iter().map(table::axes_words).collect();
     let series =
         each_port(figures, |port| port.rates.iter().map(|rates| rates.highest_steps_s.map(f64::from)).collect());
     let row = |port: &PortFigures| {
@@ -80,7 +83,7 @@ fn accuracy(figures: &Figures) -> Section {
     };
     let pictures = measured().map(|(index, port, edges)| {
         let name = port.port.name();
-        let bound_ns = port.error_bound_ns();
+        let bound_ns = port.port.error_bound_ns();
         Picture {
             name: format!("errors-{}", name.to_lowercase()),
             svg: bench::histogram(&format!("Edge errors of {name}"), &edges.histogram, bound_ns, index),
@@ -158,9 +161,7 @@ fn stops(figures: &Figures) -> Section {
     let row = |port: &PortFigures| {
         let rows = port.stops.iter().map(|stop| {
             let rate = grouped(stop.rate_steps_s.into());
-            let words = stop.latency.words(|latency| {
-                format!("{:.2} us, {:.2} us on average of {}", latency.max_us, latency.mean_us, latency.stops)
-            });
+            let words = stop.latency.words(Latency::words);
             vec![port.port.name().to_owned(), stop.input.name().to_owned(), rate, words]
         });
         rows.collect::<Vec<_>>()
@@ -168,10 +169,61 @@ fn stops(figures: &Figures) -> Section {
     Section {
         heading: "Stops".to_owned(),
         text: "From the edge of an input, or a reset byte's arrival, to the last rising edge of any axis, at random \
-               instants of moves of three axes. After all of them the position reported was that of the edges counted."
+               instants of moves of three axes; and whether the position reported after all of them is that of the edges \
+               counted."
             .to_owned(),
-        table: Some(rows(&["port", "by", "steps/s of each", "at most"], figures.ports.iter().flat_map(row))),
+        table: Some(rows(&["port", "by", "steps/s of each", "to the last edge"], figures.ports.iter().flat_map(row))),
         ..Section::default()
+    }
+}
+
+fn costs(figures: &MicroFigures) -> Section {
+    let row = |(name, words): (String, String)| vec![name, words];
+    Section {
+        heading: "Mathematics of a move".to_owned(),
+        text: "What planning, compiling and replaying cost on the chip, timed by its own SysTick. Every result was \
+               computed on the host too, and is the same to the bit."
+            .to_owned(),
+        table: Some(rows(&["work", "cost"], table::costs(figures).into_iter().map(row))),
+        ..Section::default()
+    }
+}
+
+fn generators(figures: &MicroFigures) -> Section {
+    let names: Vec<String> = figures.generators.iter().map(|one| one.name.replace('.', "\n")).collect();
+    let of = |name: &str, value: fn(&GeneratorFigures) -> f64| Series {
+        name: name.to_owned(),
+        values: figures.generators.iter().map(|one| Some(value(one))).collect(),
+    };
+    let errors = [
+        of("whole ramp", |one| one.truth.speed_error_max_percent),
+        of("above a tenth of the top speed", |one| one.truth.speed_error_max_above_tenth_percent),
+    ];
+    let cycles = [of("cycles a step", |one| one.cycles_mean)];
+    let row = |one: &GeneratorFigures| [vec![one.name.to_owned()], table::generator_cells(one).to_vec()].concat();
+    let head = [&["generator"], table::GENERATOR_HEAD.as_slice()].concat();
+    Section {
+        heading: "Step generators".to_owned(),
+        text: format!(
+            "Isostep's segments beside the generators of the literature, over the same ramp: {}. Speeds are held \
+             against the closed form of the limits each was planned from.",
+            table::ramp_words(&figures.ramp)
+        ),
+        pictures: vec![
+            Picture {
+                name: "speed-errors".to_owned(),
+                svg: bench::bars("Worst speed error", "worst speed error, %", &names, &errors),
+                key: self::names(&errors),
+                caption: "The worst error of one interval's speed.".to_owned(),
+            },
+            Picture {
+                name: "cycles".to_owned(),
+                svg: bench::bars("Cycles a step", "cycles a step", &names, &cycles),
+                key: Vec::new(),
+                caption: "What a step costs on average; isostep's with its share of compiling.".to_owned(),
+            },
+        ],
+        table: Some(rows(&head, figures.generators.iter().map(row))),
     }
 }
 

@@ -12,7 +12,7 @@ use super::measured::Measured;
 use super::progress::Case;
 use super::rates::RAMP_S;
 use super::trial::{AXES, Machine};
-use super::variant::Port;
+use crate::variant::Port;
 
 /// When in a move it is stopped, us after its line was taken: in the second half of the ramp, and in the cruise after.
 const WINDOW_US: std::ops::Range<f64> = 100_000.0..300_000.0;
@@ -53,6 +53,8 @@ pub struct Latency {
     pub max_us: f64,
     /// The mean, us.
     pub mean_us: f64,
+    /// After all of them, the position reported less that of the edges counted, steps; null if none was reported.
+    pub position_error_steps: Option<[i64; AXES]>,
 }
 
 impl Input {
@@ -84,29 +86,36 @@ pub fn measure(board: &Board, port: Port, rate_steps_s: u32, effort: &Effort) ->
 fn by(board: &Board, port: Port, rate_steps_s: u32, input: Input, effort: &Effort) -> Result<StopMeasurement> {
     let case = Case::begin(port, AXES, rate_steps_s, &format!("{} stops by {}", effort.stops, input.name()));
     let run = board.run(&script(rate_steps_s, input, effort.stops), f64::from(effort.stops))?;
-    let latency = match run {
-        Measured::Figure(summary) => judge(&summary, effort.stops)?.into(),
-        Measured::Missing { why_not } => Measured::Missing { why_not },
-    };
-    case.end(&latency.words(|latency| format!("at most {:.1} us", latency.max_us)));
+    if let Measured::Figure(summary) = &run {
+        let timed = summary.stops.len();
+        ensure!(timed == effort.stops as usize, "the emulator timed {timed} of {} stops", effort.stops);
+    }
+    let latency = run.map(|summary| latency(&summary));
+    case.end(&latency.words(Latency::words));
     Ok(StopMeasurement { input, rate_steps_s, latency })
 }
 
-fn judge(summary: &Summary, stops: u32) -> Result<Result<Latency, String>> {
-    let latencies_ns: Vec<f64> = summary.stops.iter().filter_map(|stop| stop.latency_ns).collect();
-    ensure!(latencies_ns.len() == stops as usize, "the emulator timed {} of {stops} stops", latencies_ns.len());
-    Ok(if summary.knows_position() {
-        Ok(latency(latencies_ns))
-    } else {
-        Err("the position reported at the end is not that of the edges counted".to_owned())
-    })
+fn latency(summary: &Summary) -> Latency {
+    let latencies_us = || summary.stops.iter().map(|stop| stop.latency_ns * 1e-3);
+    let stops = summary.stops.len();
+    Latency {
+        stops,
+        max_us: latencies_us().fold(0.0, f64::max),
+        mean_us: latencies_us().sum::<f64>() / stops.max(1) as f64,
+        position_error_steps: summary.position_error_steps(),
+    }
 }
 
-fn latency(latencies_ns: Vec<f64>) -> Latency {
-    let stops = latencies_ns.len();
-    let max_us = latencies_ns.iter().copied().fold(0.0, f64::max) * 1e-3;
-    let mean_us = latencies_ns.iter().sum::<f64>() / stops.max(1) as f64 * 1e-3;
-    Latency { stops, max_us, mean_us }
+impl Latency {
+    pub fn words(&self) -> String {
+        let Self { stops, max_us, mean_us, .. } = self;
+        let position = match self.position_error_steps {
+            Some([0, 0, 0]) => "position exact".to_owned(),
+            Some(steps) => format!("POSITION WRONG by {steps:?} steps"),
+            None => "NO POSITION reported".to_owned(),
+        };
+        format!("max {max_us:.2} us, mean {mean_us:.2} us of {stops} stops, {position}")
+    }
 }
 
 /// Long moves one way, each stopped on its way.
@@ -143,7 +152,8 @@ mod tests {
     }
 
     #[test]
-    fn latencies_are_in_us() {
-        assert_eq!(latency(vec![1_000.0, 3_000.0]), Latency { stops: 2, max_us: 3.0, mean_us: 2.0 });
+    fn a_lost_step_is_told_with_the_latency() {
+        let latency = Latency { stops: 2, max_us: 3.0, mean_us: 2.0, position_error_steps: Some([0, 1, 0]) };
+        assert_eq!(latency.words(), "max 3.00 us, mean 2.00 us of 2 stops, POSITION WRONG by [0, 1, 0] steps");
     }
 }

@@ -3,8 +3,9 @@
 use std::fmt::Write;
 
 use super::accuracy::MoveErrors;
-use super::board::Moving;
+use super::board::{CLOCK_HZ, Moving};
 use super::figures::{Conditions, Figures, PortFigures, Target, together};
+use super::micro::{GeneratorFigures, MicroFigures, RampFigures};
 use super::progress::grouped;
 use super::stops::Latency;
 
@@ -17,6 +18,7 @@ pub fn table(figures: &Figures) -> String {
             text += &part;
         }
     }
+    text += &figures.mathematics.as_ref().map_or(String::new(), mathematics);
     text + &targets(&figures.targets) + "\nPlanning and compiling on this computer: cargo bench -p isostep-profile\n"
 }
 
@@ -41,12 +43,17 @@ fn rates(port: &PortFigures) -> String {
     for rates in &port.rates {
         let highest = rates.highest_steps_s.map_or("none".to_owned(), |rate| grouped(rate.into()));
         let errors = rates.errors.map_or(String::new(), |errors| format!("edges within {:.0} ns", errors.max_ns));
-        line(&mut text, &format!("{} axes", rates.axes), &format!("{highest:>11}  {errors}"));
+        line(&mut text, &axes_words(rates.axes), &format!("{highest:>11}  {errors}"));
         if let (Some(next), Some(why)) = (rates.next_steps_s, &rates.why_not) {
             line(&mut text, "", &format!("{:>11}  {why}", format!("not {}", grouped(next.into()))));
         }
     }
     text
+}
+
+/// `1 axis`, `3 axes`.
+pub fn axes_words(axes: usize) -> String {
+    format!("{axes} {}", if axes == 1 { "axis" } else { "axes" })
 }
 
 fn accuracy(port: &PortFigures) -> String {
@@ -79,13 +86,67 @@ fn load(port: &PortFigures) -> String {
 fn stops(port: &PortFigures) -> String {
     let mut text = String::from("  from an input to the last edge\n");
     for stop in &port.stops {
-        let words = stop.latency.words(|latency| {
-            let Latency { max_us, mean_us, stops } = latency;
-            format!("max {max_us:.2} us, mean {mean_us:.2} us, {stops} stops at {}", together(stop.rate_steps_s))
-        });
-        line(&mut text, stop.input.name(), &words);
+        let name = format!("{}, {}", stop.input.name(), together(stop.rate_steps_s));
+        line(&mut text, &name, &stop.latency.words(Latency::words));
     }
     text
+}
+
+fn mathematics(figures: &MicroFigures) -> String {
+    let mut text = String::from("\nmathematics of a move, on the chip\n");
+    for (name, words) in costs(figures) {
+        line(&mut text, &name, &words);
+    }
+    writeln!(text, "  step generators over {}", ramp_words(&figures.ramp)).expect("a String takes any text");
+    writeln!(text, "    {:<38} {}", "", GENERATOR_HEAD.map(|name| format!("{name:>22}")).concat())
+        .expect("a String takes any text");
+    for generator in &figures.generators {
+        line(&mut text, generator.name, &generator_cells(generator).map(|cell| format!("{cell:>22}")).concat());
+    }
+    text
+}
+
+/// What a plan, a segment and a step cost.
+pub fn costs(figures: &MicroFigures) -> Vec<(String, String)> {
+    let us = |cycles: f64| format!("{:.1} us", cycles / f64::from(CLOCK_HZ) * 1e6);
+    let plan = |cycles: u64| format!("{} cycles, {}", grouped(cycles), us(cycles as f64));
+    let compile = figures.compile.iter().map(|phase| {
+        let [mean, max] = [phase.cycles_mean.round() as u64, phase.cycles_max].map(grouped);
+        (format!("compile a segment, {}", phase.phase), format!("{mean} cycles, {max} at most, of {}", phase.segments))
+    });
+    let lead = figures.queue_lead_ticks_per_cycle;
+    let before = [
+        ("plan a move, fastest".to_owned(), plan(figures.plan.fastest_cycles)),
+        ("plan a move, thirds".to_owned(), plan(figures.plan.thirds_cycles)),
+    ];
+    let after = [
+        ("compiling against moving".to_owned(), format!("{lead:.1} times as fast for 3 axes, where it is closest")),
+        ("replay a step".to_owned(), format!("{:.1} cycles", figures.fill_cycles_per_step)),
+    ];
+    before.into_iter().chain(compile).chain(after).collect()
+}
+
+/// The columns of [`generator_cells`].
+pub const GENERATOR_HEAD: [&str; 5] =
+    ["cycles a step", "slowest step", "worst speed error", "above a tenth of top", "last step late"];
+
+/// A generator's cost and truth.
+pub fn generator_cells(generator: &GeneratorFigures) -> [String; 5] {
+    let truth = generator.truth;
+    [
+        format!("{:.1}", generator.cycles_mean),
+        generator.cycles_max.map_or("ahead".to_owned(), grouped),
+        format!("{:.3} %", truth.speed_error_max_percent),
+        format!("{:.4} %", truth.speed_error_max_above_tenth_percent),
+        format!("{:+.3} us", truth.drift_s * 1e6),
+    ]
+}
+
+/// The ramp that the generators are compared over.
+pub fn ramp_words(ramp: &RampFigures) -> String {
+    let [steps, top, accel] =
+        [ramp.steps.into(), ramp.top_speed_steps_s as u64, ramp.accel_steps_s2 as u64].map(grouped);
+    format!("{steps} steps, to {top} steps/s at {accel} steps/s2")
 }
 
 fn targets(targets: &[Target]) -> String {
@@ -106,7 +167,7 @@ pub fn number(value: f64) -> String {
 }
 
 fn line(text: &mut String, name: &str, figures: &str) {
-    writeln!(text, "    {name:<30} {figures}").expect("a String takes any text");
+    writeln!(text, "    {name:<38} {figures}").expect("a String takes any text");
 }
 
 #[cfg(test)]

@@ -9,8 +9,11 @@ use super::{Series, colour, decades, label, short};
 /// Part of a group's width that its bars take.
 const FILLED: f64 = 0.72;
 
-/// The picture: in each of `groups` one bar of every series, its value above it; `None` and what is not above 0 is left
-/// out.
+/// Height of a line under a group.
+const LINE_PX: i32 = 18;
+
+/// The picture: in each of `groups`, whose names may have several lines, one bar of every series, its value above it;
+/// `None` and what is not above 0 is left out.
 pub fn bars(title: &str, value_name: &str, groups: &[String], series: &[Series<Option<f64>>]) -> String {
     theme::svg((860, 340), title, |area| draw(area, value_name, groups, series))
 }
@@ -18,12 +21,13 @@ pub fn bars(title: &str, value_name: &str, groups: &[String], series: &[Series<O
 fn draw(area: &Area, value_name: &str, groups: &[String], series: &[Series<Option<f64>>]) -> Drawn {
     let shown = |value: &Option<f64>| value.filter(|value| *value > 0.0);
     let (low, high) = decades(series.iter().flat_map(|one| one.values.iter().filter_map(shown)));
+    let lines = groups.iter().map(|name| name.lines().count()).max().unwrap_or(0) as i32;
     // Room for the number above the highest bar.
     let high = high * 2.0;
     let mut chart = ChartBuilder::on(area)
         .margin(8)
         .margin_right(16)
-        .x_label_area_size(34)
+        .x_label_area_size(16 + LINE_PX * lines)
         .y_label_area_size(76)
         .build_cartesian_2d(0.0..groups.len() as f64, (low..high).log_scale())?;
     chart
@@ -50,8 +54,10 @@ fn draw(area: &Area, value_name: &str, groups: &[String], series: &[Series<Optio
     }
     let under = theme::font(15).pos(Pos::new(HPos::Center, VPos::Top));
     for (group, name) in groups.iter().enumerate() {
-        let place = EmptyElement::at((group as f64 + 0.5, low)) + Text::new(name.clone(), (0, 9), under.clone());
-        chart.draw_series([place])?;
+        for (line, down) in name.lines().zip((9..).step_by(LINE_PX as usize)) {
+            let text = Text::new(line.to_owned(), (0, down), under.clone());
+            chart.draw_series([EmptyElement::at((group as f64 + 0.5, low)) + text])?;
+        }
     }
     Ok(())
 }

@@ -1,34 +1,43 @@
 //! The builds of the gantry's firmware that are compared: the same tasks, another step port.
 
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use anyhow::{Context, Result};
-use clap::ValueEnum;
-use serde::Serialize;
+use anyhow::Result;
+use serde::Serializer;
 
-use crate::{build, workspace};
+use crate::build;
+use crate::variant::{Driver, Port, Variant};
 
-/// The driver whose least times every edge is held to: fast enough not to be what limits the rate.
-pub const DRIVER: &str = "tmc2209";
+/// The drivers on every axis: fast enough not to be what limits the rate.
+const DRIVER: Driver = Driver::Tmc2209;
 
-/// How the steps of a build leave the chip.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, ValueEnum)]
-#[serde(rename_all = "lowercase")]
-pub enum Port {
-    /// PIO and DMA.
-    Pio,
-    /// A timer and a pin.
-    Timer,
-}
-
-/// A build of the firmware, kept beside the benchmark's files.
+/// A firmware with one of the ports.
 #[derive(Clone, Debug)]
-pub struct Variant {
+pub struct Candidate {
     pub port: Port,
+    pub variant: Variant,
     pub elf: PathBuf,
 }
 
+/// Builds the firmware with each of `ports`, and leaves the default build where every other verb expects it.
+pub fn build(ports: &[Port]) -> Result<Vec<Candidate>> {
+    let candidates = ports.iter().map(|&port| candidate(port)).collect();
+    build::firmware(Variant::default())?;
+    candidates
+}
+
+fn candidate(port: Port) -> Result<Candidate> {
+    let variant = Variant { port, driver: DRIVER };
+    let elf = build::kept_firmware(variant, &format!("bench-{}", port.name().to_lowercase()))?;
+    Ok(Candidate { port, variant, elf })
+}
+
+/// The driver's name, as the emulated board takes it.
+pub fn driver_name() -> &'static str {
+    Variant { driver: DRIVER, ..Variant::default() }.driver_name()
+}
+
+/// What the benchmark knows of a port.
 impl Port {
     pub const ALL: [Self; 2] = [Self::Pio, Self::Timer];
 
@@ -47,6 +56,14 @@ impl Port {
         }
     }
 
+    /// How near its instant an edge is to be, ns: of PioPort every edge, of TimerPort 99 of 100.
+    pub fn error_bound_ns(self) -> f64 {
+        match self {
+            Self::Pio => 50.0,
+            Self::Timer => 2_000.0,
+        }
+    }
+
     /// Rates of three axes at which the load is measured, steps/s each.
     pub fn load_rates_steps_s(self) -> &'static [u32] {
         match self {
@@ -54,22 +71,11 @@ impl Port {
             Self::Timer => &[10_000, 20_000, 30_000],
         }
     }
-
-    /// The firmware's cargo features.
-    fn features(self) -> &'static [&'static str] {
-        match self {
-            Self::Pio => &["tmc2209"],
-            Self::Timer => &["timer-port", "tmc2209"],
-        }
-    }
 }
 
-/// Builds the firmware with each of `ports`, copies each ELF into `folder`, and leaves the default build where every
-/// other verb expects it.
-pub fn build(ports: &[Port], folder: &Path) -> Result<Vec<Variant>> {
-    let variants = ports.iter().map(|&port| build_one(port, folder)).collect();
-    build::firmware(Default::default())?;
-    variants
+/// A port by its name.
+pub fn serialize_port<S: Serializer>(port: &Port, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(port.name())
 }
 
 /// How the release profile compiles, from the workspace's own manifest: `opt-level s, lto fat; opt-level 3 for ...`.
@@ -87,14 +93,6 @@ fn lines<'a>(manifest: &'a str, section: &str) -> impl Iterator<Item = (&'a str,
     let after = manifest.split_once(section).map_or("", |(_, after)| after);
     let lines = after.lines().take_while(|line| !line.starts_with('['));
     lines.filter_map(|line| line.split_once('=')).map(|(name, value)| (name.trim(), value.trim().trim_matches('"')))
-}
-
-fn build_one(port: Port, folder: &Path) -> Result<Variant> {
-    build::build_firmware(workspace::FIRMWARE, port.features())?;
-    let elf = folder.join(port.name().to_lowercase()).with_extension("elf");
-    let from = workspace::elf(workspace::FIRMWARE);
-    fs::copy(&from, &elf).with_context(|| format!("cannot copy {} to {}", from.display(), elf.display()))?;
-    Ok(Variant { port, elf })
 }
 
 #[cfg(test)]
