@@ -68,3 +68,20 @@ pub fn moves_there_and_back_are_exact(rig: impl Rig) {
     let comparison = compare::compare(&planned, &seen.edges).unwrap_or_else(|error| panic!("{rig}: {error}"));
     assert!(comparison.all.max_ns <= rig.jitter_max_ns(), "{rig}: {comparison:#?}");
 }
+
+/// Moves up to `top_mm_min`, the highest rate that its step port takes, by twenty accelerations: none is refused as too
+/// fast half-way.
+///
+/// # Panics
+/// When one is.
+pub fn the_highest_rate_is_made(rig: impl Rig, top_mm_min: u32) {
+    let mut acts = vec![Act::Line(format!("$110={top_mm_min}"))];
+    for i in 0..20 {
+        acts.push(Act::Line(format!("$120={}", 81_907 + i * 911)));
+        acts.extend([[310.0, 0.0, 0.0], [-310.0, 0.0, 0.0]].map(relative));
+        acts.extend([Act::WaitIdle, Act::Report]);
+    }
+    let seen = rig.carry_out("highest-rate", &acts);
+    assert!(seen.reports.iter().all(|(_, steps)| *steps == [0; AXES]), "{rig}: {:?}", seen.reports);
+    assert_eq!(seen.edges.len(), 20 * 2 * 15_500, "{rig}");
+}

@@ -7,9 +7,10 @@ use std::fs;
 use std::path::PathBuf;
 
 use isostep_sim::compare::{self, Comparison};
-use isostep_sim::{Config, run};
+use isostep_sim::{Config, Port, run};
 use isostep_tests::emulated::{Board, Run};
-use isostep_tests::root;
+use isostep_tests::rig::{Emulated, position_steps};
+use isostep_tests::{cases, root};
 
 fn program(name: &str) -> PathBuf {
     root().join("programs").join(name)
@@ -28,17 +29,18 @@ fn held_against_simulation(board: Board, name: &str) -> (Run, Comparison) {
     (emulated, comparison)
 }
 
-/// The position in a status report, in steps of the default 50 to the mm.
-fn reported_steps(report: &str) -> Vec<i32> {
-    let (_, position) = report.split_once("MPos:").unwrap();
-    let mm = position.split(['|', '>']).next().unwrap().split(',');
-    mm.map(|mm| (mm.parse::<f64>().unwrap() * 50.0).round() as i32).collect()
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn parking_is_the_simulations_and_within_50_ns() {
+    let (run, comparison) = held_against_simulation(Board::new("parking"), "parking.nc");
+    assert!(comparison.all.max_ns <= 50.0, "{comparison:#?}");
+    assert_eq!(comparison.all.steps, 72_750, "{}", run.printed);
 }
 
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
-fn parking_is_the_simulations_and_within_3_us() {
-    let (run, comparison) = held_against_simulation(Board::new("parking"), "parking.nc");
+fn parking_by_the_timer_port_is_the_simulations_and_within_3_us() {
+    let (run, comparison) = held_against_simulation(Board::stepped_by(Port::Timer, "parking-timer"), "parking.nc");
     assert!(comparison.all.p99_ns <= 3_000.0, "{comparison:#?}");
     assert_eq!(comparison.all.steps, 72_750, "{}", run.printed);
 }
@@ -97,7 +99,7 @@ fn bad_input_moves_nothing() {
     let long = "X".repeat(10_000);
     let script = format!(
         "expect Grbl\nsend G0 Q5\nexpect error:20\nsend {long}\nexpect error:11\nsend G0 X99999999999\nexpect error:2\n\
-         send $110=240001\nexpect error:12\nsend G1 X1\nexpect error:22\nsend $nonsense\nexpect error:3\n\
+         send $110=297619\nexpect error:12\nsend G1 X1\nexpect error:22\nsend $nonsense\nexpect error:3\n\
          bytes 01 7f c2 96 ff 0a\nexpect error:1\nsend\nexpect ok\nsend $X\nexpect ok\nbytes 3f\nexpect <Idle|MPos:0.000,0.000,0.000\n"
     );
     let run = Board::new("bad-input").script(&script);
@@ -131,8 +133,20 @@ fn a_stop_leaves_the_exact_count_of_the_edges_that_left() {
             let left = run.edges.iter().filter(|edge| edge.axis == axis && (edge.t_ns as f64) < at_ns);
             left.map(|edge| edge.direction).sum::<i32>()
         });
-        assert_eq!(reported_steps(report), seen, "{report}");
+        assert_eq!(position_steps(report), Some(seen), "{report}");
     }
+}
+
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn moves_there_and_back_are_exact() {
+    cases::moves_there_and_back_are_exact(Emulated(Port::Pio));
+}
+
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn moves_there_and_back_by_the_timer_port_are_exact() {
+    cases::moves_there_and_back_are_exact(Emulated(Port::Timer));
 }
 
 #[test]
@@ -172,7 +186,7 @@ fn a_crash_leaves_the_machine_still() {
     assert!(gap_ns > 500_000_000, "not one step between the crash and the restart a second later: {gap_ns} ns");
 }
 
-/// More steps than the core can make: an alarm that says so and an exact count, never a silent stretch.
+/// More steps than the core can make one by one: an alarm that says so and an exact count, never a silent stretch.
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn steps_that_come_too_late_lock_the_machine() {
@@ -181,9 +195,9 @@ fn steps_that_come_too_late_lock_the_machine() {
         script += &format!("send $12{axis}=20000\nexpect ok\nsend $11{axis}=120000\nexpect ok\n");
     }
     script += "send G0 X100 Y99 Z98\nexpect ok\nexpect ALARM:20\nexpect [MSG:a step of\nbytes 3f\nexpect <Alarm\n";
-    let run = Board::new("late-step").script(&script);
+    let run = Board::stepped_by(Port::Timer, "late-step").script(&script);
     assert!(run.ok, "{}", run.printed);
     let report = run.printed.lines().rfind(|line| line.contains("< <Alarm|")).unwrap();
     let seen = [0, 1, 2].map(|axis| run.edges.iter().filter(|edge| edge.axis == axis).count() as i32);
-    assert_eq!(reported_steps(report), seen, "{report}");
+    assert_eq!(position_steps(report), Some(seen), "{report}");
 }
