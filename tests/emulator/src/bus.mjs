@@ -95,7 +95,7 @@ export class Bus {
 
   /** A register shows what PIO and DMA have done up to the instruction's own cycle, and is written after it. */
   catchUp() {
-    if (this.lockstep.next <= this.core.cycles) this.lockstep.catchUp(this.core.cycles);
+    if (this.lockstep.next <= this.core.cycles) this.lockstep.catchUp();
   }
 }
 

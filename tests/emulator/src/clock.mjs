@@ -84,7 +84,7 @@ export class MachineClock {
   fireDue() {
     this.#lookAhead();
     while (this.alarms.length > 0 && this.alarms[0].dueCycle <= this.core.cycles) {
-      this.lockstep.catchUp(this.next);
+      this.lockstep.catchUp();
       const alarm = this.alarms.shift();
       this.#lookAhead();
       this.past = alarm.dueCycle;
@@ -92,7 +92,7 @@ export class MachineClock {
       alarm.callback();
       this.past = PRESENT;
     }
-    this.lockstep.catchUp(this.core.cycles);
+    this.lockstep.catchUp();
   }
 
   /** Makes the run loop look up before the next instruction, as an alarm would. */

@@ -36,7 +36,7 @@ function runOn(core, bus, clock, limit) {
     r[PC] = pc + 2;
     core.cycles += 1;
     execute(core, bus, r, op);
-    if (lockstep.next <= core.cycles) lockstep.catchUp(core.cycles);
+    if (lockstep.next <= core.cycles) lockstep.catchUp();
   }
 }
 

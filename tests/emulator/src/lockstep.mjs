@@ -23,12 +23,11 @@ export class Lockstep {
     if (cycle < this.next) this.next = cycle;
   }
 
-  /** Visits all cycles up to and with this one, but none after the next alarm's. */
-  catchUp(untilCycle) {
+  /** Visits all cycles up to and with the core's, but none after the next alarm's. */
+  catchUp() {
     const { clock } = this;
-    if (this.next >= untilCycle + 1) return;
-    const { past } = clock;
-    while (this.next < untilCycle + 1 && this.next < clock.next + 1) {
+    const { past, core } = clock;
+    while (this.next < core.cycles + 1 && this.next < clock.next + 1) {
       clock.past = Math.floor(this.next);
       this.tick(clock.past);
     }

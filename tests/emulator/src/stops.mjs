@@ -15,7 +15,7 @@ export class Stops {
     /** Finished ones and those whose end is not known yet, in order. */
     this.all = [];
     this.open = [];
-    this.axes = Object.fromEntries(AXES.map((axis) => [axis, { lastCycle: -Infinity, interval: 0 }]));
+    this.axes = Object.fromEntries(AXES.map((axis) => [axis, { lastCycle: -Infinity, interval: Infinity }]));
     this.lastCycle = -Infinity;
   }
 
@@ -65,8 +65,11 @@ export class Stops {
   }
 
   #restCycles(cycle) {
-    const moving = Object.values(this.axes).filter(({ lastCycle }) => cycle - lastCycle < PAUSE_CYCLES);
-    const intervals = moving.map(({ interval }) => interval).filter((interval) => interval < PAUSE_CYCLES);
-    return Math.max(REST_CYCLES, REST_INTERVALS * Math.max(0, ...intervals));
+    let longest = 0;
+    for (const axis of AXES) {
+      const { lastCycle, interval } = this.axes[axis];
+      if (cycle - lastCycle < PAUSE_CYCLES && interval < PAUSE_CYCLES) longest = Math.max(longest, interval);
+    }
+    return Math.max(REST_CYCLES, REST_INTERVALS * longest);
   }
 }
