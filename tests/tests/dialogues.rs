@@ -370,6 +370,19 @@ fn the_status_tells_speed_and_switches_while_moving() {
     assert!(report.starts_with("<Run|MPos:2") && report.contains("|FS:1800,0"), "{report}");
 }
 
+/// More of them than the console's output holds, by far.
+#[test]
+fn every_status_report_is_whole() {
+    let mut sim = powered_up(&Config::default());
+    for i in 0..100 {
+        sim.send(b"?");
+        sim.run_for(Duration::from_millis(1)).unwrap();
+        let replies = sim.replies();
+        let [report] = &replies[..] else { panic!("report {i}: {replies:?}") };
+        assert!(report.starts_with("<Idle|MPos:0.000,0.000,0.000|") && report.ends_with('>'), "report {i}: {report}");
+    }
+}
+
 #[test]
 fn a_direction_can_be_inverted() {
     let mut sim = powered_up(&Config::default());

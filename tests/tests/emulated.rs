@@ -107,34 +107,16 @@ fn bad_input_moves_nothing() {
     assert!(run.edges.is_empty());
 }
 
-/// The position that the firmware reports after a stop against the edges that left the pins, at 25 instants.
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn a_stop_leaves_the_exact_count_of_the_edges_that_left() {
-    let mut script = "expect Grbl\n".to_owned();
-    for i in 0..25 {
-        let away = if i % 2 == 0 { 1.0 } else { -1.0 };
-        let wait_ms = 20.0 + f64::from(i) * 47.31;
-        script += &format!(
-            "send G91 G0 X{} Y{} Z{}\nexpect ok\nwait-ms {wait_ms:.3}\n",
-            20.0 * away,
-            -7.3 * away,
-            3.0 * away
-        );
-        script += "bytes 18\nexpect ALARM:3\nexpect [MSG:reset\nbytes 3f\nexpect <Alarm\nsend $X\nexpect ok\n";
-    }
-    let run = Board::new("stop").script(&script);
-    assert!(run.ok, "{}", run.printed);
-    let reports: Vec<_> = run.printed.lines().filter(|line| line.contains("< <Alarm|")).collect();
-    assert_eq!(reports.len(), 25);
-    for report in reports {
-        let at_ns = report.split_whitespace().next().unwrap().parse::<f64>().unwrap() * 1e9;
-        let seen = [0, 1, 2].map(|axis| {
-            let left = run.edges.iter().filter(|edge| edge.axis == axis && (edge.t_ns as f64) < at_ns);
-            left.map(|edge| edge.direction).sum::<i32>()
-        });
-        assert_eq!(position_steps(report), Some(seen), "{report}");
-    }
+    cases::stops_leave_the_exact_count(Emulated(Port::Pio));
+}
+
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn a_stop_of_the_timer_port_leaves_the_exact_count_of_the_edges_that_left() {
+    cases::stops_leave_the_exact_count(Emulated(Port::Timer));
 }
 
 #[test]
@@ -147,6 +129,12 @@ fn moves_there_and_back_are_exact() {
 #[ignore = "needs the firmware: cargo xtask test"]
 fn moves_there_and_back_by_the_timer_port_are_exact() {
     cases::moves_there_and_back_are_exact(Emulated(Port::Timer));
+}
+
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn the_highest_rate_the_port_takes_is_made() {
+    cases::the_highest_rate_is_made(Emulated(Port::Pio), 297_618);
 }
 
 #[test]

@@ -42,8 +42,11 @@ impl Output {
             return;
         }
         if let Ok(_turn) = self.turn.try_lock() {
-            // There is room for all of it.
-            let _ = self.pipe.try_write(message.as_bytes());
+            // There is room for all of it, but the pipe takes it in two parts where its ring ends.
+            let mut left = message.as_bytes();
+            while let Ok(written @ 1..) = self.pipe.try_write(left) {
+                left = &left[written..];
+            }
         }
     }
 

@@ -241,7 +241,8 @@ impl<'a> Underway<'a> {
     }
 
     fn check(&self, interval: u32) -> Result<(), PortFault> {
-        let min = self.period_min_ticks;
+        // The margin is for intervals that rounding and fit make shorter than planned.
+        let min = self.period_min_ticks - MARGIN_TICKS;
         if interval < min { Err(PortFault::TooFast { interval, min }) } else { Ok(()) }
     }
 
