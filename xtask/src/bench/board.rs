@@ -54,8 +54,10 @@ struct Axis {
 impl Summary {
     fn trouble(&self) -> Option<&str> {
         let error = self.error.as_deref()?;
+        // Which line of the script it was is of no use to its reader.
+        let what = if error.starts_with("script line") { error.split_once("): ").map(|(_, what)| what) } else { None };
         // Where there was an alarm, all that went wrong afterwards follows from it.
-        Some(self.alarm.as_deref().unwrap_or(error))
+        Some(self.alarm.as_deref().unwrap_or(what.unwrap_or(error)))
     }
 }
 
@@ -235,7 +237,8 @@ mod tests {
     fn an_alarm_explains_what_failed_after_it() {
         assert_eq!(summary("null", "null").trouble(), None);
         assert_eq!(summary("null", r#""ALARM:1""#).trouble(), None, "a stop that was asked for");
-        assert_eq!(summary(r#""got error:9""#, "null").trouble(), Some("got error:9"));
+        assert_eq!(summary(r#""script line 9 (expect ok): got error:9""#, "null").trouble(), Some("got error:9"));
+        assert_eq!(summary(r#""3 violations""#, "null").trouble(), Some("3 violations"));
         assert_eq!(summary(r#""got error:9""#, r#""ALARM:22""#).trouble(), Some("ALARM:22"));
     }
 

@@ -11,7 +11,7 @@ use super::stops::Latency;
 
 /// Everything, conditions first.
 pub fn table(figures: &Figures) -> String {
-    let mut text = format!("\n{}\n", conditions(&figures.conditions));
+    let mut text = format!("\n{} Command: {}\n", conditions(&figures.conditions), figures.conditions.command);
     for port in &figures.ports {
         text += &format!("\n{}\n", port.port.name());
         for part in [rates(port), accuracy(port), load(port), stops(port)] {
@@ -26,7 +26,7 @@ pub fn table(figures: &Figures) -> String {
 pub fn conditions(conditions: &Conditions) -> String {
     format!(
         "All figures: {}, {} MHz, {}; driver {}, status polled over USB at {} Hz; from rest in {} s, at most {} \
-         steps/s2. Command: {}",
+         steps/s2.",
         conditions.board,
         conditions.clock_hz / 1_000_000,
         conditions.build,
@@ -34,7 +34,6 @@ pub fn conditions(conditions: &Conditions) -> String {
         conditions.poll_hz,
         conditions.ramp_s,
         grouped(conditions.accel_max_steps_s2 as u64),
-        conditions.command,
     )
 }
 
