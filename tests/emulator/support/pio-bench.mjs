@@ -19,7 +19,6 @@ export class PioBench {
     this.clock.core.cycles = 0;
     const nothing = () => {};
     Object.assign(this, buildChip(this.clock, { onWatchdog: nothing, onUartByte: nothing, onWarning: nothing }));
-    this.edges = [];
   }
 
   /** Lets time pass up to and with a cycle. */
@@ -69,10 +68,10 @@ export class PioBench {
   }
 
   /** Gives a pin to the block, and notes its edges: [cycle, level]. */
-  watch(pin) {
+  watch(pin, noted = true) {
     this.writeAt(GPIO_CTRL + 8 * pin, this.base === PIO0 ? 6 : 7);
     const edges = [];
-    this.chip.gpio[pin].addListener((state, before) => state <= 1 && before <= 1 && edges.push([this.clock.cycles, state]));
+    if (noted) this.chip.gpio[pin].addListener((state, before) => state <= 1 && before <= 1 && edges.push([this.clock.cycles, state]));
     return edges;
   }
 

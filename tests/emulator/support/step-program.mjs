@@ -1,5 +1,5 @@
 import { CONDITION, FROM, irqWait, jmp, mov, pull, REL, set, shiftOut, TO, waitIrq } from './pio-assembly.mjs';
-import { REG, SM } from './pio-bench.mjs';
+import { REG } from './pio-bench.mjs';
 
 const HIGH = 16;
 const [START_FLAG, BRAKE_FLAG] = [6, 7];
@@ -25,20 +25,20 @@ export const STEP = 0x80000000;
 const FJOIN_TX = 0x40000000;
 const STEP_PINS = [2, 4, 6];
 
-/** Makes the first machines axes, with the given pulse length, behind the closed start gate. */
-export function axes(bench, count, pulseCycles) {
+/** Makes the first machines axes, with the given pulse length, behind the closed start gate. @returns their edges, if noted */
+export function axes(bench, count, pulseCycles, { noted = true } = {}) {
   bench.load(STEP_PROGRAM);
   bench.write(REG.irqForce, 1 << START_FLAG);
-  const edges = Array.from({ length: count }, (_, index) => axis(bench, index, pulseCycles));
+  const edges = Array.from({ length: count }, (_, index) => axis(bench, index, pulseCycles, noted));
   bench.write(REG.ctrl, (1 << count) - 1);
   return edges;
 }
 
-function axis(bench, index, pulseCycles) {
+function axis(bench, index, pulseCycles, noted) {
   const pin = STEP_PINS[index];
   const pinctrl = ((1 << 29) | (1 << 26) | (pin << 10) | (pin << 5)) >>> 0;
   bench.configure(index, { execctrl: (12 << 12) | (1 << 7) | 1, shiftctrl: (0xc0000 | FJOIN_TX) >>> 0, pinctrl });
-  const edges = bench.watch(pin);
+  const edges = bench.watch(pin, noted);
   bench.force(index, set(TO.directions, 1), set(TO.x, pulseCycles), mov(TO.isr, FROM.x), set(TO.y, 0), mov(TO.y, FROM.y, 1), jmp(CONDITION.always, 0));
   return edges;
 }
@@ -48,5 +48,3 @@ export const rises = (edges) => edges.filter(([, level]) => level === 1).map(([c
 export function openGate(bench) {
   bench.write(REG.irq, 1 << START_FLAG);
 }
-
-export { SM };

@@ -1,0 +1,57 @@
+import { run } from '../src/core.mjs';
+import { Gantry } from '../src/gantry.mjs';
+import { DMA, PIO0, PioBench, RAM, REG } from './pio-bench.mjs';
+import { axes, openGate, OVERHEAD_CYCLES, STEP } from './step-program.mjs';
+
+/**
+ * How fast the emulator is with a core that never sleeps: alone, and beside three axes at 1,000,000 steps/s that DMA feeds.
+ * It shows what a change costs; its figures are of the desk it runs on: node tests/emulator/support/speed.mjs
+ */
+const CYCLES = 125e6;
+const PULSE_LOOPS = 14;
+/** Steps/s a little apart, so that the axes' cycles are not each other's. */
+const PERIOD_CYCLES = [125, 124, 126];
+const BLOCK_WORDS = 64;
+const CHANNEL_BYTES = 0x40;
+const [AL1_CTRL, MULTI_CHAN_TRIGGER] = [0x10, 0x430];
+const OPTIONS = { startMm: [1e6, 1e6, 1e6], bounceMicros: 0, seed: 1, switches: {}, driver: 'tmc2209' };
+/** ldr, adds, adcs, str, adds, lsrs, sbcs, cmp, bne, b: sums in RAM, for ever. */
+const LOOP = [0x6801, 0x1889, 0x4159, 0x6001, 0x3301, 0x0892, 0x41a5, 0x428b, 0xd1f6, 0xe7f5];
+const LOOP_ADDRESS = RAM + 0x8000;
+
+function feed(bench, axis) {
+  const word = STEP + PERIOD_CYCLES[axis] - OVERHEAD_CYCLES - PULSE_LOOPS;
+  const block = RAM + 0x1000 * (axis + 1);
+  bench.bus.ram32.fill(word | 0, (block - RAM) / 4, (block - RAM) / 4 + BLOCK_WORDS);
+  for (const turn of [0, 1]) {
+    const channel = DMA + (2 * axis + turn) * CHANNEL_BYTES;
+    // Quiet, from a ring of one block, paced by the FIFO, chained to the other.
+    const control = (1 << 21) | (axis << 15) | ((2 * axis + 1 - turn) << 11) | (8 << 6) | (1 << 4) | (2 << 2) | 1;
+    [block, PIO0 + REG.txf + 4 * axis, BLOCK_WORDS].forEach((value, register) => bench.writeAt(channel + 4 * register, value));
+    bench.writeAt(channel + AL1_CTRL, control);
+  }
+  bench.writeAt(DMA + MULTI_CHAN_TRIGGER, 1 << (2 * axis));
+}
+
+/** Millions of cycles in a second of processor time. */
+function measure(count) {
+  const bench = new PioBench();
+  const gantry = new Gantry(bench.clock, OPTIONS);
+  gantry.attach(bench.chip);
+  if (count > 0) axes(bench, count, PULSE_LOOPS, { noted: false });
+  for (let axis = 0; axis < count; axis++) feed(bench, axis);
+  bench.run(1000);
+  openGate(bench);
+  bench.bus.ram16.set(LOOP, (LOOP_ADDRESS - RAM) / 2);
+  Object.assign(bench.core.registers, { 0: RAM + 0x100, 13: RAM + 0x4000, 15: LOOP_ADDRESS });
+  const before = process.cpuUsage().user;
+  const end = bench.core.cycles + CYCLES;
+  while (bench.core.cycles < end) {
+    bench.clock.fireDue();
+    run(bench.core, bench.bus, bench.clock, end);
+  }
+  const edges = Object.values(gantry.statistics.axes).reduce((sum, axis) => sum + axis.edges, 0);
+  return `${count} axes: ${(CYCLES / (process.cpuUsage().user - before)).toFixed(0)} million cycles a second, ${edges} steps`;
+}
+
+for (const count of [0, 3, 0, 3]) console.log(measure(count));
