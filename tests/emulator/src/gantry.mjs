@@ -34,7 +34,8 @@ export class Gantry {
     this.levels.set(pin, true);
     const onLevel = (high) => {
       this.#drive(pin, high);
-      if (!high) this.stops.told(`${axis}_LIMIT`);
+      // A contact that bounces as it is left says nothing new.
+      if (!high && limitSwitch.held) this.stops.told(`${axis}_LIMIT`);
     };
     const limitSwitch = new LimitSwitch(this.clock, { bounceMicros, random, onLevel });
     this.carriages[axis] = new Carriage(startMm, limitSwitch);

@@ -24,6 +24,11 @@ export class LimitSwitch {
     return this.mode === 'normal' ? this.contact : this.mode === 'stuck-closed';
   }
 
+  /** Whether something keeps it closed, bouncing or not: the carriage, or a defect. */
+  get held() {
+    return this.pressed || this.mode === 'stuck-closed';
+  }
+
   /** The carriage presses or leaves the switch. */
   press(pressed) {
     if (pressed === this.pressed) return;
