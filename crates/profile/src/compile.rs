@@ -1,16 +1,37 @@
 //! Compiles an axis of a move into segments, in whole numbers.
 //!
-//! The plan is in 64-bit floats, which cost a Cortex-M0+ tens of thousands of cycles an instant. So an axis takes from
-//! it, once a move, the few numbers that tell its phases; from these and a step's own number each instant comes in fixed
-//! point. Nothing accumulates, from step to step or from segment to segment.
+//! The plan is in 64-bit floats, of which a Cortex-M0+ spends tens of thousands of cycles on an instant. So an axis
+//! takes the few numbers of its phases from it, once a move (`setup`); from these and from a step's own number its
+//! instant comes in fixed point. Nothing accumulates, neither from step to step nor from segment to segment.
 //!
 //! # Instants
-//! With f ticks/s, the step after k others is due at the axis's displacement k + 1/2, in ticks from the start:
+//! With f ticks/s, the step after k others is due at the axis's displacement k + 1/2, in ticks from the start of the
+//! move
 //!
-//! - accelerating at a from the speed v, at √(C² + B (k + 1/2)) - C, with C = f v/a and B = 2 f²/a, both a and v being
-//!   the axis's own (paper 002, section 2: s = v t + a t²/2 solved for t);
-//! - decelerating, by the same from the other end, backwards in time;
-//! - cruising, on a line.
+//! - accelerating at a from the speed v: at √(C² + B (k + 1/2)) - C, where C = f v/a and B = 2 f²/a, with the axis's
+//!   own a and v (paper 002, section 2: s = v t + a t²/2, solved for t);
+//! - cruising: on a line;
+//! - decelerating: by the first, from the other end and backwards in time.
+//!
+//! So each is a line in the odd number 2 k + 1 (`wide`, 96 bits), its root taken on a ramp (`root`, 64 bits). A ramp
+//! that hardly accelerates, where C would swallow the rest, is left to floats (`gentle`).
+//!
+//! # Segments
+//! A quadratic through the steps 0, n/2 and n of a ramp strays between them by t''' (n/2)³/(9 √3) at most, t''' being
+//! the third derivative at the slow end. n is a power of two that keeps this within the error allowed, found by
+//! logarithms (`ramp`), so that the fit is all shifts (`fit`). Step n begins the next segment: two roots a segment. A
+//! ramp's last segment may reach beyond it, where the formula goes on smoothly, and hold fewer steps.
+//!
+//! # Errors
+//! Against the closed form, in ticks: half a tick of rounding; the fit, [`FIT_ERROR_MAX_TICKS`] or, where a segment
+//! would last less than [`BRIEF_S`], [`FIT_ERROR_MAX_S`]; and 0.02 of fixed point at most (the growth of intervals is
+//! rounded to 2^-32 tick, a root to 2^-54 of itself). At 125 MHz that is 5 ns for slow steps and 24 ns for fast ones.
+//! `cargo test -p isostep-profile --test segments` holds 10,000 random moves to it, and as many extreme ones.
+//!
+//! # Cost
+//! On a Cortex-M0+ 1,400 cycles a segment of a ramp, most of them for its two roots, 2,000 for a ramp's first, and 8.6
+//! a step to fill a buffer (`cargo xtask bench`, emulated). From rest to 1,000,000 steps/s at 10,000,000 steps/s²,
+//! three axes are compiled in less than half the time they move, at the worst place.
 
 mod fit;
 mod gentle;
@@ -27,12 +48,14 @@ use crate::trapezoid::Trapezoid;
 
 /// How far a segment's quadratic may stray from the closed form, ticks. Rounding to a whole tick adds up to half.
 pub const FIT_ERROR_MAX_TICKS: f64 = 0.125;
-/// How far it may stray, s, if that is more, in a segment that would otherwise last less than [`BRIEF_S`].
+/// How far it may stray if that is more, s, in a segment that would last less than [`BRIEF_S`] otherwise: a fast axis
+/// leaves less time to compile.
 pub const FIT_ERROR_MAX_S: f64 = 20e-9;
-/// See [`FIT_ERROR_MAX_S`], s.
+/// Segments that would last less than this may stray by [`FIT_ERROR_MAX_S`], s; they then last some twice of it at
+/// most.
 pub const BRIEF_S: f64 = 1e-3;
 
-/// How far any segment's quadratic may stray from the closed form at `tick_hz`, ticks.
+/// How far any segment's quadratic may stray from the closed form at `tick_hz` (ticks/s), ticks.
 #[must_use]
 pub fn fit_error_max_ticks(tick_hz: u32) -> f64 {
     FIT_ERROR_MAX_TICKS.max(FIT_ERROR_MAX_S * f64::from(tick_hz))

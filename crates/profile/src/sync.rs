@@ -89,7 +89,8 @@ impl<const N: usize> SyncMove<N> {
         self.profile.time_at(share * self.profile.distance_steps())
     }
 
-    /// The axis's steps as segments in ticks of `tick_hz`.
+    /// The steps of the axis with index `axis` as segments, in ticks of which a second has `tick_hz` (above 0). This
+    /// is the last work with floats; each segment comes in whole numbers.
     #[must_use]
     pub fn segments(&self, axis: usize, tick_hz: u32) -> Segments {
         Segments::new(&self.profile, self.steps[axis].unsigned_abs(), tick_hz)

@@ -79,7 +79,9 @@ proptest! {
 
     /// A segment's instants, its intervals, a buffer filled with them in pieces, and its closed sum: one and the same.
     #[test]
-    fn intervals_are_the_instants_differences((steps, limits, law) in moves(), piece in 1..9usize, bias in any::<u32>()) {
+    fn intervals_are_the_instants_differences(
+        (steps, limits, law) in moves(), piece in 1..20usize, bias in any::<u32>(),
+    ) {
         prop_assume!(steps != [0; 3]);
         let plan = SyncMove::plan(steps, &limits, law, None).unwrap();
         for segment in (0..3).flat_map(|axis| plan.segments(axis, TICK_HZ)) {

@@ -1,7 +1,7 @@
 //! A segment from the quadratic through three steps, by shifts alone.
 
 use super::wide::{joined, left, right, right_signed};
-use crate::segment::Segment;
+use crate::segment::{SPAN_MAX_TICKS, Segment};
 
 /// Instants t(j) on a quadratic, in units of 2^-point tick.
 pub(super) struct Quadratic {
@@ -18,12 +18,17 @@ pub(super) struct Quadratic {
 }
 
 impl Quadratic {
+    /// Whether it spans more than a segment may, to the precision of 2^32 units.
+    pub(super) fn is_too_long(&self) -> bool {
+        (self.rise >> 32) as u32 >= SPAN_MAX_TICKS.wrapping_shr(32 - self.point)
+    }
+
     /// The first `steps` of it.
     pub(super) fn segment(&self, steps: u32) -> Segment {
         // To units of 2^-32 tick.
         let shift = 32 - self.point;
-        let half_tick = (1 << 31) >> shift;
-        let first = self.first.wrapping_add(half_tick);
+        let half_tick = (1u32 << 31).wrapping_shr(shift);
+        let first = self.first.wrapping_add(half_tick.into());
         let (upper, lower) = ((first >> 32) as u32, first as u32);
         let first_ticks = u64::from(joined(0, upper, shift)) << 32 | u64::from(joined(upper, lower, shift));
         let fraction = lower.wrapping_shl(shift);

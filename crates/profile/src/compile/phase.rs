@@ -4,7 +4,7 @@ use super::fit::Quadratic;
 use super::gentle::Gentle;
 use super::ramp::Ramp;
 use super::wide::Line;
-use crate::segment::{SPAN_MAX_TICKS, Segment};
+use crate::segment::Segment;
 
 /// A step as the law of its phase knows it.
 #[derive(Clone, Copy, Debug)]
@@ -70,7 +70,7 @@ impl Phase {
         fit.length = self.length(step, first.level);
         let mut far = self.knot_after(step, fit.length);
         fit.rise = far.instant.wrapping_sub(first.instant);
-        while fit.rise >> self.point >= SPAN_MAX_TICKS.into() {
+        while fit.is_too_long() {
             if fit.length == 0 {
                 fit.rise = 0;
                 return (fit.segment(1), far);

@@ -6,33 +6,34 @@ use super::wide::{Line, Wide};
 
 /// Logarithms are in units of 2^-16.
 const ONE: i32 = 1 << 16;
-/// 2 log2(3 √3).
+/// More than any of them.
+const EVERYTHING: i32 = 128 * ONE;
+/// log2 27.
 const LOG2_27: i32 = 311_617;
-/// log2(10^9 / (8 * 20)): at this rate, ticks/s, 20 ns are 1/8 tick.
+/// log2 of the ticks/s at which [`FIT_ERROR_MAX_S`](crate::FIT_ERROR_MAX_S) is
+/// [`FIT_ERROR_MAX_TICKS`](crate::FIT_ERROR_MAX_TICKS): 6,250,000.
 const LOG2_LOOSE_HZ: i32 = 1_479_503;
-/// log2 of the segments a second that are [brief](crate::BRIEF_S).
+/// log2 of how many [`BRIEF_S`](crate::BRIEF_S) a second has: 1,000.
 const LOG2_BRIEF_HZ: i32 = 653_117;
 
-/// The growth of a segment's intervals is rounded to 2^-32 tick: 2^-7 tick over so many steps, log2.
+/// Longest segment, log2 of its steps: the growth of its intervals, rounded to 2^-32 tick, makes 2^-7 tick over so
+/// many.
 pub(super) const LENGTH_MAX: u32 = 14;
-/// More than any number's log2.
-const EVERYTHING: i32 = 128 * ONE;
 
-/// The time to the x-th half step from standstill is √(start + slope x), start being what the slow end lacks to standstill.
+/// The time from standstill to the x-th half step from the slow end is √(start + slope x).
 ///
 /// # Lengths
-/// A quadratic through a function's values at 0, n/2 and n strays from it between by t''' (n/2)³/(9 √3), with the
-/// third derivative where it is largest, at the slow end. Let Q be the radicand there, in units of u ticks², and S the
-/// slope: t''' = 3 (2 S)³/(8 Q^(5/2)) u^(1/2), so that E ticks hold n³ = 24 √3 E Q^(5/2)/(S³ u^(1/2)), or, by
-/// logarithms, 6 log2 n = 2 log2(24 √3 E) + 5 log2 Q - 6 log2 S - log2 u.
+/// With the time t = √Q, Q = start + 2 slope k after k steps, t''' = 3 slope³/Q^(5/2). A quadratic over n steps strays
+/// by t''' (n/2)³/(9 √3), so an error of E ticks holds n³ = 24 √3 E Q^(5/2)/slope³. Q and the slope are in units of u
+/// ticks², hence 6 log2 n = 2 log2(24 √3 E) + 5 log2 Q - 6 log2 slope - log2 u, the first being log2 27 for E = 1/8.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ramp {
     radicand: Line,
-    /// log2 S, never too small.
+    /// log2 of the slope, never too small.
     slope: i32,
-    /// What 5 log2 Q is added to for E = 1/8.
+    /// What makes 6 log2 n of 5 log2 Q, for E = 1/8.
     strict: i32,
-    /// What more there is for the larger E of brief segments.
+    /// What is added for the larger E of brief segments.
     loose: i32,
     /// A segment of n steps is brief if log2 n - 1/2 log2 Q is below this.
     brief: i32,
@@ -60,8 +61,8 @@ impl Ramp {
         Knot { instant: root, level: log2 }
     }
 
-    /// log2 of the steps that a quadratic holds from one of level `level` on, if `length` is that of the segment before:
-    /// speeding up it only grows, slowing down, `backwards`, it only shrinks.
+    /// log2 of the steps that a quadratic holds from one of level `level` on, if `length` is that of the segment
+    /// before: speeding up it only grows, slowing down, `backwards`, it only shrinks.
     pub(super) fn length(&self, mut length: u32, level: i32, backwards: bool) -> u32 {
         if backwards {
             while !self.fits(length as i32, level, level.wrapping_sub(self.loss(length as i32, level))) {
@@ -78,13 +79,14 @@ impl Ramp {
     /// Whether a quadratic holds 2^`length` steps from one of level `level` on, `slow` being the level of the slow end.
     #[inline(always)]
     fn fits(&self, length: i32, level: i32, slow: i32) -> bool {
-        // Through three steps there is always one.
+        // Any three steps have a quadratic.
         if length <= 1 {
             return true;
         }
         let room = self.strict.wrapping_add(slow.wrapping_mul(5)).wrapping_sub(6 * ONE * length);
-        let half_brief = (ONE * length).wrapping_sub(ONE).wrapping_sub(level >> 1) < self.brief;
-        room >= 0 || room.wrapping_add(self.loose) >= 0 && half_brief
+        // Half of it.
+        let is_half_brief = (ONE * (length - 1)).wrapping_sub(level >> 1) < self.brief;
+        room >= 0 || room.wrapping_add(self.loose) >= 0 && is_half_brief
     }
 
     /// How much of log2 Q the next 2^`length` steps lose, at most: log2(1 - r) >= -2 r of a share r up to a half.

@@ -6,12 +6,12 @@ use super::ramp::{LENGTH_MAX, Ramp};
 use super::wide::{Line, Wide, exponent, fixed, product};
 use crate::trapezoid::{EndRamp, Trapezoid};
 
-/// The number of an axis's last step is below this.
+/// Steps have numbers below this.
 const STEPS_END: u32 = 1 << 31;
 /// A segment's interval is rounded to 2^-32 tick: 2^-10 tick over so many steps, log2.
 const EVEN_LENGTH_MAX: u32 = 22;
-/// log2 of the lead from which on a ramp is [`Gentle`], ticks: 26 days at 125 MHz.
-const GENTLE_LEAD_LOG2: i32 = 48;
+/// log2 of the lead from which on a ramp is [`Gentle`], ticks: 13 days at 125 MHz.
+const GENTLE_LEAD_LOG2: i32 = 47;
 
 /// An axis's steps and ticks.
 #[derive(Clone, Copy)]
@@ -44,15 +44,8 @@ impl Phase {
         let shape = view.shape(ramp);
         if shape.is_gentle() {
             let (law, point, length) = gentle(ramp, view);
-            return Self {
-                law,
-                origin: 0,
-                end,
-                reach: beyond(end, length),
-                backwards: false,
-                point,
-                length: length as u8,
-            };
+            let reach = beyond(end, length);
+            return Self { law, origin: 0, end, reach, backwards: false, point, length: length as u8 };
         }
         let reach = beyond(end, LENGTH_MAX);
         let point = point_for(shape.exponent_at(reach));
@@ -86,7 +79,7 @@ impl Phase {
             return Self { law, origin, end: steps, reach: steps - 1, backwards: true, point, length: length as u8 };
         }
         let point = point_for(exponent(shape.lead_ticks).max(exponent(view.end_ticks)) + 1);
-        let (lead, slope, spare) = (shape.lead(point), shape.slope(point), shape.spare_steps());
+        let (lead, slope, spare) = (shape.lead(point), shape.slope(point), shape.spare_steps().min(STEPS_END - steps));
         let start = squared(lead).saturating_sub(slope * u128::from(2 * spare));
         let radicand = Line { start: Wide::new(start), slope: Wide::new(slope) };
         let law = Law::Ramp(Ramp::new(radicand, point, view.tick_hz));
@@ -140,15 +133,15 @@ impl Shape {
         squares[0].max(squares[1]).div_euclid(2)
     }
 
-    /// Steps that the ramp would go on for before standstill; there may be more.
+    /// Steps that the ramp would still make before standstill, or fewer.
     fn spare_steps(&self) -> u32 {
-        // C²/B, rounded down to a power of two twice.
+        // At most C²/B, by the numbers' exponents.
         let log2 = 2 * exponent(self.lead_ticks) - exponent(self.slope_ticks2) - 2;
         if log2 < 0 { 0 } else { 1 << log2.min(LENGTH_MAX as i32) }
     }
 }
 
-/// The law, its point, and the length of its segments: their quadratics stray by nothing that could be told.
+/// The law, its point, and the length of its segments, over which a quadratic strays by 2^-6 tick at most.
 fn gentle(ramp: EndRamp, view: View) -> (Law, u8, u32) {
     let point = view.point();
     let slowest_ticks = view.tick_hz / ramp.slow_steps_s * view.stride;

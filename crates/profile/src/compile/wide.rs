@@ -1,7 +1,7 @@
 //! Unsigned numbers of 96 bits, as wide as the instants of a move need, and lines over them.
 
-/// The product of two 32-bit numbers. By halves, since a Cortex-M0+ multiplies 32 bits to 32 and the compiler would call
-/// a routine that multiplies 64 by 64.
+/// The product of two 32-bit numbers. By halves, since a Cortex-M0+ multiplies 32 bits to 32 and the compiler would
+/// call a routine that multiplies 64 by 64.
 #[inline(always)]
 pub(super) fn product(a: u32, b: u32) -> u64 {
     let (a_low, a_high, b_low, b_high) = (a & 0xffff, a >> 16, b & 0xffff, b >> 16);
@@ -48,7 +48,8 @@ impl Wide {
     }
 }
 
-/// How many of its first bits are 0, one less if that is odd; 30 at most. Shorter than a call of the compiler's routine.
+/// How many of its first bits are 0, one less if that is odd; 30 at most. Shorter than a call of the compiler's
+/// routine.
 #[inline(always)]
 fn even_zeros(mut digit: u32) -> u32 {
     let mut zeros = 0;
@@ -170,7 +171,9 @@ mod tests {
         }
 
         #[test]
-        fn fixed_numbers_are_exact(value in prop_oneof![Just(0.0), 1e-9..1e-6, 0.0..1.0, 1.0..1e15], point in -32..=64) {
+        fn fixed_numbers_are_exact(
+            value in prop_oneof![Just(0.0), 1e-9..1e-6, 0.0..1.0, 1.0..1e15], point in -32..=64,
+        ) {
             prop_assert_eq!(fixed(value, point), (value * 2f64.powi(point)) as u128);
         }
 
