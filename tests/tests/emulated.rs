@@ -12,6 +12,8 @@ use isostep_tests::emulated::{Board, Run};
 use isostep_tests::rig::{Emulated, position_steps};
 use isostep_tests::{cases, root};
 
+const CLOCK_CYCLE_NS: f64 = 8.0;
+
 fn program(name: &str) -> PathBuf {
     root().join("programs").join(name)
 }
@@ -35,6 +37,9 @@ fn parking_is_the_simulations_and_within_50_ns() {
     let (run, comparison) = held_against_simulation(Board::new("parking"), "parking.nc");
     assert!(comparison.all.max_ns <= 50.0, "{comparison:#?}");
     assert_eq!(comparison.all.steps, 72_750, "{}", run.printed);
+    let apart_ns: Vec<_> = comparison.moves.iter().filter_map(|each| each.apart_ns).collect();
+    assert_eq!(apart_ns.len(), 3, "moves of X and Y together");
+    assert!(apart_ns.iter().all(|&ns| ns < CLOCK_CYCLE_NS), "{comparison:#?}");
 }
 
 #[test]

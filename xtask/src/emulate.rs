@@ -5,10 +5,11 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context, Result};
-use isostep_sim::compare::{self, Comparison};
+use isostep_sim::Config;
+use isostep_sim::compare::{self, Comparison, Jitter};
 
 use crate::process::{self, announce};
-use crate::variant::Variant;
+use crate::variant::{Port, Variant};
 use crate::{build, node, workspace};
 
 /// Run a program on the firmware, in an emulated RP2040
@@ -64,28 +65,38 @@ pub fn run(args: Args) -> Result<()> {
     announce(&format!("{name} on the emulated board"));
     let trace = args.trace.clone().unwrap_or_else(|| workspace::target_dir().join("emulated.csv"));
     process::run(&mut command(&args, &trace))?;
-    print!("{}", table(&compare(&program, &trace)?));
+    print!("{}", table(&compare(&program, &trace, args.variant.port)?));
     Ok(())
 }
 
 /// Holds the board's steps against the plans of the same program in simulation.
-fn compare(program: &[u8], trace: &Path) -> Result<Comparison> {
-    let simulated = isostep_sim::run(program, &isostep_sim::Config::default())?;
+fn compare(program: &[u8], trace: &Path, port: Port) -> Result<Comparison> {
+    let port = match port {
+        Port::Pio => isostep_sim::Port::Pio,
+        Port::Timer => isostep_sim::Port::Timer,
+    };
+    let simulated = isostep_sim::run(program, &Config { port, ..Config::default() })?;
     let traced = compare::read(fs::File::open(trace)?)?;
     compare::compare(&simulated, &traced).context("the board and the simulation differ")
 }
 
 fn table(comparison: &Comparison) -> String {
     let mut text = String::from(
-        "\nEvery step, direction and position is as in the simulation. Step instants, from the first of their move,\n\
-         against the closed form (emulated):\n  move    steps    median       p99       max\n",
+        "\nEvery step, direction and position is as in the simulation. Emulated, at 125 MHz: step instants, from the first\n\
+         of their move, against the closed form; and how far apart the accelerating, cruising and decelerating intervals of\n\
+         the axes are, each measured from the axis's own edges (a clock cycle is 8 ns):\n  \
+         move    steps    median ns    p99 ns    max ns  apart ns\n",
     );
-    let numbers = (1..=comparison.moves.len()).map(|number| number.to_string()).chain(["all".to_owned()]);
-    for (name, jitter) in numbers.zip(comparison.moves.iter().chain([&comparison.all])) {
-        let [median, p99, max] = [jitter.median_ns, jitter.p99_ns, jitter.max_ns].map(|ns| ns / 1e3);
-        text += &format!("{name:>6} {:>8} {median:>6.2} us {p99:>6.2} us {max:>6.2} us\n", jitter.steps);
+    for (number, each) in (1..).zip(&comparison.moves) {
+        let apart = each.apart_ns.map_or("-".to_owned(), |apart_ns| format!("{apart_ns:.1}"));
+        text += &format!("{number:>6} {} {apart:>9}\n", columns(&each.jitter));
     }
-    text
+    text + &format!("   all {}\n", columns(&comparison.all))
+}
+
+fn columns(jitter: &Jitter) -> String {
+    let Jitter { steps, median_ns, p99_ns, max_ns } = jitter;
+    format!("{steps:>8} {median_ns:>12.1} {p99_ns:>9.1} {max_ns:>9.1}")
 }
 
 fn command(args: &Args, trace: &Path) -> Command {

@@ -8,7 +8,9 @@ use std::io;
 
 use isostep_motion::{AXES, Axis};
 
+use crate::measure;
 use crate::outcome::{MoveRecord, Outcome};
+use crate::port::Port;
 use crate::record::Edge;
 
 /// Why a trace is not that of the run.
@@ -65,11 +67,22 @@ pub struct Jitter {
     pub max_ns: f64,
 }
 
+/// One move of a trace.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct MoveComparison {
+    /// Its steps against their closed form.
+    #[serde(flatten)]
+    pub jitter: Jitter,
+    /// How far apart the accelerating, cruising and decelerating intervals of its axes are, each measured from the axis's
+    /// own edges, ns; `None` when fewer than two axes have edges enough.
+    pub apart_ns: Option<f64>,
+}
+
 /// A trace that is that of the run.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Comparison {
     /// Each move after the last homing.
-    pub moves: Vec<Jitter>,
+    pub moves: Vec<MoveComparison>,
     /// All of them together.
     pub all: Jitter,
 }
@@ -98,12 +111,16 @@ pub fn compare(outcome: &Outcome, trace: &[Edge]) -> Result<Comparison, Mismatch
     let after_homing = outcome.moves.iter().rposition(|record| record.homing).map_or(0, |last| last + 1);
     let moves = &outcome.moves[after_homing..];
     let mut left = split(trace, moves, after_homing > 0)?;
-    let mut errors_ns = Vec::new();
+    let mut all_ns = Vec::new();
+    let mut compared = Vec::new();
     for (index, record) in moves.iter().enumerate() {
-        errors_ns.push(errors_of(index + 1, record, &mut left)?);
+        let instants = instants_of(index + 1, record, &mut left)?;
+        let errors_ns = errors_of(&instants);
+        all_ns.extend_from_slice(&errors_ns);
+        compared
+            .push(MoveComparison { jitter: Jitter::of(errors_ns), apart_ns: apart_ns(&instants, outcome.config.port) });
     }
-    let all = Jitter::of(errors_ns.concat());
-    Ok(Comparison { moves: errors_ns.into_iter().map(Jitter::of).collect(), all })
+    Ok(Comparison { moves: compared, all: Jitter::of(all_ns) })
 }
 
 /// Each axis's edges that belong to `moves`: the last ones.
@@ -126,9 +143,11 @@ fn split<'a>(trace: &'a [Edge], moves: &[MoveRecord], homed: bool) -> Result<[Ve
     Ok(edges)
 }
 
-fn errors_of(number: usize, record: &MoveRecord, left: &mut [Vec<&Edge>; AXES]) -> Result<Vec<f64>, Mismatch> {
-    // Instants in the trace and in closed form, ns.
-    let mut instants = Vec::new();
+/// Of each axis: the instants of its edges in the trace and in closed form, ns.
+type Instants = [Vec<(f64, f64)>; AXES];
+
+fn instants_of(number: usize, record: &MoveRecord, left: &mut [Vec<&Edge>; AXES]) -> Result<Instants, Mismatch> {
+    let mut instants = Instants::default();
     for axis in Axis::ALL {
         let n = record.plan.steps[axis as usize];
         for k in 1..=n.unsigned_abs() {
@@ -137,12 +156,30 @@ fn errors_of(number: usize, record: &MoveRecord, left: &mut [Vec<&Edge>; AXES]) 
             if (traced.direction, traced.position_steps) != planned {
                 return Err(Mismatch::Step { number, axis, k, traced, planned });
             }
-            instants.push((traced.t_ns as f64, record.plan.step_time_s(axis as usize, k) * 1e9));
+            instants[axis as usize].push((traced.t_ns as f64, record.plan.step_time_s(axis as usize, k) * 1e9));
         }
     }
-    let first = instants.iter().copied().reduce(|first, next| if next.1 < first.1 { next } else { first });
+    Ok(instants)
+}
+
+/// How late each edge was, counted from the first.
+fn errors_of(instants: &Instants) -> Vec<f64> {
+    let all = || instants.iter().flatten().copied();
+    let first = all().reduce(|first, next| if next.1 < first.1 { next } else { first });
     let (traced_0, exact_0) = first.unwrap_or_default();
-    Ok(instants.into_iter().map(|(traced, exact)| (traced - traced_0) - (exact - exact_0)).collect())
+    all().map(|(traced, exact)| (traced - traced_0) - (exact - exact_0)).collect()
+}
+
+fn apart_ns(instants: &Instants, port: Port) -> Option<f64> {
+    let measured = instants.iter().filter_map(|edges| {
+        // From the first edge on, so that no digit is spent on the hours before.
+        let (first_ns, _) = *edges.first()?;
+        let times_s: Vec<_> = edges.iter().map(|(traced_ns, _)| (traced_ns - first_ns) * 1e-9).collect();
+        measure::intervals(&times_s, port)
+    });
+    let measured: Vec<_> = measured.map(|measured| measured.intervals).collect();
+    let (first, rest) = measured.split_first()?;
+    rest.iter().map(|other| first.apart_s(other) * 1e9).reduce(f64::max)
 }
 
 impl Jitter {
@@ -172,7 +209,7 @@ mod tests {
     fn a_run_compares_with_itself_to_the_tick() {
         let (outcome, edges) = traced();
         let comparison = compare(&outcome, &edges).unwrap();
-        assert_eq!(comparison.moves.iter().map(|jitter| jitter.steps).collect::<Vec<_>>(), [75, 25]);
+        assert_eq!(comparison.moves.iter().map(|each| each.jitter.steps).collect::<Vec<_>>(), [75, 25]);
         let both_sides_ns = 2.0 * Config::default().port.tolerance_ns();
         assert!(comparison.all.max_ns < both_sides_ns, "half a tick and the fit, on both sides: {comparison:?}");
     }
