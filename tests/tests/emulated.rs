@@ -194,3 +194,25 @@ fn steps_that_come_too_late_lock_the_machine() {
     let seen = [0, 1, 2].map(|axis| run.edges.iter().filter(|edge| edge.axis == axis).count() as i32);
     assert_eq!(position_steps(report), Some(seen), "{report}");
 }
+
+/// An acceleration that segments cannot be compiled fast enough for: the state machines halt rather than stretch an interval.
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn a_port_that_runs_out_of_steps_locks_the_machine() {
+    let mut script = "expect Grbl\nsend $0=0\nexpect ok\n".to_owned();
+    for axis in 0..3 {
+        let settings = [(110, 14_880), (100, 1_000), (120, 100_000)];
+        script.extend(settings.map(|(number, value)| format!("send ${}={value}\nexpect ok\n", number + axis)));
+    }
+    script +=
+        "send G0 X100 Y100 Z100\nexpect ok\nexpect ALARM:22\nexpect [MSG:the step port of\nbytes 3f\nexpect <Alarm\n";
+    let run = Board::new("underrun").script(&script);
+    assert!(run.ok, "{}", run.printed);
+    let report = run.printed.lines().rfind(|line| line.contains("< <Alarm|")).unwrap();
+    // 1,000 steps to the mm: the three decimals of the report are steps.
+    let reported: Vec<i32> =
+        report.split(['|', ':', ',']).skip(2).take(3).map(|mm| mm.replace('.', "").parse().unwrap()).collect();
+    let seen = [0, 1, 2].map(|axis| run.edges.iter().filter(|edge| edge.axis == axis).count() as i32);
+    assert_eq!(reported, seen, "{report}");
+    assert!(seen.iter().all(|&steps| (1..100_000).contains(&steps)), "{seen:?}");
+}

@@ -27,9 +27,9 @@ use crate::port::{Direction, PortFault, Run};
 /// ENABLE's (650 ns for a DRV8825), long before the first step.
 const LEAD: Duration = Duration::from_micros(500);
 
-/// Segments compiled per axis before a move starts. Two are six steps at least, 66 ms at 2,500 steps/s² from rest, in
-/// which the queues are filled; more would only delay the start.
-const SEGMENTS_BEFORE_START: usize = 2;
+/// Motion compiled per axis before a move starts, as far as the queue has room: time to fill the queues in. More would
+/// only delay the start.
+const COMPILED_BEFORE_START: Duration = Duration::from_millis(2);
 
 /// Carries out the motions asked of `machine` for ever. `enable` is the drivers' ENABLE, active low; every
 /// [`Event`] goes to `on_event` as it happens.
@@ -179,9 +179,15 @@ where
     /// Makes the axis ready and queues its first segments.
     fn prepare(&self, axis: Axis, segments: &mut Segments) {
         self.machine.ready(axis);
-        for segment in segments.take(SEGMENTS_BEFORE_START) {
-            // There is room: the queue is empty and this task is the only sender.
-            let _ = self.machine.link(axis).segments.try_send(segment);
+        let queue = &self.machine.link(axis).segments;
+        let enough_ticks = COMPILED_BEFORE_START.as_micros() * u64::from(self.machine.tick_hz(axis)) / 1_000_000;
+        while !queue.is_full() {
+            let Some(segment) = segments.next() else { return };
+            // There is room, and this task is the only sender.
+            let _ = queue.try_send(segment);
+            if segment.last_ticks() >= enough_ticks {
+                return;
+            }
         }
     }
 
