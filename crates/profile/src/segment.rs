@@ -45,6 +45,15 @@ impl Segment {
         self.first_ticks + (sum.wrapping_add(u64::from(self.fraction)) >> 32)
     }
 
+    /// The shortest of its intervals, ticks, rounded down; `None` for a single step. Intervals grow or shrink evenly, so it
+    /// is the first or the last.
+    #[must_use]
+    pub fn interval_min_ticks(&self) -> Option<u32> {
+        let growths = u64::from(self.steps.checked_sub(2)?);
+        let last = self.interval.wrapping_add(self.growth.wrapping_mul(growths));
+        Some((self.interval.min(last) >> 32) as u32)
+    }
+
     /// The instants of its steps in ticks from the start of the move, rounded to the nearest.
     #[must_use]
     pub fn ticks(&self) -> Ticks {

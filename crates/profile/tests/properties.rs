@@ -91,6 +91,10 @@ proptest! {
             prop_assert_eq!(ticks.last(), Some(&segment.last_ticks()));
             let differences: Vec<u32> = ticks.windows(2).map(|pair| (pair[1] - pair[0]) as u32).collect();
             prop_assert_eq!(&segment.intervals().collect::<Vec<_>>(), &differences);
+            // Rounding makes an interval a tick longer at most.
+            let shortest = differences.iter().min();
+            prop_assert_eq!(segment.interval_min_ticks().is_some(), shortest.is_some());
+            prop_assert!(shortest.is_none_or(|&min| (min - 1..=min).contains(&segment.interval_min_ticks().unwrap())));
             prop_assert_eq!(filled(segment.intervals(), piece, bias), differences);
         }
     }

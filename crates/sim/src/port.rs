@@ -143,7 +143,7 @@ impl SimPort {
     fn check_speed(&self, last_ticks: Option<u64>, segment: &Segment, wiring: Wiring) -> Result<(), PortFault> {
         let min = self.capabilities.period_min_ticks(wiring) - MARGIN_TICKS;
         let gap = last_ticks.map(|last| u32::try_from(segment.first_ticks() - last).unwrap_or(u32::MAX));
-        match gap.into_iter().chain(segment.intervals()).min() {
+        match gap.into_iter().chain(segment.interval_min_ticks()).min() {
             Some(interval) if interval < min => Err(PortFault::TooFast { interval, min }),
             _ => Ok(()),
         }

@@ -216,6 +216,9 @@ impl<'a> Underway<'a> {
             self.check(wait)?;
             self.push(self.words.step(wait)).await?;
         }
+        if let Some(interval) = segment.interval_min_ticks() {
+            self.check(interval)?;
+        }
         let mut intervals = segment.intervals();
         while intervals.len() > 0 {
             self.await_room().await?;
