@@ -41,7 +41,8 @@ mod root;
 mod setup;
 mod wide;
 
-use self::phase::{Knot, Phase};
+use self::phase::Phase;
+use self::ramp::Knot;
 use self::setup::View;
 use crate::segment::Segment;
 use crate::trapezoid::Trapezoid;

@@ -1,6 +1,5 @@
 //! A ramp that hardly accelerates.
 
-use super::setup::View;
 use super::wide::fixed;
 use crate::trapezoid::{EndRamp, ramp_time_s};
 
@@ -16,8 +15,9 @@ pub(super) struct Gentle {
 }
 
 impl Gentle {
-    pub(super) fn new(ramp: EndRamp, view: View, point: u8) -> Self {
-        Self { ramp, half_step: view.stride / 2.0, tick_hz: view.tick_hz, point }
+    /// Of an axis that makes a step per `stride` steps of the master, ticks/s, in units of 2^-`point` tick.
+    pub(super) fn new(ramp: EndRamp, stride: f64, tick_hz: f64, point: u8) -> Self {
+        Self { ramp, half_step: stride / 2.0, tick_hz, point }
     }
 
     /// How long `half_steps` take from the slow end, in units of 2^-point tick.

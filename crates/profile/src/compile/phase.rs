@@ -2,18 +2,9 @@
 
 use super::fit::Quadratic;
 use super::gentle::Gentle;
-use super::ramp::Ramp;
+use super::ramp::{Knot, Ramp};
 use super::wide::Line;
 use crate::segment::Segment;
-
-/// A step as the law of its phase knows it.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Knot {
-    /// When it is due, units of 2^-point tick from the start of the move.
-    pub(super) instant: u64,
-    /// How fast the axis is there: see [`Ramp`].
-    pub(super) level: i32,
-}
 
 /// Consecutive steps of an axis that share a law. Steps count from 0.
 #[derive(Clone, Copy, Debug)]

@@ -1,6 +1,5 @@
 //! A ramp at constant acceleration, in whole numbers.
 
-use super::phase::Knot;
 use super::root::{LOG2_SHORT_MAX, Root, log2};
 use super::wide::{Line, Wide};
 
@@ -19,6 +18,15 @@ const LOG2_BRIEF_HZ: i32 = 653_117;
 /// Longest segment, log2 of its steps: the growth of its intervals, rounded to 2^-32 tick, makes 2^-7 tick over so
 /// many.
 pub(super) const LENGTH_MAX: u32 = 14;
+
+/// A step as the law of its phase knows it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Knot {
+    /// When it is due, units of 2^-point tick from the start of the move.
+    pub(super) instant: u64,
+    /// How fast the axis is there: see [`Ramp`].
+    pub(super) level: i32,
+}
 
 /// The time from standstill to the x-th half step from the slow end is √(start + slope x).
 ///

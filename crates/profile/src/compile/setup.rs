@@ -17,8 +17,8 @@ const GENTLE_LEAD_LOG2: i32 = 47;
 #[derive(Clone, Copy)]
 pub(super) struct View {
     /// Steps of the master per step of the axis; at least 1.
-    pub(super) stride: f64,
-    pub(super) tick_hz: f64,
+    stride: f64,
+    tick_hz: f64,
     /// How long the move lasts.
     end_ticks: f64,
 }
@@ -145,7 +145,7 @@ impl Shape {
 fn gentle(ramp: EndRamp, view: View) -> (Law, u8, u32) {
     let point = view.point();
     let slowest_ticks = view.tick_hz / ramp.slow_steps_s * view.stride;
-    (Law::Gentle(Gentle::new(ramp, view, point)), point, length_held(slowest_ticks, LENGTH_MAX))
+    (Law::Gentle(Gentle::new(ramp, view.stride, view.tick_hz, point)), point, length_held(slowest_ticks, LENGTH_MAX))
 }
 
 /// log2 of how many periods at least are less than 2^31 ticks, `max` at most; 0 also if one is not.
