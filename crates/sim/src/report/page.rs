@@ -1,9 +1,9 @@
 //! The page around the pictures.
 
 use isostep_console::{SETTING_TABLE, report};
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{Markup, PreEscaped, html};
 
-use super::theme::{self, AXIS_NAMES, STYLE_SHEET};
+use super::theme::{self, AXIS_NAMES};
 use super::{errors, kinematics, path};
 use crate::figures::{Figures, MoveFigures};
 use crate::measure::Intervals;
@@ -15,26 +15,15 @@ const PICTURES_MAX: usize = 8;
 /// The whole page.
 pub fn page(outcome: &Outcome, figures: &Figures) -> String {
     let title = format!("{}: simulated", figures.program);
-    html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                title { (title) }
-                style { (PreEscaped(STYLE_SHEET)) }
-            }
-            body {
-                h1 { (figures.program) }
-                p { "Run on the controller in virtual time: " (summary(figures)) }
-                p { code { (figures.replay) } }
-                (verdicts(figures))
-                @if !figures.moves.is_empty() { (pictures(outcome, figures)) (moves(figures)) }
-                (settings(outcome))
-            }
-        }
-    }
-    .into_string()
+    let body = html! {
+        h1 { (figures.program) }
+        p { "Run on the controller in virtual time: " (summary(figures)) }
+        p { code { (figures.replay) } }
+        (verdicts(figures))
+        @if !figures.moves.is_empty() { (pictures(outcome, figures)) (moves(figures)) }
+        (settings(outcome))
+    };
+    theme::document(&title, &body)
 }
 
 fn summary(figures: &Figures) -> String {

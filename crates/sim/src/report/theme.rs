@@ -3,6 +3,7 @@
 //! The pictures stand inline in the page and take their colours from its style sheet, so they follow the reader's
 //! light or dark mode: plotters draws in a few signal colours, which [`svg`] replaces by CSS variables.
 
+use maud::{DOCTYPE, Markup, PreEscaped, html};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
@@ -34,7 +35,7 @@ const VARIABLES: [(RGBColor, &str); 10] = [
 ];
 
 /// The page's style sheet, which has the colours.
-pub const STYLE_SHEET: &str = include_str!("style.css");
+const STYLE_SHEET: &str = include_str!("style.css");
 
 /// Names of the axes.
 pub const AXIS_NAMES: [&str; 3] = ["X", "Y", "Z"];
@@ -104,4 +105,21 @@ pub fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
 /// Decimals that tell a tenth of `span` apart.
 pub fn decimals_of(span: f64) -> usize {
     (1.0 - span.log10()).ceil().clamp(0.0, 6.0) as usize
+}
+
+/// A page of its own around `body`.
+pub fn document(title: &str, body: &Markup) -> String {
+    html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                title { (title) }
+                style { (PreEscaped(STYLE_SHEET)) }
+            }
+            body { (body) }
+        }
+    }
+    .into_string()
 }

@@ -1,8 +1,8 @@
 //! The page around a benchmark's pictures.
 
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{Markup, PreEscaped, html};
 
-use super::super::theme::{self, AXIS_NAMES, STYLE_SHEET};
+use super::super::theme::{self, AXIS_NAMES};
 
 /// A cell of more bytes is broken into lines.
 const LONG: usize = 40;
@@ -44,24 +44,13 @@ pub struct Table {
 
 /// The whole page; `conditions` is what every figure depends on, and `command` what prints them.
 pub fn page(title: &str, conditions: &str, command: &str, sections: &[Section]) -> String {
-    html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                title { (title) }
-                style { (PreEscaped(STYLE_SHEET)) }
-            }
-            body {
-                h1 { (title) }
-                p { (conditions) }
-                p { code { (command) } }
-                @for each in sections { (section(each)) }
-            }
-        }
-    }
-    .into_string()
+    let body = html! {
+        h1 { (title) }
+        p { (conditions) }
+        p { code { (command) } }
+        @for each in sections { (section(each)) }
+    };
+    theme::document(title, &body)
 }
 
 /// Every picture as a file of its own, by name: SVG in light colours.
