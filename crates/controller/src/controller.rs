@@ -73,7 +73,7 @@ impl<'a> Controller<'a> {
             Command::Home => self.home().await?,
             Command::Unlock => self.unlock(out).await?,
             Command::Help => out.text(report::HELP).await,
-            Command::ShowBuild => out.text(report::BUILD).await,
+            Command::ShowBuild => self.show_build(out).await,
             Command::ShowSettings => self.show_settings(out).await,
             Command::SetSetting { number, value } => self.set(number, value, out).await?,
             Command::ShowModal => {
@@ -162,6 +162,15 @@ impl<'a> Controller<'a> {
         self.follow_machine();
         out.send(|text| report::message(text, messages::UNLOCKED)).await;
         Ok(())
+    }
+
+    async fn show_build(&self, out: &Output) {
+        out.text(report::BUILD).await;
+        let [x, y, z] = self.machine.faults();
+        if [x, y, z] != [0; AXES] {
+            let words = format_args!("step ports faulted since power-up: X {x}, Y {y}, Z {z} times");
+            out.send(|text| report::message(text, words)).await;
+        }
     }
 
     async fn show_settings(&self, out: &Output) {
