@@ -216,3 +216,13 @@ fn a_port_that_runs_out_of_steps_locks_the_machine() {
     assert_eq!(reported, seen, "{report}");
     assert!(seen.iter().all(|&steps| (1..100_000).contains(&steps)), "{seen:?}");
 }
+
+/// Three axes with the same way to go make each step on one clock cycle, from the first on.
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn all_axes_start_on_the_same_cycle() {
+    let run = Board::new("same-cycle").script("expect Grbl\nsend G0 X10 Y10 Z10\nexpect ok\nwait-idle\n");
+    assert!(run.ok, "{}", run.printed);
+    assert_eq!(run.edges.len(), 3 * 500);
+    assert!(run.edges.chunks(3).all(|step| step.iter().all(|edge| edge.t_ns == step[0].t_ns)));
+}
