@@ -90,14 +90,12 @@ pub fn open(pins: StepPins, timing: DriverTiming) -> [PioPort; AXES] {
     core::mem::forget((common, sm0, sm1, sm2, pins.channels));
     priority::enable_pio_port();
 
-    let mut axes = 0..AXES;
-    pins.dir.map(|dir| {
-        let axis = axes.next().unwrap_or_default();
-        let machine = StateMachine::new(axis);
-        let stream = Stream::new(axis, machine.fifo_address(), &BLOCKS[axis]);
-        let capabilities = Capabilities { tick_hz: TICK_HZ, timing, margin_ticks: MARGIN_TICKS };
-        PioPort { axis, dir, machine, stream, capabilities, risen: 0 }
-    })
+    let [x_dir, y_dir, z_dir] = pins.dir;
+    [
+        PioPort::new(0, x_dir, &BLOCKS[0], timing),
+        PioPort::new(1, y_dir, &BLOCKS[1], timing),
+        PioPort::new(2, z_dir, &BLOCKS[2], timing),
+    ]
 }
 
 /// Of a state machine that steps on `pin`.
@@ -127,6 +125,13 @@ impl StepPort for PioPort {
 }
 
 impl PioPort {
+    fn new(axis: usize, dir: Output<'static>, blocks: &'static Blocks, timing: DriverTiming) -> Self {
+        let machine = StateMachine::new(axis);
+        let stream = Stream::new(axis, machine.fifo_address(), blocks);
+        let capabilities = Capabilities { tick_hz: TICK_HZ, timing, margin_ticks: MARGIN_TICKS };
+        Self { axis, dir, machine, stream, capabilities, risen: 0 }
+    }
+
     /// Returns when the state machine has halted, by itself or because of a fault.
     async fn follow(&mut self, run: Run, segments: &SegmentQueue, odometer: &Odometer) -> Result<(), PortFault> {
         let mut underway = Underway::new(self, run, odometer);
