@@ -57,6 +57,13 @@ pub fn start(machine: &'static Machine, pio: Peri<'static, peripherals::PIO1>) {
     let _ = pio;
 }
 
+/// A reset byte has come.
+pub fn reset() {
+    if let Some(machine) = GUARDED.lock(Cell::get) {
+        machine.reset();
+    }
+}
+
 const fn flags_of_all() -> u32 {
     (1 << INPUTS) - 1
 }

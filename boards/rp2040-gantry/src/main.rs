@@ -17,6 +17,7 @@ mod pins;
 #[cfg(not(feature = "timer-port"))]
 mod pio_port;
 mod priority;
+mod reset_listener;
 #[cfg(feature = "timer-port")]
 mod timer_port;
 mod uart;

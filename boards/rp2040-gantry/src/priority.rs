@@ -11,7 +11,8 @@
 //! | P1 | `SWI_IRQ_1` | the executor of the switches: polls what the edge woke |
 //! | P2 | `SWI_IRQ_2` | the executor of the axes: writes the next block of steps, or makes a step |
 //! | P2 | `DMA_IRQ_1`, `PIO0_IRQ_1` | a block was sent, a state machine has halted: they wake the axis |
-//! | P3 | `USBCTRL_IRQ`, `UART0_IRQ` | wake the console, and may wait as long as axes are at work |
+//! | P1 | `USBCTRL_IRQ` | hears a reset byte; with `TimerPort`, whose steps it would delay, P3 |
+//! | P3 | `UART0_IRQ` | wakes the console, and may wait as long as axes are at work |
 //! | thread | the rest | coordinator, console, LED, watchdog |
 //!
 //! Above all of them are critical sections, which close the door to every interrupt: the timer queue, channels and wakers
@@ -22,6 +23,8 @@
 use embassy_executor::{InterruptExecutor, SendSpawner};
 use embassy_rp::interrupt;
 use embassy_rp::interrupt::{InterruptExt, Priority};
+
+const USB: Priority = if cfg!(feature = "timer-port") { Priority::P3 } else { Priority::P1 };
 
 static SWITCHES: InterruptExecutor = InterruptExecutor::new();
 static AXES: InterruptExecutor = InterruptExecutor::new();
@@ -35,7 +38,7 @@ pub fn start_executors() -> (SendSpawner, SendSpawner) {
     interrupt::SWI_IRQ_2.set_priority(Priority::P2);
     interrupt::DMA_IRQ_1.set_priority(Priority::P2);
     interrupt::PIO0_IRQ_1.set_priority(Priority::P2);
-    interrupt::USBCTRL_IRQ.set_priority(Priority::P3);
+    interrupt::USBCTRL_IRQ.set_priority(USB);
     interrupt::UART0_IRQ.set_priority(Priority::P3);
     (SWITCHES.start(interrupt::SWI_IRQ_1), AXES.start(interrupt::SWI_IRQ_2))
 }

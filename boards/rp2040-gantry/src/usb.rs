@@ -18,8 +18,10 @@ use embassy_usb::{Builder, Config, UsbDevice};
 use embedded_io_async::{ErrorType, Read, Write};
 use static_cell::StaticCell;
 
+use crate::reset_listener::ResetListener;
+
 bind_interrupts!(struct Irqs {
-    USBCTRL_IRQ => InterruptHandler<USB>;
+    USBCTRL_IRQ => ResetListener, InterruptHandler<USB>;
 });
 
 type RpDriver = Driver<'static, USB>;
