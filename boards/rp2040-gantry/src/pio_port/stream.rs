@@ -57,7 +57,7 @@ impl Stream {
         (self.armed, self.filling, self.filled, self.handed_over) = ([None; 2], 0, 0, 0);
     }
 
-    /// Whether there is a free place to write to; if not, [`Waker`](super::WAKERS) will tell when there is.
+    /// Whether there is a free place to write to; if not, the axis's waker is woken when there is.
     pub fn has_room(&mut self) -> bool {
         if self.armed[self.filling].is_some() && self.is_sent(self.filling) {
             DMA.intr(0).write_value(self.bit(self.filling).into());
