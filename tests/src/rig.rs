@@ -213,8 +213,8 @@ impl Rig for Emulated {
     fn jitter_max_ns(&self) -> f64 {
         match self.0 {
             Port::Pio => 50.0,
-            // Steps of several axes that are due together follow each other.
-            Port::Timer => 40_000.0,
+            // Who is due while another's step is made waits; and now and then a critical section delays the wake-up.
+            Port::Timer => 10_000.0,
         }
     }
 

@@ -44,9 +44,9 @@ fn parking_is_the_simulations_and_within_50_ns() {
 
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
-fn parking_by_the_timer_port_is_the_simulations_and_within_3_us() {
+fn parking_by_the_timer_port_is_the_simulations_and_within_2_us() {
     let (run, comparison) = held_against_simulation(Board::stepped_by(Port::Timer, "parking-timer"), "parking.nc");
-    assert!(comparison.all.p99_ns <= 3_000.0, "{comparison:#?}");
+    assert!(comparison.all.p99_ns <= 2_000.0, "{comparison:#?}");
     assert_eq!(comparison.all.steps, 72_750, "{}", run.printed);
 }
 

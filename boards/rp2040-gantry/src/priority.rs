@@ -9,7 +9,8 @@
 //! | P0 | `PIO1_IRQ_1` | a switch's edge: it puts on the brake |
 //! | P1 | `IO_IRQ_BANK0` | the same edge: it wakes the one who watches, and does nothing else |
 //! | P1 | `SWI_IRQ_1` | the executor of the switches: polls what the edge woke |
-//! | P2 | `SWI_IRQ_2` | the executor of the axes: writes the next block of steps, or makes a step |
+//! | P2 | `SWI_IRQ_2` | the executor of the axes: writes the next block of steps; with `TimerPort` at P3, it hands on segments |
+//! | P2 | `SWI_IRQ_3` | with `TimerPort`, the executor of the task that makes the steps, which may wait for one without sleeping |
 //! | P2 | `DMA_IRQ_1`, `PIO0_IRQ_1` | a block was sent, a state machine has halted: they wake the axis |
 //! | P1 | `USBCTRL_IRQ` | hears a reset byte; with `TimerPort`, whose steps it would delay, P3 |
 //! | P3 | `UART0_IRQ` | wakes the console, and may wait as long as axes are at work |
@@ -28,6 +29,8 @@ const USB: Priority = if cfg!(feature = "timer-port") { Priority::P3 } else { Pr
 
 static SWITCHES: InterruptExecutor = InterruptExecutor::new();
 static AXES: InterruptExecutor = InterruptExecutor::new();
+#[cfg(feature = "timer-port")]
+static STEPS: InterruptExecutor = InterruptExecutor::new();
 
 /// Assigns the priorities, then starts the executors of the switches and of the axes.
 pub fn start_executors() -> (SendSpawner, SendSpawner) {
@@ -53,6 +56,14 @@ pub fn enable_pio_port() {
     }
 }
 
+/// Starts the executor of the task that makes steps, and lowers the axes' own to where it does not interrupt them.
+#[cfg(feature = "timer-port")]
+pub fn start_step_executor() -> SendSpawner {
+    interrupt::SWI_IRQ_2.set_priority(Priority::P3);
+    interrupt::SWI_IRQ_3.set_priority(Priority::P2);
+    STEPS.start(interrupt::SWI_IRQ_3)
+}
+
 /// Lets through what the guard is told by.
 pub fn enable_guard() {
     // SAFETY: its handler exists, and nobody counts on it being masked.
@@ -69,4 +80,11 @@ fn SWI_IRQ_1() {
 fn SWI_IRQ_2() {
     // SAFETY: as above.
     unsafe { AXES.on_interrupt() }
+}
+
+#[cfg(feature = "timer-port")]
+#[interrupt]
+fn SWI_IRQ_3() {
+    // SAFETY: as above.
+    unsafe { STEPS.on_interrupt() }
 }

@@ -32,7 +32,7 @@ pub use port::{
     Brake, Capabilities, Direction, DriverTiming, Odometer, PortFault, Run, SegmentQueue, StepPort, Wiring,
     ticks_covering,
 };
-pub use timer_port::TimerPort;
+pub use timer_port::{TimerBank, TimerPort};
 
 /// The instants of a move are compiled in the time driver's ticks.
 pub(crate) const TICK_HZ: u32 = embassy_time::TICK_HZ as u32;

@@ -10,11 +10,12 @@ use std::fmt;
 use embassy_time::Duration;
 use embedded_hal::digital::OutputPin;
 use isostep_motion::{
-    Axis, Brake, Capabilities, Direction, DriverTiming, Odometer, PortFault, Run, SegmentQueue, StepPort, TimerPort,
-    Wiring, ticks_covering,
+    AXES, Axis, Brake, Capabilities, Direction, DriverTiming, Odometer, PortFault, Run, SegmentQueue, StepPort,
+    TimerBank, TimerPort, Wiring, ticks_covering,
 };
 use isostep_profile::{Segment, fit_error_max_ticks};
 
+use crate::executor::Executor;
 use crate::pin::{Delay, Output};
 use crate::record::Wire;
 use crate::time::{self, Clock};
@@ -73,16 +74,28 @@ pub enum AxisPort {
     /// For [`Port::Pio`].
     Pio(SimPort),
     /// For [`Port::Timer`].
-    Timer(TimerPort<Output, Output, Delay>),
+    Timer(TimerPort<'static>),
 }
 
 impl AxisPort {
-    /// The port of `axis`, in the time of `clock`, for drivers that need `timing`.
-    pub fn new(port: Port, world: &Shared, clock: &Clock, axis: Axis, timing: DriverTiming) -> Self {
-        let (step, dir) = (Output::new(world, Wire::Step(axis)), Output::new(world, Wire::Dir(axis)));
+    /// The ports of all axes, for drivers that need `timing`, and on `executor` what they need beside the axes' tasks: spawn
+    /// those later.
+    pub fn all(port: Port, executor: &mut Executor, world: &Shared, timing: DriverTiming) -> [Self; AXES] {
+        let clock = executor.clock().clone();
+        let pins = Axis::ALL.map(|axis| (Output::new(world, Wire::Step(axis)), Output::new(world, Wire::Dir(axis))));
         match port {
-            Port::Pio => Self::Pio(SimPort::new(step, dir, clock, timing)),
-            Port::Timer => Self::Timer(TimerPort::new(step, dir, Delay::new(clock), timing)),
+            Port::Pio => pins.map(|(step, dir)| Self::Pio(SimPort::new(step, dir, &clock, timing))),
+            Port::Timer => {
+                // It lives for ever, as a board's static does.
+                let bank: &'static TimerBank<AXES> = Box::leak(Box::new(TimerBank::new()));
+                let delay = Delay::new(&clock);
+                executor.spawn("steps", async move {
+                    // Waking up takes no time here, so no edge is made ahead of the others' clock.
+                    bank.drive(pins, delay, Duration::MIN).await;
+                });
+                // Nor does a stop: an axis's task is there at once.
+                bank.ports(timing, [|_engaged| {}; AXES]).map(Self::Timer)
+            }
         }
     }
 }

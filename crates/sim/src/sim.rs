@@ -203,8 +203,8 @@ impl Sim {
 fn spawn_motion(executor: &mut Executor, world: &Shared, config: &Config) -> &'static Machine {
     // The tasks want a machine that lives for ever, as a board's static does.
     let machine: &'static Machine = Box::leak(Box::new(Machine::new(isostep_controller::config(&config.settings))));
-    for (axis, name) in Axis::ALL.into_iter().zip(["axis X", "axis Y", "axis Z"]) {
-        let port = AxisPort::new(config.port, world, executor.clock(), axis, config.driver);
+    let ports = AxisPort::all(config.port, executor, world, config.driver);
+    for ((axis, name), port) in Axis::ALL.into_iter().zip(["axis X", "axis Y", "axis Z"]).zip(ports) {
         executor.spawn(name, async move {
             axis::run(machine, axis, port).await;
         });

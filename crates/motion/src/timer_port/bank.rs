@@ -1,0 +1,219 @@
+//! Between the ports and the task that makes their edges.
+
+use core::cell::Cell;
+use core::sync::atomic::{AtomicBool, Ordering};
+
+use embassy_sync::blocking_mutex::Mutex;
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::signal::Signal;
+use embassy_time::{Duration, Instant};
+use isostep_profile::Segment;
+
+use crate::port::PortFault;
+
+/// What the [`TimerPort`](super::TimerPort)s of `N` axes share with the task that makes their edges. A static of the
+/// board's, so that its brakes are plain functions.
+pub struct TimerBank<const N: usize> {
+    pub(super) desks: [Desk; N],
+    pub(super) bell: Doorbell,
+}
+
+impl<const N: usize> TimerBank<N> {
+    /// All axes at rest.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self { desks: [const { Desk::new() }; N], bell: Doorbell::new() }
+    }
+
+    /// Engages or releases the brake of an axis, in any context. See [`Brake`](crate::Brake).
+    ///
+    /// # Panics
+    /// When there is no such axis.
+    pub fn brake(&self, axis: usize, engaged: bool) {
+        self.desks[axis].brake(engaged);
+    }
+}
+
+impl<const N: usize> Default for TimerBank<N> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// Calls the driving task.
+pub(super) struct Doorbell {
+    rung: AtomicBool,
+    wakes: Signal<CriticalSectionRawMutex, ()>,
+}
+
+impl Doorbell {
+    const fn new() -> Self {
+        Self { rung: AtomicBool::new(false), wakes: Signal::new() }
+    }
+
+    pub fn ring(&self) {
+        self.rung.store(true, Ordering::Release);
+        self.wakes.signal(());
+    }
+
+    /// Whether it was rung since the last look: a load, where a signal is a critical section.
+    #[inline(always)]
+    pub fn take(&self) -> bool {
+        let rung = self.rung.load(Ordering::Acquire);
+        if rung {
+            self.rung.store(false, Ordering::Release);
+        }
+        rung
+    }
+
+    pub async fn wait(&self) {
+        self.wakes.wait().await;
+    }
+}
+
+/// A run as the driving task needs it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Order {
+    pub start: Instant,
+    pub steps: u32,
+    pub dir_high: bool,
+    /// From a change of DIR to a rise.
+    pub setup: Duration,
+    /// STEP stays high at least this long, ns.
+    pub pulse_ns: u32,
+    /// From a fall of STEP to its next rise, at least.
+    pub low_min: Duration,
+}
+
+/// Where a port and the driving task leave things for each other.
+pub(super) struct Desk {
+    papers: Mutex<CriticalSectionRawMutex, Papers>,
+    room: Signal<CriticalSectionRawMutex, ()>,
+    end: Signal<CriticalSectionRawMutex, Result<(), PortFault>>,
+}
+
+struct Papers {
+    /// Not taken yet.
+    order: Cell<Option<Order>>,
+    /// The order was taken, and is neither done nor given up.
+    live: Cell<bool>,
+    braked: Cell<bool>,
+    /// The one that follows what the driving task has.
+    next: Cell<Option<Segment>>,
+    /// The driving task waits for it.
+    wanted: Cell<bool>,
+    /// Steps of the run.
+    risen: Cell<u32>,
+}
+
+impl Desk {
+    const fn new() -> Self {
+        let papers = Papers {
+            order: Cell::new(None),
+            live: Cell::new(false),
+            braked: Cell::new(false),
+            next: Cell::new(None),
+            wanted: Cell::new(false),
+            risen: Cell::new(0),
+        };
+        Self { papers: Mutex::new(papers), room: Signal::new(), end: Signal::new() }
+    }
+
+    fn brake(&self, engaged: bool) {
+        self.papers.lock(|papers| papers.braked.set(engaged));
+    }
+}
+
+/// For the port.
+impl Desk {
+    /// Asks for a run.
+    pub fn ask(&self, order: Order) {
+        self.papers.lock(|papers| {
+            self.room.reset();
+            self.end.reset();
+            papers.order.set(Some(order));
+            papers.risen.set(0);
+        });
+    }
+
+    /// Lays down the next segment, if there is room; whether it was taken, and whether it is waited for.
+    pub fn offer(&self, segment: Segment) -> (bool, bool) {
+        self.papers.lock(|papers| {
+            let room = papers.next.get().is_none();
+            if room {
+                papers.next.set(Some(segment));
+            }
+            (room, papers.wanted.get())
+        })
+    }
+
+    pub async fn room(&self) {
+        self.room.wait().await;
+    }
+
+    pub async fn end(&self) -> Result<(), PortFault> {
+        self.end.wait().await
+    }
+
+    /// Steps of the run that have risen.
+    pub fn risen(&self) -> u32 {
+        self.papers.lock(|papers| papers.risen.get())
+    }
+
+    /// Ends the run, if it has not ended: no further step rises.
+    pub fn close(&self) {
+        self.papers.lock(|papers| {
+            papers.order.set(None);
+            papers.next.set(None);
+            papers.live.set(false);
+        });
+    }
+}
+
+/// For the driving task.
+impl Desk {
+    /// A run asked for, which thereby goes live.
+    pub fn take_order(&self) -> Option<Order> {
+        self.papers.lock(|papers| {
+            let order = papers.order.take()?;
+            papers.live.set(true);
+            Some(order)
+        })
+    }
+
+    /// The segment that follows, if it is there and the run has not ended.
+    pub fn take_segment(&self) -> Option<Segment> {
+        self.papers.lock(|papers| {
+            let segment = if papers.live.get() { papers.next.take() } else { None };
+            papers.wanted.set(segment.is_none());
+            if segment.is_some() {
+                self.room.signal(());
+            }
+            segment
+        })
+    }
+
+    /// Has a step rise and counts it, if the run has not ended and the brake is off. A brake ends the run: its steps would
+    /// be late; the port is to be stopped too.
+    #[inline(always)]
+    pub fn step(&self, rise: impl FnOnce()) -> bool {
+        self.papers.lock(|papers| {
+            let may = papers.live.get() && !papers.braked.get();
+            papers.live.set(may);
+            if may {
+                rise();
+                papers.risen.set(papers.risen.get().wrapping_add(1));
+            }
+            may
+        })
+    }
+
+    /// Ends the run, unless its port has.
+    pub fn conclude(&self, result: Result<(), PortFault>) {
+        self.papers.lock(|papers| {
+            if papers.live.replace(false) {
+                self.end.signal(result);
+            }
+        });
+    }
+}

@@ -1,0 +1,279 @@
+//! The task that makes the edges of a bank.
+
+use core::convert::Infallible;
+
+use embassy_futures::select::select;
+use embassy_time::{Duration, Instant, Timer};
+use embedded_hal::delay::DelayNs;
+use embedded_hal::digital::OutputPin;
+use isostep_profile::{Segment, Ticks};
+
+use super::LATE_MAX;
+use super::bank::{Desk, Doorbell, Order, TimerBank};
+use crate::port::PortFault;
+
+/// Between two looks at the clock while waiting for a step, ns.
+const LOOK_EVERY_NS: u32 = 50;
+/// Between two looks at the clock in a pulse, ns. A tick is a multiple of it.
+const PULSE_SLICE_NS: u32 = 250;
+
+/// When an axis rises that has no step to make, ticks.
+const NEVER: u64 = u64::MAX;
+
+impl<const N: usize> TimerBank<N> {
+    /// Makes the edges of all axes on their pins, STEP and DIR, for ever. `delay` blocks for the width of a pulse;
+    /// `wake_up` is what a wake-up of this task takes, with all that may come between: it wakes so much earlier than a
+    /// step is due. Spawn it above the axes: while steps are closer than that it does not sleep, and nothing below runs.
+    ///
+    /// # Cancellation
+    /// Dropping it stops all axes at once, no pulse is cut short, the counts are exact; the runs wait for ever.
+    pub async fn drive<S, D, W>(&self, pins: [(S, D); N], delay: W, wake_up: Duration) -> !
+    where
+        S: OutputPin<Error = Infallible>,
+        D: OutputPin<Error = Infallible>,
+        W: DelayNs,
+    {
+        let mut axes = 0..N;
+        let lanes = pins.map(|pins| Lane::new(&self.desks[axes.next().unwrap_or_default()], pins));
+        let mut drive = Drive { bell: &self.bell, lanes, delay };
+        loop {
+            drive.look();
+            let at = drive.next_rise();
+            let wake_at = at.saturating_sub(wake_up.as_ticks());
+            if wake_at <= Instant::now().as_ticks() {
+                drive.step(at);
+            } else if at == NEVER {
+                self.bell.wait().await;
+            } else {
+                select(Timer::at(Instant::from_ticks(wake_at)), self.bell.wait()).await;
+            }
+        }
+    }
+}
+
+struct Drive<'a, S, D, W, const N: usize> {
+    bell: &'a Doorbell,
+    lanes: [Lane<'a, S, D>; N],
+    delay: W,
+}
+
+/// One axis's pins and what it is to do next. Instants are in ticks since power-up.
+struct Lane<'a, S, D> {
+    desk: &'a Desk,
+    step: S,
+    dir: D,
+    /// Of the segment under way.
+    ticks: Option<Ticks>,
+    /// From which segments count.
+    start: u64,
+    /// When the next step is due.
+    due: u64,
+    /// When it rises: then, or as soon as the driver takes it.
+    at: u64,
+    /// When STEP may rise.
+    ready: u64,
+    /// From a fall of STEP to its next rise, at least.
+    low_min: u64,
+    pulse_ns: u32,
+    /// Steps of the run in segments to come.
+    left: u32,
+    level: Level,
+}
+
+/// Of STEP.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Level {
+    Low,
+    /// About to rise.
+    Due,
+    High,
+}
+
+impl<S, D, W, const N: usize> Drive<'_, S, D, W, N>
+where
+    S: OutputPin<Error = Infallible>,
+    D: OutputPin<Error = Infallible>,
+    W: DelayNs,
+{
+    /// Begins runs that were asked for, and goes on with those that had no segment.
+    #[inline(always)]
+    fn look(&mut self) {
+        if self.bell.take() {
+            self.lanes.iter_mut().for_each(Lane::look);
+        }
+    }
+
+    #[inline(always)]
+    fn next_rise(&self) -> u64 {
+        self.lanes.iter().fold(NEVER, |earliest, lane| earliest.min(lane.at))
+    }
+
+    /// Waits until `at`, and makes the steps that are to rise then. One that comes due while a pulse lasts does not wait for
+    /// its end.
+    #[inline(always)]
+    fn step(&mut self, at: u64) {
+        let oldest = self.call(at);
+        let now = self.wait_until(at);
+        let mut left_ns = self.raise(now, oldest);
+        loop {
+            let slice_ns = left_ns.min(PULSE_SLICE_NS);
+            self.delay.delay_ns(slice_ns);
+            left_ns -= slice_ns;
+            if left_ns == 0 {
+                return self.lower();
+            }
+            let now = Instant::now().as_ticks();
+            if self.next_rise() <= now {
+                let oldest = self.call(now);
+                left_ns = left_ns.max(self.raise(now, oldest));
+            }
+        }
+    }
+
+    /// Marks whose step is to rise at `at` or before; returns which was due first.
+    #[inline(always)]
+    fn call(&mut self, at: u64) -> u64 {
+        let mut oldest = at;
+        for lane in &mut self.lanes {
+            if lane.at <= at {
+                oldest = oldest.min(lane.due);
+                lane.at = NEVER;
+                lane.level = Level::Due;
+            }
+        }
+        oldest
+    }
+
+    #[inline(always)]
+    fn wait_until(&mut self, at: u64) -> u64 {
+        loop {
+            let now = Instant::now().as_ticks();
+            if now >= at {
+                return now;
+            }
+            // Not only to wait: where time stands still otherwise, it passes.
+            self.delay.delay_ns(LOOK_EVERY_NS);
+        }
+    }
+
+    /// Raises STEP of those called; returns the widest of their pulses, ns.
+    #[inline(always)]
+    fn raise(&mut self, now: u64, oldest: u64) -> u32 {
+        if now - oldest > LATE_MAX.as_ticks() {
+            self.lanes.iter_mut().for_each(|lane| lane.refuse_late(now));
+        }
+        let mut pulse_ns = 0;
+        for lane in &mut self.lanes {
+            if lane.level == Level::Due {
+                let Lane { desk, step, .. } = lane;
+                let risen = desk.step(|| {
+                    let Ok(()) = step.set_high();
+                });
+                lane.level = if risen { Level::High } else { Level::Low };
+                pulse_ns = pulse_ns.max(lane.pulse_ns);
+            }
+        }
+        pulse_ns
+    }
+
+    /// Ends the pulses and turns to the steps that follow.
+    #[inline(always)]
+    fn lower(&mut self) {
+        for lane in &mut self.lanes {
+            if lane.level == Level::High {
+                let Ok(()) = lane.step.set_low();
+            }
+        }
+        let now = Instant::now().as_ticks();
+        for lane in &mut self.lanes {
+            if lane.level == Level::High {
+                lane.level = Level::Low;
+                lane.ready = now + lane.low_min;
+                if !lane.advance() {
+                    lane.turn();
+                }
+            }
+        }
+    }
+}
+
+impl<'a, S, D> Lane<'a, S, D>
+where
+    S: OutputPin<Error = Infallible>,
+    D: OutputPin<Error = Infallible>,
+{
+    /// Drives STEP and DIR low.
+    fn new(desk: &'a Desk, (mut step, mut dir): (S, D)) -> Self {
+        let Ok(()) = step.set_low();
+        let Ok(()) = dir.set_low();
+        Self {
+            desk,
+            step,
+            dir,
+            ticks: None,
+            start: 0,
+            due: NEVER,
+            at: NEVER,
+            ready: Instant::now().as_ticks(),
+            low_min: 0,
+            pulse_ns: 0,
+            left: 0,
+            level: Level::Low,
+        }
+    }
+
+    #[inline(never)]
+    fn look(&mut self) {
+        if let Some(order) = self.desk.take_order() {
+            self.begin(&order);
+        }
+        if self.at == NEVER && self.left > 0 {
+            self.refill(self.desk.take_segment());
+        }
+    }
+
+    /// Sets DIR; the first step waits for the set-up time.
+    fn begin(&mut self, order: &Order) {
+        // The last pulse is over, so DIR's hold time is too.
+        let Ok(()) = if order.dir_high { self.dir.set_high() } else { self.dir.set_low() };
+        self.ready = self.ready.max((Instant::now() + order.setup).as_ticks());
+        (self.start, self.pulse_ns, self.low_min) = (order.start.as_ticks(), order.pulse_ns, order.low_min.as_ticks());
+        (self.at, self.left) = (NEVER, order.steps);
+    }
+
+    /// At the end of a segment: the next, or the end of the run.
+    #[inline(never)]
+    fn turn(&mut self) {
+        if self.left > 0 {
+            self.refill(self.desk.take_segment());
+        } else {
+            self.desk.conclude(Ok(()));
+        }
+    }
+
+    /// Goes on with the next segment, if it is there.
+    fn refill(&mut self, segment: Option<Segment>) {
+        if let Some(segment) = segment {
+            self.left -= segment.steps();
+            self.ticks = Some(segment.ticks());
+            self.advance();
+        }
+    }
+
+    /// Turns to the next step of the segment, if there is one.
+    #[inline(always)]
+    fn advance(&mut self) -> bool {
+        let Some(ticks) = self.ticks.as_mut().and_then(Iterator::next) else { return false };
+        self.due = self.start + ticks;
+        self.at = self.due.max(self.ready);
+        true
+    }
+
+    #[cold]
+    fn refuse_late(&mut self, now: u64) {
+        if self.level == Level::Due && now - self.due > LATE_MAX.as_ticks() {
+            self.level = Level::Low;
+            self.desk.conclude(Err(PortFault::Late { late: Duration::from_ticks(now - self.due), max: LATE_MAX }));
+        }
+    }
+}

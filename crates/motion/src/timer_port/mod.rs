@@ -1,0 +1,151 @@
+//! Step ports that share one task, which awaits `Timer::at` and toggles pins.
+//!
+//! # Design
+//! ```text
+//! axis task: TimerPort --order, segments--> TimerBank --> TimerBank::drive: STEP and DIR of all axes
+//!                      <----count, end-----
+//! ```
+//! Waking a task costs far more than making a step. So the ports of a machine share a [`TimerBank`], and one task, above
+//! the axes', makes the edges of all: steps due on the same tick rise together, for one wake-up.
+//!
+//! # Deadline
+//! A step is due at its tick. The driving task wakes up early by what a wake-up takes and waits out the rest, so that what
+//! delays a wake-up delays no edge; when the next step is nearer than that, it waits for it without sleeping. A step that
+//! is late makes no later one late: the next instant comes from the profile. Lateness beyond [`LATE_MAX`] is a fault,
+//! because the steps behind would be bunched.
+//!
+//! # Where the steps are
+//! The driving task counts a step as it raises it, in one critical section, in which it also looks whether the step may
+//! rise: so a brake or a dropped run stops the edges at once, and the count is exact. Meanwhile the odometer follows that
+//! count at least every [`REPORT_EVERY`].
+
+mod bank;
+mod drive;
+
+use core::array;
+use core::cell::Cell;
+use core::convert::Infallible;
+use core::future::pending;
+
+use embassy_futures::select::{Either3, select3};
+use embassy_time::{Duration, Timer};
+
+pub use self::bank::TimerBank;
+use self::bank::{Desk, Doorbell, Order};
+use crate::TICK_HZ;
+use crate::port::{
+    Brake, Capabilities, Direction, DriverTiming, Odometer, PortFault, Run, SegmentQueue, StepPort, ticks_covering,
+};
+
+/// A step later than this is a fault: half a step period at 2,400 steps/s, the default machine's top speed.
+pub const LATE_MAX: Duration = Duration::from_micros(208);
+/// The odometer is at most this old.
+const REPORT_EVERY: Duration = Duration::from_millis(10);
+
+/// One axis of a [`TimerBank`].
+pub struct TimerPort<'a> {
+    desk: &'a Desk,
+    bell: &'a Doorbell,
+    capabilities: Capabilities,
+    brake: Brake,
+}
+
+impl<const N: usize> TimerBank<N> {
+    /// The ports, for drivers that need `timing`. Each brake is to call [`TimerBank::brake`] for its axis; where no edge is
+    /// made between a stop and the axis task's answer to it, it may do nothing.
+    pub fn ports(&self, timing: DriverTiming, brakes: [Brake; N]) -> [TimerPort<'_>; N] {
+        // A reading of the clock may be almost a tick old.
+        let capabilities = Capabilities { tick_hz: TICK_HZ, timing, margin_ticks: 1 };
+        let bell = &self.bell;
+        array::from_fn(|axis| TimerPort { desk: &self.desks[axis], bell, capabilities, brake: brakes[axis] })
+    }
+}
+
+impl TimerPort<'_> {
+    fn order(&self, run: &Run) -> Order {
+        let Capabilities { timing, margin_ticks, .. } = self.capabilities;
+        let ticks = |ns| Duration::from_ticks((ticks_covering(ns, TICK_HZ) + margin_ticks).into());
+        let pulse_ns = self.capabilities.pulse_ns(run.wiring);
+        Order {
+            start: run.start,
+            steps: run.steps,
+            dir_high: (run.direction == Direction::Positive) != run.wiring.direction_inverted,
+            setup: ticks(timing.setup_ns),
+            pulse_ns,
+            low_min: ticks(timing.step_low_ns.max(timing.period_ns.saturating_sub(pulse_ns))),
+        }
+    }
+}
+
+impl StepPort for TimerPort<'_> {
+    fn capabilities(&self) -> Capabilities {
+        self.capabilities
+    }
+
+    fn brake(&self) -> Brake {
+        self.brake
+    }
+
+    async fn run(&mut self, run: Run, segments: &SegmentQueue, odometer: &Odometer) -> Result<(), PortFault> {
+        let underway = Underway::new(self, &run, odometer);
+        match select3(self.desk.end(), feed(self, run.steps, segments), underway.report()).await {
+            Either3::First(result) => result,
+            Either3::Second(never) | Either3::Third(never) => match never {},
+        }
+    }
+}
+
+/// Hands over the segments of a run.
+async fn feed(port: &TimerPort<'_>, mut left: u32, segments: &SegmentQueue) -> Infallible {
+    while left > 0 {
+        let segment = segments.receive().await;
+        left -= segment.steps();
+        loop {
+            let (taken, wanted) = port.desk.offer(segment);
+            if wanted {
+                port.bell.ring();
+            }
+            if taken {
+                break;
+            }
+            port.desk.room().await;
+        }
+    }
+    pending().await
+}
+
+/// A run in the hands of the driving task. Dropped, it is over: no further step rises, and all that rose are counted.
+struct Underway<'a> {
+    desk: &'a Desk,
+    direction: Direction,
+    odometer: &'a Odometer,
+    /// Steps that the odometer knows of.
+    counted: Cell<u32>,
+}
+
+impl<'a> Underway<'a> {
+    fn new(port: &TimerPort<'a>, run: &Run, odometer: &'a Odometer) -> Self {
+        port.desk.ask(port.order(run));
+        port.bell.ring();
+        Self { desk: port.desk, direction: run.direction, odometer, counted: Cell::new(0) }
+    }
+
+    async fn report(&self) -> Infallible {
+        loop {
+            Timer::after(REPORT_EVERY).await;
+            self.count();
+        }
+    }
+
+    fn count(&self) {
+        let risen = self.desk.risen();
+        self.odometer.advance(self.direction, risen - self.counted.replace(risen));
+    }
+}
+
+impl Drop for Underway<'_> {
+    fn drop(&mut self) {
+        self.desk.close();
+        self.count();
+    }
+}
