@@ -8,9 +8,9 @@ use std::io;
 
 use isostep_motion::{AXES, Axis};
 
+use crate::config::Port;
 use crate::measure;
 use crate::outcome::{MoveRecord, Outcome};
-use crate::port::Port;
 use crate::record::Edge;
 
 /// Why a trace is not that of the run.

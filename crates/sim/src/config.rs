@@ -1,15 +1,62 @@
 //! What is simulated: the machine, its faults, and how its console is used.
 
+use std::fmt;
+
 use embassy_time::Duration;
 use isostep_console::Settings;
 use isostep_motion::{AXES, Axis, DriverTiming};
+use isostep_profile::fit_error_max_ticks;
 
 use crate::motor::PullOutCurve;
 use crate::plant::SwitchFault;
-use crate::port::Port;
 
 /// From a limit switch to the end stop behind it, and from the far end of the travel to the one there, mm.
 const END_STOP_MARGIN_MM: f64 = 3.0;
+
+/// The clock of an RP2040.
+pub(crate) const PIO_TICK_HZ: u32 = 125_000_000;
+
+/// By which step port the axes are stepped.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Port {
+    /// [`SimPort`](crate::port::SimPort), as the firmware's default, `PioPort`: ticks of 8 ns.
+    #[default]
+    Pio,
+    /// [`TimerPort`](isostep_motion::TimerPort): ticks of 1 us.
+    Timer,
+}
+
+impl Port {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Pio, Self::Timer];
+
+    fn tick_hz(self) -> u32 {
+        match self {
+            Self::Pio => PIO_TICK_HZ,
+            Self::Timer => embassy_time::TICK_HZ as u32,
+        }
+    }
+
+    /// What instants are rounded to, ns.
+    pub fn tick_ns(self) -> f64 {
+        1e9 / f64::from(self.tick_hz())
+    }
+
+    /// How far a step may be from its closed-form instant, ns: half a tick, and what a segment may stray from the form.
+    pub fn tolerance_ns(self) -> f64 {
+        (0.5 + fit_error_max_ticks(self.tick_hz())) * self.tick_ns()
+    }
+}
+
+impl fmt::Display for Port {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Pio => "pio",
+            Self::Timer => "timer",
+        })
+    }
+}
 
 /// How a program is sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]

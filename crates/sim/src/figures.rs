@@ -3,10 +3,10 @@
 use isostep_motion::{AXES, Event};
 use serde::Serialize;
 
+use crate::config::Port;
 use crate::driver::Violation;
 use crate::measure::{Intervals, Measured};
 use crate::outcome::Outcome;
-use crate::port::Port;
 use crate::record::Loss;
 use crate::stream::Refusal;
 use crate::verify::{self, MoveCheck, Verdict};

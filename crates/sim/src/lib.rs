@@ -56,10 +56,9 @@ pub mod world;
 pub use isostep_console::Error as ConsoleError;
 pub use isostep_motion::State;
 
-pub use config::{Config, StartOutside, Streaming};
+pub use config::{Config, Port, StartOutside, Streaming};
 pub use executor::RunError;
 pub use figures::{Figures, MoveFigures};
 pub use outcome::{MoveRecord, Outcome};
 pub use plant::SwitchFault;
-pub use port::Port;
 pub use sim::{Sim, SimError, run};

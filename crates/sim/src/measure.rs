@@ -18,7 +18,7 @@
 //! line over a span s by a share of about grain/s. The grain is a tick, or what the edges of the ramps are seen to stray.
 //! So a measurement comes with its resolution, and two that differ by less are equal.
 
-use crate::port::Port;
+use crate::config::Port;
 
 /// The next edge still belongs to a ramp while it is this many times what an instant may be off from the line: the line
 /// through few points is itself off by several times that.

@@ -5,69 +5,25 @@
 //! has the same tick rate, so the same plans compile into the same segments, and it faults where `PioPort` does: when it
 //! is not ready by the start of a run, when it has made all it was given and has no more, and when steps are too close.
 
-use std::fmt;
-
 use embassy_time::Duration;
 use embedded_hal::digital::OutputPin;
 use isostep_motion::{
     AXES, Axis, Brake, Capabilities, Direction, DriverTiming, Odometer, PortFault, Run, SegmentQueue, StepPort,
     TimerBank, TimerPort, Wiring, ticks_covering,
 };
-use isostep_profile::{Segment, fit_error_max_ticks};
+use isostep_profile::Segment;
 
+use crate::config::{PIO_TICK_HZ, Port};
 use crate::executor::Executor;
 use crate::pin::{Delay, Output};
 use crate::record::Wire;
 use crate::time::{self, Clock};
 use crate::world::Shared;
 
-/// The clock of an RP2040.
-const TICK_HZ: u32 = 125_000_000;
+const TICK_HZ: u32 = PIO_TICK_HZ;
 const NS_PER_TICK: u64 = 1_000_000_000 / TICK_HZ as u64;
 /// An interval may be shorter than planned: by the rounding of both its ends, and by the fit of its segment.
 const MARGIN_TICKS: u32 = 4;
-
-/// By which step port the axes are stepped.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Port {
-    /// [`SimPort`], as the firmware's default, `PioPort`: ticks of 8 ns.
-    #[default]
-    Pio,
-    /// [`TimerPort`]: ticks of 1 us.
-    Timer,
-}
-
-impl Port {
-    /// Both.
-    pub const ALL: [Self; 2] = [Self::Pio, Self::Timer];
-
-    fn tick_hz(self) -> u32 {
-        match self {
-            Self::Pio => TICK_HZ,
-            Self::Timer => embassy_time::TICK_HZ as u32,
-        }
-    }
-
-    /// What instants are rounded to, ns.
-    pub fn tick_ns(self) -> f64 {
-        1e9 / f64::from(self.tick_hz())
-    }
-
-    /// How far a step may be from its closed-form instant, ns: half a tick, and what a segment may stray from the form.
-    pub fn tolerance_ns(self) -> f64 {
-        (0.5 + fit_error_max_ticks(self.tick_hz())) * self.tick_ns()
-    }
-}
-
-impl fmt::Display for Port {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Pio => "pio",
-            Self::Timer => "timer",
-        })
-    }
-}
 
 /// The step port of one axis.
 pub enum AxisPort {

@@ -2,9 +2,9 @@
 
 use isostep_motion::{AXES, Axis, Finish, State};
 
+use crate::config::Port;
 use crate::measure::{self, Intervals, Measured};
 use crate::outcome::{MoveRecord, Outcome};
-use crate::port::Port;
 use crate::record::Edge;
 
 /// What was found out about one move.

@@ -3,8 +3,8 @@
 use isostep_motion::Alarm;
 
 use super::*;
+use crate::config::Port;
 use crate::figures::Figures;
-use crate::port::Port;
 use crate::record::LossCause;
 use crate::{report, trace, vcd, verify};
 
