@@ -84,7 +84,7 @@ fn table(comparison: &Comparison) -> String {
     let mut text = String::from(
         "\nEvery step, direction and position is as in the simulation. Emulated, at 125 MHz: step instants, from the first\n\
          of their move, against the closed form; and how far apart the accelerating, cruising and decelerating intervals of\n\
-         the axes are, each measured from the axis's own edges (a clock cycle is 8 ns):\n  \
+         the axes are, each measured from the axis's own edges (a clock cycle is 8 ns; -: the edges do not tell):\n  \
          move    steps    median ns    p99 ns    max ns  apart ns\n",
     );
     for (number, each) in (1..).zip(&comparison.moves) {

@@ -74,7 +74,7 @@ pub struct MoveComparison {
     #[serde(flatten)]
     pub jitter: Jitter,
     /// How far apart the accelerating, cruising and decelerating intervals of its axes are, each measured from the axis's
-    /// own edges, ns; `None` when fewer than two axes have edges enough.
+    /// own edges, ns; `None` when the edges of fewer than two axes resolve 10 us.
     pub apart_ns: Option<f64>,
 }
 
@@ -170,6 +170,9 @@ fn errors_of(instants: &Instants) -> Vec<f64> {
     all().map(|(traced, exact)| (traced - traced_0) - (exact - exact_0)).collect()
 }
 
+/// Intervals that are known no finer than this say nothing of their being equal, s.
+const RESOLUTION_MAX_S: f64 = 10e-6;
+
 fn apart_ns(instants: &Instants, port: Port) -> Option<f64> {
     let measured = instants.iter().filter_map(|edges| {
         // From the first edge on, so that no digit is spent on the hours before.
@@ -177,7 +180,8 @@ fn apart_ns(instants: &Instants, port: Port) -> Option<f64> {
         let times_s: Vec<_> = edges.iter().map(|(traced_ns, _)| (traced_ns - first_ns) * 1e-9).collect();
         measure::intervals(&times_s, port)
     });
-    let measured: Vec<_> = measured.map(|measured| measured.intervals).collect();
+    let resolved = measured.filter(|measured| measured.resolution_s <= RESOLUTION_MAX_S);
+    let measured: Vec<_> = resolved.map(|measured| measured.intervals).collect();
     let (first, rest) = measured.split_first()?;
     rest.iter().map(|other| first.apart_s(other) * 1e9).reduce(f64::max)
 }
