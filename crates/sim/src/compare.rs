@@ -74,7 +74,7 @@ pub struct MoveComparison {
     #[serde(flatten)]
     pub jitter: Jitter,
     /// How far apart the accelerating, cruising and decelerating intervals of its axes are, each measured from the axis's
-    /// own edges, ns; `None` when the edges of fewer than two axes resolve 10 us.
+    /// own edges, ns; `None` when the edges of fewer than two axes resolve 10 us, or one strays too far from its instant.
     pub apart_ns: Option<f64>,
 }
 
@@ -117,8 +117,10 @@ pub fn compare(outcome: &Outcome, trace: &[Edge]) -> Result<Comparison, Mismatch
         let instants = instants_of(index + 1, record, &mut left)?;
         let errors_ns = errors_of(&instants);
         all_ns.extend_from_slice(&errors_ns);
-        compared
-            .push(MoveComparison { jitter: Jitter::of(errors_ns), apart_ns: apart_ns(&instants, outcome.config.port) });
+        let (jitter, port) = (Jitter::of(errors_ns), outcome.config.port);
+        // A ramp with an edge further off than that is not recognised as one.
+        let is_measurable = jitter.max_ns <= measure::stray_max_ns(port);
+        compared.push(MoveComparison { jitter, apart_ns: apart_ns(&instants, port).filter(|_| is_measurable) });
     }
     Ok(Comparison { moves: compared, all: Jitter::of(all_ns) })
 }

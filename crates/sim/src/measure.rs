@@ -62,11 +62,16 @@ impl Measured {
     }
 }
 
+/// How far an edge made by `port` may be from its instant to be measured by, ns.
+pub fn stray_max_ns(port: Port) -> f64 {
+    STRAY_MAX * port.tolerance_ns()
+}
+
 /// Measures an axis that moves from rest to rest; `times_s` are all its edges, made by `port`. `None` when a ramp has too
 /// few of them.
 pub fn intervals(times_s: &[f64], port: Port) -> Option<Measured> {
     let n = times_s.len();
-    let stray_max_s = STRAY_MAX * port.tolerance_ns() * 1e-9;
+    let stray_max_s = stray_max_ns(port) * 1e-9;
     let forward = Ramp::fit(times_s.iter().copied(), stray_max_s)?;
     let backward = Ramp::fit(times_s.iter().rev().map(|t| -t), stray_max_s)?;
     let grain_s = forward.grain_s.max(backward.grain_s).max(port.tick_ns() * 1e-9);
