@@ -226,3 +226,31 @@ fn all_axes_start_on_the_same_cycle() {
     assert_eq!(run.edges.len(), 3 * 500);
     assert!(run.edges.chunks(3).all(|step| step.iter().all(|edge| edge.t_ns == step[0].t_ns)));
 }
+
+/// Three axes at 240,000 steps/s: whatever stops them, the last edge is no later. Without the brake it would be tens of
+/// microseconds, until their tasks run.
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn every_stop_takes_less_than_10_us() {
+    let mut script = "expect Grbl\nsend $0=0\nexpect ok\n".to_owned();
+    for axis in 0..3 {
+        let settings = [(110, 288_000), (120, 100_000)];
+        script.extend(settings.map(|(number, value)| format!("send ${}={value}\nexpect ok\n", number + axis)));
+    }
+    let stops = [
+        "switch X stuck-closed\nexpect ALARM:1\nswitch X normal",
+        "estop pressed\nexpect ALARM:10\nestop released",
+        "bytes 18\nexpect Grbl",
+    ];
+    for (index, stop) in stops.iter().cycle().take(60).enumerate() {
+        let (target_mm, wait_us) = (if index % 2 == 0 { 900 } else { 0 }, 60_000 + 997 * index);
+        script += &format!("send G0 X{target_mm} Y{target_mm} Z{target_mm}\nexpect ok\nwait-us {wait_us}.3\n");
+        script += &format!("{stop}\nwait-ms 20\nsend $X\nexpect ok\ncheck-position\n");
+    }
+    // A carriage that goes beyond its switch presses it: far from it there is none.
+    let run = Board::new("stop-latency").with(&["--start", "900,900,900"]).script(&script);
+    assert!(run.ok, "{}", run.printed);
+    let (_, slowest) = run.printed.rsplit_once("the slowest: ").expect("a line on the stops");
+    let slowest_us: f64 = slowest.split(' ').nth(1).unwrap().parse().unwrap();
+    assert!(slowest_us <= 10.0, "{slowest}");
+}
