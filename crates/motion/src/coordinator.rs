@@ -1,8 +1,8 @@
 //! Plans a move, compiles it ahead of time and starts all axes at one instant.
 //!
 //! # Design
-//! Planning and compiling are float work, far longer than a step may wait, so this task runs below the axis tasks,
-//! which only add. It compiles every axis's first segments before the start, then keeps the queues full
+//! Planning is float work and compiling takes roots, both far longer than a step may wait, so this task runs below the
+//! axis tasks, which only add. It compiles every axis's first segments before the start, then keeps the queues full
 //! while the axes drain them.
 //!
 //! Stops come from anywhere ([`Machine::reset`], a limit switch): the axes halt first, at their own priority, and
@@ -121,9 +121,9 @@ where
     pub(crate) fn fault_alarm(&self, axis: Axis, fault: PortFault) -> Alarm {
         self.machine.count_fault(axis);
         match fault {
-            PortFault::Late { .. } => Alarm::LateStep { axis },
+            // Either way a step could not be made at its instant, in mid-move: the position is not trusted.
+            PortFault::Late { .. } | PortFault::TooFast { .. } => Alarm::LateStep { axis },
             PortFault::Underrun => Alarm::Underrun { axis },
-            PortFault::TooFast { .. } => Alarm::Unplannable,
         }
     }
 
