@@ -15,7 +15,7 @@ use isostep_motion::{
     AXES, Axis, Capabilities, ConfigError, Direction, DriverTiming, Odometer, PortFault, Run, SegmentQueue, StepPort,
     Wiring,
 };
-use isostep_profile::{ACCEL_MAX_STEPS_S2, IntervalLaw, Limits, SyncMove};
+use isostep_profile::{ACCEL_MAX_STEPS_S2, IntervalLaw, Limits, SpeedLaw, SyncMove};
 use isostep_sim::executor::Executor;
 use isostep_sim::pin::Output;
 use isostep_sim::port::AxisPort;
@@ -95,6 +95,7 @@ const LIMITS: Limits = Limits {
     top_speed_steps_s: 20_000.0,
     accel_steps_s2: 400_000.0,
     decel_steps_s2: 400_000.0,
+    jerk_steps_s3: f64::INFINITY,
 };
 
 impl Plan {
@@ -107,7 +108,7 @@ impl Plan {
     }
 
     fn beside(longer: i32, steps: i32, limits: Limits) -> Self {
-        Self(SyncMove::plan([longer, steps], &[limits; 2], IntervalLaw::Fastest, None).unwrap())
+        Self(SyncMove::plan([longer, steps], &[limits; 2], IntervalLaw::Fastest, SpeedLaw::Trapezoid, None).unwrap())
     }
 
     fn steps(&self) -> i32 {
@@ -325,8 +326,13 @@ fn the_highest_rate_it_claims_works_from_rest_and_the_next_is_refused() {
         let rate = f64::from(capabilities.rate_max_steps_s(Wiring::default()));
         // A ramp of at least 500 steps.
         let accel = (rate * rate / 1_000.0).min(ACCEL_MAX_STEPS_S2);
-        let limits =
-            Limits { start_speed_steps_s: 0.0, top_speed_steps_s: rate, accel_steps_s2: accel, decel_steps_s2: accel };
+        let limits = Limits {
+            start_speed_steps_s: 0.0,
+            top_speed_steps_s: rate,
+            accel_steps_s2: accel,
+            decel_steps_s2: accel,
+            jerk_steps_s3: f64::INFINITY,
+        };
         let moves = [2_000, -2_001].map(|steps| Plan::within(steps, limits));
         let moves = [1, 101].map(Instant::from_millis).into_iter().zip(moves).collect::<Vec<_>>();
         let carried_out = moves.clone();

@@ -20,7 +20,7 @@
 #![forbid(unsafe_code)]
 
 use isostep_profile::generators::{Avr446, Correction, GeneratorError, StepsPerTime, TimePerStep};
-use isostep_profile::{IntervalLaw, Limits, PlanError, Segments, SyncMove};
+use isostep_profile::{IntervalLaw, Limits, PlanError, Segments, SpeedLaw, SyncMove};
 
 /// Rate of the ticks: the chip's stock clock.
 pub const TICK_HZ: u32 = 125_000_000;
@@ -41,6 +41,7 @@ pub const LIMITS: Limits = Limits {
     top_speed_steps_s: 1_000_000.0,
     accel_steps_s2: 10_000_000.0,
     decel_steps_s2: 10_000_000.0,
+    jerk_steps_s3: f64::INFINITY,
 };
 
 /// For the methods that cannot start from rest: what one step from rest gains, sqrt(2 a), rounded up.
@@ -51,7 +52,7 @@ const MOVING_LIMITS: Limits = Limits { start_speed_steps_s: 4_473.0, ..LIMITS };
 /// # Errors
 /// None: the limits are constants that work.
 pub fn plan(law: IntervalLaw) -> Result<SyncMove<3>, PlanError> {
-    SyncMove::plan(PLANNED_STEPS, &[LIMITS; 3], law, None)
+    SyncMove::plan(PLANNED_STEPS, &[LIMITS; 3], law, SpeedLaw::Trapezoid, None)
 }
 
 /// One axis through the ramp.
@@ -59,7 +60,7 @@ pub fn plan(law: IntervalLaw) -> Result<SyncMove<3>, PlanError> {
 /// # Errors
 /// None: the limits are constants that work.
 pub fn ramp() -> Result<SyncMove<1>, PlanError> {
-    SyncMove::plan([STEPS as i32], &[LIMITS], IntervalLaw::Fastest, None)
+    SyncMove::plan([STEPS as i32], &[LIMITS], IntervalLaw::Fastest, SpeedLaw::Trapezoid, None)
 }
 
 /// The phases of [`ramp`] and their steps, as the firmware's lines name them.

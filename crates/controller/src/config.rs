@@ -50,5 +50,6 @@ fn limits(settings: &Settings, axis: usize) -> Limits {
         top_speed_steps_s: steps_s(settings.max_rate_mm_min),
         accel_steps_s2: steps_s2(settings.accel_mm_s2),
         decel_steps_s2: steps_s2(settings.decel_mm_s2()),
+        jerk_steps_s3: f64::INFINITY,
     }
 }

@@ -16,7 +16,7 @@ use embassy_futures::select::{Either, select};
 use embassy_futures::yield_now;
 use embassy_time::{Duration, Instant, Timer, with_timeout};
 use embedded_hal::digital::OutputPin;
-use isostep_profile::{Segments, SyncMove};
+use isostep_profile::{Segments, SpeedLaw, SyncMove};
 
 use crate::axes::{AXES, Axis};
 use crate::event::{Alarm, Event, Finish, State};
@@ -139,7 +139,8 @@ where
         let longest = steps.iter().map(|n| n.unsigned_abs()).max().unwrap_or(0);
         let mm_per_step = path_mm / f64::from(longest);
         let path_speed = feed_mm_s.map(|mm_s| mm_s / mm_per_step);
-        let plan = SyncMove::plan(steps, &config.limits, config.law, path_speed).map_err(|_| Alarm::Unplannable)?;
+        let plan = SyncMove::plan(steps, &config.limits, config.law, SpeedLaw::Trapezoid, path_speed)
+            .map_err(|_| Alarm::Unplannable)?;
         Ok(self.run_plan(plan, mm_per_step).await)
     }
 

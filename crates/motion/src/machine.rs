@@ -9,7 +9,7 @@ use embassy_sync::channel::Channel;
 use embassy_sync::signal::Signal;
 use embassy_sync::watch::{DynReceiver, Watch};
 use embassy_time::{Duration, Instant, Timer};
-use isostep_profile::Trapezoid;
+use isostep_profile::Profile;
 
 use crate::axes::{AXES, Axis};
 use crate::config::{Config, ConfigError};
@@ -83,7 +83,7 @@ impl Cause {
 #[derive(Clone, Copy)]
 pub(crate) struct Underway {
     pub start: Instant,
-    pub profile: Trapezoid,
+    pub profile: Profile,
     /// Path length of one step of the master axis.
     pub mm_per_step: f64,
 }

@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicU32;
 
 use divan::Bencher;
 use divan::counter::ItemsCount;
-use isostep_profile::{IntervalLaw, Limits, Segment, SyncMove};
+use isostep_profile::{IntervalLaw, Limits, Segment, SpeedLaw, SyncMove};
 
 const TICK_HZ: u32 = 125_000_000;
 const STEPS: i32 = 120_000;
@@ -17,6 +17,7 @@ const LIMITS: Limits = Limits {
     top_speed_steps_s: 1_000_000.0,
     accel_steps_s2: 10_000_000.0,
     decel_steps_s2: 10_000_000.0,
+    jerk_steps_s3: f64::INFINITY,
 };
 
 fn main() {
@@ -24,7 +25,7 @@ fn main() {
 }
 
 fn plan_of(steps: [i32; 3], law: IntervalLaw) -> SyncMove<3> {
-    SyncMove::plan(steps, &[LIMITS; 3], law, None).expect("the limits are constants that work")
+    SyncMove::plan(steps, &[LIMITS; 3], law, SpeedLaw::Trapezoid, None).expect("the limits are constants that work")
 }
 
 fn ramp() -> SyncMove<3> {

@@ -33,19 +33,22 @@
 //! a step to fill a buffer (`cargo xtask bench`, emulated). From rest to 1,000,000 steps/s at 10,000,000 steps/s²,
 //! three axes are compiled in less than half the time they move, at the worst place.
 
+mod curve;
 mod fit;
 mod gentle;
 mod phase;
 mod ramp;
 mod root;
 mod setup;
+mod spans;
 mod wide;
 
 use self::phase::Phase;
 use self::ramp::Knot;
-use self::setup::View;
+use self::setup::{EvenRamp, View};
+use self::spans::Spans;
+use crate::profile::Profile;
 use crate::segment::Segment;
-use crate::trapezoid::Trapezoid;
 
 /// How far a segment's quadratic may stray from the closed form, ticks. Rounding to a whole tick adds up to half.
 pub const FIT_ERROR_MAX_TICKS: f64 = 0.125;
@@ -65,55 +68,80 @@ pub fn fit_error_max_ticks(tick_hz: u32) -> f64 {
 /// Compiles one axis of a move into segments, one per call of `next`.
 ///
 /// Step k of the axis (k = 1 to `steps`) is due when the master has covered (k - 1/2)/`steps` of the way.
-#[derive(Clone, Copy, Debug)]
-pub struct Segments {
-    phases: [Phase; 3],
+#[derive(Clone, Debug)]
+pub struct Segments<'a> {
+    plan: &'a Profile,
+    view: View,
+    /// The steps before the end of each phase.
+    ends: [u32; 3],
     /// Index of the phase of the next step.
-    phase: usize,
+    index: usize,
+    part: Part,
     /// Steps already compiled.
     done: u32,
-    steps: u32,
     /// The next step, if the last segment told.
     next: Option<Knot>,
 }
 
-impl Segments {
-    pub(crate) fn new(plan: &Trapezoid, steps: u32, tick_hz: u32) -> Self {
+/// The steps of one phase.
+#[derive(Clone, Debug)]
+enum Part {
+    /// At constant speed or acceleration.
+    Even(Phase),
+    /// At an acceleration that changes.
+    Curved(Spans),
+}
+
+impl<'a> Segments<'a> {
+    pub(crate) fn new(plan: &'a Profile, steps: u32, tick_hz: u32) -> Self {
         let share = f64::from(steps) / plan.distance_steps();
         let steps_before = |boundary: f64| ((boundary * share + 0.5) as u32).min(steps);
         let accel_end = steps_before(plan.accel_end_steps());
         let cruise_end = steps_before(plan.cruise_end_steps()).max(accel_end);
         let view = View::new(plan, 1.0 / share, tick_hz);
-        let mut phases = [Phase::empty(); 3];
-        if accel_end > 0 {
-            phases[0] = Phase::accelerating(plan, view, accel_end);
+        let ends = [accel_end, cruise_end, steps];
+        let mut segments = Self { plan, view, ends, index: 0, part: Part::Even(Phase::empty()), done: 0, next: None };
+        segments.begin_part();
+        segments
+    }
+
+    fn begin_part(&mut self) {
+        let (plan, view, end) = (self.plan, self.view, self.ends[self.index]);
+        if end <= self.done {
+            return;
         }
-        if cruise_end > accel_end {
-            phases[1] = Phase::cruising(plan, view, cruise_end);
-        }
-        if steps > cruise_end {
-            phases[2] = Phase::decelerating(plan, view, steps);
-        }
-        Self { phases, phase: 0, done: 0, steps, next: None }
+        self.part = match (self.index, EvenRamp::of(&plan.accel), EvenRamp::of(&plan.decel)) {
+            (0, Some(ramp), _) => Part::Even(Phase::accelerating(ramp, view, end)),
+            (0, None, _) => Part::Curved(Spans::accelerating(plan, view, end)),
+            (1, ..) => Part::Even(Phase::cruising(plan, view, end)),
+            (_, _, Some(ramp)) => Part::Even(Phase::decelerating(ramp, view, end)),
+            (_, _, None) => Part::Curved(Spans::decelerating(plan, view, self.done, end)),
+        };
+        self.next = None;
     }
 }
 
-impl Iterator for Segments {
+impl Iterator for Segments<'_> {
     type Item = Segment;
 
     fn next(&mut self) -> Option<Segment> {
-        if self.done == self.steps {
+        if self.done == self.ends[2] {
             return None;
         }
-        while self.phases[self.phase].end <= self.done {
-            self.phase += 1;
-            self.next = None;
+        while self.ends[self.index] <= self.done {
+            self.index += 1;
+            self.begin_part();
         }
-        let phase = &mut self.phases[self.phase];
-        let first = self.next.unwrap_or_else(|| phase.knot(self.done));
-        let (segment, next) = phase.segment(self.done, first);
+        let first = self.next.take();
+        let segment = match &mut self.part {
+            Part::Even(phase) => {
+                let (segment, next) = phase.segment(self.done, first);
+                self.next = next;
+                segment
+            }
+            Part::Curved(spans) => spans.segment(self.done),
+        };
         self.done += segment.steps();
-        self.next = Some(next);
         Some(segment)
     }
 }

@@ -6,7 +6,7 @@
 //! The stages, one file each:
 //!
 //! 1. [`Limits`]: what an axis may do, checked once.
-//! 2. [`Trapezoid`]: limits, distance, end speeds and an [`IntervalLaw`] become a profile.
+//! 2. [`Profile`]: limits, distance, end speeds, an [`IntervalLaw`] and a [`SpeedLaw`] become a profile.
 //! 3. [`SyncMove`]: the limits of several axes are scaled onto the master; each axis keeps its signed step count.
 //! 4. [`Segments`]: an axis's step instants as short runs ([`Segment`]) that are replayed by additions alone.
 //!
@@ -15,15 +15,16 @@
 //! their reader names.
 //!
 //! ```
-//! use isostep_profile::{IntervalLaw, Limits, SyncMove};
+//! use isostep_profile::{IntervalLaw, Limits, SpeedLaw, SyncMove};
 //!
 //! let limits = Limits {
 //!     start_speed_steps_s: 0.0,
 //!     top_speed_steps_s: 2_400.0,
 //!     accel_steps_s2: 2_500.0,
 //!     decel_steps_s2: 2_500.0,
+//!     jerk_steps_s3: 50_000.0,
 //! };
-//! let plan = SyncMove::plan([20_000, -5_000, 0], &[limits; 3], IntervalLaw::Fastest, None)?;
+//! let plan = SyncMove::plan([20_000, -5_000, 0], &[limits; 3], IntervalLaw::Fastest, SpeedLaw::SCurve, None)?;
 //! let y_last_s = plan.step_time_s(1, 5_000);
 //! assert!(y_last_s < plan.profile.duration_s());
 //!
@@ -37,13 +38,18 @@
 
 mod compile;
 pub mod generators;
+mod law;
 mod limits;
+mod newton;
+mod plan;
+mod profile;
+mod ramp;
 mod segment;
 mod sync;
-mod trapezoid;
 
 pub use compile::{BRIEF_S, FIT_ERROR_MAX_S, FIT_ERROR_MAX_TICKS, Segments, fit_error_max_ticks};
+pub use law::{IntervalLaw, SpeedLaw};
 pub use limits::{ACCEL_MAX_STEPS_S2, LimitError, Limits, SPEED_MAX_STEPS_S, SPEED_MIN_STEPS_S};
+pub use profile::{DURATION_MAX_S, Profile, ProfileError, StepCounts};
 pub use segment::{Intervals, Segment, Ticks};
 pub use sync::{PlanError, SyncMove};
-pub use trapezoid::{DURATION_MAX_S, IntervalLaw, ProfileError, StepCounts, Trapezoid};

@@ -20,6 +20,9 @@ pub struct Limits {
     pub accel_steps_s2: f64,
     /// Deceleration never exceeded, steps/s², as a positive number; above 0, to [`ACCEL_MAX_STEPS_S2`].
     pub decel_steps_s2: f64,
+    /// Jerk never exceeded by the S-curve, steps/s³; above 0, [`f64::INFINITY`] for no limit. The other laws do not look
+    /// at it.
+    pub jerk_steps_s3: f64,
 }
 
 /// Why limits were refused. A NaN is outside every range.
@@ -55,6 +58,11 @@ pub enum LimitError {
         /// The largest that works.
         max: f64,
     },
+    /// The jerk is zero or negative, steps/s³.
+    Jerk {
+        /// What was asked.
+        asked: f64,
+    },
 }
 
 impl Limits {
@@ -77,6 +85,9 @@ impl Limits {
         if !fits(self.decel_steps_s2) {
             return Err(LimitError::Decel { asked: self.decel_steps_s2, max: ACCEL_MAX_STEPS_S2 });
         }
+        if !(self.jerk_steps_s3 > 0.0) {
+            return Err(LimitError::Jerk { asked: self.jerk_steps_s3 });
+        }
         Ok(())
     }
 
@@ -88,6 +99,7 @@ impl Limits {
             top_speed_steps_s: self.top_speed_steps_s * ratio,
             accel_steps_s2: self.accel_steps_s2 * ratio,
             decel_steps_s2: self.decel_steps_s2 * ratio,
+            jerk_steps_s3: self.jerk_steps_s3 * ratio,
         }
     }
 
@@ -99,6 +111,7 @@ impl Limits {
             top_speed_steps_s: self.top_speed_steps_s.min(other.top_speed_steps_s),
             accel_steps_s2: self.accel_steps_s2.min(other.accel_steps_s2),
             decel_steps_s2: self.decel_steps_s2.min(other.decel_steps_s2),
+            jerk_steps_s3: self.jerk_steps_s3.min(other.jerk_steps_s3),
         }
     }
 }
@@ -118,6 +131,7 @@ impl fmt::Display for LimitError {
             Self::Decel { asked, max } => {
                 write!(f, "deceleration {asked} steps/s2 must be above 0 and at most {max} steps/s2")
             }
+            Self::Jerk { asked } => write!(f, "jerk {asked} steps/s3 must be above 0"),
         }
     }
 }

@@ -3,8 +3,9 @@
 use core::fmt;
 
 use crate::compile::Segments;
+use crate::law::{IntervalLaw, SpeedLaw};
 use crate::limits::{LimitError, Limits, SPEED_MAX_STEPS_S, SPEED_MIN_STEPS_S};
-use crate::trapezoid::{IntervalLaw, ProfileError, Trapezoid};
+use crate::profile::{Profile, ProfileError};
 
 /// A synchronised move of `N` axes: one profile over the longest axis's steps, and a signed step count per axis.
 ///
@@ -14,7 +15,7 @@ use crate::trapezoid::{IntervalLaw, ProfileError, Trapezoid};
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct SyncMove<const N: usize> {
     /// Displacement of the longest axis.
-    pub profile: Trapezoid,
+    pub profile: Profile,
     /// Steps of each axis, signed by direction.
     pub steps: [i32; N],
 }
@@ -55,7 +56,8 @@ impl<const N: usize> SyncMove<N> {
     pub fn plan(
         steps: [i32; N],
         limits: &[Limits; N],
-        law: IntervalLaw,
+        interval_law: IntervalLaw,
+        speed_law: SpeedLaw,
         path_speed_steps_s: Option<f64>,
     ) -> Result<Self, PlanError> {
         let longest = steps.iter().map(|n| n.unsigned_abs()).max().unwrap_or(0);
@@ -77,7 +79,8 @@ impl<const N: usize> SyncMove<N> {
         }
         shared.start_speed_steps_s = shared.start_speed_steps_s.min(shared.top_speed_steps_s);
         let start = shared.start_speed_steps_s;
-        let profile = Trapezoid::plan(f64::from(longest), start, start, &shared, law).map_err(PlanError::Profile)?;
+        let profile = Profile::plan(f64::from(longest), start, start, &shared, interval_law, speed_law)
+            .map_err(PlanError::Profile)?;
         Ok(Self { profile, steps })
     }
 
@@ -92,7 +95,7 @@ impl<const N: usize> SyncMove<N> {
     /// The steps of the axis with index `axis` as segments, in ticks of which a second has `tick_hz` (above 0). This
     /// is the last work with floats; each segment comes in whole numbers.
     #[must_use]
-    pub fn segments(&self, axis: usize, tick_hz: u32) -> Segments {
+    pub fn segments(&self, axis: usize, tick_hz: u32) -> Segments<'_> {
         Segments::new(&self.profile, self.steps[axis].unsigned_abs(), tick_hz)
     }
 }

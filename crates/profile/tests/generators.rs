@@ -3,7 +3,7 @@
 use core::f64::consts::TAU;
 
 use isostep_profile::generators::{Avr446, Correction, Float, GeneratorError, StepsPerTime, TimePerStep};
-use isostep_profile::{IntervalLaw, LimitError, Limits, ProfileError, Trapezoid};
+use isostep_profile::{IntervalLaw, LimitError, Limits, Profile, ProfileError, SpeedLaw};
 use proptest::prelude::*;
 
 const TICK_HZ: u32 = 1_000_000;
@@ -16,27 +16,28 @@ fn paper_002() -> Limits {
         top_speed_steps_s: 2.0 * steps_per_rad,
         accel_steps_s2: 2.0 * steps_per_rad,
         decel_steps_s2: 1.0 * steps_per_rad,
+        jerk_steps_s3: f64::INFINITY,
     }
 }
 
 fn from_rest(top_speed_steps_s: f64, accel_steps_s2: f64, decel_steps_s2: f64) -> Limits {
-    Limits { start_speed_steps_s: 0.0, top_speed_steps_s, accel_steps_s2, decel_steps_s2 }
+    Limits { start_speed_steps_s: 0.0, top_speed_steps_s, accel_steps_s2, decel_steps_s2, jerk_steps_s3: f64::INFINITY }
 }
 
-fn closed_form(steps: u32, limits: &Limits) -> Trapezoid {
+fn closed_form(steps: u32, limits: &Limits) -> Profile {
     let start = limits.start_speed_steps_s;
-    Trapezoid::plan(f64::from(steps), start, start, limits, IntervalLaw::Fastest).unwrap()
+    Profile::plan(f64::from(steps), start, start, limits, IntervalLaw::Fastest, SpeedLaw::Trapezoid).unwrap()
 }
 
 /// Each interval's speed over the closed form's at step i, less 1: what a time-per-step counter stands for.
-fn errors_at_steps(intervals: &[u32], profile: &Trapezoid) -> Vec<f64> {
+fn errors_at_steps(intervals: &[u32], profile: &Profile) -> Vec<f64> {
     let speed_at = |steps: f64| profile.speed_at(profile.time_at(steps));
     let with_index = intervals.iter().zip(0..);
     with_index.map(|(&c, i)| f64::from(TICK_HZ) / f64::from(c) / speed_at(f64::from(i)) - 1.0).collect()
 }
 
 /// Each interval's speed over the closed form's mean from one step to the next, less 1; the first step at `first`.
-fn errors_between_steps(intervals: &[u32], profile: &Trapezoid, first: f64) -> Vec<f64> {
+fn errors_between_steps(intervals: &[u32], profile: &Profile, first: f64) -> Vec<f64> {
     let between = |x: f64| (profile.time_at(x + 1.0) - profile.time_at(x)) * f64::from(TICK_HZ);
     let with_index = intervals.iter().zip(0..);
     with_index.map(|(&c, i)| between(first + f64::from(i)) / f64::from(c) - 1.0).collect()

@@ -2,7 +2,7 @@
 
 use core::f64::consts::TAU;
 
-use isostep_profile::{IntervalLaw, Limits, StepCounts, SyncMove, Trapezoid};
+use isostep_profile::{IntervalLaw, Limits, Profile, SpeedLaw, StepCounts, SyncMove};
 
 fn close(got: f64, wanted: f64, tolerance: f64) {
     assert!((got - wanted).abs() <= tolerance, "{got} is not {wanted} within {tolerance}");
@@ -15,6 +15,7 @@ fn paper_002_limits(steps_per_rad: f64) -> Limits {
         top_speed_steps_s: 2.0 * steps_per_rad,
         accel_steps_s2: 2.0 * steps_per_rad,
         decel_steps_s2: 1.0 * steps_per_rad, // m = a/d = 2
+        jerk_steps_s3: f64::INFINITY,
     }
 }
 
@@ -28,7 +29,7 @@ fn paper_002_limits(steps_per_rad: f64) -> Limits {
 fn paper_002_revolution_is_a_trapezoid() {
     let limits = paper_002_limits(4096.0 / TAU);
     let start = limits.start_speed_steps_s;
-    let plan = Trapezoid::plan(4096.0, start, start, &limits, IntervalLaw::Fastest).unwrap();
+    let plan = Profile::plan(4096.0, start, start, &limits, IntervalLaw::Fastest, SpeedLaw::Trapezoid).unwrap();
     close(plan.t_accel_s(), 0.75, 1e-12);
     close(plan.t_cruise_s(), 1.735_342_653_6, 1e-9);
     close(plan.t_decel_s(), 1.5, 1e-12);
@@ -47,7 +48,7 @@ fn paper_002_half_a_radian_is_a_triangle() {
     let steps_per_rad = 4096.0 / TAU;
     let limits = paper_002_limits(steps_per_rad);
     let start = limits.start_speed_steps_s;
-    let plan = Trapezoid::plan(326.0, start, start, &limits, IntervalLaw::Fastest).unwrap();
+    let plan = Profile::plan(326.0, start, start, &limits, IntervalLaw::Fastest, SpeedLaw::Trapezoid).unwrap();
     close(plan.duration_s(), 0.686_222, 1e-6);
     close(plan.t_accel_s(), 0.228_741, 1e-6);
     close(plan.t_decel_s(), 0.457_481, 1e-6);
@@ -65,9 +66,10 @@ fn paper_004_has_three_equal_intervals_and_loses_no_step() {
         top_speed_steps_s: top,
         accel_steps_s2: accel,
         decel_steps_s2: accel,
+        jerk_steps_s3: f64::INFINITY,
     };
     let x = limit(2_400.0, 20_000.0 / (2.0 * 4.5 * 4.5));
-    let plan = SyncMove::plan([20_000, 7_500, 0], &[x; 3], IntervalLaw::Thirds, None).unwrap();
+    let plan = SyncMove::plan([20_000, 7_500, 0], &[x; 3], IntervalLaw::Thirds, SpeedLaw::Trapezoid, None).unwrap();
     close(plan.profile.t_accel_s(), 4.5, 1e-9);
     close(plan.profile.t_cruise_s(), 4.5, 1e-9);
     close(plan.profile.t_decel_s(), 4.5, 1e-9);
@@ -82,9 +84,14 @@ fn paper_004_has_three_equal_intervals_and_loses_no_step() {
 /// Paper 004, eq 5: at f_max itself the shortest t1 is 20000/(2 * 2400) = 4.1667 s, given acceleration enough.
 #[test]
 fn paper_004_shortest_interval_is_bound_by_the_top_speed() {
-    let limits =
-        Limits { start_speed_steps_s: 0.0, top_speed_steps_s: 2_400.0, accel_steps_s2: 1e4, decel_steps_s2: 1e4 };
-    let plan = Trapezoid::plan(20_000.0, 0.0, 0.0, &limits, IntervalLaw::Thirds).unwrap();
+    let limits = Limits {
+        start_speed_steps_s: 0.0,
+        top_speed_steps_s: 2_400.0,
+        accel_steps_s2: 1e4,
+        decel_steps_s2: 1e4,
+        jerk_steps_s3: f64::INFINITY,
+    };
+    let plan = Profile::plan(20_000.0, 0.0, 0.0, &limits, IntervalLaw::Thirds, SpeedLaw::Trapezoid).unwrap();
     close(plan.t_accel_s(), 25.0 / 6.0, 1e-9);
     close(plan.duration_s(), 12.5, 1e-9);
 }

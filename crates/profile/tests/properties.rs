@@ -3,7 +3,7 @@
 
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use isostep_profile::{FIT_ERROR_MAX_TICKS, IntervalLaw, Intervals, Limits, SyncMove, Trapezoid};
+use isostep_profile::{FIT_ERROR_MAX_TICKS, IntervalLaw, Intervals, Limits, Profile, SpeedLaw, SyncMove};
 use proptest::prelude::*;
 
 const TICK_HZ: u32 = 1_000_000;
@@ -12,20 +12,34 @@ const TICK_HZ: u32 = 1_000_000;
 const EDGE_ERROR_MAX_TICKS: f64 = 0.5 + FIT_ERROR_MAX_TICKS + 0.01;
 
 fn limits() -> impl Strategy<Value = Limits> {
-    // Speeds to 200,000 steps/s, five ticks a step; the start speed a share of the top speed.
+    // Speeds to 200,000 steps/s, five ticks a step; the start speed a share of the top speed; the top speed's ramp in
+    // jerk alone, hardly any, or none.
     let log = |from: f64, to: f64| (from.ln()..to.ln()).prop_map(f64::exp);
-    (log(50.0, 200_000.0), log(10.0, 5e6), log(10.0, 5e6), prop_oneof![Just(0.0), 0.0..1.0]).prop_map(
-        |(top, accel, decel, start)| Limits {
+    let jerk = prop_oneof![4 => log(0.01, 1e3), 1 => Just(f64::INFINITY)];
+    let start = prop_oneof![Just(0.0), 0.0..1.0];
+    (log(50.0, 200_000.0), log(10.0, 5e6), log(10.0, 5e6), start, jerk).prop_map(|(top, accel, decel, start, jerk)| {
+        Limits {
             start_speed_steps_s: top * start,
             top_speed_steps_s: top,
             accel_steps_s2: accel,
             decel_steps_s2: decel,
-        },
-    )
+            jerk_steps_s3: jerk * accel * decel / top,
+        }
+    })
 }
 
 fn law() -> impl Strategy<Value = IntervalLaw> {
     prop_oneof![Just(IntervalLaw::Fastest), Just(IntervalLaw::Thirds)]
+}
+
+fn speed_law() -> impl Strategy<Value = SpeedLaw> {
+    prop::sample::select(&SpeedLaw::ALL[..])
+}
+
+/// The same limits, with a start speed that the law can start from.
+fn moving(speed_law: SpeedLaw, limits: Limits) -> Limits {
+    let least = if speed_law.is_over_displacement() { 1e-3 * limits.top_speed_steps_s } else { 0.0 };
+    Limits { start_speed_steps_s: limits.start_speed_steps_s.max(least), ..limits }
 }
 
 fn count() -> impl Strategy<Value = i32> {
@@ -33,9 +47,11 @@ fn count() -> impl Strategy<Value = i32> {
 }
 
 prop_compose! {
-    fn moves()(steps in [count(), count(), count()], limits in [limits(), limits(), limits()], law in law())
-        -> ([i32; 3], [Limits; 3], IntervalLaw) {
-        (steps, limits, law)
+    fn moves()(
+        steps in [count(), count(), count()], limits in [limits(), limits(), limits()],
+        law in law(), speed_law in speed_law(),
+    ) -> ([i32; 3], [Limits; 3], IntervalLaw, SpeedLaw) {
+        (steps, limits.map(|own| moving(speed_law, own)), law, speed_law)
     }
 }
 
@@ -57,9 +73,9 @@ proptest! {
 
     /// Every axis: exact count, rising instants, each within the stated error of the closed form, none outside the move.
     #[test]
-    fn every_edge_is_the_closed_forms((steps, limits, law) in moves()) {
+    fn every_edge_is_the_closed_forms((steps, limits, law, speed_law) in moves()) {
         prop_assume!(steps != [0; 3]);
-        let plan = SyncMove::plan(steps, &limits, law, None).unwrap();
+        let plan = SyncMove::plan(steps, &limits, law, speed_law, None).unwrap();
         let end_ticks = plan.profile.duration_s() * f64::from(TICK_HZ);
         for (axis, n) in steps.iter().enumerate() {
             let mut last = None;
@@ -80,10 +96,10 @@ proptest! {
     /// A segment's instants, its intervals, a buffer filled with them in pieces, and its closed sum: one and the same.
     #[test]
     fn intervals_are_the_instants_differences(
-        (steps, limits, law) in moves(), piece in 1..20usize, bias in any::<u32>(),
+        (steps, limits, law, speed_law) in moves(), piece in 1..20usize, bias in any::<u32>(),
     ) {
         prop_assume!(steps != [0; 3]);
-        let plan = SyncMove::plan(steps, &limits, law, None).unwrap();
+        let plan = SyncMove::plan(steps, &limits, law, speed_law, None).unwrap();
         for segment in (0..3).flat_map(|axis| plan.segments(axis, TICK_HZ)) {
             let ticks: Vec<u64> = segment.ticks().collect();
             prop_assert_eq!(ticks.len(), segment.steps() as usize);
@@ -101,9 +117,9 @@ proptest! {
 
     /// No axis exceeds its own top speed over any step, nor its acceleration and deceleration.
     #[test]
-    fn no_axis_exceeds_its_limits((steps, limits, law) in moves()) {
+    fn no_axis_exceeds_its_limits((steps, limits, law, speed_law) in moves()) {
         prop_assume!(steps != [0; 3]);
-        let plan = SyncMove::plan(steps, &limits, law, None).unwrap();
+        let plan = SyncMove::plan(steps, &limits, law, speed_law, None).unwrap();
         let profile = &plan.profile;
         for axis in (0..3).filter(|&axis| steps[axis] != 0) {
             let share = f64::from(steps[axis].unsigned_abs()) / profile.distance_steps();
@@ -116,6 +132,12 @@ proptest! {
                 prop_assert!(accel <= own.accel_steps_s2 * slack);
                 prop_assert!(-accel <= own.decel_steps_s2 * slack);
             }
+            if speed_law == SpeedLaw::SCurve {
+                for i in 0..=64 {
+                    let jerk = profile.jerk_at(profile.duration_s() * f64::from(i) / 64.0) * share;
+                    prop_assert!(jerk.abs() <= own.jerk_steps_s3 * slack);
+                }
+            }
             for k in 1..steps[axis].unsigned_abs() {
                 let period_s = plan.step_time_s(axis, k + 1) - plan.step_time_s(axis, k);
                 prop_assert!(1.0 / period_s <= own.top_speed_steps_s * (1.0 + 1e-6), "step {k}: {period_s} s");
@@ -125,9 +147,9 @@ proptest! {
 
     /// An axis planned alone, with the limits the shared profile gave it, has the intervals of all the others.
     #[test]
-    fn every_axis_alone_has_the_same_intervals((steps, limits, law) in moves()) {
+    fn every_axis_alone_has_the_same_intervals((steps, limits, law, _) in moves()) {
         prop_assume!(steps != [0; 3]);
-        let shared = SyncMove::plan(steps, &limits, law, None).unwrap().profile;
+        let shared = SyncMove::plan(steps, &limits, law, SpeedLaw::Trapezoid, None).unwrap().profile;
         for &n in steps.iter().filter(|&&n| n != 0) {
             let share = f64::from(n.unsigned_abs()) / shared.distance_steps();
             let ramp = |accel: f64, t_s: f64| if t_s > 0.0 { accel * share } else { 1.0 };
@@ -136,9 +158,10 @@ proptest! {
                 top_speed_steps_s: shared.cruise_speed_steps_s() * share,
                 accel_steps_s2: ramp(shared.accel_at(0.0), shared.t_accel_s()),
                 decel_steps_s2: ramp(-shared.accel_at(shared.duration_s()), shared.t_decel_s()),
+                jerk_steps_s3: f64::INFINITY,
             };
             prop_assume!(own.top_speed_steps_s >= isostep_profile::SPEED_MIN_STEPS_S);
-            let alone = SyncMove::plan([n], &[own], IntervalLaw::Fastest, None).unwrap().profile;
+            let alone = SyncMove::plan([n], &[own], IntervalLaw::Fastest, SpeedLaw::Trapezoid, None).unwrap().profile;
             // Rounding the top speed by one part in 1e15 moves a ramp's end by so much, and opens as much of a cruise
             // at a triangle's peak.
             let ramps_s = own.top_speed_steps_s / own.accel_steps_s2 + own.top_speed_steps_s / own.decel_steps_s2;
@@ -151,9 +174,9 @@ proptest! {
 
     /// Three equal intervals by the paper's law, whatever the limits.
     #[test]
-    fn thirds_are_thirds((steps, limits, _) in moves()) {
+    fn thirds_are_thirds((steps, limits, _, speed_law) in moves()) {
         prop_assume!(steps != [0; 3]);
-        let profile = SyncMove::plan(steps, &limits, IntervalLaw::Thirds, None).unwrap().profile;
+        let profile = SyncMove::plan(steps, &limits, IntervalLaw::Thirds, speed_law, None).unwrap().profile;
         prop_assert_eq!(profile.t_accel_s(), profile.t_cruise_s());
         prop_assert_eq!(profile.t_cruise_s(), profile.t_decel_s());
         let half_way = profile.position_at(profile.duration_s() / 2.0);
@@ -162,9 +185,11 @@ proptest! {
 
     /// With a = d a move run backwards is the same move.
     #[test]
-    fn equal_ramps_are_time_symmetric(n in 1..3_000i32, own in limits(), law in law()) {
-        let own = Limits { decel_steps_s2: own.accel_steps_s2, ..own };
-        let plan = SyncMove::plan([n], &[own], law, None).unwrap();
+    fn equal_ramps_are_time_symmetric(
+        n in 1..3_000i32, own in limits(), law in law(), speed_law in speed_law(),
+    ) {
+        let own = moving(speed_law, Limits { decel_steps_s2: own.accel_steps_s2, ..own });
+        let plan = SyncMove::plan([n], &[own], law, speed_law, None).unwrap();
         let last = n.unsigned_abs() + 1;
         for k in 1..last {
             let mirrored = plan.profile.duration_s() - plan.step_time_s(0, last - k);
@@ -172,32 +197,44 @@ proptest! {
         }
     }
 
-    /// Half of any limit never makes a move faster.
+    /// Half of any limit never makes a move faster. Of the laws over displacement this holds for acceleration only: a ramp
+    /// to a lower top speed, or from a higher start speed, spends less time at low speeds.
     #[test]
-    fn a_tighter_limit_is_never_faster((steps, limits, law) in moves(), axis in 0..3usize, which in 0..4) {
+    fn a_tighter_limit_is_never_faster((steps, limits, law, speed_law) in moves(), axis in 0..3usize, which in 0..5) {
         prop_assume!(steps != [0; 3]);
         let mut tighter = limits;
         let own = &mut tighter[axis];
+        prop_assume!(which < 2 || !speed_law.is_over_displacement());
         match which {
             0 => own.accel_steps_s2 /= 2.0,
             1 => own.decel_steps_s2 /= 2.0,
             2 => own.start_speed_steps_s /= 2.0,
+            3 => own.jerk_steps_s3 /= 2.0,
             _ => {
                 own.top_speed_steps_s /= 2.0;
                 own.start_speed_steps_s = own.start_speed_steps_s.min(own.top_speed_steps_s);
             }
         }
-        let duration_s = |limits| SyncMove::plan(steps, limits, law, None).unwrap().profile.duration_s();
+        let duration_s = |limits| SyncMove::plan(steps, limits, law, speed_law, None).unwrap().profile.duration_s();
         prop_assert!(duration_s(&tighter) >= duration_s(&limits) * (1.0 - 1e-9));
+    }
+
+    /// No law is faster than the trapezoid.
+    #[test]
+    fn the_trapezoid_is_the_fastest((steps, limits, law, speed_law) in moves()) {
+        prop_assume!(steps != [0; 3]);
+        let duration_s = |speed_law| SyncMove::plan(steps, &limits, law, speed_law, None).unwrap().profile.duration_s();
+        prop_assert!(duration_s(speed_law) >= duration_s(SpeedLaw::Trapezoid) * (1.0 - 1e-9));
     }
 
     /// Position and time are each other's inverse, with any entry and exit speed that can be planned.
     #[test]
     fn position_and_time_are_inverse(
-        distance in 1.0..1e5, entry in 0.0..1.0, exit in 0.0..1.0, own in limits(), law in law(), at in 0.0..=1.0,
+        distance in 1.0..1e5, entry in 0.0..1.0, exit in 0.0..1.0, own in limits(), law in law(),
+        speed_law in speed_law(), at in 0.0..=1.0,
     ) {
         let (entry, exit) = (entry * own.top_speed_steps_s, exit * own.top_speed_steps_s);
-        let Ok(plan) = Trapezoid::plan(distance, entry, exit, &own, law) else { return Ok(()) };
+        let Ok(plan) = Profile::plan(distance, entry, exit, &own, law, speed_law) else { return Ok(()) };
         let steps = at * distance;
         let back = plan.position_at(plan.time_at(steps));
         prop_assert!((back - steps).abs() <= 1e-7 * distance, "{back} for {steps}");

@@ -1,12 +1,17 @@
 //! What cannot be planned is refused with the bound it crossed.
 
 use isostep_profile::{
-    ACCEL_MAX_STEPS_S2, IntervalLaw, LimitError, Limits, PlanError, ProfileError, SPEED_MAX_STEPS_S, SPEED_MIN_STEPS_S,
-    SyncMove, Trapezoid,
+    ACCEL_MAX_STEPS_S2, IntervalLaw, LimitError, Limits, PlanError, Profile, ProfileError, SPEED_MAX_STEPS_S,
+    SPEED_MIN_STEPS_S, SpeedLaw, SyncMove,
 };
 
-const GOOD: Limits =
-    Limits { start_speed_steps_s: 10.0, top_speed_steps_s: 100.0, accel_steps_s2: 50.0, decel_steps_s2: 50.0 };
+const GOOD: Limits = Limits {
+    start_speed_steps_s: 10.0,
+    top_speed_steps_s: 100.0,
+    accel_steps_s2: 50.0,
+    decel_steps_s2: 50.0,
+    jerk_steps_s3: f64::INFINITY,
+};
 
 fn refusal(limits: Limits) -> LimitError {
     limits.check().unwrap_err()
@@ -30,28 +35,31 @@ fn limits_out_of_range() {
 
 #[test]
 fn end_speeds_that_the_distance_does_not_allow() {
-    let plan = |entry, exit| Trapezoid::plan(9.0, entry, exit, &GOOD, IntervalLaw::Fastest).unwrap_err();
+    let plan =
+        |entry, exit| Profile::plan(9.0, entry, exit, &GOOD, IntervalLaw::Fastest, SpeedLaw::Trapezoid).unwrap_err();
     // Over 9 steps at 50 steps/s², sqrt(2 * 50 * 9) = 30 steps/s can be shed or gained.
     assert_eq!(plan(31.0, 0.0), ProfileError::EntrySpeed { asked: 31.0, max: 30.0 });
     assert_eq!(plan(0.0, 31.0), ProfileError::ExitSpeed { asked: 31.0, max: 30.0 });
     assert!(matches!(plan(f64::NAN, 0.0), ProfileError::EntrySpeed { .. }));
     assert!(matches!(plan(-1.0, 0.0), ProfileError::EntrySpeed { .. }));
     // Within the top speed, but three equal intervals would have to be shorter than the ramp.
-    let thirds = Trapezoid::plan(9.0, 29.0, 0.0, &GOOD, IntervalLaw::Thirds).unwrap_err();
+    let thirds = Profile::plan(9.0, 29.0, 0.0, &GOOD, IntervalLaw::Thirds, SpeedLaw::Trapezoid).unwrap_err();
     assert!(matches!(thirds, ProfileError::EntrySpeed { asked: 29.0, max } if max < 29.0), "{thirds}");
 }
 
 #[test]
 fn distances_that_are_no_distance() {
     for asked in [0.0, -1.0, f64::INFINITY] {
-        let error = Trapezoid::plan(asked, 0.0, 0.0, &GOOD, IntervalLaw::Fastest).unwrap_err();
+        let error = Profile::plan(asked, 0.0, 0.0, &GOOD, IntervalLaw::Fastest, SpeedLaw::Trapezoid).unwrap_err();
         assert_eq!(error, ProfileError::Distance { asked });
     }
 }
 
 #[test]
 fn moves_that_are_no_move() {
-    let plan = |steps, limits: &[Limits; 2], feed| SyncMove::plan(steps, limits, IntervalLaw::Fastest, feed);
+    let plan = |steps, limits: &[Limits; 2], feed| {
+        SyncMove::plan(steps, limits, IntervalLaw::Fastest, SpeedLaw::Trapezoid, feed)
+    };
     assert_eq!(plan([0, 0], &[GOOD; 2], None), Err(PlanError::NoSteps));
     let bad = Limits { accel_steps_s2: 0.0, ..GOOD };
     let error = LimitError::Accel { asked: 0.0, max: ACCEL_MAX_STEPS_S2 };

@@ -2,7 +2,7 @@
 //! `PROPTEST_RNG_SEED=n cargo test -p isostep-profile --test segments` tries others.
 
 use isostep_profile::{
-    BRIEF_S, FIT_ERROR_MAX_TICKS, IntervalLaw, Limits, Segment, Segments, SyncMove, fit_error_max_ticks,
+    BRIEF_S, FIT_ERROR_MAX_TICKS, IntervalLaw, Limits, Segment, Segments, SpeedLaw, SyncMove, fit_error_max_ticks,
 };
 use proptest::prelude::*;
 
@@ -18,6 +18,16 @@ fn law() -> impl Strategy<Value = IntervalLaw> {
     prop_oneof![Just(IntervalLaw::Fastest), Just(IntervalLaw::Thirds)]
 }
 
+fn speed_law() -> impl Strategy<Value = SpeedLaw> {
+    prop::sample::select(&SpeedLaw::ALL[..])
+}
+
+/// The same limits, with a start speed that the law can start from.
+fn moving(speed_law: SpeedLaw, limits: Limits) -> Limits {
+    let least = if speed_law.is_over_displacement() { 1e-3 * limits.top_speed_steps_s } else { 0.0 };
+    Limits { start_speed_steps_s: limits.start_speed_steps_s.max(least), ..limits }
+}
+
 /// A share of the top speed: none, any, almost all, all.
 fn start_share() -> impl Strategy<Value = f64> {
     prop_oneof![Just(0.0), 0.0..1.0, log(1e-17, 1e-3).prop_map(|less| 1.0 - less), Just(1.0)]
@@ -28,9 +38,16 @@ prop_compose! {
         top_speed_steps_s in log(top.0, top.1),
         accel_steps_s2 in log(accel.0, accel.1),
         decel_steps_s2 in log(accel.0, accel.1),
+        jerk_share in log(0.01, 1e3),
         share in start_share(),
     ) -> Limits {
-        Limits { start_speed_steps_s: top_speed_steps_s * share, top_speed_steps_s, accel_steps_s2, decel_steps_s2 }
+        Limits {
+            start_speed_steps_s: top_speed_steps_s * share,
+            top_speed_steps_s,
+            accel_steps_s2,
+            decel_steps_s2,
+            jerk_steps_s3: jerk_share * accel_steps_s2 * decel_steps_s2 / top_speed_steps_s,
+        }
     }
 }
 
@@ -106,27 +123,37 @@ proptest! {
     #[test]
     fn steps_are_where_they_belong(
         limits in limits((1e2, 2e6), (1e2, 1e8)), steps in 1..3_000i32, other in -3_000..3_000i32, law in law(),
+        speed_law in speed_law(),
     ) {
-        check_all(&SyncMove::plan([steps, other], &[limits; 2], law, None).unwrap())?;
+        let limits = moving(speed_law, limits);
+        check_all(&SyncMove::plan([steps, other], &[limits; 2], law, speed_law, None).unwrap())?;
     }
 
     /// Speeds from a step in 17 minutes to ten a microsecond, ramps of a day, ramps that hardly are, two billion steps.
     #[test]
     fn so_are_those_of_extreme_moves(
         limits in limits((1e-3, 1e7), (1e-9, 1e9)), steps in log(1.0, 2e9), share in log(1e-9, 1.0), law in law(),
+        speed_law in speed_law(),
     ) {
+        let limits = moving(speed_law, limits);
         let steps = [steps as i32, -(steps * share) as i32];
-        let Ok(plan) = SyncMove::plan(steps, &[limits; 2], law, None) else { return Ok(()) };
+        let Ok(plan) = SyncMove::plan(steps, &[limits; 2], law, speed_law, None) else { return Ok(()) };
         check_all(&plan)?;
     }
 }
 
 fn limits_of(top_speed_steps_s: f64, accel_steps_s2: f64) -> Limits {
-    Limits { start_speed_steps_s: 0.0, top_speed_steps_s, accel_steps_s2, decel_steps_s2: accel_steps_s2 }
+    Limits {
+        start_speed_steps_s: 0.0,
+        top_speed_steps_s,
+        accel_steps_s2,
+        decel_steps_s2: accel_steps_s2,
+        jerk_steps_s3: f64::INFINITY,
+    }
 }
 
 fn fastest<const N: usize>(steps: [i32; N], limits: Limits) -> SyncMove<N> {
-    SyncMove::plan(steps, &[limits; N], IntervalLaw::Fastest, None).unwrap()
+    SyncMove::plan(steps, &[limits; N], IntervalLaw::Fastest, SpeedLaw::Trapezoid, None).unwrap()
 }
 
 #[test]

@@ -205,7 +205,7 @@ impl Sums {
 
 #[cfg(test)]
 mod tests {
-    use isostep_profile::{IntervalLaw, Limits, SyncMove};
+    use isostep_profile::{IntervalLaw, Limits, SpeedLaw, SyncMove};
 
     use super::*;
 
@@ -222,8 +222,9 @@ mod tests {
             top_speed_steps_s: 2_400.0,
             accel_steps_s2: accels.0,
             decel_steps_s2: accels.1,
+            jerk_steps_s3: f64::INFINITY,
         };
-        let plan = SyncMove::plan(steps, &[limits; 2], law, None).unwrap();
+        let plan = SyncMove::plan(steps, &[limits; 2], law, SpeedLaw::Trapezoid, None).unwrap();
         let profile = plan.profile;
         let planned =
             Intervals { accel_s: profile.t_accel_s(), cruise_s: profile.t_cruise_s(), decel_s: profile.t_decel_s() };

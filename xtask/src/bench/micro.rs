@@ -12,7 +12,7 @@ use std::path::Path;
 use std::process::Command;
 
 use anyhow::{Context, Result, bail, ensure};
-use isostep_profile::{IntervalLaw, Limits, Trapezoid};
+use isostep_profile::{IntervalLaw, Limits, Profile, SpeedLaw};
 use rp2040_bench::{Checksum, LIMITS, Peer, STEPS, StandsFor, TICK_HZ, Visitor};
 use serde::Serialize;
 
@@ -270,13 +270,13 @@ impl Found<'_> {
     }
 }
 
-fn closed_form(limits: &Limits) -> Result<Trapezoid> {
+fn closed_form(limits: &Limits) -> Result<Profile> {
     let start = limits.start_speed_steps_s;
-    Ok(Trapezoid::plan(f64::from(STEPS), start, start, limits, IntervalLaw::Fastest)?)
+    Ok(Profile::plan(f64::from(STEPS), start, start, limits, IntervalLaw::Fastest, SpeedLaw::Trapezoid)?)
 }
 
 /// Holds `intervals`, ticks, against `profile`.
-fn truth(intervals: impl Iterator<Item = u32>, profile: &Trapezoid, stands_for: StandsFor) -> Truth {
+fn truth(intervals: impl Iterator<Item = u32>, profile: &Profile, stands_for: StandsFor) -> Truth {
     let first_steps = match stands_for {
         StandsFor::SpeedAtStep => 0.0,
         StandsFor::TimeBetweenSteps { first_steps } => first_steps,

@@ -1,13 +1,14 @@
 //! A ramp that hardly accelerates.
 
+use super::setup::EvenRamp;
 use super::wide::fixed;
-use crate::trapezoid::{EndRamp, ramp_time_s};
+use crate::ramp::even_time_s;
 
 /// Where the acceleration is so small beside the speed that √(C² + B x) - C would lose its digits, or there is none: in
 /// floats, by a formula in which nothing cancels. It is slow, and its segments are long.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Gentle {
-    ramp: EndRamp,
+    ramp: EvenRamp,
     /// Half a step of the axis, in steps of the master.
     half_step: f64,
     tick_hz: f64,
@@ -16,14 +17,14 @@ pub(super) struct Gentle {
 
 impl Gentle {
     /// Of an axis that makes a step per `stride` steps of the master, ticks/s, in units of 2^-`point` tick.
-    pub(super) fn new(ramp: EndRamp, stride: f64, tick_hz: f64, point: u8) -> Self {
+    pub(super) fn new(ramp: EvenRamp, stride: f64, tick_hz: f64, point: u8) -> Self {
         Self { ramp, half_step: stride / 2.0, tick_hz, point }
     }
 
     /// How long `half_steps` take from the slow end, in units of 2^-point tick.
     pub(super) fn time(&self, half_steps: u32) -> u64 {
         let steps = f64::from(half_steps) * self.half_step;
-        let time_s = ramp_time_s(steps, self.ramp.slow_steps_s, self.ramp.accel_steps_s2);
+        let time_s = even_time_s(steps, self.ramp.slow_steps_s, self.ramp.accel_steps_s2);
         fixed(time_s * self.tick_hz, self.point.into()) as u64
     }
 }

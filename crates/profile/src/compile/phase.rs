@@ -50,13 +50,14 @@ impl Phase {
         Knot { instant, level }
     }
 
-    /// The segment that begins at the step with the number `step`, and the step after it, which means nothing after the
-    /// phase's end.
-    pub(super) fn segment(&mut self, step: u32, first: Knot) -> (Segment, Knot) {
+    /// The segment that begins at the step with the number `step`, and the step after it, if it is known and not after
+    /// the phase's end. `first` is the step itself, if known.
+    pub(super) fn segment(&mut self, step: u32, first: Option<Knot>) -> (Segment, Option<Knot>) {
+        let first = first.unwrap_or_else(|| self.knot(step));
         let left = self.end.wrapping_sub(step);
         let mut fit = Quadratic { point: self.point.into(), length: 0, first: first.instant, rise: 0, bend: 0 };
         if left == 1 {
-            return (fit.segment(1), first);
+            return (fit.segment(1), None);
         }
         fit.length = self.length(step, first.level);
         let mut far = self.knot_after(step, fit.length);
@@ -64,7 +65,7 @@ impl Phase {
         while fit.is_too_long() {
             if fit.length == 0 {
                 fit.rise = 0;
-                return (fit.segment(1), far);
+                return (fit.segment(1), Some(far));
             }
             fit.length -= 1;
             far = self.knot_after(step, fit.length);
@@ -77,7 +78,7 @@ impl Phase {
         }
         // The step at the far end is on the quadratic too.
         let steps = if left - 1 <= 1 << fit.length { left } else { 1 << fit.length };
-        (fit.segment(steps), far)
+        (fit.segment(steps), Some(far))
     }
 
     fn knot_after(&self, step: u32, length: u32) -> Knot {

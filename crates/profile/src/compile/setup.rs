@@ -4,7 +4,8 @@ use super::gentle::Gentle;
 use super::phase::{Law, Phase};
 use super::ramp::{LENGTH_MAX, Ramp};
 use super::wide::{Line, Wide, exponent, fixed, product};
-use crate::trapezoid::{EndRamp, Trapezoid};
+use crate::profile::Profile;
+use crate::ramp::Ramp as SpeedRamp;
 
 /// Steps have numbers below this.
 const STEPS_END: u32 = 1 << 31;
@@ -14,13 +15,20 @@ const EVEN_LENGTH_MAX: u32 = 22;
 const GENTLE_LEAD_LOG2: i32 = 47;
 
 /// An axis's steps and ticks.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct View {
     /// Steps of the master per step of the axis; at least 1.
-    stride: f64,
-    tick_hz: f64,
+    pub(super) stride: f64,
+    pub(super) tick_hz: f64,
     /// How long the move lasts.
     end_ticks: f64,
+}
+
+/// A ramp at constant acceleration.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct EvenRamp {
+    pub(super) slow_steps_s: f64,
+    pub(super) accel_steps_s2: f64,
 }
 
 /// A ramp in an axis's steps and ticks.
@@ -39,8 +47,7 @@ impl Phase {
     }
 
     /// Accelerates from the first step to the one before `end`.
-    pub(super) fn accelerating(plan: &Trapezoid, view: View, end: u32) -> Self {
-        let ramp = plan.accel_ramp();
+    pub(super) fn accelerating(ramp: EvenRamp, view: View, end: u32) -> Self {
         let shape = view.shape(ramp);
         if shape.is_gentle() {
             let (law, point, length) = gentle(ramp, view);
@@ -56,7 +63,7 @@ impl Phase {
     }
 
     /// Keeps its speed up to the step before `end`.
-    pub(super) fn cruising(plan: &Trapezoid, view: View, end: u32) -> Self {
+    pub(super) fn cruising(plan: &Profile, view: View, end: u32) -> Self {
         let ticks_per_step = view.tick_hz / plan.cruise_speed_steps_s();
         let start_ticks = view.tick_hz * plan.t_accel_s() - ticks_per_step * plan.accel_end_steps();
         let period_ticks = ticks_per_step * view.stride;
@@ -70,8 +77,7 @@ impl Phase {
     }
 
     /// Decelerates to the last of the axis's `steps`.
-    pub(super) fn decelerating(plan: &Trapezoid, view: View, steps: u32) -> Self {
-        let ramp = plan.decel_ramp();
+    pub(super) fn decelerating(ramp: EvenRamp, view: View, steps: u32) -> Self {
         let shape = view.shape(ramp);
         if shape.is_gentle() {
             let (law, point, length) = gentle(ramp, view);
@@ -88,19 +94,27 @@ impl Phase {
     }
 }
 
+impl EvenRamp {
+    /// `None` if its acceleration changes.
+    pub(super) fn of(ramp: &SpeedRamp) -> Option<Self> {
+        let accel_steps_s2 = ramp.even_accel_steps_s2()?;
+        Some(Self { slow_steps_s: ramp.slow_steps_s(), accel_steps_s2 })
+    }
+}
+
 impl View {
     /// Of an axis that makes 1/`stride` of the master's steps.
-    pub(super) fn new(plan: &Trapezoid, stride: f64, tick_hz: u32) -> Self {
+    pub(super) fn new(plan: &Profile, stride: f64, tick_hz: u32) -> Self {
         let tick_hz = f64::from(tick_hz);
         Self { stride, tick_hz, end_ticks: plan.duration_s() * tick_hz }
     }
 
     /// For instants of the move.
-    fn point(&self) -> u8 {
+    pub(super) fn point(&self) -> u8 {
         point_for(exponent(self.end_ticks))
     }
 
-    fn shape(&self, ramp: EndRamp) -> Shape {
+    fn shape(&self, ramp: EvenRamp) -> Shape {
         let ticks_per_speed = self.tick_hz / ramp.accel_steps_s2;
         Shape {
             lead_ticks: ticks_per_speed * ramp.slow_steps_s,
@@ -142,7 +156,7 @@ impl Shape {
 }
 
 /// The law, its point, and the length of its segments, over which a quadratic strays by 2^-6 tick at most.
-fn gentle(ramp: EndRamp, view: View) -> (Law, u8, u32) {
+fn gentle(ramp: EvenRamp, view: View) -> (Law, u8, u32) {
     let point = view.point();
     let slowest_ticks = view.tick_hz / ramp.slow_steps_s * view.stride;
     (Law::Gentle(Gentle::new(ramp, view.stride, view.tick_hz, point)), point, length_held(slowest_ticks, LENGTH_MAX))

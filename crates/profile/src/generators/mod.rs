@@ -22,13 +22,15 @@ pub use float::Float;
 pub use steps_per_time::StepsPerTime;
 pub use time_per_step::{Correction, TimePerStep};
 
+use crate::law::{IntervalLaw, SpeedLaw};
 use crate::limits::Limits;
-use crate::trapezoid::{IntervalLaw, Trapezoid};
+use crate::profile::Profile;
 
 /// The phases of a move of one axis, in steps (paper 002, section 2): every generator here begins with them.
-fn profile(steps: u32, limits: &Limits) -> Result<Trapezoid, GeneratorError> {
+fn profile(steps: u32, limits: &Limits) -> Result<Profile, GeneratorError> {
     let start = limits.start_speed_steps_s;
-    Trapezoid::plan(f64::from(steps), start, start, limits, IntervalLaw::Fastest).map_err(GeneratorError::Profile)
+    Profile::plan(f64::from(steps), start, start, limits, IntervalLaw::Fastest, SpeedLaw::Trapezoid)
+        .map_err(GeneratorError::Profile)
 }
 
 /// Refuses a top speed above `max_steps_s`, the fastest that the generator's clock can tell apart.

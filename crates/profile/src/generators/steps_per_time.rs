@@ -2,7 +2,7 @@
 
 use super::{GeneratorError, check_start_speed, check_top_speed, profile};
 use crate::limits::Limits;
-use crate::trapezoid::StepCounts;
+use crate::profile::StepCounts;
 
 /// Sums are fractions of a step: the position's overflow is the next step.
 const ONE_STEP: f64 = 18_446_744_073_709_551_616.0;

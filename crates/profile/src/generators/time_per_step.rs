@@ -4,7 +4,7 @@ use libm::sqrt;
 
 use super::{Float, GeneratorError, check_start_speed, check_top_speed, profile};
 use crate::limits::Limits;
-use crate::trapezoid::StepCounts;
+use crate::profile::StepCounts;
 
 /// Whether the intervals of the first and last five steps are lengthened (paper 002, eq 14).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::rc::Rc;
 
 use embassy_time::{Instant, Timer};
-use isostep_profile::{IntervalLaw, Limits, SyncMove};
+use isostep_profile::{IntervalLaw, Limits, SpeedLaw, SyncMove};
 
 use super::*;
 use crate::config::Config;
@@ -14,8 +14,14 @@ use crate::world::World;
 /// At one speed all along.
 fn steady(steps: i32, speed_steps_s: f64) -> SyncMove<1> {
     let (start_speed_steps_s, top_speed_steps_s) = (speed_steps_s, speed_steps_s);
-    let limits = Limits { start_speed_steps_s, top_speed_steps_s, accel_steps_s2: 1e6, decel_steps_s2: 1e6 };
-    SyncMove::plan([steps], &[limits], IntervalLaw::Fastest, None).unwrap()
+    let limits = Limits {
+        start_speed_steps_s,
+        top_speed_steps_s,
+        accel_steps_s2: 1e6,
+        decel_steps_s2: 1e6,
+        jerk_steps_s3: f64::INFINITY,
+    };
+    SyncMove::plan([steps], &[limits], IntervalLaw::Fastest, SpeedLaw::Trapezoid, None).unwrap()
 }
 
 fn run(plan: &SyncMove<1>, start: Instant) -> Run {

@@ -46,7 +46,7 @@ impl Quantity {
 /// An axis that takes part in a move.
 struct MovingAxis {
     index: usize,
-    plan: isostep_profile::Trapezoid,
+    plan: isostep_profile::Profile,
     /// What this axis covers while the master makes one step; signed.
     mm_per_master_step: f64,
     /// Instants, s, and speeds, mm/s.

@@ -1,0 +1,134 @@
+//! The steps of one axis on a quintic, in fixed point.
+
+use libm::fabs;
+
+use super::fit::Quadratic;
+use super::ramp::LENGTH_MAX;
+use super::setup::View;
+use super::spans::{Quintic, STRAY_MAX_TICKS};
+use super::wide::product;
+use super::{BRIEF_S, FIT_ERROR_MAX_TICKS, fit_error_max_ticks};
+use crate::segment::Segment;
+
+/// Instants are in units of 2^-24 tick, or coarser ones in a move too long for that.
+const POINT_MAX: u8 = 24;
+/// y is 1 beyond the span, where its last segment may reach: at this share of it.
+const UNIT_SHARE: f64 = 1.5;
+/// A span has at least so many segments, so that the last one does not reach far beyond it.
+const SEGMENTS_MIN: u32 = 4;
+/// A quadratic over n steps strays by t''' n³/(72 √3), t''' being the third derivative.
+const STRAY_DIVISOR: f64 = 124.707_658_144_959_16;
+/// 2^64.
+const ONE: f64 = 18_446_744_073_709_551_616.0;
+
+/// Instants of steps that count from `first`: t = Σ c_i y^i.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Curve {
+    /// Units of 2^-point tick.
+    coefficients: [i64; 6],
+    point: u8,
+    /// log2 of the steps that a segment holds.
+    length: u8,
+    first: u32,
+    /// y of the first step, 2^-64.
+    begin: u64,
+    /// From one step's y to the next one's.
+    per_step: u64,
+}
+
+impl Curve {
+    /// No steps.
+    pub(super) fn empty() -> Self {
+        Self { coefficients: [0; 6], point: 0, length: 0, first: 0, begin: 0, per_step: 0 }
+    }
+
+    /// Of `count` steps from `first` on.
+    pub(super) fn new(quintic: &Quintic, view: View, first: u32, count: u32) -> Self {
+        let point = view.point().min(POINT_MAX);
+        let mut factor = view.tick_hz * f64::from(1u32 << point);
+        let coefficients = quintic.coefficients.map(|coefficient| {
+            let fixed = (coefficient * factor) as i64;
+            factor *= UNIT_SHARE;
+            fixed
+        });
+        let per_step = view.stride / (quintic.steps * UNIT_SHARE);
+        // Rounding may leave the first step a little before the span.
+        let begin = (f64::from(first) + 0.5 - quintic.from_steps / view.stride) * per_step;
+        let length = length(quintic, view, count);
+        Self { coefficients, point, length, first, begin: (begin * ONE) as u64, per_step: (per_step * ONE) as u64 }
+    }
+
+    /// The segment that begins at `step`, the first of `left` that are left.
+    pub(super) fn segment(&self, step: u32, left: u32) -> Segment {
+        let first = self.instant(step);
+        let mut fit = Quadratic { point: self.point.into(), length: self.length.into(), first, rise: 0, bend: 0 };
+        if left == 1 {
+            fit.length = 0;
+            return fit.segment(1);
+        }
+        let n = 1 << fit.length;
+        fit.rise = self.instant(step + n).wrapping_sub(first);
+        if n > 1 {
+            let half_rise = self.instant(step + n / 2).wrapping_sub(first);
+            fit.bend = fit.rise.wrapping_sub(half_rise).wrapping_sub(half_rise) as i64;
+        }
+        // The step at the far end is on the quadratic too.
+        fit.segment(if left - 1 <= n { left } else { n })
+    }
+
+    fn instant(&self, step: u32) -> u64 {
+        let y = u64::from(step - self.first).wrapping_mul(self.per_step).wrapping_add(self.begin);
+        let [rest @ .., last] = &self.coefficients;
+        rest.iter().rev().fold(*last, |sum, coefficient| share(sum, y) + coefficient) as u64
+    }
+}
+
+/// log2 of the steps that a quadratic may hold anywhere on the span.
+fn length(quintic: &Quintic, view: View, count: u32) -> u8 {
+    let steps = quintic.steps / view.stride;
+    let per_step = view.tick_hz / steps;
+    let bend = quintic.third_derivative_max() * per_step / (steps * steps * STRAY_DIVISOR);
+    let strict = FIT_ERROR_MAX_TICKS - STRAY_MAX_TICKS;
+    let loose = fit_error_max_ticks(view.tick_hz as u32) - STRAY_MAX_TICKS;
+    let mut period_ticks = quintic.slope_max() * per_step;
+    let mut stray_ticks = 8.0 * bend;
+    let mut length = 0;
+    // A segment that is brief may double, and three steps always have a quadratic.
+    while (length < LENGTH_MAX as u8 && SEGMENTS_MIN << (length + 1) <= count)
+        && (length == 0 || stray_ticks <= strict || stray_ticks <= loose && period_ticks < BRIEF_S * view.tick_hz)
+    {
+        length += 1;
+        stray_ticks *= 8.0;
+        period_ticks *= 2.0;
+    }
+    length
+}
+
+/// `value` y, with `y` in 2^-64, rounded down.
+#[inline(always)]
+fn share(value: i64, y: u64) -> i64 {
+    let upper = |a: u64, b: u64| {
+        let (a_low, a_high, b_low, b_high) = (a as u32, (a >> 32) as u32, b as u32, (b >> 32) as u32);
+        let middle = product(a_low, b_high) + (product(a_low, b_low) >> 32);
+        let other = product(a_high, b_low) + u64::from(middle as u32);
+        product(a_high, b_high) + (middle >> 32) + (other >> 32)
+    };
+    // In two's complement a negative value is one of 2^64 less.
+    (upper(value as u64, y) as i64).wrapping_sub(if value < 0 { y as i64 } else { 0 })
+}
+
+impl Quintic {
+    /// The greatest d³t/dz³ on the span, about.
+    fn third_derivative_max(&self) -> f64 {
+        let [.., c3, c4, c5] = self.coefficients;
+        let at = |z: f64| fabs(6.0 * c3 + z * (24.0 * c4 + z * (60.0 * c5)));
+        // It is a parabola: beyond the ends and the middle there is 3.75 c5 at most, a quarter off.
+        at(0.0).max(at(1.0)).max(at(0.5)) + fabs(3.75 * c5)
+    }
+
+    /// The greatest dt/dz at the ends.
+    fn slope_max(&self) -> f64 {
+        let [_, c1, c2, c3, c4, c5] = self.coefficients;
+        c1.max(c1 + 2.0 * c2 + 3.0 * c3 + 4.0 * c4 + 5.0 * c5)
+    }
+}

@@ -1,0 +1,289 @@
+//! The profile of a move: accelerate, cruise, decelerate.
+//!
+//! Its ramps are of one [`SpeedLaw`]; a short move has no cruise. Entry and exit speeds are parameters; paper 002 has
+//! both equal to the start speed v_s, paper 004 both zero.
+
+use core::fmt;
+
+use libm::floor;
+
+use crate::law::{IntervalLaw, SpeedLaw};
+use crate::limits::{LimitError, Limits};
+use crate::plan::Ends;
+use crate::ramp::Ramp;
+
+/// Longest move that can be planned, s: 11 days.
+pub const DURATION_MAX_S: f64 = 1e6;
+
+/// Why a profile could not be planned.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ProfileError {
+    /// The limits themselves do not work.
+    Limits(LimitError),
+    /// The distance is not a positive number, steps.
+    Distance {
+        /// What was asked.
+        asked: f64,
+    },
+    /// The entry speed is negative, above the top speed, or cannot be shed over the distance, steps/s.
+    EntrySpeed {
+        /// What was asked.
+        asked: f64,
+        /// The highest that works.
+        max: f64,
+    },
+    /// The exit speed is negative, above the top speed, or cannot be reached over the distance, steps/s.
+    ExitSpeed {
+        /// What was asked.
+        asked: f64,
+        /// The highest that works.
+        max: f64,
+    },
+    /// A law over displacement never leaves standstill: the entry or exit speed is too slow for it, steps/s.
+    Standstill {
+        /// The law.
+        law: SpeedLaw,
+        /// What was asked.
+        asked: f64,
+        /// The slowest that works.
+        min: f64,
+    },
+    /// The move would last longer than [`DURATION_MAX_S`], s.
+    TooLong {
+        /// How long it would last.
+        asked: f64,
+        /// The longest that works.
+        max: f64,
+    },
+}
+
+/// Steps of each phase: those whose instants lie in it (paper 002, eqs 5 and 8: N_a, N_v, N_d).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StepCounts {
+    /// Steps that leave while accelerating.
+    pub accel: u32,
+    /// Steps that leave while cruising.
+    pub cruise: u32,
+    /// Steps that leave while decelerating.
+    pub decel: u32,
+}
+
+/// Displacement of one axis over time: a ramp, constant speed, and a ramp backwards.
+///
+/// Displacement is continuous: 0 to `distance_steps`. Which instants become steps is [`SyncMove`](crate::SyncMove)'s
+/// affair.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Profile {
+    pub(crate) distance_steps: f64,
+    pub(crate) cruise_steps_s: f64,
+    pub(crate) cruise_s: f64,
+    /// From the entry on.
+    pub(crate) accel: Ramp,
+    /// Back from the exit.
+    pub(crate) decel: Ramp,
+    /// Where the acceleration ends.
+    pub(crate) accel_end_steps: f64,
+    /// Where the deceleration begins.
+    pub(crate) cruise_end_steps: f64,
+}
+
+impl Profile {
+    /// Plans `distance_steps` from `entry_steps_s` to `exit_steps_s` within `limits`.
+    ///
+    /// # Errors
+    /// Names the first parameter that cannot work and the bound it crossed.
+    pub fn plan(
+        distance_steps: f64,
+        entry_steps_s: f64,
+        exit_steps_s: f64,
+        limits: &Limits,
+        interval_law: IntervalLaw,
+        speed_law: SpeedLaw,
+    ) -> Result<Self, ProfileError> {
+        limits.check().map_err(ProfileError::Limits)?;
+        if !(distance_steps > 0.0 && distance_steps.is_finite()) {
+            return Err(ProfileError::Distance { asked: distance_steps });
+        }
+        let ends = Ends::new(distance_steps, entry_steps_s, exit_steps_s, limits, speed_law);
+        ends.check()?;
+        let plan = match interval_law {
+            IntervalLaw::Fastest => ends.fastest(),
+            IntervalLaw::Thirds => ends.thirds()?,
+        };
+        if !(plan.duration_s() <= DURATION_MAX_S) {
+            return Err(ProfileError::TooLong { asked: plan.duration_s(), max: DURATION_MAX_S });
+        }
+        Ok(plan)
+    }
+
+    /// The whole displacement, steps.
+    #[must_use]
+    pub fn distance_steps(&self) -> f64 {
+        self.distance_steps
+    }
+
+    /// Speed at the start, steps/s.
+    #[must_use]
+    pub fn entry_speed_steps_s(&self) -> f64 {
+        self.accel.slow_steps_s()
+    }
+
+    /// Highest speed, steps/s: the cruise's, or a triangle's peak.
+    #[must_use]
+    pub fn cruise_speed_steps_s(&self) -> f64 {
+        self.cruise_steps_s
+    }
+
+    /// Speed at the end, steps/s.
+    #[must_use]
+    pub fn exit_speed_steps_s(&self) -> f64 {
+        self.decel.slow_steps_s()
+    }
+
+    /// Duration of the acceleration, s (paper 002: t_a).
+    #[must_use]
+    pub fn t_accel_s(&self) -> f64 {
+        self.accel.duration_s()
+    }
+
+    /// Duration of the cruise, s; 0 for a triangle (paper 002: t_v).
+    #[must_use]
+    pub fn t_cruise_s(&self) -> f64 {
+        self.cruise_s
+    }
+
+    /// Duration of the deceleration, s (paper 002: t_d).
+    #[must_use]
+    pub fn t_decel_s(&self) -> f64 {
+        self.decel.duration_s()
+    }
+
+    /// Duration of the whole, s (paper 002: T).
+    #[must_use]
+    pub fn duration_s(&self) -> f64 {
+        self.accel.duration_s() + self.cruise_s + self.decel.duration_s()
+    }
+
+    /// Where the acceleration ends, steps.
+    #[must_use]
+    pub fn accel_end_steps(&self) -> f64 {
+        self.accel_end_steps
+    }
+
+    /// Where the cruise ends, steps.
+    #[must_use]
+    pub fn cruise_end_steps(&self) -> f64 {
+        self.cruise_end_steps
+    }
+
+    /// Steps per phase. The k-th step leaves at displacement k - 1/2, so a phase boundary rounds to the nearest
+    /// step, as the brackets of paper 002 (eqs 5 and 8) do.
+    #[must_use]
+    pub fn step_counts(&self) -> StepCounts {
+        let nearest = |steps: f64| floor(steps + 0.5) as u32;
+        let accel = nearest(self.accel_end_steps);
+        let cruise_end = nearest(self.cruise_end_steps).max(accel);
+        StepCounts { accel, cruise: cruise_end - accel, decel: nearest(self.distance_steps) - cruise_end }
+    }
+
+    /// When the displacement is `steps` (clamped to the move), s. The inverse of [`position_at`](Self::position_at).
+    #[must_use]
+    pub fn time_at(&self, steps: f64) -> f64 {
+        if steps <= self.accel_end_steps {
+            self.accel.time_at(steps)
+        } else if steps <= self.cruise_end_steps {
+            self.t_accel_s() + (steps - self.accel_end_steps) / self.cruise_steps_s
+        } else {
+            self.duration_s() - self.decel.time_at(self.distance_steps - steps)
+        }
+    }
+
+    /// Displacement at `t_s` (clamped to the move), steps.
+    #[must_use]
+    pub fn position_at(&self, t_s: f64) -> f64 {
+        match self.interval_at(t_s.clamp(0.0, self.duration_s())) {
+            Interval::Accel(t_s) => self.accel.at_time(t_s).steps,
+            Interval::Cruise(t_s) => self.accel_end_steps + t_s * self.cruise_steps_s,
+            Interval::Decel(left_s) => self.distance_steps - self.decel.at_time(left_s).steps,
+            Interval::Outside => 0.0,
+        }
+    }
+
+    /// Speed at `t_s`, steps/s; 0 outside the move.
+    #[must_use]
+    pub fn speed_at(&self, t_s: f64) -> f64 {
+        match self.interval_at(t_s) {
+            Interval::Accel(t_s) => self.accel.at_time(t_s).speed_steps_s,
+            Interval::Cruise(_) => self.cruise_steps_s,
+            Interval::Decel(left_s) => self.decel.at_time(left_s).speed_steps_s,
+            Interval::Outside => 0.0,
+        }
+    }
+
+    /// Signed acceleration at `t_s`, steps/s²; 0 in the cruise and outside the move.
+    #[must_use]
+    pub fn accel_at(&self, t_s: f64) -> f64 {
+        match self.interval_at(t_s) {
+            Interval::Accel(t_s) => self.accel.at_time(t_s).accel_steps_s2,
+            Interval::Decel(left_s) => -self.decel.at_time(left_s).accel_steps_s2,
+            Interval::Cruise(_) | Interval::Outside => 0.0,
+        }
+    }
+
+    /// Signed jerk at `t_s`, steps/s³; 0 in the cruise and outside the move. Where the acceleration jumps, the jerk is
+    /// that on one side of it.
+    #[must_use]
+    pub fn jerk_at(&self, t_s: f64) -> f64 {
+        match self.interval_at(t_s) {
+            Interval::Accel(t_s) => self.accel.at_time(t_s).jerk_steps_s3,
+            // Backwards in time, speed and jerk keep their signs.
+            Interval::Decel(left_s) => self.decel.at_time(left_s).jerk_steps_s3,
+            Interval::Cruise(_) | Interval::Outside => 0.0,
+        }
+    }
+
+    fn interval_at(&self, t_s: f64) -> Interval {
+        let left_s = self.duration_s() - t_s;
+        if t_s < 0.0 || left_s < 0.0 {
+            Interval::Outside
+        } else if t_s < self.t_accel_s() {
+            Interval::Accel(t_s)
+        } else if left_s <= self.t_decel_s() {
+            Interval::Decel(left_s)
+        } else {
+            Interval::Cruise(t_s - self.t_accel_s())
+        }
+    }
+}
+
+/// An instant by the interval it is in: time from the interval's start, or to the end of the move.
+enum Interval {
+    Accel(f64),
+    Cruise(f64),
+    Decel(f64),
+    Outside,
+}
+
+impl fmt::Display for ProfileError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Limits(error) => error.fmt(f),
+            Self::Distance { asked } => write!(f, "distance {asked} steps must be above 0"),
+            Self::EntrySpeed { asked, max } => {
+                write!(f, "entry speed {asked} steps/s must be 0 to {max} steps/s over this distance")
+            }
+            Self::ExitSpeed { asked, max } => {
+                write!(f, "exit speed {asked} steps/s must be 0 to {max} steps/s over this distance")
+            }
+            Self::Standstill { law, asked, min } => write!(
+                f,
+                "the {law} law cannot start or end at {asked} steps/s, it never leaves standstill: set a start speed of at \
+                 least {min} steps/s, or take another law"
+            ),
+            Self::TooLong { asked, max } => write!(f, "the move would last {asked} s, more than {max} s"),
+        }
+    }
+}
+
+impl core::error::Error for ProfileError {}

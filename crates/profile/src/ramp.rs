@@ -1,0 +1,286 @@
+//! A ramp: the way from a slow to a fast speed. A decelerating ramp is one seen backwards in time.
+
+mod logarithmic;
+mod over_displacement;
+mod over_time;
+
+use libm::sqrt;
+
+use self::over_displacement::OverDisplacement;
+use self::over_time::OverTime;
+use crate::law::SpeedLaw;
+
+/// An accelerating ramp. Times and displacements count from its slow end and are clamped to it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub(crate) struct Ramp {
+    shape: Shape,
+    slow_steps_s: f64,
+    rise_steps_s: f64,
+    steps: f64,
+    duration_s: f64,
+}
+
+/// How its speed rises.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+enum Shape {
+    Even { accel_steps_s2: f64 },
+    OverTime(OverTime),
+    OverDisplacement(OverDisplacement),
+}
+
+/// Where an axis is at an instant of a ramp, and how it moves.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct State {
+    pub(crate) t_s: f64,
+    pub(crate) steps: f64,
+    pub(crate) speed_steps_s: f64,
+    pub(crate) accel_steps_s2: f64,
+    pub(crate) jerk_steps_s3: f64,
+}
+
+/// What a ramp must keep to.
+#[derive(Clone, Copy)]
+pub(crate) struct Bounds {
+    pub(crate) law: SpeedLaw,
+    pub(crate) accel_steps_s2: f64,
+    pub(crate) jerk_steps_s3: f64,
+}
+
+impl Bounds {
+    /// The shortest ramp that rises by `rise_steps_s`.
+    pub(crate) fn shortest(&self, slow_steps_s: f64, rise_steps_s: f64) -> Ramp {
+        let (slow, rise) = (slow_steps_s, rise_steps_s);
+        let (shape, accel) = self.shape(rise);
+        match shape {
+            Shape::Even { .. } => Ramp::even(slow, rise, accel, rise * (slow + rise / 2.0) / accel),
+            Shape::OverTime(law) => {
+                let duration_s = rise * law.peak() / accel;
+                Ramp { shape, slow_steps_s, rise_steps_s, steps: (slow + rise / 2.0) * duration_s, duration_s }
+            }
+            Shape::OverDisplacement(law) => {
+                let steps = rise * rise * law.peak(slow / rise).0 / accel;
+                let duration_s = steps / rise * law.time(slow / rise, 1.0);
+                Ramp { shape, slow_steps_s, rise_steps_s, steps, duration_s }
+            }
+        }
+    }
+
+    /// How long that ramp is, steps, and how much longer for each step/s more.
+    pub(crate) fn length(&self, slow: f64, rise: f64) -> (f64, f64) {
+        let mean = slow + rise / 2.0;
+        let (shape, accel) = self.shape(rise);
+        match shape {
+            Shape::Even { .. } => (rise * mean / accel, (slow + rise) / accel),
+            Shape::OverTime(law) => {
+                let duration_s = rise * law.peak() / accel;
+                let growth_s = match law {
+                    OverTime::Sine => duration_s / rise,
+                    // The duration is rise/a + a/j where the acceleration is reached, and 2 √(rise/j) where it is not.
+                    OverTime::SCurve { share } if share < 0.5 => 1.0 / accel,
+                    OverTime::SCurve { .. } => duration_s / (2.0 * rise),
+                };
+                (mean * duration_s, duration_s / 2.0 + mean * growth_s)
+            }
+            Shape::OverDisplacement(law) => {
+                let (peak, slope) = law.peak(slow / rise);
+                (rise * rise * peak / accel, (2.0 * rise * peak - slow * slope) / accel)
+            }
+        }
+    }
+
+    /// The mean speed on any of its ramps with this rise, however long.
+    pub(crate) fn mean_steps_s(&self, slow: f64, rise: f64) -> f64 {
+        match self.shape(rise).0 {
+            Shape::OverDisplacement(law) => rise / law.time(slow / rise, 1.0),
+            _ => slow + rise / 2.0,
+        }
+    }
+
+    /// The shape of the shortest ramp, and the acceleration it reaches.
+    fn shape(&self, rise: f64) -> (Shape, f64) {
+        let accel = self.accel_steps_s2;
+        let shape = match self.law {
+            // No ramp is of any shape.
+            _ if rise == 0.0 => Shape::Even { accel_steps_s2: accel },
+            SpeedLaw::Trapezoid => Shape::Even { accel_steps_s2: accel },
+            SpeedLaw::SCurve => return self.s_curve(rise),
+            SpeedLaw::Sine => Shape::OverTime(OverTime::Sine),
+            SpeedLaw::Linear => Shape::OverDisplacement(OverDisplacement::Linear),
+            SpeedLaw::Quadratic => Shape::OverDisplacement(OverDisplacement::Quadratic),
+            SpeedLaw::Sinusoidal => Shape::OverDisplacement(OverDisplacement::Sinusoidal),
+            SpeedLaw::Logarithmic => Shape::OverDisplacement(OverDisplacement::Logarithmic),
+        };
+        (shape, accel)
+    }
+
+    /// The jerk lasts a/j of rise/a + a/j; half of the time where the acceleration a is not reached.
+    fn s_curve(&self, rise: f64) -> (Shape, f64) {
+        let (limit, per_time) = (self.accel_steps_s2, self.jerk_steps_s3 * rise);
+        if limit * limit > per_time {
+            return (Shape::OverTime(OverTime::SCurve { share: 0.5 }), sqrt(per_time));
+        }
+        let share = limit * limit / (per_time + limit * limit);
+        // Without a limit of the jerk, or where it does not matter.
+        let shape = if share < SHARE_MIN {
+            Shape::Even { accel_steps_s2: limit }
+        } else {
+            Shape::OverTime(OverTime::SCurve { share })
+        };
+        (shape, limit)
+    }
+}
+
+/// Less of the time is none: rounding takes as much.
+const SHARE_MIN: f64 = 1e-12;
+
+impl Ramp {
+    pub(crate) fn even(slow_steps_s: f64, rise_steps_s: f64, accel_steps_s2: f64, steps: f64) -> Self {
+        let duration_s = even_time_s(steps, slow_steps_s, accel_steps_s2);
+        Self { shape: Shape::Even { accel_steps_s2 }, slow_steps_s, rise_steps_s, steps, duration_s }
+    }
+
+    /// The same, slower throughout: it lasts `duration_s`, no less than it does now, between the same speeds.
+    pub(crate) fn stretched(self, duration_s: f64) -> Self {
+        let mean = self.slow_steps_s + self.rise_steps_s / 2.0;
+        let (shape, steps) = match self.shape {
+            Shape::Even { accel_steps_s2 } => {
+                // Over a short ramp rounding must not lift it above its limit. Without a rise it is a cruise.
+                (Shape::Even { accel_steps_s2: accel_steps_s2.min(self.rise_steps_s / duration_s) }, mean * duration_s)
+            }
+            Shape::OverTime(_) => (self.shape, mean * duration_s),
+            Shape::OverDisplacement(_) => (self.shape, self.steps / self.duration_s * duration_s),
+        };
+        Self { shape, steps, duration_s, ..self }
+    }
+
+    pub(crate) fn steps(&self) -> f64 {
+        self.steps
+    }
+
+    pub(crate) fn duration_s(&self) -> f64 {
+        self.duration_s
+    }
+
+    pub(crate) fn slow_steps_s(&self) -> f64 {
+        self.slow_steps_s
+    }
+
+    /// Its constant acceleration, if it is of that shape.
+    pub(crate) fn even_accel_steps_s2(&self) -> Option<f64> {
+        match self.shape {
+            Shape::Even { accel_steps_s2 } => Some(accel_steps_s2),
+            _ => None,
+        }
+    }
+
+    /// When it is at `steps`.
+    pub(crate) fn time_at(&self, steps: f64) -> f64 {
+        match self.shape {
+            Shape::Even { accel_steps_s2 } => even_time_s(steps.max(0.0), self.slow_steps_s, accel_steps_s2),
+            _ if steps <= 0.0 => 0.0,
+            _ if steps >= self.steps => self.duration_s,
+            Shape::OverTime(law) => {
+                let way = steps / (self.rise_steps_s * self.duration_s);
+                self.duration_s * law.time(self.slow_steps_s / self.rise_steps_s, way)
+            }
+            Shape::OverDisplacement(law) => {
+                let slow = self.slow_steps_s / self.rise_steps_s;
+                self.displacement_s() * law.time(slow, steps / self.steps)
+            }
+        }
+    }
+
+    /// What its law is over, where it is at `steps`: time, s, or displacement, steps. It rises from 0.
+    pub(crate) fn parameter_at(&self, steps: f64) -> f64 {
+        if self.is_over_displacement() { steps.min(self.steps) } else { self.time_at(steps) }
+    }
+
+    /// The same at the fast end.
+    pub(crate) fn parameter_end(&self) -> f64 {
+        if self.is_over_displacement() { self.steps } else { self.duration_s }
+    }
+
+    /// The same where the jerk jumps next. Seen from the fast end, too.
+    pub(crate) fn next_corner(&self, parameter: f64) -> f64 {
+        match self.shape {
+            Shape::OverTime(law) => self.duration_s * law.next_corner(parameter / self.duration_s),
+            _ => self.parameter_end(),
+        }
+    }
+
+    /// How it is at a parameter.
+    pub(crate) fn at_parameter(&self, parameter: f64) -> State {
+        match self.shape {
+            Shape::OverDisplacement(law) => self.over_displacement(law, parameter / self.steps),
+            _ => self.at_time(parameter),
+        }
+    }
+
+    fn is_over_displacement(&self) -> bool {
+        matches!(self.shape, Shape::OverDisplacement(_))
+    }
+
+    /// How it is at `t_s`.
+    pub(crate) fn at_time(&self, t_s: f64) -> State {
+        let t_s = t_s.clamp(0.0, self.duration_s);
+        match self.shape {
+            Shape::Even { accel_steps_s2 } => State {
+                t_s,
+                steps: t_s * (self.slow_steps_s + accel_steps_s2 * t_s / 2.0),
+                speed_steps_s: self.slow_steps_s + accel_steps_s2 * t_s,
+                accel_steps_s2,
+                jerk_steps_s3: 0.0,
+            },
+            Shape::OverTime(law) => self.over_time(law, t_s),
+            Shape::OverDisplacement(law) => {
+                let slow = self.slow_steps_s / self.rise_steps_s;
+                let u = law.displacement(slow, t_s / self.displacement_s());
+                State { t_s, ..self.over_displacement(law, u) }
+            }
+        }
+    }
+
+    fn over_time(&self, law: OverTime, t_s: f64) -> State {
+        let (rise, t) = (self.rise_steps_s, t_s / self.duration_s);
+        let per_s = 1.0 / self.duration_s;
+        State {
+            t_s,
+            steps: self.slow_steps_s * t_s + rise * self.duration_s * law.travel(t),
+            speed_steps_s: self.slow_steps_s + rise * law.speed(t),
+            accel_steps_s2: rise * per_s * law.slope(t),
+            jerk_steps_s3: rise * per_s * per_s * law.bend(t),
+        }
+    }
+
+    fn over_displacement(&self, law: OverDisplacement, u: f64) -> State {
+        let rise = self.rise_steps_s;
+        let per_step = rise / self.steps;
+        let speed_steps_s = self.slow_steps_s + rise * law.speed(u);
+        let slope = per_step * law.slope(u);
+        State {
+            t_s: self.displacement_s() * law.time(self.slow_steps_s / rise, u),
+            steps: u * self.steps,
+            speed_steps_s,
+            accel_steps_s2: speed_steps_s * slope,
+            // a = v v', so da/dt = v (v'² + v v'').
+            jerk_steps_s3: speed_steps_s * (slope * slope + speed_steps_s * per_step / self.steps * law.bend(u)),
+        }
+    }
+
+    /// What a law over displacement has for 1.
+    fn displacement_s(&self) -> f64 {
+        self.steps / self.rise_steps_s
+    }
+}
+
+/// Time to cover `steps` from speed `v` at acceleration `a`: (sqrt(v² + 2 a x) - v)/a, written so that nothing
+/// cancels and a = 0 is a plain cruise.
+pub(crate) fn even_time_s(steps: f64, speed_steps_s: f64, accel_steps_s2: f64) -> f64 {
+    if steps == 0.0 {
+        return 0.0;
+    }
+    let end = sqrt(speed_steps_s * speed_steps_s + 2.0 * accel_steps_s2 * steps);
+    2.0 * steps / (speed_steps_s + end)
+}

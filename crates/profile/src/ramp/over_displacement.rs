@@ -1,0 +1,104 @@
+//! Ramps whose speed is a function of the displacement, in a unit square (paper 000): speed v from 0 to 1 above `slow`,
+//! which is above 0, displacement u from 0 to 1.
+
+use core::f64::consts::PI;
+
+use libm::{atan, atan2, cos, exp, log1p, sin, sqrt};
+
+use super::logarithmic;
+use crate::newton::rising_root;
+
+/// The law of a ramp.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub(crate) enum OverDisplacement {
+    /// v = u (paper 000, eq 5).
+    Linear,
+    /// v = u² (eq 6).
+    Quadratic,
+    /// v = (1 - cos π u)/2 (eq 7).
+    Sinusoidal,
+    /// v = ln(1 + K u)/ln(1 + K) (eq 8).
+    Logarithmic,
+}
+
+impl OverDisplacement {
+    /// v(`u`).
+    pub(super) fn speed(self, u: f64) -> f64 {
+        match self {
+            Self::Linear => u,
+            Self::Quadratic => u * u,
+            Self::Sinusoidal => {
+                let half = sin(PI / 2.0 * u);
+                half * half
+            }
+            Self::Logarithmic => log1p(logarithmic::K * u) / logarithmic::LN_END,
+        }
+    }
+
+    /// v'(`u`).
+    pub(super) fn slope(self, u: f64) -> f64 {
+        match self {
+            Self::Linear => 1.0,
+            Self::Quadratic => 2.0 * u,
+            Self::Sinusoidal => PI / 2.0 * sin(PI * u),
+            Self::Logarithmic => logarithmic::slope(u),
+        }
+    }
+
+    /// v''(`u`).
+    pub(super) fn bend(self, u: f64) -> f64 {
+        match self {
+            Self::Linear => 0.0,
+            Self::Quadratic => 2.0,
+            Self::Sinusoidal => PI * PI / 2.0 * cos(PI * u),
+            Self::Logarithmic => -logarithmic::LN_END * logarithmic::slope(u) * logarithmic::slope(u),
+        }
+    }
+
+    /// The most that the acceleration (slow + v) v' becomes, and its slope over `slow`.
+    pub(super) fn peak(self, slow: f64) -> (f64, f64) {
+        match self {
+            Self::Linear => (slow + 1.0, 1.0),
+            Self::Quadratic => (2.0 * (slow + 1.0), 2.0),
+            Self::Sinusoidal => {
+                // Where d/du is 0, with m = slow + 1/2: cos² πu - m cos πu - 1/2 = 0.
+                let m = slow + 0.5;
+                let cosine = -1.0 / (m + sqrt(m * m + 2.0));
+                let slope = PI / 2.0 * sqrt(1.0 - cosine * cosine);
+                ((m - cosine / 2.0) * slope, slope)
+            }
+            Self::Logarithmic => {
+                // With q = slow ln(1 + K) and s = ln(1 + K u) it is (q + s) exp(-s) K/ln²(1 + K).
+                let q = slow * logarithmic::LN_END;
+                let (peak, slope) = if q < 1.0 { (exp(q - 1.0), exp(q - 1.0)) } else { (q, 1.0) };
+                let scale = logarithmic::K / logarithmic::LN_END;
+                (peak * scale / logarithmic::LN_END, slope * scale)
+            }
+        }
+    }
+
+    /// How long it takes to `u`: ∫ du/(slow + v).
+    pub(super) fn time(self, slow: f64, u: f64) -> f64 {
+        match self {
+            Self::Linear => log1p(u / slow),
+            Self::Quadratic => {
+                let root = sqrt(slow);
+                atan(u / root) / root
+            }
+            Self::Sinusoidal => {
+                let (low, high) = (sqrt(slow), sqrt(slow + 1.0));
+                let quarter = PI / 2.0 * u;
+                atan2(high * sin(quarter), low * cos(quarter)) / (PI / 2.0 * low * high)
+            }
+            Self::Logarithmic => logarithmic::time(slow, u),
+        }
+    }
+
+    /// Where it is at `time`.
+    pub(super) fn displacement(self, slow: f64, time: f64) -> f64 {
+        // No slower than at the start.
+        let least = (slow * time).min(1.0);
+        rising_root((least, 1.0), least, 1e-15, |u| (self.time(slow, u) - time, 1.0 / (slow + self.speed(u))))
+    }
+}
