@@ -37,6 +37,7 @@ mod curve;
 mod fit;
 mod gentle;
 mod phase;
+mod quintic;
 mod ramp;
 mod root;
 mod setup;

@@ -142,17 +142,17 @@ impl Ends {
     /// Paper 004, eqs 1-7: all three intervals last t1, so s = t1 (v_accel + v + v_decel) with the mean speeds of the
     /// ramps. The cruise speed v is the highest at which neither ramp exceeds its limits.
     pub(crate) fn thirds(&self) -> Result<Profile, ProfileError> {
-        let highest = match self.law {
-            SpeedLaw::Trapezoid => self.highest_of_thirds(),
-            _ => self.highest_of_thirds_by_search(),
+        let gain = match self.law {
+            SpeedLaw::Trapezoid => self.highest_of_thirds() - self.fast_end(),
+            _ => self.gain_of_thirds(),
         };
+        let highest = self.fast_end() + gain;
         if highest < self.entry_steps_s {
             return Err(ProfileError::EntrySpeed { asked: self.entry_steps_s, max: highest });
         }
         if highest < self.exit_steps_s {
             return Err(ProfileError::ExitSpeed { asked: self.exit_steps_s, max: highest });
         }
-        let gain = highest - self.fast_end();
         let (accel, decel) = self.means(gain);
         let third_s = self.distance_steps / (accel + highest + decel);
         Ok(Profile { cruise_s: third_s, ..self.profile(gain, |ramp| ramp.stretched(third_s)) })
@@ -171,21 +171,21 @@ impl Ends {
         self.top_steps_s.min(accel).min(decel)
     }
 
-    fn highest_of_thirds_by_search(&self) -> f64 {
+    /// By search; below 0 if the faster end is too fast for its own ramp.
+    fn gain_of_thirds(&self) -> f64 {
         let fast = self.fast_end();
         let room = self.top_steps_s - fast;
         if self.excess_of_thirds(room).0 <= 0.0 {
-            return self.top_steps_s;
+            return room;
         }
         if self.excess_of_thirds(0.0).0 > 0.0 {
-            // The faster end is too fast for its own ramp: how fast it may be.
             let excess = |end| (self.with_fast_end(end).excess_of_thirds(0.0).0, f64::NAN);
             let slow = self.entry_steps_s.min(self.exit_steps_s);
-            return rising_root((slow, fast), fast, THIRDS_TOLERANCE, excess);
+            return rising_root((slow, fast), fast, THIRDS_TOLERANCE, excess) - fast;
         }
+        let gain = rising_root((0.0, room), room, THIRDS_TOLERANCE, |gain| self.excess_of_thirds(gain));
         // On the safe side of where the search ends.
-        fast + rising_root((0.0, room), room, THIRDS_TOLERANCE, |gain| self.excess_of_thirds(gain))
-            * (1.0 - 2.0 * THIRDS_TOLERANCE)
+        gain * (1.0 - 2.0 * THIRDS_TOLERANCE)
     }
 
     /// A ramp of mean speed m that is x long at its shortest has its time if x/m <= t1. How much longer the way would

@@ -204,8 +204,7 @@ proptest! {
         prop_assume!(steps != [0; 3]);
         let mut tighter = limits;
         let own = &mut tighter[axis];
-        prop_assume!(which < 2 || !speed_law.is_over_displacement());
-        match which {
+        match if speed_law.is_over_displacement() { which % 2 } else { which } {
             0 => own.accel_steps_s2 /= 2.0,
             1 => own.decel_steps_s2 /= 2.0,
             2 => own.start_speed_steps_s /= 2.0,
@@ -219,11 +218,13 @@ proptest! {
         prop_assert!(duration_s(&tighter) >= duration_s(&limits) * (1.0 - 1e-9));
     }
 
-    /// No law is faster than the trapezoid.
+    /// No law is faster than the trapezoid at its fastest. In thirds one with a higher mean speed can be.
     #[test]
-    fn the_trapezoid_is_the_fastest((steps, limits, law, speed_law) in moves()) {
+    fn the_trapezoid_is_the_fastest((steps, limits, _, speed_law) in moves()) {
         prop_assume!(steps != [0; 3]);
-        let duration_s = |speed_law| SyncMove::plan(steps, &limits, law, speed_law, None).unwrap().profile.duration_s();
+        let duration_s = |speed_law| {
+            SyncMove::plan(steps, &limits, IntervalLaw::Fastest, speed_law, None).unwrap().profile.duration_s()
+        };
         prop_assert!(duration_s(speed_law) >= duration_s(SpeedLaw::Trapezoid) * (1.0 - 1e-9));
     }
 

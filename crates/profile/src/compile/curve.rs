@@ -1,11 +1,10 @@
 //! The steps of one axis on a quintic, in fixed point.
 
-use libm::fabs;
-
 use super::fit::Quadratic;
+use super::quintic::Quintic;
 use super::ramp::LENGTH_MAX;
 use super::setup::View;
-use super::spans::{Quintic, STRAY_MAX_TICKS};
+use super::spans::STRAY_MAX_TICKS;
 use super::wide::product;
 use super::{BRIEF_S, FIT_ERROR_MAX_TICKS, fit_error_max_ticks};
 use crate::segment::Segment;
@@ -20,6 +19,16 @@ const SEGMENTS_MIN: u32 = 4;
 const STRAY_DIVISOR: f64 = 124.707_658_144_959_16;
 /// 2^64.
 const ONE: f64 = 18_446_744_073_709_551_616.0;
+
+/// The steps of a span.
+pub(super) struct Place {
+    /// The first.
+    pub(super) step: u32,
+    /// How many steps after the beginning of the span that is.
+    pub(super) steps_after_begin: f64,
+    /// How many there are.
+    pub(super) count: u32,
+}
 
 /// Instants of steps that count from `first`: t = Σ c_i y^i.
 #[derive(Clone, Copy, Debug)]
@@ -42,20 +51,28 @@ impl Curve {
         Self { coefficients: [0; 6], point: 0, length: 0, first: 0, begin: 0, per_step: 0 }
     }
 
-    /// Of `count` steps from `first` on.
-    pub(super) fn new(quintic: &Quintic, view: View, first: u32, count: u32) -> Self {
+    /// Of the steps of `place`. If `is_backwards`, times are counted back from the end of the move.
+    pub(super) fn new(quintic: &Quintic, view: View, is_backwards: bool, place: Place) -> Self {
         let point = view.point().min(POINT_MAX);
-        let mut factor = view.tick_hz * f64::from(1u32 << point);
-        let coefficients = quintic.coefficients.map(|coefficient| {
+        let unit_hz = f64::from(1u32 << point);
+        let mut factor = if is_backwards { -view.tick_hz * unit_hz } else { view.tick_hz * unit_hz };
+        let mut coefficients = quintic.coefficients.map(|coefficient| {
             let fixed = (coefficient * factor) as i64;
             factor *= UNIT_SHARE;
             fixed
         });
-        let per_step = view.stride / (quintic.steps * UNIT_SHARE);
-        // Rounding may leave the first step a little before the span.
-        let begin = (f64::from(first) + 0.5 - quintic.from_steps / view.stride) * per_step;
-        let length = length(quintic, view, count);
-        Self { coefficients, point, length, first, begin: (begin * ONE) as u64, per_step: (per_step * ONE) as u64 }
+        if is_backwards {
+            coefficients[0] += (view.end_ticks * unit_hz) as i64;
+        }
+        let per_step = view.stride / (quintic.steps.abs() * UNIT_SHARE);
+        Self {
+            coefficients,
+            point,
+            length: length(quintic, view, place.count),
+            first: place.step,
+            begin: (place.steps_after_begin * per_step * ONE) as u64,
+            per_step: (per_step * ONE) as u64,
+        }
     }
 
     /// The segment that begins at `step`, the first of `left` that are left.
@@ -85,7 +102,7 @@ impl Curve {
 
 /// log2 of the steps that a quadratic may hold anywhere on the span.
 fn length(quintic: &Quintic, view: View, count: u32) -> u8 {
-    let steps = quintic.steps / view.stride;
+    let steps = quintic.steps.abs() / view.stride;
     let per_step = view.tick_hz / steps;
     let bend = quintic.third_derivative_max() * per_step / (steps * steps * STRAY_DIVISOR);
     let strict = FIT_ERROR_MAX_TICKS - STRAY_MAX_TICKS;
@@ -115,20 +132,4 @@ fn share(value: i64, y: u64) -> i64 {
     };
     // In two's complement a negative value is one of 2^64 less.
     (upper(value as u64, y) as i64).wrapping_sub(if value < 0 { y as i64 } else { 0 })
-}
-
-impl Quintic {
-    /// The greatest d³t/dz³ on the span, about.
-    fn third_derivative_max(&self) -> f64 {
-        let [.., c3, c4, c5] = self.coefficients;
-        let at = |z: f64| fabs(6.0 * c3 + z * (24.0 * c4 + z * (60.0 * c5)));
-        // It is a parabola: beyond the ends and the middle there is 3.75 c5 at most, a quarter off.
-        at(0.0).max(at(1.0)).max(at(0.5)) + fabs(3.75 * c5)
-    }
-
-    /// The greatest dt/dz at the ends.
-    fn slope_max(&self) -> f64 {
-        let [_, c1, c2, c3, c4, c5] = self.coefficients;
-        c1.max(c1 + 2.0 * c2 + 3.0 * c3 + 4.0 * c4 + 5.0 * c5)
-    }
 }

@@ -21,7 +21,7 @@ pub(super) struct View {
     pub(super) stride: f64,
     pub(super) tick_hz: f64,
     /// How long the move lasts.
-    end_ticks: f64,
+    pub(super) end_ticks: f64,
 }
 
 /// A ramp at constant acceleration.

@@ -1,14 +1,14 @@
 //! A ramp whose acceleration changes, as spans of quintics.
 //!
-//! No law is inverted per segment. A span reaches from one state of the ramp to another; each state is a time, a
-//! displacement, a speed and an acceleration in closed form. Over the span the time is the quintic in the displacement
-//! that has these at both ends (Hermite's): its derivatives there are 1/v and -a/v³. The state midway, where a quintic
-//! strays most, tells whether it is near enough: if not, the span is halved, and if by far, the next one is twice as
-//! long. The ramp's own corners, where the jerk jumps, end a span too.
+//! No law is inverted for a segment. A span reaches from one state of the ramp to another; each state is a time, a
+//! displacement, a speed and an acceleration in closed form, and over the span the time is the quintic in the
+//! displacement that has all of these at both ends. The state midway tells how far the quintic strays: if too far, the span is halved, and if by far, the next one is twice as long. The ramp's corners, where the
+//! jerk jumps, end a span too. So a state is as near to the law as floats are, and nothing accumulates.
 //!
-//! Segments come from the quintic in fixed point, at the cost of five products of 64 bits an instant.
+//! Segments come from the quintic in fixed point ([`Curve`]).
 
-use super::curve::Curve;
+use super::curve::{Curve, Place};
+use super::quintic::Quintic;
 use super::setup::View;
 use crate::profile::Profile;
 use crate::ramp::{Ramp, State};
@@ -18,8 +18,10 @@ use crate::segment::Segment;
 pub(super) const STRAY_MAX_TICKS: f64 = 1.0 / 32.0;
 /// A span that strays by this share of it was too short: a quintic over twice as long strays 64 times as much.
 const SHORT_SHARE: f64 = 1.0 / 128.0;
-/// Longest span, ticks, so that its numbers fit.
-const SPAN_MAX_TICKS: f64 = 67_108_864.0;
+/// Longest span, ticks: half of what a segment may last.
+const SPAN_MAX_TICKS: f64 = 1_073_741_824.0;
+/// What a time is rounded by on the way, as a share of it: 2^-50.
+const ROUNDING: f64 = 8.881_784_197_001_252e-16;
 /// At first, the share of the ramp that a span tries.
 const FIRST_SHARE: f64 = 1.0 / 16.0;
 /// Spans begin and end nearer to standstill than the first and last step, at half a step, so there always is a span.
@@ -32,7 +34,7 @@ const SHARE_MIN: f64 = 1e-12;
 pub(super) struct Spans {
     path: Path,
     view: View,
-    /// The end of the span, as the ramp's parameter and state.
+    /// Where the span ends: the path's parameter and the ramp's state.
     parameter: f64,
     state: State,
     /// Where the last span ends.
@@ -46,25 +48,25 @@ pub(super) struct Spans {
     end: u32,
 }
 
-/// A ramp as the move takes it. Its parameter is what the law is over, time or displacement, and rises with both.
+/// A ramp, from its slow to its fast end or backwards. Its parameter is what the law is over, time or displacement,
+/// from where the path begins. Its states are the ramp's, counted from the slow end: nothing cancels near standstill.
 #[derive(Clone, Copy, Debug)]
 struct Path {
     ramp: Ramp,
-    /// Where and when the move ends, if the ramp is taken backwards from there: steps and s.
-    backwards_from: Option<(f64, f64)>,
+    is_backwards: bool,
 }
 
 impl Spans {
     /// Over the steps before `end`.
     pub(super) fn accelerating(plan: &Profile, view: View, end: u32) -> Self {
-        let path = Path { ramp: plan.accel, backwards_from: None };
+        let path = Path { ramp: plan.accel, is_backwards: false };
         let first = path.ramp.parameter_at(view.stride * BEFORE_STEP);
         Self::new(path, view, (first, path.ramp.parameter_end()), (0, end))
     }
 
     /// Over the steps from `begin` on, before `end`, where the move ends.
     pub(super) fn decelerating(plan: &Profile, view: View, begin: u32, end: u32) -> Self {
-        let path = Path { ramp: plan.decel, backwards_from: Some((plan.distance_steps(), plan.duration_s())) };
+        let path = Path { ramp: plan.decel, is_backwards: true };
         let last = path.ramp.parameter_end() - path.ramp.parameter_at(view.stride * BEFORE_STEP);
         Self::new(path, view, (0.0, last), (begin, end))
     }
@@ -93,97 +95,65 @@ impl Spans {
 
     /// Goes on to a span whose first step, if it has any, is `step`.
     fn next_span(&mut self, step: u32) {
-        let from = self.state;
-        let mut to = self.parameter + self.reach;
-        to = to.min(self.path.next_corner(self.parameter)).min(self.last);
-        let mut far = self.path.state(to);
-        let least = SHARE_MIN * self.last;
-        let quintic = loop {
+        let quintic = self.next_quintic();
+        self.curve_end = if self.parameter >= self.last { self.end } else { self.steps_before(self.state.steps) };
+        self.curve_end = self.curve_end.clamp(step, self.end);
+        let place = Place { step, count: self.curve_end - step, steps_after_begin: self.steps_after(&quintic, step) };
+        self.curve = Curve::new(&quintic, self.view, self.path.is_backwards, place);
+    }
+
+    /// Goes on by as much as a quintic holds.
+    fn next_quintic(&mut self) -> Quintic {
+        let mut to = (self.parameter + self.reach).min(self.path.ramp.next_corner(self.parameter)).min(self.last);
+        let mut end = self.path.state(to);
+        loop {
             let reach = to - self.parameter;
             let half = self.parameter + reach / 2.0;
             let middle = self.path.state(half);
-            let quintic = Quintic::between(&from, &far);
-            let stray_ticks = (quintic.time_s(&middle) - middle.t_s).abs() * self.view.tick_hz;
-            let is_short = (far.t_s - from.t_s) * self.view.tick_hz <= SPAN_MAX_TICKS;
-            if is_short && stray_ticks <= STRAY_MAX_TICKS || reach <= least {
-                if stray_ticks <= STRAY_MAX_TICKS * SHORT_SHARE {
+            let quintic = Quintic::between(&self.state, &end);
+            let stray = self.stray(&quintic, &middle, &end);
+            if stray <= 1.0 || reach <= SHARE_MIN * self.last {
+                if stray <= SHORT_SHARE {
                     self.reach = self.reach.max(2.0 * reach);
                 }
-                break quintic;
+                (self.parameter, self.state) = (to, end);
+                return quintic;
             }
-            (to, far, self.reach) = (half, middle, reach / 2.0);
-        };
-        self.curve_end = if to >= self.last { self.end } else { self.steps_before(far.steps).clamp(step, self.end) };
-        self.curve = Curve::new(&quintic, self.view, step, self.curve_end - step);
-        (self.parameter, self.state) = (to, far);
+            (to, end, self.reach) = (half, middle, reach / 2.0);
+        }
     }
 
-    /// How many steps of the axis are due before the master is at `steps`.
-    fn steps_before(&self, steps: f64) -> u32 {
-        (steps / self.view.stride + 0.5) as u32
+    /// How far the quintic strays, or, if it is too long, more than that, as a share of what is allowed.
+    fn stray(&self, quintic: &Quintic, middle: &State, end: &State) -> f64 {
+        let tick_hz = self.view.tick_hz;
+        let stray_ticks = quintic.stray_s(middle) * tick_hz;
+        // No nearer than 64-bit floats tell in a very long move.
+        let allowed_ticks = STRAY_MAX_TICKS.max(middle.t_s * tick_hz * ROUNDING);
+        let ticks = (end.t_s - self.state.t_s).abs() * tick_hz;
+        if ticks > SPAN_MAX_TICKS { f64::INFINITY } else { stray_ticks / allowed_ticks }
+    }
+
+    /// How many steps are due before the ramp is at `ramp_steps`.
+    fn steps_before(&self, ramp_steps: f64) -> u32 {
+        let nearer_to_slow_end = (ramp_steps / self.view.stride + 0.5) as u32;
+        if self.path.is_backwards { self.end - nearer_to_slow_end.min(self.end) } else { nearer_to_slow_end }
+    }
+
+    /// How many steps after the quintic's beginning `step` is due; rounding may leave it a little before.
+    fn steps_after(&self, quintic: &Quintic, step: u32) -> f64 {
+        let begin = quintic.begin_steps / self.view.stride;
+        let after = if self.path.is_backwards {
+            begin - (f64::from(self.end - step) - 0.5)
+        } else {
+            f64::from(step) + 0.5 - begin
+        };
+        after.max(0.0)
     }
 }
 
 impl Path {
     fn state(&self, parameter: f64) -> State {
-        match self.backwards_from {
-            None => self.ramp.at_parameter(parameter),
-            Some((steps, t_s)) => {
-                let state = self.ramp.at_parameter(self.ramp.parameter_end() - parameter);
-                State {
-                    t_s: t_s - state.t_s,
-                    steps: steps - state.steps,
-                    accel_steps_s2: -state.accel_steps_s2,
-                    ..state
-                }
-            }
-        }
+        let from_slow_end = if self.is_backwards { self.ramp.parameter_end() - parameter } else { parameter };
+        self.ramp.at_parameter(from_slow_end)
     }
-
-    /// Every law has its corners at the same places from both ends.
-    fn next_corner(&self, parameter: f64) -> f64 {
-        self.ramp.next_corner(parameter)
-    }
-}
-
-/// The time over the displacement between two states: Σ c_i z^i with z from 0 to 1.
-pub(super) struct Quintic {
-    /// s.
-    pub(super) coefficients: [f64; 6],
-    /// Where z is 0, steps.
-    pub(super) from_steps: f64,
-    /// What z is counted in, steps.
-    pub(super) steps: f64,
-}
-
-impl Quintic {
-    fn between(from: &State, to: &State) -> Self {
-        let h = to.steps - from.steps;
-        let (slope_from, bend_from) = derivatives(from, h);
-        let (slope_to, bend_to) = derivatives(to, h);
-        // What the value, slope and bend at the end exceed those that the first three terms come to.
-        let value = to.t_s - from.t_s - slope_from - bend_from / 2.0;
-        let slope = slope_to - slope_from - bend_from;
-        let bend = bend_to - bend_from;
-        let coefficients = [
-            from.t_s,
-            slope_from,
-            bend_from / 2.0,
-            10.0 * value - 4.0 * slope + bend / 2.0,
-            -15.0 * value + 7.0 * slope - bend,
-            6.0 * value - 3.0 * slope + bend / 2.0,
-        ];
-        Self { coefficients, from_steps: from.steps, steps: h }
-    }
-
-    fn time_s(&self, at: &State) -> f64 {
-        let z = (at.steps - self.from_steps) / self.steps;
-        self.coefficients.iter().rev().fold(0.0, |sum, coefficient| sum * z + coefficient)
-    }
-}
-
-/// dt/dz and d²t/dz² where z counts `h` steps: h/v and -h² a/v³.
-fn derivatives(state: &State, h: f64) -> (f64, f64) {
-    let slope = h / state.speed_steps_s;
-    (slope, -slope * slope * state.accel_steps_s2 / state.speed_steps_s)
 }
