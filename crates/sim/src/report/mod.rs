@@ -6,6 +6,7 @@ mod errors;
 mod kinematics;
 mod page;
 mod path;
+pub mod profile;
 mod theme;
 
 pub use page::{files, page};
