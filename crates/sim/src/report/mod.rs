@@ -5,6 +5,7 @@ pub mod bench;
 mod errors;
 mod kinematics;
 mod page;
+pub mod papers;
 mod path;
 pub mod profile;
 mod theme;

@@ -73,6 +73,11 @@ pub fn svg(size: (u32, u32), title: &str, draw: impl FnOnce(&Area) -> Drawn) -> 
     )
 }
 
+/// The page's name of one of the colours here, for a key outside a picture.
+pub fn variable(colour: RGBColor) -> &'static str {
+    VARIABLES.iter().find(|known| known.0 == colour).map_or("--ink", |known| known.1)
+}
+
 /// A picture that stands by itself, in the light colours of the page's style sheet.
 pub fn standalone(picture: &str) -> String {
     let text = picture.replacen('>', "><rect width=\"100%\" height=\"100%\" fill=\"var(--paper)\"/>", 1);

@@ -1,7 +1,7 @@
 //! Position, speed, acceleration and jerk of several profiles over time, one over the other: plain data in, SVG out.
 
 mod panel;
-mod thin;
+pub(super) mod thin;
 
 use super::theme::{self, Area, CURVE, Drawn};
 use panel::Panel;
