@@ -22,13 +22,16 @@ pub struct Curve {
     pub jerk: Vec<(f64, f64)>,
 }
 
-const WIDTH: u32 = 860;
-const KEY_HEIGHT: u32 = 34;
-const PANEL_HEIGHT: u32 = 232;
+/// Places of a drawing are whole numbers: with four to a pixel, a slow curve has no stairs.
+const FINE: u32 = 4;
+const WIDTH: u32 = 860 * FINE;
+const KEY_HEIGHT: u32 = 34 * FINE;
+const PANEL_HEIGHT: u32 = 232 * FINE;
 /// Room for the name of the time axis.
-const FOOT: u32 = 26;
+const FOOT: u32 = 26 * FINE;
 
-/// The picture: four panels over one time axis, and a key above them. Points that share a column of the picture are drawn
+/// The picture: four panels over one time axis, and a key above them; the first curve lies on top.
+/// Points that share a column of the picture are drawn
 /// as its first, lowest, highest and last, so no peak is lost.
 #[must_use]
 pub fn picture(title: &str, curves: &[Curve]) -> String {
@@ -46,6 +49,12 @@ pub fn picture(title: &str, curves: &[Curve]) -> String {
     })
 }
 
+/// The picture as a file of its own: SVG in light colours.
+#[must_use]
+pub fn file(title: &str, curves: &[Curve]) -> String {
+    theme::standalone(&picture(title, curves))
+}
+
 /// The colour of the curve with this index; of more than seven some share it.
 fn colour(index: usize) -> RGBColor {
     CURVE[index % CURVE.len()]
@@ -53,13 +62,14 @@ fn colour(index: usize) -> RGBColor {
 
 /// A line of each colour and its name, side by side.
 fn key(area: &Area, curves: &[Curve]) -> Drawn {
-    let share = (WIDTH as i32 - 80) / curves.len().max(1) as i32;
-    let mut x = 72;
+    let fine = |pixels: usize| pixels as i32 * FINE as i32;
+    let share = (WIDTH as i32 - fine(80)) / curves.len().max(1) as i32;
+    let mut x = fine(72);
     for (index, curve) in curves.iter().enumerate() {
-        let line = PathElement::new(vec![(x, 19), (x + 20, 19)], colour(index).stroke_width(3));
-        area.draw(&line)?;
-        area.draw(&Text::new(curve.name.clone(), (x + 27, 11), theme::font(15)))?;
-        x += share.min(60 + 8 * curve.name.len() as i32);
+        let ends = vec![(x, fine(19)), (x + fine(20), fine(19))];
+        area.draw(&PathElement::new(ends, colour(index).stroke_width(3 * FINE)))?;
+        area.draw(&Text::new(curve.name.clone(), (x + fine(27), fine(11)), theme::font(15 * FINE)))?;
+        x += share.min(fine(60 + 8 * curve.name.len()));
     }
     Ok(())
 }

@@ -5,10 +5,12 @@ use plotters::prelude::*;
 use super::super::bench::short;
 use super::super::theme::{self, Area, Drawn, GRID, INK};
 use super::thin::thin;
-use super::{Curve, colour};
+use super::{Curve, FINE, colour};
 
 /// As many columns as the widest line has pixels.
 const COLUMNS: usize = 760;
+/// Length of the marks on the axes, pixels.
+const MARK: u32 = 5;
 
 /// One quantity.
 #[derive(Clone, Copy)]
@@ -38,24 +40,25 @@ impl Panel {
         let (from_s, to_s) = times(curves);
         let (low, high) = self.extent(curves);
         let mut chart = ChartBuilder::on(area)
-            .margin(4)
-            .margin_right(18)
-            .x_label_area_size(if self.last { 46 } else { 22 })
-            .y_label_area_size(76)
+            .margin(4 * FINE)
+            .margin_right(18 * FINE)
+            .x_label_area_size(FINE * if self.last { 46 } else { 22 })
+            .y_label_area_size(76 * FINE)
             .build_cartesian_2d(from_s..to_s, low..high)?;
         let seconds = theme::decimals_of(to_s - from_s);
         let mut mesh = chart.configure_mesh();
-        mesh.light_line_style(TRANSPARENT).bold_line_style(GRID).axis_style(INK).x_labels(9).y_labels(6);
-        mesh.label_style(theme::font(14)).axis_desc_style(theme::font(15)).y_desc(self.name);
+        mesh.light_line_style(TRANSPARENT).bold_line_style(GRID.stroke_width(FINE)).axis_style(INK.stroke_width(FINE));
+        mesh.x_labels(9).y_labels(6).set_all_tick_mark_size(MARK * FINE);
+        mesh.label_style(theme::font(14 * FINE)).axis_desc_style(theme::font(15 * FINE)).y_desc(self.name);
         let x_label = move |s: &f64| format!("{s:.seconds$}");
         mesh.x_label_formatter(&x_label).y_label_formatter(&|value| short(*value));
         if self.last {
             mesh.x_desc("time, s");
         }
         mesh.draw()?;
-        for (index, curve) in curves.iter().enumerate() {
+        for (index, curve) in curves.iter().enumerate().rev() {
             let line = thin((self.points)(curve), from_s, to_s, COLUMNS);
-            chart.draw_series(LineSeries::new(line, colour(index).stroke_width(2)))?;
+            chart.draw_series(LineSeries::new(line, colour(index).stroke_width(2 * FINE)))?;
         }
         Ok(())
     }
