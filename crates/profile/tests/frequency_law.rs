@@ -174,6 +174,20 @@ fn below_20_steps_the_program_has_no_ramp() {
     assert_eq!(exact.frequency_hz(2), 1e6 / 1500.0);
 }
 
+/// Eqs 5-8: i <= p_N, p_N < i < N - p_N, and N - p_N <= i, of which the first that holds.
+#[test]
+fn every_step_belongs_to_one_branch() {
+    let counts = |steps, ramp| {
+        let counts = FrequencyProfile::plan(Linear, steps, ramp, 4e3, 1e3).unwrap().step_counts();
+        [counts.accel, counts.cruise, counts.decel]
+    };
+    assert_eq!(counts(120, 24), [24, 71, 25]);
+    assert_eq!(counts(48, 24), [24, 0, 24]);
+    assert_eq!(counts(49, 24), [24, 0, 25]);
+    let short = TruncatedProfile::plan(Linear, 9, 1, 4e3, 1e3).unwrap().step_counts();
+    assert_eq!([short.accel, short.cruise, short.decel], [0, 9, 0]);
+}
+
 #[test]
 fn what_cannot_be_planned_is_refused_with_its_bound() {
     let plan = |n, p, max, min| FrequencyProfile::plan(Linear, n, p, max, min).unwrap_err();

@@ -1,6 +1,7 @@
 //! Paper 000's profiles, exact: the equations without their truncation to microseconds.
 
 use super::{FrequencyError, FrequencyLaw};
+use crate::StepCounts;
 
 /// Shortest period that can be planned, us: [`SPEED_MAX_STEPS_S`](crate::SPEED_MAX_STEPS_S).
 pub const PERIOD_MIN_US: f64 = 0.1;
@@ -68,6 +69,15 @@ impl FrequencyProfile {
     #[must_use]
     pub fn ramp_steps(&self) -> u32 {
         self.ramp_steps
+    }
+
+    /// Steps of each branch of the equations: p_N, those between, and p_N + 1, as step N - p_N already belongs to the last.
+    /// Without any between, where 2 p_N = N, that step is the acceleration's.
+    #[must_use]
+    pub fn step_counts(&self) -> StepCounts {
+        let accel = self.ramp_steps;
+        let decel = (accel + 1).min(self.steps - accel);
+        StepCounts { accel, cruise: self.steps - accel - decel, decel }
     }
 
     /// f\[i\], Hz, of step `i` = 1 to N (clamped to them). Step p_N is the last of the acceleration, step N - p_N the

@@ -4,6 +4,7 @@ use libm::floor;
 
 use super::frequency_profile::{check_fit, check_periods};
 use super::{FrequencyError, FrequencyLaw, FrequencyProfile};
+use crate::StepCounts;
 
 /// Shortest period of which a half is still a microsecond, us.
 const TRUNCATED_PERIOD_MIN_US: f64 = 2.0;
@@ -55,6 +56,13 @@ impl TruncatedProfile {
     #[must_use]
     pub fn steps(&self) -> u32 {
         self.steps
+    }
+
+    /// Steps of each branch of the equations, as [`FrequencyProfile::step_counts`]; below 20 steps all between the ramps.
+    #[must_use]
+    pub fn step_counts(&self) -> StepCounts {
+        let short = StepCounts { accel: 0, cruise: self.steps, decel: 0 };
+        self.ramped.map_or(short, |profile| profile.step_counts())
     }
 
     /// How long STEP is high, and then low, in step `i` = 1 to N (clamped to them), us.
