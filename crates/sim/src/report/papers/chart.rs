@@ -10,6 +10,8 @@ use super::super::theme::{self, Area, CURVE, Drawn, GRID, INK, INTERVAL};
 const FINE: u32 = 4;
 /// Width of a picture, pixels.
 const WIDTH: u32 = 860;
+/// A chart that begins nearer to 0 than this share of its end begins at 0.
+const NEAR: f64 = 0.06;
 /// More columns than this are not told apart.
 const COLUMNS: usize = 1_200;
 
@@ -65,6 +67,8 @@ pub enum Scale {
     Linear,
     /// Equal distances are equal factors; values must be above 0.
     Decades,
+    /// As linear, and the heights mean nothing: they have no labels.
+    Levels,
 }
 
 /// A picture of `charts`, `columns` to a row, each `height` pixels high.
@@ -133,13 +137,15 @@ fn visible(curve: &Curve, scale: Scale, x: (f64, f64), y: (f64, f64)) -> Vec<(f6
 
 fn height(scale: Scale, value: f64) -> f64 {
     match scale {
-        Scale::Linear => value,
+        Scale::Linear | Scale::Levels => value,
         Scale::Decades => value.max(f64::MIN_POSITIVE).log10(),
     }
 }
 
+/// From the first to the last, and from 0 if it is near.
 fn extent_x(chart: &Chart) -> (f64, f64) {
     let (from, to) = theme::range(chart.curves.iter().flat_map(|curve| curve.points.iter().map(|point| point.0)));
+    let from = if from > 0.0 && from < to * NEAR { 0.0 } else { from };
     if to > from { (from, to) } else { (from - 0.5, from + 0.5) }
 }
 
@@ -157,7 +163,7 @@ fn label(scale: Scale, height: f64) -> String {
     match scale {
         Scale::Linear => short(if height.abs() < 1e-9 { 0.0 } else { height }),
         Scale::Decades if (height - height.round()).abs() < 1e-6 => format!("1e{}", height.round()),
-        Scale::Decades => String::new(),
+        Scale::Decades | Scale::Levels => String::new(),
     }
 }
 

@@ -4,4 +4,4 @@ mod chart;
 mod page;
 
 pub use chart::{Band, Chart, Curve, Scale, Style, charts};
-pub use page::{Page, Picture, Section, Table, files, page};
+pub use page::{Comparison, Page, Picture, Section, Table, files, page};

@@ -27,10 +27,29 @@ pub struct Section {
     pub heading: String,
     /// What is compared, and how.
     pub text: Vec<String>,
+    /// Figures side by side.
+    pub comparisons: Vec<Comparison>,
     /// In the order shown.
     pub pictures: Vec<Picture>,
     /// The numbers.
     pub tables: Vec<Table>,
+}
+
+/// A paper's figure and ours, in text.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Comparison {
+    /// What it is.
+    pub figure: String,
+    /// Where it stands in the paper.
+    pub place: String,
+    /// The paper's.
+    pub theirs: String,
+    /// Where that comes from.
+    pub basis: String,
+    /// Ours.
+    pub ours: String,
+    /// How far apart they are.
+    pub difference: String,
 }
 
 /// A picture and what it teaches.
@@ -47,7 +66,7 @@ pub struct Picture {
 }
 
 /// A table of text.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
 pub struct Table {
     /// What it holds.
     pub caption: String,
@@ -81,10 +100,25 @@ fn section(index: usize, section: &Section) -> Markup {
     html! {
         h2 id=(format!("part-{index}")) { (section.heading) }
         @for text in &section.text { p { (text) } }
+        @if !section.comparisons.is_empty() { (comparisons(&section.comparisons)) }
         @for picture in &section.pictures {
             figure { (PreEscaped(&picture.svg)) figcaption { (key(&picture.key)) (picture.caption) } }
         }
         @for each in &section.tables { (table(each)) }
+    }
+}
+
+fn comparisons(rows: &[Comparison]) -> Markup {
+    html! {
+        div.scroll { table {
+            thead { tr { th { "figure" } th { "paper" } th { "ours" } th { "difference" } } }
+            tbody { @for row in rows { tr.first {
+                td.found { (row.figure) br; small { (row.place) } }
+                td.found { (row.theirs) br; small { (row.basis) } }
+                td.found { (row.ours) }
+                td { (row.difference) }
+            } } }
+        } }
     }
 }
 
@@ -100,12 +134,14 @@ fn table(table: &Table) -> Markup {
     }
 }
 
+/// A line of its own above the caption.
 fn key(names: &[(usize, String)]) -> Markup {
     html! {
         @for (colour, name) in names {
             span.key style=(format!("background: var({})", theme::variable(theme::CURVE[colour % theme::CURVE.len()]))) {}
             " " (name) " "
         }
+        @if !names.is_empty() { br; }
     }
 }
 
@@ -131,6 +167,7 @@ mod tests {
         let section = Section {
             heading: "All".to_owned(),
             text: vec!["Everything.".to_owned()],
+            comparisons: vec![Comparison { difference: "-2.3 s".to_owned(), ..Comparison::default() }],
             pictures: vec![picture],
             tables: vec![table],
         };
@@ -146,7 +183,13 @@ mod tests {
     fn a_page_has_its_pictures_and_numbers() {
         let html = page(&example());
         assert_eq!(html.matches("<svg").count(), 1);
-        for part in ["<h2 id=\"part-0\">All</h2>", "href=\"#part-0\"", "<td>4.725</td>", "What &lt;it&gt; shows."] {
+        for part in [
+            "<h2 id=\"part-0\">All</h2>",
+            "href=\"#part-0\"",
+            "<td>4.725</td>",
+            "<td>-2.3 s</td>",
+            "What &lt;it&gt; shows.",
+        ] {
             assert!(html.contains(part), "{part}");
         }
         assert!(html.contains("background: var(--curve-7)"));
