@@ -165,7 +165,7 @@ impl Row {
 }
 
 /// With a sign, unless it is shown as nothing but zeros.
-fn signed(value: f64, decimals: usize) -> String {
+pub fn signed(value: f64, decimals: usize) -> String {
     let text = format!("{value:+.decimals$}");
     if text.chars().any(|digit| ('1'..='9').contains(&digit)) { text } else { "0".to_owned() }
 }

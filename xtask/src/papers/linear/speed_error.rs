@@ -5,7 +5,7 @@ use isostep_sim::report::papers::{Chart, Curve, Picture, Style, Table, charts};
 
 use super::generators::{NAMES, generators, law};
 use super::motor::{SLOW_START_RAD_S, START_RAD_S};
-use crate::papers::row::{Paper, Row};
+use crate::papers::row::{Paper, Row, signed};
 
 const STARTS: [(f64, &str); 2] = [(START_RAD_S, "v_s = 0.5 rad/s"), (SLOW_START_RAD_S, "v_s = 0.08 rad/s")];
 
@@ -63,7 +63,7 @@ pub fn table() -> Result<Table> {
                 generator.name.to_owned(),
                 format!("{:.3}", worst(&errors)),
                 format!("{:.4}", rms(&errors)),
-                format!("{late_ms:+.3}"),
+                signed(late_ms, 3),
             ]);
         }
     }

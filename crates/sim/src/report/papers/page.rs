@@ -5,7 +5,7 @@ use maud::{Markup, PreEscaped, html};
 use super::super::theme;
 
 /// A cell of more bytes is broken into lines.
-const LONG: usize = 36;
+const LONG: usize = 24;
 
 /// All that is on the page.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -114,8 +114,8 @@ fn comparisons(rows: &[Comparison]) -> Markup {
             thead { tr { th { "figure" } th { "paper" } th { "ours" } th { "difference" } } }
             tbody { @for row in rows { tr.first {
                 td.found { (row.figure) br; small { (row.place) } }
-                td.found { (row.theirs) br; small { (row.basis) } }
-                td.found { (row.ours) }
+                td class=[wraps(&row.theirs)] { (row.theirs) br; small { (row.basis) } }
+                td class=[wraps(&row.ours)] { (row.ours) }
                 td { (row.difference) }
             } } }
         } }
@@ -128,10 +128,15 @@ fn table(table: &Table) -> Markup {
         div.scroll { table {
             thead { tr { @for name in &table.head { th { (name) } } } }
             tbody { @for row in &table.rows { tr { @for cell in row {
-                td class=[(cell.len() > LONG).then_some("found")] { (cell) }
+                td class=[wraps(cell)] { (cell) }
             } } } }
         } }
     }
+}
+
+/// The class of a cell that is broken into lines.
+fn wraps(cell: &str) -> Option<&'static str> {
+    (cell.len() > LONG).then_some("found")
 }
 
 /// A line of its own above the caption.
