@@ -72,9 +72,9 @@ impl Panel {
     }
 }
 
-/// The instants of all curves, so that all panels have one time axis.
+/// From 0 to the last instant of all curves: all panels have one time axis.
 fn times(curves: &[Curve]) -> (f64, f64) {
     let lists = curves.iter().flat_map(|curve| [&curve.position, &curve.speed, &curve.accel, &curve.jerk]);
-    let (from_s, to_s) = theme::range(lists.flatten().map(|point| point.0));
+    let (from_s, to_s) = theme::range(lists.flatten().map(|point| point.0).chain([0.0]));
     (from_s, to_s.max(from_s + 1e-9))
 }
