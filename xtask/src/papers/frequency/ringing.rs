@@ -162,7 +162,7 @@ fn sweep_picture(laws: &[Modelled]) -> Result<Picture> {
         svg: charts("Vibration over the natural frequency of the carriage", 1, 320, &[chart]),
         key: key(),
         caption: "The same moves on carriages of 10 to 100 Hz. The logarithmic law rings most up to about 75 Hz; the paper's four \
-                  times is what carriages of some 12 to 25 Hz have. Above, a period is as short as its first few steps, and \
+                  times is what carriages of some 15 to 25 Hz have. Above, a period is as short as its first few steps, and \
                   its jolt comes half a period after the jump to the start speed and works against it. Where the ringing of \
                   one ramp's end meets that of its beginning they add up or cancel, from hertz to hertz: the linear law is now \
                   above, now below the sinusoidal one, so it is the mean over a band that is compared."

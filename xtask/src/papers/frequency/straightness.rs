@@ -97,9 +97,9 @@ pub fn picture() -> Result<Picture> {
         svg: charts("Acceleration of the linear law over time and over steps", 2, 300, &[over_time, over_steps]),
         key: key.map(|(colour, name)| (colour, name.to_owned())).to_vec(),
         caption: "Table 1's linear law while it accelerates. Its frequency rises by the same amount every step (right), and \
-                  steps come faster and faster, so over time it rises exponentially (left): f' = f df/di. The paper lays the \
-                  bend, and an acceleration that grows instead of being a step, to periods of whole microseconds; exact \
-                  periods bend as much. Truncation moves a dot by less than its own size."
+                  steps come faster and faster, so over time it rises exponentially (left): f' = f df/di. So its acceleration \
+                  grows along the ramp, and is no step as a trapezoid's is. The paper lays the bend to periods of whole \
+                  microseconds; exact periods bend as much. Truncation moves a dot by less than its own size."
             .to_owned(),
     })
 }
