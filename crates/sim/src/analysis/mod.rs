@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | [`gradient`] | derivative of samples at unequal spacing | `numpy.gradient`, as paper 000, section VI.A used it |
 //! | [`Oscillator`] | a carriage on a spring, driven by the acceleration of a profile; a **model** | paper 000, section VI.F measured one |
-//! | [`welch`] | power spectral density | `scipy.signal.welch` and its defaults, as paper 000, section VI.F used it |
+//! | [`welch()`] | power spectral density | `scipy.signal.welch` and its defaults, as paper 000, section VI.F used it |
 //! | [`mean`], [`deviation`] | average and standard deviation | paper 000, Table 7 |
 
 mod derivative;
