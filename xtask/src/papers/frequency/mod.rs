@@ -4,6 +4,7 @@ mod durations;
 mod figures;
 mod kinematics;
 mod parameters;
+mod peaks;
 mod ringing;
 mod straightness;
 mod vibration;
@@ -16,7 +17,7 @@ use super::row::Paper;
 
 /// All of it.
 pub fn part() -> Result<Part> {
-    let rows = [durations::rows()?, straightness::rows()?, figures::rows()?, ringing::rows()?].concat();
+    let rows = [durations::rows()?, straightness::rows()?, figures::rows()?, ringing::rows()?, peaks::rows()?].concat();
     Ok(Part { paper: Paper::Frequency, rows, sections: vec![simulations()?, ramp()?, vibration()?] })
 }
 

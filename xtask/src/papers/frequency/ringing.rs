@@ -110,7 +110,8 @@ fn waveform_picture(laws: &[Modelled], scale: f64) -> Result<Picture> {
         key: Vec::new(),
         caption: "Figure 13, in the model: what a sensor on the carriage reads, 180 samples of 10 ms, here of a carriage of \
                   45 Hz. It rings when the move begins, where the paper has its first peak: the speed jumps to tau_max's \
-                  whatever the law. The logarithmic law adds a second jolt to it."
+                  whatever the law, and the logarithmic law adds a jolt of its own. Its second peak is where the move ends, \
+                  for the same reason; the paper puts it where the deceleration begins."
             .to_owned(),
     })
 }
