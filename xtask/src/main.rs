@@ -9,6 +9,7 @@ mod flash;
 mod footprint;
 mod lint;
 mod node;
+mod papers;
 mod process;
 mod setup;
 mod sim;
@@ -41,6 +42,7 @@ Examples:
   cargo xtask test --fast                                host tests only
   cargo xtask test                                       everything, the emulated board included
   cargo xtask bench --quick                              rates, edge errors, load and stops of the step ports
+  cargo xtask papers                                     what the papers print beside what comes out here
 
 Every verb prepares what it needs by itself; `cargo xtask setup` does only that.";
 
@@ -54,6 +56,7 @@ enum Verb {
     Emulate(emulate::Args),
     Test(test::Args),
     Bench(bench::Args),
+    Papers(papers::Args),
     Lint(lint::Args),
 }
 
@@ -67,6 +70,7 @@ fn main() -> ExitCode {
         Verb::Emulate(args) => emulate::run(args),
         Verb::Test(args) => test::run(args),
         Verb::Bench(args) => bench::run(args),
+        Verb::Papers(args) => papers::run(args),
         Verb::Lint(args) => lint::run(args),
     };
     // Not `fn main() -> Result`: that prints a backtrace where RUST_BACKTRACE is set, which no user of a tool wants.

@@ -17,6 +17,7 @@
 //! - [`verify`] judges every move afterwards, against the closed form of its plan; [`measure`] finds the
 //!   intervals of each axis again from its edges alone.
 //! - [`trace`], [`vcd`], [`Figures`] and [`report`] write it all down, byte for byte the same for the same run.
+//! - [`analysis`] takes derivatives, and models what a profile's acceleration does to a carriage that rings.
 //!
 //! [`run`] runs a whole program; [`Sim`] is the same machine to be run in steps, for dialogues.
 //!
@@ -30,6 +31,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
+pub mod analysis;
 pub mod compare;
 pub mod config;
 pub mod driver;

@@ -9,18 +9,39 @@
 //! Each is planned from the steps of one axis and its [`Limits`], from the start speed to the start speed, and is an
 //! iterator over the intervals between its steps, in ticks: one fewer than there are steps. All of them carry a
 //! rounded interval or sum from step to step, so what they lose, they keep.
+//!
+//! And two whole methods, with inputs of their own and no limits on acceleration:
+//!
+//! | method | exact | as its paper makes it |
+//! |---|---|---|
+//! | paper 000, eqs 5-8: frequency over the step index, by a [`FrequencyLaw`] | [`FrequencyProfile`] | [`TruncatedProfile`], in even microseconds |
+//! | paper 004, eqs 8-14: ramps in 20 stairs | [`Staircase`] | [`TimedStaircase`], on timers with whole preloads |
 
 mod avr446;
 mod error;
 mod float;
+mod frequency_error;
+mod frequency_law;
+mod frequency_profile;
+mod staircase;
 mod steps_per_time;
 mod time_per_step;
+mod timed_staircase;
+mod timer_preload;
+mod truncated_profile;
 
 pub use avr446::Avr446;
 pub use error::GeneratorError;
 pub use float::Float;
+pub use frequency_error::FrequencyError;
+pub use frequency_law::FrequencyLaw;
+pub use frequency_profile::{FrequencyEdges, FrequencyProfile, PERIOD_MAX_US, PERIOD_MIN_US};
+pub use staircase::{Staircase, StaircaseError, Tread};
 pub use steps_per_time::StepsPerTime;
 pub use time_per_step::{Correction, TimePerStep};
+pub use timed_staircase::{Preload, TimedStaircase, TimedTread};
+pub use timer_preload::{PreloadTimer, TimerError};
+pub use truncated_profile::TruncatedProfile;
 
 use crate::law::{IntervalLaw, SpeedLaw};
 use crate::limits::Limits;

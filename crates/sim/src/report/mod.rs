@@ -5,7 +5,9 @@ pub mod bench;
 mod errors;
 mod kinematics;
 mod page;
+pub mod papers;
 mod path;
+pub mod profile;
 mod theme;
 
 pub use page::{files, page};

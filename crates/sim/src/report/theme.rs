@@ -20,8 +20,11 @@ pub const INTERVAL: [RGBColor; 3] = [RGBColor(1, 0, 7), RGBColor(1, 0, 8), RGBCo
 pub const BOUND: RGBColor = RGBColor(1, 0, 10);
 /// The rack.
 pub const RACK: RGBColor = RGBColor(1, 0, 11);
+/// Curves over each other, in the order drawn.
+pub const CURVE: [RGBColor; 7] =
+    [AXIS[0], AXIS[1], AXIS[2], RACK, RGBColor(1, 0, 12), RGBColor(1, 0, 13), RGBColor(1, 0, 14)];
 
-const VARIABLES: [(RGBColor, &str); 10] = [
+const VARIABLES: [(RGBColor, &str); 13] = [
     (INK, "--ink"),
     (GRID, "--grid"),
     (AXIS[0], "--x"),
@@ -32,6 +35,9 @@ const VARIABLES: [(RGBColor, &str); 10] = [
     (INTERVAL[2], "--decel"),
     (BOUND, "--bound"),
     (RACK, "--rack"),
+    (CURVE[4], "--curve-5"),
+    (CURVE[5], "--curve-6"),
+    (CURVE[6], "--curve-7"),
 ];
 
 /// The page's style sheet, which has the colours.
@@ -65,6 +71,11 @@ pub fn svg(size: (u32, u32), title: &str, draw: impl FnOnce(&Area) -> Drawn) -> 
         &format!("<svg width=\"{width}\" height=\"{height}\""),
         &format!("<svg role=\"img\" aria-label=\"{title}\""),
     )
+}
+
+/// The page's name of one of the colours here, for a key outside a picture.
+pub fn variable(colour: RGBColor) -> &'static str {
+    VARIABLES.iter().find(|known| known.0 == colour).map_or("--ink", |known| known.1)
 }
 
 /// A picture that stands by itself, in the light colours of the page's style sheet.

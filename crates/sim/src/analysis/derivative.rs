@@ -1,0 +1,76 @@
+//! Derivatives of samples that are not equally far apart.
+
+/// The slope dy/dt at each of the samples (`t`, `y`), in the order and number of the samples.
+///
+/// Inside, the slope at a sample of the parabola through it and its neighbours: exact to second order, whatever the
+/// spacing. At either end the slope to the only neighbour, exact to first order: `numpy.gradient(y, t)` with its default,
+/// `edge_order=1`, which is how paper 000, section VI.A, takes speed from position, acceleration from speed and jerk
+/// from acceleration. So the first and the last value of each derivative are coarser than the others.
+///
+/// `t` must rise from sample to sample. One sample alone has no slope: its derivative is given as 0.
+///
+/// ```
+/// use isostep_sim::analysis::gradient;
+///
+/// // y = t²: exact inside, 1 s off its place at the ends.
+/// assert_eq!(gradient(&[0.0, 1.0, 3.0], &[0.0, 1.0, 9.0]), [1.0, 2.0, 4.0]);
+/// ```
+///
+/// # Panics
+/// If there are not as many `t` as `y`.
+pub fn gradient(t: &[f64], y: &[f64]) -> Vec<f64> {
+    assert_eq!(t.len(), y.len(), "a derivative needs as many instants as values");
+    let last = t.len().saturating_sub(1);
+    let slope = |from: usize, to: usize| (y[to] - y[from]) / (t[to] - t[from]);
+    let at = |k: usize| match k {
+        _ if last == 0 => 0.0,
+        0 => slope(0, 1),
+        k if k == last => slope(k - 1, k),
+        // The parabola's slope: that of each side, weighted by the length of the other.
+        k => {
+            let (before, after) = (t[k] - t[k - 1], t[k + 1] - t[k]);
+            (after * slope(k - 1, k) + before * slope(k, k + 1)) / (before + after)
+        }
+    };
+    (0..t.len()).map(at).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn close(got: &[f64], wanted: &[f64]) {
+        assert_eq!(got.len(), wanted.len());
+        for (got, wanted) in got.iter().zip(wanted) {
+            assert!((got - wanted).abs() <= 1e-12 * wanted.abs().max(1.0), "{got} is not {wanted}");
+        }
+    }
+
+    #[test]
+    fn quadratics_are_exact_inside_whatever_the_spacing() {
+        let t = [-1.0, -0.7, 0.0, 0.1, 2.5, 2.6, 4.0];
+        let y = t.map(|t| 3.0 * t * t - 2.0 * t + 5.0);
+        let slopes = gradient(&t, &y);
+        close(&slopes[1..6], &[-0.7, 0.0, 0.1, 2.5, 2.6].map(|t| 6.0 * t - 2.0));
+    }
+
+    /// By hand, and what `numpy.gradient([1, 2, 4, 7, 11, 16], [0, 1, 1.5, 3.5, 4, 6])` prints (NumPy's manual).
+    #[test]
+    fn values_of_numpys_manual() {
+        let slopes = gradient(&[0.0, 1.0, 1.5, 3.5, 4.0, 6.0], &[1.0, 2.0, 4.0, 7.0, 11.0, 16.0]);
+        close(&slopes, &[1.0, 3.0, 3.5, 6.7, 6.9, 2.5]);
+    }
+
+    #[test]
+    fn few_samples() {
+        assert!(gradient(&[], &[]).is_empty());
+        assert_eq!(gradient(&[1.0], &[5.0]), [0.0]);
+        assert_eq!(gradient(&[1.0, 3.0], &[5.0, 9.0]), [2.0, 2.0]);
+    }
+
+    #[test]
+    #[should_panic(expected = "as many instants as values")]
+    fn lengths_must_agree() {
+        gradient(&[0.0, 1.0], &[0.0]);
+    }
+}

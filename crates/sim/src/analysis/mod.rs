@@ -1,0 +1,18 @@
+//! What a profile does to the machine: derivatives of sampled curves, the ringing of a carriage, and its spectrum.
+//!
+//! | item | what | after |
+//! |---|---|---|
+//! | [`gradient`] | derivative of samples at unequal spacing | `numpy.gradient`, as paper 000, section VI.A used it |
+//! | [`Oscillator`] | a carriage on a spring, driven by the acceleration of a profile; a **model** | paper 000, section VI.F measured one |
+//! | [`welch()`] | power spectral density | `scipy.signal.welch` and its defaults, as paper 000, section VI.F used it |
+//! | [`mean`], [`deviation`] | average and standard deviation | paper 000, Table 7 |
+
+mod derivative;
+mod oscillator;
+mod statistics;
+mod welch;
+
+pub use derivative::gradient;
+pub use oscillator::{Oscillator, OscillatorError, Ringing};
+pub use statistics::{deviation, mean};
+pub use welch::{SEGMENT_MAX, Spectrum, welch};

@@ -1,0 +1,265 @@
+//! A carriage that rings: one mass on a damped spring, whose foot follows a profile.
+//!
+//! # Model
+//! The displacement x of the mass from its foot obeys x'' + 2 ζ ω x' + ω² x = -a(t), with the natural frequency
+//! ω/2π, the damping ratio ζ, and the acceleration a of the foot. One mode, linear, no noise: what a profile alone puts
+//! into a structure. It is a model of no particular machine.
+//!
+//! # Method
+//! While a changes in a straight line, the solution is known in closed form: a straight line that x follows, and a
+//! damped oscillation about it. [`Oscillator::advance`] goes from one bend to the next by that form, so the
+//! instants may be as far apart as they like and nothing but the rounding of a float is lost.
+
+use std::f64::consts::TAU;
+
+use thiserror::Error;
+
+/// Natural frequency and damping.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Oscillator {
+    natural_hz: f64,
+    damping_ratio: f64,
+}
+
+/// Why an oscillator was refused.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+pub enum OscillatorError {
+    /// The natural frequency is not a positive number, Hz.
+    #[error("natural frequency {asked} Hz must be a number above 0")]
+    NaturalFrequency {
+        /// What was asked.
+        asked: f64,
+    },
+    /// The damping is negative, or such that nothing oscillates.
+    #[error("damping ratio {asked} is outside 0 to below 1: from 1 on nothing oscillates")]
+    DampingRatio {
+        /// What was asked.
+        asked: f64,
+    },
+}
+
+/// Where the mass is, in the units of its foot's profile; at rest by default.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Ringing {
+    /// From its place on the foot.
+    pub displacement: f64,
+    /// Relative to the foot, per s.
+    pub speed: f64,
+}
+
+impl Oscillator {
+    /// An oscillator of `natural_hz` (above 0) without damping, and of the fraction `damping_ratio` (0 to below 1) of
+    /// the damping that just prevents oscillation.
+    ///
+    /// # Errors
+    /// The value that is out of range, with the range.
+    pub fn new(natural_hz: f64, damping_ratio: f64) -> Result<Self, OscillatorError> {
+        if !(natural_hz > 0.0 && natural_hz.is_finite()) {
+            return Err(OscillatorError::NaturalFrequency { asked: natural_hz });
+        }
+        if !(0.0..1.0).contains(&damping_ratio) {
+            return Err(OscillatorError::DampingRatio { asked: damping_ratio });
+        }
+        Ok(Self { natural_hz, damping_ratio })
+    }
+
+    /// Frequency of the undamped oscillation, Hz.
+    pub fn natural_hz(&self) -> f64 {
+        self.natural_hz
+    }
+
+    /// Share of the damping that just prevents oscillation.
+    pub fn damping_ratio(&self) -> f64 {
+        self.damping_ratio
+    }
+
+    /// What becomes of `from` in `duration_s` while the foot's acceleration goes in a straight line from `accel` to
+    /// `accel_end`, per s².
+    #[must_use]
+    pub fn advance(&self, from: Ringing, duration_s: f64, accel: f64, accel_end: f64) -> Ringing {
+        if duration_s <= 0.0 {
+            return from;
+        }
+        let (w, z) = (TAU * self.natural_hz, self.damping_ratio);
+        // The straight line that solves the equation: x = level + slope t.
+        let slope = -(accel_end - accel) / duration_s / (w * w);
+        let level = -accel / (w * w) - 2.0 * z / w * slope;
+        // And the oscillation about it.
+        let (x, v) = (from.displacement - level, from.speed - slope);
+        let damped = w * (1.0 - z * z).sqrt();
+        let (sin, cos) = (damped * duration_s).sin_cos();
+        let decay = (-z * w * duration_s).exp();
+        let quadrature = (v + z * w * x) / damped;
+        Ringing {
+            displacement: level + slope * duration_s + decay * (x * cos + quadrature * sin),
+            speed: slope + decay * (v * cos - (w * w * x + z * w * v) / damped * sin),
+        }
+    }
+
+    /// The acceleration of the mass relative to its foot, per s², while the foot's is `accel`: what a sensor reads that
+    /// feels the oscillation alone.
+    pub fn relative_accel(&self, at: Ringing, accel: f64) -> f64 {
+        let w = TAU * self.natural_hz;
+        -accel - 2.0 * self.damping_ratio * w * at.speed - w * w * at.displacement
+    }
+
+    /// The relative acceleration at each of `instants_s`, which must not fall, when the foot's speed goes in straight lines
+    /// from corner to corner of `speeds`, (s, per s), and is 0 before and after. A speed that begins or ends above 0 is a jump,
+    /// as is one between corners at the same instant; the foot stands before the first corner.
+    pub fn ring(&self, speeds: &[(f64, f64)], instants_s: &[f64]) -> Vec<f64> {
+        let mut now = Driven { oscillator: self, mass: Ringing::default(), t_s: f64::NEG_INFINITY, foot: 0.0 };
+        let mut left = speeds;
+        let sample = |&t_s: &f64| {
+            while let Some((&(corner_s, speed), rest)) = left.split_first().filter(|(corner, _)| corner.0 <= t_s) {
+                now.move_to(corner_s, speed);
+                left = rest;
+                if rest.is_empty() {
+                    now.jump(0.0);
+                }
+            }
+            now.reading(t_s, left.first().copied())
+        };
+        instants_s.iter().map(sample).collect()
+    }
+}
+
+/// A mass and its foot at an instant.
+struct Driven<'a> {
+    oscillator: &'a Oscillator,
+    mass: Ringing,
+    t_s: f64,
+    /// The foot's speed.
+    foot: f64,
+}
+
+impl Driven<'_> {
+    /// On to a corner of the foot's speed: in a straight line, or by a jump from standstill or within no time.
+    fn move_to(&mut self, corner_s: f64, speed: f64) {
+        if self.t_s == f64::NEG_INFINITY || corner_s <= self.t_s {
+            self.jump(speed);
+        } else {
+            let accel = (speed - self.foot) / (corner_s - self.t_s);
+            self.mass = self.oscillator.advance(self.mass, corner_s - self.t_s, accel, accel);
+            self.foot = speed;
+        }
+        self.t_s = corner_s;
+    }
+
+    /// The foot changes its speed in no time: the mass stays behind by as much.
+    fn jump(&mut self, speed: f64) {
+        self.mass.speed -= speed - self.foot;
+        self.foot = speed;
+    }
+
+    /// The relative acceleration at `t_s`, on the way to `next`.
+    fn reading(&self, t_s: f64, next: Option<(f64, f64)>) -> f64 {
+        if self.t_s == f64::NEG_INFINITY {
+            return 0.0;
+        }
+        let accel = next.map_or(0.0, |(corner_s, speed)| (speed - self.foot) / (corner_s - self.t_s));
+        let mass = self.oscillator.advance(self.mass, t_s - self.t_s, accel, accel);
+        self.oscillator.relative_accel(mass, accel)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn close(got: f64, wanted: f64, tolerance: f64) {
+        assert!((got - wanted).abs() <= tolerance, "{got} is not {wanted} within {tolerance}");
+    }
+
+    /// From rest, undamped, under a constant acceleration a: x = -a/ω² (1 - cos ωt).
+    #[test]
+    fn a_step_of_acceleration_rings_about_its_place() {
+        let oscillator = Oscillator::new(1.0 / TAU, 0.0).unwrap();
+        for t_s in [0.5, 1.0, 3.0, 100.0] {
+            let mass = oscillator.advance(Ringing::default(), t_s, 2.0, 2.0);
+            close(mass.displacement, -2.0 * (1.0 - t_s.cos()), 1e-13);
+            close(mass.speed, -2.0 * t_s.sin(), 1e-13);
+            close(oscillator.relative_accel(mass, 2.0), -2.0 * t_s.cos(), 1e-13);
+        }
+    }
+
+    /// After n periods a free oscillation is smaller by exp(-2 pi n ζ/sqrt(1 - ζ²)): the logarithmic decrement.
+    #[test]
+    fn a_free_oscillation_decays_by_its_logarithmic_decrement() {
+        let oscillator = Oscillator::new(45.0, 0.02).unwrap();
+        let period_s = 1.0 / (45.0 * (1.0_f64 - 0.0004).sqrt());
+        let after = oscillator.advance(Ringing { displacement: 1.0, speed: 0.0 }, 10.0 * period_s, 0.0, 0.0);
+        close(after.displacement, (-TAU * 10.0 * 0.02 / (1.0_f64 - 0.0004).sqrt()).exp(), 1e-12);
+        close(after.speed, 0.0, 1e-10);
+    }
+
+    /// One long step and a thousand short ones are the same: nothing accumulates.
+    #[test]
+    fn steps_may_be_of_any_length() {
+        let oscillator = Oscillator::new(45.0, 0.02).unwrap();
+        let whole = oscillator.advance(Ringing::default(), 0.7, 1.0, 8.0);
+        let ramp = |k: u32| 1.0 + 7.0 * f64::from(k) / 1000.0;
+        let parts = (0..1000).fold(Ringing::default(), |at, k| oscillator.advance(at, 0.7e-3, ramp(k), ramp(k + 1)));
+        close(parts.displacement, whole.displacement, 1e-15);
+        close(parts.speed, whole.speed, 1e-13);
+    }
+
+    /// Against Runge and Kutta's method in small steps.
+    #[test]
+    fn a_ramp_of_acceleration_solves_the_equation() {
+        let (oscillator, accel) = (Oscillator::new(3.0, 0.3).unwrap(), |t_s: f64| 5.0 - 20.0 * t_s);
+        let w = TAU * 3.0;
+        let change = |t: f64, x: f64, v: f64| (v, -accel(t) - 0.6 * w * v - w * w * x);
+        let (mut x, mut v, h) = (0.1, -0.2, 1e-4);
+        for n in 0..5000 {
+            let t = h * f64::from(n);
+            let (x1, v1) = change(t, x, v);
+            let (x2, v2) = change(t + h / 2.0, x + h / 2.0 * x1, v + h / 2.0 * v1);
+            let (x3, v3) = change(t + h / 2.0, x + h / 2.0 * x2, v + h / 2.0 * v2);
+            let (x4, v4) = change(t + h, x + h * x3, v + h * v3);
+            x += h / 6.0 * (x1 + 2.0 * x2 + 2.0 * x3 + x4);
+            v += h / 6.0 * (v1 + 2.0 * v2 + 2.0 * v3 + v4);
+        }
+        let mass = oscillator.advance(Ringing { displacement: 0.1, speed: -0.2 }, 0.5, accel(0.0), accel(0.5));
+        close(mass.displacement, x, 1e-11);
+        close(mass.speed, v, 1e-10);
+    }
+
+    /// A speed v from standstill in no time: x = -v/ω sin ωt, so x'' = v ω sin ωt.
+    #[test]
+    fn a_start_at_speed_rings_by_the_speed_times_the_frequency() {
+        let oscillator = Oscillator::new(1.0 / TAU, 0.0).unwrap();
+        let instants_s = [-1.0, 0.0, 0.5, 2.0, 3.0, 7.0];
+        let readings = oscillator.ring(&[(0.0, 3.0), (3.0, 3.0)], &instants_s);
+        let after = |t: f64| 3.0 * (t.sin() - (t - 3.0).sin());
+        let wanted = [0.0, 0.0, 3.0 * 0.5_f64.sin(), 3.0 * 2.0_f64.sin(), after(3.0), after(7.0)];
+        for (got, wanted) in readings.iter().zip(wanted) {
+            close(*got, wanted, 1e-14);
+        }
+    }
+
+    /// A ramp as long as a period leaves no ringing behind: what it puts in at its start it takes out at its end.
+    #[test]
+    fn a_ramp_of_one_period_leaves_nothing() {
+        let oscillator = Oscillator::new(10.0, 0.0).unwrap();
+        let readings = oscillator.ring(&[(0.0, 0.0), (0.1, 5.0), (1.0, 5.0), (1.05, 0.0)], &[0.05, 0.5, 0.9, 2.0]);
+        close(readings[0], 50.0, 1e-9);
+        close(readings[1], 0.0, 1e-9);
+        close(readings[2], 0.0, 1e-9);
+        assert!(readings[3].abs() > 1.0, "half a period rings most: {}", readings[3]);
+    }
+
+    #[test]
+    fn what_does_not_oscillate_is_refused() {
+        for (natural_hz, damping_ratio, words) in [
+            (0.0, 0.1, "above 0"),
+            (f64::NAN, 0.1, "NaN Hz"),
+            (f64::INFINITY, 0.1, "inf Hz"),
+            (45.0, 1.0, "below 1"),
+            (45.0, -0.1, "-0.1"),
+            (45.0, f64::NAN, "NaN"),
+        ] {
+            let error = Oscillator::new(natural_hz, damping_ratio).unwrap_err().to_string();
+            assert!(error.contains(words), "{error}");
+        }
+    }
+}

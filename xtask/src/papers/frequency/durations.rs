@@ -1,0 +1,135 @@
+//! How long each law takes, exact and as printed, and what the logarithmic one saves.
+
+use anyhow::Result;
+use isostep_profile::generators::FrequencyLaw;
+use isostep_sim::report::papers::Table;
+
+use super::parameters::{Parameters, TABLE_1, TABLE_2, TABLES};
+use crate::papers::row::{Paper, Row};
+
+/// Durations of one law by one table, s.
+#[derive(Clone, Copy, Debug)]
+pub struct Durations {
+    /// The sum of 1/f\[i\].
+    pub exact_s: f64,
+    /// The sum of the even periods.
+    pub truncated_s: f64,
+}
+
+/// Of `law` by the parameters of `table`.
+pub fn durations(table: &Parameters, law: FrequencyLaw) -> Result<Durations> {
+    let truncated_s = table.truncated(law)?.duration_us() as f64 * 1e-6;
+    Ok(Durations { exact_s: table.exact(law)?.duration_s(), truncated_s })
+}
+
+/// What the paper says about them.
+pub fn rows() -> Result<Vec<Row>> {
+    let mut rows = vec![
+        order("VI.A, figures 7 and 10", &TABLE_1, "logarithmic < linear < sinusoidal < quadratic")?,
+        extremes("VI.D, figure 11", &TABLE_2)?,
+    ];
+    for (law, printed) in
+        [(FrequencyLaw::Linear, 10.0), (FrequencyLaw::Sinusoidal, 12.0), (FrequencyLaw::Quadratic, 18.0)]
+    {
+        rows.extend(saved(law, printed)?);
+    }
+    Ok(rows)
+}
+
+/// From the shortest to the longest.
+fn ordered(table: &Parameters) -> Result<Vec<FrequencyLaw>> {
+    let mut laws = Vec::new();
+    for law in FrequencyLaw::ALL {
+        laws.push((durations(table, law)?.truncated_s, law));
+    }
+    laws.sort_by(|one, other| one.0.total_cmp(&other.0));
+    Ok(laws.into_iter().map(|(_, law)| law).collect())
+}
+
+fn order(place: &'static str, table: &Parameters, says: &str) -> Result<Row> {
+    let found = ordered(table)?.iter().map(|law| law.name()).collect::<Vec<_>>().join(" < ");
+    Ok(Paper::Frequency.asks(place, format!("durations, {}", table.name)).says(says, &found, found == says))
+}
+
+fn extremes(place: &'static str, table: &Parameters) -> Result<Row> {
+    let laws = ordered(table)?;
+    let found = format!("{} fastest, {} slowest", laws[0], laws[3]);
+    let says = "logarithmic fastest, quadratic slowest";
+    Ok(Paper::Frequency.asks(place, format!("durations, {}", table.name)).says(says, &found, found == says))
+}
+
+/// The paper does not say of what its percentage is: of the slower law's time, or of the logarithmic one's.
+fn saved(than: FrequencyLaw, printed: f64) -> Result<[Row; 2]> {
+    let ours = |of: fn(Durations, Durations) -> f64| -> Result<f64> {
+        Ok(100.0 * of(durations(&TABLE_1, FrequencyLaw::Logarithmic)?, durations(&TABLE_1, than)?))
+    };
+    let ask = |of: FrequencyLaw| {
+        let quantity = format!("logarithmic against {than}, Table 1: saved of the {of} time");
+        Paper::Frequency.asks("VI.A, VI.G", quantity).number("%", 2)
+    };
+    Ok([
+        ask(than).printed(printed, ours(|fast, slow| 1.0 - fast.exact_s / slow.exact_s)?),
+        ask(FrequencyLaw::Logarithmic).printed(printed, ours(|fast, slow| slow.exact_s / fast.exact_s - 1.0)?),
+    ])
+}
+
+/// All tables, all laws.
+pub fn table() -> Result<Table> {
+    let mut rows = Vec::new();
+    for table in &TABLES {
+        for law in FrequencyLaw::ALL {
+            let Durations { exact_s, truncated_s } = durations(table, law)?;
+            let short_us = (exact_s - truncated_s) * 1e6;
+            rows.push(vec![
+                table.name.to_owned(),
+                table.steps().to_string(),
+                table.ramp_steps().to_string(),
+                law.name().to_owned(),
+                format!("{exact_s:.6}"),
+                format!("{truncated_s:.6}"),
+                format!("{short_us:.1}"),
+            ]);
+        }
+    }
+    let head = ["parameters", "N", "p_N", "law", "exact, s", "as printed, s", "runs ahead, us"];
+    let caption = "Durations: the sum of all N periods, exact and cut down to even microseconds".to_owned();
+    Ok(Table { caption, head: head.map(str::to_owned).to_vec(), rows })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::papers::row::Cell;
+
+    #[test]
+    fn the_papers_percentages_are_of_the_slower_time() {
+        let rows = rows().unwrap();
+        let difference = |index: usize| match rows[index].difference {
+            Cell::Number(value) => value.abs(),
+            ref other => panic!("{other:?}"),
+        };
+        for (of_slower, of_faster) in [(2, 3), (4, 5), (6, 7)] {
+            assert!(difference(of_slower) < 0.5 && difference(of_faster) > 1.0, "{}", rows[of_slower].quantity);
+        }
+    }
+
+    #[test]
+    fn the_order_of_the_laws_is_the_papers() {
+        assert!(rows().unwrap()[..2].iter().all(|row| row.difference == Cell::Words("none".to_owned())));
+    }
+
+    /// Worked by hand with another program: the sums of Table 1 in NumPy.
+    #[test]
+    fn durations_of_table_1() {
+        let wanted = [
+            (0.222_678_167, 0.222_632),
+            (0.243_700_268, 0.243_660),
+            (0.227_126_018, 0.227_080),
+            (0.200_609_771, 0.200_564),
+        ];
+        for (law, (exact_s, truncated_s)) in FrequencyLaw::ALL.into_iter().zip(wanted) {
+            let found = durations(&TABLE_1, law).unwrap();
+            assert!((found.exact_s - exact_s).abs() < 1e-9 && (found.truncated_s - truncated_s).abs() < 1e-12, "{law}");
+        }
+    }
+}

@@ -1,0 +1,101 @@
+//! Paper 000's tables of parameters.
+
+use isostep_profile::generators::{FrequencyError, FrequencyLaw, FrequencyProfile, TruncatedProfile};
+
+/// What one of the tables prints.
+#[derive(Clone, Copy, Debug)]
+pub struct Parameters {
+    /// Which table.
+    pub name: &'static str,
+    /// theta_f, degrees.
+    pub angle_deg: f64,
+    /// spr, steps of a revolution.
+    pub steps_per_rev: f64,
+    /// tau_max, us.
+    pub max_period_us: f64,
+    /// tau_min, us.
+    pub min_period_us: f64,
+    /// p_N as a share of N.
+    pub ramp_share: f64,
+}
+
+/// Figures 7 and 10.
+pub const TABLE_1: Parameters = Parameters {
+    name: "Table 1",
+    angle_deg: 27.0,
+    steps_per_rev: 1_600.0,
+    max_period_us: 4_000.0,
+    min_period_us: 1_500.0,
+    ramp_share: 0.2,
+};
+/// Figure 11.
+pub const TABLE_2: Parameters = Parameters {
+    name: "Table 2",
+    angle_deg: 30.0,
+    steps_per_rev: 20_000.0,
+    max_period_us: 4_000.0,
+    min_period_us: 400.0,
+    ramp_share: 0.1,
+};
+/// Figure 12.
+pub const TABLE_4: Parameters = Parameters {
+    name: "Table 4",
+    angle_deg: 4.5,
+    steps_per_rev: 160_000.0,
+    max_period_us: 5_000.0,
+    min_period_us: 300.0,
+    ramp_share: 0.15,
+};
+/// Figure 13.
+pub const TABLE_6: Parameters = Parameters {
+    name: "Table 6",
+    angle_deg: 4.5,
+    steps_per_rev: 160_000.0,
+    max_period_us: 3_000.0,
+    min_period_us: 300.0,
+    ramp_share: 0.2,
+};
+
+/// All tables that profiles are made from.
+pub const TABLES: [Parameters; 4] = [TABLE_1, TABLE_2, TABLE_4, TABLE_6];
+
+/// A share of whole steps comes out whole, whatever its floats.
+const ROUNDING: f64 = 1e-9;
+
+impl Parameters {
+    /// N = int(spr/360 theta_f).
+    pub fn steps(&self) -> u32 {
+        (self.steps_per_rev * self.angle_deg / 360.0 + ROUNDING) as u32
+    }
+
+    /// p_N = int(share N).
+    pub fn ramp_steps(&self) -> u32 {
+        (self.ramp_share * f64::from(self.steps()) + ROUNDING) as u32
+    }
+
+    /// theta_s, degrees.
+    pub fn step_deg(&self) -> f64 {
+        360.0 / self.steps_per_rev
+    }
+
+    /// The law without truncation.
+    pub fn exact(&self, law: FrequencyLaw) -> Result<FrequencyProfile, FrequencyError> {
+        FrequencyProfile::plan(law, self.steps(), self.ramp_steps(), self.max_period_us, self.min_period_us)
+    }
+
+    /// The law as the paper's program makes it.
+    pub fn truncated(&self, law: FrequencyLaw) -> Result<TruncatedProfile, FrequencyError> {
+        TruncatedProfile::plan(law, self.steps(), self.ramp_steps(), self.max_period_us, self.min_period_us)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_and_ramps_of_the_tables() {
+        let counts = TABLES.map(|table| (table.steps(), table.ramp_steps()));
+        assert_eq!(counts, [(120, 24), (1_666, 166), (2_000, 300), (2_000, 400)]);
+    }
+}

@@ -1,0 +1,126 @@
+//! What the laws leave ringing (paper 000, section VI.F, Tables 5 to 7, figure 13): a model.
+
+use anyhow::Result;
+use isostep_profile::generators::{FrequencyLaw, FrequencyProfile};
+use isostep_sim::analysis::{Oscillator, Spectrum, mean, welch};
+
+use super::parameters::TABLE_6;
+
+/// The carriage: the paper prints no natural frequency, and saw most power between 40 and 50 Hz. Each of these is
+/// tried, and the mean square taken.
+pub const NATURAL_HZ: [f64; 11] = [40.0, 41.0, 42.0, 43.0, 44.0, 45.0, 46.0, 47.0, 48.0, 49.0, 50.0];
+/// Of the damping that just prevents oscillation: a lightly damped metal structure.
+pub const DAMPING_RATIO: f64 = 0.02;
+/// Samples of a waveform (paper 000, section VI.F).
+pub const SAMPLES: usize = 180;
+/// Waveforms of a law (paper 000, section VI.F): here each begins a tenth of a sample later than the one before.
+pub const WAVEFORMS: usize = 10;
+/// t_s (paper 000, Table 5).
+pub const SAMPLE_HZ: f64 = 100.0;
+
+/// Speed over time, (s, steps/s), from corner to corner.
+pub type Drive = Vec<(f64, f64)>;
+
+/// What Table 6's `law` drives a carriage with: the speed is f\[i\] in the middle of period i and goes in straight lines
+/// between; it jumps from standstill to f\[1\] and from f\[N\] to standstill.
+pub fn drive(law: FrequencyLaw) -> Result<Drive> {
+    let profile = TABLE_6.exact(law)?;
+    Ok(corners(&profile))
+}
+
+fn corners(profile: &FrequencyProfile) -> Drive {
+    let last = profile.steps();
+    let middles =
+        profile.edges_s().zip(1..).map(|(edge_s, i)| (edge_s + profile.period_s(i) / 2.0, profile.frequency_hz(i)));
+    let start = (0.0, profile.frequency_hz(1));
+    [start].into_iter().chain(middles).chain([(profile.duration_s(), profile.frequency_hz(last))]).collect()
+}
+
+/// The same without its jumps: as if the carriage had the start speed before and after the move.
+pub fn without_jumps(drive: &Drive) -> Drive {
+    let start = drive.first().map_or(0.0, |corner| corner.1);
+    drive.iter().map(|&(t_s, speed)| (t_s, speed - start)).collect()
+}
+
+/// What a sensor on the carriage would read in the ten waveforms, steps/s².
+pub fn waveforms(drive: &Drive, oscillator: &Oscillator) -> Vec<Vec<f64>> {
+    let instants = |waveform: usize| -> Vec<f64> {
+        let late_s = waveform as f64 / WAVEFORMS as f64 / SAMPLE_HZ;
+        (0..SAMPLES).map(|n| late_s + n as f64 / SAMPLE_HZ).collect()
+    };
+    (0..WAVEFORMS).map(|waveform| oscillator.ring(drive, &instants(waveform))).collect()
+}
+
+/// Instants of one waveform, s.
+pub fn instants_s() -> impl Iterator<Item = f64> {
+    (0..SAMPLES).map(|n| n as f64 / SAMPLE_HZ)
+}
+
+/// The standard deviation of all samples of all waveforms of all natural frequencies, steps/s².
+pub fn deviation(drive: &Drive) -> Result<f64> {
+    let mut variances = Vec::new();
+    for natural_hz in NATURAL_HZ {
+        let all = waveforms(drive, &Oscillator::new(natural_hz, DAMPING_RATIO)?).concat();
+        variances.push(isostep_sim::analysis::deviation(&all).powi(2));
+    }
+    Ok(mean(&variances).sqrt())
+}
+
+/// The power spectral density, (steps/s²)²/Hz: the mean over waveforms and natural frequencies.
+pub fn spectrum(drive: &Drive) -> Result<Spectrum> {
+    let mut spectra = Vec::new();
+    for natural_hz in NATURAL_HZ {
+        let all = waveforms(drive, &Oscillator::new(natural_hz, DAMPING_RATIO)?);
+        spectra.extend(all.iter().map(|waveform| welch(waveform, SAMPLE_HZ)));
+    }
+    let frequencies_hz = spectra[0].frequencies_hz.clone();
+    let densities = (0..frequencies_hz.len()).map(|k| spectra.iter().map(|one| one.densities[k]).sum::<f64>());
+    let densities = densities.map(|sum| sum / spectra.len() as f64).collect();
+    Ok(Spectrum { frequencies_hz, densities })
+}
+
+/// The standard deviation with one natural frequency, read every millisecond over the same time: at the paper's
+/// hundred samples a second anything above 50 Hz would be mistaken for something below.
+pub fn fine_deviation(drive: &Drive, natural_hz: f64) -> Result<f64> {
+    let instants: Vec<f64> = (0..SAMPLES * 10).map(|n| n as f64 * 1e-3).collect();
+    let readings = Oscillator::new(natural_hz, DAMPING_RATIO)?.ring(drive, &instants);
+    Ok(isostep_sim::analysis::deviation(&readings))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn deviations(drive: impl Fn(FrequencyLaw) -> Drive) -> [f64; 4] {
+        FrequencyLaw::ALL.map(|law| deviation(&drive(law)).unwrap())
+    }
+
+    #[test]
+    fn sinusoidal_rings_least_and_logarithmic_most() {
+        let [linear, quadratic, sinusoidal, logarithmic] = deviations(|law| drive(law).unwrap());
+        assert!(sinusoidal < linear && linear < quadratic && quadratic < logarithmic);
+    }
+
+    #[test]
+    fn the_ramps_alone_are_in_the_same_order_and_far_apart() {
+        let [linear, quadratic, sinusoidal, logarithmic] = deviations(|law| without_jumps(&drive(law).unwrap()));
+        assert!(sinusoidal * 3.0 < linear && linear * 1.5 < quadratic && quadratic * 2.0 < logarithmic);
+    }
+
+    #[test]
+    fn the_spectrum_has_the_power_of_the_waveforms_where_the_carriage_rings() {
+        let drive = drive(FrequencyLaw::Logarithmic).unwrap();
+        let peak_hz = spectrum(&drive).unwrap().peak_hz();
+        assert!((38.0..=50.0).contains(&peak_hz), "{peak_hz}");
+    }
+
+    /// The drive covers the way: its area is that of the steps, but for the halves of the first and last periods.
+    #[test]
+    fn the_drive_covers_the_way() {
+        for law in FrequencyLaw::ALL {
+            let drive = drive(law).unwrap();
+            let area: f64 = drive.windows(2).map(|pair| (pair[1].0 - pair[0].0) * (pair[0].1 + pair[1].1) / 2.0).sum();
+            assert!((area - 2_000.0).abs() < 2.0, "{law}: {area}");
+        }
+    }
+}

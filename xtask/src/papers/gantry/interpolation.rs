@@ -1,0 +1,132 @@
+//! Paper 004's figure 9: two axes at once, and how straight they go.
+
+use anyhow::Result;
+use isostep_sim::report::papers::{Chart, Curve, Picture, Style, charts};
+
+use super::intervals::{ACROSS_STEPS, STEPS, ours, timed};
+use crate::papers::row::{Paper, Row};
+
+/// Instants of the steps of both axes, s: down the long one, and across.
+struct Edges {
+    long_s: Vec<f64>,
+    across_s: Vec<f64>,
+}
+
+impl Edges {
+    fn theirs() -> Result<Self> {
+        let of = |steps| -> Result<Vec<f64>> { Ok(timed(steps, 0)?.edges_s().collect()) };
+        Ok(Self { long_s: of(STEPS)?, across_s: of(ACROSS_STEPS)? })
+    }
+
+    fn ours() -> Result<Self> {
+        let plan = ours()?;
+        let of = |axis: usize, steps: u32| (1..=steps).map(|k| plan.step_time_s(axis, k)).collect();
+        Ok(Self { long_s: of(0, STEPS), across_s: of(1, ACROSS_STEPS) })
+    }
+
+    fn end_s(&self) -> f64 {
+        let last = |edges: &[f64]| edges.last().copied().unwrap_or(0.0);
+        last(&self.long_s).max(last(&self.across_s))
+    }
+
+    /// Where both axes are at `t_s`, steps.
+    fn at(&self, t_s: f64) -> (f64, f64) {
+        let made = |edges: &[f64]| edges.partition_point(|edge_s| *edge_s <= t_s) as f64;
+        (made(&self.long_s), made(&self.across_s))
+    }
+
+    /// How far the axis across is ahead of the straight line, steps.
+    fn stray(&self, t_s: f64) -> f64 {
+        let (long, across) = self.at(t_s);
+        across - long * f64::from(ACROSS_STEPS) / f64::from(STEPS)
+    }
+
+    /// The farthest at any step.
+    fn stray_max(&self) -> f64 {
+        let instants = self.long_s.iter().chain(&self.across_s);
+        instants.map(|t_s| self.stray(*t_s).abs()).fold(0.0, f64::max)
+    }
+
+    fn instants(&self) -> impl Iterator<Item = f64> + use<> {
+        let end_s = self.end_s() * 1.01;
+        (0..=POINTS).map(move |k| end_s * f64::from(k) / f64::from(POINTS))
+    }
+}
+
+/// Points of a curve.
+const POINTS: u32 = 1_200;
+
+/// How straight both go.
+pub fn rows() -> Result<Vec<Row>> {
+    let (theirs, ours) = (Edges::theirs()?, Edges::ours()?);
+    let ask = |quantity: &str| Paper::Gantry.asks("section 4, figure 9", quantity);
+    Ok(vec![
+        ask("20,000 and 17,500 steps: farthest off the straight line (a model)")
+            .number("steps", 1)
+            .by_method(theirs.stray_max(), ours.stray_max()),
+        ask("the same: first step to last (a model)")
+            .number("s", 3)
+            .by_method(theirs.end_s() - theirs.long_s[0], ours.end_s() - ours.long_s[0]),
+    ])
+}
+
+/// Position over time, and the distance from the straight line.
+pub fn picture() -> Result<Picture> {
+    let (theirs, ours) = (Edges::theirs()?, Edges::ours()?);
+    let curve = |edges: &Edges, colour, value: &dyn Fn(f64) -> f64| Curve {
+        colour,
+        style: Style::Line,
+        points: edges.instants().map(|t_s| (t_s, value(t_s))).collect(),
+    };
+    let position = Chart {
+        x_name: "time, s".to_owned(),
+        y_name: "position, steps".to_owned(),
+        curves: vec![
+            curve(&theirs, 1, &|t_s| theirs.at(t_s).0),
+            curve(&theirs, 2, &|t_s| theirs.at(t_s).1),
+            curve(&ours, 0, &|t_s| ours.at(t_s).0),
+            curve(&ours, 3, &|t_s| ours.at(t_s).1),
+        ],
+        ..Chart::default()
+    };
+    let stray = Chart {
+        x_name: "time, s".to_owned(),
+        y_name: "off the line, steps".to_owned(),
+        curves: vec![curve(&theirs, 1, &|t_s| theirs.stray(t_s)), curve(&ours, 0, &|t_s| ours.stray(t_s))],
+        ..Chart::default()
+    };
+    Ok(Picture {
+        name: "004-figure-9".to_owned(),
+        svg: charts("Two axes: position, and distance from the straight line, over time", 1, 300, &[position, stray]),
+        key: vec![
+            (1, "paper, 20,000 steps".to_owned()),
+            (2, "paper, 17,500 steps".to_owned()),
+            (0, "Isostep, 20,000 steps".to_owned()),
+            (3, "Isostep, 17,500 steps".to_owned()),
+        ],
+        caption: "Figure 9: both axes of a diagonal. The paper prints no steps; these cross its workspace of 40 x 35 cm. In the \
+                  staircase on timers (a model of truncation alone) each axis loses its own steps and gets them back, slowly, \
+                  at its own end: until then the carriage is off the straight line (below). With one profile for both axes \
+                  it never strays by more than a step."
+            .to_owned(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ours_stays_within_a_step_of_the_line_and_the_timers_do_not() {
+        assert!(Edges::ours().unwrap().stray_max() <= 1.0);
+        assert!(Edges::theirs().unwrap().stray_max() > 5.0);
+    }
+
+    #[test]
+    fn every_step_is_made() {
+        for edges in [Edges::ours().unwrap(), Edges::theirs().unwrap()] {
+            assert_eq!(edges.at(edges.end_s()), (20_000.0, 17_500.0));
+            assert_eq!(edges.stray(edges.end_s()), 0.0);
+        }
+    }
+}

@@ -1,0 +1,130 @@
+//! Paper 002, section 3: the generators, and the linear law that they are held against.
+
+use anyhow::Result;
+use isostep_profile::generators::{Correction, StepsPerTime, TimePerStep};
+use isostep_profile::{IntervalLaw, Limits, SyncMove, Trapezoid};
+
+use super::motor::{STEPS_PER_REV, limits};
+
+/// The timer of "time per step" and of our segments, Hz: the paper does not print one.
+pub const TICK_HZ: u32 = 1_000_000;
+/// The interrupts of "steps per time", Hz (paper 002, appendix).
+pub const SERVICE_HZ: u32 = 10_000;
+
+/// What the generators are called, in the order of [`generators`].
+pub const NAMES: [&str; 4] =
+    ["Isostep, exact segments", "time per step, eqs 11-13", "time per step with eq 14", "steps per time, eq 17"];
+
+/// One revolution by one generator.
+pub struct Generator {
+    /// What it is called here.
+    pub name: &'static str,
+    /// Between its steps, s.
+    pub intervals_s: Vec<f64>,
+    truth: Truth,
+}
+
+/// What an interval is held against.
+#[derive(Clone, Copy)]
+enum Truth {
+    /// The speed that the law has at step i, counted from 0 (paper 002, eqs 9 and 10).
+    SpeedAtStep,
+    /// The time that the law takes from one step's displacement to the next's; the first step's is given.
+    TimeFrom(f64),
+}
+
+/// All of them, from a start speed of `start_rad_s`.
+pub fn generators(start_rad_s: f64) -> Result<Vec<Generator>> {
+    let limits = limits(start_rad_s);
+    let made = [
+        (exact(&limits)?, Truth::TimeFrom(0.5)),
+        (time_per_step(&limits, Correction::Without)?, Truth::SpeedAtStep),
+        (time_per_step(&limits, Correction::With)?, Truth::SpeedAtStep),
+        (steps_per_time(&limits)?, Truth::TimeFrom(1.0)),
+    ];
+    let named = NAMES.into_iter().zip(made);
+    Ok(named.map(|(name, (intervals_s, truth))| Generator { name, intervals_s, truth }).collect())
+}
+
+fn exact(limits: &Limits) -> Result<Vec<f64>> {
+    let plan = SyncMove::plan([STEPS_PER_REV as i32], &[*limits], IntervalLaw::Fastest, None)?;
+    let ticks: Vec<u64> = plan.segments(0, TICK_HZ).flat_map(|segment| segment.ticks()).collect();
+    Ok(ticks.windows(2).map(|pair| (pair[1] - pair[0]) as f64 / f64::from(TICK_HZ)).collect())
+}
+
+fn time_per_step(limits: &Limits, correction: Correction) -> Result<Vec<f64>> {
+    let intervals = TimePerStep::<f64>::plan(STEPS_PER_REV, limits, correction, TICK_HZ)?;
+    Ok(intervals.map(|ticks| f64::from(ticks) / f64::from(TICK_HZ)).collect())
+}
+
+fn steps_per_time(limits: &Limits) -> Result<Vec<f64>> {
+    let services = StepsPerTime::plan(STEPS_PER_REV, limits, 1, SERVICE_HZ)?;
+    Ok(services.map(|count| f64::from(count) / f64::from(SERVICE_HZ)).collect())
+}
+
+/// The linear law itself.
+pub fn law(start_rad_s: f64) -> Result<Trapezoid> {
+    let limits = limits(start_rad_s);
+    let start = limits.start_speed_steps_s;
+    Ok(Trapezoid::plan(f64::from(STEPS_PER_REV), start, start, &limits, IntervalLaw::Fastest)?)
+}
+
+impl Generator {
+    /// The displacement that its first step stands for, steps.
+    fn first_steps(&self) -> f64 {
+        match self.truth {
+            Truth::SpeedAtStep => 0.0,
+            Truth::TimeFrom(first) => first,
+        }
+    }
+
+    /// The instants of its first `count` steps, s from the beginning of the law.
+    pub fn edges_s(&self, law: &Trapezoid, count: usize) -> Vec<f64> {
+        let mut edges = vec![law.time_at(self.first_steps())];
+        for interval_s in self.intervals_s.iter().take(count - 1) {
+            edges.push(edges[edges.len() - 1] + interval_s);
+        }
+        edges
+    }
+
+    /// How much faster or slower each interval is than the law, %.
+    pub fn errors_percent(&self, law: &Trapezoid) -> Vec<f64> {
+        let exact_steps_s = |i: usize| {
+            let at = self.first_steps() + i as f64;
+            match self.truth {
+                Truth::SpeedAtStep => law.speed_at(law.time_at(at)),
+                Truth::TimeFrom(_) => 1.0 / (law.time_at(at + 1.0) - law.time_at(at)),
+            }
+        };
+        let intervals = self.intervals_s.iter().enumerate();
+        intervals.map(|(i, interval_s)| 100.0 * (1.0 / interval_s / exact_steps_s(i) - 1.0)).collect()
+    }
+
+    /// How much longer it takes from its first step to its last than the law, s.
+    pub fn late_s(&self, law: &Trapezoid) -> f64 {
+        let first = self.first_steps();
+        let last = first + self.intervals_s.len() as f64;
+        self.intervals_s.iter().sum::<f64>() - (law.time_at(last) - law.time_at(first))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::motor::SLOW_START_RAD_S;
+    use super::*;
+
+    /// By hand, at 0.08 rad/s = 52.15 steps/s and a = 1303.8 steps/s²: eq 10 gives v_1 = v_0 + a/v_0 = 77.15; the law has
+    /// sqrt(v_0² + 2 a) = 72.99 steps/s: 5.70 % less.
+    #[test]
+    fn the_recurrence_runs_ahead_by_hand() {
+        let errors = generators(SLOW_START_RAD_S).unwrap()[1].errors_percent(&law(SLOW_START_RAD_S).unwrap());
+        assert!((errors[1] - 5.70).abs() < 0.01, "{}", errors[1]);
+    }
+
+    #[test]
+    fn each_makes_every_step_of_the_revolution() {
+        for generator in generators(SLOW_START_RAD_S).unwrap() {
+            assert_eq!(generator.intervals_s.len(), 4_095, "{}", generator.name);
+        }
+    }
+}

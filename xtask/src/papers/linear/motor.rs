@@ -1,0 +1,35 @@
+//! Paper 002's motor: the defaults of its appendix.
+
+use std::f64::consts::TAU;
+
+use isostep_profile::Limits;
+
+/// K, steps of a revolution.
+pub const STEPS_PER_REV: u32 = 4_096;
+/// v_s, rad/s.
+pub const START_RAD_S: f64 = 0.5;
+/// A start nearly from rest, rad/s: just above what one step gains, sqrt(2 a alpha) = 0.0783 rad/s, below which eq 11
+/// diverges.
+pub const SLOW_START_RAD_S: f64 = 0.08;
+/// v_M, rad/s.
+pub const TOP_RAD_S: f64 = 2.0;
+/// a_M, rad/s².
+pub const ACCEL_RAD_S2: f64 = 2.0;
+/// m = a/d.
+pub const RATIO: f64 = 2.0;
+
+/// Steps in a radian: 1/alpha.
+pub fn steps_per_rad() -> f64 {
+    f64::from(STEPS_PER_REV) / TAU
+}
+
+/// Its limits, with a start speed of `start_rad_s`.
+pub fn limits(start_rad_s: f64) -> Limits {
+    let steps = steps_per_rad();
+    Limits {
+        start_speed_steps_s: start_rad_s * steps,
+        top_speed_steps_s: TOP_RAD_S * steps,
+        accel_steps_s2: ACCEL_RAD_S2 * steps,
+        decel_steps_s2: ACCEL_RAD_S2 / RATIO * steps,
+    }
+}

@@ -1,0 +1,90 @@
+//! Paper 002's figures 2 and 5: the first steps.
+
+use anyhow::Result;
+use isostep_sim::report::papers::{Chart, Curve, Picture, Scale, Style, charts};
+
+use super::generators::{Generator, generators, law};
+use super::motor::{SLOW_START_RAD_S, steps_per_rad};
+use super::speed_error;
+
+/// Steps shown.
+const SHOWN: usize = 12;
+
+/// Figure 2: steps at constant speed and while accelerating.
+pub fn steps() -> Result<Picture> {
+    let first_s = |edges: &[f64]| edges.iter().map(|edge_s| edge_s - edges[0]).collect::<Vec<_>>();
+    let accelerating = first_s(&generators(SLOW_START_RAD_S)?[0].edges_s(&law(SLOW_START_RAD_S)?, SHOWN));
+    let last_s = accelerating[SHOWN - 1];
+    let constant: Vec<f64> = (0..SHOWN).map(|k| last_s * k as f64 / (SHOWN - 1) as f64).collect();
+    let curve =
+        |colour, edges: &[f64], low| Curve { colour, style: Style::Line, points: pulses(edges, low, last_s * 0.012) };
+    let chart = Chart {
+        x_name: "time, s".to_owned(),
+        y_name: "STEP".to_owned(),
+        curves: vec![curve(1, &constant, 1.4), curve(0, &accelerating, 0.0)],
+        scale: Scale::Levels,
+        range: Some((-0.3, 2.6)),
+        ..Chart::default()
+    };
+    Ok(Picture {
+        name: "002-figure-2".to_owned(),
+        svg: charts("Steps at constant speed and while accelerating", 1, 220, &[chart]),
+        key: vec![(1, "constant speed".to_owned()), (0, "accelerating".to_owned())],
+        caption: "Figure 2: twelve steps in the same time. Speed that rises in a straight line means intervals that shrink, \
+                  and not in a straight line: that is the whole problem of a step generator. (The paper's motor from 0.08 \
+                  rad/s, where it shows.)"
+            .to_owned(),
+    })
+}
+
+/// The level of STEP over time, from instants of rising edges.
+fn pulses(edges_s: &[f64], low: f64, width_s: f64) -> Vec<(f64, f64)> {
+    let pulse = |&edge_s: &f64| {
+        let fall_s = edge_s + width_s;
+        [(edge_s, low), (edge_s, low + 0.8), (fall_s, low + 0.8), (fall_s, low)]
+    };
+    edges_s.iter().flat_map(pulse).collect()
+}
+
+/// Figure 5: the speed of each interval.
+pub fn stairs() -> Result<Picture> {
+    let (all, law, alpha) = (generators(SLOW_START_RAD_S)?, law(SLOW_START_RAD_S)?, 1.0 / steps_per_rad());
+    let stair = |(colour, generator): (usize, &Generator)| {
+        let edges = generator.edges_s(&law, SHOWN + 1);
+        let treads = edges.windows(2).map(|pair| (pair[0], pair[1], alpha / (pair[1] - pair[0])));
+        let points = treads.flat_map(|(from_s, to_s, speed)| [(from_s, speed), (to_s, speed)]).collect();
+        Curve { colour, style: Style::Line, points }
+    };
+    let mut curves: Vec<Curve> = all.iter().enumerate().map(stair).collect();
+    let end_s = all[0].edges_s(&law, SHOWN + 1)[SHOWN];
+    let line = (0..=100).map(|k| end_s * f64::from(k) / 100.0).map(|t_s| (t_s, law.speed_at(t_s) * alpha));
+    curves.push(Curve { colour: 6, style: Style::Dashed, points: line.collect() });
+    let chart = Chart { x_name: "time, s".to_owned(), y_name: "speed, rad/s".to_owned(), curves, ..Chart::default() };
+    Ok(Picture {
+        name: "002-figure-5".to_owned(),
+        svg: charts("Speed of the first steps of each generator", 1, 360, &[chart]),
+        key: speed_error::key().into_iter().chain([(6, "the linear law".to_owned())]).collect(),
+        caption: "Figure 5: each stair is an interval, as high as its speed. Exact intervals cross the law in their middle. Time \
+                  per step gives an interval the speed that the law has at its beginning, and so comes late by half a step; eq 14 \
+                  makes the first five longer still. That helps where the recurrence runs ahead, nearly from rest as here; \
+                  at the paper's own v_s = 0.5 rad/s it hardly errs, and the correction is all that is wrong."
+            .to_owned(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pulses_rise_and_fall() {
+        assert_eq!(pulses(&[1.0], 0.5, 0.25), [(1.0, 0.5), (1.0, 1.3), (1.25, 1.3), (1.25, 0.5)]);
+    }
+
+    #[test]
+    fn figures_are_drawn() {
+        for picture in [steps().unwrap(), stairs().unwrap()] {
+            assert!(picture.svg.contains("<polyline"), "{}", picture.name);
+        }
+    }
+}

@@ -1,0 +1,140 @@
+//! `cargo xtask papers`: what the three papers print, beside what comes out here.
+//!
+//! # Design
+//! ```text
+//! frequency, linear, gantry: a paper each --> rows: the paper's figure, ours, the difference
+//!                                         \-> sections: pictures and tables
+//!                        rows --> screen: a table;  JSON
+//!             rows + sections --> page: HTML
+//! ```
+
+mod frequency;
+mod gantry;
+mod linear;
+mod page;
+mod row;
+mod screen;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+use isostep_sim::report::papers::{self, Section, Table};
+use serde::Serialize;
+
+use self::row::{Paper, Row};
+use crate::workspace;
+
+/// Reproduce what the three papers print, side by side with ours
+#[derive(clap::Args)]
+#[command(after_help = "\
+What can be reproduced without the papers' hardware, a row each: the paper's figure, ours, and the difference. A paper's
+figure is printed there, or comes from its method, run here. The papers' pictures are drawn anew on the page.
+Everything is computed or simulated, and what is a model says so. Equal builds give equal figures.
+
+Examples:
+  cargo xtask papers                          the table, and a page of pictures in target/papers
+  cargo xtask papers --report report/papers   the page there: open report/papers/index.html
+  cargo xtask papers --json papers.json       the rows and tables in full precision")]
+pub struct Args {
+    /// Write the page of pictures and tables into this folder [default: target/papers]
+    #[arg(long, value_name = "DIR")]
+    report: Option<PathBuf>,
+    /// Write the rows and tables as JSON
+    #[arg(long, value_name = "OUT.json")]
+    json: Option<PathBuf>,
+}
+
+/// All of one paper.
+pub struct Part {
+    paper: Paper,
+    rows: Vec<Row>,
+    sections: Vec<Section>,
+}
+
+/// What is written as JSON.
+#[derive(Serialize)]
+struct Figures<'a> {
+    command: &'static str,
+    basis: &'static str,
+    rows: Vec<&'a Row>,
+    tables: Vec<&'a Table>,
+}
+
+/// What prints it.
+const COMMAND: &str = "cargo xtask papers";
+/// What every figure is.
+const BASIS: &str = "All figures are computed or simulated on a computer; nothing here is measured on hardware.";
+
+/// Runs the verb.
+pub fn run(args: Args) -> Result<()> {
+    let parts = parts()?;
+    print!("{}", screen::table(&parts));
+    let folder = args.report.unwrap_or_else(|| workspace::target_dir().join("papers"));
+    write_page(&folder, &parts)?;
+    args.json.map_or(Ok(()), |path| write(&path, &json(&parts)?))
+}
+
+fn parts() -> Result<Vec<Part>> {
+    Ok(vec![frequency::part()?, linear::part()?, gantry::part()?])
+}
+
+fn json(parts: &[Part]) -> Result<String> {
+    let rows = parts.iter().flat_map(|part| &part.rows).collect();
+    let tables = parts.iter().flat_map(|part| &part.sections).flat_map(|section| &section.tables).collect();
+    Ok(serde_json::to_string_pretty(&Figures { command: COMMAND, basis: BASIS, rows, tables })? + "\n")
+}
+
+fn write_page(folder: &Path, parts: &[Part]) -> Result<()> {
+    fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
+    let page = page::page(parts);
+    for (name, picture) in papers::files(&page) {
+        let path = folder.join(name);
+        fs::write(&path, picture).with_context(|| format!("cannot write {}", path.display()))?;
+    }
+    write(&folder.join("index.html"), &papers::page(&page))
+}
+
+fn write(path: &Path, text: &str) -> Result<()> {
+    fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))?;
+    println!("wrote {}", workspace::shown(path));
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_row_has_the_papers_side_ours_and_the_difference() {
+        let parts = parts().unwrap();
+        let papers: Vec<Paper> = parts.iter().map(|part| part.paper).collect();
+        assert_eq!(papers, [Paper::Frequency, Paper::Linear, Paper::Gantry]);
+        for row in parts.iter().flat_map(|part| &part.rows) {
+            let texts = [row.theirs_text(), row.ours_text(), row.difference_text()];
+            assert!(texts.iter().all(|text| !text.is_empty() && !text.contains("NaN")), "{row:?}");
+        }
+    }
+
+    #[test]
+    fn the_page_has_every_row_and_picture() {
+        let parts = parts().unwrap();
+        let html = papers::page(&page::page(&parts));
+        let pictures = parts.iter().flat_map(|part| &part.sections).flat_map(|section| &section.pictures).count();
+        assert_eq!(html.matches("<svg").count(), pictures);
+        assert!(pictures > 10 && !html.contains("NaN") && !html.contains("inf"));
+        assert_eq!(html.matches("<table").count(), html.matches("</table>").count());
+        for row in parts.iter().flat_map(|part| &part.rows) {
+            assert!(html.contains(&format!("<td>{}</td>", row.difference_text())), "{row:?}");
+        }
+    }
+
+    #[test]
+    fn json_has_every_row() {
+        let parts = parts().unwrap();
+        let json: serde_json::Value = serde_json::from_str(&json(&parts).unwrap()).unwrap();
+        let rows = json["rows"].as_array().unwrap();
+        assert_eq!(rows.len(), parts.iter().map(|part| part.rows.len()).sum::<usize>());
+        assert!(rows.iter().all(|row| row["ours"] != serde_json::Value::Null && row["paper"].is_string()));
+    }
+}

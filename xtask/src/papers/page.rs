@@ -1,0 +1,53 @@
+//! The page.
+
+use isostep_sim::report::papers::{Comparison, Page, Section};
+
+use super::row::Row;
+use super::{BASIS, COMMAND, Part};
+
+/// Everything, a paper after the other; each begins with its rows.
+pub fn page(parts: &[Part]) -> Page {
+    let sections = parts.iter().flat_map(|part| [vec![side_by_side(part)], part.sections.clone()].concat());
+    Page {
+        title: "The papers reproduced".to_owned(),
+        lead: vec![
+            "Three papers on moving stepper motors, and what comes out when their equations are run here, beside what they \
+             print. \"Printed\" stands in the paper; \"its method\" is the paper's own procedure, run here; where the paper has \
+             only a picture there is no number to compare."
+                .to_owned(),
+            BASIS.to_owned(),
+        ],
+        command: COMMAND.to_owned(),
+        sections: sections.chain([absent()]).collect(),
+    }
+}
+
+fn side_by_side(part: &Part) -> Section {
+    let comparisons = part.rows.iter().map(comparison).collect();
+    Section { heading: part.paper.title().to_owned(), comparisons, ..Section::default() }
+}
+
+fn comparison(row: &Row) -> Comparison {
+    Comparison {
+        figure: row.quantity.clone(),
+        place: row.place.to_owned(),
+        theirs: row.theirs_text(),
+        basis: row.basis.name().to_owned(),
+        ours: row.ours_text(),
+        difference: row.difference_text(),
+    }
+}
+
+fn absent() -> Section {
+    Section {
+        heading: "Not reproduced".to_owned(),
+        text: vec![
+            "Paper 000: figures 8 and 9 (motors without load against frequency, and steps in excess at 300 us), the measured \
+             dots of figures 10 to 13, and the averages of Table 7, which are gravity. Paper 002: its section 4 names a motor and \
+             prints no measurement. Paper 004: figures 7, 8 and 10 (the prototype, its drawing, the memory it takes). All need \
+             the papers' hardware."
+                .to_owned(),
+        ],
+        ..Section::default()
+    }
+}

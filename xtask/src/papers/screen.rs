@@ -1,0 +1,52 @@
+//! The rows on the screen.
+
+use super::row::Row;
+use super::{BASIS, Part};
+
+/// All rows, a paper after the other.
+pub fn table(parts: &[Part]) -> String {
+    let parts = parts.iter().map(|part| {
+        let rows = part.rows.iter().map(|row| if row.is_words() { words(row) } else { numbers(row) });
+        format!("\n{}\n{}{}", part.paper.title(), head(), rows.collect::<String>())
+    });
+    format!("{BASIS}\n{}\n", parts.collect::<String>())
+}
+
+fn head() -> String {
+    line(["", "paper", "", "ours", "difference", ""])
+}
+
+fn numbers(row: &Row) -> String {
+    let (theirs, ours, difference) = (row.theirs_text(), row.ours_text(), row.difference_text());
+    line([&row.quantity, &theirs, row.basis.name(), &ours, &difference, row.place])
+}
+
+/// Words are longer than a column.
+fn words(row: &Row) -> String {
+    let (theirs, ours) = (row.theirs_text(), row.ours_text());
+    let head = line([&row.quantity, "", "", "", &row.difference_text(), row.place]);
+    format!("{head}      paper: {theirs}\n      ours:  {ours}\n")
+}
+
+fn line([quantity, theirs, basis, ours, difference, place]: [&str; 6]) -> String {
+    let text = format!("  {quantity:<66} {theirs:>12} {basis:<10} {ours:>12} {difference:>13}  {place}");
+    text.trim_end().to_owned() + "\n"
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::row::Paper;
+    use super::*;
+
+    #[test]
+    fn numbers_stand_in_columns_and_words_below() {
+        let row = Paper::Gantry.asks("Table 1", "deceleration").number("s", 3).printed(6.8, 4.5);
+        let text = numbers(&row);
+        assert!(
+            text.starts_with("  deceleration ")
+                && text.ends_with("6.8 s printed         4.500 s      -2.300 s  Table 1\n")
+        );
+        let text = words(&Paper::Gantry.asks("section 4", "lost").says("some", "73", true));
+        assert!(text.contains("none  section 4\n      paper: some\n      ours:  73\n"), "{text}");
+    }
+}
