@@ -29,6 +29,8 @@ pub enum SettingError {
     RateTooHigh { axis: usize, asked_mm_min: f32, max_mm_min: f32, steps_per_mm: f32, pulse_us: u16 },
     /// An axis would start faster than its top speed.
     StartAboveTop { axis: usize, start_mm_min: f32, top_mm_min: f32 },
+    /// The speed law with the number `law`, `$902`, needs a start speed, which an axis has not.
+    LawNeedsStart { axis: usize, law: u16 },
 }
 
 impl SettingError {
@@ -41,6 +43,7 @@ impl SettingError {
             Self::TooLow { .. } | Self::TooHigh { .. } | Self::HomingOrder { .. } => Error::BadNumber,
             Self::SoftLimitsNeedHoming => Error::SoftLimitsNeedHoming,
             Self::RateTooHigh { .. } | Self::StartAboveTop { .. } => Error::RateTooHigh,
+            Self::LawNeedsStart { .. } => Error::BadNumber,
         }
     }
 }
@@ -97,6 +100,13 @@ impl fmt::Display for SettingError {
                 write!(
                     f,
                     "${start}={asked} is above the top speed, ${top}={most} mm/min: lower ${start} or raise ${top}"
+                )
+            }
+            Self::LawNeedsStart { axis, law } => {
+                let start = 910 + axis;
+                write!(
+                    f,
+                    "$902={law} is a law over displacement and never leaves standstill: raise ${start} above 0 first"
                 )
             }
         }

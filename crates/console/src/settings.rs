@@ -5,6 +5,9 @@ use crate::{AXES, SettingError, setting_table};
 /// The highest rate that the step outputs carry with pulses of so many us (0: as short as they can be), steps/s.
 pub type Carries<'a> = &'a dyn Fn(u16) -> f32;
 
+/// From this `$902` on, speed is a law over displacement, which never leaves standstill.
+const FIRST_LAW_OVER_DISPLACEMENT: u16 = 3;
+
 /// Every setting, as `$$` lists them; per-axis values in the order X, Y, Z. Masks have bit 0 for X.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
@@ -50,12 +53,16 @@ pub struct Settings {
     pub travel_mm: [f32; AXES],
     /// `$900`: accelerate, cruise and brake over three equal times (thirds), not as fast as the limits allow.
     pub interval_thirds: bool,
+    /// `$902`: how speed changes on a ramp, by number: trapezoid, S-curve, sine, linear, quadratic, sinusoidal, logarithmic.
+    pub speed_law: u16,
     /// `$901`: the axes in the order they home, as digits; see [`Settings::homing_order`].
     pub homing_order_digits: u16,
     /// `$910`-`$912`: the speed that an axis starts and stops at without a ramp.
     pub start_rate_mm_min: [f32; AXES],
     /// `$920`-`$922`: 0 for the acceleration; see [`Settings::decel_mm_s2`].
     pub decel_or_0_mm_s2: [f32; AXES],
+    /// `$930`-`$932`: of the S-curve; 0 for no limit.
+    pub jerk_or_0_mm_s3: [f32; AXES],
 }
 
 impl Settings {
@@ -82,9 +89,11 @@ impl Settings {
         accel_mm_s2: [50.0; AXES],
         travel_mm: [350.0, 400.0, 100.0],
         interval_thirds: false,
+        speed_law: 0,
         homing_order_digits: 312,
         start_rate_mm_min: [0.0; AXES],
         decel_or_0_mm_s2: [0.0; AXES],
+        jerk_or_0_mm_s3: [500.0; AXES],
     };
 
     /// Deceleration per axis: its own, or the acceleration where that is 0.
@@ -127,7 +136,8 @@ impl Settings {
     ///
     /// # Errors
     /// The first rule broken: soft limits without homing, a homing order that is not one of X, Y and Z each once,
-    /// a step rate above what the step outputs carry, a start speed above the top speed.
+    /// a step rate above what the step outputs carry, a start speed above the top speed, or none for a speed law that
+    /// needs one.
     pub fn check(&self, carries: Carries<'_>) -> Result<(), SettingError> {
         if self.soft_limits && !self.homing {
             return Err(SettingError::SoftLimitsNeedHoming);
@@ -149,6 +159,9 @@ impl Settings {
         let start_mm_min = self.start_rate_mm_min[axis];
         if start_mm_min > asked_mm_min {
             return Err(SettingError::StartAboveTop { axis, start_mm_min, top_mm_min: asked_mm_min });
+        }
+        if self.speed_law >= FIRST_LAW_OVER_DISPLACEMENT && start_mm_min == 0.0 {
+            return Err(SettingError::LawNeedsStart { axis, law: self.speed_law });
         }
         Ok(())
     }

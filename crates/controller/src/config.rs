@@ -3,7 +3,7 @@
 use embassy_time::Duration;
 use isostep_console::Settings;
 use isostep_motion::{AXES, Axis, Config, Direction, HomingConfig, Wiring};
-use isostep_profile::{IntervalLaw, Limits};
+use isostep_profile::{IntervalLaw, Limits, SpeedLaw};
 
 /// `$1=255`: the motors stay energised.
 const IDLE_DELAY_FOREVER_MS: u16 = 255;
@@ -16,7 +16,8 @@ pub fn config(settings: &Settings) -> Config {
         limits: core::array::from_fn(|axis| limits(settings, axis)),
         steps_per_mm: settings.steps_per_mm.map(f64::from),
         travel_mm: settings.travel_mm.map(f64::from),
-        law: if settings.interval_thirds { IntervalLaw::Thirds } else { IntervalLaw::Fastest },
+        interval_law: if settings.interval_thirds { IntervalLaw::Thirds } else { IntervalLaw::Fastest },
+        speed_law: SpeedLaw::ALL[usize::from(settings.speed_law).min(SpeedLaw::ALL.len() - 1)],
         hard_limits: settings.hard_limits,
         wiring: masked(settings.direction_invert_mask)
             .map(|direction_inverted| Wiring { direction_inverted, pulse_ns: pulse_ns(settings.pulse_us) }),
@@ -50,6 +51,9 @@ fn limits(settings: &Settings, axis: usize) -> Limits {
         top_speed_steps_s: steps_s(settings.max_rate_mm_min),
         accel_steps_s2: steps_s2(settings.accel_mm_s2),
         decel_steps_s2: steps_s2(settings.decel_mm_s2()),
-        jerk_steps_s3: f64::INFINITY,
+        jerk_steps_s3: match settings.jerk_or_0_mm_s3[axis] {
+            0.0 => f64::INFINITY,
+            jerk_mm_s3 => f64::from(jerk_mm_s3) * steps_per_mm,
+        },
     }
 }

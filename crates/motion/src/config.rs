@@ -3,7 +3,7 @@
 use core::fmt;
 
 use embassy_time::Duration;
-use isostep_profile::{IntervalLaw, LimitError, Limits};
+use isostep_profile::{IntervalLaw, LimitError, Limits, SpeedLaw};
 
 use crate::axes::{AXES, Axis};
 use crate::port::{Capabilities, Direction, Wiring};
@@ -18,7 +18,9 @@ pub struct Config {
     /// How far each axis travels from its zero, mm; above 0.
     pub travel_mm: [f64; AXES],
     /// How moves are split into intervals.
-    pub law: IntervalLaw,
+    pub interval_law: IntervalLaw,
+    /// How speed changes on their ramps.
+    pub speed_law: SpeedLaw,
     /// A limit switch that closes outside homing stops the machine.
     pub hard_limits: bool,
     /// Each axis's driver.

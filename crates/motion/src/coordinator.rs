@@ -16,7 +16,7 @@ use embassy_futures::select::{Either, select};
 use embassy_futures::yield_now;
 use embassy_time::{Duration, Instant, Timer, with_timeout};
 use embedded_hal::digital::OutputPin;
-use isostep_profile::{Segments, SpeedLaw, SyncMove};
+use isostep_profile::{Segments, SyncMove};
 
 use crate::axes::{AXES, Axis};
 use crate::event::{Alarm, Event, Finish, State};
@@ -139,7 +139,7 @@ where
         let longest = steps.iter().map(|n| n.unsigned_abs()).max().unwrap_or(0);
         let mm_per_step = path_mm / f64::from(longest);
         let path_speed = feed_mm_s.map(|mm_s| mm_s / mm_per_step);
-        let plan = SyncMove::plan(steps, &config.limits, config.law, SpeedLaw::Trapezoid, path_speed)
+        let plan = SyncMove::plan(steps, &config.limits, config.interval_law, config.speed_law, path_speed)
             .map_err(|_| Alarm::Unplannable)?;
         Ok(self.run_plan(plan, mm_per_step).await)
     }
@@ -161,7 +161,10 @@ where
         (self.on_event)(Event::Move { start, plan, origin_steps });
         self.start_axes(&plan, start);
         let moving = Axis::ALL.map(|axis| plan.steps[axis as usize] != 0);
-        let feeding = join_array(Axis::ALL.map(|axis| feed(self.machine, axis, segments[axis as usize])));
+        let [x, y, z] = &mut segments;
+        let feeding = join_array(
+            [(Axis::X, x), (Axis::Y, y), (Axis::Z, z)].map(|(axis, segments)| feed(self.machine, axis, segments)),
+        );
         let finish = alongside(all_done(self.machine, moving), feeding).await;
         self.end_move(finish)
     }
@@ -178,7 +181,7 @@ where
     }
 
     /// Makes the axis ready and queues its first segments.
-    fn prepare(&self, axis: Axis, segments: &mut Segments) {
+    fn prepare(&self, axis: Axis, segments: &mut Segments<'_>) {
         self.machine.ready(axis);
         let queue = &self.machine.link(axis).segments;
         let enough_ticks = COMPILED_BEFORE_START.as_micros() * u64::from(self.machine.tick_hz(axis)) / 1_000_000;
@@ -232,7 +235,7 @@ pub(crate) async fn alongside<T>(main: impl Future<Output = T>, side: impl Futur
 
 /// Keeps one axis's queue full until its part of the move is compiled. One segment a poll: the axes take turns, and so
 /// do the other tasks of this priority.
-async fn feed(machine: &Machine, axis: Axis, segments: Segments) {
+async fn feed(machine: &Machine, axis: Axis, segments: &mut Segments<'_>) {
     for segment in segments {
         machine.link(axis).segments.send(segment).await;
         yield_now().await;

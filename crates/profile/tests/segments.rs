@@ -59,7 +59,7 @@ struct Axis<'a, const N: usize> {
 }
 
 impl<const N: usize> Axis<'_, N> {
-    fn segments(&self) -> Segments {
+    fn segments(&self) -> Segments<'_> {
         self.plan.segments(self.axis, self.tick_hz)
     }
 
@@ -67,9 +67,9 @@ impl<const N: usize> Axis<'_, N> {
     fn error(&self, k: u32, tick: u64) -> (f64, f64) {
         let exact_s = self.plan.step_time_s(self.axis, k);
         let profile = &self.plan.profile;
-        // 64-bit floats round the closed form's instant a few times, and the displacement it comes from.
+        // 64-bit floats round the closed form's instant some times, and the displacement it comes from.
         let displaced_s = profile.distance_steps() / profile.speed_at(exact_s);
-        let float_error_s = (8.0 * profile.duration_s() + 2.0 * displaced_s) * f64::EPSILON;
+        let float_error_s = (24.0 * profile.duration_s() + 2.0 * displaced_s) * f64::EPSILON;
         let hz = f64::from(self.tick_hz);
         (tick as f64 - exact_s * hz, 0.5 + FIXED_POINT_ERROR_TICKS + float_error_s * hz)
     }

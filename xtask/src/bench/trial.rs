@@ -92,7 +92,7 @@ impl Trial {
     /// What the firmware has to make of it.
     pub fn plans(&self) -> Result<Vec<SyncMove<AXES>>> {
         let config = config(&self.machine.settings);
-        let plan = |&steps| SyncMove::plan(steps, &config.limits, config.law, SpeedLaw::Trapezoid, None);
+        let plan = |&steps| SyncMove::plan(steps, &config.limits, config.interval_law, config.speed_law, None);
         self.moves.iter().map(plan).collect::<Result<_, _>>().context("the benchmark's move cannot be planned")
     }
 

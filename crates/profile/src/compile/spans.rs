@@ -20,8 +20,8 @@ pub(super) const STRAY_MAX_TICKS: f64 = 1.0 / 32.0;
 const SHORT_SHARE: f64 = 1.0 / 128.0;
 /// Longest span, ticks: half of what a segment may last.
 const SPAN_MAX_TICKS: f64 = 1_073_741_824.0;
-/// What a time is rounded by on the way, as a share of it: 2^-50.
-const ROUNDING: f64 = 8.881_784_197_001_252e-16;
+/// What the laws' floats may lose of a time, as a share of it: 2^-48.
+const ROUNDING: f64 = 3.552_713_678_800_501e-15;
 /// At first, the share of the ramp that a span tries.
 const FIRST_SHARE: f64 = 1.0 / 16.0;
 /// Spans begin and end nearer to standstill than the first and last step, at half a step, so there always is a span.

@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use isostep_profile::generators::{Preload, PreloadTimer, Staircase, TimedStaircase, TimedTread};
-use isostep_profile::{IntervalLaw, Limits, SyncMove};
+use isostep_profile::{IntervalLaw, Limits, SpeedLaw, SyncMove};
 use isostep_sim::report::papers::{Chart, Curve, Picture, Style, Table, charts};
 
 use crate::papers::row::{Paper, Row};
@@ -34,8 +34,15 @@ pub fn ours() -> Result<SyncMove<2>> {
         top_speed_steps_s: TOP_STEPS_S,
         accel_steps_s2: accel,
         decel_steps_s2: accel,
+        jerk_steps_s3: f64::INFINITY,
     };
-    Ok(SyncMove::plan([STEPS as i32, ACROSS_STEPS as i32], &[limits; 2], IntervalLaw::Thirds, None)?)
+    Ok(SyncMove::plan(
+        [STEPS as i32, ACROSS_STEPS as i32],
+        &[limits; 2],
+        IntervalLaw::Thirds,
+        SpeedLaw::Trapezoid,
+        None,
+    )?)
 }
 
 /// The paper's equations, its Table 1 against the staircase on timers, and against ours.

@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use isostep_profile::generators::{Correction, StepsPerTime, TimePerStep};
-use isostep_profile::{IntervalLaw, Limits, SyncMove, Trapezoid};
+use isostep_profile::{IntervalLaw, Limits, Profile, SpeedLaw, SyncMove};
 
 use super::motor::{STEPS_PER_REV, limits};
 
@@ -47,7 +47,7 @@ pub fn generators(start_rad_s: f64) -> Result<Vec<Generator>> {
 }
 
 fn exact(limits: &Limits) -> Result<Vec<f64>> {
-    let plan = SyncMove::plan([STEPS_PER_REV as i32], &[*limits], IntervalLaw::Fastest, None)?;
+    let plan = SyncMove::plan([STEPS_PER_REV as i32], &[*limits], IntervalLaw::Fastest, SpeedLaw::Trapezoid, None)?;
     let ticks: Vec<u64> = plan.segments(0, TICK_HZ).flat_map(|segment| segment.ticks()).collect();
     Ok(ticks.windows(2).map(|pair| (pair[1] - pair[0]) as f64 / f64::from(TICK_HZ)).collect())
 }
@@ -63,10 +63,10 @@ fn steps_per_time(limits: &Limits) -> Result<Vec<f64>> {
 }
 
 /// The linear law itself.
-pub fn law(start_rad_s: f64) -> Result<Trapezoid> {
+pub fn law(start_rad_s: f64) -> Result<Profile> {
     let limits = limits(start_rad_s);
     let start = limits.start_speed_steps_s;
-    Ok(Trapezoid::plan(f64::from(STEPS_PER_REV), start, start, &limits, IntervalLaw::Fastest)?)
+    Ok(Profile::plan(f64::from(STEPS_PER_REV), start, start, &limits, IntervalLaw::Fastest, SpeedLaw::Trapezoid)?)
 }
 
 impl Generator {
@@ -79,7 +79,7 @@ impl Generator {
     }
 
     /// The instants of its first `count` steps, s from the beginning of the law.
-    pub fn edges_s(&self, law: &Trapezoid, count: usize) -> Vec<f64> {
+    pub fn edges_s(&self, law: &Profile, count: usize) -> Vec<f64> {
         let mut edges = vec![law.time_at(self.first_steps())];
         for interval_s in self.intervals_s.iter().take(count - 1) {
             edges.push(edges[edges.len() - 1] + interval_s);
@@ -88,7 +88,7 @@ impl Generator {
     }
 
     /// How much faster or slower each interval is than the law, %.
-    pub fn errors_percent(&self, law: &Trapezoid) -> Vec<f64> {
+    pub fn errors_percent(&self, law: &Profile) -> Vec<f64> {
         let exact_steps_s = |i: usize| {
             let at = self.first_steps() + i as f64;
             match self.truth {
@@ -101,7 +101,7 @@ impl Generator {
     }
 
     /// How much longer it takes from its first step to its last than the law, s.
-    pub fn late_s(&self, law: &Trapezoid) -> f64 {
+    pub fn late_s(&self, law: &Profile) -> f64 {
         let first = self.first_steps();
         let last = first + self.intervals_s.len() as f64;
         self.intervals_s.iter().sum::<f64>() - (law.time_at(last) - law.time_at(first))

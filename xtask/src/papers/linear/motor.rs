@@ -31,5 +31,6 @@ pub fn limits(start_rad_s: f64) -> Limits {
         top_speed_steps_s: TOP_RAD_S * steps,
         accel_steps_s2: ACCEL_RAD_S2 * steps,
         decel_steps_s2: ACCEL_RAD_S2 / RATIO * steps,
+        jerk_steps_s3: f64::INFINITY,
     }
 }

@@ -1,7 +1,7 @@
 //! Paper 002, section 2: trajectory planning, step by step as its flow chart has it.
 
 use anyhow::Result;
-use isostep_profile::{IntervalLaw, Trapezoid};
+use isostep_profile::{IntervalLaw, Profile, SpeedLaw};
 use isostep_sim::report::papers::{Chart, Curve, Picture, Style, charts};
 
 use super::motor::{ACCEL_RAD_S2, RATIO, START_RAD_S, STEPS_PER_REV, TOP_RAD_S, limits, steps_per_rad};
@@ -39,10 +39,10 @@ fn by_the_paper(steps: u32) -> Planned {
     Planned { accel_s, cruise_s, decel_s: ramps_s - accel_s, total_s: ramps_s + cruise_s, steps }
 }
 
-fn by_us(steps: u32) -> Result<Trapezoid> {
+fn by_us(steps: u32) -> Result<Profile> {
     let limits = limits(START_RAD_S);
     let start = limits.start_speed_steps_s;
-    Ok(Trapezoid::plan(f64::from(steps), start, start, &limits, IntervalLaw::Fastest)?)
+    Ok(Profile::plan(f64::from(steps), start, start, &limits, IntervalLaw::Fastest, SpeedLaw::Trapezoid)?)
 }
 
 /// Half a radian, a triangle.
@@ -93,7 +93,7 @@ pub fn picture() -> Result<Picture> {
 /// Points of a curve.
 const POINTS: u32 = 600;
 
-fn quantities(plan: &Trapezoid) -> Vec<Chart> {
+fn quantities(plan: &Profile) -> Vec<Chart> {
     let (alpha, total_s) = (1.0 / steps_per_rad(), plan.duration_s());
     let accel_s = plan.t_accel_s();
     let cruise_end_s = total_s - plan.t_decel_s();
