@@ -44,7 +44,7 @@ fn words(row: &Row) -> String {
 }
 
 fn line([quantity, theirs, basis, ours, difference, place]: [&str; 6]) -> String {
-    let text = format!("  {quantity:<66} {theirs:>12} {basis:<10} {ours:>12} {difference:>13}  {place}");
+    let text = format!("  {quantity:<70} {theirs:>12} {basis:<10} {ours:>12} {difference:>13}  {place}");
     text.trim_end().to_owned() + "\n"
 }
 
