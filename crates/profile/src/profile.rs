@@ -202,7 +202,7 @@ impl Profile {
     /// Displacement at `t_s` (clamped to the move), steps.
     #[must_use]
     pub fn position_at(&self, t_s: f64) -> f64 {
-        match self.interval_at(t_s.clamp(0.0, self.duration_s())) {
+        match self.interval_at(t_s.max(0.0).min(self.duration_s())) {
             Interval::Accel(t_s) => self.accel.at_time(t_s).steps,
             Interval::Cruise(t_s) => self.accel_end_steps + t_s * self.cruise_steps_s,
             Interval::Decel(left_s) => self.distance_steps - self.decel.at_time(left_s).steps,

@@ -3,6 +3,7 @@
 mod logarithmic;
 mod over_displacement;
 mod over_time;
+mod quarter;
 
 use libm::sqrt;
 
@@ -224,7 +225,7 @@ impl Ramp {
 
     /// How it is at `t_s`.
     pub(crate) fn at_time(&self, t_s: f64) -> State {
-        let t_s = t_s.clamp(0.0, self.duration_s);
+        let t_s = t_s.max(0.0).min(self.duration_s);
         match self.shape {
             Shape::Even { accel_steps_s2 } => State {
                 t_s,
