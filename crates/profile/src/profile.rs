@@ -236,9 +236,9 @@ impl Profile {
     #[must_use]
     pub fn jerk_at(&self, t_s: f64) -> f64 {
         match self.interval_at(t_s) {
-            Interval::Accel(t_s) => self.accel.at_time(t_s).jerk_steps_s3,
+            Interval::Accel(t_s) => self.accel.jerk_at(t_s),
             // Backwards in time, speed and jerk keep their signs.
-            Interval::Decel(left_s) => self.decel.at_time(left_s).jerk_steps_s3,
+            Interval::Decel(left_s) => self.decel.jerk_at(left_s),
             Interval::Cruise(_) | Interval::Outside => 0.0,
         }
     }

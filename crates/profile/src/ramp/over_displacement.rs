@@ -3,7 +3,7 @@
 
 use core::f64::consts::PI;
 
-use libm::{atan, atan2, exp, log1p, sqrt};
+use libm::{atan, exp, log1p, sqrt};
 
 use super::logarithmic;
 use super::quarter::sin_cos;
@@ -93,7 +93,8 @@ impl OverDisplacement {
             Self::Sinusoidal => {
                 let (low, high) = (sqrt(slow), sqrt(slow + 1.0));
                 let (sine, cosine) = sin_cos(u);
-                atan2(high * sine, low * cosine) / (PI / 2.0 * low * high)
+                // At the end the tangent is infinite.
+                atan(high * sine / (low * cosine)) / (PI / 2.0 * low * high)
             }
             Self::Logarithmic => logarithmic::time(slow, u),
         }
