@@ -26,7 +26,7 @@
 //! Against the closed form, in ticks: half a tick of rounding; the fit, [`FIT_ERROR_MAX_TICKS`] or, where a segment
 //! would last less than [`BRIEF_S`], [`FIT_ERROR_MAX_S`]; and 0.02 of fixed point at most (the growth of intervals is
 //! rounded to 2^-32 tick, a root to 2^-54 of itself). At 125 MHz that is 5 ns for slow steps and 24 ns for fast ones.
-//! `cargo test -p isostep-profile --test segments` holds 10,000 random moves to it, and as many extreme ones.
+//! `cargo test -p isostep-profile --test segments` holds 10,000 random moves to it, and 2,000 extreme ones.
 //!
 //! # Cost
 //! On a Cortex-M0+ 1,400 cycles a segment of a ramp, most of them for its two roots, 2,000 for a ramp's first, and 8.6

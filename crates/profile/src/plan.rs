@@ -95,7 +95,7 @@ impl Ends {
         if peak <= self.top_steps_s {
             // Where both ramps have the same speed; as a difference of the peak's square it would cancel.
             let meeting = (2.0 * d * self.distance_steps + exit * exit - entry * entry) / (2.0 * (a + d));
-            let accel_steps = meeting.clamp(0.0, self.distance_steps);
+            let accel_steps = meeting.max(0.0).min(self.distance_steps);
             return self.trapezoid(peak, (accel_steps, accel_steps), 0.0);
         }
         let top = self.top_steps_s;
