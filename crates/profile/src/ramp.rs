@@ -192,9 +192,16 @@ impl Ramp {
         }
     }
 
-    /// What its law is over, where it is at `steps`: time, s, or displacement, steps. It rises from 0.
-    pub(crate) fn parameter_at(&self, steps: f64) -> f64 {
-        if self.is_over_displacement() { steps.min(self.steps) } else { self.time_at(steps) }
+    /// What its law is over, time, s, or displacement, steps, where it is at `steps` or a little before: at least a
+    /// tenth of the way. It rises from 0.
+    pub(crate) fn parameter_before(&self, steps: f64) -> f64 {
+        match self.shape {
+            Shape::OverTime(law) => {
+                let way = steps / (self.rise_steps_s * self.duration_s);
+                self.duration_s * law.time_before(self.slow_steps_s / self.rise_steps_s, way)
+            }
+            _ => steps.min(self.steps),
+        }
     }
 
     /// The same at the fast end.
@@ -242,12 +249,13 @@ impl Ramp {
     }
 
     fn over_time(&self, law: OverTime, t_s: f64) -> State {
-        let (rise, t) = (self.rise_steps_s, t_s / self.duration_s);
+        let rise = self.rise_steps_s;
+        let at = law.at(t_s / self.duration_s);
         State {
             t_s,
-            steps: self.slow_steps_s * t_s + rise * self.duration_s * law.travel(t),
-            speed_steps_s: self.slow_steps_s + rise * law.speed(t),
-            accel_steps_s2: rise / self.duration_s * law.slope(t),
+            steps: self.slow_steps_s * t_s + rise * self.duration_s * at.travel,
+            speed_steps_s: self.slow_steps_s + rise * at.speed,
+            accel_steps_s2: rise / self.duration_s * at.slope,
         }
     }
 

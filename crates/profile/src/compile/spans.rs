@@ -10,14 +10,15 @@
 use super::curve::{Curve, Place};
 use super::quintic::Quintic;
 use super::setup::View;
+use super::wide::exponent;
 use crate::profile::Profile;
 use crate::ramp::{Ramp, State};
 use crate::segment::Segment;
 
 /// How far a quintic may stray from the law, ticks: a quarter of what a segment may.
 pub(super) const STRAY_MAX_TICKS: f64 = 1.0 / 32.0;
-/// A span that strays by this share of it was too short: a quintic over twice as long strays 64 times as much.
-const SHORT_SHARE: f64 = 1.0 / 128.0;
+/// A span is never more than 2^this longer or shorter than the one tried before.
+const DOUBLINGS_MAX: i32 = 3;
 /// Longest span, ticks: half of what a segment may last.
 const SPAN_MAX_TICKS: f64 = 1_073_741_824.0;
 /// What the laws' floats may lose of a time, as a share of it: 2^-48.
@@ -60,14 +61,14 @@ impl Spans {
     /// Over the steps before `end`.
     pub(super) fn accelerating(plan: &Profile, view: View, end: u32) -> Self {
         let path = Path { ramp: plan.accel, is_backwards: false };
-        let first = path.ramp.parameter_at(view.stride * BEFORE_STEP);
+        let first = path.ramp.parameter_before(view.stride * BEFORE_STEP);
         Self::new(path, view, (first, path.ramp.parameter_end()), (0, end))
     }
 
     /// Over the steps from `begin` on, before `end`, where the move ends.
     pub(super) fn decelerating(plan: &Profile, view: View, begin: u32, end: u32) -> Self {
         let path = Path { ramp: plan.decel, is_backwards: true };
-        let last = path.ramp.parameter_end() - path.ramp.parameter_at(view.stride * BEFORE_STEP);
+        let last = path.ramp.parameter_end() - path.ramp.parameter_before(view.stride * BEFORE_STEP);
         Self::new(path, view, (0.0, last), (begin, end))
     }
 
@@ -113,18 +114,19 @@ impl Spans {
         let mut end = self.path.state(to);
         loop {
             let reach = to - self.parameter;
-            let half = self.parameter + reach / 2.0;
-            let middle = self.path.state(half);
+            let middle = self.path.state(self.parameter + reach / 2.0);
             let quintic = Quintic::between(&self.state, &end);
             let stray = self.stray(&quintic, &middle, &end);
-            if stray <= 1.0 || reach <= SHARE_MIN * self.last {
-                if stray <= SHORT_SHARE {
-                    self.reach = self.reach.max(2.0 * reach);
-                }
+            // A quintic over twice as long strays 2^6 times as much: by so many doublings it could be longer.
+            let doublings = -(exponent(stray) + 6).div_euclid(6);
+            if doublings >= 0 || reach <= SHARE_MIN * self.last {
+                self.reach = self.reach.max(reach * two_to(doublings.min(DOUBLINGS_MAX)));
                 (self.parameter, self.state) = (to, end);
                 return quintic;
             }
-            (to, end, self.reach) = (half, middle, reach / 2.0);
+            self.reach = reach * two_to(doublings.max(-DOUBLINGS_MAX));
+            to = self.parameter + self.reach;
+            end = if doublings == -1 { middle } else { self.path.state(to) };
         }
     }
 
@@ -154,6 +156,11 @@ impl Spans {
         };
         after.max(0.0)
     }
+}
+
+/// 2^`exponent`.
+fn two_to(exponent: i32) -> f64 {
+    f64::from_bits(((1_023 + exponent) as u64) << 52)
 }
 
 impl Path {

@@ -32,41 +32,23 @@ impl OverTime {
         }
     }
 
-    /// ∫ s from 0 to `t`; 1/2 at 1.
-    pub(super) fn travel(self, t: f64) -> f64 {
-        let left = 1.0 - t;
+    /// How it is at `t`.
+    pub(super) fn at(self, t: f64) -> At {
         match self {
-            Self::SCurve { share } if t <= share => t * t * t / (6.0 * share * (1.0 - share)),
-            Self::SCurve { share } if left <= share => 0.5 - left + left * left * left / (6.0 * share * (1.0 - share)),
-            Self::SCurve { share } => (t * (t - share) + share * share / 3.0) / (2.0 * (1.0 - share)),
-            Self::Sine => sine_travel(t),
+            Self::SCurve { share } => s_curve_at(share, t),
+            Self::Sine => sine_at(t),
         }
     }
 
-    /// s(`t`).
-    pub(super) fn speed(self, t: f64) -> f64 {
-        let left = 1.0 - t;
-        match self {
-            Self::SCurve { share } if t <= share => t * t / (2.0 * share * (1.0 - share)),
-            Self::SCurve { share } if left <= share => 1.0 - left * left / (2.0 * share * (1.0 - share)),
-            Self::SCurve { share } => (t - share / 2.0) / (1.0 - share),
-            // Not (1 - cos π t)/2, which cancels near standstill.
-            Self::Sine => {
-                let (sine, _) = sin_cos(t);
-                sine * sine
-            }
-        }
-    }
-
-    /// s'(`t`).
-    pub(super) fn slope(self, t: f64) -> f64 {
-        match self {
-            Self::SCurve { share } => t.min(1.0 - t).min(share) / (share * (1.0 - share)),
-            Self::Sine => {
-                let (sine, cosine) = sin_cos(t);
-                PI * sine * cosine
-            }
-        }
+    /// A time at which the travel is `way` at most, and some tenth of it at least.
+    pub(super) fn time_before(self, slow: f64, way: f64) -> f64 {
+        // While the jerk lasts; afterwards there is less.
+        let per_cube = match self {
+            Self::SCurve { share } => 1.0 / (6.0 * share * (1.0 - share)),
+            Self::Sine => PI * PI / 12.0,
+        };
+        let half = way / 2.0;
+        (CUBE_ROOT_SHARE * rough_cube_root(half / per_cube)).min(half / slow).min(1.0)
     }
 
     /// s''(`t`).
@@ -75,7 +57,7 @@ impl OverTime {
             Self::SCurve { share } if t < share => 1.0 / (share * (1.0 - share)),
             Self::SCurve { share } if 1.0 - t < share => -1.0 / (share * (1.0 - share)),
             Self::SCurve { .. } => 0.0,
-            Self::Sine => PI * PI * (0.5 - self.speed(t)),
+            Self::Sine => PI * PI * (0.5 - self.at(t).speed),
         }
     }
 
@@ -93,23 +75,60 @@ impl OverTime {
     pub(super) fn time(self, slow: f64, way: f64) -> f64 {
         // s is at least t² (and 2 t² until the middle), so the travel is at least t³/3, and that at least t⁴/3.
         let latest = sqrt(sqrt(3.0 * way)).min(way / slow).min(1.0);
-        rising_root((0.0, latest), latest, 1e-15, |t| (slow * t + self.travel(t) - way, slow + self.speed(t)))
+        rising_root((0.0, latest), latest, 1e-15, |t| {
+            let At { travel, speed, .. } = self.at(t);
+            (slow * t + travel - way, slow + speed)
+        })
     }
 }
 
-/// (t - sin(π t)/π)/2. It cancels near 0, so there by the series in x = π t: x³/12 π (1 - x²/20 (1 - x²/42 (1 - ...))).
-fn sine_travel(t: f64) -> f64 {
-    let x = PI * t;
-    if t > SERIES_END {
-        let (sine, cosine) = sin_cos(t);
-        return t / 2.0 - sine * cosine / PI;
-    }
-    let sum =
-        (2..SERIES_TERMS).rev().map(f64::from).fold(1.0, |sum, k| 1.0 - sum * x * x / (2.0 * k * (2.0 * k + 1.0)));
-    x * x * t / 12.0 * sum
+/// The travel ∫ s from 0, 1/2 at 1; the speed s; and its slope s'.
+pub(super) struct At {
+    pub(super) travel: f64,
+    pub(super) speed: f64,
+    pub(super) slope: f64,
 }
 
+fn s_curve_at(share: f64, t: f64) -> At {
+    let left = 1.0 - t;
+    let steepest = 1.0 / (1.0 - share);
+    if t > share && left > share {
+        let travel = steepest * (t * (t - share) + share * share / 3.0) / 2.0;
+        return At { travel, speed: steepest * (t - share / 2.0), slope: steepest };
+    }
+    let from_end = t.min(left);
+    let slope = steepest * from_end / share;
+    let speed = slope * from_end / 2.0;
+    let travel = speed * from_end / 3.0;
+    if t <= share { At { travel, speed, slope } } else { At { travel: 0.5 - left + travel, speed: 1.0 - speed, slope } }
+}
+
+/// s = sin² (π t/2), not (1 - cos π t)/2, which cancels near standstill. Its travel, (t - sin(π t)/π)/2, does so, too:
+/// there by the series in x = π t, x² t/12 (1 - x²/20 (1 - x²/42 (1 - ...))).
+fn sine_at(t: f64) -> At {
+    let (sine, cosine) = sin_cos(t);
+    let product = sine * cosine;
+    let travel = if t > SERIES_END {
+        t / 2.0 - product / PI
+    } else {
+        let square = PI * PI * t * t;
+        let factors = SERIES_FACTORS.iter().rev();
+        square * t / 12.0 * factors.fold(1.0, |sum, factor| 1.0 - sum * square * factor)
+    };
+    At { travel, speed: sine * sine, slope: PI * product }
+}
+
+/// The cube root, to 6 %: a third of the logarithm, as a float's bits have it.
+fn rough_cube_root(x: f64) -> f64 {
+    f64::from_bits(x.to_bits() / 3 + ONE_BITS / 3 * 2)
+}
+
+/// 1 as a float.
+const ONE_BITS: u64 = 0x3ff0_0000_0000_0000;
+/// What is surely less than the root is this share of the rough one.
+const CUBE_ROOT_SHARE: f64 = 0.9;
 /// Beyond, cancelling costs less than two digits.
 const SERIES_END: f64 = 0.25;
-/// Of the series: the next is 2^-57 of the sum at its end.
-const SERIES_TERMS: u32 = 9;
+/// 1/(4 5), 1/(6 7) and so on: what follows is 2^-57 of the sum at its end.
+const SERIES_FACTORS: [f64; 7] =
+    [1.0 / 20.0, 1.0 / 42.0, 1.0 / 72.0, 1.0 / 110.0, 1.0 / 156.0, 1.0 / 210.0, 1.0 / 272.0];
