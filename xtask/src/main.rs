@@ -11,6 +11,7 @@ mod lint;
 mod node;
 mod papers;
 mod process;
+mod profile;
 mod setup;
 mod sim;
 mod size;
@@ -42,6 +43,7 @@ Examples:
   cargo xtask test --fast                                host tests only
   cargo xtask test                                       everything, the emulated board included
   cargo xtask bench --quick                              rates, edge errors, load and stops of the step ports
+  cargo xtask profile --help                             speed laws: a table, every step as CSV, curves over time
   cargo xtask papers                                     what the papers print beside what comes out here
 
 Every verb prepares what it needs by itself; `cargo xtask setup` does only that.";
@@ -56,6 +58,7 @@ enum Verb {
     Emulate(emulate::Args),
     Test(test::Args),
     Bench(bench::Args),
+    Profile(profile::Args),
     Papers(papers::Args),
     Lint(lint::Args),
 }
@@ -70,6 +73,7 @@ fn main() -> ExitCode {
         Verb::Emulate(args) => emulate::run(args),
         Verb::Test(args) => test::run(args),
         Verb::Bench(args) => bench::run(args),
+        Verb::Profile(args) => profile::run(args),
         Verb::Papers(args) => papers::run(args),
         Verb::Lint(args) => lint::run(args),
     };

@@ -13,8 +13,6 @@ pub struct Setting {
     pub number: u16,
     /// The unit, empty for flags and masks.
     pub unit: &'static str,
-    /// What it means.
-    pub meaning: &'static str,
     /// The least value.
     pub min: f32,
     /// The greatest value.
@@ -32,13 +30,20 @@ enum Field {
 
 use Field::{Flag, Float, Int, PerAxis};
 
-const fn row(number: u16, unit: &'static str, meaning: &'static str, min: f32, max: f32, field: Field) -> Setting {
-    Setting { number, unit, meaning, min, max, field }
+/// A setting and what it means.
+const fn row(
+    number: u16,
+    unit: &'static str,
+    meaning: &'static str,
+    min: f32,
+    max: f32,
+    field: Field,
+) -> (Setting, &'static str) {
+    (Setting { number, unit, min, max, field }, meaning)
 }
 
-/// Every setting, by rising number.
 #[rustfmt::skip]
-pub static TABLE: &[Setting] = &[
+const ROWS: &[(Setting, &str)] = &[
     row(0, "us", "step pulse; 0 as short as the driver takes", 0.0, 20.0, Int(|s| &mut s.pulse_us)),
     row(1, "ms", "motors stay energised after a move; 255 for ever", 0.0, 255.0, Int(|s| &mut s.idle_delay_ms)),
     row(2, "", "step invert, mask (0: STEP is active high)", 0.0, 0.0, Int(|s| &mut s.step_invert_mask)),
@@ -67,6 +72,31 @@ pub static TABLE: &[Setting] = &[
     row(930, "mm/s3", "jerk of the s-curve; 0 for no limit", 0.0, 1e8, PerAxis(|s| &mut s.jerk_or_0_mm_s3)),
 ];
 
+/// Every setting, by rising number.
+pub static TABLE: &[Setting] = &settings();
+/// What each of them means. Apart, so that a controller that never says so need not store it.
+static MEANINGS: [&str; ROWS.len()] = meanings();
+
+const fn settings() -> [Setting; ROWS.len()] {
+    let mut settings = [ROWS[0].0; ROWS.len()];
+    let mut index = 0;
+    while index < settings.len() {
+        settings[index] = ROWS[index].0;
+        index += 1;
+    }
+    settings
+}
+
+const fn meanings() -> [&'static str; ROWS.len()] {
+    let mut meanings = [""; ROWS.len()];
+    let mut index = 0;
+    while index < meanings.len() {
+        meanings[index] = ROWS[index].1;
+        index += 1;
+    }
+    meanings
+}
+
 /// The row that holds `number`, and the axis index.
 pub(crate) fn find(number: u16) -> Option<(&'static Setting, usize)> {
     TABLE
@@ -80,6 +110,12 @@ impl Setting {
     pub fn numbers(&self) -> core::ops::Range<u16> {
         let count = if matches!(self.field, PerAxis(_)) { AXES as u16 } else { 1 };
         self.number..self.number + count
+    }
+
+    /// What it means.
+    pub fn meaning(&self) -> &'static str {
+        let rows = TABLE.iter().zip(MEANINGS);
+        rows.filter(|(row, _)| row.number == self.number).map(|(_, meaning)| meaning).next().unwrap_or("")
     }
 
     /// Whether the value must be a whole number.

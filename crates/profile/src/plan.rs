@@ -72,7 +72,7 @@ impl Ends {
         if self.law == SpeedLaw::Trapezoid {
             return sqrt(slow * slow + 2.0 * bounds.accel_steps_s2 * self.distance_steps).min(self.top_steps_s);
         }
-        if !(room > 0.0) || short(room).0 <= 0.0 {
+        if room <= 0.0 || short(room).0 <= 0.0 {
             return self.top_steps_s;
         }
         let rise = rising_root((0.0, room), room, PEAK_TOLERANCE, short);
@@ -98,7 +98,7 @@ impl Ends {
         if peak <= self.top_steps_s {
             // Where both ramps have the same speed; as a difference of the peak's square it would cancel.
             let meeting = (2.0 * d * self.distance_steps + exit * exit - entry * entry) / (2.0 * (a + d));
-            let accel_steps = meeting.clamp(0.0, self.distance_steps);
+            let accel_steps = meeting.max(0.0).min(self.distance_steps);
             return self.trapezoid(peak, (accel_steps, accel_steps), 0.0);
         }
         let top = self.top_steps_s;

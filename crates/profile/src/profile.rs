@@ -111,7 +111,7 @@ impl Profile {
             IntervalLaw::Fastest => ends.fastest(),
             IntervalLaw::Thirds => ends.thirds()?,
         };
-        if !(plan.duration_s() <= DURATION_MAX_S) {
+        if !(0.0..=DURATION_MAX_S).contains(&plan.duration_s()) {
             return Err(ProfileError::TooLong { asked: plan.duration_s(), max: DURATION_MAX_S });
         }
         Ok(plan)
@@ -202,7 +202,7 @@ impl Profile {
     /// Displacement at `t_s` (clamped to the move), steps.
     #[must_use]
     pub fn position_at(&self, t_s: f64) -> f64 {
-        match self.interval_at(t_s.clamp(0.0, self.duration_s())) {
+        match self.interval_at(t_s.max(0.0).min(self.duration_s())) {
             Interval::Accel(t_s) => self.accel.at_time(t_s).steps,
             Interval::Cruise(t_s) => self.accel_end_steps + t_s * self.cruise_steps_s,
             Interval::Decel(left_s) => self.distance_steps - self.decel.at_time(left_s).steps,
@@ -236,9 +236,9 @@ impl Profile {
     #[must_use]
     pub fn jerk_at(&self, t_s: f64) -> f64 {
         match self.interval_at(t_s) {
-            Interval::Accel(t_s) => self.accel.at_time(t_s).jerk_steps_s3,
+            Interval::Accel(t_s) => self.accel.jerk_at(t_s),
             // Backwards in time, speed and jerk keep their signs.
-            Interval::Decel(left_s) => self.decel.at_time(left_s).jerk_steps_s3,
+            Interval::Decel(left_s) => self.decel.jerk_at(left_s),
             Interval::Cruise(_) | Interval::Outside => 0.0,
         }
     }

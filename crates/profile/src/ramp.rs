@@ -3,6 +3,7 @@
 mod logarithmic;
 mod over_displacement;
 mod over_time;
+mod quarter;
 
 use libm::sqrt;
 
@@ -37,7 +38,6 @@ pub(crate) struct State {
     pub(crate) steps: f64,
     pub(crate) speed_steps_s: f64,
     pub(crate) accel_steps_s2: f64,
-    pub(crate) jerk_steps_s3: f64,
 }
 
 /// What a ramp must keep to.
@@ -224,14 +224,13 @@ impl Ramp {
 
     /// How it is at `t_s`.
     pub(crate) fn at_time(&self, t_s: f64) -> State {
-        let t_s = t_s.clamp(0.0, self.duration_s);
+        let t_s = t_s.max(0.0).min(self.duration_s);
         match self.shape {
             Shape::Even { accel_steps_s2 } => State {
                 t_s,
                 steps: t_s * (self.slow_steps_s + accel_steps_s2 * t_s / 2.0),
                 speed_steps_s: self.slow_steps_s + accel_steps_s2 * t_s,
                 accel_steps_s2,
-                jerk_steps_s3: 0.0,
             },
             Shape::OverTime(law) => self.over_time(law, t_s),
             Shape::OverDisplacement(law) => {
@@ -244,28 +243,40 @@ impl Ramp {
 
     fn over_time(&self, law: OverTime, t_s: f64) -> State {
         let (rise, t) = (self.rise_steps_s, t_s / self.duration_s);
-        let per_s = 1.0 / self.duration_s;
         State {
             t_s,
             steps: self.slow_steps_s * t_s + rise * self.duration_s * law.travel(t),
             speed_steps_s: self.slow_steps_s + rise * law.speed(t),
-            accel_steps_s2: rise * per_s * law.slope(t),
-            jerk_steps_s3: rise * per_s * per_s * law.bend(t),
+            accel_steps_s2: rise / self.duration_s * law.slope(t),
         }
     }
 
     fn over_displacement(&self, law: OverDisplacement, u: f64) -> State {
         let rise = self.rise_steps_s;
-        let per_step = rise / self.steps;
         let speed_steps_s = self.slow_steps_s + rise * law.speed(u);
-        let slope = per_step * law.slope(u);
         State {
             t_s: self.displacement_s() * law.time(self.slow_steps_s / rise, u),
             steps: u * self.steps,
             speed_steps_s,
-            accel_steps_s2: speed_steps_s * slope,
-            // a = v v', so da/dt = v (v'² + v v'').
-            jerk_steps_s3: speed_steps_s * (slope * slope + speed_steps_s * per_step / self.steps * law.bend(u)),
+            // a = v dv/dx.
+            accel_steps_s2: speed_steps_s * rise / self.steps * law.slope(u),
+        }
+    }
+
+    /// Its jerk at `t_s`, steps/s³.
+    pub(crate) fn jerk_at(&self, t_s: f64) -> f64 {
+        match self.shape {
+            Shape::Even { .. } => 0.0,
+            Shape::OverTime(law) => {
+                self.rise_steps_s / (self.duration_s * self.duration_s) * law.bend(t_s / self.duration_s)
+            }
+            Shape::OverDisplacement(law) => {
+                let State { steps, speed_steps_s, .. } = self.at_time(t_s);
+                let (u, per_step) = (steps / self.steps, self.rise_steps_s / self.steps);
+                let (slope, bend) = (per_step * law.slope(u), per_step / self.steps * law.bend(u));
+                // a = v v', so da/dt = v (v'² + v v'').
+                speed_steps_s * (slope * slope + speed_steps_s * bend)
+            }
         }
     }
 

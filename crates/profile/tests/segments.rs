@@ -1,4 +1,4 @@
-//! Segments against the closed form at both ports' tick rates: 10,000 random moves a property, the same in every run;
+//! Segments against the closed form at both ports' tick rates: 10,000 random moves and 2,000 extreme ones, the same in every run;
 //! `PROPTEST_RNG_SEED=n cargo test -p isostep-profile --test segments` tries others.
 
 use isostep_profile::{
@@ -132,6 +132,11 @@ proptest! {
         let limits = moving(speed_law, limits);
         check_all(&SyncMove::plan([steps, other], &[limits; 2], law, speed_law, None).unwrap())?;
     }
+}
+
+proptest! {
+    // Moves of millions of segments take their time.
+    #![proptest_config(ProptestConfig { cases: 2_000, failure_persistence: None, ..ProptestConfig::default() })]
 
     /// Speeds from a step in 17 minutes to ten a microsecond, ramps of a day, ramps that hardly are, two billion steps.
     #[test]

@@ -5,9 +5,11 @@
 //! frequency, linear, gantry: a paper each --> rows: the paper's figure, ours, the difference
 //!                                         \-> sections: pictures and tables
 //!                        rows --> screen: a table;  JSON
+//! choice: the machine's seven laws --> a section
 //!             rows + sections --> page: HTML
 //! ```
 
+mod choice;
 mod frequency;
 mod gantry;
 mod linear;
@@ -52,6 +54,12 @@ pub struct Part {
     sections: Vec<Section>,
 }
 
+/// All there is.
+struct Report {
+    parts: Vec<Part>,
+    choice: Section,
+}
+
 /// What is written as JSON.
 #[derive(Serialize)]
 struct Figures<'a> {
@@ -68,26 +76,36 @@ const BASIS: &str = "All figures are computed or simulated on a computer; nothin
 
 /// Runs the verb.
 pub fn run(args: Args) -> Result<()> {
-    let parts = parts()?;
-    print!("{}", screen::table(&parts));
+    let report = report()?;
+    print!("{}", screen::table(&report));
     let folder = args.report.unwrap_or_else(|| workspace::target_dir().join("papers"));
-    write_page(&folder, &parts)?;
-    args.json.map_or(Ok(()), |path| write(&path, &json(&parts)?))
+    write_page(&folder, &report)?;
+    args.json.map_or(Ok(()), |path| write(&path, &json(&report)?))
 }
 
-fn parts() -> Result<Vec<Part>> {
-    Ok(vec![frequency::part()?, linear::part()?, gantry::part()?])
+fn report() -> Result<Report> {
+    Ok(Report { parts: vec![frequency::part()?, linear::part()?, gantry::part()?], choice: choice::section()? })
 }
 
-fn json(parts: &[Part]) -> Result<String> {
-    let rows = parts.iter().flat_map(|part| &part.rows).collect();
-    let tables = parts.iter().flat_map(|part| &part.sections).flat_map(|section| &section.tables).collect();
+impl Report {
+    fn rows(&self) -> impl Iterator<Item = &Row> {
+        self.parts.iter().flat_map(|part| &part.rows)
+    }
+
+    fn sections(&self) -> impl Iterator<Item = &Section> {
+        self.parts.iter().flat_map(|part| &part.sections).chain([&self.choice])
+    }
+}
+
+fn json(report: &Report) -> Result<String> {
+    let rows = report.rows().collect();
+    let tables = report.sections().flat_map(|section| &section.tables).collect();
     Ok(serde_json::to_string_pretty(&Figures { command: COMMAND, basis: BASIS, rows, tables })? + "\n")
 }
 
-fn write_page(folder: &Path, parts: &[Part]) -> Result<()> {
+fn write_page(folder: &Path, report: &Report) -> Result<()> {
     fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
-    let page = page::page(parts);
+    let page = page::page(report);
     for (name, picture) in papers::files(&page) {
         let path = folder.join(name);
         fs::write(&path, picture).with_context(|| format!("cannot write {}", path.display()))?;
@@ -107,10 +125,10 @@ mod tests {
 
     #[test]
     fn every_row_has_the_papers_side_ours_and_the_difference() {
-        let parts = parts().unwrap();
-        let papers: Vec<Paper> = parts.iter().map(|part| part.paper).collect();
+        let report = report().unwrap();
+        let papers: Vec<Paper> = report.parts.iter().map(|part| part.paper).collect();
         assert_eq!(papers, [Paper::Frequency, Paper::Linear, Paper::Gantry]);
-        for row in parts.iter().flat_map(|part| &part.rows) {
+        for row in report.rows() {
             let texts = [row.theirs_text(), row.ours_text(), row.difference_text()];
             assert!(texts.iter().all(|text| !text.is_empty() && !text.contains("NaN")), "{row:?}");
         }
@@ -118,23 +136,23 @@ mod tests {
 
     #[test]
     fn the_page_has_every_row_and_picture() {
-        let parts = parts().unwrap();
-        let html = papers::page(&page::page(&parts));
-        let pictures = parts.iter().flat_map(|part| &part.sections).flat_map(|section| &section.pictures).count();
+        let report = report().unwrap();
+        let html = papers::page(&page::page(&report));
+        let pictures = report.sections().flat_map(|section| &section.pictures).count();
         assert_eq!(html.matches("<svg").count(), pictures);
         assert!(pictures > 10 && !html.contains("NaN") && !html.contains("inf"));
         assert_eq!(html.matches("<table").count(), html.matches("</table>").count());
-        for row in parts.iter().flat_map(|part| &part.rows) {
+        for row in report.rows() {
             assert!(html.contains(&format!("<td>{}</td>", row.difference_text())), "{row:?}");
         }
     }
 
     #[test]
     fn json_has_every_row() {
-        let parts = parts().unwrap();
-        let json: serde_json::Value = serde_json::from_str(&json(&parts).unwrap()).unwrap();
+        let report = report().unwrap();
+        let json: serde_json::Value = serde_json::from_str(&json(&report).unwrap()).unwrap();
         let rows = json["rows"].as_array().unwrap();
-        assert_eq!(rows.len(), parts.iter().map(|part| part.rows.len()).sum::<usize>());
+        assert_eq!(rows.len(), report.rows().count());
         assert!(rows.iter().all(|row| row["ours"] != serde_json::Value::Null && row["paper"].is_string()));
     }
 }

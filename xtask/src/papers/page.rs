@@ -3,11 +3,11 @@
 use isostep_sim::report::papers::{Comparison, Page, Section};
 
 use super::row::Row;
-use super::{BASIS, COMMAND, Part};
+use super::{BASIS, COMMAND, Part, Report};
 
 /// Everything, a paper after the other; each begins with its rows.
-pub fn page(parts: &[Part]) -> Page {
-    let sections = parts.iter().flat_map(|part| [vec![side_by_side(part)], part.sections.clone()].concat());
+pub fn page(report: &Report) -> Page {
+    let sections = report.parts.iter().flat_map(|part| [vec![side_by_side(part)], part.sections.clone()].concat());
     Page {
         title: "The papers reproduced".to_owned(),
         lead: vec![
@@ -18,7 +18,7 @@ pub fn page(parts: &[Part]) -> Page {
             BASIS.to_owned(),
         ],
         command: COMMAND.to_owned(),
-        sections: sections.chain([absent()]).collect(),
+        sections: sections.chain([report.choice.clone(), absent()]).collect(),
     }
 }
 

@@ -1,15 +1,30 @@
 //! The rows on the screen.
 
+use isostep_sim::report::papers::Table;
+
 use super::row::Row;
-use super::{BASIS, Part};
+use super::{BASIS, Report};
 
 /// All rows, a paper after the other.
-pub fn table(parts: &[Part]) -> String {
-    let parts = parts.iter().map(|part| {
+pub fn table(report: &Report) -> String {
+    let parts = report.parts.iter().map(|part| {
         let rows = part.rows.iter().map(|row| if row.is_words() { words(row) } else { numbers(row) });
         format!("\n{}\n{}{}", part.paper.title(), head(), rows.collect::<String>())
     });
-    format!("{BASIS}\n{}\n", parts.collect::<String>())
+    let choice = report.choice.tables.iter().map(columns).collect::<Vec<_>>().join("\n");
+    format!("{BASIS}\n{}\n{}\n{choice}\n", parts.collect::<String>(), report.choice.heading)
+}
+
+/// A table as columns as wide as their longest cells.
+fn columns(table: &Table) -> String {
+    let lines = || [&table.head].into_iter().chain(&table.rows);
+    let width = |column: usize| lines().map(|cells| cells[column].chars().count()).max().unwrap_or(0);
+    let widths: Vec<usize> = (0..table.head.len()).map(width).collect();
+    let line = |cells: &Vec<String>| {
+        let cells = cells.iter().zip(&widths).map(|(cell, width)| format!("{cell:<width$}"));
+        format!("  {}\n", cells.collect::<Vec<_>>().join("  ").trim_end())
+    };
+    lines().map(line).collect()
 }
 
 fn head() -> String {
@@ -29,7 +44,7 @@ fn words(row: &Row) -> String {
 }
 
 fn line([quantity, theirs, basis, ours, difference, place]: [&str; 6]) -> String {
-    let text = format!("  {quantity:<66} {theirs:>12} {basis:<10} {ours:>12} {difference:>13}  {place}");
+    let text = format!("  {quantity:<70} {theirs:>12} {basis:<10} {ours:>12} {difference:>13}  {place}");
     text.trim_end().to_owned() + "\n"
 }
 
@@ -37,6 +52,13 @@ fn line([quantity, theirs, basis, ours, difference, place]: [&str; 6]) -> String
 mod tests {
     use super::super::row::Paper;
     use super::*;
+
+    #[test]
+    fn columns_are_as_wide_as_their_longest_cells() {
+        let cells = |cells: [&str; 2]| cells.map(str::to_owned).to_vec();
+        let table = Table { head: cells(["law", "s"]), rows: vec![cells(["s-curve", "4.9"])], ..Table::default() };
+        assert_eq!(columns(&table), "  law      s\n  s-curve  4.9\n");
+    }
 
     #[test]
     fn numbers_stand_in_columns_and_words_below() {

@@ -62,7 +62,7 @@ impl Curve {
             fixed
         });
         if is_backwards {
-            coefficients[0] += (view.end_ticks * unit_hz) as i64;
+            coefficients[0] = coefficients[0].wrapping_add((view.end_ticks * unit_hz) as i64);
         }
         let per_step = view.stride / (quintic.steps.abs() * UNIT_SHARE);
         Self {
@@ -83,20 +83,20 @@ impl Curve {
             fit.length = 0;
             return fit.segment(1);
         }
-        let n = 1 << fit.length;
-        fit.rise = self.instant(step + n).wrapping_sub(first);
+        let n = 1u32.wrapping_shl(fit.length);
+        fit.rise = self.instant(step.wrapping_add(n)).wrapping_sub(first);
         if n > 1 {
-            let half_rise = self.instant(step + n / 2).wrapping_sub(first);
+            let half_rise = self.instant(step.wrapping_add(n / 2)).wrapping_sub(first);
             fit.bend = fit.rise.wrapping_sub(half_rise).wrapping_sub(half_rise) as i64;
         }
         // The step at the far end is on the quadratic too.
-        fit.segment(if left - 1 <= n { left } else { n })
+        fit.segment(if left.wrapping_sub(1) <= n { left } else { n })
     }
 
     fn instant(&self, step: u32) -> u64 {
-        let y = u64::from(step - self.first).wrapping_mul(self.per_step).wrapping_add(self.begin);
+        let y = u64::from(step.wrapping_sub(self.first)).wrapping_mul(self.per_step).wrapping_add(self.begin);
         let [rest @ .., last] = &self.coefficients;
-        rest.iter().rev().fold(*last, |sum, coefficient| share(sum, y) + coefficient) as u64
+        rest.iter().rev().fold(*last, |sum, coefficient| share(sum, y).wrapping_add(*coefficient)) as u64
     }
 }
 
@@ -126,9 +126,9 @@ fn length(quintic: &Quintic, view: View, count: u32) -> u8 {
 fn share(value: i64, y: u64) -> i64 {
     let upper = |a: u64, b: u64| {
         let (a_low, a_high, b_low, b_high) = (a as u32, (a >> 32) as u32, b as u32, (b >> 32) as u32);
-        let middle = product(a_low, b_high) + (product(a_low, b_low) >> 32);
-        let other = product(a_high, b_low) + u64::from(middle as u32);
-        product(a_high, b_high) + (middle >> 32) + (other >> 32)
+        let middle = product(a_low, b_high).wrapping_add(product(a_low, b_low) >> 32);
+        let other = product(a_high, b_low).wrapping_add(u64::from(middle as u32));
+        product(a_high, b_high).wrapping_add(middle >> 32).wrapping_add(other >> 32)
     };
     // In two's complement a negative value is one of 2^64 less.
     (upper(value as u64, y) as i64).wrapping_sub(if value < 0 { y as i64 } else { 0 })

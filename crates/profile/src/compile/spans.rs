@@ -90,15 +90,20 @@ impl Spans {
         while self.curve_end <= step {
             self.next_span(step);
         }
-        self.curve.segment(step, self.curve_end - step)
+        self.curve.segment(step, self.curve_end.wrapping_sub(step))
     }
 
     /// Goes on to a span whose first step, if it has any, is `step`.
+    #[inline(never)]
     fn next_span(&mut self, step: u32) {
         let quintic = self.next_quintic();
         self.curve_end = if self.parameter >= self.last { self.end } else { self.steps_before(self.state.steps) };
         self.curve_end = self.curve_end.clamp(step, self.end);
-        let place = Place { step, count: self.curve_end - step, steps_after_begin: self.steps_after(&quintic, step) };
+        let place = Place {
+            step,
+            count: self.curve_end.wrapping_sub(step),
+            steps_after_begin: self.steps_after(&quintic, step),
+        };
         self.curve = Curve::new(&quintic, self.view, self.path.is_backwards, place);
     }
 

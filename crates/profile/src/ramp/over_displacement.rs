@@ -3,9 +3,10 @@
 
 use core::f64::consts::PI;
 
-use libm::{atan, atan2, cos, exp, log1p, sin, sqrt};
+use libm::{atan, exp, log1p, sqrt};
 
 use super::logarithmic;
+use super::quarter::sin_cos;
 use crate::newton::rising_root;
 
 /// The law of a ramp.
@@ -29,8 +30,8 @@ impl OverDisplacement {
             Self::Linear => u,
             Self::Quadratic => u * u,
             Self::Sinusoidal => {
-                let half = sin(PI / 2.0 * u);
-                half * half
+                let (sine, _) = sin_cos(u);
+                sine * sine
             }
             Self::Logarithmic => log1p(logarithmic::K * u) / logarithmic::LN_END,
         }
@@ -41,7 +42,10 @@ impl OverDisplacement {
         match self {
             Self::Linear => 1.0,
             Self::Quadratic => 2.0 * u,
-            Self::Sinusoidal => PI / 2.0 * sin(PI * u),
+            Self::Sinusoidal => {
+                let (sine, cosine) = sin_cos(u);
+                PI * sine * cosine
+            }
             Self::Logarithmic => logarithmic::slope(u),
         }
     }
@@ -51,7 +55,7 @@ impl OverDisplacement {
         match self {
             Self::Linear => 0.0,
             Self::Quadratic => 2.0,
-            Self::Sinusoidal => PI * PI / 2.0 * cos(PI * u),
+            Self::Sinusoidal => PI * PI * (0.5 - self.speed(u)),
             Self::Logarithmic => -logarithmic::LN_END * logarithmic::slope(u) * logarithmic::slope(u),
         }
     }
@@ -88,8 +92,9 @@ impl OverDisplacement {
             }
             Self::Sinusoidal => {
                 let (low, high) = (sqrt(slow), sqrt(slow + 1.0));
-                let quarter = PI / 2.0 * u;
-                atan2(high * sin(quarter), low * cos(quarter)) / (PI / 2.0 * low * high)
+                let (sine, cosine) = sin_cos(u);
+                // At the end the tangent is infinite.
+                atan(high * sine / (low * cosine)) / (PI / 2.0 * low * high)
             }
             Self::Logarithmic => logarithmic::time(slow, u),
         }

@@ -2,8 +2,9 @@
 
 use core::f64::consts::PI;
 
-use libm::{cbrt, cos, sin};
+use libm::sqrt;
 
+use super::quarter::sin_cos;
 use crate::newton::rising_root;
 
 /// The law of a ramp. It is steepest in the middle, and symmetrical: s(1 - t) = 1 - s(t).
@@ -49,10 +50,10 @@ impl OverTime {
             Self::SCurve { share } if t <= share => t * t / (2.0 * share * (1.0 - share)),
             Self::SCurve { share } if left <= share => 1.0 - left * left / (2.0 * share * (1.0 - share)),
             Self::SCurve { share } => (t - share / 2.0) / (1.0 - share),
-            // Not 1 - cos, which cancels near standstill.
+            // Not (1 - cos π t)/2, which cancels near standstill.
             Self::Sine => {
-                let half = sin(PI / 2.0 * t);
-                half * half
+                let (sine, _) = sin_cos(t);
+                sine * sine
             }
         }
     }
@@ -61,7 +62,10 @@ impl OverTime {
     pub(super) fn slope(self, t: f64) -> f64 {
         match self {
             Self::SCurve { share } => t.min(1.0 - t).min(share) / (share * (1.0 - share)),
-            Self::Sine => PI / 2.0 * sin(PI * t),
+            Self::Sine => {
+                let (sine, cosine) = sin_cos(t);
+                PI * sine * cosine
+            }
         }
     }
 
@@ -71,7 +75,7 @@ impl OverTime {
             Self::SCurve { share } if t < share => 1.0 / (share * (1.0 - share)),
             Self::SCurve { share } if 1.0 - t < share => -1.0 / (share * (1.0 - share)),
             Self::SCurve { .. } => 0.0,
-            Self::Sine => PI * PI / 2.0 * cos(PI * t),
+            Self::Sine => PI * PI * (0.5 - self.speed(t)),
         }
     }
 
@@ -87,8 +91,8 @@ impl OverTime {
 
     /// When `slow` t + travel(t) is `way`.
     pub(super) fn time(self, slow: f64, way: f64) -> f64 {
-        // s is at least t² (and 2 t² until the middle), so the travel is at least t³/3.
-        let latest = cbrt(3.0 * way).min(way / slow).min(1.0);
+        // s is at least t² (and 2 t² until the middle), so the travel is at least t³/3, and that at least t⁴/3.
+        let latest = sqrt(sqrt(3.0 * way)).min(way / slow).min(1.0);
         rising_root((0.0, latest), latest, 1e-15, |t| (slow * t + self.travel(t) - way, slow + self.speed(t)))
     }
 }
@@ -97,7 +101,8 @@ impl OverTime {
 fn sine_travel(t: f64) -> f64 {
     let x = PI * t;
     if t > SERIES_END {
-        return (t - sin(x) / PI) / 2.0;
+        let (sine, cosine) = sin_cos(t);
+        return t / 2.0 - sine * cosine / PI;
     }
     let sum =
         (2..SERIES_TERMS).rev().map(f64::from).fold(1.0, |sum, k| 1.0 - sum * x * x / (2.0 * k * (2.0 * k + 1.0)));

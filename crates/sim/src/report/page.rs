@@ -170,7 +170,7 @@ fn settings(outcome: &Outcome) -> Markup {
             tbody { @for row in SETTING_TABLE {
                 @for line in setting_lines(row, outcome).lines() {
                     @let (number, value) = line.split_once('=').unwrap_or((line, ""));
-                    tr { td { code { (number) } } td { (value) } td { (row.unit) } td { (row.meaning) } }
+                    tr { td { code { (number) } } td { (value) } td { (row.unit) } td { (row.meaning()) } }
                 }
             } }
         } }

@@ -7,7 +7,7 @@ mod parameters;
 mod peaks;
 mod ringing;
 mod straightness;
-mod vibration;
+pub mod vibration;
 
 use anyhow::Result;
 use isostep_sim::report::papers::Section;

@@ -1,0 +1,66 @@
+//! Sine and cosine of a quarter turn.
+//!
+//! libm's take any angle; what that costs in flash is a tenth of what the firmware has for all.
+
+use core::f64::consts::PI;
+
+/// Sine and cosine of π/2 `t`, for `t` from 0 to 1.
+pub(super) fn sin_cos(t: f64) -> (f64, f64) {
+    if t > 0.5 {
+        let (sine, cosine) = eighth(1.0 - t);
+        return (cosine, sine);
+    }
+    eighth(t)
+}
+
+/// By the series up to x^18, x = π/2 `t` being π/4 at most: what follows is less than 2^-63.
+fn eighth(t: f64) -> (f64, f64) {
+    let x = PI / 2.0 * t;
+    let minus_square = -x * x;
+    let series = |coefficients: &[f64; 9]| {
+        coefficients.iter().rev().fold(0.0, |sum, coefficient| (sum + coefficient) * minus_square)
+    };
+    (x + x * series(&SINE), 1.0 + series(&COSINE))
+}
+
+/// 1/3!, 1/5! and so on: how many x^2 each has more.
+static SINE: [f64; 9] = inverse_factorials(3);
+/// 1/2!, 1/4! and so on.
+static COSINE: [f64; 9] = inverse_factorials(2);
+
+const fn inverse_factorials(first: u32) -> [f64; 9] {
+    let mut inverses = [0.0; 9];
+    let (mut factorial, mut n, mut index) = (1.0, 1, 0);
+    while index < inverses.len() {
+        while n < first + 2 * index as u32 {
+            n += 1;
+            factorial *= n as f64;
+        }
+        inverses[index] = 1.0 / factorial;
+        index += 1;
+    }
+    inverses
+}
+
+#[cfg(test)]
+mod tests {
+    use super::sin_cos;
+
+    #[test]
+    fn they_are_libms() {
+        for i in 0..=100_000 {
+            let t = f64::from(i) / 1e5;
+            let (sine, cosine) = sin_cos(t);
+            let angle = core::f64::consts::FRAC_PI_2 * t;
+            assert!((sine - libm::sin(angle)).abs() <= 2.3e-16 && (cosine - libm::cos(angle)).abs() <= 2.3e-16, "{t}");
+        }
+    }
+
+    #[test]
+    fn a_small_sine_keeps_its_digits() {
+        for t in [1e-12, 1e-6, 1e-3] {
+            let exact = libm::sin(core::f64::consts::FRAC_PI_2 * t);
+            assert!((sin_cos(t).0 - exact).abs() <= 2.3e-16 * exact);
+        }
+    }
+}

@@ -1,0 +1,73 @@
+//! A planned law as its steps: what table, CSV and picture are made of.
+
+use isostep_profile::StepCounts;
+
+use super::exact::Exact;
+
+/// A law with all its parameters.
+pub struct Curve {
+    /// Of the law, and of the step generator if it is not the exact one.
+    pub name: String,
+    /// From the first to the last.
+    pub steps: Vec<Step>,
+    /// Steps of each phase.
+    pub counts: StepCounts,
+    /// Duration of each phase, s.
+    pub phases_s: [f64; 3],
+    /// Duration of the whole, s, where the law has one: a generator ends with its last step.
+    pub duration_s: Option<f64>,
+    /// Highest speed, steps/s.
+    pub top_hz: f64,
+    /// Instants, s, and displacements, steps: what derivatives are taken of by differences.
+    pub samples: Vec<(f64, f64)>,
+    /// The closed form, where the law has one.
+    pub exact: Option<Exact>,
+}
+
+/// One step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Step {
+    /// Its rising edge, us after the first step's.
+    pub t_us: f64,
+    /// To the next rising edge, us; the last step may have none.
+    pub period_us: Option<f64>,
+    /// Its speed, Hz; the last step may have none.
+    pub frequency_hz: Option<f64>,
+}
+
+impl Curve {
+    /// A law known by its steps alone: its phases last as long as the periods of their steps, and its displacement is a
+    /// step further at each rising edge, and whole at its end.
+    pub fn of_steps(name: &str, steps: Vec<Step>, counts: StepCounts, duration_s: Option<f64>) -> Self {
+        let (accel, cruise) = (counts.accel as usize, counts.cruise as usize);
+        let sum_s =
+            |steps: &[Step]| steps.iter().filter_map(|step| step.period_us).fold(0.0, |sum, us| sum + us) * 1e-6;
+        let made = steps.iter().zip(0_u32..).map(|(step, made)| (step.t_us * 1e-6, f64::from(made)));
+        let end = duration_s.map(|duration_s| (duration_s, steps.len() as f64));
+        Self {
+            name: name.to_owned(),
+            counts,
+            phases_s: [&steps[..accel], &steps[accel..accel + cruise], &steps[accel + cruise..]].map(sum_s),
+            duration_s,
+            top_hz: steps.iter().filter_map(|step| step.frequency_hz).fold(0.0, f64::max),
+            samples: made.chain(end).collect(),
+            steps,
+            exact: None,
+        }
+    }
+
+    /// From the first step to the last, s.
+    pub fn first_to_last_s(&self) -> f64 {
+        self.steps.last().map_or(0.0, |step| step.t_us * 1e-6)
+    }
+}
+
+/// Steps at `edges_us`, with the periods between them; the last one has none.
+pub fn steps_at(edges_us: &[f64]) -> Vec<Step> {
+    let next = edges_us.iter().skip(1).map(Some).chain([None]);
+    let step = |(&t_us, next): (&f64, Option<&f64>)| {
+        let period_us = next.map(|next| next - t_us);
+        Step { t_us: t_us - edges_us[0], period_us, frequency_hz: period_us.map(|us| 1e6 / us) }
+    };
+    edges_us.iter().zip(next).map(step).collect()
+}

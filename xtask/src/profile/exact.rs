@@ -1,0 +1,64 @@
+//! The closed form of a law, where it has one.
+
+use isostep_profile::Profile;
+use isostep_sim::report::profile as picture;
+
+/// Instants per phase at which it is drawn and searched for peaks.
+const INSTANTS: usize = 4_000;
+/// Of the duration: how close to a corner it is looked at from either side.
+const ASIDE: f64 = 1e-9;
+/// Of the peak: a jump of acceleration beyond what a finite jerk makes in `ASIDE`.
+const JUMP: f64 = 1e-4;
+
+/// Position, speed, acceleration and jerk at any instant.
+pub struct Exact(pub Profile);
+
+impl Exact {
+    /// Highest acceleration or deceleration, steps/s².
+    pub fn peak_accel(&self) -> f64 {
+        self.peak(|plan, t_s| plan.accel_at(t_s))
+    }
+
+    /// Highest jerk of either sign, steps/s³; infinite where the acceleration jumps.
+    pub fn peak_jerk(&self) -> f64 {
+        let aside_s = self.0.duration_s() * ASIDE;
+        let jump = |t_s: f64| (self.0.accel_at(t_s + aside_s) - self.0.accel_at(t_s - aside_s)).abs();
+        let jumps = self.corners_s().into_iter().map(jump).fold(0.0, f64::max);
+        if jumps > JUMP * self.peak_accel() { f64::INFINITY } else { self.peak(|plan, t_s| plan.jerk_at(t_s)) }
+    }
+
+    /// As curves over time.
+    pub fn curve(&self, name: &str) -> picture::Curve {
+        let over_time = |value: fn(&Profile, f64) -> f64| {
+            self.instants_s().into_iter().map(|t_s| (t_s, value(&self.0, t_s))).collect()
+        };
+        picture::Curve {
+            name: name.to_owned(),
+            position: over_time(Profile::position_at),
+            speed: over_time(Profile::speed_at),
+            accel: over_time(Profile::accel_at),
+            jerk: over_time(Profile::jerk_at),
+        }
+    }
+
+    fn peak(&self, value: impl Fn(&Profile, f64) -> f64) -> f64 {
+        self.instants_s().into_iter().map(|t_s| value(&self.0, t_s).abs()).fold(0.0, f64::max)
+    }
+
+    /// Where the phases meet.
+    fn corners_s(&self) -> [f64; 4] {
+        let plan = &self.0;
+        [0.0, plan.t_accel_s(), plan.t_accel_s() + plan.t_cruise_s(), plan.duration_s()]
+    }
+
+    /// Through each phase, from just after its beginning to just before its end.
+    fn instants_s(&self) -> Vec<f64> {
+        let aside_s = self.0.duration_s() * ASIDE;
+        let corners_s = self.corners_s();
+        let phases = corners_s.windows(2).map(|pair| (pair[0] + aside_s, pair[1] - aside_s));
+        let through = |(from_s, to_s): (f64, f64)| {
+            (0..=INSTANTS).map(move |k| from_s + (to_s - from_s) * k as f64 / INSTANTS as f64)
+        };
+        phases.filter(|(from_s, to_s)| from_s < to_s).flat_map(through).collect()
+    }
+}

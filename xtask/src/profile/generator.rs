@@ -1,0 +1,68 @@
+//! The step generators of paper 002, beside the exact one.
+
+use std::iter::once;
+
+use clap::ValueEnum;
+use isostep_profile::Limits;
+use isostep_profile::generators::{Correction, GeneratorError, StepsPerTime, TimePerStep};
+
+/// What turns a plan into steps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Generator {
+    /// Each step at the instant of the closed form
+    Exact,
+    /// Each interval from the last one: paper 002, eqs 11-13
+    TimePerStep,
+    /// The same with the first and last five intervals corrected: eq 14
+    TimePerStepCorrected,
+    /// Speed and position added up at a fixed rate: eq 17
+    StepsPerTime,
+}
+
+/// The clocks of the generators, Hz.
+#[derive(Clone, Copy, Debug)]
+pub struct Clocks {
+    /// Time per step: its intervals are whole ticks.
+    pub tick_hz: u32,
+    /// Steps per time: how often it adds up.
+    pub service_hz: u32,
+}
+
+impl Generator {
+    /// As it is typed.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Exact => "exact",
+            Self::TimePerStep => "time-per-step",
+            Self::TimePerStepCorrected => "time-per-step-corrected",
+            Self::StepsPerTime => "steps-per-time",
+        }
+    }
+
+    /// Its name and the option that sets its clock, for whoever it refused.
+    pub fn remedy(self) -> String {
+        let clock = if self == Self::StepsPerTime { "--service-hz" } else { "--tick-hz" };
+        format!("--generator {} ({clock} sets its clock)", self.name())
+    }
+
+    /// The instants of a generator's steps, us, the first at 0; nothing of the exact one, which has a closed form.
+    pub fn edges_us(self, steps: u32, limits: &Limits, clocks: Clocks) -> Result<Option<Vec<f64>>, GeneratorError> {
+        let Clocks { tick_hz, service_hz } = clocks;
+        let time_per_step = |correction| TimePerStep::<f64>::plan(steps, limits, correction, tick_hz);
+        Ok(match self {
+            Self::Exact => None,
+            Self::TimePerStep => Some(sums_us(time_per_step(Correction::Without)?, tick_hz)),
+            Self::TimePerStepCorrected => Some(sums_us(time_per_step(Correction::With)?, tick_hz)),
+            Self::StepsPerTime => Some(sums_us(StepsPerTime::plan(steps, limits, 1, service_hz)?, service_hz)),
+        })
+    }
+}
+
+/// Sums of whole ticks: nothing is rounded but the last quotient.
+fn sums_us(intervals: impl Iterator<Item = u32>, tick_hz: u32) -> Vec<f64> {
+    let sums = intervals.scan(0_u64, |sum, ticks| {
+        *sum += u64::from(ticks);
+        Some(*sum)
+    });
+    once(0).chain(sums).map(|ticks| ticks as f64 * 1e6 / f64::from(tick_hz)).collect()
+}

@@ -1,0 +1,45 @@
+//! Speed, acceleration and jerk of a law, by differences and in closed form.
+
+use clap::ValueEnum;
+use isostep_sim::analysis::gradient;
+use isostep_sim::report::profile as picture;
+
+use super::curve::Curve;
+
+/// How derivatives are taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Derivatives {
+    /// In closed form where the law has one, otherwise by differences
+    Exact,
+    /// As the paper takes them: second-order differences of the step instants, of those, and of those again
+    Paper,
+}
+
+/// The curves over time.
+pub fn curves(curve: &Curve, derivatives: Derivatives) -> picture::Curve {
+    match (&curve.exact, derivatives) {
+        (Some(exact), Derivatives::Exact) => exact.curve(&curve.name),
+        _ => differences(curve),
+    }
+}
+
+/// Speed, acceleration and jerk by differences of what comes before each (paper 000, section VI.A).
+pub fn differences(curve: &Curve) -> picture::Curve {
+    let (t_s, position): (Vec<f64>, Vec<f64>) = curve.samples.iter().copied().unzip();
+    let speed = gradient(&t_s, &position);
+    let accel = gradient(&t_s, &speed);
+    let jerk = gradient(&t_s, &accel);
+    let over_time = |values: Vec<f64>| t_s.iter().copied().zip(values).collect();
+    picture::Curve {
+        name: curve.name.clone(),
+        position: over_time(position),
+        speed: over_time(speed),
+        accel: over_time(accel),
+        jerk: over_time(jerk),
+    }
+}
+
+/// The largest value of either sign.
+pub fn peak(points: &[(f64, f64)]) -> f64 {
+    points.iter().map(|point| point.1.abs()).fold(0.0, f64::max)
+}

@@ -1,0 +1,155 @@
+//! The machine's laws of speed over time or displacement.
+
+use anyhow::{Context, Result, bail, ensure};
+use isostep_profile::{IntervalLaw, Limits, Profile};
+
+use super::curve::{Curve, steps_at};
+use super::exact::Exact;
+use super::generator::{Clocks, Generator};
+use super::law::Law;
+use super::number::needed;
+
+#[derive(clap::Args, Clone, Debug, Default)]
+#[command(next_help_heading = "The machine: speed over time or displacement (every law)")]
+pub struct MachineArgs {
+    /// Speed at the start and the end, steps/s [default: 0]
+    #[arg(long, value_name = "STEPS/S", allow_negative_numbers = true)]
+    start_speed: Option<f64>,
+    /// Speed never exceeded, steps/s
+    #[arg(long, value_name = "STEPS/S", allow_negative_numbers = true)]
+    top_speed: Option<f64>,
+    /// Acceleration never exceeded, steps/s2
+    #[arg(long, value_name = "STEPS/S2", allow_negative_numbers = true)]
+    accel: Option<f64>,
+    /// Deceleration never exceeded, steps/s2 [default: the acceleration]
+    #[arg(long, value_name = "STEPS/S2", allow_negative_numbers = true)]
+    decel: Option<f64>,
+    /// Jerk never exceeded, steps/s3: of the s-curve
+    #[arg(long, value_name = "STEPS/S3", allow_negative_numbers = true)]
+    jerk: Option<f64>,
+    /// Accelerate, cruise and decelerate for a third of the time each (paper 004)
+    #[arg(long)]
+    thirds: bool,
+    /// What makes the steps of a trapezoid [default: exact]
+    #[arg(long, value_name = "GENERATOR", value_delimiter = ',')]
+    generator: Vec<Generator>,
+    /// Clock of the time-per-step generators, Hz: intervals are whole ticks [default: 1000000]
+    #[arg(long, value_name = "HZ", value_parser = clap::value_parser!(u32).range(1..))]
+    tick_hz: Option<u32>,
+    /// How often steps-per-time adds up, Hz [default: 10000, the paper's]
+    #[arg(long, value_name = "HZ", value_parser = clap::value_parser!(u32).range(1..))]
+    service_hz: Option<u32>,
+}
+
+const TICK_HZ: u32 = 1_000_000;
+const SERVICE_HZ: u32 = 10_000;
+
+impl MachineArgs {
+    /// The first of its options that was given.
+    pub fn given(&self) -> Option<&'static str> {
+        let given = [
+            (self.start_speed.is_some(), "--start-speed"),
+            (self.top_speed.is_some(), "--top-speed"),
+            (self.accel.is_some(), "--accel"),
+            (self.decel.is_some(), "--decel"),
+            (self.jerk.is_some(), "--jerk"),
+            (self.thirds, "--thirds"),
+            (!self.generator.is_empty(), "--generator"),
+            (self.tick_hz.is_some(), "--tick-hz"),
+            (self.service_hz.is_some(), "--service-hz"),
+        ];
+        given.into_iter().find_map(|(is_given, name)| is_given.then_some(name))
+    }
+
+    /// What was asked, in words.
+    pub fn summary(&self, steps: u32) -> String {
+        let shown = |value: Option<f64>| value.map_or(String::new(), |value| value.to_string());
+        let jerk = self.jerk.map_or(String::new(), |jerk| format!(", jerk {jerk} steps/s3"));
+        let thirds = if self.thirds { ", three equal intervals" } else { "" };
+        format!(
+            "N = {steps}, from {} to at most {} steps/s; acceleration {}, deceleration {} steps/s2{jerk}{thirds}",
+            self.start_speed.unwrap_or(0.0),
+            shown(self.top_speed),
+            shown(self.accel),
+            shown(self.decel.or(self.accel)),
+        )
+    }
+
+    /// Refuses options that would have no effect on any of `laws`.
+    pub fn check(&self, laws: &[Law]) -> Result<()> {
+        if self.jerk.is_some() && !laws.contains(&Law::SCurve) {
+            bail!("--jerk limits the s-curve alone: add --law s-curve, or leave it out");
+        }
+        let inexact = self.generator.iter().find(|generator| **generator != Generator::Exact);
+        if let (Some(generator), false) = (inexact, laws.contains(&Law::Trapezoid)) {
+            bail!("--generator {} makes a trapezoid alone: add --law trapezoid", generator.name());
+        }
+        if let (Some(generator), true) = (inexact, self.thirds) {
+            bail!("--generator {} cannot split a move into thirds: leave out --thirds", generator.name());
+        }
+        let uses = |wanted: &[Generator]| self.generator.iter().any(|generator| wanted.contains(generator));
+        ensure!(
+            self.tick_hz.is_none() || uses(&[Generator::TimePerStep, Generator::TimePerStepCorrected]),
+            "--tick-hz is the clock of --generator time-per-step and time-per-step-corrected alone"
+        );
+        ensure!(
+            self.service_hz.is_none() || uses(&[Generator::StepsPerTime]),
+            "--service-hz is the rate of --generator steps-per-time alone"
+        );
+        Ok(())
+    }
+
+    /// Plans `law` with every generator that was asked for, the trapezoid; and exactly, any other.
+    pub fn plan(&self, law: Law, steps: u32) -> Result<Vec<Curve>> {
+        let limits = self.limits(law)?;
+        let intervals = if self.thirds { IntervalLaw::Thirds } else { IntervalLaw::Fastest };
+        let start = limits.start_speed_steps_s;
+        let profile = Profile::plan(f64::from(steps), start, start, &limits, intervals, law.speed())?;
+        if law != Law::Trapezoid || self.generator.is_empty() {
+            return Ok(vec![exact(law.name(), profile, steps)]);
+        }
+        let clocks =
+            Clocks { tick_hz: self.tick_hz.unwrap_or(TICK_HZ), service_hz: self.service_hz.unwrap_or(SERVICE_HZ) };
+        let curve = |&generator: &Generator| {
+            Ok(match generator.edges_us(steps, &limits, clocks).with_context(|| generator.remedy())? {
+                None => exact(law.name(), profile, steps),
+                Some(edges_us) => Curve::of_steps(generator.name(), steps_at(&edges_us), profile.step_counts(), None),
+            })
+        };
+        self.generator.iter().map(curve).collect()
+    }
+
+    fn limits(&self, law: Law) -> Result<Limits> {
+        let name = law.name();
+        let top = needed(self.top_speed, name, "--top-speed", "in steps/s", "2400")?;
+        let accel = needed(self.accel, name, "--accel", "in steps/s2", "2500")?;
+        let jerk = match law {
+            Law::SCurve => needed(self.jerk, name, "--jerk", "in steps/s3", "25000")?,
+            _ => f64::INFINITY,
+        };
+        Ok(Limits {
+            start_speed_steps_s: self.start_speed.unwrap_or(0.0),
+            top_speed_steps_s: top,
+            accel_steps_s2: accel,
+            decel_steps_s2: self.decel.unwrap_or(accel),
+            jerk_steps_s3: jerk,
+        })
+    }
+}
+
+/// Step k of the machine leaves at displacement k - 1/2.
+fn exact(name: &str, profile: Profile, steps: u32) -> Curve {
+    let displacement = |k: u32| f64::from(k) - 0.5;
+    let edges_s: Vec<f64> = (1..=steps).map(|k| profile.time_at(displacement(k))).collect();
+    let edges_us: Vec<f64> = edges_s.iter().map(|edge_s| edge_s * 1e6).collect();
+    Curve {
+        name: name.to_owned(),
+        steps: steps_at(&edges_us),
+        counts: profile.step_counts(),
+        phases_s: [profile.t_accel_s(), profile.t_cruise_s(), profile.t_decel_s()],
+        duration_s: Some(profile.duration_s()),
+        top_hz: profile.cruise_speed_steps_s(),
+        samples: edges_s.into_iter().zip((1..=steps).map(displacement)).collect(),
+        exact: Some(Exact(profile)),
+    }
+}

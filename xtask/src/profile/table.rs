@@ -1,0 +1,130 @@
+//! Laws side by side on the screen.
+
+use std::fmt::Write as _;
+
+use isostep_sim::report::profile as picture;
+
+use super::curve::{Curve, Step};
+use super::exact::Exact;
+use super::kinematics::{differences, peak};
+
+/// Steps shown from either end of a single law.
+const ENDS: usize = 5;
+const LABEL: usize = 46;
+const COLUMN_MIN: usize = 14;
+
+/// A row's name and its text for each law.
+pub struct Row {
+    /// With its unit.
+    pub name: &'static str,
+    /// In the order of the laws.
+    pub cells: Vec<String>,
+}
+
+/// Every figure of every law.
+pub fn rows(curves: &[Curve]) -> Vec<Row> {
+    // Generators end with their last step: beside one, all are compared up to there.
+    let have_totals = curves.iter().all(|curve| curve.duration_s.is_some());
+    let length_s = |curve: &Curve| curve.duration_s.filter(|_| have_totals).unwrap_or(curve.first_to_last_s());
+    let fastest_s = curves.iter().map(length_s).fold(f64::INFINITY, f64::min);
+    let row = |name, cell: &dyn Fn(&Curve) -> String| Row { name, cells: curves.iter().map(cell).collect() };
+    let mut rows = vec![
+        row("steps: accelerate + cruise + decelerate", &|curve| {
+            format!("{} + {} + {}", curve.counts.accel, curve.counts.cruise, curve.counts.decel)
+        }),
+        row("accelerating, s", &|curve| seconds(curve.phases_s[0])),
+        row("cruising, s", &|curve| seconds(curve.phases_s[1])),
+        row("decelerating, s", &|curve| seconds(curve.phases_s[2])),
+        row("total, s", &|curve| curve.duration_s.map_or("-".to_owned(), seconds)),
+        row("first step to last, s", &|curve| seconds(curve.first_to_last_s())),
+        row("top speed, steps/s", &|curve| digits(curve.top_hz)),
+    ];
+    if curves.len() > 1 {
+        let saved = |curve: &Curve| format!("{:.1} %", 100.0 * (1.0 - fastest_s / length_s(curve)));
+        rows.insert(if have_totals { 5 } else { 6 }, row("  the fastest saves", &saved));
+    }
+    rows.extend(peaks(curves));
+    rows
+}
+
+/// Peak acceleration and jerk: in closed form, if a law has one, and by differences.
+fn peaks(curves: &[Curve]) -> Vec<Row> {
+    let slopes: Vec<_> = curves.iter().map(differences).collect();
+    let exact = |name, value: fn(&Exact) -> f64| {
+        let cell = |curve: &Curve| curve.exact.as_ref().map_or("-".to_owned(), |exact| digits(value(exact)));
+        Row { name, cells: curves.iter().map(cell).collect() }
+    };
+    let steps = |name, points: fn(&picture::Curve) -> &[(f64, f64)]| Row {
+        name,
+        cells: slopes.iter().map(|slopes| digits(peak(points(slopes)))).collect(),
+    };
+    let mut rows = vec![
+        exact("peak acceleration, steps/s2", Exact::peak_accel),
+        steps("peak acceleration by differences, steps/s2", |slopes| &slopes.accel),
+        exact("peak jerk, steps/s3", Exact::peak_jerk),
+        steps("peak jerk by differences, steps/s3", |slopes| &slopes.jerk),
+    ];
+    if curves.iter().all(|curve| curve.exact.is_none()) {
+        rows.retain(|row| row.name.contains("differences"));
+    }
+    rows
+}
+
+/// The table, and the ends of a law that stands alone.
+pub fn table(curves: &[Curve]) -> String {
+    let mut text = String::new();
+    let rows = rows(curves);
+    let widths: Vec<usize> = (0..curves.len())
+        .map(|column| {
+            let cells = rows.iter().map(|row| row.cells[column].len());
+            cells.chain([curves[column].name.len(), COLUMN_MIN]).max().unwrap_or(COLUMN_MIN) + 2
+        })
+        .collect();
+    let names: Vec<String> = curves.iter().map(|curve| curve.name.clone()).collect();
+    line(&mut text, "", &names, &widths);
+    for row in &rows {
+        line(&mut text, row.name, &row.cells, &widths);
+    }
+    if let [curve] = curves {
+        text.push_str(&ends(&curve.steps));
+    }
+    text
+}
+
+fn line(text: &mut String, name: &str, cells: &[String], widths: &[usize]) {
+    let _ = write!(text, "{name:<LABEL$}");
+    for (cell, width) in cells.iter().zip(widths) {
+        let _ = write!(text, "{cell:>width$}");
+    }
+    text.push('\n');
+}
+
+/// The first and the last steps.
+fn ends(steps: &[Step]) -> String {
+    let mut text = format!("\n{:>10} {:>18} {:>16} {:>16}\n", "step", "t_us", "period_us", "frequency_hz");
+    for (index, step) in steps.iter().enumerate() {
+        if index == ENDS && steps.len() > 2 * ENDS {
+            text.push_str("       ...\n");
+        }
+        if index < ENDS || index + ENDS >= steps.len() {
+            let cell = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.3}"));
+            let (period, frequency) = (cell(step.period_us), cell(step.frequency_hz));
+            let _ = writeln!(text, "{:>10} {:>18.3} {period:>16} {frequency:>16}", index + 1, step.t_us);
+        }
+    }
+    text
+}
+
+fn seconds(s: f64) -> String {
+    format!("{s:.6}")
+}
+
+/// Six digits, and no zeros at the end of decimals.
+fn digits(value: f64) -> String {
+    if value.is_infinite() {
+        return "unbounded".to_owned();
+    }
+    let decimals = if value == 0.0 { 0 } else { (5.0 - value.log10().floor()).clamp(0.0, 9.0) as usize };
+    let text = format!("{value:.decimals$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+}
