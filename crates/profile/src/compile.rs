@@ -16,8 +16,8 @@
 //! So each of these is a line in the odd number 2 k + 1 (`wide`, 96 bits), its root taken on a ramp (`root`, 64 bits). A ramp
 //! that hardly accelerates, where C would swallow the rest, is left to floats (`gentle`).
 //!
-//! Where the acceleration changes, the instants are those of a quintic over many segments (`spans`): some floats a span
-//! give it from the law itself (`quintic`), and the instants come in fixed point (`curve`).
+//! Where the acceleration changes, the instants are those of a polynomial of the seventh degree over many segments
+//! (`spans`): some floats a span give it from the law itself (`septic`), and the instants come in fixed point (`curve`).
 //!
 //! # Segments
 //! A quadratic through the steps 0, n/2 and n of a ramp strays between them by t''' (n/2)³/(9 √3) at most, t''' being
@@ -40,9 +40,9 @@ mod curve;
 mod fit;
 mod gentle;
 mod phase;
-mod quintic;
 mod ramp;
 mod root;
+mod septic;
 mod setup;
 mod spans;
 mod wide;

@@ -273,17 +273,24 @@ impl Ramp {
 
     /// Its jerk at `t_s`, steps/s³.
     pub(crate) fn jerk_at(&self, t_s: f64) -> f64 {
+        let state = self.at_time(t_s);
+        self.jerk(&state, if self.is_over_displacement() { state.steps } else { t_s })
+    }
+
+    /// Its jerk in `state`, steps/s³; where that jumps, the one on the side of `parameter`.
+    pub(crate) fn jerk(&self, state: &State, parameter: f64) -> f64 {
         match self.shape {
             Shape::Even { .. } => 0.0,
             Shape::OverTime(law) => {
-                self.rise_steps_s / (self.duration_s * self.duration_s) * law.bend(t_s / self.duration_s)
+                let per_s = 1.0 / self.duration_s;
+                self.rise_steps_s * per_s * per_s * law.bend(state.t_s * per_s, parameter * per_s)
             }
             Shape::OverDisplacement(law) => {
-                let State { steps, speed_steps_s, .. } = self.at_time(t_s);
-                let (u, per_step) = (steps / self.steps, self.rise_steps_s / self.steps);
-                let (slope, bend) = (per_step * law.slope(u), per_step / self.steps * law.bend(u));
+                let (speed, per_step) = (state.speed_steps_s, 1.0 / self.steps);
+                let slope = state.accel_steps_s2 / speed;
+                let bend = self.rise_steps_s * per_step * per_step * law.bend(state.steps * per_step);
                 // a = v v', so da/dt = v (v'² + v v'').
-                speed_steps_s * (slope * slope + speed_steps_s * bend)
+                speed * (slope * slope + speed * bend)
             }
         }
     }

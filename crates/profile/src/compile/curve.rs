@@ -1,11 +1,11 @@
-//! The steps of one axis on a quintic, in fixed point.
+//! The steps of one axis on a span's polynomial, in fixed point.
 
 use super::fit::Quadratic;
-use super::quintic::Quintic;
 use super::ramp::LENGTH_MAX;
+use super::septic::{Septic, TERMS};
 use super::setup::View;
 use super::spans::STRAY_MAX_TICKS;
-use super::wide::product;
+use super::wide::{exponent, product};
 use super::{BRIEF_S, FIT_ERROR_MAX_TICKS, fit_error_max_ticks};
 use crate::segment::Segment;
 
@@ -34,7 +34,7 @@ pub(super) struct Place {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Curve {
     /// Units of 2^-point tick.
-    coefficients: [i64; 6],
+    coefficients: [i64; TERMS],
     point: u8,
     /// log2 of the steps that a segment holds.
     length: u8,
@@ -48,15 +48,15 @@ pub(super) struct Curve {
 impl Curve {
     /// No steps.
     pub(super) fn empty() -> Self {
-        Self { coefficients: [0; 6], point: 0, length: 0, first: 0, begin: 0, per_step: 0 }
+        Self { coefficients: [0; TERMS], point: 0, length: 0, first: 0, begin: 0, per_step: 0 }
     }
 
     /// Of the steps of `place`. If `is_backwards`, times are counted back from the end of the move.
-    pub(super) fn new(quintic: &Quintic, view: View, is_backwards: bool, place: Place) -> Self {
+    pub(super) fn new(septic: &Septic, view: View, is_backwards: bool, place: Place) -> Self {
         let point = view.point().min(POINT_MAX);
         let unit_hz = f64::from(1u32 << point);
         let mut factor = if is_backwards { -view.tick_hz * unit_hz } else { view.tick_hz * unit_hz };
-        let mut coefficients = quintic.coefficients.map(|coefficient| {
+        let mut coefficients = septic.coefficients.map(|coefficient| {
             let fixed = (coefficient * factor) as i64;
             factor *= UNIT_SHARE;
             fixed
@@ -64,11 +64,11 @@ impl Curve {
         if is_backwards {
             coefficients[0] = coefficients[0].wrapping_add((view.end_ticks * unit_hz) as i64);
         }
-        let per_step = view.stride / (quintic.steps.abs() * UNIT_SHARE);
+        let per_step = view.stride / (septic.steps.abs() * UNIT_SHARE);
         Self {
             coefficients,
             point,
-            length: length(quintic, view, place.count),
+            length: length(septic, view, place.count),
             first: place.step,
             begin: (place.steps_after_begin * per_step * ONE) as u64,
             per_step: (per_step * ONE) as u64,
@@ -101,24 +101,19 @@ impl Curve {
 }
 
 /// log2 of the steps that a quadratic may hold anywhere on the span.
-fn length(quintic: &Quintic, view: View, count: u32) -> u8 {
-    let steps = quintic.steps.abs() / view.stride;
+fn length(septic: &Septic, view: View, count: u32) -> u8 {
+    let steps = septic.steps.abs() / view.stride;
     let per_step = view.tick_hz / steps;
-    let bend = quintic.third_derivative_max() * per_step / (steps * steps * STRAY_DIVISOR);
-    let strict = FIT_ERROR_MAX_TICKS - STRAY_MAX_TICKS;
-    let loose = fit_error_max_ticks(view.tick_hz as u32) - STRAY_MAX_TICKS;
-    let mut period_ticks = quintic.slope_max() * per_step;
-    let mut stray_ticks = 8.0 * bend;
-    let mut length = 0;
-    // A segment that is brief may double, and three steps always have a quadratic.
-    while (length < LENGTH_MAX as u8 && SEGMENTS_MIN << (length + 1) <= count)
-        && (length == 0 || stray_ticks <= strict || stray_ticks <= loose && period_ticks < BRIEF_S * view.tick_hz)
-    {
-        length += 1;
-        stray_ticks *= 8.0;
-        period_ticks *= 2.0;
-    }
-    length
+    let bend = septic.third_derivative_max() * per_step / (steps * steps * STRAY_DIVISOR);
+    // log2 n of the most steps n with n³ bend <= E.
+    let held = |stray_ticks: f64| (exponent(stray_ticks / bend)).div_euclid(3);
+    let strict = held(FIT_ERROR_MAX_TICKS - STRAY_MAX_TICKS);
+    let loose = held(fit_error_max_ticks(view.tick_hz as u32) - STRAY_MAX_TICKS);
+    // A segment that is brief may double.
+    let brief = exponent(BRIEF_S * view.tick_hz / (septic.slope_max() * per_step)) + 1;
+    // Three steps always have a quadratic.
+    let most = exponent(f64::from(count / SEGMENTS_MIN)).min(LENGTH_MAX as i32);
+    strict.max(loose.min(brief)).max(1).min(most).max(0) as u8
 }
 
 /// `value` y, with `y` in 2^-64, rounded down.

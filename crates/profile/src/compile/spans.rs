@@ -1,21 +1,21 @@
-//! A ramp whose acceleration changes, as spans of quintics.
+//! A ramp whose acceleration changes, as spans of polynomials.
 //!
 //! No law is inverted for a segment. A span reaches from one state of the ramp to another; each state is a time, a
-//! displacement, a speed and an acceleration in closed form, and over the span the time is the quintic in the
-//! displacement that has all of these at both ends. The state midway tells how far the quintic strays: if too far, the span is halved, and if by far, the next one is twice as long. The ramp's corners, where the
+//! displacement, a speed, an acceleration and a jerk in closed form, and over the span the time is the polynomial in the
+//! displacement that has all of these at both ends. The state midway tells how far the polynomial strays: if too far, the span is halved, and if by far, the next one is twice as long. The ramp's corners, where the
 //! jerk jumps, end a span too. So a state is as near to the law as floats are, and nothing accumulates.
 //!
-//! Segments come from the quintic in fixed point ([`Curve`]).
+//! Segments come from the polynomial in fixed point ([`Curve`]).
 
 use super::curve::{Curve, Place};
-use super::quintic::Quintic;
+use super::septic::Septic;
 use super::setup::View;
 use super::wide::exponent;
 use crate::profile::Profile;
 use crate::ramp::{Ramp, State};
 use crate::segment::Segment;
 
-/// How far a quintic may stray from the law, ticks: a quarter of what a segment may.
+/// How far a polynomial may stray from the law, ticks: a quarter of what a segment may.
 pub(super) const STRAY_MAX_TICKS: f64 = 1.0 / 32.0;
 /// A span is never more than 2^this longer or shorter than the one tried before.
 const DOUBLINGS_MAX: i32 = 3;
@@ -97,32 +97,34 @@ impl Spans {
     /// Goes on to a span whose first step, if it has any, is `step`.
     #[inline(never)]
     fn next_span(&mut self, step: u32) {
-        let quintic = self.next_quintic();
+        let septic = self.next_septic();
         self.curve_end = if self.parameter >= self.last { self.end } else { self.steps_before(self.state.steps) };
         self.curve_end = self.curve_end.clamp(step, self.end);
         let place = Place {
             step,
             count: self.curve_end.wrapping_sub(step),
-            steps_after_begin: self.steps_after(&quintic, step),
+            steps_after_begin: self.steps_after(&septic, step),
         };
-        self.curve = Curve::new(&quintic, self.view, self.path.is_backwards, place);
+        self.curve = Curve::new(&septic, self.view, self.path.is_backwards, place);
     }
 
-    /// Goes on by as much as a quintic holds.
-    fn next_quintic(&mut self) -> Quintic {
+    /// Goes on by as much as a polynomial holds.
+    fn next_septic(&mut self) -> Septic {
         let mut to = (self.parameter + self.reach).min(self.path.ramp.next_corner(self.parameter)).min(self.last);
         let mut end = self.path.state(to);
         loop {
             let reach = to - self.parameter;
-            let middle = self.path.state(self.parameter + reach / 2.0);
-            let quintic = Quintic::between(&self.state, &end);
-            let stray = self.stray(&quintic, &middle, &end);
-            // A quintic over twice as long strays 2^6 times as much: by so many doublings it could be longer.
-            let doublings = -(exponent(stray) + 6).div_euclid(6);
+            let half = self.parameter + reach / 2.0;
+            let middle = self.path.state(half);
+            let jerk = |state| (state, self.path.jerk(state, half));
+            let septic = Septic::between(jerk(&self.state), jerk(&end));
+            let stray = self.stray(&septic, &middle, &end);
+            // A polynomial over twice as long strays 2^8 times as much: by so many doublings it could be longer.
+            let doublings = -(exponent(stray) + 8).div_euclid(8);
             if doublings >= 0 || reach <= SHARE_MIN * self.last {
                 self.reach = self.reach.max(reach * two_to(doublings.min(DOUBLINGS_MAX)));
                 (self.parameter, self.state) = (to, end);
-                return quintic;
+                return septic;
             }
             self.reach = reach * two_to(doublings.max(-DOUBLINGS_MAX));
             to = self.parameter + self.reach;
@@ -130,10 +132,10 @@ impl Spans {
         }
     }
 
-    /// How far the quintic strays, or, if it is too long, more than that, as a share of what is allowed.
-    fn stray(&self, quintic: &Quintic, middle: &State, end: &State) -> f64 {
+    /// How far the polynomial strays, or, if it is too long, more than that, as a share of what is allowed.
+    fn stray(&self, septic: &Septic, middle: &State, end: &State) -> f64 {
         let tick_hz = self.view.tick_hz;
-        let stray_ticks = quintic.stray_s(middle) * tick_hz;
+        let stray_ticks = septic.stray_s(middle) * tick_hz;
         // No nearer than 64-bit floats tell in a very long move.
         let allowed_ticks = STRAY_MAX_TICKS.max(middle.t_s * tick_hz * ROUNDING);
         let ticks = (end.t_s - self.state.t_s).abs() * tick_hz;
@@ -146,9 +148,9 @@ impl Spans {
         if self.path.is_backwards { self.end - nearer_to_slow_end.min(self.end) } else { nearer_to_slow_end }
     }
 
-    /// How many steps after the quintic's beginning `step` is due; rounding may leave it a little before.
-    fn steps_after(&self, quintic: &Quintic, step: u32) -> f64 {
-        let begin = quintic.begin_steps / self.view.stride;
+    /// How many steps after the span's beginning `step` is due; rounding may leave it a little before.
+    fn steps_after(&self, septic: &Septic, step: u32) -> f64 {
+        let begin = septic.begin_steps / self.view.stride;
         let after = if self.path.is_backwards {
             begin - (f64::from(self.end - step) - 0.5)
         } else {
@@ -167,5 +169,11 @@ impl Path {
     fn state(&self, parameter: f64) -> State {
         let from_slow_end = if self.is_backwards { self.ramp.parameter_end() - parameter } else { parameter };
         self.ramp.at_parameter(from_slow_end)
+    }
+
+    /// The ramp's jerk in `state`, on the side of `parameter` if that is a corner.
+    fn jerk(&self, state: &State, parameter: f64) -> f64 {
+        let from_slow_end = if self.is_backwards { self.ramp.parameter_end() - parameter } else { parameter };
+        self.ramp.jerk(state, from_slow_end)
     }
 }

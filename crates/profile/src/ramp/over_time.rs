@@ -51,13 +51,16 @@ impl OverTime {
         (CUBE_ROOT_SHARE * rough_cube_root(half / per_cube)).min(half / slow).min(1.0)
     }
 
-    /// s''(`t`).
-    pub(super) fn bend(self, t: f64) -> f64 {
+    /// s''(`t`); where it jumps, that on the side of `beside`.
+    pub(super) fn bend(self, t: f64, beside: f64) -> f64 {
         match self {
-            Self::SCurve { share } if t < share => 1.0 / (share * (1.0 - share)),
-            Self::SCurve { share } if 1.0 - t < share => -1.0 / (share * (1.0 - share)),
+            Self::SCurve { share } if beside < share => 1.0 / (share * (1.0 - share)),
+            Self::SCurve { share } if 1.0 - beside < share => -1.0 / (share * (1.0 - share)),
             Self::SCurve { .. } => 0.0,
-            Self::Sine => PI * PI * (0.5 - self.at(t).speed),
+            Self::Sine => {
+                let (sine, _) = sin_cos(t);
+                PI * PI * (0.5 - sine * sine)
+            }
         }
     }
 

@@ -1,0 +1,82 @@
+//! Hermite's polynomial of the seventh degree: the time over the displacement between two states of a ramp.
+
+use libm::fabs;
+
+use crate::ramp::State;
+
+/// t = Σ c_i z^i, with z from 0 at one state to 1 at the other.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Septic {
+    /// s.
+    pub(super) coefficients: [f64; TERMS],
+    /// Where z is 0, steps.
+    pub(super) begin_steps: f64,
+    /// What z counts, steps; below 0 if it counts backwards.
+    pub(super) steps: f64,
+}
+
+/// Of the polynomial.
+pub(super) const TERMS: usize = 8;
+
+/// A state and its jerk, steps/s³, inside the span: at a corner of the ramp it has two.
+pub(super) type End<'a> = (&'a State, f64);
+
+impl Septic {
+    /// With the time and its first three derivatives over the displacement at both ends.
+    pub(super) fn between(begin: End, end: End) -> Self {
+        let steps = end.0.steps - begin.0.steps;
+        let ([slope, bend, twist], [end_slope, end_bend, end_twist]) =
+            (derivatives(begin, steps), derivatives(end, steps));
+        // What the end has beyond the first four terms.
+        let value = end.0.t_s - begin.0.t_s - slope - bend / 2.0 - twist / 6.0;
+        let more_slope = end_slope - slope - bend - twist / 2.0;
+        let more_bend = (end_bend - bend - twist) / 2.0;
+        let more_twist = (end_twist - twist) / 6.0;
+        let coefficients = [
+            begin.0.t_s,
+            slope,
+            bend / 2.0,
+            twist / 6.0,
+            35.0 * value - 15.0 * more_slope + 5.0 * more_bend - more_twist,
+            -84.0 * value + 39.0 * more_slope - 14.0 * more_bend + 3.0 * more_twist,
+            70.0 * value - 34.0 * more_slope + 13.0 * more_bend - 3.0 * more_twist,
+            -20.0 * value + 10.0 * more_slope - 4.0 * more_bend + more_twist,
+        ];
+        Self { coefficients, begin_steps: begin.0.steps, steps }
+    }
+
+    /// How far it strays from a ramp at most, s, if `middle` is the ramp's state about midway.
+    ///
+    /// It strays by (z - z²)⁴ d⁸t/dz⁸/8!. If the eighth derivative is even about the middle, that is most there; if it is
+    /// odd, nothing there, but its slope tells: the most is 0.10 of that.
+    pub(super) fn stray_s(&self, middle: &State) -> f64 {
+        let z = (middle.steps - self.begin_steps) / self.steps;
+        let (mut time_s, mut slope) = (0.0, 0.0);
+        for coefficient in self.coefficients.iter().rev() {
+            slope = slope * z + time_s;
+            time_s = time_s * z + coefficient;
+        }
+        fabs(time_s - middle.t_s) + fabs(slope - self.steps / middle.speed_steps_s) / 8.0
+    }
+
+    /// The greater dt/dz of the ends, without its sign.
+    pub(super) fn slope_max(&self) -> f64 {
+        let [_, c1, c2, c3, c4, c5, c6, c7] = self.coefficients;
+        fabs(c1).max(fabs(c1 + 2.0 * c2 + 3.0 * c3 + 4.0 * c4 + 5.0 * c5 + 6.0 * c6 + 7.0 * c7))
+    }
+
+    /// The greatest d³t/dz³ of the ends and the middle, without its sign. Over a span it changes little beside.
+    pub(super) fn third_derivative_max(&self) -> f64 {
+        let [.., c3, c4, c5, c6, c7] = self.coefficients;
+        let at = |z: f64| fabs(6.0 * c3 + z * (24.0 * c4 + z * (60.0 * c5 + z * (120.0 * c6 + z * (210.0 * c7)))));
+        fabs(6.0 * c3).max(at(0.5)).max(at(1.0))
+    }
+}
+
+/// dt/dz, d²t/dz² and d³t/dz³: with z = x/h, h/v, -h² a/v³ and h³ (3 a²/v⁵ - j/v⁴).
+fn derivatives((state, jerk_steps_s3): End, steps: f64) -> [f64; 3] {
+    let per_speed = 1.0 / state.speed_steps_s;
+    let slope = steps * per_speed;
+    let bend = slope * per_speed * state.accel_steps_s2;
+    [slope, -slope * bend, slope * (3.0 * bend * bend - slope * slope * per_speed * jerk_steps_s3)]
+}
