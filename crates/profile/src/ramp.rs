@@ -192,8 +192,8 @@ impl Ramp {
         }
     }
 
-    /// What its law is over, time, s, or displacement, steps, where it is at `steps` or a little before: at least a
-    /// tenth of the way. It rises from 0.
+    /// What its law is over, time, s, or displacement, steps, where it is at `steps` or a little before.
+    /// It rises from 0.
     pub(crate) fn parameter_before(&self, steps: f64) -> f64 {
         match self.shape {
             Shape::OverTime(law) => {

@@ -10,23 +10,26 @@
 use super::curve::{Curve, Place};
 use super::septic::Septic;
 use super::setup::View;
-use super::wide::exponent;
 use crate::profile::Profile;
 use crate::ramp::{Ramp, State};
 use crate::segment::Segment;
 
 /// How far a polynomial may stray from the law, ticks: a quarter of what a segment may.
 pub(super) const STRAY_MAX_TICKS: f64 = 1.0 / 32.0;
-/// A span is never more than 2^this longer or shorter than the one tried before.
-const DOUBLINGS_MAX: i32 = 3;
+/// A span tried aims at this share of the longest: the next that fails costs as much.
+const SAFE_SHARE: f64 = 0.9;
+/// It is not less than this share of the one tried before,
+const SHARE_LEAST: f64 = 0.1;
+/// nor more than this one.
+const SHARE_MOST: f64 = 4.0;
 /// Longest span, ticks: half of what a segment may last.
 const SPAN_MAX_TICKS: f64 = 1_073_741_824.0;
 /// What the laws' floats may lose of a time, as a share of it: 2^-48.
 const ROUNDING: f64 = 3.552_713_678_800_501e-15;
 /// At first, the share of the ramp that a span tries.
 const FIRST_SHARE: f64 = 1.0 / 16.0;
-/// Spans begin and end nearer to standstill than the first and last step, at half a step, so there always is a span.
-const BEFORE_STEP: f64 = 0.25;
+/// Spans begin and end a little nearer to standstill than the first and last step, at half a step.
+const BEFORE_STEP: f64 = 0.49;
 /// Shorter spans, as shares of the ramp, are not tried: only rounding would be left to see.
 const SHARE_MIN: f64 = 1e-12;
 
@@ -111,6 +114,7 @@ impl Spans {
     /// Goes on by as much as a polynomial holds.
     fn next_septic(&mut self) -> Septic {
         let mut to = (self.parameter + self.reach).min(self.path.ramp.next_corner(self.parameter)).min(self.last);
+        let mut is_cut = to < self.parameter + self.reach;
         let mut end = self.path.state(to);
         loop {
             let reach = to - self.parameter;
@@ -119,16 +123,15 @@ impl Spans {
             let jerk = |state| (state, self.path.jerk(state, half));
             let septic = Septic::between(jerk(&self.state), jerk(&end));
             let stray = self.stray(&septic, &middle, &end);
-            // A polynomial over twice as long strays 2^8 times as much: by so many doublings it could be longer.
-            let doublings = -(exponent(stray) + 8).div_euclid(8);
-            if doublings >= 0 || reach <= SHARE_MIN * self.last {
-                self.reach = self.reach.max(reach * two_to(doublings.min(DOUBLINGS_MAX)));
+            let better = reach * better_share(stray);
+            if stray <= 1.0 || reach <= SHARE_MIN * self.last {
+                // Where a corner cut it short, the one tried before was better.
+                self.reach = if better > self.reach || !is_cut { better } else { self.reach };
                 (self.parameter, self.state) = (to, end);
                 return septic;
             }
-            self.reach = reach * two_to(doublings.max(-DOUBLINGS_MAX));
-            to = self.parameter + self.reach;
-            end = if doublings == -1 { middle } else { self.path.state(to) };
+            (self.reach, to, is_cut) = (better, self.parameter + better, false);
+            end = self.path.state(to);
         }
     }
 
@@ -160,10 +163,16 @@ impl Spans {
     }
 }
 
-/// 2^`exponent`.
-fn two_to(exponent: i32) -> f64 {
-    f64::from_bits(((1_023 + exponent) as u64) << 52)
+/// By what share longer a span should be that strays by `stray` of what is allowed: over twice as long a polynomial
+/// strays 2^8 times as much.
+fn better_share(stray: f64) -> f64 {
+    // The eighth root, to 6 %: an eighth of the logarithm, as a float's bits have it.
+    let root = f64::from_bits(stray.to_bits() / 8 + ONE_BITS / 8 * 7);
+    (SAFE_SHARE / root).max(SHARE_LEAST).min(SHARE_MOST)
 }
+
+/// 1 as a float.
+const ONE_BITS: u64 = 0x3ff0_0000_0000_0000;
 
 impl Path {
     fn state(&self, parameter: f64) -> State {

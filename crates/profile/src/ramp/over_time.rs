@@ -2,8 +2,6 @@
 
 use core::f64::consts::PI;
 
-use libm::sqrt;
-
 use super::quarter::sin_cos;
 use crate::newton::rising_root;
 
@@ -40,17 +38,6 @@ impl OverTime {
         }
     }
 
-    /// A time at which the travel is `way` at most, and some tenth of it at least.
-    pub(super) fn time_before(self, slow: f64, way: f64) -> f64 {
-        // While the jerk lasts; afterwards there is less.
-        let per_cube = match self {
-            Self::SCurve { share } => 1.0 / (6.0 * share * (1.0 - share)),
-            Self::Sine => PI * PI / 12.0,
-        };
-        let half = way / 2.0;
-        (CUBE_ROOT_SHARE * rough_cube_root(half / per_cube)).min(half / slow).min(1.0)
-    }
-
     /// s''(`t`); where it jumps, that on the side of `beside`.
     pub(super) fn bend(self, t: f64, beside: f64) -> f64 {
         match self {
@@ -76,9 +63,23 @@ impl OverTime {
 
     /// When `slow` t + travel(t) is `way`.
     pub(super) fn time(self, slow: f64, way: f64) -> f64 {
-        // s is at least t² (and 2 t² until the middle), so the travel is at least t³/3, and that at least t⁴/3.
-        let latest = sqrt(sqrt(3.0 * way)).min(way / slow).min(1.0);
-        rising_root((0.0, latest), latest, 1e-15, |t| {
+        self.search(slow, way, 1e-15)
+    }
+
+    /// The same or a little earlier, much faster.
+    pub(super) fn time_before(self, slow: f64, way: f64) -> f64 {
+        // By Newton's method it then is within the square of that.
+        self.search(slow, way, 0.03) * 0.99
+    }
+
+    fn search(self, slow: f64, way: f64, tolerance: f64) -> f64 {
+        // While the jerk is as at first the travel is a cube.
+        let cube = match self {
+            Self::SCurve { share } => 6.0 * share * (1.0 - share) * way,
+            Self::Sine => 12.0 / (PI * PI) * way,
+        };
+        let from = rough_cube_root(cube).min(way / slow).min(1.0);
+        rising_root((0.0, 1.0), from, tolerance, |t| {
             let At { travel, speed, .. } = self.at(t);
             (slow * t + travel - way, slow + speed)
         })
@@ -128,8 +129,6 @@ fn rough_cube_root(x: f64) -> f64 {
 
 /// 1 as a float.
 const ONE_BITS: u64 = 0x3ff0_0000_0000_0000;
-/// What is surely less than the root is this share of the rough one.
-const CUBE_ROOT_SHARE: f64 = 0.9;
 /// Beyond, cancelling costs less than two digits.
 const SERIES_END: f64 = 0.25;
 /// 1/(4 5), 1/(6 7) and so on: what follows is 2^-57 of the sum at its end.
