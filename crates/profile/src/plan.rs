@@ -8,10 +8,11 @@ use crate::newton::rising_root;
 use crate::profile::{Profile, ProfileError};
 use crate::ramp::{Bounds, Ramp};
 
-/// How near a cruise speed comes to the best one, as a share of the speed gained; the rest is made up by the cruise.
-const PEAK_TOLERANCE: f64 = 1e-12;
-/// The same for thirds, whose intervals are equal at any speed.
-const THIRDS_TOLERANCE: f64 = 1e-9;
+/// The last step of the search for a cruise speed, as a share of the speed gained. By Newton's method it then is nearer
+/// still.
+const PEAK_TOLERANCE: f64 = 1e-10;
+/// The same for thirds of laws over displacement: the slope is known about, so they are longer than need be by as much.
+const THIRDS_TOLERANCE: f64 = 1e-5;
 
 /// The two ends of a profile, the way between them, and what its ramps must keep to.
 pub(crate) struct Ends {
@@ -132,14 +133,13 @@ impl Ends {
     /// Gains as much over the faster end as both ramps have room for. No law is faster than the trapezoid.
     fn fastest_by_search(&self) -> Profile {
         let over = |gain: f64| {
-            let (accel, accel_growth) = self.accel.length(self.entry_steps_s, self.accel_rise(gain));
-            let (decel, decel_growth) = self.decel.length(self.exit_steps_s, self.decel_rise(gain));
-            (accel + decel - self.distance_steps, accel_growth + decel_growth)
+            let (accel, decel) = self.lengths(gain);
+            (accel.0 + decel.0 - self.distance_steps, accel.1 + decel.1)
         };
         let room = self.top_steps_s - self.fast_end();
         let most = room.min(self.peak_of_triangle() - self.fast_end());
         let gain = if over(most).0 <= 0.0 { most } else { rising_root((0.0, most), most, PEAK_TOLERANCE, over) };
-        self.profile(gain, |ramp| ramp)
+        self.profile(gain, self.ramps(gain))
     }
 
     /// Paper 004, eqs 1-7: all three intervals last t1, so s = t1 (v_accel + v + v_decel) with the mean speeds of the
@@ -156,9 +156,10 @@ impl Ends {
         if highest < self.exit_steps_s {
             return Err(ProfileError::ExitSpeed { asked: self.exit_steps_s, max: highest });
         }
-        let (accel, decel) = self.means(gain);
-        let third_s = self.distance_steps / (accel + highest + decel);
-        Ok(Profile { cruise_s: third_s, ..self.profile(gain, |ramp| ramp.stretched(third_s)) })
+        let (accel, decel) = self.ramps(gain);
+        let third_s = self.distance_steps / (accel.mean_steps_s() + highest + decel.mean_steps_s());
+        let ramps = (accel.stretched(third_s), decel.stretched(third_s));
+        Ok(Profile { cruise_s: third_s, ..self.profile(gain, ramps) })
     }
 
     /// With k = (v_entry + v_exit)/2, (v - v_end)/t1 <= a is (v - v_end)(2 v + k) <= a s.
@@ -186,34 +187,67 @@ impl Ends {
             let slow = self.entry_steps_s.min(self.exit_steps_s);
             return rising_root((slow, fast), fast, THIRDS_TOLERANCE, excess) - fast;
         }
-        let gain = rising_root((0.0, room), room, THIRDS_TOLERANCE, |gain| self.excess_of_thirds(gain));
-        // On the safe side of where the search ends.
-        gain * (1.0 - 2.0 * THIRDS_TOLERANCE)
+        let over = |gain| self.excess_of_thirds(gain);
+        if self.law.is_over_displacement() {
+            // On the safe side of where the search ends.
+            rising_root((0.0, room), room, THIRDS_TOLERANCE, over) * (1.0 - 2.0 * THIRDS_TOLERANCE)
+        } else {
+            rising_root((0.0, room), room, PEAK_TOLERANCE, over) * (1.0 - PEAK_TOLERANCE)
+        }
     }
 
     /// A ramp of mean speed m that is x long at its shortest has its time if x/m <= t1. How much longer the way would
     /// have to be for that, and how much for each step/s more, about.
     fn excess_of_thirds(&self, gain: f64) -> (f64, f64) {
-        let means = self.means(gain);
-        let sum = means.0 + self.fast_end() + gain + means.1;
-        let accel = self.accel.length(self.entry_steps_s, self.accel_rise(gain));
-        let decel = self.decel.length(self.exit_steps_s, self.decel_rise(gain));
-        let needed = |(steps, growth): (f64, f64), mean: f64| (steps * sum / mean, growth * sum / mean);
-        let (accel, decel) = (needed(accel, means.0), needed(decel, means.1));
+        let (accel_mean, decel_mean) = self.means(gain);
+        let sum = accel_mean.0 + self.fast_end() + gain + decel_mean.0;
+        let sum_growth = accel_mean.1 + 1.0 + decel_mean.1;
+        let needed = |(steps, growth): (f64, f64), (mean, mean_growth): (f64, f64)| {
+            let share = sum / mean;
+            (steps * share, growth * share + steps * (sum_growth - share * mean_growth) / mean)
+        };
+        let (accel, decel) = self.lengths(gain);
+        let (accel, decel) = (needed(accel, accel_mean), needed(decel, decel_mean));
         let (steps, growth) = if accel.0 > decel.0 { accel } else { decel };
         (steps - self.distance_steps, growth)
     }
 
-    /// The mean speeds of both ramps.
-    fn means(&self, gain: f64) -> (f64, f64) {
-        let accel = self.accel.mean_steps_s(self.entry_steps_s, self.accel_rise(gain));
-        (accel, self.decel.mean_steps_s(self.exit_steps_s, self.decel_rise(gain)))
+    /// The lengths of both ramps at their shortest, steps, and how much longer each is for each step/s more.
+    fn lengths(&self, gain: f64) -> ((f64, f64), (f64, f64)) {
+        let accel = self.accel.length(self.entry_steps_s, self.accel_rise(gain));
+        match self.decel_share() {
+            Some(share) => (accel, (accel.0 * share, accel.1 * share)),
+            None => (accel, self.decel.length(self.exit_steps_s, self.decel_rise(gain))),
+        }
     }
 
-    /// With ramps that gain so much over the faster end, each changed by `shape`.
-    fn profile(&self, gain: f64, shape: impl Fn(Ramp) -> Ramp) -> Profile {
-        let accel = shape(self.accel.shortest(self.entry_steps_s, self.accel_rise(gain)));
-        let decel = shape(self.decel.shortest(self.exit_steps_s, self.decel_rise(gain)));
+    /// The mean speeds of both ramps, and how much higher each is for each step/s more.
+    fn means(&self, gain: f64) -> ((f64, f64), (f64, f64)) {
+        let accel = self.accel.mean_steps_s(self.entry_steps_s, self.accel_rise(gain));
+        match self.decel_share() {
+            Some(_) => (accel, accel),
+            None => (accel, self.decel.mean_steps_s(self.exit_steps_s, self.decel_rise(gain))),
+        }
+    }
+
+    /// Both ramps at their shortest.
+    fn ramps(&self, gain: f64) -> (Ramp, Ramp) {
+        let accel = self.accel.shortest(self.entry_steps_s, self.accel_rise(gain));
+        match self.decel_share() {
+            Some(share) => (accel, accel.shortened(share)),
+            None => (accel, self.decel.shortest(self.exit_steps_s, self.decel_rise(gain))),
+        }
+    }
+
+    /// By what share the decelerating ramp is shorter than the other one, if nothing else differs.
+    fn decel_share(&self) -> Option<f64> {
+        let (a, d) = (self.accel.accel_steps_s2, self.decel.accel_steps_s2);
+        let is_alike = self.entry_steps_s == self.exit_steps_s && (self.law != SpeedLaw::SCurve || a == d);
+        is_alike.then(|| if a == d { 1.0 } else { a / d })
+    }
+
+    /// With ramps that gain so much over the faster end.
+    fn profile(&self, gain: f64, (accel, decel): (Ramp, Ramp)) -> Profile {
         let cruise_steps_s = self.fast_end() + gain;
         let accel_end_steps = accel.steps().min(self.distance_steps);
         let cruise_end_steps = (self.distance_steps - decel.steps()).max(accel_end_steps);

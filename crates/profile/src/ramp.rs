@@ -90,11 +90,15 @@ impl Bounds {
         }
     }
 
-    /// The mean speed on any of its ramps with this rise, however long.
-    pub(crate) fn mean_steps_s(&self, slow: f64, rise: f64) -> f64 {
+    /// The mean speed on any of its ramps with this rise, however long, and how much higher it is for each step/s more;
+    /// of a law over displacement about.
+    pub(crate) fn mean_steps_s(&self, slow: f64, rise: f64) -> (f64, f64) {
         match self.shape(rise).0 {
-            Shape::OverDisplacement(law) => rise / law.time(slow / rise, 1.0),
-            _ => slow + rise / 2.0,
+            Shape::OverDisplacement(law) => {
+                let mean = rise / law.time(slow / rise, 1.0);
+                (mean, mean / (slow + rise))
+            }
+            _ => (slow + rise / 2.0, 0.5),
         }
     }
 
@@ -141,18 +145,33 @@ impl Ramp {
         Self { shape: Shape::Even { accel_steps_s2 }, slow_steps_s, rise_steps_s, steps, duration_s }
     }
 
+    /// The same between the same speeds over `share` of its way, at as much higher an acceleration.
+    pub(crate) fn shortened(self, share: f64) -> Self {
+        let shape = match self.shape {
+            Shape::Even { accel_steps_s2 } => Shape::Even { accel_steps_s2: accel_steps_s2 / share },
+            other => other,
+        };
+        Self { shape, steps: self.steps * share, duration_s: self.duration_s * share, ..self }
+    }
+
     /// The same, slower throughout: it lasts `duration_s`, no less than it does now, between the same speeds.
     pub(crate) fn stretched(self, duration_s: f64) -> Self {
-        let mean = self.slow_steps_s + self.rise_steps_s / 2.0;
-        let (shape, steps) = match self.shape {
+        let shape = match self.shape {
+            // Over a short ramp rounding must not lift it above its limit. Without a rise it is a cruise.
             Shape::Even { accel_steps_s2 } => {
-                // Over a short ramp rounding must not lift it above its limit. Without a rise it is a cruise.
-                (Shape::Even { accel_steps_s2: accel_steps_s2.min(self.rise_steps_s / duration_s) }, mean * duration_s)
+                Shape::Even { accel_steps_s2: accel_steps_s2.min(self.rise_steps_s / duration_s) }
             }
-            Shape::OverTime(_) => (self.shape, mean * duration_s),
-            Shape::OverDisplacement(_) => (self.shape, self.steps / self.duration_s * duration_s),
+            other => other,
         };
-        Self { shape, steps, duration_s, ..self }
+        Self { shape, steps: self.mean_steps_s() * duration_s, duration_s, ..self }
+    }
+
+    /// Its mean speed.
+    pub(crate) fn mean_steps_s(&self) -> f64 {
+        match self.shape {
+            Shape::OverDisplacement(_) => self.steps / self.duration_s,
+            _ => self.slow_steps_s + self.rise_steps_s / 2.0,
+        }
     }
 
     pub(crate) fn steps(&self) -> f64 {

@@ -215,7 +215,9 @@ proptest! {
             }
         }
         let duration_s = |limits| SyncMove::plan(steps, limits, law, speed_law, None).unwrap().profile.duration_s();
-        prop_assert!(duration_s(&tighter) >= duration_s(&limits) * (1.0 - 1e-9));
+        // Thirds of a law over displacement are found to 1e-5.
+        let slack = if speed_law.is_over_displacement() && law == IntervalLaw::Thirds { 1e-4 } else { 1e-9 };
+        prop_assert!(duration_s(&tighter) >= duration_s(&limits) * (1.0 - slack));
     }
 
     /// No law is faster than the trapezoid at its fastest. In thirds one with a higher mean speed can be.

@@ -168,7 +168,9 @@ impl Spans {
 fn better_share(stray: f64) -> f64 {
     // The eighth root, to 6 %: an eighth of the logarithm, as a float's bits have it.
     let root = f64::from_bits(stray.to_bits() / 8 + ONE_BITS / 8 * 7);
-    (SAFE_SHARE / root).max(SHARE_LEAST).min(SHARE_MOST)
+    let share = SAFE_SHARE / root;
+    // Not `clamp`: its panic would print floats, for which the chip has no room.
+    if share < SHARE_LEAST { SHARE_LEAST } else { share.min(SHARE_MOST) }
 }
 
 /// 1 as a float.
