@@ -8,9 +8,12 @@ use crate::newton::rising_root;
 use crate::profile::{Profile, ProfileError};
 use crate::ramp::{Bounds, Ramp};
 
-/// The last step of the search for a cruise speed, as a share of the speed gained. By Newton's method it then is nearer
-/// still.
-const PEAK_TOLERANCE: f64 = 1e-10;
+/// The last step of the search for a cruise speed, as a share of the speed gained; what is left then is far less.
+const PEAK_TOLERANCE: f64 = 1e-9;
+/// The same where a search comes nearer by Newton's method.
+const ROOT_TOLERANCE: f64 = 1e-10;
+/// More than any search takes.
+const ITERATIONS_MAX: u32 = 100;
 /// The same for thirds of laws over displacement: the slope is known about, so they are longer than need be by as much.
 const THIRDS_TOLERANCE: f64 = 1e-5;
 
@@ -76,7 +79,7 @@ impl Ends {
         if room <= 0.0 || short(room).0 <= 0.0 {
             return self.top_steps_s;
         }
-        let rise = rising_root((0.0, room), room, PEAK_TOLERANCE, short);
+        let rise = rising_root((0.0, room), room, ROOT_TOLERANCE, short);
         let highest = slow + rise;
         // Over a short way, an end too fast by its rounding is too fast by far.
         if highest - slow > rise { highest.next_down() } else { highest }
@@ -132,13 +135,22 @@ impl Ends {
 
     /// Gains as much over the faster end as both ramps have room for. No law is faster than the trapezoid.
     fn fastest_by_search(&self) -> Profile {
-        let over = |gain: f64| {
+        let lengths = |gain: f64| {
             let (accel, decel) = self.lengths(gain);
-            (accel.0 + decel.0 - self.distance_steps, accel.1 + decel.1)
+            (accel.0 + decel.0, accel.1 + decel.1)
         };
         let room = self.top_steps_s - self.fast_end();
         let most = room.min(self.peak_of_triangle() - self.fast_end());
-        let gain = if over(most).0 <= 0.0 { most } else { rising_root((0.0, most), most, PEAK_TOLERANCE, over) };
+        let gain = if lengths(most).0 <= self.distance_steps {
+            most
+        } else if self.entry_steps_s == self.exit_steps_s {
+            self.gain_by_powers(most, lengths)
+        } else {
+            rising_root((0.0, most), most, ROOT_TOLERANCE, |gain| {
+                let (steps, growth) = lengths(gain);
+                (steps - self.distance_steps, growth)
+            })
+        };
         self.profile(gain, self.ramps(gain))
     }
 
@@ -178,27 +190,49 @@ impl Ends {
     /// By search; below 0 if the faster end is too fast for its own ramp.
     fn gain_of_thirds(&self) -> f64 {
         let fast = self.fast_end();
+        if self.entry_steps_s != self.exit_steps_s && self.needed_by_thirds(0.0).0 > self.distance_steps {
+            let excess = |end| (self.with_fast_end(end).needed_by_thirds(0.0).0 - self.distance_steps, f64::NAN);
+            let slow = self.entry_steps_s.min(self.exit_steps_s);
+            return rising_root((slow, fast), fast, ROOT_TOLERANCE, excess) - fast;
+        }
         let room = self.top_steps_s - fast;
-        if self.excess_of_thirds(room).0 <= 0.0 {
+        let over = |gain| {
+            let (steps, growth) = self.needed_by_thirds(gain);
+            (steps - self.distance_steps, growth)
+        };
+        if over(room).0 <= 0.0 {
             return room;
         }
-        if self.excess_of_thirds(0.0).0 > 0.0 {
-            let excess = |end| (self.with_fast_end(end).excess_of_thirds(0.0).0, f64::NAN);
-            let slow = self.entry_steps_s.min(self.exit_steps_s);
-            return rising_root((slow, fast), fast, THIRDS_TOLERANCE, excess) - fast;
-        }
-        let over = |gain| self.excess_of_thirds(gain);
-        if self.law.is_over_displacement() {
-            // On the safe side of where the search ends.
-            rising_root((0.0, room), room, THIRDS_TOLERANCE, over) * (1.0 - 2.0 * THIRDS_TOLERANCE)
-        } else {
-            rising_root((0.0, room), room, PEAK_TOLERANCE, over) * (1.0 - PEAK_TOLERANCE)
-        }
+        let tolerance = if self.law.is_over_displacement() { THIRDS_TOLERANCE } else { ROOT_TOLERANCE };
+        let from = (self.highest_of_thirds() - fast).min(room);
+        // On the safe side of where the search ends.
+        rising_root((0.0, room), from, tolerance, over) * (1.0 - 2.0 * tolerance)
     }
 
-    /// A ramp of mean speed m that is x long at its shortest has its time if x/m <= t1. How much longer the way would
-    /// have to be for that, and how much for each step/s more, about.
-    fn excess_of_thirds(&self, gain: f64) -> (f64, f64) {
+    /// The gain below `most` over which both ramps are as long as the way, from equal ends.
+    ///
+    /// Their length is near a power of the gain, s^p, p being 1/2 to 2 or so. Hence by Newton's method on the logarithms
+    /// of both, that is by (way/length)^(1/p), for which a fraction of two lines is near enough.
+    fn gain_by_powers(&self, most: f64, lengths: impl Fn(f64) -> (f64, f64)) -> f64 {
+        let mut gain = most;
+        for _ in 0..ITERATIONS_MAX {
+            let (steps, slope) = lengths(gain);
+            let ratio = self.distance_steps / steps;
+            let (half, over_power) = ((ratio - 1.0) / 2.0, steps / (slope * gain));
+            let factor = (1.0 + half + half * over_power) / (1.0 + half - half * over_power);
+            // No power is less than 1/2.
+            let factor = factor.max(ratio * ratio);
+            gain *= factor;
+            if (factor - 1.0).abs() <= PEAK_TOLERANCE {
+                break;
+            }
+        }
+        gain
+    }
+
+    /// A ramp of mean speed m that is x long at its shortest has its time if x/m <= t1. How long the way has to
+    /// be for that, and how much longer for each step/s more; of a law over displacement about.
+    fn needed_by_thirds(&self, gain: f64) -> (f64, f64) {
         let (accel_mean, decel_mean) = self.means(gain);
         let sum = accel_mean.0 + self.fast_end() + gain + decel_mean.0;
         let sum_growth = accel_mean.1 + 1.0 + decel_mean.1;
@@ -208,8 +242,7 @@ impl Ends {
         };
         let (accel, decel) = self.lengths(gain);
         let (accel, decel) = (needed(accel, accel_mean), needed(decel, decel_mean));
-        let (steps, growth) = if accel.0 > decel.0 { accel } else { decel };
-        (steps - self.distance_steps, growth)
+        if accel.0 > decel.0 { accel } else { decel }
     }
 
     /// The lengths of both ramps at their shortest, steps, and how much longer each is for each step/s more.

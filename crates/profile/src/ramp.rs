@@ -61,7 +61,7 @@ impl Bounds {
             }
             Shape::OverDisplacement(law) => {
                 let steps = rise * rise * law.peak(slow / rise).0 / accel;
-                let duration_s = steps / rise * law.time(slow / rise, 1.0);
+                let duration_s = steps / rise * law.whole_time(slow / rise);
                 Ramp { shape, slow_steps_s, rise_steps_s, steps, duration_s }
             }
         }
@@ -95,7 +95,7 @@ impl Bounds {
     pub(crate) fn mean_steps_s(&self, slow: f64, rise: f64) -> (f64, f64) {
         match self.shape(rise).0 {
             Shape::OverDisplacement(law) => {
-                let mean = rise / law.time(slow / rise, 1.0);
+                let mean = rise / law.whole_time(slow / rise);
                 (mean, mean / (slow + rise))
             }
             _ => (slow + rise / 2.0, 0.5),

@@ -100,6 +100,14 @@ impl OverDisplacement {
         }
     }
 
+    /// How long it takes to the end.
+    pub(super) fn whole_time(self, slow: f64) -> f64 {
+        match self {
+            Self::Sinusoidal => 1.0 / sqrt(slow * (slow + 1.0)),
+            _ => self.time(slow, 1.0),
+        }
+    }
+
     /// Where it is at `time`.
     pub(super) fn displacement(self, slow: f64, time: f64) -> f64 {
         // No slower than at the start.
