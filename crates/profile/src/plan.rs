@@ -36,7 +36,7 @@ impl Ends {
         limits: &Limits,
         law: SpeedLaw,
     ) -> Self {
-        let bounds = |accel_steps_s2| Bounds { law, accel_steps_s2, jerk_steps_s3: limits.jerk_steps_s3 };
+        let bounds = |accel_steps_s2| Bounds::new(law, accel_steps_s2, limits.jerk_steps_s3);
         Self {
             distance_steps,
             entry_steps_s,

@@ -43,12 +43,19 @@ pub(crate) struct State {
 /// What a ramp must keep to.
 #[derive(Clone, Copy)]
 pub(crate) struct Bounds {
-    pub(crate) law: SpeedLaw,
+    law: SpeedLaw,
     pub(crate) accel_steps_s2: f64,
-    pub(crate) jerk_steps_s3: f64,
+    jerk_steps_s3: f64,
+    // Their inverses: a search for a speed takes them often, and a division costs as much as three products.
+    per_accel: f64,
+    per_jerk: f64,
 }
 
 impl Bounds {
+    pub(crate) fn new(law: SpeedLaw, accel_steps_s2: f64, jerk_steps_s3: f64) -> Self {
+        Self { law, accel_steps_s2, jerk_steps_s3, per_accel: 1.0 / accel_steps_s2, per_jerk: 1.0 / jerk_steps_s3 }
+    }
+
     /// The shortest ramp that rises by `rise_steps_s`.
     pub(crate) fn shortest(&self, slow_steps_s: f64, rise_steps_s: f64) -> Ramp {
         let (slow, rise) = (slow_steps_s, rise_steps_s);
@@ -60,7 +67,7 @@ impl Bounds {
                 Ramp { shape, slow_steps_s, rise_steps_s, steps: (slow + rise / 2.0) * duration_s, duration_s }
             }
             Shape::OverDisplacement(law) => {
-                let steps = rise * rise * law.peak(slow / rise).0 / accel;
+                let steps = law.length(slow, rise).0 * self.per_accel;
                 let duration_s = steps / rise * law.whole_time(slow / rise);
                 Ramp { shape, slow_steps_s, rise_steps_s, steps, duration_s }
             }
@@ -69,32 +76,39 @@ impl Bounds {
 
     /// How long that ramp is, steps, and how much longer for each step/s more.
     pub(crate) fn length(&self, slow: f64, rise: f64) -> (f64, f64) {
-        let mean = slow + rise / 2.0;
-        let (shape, accel) = self.shape(rise);
-        match shape {
-            Shape::Even { .. } => (rise * mean / accel, (slow + rise) / accel),
-            Shape::OverTime(law) => {
-                let duration_s = rise * law.peak() / accel;
-                let growth_s = match law {
-                    OverTime::Sine => duration_s / rise,
-                    // The duration is rise/a + a/j where the acceleration is reached, and 2 √(rise/j) where it is not.
-                    OverTime::SCurve { share } if share < 0.5 => 1.0 / accel,
-                    OverTime::SCurve { .. } => duration_s / (2.0 * rise),
-                };
-                (mean * duration_s, duration_s / 2.0 + mean * growth_s)
-            }
+        let even = (rise * (slow + rise / 2.0) * self.per_accel, (slow + rise) * self.per_accel);
+        match self.shape_of_law() {
+            Shape::Even { .. } => even,
+            Shape::OverTime(OverTime::Sine) => (even.0 * OverTime::Sine.peak(), even.1 * OverTime::Sine.peak()),
+            Shape::OverTime(OverTime::SCurve { .. }) => self.s_curve_length(slow, rise),
             Shape::OverDisplacement(law) => {
-                let (peak, slope) = law.peak(slow / rise);
-                (rise * rise * peak / accel, (2.0 * rise * peak - slow * slope) / accel)
+                let (length, growth) = law.length(slow, rise);
+                (length * self.per_accel, growth * self.per_accel)
             }
         }
+    }
+
+    /// It lasts rise/a + a/j, or 2 √(rise/j) where the acceleration is not reached.
+    fn s_curve_length(&self, slow: f64, rise: f64) -> (f64, f64) {
+        let (duration_s, growth_s) = if self.reaches_accel(rise) {
+            (rise * self.per_accel + self.accel_steps_s2 * self.per_jerk, self.per_accel)
+        } else {
+            let half_s = sqrt(rise * self.per_jerk);
+            (2.0 * half_s, half_s / rise)
+        };
+        let mean = slow + rise / 2.0;
+        (mean * duration_s, duration_s / 2.0 + mean * growth_s)
+    }
+
+    fn reaches_accel(&self, rise: f64) -> bool {
+        self.accel_steps_s2 * self.accel_steps_s2 <= self.jerk_steps_s3 * rise
     }
 
     /// The mean speed on any of its ramps with this rise, however long, and how much higher it is for each step/s more;
     /// of a law over displacement about.
     pub(crate) fn mean_steps_s(&self, slow: f64, rise: f64) -> (f64, f64) {
-        match self.shape(rise).0 {
-            Shape::OverDisplacement(law) => {
+        match self.shape_of_law() {
+            Shape::OverDisplacement(law) if rise > 0.0 => {
                 let mean = rise / law.whole_time(slow / rise);
                 (mean, mean / (slow + rise))
             }
@@ -104,25 +118,31 @@ impl Bounds {
 
     /// The shape of the shortest ramp, and the acceleration it reaches.
     fn shape(&self, rise: f64) -> (Shape, f64) {
-        let accel = self.accel_steps_s2;
-        let shape = match self.law {
+        match self.shape_of_law() {
             // No ramp is of any shape.
-            _ if rise == 0.0 => Shape::Even { accel_steps_s2: accel },
-            SpeedLaw::Trapezoid => Shape::Even { accel_steps_s2: accel },
-            SpeedLaw::SCurve => return self.s_curve(rise),
+            _ if rise == 0.0 => (Shape::Even { accel_steps_s2: self.accel_steps_s2 }, self.accel_steps_s2),
+            Shape::OverTime(OverTime::SCurve { .. }) => self.s_curve(rise),
+            shape => (shape, self.accel_steps_s2),
+        }
+    }
+
+    /// The shape of the law's ramps; of an S-curve, the one that is all jerk.
+    fn shape_of_law(&self) -> Shape {
+        match self.law {
+            SpeedLaw::Trapezoid => Shape::Even { accel_steps_s2: self.accel_steps_s2 },
+            SpeedLaw::SCurve => Shape::OverTime(OverTime::SCurve { share: 0.5 }),
             SpeedLaw::Sine => Shape::OverTime(OverTime::Sine),
             SpeedLaw::Linear => Shape::OverDisplacement(OverDisplacement::Linear),
             SpeedLaw::Quadratic => Shape::OverDisplacement(OverDisplacement::Quadratic),
             SpeedLaw::Sinusoidal => Shape::OverDisplacement(OverDisplacement::Sinusoidal),
             SpeedLaw::Logarithmic => Shape::OverDisplacement(OverDisplacement::Logarithmic),
-        };
-        (shape, accel)
+        }
     }
 
     /// The jerk lasts a/j of rise/a + a/j; half of the time where the acceleration a is not reached.
     fn s_curve(&self, rise: f64) -> (Shape, f64) {
         let (limit, per_time) = (self.accel_steps_s2, self.jerk_steps_s3 * rise);
-        if limit * limit > per_time {
+        if !self.reaches_accel(rise) {
             return (Shape::OverTime(OverTime::SCurve { share: 0.5 }), sqrt(per_time));
         }
         let share = limit * limit / (per_time + limit * limit);

@@ -15,6 +15,20 @@ pub(super) fn slope(u: f64) -> f64 {
     K / ((1.0 + K * u) * LN_END)
 }
 
+/// With q = slow/rise ln(1 + K) and s = ln(1 + K u), (slow + rise v) rise v' is rise² (q + s) exp(-s) K/ln²(1 + K).
+pub(super) fn length(slow: f64, rise: f64) -> (f64, f64) {
+    let q = slow / rise * LN_END;
+    let (peak, slope) = if q < 1.0 {
+        let peak = exp(q - 1.0);
+        (peak, peak)
+    } else {
+        (q, 1.0)
+    };
+    let scale = K / LN_END;
+    let peak = rise * peak * (scale / LN_END);
+    (rise * peak, 2.0 * peak - slow * slope * scale)
+}
+
 /// ∫ du/(slow + ln(1 + K u)/ln(1 + K)) from 0 to `u`.
 ///
 /// With s = ln(1 + K u) and q = slow ln(1 + K) it is ln(1 + K)/K times ∫ exp(σ)/(q + σ) dσ from 0 to s: by the series of

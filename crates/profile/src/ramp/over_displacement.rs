@@ -3,7 +3,7 @@
 
 use core::f64::consts::PI;
 
-use libm::{atan, exp, log1p, sqrt};
+use libm::{atan, log1p, sqrt};
 
 use super::logarithmic;
 use super::quarter::sin_cos;
@@ -60,25 +60,22 @@ impl OverDisplacement {
         }
     }
 
-    /// The most that the acceleration (slow + v) v' becomes, and its slope over `slow`.
-    pub(super) fn peak(self, slow: f64) -> (f64, f64) {
+    /// The length of a ramp of `rise` that just reaches an acceleration of 1, and how much longer for each step/s more: the
+    /// most that (slow + rise v) rise v' becomes, and its slope over `rise`.
+    pub(super) fn length(self, slow: f64, rise: f64) -> (f64, f64) {
         match self {
-            Self::Linear => (slow + 1.0, 1.0),
-            Self::Quadratic => (2.0 * (slow + 1.0), 2.0),
+            Self::Linear => (rise * (slow + rise), slow + 2.0 * rise),
+            Self::Quadratic => (2.0 * rise * (slow + rise), 2.0 * (slow + 2.0 * rise)),
             Self::Sinusoidal => {
-                // Where d/du is 0, with m = slow + 1/2: cos² πu - m cos πu - 1/2 = 0.
-                let m = slow + 0.5;
+                // Where d/du is 0, with m = slow/rise + 1/2: cos² πu - m cos πu - 1/2 = 0.
+                let m = slow / rise + 0.5;
                 let cosine = -1.0 / (m + sqrt(m * m + 2.0));
                 let slope = PI / 2.0 * sqrt(1.0 - cosine * cosine);
-                ((m - cosine / 2.0) * slope, slope)
+                let peak = rise * (m - cosine / 2.0) * slope;
+                // The peak's place does not move it.
+                (rise * peak, 2.0 * peak - slow * slope)
             }
-            Self::Logarithmic => {
-                // With q = slow ln(1 + K) and s = ln(1 + K u) it is (q + s) exp(-s) K/ln²(1 + K).
-                let q = slow * logarithmic::LN_END;
-                let (peak, slope) = if q < 1.0 { (exp(q - 1.0), exp(q - 1.0)) } else { (q, 1.0) };
-                let scale = logarithmic::K / logarithmic::LN_END;
-                (peak * scale / logarithmic::LN_END, slope * scale)
-            }
+            Self::Logarithmic => logarithmic::length(slow, rise),
         }
     }
 
