@@ -144,7 +144,7 @@ impl Ends {
         let gain = if lengths(most).0 <= self.distance_steps {
             most
         } else if self.entry_steps_s == self.exit_steps_s {
-            self.gain_by_powers(most, lengths)
+            self.gain_by_quadratic().unwrap_or_else(|| self.gain_by_powers(most, lengths))
         } else {
             rising_root((0.0, most), most, ROOT_TOLERANCE, |gain| {
                 let (steps, growth) = lengths(gain);
@@ -204,9 +204,20 @@ impl Ends {
             return room;
         }
         let tolerance = if self.law.is_over_displacement() { THIRDS_TOLERANCE } else { ROOT_TOLERANCE };
-        let from = (self.highest_of_thirds() - fast).min(room);
+        // What a trapezoid has room for; between unequal ends that may be none.
+        let from = self.highest_of_thirds() - fast;
+        let from = if from > 0.0 { from.min(room) } else { room };
         // On the safe side of where the search ends.
         rising_root((0.0, room), from, tolerance, over) * (1.0 - 2.0 * tolerance)
+    }
+
+    /// The gain over which both ramps are as long as the way, from equal ends, if their length is a quadratic in it.
+    fn gain_by_quadratic(&self) -> Option<f64> {
+        let (constant, square) = self.accel.quadratic_length()?;
+        let per_accel = 1.0 / self.accel.accel_steps_s2 + 1.0 / self.decel.accel_steps_s2;
+        let (slow, way) = (self.entry_steps_s, self.distance_steps / (constant * per_accel));
+        // slow r + square r² = way, without cancelling.
+        Some(2.0 * way / (slow + sqrt(slow * slow + 4.0 * square * way)))
     }
 
     /// The gain below `most` over which both ramps are as long as the way, from equal ends.

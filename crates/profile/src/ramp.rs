@@ -88,6 +88,17 @@ impl Bounds {
         }
     }
 
+    /// c and e if that length is c rise (slow + e rise)/a.
+    pub(crate) fn quadratic_length(&self) -> Option<(f64, f64)> {
+        match self.shape_of_law() {
+            Shape::Even { .. } => Some((1.0, 0.5)),
+            Shape::OverTime(OverTime::Sine) => Some((OverTime::Sine.peak(), 0.5)),
+            Shape::OverDisplacement(OverDisplacement::Linear) => Some((1.0, 1.0)),
+            Shape::OverDisplacement(OverDisplacement::Quadratic) => Some((2.0, 1.0)),
+            _ => None,
+        }
+    }
+
     /// It lasts rise/a + a/j, or 2 √(rise/j) where the acceleration is not reached.
     fn s_curve_length(&self, slow: f64, rise: f64) -> (f64, f64) {
         let (duration_s, growth_s) = if self.reaches_accel(rise) {
