@@ -78,13 +78,14 @@ impl Bounds {
     pub(crate) fn length(&self, slow: f64, rise: f64) -> (f64, f64) {
         let even = (rise * (slow + rise / 2.0) * self.per_accel, (slow + rise) * self.per_accel);
         match self.shape_of_law() {
-            Shape::Even { .. } => even,
             Shape::OverTime(OverTime::Sine) => (even.0 * OverTime::Sine.peak(), even.1 * OverTime::Sine.peak()),
             Shape::OverTime(OverTime::SCurve { .. }) => self.s_curve_length(slow, rise),
-            Shape::OverDisplacement(law) => {
+            Shape::OverDisplacement(law) if rise > 0.0 => {
                 let (length, growth) = law.length(slow, rise);
                 (length * self.per_accel, growth * self.per_accel)
             }
+            // Without a rise no law has a length.
+            Shape::Even { .. } | Shape::OverDisplacement(_) => even,
         }
     }
 
