@@ -381,6 +381,11 @@ fn machines_make_single_steps_and_many_of_all_axes_there_and_back() {
 }
 
 #[test]
+fn machines_make_every_speed_law() {
+    Port::ALL.into_iter().for_each(|port| cases::every_law_is_exact(Simulated(port)));
+}
+
+#[test]
 fn machines_make_the_highest_rate_their_ports_take() {
     // 248,015 and 200,000 steps/s at 50 steps/mm.
     for (port, top_mm_min) in [(Port::Pio, 297_618), (Port::Timer, 240_000)] {
