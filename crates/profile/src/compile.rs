@@ -1,7 +1,7 @@
 //! Compiles an axis of a move into segments, in whole numbers.
 //!
 //! The plan is in 64-bit floats, of which a Cortex-M0+ spends tens of thousands of cycles on an instant. So an axis
-//! takes the few numbers of its phases from it, once a move (`setup`); from these and from a step's own number its
+//! takes the few numbers of a phase from it, once a phase (`setup`); from these and from a step's own number its
 //! instant comes in fixed point. Nothing accumulates, neither from step to step nor from segment to segment.
 //!
 //! # Instants
@@ -13,8 +13,11 @@
 //! - cruising: on a line;
 //! - decelerating: by the first, from the other end and backwards in time.
 //!
-//! So each is a line in the odd number 2 k + 1 (`wide`, 96 bits), its root taken on a ramp (`root`, 64 bits). A ramp
+//! So each of these is a line in the odd number 2 k + 1 (`wide`, 96 bits), its root taken on a ramp (`root`, 64 bits). A ramp
 //! that hardly accelerates, where C would swallow the rest, is left to floats (`gentle`).
+//!
+//! Where the acceleration changes, the instants are those of a quintic over many segments (`spans`): some floats a span
+//! give it from the law itself (`quintic`), and the instants come in fixed point (`curve`).
 //!
 //! # Segments
 //! A quadratic through the steps 0, n/2 and n of a ramp strays between them by t''' (n/2)³/(9 √3) at most, t''' being

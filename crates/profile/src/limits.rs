@@ -85,7 +85,7 @@ impl Limits {
         if !fits(self.decel_steps_s2) {
             return Err(LimitError::Decel { asked: self.decel_steps_s2, max: ACCEL_MAX_STEPS_S2 });
         }
-        if !(self.jerk_steps_s3 > 0.0) {
+        if self.jerk_steps_s3.is_nan() || self.jerk_steps_s3 <= 0.0 {
             return Err(LimitError::Jerk { asked: self.jerk_steps_s3 });
         }
         Ok(())

@@ -72,10 +72,13 @@ impl Ends {
         if self.law == SpeedLaw::Trapezoid {
             return sqrt(slow * slow + 2.0 * bounds.accel_steps_s2 * self.distance_steps).min(self.top_steps_s);
         }
-        if !(room > 0.0) || short(room).0 <= 0.0 {
+        if room <= 0.0 || short(room).0 <= 0.0 {
             return self.top_steps_s;
         }
-        slow + rising_root((0.0, room), room, PEAK_TOLERANCE, short)
+        let rise = rising_root((0.0, room), room, PEAK_TOLERANCE, short);
+        let highest = slow + rise;
+        // Over a short way, an end too fast by its rounding is too fast by far.
+        if highest - slow > rise { highest.next_down() } else { highest }
     }
 
     /// As fast as the limits allow.

@@ -111,7 +111,7 @@ impl Profile {
             IntervalLaw::Fastest => ends.fastest(),
             IntervalLaw::Thirds => ends.thirds()?,
         };
-        if !(plan.duration_s() <= DURATION_MAX_S) {
+        if !(0.0..=DURATION_MAX_S).contains(&plan.duration_s()) {
             return Err(ProfileError::TooLong { asked: plan.duration_s(), max: DURATION_MAX_S });
         }
         Ok(plan)

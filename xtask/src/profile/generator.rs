@@ -39,6 +39,12 @@ impl Generator {
         }
     }
 
+    /// Its name and the option that sets its clock, for whoever it refused.
+    pub fn remedy(self) -> String {
+        let clock = if self == Self::StepsPerTime { "--service-hz" } else { "--tick-hz" };
+        format!("--generator {} ({clock} sets its clock)", self.name())
+    }
+
     /// The instants of a generator's steps, us, the first at 0; nothing of the exact one, which has a closed form.
     pub fn edges_us(self, steps: u32, limits: &Limits, clocks: Clocks) -> Result<Option<Vec<f64>>, GeneratorError> {
         let Clocks { tick_hz, service_hz } = clocks;

@@ -50,6 +50,6 @@ impl Law {
 
     /// As it is typed.
     pub fn name(self) -> &'static str {
-        self.frequency().map_or(self.speed().name(), FrequencyLaw::name)
+        self.speed().name()
     }
 }

@@ -1,6 +1,6 @@
 //! The machine's laws of speed over time or displacement.
 
-use anyhow::{Result, bail, ensure};
+use anyhow::{Context, Result, bail, ensure};
 use isostep_profile::{IntervalLaw, Limits, Profile};
 
 use super::curve::{Curve, steps_at};
@@ -111,7 +111,7 @@ impl MachineArgs {
         let clocks =
             Clocks { tick_hz: self.tick_hz.unwrap_or(TICK_HZ), service_hz: self.service_hz.unwrap_or(SERVICE_HZ) };
         let curve = |&generator: &Generator| {
-            Ok(match generator.edges_us(steps, &limits, clocks)? {
+            Ok(match generator.edges_us(steps, &limits, clocks).with_context(|| generator.remedy())? {
                 None => exact(law.name(), profile, steps),
                 Some(edges_us) => Curve::of_steps(generator.name(), steps_at(&edges_us), profile.step_counts(), None),
             })

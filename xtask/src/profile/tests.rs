@@ -197,6 +197,10 @@ fn what_cannot_work_is_refused() {
         ("--law trapezoid --steps 120 --top-speed 9 --accel 9 --tick-hz 9", "time-per-step"),
         ("--law trapezoid --steps 120 --top-speed 9 --accel 9 --service-hz 9", "steps-per-time"),
         ("--law trapezoid --steps 9 --top-speed 90 --accel 9 --generator time-per-step", "cannot start at 0 steps/s"),
+        (
+            "--law trapezoid --steps 9 --start-speed 9 --top-speed 2e4 --accel 9 --generator steps-per-time",
+            "--service-hz",
+        ),
         ("--law linear --steps 120 --top-speed 2400 --accel 2500", "start speed"),
     ];
     for (line, wanted) in cases {

@@ -1,0 +1,269 @@
+//! Every speed law against numbers worked by hand, against quadrature, and against its own derivatives.
+
+use core::f64::consts::{FRAC_PI_2, PI};
+
+use isostep_profile::{IntervalLaw, Limits, Profile, SpeedLaw};
+
+const START: f64 = 100.0;
+const TOP: f64 = 500.0;
+const ACCEL: f64 = 2_000.0;
+/// Half of the acceleration: a ramp that takes longer by it takes twice as long.
+const DECEL: f64 = 1_000.0;
+const JERK: f64 = 20_000.0;
+/// As the logarithmic law has it: ln(1 + 23 u)/ln 24.
+const LOGARITHMIC: f64 = 23.0;
+
+const LIMITS: Limits = Limits {
+    start_speed_steps_s: START,
+    top_speed_steps_s: TOP,
+    accel_steps_s2: ACCEL,
+    decel_steps_s2: DECEL,
+    jerk_steps_s3: JERK,
+};
+
+const OVER_DISPLACEMENT: [SpeedLaw; 4] =
+    [SpeedLaw::Linear, SpeedLaw::Quadratic, SpeedLaw::Sinusoidal, SpeedLaw::Logarithmic];
+
+fn plan(distance_steps: f64, entry: f64, exit: f64, limits: &Limits, law: SpeedLaw) -> Profile {
+    Profile::plan(distance_steps, entry, exit, limits, IntervalLaw::Fastest, law).unwrap()
+}
+
+/// Long enough to cruise.
+fn long(law: SpeedLaw) -> Profile {
+    plan(10_000.0, START, START, &LIMITS, law)
+}
+
+fn close(name: &str, got: f64, wanted: f64, tolerance: f64) {
+    assert!((got - wanted).abs() <= tolerance, "{name}: {got} is not {wanted} within {tolerance}");
+}
+
+/// By hand, from 100 to 500 steps/s at 2,000 steps/s² at most; L is the ramp's length, v its speed.
+///
+/// - Trapezoid: t = 400/2000 = 0.2 s; L = 300 * 0.2 = 60.
+/// - S-curve: t = 400/2000 + 2000/20000 = 0.3 s; L = 300 * 0.3 = 90.
+/// - Sine: t = pi/2 * 400/2000 = 0.3141593 s; L = 300 t = 94.24778.
+/// - Linear: a = v 400/L is most at the end: L = 500 * 400/2000 = 100; t = 100/400 ln 5 = 0.4023595 s.
+/// - Quadratic: a = v 800 u/L, most at the end: L = 200; t = 200/sqrt(100 * 400) atan 2 = 1.1071487 s.
+/// - Sinusoidal: a = (300 - 200 c) sqrt(1 - c²) 200 pi/L with c = cos pi u is most where 400 c² - 300 c - 200 = 0:
+///   c = -0.4253905, 385.07811 * 0.9050099 = 348.49949, L = 348.49949 * 200 pi/2000 = 109.484345;
+///   t = L/sqrt(300² - 200²) = 0.4896289 s.
+/// - Logarithmic: with s = ln(1 + 23 u) and q = ln(24)/4 = 0.7945135, a = 400²/L 23/ln² 24 (q + s) exp(-s) is most where
+///   s = 1 - q: L = 80 * 23/10.100026 * exp(-0.2054865) = 148.338422; its time is left to the quadrature.
+#[test]
+fn ramps_by_hand() {
+    let by_hand = [
+        (SpeedLaw::Trapezoid, 60.0, Some(0.2)),
+        (SpeedLaw::SCurve, 90.0, Some(0.3)),
+        (SpeedLaw::Sine, 94.247_779_6, Some(0.314_159_265_4)),
+        (SpeedLaw::Linear, 100.0, Some(0.402_359_478_1)),
+        (SpeedLaw::Quadratic, 200.0, Some(1.107_148_717_8)),
+        (SpeedLaw::Sinusoidal, 109.484_344_9, Some(0.489_628_875_1)),
+        (SpeedLaw::Logarithmic, 148.338_421_5, None),
+    ];
+    assert_eq!(by_hand.map(|(law, ..)| law), SpeedLaw::ALL);
+    for (law, steps, duration_s) in by_hand {
+        let profile = long(law);
+        assert_eq!(profile.cruise_speed_steps_s(), TOP, "{law}");
+        close(law.name(), profile.accel_end_steps(), steps, 1e-6);
+        if let Some(duration_s) = duration_s {
+            close(law.name(), profile.t_accel_s(), duration_s, 1e-9);
+        }
+    }
+}
+
+/// At half of the acceleration a ramp takes twice as long; that of the S-curve 400/1000 + 1000/20000 = 0.45 s.
+#[test]
+fn the_decelerating_ramp_has_its_own_limit() {
+    for law in SpeedLaw::ALL {
+        let profile = long(law);
+        let wanted_s = if law == SpeedLaw::SCurve { 0.45 } else { 2.0 * profile.t_accel_s() };
+        close(law.name(), profile.t_decel_s(), wanted_s, 1e-12);
+        let steps = profile.distance_steps() - profile.cruise_end_steps();
+        close(law.name(), steps / profile.accel_end_steps(), wanted_s / profile.t_accel_s(), 1e-12);
+    }
+}
+
+/// By hand: 300 steps/s where the law is symmetrical; 100 + 400/4 = 200; 100 + 400 ln(12.5)/ln(24) = 417.8962697.
+#[test]
+fn speeds_midway_by_hand() {
+    for law in [SpeedLaw::Trapezoid, SpeedLaw::SCurve, SpeedLaw::Sine] {
+        let profile = long(law);
+        close(law.name(), profile.speed_at(profile.t_accel_s() / 2.0), 300.0, 1e-9);
+    }
+    let midway = [300.0, 200.0, 300.0, 417.896_269_7];
+    for (law, wanted) in OVER_DISPLACEMENT.into_iter().zip(midway) {
+        let profile = long(law);
+        let t_s = profile.time_at(profile.accel_end_steps() / 2.0);
+        close(law.name(), profile.speed_at(t_s), wanted, 1e-7);
+    }
+}
+
+/// By hand, both ramps at 2,000 steps/s² from 100 to 300 steps/s and back: linear 2 * 300 * 200/2000 = 60 steps, quadratic
+/// twice that, sine 2 * 200 * pi/2 * 200/2000 = 20 pi; S-curve 2 * 200 (200/2000 + 2000/20000) = 80.
+#[test]
+fn short_moves_peak_where_the_ramps_meet() {
+    let limits = Limits { decel_steps_s2: ACCEL, ..LIMITS };
+    let by_hand = [
+        (SpeedLaw::Trapezoid, 40.0),
+        (SpeedLaw::SCurve, 80.0),
+        (SpeedLaw::Sine, 20.0 * PI),
+        (SpeedLaw::Linear, 60.0),
+        (SpeedLaw::Quadratic, 120.0),
+    ];
+    for (law, steps) in by_hand {
+        let profile = plan(steps, START, START, &limits, law);
+        close(law.name(), profile.cruise_speed_steps_s(), 300.0, 1e-8);
+        close(law.name(), profile.accel_end_steps(), steps / 2.0, 1e-8);
+    }
+}
+
+/// By hand: 2000²/5000 = 800 steps/s would be gained before the acceleration is reached, 400 are: t = 2 sqrt(400/5000) =
+/// 0.5656854 s, the acceleration sqrt(5000 * 400) = 1414.2136 steps/s² at most.
+#[test]
+fn an_s_curve_that_does_not_reach_its_acceleration() {
+    let limits = Limits { jerk_steps_s3: 5_000.0, ..LIMITS };
+    let profile = plan(10_000.0, START, START, &limits, SpeedLaw::SCurve);
+    close("duration", profile.t_accel_s(), 0.565_685_424_9, 1e-9);
+    close("acceleration", profile.accel_at(profile.t_accel_s() / 2.0), 1_414.213_562_4, 1e-6);
+}
+
+#[test]
+fn times_over_displacement_are_the_quadrature_of_its_speed() {
+    for law in OVER_DISPLACEMENT {
+        // From hardly moving to hardly gaining.
+        for start in [0.5, 10.0, START, 300.0, 499.9] {
+            let limits = Limits { start_speed_steps_s: start, ..LIMITS };
+            let profile = plan(10_000.0, start, start, &limits, law);
+            let length = profile.accel_end_steps();
+            for share in [0.01, 0.3, 1.0] {
+                let slowness = |u: f64| length / (start + (TOP - start) * speed(law, u));
+                let wanted_s = integral(slowness, share);
+                let got_s = profile.time_at(length * share);
+                assert!(
+                    (got_s / wanted_s - 1.0).abs() < 1e-9,
+                    "{law} from {start} to {share}: {got_s} for {wanted_s} s"
+                );
+            }
+        }
+    }
+}
+
+/// The laws in a unit square (paper 000, eqs 5-8).
+fn speed(law: SpeedLaw, u: f64) -> f64 {
+    match law {
+        SpeedLaw::Linear => u,
+        SpeedLaw::Quadratic => u * u,
+        SpeedLaw::Sinusoidal => (1.0 - (PI * u).cos()) / 2.0,
+        SpeedLaw::Logarithmic => (1.0 + LOGARITHMIC * u).ln() / (1.0 + LOGARITHMIC).ln(),
+        _ => unreachable!("{law} is over time"),
+    }
+}
+
+/// From 0 to `end`, by Simpson's rule over the fourth root: the function is steep where the ramp is slow.
+fn integral(function: impl Fn(f64) -> f64, end: f64) -> f64 {
+    const INTERVALS: u32 = 200_000;
+    let width = end.sqrt().sqrt() / f64::from(INTERVALS);
+    let over_root = |root: f64| 4.0 * root.powi(3) * function(root.powi(4));
+    let weight = |i: u32| match i {
+        0 | INTERVALS => 1.0,
+        _ if i % 2 == 1 => 4.0,
+        _ => 2.0,
+    };
+    width / 3.0 * (0..=INTERVALS).map(|i| weight(i) * over_root(f64::from(i) * width)).sum::<f64>()
+}
+
+#[test]
+fn the_peak_acceleration_is_the_limit() {
+    for law in SpeedLaw::ALL {
+        for start in [0.5, START, 300.0] {
+            let profile = plan(10_000.0, start, start, &LIMITS, law);
+            let [up, down] = peaks(&profile);
+            assert!((up / ACCEL - 1.0).abs() < 1e-9, "{law} from {start}: {up}");
+            assert!((down / DECEL - 1.0).abs() < 1e-9, "{law} to {start}: {down}");
+        }
+    }
+}
+
+/// The largest acceleration and deceleration, looked for over the displacement.
+fn peaks(profile: &Profile) -> [f64; 2] {
+    let accel_at = |steps: f64| profile.accel_at(profile.time_at(steps));
+    let decel_steps = profile.distance_steps() - profile.cruise_end_steps();
+    let up = highest(|share| accel_at(profile.accel_end_steps() * share));
+    let down = highest(|share| -accel_at(profile.distance_steps() - decel_steps * share));
+    [up, down]
+}
+
+/// Of a function that rises, and then falls, from 0 to almost 1: by thirds.
+fn highest(function: impl Fn(f64) -> f64) -> f64 {
+    let (mut low, mut high) = (0.0, 1.0 - 1e-12);
+    for _ in 0..60 {
+        let third = (high - low) / 3.0;
+        if function(low + third) < function(high - third) { low += third } else { high -= third }
+    }
+    function(low)
+}
+
+/// Away from corners, as the S-curve's at a third of its ramp (0.1 of 0.3 s) and at a ninth (0.05 of 0.45 s).
+#[test]
+fn each_derivative_is_the_difference_of_what_it_derives_from() {
+    let shares = [0.02, 0.2, 0.4, 0.5, 0.62, 0.8, 0.97];
+    for law in SpeedLaw::ALL {
+        let profile = long(law);
+        let decel_start_s = profile.duration_s() - profile.t_decel_s();
+        let accelerating = shares.map(|share| share * profile.t_accel_s());
+        let decelerating = shares.map(|share| decel_start_s + share * profile.t_decel_s());
+        for t_s in accelerating.into_iter().chain(decelerating) {
+            let derivative = |function: fn(&Profile, f64) -> f64| five_points(|t_s| function(&profile, t_s), t_s);
+            close(law.name(), derivative(Profile::position_at), profile.speed_at(t_s), 1e-6);
+            close(law.name(), derivative(Profile::speed_at), profile.accel_at(t_s), 1e-5);
+            close(law.name(), derivative(Profile::accel_at), profile.jerk_at(t_s), 1e-2);
+        }
+    }
+}
+
+/// The derivative of a function, with an error of the fifth derivative times h⁴/30.
+fn five_points(function: impl Fn(f64) -> f64, t: f64) -> f64 {
+    const H: f64 = 1e-4;
+    let odd = |h: f64| function(t + h) - function(t - h);
+    (8.0 * odd(H) - odd(2.0 * H)) / (12.0 * H)
+}
+
+/// By hand, 400 steps/s gained at 2,000 steps/s². S-curve: ±20,000, 0 in its middle third. Sine: 400/2 (pi/t)² at the
+/// start with t = pi/10 s: 20,000 steps/s³. Linear: a = 4 v, so j = 16 v: 1,600 at the start.
+#[test]
+fn jerks_by_hand() {
+    let s_curve = long(SpeedLaw::SCurve);
+    let middles = [0.05, 0.15, 0.25].map(|t_s| s_curve.jerk_at(t_s));
+    for (got, wanted) in middles.into_iter().zip([JERK, 0.0, -JERK]) {
+        close("s-curve", got, wanted, 1e-6);
+    }
+    close("sine", long(SpeedLaw::Sine).jerk_at(0.0), 20_000.0, 1e-6);
+    close("sine midway", long(SpeedLaw::Sine).jerk_at(PI / 20.0), 0.0, 1e-6);
+    close("linear", long(SpeedLaw::Linear).jerk_at(0.0), 1_600.0, 1e-6);
+    assert_eq!(long(SpeedLaw::Trapezoid).jerk_at(0.1), 0.0);
+}
+
+/// From rest at the acceleration alone, t = 500/2000; the sine takes pi/2 of that, the S-curve 2000/20000 s more.
+#[test]
+fn laws_over_time_start_from_rest() {
+    let by_hand = [(SpeedLaw::Trapezoid, 0.25), (SpeedLaw::SCurve, 0.35), (SpeedLaw::Sine, FRAC_PI_2 * 0.25)];
+    for (law, duration_s) in by_hand {
+        close(law.name(), plan(10_000.0, 0.0, 0.0, &LIMITS, law).t_accel_s(), duration_s, 1e-12);
+    }
+}
+
+#[test]
+fn laws_over_displacement_never_leave_standstill() {
+    for law in OVER_DISPLACEMENT {
+        for (entry, exit) in [(0.0, 0.0), (0.0, START), (START, 0.0)] {
+            let plan = Profile::plan(10_000.0, entry, exit, &LIMITS, IntervalLaw::Fastest, law);
+            let wanted = format!(
+                "the {law} law cannot start or end at 0 steps/s, it never leaves standstill: set a start speed of at least \
+                 0.001 steps/s, or take another law"
+            );
+            assert_eq!(plan.unwrap_err().to_string(), wanted);
+        }
+        let slowest = plan(10_000.0, 1e-3, 1e-3, &LIMITS, law);
+        assert!(slowest.t_accel_s() > 0.0 && slowest.t_accel_s().is_finite());
+    }
+}

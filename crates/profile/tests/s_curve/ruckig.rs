@@ -1,0 +1,92 @@
+//! Durations beside those of Ruckig, a published planner of time-optimal moves with limited jerk (L. Berscheid and T.
+//! Kröger, "Jerk-limited Real-time Trajectory Generation with Arbitrary Target States", RSS 2021), as ported to Rust.
+//!
+//! None of ours may last longer. None can be shorter, either, unless one of both is wrong: ours then are shown to be right.
+//! Ruckig's solution is lost to rounding in moves of one ramp and hardly more, and it goes back and forth instead, or finds
+//! no move.
+
+use isostep_profile::Profile;
+use rsruckig::daov_stack;
+use rsruckig::prelude::{InputParameter, Ruckig, ThrowErrorHandler, Trajectory};
+
+use crate::case::{Case, is_one_case, over_cases};
+use crate::limits::is_right;
+
+const CASES: u64 = 1_000_000;
+/// Ruckig takes a position as reached within 1e-8 of about its distance.
+const TOLERANCE: f64 = 1e-6;
+/// No larger share of the moves may be missed by Ruckig.
+const MISSED_MAX: f64 = 0.01;
+
+#[derive(Default)]
+struct Compared {
+    /// Our duration over Ruckig's, where both have the same move.
+    ratios: Vec<f64>,
+    /// Ruckig's move is longer.
+    longer: usize,
+    /// Ruckig finds none.
+    not_found: usize,
+}
+
+#[test]
+fn as_fast_as_ruckig() {
+    let mut all = Compared::default();
+    for part in over_cases(CASES, compare) {
+        all.ratios.extend(part.ratios);
+        all.longer += part.longer;
+        all.not_found += part.not_found;
+    }
+    if !is_one_case() {
+        all.report();
+        let missed = all.longer + all.not_found;
+        assert!(missed as f64 <= MISSED_MAX * CASES as f64, "Ruckig misses {missed} moves");
+    }
+}
+
+fn compare(compared: &mut Compared, case: &Case) {
+    let profile = case.s_curve();
+    let Some(theirs_s) = ruckig_duration_s(case, &profile) else {
+        compared.not_found += 1;
+        return;
+    };
+    let ratio = profile.duration_s() / theirs_s;
+    assert!(ratio <= 1.0 + TOLERANCE, "{} s is more than Ruckig's {theirs_s} s", profile.duration_s());
+    if ratio < 1.0 - TOLERANCE {
+        compared.longer += 1;
+        is_right(case, &profile);
+    } else {
+        compared.ratios.push(ratio);
+    }
+}
+
+/// Its tolerances are absolute, so it gets the move in units of about its distance and duration: powers of two, which
+/// change no digit.
+fn ruckig_duration_s(case: &Case, profile: &Profile) -> Option<f64> {
+    let per_step = case.distance_steps.log2().round().exp2().recip();
+    let unit_s = profile.duration_s().log2().round().exp2();
+    let speed = per_step * unit_s;
+    let accel = speed * unit_s;
+    let mut input = InputParameter::<1>::new(None);
+    input.target_position[0] = case.distance_steps * per_step;
+    input.current_velocity[0] = case.entry_steps_s * speed;
+    input.target_velocity[0] = case.exit_steps_s * speed;
+    input.max_velocity[0] = case.limits.top_speed_steps_s * speed;
+    input.max_acceleration[0] = case.limits.accel_steps_s2 * accel;
+    input.min_acceleration = Some(daov_stack![-case.limits.decel_steps_s2 * accel]);
+    input.max_jerk[0] = case.limits.jerk_steps_s3 * accel * unit_s;
+    let mut trajectory = Trajectory::new(None);
+    Ruckig::<1, ThrowErrorHandler>::new(None, 1.0).calculate(&input, &mut trajectory).ok()?;
+    Some(trajectory.get_duration() * unit_s)
+}
+
+impl Compared {
+    fn report(&mut self) {
+        self.ratios.sort_by(f64::total_cmp);
+        let last = self.ratios.len() - 1;
+        println!("Duration over Ruckig's, less 1, of {} random S-curves (computed on the host):", self.ratios.len());
+        for (name, share) in [("least", 0.0), ("1 %", 0.01), ("median", 0.5), ("99 %", 0.99), ("most", 1.0)] {
+            println!("{name:>8} {:+.1e}", self.ratios[(last as f64 * share) as usize] - 1.0);
+        }
+        println!("missed by Ruckig: {} longer by more than {TOLERANCE:e}, {} not found", self.longer, self.not_found);
+    }
+}
