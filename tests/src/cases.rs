@@ -6,7 +6,7 @@ use isostep_sim::compare::{self, Comparison};
 use isostep_sim::{Config, run};
 use oorandom::Rand32;
 
-use crate::rig::{Act, Rig, Seen, Stop};
+use crate::rig::{Act, Pace, Rig, Seen, Stop};
 
 /// Seed of the instants at which the moves are stopped.
 const SEED: u64 = 7;
@@ -68,18 +68,18 @@ pub fn moves_there_and_back_are_exact(rig: impl Rig) {
     assert!(comparison.all.max_ns <= rig.jitter_max_ns(), "{rig}: {comparison:#?}");
 }
 
-/// A move and its way back under each speed law, as fast as the limits allow and in thirds by turns: every step at its
+/// A move of `pace` and its way back under each speed law, as fast as the limits allow and in thirds by turns: every step at its
 /// closed-form instant.
 ///
 /// # Panics
 /// When one is not, or is not made.
-pub fn every_law_is_exact(rig: impl Rig) {
-    let mut acts = set(&rig);
+pub fn every_law_is_exact(rig: impl Rig, pace: Pace) {
+    let mut acts: Vec<_> = pace.settings().into_iter().map(Act::Line).collect();
     for (number, law) in SpeedLaw::ALL.into_iter().enumerate() {
-        let start_mm_min = if law.is_over_displacement() { rig.pace().start_mm_min } else { 0 };
+        let start_mm_min = if law.is_over_displacement() { pace.start_mm_min } else { 0 };
         acts.extend((910..913).map(|start| Act::Line(format!("${start}={start_mm_min}"))));
         acts.push(Act::Line(format!("$902={number}")));
-        for (thirds, way) in [rig.pace().away_mm, rig.pace().away_mm.map(|mm| -mm)].into_iter().enumerate() {
+        for (thirds, way) in [pace.away_mm, pace.away_mm.map(|mm| -mm)].into_iter().enumerate() {
             acts.extend([Act::Line(format!("$900={thirds}")), relative(way), Act::WaitIdle]);
             // For a sender that does not wait: settings are refused in motion.
             acts.push(Act::Line("G4 P0".to_owned()));

@@ -78,23 +78,32 @@ pub struct Pace {
 }
 
 impl Pace {
+    /// The parking gantry's. The laws over displacement start at 100 steps/s.
+    pub const GANTRY: Self = Self {
+        top_mm_min: 2_880,
+        accel_mm_s2: 50,
+        jerk_mm_s3: 500,
+        start_mm_min: 120,
+        away_mm: [40.0, -28.0, 12.0],
+        lasts_us: 1_780_000,
+    };
     /// 63,000 steps/s at the most, at 2,000,000 steps/s².
     const HARDWARE: Self = Self {
         top_mm_min: 240_000,
         accel_mm_s2: 40_000,
         jerk_mm_s3: 4_000_000,
         start_mm_min: 1_200,
-        away_mm: [40.0, -28.0, 12.0],
         lasts_us: 60_000,
+        ..Self::GANTRY
     };
     /// 10,000 steps/s at the most, at 100,000 steps/s².
     const TASKS: Self = Self {
         top_mm_min: 12_000,
         accel_mm_s2: 2_000,
         jerk_mm_s3: 100_000,
-        start_mm_min: 120,
         away_mm: [20.0, -14.0, 6.0],
         lasts_us: 190_000,
+        ..Self::GANTRY
     };
 
     fn of(port: Port) -> Self {

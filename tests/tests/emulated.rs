@@ -138,18 +138,6 @@ fn moves_there_and_back_by_the_timer_port_are_exact() {
 
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
-fn every_speed_law_is_exact() {
-    cases::every_law_is_exact(Emulated(Port::Pio));
-}
-
-#[test]
-#[ignore = "needs the firmware: cargo xtask test"]
-fn every_speed_law_by_the_timer_port_is_exact() {
-    cases::every_law_is_exact(Emulated(Port::Timer));
-}
-
-#[test]
-#[ignore = "needs the firmware: cargo xtask test"]
 fn the_highest_rate_the_port_takes_is_made() {
     cases::the_highest_rate_is_made(Emulated(Port::Pio), 297_618);
 }
