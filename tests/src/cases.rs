@@ -1,10 +1,12 @@
 //! What every machine must do, whatever steps it.
 
 use isostep_motion::{AXES, Axis};
-use isostep_sim::{Config, compare, run};
+use isostep_profile::SpeedLaw;
+use isostep_sim::compare::{self, Comparison};
+use isostep_sim::{Config, run};
 use oorandom::Rand32;
 
-use crate::rig::{Act, Rig, Stop};
+use crate::rig::{Act, Pace, Rig, Seen, Stop};
 
 /// Seed of the instants at which the moves are stopped.
 const SEED: u64 = 7;
@@ -62,11 +64,40 @@ pub fn moves_there_and_back_are_exact(rig: impl Rig) {
     let seen = rig.carry_out("there-and-back", &acts);
     assert_eq!(seen.reports[0].1, [0; AXES], "{rig}");
 
+    let comparison = held_against_plans(&rig, &acts, &seen);
+    assert!(comparison.all.max_ns <= rig.jitter_max_ns(), "{rig}: {comparison:#?}");
+}
+
+/// A move of `pace` and its way back under each speed law, as fast as the limits allow and in thirds by turns: every step at its
+/// closed-form instant.
+///
+/// # Panics
+/// When one is not, or is not made.
+pub fn every_law_is_exact(rig: impl Rig, pace: Pace) {
+    let mut acts: Vec<_> = pace.settings().into_iter().map(Act::Line).collect();
+    for (number, law) in SpeedLaw::ALL.into_iter().enumerate() {
+        let start_mm_min = if law.is_over_displacement() { pace.start_mm_min } else { 0 };
+        acts.extend((910..913).map(|start| Act::Line(format!("${start}={start_mm_min}"))));
+        acts.push(Act::Line(format!("$902={number}")));
+        for (thirds, way) in [pace.away_mm, pace.away_mm.map(|mm| -mm)].into_iter().enumerate() {
+            acts.extend([Act::Line(format!("$900={thirds}")), relative(way), Act::WaitIdle]);
+            // For a sender that does not wait: settings are refused in motion.
+            acts.push(Act::Line("G4 P0".to_owned()));
+        }
+    }
+    let seen = rig.carry_out("laws", &acts);
+    let comparison = held_against_plans(&rig, &acts, &seen);
+    assert_eq!(comparison.moves.len(), 2 * SpeedLaw::ALL.len(), "{rig}");
+    assert!(comparison.all.max_ns <= rig.jitter_max_ns(), "{rig}: {comparison:#?}");
+}
+
+/// Every step against the plan of the same lines in simulation.
+fn held_against_plans(rig: &impl Rig, acts: &[Act], seen: &Seen) -> Comparison {
     let program =
         acts.iter().filter_map(|act| if let Act::Line(line) = act { Some(format!("{line}\n")) } else { None });
     let planned = run(program.collect::<String>().as_bytes(), &Config::default()).expect("a program");
-    let comparison = compare::compare(&planned, &seen.edges).unwrap_or_else(|error| panic!("{rig}: {error}"));
-    assert!(comparison.all.max_ns <= rig.jitter_max_ns(), "{rig}: {comparison:#?}");
+    assert!(planned.refusals.is_empty(), "{rig}: {:?}", planned.refusals);
+    compare::compare(&planned, &seen.edges).unwrap_or_else(|error| panic!("{rig}: {error}"))
 }
 
 /// Moves up to `top_mm_min`, the highest rate that its step port takes, by twenty accelerations: none is refused as too

@@ -5,6 +5,7 @@ use std::path::Path;
 
 pub mod cases;
 pub mod emulated;
+pub mod laws;
 pub mod rig;
 
 /// The project's folder.

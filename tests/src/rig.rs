@@ -67,6 +67,10 @@ pub struct Pace {
     pub top_mm_min: u32,
     /// Acceleration and deceleration, mm/s².
     pub accel_mm_s2: u32,
+    /// Of the S-curve: the acceleration is reached in a hundredth of a second or two, mm/s³.
+    pub jerk_mm_s3: u32,
+    /// For the laws that need one, mm/min.
+    pub start_mm_min: u32,
     /// A move.
     pub away_mm: [f64; AXES],
     /// How long it takes at least, us.
@@ -74,11 +78,33 @@ pub struct Pace {
 }
 
 impl Pace {
+    /// The parking gantry's. The laws over displacement start at 100 steps/s.
+    pub const GANTRY: Self = Self {
+        top_mm_min: 2_880,
+        accel_mm_s2: 50,
+        jerk_mm_s3: 500,
+        start_mm_min: 120,
+        away_mm: [40.0, -28.0, 12.0],
+        lasts_us: 1_780_000,
+    };
     /// 63,000 steps/s at the most, at 2,000,000 steps/s².
-    const HARDWARE: Self =
-        Self { top_mm_min: 240_000, accel_mm_s2: 40_000, away_mm: [40.0, -28.0, 12.0], lasts_us: 60_000 };
+    const HARDWARE: Self = Self {
+        top_mm_min: 240_000,
+        accel_mm_s2: 40_000,
+        jerk_mm_s3: 4_000_000,
+        start_mm_min: 1_200,
+        lasts_us: 60_000,
+        ..Self::GANTRY
+    };
     /// 10,000 steps/s at the most, at 100,000 steps/s².
-    const TASKS: Self = Self { top_mm_min: 12_000, accel_mm_s2: 2_000, away_mm: [20.0, -14.0, 6.0], lasts_us: 190_000 };
+    const TASKS: Self = Self {
+        top_mm_min: 12_000,
+        accel_mm_s2: 2_000,
+        jerk_mm_s3: 100_000,
+        away_mm: [20.0, -14.0, 6.0],
+        lasts_us: 190_000,
+        ..Self::GANTRY
+    };
 
     fn of(port: Port) -> Self {
         match port {
@@ -90,8 +116,9 @@ impl Pace {
     /// Lines that set the machine to it.
     #[must_use]
     pub fn settings(&self) -> Vec<String> {
-        let Self { top_mm_min, accel_mm_s2, .. } = self;
-        (0..AXES).flat_map(|axis| [format!("$11{axis}={top_mm_min}"), format!("$12{axis}={accel_mm_s2}")]).collect()
+        let Self { top_mm_min, accel_mm_s2, jerk_mm_s3, .. } = self;
+        let values = [(110, top_mm_min), (120, accel_mm_s2), (930, jerk_mm_s3)];
+        (0..AXES).flat_map(|axis| values.map(|(number, value)| format!("${}={value}", number + axis))).collect()
     }
 }
 

@@ -4,8 +4,9 @@ use std::fmt::Write;
 use std::fs;
 
 use expect_test::{Expect, expect};
+use isostep_console::Settings;
 use isostep_sim::{Config, Figures, Outcome, Port, run};
-use isostep_tests::root;
+use isostep_tests::{laws, root};
 use oorandom::Rand32;
 
 fn kept(name: &str, outcome: &Outcome) {
@@ -81,6 +82,39 @@ fn diagonal() {
         ends at [0, 0, 0]
     "#]],
     );
+}
+
+/// A move long enough to be measured has its intervals measured, whatever its law.
+fn kept_and_measured(name: &str, config: &Config, measured: usize) {
+    let program = fs::read(root().join("programs").join(name)).unwrap();
+    let outcome = run(&program, config).unwrap();
+    let figures = Figures::new(name, &outcome);
+    let broken: Vec<_> = figures.broken().collect();
+    assert!(broken.is_empty(), "{broken:#?}\nreplay: {}", figures.replay);
+    let compared = figures.moves.iter().filter(|one| one.apart_s.is_some()).count();
+    assert!(compared >= measured, "{compared} moves of {name} compared\nreplay: {}", figures.replay);
+}
+
+fn under_every_law(name: &str, measured: usize) {
+    for machine in laws::machines() {
+        for interval_thirds in [false, true] {
+            for port in Port::ALL {
+                let settings = Settings { interval_thirds, ..machine };
+                kept_and_measured(name, &Config { settings, port, ..Config::default() }, measured);
+            }
+        }
+    }
+}
+
+#[test]
+fn parking_keeps_every_promise_under_every_law() {
+    // Three moves of X and Y together.
+    under_every_law("parking.nc", 3);
+}
+
+#[test]
+fn diagonals_keep_every_promise_under_every_law() {
+    under_every_law("diagonal.nc", 2);
 }
 
 /// Ten moves anywhere in the travel after homing, one to three axes at a time, rapids and feeds, either interval law.

@@ -23,7 +23,7 @@ use isostep_sim::time::{self, Clock};
 use isostep_sim::world::{Edge, Shared, Wire, World};
 use isostep_sim::{Config, Port, Sim};
 use isostep_tests::cases;
-use isostep_tests::rig::Simulated;
+use isostep_tests::rig::{Rig as _, Simulated};
 
 /// A port of one kind on X's pins, a driver behind it.
 #[derive(Clone, Copy, Debug)]
@@ -378,6 +378,13 @@ fn machines_keep_count_whenever_they_are_stopped() {
 #[test]
 fn machines_make_single_steps_and_many_of_all_axes_there_and_back() {
     Port::ALL.into_iter().for_each(|port| cases::moves_there_and_back_are_exact(Simulated(port)));
+}
+
+#[test]
+fn machines_make_every_speed_law() {
+    for port in Port::ALL {
+        cases::every_law_is_exact(Simulated(port), Simulated(port).pace());
+    }
 }
 
 #[test]

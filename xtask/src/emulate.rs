@@ -8,6 +8,7 @@ use anyhow::{Context, Result};
 use isostep_sim::Config;
 use isostep_sim::compare::{self, Comparison, Jitter};
 
+use crate::laws::Laws;
 use crate::process::{self, announce};
 use crate::variant::{Port, Variant};
 use crate::{build, node, workspace};
@@ -22,6 +23,7 @@ Examples:
   cargo xtask emulate programs/parking.nc --port timer      steps by the processor instead of PIO and DMA
   cargo xtask emulate programs/square.nc --console uart --start 10,20,5
   cargo xtask emulate programs/parking.nc --switch X=stuck-open    homing fails with its alarm
+  cargo xtask emulate programs/square.nc --speed-law sine    ramps of half a wave of a cosine
   cargo xtask emulate programs/square.nc -- --stream counting --poll-hz 4")]
 pub struct Args {
     /// The G-code program
@@ -49,6 +51,8 @@ pub struct Args {
     #[arg(long, value_name = "AXIS=FAULT")]
     switch: Vec<String>,
     #[command(flatten)]
+    laws: Laws,
+    #[command(flatten)]
     variant: Variant,
     /// More options of the emulator (`node tests/emulator/run.mjs --help` lists them)
     #[arg(last = true, value_name = "OPTIONS")]
@@ -65,17 +69,17 @@ pub fn run(args: Args) -> Result<()> {
     announce(&format!("{name} on the emulated board"));
     let trace = args.trace.clone().unwrap_or_else(|| workspace::target_dir().join("emulated.csv"));
     process::run(&mut command(&args, &trace))?;
-    print!("{}", table(&compare(&program, &trace, args.variant.port)?));
+    print!("{}", table(&compare(&program, &trace, &args)?));
     Ok(())
 }
 
 /// Holds the board's steps against the plans of the same program in simulation.
-fn compare(program: &[u8], trace: &Path, port: Port) -> Result<Comparison> {
-    let port = match port {
+fn compare(program: &[u8], trace: &Path, args: &Args) -> Result<Comparison> {
+    let port = match args.variant.port {
         Port::Pio => isostep_sim::Port::Pio,
         Port::Timer => isostep_sim::Port::Timer,
     };
-    let simulated = isostep_sim::run(program, &Config { port, ..Config::default() })?;
+    let simulated = isostep_sim::run(program, &Config { port, settings: args.laws.machine(), ..Config::default() })?;
     let traced = compare::read(fs::File::open(trace)?)?;
     compare::compare(&simulated, &traced).context("the board and the simulation differ")
 }
@@ -113,6 +117,9 @@ fn command(args: &Args, trace: &Path) -> Command {
         command.args(value.iter().map(|value| format!("{flag}={value}")));
     }
     command.args(args.switch.iter().flat_map(|switch| ["--switch", switch]));
+    command.args(
+        args.laws.settings().iter().flat_map(|(number, value)| ["--set".to_owned(), format!("{number}={value}")]),
+    );
     command.args(["--driver", args.variant.driver_name()]);
     command.args(&args.more);
     command

@@ -1,5 +1,5 @@
 //! The commands of the project, run as `cargo xtask VERB`. One file per verb; `workspace`, `toolchain`, `node`,
-//! `firmware`, `footprint`, `uf2`, `variant`, `process` and `stopwatch` are what the verbs share.
+//! `firmware`, `footprint`, `laws`, `uf2`, `variant`, `process` and `stopwatch` are what the verbs share.
 
 mod bench;
 mod build;
@@ -7,6 +7,7 @@ mod emulate;
 mod firmware;
 mod flash;
 mod footprint;
+mod laws;
 mod lint;
 mod node;
 mod papers;

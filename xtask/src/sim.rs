@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use isostep_sim::{Config, ConsoleError, Figures, MoveFigures, Outcome, Port, State, SwitchFault};
 
+use crate::laws::Laws;
 use crate::workspace;
 
 /// Run a program on the controller in virtual time
@@ -20,6 +21,7 @@ Examples:
   cargo xtask sim programs/diagonal.nc --report report     pictures: open report/index.html
   cargo xtask sim programs/parking.nc --trace a.csv --vcd a.vcd --json a.json
   cargo xtask sim programs/square.nc --law thirds          accelerate, cruise and decelerate for a third of the time each
+  cargo xtask sim programs/square.nc --speed-law s-curve       ramps of limited jerk
   cargo xtask sim programs/parking.nc --switch X=stuck-open    homing fails with its alarm")]
 pub struct Args {
     /// The G-code program [default: programs/parking.nc]
@@ -46,9 +48,8 @@ pub struct Args {
     /// A faulty limit switch: X, Y or Z = stuck-open or stuck-closed
     #[arg(long, value_name = "AXIS=FAULT", value_parser = switch)]
     switch: Vec<(usize, SwitchFault)>,
-    /// How a move's time is split into its intervals
-    #[arg(long, value_parser = ["fastest", "thirds"], default_value = "fastest")]
-    law: String,
+    #[command(flatten)]
+    laws: Laws,
     /// What makes the edges: hardware in ticks of 8 ns, or tasks in ticks of 1 us
     #[arg(long, value_parser = ["pio", "timer"], default_value = "pio")]
     port: String,
@@ -78,12 +79,11 @@ fn read(path: &Path) -> Result<Vec<u8>> {
 }
 
 fn config(args: &Args) -> Config {
-    let mut config = Config { seed: args.seed, ..Config::default() };
+    let mut config = Config { seed: args.seed, settings: args.laws.machine(), ..Config::default() };
     config.start_mm = args.start.unwrap_or(config.start_mm);
     for &(axis, fault) in &args.switch {
         config.switches[axis] = fault;
     }
-    config.settings.interval_thirds = args.law == "thirds";
     config.port = if args.port == "timer" { Port::Timer } else { Port::Pio };
     config
 }

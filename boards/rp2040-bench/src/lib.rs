@@ -6,12 +6,16 @@
 //!
 //! | name | results | cycles |
 //! |---|---|---|
-//! | `plan.fastest`, `plan.thirds` | the plan of [`PLANNED_STEPS`] and its three [`Segments`] | of the one plan |
+//! | `plan.LAW.CASE` | each of [`PLAN_CASES`] planned, and the first segment of each of its axes | of the one plan |
 //! | `compile.accel`, `.cruise`, `.decel` | steps of the segments that begin there, of [`ramp`] | of all of them |
 //! | `compile.accel.max` and so on | the same | of the slowest |
+//! | `compile.LAW.accel` and so on | the same, and their `.max`, of [`law_ramp`] | the same |
+//! | `compile.LAW.first` | the segments until [`FIRST_STEPS`] have left, of one axis from the start | of all of them |
 //! | `compile.lead` | ticks of motion, here the count | of the segment that has fewest ticks a cycle |
 //! | `compile.lead.queue` | the same | of the [`QUEUE_SEGMENTS`] in a row that have fewest |
+//! | `compile.LAW.lead`, `compile.LAW.lead.queue` | the same | the same |
 //! | `fill` | the words of [`Intervals::fill`], from RAM, into [`BLOCK_WORDS`] at a time | of all of them |
+//! | `fill.LAW` | the same, of [`law_ramp`] | of all of them |
 //! | each of [`generators`] | its intervals, [`BLOCK_WORDS`] at a time | of all of them |
 //! | each of these, `.max` | the same | of the slowest interval |
 //!
@@ -20,7 +24,7 @@
 #![forbid(unsafe_code)]
 
 use isostep_profile::generators::{Avr446, Correction, GeneratorError, StepsPerTime, TimePerStep};
-use isostep_profile::{IntervalLaw, Limits, PlanError, Segments, SpeedLaw, SyncMove};
+use isostep_profile::{IntervalLaw, Limits, PlanError, Segment, SpeedLaw, SyncMove};
 
 /// Rate of the ticks: the chip's stock clock.
 pub const TICK_HZ: u32 = 125_000_000;
@@ -30,8 +34,8 @@ pub const BLOCK_WORDS: usize = 256;
 pub const QUEUE_SEGMENTS: usize = 8;
 /// Of the ramp: 50,000 to accelerate, 20,000 to cruise, 50,000 to decelerate.
 pub const STEPS: u32 = 120_000;
-/// Of the axes of the move that is planned.
-pub const PLANNED_STEPS: [i32; 3] = [120_000, -70_001, 33_333];
+/// Of a law's ramps, the steps whose segments are counted as its first.
+pub const FIRST_STEPS: u32 = 8;
 /// "Steps per time" sums once a step at the top speed: slower, and it could not reach it.
 const SERVICE_TICKS: u32 = 125;
 
@@ -47,12 +51,47 @@ pub const LIMITS: Limits = Limits {
 /// For the methods that cannot start from rest: what one step from rest gains, sqrt(2 a), rounded up.
 const MOVING_LIMITS: Limits = Limits { start_speed_steps_s: 4_473.0, ..LIMITS };
 
-/// A move of three axes under `law`.
+/// A move of three axes that is planned.
+#[derive(Clone, Copy, Debug)]
+pub struct PlanCase {
+    /// In the firmware's lines.
+    pub name: &'static str,
+    /// Of the axes.
+    pub steps: [i32; 3],
+    /// How its time is split.
+    pub interval_law: IntervalLaw,
+}
+
+/// With a cruise and without, either way.
+pub const PLAN_CASES: [PlanCase; 4] = [
+    PlanCase { name: "fastest", steps: [120_000, -70_001, 33_333], interval_law: IntervalLaw::Fastest },
+    PlanCase { name: "thirds", steps: [120_000, -70_001, 33_333], interval_law: IntervalLaw::Thirds },
+    PlanCase { name: "short.fastest", steps: [4_000, -2_801, 1_203], interval_law: IntervalLaw::Fastest },
+    PlanCase { name: "short.thirds", steps: [4_000, -2_801, 1_203], interval_law: IntervalLaw::Thirds },
+];
+
+/// Of every axis under `law`: of the speed that its ramps need no more than a cruise leaves of [`STEPS`], and of a jerk
+/// that reaches the acceleration in 10 ms.
+#[must_use]
+pub fn law_limits(law: SpeedLaw) -> Limits {
+    let start_speed_steps_s = if law.is_over_displacement() { 5_000.0 } else { 0.0 };
+    Limits { start_speed_steps_s, top_speed_steps_s: 500_000.0, jerk_steps_s3: 1e9, ..LIMITS }
+}
+
+/// `case` under `law`.
 ///
 /// # Errors
 /// None: the limits are constants that work.
-pub fn plan(law: IntervalLaw) -> Result<SyncMove<3>, PlanError> {
-    SyncMove::plan(PLANNED_STEPS, &[LIMITS; 3], law, SpeedLaw::Trapezoid, None)
+pub fn plan(law: SpeedLaw, case: &PlanCase) -> Result<SyncMove<3>, PlanError> {
+    SyncMove::plan(case.steps, &[law_limits(law); 3], case.interval_law, law, None)
+}
+
+/// One axis through ramps of `law`.
+///
+/// # Errors
+/// None: the limits are constants that work.
+pub fn law_ramp(law: SpeedLaw) -> Result<SyncMove<1>, PlanError> {
+    SyncMove::plan([STEPS as i32], &[law_limits(law)], IntervalLaw::Fastest, law, None)
 }
 
 /// One axis through the ramp.
@@ -70,12 +109,18 @@ pub fn phases(ramp: &SyncMove<1>) -> [(&'static str, u32); 3] {
     [("accel", counts.accel), ("cruise", counts.cruise), ("decel", counts.decel)]
 }
 
-/// What a plan and its segments come to: as much of it as a checksum needs.
+/// The first segment of each axis of `plan`: a plan computes what a ramp needs only when its first segment is asked for.
 #[must_use]
-pub fn plan_checksum(plan: &SyncMove<3>, segments: [Segments; 3]) -> Checksum {
+pub fn first_segments(plan: &SyncMove<3>) -> [Option<Segment>; 3] {
+    [0, 1, 2].map(|axis| plan.segments(axis, TICK_HZ).next())
+}
+
+/// What a plan and its first segments come to: as much of it as a checksum needs.
+#[must_use]
+pub fn plan_checksum(plan: &SyncMove<3>, segments: [Option<Segment>; 3]) -> Checksum {
     let mut checksum = Checksum::default();
     checksum.add((plan.profile.duration_s() * f64::from(TICK_HZ)) as u32);
-    for segment in segments.into_iter().filter_map(|mut segments| segments.next()) {
+    for segment in segments.into_iter().flatten() {
         checksum.add(segment.steps());
         checksum.add(segment.last_ticks() as u32);
     }

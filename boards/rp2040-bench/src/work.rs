@@ -1,11 +1,13 @@
 //! The pieces of work, timed.
 
+use core::fmt::Arguments;
 use core::hint::black_box;
 use core::sync::atomic::{AtomicU32, Ordering};
 
-use isostep_profile::IntervalLaw;
+use isostep_profile::{SpeedLaw, SyncMove};
 use rp2040_bench::{
-    BLOCK_WORDS, Checksum, Peer, QUEUE_SEGMENTS, TICK_HZ, Visitor, generators, phases, plan_checksum, ramp,
+    BLOCK_WORDS, Checksum, FIRST_STEPS, PLAN_CASES, Peer, QUEUE_SEGMENTS, TICK_HZ, Visitor, first_segments, generators,
+    law_ramp, phases, plan_checksum, ramp,
 };
 
 use crate::hot;
@@ -19,24 +21,50 @@ const CONSTANTS_WORK: &str = "the limits are constants that work";
 /// Where a port's DMA would read.
 static BLOCK: [AtomicU32; BLOCK_WORDS] = [const { AtomicU32::new(0) }; BLOCK_WORDS];
 
-/// A move of three axes, and their segments begun.
+/// Moves of three axes, and their first segments.
 pub fn plan(stopwatch: &Stopwatch, report: &mut Report) {
-    for (name, law) in [("plan.fastest", IntervalLaw::Fastest), ("plan.thirds", IntervalLaw::Thirds)] {
-        let ((plan, segments), cycles) = stopwatch.time(law, |law| {
-            let plan = rp2040_bench::plan(law).expect(CONSTANTS_WORK);
-            (plan, [0, 1, 2].map(|axis| plan.segments(axis, TICK_HZ)))
-        });
-        let mut figure = Figure::default();
-        figure.add(cycles, 1);
-        report.sum(name, figure, plan_checksum(&plan, segments));
+    for law in SpeedLaw::ALL {
+        for case in &PLAN_CASES {
+            let ((plan, segments), cycles) = stopwatch.time(law, |law| {
+                let plan = rp2040_bench::plan(law, case).expect(CONSTANTS_WORK);
+                let segments = first_segments(&plan);
+                (plan, segments)
+            });
+            let mut figure = Figure::default();
+            figure.add(cycles, 1);
+            report.sum(format_args!("plan.{law}.{}", case.name), figure, plan_checksum(&plan, segments));
+        }
     }
 }
 
-/// Segments of one axis through the ramp, by the phase they begin in.
+/// The segments of one axis through the ramp, then through those of every law.
 pub fn compile(stopwatch: &Stopwatch, report: &mut Report) {
-    let ramp = ramp().expect(CONSTANTS_WORK);
+    compile_ramp(stopwatch, report, &ramp().expect(CONSTANTS_WORK), format_args!("compile"));
+    for law in SpeedLaw::ALL {
+        let ramp = law_ramp(law).expect(CONSTANTS_WORK);
+        compile_ramp(stopwatch, report, &ramp, format_args!("compile.{law}"));
+        first(stopwatch, report, law, &ramp);
+    }
+}
+
+/// Until a few steps have left: where a ramp begins its segments hold fewest.
+fn first(stopwatch: &Stopwatch, report: &mut Report, law: SpeedLaw, ramp: &SyncMove<1>) {
+    let (mut figure, mut checksum) = (Figure::default(), Checksum::default());
+    let mut steps = 0;
     let mut segments = ramp.segments(0, TICK_HZ);
-    let mut phases = phases(&ramp).map(|(phase, steps)| (phase, steps, Figure::default(), Checksum::default()));
+    while steps < FIRST_STEPS {
+        let (Some(segment), cycles) = stopwatch.time(&mut segments, Iterator::next) else { break };
+        steps += segment.steps();
+        figure.add(cycles, 1);
+        checksum.add(segment.last_ticks() as u32);
+    }
+    report.sum(format_args!("compile.{law}.first"), figure, checksum);
+}
+
+/// Segments by the phase they begin in.
+fn compile_ramp(stopwatch: &Stopwatch, report: &mut Report, ramp: &SyncMove<1>, name: Arguments) {
+    let mut segments = ramp.segments(0, TICK_HZ);
+    let mut phases = phases(ramp).map(|(phase, steps)| (phase, steps, Figure::default(), Checksum::default()));
     let (mut lead, mut queue_lead) = (Lead::<1>::default(), Lead::<QUEUE_SEGMENTS>::default());
     let mut previous = None;
     for (_, steps, figure, checksum) in &mut phases {
@@ -55,11 +83,11 @@ pub fn compile(stopwatch: &Stopwatch, report: &mut Report) {
         }
     }
     for (phase, _, figure, checksum) in phases {
-        report.sum(format_args!("compile.{phase}"), figure, checksum);
-        report.max(format_args!("compile.{phase}"), figure, checksum);
+        report.sum(format_args!("{name}.{phase}"), figure, checksum);
+        report.max(format_args!("{name}.{phase}"), figure, checksum);
     }
-    lead.report("compile.lead", report);
-    queue_lead.report("compile.lead.queue", report);
+    lead.report(format_args!("{name}.lead"), report);
+    queue_lead.report(format_args!("{name}.lead.queue"), report);
 }
 
 /// The `N` segments in a row whose motion is over soonest for the cycles they took.
@@ -88,16 +116,22 @@ impl<const N: usize> Lead<N> {
         }
     }
 
-    fn report(&self, name: &str, report: &mut Report) {
+    fn report(&self, name: Arguments, report: &mut Report) {
         let (cycles, ticks) = self.worst;
         let figure = Figure { cycles: cycles.into(), cycles_max: cycles, count: ticks };
         report.sum(name, figure, Checksum::default());
     }
 }
 
-/// The loop that runs per step.
+/// The loop that runs per step, over the ramp and over those of every law.
 pub fn fill(stopwatch: &Stopwatch, report: &mut Report) {
-    let ramp = ramp().expect(CONSTANTS_WORK);
+    fill_ramp(stopwatch, report, &ramp().expect(CONSTANTS_WORK), format_args!("fill"));
+    for law in SpeedLaw::ALL {
+        fill_ramp(stopwatch, report, &law_ramp(law).expect(CONSTANTS_WORK), format_args!("fill.{law}"));
+    }
+}
+
+fn fill_ramp(stopwatch: &Stopwatch, report: &mut Report, ramp: &SyncMove<1>, name: Arguments) {
     let (mut figure, mut checksum) = (Figure::default(), Checksum::default());
     for segment in ramp.segments(0, TICK_HZ) {
         let mut intervals = segment.intervals();
@@ -108,7 +142,7 @@ pub fn fill(stopwatch: &Stopwatch, report: &mut Report) {
             add_block(&mut checksum, count);
         }
     }
-    report.sum("fill", figure, checksum);
+    report.sum(name, figure, checksum);
 }
 
 /// The generators of the literature.

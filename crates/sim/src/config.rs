@@ -165,6 +165,9 @@ impl Config {
         if self.settings.interval_thirds != default.settings.interval_thirds {
             line += " --law thirds";
         }
+        if self.settings.speed_law != default.settings.speed_law {
+            line += &format!(" --speed-law {}", isostep_controller::config(&self.settings).speed_law);
+        }
         if self.port != default.port {
             line += &format!(" --port {}", self.port);
         }
@@ -201,8 +204,10 @@ mod tests {
         config.start_mm = [1.5, 2.0, 3.0];
         config.switches[1] = SwitchFault::StuckOpen;
         config.settings.interval_thirds = true;
+        config.settings.speed_law = 1;
         config.port = Port::Timer;
-        let line = "cargo xtask sim a.nc --seed 7 --start 1.5,2,3 --switch Y=stuck-open --law thirds --port timer";
+        let line = "cargo xtask sim a.nc --seed 7 --start 1.5,2,3 --switch Y=stuck-open --law thirds --speed-law s-curve \
+                    --port timer";
         assert_eq!(config.replay("a.nc"), line);
     }
 

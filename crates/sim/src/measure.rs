@@ -1,7 +1,8 @@
 //! The intervals of an axis, measured from the instants of its own edges and nothing else.
 //!
 //! # Method
-//! The k-th step of n leaves at displacement x = k - 1/2. From rest at constant acceleration its instant is a straight
+//! This is for constant acceleration from and to rest; moves of any other kind are fitted by the shape of their ramps
+//! (`by_shape`). The k-th step of n leaves at displacement x = k - 1/2. From rest at constant acceleration its instant is a straight
 //! line over the square root of x; at constant speed, over x; at constant deceleration to rest, over the square root
 //! of n - x. So:
 //!
@@ -17,6 +18,11 @@
 //! How much that is follows from the grain, the width of the band in which instants lie about their line: it shifts a
 //! line over a span s by a share of about grain/s. The grain is a tick, or what the edges of the ramps are seen to stray.
 //! So a measurement comes with its resolution, and two that differ by less are equal.
+
+mod by_shape;
+mod least_squares;
+
+use isostep_profile::Profile;
 
 use crate::config::Port;
 
@@ -65,6 +71,18 @@ impl Measured {
 /// How far an edge made by `port` may be from its instant to be measured by, ns.
 pub fn stray_max_ns(port: Port) -> f64 {
     STRAY_MAX * port.tolerance_ns()
+}
+
+/// Measures an axis of a move planned as `profile`; `times_s` are all its edges, made by `port`. `None` when they do not
+/// tell.
+pub fn intervals_of(profile: &Profile, times_s: &[f64], port: Port) -> Option<Measured> {
+    if is_even_from_rest(profile) { intervals(times_s, port) } else { by_shape::intervals(times_s, profile, port) }
+}
+
+/// Of all laws only constant acceleration begins without jerk.
+fn is_even_from_rest(profile: &Profile) -> bool {
+    let [begin, end] = [0.0, profile.duration_s()].map(|t_s| profile.jerk_at(t_s));
+    profile.entry_speed_steps_s() == 0.0 && profile.exit_speed_steps_s() == 0.0 && begin == 0.0 && end == 0.0
 }
 
 /// Measures an axis that moves from rest to rest; `times_s` are all its edges, made by `port`. `None` when a ramp has too

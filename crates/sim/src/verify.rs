@@ -75,7 +75,7 @@ fn check(index: usize, record: &MoveRecord, edges: &[Edge], port: Port) -> MoveC
     let emitted_steps = std::array::from_fn(|axis| {
         edges.iter().filter(|edge| edge.axis == axis).map(|edge| edge.direction).sum::<i32>()
     });
-    let whole = record.finish == Finish::Done && profile.entry_speed_steps_s() == 0.0;
+    let whole = record.finish == Finish::Done;
     let (path_deviation, path_slack) = path(record, edges, port);
     MoveCheck {
         index,
@@ -87,7 +87,11 @@ fn check(index: usize, record: &MoveRecord, edges: &[Edge], port: Port) -> MoveC
         path_deviation,
         path_slack,
         planned,
-        measured: std::array::from_fn(|axis| if whole { measure::intervals(&times_s[axis], port) } else { None }),
+        measured: std::array::from_fn(
+            |axis| {
+                if whole { measure::intervals_of(&profile, &times_s[axis], port) } else { None }
+            },
+        ),
     }
 }
 

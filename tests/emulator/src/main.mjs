@@ -39,7 +39,7 @@ function emulate(options) {
   const board = new Board(firmware(options.elf), options);
   const transcript = new Transcript(options.script ? (line) => console.log(line) : undefined);
   const sender = new Console(board, transcript);
-  const run = options.program ? new ProgramRun(sender, job, options) : new ScriptRun(sender, job, options);
+  const run = options.program ? new ProgramRun(sender, [...settings(options), ...job], options) : new ScriptRun(sender, job, options);
   const recorders = record(board, options);
   const progress = new Progress(board, options.progress || process.stderr.isTTY, () => run.describe());
   const error = attempt(() => run.run()) ?? run.verdict() ?? verdict(board);
@@ -52,6 +52,10 @@ function emulate(options) {
   console.log(readable(result));
   console.error(progress.speed());
   return error === null ? 0 : 1;
+}
+
+function settings(options) {
+  return options.settings.map((line) => new TextEncoder().encode(line));
 }
 
 function firmware(path) {

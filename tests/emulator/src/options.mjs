@@ -17,6 +17,7 @@ What to run
   --stream wait|counting
                        send a line when the one before is answered (default), or count characters, 128 at most
   --poll-hz N          asks for status N times a second (default: 10 for a program, 0 for a script)
+  --set N=VALUE        sends $N=VALUE ahead of the program's first line; may be given several times
   --timeout-s N        machine time to wait for a reply or for Idle (default 300)
 
 The machine
@@ -56,6 +57,7 @@ const SPEC = {
   console: { type: 'string', default: 'usb' },
   stream: { type: 'string', default: 'wait' },
   'poll-hz': { type: 'string' },
+  set: { type: 'string', multiple: true, default: [] },
   'timeout-s': { type: 'string', default: '300' },
   driver: { type: 'string', default: 'drv8825' },
   start: { type: 'string', default: '35,40,15' },
@@ -77,10 +79,12 @@ export function parseOptions(args) {
   if (values.help) return { help: true };
   if (values.elf === undefined) throw new Error('which firmware? Give --elf target/thumbv6m-none-eabi/release/rp2040-gantry, which cargo xtask build makes');
   if ((values.program === undefined) === (values.script === undefined)) throw new Error('give either --program FILE or --script FILE (--help shows both)');
+  if (values.set.length > 0 && values.script !== undefined) throw new Error('--set goes with --program: a script sends its own settings');
   return {
     ...values,
     console: choice('--console', ['usb', 'uart'], values.console),
     stream: choice('--stream', ['wait', 'counting'], values.stream),
+    settings: values.set.map(settingLine),
     pollHz: number('--poll-hz', values['poll-hz'] ?? (values.program ? '10' : '0'), 0, 1000),
     timeoutSeconds: number('--timeout-s', values['timeout-s'], 0.001, 1e6),
     driver: choice('--driver', Object.keys(DRIVERS), values.driver),
@@ -100,6 +104,11 @@ function number(name, text, least, most) {
   const value = Number(text);
   if (text.trim() === '' || !(value >= least && value <= most)) throw new Error(`${name} ${text}: give a number from ${least} to ${most}`);
   return value;
+}
+
+function settingLine(text) {
+  if (!/^[0-9]+=[0-9.]+$/.test(text)) throw new Error(`--set ${text}: give a setting's number and its value, such as 902=1`);
+  return `$${text}\n`;
 }
 
 function places(text) {

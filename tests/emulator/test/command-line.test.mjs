@@ -47,6 +47,13 @@ test('options are checked, and default to the bench', () => {
   assert.throws(() => parseOptions(['--elf', 'a', '--script', 'b', '--driver', 'a4988']), /drv8825 or tmc2209/);
 });
 
+test('settings become lines ahead of a program', () => {
+  const options = parseOptions(['--elf', 'a', '--program', 'b', '--set', '910=120', '--set', '902=3']);
+  assert.deepEqual(options.settings, ['$910=120\n', '$902=3\n']);
+  assert.throws(() => parseOptions(['--elf', 'a', '--program', 'b', '--set', 'law=3']), /such as 902=1/);
+  assert.throws(() => parseOptions(['--elf', 'a', '--script', 'b', '--set', '902=1']), /goes with --program/);
+});
+
 test('the help shows every command', () => {
   for (const { usage } of Object.values(COMMANDS)) assert.ok(HELP.includes(usage));
 });

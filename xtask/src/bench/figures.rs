@@ -3,8 +3,8 @@
 use serde::Serialize;
 
 use super::accuracy::AccuracyFigures;
-use super::board::CLOCK_HZ;
 use super::candidate;
+use super::laws;
 use super::load::LoadFigures;
 use super::micro::MicroFigures;
 use super::progress::grouped;
@@ -130,9 +130,7 @@ impl PortFigures {
 
 /// What is aimed at on the chip.
 pub fn mathematics_targets(figures: &MicroFigures) -> Vec<Target> {
-    let slowest = figures.plan.fastest_cycles.max(figures.plan.thirds_cycles);
-    let plan_ms = slowest as f64 / f64::from(CLOCK_HZ) * 1e3;
-    vec![Target::at_most(format!("plan a move of {AXES} axes"), Some(plan_ms), 1.0, "ms")]
+    laws::targets(&figures.laws).collect()
 }
 
 /// A rate of all axes at once.

@@ -12,14 +12,15 @@ use std::path::Path;
 use std::process::Command;
 
 use anyhow::{Context, Result, bail, ensure};
-use isostep_profile::{IntervalLaw, Limits, Profile, SpeedLaw};
+use isostep_profile::{IntervalLaw, Limits, Profile, SpeedLaw, SyncMove};
 use rp2040_bench::{Checksum, LIMITS, Peer, STEPS, StandsFor, TICK_HZ, Visitor};
 use serde::Serialize;
 
+use super::laws::{self, LawFigures};
 use crate::{build, workspace};
 
 /// Axes that step at once.
-const AXES: f64 = 3.0;
+pub(super) const AXES: f64 = 3.0;
 /// Machine time that the firmware may take, s; it takes a quarter of it.
 const PATIENCE_S: u32 = 60;
 /// Below this share of the top speed an interval is long, and its error short-lived.
@@ -30,8 +31,8 @@ const SLOW: f64 = 0.1;
 pub struct MicroFigures {
     /// Of the ramp that is compiled and generated: rest to rest through the top speed.
     pub ramp: RampFigures,
-    /// A move of three axes planned, and its segments begun.
-    pub plan: PlanFigures,
+    /// Each speed law's, over ramps of its own.
+    pub laws: Vec<LawFigures>,
     /// Segments of one axis compiled, by the phase they begin in.
     pub compile: Vec<CompileFigures>,
     /// Ticks of motion for each cycle of compiling it for three axes, over the segment that has fewest: below 1, its
@@ -52,13 +53,6 @@ pub struct RampFigures {
     pub top_speed_steps_s: f64,
     pub accel_steps_s2: f64,
     pub tick_hz: u32,
-}
-
-/// Cycles of a plan, by interval law.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub struct PlanFigures {
-    pub fastest_cycles: u64,
-    pub thirds_cycles: u64,
 }
 
 /// Cycles of a segment.
@@ -105,14 +99,11 @@ pub fn measure(folder: &Path) -> Result<MicroFigures> {
             accel_steps_s2: LIMITS.accel_steps_s2,
             tick_hz: TICK_HZ,
         },
-        plan: PlanFigures {
-            fastest_cycles: lines.plan("plan.fastest", IntervalLaw::Fastest)?,
-            thirds_cycles: lines.plan("plan.thirds", IntervalLaw::Thirds)?,
-        },
-        compile: lines.compile()?,
+        laws: laws::all(&lines)?,
+        compile: lines.compile("compile", &rp2040_bench::ramp()?)?,
         lead_ticks_per_cycle: lines.of("compile.lead")?.results_per_cycle() / AXES,
-        queue_lead_ticks_per_cycle: lines.of("compile.lead.queue")?.results_per_cycle() / AXES,
-        fill_cycles_per_step: lines.of("fill")?.cycles_per_result(),
+        queue_lead_ticks_per_cycle: lines.queue_lead("compile")?,
+        fill_cycles_per_step: lines.fill("fill", &rp2040_bench::ramp()?)?,
         generators: lines.generators()?,
     })
 }
@@ -134,8 +125,8 @@ fn run(folder: &Path) -> Result<String> {
 
 /// A line of the firmware.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Line {
-    cycles: u64,
+pub(super) struct Line {
+    pub(super) cycles: u64,
     count: u32,
     checksum: u32,
 }
@@ -162,7 +153,7 @@ impl Line {
 }
 
 /// The firmware's lines by name.
-struct Lines(BTreeMap<String, Line>);
+pub(super) struct Lines(BTreeMap<String, Line>);
 
 impl Lines {
     /// From a transcript of the emulated board: `<time> < <line>`.
@@ -182,22 +173,30 @@ impl Lines {
     }
 
     /// The line, if its results are those that were found here.
-    fn proven(&self, name: &str, checksum: Checksum) -> Result<&Line> {
+    pub(super) fn proven(&self, name: &str, checksum: Checksum) -> Result<&Line> {
         let line = self.of(name)?;
         ensure!(line.checksum == checksum.value(), "{name}: the chip's results are not this computer's");
         Ok(line)
     }
 
-    fn plan(&self, name: &str, law: IntervalLaw) -> Result<u64> {
-        let plan = rp2040_bench::plan(law)?;
-        let segments = [0, 1, 2].map(|axis| plan.segments(axis, TICK_HZ));
-        Ok(self.proven(name, rp2040_bench::plan_checksum(&plan, segments))?.cycles)
+    /// Of a full queue's segments; `name` begins the lines' names.
+    pub(super) fn queue_lead(&self, name: &str) -> Result<f64> {
+        Ok(self.of(&format!("{name}.lead.queue"))?.results_per_cycle() / AXES)
     }
 
-    fn compile(&self) -> Result<Vec<CompileFigures>> {
-        let ramp = rp2040_bench::ramp()?;
+    /// Cycles a step.
+    pub(super) fn fill(&self, name: &str, ramp: &SyncMove<1>) -> Result<f64> {
+        let mut checksum = Checksum::default();
+        for interval in ramp.segments(0, TICK_HZ).flat_map(|segment| segment.intervals()) {
+            checksum.add(interval);
+        }
+        Ok(self.proven(name, checksum)?.cycles_per_result())
+    }
+
+    /// By phase; `name` begins the lines' names.
+    pub(super) fn compile(&self, name: &str, ramp: &SyncMove<1>) -> Result<Vec<CompileFigures>> {
         let mut segments = ramp.segments(0, TICK_HZ);
-        let phases = rp2040_bench::phases(&ramp).into_iter().map(|(phase, steps)| {
+        let phases = rp2040_bench::phases(ramp).into_iter().map(|(phase, steps)| {
             let mut checksum = Checksum::default();
             let mut left = steps;
             while left > 0 {
@@ -205,8 +204,8 @@ impl Lines {
                 left = left.saturating_sub(segment.steps());
                 checksum.add(segment.steps());
             }
-            let sum = self.proven(&format!("compile.{phase}"), checksum)?;
-            let slowest = self.of(&format!("compile.{phase}.max"))?;
+            let sum = self.proven(&format!("{name}.{phase}"), checksum)?;
+            let slowest = self.of(&format!("{name}.{phase}.max"))?;
             let cycles_mean = sum.cycles_per_result();
             Ok(CompileFigures { phase, segments: sum.count, cycles_mean, cycles_max: slowest.cycles })
         });
@@ -221,11 +220,7 @@ impl Lines {
 
     fn isostep(&self) -> Result<GeneratorFigures> {
         let ramp = rp2040_bench::ramp()?;
-        let mut checksum = Checksum::default();
-        for interval in ramp.segments(0, TICK_HZ).flat_map(|segment| segment.intervals()) {
-            checksum.add(interval);
-        }
-        let fill = self.proven("fill", checksum)?;
+        let fill_cycles = self.fill("fill", &ramp)?;
         let phases = rp2040_bench::phases(&ramp);
         let compiled = phases.iter().map(|(phase, _)| self.of(&format!("compile.{phase}")).map(|line| line.cycles));
         let compile_cycles: u64 = compiled.sum::<Result<_>>()?;
@@ -234,7 +229,7 @@ impl Lines {
         let half = StandsFor::TimeBetweenSteps { first_steps: 0.5 };
         Ok(GeneratorFigures {
             name: "isostep",
-            cycles_mean: fill.cycles_per_result() + compile_cycles as f64 / f64::from(STEPS),
+            cycles_mean: fill_cycles + compile_cycles as f64 / f64::from(STEPS),
             cycles_max: None,
             start_speed_steps_s: LIMITS.start_speed_steps_s,
             truth: truth(intervals, &closed_form(&LIMITS)?, half),

@@ -19,6 +19,7 @@ mod edges;
 mod effort;
 mod figures;
 mod follow;
+mod laws;
 mod load;
 mod measured;
 mod micro;
@@ -57,7 +58,7 @@ What is measured, of PioPort and of TimerPort, three axes stepping at once and s
   load      the share of the time that the core is awake, at a steady rate and in ramps
   stops     from a limit switch, the emergency stop or a reset byte to the last edge, at random instants of a fixed seed
 And what the mathematics of a move costs on the chip, beside the step generators of the literature over the same ramp:
-cycles to plan, to compile a segment, to replay a step, and how far their speeds are off.
+cycles to plan, to compile a segment and to replay a step under each speed law, and how far their speeds are off.
 The firmware is built for a TMC2209, whose least pulses (100 ns) limit the rate only above 4,000,000 steps/s. Equal
 builds give equal figures.
 Figures are printed beside their targets; a target that is not met is no error.

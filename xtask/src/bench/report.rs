@@ -5,6 +5,7 @@ use isostep_sim::report::bench::{self, Picture, Section, Series, Table};
 use super::accuracy::MoveErrors;
 use super::board::Moving;
 use super::figures::{Figures, PortFigures, Target, together};
+use super::laws;
 use super::micro::{GeneratorFigures, MicroFigures};
 use super::progress::grouped;
 use super::stops::Latency;
@@ -15,7 +16,8 @@ const TITLE: &str = "Step ports on the emulated board";
 /// The page, and each picture as a file of its own, by name.
 pub fn files(figures: &Figures) -> Vec<(String, String)> {
     let ports = [targets(&figures.targets), rates(figures), accuracy(figures), load(figures), stops(figures)];
-    let mathematics = figures.mathematics.iter().flat_map(|figures| [costs(figures), generators(figures)]);
+    let mathematics =
+        figures.mathematics.iter().flat_map(|figures| [costs(figures), laws(figures), generators(figures)]);
     let sections: Vec<Section> = ports.into_iter().chain(mathematics).collect();
     let conditions = table::conditions(&figures.conditions);
     let page = bench::page(TITLE, &conditions, &figures.conditions.command, &sections);
@@ -185,6 +187,19 @@ fn costs(figures: &MicroFigures) -> Section {
                computed on the host too, and is the same to the bit."
             .to_owned(),
         table: Some(rows(&["work", "cost"], table::costs(figures).into_iter().map(row))),
+        ..Section::default()
+    }
+}
+
+fn laws(figures: &MicroFigures) -> Section {
+    let row = |one: &laws::LawFigures| [vec![one.law.to_owned()], one.cells().to_vec()].concat();
+    let head = [&["law"], laws::HEAD.as_slice()].concat();
+    Section {
+        heading: "Speed laws".to_owned(),
+        text: "What each law costs on the chip. A plan is of three axes, with and without a cruise, and includes the first \
+               segment of each axis. Segments are those of ramps; replaying a step costs the same under every law."
+            .to_owned(),
+        table: Some(rows(&head, figures.laws.iter().map(row))),
         ..Section::default()
     }
 }

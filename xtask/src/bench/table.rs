@@ -3,8 +3,9 @@
 use std::fmt::Write;
 
 use super::accuracy::MoveErrors;
-use super::board::{CLOCK_HZ, Moving};
+use super::board::Moving;
 use super::figures::{Conditions, Figures, PortFigures, Target, together};
+use super::laws;
 use super::micro::{GeneratorFigures, MicroFigures, RampFigures};
 use super::progress::grouped;
 use super::stops::Latency;
@@ -96,6 +97,7 @@ fn mathematics(figures: &MicroFigures) -> String {
     for (name, words) in costs(figures) {
         line(&mut text, &name, &words);
     }
+    text += &laws(figures);
     writeln!(text, "  step generators over {}", ramp_words(&figures.ramp)).expect("a String takes any text");
     writeln!(text, "    {:<38} {}", "", GENERATOR_HEAD.map(|name| format!("{name:>22}")).concat())
         .expect("a String takes any text");
@@ -105,24 +107,28 @@ fn mathematics(figures: &MicroFigures) -> String {
     text
 }
 
-/// What a plan, a segment and a step cost.
+/// A law a line.
+fn laws(figures: &MicroFigures) -> String {
+    let row = |name: &str, cells: [String; 8]| {
+        format!("    {name:<12}{}\n", cells.map(|cell| format!("{cell:>17}")).concat())
+    };
+    let head = row("", laws::HEAD.map(str::to_owned));
+    let rows = figures.laws.iter().map(|one| row(one.law, one.cells()));
+    format!("  speed laws, three axes; a plan with the first segment of each\n{head}{}", rows.collect::<String>())
+}
+
+/// What a segment and a step cost.
 pub fn costs(figures: &MicroFigures) -> Vec<(String, String)> {
-    let us = |cycles: f64| format!("{:.1} us", cycles / f64::from(CLOCK_HZ) * 1e6);
-    let plan = |cycles: u64| format!("{} cycles, {}", grouped(cycles), us(cycles as f64));
     let compile = figures.compile.iter().map(|phase| {
         let [mean, max] = [phase.cycles_mean.round() as u64, phase.cycles_max].map(grouped);
         (format!("compile a segment, {}", phase.phase), format!("{mean} cycles, {max} at most, of {}", phase.segments))
     });
     let lead = figures.queue_lead_ticks_per_cycle;
-    let before = [
-        ("plan a move, fastest".to_owned(), plan(figures.plan.fastest_cycles)),
-        ("plan a move, thirds".to_owned(), plan(figures.plan.thirds_cycles)),
-    ];
     let after = [
         ("compiling against moving".to_owned(), format!("{lead:.1} times as fast for 3 axes, where it is closest")),
         ("replay a step".to_owned(), format!("{:.1} cycles", figures.fill_cycles_per_step)),
     ];
-    before.into_iter().chain(compile).chain(after).collect()
+    compile.chain(after).collect()
 }
 
 /// The columns of [`generator_cells`].

@@ -8,6 +8,8 @@ use crate::verify;
 
 /// Dots per axis of one move.
 const DOTS: usize = 80;
+/// Pieces of a planned line: as many as it has pixels, nearly.
+const CURVE_POINTS: u32 = 400;
 
 /// The picture of one move: speed above, acceleration below, the three intervals shaded behind both.
 pub fn of_move(outcome: &Outcome, record: &MoveRecord) -> String {
@@ -130,13 +132,16 @@ fn panel(area: &Area, record: &MoveRecord, axes: &[MovingAxis], quantity: &Quant
     Ok(())
 }
 
-/// The planned line with its corners: both sides of the ends of each interval.
+/// The planned line: evenly spread instants, and its corners, both sides of the ends of each interval.
 fn planned(axis: &MovingAxis, duration_s: f64, value: fn(&MovingAxis, f64) -> f64) -> Vec<(f64, f64)> {
     let (accel_s, decel_s) = (axis.plan.t_accel_s(), duration_s - axis.plan.t_decel_s());
     let aside_s = duration_s * 1e-6;
     let corners_s =
         [0.0, accel_s - aside_s, accel_s + aside_s, decel_s - aside_s, decel_s + aside_s, duration_s - aside_s];
-    corners_s.into_iter().map(|t_s| (t_s, value(axis, t_s))).collect()
+    let between_s = (1..CURVE_POINTS).map(|i| duration_s * f64::from(i) / f64::from(CURVE_POINTS));
+    let mut instants_s: Vec<_> = corners_s.into_iter().chain(between_s).collect();
+    instants_s.sort_by(f64::total_cmp);
+    instants_s.into_iter().map(|t_s| (t_s, value(axis, t_s))).collect()
 }
 
 /// Begin and end of the three intervals, s.

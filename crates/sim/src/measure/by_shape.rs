@@ -1,0 +1,211 @@
+//! The intervals of an axis whose ramps have the shape of a plan's.
+//!
+//! # Method
+//! The plan says which share of a ramp's way takes which share of its time, and no more of it is believed. How long each
+//! interval lasts, and when the move begins, are four unknowns; the distance gives the cruise speed,
+//! v = n/(m_a t_a + t_v + m_d t_d), where m is the mean speed of a ramp as a share of v. They are fitted to the axis's
+//! own edges by least squares (Gauss and Newton). An unknown is then a weighted sum of the edges' instants, so instants
+//! that are off by e at most leave it off by e times the sum of the weights' magnitudes: that is its resolution.
+
+use isostep_profile::Profile;
+
+use super::least_squares::{self, UNKNOWNS};
+use super::{EDGES_MIN, Intervals, Measured, stray_max_ns};
+use crate::config::Port;
+
+/// Of more edges, that many evenly spread ones tell as much.
+const EDGES_MAX: usize = 2_000;
+/// More than enough: from the plan each takes most of the digits that are left.
+const ITERATIONS: usize = 8;
+/// For the derivatives, as a share of the duration: what rounding and what curvature spoil is then 1e-10 of them.
+const NUDGE: f64 = 1e-5;
+/// Of the duration: edges that resolve no more than that tell nothing. So it is without a cruise, where to cruise a little
+/// and to ramp as much shorter changes next to nothing.
+const RESOLUTION_MAX: f64 = 0.01;
+
+/// When the move begins, and how long it accelerates, cruises and decelerates, s.
+type Unknowns = [f64; UNKNOWNS];
+
+/// Measures an axis by all its edges, made by `port` of the plan `profile`. `None` when they do not resolve its intervals
+/// or do not lie on such a curve.
+pub(super) fn intervals(times_s: &[f64], profile: &Profile, port: Port) -> Option<Measured> {
+    let curve = Curve::new(profile, times_s.len())?;
+    let points = points(times_s);
+    let (unknowns, weights_sum, stray_s) = fit(&curve, &points)?;
+    let grain_s = stray_s.max(port.tolerance_ns() * 1e-9);
+    let resolution_s = weights_sum * grain_s;
+    let is_on_curve = stray_s <= stray_max_ns(port) * 1e-9;
+    let [_, accel_s, cruise_s, decel_s] = unknowns;
+    (is_on_curve && resolution_s <= RESOLUTION_MAX * profile.duration_s())
+        .then_some(Measured { intervals: Intervals { accel_s, cruise_s, decel_s }, resolution_s })
+}
+
+/// Displacements, in steps of the axis, and instants, s.
+fn points(times_s: &[f64]) -> Vec<(f64, f64)> {
+    let stride = times_s.len().div_ceil(EDGES_MAX);
+    times_s.iter().enumerate().step_by(stride).map(|(index, &t_s)| (index as f64 + 0.5, t_s)).collect()
+}
+
+/// The unknowns, the largest sum of the weights of an interval, and the farthest that an instant lies from the curve, s.
+fn fit(curve: &Curve, points: &[(f64, f64)]) -> Option<(Unknowns, f64, f64)> {
+    let mut unknowns = curve.planned();
+    unknowns[0] = points[0].1 - curve.instant_s(&unknowns, points[0].0);
+    for _ in 0..ITERATIONS {
+        let rows: Vec<_> = points.iter().map(|point| curve.slopes(&unknowns, point.0)).collect();
+        let weights = least_squares::weights(&rows)?;
+        let strays_s: Vec<_> = points.iter().map(|&(way, t_s)| t_s - curve.instant_s(&unknowns, way)).collect();
+        let change = weights.each_ref().map(|of_edges| of_edges.iter().zip(&strays_s).map(|(w, s)| w * s).sum::<f64>());
+        unknowns.iter_mut().zip(change).for_each(|(unknown, change)| *unknown += change);
+        if change.iter().all(|change| change.abs() < 1e-12 * curve.profile.duration_s()) {
+            let sums = weights[1..].iter().map(|of_edges| of_edges.iter().map(|weight| weight.abs()).sum::<f64>());
+            return Some((unknowns, sums.fold(0.0, f64::max), strays_s.iter().fold(0.0, |most, s| s.abs().max(most))));
+        }
+    }
+    None
+}
+
+/// Instants over displacement.
+struct Curve<'a> {
+    profile: &'a Profile,
+    /// Of this axis.
+    steps: f64,
+    /// Mean speed of the ramps as a share of the cruise's: m_a and m_d.
+    means: [f64; 2],
+}
+
+impl<'a> Curve<'a> {
+    /// Unless a ramp has too few of the `edges`.
+    fn new(profile: &'a Profile, edges: usize) -> Option<Self> {
+        let decel_steps = profile.distance_steps() - profile.cruise_end_steps();
+        let share = edges as f64 / profile.distance_steps();
+        let is_known = |ramp_steps: f64| ramp_steps * share >= EDGES_MIN as f64;
+        let mean = |steps: f64, duration_s: f64| steps / (duration_s * profile.cruise_speed_steps_s());
+        let means = [mean(profile.accel_end_steps(), profile.t_accel_s()), mean(decel_steps, profile.t_decel_s())];
+        (is_known(profile.accel_end_steps()) && is_known(decel_steps)).then_some(Self {
+            profile,
+            steps: edges as f64,
+            means,
+        })
+    }
+
+    fn planned(&self) -> Unknowns {
+        [0.0, self.profile.t_accel_s(), self.profile.t_cruise_s(), self.profile.t_decel_s()]
+    }
+
+    /// When the axis is at `way`, steps.
+    fn instant_s(&self, &[start_s, accel_s, cruise_s, decel_s]: &Unknowns, way: f64) -> f64 {
+        let [mean_accel, mean_decel] = self.means;
+        let speed = self.steps / (mean_accel * accel_s + cruise_s + mean_decel * decel_s);
+        let (accel_way, decel_way, left) =
+            (speed * mean_accel * accel_s, speed * mean_decel * decel_s, self.steps - way);
+        if way <= accel_way {
+            start_s + accel_s * self.accel_share(way / accel_way)
+        } else if left <= decel_way {
+            start_s + accel_s + cruise_s + decel_s * (1.0 - self.decel_share(left / decel_way))
+        } else {
+            start_s + accel_s + (way - accel_way) / speed
+        }
+    }
+
+    /// The share of its time in which the accelerating ramp covers a share of its way.
+    fn accel_share(&self, way: f64) -> f64 {
+        self.profile.time_at(way * self.profile.accel_end_steps()) / self.profile.t_accel_s()
+    }
+
+    /// The same of the decelerating ramp, both from its end.
+    fn decel_share(&self, left: f64) -> f64 {
+        let (distance, cruise_end) = (self.profile.distance_steps(), self.profile.cruise_end_steps());
+        let t_s = self.profile.time_at(distance - left * (distance - cruise_end));
+        (self.profile.duration_s() - t_s) / self.profile.t_decel_s()
+    }
+
+    /// How the instant at `way` changes with each unknown.
+    fn slopes(&self, unknowns: &Unknowns, way: f64) -> [f64; UNKNOWNS] {
+        let nudge_s = NUDGE * self.profile.duration_s();
+        std::array::from_fn(|index| {
+            let [before, after] = [-nudge_s, nudge_s].map(|nudge_s| {
+                let mut nudged = *unknowns;
+                nudged[index] += nudge_s;
+                self.instant_s(&nudged, way)
+            });
+            (after - before) / (2.0 * nudge_s)
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use isostep_profile::{IntervalLaw, Limits, SpeedLaw, SyncMove};
+
+    use super::*;
+
+    fn plan(law: SpeedLaw, interval_law: IntervalLaw, steps: [i32; 2], accel_steps_s2: f64) -> SyncMove<2> {
+        let limits = Limits {
+            start_speed_steps_s: if law.is_over_displacement() { 100.0 } else { 0.0 },
+            top_speed_steps_s: 2_400.0,
+            accel_steps_s2,
+            decel_steps_s2: accel_steps_s2,
+            jerk_steps_s3: 25_000.0,
+        };
+        SyncMove::plan(steps, &[limits; 2], interval_law, law, None).unwrap()
+    }
+
+    /// Instants of an axis, rounded to the port's tick as the simulator's are, from any instant on.
+    fn ticked(plan: &SyncMove<2>, axis: usize, port: Port) -> Vec<f64> {
+        let tick_s = port.tick_ns() * 1e-9;
+        (1..=plan.steps[axis].unsigned_abs())
+            .map(|k| 0.123 + (plan.step_time_s(axis, k) / tick_s).round() * tick_s)
+            .collect()
+    }
+
+    fn planned(profile: &Profile) -> Intervals {
+        Intervals { accel_s: profile.t_accel_s(), cruise_s: profile.t_cruise_s(), decel_s: profile.t_decel_s() }
+    }
+
+    #[test]
+    fn every_law_is_measured_to_ticks() {
+        for law in SpeedLaw::ALL {
+            for interval_law in [IntervalLaw::Fastest, IntervalLaw::Thirds] {
+                let plan = plan(law, interval_law, [20_000, 3_000], 2_500.0);
+                for (port, axis) in [(Port::Pio, 0), (Port::Pio, 1), (Port::Timer, 0), (Port::Timer, 1)] {
+                    let found = intervals(&ticked(&plan, axis, port), &plan.profile, port).unwrap();
+                    let apart_s = found.intervals.apart_s(&planned(&plan.profile));
+                    let resolution_ticks = found.resolution_s * 1e9 / port.tick_ns();
+                    assert!(apart_s <= found.resolution_s, "{law}, {interval_law:?}: {apart_s} of {found:?}");
+                    assert!(resolution_ticks < 100.0, "{law}, {interval_law:?}, {port}: {resolution_ticks}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn short_moves_are_measured_right_or_not_at_all() {
+        for law in SpeedLaw::ALL {
+            for long in [10, 60, 200, 900, 2_300, 4_000] {
+                let plan = plan(law, IntervalLaw::Fastest, [long, long / 2], 2_500.0);
+                for axis in [0, 1] {
+                    let Some(found) = intervals(&ticked(&plan, axis, Port::Pio), &plan.profile, Port::Pio) else {
+                        continue;
+                    };
+                    let apart_s = found.intervals.apart_s(&planned(&plan.profile));
+                    assert!(apart_s <= found.resolution_s, "{law}, {long}: {apart_s} of {found:?}");
+                }
+            }
+        }
+    }
+
+    /// What the plan says of durations is not believed.
+    #[test]
+    fn another_acceleration_than_planned_shows() {
+        for law in SpeedLaw::ALL {
+            let [asked, made] = [2_500.0, 2_475.0].map(|accel| plan(law, IntervalLaw::Fastest, [20_000, 3_000], accel));
+            // An S-curve's shape depends on its acceleration, so the edges do not lie on the planned curve.
+            let Some(found) = intervals(&ticked(&made, 1, Port::Pio), &asked.profile, Port::Pio) else {
+                assert_eq!(law, SpeedLaw::SCurve);
+                continue;
+            };
+            assert!(found.intervals.apart_s(&planned(&made.profile)) <= found.resolution_s, "{law}: {found:?}");
+            assert!(found.intervals.apart_s(&planned(&asked.profile)) > 1e-3, "{law}: {found:?}");
+        }
+    }
+}

@@ -1,0 +1,115 @@
+//! What each speed law costs on the chip: planning it, compiling its ramps, replaying its steps.
+
+use anyhow::Result;
+use isostep_profile::SpeedLaw;
+use rp2040_bench::{Checksum, FIRST_STEPS, PLAN_CASES, PlanCase, TICK_HZ};
+use serde::Serialize;
+
+use super::board::CLOCK_HZ;
+use super::figures::Target;
+use super::micro::{AXES, CompileFigures, Lines};
+use super::progress::grouped;
+
+/// What a plan may take, ms.
+const PLAN_MAX_MS: f64 = 1.0;
+
+/// Of one law, in emulated cycles of the core.
+#[derive(Clone, Debug, Serialize)]
+pub struct LawFigures {
+    pub law: &'static str,
+    /// A move of three axes planned, and the first segment of each axis: only that computes what a ramp needs.
+    pub plan: Vec<PlanFigures>,
+    /// Segments of one axis compiled, by the phase they begin in.
+    pub compile: Vec<CompileFigures>,
+    /// Of one axis, the segments of its first few steps.
+    pub first_cycles: u64,
+    /// Ticks of motion for each cycle of compiling it for three axes, over the full queue of segments that has fewest:
+    /// below 1, the queues run dry.
+    pub queue_lead_ticks_per_cycle: f64,
+    /// The loop that replays segments, cycles a step.
+    pub fill_cycles_per_step: f64,
+}
+
+/// Of one of the [`PLAN_CASES`].
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct PlanFigures {
+    pub case: &'static str,
+    pub cycles: u64,
+}
+
+/// The columns of [`LawFigures::cells`].
+pub const HEAD: [&str; 8] = [
+    "plan",
+    "plan, thirds",
+    "short",
+    "short, thirds",
+    "a segment, mean",
+    "at most",
+    "moving/compiling",
+    "replay a step",
+];
+
+impl LawFigures {
+    /// Milliseconds of each plan, then cycles of a segment of a ramp, how fast compiling is, and cycles of a step.
+    pub fn cells(&self) -> [String; 8] {
+        let [a, b, c, d] = std::array::from_fn(|case| format!("{:.2} ms", milliseconds(self.plan[case].cycles)));
+        let ramps = || self.compile.iter().filter(|phase| phase.phase != "cruise");
+        let mean = ramps().map(|ramp| ramp.cycles_mean * f64::from(ramp.segments)).sum::<f64>()
+            / ramps().map(|ramp| f64::from(ramp.segments)).sum::<f64>();
+        let most = ramps().map(|ramp| ramp.cycles_max).max().unwrap_or(0);
+        let lead = format!("{:.2}", self.queue_lead_ticks_per_cycle);
+        [a, b, c, d, grouped(mean as u64), grouped(most), lead, format!("{:.1}", self.fill_cycles_per_step)]
+    }
+
+    fn slowest_plan_ms(&self) -> Option<f64> {
+        self.plan.iter().map(|plan| milliseconds(plan.cycles)).reduce(f64::max)
+    }
+}
+
+fn milliseconds(cycles: u64) -> f64 {
+    cycles as f64 / f64::from(CLOCK_HZ) * 1e3
+}
+
+/// What is aimed at: every law planned in the same time.
+pub fn targets(laws: &[LawFigures]) -> impl Iterator<Item = Target> {
+    laws.iter().map(|one| {
+        Target::at_most(format!("plan a move of {AXES} axes, {}", one.law), one.slowest_plan_ms(), PLAN_MAX_MS, "ms")
+    })
+}
+
+/// Every law's, each result proven.
+pub fn all(lines: &Lines) -> Result<Vec<LawFigures>> {
+    SpeedLaw::ALL.into_iter().map(|law| of(lines, law)).collect()
+}
+
+fn of(lines: &Lines, law: SpeedLaw) -> Result<LawFigures> {
+    let ramp = rp2040_bench::law_ramp(law)?;
+    let name = format!("compile.{law}");
+    Ok(LawFigures {
+        law: law.name(),
+        plan: PLAN_CASES.iter().map(|case| plan(lines, law, case)).collect::<Result<_>>()?,
+        compile: lines.compile(&name, &ramp)?,
+        first_cycles: first_cycles(lines, law)?,
+        queue_lead_ticks_per_cycle: lines.queue_lead(&name)?,
+        fill_cycles_per_step: lines.fill(&format!("fill.{law}"), &ramp)?,
+    })
+}
+
+fn plan(lines: &Lines, law: SpeedLaw, case: &PlanCase) -> Result<PlanFigures> {
+    let plan = rp2040_bench::plan(law, case)?;
+    let checksum = rp2040_bench::plan_checksum(&plan, rp2040_bench::first_segments(&plan));
+    let line = lines.proven(&format!("plan.{law}.{}", case.name), checksum)?;
+    Ok(PlanFigures { case: case.name, cycles: line.cycles })
+}
+
+fn first_cycles(lines: &Lines, law: SpeedLaw) -> Result<u64> {
+    let (mut checksum, mut steps) = (Checksum::default(), 0);
+    for segment in rp2040_bench::law_ramp(law)?.segments(0, TICK_HZ) {
+        if steps >= FIRST_STEPS {
+            break;
+        }
+        steps += segment.steps();
+        checksum.add(segment.last_ticks() as u32);
+    }
+    Ok(lines.proven(&format!("compile.{law}.first"), checksum)?.cycles)
+}
