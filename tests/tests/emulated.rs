@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use isostep_sim::compare::{self, Comparison};
 use isostep_sim::{Config, Port, run};
 use isostep_tests::emulated::{Board, Run};
-use isostep_tests::rig::{Emulated, position_steps};
+use isostep_tests::rig::{Emulated, Pace, position_steps};
 use isostep_tests::{cases, root};
 
 const CLOCK_CYCLE_NS: f64 = 8.0;
@@ -134,6 +134,18 @@ fn moves_there_and_back_are_exact() {
 #[ignore = "needs the firmware: cargo xtask test"]
 fn moves_there_and_back_by_the_timer_port_are_exact() {
     cases::moves_there_and_back_are_exact(Emulated(Port::Timer));
+}
+
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn every_speed_law_is_exact() {
+    cases::every_law_is_exact(Emulated(Port::Pio), Pace::GANTRY);
+}
+
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn every_speed_law_by_the_timer_port_is_exact() {
+    cases::every_law_is_exact(Emulated(Port::Timer), Pace::GANTRY);
 }
 
 #[test]

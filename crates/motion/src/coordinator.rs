@@ -29,7 +29,7 @@ const LEAD: Duration = Duration::from_micros(500);
 
 /// Motion compiled per axis before a move starts, as far as the queue has room: time to fill the queues in. More would
 /// only delay the start.
-const COMPILED_BEFORE_START: Duration = Duration::from_millis(2);
+const COMPILED_BEFORE_START: Duration = Duration::from_millis(20);
 
 /// Carries out the motions asked of `machine` for ever. `enable` is the drivers' ENABLE, active low; every
 /// [`Event`] goes to `on_event` as it happens.

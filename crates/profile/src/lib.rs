@@ -37,6 +37,7 @@
 #![forbid(unsafe_code)]
 
 mod compile;
+mod fixed;
 pub mod generators;
 mod law;
 mod limits;

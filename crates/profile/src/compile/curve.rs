@@ -5,8 +5,9 @@ use super::ramp::LENGTH_MAX;
 use super::septic::{Septic, TERMS};
 use super::setup::View;
 use super::spans::STRAY_MAX_TICKS;
-use super::wide::{exponent, product};
+use super::wide::exponent;
 use super::{BRIEF_S, FIT_ERROR_MAX_TICKS, fit_error_max_ticks};
+use crate::fixed::polynomial;
 use crate::segment::Segment;
 
 /// Instants are in units of 2^-24 tick, or coarser ones in a move too long for that.
@@ -95,8 +96,7 @@ impl Curve {
 
     fn instant(&self, step: u32) -> u64 {
         let y = u64::from(step.wrapping_sub(self.first)).wrapping_mul(self.per_step).wrapping_add(self.begin);
-        let [rest @ .., last] = &self.coefficients;
-        rest.iter().rev().fold(*last, |sum, coefficient| share(sum, y).wrapping_add(*coefficient)) as u64
+        polynomial(&self.coefficients, y) as u64
     }
 }
 
@@ -114,17 +114,4 @@ fn length(septic: &Septic, view: View, count: u32) -> u8 {
     // Three steps always have a quadratic.
     let most = exponent(f64::from(count / SEGMENTS_MIN)).min(LENGTH_MAX as i32);
     strict.max(loose.min(brief)).max(1).min(most).max(0) as u8
-}
-
-/// `value` y, with `y` in 2^-64, rounded down.
-#[inline(always)]
-fn share(value: i64, y: u64) -> i64 {
-    let upper = |a: u64, b: u64| {
-        let (a_low, a_high, b_low, b_high) = (a as u32, (a >> 32) as u32, b as u32, (b >> 32) as u32);
-        let middle = product(a_low, b_high).wrapping_add(product(a_low, b_low) >> 32);
-        let other = product(a_high, b_low).wrapping_add(u64::from(middle as u32));
-        product(a_high, b_high).wrapping_add(middle >> 32).wrapping_add(other >> 32)
-    };
-    // In two's complement a negative value is one of 2^64 less.
-    (upper(value as u64, y) as i64).wrapping_sub(if value < 0 { y as i64 } else { 0 })
 }

@@ -5,7 +5,8 @@
 //! to as many, and s + (m - s²) y/2 to twice as many. Every step but the third-order one errs to below, so m - s² is
 //! never negative.
 
-use super::wide::{Wide, product, right};
+use super::wide::{Wide, right};
+use crate::fixed::product;
 
 /// The seeds: y in units of 2^-7 for each m that starts with the seven bits of the index. An m below 1/4 has none.
 static SEEDS: [u8; 128] = seeds();

@@ -3,7 +3,8 @@
 use super::gentle::Gentle;
 use super::phase::{Law, Phase};
 use super::ramp::{LENGTH_MAX, Ramp};
-use super::wide::{Line, Wide, exponent, fixed, product};
+use super::wide::{Line, Wide, exponent, fixed};
+use crate::fixed::product;
 use crate::profile::Profile;
 use crate::ramp::Ramp as SpeedRamp;
 

@@ -1,14 +1,6 @@
 //! Unsigned numbers of 96 bits, as wide as the instants of a move need, and lines over them.
 
-/// The product of two 32-bit numbers. By halves, since a Cortex-M0+ multiplies 32 bits to 32 and the compiler would
-/// call a routine that multiplies 64 by 64.
-#[inline(always)]
-pub(super) fn product(a: u32, b: u32) -> u64 {
-    let (a_low, a_high, b_low, b_high) = (a & 0xffff, a >> 16, b & 0xffff, b >> 16);
-    let outer = u64::from(a_high * b_high) << 32 | u64::from(a_low * b_low);
-    let inner = (u64::from(a_high * b_low) << 16).wrapping_add(u64::from(a_low * b_high) << 16);
-    outer.wrapping_add(inner)
-}
+use crate::fixed::product;
 
 /// A 96-bit number, by its 32-bit digits. Sums and products are modulo 2^96.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -137,7 +129,7 @@ pub(super) fn exponent(x: f64) -> i32 {
 mod tests {
     use proptest::prelude::*;
 
-    use super::{Line, Wide, fixed, left, product, right, right_signed};
+    use super::{Line, Wide, fixed, left, right, right_signed};
 
     fn value(wide: Wide) -> u128 {
         u128::from(wide.upper()) << 32 | u128::from(wide.bottom)
@@ -150,11 +142,6 @@ mod tests {
 
     proptest! {
         #![proptest_config(ProptestConfig { cases: 10_000, failure_persistence: None, ..ProptestConfig::default() })]
-
-        #[test]
-        fn products_are_exact(a: u32, b: u32) {
-            prop_assert_eq!(product(a, b), u64::from(a) * u64::from(b));
-        }
 
         #[test]
         fn lines_are_exact(start in any_length(), slope in any_length(), x: u32) {

@@ -5,6 +5,8 @@
 
 use libm::{exp, log1p};
 
+use crate::fixed::polynomial;
+
 /// p_N - 1, with p_N = 24: a fifth of the 120 steps of Table 1.
 pub(super) const K: f64 = 23.0;
 /// ln(1 + K).
@@ -41,26 +43,32 @@ pub(super) fn time(slow: f64, u: f64) -> f64 {
 /// Above it, quadrature.
 const SERIES_END: f64 = 4.0;
 /// Of the series: the next is less than 2^-56 of the sum at q + s = 7.2.
-const TERMS: usize = 36;
+const TERMS: usize = 37;
 
 /// exp(-q) (ln(1 + s/q) + S(q + s) - S(q)) with S(w) = Σ w^k/(k k!).
 fn by_series(q: f64, s: f64) -> f64 {
     exp(-q) * (log1p(s / q) + series(q + s) - series(q))
 }
 
+/// S(w), for w below 8.
 fn series(w: f64) -> f64 {
-    w * COEFFICIENTS.iter().rev().fold(0.0, |sum, coefficient| sum * w + coefficient)
+    polynomial(&COEFFICIENTS, (w * (TWO_TO_64 / W_END)) as u64) as f64 / UNITS
 }
 
-/// 1/(k k!), from k = 1 on.
-static COEFFICIENTS: [f64; TERMS] = coefficients();
+/// Of the coefficients in 1: S(8) is 436.
+const UNITS: f64 = 18_014_398_509_481_984.0;
+const W_END: f64 = 8.0;
+const TWO_TO_64: f64 = 1_024.0 * UNITS;
 
-const fn coefficients() -> [f64; TERMS] {
-    let mut coefficients = [0.0; TERMS];
-    let (mut k, mut factorial) = (1, 1.0);
-    while k <= TERMS {
-        factorial *= k as f64;
-        coefficients[k - 1] = 1.0 / (k as f64 * factorial);
+/// 8^k/(k k!): of the powers of w/8, the first of which has none.
+static COEFFICIENTS: [i64; TERMS] = coefficients();
+
+const fn coefficients() -> [i64; TERMS] {
+    let mut coefficients = [0; TERMS];
+    let (mut k, mut power) = (1, UNITS);
+    while k < TERMS {
+        power *= W_END / k as f64;
+        coefficients[k] = (power / k as f64) as i64;
         k += 1;
     }
     coefficients

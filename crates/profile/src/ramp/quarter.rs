@@ -4,6 +4,8 @@
 
 use core::f64::consts::PI;
 
+use crate::fixed::polynomial;
+
 /// Sine and cosine of π/2 `t`, for `t` from 0 to 1.
 pub(super) fn sin_cos(t: f64) -> (f64, f64) {
     if t > 0.5 {
@@ -13,30 +15,32 @@ pub(super) fn sin_cos(t: f64) -> (f64, f64) {
     eighth(t)
 }
 
-/// By the series up to x^18, x = π/2 `t` being π/4 at most: what follows is less than 2^-63.
+/// By the series up to x^19, x = π/2 `t` being π/4 at most: what follows is less than 2^-63.
 fn eighth(t: f64) -> (f64, f64) {
     let x = PI / 2.0 * t;
-    let minus_square = -x * x;
-    let series = |coefficients: &[f64; 9]| {
-        coefficients.iter().rev().fold(0.0, |sum, coefficient| (sum + coefficient) * minus_square)
-    };
-    (x + x * series(&SINE), 1.0 + series(&COSINE))
+    let square = (x * x * TWO_TO_64) as u64;
+    let series = |coefficients| polynomial(coefficients, square) as f64 / UNITS;
+    (x * series(&SINE), series(&COSINE))
 }
 
-/// 1/3!, 1/5! and so on: how many x^2 each has more.
-static SINE: [f64; 9] = inverse_factorials(3);
-/// 1/2!, 1/4! and so on.
-static COSINE: [f64; 9] = inverse_factorials(2);
+/// Of the coefficients in 1.
+const UNITS: f64 = 4_611_686_018_427_387_904.0;
+const TWO_TO_64: f64 = 4.0 * UNITS;
+/// 1, -1/3!, 1/5! and so on: of the powers of x².
+static SINE: [i64; 10] = inverse_factorials(1);
+/// 1, -1/2!, 1/4! and so on.
+static COSINE: [i64; 10] = inverse_factorials(0);
 
-const fn inverse_factorials(first: u32) -> [f64; 9] {
-    let mut inverses = [0.0; 9];
-    let (mut factorial, mut n, mut index) = (1.0, 1, 0);
+const fn inverse_factorials(first: usize) -> [i64; 10] {
+    let mut inverses = [0; 10];
+    let (mut units, mut n, mut index) = (UNITS, 0, 0);
     while index < inverses.len() {
-        while n < first + 2 * index as u32 {
+        while n < first + 2 * index {
             n += 1;
-            factorial *= n as f64;
+            units /= n as f64;
         }
-        inverses[index] = 1.0 / factorial;
+        inverses[index] = units as i64;
+        units = -units;
         index += 1;
     }
     inverses
