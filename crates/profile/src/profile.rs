@@ -73,7 +73,6 @@ pub struct StepCounts {
 /// Displacement is continuous: 0 to `distance_steps`. Which instants become steps is [`SyncMove`](crate::SyncMove)'s
 /// affair.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Profile {
     pub(crate) distance_steps: f64,
     pub(crate) cruise_steps_s: f64,
@@ -254,6 +253,14 @@ impl Profile {
         } else {
             Interval::Cruise(t_s - self.t_accel_s())
         }
+    }
+}
+
+/// What a log has room for.
+#[cfg(feature = "defmt")]
+impl defmt::Format for Profile {
+    fn format(&self, f: defmt::Formatter) {
+        defmt::write!(f, "{} steps in {} s", self.distance_steps, self.duration_s());
     }
 }
 

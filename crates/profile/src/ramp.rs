@@ -13,7 +13,6 @@ use crate::law::SpeedLaw;
 
 /// An accelerating ramp. Times and displacements count from its slow end and are clamped to it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub(crate) struct Ramp {
     shape: Shape,
     slow_steps_s: f64,
@@ -24,7 +23,6 @@ pub(crate) struct Ramp {
 
 /// How its speed rises.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 enum Shape {
     Even { accel_steps_s2: f64 },
     OverTime(OverTime),

@@ -11,7 +11,6 @@ use crate::newton::rising_root;
 
 /// The law of a ramp.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub(crate) enum OverDisplacement {
     /// v = u (paper 000, eq 5).
     Linear,

@@ -7,7 +7,6 @@ use crate::newton::rising_root;
 
 /// The law of a ramp. It is steepest in the middle, and symmetrical: s(1 - t) = 1 - s(t).
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub(crate) enum OverTime {
     /// The jerk is constant for `share` of the time, 0 for a while, and the first backwards for `share` again.
     SCurve {
