@@ -9,9 +9,11 @@ use crate::profile::{Profile, ProfileError};
 use crate::ramp::{Bounds, Ramp};
 
 /// The last step of the search for a cruise speed, as a share of the speed gained; what is left then is far less.
-const PEAK_TOLERANCE: f64 = 1e-9;
+const PEAK_TOLERANCE: f64 = 1e-7;
 /// The same where a search comes nearer by Newton's method.
 const ROOT_TOLERANCE: f64 = 1e-10;
+/// By how much a search by powers takes a gain back at most, at a time.
+const FACTOR_MIN: f64 = 0.1;
 /// More than any search takes.
 const ITERATIONS_MAX: u32 = 100;
 /// The same for thirds of laws over displacement: the slope is known about, so they are longer than need be by as much.
@@ -228,11 +230,12 @@ impl Ends {
         let mut gain = most;
         for _ in 0..ITERATIONS_MAX {
             let (steps, slope) = lengths(gain);
-            let ratio = self.distance_steps / steps;
-            let (half, over_power) = ((ratio - 1.0) / 2.0, steps / (slope * gain));
-            let factor = (1.0 + half + half * over_power) / (1.0 + half - half * over_power);
-            // No power is less than 1/2.
-            let factor = factor.max(ratio * ratio);
+            // (1 + h + h/p)/(1 + h - h/p) with h = (way/length - 1)/2 and p = gain slope/length, by one division.
+            let (sum, difference) =
+                ((self.distance_steps + steps) * slope * gain, (self.distance_steps - steps) * steps);
+            let factor = (sum + difference) / (sum - difference);
+            // Where the length is far too long, the fraction is too small, or below 0.
+            let factor = if factor < FACTOR_MIN { FACTOR_MIN } else { factor };
             gain *= factor;
             if (factor - 1.0).abs() <= PEAK_TOLERANCE {
                 break;
