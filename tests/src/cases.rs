@@ -78,7 +78,7 @@ pub fn every_law_is_exact(rig: impl Rig, pace: Pace) {
     for (number, law) in SpeedLaw::ALL.into_iter().enumerate() {
         let start_mm_min = if law.is_over_displacement() { pace.start_mm_min } else { 0 };
         acts.extend((910..913).map(|start| Act::Line(format!("${start}={start_mm_min}"))));
-        acts.push(Act::Line(format!("$902={number}")));
+        acts.push(Act::Line(format!("$940={number}")));
         for (thirds, way) in [pace.away_mm, pace.away_mm.map(|mm| -mm)].into_iter().enumerate() {
             acts.extend([Act::Line(format!("$900={thirds}")), relative(way), Act::WaitIdle]);
             // For a sender that does not wait: settings are refused in motion.

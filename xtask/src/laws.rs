@@ -6,8 +6,8 @@ use isostep_profile::SpeedLaw;
 
 /// Setting `$900`.
 const INTERVAL_LAW: u16 = 900;
-/// Setting `$902`.
-const SPEED_LAW: u16 = 902;
+/// Setting `$940`.
+const SPEED_LAW: u16 = 940;
 /// Settings `$910`-`$912`.
 const START_SPEEDS: [u16; 3] = [910, 911, 912];
 /// A start speed for the laws that need one, mm/min: 100 steps/s of the default machine.
@@ -19,7 +19,7 @@ pub struct Laws {
     /// How a move's time is split into its intervals: $900
     #[arg(long, value_parser = ["fastest", "thirds"], default_value = "fastest")]
     law: String,
-    /// How speed changes on a ramp: $902; those over displacement (linear, quadratic, sinusoidal, logarithmic) set a start
+    /// How speed changes on a ramp: $940; those over displacement (linear, quadratic, sinusoidal, logarithmic) set a start
     /// speed of 120 mm/min too, $910-$912
     #[arg(long, value_name = "NAME", value_parser = speed_laws(), default_value = SpeedLaw::Trapezoid.name())]
     speed_law: SpeedLaw,
@@ -73,9 +73,9 @@ mod tests {
     #[test]
     fn every_law_has_its_settings_and_the_machine_takes_them() {
         assert_eq!(laws(&[]).settings(), []);
-        assert_eq!(laws(&["--law", "thirds", "--speed-law", "sine"]).settings(), [(900, 1.0), (902, 2.0)]);
+        assert_eq!(laws(&["--law", "thirds", "--speed-law", "sine"]).settings(), [(900, 1.0), (940, 2.0)]);
         let starts = [(910, 120.0), (911, 120.0), (912, 120.0)];
-        assert_eq!(laws(&["--speed-law", "linear"]).settings(), [&starts[..], &[(902, 3.0)]].concat());
+        assert_eq!(laws(&["--speed-law", "linear"]).settings(), [&starts[..], &[(940, 3.0)]].concat());
         for (number, law) in SpeedLaw::ALL.into_iter().enumerate() {
             let machine = laws(&["--speed-law", law.name()]).machine();
             assert_eq!(isostep_controller::config(&machine).speed_law, law);

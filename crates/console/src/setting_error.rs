@@ -29,7 +29,7 @@ pub enum SettingError {
     RateTooHigh { axis: usize, asked_mm_min: f32, max_mm_min: f32, steps_per_mm: f32, pulse_us: u16 },
     /// An axis would start faster than its top speed.
     StartAboveTop { axis: usize, start_mm_min: f32, top_mm_min: f32 },
-    /// The speed law with the number `law`, `$902`, needs a start speed, which an axis has not.
+    /// The speed law with the number `law`, `$940`, needs a start speed, which an axis has not.
     LawNeedsStart { axis: usize, law: u16 },
 }
 
@@ -106,7 +106,7 @@ impl fmt::Display for SettingError {
                 let start = 910 + axis;
                 write!(
                     f,
-                    "$902={law} is a law over displacement and never leaves standstill: raise ${start} above 0 first"
+                    "$940={law} is a law over displacement and never leaves standstill: raise ${start} above 0 first"
                 )
             }
         }

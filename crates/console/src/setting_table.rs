@@ -66,13 +66,13 @@ const ROWS: &[(Setting, &str)] = &[
     row(130, "mm", "travel", 1.0, 1e4, PerAxis(|s| &mut s.travel_mm)),
     row(900, "", "interval law: 0 fastest, 1 thirds", 0.0, 1.0, Flag(|s| &mut s.interval_thirds)),
     row(901, "", "homing order, axis digits: 1 X, 2 Y, 3 Z", 123.0, 321.0, Int(|s| &mut s.homing_order_digits)),
-    row(902, "", "speed law: 0 trapezoid, 1 s-curve, 2 sine, 3 linear, 4 quadratic, 5 sinusoidal, 6 logarithmic", 0.0, 6.0, Int(|s| &mut s.speed_law)),
     row(910, "mm/min", "start speed", 0.0, 1e8, PerAxis(|s| &mut s.start_rate_mm_min)),
     row(920, "mm/s2", "deceleration; 0 for the acceleration", 0.0, 1e5, PerAxis(|s| &mut s.decel_or_0_mm_s2)),
     row(930, "mm/s3", "jerk of the s-curve; 0 for no limit", 0.0, 1e8, PerAxis(|s| &mut s.jerk_or_0_mm_s3)),
+    row(940, "", "speed law: 0 trapezoid, 1 s-curve, 2 sine, 3 linear, 4 quadratic, 5 sinusoidal, 6 logarithmic", 0.0, 6.0, Int(|s| &mut s.speed_law)),
 ];
 
-/// Every setting, by rising number.
+/// Every setting, by rising number: sent back as listed, each works with those before it.
 pub static TABLE: &[Setting] = &settings();
 /// What each of them means. Apart, so that a controller that never says so need not store it.
 static MEANINGS: [&str; ROWS.len()] = meanings();

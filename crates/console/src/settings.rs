@@ -5,7 +5,7 @@ use crate::{AXES, SettingError, setting_table};
 /// The highest rate that the step outputs carry with pulses of so many us (0: as short as they can be), steps/s.
 pub type Carries<'a> = &'a dyn Fn(u16) -> f32;
 
-/// From this `$902` on, speed is a law over displacement, which never leaves standstill.
+/// From this `$940` on, speed is a law over displacement, which never leaves standstill.
 const FIRST_LAW_OVER_DISPLACEMENT: u16 = 3;
 
 /// Every setting, as `$$` lists them; per-axis values in the order X, Y, Z. Masks have bit 0 for X.
@@ -53,7 +53,7 @@ pub struct Settings {
     pub travel_mm: [f32; AXES],
     /// `$900`: accelerate, cruise and brake over three equal times (thirds), not as fast as the limits allow.
     pub interval_thirds: bool,
-    /// `$902`: how speed changes on a ramp, by number: trapezoid, S-curve, sine, linear, quadratic, sinusoidal, logarithmic.
+    /// `$940`: how speed changes on a ramp, by number: trapezoid, S-curve, sine, linear, quadratic, sinusoidal, logarithmic.
     pub speed_law: u16,
     /// `$901`: the axes in the order they home, as digits; see [`Settings::homing_order`].
     pub homing_order_digits: u16,

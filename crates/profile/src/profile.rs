@@ -248,7 +248,7 @@ impl Profile {
             Interval::Outside
         } else if t_s < self.t_accel_s() {
             Interval::Accel(t_s)
-        } else if left_s <= self.t_decel_s() {
+        } else if left_s <= self.t_decel_s() && self.t_decel_s() > 0.0 {
             Interval::Decel(left_s)
         } else {
             Interval::Cruise(t_s - self.t_accel_s())

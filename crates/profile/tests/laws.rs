@@ -267,3 +267,26 @@ fn laws_over_displacement_never_leave_standstill() {
         assert!(slowest.t_accel_s() > 0.0 && slowest.t_accel_s().is_finite());
     }
 }
+
+/// A move that enters and leaves at the top speed has no ramp, and no acceleration even at its ends.
+#[test]
+fn without_ramps_there_is_no_acceleration() {
+    let limits = Limits {
+        start_speed_steps_s: 100.0,
+        top_speed_steps_s: 100.0,
+        accel_steps_s2: 50.0,
+        decel_steps_s2: 50.0,
+        jerk_steps_s3: 10.0,
+    };
+    for law in SpeedLaw::ALL {
+        let profile = Profile::plan(1_000.0, 100.0, 100.0, &limits, IntervalLaw::Fastest, law).unwrap();
+        assert_eq!(profile.duration_s(), 10.0, "{law}");
+        for t_s in [0.0, 5.0, 10.0] {
+            assert_eq!(
+                (profile.speed_at(t_s), profile.accel_at(t_s), profile.jerk_at(t_s)),
+                (100.0, 0.0, 0.0),
+                "{law}"
+            );
+        }
+    }
+}

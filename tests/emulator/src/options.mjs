@@ -107,7 +107,7 @@ function number(name, text, least, most) {
 }
 
 function settingLine(text) {
-  if (!/^[0-9]+=[0-9.]+$/.test(text)) throw new Error(`--set ${text}: give a setting's number and its value, such as 902=1`);
+  if (!/^[0-9]+=[0-9.]+$/.test(text)) throw new Error(`--set ${text}: give a setting's number and its value, such as 940=1`);
   return `$${text}\n`;
 }
 

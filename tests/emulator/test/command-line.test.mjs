@@ -48,10 +48,10 @@ test('options are checked, and default to the bench', () => {
 });
 
 test('settings become lines ahead of a program', () => {
-  const options = parseOptions(['--elf', 'a', '--program', 'b', '--set', '910=120', '--set', '902=3']);
-  assert.deepEqual(options.settings, ['$910=120\n', '$902=3\n']);
-  assert.throws(() => parseOptions(['--elf', 'a', '--program', 'b', '--set', 'law=3']), /such as 902=1/);
-  assert.throws(() => parseOptions(['--elf', 'a', '--script', 'b', '--set', '902=1']), /goes with --program/);
+  const options = parseOptions(['--elf', 'a', '--program', 'b', '--set', '910=120', '--set', '940=3']);
+  assert.deepEqual(options.settings, ['$910=120\n', '$940=3\n']);
+  assert.throws(() => parseOptions(['--elf', 'a', '--program', 'b', '--set', 'law=3']), /such as 940=1/);
+  assert.throws(() => parseOptions(['--elf', 'a', '--script', 'b', '--set', '940=1']), /goes with --program/);
 });
 
 test('the help shows every command', () => {

@@ -109,7 +109,6 @@ fn settings_print_as_grbl_prints_them() {
         $132=100.000
         $900=0
         $901=312
-        $902=0
         $910=0.000
         $911=0.000
         $912=0.000
@@ -119,6 +118,7 @@ fn settings_print_as_grbl_prints_them() {
         $930=500.000
         $931=500.000
         $932=500.000
+        $940=0
         ok"#]]
     .assert_eq(&heard);
 }
@@ -155,17 +155,17 @@ fn a_refused_setting_names_value_limit_and_remedy() {
 fn a_law_over_displacement_needs_a_start_speed_on_every_axis() {
     check(
         State::Idle,
-        "$902=2\n$902=3\n$910=120\n$902=6\n$911=120\n$912=120\n$902=6\n$912=0\n$902=0\n$912=0",
+        "$940=2\n$940=3\n$910=120\n$940=6\n$911=120\n$912=120\n$940=6\n$912=0\n$940=0\n$912=0",
         expect![[r#"
-            $902=2 -> ok
-            $902=3 -> [MSG:$902=3 is a law over displacement and never leaves standstill: raise $910 above 0 first] error:2
+            $940=2 -> ok
+            $940=3 -> [MSG:$940=3 is a law over displacement and never leaves standstill: raise $910 above 0 first] error:2
             $910=120 -> ok
-            $902=6 -> [MSG:$902=6 is a law over displacement and never leaves standstill: raise $911 above 0 first] error:2
+            $940=6 -> [MSG:$940=6 is a law over displacement and never leaves standstill: raise $911 above 0 first] error:2
             $911=120 -> ok
             $912=120 -> ok
-            $902=6 -> ok
-            $912=0 -> [MSG:$902=6 is a law over displacement and never leaves standstill: raise $912 above 0 first] error:2
-            $902=0 -> ok
+            $940=6 -> ok
+            $912=0 -> [MSG:$940=6 is a law over displacement and never leaves standstill: raise $912 above 0 first] error:2
+            $940=0 -> ok
             $912=0 -> ok
         "#]],
     );
@@ -175,11 +175,11 @@ fn a_law_over_displacement_needs_a_start_speed_on_every_axis() {
 fn a_refused_law_or_jerk_names_value_limit_and_remedy() {
     check(
         State::Idle,
-        "$902=7\n$902=1.5\n$902=-1\n$930=-1\n$932=0\n$933=1",
+        "$940=7\n$940=1.5\n$940=-1\n$930=-1\n$932=0\n$933=1",
         expect![[r#"
-        $902=7 -> [MSG:$902=7 is above the most, 6: lower it] error:2
-        $902=1.5 -> [MSG:$902=1.500 is not a whole number: remove the fraction] error:23
-        $902=-1 -> [MSG:$902=-1 is negative: give 0 or more] error:4
+        $940=7 -> [MSG:$940=7 is above the most, 6: lower it] error:2
+        $940=1.5 -> [MSG:$940=1.500 is not a whole number: remove the fraction] error:23
+        $940=-1 -> [MSG:$940=-1 is negative: give 0 or more] error:4
         $930=-1 -> [MSG:$930=-1 is negative: give 0 or more] error:4
         $932=0 -> ok
         $933=1 -> [MSG:there is no $933: $$ lists the settings] error:3
@@ -208,7 +208,7 @@ fn the_highest_rate_named_is_accepted() {
 #[test]
 fn what_is_printed_can_be_sent_back() {
     let mut sent = Talk::new(State::Idle);
-    sent.send("$0=10\n$3=5\n$22=0\n$27=1.235\n$101=80.125\n$121=0.1\n$131=9999.999\n$900=1\n$901=213\n$922=7\n$931=1234.5\n$902=1");
+    sent.send("$0=10\n$3=5\n$22=0\n$27=1.235\n$101=80.125\n$121=0.1\n$131=9999.999\n$900=1\n$901=213\n$922=7\n$931=1234.5\n$940=1");
     let listing = sent.bytes(b"$$\n");
     let mut restored = Talk::new(State::Alarm);
     for line in listing.split(' ').filter(|line| line.starts_with('$')) {
