@@ -266,6 +266,12 @@ impl Ramp {
         }
     }
 
+    /// Over how much of the parameter the speed would double from `state` on, at its acceleration there.
+    pub(crate) fn doubling(&self, state: &State) -> f64 {
+        let doubling_s = state.speed_steps_s / state.accel_steps_s2;
+        if self.is_over_displacement() { doubling_s * state.speed_steps_s } else { doubling_s }
+    }
+
     /// How it is at a parameter.
     pub(crate) fn at_parameter(&self, parameter: f64) -> State {
         match self.shape {

@@ -26,8 +26,10 @@ const SHARE_MOST: f64 = 4.0;
 const SPAN_MAX_TICKS: f64 = 1_073_741_824.0;
 /// What the laws' floats may lose of a time, as a share of it: 2^-48.
 const ROUNDING: f64 = 3.552_713_678_800_501e-15;
-/// At first, the share of the ramp that a span tries.
+/// At first, the share of the ramp that a span tries at most.
 const FIRST_SHARE: f64 = 1.0 / 16.0;
+/// And of that over which the speed would double, which is what is right near standstill.
+const DOUBLING_SHARE: f64 = 0.18;
 /// Spans begin and end a little nearer to standstill than the first and last step, at half a step.
 const BEFORE_STEP: f64 = 0.49;
 /// Shorter spans, as shares of the ramp, are not tried: only rounding would be left to see.
@@ -76,13 +78,14 @@ impl Spans {
     }
 
     fn new(path: Path, view: View, (first, last): (f64, f64), (begin, end): (u32, u32)) -> Self {
+        let state = path.state(first);
         Self {
             path,
             view,
             parameter: first,
-            state: path.state(first),
             last,
-            reach: (last - first) * FIRST_SHARE,
+            reach: ((last - first) * FIRST_SHARE).min(path.ramp.doubling(&state) * DOUBLING_SHARE),
+            state,
             curve: Curve::empty(),
             curve_end: begin,
             end,
