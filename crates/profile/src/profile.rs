@@ -201,7 +201,10 @@ impl Profile {
     /// Displacement at `t_s` (clamped to the move), steps.
     #[must_use]
     pub fn position_at(&self, t_s: f64) -> f64 {
-        match self.interval_at(t_s.max(0.0).min(self.duration_s())) {
+        if t_s >= self.duration_s() {
+            return self.distance_steps;
+        }
+        match self.interval_at(t_s.max(0.0)) {
             Interval::Accel(t_s) => self.accel.at_time(t_s).steps,
             Interval::Cruise(t_s) => self.accel_end_steps + t_s * self.cruise_steps_s,
             Interval::Decel(left_s) => self.distance_steps - self.decel.at_time(left_s).steps,
