@@ -146,7 +146,7 @@ impl Ends {
         let gain = if lengths(most).0 <= self.distance_steps {
             most
         } else if self.entry_steps_s == self.exit_steps_s {
-            self.gain_by_powers(self.gain_by_quadratic().unwrap_or(most).min(most), PEAK_TOLERANCE, lengths)
+            self.gain_by_quadratic().unwrap_or_else(|| self.gain_by_powers(most, lengths))
         } else {
             rising_root((0.0, most), most, ROOT_TOLERANCE, |gain| {
                 let (steps, growth) = lengths(gain);
@@ -209,32 +209,27 @@ impl Ends {
         // What a trapezoid has room for; between unequal ends that may be none.
         let from = self.highest_of_thirds() - fast;
         let from = if from > 0.0 { from.min(room) } else { room };
-        if self.decel_share().is_some() {
-            let gain = self.gain_by_powers(from, tolerance, |gain| self.needed_by_thirds(gain));
-            return gain.min(room) * (1.0 - 2.0 * tolerance);
-        }
         // On the safe side of where the search ends.
         rising_root((0.0, room), from, tolerance, over) * (1.0 - 2.0 * tolerance)
     }
 
-    /// About the gain over which both ramps are as long as the way, from equal ends, if their length is near a quadratic.
+    /// The gain over which both ramps are as long as the way, from equal ends, if their length is a quadratic in it.
     fn gain_by_quadratic(&self) -> Option<f64> {
-        let (constant, square) = self.accel.near_quadratic()?;
+        let (constant, square) = self.accel.quadratic_length()?;
         let per_accel = 1.0 / self.accel.accel_steps_s2 + 1.0 / self.decel.accel_steps_s2;
         let (slow, way) = (self.entry_steps_s, self.distance_steps / (constant * per_accel));
         // slow r + square r² = way, without cancelling.
         Some(2.0 * way / (slow + sqrt(slow * slow + 4.0 * square * way)))
     }
 
-    /// The gain from equal ends for which `needed` is the way, beginning with `from`. `needed` gives a way for a gain, and its
-    /// slope.
+    /// The gain below `most` over which both ramps are as long as the way, from equal ends.
     ///
-    /// It is near a power of the gain, s^p, p being 1/2 to 2 or so. Hence by Newton's method on the logarithms
+    /// Their length is near a power of the gain, s^p, p being 1/2 to 2 or so. Hence by Newton's method on the logarithms
     /// of both, that is by (way/length)^(1/p), for which a fraction of two lines is near enough.
-    fn gain_by_powers(&self, from: f64, tolerance: f64, needed: impl Fn(f64) -> (f64, f64)) -> f64 {
-        let mut gain = from;
+    fn gain_by_powers(&self, most: f64, lengths: impl Fn(f64) -> (f64, f64)) -> f64 {
+        let mut gain = most;
         for _ in 0..ITERATIONS_MAX {
-            let (steps, slope) = needed(gain);
+            let (steps, slope) = lengths(gain);
             // (1 + h + h/p)/(1 + h - h/p) with h = (way/length - 1)/2 and p = gain slope/length, by one division.
             let (sum, difference) =
                 ((self.distance_steps + steps) * slope * gain, (self.distance_steps - steps) * steps);
@@ -242,7 +237,7 @@ impl Ends {
             // Where the length is far too long, the fraction is too small, or below 0.
             let factor = if factor < FACTOR_MIN { FACTOR_MIN } else { factor };
             gain *= factor;
-            if (factor - 1.0).abs() <= tolerance {
+            if (factor - 1.0).abs() <= PEAK_TOLERANCE {
                 break;
             }
         }
@@ -260,9 +255,6 @@ impl Ends {
             (steps * share, growth * share + steps * (sum_growth - share * mean_growth) / mean)
         };
         let (accel, decel) = self.lengths(gain);
-        if self.decel_share().is_some() {
-            return needed(if accel.0 > decel.0 { accel } else { decel }, accel_mean);
-        }
         let (accel, decel) = (needed(accel, accel_mean), needed(decel, decel_mean));
         if accel.0 > decel.0 { accel } else { decel }
     }

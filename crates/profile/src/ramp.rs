@@ -87,14 +87,14 @@ impl Bounds {
         }
     }
 
-    /// c and e if that length is near c rise (slow + e rise)/a: where the rise is far less or far more than the slow speed
-    /// it is that.
-    pub(crate) fn near_quadratic(&self) -> Option<(f64, f64)> {
+    /// c and e if that length is c rise (slow + e rise)/a.
+    pub(crate) fn quadratic_length(&self) -> Option<(f64, f64)> {
         match self.shape_of_law() {
             Shape::Even { .. } => Some((1.0, 0.5)),
             Shape::OverTime(OverTime::Sine) => Some((OverTime::Sine.peak(), 0.5)),
-            Shape::OverTime(OverTime::SCurve { .. }) => None,
-            Shape::OverDisplacement(law) => Some(law.near_quadratic()),
+            Shape::OverDisplacement(OverDisplacement::Linear) => Some((1.0, 1.0)),
+            Shape::OverDisplacement(OverDisplacement::Quadratic) => Some((2.0, 1.0)),
+            _ => None,
         }
     }
 

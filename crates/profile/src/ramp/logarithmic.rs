@@ -31,12 +31,12 @@ pub(super) fn length(slow: f64, rise: f64) -> (f64, f64) {
     (rise * peak, 2.0 * peak - slow * slope * scale)
 }
 
-/// ∫ du/(slow + ln(1 + K u)/ln(1 + K)) from 0 to where ln(1 + K u) is `s`.
+/// ∫ du/(slow + ln(1 + K u)/ln(1 + K)) from 0 to `u`.
 ///
-/// With q = slow ln(1 + K) it is ln(1 + K)/K times ∫ exp(σ)/(q + σ) dσ from 0 to s: by the series of
+/// With s = ln(1 + K u) and q = slow ln(1 + K) it is ln(1 + K)/K times ∫ exp(σ)/(q + σ) dσ from 0 to s: by the series of
 /// the exponential integral where q is small, by quadrature where the pole at -q is far.
-pub(super) fn time(slow: f64, s: f64) -> f64 {
-    let q = slow * LN_END;
+pub(super) fn time(slow: f64, u: f64) -> f64 {
+    let (q, s) = (slow * LN_END, log1p(K * u));
     LN_END / K * if q < SERIES_END { by_series(q, s) } else { by_quadrature(q, s) }
 }
 

@@ -78,17 +78,6 @@ impl OverDisplacement {
         }
     }
 
-    /// c and e if that length is near c rise (slow + e rise): exact for the first two.
-    pub(super) fn near_quadratic(self) -> (f64, f64) {
-        match self {
-            Self::Linear => (1.0, 1.0),
-            Self::Quadratic => (2.0, 1.0),
-            // From rest the peak is where cos π u = -1/2.
-            Self::Sinusoidal => (PI / 2.0, 0.649_519_052_838_329),
-            Self::Logarithmic => (logarithmic::K / logarithmic::LN_END, 0.115_756_803_108_135),
-        }
-    }
-
     /// How long it takes to `u`: ∫ du/(slow + v).
     pub(super) fn time(self, slow: f64, u: f64) -> f64 {
         match self {
@@ -103,7 +92,7 @@ impl OverDisplacement {
                 // At the end the tangent is infinite.
                 atan(high * sine / (low * cosine)) / (PI / 2.0 * low * high)
             }
-            Self::Logarithmic => logarithmic::time(slow, log1p(logarithmic::K * u)),
+            Self::Logarithmic => logarithmic::time(slow, u),
         }
     }
 
@@ -111,7 +100,6 @@ impl OverDisplacement {
     pub(super) fn whole_time(self, slow: f64) -> f64 {
         match self {
             Self::Sinusoidal => 1.0 / sqrt(slow * (slow + 1.0)),
-            Self::Logarithmic => logarithmic::time(slow, logarithmic::LN_END),
             _ => self.time(slow, 1.0),
         }
     }
