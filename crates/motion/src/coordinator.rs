@@ -27,8 +27,8 @@ use crate::port::{Direction, PortFault, Run};
 /// ENABLE's (650 ns for a DRV8825), long before the first step.
 const LEAD: Duration = Duration::from_micros(500);
 
-/// Motion compiled per axis before a move starts, as far as the queue has room: time to fill the queues in. More would
-/// only delay the start.
+/// Motion compiled per axis before a move starts, as far as the queue has room: time to fill the queues in. Of a curved
+/// ramp the first segments take milliseconds each, so there it is a full queue mostly; more would only delay the start.
 const COMPILED_BEFORE_START: Duration = Duration::from_millis(20);
 
 /// Carries out the motions asked of `machine` for ever. `enable` is the drivers' ENABLE, active low; every

@@ -1,5 +1,8 @@
 //! Products of fixed-point numbers, and polynomials of them: a third of what floats cost a Cortex-M0+.
 
+/// What a fraction in 2^-64 has for 1.
+pub(crate) const TWO_TO_64: f64 = 18_446_744_073_709_551_616.0;
+
 /// The product of two 32-bit numbers. By halves, since a Cortex-M0+ multiplies 32 bits to 32 and the compiler would
 /// call a routine that multiplies 64 by 64.
 #[inline(always)]

@@ -1,4 +1,4 @@
-//! Roots of rising functions.
+//! Roots: of rising functions, and rough ones to begin a search with.
 
 /// More than any of ours takes; then rounding is all that is left to improve.
 const ITERATIONS_MAX: u32 = 100;
@@ -25,4 +25,30 @@ pub(crate) fn rising_root(
         }
     }
     x
+}
+
+/// The `n`-th root of `x`, to 6.2 %: so much of the logarithm, as a float's bits have it: log2(1 + f) as f, of
+/// which 2^f is short by 6.15 % at most.
+#[inline(always)]
+pub(crate) fn rough_root(x: f64, n: u64) -> f64 {
+    f64::from_bits(x.to_bits() / n + ONE_BITS / n * (n - 1))
+}
+
+/// 1 as a float.
+const ONE_BITS: u64 = 0x3ff0_0000_0000_0000;
+
+#[cfg(test)]
+mod tests {
+    use super::rough_root;
+
+    #[test]
+    fn rough_roots_are_rough() {
+        for n in [3, 8] {
+            for i in -300..300 {
+                let x = f64::from(i).exp2().powf(1.03);
+                let ratio = rough_root(x, n) / x.powf(1.0 / n as f64);
+                assert!((0.938..=1.062).contains(&ratio), "the root {n} of {x}: {ratio}");
+            }
+        }
+    }
 }

@@ -12,12 +12,12 @@ use crate::ramp::{Bounds, Ramp};
 const PEAK_TOLERANCE: f64 = 1e-7;
 /// The same where a search comes nearer by Newton's method.
 const ROOT_TOLERANCE: f64 = 1e-10;
+/// The same for thirds of laws over displacement: the slope is known about, so they are longer than need be by as much.
+const THIRDS_TOLERANCE: f64 = 1e-5;
 /// By how much a search by powers takes a gain back at most, at a time.
 const FACTOR_MIN: f64 = 0.1;
 /// More than any search takes.
 const ITERATIONS_MAX: u32 = 100;
-/// The same for thirds of laws over displacement: the slope is known about, so they are longer than need be by as much.
-const THIRDS_TOLERANCE: f64 = 1e-5;
 
 /// The two ends of a profile, the way between them, and what its ramps must keep to.
 pub(crate) struct Ends {

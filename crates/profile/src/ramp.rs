@@ -90,7 +90,6 @@ impl Bounds {
     /// c and e if that length is c rise (slow + e rise)/a.
     pub(crate) fn quadratic_length(&self) -> Option<(f64, f64)> {
         match self.shape_of_law() {
-            Shape::Even { .. } => Some((1.0, 0.5)),
             Shape::OverTime(OverTime::Sine) => Some((OverTime::Sine.peak(), 0.5)),
             Shape::OverDisplacement(OverDisplacement::Linear) => Some((1.0, 1.0)),
             Shape::OverDisplacement(OverDisplacement::Quadratic) => Some((2.0, 1.0)),

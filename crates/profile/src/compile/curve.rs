@@ -7,7 +7,7 @@ use super::setup::View;
 use super::spans::STRAY_MAX_TICKS;
 use super::wide::exponent;
 use super::{BRIEF_S, FIT_ERROR_MAX_TICKS, fit_error_max_ticks};
-use crate::fixed::polynomial;
+use crate::fixed::{TWO_TO_64, polynomial};
 use crate::segment::Segment;
 
 /// Instants are in units of 2^-24 tick, or coarser ones in a move too long for that.
@@ -18,8 +18,6 @@ const UNIT_SHARE: f64 = 1.5;
 const SEGMENTS_MIN: u32 = 4;
 /// A quadratic over n steps strays by t''' n³/(72 √3), t''' being the third derivative.
 const STRAY_DIVISOR: f64 = 124.707_658_144_959_16;
-/// 2^64.
-const ONE: f64 = 18_446_744_073_709_551_616.0;
 
 /// The steps of a span.
 pub(super) struct Place {
@@ -71,8 +69,8 @@ impl Curve {
             point,
             length: length(septic, view, place.count),
             first: place.step,
-            begin: (place.steps_after_begin * per_step * ONE) as u64,
-            per_step: (per_step * ONE) as u64,
+            begin: (place.steps_after_begin * per_step * TWO_TO_64) as u64,
+            per_step: (per_step * TWO_TO_64) as u64,
         }
     }
 

@@ -2,14 +2,16 @@
 //!
 //! No law is inverted for a segment. A span reaches from one state of the ramp to another; each state is a time, a
 //! displacement, a speed, an acceleration and a jerk in closed form, and over the span the time is the polynomial in the
-//! displacement that has all of these at both ends. The state midway tells how far the polynomial strays: if too far, the span is halved, and if by far, the next one is twice as long. The ramp's corners, where the
-//! jerk jumps, end a span too. So a state is as near to the law as floats are, and nothing accumulates.
+//! displacement that has all of these at both ends. The state midway tells how far the polynomial strays, and so how long
+//! the span, if that is too far, or the next one should be. The ramp's corners, where the jerk jumps, end a span too. So a
+//! state is as near to the law as floats are, and nothing accumulates.
 //!
 //! Segments come from the polynomial in fixed point ([`Curve`]).
 
 use super::curve::{Curve, Place};
 use super::septic::Septic;
 use super::setup::View;
+use crate::newton::rough_root;
 use crate::profile::Profile;
 use crate::ramp::{Ramp, State};
 use crate::segment::Segment;
@@ -169,15 +171,10 @@ impl Spans {
 /// By what share longer a span should be that strays by `stray` of what is allowed: over twice as long a polynomial
 /// strays 2^8 times as much.
 fn better_share(stray: f64) -> f64 {
-    // The eighth root, to 6 %: an eighth of the logarithm, as a float's bits have it.
-    let root = f64::from_bits(stray.to_bits() / 8 + ONE_BITS / 8 * 7);
-    let share = SAFE_SHARE / root;
+    let share = SAFE_SHARE / rough_root(stray, 8);
     // Not `clamp`: its panic would print floats, for which the chip has no room.
     if share < SHARE_LEAST { SHARE_LEAST } else { share.min(SHARE_MOST) }
 }
-
-/// 1 as a float.
-const ONE_BITS: u64 = 0x3ff0_0000_0000_0000;
 
 impl Path {
     fn state(&self, parameter: f64) -> State {

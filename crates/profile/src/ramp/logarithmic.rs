@@ -5,7 +5,7 @@
 
 use libm::{exp, log1p};
 
-use crate::fixed::polynomial;
+use crate::fixed::{TWO_TO_64, polynomial};
 
 /// p_N - 1, with p_N = 24: a fifth of the 120 steps of Table 1.
 pub(super) const K: f64 = 23.0;
@@ -58,7 +58,6 @@ fn series(w: f64) -> f64 {
 /// Of the coefficients in 1: S(8) is 436.
 const UNITS: f64 = 18_014_398_509_481_984.0;
 const W_END: f64 = 8.0;
-const TWO_TO_64: f64 = 1_024.0 * UNITS;
 
 /// 8^k/(k k!): of the powers of w/8, the first of which has none.
 static COEFFICIENTS: [i64; TERMS] = coefficients();

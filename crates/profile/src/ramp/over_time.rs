@@ -3,7 +3,7 @@
 use core::f64::consts::PI;
 
 use super::quarter::sin_cos;
-use crate::newton::rising_root;
+use crate::newton::{rising_root, rough_root};
 
 /// The law of a ramp. It is steepest in the middle, and symmetrical: s(1 - t) = 1 - s(t).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -77,7 +77,7 @@ impl OverTime {
             Self::SCurve { share } => 6.0 * share * (1.0 - share) * way,
             Self::Sine => 12.0 / (PI * PI) * way,
         };
-        let from = rough_cube_root(cube).min(way / slow).min(1.0);
+        let from = rough_root(cube, 3).min(way / slow).min(1.0);
         rising_root((0.0, 1.0), from, tolerance, |t| {
             let At { travel, speed, .. } = self.at(t);
             (slow * t + travel - way, slow + speed)
@@ -121,13 +121,6 @@ fn sine_at(t: f64) -> At {
     At { travel, speed: sine * sine, slope: PI * product }
 }
 
-/// The cube root, to 6 %: a third of the logarithm, as a float's bits have it.
-fn rough_cube_root(x: f64) -> f64 {
-    f64::from_bits(x.to_bits() / 3 + ONE_BITS / 3 * 2)
-}
-
-/// 1 as a float.
-const ONE_BITS: u64 = 0x3ff0_0000_0000_0000;
 /// Beyond, cancelling costs less than two digits.
 const SERIES_END: f64 = 0.25;
 /// 1/(4 5), 1/(6 7) and so on: what follows is 2^-57 of the sum at its end.

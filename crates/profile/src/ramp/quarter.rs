@@ -4,7 +4,7 @@
 
 use core::f64::consts::PI;
 
-use crate::fixed::polynomial;
+use crate::fixed::{TWO_TO_64, polynomial};
 
 /// Sine and cosine of π/2 `t`, for `t` from 0 to 1.
 pub(super) fn sin_cos(t: f64) -> (f64, f64) {
@@ -25,7 +25,6 @@ fn eighth(t: f64) -> (f64, f64) {
 
 /// Of the coefficients in 1.
 const UNITS: f64 = 4_611_686_018_427_387_904.0;
-const TWO_TO_64: f64 = 4.0 * UNITS;
 /// 1, -1/3!, 1/5! and so on: of the powers of x².
 static SINE: [i64; 10] = inverse_factorials(1);
 /// 1, -1/2!, 1/4! and so on.
