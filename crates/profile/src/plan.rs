@@ -8,16 +8,21 @@ use crate::newton::rising_root;
 use crate::profile::{Profile, ProfileError};
 use crate::ramp::{Bounds, Ramp};
 
-/// The last step of the search for a cruise speed, as a share of the speed gained; what is left then is far less.
-const PEAK_TOLERANCE: f64 = 1e-7;
-/// The same where a search comes nearer by Newton's method.
-const ROOT_TOLERANCE: f64 = 1e-10;
-/// The same for thirds of laws over displacement: the slope is known about, so they are longer than need be by as much.
+/// The last step of the search for a cruise speed, as a share of the speed gained. What is left then is about its square.
+const PEAK_TOLERANCE: f64 = 1e-6;
+/// The same for thirds.
 const THIRDS_TOLERANCE: f64 = 1e-5;
-/// By how much a search by powers takes a gain back at most, at a time.
-const FACTOR_MIN: f64 = 0.1;
+/// The same where the ends differ.
+const ROOT_TOLERANCE: f64 = 1e-10;
+/// By how much of the speed gained thirds are slower than they might be: more than what a search leaves.
+const THIRDS_MARGIN: f64 = 1e-9;
+/// By how much a search by powers changes a gain at most, at a time.
+const FACTOR_MAX: f64 = 10.0;
 /// More than any search takes.
 const ITERATIONS_MAX: u32 = 100;
+
+/// How many steps a gain needs, and how many more for each step/s more.
+type Needed<'a> = &'a dyn Fn(f64) -> (f64, f64);
 
 /// The two ends of a profile, the way between them, and what its ramps must keep to.
 pub(crate) struct Ends {
@@ -143,15 +148,12 @@ impl Ends {
         };
         let room = self.top_steps_s - self.fast_end();
         let most = room.min(self.peak_of_triangle() - self.fast_end());
-        let gain = if lengths(most).0 <= self.distance_steps {
-            most
-        } else if self.entry_steps_s == self.exit_steps_s {
-            self.gain_by_quadratic().unwrap_or_else(|| self.gain_by_powers(most, lengths))
+        let gain = if self.entry_steps_s != self.exit_steps_s {
+            self.gain_by_newton(most, most, ROOT_TOLERANCE, &lengths)
+        } else if let Some(gain) = self.gain_by_quadratic() {
+            gain.min(most)
         } else {
-            rising_root((0.0, most), most, ROOT_TOLERANCE, |gain| {
-                let (steps, growth) = lengths(gain);
-                (steps - self.distance_steps, growth)
-            })
+            self.gain_by_powers(most, most, PEAK_TOLERANCE, &lengths)
         };
         self.profile(gain, self.ramps(gain))
     }
@@ -198,19 +200,17 @@ impl Ends {
             return rising_root((slow, fast), fast, ROOT_TOLERANCE, excess) - fast;
         }
         let room = self.top_steps_s - fast;
-        let over = |gain| {
-            let (steps, growth) = self.needed_by_thirds(gain);
-            (steps - self.distance_steps, growth)
-        };
-        if over(room).0 <= 0.0 {
-            return room;
-        }
-        let tolerance = if self.law.is_over_displacement() { THIRDS_TOLERANCE } else { ROOT_TOLERANCE };
         // What a trapezoid has room for; between unequal ends that may be none.
         let from = self.highest_of_thirds() - fast;
         let from = if from > 0.0 { from.min(room) } else { room };
+        let needed = |gain| self.needed_by_thirds(gain);
+        let gain = if self.entry_steps_s == self.exit_steps_s {
+            self.gain_by_powers(from, room, THIRDS_TOLERANCE, &needed)
+        } else {
+            self.gain_by_newton(from, room, ROOT_TOLERANCE, &needed)
+        };
         // On the safe side of where the search ends.
-        rising_root((0.0, room), from, tolerance, over) * (1.0 - 2.0 * tolerance)
+        if gain < room { gain * (1.0 - THIRDS_MARGIN) } else { room }
     }
 
     /// The gain over which both ramps are as long as the way, from equal ends, if their length is a quadratic in it.
@@ -222,22 +222,40 @@ impl Ends {
         Some(2.0 * way / (slow + sqrt(slow * slow + 4.0 * square * way)))
     }
 
-    /// The gain below `most` over which both ramps are as long as the way, from equal ends.
+    /// The gain, `most` at most, over which `needed` is the way. Begins at `from`.
+    fn gain_by_newton(&self, from: f64, most: f64, tolerance: f64, needed: Needed<'_>) -> f64 {
+        let over = |gain| {
+            let (steps, growth) = needed(gain);
+            (steps - self.distance_steps, growth)
+        };
+        if over(most).0 <= 0.0 {
+            return most;
+        }
+        rising_root((0.0, most), from, tolerance, over)
+    }
+
+    /// The same from equal ends.
     ///
-    /// Their length is near a power of the gain, s^p, p being 1/2 to 2 or so. Hence by Newton's method on the logarithms
-    /// of both, that is by (way/length)^(1/p), for which a fraction of two lines is near enough.
-    fn gain_by_powers(&self, most: f64, lengths: impl Fn(f64) -> (f64, f64)) -> f64 {
-        let mut gain = most;
+    /// There what is needed is near a power of the gain, s^p, p being 1/2 to 2 or so. Hence by Newton's method on the
+    /// logarithms of both, that is by (way/needed)^(1/p), for which a fraction of two lines is near enough.
+    fn gain_by_powers(&self, from: f64, most: f64, tolerance: f64, needed: Needed<'_>) -> f64 {
+        if most <= 0.0 {
+            return most;
+        }
+        let mut gain = from;
         for _ in 0..ITERATIONS_MAX {
-            let (steps, slope) = lengths(gain);
-            // (1 + h + h/p)/(1 + h - h/p) with h = (way/length - 1)/2 and p = gain slope/length, by one division.
+            let (steps, slope) = needed(gain);
+            // (1 + h + h/p)/(1 + h - h/p) with h = (way/needed - 1)/2 and p = gain slope/needed, by one division.
             let (sum, difference) =
                 ((self.distance_steps + steps) * slope * gain, (self.distance_steps - steps) * steps);
             let factor = (sum + difference) / (sum - difference);
-            // Where the length is far too long, the fraction is too small, or below 0.
-            let factor = if factor < FACTOR_MIN { FACTOR_MIN } else { factor };
-            gain *= factor;
-            if (factor - 1.0).abs() <= PEAK_TOLERANCE {
+            // Where far too much or little is needed, the fraction is too small or large, or below 0.
+            let (low, high) = if difference > 0.0 { (1.0, FACTOR_MAX) } else { (1.0 / FACTOR_MAX, 1.0) };
+            let factor = if (low..=high).contains(&factor) { factor } else { low * high };
+            let next = (gain * factor).min(most);
+            let step = (next - gain).abs();
+            gain = next;
+            if step <= tolerance * gain {
                 break;
             }
         }
@@ -245,7 +263,7 @@ impl Ends {
     }
 
     /// A ramp of mean speed m that is x long at its shortest has its time if x/m <= t1. How long the way has to
-    /// be for that, and how much longer for each step/s more; of a law over displacement about.
+    /// be for that, and how much longer for each step/s more.
     fn needed_by_thirds(&self, gain: f64) -> (f64, f64) {
         let (accel_mean, decel_mean) = self.means(gain);
         let sum = accel_mean.0 + self.fast_end() + gain + decel_mean.0;

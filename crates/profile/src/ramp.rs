@@ -113,13 +113,13 @@ impl Bounds {
         self.accel_steps_s2 * self.accel_steps_s2 <= self.jerk_steps_s3 * rise
     }
 
-    /// The mean speed on any of its ramps with this rise, however long, and how much higher it is for each step/s more;
-    /// of a law over displacement about.
+    /// The mean speed on any of its ramps with this rise, however long, and how much higher it is for each step/s more.
     pub(crate) fn mean_steps_s(&self, slow: f64, rise: f64) -> (f64, f64) {
         match self.shape_of_law() {
             Shape::OverDisplacement(law) if rise > 0.0 => {
-                let mean = rise / law.whole_time(slow / rise);
-                (mean, mean / (slow + rise))
+                let time = law.whole_time(slow / rise);
+                let per_time = 1.0 / time;
+                (rise * per_time, (1.0 + law.whole_time_growth(slow / rise, time) * per_time) * per_time)
             }
             _ => (slow + rise / 2.0, 0.5),
         }

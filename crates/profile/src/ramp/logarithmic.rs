@@ -40,6 +40,26 @@ pub(super) fn time(slow: f64, u: f64) -> f64 {
     LN_END / K * if q < SERIES_END { by_series(q, s) } else { by_quadrature(q, s) }
 }
 
+/// The same to the end, where s = ln(1 + K).
+pub(super) fn whole_time(slow: f64) -> f64 {
+    let q = slow * LN_END;
+    let integral = if q < SERIES_END {
+        by_series(q, LN_END)
+    } else {
+        let part = |(sigma, weight): &(f64, f64)| weight / (q + sigma);
+        WHOLE_NODES.iter().map(part).sum()
+    };
+    LN_END / K * integral
+}
+
+/// `slow` times the slope of that, which is `time` there, over `slow`.
+///
+/// The slope of the integral is -∫ exp(σ)/(q + σ)² dσ from 0 to ln(1 + K): by parts, with the integral itself.
+pub(super) fn whole_time_growth(slow: f64, time: f64) -> f64 {
+    let ends = 1.0 - (1.0 + K) * slow / (slow + 1.0);
+    -(LN_END / K * ends + slow * LN_END * time)
+}
+
 /// Above it, quadrature.
 const SERIES_END: f64 = 4.0;
 /// Of the series: the next is less than 2^-56 of the sum at q + s = 7.2.
@@ -82,8 +102,36 @@ const NODES: [(f64, f64); 5] = [
     (0.973_906_528_517_171_7, 0.066_671_344_308_688_14),
 ];
 
+/// Of s = ln(1 + K): the nodes σ themselves, and their weights, times s/2, times exp(σ).
+const WHOLE_NODES: [(f64, f64); 10] = [
+    (0.041_463_228_496_538_68, 0.110_427_621_179_327_21),
+    (0.214_417_942_174_164_5, 0.294_273_816_972_510_54),
+    (0.509_426_824_720_093_5, 0.579_412_495_881_137_3),
+    (0.900_349_968_990_167_1, 1.052_763_830_870_025_6),
+    (1.352_461_583_553_427, 1.815_895_878_003_357),
+    (1.825_592_246_794_518_7, 2.914_533_013_811_871_7),
+    (2.277_703_861_357_778_7, 4.173_574_313_506_265),
+    (2.668_627_005_627_852_3, 5.020_148_695_897_063),
+    (2.963_635_888_173_781, 4.599_618_435_109_015),
+    (3.136_590_601_851_407, 2.439_351_898_769_427_6),
+];
+
 fn by_quadrature(q: f64, s: f64) -> f64 {
     let half = s / 2.0;
     let at = |sigma: f64| exp(sigma) / (q + sigma);
     half * NODES.iter().map(|(x, weight)| weight * (at(half * (1.0 - x)) + at(half * (1.0 + x)))).sum::<f64>()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{time, whole_time};
+
+    #[test]
+    fn the_whole_is_the_time_to_the_end() {
+        for i in -40..40 {
+            let slow = f64::from(i).mul_add(0.25, 0.1).exp2();
+            let (whole, to_end) = (whole_time(slow), time(slow, 1.0));
+            assert!((whole - to_end).abs() <= 1e-14 * to_end, "{slow}: {whole} and {to_end}");
+        }
+    }
 }
