@@ -1,4 +1,5 @@
 import { Fault, FetchFault } from './fault.mjs';
+import { ROM_BYTES } from './rom/image.mjs';
 
 const FLASH_PAGE = 0x10;
 const FLASH_MASK = 0xffffff;
@@ -21,6 +22,7 @@ export class Bus {
     this.flash8 = chip.flash;
     this.flash16 = new Uint16Array(chip.flash.buffer);
     this.flash32 = new Int32Array(chip.flash.buffer);
+    this.rom16 = new Uint16Array(chip.bootrom.buffer);
     this.ram8 = chip.sram;
     this.ram16 = new Uint16Array(chip.sram.buffer);
     this.ram32 = new Int32Array(chip.sram.buffer);
@@ -32,7 +34,8 @@ export class Bus {
     if (address >>> 24 === FLASH_PAGE) return this.flash16[(address & FLASH_MASK) >>> 1];
     const offset = (address - RAM_START) | 0;
     if (offset >= 0 && offset < this.ramSize) return this.ram16[offset >>> 1];
-    throw new FetchFault(`there is no program at 0x${(address >>> 0).toString(16)} (the bootrom is not emulated)`);
+    if (address >>> 0 < ROM_BYTES) return this.rom16[address >>> 1];
+    throw new FetchFault(`there is no program at 0x${(address >>> 0).toString(16)}`);
   }
 
   read32(address) {

@@ -5,6 +5,7 @@ import { Fault } from './fault.mjs';
 import { Lockstep } from './lockstep.mjs';
 import { PioBlock } from './pio/block.mjs';
 import { PioRegisters } from './pio/registers.mjs';
+import { loadRom } from './rom/rom.mjs';
 import { SysTick } from './systick.mjs';
 import { ExactTimer } from './timer.mjs';
 import { Uart } from './uart.mjs';
@@ -40,6 +41,7 @@ export function buildChip(clock, board) {
   const watchdog = new Watchdog(chip, 'WATCHDOG', board.onWatchdog);
   const uart = new Uart(chip, 'UART0', IRQ_UART0, board.onUartByte);
   Object.assign(chip.peripherals, { [SLOT.timer]: timer, [SLOT.watchdog]: watchdog, [SLOT.uart0]: uart });
+  loadRom(chip);
   new SysTick(chip).attach(chip.ppb);
   runBeside(chip, clock);
   return { chip, core: chip.core, bus: new Bus(chip), watchdog, uart };
