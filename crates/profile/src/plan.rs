@@ -11,11 +11,11 @@ use crate::ramp::{Bounds, Ramp};
 /// The last step of the search for a cruise speed, as a share of the speed gained. What is left then is about its square.
 const PEAK_TOLERANCE: f64 = 1e-6;
 /// The same for thirds.
-const THIRDS_TOLERANCE: f64 = 1e-5;
+const THIRDS_TOLERANCE: f64 = 2e-3;
 /// The same where the ends differ.
 const ROOT_TOLERANCE: f64 = 1e-10;
 /// By how much of the speed gained thirds are slower than they might be: more than what a search leaves.
-const THIRDS_MARGIN: f64 = 1e-9;
+const THIRDS_MARGIN: f64 = 1e-6;
 /// By how much a search by powers changes a gain at most, at a time.
 const FACTOR_MAX: f64 = 10.0;
 /// More than any search takes.
@@ -200,8 +200,8 @@ impl Ends {
             return rising_root((slow, fast), fast, ROOT_TOLERANCE, excess) - fast;
         }
         let room = self.top_steps_s - fast;
-        // What a trapezoid has room for; between unequal ends that may be none.
-        let from = self.highest_of_thirds() - fast;
+        // By what a trapezoid has room for; between unequal ends that may be none.
+        let from = (self.highest_of_thirds() - fast) * self.accel.share_of_even_thirds();
         let from = if from > 0.0 { from.min(room) } else { room };
         let needed = |gain| self.needed_by_thirds(gain);
         let gain = if self.entry_steps_s == self.exit_steps_s {

@@ -87,6 +87,16 @@ impl Bounds {
         }
     }
 
+    /// About what its thirds gain of what a trapezoid's do, where a ramp begins slowly: to begin a search with.
+    pub(crate) fn share_of_even_thirds(&self) -> f64 {
+        match self.law {
+            SpeedLaw::Trapezoid => 1.0,
+            SpeedLaw::SCurve | SpeedLaw::Sine | SpeedLaw::Logarithmic => 0.78,
+            SpeedLaw::Linear | SpeedLaw::Sinusoidal => 0.6,
+            SpeedLaw::Quadratic => 0.38,
+        }
+    }
+
     /// c and e if that length is c rise (slow + e rise)/a.
     pub(crate) fn quadratic_length(&self) -> Option<(f64, f64)> {
         match self.shape_of_law() {
