@@ -172,9 +172,12 @@ impl Ends {
         if highest < self.exit_steps_s {
             return Err(ProfileError::ExitSpeed { asked: self.exit_steps_s, max: highest });
         }
-        let (accel, decel) = self.ramps(gain);
-        let third_s = self.distance_steps / (accel.mean_steps_s() + highest + decel.mean_steps_s());
-        let ramps = (accel.stretched(third_s), decel.stretched(third_s));
+        let (accel_mean, decel_mean) = self.means(gain);
+        let third_s = self.distance_steps / (accel_mean + highest + decel_mean);
+        let ramps = (
+            self.accel.lasting(third_s, self.entry_steps_s, self.accel_rise(gain), accel_mean),
+            self.decel.lasting(third_s, self.exit_steps_s, self.decel_rise(gain), decel_mean),
+        );
         Ok(Profile { cruise_s: third_s, ..self.profile(gain, ramps) })
     }
 
@@ -187,7 +190,10 @@ impl Ends {
             (sqrt(b * b - 8.0 * c) - b) / 4.0
         };
         let accel = highest(self.entry_steps_s, self.accel.accel_steps_s2);
-        let decel = highest(self.exit_steps_s, self.decel.accel_steps_s2);
+        let decel = match self.decel_share() {
+            Some(1.0) => accel,
+            _ => highest(self.exit_steps_s, self.decel.accel_steps_s2),
+        };
         self.top_steps_s.min(accel).min(decel)
     }
 
@@ -265,16 +271,26 @@ impl Ends {
     /// A ramp of mean speed m that is x long at its shortest has its time if x/m <= t1. How long the way has to
     /// be for that, and how much longer for each step/s more.
     fn needed_by_thirds(&self, gain: f64) -> (f64, f64) {
-        let (accel_mean, decel_mean) = self.means(gain);
-        let sum = accel_mean.0 + self.fast_end() + gain + decel_mean.0;
-        let sum_growth = accel_mean.1 + 1.0 + decel_mean.1;
-        let needed = |(steps, growth): (f64, f64), (mean, mean_growth): (f64, f64)| {
+        let accel = self.accel.length_and_mean(self.entry_steps_s, self.accel_rise(gain));
+        let decel = match self.decel_share() {
+            Some(share) => ((accel.0.0 * share, accel.0.1 * share), accel.1),
+            None => self.decel.length_and_mean(self.exit_steps_s, self.decel_rise(gain)),
+        };
+        let sum = accel.1.0 + self.fast_end() + gain + decel.1.0;
+        let sum_growth = accel.1.1 + 1.0 + decel.1.1;
+        let needed = |((steps, growth), (mean, mean_growth)): ((f64, f64), (f64, f64))| {
             let share = sum / mean;
             (steps * share, growth * share + steps * (sum_growth - share * mean_growth) / mean)
         };
-        let (accel, decel) = self.lengths(gain);
-        let (accel, decel) = (needed(accel, accel_mean), needed(decel, decel_mean));
-        if accel.0 > decel.0 { accel } else { decel }
+        // Of ramps that differ by their length alone, the longer one.
+        match self.decel_share() {
+            Some(share) if share <= 1.0 => needed(accel),
+            Some(_) => needed(decel),
+            None => {
+                let (accel, decel) = (needed(accel), needed(decel));
+                if accel.0 > decel.0 { accel } else { decel }
+            }
+        }
     }
 
     /// The lengths of both ramps at their shortest, steps, and how much longer each is for each step/s more.
@@ -286,8 +302,8 @@ impl Ends {
         }
     }
 
-    /// The mean speeds of both ramps, and how much higher each is for each step/s more.
-    fn means(&self, gain: f64) -> ((f64, f64), (f64, f64)) {
+    /// The mean speeds of both ramps.
+    fn means(&self, gain: f64) -> (f64, f64) {
         let accel = self.accel.mean_steps_s(self.entry_steps_s, self.accel_rise(gain));
         match self.decel_share() {
             Some(_) => (accel, accel),

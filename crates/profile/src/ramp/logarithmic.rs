@@ -3,6 +3,8 @@
 //! Paper 000 takes the logarithm of the step's number i, 1 to p_N: on a ramp of p_N steps, ln i is ln(1 + K u) with
 //! K = p_N - 1. So that a ramp of any length is of one shape, K is that of the paper's Table 1.
 
+use core::f64::consts::E;
+
 use libm::{exp, log1p};
 
 use crate::fixed::{TWO_TO_64, polynomial};
@@ -17,11 +19,24 @@ pub(super) fn slope(u: f64) -> f64 {
     K / ((1.0 + K * u) * LN_END)
 }
 
-/// With q = slow/rise ln(1 + K) and s = ln(1 + K u), (slow + rise v) rise v' is rise² (q + s) exp(-s) K/ln²(1 + K).
-pub(super) fn length(slow: f64, rise: f64) -> (f64, f64) {
-    let q = slow / rise * LN_END;
+/// q = `slow` ln(1 + K) and exp(-q), from which all that a whole ramp has follows.
+#[derive(Clone, Copy)]
+pub(super) struct Pole {
+    q: f64,
+    residue: f64,
+}
+
+impl Pole {
+    pub(super) fn new(slow: f64) -> Self {
+        let q = slow * LN_END;
+        Self { q, residue: exp(-q) }
+    }
+}
+
+/// With q of slow/rise and s = ln(1 + K u), (slow + rise v) rise v' is rise² (q + s) exp(-s) K/ln²(1 + K).
+pub(super) fn length(Pole { q, residue }: Pole, slow: f64, rise: f64) -> (f64, f64) {
     let (peak, slope) = if q < 1.0 {
-        let peak = exp(q - 1.0);
+        let peak = 1.0 / (E * residue);
         (peak, peak)
     } else {
         (q, 1.0)
@@ -43,9 +58,7 @@ pub(super) fn time(slow: f64, u: f64) -> f64 {
 /// The same to the end, where s = ln(1 + K).
 ///
 /// Less its pole, exp(-q)/(q + σ), whose integral is a logarithm, the function is smooth however near the pole is.
-pub(super) fn whole_time(slow: f64) -> f64 {
-    let q = slow * LN_END;
-    let residue = exp(-q);
+pub(super) fn whole_time(Pole { q, residue }: Pole) -> f64 {
     let smooth = |(sigma, weight, exp): &(f64, f64, f64)| weight * (exp - residue) / (q + sigma);
     LN_END / K * (residue * log1p(LN_END / q) + WHOLE_NODES.iter().map(smooth).sum::<f64>())
 }
@@ -101,17 +114,15 @@ const NODES: [(f64, f64); 5] = [
 ];
 
 /// Gauss and Legendre's from 0 to ln(1 + K): the nodes σ, their weights, and exp(σ).
-const WHOLE_NODES: [(f64, f64, f64); 10] = [
-    (0.041_463_228_496_538_65, 0.105_942_560_577_336_52, 1.042_334_832_927_854_8),
-    (0.214_417_942_174_164_5, 0.237_482_216_309_335_41, 1.239_140_435_632_453_8),
-    (0.509_426_824_720_093_5, 0.348_134_126_785_457_63, 1.664_336_964_695_817),
-    (0.900_349_968_990_167_1, 0.427_872_064_344_179_5, 2.460_464_046_615_542),
-    (1.352_461_583_553_427, 0.469_595_947_157_663_7, 3.866_932_602_366_949_5),
-    (1.825_592_246_794_518_5, 0.469_595_947_157_663_7, 6.206_469_692_621_382),
-    (2.277_703_861_357_778_7, 0.427_872_064_344_179_5, 9.754_257_548_698_13),
-    (2.668_627_005_627_852_3, 0.348_134_126_785_457_63, 14.420_156_800_631_034),
-    (2.963_635_888_173_781, 0.237_482_216_309_335_41, 19.368_264_734_053_703),
-    (3.136_590_601_851_407, 0.105_942_560_577_336_52, 23.025_230_704_979_386),
+const WHOLE_NODES: [(f64, f64, f64); 8] = [
+    (0.063_100_486_830_835_79, 0.160_854_868_749_073_15, 1.065_133_865_780_424_1),
+    (0.323_102_440_146_882_05, 0.353_369_449_170_642_6, 1.381_406_855_178_795_2),
+    (0.753_941_771_020_684_8, 0.498_488_303_768_913_1, 2.125_361_214_065_810_2),
+    (1.297_544_331_073_069_9, 0.576_314_293_485_343_9, 3.660_297_144_256_315_7),
+    (1.880_509_499_274_875_7, 0.576_314_293_485_343_9, 6.556_844_718_921_371),
+    (2.424_112_059_327_261, 0.498_488_303_768_913_1, 11.292_198_164_324_295),
+    (2.854_951_390_201_063_7, 0.353_369_449_170_642_6, 17.373_592_660_283_766),
+    (3.114_953_343_517_109_7, 0.160_854_868_749_073_15, 22.532_379_047_412_21),
 ];
 
 fn by_quadrature(q: f64, s: f64) -> f64 {
@@ -122,13 +133,13 @@ fn by_quadrature(q: f64, s: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{time, whole_time};
+    use super::{Pole, time, whole_time};
 
     #[test]
     fn the_whole_is_the_time_to_the_end() {
         for i in -40..40 {
             let slow = f64::from(i).mul_add(0.25, 0.1).exp2();
-            let (whole, to_end) = (whole_time(slow), time(slow, 1.0));
+            let (whole, to_end) = (whole_time(Pole::new(slow)), time(slow, 1.0));
             assert!((whole - to_end).abs() <= 1e-14 * to_end, "{slow}: {whole} and {to_end}");
         }
     }

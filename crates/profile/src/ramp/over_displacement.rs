@@ -5,7 +5,7 @@ use core::f64::consts::PI;
 
 use libm::{atan, log1p, sqrt};
 
-use super::logarithmic;
+use super::logarithmic::{self, Pole};
 use super::quarter::sin_cos;
 use crate::newton::rising_root;
 
@@ -74,7 +74,7 @@ impl OverDisplacement {
                 // The peak's place does not move it.
                 (rise * peak, 2.0 * peak - slow * slope)
             }
-            Self::Logarithmic => logarithmic::length(slow, rise),
+            Self::Logarithmic => logarithmic::length(Pole::new(slow / rise), slow, rise),
         }
     }
 
@@ -100,9 +100,21 @@ impl OverDisplacement {
     pub(super) fn whole_time(self, slow: f64) -> f64 {
         match self {
             Self::Sinusoidal => 1.0 / sqrt(slow * (slow + 1.0)),
-            Self::Logarithmic => logarithmic::whole_time(slow),
+            Self::Logarithmic => logarithmic::whole_time(Pole::new(slow)),
             _ => self.time(slow, 1.0),
         }
+    }
+
+    /// Length and time, each with its slope: what a law computes for both it computes once.
+    pub(super) fn whole(self, slow: f64, rise: f64) -> ((f64, f64), (f64, f64)) {
+        let ratio = slow / rise;
+        let (length, time) = if let Self::Logarithmic = self {
+            let pole = Pole::new(ratio);
+            (logarithmic::length(pole, slow, rise), logarithmic::whole_time(pole))
+        } else {
+            (self.length(slow, rise), self.whole_time(ratio))
+        };
+        (length, (time, self.whole_time_growth(ratio, time)))
     }
 
     /// By what it shrinks for each share that `slow` grows by: `slow` times the slope of `whole_time`, which is
