@@ -8,14 +8,13 @@ use crate::newton::rising_root;
 use crate::profile::{Profile, ProfileError};
 use crate::ramp::{Bounds, Ramp};
 
-/// The last step of the search for a cruise speed, as a share of the speed gained. What is left then is about its square.
+/// The last step of the search for a cruise speed, as a share of the speed gained. What is left then is less than a
+/// quarter of its square.
 const PEAK_TOLERANCE: f64 = 1e-6;
-/// The same for thirds.
-const THIRDS_TOLERANCE: f64 = 2e-3;
-/// The same where the ends differ.
+/// The same for thirds: they are slower than they might be by 1e-5 at most.
+const THIRDS_TOLERANCE: f64 = 6e-3;
+/// The same where the ends differ; what is left is far less.
 const ROOT_TOLERANCE: f64 = 1e-10;
-/// By how much of the speed gained thirds are slower than they might be: more than what a search leaves.
-const THIRDS_MARGIN: f64 = 1e-6;
 /// By how much a search by powers changes a gain at most, at a time.
 const FACTOR_MAX: f64 = 10.0;
 /// More than any search takes.
@@ -207,16 +206,15 @@ impl Ends {
         }
         let room = self.top_steps_s - fast;
         // By what a trapezoid has room for; between unequal ends that may be none.
-        let from = (self.highest_of_thirds() - fast) * self.accel.share_of_even_thirds();
+        let from = self.accel.gain_near(fast, self.highest_of_thirds() - fast);
         let from = if from > 0.0 { from.min(room) } else { room };
         let needed = |gain| self.needed_by_thirds(gain);
-        let gain = if self.entry_steps_s == self.exit_steps_s {
-            self.gain_by_powers(from, room, THIRDS_TOLERANCE, &needed)
-        } else {
-            self.gain_by_newton(from, room, ROOT_TOLERANCE, &needed)
-        };
+        if self.entry_steps_s == self.exit_steps_s {
+            return self.gain_by_powers(from, room, THIRDS_TOLERANCE, &needed);
+        }
+        let gain = self.gain_by_newton(from, room, ROOT_TOLERANCE, &needed);
         // On the safe side of where the search ends.
-        if gain < room { gain * (1.0 - THIRDS_MARGIN) } else { room }
+        if gain < room { gain * (1.0 - 2.0 * ROOT_TOLERANCE) } else { room }
     }
 
     /// The gain over which both ramps are as long as the way, from equal ends, if their length is a quadratic in it.
@@ -243,7 +241,8 @@ impl Ends {
     /// The same from equal ends.
     ///
     /// There what is needed is near a power of the gain, s^p, p being 1/2 to 2 or so. Hence by Newton's method on the
-    /// logarithms of both, that is by (way/needed)^(1/p), for which a fraction of two lines is near enough.
+    /// logarithms of both, that is by (way/needed)^(1/p), for which a fraction of two lines is near enough. The result is
+    /// on the safe side of where that ends.
     fn gain_by_powers(&self, from: f64, most: f64, tolerance: f64, needed: Needed<'_>) -> f64 {
         if most <= 0.0 {
             return most;
@@ -258,12 +257,15 @@ impl Ends {
             // Where far too much or little is needed, the fraction is too small or large, or below 0.
             let (low, high) = if difference > 0.0 { (1.0, FACTOR_MAX) } else { (1.0 / FACTOR_MAX, 1.0) };
             let factor = if (low..=high).contains(&factor) { factor } else { low * high };
-            let next = (gain * factor).min(most);
-            let step = (next - gain).abs();
-            gain = next;
-            if step <= tolerance * gain {
-                break;
+            gain *= factor;
+            if gain >= most && factor >= 1.0 {
+                return most;
             }
+            let step = factor - 1.0;
+            if step.abs() <= tolerance {
+                return gain * (1.0 - step * step / 4.0);
+            }
+            gain = gain.min(most);
         }
         gain
     }

@@ -99,13 +99,15 @@ impl Bounds {
         }
     }
 
-    /// About what its thirds gain of what a trapezoid's do, where a ramp begins slowly: to begin a search with.
-    pub(crate) fn share_of_even_thirds(&self) -> f64 {
-        match self.law {
+    /// About what its thirds gain over `slow` where a trapezoid's gain `even`: to begin a search with.
+    pub(crate) fn gain_near(&self, slow: f64, even: f64) -> f64 {
+        even * match self.law {
             SpeedLaw::Trapezoid => 1.0,
-            SpeedLaw::SCurve | SpeedLaw::Sine | SpeedLaw::Logarithmic => 0.78,
+            SpeedLaw::SCurve | SpeedLaw::Sine => 0.78,
             SpeedLaw::Linear | SpeedLaw::Sinusoidal => 0.6,
             SpeedLaw::Quadratic => 0.38,
+            // The faster it begins, the worse its steep beginning suits it.
+            SpeedLaw::Logarithmic => 0.14 + 0.64 * even * even / (even * even + 3.0 * slow * (even + slow)),
         }
     }
 
