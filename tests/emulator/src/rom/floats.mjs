@@ -17,7 +17,7 @@ const fromUnsigned64 = (r) => unsigned64(stickyLow(r[0], r[1]), r[1]);
 export const FLOATS = [
   [0x00, 'fadd', 71, binary((a, b) => a + b)],
   [0x04, 'fsub', 74, binary((a, b) => a - b)],
-  [0x08, 'fmul', 69, binary((a, b) => a * b)],
+  [0x08, 'fmul', 58, binary((a, b) => a * b)],
   [0x0c, 'fdiv', 71, binary((a, b) => a / b)],
   [0x18, 'fsqrt', 63, unary((a) => (a < 0 ? -Infinity : Math.sqrt(a)))],
   [0x1c, 'float_to_int', 40, toWord((a) => clampSigned(fixed(a, 0)))],
