@@ -4,8 +4,9 @@ const [MAGIC_AND_VERSION, FUNCTIONS_AT, DATA_AT, LOOKUP_AT, FIRST_FREE] = [0x10,
 /** 'M', 'u', 1, and the version number of the RP2040-B2's ROM. */
 const MAGIC = [0x754d, 0x0301];
 const BKPT = 0xbe00;
-/** subs r3, #1; bne to it; bx lr. */
-const WAIT_AND_RETURN = [0x3b01, 0xd1fd, 0x4770];
+/** subs r3, #1; bne to it. */
+const WAIT = [0x3b01, 0xd1fd];
+const [BX_LR, B_SELF, CMP_ZERO, BNE_TO_STEP] = [0x4770, 0xe7fe, 0x2800, 0xd1fa];
 /** Looks for the code r1 in the table r0: ldrh, cmp, beq, adds, cmp, bne to the first, movs, bx; ldrh, bx. */
 const LOOKUP = [0x8802, 0x428a, 0xd004, 0x3004, 0x2a00, 0xd1f9, 0x2000, 0x4770, 0x8840, 0x4770];
 
@@ -35,7 +36,17 @@ export class RomImage {
 
   /** A function that begins with a trap, then waits as long as r3 says. @returns {number} its address, for Thumb */
   addStub(trap) {
-    return this.add([BKPT | trap, ...WAIT_AND_RETURN]) | 1;
+    return this.add([BKPT | trap, ...WAIT, BX_LR]) | 1;
+  }
+
+  /** One whose second trap, with its wait, comes again until a register is 0. */
+  addLoop(checkTrap, stepTrap, register) {
+    return this.add([BKPT | checkTrap, BKPT | stepTrap, ...WAIT, CMP_ZERO | (register << 8), BNE_TO_STEP, BX_LR]) | 1;
+  }
+
+  /** One that never returns. */
+  addEnd(trap) {
+    return this.add([BKPT | trap, B_SELF]) | 1;
   }
 
   /** A table of pointers at their offsets. */

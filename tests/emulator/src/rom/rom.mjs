@@ -1,6 +1,7 @@
 import { Fault } from '../fault.mjs';
 import { BITS } from './bits.mjs';
 import { DOUBLES } from './doubles.mjs';
+import { FLASH, FLASH_LOOPS } from './flash.mjs';
 import { FLOATS } from './floats.mjs';
 import { RomImage } from './image.mjs';
 import { MEMORY } from './memory.mjs';
@@ -22,7 +23,7 @@ export function callRom(number, core, bus, r) {
   const act = actions[number];
   if (act === undefined) throw new Fault('there is no function of the emulated bootrom here');
   const varying = act(r, bus);
-  const left = (cycles[number] || varying) - STUB_CYCLES;
+  const left = (cycles[number] || varying || 0) - STUB_CYCLES;
   const turns = Math.max(1, Math.floor(left / TURN_CYCLES));
   r[3] = turns;
   core.cycles += Math.max(0, left - turns * TURN_CYCLES);
@@ -35,7 +36,11 @@ export function loadRom(chip) {
 
 function build() {
   const rom = new RomImage(NO_FUNCTION);
-  rom.setFunctions([...BITS, ...MEMORY].map(([code, , count, act]) => [code, addFunction(rom, count, act)]));
+  rom.setFunctions([
+    ...[...BITS, ...MEMORY, ...FLASH].map(([code, , count, act]) => [code, addFunction(rom, count, act)]),
+    ...FLASH_LOOPS.map(({ code, check, step, count }) => [code, rom.addLoop(addTrap(0, check), addTrap(0, step), count)]),
+    ['UB', rom.addEnd(addTrap(0, (r, bus) => bus.chip.onBootsel()))],
+  ]);
   const start = rom.end;
   const floats = addSoftTable(rom, FLOATS);
   const doubles = addSoftTable(rom, DOUBLES);
@@ -46,10 +51,14 @@ function build() {
   return rom;
 }
 
-function addFunction(rom, count, act) {
-  actions.push(act);
+/** @returns {number} the trap's number */
+function addTrap(count, act) {
   cycles.push(count);
-  return rom.addStub(actions.length - 1);
+  return actions.push(act) - 1;
+}
+
+function addFunction(rom, count, act) {
+  return rom.addStub(addTrap(count, act));
 }
 
 function addSoftTable(rom, functions) {
