@@ -11,7 +11,7 @@ use crate::ramp::{Bounds, Ramp};
 /// The last step of the search for a cruise speed, as a share of the speed gained. What is left then is less than a
 /// quarter of its square.
 const PEAK_TOLERANCE: f64 = 1e-6;
-/// The same for thirds: they are slower than they might be by 1e-5 at most.
+/// The same for thirds of a law over displacement: they are slower than they might be by 1e-5 at most.
 const THIRDS_TOLERANCE: f64 = 6e-3;
 /// The same where the ends differ; what is left is far less.
 const ROOT_TOLERANCE: f64 = 1e-10;
@@ -210,7 +210,8 @@ impl Ends {
         let from = if from > 0.0 { from.min(room) } else { room };
         let needed = |gain| self.needed_by_thirds(gain);
         if self.entry_steps_s == self.exit_steps_s {
-            return self.gain_by_powers(from, room, THIRDS_TOLERANCE, &needed);
+            let tolerance = if self.law.is_over_displacement() { THIRDS_TOLERANCE } else { PEAK_TOLERANCE };
+            return self.gain_by_powers(from, room, tolerance, &needed);
         }
         let gain = self.gain_by_newton(from, room, ROOT_TOLERANCE, &needed);
         // On the safe side of where the search ends.
