@@ -66,10 +66,28 @@ pub const FIT_ERROR_MAX_S: f64 = 20e-9;
 /// most.
 pub const BRIEF_S: f64 = 1e-3;
 
+/// A step nearer to where a profile begins or ends is taken to be that near, steps: standstill has no end of instants.
+pub(crate) const NEAREST_STEPS: f64 = 1e-6;
+
 /// How far any segment's quadratic may stray from the closed form at `tick_hz` (ticks/s), ticks.
 #[must_use]
 pub fn fit_error_max_ticks(tick_hz: u32) -> f64 {
     FIT_ERROR_MAX_TICKS.max(FIT_ERROR_MAX_S * f64::from(tick_hz))
+}
+
+/// Which steps of an axis a profile makes, and when it begins.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Stretch {
+    /// Steps of this axis for each step of the longest.
+    pub(crate) share: f64,
+    /// How many steps there are.
+    pub(crate) steps: u32,
+    /// By how much less than half a step of the axis the profile is at the first of them.
+    pub(crate) ahead: f64,
+    /// By how much more than half a step it goes on after the last.
+    pub(crate) beyond: f64,
+    /// When it begins, s from the start of the run.
+    pub(crate) begin_s: f64,
 }
 
 /// Compiles one axis of a move into segments, one per call of `next`.
@@ -100,12 +118,14 @@ enum Part {
 }
 
 impl<'a> Segments<'a> {
-    pub(crate) fn new(plan: &'a Profile, steps: u32, tick_hz: u32) -> Self {
-        let share = f64::from(steps) / plan.distance_steps();
-        let steps_before = |boundary: f64| ((boundary * share + 0.5) as u32).min(steps);
+    pub(crate) fn new(plan: &'a Profile, stretch: Stretch, tick_hz: u32) -> Self {
+        let Stretch { share, steps, ahead, beyond, begin_s } = stretch;
+        let steps_before = |boundary: f64| ((boundary * share + ahead + 0.5) as u32).min(steps);
         let accel_end = steps_before(plan.accel_end_steps());
         let cruise_end = steps_before(plan.cruise_end_steps()).max(accel_end);
-        let view = View::new(plan, 1.0 / share, tick_hz);
+        let tick_hz = f64::from(tick_hz);
+        let (begin_ticks, end_ticks) = (begin_s * tick_hz, (begin_s + plan.duration_s()) * tick_hz);
+        let view = View { stride: 1.0 / share, tick_hz, ahead, beyond, begin_ticks, end_ticks };
         let ends = [accel_end, cruise_end, steps];
         let mut segments = Self { plan, view, ends, index: 0, part: Part::Even(Phase::empty()), done: 0, next: None };
         segments.begin_part();

@@ -45,6 +45,7 @@ mod newton;
 mod plan;
 mod profile;
 mod ramp;
+pub mod replan;
 mod segment;
 mod sync;
 

@@ -10,7 +10,7 @@ use libm::floor;
 use crate::law::{IntervalLaw, SpeedLaw};
 use crate::limits::{LimitError, Limits};
 use crate::plan::Ends;
-use crate::ramp::Ramp;
+use crate::ramp::{Bounds, Ramp};
 
 /// Longest move that can be planned, s: 11 days.
 pub const DURATION_MAX_S: f64 = 1e6;
@@ -114,6 +114,37 @@ impl Profile {
             return Err(ProfileError::TooLong { asked: plan.duration_s(), max: DURATION_MAX_S });
         }
         Ok(plan)
+    }
+
+    /// Brakes from one speed to a slower one, as fast as `limits` allow: over as long as that takes.
+    pub(crate) fn braking(fast_steps_s: f64, slow_steps_s: f64, limits: &Limits, law: SpeedLaw) -> Self {
+        let bounds = Bounds::new(law, limits.decel_steps_s2, limits.jerk_steps_s3);
+        let decel = bounds.shortest(slow_steps_s, fast_steps_s - slow_steps_s);
+        Self {
+            distance_steps: decel.steps(),
+            cruise_steps_s: fast_steps_s,
+            cruise_s: 0.0,
+            accel: Ramp::none(fast_steps_s),
+            decel,
+            accel_end_steps: 0.0,
+            cruise_end_steps: 0.0,
+        }
+    }
+
+    /// A ramp that is all jerk, up and down again; in its middle it has this speed and this acceleration, which is above 0.
+    pub(crate) fn easing(speed_steps_s: f64, accel_steps_s2: f64, jerk_steps_s3: f64) -> Self {
+        let half_rise_steps_s = accel_steps_s2 * accel_steps_s2 / (2.0 * jerk_steps_s3);
+        let accel = Ramp::all_jerk(speed_steps_s - half_rise_steps_s, 2.0 * half_rise_steps_s, jerk_steps_s3);
+        let cruise_steps_s = speed_steps_s + half_rise_steps_s;
+        Self {
+            distance_steps: accel.steps(),
+            cruise_steps_s,
+            cruise_s: 0.0,
+            accel,
+            decel: Ramp::none(cruise_steps_s),
+            accel_end_steps: accel.steps(),
+            cruise_end_steps: accel.steps(),
+        }
     }
 
     /// The whole displacement, steps.

@@ -207,6 +207,18 @@ impl Ramp {
         Self { shape: Shape::Even { accel_steps_s2 }, slow_steps_s, rise_steps_s, steps, duration_s }
     }
 
+    /// Without a rise: no ramp.
+    pub(crate) fn none(speed_steps_s: f64) -> Self {
+        Self::even(speed_steps_s, 0.0, 0.0, 0.0)
+    }
+
+    /// The one that rises so far at this jerk, and at it backwards.
+    pub(crate) fn all_jerk(slow_steps_s: f64, rise_steps_s: f64, jerk_steps_s3: f64) -> Self {
+        let shape = Shape::OverTime(OverTime::SCurve { share: 0.5 });
+        let duration_s = 2.0 * sqrt(rise_steps_s / jerk_steps_s3);
+        Self { shape, slow_steps_s, rise_steps_s, steps: (slow_steps_s + rise_steps_s / 2.0) * duration_s, duration_s }
+    }
+
     /// The same between the same speeds over `share` of its way, at as much higher an acceleration.
     pub(crate) fn shortened(self, share: f64) -> Self {
         let shape = match self.shape {

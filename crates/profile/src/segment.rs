@@ -45,6 +45,23 @@ impl Segment {
         self.first_ticks + (sum.wrapping_add(u64::from(self.fraction)) >> 32)
     }
 
+    /// Its first `steps` steps, fewer than it holds and at least 1, and the others, each at the same instants.
+    #[must_use]
+    pub fn split(&self, steps: u32) -> (Self, Self) {
+        let n = u64::from(steps);
+        let growths = n * (n - 1) / 2;
+        let sum = self.interval.wrapping_mul(n).wrapping_add(self.growth.wrapping_mul(growths));
+        let sum = sum.wrapping_add(u64::from(self.fraction));
+        let others = Self {
+            steps: self.steps - steps,
+            fraction: sum as u32,
+            first_ticks: self.first_ticks + (sum >> 32),
+            interval: self.interval.wrapping_add(self.growth.wrapping_mul(n)),
+            growth: self.growth,
+        };
+        (Self { steps, ..*self }, others)
+    }
+
     /// The shortest of its intervals, ticks, rounded down; `None` for a single step. Intervals grow or shrink evenly, so it
     /// is the first or the last.
     #[must_use]

@@ -1,8 +1,9 @@
 //! One profile for all axes of a move.
 
 use core::fmt;
+use core::ops::Range;
 
-use crate::compile::Segments;
+use crate::compile::{NEAREST_STEPS, Segments, Stretch};
 use crate::law::{IntervalLaw, SpeedLaw};
 use crate::limits::{LimitError, Limits, SPEED_MAX_STEPS_S, SPEED_MIN_STEPS_S};
 use crate::profile::{Profile, ProfileError};
@@ -11,13 +12,22 @@ use crate::profile::{Profile, ProfileError};
 ///
 /// Step k of an axis with n steps is due when the profile has covered (k - 1/2)/n of its way. So every axis has the
 /// profile's intervals, and the path keeps within half a step of the straight line on each axis.
+///
+/// It may also be a part of such a move, from where another part of it ends: see [`replan`](crate::replan). Its steps
+/// keep the numbers and the places that they have in the whole.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct SyncMove<const N: usize> {
     /// Displacement of the longest axis.
     pub profile: Profile,
-    /// Steps of each axis, signed by direction.
+    /// Steps of each axis in the whole move, signed by direction.
     pub steps: [i32; N],
+    /// Where this part begins, steps of the longest axis from the beginning of the whole.
+    pub(crate) from_steps: f64,
+    /// Where the profile begins, likewise.
+    pub(crate) origin_steps: f64,
+    /// When the profile begins, s from the start of the run.
+    pub(crate) origin_s: f64,
 }
 
 /// Why a move could not be planned.
@@ -60,44 +70,122 @@ impl<const N: usize> SyncMove<N> {
         speed_law: SpeedLaw,
         path_speed_steps_s: Option<f64>,
     ) -> Result<Self, PlanError> {
-        let longest = steps.iter().map(|n| n.unsigned_abs()).max().unwrap_or(0);
-        let mut shared: Option<Limits> = None;
-        for (axis, (&n, own)) in steps.iter().zip(limits).enumerate() {
-            if n == 0 {
-                continue;
-            }
-            own.check().map_err(|error| PlanError::Limits { axis, error })?;
-            let n = n.unsigned_abs();
-            let seen = if n == longest { *own } else { own.scaled(f64::from(longest) / f64::from(n)) };
-            shared = Some(shared.map_or(seen, |tightest| tightest.tighter(&seen)));
-        }
-        let mut shared = shared.ok_or(PlanError::NoSteps)?;
-        if let Some(asked) = path_speed_steps_s {
-            if !(SPEED_MIN_STEPS_S..=SPEED_MAX_STEPS_S).contains(&asked) {
-                return Err(PlanError::PathSpeed { asked, min: SPEED_MIN_STEPS_S, max: SPEED_MAX_STEPS_S });
-            }
-            shared.top_speed_steps_s = shared.top_speed_steps_s.min(asked);
-        }
-        shared.start_speed_steps_s = shared.start_speed_steps_s.min(shared.top_speed_steps_s);
-        let start = shared.start_speed_steps_s;
-        let profile = Profile::plan(f64::from(longest), start, start, &shared, interval_law, speed_law)
-            .map_err(PlanError::Profile)?;
-        Ok(Self { profile, steps })
+        let shared = shared_limits(&steps, limits, path_speed_steps_s)?;
+        let (start, distance) = (shared.start_speed_steps_s, f64::from(longest(&steps)));
+        let profile = Profile::plan(distance, start, start, &shared, interval_law, speed_law)?;
+        Ok(Self { profile, steps, from_steps: 0.0, origin_steps: 0.0, origin_s: 0.0 })
     }
 
-    /// When the `k`-th step of the axis with index `axis` leaves, s from the start of the move: the closed form.
-    /// `k` counts from 1 to the axis's steps.
+    /// When the `k`-th step of the axis with index `axis` leaves, s from the start of the run: the closed form.
+    /// `k` counts from 1 to the axis's steps, in a part of a move over [`step_numbers`](Self::step_numbers).
     #[must_use]
     pub fn step_time_s(&self, axis: usize, k: u32) -> f64 {
-        let share = (f64::from(k) - 0.5) / f64::from(self.steps[axis].unsigned_abs());
-        self.profile.time_at(share * self.profile.distance_steps())
+        let share = self.share(axis);
+        let steps = (f64::from(k) - 0.5) / share - self.origin_steps;
+        let nearest = NEAREST_STEPS / share;
+        let steps = steps.max(nearest).min(self.profile.distance_steps() - nearest);
+        self.origin_s + self.profile.time_at(steps)
     }
 
     /// The steps of the axis with index `axis` as segments, in ticks of which a second has `tick_hz` (above 0). This
     /// is the last work with floats; each segment comes in whole numbers.
     #[must_use]
     pub fn segments(&self, axis: usize, tick_hz: u32) -> Segments<'_> {
-        Segments::new(&self.profile, self.steps[axis].unsigned_abs(), tick_hz)
+        let (share, numbers) = (self.share(axis), self.step_numbers(axis));
+        let (before, end) = (f64::from(numbers.start - 1), f64::from(numbers.end - 1));
+        let total = f64::from(self.steps[axis].unsigned_abs());
+        // Of a whole move both are 0, exactly.
+        let ahead = self.origin_steps * share - before;
+        let beyond = (self.end_steps() - self.way_steps()) * share + (total - end);
+        let steps = numbers.end - numbers.start;
+        Segments::new(&self.profile, Stretch { share, steps, ahead, beyond, begin_s: self.origin_s }, tick_hz)
+    }
+
+    /// The numbers of the steps that the axis with index `axis` makes here, counted from 1 at the beginning of the whole
+    /// move.
+    #[must_use]
+    pub fn step_numbers(&self, axis: usize) -> Range<u32> {
+        self.steps_before(axis, self.from_steps) + 1..self.steps_before(axis, self.end_steps()) + 1
+    }
+
+    /// How many steps of the axis with index `axis` are due before the longest is at `place_steps` of the whole move.
+    #[must_use]
+    pub fn steps_before(&self, axis: usize, place_steps: f64) -> u32 {
+        ((place_steps * self.share(axis) + 0.5) as u32).min(self.steps[axis].unsigned_abs())
+    }
+
+    /// Where the longest axis is at `t_s` from the start of the run, steps from the beginning of the whole move.
+    #[must_use]
+    pub fn place_at(&self, t_s: f64) -> f64 {
+        self.origin_steps + self.profile.position_at(t_s - self.origin_s)
+    }
+
+    /// Speed of the longest axis at `t_s` from the start of the run, steps/s; 0 outside the profile.
+    #[must_use]
+    pub fn speed_at(&self, t_s: f64) -> f64 {
+        self.profile.speed_at(t_s - self.origin_s)
+    }
+
+    /// When the profile ends, s from the start of the run.
+    #[must_use]
+    pub fn end_s(&self) -> f64 {
+        self.origin_s + self.profile.duration_s()
+    }
+
+    /// Where it ends, steps of the longest axis from the beginning of the whole move.
+    #[must_use]
+    pub fn end_steps(&self) -> f64 {
+        self.origin_steps + self.profile.distance_steps()
+    }
+
+    /// The length of the whole move, steps of the longest axis.
+    #[must_use]
+    pub fn way_steps(&self) -> f64 {
+        f64::from(longest(&self.steps))
+    }
+
+    /// Steps of the axis for each of the longest.
+    fn share(&self, axis: usize) -> f64 {
+        f64::from(self.steps[axis].unsigned_abs()) / self.way_steps()
+    }
+}
+
+/// Steps of the longest axis.
+pub(crate) fn longest(steps: &[i32]) -> u32 {
+    steps.iter().map(|n| n.unsigned_abs()).max().unwrap_or(0)
+}
+
+/// What holds for the longest axis, so that none exceeds its own.
+pub(crate) fn shared_limits<const N: usize>(
+    steps: &[i32; N],
+    limits: &[Limits; N],
+    path_speed_steps_s: Option<f64>,
+) -> Result<Limits, PlanError> {
+    let longest = longest(steps);
+    let mut shared: Option<Limits> = None;
+    for (axis, (&n, own)) in steps.iter().zip(limits).enumerate() {
+        if n == 0 {
+            continue;
+        }
+        own.check().map_err(|error| PlanError::Limits { axis, error })?;
+        let n = n.unsigned_abs();
+        let seen = if n == longest { *own } else { own.scaled(f64::from(longest) / f64::from(n)) };
+        shared = Some(shared.map_or(seen, |tightest| tightest.tighter(&seen)));
+    }
+    let mut shared = shared.ok_or(PlanError::NoSteps)?;
+    if let Some(asked) = path_speed_steps_s {
+        if !(SPEED_MIN_STEPS_S..=SPEED_MAX_STEPS_S).contains(&asked) {
+            return Err(PlanError::PathSpeed { asked, min: SPEED_MIN_STEPS_S, max: SPEED_MAX_STEPS_S });
+        }
+        shared.top_speed_steps_s = shared.top_speed_steps_s.min(asked);
+    }
+    shared.start_speed_steps_s = shared.start_speed_steps_s.min(shared.top_speed_steps_s);
+    Ok(shared)
+}
+
+impl From<ProfileError> for PlanError {
+    fn from(error: ProfileError) -> Self {
+        Self::Profile(error)
     }
 }
 

@@ -60,9 +60,8 @@ impl Curve {
             factor *= UNIT_SHARE;
             fixed
         });
-        if is_backwards {
-            coefficients[0] = coefficients[0].wrapping_add((view.end_ticks * unit_hz) as i64);
-        }
+        let origin_ticks = if is_backwards { view.end_ticks } else { view.begin_ticks };
+        coefficients[0] = coefficients[0].wrapping_add((origin_ticks * unit_hz) as i64);
         let per_step = view.stride / (septic.steps.abs() * UNIT_SHARE);
         Self {
             coefficients,

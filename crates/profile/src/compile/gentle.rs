@@ -1,5 +1,6 @@
 //! A ramp that hardly accelerates.
 
+use super::NEAREST_STEPS;
 use super::setup::EvenRamp;
 use super::wide::fixed;
 use crate::ramp::even_time_s;
@@ -11,19 +12,22 @@ pub(super) struct Gentle {
     ramp: EvenRamp,
     /// Half a step of the axis, in steps of the master.
     half_step: f64,
+    /// By how many half steps the first is longer.
+    more: f64,
     tick_hz: f64,
     point: u8,
 }
 
 impl Gentle {
     /// Of an axis that makes a step per `stride` steps of the master, ticks/s, in units of 2^-`point` tick.
-    pub(super) fn new(ramp: EvenRamp, stride: f64, tick_hz: f64, point: u8) -> Self {
-        Self { ramp, half_step: stride / 2.0, tick_hz, point }
+    /// The first half step is `more` longer.
+    pub(super) fn new(ramp: EvenRamp, stride: f64, more: f64, tick_hz: f64, point: u8) -> Self {
+        Self { ramp, half_step: stride / 2.0, more, tick_hz, point }
     }
 
     /// How long `half_steps` take from the slow end, in units of 2^-point tick.
     pub(super) fn time(&self, half_steps: u32) -> u64 {
-        let steps = f64::from(half_steps) * self.half_step;
+        let steps = (f64::from(half_steps) + self.more).max(2.0 * NEAREST_STEPS) * self.half_step;
         let time_s = even_time_s(steps, self.ramp.slow_steps_s, self.ramp.accel_steps_s2);
         fixed(time_s * self.tick_hz, self.point.into()) as u64
     }

@@ -15,6 +15,9 @@ pub(super) struct Septic {
     pub(super) steps: f64,
 }
 
+/// A quarter of a span beyond its end is reached at most.
+const REACH_MIDDLE: f64 = 1.125;
+
 /// Of the polynomial.
 pub(super) const TERMS: usize = 8;
 
@@ -65,11 +68,12 @@ impl Septic {
         fabs(c1).max(fabs(c1 + 2.0 * c2 + 3.0 * c3 + 4.0 * c4 + 5.0 * c5 + 6.0 * c6 + 7.0 * c7))
     }
 
-    /// The greatest d³t/dz³ of the ends and the middle, without its sign. Over a span it changes little beside.
+    /// The greatest d³t/dz³ of the beginning, the middle, and of half of how far the last segment reaches beyond the end,
+    /// without its sign. Over a span it changes little beside.
     pub(super) fn third_derivative_max(&self) -> f64 {
         let [.., c3, c4, c5, c6, c7] = self.coefficients;
         let at = |z: f64| fabs(6.0 * c3 + z * (24.0 * c4 + z * (60.0 * c5 + z * (120.0 * c6 + z * (210.0 * c7)))));
-        fabs(6.0 * c3).max(at(0.5)).max(at(1.0))
+        fabs(6.0 * c3).max(at(0.5)).max(at(REACH_MIDDLE))
     }
 }
 

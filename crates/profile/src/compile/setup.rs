@@ -1,5 +1,6 @@
 //! What a phase needs to know, out of the plan's floats, once a move.
 
+use super::NEAREST_STEPS;
 use super::gentle::Gentle;
 use super::phase::{Law, Phase};
 use super::ramp::{LENGTH_MAX, Ramp};
@@ -15,13 +16,19 @@ const EVEN_LENGTH_MAX: u32 = 22;
 /// log2 of the lead from which on a ramp is [`Gentle`], ticks: 13 days at 125 MHz.
 const GENTLE_LEAD_LOG2: i32 = 47;
 
-/// An axis's steps and ticks.
+/// An axis's steps and ticks. Its steps count from 0, instants from the start of the run.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct View {
     /// Steps of the master per step of the axis; at least 1.
     pub(super) stride: f64,
     pub(super) tick_hz: f64,
-    /// How long the move lasts.
+    /// By how much less than half a step of the axis the profile is at its first step; 0 where a move begins.
+    pub(super) ahead: f64,
+    /// By how much more than half a step the profile goes on after its last step; 0 where a move ends.
+    pub(super) beyond: f64,
+    /// When the profile begins.
+    pub(super) begin_ticks: f64,
+    /// When it ends.
     pub(super) end_ticks: f64,
 }
 
@@ -51,26 +58,37 @@ impl Phase {
     pub(super) fn accelerating(ramp: EvenRamp, view: View, end: u32) -> Self {
         let shape = view.shape(ramp);
         if shape.is_gentle() {
-            let (law, point, length) = gentle(ramp, view);
+            let (law, point, length) = gentle(ramp, view, -2.0 * view.ahead);
             let reach = beyond(end, length);
-            return Self { law, origin: 0, end, reach, backwards: false, point, length: length as u8 };
+            let origin = fixed(view.begin_ticks, point.into()) as u64;
+            return Self { law, origin, end, reach, backwards: false, point, length: length as u8 };
         }
         let reach = beyond(end, LENGTH_MAX);
-        let point = point_for(shape.exponent_at(reach));
-        let lead = shape.lead(point);
-        let radicand = Line { start: Wide::new(squared(lead)), slope: Wide::new(shape.slope(point)) };
+        let mut exponent_max = shape.exponent_at(reach);
+        if view.begin_ticks > 0.0 {
+            exponent_max = exponent_max.max(exponent(view.begin_ticks)) + 1;
+        }
+        let point = point_for(exponent_max);
+        let (lead, slope) = (shape.lead(point), shape.slope(point));
+        let start = shape.start(point, squared(lead), -2.0 * view.ahead);
+        let radicand = Line { start: Wide::new(start), slope: Wide::new(slope) };
         let law = Law::Ramp(Ramp::new(radicand, point, view.tick_hz));
-        Self { law, origin: lead.wrapping_neg(), end, reach, backwards: false, point, length: 0 }
+        let origin = (fixed(view.begin_ticks, point.into()) as u64).wrapping_sub(lead);
+        Self { law, origin, end, reach, backwards: false, point, length: 0 }
     }
 
     /// Keeps its speed up to the step before `end`.
     pub(super) fn cruising(plan: &Profile, view: View, end: u32) -> Self {
         let ticks_per_step = view.tick_hz / plan.cruise_speed_steps_s();
-        let start_ticks = view.tick_hz * plan.t_accel_s() - ticks_per_step * plan.accel_end_steps();
         let period_ticks = ticks_per_step * view.stride;
+        let start_ticks = view.begin_ticks + view.tick_hz * plan.t_accel_s()
+            - ticks_per_step * plan.accel_end_steps()
+            - period_ticks * view.ahead;
         let point = view.point();
         // The first 64 of the 96 bits are the instant; a half step is half a period.
-        let start = Wide::new(fixed(start_ticks, i32::from(point) + 32));
+        // Where the profile is ahead of the first step, the line begins a little before the run; modulo 2^96, as lines are.
+        let before = fixed((-start_ticks).max(0.0), i32::from(point) + 32);
+        let start = Wide::new(fixed(start_ticks.max(0.0), i32::from(point) + 32).wrapping_sub(before));
         let slope = Wide::new(fixed(period_ticks, i32::from(point) + 31));
         let length = length_held(period_ticks, EVEN_LENGTH_MAX);
         let law = Law::Even(Line { start, slope });
@@ -81,13 +99,14 @@ impl Phase {
     pub(super) fn decelerating(ramp: EvenRamp, view: View, steps: u32) -> Self {
         let shape = view.shape(ramp);
         if shape.is_gentle() {
-            let (law, point, length) = gentle(ramp, view);
+            let (law, point, length) = gentle(ramp, view, 2.0 * view.beyond);
             let origin = fixed(view.end_ticks, point.into()) as u64;
             return Self { law, origin, end: steps, reach: steps - 1, backwards: true, point, length: length as u8 };
         }
         let point = point_for(exponent(shape.lead_ticks).max(exponent(view.end_ticks)) + 1);
         let (lead, slope, spare) = (shape.lead(point), shape.slope(point), shape.spare_steps().min(STEPS_END - steps));
-        let start = squared(lead).saturating_sub(slope * u128::from(2 * spare));
+        let before = squared(lead).saturating_sub(slope * u128::from(2 * spare));
+        let start = shape.start(point, before, 2.0 * view.beyond);
         let radicand = Line { start: Wide::new(start), slope: Wide::new(slope) };
         let law = Law::Ramp(Ramp::new(radicand, point, view.tick_hz));
         let origin = (fixed(view.end_ticks, point.into()) as u64).wrapping_add(lead);
@@ -104,13 +123,18 @@ impl EvenRamp {
 }
 
 impl View {
-    /// Of an axis that makes 1/`stride` of the master's steps.
-    pub(super) fn new(plan: &Profile, stride: f64, tick_hz: u32) -> Self {
-        let tick_hz = f64::from(tick_hz);
-        Self { stride, tick_hz, end_ticks: plan.duration_s() * tick_hz }
+
+    /// How far the profile is at the first step, at the master's rate; not nothing.
+    pub(super) fn begin_steps(&self) -> f64 {
+        (0.5 - self.ahead).max(NEAREST_STEPS) * self.stride
     }
 
-    /// For instants of the move.
+    /// How far it goes on after the last step, likewise.
+    pub(super) fn end_steps(&self) -> f64 {
+        (0.5 + self.beyond).max(NEAREST_STEPS) * self.stride
+    }
+
+    /// For instants of the run.
     pub(super) fn point(&self) -> u8 {
         point_for(exponent(self.end_ticks))
     }
@@ -139,6 +163,14 @@ impl Shape {
         fixed(self.slope_ticks2, 2 * i32::from(point) - 32)
     }
 
+    /// What a radicand begins with that would with `square`, if the first of its half steps were `more` longer.
+    fn start(&self, point: u8, square: u128, more: f64) -> u128 {
+        // So the first half step's radicand is never below the square, whatever rounding does.
+        let first = fixed(self.slope_ticks2 * (1.0 + more).max(2.0 * NEAREST_STEPS), 2 * i32::from(point) - 32);
+        // Modulo 2^96, as lines are.
+        square.wrapping_add(first).wrapping_sub(self.slope(point))
+    }
+
     /// At least log2 of the time from standstill to the step `reach`, ticks, rounded down.
     fn exponent_at(&self, reach: u32) -> i32 {
         // 2 reach + 1 half steps are less than 2^(reach_log2 + 1).
@@ -156,11 +188,12 @@ impl Shape {
     }
 }
 
-/// The law, its point, and the length of its segments, over which a quadratic strays by 2^-6 tick at most.
-fn gentle(ramp: EvenRamp, view: View) -> (Law, u8, u32) {
+/// The law, its point, and the length of its segments, over which a quadratic strays by 2^-6 tick at most. Its first half
+/// step is `more` longer.
+fn gentle(ramp: EvenRamp, view: View, more: f64) -> (Law, u8, u32) {
     let point = view.point();
     let slowest_ticks = view.tick_hz / ramp.slow_steps_s * view.stride;
-    (Law::Gentle(Gentle::new(ramp, view.stride, view.tick_hz, point)), point, length_held(slowest_ticks, LENGTH_MAX))
+    (Law::Gentle(Gentle::new(ramp, view.stride, more, view.tick_hz, point)), point, length_held(slowest_ticks, LENGTH_MAX))
 }
 
 /// log2 of how many periods at least are less than 2^31 ticks, `max` at most; 0 also if one is not.

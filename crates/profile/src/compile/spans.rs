@@ -8,6 +8,7 @@
 //!
 //! Segments come from the polynomial in fixed point ([`Curve`]).
 
+use super::NEAREST_STEPS;
 use super::curve::{Curve, Place};
 use super::septic::Septic;
 use super::setup::View;
@@ -32,8 +33,8 @@ const ROUNDING: f64 = 3.552_713_678_800_501e-15;
 const FIRST_SHARE: f64 = 1.0 / 16.0;
 /// And of that over which the speed would double, which is what is right near standstill.
 const DOUBLING_SHARE: f64 = 0.18;
-/// Spans begin and end a little nearer to standstill than the first and last step, at half a step.
-const BEFORE_STEP: f64 = 0.49;
+/// Spans begin and end a little nearer to standstill than the first and last step: at this share of their way.
+const BEFORE_STEP: f64 = 0.98;
 /// Shorter spans, as shares of the ramp, are not tried: only rounding would be left to see.
 const SHARE_MIN: f64 = 1e-12;
 
@@ -68,14 +69,14 @@ impl Spans {
     /// Over the steps before `end`.
     pub(super) fn accelerating(plan: &Profile, view: View, end: u32) -> Self {
         let path = Path { ramp: plan.accel, is_backwards: false };
-        let first = path.ramp.parameter_before(view.stride * BEFORE_STEP);
+        let first = path.ramp.parameter_before(view.begin_steps() * BEFORE_STEP);
         Self::new(path, view, (first, path.ramp.parameter_end()), (0, end))
     }
 
     /// Over the steps from `begin` on, before `end`, where the move ends.
     pub(super) fn decelerating(plan: &Profile, view: View, begin: u32, end: u32) -> Self {
         let path = Path { ramp: plan.decel, is_backwards: true };
-        let last = path.ramp.parameter_end() - path.ramp.parameter_before(view.stride * BEFORE_STEP);
+        let last = path.ramp.parameter_end() - path.ramp.parameter_before(view.end_steps() * BEFORE_STEP);
         Self::new(path, view, (0.0, last), (begin, end))
     }
 
@@ -152,17 +153,21 @@ impl Spans {
 
     /// How many steps are due before the ramp is at `ramp_steps`.
     fn steps_before(&self, ramp_steps: f64) -> u32 {
-        let nearer_to_slow_end = (ramp_steps / self.view.stride + 0.5) as u32;
-        if self.path.is_backwards { self.end - nearer_to_slow_end.min(self.end) } else { nearer_to_slow_end }
+        let axis_steps = ramp_steps / self.view.stride + 0.5;
+        if self.path.is_backwards {
+            self.end - ((axis_steps - self.view.beyond) as u32).min(self.end)
+        } else {
+            (axis_steps + self.view.ahead) as u32
+        }
     }
 
     /// How many steps after the span's beginning `step` is due; rounding may leave it a little before.
     fn steps_after(&self, septic: &Septic, step: u32) -> f64 {
         let begin = septic.begin_steps / self.view.stride;
         let after = if self.path.is_backwards {
-            begin - (f64::from(self.end - step) - 0.5)
+            begin - (f64::from(self.end - step) - 0.5 + self.view.beyond).max(NEAREST_STEPS)
         } else {
-            f64::from(step) + 0.5 - begin
+            (f64::from(step) + 0.5 - self.view.ahead).max(NEAREST_STEPS) - begin
         };
         after.max(0.0)
     }
