@@ -43,7 +43,8 @@ export function buildChip(clock, board) {
   const flash = new Flash(chip);
   watchExceptions(chip.core, clock, flash);
   const uart = new Uart(chip, 'UART0', IRQ_UART0, board.onUartByte);
-  Object.assign(chip.peripherals, { [SLOT.ssi]: flash.interface, [SLOT.xipControl]: new XipControl(chip, 'XIP_CTRL'), [SLOT.timer]: timer, [SLOT.watchdog]: watchdog, [SLOT.uart0]: uart });
+  Object.assign(chip.peripherals, { [SLOT.ssi]: flash.interface, [SLOT.xipControl]: new XipControl(chip, 'XIP_CTRL') });
+  Object.assign(chip.peripherals, { [SLOT.timer]: timer, [SLOT.watchdog]: watchdog, [SLOT.uart0]: uart });
   loadRom(chip);
   new SysTick(chip).attach(chip.ppb);
   runBeside(chip, clock);
