@@ -1,4 +1,4 @@
-//! The Pico's LED: a short flash each second when idle, lit in motion, blinking fast in alarm.
+//! The Pico's LED: a short flash each second when idle, lit in motion, blinking slowly when held, fast in alarm.
 
 use embassy_rp::gpio::{Level, Output};
 use embassy_time::{Duration, Ticker};
@@ -14,7 +14,9 @@ pub async fn show(machine: &'static Machine, mut led: Output<'static>) -> ! {
     loop {
         let lit = match machine.state() {
             State::Idle => tick == 0,
-            State::Run | State::Home => true,
+            State::Run | State::Jog | State::Home => true,
+            // Lit for half of each second.
+            State::Hold { .. } => tick < 5,
             State::Alarm(_) => tick % 2 == 0,
         };
         led.set_level(Level::from(lit));

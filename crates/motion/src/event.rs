@@ -16,6 +16,13 @@ pub enum State {
     Idle,
     /// Moving, dwelling, or with moves waiting.
     Run,
+    /// Moving by hand.
+    Jog,
+    /// Held: braking, or standing `still`, until it is resumed.
+    Hold {
+        /// Nothing moves any more.
+        still: bool,
+    },
     /// Homing.
     Home,
     /// Locked: nothing moves until it is unlocked or homed.
@@ -75,6 +82,8 @@ pub enum Finish {
     Done,
     /// It was stopped before its end; the position says where.
     Stopped,
+    /// It braked on its path, before its end, as it was asked to.
+    Held,
     /// The step port of this axis faulted, so all axes were stopped.
     Fault {
         /// Whose port.
@@ -110,6 +119,11 @@ pub enum Event {
         plan: SyncMove<AXES>,
         /// Where each axis stood.
         origin_steps: [i32; AXES],
+    },
+    /// The move goes on otherwise: by this part of it, from its first step on.
+    Part {
+        /// The plan of all axes.
+        plan: SyncMove<AXES>,
     },
     /// The move ended.
     MoveEnd {

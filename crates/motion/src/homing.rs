@@ -12,6 +12,7 @@ use crate::axes::{AXES, Axis};
 use crate::coordinator::{Coordinator, alongside};
 use crate::event::{Alarm, Event, Finish, HomingPhase, State};
 use crate::port::Direction;
+use crate::run::Pace;
 
 /// The seek gives up after this many times the travel.
 const SEEK_TRAVELS: f64 = 1.5;
@@ -83,7 +84,8 @@ where
         match self.along(axis, homing.pull_off_mm, false, speed_mm_s).await? {
             Finish::Fault { axis, fault } => return Err(self.fault_alarm(axis, fault)),
             Finish::Stopped => return Err(self.stop_alarm()),
-            Finish::Done => {}
+            // Homing is not held.
+            Finish::Done | Finish::Held => {}
         }
         // Long enough for the debounced level to follow.
         Timer::after(homing.debounce * 2).await;
@@ -96,6 +98,6 @@ where
         let n = config.steps(axis, mm);
         let mut steps = [0; AXES];
         steps[axis as usize] = if positive { n } else { -n };
-        self.travel(steps, Some(speed_mm_s)).await
+        self.travel(steps, Some(speed_mm_s), Pace::AsAsked).await
     }
 }

@@ -17,19 +17,21 @@ pub mod axis;
 mod config;
 pub mod coordinator;
 mod event;
+mod feeder;
 mod homing;
 pub mod limit;
 mod link;
 mod machine;
 mod port;
+mod run;
 mod timer_port;
 
 pub use axes::{AXES, Axis};
 pub use config::{Config, ConfigError, HomingConfig};
 pub use event::{Alarm, Event, Finish, HomingPhase, State};
-pub use machine::{Busy, Machine, Motion, QUEUE_MOVES, Status};
+pub use machine::{Busy, Machine, Motion, Overrides, QUEUE_MOVES, Status};
 pub use port::{
-    Brake, Capabilities, Direction, DriverTiming, Odometer, PortFault, Run, SegmentQueue, StepPort, Wiring,
+    Brake, Capabilities, Direction, DriverTiming, Feed, Odometer, PortFault, Run, SegmentQueue, StepPort, Wiring,
     ticks_covering,
 };
 pub use timer_port::{TimerBank, TimerPort};

@@ -3,13 +3,14 @@
 use core::cell::RefCell;
 use core::sync::atomic::{AtomicBool, Ordering};
 
+use embassy_futures::select::select;
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use embassy_sync::signal::Signal;
 use embassy_sync::watch::{DynReceiver, Watch};
 use embassy_time::{Duration, Instant, Timer};
-use isostep_profile::Profile;
+use isostep_profile::SyncMove;
 
 use crate::axes::{AXES, Axis};
 use crate::config::{Config, ConfigError};
@@ -32,6 +33,13 @@ pub enum Motion {
         /// Speed along the path, mm/s; `None` is as fast as the limits allow.
         feed_mm_s: Option<f64>,
     },
+    /// Go to a place at a speed along the path, mm/s, by hand: it may be cancelled.
+    Jog {
+        /// The place, steps.
+        target_steps: [i32; AXES],
+        /// Speed along the path, mm/s.
+        feed_mm_s: f64,
+    },
     /// Stand still.
     Dwell(Duration),
     /// Find the zero of every axis.
@@ -53,6 +61,20 @@ pub struct Status {
     pub queue_free: usize,
     /// Speed along the path at this instant, mm/s.
     pub speed_mm_s: f64,
+}
+
+/// How fast to move, of what is asked for; never faster than the limits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Overrides {
+    /// Of a feed, percent, above 0.
+    pub feed_percent: u8,
+    /// Of the limits' speed where no feed was asked for, percent, 1 to 100.
+    pub rapid_percent: u8,
+}
+
+impl Overrides {
+    /// As asked for.
+    pub const NONE: Self = Self { feed_percent: 100, rapid_percent: 100 };
 }
 
 /// The machine is locked by an alarm, or not idle where it must be.
@@ -83,7 +105,7 @@ impl Cause {
 #[derive(Clone, Copy)]
 pub(crate) struct Underway {
     pub start: Instant,
-    pub profile: Profile,
+    pub part: SyncMove<AXES>,
     /// Path length of one step of the master axis.
     pub mm_per_step: f64,
 }
@@ -98,6 +120,11 @@ struct Inner {
     underway: Option<Underway>,
     /// Motions asked for and not finished.
     pending: usize,
+    overrides: Overrides,
+    /// Nothing moves until [`Machine::resume`].
+    held: bool,
+    /// Jogs asked for are to be forgotten.
+    cancelled: bool,
 }
 
 /// A limit switch, debounced.
@@ -114,6 +141,8 @@ pub struct Machine {
     state: Watch<CriticalSectionRawMutex, State, WATCHERS>,
     /// Wakes the coordinator from a wait that no axis ends.
     stopped: Signal<CriticalSectionRawMutex, ()>,
+    /// Tells it of a hold, a resume, or other overrides.
+    asked: Signal<CriticalSectionRawMutex, ()>,
     inner: Mutex<CriticalSectionRawMutex, RefCell<Inner>>,
 }
 
@@ -127,6 +156,7 @@ impl Machine {
             queue: Channel::new(),
             state: Watch::new_with(State::Idle),
             stopped: Signal::new(),
+            asked: Signal::new(),
             inner: Mutex::new(RefCell::new(Inner {
                 config,
                 capabilities: [None; AXES],
@@ -136,6 +166,9 @@ impl Machine {
                 emergency: false,
                 underway: None,
                 pending: 0,
+                overrides: Overrides::NONE,
+                held: false,
+                cancelled: false,
             })),
         }
     }
@@ -174,7 +207,8 @@ impl Machine {
         let (homed, underway) = self.with(|inner| (inner.homed, inner.underway));
         let speed_mm_s = underway.map_or(0.0, |underway| {
             let t_us = Instant::now().saturating_duration_since(underway.start).as_micros();
-            underway.profile.speed_at(t_us as f64 * 1e-6) * underway.mm_per_step
+            // A part is known a little before it begins.
+            underway.part.speed_at((t_us as f64 * 1e-6).max(underway.part.begin_s())) * underway.mm_per_step
         });
         Status {
             state: self.state(),
@@ -207,7 +241,8 @@ impl Machine {
     /// Asks for a motion; waits while the queue is full.
     ///
     /// # Errors
-    /// In alarm nothing but homing is taken, and not even that while the emergency stop is pressed.
+    /// In alarm nothing but homing is taken, and not even that while the emergency stop is pressed. While it jogs, only
+    /// jogs are.
     ///
     /// # Cancellation
     /// Safe: the motion is either in the queue or was never asked for.
@@ -216,9 +251,13 @@ impl Machine {
             if matches!(state, State::Alarm(_)) && (motion != Motion::Home || inner.emergency) {
                 return (state, Err(Busy(state)));
             }
+            if (state == State::Jog) != matches!(motion, Motion::Jog { .. }) && state != State::Idle {
+                return (state, Err(Busy(state)));
+            }
             inner.pending += 1;
             let next = match (state, motion) {
                 (State::Idle | State::Alarm(_), Motion::Home) => State::Home,
+                (State::Idle, Motion::Jog { .. }) => State::Jog,
                 (State::Idle, _) => State::Run,
                 _ => state,
             };
@@ -230,7 +269,7 @@ impl Machine {
         Ok(())
     }
 
-    /// Waits until nothing is under way: idle, or an alarm, which is returned as the error.
+    /// Waits until nothing is under way: idle, or an alarm, which is returned as the error. A hold is under way.
     ///
     /// # Errors
     /// The alarm the machine is in.
@@ -239,7 +278,7 @@ impl Machine {
     /// Safe: it only looks.
     pub async fn settled(&self) -> Result<(), Alarm> {
         let mut states = self.state.dyn_receiver();
-        while matches!(self.state(), State::Run | State::Home) {
+        while !matches!(self.state(), State::Idle | State::Alarm(_)) {
             match &mut states {
                 Some(states) => _ = states.changed().await,
                 // More tasks watch than the machine has room for: look instead.
@@ -256,6 +295,51 @@ impl Machine {
     /// abrupt, so an alarm says that the position is not trusted.
     pub fn reset(&self) {
         self.stop(Cause::Reset);
+    }
+
+    /// Brakes the move under way, on its path, and holds what waits until [`resume`](Self::resume): some 60 ms after this
+    /// it brakes as fast as the limits allow. A jog is cancelled instead. Homing goes on; nothing to do in an alarm.
+    pub fn hold(&self) {
+        self.transition(|inner, state| {
+            inner.held |= matches!(state, State::Idle | State::Run);
+            inner.cancelled |= state == State::Jog;
+            match state {
+                State::Idle => (State::Hold { still: true }, ()),
+                State::Run => (State::Hold { still: false }, ()),
+                _ => (state, ()),
+            }
+        });
+        self.asked.signal(());
+    }
+
+    /// Goes on after a [`hold`](Self::hold), once the machine stands still.
+    pub fn resume(&self) {
+        self.transition(|inner, state| match state {
+            State::Hold { still: true } => {
+                inner.held = false;
+                (if inner.pending == 0 { State::Idle } else { State::Run }, ())
+            }
+            _ => (state, ()),
+        });
+        self.asked.signal(());
+    }
+
+    /// Brakes a jog on its path, and forgets the jogs that wait. Nothing to do in any other state.
+    pub fn cancel_jog(&self) {
+        self.with(|inner| inner.cancelled |= self.state() == State::Jog);
+        self.asked.signal(());
+    }
+
+    /// Changes the speed of moves, the one under way included, some 60 ms after this.
+    pub fn set_overrides(&self, overrides: Overrides) {
+        self.with(|inner| inner.overrides = overrides);
+        self.asked.signal(());
+    }
+
+    /// The overrides in force.
+    #[must_use]
+    pub fn overrides(&self) -> Overrides {
+        self.with(|inner| inner.overrides)
     }
 
     /// Locks the machine, unless it is locked already. For what is found before anything moves.
@@ -348,6 +432,31 @@ impl Machine {
         }
     }
 
+    /// Whether the move under way is to brake.
+    pub(crate) fn is_to_brake(&self) -> bool {
+        self.with(|inner| inner.held || inner.cancelled)
+    }
+
+    /// Waits for a hold, a resume, or other overrides.
+    pub(crate) async fn wait_asked(&self) {
+        self.asked.wait().await;
+    }
+
+    /// Waits, standing still, until a hold is over; false if what was held is to be forgotten.
+    pub(crate) async fn outlast_hold(&self) -> bool {
+        self.transition(|inner, state| match state {
+            State::Hold { .. } if inner.held => (State::Hold { still: true }, ()),
+            _ => (state, ()),
+        });
+        loop {
+            let (held, forgotten) = self.with(|inner| (inner.held, inner.cancelled || inner.cause.is_some()));
+            if !held || forgotten {
+                return !forgotten;
+            }
+            select(self.asked.wait(), self.stopped.wait()).await;
+        }
+    }
+
     /// The next motion asked for.
     pub(crate) async fn next_motion(&self) -> Motion {
         self.queue.receive().await
@@ -357,7 +466,7 @@ impl Machine {
     pub(crate) fn pass_over(&self) {
         self.transition(|inner, state| {
             inner.pending -= 1;
-            (if state == State::Run && inner.pending == 0 { State::Idle } else { state }, ())
+            (if matches!(state, State::Run | State::Jog) && inner.pending == 0 { State::Idle } else { state }, ())
         });
     }
 
@@ -384,11 +493,24 @@ impl Machine {
     pub(crate) fn stop(&self, cause: Cause) {
         let moving = self.transition(|inner, state| match (state, cause) {
             (State::Home, Cause::Limit(_)) => (state, false),
-            (State::Run | State::Home, _) => {
+            // Held with nothing to go on with.
+            (State::Hold { .. }, Cause::Reset) if inner.pending == 0 => {
+                inner.held = false;
+                (State::Idle, false)
+            }
+            (State::Run | State::Jog | State::Home, _) => {
                 inner.cause = inner.cause.or(Some(cause));
                 (state, true)
             }
-            (State::Idle, Cause::EmergencyStop) => (State::Alarm(Alarm::EmergencyStop), false),
+            (State::Hold { .. }, _) if inner.pending > 0 => {
+                inner.cause = inner.cause.or(Some(cause));
+                (state, true)
+            }
+            (State::Idle | State::Hold { .. }, Cause::EmergencyStop) => {
+                inner.held = false;
+                (State::Alarm(Alarm::EmergencyStop), false)
+            }
+            (State::Hold { .. }, _) => (state, false),
             (State::Idle | State::Alarm(_), _) => (state, false),
         });
         if moving {
@@ -410,12 +532,17 @@ impl Machine {
                 // Pressed after a reset, whose cause stands.
                 (Ok(()), _) if inner.emergency => State::Alarm(Alarm::EmergencyStop),
                 (Ok(()), Some(cause @ (Cause::Limit(_) | Cause::EmergencyStop))) => State::Alarm(cause.alarm(state)),
+                (Ok(()), None) if inner.held => State::Hold { still: true },
                 (Ok(()), _) if last => State::Idle,
+                (Ok(()), _) if state == State::Jog => State::Jog,
                 (Ok(()), _) => State::Run,
             };
             if last || matches!(next, State::Alarm(_)) {
                 inner.cause = None;
             }
+            // A stop ends a hold; what was held is forgotten.
+            inner.held &= matches!(next, State::Hold { .. });
+            inner.cancelled &= next == State::Jog;
             // Nothing has moved that could not be planned; after any other alarm the motors may have overshot.
             if matches!(next, State::Alarm(alarm) if alarm != Alarm::Unplannable) {
                 inner.homed = [false; AXES];

@@ -146,8 +146,23 @@ impl Odometer {
 /// Segments queued per axis. Near standstill a segment is a step or two, so eight outlast by far what compiling one takes.
 const QUEUE_SEGMENTS: usize = 8;
 
-/// An axis's segments on their way to its port, in order.
-pub type SegmentQueue = Channel<CriticalSectionRawMutex, Segment, QUEUE_SEGMENTS>;
+/// What a port is given, in order.
+#[derive(Clone, Copy, Debug)]
+pub enum Feed {
+    /// The next steps.
+    Steps(Segment),
+    /// No step until then, ticks from the start of the run: a port that must know what follows need not be told of a step
+    /// long before it is due, which then may never come.
+    Rest {
+        /// Until when; before the next step by as long as a step takes, at least.
+        until_ticks: u64,
+    },
+    /// No step any more: the run ends with those before, though it was to have more.
+    End,
+}
+
+/// An axis's steps on their way to its port.
+pub type SegmentQueue = Channel<CriticalSectionRawMutex, Feed, QUEUE_SEGMENTS>;
 
 /// An axis's part of a move.
 #[derive(Clone, Copy, Debug)]
@@ -158,7 +173,7 @@ pub struct Run {
     pub direction: Direction,
     /// How the driver is wired.
     pub wiring: Wiring,
-    /// How many steps the segments hold together; at least 1.
+    /// How many steps it makes, unless [`Feed::End`] comes before; at least 1.
     pub steps: u32,
 }
 
@@ -201,7 +216,7 @@ pub trait StepPort {
         |_engaged| {}
     }
 
-    /// Sets DIR, waits out its set-up time, emits the steps of all `segments` of `run`, each at its instant from the
+    /// Sets DIR, waits out its set-up time, emits the steps of `run` as `segments` has them, each at its instant from the
     /// start, and returns when the last has risen. Each is counted in `odometer`; at the latest when this ends the
     /// count is exact.
     ///

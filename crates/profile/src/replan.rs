@@ -48,7 +48,7 @@ impl<const N: usize> SyncMove<N> {
             Some((braking, slower)) => (Some(braking), slower),
             None => (None, steady),
         };
-        match steady.to_end(&shared, law) {
+        match steady.rest(&shared, law) {
             Ok(last) => Ok(Some([easing, braking, Some(last)])),
             // It is about to brake.
             Err(PlanError::Profile(ProfileError::EntrySpeed { .. } | ProfileError::Distance { .. })) => Ok(None),
@@ -136,7 +136,7 @@ impl<const N: usize> Steady<N> {
     }
 
     /// The part to the end of the path.
-    fn to_end(&self, shared: &Limits, law: SpeedLaw) -> Result<SyncMove<N>, PlanError> {
+    fn rest(&self, shared: &Limits, law: SpeedLaw) -> Result<SyncMove<N>, PlanError> {
         let left_steps = f64::from(crate::sync::longest(&self.steps)) - self.place_steps;
         let exit = shared.start_speed_steps_s.min(self.speed_steps_s);
         let profile = Profile::plan(left_steps, self.speed_steps_s, exit, shared, IntervalLaw::Fastest, law)?;

@@ -126,6 +126,12 @@ impl<const N: usize> SyncMove<N> {
         self.profile.speed_at(t_s - self.origin_s)
     }
 
+    /// When this part begins, s from the start of the run.
+    #[must_use]
+    pub fn begin_s(&self) -> f64 {
+        self.origin_s + self.profile.time_at(self.from_steps - self.origin_steps)
+    }
+
     /// When the profile ends, s from the start of the run.
     #[must_use]
     pub fn end_s(&self) -> f64 {

@@ -123,7 +123,7 @@ pub fn compare(outcome: &Outcome, trace: &[Edge]) -> Result<Comparison, Mismatch
         let is_measurable = jitter.max_ns <= measure::stray_max_ns(port);
         compared.push(MoveComparison {
             jitter,
-            apart_ns: apart_ns(&record.plan.profile, &instants, port).filter(|_| is_measurable),
+            apart_ns: apart_ns(&record.plan.profile, &instants, port).filter(|_| is_measurable && record.is_plain()),
         });
     }
     Ok(Comparison { moves: compared, all: Jitter::of(all_ns) })
@@ -137,7 +137,7 @@ fn split<'a>(trace: &'a [Edge], moves: &[MoveRecord], homed: bool) -> Result<[Ve
     }
     for axis in Axis::ALL {
         let edges = &mut edges[axis as usize];
-        let planned = moves.iter().map(|record| record.plan.steps[axis as usize].unsigned_abs() as usize).sum();
+        let planned = moves.iter().map(|record| record.step_numbers(axis as usize).len()).sum();
         let traced = edges.len();
         if traced < planned || (traced > planned && !homed) {
             return Err(Mismatch::Count { axis, traced, planned });
@@ -156,13 +156,15 @@ fn instants_of(number: usize, record: &MoveRecord, left: &mut [Vec<&Edge>; AXES]
     let mut instants = Instants::default();
     for axis in Axis::ALL {
         let n = record.plan.steps[axis as usize];
-        for k in 1..=n.unsigned_abs() {
+        let numbers = record.step_numbers(axis as usize);
+        let before = numbers.start - 1;
+        for k in numbers {
             let traced = *left[axis as usize].pop().expect("as many were kept as are planned");
-            let planned = (n.signum(), record.origin_steps[axis as usize] + n.signum() * k as i32);
+            let planned = (n.signum(), record.origin_steps[axis as usize] + n.signum() * (k - before) as i32);
             if (traced.direction, traced.position_steps) != planned {
                 return Err(Mismatch::Step { number, axis, k, traced, planned });
             }
-            instants[axis as usize].push((traced.t_ns as f64, record.plan.step_time_s(axis as usize, k) * 1e9));
+            instants[axis as usize].push((traced.t_ns as f64, record.step_time_s(axis as usize, k) * 1e9));
         }
     }
     Ok(instants)

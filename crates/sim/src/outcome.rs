@@ -20,6 +20,8 @@ pub struct MoveRecord {
     pub end_ns: u64,
     /// The plan.
     pub plan: SyncMove<AXES>,
+    /// The parts by which it went on otherwise, in the order in which that was decided.
+    pub parts: Vec<SyncMove<AXES>>,
     /// Where it began, steps.
     pub origin_steps: [i32; AXES],
     /// Where it ended, steps.
@@ -30,6 +32,35 @@ pub struct MoveRecord {
     pub homing: bool,
     /// Its edges: a range of [`Outcome::edges`].
     pub edges: Range<usize>,
+}
+
+impl MoveRecord {
+    /// The numbers of the steps that the axis with index `axis` should have made.
+    pub fn step_numbers(&self, axis: usize) -> Range<u32> {
+        let whole = self.plan.step_numbers(axis);
+        match (self.finish, self.parts.last()) {
+            (Finish::Held, Some(last)) => whole.start..last.step_numbers(axis).end,
+            _ => whole,
+        }
+    }
+
+    /// The steps that every axis should have made, signed by direction.
+    pub fn planned_steps(&self) -> [i32; AXES] {
+        std::array::from_fn(|axis| self.plan.steps[axis].signum() * self.step_numbers(axis).len() as i32)
+    }
+
+    /// When the step `k` of the axis with index `axis` was due, s from the start: the closed form.
+    pub fn step_time_s(&self, axis: usize, k: u32) -> f64 {
+        // What was decided later holds.
+        let part = self.parts.iter().rev().find(|part| part.step_numbers(axis).contains(&k));
+        part.unwrap_or(&self.plan).step_time_s(axis, k)
+    }
+
+    /// Whether it is a whole move, made as it was planned at first.
+    pub fn is_plain(&self) -> bool {
+        let begins = |axis| self.plan.step_numbers(axis).start == 1;
+        self.finish == Finish::Done && self.parts.is_empty() && (0..AXES).all(begins)
+    }
 }
 
 /// What a run left behind: all that was seen, and where everything stands.
@@ -134,18 +165,32 @@ impl Outcome {
 /// Pairs the events of each move, and finds its edges.
 fn moves(events: &[(u64, Event)], edges: &[Edge]) -> Vec<MoveRecord> {
     let mut moves = Vec::new();
-    let mut open = None;
+    let (mut open, mut parts) = (None, Vec::new());
     let mut homing = false;
     for &(t_ns, event) in events {
         match event {
             Event::State(state) => homing = state == State::Home,
-            Event::Move { start, plan, origin_steps } => open = Some((crate::time::ns(start), plan, origin_steps)),
+            Event::Move { start, plan, origin_steps } => {
+                parts.clear();
+                open = Some((crate::time::ns(start), plan, origin_steps));
+            }
+            Event::Part { plan } => parts.push(plan),
             Event::MoveEnd { finish, position_steps: end_steps } => {
                 let Some((start_ns, plan, origin_steps)) = open.take() else { continue };
                 let first = edges.partition_point(|edge| edge.t_ns < start_ns);
                 let last = edges.partition_point(|edge| edge.t_ns <= t_ns);
                 let edges = first..last;
-                moves.push(MoveRecord { start_ns, end_ns: t_ns, plan, origin_steps, end_steps, finish, homing, edges });
+                moves.push(MoveRecord {
+                    start_ns,
+                    end_ns: t_ns,
+                    plan,
+                    parts: std::mem::take(&mut parts),
+                    origin_steps,
+                    end_steps,
+                    finish,
+                    homing,
+                    edges,
+                });
             }
             Event::Homing { .. } | Event::Homed { .. } => {}
         }

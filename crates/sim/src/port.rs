@@ -8,7 +8,7 @@
 use embassy_time::Duration;
 use embedded_hal::digital::OutputPin;
 use isostep_motion::{
-    AXES, Axis, Brake, Capabilities, Direction, DriverTiming, Odometer, PortFault, Run, SegmentQueue, StepPort,
+    AXES, Axis, Brake, Capabilities, Direction, DriverTiming, Feed, Odometer, PortFault, Run, SegmentQueue, StepPort,
     TimerBank, TimerPort, Wiring, ticks_covering,
 };
 use isostep_profile::Segment;
@@ -135,21 +135,28 @@ impl StepPort for SimPort {
     }
 
     async fn run(&mut self, run: Run, segments: &SegmentQueue, odometer: &Odometer) -> Result<(), PortFault> {
-        let mut segment = segments.receive().await;
+        let mut feed = segments.receive().await;
         self.arm(&run)?;
         let (mut left, mut last_ticks) = (run.steps, None);
+        let at_ns = |ticks: u64| time::ns(run.start) + ticks * NS_PER_TICK;
         loop {
-            self.check_speed(last_ticks, &segment, run.wiring)?;
-            for ticks in segment.ticks() {
-                self.step_at(time::ns(run.start) + ticks * NS_PER_TICK, &run, odometer).await;
+            match feed {
+                Feed::Steps(segment) => {
+                    self.check_speed(last_ticks, &segment, run.wiring)?;
+                    for ticks in segment.ticks() {
+                        self.step_at(at_ns(ticks), &run, odometer).await;
+                    }
+                    left -= segment.steps();
+                    last_ticks = Some(segment.last_ticks());
+                }
+                Feed::Rest { until_ticks } => self.clock.until(at_ns(until_ticks)).await,
+                Feed::End => left = 0,
             }
-            left -= segment.steps();
             if left == 0 {
                 return Ok(());
             }
-            last_ticks = Some(segment.last_ticks());
             // The wait for the next step has begun: it must be known.
-            segment = segments.try_receive().map_err(|_| PortFault::Underrun)?;
+            feed = segments.try_receive().map_err(|_| PortFault::Underrun)?;
         }
     }
 }

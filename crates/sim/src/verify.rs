@@ -1,6 +1,6 @@
 //! The promises, checked edge by edge: exact counts, instants as the closed form says, straight paths, equal intervals.
 
-use isostep_motion::{AXES, Axis, Finish, State};
+use isostep_motion::{AXES, Axis, State};
 
 use crate::config::Port;
 use crate::measure::{self, Intervals, Measured};
@@ -75,12 +75,12 @@ fn check(index: usize, record: &MoveRecord, edges: &[Edge], port: Port) -> MoveC
     let emitted_steps = std::array::from_fn(|axis| {
         edges.iter().filter(|edge| edge.axis == axis).map(|edge| edge.direction).sum::<i32>()
     });
-    let whole = record.finish == Finish::Done;
+    let planned_steps = record.planned_steps();
     let (path_deviation, path_slack) = path(record, edges, port);
     MoveCheck {
         index,
         emitted_steps,
-        exact: emitted_steps == record.plan.steps && edges.len() as u64 == steps_total(record.plan.steps),
+        exact: emitted_steps == planned_steps && edges.len() as u64 == steps_total(planned_steps),
         error_max_ns: std::array::from_fn(|axis| {
             errors_ns(record, axis, &times_s[axis]).map(|(_, error_ns)| error_ns.abs()).reduce(f64::max)
         }),
@@ -89,7 +89,7 @@ fn check(index: usize, record: &MoveRecord, edges: &[Edge], port: Port) -> MoveC
         planned,
         measured: std::array::from_fn(
             |axis| {
-                if whole { measure::intervals_of(&profile, &times_s[axis], port) } else { None }
+                if record.is_plain() { measure::intervals_of(&profile, &times_s[axis], port) } else { None }
             },
         ),
     }
@@ -110,15 +110,16 @@ pub fn axis_times_s(record: &MoveRecord, edges: &[Edge]) -> [Vec<f64>; AXES] {
 
 /// Each edge's instant from the start of the move, s, and how much later than the closed form it was, ns.
 pub fn errors_ns(record: &MoveRecord, axis: usize, times_s: &[f64]) -> impl Iterator<Item = (f64, f64)> {
-    let planned = record.plan.steps[axis].unsigned_abs();
-    times_s.iter().zip(1..=planned).map(move |(&t_s, k)| (t_s, (t_s - record.plan.step_time_s(axis, k)) * 1e9))
+    let numbers = record.step_numbers(axis);
+    times_s.iter().zip(numbers).map(move |(&t_s, k)| (t_s, (t_s - record.step_time_s(axis, k)) * 1e9))
 }
 
 /// The largest distance between two axes' shares of their way, and what instants that are off may add to it.
 fn path(record: &MoveRecord, edges: &[Edge], port: Port) -> (Option<f64>, f64) {
     let n = record.plan.steps.map(|n| f64::from(n.unsigned_abs()));
     let pairs: Vec<_> = [(0, 1), (0, 2), (1, 2)].into_iter().filter(|&(i, j)| n[i] > 0.0 && n[j] > 0.0).collect();
-    let mut made = [0.0; AXES];
+    // A move that was held goes on where it was.
+    let mut made: [f64; AXES] = std::array::from_fn(|axis| f64::from(record.plan.step_numbers(axis).start - 1));
     let mut deviation = 0.0_f64;
     // Edges of one instant belong together: between them no time passes.
     for together in edges.chunk_by(|one, next| one.t_ns == next.t_ns) {

@@ -30,7 +30,7 @@ use embassy_rp::peripherals::PIO0;
 use embassy_rp::pio::{Config, Direction as PinDirection, FifoJoin, LoadedProgram, Pin, Pio, ShiftDirection};
 use embassy_time::{Duration, Instant, Timer, with_timeout};
 use isostep_motion::{
-    AXES, Brake, Capabilities, Direction, DriverTiming, Odometer, PortFault, Run, SegmentQueue, StepPort,
+    AXES, Brake, Capabilities, Direction, DriverTiming, Feed, Odometer, PortFault, Run, SegmentQueue, StepPort,
     ticks_covering,
 };
 use isostep_profile::Segment;
@@ -69,7 +69,9 @@ pub struct PioPort {
     machine: StateMachine,
     stream: Stream,
     capabilities: Capabilities,
-    /// Steps of the last run that rose.
+    /// Steps that the last run was given.
+    given: u32,
+    /// Steps of it that rose.
     risen: u32,
 }
 
@@ -120,7 +122,7 @@ impl StepPort for PioPort {
 
     async fn run(&mut self, run: Run, segments: &SegmentQueue, odometer: &Odometer) -> Result<(), PortFault> {
         self.follow(run, segments, odometer).await?;
-        if self.risen == run.steps { Ok(()) } else { Err(PortFault::Underrun) }
+        if self.risen == self.given { Ok(()) } else { Err(PortFault::Underrun) }
     }
 }
 
@@ -129,7 +131,7 @@ impl PioPort {
         let machine = StateMachine::new(axis);
         let stream = Stream::new(axis, machine.fifo_address(), blocks);
         let capabilities = Capabilities { tick_hz: TICK_HZ, timing, margin_ticks: MARGIN_TICKS };
-        Self { axis, dir, machine, stream, capabilities, risen: 0 }
+        Self { axis, dir, machine, stream, capabilities, given: 0, risen: 0 }
     }
 
     /// Returns when the state machine has halted, by itself or because of a fault.
@@ -165,6 +167,7 @@ struct Underway<'a> {
 impl<'a> Underway<'a> {
     /// Sets DIR; the state machine waits at the gate.
     fn new(port: &'a mut PioPort, run: Run, odometer: &'a Odometer) -> Self {
+        port.given = 0;
         port.turn(&run);
         let words = Words::with_pulse(ticks_covering(port.capabilities.pulse_ns(run.wiring), TICK_HZ));
         port.stream.clear();
@@ -179,10 +182,9 @@ impl<'a> Underway<'a> {
     }
 
     async fn feed(&mut self, segments: &SegmentQueue) -> Result<(), PortFault> {
-        let mut left = self.run.steps;
-        while left > 0 {
-            let segment = match segments.try_receive() {
-                Ok(segment) => segment,
+        while self.port.given < self.run.steps {
+            let feed = match segments.try_receive() {
+                Ok(feed) => feed,
                 Err(_) => {
                     // What is written must not wait for what is not compiled yet.
                     self.port.stream.hand_over();
@@ -190,8 +192,14 @@ impl<'a> Underway<'a> {
                     segments.receive().await
                 }
             };
-            self.write(&segment, left == self.run.steps).await?;
-            left -= segment.steps();
+            match feed {
+                Feed::Steps(segment) => {
+                    self.write(&segment, self.port.given == 0).await?;
+                    self.port.given += segment.steps();
+                }
+                Feed::Rest { until_ticks } => self.rest_until(until_ticks).await?,
+                Feed::End => break,
+            }
         }
         self.port.stream.hand_over();
         self.start().await
@@ -235,6 +243,16 @@ impl<'a> Underway<'a> {
         if u64::from(self.port.stream.filled()) * u64::from(wait) >= BLOCK_SPAN_TICKS {
             self.port.stream.hand_over();
         }
+        Ok(())
+    }
+
+    /// Makes no step until then.
+    async fn rest_until(&mut self, ticks: u64) -> Result<(), PortFault> {
+        let wait = self.rest(ticks - self.last_ticks).await?;
+        self.push(self.words.rest(wait)).await?;
+        self.rests += 1;
+        self.last_ticks = ticks;
+        self.port.stream.hand_over();
         Ok(())
     }
 

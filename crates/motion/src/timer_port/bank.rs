@@ -7,9 +7,8 @@ use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use embassy_time::{Duration, Instant};
-use isostep_profile::Segment;
 
-use crate::port::PortFault;
+use crate::port::{Feed, PortFault};
 
 /// What the [`TimerPort`](super::TimerPort)s of `N` axes share with the task that makes their edges. A static of the
 /// board's, so that its brakes are plain functions.
@@ -99,7 +98,7 @@ struct Papers {
     live: Cell<bool>,
     braked: Cell<bool>,
     /// The one that follows what the driving task has.
-    next: Cell<Option<Segment>>,
+    next: Cell<Option<Feed>>,
     /// The driving task waits for it.
     wanted: Cell<bool>,
     /// Steps of the run.
@@ -136,12 +135,12 @@ impl Desk {
         });
     }
 
-    /// Lays down the next segment, if there is room; whether it was taken, and whether it is waited for.
-    pub fn offer(&self, segment: Segment) -> (bool, bool) {
+    /// Lays down what comes next, if there is room; whether it was taken, and whether it is waited for.
+    pub fn offer(&self, feed: Feed) -> (bool, bool) {
         self.papers.lock(|papers| {
             let room = papers.next.get().is_none();
             if room {
-                papers.next.set(Some(segment));
+                papers.next.set(Some(feed));
             }
             (room, papers.wanted.get())
         })
@@ -181,15 +180,15 @@ impl Desk {
         })
     }
 
-    /// The segment that follows, if it is there and the run has not ended.
-    pub fn take_segment(&self) -> Option<Segment> {
+    /// What comes next, if it is there and the run has not ended.
+    pub fn take(&self) -> Option<Feed> {
         self.papers.lock(|papers| {
-            let segment = if papers.live.get() { papers.next.take() } else { None };
-            papers.wanted.set(segment.is_none());
-            if segment.is_some() {
+            let feed = if papers.live.get() { papers.next.take() } else { None };
+            papers.wanted.set(feed.is_none());
+            if feed.is_some() {
                 self.room.signal(());
             }
-            segment
+            feed
         })
     }
 

@@ -6,11 +6,11 @@ use embassy_futures::select::select;
 use embassy_time::{Duration, Instant, Timer};
 use embedded_hal::delay::DelayNs;
 use embedded_hal::digital::OutputPin;
-use isostep_profile::{Segment, Ticks};
+use isostep_profile::Ticks;
 
 use super::LATE_MAX;
 use super::bank::{Desk, Doorbell, Order, TimerBank};
-use crate::port::PortFault;
+use crate::port::{Feed, PortFault};
 
 /// Between two looks at the clock while waiting for a step, ns.
 const LOOK_EVERY_NS: u32 = 50;
@@ -228,7 +228,7 @@ where
             self.begin(&order);
         }
         if self.at == NEVER && self.left > 0 {
-            self.refill(self.desk.take_segment());
+            self.refill();
         }
     }
 
@@ -245,18 +245,25 @@ where
     #[inline(never)]
     fn turn(&mut self) {
         if self.left > 0 {
-            self.refill(self.desk.take_segment());
+            self.refill();
         } else {
             self.desk.conclude(Ok(()));
         }
     }
 
-    /// Goes on with the next segment, if it is there.
-    fn refill(&mut self, segment: Option<Segment>) {
-        if let Some(segment) = segment {
-            self.left -= segment.steps();
-            self.ticks = Some(segment.ticks());
-            self.advance();
+    /// Goes on with what comes next, if it is there.
+    fn refill(&mut self) {
+        match self.desk.take() {
+            Some(Feed::Steps(segment)) => {
+                self.left -= segment.steps();
+                self.ticks = Some(segment.ticks());
+                self.advance();
+            }
+            Some(Feed::End) => {
+                self.left = 0;
+                self.desk.conclude(Ok(()));
+            }
+            Some(Feed::Rest { .. }) | None => {}
         }
     }
 

@@ -25,7 +25,6 @@ mod drive;
 use core::array;
 use core::cell::Cell;
 use core::convert::Infallible;
-use core::future::pending;
 
 use embassy_futures::select::{Either3, select3};
 use embassy_time::{Duration, Timer};
@@ -34,7 +33,7 @@ pub use self::bank::TimerBank;
 use self::bank::{Desk, Doorbell, Order};
 use crate::TICK_HZ;
 use crate::port::{
-    Brake, Capabilities, Direction, DriverTiming, Odometer, PortFault, Run, SegmentQueue, StepPort, ticks_covering,
+    Brake, Capabilities, Direction, DriverTiming, Feed, Odometer, PortFault, Run, SegmentQueue, StepPort, ticks_covering,
 };
 
 /// A step later than this is a fault: half a step period at 2,400 steps/s, the default machine's top speed.
@@ -88,20 +87,22 @@ impl StepPort for TimerPort<'_> {
 
     async fn run(&mut self, run: Run, segments: &SegmentQueue, odometer: &Odometer) -> Result<(), PortFault> {
         let underway = Underway::new(self, &run, odometer);
-        match select3(self.desk.end(), feed(self, run.steps, segments), underway.report()).await {
+        match select3(self.desk.end(), feed(self, segments), underway.report()).await {
             Either3::First(result) => result,
             Either3::Second(never) | Either3::Third(never) => match never {},
         }
     }
 }
 
-/// Hands over the segments of a run.
-async fn feed(port: &TimerPort<'_>, mut left: u32, segments: &SegmentQueue) -> Infallible {
-    while left > 0 {
-        let segment = segments.receive().await;
-        left -= segment.steps();
+/// Hands over what a run is given, until it ends. A rest is nothing to a port that waits for its steps one by one.
+async fn feed(port: &TimerPort<'_>, segments: &SegmentQueue) -> Infallible {
+    loop {
+        let feed = segments.receive().await;
+        if matches!(feed, Feed::Rest { .. }) {
+            continue;
+        }
         loop {
-            let (taken, wanted) = port.desk.offer(segment);
+            let (taken, wanted) = port.desk.offer(feed);
             if wanted {
                 port.bell.ring();
             }
@@ -111,7 +112,6 @@ async fn feed(port: &TimerPort<'_>, mut left: u32, segments: &SegmentQueue) -> I
             port.desk.room().await;
         }
     }
-    pending().await
 }
 
 /// A run in the hands of the driving task. Dropped, it is over: no further step rises, and all that rose are counted.

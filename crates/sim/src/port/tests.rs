@@ -51,7 +51,7 @@ fn edges_rise_within_the_drivers_tick() {
     let edges = edges_ns(|mut port| async move {
         let queue = SegmentQueue::new();
         let plan = steady(3, 48_000.0);
-        plan.segments(0, TICK_HZ).for_each(|segment| queue.try_send(segment).unwrap());
+        plan.segments(0, TICK_HZ).for_each(|segment| queue.try_send(Feed::Steps(segment)).unwrap());
         port.run(run(&plan, Instant::from_millis(1)), &queue, &Odometer::new()).await.unwrap();
     });
     // Half a step, then whole ones, of 20,833.3 ns, to the nearest 8.
@@ -64,7 +64,7 @@ fn it_must_be_ready_before_the_start() {
     for (ahead_us, is_late) in [(2, false), (1, false), (0, true)] {
         let edges = edges_ns(move |mut port| async move {
             let queue = SegmentQueue::new();
-            steady(1, 1e5).segments(0, TICK_HZ).for_each(|segment| queue.try_send(segment).unwrap());
+            steady(1, 1e5).segments(0, TICK_HZ).for_each(|segment| queue.try_send(Feed::Steps(segment)).unwrap());
             Timer::after_millis(1).await;
             let start = Instant::now() + Duration::from_micros(ahead_us);
             let result = port.run(run(&steady(1, 1e5), start), &queue, &Odometer::new()).await;
@@ -79,7 +79,7 @@ fn it_must_be_ready_before_the_start() {
 fn running_dry_is_a_fault_at_the_last_step_given() {
     let edges = edges_ns(|mut port| async move {
         let queue = SegmentQueue::new();
-        steady(7, 1e5).segments(0, TICK_HZ).for_each(|segment| queue.try_send(segment).unwrap());
+        steady(7, 1e5).segments(0, TICK_HZ).for_each(|segment| queue.try_send(Feed::Steps(segment)).unwrap());
         let odometer = Odometer::new();
         let longer = Run { steps: 8, ..run(&steady(7, 1e5), Instant::from_millis(1)) };
         assert_eq!(port.run(longer, &queue, &odometer).await, Err(PortFault::Underrun));
@@ -93,7 +93,7 @@ fn running_dry_is_a_fault_at_the_last_step_given() {
 fn steps_too_close_do_not_rise() {
     let edges = edges_ns(|mut port| async move {
         let queue = SegmentQueue::new();
-        steady(2, 1e5).segments(0, TICK_HZ).for_each(|segment| queue.try_send(segment).unwrap());
+        steady(2, 1e5).segments(0, TICK_HZ).for_each(|segment| queue.try_send(Feed::Steps(segment)).unwrap());
         let wiring = Wiring { pulse_ns: 9_000, ..Wiring::default() };
         let run = Run { wiring, ..run(&steady(2, 1e5), Instant::from_millis(1)) };
         let result = port.run(run, &queue, &Odometer::new()).await;
