@@ -1,6 +1,6 @@
 //! What a console sends, whole message by whole message.
 
-use core::fmt::{self, Write};
+use core::fmt;
 
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::mutex::Mutex;
@@ -10,6 +10,16 @@ use heapless::String;
 const BYTES: usize = 1024;
 /// The longest message: a `[MSG:...]` with a refused setting's value, limit and remedy.
 const MESSAGE_BYTES: usize = 256;
+
+/// One message, whole.
+pub(crate) type Message = String<MESSAGE_BYTES>;
+
+/// What does not fit is cut: better than nothing, and no message of ours is that long.
+pub(crate) fn message(write: impl FnOnce(&mut Message) -> fmt::Result) -> Message {
+    let mut message = String::new();
+    let _ = write(&mut message);
+    message
+}
 
 /// Bytes on their way to one console.
 pub(crate) struct Output {
@@ -23,20 +33,13 @@ impl Output {
     }
 
     /// Sends one message, waiting for room. It is never mixed with another.
-    pub async fn send(&self, write: impl FnOnce(&mut String<MESSAGE_BYTES>) -> fmt::Result) {
-        let mut message = String::new();
-        // What does not fit is cut: better than nothing, and no message of ours is that long.
-        let _ = write(&mut message);
+    pub async fn send(&self, message: &str) {
         let _turn = self.turn.lock().await;
         self.pipe.write_all(message.as_bytes()).await;
     }
 
-    pub async fn text(&self, text: &str) {
-        self.send(|out| out.write_str(text)).await;
-    }
-
     /// Sends one message if there is room at once; a status report that is late is worth nothing.
-    pub fn offer(&self, write: impl FnOnce(&mut String<MESSAGE_BYTES>) -> fmt::Result) {
+    pub fn offer(&self, write: impl FnOnce(&mut Message) -> fmt::Result) {
         let mut message = String::new();
         if write(&mut message).is_err() || self.pipe.free_capacity() < message.len() {
             return;

@@ -48,14 +48,14 @@ fn g28_goes_home_by_way_of_the_axes_named() {
     check(
         "G0 X10 Y20 Z30\nG28 Z5\nG91 G28 X1\nG28\nG28 G0 X1\nG1 G28 X1\nG28.1",
         expect![[r#"
-        G0 X10 Y20 Z30 -> (rapid [10.0, 20.0, 30.0]) ok
-        G28 Z5 -> (home [10.0, 20.0, 0.0] via Some([10.0, 20.0, 5.0])) ok
-        G91 G28 X1 -> (home [0.0, 20.0, 0.0] via Some([11.0, 20.0, 0.0])) ok
-        G28 -> (home [0.0, 0.0, 0.0] via None) ok
-        G28 G0 X1 -> error:24
-        G1 G28 X1 -> error:24
-        G28.1 -> error:20
-    "#]],
+            G0 X10 Y20 Z30 -> (rapid [10.0, 20.0, 30.0]) ok
+            G28 Z5 -> (go to [10.0, 20.0, 0.0] via Some([10.0, 20.0, 5.0])) ok
+            G91 G28 X1 -> (go to [0.0, 20.0, 0.0] via Some([11.0, 20.0, 0.0])) ok
+            G28 -> (go to [0.0, 0.0, 0.0] via None) ok
+            G28 G0 X1 -> error:24
+            G1 G28 X1 -> error:24
+            G28.1 -> ok
+        "#]],
     );
 }
 
@@ -102,7 +102,7 @@ fn codes_that_change_nothing_here_are_accepted() {
             $G -> [GC:G80 G54 G17 G21 G90 G94 M4 M7 M8 T3 F0 S1000] ok
             M9 -> ok
             $G -> [GC:G80 G54 G17 G21 G90 G94 M4 M9 T3 F0 S1000] ok
-            N12 -> ok
+            N12 -> (N12) ok
             % -> error:1
         "#]],
     );
@@ -113,20 +113,20 @@ fn what_the_gantry_lacks_is_refused_by_name() {
     check(
         "G2 X1 I1\nG10 L2\nG18\nG53 G0 X1\nG55\nG92 X0\nG93\nG43.1 Z1\nG38.2 Z-1\nM0\nM6\nA1\nO100\nG1.5",
         expect![[r#"
-            G2 X1 I1 -> error:20
-            G10 L2 -> error:20
-            G18 -> error:20
-            G53 G0 X1 -> error:20
-            G55 -> error:20
-            G92 X0 -> error:20
-            G93 -> error:20
-            G43.1 Z1 -> error:20
-            G38.2 Z-1 -> error:20
-            M0 -> error:20
-            M6 -> error:20
+            G2 X1 I1 -> [MSG:no arcs here: post-process G2 and G3 into G1] error:20
+            G10 L2 -> error:26
+            G18 -> ok
+            G53 G0 X1 -> (rapid [1.0, 0.0, 0.0]) ok
+            G55 -> ok
+            G92 X0 -> ok
+            G93 -> ok
+            G43.1 Z1 -> ok
+            G38.2 Z-1 -> [MSG:no probe here: remove G38] error:20
+            M0 -> (pause) ok
+            M6 -> [MSG:no tool changer here: stop with M0, change by hand] error:20
             A1 -> error:20
             O100 -> error:20
-            G1.5 -> error:20
+            G1.5 -> error:23
         "#]],
     );
 }
@@ -136,18 +136,18 @@ fn clashes_repeats_and_leftovers_are_refused() {
     check(
         "G0 G1\nG20 G21\nG90 G91\nM3 M5\nM2 M30\nG4 G28 P1\nX1 X2\nG0 X1 P1\nG0 X1 I1\nS1 S2\nM1.5",
         expect![[r#"
-        G0 G1 -> error:21
-        G20 G21 -> error:21
-        G90 G91 -> error:21
-        M3 M5 -> error:21
-        M2 M30 -> error:21
-        G4 G28 P1 -> error:21
-        X1 X2 -> error:25
-        G0 X1 P1 -> error:36
-        G0 X1 I1 -> error:36
-        S1 S2 -> error:25
-        M1.5 -> error:23
-    "#]],
+            G0 G1 -> error:24
+            G20 G21 -> error:21
+            G90 G91 -> error:21
+            M3 M5 -> error:21
+            M2 M30 -> error:21
+            G4 G28 P1 -> error:21
+            X1 X2 -> error:25
+            G0 X1 P1 -> error:36
+            G0 X1 I1 -> error:36
+            S1 S2 -> error:25
+            M1.5 -> error:23
+        "#]],
     );
 }
 
@@ -156,8 +156,8 @@ fn numbers_have_limits() {
     check(
         "N9999999 X1\nN10000000\nX10000\nX10000.1\nG91 X1\nX100000000\nX\nX1.2.3\n5\nT255\nT256\nF-1\nS-1\nG0 N5 X1\nG999999999",
         expect![[r#"
-            N9999999 X1 -> (rapid [1.0, 0.0, 0.0]) ok
-            N10000000 -> error:27
+            N9999999 X1 -> (N9999999) (rapid [1.0, 0.0, 0.0]) ok
+            N10000000 -> (N10000000) ok
             X10000 -> (rapid [10000.0, 0.0, 0.0]) ok
             X10000.1 -> error:33
             G91 X1 -> error:33
@@ -169,7 +169,7 @@ fn numbers_have_limits() {
             T256 -> error:38
             F-1 -> error:4
             S-1 -> error:4
-            G0 N5 X1 -> (rapid [1.0, 0.0, 0.0]) ok
+            G0 N5 X1 -> (N5) (rapid [1.0, 0.0, 0.0]) ok
             G999999999 -> error:2
         "#]],
     );
@@ -179,7 +179,7 @@ fn numbers_have_limits() {
 fn a_refused_line_changes_nothing() {
     let mut talk = Talk::new(State::Idle);
     talk.send("G1 X5 F100");
-    let before = talk.interpreter;
+    let before = talk.interpreter.clone();
     for line in ["G20 G91 F5 M3 S9 T1 X1 P1", "G91 X1 X2", "G0 X99999", "G20 G4", "G80 X1", "G20 @"] {
         assert!(talk.send(line).contains("error:"), "{line}");
         assert_eq!(talk.interpreter, before, "{line}");
