@@ -28,7 +28,7 @@ alarms! {
     SoftLimit = 2, "target outside the travel ($130-$132), nothing moved: correct the program or the travel, then $X";
     ResetInMotion = 3, "reset while moving, steps may be lost: home with $H";
     HomingReset = 6, "reset while homing, position unknown: home again with $H";
-    PullOff = 8, "limit switch still closed after pulling off: look for a stuck switch, raise $27, check $5";
+    PullOff = 8, "limit switch still closed after pulling off: free a stuck switch, raise $27, check $5";
     SwitchNotFound = 9, "limit switch never closed: check its wiring, the direction ($23) and the travel ($130-$132)";
     EmergencyStop = 10, "emergency stop pressed: release it, then $X and $H";
     LateStep = 20, "step too late: lower the rate ($110-$112), then $H";

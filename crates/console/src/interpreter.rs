@@ -3,7 +3,7 @@
 mod coordinates;
 
 use crate::{
-    AXES, Block, Command, Error, Modal, Motion, MotionMode, Parameters, Rate, Settings, State,
+    AXES, Block, Command, Coordinates, Error, Modal, Motion, MotionMode, Rate, Settings, State,
     block::{AxisCommand, NonModal, Words},
     command::Jog,
     path,
@@ -18,9 +18,9 @@ const INCH_MM: f32 = 25.4;
 const Z: usize = 2;
 
 /// Understands one line at a time.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Interpreter {
-    pub(crate) parameters: Parameters,
+    coordinates: Coordinates,
     modal: Modal,
     position_mm: [f32; AXES],
     /// G92.
@@ -40,14 +40,14 @@ impl Interpreter {
         &self.modal
     }
 
-    /// Work offsets, places and start-up lines.
-    pub fn parameters(&self) -> &Parameters {
-        &self.parameters
+    /// Work offsets and places.
+    pub fn coordinates(&self) -> &Coordinates {
+        &self.coordinates
     }
 
-    /// The same, to be restored or put back.
-    pub fn parameters_mut(&mut self) -> &mut Parameters {
-        &mut self.parameters
+    /// Restores work offsets and places, or puts them back.
+    pub fn set_coordinates(&mut self, coordinates: Coordinates) {
+        self.coordinates = coordinates;
     }
 
     /// The offset of G92.
@@ -62,7 +62,7 @@ impl Interpreter {
 
     /// Work zero in machine coordinates: the work coordinate system, G92 and G43.1 together.
     pub fn work_offset_mm(&self) -> [f32; AXES] {
-        let system_mm = self.parameters.work_offsets_mm[usize::from(self.modal.system)];
+        let system_mm = self.coordinates.work_offsets_mm[usize::from(self.modal.system)];
         let mut offset_mm = core::array::from_fn(|axis| system_mm[axis] + self.shift_mm[axis]);
         offset_mm[Z] += self.tool_length_mm;
         offset_mm
@@ -78,13 +78,13 @@ impl Interpreter {
         self.position_mm = position_mm;
     }
 
-    /// Puts the modal state back to that of power-up, without G92 and G43.1; position and parameters stay.
+    /// Puts the modal state back to that of power-up, without G92 and G43.1; position and coordinates stay.
     pub fn reset(&mut self) {
         (self.modal, self.shift_mm, self.tool_length_mm) = (Modal::default(), [0.0; AXES], 0.0);
     }
 
     /// Understands a line of [`LineAssembler`](crate::LineAssembler), if the machine may be asked in `state`.
-    /// On success, takes over its modal state, its parameters and the position it ends at; but a [`Command::Jog`] changes
+    /// On success, takes over its modal state, its coordinates and the position it ends at; but a [`Command::Jog`] changes
     /// nothing, and whoever begins it says so with [`set_position_mm`](Self::set_position_mm).
     ///
     /// # Errors
@@ -105,7 +105,7 @@ impl Interpreter {
     /// # Errors
     /// As [`interpret`](Self::interpret).
     pub fn gcode(&mut self, line: &str) -> Result<Block, Error> {
-        let mut next = self.clone();
+        let mut next = *self;
         let block = next.block(Words::read(line, self.modal)?)?;
         *self = next;
         Ok(block)

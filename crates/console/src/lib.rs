@@ -55,7 +55,7 @@ pub use interpreter::{Interpreter, MAX_COORDINATE_MM, MIN_FEED_MM_MIN};
 pub use line::{LineAssembler, MAX_LINE_CHARS};
 pub use modal::{Coolant, Modal, MotionMode, Spindle};
 pub use overrides::Overrides;
-pub use parameters::Parameters;
+pub use parameters::{Coordinates, Parameters};
 pub use realtime::Realtime;
 pub use setting_error::SettingError;
 pub use setting_table::{Setting, TABLE as SETTING_TABLE};

@@ -14,13 +14,20 @@ pub const STARTUP_LINE_CHARS: usize = crate::MAX_LINE_CHARS - 4;
 /// A start-up line, as [`LineAssembler`](crate::LineAssembler) strips it; empty for none.
 pub type StartupLine = String<STARTUP_LINE_CHARS>;
 
+/// Work offsets and places, in machine coordinates; by default all zero.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Coordinates {
+    /// The origins of G54 to G59.
+    pub work_offsets_mm: [[f32; AXES]; WORK_SYSTEMS],
+    /// Where G28 and G30 go to.
+    pub places_mm: [[f32; AXES]; 2],
+}
+
 /// Plain data, by default all zero and empty. `$RST=#` puts that back.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Parameters {
-    /// The origin of G54 to G59 in machine coordinates.
-    pub work_offsets_mm: [[f32; AXES]; WORK_SYSTEMS],
-    /// Where G28 and G30 go to, in machine coordinates.
-    pub places_mm: [[f32; AXES]; 2],
+    /// Work offsets and places.
+    pub coordinates: Coordinates,
     /// What `$N0=` and `$N1=` have stored.
     pub startup: [StartupLine; STARTUP_LINES],
 }

@@ -4,7 +4,7 @@ use core::fmt::{Result, Write};
 
 use crate::status::write_coordinates;
 use crate::words::{self, Word};
-use crate::{AXES, Alarm, Error, Fixed, Interpreter, SETTING_TABLE, Settings, parameters::StartupLine};
+use crate::{AXES, Alarm, Coordinates, Error, Fixed, Interpreter, SETTING_TABLE, Settings, parameters::StartupLine};
 
 /// Sent when the console opens and after a reset.
 pub const WELCOME: &str = "\r\nGrbl 1.1h ['$' for help]\r\n";
@@ -12,7 +12,7 @@ pub const WELCOME: &str = "\r\nGrbl 1.1h ['$' for help]\r\n";
 pub const OK: &str = "ok\r\n";
 /// The reply to `$`, before `ok`: Grbl's, and our own `$E` and `$A`.
 pub const HELP: &str = "[HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x]\r\n\
-    [MSG:$E1 explains error:1, $A1 ALARM:1]\r\n";
+    [MSG:$En and $An explain a refusal or an alarm by its number n]\r\n";
 /// The reply to `$I`, before `ok`. Senders look for "grbl" and Grbl's date in it. The letters are Grbl's: N knows line
 /// numbers, M takes M7, Z reads 0 where it rests after homing, L is not locked at power-up, I stores no text by `$I=`.
 /// Then the blocks and bytes that a sender may count on.
@@ -44,6 +44,14 @@ pub fn error(out: &mut impl Write, error: Error) -> Result {
     write!(out, "error:{}\r\n", error.code())
 }
 
+/// `ok` or `error:N`: every line gets one of them.
+pub fn answer(out: &mut impl Write, answer: core::result::Result<(), Error>) -> Result {
+    match answer {
+        Ok(()) => out.write_str(OK),
+        Err(refused) => error(out, refused),
+    }
+}
+
 /// `ALARM:N`.
 pub fn alarm(out: &mut impl Write, alarm: Alarm) -> Result {
     write!(out, "ALARM:{}\r\n", alarm.code())
@@ -52,6 +60,17 @@ pub fn alarm(out: &mut impl Write, alarm: Alarm) -> Result {
 /// `[MSG:...]`: one of [`messages`], a [`SettingError`](crate::SettingError), or other words.
 pub fn message(out: &mut impl Write, text: impl core::fmt::Display) -> Result {
     write!(out, "[MSG:{text}]\r\n")
+}
+
+/// The reply to `$En`, before `ok`. Never in the words `error:n`: some senders take every line that has them for the
+/// answer to one of theirs.
+pub fn explain_error(out: &mut impl Write, error: Error) -> Result {
+    write!(out, "[MSG:E{}: {}]\r\n", error.code(), error.explain())
+}
+
+/// The reply to `$An`, before `ok`.
+pub fn explain_alarm(out: &mut impl Write, alarm: Alarm) -> Result {
+    write!(out, "[MSG:A{}: {}]\r\n", alarm.code(), alarm.explain())
 }
 
 /// The reply to `$$`, before `ok`: about 700 bytes. A caller with a smaller buffer prints row by row with [`setting`].
@@ -82,8 +101,8 @@ const PARAMETER_NAMES: [&str; 9] = ["G54", "G55", "G56", "G57", "G58", "G59", "G
 
 /// Line `index` of the reply to `$#`, below [`PARAMETERS`]; then comes `ok`.
 pub fn parameter(out: &mut impl Write, index: usize, interpreter: &Interpreter, inches: bool) -> Result {
-    let parameters = interpreter.parameters();
-    let coordinates_mm = parameters.work_offsets_mm.iter().chain(&parameters.places_mm).copied();
+    let Coordinates { work_offsets_mm, places_mm } = interpreter.coordinates();
+    let coordinates_mm = work_offsets_mm.iter().chain(places_mm).copied();
     if let Some(name) = PARAMETER_NAMES.get(index) {
         write!(out, "[{name}:")?;
         write_coordinates(out, coordinates_mm.chain([interpreter.shift_mm()]).nth(index).unwrap_or_default(), inches)?;
@@ -101,15 +120,6 @@ pub fn parameter(out: &mut impl Write, index: usize, interpreter: &Interpreter, 
 /// One line of the reply to `$N`, before `ok`.
 pub fn startup(out: &mut impl Write, index: usize, line: &StartupLine) -> Result {
     write!(out, "$N{index}={line}\r\n")
-}
-
-/// What came of a start-up line that was carried out.
-pub fn startup_answer(out: &mut impl Write, line: &StartupLine, answer: core::result::Result<(), Error>) -> Result {
-    write!(out, ">{line}:")?;
-    match answer {
-        Ok(()) => out.write_str(OK),
-        Err(refused) => error(out, refused),
-    }
 }
 
 /// What a line refused as [`Error::Unsupported`] would need, if it is more than a code nobody knows: the text of a

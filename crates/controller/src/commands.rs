@@ -1,15 +1,15 @@
 //! One line at a time: interpret, carry out, answer.
 
-use core::fmt;
+use core::fmt::Write;
 
 use embassy_time::Duration;
 use isostep_console::report::{self, messages};
-use isostep_console::{Command, Error, SETTING_TABLE, Settings, State as Word, parameters::STARTUP_LINES};
+use isostep_console::{Command, Coordinates, Error, SETTING_TABLE, Settings, State as Word};
 use isostep_motion::{AXES, Busy, ConfigError, Motion, State, Wiring};
 
 use crate::config::{config, pulse_ns};
 use crate::controller::{Controller, Mode};
-use crate::output::{Output, message};
+use crate::output::{Message, Output};
 
 /// What comes after an accepted line.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -29,86 +29,129 @@ impl Controller<'_> {
     /// Safe: a motion is either in the machine's queue or was never asked for. The caller resets the machine.
     pub(crate) async fn line(&self, line: Result<&str, Error>, out: &Output) -> After {
         let _turn = self.turn.lock().await;
+        let mut text = Message::new();
         let answer = match line {
-            Ok(line) => self.carry_out(line, out).await,
+            Ok(line) => self.carry_out(line, &mut text, out).await,
             Err(error) => Err(error),
         };
-        match answer {
-            Ok(after) => {
-                out.send(report::OK).await;
-                if after == After::Sleep {
-                    self.sleep(out).await;
-                }
-                after
-            }
-            Err(error) => {
-                let lack = line.ok().filter(|_| error == Error::Unsupported).and_then(report::lacks);
-                if let Some(lack) = lack {
-                    self.tell(&lack, out).await;
-                }
-                out.send(&message(|text| report::error(text, error))).await;
-                After::NextLine
-            }
+        if let (Err(Error::Unsupported), Ok(line)) = (&answer, line)
+            && let Some(lack) = report::lacks(line)
+        {
+            text.tell(lack);
         }
+        text.answer(answer.map(|_| ()));
+        let after = answer.unwrap_or(After::NextLine);
+        if after == After::Sleep {
+            text.tell(messages::SLEEPING);
+        }
+        out.send(&text).await;
+        if after == After::Sleep {
+            self.sleep().await;
+        }
+        after
     }
 
     /// Carries out the start-up lines after power-up, a reset or homing, and answers each.
     pub(crate) async fn start_up(&self, out: &Output) {
-        for index in 0..STARTUP_LINES {
-            let line = self.with(|program| program.interpreter.parameters().startup[index].clone());
+        for line in self.with(|program| program.startup.clone()) {
             if line.is_empty() {
                 continue;
             }
+            let mut text = Message::new();
             let answer = match self.with(|program| program.interpreter.gcode(&line)) {
-                Ok(block) => self.block(block, out).await,
+                Ok(block) => self.block(block, &mut text).await,
                 Err(error) => Err(error),
             };
-            out.send(&message(|text| report::startup_answer(text, &line, answer))).await;
+            text.print(|text| write!(text, ">{line}:"));
+            text.answer(answer);
+            out.send(&text).await;
         }
     }
 
-    /// `[MSG:...]`.
-    pub(crate) async fn tell(&self, words: &dyn fmt::Display, out: &Output) {
-        out.send(&message(|text| report::message(text, words))).await;
-    }
-
-    async fn carry_out(&self, line: &str, out: &Output) -> Result<After, Error> {
+    /// What there is to say before `ok` or the error is left in `text`.
+    async fn carry_out(&self, line: &str, text: &mut Message, out: &Output) -> Result<After, Error> {
         let state = self.state();
         let command = self.with(|program| program.interpreter.interpret(line, state, &program.settings))?;
         match command {
-            Command::Block(block) => self.block(block, out).await?,
+            Command::Block(block) | Command::SetStartup { block, .. } => self.block(block, text).await?,
             Command::Jog(jog) => self.jog(jog).await?,
             Command::Home => self.home(out).await?,
-            Command::Unlock => self.unlock(out).await?,
-            Command::ToggleCheck => return Ok(self.toggle_check(state, out).await),
-            Command::Sleep => return Ok(After::Sleep),
-            Command::Help => out.send(report::HELP).await,
-            Command::ShowBuild => self.show_build(out).await,
-            Command::ShowSettings => self.show_settings(out).await,
-            Command::SetSetting { number, value } => self.set(number, value, out).await?,
-            Command::ShowParameters => self.show_parameters(out).await,
-            Command::ShowModal => {
-                let modal = self.with(|program| {
-                    message(|text| report::modal(text, &program.interpreter, program.settings.report_inches))
-                });
-                out.send(&modal).await;
+            _ => {}
+        }
+        let mut page = 0;
+        while self.page(&command, page, text) {
+            out.send(text).await;
+            text.clear();
+            page += 1;
+        }
+        self.at_once(command, state, text)
+    }
+
+    /// Prints part `page` of a long reply; false behind the last.
+    fn page(&self, command: &Command<'_>, page: usize, text: &mut Message) -> bool {
+        self.with(|program| {
+            let settings = &program.settings;
+            match command {
+                Command::ShowSettings if page < SETTING_TABLE.len() => {
+                    text.print(|text| report::setting(text, &SETTING_TABLE[page], settings));
+                }
+                Command::ShowParameters if page < report::PARAMETERS => {
+                    let inches = settings.report_inches;
+                    text.print(|text| report::parameter(text, page, &program.interpreter, inches));
+                }
+                Command::ShowStartup if page < program.startup.len() => {
+                    text.print(|text| report::startup(text, page, &program.startup[page]));
+                }
+                _ => return false,
             }
-            Command::ShowStartup => self.show_startup(out).await,
-            Command::SetStartup { index, block, line } => {
-                self.block(block, out).await?;
-                self.with(|program| {
-                    let startup = &mut program.interpreter.parameters_mut().startup[index];
-                    startup.clear();
-                    // A line is no longer than what it is kept in.
-                    let _ = startup.push_str(line);
-                });
+            true
+        })
+    }
+
+    /// What takes no time.
+    fn at_once(&self, command: Command<'_>, state: Word, text: &mut Message) -> Result<After, Error> {
+        match command {
+            Command::Unlock if state == Word::Alarm => {
+                self.machine.unlock().map_err(|Busy(_)| Error::Locked)?;
+                self.with(|program| program.mode = Mode::Normal);
+                self.follow_machine();
+                text.tell(messages::UNLOCKED);
             }
-            Command::Restore { settings, parameters } => {
-                self.restore_defaults(settings, parameters, out).await?;
+            Command::ToggleCheck if state == Word::Check => {
+                text.tell(messages::NOT_CHECKING);
                 return Ok(After::Restart);
             }
-            Command::ExplainError(error) => self.tell(&error, out).await,
-            Command::ExplainAlarm(alarm) => self.tell(&alarm, out).await,
+            Command::ToggleCheck => {
+                self.with(|program| program.mode = Mode::Check);
+                text.tell(messages::CHECKING);
+            }
+            Command::Sleep => return Ok(After::Sleep),
+            Command::Help => text.print(|text| text.push_str(report::HELP)),
+            Command::ShowBuild => self.show_build(text),
+            Command::SetSetting { number, value } => self.set(number, value, text)?,
+            Command::ShowModal => self.with(|program| {
+                text.print(|text| report::modal(text, &program.interpreter, program.settings.report_inches));
+            }),
+            Command::SetStartup { index, line, .. } => self.with(|program| {
+                // A line is no longer than what it is kept in.
+                program.startup[index] = line.try_into().unwrap_or_default();
+            }),
+            Command::Restore { settings, parameters } => {
+                if settings {
+                    self.adopt(Settings::DEFAULT, text)?;
+                }
+                if parameters {
+                    self.with(|program| {
+                        program.interpreter.set_coordinates(Coordinates::default());
+                        program.startup = Default::default();
+                    });
+                }
+                text.tell(messages::RESTORING);
+                return Ok(After::Restart);
+            }
+            Command::ExplainError(error) => text.print(|text| report::explain_error(text, error)),
+            Command::ExplainAlarm(alarm) => text.print(|text| report::explain_alarm(text, alarm)),
+            _ => {}
         }
         Ok(After::NextLine)
     }
@@ -123,29 +166,8 @@ impl Controller<'_> {
         Ok(())
     }
 
-    async fn unlock(&self, out: &Output) -> Result<(), Error> {
-        if self.state() != Word::Alarm {
-            return Ok(());
-        }
-        self.machine.unlock().map_err(|Busy(_)| Error::Locked)?;
-        self.with(|program| program.mode = Mode::Normal);
-        self.follow_machine();
-        self.tell(&messages::UNLOCKED, out).await;
-        Ok(())
-    }
-
-    async fn toggle_check(&self, state: Word, out: &Output) -> After {
-        if state == Word::Check {
-            self.tell(&messages::NOT_CHECKING, out).await;
-            return After::Restart;
-        }
-        self.with(|program| program.mode = Mode::Check);
-        self.tell(&messages::CHECKING, out).await;
-        After::NextLine
-    }
-
     /// Frees the motors, as the idle delay does, and keeps the turn until a reset.
-    async fn sleep(&self, out: &Output) {
+    async fn sleep(&self) {
         self.woken.reset();
         let mut config = self.machine.config();
         config.idle_delay = Some(Duration::MIN);
@@ -155,68 +177,30 @@ impl Controller<'_> {
             let _ = self.settled().await;
         }
         self.with(|program| program.mode = Mode::Sleep);
-        self.tell(&messages::SLEEPING, out).await;
         self.woken.wait().await;
     }
 
-    async fn restore_defaults(&self, settings: bool, parameters: bool, out: &Output) -> Result<(), Error> {
-        if settings {
-            self.adopt(Settings::DEFAULT, out).await?;
-        }
-        if parameters {
-            self.with(|program| *program.interpreter.parameters_mut() = Default::default());
-        }
-        self.tell(&messages::RESTORING, out).await;
-        Ok(())
-    }
-
-    async fn show_build(&self, out: &Output) {
-        out.send(report::BUILD).await;
+    fn show_build(&self, text: &mut Message) {
+        text.print(|text| text.push_str(report::BUILD));
         let [x, y, z] = self.machine.faults();
         if [x, y, z] != [0; AXES] {
-            self.tell(&format_args!("step ports faulted since power-up: X {x}, Y {y}, Z {z} times"), out).await;
+            text.tell(format_args!("step ports faulted since power-up: X {x}, Y {y}, Z {z} times"));
         }
     }
 
-    async fn show_settings(&self, out: &Output) {
-        let settings = self.settings();
-        for row in SETTING_TABLE {
-            out.send(&message(|text| report::setting(text, row, &settings))).await;
-        }
-    }
-
-    async fn show_parameters(&self, out: &Output) {
-        for index in 0..report::PARAMETERS {
-            let line = self.with(|program| {
-                let inches = program.settings.report_inches;
-                message(|text| report::parameter(text, index, &program.interpreter, inches))
-            });
-            out.send(&line).await;
-        }
-    }
-
-    async fn show_startup(&self, out: &Output) {
-        for index in 0..STARTUP_LINES {
-            let line = self.with(|program| {
-                message(|text| report::startup(text, index, &program.interpreter.parameters().startup[index]))
-            });
-            out.send(&line).await;
-        }
-    }
-
-    async fn set(&self, number: u16, value: f32, out: &Output) -> Result<(), Error> {
+    fn set(&self, number: u16, value: f32, text: &mut Message) -> Result<(), Error> {
         match self.settings().with(number, value, &|pulse_us| self.carries_steps_s(pulse_us)) {
-            Ok(settings) => self.adopt(settings, out).await,
+            Ok(settings) => self.adopt(settings, text),
             Err(refused) => {
-                self.tell(&refused, out).await;
+                text.tell(refused);
                 Err(refused.error())
             }
         }
     }
 
-    async fn adopt(&self, settings: Settings, out: &Output) -> Result<(), Error> {
+    fn adopt(&self, settings: Settings, text: &mut Message) -> Result<(), Error> {
         if let Err(refused) = self.machine.configure(config(&settings)) {
-            self.tell(&words(&refused), out).await;
+            text.tell(words(&refused));
             return Err(Error::BadNumber);
         }
         self.with(|program| program.settings = settings);

@@ -5,6 +5,7 @@ use core::cell::RefCell;
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::mutex::Mutex;
 use embassy_sync::signal::Signal;
+use isostep_console::parameters::{STARTUP_LINES, StartupLine};
 use isostep_console::{AXES, Interpreter, Overrides, Parameters, Realtime, Settings, State as Word, Status as Report};
 use isostep_motion::{Machine, State};
 
@@ -28,6 +29,7 @@ pub struct Controller<'a> {
 pub(crate) struct Program {
     pub interpreter: Interpreter,
     pub settings: Settings,
+    pub startup: [StartupLine; STARTUP_LINES],
     pub overrides: Overrides,
     pub line_numbers: LineNumbers,
     /// The work offset of the motion under way: the interpreter's is ahead.
@@ -61,6 +63,7 @@ impl<'a> Controller<'a> {
         let program = Program {
             interpreter: Interpreter::new(),
             settings,
+            startup: [const { StartupLine::new() }; STARTUP_LINES],
             overrides: Overrides::DEFAULT,
             line_numbers: LineNumbers::new(),
             work_offset_mm: [0.0; AXES],
@@ -74,7 +77,8 @@ impl<'a> Controller<'a> {
     /// Restores what was kept of an earlier life. Call it before the first console is served.
     pub fn restore(&self, parameters: Parameters) {
         self.with(|program| {
-            *program.interpreter.parameters_mut() = parameters;
+            program.interpreter.set_coordinates(parameters.coordinates);
+            program.startup = parameters.startup;
             program.work_offset_mm = program.interpreter.work_offset_mm();
         });
     }
@@ -88,7 +92,10 @@ impl<'a> Controller<'a> {
     /// Work offsets, places and start-up lines, as they are now.
     #[must_use]
     pub fn parameters(&self) -> Parameters {
-        self.with(|program| program.interpreter.parameters().clone())
+        self.with(|program| Parameters {
+            coordinates: *program.interpreter.coordinates(),
+            startup: program.startup.clone(),
+        })
     }
 
     /// What the machine does, as a console calls it.

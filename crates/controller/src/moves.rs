@@ -6,36 +6,43 @@ use isostep_console::{Block, Error, Fixed, Jog, Motion as Words, Overrides, Rate
 use isostep_motion::{AXES, Alarm, Axis, Busy, Motion};
 
 use crate::controller::{Controller, Mode};
-use crate::output::Output;
+use crate::output::Message;
 
 impl Controller<'_> {
     /// Carries out a block that the interpreter has taken.
-    pub(crate) async fn block(&self, block: Block, out: &Output) -> Result<(), Error> {
-        if let Some(dwell_s) = block.dwell_s.filter(|_| !self.checks()) {
-            // Answered when it is over: senders use a dwell to wait for the end of motion.
+    pub(crate) async fn block(&self, block: Block, text: &mut Message) -> Result<(), Error> {
+        let checks = self.with(|program| program.mode == Mode::Check);
+        let offset_mm = self.with(|program| program.interpreter.work_offset_mm());
+        let dwell_s = block.dwell_s.filter(|_| !checks);
+        if let Some(dwell_s) = dwell_s {
             let dwell = Motion::Dwell(Duration::from_micros((f64::from(dwell_s) * 1e6) as u64));
             self.submit(dwell, block.line_number).await?;
-            self.settled().await?;
         }
-        self.offset().await?;
-        match block.motion {
-            Some(Words::Move { target_mm, rate }) => self.go_to(target_mm, rate, block.line_number, out).await?,
+        if dwell_s.is_some() || offset_mm != self.with(|program| program.work_offset_mm) {
+            // A dwell is answered when it is over: senders use it to wait for the end of motion. And were a new offset
+            // to count before the moves before it have ended, their work position would jump.
+            self.settled().await?;
+            self.with(|program| program.work_offset_mm = offset_mm);
+        }
+        let (via, target) = match block.motion {
+            Some(Words::Move { target_mm, rate }) => (None, Some((target_mm, rate))),
             Some(Words::GoTo { via_mm, target_mm }) => {
-                if let Some(via_mm) = via_mm {
-                    self.go_to(via_mm, Rate::Rapid, block.line_number, out).await?;
-                }
-                self.go_to(target_mm, Rate::Rapid, block.line_number, out).await?;
+                (via_mm.map(|via_mm| (via_mm, Rate::Rapid)), Some((target_mm, Rate::Rapid)))
             }
-            None => {}
+            None => (None, None),
+        };
+        for (target_mm, rate) in via.into_iter().chain(target) {
+            self.go_to(target_mm, rate, (block.line_number, checks), text).await?;
         }
-        if block.pauses && !self.checks() {
+        if block.pauses || block.ends_program {
             self.settled().await?;
+        }
+        if block.pauses && !checks {
             self.pause().await;
         }
         if block.ends_program {
-            self.settled().await?;
             self.with(|program| program.overrides = Overrides::DEFAULT);
-            self.tell(&messages::PROGRAM_END, out).await;
+            text.tell(messages::PROGRAM_END);
         }
         Ok(())
     }
@@ -74,21 +81,6 @@ impl Controller<'_> {
         Ok(())
     }
 
-    /// Whether G-code is checked only.
-    fn checks(&self) -> bool {
-        self.with(|program| program.mode == Mode::Check)
-    }
-
-    /// A new work offset counts once the moves before it have ended, or their work position would jump.
-    async fn offset(&self) -> Result<(), Error> {
-        let (offset_mm, told_mm) = self.with(|program| (program.interpreter.work_offset_mm(), program.work_offset_mm));
-        if offset_mm != told_mm {
-            self.settled().await?;
-            self.with(|program| program.work_offset_mm = offset_mm);
-        }
-        Ok(())
-    }
-
     /// M0: until a resume, or a reset.
     async fn pause(&self) {
         self.woken.reset();
@@ -97,12 +89,21 @@ impl Controller<'_> {
         self.with(|program| program.mode = Mode::Normal);
     }
 
-    async fn go_to(&self, target_mm: [f32; AXES], rate: Rate, line_number: u32, out: &Output) -> Result<(), Error> {
+    async fn go_to(
+        &self,
+        target_mm: [f32; AXES],
+        rate: Rate,
+        (line_number, checks): (u32, bool),
+        text: &mut Message,
+    ) -> Result<(), Error> {
         let target_steps = self.steps(target_mm);
         if let Some(axis) = self.beyond_travel(target_steps) {
-            return Err(self.refuse_target(axis, target_steps[axis as usize], out).await);
+            // Locks the machine once the moves before it have ended: they are good, and so no step is lost.
+            self.settled().await?;
+            self.refuse_target(axis, target_steps[axis as usize], text);
+            return Err(Error::Locked);
         }
-        if self.checks() {
+        if checks {
             return Ok(());
         }
         let feed_mm_s = match rate {
@@ -115,21 +116,14 @@ impl Controller<'_> {
         self.submit(Motion::Move { target_steps, feed_mm_s }, line_number).await
     }
 
-    /// Locks the machine once the moves before the refused one have ended: they are good, and so no step is lost.
-    async fn refuse_target(&self, axis: Axis, target_steps: i32, out: &Output) -> Error {
-        if let Err(error) = self.settled().await {
-            return error;
-        }
+    fn refuse_target(&self, axis: Axis, target_steps: i32, text: &mut Message) {
         self.machine.raise(Alarm::SoftLimit { axis });
         self.follow_machine();
         let config = self.machine.config();
         let range = config.travel_steps(axis);
         let mm = |steps: i32| Fixed { value: config.mm(axis, steps) as f32, decimals: 3 };
         let (asked, min, max) = (mm(target_steps), mm(*range.start()), mm(*range.end()));
-        let words =
-            format_args!("{axis}{asked} is outside the travel, {min} to {max} mm: correct the program, then $X");
-        self.tell(&words, out).await;
-        Error::Locked
+        text.tell(format_args!("{axis}{asked} is outside the travel, {min} to {max} mm: correct the program, then $X"));
     }
 
     fn steps(&self, target_mm: [f32; AXES]) -> [i32; AXES] {

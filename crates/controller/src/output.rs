@@ -1,24 +1,51 @@
 //! What a console sends, whole message by whole message.
 
-use core::fmt;
+use core::fmt::{self, Display};
+use core::ops::Deref;
 
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::mutex::Mutex;
 use embassy_sync::pipe::Pipe;
 use heapless::String;
+use isostep_console::{Error, report};
 
 const BYTES: usize = 1024;
 /// The longest message: a `[MSG:...]` with a refused setting's value, limit and remedy.
 const MESSAGE_BYTES: usize = 256;
 
-/// One message, whole.
-pub(crate) type Message = String<MESSAGE_BYTES>;
+/// Lines that are sent together. What does not fit is cut: better than nothing, and no message of ours is that long.
+pub(crate) struct Message(String<MESSAGE_BYTES>);
 
-/// What does not fit is cut: better than nothing, and no message of ours is that long.
-pub(crate) fn message(write: impl FnOnce(&mut Message) -> fmt::Result) -> Message {
-    let mut message = String::new();
-    let _ = write(&mut message);
-    message
+impl Message {
+    pub const fn new() -> Self {
+        Self(String::new())
+    }
+
+    pub fn clear(&mut self) {
+        self.0.clear();
+    }
+
+    pub fn print<E>(&mut self, print: impl FnOnce(&mut String<MESSAGE_BYTES>) -> Result<(), E>) {
+        let _ = print(&mut self.0);
+    }
+
+    /// `[MSG:...]`.
+    pub fn tell(&mut self, words: impl Display) {
+        let _ = report::message(&mut self.0, words);
+    }
+
+    /// `ok`, or `error:N`.
+    pub fn answer(&mut self, answer: Result<(), Error>) {
+        let _ = report::answer(&mut self.0, answer);
+    }
+}
+
+impl Deref for Message {
+    type Target = str;
+
+    fn deref(&self) -> &str {
+        &self.0
+    }
 }
 
 /// Bytes on their way to one console.
@@ -39,7 +66,7 @@ impl Output {
     }
 
     /// Sends one message if there is room at once; a status report that is late is worth nothing.
-    pub fn offer(&self, write: impl FnOnce(&mut Message) -> fmt::Result) {
+    pub fn offer(&self, write: impl FnOnce(&mut String<MESSAGE_BYTES>) -> fmt::Result) {
         let mut message = String::new();
         if write(&mut message).is_err() || self.pipe.free_capacity() < message.len() {
             return;

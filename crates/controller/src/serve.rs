@@ -20,7 +20,7 @@ use isostep_motion::State;
 
 use crate::commands::After;
 use crate::controller::Controller;
-use crate::output::{Output, message};
+use crate::output::{Message, Output};
 use crate::status;
 
 /// Eight times the window senders are told of.
@@ -103,7 +103,6 @@ impl Controller<'_> {
     /// From one welcome to the next reset, again and again.
     async fn session(&self, console: &Console) -> Infallible {
         loop {
-            console.output.send(report::WELCOME).await;
             if select(console.reset.wait(), self.execute(console)).await.is_second() {
                 // A line asked for the reset: what came behind it is forgotten as after a reset byte.
                 console.input.clear();
@@ -131,19 +130,21 @@ impl Controller<'_> {
         }
     }
 
-    /// What follows the welcome: how to unlock, or what came of the start-up lines.
+    /// The welcome, and what follows it: what to look at, how to unlock, or what came of the start-up lines.
     async fn greet(&self, output: &Output) {
+        let mut text = Message::new();
+        text.print(|text| text.push_str(report::WELCOME));
         if self.settings().hard_limits && self.machine.status().pressed.contains(&true) {
-            self.tell(&messages::CHECK_LIMITS, output).await;
+            text.tell(messages::CHECK_LIMITS);
         }
-        let due = self.with(|program| core::mem::take(&mut program.startup_due));
-        match self.state() {
-            Word::Alarm => self.tell(&messages::HOW_TO_UNLOCK, output).await,
-            Word::Idle if due => {
-                let _turn = self.turn.lock().await;
-                self.start_up(output).await;
-            }
-            _ => {}
+        let state = self.state();
+        if state == Word::Alarm {
+            text.tell(messages::HOW_TO_UNLOCK);
+        }
+        output.send(&text).await;
+        if self.with(|program| core::mem::take(&mut program.startup_due)) && state == Word::Idle {
+            let _turn = self.turn.lock().await;
+            self.start_up(output).await;
         }
     }
 
@@ -153,11 +154,13 @@ impl Controller<'_> {
         loop {
             if let State::Alarm(alarm) = states.changed().await {
                 let (code, axis) = status::code(alarm);
-                output.send(&message(|text| report::alarm(text, code))).await;
+                let mut text = Message::new();
+                text.print(|text| report::alarm(text, code));
                 match axis {
-                    Some(axis) => self.tell(&format_args!("{axis} {}", code.explain()), output).await,
-                    None => self.tell(&code.explain(), output).await,
+                    Some(axis) => text.tell(format_args!("{axis} {}", code.explain())),
+                    None => text.tell(code.explain()),
                 }
+                output.send(&text).await;
             }
         }
     }

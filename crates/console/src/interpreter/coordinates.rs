@@ -18,7 +18,7 @@ impl Interpreter {
             Some(NonModal::SetWorkOffset) => self.set_work_offset(words)?,
             Some(NonModal::Shift) => self.shift(words)?,
             Some(NonModal::Unshift) => self.shift_mm = [0.0; AXES],
-            Some(NonModal::Keep(place)) => self.parameters.places_mm[place] = self.position_mm,
+            Some(NonModal::Keep(place)) => self.coordinates.places_mm[place] = self.position_mm,
             Some(NonModal::GoTo(place)) => return self.go_to(place, words).map(Some),
             Some(NonModal::MachineCoordinates) if self.modal.motion == MotionMode::Cancelled => {
                 return Err(Error::AbsoluteNeedsMotion);
@@ -47,7 +47,7 @@ impl Interpreter {
         }
         for (axis, mm) in self.given_mm(words) {
             let offset_mm = if meaning == OFFSET { mm } else { self.zero_mm(axis, mm) - self.shift_mm[axis] };
-            self.parameters.work_offsets_mm[system][axis] = within(offset_mm)?;
+            self.coordinates.work_offsets_mm[system][axis] = within(offset_mm)?;
         }
         Ok(())
     }
@@ -57,7 +57,7 @@ impl Interpreter {
         if !words.has_axes() {
             return Err(Error::AxisWordsMissing);
         }
-        let system_mm = self.parameters.work_offsets_mm[usize::from(self.modal.system)];
+        let system_mm = self.coordinates.work_offsets_mm[usize::from(self.modal.system)];
         for (axis, mm) in self.given_mm(words) {
             self.shift_mm[axis] = within(self.zero_mm(axis, mm) - system_mm[axis])?;
         }
@@ -71,7 +71,7 @@ impl Interpreter {
 
     /// G28, G30. With axis words only the axes named go there, by way of the target that the words give.
     fn go_to(&self, place: usize, words: &Words) -> Result<Motion, Error> {
-        let mut target_mm = self.parameters.places_mm[place];
+        let mut target_mm = self.coordinates.places_mm[place];
         let via_mm = if words.has_axes() { Some(self.target_mm(words)?) } else { None };
         if via_mm.is_some() {
             for (axis, _) in words.axes().iter().enumerate().filter(|(_, value)| value.is_none()) {

@@ -16,7 +16,7 @@ fn commands_when_idle() {
         State::Idle,
         COMMANDS,
         expect![[r#"
-            $ -> [HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H $En $An ~ ! ? ctrl-x] ok
+            $ -> [HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x] [MSG:$En and $An explain a refusal or an alarm by its number n] ok
             $G -> [GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0] ok
             $I -> [VER:1.1h.20190830:Isostep 0.1.0 (grbl dialect)] [OPT:NMZLI,15,128] ok
             $100=60 -> ok
@@ -47,7 +47,7 @@ fn commands_when_running() {
         State::Run,
         "$\n$G\n$I\n$100=60\n$H\n$X\n$$\nX1",
         expect![[r#"
-            $ -> [HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H $En $An ~ ! ? ctrl-x] ok
+            $ -> [HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x] [MSG:$En and $An explain a refusal or an alarm by its number n] ok
             $G -> [GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0] ok
             $I -> error:8
             $100=60 -> error:8
@@ -65,7 +65,7 @@ fn commands_in_alarm() {
         State::Alarm,
         "$\n$G\n$100=60\n$H\n$X\nX1",
         expect![[r#"
-            $ -> [HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H $En $An ~ ! ? ctrl-x] ok
+            $ -> [HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x] [MSG:$En and $An explain a refusal or an alarm by its number n] ok
             $G -> [GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0] ok
             $100=60 -> ok
             $H -> (home) ok

@@ -3,8 +3,10 @@
 use std::fmt::Write as _;
 
 use isostep_console::{
-    Block, Command, Error, Interpreter, Jog, LineAssembler, Motion, Overrides, Parameters, Rate, Realtime, Settings,
-    State, Status, StatusReporter, realtime, report,
+    Block, Command, Coordinates, Error, Interpreter, Jog, LineAssembler, Motion, Overrides, Rate, Realtime, Settings,
+    State, Status, StatusReporter,
+    parameters::{STARTUP_LINES, StartupLine},
+    realtime, report,
 };
 
 /// The port of this machine carries 30,000 steps/s, or a pulse and a pause as long.
@@ -19,6 +21,7 @@ pub struct Talk {
     pub state: State,
     pub overrides: Overrides,
     pub emergency_stop: bool,
+    startup: [StartupLine; STARTUP_LINES],
     reporter: StatusReporter,
     heard: String,
 }
@@ -32,6 +35,7 @@ impl Talk {
             state,
             overrides: Overrides::DEFAULT,
             emergency_stop: false,
+            startup: Default::default(),
             reporter: StatusReporter::new(),
             heard: String::new(),
         }
@@ -77,7 +81,7 @@ impl Talk {
     }
 
     fn carry_out(&mut self, command: Command<'_>) {
-        let Self { heard, interpreter, settings, .. } = self;
+        let Self { heard, interpreter, settings, startup, .. } = self;
         match command {
             Command::Block(block) => describe(heard, &block),
             Command::Jog(Jog { target_mm, mm_min }) => {
@@ -95,13 +99,13 @@ impl Talk {
                 .for_each(|line| report::parameter(heard, line, interpreter, settings.report_inches).unwrap()),
             Command::ShowModal => report::modal(heard, interpreter, settings.report_inches).unwrap(),
             Command::ShowStartup => {
-                for (index, line) in interpreter.parameters().startup.iter().enumerate() {
+                for (index, line) in startup.iter().enumerate() {
                     report::startup(heard, index, line).unwrap();
                 }
             }
             Command::SetStartup { index, block, line } => {
                 describe(heard, &block);
-                interpreter.parameters_mut().startup[index] = line.try_into().unwrap();
+                startup[index] = line.try_into().unwrap();
             }
             Command::Restore { settings, parameters } => {
                 write!(heard, "(restore{}{}) ", if settings { " $" } else { "" }, if parameters { " #" } else { "" })
@@ -110,11 +114,12 @@ impl Talk {
                     self.settings = Settings::DEFAULT;
                 }
                 if parameters {
-                    *interpreter.parameters_mut() = Parameters::default();
+                    interpreter.set_coordinates(Coordinates::default());
+                    *startup = Default::default();
                 }
             }
-            Command::ExplainError(error) => report::message(heard, error).unwrap(),
-            Command::ExplainAlarm(alarm) => report::message(heard, alarm).unwrap(),
+            Command::ExplainError(error) => report::explain_error(heard, error).unwrap(),
+            Command::ExplainAlarm(alarm) => report::explain_alarm(heard, alarm).unwrap(),
             Command::SetSetting { number, value } => match settings.with(number, value, &carries) {
                 Ok(settings) => self.settings = settings,
                 Err(why) => {
