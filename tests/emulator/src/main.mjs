@@ -5,6 +5,7 @@ import { Console } from './console.mjs';
 import { EdgeFile } from './edge-file.mjs';
 import { loadSegments } from './elf.mjs';
 import { programLines } from './lines.mjs';
+import { readFlashFile, writeFlashFile } from './flash-file.mjs';
 import { HELP, parseOptions } from './options.mjs';
 import { NAMED_PINS } from './pins.mjs';
 import { ProgramRun } from './program.mjs';
@@ -36,7 +37,8 @@ export function main(args) {
 
 function emulate(options) {
   const job = options.program ? programLines(read(options.program, 'program')) : parseScript(read(options.script, 'script').toString());
-  const board = new Board(firmware(options.elf), options);
+  const segments = firmware(options.elf);
+  const board = new Board(segments, options, options.flash ? readFlashFile(options.flash) : null);
   const transcript = new Transcript(options.script ? (line) => console.log(line) : undefined);
   const sender = new Console(board, transcript);
   const run = options.program ? new ProgramRun(sender, [...settings(options), ...job], options) : new ScriptRun(sender, job, options);
@@ -48,6 +50,7 @@ function emulate(options) {
   recorders.trace?.close();
   recorders.edges?.close();
   write(options.vcd, recorders.waveform);
+  if (options.flash) writeFlashFile(options.flash, board.flash.bytes, segments);
   write(options.json, JSON.stringify(result, null, 2) + '\n');
   console.log(readable(result));
   console.error(progress.speed());
