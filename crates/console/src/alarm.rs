@@ -15,8 +15,8 @@ macro_rules! alarms {
             /// Every alarm, by rising number.
             pub const ALL: &[Self] = &[$(Self::$name),*];
 
-            /// What happened, and what to do. Reads well behind the name of an axis.
-            pub const fn explain(self) -> &'static str {
+            /// With a `*` where the axis is named.
+            const fn pattern(self) -> &'static str {
                 match self { $(Self::$name => $explain),* }
             }
         }
@@ -24,16 +24,16 @@ macro_rules! alarms {
 }
 
 alarms! {
-    HardLimit = 1, "limit switch closed while moving, steps may be lost: clear the axis, $X, then $H";
-    SoftLimit = 2, "target outside the travel ($130-$132), nothing moved: correct the program or the travel, then $X";
+    HardLimit = 1, "* limit switch closed while moving, steps may be lost: clear the axis, $X, then $H";
+    SoftLimit = 2, "* target outside the travel ($130-$132), nothing moved: correct the program or the travel, then $X";
     ResetInMotion = 3, "reset while moving, steps may be lost: home with $H";
     HomingReset = 6, "reset while homing, position unknown: home again with $H";
-    PullOff = 8, "limit switch still closed after pulling off: free a stuck switch, raise $27, check $5";
-    SwitchNotFound = 9, "limit switch never closed: check its wiring, the direction ($23) and the travel ($130-$132)";
+    PullOff = 8, "* limit switch still closed after pulling off: free a stuck switch, raise $27, check $5";
+    SwitchNotFound = 9, "* limit switch never closed: check its wiring, the direction ($23) and the travel ($130-$132)";
     EmergencyStop = 10, "emergency stop pressed: release it, then $X and $H";
-    LateStep = 20, "step too late: lower the rate ($110-$112), then $H";
+    LateStep = 20, "a step of * came too late: lower the rate ($110-$112), then $H";
     Unplannable = 21, "the settings do not allow this move, nothing moved: check $110-$122, then $X";
-    Underrun = 22, "step output ran dry: lower the rate or the acceleration ($110-$122), then $H";
+    Underrun = 22, "the step port of * ran dry: lower the rate or the acceleration ($110-$122), then $H";
 }
 
 impl Alarm {
@@ -42,16 +42,34 @@ impl Alarm {
         self as u8
     }
 
+    /// What happened, and what to do, with the name of the axis that it happened to.
+    pub const fn about(self, axis: &'static str) -> impl fmt::Display {
+        About(self.pattern(), axis)
+    }
+
     /// The alarm that `ALARM:N` names.
     pub fn from_code(code: u8) -> Option<Self> {
         Self::ALL.iter().copied().find(|alarm| alarm.code() == code)
     }
 }
 
-/// The number and its words, for people.
+/// What happened, and what to do.
 impl fmt::Display for Alarm {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "ALARM:{} {}", self.code(), self.explain())
+        self.about("axis").fmt(f)
+    }
+}
+
+/// An alarm and the axis it is about.
+struct About(&'static str, &'static str);
+
+impl fmt::Display for About {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self(pattern, axis) = self;
+        let Some((before, after)) = pattern.split_once('*') else { return f.write_str(pattern) };
+        f.write_str(before)?;
+        f.write_str(axis)?;
+        f.write_str(after)
     }
 }
 
@@ -59,15 +77,26 @@ impl core::error::Error for Alarm {}
 
 #[cfg(test)]
 mod tests {
+    use std::string::ToString;
+
     use super::*;
 
     #[test]
     fn codes_lead_back_to_their_alarm() {
         for &alarm in Alarm::ALL {
             assert_eq!(Alarm::from_code(alarm.code()), Some(alarm));
-            assert!(alarm.explain().contains(": "), "{alarm}");
+            assert!(alarm.pattern().contains(": "), "{alarm}");
         }
         assert!(Alarm::ALL.is_sorted_by_key(|alarm| alarm.code()));
         assert_eq!(Alarm::from_code(0), None);
+    }
+
+    #[test]
+    fn words_name_the_axis_where_there_is_one() {
+        let begins = |words: &str, with| assert!(words.starts_with(with), "{words}");
+        begins(&Alarm::SwitchNotFound.about("Z").to_string(), "Z limit switch never closed: ");
+        begins(&Alarm::Underrun.about("Y").to_string(), "the step port of Y ran dry: ");
+        begins(&Alarm::HardLimit.to_string(), "axis limit switch closed while moving");
+        begins(&Alarm::EmergencyStop.about("X").to_string(), "emergency stop pressed: ");
     }
 }

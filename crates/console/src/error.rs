@@ -66,10 +66,10 @@ impl Error {
     }
 }
 
-/// The number and its words, for people.
+/// What is wrong, and what to do.
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "error:{} {}", self.code(), self.explain())
+        f.write_str(self.explain())
     }
 }
 

@@ -57,20 +57,10 @@ pub fn alarm(out: &mut impl Write, alarm: Alarm) -> Result {
     write!(out, "ALARM:{}\r\n", alarm.code())
 }
 
-/// `[MSG:...]`: one of [`messages`], a [`SettingError`](crate::SettingError), or other words.
+/// `[MSG:...]`: one of [`messages`], an [`Error`], an [`Alarm`], a [`SettingError`](crate::SettingError), or other words,
+/// but never `ok`, `error` or `ALARM`: some senders take every line with one of them in it for the answer to theirs.
 pub fn message(out: &mut impl Write, text: impl core::fmt::Display) -> Result {
     write!(out, "[MSG:{text}]\r\n")
-}
-
-/// The reply to `$En`, before `ok`. Never in the words `error:n`: some senders take every line that has them for the
-/// answer to one of theirs.
-pub fn explain_error(out: &mut impl Write, error: Error) -> Result {
-    write!(out, "[MSG:E{}: {}]\r\n", error.code(), error.explain())
-}
-
-/// The reply to `$An`, before `ok`.
-pub fn explain_alarm(out: &mut impl Write, alarm: Alarm) -> Result {
-    write!(out, "[MSG:A{}: {}]\r\n", alarm.code(), alarm.explain())
 }
 
 /// The reply to `$$`, before `ok`: about 700 bytes. A caller with a smaller buffer prints row by row with [`setting`].

@@ -149,8 +149,8 @@ impl Controller<'_> {
                 text.tell(messages::RESTORING);
                 return Ok(After::Restart);
             }
-            Command::ExplainError(error) => text.print(|text| report::explain_error(text, error)),
-            Command::ExplainAlarm(alarm) => text.print(|text| report::explain_alarm(text, alarm)),
+            Command::ExplainError(error) => text.tell(error),
+            Command::ExplainAlarm(alarm) => text.tell(alarm),
             _ => {}
         }
         Ok(After::NextLine)

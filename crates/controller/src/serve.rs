@@ -156,10 +156,7 @@ impl Controller<'_> {
                 let (code, axis) = status::code(alarm);
                 let mut text = Message::new();
                 text.print(|text| report::alarm(text, code));
-                match axis {
-                    Some(axis) => text.tell(format_args!("{axis} {}", code.explain())),
-                    None => text.tell(code.explain()),
-                }
+                text.tell(code.about(axis));
                 output.send(&text).await;
             }
         }

@@ -114,7 +114,10 @@ fn laws(figures: &MicroFigures) -> String {
     };
     let head = row("", laws::HEAD.map(str::to_owned));
     let rows = figures.laws.iter().map(|one| row(one.law, one.cells()));
-    format!("  speed laws, of three axes: plan, begin (the first segment of each axis), then a ramp\n{head}{}", rows.collect::<String>())
+    format!(
+        "  speed laws, of three axes: plan, begin (the first segment of each axis), then a ramp\n{head}{}",
+        rows.collect::<String>()
+    )
 }
 
 /// What a segment and a step cost.

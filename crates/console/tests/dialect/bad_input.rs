@@ -1,8 +1,8 @@
 //! Whatever arrives: one answer a line, and after an error everything is as before.
 
 use isostep_console::{
-    Command, Error, Interpreter, LineAssembler, MAX_COORDINATE_MM, Realtime, SETTING_TABLE, Settings, State, realtime,
-    report,
+    Alarm, Command, Error, Interpreter, LineAssembler, MAX_COORDINATE_MM, Realtime, SETTING_TABLE, Settings, State,
+    realtime, report,
 };
 use proptest::prelude::*;
 
@@ -103,16 +103,8 @@ proptest! {
 #[test]
 fn no_words_of_ours_read_like_an_answer() {
     let mut texts: Vec<String> = vec![report::HELP.into(), report::BUILD.into()];
-    texts.extend(Error::ALL.iter().map(|error| {
-        let mut text = String::new();
-        report::explain_error(&mut text, *error).unwrap();
-        text
-    }));
-    texts.extend(isostep_console::Alarm::ALL.iter().map(|alarm| {
-        let mut text = String::new();
-        report::explain_alarm(&mut text, *alarm).unwrap();
-        text
-    }));
+    texts.extend(Error::ALL.iter().map(ToString::to_string));
+    texts.extend(Alarm::ALL.iter().map(ToString::to_string));
     texts.extend(["G2", "G38.2", "M6"].map(|line| report::lacks(line).unwrap().to_owned()));
     for row in SETTING_TABLE {
         for value in [-1.0, 0.5, 0.0, 1e9, 555.0] {

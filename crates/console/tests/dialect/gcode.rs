@@ -193,7 +193,7 @@ fn numbers_have_limits() {
 fn a_refused_line_changes_nothing() {
     let mut talk = Talk::new(State::Idle);
     talk.send("G1 X5 F100");
-    let before = talk.interpreter.clone();
+    let before = talk.interpreter;
     for line in ["G20 G91 F5 M3 S9 T1 X1 P1", "G91 X1 X2", "G0 X99999", "G20 G4", "G80 X1", "G20 @"] {
         assert!(talk.send(line).contains("error:"), "{line}");
         assert_eq!(talk.interpreter, before, "{line}");

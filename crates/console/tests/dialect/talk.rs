@@ -118,8 +118,8 @@ impl Talk {
                     *startup = Default::default();
                 }
             }
-            Command::ExplainError(error) => report::explain_error(heard, error).unwrap(),
-            Command::ExplainAlarm(alarm) => report::explain_alarm(heard, alarm).unwrap(),
+            Command::ExplainError(error) => report::message(heard, error).unwrap(),
+            Command::ExplainAlarm(alarm) => report::message(heard, alarm).unwrap(),
             Command::SetSetting { number, value } => match settings.with(number, value, &carries) {
                 Ok(settings) => self.settings = settings,
                 Err(why) => {
