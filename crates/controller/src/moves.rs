@@ -2,7 +2,7 @@
 
 use embassy_time::Duration;
 use isostep_console::report::messages;
-use isostep_console::{Block, Error, Fixed, Jog, Motion as Words, Overrides, Rate};
+use isostep_console::{Block, Error, Fixed, Jog, MIN_FEED_MM_MIN, Motion as Words, Overrides, Rate};
 use isostep_motion::{AXES, Alarm, Axis, Busy, Motion};
 
 use crate::controller::{Controller, Mode};
@@ -110,7 +110,8 @@ impl Controller<'_> {
             Rate::Rapid => None,
             Rate::Feed { mm_min } => {
                 let percent = self.with(|program| program.overrides.feed_percent);
-                Some(f64::from(mm_min) * f64::from(percent) / 6000.0)
+                let mm_min = (mm_min * f32::from(percent) / 100.0).max(MIN_FEED_MM_MIN);
+                Some(f64::from(mm_min) / 60.0)
             }
         };
         self.submit(Motion::Move { target_steps, feed_mm_s }, line_number).await

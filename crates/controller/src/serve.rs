@@ -9,6 +9,7 @@ use core::convert::Infallible;
 use core::fmt;
 
 use embassy_futures::select::{Either4, select, select4};
+use embassy_futures::yield_now;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::pipe::Pipe;
 use embassy_sync::signal::Signal;
@@ -109,6 +110,8 @@ impl Controller<'_> {
             }
             // The axes have been halted; the coordinator still has to say how that ended.
             let _ = self.machine.settled().await;
+            // An alarm is told before the welcome.
+            yield_now().await;
             self.restart_program();
         }
     }

@@ -47,3 +47,42 @@ pub fn status(sim: &mut Sim) -> String {
     let reply = sim.replies().pop().expect("a status report");
     reply.split('|').take(2).collect::<Vec<_>>().join("|")
 }
+
+/// Sends bytes and returns what was heard a millisecond later.
+pub fn bytes(sim: &mut Sim, bytes: &[u8]) -> Vec<String> {
+    sim.send(bytes);
+    sim.run_for(Duration::from_millis(1)).unwrap();
+    sim.replies()
+}
+
+/// The next status report, whole.
+pub fn report(sim: &mut Sim) -> String {
+    let replies = bytes(sim, b"?");
+    replies.into_iter().find(|line| line.starts_with('<')).expect("a status report")
+}
+
+/// What the machine calls its state.
+pub fn state(sim: &mut Sim) -> String {
+    let report = report(sim);
+    report[1..].split('|').next().unwrap().to_owned()
+}
+
+/// The value of a field of the status reports, in the first one that has it.
+pub fn field(sim: &mut Sim, name: &str) -> String {
+    for _ in 0..40 {
+        let report = report(sim);
+        let fields = report.trim_end_matches('>').split('|');
+        if let Some(value) = fields.filter_map(|field| field.strip_prefix(name)).next() {
+            return value.trim_start_matches(':').to_owned();
+        }
+    }
+    panic!("no report has {name}");
+}
+
+/// Sends a line that is answered with the error, and with nothing but messages before it.
+pub fn refused(sim: &mut Sim, line: &str, code: u8) {
+    let heard = say(sim, line);
+    let (last, before) = heard.split_last().unwrap_or_else(|| panic!("{line}: silence"));
+    assert_eq!(*last, format!("error:{code}"), "{line}: {heard:?}");
+    assert!(before.iter().all(|line| line.starts_with("[MSG:")), "{line}: {heard:?}");
+}
