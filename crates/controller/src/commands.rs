@@ -58,8 +58,8 @@ impl Controller<'_> {
                 continue;
             }
             let mut text = Message::new();
-            let block = self.state().takes_gcode();
-            let answer = match block.and_then(|()| self.with(|program| program.interpreter.gcode(&line))) {
+            let unlocked = self.state().takes_gcode();
+            let answer = match unlocked.and_then(|()| self.with(|program| program.interpreter.gcode(&line))) {
                 Ok(block) => self.block(block, &mut text).await,
                 Err(error) => Err(error),
             };

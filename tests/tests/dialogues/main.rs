@@ -7,5 +7,7 @@ mod errors;
 mod motion;
 mod real_time;
 mod reports;
+mod senders;
 mod states;
+mod tables;
 mod talk;

@@ -71,6 +71,41 @@ fn the_mask_chooses_fields_and_inches_scale() {
     .assert_eq(&heard.replace('\r', ""));
 }
 
+#[test]
+fn states_print_as_grbl_prints_them() {
+    let states = [
+        (State::Idle, "Idle"),
+        (State::Run, "Run"),
+        (State::Hold { stopping: false }, "Hold:0"),
+        (State::Hold { stopping: true }, "Hold:1"),
+        (State::Jog, "Jog"),
+        (State::Home, "Home"),
+        (State::Alarm, "Alarm"),
+        (State::Check, "Check"),
+        (State::Sleep, "Sleep"),
+    ];
+    for (state, name) in states {
+        let heard = Talk::new(state).bytes(b"?");
+        assert_eq!(heard, format!("<{name}|MPos:0.000,0.000,0.000|FS:0,0|WCO:0.000,0.000,0.000>"));
+    }
+}
+
+#[test]
+fn a_changed_offset_unit_or_override_is_told_at_once() {
+    let mut talk = Talk::new(State::Idle);
+    let extras = |talk: &mut Talk, sent: &[u8]| {
+        talk.bytes(sent);
+        let heard = [(); 3].map(|()| talk.bytes(b"?"));
+        heard.map(|line| line.rsplit('|').next().unwrap().trim_end_matches('>').to_owned())
+    };
+    assert_eq!(extras(&mut talk, b""), ["WCO:0.000,0.000,0.000", "Ov:100,100,100", "FS:0,0"]);
+    assert_eq!(extras(&mut talk, b"G92 X1\n"), ["WCO:-1.000,0.000,0.000", "FS:0,0", "FS:0,0"]);
+    assert_eq!(extras(&mut talk, b"\x91"), ["Ov:110,100,100", "FS:0,0", "FS:0,0"]);
+    assert_eq!(extras(&mut talk, b"G92 X2\n\x97"), ["WCO:-2.000,0.000,0.000", "Ov:110,25,100", "FS:0,0"]);
+    assert_eq!(extras(&mut talk, b"$13=1\n"), ["WCO:-0.0787,0.0000,0.0000", "FS:0.0,0", "FS:0.0,0"]);
+    assert_eq!(extras(&mut talk, b"$13=1\n"), ["FS:0.0,0"; 3]);
+}
+
 proptest! {
     #[test]
     fn any_bytes_get_one_reply_a_line_and_finite_targets(
