@@ -2,96 +2,74 @@
 
 use core::fmt;
 
-/// Why the machine locked itself, by Grbl's numbers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[repr(u8)]
-pub enum Alarm {
-    /// A limit switch closed outside homing.
-    HardLimit = 1,
-    /// A target lies outside the travel.
-    SoftLimit = 2,
-    /// A reset stopped a move.
-    ResetInMotion = 3,
-    /// A reset stopped homing.
-    HomingReset = 6,
-    /// The switch stayed closed after pulling off.
-    PullOff = 8,
-    /// The switch was not found within the travel searched.
-    SwitchNotFound = 9,
-    /// The emergency stop was pressed (grblHAL's number).
-    EmergencyStop = 10,
-    /// A step was too late to be emitted (our own number).
-    LateStep = 20,
-    /// A move could not be planned (our own number).
-    Unplannable = 21,
-    /// A step output ran out of steps in the middle of a move (our own number).
-    Underrun = 22,
+macro_rules! alarms {
+    ($($name:ident = $code:literal, $explain:literal;)*) => {
+        /// Why the machine locked itself, by Grbl's numbers; from 20 on by our own.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+        #[repr(u8)]
+        pub enum Alarm {
+            $(#[doc = $explain] $name = $code,)*
+        }
+
+        impl Alarm {
+            /// Every alarm, by rising number.
+            pub const ALL: &[Self] = &[$(Self::$name),*];
+
+            /// With a `*` where the axis is named.
+            const fn pattern(self) -> &'static str {
+                match self { $(Self::$name => $explain),* }
+            }
+        }
+    };
+}
+
+alarms! {
+    HardLimit = 1, "* limit switch closed while moving, steps may be lost: clear the axis, $X, then $H";
+    SoftLimit = 2, "* target outside the travel ($130-$132), nothing moved: correct the program or the travel, then $X";
+    ResetInMotion = 3, "reset while moving, steps may be lost: home with $H";
+    HomingReset = 6, "reset while homing, position unknown: home again with $H";
+    PullOff = 8, "* limit switch still closed after pulling off: free a stuck switch, raise $27, check $5";
+    SwitchNotFound = 9, "* limit switch never closed: check its wiring, the direction ($23) and the travel ($130-$132)";
+    EmergencyStop = 10, "emergency stop pressed: release it, then $X and $H";
+    LateStep = 20, "a step of * came too late: lower the rate ($110-$112), then $H";
+    Unplannable = 21, "the settings do not allow this move, nothing moved: check $110-$122, then $X";
+    Underrun = 22, "the step port of * ran dry: lower the rate or the acceleration ($110-$122), then $H";
 }
 
 impl Alarm {
-    /// Every alarm, by rising number.
-    pub const ALL: &[Self] = &[
-        Self::HardLimit,
-        Self::SoftLimit,
-        Self::ResetInMotion,
-        Self::HomingReset,
-        Self::PullOff,
-        Self::SwitchNotFound,
-        Self::EmergencyStop,
-        Self::LateStep,
-        Self::Unplannable,
-        Self::Underrun,
-    ];
-
     /// The number after `ALARM:`.
     pub const fn code(self) -> u8 {
         self as u8
+    }
+
+    /// What happened, and what to do, with the name of the axis that it happened to.
+    pub const fn about(self, axis: &'static str) -> impl fmt::Display {
+        About(self.pattern(), axis)
     }
 
     /// The alarm that `ALARM:N` names.
     pub fn from_code(code: u8) -> Option<Self> {
         Self::ALL.iter().copied().find(|alarm| alarm.code() == code)
     }
+}
 
-    /// What happened, whether the position is still true, and what to do.
-    pub const fn explain(self) -> &'static str {
-        match self {
-            Self::HardLimit => {
-                "A limit switch closed and the axes stopped at once, so steps may be lost: clear the switch ($X unlocks), then home with $H."
-            }
-            Self::SoftLimit => {
-                "The target lies outside the travel ($130-$132) and nothing moved: $X unlocks, the position is true; correct the program or the travel."
-            }
-            Self::ResetInMotion => {
-                "A reset stopped a move in full motion, so steps may be lost: home with $H, or $X if that is accepted."
-            }
-            Self::HomingReset => "A reset stopped homing, so the position is unknown: home again with $H.",
-            Self::PullOff => {
-                "The limit switch stayed closed after pulling off: raise $27, or look for a stuck switch or a wrong $5."
-            }
-            Self::SwitchNotFound => {
-                "No limit switch closed within the travel searched: check its wiring, the direction ($23) and the travel ($130-$132)."
-            }
-            Self::EmergencyStop => {
-                "The emergency stop was pressed and the axes stopped at once: release it, unlock with $X and home with $H."
-            }
-            Self::LateStep => {
-                "The processor was held up and a step came too late, so the axes stopped at once: lower the rate, then home with $H."
-            }
-            Self::Underrun => {
-                "The processor was held up and a step output ran dry, so the axes stopped at once: lower the rate or the acceleration, then home with $H."
-            }
-            Self::Unplannable => {
-                "The settings do not allow this move and nothing moved: check rates and accelerations ($110-$122), then $X."
-            }
-        }
+/// What happened, and what to do.
+impl fmt::Display for Alarm {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.about("axis").fmt(f)
     }
 }
 
-/// The number and its words, for people.
-impl fmt::Display for Alarm {
+/// An alarm and the axis it is about.
+struct About(&'static str, &'static str);
+
+impl fmt::Display for About {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "ALARM:{} {}", self.code(), self.explain())
+        let Self(pattern, axis) = self;
+        let Some((before, after)) = pattern.split_once('*') else { return f.write_str(pattern) };
+        f.write_str(before)?;
+        f.write_str(axis)?;
+        f.write_str(after)
     }
 }
 
@@ -99,11 +77,26 @@ impl core::error::Error for Alarm {}
 
 #[cfg(test)]
 mod tests {
+    use std::string::ToString;
+
     use super::*;
 
     #[test]
     fn codes_lead_back_to_their_alarm() {
-        assert!(Alarm::ALL.iter().all(|&alarm| Alarm::from_code(alarm.code()) == Some(alarm)));
+        for &alarm in Alarm::ALL {
+            assert_eq!(Alarm::from_code(alarm.code()), Some(alarm));
+            assert!(alarm.pattern().contains(": "), "{alarm}");
+        }
+        assert!(Alarm::ALL.is_sorted_by_key(|alarm| alarm.code()));
         assert_eq!(Alarm::from_code(0), None);
+    }
+
+    #[test]
+    fn words_name_the_axis_where_there_is_one() {
+        let begins = |words: &str, with| assert!(words.starts_with(with), "{words}");
+        begins(&Alarm::SwitchNotFound.about("Z").to_string(), "Z limit switch never closed: ");
+        begins(&Alarm::Underrun.about("Y").to_string(), "the step port of Y ran dry: ");
+        begins(&Alarm::HardLimit.to_string(), "axis limit switch closed while moving");
+        begins(&Alarm::EmergencyStop.about("X").to_string(), "emergency stop pressed: ");
     }
 }

@@ -1,7 +1,7 @@
-//! One block of G-code: its words sorted by modal group and by letter, clashes refused.
+//! One block of G-code: its words sorted by modal group and by letter, clashes refused, in Grbl's order of checking.
 
 use crate::{
-    Error,
+    Error, Modal,
     modal::{Coolant, MotionMode, Spindle},
     words::{self, Word},
 };
@@ -10,7 +10,7 @@ use crate::{
 const VALUE_LETTERS: &[u8] = b"FIJKLNPRSTXYZ";
 /// Letters whose value must not be negative.
 const UNSIGNED_LETTERS: &[u8] = b"FNPST";
-const MAX_LINE_NUMBER: f32 = 9_999_999.0;
+const MAX_LINE_NUMBER: f32 = 10_000_000.0;
 const MAX_TOOL: f32 = 255.0;
 
 /// Modal groups, by the names of RS274/NGC; at most one code of each may stand in a block.
@@ -32,37 +32,84 @@ enum Group {
     Coolant,
 }
 
-/// A code of group 0: acts once, changes no mode.
+impl Group {
+    const fn bit(self) -> u16 {
+        1 << self as u16
+    }
+}
+
+/// The groups that a jog may use, of group 0 only G53.
+const JOG_GROUPS: u16 = Group::NonModal.bit() | Group::Distance.bit() | Group::Units.bit();
+
+/// A code of group 0: acts once, changes no mode. A place is 0 for G28's and 1 for G30's.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum NonModal {
+    /// G4.
     Dwell,
-    GoHome,
+    /// G10.
+    SetWorkOffset,
+    /// G28, G30.
+    GoTo(usize),
+    /// G28.1, G30.1.
+    Keep(usize),
+    /// G53.
+    MachineCoordinates,
+    /// G92.
+    Shift,
+    /// G92.1.
+    Unshift,
+}
+
+/// What the axis words are for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum AxisCommand {
+    /// G10, G28, G30, G92.
+    NonModal,
+    /// The motion mode in force.
+    Motion,
+    /// G43.1, G49.
+    ToolLength,
 }
 
 /// The words of a block, each at most once.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct Words {
     claimed_groups: u16,
     values: [Option<f32>; 26],
+    /// The modes in force in the block: those before it, and its own.
+    pub(crate) modal: Modal,
     pub(crate) non_modal: Option<NonModal>,
-    pub(crate) motion: Option<MotionMode>,
-    pub(crate) inches: Option<bool>,
-    pub(crate) incremental: Option<bool>,
-    pub(crate) spindle: Option<Spindle>,
-    pub(crate) coolant: Option<Coolant>,
+    pub(crate) axis_command: Option<AxisCommand>,
+    /// G43.1 rather than G49.
+    pub(crate) lengthens_tool: bool,
+    /// M0.
+    pub(crate) pauses: bool,
+    /// M2, M30.
     pub(crate) ends_program: bool,
 }
 
 impl Words {
-    pub(crate) fn read(line: &str) -> Result<Self, Error> {
-        let mut block = Self::default();
+    /// Reads a line on top of the modes in force.
+    pub(crate) fn read(line: &str, modal: Modal) -> Result<Self, Error> {
+        let mut block = Self {
+            claimed_groups: 0,
+            values: [None; 26],
+            modal,
+            non_modal: None,
+            axis_command: None,
+            lengthens_tool: false,
+            pauses: false,
+            ends_program: false,
+        };
         words::for_each(line, |word| match word {
-            Word::G(tenths) => block.general(tenths),
-            Word::M(tenths) if tenths % 10 != 0 => Err(Error::IntegerRequired),
-            Word::M(tenths) => block.miscellaneous(tenths / 10),
+            Word::G(hundredths) => block.general(hundredths),
+            Word::M(hundredths) => block.miscellaneous(hundredths),
             Word::Value(letter, value) => block.value(letter, value),
         })?;
-        block.check_numbers()?;
+        // Bare axis words mean the motion mode.
+        if block.has_axes() {
+            block.axis_command.get_or_insert(AxisCommand::Motion);
+        }
         Ok(block)
     }
 
@@ -71,98 +118,124 @@ impl Words {
         self.values[usize::from(letter - b'A')].take()
     }
 
-    /// Takes X, Y and Z.
-    pub(crate) fn take_axes(&mut self) -> [Option<f32>; 3] {
-        [b'X', b'Y', b'Z'].map(|letter| self.take(letter))
+    /// X, Y and Z as given.
+    pub(crate) fn axes(&self) -> [Option<f32>; 3] {
+        b"XYZ".map(|letter| self.values[usize::from(letter - b'A')])
     }
 
-    /// Every value has been taken, or the block is refused.
-    pub(crate) fn check_all_used(&self) -> Result<(), Error> {
+    pub(crate) fn has_axes(&self) -> bool {
+        self.axes().iter().any(Option::is_some)
+    }
+
+    /// The line number, 0 without one.
+    ///
+    /// # Errors
+    /// [`Error::BadLineNumber`].
+    pub(crate) fn line_number(&mut self) -> Result<u32, Error> {
+        match self.take(b'N') {
+            Some(number) if number > MAX_LINE_NUMBER => Err(Error::BadLineNumber),
+            number => Ok(number.unwrap_or(0.0) as u32),
+        }
+    }
+
+    /// Every value but those of the axes has been taken, or the block is refused.
+    pub(crate) fn check_all_used(&mut self) -> Result<(), Error> {
+        for letter in *b"XYZ" {
+            self.take(letter);
+        }
         if self.values.iter().any(Option::is_some) { Err(Error::UnusedWords) } else { Ok(()) }
     }
 
-    fn general(&mut self, tenths: u32) -> Result<(), Error> {
-        let group = match tenths {
+    /// Whether a jog may have the block's codes.
+    pub(crate) fn may_jog(&self) -> bool {
+        self.claimed_groups & !JOG_GROUPS == 0 && matches!(self.non_modal, None | Some(NonModal::MachineCoordinates))
+    }
+
+    #[rustfmt::skip]
+    fn general(&mut self, hundredths: u32) -> Result<(), Error> {
+        let modal = &mut self.modal;
+        let code = hundredths / 100;
+        let group = match hundredths {
             0 => self.motion(MotionMode::Rapid)?,
-            10 => self.motion(MotionMode::Linear)?,
-            40 => self.non_modal(NonModal::Dwell)?,
-            170 => Group::Plane,
-            200 | 210 => {
-                self.inches = Some(tenths == 200);
-                Group::Units
+            100 => self.motion(MotionMode::Linear)?,
+            400 => self.non_modal(NonModal::Dwell),
+            1000 => self.non_modal_with_axes(NonModal::SetWorkOffset)?,
+            1700 | 1800 | 1900 => { modal.plane = code as u8 - 17; Group::Plane }
+            2000 | 2100 => { modal.inches = code == 20; Group::Units }
+            2800 | 3000 => self.non_modal_with_axes(NonModal::GoTo(usize::from(code == 30)))?,
+            2810 | 3010 => self.non_modal(NonModal::Keep(usize::from(code == 30))),
+            4000 => Group::CutterCompensation,
+            4310 | 4900 => {
+                self.claim_axes(AxisCommand::ToolLength)?;
+                self.lengthens_tool = code == 43;
+                Group::ToolLength
             }
-            280 => self.non_modal(NonModal::GoHome)?,
-            400 => Group::CutterCompensation,
-            490 => Group::ToolLength,
-            540 => Group::CoordinateSystem,
-            610 => Group::PathControl,
-            800 => {
-                self.motion = Some(MotionMode::Cancelled);
-                Group::Motion
+            5300 => self.non_modal(NonModal::MachineCoordinates),
+            5400 | 5500 | 5600 | 5700 | 5800 | 5900 => { modal.system = code as u8 - 54; Group::CoordinateSystem }
+            5910 | 5920 | 5930 => return Err(Error::UnsupportedSystem),
+            6100 => Group::PathControl,
+            8000 => { modal.motion = MotionMode::Cancelled; Group::Motion }
+            9000 | 9100 => { modal.incremental = code == 91; Group::Distance }
+            9110 => Group::ArcDistance,
+            9200 => self.non_modal_with_axes(NonModal::Shift)?,
+            9210 => self.non_modal(NonModal::Unshift),
+            9300 | 9400 => { modal.inverse_time = code == 93; Group::FeedMode }
+            _ if matches!(code, 0 | 1 | 4 | 10 | 17..=21 | 40 | 49 | 53..=59 | 80 | 93 | 94) => {
+                return Err(Error::IntegerRequired);
             }
-            900 | 910 => {
-                self.incremental = Some(tenths == 910);
-                Group::Distance
-            }
-            911 => Group::ArcDistance,
-            940 => Group::FeedMode,
             _ => return Err(Error::Unsupported),
         };
         self.claim(group)
     }
 
-    /// M0 would have to stop until a resume, so it is refused rather than run past; M1 is optional and passes.
-    fn miscellaneous(&mut self, number: u32) -> Result<(), Error> {
-        let group = match number {
-            1 => Group::ProgramFlow,
-            2 | 30 => {
-                self.ends_program = true;
-                Group::ProgramFlow
-            }
-            3 => self.spindle(Spindle::Clockwise),
-            4 => self.spindle(Spindle::CounterClockwise),
-            5 => self.spindle(Spindle::Off),
-            7 => self.coolant(Coolant::Mist),
-            8 => self.coolant(Coolant::Flood),
-            9 => self.coolant(Coolant::Off),
+    /// M1, the optional stop, passes.
+    #[rustfmt::skip]
+    fn miscellaneous(&mut self, hundredths: u32) -> Result<(), Error> {
+        let modal = &mut self.modal;
+        let group = match hundredths {
+            _ if !hundredths.is_multiple_of(100) => return Err(Error::IntegerRequired),
+            0 => { self.pauses = true; Group::ProgramFlow }
+            100 => Group::ProgramFlow,
+            200 | 3000 => { self.ends_program = true; Group::ProgramFlow }
+            300 => { modal.spindle = Spindle::Clockwise; Group::Spindle }
+            400 => { modal.spindle = Spindle::CounterClockwise; Group::Spindle }
+            500 => { modal.spindle = Spindle::Off; Group::Spindle }
+            700 => { modal.coolant = modal.coolant.and(Coolant::Mist); Group::Coolant }
+            800 => { modal.coolant = modal.coolant.and(Coolant::Flood); Group::Coolant }
+            900 => { modal.coolant = Coolant::Off; Group::Coolant }
             _ => return Err(Error::Unsupported),
         };
         self.claim(group)
     }
 
-    /// G0, G1 and G28 all want the axis words.
     fn motion(&mut self, mode: MotionMode) -> Result<Group, Error> {
-        if self.non_modal == Some(NonModal::GoHome) {
-            return Err(Error::AxisConflict);
-        }
-        self.motion = Some(mode);
+        self.claim_axes(AxisCommand::Motion)?;
+        self.modal.motion = mode;
         Ok(Group::Motion)
     }
 
-    fn non_modal(&mut self, code: NonModal) -> Result<Group, Error> {
-        if code == NonModal::GoHome && matches!(self.motion, Some(MotionMode::Rapid | MotionMode::Linear)) {
-            return Err(Error::AxisConflict);
-        }
+    fn non_modal(&mut self, code: NonModal) -> Group {
         self.non_modal = Some(code);
-        Ok(Group::NonModal)
+        Group::NonModal
     }
 
-    fn spindle(&mut self, spindle: Spindle) -> Group {
-        self.spindle = Some(spindle);
-        Group::Spindle
+    fn non_modal_with_axes(&mut self, code: NonModal) -> Result<Group, Error> {
+        self.claim_axes(AxisCommand::NonModal)?;
+        Ok(self.non_modal(code))
     }
 
-    fn coolant(&mut self, coolant: Coolant) -> Group {
-        self.coolant = Some(coolant);
-        Group::Coolant
+    fn claim_axes(&mut self, command: AxisCommand) -> Result<(), Error> {
+        match self.axis_command.replace(command) {
+            Some(_) => Err(Error::AxisConflict),
+            None => Ok(()),
+        }
     }
 
     fn claim(&mut self, group: Group) -> Result<(), Error> {
-        let bit = 1 << group as u16;
-        if self.claimed_groups & bit != 0 {
+        if self.claimed_groups & group.bit() != 0 {
             return Err(Error::ModalClash);
         }
-        self.claimed_groups |= bit;
+        self.claimed_groups |= group.bit();
         Ok(())
     }
 
@@ -170,23 +243,12 @@ impl Words {
         if !VALUE_LETTERS.contains(&letter) {
             return Err(Error::Unsupported);
         }
-        if UNSIGNED_LETTERS.contains(&letter) && value < 0.0 {
-            return Err(Error::Negative);
-        }
-        match self.values[usize::from(letter - b'A')].replace(value) {
-            Some(_) => Err(Error::RepeatedWord),
-            None => Ok(()),
-        }
-    }
-
-    /// The line number has no further use.
-    fn check_numbers(&mut self) -> Result<(), Error> {
-        if self.take(b'N').is_some_and(|number| number > MAX_LINE_NUMBER) {
-            return Err(Error::BadLineNumber);
-        }
-        if self.values[usize::from(b'T' - b'A')].is_some_and(|tool| tool > MAX_TOOL) {
+        if letter == b'T' && value > MAX_TOOL {
             return Err(Error::ToolNumber);
         }
-        Ok(())
+        if self.values[usize::from(letter - b'A')].replace(value).is_some() {
+            return Err(Error::RepeatedWord);
+        }
+        if UNSIGNED_LETTERS.contains(&letter) && value < 0.0 { Err(Error::Negative) } else { Ok(()) }
     }
 }

@@ -1,47 +1,81 @@
-//! What a line asks for, and when the machine may be asked.
+//! What a line asks for, and the states that a machine may be asked in.
 
 use core::fmt;
 
-use crate::{AXES, Error, Settings};
+use crate::{AXES, Alarm, Error};
 
-/// A line, understood.
+/// A line, understood; `'l` is the line's.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Command {
+pub enum Command<'l> {
     /// G-code; an empty line is an empty block.
     Block(Block),
+    /// `$J=`: begin a jog, or [`Error::TravelExceeded`].
+    Jog(Jog),
     /// `$H`: home every axis.
     Home,
     /// `$X`: leave Alarm without homing; nothing to do in any other state.
     Unlock,
+    /// `$C`: begin to check G-code without moving, or, in [`State::Check`], end that by a reset.
+    ToggleCheck,
+    /// `$SLP`: sleep until a reset.
+    Sleep,
     /// `$`: list the `$` commands.
     Help,
     /// `$$`: list the settings.
     ShowSettings,
-    /// `$n=v`: change a setting, by [`Settings::with`].
+    /// `$#`: list offsets and places.
+    ShowParameters,
+    /// `$n=v`: change a setting, by [`Settings::with`](crate::Settings::with).
     SetSetting {
         /// The number after `$`.
         number: u16,
         /// The value, finite, not yet checked against the setting's range.
         value: f32,
     },
+    /// `$RST=`: put back defaults, and reset.
+    Restore {
+        /// `$` and `*`: the settings.
+        settings: bool,
+        /// `#` and `*`: the [`Parameters`](crate::Parameters).
+        parameters: bool,
+    },
     /// `$I`: name the build.
     ShowBuild,
     /// `$G`: list the modal state.
     ShowModal,
+    /// `$N`: list the start-up lines.
+    ShowStartup,
+    /// `$N0=`, `$N1=`: carry out a block, then keep its line to be carried out after every reset and homing.
+    SetStartup {
+        /// Which of them.
+        index: usize,
+        /// The block; the interpreter is there already.
+        block: Block,
+        /// Its line, at most [`STARTUP_LINE_CHARS`](crate::parameters::STARTUP_LINE_CHARS) long.
+        line: &'l str,
+    },
+    /// `$En`: say what `error:n` means.
+    ExplainError(Error),
+    /// `$An`: say what `ALARM:n` means.
+    ExplainAlarm(Alarm),
 }
 
 /// What one line of G-code does, in the order of the fields.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Block {
+    /// N; 0 without one.
+    pub line_number: u32,
     /// G4: wait this long, 0 s or more.
     pub dwell_s: Option<f32>,
-    /// G0, G1, G28.
+    /// G0, G1, G28, G30.
     pub motion: Option<Motion>,
+    /// M0: when all this is done, hold until a resume.
+    pub pauses: bool,
     /// M2, M30: the program is over (`[MSG:Pgm End]`); the modal state is already back to its defaults.
     pub ends_program: bool,
 }
 
-/// A straight move, or the way to the origin. Targets are machine coordinates, each finite and within
+/// A straight move, or the way to a kept place. Targets are machine coordinates, each finite and within
 /// [`MAX_COORDINATE_MM`](crate::MAX_COORDINATE_MM) of zero.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Motion {
@@ -52,11 +86,11 @@ pub enum Motion {
         /// How fast.
         rate: Rate,
     },
-    /// G28: rapid to `via_mm`, if given, then rapid to `target_mm`.
-    GoHome {
+    /// G28, G30: rapid to `via_mm`, if given, then rapid to `target_mm`.
+    GoTo {
         /// The intermediate point, if the block had axis words.
         via_mm: Option<[f32; AXES]>,
-        /// The origin; with axis words, only for the axes named: the others stay.
+        /// The place; with axis words, only for the axes named: the others stay.
         target_mm: [f32; AXES],
     },
 }
@@ -73,6 +107,15 @@ pub enum Rate {
     },
 }
 
+/// A straight move that a jog cancel may end, and that no override touches.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Jog {
+    /// Where every axis ends, in machine coordinates.
+    pub target_mm: [f32; AXES],
+    /// Along the path; at least [`MIN_FEED_MM_MIN`](crate::MIN_FEED_MM_MIN).
+    pub mm_min: f32,
+}
+
 /// The machine's state, as a status report names it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum State {
@@ -80,16 +123,39 @@ pub enum State {
     Idle,
     /// Moving, or dwelling.
     Run,
+    /// Held, or still braking for that.
+    Hold {
+        /// Not at rest yet.
+        stopping: bool,
+    },
+    /// Jogging.
+    Jog,
     /// Homing.
     Home,
     /// Locked until homed or unlocked.
     Alarm,
+    /// At rest; G-code is checked and moves nothing.
+    Check,
+    /// At rest until a reset.
+    Sleep,
 }
 
 impl State {
-    /// Idle and Alarm: nothing moves.
+    /// Nothing moves and nothing waits to.
     pub const fn at_rest(self) -> bool {
-        matches!(self, Self::Idle | Self::Alarm)
+        matches!(self, Self::Idle | Self::Alarm | Self::Check | Self::Sleep)
+    }
+
+    /// G-code queues up behind a move, but not behind homing, which changes what its coordinates mean.
+    ///
+    /// # Errors
+    /// [`Error::NotIdle`], or [`Error::Locked`] in Alarm and while jogging.
+    pub const fn takes_gcode(self) -> Result<(), Error> {
+        match self {
+            Self::Idle | Self::Run | Self::Hold { .. } | Self::Check => Ok(()),
+            Self::Home | Self::Sleep => Err(Error::NotIdle),
+            Self::Alarm | Self::Jog => Err(Error::Locked),
+        }
     }
 }
 
@@ -98,40 +164,13 @@ impl fmt::Display for State {
         f.write_str(match self {
             Self::Idle => "Idle",
             Self::Run => "Run",
+            Self::Hold { stopping: false } => "Hold:0",
+            Self::Hold { stopping: true } => "Hold:1",
+            Self::Jog => "Jog",
             Self::Home => "Home",
             Self::Alarm => "Alarm",
+            Self::Check => "Check",
+            Self::Sleep => "Sleep",
         })
-    }
-}
-
-impl Command {
-    /// Whether the machine may be asked for this in `state`; [`Interpreter`](crate::Interpreter) has asked
-    /// already, a caller that queues commands may ask again.
-    ///
-    /// # Errors
-    /// [`Error::NotIdle`], [`Error::Locked`] for G-code in Alarm, [`Error::HomingDisabled`] for `$H`.
-    pub fn allowed(&self, state: State, settings: &Settings) -> Result<(), Error> {
-        match self {
-            Self::Block(block) if *block == Block::default() => Ok(()),
-            Self::Block(_) => gcode_allowed(state),
-            Self::Help | Self::ShowModal | Self::Unlock => Ok(()),
-            Self::Home if !settings.homing => Err(Error::HomingDisabled),
-            Self::Home | Self::ShowSettings | Self::ShowBuild | Self::SetSetting { .. } => {
-                if state.at_rest() {
-                    Ok(())
-                } else {
-                    Err(Error::NotIdle)
-                }
-            }
-        }
-    }
-}
-
-/// G-code queues up behind a move, but not behind homing, which changes what its coordinates mean.
-pub(crate) const fn gcode_allowed(state: State) -> Result<(), Error> {
-    match state {
-        State::Idle | State::Run => Ok(()),
-        State::Home => Err(Error::NotIdle),
-        State::Alarm => Err(Error::Locked),
     }
 }

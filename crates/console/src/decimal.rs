@@ -6,6 +6,8 @@
 const VALUE_BOUND: f64 = 1e8;
 /// So many digits a 64-bit integer holds, and more than a value resolves; further decimals are read and dropped.
 const DIGITS_MAX: u32 = 18;
+/// Grbl, too, reads 8 digits before the point; it cuts the rest off in silence.
+const CODE_DIGITS_MAX: u32 = 8;
 
 /// A number as it is written: `mantissa` without its point, of which `decimals` digits stand behind it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -57,29 +59,21 @@ impl Decimal {
 
     /// `None` if it is too large.
     pub fn value(&self) -> Option<f32> {
-        // Both are exact in a double up to 2^53 and 10^22, so the quotient is the nearest there is.
-        let magnitude = self.mantissa as f64 / (0..self.decimals).fold(1.0, |power, _| 10.0 * power);
+        let magnitude = self.magnitude();
         let value = if self.negative { -magnitude } else { magnitude };
         (magnitude < VALUE_BOUND && !self.overflown).then_some(value as f32)
     }
 
-    pub fn whole_digits(&self) -> u32 {
-        self.digits - self.decimals
+    /// The number of a code in hundredths, rounded, if it is written without a sign and with at most 8 digits before
+    /// the point.
+    pub fn code_hundredths(&self) -> Option<u32> {
+        let plain = !self.signed && self.digits - self.decimals <= CODE_DIGITS_MAX;
+        plain.then(|| (self.magnitude() * 100.0 + 0.5) as u32)
     }
 
-    /// Written with digits only.
-    pub fn is_plain_whole(&self) -> bool {
-        !self.signed && !self.has_point
-    }
-
-    /// In tenths, if it is written without a sign, and with one decimal or no point at all.
-    pub fn tenths(&self) -> Option<u32> {
-        let mantissa = u32::try_from(self.mantissa).ok()?;
-        match (self.signed, self.has_point, self.decimals) {
-            (false, false, _) => mantissa.checked_mul(10),
-            (false, true, 1) if self.digits > 1 => Some(mantissa),
-            _ => None,
-        }
+    /// Both are exact in a double up to 2^53 and 10^22, so the quotient is the nearest there is.
+    fn magnitude(&self) -> f64 {
+        self.mantissa as f64 / (0..self.decimals).fold(1.0, |power, _| 10.0 * power)
     }
 }
 

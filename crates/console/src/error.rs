@@ -24,28 +24,34 @@ macro_rules! errors {
 }
 
 errors! {
-    LetterMissing = 1, "A word must begin with a letter and the line be plain ASCII text: remove the stray character.";
-    BadNumber = 2, "A value is missing, malformed or out of range: write a plain decimal of at most 8 digits before the point.";
-    UnknownStatement = 3, "No such $ command or setting: $ lists the commands, $$ the settings.";
-    Negative = 4, "The value must not be negative: give it without the minus sign.";
-    HomingDisabled = 5, "Homing is switched off: set $22=1 before $H.";
-    NotIdle = 8, "The command needs a machine at rest: wait until ? reports Idle, then send it again.";
-    Locked = 9, "G-code is locked out in Alarm: find the cause, then home with $H or unlock with $X.";
-    SoftLimitsNeedHoming = 10, "Soft limits need a homed machine: set $22=1 first.";
-    LineTooLong = 11, "A line holds at most 79 characters, spaces and comments not counted: split it.";
-    RateTooHigh = 12, "The step rate is above what the step outputs carry: lower the rate ($110-$112), the steps/mm ($100-$102) or the pulse ($0).";
-    Unsupported = 20, "The machine has no such G-code, M-code or word: remove it, or post-process for a 3-axis gantry without arcs.";
+    LetterMissing = 1, "A word must begin with a letter: remove the stray character.";
+    BadNumber = 2, "A value is missing, malformed or out of range: write a plain decimal.";
+    UnknownStatement = 3, "No such $ command or setting: $ and $$ list them.";
+    Negative = 4, "The value must not be negative: remove the minus sign.";
+    HomingDisabled = 5, "Homing is switched off: set $22=1 first.";
+    NotIdle = 8, "The command needs a machine at rest: wait until ? says Idle.";
+    Locked = 9, "G-code is locked out in Alarm and Jog: home with $H, unlock with $X, or end the jog.";
+    SoftLimitsNeedHoming = 10, "Soft limits need homing: set $22=1 first.";
+    LineTooLong = 11, "A line holds 79 characters, spaces and comments not counted: split it.";
+    RateTooHigh = 12, "The step rate is above what the outputs carry: lower $110-$112, $100-$102 or $0.";
+    TravelExceeded = 15, "The jog would leave the travel ($130-$132), so it was not begun: jog less far.";
+    BadJog = 16, "A jog is $J= with axis words, F, G20, G21, G90, G91 or G53: remove all else.";
+    Unsupported = 20, "The machine has no such code or word (no arcs, probe, tool changer): remove it.";
     ModalClash = 21, "Two codes of one modal group share the line: put them on lines of their own.";
-    NoFeed = 22, "G1 needs a feed rate of 1 mm/min or more: add an F word.";
+    NoFeed = 22, "The move needs a feed of 1 mm/min or more: add F.";
     IntegerRequired = 23, "The value must be a whole number: remove the fraction.";
-    AxisConflict = 24, "Two codes on the line both claim the axis words: put them on lines of their own.";
+    AxisConflict = 24, "Two codes claim the axis words: put them on lines of their own.";
     RepeatedWord = 25, "A word stands twice on the line: keep one.";
-    BadLineNumber = 27, "Line numbers run from N0 to N9999999: renumber, or leave N out.";
-    ValueMissing = 28, "A code lacks the word it needs: G4 needs P, the seconds to wait.";
-    UnusedAxisWords = 31, "Axis words after G80 have no motion to use them: add G0 or G1.";
-    InvalidTarget = 33, "The target lies more than 10 m from zero: check the units (G20, G21) and the mode (G90, G91).";
+    AxisWordsMissing = 26, "The code needs axis words: add X, Y or Z.";
+    BadLineNumber = 27, "Line numbers end at N10000000: renumber, or leave N out.";
+    ValueMissing = 28, "A word is missing: G4 needs P, G10 needs L and P.";
+    UnsupportedSystem = 29, "The work coordinates are G54 to G59, G10 P1 to P6: choose one of them.";
+    AbsoluteNeedsMotion = 30, "G53 works with G0 and G1 only: add one of them.";
+    UnusedAxisWords = 31, "G80 is in force, so nothing uses the axis words: add G0 or G1.";
+    InvalidTarget = 33, "A target or offset is more than 10 m from zero: check G20, G21, G90 and G91.";
     UnusedWords = 36, "No code on the line uses one of its words: remove it.";
-    ToolNumber = 38, "Tool numbers run from T0 to T255.";
+    ToolAxis = 37, "G43.1 takes Z and no other axis: put the others on a line of their own.";
+    ToolNumber = 38, "Tool numbers end at T255: renumber.";
 }
 
 impl Error {
@@ -60,10 +66,10 @@ impl Error {
     }
 }
 
-/// The number and its words, for people.
+/// What is wrong, and what to do.
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "error:{} {}", self.code(), self.explain())
+        f.write_str(self.explain())
     }
 }
 
@@ -77,7 +83,7 @@ mod tests {
     fn codes_lead_back_to_their_error() {
         for &error in Error::ALL {
             assert_eq!(Error::from_code(error.code()), Some(error));
-            assert!(error.explain().ends_with('.'));
+            assert!(error.explain().ends_with('.') && error.explain().contains(": "), "{error}");
         }
         assert!(Error::ALL.is_sorted_by_key(|error| error.code()));
         assert_eq!(Error::from_code(0), None);

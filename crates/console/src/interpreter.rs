@@ -1,10 +1,12 @@
 //! Lines to commands: the modal state and where the program believes the machine to be.
 
+mod coordinates;
+
 use crate::{
-    AXES, Block, Command, Error, Modal, Motion, MotionMode, Rate, Settings, State,
-    block::{NonModal, Words},
-    command::gcode_allowed,
-    system,
+    AXES, Block, Command, Coordinates, Error, Modal, Motion, MotionMode, Rate, Settings, State,
+    block::{AxisCommand, NonModal, Words},
+    command::Jog,
+    path,
 };
 
 /// No target may lie farther from zero on any axis: an `f32` still tells 0.001 mm apart there.
@@ -13,12 +15,18 @@ pub const MAX_COORDINATE_MM: f32 = 10_000.0;
 pub const MIN_FEED_MM_MIN: f32 = 1.0;
 
 const INCH_MM: f32 = 25.4;
+const Z: usize = 2;
 
 /// Understands one line at a time.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Interpreter {
+    coordinates: Coordinates,
     modal: Modal,
     position_mm: [f32; AXES],
+    /// G92.
+    shift_mm: [f32; AXES],
+    /// G43.1, along Z.
+    tool_length_mm: f32,
 }
 
 impl Interpreter {
@@ -32,126 +40,180 @@ impl Interpreter {
         &self.modal
     }
 
+    /// Work offsets and places.
+    pub fn coordinates(&self) -> &Coordinates {
+        &self.coordinates
+    }
+
+    /// Restores work offsets and places, or puts them back.
+    pub fn set_coordinates(&mut self, coordinates: Coordinates) {
+        self.coordinates = coordinates;
+    }
+
+    /// The offset of G92.
+    pub fn shift_mm(&self) -> [f32; AXES] {
+        self.shift_mm
+    }
+
+    /// The offset of G43.1, along Z.
+    pub fn tool_length_mm(&self) -> f32 {
+        self.tool_length_mm
+    }
+
+    /// Work zero in machine coordinates: the work coordinate system, G92 and G43.1 together.
+    pub fn work_offset_mm(&self) -> [f32; AXES] {
+        let system_mm = self.coordinates.work_offsets_mm[usize::from(self.modal.system)];
+        let mut offset_mm = core::array::from_fn(|axis| system_mm[axis] + self.shift_mm[axis]);
+        offset_mm[Z] += self.tool_length_mm;
+        offset_mm
+    }
+
     /// Where the last move accepted ends, in machine coordinates.
     pub fn position_mm(&self) -> [f32; AXES] {
         self.position_mm
     }
 
-    /// Says where the machine is: after homing, a reset, or a move refused or cut short.
+    /// Says where the machine will be: after a jog taken, homing, a reset, or a move refused or cut short.
     pub fn set_position_mm(&mut self, position_mm: [f32; AXES]) {
         self.position_mm = position_mm;
     }
 
-    /// Puts the modal state back to that of power-up; the position stays.
+    /// Puts the modal state back to that of power-up, without G92 and G43.1; position and coordinates stay.
     pub fn reset(&mut self) {
-        self.modal = Modal::default();
+        (self.modal, self.shift_mm, self.tool_length_mm) = (Modal::default(), [0.0; AXES], 0.0);
     }
 
     /// Understands a line of [`LineAssembler`](crate::LineAssembler), if the machine may be asked in `state`.
-    /// On success, takes over its modal state and the position it ends at.
+    /// On success, takes over its modal state, its coordinates and the position it ends at; but a [`Command::Jog`] changes
+    /// nothing, and whoever begins it says so with [`set_position_mm`](Self::set_position_mm).
     ///
     /// # Errors
     /// Grbl's reason; then nothing has changed.
-    pub fn interpret(&mut self, line: &str, state: State, settings: &Settings) -> Result<Command, Error> {
-        if line.is_empty() {
-            return Ok(Command::Block(Block::default()));
+    pub fn interpret<'l>(&mut self, line: &'l str, state: State, settings: &Settings) -> Result<Command<'l>, Error> {
+        match line.strip_prefix('$') {
+            Some(statement) => self.statement(statement, state, settings),
+            None if line.is_empty() => Ok(Command::Block(Block::default())),
+            None => {
+                state.takes_gcode()?;
+                self.gcode(line).map(Command::Block)
+            }
         }
-        if line.starts_with('$') {
-            let command = system::parse(line)?;
-            return command.allowed(state, settings).map(|()| command);
-        }
-        gcode_allowed(state)?;
-        let mut next = *self;
-        let block = next.block(Words::read(line)?)?;
-        *self = next;
-        Ok(Command::Block(block))
     }
 
-    /// Applies a block to this state, in RS274's order; the caller drops the state if that fails.
+    /// Understands a line of G-code, whatever the state.
+    ///
+    /// # Errors
+    /// As [`interpret`](Self::interpret).
+    pub fn gcode(&mut self, line: &str) -> Result<Block, Error> {
+        let mut next = *self;
+        let block = next.block(Words::read(line, self.modal)?)?;
+        *self = next;
+        Ok(block)
+    }
+
+    /// What follows `$J=`.
+    pub(crate) fn jog(&self, line: &str) -> Result<Jog, Error> {
+        let modal = Modal { motion: MotionMode::Linear, inverse_time: false, ..self.modal };
+        let mut words = Words::read(line, modal)?;
+        words.line_number()?;
+        let mm_min = words.take(b'F').ok_or(Error::NoFeed)? * unit_mm(&words.modal);
+        if !words.has_axes() {
+            return Err(Error::AxisWordsMissing);
+        }
+        let target_mm = self.target_mm(&words)?;
+        if mm_min < MIN_FEED_MM_MIN {
+            return Err(Error::NoFeed);
+        }
+        words.check_all_used()?;
+        if words.may_jog() { Ok(Jog { target_mm, mm_min }) } else { Err(Error::BadJog) }
+    }
+
+    /// Applies a block to this state, in Grbl's order of checking; the caller drops the state if that fails.
     fn block(&mut self, mut words: Words) -> Result<Block, Error> {
+        let line_number = words.line_number()?;
         self.modes(&mut words)?;
         let dwell_s = match words.non_modal {
             Some(NonModal::Dwell) => Some(words.take(b'P').ok_or(Error::ValueMissing)?),
             _ => None,
         };
-        let motion = self.motion(&mut words)?;
+        self.tool_length(&words)?;
+        let go_to = self.non_modal(&mut words)?;
+        let motion = self.motion(&words)?;
         words.check_all_used()?;
-        if words.ends_program {
+        let motion = go_to.or(motion);
+        if let Some(Motion::Move { target_mm, .. } | Motion::GoTo { target_mm, .. }) = motion {
+            self.position_mm = target_mm;
+        }
+        let Words { pauses, ends_program, .. } = words;
+        if ends_program {
             self.modal.end_program();
         }
-        Ok(Block { dwell_s, motion, ends_program: words.ends_program })
+        Ok(Block { line_number, dwell_s, motion, pauses, ends_program })
     }
 
     fn modes(&mut self, words: &mut Words) -> Result<(), Error> {
-        let modal = &mut self.modal;
-        modal.inches = words.inches.unwrap_or(modal.inches);
-        modal.incremental = words.incremental.unwrap_or(modal.incremental);
-        modal.motion = words.motion.unwrap_or(modal.motion);
-        modal.spindle = words.spindle.unwrap_or(modal.spindle);
-        modal.coolant = words.coolant.map_or(modal.coolant, |coolant| modal.coolant.then(coolant));
-        modal.speed_rpm = words.take(b'S').unwrap_or(modal.speed_rpm);
-        modal.tool = words.take(b'T').map_or(modal.tool, |tool| tool as u8);
-        if let Some(feed) = words.take(b'F') {
-            self.modal.feed_mm_min = feed * self.unit_mm();
+        let Modal { inverse_time: was_inverse, feed: before, .. } = self.modal;
+        self.modal = words.modal;
+        let given = words.take(b'F');
+        self.modal.feed = match given {
+            Some(feed) if self.modal.inverse_time => feed,
+            Some(feed) => feed * unit_mm(&self.modal),
+            // An inverse time holds for its block alone.
+            None if self.modal.inverse_time || was_inverse => 0.0,
+            None => before,
+        };
+        self.modal.speed_rpm = words.take(b'S').unwrap_or(self.modal.speed_rpm);
+        self.modal.tool = words.take(b'T').map_or(self.modal.tool, |tool| tool as u8);
+        let feeds = words.axis_command == Some(AxisCommand::Motion) && self.modal.motion == MotionMode::Linear;
+        if feeds && self.modal.inverse_time && given.is_none() { Err(Error::NoFeed) } else { Ok(()) }
+    }
+
+    fn tool_length(&mut self, words: &Words) -> Result<(), Error> {
+        if words.axis_command == Some(AxisCommand::ToolLength) {
+            self.tool_length_mm = match words.axes() {
+                _ if !words.lengthens_tool => 0.0,
+                [None, None, Some(z)] => within(z * unit_mm(&self.modal))?,
+                _ => return Err(Error::ToolAxis),
+            };
         }
         Ok(())
     }
 
-    fn motion(&mut self, words: &mut Words) -> Result<Option<Motion>, Error> {
-        let axes = words.take_axes();
-        let moves = axes.iter().any(Option::is_some);
-        if moves && self.modal.motion == MotionMode::Cancelled {
-            return Err(Error::UnusedAxisWords);
-        }
-        let target_mm = self.target_mm(axes)?;
-        let motion = if words.non_modal == Some(NonModal::GoHome) {
-            Some(self.go_home(axes, moves.then_some(target_mm)))
-        } else if moves || words.motion.is_some() {
-            let rate = self.rate()?;
-            moves.then_some(Motion::Move { target_mm, rate })
-        } else {
-            None
+    fn motion(&self, words: &Words) -> Result<Option<Motion>, Error> {
+        let feeds = match self.modal.motion {
+            MotionMode::Cancelled if words.has_axes() => return Err(Error::UnusedAxisWords),
+            mode => mode == MotionMode::Linear,
         };
-        if let Some(Motion::Move { target_mm, .. } | Motion::GoHome { target_mm, .. }) = motion {
-            self.position_mm = target_mm;
+        if words.axis_command != Some(AxisCommand::Motion) {
+            return Ok(None);
         }
-        Ok(motion)
+        let least = if self.modal.inverse_time { f32::MIN_POSITIVE } else { MIN_FEED_MM_MIN };
+        if feeds && self.modal.feed < least {
+            return Err(Error::NoFeed);
+        }
+        if !words.has_axes() {
+            return Ok(None);
+        }
+        let target_mm = self.target_mm(words)?;
+        let rate = if feeds { Rate::Feed { mm_min: self.feed_mm_min(target_mm) } } else { Rate::Rapid };
+        Ok(Some(Motion::Move { target_mm, rate }))
     }
 
-    /// With axis words, only the axes named go home.
-    fn go_home(&self, axes: [Option<f32>; AXES], via_mm: Option<[f32; AXES]>) -> Motion {
-        let mut target_mm = [0.0; AXES];
-        if via_mm.is_some() {
-            for axis in (0..AXES).filter(|&axis| axes[axis].is_none()) {
-                target_mm[axis] = self.position_mm[axis];
-            }
-        }
-        Motion::GoHome { via_mm, target_mm }
-    }
-
-    fn target_mm(&self, axes: [Option<f32>; AXES]) -> Result<[f32; AXES], Error> {
-        let mut target_mm = self.position_mm;
-        for (target, value) in target_mm.iter_mut().zip(axes) {
-            let Some(value) = value else { continue };
-            let from = if self.modal.incremental { *target } else { 0.0 };
-            *target = from + value * self.unit_mm();
-            if target.abs() > MAX_COORDINATE_MM {
-                return Err(Error::InvalidTarget);
-            }
-        }
-        Ok(target_mm)
-    }
-
-    fn rate(&self) -> Result<Rate, Error> {
-        let mm_min = self.modal.feed_mm_min;
-        match self.modal.motion {
-            MotionMode::Linear if mm_min < MIN_FEED_MM_MIN => Err(Error::NoFeed),
-            MotionMode::Linear => Ok(Rate::Feed { mm_min }),
-            MotionMode::Rapid | MotionMode::Cancelled => Ok(Rate::Rapid),
+    fn feed_mm_min(&self, target_mm: [f32; AXES]) -> f32 {
+        if self.modal.inverse_time {
+            let length_mm = path::length(core::array::from_fn(|axis| target_mm[axis] - self.position_mm[axis]));
+            (self.modal.feed * length_mm).max(MIN_FEED_MM_MIN)
+        } else {
+            self.modal.feed
         }
     }
+}
 
-    fn unit_mm(&self) -> f32 {
-        if self.modal.inches { INCH_MM } else { 1.0 }
-    }
+fn unit_mm(modal: &Modal) -> f32 {
+    if modal.inches { INCH_MM } else { 1.0 }
+}
+
+/// A coordinate that is not too far out.
+fn within(mm: f32) -> Result<f32, Error> {
+    if mm.abs() <= MAX_COORDINATE_MM { Ok(mm) } else { Err(Error::InvalidTarget) }
 }

@@ -3,6 +3,7 @@
 //! ```text
 //! byte -> realtime::classify --(not real-time)--> LineAssembler -> Interpreter -> Command
 //! Settings, Modal, Status, Error, Alarm -> report, StatusReporter -> bytes
+//! real-time byte -> Overrides
 //! ```
 //!
 //! Nothing here reads a clock, awaits or allocates: the caller brings the bytes, the machine's [`State`] and
@@ -34,6 +35,9 @@ mod fixed;
 mod interpreter;
 mod line;
 mod modal;
+mod overrides;
+pub mod parameters;
+mod path;
 pub mod realtime;
 pub mod report;
 mod setting_error;
@@ -44,12 +48,14 @@ mod system;
 mod words;
 
 pub use alarm::Alarm;
-pub use command::{Block, Command, Motion, Rate, State};
+pub use command::{Block, Command, Jog, Motion, Rate, State};
 pub use error::Error;
 pub use fixed::Fixed;
 pub use interpreter::{Interpreter, MAX_COORDINATE_MM, MIN_FEED_MM_MIN};
 pub use line::{LineAssembler, MAX_LINE_CHARS};
 pub use modal::{Coolant, Modal, MotionMode, Spindle};
+pub use overrides::Overrides;
+pub use parameters::{Coordinates, Parameters};
 pub use realtime::Realtime;
 pub use setting_error::SettingError;
 pub use setting_table::{Setting, TABLE as SETTING_TABLE};

@@ -1,47 +1,30 @@
 //! What stays in force from one block to the next.
 
-/// The mode that bare axis words move by.
+/// The mode that bare axis words move by; its value is the G-code's number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[repr(u8)]
 pub enum MotionMode {
     /// G0.
     #[default]
-    Rapid,
+    Rapid = 0,
     /// G1.
-    Linear,
+    Linear = 1,
     /// G80: none; axis words are refused.
-    Cancelled,
+    Cancelled = 80,
 }
 
-impl MotionMode {
-    pub(crate) const fn word(self) -> &'static str {
-        match self {
-            Self::Rapid => "G0",
-            Self::Linear => "G1",
-            Self::Cancelled => "G80",
-        }
-    }
-}
-
-/// What the program believes of a spindle. The gantry has none: the words are kept for `$G` alone.
+/// What the program believes of a spindle; its value is the M-code's number. The gantry has none: the words are kept for
+/// `$G` alone.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[repr(u8)]
 pub enum Spindle {
     /// M3.
-    Clockwise,
+    Clockwise = 3,
     /// M4.
-    CounterClockwise,
+    CounterClockwise = 4,
     /// M5.
     #[default]
-    Off,
-}
-
-impl Spindle {
-    pub(crate) const fn word(self) -> &'static str {
-        match self {
-            Self::Clockwise => "M3",
-            Self::CounterClockwise => "M4",
-            Self::Off => "M5",
-        }
-    }
+    Off = 5,
 }
 
 /// What the program believes of coolant. The gantry has none: the words are kept for `$G` alone.
@@ -68,11 +51,10 @@ impl Coolant {
         }
     }
 
-    /// M7 and M8 add to each other; M9 ends both.
-    pub(crate) const fn then(self, next: Self) -> Self {
-        match (self, next) {
-            (_, Self::Off) => Self::Off,
-            (Self::Off, next) => next,
+    /// M7 and M8 add to each other.
+    pub(crate) const fn and(self, other: Self) -> Self {
+        match (self, other) {
+            (Self::Off, other) => other,
             (Self::Mist, Self::Mist) => Self::Mist,
             (Self::Flood, Self::Flood) => Self::Flood,
             _ => Self::Both,
@@ -80,17 +62,23 @@ impl Coolant {
     }
 }
 
-/// The modal state, by default as after power-up or reset. G17, G40, G49, G54, G61, G91.1 and G94 are always in force.
+/// The modal state, by default as after power-up or reset. G40, G61 and G91.1 are always in force.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Modal {
     /// G0, G1 or G80.
     pub motion: MotionMode,
+    /// The work coordinate system: 0 for G54 to 5 for G59.
+    pub system: u8,
+    /// The plane of arcs, of which there are none: 0 for G17, 1 for G18, 2 for G19.
+    pub plane: u8,
     /// G20 rather than G21.
     pub inches: bool,
     /// G91 rather than G90.
     pub incremental: bool,
-    /// F; 0 until one was given.
-    pub feed_mm_min: f32,
+    /// G93 rather than G94: F is how many of the move fit into a minute, and holds for its block alone.
+    pub inverse_time: bool,
+    /// F, mm/min, or 1/min with G93; 0 until one was given.
+    pub feed: f32,
     /// M3, M4 or M5.
     pub spindle: Spindle,
     /// S.
@@ -104,9 +92,7 @@ pub struct Modal {
 impl Modal {
     /// What M2 and M30 put back; units, feed, speed and tool stay.
     pub(crate) fn end_program(&mut self) {
-        self.motion = MotionMode::Linear;
-        self.incremental = false;
-        self.spindle = Spindle::Off;
-        self.coolant = Coolant::Off;
+        let Self { inches, feed, speed_rpm, tool, .. } = *self;
+        *self = Self { motion: MotionMode::Linear, inches, feed, speed_rpm, tool, ..Self::default() };
     }
 }

@@ -7,12 +7,16 @@ pub enum Realtime {
     Status,
     /// 0x18 (ctrl-x): stop, forget the queue, start afresh.
     Reset,
-    /// `!`: feed hold.
+    /// `!`: feed hold. 0x84, the safety door, is one too: the gantry has no door to park for.
     Hold,
     /// `~`: resume from a feed hold.
     Resume,
-    /// Any byte from 0x80 up. Overrides live there, and some senders wrap them in UTF-8 (`C2 96`), so
-    /// all of them are dropped in silence.
+    /// 0x85: end the jog.
+    JogCancel,
+    /// 0x90-0x97 and 0x99-0x9D: for [`Overrides::apply`](crate::Overrides::apply).
+    Override(u8),
+    /// Any other byte from 0x80 up, dropped in silence. 0x9E, 0xA0 and 0xA1 switch a spindle and coolant, which the
+    /// gantry has not. 0xC2 comes before every real-time byte of a sender that encodes them as UTF-8.
     Ignored,
 }
 
@@ -21,8 +25,10 @@ pub const fn classify(byte: u8) -> Option<Realtime> {
     match byte {
         b'?' => Some(Realtime::Status),
         0x18 => Some(Realtime::Reset),
-        b'!' => Some(Realtime::Hold),
+        b'!' | 0x84 => Some(Realtime::Hold),
         b'~' => Some(Realtime::Resume),
+        0x85 => Some(Realtime::JogCancel),
+        0x90..=0x97 | 0x99..=0x9D => Some(Realtime::Override(byte)),
         0x80.. => Some(Realtime::Ignored),
         _ => None,
     }
@@ -38,7 +44,15 @@ mod tests {
         assert_eq!(classify(0x18), Some(Realtime::Reset));
         assert_eq!(classify(b'!'), Some(Realtime::Hold));
         assert_eq!(classify(b'~'), Some(Realtime::Resume));
-        assert!((0x80..=0xFF).all(|byte| classify(byte) == Some(Realtime::Ignored)));
         assert_eq!((0..0x80).filter(|&byte| classify(byte).is_some()).count(), 4);
+        for byte in 0x80..=0xFF {
+            let expected = match byte {
+                0x84 => Realtime::Hold,
+                0x85 => Realtime::JogCancel,
+                0x90..=0x97 | 0x99..=0x9D => Realtime::Override(byte),
+                _ => Realtime::Ignored,
+            };
+            assert_eq!(classify(byte), Some(expected), "0x{byte:02X}");
+        }
     }
 }

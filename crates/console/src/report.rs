@@ -2,23 +2,25 @@
 
 use core::fmt::{Result, Write};
 
-use crate::{Alarm, Error, Fixed, Modal, SETTING_TABLE, Settings};
+use crate::status::write_coordinates;
+use crate::words::{self, Word};
+use crate::{AXES, Alarm, Coordinates, Error, Fixed, Interpreter, SETTING_TABLE, Settings, parameters::StartupLine};
 
 /// Sent when the console opens and after a reset.
 pub const WELCOME: &str = "\r\nGrbl 1.1h ['$' for help]\r\n";
 /// A line was accepted.
 pub const OK: &str = "ok\r\n";
-/// The reply to `$`, before `ok`: what of Grbl's commands there is.
-pub const HELP: &str = "[HLP:$$ $G $I $x=val $X $H ? ctrl-x]\r\n";
-/// The reply to `$I`, before `ok`. Senders look for "grbl" and Grbl's date in it; Z is Grbl's letter for a machine that reads 0 where
-/// it rests after homing; then the blocks and bytes that a sender may count on.
+/// The reply to `$`, before `ok`: Grbl's, and our own `$E` and `$A`.
+pub const HELP: &str = "[HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x]\r\n\
+    [MSG:$En and $An explain a refusal or an alarm by its number n]\r\n";
+/// The reply to `$I`, before `ok`. Senders look for "grbl" and Grbl's date in it. The letters are Grbl's: N knows line
+/// numbers, M takes M7, Z reads 0 where it rests after homing, L is not locked at power-up, I stores no text by `$I=`.
+/// Then the blocks and bytes that a sender may count on.
 pub const BUILD: &str =
-    concat!("[VER:1.1h.20190830:Isostep ", env!("CARGO_PKG_VERSION"), " (grbl dialect)]\r\n[OPT:Z,15,128]\r\n");
+    concat!("[VER:1.1h.20190830:Isostep ", env!("CARGO_PKG_VERSION"), " (grbl dialect)]\r\n[OPT:NMZLI,15,128]\r\n");
 
 /// Texts of `[MSG:...]` that senders know.
 pub mod messages {
-    /// After an alarm that only a reset ends.
-    pub const RESET_TO_CONTINUE: &str = "Reset to continue";
     /// At the welcome, when the machine is locked.
     pub const HOW_TO_UNLOCK: &str = "'$H'|'$X' to unlock";
     /// `$X` left Alarm.
@@ -27,6 +29,14 @@ pub mod messages {
     pub const CHECK_LIMITS: &str = "Check Limits";
     /// M2 or M30.
     pub const PROGRAM_END: &str = "Pgm End";
+    /// `$C` began to check.
+    pub const CHECKING: &str = "Enabled";
+    /// `$C` ended that.
+    pub const NOT_CHECKING: &str = "Disabled";
+    /// `$RST=`.
+    pub const RESTORING: &str = "Restoring defaults";
+    /// `$SLP`.
+    pub const SLEEPING: &str = "Sleeping";
 }
 
 /// `error:N`.
@@ -34,12 +44,21 @@ pub fn error(out: &mut impl Write, error: Error) -> Result {
     write!(out, "error:{}\r\n", error.code())
 }
 
+/// `ok` or `error:N`: every line gets one of them.
+pub fn answer(out: &mut impl Write, answer: core::result::Result<(), Error>) -> Result {
+    match answer {
+        Ok(()) => out.write_str(OK),
+        Err(refused) => error(out, refused),
+    }
+}
+
 /// `ALARM:N`.
 pub fn alarm(out: &mut impl Write, alarm: Alarm) -> Result {
     write!(out, "ALARM:{}\r\n", alarm.code())
 }
 
-/// `[MSG:...]`: one of [`messages`], a [`SettingError`](crate::SettingError), or other words.
+/// `[MSG:...]`: one of [`messages`], an [`Error`], an [`Alarm`], a [`SettingError`](crate::SettingError), or other words,
+/// but never `ok`, `error` or `ALARM`: some senders take every line with one of them in it for the answer to theirs.
 pub fn message(out: &mut impl Write, text: impl core::fmt::Display) -> Result {
     write!(out, "[MSG:{text}]\r\n")
 }
@@ -55,11 +74,56 @@ pub fn setting(out: &mut impl Write, row: &crate::Setting, settings: &Settings) 
 }
 
 /// The reply to `$G`, before `ok`.
-pub fn modal(out: &mut impl Write, modal: &Modal, inches: bool) -> Result {
-    let units = if modal.inches { "G20" } else { "G21" };
-    let distance = if modal.incremental { "G91" } else { "G90" };
-    let (motion, spindle, coolant) = (modal.motion.word(), modal.spindle.word(), modal.coolant.word());
-    let feed = Fixed::rate(modal.feed_mm_min, inches);
-    let speed = Fixed { value: modal.speed_rpm, decimals: 0 };
-    write!(out, "[GC:{motion} G54 G17 {units} {distance} G94 {spindle} {coolant} T{} F{feed} S{speed}]\r\n", modal.tool)
+pub fn modal(out: &mut impl Write, interpreter: &Interpreter, inches: bool) -> Result {
+    let modal = interpreter.modal();
+    let (motion, system, plane) = (modal.motion as u8, 54 + modal.system, 17 + modal.plane);
+    let units = 21 - u8::from(modal.inches);
+    let distance = 90 + u8::from(modal.incremental);
+    let feed_mode = 94 - u8::from(modal.inverse_time);
+    write!(out, "[GC:G{motion} G{system} G{plane} G{units} G{distance} G{feed_mode} M{}", modal.spindle as u8)?;
+    let (feed, speed) = (Fixed::rate(modal.feed, inches), Fixed { value: modal.speed_rpm, decimals: 0 });
+    write!(out, " {} T{} F{feed} S{speed}]\r\n", modal.coolant.word(), modal.tool)
+}
+
+/// How many lines [`parameter`] has.
+pub const PARAMETERS: usize = PARAMETER_NAMES.len() + 2;
+const PARAMETER_NAMES: [&str; 9] = ["G54", "G55", "G56", "G57", "G58", "G59", "G28", "G30", "G92"];
+
+/// Line `index` of the reply to `$#`, below [`PARAMETERS`]; then comes `ok`.
+pub fn parameter(out: &mut impl Write, index: usize, interpreter: &Interpreter, inches: bool) -> Result {
+    let Coordinates { work_offsets_mm, places_mm } = interpreter.coordinates();
+    let coordinates_mm = work_offsets_mm.iter().chain(places_mm).copied();
+    if let Some(name) = PARAMETER_NAMES.get(index) {
+        write!(out, "[{name}:")?;
+        write_coordinates(out, coordinates_mm.chain([interpreter.shift_mm()]).nth(index).unwrap_or_default(), inches)?;
+        out.write_str("]\r\n")
+    } else if index == PARAMETER_NAMES.len() {
+        write!(out, "[TLO:{}]\r\n", Fixed::coordinate(interpreter.tool_length_mm(), inches))
+    } else {
+        // There is no probe, so it never touched anything.
+        out.write_str("[PRB:")?;
+        write_coordinates(out, [0.0; AXES], inches)?;
+        out.write_str(":0]\r\n")
+    }
+}
+
+/// One line of the reply to `$N`, before `ok`.
+pub fn startup(out: &mut impl Write, index: usize, line: &StartupLine) -> Result {
+    write!(out, "$N{index}={line}\r\n")
+}
+
+/// What a line refused as [`Error::Unsupported`] would need, if it is more than a code nobody knows: the text of a
+/// `[MSG:...]`.
+pub fn lacks(line: &str) -> Option<&'static str> {
+    let mut lacking = None;
+    let _ = words::for_each(line, |word| {
+        match word {
+            Word::G(200 | 300) => lacking = Some("no arcs here: post-process G2 and G3 into G1"),
+            Word::G(3820 | 3830 | 3840 | 3850) => lacking = Some("no probe here: remove G38"),
+            Word::M(600) => lacking = Some("no tool changer here: stop with M0, change by hand"),
+            _ => {}
+        }
+        Ok(())
+    });
+    lacking
 }

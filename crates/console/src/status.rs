@@ -2,7 +2,7 @@
 
 use core::fmt::{Result, Write};
 
-use crate::{AXES, Fixed, Settings, State};
+use crate::{AXES, Fixed, Overrides, Settings, State};
 
 /// What a status report tells.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -11,58 +11,94 @@ pub struct Status {
     pub state: State,
     /// Machine position.
     pub position_mm: [f32; AXES],
+    /// Work zero in machine coordinates.
+    pub work_offset_mm: [f32; AXES],
+    /// The line number, N, of the move under way; 0 for none.
+    pub line_number: u32,
     /// The speed along the path now.
     pub feed_mm_min: f32,
     /// Limit switches pressed.
     pub limits_pressed: [bool; AXES],
+    /// The emergency stop is pressed; reported as R, Grbl's letter for its reset input.
+    pub emergency_stop: bool,
     /// Moves that the queue has room for.
     pub free_blocks: u8,
     /// Bytes that the console has room for.
     pub free_bytes: u16,
+    /// The overrides in force.
+    pub overrides: Overrides,
 }
 
 const REPORT_MACHINE_POSITION: u16 = 1;
 const REPORT_BUFFERS: u16 = 2;
 
-/// Writes reports, and counts them: the work offset and the overrides are told now and then, never both at once.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+/// Writes reports, and counts them: the work offset and the overrides are told now and then, and when they have changed,
+/// never both at once.
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StatusReporter {
     reports_to_offset: u8,
     reports_to_overrides: u8,
+    /// The work offset, and whether in inches.
+    offset_told: ([f32; AXES], bool),
+    overrides_told: Overrides,
 }
 
 impl StatusReporter {
     /// As after a reset: the next report tells the work offset, the one after it the overrides.
     pub const fn new() -> Self {
-        Self { reports_to_offset: 0, reports_to_overrides: 0 }
+        Self {
+            reports_to_offset: 0,
+            reports_to_overrides: 0,
+            offset_told: ([0.0; AXES], false),
+            overrides_told: Overrides::DEFAULT,
+        }
     }
 
-    /// `<Idle|MPos:0.000,0.000,0.000|FS:0,0|...>`, at most 128 bytes. Work and machine coordinates are one.
+    /// `<Idle|MPos:0.000,0.000,0.000|FS:0,0|...>`, at most 160 bytes.
     pub fn write(&mut self, out: &mut impl Write, status: &Status, settings: &Settings) -> Result {
         let inches = settings.report_inches;
         let machine = settings.report_mask & REPORT_MACHINE_POSITION != 0;
-        let [x, y, z] = status.position_mm.map(|mm| Fixed::coordinate(mm, inches));
-        write!(out, "<{}|{}Pos:{x},{y},{z}", status.state, if machine { 'M' } else { 'W' })?;
+        let offset_mm = status.work_offset_mm;
+        let work_mm = core::array::from_fn(|axis| status.position_mm[axis] - offset_mm[axis]);
+        write!(out, "<{}|{}Pos:", status.state, if machine { 'M' } else { 'W' })?;
+        write_coordinates(out, if machine { status.position_mm } else { work_mm }, inches)?;
         if settings.report_mask & REPORT_BUFFERS != 0 {
             write!(out, "|Bf:{},{}", status.free_blocks, status.free_bytes)?;
         }
+        if status.line_number > 0 {
+            write!(out, "|Ln:{}", status.line_number)?;
+        }
         write!(out, "|FS:{},0", Fixed::rate(status.feed_mm_min, inches))?;
-        write_pins(out, status.limits_pressed)?;
-        self.write_extra(out, status.state, inches)?;
+        write_pins(out, status)?;
+        self.write_extra(out, status, inches)?;
         out.write_str(">\r\n")
     }
 
-    fn write_extra(&mut self, out: &mut impl Write, state: State, inches: bool) -> Result {
-        let (offset_period, overrides_period) = if state.at_rest() { (10, 10) } else { (30, 20) };
+    fn write_extra(&mut self, out: &mut impl Write, status: &Status, inches: bool) -> Result {
+        let (offset_period, overrides_period) = if status.state.at_rest() { (10, 10) } else { (30, 20) };
+        let offset = (status.work_offset_mm, inches);
+        if self.offset_told != offset {
+            (self.reports_to_offset, self.offset_told) = (0, offset);
+        }
+        if self.overrides_told != status.overrides {
+            (self.reports_to_overrides, self.overrides_told) = (0, status.overrides);
+        }
         if due(&mut self.reports_to_offset, offset_period) {
             self.reports_to_overrides = self.reports_to_overrides.max(1);
-            let zero = Fixed::coordinate(0.0, inches);
-            write!(out, "|WCO:{zero},{zero},{zero}")?;
+            out.write_str("|WCO:")?;
+            write_coordinates(out, status.work_offset_mm, inches)?;
         }
         if due(&mut self.reports_to_overrides, overrides_period) {
-            out.write_str("|Ov:100,100,100")?;
+            let Overrides { feed_percent, rapid_percent, spindle_percent } = status.overrides;
+            write!(out, "|Ov:{feed_percent},{rapid_percent},{spindle_percent}")?;
         }
         Ok(())
+    }
+}
+
+impl Default for StatusReporter {
+    fn default() -> Self {
+        Self::new()
     }
 }
 
@@ -73,14 +109,20 @@ fn due(reports_left: &mut u8, period: u8) -> bool {
     due
 }
 
-fn write_pins(out: &mut impl Write, limits_pressed: [bool; AXES]) -> Result {
-    if !limits_pressed.contains(&true) {
-        return Ok(());
+/// `x,y,z`.
+pub(crate) fn write_coordinates(out: &mut impl Write, mm: [f32; AXES], inches: bool) -> Result {
+    let [x, y, z] = mm.map(|mm| Fixed::coordinate(mm, inches));
+    write!(out, "{x},{y},{z}")
+}
+
+fn write_pins(out: &mut impl Write, status: &Status) -> Result {
+    let [x, y, z] = status.limits_pressed;
+    let pins = [(x, "X"), (y, "Y"), (z, "Z"), (status.emergency_stop, "R")];
+    let mut prefix = "|Pn:";
+    for (_, letter) in pins.into_iter().filter(|(pressed, _)| *pressed) {
+        out.write_str(prefix)?;
+        out.write_str(letter)?;
+        prefix = "";
     }
-    out.write_str("|Pn:")?;
-    limits_pressed
-        .iter()
-        .zip(["X", "Y", "Z"])
-        .filter(|(pressed, _)| **pressed)
-        .try_for_each(|(_, axis)| out.write_str(axis))
+    Ok(())
 }

@@ -1,28 +1,84 @@
-//! `$` lines, which are not G-code.
+//! `$` lines, which are not G-code: what they ask for, and in which state.
 
-use crate::{Command, Error, decimal::Decimal};
+use crate::{Alarm, Command, Error, Interpreter, Settings, State, decimal::Decimal, parameters::STARTUP_LINES};
 
-/// Understands a stripped, upper-case line that begins with `$`.
-pub(crate) fn parse(line: &str) -> Result<Command, Error> {
-    match line {
-        "$" => Ok(Command::Help),
-        "$$" => Ok(Command::ShowSettings),
-        "$G" => Ok(Command::ShowModal),
-        "$H" => Ok(Command::Home),
-        "$I" => Ok(Command::ShowBuild),
-        "$X" => Ok(Command::Unlock),
-        _ => setting(line),
+impl Interpreter {
+    /// Understands what follows the `$` of a stripped, upper-case line.
+    pub(crate) fn statement<'l>(
+        &mut self,
+        statement: &'l str,
+        state: State,
+        settings: &Settings,
+    ) -> Result<Command<'l>, Error> {
+        match statement {
+            "" => Ok(Command::Help),
+            "$" if matches!(state, State::Run | State::Hold { .. }) => Err(Error::NotIdle),
+            "$" => Ok(Command::ShowSettings),
+            "G" => Ok(Command::ShowModal),
+            "X" => Ok(Command::Unlock),
+            "C" if matches!(state, State::Idle | State::Check) => Ok(Command::ToggleCheck),
+            "C" => Err(Error::NotIdle),
+            _ => match statement.split_at_checked(1) {
+                Some(("J", jog)) => self.begin_jog(jog, state),
+                Some(("E", code)) => explain(code, Error::from_code).map(Command::ExplainError),
+                Some(("A", code)) => explain(code, Alarm::from_code).map(Command::ExplainAlarm),
+                _ if !matches!(state, State::Idle | State::Alarm) => Err(Error::NotIdle),
+                Some(("N", startup)) => self.startup(startup, state),
+                _ => at_rest(statement, settings),
+            },
+        }
+    }
+
+    fn begin_jog<'l>(&self, jog: &str, state: State) -> Result<Command<'l>, Error> {
+        if !matches!(state, State::Idle | State::Jog) {
+            return Err(Error::NotIdle);
+        }
+        self.jog(jog.strip_prefix('=').ok_or(Error::BadJog)?).map(Command::Jog)
+    }
+
+    /// A start-up line is carried out first, to see that it works: not in Alarm.
+    fn startup<'l>(&mut self, startup: &'l str, state: State) -> Result<Command<'l>, Error> {
+        let Some((index, line)) = startup.split_once('=') else {
+            return if startup.is_empty() { Ok(Command::ShowStartup) } else { Err(Error::UnknownStatement) };
+        };
+        if state != State::Idle {
+            return Err(Error::NotIdle);
+        }
+        let index = usize::from(number(index).ok_or(Error::BadNumber)?);
+        if index >= STARTUP_LINES {
+            return Err(Error::UnknownStatement);
+        }
+        self.gcode(line).map(|block| Command::SetStartup { index, block, line })
     }
 }
 
-fn setting(line: &str) -> Result<Command, Error> {
-    let (name, value) = line.split_once('=').ok_or(Error::UnknownStatement)?;
-    let digits = name.strip_prefix('$').ok_or(Error::UnknownStatement)?;
-    if !digits.bytes().all(|byte| byte.is_ascii_digit()) {
-        return Err(Error::UnknownStatement);
+/// The statements for a machine at rest.
+fn at_rest<'l>(statement: &str, settings: &Settings) -> Result<Command<'l>, Error> {
+    match statement {
+        "#" => Ok(Command::ShowParameters),
+        "H" if settings.homing => Ok(Command::Home),
+        "H" => Err(Error::HomingDisabled),
+        "I" => Ok(Command::ShowBuild),
+        "SLP" => Ok(Command::Sleep),
+        "RST=$" => Ok(Command::Restore { settings: true, parameters: false }),
+        "RST=#" => Ok(Command::Restore { settings: false, parameters: true }),
+        "RST=*" => Ok(Command::Restore { settings: true, parameters: true }),
+        _ => {
+            let (name, value) = statement.split_once('=').ok_or(Error::UnknownStatement)?;
+            let number = number(name).ok_or(Error::UnknownStatement)?;
+            Ok(Command::SetSetting { number, value: decimal(value)? })
+        }
     }
-    let number = digits.parse().map_err(|_| Error::UnknownStatement)?;
-    Ok(Command::SetSetting { number, value: decimal(value)? })
+}
+
+fn explain<T>(code: &str, from_code: fn(u8) -> Option<T>) -> Result<T, Error> {
+    let code = number(code).and_then(|code| u8::try_from(code).ok());
+    code.and_then(from_code).ok_or(Error::UnknownStatement)
+}
+
+/// Digits and nothing else.
+fn number(text: &str) -> Option<u16> {
+    text.bytes().all(|byte| byte.is_ascii_digit()).then(|| text.parse().ok())?
 }
 
 /// A plain decimal and nothing else.

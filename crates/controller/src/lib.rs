@@ -6,13 +6,16 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+mod commands;
 mod config;
 mod controller;
+mod line_numbers;
+mod moves;
 mod output;
 mod serve;
 mod status;
 
 pub use config::config;
 pub use controller::Controller;
-pub use isostep_console::Settings;
+pub use isostep_console::{Parameters, Settings};
 pub use serve::LinkError;

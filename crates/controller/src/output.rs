@@ -1,15 +1,52 @@
 //! What a console sends, whole message by whole message.
 
-use core::fmt::{self, Write};
+use core::fmt::{self, Display};
+use core::ops::Deref;
 
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::mutex::Mutex;
 use embassy_sync::pipe::Pipe;
 use heapless::String;
+use isostep_console::{Error, report};
 
 const BYTES: usize = 1024;
 /// The longest message: a `[MSG:...]` with a refused setting's value, limit and remedy.
 const MESSAGE_BYTES: usize = 256;
+
+/// Lines that are sent together. What does not fit is cut: better than nothing, and no message of ours is that long.
+pub(crate) struct Message(String<MESSAGE_BYTES>);
+
+impl Message {
+    pub const fn new() -> Self {
+        Self(String::new())
+    }
+
+    pub fn clear(&mut self) {
+        self.0.clear();
+    }
+
+    pub fn print<E>(&mut self, print: impl FnOnce(&mut String<MESSAGE_BYTES>) -> Result<(), E>) {
+        let _ = print(&mut self.0);
+    }
+
+    /// `[MSG:...]`.
+    pub fn tell(&mut self, words: impl Display) {
+        let _ = report::message(&mut self.0, words);
+    }
+
+    /// `ok`, or `error:N`.
+    pub fn answer(&mut self, answer: Result<(), Error>) {
+        let _ = report::answer(&mut self.0, answer);
+    }
+}
+
+impl Deref for Message {
+    type Target = str;
+
+    fn deref(&self) -> &str {
+        &self.0
+    }
+}
 
 /// Bytes on their way to one console.
 pub(crate) struct Output {
@@ -23,16 +60,9 @@ impl Output {
     }
 
     /// Sends one message, waiting for room. It is never mixed with another.
-    pub async fn send(&self, write: impl FnOnce(&mut String<MESSAGE_BYTES>) -> fmt::Result) {
-        let mut message = String::new();
-        // What does not fit is cut: better than nothing, and no message of ours is that long.
-        let _ = write(&mut message);
+    pub async fn send(&self, message: &str) {
         let _turn = self.turn.lock().await;
         self.pipe.write_all(message.as_bytes()).await;
-    }
-
-    pub async fn text(&self, text: &str) {
-        self.send(|out| out.write_str(text)).await;
     }
 
     /// Sends one message if there is room at once; a status report that is late is worth nothing.

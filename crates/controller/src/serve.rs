@@ -8,17 +8,20 @@
 use core::convert::Infallible;
 use core::fmt;
 
-use embassy_futures::select::{Either, Either4, select, select4};
+use embassy_futures::select::{Either4, select, select4};
+use embassy_futures::yield_now;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::pipe::Pipe;
 use embassy_sync::signal::Signal;
 use embedded_io_async::{Read, Write};
+use isostep_console::State as Word;
 use isostep_console::report::{self, messages};
 use isostep_console::{LineAssembler, Realtime, StatusReporter, realtime};
 use isostep_motion::State;
 
+use crate::commands::After;
 use crate::controller::Controller;
-use crate::output::Output;
+use crate::output::{Message, Output};
 use crate::status;
 
 /// Eight times the window senders are told of.
@@ -77,14 +80,14 @@ impl Controller<'_> {
             }
             for &byte in &bytes[..n] {
                 match realtime::classify(byte) {
-                    Some(Realtime::Status) => self.report(console, &mut reporter),
+                    Some(Realtime::Status) => self.offer_report(console, &mut reporter),
                     Some(Realtime::Reset) => {
                         self.machine.reset();
                         console.input.clear();
                         console.reset.signal(());
                         reporter = StatusReporter::new();
                     }
-                    Some(Realtime::Hold | Realtime::Resume | Realtime::Ignored) => {}
+                    Some(realtime) => self.real_time(realtime),
                     None => {
                         console.input.write(&[byte]).await;
                     }
@@ -93,38 +96,58 @@ impl Controller<'_> {
         }
     }
 
-    fn report(&self, console: &Console, reporter: &mut StatusReporter) {
-        let report = status::report(&self.machine.status(), &self.machine.config(), console.input.free_capacity());
+    fn offer_report(&self, console: &Console, reporter: &mut StatusReporter) {
+        let report = self.report(console.input.free_capacity());
         console.output.offer(|text| reporter.write(text, &report, &self.settings()));
     }
 
     /// From one welcome to the next reset, again and again.
     async fn session(&self, console: &Console) -> Infallible {
         loop {
-            console.output.text(report::WELCOME).await;
-            if matches!(self.machine.state(), State::Alarm(_)) {
-                console.output.send(|text| report::message(text, messages::HOW_TO_UNLOCK)).await;
-            }
-            match select(console.reset.wait(), self.execute(console)).await {
-                Either::First(()) => {}
-                Either::Second(never) => match never {},
+            if select(console.reset.wait(), self.execute(console)).await.is_second() {
+                // A line asked for the reset: what came behind it is forgotten as after a reset byte.
+                console.input.clear();
             }
             // The axes have been halted; the coordinator still has to say how that ended.
             let _ = self.machine.settled().await;
+            // An alarm is told before the welcome.
+            yield_now().await;
             self.restart_program();
         }
     }
 
-    async fn execute(&self, console: &Console) -> Infallible {
+    /// Until a line asks for a reset.
+    async fn execute(&self, console: &Console) {
+        self.greet(&console.output).await;
         let mut assembler = LineAssembler::new();
         let mut bytes = [0; CHUNK_BYTES];
         loop {
             let n = console.input.read(&mut bytes).await;
             for &byte in &bytes[..n] {
-                if let Some(line) = assembler.push(byte) {
-                    self.line(line, &console.output).await;
+                if let Some(line) = assembler.push(byte)
+                    && self.line(line, &console.output).await == After::Restart
+                {
+                    return;
                 }
             }
+        }
+    }
+
+    /// The welcome, and what follows it: what to look at, how to unlock, or what came of the start-up lines.
+    async fn greet(&self, output: &Output) {
+        let mut text = Message::new();
+        text.print(|text| text.push_str(report::WELCOME));
+        if self.settings().hard_limits && self.machine.status().pressed.contains(&true) {
+            text.tell(messages::CHECK_LIMITS);
+        }
+        let state = self.state();
+        if state == Word::Alarm {
+            text.tell(messages::HOW_TO_UNLOCK);
+        }
+        output.send(&text).await;
+        if self.with(|program| core::mem::take(&mut program.startup_due)) && state == Word::Idle {
+            let _turn = self.turn.lock().await;
+            self.start_up(output).await;
         }
     }
 
@@ -133,8 +156,11 @@ impl Controller<'_> {
         let Some(mut states) = self.machine.watch_state() else { core::future::pending().await };
         loop {
             if let State::Alarm(alarm) = states.changed().await {
-                output.send(|text| report::alarm(text, status::code(alarm))).await;
-                output.send(|text| report::message(text, alarm)).await;
+                let (code, axis) = status::code(alarm);
+                let mut text = Message::new();
+                text.print(|text| report::alarm(text, code));
+                text.tell(code.about(axis));
+                output.send(&text).await;
             }
         }
     }

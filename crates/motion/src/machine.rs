@@ -55,6 +55,8 @@ pub struct Status {
     pub position_steps: [i32; AXES],
     /// Which switches are pressed, debounced.
     pub pressed: [bool; AXES],
+    /// Whether the emergency stop is pressed.
+    pub emergency_stop: bool,
     /// Which axes have been homed and not lost their position since.
     pub homed: [bool; AXES],
     /// Motions that can be asked for without waiting.
@@ -204,7 +206,7 @@ impl Machine {
     /// What it is doing, where, and how fast.
     #[must_use]
     pub fn status(&self) -> Status {
-        let (homed, underway) = self.with(|inner| (inner.homed, inner.underway));
+        let (homed, emergency_stop, underway) = self.with(|inner| (inner.homed, inner.emergency, inner.underway));
         let speed_mm_s = underway.map_or(0.0, |underway| {
             let t_us = Instant::now().saturating_duration_since(underway.start).as_micros();
             // A part is known a little before it begins.
@@ -214,6 +216,7 @@ impl Machine {
             state: self.state(),
             position_steps: self.position_steps(),
             pressed: Axis::ALL.map(|axis| self.switch(axis).is_pressed()),
+            emergency_stop,
             homed,
             queue_free: self.queue.free_capacity(),
             speed_mm_s,

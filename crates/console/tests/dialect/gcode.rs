@@ -48,14 +48,14 @@ fn g28_goes_home_by_way_of_the_axes_named() {
     check(
         "G0 X10 Y20 Z30\nG28 Z5\nG91 G28 X1\nG28\nG28 G0 X1\nG1 G28 X1\nG28.1",
         expect![[r#"
-        G0 X10 Y20 Z30 -> (rapid [10.0, 20.0, 30.0]) ok
-        G28 Z5 -> (home [10.0, 20.0, 0.0] via Some([10.0, 20.0, 5.0])) ok
-        G91 G28 X1 -> (home [0.0, 20.0, 0.0] via Some([11.0, 20.0, 0.0])) ok
-        G28 -> (home [0.0, 0.0, 0.0] via None) ok
-        G28 G0 X1 -> error:24
-        G1 G28 X1 -> error:24
-        G28.1 -> error:20
-    "#]],
+            G0 X10 Y20 Z30 -> (rapid [10.0, 20.0, 30.0]) ok
+            G28 Z5 -> (go to [10.0, 20.0, 0.0] via Some([10.0, 20.0, 5.0])) ok
+            G91 G28 X1 -> (go to [0.0, 20.0, 0.0] via Some([11.0, 20.0, 0.0])) ok
+            G28 -> (go to [0.0, 0.0, 0.0] via None) ok
+            G28 G0 X1 -> error:24
+            G1 G28 X1 -> error:24
+            G28.1 -> ok
+        "#]],
     );
 }
 
@@ -102,7 +102,7 @@ fn codes_that_change_nothing_here_are_accepted() {
             $G -> [GC:G80 G54 G17 G21 G90 G94 M4 M7 M8 T3 F0 S1000] ok
             M9 -> ok
             $G -> [GC:G80 G54 G17 G21 G90 G94 M4 M9 T3 F0 S1000] ok
-            N12 -> ok
+            N12 -> (N12) ok
             % -> error:1
         "#]],
     );
@@ -111,22 +111,24 @@ fn codes_that_change_nothing_here_are_accepted() {
 #[test]
 fn what_the_gantry_lacks_is_refused_by_name() {
     check(
-        "G2 X1 I1\nG10 L2\nG18\nG53 G0 X1\nG55\nG92 X0\nG93\nG43.1 Z1\nG38.2 Z-1\nM0\nM6\nA1\nO100\nG1.5",
+        "G2 X1 I1\nG3 X1 R1\nG38.2 Z-1\nG38.5 Z1\nM6\nA1\nO100\nG43 H1\nG41 D1\nG64\nG61.1\nG90.1\nG92.3\nG28.2\nG81\nM62",
         expect![[r#"
-            G2 X1 I1 -> error:20
-            G10 L2 -> error:20
-            G18 -> error:20
-            G53 G0 X1 -> error:20
-            G55 -> error:20
-            G92 X0 -> error:20
-            G93 -> error:20
-            G43.1 Z1 -> error:20
-            G38.2 Z-1 -> error:20
-            M0 -> error:20
-            M6 -> error:20
+            G2 X1 I1 -> [MSG:no arcs here: post-process G2 and G3 into G1] error:20
+            G3 X1 R1 -> [MSG:no arcs here: post-process G2 and G3 into G1] error:20
+            G38.2 Z-1 -> [MSG:no probe here: remove G38] error:20
+            G38.5 Z1 -> [MSG:no probe here: remove G38] error:20
+            M6 -> [MSG:no tool changer here: stop with M0, change by hand] error:20
             A1 -> error:20
             O100 -> error:20
-            G1.5 -> error:20
+            G43 H1 -> error:20
+            G41 D1 -> error:20
+            G64 -> error:20
+            G61.1 -> error:20
+            G90.1 -> error:20
+            G92.3 -> error:20
+            G28.2 -> error:20
+            G81 -> error:20
+            M62 -> error:20
         "#]],
     );
 }
@@ -134,20 +136,32 @@ fn what_the_gantry_lacks_is_refused_by_name() {
 #[test]
 fn clashes_repeats_and_leftovers_are_refused() {
     check(
-        "G0 G1\nG20 G21\nG90 G91\nM3 M5\nM2 M30\nG4 G28 P1\nX1 X2\nG0 X1 P1\nG0 X1 I1\nS1 S2\nM1.5",
+        "G0 G1\nG20 G21\nG90 G91\nG17 G18\nG54 G55\nG93 G94\nM3 M5\nM8 M9\nM2 M30\nM0 M2\nG4 G28 P1\nX1 X2\nG0 X1 P1\nG0 X1 I1\nS1 S2\nM1.5\nG1.5\nG54.1\nG59.1\nG10 G0 L2 P1 X1\nG43.1 G0 Z1\nG92 G49 X1\nG92 G53 X1",
         expect![[r#"
-        G0 G1 -> error:21
-        G20 G21 -> error:21
-        G90 G91 -> error:21
-        M3 M5 -> error:21
-        M2 M30 -> error:21
-        G4 G28 P1 -> error:21
-        X1 X2 -> error:25
-        G0 X1 P1 -> error:36
-        G0 X1 I1 -> error:36
-        S1 S2 -> error:25
-        M1.5 -> error:23
-    "#]],
+            G0 G1 -> error:24
+            G20 G21 -> error:21
+            G90 G91 -> error:21
+            G17 G18 -> error:21
+            G54 G55 -> error:21
+            G93 G94 -> error:21
+            M3 M5 -> error:21
+            M8 M9 -> error:21
+            M2 M30 -> error:21
+            M0 M2 -> error:21
+            G4 G28 P1 -> error:21
+            X1 X2 -> error:25
+            G0 X1 P1 -> error:36
+            G0 X1 I1 -> error:36
+            S1 S2 -> error:25
+            M1.5 -> error:23
+            G1.5 -> error:23
+            G54.1 -> error:23
+            G59.1 -> error:29
+            G10 G0 L2 P1 X1 -> error:24
+            G43.1 G0 Z1 -> error:24
+            G92 G49 X1 -> error:24
+            G92 G53 X1 -> error:21
+        "#]],
     );
 }
 
@@ -156,8 +170,8 @@ fn numbers_have_limits() {
     check(
         "N9999999 X1\nN10000000\nX10000\nX10000.1\nG91 X1\nX100000000\nX\nX1.2.3\n5\nT255\nT256\nF-1\nS-1\nG0 N5 X1\nG999999999",
         expect![[r#"
-            N9999999 X1 -> (rapid [1.0, 0.0, 0.0]) ok
-            N10000000 -> error:27
+            N9999999 X1 -> (N9999999) (rapid [1.0, 0.0, 0.0]) ok
+            N10000000 -> (N10000000) ok
             X10000 -> (rapid [10000.0, 0.0, 0.0]) ok
             X10000.1 -> error:33
             G91 X1 -> error:33
@@ -169,7 +183,7 @@ fn numbers_have_limits() {
             T256 -> error:38
             F-1 -> error:4
             S-1 -> error:4
-            G0 N5 X1 -> (rapid [1.0, 0.0, 0.0]) ok
+            G0 N5 X1 -> (N5) (rapid [1.0, 0.0, 0.0]) ok
             G999999999 -> error:2
         "#]],
     );
@@ -203,4 +217,253 @@ fn the_position_follows_what_the_caller_says() {
     assert_eq!(talk.bytes(b"G91 X1\n"), "(rapid [2.0, 2.0, 3.0]) ok");
     talk.interpreter.reset();
     assert_eq!(talk.bytes(b"Y5\n"), "(rapid [2.0, 5.0, 3.0]) ok");
+}
+
+/// Work coordinates are machine coordinates less the work offset, G92's shift and, along Z, the tool's length.
+#[test]
+fn work_offsets_shift_what_absolute_words_mean() {
+    check(
+        "G10 L2 P1 X100 Y-20\nX1 Y1 Z1\nG91 X1\nG90 G53 X5 Y5\nG55 X1\nG54 X1\nG10 L2 P0 X7\nX1\nG10 L2 P6 Z-3\nG59 Z0\n$#",
+        expect![[r#"
+            G10 L2 P1 X100 Y-20 -> ok
+            X1 Y1 Z1 -> (rapid [101.0, -19.0, 1.0]) ok
+            G91 X1 -> (rapid [102.0, -19.0, 1.0]) ok
+            G90 G53 X5 Y5 -> (rapid [5.0, 5.0, 1.0]) ok
+            G55 X1 -> (rapid [1.0, 5.0, 1.0]) ok
+            G54 X1 -> (rapid [101.0, 5.0, 1.0]) ok
+            G10 L2 P0 X7 -> ok
+            X1 -> (rapid [8.0, 5.0, 1.0]) ok
+            G10 L2 P6 Z-3 -> ok
+            G59 Z0 -> (rapid [8.0, 5.0, -3.0]) ok
+            $# -> [G54:7.000,-20.000,0.000] [G55:0.000,0.000,0.000] [G56:0.000,0.000,0.000] [G57:0.000,0.000,0.000] [G58:0.000,0.000,0.000] [G59:0.000,0.000,-3.000] [G28:0.000,0.000,0.000] [G30:0.000,0.000,0.000] [G92:0.000,0.000,0.000] [TLO:0.000] [PRB:0.000,0.000,0.000:0] ok
+        "#]],
+    );
+}
+
+#[test]
+fn g10_l20_and_g92_make_the_place_where_it_stands_what_they_say() {
+    check(
+        "X10 Y20 Z30\nG10 L20 P2 X1 Z2\nG55 X1 Z2\nG92 X0 Y0\nX0 Y0\nG10 L20 P2 X3\nX3\nG92.1\nX3\n$#",
+        expect![[r#"
+            X10 Y20 Z30 -> (rapid [10.0, 20.0, 30.0]) ok
+            G10 L20 P2 X1 Z2 -> ok
+            G55 X1 Z2 -> (rapid [10.0, 20.0, 30.0]) ok
+            G92 X0 Y0 -> ok
+            X0 Y0 -> (rapid [10.0, 20.0, 30.0]) ok
+            G10 L20 P2 X3 -> ok
+            X3 -> (rapid [10.0, 20.0, 30.0]) ok
+            G92.1 -> ok
+            X3 -> (rapid [9.0, 20.0, 30.0]) ok
+            $# -> [G54:0.000,0.000,0.000] [G55:6.000,0.000,28.000] [G56:0.000,0.000,0.000] [G57:0.000,0.000,0.000] [G58:0.000,0.000,0.000] [G59:0.000,0.000,0.000] [G28:0.000,0.000,0.000] [G30:0.000,0.000,0.000] [G92:0.000,0.000,0.000] [TLO:0.000] [PRB:0.000,0.000,0.000:0] ok
+        "#]],
+    );
+}
+
+#[test]
+fn g92_and_the_tool_length_end_with_a_reset_and_offsets_do_not() {
+    let mut talk = Talk::new(State::Idle);
+    talk.send("G10 L2 P1 X1\nG92 Y2\nG43.1 Z3\nG55");
+    assert_eq!(talk.interpreter.work_offset_mm(), [0.0, -2.0, 3.0]);
+    talk.interpreter.reset();
+    assert_eq!(talk.interpreter.work_offset_mm(), [1.0, 0.0, 0.0]);
+}
+
+#[test]
+fn the_tool_length_moves_z_alone() {
+    check(
+        "G43.1 Z5\nZ0\nG20 G43.1 Z-1\nG21 Z0 X0\nG43.1 X1\nG43.1 X1 Z1\nG43.1\nG49\nZ0",
+        expect![[r#"
+        G43.1 Z5 -> ok
+        Z0 -> (rapid [0.0, 0.0, 5.0]) ok
+        G20 G43.1 Z-1 -> ok
+        G21 Z0 X0 -> (rapid [0.0, 0.0, -25.4]) ok
+        G43.1 X1 -> error:37
+        G43.1 X1 Z1 -> error:37
+        G43.1 -> error:37
+        G49 -> ok
+        Z0 -> (rapid [0.0, 0.0, 0.0]) ok
+    "#]],
+    );
+}
+
+#[test]
+fn g28_and_g30_go_to_the_places_kept() {
+    check(
+        "X10 Y20 Z30\nG28.1\nX1 Y2 Z3\nG30.1\nX0\nG28\nG30 Z50\nG10 L2 P1 Z1\nG91 G28 Z5\nG30.1 X1\nG90 G30",
+        expect![[r#"
+            X10 Y20 Z30 -> (rapid [10.0, 20.0, 30.0]) ok
+            G28.1 -> ok
+            X1 Y2 Z3 -> (rapid [1.0, 2.0, 3.0]) ok
+            G30.1 -> ok
+            X0 -> (rapid [0.0, 2.0, 3.0]) ok
+            G28 -> (go to [10.0, 20.0, 30.0] via None) ok
+            G30 Z50 -> (go to [10.0, 20.0, 3.0] via Some([10.0, 20.0, 50.0])) ok
+            G10 L2 P1 Z1 -> ok
+            G91 G28 Z5 -> (go to [10.0, 20.0, 30.0] via Some([10.0, 20.0, 8.0])) ok
+            G30.1 X1 -> (rapid [11.0, 20.0, 30.0]) ok
+            G90 G30 -> (go to [10.0, 20.0, 30.0] via None) ok
+        "#]],
+    );
+}
+
+#[test]
+fn g10_and_g92_want_their_words() {
+    check(
+        "G10 L2 P1\nG10 P1 X1\nG10 L2 X1\nG10 L2 P7 X1\nG10 L3 P1 X1\nG10 L2 P1 X1 R0\nG10 L20 P1 X1 R0\nG92\nG92 X20000\nG10 L2 P1 X-10000.1\nG43.1 Z10001\n$#",
+        expect![[r#"
+            G10 L2 P1 -> error:26
+            G10 P1 X1 -> error:28
+            G10 L2 X1 -> error:28
+            G10 L2 P7 X1 -> error:29
+            G10 L3 P1 X1 -> error:20
+            G10 L2 P1 X1 R0 -> error:20
+            G10 L20 P1 X1 R0 -> error:36
+            G92 -> error:26
+            G92 X20000 -> error:33
+            G10 L2 P1 X-10000.1 -> error:33
+            G43.1 Z10001 -> error:33
+            $# -> [G54:0.000,0.000,0.000] [G55:0.000,0.000,0.000] [G56:0.000,0.000,0.000] [G57:0.000,0.000,0.000] [G58:0.000,0.000,0.000] [G59:0.000,0.000,0.000] [G28:0.000,0.000,0.000] [G30:0.000,0.000,0.000] [G92:0.000,0.000,0.000] [TLO:0.000] [PRB:0.000,0.000,0.000:0] ok
+        "#]],
+    );
+}
+
+#[test]
+fn inverse_time_is_for_its_block_alone() {
+    // 3-4-0 is a path of 5 mm: twice a minute are 10 mm/min.
+    check(
+        "G93 G1 X3 Y4 F2\nX0\nG1 X1\nX1 Y4 F.1\nG0 X0 Y0\n$G\nF7\n$G\nG94 G1 X5\nG94 X5 F100\nX6\nG93\nG94 G1 X7\nG20 G93 G1 X1 F1\nG94 G1 X0 F1",
+        expect![[r#"
+            G93 G1 X3 Y4 F2 -> (feed 10 [3.0, 4.0, 0.0]) ok
+            X0 -> error:22
+            G1 X1 -> error:22
+            X1 Y4 F.1 -> (feed 1 [1.0, 4.0, 0.0]) ok
+            G0 X0 Y0 -> (rapid [0.0, 0.0, 0.0]) ok
+            $G -> [GC:G0 G54 G17 G21 G90 G93 M5 M9 T0 F0 S0] ok
+            F7 -> ok
+            $G -> [GC:G0 G54 G17 G21 G90 G93 M5 M9 T0 F7 S0] ok
+            G94 G1 X5 -> error:22
+            G94 X5 F100 -> (rapid [5.0, 0.0, 0.0]) ok
+            X6 -> (rapid [6.0, 0.0, 0.0]) ok
+            G93 -> ok
+            G94 G1 X7 -> error:22
+            G20 G93 G1 X1 F1 -> (feed 19.4 [25.4, 0.0, 0.0]) ok
+            G94 G1 X0 F1 -> (feed 25.4 [0.0, 0.0, 0.0]) ok
+        "#]],
+    );
+}
+
+#[test]
+fn g53_is_absolute_whatever_the_mode_and_needs_a_motion() {
+    check(
+        "G10 L2 P1 X100\nG91 G53 G0 X1\nG53\nG90 G53 G1 X2 F10\nX3\nG80\nG53 X1\nG53\nG53 G0 X1",
+        expect![[r#"
+        G10 L2 P1 X100 -> ok
+        G91 G53 G0 X1 -> (rapid [1.0, 0.0, 0.0]) ok
+        G53 -> ok
+        G90 G53 G1 X2 F10 -> (feed 10 [2.0, 0.0, 0.0]) ok
+        X3 -> (feed 10 [103.0, 0.0, 0.0]) ok
+        G80 -> ok
+        G53 X1 -> error:30
+        G53 -> error:30
+        G53 G0 X1 -> (rapid [1.0, 0.0, 0.0]) ok
+    "#]],
+    );
+}
+
+#[test]
+fn an_axis_word_that_g80_leaves_over_is_refused_even_beside_other_codes() {
+    check(
+        "G80\nG92 X1\nG10 L2 P1 X1\nG43.1 Z1\nG28 X1\nG28",
+        expect![[r#"
+        G80 -> ok
+        G92 X1 -> error:31
+        G10 L2 P1 X1 -> error:31
+        G43.1 Z1 -> error:31
+        G28 X1 -> error:31
+        G28 -> (go to [0.0, 0.0, 0.0] via None) ok
+    "#]],
+    );
+}
+
+#[test]
+fn pauses_and_line_numbers_come_with_their_block() {
+    check(
+        "N7 G0 X1 M0\nM1\nN1.9 M0\nN-1\nN0 X2",
+        expect![[r#"
+        N7 G0 X1 M0 -> (N7) (rapid [1.0, 0.0, 0.0]) (pause) ok
+        M1 -> ok
+        N1.9 M0 -> (N1) (pause) ok
+        N-1 -> error:4
+        N0 X2 -> (rapid [2.0, 0.0, 0.0]) ok
+    "#]],
+    );
+}
+
+#[test]
+fn planes_and_feed_modes_are_kept_for_the_modal_state() {
+    check(
+        "G18 G59 G93 G20 G91 M4 M7\n$G\nM8\n$G\nM2\n$G",
+        expect![[r#"
+        G18 G59 G93 G20 G91 M4 M7 -> ok
+        $G -> [GC:G0 G59 G18 G20 G91 G93 M4 M7 T0 F0 S0] ok
+        M8 -> ok
+        $G -> [GC:G0 G59 G18 G20 G91 G93 M4 M7 M8 T0 F0 S0] ok
+        M2 -> (end) ok
+        $G -> [GC:G1 G54 G17 G20 G90 G94 M5 M9 T0 F0 S0] ok
+    "#]],
+    );
+}
+
+#[test]
+fn a_jog_changes_no_mode() {
+    check(
+        "$J=X10 F100\n$J=G91 X1 Y-1 F200\n$J=G20 X1 F10\n$J=G91 G21 G53 Z5 F1 N3\n$G\nG91 G20\n$J=X1 F10\n$J=G90 G21 X1 F10\nG93 G80\n$J=X1 F10\n$G",
+        expect![[r#"
+            $J=X10 F100 -> (jog 100 [10.0, 0.0, 0.0]) ok
+            $J=G91 X1 Y-1 F200 -> (jog 200 [11.0, -1.0, 0.0]) ok
+            $J=G20 X1 F10 -> (jog 254 [25.4, -1.0, 0.0]) ok
+            $J=G91 G21 G53 Z5 F1 N3 -> (jog 1 [25.4, -1.0, 5.0]) ok
+            $G -> [GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0] ok
+            G91 G20 -> ok
+            $J=X1 F10 -> (jog 254 [50.8, -1.0, 5.0]) ok
+            $J=G90 G21 X1 F10 -> (jog 10 [1.0, -1.0, 5.0]) ok
+            G93 G80 -> ok
+            $J=X1 F10 -> (jog 254 [26.4, -1.0, 5.0]) ok
+            $G -> [GC:G80 G54 G17 G20 G91 G93 M5 M9 T0 F0 S0] ok
+        "#]],
+    );
+}
+
+#[test]
+fn a_jog_takes_nothing_else() {
+    check(
+        "$J=X1\n$J=F100\n$J=\n$J\n$JX1F1\n$J=X1 F.5\n$J=X1 F0\n$J=X1 F-1\n$J=X1 F1 S5\n$J=X1 F1 T1\n$J=X1 F1 P1\n$J=G0 X1 F1\n$J=G1 X1 F1\n$J=M3 X1 F1\n$J=G55 X1 F1\n$J=G28 X1 F1\n$J=G92 X1 F1\n$J=G4 X1 F1\n$J=G93 X1 F1\n$J=X1 X2 F1\n$J=X20000 F1\n$J=Q1\n$J=X F1\n$J=G20 G21 X1 F1\n$J=X1 F1 N10000001",
+        expect![[r#"
+            $J=X1 -> error:22
+            $J=F100 -> error:26
+            $J= -> error:22
+            $J -> error:16
+            $JX1F1 -> error:16
+            $J=X1 F.5 -> error:22
+            $J=X1 F0 -> error:22
+            $J=X1 F-1 -> error:4
+            $J=X1 F1 S5 -> error:36
+            $J=X1 F1 T1 -> error:36
+            $J=X1 F1 P1 -> error:36
+            $J=G0 X1 F1 -> error:16
+            $J=G1 X1 F1 -> error:16
+            $J=M3 X1 F1 -> error:16
+            $J=G55 X1 F1 -> error:16
+            $J=G28 X1 F1 -> error:16
+            $J=G92 X1 F1 -> error:16
+            $J=G4 X1 F1 -> error:16
+            $J=G93 X1 F1 -> error:16
+            $J=X1 X2 F1 -> error:25
+            $J=X20000 F1 -> error:33
+            $J=Q1 -> error:20
+            $J=X F1 -> error:2
+            $J=G20 G21 X1 F1 -> error:21
+            $J=X1 F1 N10000001 -> error:27
+        "#]],
+    );
 }

@@ -2,7 +2,7 @@
 
 use crate::talk::Talk;
 use expect_test::expect;
-use isostep_console::{Motion, Settings, State, Status, StatusReporter, report};
+use isostep_console::{Motion, Overrides, Settings, State, Status, StatusReporter, report};
 use proptest::prelude::*;
 
 #[test]
@@ -46,8 +46,12 @@ fn the_mask_chooses_fields_and_inches_scale() {
     let status = Status {
         state: State::Alarm,
         position_mm: [25.4, -0.0002, -10_000.0],
+        work_offset_mm: [0.0, 50.8, -10_000.0],
+        line_number: 10_000_000,
         feed_mm_min: 254.0,
         limits_pressed: [true, false, true],
+        emergency_stop: true,
+        overrides: Overrides::DEFAULT,
         free_blocks: 255,
         free_bytes: u16::MAX,
     };
@@ -56,15 +60,50 @@ fn the_mask_chooses_fields_and_inches_scale() {
         let settings = Settings { report_mask, report_inches, ..Settings::DEFAULT };
         let before = heard.len();
         StatusReporter::new().write(&mut heard, &status, &settings).unwrap();
-        assert!(heard.len() - before <= 128);
+        assert!(heard.len() - before <= 160);
     }
     expect![[r#"
-        <Alarm|WPos:25.400,0.000,-10000.000|FS:254,0|Pn:XZ|WCO:0.000,0.000,0.000>
-        <Alarm|MPos:25.400,0.000,-10000.000|FS:254,0|Pn:XZ|WCO:0.000,0.000,0.000>
-        <Alarm|WPos:1.0000,0.0000,-393.7008|Bf:255,65535|FS:10.0,0|Pn:XZ|WCO:0.0000,0.0000,0.0000>
-        <Alarm|MPos:1.0000,0.0000,-393.7008|Bf:255,65535|FS:10.0,0|Pn:XZ|WCO:0.0000,0.0000,0.0000>
+        <Alarm|WPos:25.400,-50.800,0.000|Ln:10000000|FS:254,0|Pn:XZR|WCO:0.000,50.800,-10000.000>
+        <Alarm|MPos:25.400,0.000,-10000.000|Ln:10000000|FS:254,0|Pn:XZR|WCO:0.000,50.800,-10000.000>
+        <Alarm|WPos:1.0000,-2.0000,0.0000|Bf:255,65535|Ln:10000000|FS:10.0,0|Pn:XZR|WCO:0.0000,2.0000,-393.7008>
+        <Alarm|MPos:1.0000,0.0000,-393.7008|Bf:255,65535|Ln:10000000|FS:10.0,0|Pn:XZR|WCO:0.0000,2.0000,-393.7008>
     "#]]
     .assert_eq(&heard.replace('\r', ""));
+}
+
+#[test]
+fn states_print_as_grbl_prints_them() {
+    let states = [
+        (State::Idle, "Idle"),
+        (State::Run, "Run"),
+        (State::Hold { stopping: false }, "Hold:0"),
+        (State::Hold { stopping: true }, "Hold:1"),
+        (State::Jog, "Jog"),
+        (State::Home, "Home"),
+        (State::Alarm, "Alarm"),
+        (State::Check, "Check"),
+        (State::Sleep, "Sleep"),
+    ];
+    for (state, name) in states {
+        let heard = Talk::new(state).bytes(b"?");
+        assert_eq!(heard, format!("<{name}|MPos:0.000,0.000,0.000|FS:0,0|WCO:0.000,0.000,0.000>"));
+    }
+}
+
+#[test]
+fn a_changed_offset_unit_or_override_is_told_at_once() {
+    let mut talk = Talk::new(State::Idle);
+    let extras = |talk: &mut Talk, sent: &[u8]| {
+        talk.bytes(sent);
+        let heard = [(); 3].map(|()| talk.bytes(b"?"));
+        heard.map(|line| line.rsplit('|').next().unwrap().trim_end_matches('>').to_owned())
+    };
+    assert_eq!(extras(&mut talk, b""), ["WCO:0.000,0.000,0.000", "Ov:100,100,100", "FS:0,0"]);
+    assert_eq!(extras(&mut talk, b"G92 X1\n"), ["WCO:-1.000,0.000,0.000", "FS:0,0", "FS:0,0"]);
+    assert_eq!(extras(&mut talk, b"\x91"), ["Ov:110,100,100", "FS:0,0", "FS:0,0"]);
+    assert_eq!(extras(&mut talk, b"G92 X2\n\x97"), ["WCO:-2.000,0.000,0.000", "Ov:110,25,100", "FS:0,0"]);
+    assert_eq!(extras(&mut talk, b"$13=1\n"), ["WCO:-0.0787,0.0000,0.0000", "FS:0.0,0", "FS:0.0,0"]);
+    assert_eq!(extras(&mut talk, b"$13=1\n"), ["FS:0.0,0"; 3]);
 }
 
 proptest! {
@@ -83,7 +122,8 @@ proptest! {
     #[test]
     fn targets_are_read_exactly(mm in -9999.999f32..9999.999) {
         let mut interpreter = isostep_console::Interpreter::new();
-        let command = interpreter.interpret(&format!("X{mm}"), State::Idle, &Settings::DEFAULT);
+        let line = format!("X{mm}");
+        let command = interpreter.interpret(&line, State::Idle, &Settings::DEFAULT);
         let isostep_console::Command::Block(block) = command.unwrap() else { panic!("a block") };
         let Some(Motion::Move { target_mm, .. }) = block.motion else { panic!("a move") };
         prop_assert_eq!(target_mm[0], mm);

@@ -16,28 +16,28 @@ fn commands_when_idle() {
         State::Idle,
         COMMANDS,
         expect![[r#"
-        $ -> [HLP:$$ $G $I $x=val $X $H ? ctrl-x] ok
-        $G -> [GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0] ok
-        $I -> [VER:1.1h.20190830:Isostep 0.1.0 (grbl dialect)] [OPT:Z,15,128] ok
-        $100=60 -> ok
-        $H -> (home) ok
-        $X -> (unlock) ok
-        $$$ -> error:3
-        $# -> error:3
-        $N -> error:3
-        $C -> error:3
-        $SLP -> error:3
-        $J=X1 -> error:3
-        $100 -> error:3
-        $=1 -> error:3
-        $X=1 -> error:3
-        $+1=1 -> error:3
-        $99999=1 -> error:3
-        $999=1 -> [MSG:there is no $999: $$ lists the settings] error:3
-        $0= -> error:2
-        $0=1E1 -> error:2
-        $0=INF -> error:2
-    "#]],
+            $ -> [HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x] [MSG:$En and $An explain a refusal or an alarm by its number n] ok
+            $G -> [GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0] ok
+            $I -> [VER:1.1h.20190830:Isostep 0.1.0 (grbl dialect)] [OPT:NMZLI,15,128] ok
+            $100=60 -> ok
+            $H -> (home) ok
+            $X -> (unlock) ok
+            $$$ -> error:3
+            $# -> [G54:0.000,0.000,0.000] [G55:0.000,0.000,0.000] [G56:0.000,0.000,0.000] [G57:0.000,0.000,0.000] [G58:0.000,0.000,0.000] [G59:0.000,0.000,0.000] [G28:0.000,0.000,0.000] [G30:0.000,0.000,0.000] [G92:0.000,0.000,0.000] [TLO:0.000] [PRB:0.000,0.000,0.000:0] ok
+            $N -> $N0= $N1= ok
+            $C -> (check) ok
+            $SLP -> (sleep) ok
+            $J=X1 -> error:22
+            $100 -> error:3
+            $=1 -> error:3
+            $X=1 -> error:3
+            $+1=1 -> error:3
+            $99999=1 -> error:3
+            $999=1 -> [MSG:there is no $999: $$ lists the settings] error:3
+            $0= -> error:2
+            $0=1E1 -> error:2
+            $0=INF -> error:2
+        "#]],
     );
 }
 
@@ -47,15 +47,15 @@ fn commands_when_running() {
         State::Run,
         "$\n$G\n$I\n$100=60\n$H\n$X\n$$\nX1",
         expect![[r#"
-        $ -> [HLP:$$ $G $I $x=val $X $H ? ctrl-x] ok
-        $G -> [GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0] ok
-        $I -> error:8
-        $100=60 -> error:8
-        $H -> error:8
-        $X -> (unlock) ok
-        $$ -> error:8
-        X1 -> (rapid [1.0, 0.0, 0.0]) ok
-    "#]],
+            $ -> [HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x] [MSG:$En and $An explain a refusal or an alarm by its number n] ok
+            $G -> [GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0] ok
+            $I -> error:8
+            $100=60 -> error:8
+            $H -> error:8
+            $X -> (unlock) ok
+            $$ -> error:8
+            X1 -> (rapid [1.0, 0.0, 0.0]) ok
+        "#]],
     );
 }
 
@@ -65,13 +65,13 @@ fn commands_in_alarm() {
         State::Alarm,
         "$\n$G\n$100=60\n$H\n$X\nX1",
         expect![[r#"
-        $ -> [HLP:$$ $G $I $x=val $X $H ? ctrl-x] ok
-        $G -> [GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0] ok
-        $100=60 -> ok
-        $H -> (home) ok
-        $X -> (unlock) ok
-        X1 -> error:9
-    "#]],
+            $ -> [HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x] [MSG:$En and $An explain a refusal or an alarm by its number n] ok
+            $G -> [GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0] ok
+            $100=60 -> ok
+            $H -> (home) ok
+            $X -> (unlock) ok
+            X1 -> error:9
+        "#]],
     );
 }
 

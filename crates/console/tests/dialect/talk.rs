@@ -3,7 +3,9 @@
 use std::fmt::Write as _;
 
 use isostep_console::{
-    Block, Command, Interpreter, LineAssembler, Motion, Rate, Realtime, Settings, State, Status, StatusReporter,
+    Block, Command, Coordinates, Error, Interpreter, Jog, LineAssembler, Motion, Overrides, Rate, Realtime, Settings,
+    State, Status, StatusReporter,
+    parameters::{STARTUP_LINES, StartupLine},
     realtime, report,
 };
 
@@ -17,6 +19,9 @@ pub struct Talk {
     pub interpreter: Interpreter,
     pub settings: Settings,
     pub state: State,
+    pub overrides: Overrides,
+    pub emergency_stop: bool,
+    startup: [StartupLine; STARTUP_LINES],
     reporter: StatusReporter,
     heard: String,
 }
@@ -28,6 +33,9 @@ impl Talk {
             interpreter: Interpreter::new(),
             settings: Settings::DEFAULT,
             state,
+            overrides: Overrides::DEFAULT,
+            emergency_stop: false,
+            startup: Default::default(),
             reporter: StatusReporter::new(),
             heard: String::new(),
         }
@@ -44,6 +52,7 @@ impl Talk {
         for &byte in bytes {
             match realtime::classify(byte) {
                 Some(Realtime::Status) => self.status(),
+                Some(Realtime::Override(byte)) => self.overrides.apply(byte),
                 Some(_) => {}
                 None => self.byte(byte),
             }
@@ -52,27 +61,66 @@ impl Talk {
     }
 
     fn byte(&mut self, byte: u8) {
-        let Self { lines, interpreter, settings, state, .. } = self;
+        let Self { lines, interpreter, settings, state, heard, .. } = self;
         let Some(line) = lines.push(byte) else { return };
-        match line.and_then(|line| interpreter.interpret(line, *state, settings)) {
-            Ok(command) => self.carry_out(command),
-            Err(error) => report::error(&mut self.heard, error).unwrap(),
+        match line {
+            Ok(line) => {
+                let line = line.to_owned();
+                match interpreter.interpret(&line, *state, settings) {
+                    Ok(command) => self.carry_out(command),
+                    Err(error) => {
+                        if let Some(lack) = report::lacks(&line).filter(|_| error == Error::Unsupported) {
+                            report::message(heard, lack).unwrap();
+                        }
+                        report::error(heard, error).unwrap();
+                    }
+                }
+            }
+            Err(error) => report::error(heard, error).unwrap(),
         }
     }
 
-    fn carry_out(&mut self, command: Command) {
-        let heard = &mut self.heard;
+    fn carry_out(&mut self, command: Command<'_>) {
+        let Self { heard, interpreter, settings, startup, .. } = self;
         match command {
             Command::Block(block) => describe(heard, &block),
+            Command::Jog(Jog { target_mm, mm_min }) => {
+                write!(heard, "(jog {mm_min} {target_mm:?}) ").unwrap();
+                interpreter.set_position_mm(target_mm);
+            }
             Command::Home => heard.push_str("(home) "),
             Command::Unlock => heard.push_str("(unlock) "),
+            Command::ToggleCheck => heard.push_str("(check) "),
+            Command::Sleep => heard.push_str("(sleep) "),
             Command::Help => heard.push_str(report::HELP),
             Command::ShowBuild => heard.push_str(report::BUILD),
-            Command::ShowSettings => report::settings(heard, &self.settings).unwrap(),
-            Command::ShowModal => {
-                report::modal(heard, self.interpreter.modal(), self.settings.report_inches).unwrap();
+            Command::ShowSettings => report::settings(heard, settings).unwrap(),
+            Command::ShowParameters => (0..report::PARAMETERS)
+                .for_each(|line| report::parameter(heard, line, interpreter, settings.report_inches).unwrap()),
+            Command::ShowModal => report::modal(heard, interpreter, settings.report_inches).unwrap(),
+            Command::ShowStartup => {
+                for (index, line) in startup.iter().enumerate() {
+                    report::startup(heard, index, line).unwrap();
+                }
             }
-            Command::SetSetting { number, value } => match self.settings.with(number, value, &carries) {
+            Command::SetStartup { index, block, line } => {
+                describe(heard, &block);
+                startup[index] = line.try_into().unwrap();
+            }
+            Command::Restore { settings, parameters } => {
+                write!(heard, "(restore{}{}) ", if settings { " $" } else { "" }, if parameters { " #" } else { "" })
+                    .unwrap();
+                if settings {
+                    self.settings = Settings::DEFAULT;
+                }
+                if parameters {
+                    interpreter.set_coordinates(Coordinates::default());
+                    *startup = Default::default();
+                }
+            }
+            Command::ExplainError(error) => report::message(heard, error).unwrap(),
+            Command::ExplainAlarm(alarm) => report::message(heard, alarm).unwrap(),
+            Command::SetSetting { number, value } => match settings.with(number, value, &carries) {
                 Ok(settings) => self.settings = settings,
                 Err(why) => {
                     report::message(heard, why).unwrap();
@@ -80,23 +128,30 @@ impl Talk {
                 }
             },
         }
-        heard.push_str(report::OK);
+        self.heard.push_str(report::OK);
     }
 
     fn status(&mut self) {
         let status = Status {
             state: self.state,
             position_mm: self.interpreter.position_mm(),
+            work_offset_mm: self.interpreter.work_offset_mm(),
+            line_number: 0,
             feed_mm_min: 0.0,
             limits_pressed: [false; 3],
+            emergency_stop: self.emergency_stop,
             free_blocks: 15,
             free_bytes: 128,
+            overrides: self.overrides,
         };
         self.reporter.write(&mut self.heard, &status, &self.settings).unwrap();
     }
 }
 
 fn describe(heard: &mut String, block: &Block) {
+    if block.line_number > 0 {
+        write!(heard, "(N{}) ", block.line_number).unwrap();
+    }
     if let Some(seconds) = block.dwell_s {
         write!(heard, "(wait {seconds} s) ").unwrap();
     }
@@ -105,8 +160,11 @@ fn describe(heard: &mut String, block: &Block) {
         Some(Motion::Move { target_mm, rate: Rate::Feed { mm_min } }) => {
             write!(heard, "(feed {mm_min} {target_mm:?}) ").unwrap();
         }
-        Some(Motion::GoHome { via_mm, target_mm }) => write!(heard, "(home {target_mm:?} via {via_mm:?}) ").unwrap(),
+        Some(Motion::GoTo { via_mm, target_mm }) => write!(heard, "(go to {target_mm:?} via {via_mm:?}) ").unwrap(),
         None => {}
+    }
+    if block.pauses {
+        heard.push_str("(pause) ");
     }
     if block.ends_program {
         heard.push_str("(end) ");

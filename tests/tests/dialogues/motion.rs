@@ -1,4 +1,4 @@
-//! Timed dialogues with the whole controller in virtual time: what a sender says, what it hears, what moved.
+//! What moves: homing, targets, resets, switches, the queue.
 
 use embassy_futures::block_on;
 use embassy_time::Duration;
@@ -6,42 +6,7 @@ use isostep_motion::{Alarm, Event, Finish, HomingPhase, Motion, State};
 use isostep_sim::plant::SwitchFault;
 use isostep_sim::{Config, Port, Sim};
 
-fn powered_up(config: &Config) -> Sim {
-    let mut sim = Sim::new(config);
-    sim.run_for(Duration::from_millis(50)).unwrap();
-    assert_eq!(sim.replies(), ["Grbl 1.1h ['$' for help]"]);
-    sim
-}
-
-fn homed() -> Sim {
-    let mut sim = powered_up(&Config::default());
-    assert_eq!(say(&mut sim, "$H"), ["ok"]);
-    sim
-}
-
-/// Sends a line and returns what was heard until nothing moves.
-fn say(sim: &mut Sim, line: &str) -> Vec<String> {
-    sim.send(line.as_bytes());
-    sim.send(b"\n");
-    sim.run_until_idle().unwrap();
-    sim.replies()
-}
-
-/// Sends a line and returns what was heard a little later.
-fn begin(sim: &mut Sim, line: &str, wait: Duration) -> Vec<String> {
-    sim.send(line.as_bytes());
-    sim.send(b"\n");
-    sim.run_for(wait).unwrap();
-    sim.replies()
-}
-
-/// The first part of a status report: state and position.
-fn status(sim: &mut Sim) -> String {
-    sim.send(b"?");
-    sim.run_for(Duration::from_millis(1)).unwrap();
-    let reply = sim.replies().pop().expect("a status report");
-    reply.split('|').take(2).collect::<Vec<_>>().join("|")
-}
+use crate::talk::{begin, homed, powered_up, say, status, switched_on};
 
 #[test]
 fn a_bare_machine_is_idle_and_moves() {
@@ -88,7 +53,8 @@ fn homing_is_repeatable_to_the_step() {
 
 #[test]
 fn homing_from_a_pressed_switch_backs_off_first() {
-    let mut sim = powered_up(&Config { start_mm: [0.0, 40.0, -1.0], ..Config::default() });
+    let mut sim = switched_on(&Config { start_mm: [0.0, 40.0, -1.0], ..Config::default() });
+    assert_eq!(sim.replies(), ["Grbl 1.1h ['$' for help]", "[MSG:Check Limits]"]);
     sim.send(b"?");
     sim.run_for(Duration::from_millis(1)).unwrap();
     assert!(sim.replies()[0].contains("|Pn:XZ"), "both are pressed at power-up");
@@ -121,7 +87,7 @@ fn a_switch_that_never_closes_is_named() {
 #[test]
 fn a_switch_that_never_opens_is_named() {
     let switches = [SwitchFault::StuckClosed, SwitchFault::None, SwitchFault::None];
-    let mut sim = powered_up(&Config { switches, ..Config::default() });
+    let mut sim = switched_on(&Config { switches, ..Config::default() });
     let heard = say(&mut sim, "$H");
     assert!(heard.contains(&"ALARM:8".to_owned()), "{heard:?}");
     assert!(heard.iter().any(|line| line.contains("X limit switch still closed")), "{heard:?}");
@@ -158,7 +124,8 @@ fn nonsense_moves_nothing_and_changes_nothing() {
         ("G0 X99999999999", "error:2"),
         ("G0 X20000", "error:33"),
         ("G1 X5", "error:22"),
-        ("G0 G1 X5", "error:21"),
+        ("G0 G1 X5", "error:24"),
+        ("G20 G21", "error:21"),
         ("G0 X1 X2", "error:25"),
         ("$999=1", "error:3"),
         ("$nonsense", "error:3"),

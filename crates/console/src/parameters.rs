@@ -1,0 +1,33 @@
+//! What outlives a reset beside the settings: work offsets, places to go to, start-up lines.
+
+use heapless::String;
+
+use crate::AXES;
+
+/// Work coordinate systems, G54 to G59.
+pub const WORK_SYSTEMS: usize = 6;
+/// Start-up lines, `$N0` and `$N1`.
+pub const STARTUP_LINES: usize = 2;
+/// The longest start-up line: what is left of a line of [`MAX_LINE_CHARS`](crate::MAX_LINE_CHARS) after `$N0=`.
+pub const STARTUP_LINE_CHARS: usize = crate::MAX_LINE_CHARS - 4;
+
+/// A start-up line, as [`LineAssembler`](crate::LineAssembler) strips it; empty for none.
+pub type StartupLine = String<STARTUP_LINE_CHARS>;
+
+/// Work offsets and places, in machine coordinates; by default all zero.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Coordinates {
+    /// The origins of G54 to G59.
+    pub work_offsets_mm: [[f32; AXES]; WORK_SYSTEMS],
+    /// Where G28 and G30 go to.
+    pub places_mm: [[f32; AXES]; 2],
+}
+
+/// Plain data, by default all zero and empty. `$RST=#` puts that back.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Parameters {
+    /// Work offsets and places.
+    pub coordinates: Coordinates,
+    /// What `$N0=` and `$N1=` have stored.
+    pub startup: [StartupLine; STARTUP_LINES],
+}

@@ -1,0 +1,118 @@
+//! Whatever arrives: one answer a line, and after an error everything is as before.
+
+use isostep_console::{
+    Alarm, Command, Error, Interpreter, LineAssembler, MAX_COORDINATE_MM, Realtime, SETTING_TABLE, Settings, State,
+    realtime, report,
+};
+use proptest::prelude::*;
+
+use crate::talk::carries;
+
+/// What lines are made of, right and wrong.
+const FRAGMENTS: &str = "G M N G0 G1 G1 G2 G4 G10 G17 G18 G20 G21 G28 G28.1 G30 G38.2 G43.1 G49 G53 G54 G59 G59.1 G80 G90 \
+    G91 G91.1 G92 G92.1 G93 G94 M0 M1 M2 M3 M6 M7 M30 X X1 Y-2.5 Z.5 X10000 Z-9999 F100 F S1 T1 T300 P1 P9 L2 L20 R2 I1 \
+    N7 N10000001 A1 $ $$ $# $G $I $N $N0= $N1= $N2= $X $H $C $SLP $RST= * # $J= $J=G91X1F100 $J $E $E22 $A1 $A99 $100= \
+    $110=1e9 $20=1 $22=0 $13=1 = - + . 0 1 99999999 123456789 ( ) ; / % (note) g1x1f9 e q ? ! ~ \x00 \x18 \x7F \
+    XXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXX";
+
+const STATES: &[State] = &[
+    State::Idle,
+    State::Run,
+    State::Hold { stopping: false },
+    State::Hold { stopping: true },
+    State::Jog,
+    State::Home,
+    State::Alarm,
+    State::Check,
+    State::Sleep,
+];
+
+fn bytes() -> impl Strategy<Value = Vec<u8>> {
+    let fragments: Vec<_> = FRAGMENTS.split(' ').map(str::as_bytes).collect();
+    let fragment = prop_oneof![
+        38 => prop::sample::select(fragments).prop_map(<[u8]>::to_vec),
+        1 => any::<u8>().prop_map(|byte| vec![byte]),
+        1 => prop::sample::select(vec![&b" "[..], b"\t", b"\x84", b"\x85", b"\x90", b"\xC2\x96", b"\xA0"]).prop_map(<[u8]>::to_vec),
+    ];
+    let end = prop::sample::select(vec!["\n", "\n", "\r", "\r\n", ""]);
+    let line = (prop::collection::vec(fragment, 0..6), end)
+        .prop_map(|(words, end)| [&words.concat(), end.as_bytes()].concat());
+    prop::collection::vec(line, 1..8).prop_map(|lines| lines.concat())
+}
+
+/// What a caller does with one line: the answer, with everything unchanged if it is an error.
+fn answer(line: Result<&str, Error>, state: State, interpreter: &mut Interpreter, settings: &mut Settings) {
+    let before = (*interpreter, *settings);
+    let answer = line.and_then(|line| match interpreter.interpret(line, state, settings)? {
+        Command::SetSetting { number, value } => {
+            *settings = settings.with(number, value, &carries).map_err(|refused| refused.error())?;
+            Ok(())
+        }
+        Command::SetStartup { index, line, .. } => {
+            assert!(index < 2 && line.len() <= isostep_console::parameters::STARTUP_LINE_CHARS);
+            Ok(())
+        }
+        Command::Jog(jog) => {
+            assert_eq!(*interpreter, before.0);
+            interpreter.set_position_mm(jog.target_mm);
+            Ok(())
+        }
+        _ => Ok(()),
+    });
+    if let Err(error) = answer {
+        assert_eq!((*interpreter, *settings), before, "{error}");
+        let _ = line.map(report::lacks);
+    }
+    assert!(interpreter.position_mm().iter().all(|mm| mm.abs() <= MAX_COORDINATE_MM));
+    // A system, a shift and a tool's length.
+    assert!(interpreter.work_offset_mm().iter().all(|mm| mm.abs() <= 3.0 * MAX_COORDINATE_MM));
+    assert_eq!(settings.check(&carries), Ok(()));
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(100_000))]
+
+    #[test]
+    fn a_hundred_thousand_byte_strings_are_answered_line_by_line(
+        bytes in bytes(),
+        state in prop::sample::select(STATES),
+    ) {
+        let (mut lines, mut interpreter) = (LineAssembler::new(), Interpreter::new());
+        let mut settings = Settings::DEFAULT;
+        let mut answers = 0;
+        for &byte in &bytes {
+            match realtime::classify(byte) {
+                Some(Realtime::Reset) => {
+                    lines.reset();
+                    interpreter.reset();
+                }
+                Some(_) => {}
+                None => {
+                    if let Some(line) = lines.push(byte) {
+                        answer(line, state, &mut interpreter, &mut settings);
+                        answers += 1;
+                    }
+                }
+            }
+        }
+        prop_assert_eq!(answers, bytes.iter().filter(|byte| matches!(byte, b'\r' | b'\n')).count());
+    }
+}
+
+/// Some senders take every line with these words in it for the answer to one of theirs, or for an alarm.
+#[test]
+fn no_words_of_ours_read_like_an_answer() {
+    let mut texts: Vec<String> = vec![report::HELP.into(), report::BUILD.into()];
+    texts.extend(Error::ALL.iter().map(ToString::to_string));
+    texts.extend(Alarm::ALL.iter().map(ToString::to_string));
+    texts.extend(["G2", "G38.2", "M6"].map(|line| report::lacks(line).unwrap().to_owned()));
+    for row in SETTING_TABLE {
+        for value in [-1.0, 0.5, 0.0, 1e9, 555.0] {
+            let refused = Settings::DEFAULT.with(row.number, value, &|_| 1.0).err();
+            texts.extend(refused.map(|refused| refused.to_string()));
+        }
+    }
+    for text in texts {
+        assert!(["ok", "error", "ALARM"].iter().all(|word| !text.contains(word)), "{text}");
+    }
+}

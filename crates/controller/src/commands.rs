@@ -1,0 +1,232 @@
+//! One line at a time: interpret, carry out, answer.
+
+use core::fmt::Write;
+
+use embassy_time::Duration;
+use isostep_console::report::{self, messages};
+use isostep_console::{Command, Coordinates, Error, SETTING_TABLE, Settings, State as Word};
+use isostep_motion::{AXES, Busy, ConfigError, Motion, State, Wiring};
+
+use crate::config::{config, pulse_ns};
+use crate::controller::{Controller, Mode};
+use crate::output::{Message, Output};
+
+/// What comes after an accepted line.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum After {
+    /// The next line.
+    NextLine,
+    /// A reset of the console that sent it.
+    Restart,
+    /// Nothing until a reset.
+    Sleep,
+}
+
+impl Controller<'_> {
+    /// Carries out one line and answers it.
+    ///
+    /// # Cancellation
+    /// Safe: a motion is either in the machine's queue or was never asked for. The caller resets the machine.
+    pub(crate) async fn line(&self, line: Result<&str, Error>, out: &Output) -> After {
+        let _turn = self.turn.lock().await;
+        let mut text = Message::new();
+        let answer = match line {
+            Ok(line) => self.carry_out(line, &mut text, out).await,
+            Err(error) => Err(error),
+        };
+        if let (Err(Error::Unsupported), Ok(line)) = (&answer, line)
+            && let Some(lack) = report::lacks(line)
+        {
+            text.tell(lack);
+        }
+        text.answer(answer.map(|_| ()));
+        let after = answer.unwrap_or(After::NextLine);
+        if after == After::Sleep {
+            text.tell(messages::SLEEPING);
+        }
+        out.send(&text).await;
+        if after == After::Sleep {
+            self.sleep().await;
+        }
+        after
+    }
+
+    /// Carries out the start-up lines after power-up, a reset or homing, and answers each.
+    pub(crate) async fn start_up(&self, out: &Output) {
+        for line in self.with(|program| program.startup.clone()) {
+            if line.is_empty() {
+                continue;
+            }
+            let mut text = Message::new();
+            let unlocked = self.state().takes_gcode();
+            let answer = match unlocked.and_then(|()| self.with(|program| program.interpreter.gcode(&line))) {
+                Ok(block) => self.block(block, &mut text).await,
+                Err(error) => Err(error),
+            };
+            text.print(|text| write!(text, ">{line}:"));
+            text.answer(answer);
+            out.send(&text).await;
+        }
+    }
+
+    /// What there is to say before `ok` or the error is left in `text`.
+    async fn carry_out(&self, line: &str, text: &mut Message, out: &Output) -> Result<After, Error> {
+        let state = self.state();
+        let command = self.with(|program| program.interpreter.interpret(line, state, &program.settings))?;
+        match command {
+            Command::Block(block) | Command::SetStartup { block, .. } => self.block(block, text).await?,
+            Command::Jog(jog) => self.jog(jog).await?,
+            Command::Home => self.home(out).await?,
+            _ => {}
+        }
+        let mut page = 0;
+        while self.page(&command, page, text) {
+            out.send(text).await;
+            text.clear();
+            page += 1;
+        }
+        self.at_once(command, state, text)
+    }
+
+    /// Prints part `page` of a long reply; false behind the last.
+    fn page(&self, command: &Command<'_>, page: usize, text: &mut Message) -> bool {
+        self.with(|program| {
+            let settings = &program.settings;
+            match command {
+                Command::ShowSettings if page < SETTING_TABLE.len() => {
+                    text.print(|text| report::setting(text, &SETTING_TABLE[page], settings));
+                }
+                Command::ShowParameters if page < report::PARAMETERS => {
+                    let inches = settings.report_inches;
+                    text.print(|text| report::parameter(text, page, &program.interpreter, inches));
+                }
+                Command::ShowStartup if page < program.startup.len() => {
+                    text.print(|text| report::startup(text, page, &program.startup[page]));
+                }
+                _ => return false,
+            }
+            true
+        })
+    }
+
+    /// What takes no time.
+    fn at_once(&self, command: Command<'_>, state: Word, text: &mut Message) -> Result<After, Error> {
+        match command {
+            Command::Unlock if state == Word::Alarm => {
+                self.machine.unlock().map_err(|Busy(_)| Error::Locked)?;
+                self.with(|program| program.mode = Mode::Normal);
+                self.follow_machine();
+                text.tell(messages::UNLOCKED);
+            }
+            Command::ToggleCheck if state == Word::Check => {
+                text.tell(messages::NOT_CHECKING);
+                return Ok(After::Restart);
+            }
+            Command::ToggleCheck => {
+                self.with(|program| program.mode = Mode::Check);
+                text.tell(messages::CHECKING);
+            }
+            Command::Sleep => return Ok(After::Sleep),
+            Command::Help => text.print(|text| text.push_str(report::HELP)),
+            Command::ShowBuild => self.show_build(text),
+            Command::SetSetting { number, value } => self.set(number, value, text)?,
+            Command::ShowModal => self.with(|program| {
+                text.print(|text| report::modal(text, &program.interpreter, program.settings.report_inches));
+            }),
+            Command::SetStartup { index, line, .. } => self.with(|program| {
+                // A line is no longer than what it is kept in.
+                program.startup[index] = line.try_into().unwrap_or_default();
+            }),
+            Command::Restore { settings, parameters } => {
+                if settings {
+                    self.adopt(Settings::DEFAULT, text)?;
+                }
+                if parameters {
+                    self.with(|program| {
+                        program.interpreter.set_coordinates(Coordinates::default());
+                        program.startup = Default::default();
+                    });
+                }
+                text.tell(messages::RESTORING);
+                return Ok(After::Restart);
+            }
+            Command::ExplainError(error) => text.tell(error),
+            Command::ExplainAlarm(alarm) => text.tell(alarm),
+            _ => {}
+        }
+        Ok(After::NextLine)
+    }
+
+    async fn home(&self, out: &Output) -> Result<(), Error> {
+        self.with(|program| program.mode = Mode::Normal);
+        self.submit(Motion::Home, 0).await?;
+        let result = self.settled().await;
+        self.follow_machine();
+        result?;
+        self.start_up(out).await;
+        Ok(())
+    }
+
+    /// Frees the motors, as the idle delay does, and keeps the turn until a reset.
+    async fn sleep(&self) {
+        self.woken.reset();
+        let mut config = self.machine.config();
+        config.idle_delay = Some(Duration::MIN);
+        if self.machine.configure(config).is_ok() && self.machine.state() == State::Idle {
+            // The coordinator looks at the delay when it has done something.
+            let _ = self.submit(Motion::Dwell(Duration::MIN), 0).await;
+            let _ = self.settled().await;
+        }
+        self.with(|program| program.mode = Mode::Sleep);
+        self.woken.wait().await;
+    }
+
+    fn show_build(&self, text: &mut Message) {
+        text.print(|text| text.push_str(report::BUILD));
+        let [x, y, z] = self.machine.faults();
+        if [x, y, z] != [0; AXES] {
+            text.tell(format_args!("step ports faulted since power-up: X {x}, Y {y}, Z {z} times"));
+        }
+    }
+
+    fn set(&self, number: u16, value: f32, text: &mut Message) -> Result<(), Error> {
+        match self.settings().with(number, value, &|pulse_us| self.carries_steps_s(pulse_us)) {
+            Ok(settings) => self.adopt(settings, text),
+            Err(refused) => {
+                text.tell(refused);
+                Err(refused.error())
+            }
+        }
+    }
+
+    fn adopt(&self, settings: Settings, text: &mut Message) -> Result<(), Error> {
+        if let Err(refused) = self.machine.configure(config(&settings)) {
+            text.tell(words(&refused));
+            return Err(Error::BadNumber);
+        }
+        self.with(|program| program.settings = settings);
+        self.follow_machine();
+        Ok(())
+    }
+
+    /// The step rate that every axis's port carries with pulses of `pulse_us`, steps/s.
+    fn carries_steps_s(&self, pulse_us: u16) -> f32 {
+        let wiring = Wiring { pulse_ns: pulse_ns(pulse_us), ..Wiring::default() };
+        let ports = self.machine.capabilities();
+        ports.iter().flatten().map(|port| port.rate_max_steps_s(wiring) as f32).fold(f32::INFINITY, f32::min)
+    }
+}
+
+/// A refusal in steps, told by the settings to look at: printing floats would cost the chip kilobytes of flash.
+fn words(refused: &ConfigError) -> &'static str {
+    match refused {
+        ConfigError::Limits { .. } => {
+            "speed, acceleration or start speed do not work in steps: see $100-$122, $910-$922"
+        }
+        ConfigError::Rate { .. } => "the step rate is above what the step port carries: see $100-$102, $110-$112",
+        ConfigError::NotPositive { .. } => {
+            "a resolution, travel or homing value is not above 0: see $24-$27, $100-$132"
+        }
+        ConfigError::HomingOrder => "the homing order must name each axis once: see $901",
+    }
+}

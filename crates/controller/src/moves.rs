@@ -1,0 +1,143 @@
+//! Blocks and jogs to the machine's motions.
+
+use embassy_time::Duration;
+use isostep_console::report::messages;
+use isostep_console::{Block, Error, Fixed, Jog, MIN_FEED_MM_MIN, Motion as Words, Overrides, Rate};
+use isostep_motion::{AXES, Alarm, Axis, Busy, Motion};
+
+use crate::controller::{Controller, Mode};
+use crate::output::Message;
+
+impl Controller<'_> {
+    /// Carries out a block that the interpreter has taken.
+    pub(crate) async fn block(&self, block: Block, text: &mut Message) -> Result<(), Error> {
+        let checks = self.with(|program| program.mode == Mode::Check);
+        let offset_mm = self.with(|program| program.interpreter.work_offset_mm());
+        let dwell_s = block.dwell_s.filter(|_| !checks);
+        if let Some(dwell_s) = dwell_s {
+            let dwell = Motion::Dwell(Duration::from_micros((f64::from(dwell_s) * 1e6) as u64));
+            self.submit(dwell, block.line_number).await?;
+        }
+        if dwell_s.is_some() || offset_mm != self.with(|program| program.work_offset_mm) {
+            // A dwell is answered when it is over: senders use it to wait for the end of motion. And were a new offset
+            // to count before the moves before it have ended, their work position would jump.
+            self.settled().await?;
+            self.with(|program| program.work_offset_mm = offset_mm);
+        }
+        let (via, target) = match block.motion {
+            Some(Words::Move { target_mm, rate }) => (None, Some((target_mm, rate))),
+            Some(Words::GoTo { via_mm, target_mm }) => {
+                (via_mm.map(|via_mm| (via_mm, Rate::Rapid)), Some((target_mm, Rate::Rapid)))
+            }
+            None => (None, None),
+        };
+        for (target_mm, rate) in via.into_iter().chain(target) {
+            self.go_to(target_mm, rate, (block.line_number, checks), text).await?;
+        }
+        if block.pauses || block.ends_program {
+            self.settled().await?;
+        }
+        if block.pauses && !checks {
+            self.pause().await;
+        }
+        if block.ends_program {
+            self.with(|program| program.overrides = Overrides::DEFAULT);
+            text.tell(messages::PROGRAM_END);
+        }
+        Ok(())
+    }
+
+    /// Begins a jog. Outside the travel it never begins, and nothing is locked.
+    pub(crate) async fn jog(&self, jog: Jog) -> Result<(), Error> {
+        let target_steps = self.steps(jog.target_mm);
+        if self.beyond_travel(target_steps).is_some() {
+            return Err(Error::TravelExceeded);
+        }
+        self.with(|program| program.jogging = true);
+        self.enqueue(Motion::Move { target_steps, feed_mm_s: Some(f64::from(jog.mm_min) / 60.0) }, 0).await?;
+        self.with(|program| program.interpreter.set_position_mm(jog.target_mm));
+        Ok(())
+    }
+
+    /// Asks for a motion of line `line_number`, 0 for none.
+    pub(crate) async fn submit(&self, motion: Motion, line_number: u32) -> Result<(), Error> {
+        self.with(|program| program.jogging = false);
+        self.enqueue(motion, line_number).await
+    }
+
+    pub(crate) async fn settled(&self) -> Result<(), Error> {
+        self.machine.settled().await.map_err(|_| {
+            self.follow_machine();
+            Error::Locked
+        })
+    }
+
+    async fn enqueue(&self, motion: Motion, line_number: u32) -> Result<(), Error> {
+        self.machine.submit(motion).await.map_err(|Busy(_)| {
+            self.follow_machine();
+            Error::Locked
+        })?;
+        self.with(|program| program.line_numbers.note(line_number));
+        Ok(())
+    }
+
+    /// M0: until a resume, or a reset.
+    async fn pause(&self) {
+        self.woken.reset();
+        self.with(|program| program.mode = Mode::Pause);
+        self.woken.wait().await;
+        self.with(|program| program.mode = Mode::Normal);
+    }
+
+    async fn go_to(
+        &self,
+        target_mm: [f32; AXES],
+        rate: Rate,
+        (line_number, checks): (u32, bool),
+        text: &mut Message,
+    ) -> Result<(), Error> {
+        let target_steps = self.steps(target_mm);
+        if let Some(axis) = self.beyond_travel(target_steps) {
+            // Locks the machine once the moves before it have ended: they are good, and so no step is lost.
+            self.settled().await?;
+            self.refuse_target(axis, target_steps[axis as usize], text);
+            return Err(Error::Locked);
+        }
+        if checks {
+            return Ok(());
+        }
+        let feed_mm_s = match rate {
+            Rate::Rapid => None,
+            Rate::Feed { mm_min } => {
+                let percent = self.with(|program| program.overrides.feed_percent);
+                let mm_min = (mm_min * f32::from(percent) / 100.0).max(MIN_FEED_MM_MIN);
+                Some(f64::from(mm_min) / 60.0)
+            }
+        };
+        self.submit(Motion::Move { target_steps, feed_mm_s }, line_number).await
+    }
+
+    fn refuse_target(&self, axis: Axis, target_steps: i32, text: &mut Message) {
+        self.machine.raise(Alarm::SoftLimit { axis });
+        self.follow_machine();
+        let config = self.machine.config();
+        let range = config.travel_steps(axis);
+        let mm = |steps: i32| Fixed { value: config.mm(axis, steps) as f32, decimals: 3 };
+        let (asked, min, max) = (mm(target_steps), mm(*range.start()), mm(*range.end()));
+        text.tell(format_args!("{axis}{asked} is outside the travel, {min} to {max} mm: correct the program, then $X"));
+    }
+
+    fn steps(&self, target_mm: [f32; AXES]) -> [i32; AXES] {
+        let config = self.machine.config();
+        Axis::ALL.map(|axis| config.steps(axis, target_mm[axis as usize].into()))
+    }
+
+    /// The first homed axis whose target is outside its travel. Without homing nobody knows where the travel is.
+    fn beyond_travel(&self, target_steps: [i32; AXES]) -> Option<Axis> {
+        let homed = self.machine.status().homed;
+        let config = self.machine.config();
+        let outside = |axis: &Axis| !config.travel_steps(*axis).contains(&target_steps[*axis as usize]);
+        let checked = self.settings().soft_limits;
+        Axis::ALL.into_iter().filter(|&axis| checked && homed[axis as usize]).find(outside)
+    }
+}

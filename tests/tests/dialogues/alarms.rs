@@ -1,0 +1,131 @@
+//! Each alarm of the table in docs/console.md: what is heard, that G-code is locked out, and how to go on. Those of a step
+//! port that cannot keep up need the port: they are in tests/emulated.rs.
+
+use embassy_time::Duration;
+use isostep_motion::Axis;
+use isostep_sim::plant::SwitchFault;
+use isostep_sim::{Config, Sim};
+
+use crate::talk::{begin, homed, powered_up, refused, say, state, switched_on};
+
+/// The alarm and its words were heard, each once; the machine is locked.
+fn alarmed(sim: &mut Sim, heard: &[String], code: u8, words: &str) {
+    let alarm = format!("ALARM:{code}");
+    assert_eq!(heard.iter().filter(|line| **line == alarm).count(), 1, "{heard:?}");
+    let words = format!("[MSG:{words}");
+    assert_eq!(heard.iter().filter(|line| line.starts_with(&words)).count(), 1, "{heard:?}");
+    assert_eq!(state(sim), "Alarm");
+    refused(sim, "G0 X1", 9);
+}
+
+/// Unlocks; whether a target beyond the travel is still known for one tells whether the position is trusted.
+fn unlock(sim: &mut Sim, trusted: bool) {
+    assert_eq!(say(sim, "$X"), ["[MSG:Caution: Unlocked]", "ok"]);
+    assert_eq!(state(sim), "Idle");
+    assert_eq!(sim.machine().status().homed, [trusted; 3]);
+}
+
+#[test]
+fn alarm_1_hard_limit() {
+    let mut sim = homed();
+    begin(&mut sim, "G1 X100 F600", Duration::from_secs(1));
+    sim.set_switch(Axis::X, SwitchFault::StuckClosed);
+    sim.run_until_idle().unwrap();
+    let heard = sim.replies();
+    alarmed(&mut sim, &heard, 1, "X limit switch closed while moving, steps may be lost: clear the axis, $X, then $H]");
+    sim.set_switch(Axis::X, SwitchFault::None);
+    sim.run_until_idle().unwrap();
+    unlock(&mut sim, false);
+}
+
+#[test]
+fn alarm_2_soft_limit() {
+    let mut sim = homed();
+    let heard = say(&mut sim, "G0 X5\nG0 Y401");
+    alarmed(&mut sim, &heard, 2, "Y target outside the travel ($130-$132), nothing moved: ");
+    assert!(
+        heard.contains(
+            &"[MSG:Y401.000 is outside the travel, 0.000 to 400.000 mm: correct the program, then $X]".into()
+        )
+    );
+    assert_eq!(sim.counted_steps(), [250, 0, 0], "the move before it was good");
+    unlock(&mut sim, true);
+}
+
+#[test]
+fn alarm_3_reset_in_motion() {
+    let mut sim = homed();
+    begin(&mut sim, "G0 X100", Duration::from_secs(1));
+    sim.send(b"\x18");
+    sim.run_until_idle().unwrap();
+    let heard = sim.replies();
+    assert_eq!(heard.last().unwrap(), "[MSG:'$H'|'$X' to unlock]");
+    alarmed(&mut sim, &heard, 3, "reset while moving, steps may be lost: home with $H]");
+    unlock(&mut sim, false);
+}
+
+#[test]
+fn alarm_6_homing_reset() {
+    let mut sim = powered_up(&Config::default());
+    begin(&mut sim, "$H", Duration::from_secs(1));
+    sim.send(b"\x18");
+    sim.run_until_idle().unwrap();
+    let heard = sim.replies();
+    alarmed(&mut sim, &heard, 6, "reset while homing, position unknown: home again with $H]");
+    unlock(&mut sim, false);
+}
+
+#[test]
+fn alarm_8_pull_off() {
+    let switches = [SwitchFault::None, SwitchFault::StuckClosed, SwitchFault::None];
+    let mut sim = switched_on(&Config { switches, ..Config::default() });
+    let heard = say(&mut sim, "$H");
+    alarmed(
+        &mut sim,
+        &heard,
+        8,
+        "Y limit switch still closed after pulling off: free a stuck switch, raise $27, check $5]",
+    );
+}
+
+#[test]
+fn alarm_9_switch_not_found() {
+    let switches = [SwitchFault::StuckOpen, SwitchFault::None, SwitchFault::None];
+    let mut sim = powered_up(&Config { switches, ..Config::default() });
+    let heard = say(&mut sim, "$H");
+    alarmed(
+        &mut sim,
+        &heard,
+        9,
+        "X limit switch never closed: check its wiring, the direction ($23) and the travel ($130-$132)]",
+    );
+    unlock(&mut sim, false);
+}
+
+#[test]
+fn alarm_10_emergency_stop() {
+    let mut sim = homed();
+    sim.set_emergency_stop(true);
+    sim.run_until_idle().unwrap();
+    let heard = sim.replies();
+    alarmed(&mut sim, &heard, 10, "emergency stop pressed: release it, then $X and $H]");
+    refused(&mut sim, "$X", 9);
+    refused(&mut sim, "$H", 9);
+    sim.set_emergency_stop(false);
+    sim.run_until_idle().unwrap();
+    assert_eq!(say(&mut sim, "$H"), ["ok"]);
+    assert_eq!(state(&mut sim), "Idle");
+}
+
+/// 1 mm/min along a diagonal of three axes, on 0.1 steps/mm, is less than the 0.001 steps/s that can be planned.
+#[test]
+fn alarm_21_unplannable() {
+    let mut sim = powered_up(&Config::default());
+    for line in ["$100=0.1", "$101=0.1", "$102=0.1"] {
+        assert_eq!(say(&mut sim, line), ["ok"]);
+    }
+    let heard = say(&mut sim, "G1 X100 Y100 Z100 F1");
+    alarmed(&mut sim, &heard, 21, "the settings do not allow this move, nothing moved: check $110-$122, then $X]");
+    unlock(&mut sim, false);
+    assert_eq!(sim.counted_steps(), [0; 3]);
+}

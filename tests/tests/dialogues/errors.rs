@@ -1,0 +1,207 @@
+//! Each error of the table in docs/console.md, and that nothing has changed after it.
+
+use embassy_time::Duration;
+use isostep_sim::{Config, Sim};
+
+use crate::talk::{begin, homed, powered_up, refused, say, status};
+
+/// Each line is refused with the error, after which modal state, offsets, settings and position are as before.
+fn refused_and_unchanged(lines: &[&str], code: u8) {
+    let mut sim = homed();
+    assert_eq!(say(&mut sim, "G55 G91 G1 X1 F600"), ["ok"]);
+    let before = everything(&mut sim);
+    for line in lines {
+        refused(&mut sim, line, code);
+        assert_eq!(everything(&mut sim), before, "{line}");
+    }
+}
+
+fn everything(sim: &mut Sim) -> Vec<String> {
+    let mut heard: Vec<_> = ["$G", "$#", "$$", "$N"].iter().flat_map(|line| say(sim, line)).collect();
+    heard.push(status(sim));
+    heard
+}
+
+#[test]
+fn error_1_letter_missing() {
+    refused_and_unchanged(&["5X", "X1.2.3", "%", "-X1", "G1)X2", "#1=2", "G1*71", "G0 X1 \u{1}", "\u{7f}"], 1);
+}
+
+#[test]
+fn error_2_bad_number() {
+    refused_and_unchanged(
+        &["X", "G", "X--5", "X.", "XINF", "X100000000", "G-1", "$100=", "$100=1e3", "$100=0", "$N=G0", "$901=311"],
+        2,
+    );
+}
+
+#[test]
+fn error_3_unknown_statement() {
+    refused_and_unchanged(&["$999=1", "$NONSENSE", "$HX", "$100", "$N2=", "$I=text", "$RST=", "$E99", "$A", "$$$"], 3);
+}
+
+#[test]
+fn error_4_negative() {
+    refused_and_unchanged(&["G1 X1 F-1", "N-1", "G4 P-1", "S-1", "T-1", "$100=-50"], 4);
+}
+
+#[test]
+fn error_5_homing_disabled() {
+    let mut sim = homed();
+    assert_eq!(say(&mut sim, "$22=0"), ["ok"]);
+    refused(&mut sim, "$H", 5);
+}
+
+#[test]
+fn error_8_not_idle() {
+    let mut sim = homed();
+    assert_eq!(begin(&mut sim, "G1 X100 F600", Duration::from_secs(1)), ["ok"]);
+    for line in ["$$", "$#", "$I", "$N", "$N0=G21", "$H", "$J=X1F100", "$SLP", "$RST=*", "$100=60", "$C"] {
+        assert_eq!(begin(&mut sim, line, Duration::from_millis(10)), ["error:8"], "{line}");
+    }
+    sim.run_until_idle().unwrap();
+    assert_eq!(status(&mut sim), "<Idle|MPos:100.000,0.000,0.000");
+}
+
+#[test]
+fn error_9_locked() {
+    let mut sim = homed();
+    assert_eq!(begin(&mut sim, "$J=X100F600", Duration::from_secs(1)), ["ok"]);
+    assert_eq!(begin(&mut sim, "G0 X1", Duration::from_millis(10)), ["error:9"], "while jogging");
+    sim.run_until_idle().unwrap();
+    assert_eq!(say(&mut sim, "G0 X-1").iter().filter(|line| *line == "error:9").count(), 1, "raises the alarm");
+    refused(&mut sim, "G0 X1", 9);
+    refused(&mut sim, "G4 P0", 9);
+    assert_eq!(say(&mut sim, ""), ["ok"], "an empty line is not G-code");
+}
+
+#[test]
+fn error_10_soft_limits_need_homing() {
+    let mut sim = powered_up(&Config::default());
+    assert_eq!(say(&mut sim, "$22=0"), ["ok"]);
+    refused(&mut sim, "$20=1", 10);
+}
+
+#[test]
+fn error_11_line_too_long() {
+    let longest = format!("X1{}", "Y".repeat(77));
+    refused_and_unchanged(&[&longest], 2);
+    refused_and_unchanged(&[&format!("{longest}Y"), &"X".repeat(10_000)], 11);
+}
+
+#[test]
+fn error_12_rate_too_high() {
+    refused_and_unchanged(&["$110=300000", "$102=10000"], 12);
+}
+
+#[test]
+fn error_15_travel_exceeded() {
+    refused_and_unchanged(&["$J=X350 F100", "$J=G90 X350.02 F100", "$J=G53 Z-0.02 F100", "$J=G91 G20 Y16 F100"], 15);
+}
+
+#[test]
+fn error_16_bad_jog() {
+    refused_and_unchanged(&["$J", "$JX1F100", "$J=G1 X1 F100", "$J=G55 X1 F100", "$J=M3 X1 F100"], 16);
+}
+
+#[test]
+fn error_20_unsupported() {
+    refused_and_unchanged(
+        &["G5", "G64", "G43 H1", "M62", "A1", "O100", "G0 Q5", "G10 L3 P1 X1", "G10 L2 P1 R1 X1"],
+        20,
+    );
+    let mut sim = homed();
+    for (line, lack) in [("G2 X1 I1", "arcs"), ("G3 X1 R1", "arcs"), ("G38.2 Z-1", "probe"), ("T1 M6", "tool changer")]
+    {
+        let heard = say(&mut sim, line);
+        assert!(heard.len() == 2 && heard[0].starts_with(&format!("[MSG:no {lack} here: ")), "{heard:?}");
+        assert_eq!(heard[1], "error:20");
+    }
+}
+
+#[test]
+fn error_21_modal_clash() {
+    refused_and_unchanged(&["G20 G21", "G90 G91", "G17 G19", "G54 G56", "G93 G94", "M3 M4", "M7 M8", "M2 M30"], 21);
+}
+
+#[test]
+fn error_22_no_feed() {
+    let mut sim = homed();
+    for line in ["G1 X1", "G1", "G1 X1 F.5", "$J=X1", "$J=X1 F0", "G93 G1 X1"] {
+        refused(&mut sim, line, 22);
+    }
+}
+
+#[test]
+fn error_23_integer_required() {
+    refused_and_unchanged(&["G1.5 X1", "M3.1", "G54.1", "G4.1 P1", "$1=2.5"], 23);
+}
+
+#[test]
+fn error_24_axis_conflict() {
+    refused_and_unchanged(&["G0 G1 X1", "G28 G0 X1", "G1 G92 X1", "G43.1 G0 Z1", "G10 G28 L2 P1 X1"], 24);
+}
+
+#[test]
+fn error_25_repeated_word() {
+    refused_and_unchanged(&["X1 X2", "F1 F2", "N1 N1"], 25);
+}
+
+#[test]
+fn error_26_axis_words_missing() {
+    refused_and_unchanged(&["G10 L2 P1", "G92", "$J=F100"], 26);
+}
+
+#[test]
+fn error_27_bad_line_number() {
+    refused_and_unchanged(&["N10000001", "N99999999 G0 X1", "$J=X1 F1 N10000001"], 27);
+}
+
+#[test]
+fn error_28_value_missing() {
+    refused_and_unchanged(&["G4", "G10 L2 X1", "G10 P1 X1"], 28);
+}
+
+#[test]
+fn error_29_unsupported_system() {
+    refused_and_unchanged(&["G59.1", "G59.3", "G10 L2 P7 X1", "G10 L20 P99 X1"], 29);
+}
+
+#[test]
+fn error_30_absolute_needs_motion() {
+    let mut sim = homed();
+    assert_eq!(say(&mut sim, "G80"), ["ok"]);
+    refused(&mut sim, "G53 X1", 30);
+    assert_eq!(say(&mut sim, "G53 G0 X1"), ["ok"]);
+}
+
+#[test]
+fn error_31_unused_axis_words() {
+    let mut sim = homed();
+    assert_eq!(say(&mut sim, "G80"), ["ok"]);
+    refused(&mut sim, "X1", 31);
+    refused(&mut sim, "G92 X1", 31);
+}
+
+#[test]
+fn error_33_invalid_target() {
+    refused_and_unchanged(
+        &["X10001", "G20 X400", "$J=X20000 F1", "G10 L2 P1 X10001", "G92 X-10002", "G43.1 Z10001"],
+        33,
+    );
+}
+
+#[test]
+fn error_36_unused_words() {
+    refused_and_unchanged(&["X1 P1", "X1 I1", "G4 P1 L1", "R5", "$J=X1 F1 S5"], 36);
+}
+
+#[test]
+fn error_37_tool_axis() {
+    refused_and_unchanged(&["G43.1", "G43.1 X1", "G43.1 Y1 Z1"], 37);
+}
+
+#[test]
+fn error_38_tool_number() {
+    refused_and_unchanged(&["T256", "T1000"], 38);
+}

@@ -1,0 +1,13 @@
+//! Timed dialogues with the whole controller in virtual time: what a sender says, what it hears, what moved. By the tables of
+//! docs/console.md.
+
+mod alarms;
+mod commands;
+mod errors;
+mod motion;
+mod real_time;
+mod reports;
+mod senders;
+mod states;
+mod tables;
+mod talk;

@@ -1,0 +1,178 @@
+//! Each real-time byte of the table in docs/console.md.
+
+use embassy_time::Duration;
+use isostep_sim::Sim;
+
+use crate::talk::{begin, bytes, field, homed, report, say, state, status};
+
+/// The overrides of a fresh machine after these bytes, which are not answered.
+fn overrides_after(sent: &[u8]) -> String {
+    let mut sim = homed();
+    assert_eq!(bytes(&mut sim, sent), [""; 0]);
+    field(&mut sim, "Ov")
+}
+
+/// The line in whose middle the bytes arrive is whole.
+fn within_a_line(sent: &[u8]) -> Sim {
+    let mut sim = homed();
+    assert_eq!(say(&mut sim, "G0 X2"), ["ok"]);
+    sim.send(&[b"G0 X1", sent, b"5\n"].concat());
+    sim.run_until_idle().unwrap();
+    assert_eq!(sim.replies(), ["ok"]);
+    assert_eq!(status(&mut sim), "<Idle|MPos:15.000,0.000,0.000");
+    sim
+}
+
+#[test]
+fn byte_3f_reports_the_status() {
+    let mut sim = homed();
+    sim.send(b"G0 X1?0\n");
+    sim.run_until_idle().unwrap();
+    let heard = sim.replies();
+    assert!(heard[0].starts_with("<Idle|MPos:0.000,0.000,0.000|FS:0,0|"), "{heard:?}");
+    assert_eq!(heard[1..], ["ok"]);
+    assert_eq!(status(&mut sim), "<Idle|MPos:10.000,0.000,0.000");
+}
+
+#[test]
+fn byte_18_resets() {
+    let mut sim = homed();
+    assert_eq!(say(&mut sim, "G91 G20"), ["ok"]);
+    bytes(&mut sim, b"\x91");
+    sim.send(b"G0 X1\x18G0 X");
+    sim.run_until_idle().unwrap();
+    assert_eq!(sim.replies(), ["Grbl 1.1h ['$' for help]"]);
+    assert_eq!(say(&mut sim, "2"), ["ok"], "what came behind it is a new line");
+    assert_eq!(status(&mut sim), "<Idle|MPos:2.000,0.000,0.000");
+    assert_eq!(field(&mut sim, "Ov"), "100,100,100");
+}
+
+#[test]
+fn byte_21_is_taken_in_silence() {
+    within_a_line(b"!");
+}
+
+#[test]
+fn byte_7e_resumes_from_a_program_pause() {
+    within_a_line(b"~");
+    let mut sim = homed();
+    sim.send(b"G0 X1 M0\nG0 X2\n");
+    sim.run_until_idle().unwrap();
+    assert_eq!(sim.replies(), [""; 0], "neither the pause is answered nor what comes behind it");
+    assert_eq!(status(&mut sim), "<Hold:0|MPos:1.000,0.000,0.000");
+    sim.send(b"~");
+    sim.run_until_idle().unwrap();
+    assert_eq!(sim.replies(), ["ok", "ok"]);
+    assert_eq!(status(&mut sim), "<Idle|MPos:2.000,0.000,0.000");
+    say(&mut sim, "M0");
+    bytes(&mut sim, b"\x18");
+    assert_eq!(state(&mut sim), "Idle", "a reset ends a pause too, and is no alarm");
+}
+
+#[test]
+fn byte_84_is_taken_in_silence() {
+    within_a_line(b"\x84");
+}
+
+#[test]
+fn byte_85_is_taken_in_silence() {
+    within_a_line(b"\x85");
+}
+
+#[test]
+fn byte_90_puts_the_feed_back() {
+    assert_eq!(overrides_after(b"\x91\x93\x90"), "100,100,100");
+}
+
+#[test]
+fn byte_91_raises_the_feed_by_ten() {
+    assert_eq!(overrides_after(b"\x91"), "110,100,100");
+    assert_eq!(overrides_after(&[0x91; 11]), "200,100,100");
+}
+
+#[test]
+fn byte_92_lowers_the_feed_by_ten() {
+    assert_eq!(overrides_after(b"\x92"), "90,100,100");
+    assert_eq!(overrides_after(&[0x92; 11]), "10,100,100");
+}
+
+#[test]
+fn byte_93_raises_the_feed_by_one() {
+    assert_eq!(overrides_after(b"\x93\x93"), "102,100,100");
+}
+
+#[test]
+fn byte_94_lowers_the_feed_by_one() {
+    assert_eq!(overrides_after(b"\x94"), "99,100,100");
+}
+
+#[test]
+fn byte_95_puts_the_rapids_back() {
+    assert_eq!(overrides_after(b"\x97\x95"), "100,100,100");
+}
+
+#[test]
+fn byte_96_halves_the_rapids() {
+    assert_eq!(overrides_after(b"\x96"), "100,50,100");
+    assert_eq!(overrides_after(b"\xC2\x96"), "100,50,100", "as UTF-8");
+}
+
+#[test]
+fn byte_97_quarters_the_rapids() {
+    assert_eq!(overrides_after(b"\x97"), "100,25,100");
+}
+
+#[test]
+fn byte_99_puts_the_spindle_back() {
+    assert_eq!(overrides_after(b"\x9A\x99"), "100,100,100");
+}
+
+#[test]
+fn byte_9a_raises_the_spindle_by_ten() {
+    assert_eq!(overrides_after(b"\x9A"), "100,100,110");
+}
+
+#[test]
+fn byte_9b_lowers_the_spindle_by_ten() {
+    assert_eq!(overrides_after(b"\x9B"), "100,100,90");
+}
+
+#[test]
+fn byte_9c_raises_the_spindle_by_one() {
+    assert_eq!(overrides_after(b"\x9C"), "100,100,101");
+}
+
+#[test]
+fn byte_9d_lowers_the_spindle_by_one() {
+    assert_eq!(overrides_after(b"\x9D"), "100,100,99");
+}
+
+/// In the middle of a line, where they must leave it whole.
+#[test]
+fn bytes_without_a_meaning_are_dropped() {
+    let meaning = |byte: u8| matches!(byte, 0x84 | 0x85 | 0x90..=0x97 | 0x99..=0x9D);
+    let dropped: Vec<u8> = (0x80..=0xFF).filter(|&byte| !meaning(byte)).collect();
+    let mut sim = within_a_line(&dropped);
+    assert_eq!(field(&mut sim, "Ov"), "100,100,100");
+}
+
+#[test]
+fn the_feed_override_counts_for_moves_taken_from_then_on_and_not_for_jogs() {
+    let mut sim = homed();
+    let speed = |sim: &mut Sim, line: &str| {
+        begin(sim, line, Duration::from_secs(1));
+        let speed = report(sim).split("FS:").nth(1).unwrap().split(',').next().unwrap().to_owned();
+        sim.run_until_idle().unwrap();
+        sim.replies();
+        speed
+    };
+    assert_eq!(speed(&mut sim, "G1 X50 F600"), "600");
+    bytes(&mut sim, &[0x91; 5]);
+    assert_eq!(speed(&mut sim, "G1 X0"), "900");
+    bytes(&mut sim, &[0x90, 0x92]);
+    assert_eq!(speed(&mut sim, "G1 X50"), "540");
+    assert_eq!(speed(&mut sim, "$J=X0 F600"), "600");
+    assert_eq!(speed(&mut sim, "G93 G1 X50 F12"), "540", "12 a minute is 600 mm/min");
+    assert_eq!(say(&mut sim, "M2"), ["[MSG:Pgm End]", "ok"]);
+    assert_eq!(field(&mut sim, "Ov"), "100,100,100");
+}

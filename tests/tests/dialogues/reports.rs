@@ -1,0 +1,150 @@
+//! Each field of the status reports, as docs/console.md lists them.
+
+use embassy_time::Duration;
+use isostep_motion::Axis;
+use isostep_sim::plant::SwitchFault;
+use isostep_sim::{Config, Sim};
+
+use crate::talk::{begin, bytes, field, homed, powered_up, report, say};
+
+#[test]
+fn report_positions_go_by_the_mask() {
+    let mut sim = homed();
+    assert_eq!(say(&mut sim, "G10 L2 P1 X1 Y2\nG92 Z-3\nG43.1 Z0.5\nG0 X10"), ["ok"; 4]);
+    // Machine X 11; WCO is G54, G92 (Z was 0: 3) and the tool's length.
+    assert_eq!(field(&mut sim, "MPos"), "11.000,0.000,0.000");
+    assert_eq!(field(&mut sim, "WCO"), "1.000,2.000,3.500");
+    assert_eq!(say(&mut sim, "$10=0"), ["ok"]);
+    assert_eq!(field(&mut sim, "WPos"), "10.000,-2.000,-3.500");
+    assert_eq!(say(&mut sim, "$13=1"), ["ok"]);
+    assert_eq!(field(&mut sim, "WPos"), "0.3937,-0.0787,-0.1378");
+    assert_eq!(field(&mut sim, "WCO"), "0.0394,0.0787,0.1378");
+}
+
+/// The moves of the old offset end first: at no instant does a work position jump.
+#[test]
+fn a_new_offset_waits_for_the_moves_before_it() {
+    let mut sim = homed();
+    assert_eq!(say(&mut sim, "$10=0"), ["ok"]);
+    sim.send(b"G1 X10 F600\nG92 X0\nG1 X5\n");
+    let mut last_mm = 0.0;
+    for _ in 0..40 {
+        sim.run_for(Duration::from_millis(50)).unwrap();
+        let report = report(&mut sim);
+        let x_mm: f64 = report.split("WPos:").nth(1).unwrap().split(',').next().unwrap().parse().unwrap();
+        let restarted = last_mm > 9.0 && x_mm < 1.0;
+        assert!((x_mm - last_mm).abs() < 1.0 || restarted, "{last_mm} to {report}");
+        last_mm = x_mm;
+    }
+    sim.run_until_idle().unwrap();
+    assert_eq!(field(&mut sim, "WPos"), "5.000,0.000,0.000");
+}
+
+#[test]
+fn report_buffers_when_asked() {
+    let mut sim = homed();
+    assert!(!report(&mut sim).contains("Bf:"));
+    assert_eq!(say(&mut sim, "$10=3"), ["ok"]);
+    assert_eq!(field(&mut sim, "Bf"), "15,128");
+    begin(&mut sim, "G0 X10\nG0 X20\nG0 X30", Duration::from_millis(100));
+    assert_eq!(field(&mut sim, "Bf"), "13,128", "one is under way");
+    // More than the queue holds waits in the console, which keeps more than it promises.
+    for i in 0..100 {
+        sim.send(format!("G0 X{}\n", i % 10).as_bytes());
+    }
+    sim.run_for(Duration::from_millis(10)).unwrap();
+    assert_eq!(field(&mut sim, "Bf"), "0,128");
+    sim.send(&[b' '; 500]);
+    sim.run_for(Duration::from_millis(10)).unwrap();
+    let bytes: u16 = field(&mut sim, "Bf").split(',').nth(1).unwrap().parse().unwrap();
+    assert!(bytes < 128, "{bytes}");
+}
+
+#[test]
+fn report_line_number_of_the_move_under_way() {
+    let mut sim = homed();
+    sim.send(b"N10 G1 X5 F600\nN20 X10\nX15\nN30 G4 P1 X20\nN0 X25\n");
+    let mut heard = Vec::new();
+    for _ in 0..150 {
+        sim.run_for(Duration::from_millis(50)).unwrap();
+        let report = report(&mut sim);
+        let number = report.split("|Ln:").nth(1).map_or("", |rest| rest.split('|').next().unwrap()).to_owned();
+        if heard.last() != Some(&number) {
+            heard.push(number);
+        }
+    }
+    assert_eq!(heard, ["10", "20", "", "30", ""]);
+    sim.run_until_idle().unwrap();
+    // After a reset the count begins anew with an empty queue.
+    begin(&mut sim, "N40 X0\nN50 X5", Duration::from_millis(50));
+    bytes(&mut sim, b"\x18");
+    assert!(!report(&mut sim).contains("Ln:"));
+    say(&mut sim, "$X");
+    begin(&mut sim, "N60 G1 X1 F60", Duration::from_millis(50));
+    assert_eq!(field(&mut sim, "Ln"), "60");
+}
+
+#[test]
+fn report_speed_along_the_path() {
+    let mut sim = homed();
+    assert_eq!(field(&mut sim, "FS"), "0,0");
+    begin(&mut sim, "M3 S1000 G1 X60 Y80 F1200", Duration::from_secs(1));
+    assert_eq!(field(&mut sim, "FS"), "1200,0", "no spindle turns");
+}
+
+#[test]
+fn report_pins_when_pressed() {
+    let mut sim = homed();
+    let pins = |sim: &mut Sim| {
+        sim.run_for(Duration::from_millis(20)).unwrap();
+        field(sim, "Pn")
+    };
+    assert!(!report(&mut sim).contains("Pn:"));
+    sim.set_switch(Axis::X, SwitchFault::StuckClosed);
+    assert_eq!(pins(&mut sim), "X");
+    sim.set_switch(Axis::Y, SwitchFault::StuckClosed);
+    sim.set_switch(Axis::Z, SwitchFault::StuckClosed);
+    assert_eq!(pins(&mut sim), "XYZ");
+    sim.set_emergency_stop(true);
+    assert_eq!(pins(&mut sim), "XYZR");
+    for axis in Axis::ALL {
+        sim.set_switch(axis, SwitchFault::None);
+    }
+    assert_eq!(pins(&mut sim), "R");
+    sim.set_emergency_stop(false);
+    sim.run_for(Duration::from_millis(20)).unwrap();
+    assert!(!report(&mut sim).contains("Pn:"));
+}
+
+/// w tells the work offset, o the overrides.
+fn extras(sim: &mut Sim, count: usize) -> String {
+    let kind = |report: String| match (report.contains("|WCO:"), report.contains("|Ov:")) {
+        (true, false) => 'w',
+        (false, true) => 'o',
+        (false, false) => '.',
+        (true, true) => panic!("{report}"),
+    };
+    (0..count).map(|_| kind(report(sim))).collect()
+}
+
+#[test]
+fn report_offset_and_overrides_take_turns() {
+    let mut sim = powered_up(&Config::default());
+    assert_eq!(extras(&mut sim, 22), "wo........wo........wo");
+    // At once when changed; and both changed take turns.
+    assert_eq!(say(&mut sim, "G92 X1"), ["ok"]);
+    assert_eq!(extras(&mut sim, 3), "w..");
+    bytes(&mut sim, b"\x91");
+    assert_eq!(extras(&mut sim, 3), "o..");
+    assert_eq!(say(&mut sim, "G92 X2"), ["ok"]);
+    bytes(&mut sim, b"\x91");
+    assert_eq!(extras(&mut sim, 3), "wo.");
+    bytes(&mut sim, b"\x18");
+    assert_eq!(extras(&mut sim, 2), "wo", "a reset begins anew");
+    begin(&mut sim, "G1 X100 F600", Duration::from_millis(50));
+    let busy = extras(&mut sim, 70);
+    let (offsets, overrides): (Vec<_>, Vec<_>) =
+        (busy.match_indices('w').map(|(at, _)| at).collect(), busy.match_indices('o').map(|(at, _)| at).collect());
+    assert_eq!(offsets[1] - offsets[0], 30, "{busy}");
+    assert_eq!(overrides[2] - overrides[1], 20, "{busy}");
+}

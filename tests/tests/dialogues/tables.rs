@@ -1,0 +1,152 @@
+//! The tables of docs/console.md against the code: no row without a test, no code without a row.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use isostep_console::{Alarm, Command, Error, Realtime, State, realtime};
+use isostep_tests::root;
+
+/// The rows of the table under a heading, as cells.
+fn table(heading: &str) -> Vec<Vec<String>> {
+    let page = fs::read_to_string(root().join("docs/console.md")).unwrap();
+    let section = page.split("\n## ").find(|section| section.starts_with(heading)).expect(heading);
+    let rows = section.lines().filter(|line| line.starts_with('|')).skip(2);
+    let cells = |row: &str| row.trim_matches('|').split('|').map(|cell| cell.trim().to_owned()).collect();
+    rows.map(cells).collect()
+}
+
+/// The first cells of the rows that do not say never.
+fn codes(heading: &str) -> BTreeSet<String> {
+    table(heading).iter().filter(|row| !row[1].starts_with("never")).map(|row| row[0].replace('`', "")).collect()
+}
+
+fn sources(folder: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    entries.flat_map(|path| if path.is_dir() { sources(&path) } else { vec![path] }).collect()
+}
+
+#[test]
+fn every_row_names_a_test_that_exists() {
+    let folders = ["tests/tests", "crates/console/tests"].map(|folder| sources(&root().join(folder)));
+    let code: String = folders.iter().flatten().map(|path| fs::read_to_string(path).unwrap()).collect();
+    for heading in ["Real-time bytes", "`$` commands", "Errors", "Alarms", "States", "Status reports", "Senders"] {
+        for row in table(heading) {
+            let test = row.last().unwrap().trim_matches('`');
+            if row[1].starts_with("never") && test.is_empty() {
+                continue;
+            }
+            assert!(code.contains(&format!("\nfn {test}() {{")), "{row:?}");
+        }
+    }
+}
+
+#[test]
+fn every_error_has_a_row() {
+    let known: BTreeSet<_> = Error::ALL.iter().map(|error| error.code().to_string()).collect();
+    assert_eq!(codes("Errors"), known);
+}
+
+#[test]
+fn every_alarm_has_a_row() {
+    let known: BTreeSet<_> = Alarm::ALL.iter().map(|alarm| alarm.code().to_string()).collect();
+    assert_eq!(codes("Alarms"), known);
+}
+
+#[test]
+fn every_state_has_a_row() {
+    // A new state does not compile here until it has been added.
+    let next = |state| match state {
+        State::Idle => Some(State::Run),
+        State::Run => Some(State::Hold { stopping: false }),
+        State::Hold { stopping: false } => Some(State::Hold { stopping: true }),
+        State::Hold { stopping: true } => Some(State::Jog),
+        State::Jog => Some(State::Home),
+        State::Home => Some(State::Alarm),
+        State::Alarm => Some(State::Check),
+        State::Check => Some(State::Sleep),
+        State::Sleep => None,
+    };
+    let known: BTreeSet<_> =
+        std::iter::successors(Some(State::Idle), |&state| next(state)).map(|state| state.to_string()).collect();
+    assert_eq!(codes("States"), known);
+}
+
+#[test]
+fn every_real_time_byte_has_a_row() {
+    let name = |byte: u8| if byte.is_ascii_graphic() { char::from(byte).to_string() } else { format!("0x{byte:02X}") };
+    let acts = |&byte: &u8| realtime::classify(byte).is_some_and(|realtime| realtime != Realtime::Ignored);
+    let mut known: BTreeSet<_> = (0..=0xFF).filter(acts).map(name).collect();
+    // What Grbl knows and the gantry has no use for.
+    known.extend(["0x9E", "0xA0", "0xA1", "others from 0x80 up"].map(str::to_owned));
+    assert_eq!(codes("Real-time bytes"), known);
+}
+
+/// The row of a command.
+fn row(command: &Command<'_>) -> &'static str {
+    match command {
+        Command::Block(_) => "",
+        Command::Jog(_) => "$J=",
+        Command::Home => "$H",
+        Command::Unlock => "$X",
+        Command::ToggleCheck => "$C",
+        Command::Sleep => "$SLP",
+        Command::Help => "$",
+        Command::ShowSettings => "$$",
+        Command::ShowParameters => "$#",
+        Command::SetSetting { .. } => "$n=v",
+        Command::Restore { settings: true, parameters: true } => "$RST=*",
+        Command::Restore { settings: true, .. } => "$RST=$",
+        Command::Restore { .. } => "$RST=#",
+        Command::ShowBuild => "$I",
+        Command::ShowModal => "$G",
+        Command::ShowStartup => "$N",
+        Command::SetStartup { .. } => "$N0=line, $N1=line",
+        Command::ExplainError(_) => "$En",
+        Command::ExplainAlarm(_) => "$An",
+    }
+}
+
+#[test]
+fn every_command_has_a_row_with_its_states() {
+    const ALL: [State; 8] = [
+        State::Idle,
+        State::Run,
+        State::Hold { stopping: false },
+        State::Jog,
+        State::Home,
+        State::Alarm,
+        State::Check,
+        State::Sleep,
+    ];
+    let lines = [
+        "$", "$$", "$1=5", "$#", "$G", "$I", "$N", "$N0=G21", "$C", "$X", "$H", "$J=X1F1", "$SLP", "$RST=$", "$RST=#",
+        "$RST=*", "$E1", "$A1",
+    ];
+    let rows = table("`$` commands");
+    assert_eq!(rows.len(), lines.len());
+    for (line, cells) in lines.iter().zip(rows) {
+        let mut taken = Vec::new();
+        for state in ALL {
+            let settings = isostep_console::Settings::DEFAULT;
+            match isostep_console::Interpreter::new().interpret(line, state, &settings) {
+                Ok(command) => {
+                    assert_eq!(row(&command), cells[0].replace('`', ""));
+                    taken.push(state);
+                }
+                Err(error) => assert_eq!(error, Error::NotIdle, "{line} in {state}"),
+            }
+        }
+        let names = |states: &[State]| {
+            let names = states.iter().map(|state| state.to_string().trim_end_matches(":0").to_owned());
+            names.collect::<Vec<_>>().join(", ")
+        };
+        let refused: Vec<_> = ALL.into_iter().filter(|state| !taken.contains(state)).collect();
+        let expected = match refused.len() {
+            0 => "every".to_owned(),
+            1..=2 => format!("every but {}", names(&refused)),
+            _ => names(&taken),
+        };
+        assert_eq!(cells[2], expected, "{line}");
+    }
+}

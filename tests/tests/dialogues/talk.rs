@@ -1,0 +1,88 @@
+//! How a test talks with the simulated machine.
+
+use embassy_time::Duration;
+use isostep_sim::{Config, Sim};
+
+/// A machine 50 ms after power-up; what it said so far is still to be heard.
+pub fn switched_on(config: &Config) -> Sim {
+    let mut sim = Sim::new(config);
+    sim.run_for(Duration::from_millis(50)).unwrap();
+    sim
+}
+
+/// A machine that has just said its welcome.
+pub fn powered_up(config: &Config) -> Sim {
+    let mut sim = switched_on(config);
+    assert_eq!(sim.replies(), ["Grbl 1.1h ['$' for help]"]);
+    sim
+}
+
+/// The default machine, homed.
+pub fn homed() -> Sim {
+    let mut sim = powered_up(&Config::default());
+    assert_eq!(say(&mut sim, "$H"), ["ok"]);
+    sim
+}
+
+/// Sends a line and returns what was heard until nothing moves.
+pub fn say(sim: &mut Sim, line: &str) -> Vec<String> {
+    sim.send(line.as_bytes());
+    sim.send(b"\n");
+    sim.run_until_idle().unwrap();
+    sim.replies()
+}
+
+/// Sends a line and returns what was heard a little later.
+pub fn begin(sim: &mut Sim, line: &str, wait: Duration) -> Vec<String> {
+    sim.send(line.as_bytes());
+    sim.send(b"\n");
+    sim.run_for(wait).unwrap();
+    sim.replies()
+}
+
+/// The first part of a status report: state and position.
+pub fn status(sim: &mut Sim) -> String {
+    sim.send(b"?");
+    sim.run_for(Duration::from_millis(1)).unwrap();
+    let reply = sim.replies().pop().expect("a status report");
+    reply.split('|').take(2).collect::<Vec<_>>().join("|")
+}
+
+/// Sends bytes and returns what was heard a millisecond later.
+pub fn bytes(sim: &mut Sim, bytes: &[u8]) -> Vec<String> {
+    sim.send(bytes);
+    sim.run_for(Duration::from_millis(1)).unwrap();
+    sim.replies()
+}
+
+/// The next status report, whole.
+pub fn report(sim: &mut Sim) -> String {
+    let replies = bytes(sim, b"?");
+    replies.into_iter().find(|line| line.starts_with('<')).expect("a status report")
+}
+
+/// What the machine calls its state.
+pub fn state(sim: &mut Sim) -> String {
+    let report = report(sim);
+    report[1..].split('|').next().unwrap().to_owned()
+}
+
+/// The value of a field of the status reports, in the first one that has it.
+pub fn field(sim: &mut Sim, name: &str) -> String {
+    for _ in 0..40 {
+        let report = report(sim);
+        let fields = report.trim_end_matches('>').split('|');
+        if let Some(value) = fields.filter_map(|field| field.strip_prefix(name)).next() {
+            return value.trim_start_matches(':').to_owned();
+        }
+    }
+    panic!("no report has {name}");
+}
+
+/// Sends a line that is answered with the error, and with nothing but messages before it.
+pub fn refused(sim: &mut Sim, line: &str, code: u8) {
+    let heard = say(sim, line);
+    let (last, before) = heard.split_last().unwrap_or_else(|| panic!("{line}: silence"));
+    assert_eq!(*last, format!("error:{code}"), "{line}: {heard:?}");
+    assert!(before.iter().all(|line| line.starts_with("[MSG:")), "{line}: {heard:?}");
+}
