@@ -72,6 +72,9 @@ impl Controller<'_> {
     /// What there is to say before `ok` or the error is left in `text`.
     async fn carry_out(&self, line: &str, text: &mut Message, out: &Output) -> Result<After, Error> {
         let state = self.state();
+        if state == Word::Idle && self.with(|program| core::mem::take(&mut program.jogged)) {
+            self.follow_machine();
+        }
         let command = self.with(|program| program.interpreter.interpret(line, state, &program.settings))?;
         match command {
             Command::Block(block) | Command::SetStartup { block, .. } => self.block(block, text).await?,

@@ -7,7 +7,7 @@ use embassy_sync::mutex::Mutex;
 use embassy_sync::signal::Signal;
 use isostep_console::parameters::{STARTUP_LINES, StartupLine};
 use isostep_console::{AXES, Interpreter, Overrides, Parameters, Realtime, Settings, State as Word, Status as Report};
-use isostep_motion::{Machine, State};
+use isostep_motion::{Machine, Overrides as Overridden, State};
 
 use crate::config::config;
 use crate::line_numbers::LineNumbers;
@@ -22,7 +22,7 @@ pub struct Controller<'a> {
     program: RefCell<Program>,
     /// Consoles take turns, a line each, so that a move starts where the one before it ends.
     pub(crate) turn: Mutex<NoopRawMutex, ()>,
-    /// Ends a pause or a sleep, in which a line keeps its turn.
+    /// Ends a sleep, in which a line keeps its turn.
     pub(crate) woken: Signal<NoopRawMutex, ()>,
 }
 
@@ -35,8 +35,8 @@ pub(crate) struct Program {
     /// The work offset of the motion under way: the interpreter's is ahead.
     pub work_offset_mm: [f32; AXES],
     pub mode: Mode,
-    /// What runs is a jog.
-    pub jogging: bool,
+    /// The last motion was a jog, which may have ended short of its target.
+    pub jogged: bool,
     /// The start-up lines have not run since power-up or the last reset.
     pub startup_due: bool,
 }
@@ -48,8 +48,6 @@ pub(crate) enum Mode {
     Normal,
     /// To check G-code.
     Check,
-    /// To be resumed: M0.
-    Pause,
     /// To be reset.
     Sleep,
     /// To be unlocked or homed: the motors were free while it slept.
@@ -68,7 +66,7 @@ impl<'a> Controller<'a> {
             line_numbers: LineNumbers::new(),
             work_offset_mm: [0.0; AXES],
             mode: Mode::Normal,
-            jogging: false,
+            jogged: false,
             startup_due: true,
         };
         Self { machine, program: RefCell::new(program), turn: Mutex::new(()), woken: Signal::new() }
@@ -100,15 +98,14 @@ impl<'a> Controller<'a> {
 
     /// What the machine does, as a console calls it.
     pub(crate) fn state(&self) -> Word {
-        let (mode, jogging) = self.with(|program| (program.mode, program.jogging));
-        match (self.machine.state(), mode) {
+        match (self.machine.state(), self.with(|program| program.mode)) {
             (State::Alarm(_), _) | (State::Idle, Mode::Slept) => Word::Alarm,
             (State::Home, _) => Word::Home,
-            (State::Run, _) if jogging => Word::Jog,
+            (State::Jog, _) => Word::Jog,
             (State::Run, _) => Word::Run,
+            (State::Hold { still }, _) => Word::Hold { stopping: !still },
             (State::Idle, Mode::Normal) => Word::Idle,
             (State::Idle, Mode::Check) => Word::Check,
-            (State::Idle, Mode::Pause) => Word::Hold { stopping: false },
             (State::Idle, Mode::Sleep) => Word::Sleep,
         }
     }
@@ -137,11 +134,24 @@ impl<'a> Controller<'a> {
     /// Obeys a real-time byte that is neither a report nor a reset.
     pub(crate) fn real_time(&self, realtime: Realtime) {
         match realtime {
-            Realtime::Override(byte) => self.with(|program| program.overrides.apply(byte)),
-            Realtime::Resume if self.with(|program| program.mode == Mode::Pause) => self.woken.signal(()),
-            Realtime::Hold | Realtime::Resume | Realtime::JogCancel => {}
+            Realtime::Override(byte) => {
+                self.with(|program| program.overrides.apply(byte));
+                self.override_machine();
+            }
+            Realtime::Hold => self.machine.hold(),
+            Realtime::Resume => self.machine.resume(),
+            Realtime::JogCancel => self.machine.cancel_jog(),
             Realtime::Status | Realtime::Reset | Realtime::Ignored => {}
         }
+    }
+
+    /// Tells the machine of the overrides in force.
+    pub(crate) fn override_machine(&self) {
+        let overrides = self.with(|program| program.overrides);
+        self.machine.set_overrides(Overridden {
+            feed_percent: overrides.feed_percent,
+            rapid_percent: overrides.rapid_percent,
+        });
     }
 
     /// The modal state and the overrides of power-up, at the place where the machine stands.

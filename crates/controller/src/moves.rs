@@ -2,7 +2,7 @@
 
 use embassy_time::Duration;
 use isostep_console::report::messages;
-use isostep_console::{Block, Error, Fixed, Jog, MIN_FEED_MM_MIN, Motion as Words, Overrides, Rate};
+use isostep_console::{Block, Error, Fixed, Jog, Motion as Words, Overrides, Rate};
 use isostep_motion::{AXES, Alarm, Axis, Busy, Motion};
 
 use crate::controller::{Controller, Mode};
@@ -42,6 +42,7 @@ impl Controller<'_> {
         }
         if block.ends_program {
             self.with(|program| program.overrides = Overrides::DEFAULT);
+            self.override_machine();
             text.tell(messages::PROGRAM_END);
         }
         Ok(())
@@ -53,16 +54,22 @@ impl Controller<'_> {
         if self.beyond_travel(target_steps).is_some() {
             return Err(Error::TravelExceeded);
         }
-        self.with(|program| program.jogging = true);
-        self.enqueue(Motion::Move { target_steps, feed_mm_s: Some(f64::from(jog.mm_min) / 60.0) }, 0).await?;
-        self.with(|program| program.interpreter.set_position_mm(jog.target_mm));
+        self.submit(Motion::Jog { target_steps, feed_mm_s: f64::from(jog.mm_min) / 60.0 }, 0).await?;
+        self.with(|program| {
+            program.interpreter.set_position_mm(jog.target_mm);
+            program.jogged = true;
+        });
         Ok(())
     }
 
     /// Asks for a motion of line `line_number`, 0 for none.
     pub(crate) async fn submit(&self, motion: Motion, line_number: u32) -> Result<(), Error> {
-        self.with(|program| program.jogging = false);
-        self.enqueue(motion, line_number).await
+        self.machine.submit(motion).await.map_err(|Busy(_)| {
+            self.follow_machine();
+            Error::Locked
+        })?;
+        self.with(|program| program.line_numbers.note(line_number));
+        Ok(())
     }
 
     pub(crate) async fn settled(&self) -> Result<(), Error> {
@@ -72,21 +79,11 @@ impl Controller<'_> {
         })
     }
 
-    async fn enqueue(&self, motion: Motion, line_number: u32) -> Result<(), Error> {
-        self.machine.submit(motion).await.map_err(|Busy(_)| {
-            self.follow_machine();
-            Error::Locked
-        })?;
-        self.with(|program| program.line_numbers.note(line_number));
-        Ok(())
-    }
-
     /// M0: until a resume, or a reset.
     async fn pause(&self) {
-        self.woken.reset();
-        self.with(|program| program.mode = Mode::Pause);
-        self.woken.wait().await;
-        self.with(|program| program.mode = Mode::Normal);
+        self.machine.hold();
+        // An alarm shows in what follows.
+        let _ = self.machine.settled().await;
     }
 
     async fn go_to(
@@ -108,11 +105,7 @@ impl Controller<'_> {
         }
         let feed_mm_s = match rate {
             Rate::Rapid => None,
-            Rate::Feed { mm_min } => {
-                let percent = self.with(|program| program.overrides.feed_percent);
-                let mm_min = (mm_min * f32::from(percent) / 100.0).max(MIN_FEED_MM_MIN);
-                Some(f64::from(mm_min) / 60.0)
-            }
+            Rate::Feed { mm_min } => Some(f64::from(mm_min) / 60.0),
         };
         self.submit(Motion::Move { target_steps, feed_mm_s }, line_number).await
     }
