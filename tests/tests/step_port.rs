@@ -12,7 +12,7 @@ use embassy_futures::select::{Either, select};
 use embassy_time::{Duration, Instant, Timer};
 use embedded_hal::digital::OutputPin;
 use isostep_motion::{
-    AXES, Axis, Capabilities, ConfigError, Direction, DriverTiming, Odometer, PortFault, Run, SegmentQueue, StepPort,
+    AXES, Axis, Capabilities, ConfigError, Direction, DriverTiming, Feed, Odometer, PortFault, Run, SegmentQueue, StepPort,
     Wiring,
 };
 use isostep_profile::{ACCEL_MAX_STEPS_S2, IntervalLaw, Limits, SpeedLaw, SyncMove};
@@ -138,7 +138,7 @@ async fn carry_out(
     let segments = plan.0.segments(1, port.capabilities().tick_hz);
     let feed = async {
         for segment in segments {
-            queue.send(segment).await;
+            queue.send(Feed::Steps(segment)).await;
         }
         pending::<Infallible>().await
     };
@@ -278,14 +278,14 @@ fn running_dry_is_a_fault_and_nothing_rises_after_it() {
             let (queue, odometer) = (SegmentQueue::new(), Odometer::new());
             let mut segments = plan.0.segments(1, port.capabilities().tick_hz);
             let fed = segments.by_ref().take(3).map(|segment| {
-                queue.try_send(segment).unwrap();
+                queue.try_send(Feed::Steps(segment)).unwrap();
                 segment.steps() as i32
             });
             let fed: i32 = fed.sum();
             let feed = async {
                 Timer::after_secs(1).await;
                 for segment in segments {
-                    queue.send(segment).await;
+                    queue.send(Feed::Steps(segment)).await;
                 }
                 pending::<Infallible>().await
             };

@@ -19,7 +19,7 @@ use crate::axes::{AXES, Axis};
 use crate::event::{Alarm, Event, Finish, State};
 use crate::machine::{Cause, Machine, Motion};
 use crate::port::PortFault;
-use crate::run::Pace;
+use crate::run::Purpose;
 
 /// Carries out the motions asked of `machine` for ever. `enable` is the drivers' ENABLE, active low; every
 /// [`Event`] goes to `on_event` as it happens.
@@ -75,8 +75,8 @@ where
         let result = match motion {
             // Stopped or cancelled before it began.
             _ if self.machine.cause().is_some() || !self.machine.outlast_hold().await => Ok(()),
-            Motion::Move { target_steps, feed_mm_s } => self.go_to(target_steps, feed_mm_s).await,
-            Motion::Jog { target_steps, feed_mm_s } => self.go_to(target_steps, Some(feed_mm_s)).await,
+            Motion::Move { target_steps, feed_mm_s } => self.go_to(target_steps, feed_mm_s, Purpose::Program).await,
+            Motion::Jog { target_steps, feed_mm_s } => self.go_to(target_steps, Some(feed_mm_s), Purpose::Jog).await,
             Motion::Dwell(duration) => self.dwell(duration).await,
             Motion::Home => self.home().await,
         };
@@ -84,13 +84,18 @@ where
         self.tell_state(state);
     }
 
-    async fn go_to(&mut self, target_steps: [i32; AXES], feed_mm_s: Option<f64>) -> Result<(), Alarm> {
+    async fn go_to(
+        &mut self,
+        target_steps: [i32; AXES],
+        feed_mm_s: Option<f64>,
+        purpose: Purpose,
+    ) -> Result<(), Alarm> {
         let origin = self.machine.position_steps();
         let steps = core::array::from_fn(|i| target_steps[i].wrapping_sub(origin[i]));
         if steps == [0; AXES] {
             return Ok(());
         }
-        match self.travel(steps, feed_mm_s, Pace::Overridden).await? {
+        match self.travel(steps, feed_mm_s, purpose).await? {
             // What was held and not resumed is forgotten.
             Finish::Done | Finish::Held => Ok(()),
             Finish::Stopped => Err(self.stop_alarm()),

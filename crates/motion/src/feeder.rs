@@ -40,23 +40,28 @@ pub(crate) struct Feeder<'a> {
     fed: Fed,
     /// The last step to give.
     end: u32,
+    /// While others go on the port rests up to this, or a little before, ticks.
+    rest_until_ticks: u64,
+    /// The last step of the whole move: with it the port's run ends.
+    last: u32,
 }
 
 impl<'a> Feeder<'a> {
     /// `fed` is how far the axis has come.
     pub fn new(machine: &'a Machine, axis: Axis, part: &'a SyncMove<AXES>, fed: Fed) -> Self {
         let (index, tick_hz) = (axis as usize, machine.tick_hz(axis));
-        let (segments, end) = (part.segments(index, tick_hz), part.step_numbers(index).end - 1);
-        Self { machine, axis, tick_hz, segments, hand: None, fed, end }
+        let (segments, last) = (part.segments(index, tick_hz), part.steps[index].unsigned_abs());
+        Self { machine, axis, tick_hz, segments, hand: None, fed, end: last, rest_until_ticks: 0, last }
     }
 
     pub fn fed(&self) -> Fed {
         self.fed
     }
 
-    /// Ends with the step `last`, if that is not behind it.
-    pub fn end_with(&mut self, last: u32) {
-        self.end = self.end.min(last.max(self.fed.steps));
+    /// Ends with the step `end`, if that is not behind it, and rests until `until_s` from the start of the run.
+    pub fn end_with(&mut self, end: u32, until_s: f64) {
+        self.end = end.max(self.fed.steps);
+        self.rest_until_ticks = (until_s * f64::from(self.tick_hz)) as u64;
     }
 
     /// Compiles and gives as much as the queue takes, until the port is fed for `time`. Before the run starts.
@@ -75,7 +80,7 @@ impl<'a> Feeder<'a> {
     /// # Cancellation
     /// Safe: what has not been given is still to be given.
     pub async fn feed(&mut self, start: Instant) {
-        while self.fed.steps < self.end {
+        while self.has_more() {
             let fed_until = start + Duration::from_micros(self.fed_until_us());
             Timer::at(fed_until.checked_sub(AHEAD).unwrap_or(Instant::MIN)).await;
             let queue = &self.machine.link(self.axis).segments;
@@ -95,17 +100,30 @@ impl<'a> Feeder<'a> {
         time.as_micros() * u64::from(self.tick_hz) / 1_000_000
     }
 
+    fn has_more(&self) -> bool {
+        self.fed.steps < self.end || self.fed.steps < self.last && self.is_long_before(self.rest_until_ticks)
+    }
+
+    /// Whether the port has to rest before then.
+    fn is_long_before(&self, ticks: u64) -> bool {
+        ticks > self.fed.until_ticks + 2 * self.ticks(PIECE)
+    }
+
     /// What to give next, if there is any.
     fn next(&mut self) -> Option<Feed> {
-        let left = self.end - self.fed.steps;
-        if left == 0 {
+        if !self.has_more() {
             return None;
         }
-        let segment = self.hand.take().or_else(|| self.segments.next())?;
         let piece_ticks = self.ticks(PIECE);
-        if segment.first_ticks() > self.fed.until_ticks + 2 * piece_ticks {
+        let rest = Some(Feed::Rest { until_ticks: self.fed.until_ticks + piece_ticks });
+        let left = self.end - self.fed.steps;
+        if left == 0 {
+            return rest;
+        }
+        let segment = self.hand.take().or_else(|| self.segments.next())?;
+        if self.is_long_before(segment.first_ticks()) {
             self.hand = Some(segment);
-            return Some(Feed::Rest { until_ticks: self.fed.until_ticks + piece_ticks });
+            return rest;
         }
         let lasts_ticks = segment.last_ticks() - segment.first_ticks();
         let fitting = if lasts_ticks > piece_ticks {

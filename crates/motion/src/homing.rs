@@ -12,7 +12,7 @@ use crate::axes::{AXES, Axis};
 use crate::coordinator::{Coordinator, alongside};
 use crate::event::{Alarm, Event, Finish, HomingPhase, State};
 use crate::port::Direction;
-use crate::run::Pace;
+use crate::run::Purpose;
 
 /// The seek gives up after this many times the travel.
 const SEEK_TRAVELS: f64 = 1.5;
@@ -98,6 +98,6 @@ where
         let n = config.steps(axis, mm);
         let mut steps = [0; AXES];
         steps[axis as usize] = if positive { n } else { -n };
-        self.travel(steps, Some(speed_mm_s), Pace::AsAsked).await
+        self.travel(steps, Some(speed_mm_s), Purpose::Homing).await
     }
 }

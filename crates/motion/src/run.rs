@@ -39,13 +39,15 @@ const CHANGE_LEAD: Duration = Duration::from_millis(20);
 /// Legs that a run may still have to go through: the one under way, and two changes' worth.
 const PARTS: usize = 7;
 
-/// Whether holds and overrides change a move.
+/// What a move is for: that decides what changes it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Pace {
-    /// They do.
-    Overridden,
-    /// It is made as it was asked for.
-    AsAsked,
+pub(crate) enum Purpose {
+    /// A program: it is held, and its speed overridden.
+    Program,
+    /// A jog: it is cancelled.
+    Jog,
+    /// Homing: nothing.
+    Homing,
 }
 
 /// What a move is planned by.
@@ -54,7 +56,7 @@ struct Terms {
     /// Path length of a step of the longest axis.
     mm_per_step: f64,
     feed_mm_s: Option<f64>,
-    pace: Pace,
+    purpose: Purpose,
     /// Those it is planned by now.
     overrides: Overrides,
 }
@@ -65,6 +67,15 @@ struct Leg {
     part: SyncMove<AXES>,
     /// Steps of the longest axis from the beginning of the whole move.
     until_steps: f64,
+    /// When that is, s from the start of the run.
+    until_s: f64,
+}
+
+impl Leg {
+    /// The whole part.
+    fn new(part: SyncMove<AXES>) -> Self {
+        Self { part, until_steps: part.end_steps(), until_s: part.end_s() }
+    }
 }
 
 /// The legs of a run, in order; the first is under way.
@@ -81,7 +92,7 @@ where
         &mut self,
         steps: [i32; AXES],
         feed_mm_s: Option<f64>,
-        pace: Pace,
+        purpose: Purpose,
     ) -> Result<Finish, Alarm> {
         let config = self.machine.config();
         let mm_squared = |i: usize| {
@@ -91,7 +102,7 @@ where
         let path_mm = libm::sqrt((0..AXES).map(mm_squared).sum());
         let longest = steps.iter().map(|n| n.unsigned_abs()).max().unwrap_or(0);
         let mm_per_step = path_mm / f64::from(longest);
-        let mut terms = Terms { config, mm_per_step, feed_mm_s, pace, overrides: self.overrides(pace) };
+        let mut terms = Terms { config, mm_per_step, feed_mm_s, purpose, overrides: self.overrides(purpose) };
         let Config { interval_law, speed_law, .. } = config;
         let mut plan = terms.plan(|limits, speed| {
             SyncMove::plan(steps, limits, interval_law, speed_law, speed).map(Some)
@@ -101,14 +112,14 @@ where
             if finish != Finish::Held || !self.machine.outlast_hold().await {
                 return Ok(finish);
             }
-            terms.overrides = self.overrides(pace);
+            terms.overrides = self.overrides(purpose);
             plan = terms.plan(|limits, speed| whole.resumed(place_steps, limits, interval_law, speed_law, speed))?;
         }
         Ok(Finish::Done)
     }
 
-    fn overrides(&self, pace: Pace) -> Overrides {
-        if pace == Pace::Overridden { self.machine.overrides() } else { Overrides::NONE }
+    fn overrides(&self, purpose: Purpose) -> Overrides {
+        if purpose == Purpose::Program { self.machine.overrides() } else { Overrides::NONE }
     }
 
     /// Runs `plan` to its end, or to where it is held: how it ended, and where on the path, steps of the longest axis.
@@ -121,7 +132,7 @@ where
         let ends = numbers.clone().map(|numbers| numbers.end - 1);
         let mut fed = numbers.map(|numbers| Fed { steps: numbers.start - 1, until_ticks: 0 });
         let mut legs = Legs::new();
-        let _ = legs.push_back(Leg { part: plan, until_steps: plan.end_steps() });
+        let _ = legs.push_back(Leg::new(plan));
         let (mut started, mut is_braking) = (None, false);
         let mut done = pin!(all_done(machine, moving));
         let mut end_steps = plan.end_steps();
@@ -153,7 +164,7 @@ where
                 match select3(done.as_mut(), feeding, machine.wait_asked()).await {
                     Either3::First(finish) => return (self.end_move(finish), end_steps),
                     Either3::Second(_) => break,
-                    Either3::Third(()) if terms.pace == Pace::Overridden && !is_braking => {
+                    Either3::Third(()) if terms.purpose != Purpose::Homing && !is_braking => {
                         is_braking = self.change(terms, &mut legs, at_s(start, &feeders));
                     }
                     Either3::Third(()) => {}
@@ -181,7 +192,7 @@ where
     /// Has the legs go on otherwise from `at_s` on, if that is asked for and they do not brake by then anyway; whether they
     /// brake now.
     fn change(&mut self, terms: &mut Terms, legs: &mut Legs, at_s: f64) -> bool {
-        let (is_to_brake, overrides) = (self.machine.is_to_brake(), self.machine.overrides());
+        let (is_to_brake, overrides) = (self.machine.is_to_brake(), self.overrides(terms.purpose));
         if !is_to_brake && overrides == terms.overrides {
             return false;
         }
@@ -197,21 +208,19 @@ where
         };
         // What cannot be planned otherwise goes on as it is.
         let Ok(Some(parts)) = changed else { return false };
-        self.replace(legs, index, leg.part.place_at(at_s), parts);
+        self.replace(legs, index, Leg { until_steps: leg.part.place_at(at_s), until_s: at_s, ..leg }, parts);
         is_to_brake
     }
 
-    /// Cuts the leg with this index at `place_steps`, and goes on by `parts`.
-    fn replace(&mut self, legs: &mut Legs, index: usize, place_steps: f64, parts: Parts<AXES>) {
-        while legs.len() > index + 1 {
+    /// Has the leg with this index be `cut`, and goes on by `parts`.
+    fn replace(&mut self, legs: &mut Legs, index: usize, cut: Leg, parts: Parts<AXES>) {
+        while legs.len() > index {
             legs.pop_back();
         }
-        if let Some(last) = legs.back_mut() {
-            last.until_steps = place_steps;
-        }
+        let _ = legs.push_back(cut);
         for part in parts.into_iter().flatten() {
             self.tell(Event::Part { plan: part });
-            let _ = legs.push_back(Leg { part, until_steps: part.end_steps() });
+            let _ = legs.push_back(Leg::new(part));
         }
     }
 
@@ -256,7 +265,7 @@ impl Terms {
 /// Has the feeders end where their leg does.
 fn limit(feeders: &mut [Feeder<'_>; AXES], leg: &Leg) {
     for (axis, feeder) in feeders.iter_mut().enumerate() {
-        feeder.end_with(leg.part.steps_before(axis, leg.until_steps));
+        feeder.end_with(leg.part.steps_before(axis, leg.until_steps), leg.until_s);
     }
 }
 

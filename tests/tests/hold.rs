@@ -1,0 +1,172 @@
+//! Feed hold and resume, jog cancel and overrides at random instants of random moves, in virtual time: every edge against the
+//! closed form, counts exact, paths straight. The same in every run; a failure names its case.
+
+use embassy_time::Duration;
+use isostep_motion::{Finish, State};
+use isostep_profile::SpeedLaw;
+use isostep_sim::{Config, Outcome, Port, Sim, verify};
+use oorandom::Rand64;
+
+const HOLDS: u64 = 500;
+
+/// A machine that need not be homed, under a law, and its random numbers.
+struct Bench {
+    sim: Sim,
+    random: Rand64,
+}
+
+impl Bench {
+    fn new(case: u64) -> Self {
+        let port = if case.is_multiple_of(2) { Port::Pio } else { Port::Timer };
+        let mut bench = Self { sim: Sim::new(&Config { port, ..Config::default() }), random: Rand64::new(case.into()) };
+        let law = bench.random.rand_range(0..SpeedLaw::ALL.len() as u64);
+        let thirds = bench.random.rand_range(0..2);
+        bench.say(&format!("$910=60\n$911=60\n$912=60\n$900={thirds}\n$940={law}\n$X\n"));
+        bench.sim.run_for(Duration::from_millis(100)).unwrap();
+        bench
+    }
+
+    fn say(&mut self, text: &str) {
+        self.sim.send(text.as_bytes());
+    }
+
+    /// A random place, mm.
+    fn place(&mut self) -> [f64; 3] {
+        [60.0, 60.0, 30.0].map(|most| (self.random.rand_float() * most * 50.0).round() / 50.0)
+    }
+
+    fn wait(&mut self, longest_s: f64) {
+        let wait_us = (self.random.rand_float() * longest_s * 1e6) as u64;
+        self.sim.run_for(Duration::from_micros(wait_us)).unwrap();
+    }
+
+    fn at_rest(&mut self) {
+        self.sim.run_until_state(|state| !matches!(state, State::Hold { still: false } | State::Run | State::Jog)).unwrap();
+    }
+
+    fn steps(&self) -> [i32; 3] {
+        self.sim.machine().position_steps()
+    }
+}
+
+fn steps_of(place_mm: [f64; 3]) -> [i32; 3] {
+    place_mm.map(|mm| (mm * 50.0).round() as i32)
+}
+
+/// Every move's edges are where the closed form has them, counts exact, paths straight.
+fn check(outcome: &Outcome, case: u64) {
+    for check in verify::moves(outcome) {
+        let record = &outcome.moves[check.index];
+        assert!(check.exact, "case {case}: {record:?}");
+        let off_ns = check.error_max_ns.into_iter().flatten().fold(0.0, f64::max);
+        assert!(off_ns <= outcome.config.port.tolerance_ns(), "case {case}: {off_ns} ns off in {record:?}");
+        assert!(check.is_straight(), "case {case}: {:?} of half a step apart in {record:?}", check.path_deviation);
+    }
+    assert!(outcome.violations.is_empty(), "case {case}: {:?}", outcome.violations);
+    assert_eq!(outcome.alarm_code, None, "case {case}");
+}
+
+#[test]
+fn holds_at_any_instant_lose_nothing() {
+    let mut held = 0;
+    for case in 0..HOLDS {
+        let mut bench = Bench::new(case);
+        let [x, y, z] = bench.place();
+        let feed = 100.0 + bench.random.rand_float() * 4_000.0;
+        bench.say(&format!("G90\nG1 X{x} Y{y} Z{z} F{feed:.0}\nG0 X0 Y0 Z0\n"));
+        for _ in 0..bench.random.rand_range(1..4) {
+            bench.wait(2.5);
+            bench.say("!");
+            bench.at_rest();
+            let still = bench.steps();
+            bench.wait(0.5);
+            assert_eq!(bench.steps(), still, "case {case}: it moved while held");
+            bench.say("~");
+        }
+        bench.sim.run_until_idle().unwrap();
+        let outcome = bench.sim.outcome();
+        assert_eq!(outcome.counted_steps, [0; 3], "case {case}");
+        check(&outcome, case);
+        held += outcome.moves.iter().filter(|record| record.finish == Finish::Held).count();
+    }
+    println!("{HOLDS} random programs were held in mid-move {held} times");
+    assert!(held as u64 > HOLDS / 2, "only {held} holds fell into a move");
+}
+
+#[test]
+fn overrides_at_any_instant_lose_nothing() {
+    let mut changed = 0;
+    for case in 0..HOLDS {
+        let mut bench = Bench::new(case);
+        let place = bench.place();
+        let [x, y, z] = place;
+        let feed = 100.0 + bench.random.rand_float() * 2_000.0;
+        let motion = if bench.random.rand_range(0..3) == 0 { "G0".to_owned() } else { format!("G1 F{feed:.0}") };
+        bench.say(&format!("G90\n{motion} X{x} Y{y} Z{z}\n"));
+        for _ in 0..bench.random.rand_range(1..5) {
+            bench.wait(1.5);
+            let bytes = [0x90, 0x91, 0x92, 0x91, 0x92, 0x91, 0x95, 0x96, 0x97];
+            let byte = bytes[bench.random.rand_range(0..bytes.len() as u64) as usize];
+            bench.sim.send(&[byte; 5]);
+        }
+        bench.sim.run_until_idle().unwrap();
+        let outcome = bench.sim.outcome();
+        assert_eq!(outcome.counted_steps, steps_of(place), "case {case}");
+        check(&outcome, case);
+        changed += outcome.moves.iter().filter(|record| !record.parts.is_empty()).count();
+    }
+    println!("of {HOLDS} random moves {changed} went on at another speed");
+    assert!(changed as u64 > HOLDS / 4, "only {changed} moves went on at another speed");
+}
+
+#[test]
+fn jogs_are_cancelled_at_any_instant() {
+    for case in 0..HOLDS / 5 {
+        let mut bench = Bench::new(case);
+        let [x, y, z] = bench.place();
+        bench.say(&format!("$J=G90 X{x} Y{y} Z{z} F1500\n$J=G91 X5 F1500\n"));
+        bench.wait(2.0);
+        bench.sim.send(&[0x85]);
+        bench.at_rest();
+        let still = bench.steps();
+        bench.wait(0.5);
+        assert_eq!((bench.steps(), bench.sim.machine().state()), (still, State::Idle), "case {case}");
+        // What follows counts from where it stands.
+        bench.say("G91\nG0 X1\n");
+        bench.sim.run_until_idle().unwrap();
+        let outcome = bench.sim.outcome();
+        assert_eq!(outcome.counted_steps, [still[0] + 50, still[1], still[2]], "case {case}");
+        check(&outcome, case);
+    }
+}
+
+#[test]
+fn a_reset_of_a_held_machine_keeps_its_position() {
+    let mut bench = Bench::new(0);
+    bench.say("G90\nG1 X40 F1500\nG1 X0\n");
+    bench.sim.run_for(Duration::from_millis(700)).unwrap();
+    bench.say("!");
+    bench.at_rest();
+    let still = bench.steps();
+    assert!(still[0] > 0 && bench.sim.machine().state() == State::Hold { still: true });
+    bench.sim.send(&[0x18]);
+    bench.sim.run_for(Duration::from_millis(500)).unwrap();
+    assert_eq!((bench.steps(), bench.sim.machine().state()), (still, State::Idle), "it is ready, and forgot what was held");
+}
+
+#[test]
+fn a_hold_takes_effect_within_100_ms() {
+    let mut bench = Bench::new(0);
+    bench.say("$940=0\n$900=0\n");
+    bench.sim.run_for(Duration::from_millis(20)).unwrap();
+    bench.say("G90\nG1 X60 Y1 F2400\n");
+    bench.sim.run_for(Duration::from_millis(1_400)).unwrap();
+    let before = bench.steps();
+    bench.say("!");
+    bench.at_rest();
+    // From 40 mm/s at 50 mm/s² it brakes over 16 mm; the start speed makes that a little less.
+    let braking_steps = (40.0 * 40.0 - 1.0) / (2.0 * 50.0) * 50.0;
+    let went_on_s = (f64::from(bench.steps()[0] - before[0]) - braking_steps) / 50.0 / 40.0;
+    println!("a hold took effect {:.1} ms after its byte", went_on_s * 1e3);
+    assert!((0.0..0.1).contains(&went_on_s), "{went_on_s} s");
+}
