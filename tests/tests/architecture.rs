@@ -47,7 +47,7 @@ fn packages_depend_on_nothing_but_these() {
                 "embassy-time",
                 "embedded-hal",
                 "embedded-hal-async",
-            "heapless",
+                "heapless",
                 "isostep-profile",
                 "libm",
             ],

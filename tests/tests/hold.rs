@@ -41,7 +41,9 @@ impl Bench {
     }
 
     fn at_rest(&mut self) {
-        self.sim.run_until_state(|state| !matches!(state, State::Hold { still: false } | State::Run | State::Jog)).unwrap();
+        self.sim
+            .run_until_state(|state| !matches!(state, State::Hold { still: false } | State::Run | State::Jog))
+            .unwrap();
     }
 
     fn steps(&self) -> [i32; 3] {
@@ -151,7 +153,11 @@ fn a_reset_of_a_held_machine_keeps_its_position() {
     assert!(still[0] > 0 && bench.sim.machine().state() == State::Hold { still: true });
     bench.sim.send(&[0x18]);
     bench.sim.run_for(Duration::from_millis(500)).unwrap();
-    assert_eq!((bench.steps(), bench.sim.machine().state()), (still, State::Idle), "it is ready, and forgot what was held");
+    assert_eq!(
+        (bench.steps(), bench.sim.machine().state()),
+        (still, State::Idle),
+        "it is ready, and forgot what was held"
+    );
 }
 
 #[test]

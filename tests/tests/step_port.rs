@@ -12,8 +12,8 @@ use embassy_futures::select::{Either, select};
 use embassy_time::{Duration, Instant, Timer};
 use embedded_hal::digital::OutputPin;
 use isostep_motion::{
-    AXES, Axis, Capabilities, ConfigError, Direction, DriverTiming, Feed, Odometer, PortFault, Run, SegmentQueue, StepPort,
-    Wiring,
+    AXES, Axis, Capabilities, ConfigError, Direction, DriverTiming, Feed, Odometer, PortFault, Run, SegmentQueue,
+    StepPort, Wiring,
 };
 use isostep_profile::{ACCEL_MAX_STEPS_S2, IntervalLaw, Limits, SpeedLaw, SyncMove};
 use isostep_sim::executor::Executor;

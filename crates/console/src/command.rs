@@ -67,32 +67,24 @@ pub struct Block {
     pub line_number: u32,
     /// G4: wait this long, 0 s or more.
     pub dwell_s: Option<f32>,
+    /// G28, G30 with axis words: rapid there first.
+    pub via_mm: Option<[f32; AXES]>,
     /// G0, G1, G28, G30.
-    pub motion: Option<Motion>,
+    pub motion: Option<Move>,
     /// M0: when all this is done, hold until a resume.
     pub pauses: bool,
     /// M2, M30: the program is over (`[MSG:Pgm End]`); the modal state is already back to its defaults.
     pub ends_program: bool,
 }
 
-/// A straight move, or the way to a kept place. Targets are machine coordinates, each finite and within
+/// A straight move. Targets are machine coordinates, each finite and within
 /// [`MAX_COORDINATE_MM`](crate::MAX_COORDINATE_MM) of zero.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Motion {
-    /// G0, G1.
-    Move {
-        /// Where every axis ends.
-        target_mm: [f32; AXES],
-        /// How fast.
-        rate: Rate,
-    },
-    /// G28, G30: rapid to `via_mm`, if given, then rapid to `target_mm`.
-    GoTo {
-        /// The intermediate point, if the block had axis words.
-        via_mm: Option<[f32; AXES]>,
-        /// The place; with axis words, only for the axes named: the others stay.
-        target_mm: [f32; AXES],
-    },
+pub struct Move {
+    /// Where every axis ends.
+    pub target_mm: [f32; AXES],
+    /// How fast.
+    pub rate: Rate,
 }
 
 /// The speed of a move.

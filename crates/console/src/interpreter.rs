@@ -3,7 +3,7 @@
 mod coordinates;
 
 use crate::{
-    AXES, Block, Command, Coordinates, Error, Modal, Motion, MotionMode, Rate, Settings, State,
+    AXES, Block, Command, Coordinates, Error, Modal, MotionMode, Move, Rate, Settings, State,
     block::{AxisCommand, NonModal, Words},
     command::Jog,
     path,
@@ -137,18 +137,17 @@ impl Interpreter {
             _ => None,
         };
         self.tool_length(&words)?;
-        let go_to = self.non_modal(&mut words)?;
-        let motion = self.motion(&words)?;
+        let (via_mm, go_to) = self.non_modal(&mut words)?;
+        let motion = go_to.or(self.motion(&words)?);
         words.check_all_used()?;
-        let motion = go_to.or(motion);
-        if let Some(Motion::Move { target_mm, .. } | Motion::GoTo { target_mm, .. }) = motion {
+        if let Some(Move { target_mm, .. }) = motion {
             self.position_mm = target_mm;
         }
         let Words { pauses, ends_program, .. } = words;
         if ends_program {
             self.modal.end_program();
         }
-        Ok(Block { line_number, dwell_s, motion, pauses, ends_program })
+        Ok(Block { line_number, dwell_s, via_mm, motion, pauses, ends_program })
     }
 
     fn modes(&mut self, words: &mut Words) -> Result<(), Error> {
@@ -179,7 +178,7 @@ impl Interpreter {
         Ok(())
     }
 
-    fn motion(&self, words: &Words) -> Result<Option<Motion>, Error> {
+    fn motion(&self, words: &Words) -> Result<Option<Move>, Error> {
         let feeds = match self.modal.motion {
             MotionMode::Cancelled if words.has_axes() => return Err(Error::UnusedAxisWords),
             mode => mode == MotionMode::Linear,
@@ -196,7 +195,7 @@ impl Interpreter {
         }
         let target_mm = self.target_mm(words)?;
         let rate = if feeds { Rate::Feed { mm_min: self.feed_mm_min(target_mm) } } else { Rate::Rapid };
-        Ok(Some(Motion::Move { target_mm, rate }))
+        Ok(Some(Move { target_mm, rate }))
     }
 
     fn feed_mm_min(&self, target_mm: [f32; AXES]) -> f32 {

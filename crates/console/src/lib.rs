@@ -10,13 +10,13 @@
 //! the [`Settings`]. A line that ends in an error leaves every modal value as it was.
 //!
 //! ```
-//! use isostep_console::{Block, Command, Interpreter, LineAssembler, Motion, Rate, Settings, State};
+//! use isostep_console::{Block, Command, Interpreter, LineAssembler, Move, Rate, Settings, State};
 //!
 //! let (mut lines, mut interpreter) = (LineAssembler::new(), Interpreter::new());
 //! for &byte in b"g1 x10 (a comment) f600\n" {
 //!     let Some(line) = lines.push(byte) else { continue };
 //!     let command = line.and_then(|line| interpreter.interpret(line, State::Idle, &Settings::DEFAULT));
-//!     let motion = Some(Motion::Move { target_mm: [10.0, 0.0, 0.0], rate: Rate::Feed { mm_min: 600.0 } });
+//!     let motion = Some(Move { target_mm: [10.0, 0.0, 0.0], rate: Rate::Feed { mm_min: 600.0 } });
 //!     assert_eq!(command, Ok(Command::Block(Block { motion, ..Block::default() })));
 //! }
 //! ```
@@ -48,7 +48,7 @@ mod system;
 mod words;
 
 pub use alarm::Alarm;
-pub use command::{Block, Command, Jog, Motion, Rate, State};
+pub use command::{Block, Command, Jog, Move, Rate, State};
 pub use error::Error;
 pub use fixed::Fixed;
 pub use interpreter::{Interpreter, MAX_COORDINATE_MM, MIN_FEED_MM_MIN};

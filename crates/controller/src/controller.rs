@@ -148,10 +148,8 @@ impl<'a> Controller<'a> {
     /// Tells the machine of the overrides in force.
     pub(crate) fn override_machine(&self) {
         let overrides = self.with(|program| program.overrides);
-        self.machine.set_overrides(Overridden {
-            feed_percent: overrides.feed_percent,
-            rapid_percent: overrides.rapid_percent,
-        });
+        self.machine
+            .set_overrides(Overridden { feed_percent: overrides.feed_percent, rapid_percent: overrides.rapid_percent });
     }
 
     /// The modal state and the overrides of power-up, at the place where the machine stands.

@@ -2,7 +2,7 @@
 
 use embassy_time::Duration;
 use isostep_console::report::messages;
-use isostep_console::{Block, Error, Fixed, Jog, Motion as Words, Overrides, Rate};
+use isostep_console::{Block, Error, Fixed, Jog, Move, Overrides, Rate};
 use isostep_motion::{AXES, Alarm, Axis, Busy, Motion};
 
 use crate::controller::{Controller, Mode};
@@ -24,15 +24,11 @@ impl Controller<'_> {
             self.settled().await?;
             self.with(|program| program.work_offset_mm = offset_mm);
         }
-        let (via, target) = match block.motion {
-            Some(Words::Move { target_mm, rate }) => (None, Some((target_mm, rate))),
-            Some(Words::GoTo { via_mm, target_mm }) => {
-                (via_mm.map(|via_mm| (via_mm, Rate::Rapid)), Some((target_mm, Rate::Rapid)))
+        let via = block.via_mm.map(|target_mm| Move { target_mm, rate: Rate::Rapid });
+        for leg in [via, block.motion] {
+            if let Some(leg) = leg {
+                self.go_to(leg, block.line_number, checks, text).await?;
             }
-            None => (None, None),
-        };
-        for (target_mm, rate) in via.into_iter().chain(target) {
-            self.go_to(target_mm, rate, (block.line_number, checks), text).await?;
         }
         if block.pauses || block.ends_program {
             self.settled().await?;
@@ -86,14 +82,8 @@ impl Controller<'_> {
         let _ = self.machine.settled().await;
     }
 
-    async fn go_to(
-        &self,
-        target_mm: [f32; AXES],
-        rate: Rate,
-        (line_number, checks): (u32, bool),
-        text: &mut Message,
-    ) -> Result<(), Error> {
-        let target_steps = self.steps(target_mm);
+    async fn go_to(&self, leg: Move, line_number: u32, checks: bool, text: &mut Message) -> Result<(), Error> {
+        let target_steps = self.steps(leg.target_mm);
         if let Some(axis) = self.beyond_travel(target_steps) {
             // Locks the machine once the moves before it have ended: they are good, and so no step is lost.
             self.settled().await?;
@@ -103,7 +93,7 @@ impl Controller<'_> {
         if checks {
             return Ok(());
         }
-        let feed_mm_s = match rate {
+        let feed_mm_s = match leg.rate {
             Rate::Rapid => None,
             Rate::Feed { mm_min } => Some(f64::from(mm_min) / 60.0),
         };
@@ -130,7 +120,7 @@ impl Controller<'_> {
         let homed = self.machine.status().homed;
         let config = self.machine.config();
         let outside = |axis: &Axis| !config.travel_steps(*axis).contains(&target_steps[*axis as usize]);
-        let checked = self.settings().soft_limits;
+        let checked = self.with(|program| program.settings.soft_limits);
         Axis::ALL.into_iter().filter(|&axis| checked && homed[axis as usize]).find(outside)
     }
 }

@@ -137,7 +137,7 @@ impl Controller<'_> {
     async fn greet(&self, output: &Output) {
         let mut text = Message::new();
         text.print(|text| text.push_str(report::WELCOME));
-        if self.settings().hard_limits && self.machine.status().pressed.contains(&true) {
+        if self.with(|program| program.settings.hard_limits) && self.machine.status().pressed.contains(&true) {
             text.tell(messages::CHECK_LIMITS);
         }
         let state = self.state();

@@ -104,9 +104,8 @@ where
         let mm_per_step = path_mm / f64::from(longest);
         let mut terms = Terms { config, mm_per_step, feed_mm_s, purpose, overrides: self.overrides(purpose) };
         let Config { interval_law, speed_law, .. } = config;
-        let mut plan = terms.plan(|limits, speed| {
-            SyncMove::plan(steps, limits, interval_law, speed_law, speed).map(Some)
-        })?;
+        let mut plan =
+            terms.plan(|limits, speed| SyncMove::plan(steps, limits, interval_law, speed_law, speed).map(Some))?;
         while let Some(whole) = plan {
             let (finish, place_steps) = self.run(&mut terms, whole).await;
             if finish != Finish::Held || !self.machine.outlast_hold().await {
@@ -245,10 +244,7 @@ where
 
 impl Terms {
     /// What `plan` makes of the limits and the path speed, overridden.
-    fn plan<T>(
-        &self,
-        plan: impl FnOnce(&[Limits; AXES], Option<f64>) -> Result<T, PlanError>,
-    ) -> Result<T, Alarm> {
+    fn plan<T>(&self, plan: impl FnOnce(&[Limits; AXES], Option<f64>) -> Result<T, PlanError>) -> Result<T, Alarm> {
         let share = |percent: u8| f64::from(percent) / 100.0;
         let path_speed = self.feed_mm_s.map(|mm_s| mm_s * share(self.overrides.feed_percent) / self.mm_per_step);
         let mut limits = self.config.limits;

@@ -126,12 +126,7 @@ impl<const N: usize> Steady<N> {
             return None;
         }
         let part = self.by(Profile::braking(self.speed_steps_s, slower_steps_s, shared, law));
-        let then = Self {
-            place_steps: part.end_steps(),
-            speed_steps_s: slower_steps_s,
-            at_s: part.end_s(),
-            ..*self
-        };
+        let then = Self { place_steps: part.end_steps(), speed_steps_s: slower_steps_s, at_s: part.end_s(), ..*self };
         Some((part, then))
     }
 

@@ -1,7 +1,9 @@
 //! Moves that go on otherwise: held, resumed and at another speed, at random instants under every law; the same in every
 //! run; `PROPTEST_RNG_SEED=n cargo test -p isostep-profile --test replan` tries others.
 
-use isostep_profile::{FIT_ERROR_MAX_TICKS, IntervalLaw, Limits, SpeedLaw, SyncMove, fit_error_max_ticks, replan::Parts};
+use isostep_profile::{
+    FIT_ERROR_MAX_TICKS, IntervalLaw, Limits, SpeedLaw, SyncMove, fit_error_max_ticks, replan::Parts,
+};
 use proptest::prelude::*;
 
 const TICK_HZ: u32 = 125_000_000;
@@ -58,7 +60,12 @@ impl Chain {
         for part in &self.others {
             // An easing part is the second half of its profile.
             let begin_s = end.0;
-            prop_assert!((part.place_at(begin_s) - end.1).abs() <= 1e-9 * (end.1 + 1.0), "{} {}", part.place_at(begin_s), end.1);
+            prop_assert!(
+                (part.place_at(begin_s) - end.1).abs() <= 1e-9 * (end.1 + 1.0),
+                "{} {}",
+                part.place_at(begin_s),
+                end.1
+            );
             let speed = part.speed_at(begin_s + 1e-12);
             prop_assert!((speed - end.2).abs() <= 1e-6 * (end.2 + 1.0), "{speed} after {}", end.2);
             end = (part.end_s(), part.end_steps(), part.profile.exit_speed_steps_s());
@@ -88,7 +95,7 @@ impl Chain {
     /// Every step once, in order, at the instant of the closed form; returns how many each axis makes.
     fn check_steps(&self) -> Result<[u32; 2], TestCaseError> {
         let mut done = [0; 2];
-        for axis in 0..2 {
+        for (axis, done) in done.iter_mut().enumerate() {
             let cut = self.first.steps_before(axis, self.first.place_at(self.at_s));
             let mut next = self.first.step_numbers(axis).start;
             let mut last_ticks = 0;
@@ -107,7 +114,7 @@ impl Chain {
                     (last_ticks, next) = (tick, k + 1);
                 }
             }
-            done[axis] = next - 1;
+            *done = next - 1;
         }
         Ok(done)
     }

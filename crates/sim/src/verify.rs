@@ -87,11 +87,9 @@ fn check(index: usize, record: &MoveRecord, edges: &[Edge], port: Port) -> MoveC
         path_deviation,
         path_slack,
         planned,
-        measured: std::array::from_fn(
-            |axis| {
-                if record.is_plain() { measure::intervals_of(&profile, &times_s[axis], port) } else { None }
-            },
-        ),
+        measured: std::array::from_fn(|axis| {
+            if record.is_plain() { measure::intervals_of(&profile, &times_s[axis], port) } else { None }
+        }),
     }
 }
 

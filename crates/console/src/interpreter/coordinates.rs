@@ -2,7 +2,7 @@
 
 use super::{Interpreter, Z, unit_mm, within};
 use crate::{
-    AXES, Error, Motion, MotionMode,
+    AXES, Error, MotionMode, Move, Rate,
     block::{NonModal, Words},
     parameters::WORK_SYSTEMS,
 };
@@ -12,20 +12,20 @@ const OFFSET: f32 = 2.0;
 const WORK_POSITION: f32 = 20.0;
 
 impl Interpreter {
-    /// Carries out a code of group 0; G28 and G30 move.
-    pub(super) fn non_modal(&mut self, words: &mut Words) -> Result<Option<Motion>, Error> {
+    /// Carries out a code of group 0; G28 and G30 move, perhaps by way of another place.
+    pub(super) fn non_modal(&mut self, words: &mut Words) -> Result<(Option<[f32; AXES]>, Option<Move>), Error> {
         match words.non_modal {
             Some(NonModal::SetWorkOffset) => self.set_work_offset(words)?,
             Some(NonModal::Shift) => self.shift(words)?,
             Some(NonModal::Unshift) => self.shift_mm = [0.0; AXES],
             Some(NonModal::Keep(place)) => self.coordinates.places_mm[place] = self.position_mm,
-            Some(NonModal::GoTo(place)) => return self.go_to(place, words).map(Some),
+            Some(NonModal::GoTo(place)) => return self.go_to(place, words),
             Some(NonModal::MachineCoordinates) if self.modal.motion == MotionMode::Cancelled => {
                 return Err(Error::AbsoluteNeedsMotion);
             }
             Some(NonModal::MachineCoordinates | NonModal::Dwell) | None => {}
         }
-        Ok(None)
+        Ok((None, None))
     }
 
     /// G10. P0 is the work coordinate system in force.
@@ -70,7 +70,7 @@ impl Interpreter {
     }
 
     /// G28, G30. With axis words only the axes named go there, by way of the target that the words give.
-    fn go_to(&self, place: usize, words: &Words) -> Result<Motion, Error> {
+    fn go_to(&self, place: usize, words: &Words) -> Result<(Option<[f32; AXES]>, Option<Move>), Error> {
         let mut target_mm = self.coordinates.places_mm[place];
         let via_mm = if words.has_axes() { Some(self.target_mm(words)?) } else { None };
         if via_mm.is_some() {
@@ -78,7 +78,7 @@ impl Interpreter {
                 target_mm[axis] = self.position_mm[axis];
             }
         }
-        Ok(Motion::GoTo { via_mm, target_mm })
+        Ok((via_mm, Some(Move { target_mm, rate: Rate::Rapid })))
     }
 
     /// Where the axis words lead; axes without one stay.

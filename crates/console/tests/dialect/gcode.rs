@@ -49,9 +49,9 @@ fn g28_goes_home_by_way_of_the_axes_named() {
         "G0 X10 Y20 Z30\nG28 Z5\nG91 G28 X1\nG28\nG28 G0 X1\nG1 G28 X1\nG28.1",
         expect![[r#"
             G0 X10 Y20 Z30 -> (rapid [10.0, 20.0, 30.0]) ok
-            G28 Z5 -> (go to [10.0, 20.0, 0.0] via Some([10.0, 20.0, 5.0])) ok
-            G91 G28 X1 -> (go to [0.0, 20.0, 0.0] via Some([11.0, 20.0, 0.0])) ok
-            G28 -> (go to [0.0, 0.0, 0.0] via None) ok
+            G28 Z5 -> (via [10.0, 20.0, 5.0]) (rapid [10.0, 20.0, 0.0]) ok
+            G91 G28 X1 -> (via [11.0, 20.0, 0.0]) (rapid [0.0, 20.0, 0.0]) ok
+            G28 -> (rapid [0.0, 0.0, 0.0]) ok
             G28 G0 X1 -> error:24
             G1 G28 X1 -> error:24
             G28.1 -> ok
@@ -296,12 +296,12 @@ fn g28_and_g30_go_to_the_places_kept() {
             X1 Y2 Z3 -> (rapid [1.0, 2.0, 3.0]) ok
             G30.1 -> ok
             X0 -> (rapid [0.0, 2.0, 3.0]) ok
-            G28 -> (go to [10.0, 20.0, 30.0] via None) ok
-            G30 Z50 -> (go to [10.0, 20.0, 3.0] via Some([10.0, 20.0, 50.0])) ok
+            G28 -> (rapid [10.0, 20.0, 30.0]) ok
+            G30 Z50 -> (via [10.0, 20.0, 50.0]) (rapid [10.0, 20.0, 3.0]) ok
             G10 L2 P1 Z1 -> ok
-            G91 G28 Z5 -> (go to [10.0, 20.0, 30.0] via Some([10.0, 20.0, 8.0])) ok
+            G91 G28 Z5 -> (via [10.0, 20.0, 8.0]) (rapid [10.0, 20.0, 30.0]) ok
             G30.1 X1 -> (rapid [11.0, 20.0, 30.0]) ok
-            G90 G30 -> (go to [10.0, 20.0, 30.0] via None) ok
+            G90 G30 -> (rapid [10.0, 20.0, 30.0]) ok
         "#]],
     );
 }
@@ -375,13 +375,13 @@ fn an_axis_word_that_g80_leaves_over_is_refused_even_beside_other_codes() {
     check(
         "G80\nG92 X1\nG10 L2 P1 X1\nG43.1 Z1\nG28 X1\nG28",
         expect![[r#"
-        G80 -> ok
-        G92 X1 -> error:31
-        G10 L2 P1 X1 -> error:31
-        G43.1 Z1 -> error:31
-        G28 X1 -> error:31
-        G28 -> (go to [0.0, 0.0, 0.0] via None) ok
-    "#]],
+            G80 -> ok
+            G92 X1 -> error:31
+            G10 L2 P1 X1 -> error:31
+            G43.1 Z1 -> error:31
+            G28 X1 -> error:31
+            G28 -> (rapid [0.0, 0.0, 0.0]) ok
+        "#]],
     );
 }
 

@@ -2,7 +2,7 @@
 
 use crate::talk::Talk;
 use expect_test::expect;
-use isostep_console::{Motion, Overrides, Settings, State, Status, StatusReporter, report};
+use isostep_console::{Move, Overrides, Settings, State, Status, StatusReporter, report};
 use proptest::prelude::*;
 
 #[test]
@@ -125,7 +125,7 @@ proptest! {
         let line = format!("X{mm}");
         let command = interpreter.interpret(&line, State::Idle, &Settings::DEFAULT);
         let isostep_console::Command::Block(block) = command.unwrap() else { panic!("a block") };
-        let Some(Motion::Move { target_mm, .. }) = block.motion else { panic!("a move") };
+        let Some(Move { target_mm, .. }) = block.motion else { panic!("a move") };
         prop_assert_eq!(target_mm[0], mm);
     }
 }

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use isostep_console::{
-    Block, Command, Coordinates, Error, Interpreter, Jog, LineAssembler, Motion, Overrides, Rate, Realtime, Settings,
+    Block, Command, Coordinates, Error, Interpreter, Jog, LineAssembler, Move, Overrides, Rate, Realtime, Settings,
     State, Status, StatusReporter,
     parameters::{STARTUP_LINES, StartupLine},
     realtime, report,
@@ -155,12 +155,14 @@ fn describe(heard: &mut String, block: &Block) {
     if let Some(seconds) = block.dwell_s {
         write!(heard, "(wait {seconds} s) ").unwrap();
     }
+    if let Some(via_mm) = block.via_mm {
+        write!(heard, "(via {via_mm:?}) ").unwrap();
+    }
     match block.motion {
-        Some(Motion::Move { target_mm, rate: Rate::Rapid }) => write!(heard, "(rapid {target_mm:?}) ").unwrap(),
-        Some(Motion::Move { target_mm, rate: Rate::Feed { mm_min } }) => {
+        Some(Move { target_mm, rate: Rate::Rapid }) => write!(heard, "(rapid {target_mm:?}) ").unwrap(),
+        Some(Move { target_mm, rate: Rate::Feed { mm_min } }) => {
             write!(heard, "(feed {mm_min} {target_mm:?}) ").unwrap();
         }
-        Some(Motion::GoTo { via_mm, target_mm }) => write!(heard, "(go to {target_mm:?} via {via_mm:?}) ").unwrap(),
         None => {}
     }
     if block.pauses {

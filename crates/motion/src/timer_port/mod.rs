@@ -33,7 +33,8 @@ pub use self::bank::TimerBank;
 use self::bank::{Desk, Doorbell, Order};
 use crate::TICK_HZ;
 use crate::port::{
-    Brake, Capabilities, Direction, DriverTiming, Feed, Odometer, PortFault, Run, SegmentQueue, StepPort, ticks_covering,
+    Brake, Capabilities, Direction, DriverTiming, Feed, Odometer, PortFault, Run, SegmentQueue, StepPort,
+    ticks_covering,
 };
 
 /// A step later than this is a fault: half a step period at 2,400 steps/s, the default machine's top speed.

@@ -123,7 +123,6 @@ impl EvenRamp {
 }
 
 impl View {
-
     /// How far the profile is at the first step, at the master's rate; not nothing.
     pub(super) fn begin_steps(&self) -> f64 {
         (0.5 - self.ahead).max(NEAREST_STEPS) * self.stride
@@ -193,7 +192,11 @@ impl Shape {
 fn gentle(ramp: EvenRamp, view: View, more: f64) -> (Law, u8, u32) {
     let point = view.point();
     let slowest_ticks = view.tick_hz / ramp.slow_steps_s * view.stride;
-    (Law::Gentle(Gentle::new(ramp, view.stride, more, view.tick_hz, point)), point, length_held(slowest_ticks, LENGTH_MAX))
+    (
+        Law::Gentle(Gentle::new(ramp, view.stride, more, view.tick_hz, point)),
+        point,
+        length_held(slowest_ticks, LENGTH_MAX),
+    )
 }
 
 /// log2 of how many periods at least are less than 2^31 ticks, `max` at most; 0 also if one is not.
