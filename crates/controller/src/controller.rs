@@ -138,7 +138,10 @@ impl<'a> Controller<'a> {
     pub(crate) fn real_time(&self, realtime: Realtime) {
         match realtime {
             Realtime::Override(byte) => self.with(|program| program.overrides.apply(byte)),
-            Realtime::Resume if self.with(|program| program.mode == Mode::Pause) => self.woken.signal(()),
+            Realtime::Resume if self.with(|program| program.mode == Mode::Pause) => {
+                self.with(|program| program.mode = Mode::Normal);
+                self.woken.signal(());
+            }
             Realtime::Hold | Realtime::Resume | Realtime::JogCancel => {}
             Realtime::Status | Realtime::Reset | Realtime::Ignored => {}
         }

@@ -82,7 +82,6 @@ impl Controller<'_> {
         self.woken.reset();
         self.with(|program| program.mode = Mode::Pause);
         self.woken.wait().await;
-        self.with(|program| program.mode = Mode::Normal);
     }
 
     async fn go_to(&self, leg: Move, line_number: u32, checks: bool, text: &mut Message) -> Result<(), Error> {

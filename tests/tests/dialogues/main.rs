@@ -3,6 +3,7 @@
 
 mod alarms;
 mod commands;
+mod consoles;
 mod errors;
 mod motion;
 mod real_time;
