@@ -11,11 +11,12 @@ import { SysTick } from './systick.mjs';
 import { ExactTimer } from './timer.mjs';
 import { Uart } from './uart.mjs';
 import { Watchdog } from './watchdog.mjs';
+import { XipControl } from './xip-control.mjs';
 
 const RAM_START = 0x20000000;
 /** Where the vector table lies, behind the 256 bytes of second-stage bootloader. */
 const VECTORS = 0x10000100;
-const SLOT = { ssi: 0x18000, timer: 0x40054, watchdog: 0x40058, uart0: 0x40034, dma: 0x50000, pio0: 0x50200, pio1: 0x50300 };
+const SLOT = { ssi: 0x18000, xipControl: 0x14000, timer: 0x40054, watchdog: 0x40058, uart0: 0x40034, dma: 0x50000, pio0: 0x50200, pio1: 0x50300 };
 const IRQ_UART0 = 20;
 const [IRQ_PIO0, IRQ_PIO1] = [7, 9];
 
@@ -42,7 +43,8 @@ export function buildChip(clock, board) {
   const flash = new Flash(chip);
   watchExceptions(chip.core, clock, flash);
   const uart = new Uart(chip, 'UART0', IRQ_UART0, board.onUartByte);
-  Object.assign(chip.peripherals, { [SLOT.ssi]: flash.interface, [SLOT.timer]: timer, [SLOT.watchdog]: watchdog, [SLOT.uart0]: uart });
+  Object.assign(chip.peripherals, { [SLOT.ssi]: flash.interface, [SLOT.xipControl]: new XipControl(chip, 'XIP_CTRL') });
+  Object.assign(chip.peripherals, { [SLOT.timer]: timer, [SLOT.watchdog]: watchdog, [SLOT.uart0]: uart });
   loadRom(chip);
   new SysTick(chip).attach(chip.ppb);
   runBeside(chip, clock);

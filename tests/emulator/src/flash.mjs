@@ -14,6 +14,7 @@ const ERASES = {
   0x52: { bytes: 32 * 1024, cycles: cyclesOfMillis(120) },
   0xd8: { bytes: 64 * 1024, cycles: cyclesOfMillis(150) },
 };
+/** A page, likewise. */
 const PROGRAM_CYCLES = cyclesOfMicros(400);
 /** The ROM sends a bit in six cycles. */
 const BYTE_CYCLES = 48;
@@ -23,11 +24,13 @@ const COMMAND_CYCLES = 4 * BYTE_CYCLES;
 const ALIASES = FLASH_START >>> 26;
 const NOTHING = new Uint8Array(0);
 
+const hex = (value) => `0x${value.toString(16)}`;
+
 export const isFlash = (address) => address >>> 26 === ALIASES;
 
 /** What is wrong with reading flash that cannot be read. */
 export function hiddenFlash(address) {
-  return `flash is read at 0x${(address >>> 0).toString(16)} while it is being programmed (by an interrupt? by code or data that is not in RAM?)`;
+  return `flash is read at ${hex(address >>> 0)} while it is being programmed (by an interrupt? by code or data that is not in RAM?)`;
 }
 
 /** The flash chip behind its serial interface: what it holds, and whether it can be read as memory. */
@@ -62,8 +65,8 @@ export class Flash {
   /** Erases what a command erases. @returns {{bytes: number, cycles: number}} */
   erase(address, command) {
     const erase = ERASES[command];
-    if (erase === undefined) throw new Fault(`flash has no erase command 0x${command.toString(16)}: it has ${Object.keys(ERASES).map((each) => `0x${Number(each).toString(16)}`).join(', ')}`);
-    this.#check('erases', address, erase.bytes, erase.bytes);
+    if (erase === undefined) throw new Fault(`flash has no erase command ${hex(command)}: it has ${Object.keys(ERASES).map(Number).map(hex).join(', ')}`);
+    this.#check('erases', address, erase.bytes);
     this.bytes.fill(ERASED, address, address + erase.bytes);
     this.select(true);
     return { bytes: erase.bytes, cycles: erase.cycles + COMMAND_CYCLES };
@@ -71,15 +74,16 @@ export class Flash {
 
   /** Programs a page: bits go from 1 to 0, none the other way. @returns {number} the cycles it takes */
   program(address, page) {
-    this.#check('programs', address, PAGE_BYTES, PAGE_BYTES);
+    this.#check('programs', address, PAGE_BYTES);
     page.forEach((byte, index) => (this.bytes[address + index] &= byte));
     this.select(true);
     return PROGRAM_CYCLES + COMMAND_CYCLES + PAGE_BYTES * BYTE_CYCLES;
   }
 
-  #check(verb, address, bytes, alignment) {
+  #check(verb, address, bytes) {
     if (this.interface.showsFlash) throw new Fault(`the ROM ${verb} flash while it is memory: call connect_internal_flash and flash_exit_xip first`);
-    if (address % alignment !== 0) throw new Fault(`the ROM ${verb} flash at offset 0x${address.toString(16)}, which is no multiple of ${alignment}`);
-    if (address + bytes > FLASH_BYTES) throw new Fault(`the ROM ${verb} flash at offset 0x${address.toString(16)}, outside its ${FLASH_BYTES} bytes (offsets count from 0, not from 0x10000000)`);
+    const what = `the ROM ${verb} flash at offset ${hex(address)}`;
+    if (address % bytes !== 0) throw new Fault(`${what}, which is no multiple of ${bytes}`);
+    if (address + bytes > FLASH_BYTES) throw new Fault(`${what}, outside its ${FLASH_BYTES} bytes (offsets count from 0, not from ${hex(FLASH_START)})`);
   }
 }

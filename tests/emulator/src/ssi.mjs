@@ -52,7 +52,7 @@ export class Ssi extends BasePeripheral {
 
   writeUint32(offset, value) {
     if (offset > LAST) return super.writeUint32(offset, value);
-    if (offset === DR0) this.answer = value === READ_STATUS_2 ? QUAD_ENABLED : 0;
+    if (offset === DR0) this.answer = (value & 0xff) === READ_STATUS_2 ? QUAD_ENABLED : 0;
     else this.registers[offset / 4] = value;
     this.onChange();
   }
