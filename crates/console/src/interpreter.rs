@@ -84,8 +84,8 @@ impl Interpreter {
     }
 
     /// Understands a line of [`LineAssembler`](crate::LineAssembler), if the machine may be asked in `state`.
-    /// On success, takes over its modal state, its coordinates and the position it ends at; but a [`Command::Jog`] changes
-    /// nothing, and whoever begins it says so with [`set_position_mm`](Self::set_position_mm).
+    /// On success, takes over its modal state, its coordinates and the position it ends at; but a [`Command::Jog`]
+    /// changes nothing, and whoever begins it says so with [`set_position_mm`](Self::set_position_mm).
     ///
     /// # Errors
     /// Grbl's reason; then nothing has changed.

@@ -13,8 +13,8 @@ pub enum MotionMode {
     Cancelled = 80,
 }
 
-/// What the program believes of a spindle; its value is the M-code's number. The gantry has none: the words are kept for
-/// `$G` alone.
+/// What the program believes of a spindle; its value is the M-code's number. The gantry has none: the words are kept
+/// for `$G` alone.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(u8)]
 pub enum Spindle {

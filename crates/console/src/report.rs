@@ -57,8 +57,9 @@ pub fn alarm(out: &mut impl Write, alarm: Alarm) -> Result {
     write!(out, "ALARM:{}\r\n", alarm.code())
 }
 
-/// `[MSG:...]`: one of [`messages`], an [`Error`], an [`Alarm`], a [`SettingError`](crate::SettingError), or other words,
-/// but never `ok`, `error` or `ALARM`: some senders take every line with one of them in it for the answer to theirs.
+/// `[MSG:...]`: one of [`messages`], an [`Error`], an [`Alarm`], a [`SettingError`](crate::SettingError), or other
+/// words, but never `ok`, `error` or `ALARM`: some senders take every line with one of them in it for the answer to
+/// theirs.
 pub fn message(out: &mut impl Write, text: impl core::fmt::Display) -> Result {
     write!(out, "[MSG:{text}]\r\n")
 }

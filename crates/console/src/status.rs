@@ -32,8 +32,8 @@ pub struct Status {
 const REPORT_MACHINE_POSITION: u16 = 1;
 const REPORT_BUFFERS: u16 = 2;
 
-/// Writes reports, and counts them: the work offset and the overrides are told now and then, and when they have changed,
-/// never both at once.
+/// Writes reports, and counts them: the work offset and the overrides are told now and then, and when they have
+/// changed, never both at once.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StatusReporter {
     reports_to_offset: u8,

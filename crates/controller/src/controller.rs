@@ -15,8 +15,8 @@ use crate::status::{self, position_mm};
 
 /// Settings, modal state and the machine they move.
 ///
-/// It stays on one executor, so what its consoles share needs no critical section, in which reading a line would hold up
-/// every interrupt.
+/// It stays on one executor, so what its consoles share needs no critical section, in which reading a line would hold
+/// up every interrupt.
 pub struct Controller<'a> {
     pub(crate) machine: &'a Machine,
     program: RefCell<Program>,

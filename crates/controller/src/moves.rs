@@ -25,10 +25,8 @@ impl Controller<'_> {
             self.with(|program| program.work_offset_mm = offset_mm);
         }
         let via = block.via_mm.map(|target_mm| Move { target_mm, rate: Rate::Rapid });
-        for leg in [via, block.motion] {
-            if let Some(leg) = leg {
-                self.go_to(leg, block.line_number, checks, text).await?;
-            }
+        for leg in [via, block.motion].into_iter().flatten() {
+            self.go_to(leg, block.line_number, checks, text).await?;
         }
         if block.pauses || block.ends_program {
             self.settled().await?;

@@ -1,5 +1,5 @@
-//! Each alarm of the table in docs/console.md: what is heard, that G-code is locked out, and how to go on. Those of a step
-//! port that cannot keep up need the port: they are in tests/emulated.rs.
+//! Each alarm of the table in docs/console.md: what is heard, that G-code is locked out, and how to go on. Those of a
+//! step port that cannot keep up need the port: they are in tests/emulated.rs.
 
 use embassy_time::Duration;
 use isostep_motion::Axis;

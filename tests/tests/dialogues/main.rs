@@ -1,8 +1,9 @@
-//! Timed dialogues with the whole controller in virtual time: what a sender says, what it hears, what moved. By the tables of
-//! docs/console.md.
+//! Timed dialogues with the whole controller in virtual time: what a sender says, what it hears, what moved. By the
+//! tables of docs/console.md.
 
 mod alarms;
 mod commands;
+mod consoles;
 mod errors;
 mod motion;
 mod real_time;

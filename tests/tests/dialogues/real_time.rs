@@ -48,8 +48,30 @@ fn byte_18_resets() {
 }
 
 #[test]
-fn byte_21_is_taken_in_silence() {
-    within_a_line(b"!");
+fn byte_21_holds_the_move_under_way() {
+    holds(b'!');
+}
+
+/// In the middle of a line, which is carried out once it is resumed.
+fn holds(byte: u8) {
+    let mut sim = homed();
+    assert_eq!(say(&mut sim, "G0 X2"), ["ok"]);
+    sim.send(&[b"G0 X4", &[byte][..], b"0\n"].concat());
+    sim.run_until_idle().unwrap();
+    assert_eq!(status(&mut sim), "<Hold:0|MPos:2.000,0.000,0.000");
+    assert_eq!(bytes(&mut sim, b"~"), ["ok"]);
+    begin(&mut sim, "G0 X0", Duration::from_millis(500));
+    assert_eq!(bytes(&mut sim, &[byte]), [""; 0]);
+    assert_eq!(state(&mut sim), "Hold:1");
+    sim.run_until_idle().unwrap();
+    let held = status(&mut sim);
+    assert!(
+        held.starts_with("<Hold:0|MPos:") && !held.contains("MPos:40.000") && !held.contains("MPos:0.000"),
+        "{held}"
+    );
+    sim.send(b"~");
+    sim.run_until_idle().unwrap();
+    assert_eq!(status(&mut sim), "<Idle|MPos:0.000,0.000,0.000");
 }
 
 #[test]
@@ -70,13 +92,25 @@ fn byte_7e_resumes_from_a_program_pause() {
 }
 
 #[test]
-fn byte_84_is_taken_in_silence() {
-    within_a_line(b"\x84");
+fn byte_84_holds_the_move_under_way() {
+    holds(0x84);
 }
 
 #[test]
-fn byte_85_is_taken_in_silence() {
+fn byte_85_cancels_a_jog() {
     within_a_line(b"\x85");
+    let mut sim = homed();
+    begin(&mut sim, "$J=X100F1200", Duration::from_secs(1));
+    assert_eq!(say(&mut sim, "$J=X120F1200"), ["ok"]);
+    assert_eq!(bytes(&mut sim, b"\x85"), [""; 0]);
+    sim.run_until_idle().unwrap();
+    let stopped = status(&mut sim);
+    assert!(stopped.starts_with("<Idle|MPos:") && !stopped.contains("MPos:100.000"), "{stopped}");
+    // What follows counts from there.
+    let x = |text: &str| text.split("MPos:").nth(1).unwrap().split(',').next().unwrap().parse::<f64>().unwrap();
+    say(&mut sim, "G91 G0 X1");
+    sim.run_until_idle().unwrap();
+    assert!((x(&status(&mut sim)) - x(&stopped) - 1.0).abs() < 0.011);
 }
 
 #[test]
@@ -157,7 +191,7 @@ fn bytes_without_a_meaning_are_dropped() {
 }
 
 #[test]
-fn the_feed_override_counts_for_moves_taken_from_then_on_and_not_for_jogs() {
+fn the_feed_override_counts_for_moves_and_not_for_jogs() {
     let mut sim = homed();
     let speed = |sim: &mut Sim, line: &str| {
         begin(sim, line, Duration::from_secs(1));
@@ -169,7 +203,15 @@ fn the_feed_override_counts_for_moves_taken_from_then_on_and_not_for_jogs() {
     assert_eq!(speed(&mut sim, "G1 X50 F600"), "600");
     bytes(&mut sim, &[0x91; 5]);
     assert_eq!(speed(&mut sim, "G1 X0"), "900");
-    bytes(&mut sim, &[0x90, 0x92]);
+    // In mid-move, too.
+    begin(&mut sim, "G1 X100", Duration::from_secs(1));
+    bytes(&mut sim, &[0x90]);
+    sim.run_for(Duration::from_secs(1)).unwrap();
+    assert_eq!(report(&mut sim).split("FS:").nth(1).unwrap().split(',').next(), Some("600"));
+    sim.run_until_idle().unwrap();
+    sim.replies();
+    assert_eq!(speed(&mut sim, "G1 X0"), "600");
+    bytes(&mut sim, &[0x92]);
     assert_eq!(speed(&mut sim, "G1 X50"), "540");
     assert_eq!(speed(&mut sim, "$J=X0 F600"), "600");
     assert_eq!(speed(&mut sim, "G93 G1 X50 F12"), "540", "12 a minute is 600 mm/min");

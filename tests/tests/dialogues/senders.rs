@@ -1,5 +1,5 @@
-//! What real senders do on connecting, and how they stream, replayed. They were watched at a pseudo-terminal; the table in
-//! docs/console.md says what each does.
+//! What real senders do on connecting, and how they stream, replayed. They were watched at a pseudo-terminal; the table
+//! in docs/console.md says what each does.
 
 use std::collections::VecDeque;
 
@@ -22,8 +22,8 @@ fn job() -> Vec<String> {
     header.iter().map(ToString::to_string).chain(moves).chain(["M9 M5".into(), "G0 X0 Y0 Z0".into()]).collect()
 }
 
-/// Streams by character counting: `window` bytes unanswered at most, or one line more if `overshoots`. Every line must be
-/// answered, each with `ok`; the reports that come of polling every `poll_ms` are left out.
+/// Streams by character counting: `window` bytes unanswered at most, or one line more if `overshoots`. Every line must
+/// be answered, each with `ok`; the reports that come of polling every `poll_ms` are left out.
 struct Streamer<'a> {
     sim: &'a mut Sim,
     window: usize,

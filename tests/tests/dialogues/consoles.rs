@@ -1,0 +1,106 @@
+//! Two consoles of one machine: they take turns, and either may wake what the other has put to sleep.
+
+use std::convert::Infallible;
+
+use embassy_time::{Duration, Instant};
+use embedded_hal::digital::{ErrorType, OutputPin};
+use isostep_controller::{Controller, Parameters, Settings, config};
+use isostep_motion::{Machine, coordinator};
+use isostep_sim::executor::Executor;
+use isostep_sim::link::{Lines, Pipe};
+
+const WELCOME: &str = "Grbl 1.1h ['$' for help]";
+
+/// ENABLE, unconnected: nothing moves here.
+struct Unconnected;
+
+impl ErrorType for Unconnected {
+    type Error = Infallible;
+}
+
+impl OutputPin for Unconnected {
+    fn set_low(&mut self) -> Result<(), Infallible> {
+        Ok(())
+    }
+
+    fn set_high(&mut self) -> Result<(), Infallible> {
+        Ok(())
+    }
+}
+
+/// Consoles 0 and 1.
+struct Two {
+    executor: Executor,
+    links: [(Pipe, Pipe, Lines); 2],
+}
+
+impl Two {
+    fn new(parameters: Parameters) -> Self {
+        let mut executor = Executor::new();
+        let settings = Settings::default();
+        let machine: &'static Machine = Box::leak(Box::new(Machine::new(config(&settings))));
+        let controller: &'static Controller<'static> = Box::leak(Box::new(Controller::new(machine, settings)));
+        controller.restore(parameters.clone());
+        assert_eq!(controller.parameters(), parameters);
+        executor.spawn("coordinator", async move {
+            coordinator::run(machine, Unconnected, |_| {}).await;
+        });
+        let links = ["console 0", "console 1"].map(|name| {
+            let (rx, tx) = (Pipe::new(), Pipe::new());
+            let (its_rx, its_tx) = (rx.clone(), tx.clone());
+            executor.spawn(name, async move {
+                let _ = controller.serve(its_rx, its_tx).await;
+            });
+            (rx, tx, Lines::default())
+        });
+        Self { executor, links }
+    }
+
+    /// Sends to one console, and returns what each of them says then.
+    fn send(&mut self, console: usize, bytes: &[u8]) -> [Vec<String>; 2] {
+        self.links[console].0.push(bytes);
+        self.executor.run_until_quiescent(Instant::MAX).unwrap();
+        self.links.each_mut().map(|(_, tx, lines)| lines.push(&tx.take()))
+    }
+}
+
+fn heard(lines: &[&str]) -> Vec<String> {
+    lines.iter().map(ToString::to_string).collect()
+}
+
+#[test]
+fn the_startup_lines_run_once_after_power_up_however_many_consoles_there_are() {
+    let mut parameters = Parameters::default();
+    parameters.startup[1] = "G55".try_into().unwrap();
+    parameters.coordinates.work_offsets_mm[1] = [1.0, 2.0, 3.0];
+    let mut two = Two::new(parameters);
+    assert_eq!(two.send(0, b""), [heard(&[WELCOME, ">G55:ok"]), heard(&[WELCOME])]);
+    let [said, _] = two.send(0, b"$G\n$#\n");
+    assert!(said[0].starts_with("[GC:G0 G55 ") && said[3] == "[G55:1.000,2.000,3.000]", "{said:?}");
+    // A reset runs them again, on the console that asked for it.
+    assert_eq!(two.send(1, b"\x18"), [heard(&[]), heard(&[WELCOME, ">G55:ok"])]);
+}
+
+#[test]
+fn a_reset_on_one_console_wakes_what_another_has_put_to_sleep() {
+    let mut two = Two::new(Parameters::default());
+    two.send(0, b"");
+    assert_eq!(two.send(0, b"$SLP\n"), [heard(&["ok", "[MSG:Sleeping]"]), heard(&[])]);
+    assert_eq!(two.send(1, b"$G\n"), [heard(&[]), heard(&[])], "the sleeper keeps its turn");
+    assert_eq!(two.send(1, b"\x18"), [heard(&[]), heard(&[WELCOME, "[MSG:'$H'|'$X' to unlock]"])]);
+    assert_eq!(two.send(0, b"$X\n"), [heard(&["[MSG:Caution: Unlocked]", "ok"]), heard(&[])]);
+    let [_, said] = two.send(1, b"$G\n");
+    assert_eq!(said.len(), 2, "{said:?}");
+}
+
+#[test]
+fn either_console_resumes_a_pause_and_lines_wait_for_it() {
+    let mut two = Two::new(Parameters::default());
+    two.send(0, b"");
+    assert_eq!(two.send(0, b"M0\n"), [heard(&[]), heard(&[])]);
+    assert_eq!(two.send(1, b"G21\n"), [heard(&[]), heard(&[])]);
+    assert_eq!(two.send(1, b"~"), [heard(&["ok"]), heard(&["ok"])]);
+    two.executor.run_for(Duration::from_secs(1)).unwrap();
+    let [_, said] = two.send(1, b"?");
+    assert!(said[0].starts_with("<Idle|"), "{said:?}");
+}
