@@ -13,6 +13,7 @@ mod node;
 mod papers;
 mod process;
 mod profile;
+mod pty;
 mod setup;
 mod sim;
 mod size;

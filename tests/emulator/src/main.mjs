@@ -5,6 +5,7 @@ import { Console } from './console.mjs';
 import { EdgeFile } from './edge-file.mjs';
 import { loadSegments } from './elf.mjs';
 import { programLines } from './lines.mjs';
+import { Live, serve } from './live.mjs';
 import { HELP, parseOptions } from './options.mjs';
 import { NAMED_PINS } from './pins.mjs';
 import { ProgramRun } from './program.mjs';
@@ -24,6 +25,7 @@ import { Waveform } from './waveform.mjs';
 export function main(args) {
   try {
     const options = parseOptions(args);
+    if (options.live) return live(options);
     if (!options.help) return emulate(options);
     console.log(HELP);
     return 0;
@@ -44,14 +46,32 @@ function emulate(options) {
   const progress = new Progress(board, options.progress || process.stderr.isTTY, () => run.describe());
   const error = attempt(() => run.run()) ?? run.verdict() ?? verdict(board);
   const result = summary(board, sender, error);
+  finish(options, transcript, recorders, result);
+  console.log(readable(result));
+  console.error(progress.speed());
+  return error === null ? 0 : 1;
+}
+
+/** Another program keeps the pace; the last line on stdout is the summary. */
+function live(options) {
+  const board = new Board(firmware(options.elf), options);
+  const transcript = options.transcript ? new Transcript() : undefined;
+  const console = new Live(board, transcript);
+  const recorders = record(board, options);
+  const error = attempt(() => serve(console)) ?? verdict(board);
+  const result = summary(board, console, error);
+  finish(options, transcript, recorders, result);
+  process.stdout.write(JSON.stringify(result) + '\n');
+  return error === null ? 0 : 1;
+}
+
+/** Writes the files that the options ask for. */
+function finish(options, transcript, recorders, result) {
   write(options.transcript, transcript);
   recorders.trace?.close();
   recorders.edges?.close();
   write(options.vcd, recorders.waveform);
   write(options.json, JSON.stringify(result, null, 2) + '\n');
-  console.log(readable(result));
-  console.error(progress.speed());
-  return error === null ? 0 : 1;
 }
 
 function settings(options) {
