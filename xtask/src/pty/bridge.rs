@@ -1,11 +1,12 @@
 //! A machine and a port, and the wall clock between them.
 
 use anyhow::Result;
+use isostep_sim::link::Lines;
 
-use super::flight::Flight;
 use super::pace::Pace;
 use super::port::Pty;
 use super::{Ending, Machine};
+use crate::flight::Flight;
 
 /// What a serial port's driver buffers on the way out: a client that sends on has to wait, as with a real port.
 const DRIVER_BYTES: usize = 4096;
@@ -42,6 +43,7 @@ pub struct Drive {
 /// Those of the machine and of the port.
 pub fn run(machine: &mut impl Machine, pty: &mut Pty, drive: Drive, ending: &Ending) -> Result<Tally> {
     let mut tally = Tally::default();
+    let mut lines = Lines::default();
     let mut pace = Pace::new(drive.speed);
     while machine.now_ns() < drive.end_ns && !ending.is_asked() {
         let change = pty.look()?;
@@ -60,7 +62,9 @@ pub fn run(machine: &mut impl Machine, pty: &mut Pty, drive: Drive, ending: &End
         }
         let said = machine.run_to(pace.next_ns(machine.now_ns()).min(drive.end_ns))?;
         tally.bytes_out += said.len() as u64;
-        tally.flight.heard(&said);
+        for line in lines.push(&said) {
+            tally.flight.heard(&line);
+        }
         pty.write(&said)?;
         if change.left && !pty.is_open() {
             machine.set_open(false)?;

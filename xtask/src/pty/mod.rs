@@ -14,8 +14,6 @@ pub mod emulated;
 #[cfg(unix)]
 mod ending;
 #[cfg(unix)]
-mod flight;
-#[cfg(unix)]
 mod machine;
 #[cfg(unix)]
 mod pace;
@@ -28,7 +26,7 @@ pub mod simulated;
 #[cfg(unix)]
 mod summary;
 #[cfg(all(test, unix))]
-mod tests;
+pub mod tests;
 
 use std::path::PathBuf;
 

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::Closing;
 use super::bridge::Tally;
-use super::flight::{Flight, WINDOW_BYTES};
+use crate::flight::{Flight, WINDOW_BYTES};
 
 /// How to reach it.
 pub fn hints(path: &Path) -> String {

@@ -19,7 +19,7 @@ use crate::stopwatch::Stopwatch;
 const PATIENCE_S: f64 = 20.0;
 
 /// Runs a machine at `speed` while `client` uses the port of that path; what the bridge saw, and where the machine stands.
-fn while_running(speed: f64, client: impl FnOnce(&Path)) -> (Tally, Closing) {
+pub fn while_running(speed: f64, client: impl FnOnce(&Path)) -> (Tally, Closing) {
     let mut pty = Pty::open(None).unwrap();
     let path = pty.path().to_owned();
     let ending = Ending::default();

@@ -1,9 +1,9 @@
-//! The bytes that a sender has sent and that are not answered yet: what it must keep within a real controller's buffer.
+//! The bytes that a sender has sent and that are not answered yet: what it must keep within a controller's buffer. The
+//! console counts them so as to keep within it, a machine on a pseudo-terminal to say whether its sender did.
 
 use std::collections::VecDeque;
 
-use isostep_console::realtime;
-use isostep_sim::link::Lines;
+use isostep_console::realtime::{self, Realtime};
 
 /// Grbl's receive buffer, which senders count against. A pseudo-terminal itself never overflows.
 pub const WINDOW_BYTES: usize = 128;
@@ -16,7 +16,6 @@ pub struct Flight {
     /// Length of each line not yet answered, its end included.
     unanswered: VecDeque<usize>,
     in_flight: usize,
-    heard: Lines,
     /// After a reset nothing sent before is answered: until the welcome comes, an `ok` belongs to no line.
     restarting: bool,
     /// The most bytes in flight at once.
@@ -38,25 +37,36 @@ impl Flight {
     pub fn sent(&mut self, bytes: &[u8]) {
         for &byte in bytes {
             match realtime::classify(byte) {
-                Some(realtime::Realtime::Reset) => self.restart(),
+                Some(Realtime::Reset) => self.restart(),
                 Some(_) => {}
                 None => self.line_byte(byte),
             }
         }
     }
 
-    /// The machine has said something.
-    pub fn heard(&mut self, bytes: &[u8]) {
-        for line in self.heard.push(bytes) {
-            let refused = line.starts_with("error:");
-            if line.starts_with("Grbl") {
-                self.restarting = false;
-            } else if line.starts_with("ALARM:") {
-                self.alarms += 1;
-            } else if (refused || line == "ok") && !self.restarting {
-                self.answer(refused);
+    /// The machine has said a line. Whether it answers one of ours: the one of number [`Self::answered`], from 1.
+    pub fn heard(&mut self, line: &str) -> bool {
+        let refused = line.starts_with("error:");
+        if line.starts_with("Grbl") {
+            if !self.restarting {
+                // It has reset by itself.
+                self.restart();
             }
+            self.restarting = false;
+        } else if line.starts_with("ALARM:") {
+            self.alarms += 1;
         }
+        (refused || line == "ok") && !self.restarting && self.answer(refused)
+    }
+
+    /// Bytes not answered yet.
+    pub fn in_flight(&self) -> usize {
+        self.in_flight
+    }
+
+    /// Whether a line of that length, its end included, keeps within the window. One longer than the window goes alone.
+    pub fn has_room(&self, length: usize) -> bool {
+        self.in_flight == 0 || self.in_flight + length <= WINDOW_BYTES
     }
 
     /// The machine forgets what it has not carried out, and says its welcome.
@@ -78,11 +88,12 @@ impl Flight {
         }
     }
 
-    fn answer(&mut self, refused: bool) {
-        let Some(length) = self.unanswered.pop_front() else { return };
+    fn answer(&mut self, refused: bool) -> bool {
+        let Some(length) = self.unanswered.pop_front() else { return false };
         self.in_flight -= length;
         self.answered += 1;
         self.refused += u64::from(refused);
+        true
     }
 }
 
@@ -95,12 +106,12 @@ mod tests {
         let mut flight = Flight::default();
         flight.sent(b"G0 X1\n?G0");
         assert_eq!(flight.in_flight, 8);
-        flight.heard(b"<Idle|MPos:0,0,0>\r\no");
+        assert!(!flight.heard("<Idle|MPos:0,0,0>"));
         assert_eq!(flight.in_flight, 8);
-        flight.heard(b"k\r\n");
+        assert!(flight.heard("ok"));
         assert_eq!((flight.in_flight, flight.lines, flight.answered), (2, 1, 1));
         flight.sent(b" Y1\r\n");
-        flight.heard(b"error:20\r\nok\r\n");
+        assert!(flight.heard("error:20") && flight.heard("ok") && !flight.heard("ok"));
         assert_eq!((flight.in_flight, flight.lines, flight.answered, flight.refused), (0, 3, 3, 1));
         assert_eq!((flight.most, flight.times_over), (8, 0));
     }
@@ -112,7 +123,9 @@ mod tests {
         for _ in 0..2 {
             flight.sent(&line);
             flight.sent(&line);
-            flight.heard(b"ok\r\nok\r\n");
+            assert!(!flight.has_room(1));
+            assert!(flight.heard("ok") && flight.has_room(28) && !flight.has_room(29));
+            assert!(flight.heard("ok") && flight.has_room(200));
         }
         assert_eq!((flight.most, flight.times_over, flight.in_flight), (200, 2, 0));
     }
@@ -121,9 +134,12 @@ mod tests {
     fn a_reset_forgets_what_was_not_answered_and_answers_that_were_under_way() {
         let mut flight = Flight::default();
         flight.sent(b"G0 X1\nG0 X2\n\x18$$\n");
-        flight.heard(b"ok\r\n\r\nGrbl 1.1h\r\n");
+        assert!(!flight.heard("ok") && !flight.heard("Grbl 1.1h"));
         assert_eq!((flight.in_flight, flight.lines, flight.answered), (3, 1, 0));
-        flight.heard(b"ok\r\n");
+        assert!(flight.heard("ok"));
+        assert_eq!((flight.in_flight, flight.lines, flight.answered), (0, 1, 1));
+        flight.sent(b"$$\n");
+        assert!(!flight.heard("Grbl 1.1h"));
         assert_eq!((flight.in_flight, flight.lines, flight.answered), (0, 1, 1));
     }
 }
