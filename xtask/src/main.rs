@@ -3,6 +3,7 @@
 
 mod bench;
 mod build;
+mod clients;
 mod console;
 mod emulate;
 mod firmware;

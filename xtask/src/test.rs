@@ -9,9 +9,9 @@ use crate::process::{self, announce};
 use crate::stopwatch::Stopwatch;
 use crate::toolchain::cargo;
 use crate::variant::{Driver, Port, Variant};
-use crate::{build, node, workspace};
+use crate::{build, clients, node, workspace};
 
-/// Run the tests: host, emulator, firmware size, emulated board
+/// Run the tests: host, emulator, firmware size, emulated board, real senders
 #[derive(clap::Args)]
 #[command(after_help = "\
 The stages stop at the first that fails:
@@ -19,21 +19,36 @@ The stages stop at the first that fails:
   emulator tests   the emulated board's own
   firmware         its build, and its size budgets
   emulated board   the firmware, unmodified, in an emulated RP2040
+  real senders     grbl-streamer from PyPI streams a program to the simulated machine, as over a serial port
 
-Example: cargo xtask test --fast     the host tests alone")]
+Examples:
+  cargo xtask test --fast        the host tests alone
+  cargo xtask test --senders     the real senders alone")]
 pub struct Args {
     /// Only the host tests
     #[arg(long)]
     fast: bool,
+    /// Only the real senders
+    #[arg(long, conflicts_with = "fast")]
+    senders: bool,
 }
 
 type Stage = (&'static str, fn() -> Result<()>);
 
-const STAGES: [Stage; 4] =
-    [("host tests", host), ("emulator tests", emulator), ("firmware", firmware), ("emulated board", emulated_board)];
+const STAGES: [Stage; 5] = [
+    ("host tests", host),
+    ("emulator tests", emulator),
+    ("firmware", firmware),
+    ("emulated board", emulated_board),
+    ("real senders", clients::stream),
+];
 
 pub fn run(args: Args) -> Result<()> {
-    let stages = if args.fast { &STAGES[..1] } else { &STAGES[..] };
+    let stages = match args {
+        Args { fast: true, .. } => &STAGES[..1],
+        Args { senders: true, .. } => &STAGES[STAGES.len() - 1..],
+        Args { .. } => &STAGES[..],
+    };
     let mut summary = String::new();
     let mut failure = None;
     for (name, stage) in stages {

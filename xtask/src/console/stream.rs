@@ -102,7 +102,7 @@ impl Stream<'_> {
             (Some(trouble), None) | (None, Some(trouble)) => bail!("{trouble}"),
             (None, None) => {
                 let total = self.program.lines.len();
-                ensure!(!self.stopped, "ended by Ctrl-C after line {} of {total}", self.sent);
+                ensure!(!self.stopped || self.sent == total, "ended by Ctrl-C after line {} of {total}", self.sent);
                 Ok(())
             }
         }

@@ -24,7 +24,6 @@ impl Ending {
     }
 
     /// Asks it to end.
-    #[cfg_attr(not(test), expect(dead_code, reason = "signals ask by themselves"))]
     pub fn ask(&self) {
         self.0.store(true, Ordering::Relaxed);
     }

@@ -22,6 +22,8 @@ mod port;
 #[cfg(unix)]
 mod presence;
 #[cfg(unix)]
+mod serving;
+#[cfg(unix)]
 pub mod simulated;
 #[cfg(unix)]
 mod summary;
@@ -38,6 +40,8 @@ pub use ending::Ending;
 pub use machine::{Closing, Machine};
 #[cfg(unix)]
 pub use port::Pty;
+#[cfg(unix)]
+pub use serving::while_running;
 
 /// The options of a machine on a pseudo-terminal.
 #[derive(clap::Args, Debug)]

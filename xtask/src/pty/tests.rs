@@ -8,30 +8,21 @@ use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::Duration;
 
-use isostep_sim::Config;
 use rustix::fs::OFlags;
 
-use super::bridge::{self, Tally};
-use super::simulated::Simulated;
-use super::{Closing, Drive, Ending, Machine, Pty};
+use super::bridge::Tally;
+use super::{Closing, Pty};
 use crate::stopwatch::Stopwatch;
 
 const PATIENCE_S: f64 = 20.0;
 
-/// Runs a machine at `speed` while `client` uses the port of that path; what the bridge saw, and where the machine stands.
+/// As the bridge has it, for a client that panics when it is not content.
 pub fn while_running(speed: f64, client: impl FnOnce(&Path)) -> (Tally, Closing) {
-    let mut pty = Pty::open(None).unwrap();
-    let path = pty.path().to_owned();
-    let ending = Ending::default();
-    let asked = ending.clone();
-    let machine = thread::spawn(move || {
-        let mut machine = Simulated::new(Config { keep_record: false, ..Config::default() });
-        let tally = bridge::run(&mut machine, &mut pty, Drive { speed, end_ns: u64::MAX }, &asked).unwrap();
-        (tally, machine.close().unwrap())
-    });
-    client(&path);
-    ending.ask();
-    machine.join().unwrap()
+    let content = |path: &Path| {
+        client(path);
+        Ok(())
+    };
+    super::while_running(speed, content).unwrap()
 }
 
 /// A sender's end.
