@@ -6,7 +6,8 @@
 //!
 //! | name | results | cycles |
 //! |---|---|---|
-//! | `plan.LAW.CASE` | each of [`PLAN_CASES`] planned, and the first segment of each of its axes | of the one plan |
+//! | `plan.LAW.CASE` | each of [`PLAN_CASES`] planned | of the one plan |
+//! | `begin.LAW.CASE` | the first segment of each of its axes, which compute what their ramp needs | of all three |
 //! | `compile.accel`, `.cruise`, `.decel` | steps of the segments that begin there, of [`ramp`] | of all of them |
 //! | `compile.accel.max` and so on | the same | of the slowest |
 //! | `compile.LAW.accel` and so on | the same, and their `.max`, of [`law_ramp`] | the same |
@@ -109,17 +110,24 @@ pub fn phases(ramp: &SyncMove<1>) -> [(&'static str, u32); 3] {
     [("accel", counts.accel), ("cruise", counts.cruise), ("decel", counts.decel)]
 }
 
-/// The first segment of each axis of `plan`: a plan computes what a ramp needs only when its first segment is asked for.
+/// The first segment of each axis of `plan`, which computes what its ramp needs.
 #[must_use]
 pub fn first_segments(plan: &SyncMove<3>) -> [Option<Segment>; 3] {
     [0, 1, 2].map(|axis| plan.segments(axis, TICK_HZ).next())
 }
 
-/// What a plan and its first segments come to: as much of it as a checksum needs.
+/// What a plan comes to: as much of it as a checksum needs.
 #[must_use]
-pub fn plan_checksum(plan: &SyncMove<3>, segments: [Option<Segment>; 3]) -> Checksum {
+pub fn plan_checksum(plan: &SyncMove<3>) -> Checksum {
     let mut checksum = Checksum::default();
     checksum.add((plan.profile.duration_s() * f64::from(TICK_HZ)) as u32);
+    checksum
+}
+
+/// What first segments come to.
+#[must_use]
+pub fn segments_checksum(segments: [Option<Segment>; 3]) -> Checksum {
+    let mut checksum = Checksum::default();
     for segment in segments.into_iter().flatten() {
         checksum.add(segment.steps());
         checksum.add(segment.last_ticks() as u32);

@@ -17,6 +17,13 @@ pub struct Figure {
 }
 
 impl Figure {
+    /// One piece of work that made one result.
+    pub fn one(cycles: u32) -> Self {
+        let mut figure = Self::default();
+        figure.add(cycles, 1);
+        figure
+    }
+
     /// A piece of work that took `cycles` and made `count` results.
     pub fn add(&mut self, cycles: u32, count: u32) {
         self.cycles += u64::from(cycles);

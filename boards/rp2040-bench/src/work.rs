@@ -7,7 +7,7 @@ use core::sync::atomic::{AtomicU32, Ordering};
 use isostep_profile::{SpeedLaw, SyncMove};
 use rp2040_bench::{
     BLOCK_WORDS, Checksum, FIRST_STEPS, PLAN_CASES, Peer, QUEUE_SEGMENTS, TICK_HZ, Visitor, first_segments, generators,
-    law_ramp, phases, plan_checksum, ramp,
+    law_ramp, phases, plan_checksum, ramp, segments_checksum,
 };
 
 use crate::hot;
@@ -25,14 +25,10 @@ static BLOCK: [AtomicU32; BLOCK_WORDS] = [const { AtomicU32::new(0) }; BLOCK_WOR
 pub fn plan(stopwatch: &Stopwatch, report: &mut Report) {
     for law in SpeedLaw::ALL {
         for case in &PLAN_CASES {
-            let ((plan, segments), cycles) = stopwatch.time(law, |law| {
-                let plan = rp2040_bench::plan(law, case).expect(CONSTANTS_WORK);
-                let segments = first_segments(&plan);
-                (plan, segments)
-            });
-            let mut figure = Figure::default();
-            figure.add(cycles, 1);
-            report.sum(format_args!("plan.{law}.{}", case.name), figure, plan_checksum(&plan, segments));
+            let (plan, cycles) = stopwatch.time(law, |law| rp2040_bench::plan(law, case).expect(CONSTANTS_WORK));
+            report.sum(format_args!("plan.{law}.{}", case.name), Figure::one(cycles), plan_checksum(&plan));
+            let (segments, cycles) = stopwatch.time(&plan, first_segments);
+            report.sum(format_args!("begin.{law}.{}", case.name), Figure::one(cycles), segments_checksum(segments));
         }
     }
 }

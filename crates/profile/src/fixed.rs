@@ -1,4 +1,4 @@
-//! Products of fixed-point numbers, and polynomials of them: a third of what floats cost a Cortex-M0+.
+//! Products of fixed-point numbers, and polynomials of them: a third of what software floats cost a Cortex-M0+.
 
 /// What a fraction in 2^-64 has for 1.
 pub(crate) const TWO_TO_64: f64 = 18_446_744_073_709_551_616.0;

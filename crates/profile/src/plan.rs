@@ -8,16 +8,20 @@ use crate::newton::rising_root;
 use crate::profile::{Profile, ProfileError};
 use crate::ramp::{Bounds, Ramp};
 
-/// The last step of the search for a cruise speed, as a share of the speed gained; what is left then is far less.
-const PEAK_TOLERANCE: f64 = 1e-7;
-/// The same where a search comes nearer by Newton's method.
+/// The last step of the search for a cruise speed, as a share of the speed gained. What is left then is less than a
+/// quarter of its square.
+const PEAK_TOLERANCE: f64 = 1e-6;
+/// The same for thirds of a law over displacement: they are slower than they might be by 1e-5 at most.
+const THIRDS_TOLERANCE: f64 = 6e-3;
+/// The same where the ends differ; what is left is far less.
 const ROOT_TOLERANCE: f64 = 1e-10;
-/// The same for thirds of laws over displacement: the slope is known about, so they are longer than need be by as much.
-const THIRDS_TOLERANCE: f64 = 1e-5;
-/// By how much a search by powers takes a gain back at most, at a time.
-const FACTOR_MIN: f64 = 0.1;
+/// By how much a search by powers changes a gain at most, at a time.
+const FACTOR_MAX: f64 = 10.0;
 /// More than any search takes.
 const ITERATIONS_MAX: u32 = 100;
+
+/// How many steps a gain needs, and how many more for each step/s more.
+type Needed<'a> = &'a dyn Fn(f64) -> (f64, f64);
 
 /// The two ends of a profile, the way between them, and what its ramps must keep to.
 pub(crate) struct Ends {
@@ -143,15 +147,12 @@ impl Ends {
         };
         let room = self.top_steps_s - self.fast_end();
         let most = room.min(self.peak_of_triangle() - self.fast_end());
-        let gain = if lengths(most).0 <= self.distance_steps {
-            most
-        } else if self.entry_steps_s == self.exit_steps_s {
-            self.gain_by_quadratic().unwrap_or_else(|| self.gain_by_powers(most, lengths))
+        let gain = if self.entry_steps_s != self.exit_steps_s {
+            self.gain_by_newton(most, most, ROOT_TOLERANCE, &lengths)
+        } else if let Some(gain) = self.gain_by_quadratic() {
+            gain.min(most)
         } else {
-            rising_root((0.0, most), most, ROOT_TOLERANCE, |gain| {
-                let (steps, growth) = lengths(gain);
-                (steps - self.distance_steps, growth)
-            })
+            self.gain_by_powers(most, most, PEAK_TOLERANCE, &lengths)
         };
         self.profile(gain, self.ramps(gain))
     }
@@ -170,9 +171,12 @@ impl Ends {
         if highest < self.exit_steps_s {
             return Err(ProfileError::ExitSpeed { asked: self.exit_steps_s, max: highest });
         }
-        let (accel, decel) = self.ramps(gain);
-        let third_s = self.distance_steps / (accel.mean_steps_s() + highest + decel.mean_steps_s());
-        let ramps = (accel.stretched(third_s), decel.stretched(third_s));
+        let (accel_mean, decel_mean) = self.means(gain);
+        let third_s = self.distance_steps / (accel_mean + highest + decel_mean);
+        let ramps = (
+            self.accel.lasting(third_s, self.entry_steps_s, self.accel_rise(gain), accel_mean),
+            self.decel.lasting(third_s, self.exit_steps_s, self.decel_rise(gain), decel_mean),
+        );
         Ok(Profile { cruise_s: third_s, ..self.profile(gain, ramps) })
     }
 
@@ -185,7 +189,10 @@ impl Ends {
             (sqrt(b * b - 8.0 * c) - b) / 4.0
         };
         let accel = highest(self.entry_steps_s, self.accel.accel_steps_s2);
-        let decel = highest(self.exit_steps_s, self.decel.accel_steps_s2);
+        let decel = match self.decel_share() {
+            Some(1.0) => accel,
+            _ => highest(self.exit_steps_s, self.decel.accel_steps_s2),
+        };
         self.top_steps_s.min(accel).min(decel)
     }
 
@@ -198,19 +205,17 @@ impl Ends {
             return rising_root((slow, fast), fast, ROOT_TOLERANCE, excess) - fast;
         }
         let room = self.top_steps_s - fast;
-        let over = |gain| {
-            let (steps, growth) = self.needed_by_thirds(gain);
-            (steps - self.distance_steps, growth)
-        };
-        if over(room).0 <= 0.0 {
-            return room;
-        }
-        let tolerance = if self.law.is_over_displacement() { THIRDS_TOLERANCE } else { ROOT_TOLERANCE };
-        // What a trapezoid has room for; between unequal ends that may be none.
-        let from = self.highest_of_thirds() - fast;
+        // By what a trapezoid has room for; between unequal ends that may be none.
+        let from = self.accel.gain_near(fast, self.highest_of_thirds() - fast);
         let from = if from > 0.0 { from.min(room) } else { room };
+        let needed = |gain| self.needed_by_thirds(gain);
+        if self.entry_steps_s == self.exit_steps_s {
+            let tolerance = if self.law.is_over_displacement() { THIRDS_TOLERANCE } else { PEAK_TOLERANCE };
+            return self.gain_by_powers(from, room, tolerance, &needed);
+        }
+        let gain = self.gain_by_newton(from, room, ROOT_TOLERANCE, &needed);
         // On the safe side of where the search ends.
-        rising_root((0.0, room), from, tolerance, over) * (1.0 - 2.0 * tolerance)
+        if gain < room { gain * (1.0 - 2.0 * ROOT_TOLERANCE) } else { room }
     }
 
     /// The gain over which both ramps are as long as the way, from equal ends, if their length is a quadratic in it.
@@ -222,41 +227,73 @@ impl Ends {
         Some(2.0 * way / (slow + sqrt(slow * slow + 4.0 * square * way)))
     }
 
-    /// The gain below `most` over which both ramps are as long as the way, from equal ends.
+    /// The gain, `most` at most, over which `needed` is the way. Begins at `from`.
+    fn gain_by_newton(&self, from: f64, most: f64, tolerance: f64, needed: Needed<'_>) -> f64 {
+        let over = |gain| {
+            let (steps, growth) = needed(gain);
+            (steps - self.distance_steps, growth)
+        };
+        if over(most).0 <= 0.0 {
+            return most;
+        }
+        rising_root((0.0, most), from, tolerance, over)
+    }
+
+    /// The same from equal ends.
     ///
-    /// Their length is near a power of the gain, s^p, p being 1/2 to 2 or so. Hence by Newton's method on the logarithms
-    /// of both, that is by (way/length)^(1/p), for which a fraction of two lines is near enough.
-    fn gain_by_powers(&self, most: f64, lengths: impl Fn(f64) -> (f64, f64)) -> f64 {
-        let mut gain = most;
+    /// There what is needed is near a power of the gain, s^p, p being 1/2 to 2 or so. Hence by Newton's method on the
+    /// logarithms of both, that is by (way/needed)^(1/p), for which a fraction of two lines is near enough. The result is
+    /// on the safe side of where that ends.
+    fn gain_by_powers(&self, from: f64, most: f64, tolerance: f64, needed: Needed<'_>) -> f64 {
+        if most <= 0.0 {
+            return most;
+        }
+        let mut gain = from;
         for _ in 0..ITERATIONS_MAX {
-            let (steps, slope) = lengths(gain);
-            // (1 + h + h/p)/(1 + h - h/p) with h = (way/length - 1)/2 and p = gain slope/length, by one division.
+            let (steps, slope) = needed(gain);
+            // (1 + h + h/p)/(1 + h - h/p) with h = (way/needed - 1)/2 and p = gain slope/needed, by one division.
             let (sum, difference) =
                 ((self.distance_steps + steps) * slope * gain, (self.distance_steps - steps) * steps);
             let factor = (sum + difference) / (sum - difference);
-            // Where the length is far too long, the fraction is too small, or below 0.
-            let factor = if factor < FACTOR_MIN { FACTOR_MIN } else { factor };
+            // Where far too much or little is needed, the fraction is too small or large, or below 0.
+            let (low, high) = if difference > 0.0 { (1.0, FACTOR_MAX) } else { (1.0 / FACTOR_MAX, 1.0) };
+            let factor = if (low..=high).contains(&factor) { factor } else { low * high };
             gain *= factor;
-            if (factor - 1.0).abs() <= PEAK_TOLERANCE {
-                break;
+            if gain >= most && factor >= 1.0 {
+                return most;
             }
+            let step = factor - 1.0;
+            if step.abs() <= tolerance {
+                return gain * (1.0 - step * step / 4.0);
+            }
+            gain = gain.min(most);
         }
         gain
     }
 
     /// A ramp of mean speed m that is x long at its shortest has its time if x/m <= t1. How long the way has to
-    /// be for that, and how much longer for each step/s more; of a law over displacement about.
+    /// be for that, and how much longer for each step/s more.
     fn needed_by_thirds(&self, gain: f64) -> (f64, f64) {
-        let (accel_mean, decel_mean) = self.means(gain);
-        let sum = accel_mean.0 + self.fast_end() + gain + decel_mean.0;
-        let sum_growth = accel_mean.1 + 1.0 + decel_mean.1;
-        let needed = |(steps, growth): (f64, f64), (mean, mean_growth): (f64, f64)| {
+        let accel = self.accel.length_and_mean(self.entry_steps_s, self.accel_rise(gain));
+        let decel = match self.decel_share() {
+            Some(share) => ((accel.0.0 * share, accel.0.1 * share), accel.1),
+            None => self.decel.length_and_mean(self.exit_steps_s, self.decel_rise(gain)),
+        };
+        let sum = accel.1.0 + self.fast_end() + gain + decel.1.0;
+        let sum_growth = accel.1.1 + 1.0 + decel.1.1;
+        let needed = |((steps, growth), (mean, mean_growth)): ((f64, f64), (f64, f64))| {
             let share = sum / mean;
             (steps * share, growth * share + steps * (sum_growth - share * mean_growth) / mean)
         };
-        let (accel, decel) = self.lengths(gain);
-        let (accel, decel) = (needed(accel, accel_mean), needed(decel, decel_mean));
-        if accel.0 > decel.0 { accel } else { decel }
+        // Of ramps that differ by their length alone, the longer one.
+        match self.decel_share() {
+            Some(share) if share <= 1.0 => needed(accel),
+            Some(_) => needed(decel),
+            None => {
+                let (accel, decel) = (needed(accel), needed(decel));
+                if accel.0 > decel.0 { accel } else { decel }
+            }
+        }
     }
 
     /// The lengths of both ramps at their shortest, steps, and how much longer each is for each step/s more.
@@ -268,8 +305,8 @@ impl Ends {
         }
     }
 
-    /// The mean speeds of both ramps, and how much higher each is for each step/s more.
-    fn means(&self, gain: f64) -> ((f64, f64), (f64, f64)) {
+    /// The mean speeds of both ramps.
+    fn means(&self, gain: f64) -> (f64, f64) {
         let accel = self.accel.mean_steps_s(self.entry_steps_s, self.accel_rise(gain));
         match self.decel_share() {
             Some(_) => (accel, accel),

@@ -72,7 +72,19 @@ impl Bounds {
         }
     }
 
-    /// How long that ramp is, steps, and how much longer for each step/s more.
+    /// The ramp that rises so far in `duration_s`, with that mean speed.
+    pub(crate) fn lasting(&self, duration_s: f64, slow_steps_s: f64, rise_steps_s: f64, mean_steps_s: f64) -> Ramp {
+        let shape = match self.shape(rise_steps_s).0 {
+            // Over a short ramp rounding must not lift it above its limit. Without a rise it is a cruise.
+            Shape::Even { accel_steps_s2 } => {
+                Shape::Even { accel_steps_s2: accel_steps_s2.min(rise_steps_s / duration_s) }
+            }
+            other => other,
+        };
+        Ramp { shape, slow_steps_s, rise_steps_s, steps: mean_steps_s * duration_s, duration_s }
+    }
+
+    /// How long the shortest ramp is, steps, and how much longer for each step/s more.
     pub(crate) fn length(&self, slow: f64, rise: f64) -> (f64, f64) {
         let even = (rise * (slow + rise / 2.0) * self.per_accel, (slow + rise) * self.per_accel);
         match self.shape_of_law() {
@@ -84,6 +96,18 @@ impl Bounds {
             }
             // Without a rise no law has a length.
             Shape::Even { .. } | Shape::OverDisplacement(_) => even,
+        }
+    }
+
+    /// About what its thirds gain over `slow` where a trapezoid's gain `even`: to begin a search with.
+    pub(crate) fn gain_near(&self, slow: f64, even: f64) -> f64 {
+        even * match self.law {
+            SpeedLaw::Trapezoid => 1.0,
+            SpeedLaw::SCurve | SpeedLaw::Sine => 0.78,
+            SpeedLaw::Linear | SpeedLaw::Sinusoidal => 0.6,
+            SpeedLaw::Quadratic => 0.38,
+            // The faster it begins, the worse its steep beginning suits it.
+            SpeedLaw::Logarithmic => 0.14 + 0.64 * even * even / (even * even + 3.0 * slow * (even + slow)),
         }
     }
 
@@ -113,15 +137,24 @@ impl Bounds {
         self.accel_steps_s2 * self.accel_steps_s2 <= self.jerk_steps_s3 * rise
     }
 
-    /// The mean speed on any of its ramps with this rise, however long, and how much higher it is for each step/s more;
-    /// of a law over displacement about.
-    pub(crate) fn mean_steps_s(&self, slow: f64, rise: f64) -> (f64, f64) {
+    /// The mean speed on any of its ramps with this rise, however long.
+    pub(crate) fn mean_steps_s(&self, slow: f64, rise: f64) -> f64 {
+        match self.shape_of_law() {
+            Shape::OverDisplacement(law) if rise > 0.0 => rise / law.whole_time(slow / rise),
+            _ => slow + rise / 2.0,
+        }
+    }
+
+    /// The length of the shortest ramp, and the mean speed of any; how much more of each for each step/s more.
+    pub(crate) fn length_and_mean(&self, slow: f64, rise: f64) -> ((f64, f64), (f64, f64)) {
         match self.shape_of_law() {
             Shape::OverDisplacement(law) if rise > 0.0 => {
-                let mean = rise / law.whole_time(slow / rise);
-                (mean, mean / (slow + rise))
+                let ((length, length_growth), (time, time_growth)) = law.whole(slow, rise);
+                let per_time = 1.0 / time;
+                let mean_growth = (1.0 + time_growth * per_time) * per_time;
+                ((length * self.per_accel, length_growth * self.per_accel), (rise * per_time, mean_growth))
             }
-            _ => (slow + rise / 2.0, 0.5),
+            _ => (self.length(slow, rise), (slow + rise / 2.0, 0.5)),
         }
     }
 
@@ -181,26 +214,6 @@ impl Ramp {
             other => other,
         };
         Self { shape, steps: self.steps * share, duration_s: self.duration_s * share, ..self }
-    }
-
-    /// The same, slower throughout: it lasts `duration_s`, no less than it does now, between the same speeds.
-    pub(crate) fn stretched(self, duration_s: f64) -> Self {
-        let shape = match self.shape {
-            // Over a short ramp rounding must not lift it above its limit. Without a rise it is a cruise.
-            Shape::Even { accel_steps_s2 } => {
-                Shape::Even { accel_steps_s2: accel_steps_s2.min(self.rise_steps_s / duration_s) }
-            }
-            other => other,
-        };
-        Self { shape, steps: self.mean_steps_s() * duration_s, duration_s, ..self }
-    }
-
-    /// Its mean speed.
-    pub(crate) fn mean_steps_s(&self) -> f64 {
-        match self.shape {
-            Shape::OverDisplacement(_) => self.steps / self.duration_s,
-            _ => self.slow_steps_s + self.rise_steps_s / 2.0,
-        }
     }
 
     pub(crate) fn steps(&self) -> f64 {

@@ -67,7 +67,8 @@ impl<const N: usize> SyncMove<N> {
                 continue;
             }
             own.check().map_err(|error| PlanError::Limits { axis, error })?;
-            let seen = own.scaled(f64::from(longest) / f64::from(n.unsigned_abs()));
+            let n = n.unsigned_abs();
+            let seen = if n == longest { *own } else { own.scaled(f64::from(longest) / f64::from(n)) };
             shared = Some(shared.map_or(seen, |tightest| tightest.tighter(&seen)));
         }
         let mut shared = shared.ok_or(PlanError::NoSteps)?;

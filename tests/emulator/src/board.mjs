@@ -2,6 +2,7 @@ import { boot, buildChip, loadInto } from './chip.mjs';
 import { MachineClock, NANOS_PER_CYCLE } from './clock.mjs';
 import { run } from './core.mjs';
 import { enterHardFault } from './fault.mjs';
+import { eraseUnder } from './flash-file.mjs';
 import { Gantry } from './gantry.mjs';
 import { UartCable } from './uart-cable.mjs';
 import { UsbHost } from './usb-host.mjs';
@@ -15,12 +16,16 @@ export class Board {
   /**
    * @param {{address: number, bytes: Uint8Array}[]} segments the firmware
    * @param {{console: 'usb' | 'uart'} & object} options see options.mjs
+   * @param {Uint8Array | null} kept what flash holds from an earlier run
    */
-  constructor(segments, options) {
+  constructor(segments, options, kept = null) {
     this.clock = new MachineClock();
     this.gantry = new Gantry(this.clock, options);
     this.warnings = new Set();
     this.resets = [];
+    this.powerCycles = [];
+    /** When the firmware rebooted into BOOTSEL: from then on the board is a drive, and runs no more. */
+    this.bootsel = null;
     this.faults = [];
     /** Faults that were asked for. */
     this.crashes = 0;
@@ -31,6 +36,8 @@ export class Board {
     this.onSlice = () => {};
     this.chipWatchers = [];
     this.#build();
+    if (kept !== null) this.flash.bytes.set(kept);
+    eraseUnder(this.flash.bytes, segments);
     loadInto(this.chip, segments);
     const listener = { onData: (bytes) => this.onBytes(bytes), onDelivered: (bytes) => this.#delivered(bytes) };
     this.cable = options.console === 'uart' ? new UartCable(this.clock, listener) : new UsbHost(this.clock, listener);
@@ -73,6 +80,14 @@ export class Board {
     this.core.PC = 0xf0000000;
   }
 
+  /** Takes power away and gives it back at once: all is new but flash, and the carriages stay where they are. */
+  powerCycle() {
+    this.powerCycles.push({ t_ns: this.nanos });
+    this.#renew();
+    this.#start();
+    this.pause();
+  }
+
   /** Bytes have reached the firmware. */
   #delivered(bytes) {
     if (bytes.includes(RESET_BYTE)) this.gantry.stops.told('RESET');
@@ -103,6 +118,7 @@ export class Board {
   #build() {
     const built = buildChip(this.clock, {
       onWatchdog: (reason) => this.#reset(reason),
+      onBootsel: () => this.clock.createAlarm(() => this.#enterBootsel()).schedule(0),
       onUartByte: (byte) => this.cable.received?.(byte),
       onWarning: (text) => this.warnings.add(text),
     });
@@ -120,14 +136,30 @@ export class Board {
   #reset(reason) {
     const { chip, watchdog } = this;
     this.resets.push({ t_ns: this.nanos, reason: reason === RESET_FORCED ? 'forced' : 'timed out' });
-    this.clock.dropChipAlarms();
-    this.#build();
-    this.chip.flash.set(chip.flash);
+    this.#renew();
     this.chip.sram.set(chip.sram);
     this.watchdog.scratch.set(watchdog.scratch);
     this.watchdog.reason = reason;
     this.#start();
     this.pause();
+  }
+
+  /** The ROM takes over: the pins go, the cable is dead, and the firmware never runs again. */
+  #enterBootsel() {
+    this.bootsel = { t_ns: this.nanos };
+    this.#renew();
+    this.core.waiting = true;
+    this.gantry.attach(this.chip);
+    for (const watch of this.chipWatchers) watch(this.chip);
+    this.pause();
+  }
+
+  /** A fresh chip with the same flash. */
+  #renew() {
+    const { flash } = this;
+    this.clock.dropChipAlarms();
+    this.#build();
+    this.flash.bytes.set(flash.bytes);
   }
 
   #faulted(fault) {

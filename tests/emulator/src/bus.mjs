@@ -1,6 +1,10 @@
 import { Fault, FetchFault } from './fault.mjs';
+import { hiddenFlash, isFlash } from './flash.mjs';
+import { ROM_BYTES } from './rom/image.mjs';
 
 const FLASH_PAGE = 0x10;
+/** No address is on it. */
+const NO_PAGE = -1;
 const FLASH_MASK = 0xffffff;
 const RAM_START = 0x20000000;
 const SIO_PAGE = 0xd;
@@ -13,14 +17,19 @@ const APB_PAGE = 0x4;
  * Registers, words and addresses are signed 32-bit numbers here: V8 keeps those unboxed from function to function.
  */
 export class Bus {
-  constructor(chip) {
+  /** @param {import('./flash.mjs').Flash} flash */
+  constructor(chip, flash) {
     this.chip = chip;
+    this.flash = flash;
+    this.flashPage = FLASH_PAGE;
+    flash.onReadable = (readable) => (this.flashPage = readable ? FLASH_PAGE : NO_PAGE);
     this.core = chip.core;
     this.lockstep = chip.clock.lockstep;
     this.registers = new Int32Array(chip.core.registers.buffer);
     this.flash8 = chip.flash;
     this.flash16 = new Uint16Array(chip.flash.buffer);
     this.flash32 = new Int32Array(chip.flash.buffer);
+    this.rom16 = new Uint16Array(chip.bootrom.buffer);
     this.ram8 = chip.sram;
     this.ram16 = new Uint16Array(chip.sram.buffer);
     this.ram32 = new Int32Array(chip.sram.buffer);
@@ -29,18 +38,20 @@ export class Bus {
 
   /** The instruction at an address. */
   fetch(address) {
-    if (address >>> 24 === FLASH_PAGE) return this.flash16[(address & FLASH_MASK) >>> 1];
+    if (address >>> 24 === this.flashPage) return this.flash16[(address & FLASH_MASK) >>> 1];
     const offset = (address - RAM_START) | 0;
     if (offset >= 0 && offset < this.ramSize) return this.ram16[offset >>> 1];
-    throw new FetchFault(`there is no program at 0x${(address >>> 0).toString(16)} (the bootrom is not emulated)`);
+    if (address >>> 0 < ROM_BYTES) return this.rom16[address >>> 1];
+    if (isFlash(address)) throw new FetchFault(hiddenFlash(address));
+    throw new FetchFault(`there is no program at ${name(address)}`);
   }
 
   read32(address) {
     const offset = (address - RAM_START) | 0;
     if ((address & 3) !== 0) throw unaligned('read', address);
     if (offset >= 0 && offset < this.ramSize) return this.ram32[offset >>> 2];
-    if (address >>> 24 === FLASH_PAGE) return this.flash32[(address & FLASH_MASK) >>> 2];
-    this.catchUp();
+    if (address >>> 24 === this.flashPage) return this.flash32[(address & FLASH_MASK) >>> 2];
+    this.#beforeRead(address);
     return this.chip.readUint32(address >>> 0) | 0;
   }
 
@@ -48,16 +59,16 @@ export class Bus {
     const offset = (address - RAM_START) | 0;
     if ((address & 1) !== 0) throw unaligned('read', address);
     if (offset >= 0 && offset < this.ramSize) return this.ram16[offset >>> 1];
-    if (address >>> 24 === FLASH_PAGE) return this.flash16[(address & FLASH_MASK) >>> 1];
-    this.catchUp();
+    if (address >>> 24 === this.flashPage) return this.flash16[(address & FLASH_MASK) >>> 1];
+    this.#beforeRead(address);
     return this.chip.readUint16(address >>> 0);
   }
 
   read8(address) {
     const offset = (address - RAM_START) | 0;
     if (offset >= 0 && offset < this.ramSize) return this.ram8[offset];
-    if (address >>> 24 === FLASH_PAGE) return this.flash8[address & FLASH_MASK];
-    this.catchUp();
+    if (address >>> 24 === this.flashPage) return this.flash8[address & FLASH_MASK];
+    this.#beforeRead(address);
     return this.chip.readUint8(address >>> 0);
   }
 
@@ -68,7 +79,7 @@ export class Bus {
       this.ram32[offset >>> 2] = value;
       return;
     }
-    this.catchUp();
+    this.#beforeWrite(address);
     this.chip.writeUint32(address >>> 0, value >>> 0);
   }
 
@@ -79,7 +90,7 @@ export class Bus {
       this.ram16[offset >>> 1] = value;
       return;
     }
-    this.catchUp();
+    this.#beforeWrite(address);
     this.chip.writeUint16(address >>> 0, value & 0xffff);
   }
 
@@ -89,8 +100,18 @@ export class Bus {
       this.ram8[offset] = value;
       return;
     }
-    this.catchUp();
+    this.#beforeWrite(address);
     this.chip.writeUint8(address >>> 0, value & 0xff);
+  }
+
+  #beforeRead(address) {
+    if (isFlash(address) && this.flashPage === NO_PAGE) throw new Fault(hiddenFlash(address));
+    this.catchUp();
+  }
+
+  #beforeWrite(address) {
+    if (isFlash(address) || address >>> 0 < ROM_BYTES) throw new Fault(`a write to ${name(address)}, which is read-only`);
+    this.catchUp();
   }
 
   /** A register shows what PIO and DMA have done up to the instruction's own cycle, and is written after it. */
@@ -111,6 +132,8 @@ export function writeCycles(address) {
   return page === SIO_PAGE ? 0 : page === APB_PAGE ? 4 : 1;
 }
 
+const name = (address) => `0x${(address >>> 0).toString(16)}`;
+
 function unaligned(verb, address) {
-  return new Fault(`an unaligned ${verb} of address 0x${(address >>> 0).toString(16)}`);
+  return new Fault(`an unaligned ${verb} of address ${name(address)}`);
 }

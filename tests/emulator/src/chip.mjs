@@ -1,20 +1,22 @@
 import { RP2040 } from 'rp2040js';
 import { Bus } from './bus.mjs';
 import { Dma } from './dma.mjs';
-import { Fault } from './fault.mjs';
+import { Fault, FetchFault } from './fault.mjs';
+import { Flash, FLASH_START, hiddenFlash, isFlash } from './flash.mjs';
 import { Lockstep } from './lockstep.mjs';
 import { PioBlock } from './pio/block.mjs';
 import { PioRegisters } from './pio/registers.mjs';
+import { loadRom } from './rom/rom.mjs';
 import { SysTick } from './systick.mjs';
 import { ExactTimer } from './timer.mjs';
 import { Uart } from './uart.mjs';
 import { Watchdog } from './watchdog.mjs';
+import { XipControl } from './xip-control.mjs';
 
-const FLASH_START = 0x10000000;
 const RAM_START = 0x20000000;
 /** Where the vector table lies, behind the 256 bytes of second-stage bootloader. */
 const VECTORS = 0x10000100;
-const SLOT = { timer: 0x40054, watchdog: 0x40058, uart0: 0x40034, dma: 0x50000, pio0: 0x50200, pio1: 0x50300 };
+const SLOT = { ssi: 0x18000, xipControl: 0x14000, timer: 0x40054, watchdog: 0x40058, uart0: 0x40034, dma: 0x50000, pio0: 0x50200, pio1: 0x50300 };
 const IRQ_UART0 = 20;
 const [IRQ_PIO0, IRQ_PIO1] = [7, 9];
 
@@ -32,17 +34,21 @@ export function buildChip(clock, board) {
   chip.core.cycles = powerUpCycle;
   clock.core = chip.core;
   chip.core.setInterrupt = setInterrupt;
-  countHandlers(chip.core, clock);
+  chip.onBootsel = board.onBootsel;
   chip.onBreak = (code) => {
     throw new Fault(`a breakpoint or an undefined instruction (number ${code})`);
   };
   const timer = new ExactTimer(chip, 'TIMER');
   const watchdog = new Watchdog(chip, 'WATCHDOG', board.onWatchdog);
+  const flash = new Flash(chip);
+  watchExceptions(chip.core, clock, flash);
   const uart = new Uart(chip, 'UART0', IRQ_UART0, board.onUartByte);
+  Object.assign(chip.peripherals, { [SLOT.ssi]: flash.interface, [SLOT.xipControl]: new XipControl(chip, 'XIP_CTRL') });
   Object.assign(chip.peripherals, { [SLOT.timer]: timer, [SLOT.watchdog]: watchdog, [SLOT.uart0]: uart });
+  loadRom(chip);
   new SysTick(chip).attach(chip.ppb);
   runBeside(chip, clock);
-  return { chip, core: chip.core, bus: new Bus(chip), watchdog, uart };
+  return { chip, core: chip.core, bus: new Bus(chip, flash), flash, watchdog, uart };
 }
 
 /** Puts PIO and DMA in place of rp2040js's, in step with the core. */
@@ -100,11 +106,12 @@ function setInterrupt(irq, asserted) {
   }
 }
 
-/** Nested handlers count as one. */
-function countHandlers(core, clock) {
+/** Counts the time in handlers (nested ones as one), and looks for the vectors where the core does. */
+function watchExceptions(core, clock, flash) {
   const { exceptionEntry, exceptionReturn } = core;
   clock.leaveHandlers();
   core.exceptionEntry = (number) => {
+    if (isFlash(core.VTOR) && !flash.readable) throw new FetchFault(hiddenFlash(core.VTOR + 4 * number));
     clock.enterHandler();
     exceptionEntry.call(core, number);
   };

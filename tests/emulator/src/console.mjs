@@ -73,6 +73,7 @@ export class Console {
     for (;;) {
       const found = probe();
       if (found !== null) return found;
+      if (board.bootsel !== null) throw new Error(`no ${what}: the firmware rebooted into BOOTSEL at ${(board.bootsel.t_ns / 1e9).toFixed(6)} s`);
       if (board.clock.cycles >= deadline) throw this.#timedOut(what, timeoutSeconds);
       board.run(deadline);
     }
@@ -121,11 +122,11 @@ export class Console {
     if (kind === 'reply') this.#answered(text, nanos);
     if (text.startsWith('ALARM:')) this.alarm = text;
     // After a reset nothing that was sent before is answered any more.
-    if (text.startsWith('Grbl')) this.#forgetUnanswered();
+    if (text.startsWith('Grbl')) this.forgetUnanswered();
     this.board.pause();
   }
 
-  #forgetUnanswered() {
+  forgetUnanswered() {
     for (const line of this.unanswered) line.reply = 'reset';
     this.unanswered = [];
   }

@@ -18,6 +18,11 @@ export function enterHardFault(core, fault) {
   const at = r[PC];
   if (core.IPSR === HARD_FAULT) throw new Error(`the core locked up: ${fault.message} at pc 0x${at.toString(16)}, within the HardFault handler`);
   core.waiting = false;
-  core.exceptionEntry(HARD_FAULT);
+  try {
+    core.exceptionEntry(HARD_FAULT);
+  } catch (error) {
+    if (!(error instanceof Fault)) throw error;
+    throw new Error(`the core locked up: ${fault.message} at pc 0x${at.toString(16)}, and the HardFault handler's vector is out of reach too`);
+  }
   return at;
 }

@@ -1,5 +1,7 @@
 import { readCycles, writeCycles } from './bus.mjs';
 import { addWithCarry } from './alu.mjs';
+import { ROM_BYTES } from './rom/image.mjs';
+import { callRom } from './rom/rom.mjs';
 
 const [SP, LR, PC] = [13, 14, 15];
 /** An estimate: the eight words of the frame and a refill of the pipeline. */
@@ -93,7 +95,9 @@ export function miscellaneous(core, bus, r, op) {
       return pop(core, bus, r, op & 0x1ff);
     case 15:
       return hint(core, r, op);
-    default: // BKPT
+    case 14: // BKPT: in the ROM, one of its functions
+      return r[PC] >>> 0 < ROM_BYTES ? callRom(op & 0xff, core, bus, r) : slowly(core, r);
+    default:
       return slowly(core, r);
   }
 }

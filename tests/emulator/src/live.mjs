@@ -62,6 +62,7 @@ export class Live {
     if (bytes.length > 0) this.#send(bytes);
     const until = Math.round(nanos / NANOS_PER_CYCLE);
     while (board.clock.cycles < until) board.run(until);
+    if (board.bootsel !== null) throw new Error('the firmware rebooted into BOOTSEL: the board is a drive now');
     return `${board.nanos} ${board.cable.unsent} ${Buffer.from(this.received.splice(0)).toString('hex') || '-'}`;
   }
 

@@ -4,6 +4,7 @@ import { NANOS_PER_CYCLE } from './clock.mjs';
 import { Console } from './console.mjs';
 import { EdgeFile } from './edge-file.mjs';
 import { loadSegments } from './elf.mjs';
+import { readFlashFile, writeFlashFile } from './flash-file.mjs';
 import { programLines } from './lines.mjs';
 import { Live, serve } from './live.mjs';
 import { HELP, parseOptions } from './options.mjs';
@@ -38,7 +39,7 @@ export function main(args) {
 
 function emulate(options) {
   const job = options.program ? programLines(read(options.program, 'program')) : parseScript(read(options.script, 'script').toString());
-  const board = new Board(firmware(options.elf), options);
+  const board = powered(options);
   const transcript = new Transcript(options.script ? (line) => console.log(line) : undefined);
   const sender = new Console(board, transcript);
   const run = options.program ? new ProgramRun(sender, [...settings(options), ...job], options) : new ScriptRun(sender, job, options);
@@ -46,31 +47,36 @@ function emulate(options) {
   const progress = new Progress(board, options.progress || process.stderr.isTTY, () => run.describe());
   const error = attempt(() => run.run()) ?? run.verdict() ?? verdict(board);
   const result = summary(board, sender, error);
-  finish(options, transcript, recorders, result);
+  finish(options, board, transcript, recorders, result);
   console.log(readable(result));
   console.error(progress.speed());
   return error === null ? 0 : 1;
 }
 
+function powered(options) {
+  return new Board(firmware(options.elf), options, options.flash ? readFlashFile(options.flash) : null);
+}
+
 /** Another program keeps the pace; the last line on stdout is the summary. */
 function live(options) {
-  const board = new Board(firmware(options.elf), options);
+  const board = powered(options);
   const transcript = options.transcript ? new Transcript() : undefined;
   const console = new Live(board, transcript);
   const recorders = record(board, options);
   const error = attempt(() => serve(console)) ?? verdict(board);
   const result = summary(board, console, error);
-  finish(options, transcript, recorders, result);
+  finish(options, board, transcript, recorders, result);
   process.stdout.write(JSON.stringify(result) + '\n');
   return error === null ? 0 : 1;
 }
 
 /** Writes the files that the options ask for. */
-function finish(options, transcript, recorders, result) {
+function finish(options, board, transcript, recorders, result) {
   write(options.transcript, transcript);
   recorders.trace?.close();
   recorders.edges?.close();
   write(options.vcd, recorders.waveform);
+  if (options.flash) writeFlashFile(options.flash, board.flash.bytes, firmware(options.elf));
   write(options.json, JSON.stringify(result, null, 2) + '\n');
 }
 

@@ -27,6 +27,8 @@ The machine
   --switch X=MODE      ${SWITCH_MODES.join(', ')}; may be given for each axis
   --bounce-us N        the switches' contacts bounce for N microseconds (default 0)
   --seed N             of the bounces (default 1)
+  --flash FILE         what flash holds beside the firmware: read from FILE at the start if it exists, written there at the
+                       end, so that settings outlive the run
 
 What to write
   --trace FILE         every rising edge of STEP: t_ns,axis,direction,position_steps
@@ -66,6 +68,7 @@ const SPEC = {
   switch: { type: 'string', multiple: true, default: [] },
   'bounce-us': { type: 'string', default: '0' },
   seed: { type: 'string', default: '1' },
+  flash: { type: 'string' },
   trace: { type: 'string' },
   edges: { type: 'string' },
   transcript: { type: 'string' },

@@ -19,15 +19,20 @@ export class ProgramRun {
     if (this.pollHz > 0) console.pollEvery(this.pollHz);
     for (const line of this.lines) {
       this.#waitUntil(() => this.#fits(line));
+      if (this.#gone) return;
       console.sendLine(line);
     }
     this.#waitUntil(() => console.unanswered.length === 0);
-    console.waitIdle(this.timeoutSeconds);
+    if (!this.#gone) this.#waitIdle();
   }
 
   /** What is wrong with a run that came to its end, if anything. */
   verdict() {
-    const refused = this.console.sent.filter(({ reply }) => reply !== 'ok').length;
+    const { sent } = this.console;
+    const unsent = this.lines.length - sent.length;
+    if (this.#gone && unsent > 0) return `the firmware rebooted into BOOTSEL before ${unsent} of ${this.lines.length} lines were sent`;
+    // The line that asks for BOOTSEL need not be answered.
+    const refused = sent.filter(({ reply }, index) => reply !== 'ok' && !(this.#gone && reply === null && index === sent.length - 1)).length;
     return this.#trouble() ?? (refused > 0 ? `${refused} of ${this.lines.length} lines were refused` : null);
   }
 
@@ -44,15 +49,29 @@ export class ProgramRun {
   }
 
   #waitUntil(condition) {
-    while (!condition()) this.#nextReply();
+    while (!condition() && !this.#gone) this.#nextReply();
   }
 
   #nextReply() {
     const { console } = this;
     const [oldest] = console.unanswered;
     const name = `line ${console.sent.indexOf(oldest) + 1} of ${this.lines.length} (${oldest.text.slice(0, SHOWN_CHARACTERS)})`;
-    const probe = () => this.#stopped(name) ?? console.take('reply');
+    const probe = () => this.#stopped(name) ?? console.take('reply') ?? console.board.bootsel;
     console.waitFor(`reply to ${name}`, probe, this.timeoutSeconds);
+  }
+
+  /** Until Idle, or until the firmware leaves for BOOTSEL. */
+  #waitIdle() {
+    try {
+      this.console.waitIdle(this.timeoutSeconds);
+    } catch (error) {
+      if (!this.#gone) throw error;
+    }
+  }
+
+  /** The board has become a drive. */
+  get #gone() {
+    return this.console.board.bootsel !== null;
   }
 
   #stopped(name) {

@@ -26,6 +26,8 @@ export function summary(board, console, error) {
     stops: gantry.stops.summary(),
     hard_faults: board.faults,
     watchdog_resets: board.resets,
+    power_cycles: board.powerCycles,
+    bootsel: board.bootsel,
     floating_input_pins: gantry.floatingInputs(),
     unimplemented: [...board.warnings],
     replies: console.sent.map(replySummary),
@@ -82,6 +84,8 @@ export function readable(result) {
     ...(result.stops.length > SHOWN ? [slowestStopLine(result.stops)] : []),
     ...result.hard_faults.map(({ t_ns, pc, what }) => `Hard fault   at ${(t_ns / 1e9).toFixed(6)} s, pc ${pc}: ${what}. The line: addr2line -f -i -e ELF ${pc}`),
     ...result.watchdog_resets.map(({ t_ns, reason }) => `Watchdog     reset at ${(t_ns / 1e9).toFixed(6)} s (${reason})`),
+    ...result.power_cycles.map(({ t_ns }) => `Power        off and on at ${(t_ns / 1e9).toFixed(6)} s`),
+    ...(result.bootsel === null ? [] : [`BOOTSEL      from ${(result.bootsel.t_ns / 1e9).toFixed(6)} s on`]),
     ...result.floating_input_pins.map((pin) => `Input        GP${pin} has no pull-up: it floats while its switch is open`),
     `Machine time ${(result.machine_time_ns / 1e9).toFixed(6)} s`,
   ].join('\n');

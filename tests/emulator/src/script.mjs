@@ -14,6 +14,8 @@ export const COMMANDS = {
   'wait-reply': { usage: 'wait-reply', parse: nothing, run: (script) => script.expect('', 'reply') },
   'wait-idle': { usage: 'wait-idle', parse: nothing, run: (script) => script.console.waitIdle(script.timeoutSeconds) },
   'wait-reset': { usage: 'wait-reset', parse: nothing, run: (script) => script.waitReset() },
+  'expect-bootsel': { usage: 'expect-bootsel', parse: nothing, run: (script) => script.expectBootsel() },
+  'power-cycle': { usage: 'power-cycle', parse: nothing, run: (script) => script.powerCycle() },
   'wait-ms': { usage: 'wait-ms MILLISECONDS', parse: positive, run: (script, millis) => script.waitMicros(millis * 1000) },
   'wait-us': { usage: 'wait-us MICROSECONDS', parse: positive, run: (script, micros) => script.waitMicros(micros) },
   'wait-edge': { usage: 'wait-edge', parse: nothing, run: (script) => script.waitEdge() },
@@ -51,7 +53,7 @@ function parseLine({ number, source }) {
 /** Runs a script against the board: each command at the machine time at which the one before it was done. */
 export class ScriptRun {
   constructor(console, commands, { pollHz, timeoutSeconds }) {
-    Object.assign(this, { console, commands, pollHz, timeoutSeconds, board: console.board, resetsSeen: 0, edgeCycle: null });
+    Object.assign(this, { console, commands, pollHz, timeoutSeconds, board: console.board, resetsSeen: 0, bootselSeen: false, edgeCycle: null });
   }
 
   run() {
@@ -71,7 +73,8 @@ export class ScriptRun {
 
   /** A script judges replies itself; a reset it did not wait for is a failure. */
   verdict() {
-    const { resets } = this.board;
+    const { resets, bootsel } = this.board;
+    if (bootsel !== null && !this.bootselSeen) return `the firmware rebooted into BOOTSEL at ${(bootsel.t_ns / 1e9).toFixed(6)} s`;
     return resets.length > this.resetsSeen ? `the watchdog reset the board at ${(resets[this.resetsSeen].t_ns / 1e9).toFixed(6)} s` : null;
   }
 
@@ -127,6 +130,19 @@ export class ScriptRun {
   waitReset() {
     this.console.waitFor('watchdog reset', () => (this.board.resets.length > this.resetsSeen ? true : null), this.timeoutSeconds);
     this.resetsSeen += 1;
+  }
+
+  /** The firmware has asked the ROM for BOOTSEL. Nothing that talks to the board can come after. */
+  expectBootsel() {
+    this.console.waitFor('BOOTSEL', () => this.board.bootsel, this.timeoutSeconds);
+    this.bootselSeen = true;
+  }
+
+  /** Nothing that was sent before is answered any more. */
+  powerCycle() {
+    if (this.board.bootsel !== null) throw new Error('the board is in BOOTSEL: it is a drive');
+    this.board.powerCycle();
+    this.console.forgetUnanswered();
   }
 }
 

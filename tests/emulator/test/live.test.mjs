@@ -9,7 +9,7 @@ const CYCLE_NANOS = 8;
 /** A board whose firmware says what the test has it say. */
 class FakeBoard {
   constructor() {
-    Object.assign(this, { clock: new MachineClock(), sent: '', homed: [], levels: [] });
+    Object.assign(this, { clock: new MachineClock(), sent: '', homed: [], levels: [], bootsel: null });
     this.gantry = { home: (axes) => this.homed.push(...axes) };
     this.cable = { unsent: 3, settled: false, dtr: true, write: (bytes) => this.#write(bytes), setDtr: (open) => this.#setDtr(open) };
   }
@@ -79,6 +79,13 @@ test('DTR moves once the host has set the port up, a change at a time', () => {
   live.answer('run 24 -');
   live.answer('run 32 -');
   assert.deepEqual(board.levels, [false, true]);
+});
+
+test('a board that has become a drive ends it', () => {
+  const board = new FakeBoard();
+  const live = new Live(board);
+  board.bootsel = { t_ns: 8 };
+  assert.throws(() => live.answer('run 16 -'), /BOOTSEL: the board is a drive/);
 });
 
 test('the end asks for a last status', () => {

@@ -15,7 +15,7 @@ class FakeBoard {
   constructor(answer) {
     this.answer = answer;
     this.clock = new MachineClock();
-    Object.assign(this, { faults: [], resets: [], homed: [], line: '', inFlight: 0, mostInFlight: 0 });
+    Object.assign(this, { faults: [], resets: [], bootsel: null, homed: [], line: '', inFlight: 0, mostInFlight: 0 });
     this.gantry = { home: (axes) => this.homed.push(...axes), stepWatchers: new Set() };
     this.cable = { write: (bytes) => bytes.forEach((byte) => this.#accept(byte)) };
     this.#reply("\r\nGrbl 1.1h ['$' for help]", 0);
@@ -45,8 +45,18 @@ class FakeBoard {
       this.line += String.fromCharCode(byte);
       return;
     }
-    this.#reply(this.answer(this.line), this.line.length + 1);
+    if (this.line === '$BOOT') this.#leave();
+    else this.#reply(this.answer(this.line), this.line.length + 1);
     this.line = '';
+  }
+
+  /** Into BOOTSEL, without an answer. */
+  #leave() {
+    const leave = () => {
+      this.bootsel = { t_ns: this.nanos };
+      this.pause();
+    };
+    this.clock.createOutsideAlarm(leave).scheduleAt(this.clock.cycles + ANSWER_CYCLES);
   }
 
   #reply(text, answered) {
@@ -112,4 +122,26 @@ test('a script stops at the first line that is not as it says', () => {
   assert.throws(() => script('wait-edge'), /no STEP edge within 1 s/);
   assert.match(script('wait-us 0.8\nwait-us 2.4\nwait-idle'), /0\.000003 # wait-idle/);
   assert.throws(() => script('wait-reply'), /no line beginning reply within 1 s/);
+});
+
+test('a program that ends in BOOTSEL ends well, one that is cut short by it does not', () => {
+  const last = stream('G0\n$BOOT\n', () => 'ok');
+  last.run.run();
+  assert.equal(last.run.verdict(), null);
+  const early = stream('$BOOT\nG0\nG1\n', () => 'ok');
+  early.run.run();
+  assert.equal(early.run.verdict(), 'the firmware rebooted into BOOTSEL before 2 of 3 lines were sent');
+});
+
+test('a script that does not expect BOOTSEL fails, and after it nothing answers', () => {
+  const script = (text) => {
+    const run = new ScriptRun(new Console(new FakeBoard(() => 'ok'), new Transcript()), parseScript(text), OPTIONS);
+    run.run();
+    return run.verdict();
+  };
+  assert.equal(script('send $BOOT\nexpect-bootsel'), null);
+  assert.match(script('send $BOOT\nwait-ms 1'), /^the firmware rebooted into BOOTSEL at 0\.000008 s/);
+  assert.throws(() => script('send G0\nexpect-bootsel'), /no BOOTSEL within 1 s/);
+  assert.throws(() => script('send $BOOT\nexpect-bootsel\nexpect ok'), /line 3 .* no line beginning ok: the firmware rebooted into BOOTSEL/);
+  assert.throws(() => script('send $BOOT\nexpect-bootsel\npower-cycle'), /the board is in BOOTSEL/);
 });

@@ -17,7 +17,7 @@ const PLAN_MAX_MS: f64 = 1.0;
 #[derive(Clone, Debug, Serialize)]
 pub struct LawFigures {
     pub law: &'static str,
-    /// A move of three axes planned, and the first segment of each axis: only that computes what a ramp needs.
+    /// A move of three axes planned.
     pub plan: Vec<PlanFigures>,
     /// Segments of one axis compiled, by the phase they begin in.
     pub compile: Vec<CompileFigures>,
@@ -35,14 +35,17 @@ pub struct LawFigures {
 pub struct PlanFigures {
     pub case: &'static str,
     pub cycles: u64,
+    /// Of the first segment of each axis, which computes what its ramp needs.
+    pub begin_cycles: u64,
 }
 
 /// The columns of [`LawFigures::cells`].
-pub const HEAD: [&str; 8] = [
+pub const HEAD: [&str; 9] = [
     "plan",
     "plan, thirds",
     "short",
     "short, thirds",
+    "begin, at most",
     "a segment, mean",
     "at most",
     "moving/compiling",
@@ -50,15 +53,18 @@ pub const HEAD: [&str; 8] = [
 ];
 
 impl LawFigures {
-    /// Milliseconds of each plan, then cycles of a segment of a ramp, how fast compiling is, and cycles of a step.
-    pub fn cells(&self) -> [String; 8] {
-        let [a, b, c, d] = std::array::from_fn(|case| format!("{:.2} ms", milliseconds(self.plan[case].cycles)));
+    /// Milliseconds of each plan and of the slowest beginning, then cycles of a segment of a ramp, how fast compiling is,
+    /// and cycles of a step.
+    pub fn cells(&self) -> [String; 9] {
+        let words = |cycles| format!("{:.2} ms", milliseconds(cycles));
+        let [a, b, c, d] = std::array::from_fn(|case| words(self.plan[case].cycles));
+        let begin = words(self.plan.iter().map(|plan| plan.begin_cycles).max().unwrap_or(0));
         let ramps = || self.compile.iter().filter(|phase| phase.phase != "cruise");
         let mean = ramps().map(|ramp| ramp.cycles_mean * f64::from(ramp.segments)).sum::<f64>()
             / ramps().map(|ramp| f64::from(ramp.segments)).sum::<f64>();
         let most = ramps().map(|ramp| ramp.cycles_max).max().unwrap_or(0);
         let lead = format!("{:.2}", self.queue_lead_ticks_per_cycle);
-        [a, b, c, d, grouped(mean as u64), grouped(most), lead, format!("{:.1}", self.fill_cycles_per_step)]
+        [a, b, c, d, begin, grouped(mean as u64), grouped(most), lead, format!("{:.1}", self.fill_cycles_per_step)]
     }
 
     fn slowest_plan_ms(&self) -> Option<f64> {
@@ -70,7 +76,7 @@ fn milliseconds(cycles: u64) -> f64 {
     cycles as f64 / f64::from(CLOCK_HZ) * 1e3
 }
 
-/// What is aimed at: every law planned in the same time.
+/// What is aimed at: every law planned in a millisecond at most.
 pub fn targets(laws: &[LawFigures]) -> impl Iterator<Item = Target> {
     laws.iter().map(|one| {
         Target::at_most(format!("plan a move of {AXES} axes, {}", one.law), one.slowest_plan_ms(), PLAN_MAX_MS, "ms")
@@ -97,9 +103,10 @@ fn of(lines: &Lines, law: SpeedLaw) -> Result<LawFigures> {
 
 fn plan(lines: &Lines, law: SpeedLaw, case: &PlanCase) -> Result<PlanFigures> {
     let plan = rp2040_bench::plan(law, case)?;
-    let checksum = rp2040_bench::plan_checksum(&plan, rp2040_bench::first_segments(&plan));
-    let line = lines.proven(&format!("plan.{law}.{}", case.name), checksum)?;
-    Ok(PlanFigures { case: case.name, cycles: line.cycles })
+    let planned = lines.proven(&format!("plan.{law}.{}", case.name), rp2040_bench::plan_checksum(&plan))?;
+    let segments = rp2040_bench::segments_checksum(rp2040_bench::first_segments(&plan));
+    let begun = lines.proven(&format!("begin.{law}.{}", case.name), segments)?;
+    Ok(PlanFigures { case: case.name, cycles: planned.cycles, begin_cycles: begun.cycles })
 }
 
 fn first_cycles(lines: &Lines, law: SpeedLaw) -> Result<u64> {

@@ -196,8 +196,8 @@ fn laws(figures: &MicroFigures) -> Section {
     let head = [&["law"], laws::HEAD.as_slice()].concat();
     Section {
         heading: "Speed laws".to_owned(),
-        text: "What each law costs on the chip. A plan is of three axes, with and without a cruise, and includes the first \
-               segment of each axis. Segments are those of ramps; replaying a step costs the same under every law."
+        text: "What each law costs on the chip. A plan is of three axes, with and without a cruise; a beginning is the first \
+               segment of each axis, which computes what a ramp needs. Segments are those of ramps; replaying a step costs the same under every law."
             .to_owned(),
         table: Some(rows(&head, figures.laws.iter().map(row))),
         ..Section::default()

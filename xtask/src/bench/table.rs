@@ -109,12 +109,15 @@ fn mathematics(figures: &MicroFigures) -> String {
 
 /// A law a line.
 fn laws(figures: &MicroFigures) -> String {
-    let row = |name: &str, cells: [String; 8]| {
+    let row = |name: &str, cells: [String; 9]| {
         format!("    {name:<12}{}\n", cells.map(|cell| format!("{cell:>17}")).concat())
     };
     let head = row("", laws::HEAD.map(str::to_owned));
     let rows = figures.laws.iter().map(|one| row(one.law, one.cells()));
-    format!("  speed laws, three axes; a plan with the first segment of each\n{head}{}", rows.collect::<String>())
+    format!(
+        "  speed laws, of three axes: plan, begin (the first segment of each axis), then a ramp\n{head}{}",
+        rows.collect::<String>()
+    )
 }
 
 /// What a segment and a step cost.

@@ -56,6 +56,7 @@ impl Curve {
         let unit_hz = f64::from(1u32 << point);
         let mut factor = if is_backwards { -view.tick_hz * unit_hz } else { view.tick_hz * unit_hz };
         let mut coefficients = septic.coefficients.map(|coefficient| {
+            // Rounded either way: a unit is far less than what a polynomial strays.
             let fixed = (coefficient * factor) as i64;
             factor *= UNIT_SHARE;
             fixed

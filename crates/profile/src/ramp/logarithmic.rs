@@ -3,6 +3,8 @@
 //! Paper 000 takes the logarithm of the step's number i, 1 to p_N: on a ramp of p_N steps, ln i is ln(1 + K u) with
 //! K = p_N - 1. So that a ramp of any length is of one shape, K is that of the paper's Table 1.
 
+use core::f64::consts::E;
+
 use libm::{exp, log1p};
 
 use crate::fixed::{TWO_TO_64, polynomial};
@@ -17,11 +19,24 @@ pub(super) fn slope(u: f64) -> f64 {
     K / ((1.0 + K * u) * LN_END)
 }
 
-/// With q = slow/rise ln(1 + K) and s = ln(1 + K u), (slow + rise v) rise v' is rise² (q + s) exp(-s) K/ln²(1 + K).
-pub(super) fn length(slow: f64, rise: f64) -> (f64, f64) {
-    let q = slow / rise * LN_END;
+/// q = `slow` ln(1 + K) and exp(-q), from which all that a whole ramp has follows.
+#[derive(Clone, Copy)]
+pub(super) struct Pole {
+    q: f64,
+    residue: f64,
+}
+
+impl Pole {
+    pub(super) fn new(slow: f64) -> Self {
+        let q = slow * LN_END;
+        Self { q, residue: exp(-q) }
+    }
+}
+
+/// With q of slow/rise and s = ln(1 + K u), (slow + rise v) rise v' is rise² (q + s) exp(-s) K/ln²(1 + K).
+pub(super) fn length(Pole { q, residue }: Pole, slow: f64, rise: f64) -> (f64, f64) {
     let (peak, slope) = if q < 1.0 {
-        let peak = exp(q - 1.0);
+        let peak = 1.0 / (E * residue);
         (peak, peak)
     } else {
         (q, 1.0)
@@ -38,6 +53,22 @@ pub(super) fn length(slow: f64, rise: f64) -> (f64, f64) {
 pub(super) fn time(slow: f64, u: f64) -> f64 {
     let (q, s) = (slow * LN_END, log1p(K * u));
     LN_END / K * if q < SERIES_END { by_series(q, s) } else { by_quadrature(q, s) }
+}
+
+/// The same to the end, where s = ln(1 + K).
+///
+/// Less its pole, exp(-q)/(q + σ), whose integral is a logarithm, the function is smooth however near the pole is.
+pub(super) fn whole_time(Pole { q, residue }: Pole) -> f64 {
+    let smooth = |(sigma, weight, exp): &(f64, f64, f64)| weight * (exp - residue) / (q + sigma);
+    LN_END / K * (residue * log1p(LN_END / q) + WHOLE_NODES.iter().map(smooth).sum::<f64>())
+}
+
+/// `slow` times the slope of that, which is `time` there, over `slow`.
+///
+/// The slope of the integral is -∫ exp(σ)/(q + σ)² dσ from 0 to ln(1 + K): by parts, with the integral itself.
+pub(super) fn whole_time_growth(slow: f64, time: f64) -> f64 {
+    let ends = 1.0 - (1.0 + K) * slow / (slow + 1.0);
+    -(LN_END / K * ends + slow * LN_END * time)
 }
 
 /// Above it, quadrature.
@@ -82,8 +113,34 @@ const NODES: [(f64, f64); 5] = [
     (0.973_906_528_517_171_7, 0.066_671_344_308_688_14),
 ];
 
+/// Gauss and Legendre's from 0 to ln(1 + K): the nodes σ, their weights, and exp(σ).
+const WHOLE_NODES: [(f64, f64, f64); 8] = [
+    (0.063_100_486_830_835_79, 0.160_854_868_749_073_15, 1.065_133_865_780_424_1),
+    (0.323_102_440_146_882_05, 0.353_369_449_170_642_6, 1.381_406_855_178_795_2),
+    (0.753_941_771_020_684_8, 0.498_488_303_768_913_1, 2.125_361_214_065_810_2),
+    (1.297_544_331_073_069_9, 0.576_314_293_485_343_9, 3.660_297_144_256_315_7),
+    (1.880_509_499_274_875_7, 0.576_314_293_485_343_9, 6.556_844_718_921_371),
+    (2.424_112_059_327_261, 0.498_488_303_768_913_1, 11.292_198_164_324_295),
+    (2.854_951_390_201_063_7, 0.353_369_449_170_642_6, 17.373_592_660_283_766),
+    (3.114_953_343_517_109_7, 0.160_854_868_749_073_15, 22.532_379_047_412_21),
+];
+
 fn by_quadrature(q: f64, s: f64) -> f64 {
     let half = s / 2.0;
     let at = |sigma: f64| exp(sigma) / (q + sigma);
     half * NODES.iter().map(|(x, weight)| weight * (at(half * (1.0 - x)) + at(half * (1.0 + x)))).sum::<f64>()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Pole, time, whole_time};
+
+    #[test]
+    fn the_whole_is_the_time_to_the_end() {
+        for i in -40..40 {
+            let slow = f64::from(i).mul_add(0.25, 0.1).exp2();
+            let (whole, to_end) = (whole_time(Pole::new(slow)), time(slow, 1.0));
+            assert!((whole - to_end).abs() <= 1e-14 * to_end, "{slow}: {whole} and {to_end}");
+        }
+    }
 }

@@ -5,7 +5,7 @@ use core::f64::consts::PI;
 
 use libm::{atan, log1p, sqrt};
 
-use super::logarithmic;
+use super::logarithmic::{self, Pole};
 use super::quarter::sin_cos;
 use crate::newton::rising_root;
 
@@ -74,7 +74,7 @@ impl OverDisplacement {
                 // The peak's place does not move it.
                 (rise * peak, 2.0 * peak - slow * slope)
             }
-            Self::Logarithmic => logarithmic::length(slow, rise),
+            Self::Logarithmic => logarithmic::length(Pole::new(slow / rise), slow, rise),
         }
     }
 
@@ -100,7 +100,32 @@ impl OverDisplacement {
     pub(super) fn whole_time(self, slow: f64) -> f64 {
         match self {
             Self::Sinusoidal => 1.0 / sqrt(slow * (slow + 1.0)),
+            Self::Logarithmic => logarithmic::whole_time(Pole::new(slow)),
             _ => self.time(slow, 1.0),
+        }
+    }
+
+    /// Length and time, each with its slope: what a law computes for both it computes once.
+    pub(super) fn whole(self, slow: f64, rise: f64) -> ((f64, f64), (f64, f64)) {
+        let ratio = slow / rise;
+        let (length, time) = if let Self::Logarithmic = self {
+            let pole = Pole::new(ratio);
+            (logarithmic::length(pole, slow, rise), logarithmic::whole_time(pole))
+        } else {
+            (self.length(slow, rise), self.whole_time(ratio))
+        };
+        (length, (time, self.whole_time_growth(ratio, time)))
+    }
+
+    /// By what it shrinks for each share that `slow` grows by: `slow` times the slope of `whole_time`, which is
+    /// `time` there, over `slow`.
+    pub(super) fn whole_time_growth(self, slow: f64, time: f64) -> f64 {
+        let share = 1.0 / (slow + 1.0);
+        match self {
+            Self::Linear => -share,
+            Self::Quadratic => -(share + time) / 2.0,
+            Self::Sinusoidal => time * (share / 2.0 - 1.0),
+            Self::Logarithmic => logarithmic::whole_time_growth(slow, time),
         }
     }
 
@@ -109,5 +134,25 @@ impl OverDisplacement {
         // No slower than at the start.
         let least = (slow * time).min(1.0);
         rising_root((least, 1.0), least, 1e-15, |u| (self.time(slow, u) - time, 1.0 / (slow + self.speed(u))))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::OverDisplacement;
+
+    #[test]
+    fn whole_times_grow_as_differences_do() {
+        use OverDisplacement::{Linear, Logarithmic, Quadratic, Sinusoidal};
+        for law in [Linear, Quadratic, Sinusoidal, Logarithmic] {
+            for i in -40..40 {
+                let slow = f64::from(i).mul_add(0.25, 0.1).exp2();
+                let (step, time) = (1e-5, law.whole_time(slow));
+                let beside = |share: f64| law.whole_time(slow * share);
+                let difference = (beside(1.0 + step) - beside(1.0 - step)) / (2.0 * step);
+                let growth = law.whole_time_growth(slow, time);
+                assert!((growth - difference).abs() <= 1e-6 * time, "{law:?} {slow}: {growth} and {difference}");
+            }
+        }
     }
 }

@@ -1,0 +1,89 @@
+import { cyclesOfMicros, cyclesOfMillis } from './clock.mjs';
+import { Fault } from './fault.mjs';
+import { Ssi } from './ssi.mjs';
+
+export const FLASH_START = 0x10000000;
+/** A Pico's W25Q16JV. */
+export const FLASH_BYTES = 2 * 1024 * 1024;
+export const SECTOR_BYTES = 4096;
+export const PAGE_BYTES = 256;
+const ERASED = 0xff;
+/** Its erase commands, with the typical times of its datasheet. */
+const ERASES = {
+  0x20: { bytes: SECTOR_BYTES, cycles: cyclesOfMillis(45) },
+  0x52: { bytes: 32 * 1024, cycles: cyclesOfMillis(120) },
+  0xd8: { bytes: 64 * 1024, cycles: cyclesOfMillis(150) },
+};
+/** A page, likewise. */
+const PROGRAM_CYCLES = cyclesOfMicros(400);
+/** The ROM sends a bit in six cycles. */
+const BYTE_CYCLES = 48;
+/** A command and its address. */
+const COMMAND_CYCLES = 4 * BYTE_CYCLES;
+/** It appears four times in memory, up to 0x13ffffff: an address's first six bits say so. */
+const ALIASES = FLASH_START >>> 26;
+const NOTHING = new Uint8Array(0);
+
+const hex = (value) => `0x${value.toString(16)}`;
+
+export const isFlash = (address) => address >>> 26 === ALIASES;
+
+/** What is wrong with reading flash that cannot be read. */
+export function hiddenFlash(address) {
+  return `flash is read at ${hex(address >>> 0)} while it is being programmed (by an interrupt? by code or data that is not in RAM?)`;
+}
+
+/** The flash chip behind its serial interface: what it holds, and whether it can be read as memory. */
+export class Flash {
+  constructor(chip) {
+    this.chip = chip;
+    this.bytes = chip.flash;
+    this.interface = new Ssi(chip, 'SSI', () => this.update());
+    this.selected = false;
+    /** Told when it changes. */
+    this.onReadable = () => {};
+  }
+
+  get readable() {
+    return this.chip.flash.length > 0;
+  }
+
+  /** The ROM leaves the chip selected by hand after a command, which hides it too, until it flushes the cache. */
+  select(selected) {
+    this.selected = selected;
+    this.update();
+  }
+
+  /** Shows or hides flash as its interface is set. */
+  update() {
+    const readable = !this.selected && this.interface.showsFlash;
+    if (readable === this.readable) return;
+    this.chip.flash = readable ? this.bytes : NOTHING;
+    this.onReadable(readable);
+  }
+
+  /** Erases what a command erases. @returns {{bytes: number, cycles: number}} */
+  erase(address, command) {
+    const erase = ERASES[command];
+    if (erase === undefined) throw new Fault(`flash has no erase command ${hex(command)}: it has ${Object.keys(ERASES).map(Number).map(hex).join(', ')}`);
+    this.#check('erases', address, erase.bytes);
+    this.bytes.fill(ERASED, address, address + erase.bytes);
+    this.select(true);
+    return { bytes: erase.bytes, cycles: erase.cycles + COMMAND_CYCLES };
+  }
+
+  /** Programs a page: bits go from 1 to 0, none the other way. @returns {number} the cycles it takes */
+  program(address, page) {
+    this.#check('programs', address, PAGE_BYTES);
+    page.forEach((byte, index) => (this.bytes[address + index] &= byte));
+    this.select(true);
+    return PROGRAM_CYCLES + COMMAND_CYCLES + PAGE_BYTES * BYTE_CYCLES;
+  }
+
+  #check(verb, address, bytes) {
+    if (this.interface.showsFlash) throw new Fault(`the ROM ${verb} flash while it is memory: call connect_internal_flash and flash_exit_xip first`);
+    const what = `the ROM ${verb} flash at offset ${hex(address)}`;
+    if (address % bytes !== 0) throw new Fault(`${what}, which is no multiple of ${bytes}`);
+    if (address + bytes > FLASH_BYTES) throw new Fault(`${what}, outside its ${FLASH_BYTES} bytes (offsets count from 0, not from ${hex(FLASH_START)})`);
+  }
+}

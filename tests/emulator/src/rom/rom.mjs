@@ -1,0 +1,66 @@
+import { Fault } from '../fault.mjs';
+import { BITS } from './bits.mjs';
+import { DOUBLES } from './doubles.mjs';
+import { FLASH, FLASH_LOOPS } from './flash.mjs';
+import { FLOATS } from './floats.mjs';
+import { RomImage } from './image.mjs';
+import { MEMORY } from './memory.mjs';
+
+const NO_FUNCTION = 0xff;
+/** A stub takes one cycle for its trap, three a turn of its delay but two for the last, and two to return. */
+const [STUB_CYCLES, TURN_CYCLES] = [2, 3];
+
+/** What each trap does, and the cycles of its whole function; functions whose cycles vary return them. */
+const actions = [];
+const cycles = [];
+const image = build();
+
+/**
+ * Carries out a function of the ROM at its first instruction, a trap, and sets how often its delay goes round: from its
+ * entry to its return it takes its cycles, and interrupts find real instructions to come between.
+ */
+export function callRom(number, core, bus, r) {
+  const act = actions[number];
+  if (act === undefined) throw new Fault('there is no function of the emulated bootrom here');
+  const varying = act(r, bus);
+  const left = (cycles[number] || varying || 0) - STUB_CYCLES;
+  const turns = Math.max(1, Math.floor(left / TURN_CYCLES));
+  r[3] = turns;
+  core.cycles += Math.max(0, left - turns * TURN_CYCLES);
+}
+
+/** Puts the ROM where the chip has it. */
+export function loadRom(chip) {
+  new Uint16Array(chip.bootrom.buffer).set(image.halfwords);
+}
+
+function build() {
+  const rom = new RomImage(NO_FUNCTION);
+  rom.setFunctions([
+    ...[...BITS, ...MEMORY, ...FLASH].map(([code, , count, act]) => [code, addFunction(rom, count, act)]),
+    ...FLASH_LOOPS.map(({ code, check, step, count }) => [code, rom.addLoop(addTrap(0, check), addTrap(0, step), count)]),
+    ['UB', rom.addEnd(addTrap(0, (r, bus) => bus.chip.onBootsel()))],
+  ]);
+  const start = rom.end;
+  const floats = addSoftTable(rom, FLOATS);
+  const doubles = addSoftTable(rom, DOUBLES);
+  const end = rom.end;
+  const copyright = rom.addText('A stand-in for the bootrom of the RP2040, by the Isostep project');
+  const revision = rom.add([0, 0]);
+  rom.setData(Object.entries({ CR: copyright, GR: revision, FS: start, SF: floats, SD: doubles, FE: end }));
+  return rom;
+}
+
+/** @returns {number} the trap's number */
+function addTrap(count, act) {
+  cycles.push(count);
+  return actions.push(act) - 1;
+}
+
+function addFunction(rom, count, act) {
+  return rom.addStub(addTrap(count, act));
+}
+
+function addSoftTable(rom, functions) {
+  return rom.addPointers(new Map(functions.map(([offset, , count, act]) => [offset, addFunction(rom, count, act)])));
+}
