@@ -3,6 +3,7 @@
 
 mod bench;
 mod build;
+#[cfg(unix)]
 mod clients;
 mod console;
 mod emulate;

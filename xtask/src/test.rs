@@ -4,12 +4,14 @@ use std::process::Command;
 
 use anyhow::{Result, anyhow};
 
+#[cfg(unix)]
+use crate::clients::{cncjs, grbl_streamer};
 use crate::footprint::Footprint;
 use crate::process::{self, announce};
 use crate::stopwatch::Stopwatch;
 use crate::toolchain::cargo;
 use crate::variant::{Driver, Port, Variant};
-use crate::{build, clients, node, workspace};
+use crate::{build, node, workspace};
 
 /// Run the tests: host, emulator, firmware size, emulated board, real senders
 #[derive(clap::Args)]
@@ -22,8 +24,9 @@ The stages stop at the first that fails:
   real senders     grbl-streamer from PyPI streams a program to the simulated machine, as over a serial port
 
 Examples:
-  cargo xtask test --fast        the host tests alone
-  cargo xtask test --senders     the real senders alone")]
+  cargo xtask test --fast                the host tests alone
+  cargo xtask test --senders             the real senders alone
+  cargo xtask test --senders --cncjs     with cncjs, of which 230 MB are installed into target/clients")]
 pub struct Args {
     /// Only the host tests
     #[arg(long)]
@@ -31,6 +34,9 @@ pub struct Args {
     /// Only the real senders
     #[arg(long, conflicts_with = "fast")]
     senders: bool,
+    /// cncjs from npm too, after the others
+    #[arg(long)]
+    cncjs: bool,
 }
 
 type Stage = (&'static str, fn() -> Result<()>);
@@ -40,7 +46,7 @@ const STAGES: [Stage; 5] = [
     ("emulator tests", emulator),
     ("firmware", firmware),
     ("emulated board", emulated_board),
-    ("real senders", clients::stream),
+    ("real senders", grbl_streamer),
 ];
 
 pub fn run(args: Args) -> Result<()> {
@@ -49,9 +55,10 @@ pub fn run(args: Args) -> Result<()> {
         Args { senders: true, .. } => &STAGES[STAGES.len() - 1..],
         Args { .. } => &STAGES[..],
     };
+    let more: &[Stage] = if args.cncjs { &[("cncjs", cncjs)] } else { &[] };
     let mut summary = String::new();
     let mut failure = None;
-    for (name, stage) in stages {
+    for (name, stage) in stages.iter().chain(more) {
         if failure.is_some() {
             summary += &format!("{name:<16} not run\n");
             continue;
@@ -94,3 +101,13 @@ fn emulated_board() -> Result<()> {
     tests.env("ISOSTEP_TIMER_PORT_ELF", build::kept_elf(TIMER_PORT_ELF));
     process::run(tests.args(["--package", "isostep-tests", "--test", "emulated", "--", "--ignored"]))
 }
+
+/// Nothing: real senders need the machine on a pseudo-terminal.
+#[cfg(not(unix))]
+fn grbl_streamer() -> Result<()> {
+    announce("none: Windows has no pseudo-terminals");
+    Ok(())
+}
+
+#[cfg(not(unix))]
+use grbl_streamer as cncjs;

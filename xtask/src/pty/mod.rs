@@ -33,7 +33,7 @@ pub mod tests;
 use std::path::PathBuf;
 
 #[cfg(unix)]
-pub use bridge::Drive;
+pub use bridge::{Drive, Tally};
 #[cfg(unix)]
 pub use ending::Ending;
 #[cfg(unix)]
@@ -68,8 +68,8 @@ ports do not find it, so give them the path, or one of your choice by --link:
   cargo xtask console /tmp/isostep                                  a terminal
   python3 -m serial.tools.miniterm --eol LF /tmp/isostep 115200     another
   python3 -c \"p = open('/tmp/isostep', 'r+b', 0); p.write(b'$$\\n'); print(*iter(p.readline, b'ok\\r\\n'))\"
-  python3 -m bCNC -s /tmp/isostep -b 115200 --run                   bCNC
-  cncjs     in ~/.cncrc: { \"ports\": [{ \"comName\": \"/tmp/isostep\" }] }; then this port, Grbl, 115200
+  python3 -m bCNC -s /tmp/isostep -b 115200                         bCNC
+  cncjs     in ~/.cncrc: { \"ports\": [{ \"path\": \"/tmp/isostep\" }] }; then this port, Grbl, 115200
   UGS       Grbl, 115200, the path typed into the port's box
 On the command line of this verb: Ctrl-C ends it, and it says what the machine and the sender did.";
 

@@ -10,8 +10,7 @@ use std::time::Duration;
 
 use rustix::fs::OFlags;
 
-use super::bridge::Tally;
-use super::{Closing, Pty};
+use super::{Closing, Pty, Tally};
 use crate::stopwatch::Stopwatch;
 
 const PATIENCE_S: f64 = 20.0;
