@@ -11,11 +11,9 @@ use isostep_sim::compare::{self, Comparison, Jitter};
 use crate::laws::Laws;
 use crate::process::{self, announce};
 use crate::variant::{Port, Variant};
-use crate::{build, node, workspace};
+use crate::{build, node, pty, workspace};
 
-/// Run a program on the firmware, in an emulated RP2040
-#[derive(clap::Args)]
-#[command(after_help = "\
+const EXAMPLES: &str = "\
 The firmware is the one that `build` makes, unmodified; its STEP edges move carriages that close its switches.
 
 Examples:
@@ -24,11 +22,16 @@ Examples:
   cargo xtask emulate programs/square.nc --console uart --start 10,20,5
   cargo xtask emulate programs/parking.nc --switch X=stuck-open    homing fails with its alarm
   cargo xtask emulate programs/square.nc --speed-law sine    ramps of half a wave of a cosine
-  cargo xtask emulate programs/square.nc -- --stream counting --poll-hz 4")]
+  cargo xtask emulate programs/square.nc -- --stream counting --poll-hz 4
+  cargo xtask emulate --pty --console uart                 the board itself, for any sender: see below";
+
+/// Run a program on the firmware in an emulated RP2040, or be that board for any sender
+#[derive(clap::Args)]
+#[command(after_help = format!("{EXAMPLES}\n\n{}", pty::HELP))]
 pub struct Args {
     /// The G-code program
-    #[arg(value_name = "FILE.nc")]
-    program: PathBuf,
+    #[arg(value_name = "FILE.nc", required_unless_present = "pty", conflicts_with = "pty")]
+    program: Option<PathBuf>,
     /// Write every STEP edge as CSV: t_ns,axis,direction,position_steps
     #[arg(long, value_name = "OUT.csv")]
     trace: Option<PathBuf>,
@@ -54,23 +57,48 @@ pub struct Args {
     laws: Laws,
     #[command(flatten)]
     variant: Variant,
+    #[command(flatten)]
+    live: pty::Live,
     /// More options of the emulator (`node tests/emulator/run.mjs --help` lists them)
     #[arg(last = true, value_name = "OPTIONS")]
     more: Vec<String>,
 }
 
 pub fn run(args: Args) -> Result<()> {
-    let name = args.program.display();
-    let program = fs::read(&args.program)
+    let Some(path) = &args.program else { return live(&args) };
+    let name = path.display();
+    let program = fs::read(path)
         .with_context(|| format!("{name} cannot be read: name a G-code program, such as programs/parking.nc"))?;
     isostep_sim::program::lines(&program).with_context(|| name.to_string())?;
     node::prepare()?;
     build::firmware(args.variant)?;
     announce(&format!("{name} on the emulated board"));
     let trace = args.trace.clone().unwrap_or_else(|| workspace::target_dir().join("emulated.csv"));
-    process::run(&mut command(&args, &trace))?;
+    let mut command = command(&args);
+    command.arg("--program").arg(path).arg("--trace").arg(&trace);
+    command.args(
+        args.laws.settings().iter().flat_map(|(number, value)| ["--set".to_owned(), format!("{number}={value}")]),
+    );
+    process::run(&mut command)?;
     print!("{}", table(&compare(&program, &trace, &args)?));
     Ok(())
+}
+
+/// The board on a pseudo-terminal.
+#[cfg(unix)]
+fn live(args: &Args) -> Result<()> {
+    node::prepare()?;
+    build::firmware(args.variant)?;
+    let mut command = command(args);
+    command.args(args.trace.iter().flat_map(|path| ["--trace".as_ref(), path.as_os_str()]));
+    let has_dtr = args.console.as_deref() != Some("uart");
+    let mut board = pty::emulated::Emulated::start(&mut command, has_dtr, &args.laws.settings())?;
+    pty::serve(&args.live, pty::open(&args.live)?, &mut board)
+}
+
+#[cfg(not(unix))]
+fn live(_args: &Args) -> Result<()> {
+    pty::refuse()
 }
 
 /// Holds the board's steps against the plans of the same program in simulation.
@@ -103,11 +131,9 @@ fn columns(jitter: &Jitter) -> String {
     format!("{steps:>8} {median_ns:>12.1} {p99_ns:>9.1} {max_ns:>9.1}")
 }
 
-fn command(args: &Args, trace: &Path) -> Command {
+fn command(args: &Args) -> Command {
     let mut command = Command::new("node");
     command.arg(workspace::emulator_dir().join("run.mjs")).arg("--elf").arg(workspace::firmware_elf());
-    command.arg("--program").arg(&args.program);
-    command.arg("--trace").arg(trace);
     let files = [("--vcd", &args.vcd), ("--json", &args.json), ("--transcript", &args.transcript)];
     for (flag, path) in files {
         command.args(path.iter().flat_map(|path| [flag.as_ref(), path.as_os_str()]));
@@ -117,9 +143,6 @@ fn command(args: &Args, trace: &Path) -> Command {
         command.args(value.iter().map(|value| format!("{flag}={value}")));
     }
     command.args(args.switch.iter().flat_map(|switch| ["--switch", switch]));
-    command.args(
-        args.laws.settings().iter().flat_map(|(number, value)| ["--set".to_owned(), format!("{number}={value}")]),
-    );
     command.args(["--driver", args.variant.driver_name()]);
     command.args(&args.more);
     command

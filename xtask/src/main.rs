@@ -1,11 +1,15 @@
 //! The commands of the project, run as `cargo xtask VERB`. One file per verb; `workspace`, `toolchain`, `node`,
-//! `firmware`, `footprint`, `laws`, `uf2`, `variant`, `process` and `stopwatch` are what the verbs share.
+//! `firmware`, `flight`, `footprint`, `laws`, `uf2`, `variant`, `process` and `stopwatch` are what the verbs share.
 
 mod bench;
 mod build;
+#[cfg(unix)]
+mod clients;
+mod console;
 mod emulate;
 mod firmware;
 mod flash;
+mod flight;
 mod footprint;
 mod laws;
 mod lint;
@@ -13,6 +17,7 @@ mod node;
 mod papers;
 mod process;
 mod profile;
+mod pty;
 mod setup;
 mod sim;
 mod size;
@@ -41,6 +46,8 @@ Examples:
   cargo xtask build                                      firmware as ELF and UF2, and its sizes
   cargo xtask flash                                      put it on a Pico
   cargo xtask emulate programs/parking.nc --trace b.csv  run a program on the emulated board
+  cargo xtask sim --pty                                  a machine without hardware, for any sender of G-code
+  cargo xtask console                                    talk to the board, or to that machine
   cargo xtask test --fast                                host tests only
   cargo xtask test                                       everything, the emulated board included
   cargo xtask bench --quick                              rates, edge errors, load and stops of the step ports
@@ -57,6 +64,7 @@ enum Verb {
     Size(size::Args),
     Sim(sim::Args),
     Emulate(emulate::Args),
+    Console(console::Args),
     Test(test::Args),
     Bench(bench::Args),
     Profile(profile::Args),
@@ -72,6 +80,7 @@ fn main() -> ExitCode {
         Verb::Size(args) => size::run(args),
         Verb::Sim(args) => sim::run(args),
         Verb::Emulate(args) => emulate::run(args),
+        Verb::Console(args) => console::run(args),
         Verb::Test(args) => test::run(args),
         Verb::Bench(args) => bench::run(args),
         Verb::Profile(args) => profile::run(args),

@@ -8,11 +8,9 @@ use anyhow::{Context, Result, anyhow, bail, ensure};
 use isostep_sim::{Config, ConsoleError, Figures, MoveFigures, Outcome, Port, State, SwitchFault};
 
 use crate::laws::Laws;
-use crate::workspace;
+use crate::{pty, workspace};
 
-/// Run a program on the controller in virtual time
-#[derive(clap::Args)]
-#[command(after_help = "\
+const EXAMPLES: &str = "\
 The tasks are those of the firmware; motors, carriages and switches are simulated, and every STEP edge is checked
 against the closed form of its move and the driver's datasheet. Equal runs write equal files, to the byte.
 
@@ -22,10 +20,15 @@ Examples:
   cargo xtask sim programs/parking.nc --trace a.csv --vcd a.vcd --json a.json
   cargo xtask sim programs/square.nc --law thirds          accelerate, cruise and decelerate for a third of the time each
   cargo xtask sim programs/square.nc --speed-law s-curve       ramps of limited jerk
-  cargo xtask sim programs/parking.nc --switch X=stuck-open    homing fails with its alarm")]
+  cargo xtask sim programs/parking.nc --switch X=stuck-open    homing fails with its alarm
+  cargo xtask sim --pty                                    the machine itself, for any sender: see below";
+
+/// Run a program on the controller in virtual time, or be a machine for any sender
+#[derive(clap::Args)]
+#[command(after_help = format!("{EXAMPLES}\n\n{}", pty::HELP))]
 pub struct Args {
     /// The G-code program [default: programs/parking.nc]
-    #[arg(value_name = "FILE.nc")]
+    #[arg(value_name = "FILE.nc", conflicts_with = "pty")]
     program: Option<PathBuf>,
     /// Write every STEP edge as CSV: t_ns,axis,direction,position_steps
     #[arg(long, value_name = "OUT.csv")]
@@ -53,10 +56,15 @@ pub struct Args {
     /// What makes the edges: hardware in ticks of 8 ns, or tasks in ticks of 1 us
     #[arg(long, value_parser = ["pio", "timer"], default_value = "pio")]
     port: String,
+    #[command(flatten)]
+    live: pty::Live,
 }
 
 /// Runs the verb.
 pub fn run(args: Args) -> Result<()> {
+    if args.live.pty {
+        return live(&args);
+    }
     let path = args.program.clone().unwrap_or_else(|| workspace::root().join("programs").join("parking.nc"));
     let program = read(&path)?;
     let name = workspace::shown(&path);
@@ -67,6 +75,30 @@ pub fn run(args: Args) -> Result<()> {
     print(&figures);
     write_files(&args, &outcome, &figures)?;
     judge(&figures, &outcome)
+}
+
+/// The machine on a pseudo-terminal. What it did is kept only if a file wants it.
+#[cfg(unix)]
+fn live(args: &Args) -> Result<()> {
+    let files = [&args.trace, &args.vcd, &args.report, &args.json];
+    let config = Config { keep_record: files.iter().any(|file| file.is_some()), ..config(args) };
+    config.check()?;
+    let mut machine = pty::simulated::Simulated::new(config);
+    pty::serve(&args.live, pty::open(&args.live)?, &mut machine)?;
+    let outcome = machine.sim().outcome();
+    if !outcome.config.keep_record {
+        return Ok(());
+    }
+    let mut figures = Figures::new("what the senders sent", &outcome);
+    // The senders are not ours: what was refused is for them to say.
+    figures.verdicts.retain(|verdict| !verdict.promise.starts_with("every line accepted"));
+    print_checks(&figures);
+    write_files(args, &outcome, &figures)
+}
+
+#[cfg(not(unix))]
+fn live(_args: &Args) -> Result<()> {
+    pty::refuse()
 }
 
 fn read(path: &Path) -> Result<Vec<u8>> {
@@ -107,15 +139,19 @@ fn print(figures: &Figures) {
     if !figures.moves.is_empty() {
         print_moves(&figures.moves);
     }
+    print_checks(figures);
+    let [x, y, z] = figures.position_mm;
+    let [nx, ny, nz] = figures.position_steps;
+    println!("\nfinal position: X {x:.2} Y {y:.2} Z {z:.2} mm ({nx}, {ny}, {nz} steps)");
+    println!("{} steps in {:.3} s of machine time", figures.steps_total, seconds(figures.duration_ns));
+}
+
+fn print_checks(figures: &Figures) {
     println!("\nchecks");
     for verdict in &figures.verdicts {
         let mark = if verdict.kept { "ok    " } else { "BROKEN" };
         println!("  {mark} {:<36} {}", verdict.promise, verdict.detail);
     }
-    let [x, y, z] = figures.position_mm;
-    let [nx, ny, nz] = figures.position_steps;
-    println!("\nfinal position: X {x:.2} Y {y:.2} Z {z:.2} mm ({nx}, {ny}, {nz} steps)");
-    println!("{} steps in {:.3} s of machine time", figures.steps_total, seconds(figures.duration_ns));
 }
 
 /// Intervals are those of every moving axis: one profile drives them all. How far apart they are when measured from

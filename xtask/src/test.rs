@@ -4,6 +4,8 @@ use std::process::Command;
 
 use anyhow::{Result, anyhow};
 
+#[cfg(unix)]
+use crate::clients::{cncjs, grbl_streamer};
 use crate::footprint::Footprint;
 use crate::process::{self, announce};
 use crate::stopwatch::Stopwatch;
@@ -11,7 +13,7 @@ use crate::toolchain::cargo;
 use crate::variant::{Driver, Port, Variant};
 use crate::{build, node, workspace};
 
-/// Run the tests: host, emulator, firmware size, emulated board
+/// Run the tests: host, emulator, firmware size, emulated board, real senders
 #[derive(clap::Args)]
 #[command(after_help = "\
 The stages stop at the first that fails:
@@ -19,24 +21,44 @@ The stages stop at the first that fails:
   emulator tests   the emulated board's own
   firmware         its build, and its size budgets
   emulated board   the firmware, unmodified, in an emulated RP2040
+  real senders     grbl-streamer from PyPI streams a program to the simulated machine, as over a serial port
 
-Example: cargo xtask test --fast     the host tests alone")]
+Examples:
+  cargo xtask test --fast                the host tests alone
+  cargo xtask test --senders             the real senders alone
+  cargo xtask test --senders --cncjs     with cncjs, of which 230 MB are installed into target/clients")]
 pub struct Args {
     /// Only the host tests
     #[arg(long)]
     fast: bool,
+    /// Only the real senders
+    #[arg(long, conflicts_with = "fast")]
+    senders: bool,
+    /// cncjs from npm too, after the others
+    #[arg(long)]
+    cncjs: bool,
 }
 
 type Stage = (&'static str, fn() -> Result<()>);
 
-const STAGES: [Stage; 4] =
-    [("host tests", host), ("emulator tests", emulator), ("firmware", firmware), ("emulated board", emulated_board)];
+const STAGES: [Stage; 5] = [
+    ("host tests", host),
+    ("emulator tests", emulator),
+    ("firmware", firmware),
+    ("emulated board", emulated_board),
+    ("real senders", grbl_streamer),
+];
 
 pub fn run(args: Args) -> Result<()> {
-    let stages = if args.fast { &STAGES[..1] } else { &STAGES[..] };
+    let stages = match args {
+        Args { fast: true, .. } => &STAGES[..1],
+        Args { senders: true, .. } => &STAGES[STAGES.len() - 1..],
+        Args { .. } => &STAGES[..],
+    };
+    let more: &[Stage] = if args.cncjs { &[("cncjs", cncjs)] } else { &[] };
     let mut summary = String::new();
     let mut failure = None;
-    for (name, stage) in stages {
+    for (name, stage) in stages.iter().chain(more) {
         if failure.is_some() {
             summary += &format!("{name:<16} not run\n");
             continue;
@@ -79,3 +101,13 @@ fn emulated_board() -> Result<()> {
     tests.env("ISOSTEP_TIMER_PORT_ELF", build::kept_elf(TIMER_PORT_ELF));
     process::run(tests.args(["--package", "isostep-tests", "--test", "emulated", "--", "--ignored"]))
 }
+
+/// Nothing: real senders need the machine on a pseudo-terminal.
+#[cfg(not(unix))]
+fn grbl_streamer() -> Result<()> {
+    announce("none: Windows has no pseudo-terminals");
+    Ok(())
+}
+
+#[cfg(not(unix))]
+use grbl_streamer as cncjs;

@@ -101,6 +101,10 @@ pub struct Config {
     pub poll_every: Option<Duration>,
     /// Virtual time after which a run is given up.
     pub time_limit: Duration,
+    /// The console's baud rate, 8N1: a byte each way takes its time on the wire. Without one, none.
+    pub baud: Option<u32>,
+    /// Keep every edge, every change of a wire and every event. A machine that runs for hours had better only count.
+    pub keep_record: bool,
 }
 
 impl Default for Config {
@@ -117,6 +121,8 @@ impl Default for Config {
             streaming: Streaming::GRBL,
             poll_every: None,
             time_limit: Duration::from_secs(24 * 3600),
+            baud: None,
+            keep_record: true,
         }
     }
 }

@@ -146,9 +146,16 @@ impl Executor {
     /// # Errors
     /// [`RunError::Livelock`].
     pub fn run_for(&mut self, duration: Duration) -> Result<(), RunError> {
-        let horizon_ns = self.clock.now_ns() + duration.as_nanos();
-        self.run_until_quiescent_ns(horizon_ns)?;
-        self.clock.advance_to(horizon_ns);
+        self.run_to(self.clock.now_ns() + duration.as_nanos())
+    }
+
+    /// Runs to `at_ns` since power-up, where the clock then stands; not at all when that is past.
+    ///
+    /// # Errors
+    /// [`RunError::Livelock`].
+    pub fn run_to(&mut self, at_ns: u64) -> Result<(), RunError> {
+        self.run_until_quiescent_ns(at_ns)?;
+        self.clock.advance_to(at_ns);
         Ok(())
     }
 

@@ -9,6 +9,8 @@ use std::task::{Poll, Waker};
 
 use embedded_io_async::{ErrorType, Read, Write};
 
+use crate::time::Clock;
+
 /// Bytes one way, unbounded: flow control is the sender's affair, as with a real console.
 #[derive(Clone, Default)]
 pub struct Pipe(Rc<RefCell<State>>);
@@ -37,9 +39,27 @@ impl Pipe {
         self.0.borrow_mut().bytes.drain(..).collect()
     }
 
+    /// How many bytes are there.
+    pub fn len(&self) -> usize {
+        self.0.borrow().bytes.len()
+    }
+
     /// Whether everything was read.
     pub fn is_empty(&self) -> bool {
-        self.0.borrow().bytes.is_empty()
+        self.len() == 0
+    }
+
+    /// Waits until there is something.
+    async fn filled(&self) {
+        poll_fn(|context| {
+            let mut state = self.0.borrow_mut();
+            if state.bytes.is_empty() {
+                state.reader = Some(context.waker().clone());
+                return Poll::Pending;
+            }
+            Poll::Ready(())
+        })
+        .await;
     }
 }
 
@@ -51,19 +71,16 @@ impl Read for Pipe {
     /// # Cancellation
     /// Safe: no byte is lost.
     async fn read(&mut self, buffer: &mut [u8]) -> Result<usize, Infallible> {
-        poll_fn(|context| {
-            let mut state = self.0.borrow_mut();
-            if state.bytes.is_empty() && !buffer.is_empty() {
-                state.reader = Some(context.waker().clone());
-                return Poll::Pending;
-            }
-            let count = buffer.len().min(state.bytes.len());
-            for (slot, byte) in buffer.iter_mut().zip(state.bytes.drain(..count)) {
-                *slot = byte;
-            }
-            Poll::Ready(Ok(count))
-        })
-        .await
+        if buffer.is_empty() {
+            return Ok(0);
+        }
+        self.filled().await;
+        let bytes = &mut self.0.borrow_mut().bytes;
+        let count = buffer.len().min(bytes.len());
+        for (slot, byte) in buffer.iter_mut().zip(bytes.drain(..count)) {
+            *slot = byte;
+        }
+        Ok(count)
     }
 }
 
@@ -71,6 +88,64 @@ impl Write for Pipe {
     async fn write(&mut self, bytes: &[u8]) -> Result<usize, Infallible> {
         self.push(bytes);
         Ok(bytes.len())
+    }
+
+    async fn flush(&mut self) -> Result<(), Infallible> {
+        Ok(())
+    }
+}
+
+/// Start bit, eight bits, stop bit.
+const BITS_PER_BYTE: u64 = 10;
+
+/// A UART's end of one wire: what is read from the pipe, or written to it, takes the wire's time, byte by byte. A byte
+/// sets out when it is asked for, as at once by a reader that never does anything else.
+pub struct Uart {
+    pipe: Pipe,
+    clock: Clock,
+    byte_ns: u64,
+    /// When the wire is through with its last byte.
+    free_ns: u64,
+}
+
+impl Uart {
+    /// The end of a wire of `baud`, which must not be zero; the rest of the wire is the pipe.
+    pub fn new(pipe: Pipe, clock: Clock, baud: u32) -> Self {
+        Self { pipe, clock, byte_ns: BITS_PER_BYTE * 1_000_000_000 / u64::from(baud), free_ns: 0 }
+    }
+
+    /// Waits until the wire has carried one more byte, which goes on it now if it is free.
+    async fn carry(&mut self) {
+        let at_ns = self.free_ns.max(self.clock.now_ns()) + self.byte_ns;
+        self.clock.until(at_ns).await;
+        self.free_ns = at_ns;
+    }
+}
+
+impl ErrorType for Uart {
+    type Error = Infallible;
+}
+
+impl Read for Uart {
+    /// # Cancellation
+    /// Safe: no byte is lost; one that was on its way starts anew.
+    async fn read(&mut self, buffer: &mut [u8]) -> Result<usize, Infallible> {
+        if buffer.is_empty() {
+            return Ok(0);
+        }
+        self.pipe.filled().await;
+        self.carry().await;
+        self.pipe.read(&mut buffer[..1]).await
+    }
+}
+
+impl Write for Uart {
+    /// # Cancellation
+    /// Safe: the byte on its way was not written.
+    async fn write(&mut self, bytes: &[u8]) -> Result<usize, Infallible> {
+        let Some(first) = bytes.get(..1) else { return Ok(0) };
+        self.carry().await;
+        self.pipe.write(first).await
     }
 
     async fn flush(&mut self) -> Result<(), Infallible> {
@@ -117,6 +192,32 @@ mod tests {
             executor.run_until_quiescent(Instant::from_secs(1)).unwrap();
             assert_eq!(back.take(), text.as_bytes());
         }
+        assert!(there.is_empty());
+    }
+
+    #[test]
+    fn a_uart_takes_its_time_for_every_byte_both_ways() {
+        let mut executor = Executor::new();
+        let (there, back) = (Pipe::new(), Pipe::new());
+        let uart = |pipe: &Pipe| Uart::new(pipe.clone(), executor.clock().clone(), 115_200);
+        let (mut rx, mut tx) = (uart(&there), uart(&back));
+        executor.spawn("reader", async move {
+            loop {
+                let Ok(_) = rx.read(&mut [0; 8]).await;
+            }
+        });
+        executor.spawn("writer", async move {
+            let Ok(()) = tx.write_all(b"yes").await;
+        });
+        const BYTE_NS: u64 = 86_805;
+        executor.run_to(BYTE_NS - 1).unwrap();
+        assert_eq!(back.len(), 0);
+        executor.run_to(2 * BYTE_NS).unwrap();
+        assert_eq!(back.take(), b"ye");
+        there.push(b"abc");
+        executor.run_to(3 * BYTE_NS).unwrap();
+        assert_eq!((there.len(), back.take()), (2, b"s".to_vec()));
+        executor.run_to(5 * BYTE_NS).unwrap();
         assert!(there.is_empty());
     }
 

@@ -3,14 +3,15 @@
 use std::cell::RefCell;
 use std::rc::Rc;
 
+use embassy_futures::select::select;
 use embassy_time::{Duration, Instant};
-use isostep_console::Settings;
+use embedded_io_async::{Read, Write};
 use isostep_controller::Controller;
 use isostep_motion::{Axis, Machine, State, axis, coordinator, limit};
 
 use crate::config::{Config, StartOutside};
 use crate::executor::{Executor, Rest, RunError};
-use crate::link::{Lines, Pipe};
+use crate::link::{Lines, Pipe, Uart};
 use crate::outcome::Outcome;
 use crate::pin::{Input, Output};
 use crate::plant::SwitchFault;
@@ -75,6 +76,8 @@ pub struct Sim {
     config: Config,
     to_controller: Pipe,
     from_controller: Pipe,
+    /// A byte for every time that a host opens the console.
+    opened: Pipe,
     heard: Lines,
 }
 
@@ -89,17 +92,42 @@ impl Sim {
         let _current = executor.clock().clone().enter();
         let world = Rc::new(RefCell::new(World::new(executor.clock().clone(), config)));
         let machine = spawn_motion(&mut executor, &world, config);
-        let (to_controller, from_controller) = (Pipe::new(), Pipe::new());
-        let console = (to_controller.clone(), from_controller.clone());
-        spawn_console(&mut executor, machine, config.settings, console);
+        let (to_controller, from_controller, opened) = (Pipe::new(), Pipe::new(), Pipe::new());
+        let (rx, tx) = (to_controller.clone(), from_controller.clone());
+        let controller = Controller::new(machine, config.settings);
+        match config.baud {
+            None => executor.spawn("console", serve(controller, rx, tx, opened.clone())),
+            Some(baud) => {
+                let uart = |pipe| Uart::new(pipe, executor.clock().clone(), baud);
+                let (rx, tx) = (uart(rx), uart(tx));
+                executor.spawn("console", serve(controller, rx, tx, opened.clone()));
+            }
+        }
         executor.spawn("bounce", world::bounce(world.clone()));
         let (config, heard) = (config.clone(), Lines::default());
-        Self { executor, world, machine, config, to_controller, from_controller, heard }
+        Self { executor, world, machine, config, to_controller, from_controller, opened, heard }
     }
 
     /// Puts bytes on the console's wire.
     pub fn send(&mut self, bytes: &[u8]) {
         self.to_controller.push(bytes);
+    }
+
+    /// How many of them the controller has not read yet.
+    pub fn unread(&self) -> usize {
+        self.to_controller.len()
+    }
+
+    /// A host opens the console, as when DTR rises: it begins anew with the welcome, and what was on the wires is gone.
+    pub fn open_console(&mut self) {
+        self.to_controller.take();
+        self.from_controller.take();
+        self.opened.push(&[0]);
+    }
+
+    /// The bytes that came from the controller since the last call.
+    pub fn received(&mut self) -> Vec<u8> {
+        self.from_controller.take()
     }
 
     /// The lines that the controller completed since the last call; empty ones left out.
@@ -113,6 +141,14 @@ impl Sim {
     /// [`RunError::Livelock`].
     pub fn run_for(&mut self, duration: Duration) -> Result<(), RunError> {
         self.executor.run_for(duration)
+    }
+
+    /// Runs to `at_ns` since power-up, exactly; not at all when that is past.
+    ///
+    /// # Errors
+    /// [`RunError::Livelock`].
+    pub fn run_to(&mut self, at_ns: u64) -> Result<(), RunError> {
+        self.executor.run_to(at_ns)
     }
 
     /// Runs until nothing can happen any more unless something is sent or pressed.
@@ -152,6 +188,11 @@ impl Sim {
         self.executor.clock().now()
     }
 
+    /// The same in nanoseconds since power-up.
+    pub fn now_ns(&self) -> u64 {
+        self.executor.clock().now_ns()
+    }
+
     /// What the controller's tasks share.
     pub fn machine(&self) -> &'static Machine {
         self.machine
@@ -160,6 +201,11 @@ impl Sim {
     /// The steps seen per axis, from power-up or since it was homed.
     pub fn counted_steps(&self) -> [i32; 3] {
         self.world.borrow().counted_steps()
+    }
+
+    /// The steps made per axis, both ways, since power-up.
+    pub fn steps(&self) -> [u64; 3] {
+        self.world.borrow().steps()
     }
 
     /// Where each carriage really is, steps from where its limit switch closes.
@@ -226,11 +272,12 @@ fn spawn_motion(executor: &mut Executor, world: &Shared, config: &Config) -> &'s
     machine
 }
 
-fn spawn_console(executor: &mut Executor, machine: &'static Machine, settings: Settings, (rx, tx): (Pipe, Pipe)) {
-    executor.spawn("console", async move {
-        // The link cannot fail, so this never ends.
-        let _ = Controller::new(machine, settings).serve(rx, tx).await;
-    });
+/// The console's task: a session after the other, as on a board whose host opens and closes the port.
+async fn serve(controller: Controller<'static>, mut rx: impl Read, mut tx: impl Write, mut opened: Pipe) {
+    loop {
+        // The link cannot fail, so nothing but an opening ends a session.
+        select(controller.serve(&mut rx, &mut tx), opened.read(&mut [0])).await;
+    }
 }
 
 #[cfg(test)]

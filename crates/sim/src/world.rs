@@ -47,6 +47,8 @@ pub struct World {
     random: Rand32,
     bouncer: Option<Waker>,
     record: Record,
+    keep_record: bool,
+    steps: [u64; AXES],
 }
 
 /// The one world of a simulation.
@@ -63,7 +65,17 @@ impl World {
         }
         let random = Rand32::new(config.seed);
         let limits_high_at_start = std::array::from_fn(|axis| inputs[axis].high);
-        Self { clock, axes, inputs, limits_high_at_start, random, bouncer: None, record: Record::default() }
+        Self {
+            clock,
+            axes,
+            inputs,
+            limits_high_at_start,
+            random,
+            bouncer: None,
+            record: Record::default(),
+            keep_record: config.keep_record,
+            steps: [0; AXES],
+        }
     }
 
     /// Drives an output of the controller.
@@ -80,7 +92,13 @@ impl World {
             Wire::Enable => self.axes.iter_mut().for_each(|axis| axis.inputs.set_enabled(t_ns, !high, violations)),
             Wire::Limit(_) | Wire::EmergencyStop => unreachable!("an input of the controller"),
         }
-        self.record.waves.push(Wave { t_ns, wire, high });
+        self.note_wave(Wave { t_ns, wire, high });
+    }
+
+    fn note_wave(&mut self, wave: Wave) {
+        if self.keep_record {
+            self.record.waves.push(wave);
+        }
     }
 
     /// Whether an input of the controller is high.
@@ -120,7 +138,9 @@ impl World {
 
     /// Takes note of what the coordinator says.
     pub fn on_event(&mut self, event: Event) {
-        self.record.events.push((self.clock.now_ns(), event));
+        if self.keep_record {
+            self.record.events.push((self.clock.now_ns(), event));
+        }
         if let Event::Homed { axis } = event {
             let axis = &mut self.axes[axis as usize];
             axis.counted_steps = 0;
@@ -146,6 +166,11 @@ impl World {
         })
     }
 
+    /// The steps made per axis, both ways, since power-up.
+    pub fn steps(&self) -> [u64; AXES] {
+        self.steps
+    }
+
     /// What was seen so far.
     pub fn record(&self) -> &Record {
         &self.record
@@ -165,7 +190,10 @@ impl World {
         let this = &mut self.axes[axis as usize];
         this.counted_steps += direction;
         let position_steps = this.counted_steps;
-        self.record.edges.push(Edge { t_ns, axis: axis as usize, direction, position_steps });
+        self.steps[axis as usize] += 1;
+        if self.keep_record {
+            self.record.edges.push(Edge { t_ns, axis: axis as usize, direction, position_steps });
+        }
         let lost = match this.turn(t_ns, direction) {
             Ok(()) => {
                 this.losing = false;
@@ -223,7 +251,8 @@ impl World {
         input.high = high;
         *if high { &mut input.rises } else { &mut input.falls } += 1;
         input.wakers.drain(..).for_each(Waker::wake);
-        self.record.waves.push(Wave { t_ns: self.clock.now_ns(), wire: input.wire, high });
+        let wire = input.wire;
+        self.note_wave(Wave { t_ns: self.clock.now_ns(), wire, high });
     }
 
     fn next_flip_ns(&self) -> Option<u64> {

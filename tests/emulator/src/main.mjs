@@ -4,8 +4,9 @@ import { NANOS_PER_CYCLE } from './clock.mjs';
 import { Console } from './console.mjs';
 import { EdgeFile } from './edge-file.mjs';
 import { loadSegments } from './elf.mjs';
-import { programLines } from './lines.mjs';
 import { readFlashFile, writeFlashFile } from './flash-file.mjs';
+import { programLines } from './lines.mjs';
+import { Live, serve } from './live.mjs';
 import { HELP, parseOptions } from './options.mjs';
 import { NAMED_PINS } from './pins.mjs';
 import { ProgramRun } from './program.mjs';
@@ -25,6 +26,7 @@ import { Waveform } from './waveform.mjs';
 export function main(args) {
   try {
     const options = parseOptions(args);
+    if (options.live) return live(options);
     if (!options.help) return emulate(options);
     console.log(HELP);
     return 0;
@@ -37,8 +39,7 @@ export function main(args) {
 
 function emulate(options) {
   const job = options.program ? programLines(read(options.program, 'program')) : parseScript(read(options.script, 'script').toString());
-  const segments = firmware(options.elf);
-  const board = new Board(segments, options, options.flash ? readFlashFile(options.flash) : null);
+  const board = powered(options);
   const transcript = new Transcript(options.script ? (line) => console.log(line) : undefined);
   const sender = new Console(board, transcript);
   const run = options.program ? new ProgramRun(sender, [...settings(options), ...job], options) : new ScriptRun(sender, job, options);
@@ -46,15 +47,37 @@ function emulate(options) {
   const progress = new Progress(board, options.progress || process.stderr.isTTY, () => run.describe());
   const error = attempt(() => run.run()) ?? run.verdict() ?? verdict(board);
   const result = summary(board, sender, error);
+  finish(options, board, transcript, recorders, result);
+  console.log(readable(result));
+  console.error(progress.speed());
+  return error === null ? 0 : 1;
+}
+
+function powered(options) {
+  return new Board(firmware(options.elf), options, options.flash ? readFlashFile(options.flash) : null);
+}
+
+/** Another program keeps the pace; the last line on stdout is the summary. */
+function live(options) {
+  const board = powered(options);
+  const transcript = options.transcript ? new Transcript() : undefined;
+  const console = new Live(board, transcript);
+  const recorders = record(board, options);
+  const error = attempt(() => serve(console)) ?? verdict(board);
+  const result = summary(board, console, error);
+  finish(options, board, transcript, recorders, result);
+  process.stdout.write(JSON.stringify(result) + '\n');
+  return error === null ? 0 : 1;
+}
+
+/** Writes the files that the options ask for. */
+function finish(options, board, transcript, recorders, result) {
   write(options.transcript, transcript);
   recorders.trace?.close();
   recorders.edges?.close();
   write(options.vcd, recorders.waveform);
-  if (options.flash) writeFlashFile(options.flash, board.flash.bytes, segments);
+  if (options.flash) writeFlashFile(options.flash, board.flash.bytes, firmware(options.elf));
   write(options.json, JSON.stringify(result, null, 2) + '\n');
-  console.log(readable(result));
-  console.error(progress.speed());
-  return error === null ? 0 : 1;
 }
 
 function settings(options) {

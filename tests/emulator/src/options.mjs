@@ -6,13 +6,14 @@ import { COMMANDS } from './script.mjs';
 
 export const HELP = `Runs the firmware, unmodified, on an emulated Raspberry Pi Pico that drives three carriages.
 
-Usage: node tests/emulator/run.mjs --elf ELF (--program FILE | --script FILE) [options]
+Usage: node tests/emulator/run.mjs --elf ELF (--program FILE | --script FILE | --live) [options]
 
 What to run
   --elf ELF            the firmware, as cargo xtask build leaves it in
                        target/thumbv6m-none-eabi/release/rp2040-gantry
   --program FILE       streams a G-code program, line by line as it is in the file, until all is answered and Idle
   --script FILE        runs a dialogue (see below); its transcript goes to stdout
+  --live               does what another program asks on stdin (src/live.mjs): cargo xtask emulate --pty
   --console usb|uart   the cable in use: USB CDC (default) or UART0 at the firmware's baud rate
   --stream wait|counting
                        send a line when the one before is answered (default), or count characters, 128 at most
@@ -56,6 +57,7 @@ const SPEC = {
   elf: { type: 'string' },
   program: { type: 'string' },
   script: { type: 'string' },
+  live: { type: 'boolean', default: false },
   console: { type: 'string', default: 'usb' },
   stream: { type: 'string', default: 'wait' },
   'poll-hz': { type: 'string' },
@@ -81,8 +83,9 @@ export function parseOptions(args) {
   const { values } = parseArgs({ args, options: SPEC, strict: true, allowPositionals: false });
   if (values.help) return { help: true };
   if (values.elf === undefined) throw new Error('which firmware? Give --elf target/thumbv6m-none-eabi/release/rp2040-gantry, which cargo xtask build makes');
-  if ((values.program === undefined) === (values.script === undefined)) throw new Error('give either --program FILE or --script FILE (--help shows both)');
-  if (values.set.length > 0 && values.script !== undefined) throw new Error('--set goes with --program: a script sends its own settings');
+  const jobs = [values.program, values.script, values.live || undefined].filter((job) => job !== undefined);
+  if (jobs.length !== 1) throw new Error('give either --program FILE, --script FILE or --live (--help shows them)');
+  if (values.set.length > 0 && values.program === undefined) throw new Error('--set goes with --program: others send their own settings');
   return {
     ...values,
     console: choice('--console', ['usb', 'uart'], values.console),

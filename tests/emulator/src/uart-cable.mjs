@@ -21,6 +21,11 @@ export class UartCable {
     this.#pump();
   }
 
+  /** Bytes that have not reached the chip yet. */
+  get unsent() {
+    return this.queue.length;
+  }
+
   setDtr() {
     throw new Error('three wires have no DTR: use --console usb');
   }

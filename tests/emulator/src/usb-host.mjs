@@ -47,11 +47,22 @@ export class UsbHost {
     this.transaction = null;
     this.requests = null;
     this.reading = true;
+    this.dtr = false;
     this.wire.cancel();
     this.recovery.cancel();
     this.usb.onUSBEnabled = () => this.usb.resetDevice();
     this.usb.onResetReceived = () => this.recovery.schedule(RESET_RECOVERY_NANOS);
     this.usb.DPRAMUpdated = (offset, value) => this.#bufferControl(offset, value);
+  }
+
+  /** Bytes that have not reached the chip yet. */
+  get unsent() {
+    return this.queue.reduce((sum, { length }) => sum + length, 0);
+  }
+
+  /** Whether the port is set up and nothing else is on its way: DTR may be moved. */
+  get settled() {
+    return this.endpoints !== null && !this.control;
   }
 
   /** Queues bytes for the device; they go out in packets as it asks for them. */
@@ -68,7 +79,7 @@ export class UsbHost {
 
   /** Opens or closes the port, as a program on the host does. */
   setDtr(open) {
-    if (this.endpoints === null || this.control) throw new Error('the host has not set the port up yet: wait for the welcome line first');
+    if (!this.settled) throw new Error('the host has not set the port up yet: wait for the welcome line first');
     this.requests = [this.#lineState(open ? DTR_AND_RTS : 0)].values();
     this.#continue();
   }
@@ -90,6 +101,7 @@ export class UsbHost {
   }
 
   #lineState(lines) {
+    this.dtr = lines !== 0;
     return { setup: setup(0x21, 0x22, lines, this.endpoints.interface, 0) };
   }
 

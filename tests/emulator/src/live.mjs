@@ -1,0 +1,151 @@
+import { readSync, writeSync } from 'node:fs';
+import { CLOCK_HZ, NANOS_PER_CYCLE } from './clock.mjs';
+import { homedAxes, printable, trimmedText } from './lines.mjs';
+
+/** By number: touching process.stdin would have its reads no longer wait. */
+const [STDIN, STDOUT] = [0, 1];
+const LF = 0x0a;
+const CR = 0x0d;
+const RESET = 0x18;
+const STATUS_REQUEST = Uint8Array.of(0x3f);
+const LAST_STATUS_CYCLES = 0.1 * CLOCK_HZ;
+
+/**
+ * A board run in steps by another program, which keeps the pace and holds the sender's end of the cable. It asks, a line
+ * each:
+ *
+ *     run NANOS HEX     sends the bytes now (- for none), runs to that machine time; answered by
+ *                       NANOS UNSENT HEX: the machine time, the bytes still to go to the chip, the bytes that came
+ *     dtr on|off        opens or closes the USB port; a UART has no such line. Not answered
+ *     end               asks for a last status report, and ends
+ */
+export class Live {
+  /**
+   * @param {import('./board.mjs').Board} board
+   * @param {import('./transcript.mjs').Transcript | undefined} transcript
+   */
+  constructor(board, transcript) {
+    this.board = board;
+    this.transcript = transcript;
+    this.lastStatus = null;
+    this.alarm = null;
+    /** Lines are not kept: a live board may hear millions. */
+    this.sent = [];
+    this.ended = false;
+    this.dtr = [];
+    this.received = [];
+    this.partial = { sent: [], received: [] };
+    /** What was sent and is not answered yet, a line each: homing moves the zero of the trace. */
+    this.unanswered = [];
+    board.onBytes = (bytes) => bytes.forEach((byte) => this.#receive(byte));
+  }
+
+  /** Carries out a request. @returns {string | null} its answer */
+  answer(request) {
+    const [word, ...rest] = request.split(' ');
+    switch (word) {
+      case 'run':
+        return this.#run(Number(rest[0]), Buffer.from(rest[1] === '-' ? '' : rest[1], 'hex'));
+      case 'dtr':
+        this.dtr.push(rest[0] === 'on');
+        return null;
+      case 'end':
+        this.#end();
+        return null;
+    }
+    throw new Error(`no request ${request}`);
+  }
+
+  #run(nanos, bytes) {
+    const { board } = this;
+    this.#setDtr();
+    if (bytes.length > 0) this.#send(bytes);
+    const until = Math.round(nanos / NANOS_PER_CYCLE);
+    while (board.clock.cycles < until) board.run(until);
+    if (board.bootsel !== null) throw new Error('the firmware rebooted into BOOTSEL: the board is a drive now');
+    return `${board.nanos} ${board.cable.unsent} ${Buffer.from(this.received.splice(0)).toString('hex') || '-'}`;
+  }
+
+  #end() {
+    const { board } = this;
+    this.lastStatus = null;
+    this.#send(STATUS_REQUEST);
+    const until = board.clock.cycles + LAST_STATUS_CYCLES;
+    while (this.lastStatus === null && board.clock.cycles < until) board.run(until);
+    this.ended = true;
+  }
+
+  /** Moves DTR by one change, if the host has set the port up. */
+  #setDtr() {
+    const { cable } = this.board;
+    if (this.dtr.length === 0 || !cable.settled) return;
+    const open = this.dtr.shift();
+    if (open !== cable.dtr) cable.setDtr(open);
+  }
+
+  #send(bytes) {
+    for (const byte of bytes) {
+      if (byte === RESET) this.partial.sent = [];
+      if (!isRealTime(byte)) this.partial.sent.push(byte);
+      if (byte === LF || byte === CR) this.#lineSent(Uint8Array.from(this.partial.sent.splice(0)));
+    }
+    this.board.cable.write(bytes);
+  }
+
+  #lineSent(bytes) {
+    this.transcript?.sent(this.board.nanos, bytes);
+    this.unanswered.push(trimmedText(bytes));
+  }
+
+  #receive(byte) {
+    this.received.push(byte);
+    if (byte === LF) this.#lineReceived(printable(this.partial.received.splice(0)));
+    else if (byte !== CR) this.partial.received.push(byte);
+  }
+
+  #lineReceived(text) {
+    if (text === '') return;
+    this.transcript?.received(this.board.nanos, text);
+    if (text.startsWith('<')) this.#status(text);
+    else if (text.startsWith('ALARM:')) this.alarm = text;
+    // After a reset nothing that was sent before is answered any more.
+    else if (text.startsWith('Grbl')) this.unanswered = [];
+    else if (text === 'ok') this.board.gantry.home(homedAxes(this.unanswered.shift() ?? ''));
+    else if (text.startsWith('error:')) this.unanswered.shift();
+  }
+
+  #status(text) {
+    this.lastStatus = text;
+    this.board.pause();
+  }
+}
+
+/** Bytes that the controller acts on as they come, wherever they stand in a line. */
+function isRealTime(byte) {
+  return byte === RESET || byte >= 0x80 || '?!~'.includes(String.fromCharCode(byte));
+}
+
+/**
+ * Answers requests from stdin on stdout until it has ended, or the other program has.
+ *
+ * @param {Live} live
+ */
+export function serve(live) {
+  for (const request of requests()) {
+    const answer = live.answer(request);
+    if (answer !== null) writeSync(STDOUT, `${answer}\n`);
+    if (live.ended) return;
+  }
+}
+
+function* requests() {
+  const chunk = Buffer.alloc(65536);
+  let rest = '';
+  for (;;) {
+    const count = readSync(STDIN, chunk);
+    if (count === 0) return;
+    const lines = (rest + chunk.toString('latin1', 0, count)).split('\n');
+    rest = lines.pop();
+    yield* lines;
+  }
+}

@@ -1,0 +1,118 @@
+//! Senders of other makes, installed from their registries and put to the machine on a pseudo-terminal.
+
+use std::ffi::OsString;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::Duration;
+
+use anyhow::{Context, Result, ensure};
+
+use crate::process::{self, announce};
+use crate::pty::{self, Tally};
+use crate::workspace;
+
+const REMEDY: &str = "the tests with real senders need Python 3 with venv: https://python.org, or on Debian \
+                      `apt-get install python3 python3-venv`";
+/// The web page's server, on npm.
+const CNCJS: &str = "cncjs@1.11.5";
+/// A machine this much faster than a real one leaves a sender time enough.
+const SPEED: f64 = 20.0;
+const PATIENCE: Duration = Duration::from_secs(120);
+/// Where programs/parking.nc ends, mm.
+const PARKING_END_MM: [f64; 3] = [175.0, 40.0, 0.0];
+
+/// The scripts, and what they need.
+fn dir() -> PathBuf {
+    workspace::root().join("tests").join("clients")
+}
+
+/// What they need, installed.
+fn installed_dir() -> PathBuf {
+    workspace::target_dir().join("clients")
+}
+
+/// The Python that has the senders, installed unless those of the requirements are there already.
+fn installed_python() -> Result<PathBuf> {
+    let venv = installed_dir().join("venv");
+    let bin = venv.join("bin").join("python");
+    let wanted = fs::read(dir().join("requirements.txt")).context("tests/clients/requirements.txt cannot be read")?;
+    // A copy of the requirements in it vouches for a finished installation.
+    let finished = venv.join("installed-requirements.txt");
+    if bin.exists() && fs::read(&finished).is_ok_and(|installed| installed == wanted) {
+        return Ok(bin);
+    }
+    process::output(Command::new("python3").arg("--version"), REMEDY)?;
+    announce(&format!("senders from PyPI into {}", workspace::shown(&venv)));
+    fs::create_dir_all(&venv).with_context(|| format!("{} cannot be made", venv.display()))?;
+    process::run(Command::new("python3").args(["-m", "venv", "--clear"]).arg(&venv)).context(REMEDY)?;
+    let mut pip = Command::new(&bin);
+    pip.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--requirement"]);
+    process::run(pip.arg(dir().join("requirements.txt"))).context("PyPI is needed once")?;
+    fs::write(&finished, wanted).with_context(|| format!("cannot write {}", finished.display()))?;
+    Ok(bin)
+}
+
+/// The folder that has cncjs in its node_modules, installed there if need be. Its own version is fixed, those of the
+/// packages below it are the newest that it takes.
+fn installed_cncjs() -> Result<PathBuf> {
+    let dir = installed_dir().join("cncjs");
+    let finished = dir.join(CNCJS);
+    if finished.exists() {
+        return Ok(dir);
+    }
+    announce(&format!("{CNCJS} from npm into {}: some 230 MB", workspace::shown(&dir)));
+    fs::create_dir_all(&dir).with_context(|| format!("{} cannot be made", dir.display()))?;
+    // With a package of its own npm looks no further up.
+    fs::write(dir.join("package.json"), r#"{ "private": true }"#)?;
+    let quiet = ["install", "--no-audit", "--no-fund", "--ignore-scripts", "--loglevel=error"];
+    process::run(Command::new("npm").current_dir(&dir).args(quiet).arg(CNCJS)).context("npm is needed once")?;
+    fs::write(&finished, "").with_context(|| format!("cannot write {}", finished.display()))?;
+    Ok(dir)
+}
+
+/// A stage of `cargo xtask test`: grbl-streamer homes the simulated machine and streams the parking program.
+pub fn grbl_streamer() -> Result<()> {
+    let python = installed_python()?;
+    let result = installed_dir().join("stream.json");
+    let tally = parks_the_car(|port| {
+        let mut script = Command::new(&python);
+        script.arg(dir().join("stream.py")).arg(port).args(job()).arg(&result);
+        script
+    })?;
+    let sent: serde_json::Value = serde_json::from_slice(&fs::read(&result)?)?;
+    let (sent, taken) = (sent["bytes_sent"].as_u64(), tally.bytes_in);
+    ensure!(sent == Some(taken), "the sender sent {sent:?} bytes and the machine took {taken}");
+    Ok(())
+}
+
+/// The same with cncjs, by the ways of its web page.
+pub fn cncjs() -> Result<()> {
+    let installed = installed_cncjs()?;
+    parks_the_car(|port| {
+        let mut script = Command::new("node");
+        script.arg(dir().join("cncjs.mjs")).arg(&installed).arg(port).args(job());
+        script
+    })?;
+    Ok(())
+}
+
+/// The parking program, and where it ends.
+fn job() -> [OsString; 2] {
+    let program = workspace::root().join("programs").join("parking.nc");
+    [program.into(), PARKING_END_MM.map(|mm| mm.to_string()).join(",").into()]
+}
+
+/// Runs the script that `command` makes for a port, on the simulated machine; what went over it. Every line has its answer,
+/// no byte is lost, and the machine stands where the program ends.
+fn parks_the_car(command: impl FnOnce(&Path) -> Command) -> Result<Tally> {
+    let (tally, closing) = pty::while_running(SPEED, |port| process::run_within(&mut command(port), PATIENCE))?;
+    let flight = &tally.flight;
+    println!("the machine saw at most {} bytes in flight, {} times beyond 128", flight.most, flight.times_over);
+    ensure!(tally.dropped_bytes == 0, "{} bytes of the machine's were not taken", tally.dropped_bytes);
+    let (lines, answered) = (flight.lines, flight.answered);
+    ensure!(lines == answered, "the machine answered {answered} of {lines} lines");
+    ensure!(closing.position_mm == PARKING_END_MM, "the machine stands at {:?} mm", closing.position_mm);
+    ensure!(closing.steps_lost == Some(0), "steps lost by the motors: {:?}", closing.steps_lost);
+    Ok(tally)
+}

@@ -1,0 +1,51 @@
+//! Lines from a file or a program instead of a person.
+
+use std::io::{BufRead, Write};
+use std::thread;
+
+use anyhow::{Result, bail};
+
+use super::meaning::explained;
+use super::session::{Event, Session};
+use super::talk::{self, Typist};
+
+/// Sends the lines of `input`, each when the one before it is answered, and writes what the machine says; ends when the
+/// machine is at rest.
+///
+/// # Errors
+/// When a line was refused, and when an alarm came.
+pub fn run(session: &mut Session, input: impl BufRead + Send + 'static, out: &mut impl Write) -> Result<()> {
+    let typist = session.typist();
+    // A thread, because the machine goes on talking while the input makes us wait.
+    thread::spawn(move || {
+        for line in input.split(b'\n') {
+            let Ok(line) = line else { break };
+            let line = line.strip_suffix(b"\r").unwrap_or(&line);
+            let _ = typist.send(Event::Typed(String::from_utf8_lossy(line).into_owned()));
+        }
+        let _ = typist.send(Event::Quit);
+    });
+    let mut unsent = 0;
+    talk::run(
+        session,
+        Typist::Pipe,
+        |line| {
+            unsent += u32::from(line.starts_with(talk::NOT_SENT));
+            Ok(writeln!(out, "{line}")?)
+        },
+        |_| Ok(()),
+    )?;
+    let report = session.ask_rest()?;
+    while !session.is_at_rest(report) {
+        if let Some(Event::Heard(line)) = session.next()? {
+            writeln!(out, "{}", explained(&line))?;
+        }
+    }
+    let refused = session.flight().refused;
+    match (session.is_alarmed(), refused, unsent) {
+        (true, ..) => bail!("an alarm came"),
+        (false, 0, 0) => Ok(()),
+        (false, refused, 0) => bail!("lines refused: {refused} of {}", session.flight().answered),
+        (false, _, unsent) => bail!("lines not fit to be sent: {unsent}"),
+    }
+}

@@ -1,0 +1,253 @@
+//! One conversation: bytes out as the machine has room for them, lines in, and its status asked for all the time.
+
+use std::io::ErrorKind;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
+
+use anyhow::{Context, Result, bail};
+use isostep_sim::link::Lines;
+use serialport::SerialPort;
+
+use super::port;
+use super::status::Status;
+use crate::flight::Flight;
+use crate::stopwatch::Stopwatch;
+
+const POLL_S: f64 = 0.2;
+/// A machine that answers no `?` for this long is gone; homing and dwells do not keep it from answering.
+const SILENCE_S: f64 = 5.0;
+/// An Arduino restarts when its port is opened, and takes two seconds.
+const GREETING_S: f64 = 4.0;
+/// The welcome, and what comes with it, come this soon after the first sign of life, if they come.
+const WELCOME_S: f64 = 0.15;
+/// Answers that are under way when an alarm comes take no longer.
+const LAST_WORDS_S: f64 = 1.0;
+const TICK: Duration = Duration::from_millis(20);
+pub const RESET: u8 = 0x18;
+
+/// What happens in a session.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Event {
+    /// The machine said a line.
+    Heard(String),
+    /// The port failed.
+    Gone(String),
+    /// Somebody typed a line.
+    Typed(String),
+    /// Somebody typed a byte that acts at once.
+    AtOnce(u8),
+    /// Somebody has had enough.
+    Quit,
+}
+
+/// The sender's end.
+pub struct Session {
+    port: Box<dyn SerialPort>,
+    events: Receiver<Event>,
+    typist: Sender<Event>,
+    flight: Flight,
+    status: Option<Status>,
+    polled: Stopwatch,
+    heard: Stopwatch,
+    /// Reports that somebody asked for, besides ours.
+    asked: u32,
+    /// Reports that came.
+    reports: u64,
+    alarm: Option<Stopwatch>,
+    _reader: Reader,
+}
+
+impl Session {
+    /// Opens the port.
+    pub fn open(name: &str, baud: u32) -> Result<Self> {
+        let port = port::open(name, baud)?;
+        let reader = port.try_clone().with_context(|| format!("{name} cannot be read and written at once"))?;
+        let (typist, events) = mpsc::channel();
+        let heard = typist.clone();
+        Ok(Self {
+            port,
+            events,
+            typist,
+            flight: Flight::default(),
+            status: None,
+            polled: Stopwatch::start(),
+            heard: Stopwatch::start(),
+            asked: 0,
+            reports: 0,
+            alarm: None,
+            _reader: Reader::start(reader, heard),
+        })
+    }
+
+    /// Waits for a sign of life, the welcome or a status report, and for what comes with it: the lines to be shown.
+    pub fn greet(&mut self) -> Result<Vec<String>> {
+        let waited = Stopwatch::start();
+        let mut alive: Option<Stopwatch> = None;
+        let mut lines = Vec::new();
+        self.write(b"?")?;
+        while alive.as_ref().is_none_or(|since| since.elapsed_s() < WELCOME_S) {
+            if waited.elapsed_s() > GREETING_S {
+                bail!("nothing answers on this port: does it speak Grbl's dialect, at this --baud?");
+            }
+            if let Some(Event::Heard(line)) = self.next()? {
+                lines.push(line);
+            }
+            if self.status.is_some() || lines.iter().any(|line| line.starts_with("Grbl")) {
+                alive.get_or_insert_with(Stopwatch::start);
+            }
+        }
+        // An alarm told now is an old one.
+        self.alarm = None;
+        Ok(lines)
+    }
+
+    /// For those who type, in a thread of their own.
+    pub fn typist(&self) -> Sender<Event> {
+        self.typist.clone()
+    }
+
+    /// The last report.
+    pub fn status(&self) -> Option<&Status> {
+        self.status.as_ref()
+    }
+
+    /// What was sent and answered.
+    pub fn flight(&self) -> &Flight {
+        &self.flight
+    }
+
+    /// Whether an alarm came.
+    pub fn is_alarmed(&self) -> bool {
+        self.alarm.is_some()
+    }
+
+    /// Whether an alarm came and what was sent before will not be answered any more: some controllers fall silent then.
+    pub fn is_cut_off(&self) -> bool {
+        self.alarm.as_ref().is_some_and(|since| since.elapsed_s() > LAST_WORDS_S)
+    }
+
+    /// Whether all that was asked is answered.
+    pub fn is_answered(&self) -> bool {
+        self.flight.in_flight() == 0 && self.asked == 0
+    }
+
+    /// Whether a line may go now.
+    pub fn has_room(&self, line: &[u8]) -> bool {
+        self.flight.has_room(line.len() + 1)
+    }
+
+    /// Sends a line, its end added.
+    pub fn send_line(&mut self, line: &[u8]) -> Result<()> {
+        self.write(&[line, b"\n"].concat())
+    }
+
+    /// Sends a byte that acts at once.
+    pub fn send_at_once(&mut self, byte: u8) -> Result<()> {
+        if byte == b'?' {
+            self.asked += 1;
+        }
+        self.write(&[byte])
+    }
+
+    /// The next event within a short while. Asks for the status meanwhile; reports that nobody else asked for are kept back.
+    pub fn next(&mut self) -> Result<Option<Event>> {
+        if self.polled.elapsed_s() >= POLL_S {
+            self.polled = Stopwatch::start();
+            self.write(b"?")?;
+        }
+        let event = match self.events.recv_timeout(TICK) {
+            Ok(event) => event,
+            Err(RecvTimeoutError::Timeout) => return self.silence(),
+            Err(RecvTimeoutError::Disconnected) => unreachable!("we hold a sender"),
+        };
+        match event {
+            Event::Heard(line) => Ok(self.hear(line)),
+            Event::Gone(why) => bail!("the port is gone: {why}"),
+            event => Ok(Some(event)),
+        }
+    }
+
+    /// Asks whether all that was sent is carried out: the number of the report that tells it.
+    pub fn ask_rest(&mut self) -> Result<u64> {
+        self.write(b"?")?;
+        // One that is under way may be older than the last line.
+        Ok(self.reports + 2)
+    }
+
+    /// Whether that report has come, and the machine is at rest.
+    pub fn is_at_rest(&self, report: u64) -> bool {
+        self.reports >= report && !self.status.as_ref().is_some_and(Status::is_moving)
+    }
+
+    fn silence(&self) -> Result<Option<Event>> {
+        if self.heard.elapsed_s() > SILENCE_S {
+            bail!("the machine has not answered for {SILENCE_S} s: is it still there?");
+        }
+        Ok(None)
+    }
+
+    fn hear(&mut self, line: String) -> Option<Event> {
+        self.heard = Stopwatch::start();
+        self.flight.heard(&line);
+        if line.starts_with("ALARM:") {
+            self.alarm.get_or_insert_with(Stopwatch::start);
+        }
+        if let Some(status) = Status::read(&line) {
+            self.status = Some(status);
+            self.reports += 1;
+            if self.asked == 0 {
+                return None;
+            }
+            self.asked -= 1;
+        }
+        Some(Event::Heard(line))
+    }
+
+    fn write(&mut self, bytes: &[u8]) -> Result<()> {
+        self.flight.sent(bytes);
+        self.port.write_all(bytes).context("the port does not take what is sent")
+    }
+}
+
+/// The thread that reads the port. The port is free again when this is dropped.
+struct Reader {
+    is_over: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Reader {
+    fn start(port: Box<dyn SerialPort>, events: Sender<Event>) -> Self {
+        let is_over = Arc::new(AtomicBool::new(false));
+        let told = is_over.clone();
+        Self { is_over, thread: Some(thread::spawn(move || read(port, &events, &told))) }
+    }
+}
+
+impl Drop for Reader {
+    fn drop(&mut self) {
+        self.is_over.store(true, Ordering::Relaxed);
+        // One that has panicked has said so.
+        let _ = self.thread.take().map(JoinHandle::join);
+    }
+}
+
+/// Tells what comes from the port, until it fails or is to end.
+fn read(mut port: Box<dyn SerialPort>, events: &Sender<Event>, is_over: &AtomicBool) {
+    let mut lines = Lines::default();
+    let mut bytes = [0; 256];
+    // Nobody is left to be told when a message cannot be sent: then it is over at once.
+    while !is_over.load(Ordering::Relaxed) {
+        let heard = match port.read(&mut bytes) {
+            Ok(0) => return drop(events.send(Event::Gone("it was closed at the other end".to_owned()))),
+            Ok(count) => lines.push(&bytes[..count]),
+            Err(error) if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted) => Vec::new(),
+            Err(error) => return drop(events.send(Event::Gone(error.to_string()))),
+        };
+        for line in heard {
+            let _ = events.send(Event::Heard(line));
+        }
+    }
+}

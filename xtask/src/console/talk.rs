@@ -1,0 +1,120 @@
+//! Lines that somebody types, or pipes in: sent in turn, all that the machine says shown.
+
+use std::collections::VecDeque;
+
+use anyhow::{Result, bail};
+use isostep_sim::program::{self, ProgramError};
+
+use super::meaning::explained;
+use super::session::{Event, Session};
+
+/// How a line begins that tells why one of the typist's does not go.
+pub const NOT_SENT: &str = "not sent";
+
+/// Who is at the other end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Typist {
+    /// A person: lines go as the machine has room, and quitting ends it at once.
+    Person,
+    /// A file or a program: a line is answered before the next one goes, and quitting ends it when all is answered.
+    Pipe,
+}
+
+/// Talks until the typist quits. `show` gets every line to be shown, `tick` is called now and then.
+///
+/// # Errors
+/// Those of the port, and of `show`.
+pub fn run(
+    session: &mut Session,
+    typist: Typist,
+    mut show: impl FnMut(&str) -> Result<()>,
+    mut tick: impl FnMut(&Session) -> Result<()>,
+) -> Result<()> {
+    let mut waiting = VecDeque::new();
+    let mut has_quit = false;
+    loop {
+        send(session, typist, &mut waiting, &mut show)?;
+        if has_quit && (typist == Typist::Person || waiting.is_empty() && session.is_answered()) {
+            return Ok(());
+        }
+        if typist == Typist::Pipe && session.is_cut_off() && !session.is_answered() {
+            bail!("after the alarm the machine leaves {} bytes unanswered", session.flight().in_flight());
+        }
+        match session.next()? {
+            Some(Event::Heard(line)) => show(&explained(&line))?,
+            Some(Event::Typed(line)) => waiting.push_back(line),
+            Some(Event::AtOnce(byte)) => session.send_at_once(byte)?,
+            Some(Event::Quit) => has_quit = true,
+            Some(Event::Gone(_)) | None => {}
+        }
+        tick(session)?;
+    }
+}
+
+/// Sends of `waiting` what may go now.
+fn send(
+    session: &mut Session,
+    typist: Typist,
+    waiting: &mut VecDeque<String>,
+    show: &mut impl FnMut(&str) -> Result<()>,
+) -> Result<()> {
+    while let Some(line) = waiting.front() {
+        if let Some(byte) = at_once(line) {
+            // In its turn for a pipe, whose lines before it are to be answered first.
+            if typist == Typist::Pipe && !session.is_answered() {
+                return Ok(());
+            }
+            session.send_at_once(byte)?;
+        } else {
+            match cleaned(line) {
+                Err(error) => show(&format!("{NOT_SENT}: {error}"))?,
+                Ok(bytes) if may_go(session, typist, &bytes) => session.send_line(&bytes)?,
+                Ok(_) => return Ok(()),
+            }
+        }
+        waiting.pop_front();
+    }
+    Ok(())
+}
+
+fn may_go(session: &Session, typist: Typist, bytes: &[u8]) -> bool {
+    match typist {
+        Typist::Person => session.has_room(bytes),
+        Typist::Pipe => session.is_answered(),
+    }
+}
+
+/// The byte that a line of nothing else is, if it acts at once.
+pub fn at_once(line: &str) -> Option<u8> {
+    match line.trim_matches(' ').as_bytes() {
+        &[byte @ (b'?' | b'!' | b'~' | super::session::RESET)] => Some(byte),
+        _ => None,
+    }
+}
+
+/// A line as it may be sent: nothing in it acts at once.
+fn cleaned(line: &str) -> Result<Vec<u8>, String> {
+    match program::lines(line.as_bytes()) {
+        Ok(lines) => Ok(lines.concat()),
+        Err(ProgramError::Empty) => Ok(Vec::new()),
+        Err(ProgramError::Binary { byte, .. }) => Err(format!("byte 0x{byte:02x} is not text: use plain ASCII")),
+        Err(ProgramError::RealTime { byte, .. }) => {
+            Err(format!("'{0}' acts at once wherever it stands: send {0} alone on a line", char::from(byte)))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_lone_real_time_byte_acts_at_once_and_none_hides_in_a_line() {
+        assert_eq!((at_once("?"), at_once(" ! "), at_once("\x18")), (Some(b'?'), Some(b'!'), Some(0x18)));
+        assert_eq!((at_once("??"), at_once(""), at_once("$")), (None, None, None));
+        assert_eq!(cleaned("G0 X1 (really?)"), Ok(b"G0 X1 (really )".to_vec()));
+        assert_eq!(cleaned("  "), Ok(vec![]));
+        assert!(cleaned("G0 X1 !").unwrap_err().contains("'!' acts at once"));
+        assert!(cleaned("G0 X1 µ").unwrap_err().contains("0xc2"));
+    }
+}

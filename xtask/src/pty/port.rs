@@ -1,0 +1,214 @@
+//! The pseudo-terminal: a serial port without a wire.
+//!
+//! # Design
+//! A sender opens the far end, the slave, by its path. This process keeps that end open too: otherwise the port would
+//! end with its first client. A fresh pseudo-terminal echoes and waits for whole lines, so it is made raw, and again
+//! whenever a client has left. Nothing here waits: what a client does not take within [`PATIENCE_S`] is dropped, as the
+//! firmware does with a USB host that has ceased to read.
+
+use std::collections::VecDeque;
+use std::ffi::OsStr;
+use std::fs::{self, File, OpenOptions};
+use std::io::{ErrorKind, Read, Write};
+use std::os::fd::AsFd;
+use std::os::unix::ffi::OsStrExt;
+use std::os::unix::fs::{OpenOptionsExt, symlink};
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, ensure};
+use rustix::fs::OFlags;
+use rustix::pty::{self, OpenptFlags};
+use rustix::termios::{self, OptionalActions, QueueSelector};
+
+use super::presence::{Change, Presence};
+use crate::stopwatch::Stopwatch;
+
+/// The firmware's, for a USB host.
+const PATIENCE_S: f64 = 0.2;
+const CHUNK_BYTES: usize = 4096;
+
+/// The near end of a pseudo-terminal whose far end is for senders.
+pub struct Pty {
+    master: File,
+    slave: File,
+    path: PathBuf,
+    presence: Presence,
+    /// What the client has not taken yet.
+    pending: VecDeque<u8>,
+    /// Since when it takes nothing.
+    blocked: Option<Stopwatch>,
+    /// Something was dropped since it took the last byte.
+    stalled: bool,
+    dropped_bytes: u64,
+    _link: Option<Link>,
+}
+
+impl Pty {
+    /// A raw one, and a symbolic link to it if that is wanted.
+    pub fn open(link: Option<&Path>) -> Result<Self> {
+        let master = pty::openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY)
+            .context("the system gives no pseudo-terminal: are all in use?")?;
+        pty::grantpt(&master)?;
+        pty::unlockpt(&master)?;
+        rustix::io::ioctl_fionbio(&master, true)?;
+        let path = PathBuf::from(OsStr::from_bytes(pty::ptsname(&master, Vec::new())?.as_bytes()));
+        let flags = (OFlags::NOCTTY | OFlags::NONBLOCK).bits() as i32;
+        let slave = OpenOptions::new().read(true).write(true).custom_flags(flags).open(&path);
+        let slave = slave.with_context(|| format!("{} cannot be opened", path.display()))?;
+        make_raw(&slave)?;
+        Ok(Self {
+            master: master.into(),
+            slave,
+            presence: Presence::watch(&path)?,
+            _link: link.map(|link| Link::new(link, &path)).transpose()?,
+            path,
+            pending: VecDeque::new(),
+            blocked: None,
+            stalled: false,
+            dropped_bytes: 0,
+        })
+    }
+
+    /// Where senders find it.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Whether a client is there.
+    pub fn is_open(&self) -> bool {
+        self.presence.is_open()
+    }
+
+    /// Bytes that the client did not take in time.
+    pub fn dropped_bytes(&self) -> u64 {
+        self.dropped_bytes
+    }
+
+    /// Who came and left since the last look. The first to come finds nothing stale.
+    pub fn look(&mut self) -> Result<Change> {
+        let change = self.presence.look()?;
+        if change.came || change.left {
+            self.pending.clear();
+            (self.blocked, self.stalled) = (None, false);
+        }
+        if change.came {
+            termios::tcflush(&self.slave, QueueSelector::IFlush)?;
+        }
+        if !self.presence.is_open() {
+            if change.left {
+                // A client that was killed leaves its lock and its modes behind.
+                termios::ioctl_tiocnxcl(&self.slave)?;
+                make_raw(&self.slave)?;
+            }
+            self.drain();
+        }
+        Ok(change)
+    }
+
+    /// Throws away what the last client has not read, as the kernel hands it on bit by bit.
+    fn drain(&mut self) {
+        while self.slave.read(&mut [0; CHUNK_BYTES]).is_ok_and(|count| count > 0) {}
+    }
+
+    /// What clients have sent.
+    pub fn read(&mut self) -> Result<Vec<u8>> {
+        let mut bytes = vec![0; CHUNK_BYTES];
+        match self.master.read(&mut bytes) {
+            Ok(count) => bytes.truncate(count),
+            Err(error) if is_not_ready(&error) => bytes.clear(),
+            Err(error) => return Err(error).context("the pseudo-terminal cannot be read"),
+        }
+        Ok(bytes)
+    }
+
+    /// Gives the client `bytes` after those that it has not taken yet.
+    pub fn write(&mut self, bytes: &[u8]) -> Result<()> {
+        if !self.presence.is_open() {
+            return Ok(());
+        }
+        if self.stalled && !bytes.is_empty() {
+            // One that reads again has half a line: end it, so that the next one is whole.
+            self.stalled = !self.take(b"\r\n")?;
+        }
+        if self.stalled {
+            self.dropped_bytes += bytes.len() as u64;
+            return Ok(());
+        }
+        self.pending.extend(bytes);
+        self.pump()
+    }
+
+    fn pump(&mut self) -> Result<()> {
+        while !self.pending.is_empty() {
+            match self.master.write(self.pending.make_contiguous()) {
+                Ok(count) => {
+                    self.pending.drain(..count);
+                    self.blocked = None;
+                }
+                Err(error) if is_not_ready(&error) => {
+                    self.drop_what_is_late();
+                    break;
+                }
+                Err(error) => return Err(error).context("the pseudo-terminal cannot be written"),
+            }
+        }
+        Ok(())
+    }
+
+    fn drop_what_is_late(&mut self) {
+        if self.blocked.get_or_insert_with(Stopwatch::start).elapsed_s() >= PATIENCE_S {
+            self.dropped_bytes += self.pending.len() as u64;
+            self.pending.clear();
+            (self.blocked, self.stalled) = (None, true);
+        }
+    }
+
+    /// Whether the client takes all of it at once.
+    fn take(&mut self, bytes: &[u8]) -> Result<bool> {
+        match self.master.write(bytes) {
+            Ok(count) => Ok(count == bytes.len()),
+            Err(error) if is_not_ready(&error) => Ok(false),
+            Err(error) => Err(error).context("the pseudo-terminal cannot be written"),
+        }
+    }
+}
+
+fn is_not_ready(error: &std::io::Error) -> bool {
+    matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted)
+}
+
+fn make_raw(terminal: impl AsFd) -> Result<()> {
+    let mut modes = termios::tcgetattr(&terminal)?;
+    modes.make_raw();
+    termios::tcsetattr(&terminal, OptionalActions::Now, &modes).context("the pseudo-terminal cannot be made raw")
+}
+
+/// A symbolic link of a fixed name, for as long as this lives.
+struct Link {
+    link: PathBuf,
+    path: PathBuf,
+}
+
+impl Link {
+    fn new(link: &Path, path: &Path) -> Result<Self> {
+        if let Ok(there) = fs::symlink_metadata(link) {
+            ensure!(
+                there.file_type().is_symlink(),
+                "{} is there already and is no symbolic link: choose another --link",
+                link.display()
+            );
+            // One that a killed run has left.
+            fs::remove_file(link).with_context(|| format!("{} cannot be replaced", link.display()))?;
+        }
+        symlink(path, link).with_context(|| format!("{} cannot be made", link.display()))?;
+        Ok(Self { link: link.to_owned(), path: path.to_owned() })
+    }
+}
+
+impl Drop for Link {
+    fn drop(&mut self) {
+        if fs::read_link(&self.link).is_ok_and(|path| path == self.path) {
+            let _ = fs::remove_file(&self.link);
+        }
+    }
+}
