@@ -129,6 +129,8 @@ pub enum Event {
     MoveEnd {
         /// How.
         finish: Finish,
+        /// If it was held, where on its path, steps of the longest axis from the beginning of the whole move.
+        held_at_steps: f64,
         /// Where each axis stands.
         position_steps: [i32; AXES],
     },

@@ -1,11 +1,12 @@
-//! Feeds one axis's port with the steps of a part of a move, as far ahead as is of use.
+//! Feeds one axis's port with the steps of a run, as far ahead as is of use.
 //!
 //! # Design
 //! What a port has been given is made, come what may. So that a hold, or another speed, takes effect soon, a port is
-//! given no more than [`AHEAD`] of motion, in pieces of [`PIECE`] at most: long segments are split, and a long wait for a
-//! step is told as rests. That is far more than compiling ever lags behind.
+//! given [`AHEAD`] of motion and little more, in pieces of [`PIECE`] at most: long segments are split, and a long wait for
+//! a step is told as rests. That is far more than compiling ever lags behind.
 
 use core::future::poll_fn;
+use core::slice;
 
 use embassy_futures::yield_now;
 use embassy_time::{Duration, Instant, Timer};
@@ -16,9 +17,31 @@ use crate::machine::Machine;
 use crate::port::Feed;
 
 /// How much motion a port is given ahead of time, at least.
-pub(crate) const AHEAD: Duration = Duration::from_millis(40);
-/// A piece of motion lasts no longer, unless it is a single step.
-const PIECE: Duration = Duration::from_millis(10);
+const AHEAD: Duration = Duration::from_millis(30);
+/// A piece of motion lasts no longer, unless it is a single step. So often it is looked whether there is enough.
+const PIECE: Duration = Duration::from_millis(15);
+
+/// A part of a move, and how far on the path it is made.
+#[derive(Clone, Copy)]
+pub(crate) struct Leg {
+    pub part: SyncMove<AXES>,
+    /// Steps of the longest axis from the beginning of the whole move.
+    pub until_steps: f64,
+    /// When that is, s from the start of the run.
+    pub until_s: f64,
+}
+
+impl Leg {
+    /// The whole part.
+    pub fn new(part: SyncMove<AXES>) -> Self {
+        Self { part, until_steps: part.end_steps(), until_s: part.end_s() }
+    }
+
+    /// The last step of the axis in it, or before it.
+    pub fn last_step(&self, axis: Axis) -> u32 {
+        self.part.steps_before(axis as usize, self.until_steps)
+    }
+}
 
 /// How far an axis's port has been fed in a run.
 #[derive(Clone, Copy, Debug)]
@@ -29,39 +52,36 @@ pub(crate) struct Fed {
     pub until_ticks: u64,
 }
 
-/// Feeds one axis with its steps of one part of a move.
+/// Feeds one axis with its steps of all legs of a run.
 pub(crate) struct Feeder<'a> {
     machine: &'a Machine,
     axis: Axis,
     tick_hz: u32,
-    segments: Segments<'a>,
+    legs: slice::Iter<'a, Leg>,
+    /// Of the leg under way; the last step to give, and what is compiled of it.
+    end: u32,
+    segments: Option<Segments<'a>>,
     /// Compiled and not given yet.
     hand: Option<Segment>,
     fed: Fed,
-    /// The last step to give.
-    end: u32,
-    /// While others go on the port rests up to this, or a little before, ticks.
-    rest_until_ticks: u64,
-    /// The last step of the whole move: with it the port's run ends.
-    last: u32,
+    /// What to give after the last leg.
+    ending: Option<Feed>,
 }
 
 impl<'a> Feeder<'a> {
-    /// `fed` is how far the axis has come.
-    pub fn new(machine: &'a Machine, axis: Axis, part: &'a SyncMove<AXES>, fed: Fed) -> Self {
-        let (index, tick_hz) = (axis as usize, machine.tick_hz(axis));
-        let (segments, last) = (part.segments(index, tick_hz), part.steps[index].unsigned_abs());
-        Self { machine, axis, tick_hz, segments, hand: None, fed, end: last, rest_until_ticks: 0, last }
+    /// `fed` is how far the axis has come; `ending` is what it is given after all legs.
+    pub fn new(machine: &'a Machine, axis: Axis, legs: &'a [Leg], fed: Fed, ending: Option<Feed>) -> Self {
+        let (tick_hz, legs) = (machine.tick_hz(axis), legs.iter());
+        Self { machine, axis, tick_hz, legs, end: 0, segments: None, hand: None, fed, ending }
     }
 
     pub fn fed(&self) -> Fed {
         self.fed
     }
 
-    /// Ends with the step `end`, if that is not behind it, and rests until `until_s` from the start of the run.
-    pub fn end_with(&mut self, end: u32, until_s: f64) {
-        self.end = end.max(self.fed.steps);
-        self.rest_until_ticks = (until_s * f64::from(self.tick_hz)) as u64;
+    /// Until when its port has been fed, from the start of the run, us.
+    pub fn fed_until_us(&self) -> u64 {
+        self.fed.until_ticks * 1_000_000 / u64::from(self.tick_hz)
     }
 
     /// Compiles and gives as much as the queue takes, until the port is fed for `time`. Before the run starts.
@@ -74,15 +94,19 @@ impl<'a> Feeder<'a> {
         }
     }
 
-    /// Gives all there is to give of a run that began at `start`, each piece in its time. One a poll: the axes take turns, and so do the other tasks of
-    /// this priority.
+    /// Gives all there is to give of a run that began at `start`, each piece in its time. One a poll: the axes take turns,
+    /// and so do the other tasks of this priority.
     ///
     /// # Cancellation
     /// Safe: what has not been given is still to be given.
     pub async fn feed(&mut self, start: Instant) {
-        while self.has_more() {
+        loop {
             let fed_until = start + Duration::from_micros(self.fed_until_us());
-            Timer::at(fed_until.checked_sub(AHEAD).unwrap_or(Instant::MIN)).await;
+            if fed_until > Instant::now() + AHEAD + PIECE {
+                // Not at an instant reckoned from a step's: it would be another step's, again and again.
+                Timer::after(PIECE).await;
+                continue;
+            }
             let queue = &self.machine.link(self.axis).segments;
             poll_fn(|context| queue.poll_ready_to_send(context)).await;
             let Some(feed) = self.next() else { return };
@@ -91,39 +115,13 @@ impl<'a> Feeder<'a> {
         }
     }
 
-    /// Until when its port has been fed, from the start of the run, us.
-    pub fn fed_until_us(&self) -> u64 {
-        self.fed.until_ticks * 1_000_000 / u64::from(self.tick_hz)
-    }
-
-    fn ticks(&self, time: Duration) -> u64 {
-        time.as_micros() * u64::from(self.tick_hz) / 1_000_000
-    }
-
-    fn has_more(&self) -> bool {
-        self.fed.steps < self.end || self.fed.steps < self.last && self.is_long_before(self.rest_until_ticks)
-    }
-
-    /// Whether the port has to rest before then.
-    fn is_long_before(&self, ticks: u64) -> bool {
-        ticks > self.fed.until_ticks + 2 * self.ticks(PIECE)
-    }
-
     /// What to give next, if there is any.
     fn next(&mut self) -> Option<Feed> {
-        if !self.has_more() {
-            return None;
-        }
+        let Some(segment) = self.next_segment() else { return self.ending.take() };
         let piece_ticks = self.ticks(PIECE);
-        let rest = Some(Feed::Rest { until_ticks: self.fed.until_ticks + piece_ticks });
-        let left = self.end - self.fed.steps;
-        if left == 0 {
-            return rest;
-        }
-        let segment = self.hand.take().or_else(|| self.segments.next())?;
-        if self.is_long_before(segment.first_ticks()) {
+        if segment.first_ticks() > self.fed.until_ticks + 2 * piece_ticks {
             self.hand = Some(segment);
-            return rest;
+            return Some(Feed::Rest { until_ticks: self.fed.until_ticks + piece_ticks });
         }
         let lasts_ticks = segment.last_ticks() - segment.first_ticks();
         let fitting = if lasts_ticks > piece_ticks {
@@ -132,15 +130,25 @@ impl<'a> Feeder<'a> {
         } else {
             segment.steps()
         };
-        let steps = fitting.min(left);
-        let piece = if steps < segment.steps() {
-            let (piece, others) = segment.split(steps);
-            self.hand = Some(others);
-            piece
-        } else {
-            segment
-        };
+        let steps = fitting.min(self.end - self.fed.steps);
+        if steps == segment.steps() {
+            return Some(Feed::Steps(segment));
+        }
+        let (piece, others) = segment.split(steps);
+        self.hand = Some(others);
         Some(Feed::Steps(piece))
+    }
+
+    /// The steps that follow those given, of the leg that they are in.
+    fn next_segment(&mut self) -> Option<Segment> {
+        while self.fed.steps >= self.end {
+            let leg = self.legs.next()?;
+            self.end = leg.last_step(self.axis);
+            self.hand = None;
+            self.segments = (self.fed.steps < self.end)
+                .then(|| leg.part.segments_from(self.axis as usize, self.fed.steps + 1, self.tick_hz));
+        }
+        self.hand.take().or_else(|| self.segments.as_mut()?.next())
     }
 
     /// There is room, and this task is the only sender.
@@ -154,5 +162,9 @@ impl<'a> Feeder<'a> {
             Feed::End => {}
         }
         let _ = self.machine.link(self.axis).segments.try_send(feed);
+    }
+
+    fn ticks(&self, time: Duration) -> u64 {
+        time.as_micros() * u64::from(self.tick_hz) / 1_000_000
     }
 }

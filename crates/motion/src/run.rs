@@ -10,9 +10,9 @@ use core::convert::Infallible;
 use core::pin::pin;
 
 use embassy_futures::join::join_array;
-use embassy_futures::select::{Either3, select3};
+use embassy_futures::select::{Either, select};
 use embassy_futures::yield_now;
-use embassy_time::{Duration, Instant};
+use embassy_time::{Duration, Instant, Timer};
 use embedded_hal::digital::OutputPin;
 use isostep_profile::replan::Parts;
 use isostep_profile::{Limits, PlanError, SyncMove};
@@ -21,8 +21,8 @@ use crate::axes::{AXES, Axis};
 use crate::config::Config;
 use crate::coordinator::{Coordinator, all_done, alongside};
 use crate::event::{Alarm, Event, Finish};
-use crate::feeder::{Fed, Feeder};
-use crate::machine::{Overrides, Underway};
+use crate::feeder::{Fed, Feeder, Leg};
+use crate::machine::{Machine, Overrides, Underway};
 use crate::port::{Direction, Feed, Run};
 
 /// From the start signal to instant zero of a move: the axis tasks wake, set DIR and wait out its set-up, and
@@ -36,8 +36,8 @@ const COMPILED_BEFORE_START: Duration = Duration::from_millis(20);
 /// From a wish to the instant from which on it holds, at least: time to plan and compile in.
 const CHANGE_LEAD: Duration = Duration::from_millis(20);
 
-/// Legs that a run may still have to go through: the one under way, and two changes' worth.
-const PARTS: usize = 7;
+/// Legs that a run may still have to go through: those that an axis has not been fed with, and a change's.
+const LEGS: usize = 8;
 
 /// What a move is for: that decides what changes it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -61,25 +61,20 @@ struct Terms {
     overrides: Overrides,
 }
 
-/// A part of a move, and how far on the path it is made.
-#[derive(Clone, Copy)]
-struct Leg {
-    part: SyncMove<AXES>,
-    /// Steps of the longest axis from the beginning of the whole move.
+/// The legs of a run, in order, from the first that an axis has still to be fed with.
+type Legs = heapless::Vec<Leg, LEGS>;
+
+/// How a run goes on otherwise.
+struct Change {
+    /// The leg that is cut.
+    index: usize,
+    /// Where, and when.
     until_steps: f64,
-    /// When that is, s from the start of the run.
     until_s: f64,
+    /// What it goes on by.
+    parts: Parts<AXES>,
+    is_braking: bool,
 }
-
-impl Leg {
-    /// The whole part.
-    fn new(part: SyncMove<AXES>) -> Self {
-        Self { part, until_steps: part.end_steps(), until_s: part.end_s() }
-    }
-}
-
-/// The legs of a run, in order; the first is under way.
-type Legs = heapless::Deque<Leg, PARTS>;
 
 impl<E, F> Coordinator<'_, E, F>
 where
@@ -127,16 +122,20 @@ where
         let machine = self.machine;
         let origin_steps = machine.position_steps();
         let numbers = Axis::ALL.map(|axis| plan.step_numbers(axis as usize));
-        let moving = numbers.clone().map(|numbers| !numbers.is_empty());
-        let ends = numbers.clone().map(|numbers| numbers.end - 1);
+        let counts = numbers.clone().map(|numbers| numbers.end - numbers.start);
+        let moving = counts.map(|count| count > 0);
         let mut fed = numbers.map(|numbers| Fed { steps: numbers.start - 1, until_ticks: 0 });
         let mut legs = Legs::new();
-        let _ = legs.push_back(Leg::new(plan));
-        let (mut started, mut is_braking) = (None, false);
+        let _ = legs.push(Leg::new(plan));
+        let (mut started, mut is_braking, mut end_steps) = (None, false, plan.end_steps());
         let mut done = pin!(all_done(machine, moving));
-        let mut end_steps = plan.end_steps();
-        while let Some(&leg) = legs.front() {
-            let mut feeders = Axis::ALL.map(|axis| Feeder::new(machine, axis, &leg.part, fed[axis as usize]));
+        loop {
+            let mut feeders = Axis::ALL.map(|axis| {
+                let has_all = fed[axis as usize].steps == plan.steps[axis as usize].unsigned_abs();
+                // No axis is told that has had all its steps: it may have ended.
+                let ending = (is_braking && moving[axis as usize] && !has_all).then_some(Feed::End);
+                Feeder::new(machine, axis, &legs, fed[axis as usize], ending)
+            });
             let start = match started {
                 Some(start) => start,
                 None => {
@@ -147,97 +146,94 @@ where
                     }
                     if machine.cause().is_some() {
                         // Stopped before it started. A stop after this check finds its halt signal standing.
-                        return (self.end_move(Finish::Stopped), 0.0);
+                        return (self.end_move(Finish::Stopped, 0.0), 0.0);
                     }
                     let start = Instant::now() + LEAD;
                     self.tell(Event::Move { start, plan, origin_steps });
-                    self.start_axes(&plan, start);
+                    self.start_axes(&plan, counts, start);
                     *started.insert(start)
                 }
             };
-            machine.set_underway(Some(Underway { start, part: leg.part, mm_per_step: terms.mm_per_step }));
-            loop {
-                limit(&mut feeders, legs.front().unwrap_or(&leg));
+            let change = loop {
                 let [x, y, z] = &mut feeders;
                 let feeding = join_array([x, y, z].map(|feeder| feeder.feed(start)));
-                match select3(done.as_mut(), feeding, machine.wait_asked()).await {
-                    Either3::First(finish) => return (self.end_move(finish), end_steps),
-                    Either3::Second(_) => break,
-                    Either3::Third(()) if terms.purpose != Purpose::Homing && !is_braking => {
-                        is_braking = self.change(terms, &mut legs, at_s(start, &feeders));
+                let following = follow(machine, &legs, start, terms.mm_per_step);
+                let asked = alongside(alongside(machine.wait_asked(), feeding), following);
+                if let Either::First(finish) = select(done.as_mut(), asked).await {
+                    let finish = if is_braking && finish == Finish::Done { Finish::Held } else { finish };
+                    return (self.end_move(finish, end_steps), end_steps);
+                }
+                if terms.purpose != Purpose::Homing && !is_braking {
+                    if let Some(change) = self.change(terms, &legs, at_s(start, &feeders)) {
+                        break change;
                     }
-                    Either3::Third(()) => {}
                 }
-            }
+            };
             fed = feeders.map(|feeder| feeder.fed());
-            legs.pop_front();
-            end_steps = leg.until_steps;
+            is_braking = change.is_braking;
+            end_steps = self.apply(&mut legs, change, &fed);
         }
-        let ending = async {
-            for axis in Axis::ALL {
-                // No axis is told that has had all its steps: it may have ended.
-                if is_braking && moving[axis as usize] && fed[axis as usize].steps < ends[axis as usize] {
-                    machine.link(axis).segments.send(Feed::End).await;
-                }
-            }
-        };
-        let finish = match alongside(done, ending).await {
-            Finish::Done if is_braking => Finish::Held,
-            finish => finish,
-        };
-        (self.end_move(finish), end_steps)
     }
 
-    /// Has the legs go on otherwise from `at_s` on, if that is asked for and they do not brake by then anyway; whether they
-    /// brake now.
-    fn change(&mut self, terms: &mut Terms, legs: &mut Legs, at_s: f64) -> bool {
-        let (is_to_brake, overrides) = (self.machine.is_to_brake(), self.overrides(terms.purpose));
-        if !is_to_brake && overrides == terms.overrides {
-            return false;
+    /// How the legs go on otherwise from `at_s` on, if that is asked for and they do not brake by then anyway.
+    fn change(&mut self, terms: &mut Terms, legs: &[Leg], mut at_s: f64) -> Option<Change> {
+        let (is_braking, overrides) = (self.machine.is_to_brake(), self.overrides(terms.purpose));
+        if !is_braking && overrides == terms.overrides {
+            return None;
         }
         terms.overrides = overrides;
-        let Some(index) = legs.iter().position(|leg| leg.part.end_s() > at_s) else { return false };
-        let Some(leg) = legs.iter().nth(index).copied() else { return false };
         let speed_law = terms.config.speed_law;
-        let changed = if is_to_brake {
-            // By its own limits: a rapid override is no reason to brake less.
-            leg.part.held(at_s, &terms.config.limits, speed_law).map_err(|_| Alarm::Unplannable)
-        } else {
-            terms.plan(|limits, speed| leg.part.respeeded(at_s, limits, speed_law, speed))
-        };
-        // What cannot be planned otherwise goes on as it is.
-        let Ok(Some(parts)) = changed else { return false };
-        self.replace(legs, index, Leg { until_steps: leg.part.place_at(at_s), until_s: at_s, ..leg }, parts);
-        is_to_brake
+        for (index, leg) in legs.iter().enumerate() {
+            if leg.until_s <= at_s {
+                continue;
+            }
+            let changed = if is_braking {
+                // By its own limits: a rapid override is no reason to brake less.
+                leg.part.held(at_s, &terms.config.limits, speed_law).map_err(|_| Alarm::Unplannable)
+            } else {
+                terms.plan(|limits, speed| leg.part.respeeded(at_s, limits, speed_law, speed))
+            };
+            // What cannot be planned otherwise goes on as it is.
+            if let Some(parts) = changed.ok()? {
+                let until_steps = leg.part.place_at(at_s);
+                return Some(Change { index, until_steps, until_s: at_s, parts, is_braking });
+            }
+            // It brakes by then, to the end or to what comes next.
+            at_s = leg.until_s;
+        }
+        None
     }
 
-    /// Has the leg with this index be `cut`, and goes on by `parts`.
-    fn replace(&mut self, legs: &mut Legs, index: usize, cut: Leg, parts: Parts<AXES>) {
-        while legs.len() > index {
-            legs.pop_back();
+    /// Where the path ends then, steps of the longest axis.
+    fn apply(&mut self, legs: &mut Legs, change: Change, fed: &[Fed; AXES]) -> f64 {
+        legs.truncate(change.index + 1);
+        if let Some(cut) = legs.last_mut() {
+            (cut.until_steps, cut.until_s) = (change.until_steps, change.until_s);
         }
-        let _ = legs.push_back(cut);
-        for part in parts.into_iter().flatten() {
+        legs.retain(|leg| Axis::ALL.into_iter().any(|axis| fed[axis as usize].steps < leg.last_step(axis)));
+        let mut end_steps = change.until_steps;
+        for part in change.parts.into_iter().flatten() {
             self.tell(Event::Part { plan: part });
-            let _ = legs.push_back(Leg::new(part));
+            let _ = legs.push(Leg::new(part));
+            end_steps = part.end_steps();
         }
+        end_steps
     }
 
-    fn start_axes(&self, plan: &SyncMove<AXES>, start: Instant) {
+    fn start_axes(&self, plan: &SyncMove<AXES>, counts: [u32; AXES], start: Instant) {
         let wiring = self.machine.config().wiring;
         for axis in Axis::ALL {
-            let numbers = plan.step_numbers(axis as usize);
-            if !numbers.is_empty() {
+            let steps = counts[axis as usize];
+            if steps > 0 {
                 let (direction, wiring) = (Direction::of(plan.steps[axis as usize]), wiring[axis as usize]);
-                let steps = numbers.end - numbers.start;
                 self.machine.link(axis).run.signal(Run { start, direction, wiring, steps });
             }
         }
     }
 
-    fn end_move(&mut self, finish: Finish) -> Finish {
+    fn end_move(&mut self, finish: Finish, held_at_steps: f64) -> Finish {
         self.machine.set_underway(None);
-        self.tell(Event::MoveEnd { finish, position_steps: self.machine.position_steps() });
+        self.tell(Event::MoveEnd { finish, held_at_steps, position_steps: self.machine.position_steps() });
         finish
     }
 }
@@ -258,10 +254,13 @@ impl Terms {
     }
 }
 
-/// Has the feeders end where their leg does.
-fn limit(feeders: &mut [Feeder<'_>; AXES], leg: &Leg) {
-    for (axis, feeder) in feeders.iter_mut().enumerate() {
-        feeder.end_with(leg.part.steps_before(axis, leg.until_steps), leg.until_s);
+/// Tells the machine what is under way, leg by leg, for its status.
+async fn follow(machine: &Machine, legs: &[Leg], start: Instant, mm_per_step: f64) {
+    let mut begin = start;
+    for leg in legs {
+        Timer::at(begin).await;
+        machine.set_underway(Some(Underway { start, part: leg.part, mm_per_step }));
+        begin = start + Duration::from_micros((leg.until_s * 1e6) as u64);
     }
 }
 

@@ -28,6 +28,8 @@ pub struct MoveRecord {
     pub end_steps: [i32; AXES],
     /// How it ended.
     pub finish: Finish,
+    /// If it was held, where on its path, steps of the longest axis.
+    pub held_at_steps: f64,
     /// Whether it was a part of homing.
     pub homing: bool,
     /// Its edges: a range of [`Outcome::edges`].
@@ -38,8 +40,8 @@ impl MoveRecord {
     /// The numbers of the steps that the axis with index `axis` should have made.
     pub fn step_numbers(&self, axis: usize) -> Range<u32> {
         let whole = self.plan.step_numbers(axis);
-        match (self.finish, self.parts.last()) {
-            (Finish::Held, Some(last)) => whole.start..last.step_numbers(axis).end,
+        match self.finish {
+            Finish::Held => whole.start..self.plan.steps_before(axis, self.held_at_steps) + 1,
             _ => whole,
         }
     }
@@ -175,7 +177,7 @@ fn moves(events: &[(u64, Event)], edges: &[Edge]) -> Vec<MoveRecord> {
                 open = Some((crate::time::ns(start), plan, origin_steps));
             }
             Event::Part { plan } => parts.push(plan),
-            Event::MoveEnd { finish, position_steps: end_steps } => {
+            Event::MoveEnd { finish, held_at_steps, position_steps: end_steps } => {
                 let Some((start_ns, plan, origin_steps)) = open.take() else { continue };
                 let first = edges.partition_point(|edge| edge.t_ns < start_ns);
                 let last = edges.partition_point(|edge| edge.t_ns <= t_ns);
@@ -188,6 +190,7 @@ fn moves(events: &[(u64, Event)], edges: &[Edge]) -> Vec<MoveRecord> {
                     origin_steps,
                     end_steps,
                     finish,
+                    held_at_steps,
                     homing,
                     edges,
                 });

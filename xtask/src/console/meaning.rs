@@ -4,10 +4,9 @@ use isostep_console::{Alarm, Error};
 
 /// A line as it is shown: with the meaning of its number, if it is one of ours.
 pub fn explained(line: &str) -> String {
-    let words = number(line, "error:")
-        .and_then(|code| Some(Error::from_code(code)?.explain()))
-        .or_else(|| number(line, "ALARM:").and_then(|code| Some(Alarm::from_code(code)?.explain())));
-    words.map_or_else(|| line.to_owned(), |words| format!("{line}  {words}"))
+    let error = || Some(Error::from_code(number(line, "error:")?)?.to_string());
+    let alarm = || Some(Alarm::from_code(number(line, "ALARM:")?)?.to_string());
+    error().or_else(alarm).map_or_else(|| line.to_owned(), |words| format!("{line}  {words}"))
 }
 
 fn number(line: &str, word: &str) -> Option<u8> {
@@ -21,7 +20,7 @@ mod tests {
     #[test]
     fn numbers_have_their_words() {
         assert!(explained("error:9").starts_with("error:9  G-code is locked out in Alarm"));
-        assert!(explained("ALARM:1").starts_with("ALARM:1  A limit switch closed"));
+        assert!(explained("ALARM:1").starts_with("ALARM:1  axis limit switch closed"));
         assert_eq!(explained("error:250"), "error:250");
         assert_eq!(explained("[MSG:error:9]"), "[MSG:error:9]");
     }
