@@ -9,15 +9,19 @@ use std::time::Duration;
 use anyhow::{Context, Result, ensure};
 
 use crate::process::{self, announce};
-use crate::pty::{self, Tally};
-use crate::workspace;
+use crate::pty::emulated::Emulated;
+use crate::pty::simulated::Simulated;
+use crate::pty::{self, Machine, Tally};
+use crate::variant::Variant;
+use crate::{build, node, workspace};
 
 const REMEDY: &str = "the tests with real senders need Python 3 with venv: https://python.org, or on Debian \
                       `apt-get install python3 python3-venv`";
 /// The web page's server, on npm.
 const CNCJS: &str = "cncjs@1.11.5";
-/// A machine this much faster than a real one leaves a sender time enough.
-const SPEED: f64 = 20.0;
+/// How much faster than real ones the machines go: a sender has time enough, and so has the emulator.
+const SIMULATED_SPEED: f64 = 20.0;
+const EMULATED_SPEED: f64 = 10.0;
 const PATIENCE: Duration = Duration::from_secs(120);
 /// Where programs/parking.nc ends, mm.
 const PARKING_END_MM: [f64; 3] = [175.0, 40.0, 0.0];
@@ -71,30 +75,47 @@ fn installed_cncjs() -> Result<PathBuf> {
     Ok(dir)
 }
 
-/// A stage of `cargo xtask test`: grbl-streamer homes the simulated machine and streams the parking program.
+/// A stage of `cargo xtask test`: grbl-streamer homes a machine and streams the parking program, first the simulated one,
+/// then the firmware on the emulated board.
 pub fn grbl_streamer() -> Result<()> {
     let python = installed_python()?;
     let result = installed_dir().join("stream.json");
-    let tally = parks_the_car(|port| {
+    let script = |port: &Path| {
         let mut script = Command::new(&python);
         script.arg(dir().join("stream.py")).arg(port).args(job()).arg(&result);
         script
-    })?;
-    let sent: serde_json::Value = serde_json::from_slice(&fs::read(&result)?)?;
-    let (sent, taken) = (sent["bytes_sent"].as_u64(), tally.bytes_in);
-    ensure!(sent == Some(taken), "the sender sent {sent:?} bytes and the machine took {taken}");
-    Ok(())
+    };
+    let none_lost = |tally: Tally| -> Result<()> {
+        let sent: serde_json::Value = serde_json::from_slice(&fs::read(&result)?)?;
+        let (sent, taken) = (sent["bytes_sent"].as_u64(), tally.bytes_in);
+        ensure!(sent == Some(taken), "the sender sent {sent:?} bytes and the machine took {taken}");
+        Ok(())
+    };
+    announce("grbl-streamer, simulated machine");
+    none_lost(parks_the_car(SIMULATED_SPEED, || Ok(Simulated::default()), script)?)?;
+    build::firmware(Variant::default())?;
+    node::prepare()?;
+    announce("grbl-streamer, emulated board");
+    none_lost(parks_the_car(EMULATED_SPEED, emulated_board, script)?)
 }
 
-/// The same with cncjs, by the ways of its web page.
+/// The same with cncjs, by the ways of its web page, on the simulated machine.
 pub fn cncjs() -> Result<()> {
     let installed = installed_cncjs()?;
-    parks_the_car(|port| {
+    let script = |port: &Path| {
         let mut script = Command::new("node");
         script.arg(dir().join("cncjs.mjs")).arg(&installed).arg(port).args(job());
         script
-    })?;
+    };
+    parks_the_car(SIMULATED_SPEED, || Ok(Simulated::default()), script)?;
     Ok(())
+}
+
+/// The board as it was built last, its console on USB.
+fn emulated_board() -> Result<Emulated> {
+    let mut command = Command::new("node");
+    command.arg(workspace::emulator_dir().join("run.mjs")).arg("--elf").arg(workspace::firmware_elf());
+    Emulated::start(&mut command, true, &[])
 }
 
 /// The parking program, and where it ends.
@@ -103,16 +124,25 @@ fn job() -> [OsString; 2] {
     [program.into(), PARKING_END_MM.map(|mm| mm.to_string()).join(",").into()]
 }
 
-/// Runs the script that `command` makes for a port, on the simulated machine; what went over it. Every line has its answer,
-/// no byte is lost, and the machine stands where the program ends.
-fn parks_the_car(command: impl FnOnce(&Path) -> Command) -> Result<Tally> {
-    let (tally, closing) = pty::while_running(SPEED, |port| process::run_within(&mut command(port), PATIENCE))?;
+/// Runs the script that `script` makes for a port, on that machine; what went over it. Every line has its answer, no byte
+/// of the machine's is lost, and it stands where the program ends.
+fn parks_the_car<M: Machine>(
+    speed: f64,
+    power_up: impl FnOnce() -> Result<M> + Send + 'static,
+    script: impl FnOnce(&Path) -> Command,
+) -> Result<Tally> {
+    let client = |port: &Path| process::run_within(&mut script(port), PATIENCE);
+    let (tally, closing) = pty::while_running(speed, power_up, client)?;
     let flight = &tally.flight;
     println!("the machine saw at most {} bytes in flight, {} times beyond 128", flight.most, flight.times_over);
     ensure!(tally.dropped_bytes == 0, "{} bytes of the machine's were not taken", tally.dropped_bytes);
     let (lines, answered) = (flight.lines, flight.answered);
     ensure!(lines == answered, "the machine answered {answered} of {lines} lines");
     ensure!(closing.position_mm == PARKING_END_MM, "the machine stands at {:?} mm", closing.position_mm);
-    ensure!(closing.steps_lost == Some(0), "steps lost by the motors: {:?}", closing.steps_lost);
+    let broken = closing.timing_violations;
+    ensure!(broken == 0, "{broken} edges broke the driver's timing");
+    // The emulated gantry has no motors that could lose any.
+    let lost = closing.steps_lost.unwrap_or(0);
+    ensure!(lost == 0, "{lost} steps lost by the motors");
     Ok(tally)
 }

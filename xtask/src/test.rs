@@ -21,7 +21,8 @@ The stages stop at the first that fails:
   emulator tests   the emulated board's own
   firmware         its build, and its size budgets
   emulated board   the firmware, unmodified, in an emulated RP2040
-  real senders     grbl-streamer from PyPI streams a program to the simulated machine, as over a serial port
+  real senders     grbl-streamer from PyPI streams a program to the simulated machine and to the emulated board, as over a
+                   serial port
 
 Examples:
   cargo xtask test --fast                the host tests alone

@@ -23,6 +23,13 @@ impl Simulated {
     }
 }
 
+/// The default machine, nothing of what it does kept.
+impl Default for Simulated {
+    fn default() -> Self {
+        Self::new(Config { keep_record: false, ..Config::default() })
+    }
+}
+
 impl Machine for Simulated {
     fn now_ns(&self) -> u64 {
         self.0.now_ns()

@@ -10,6 +10,7 @@ use std::time::Duration;
 
 use rustix::fs::OFlags;
 
+use super::simulated::Simulated;
 use super::{Closing, Pty, Tally};
 use crate::stopwatch::Stopwatch;
 
@@ -21,7 +22,7 @@ pub fn while_running(speed: f64, client: impl FnOnce(&Path)) -> (Tally, Closing)
         client(path);
         Ok(())
     };
-    super::while_running(speed, content).unwrap()
+    super::while_running(speed, || Ok(Simulated::default()), content).unwrap()
 }
 
 /// A sender's end.
