@@ -2,7 +2,7 @@
 //!
 //! # Design
 //! Planning is float work and compiling takes roots, both far longer than a step may wait, so this task runs below the
-//! axis tasks, which only add. A move is a [`run`](crate::run) of all axes.
+//! axis tasks, which only add. A move is a run of all axes (`run`).
 //!
 //! Stops come from anywhere ([`Machine::reset`], a limit switch): the axes halt first, at their own priority, and
 //! this task finds out from their answers, reads the exact positions and decides what the machine's state is.

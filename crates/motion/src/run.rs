@@ -163,10 +163,11 @@ where
                     let finish = if is_braking && finish == Finish::Done { Finish::Held } else { finish };
                     return (self.end_move(finish, end_steps), end_steps);
                 }
-                if terms.purpose != Purpose::Homing && !is_braking {
-                    if let Some(change) = self.change(terms, &legs, at_s(start, &feeders)) {
-                        break change;
-                    }
+                if terms.purpose != Purpose::Homing
+                    && !is_braking
+                    && let Some(change) = self.change(terms, &legs, at_s(start, &feeders))
+                {
+                    break change;
                 }
             };
             fed = feeders.map(|feeder| feeder.fed());
