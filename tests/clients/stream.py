@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Drives grbl-streamer, a sender of its own make, as its users do: connect, read the settings, home, stream a program.
+"""Drives grbl-streamer, a sender of its own make, as its users do: connect, read the settings, home, stream a program,
+hold it in the middle and resume it.
 
     stream.py PORT PROGRAM X,Y,Z RESULT.json
 
@@ -100,14 +101,21 @@ def main(port, program, place, result):
         sys.exit(f"homed, and yet at {grbl.cmpos}")
     print("homed")
 
-    # Questions of its own that this firmware does not answer: a real user sees them in the log, and goes on.
     if sender.errors:
-        print("refused while connecting:", ", ".join(sender.errors))
-    sender.errors.clear()
+        sys.exit(f"refused while connecting: {sender.errors}")
     grbl.job_new()
     grbl.load_file(program)
     sender.completed.clear()
     grbl.job_run()
+    sender.wait("status Run away from the origin", lambda: grbl.cmode == "Run" and grbl.cmpos[0] > 10)
+    grbl.hold()
+    sender.wait("status Hold:0", lambda: grbl.cmode == "Hold:0")
+    held = grbl.cmpos
+    time.sleep(10 * POLL_S)
+    if (grbl.cmode, grbl.cmpos) != ("Hold:0", held):
+        sys.exit(f"held at {held}, and yet {grbl.cmode} at {grbl.cmpos}")
+    print(f"held at {held}")
+    grbl.resume()
     sender.wait("end of the program", lambda: sender.completed.is_set() or sender.errors)
     if sender.errors or sender.accepted != grbl.buffer_size:
         sys.exit(f"{sender.accepted} of {grbl.buffer_size} lines accepted; {sender.errors}")
