@@ -53,7 +53,7 @@ fn a_refused_line_an_unfit_one_and_an_alarm_are_failures_that_say_what_they_mean
         assert!(printed.starts_with("not sent: '!' acts at once"), "{printed}");
         let (printed, ended) = pipe(path, "$H\nG0 X400\n");
         assert_eq!(ended.unwrap_err(), "an alarm came");
-        assert!(printed.contains("ALARM:2  The target lies outside the travel"), "{printed}");
+        assert!(printed.contains("ALARM:2  axis target outside the travel"), "{printed}");
     });
 }
 
