@@ -13,6 +13,11 @@ pub enum Command<'l> {
     Jog(Jog),
     /// `$H`: home every axis.
     Home,
+    /// `$BUZZ=`: move an axis to and fro, to see that it is wired well.
+    Buzz {
+        /// Its index.
+        axis: usize,
+    },
     /// `$X`: leave Alarm without homing; nothing to do in any other state.
     Unlock,
     /// `$C`: begin to check G-code without moving, or, in [`State::Check`], end that by a reset.

@@ -12,7 +12,7 @@ pub const WELCOME: &str = "\r\nGrbl 1.1h ['$' for help]\r\n";
 pub const OK: &str = "ok\r\n";
 /// The reply to `$`, before `ok`: Grbl's, and our own `$E` and `$A`.
 pub const HELP: &str = "[HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x]\r\n\
-    [MSG:$En and $An explain a refusal or an alarm by its number n]\r\n";
+    [MSG:$En and $An explain a refusal or an alarm by its number n, $BUZZ=X moves X to and fro]\r\n";
 /// The reply to `$I`, before `ok`. Senders look for "grbl" and Grbl's date in it. The letters are Grbl's: N knows line
 /// numbers, M takes M7, Z reads 0 where it rests after homing, L is not locked at power-up, I stores no text by `$I=`.
 /// Then the blocks and bytes that a sender may count on.

@@ -5,7 +5,7 @@ use core::fmt::Write;
 use embassy_time::Duration;
 use isostep_console::report::{self, messages};
 use isostep_console::{Command, Coordinates, Error, SETTING_TABLE, Settings, State as Word};
-use isostep_motion::{AXES, Busy, ConfigError, Motion, State, Wiring};
+use isostep_motion::{AXES, Axis, Busy, ConfigError, Motion, State, Wiring};
 
 use crate::config::{config, pulse_ns};
 use crate::controller::{Controller, Mode};
@@ -80,6 +80,7 @@ impl Controller<'_> {
             Command::Block(block) | Command::SetStartup { block, .. } => self.block(block, text).await?,
             Command::Jog(jog) => self.jog(jog).await?,
             Command::Home => self.home(out).await?,
+            Command::Buzz { axis } => self.buzz(Axis::ALL[axis], text).await?,
             _ => {}
         }
         let mut page = 0;

@@ -8,6 +8,10 @@ use isostep_motion::{AXES, Alarm, Axis, Busy, Motion};
 use crate::controller::{Controller, Mode};
 use crate::output::Message;
 
+/// How often an axis is moved to and fro to see that it is wired well, and how fast.
+const BUZZES: usize = 10;
+const BUZZ_MM_S: f64 = 5.0;
+
 impl Controller<'_> {
     /// Carries out a block that the interpreter has taken.
     pub(crate) async fn block(&self, block: Block, text: &mut Message) -> Result<(), Error> {
@@ -71,6 +75,25 @@ impl Controller<'_> {
             self.follow_machine();
             Error::Locked
         })
+    }
+
+    /// Moves an axis by 1 mm and back, ten times; away from the end of its travel. It ends where it began.
+    pub(crate) async fn buzz(&self, axis: Axis, text: &mut Message) -> Result<(), Error> {
+        let (from, millimetre) = (self.machine.position_steps(), self.machine.config().steps(axis, 1.0));
+        let to = |steps: i32| {
+            let mut target_steps = from;
+            target_steps[axis as usize] += steps;
+            target_steps
+        };
+        let away = if self.beyond_travel(to(millimetre)).is_some() { to(-millimetre) } else { to(millimetre) };
+        for target_steps in [away, from].into_iter().cycle().take(2 * BUZZES) {
+            self.submit(Motion::Move { target_steps, feed_mm_s: Some(BUZZ_MM_S) }, 0).await?;
+        }
+        self.settled().await?;
+        text.tell(format_args!(
+            "{axis} should have moved 1 mm to and fro {BUZZES} times: if not, see docs/bring-up.md"
+        ));
+        Ok(())
     }
 
     /// M0: until a resume, or a reset.

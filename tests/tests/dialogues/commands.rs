@@ -252,3 +252,25 @@ fn command_explain_says_what_an_alarm_means() {
     }
     refused(&mut sim, "$A4", 3);
 }
+
+#[test]
+fn command_buzz_moves_an_axis_to_and_fro() {
+    let mut sim = homed();
+    say(&mut sim, "G0 X2 Y400");
+    sim.run_until_idle().unwrap();
+    let before = sim.outcome().edges.len();
+    sim.send(b"$BUZZ=Y\n");
+    sim.run_until_idle().unwrap();
+    let heard = sim.replies();
+    assert_eq!(heard.last().map(String::as_str), Some("ok"));
+    assert!(
+        heard.iter().any(|line| line.starts_with("[MSG:Y should have moved 1 mm to and fro 10 times")),
+        "{heard:?}"
+    );
+    // At the end of its travel it buzzes inwards.
+    let edges = &sim.outcome().edges[before..];
+    assert_eq!(edges.len(), 2 * 10 * 50);
+    assert!(edges.iter().all(|edge| edge.axis == 1) && edges[0].direction == -1);
+    assert_eq!(status(&mut sim), "<Idle|MPos:2.000,400.000,0.000");
+    assert_eq!(say(&mut sim, "$BUZZ=A"), ["error:3"]);
+}

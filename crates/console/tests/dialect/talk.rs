@@ -89,6 +89,7 @@ impl Talk {
                 interpreter.set_position_mm(target_mm);
             }
             Command::Home => heard.push_str("(home) "),
+            Command::Buzz { axis } => write!(heard, "(buzz {axis}) ").unwrap(),
             Command::Unlock => heard.push_str("(unlock) "),
             Command::ToggleCheck => heard.push_str("(check) "),
             Command::Sleep => heard.push_str("(sleep) "),
