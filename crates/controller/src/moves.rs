@@ -1,6 +1,7 @@
 //! Blocks and jogs to the machine's motions.
 
 use embassy_time::Duration;
+use embedded_storage_async::nor_flash::NorFlash;
 use isostep_console::report::messages;
 use isostep_console::{Block, Error, Fixed, Jog, Move, Overrides, Rate};
 use isostep_motion::{AXES, Alarm, Axis, Busy, Motion};
@@ -8,7 +9,7 @@ use isostep_motion::{AXES, Alarm, Axis, Busy, Motion};
 use crate::controller::{Controller, Mode};
 use crate::output::Message;
 
-impl Controller<'_> {
+impl<F: NorFlash> Controller<'_, F> {
     /// Carries out a block that the interpreter has taken.
     pub(crate) async fn block(&self, block: Block, text: &mut Message) -> Result<(), Error> {
         let checks = self.with(|program| program.mode == Mode::Check);

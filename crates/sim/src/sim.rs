@@ -4,12 +4,12 @@ use std::cell::RefCell;
 use std::rc::Rc;
 
 use embassy_time::{Duration, Instant};
-use isostep_console::Settings;
-use isostep_controller::Controller;
+use isostep_controller::{Controller, Store};
 use isostep_motion::{Axis, Machine, State, axis, coordinator, limit};
 
 use crate::config::{Config, StartOutside};
 use crate::executor::{Executor, Rest, RunError};
+use crate::flash::{FLASH_BYTES, Flash};
 use crate::link::{Lines, Pipe};
 use crate::outcome::Outcome;
 use crate::pin::{Input, Output};
@@ -51,9 +51,17 @@ pub enum SimError {
 /// # Errors
 /// [`SimError`].
 pub fn run(program: &[u8], config: &Config) -> Result<Outcome, SimError> {
+    run_with(program, config, Flash::blank())
+}
+
+/// The same with a flash, whose settings hold where it has any.
+///
+/// # Errors
+/// [`SimError`].
+pub fn run_with(program: &[u8], config: &Config, flash: Flash) -> Result<Outcome, SimError> {
     let lines = program::lines(program)?;
     config.check()?;
-    Sim::new(config).stream(lines)
+    Sim::with_flash(config, flash).stream(lines)
 }
 
 /// A simulated machine, to be run in steps: `send`, run, look at `replies`.
@@ -79,11 +87,19 @@ pub struct Sim {
 }
 
 impl Sim {
-    /// A machine at power-up.
+    /// A machine at power-up, for the first time.
     ///
     /// # Panics
     /// When a carriage cannot start where `config` says: see [`Config::check`].
     pub fn new(config: &Config) -> Self {
+        Self::with_flash(config, Flash::blank())
+    }
+
+    /// A machine at power-up, its flash as an earlier one has left it. What that does not hold is as in `config`.
+    ///
+    /// # Panics
+    /// As [`new`](Self::new).
+    pub fn with_flash(config: &Config, flash: Flash) -> Self {
         config.check().unwrap_or_else(|error| panic!("{error}"));
         let mut executor = Executor::new();
         let _current = executor.clock().clone().enter();
@@ -91,7 +107,7 @@ impl Sim {
         let machine = spawn_motion(&mut executor, &world, config);
         let (to_controller, from_controller) = (Pipe::new(), Pipe::new());
         let console = (to_controller.clone(), from_controller.clone());
-        spawn_console(&mut executor, machine, config.settings, console);
+        spawn_console(&mut executor, machine, Store::new(flash, 0..FLASH_BYTES as u32, config.settings), console);
         executor.spawn("bounce", world::bounce(world.clone()));
         let (config, heard) = (config.clone(), Lines::default());
         Self { executor, world, machine, config, to_controller, from_controller, heard }
@@ -226,10 +242,12 @@ fn spawn_motion(executor: &mut Executor, world: &Shared, config: &Config) -> &'s
     machine
 }
 
-fn spawn_console(executor: &mut Executor, machine: &'static Machine, settings: Settings, (rx, tx): (Pipe, Pipe)) {
+fn spawn_console(executor: &mut Executor, machine: &'static Machine, store: Store<Flash>, (rx, tx): (Pipe, Pipe)) {
     executor.spawn("console", async move {
+        let controller = Controller::new(machine, store.kept().settings, store);
+        controller.load().await;
         // The link cannot fail, so this never ends.
-        let _ = Controller::new(machine, settings).serve(rx, tx).await;
+        let _ = controller.serve(rx, tx).await;
     });
 }
 
