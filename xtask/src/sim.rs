@@ -5,7 +5,8 @@ use std::io::{BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow, bail, ensure};
-use isostep_sim::{Config, ConsoleError, Figures, MoveFigures, Outcome, Port, State, SwitchFault};
+use isostep_sim::flash::FLASH_BYTES;
+use isostep_sim::{Config, ConsoleError, Figures, Flash, MoveFigures, Outcome, Port, State, SwitchFault};
 
 use crate::laws::Laws;
 use crate::workspace;
@@ -22,7 +23,8 @@ Examples:
   cargo xtask sim programs/parking.nc --trace a.csv --vcd a.vcd --json a.json
   cargo xtask sim programs/square.nc --law thirds          accelerate, cruise and decelerate for a third of the time each
   cargo xtask sim programs/square.nc --speed-law s-curve       ramps of limited jerk
-  cargo xtask sim programs/parking.nc --switch X=stuck-open    homing fails with its alarm")]
+  cargo xtask sim programs/parking.nc --switch X=stuck-open    homing fails with its alarm
+  cargo xtask sim my.nc --settings my.flash                    $n=v and G10 hold in the next run too")]
 pub struct Args {
     /// The G-code program [default: programs/parking.nc]
     #[arg(value_name = "FILE.nc")]
@@ -48,6 +50,9 @@ pub struct Args {
     /// A faulty limit switch: X, Y or Z = stuck-open or stuck-closed
     #[arg(long, value_name = "AXIS=FAULT", value_parser = switch)]
     switch: Vec<(usize, SwitchFault)>,
+    /// The flash that settings are stored in: read at the start if it exists, written at the end, so that they outlive the run
+    #[arg(long, value_name = "FILE")]
+    settings: Option<PathBuf>,
     #[command(flatten)]
     laws: Laws,
     /// What makes the edges: hardware in ticks of 8 ns, or tasks in ticks of 1 us
@@ -62,10 +67,14 @@ pub fn run(args: Args) -> Result<()> {
     let name = workspace::shown(&path);
     let config = config(&args);
     println!("{name} in virtual time\nSEED={}  again: {}", config.seed, config.replay(&name));
-    let outcome = isostep_sim::run(&program, &config).with_context(|| name.clone())?;
+    let flash = args.settings.as_deref().map_or(Ok(Flash::blank()), stored)?;
+    let outcome = isostep_sim::run_with(&program, &config, flash.clone()).with_context(|| name.clone())?;
     let figures = Figures::new(&name, &outcome);
     print(&figures);
     write_files(&args, &outcome, &figures)?;
+    if let Some(path) = &args.settings {
+        write_file(path, |out| out.write_all(&flash.bytes()))?;
+    }
     judge(&figures, &outcome)
 }
 
@@ -76,6 +85,20 @@ fn read(path: &Path) -> Result<Vec<u8>> {
         ErrorKind::NotFound => anyhow!("{shown} does not exist: name a G-code program, such as programs/parking.nc"),
         _ => anyhow!("{shown} cannot be read: {error}"),
     })
+}
+
+/// What an earlier run has stored; nothing if there was none.
+fn stored(path: &Path) -> Result<Flash> {
+    let shown = path.display();
+    match fs::read(path) {
+        Ok(bytes) if bytes.len() == FLASH_BYTES => Ok(Flash::with(bytes)),
+        Ok(bytes) => bail!(
+            "{shown}: {} bytes, but the flash of settings has {FLASH_BYTES}: give a file that an earlier run wrote, or a new name",
+            bytes.len()
+        ),
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(Flash::blank()),
+        Err(error) => Err(anyhow!("{shown} cannot be read: {error}")),
+    }
 }
 
 fn config(args: &Args) -> Config {
