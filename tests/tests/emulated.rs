@@ -305,3 +305,65 @@ fn every_stop_takes_less_than_10_us() {
     let slowest_us: f64 = slowest.split(' ').nth(1).unwrap().parse().unwrap();
     assert!(slowest_us <= 10.0, "{slowest}");
 }
+
+/// Held, resumed and slowed down at some thirty instants of moves of three axes: no step lost, none out of place.
+fn holds_and_overrides_lose_nothing(board: Board, law: u32) {
+    let mut script = format!("expect Grbl\nsend $940={law}\nexpect ok\nsend G90\nexpect ok\n");
+    for index in 0..10 {
+        let wait_ms = 150 + 83 * index;
+        let target = if index % 2 == 0 { "X40 Y23 Z3" } else { "X0 Y0 Z0" };
+        script += &format!("send G1 {target} F2400\nexpect ok\nwait-ms {wait_ms}\nbytes 92 92 92\nwait-ms 130\n");
+        script += "bytes 21\nwait-ms 1500\nbytes 3f\nexpect <Hold:0\ncheck-position\nwait-ms 50\ncheck-position\n";
+        script +=
+            "bytes 90\nbytes 7e\nwait-ms 200\nbytes 21\nwait-ms 1500\nbytes 3f\nexpect <Hold:0\nbytes 7e\nwait-idle\n";
+    }
+    let run = board.script(&(script + "bytes 3f\nexpect <Idle|MPos:0.000,0.000,0.000\n"));
+    assert!(run.ok, "{}", run.printed);
+    // The way there and back, ten times.
+    let totals = [2_000.0, 1_150.0, 150.0];
+    let mut made = [0_i64; 3];
+    for together in run.edges.chunk_by(|one, next| next.t_ns - one.t_ns < 20_000) {
+        for edge in together {
+            made[edge.axis] += i64::from(edge.direction);
+        }
+        for (i, j) in [(0, 1), (0, 2), (1, 2)] {
+            let apart = (made[i] as f64 / totals[i] - made[j] as f64 / totals[j]).abs();
+            // Half a step of each, and what a step's own time makes where edges fall together.
+            let bound = 0.5 / totals[i] + 0.5 / totals[j] + 0.1 / totals[0];
+            assert!(apart <= bound, "{made:?} after {} ns: {apart} is more than {bound}", together[0].t_ns);
+        }
+    }
+    assert_eq!(run.edges.len(), 10 * (2_000 + 1_150 + 150));
+}
+
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn holds_and_overrides_lose_no_step() {
+    holds_and_overrides_lose_nothing(Board::new("hold"), 0);
+}
+
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn holds_and_overrides_of_an_s_curve_lose_no_step() {
+    holds_and_overrides_lose_nothing(Board::new("hold-s-curve"), 1);
+}
+
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn holds_and_overrides_by_the_timer_port_lose_no_step() {
+    holds_and_overrides_lose_nothing(Board::stepped_by(Port::Timer, "hold-timer"), 0);
+}
+
+/// A jog that is cancelled at speed stops on its path, at once ready for the next.
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn a_cancelled_jog_keeps_its_position() {
+    let mut script = "expect Grbl\n".to_owned();
+    for wait_ms in [40, 300, 700, 1_100] {
+        script +=
+            &format!("send $J=G91 X100 Y60 F2400\nexpect ok\nwait-ms {wait_ms}\nbytes 85\nwait-idle\ncheck-position\n");
+        script += "send $J=G90 X0 Y0 F2400\nexpect ok\nwait-idle\n";
+    }
+    let run = Board::new("jog-cancel").script(&(script + "bytes 3f\nexpect <Idle|MPos:0.000,0.000,0.000\n"));
+    assert!(run.ok, "{}", run.printed);
+}

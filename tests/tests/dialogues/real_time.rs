@@ -58,8 +58,11 @@ fn holds(byte: u8) {
     assert_eq!(say(&mut sim, "G0 X2"), ["ok"]);
     sim.send(&[b"G0 X4", &[byte][..], b"0\n"].concat());
     sim.run_until_idle().unwrap();
+    assert_eq!(sim.replies(), ["ok"], "the line is taken; its move waits");
     assert_eq!(status(&mut sim), "<Hold:0|MPos:2.000,0.000,0.000");
-    assert_eq!(bytes(&mut sim, b"~"), ["ok"]);
+    assert_eq!(bytes(&mut sim, b"~"), [""; 0]);
+    sim.run_until_idle().unwrap();
+    assert_eq!(status(&mut sim), "<Idle|MPos:40.000,0.000,0.000");
     begin(&mut sim, "G0 X0", Duration::from_millis(500));
     assert_eq!(bytes(&mut sim, &[byte]), [""; 0]);
     assert_eq!(state(&mut sim), "Hold:1");
