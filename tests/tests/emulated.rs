@@ -235,7 +235,7 @@ fn a_port_that_runs_out_of_steps_locks_the_machine() {
 fn what_is_stored_outlives_a_power_cycle() {
     let run = Board::new("store").script(
         "expect Grbl\nsend $110=1234\nexpect ok\nsend G10 L2 P1 X5\nexpect ok\nsend $N1=G21\nexpect ok\n\
-         power-cycle\nexpect Grbl\nexpect >G21:ok\nsend $$\nexpect $110=1234.000\nexpect ok\n\
+         power-cycle\nexpect Grbl\nsend $N\nexpect $N1=G21\nexpect ok\nsend $$\nexpect $110=1234.000\nexpect ok\n\
          send $#\nexpect [G54:5.000,0.000,0.000]\nexpect ok\nsend $RST=*\nexpect [MSG:Restoring\nexpect ok\nexpect Grbl\n\
          power-cycle\nexpect Grbl\nsend $$\nexpect $110=2880.000\nexpect ok\nsend $#\nexpect [G54:0.000,0.000,0.000]\nexpect ok\n",
     );
