@@ -61,10 +61,12 @@ fn packages_depend_on_nothing_but_these() {
                 "embassy-sync",
                 "embassy-time",
                 "embedded-io-async",
+                "embedded-storage-async",
                 "heapless",
                 "isostep-console",
                 "isostep-motion",
                 "isostep-profile",
+                "sequential-storage",
             ],
         ),
     ];

@@ -229,6 +229,45 @@ fn a_port_that_runs_out_of_steps_locks_the_machine() {
     assert!(seen.iter().all(|&steps| (1..100_000).contains(&steps)), "{seen:?}");
 }
 
+/// Settings and offsets in the chip's flash, programmed by its ROM. The emulator faults on code that runs from flash meanwhile.
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn what_is_stored_outlives_a_power_cycle() {
+    let run = Board::new("store").script(
+        "expect Grbl\nsend $110=1234\nexpect ok\nsend G10 L2 P1 X5\nexpect ok\nsend $N1=G21\nexpect ok\n\
+         power-cycle\nexpect Grbl\nsend $N\nexpect $N1=G21\nexpect ok\nsend $$\nexpect $110=1234.000\nexpect ok\n\
+         send $#\nexpect [G54:5.000,0.000,0.000]\nexpect ok\nsend $RST=*\nexpect [MSG:Restoring\nexpect ok\nexpect Grbl\n\
+         power-cycle\nexpect Grbl\nsend $$\nexpect $110=2880.000\nexpect ok\nsend $#\nexpect [G54:0.000,0.000,0.000]\nexpect ok\n",
+    );
+    assert!(run.ok, "{}", run.printed);
+}
+
+/// Offsets that change in mid-program are stored when the moves before them have ended: every edge of them is where a run
+/// without has it, and erasing a sector would hold one up by 45 ms.
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn nothing_is_stored_while_steps_are_made() {
+    let moves = |test, between: &str| {
+        let script = format!(
+            "expect Grbl\nsend G0 X20 Y15\nexpect ok\n{between}send G0 X0 Y0\nexpect ok\nwait-idle\ncheck-position\n\
+             send $#\nexpect [G55:{}.000\nexpect ok\npower-cycle\nexpect Grbl\nsend $#\nexpect [G55:{0}.000\nexpect ok\n",
+            u8::from(!between.is_empty()) * 5
+        );
+        let run = Board::new(test).script(&script);
+        assert!(run.ok, "{}", run.printed);
+        run.edges
+    };
+    let (plain, stored) = (moves("store-plain", ""), moves("store-moving", "send G10 L2 P2 X5\nexpect ok\n"));
+    assert_eq!(plain.len(), stored.len());
+    // Each move's edges from its first.
+    for half in [0..plain.len() / 2, plain.len() / 2..plain.len()] {
+        let from_first = |edges: &[isostep_sim::world::Edge]| -> Vec<_> {
+            edges[half.clone()].iter().map(|edge| (edge.t_ns - edges[half.start].t_ns, edge.axis)).collect()
+        };
+        assert_eq!(from_first(&plain), from_first(&stored));
+    }
+}
+
 /// Three axes with the same way to go make each step on one clock cycle, from the first on.
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]

@@ -5,7 +5,8 @@ use std::io::{BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow, bail, ensure};
-use isostep_sim::{Config, ConsoleError, Figures, MoveFigures, Outcome, Port, State, SwitchFault};
+use isostep_sim::flash::FLASH_BYTES;
+use isostep_sim::{Config, ConsoleError, Figures, Flash, MoveFigures, Outcome, Port, State, SwitchFault};
 
 use crate::laws::Laws;
 use crate::{pty, workspace};
@@ -21,6 +22,7 @@ Examples:
   cargo xtask sim programs/square.nc --law thirds          accelerate, cruise and decelerate for a third of the time each
   cargo xtask sim programs/square.nc --speed-law s-curve       ramps of limited jerk
   cargo xtask sim programs/parking.nc --switch X=stuck-open    homing fails with its alarm
+  cargo xtask sim my.nc --settings my.flash                    $n=v and G10 hold in the next run too
   cargo xtask sim --pty                                    the machine itself, for any sender: see below";
 
 /// Run a program on the controller in virtual time, or be a machine for any sender
@@ -51,6 +53,9 @@ pub struct Args {
     /// A faulty limit switch: X, Y or Z = stuck-open or stuck-closed
     #[arg(long, value_name = "AXIS=FAULT", value_parser = switch)]
     switch: Vec<(usize, SwitchFault)>,
+    /// The flash that settings are stored in: read at the start if it exists, written at the end, so that they outlive the run
+    #[arg(long, value_name = "FILE")]
+    settings: Option<PathBuf>,
     #[command(flatten)]
     laws: Laws,
     /// What makes the edges: hardware in ticks of 8 ns, or tasks in ticks of 1 us
@@ -70,10 +75,14 @@ pub fn run(args: Args) -> Result<()> {
     let name = workspace::shown(&path);
     let config = config(&args);
     println!("{name} in virtual time\nSEED={}  again: {}", config.seed, config.replay(&name));
-    let outcome = isostep_sim::run(&program, &config).with_context(|| name.clone())?;
+    let flash = args.settings.as_deref().map_or(Ok(Flash::blank()), stored)?;
+    let outcome = isostep_sim::run_with(&program, &config, flash.clone()).with_context(|| name.clone())?;
     let figures = Figures::new(&name, &outcome);
     print(&figures);
     write_files(&args, &outcome, &figures)?;
+    if let Some(path) = &args.settings {
+        write_file(path, |out| out.write_all(&flash.bytes()))?;
+    }
     judge(&figures, &outcome)
 }
 
@@ -108,6 +117,20 @@ fn read(path: &Path) -> Result<Vec<u8>> {
         ErrorKind::NotFound => anyhow!("{shown} does not exist: name a G-code program, such as programs/parking.nc"),
         _ => anyhow!("{shown} cannot be read: {error}"),
     })
+}
+
+/// What an earlier run has stored; nothing if there was none.
+fn stored(path: &Path) -> Result<Flash> {
+    let shown = path.display();
+    match fs::read(path) {
+        Ok(bytes) if bytes.len() == FLASH_BYTES => Ok(Flash::with(bytes)),
+        Ok(bytes) => bail!(
+            "{shown}: {} bytes, but the flash of settings has {FLASH_BYTES}: give a file that an earlier run wrote, or a new name",
+            bytes.len()
+        ),
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(Flash::blank()),
+        Err(error) => Err(anyhow!("{shown} cannot be read: {error}")),
+    }
 }
 
 fn config(args: &Args) -> Config {

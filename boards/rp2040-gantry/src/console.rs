@@ -7,12 +7,13 @@ use embedded_io_async::{Read, Write};
 use isostep_controller::Controller;
 
 use crate::fail_still::Cause;
+use crate::flash::Flash;
 use crate::{uart, usb};
 
 /// Serves both consoles; each session begins with the cause of the last restart, if it was not the user's wish.
 pub fn spawn(
     spawner: Spawner,
-    controller: &'static Controller<'static>,
+    controller: &'static Controller<'static, Flash>,
     restart: Option<Cause>,
     usb: usb::Port,
     uart: (uart::Rx, BufferedUartTx),
@@ -22,7 +23,7 @@ pub fn spawn(
 }
 
 #[embassy_executor::task]
-async fn serve_usb(controller: &'static Controller<'static>, restart: Option<Cause>, mut port: usb::Port) -> ! {
+async fn serve_usb(controller: &'static Controller<'static, Flash>, restart: Option<Cause>, mut port: usb::Port) -> ! {
     loop {
         port.rx.wait_connection().await;
         select(session(controller, restart, &mut port.rx, &mut port.tx), port.lines.dtr_rises()).await;
@@ -31,7 +32,7 @@ async fn serve_usb(controller: &'static Controller<'static>, restart: Option<Cau
 
 #[embassy_executor::task]
 async fn serve_uart(
-    controller: &'static Controller<'static>,
+    controller: &'static Controller<'static, Flash>,
     restart: Option<Cause>,
     mut rx: uart::Rx,
     mut tx: BufferedUartTx,
@@ -42,7 +43,7 @@ async fn serve_uart(
 }
 
 /// Until the link fails.
-async fn session<R: Read, W: Write>(controller: &Controller<'_>, restart: Option<Cause>, rx: R, mut tx: W) {
+async fn session<R: Read, W: Write>(controller: &Controller<'_, Flash>, restart: Option<Cause>, rx: R, mut tx: W) {
     if let Some(cause) = restart {
         // A link that fails here fails again below.
         let _ = tx.write_all(cause.message().as_bytes()).await;

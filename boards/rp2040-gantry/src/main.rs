@@ -10,6 +10,7 @@
 
 mod console;
 mod fail_still;
+mod flash;
 mod guard;
 mod led;
 mod motion;
@@ -32,12 +33,13 @@ use portable_atomic as _;
 use static_cell::StaticCell;
 
 use crate::fail_still::Cause;
+use crate::flash::Flash;
 use crate::pins::Board;
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
     static MACHINE: StaticCell<Machine> = StaticCell::new();
-    static CONTROLLER: StaticCell<Controller<'static>> = StaticCell::new();
+    static CONTROLLER: StaticCell<Controller<'static, Flash>> = StaticCell::new();
 
     let board = Board::new(embassy_rp::init(Default::default()));
     let restart = Cause::of_last_restart();
@@ -46,12 +48,14 @@ async fn main(spawner: Spawner) {
     }
     let settings = Settings::default();
     let machine = &*MACHINE.init(Machine::new(config(&settings)));
-    let controller = &*CONTROLLER.init(Controller::new(machine, settings));
+    let controller = &*CONTROLLER.init(Controller::new(machine, settings, flash::open(board.flash)));
 
     let (switches, axes) = priority::start_executors();
     watch::spawn(axes, spawner, machine, board.watchdog);
-    motion::spawn_switches(switches, machine, board.switches);
     motion::spawn_axes(axes, machine, board.steps);
+    // Before anything looks at the settings, or moves.
+    controller.load().await;
+    motion::spawn_switches(switches, machine, board.switches);
     motion::spawn_coordinator(spawner, machine, board.enable);
     console::spawn(spawner, controller, restart, usb::open(spawner, board.usb), uart::open(board.uart));
     spawner.spawn(led::show(machine, board.led).unwrap());

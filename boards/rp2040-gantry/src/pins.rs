@@ -5,7 +5,7 @@ use embassy_rp::Peripherals;
 use embassy_rp::gpio::{Input, Level, Output, Pull};
 #[cfg(not(feature = "timer-port"))]
 use embassy_rp::peripherals::{DMA_CH0, DMA_CH1, DMA_CH2, DMA_CH3, DMA_CH4, DMA_CH5, PIO0};
-use embassy_rp::peripherals::{PIN_0, PIN_1, PIN_2, PIN_4, PIN_6, PIO1, UART0, USB, WATCHDOG};
+use embassy_rp::peripherals::{FLASH, PIN_0, PIN_1, PIN_2, PIN_4, PIN_6, PIO1, UART0, USB, WATCHDOG};
 use isostep_motion::AXES;
 
 /// GP2, GP4, GP6, for those who must reach the pins without owning them.
@@ -67,6 +67,7 @@ pub struct Board {
     pub usb: Peri<'static, USB>,
     pub uart: UartPins,
     pub watchdog: Peri<'static, WATCHDOG>,
+    pub flash: Peri<'static, FLASH>,
 }
 
 impl Board {
@@ -95,6 +96,7 @@ impl Board {
             usb: p.USB,
             uart: UartPins { uart: p.UART0, tx: p.PIN_0, rx: p.PIN_1 },
             watchdog: p.WATCHDOG,
+            flash: p.FLASH,
         }
     }
 }

@@ -29,6 +29,7 @@ errors! {
     UnknownStatement = 3, "No such $ command or setting: $ and $$ list them.";
     Negative = 4, "The value must not be negative: remove the minus sign.";
     HomingDisabled = 5, "Homing is switched off: set $22=1 first.";
+    NotStored = 7, "The flash has refused: the change is in force, but a power cycle will undo it. Give it again.";
     NotIdle = 8, "The command needs a machine at rest: wait until ? says Idle.";
     Locked = 9, "G-code is locked out in Alarm and Jog: home with $H, unlock with $X, or end the jog.";
     SoftLimitsNeedHoming = 10, "Soft limits need homing: set $22=1 first.";

@@ -23,6 +23,31 @@ pub struct Coordinates {
     pub places_mm: [[f32; AXES]; 2],
 }
 
+impl Coordinates {
+    /// The origin of G54 to G59, then where G28 and G30 go to.
+    ///
+    /// # Panics
+    /// Beyond them.
+    #[must_use]
+    pub fn place(&self, index: usize) -> &[f32; AXES] {
+        match index.checked_sub(WORK_SYSTEMS) {
+            None => &self.work_offsets_mm[index],
+            Some(place) => &self.places_mm[place],
+        }
+    }
+
+    /// The same, to be changed.
+    ///
+    /// # Panics
+    /// Beyond them.
+    pub fn place_mut(&mut self, index: usize) -> &mut [f32; AXES] {
+        match index.checked_sub(WORK_SYSTEMS) {
+            None => &mut self.work_offsets_mm[index],
+            Some(place) => &mut self.places_mm[place],
+        }
+    }
+}
+
 /// Plain data, by default all zero and empty. `$RST=#` puts that back.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Parameters {

@@ -3,13 +3,15 @@
 use core::fmt::Write;
 
 use embassy_time::Duration;
+use embedded_storage_async::nor_flash::NorFlash;
 use isostep_console::report::{self, messages};
 use isostep_console::{Command, Coordinates, Error, SETTING_TABLE, Settings, State as Word};
 use isostep_motion::{AXES, Axis, Busy, ConfigError, Motion, State, Wiring};
 
 use crate::config::{config, pulse_ns};
-use crate::controller::{Controller, Mode};
+use crate::controller::{Controller, Mode, Unsaved};
 use crate::output::{Message, Output};
+use crate::store::{Loss, NotStored};
 
 /// What comes after an accepted line.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -22,7 +24,7 @@ pub(crate) enum After {
     Sleep,
 }
 
-impl Controller<'_> {
+impl<F: NorFlash> Controller<'_, F> {
     /// Carries out one line and answers it.
     ///
     /// # Cancellation
@@ -39,6 +41,8 @@ impl Controller<'_> {
         {
             text.tell(lack);
         }
+        let saved = self.save(&mut text).await;
+        let answer = answer.and_then(|after| saved.map(|()| after));
         text.answer(answer.map(|_| ()));
         let after = answer.unwrap_or(After::NextLine);
         if after == After::Sleep {
@@ -59,7 +63,9 @@ impl Controller<'_> {
             }
             let mut text = Message::new();
             let unlocked = self.state().takes_gcode();
-            let answer = match unlocked.and_then(|()| self.with(|program| program.interpreter.gcode(&line))) {
+            let answer = match unlocked
+                .and_then(|()| self.with(|program| program.understand(|interpreter, _| interpreter.gcode(&line))))
+            {
                 Ok(block) => self.block(block, &mut text).await,
                 Err(error) => Err(error),
             };
@@ -75,7 +81,8 @@ impl Controller<'_> {
         if state == Word::Idle && self.with(|program| core::mem::take(&mut program.jogged)) {
             self.follow_machine();
         }
-        let command = self.with(|program| program.interpreter.interpret(line, state, &program.settings))?;
+        let command = self
+            .with(|program| program.understand(|interpreter, settings| interpreter.interpret(line, state, settings)))?;
         match command {
             Command::Block(block) | Command::SetStartup { block, .. } => self.block(block, text).await?,
             Command::Jog(jog) => self.jog(jog).await?,
@@ -140,6 +147,7 @@ impl Controller<'_> {
             Command::SetStartup { index, line, .. } => self.with(|program| {
                 // A line is no longer than what it is kept in.
                 program.startup[index] = line.try_into().unwrap_or_default();
+                program.unsaved.parameters = true;
             }),
             Command::Restore { settings, parameters } => {
                 if settings {
@@ -149,6 +157,7 @@ impl Controller<'_> {
                     self.with(|program| {
                         program.interpreter.set_coordinates(Coordinates::default());
                         program.startup = Default::default();
+                        program.unsaved.parameters = true;
                     });
                 }
                 text.tell(messages::RESTORING);
@@ -204,13 +213,52 @@ impl Controller<'_> {
     }
 
     fn adopt(&self, settings: Settings, text: &mut Message) -> Result<(), Error> {
-        if let Err(refused) = self.machine.configure(config(&settings)) {
-            text.tell(words(&refused));
-            return Err(Error::BadNumber);
-        }
+        self.put_in_force(settings).map_err(|refused| {
+            text.tell(refused);
+            Error::BadNumber
+        })?;
+        self.with(|program| program.unsaved.settings = true);
+        Ok(())
+    }
+
+    fn put_in_force(&self, settings: Settings) -> Result<(), &'static str> {
+        self.machine.configure(config(&settings)).map_err(|refused| words(&refused))?;
         self.with(|program| program.settings = settings);
         self.follow_machine();
         Ok(())
+    }
+
+    /// Puts settings in force that were stored, if they work.
+    pub(crate) fn put_back(&self, settings: Settings) -> Result<(), Loss> {
+        settings.check(&|pulse_us| self.carries_steps_s(pulse_us)).map_err(Loss::Refused)?;
+        self.put_in_force(settings).map_err(Loss::Unworkable)
+    }
+
+    /// Stores what has changed, if something has, as soon as nothing moves: the flash keeps the core to itself. The caller has
+    /// the turn, so that nothing begins to move meanwhile.
+    ///
+    /// # Errors
+    /// [`Error::NotStored`], told in `text`.
+    ///
+    /// # Cancellation
+    /// Safe: what is not stored is known, and will be by the next line or after the reset.
+    pub(crate) async fn save(&self, text: &mut Message) -> Result<(), Error> {
+        if !self.with(|program| program.unsaved.any()) {
+            return Ok(());
+        }
+        // An alarm is at rest, too.
+        let _ = self.machine.settled().await;
+        let settings = self.with(|program| program.unsaved.settings);
+        let saved = self.store.lock().await.save(settings, |item| self.with(|program| program.value(item))).await;
+        self.with(|program| {
+            // What the flash has refused it is not asked again with every line to come.
+            program.unsaved = Unsaved::default();
+            program.loss.take_if(|loss| saved.is_ok() && (settings || !loss.is_of_settings()));
+        });
+        saved.map_err(|NotStored| {
+            text.tell(Error::NotStored);
+            Error::NotStored
+        })
     }
 
     /// The step rate that every axis's port carries with pulses of `pulse_us`, steps/s.

@@ -5,6 +5,7 @@ use core::cell::RefCell;
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::mutex::Mutex;
 use embassy_sync::signal::Signal;
+use embedded_storage_async::nor_flash::NorFlash;
 use isostep_console::parameters::{STARTUP_LINES, StartupLine};
 use isostep_console::{AXES, Interpreter, Overrides, Parameters, Realtime, Settings, State as Word, Status as Report};
 use isostep_motion::{Machine, Overrides as Overridden, State};
@@ -12,18 +13,20 @@ use isostep_motion::{Machine, Overrides as Overridden, State};
 use crate::config::config;
 use crate::line_numbers::LineNumbers;
 use crate::status::{self, position_mm};
+use crate::store::{Item, Kept, Loss, Store, Value};
 
 /// Settings, modal state and the machine they move.
 ///
 /// It stays on one executor, so what its consoles share needs no critical section, in which reading a line would hold
 /// up every interrupt.
-pub struct Controller<'a> {
+pub struct Controller<'a, F: NorFlash> {
     pub(crate) machine: &'a Machine,
     program: RefCell<Program>,
     /// Consoles take turns, a line each, so that a move starts where the one before it ends.
     pub(crate) turn: Mutex<NoopRawMutex, ()>,
     /// Ends a sleep, in which a line keeps its turn.
     pub(crate) woken: Signal<NoopRawMutex, ()>,
+    pub(crate) store: Mutex<NoopRawMutex, Store<F>>,
 }
 
 pub(crate) struct Program {
@@ -39,6 +42,18 @@ pub(crate) struct Program {
     pub jogged: bool,
     /// The start-up lines have not run since power-up or the last reset.
     pub startup_due: bool,
+    /// What may have changed since it was stored.
+    pub unsaved: Unsaved,
+    /// What was stored is not in force, and has not been replaced yet.
+    pub loss: Option<Loss>,
+}
+
+/// What there is to store.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Unsaved {
+    pub settings: bool,
+    /// Work offsets, places, start-up lines.
+    pub parameters: bool,
 }
 
 /// What a machine that stands still is for.
@@ -54,10 +69,11 @@ pub(crate) enum Mode {
     Slept,
 }
 
-impl<'a> Controller<'a> {
-    /// A controller of `machine`, which should have been made with the [`config`] of the same settings.
+impl<'a, F: NorFlash> Controller<'a, F> {
+    /// A controller of `machine`, which should have been made with the [`config`] of the same settings. They hold until
+    /// [`load`](Self::load).
     #[must_use]
-    pub fn new(machine: &'a Machine, settings: Settings) -> Self {
+    pub fn new(machine: &'a Machine, settings: Settings, store: Store<F>) -> Self {
         let program = Program {
             interpreter: Interpreter::new(),
             settings,
@@ -68,13 +84,22 @@ impl<'a> Controller<'a> {
             mode: Mode::Normal,
             jogged: false,
             startup_due: true,
+            unsaved: Unsaved::default(),
+            loss: None,
         };
-        Self { machine, program: RefCell::new(program), turn: Mutex::new(()), woken: Signal::new() }
+        let (turn, woken, store) = (Mutex::new(()), Signal::new(), Mutex::new(store));
+        Self { machine, program: RefCell::new(program), turn, woken, store }
     }
 
-    /// Restores what was kept of an earlier life. Call it before the first console is served.
-    pub fn restore(&self, parameters: Parameters) {
+    /// Puts in force what was stored. Call it once, after the axes' tasks have run, which tell what the step outputs carry,
+    /// and before anything else is served. What is wrong shows after the welcome; then the defaults stay.
+    pub async fn load(&self) {
+        let mut store = self.store.lock().await;
+        let loss = store.load().await.err();
+        let Kept { settings, parameters } = store.kept().clone();
+        let loss = loss.or_else(|| self.put_back(settings).err());
         self.with(|program| {
+            program.loss = loss;
             program.interpreter.set_coordinates(parameters.coordinates);
             program.startup = parameters.startup;
             program.work_offset_mm = program.interpreter.work_offset_mm();
@@ -183,5 +208,26 @@ impl<'a> Controller<'a> {
 
     pub(crate) fn with<R>(&self, f: impl FnOnce(&mut Program) -> R) -> R {
         f(&mut self.program.borrow_mut())
+    }
+}
+
+impl Unsaved {
+    pub fn any(self) -> bool {
+        self.settings || self.parameters
+    }
+}
+
+impl Program {
+    /// Has the interpreter understand a line, and notes whether what is stored has changed.
+    pub fn understand<R>(&mut self, line: impl FnOnce(&mut Interpreter, &Settings) -> R) -> R {
+        let before = *self.interpreter.coordinates();
+        let understood = line(&mut self.interpreter, &self.settings);
+        self.unsaved.parameters |= before != *self.interpreter.coordinates();
+        understood
+    }
+
+    /// The value of what is stored, as it is now.
+    pub fn value(&self, item: Item) -> Value {
+        item.value((&self.settings, self.interpreter.coordinates(), &self.startup))
     }
 }

@@ -2,7 +2,8 @@
 //!
 //! A [`Controller`] holds the settings and the program's modal state; [`Controller::serve`] runs one console (USB, a
 //! UART, the simulator's link) against the [`Machine`](isostep_motion::Machine). Several consoles may be served at
-//! once: each has its own lines and replies, and they share one machine, one modal state and one set of settings.
+//! once: each has its own lines and replies, and they share one machine, one modal state and one set of settings, which a
+//! [`Store`] keeps in flash.
 #![no_std]
 #![forbid(unsafe_code)]
 
@@ -14,8 +15,10 @@ mod moves;
 mod output;
 mod serve;
 mod status;
+pub mod store;
 
 pub use config::config;
 pub use controller::Controller;
 pub use isostep_console::{Parameters, Settings};
 pub use serve::LinkError;
+pub use store::Store;

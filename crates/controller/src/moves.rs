@@ -1,6 +1,7 @@
 //! Blocks and jogs to the machine's motions.
 
 use embassy_time::Duration;
+use embedded_storage_async::nor_flash::NorFlash;
 use isostep_console::report::messages;
 use isostep_console::{Block, Error, Fixed, Jog, Move, Overrides, Rate};
 use isostep_motion::{AXES, Alarm, Axis, Busy, Motion};
@@ -12,7 +13,7 @@ use crate::output::Message;
 const BUZZES: usize = 10;
 const BUZZ_MM_S: f64 = 5.0;
 
-impl Controller<'_> {
+impl<F: NorFlash> Controller<'_, F> {
     /// Carries out a block that the interpreter has taken.
     pub(crate) async fn block(&self, block: Block, text: &mut Message) -> Result<(), Error> {
         let checks = self.with(|program| program.mode == Mode::Check);

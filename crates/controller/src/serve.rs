@@ -14,6 +14,7 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::pipe::Pipe;
 use embassy_sync::signal::Signal;
 use embedded_io_async::{Read, Write};
+use embedded_storage_async::nor_flash::NorFlash;
 use isostep_console::State as Word;
 use isostep_console::report::{self, messages};
 use isostep_console::{LineAssembler, Realtime, StatusReporter, realtime};
@@ -45,7 +46,7 @@ struct Console {
     reset: Signal<CriticalSectionRawMutex, ()>,
 }
 
-impl Controller<'_> {
+impl<F: NorFlash> Controller<'_, F> {
     /// Serves one console until its link fails. Call it anew when a host opens the link: it begins with the welcome.
     ///
     /// # Errors
@@ -133,12 +134,15 @@ impl Controller<'_> {
         }
     }
 
-    /// The welcome, and what follows it: what to look at, how to unlock, or what came of the start-up lines.
+    /// The welcome, and what follows it: what to look at, what is not as it was stored, how to unlock, or what came of the start-up lines.
     async fn greet(&self, output: &Output) {
         let mut text = Message::new();
         text.print(|text| text.push_str(report::WELCOME));
         if self.with(|program| program.settings.hard_limits) && self.machine.status().pressed.contains(&true) {
             text.tell(messages::CHECK_LIMITS);
+        }
+        if let Some(loss) = self.with(|program| program.loss) {
+            text.tell(loss);
         }
         let state = self.state();
         if state == Word::Alarm {
@@ -148,6 +152,13 @@ impl Controller<'_> {
         if self.with(|program| core::mem::take(&mut program.startup_due)) && state == Word::Idle {
             let _turn = self.turn.lock().await;
             self.start_up(output).await;
+        }
+        // A reset may have cut short a line before what it changed was stored.
+        if self.with(|program| program.unsaved.any()) {
+            let _turn = self.turn.lock().await;
+            text.clear();
+            let _ = self.save(&mut text).await;
+            output.send(&text).await;
         }
     }
 

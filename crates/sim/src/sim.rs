@@ -6,11 +6,12 @@ use std::rc::Rc;
 use embassy_futures::select::select;
 use embassy_time::{Duration, Instant};
 use embedded_io_async::{Read, Write};
-use isostep_controller::Controller;
+use isostep_controller::{Controller, Store};
 use isostep_motion::{Axis, Machine, State, axis, coordinator, limit};
 
 use crate::config::{Config, StartOutside};
 use crate::executor::{Executor, Rest, RunError};
+use crate::flash::{FLASH_BYTES, Flash};
 use crate::link::{Lines, Pipe, Uart};
 use crate::outcome::Outcome;
 use crate::pin::{Input, Output};
@@ -52,9 +53,17 @@ pub enum SimError {
 /// # Errors
 /// [`SimError`].
 pub fn run(program: &[u8], config: &Config) -> Result<Outcome, SimError> {
+    run_with(program, config, Flash::blank())
+}
+
+/// The same with a flash, whose settings hold where it has any.
+///
+/// # Errors
+/// [`SimError`].
+pub fn run_with(program: &[u8], config: &Config, flash: Flash) -> Result<Outcome, SimError> {
     let lines = program::lines(program)?;
     config.check()?;
-    Sim::new(config).stream(lines)
+    Sim::with_flash(config, flash).stream(lines)
 }
 
 /// A simulated machine, to be run in steps: `send`, run, look at `replies`.
@@ -82,11 +91,19 @@ pub struct Sim {
 }
 
 impl Sim {
-    /// A machine at power-up.
+    /// A machine at power-up, for the first time.
     ///
     /// # Panics
     /// When a carriage cannot start where `config` says: see [`Config::check`].
     pub fn new(config: &Config) -> Self {
+        Self::with_flash(config, Flash::blank())
+    }
+
+    /// A machine at power-up, its flash as an earlier one has left it. What that does not hold is as in `config`.
+    ///
+    /// # Panics
+    /// As [`new`](Self::new).
+    pub fn with_flash(config: &Config, flash: Flash) -> Self {
         config.check().unwrap_or_else(|error| panic!("{error}"));
         let mut executor = Executor::new();
         let _current = executor.clock().clone().enter();
@@ -94,13 +111,13 @@ impl Sim {
         let machine = spawn_motion(&mut executor, &world, config);
         let (to_controller, from_controller, opened) = (Pipe::new(), Pipe::new(), Pipe::new());
         let (rx, tx) = (to_controller.clone(), from_controller.clone());
-        let controller = Controller::new(machine, config.settings);
+        let store = Store::new(flash, 0..FLASH_BYTES as u32, config.settings);
         match config.baud {
-            None => executor.spawn("console", serve(controller, rx, tx, opened.clone())),
+            None => executor.spawn("console", serve(machine, store, rx, tx, opened.clone())),
             Some(baud) => {
                 let uart = |pipe| Uart::new(pipe, executor.clock().clone(), baud);
                 let (rx, tx) = (uart(rx), uart(tx));
-                executor.spawn("console", serve(controller, rx, tx, opened.clone()));
+                executor.spawn("console", serve(machine, store, rx, tx, opened.clone()));
             }
         }
         executor.spawn("bounce", world::bounce(world.clone()));
@@ -273,7 +290,15 @@ fn spawn_motion(executor: &mut Executor, world: &Shared, config: &Config) -> &'s
 }
 
 /// The console's task: a session after the other, as on a board whose host opens and closes the port.
-async fn serve(controller: Controller<'static>, mut rx: impl Read, mut tx: impl Write, mut opened: Pipe) {
+async fn serve(
+    machine: &'static Machine,
+    store: Store<Flash>,
+    mut rx: impl Read,
+    mut tx: impl Write,
+    mut opened: Pipe,
+) {
+    let controller = Controller::new(machine, store.kept().settings, store);
+    controller.load().await;
     loop {
         // The link cannot fail, so nothing but an opening ends a session.
         select(controller.serve(&mut rx, &mut tx), opened.read(&mut [0])).await;

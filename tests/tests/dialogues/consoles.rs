@@ -2,11 +2,15 @@
 
 use std::convert::Infallible;
 
+use embassy_futures::block_on;
 use embassy_time::{Duration, Instant};
 use embedded_hal::digital::{ErrorType, OutputPin};
-use isostep_controller::{Controller, Parameters, Settings, config};
+use isostep_controller::store::Kept;
+use isostep_controller::{Controller, Parameters, Settings, Store, config};
 use isostep_motion::{Machine, coordinator};
+use isostep_sim::Flash;
 use isostep_sim::executor::Executor;
+use isostep_sim::flash::FLASH_BYTES;
 use isostep_sim::link::{Lines, Pipe};
 
 const WELCOME: &str = "Grbl 1.1h ['$' for help]";
@@ -39,9 +43,13 @@ impl Two {
         let mut executor = Executor::new();
         let settings = Settings::default();
         let machine: &'static Machine = Box::leak(Box::new(Machine::new(config(&settings))));
-        let controller: &'static Controller<'static> = Box::leak(Box::new(Controller::new(machine, settings)));
-        controller.restore(parameters.clone());
-        assert_eq!(controller.parameters(), parameters);
+        let mut store = Store::new(Flash::blank(), 0..FLASH_BYTES as u32, settings);
+        let kept = Kept { settings, parameters };
+        assert_eq!(block_on(store.save(true, |item| kept.value(item))), Ok(()));
+        let controller: &'static Controller<'static, _> =
+            Box::leak(Box::new(Controller::new(machine, settings, store)));
+        block_on(controller.load());
+        assert_eq!(controller.parameters(), kept.parameters);
         executor.spawn("coordinator", async move {
             coordinator::run(machine, Unconnected, |_| {}).await;
         });

@@ -1,7 +1,7 @@
 //! Each error of the table in docs/console.md, and that nothing has changed after it.
 
 use embassy_time::Duration;
-use isostep_sim::{Config, Sim};
+use isostep_sim::{Config, Flash, Sim};
 
 use crate::talk::{begin, homed, powered_up, refused, say, status};
 
@@ -50,6 +50,26 @@ fn error_5_homing_disabled() {
     let mut sim = homed();
     assert_eq!(say(&mut sim, "$22=0"), ["ok"]);
     refused(&mut sim, "$H", 5);
+}
+
+#[test]
+fn error_7_not_stored() {
+    let flash = Flash::blank();
+    let mut sim = Sim::with_flash(&Config::default(), flash.clone());
+    say(&mut sim, "");
+    flash.refuse();
+    for line in ["$110=1234", "G10 L2 P1 X1", "$N0=G21"] {
+        let [told, answer] = &say(&mut sim, line)[..] else { panic!("{line}") };
+        assert!(told.starts_with("[MSG:The flash has refused: the change is in force, but"), "{told}");
+        assert_eq!(answer, "error:7", "{line}");
+    }
+    // What changes nothing is not refused, and the next change takes along what is not stored yet.
+    assert_eq!(say(&mut sim, "G0 X1"), ["ok"]);
+    flash.mend();
+    assert_eq!(say(&mut sim, "$130=300"), ["ok"]);
+    let mut next = Sim::with_flash(&Config::default(), flash);
+    let heard = say(&mut next, "$$");
+    assert!(heard.contains(&"$110=1234.000".to_owned()) && heard.contains(&"$130=300.000".to_owned()), "{heard:?}");
 }
 
 #[test]

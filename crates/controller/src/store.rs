@@ -1,0 +1,238 @@
+//! Settings, work offsets, places and start-up lines in flash: what outlives a power cycle.
+//!
+//! # Design
+//! A log, the queue of `sequential-storage`: each change puts one item behind the ones before it, and what comes last holds. It
+//! goes round through all sectors, the oldest giving way to the newest, so that all of them wear alike; and each time that half
+//! of them is full, all that is kept is put into it once more, so that nothing in the oldest ones is needed. Below are
+//! [`Sectors`], so that whenever the power goes every item has its old value or its new one.
+//!
+//! Programming and erasing may stop everything else for as long as they take, so whoever calls [`Store::save`] sees to it that
+//! nothing moves. Between operations the other tasks run.
+
+mod item;
+mod sectors;
+
+use core::fmt;
+use core::ops::Range;
+
+use embassy_futures::yield_now;
+use embedded_storage_async::nor_flash::NorFlash;
+use isostep_console::parameters::STARTUP_LINE_CHARS;
+use isostep_console::{Parameters, SettingError, Settings};
+use sequential_storage::Error as LogError;
+use sequential_storage::cache::{Cache, Uncached};
+use sequential_storage::queue::{QueueConfig, QueueStorage};
+
+pub use item::{Item, Value};
+use sectors::Sectors;
+
+/// The format. It has a key of its own, and ends every copy of all that is kept. Another format is not read.
+const VERSION: u32 = 1;
+const VERSION_ITEM: Item = Item(u16::MAX);
+const KEY_BYTES: usize = 2;
+/// Of the log, beside an item's own.
+const HEADER_BYTES: usize = 8;
+
+/// The longest item with its key.
+type Buffer = heapless::Vec<u8, { KEY_BYTES + STARTUP_LINE_CHARS }>;
+
+type Log<F> = QueueStorage<Sectors<F>, Cache<Uncached, Uncached, Uncached>>;
+
+/// Keeps items in a flash.
+pub struct Store<F: NorFlash> {
+    log: Log<F>,
+    defaults: Settings,
+    kept: Kept,
+    /// The log is to be begun anew: it holds nothing, or nothing that can be built upon.
+    anew: bool,
+    /// What has been put into the log since the last copy of all that is kept, bytes.
+    since_copy: usize,
+}
+
+/// What the flash holds; defaults where it holds nothing.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Kept {
+    /// The settings, not yet checked against each other.
+    pub settings: Settings,
+    /// Work offsets, places and start-up lines.
+    pub parameters: Parameters,
+}
+
+/// Why what was stored is not in force. Prints as the text of a `[MSG:...]`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Loss {
+    /// It is damaged, or something else.
+    Unreadable,
+    /// It has another format.
+    OtherVersion,
+    /// The settings do not work together.
+    Refused(SettingError),
+    /// The settings do not work with the step outputs.
+    Unworkable(&'static str),
+}
+
+/// The flash has refused: what was to be kept is as it was.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct NotStored;
+
+impl<F: NorFlash> Store<F> {
+    /// Keeps items in `range` of `flash`. Whatever it does not hold is as in `defaults`, and all zero and empty.
+    ///
+    /// # Panics
+    /// When `range` is not 4 to 32 whole sectors of the flash.
+    #[must_use]
+    pub fn new(flash: F, range: Range<u32>, defaults: Settings) -> Self {
+        let sectors = Sectors::new(flash, range);
+        let config = QueueConfig::new(0..sectors.bytes());
+        let log = Log::new(sectors, config, Cache::new_uncached());
+        Self { log, defaults, kept: Kept::new(defaults), anew: true, since_copy: 0 }
+    }
+
+    /// What the flash holds, after [`load`](Self::load).
+    #[must_use]
+    pub fn kept(&self) -> &Kept {
+        &self.kept
+    }
+
+    /// Reads all there is. Changes nothing, but ends what a power cut has left half done.
+    ///
+    /// # Errors
+    /// [`Loss::Unreadable`] or [`Loss::OtherVersion`]: then defaults are what it holds, and the next
+    /// [`save`](Self::save) begins anew.
+    pub async fn load(&mut self) -> Result<(), Loss> {
+        let version = self.read().await;
+        self.anew = version != Ok(Some(VERSION));
+        if self.anew {
+            self.kept = Kept::new(self.defaults);
+        }
+        match version? {
+            None | Some(VERSION) => Ok(()),
+            Some(_) => Err(Loss::OtherVersion),
+        }
+    }
+
+    /// The version of what there is, if there is something.
+    async fn read(&mut self) -> Result<Option<u32>, Loss> {
+        let (mut version, mut understood) = (None, true);
+        self.kept = Kept::new(self.defaults);
+        self.since_copy = 0;
+        understood &= self.log.flash().open().await.map_err(|_| Loss::Unreadable)?;
+        let mut buffer = [0; KEY_BYTES + STARTUP_LINE_CHARS];
+        let mut entries = self.log.iter().await.map_err(|_| Loss::Unreadable)?;
+        while let Some(entry) = entries.next(&mut buffer).await.map_err(|_| Loss::Unreadable)? {
+            let (key, value) = entry.split_first_chunk().ok_or(Loss::Unreadable)?;
+            self.since_copy += HEADER_BYTES + entry.len();
+            match Item(u16::from_le_bytes(*key)) {
+                VERSION_ITEM => {
+                    version = Some(u32::from_le_bytes(value.try_into().map_err(|_| Loss::Unreadable)?));
+                    self.since_copy = 0;
+                }
+                item => understood &= self.kept.set(item, value),
+            }
+        }
+        // Another version may have other values.
+        if understood || !matches!(version, None | Some(VERSION)) { Ok(version) } else { Err(Loss::Unreadable) }
+    }
+
+    /// Keeps every item that is not kept already, without `settings` all but these; `now` tells its value. Call it while
+    /// nothing moves.
+    ///
+    /// # Errors
+    /// [`NotStored`]; what could be stored is.
+    ///
+    /// # Cancellation
+    /// As a power cut: each item has its old value or its new one. Save again.
+    pub async fn save(&mut self, mut settings: bool, now: impl Fn(Item) -> Value) -> Result<(), NotStored> {
+        let mut again = true;
+        loop {
+            match self.write(settings, &now).await {
+                Err(LogError::Corrupted { .. }) if again => {
+                    // Nothing to build upon; but all that is in force is known, and is written anew.
+                    (self.anew, settings, again) = (true, true, false);
+                }
+                written => return written.map_err(|_| NotStored),
+            }
+        }
+    }
+
+    async fn write(&mut self, settings: bool, now: &impl Fn(Item) -> Value) -> Result<(), LogError<F::Error>> {
+        if self.anew {
+            self.log.erase_all().await?;
+            self.kept = Kept::new(self.defaults);
+        }
+        if self.anew || self.since_copy > self.log.flash_range().len() / 2 {
+            self.copy().await?;
+        }
+        let mut items = 0;
+        while let Some(item) = Item::at(items) {
+            items += 1;
+            let value = now(item);
+            if (settings || !item.is_setting()) && value != self.kept.value(item) {
+                self.push(item, &value).await?;
+                self.kept.set(item, &value);
+            }
+        }
+        Ok(())
+    }
+
+    /// Puts all that is kept into the log once more.
+    async fn copy(&mut self) -> Result<(), LogError<F::Error>> {
+        let mut items = 0;
+        while let Some(item) = Item::at(items) {
+            items += 1;
+            let value = self.kept.value(item);
+            if value != Kept::new(self.defaults).value(item) {
+                self.push(item, &value).await?;
+            }
+        }
+        self.push(VERSION_ITEM, &VERSION.to_le_bytes()).await?;
+        (self.anew, self.since_copy) = (false, 0);
+        Ok(())
+    }
+
+    async fn push(&mut self, item: Item, value: &[u8]) -> Result<(), LogError<F::Error>> {
+        let mut entry = Buffer::new();
+        // There is room for the longest.
+        let _ = entry.extend_from_slice(&item.0.to_le_bytes());
+        let _ = entry.extend_from_slice(value);
+        self.since_copy += HEADER_BYTES + entry.len();
+        self.log.push(&entry, true).await?;
+        yield_now().await;
+        Ok(())
+    }
+}
+
+impl Kept {
+    fn new(settings: Settings) -> Self {
+        Self { settings, parameters: Parameters::default() }
+    }
+
+    /// The value of an item.
+    #[must_use]
+    pub fn value(&self, item: Item) -> Value {
+        item.value((&self.settings, &self.parameters.coordinates, &self.parameters.startup))
+    }
+
+    fn set(&mut self, item: Item, value: &[u8]) -> bool {
+        item.set(value, &mut self.settings, &mut self.parameters)
+    }
+}
+
+impl Loss {
+    /// The settings are to blame, and nothing else is lost.
+    pub(crate) fn is_of_settings(&self) -> bool {
+        matches!(self, Self::Refused(_) | Self::Unworkable(_))
+    }
+}
+
+impl fmt::Display for Loss {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Unreadable => f.write_str("what flash holds cannot be read")?,
+            Self::OtherVersion => f.write_str("what flash holds is another version's")?,
+            Self::Refused(why) => write!(f, "stored settings refused, {why}")?,
+            Self::Unworkable(why) => write!(f, "stored settings refused, {why}")?,
+        }
+        f.write_str(" - the defaults are in force: set yours again, or keep these by $RST=*")
+    }
+}

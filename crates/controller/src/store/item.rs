@@ -1,0 +1,94 @@
+//! What is kept, item by item, and the bytes of each.
+
+use heapless::Vec;
+use isostep_console::parameters::{STARTUP_LINE_CHARS, STARTUP_LINES, StartupLine, WORK_SYSTEMS};
+use isostep_console::{AXES, Coordinates, MAX_COORDINATE_MM, Parameters, SETTING_TABLE, Settings};
+
+/// The bytes of an item: numbers as 32-bit floats, little-endian; a line as its characters.
+pub type Value = Vec<u8, STARTUP_LINE_CHARS>;
+
+/// One thing that a line can change, by its key: a setting's is its number, and those end at 999. A key is never another's
+/// in any version.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Item(pub(super) u16);
+
+/// The origins of G54 to G59, where G28 and G30 go to, then the start-up lines.
+const FIRST_PLACE: u16 = 0x4000;
+const FIRST_LINE: u16 = FIRST_PLACE + WORK_SYSTEMS as u16 + 2;
+const END: u16 = FIRST_LINE + STARTUP_LINES as u16;
+
+/// What is kept, wherever it is.
+pub(crate) type Place<'a> = (&'a Settings, &'a Coordinates, &'a [StartupLine; STARTUP_LINES]);
+
+impl Item {
+    /// Every item.
+    pub fn all() -> impl Iterator<Item = Self> {
+        (0..).map_while(Self::at)
+    }
+
+    /// The items by rising keys; `None` behind the last.
+    pub(super) fn at(index: u16) -> Option<Self> {
+        let mut left = index;
+        for row in SETTING_TABLE {
+            let numbers = row.numbers();
+            if left < numbers.len() as u16 {
+                return Some(Self(numbers.start + left));
+            }
+            left -= numbers.len() as u16;
+        }
+        (left < END - FIRST_PLACE).then_some(Self(FIRST_PLACE + left))
+    }
+
+    pub(super) fn is_setting(self) -> bool {
+        self.0 < FIRST_PLACE
+    }
+
+    /// Its value among these.
+    pub(crate) fn value(self, (settings, coordinates, startup): Place<'_>) -> Value {
+        let mut value = Value::new();
+        let mut put = |bytes: &[u8]| {
+            // There is room: the longest is a line.
+            let _ = value.extend_from_slice(bytes);
+        };
+        match self.0 {
+            FIRST_LINE..END => put(startup[usize::from(self.0 - FIRST_LINE)].as_bytes()),
+            FIRST_PLACE..FIRST_LINE => {
+                let place_mm = coordinates.place(usize::from(self.0 - FIRST_PLACE));
+                place_mm.iter().for_each(|mm| put(&mm.to_le_bytes()));
+            }
+            number => put(&settings.get(number).unwrap_or_default().to_le_bytes()),
+        }
+        value
+    }
+
+    /// Sets it to a value; false if that is none of its. What another version kept has no effect.
+    pub(super) fn set(self, value: &[u8], settings: &mut Settings, parameters: &mut Parameters) -> bool {
+        let understood = match self.0 {
+            FIRST_LINE..END => line(value).map(|line| parameters.startup[usize::from(self.0 - FIRST_LINE)] = line),
+            FIRST_PLACE..FIRST_LINE => {
+                let place = parameters.coordinates.place_mut(usize::from(self.0 - FIRST_PLACE));
+                place_mm(value).map(|place_mm| *place = place_mm)
+            }
+            number => float(value).map(|value| {
+                settings.set(number, value);
+            }),
+        };
+        understood.is_some()
+    }
+}
+
+fn float(value: &[u8]) -> Option<f32> {
+    value.try_into().ok().map(f32::from_le_bytes)
+}
+
+fn place_mm(value: &[u8]) -> Option<[f32; AXES]> {
+    let mut place_mm = [0.0; AXES];
+    for (mm, value) in place_mm.iter_mut().zip(value.chunks(4)) {
+        *mm = float(value).filter(|mm| mm.abs() <= MAX_COORDINATE_MM)?;
+    }
+    (value.len() == 4 * AXES).then_some(place_mm)
+}
+
+fn line(value: &[u8]) -> Option<StartupLine> {
+    core::str::from_utf8(value).ok()?.try_into().ok()
+}

@@ -1,0 +1,243 @@
+//! Flash that outlives a simulated machine: NOR cells, the wear of its sectors, and power that goes when told to.
+
+use std::cell::RefCell;
+use std::fmt;
+use std::rc::Rc;
+
+use embedded_storage_async::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
+use oorandom::Rand64;
+
+/// As in the chip of a Pico.
+pub const SECTOR_BYTES: usize = 4096;
+/// Programming never goes on from one page to the next by itself.
+const PAGE_BYTES: usize = 256;
+/// What the firmware keeps its settings in.
+pub const FLASH_BYTES: usize = 16 * SECTOR_BYTES;
+const ERASED: u8 = 0xFF;
+
+/// A flash, by a handle: clones are the same one.
+#[derive(Clone)]
+pub struct Flash(Rc<RefCell<Cells>>);
+
+struct Cells {
+    bytes: Vec<u8>,
+    erases: Vec<u32>,
+    operations: u64,
+    fault: Option<Fault>,
+}
+
+/// What happens at a programming or erasing of a page or sector.
+struct Fault {
+    /// When so many have been carried out.
+    at_operation: u64,
+    /// How far this one gets; without it the flash refuses.
+    torn: Option<Rand64>,
+}
+
+/// Why an operation was not carried out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FlashError {
+    /// Not whole sectors.
+    Unaligned,
+    /// Beyond the end.
+    OutOfBounds,
+    /// A fault that was asked for.
+    Refused,
+}
+
+impl Flash {
+    /// All erased.
+    pub fn blank() -> Self {
+        Self::with(vec![ERASED; FLASH_BYTES])
+    }
+
+    /// With these contents.
+    ///
+    /// # Panics
+    /// When they are not whole sectors.
+    pub fn with(bytes: Vec<u8>) -> Self {
+        assert!(bytes.len().is_multiple_of(SECTOR_BYTES), "{} bytes are not whole sectors", bytes.len());
+        let erases = vec![0; bytes.len() / SECTOR_BYTES];
+        Self(Rc::new(RefCell::new(Cells { bytes, erases, operations: 0, fault: None })))
+    }
+
+    /// What it holds.
+    pub fn bytes(&self) -> Vec<u8> {
+        self.0.borrow().bytes.clone()
+    }
+
+    /// Changes what it holds, without its rules.
+    pub fn change(&self, change: impl FnOnce(&mut [u8])) {
+        change(&mut self.0.borrow_mut().bytes);
+    }
+
+    /// How often each sector was erased.
+    pub fn erases(&self) -> Vec<u32> {
+        self.0.borrow().erases.clone()
+    }
+
+    /// Pages programmed and sectors erased so far.
+    pub fn operations(&self) -> u64 {
+        self.0.borrow().operations
+    }
+
+    /// The power goes in the midst of the operation after `operations` more, at a place that `seed` chooses: nothing works
+    /// until [`mend`](Self::mend).
+    pub fn cut_power_after(&self, operations: u64, seed: u64) {
+        self.fault_after(operations, Some(Rand64::new(seed.into())));
+    }
+
+    /// Refuses to program and to erase until [`mend`](Self::mend).
+    pub fn refuse(&self) {
+        self.fault_after(0, None);
+    }
+
+    /// Works again.
+    pub fn mend(&self) {
+        self.0.borrow_mut().fault = None;
+    }
+
+    fn fault_after(&self, operations: u64, torn: Option<Rand64>) {
+        let mut cells = self.0.borrow_mut();
+        cells.fault = Some(Fault { at_operation: cells.operations + operations, torn });
+    }
+}
+
+impl Cells {
+    fn check(&self, from: usize, to: usize, unit: usize) -> Result<(), FlashError> {
+        if from > to || to > self.bytes.len() {
+            return Err(FlashError::OutOfBounds);
+        }
+        let aligned = from.is_multiple_of(unit) && to.is_multiple_of(unit);
+        if aligned { Ok(()) } else { Err(FlashError::Unaligned) }
+    }
+
+    /// Brings the cells from `from` on to `wanted`, or as far as a fault lets it.
+    fn operate(&mut self, from: usize, wanted: &[u8]) -> Result<(), FlashError> {
+        let cells = &mut self.bytes[from..from + wanted.len()];
+        match &mut self.fault {
+            Some(fault) if self.operations >= fault.at_operation => {
+                if let Some(mut random) = fault.torn.take() {
+                    tear(cells, wanted, &mut random);
+                }
+                return Err(FlashError::Refused);
+            }
+            _ => cells.copy_from_slice(wanted),
+        }
+        self.operations += 1;
+        Ok(())
+    }
+}
+
+/// Where cells stand that were on their way: some of the bytes, from the front, from the back or here and there, or some of the
+/// bits; an erase brings all of them to 0 first.
+fn tear(cells: &mut [u8], wanted: &[u8], random: &mut Rand64) {
+    let erases = cells.iter().zip(wanted).any(|(&is, &to)| is & to != to);
+    let count = cells.len() as u64;
+    let place = random.rand_range(0..count + 1) as usize;
+    let share = random.rand_range(0..257);
+    let way = random.rand_range(0..5);
+    let wanted: Vec<u8> = if erases && random.rand_range(0..3) == 0 { vec![0; cells.len()] } else { wanted.to_vec() };
+    for (index, (cell, &wanted)) in cells.iter_mut().zip(&wanted).enumerate() {
+        let mask = match way {
+            0 => {
+                if index < place {
+                    0xFF
+                } else {
+                    0
+                }
+            }
+            1 => {
+                if index >= place {
+                    0xFF
+                } else {
+                    0
+                }
+            }
+            2 => {
+                if random.rand_range(0..256) < share {
+                    0xFF
+                } else {
+                    0
+                }
+            }
+            3 => (0..8).fold(0, |mask, bit| mask | u8::from(random.rand_range(0..256) < share) << bit),
+            // None at all, or all but the word that the power went with.
+            _ => {
+                if share.is_multiple_of(2) {
+                    0
+                } else {
+                    0xFF
+                }
+            }
+        };
+        *cell = *cell & !mask | wanted & mask;
+    }
+}
+
+impl ErrorType for Flash {
+    type Error = FlashError;
+}
+
+impl ReadNorFlash for Flash {
+    const READ_SIZE: usize = 1;
+
+    async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), FlashError> {
+        let cells = self.0.borrow();
+        let (from, to) = (offset as usize, offset as usize + bytes.len());
+        cells.check(from, to, 1)?;
+        bytes.copy_from_slice(&cells.bytes[from..to]);
+        Ok(())
+    }
+
+    fn capacity(&self) -> usize {
+        self.0.borrow().bytes.len()
+    }
+}
+
+impl NorFlash for Flash {
+    const WRITE_SIZE: usize = 1;
+    const ERASE_SIZE: usize = SECTOR_BYTES;
+
+    async fn erase(&mut self, from: u32, to: u32) -> Result<(), FlashError> {
+        let mut cells = self.0.borrow_mut();
+        cells.check(from as usize, to as usize, SECTOR_BYTES)?;
+        for sector in from as usize / SECTOR_BYTES..to as usize / SECTOR_BYTES {
+            cells.operate(sector * SECTOR_BYTES, &[ERASED; SECTOR_BYTES])?;
+            cells.erases[sector] += 1;
+        }
+        Ok(())
+    }
+
+    async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), FlashError> {
+        let mut cells = self.0.borrow_mut();
+        cells.check(offset as usize, offset as usize + bytes.len(), 1)?;
+        let mut from = offset as usize;
+        let mut left = bytes;
+        while !left.is_empty() {
+            let (part, rest) = left.split_at(left.len().min(PAGE_BYTES - from % PAGE_BYTES));
+            // Bits go from 1 to 0, none the other way.
+            let wanted: Vec<u8> = cells.bytes[from..].iter().zip(part).map(|(&is, &to)| is & to).collect();
+            cells.operate(from, &wanted)?;
+            (from, left) = (from + part.len(), rest);
+        }
+        Ok(())
+    }
+}
+
+impl NorFlashError for FlashError {
+    fn kind(&self) -> NorFlashErrorKind {
+        match self {
+            Self::Unaligned => NorFlashErrorKind::NotAligned,
+            Self::OutOfBounds => NorFlashErrorKind::OutOfBounds,
+            Self::Refused => NorFlashErrorKind::Other,
+        }
+    }
+}
+
+impl fmt::Debug for Flash {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let cells = self.0.borrow();
+        f.debug_struct("Flash").field("bytes", &cells.bytes.len()).field("erases", &cells.erases).finish()
+    }
+}

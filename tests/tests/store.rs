@@ -1,0 +1,316 @@
+//! What is stored in flash: whenever the power goes, whatever the flash holds, and on the simulated machine.
+//!
+//! The same in every run; a failure prints the line that runs its case alone.
+
+use std::env;
+
+use embassy_futures::block_on;
+use embassy_time::Duration;
+use isostep_controller::store::{Item, Kept, Loss, Store};
+use isostep_controller::{Parameters, Settings};
+use isostep_motion::State;
+use isostep_sim::flash::{FLASH_BYTES, SECTOR_BYTES};
+use isostep_sim::{Config, Flash, Sim};
+use oorandom::Rand64;
+
+const CASES: u64 = 100;
+const CUTS_PER_CASE: u64 = 100;
+
+fn defaults() -> Kept {
+    Kept { settings: Settings::DEFAULT, parameters: Parameters::default() }
+}
+
+fn opened(flash: &Flash, sectors: usize) -> (Store<Flash>, Result<(), Loss>) {
+    let mut store = Store::new(flash.clone(), 0..(sectors * SECTOR_BYTES) as u32, Settings::DEFAULT);
+    let loaded = block_on(store.load());
+    (store, loaded)
+}
+
+fn save(store: &mut Store<Flash>, wanted: &Kept) -> bool {
+    block_on(store.save(true, |item| wanted.value(item))).is_ok()
+}
+
+/// Changes one thing, or now and then all of them.
+fn change(kept: &mut Kept, random: &mut Rand64) {
+    let numbers: Vec<u16> = isostep_console::SETTING_TABLE.iter().flat_map(|row| row.numbers()).collect();
+    match random.rand_range(0..20) {
+        0 => *kept = defaults(),
+        1 => {
+            let line = "G1X9F".repeat(random.rand_range(0..16) as usize);
+            kept.parameters.startup[random.rand_range(0..2) as usize] = line.as_str().try_into().unwrap();
+        }
+        2..=5 => {
+            let place = kept.parameters.coordinates.place_mut(random.rand_range(0..8) as usize);
+            *place = std::array::from_fn(|_| (random.rand_float() * 1000.0) as f32);
+        }
+        _ => {
+            let number = numbers[random.rand_range(0..numbers.len() as u64) as usize];
+            kept.settings.set(number, random.rand_range(0..60_000) as f32);
+        }
+    }
+}
+
+/// One flash through many power cuts, each in the midst of some operation of it.
+fn survive_power_cuts(case: u64) {
+    let mut random = Rand64::new(case.into());
+    let sectors = if case.is_multiple_of(2) { 4 } else { 16 };
+    let flash = Flash::blank();
+    let (mut store, mut used) = (opened(&flash, sectors).0, false);
+    let mut cuts = 0;
+    while cuts < CUTS_PER_CASE {
+        flash.cut_power_after(random.rand_range(0..120), random.rand_u64());
+        let (mut old, mut wanted) = (store.kept().clone(), store.kept().clone());
+        loop {
+            change(&mut wanted, &mut random);
+            if !save(&mut store, &wanted) {
+                break;
+            }
+            (old, used) = (wanted.clone(), true);
+        }
+        cuts += 1;
+        flash.mend();
+        // Loading may have something to put right: let the power go then, too.
+        flash.cut_power_after(random.rand_range(0..2), random.rand_u64());
+        let _ = opened(&flash, sectors);
+        flash.mend();
+        let loaded;
+        (store, loaded) = opened(&flash, sectors);
+        assert!(loaded.is_ok() || !used, "cut {cuts}: {loaded:?}");
+        for item in Item::all() {
+            let value = store.kept().value(item);
+            assert!(
+                value == old.value(item) || value == wanted.value(item),
+                "cut {cuts}: {item:?} is {value:?}, was {:?}, to be {:?}",
+                old.value(item),
+                wanted.value(item)
+            );
+        }
+    }
+}
+
+#[test]
+fn ten_thousand_power_cuts_leave_every_item_old_or_new() {
+    let only = env::var("STORE_CASE").ok().map(|case| case.parse().expect("STORE_CASE is a number"));
+    for case in only.map_or(0..CASES, |case| case..case + 1) {
+        let replay = format!("again: STORE_CASE={case} cargo test -p isostep-tests --test store ten_thousand");
+        if std::panic::catch_unwind(|| survive_power_cuts(case)).is_err() {
+            panic!("{replay}");
+        }
+    }
+}
+
+#[test]
+fn changes_wear_all_sectors_alike() {
+    let flash = Flash::blank();
+    let (mut store, _) = opened(&flash, 16);
+    let mut wanted = defaults();
+    for value in 0..10_000 {
+        wanted.settings.set(110, value as f32);
+        assert!(save(&mut store, &wanted));
+    }
+    let erases = flash.erases();
+    let (least, most) = (erases.iter().min().unwrap(), erases.iter().max().unwrap());
+    assert!(*least >= 2 && most - least <= 1, "{erases:?}");
+    assert_eq!(opened(&flash, 16).0.kept(), &wanted);
+}
+
+#[test]
+fn a_change_of_one_item_writes_one_item() {
+    let flash = Flash::blank();
+    let (mut store, _) = opened(&flash, 16);
+    let mut wanted = defaults();
+    wanted.settings.set(110, 1234.0);
+    assert!(save(&mut store, &wanted));
+    let before = flash.operations();
+    wanted.settings.set(130, 300.0);
+    assert!(save(&mut store, &wanted));
+    // Its header and its value.
+    assert_eq!(flash.operations() - before, 2);
+    assert!(save(&mut store, &wanted));
+    assert_eq!(flash.operations() - before, 2, "nothing has changed");
+}
+
+/// The log's sum over an item: CRC-32C from 0xEEEEEEEE on, its first byte never 0x00 or 0xFF.
+fn sum(data: &[u8]) -> u32 {
+    let step = |sum: u32| if sum & 1 == 1 { sum >> 1 ^ 0x82F6_3B78 } else { sum >> 1 };
+    let sum = !data.iter().fold(0xEEEE_EEEE, |sum, &byte| (0..8).fold(sum ^ u32::from(byte), |sum, _| step(sum)));
+    if matches!(sum.to_le_bytes()[0], 0x00 | 0xFF) { sum ^ 1 } else { sum }
+}
+
+/// A flash in which $110 is 1234, as another version would have left it.
+fn of_another_version() -> Flash {
+    let flash = Flash::blank();
+    let (mut store, _) = opened(&flash, 16);
+    let mut wanted = defaults();
+    wanted.settings.set(110, 1234.0);
+    assert!(save(&mut store, &wanted));
+    flash.change(|bytes| {
+        let version = [0xFF, 0xFF, 1, 0, 0, 0];
+        let place = bytes.windows(6).position(|window| window == version).expect("a version");
+        bytes[place + 2] = 2;
+        let sum = sum(&bytes[place..place + 6]);
+        bytes[place - 8..place - 4].copy_from_slice(&sum.to_le_bytes());
+    });
+    flash
+}
+
+#[test]
+fn another_version_is_not_read() {
+    let flash = of_another_version();
+    let (mut store, loaded) = opened(&flash, 16);
+    assert_eq!((loaded, store.kept()), (Err(Loss::OtherVersion), &defaults()));
+    let mut wanted = defaults();
+    wanted.settings.set(111, 999.0);
+    assert!(save(&mut store, &wanted));
+    let (store, loaded) = opened(&flash, 16);
+    assert_eq!((loaded, store.kept()), (Ok(()), &wanted));
+}
+
+fn garbage(seed: u64) -> Flash {
+    let mut random = Rand64::new(seed.into());
+    Flash::with((0..FLASH_BYTES).map(|_| random.rand_range(0..256) as u8).collect())
+}
+
+#[test]
+fn garbage_is_not_read() {
+    for seed in 0..50 {
+        let flash = garbage(seed);
+        let (mut store, loaded) = opened(&flash, 16);
+        assert_eq!((loaded, store.kept()), (Err(Loss::Unreadable), &defaults()), "seed {seed}");
+        let mut wanted = defaults();
+        wanted.settings.set(111, 999.0);
+        assert!(save(&mut store, &wanted));
+        let (store, loaded) = opened(&flash, 16);
+        assert_eq!((loaded, store.kept()), (Ok(()), &wanted), "seed {seed}");
+    }
+}
+
+#[test]
+fn flipped_bits_never_panic_and_never_stop_a_change() {
+    for seed in 0..200 {
+        let mut random = Rand64::new(seed);
+        let (flash, mut wanted) = (Flash::blank(), defaults());
+        let (mut store, _) = opened(&flash, 4);
+        for _ in 0..100 {
+            change(&mut wanted, &mut random);
+            assert!(save(&mut store, &wanted));
+        }
+        flash.change(|bytes| {
+            for _ in 0..random.rand_range(1..2000) {
+                bytes[random.rand_range(0..4 * SECTOR_BYTES as u64) as usize] ^= 1 << random.rand_range(0..8);
+            }
+        });
+        let (mut store, _) = opened(&flash, 4);
+        for _ in 0..2000 {
+            change(&mut wanted, &mut random);
+            assert!(save(&mut store, &wanted), "seed {seed}");
+        }
+        assert_eq!(opened(&flash, 4).0.kept(), &wanted, "seed {seed}");
+    }
+}
+
+/// What the machine says from power-up on, and to what it is sent.
+fn said(flash: &Flash, lines: &str) -> Vec<String> {
+    let mut sim = Sim::with_flash(&Config::default(), flash.clone());
+    sim.send(lines.as_bytes());
+    sim.run_until_idle().unwrap();
+    sim.replies()
+}
+
+#[test]
+fn all_that_grbl_stores_outlives_a_power_cycle() {
+    let flash = Flash::blank();
+    said(&flash, "$110=1234\n$130=300\nG10 L2 P1 X5\nG10 L20 P3 Y7\nG0 X2\nG28.1\nG30.1\n$N1=G21\n");
+    let next = said(&flash, "$$\n$#\n$N\n");
+    for line in [
+        "$110=1234.000",
+        "$130=300.000",
+        "[G54:5.000,0.000,0.000]",
+        "[G56:0.000,-7.000,0.000]",
+        "[G28:7.000,0.000,0.000]",
+        "[G30:7.000,0.000,0.000]",
+        "$N1=G21",
+        ">G21:ok",
+    ] {
+        assert!(next.contains(&line.to_owned()), "{line} is not in {next:?}");
+    }
+    assert!(!next.iter().any(|line| line.starts_with("[MSG:")), "{next:?}");
+}
+
+#[test]
+fn the_defaults_put_back_outlive_a_power_cycle() {
+    let flash = Flash::blank();
+    said(&flash, "$110=1234\nG10 L2 P1 X5\n$RST=$\n");
+    let next = said(&flash, "$$\n$#\n");
+    assert!(next.contains(&"$110=2880.000".to_owned()) && next.contains(&"[G54:5.000,0.000,0.000]".to_owned()));
+    said(&flash, "$RST=*\n");
+    assert!(said(&flash, "$#\n").contains(&"[G54:0.000,0.000,0.000]".to_owned()));
+}
+
+#[test]
+fn what_is_not_as_stored_is_told_after_the_welcome_until_it_is_stored_anew() {
+    for (flash, words) in [
+        (garbage(1), "[MSG:what flash holds cannot be read"),
+        (of_another_version(), "[MSG:what flash holds is another version's"),
+        (refused(), "[MSG:stored settings refused, $110=200000 is above the"),
+    ] {
+        let heard = said(&flash, "$$\n");
+        assert!(heard[0].starts_with("Grbl") && heard[1].starts_with(words), "{heard:?}");
+        assert!(heard[1].contains("the defaults are in force: set yours again, or keep these by $RST=*"), "{heard:?}");
+        assert!(heard.contains(&"$110=2880.000".to_owned()), "{heard:?}");
+        let heard = said(&flash, "$RST=*\n");
+        assert_eq!(heard[2..], ["[MSG:Restoring defaults]", "ok", "Grbl 1.1h ['$' for help]"], "{heard:?}");
+        assert_eq!(said(&flash, ""), ["Grbl 1.1h ['$' for help]"]);
+    }
+}
+
+/// Settings that work one by one but not together: more steps than the outputs carry.
+fn refused() -> Flash {
+    let flash = Flash::blank();
+    let (mut store, _) = opened(&flash, 16);
+    let mut wanted = defaults();
+    wanted.settings.set(110, 200_000.0);
+    wanted.settings.set(100, 5_000.0);
+    assert!(save(&mut store, &wanted));
+    flash
+}
+
+#[test]
+fn refused_settings_stay_stored_until_others_are_set() {
+    let flash = refused();
+    said(&flash, "G10 L2 P2 X1\n");
+    let (store, _) = opened(&flash, 16);
+    assert_eq!(store.kept().settings.get(100), Some(5_000.0));
+    assert_eq!(store.kept().parameters.coordinates.place(1), &[1.0, 0.0, 0.0]);
+}
+
+#[test]
+fn nothing_is_stored_while_anything_moves() {
+    let flash = Flash::blank();
+    let mut sim = Sim::with_flash(&Config::default(), flash.clone());
+    sim.send(b"G0 X20\nG10 L2 P2 X5\nG0 X0\nG28.1\n");
+    let mut seen = 0;
+    for _ in 0..4_000 {
+        sim.run_for(Duration::from_millis(1)).unwrap();
+        let steps = sim.counted_steps();
+        let stored = flash.operations();
+        if sim.machine().state() == State::Run && steps != [0; 3] && steps != [1000, 0, 0] {
+            assert_eq!(stored, seen, "at {steps:?}");
+        }
+        seen = stored;
+    }
+    let (store, _) = opened(&flash, 16);
+    assert_eq!(store.kept().parameters.coordinates.place(1), &[5.0, 0.0, 0.0]);
+}
+
+#[test]
+fn what_a_reset_cut_short_is_stored_after_it() {
+    let flash = Flash::blank();
+    let mut sim = Sim::with_flash(&Config::default(), flash.clone());
+    sim.send(b"G0 X20\nG10 L2 P2 X5\n");
+    sim.run_for(Duration::from_millis(300)).unwrap();
+    assert_eq!(flash.operations(), 0);
+    sim.send(b"\x18");
+    sim.run_until_idle().unwrap();
+    assert_eq!(opened(&flash, 16).0.kept().parameters.coordinates.place(1), &[5.0, 0.0, 0.0]);
+}
