@@ -18,9 +18,10 @@ impl Interpreter {
             "X" => Ok(Command::Unlock),
             "C" if matches!(state, State::Idle | State::Check) => Ok(Command::ToggleCheck),
             "C" => Err(Error::NotIdle),
-            "BUZZ=X" | "BUZZ=Y" | "BUZZ=Z" if state == State::Idle => {
-                Ok(Command::Buzz { axis: usize::from(statement.as_bytes()[5] - b'X') })
-            }
+            "BUZZ=X" | "BUZZ=Y" | "BUZZ=Z" if state != State::Idle => Err(Error::NotIdle),
+            "BUZZ=X" => Ok(Command::Buzz { axis: 0 }),
+            "BUZZ=Y" => Ok(Command::Buzz { axis: 1 }),
+            "BUZZ=Z" => Ok(Command::Buzz { axis: 2 }),
             _ => match statement.split_at_checked(1) {
                 Some(("J", jog)) => self.begin_jog(jog, state),
                 Some(("E", code)) => explain(code, Error::from_code).map(Command::ExplainError),

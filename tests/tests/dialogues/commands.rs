@@ -19,7 +19,10 @@ fn jogs(sim: &mut Sim, line: &str, place: &str) {
 fn command_help_lists_the_commands() {
     let heard = say(&mut powered_up(&Config::default()), "$");
     assert_eq!(heard[0], "[HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x]");
-    assert_eq!(heard[1..], ["[MSG:$En and $An explain a refusal or an alarm by its number n]", "ok"]);
+    assert_eq!(
+        heard[1..],
+        ["[MSG:$En and $An explain a refusal or an alarm by its number n, $BUZZ=X moves X to and fro]", "ok"]
+    );
 }
 
 #[test]
