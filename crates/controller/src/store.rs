@@ -4,7 +4,7 @@
 //! A log, the queue of `sequential-storage`: each change puts one item behind the ones before it, and what comes last holds. It
 //! goes round through all sectors, the oldest giving way to the newest, so that all of them wear alike; and each time that half
 //! of them is full, all that is kept is put into it once more, so that nothing in the oldest ones is needed. Below are
-//! [`Sectors`], so that whenever the power goes every item has its old value or its new one.
+//! `Sectors`, so that whenever the power goes every item has its old value or its new one.
 //!
 //! Programming and erasing may stop everything else for as long as they take, so whoever calls [`Store::save`] sees to it that
 //! nothing moves. Between operations the other tasks run.
