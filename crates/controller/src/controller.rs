@@ -96,12 +96,12 @@ impl<'a, F: NorFlash> Controller<'a, F> {
     pub async fn load(&self) {
         let mut store = self.store.lock().await;
         let loss = store.load().await.err();
-        let Kept { settings, parameters } = store.kept().clone();
-        let loss = loss.or_else(|| self.put_back(settings).err());
+        let Kept { settings, parameters } = store.kept();
+        let loss = loss.or_else(|| self.put_back(*settings).err());
         self.with(|program| {
             program.loss = loss;
             program.interpreter.set_coordinates(parameters.coordinates);
-            program.startup = parameters.startup;
+            program.startup.clone_from(&parameters.startup);
             program.work_offset_mm = program.interpreter.work_offset_mm();
         });
     }

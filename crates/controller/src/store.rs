@@ -4,7 +4,7 @@
 //! A log, the queue of `sequential-storage`: each change puts one item behind the ones before it, and what comes last holds. It
 //! goes round through all sectors, the oldest giving way to the newest, so that all of them wear alike; and each time that half
 //! of them is full, all that is kept is put into it once more, so that nothing in the oldest ones is needed. Below are
-//! [`Sectors`], so that whenever the power goes every item has its old value or its new one.
+//! `Sectors`, so that whenever the power goes every item has its old value or its new one.
 //!
 //! Programming and erasing may stop everything else for as long as they take, so whoever calls [`Store::save`] sees to it that
 //! nothing moves. Between operations the other tasks run.
@@ -17,6 +17,7 @@ use core::ops::Range;
 
 use embassy_futures::yield_now;
 use embedded_storage_async::nor_flash::NorFlash;
+use heapless::Vec;
 use isostep_console::parameters::STARTUP_LINE_CHARS;
 use isostep_console::{Parameters, SettingError, Settings};
 use sequential_storage::Error as LogError;
@@ -28,13 +29,14 @@ use sectors::Sectors;
 
 /// The format. It has a key of its own, and ends every copy of all that is kept. Another format is not read.
 const VERSION: u32 = 1;
+const NOTHING: u32 = 0;
 const VERSION_ITEM: Item = Item(u16::MAX);
 const KEY_BYTES: usize = 2;
 /// Of the log, beside an item's own.
 const HEADER_BYTES: usize = 8;
 
 /// The longest item with its key.
-type Buffer = heapless::Vec<u8, { KEY_BYTES + STARTUP_LINE_CHARS }>;
+const ENTRY_BYTES: usize = KEY_BYTES + STARTUP_LINE_CHARS;
 
 type Log<F> = QueueStorage<Sectors<F>, Cache<Uncached, Uncached, Uncached>>;
 
@@ -101,37 +103,36 @@ impl<F: NorFlash> Store<F> {
     /// [`save`](Self::save) begins anew.
     pub async fn load(&mut self) -> Result<(), Loss> {
         let version = self.read().await;
-        self.anew = version != Ok(Some(VERSION));
+        self.anew = version != Some(VERSION);
         if self.anew {
             self.kept = Kept::new(self.defaults);
         }
-        match version? {
-            None | Some(VERSION) => Ok(()),
+        match version {
+            Some(NOTHING | VERSION) => Ok(()),
             Some(_) => Err(Loss::OtherVersion),
+            None => Err(Loss::Unreadable),
         }
     }
 
-    /// The version of what there is, if there is something.
-    async fn read(&mut self) -> Result<Option<u32>, Loss> {
-        let (mut version, mut understood) = (None, true);
-        self.kept = Kept::new(self.defaults);
-        self.since_copy = 0;
-        understood &= self.log.flash().open().await.map_err(|_| Loss::Unreadable)?;
-        let mut buffer = [0; KEY_BYTES + STARTUP_LINE_CHARS];
-        let mut entries = self.log.iter().await.map_err(|_| Loss::Unreadable)?;
-        while let Some(entry) = entries.next(&mut buffer).await.map_err(|_| Loss::Unreadable)? {
-            let (key, value) = entry.split_first_chunk().ok_or(Loss::Unreadable)?;
+    /// The version of what there is; `None` if it makes no sense.
+    async fn read(&mut self) -> Option<u32> {
+        (self.kept, self.since_copy) = (Kept::new(self.defaults), 0);
+        let mut understood = self.log.flash().open().await.ok()?;
+        let mut version = NOTHING;
+        let mut buffer = [0; ENTRY_BYTES];
+        let mut entries = self.log.iter().await.ok()?;
+        while let Some(entry) = entries.next(&mut buffer).await.ok()? {
+            let (&key, value) = entry.split_first_chunk()?;
             self.since_copy += HEADER_BYTES + entry.len();
-            match Item(u16::from_le_bytes(*key)) {
-                VERSION_ITEM => {
-                    version = Some(u32::from_le_bytes(value.try_into().map_err(|_| Loss::Unreadable)?));
-                    self.since_copy = 0;
-                }
+            match Item(u16::from_le_bytes(key)) {
+                VERSION_ITEM => (version, self.since_copy) = (u32::from_le_bytes(value.try_into().ok()?), 0),
                 item => understood &= self.kept.set(item, value),
             }
         }
+        // Every log begins with a version.
+        understood &= version != NOTHING || self.since_copy == 0;
         // Another version may have other values.
-        if understood || !matches!(version, None | Some(VERSION)) { Ok(version) } else { Err(Loss::Unreadable) }
+        (understood || !matches!(version, NOTHING | VERSION)).then_some(version)
     }
 
     /// Keeps every item that is not kept already, without `settings` all but these; `now` tells its value. Call it while
@@ -191,7 +192,7 @@ impl<F: NorFlash> Store<F> {
     }
 
     async fn push(&mut self, item: Item, value: &[u8]) -> Result<(), LogError<F::Error>> {
-        let mut entry = Buffer::new();
+        let mut entry = Vec::<_, ENTRY_BYTES>::new();
         // There is room for the longest.
         let _ = entry.extend_from_slice(&item.0.to_le_bytes());
         let _ = entry.extend_from_slice(value);

@@ -129,50 +129,30 @@ impl Cells {
     }
 }
 
-/// Where cells stand that were on their way: some of the bytes, from the front, from the back or here and there, or some of the
-/// bits; an erase brings all of them to 0 first.
+/// Leaves cells on their way: some of the bytes, from the front, from the back or here and there, or some of the bits have arrived.
+/// An erase brings all of them to 0 first.
 fn tear(cells: &mut [u8], wanted: &[u8], random: &mut Rand64) {
     let erases = cells.iter().zip(wanted).any(|(&is, &to)| is & to != to);
-    let count = cells.len() as u64;
-    let place = random.rand_range(0..count + 1) as usize;
+    let to_zero = erases && random.rand_range(0..3) == 0;
+    let place = random.rand_range(0..cells.len() as u64 + 1) as usize;
     let share = random.rand_range(0..257);
-    let way = random.rand_range(0..5);
-    let wanted: Vec<u8> = if erases && random.rand_range(0..3) == 0 { vec![0; cells.len()] } else { wanted.to_vec() };
-    for (index, (cell, &wanted)) in cells.iter_mut().zip(&wanted).enumerate() {
-        let mask = match way {
-            0 => {
-                if index < place {
-                    0xFF
-                } else {
-                    0
-                }
-            }
-            1 => {
-                if index >= place {
-                    0xFF
-                } else {
-                    0
-                }
-            }
-            2 => {
-                if random.rand_range(0..256) < share {
-                    0xFF
-                } else {
-                    0
-                }
-            }
-            3 => (0..8).fold(0, |mask, bit| mask | u8::from(random.rand_range(0..256) < share) << bit),
-            // None at all, or all but the word that the power went with.
-            _ => {
-                if share.is_multiple_of(2) {
-                    0
-                } else {
-                    0xFF
-                }
-            }
+    let way = random.rand_range(0..4);
+    for (index, (cell, &wanted)) in cells.iter_mut().zip(wanted).enumerate() {
+        let mut hits = || random.rand_range(0..256) < share;
+        let arrived = match way {
+            0 => whole(index < place),
+            1 => whole(index >= place),
+            2 => whole(hits()),
+            _ => (0..8).fold(0, |bits, bit| bits | u8::from(hits()) << bit),
         };
-        *cell = *cell & !mask | wanted & mask;
+        let wanted = if to_zero { 0 } else { wanted };
+        *cell = *cell & !arrived | wanted & arrived;
     }
+}
+
+/// All bits of a byte, or none.
+fn whole(arrived: bool) -> u8 {
+    if arrived { 0xFF } else { 0 }
 }
 
 impl ErrorType for Flash {
