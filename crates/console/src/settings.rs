@@ -132,7 +132,8 @@ impl Settings {
         Ok(self)
     }
 
-    /// Sets setting `number` to what was kept of it, unchecked; false if there is none. See [`check`](Self::check).
+    /// Sets setting `number` to what was kept of it, unchecked; false if there is none. See
+    /// [`check_ranges`](Self::check_ranges).
     pub fn set(&mut self, number: u16, value: f32) -> bool {
         setting_table::find(number).is_some_and(|(setting, axis)| {
             setting.set(self, axis, value);
@@ -140,17 +141,24 @@ impl Settings {
         })
     }
 
-    /// What must hold for every setting, and between them.
+    /// Whether every value is in its row's range; [`with`](Self::with) sees to that, [`set`](Self::set) does not.
     ///
     /// # Errors
-    /// The first rule broken: a value out of its range, soft limits without homing, a homing order that is not one of X, Y and Z each once,
+    /// The first that is not.
+    pub fn check_ranges(&self) -> Result<(), SettingError> {
+        setting_table::TABLE.iter().try_for_each(|setting| {
+            let mut numbers = setting.numbers().enumerate();
+            numbers.try_for_each(|(axis, number)| setting.check(number, setting.value(self, axis)))
+        })
+    }
+
+    /// What must hold between settings.
+    ///
+    /// # Errors
+    /// The first rule broken: soft limits without homing, a homing order that is not one of X, Y and Z each once,
     /// a step rate above what the step outputs carry, a start speed above the top speed, or none for a speed law that
     /// needs one.
     pub fn check(&self, carries: Carries<'_>) -> Result<(), SettingError> {
-        setting_table::TABLE.iter().try_for_each(|setting| {
-            let axes = setting.numbers().enumerate();
-            axes.into_iter().try_for_each(|(axis, number)| setting.check(number, setting.value(self, axis)))
-        })?;
         if self.soft_limits && !self.homing {
             return Err(SettingError::SoftLimitsNeedHoming);
         }

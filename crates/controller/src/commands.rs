@@ -230,6 +230,7 @@ impl<F: NorFlash> Controller<'_, F> {
 
     /// Puts settings in force that were stored, if they work.
     pub(crate) fn put_back(&self, settings: Settings) -> Result<(), Loss> {
+        settings.check_ranges().map_err(Loss::Refused)?;
         settings.check(&|pulse_us| self.carries_steps_s(pulse_us)).map_err(Loss::Refused)?;
         self.put_in_force(settings).map_err(Loss::Unworkable)
     }
