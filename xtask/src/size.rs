@@ -12,7 +12,7 @@ use crate::variant::Variant;
 /// Compare the firmware's flash and RAM with their budgets
 #[derive(clap::Args)]
 #[command(after_help = "\
-Flash is everything stored: boot loader, code, constants and initial values, of 160 KiB.
+Flash is everything stored: boot loader, code, constants and initial values, of 192 KiB.
 RAM is every static (.data, .bss, .uninit) and a stack reserve of 16 KiB, of 64 KiB.
 Exits with an error when either is over its budget.
 
