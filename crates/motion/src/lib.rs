@@ -24,6 +24,7 @@ mod link;
 mod machine;
 mod port;
 mod run;
+mod switch;
 mod timer_port;
 
 pub use axes::{AXES, Axis};

@@ -1,9 +1,10 @@
 //! What the tasks of one machine share.
 
-use core::cell::RefCell;
-use core::sync::atomic::{AtomicBool, Ordering};
+mod hold;
+mod stop;
 
-use embassy_futures::select::select;
+use core::cell::RefCell;
+
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
@@ -12,11 +13,14 @@ use embassy_sync::watch::{DynReceiver, Watch};
 use embassy_time::{Duration, Instant, Timer};
 use isostep_profile::SyncMove;
 
+pub use self::hold::Overrides;
+pub(crate) use self::stop::Cause;
 use crate::axes::{AXES, Axis};
 use crate::config::{Config, ConfigError};
 use crate::event::{Alarm, State};
 use crate::link::AxisLink;
 use crate::port::{Capabilities, StepPort};
+use crate::switch::Switch;
 
 /// Motions that wait behind the one under way: Grbl's planner has as many blocks.
 pub const QUEUE_MOVES: usize = 15;
@@ -65,43 +69,9 @@ pub struct Status {
     pub speed_mm_s: f64,
 }
 
-/// How fast to move, of what is asked for; never faster than the limits.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Overrides {
-    /// Of a feed, percent, above 0.
-    pub feed_percent: u8,
-    /// Of the limits' speed where no feed was asked for, percent, 1 to 100.
-    pub rapid_percent: u8,
-}
-
-impl Overrides {
-    /// As asked for.
-    pub const NONE: Self = Self { feed_percent: 100, rapid_percent: 100 };
-}
-
 /// The machine is locked by an alarm, or not idle where it must be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Busy(pub State);
-
-/// Why everything was stopped.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Cause {
-    Reset,
-    Limit(Axis),
-    EmergencyStop,
-}
-
-impl Cause {
-    /// What it means when it stopped a machine in `state`.
-    pub fn alarm(self, state: State) -> Alarm {
-        match (self, state) {
-            (Self::Limit(axis), _) => Alarm::HardLimit { axis },
-            (Self::EmergencyStop, _) => Alarm::EmergencyStop,
-            (Self::Reset, State::Home) => Alarm::HomingReset,
-            (Self::Reset, _) => Alarm::ResetInMotion,
-        }
-    }
-}
 
 /// The move under way, for [`Status::speed_mm_s`].
 #[derive(Clone, Copy)]
@@ -129,12 +99,6 @@ struct Inner {
     cancelled: bool,
 }
 
-/// A limit switch, debounced.
-pub(crate) struct Switch {
-    pressed: AtomicBool,
-    changed: Signal<CriticalSectionRawMutex, ()>,
-}
-
 /// What the tasks of one machine share. Everyone holds a `&Machine`; nobody holds a lock across an await.
 pub struct Machine {
     links: [AxisLink; AXES],
@@ -154,7 +118,7 @@ impl Machine {
     pub const fn new(config: Config) -> Self {
         Self {
             links: [const { AxisLink::new() }; AXES],
-            switches: [const { Switch { pressed: AtomicBool::new(false), changed: Signal::new() } }; AXES],
+            switches: [const { Switch::new() }; AXES],
             queue: Channel::new(),
             state: Watch::new_with(State::Idle),
             stopped: Signal::new(),
@@ -293,98 +257,6 @@ impl Machine {
             _ => Ok(()),
         }
     }
-
-    /// Stops everything within one pulse and forgets what waits. At rest it does nothing; in motion the stop is
-    /// abrupt, so an alarm says that the position is not trusted.
-    pub fn reset(&self) {
-        self.stop(Cause::Reset);
-    }
-
-    /// Brakes the move under way, on its path, and holds what waits until [`resume`](Self::resume): some 60 ms after this
-    /// it brakes as fast as the limits allow. A jog is cancelled instead. Homing goes on; nothing to do in an alarm.
-    pub fn hold(&self) {
-        self.transition(|inner, state| {
-            inner.held |= matches!(state, State::Idle | State::Run);
-            inner.cancelled |= state == State::Jog;
-            match state {
-                State::Idle => (State::Hold { still: true }, ()),
-                State::Run => (State::Hold { still: false }, ()),
-                _ => (state, ()),
-            }
-        });
-        self.asked.signal(());
-    }
-
-    /// Goes on after a [`hold`](Self::hold), once the machine stands still.
-    pub fn resume(&self) {
-        self.transition(|inner, state| match state {
-            State::Hold { still: true } => {
-                inner.held = false;
-                (if inner.pending == 0 { State::Idle } else { State::Run }, ())
-            }
-            _ => (state, ()),
-        });
-        self.asked.signal(());
-    }
-
-    /// Brakes a jog on its path, and forgets the jogs that wait. Nothing to do in any other state.
-    pub fn cancel_jog(&self) {
-        self.with(|inner| inner.cancelled |= self.state() == State::Jog);
-        self.asked.signal(());
-    }
-
-    /// Changes the speed of moves, the one under way included, some 60 ms after this.
-    pub fn set_overrides(&self, overrides: Overrides) {
-        self.with(|inner| inner.overrides = overrides);
-        self.asked.signal(());
-    }
-
-    /// The overrides in force.
-    #[must_use]
-    pub fn overrides(&self) -> Overrides {
-        self.with(|inner| inner.overrides)
-    }
-
-    /// Locks the machine, unless it is locked already. For what is found before anything moves.
-    pub fn raise(&self, alarm: Alarm) {
-        self.transition(|_, state| match state {
-            State::Alarm(_) => (state, ()),
-            _ => (State::Alarm(alarm), ()),
-        });
-    }
-
-    /// Leaves an alarm; the position is as trusted as the alarm left it.
-    ///
-    /// # Errors
-    /// While the emergency stop is pressed the alarm stands.
-    pub fn unlock(&self) -> Result<(), Busy> {
-        self.transition(|inner, state| match state {
-            _ if inner.emergency => (state, Err(Busy(state))),
-            State::Alarm(_) => (State::Idle, Ok(())),
-            _ => (state, Ok(())),
-        })
-    }
-}
-
-/// For those who hear a switch before the tasks of [`limit`](crate::limit) do: an interrupt of the board's own.
-impl Machine {
-    /// A limit input has changed, and is low or high. The first edge of a press stops a running machine at once, if
-    /// hard limits are on. Any number of times, from any context.
-    pub fn limit_edge(&self, axis: Axis, is_low: bool) {
-        let is_press = self.with(|inner| inner.config.hard_limits && is_low != inner.config.switches_inverted);
-        // A switch that is pressed and being left bounces; that is no press.
-        if is_press && !self.switch(axis).is_pressed() {
-            self.stop(Cause::Limit(axis));
-        }
-    }
-
-    /// The emergency-stop input has changed, and is low or high. The first edge of a press stops the machine at once.
-    /// Any number of times, from any context.
-    pub fn emergency_stop_edge(&self, is_low: bool) {
-        if is_low {
-            self.set_emergency(true);
-        }
-    }
 }
 
 /// For the tasks of this crate.
@@ -423,43 +295,6 @@ impl Machine {
         self.with(|inner| inner.homed[axis as usize] = homed);
     }
 
-    /// A stop asked for and not yet answered by the coordinator.
-    pub(crate) fn cause(&self) -> Option<Cause> {
-        self.with(|inner| inner.cause)
-    }
-
-    pub(crate) fn set_emergency(&self, pressed: bool) {
-        self.with(|inner| inner.emergency = pressed);
-        if pressed {
-            self.stop(Cause::EmergencyStop);
-        }
-    }
-
-    /// Whether the move under way is to brake.
-    pub(crate) fn is_to_brake(&self) -> bool {
-        self.with(|inner| inner.held || inner.cancelled)
-    }
-
-    /// Waits for a hold, a resume, or other overrides.
-    pub(crate) async fn wait_asked(&self) {
-        self.asked.wait().await;
-    }
-
-    /// Waits, standing still, until a hold is over; false if what was held is to be forgotten.
-    pub(crate) async fn outlast_hold(&self) -> bool {
-        self.transition(|inner, state| match state {
-            State::Hold { .. } if inner.held => (State::Hold { still: true }, ()),
-            _ => (state, ()),
-        });
-        loop {
-            let (held, forgotten) = self.with(|inner| (inner.held, inner.cancelled || inner.cause.is_some()));
-            if !held || forgotten {
-                return !forgotten;
-            }
-            select(self.asked.wait(), self.stopped.wait()).await;
-        }
-    }
-
     /// The next motion asked for.
     pub(crate) async fn next_motion(&self) -> Motion {
         self.queue.receive().await
@@ -473,16 +308,6 @@ impl Machine {
         });
     }
 
-    /// Stops the axes within one pulse. Safe at any priority.
-    pub(crate) fn halt(&self) {
-        for link in &self.links {
-            link.brake(true);
-        }
-        for link in &self.links {
-            link.halt.signal(());
-        }
-    }
-
     /// Makes an axis ready for its part of a move: nothing queued, no halt standing, the brake off.
     pub(crate) fn ready(&self, axis: Axis) {
         let link = self.link(axis);
@@ -490,76 +315,6 @@ impl Machine {
         link.done.reset();
         link.halt.reset();
         link.brake(false);
-    }
-
-    /// Stops everything and says why; the first cause stands. A limit switch is what homing looks for.
-    pub(crate) fn stop(&self, cause: Cause) {
-        let moving = self.transition(|inner, state| match (state, cause) {
-            (State::Home, Cause::Limit(_)) => (state, false),
-            // Held with nothing to go on with.
-            (State::Hold { .. }, Cause::Reset) if inner.pending == 0 => {
-                inner.held = false;
-                (State::Idle, false)
-            }
-            (State::Run | State::Jog | State::Home, _) => {
-                inner.cause = inner.cause.or(Some(cause));
-                (state, true)
-            }
-            (State::Hold { .. }, _) if inner.pending > 0 => {
-                inner.cause = inner.cause.or(Some(cause));
-                (state, true)
-            }
-            (State::Idle | State::Hold { .. }, Cause::EmergencyStop) => {
-                inner.held = false;
-                (State::Alarm(Alarm::EmergencyStop), false)
-            }
-            (State::Hold { .. }, _) => (state, false),
-            (State::Idle | State::Alarm(_), _) => (state, false),
-        });
-        if moving {
-            self.halt();
-            self.stopped.signal(());
-        }
-    }
-
-    /// What the machine is after a motion that ended with `result`, which no stop asked for meanwhile gets lost in.
-    ///
-    /// A stop that found nothing moving any more is judged here. After a reset the machine is ready, its position
-    /// trusted; but its cause stands until every motion that waited has been passed over.
-    pub(crate) fn conclude(&self, result: Result<(), Alarm>) -> State {
-        self.transition(|inner, state| {
-            inner.pending -= 1;
-            let last = inner.pending == 0;
-            let next = match (result, inner.cause) {
-                (Err(alarm), _) => State::Alarm(alarm),
-                // Pressed after a reset, whose cause stands.
-                (Ok(()), _) if inner.emergency => State::Alarm(Alarm::EmergencyStop),
-                (Ok(()), Some(cause @ (Cause::Limit(_) | Cause::EmergencyStop))) => State::Alarm(cause.alarm(state)),
-                (Ok(()), None) if inner.held => State::Hold { still: true },
-                (Ok(()), _) if last => State::Idle,
-                (Ok(()), _) if state == State::Jog => State::Jog,
-                (Ok(()), _) => State::Run,
-            };
-            if last || matches!(next, State::Alarm(_)) {
-                inner.cause = None;
-            }
-            // A stop ends a hold; what was held is forgotten.
-            inner.held &= matches!(next, State::Hold { .. });
-            inner.cancelled &= next == State::Jog;
-            // Nothing has moved that could not be planned; after any other alarm the motors may have overshot.
-            if matches!(next, State::Alarm(alarm) if alarm != Alarm::Unplannable) {
-                inner.homed = [false; AXES];
-            }
-            (next, next)
-        })
-    }
-
-    pub(crate) async fn wait_stopped(&self) {
-        self.stopped.wait().await;
-    }
-
-    pub(crate) fn forget_stopped(&self) {
-        self.stopped.reset();
     }
 
     /// Changes the state, and what goes with it, in one critical section: a stop that came between looking and changing
@@ -590,24 +345,6 @@ impl Drop for Place<'_> {
     fn drop(&mut self) {
         if !self.taken {
             self.machine.pass_over();
-        }
-    }
-}
-
-impl Switch {
-    pub fn is_pressed(&self) -> bool {
-        self.pressed.load(Ordering::Relaxed)
-    }
-
-    pub fn publish(&self, pressed: bool) {
-        self.pressed.store(pressed, Ordering::Relaxed);
-        self.changed.signal(());
-    }
-
-    /// Waits until it is pressed. Only the coordinator waits.
-    pub async fn wait_pressed(&self) {
-        while !self.is_pressed() {
-            self.changed.wait().await;
         }
     }
 }

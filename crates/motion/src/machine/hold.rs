@@ -1,0 +1,95 @@
+//! Holds, jog cancels and overrides: what is asked of the coordinator while it moves.
+
+use embassy_futures::select::select;
+
+use super::Machine;
+use crate::event::State;
+
+/// How fast to move, of what is asked for; never faster than the limits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Overrides {
+    /// Of a feed, percent, above 0.
+    pub feed_percent: u8,
+    /// Of the limits' speed where no feed was asked for, percent, 1 to 100.
+    pub rapid_percent: u8,
+}
+
+impl Overrides {
+    /// As asked for.
+    pub const NONE: Self = Self { feed_percent: 100, rapid_percent: 100 };
+}
+
+impl Machine {
+    /// Brakes the move under way, on its path, and holds what waits until [`resume`](Self::resume): some 60 ms after this
+    /// it brakes as fast as the limits allow. A jog is cancelled instead. Homing goes on; nothing to do in an alarm.
+    pub fn hold(&self) {
+        self.transition(|inner, state| {
+            inner.held |= matches!(state, State::Idle | State::Run);
+            inner.cancelled |= state == State::Jog;
+            match state {
+                State::Idle => (State::Hold { still: true }, ()),
+                State::Run => (State::Hold { still: false }, ()),
+                _ => (state, ()),
+            }
+        });
+        self.asked.signal(());
+    }
+
+    /// Goes on after a [`hold`](Self::hold), once the machine stands still.
+    pub fn resume(&self) {
+        self.transition(|inner, state| match state {
+            State::Hold { still: true } => {
+                inner.held = false;
+                (if inner.pending == 0 { State::Idle } else { State::Run }, ())
+            }
+            _ => (state, ()),
+        });
+        self.asked.signal(());
+    }
+
+    /// Brakes a jog on its path, and forgets the jogs that wait. Nothing to do in any other state.
+    pub fn cancel_jog(&self) {
+        self.with(|inner| inner.cancelled |= self.state() == State::Jog);
+        self.asked.signal(());
+    }
+
+    /// Changes the speed of moves, the one under way included, some 60 ms after this.
+    pub fn set_overrides(&self, overrides: Overrides) {
+        self.with(|inner| inner.overrides = overrides);
+        self.asked.signal(());
+    }
+
+    /// The overrides in force.
+    #[must_use]
+    pub fn overrides(&self) -> Overrides {
+        self.with(|inner| inner.overrides)
+    }
+}
+
+/// For the coordinator.
+impl Machine {
+    /// Whether the move under way is to brake.
+    pub(crate) fn is_to_brake(&self) -> bool {
+        self.with(|inner| inner.held || inner.cancelled)
+    }
+
+    /// Waits for a hold, a resume, or other overrides.
+    pub(crate) async fn wait_asked(&self) {
+        self.asked.wait().await;
+    }
+
+    /// Waits, standing still, until a hold is over; false if what was held is to be forgotten.
+    pub(crate) async fn outlast_hold(&self) -> bool {
+        self.transition(|inner, state| match state {
+            State::Hold { .. } if inner.held => (State::Hold { still: true }, ()),
+            _ => (state, ()),
+        });
+        loop {
+            let (held, forgotten) = self.with(|inner| (inner.held, inner.cancelled || inner.cause.is_some()));
+            if !held || forgotten {
+                return !forgotten;
+            }
+            select(self.asked.wait(), self.stopped.wait()).await;
+        }
+    }
+}

@@ -1,0 +1,169 @@
+//! Stops: their causes, what the machine is after them, and the way out of an alarm.
+
+use super::{Busy, Machine};
+use crate::axes::{AXES, Axis};
+use crate::event::{Alarm, State};
+
+/// Why everything was stopped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Cause {
+    Reset,
+    Limit(Axis),
+    EmergencyStop,
+}
+
+impl Cause {
+    /// What it means when it stopped a machine in `state`.
+    pub fn alarm(self, state: State) -> Alarm {
+        match (self, state) {
+            (Self::Limit(axis), _) => Alarm::HardLimit { axis },
+            (Self::EmergencyStop, _) => Alarm::EmergencyStop,
+            (Self::Reset, State::Home) => Alarm::HomingReset,
+            (Self::Reset, _) => Alarm::ResetInMotion,
+        }
+    }
+}
+
+impl Machine {
+    /// Stops everything within one pulse and forgets what waits. At rest it does nothing; in motion the stop is
+    /// abrupt, so an alarm says that the position is not trusted.
+    pub fn reset(&self) {
+        self.stop(Cause::Reset);
+    }
+
+    /// Locks the machine, unless it is locked already. For what is found before anything moves.
+    pub fn raise(&self, alarm: Alarm) {
+        self.transition(|_, state| match state {
+            State::Alarm(_) => (state, ()),
+            _ => (State::Alarm(alarm), ()),
+        });
+    }
+
+    /// Leaves an alarm; the position is as trusted as the alarm left it.
+    ///
+    /// # Errors
+    /// While the emergency stop is pressed the alarm stands.
+    pub fn unlock(&self) -> Result<(), Busy> {
+        self.transition(|inner, state| match state {
+            _ if inner.emergency => (state, Err(Busy(state))),
+            State::Alarm(_) => (State::Idle, Ok(())),
+            _ => (state, Ok(())),
+        })
+    }
+}
+
+/// For those who hear a switch before the tasks of [`limit`](crate::limit) do: an interrupt of the board's own.
+impl Machine {
+    /// A limit input has changed, and is low or high. The first edge of a press stops a running machine at once, if
+    /// hard limits are on. Any number of times, from any context.
+    pub fn limit_edge(&self, axis: Axis, is_low: bool) {
+        let is_press = self.with(|inner| inner.config.hard_limits && is_low != inner.config.switches_inverted);
+        // A switch that is pressed and being left bounces; that is no press.
+        if is_press && !self.switch(axis).is_pressed() {
+            self.stop(Cause::Limit(axis));
+        }
+    }
+
+    /// The emergency-stop input has changed, and is low or high. The first edge of a press stops the machine at once.
+    /// Any number of times, from any context.
+    pub fn emergency_stop_edge(&self, is_low: bool) {
+        if is_low {
+            self.set_emergency(true);
+        }
+    }
+}
+
+/// For the tasks of this crate.
+impl Machine {
+    /// A stop asked for and not yet answered by the coordinator.
+    pub(crate) fn cause(&self) -> Option<Cause> {
+        self.with(|inner| inner.cause)
+    }
+
+    pub(crate) fn set_emergency(&self, pressed: bool) {
+        self.with(|inner| inner.emergency = pressed);
+        if pressed {
+            self.stop(Cause::EmergencyStop);
+        }
+    }
+
+    /// Stops the axes within one pulse. Safe at any priority.
+    pub(crate) fn halt(&self) {
+        for link in &self.links {
+            link.brake(true);
+        }
+        for link in &self.links {
+            link.halt.signal(());
+        }
+    }
+
+    /// Stops everything and says why; the first cause stands. A limit switch is what homing looks for.
+    pub(crate) fn stop(&self, cause: Cause) {
+        let moving = self.transition(|inner, state| match (state, cause) {
+            (State::Home, Cause::Limit(_)) => (state, false),
+            // Held with nothing to go on with.
+            (State::Hold { .. }, Cause::Reset) if inner.pending == 0 => {
+                inner.held = false;
+                (State::Idle, false)
+            }
+            (State::Run | State::Jog | State::Home, _) => {
+                inner.cause = inner.cause.or(Some(cause));
+                (state, true)
+            }
+            (State::Hold { .. }, _) if inner.pending > 0 => {
+                inner.cause = inner.cause.or(Some(cause));
+                (state, true)
+            }
+            (State::Idle | State::Hold { .. }, Cause::EmergencyStop) => {
+                inner.held = false;
+                (State::Alarm(Alarm::EmergencyStop), false)
+            }
+            (State::Hold { .. }, _) => (state, false),
+            (State::Idle | State::Alarm(_), _) => (state, false),
+        });
+        if moving {
+            self.halt();
+            self.stopped.signal(());
+        }
+    }
+
+    /// What the machine is after a motion that ended with `result`, which no stop asked for meanwhile gets lost in.
+    ///
+    /// A stop that found nothing moving any more is judged here. After a reset the machine is ready, its position
+    /// trusted; but its cause stands until every motion that waited has been passed over.
+    pub(crate) fn conclude(&self, result: Result<(), Alarm>) -> State {
+        self.transition(|inner, state| {
+            inner.pending -= 1;
+            let last = inner.pending == 0;
+            let next = match (result, inner.cause) {
+                (Err(alarm), _) => State::Alarm(alarm),
+                // Pressed after a reset, whose cause stands.
+                (Ok(()), _) if inner.emergency => State::Alarm(Alarm::EmergencyStop),
+                (Ok(()), Some(cause @ (Cause::Limit(_) | Cause::EmergencyStop))) => State::Alarm(cause.alarm(state)),
+                (Ok(()), None) if inner.held => State::Hold { still: true },
+                (Ok(()), _) if last => State::Idle,
+                (Ok(()), _) if state == State::Jog => State::Jog,
+                (Ok(()), _) => State::Run,
+            };
+            if last || matches!(next, State::Alarm(_)) {
+                inner.cause = None;
+            }
+            // A stop ends a hold; what was held is forgotten.
+            inner.held &= matches!(next, State::Hold { .. });
+            inner.cancelled &= next == State::Jog;
+            // Nothing has moved that could not be planned; after any other alarm the motors may have overshot.
+            if matches!(next, State::Alarm(alarm) if alarm != Alarm::Unplannable) {
+                inner.homed = [false; AXES];
+            }
+            (next, next)
+        })
+    }
+
+    pub(crate) async fn wait_stopped(&self) {
+        self.stopped.wait().await;
+    }
+
+    pub(crate) fn forget_stopped(&self) {
+        self.stopped.reset();
+    }
+}
