@@ -37,7 +37,9 @@ impl<F: NorFlash> Controller<'_, F> {
             self.settled().await?;
         }
         if block.pauses && !checks {
-            self.pause().await;
+            // M0: until a resume, or a reset.
+            self.machine.hold();
+            self.settled().await?;
         }
         if block.ends_program {
             self.with(|program| program.overrides = Overrides::DEFAULT);
@@ -95,13 +97,6 @@ impl<F: NorFlash> Controller<'_, F> {
             "{axis} should have moved 1 mm to and fro {BUZZES} times: if not, see docs/bring-up.md"
         ));
         Ok(())
-    }
-
-    /// M0: until a resume, or a reset.
-    async fn pause(&self) {
-        self.machine.hold();
-        // An alarm shows in what follows.
-        let _ = self.machine.settled().await;
     }
 
     async fn go_to(&self, leg: Move, line_number: u32, checks: bool, text: &mut Message) -> Result<(), Error> {

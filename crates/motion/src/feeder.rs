@@ -57,6 +57,7 @@ pub(crate) struct Feeder<'a> {
     machine: &'a Machine,
     axis: Axis,
     tick_hz: u32,
+    piece_ticks: u64,
     legs: slice::Iter<'a, Leg>,
     /// Of the leg under way; the last step to give, and what is compiled of it.
     end: u32,
@@ -72,7 +73,8 @@ impl<'a> Feeder<'a> {
     /// `fed` is how far the axis has come; `ending` is what it is given after all legs.
     pub fn new(machine: &'a Machine, axis: Axis, legs: &'a [Leg], fed: Fed, ending: Option<Feed>) -> Self {
         let (tick_hz, legs) = (machine.tick_hz(axis), legs.iter());
-        Self { machine, axis, tick_hz, legs, end: 0, segments: None, hand: None, fed, ending }
+        let piece_ticks = ticks(PIECE, tick_hz);
+        Self { machine, axis, tick_hz, piece_ticks, legs, end: 0, segments: None, hand: None, fed, ending }
     }
 
     pub fn fed(&self) -> Fed {
@@ -86,7 +88,7 @@ impl<'a> Feeder<'a> {
 
     /// Compiles and gives as much as the queue takes, until the port is fed for `time`. Before the run starts.
     pub fn prepare(&mut self, time: Duration) {
-        let until_ticks = self.ticks(time);
+        let until_ticks = ticks(time, self.tick_hz);
         let queue = &self.machine.link(self.axis).segments;
         while self.fed.until_ticks < until_ticks && !queue.is_full() {
             let Some(feed) = self.next() else { return };
@@ -98,7 +100,7 @@ impl<'a> Feeder<'a> {
     /// and so do the other tasks of this priority.
     ///
     /// # Cancellation
-    /// Safe: what has not been given is still to be given.
+    /// Safe: what has not been given is still to be given; the axis goes on to the end of what has been.
     pub async fn feed(&mut self, start: Instant) {
         loop {
             let fed_until = start + Duration::from_micros(self.fed_until_us());
@@ -118,7 +120,7 @@ impl<'a> Feeder<'a> {
     /// What to give next, if there is any.
     fn next(&mut self) -> Option<Feed> {
         let Some(segment) = self.next_segment() else { return self.ending.take() };
-        let piece_ticks = self.ticks(PIECE);
+        let piece_ticks = self.piece_ticks;
         if segment.first_ticks() > self.fed.until_ticks + 2 * piece_ticks {
             self.hand = Some(segment);
             return Some(Feed::Rest { until_ticks: self.fed.until_ticks + piece_ticks });
@@ -163,8 +165,8 @@ impl<'a> Feeder<'a> {
         }
         let _ = self.machine.link(self.axis).segments.try_send(feed);
     }
+}
 
-    fn ticks(&self, time: Duration) -> u64 {
-        time.as_micros() * u64::from(self.tick_hz) / 1_000_000
-    }
+fn ticks(time: Duration, tick_hz: u32) -> u64 {
+    time.as_micros() * u64::from(tick_hz) / 1_000_000
 }

@@ -15,7 +15,7 @@ use embassy_futures::yield_now;
 use embassy_time::{Duration, Instant, Timer};
 use embedded_hal::digital::OutputPin;
 use isostep_profile::replan::Parts;
-use isostep_profile::{Limits, PlanError, SyncMove};
+use isostep_profile::{Limits, PlanError, SPEED_MIN_STEPS_S, SyncMove};
 
 use crate::axes::{AXES, Axis};
 use crate::config::Config;
@@ -205,7 +205,7 @@ where
         None
     }
 
-    /// Where the path ends then, steps of the longest axis.
+    /// Changes the legs that an axis has still to be fed with; where the path ends then, steps of the longest axis.
     fn apply(&mut self, legs: &mut Legs, change: Change, fed: &[Fed; AXES]) -> f64 {
         legs.truncate(change.index + 1);
         if let Some(cut) = legs.last_mut() {
@@ -243,7 +243,11 @@ impl Terms {
     /// What `plan` makes of the limits and the path speed, overridden.
     fn plan<T>(&self, plan: impl FnOnce(&[Limits; AXES], Option<f64>) -> Result<T, PlanError>) -> Result<T, Alarm> {
         let share = |percent: u8| f64::from(percent) / 100.0;
-        let path_speed = self.feed_mm_s.map(|mm_s| mm_s * share(self.overrides.feed_percent) / self.mm_per_step);
+        let path_speed = self.feed_mm_s.map(|mm_s| {
+            let asked = mm_s / self.mm_per_step;
+            // A feed that can be planned does not become too slow by an override.
+            (asked * share(self.overrides.feed_percent)).max(asked.min(SPEED_MIN_STEPS_S))
+        });
         let mut limits = self.config.limits;
         if self.feed_mm_s.is_none() && self.overrides.rapid_percent != 100 {
             for own in &mut limits {

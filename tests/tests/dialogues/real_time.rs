@@ -221,3 +221,35 @@ fn the_feed_override_counts_for_moves_and_not_for_jogs() {
     assert_eq!(say(&mut sim, "M2"), ["[MSG:Pgm End]", "ok"]);
     assert_eq!(field(&mut sim, "Ov"), "100,100,100");
 }
+
+/// At 0.1 steps/mm 1 mm/min can be planned, and half of it could not.
+#[test]
+fn an_override_makes_no_feed_too_slow() {
+    let mut sim = homed();
+    assert_eq!(say(&mut sim, "$100=0.1"), ["ok"]);
+    assert_eq!(bytes(&mut sim, &[0x92; 5]), [""; 0]);
+    assert_eq!(begin(&mut sim, "G1 X100 F1", Duration::from_secs(1)), ["ok"]);
+    assert_eq!(state(&mut sim), "Run");
+}
+
+/// Braking, or standing still with a move to go on with, or with none.
+#[test]
+fn an_emergency_stop_ends_a_hold() {
+    for (line, hold_ms) in [("G0 X100", 100), ("G0 X100", 3_000), ("G4 P0", 3_000)] {
+        let mut sim = homed();
+        begin(&mut sim, line, Duration::from_millis(800));
+        sim.send(b"!");
+        sim.run_for(Duration::from_millis(hold_ms)).unwrap();
+        assert!(state(&mut sim).starts_with("Hold"), "{line}, {hold_ms} ms");
+        sim.set_emergency_stop(true);
+        sim.run_for(Duration::from_millis(100)).unwrap();
+        assert_eq!(state(&mut sim), "Alarm", "{line}, {hold_ms} ms");
+        sim.replies();
+        let stopped = sim.counted_steps();
+        sim.set_emergency_stop(false);
+        sim.run_for(Duration::from_millis(100)).unwrap();
+        assert_eq!(bytes(&mut sim, b"~"), [""; 0]);
+        assert_eq!(say(&mut sim, "$X").last().map(String::as_str), Some("ok"));
+        assert_eq!((state(&mut sim).as_str(), sim.counted_steps()), ("Idle", stopped), "what was held is forgotten");
+    }
+}
