@@ -1,55 +1,29 @@
-//! What `ALARM:N` means, and what to do about it.
+//! What `ALARM:N` means, and what to do about it, with a `*` where the axis is named.
 
 use core::fmt;
 
-macro_rules! alarms {
-    ($($name:ident = $code:literal, $explain:literal;)*) => {
-        /// Why the machine locked itself, by Grbl's numbers; from 20 on by our own.
-        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-        #[repr(u8)]
-        pub enum Alarm {
-            $(#[doc = $explain] $name = $code,)*
-        }
+use crate::codes::codes;
 
-        impl Alarm {
-            /// Every alarm, by rising number.
-            pub const ALL: &[Self] = &[$(Self::$name),*];
-
-            /// With a `*` where the axis is named.
-            const fn pattern(self) -> &'static str {
-                match self { $(Self::$name => $explain),* }
-            }
-        }
-    };
-}
-
-alarms! {
-    HardLimit = 1, "* limit switch closed while moving, steps may be lost: clear the axis, $X, then $H";
-    SoftLimit = 2, "* target outside the travel ($130-$132), nothing moved: correct the program or the travel, then $X";
-    ResetInMotion = 3, "reset while moving, steps may be lost: home with $H";
-    HomingReset = 6, "reset while homing, position unknown: home again with $H";
-    PullOff = 8, "* limit switch still closed after pulling off: free a stuck switch, raise $27, check $5";
-    SwitchNotFound = 9, "* limit switch never closed: check its wiring, the direction ($23) and the travel ($130-$132)";
-    EmergencyStop = 10, "emergency stop pressed: release it, then $X and $H";
-    LateStep = 20, "a step of * came too late: lower the rate ($110-$112), then $H";
-    Unplannable = 21, "the settings do not allow this move, nothing moved: check $110-$122, then $X";
-    Underrun = 22, "the step port of * ran dry: lower the rate or the acceleration ($110-$122), then $H";
+codes! {
+    /// Why the machine locked itself, by Grbl's numbers; from 20 on by our own.
+    Alarm {
+        HardLimit = 1, "* limit switch closed while moving, steps may be lost: clear the axis, $X, then $H";
+        SoftLimit = 2, "* target outside the travel ($130-$132), nothing moved: correct the program or the travel, then $X";
+        ResetInMotion = 3, "reset while moving, steps may be lost: home with $H";
+        HomingReset = 6, "reset while homing, position unknown: home again with $H";
+        PullOff = 8, "* limit switch still closed after pulling off: free a stuck switch, raise $27, check $5";
+        SwitchNotFound = 9, "* limit switch never closed: check its wiring, the direction ($23) and the travel ($130-$132)";
+        EmergencyStop = 10, "emergency stop pressed: release it, then $X and $H";
+        LateStep = 20, "a step of * came too late: lower the rate ($110-$112), then $H";
+        Unplannable = 21, "the settings do not allow this move, nothing moved: check $110-$122, then $X";
+        Underrun = 22, "the step port of * ran dry: lower the rate or the acceleration ($110-$122), then $H";
+    }
 }
 
 impl Alarm {
-    /// The number after `ALARM:`.
-    pub const fn code(self) -> u8 {
-        self as u8
-    }
-
     /// What happened, and what to do, with the name of the axis that it happened to.
     pub const fn about(self, axis: &'static str) -> impl fmt::Display {
-        About(self.pattern(), axis)
-    }
-
-    /// The alarm that `ALARM:N` names.
-    pub fn from_code(code: u8) -> Option<Self> {
-        Self::ALL.iter().copied().find(|alarm| alarm.code() == code)
+        About(self.words(), axis)
     }
 }
 
@@ -73,8 +47,6 @@ impl fmt::Display for About {
     }
 }
 
-impl core::error::Error for Alarm {}
-
 #[cfg(test)]
 mod tests {
     use std::string::ToString;
@@ -85,7 +57,7 @@ mod tests {
     fn codes_lead_back_to_their_alarm() {
         for &alarm in Alarm::ALL {
             assert_eq!(Alarm::from_code(alarm.code()), Some(alarm));
-            assert!(alarm.pattern().contains(": "), "{alarm}");
+            assert!(alarm.words().contains(": "), "{alarm}");
         }
         assert!(Alarm::ALL.is_sorted_by_key(|alarm| alarm.code()));
         assert_eq!(Alarm::from_code(0), None);

@@ -2,79 +2,51 @@
 
 use core::fmt;
 
-macro_rules! errors {
-    ($($name:ident = $code:literal, $explain:literal;)*) => {
-        /// Why a line was refused, by Grbl's numbers.
-        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-        #[repr(u8)]
-        pub enum Error {
-            $(#[doc = $explain] $name = $code,)*
-        }
+use crate::codes::codes;
 
-        impl Error {
-            /// Every error, by rising number.
-            pub const ALL: &[Self] = &[$(Self::$name),*];
-
-            /// What is wrong, and what to do.
-            pub const fn explain(self) -> &'static str {
-                match self { $(Self::$name => $explain),* }
-            }
-        }
-    };
-}
-
-errors! {
-    LetterMissing = 1, "A word must begin with a letter: remove the stray character.";
-    BadNumber = 2, "A value is missing, malformed or out of range: write a plain decimal.";
-    UnknownStatement = 3, "No such $ command or setting: $ and $$ list them.";
-    Negative = 4, "The value must not be negative: remove the minus sign.";
-    HomingDisabled = 5, "Homing is switched off: set $22=1 first.";
-    NotStored = 7, "The flash has refused: the change is in force, but a power cycle will undo it. Give it again.";
-    NotIdle = 8, "The command needs a machine at rest: wait until ? says Idle.";
-    Locked = 9, "G-code is locked out in Alarm and Jog: home with $H, unlock with $X, or end the jog.";
-    SoftLimitsNeedHoming = 10, "Soft limits need homing: set $22=1 first.";
-    LineTooLong = 11, "A line holds 79 characters, spaces and comments not counted: split it.";
-    RateTooHigh = 12, "The step rate is above what the outputs carry: lower $110-$112, $100-$102 or $0.";
-    TravelExceeded = 15, "The jog would leave the travel ($130-$132), so it was not begun: jog less far.";
-    BadJog = 16, "A jog is $J= with axis words, F, G20, G21, G90, G91 or G53: remove all else.";
-    Unsupported = 20, "The machine has no such code or word (no arcs, probe, tool changer): remove it.";
-    ModalClash = 21, "Two codes of one modal group share the line: put them on lines of their own.";
-    NoFeed = 22, "The move needs a feed of 1 mm/min or more: add F.";
-    IntegerRequired = 23, "The value must be a whole number: remove the fraction.";
-    AxisConflict = 24, "Two codes claim the axis words: put them on lines of their own.";
-    RepeatedWord = 25, "A word stands twice on the line: keep one.";
-    AxisWordsMissing = 26, "The code needs axis words: add X, Y or Z.";
-    BadLineNumber = 27, "Line numbers end at N10000000: renumber, or leave N out.";
-    ValueMissing = 28, "A word is missing: G4 needs P, G10 needs L and P.";
-    UnsupportedSystem = 29, "The work coordinates are G54 to G59, G10 P1 to P6: choose one of them.";
-    AbsoluteNeedsMotion = 30, "G53 works with G0 and G1 only: add one of them.";
-    UnusedAxisWords = 31, "G80 is in force, so nothing uses the axis words: add G0 or G1.";
-    InvalidTarget = 33, "A target or offset is more than 10 m from zero: check G20, G21, G90 and G91.";
-    UnusedWords = 36, "No code on the line uses one of its words: remove it.";
-    ToolAxis = 37, "G43.1 takes Z and no other axis: put the others on a line of their own.";
-    ToolNumber = 38, "Tool numbers end at T255: renumber.";
-}
-
-impl Error {
-    /// The number after `error:`.
-    pub const fn code(self) -> u8 {
-        self as u8
-    }
-
-    /// The error that `error:N` names.
-    pub fn from_code(code: u8) -> Option<Self> {
-        Self::ALL.iter().copied().find(|error| error.code() == code)
+codes! {
+    /// Why a line was refused, by Grbl's numbers.
+    Error {
+        LetterMissing = 1, "A word must begin with a letter: remove the stray character.";
+        BadNumber = 2, "A value is missing, malformed or out of range: write a plain decimal.";
+        UnknownStatement = 3, "No such $ command or setting: $ and $$ list them.";
+        Negative = 4, "The value must not be negative: remove the minus sign.";
+        HomingDisabled = 5, "Homing is switched off: set $22=1 first.";
+        NotStored = 7, "The flash has refused: the change is in force, but a power cycle will undo it. Give it again.";
+        NotIdle = 8, "The command needs a machine at rest: wait until ? says Idle.";
+        Locked = 9, "G-code is locked out in Alarm and Jog: home with $H, unlock with $X, or end the jog.";
+        SoftLimitsNeedHoming = 10, "Soft limits need homing: set $22=1 first.";
+        LineTooLong = 11, "A line holds 79 characters, spaces and comments not counted: split it.";
+        RateTooHigh = 12, "The step rate is above what the outputs carry: lower $110-$112, $100-$102 or $0.";
+        TravelExceeded = 15, "The jog would leave the travel ($130-$132), so it was not begun: jog less far.";
+        BadJog = 16, "A jog is $J= with axis words, F, G20, G21, G90, G91 or G53: remove all else.";
+        Unsupported = 20, "The machine has no such code or word (no arcs, probe, tool changer): remove it.";
+        ModalClash = 21, "Two codes of one modal group share the line: put them on lines of their own.";
+        NoFeed = 22, "The move needs a feed of 1 mm/min or more: add F.";
+        IntegerRequired = 23, "The value must be a whole number: remove the fraction.";
+        AxisConflict = 24, "Two codes claim the axis words: put them on lines of their own.";
+        RepeatedWord = 25, "A word stands twice on the line: keep one.";
+        AxisWordsMissing = 26, "The code needs axis words: add X, Y or Z.";
+        BadLineNumber = 27, "Line numbers end at N10000000: renumber, or leave N out.";
+        ValueMissing = 28, "A word is missing: G4 needs P, G10 needs L and P.";
+        UnsupportedSystem = 29, "The work coordinates are G54 to G59, G10 P1 to P6: choose one of them.";
+        AbsoluteNeedsMotion = 30, "G53 works with G0 and G1 only: add one of them.";
+        UnusedAxisWords = 31, "G80 is in force, so nothing uses the axis words: add G0 or G1.";
+        InvalidTarget = 33, "A target or offset is more than 10 m from zero: check G20, G21, G90 and G91.";
+        UnusedWords = 36, "No code on the line uses one of its words: remove it.";
+        ToolAxis = 37, "G43.1 takes Z and no other axis: put the others on a line of their own.";
+        ToolNumber = 38, "Tool numbers end at T255: renumber.";
     }
 }
+
+impl Error {}
 
 /// What is wrong, and what to do.
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.explain())
+        f.write_str(self.words())
     }
 }
-
-impl core::error::Error for Error {}
 
 #[cfg(test)]
 mod tests {
@@ -84,7 +56,7 @@ mod tests {
     fn codes_lead_back_to_their_error() {
         for &error in Error::ALL {
             assert_eq!(Error::from_code(error.code()), Some(error));
-            assert!(error.explain().ends_with('.') && error.explain().contains(": "), "{error}");
+            assert!(error.words().ends_with('.') && error.words().contains(": "), "{error}");
         }
         assert!(Error::ALL.is_sorted_by_key(|error| error.code()));
         assert_eq!(Error::from_code(0), None);

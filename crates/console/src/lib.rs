@@ -28,6 +28,7 @@ extern crate std;
 
 mod alarm;
 mod block;
+mod codes;
 mod command;
 mod decimal;
 mod error;
