@@ -1,6 +1,6 @@
 //! The laws that a program's moves follow, as `sim` and `emulate` take them.
 
-use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use isostep_console::Settings;
 use isostep_profile::SpeedLaw;
 
@@ -25,9 +25,23 @@ pub struct Laws {
     speed_law: SpeedLaw,
 }
 
-fn speed_laws() -> impl TypedValueParser<Value = SpeedLaw> {
+/// A speed law by its name.
+pub fn speed_laws() -> impl TypedValueParser<Value = SpeedLaw> {
     let named = |name: String| SpeedLaw::ALL.into_iter().find(|law| law.name() == name);
-    PossibleValuesParser::new(SpeedLaw::ALL.map(SpeedLaw::name)).map(move |name| named(name).unwrap_or_default())
+    let values = SpeedLaw::ALL.map(|law| PossibleValue::new(law.name()).help(about(law)));
+    PossibleValuesParser::new(values).map(move |name| named(name).unwrap_or_default())
+}
+
+fn about(law: SpeedLaw) -> &'static str {
+    match law {
+        SpeedLaw::Trapezoid => "Constant acceleration",
+        SpeedLaw::SCurve => "Limited jerk",
+        SpeedLaw::Sine => "Half a wave of a cosine over time",
+        SpeedLaw::Linear => "Paper 000, eq 5",
+        SpeedLaw::Quadratic => "Paper 000, eq 6",
+        SpeedLaw::Sinusoidal => "Paper 000, eq 7",
+        SpeedLaw::Logarithmic => "Paper 000, eq 8",
+    }
 }
 
 impl Laws {

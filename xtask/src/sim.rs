@@ -251,8 +251,8 @@ fn judge(figures: &Figures, outcome: &Outcome) -> Result<()> {
         bail!("{place}: {code}{alarm}{}", said(outcome, &alarm.to_string()));
     }
     if let Some(refusal) = figures.refusals.first() {
-        let words = ConsoleError::from_code(refusal.code).map_or("", ConsoleError::explain);
-        bail!("{place} was refused: error:{} {words}{}", refusal.code, said(outcome, words));
+        let words = ConsoleError::from_code(refusal.code).map_or(String::new(), |error| error.to_string());
+        bail!("{place} was refused: error:{} {words}{}", refusal.code, said(outcome, &words));
     }
     let broken = figures.broken().count();
     ensure!(broken == 0, "{broken} of {} checks failed", figures.verdicts.len());

@@ -1,10 +1,10 @@
 //! Paper 000's laws of frequency over the step index.
 
 use anyhow::{Result, bail};
+use isostep_profile::SpeedLaw;
 use isostep_profile::generators::{FrequencyError, FrequencyLaw, FrequencyProfile, TruncatedProfile};
 
 use super::curve::{Curve, Step};
-use super::law::Law;
 use super::number::{count, needed};
 
 #[derive(clap::Args, Clone, Copy, Debug, Default)]
@@ -45,8 +45,8 @@ impl FrequencyArgs {
     }
 
     /// Plans `law`.
-    pub fn plan(&self, law: Law, steps: u32) -> Result<Curve> {
-        let Some(law) = law.frequency() else {
+    pub fn plan(&self, law: SpeedLaw, steps: u32) -> Result<Curve> {
+        let Some(law) = law_of_paper(law) else {
             bail!(
                 "--law {} is a law of speed over time, without {}: give --top-speed and --accel, such as --top-speed 2400 --accel 2500",
                 law.name(),
@@ -88,6 +88,11 @@ fn truncated(law: FrequencyLaw, n: u32, ramp: u32, max_us: f64, min_us: f64) -> 
     Ok(Curve::of_steps(law.name(), steps, plan.step_counts(), Some(plan.duration_us() as f64 * 1e-6)))
 }
 
+/// The law as paper 000's of frequency, if it is one of the four.
+pub fn law_of_paper(law: SpeedLaw) -> Option<FrequencyLaw> {
+    FrequencyLaw::ALL.into_iter().find(|of_paper| of_paper.name() == law.name())
+}
+
 #[cfg(test)]
 mod tests {
     use isostep_profile::StepCounts;
@@ -106,12 +111,12 @@ mod tests {
     /// By the equations in another language: 0.2226781672 s exact, 222632 us truncated.
     #[test]
     fn both_ways_of_table_1() {
-        let plan = table_1().plan(Law::Linear, 120).unwrap();
+        let plan = table_1().plan(SpeedLaw::Linear, 120).unwrap();
         assert!((plan.duration_s.unwrap() - 0.222_678_167_2).abs() < 1e-10);
         assert!((plan.phases_s.iter().sum::<f64>() - plan.duration_s.unwrap()).abs() < 1e-12);
         assert_eq!(plan.counts, StepCounts { accel: 24, cruise: 71, decel: 25 });
         assert_eq!(plan.samples.last(), Some(&(plan.duration_s.unwrap(), 120.0)));
-        let truncated = FrequencyArgs { truncated: true, ..table_1() }.plan(Law::Linear, 120).unwrap();
+        let truncated = FrequencyArgs { truncated: true, ..table_1() }.plan(SpeedLaw::Linear, 120).unwrap();
         assert_eq!(truncated.duration_s, Some(0.222_632));
         assert_eq!(truncated.steps[119].period_us, Some(4000.0));
     }
@@ -120,21 +125,21 @@ mod tests {
     fn what_is_missing_is_named_with_an_example() {
         let text = |args: FrequencyArgs, law| args.plan(law, 120).err().unwrap().to_string();
         let none = FrequencyArgs::default();
-        assert!(text(none, Law::Linear).contains("such as --ramp-steps 24"));
+        assert!(text(none, SpeedLaw::Linear).contains("such as --ramp-steps 24"));
         assert!(
-            text(FrequencyArgs { max_period_us: None, ..table_1() }, Law::Linear)
+            text(FrequencyArgs { max_period_us: None, ..table_1() }, SpeedLaw::Linear)
                 .contains("such as --max-period-us 4000")
         );
         assert!(
-            text(FrequencyArgs { min_period_us: None, ..table_1() }, Law::Linear)
+            text(FrequencyArgs { min_period_us: None, ..table_1() }, SpeedLaw::Linear)
                 .contains("such as --min-period-us 1500")
         );
-        assert!(text(table_1(), Law::Sine).contains("without --ramp-steps: give --top-speed and --accel"));
+        assert!(text(table_1(), SpeedLaw::Sine).contains("without --ramp-steps: give --top-speed and --accel"));
     }
 
     #[test]
     fn what_cannot_be_planned_is_refused_with_its_bound() {
-        let text = |args: FrequencyArgs| args.plan(Law::Quadratic, 120).err().unwrap().to_string();
+        let text = |args: FrequencyArgs| args.plan(SpeedLaw::Quadratic, 120).err().unwrap().to_string();
         assert!(text(FrequencyArgs { ramp_steps: Some(61), ..table_1() }).contains("at most 60"));
         assert!(text(FrequencyArgs { ramp_steps: Some(1), ..table_1() }).contains("at least 2"));
         assert!(

@@ -1,12 +1,11 @@
 //! The machine's laws of speed over time or displacement.
 
 use anyhow::{Context, Result, bail, ensure};
-use isostep_profile::{IntervalLaw, Limits, Profile};
+use isostep_profile::{IntervalLaw, Limits, Profile, SpeedLaw};
 
 use super::curve::{Curve, steps_at};
 use super::exact::Exact;
 use super::generator::{Clocks, Generator};
-use super::law::Law;
 use super::number::needed;
 
 #[derive(clap::Args, Clone, Debug, Default)]
@@ -76,12 +75,12 @@ impl MachineArgs {
     }
 
     /// Refuses options that would have no effect on any of `laws`.
-    pub fn check(&self, laws: &[Law]) -> Result<()> {
-        if self.jerk.is_some() && !laws.contains(&Law::SCurve) {
+    pub fn check(&self, laws: &[SpeedLaw]) -> Result<()> {
+        if self.jerk.is_some() && !laws.contains(&SpeedLaw::SCurve) {
             bail!("--jerk limits the s-curve alone: add --law s-curve, or leave it out");
         }
         let inexact = self.generator.iter().find(|generator| **generator != Generator::Exact);
-        if let (Some(generator), false) = (inexact, laws.contains(&Law::Trapezoid)) {
+        if let (Some(generator), false) = (inexact, laws.contains(&SpeedLaw::Trapezoid)) {
             bail!("--generator {} makes a trapezoid alone: add --law trapezoid", generator.name());
         }
         if let (Some(generator), true) = (inexact, self.thirds) {
@@ -100,12 +99,12 @@ impl MachineArgs {
     }
 
     /// Plans `law` with every generator that was asked for, the trapezoid; and exactly, any other.
-    pub fn plan(&self, law: Law, steps: u32) -> Result<Vec<Curve>> {
+    pub fn plan(&self, law: SpeedLaw, steps: u32) -> Result<Vec<Curve>> {
         let limits = self.limits(law)?;
         let intervals = if self.thirds { IntervalLaw::Thirds } else { IntervalLaw::Fastest };
         let start = limits.start_speed_steps_s;
-        let profile = Profile::plan(f64::from(steps), start, start, &limits, intervals, law.speed())?;
-        if law != Law::Trapezoid || self.generator.is_empty() {
+        let profile = Profile::plan(f64::from(steps), start, start, &limits, intervals, law)?;
+        if law != SpeedLaw::Trapezoid || self.generator.is_empty() {
             return Ok(vec![exact(law.name(), profile, steps)]);
         }
         let clocks =
@@ -119,12 +118,12 @@ impl MachineArgs {
         self.generator.iter().map(curve).collect()
     }
 
-    fn limits(&self, law: Law) -> Result<Limits> {
+    fn limits(&self, law: SpeedLaw) -> Result<Limits> {
         let name = law.name();
         let top = needed(self.top_speed, name, "--top-speed", "in steps/s", "2400")?;
         let accel = needed(self.accel, name, "--accel", "in steps/s2", "2500")?;
         let jerk = match law {
-            Law::SCurve => needed(self.jerk, name, "--jerk", "in steps/s3", "25000")?,
+            SpeedLaw::SCurve => needed(self.jerk, name, "--jerk", "in steps/s3", "25000")?,
             _ => f64::INFINITY,
         };
         Ok(Limits {

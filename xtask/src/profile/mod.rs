@@ -14,7 +14,6 @@ mod files;
 mod frequency;
 mod generator;
 mod kinematics;
-mod law;
 mod machine;
 mod number;
 mod table;
@@ -22,14 +21,15 @@ mod table;
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail, ensure};
+use isostep_profile::SpeedLaw;
 
 use self::curve::Curve;
 use self::files::PlotKind;
 use self::frequency::FrequencyArgs;
 use self::kinematics::Derivatives;
-use self::law::Law;
 use self::machine::MachineArgs;
 use self::number::steps;
+use crate::laws::speed_laws;
 
 /// Compare speed laws: a table, every step as CSV, curves over time
 #[derive(clap::Args)]
@@ -57,8 +57,8 @@ Examples:
       --steps 4096 --start-speed 326 --top-speed 1304 --accel 1304 --decel 652     paper 002's motor")]
 pub struct Args {
     /// The law, or several
-    #[arg(long, value_name = "LAW", value_delimiter = ',')]
-    law: Vec<Law>,
+    #[arg(long, value_name = "LAW", value_delimiter = ',', value_parser = speed_laws())]
+    law: Vec<SpeedLaw>,
     /// Steps of the move (N)
     #[arg(long, value_name = "N", value_parser = steps, allow_negative_numbers = true)]
     steps: Option<u32>,
@@ -105,7 +105,7 @@ fn plan(args: &Args) -> Result<(Vec<Curve>, String)> {
     if let (Some(paper), Some(machine)) = (paper, machine) {
         bail!("{paper} plans as paper 000 does and {machine} as the machine does: give the options of one of them");
     }
-    let of_the_paper = args.law.iter().all(|law| law.frequency().is_some());
+    let of_the_paper = args.law.iter().all(|&law| frequency::law_of_paper(law).is_some());
     if paper.is_some() || (machine.is_none() && of_the_paper) {
         let curves = args.law.iter().map(|&law| args.frequency.plan(law, steps)).collect::<Result<_>>()?;
         return Ok((curves, args.frequency.summary(steps)));
