@@ -22,7 +22,7 @@ fn set(rig: &impl Rig) -> Vec<Act> {
     rig.pace().settings().into_iter().map(Act::Line).collect()
 }
 
-/// A move is stopped at 200 random instants, by turns by a limit switch, the emergency stop and the reset byte. Each time
+/// A move is stopped at 200 random instants, by turns by a limit switch, the emergency stop and two reset bytes. Each time
 /// the machine says where the edges have taken it, and goes back from there to where it began.
 ///
 /// # Panics

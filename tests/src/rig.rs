@@ -18,7 +18,7 @@ pub enum Stop {
     Limit(Axis),
     /// The emergency stop.
     Emergency,
-    /// The reset byte.
+    /// The reset byte, twice.
     Reset,
 }
 
@@ -157,7 +157,7 @@ impl Simulated {
                 match *stop {
                     Stop::Limit(axis) => sim.set_switch(axis, SwitchFault::StuckClosed),
                     Stop::Emergency => sim.set_emergency_stop(true),
-                    Stop::Reset => sim.send(b"\x18"),
+                    Stop::Reset => sim.send(b"\x18\x18"),
                 }
                 sim.run_for(SOON).unwrap();
                 assert!(sim.replies().iter().any(|line| line.starts_with("ALARM:")), "{stop:?}");
@@ -218,7 +218,7 @@ impl Emulated {
             Act::WaitIdle => "wait-idle\n".to_owned(),
             Act::Press(Stop::Limit(axis)) => format!("switch {axis} stuck-closed\nexpect ALARM:\n"),
             Act::Press(Stop::Emergency) => "estop pressed\nexpect ALARM:\n".to_owned(),
-            Act::Press(Stop::Reset) => "bytes 18\nexpect ALARM:\n".to_owned(),
+            Act::Press(Stop::Reset) => "bytes 18 18\nexpect ALARM:\n".to_owned(),
             Act::Release(Stop::Limit(axis)) => format!("switch {axis} normal\n"),
             Act::Release(Stop::Emergency) => "estop released\n".to_owned(),
             Act::Release(Stop::Reset) => String::new(),

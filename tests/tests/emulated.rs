@@ -291,7 +291,7 @@ fn every_stop_takes_less_than_10_us() {
     let stops = [
         "switch X stuck-closed\nexpect ALARM:1\nswitch X normal",
         "estop pressed\nexpect ALARM:10\nestop released",
-        "bytes 18\nexpect Grbl",
+        "bytes 18\nwait-ms 5\nbytes 18\nexpect ALARM:3\nexpect Grbl",
     ];
     for (index, stop) in stops.iter().cycle().take(60).enumerate() {
         let (target_mm, wait_us) = (if index % 2 == 0 { 900 } else { 0 }, 60_000 + 997 * index);
@@ -352,6 +352,21 @@ fn holds_and_overrides_of_an_s_curve_lose_no_step() {
 #[ignore = "needs the firmware: cargo xtask test"]
 fn holds_and_overrides_by_the_timer_port_lose_no_step() {
     holds_and_overrides_lose_nothing(Board::stepped_by(Port::Timer, "hold-timer"), 0);
+}
+
+/// A program that is reset at speed brakes on its path, and the machine is ready for the next.
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn a_reset_in_motion_keeps_the_position() {
+    let mut script = "expect Grbl\n".to_owned();
+    for wait_ms in [40, 300, 700, 1_100] {
+        script += &format!("send G1 X60 Y37 F2400\nexpect ok\nsend G0 X0\nexpect ok\nwait-ms {wait_ms}\n");
+        script +=
+            "bytes 18\nwait-ms 10\nbytes 3f\nexpect <Hold:1\nexpect Grbl\nbytes 3f\nexpect <Idle\ncheck-position\n";
+        script += "send G0 X0 Y0\nexpect ok\nwait-idle\n";
+    }
+    let run = Board::new("reset").script(&(script + "bytes 3f\nexpect <Idle|MPos:0.000,0.000,0.000\n"));
+    assert!(run.ok, "{}", run.printed);
 }
 
 /// A jog that is cancelled at speed stops on its path, at once ready for the next.

@@ -2,7 +2,7 @@
 //! closed form, counts exact, paths straight. The same in every run; a failure names its case.
 
 use embassy_time::Duration;
-use isostep_motion::{Finish, State};
+use isostep_motion::{Alarm, Finish, State};
 use isostep_profile::SpeedLaw;
 use isostep_sim::{Config, Outcome, Port, Sim, verify};
 use oorandom::Rand64;
@@ -149,6 +149,66 @@ fn jogs_are_cancelled_at_any_instant() {
         let outcome = bench.sim.outcome();
         assert_eq!(outcome.counted_steps, [still[0] + 50, still[1], still[2]], "case {case}");
         check(&outcome, case);
+    }
+}
+
+/// In the middle of moves, dwells and jogs, sometimes while they are held or about to be: no alarm, and the welcome once it
+/// stands still.
+#[test]
+fn resets_at_any_instant_keep_the_position() {
+    let mut braked = 0;
+    for case in 0..HOLDS / 2 {
+        let mut bench = Bench::new(case);
+        let [x, y, z] = bench.place();
+        let feed = 100.0 + bench.random.rand_float() * 4_000.0;
+        match bench.random.rand_range(0..3) {
+            0 => bench.say(&format!("$J=G90 X{x} Y{y} Z{z} F{feed:.0}\n$J=G91 X-5 F1500\n")),
+            _ => bench.say(&format!("G90\nG1 X{x} Y{y} Z{z} F{feed:.0}\nG4 P0.2\nG0 X0 Y0 Z0\n")),
+        }
+        bench.wait(3.0);
+        let byte = ["", "!", "!~", "\u{85}"][bench.random.rand_range(0..4) as usize];
+        bench.sim.send(&byte.chars().map(|byte| byte as u8).collect::<Vec<_>>());
+        bench.wait(0.1);
+        bench.sim.replies();
+        let was = bench.sim.machine().state();
+        bench.sim.send(&[0x18]);
+        bench.sim.run_for(Duration::from_micros(1)).unwrap();
+        let brakes = bench.sim.machine().state() == State::Hold { still: false };
+        assert!(brakes || was == State::Idle || bench.sim.machine().state() == State::Idle, "case {case}");
+        bench.at_rest();
+        let still = bench.steps();
+        bench.wait(0.5);
+        assert_eq!((bench.steps(), bench.sim.machine().state()), (still, State::Idle), "case {case}");
+        let replies = bench.sim.replies();
+        assert!(replies.iter().any(|line| line.starts_with("Grbl 1.1h")), "case {case}: {replies:?}");
+        // What follows counts from where it stands.
+        bench.say("G91\nG0 X1\n");
+        bench.sim.run_until_idle().unwrap();
+        let outcome = bench.sim.outcome();
+        assert_eq!(outcome.counted_steps, [still[0] + 50, still[1], still[2]], "case {case}");
+        check(&outcome, case);
+        braked += u64::from(outcome.moves.iter().any(|record| record.finish == Finish::Held));
+    }
+    println!("of {} resets {braked} had a move brake", HOLDS / 2);
+    assert!(braked > HOLDS / 8, "only {braked} resets fell into a move");
+}
+
+#[test]
+fn a_second_reset_stops_what_brakes_at_once() {
+    for case in 0..HOLDS / 5 {
+        let mut bench = Bench::new(case);
+        bench.say("G90\nG1 X60 Y37 Z12 F3000\n");
+        bench.sim.run_for(Duration::from_millis(500)).unwrap();
+        bench.sim.send(&[0x18]);
+        bench.wait(0.3);
+        let braking = bench.sim.machine().state() == State::Hold { still: false };
+        bench.sim.send(&[0x18]);
+        bench.sim.run_for(Duration::from_micros(10)).unwrap();
+        let stopped = bench.steps();
+        bench.wait(0.5);
+        let wanted = if braking { State::Alarm(Alarm::ResetInMotion) } else { State::Idle };
+        assert_eq!((bench.steps(), bench.sim.machine().state()), (stopped, wanted), "case {case}");
+        assert_eq!(bench.sim.outcome().counted_steps, stopped, "case {case}");
     }
 }
 

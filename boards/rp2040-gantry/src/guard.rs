@@ -57,10 +57,10 @@ pub fn start(machine: &'static Machine, pio: Peri<'static, peripherals::PIO1>) {
     let _ = pio;
 }
 
-/// A reset byte has come.
-pub fn reset() {
+/// A reset byte has come, of which the console will tell the machine.
+pub fn reset_heard() {
     if let Some(machine) = GUARDED.lock(Cell::get) {
-        machine.reset();
+        machine.reset_heard();
     }
 }
 

@@ -12,7 +12,7 @@
 //! | P2 | `SWI_IRQ_2` | the executor of the axes: writes the next block of steps; with `TimerPort` at P3, it hands on segments |
 //! | P2 | `SWI_IRQ_3` | with `TimerPort`, the executor of the task that makes the steps, which may wait for one without sleeping |
 //! | P2 | `DMA_IRQ_1`, `PIO0_IRQ_1` | a block was sent, a state machine has halted: they wake the axis |
-//! | P1 | `USBCTRL_IRQ` | hears a reset byte; with `TimerPort`, whose steps it would delay, P3 |
+//! | P1 | `USBCTRL_IRQ` | hears a second reset byte; with `TimerPort`, whose steps it would delay, P3 |
 //! | P3 | `UART0_IRQ` | wakes the console, and may wait as long as axes are at work |
 //! | thread | the rest | coordinator, console, LED, watchdog |
 //!

@@ -1,10 +1,11 @@
-//! A reset byte from the USB host, heard before the console gets to run.
+//! A second reset byte from the USB host, heard before the console gets to run.
 //!
 //! # Design
 //! The console reads in thread mode, and waits there while the axes write their blocks: up to 0.1 ms at full speed. But a
 //! packet lies in the USB controller's memory from the moment it has come until the driver has read it. So this looks
-//! for the byte in the interrupt that tells of the packet, and stops the machine there and then. The console comes upon
-//! the same byte later and does the rest; to the machine a second reset is none.
+//! for the byte in the interrupt that tells of the packet, and if the machine still brakes for a reset before it, stops it
+//! there and then. The console comes upon the same byte later and does the rest; a machine that has been stopped does not
+//! mind.
 #![expect(unsafe_code, reason = "interrupt handlers are unsafe, and a packet is read where the hardware has put it")]
 
 use embassy_rp::interrupt::typelevel::{Handler, USBCTRL_IRQ};
@@ -27,7 +28,7 @@ impl Handler<USBCTRL_IRQ> for ResetListener {
     unsafe fn on_interrupt() {
         let arrived = USB.buff_status().read();
         if ENDPOINTS.filter(|&endpoint| arrived.ep_out(endpoint)).any(carries_reset) {
-            guard::reset();
+            guard::reset_heard();
         }
     }
 }

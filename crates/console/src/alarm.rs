@@ -9,7 +9,7 @@ codes! {
     Alarm {
         HardLimit = 1, "* limit switch closed while moving, steps may be lost: clear the axis, $X, then $H";
         SoftLimit = 2, "* target outside the travel ($130-$132), nothing moved: correct the program or the travel, then $X";
-        ResetInMotion = 3, "reset while moving, steps may be lost: home with $H";
+        ResetInMotion = 3, "reset again while braking, steps may be lost: $X, then $H";
         HomingReset = 6, "reset while homing, position unknown: home again with $H";
         PullOff = 8, "* limit switch still closed after pulling off: free a stuck switch, raise $27, check $5";
         SwitchNotFound = 9, "* limit switch never closed: check its wiring, the direction ($23) and the travel ($130-$132)";

@@ -2,11 +2,10 @@
 
 use core::fmt::Write;
 
-use embassy_time::Duration;
 use embedded_storage_async::nor_flash::NorFlash;
 use isostep_console::report::{self, messages};
 use isostep_console::{Command, Coordinates, Error, SETTING_TABLE, Settings, State as Word};
-use isostep_motion::{AXES, Axis, Busy, ConfigError, Motion, State, Wiring};
+use isostep_motion::{AXES, Axis, Busy, ConfigError, Motion, Wiring};
 
 use crate::config::{config, pulse_ns};
 use crate::controller::{Controller, Mode, Unsaved};
@@ -180,16 +179,10 @@ impl<F: NorFlash> Controller<'_, F> {
         Ok(())
     }
 
-    /// Frees the motors, as the idle delay does, and keeps the turn until a reset.
+    /// Frees the motors and keeps the turn until a reset.
     async fn sleep(&self) {
         self.woken.reset();
-        let mut config = self.machine.config();
-        config.idle_delay = Some(Duration::MIN);
-        if self.machine.configure(config).is_ok() && self.machine.state() == State::Idle {
-            // The coordinator looks at the delay when it has done something.
-            let _ = self.submit(Motion::Dwell(Duration::MIN), 0).await;
-            let _ = self.settled().await;
-        }
+        self.machine.release();
         self.with(|program| program.mode = Mode::Sleep);
         self.woken.wait().await;
     }

@@ -10,7 +10,6 @@ use isostep_console::parameters::{STARTUP_LINES, StartupLine};
 use isostep_console::{AXES, Interpreter, Overrides, Parameters, Realtime, Settings, State as Word, Status as Report};
 use isostep_motion::{Machine, Overrides as Overridden, State};
 
-use crate::config::config;
 use crate::line_numbers::LineNumbers;
 use crate::status::{self, position_mm};
 use crate::store::{Item, Kept, Loss, Store, Value};
@@ -179,7 +178,7 @@ impl<'a, F: NorFlash> Controller<'a, F> {
 
     /// The modal state and the overrides of power-up, at the place where the machine stands.
     pub(crate) fn restart_program(&self) {
-        let slept = self.with(|program| {
+        self.with(|program| {
             program.interpreter.reset();
             program.overrides = Overrides::DEFAULT;
             program.startup_due = true;
@@ -187,12 +186,7 @@ impl<'a, F: NorFlash> Controller<'a, F> {
                 Mode::Sleep | Mode::Slept => Mode::Slept,
                 _ => Mode::Normal,
             };
-            program.mode == Mode::Slept
         });
-        if slept {
-            // These worked before, and so they do now.
-            let _ = self.machine.configure(config(&self.settings()));
-        }
         self.follow_machine();
         self.woken.signal(());
     }

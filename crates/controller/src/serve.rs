@@ -109,7 +109,7 @@ impl<F: NorFlash> Controller<'_, F> {
                 // A line asked for the reset: what came behind it is forgotten as after a reset byte.
                 console.input.clear();
             }
-            // The axes have been halted; the coordinator still has to say how that ended.
+            // It brakes, or has been stopped; the coordinator says how that ended.
             let _ = self.machine.settled().await;
             // An alarm is told before the welcome.
             yield_now().await;

@@ -12,7 +12,7 @@ use core::future::pending;
 
 use embassy_futures::join::join_array;
 use embassy_futures::select::{Either, select};
-use embassy_time::{Duration, Timer, with_timeout};
+use embassy_time::{Duration, Timer};
 use embedded_hal::digital::OutputPin;
 
 use crate::axes::{AXES, Axis};
@@ -54,15 +54,21 @@ where
     E: OutputPin<Error = Infallible>,
     F: FnMut(Event),
 {
-    /// The next motion; while there is none, the idle delay may run out and free the motors.
+    /// The next motion; while there is none the motors are freed when they are to be, or when the idle delay runs out.
     async fn next(&mut self) -> Motion {
-        if let (true, Some(delay)) = (self.energised, self.machine.config().idle_delay) {
-            if let Ok(motion) = with_timeout(delay, self.machine.next_motion()).await {
-                return motion;
+        loop {
+            let delay = self.machine.config().idle_delay.filter(|_| self.energised);
+            let idle = async {
+                match delay {
+                    Some(delay) => Timer::after(delay).await,
+                    None => pending().await,
+                }
+            };
+            match select(self.machine.next_motion(), select(idle, self.machine.wait_released())).await {
+                Either::First(motion) => return motion,
+                Either::Second(_) => self.energise(false),
             }
-            self.energise(false);
         }
-        self.machine.next_motion().await
     }
 
     async fn carry_out(&mut self, motion: Motion) {

@@ -43,7 +43,7 @@ pub enum Alarm {
         /// The axis that would have left it.
         axis: Axis,
     },
-    /// A reset stopped a move abruptly: the position is no longer trusted.
+    /// A second reset stopped a move abruptly before the first had braked: the position is no longer trusted.
     ResetInMotion,
     /// A reset stopped homing.
     HomingReset,
@@ -82,7 +82,7 @@ pub enum Finish {
     Done,
     /// It was stopped before its end; the position says where.
     Stopped,
-    /// It braked on its path, before its end, as it was asked to.
+    /// It braked on its path, before its end, as a hold, a jog cancel or a reset asked it to.
     Held,
     /// The step port of this axis faulted, so all axes were stopped.
     Fault {
@@ -159,7 +159,7 @@ impl fmt::Display for Alarm {
             Self::SoftLimit { axis } => {
                 write!(f, "the {axis} target is outside its travel: check the program and the travel setting")
             }
-            Self::ResetInMotion => write!(f, "reset while moving: the position is not trusted, home again"),
+            Self::ResetInMotion => write!(f, "reset again while braking: the position is not trusted, home again"),
             Self::HomingReset => write!(f, "reset while homing: home again"),
             Self::SwitchStuck { axis } => {
                 write!(f, "{axis} limit switch still closed after pulling off: check its wiring and the pull-off")

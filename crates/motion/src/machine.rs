@@ -95,8 +95,29 @@ struct Inner {
     overrides: Overrides,
     /// Nothing moves until [`Machine::resume`].
     held: bool,
-    /// Jogs asked for are to be forgotten.
-    cancelled: bool,
+    forget: Forget,
+}
+
+/// What is to be forgotten of the motions asked for; the one under way brakes.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Forget {
+    Nothing,
+    /// The jogs there are.
+    Jogs,
+    /// All, for a reset.
+    All,
+}
+
+impl Inner {
+    /// One motion less pending; whether it was the last, with which every wish that concerned them has come true.
+    fn end_one(&mut self) -> bool {
+        self.pending -= 1;
+        let last = self.pending == 0;
+        if last {
+            (self.cause, self.forget) = (None, Forget::Nothing);
+        }
+        last
+    }
 }
 
 /// What the tasks of one machine share. Everyone holds a `&Machine`; nobody holds a lock across an await.
@@ -109,6 +130,8 @@ pub struct Machine {
     stopped: Signal<CriticalSectionRawMutex, ()>,
     /// Tells it of a hold, a resume, or other overrides.
     asked: Signal<CriticalSectionRawMutex, ()>,
+    /// Has it free the motors.
+    released: Signal<CriticalSectionRawMutex, ()>,
     inner: Mutex<CriticalSectionRawMutex, RefCell<Inner>>,
 }
 
@@ -123,6 +146,7 @@ impl Machine {
             state: Watch::new_with(State::Idle),
             stopped: Signal::new(),
             asked: Signal::new(),
+            released: Signal::new(),
             inner: Mutex::new(RefCell::new(Inner {
                 config,
                 capabilities: [None; AXES],
@@ -134,7 +158,7 @@ impl Machine {
                 pending: 0,
                 overrides: Overrides::NONE,
                 held: false,
-                cancelled: false,
+                forget: Forget::Nothing,
             })),
         }
     }
@@ -209,7 +233,7 @@ impl Machine {
     ///
     /// # Errors
     /// In alarm nothing but homing is taken, and not even that while the emergency stop is pressed. While it jogs, only
-    /// jogs are.
+    /// jogs are. While a reset brakes, nothing.
     ///
     /// # Cancellation
     /// Safe: the motion is either in the queue or was never asked for.
@@ -218,7 +242,8 @@ impl Machine {
             if matches!(state, State::Alarm(_)) && (motion != Motion::Home || inner.emergency) {
                 return (state, Err(Busy(state)));
             }
-            if (state == State::Jog) != matches!(motion, Motion::Jog { .. }) && state != State::Idle {
+            let is_otherwise = (state == State::Jog) != matches!(motion, Motion::Jog { .. }) && state != State::Idle;
+            if is_otherwise || inner.forget == Forget::All {
                 return (state, Err(Busy(state)));
             }
             inner.pending += 1;
@@ -234,6 +259,11 @@ impl Machine {
         self.queue.send(motion).await;
         place.taken = true;
         Ok(())
+    }
+
+    /// Frees the motors, as soon as nothing moves and nothing waits to. The next motion energises them again.
+    pub fn release(&self) {
+        self.released.signal(());
     }
 
     /// Waits until nothing is under way: idle, or an alarm, which is returned as the error. A hold is under way.
@@ -300,11 +330,16 @@ impl Machine {
         self.queue.receive().await
     }
 
+    /// Waits until the motors are to be freed.
+    pub(crate) async fn wait_released(&self) {
+        self.released.wait().await;
+    }
+
     /// One motion less pending, without having been carried out.
     pub(crate) fn pass_over(&self) {
         self.transition(|inner, state| {
-            inner.pending -= 1;
-            (if matches!(state, State::Run | State::Jog) && inner.pending == 0 { State::Idle } else { state }, ())
+            let ends = inner.end_one() && !inner.held && !matches!(state, State::Alarm(_));
+            (if ends { State::Idle } else { state }, ())
         });
     }
 

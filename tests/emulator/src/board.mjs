@@ -90,7 +90,7 @@ export class Board {
 
   /** Bytes have reached the firmware. */
   #delivered(bytes) {
-    if (bytes.includes(RESET_BYTE)) this.gantry.stops.told('RESET');
+    if (bytes.includes(RESET_BYTE)) this.gantry.stops.reset();
   }
 
   #execute(limitCycle) {

@@ -17,6 +17,14 @@ export class Stops {
     this.open = [];
     this.axes = Object.fromEntries(AXES.map((axis) => [axis, { lastCycle: -Infinity, interval: Infinity }]));
     this.lastCycle = -Infinity;
+    /** It was reset while it was stepping, and has not been at rest since. */
+    this.braking = false;
+  }
+
+  /** A reset byte has come: the first has the machine brake, another says stop. */
+  reset() {
+    if (this.braking) this.told('RESET');
+    this.braking = this.clock.cycles - this.lastCycle < PAUSE_CYCLES;
   }
 
   /** Something says stop. It counts if the machine is stepping; a contact that bounces counts once. */
@@ -30,7 +38,7 @@ export class Stops {
 
   /** A rising edge of STEP. */
   step(axis, cycle) {
-    if (this.open.length > 0) this.#stepAfter(cycle);
+    if (this.open.length > 0 || this.braking) this.#stepAfter(cycle);
     const of = this.axes[axis];
     of.interval = cycle - of.lastCycle;
     of.lastCycle = cycle;
@@ -39,7 +47,7 @@ export class Stops {
 
   /** An axis that turns has come to rest before. */
   turn() {
-    if (this.open.length > 0) this.open = [];
+    this.#rested();
   }
 
   /** @returns {{input: string, t_ns: number, last_edge_ns: number, latency_ns: number, edges_after: number}[]} */
@@ -53,9 +61,14 @@ export class Stops {
     }));
   }
 
+  #rested() {
+    if (this.open.length > 0) this.open = [];
+    this.braking = false;
+  }
+
   #stepAfter(cycle) {
     if (cycle - this.lastCycle > this.#restCycles(cycle)) {
-      this.open = [];
+      this.#rested();
       return;
     }
     for (const stop of this.open) {

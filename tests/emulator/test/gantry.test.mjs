@@ -136,6 +136,25 @@ test('a stop is told with the last step before rest', () => {
   assert.deepEqual(stops.summary(), [{ input: 'X_LIMIT', t_ns: nanos(10_500), last_edge_ns: nanos(12_000), latency_ns: nanos(1500), edges_after: 2 }]);
 });
 
+test('a reset byte says stop if the machine still brakes for another', () => {
+  const clock = new MachineClock();
+  const stops = new Stops(clock);
+  const reset = (cycle) => {
+    clock.core.cycles = cycle;
+    stops.reset();
+  };
+  reset(500);
+  stepping(stops, clock, 1000, 1000, 10);
+  reset(10_500);
+  stepping(stops, clock, 11_000, 1000, 2);
+  reset(12_500);
+  assert.deepEqual(stops.summary().map(({ input, t_ns }) => [input, t_ns]), [['RESET', 12_500 * 8]]);
+  // At rest, and then another move.
+  stepping(stops, clock, 1_000_000, 1000, 2);
+  reset(1_001_500);
+  assert.equal(stops.summary().length, 1);
+});
+
 test('an axis that turns has stopped before', () => {
   const clock = new MachineClock();
   const stops = new Stops(clock);

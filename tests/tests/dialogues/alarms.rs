@@ -57,10 +57,13 @@ fn alarm_3_reset_in_motion() {
     let mut sim = homed();
     begin(&mut sim, "G0 X100", Duration::from_secs(1));
     sim.send(b"\x18");
+    sim.run_for(Duration::from_millis(100)).unwrap();
+    assert_eq!(state(&mut sim), "Hold:1", "it brakes");
+    sim.send(b"\x18");
     sim.run_until_idle().unwrap();
     let heard = sim.replies();
     assert_eq!(heard.last().unwrap(), "[MSG:'$H'|'$X' to unlock]");
-    alarmed(&mut sim, &heard, 3, "reset while moving, steps may be lost: home with $H]");
+    alarmed(&mut sim, &heard, 3, "reset again while braking, steps may be lost: $X, then $H]");
     unlock(&mut sim, false);
 }
 

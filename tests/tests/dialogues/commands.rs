@@ -202,8 +202,21 @@ fn command_sleep_frees_the_motors_until_a_reset() {
     assert_eq!(say(&mut sim, "$X\nG0 X1"), ["[MSG:Caution: Unlocked]", "ok", "ok"]);
     assert_eq!(sim.counted_steps(), [50, 0, 0]);
     assert!(energised(&sim), "the idle delay is $1 again");
-    assert_eq!(say(&mut sim, "$SLP"), ["ok", "[MSG:Sleeping]"]);
-    assert!(!energised(&sim));
+    // From Alarm, and once more while the motors are free.
+    sim.set_emergency_stop(true);
+    sim.run_until_idle().unwrap();
+    sim.set_emergency_stop(false);
+    sim.run_until_idle().unwrap();
+    for _ in 0..2 {
+        sim.replies();
+        assert_eq!(say(&mut sim, "$SLP"), ["ok", "[MSG:Sleeping]"]);
+        assert!(!energised(&sim));
+        sim.send(b"\x18");
+        sim.run_until_idle().unwrap();
+    }
+    sim.replies();
+    assert_eq!(say(&mut sim, "$X\nG0 X2"), ["[MSG:Caution: Unlocked]", "ok", "ok"]);
+    assert!(energised(&sim), "and so it stays");
 }
 
 #[test]

@@ -45,6 +45,14 @@ fn byte_18_resets() {
     assert_eq!(say(&mut sim, "2"), ["ok"], "what came behind it is a new line");
     assert_eq!(status(&mut sim), "<Idle|MPos:2.000,0.000,0.000");
     assert_eq!(field(&mut sim, "Ov"), "100,100,100");
+    begin(&mut sim, "G90 G0 X50\nG0 X0", Duration::from_millis(500));
+    sim.send(b"\x18");
+    sim.run_for(Duration::from_millis(100)).unwrap();
+    assert_eq!(state(&mut sim), "Hold:1", "it brakes");
+    sim.run_until_idle().unwrap();
+    assert_eq!(sim.replies(), ["Grbl 1.1h ['$' for help]"]);
+    assert_eq!(state(&mut sim), "Idle");
+    assert_eq!(sim.machine().status().homed, [true; 3]);
 }
 
 #[test]

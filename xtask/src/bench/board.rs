@@ -107,7 +107,7 @@ impl Moving {
     }
 }
 
-/// A press or a reset byte, and what it stopped.
+/// A press or a second reset byte, and what it stopped.
 #[derive(Clone, Debug, Deserialize)]
 pub struct Stop {
     /// To the last edge.

@@ -56,7 +56,8 @@ What is measured, of PioPort and of TimerPort, three axes stepping at once and s
   accuracy  every edge of a 10 s move, ramps and cruise, against the closed form of its plan, from the first edge on:
             maximum, p99, histogram, and drift
   load      the share of the time that the core is awake, at a steady rate and in ramps
-  stops     from a limit switch, the emergency stop or a reset byte to the last edge, at random instants of a fixed seed
+  stops     from a limit switch, the emergency stop or a second reset byte (the first has the machine brake) to the last
+            edge, at random instants of a fixed seed
 And what the mathematics of a move costs on the chip, beside the step generators of the literature over the same ramp:
 cycles to plan, to compile a segment and to replay a step under each speed law, and how far their speeds are off.
 The firmware is built for a TMC2209, whose least pulses (100 ns) limit the rate only above 4,000,000 steps/s. Equal

@@ -170,8 +170,8 @@ fn stops(figures: &Figures) -> Section {
     };
     Section {
         heading: "Stops".to_owned(),
-        text: "From the edge of an input, or a reset byte's arrival, to the last rising edge of any axis, at random \
-               instants of moves of three axes; and whether the position reported after all of them is that of the edges \
+        text: "From the edge of an input, or a second reset byte's arrival while the first has the machine brake, to the \
+               last rising edge of any axis, at random instants of moves of three axes; and whether the position reported after all of them is that of the edges \
                counted."
             .to_owned(),
         table: Some(rows(&["port", "by", "steps/s of each", "to the last edge"], figures.ports.iter().flat_map(row))),

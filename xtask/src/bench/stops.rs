@@ -1,4 +1,4 @@
-//! How soon a move ends: from a limit switch, the emergency stop or a reset byte to the last edge of any axis.
+//! How soon a move ends: from a limit switch, the emergency stop or a second reset byte to the last edge of any axis.
 
 use std::fmt::Write;
 
@@ -29,8 +29,8 @@ pub enum Input {
     LimitSwitch,
     /// The emergency stop.
     EmergencyStop,
-    /// The byte 0x18 from the console.
-    ResetByte,
+    /// The byte 0x18 from the console, while the machine brakes for another.
+    SecondReset,
 }
 
 /// The stops by one input.
@@ -58,13 +58,13 @@ pub struct Latency {
 }
 
 impl Input {
-    const ALL: [Self; 3] = [Self::LimitSwitch, Self::EmergencyStop, Self::ResetByte];
+    const ALL: [Self; 3] = [Self::LimitSwitch, Self::EmergencyStop, Self::SecondReset];
 
     pub fn name(self) -> &'static str {
         match self {
             Self::LimitSwitch => "limit switch",
             Self::EmergencyStop => "emergency stop",
-            Self::ResetByte => "reset byte",
+            Self::SecondReset => "second reset byte",
         }
     }
 
@@ -73,7 +73,7 @@ impl Input {
         match self {
             Self::LimitSwitch => &["switch X stuck-closed", "expect ALARM:1", "switch X normal"],
             Self::EmergencyStop => &["estop pressed", "expect ALARM:10", "estop released"],
-            Self::ResetByte => &["bytes 18", "expect Grbl"],
+            Self::SecondReset => &["bytes 18", "wait-ms 5", "bytes 18", "expect Grbl"],
         }
     }
 }

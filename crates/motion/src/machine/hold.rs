@@ -2,7 +2,7 @@
 
 use embassy_futures::select::select;
 
-use super::Machine;
+use super::{Forget, Machine};
 use crate::event::State;
 
 /// How fast to move, of what is asked for; never faster than the limits.
@@ -25,7 +25,9 @@ impl Machine {
     pub fn hold(&self) {
         self.transition(|inner, state| {
             inner.held |= matches!(state, State::Idle | State::Run);
-            inner.cancelled |= state == State::Jog;
+            if state == State::Jog {
+                inner.forget = Forget::Jogs;
+            }
             match state {
                 State::Idle => (State::Hold { still: true }, ()),
                 State::Run => (State::Hold { still: false }, ()),
@@ -49,8 +51,9 @@ impl Machine {
 
     /// Brakes a jog on its path, and forgets the jogs that wait. Nothing to do in any other state.
     pub fn cancel_jog(&self) {
-        self.with(|inner| inner.cancelled |= self.state() == State::Jog);
-        self.asked.signal(());
+        if self.state() == State::Jog {
+            self.hold();
+        }
     }
 
     /// Changes the speed of moves, the one under way included, some 60 ms after this.
@@ -70,7 +73,7 @@ impl Machine {
 impl Machine {
     /// Whether the move under way is to brake.
     pub(crate) fn is_to_brake(&self) -> bool {
-        self.with(|inner| inner.held || inner.cancelled)
+        self.with(|inner| inner.held || inner.forget != Forget::Nothing)
     }
 
     /// Waits for a hold, a resume, or other overrides.
@@ -85,7 +88,8 @@ impl Machine {
             _ => (state, ()),
         });
         loop {
-            let (held, forgotten) = self.with(|inner| (inner.held, inner.cancelled || inner.cause.is_some()));
+            let (held, forgotten) =
+                self.with(|inner| (inner.held, inner.forget != Forget::Nothing || inner.cause.is_some()));
             if !held || forgotten {
                 return !forgotten;
             }

@@ -1,6 +1,6 @@
 //! Stops: their causes, what the machine is after them, and the way out of an alarm.
 
-use super::{Busy, Machine};
+use super::{Busy, Forget, Machine};
 use crate::axes::{AXES, Axis};
 use crate::event::{Alarm, State};
 
@@ -25,10 +25,27 @@ impl Cause {
 }
 
 impl Machine {
-    /// Stops everything within one pulse and forgets what waits. At rest it does nothing; in motion the stop is
-    /// abrupt, so an alarm says that the position is not trusted.
+    /// Forgets what waits, and brakes the move under way on its path, as a [`hold`](Self::hold) does: then the machine is
+    /// idle, its position trusted. Asked a second time before that, or while homing, it stops everything within one pulse,
+    /// and an alarm says that the position is not trusted. At rest it ends a hold, and nothing else.
     pub fn reset(&self) {
-        self.stop(Cause::Reset);
+        let brakes = self.transition(|inner, state| match state {
+            State::Run | State::Jog | State::Hold { .. } if inner.forget != Forget::All => {
+                inner.held = false;
+                if inner.pending == 0 {
+                    return (State::Idle, true);
+                }
+                inner.forget = Forget::All;
+                (State::Hold { still: false }, true)
+            }
+            _ => (state, false),
+        });
+        if brakes {
+            self.asked.signal(());
+            self.stopped.signal(());
+        } else {
+            self.stop(Cause::Reset);
+        }
     }
 
     /// Locks the machine, unless it is locked already. For what is found before anything moves.
@@ -52,8 +69,16 @@ impl Machine {
     }
 }
 
-/// For those who hear a switch before the tasks of [`limit`](crate::limit) do: an interrupt of the board's own.
+/// For those who hear a switch, or a byte, before the tasks that see to it do: an interrupt of the board's own.
 impl Machine {
+    /// A reset byte has come, of which [`reset`](Self::reset) will be told later. If the machine still brakes for another,
+    /// it stops at once. Any number of times, from any context.
+    pub fn reset_heard(&self) {
+        if self.with(|inner| inner.forget == Forget::All) {
+            self.stop(Cause::Reset);
+        }
+    }
+
     /// A limit input has changed, and is low or high. The first edge of a press stops a running machine at once, if
     /// hard limits are on. Any number of times, from any context.
     pub fn limit_edge(&self, axis: Axis, is_low: bool) {
@@ -100,26 +125,16 @@ impl Machine {
     /// Stops everything and says why; the first cause stands. A limit switch is what homing looks for.
     pub(crate) fn stop(&self, cause: Cause) {
         let moving = self.transition(|inner, state| match (state, cause) {
-            (State::Home, Cause::Limit(_)) => (state, false),
-            // Held with nothing to go on with.
-            (State::Hold { .. }, Cause::Reset) if inner.pending == 0 => {
-                inner.held = false;
-                (State::Idle, false)
-            }
-            (State::Run | State::Jog | State::Home, _) => {
+            (State::Alarm(_), _) | (State::Home, Cause::Limit(_)) => (state, false),
+            _ if inner.pending > 0 => {
                 inner.cause = inner.cause.or(Some(cause));
                 (state, true)
             }
-            (State::Hold { .. }, _) if inner.pending > 0 => {
-                inner.cause = inner.cause.or(Some(cause));
-                (state, true)
-            }
-            (State::Idle | State::Hold { .. }, Cause::EmergencyStop) => {
+            (_, Cause::EmergencyStop) => {
                 inner.held = false;
                 (State::Alarm(Alarm::EmergencyStop), false)
             }
-            (State::Hold { .. }, _) => (state, false),
-            (State::Idle | State::Alarm(_), _) => (state, false),
+            _ => (state, false),
         });
         if moving {
             self.halt();
@@ -133,24 +148,23 @@ impl Machine {
     /// trusted; but its cause stands until every motion that waited has been passed over.
     pub(crate) fn conclude(&self, result: Result<(), Alarm>) -> State {
         self.transition(|inner, state| {
-            inner.pending -= 1;
-            let last = inner.pending == 0;
-            let next = match (result, inner.cause) {
+            let cause = inner.cause;
+            let last = inner.end_one();
+            let next = match (result, cause) {
                 (Err(alarm), _) => State::Alarm(alarm),
                 // Pressed after a reset, whose cause stands.
                 (Ok(()), _) if inner.emergency => State::Alarm(Alarm::EmergencyStop),
                 (Ok(()), Some(cause @ (Cause::Limit(_) | Cause::EmergencyStop))) => State::Alarm(cause.alarm(state)),
                 (Ok(()), None) if inner.held => State::Hold { still: true },
                 (Ok(()), _) if last => State::Idle,
-                (Ok(()), _) if state == State::Jog => State::Jog,
+                (Ok(()), _) if state == State::Jog || inner.forget == Forget::All => state,
                 (Ok(()), _) => State::Run,
             };
-            if last || matches!(next, State::Alarm(_)) {
-                inner.cause = None;
+            if matches!(next, State::Alarm(_)) {
+                (inner.cause, inner.forget) = (None, Forget::Nothing);
             }
             // A stop ends a hold; what was held is forgotten.
             inner.held &= matches!(next, State::Hold { .. });
-            inner.cancelled &= next == State::Jog;
             // Nothing has moved that could not be planned; after any other alarm the motors may have overshot.
             if matches!(next, State::Alarm(alarm) if alarm != Alarm::Unplannable) {
                 inner.homed = [false; AXES];
