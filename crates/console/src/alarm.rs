@@ -7,7 +7,7 @@ use crate::codes::codes;
 codes! {
     /// Why the machine locked itself, by Grbl's numbers; from 20 on by our own.
     Alarm {
-        HardLimit = 1, "* limit switch closed while moving, steps may be lost: clear the axis, $X, then $H";
+        HardLimit = 1, "* limit switch closed, steps may be lost: $X, move off it, then $H";
         SoftLimit = 2, "* target outside the travel ($130-$132), nothing moved: correct the program or the travel, then $X";
         ResetInMotion = 3, "reset again while braking, steps may be lost: $X, then $H";
         HomingReset = 6, "reset while homing, position unknown: home again with $H";
@@ -68,7 +68,7 @@ mod tests {
         let begins = |words: &str, with| assert!(words.starts_with(with), "{words}");
         begins(&Alarm::SwitchNotFound.about("Z").to_string(), "Z limit switch never closed: ");
         begins(&Alarm::Underrun.about("Y").to_string(), "the step port of Y ran dry: ");
-        begins(&Alarm::HardLimit.to_string(), "axis limit switch closed while moving");
+        begins(&Alarm::HardLimit.to_string(), "axis limit switch closed");
         begins(&Alarm::EmergencyStop.about("X").to_string(), "emergency stop pressed: ");
     }
 }

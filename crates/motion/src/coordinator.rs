@@ -101,6 +101,9 @@ where
         if steps == [0; AXES] {
             return Ok(());
         }
+        if let Some(axis) = self.machine.onto_switch(steps) {
+            return Err(Alarm::HardLimit { axis });
+        }
         match self.travel(steps, feed_mm_s, purpose).await? {
             // What was held and not resumed is forgotten.
             Finish::Done | Finish::Held => Ok(()),

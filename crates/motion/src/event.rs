@@ -33,7 +33,8 @@ pub enum State {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Alarm {
-    /// A limit switch closed outside homing. The stop was abrupt: the position is no longer trusted.
+    /// A limit switch closed outside homing, and the stop was abrupt; or it was closed, and a move would have gone further
+    /// onto it. The position is no longer trusted.
     HardLimit {
         /// Whose switch.
         axis: Axis,
@@ -154,7 +155,7 @@ impl fmt::Display for Alarm {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::HardLimit { axis } => {
-                write!(f, "{axis} limit switch closed while moving: clear the axis, unlock and home again")
+                write!(f, "{axis} limit switch closed: clear the axis, unlock and home again")
             }
             Self::SoftLimit { axis } => {
                 write!(f, "the {axis} target is outside its travel: check the program and the travel setting")

@@ -32,7 +32,7 @@ fn alarm_1_hard_limit() {
     sim.set_switch(Axis::X, SwitchFault::StuckClosed);
     sim.run_until_idle().unwrap();
     let heard = sim.replies();
-    alarmed(&mut sim, &heard, 1, "X limit switch closed while moving, steps may be lost: clear the axis, $X, then $H]");
+    alarmed(&mut sim, &heard, 1, "X limit switch closed, steps may be lost: $X, move off it, then $H]");
     sim.set_switch(Axis::X, SwitchFault::None);
     sim.run_until_idle().unwrap();
     unlock(&mut sim, false);

@@ -237,9 +237,25 @@ fn a_limit_switch_stops_a_move_at_once() {
     let mut sim = powered_up(&Config { start_mm: [5.0, 40.0, 15.0], ..Config::default() });
     let heard = say(&mut sim, "G1 X-8 F600");
     assert!(heard.contains(&"ALARM:1".to_owned()), "{heard:?}");
-    assert!(heard.iter().any(|line| line.contains("X limit switch closed while moving")), "{heard:?}");
+    assert!(heard.iter().any(|line| line.contains("X limit switch closed")), "{heard:?}");
     assert_eq!(sim.places_steps()[0], 0, "it stands where the switch closes: not one step further");
     assert_eq!(sim.counted_steps(), [-250, 0, 0]);
+}
+
+/// It gives no further edge; without this the carriage would run into its end.
+#[test]
+fn a_move_onto_a_closed_limit_switch_never_begins() {
+    let mut sim = switched_on(&Config { start_mm: [-0.5, 40.0, 15.0], ..Config::default() });
+    for line in ["G91 G0 X-1", "$J=G91 X-1 F600", "G91 G0 X-1 Y5"] {
+        let heard = say(&mut sim, line);
+        assert!(heard.contains(&"ALARM:1".to_owned()), "{line}: {heard:?}");
+        assert_eq!(sim.counted_steps(), [0; 3], "{line}");
+        say(&mut sim, "$X");
+    }
+    assert_eq!(say(&mut sim, "G91 G0 X2 Y-5\nG0 X-1"), ["ok", "ok"], "off it, and then towards it");
+    assert_eq!(sim.counted_steps(), [50, -250, 0]);
+    assert_eq!(say(&mut sim, "$21=0\nG0 X-2"), ["ok", "ok"], "as asked for");
+    assert_eq!(sim.counted_steps(), [-50, -250, 0]);
 }
 
 #[test]

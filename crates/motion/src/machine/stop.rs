@@ -2,7 +2,9 @@
 
 use super::{Busy, Forget, Machine};
 use crate::axes::{AXES, Axis};
+use crate::config::Config;
 use crate::event::{Alarm, State};
+use crate::port::Direction;
 
 /// Why everything was stopped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -103,6 +105,16 @@ impl Machine {
     /// A stop asked for and not yet answered by the coordinator.
     pub(crate) fn cause(&self) -> Option<Cause> {
         self.with(|inner| inner.cause)
+    }
+
+    /// The first axis that `steps` would take further onto its switch, which is pressed already: no edge would tell of that.
+    pub(crate) fn onto_switch(&self, steps: [i32; AXES]) -> Option<Axis> {
+        let Config { hard_limits, homing, .. } = self.config();
+        let is_towards = |axis: Axis| {
+            let steps = steps[axis as usize];
+            steps != 0 && Direction::of(steps) == homing.towards[axis as usize]
+        };
+        Axis::ALL.into_iter().find(|&axis| hard_limits && self.switch(axis).is_pressed() && is_towards(axis))
     }
 
     pub(crate) fn set_emergency(&self, pressed: bool) {
