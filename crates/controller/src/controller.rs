@@ -69,7 +69,7 @@ pub(crate) enum Mode {
 }
 
 impl<'a, F: NorFlash> Controller<'a, F> {
-    /// A controller of `machine`, which should have been made with the [`config`] of the same settings. They hold until
+    /// A controller of `machine`, which should have been made with the [`config`](crate::config()) of the same settings. They hold until
     /// [`load`](Self::load).
     #[must_use]
     pub fn new(machine: &'a Machine, settings: Settings, store: Store<F>) -> Self {
