@@ -3,6 +3,9 @@
 //! Ignored by a plain `cargo test`: `cargo xtask test` builds the firmware, then runs these. Every figure here is
 //! emulated, at 125 MHz.
 
+#[path = "emulated/boot.rs"]
+mod boot;
+
 use std::fs;
 use std::path::PathBuf;
 

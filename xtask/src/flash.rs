@@ -4,14 +4,20 @@ use std::env;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::thread;
+use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
 
 use crate::process::{self, announce};
+use crate::stopwatch::Stopwatch;
 use crate::variant::Variant;
-use crate::{build, workspace};
+use crate::{build, touch, workspace};
 
 const CHIP: &str = "RP2040";
+/// A board takes up to two seconds to leave, and a desktop some more to mount what appears.
+const MOUNTING_S: f64 = 15.0;
+const LOOK_AGAIN: Duration = Duration::from_millis(200);
 
 /// Put the firmware on a board
 #[derive(clap::Args)]
@@ -20,6 +26,8 @@ The first of these that reaches a board is used:
   1. a debug probe, by probe-rs        cargo install probe-rs-tools --locked
   2. the boot drive RPI-RP2            hold BOOTSEL while you plug in the USB cable
   3. picotool, the board in BOOTSEL    https://github.com/raspberrypi/picotool
+  4. a board on USB that runs Isostep  it is asked for its boot drive, then as 2 or 3: no need to press BOOTSEL.
+                                       It stops what it does and frees its motors; see that nothing falls
 
 Examples:
   cargo xtask flash
@@ -49,22 +57,65 @@ pub fn run(args: Args) -> Result<()> {
     if args.logs {
         bail!("--logs needs a debug probe: {no_probe}");
     }
-    if let Some(drive) = drive_places().into_iter().find(|place| is_boot_drive(place)) {
+    if let Some(drive) = mounted_drive() {
         return to_drive(&drive);
     }
-    match picotool() {
-        Ok(()) => by_picotool(),
-        Err(no_picotool) => bail!("no board was found.\n{}", missing(&no_probe, &no_picotool)),
+    let no_picotool = match picotool() {
+        Ok(()) => return by_picotool(),
+        Err(missing) => missing,
+    };
+    match touch::running_board() {
+        Ok(port) => by_touch(&port),
+        Err(no_board) => bail!("no board was found.\n{}", missing(&no_probe, &no_picotool, &no_board)),
+    }
+}
+
+/// Has the board on `port` make way, then goes on as with one in BOOTSEL.
+fn by_touch(port: &str) -> Result<()> {
+    announce(&format!("asking the board on {port} for its boot drive (the 1200-baud touch): it frees its motors"));
+    touch::touch(port)?;
+    announce(&format!("waiting for the drive RPI-RP2, {MOUNTING_S} s at most"));
+    if let Some(drive) = within(MOUNTING_S, mounted_drive) {
+        return to_drive(&drive);
+    }
+    if touch::running_board().is_ok() {
+        bail!(
+            "the board on {port} runs on: its firmware knows no touch yet; hold BOOTSEL while you plug in the USB cable"
+        );
+    }
+    picotool().map_or_else(|no_picotool| bail!(not_mounted(&no_picotool)), |()| by_picotool())
+}
+
+/// The board is in its boot loader, and nobody has mounted it.
+fn not_mounted(no_picotool: &str) -> String {
+    format!(
+        "the board has left for its boot loader, but no drive RPI-RP2 was mounted within {MOUNTING_S} s: mount it, and name it \
+         with `cargo xtask flash --drive DIR` (picotool needs no drive, but {no_picotool}), or copy {} to it. \
+         Switched off and on, the board runs as before",
+        workspace::shown(&workspace::firmware_uf2())
+    )
+}
+
+/// What `look` finds within `limit_s`.
+#[expect(clippy::disallowed_methods, reason = "the user's computer takes its time to mount a drive")]
+fn within<T>(limit_s: f64, look: impl Fn() -> Option<T>) -> Option<T> {
+    let stopwatch = Stopwatch::start();
+    loop {
+        match look() {
+            None if stopwatch.elapsed_s() < limit_s => thread::sleep(LOOK_AGAIN),
+            found => return found,
+        }
     }
 }
 
 /// Each way, why it is closed, and what opens it.
-fn missing(no_probe: &str, no_picotool: &str) -> String {
+fn missing(no_probe: &str, no_picotool: &str, no_board: &str) -> String {
     format!(
         "  - debug probe: {no_probe}\n  \
          - boot drive:  RPI-RP2 is not mounted: hold BOOTSEL while you plug in the USB cable (one that carries data), \
          wait for the drive, and name it with --drive if it is mounted in an unusual place\n  \
-         - picotool:    {no_picotool}\n\
+         - picotool:    {no_picotool}\n  \
+         - on USB:      {no_board}\n\
          The file to copy by hand is {}",
         workspace::shown(&workspace::firmware_uf2())
     )
@@ -117,6 +168,10 @@ fn to_drive(drive: &Path) -> Result<()> {
     Ok(())
 }
 
+fn mounted_drive() -> Option<PathBuf> {
+    drive_places().into_iter().find(|place| is_boot_drive(place))
+}
+
 /// Every RP2040 in BOOTSEL mode describes itself in this file.
 fn is_boot_drive(place: &Path) -> bool {
     fs::read_to_string(place.join("INFO_UF2.TXT")).is_ok_and(|info| info.contains("RPI-RP2"))
@@ -166,9 +221,25 @@ mod tests {
 
     #[test]
     fn what_is_missing_names_every_way_and_the_file() {
-        let text = missing("no probe", "no picotool");
-        for part in ["no probe", "BOOTSEL", "no picotool", "rp2040-gantry.uf2"] {
+        let text = missing("no probe", "no picotool", "no running board");
+        for part in ["no probe", "BOOTSEL", "no picotool", "no running board", "rp2040-gantry.uf2"] {
             assert!(text.contains(part), "{part} in {text}");
         }
+        let text = not_mounted("no picotool");
+        for part in ["--drive", "no picotool", "rp2040-gantry.uf2"] {
+            assert!(text.contains(part), "{part} in {text}");
+        }
+    }
+
+    #[test]
+    fn what_appears_is_waited_for_what_does_not_only_so_long() {
+        let looks = std::cell::Cell::new(0);
+        let third = || {
+            looks.set(looks.get() + 1);
+            (looks.get() == 3).then_some("drive")
+        };
+        assert_eq!(within(10.0, third), Some("drive"));
+        assert_eq!(within(0.0, || None::<()>), None);
+        assert_eq!(looks.get(), 3);
     }
 }

@@ -24,6 +24,7 @@ mod size;
 mod stopwatch;
 mod test;
 mod toolchain;
+mod touch;
 mod uf2;
 mod variant;
 mod workspace;

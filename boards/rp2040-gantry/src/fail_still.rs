@@ -1,4 +1,4 @@
-//! A firmware that cannot go on leaves the machine still: no step, motors off, then a restart.
+//! A firmware that cannot go on, or makes way for another, leaves the machine still: no step, motors off, then a restart.
 //!
 //! # Design
 //! The state machines are halted, and STEP given back to SIO, whose latches take effect in one cycle and need no owner,
@@ -11,7 +11,7 @@ use core::panic::PanicInfo;
 use core::sync::atomic::{AtomicBool, Ordering};
 
 use cortex_m_rt::{ExceptionFrame, exception};
-use embassy_rp::pac;
+use embassy_rp::{pac, rom_data};
 
 use crate::pins;
 
@@ -27,17 +27,20 @@ pub enum Cause {
 }
 
 impl Cause {
-    /// What the previous run ended with; `None` after power-up, the reset pin or a probe. Forgets it.
+    /// What the previous run ended with; `None` after power-up, the reset pin, a probe or the boot loader. Forgets it.
     pub fn of_last_restart() -> Option<Self> {
         let reason = pac::WATCHDOG.reason().read();
-        let mark = pac::WATCHDOG.scratch0().read();
-        pac::WATCHDOG.scratch0().write_value(0);
+        let last = pac::WATCHDOG.scratch0().read();
+        mark(MARK_RUNNING);
         let restarted = reason.timer() || reason.force();
-        restarted.then_some(match mark {
-            MARK_PANIC => Self::Panic,
-            MARK_HARD_FAULT => Self::HardFault,
-            _ => Self::Stall,
-        })
+        match last {
+            _ if !restarted => None,
+            MARK_PANIC => Some(Self::Panic),
+            MARK_HARD_FAULT => Some(Self::HardFault),
+            MARK_RUNNING => Some(Self::Stall),
+            // The boot loader restarts the chip by the watchdog too, after it has used the register for itself.
+            _ => None,
+        }
     }
 
     /// What a console says of it.
@@ -61,9 +64,12 @@ pub fn set_enable_inverted(inverted: bool) {
 const SIO_FUNCTION: u8 = 5;
 const MARK_PANIC: u32 = 0x50_41_4E_49;
 const MARK_HARD_FAULT: u32 = 0x46_41_55_4C;
+const MARK_RUNNING: u32 = 0x52_55_4E_53;
+/// Of the boot loader: the drive, and picotool's.
+const ALL_INTERFACES: u32 = 0;
 
 /// STEP low and ENABLE off, without asking who owns the pins.
-fn stop_motors(mark: u32) {
+fn stop_motors() {
     cortex_m::interrupt::disable();
     pac::PIO0.ctrl().write_value(pac::pio::regs::Ctrl(0));
     let latch = pac::SIO.gpio_out(0);
@@ -74,7 +80,17 @@ fn stop_motors(mark: u32) {
     }
     let enable_off = if ENABLE_INVERTED.load(Ordering::Relaxed) { latch.value_clr() } else { latch.value_set() };
     enable_off.write_value(pins::ENABLE_MASK);
-    pac::WATCHDOG.scratch0().write_value(mark);
+}
+
+fn mark(cause: u32) {
+    pac::WATCHDOG.scratch0().write_value(cause);
+}
+
+/// Leaves for the boot loader in the ROM, which restarts the chip with all pins free and is the USB drive RPI-RP2 then.
+pub fn start_boot_loader() -> ! {
+    stop_motors();
+    rom_data::reset_to_usb_boot(pins::LED_MASK, ALL_INTERFACES);
+    await_watchdog()
 }
 
 fn await_watchdog() -> ! {
@@ -85,7 +101,8 @@ fn await_watchdog() -> ! {
 
 #[panic_handler]
 fn panic(info: &PanicInfo) -> ! {
-    stop_motors(MARK_PANIC);
+    stop_motors();
+    mark(MARK_PANIC);
     defmt::error!("{}", defmt::Display2Format(info));
     await_watchdog()
 }
@@ -93,7 +110,8 @@ fn panic(info: &PanicInfo) -> ! {
 // SAFETY: the handler reads the frame it is given, writes registers and never returns.
 #[exception]
 unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
-    stop_motors(MARK_HARD_FAULT);
+    stop_motors();
+    mark(MARK_HARD_FAULT);
     defmt::error!("hard fault at {=u32:#010x}, called from {=u32:#010x}", frame.pc(), frame.lr());
     await_watchdog()
 }

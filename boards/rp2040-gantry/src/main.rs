@@ -8,6 +8,7 @@
 #![no_std]
 #![no_main]
 
+mod boot;
 mod console;
 mod fail_still;
 mod flash;
@@ -21,6 +22,7 @@ mod priority;
 mod reset_listener;
 #[cfg(feature = "timer-port")]
 mod timer_port;
+mod touch;
 mod uart;
 mod usb;
 mod watch;
@@ -48,7 +50,7 @@ async fn main(spawner: Spawner) {
     }
     let settings = Settings::default();
     let machine = &*MACHINE.init(Machine::new(config(&settings)));
-    let controller = &*CONTROLLER.init(Controller::new(machine, settings, flash::open(board.flash)));
+    let controller = &*CONTROLLER.init(Controller::new(machine, settings, flash::open(board.flash)).with_boot_loader());
 
     let (switches, axes) = priority::start_executors();
     watch::spawn(axes, spawner, machine, board.watchdog);
@@ -58,5 +60,6 @@ async fn main(spawner: Spawner) {
     motion::spawn_switches(switches, machine, board.switches);
     motion::spawn_coordinator(spawner, machine, board.enable);
     console::spawn(spawner, controller, restart, usb::open(spawner, board.usb), uart::open(board.uart));
+    spawner.spawn(boot::make_way(machine, controller).unwrap());
     spawner.spawn(led::show(machine, board.led).unwrap());
 }

@@ -15,6 +15,8 @@ pub const STEP_MASK: u32 = 1 << STEP[0] | 1 << STEP[1] | 1 << STEP[2];
 pub const LIMIT_X: u8 = 9;
 /// GP8, active low.
 pub const ENABLE_MASK: u32 = 1 << 8;
+/// GP25.
+pub const LED_MASK: u32 = 1 << 25;
 
 /// What makes steps: the pins, and the hardware that a hardware-timed port drives them with.
 pub struct StepPins {

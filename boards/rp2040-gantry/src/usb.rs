@@ -19,6 +19,7 @@ use embedded_io_async::{ErrorType, Read, Write};
 use static_cell::StaticCell;
 
 use crate::reset_listener::ResetListener;
+use crate::touch::Touch;
 
 bind_interrupts!(struct Irqs {
     USBCTRL_IRQ => ResetListener, InterruptHandler<USB>;
@@ -50,8 +51,11 @@ pub fn open(spawner: Spawner, usb: Peri<'static, USB>) -> Port {
     static DESCRIPTORS: StaticCell<[[u8; 128]; 3]> = StaticCell::new();
     static RX: StaticCell<[u8; PACKET_BYTES]> = StaticCell::new();
     static STATE: StaticCell<State> = StaticCell::new();
+    static TOUCH: StaticCell<Touch> = StaticCell::new();
     let [configuration, bos, control] = DESCRIPTORS.init([[0; 128]; 3]);
     let mut builder = Builder::new(Driver::new(usb, Irqs), config(), configuration, bos, &mut [], control);
+    // Before the class, which keeps requests to itself.
+    builder.handler(TOUCH.init(Touch::new()));
     let class = CdcAcmClass::new(&mut builder, STATE.init(State::new()), PACKET_BYTES as u16);
     let (sender, receiver, control) = class.split_with_control();
     let rx = Rx { receiver: receiver.into_buffered(RX.init([0; PACKET_BYTES])) };

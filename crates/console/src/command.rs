@@ -24,6 +24,8 @@ pub enum Command<'l> {
     ToggleCheck,
     /// `$SLP`: sleep until a reset.
     Sleep,
+    /// `$BOOT`: make way for new firmware, if there is a boot loader.
+    Boot,
     /// `$`: list the `$` commands.
     Help,
     /// `$$`: list the settings.

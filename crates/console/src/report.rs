@@ -10,9 +10,10 @@ use crate::{AXES, Alarm, Coordinates, Error, Fixed, Interpreter, SETTING_TABLE, 
 pub const WELCOME: &str = "\r\nGrbl 1.1h ['$' for help]\r\n";
 /// A line was accepted.
 pub const OK: &str = "ok\r\n";
-/// The reply to `$`, before `ok`: Grbl's, and our own `$E` and `$A`.
+/// The reply to `$`, before `ok`: Grbl's, and our own.
 pub const HELP: &str = "[HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x]\r\n\
-    [MSG:$En and $An explain a refusal or an alarm by its number n, $BUZZ=X moves X to and fro]\r\n";
+    [MSG:$En and $An explain a refusal or an alarm by its number n, $BUZZ=X moves X to and fro, \
+    $BOOT makes way for new firmware]\r\n";
 /// The reply to `$I`, before `ok`. Senders look for "grbl" and Grbl's date in it. The letters are Grbl's: N knows line
 /// numbers, M takes M7, Z reads 0 where it rests after homing, L is not locked at power-up, I stores no text by `$I=`.
 /// Then the blocks and bytes that a sender may count on.
@@ -37,6 +38,10 @@ pub mod messages {
     pub const RESTORING: &str = "Restoring defaults";
     /// `$SLP`.
     pub const SLEEPING: &str = "Sleeping";
+    /// `$BOOT`, on a board.
+    pub const BOOTING: &str = "The board becomes the USB drive RPI-RP2: copy new firmware to it, or switch off and on";
+    /// `$BOOT`, where nothing takes the place of this program.
+    pub const NO_BOOT_LOADER: &str = "There is no boot loader here: $BOOT is for a board";
 }
 
 /// `error:N`.

@@ -64,6 +64,7 @@ fn at_rest<'l>(statement: &str, settings: &Settings) -> Result<Command<'l>, Erro
         "H" => Err(Error::HomingDisabled),
         "I" => Ok(Command::ShowBuild),
         "SLP" => Ok(Command::Sleep),
+        "BOOT" => Ok(Command::Boot),
         "RST=$" => Ok(Command::Restore { settings: true, parameters: false }),
         "RST=#" => Ok(Command::Restore { settings: false, parameters: true }),
         "RST=*" => Ok(Command::Restore { settings: true, parameters: true }),

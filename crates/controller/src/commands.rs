@@ -21,6 +21,8 @@ pub(crate) enum After {
     Restart,
     /// Nothing until a reset.
     Sleep,
+    /// Only what moves and changes nothing.
+    Boot,
 }
 
 impl<F: NorFlash> Controller<'_, F> {
@@ -42,14 +44,19 @@ impl<F: NorFlash> Controller<'_, F> {
         }
         let saved = self.save(&mut text).await;
         let answer = answer.and_then(|after| saved.map(|()| after));
+        if answer == Ok(After::Boot) {
+            text.tell(messages::BOOTING);
+        }
         text.answer(answer.map(|_| ()));
         let after = answer.unwrap_or(After::NextLine);
         if after == After::Sleep {
             text.tell(messages::SLEEPING);
         }
         out.send(&text).await;
-        if after == After::Sleep {
-            self.sleep().await;
+        match after {
+            After::Sleep => self.sleep().await,
+            After::Boot => self.boot(),
+            After::NextLine | After::Restart => {}
         }
         after
     }
@@ -137,6 +144,11 @@ impl<F: NorFlash> Controller<'_, F> {
                 text.tell(messages::CHECKING);
             }
             Command::Sleep => return Ok(After::Sleep),
+            Command::Boot if self.has_boot_loader => return Ok(After::Boot),
+            Command::Boot => {
+                text.tell(messages::NO_BOOT_LOADER);
+                return Err(Error::UnknownStatement);
+            }
             Command::Help => text.print(|text| text.push_str(report::HELP)),
             Command::ShowBuild => self.show_build(text),
             Command::SetSetting { number, value } => self.set(number, value, text)?,

@@ -26,6 +26,8 @@ pub struct Controller<'a, F: NorFlash> {
     /// Ends a sleep, in which a line keeps its turn.
     pub(crate) woken: Signal<NoopRawMutex, ()>,
     pub(crate) store: Mutex<NoopRawMutex, Store<F>>,
+    pub(crate) has_boot_loader: bool,
+    pub(crate) boot: Signal<NoopRawMutex, ()>,
 }
 
 pub(crate) struct Program {
@@ -66,6 +68,8 @@ pub(crate) enum Mode {
     Sleep,
     /// To be unlocked or homed: the motors were free while it slept.
     Slept,
+    /// To be restarted.
+    Left,
 }
 
 impl<'a, F: NorFlash> Controller<'a, F> {
@@ -87,7 +91,8 @@ impl<'a, F: NorFlash> Controller<'a, F> {
             loss: None,
         };
         let (turn, woken, store) = (Mutex::new(()), Signal::new(), Mutex::new(store));
-        Self { machine, program: RefCell::new(program), turn, woken, store }
+        let boot = Signal::new();
+        Self { machine, program: RefCell::new(program), turn, woken, store, has_boot_loader: false, boot }
     }
 
     /// Puts in force what was stored. Call it once, after the axes' tasks have run, which tell what the step outputs carry,
@@ -123,6 +128,7 @@ impl<'a, F: NorFlash> Controller<'a, F> {
     /// What the machine does, as a console calls it.
     pub(crate) fn state(&self) -> Word {
         match (self.machine.state(), self.with(|program| program.mode)) {
+            (_, Mode::Left) => Word::Sleep,
             (State::Alarm(_), _) | (State::Idle, Mode::Slept) => Word::Alarm,
             (State::Home, _) => Word::Home,
             (State::Jog, _) => Word::Jog,
@@ -184,7 +190,8 @@ impl<'a, F: NorFlash> Controller<'a, F> {
             program.startup_due = true;
             program.mode = match program.mode {
                 Mode::Sleep | Mode::Slept => Mode::Slept,
-                _ => Mode::Normal,
+                Mode::Left => Mode::Left,
+                Mode::Normal | Mode::Check => Mode::Normal,
             };
         });
         self.follow_machine();

@@ -6,7 +6,7 @@ import { eraseUnder } from './flash-file.mjs';
 import { Gantry } from './gantry.mjs';
 import { UartCable } from './uart-cable.mjs';
 import { UsbHost } from './usb-host.mjs';
-import { RESET_FORCED } from './watchdog.mjs';
+import { RESET_FORCED, RESET_TIMER } from './watchdog.mjs';
 
 /** Grbl's ctrl-X. */
 const RESET_BYTE = 0x18;
@@ -24,7 +24,7 @@ export class Board {
     this.warnings = new Set();
     this.resets = [];
     this.powerCycles = [];
-    /** When the firmware rebooted into BOOTSEL: from then on the board is a drive, and runs no more. */
+    /** When the firmware rebooted into BOOTSEL, and whether it left the motors on: from then on the board is a drive, and runs no more. */
     this.bootsel = null;
     this.faults = [];
     /** Faults that were asked for. */
@@ -118,7 +118,7 @@ export class Board {
   #build() {
     const built = buildChip(this.clock, {
       onWatchdog: (reason) => this.#reset(reason),
-      onBootsel: () => this.clock.createAlarm(() => this.#enterBootsel()).schedule(0),
+      onBootsel: (...hints) => this.clock.createAlarm(() => this.#enterBootsel(hints)).schedule(0),
       onUartByte: (byte) => this.cable.received?.(byte),
       onWarning: (text) => this.warnings.add(text),
     });
@@ -132,10 +132,20 @@ export class Board {
     for (const watch of this.chipWatchers) watch(this.chip);
   }
 
+  /** The ROM's drive has taken new firmware, here the same again, and restarts the chip: by the watchdog. */
+  leaveBootsel() {
+    this.bootsel = null;
+    this.#restart(RESET_TIMER);
+  }
+
   /** A watchdog reset: a fresh chip in the same place, with memory, scratch registers and the reason kept. */
   #reset(reason) {
-    const { chip, watchdog } = this;
     this.resets.push({ t_ns: this.nanos, reason: reason === RESET_FORCED ? 'forced' : 'timed out' });
+    this.#restart(reason);
+  }
+
+  #restart(reason) {
+    const { chip, watchdog } = this;
     this.#renew();
     this.chip.sram.set(chip.sram);
     this.watchdog.scratch.set(watchdog.scratch);
@@ -144,10 +154,12 @@ export class Board {
     this.pause();
   }
 
-  /** The ROM takes over: the pins go, the cable is dead, and the firmware never runs again. */
-  #enterBootsel() {
-    this.bootsel = { t_ns: this.nanos };
+  /** The ROM takes over: the pins go, the cable is dead. It keeps what it is told in scratch registers. */
+  #enterBootsel(hints) {
+    const { watchdog } = this;
+    this.bootsel = { t_ns: this.nanos, energised: this.gantry.timing.energised };
     this.#renew();
+    this.watchdog.scratch.set([...hints, ...watchdog.scratch.subarray(hints.length)]);
     this.core.waiting = true;
     this.gantry.attach(this.chip);
     for (const watch of this.chipWatchers) watch(this.chip);

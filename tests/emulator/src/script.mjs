@@ -15,6 +15,7 @@ export const COMMANDS = {
   'wait-idle': { usage: 'wait-idle', parse: nothing, run: (script) => script.console.waitIdle(script.timeoutSeconds) },
   'wait-reset': { usage: 'wait-reset', parse: nothing, run: (script) => script.waitReset() },
   'expect-bootsel': { usage: 'expect-bootsel', parse: nothing, run: (script) => script.expectBootsel() },
+  'leave-bootsel': { usage: 'leave-bootsel', parse: nothing, run: (script) => script.leaveBootsel() },
   'power-cycle': { usage: 'power-cycle', parse: nothing, run: (script) => script.powerCycle() },
   'wait-ms': { usage: 'wait-ms MILLISECONDS', parse: positive, run: (script, millis) => script.waitMicros(millis * 1000) },
   'wait-us': { usage: 'wait-us MICROSECONDS', parse: positive, run: (script, micros) => script.waitMicros(micros) },
@@ -25,6 +26,7 @@ export const COMMANDS = {
   motors: { usage: 'motors on|off', parse: onOff, run: (script, on) => script.expectMotors(on) },
   crash: { usage: 'crash', parse: nothing, run: (script) => script.board.crash() },
   dtr: { usage: 'dtr on|off', parse: onOff, run: (script, on) => script.board.cable.setDtr(on) },
+  'usb-line-coding': { usage: 'usb-line-coding BAUD', parse: baud, run: (script, rate) => script.board.cable.setLineCoding(rate) },
   reading: { usage: 'reading on|off', parse: onOff, run: (script, on) => script.board.cable.setReading(on) },
 };
 
@@ -89,8 +91,10 @@ export class ScriptRun {
     if (!text.startsWith(prefix)) throw new Error(`got ${text}`);
   }
 
+  /** In BOOTSEL: how the firmware left them. */
   expectMotors(on) {
-    const { energised } = this.board.gantry.timing;
+    const { bootsel, gantry } = this.board;
+    const { energised } = bootsel ?? gantry.timing;
     if (energised !== on) throw new Error(`ENABLE ${energised ? 'energises' : 'frees'} the motors`);
   }
 
@@ -132,10 +136,17 @@ export class ScriptRun {
     this.resetsSeen += 1;
   }
 
-  /** The firmware has asked the ROM for BOOTSEL. Nothing that talks to the board can come after. */
+  /** The firmware has asked the ROM for BOOTSEL. Nothing that talks to the board can come after, but after leave-bootsel. */
   expectBootsel() {
     this.console.waitFor('BOOTSEL', () => this.board.bootsel, this.timeoutSeconds);
     this.bootselSeen = true;
+  }
+
+  leaveBootsel() {
+    if (this.board.bootsel === null) throw new Error('the board is not in BOOTSEL: expect-bootsel first');
+    this.board.leaveBootsel();
+    this.console.forgetUnanswered();
+    this.bootselSeen = false;
   }
 
   /** Nothing that was sent before is answered any more. */
@@ -157,6 +168,11 @@ function nothing(rest) {
 
 function positive(rest) {
   if (!(Number(rest) > 0)) throw new Error(`${rest || 'nothing'} is not a positive number`);
+  return Number(rest);
+}
+
+function baud(rest) {
+  if (!/^[1-9]\d{0,9}$/.test(rest.trim()) || Number(rest) > 0xffffffff) throw new Error(`${rest || 'nothing'} is not a baud rate from 1 to 4294967295`);
   return Number(rest);
 }
 

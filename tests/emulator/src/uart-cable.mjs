@@ -30,6 +30,10 @@ export class UartCable {
     throw new Error('three wires have no DTR: use --console usb');
   }
 
+  setLineCoding() {
+    throw new Error('the rate of a UART is not told on its wires: use --console usb');
+  }
+
   setReading() {
     throw new Error('a UART sends whether anyone reads or not: use --console usb');
   }

@@ -14,7 +14,9 @@ const RESET_RECOVERY_NANOS = 10e6;
 const CONFIGURATION = 2;
 const CONFIGURATION_HEADER_BYTES = 9;
 const DTR_AND_RTS = 3;
-const LINE_115200_8N1 = Uint8Array.of(0x00, 0xc2, 0x01, 0x00, 0, 0, 8);
+const USUAL_BAUD = 115200;
+/** SET_LINE_CODING's, 8N1. */
+const LINE_CODING_BYTES = 7;
 
 const setup = (type, request, value, index, length) =>
   Uint8Array.of(type, request, value & 0xff, value >> 8, index & 0xff, index >> 8, length & 0xff, length >> 8);
@@ -46,6 +48,7 @@ export class UsbHost {
     this.control = null;
     this.transaction = null;
     this.requests = null;
+    this.waiting = [];
     this.reading = true;
     this.dtr = false;
     this.wire.cancel();
@@ -79,9 +82,19 @@ export class UsbHost {
 
   /** Opens or closes the port, as a program on the host does. */
   setDtr(open) {
-    if (!this.settled) throw new Error('the host has not set the port up yet: wait for the welcome line first');
-    this.requests = [this.#lineState(open ? DTR_AND_RTS : 0)].values();
-    this.#continue();
+    this.#request(this.#lineState(open ? DTR_AND_RTS : 0));
+  }
+
+  /** Sets the baud rate, which means nothing to a USB port but what the firmware makes of it. */
+  setLineCoding(baud) {
+    this.#request(this.#lineCoding(baud));
+  }
+
+  /** Makes a request of the serial port, after those under way. */
+  #request(request) {
+    if (this.endpoints === null) throw new Error('the host has not set the port up yet: wait for the welcome line first');
+    this.waiting.push(request);
+    if (!this.control) this.#continue();
   }
 
   /** Whether the host's program reads what the device has to say. */
@@ -96,8 +109,15 @@ export class UsbHost {
     const descriptors = yield { setup: getDescriptor(header[2] | (header[3] << 8)) };
     this.endpoints = bulkEndpoints(descriptors);
     yield { setup: setup(0x00, 9, 1, 0, 0) };
-    yield { setup: setup(0x21, 0x20, 0, this.endpoints.interface, LINE_115200_8N1.length), data: LINE_115200_8N1 };
+    yield this.#lineCoding(USUAL_BAUD);
     yield this.#lineState(DTR_AND_RTS);
+  }
+
+  #lineCoding(baud) {
+    const data = new Uint8Array(LINE_CODING_BYTES);
+    new DataView(data.buffer).setUint32(0, baud, true);
+    data[LINE_CODING_BYTES - 1] = 8;
+    return { setup: setup(0x21, 0x20, 0, this.endpoints.interface, data.length), data };
   }
 
   #lineState(lines) {
@@ -107,8 +127,9 @@ export class UsbHost {
 
   /** Begins the next control transfer, if there is one, telling what the last one brought. */
   #continue(received) {
-    const { value: request, done } = this.requests.next(received);
-    this.control = done ? null : { ...request, stage: 'setup', received: [], expected: request.setup[6] | (request.setup[7] << 8) };
+    const { value, done } = this.requests.next(received);
+    const request = done ? this.waiting.shift() : value;
+    this.control = request === undefined ? null : { ...request, stage: 'setup', received: [], expected: request.setup[6] | (request.setup[7] << 8) };
     this.#pump();
   }
 

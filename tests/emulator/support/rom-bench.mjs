@@ -18,9 +18,9 @@ export class RomBench {
   constructor() {
     this.clock = new MachineClock();
     this.clock.core.cycles = 0;
-    this.bootsels = 0;
+    this.bootsels = [];
     const nothing = () => {};
-    Object.assign(this, buildChip(this.clock, { onWatchdog: nothing, onUartByte: nothing, onWarning: nothing, onBootsel: () => (this.bootsels += 1) }));
+    Object.assign(this, buildChip(this.clock, { onWatchdog: nothing, onUartByte: nothing, onWarning: nothing, onBootsel: (...hints) => this.bootsels.push(hints) }));
     this.core.VTOR = VECTORS;
     this.load(RETURN, [WFI]);
   }

@@ -186,3 +186,21 @@ test('a board that went to BOOTSEL runs no more, and its pins are free', () => {
   assert.equal(board.faults.length, 0);
   assert.ok(board.clock.awakeCycles < 100);
 });
+
+test('a board leaves BOOTSEL by a watchdog restart, with what the ROM was told in its scratch registers', () => {
+  const address = new RomBench().functionAt('UB');
+  // ldr r0, LED; movs r1, #1; ldr r2, address; blx r2
+  const code = [0x4801, 0x2101, 0x4a01, 0x4790, 0, 0x0200, address, 0];
+  const board = new Board(
+    [
+      { address: FLASH + 0x100, bytes: new Uint8Array(Uint32Array.of(RAM + 0x1000, FLASH + 0x201).buffer) },
+      { address: FLASH + 0x200, bytes: new Uint8Array(Uint16Array.from(code).buffer) },
+    ],
+    OPTIONS,
+  );
+  board.watchdog.scratch.set([7, 7, 7, 7]);
+  while (board.bootsel === null && board.clock.cycles < 1000) board.run(1000);
+  board.leaveBootsel();
+  assert.deepEqual([board.bootsel, board.core.PC, board.resets.length], [null, FLASH + 0x200, 0]);
+  assert.deepEqual([...board.watchdog.scratch.subarray(0, 4), board.watchdog.reason], [1 << 25, 1, 7, 7, 1]);
+});

@@ -15,9 +15,9 @@ class FakeBoard {
   constructor(answer) {
     this.answer = answer;
     this.clock = new MachineClock();
-    Object.assign(this, { faults: [], resets: [], bootsel: null, homed: [], line: '', inFlight: 0, mostInFlight: 0 });
-    this.gantry = { home: (axes) => this.homed.push(...axes), stepWatchers: new Set() };
-    this.cable = { write: (bytes) => bytes.forEach((byte) => this.#accept(byte)) };
+    Object.assign(this, { faults: [], resets: [], bootsel: null, homed: [], bauds: [], line: '', inFlight: 0, mostInFlight: 0 });
+    this.gantry = { home: (axes) => this.homed.push(...axes), stepWatchers: new Set(), timing: { energised: true } };
+    this.cable = { setLineCoding: (baud) => this.bauds.push(baud), write: (bytes) => bytes.forEach((byte) => this.#accept(byte)) };
     this.#reply("\r\nGrbl 1.1h ['$' for help]", 0);
   }
 
@@ -53,7 +53,7 @@ class FakeBoard {
   /** Into BOOTSEL, without an answer. */
   #leave() {
     const leave = () => {
-      this.bootsel = { t_ns: this.nanos };
+      this.bootsel = { t_ns: this.nanos, energised: false };
       this.pause();
     };
     this.clock.createOutsideAlarm(leave).scheduleAt(this.clock.cycles + ANSWER_CYCLES);
@@ -144,4 +144,16 @@ test('a script that does not expect BOOTSEL fails, and after it nothing answers'
   assert.throws(() => script('send G0\nexpect-bootsel'), /no BOOTSEL within 1 s/);
   assert.throws(() => script('send $BOOT\nexpect-bootsel\nexpect ok'), /line 3 .* no line beginning ok: the firmware rebooted into BOOTSEL/);
   assert.throws(() => script('send $BOOT\nexpect-bootsel\npower-cycle'), /the board is in BOOTSEL/);
+  assert.equal(script('motors on\nsend $BOOT\nexpect-bootsel\nmotors off'), null);
+  assert.throws(() => script('send $BOOT\nexpect-bootsel\nmotors on'), /ENABLE frees the motors/);
+  assert.throws(() => script('leave-bootsel'), /the board is not in BOOTSEL: expect-bootsel first/);
+});
+
+test('a script sets the baud rate of the USB port', () => {
+  const board = new FakeBoard(() => 'ok');
+  new ScriptRun(new Console(board, new Transcript()), parseScript('usb-line-coding 1200\nusb-line-coding 4294967295'), OPTIONS).run();
+  assert.deepEqual(board.bauds, [1200, 4294967295]);
+  for (const wrong of ['', ' 0', ' -1200', ' 12e2', ' 4294967296', ' fast']) {
+    assert.throws(() => parseScript(`usb-line-coding${wrong}`), /script line 1: .* is not a baud rate from 1 to 4294967295; write: usb-line-coding BAUD/);
+  }
 });

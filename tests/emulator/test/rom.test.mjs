@@ -198,7 +198,7 @@ test('the function that reboots into BOOTSEL tells the board, and never returns'
   const bench = new RomBench();
   const address = bench.functionAt('UB');
   bench.clock.createAlarm(() => (bench.core.waiting = true)).scheduleAt(bench.core.cycles + 1000);
-  bench.call(address, 0, 0);
-  assert.equal(bench.bootsels, 1);
+  bench.call(address, 1 << 25, 1);
+  assert.deepEqual(bench.bootsels, [[1 << 25, 1]]);
   assert.notEqual(bench.core.PC & ~3, 0x20000100);
 });

@@ -21,7 +21,11 @@ fn command_help_lists_the_commands() {
     assert_eq!(heard[0], "[HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x]");
     assert_eq!(
         heard[1..],
-        ["[MSG:$En and $An explain a refusal or an alarm by its number n, $BUZZ=X moves X to and fro]", "ok"]
+        [
+            "[MSG:$En and $An explain a refusal or an alarm by its number n, $BUZZ=X moves X to and fro, $BOOT makes way for \
+             new firmware]",
+            "ok"
+        ]
     );
 }
 
@@ -217,6 +221,15 @@ fn command_sleep_frees_the_motors_until_a_reset() {
     sim.replies();
     assert_eq!(say(&mut sim, "$X\nG0 X2"), ["[MSG:Caution: Unlocked]", "ok", "ok"]);
     assert!(energised(&sim), "and so it stays");
+}
+
+#[test]
+fn command_boot_is_refused_without_a_boot_loader() {
+    let mut sim = homed();
+    assert_eq!(say(&mut sim, "$BOOT"), ["[MSG:There is no boot loader here: $BOOT is for a board]", "error:3"]);
+    assert_eq!(say(&mut sim, "G0 X1"), ["ok"], "all is as before");
+    assert_eq!(begin(&mut sim, "G0 X100", Duration::from_secs(1)), ["ok"]);
+    refused(&mut sim, "$BOOT", 8);
 }
 
 #[test]

@@ -1,6 +1,8 @@
 //! Two consoles of one machine: they take turns, and either may wake what the other has put to sleep.
 
+use std::cell::Cell;
 use std::convert::Infallible;
+use std::rc::Rc;
 
 use embassy_futures::block_on;
 use embassy_time::{Duration, Instant};
@@ -32,10 +34,13 @@ impl OutputPin for Unconnected {
     }
 }
 
-/// Consoles 0 and 1.
+/// Consoles 0 and 1, of a machine that has a boot loader.
 struct Two {
     executor: Executor,
+    controller: &'static Controller<'static, Flash>,
     links: [(Pipe, Pipe, Lines); 2],
+    /// It may start.
+    boots: Rc<Cell<bool>>,
 }
 
 impl Two {
@@ -47,11 +52,17 @@ impl Two {
         let kept = Kept { settings, parameters };
         assert_eq!(block_on(store.save(true, |item| kept.value(item))), Ok(()));
         let controller: &'static Controller<'static, _> =
-            Box::leak(Box::new(Controller::new(machine, settings, store)));
+            Box::leak(Box::new(Controller::new(machine, settings, store).with_boot_loader()));
         block_on(controller.load());
         assert_eq!(controller.parameters(), kept.parameters);
         executor.spawn("coordinator", async move {
             coordinator::run(machine, Unconnected, |_| {}).await;
+        });
+        let boots = Rc::new(Cell::new(false));
+        let asked = boots.clone();
+        executor.spawn("boot", async move {
+            controller.boot_asked().await;
+            asked.set(true);
         });
         let links = ["console 0", "console 1"].map(|name| {
             let (rx, tx) = (Pipe::new(), Pipe::new());
@@ -61,7 +72,7 @@ impl Two {
             });
             (rx, tx, Lines::default())
         });
-        Self { executor, links }
+        Self { executor, controller, links, boots }
     }
 
     /// Sends to one console, and returns what each of them says then.
@@ -111,4 +122,41 @@ fn either_console_resumes_a_pause_and_lines_wait_for_it() {
     two.executor.run_for(Duration::from_secs(1)).unwrap();
     let [_, said] = two.send(1, b"?");
     assert!(said[0].starts_with("<Idle|"), "{said:?}");
+}
+
+const BOOTING: &str = "[MSG:The board becomes the USB drive RPI-RP2: copy new firmware to it, or switch off and on]";
+
+#[test]
+fn command_boot_makes_way_for_new_firmware() {
+    let mut two = Two::new(Parameters::default());
+    two.send(0, b"");
+    assert_eq!(two.send(1, b"$110=1234\n"), [heard(&[]), heard(&["ok"])]);
+    assert!(!two.boots.get());
+    assert_eq!(two.send(0, b"$BOOT\nG21\n"), [heard(&[BOOTING, "ok", "error:8"]), heard(&[])]);
+    assert!(two.boots.get());
+    assert_eq!(two.send(1, b"$X\nG21\n$110=1\n"), [heard(&[]), heard(&["ok", "error:8", "error:8"])]);
+    // A reset does not call it off.
+    assert_eq!(two.send(0, b"\x18$X\nG21\n"), [heard(&[WELCOME, "ok", "error:8"]), heard(&[])]);
+}
+
+#[test]
+fn a_machine_that_retires_ends_what_waits_and_begins_nothing() {
+    for waiting in [&b"M0\n"[..], b"G4 P60\n", b"$SLP\n"] {
+        let mut two = Two::new(Parameters::default());
+        two.send(0, b"");
+        two.links[0].0.push(waiting);
+        two.links[1].0.push(b"G21\n$H\n$J=G91X1F100\n");
+        two.executor.run_for(Duration::from_millis(20)).unwrap();
+        let controller = two.controller;
+        let retired = two.boots.clone();
+        two.executor.spawn("retire", async move {
+            controller.retire().await;
+            retired.set(true);
+        });
+        two.executor.run_for(Duration::from_millis(20)).unwrap();
+        assert!(two.boots.get(), "{waiting:?}");
+        let [_, said] = two.send(1, b"?");
+        assert!(said.last().unwrap().starts_with("<Sleep|"), "{waiting:?} {said:?}");
+        assert!(said[..3] == ["error:8"; 3], "{waiting:?} {said:?}");
+    }
 }

@@ -92,6 +92,7 @@ fn row(command: &Command<'_>) -> &'static str {
         Command::Unlock => "$X",
         Command::ToggleCheck => "$C",
         Command::Sleep => "$SLP",
+        Command::Boot => "$BOOT",
         Command::Help => "$",
         Command::ShowSettings => "$$",
         Command::ShowParameters => "$#",
@@ -121,8 +122,8 @@ fn every_command_has_a_row_with_its_states() {
         State::Sleep,
     ];
     let lines = [
-        "$", "$$", "$1=5", "$#", "$G", "$I", "$N", "$N0=G21", "$C", "$X", "$H", "$J=X1F1", "$BUZZ=Z", "$SLP", "$RST=$",
-        "$RST=#", "$RST=*", "$E1", "$A1",
+        "$", "$$", "$1=5", "$#", "$G", "$I", "$N", "$N0=G21", "$C", "$X", "$H", "$J=X1F1", "$BUZZ=Z", "$SLP", "$BOOT",
+        "$RST=$", "$RST=#", "$RST=*", "$E1", "$A1",
     ];
     let rows = table("`$` commands");
     assert_eq!(rows.len(), lines.len());

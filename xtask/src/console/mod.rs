@@ -10,7 +10,7 @@
 mod interactive;
 mod meaning;
 mod piped;
-mod port;
+pub mod port;
 mod prompt;
 mod session;
 mod status;

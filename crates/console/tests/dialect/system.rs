@@ -8,7 +8,7 @@ fn check(state: State, text: &str, heard: Expect) {
     heard.assert_eq(&Talk::new(state).send(text));
 }
 
-const COMMANDS: &str = "$\n$G\n$I\n$100=60\n$H\n$X\n$$$\n$#\n$N\n$C\n$SLP\n$J=X1\n$100\n$=1\n$X=1\n$+1=1\n$99999=1\n$999=1\n$0=\n$0=1E1\n$0=INF";
+const COMMANDS: &str = "$\n$G\n$I\n$100=60\n$H\n$X\n$$$\n$#\n$N\n$C\n$SLP\n$BOOT\n$J=X1\n$100\n$=1\n$X=1\n$+1=1\n$99999=1\n$999=1\n$0=\n$0=1E1\n$0=INF";
 
 #[test]
 fn commands_when_idle() {
@@ -16,7 +16,7 @@ fn commands_when_idle() {
         State::Idle,
         COMMANDS,
         expect![[r#"
-            $ -> [HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x] [MSG:$En and $An explain a refusal or an alarm by its number n, $BUZZ=X moves X to and fro] ok
+            $ -> [HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x] [MSG:$En and $An explain a refusal or an alarm by its number n, $BUZZ=X moves X to and fro, $BOOT makes way for new firmware] ok
             $G -> [GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0] ok
             $I -> [VER:1.1h.20190830:Isostep 0.1.0 (grbl dialect)] [OPT:NMZLI,15,128] ok
             $100=60 -> ok
@@ -27,6 +27,7 @@ fn commands_when_idle() {
             $N -> $N0= $N1= ok
             $C -> (check) ok
             $SLP -> (sleep) ok
+            $BOOT -> (boot) ok
             $J=X1 -> error:22
             $100 -> error:3
             $=1 -> error:3
@@ -45,13 +46,14 @@ fn commands_when_idle() {
 fn commands_when_running() {
     check(
         State::Run,
-        "$\n$G\n$I\n$100=60\n$H\n$X\n$$\nX1",
+        "$\n$G\n$I\n$100=60\n$H\n$BOOT\n$X\n$$\nX1",
         expect![[r#"
-            $ -> [HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x] [MSG:$En and $An explain a refusal or an alarm by its number n, $BUZZ=X moves X to and fro] ok
+            $ -> [HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x] [MSG:$En and $An explain a refusal or an alarm by its number n, $BUZZ=X moves X to and fro, $BOOT makes way for new firmware] ok
             $G -> [GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0] ok
             $I -> error:8
             $100=60 -> error:8
             $H -> error:8
+            $BOOT -> error:8
             $X -> (unlock) ok
             $$ -> error:8
             X1 -> (rapid [1.0, 0.0, 0.0]) ok
@@ -65,7 +67,7 @@ fn commands_in_alarm() {
         State::Alarm,
         "$\n$G\n$100=60\n$H\n$X\nX1",
         expect![[r#"
-            $ -> [HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x] [MSG:$En and $An explain a refusal or an alarm by its number n, $BUZZ=X moves X to and fro] ok
+            $ -> [HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x] [MSG:$En and $An explain a refusal or an alarm by its number n, $BUZZ=X moves X to and fro, $BOOT makes way for new firmware] ok
             $G -> [GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0] ok
             $100=60 -> ok
             $H -> (home) ok

@@ -93,6 +93,7 @@ impl Talk {
             Command::Unlock => heard.push_str("(unlock) "),
             Command::ToggleCheck => heard.push_str("(check) "),
             Command::Sleep => heard.push_str("(sleep) "),
+            Command::Boot => heard.push_str("(boot) "),
             Command::Help => heard.push_str(report::HELP),
             Command::ShowBuild => heard.push_str(report::BUILD),
             Command::ShowSettings => report::settings(heard, settings).unwrap(),

@@ -39,7 +39,7 @@ function build() {
   rom.setFunctions([
     ...[...BITS, ...MEMORY, ...FLASH].map(([code, , count, act]) => [code, addFunction(rom, count, act)]),
     ...FLASH_LOOPS.map(({ code, check, step, count }) => [code, rom.addLoop(addTrap(0, check), addTrap(0, step), count)]),
-    ['UB', rom.addEnd(addTrap(0, (r, bus) => bus.chip.onBootsel()))],
+    ['UB', rom.addEnd(addTrap(0, (r, bus) => bus.chip.onBootsel(r[0], r[1])))],
   ]);
   const start = rom.end;
   const floats = addSoftTable(rom, FLOATS);
