@@ -22,16 +22,17 @@ impl<F: NorFlash> Controller<'_, F> {
         self.boot.wait().await;
     }
 
-    /// Brings about the same without being asked, whatever goes on: stops everything within one pulse, abruptly, and waits
-    /// until what has changed is stored.
+    /// Brings about the same without being asked, whatever goes on: brakes, as a reset does, and waits until what has changed
+    /// is stored.
     ///
     /// # Cancellation
-    /// Everything has been stopped at the first poll, and only what a line had begun by then may follow. Before the end what
-    /// has changed may not be stored.
+    /// It brakes from the first poll on, and only what a line had begun by then may follow. Before the end something may
+    /// move, and what has changed may not be stored.
     pub async fn retire(&self) {
         self.machine.reset();
         self.leave();
         self.woken.signal(());
+        let _ = self.machine.settled().await;
         // A line stores what it changes while it has its turn; where a reset has cut one short, the next welcome does.
         while self.turn.try_lock().is_err() || self.with(|program| program.unsaved.any()) {
             Timer::after_millis(1).await;
