@@ -11,8 +11,11 @@ pub enum Command<'l> {
     Block(Block),
     /// `$J=`: begin a jog, or [`Error::TravelExceeded`].
     Jog(Jog),
-    /// `$H`: home every axis.
-    Home,
+    /// `$H`: home every axis. `$HX`, `$HY`, `$HZ`: home one.
+    Home {
+        /// Its index; none for every axis.
+        axis: Option<usize>,
+    },
     /// `$BUZZ=`: move an axis to and fro, to see that it is wired well.
     Buzz {
         /// Its index.

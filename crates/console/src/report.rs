@@ -14,10 +14,10 @@ pub const OK: &str = "ok\r\n";
 pub const HELP: &str = "[HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x]\r\n\
     [MSG:$En and $An explain a refusal or an alarm by its number n, $BUZZ=X moves X to and fro]\r\n";
 /// The reply to `$I`, before `ok`. Senders look for "grbl" and Grbl's date in it. The letters are Grbl's: N knows line
-/// numbers, M takes M7, Z reads 0 where it rests after homing, L is not locked at power-up, I stores no text by `$I=`.
+/// numbers, M takes M7, Z reads 0 where it rests after homing, H homes one axis, L is not locked at power-up, I stores no text by `$I=`.
 /// Then the blocks and bytes that a sender may count on.
 pub const BUILD: &str =
-    concat!("[VER:1.1h.20190830:Isostep ", env!("CARGO_PKG_VERSION"), " (grbl dialect)]\r\n[OPT:NMZLI,15,128]\r\n");
+    concat!("[VER:1.1h.20190830:Isostep ", env!("CARGO_PKG_VERSION"), " (grbl dialect)]\r\n[OPT:NMZHLI,15,128]\r\n");
 
 /// Texts of `[MSG:...]` that senders know.
 pub mod messages {

@@ -60,8 +60,10 @@ impl Interpreter {
 fn at_rest<'l>(statement: &str, settings: &Settings) -> Result<Command<'l>, Error> {
     match statement {
         "#" => Ok(Command::ShowParameters),
-        "H" if settings.homing => Ok(Command::Home),
-        "H" => Err(Error::HomingDisabled),
+        "H" => home(None, settings),
+        "HX" => home(Some(0), settings),
+        "HY" => home(Some(1), settings),
+        "HZ" => home(Some(2), settings),
         "I" => Ok(Command::ShowBuild),
         "SLP" => Ok(Command::Sleep),
         "RST=$" => Ok(Command::Restore { settings: true, parameters: false }),
@@ -73,6 +75,10 @@ fn at_rest<'l>(statement: &str, settings: &Settings) -> Result<Command<'l>, Erro
             Ok(Command::SetSetting { number, value: decimal(value)? })
         }
     }
+}
+
+fn home<'l>(axis: Option<usize>, settings: &Settings) -> Result<Command<'l>, Error> {
+    if settings.homing { Ok(Command::Home { axis }) } else { Err(Error::HomingDisabled) }
 }
 
 fn explain<T>(code: &str, from_code: fn(u8) -> Option<T>) -> Result<T, Error> {

@@ -86,7 +86,7 @@ impl<F: NorFlash> Controller<'_, F> {
         match command {
             Command::Block(block) | Command::SetStartup { block, .. } => self.block(block, text).await?,
             Command::Jog(jog) => self.jog(jog).await?,
-            Command::Home => self.home(out).await?,
+            Command::Home { axis } => self.home(axis, out).await?,
             Command::Buzz { axis } => self.buzz(Axis::ALL[axis], text).await?,
             _ => {}
         }
@@ -170,13 +170,17 @@ impl<F: NorFlash> Controller<'_, F> {
         Ok(After::NextLine)
     }
 
-    async fn home(&self, out: &Output) -> Result<(), Error> {
+    /// Homes every axis, or one. The start-up lines are for a machine that is homed wholly.
+    async fn home(&self, axis: Option<usize>, out: &Output) -> Result<(), Error> {
         self.with(|program| program.mode = Mode::Normal);
-        self.submit(Motion::Home, 0).await?;
+        let axes = core::array::from_fn(|index| axis.is_none_or(|axis| axis == index));
+        self.submit(Motion::Home { axes }, 0).await?;
         let result = self.settled().await;
         self.follow_machine();
         result?;
-        self.start_up(out).await;
+        if axis.is_none() {
+            self.start_up(out).await;
+        }
         Ok(())
     }
 

@@ -87,7 +87,8 @@ fn row(command: &Command<'_>) -> &'static str {
     match command {
         Command::Block(_) => "",
         Command::Jog(_) => "$J=",
-        Command::Home => "$H",
+        Command::Home { axis: None } => "$H",
+        Command::Home { .. } => "$HX, $HY, $HZ",
         Command::Buzz { .. } => "$BUZZ=X, Y, Z",
         Command::Unlock => "$X",
         Command::ToggleCheck => "$C",
@@ -121,8 +122,8 @@ fn every_command_has_a_row_with_its_states() {
         State::Sleep,
     ];
     let lines = [
-        "$", "$$", "$1=5", "$#", "$G", "$I", "$N", "$N0=G21", "$C", "$X", "$H", "$J=X1F1", "$BUZZ=Z", "$SLP", "$RST=$",
-        "$RST=#", "$RST=*", "$E1", "$A1",
+        "$", "$$", "$1=5", "$#", "$G", "$I", "$N", "$N0=G21", "$C", "$X", "$H", "$HY", "$J=X1F1", "$BUZZ=Z", "$SLP",
+        "$RST=$", "$RST=#", "$RST=*", "$E1", "$A1",
     ];
     let rows = table("`$` commands");
     assert_eq!(rows.len(), lines.len());

@@ -88,7 +88,8 @@ impl Talk {
                 write!(heard, "(jog {mm_min} {target_mm:?}) ").unwrap();
                 interpreter.set_position_mm(target_mm);
             }
-            Command::Home => heard.push_str("(home) "),
+            Command::Home { axis: None } => heard.push_str("(home) "),
+            Command::Home { axis: Some(axis) } => write!(heard, "(home {axis}) ").unwrap(),
             Command::Buzz { axis } => write!(heard, "(buzz {axis}) ").unwrap(),
             Command::Unlock => heard.push_str("(unlock) "),
             Command::ToggleCheck => heard.push_str("(check) "),
