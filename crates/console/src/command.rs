@@ -40,7 +40,7 @@ pub enum Command<'l> {
         /// The value, finite, not yet checked against the setting's range.
         value: f32,
     },
-    /// `$RST=`: put back defaults, and reset.
+    /// `$RST=`: put back defaults, and reset. `*` forgets the text of `$I=`, too.
     Restore {
         /// `$` and `*`: the settings.
         settings: bool,
@@ -49,6 +49,11 @@ pub enum Command<'l> {
     },
     /// `$I`: name the build.
     ShowBuild,
+    /// `$I=`: keep a text for `$I` to tell.
+    SetBuild {
+        /// At most [`STORED_LINE_CHARS`](crate::parameters::STORED_LINE_CHARS) long; empty for none.
+        text: &'l str,
+    },
     /// `$G`: list the modal state.
     ShowModal,
     /// `$N`: list the start-up lines.
@@ -59,7 +64,7 @@ pub enum Command<'l> {
         index: usize,
         /// The block; the interpreter is there already.
         block: Block,
-        /// Its line, at most [`STARTUP_LINE_CHARS`](crate::parameters::STARTUP_LINE_CHARS) long.
+        /// Its line, at most [`STORED_LINE_CHARS`](crate::parameters::STORED_LINE_CHARS) long.
         line: &'l str,
     },
     /// `$En`: say what `error:n` means.

@@ -4,7 +4,7 @@ use core::fmt::{Result, Write};
 
 use crate::status::write_coordinates;
 use crate::words::{self, Word};
-use crate::{AXES, Alarm, Coordinates, Error, Fixed, Interpreter, SETTING_TABLE, Settings, parameters::StartupLine};
+use crate::{AXES, Alarm, Coordinates, Error, Fixed, Interpreter, SETTING_TABLE, Settings, parameters::StoredLine};
 
 /// Sent when the console opens and after a reset.
 pub const WELCOME: &str = "\r\nGrbl 1.1h ['$' for help]\r\n";
@@ -13,11 +13,11 @@ pub const OK: &str = "ok\r\n";
 /// The reply to `$`, before `ok`: Grbl's, and our own `$E` and `$A`.
 pub const HELP: &str = "[HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x]\r\n\
     [MSG:$En and $An explain a refusal or an alarm by its number n, $BUZZ=X moves X to and fro]\r\n";
-/// The reply to `$I`, before `ok`. Senders look for "grbl" and Grbl's date in it. The letters are Grbl's: N knows line
-/// numbers, M takes M7, Z reads 0 where it rests after homing, H homes one axis, L is not locked at power-up, I stores no text by `$I=`.
-/// Then the blocks and bytes that a sender may count on.
-pub const BUILD: &str =
-    concat!("[VER:1.1h.20190830:Isostep ", env!("CARGO_PKG_VERSION"), " (grbl dialect)]\r\n[OPT:NMZHLI,15,128]\r\n");
+/// Names the build. Senders look for "grbl" in the reply to `$I`.
+const BUILD: &str = concat!("Isostep ", env!("CARGO_PKG_VERSION"), " (grbl dialect)");
+/// The letters are Grbl's: N knows line numbers, M takes M7, Z reads 0 where it rests after homing, H homes one axis, L is
+/// not locked at power-up. Then the blocks and bytes that a sender may count on.
+const OPTIONS: &str = "[OPT:NMZHL,15,128]";
 
 /// Texts of `[MSG:...]` that senders know.
 pub mod messages {
@@ -37,6 +37,13 @@ pub mod messages {
     pub const RESTORING: &str = "Restoring defaults";
     /// `$SLP`.
     pub const SLEEPING: &str = "Sleeping";
+}
+
+/// The reply to `$I`, before `ok`: Grbl's version and date, then our name or the user's text.
+pub fn build(out: &mut impl Write, text: &str) -> Result {
+    let name = if text.is_empty() { BUILD } else { text };
+    write!(out, "[VER:1.1h.20190830:{name}]\r\n{OPTIONS}\r\n")?;
+    if text.is_empty() { Ok(()) } else { message(out, BUILD) }
 }
 
 /// `error:N`.
@@ -109,7 +116,7 @@ pub fn parameter(out: &mut impl Write, index: usize, interpreter: &Interpreter, 
 }
 
 /// One line of the reply to `$N`, before `ok`.
-pub fn startup(out: &mut impl Write, index: usize, line: &StartupLine) -> Result {
+pub fn startup(out: &mut impl Write, index: usize, line: &StoredLine) -> Result {
     write!(out, "$N{index}={line}\r\n")
 }
 

@@ -57,7 +57,7 @@ impl Interpreter {
 }
 
 /// The statements for a machine at rest.
-fn at_rest<'l>(statement: &str, settings: &Settings) -> Result<Command<'l>, Error> {
+fn at_rest<'l>(statement: &'l str, settings: &Settings) -> Result<Command<'l>, Error> {
     match statement {
         "#" => Ok(Command::ShowParameters),
         "H" => home(None, settings),
@@ -71,6 +71,9 @@ fn at_rest<'l>(statement: &str, settings: &Settings) -> Result<Command<'l>, Erro
         "RST=*" => Ok(Command::Restore { settings: true, parameters: true }),
         _ => {
             let (name, value) = statement.split_once('=').ok_or(Error::UnknownStatement)?;
+            if name == "I" {
+                return Ok(Command::SetBuild { text: value });
+            }
             let number = number(name).ok_or(Error::UnknownStatement)?;
             Ok(Command::SetSetting { number, value: decimal(value)? })
         }

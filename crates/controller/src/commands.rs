@@ -149,6 +149,10 @@ impl<F: NorFlash> Controller<'_, F> {
                 program.startup[index] = line.try_into().unwrap_or_default();
                 program.unsaved.parameters = true;
             }),
+            Command::SetBuild { text: line } => self.with(|program| {
+                program.build_text = line.try_into().unwrap_or_default();
+                program.unsaved.parameters = true;
+            }),
             Command::Restore { settings, parameters } => {
                 if settings {
                     self.adopt(Settings::DEFAULT, text)?;
@@ -157,6 +161,9 @@ impl<F: NorFlash> Controller<'_, F> {
                     self.with(|program| {
                         program.interpreter.set_coordinates(Coordinates::default());
                         program.startup = Default::default();
+                        if settings {
+                            program.build_text.clear();
+                        }
                         program.unsaved.parameters = true;
                     });
                 }
@@ -199,7 +206,7 @@ impl<F: NorFlash> Controller<'_, F> {
     }
 
     fn show_build(&self, text: &mut Message) {
-        text.print(|text| text.push_str(report::BUILD));
+        self.with(|program| text.print(|text| report::build(text, &program.build_text)));
         let [x, y, z] = self.machine.faults();
         if [x, y, z] != [0; AXES] {
             text.tell(format_args!("step ports faulted since power-up: X {x}, Y {y}, Z {z} times"));

@@ -4,7 +4,7 @@ use embassy_time::Duration;
 use isostep_console::Settings;
 use isostep_motion::{Axis, Event};
 use isostep_sim::world::Wire;
-use isostep_sim::{Config, Sim};
+use isostep_sim::{Config, Flash, Sim};
 
 use crate::talk::{begin, homed, powered_up, refused, say, state, status};
 
@@ -81,7 +81,34 @@ fn command_modal_lists_the_modal_state() {
 fn command_build_names_grbl() {
     let heard = say(&mut powered_up(&Config::default()), "$I");
     assert!(heard[0].starts_with("[VER:1.1h.20190830:") && heard[0].contains("grbl"), "{heard:?}");
-    assert_eq!(heard[1..], ["[OPT:NMZHLI,15,128]", "ok"]);
+    assert_eq!(heard[1..], ["[OPT:NMZHL,15,128]", "ok"]);
+}
+
+#[test]
+fn command_set_build_keeps_a_text() {
+    let (config, flash) = (Config::default(), Flash::blank());
+    let mut sim = Sim::with_flash(&config, flash.clone());
+    sim.run_until_idle().unwrap();
+    assert_eq!(sim.replies(), [WELCOME]);
+    let own = say(&mut sim, "$I");
+    assert_eq!(say(&mut sim, "$I = Mill 3, new belt (2026)"), ["ok"]);
+    let name = own[0].rsplit(':').next().unwrap();
+    let told = ["[VER:1.1h.20190830:MILL3,NEWBELT]", &own[1], &format!("[MSG:{name}"), "ok"];
+    assert_eq!(say(&mut sim, "$I"), told, "stripped as every line; senders still find grbl");
+    let mut again = Sim::with_flash(&config, flash);
+    again.run_until_idle().unwrap();
+    assert_eq!(again.replies(), [WELCOME]);
+    assert_eq!(say(&mut again, "$I"), told, "a power cycle keeps it");
+    assert_eq!(say(&mut again, "$RST=#"), ["[MSG:Restoring defaults]", "ok", WELCOME]);
+    assert_eq!(say(&mut again, "$I"), told);
+    assert_eq!(say(&mut again, "$RST=*"), ["[MSG:Restoring defaults]", "ok", WELCOME]);
+    assert_eq!(say(&mut again, "$I"), own);
+    let longest = "A".repeat(76);
+    assert_eq!(say(&mut sim, &format!("$I={longest}")), ["ok"]);
+    assert_eq!(say(&mut sim, "$I")[0], format!("[VER:1.1h.20190830:{longest}]"));
+    refused(&mut sim, &format!("$I={longest}A"), 11);
+    assert_eq!(say(&mut sim, "$I=\n$I").split_off(1), own);
+    refused(&mut sim, "$IX", 3);
 }
 
 #[test]

@@ -101,6 +101,7 @@ fn row(command: &Command<'_>) -> &'static str {
         Command::Restore { settings: true, .. } => "$RST=$",
         Command::Restore { .. } => "$RST=#",
         Command::ShowBuild => "$I",
+        Command::SetBuild { .. } => "$I=text",
         Command::ShowModal => "$G",
         Command::ShowStartup => "$N",
         Command::SetStartup { .. } => "$N0=line, $N1=line",
@@ -122,8 +123,8 @@ fn every_command_has_a_row_with_its_states() {
         State::Sleep,
     ];
     let lines = [
-        "$", "$$", "$1=5", "$#", "$G", "$I", "$N", "$N0=G21", "$C", "$X", "$H", "$HY", "$J=X1F1", "$BUZZ=Z", "$SLP",
-        "$RST=$", "$RST=#", "$RST=*", "$E1", "$A1",
+        "$", "$$", "$1=5", "$#", "$G", "$I", "$I=A", "$N", "$N0=G21", "$C", "$X", "$H", "$HY", "$J=X1F1", "$BUZZ=Z",
+        "$SLP", "$RST=$", "$RST=#", "$RST=*", "$E1", "$A1",
     ];
     let rows = table("`$` commands");
     assert_eq!(rows.len(), lines.len());
