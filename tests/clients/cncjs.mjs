@@ -1,10 +1,11 @@
 #!/usr/bin/env node
-// Drives cncjs as its web page does, over HTTP and socket.io: sign in, open the port, home, load a program, run it.
+// Drives cncjs as its web page does, over HTTP and socket.io: sign in, open the port, home, load a program, run it, hold it on
+// the way by either of the page's buttons and resume it.
 //
 //     cncjs.mjs INSTALLED PORT PROGRAM X,Y,Z
 //
-// INSTALLED is the folder with cncjs in its node_modules. It fails unless every line of the program is answered with ok and
-// the machine stands at X,Y,Z mm at the end.
+// INSTALLED is the folder with cncjs in its node_modules. It fails unless the machine stands still in each hold, goes on from
+// there, every line of the program is answered with ok and the machine stands at X,Y,Z mm at the end.
 
 import { spawn } from 'node:child_process';
 import { readFileSync, writeFileSync } from 'node:fs';
@@ -14,6 +15,8 @@ import { join } from 'node:path';
 
 const PATIENCE_MS = 60_000;
 const POLL_MS = 50;
+/** How long a held machine is watched: with its speed, seconds of the machine's. */
+const HELD_MS = 500;
 
 if (process.argv.length !== 6) fail('give INSTALLED PORT PROGRAM X,Y,Z');
 const [installed, port, program, place] = process.argv.slice(2);
@@ -56,6 +59,9 @@ async function main() {
   await until('program loaded', () => seen.sender.total > 0);
   socket.emit('command', port, 'gcode:start');
   await until('program running', () => seen.workflow === 'running');
+  // Its buttons for the machine, which leave the program running, then those for the program.
+  await holdAndResume(socket, 'feedhold', 'cyclestart', ([x, y, z]) => x > 10 && z === 0);
+  await holdAndResume(socket, 'gcode:pause', 'gcode:resume', ([x, y]) => x > 175 && y > 50);
   await until('end of the program', () => seen.workflow === 'idle');
   await until(`Idle at ${wanted}`, () => seen.state === 'Idle' && seen.place.every((mm, axis) => mm === wanted[axis]));
   const refused = said.filter((line) => line.startsWith('error:')).length - refusedBefore.length;
@@ -63,6 +69,34 @@ async function main() {
   if (refused > 0 || received !== total) throw new Error(`${received} of ${total} lines answered, ${refused} refused`);
   console.log(`${total} lines answered with ok; Idle at ${seen.place}`);
   await new Promise((resolve) => socket.emit('close', port, resolve));
+}
+
+/** Holds the machine once it runs and has come as far as `isThere` says; it must stand still, and go on when it is resumed. */
+async function holdAndResume(socket, hold, resume, isThere) {
+  const place = (report) => /MPos:([^|>]+)/.exec(report)[1];
+  await reported(socket, `Run on the way to ${hold}`, (report) => report.startsWith('<Run|') && isThere(place(report).split(',').map(Number)));
+  socket.emit('command', port, hold);
+  const held = await reported(socket, `Hold:0 after ${hold}`, (report) => report.startsWith('<Hold:0|'));
+  await new Promise((resolve) => setTimeout(resolve, HELD_MS));
+  const later = await reported(socket, 'report in the hold', () => true);
+  if (!later.startsWith('<Hold:0|') || place(later) !== place(held)) throw new Error(`held: ${held}, and yet ${later}`);
+  console.log(`held by ${hold} at ${place(held)}`);
+  socket.emit('command', port, resume);
+  await reported(socket, `Run after ${resume}`, (report) => report.startsWith('<Run|') && place(report) !== place(held));
+}
+
+/** Asks for status reports, as the page's terminal does, until one is as wanted. @returns {Promise<string>} that one */
+async function reported(socket, what, isWanted) {
+  let next = said.length;
+  let found;
+  await until(what, () => {
+    const reports = said.slice(next).filter((line) => line.startsWith('<'));
+    next = said.length;
+    found = reports.find(isWanted);
+    if (!found) socket.emit('write', port, '?');
+    return found !== undefined;
+  });
+  return found;
 }
 
 /** Starts the server, with the port among those that its page offers. @returns {Promise<string>} its address */

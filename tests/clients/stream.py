@@ -4,11 +4,12 @@ hold it in the middle and resume it.
 
     stream.py PORT PROGRAM X,Y,Z RESULT.json
 
-It fails unless every line of the program is accepted and the machine stands at X,Y,Z mm at the end. What it sent is
-written to RESULT.json, for the machine's side to be held against.
+It fails unless the machine stands still in the hold and goes on from there, every line of the program is accepted and the
+machine stands at X,Y,Z mm at the end. What it sent is written to RESULT.json, for the machine's side to be held against.
 """
 
 import json
+import os
 import sys
 import threading
 import time
@@ -18,16 +19,31 @@ from grbl_streamer.interface import Interface
 
 PATIENCE_S = 30
 POLL_S = 0.02
+RESET = "\x18"
 
 
 class Wire(Interface):
-    """grbl-streamer's serial port, its bytes counted."""
+    """grbl-streamer's serial port, its bytes and lines counted, in the order in which its threads write them."""
 
+    turn = threading.Lock()
     bytes_sent = 0
+    lines_sent = 0
+    heard = b""
 
     def write(self, data):
-        Wire.bytes_sent += len(data)
-        return super().write(data)
+        with Wire.turn:
+            Wire.bytes_sent += len(data)
+            Wire.lines_sent = 0 if data == RESET else Wire.lines_sent + data.count("\n")
+            return super().write(data)
+
+    def _handle_data(self, data):
+        Wire.heard += data
+        super()._handle_data(data)
+
+    @staticmethod
+    def is_answered():
+        """Every line sent since the reset has its `ok`, behind the welcome."""
+        return Wire.heard.rpartition(b"Grbl ")[2].count(b"ok\r\n") == Wire.lines_sent
 
 
 grbl_streamer.Interface = Wire
@@ -35,11 +51,19 @@ grbl_streamer.Interface = Wire
 
 class OneAtATime(grbl_streamer.GrblStreamer):
     """grbl-streamer 2.0.2 lets two threads choose the next line: the one that starts a job, and the one that hears its
-    first `ok`. Now and then it so sends a line twice and leaves out another. Here they take turns."""
+    first `ok`. Now and then it so sends a line twice and leaves out another. Here they take turns.
+
+    It also asks `$G` by itself when the machine becomes idle, and takes that `ok` for a line's of a job begun meanwhile:
+    so it goes beyond Grbl's 128 bytes. `is_quiet` tells when that is over."""
 
     def __init__(self, callback):
         self.turn = threading.Lock()
         super().__init__(callback)
+
+    def is_quiet(self):
+        """The machine is idle, and nothing is asked of it, nor to be."""
+        to_ask = self.gcode_parser_state_requested or self.hash_state_requested
+        return self._last_cmode == "Idle" and not to_ask and Wire.is_answered()
 
     def _stream(self):
         with self.turn:
@@ -103,6 +127,7 @@ def main(port, program, place, result):
 
     if sender.errors:
         sys.exit(f"refused while connecting: {sender.errors}")
+    sender.wait("answers to what it asks by itself", grbl.is_quiet)
     grbl.job_new()
     grbl.load_file(program)
     sender.completed.clear()
@@ -116,6 +141,7 @@ def main(port, program, place, result):
         sys.exit(f"held at {held}, and yet {grbl.cmode} at {grbl.cmpos}")
     print(f"held at {held}")
     grbl.resume()
+    sender.wait("status Run away from the hold", lambda: grbl.cmode == "Run" and grbl.cmpos != held)
     sender.wait("end of the program", lambda: sender.completed.is_set() or sender.errors)
     if sender.errors or sender.accepted != grbl.buffer_size:
         sys.exit(f"{sender.accepted} of {grbl.buffer_size} lines accepted; {sender.errors}")
@@ -132,4 +158,10 @@ def main(port, program, place, result):
 if __name__ == "__main__":
     if len(sys.argv) != 5:
         sys.exit(__doc__)
-    main(*sys.argv[1:])
+    # A failure must not wait for grbl-streamer's threads.
+    threading.excepthook = lambda failed: (sys.__excepthook__(*failed[:3]), os._exit(1))
+    try:
+        main(*sys.argv[1:])
+    except SystemExit as failed:
+        print(failed, file=sys.stderr, flush=True)
+        os._exit(1)

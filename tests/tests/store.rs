@@ -37,7 +37,11 @@ fn change(kept: &mut Kept, random: &mut Rand64) {
         0 => *kept = defaults(),
         1 => {
             let line = "G1X9F".repeat(random.rand_range(0..16) as usize);
-            kept.parameters.startup[random.rand_range(0..2) as usize] = line.as_str().try_into().unwrap();
+            let line = line.as_str().try_into().unwrap();
+            match random.rand_range(0..3) {
+                2 => kept.parameters.build_text = line,
+                index => kept.parameters.startup[index as usize] = line,
+            }
         }
         2..=5 => {
             let place = kept.parameters.coordinates.place_mut(random.rand_range(0..8) as usize);

@@ -8,6 +8,7 @@ use std::time::Duration;
 
 use anyhow::{Context, Result, ensure};
 
+use crate::flight::WINDOW_BYTES;
 use crate::process::{self, announce};
 use crate::pty::emulated::Emulated;
 use crate::pty::simulated::Simulated;
@@ -75,8 +76,8 @@ fn installed_cncjs() -> Result<PathBuf> {
     Ok(dir)
 }
 
-/// A stage of `cargo xtask test`: grbl-streamer homes a machine and streams the parking program, first the simulated one,
-/// then the firmware on the emulated board.
+/// A stage of `cargo xtask test`: grbl-streamer homes a machine, streams the parking program, holds it on the way and resumes
+/// it; first the simulated one, then the firmware on the emulated board.
 pub fn grbl_streamer() -> Result<()> {
     let python = installed_python()?;
     let result = installed_dir().join("stream.json");
@@ -99,7 +100,7 @@ pub fn grbl_streamer() -> Result<()> {
     none_lost(parks_the_car(EMULATED_SPEED, emulated_board, script)?)
 }
 
-/// The same with cncjs, by the ways of its web page, on the simulated machine.
+/// The same with cncjs, by the ways of its web page.
 pub fn cncjs() -> Result<()> {
     let installed = installed_cncjs()?;
     let script = |port: &Path| {
@@ -107,7 +108,12 @@ pub fn cncjs() -> Result<()> {
         script.arg(dir().join("cncjs.mjs")).arg(&installed).arg(port).args(job());
         script
     };
+    announce("cncjs, simulated machine");
     parks_the_car(SIMULATED_SPEED, || Ok(Simulated::default()), script)?;
+    build::firmware(Variant::default())?;
+    node::prepare()?;
+    announce("cncjs, emulated board");
+    parks_the_car(EMULATED_SPEED, emulated_board, script)?;
     Ok(())
 }
 
@@ -124,8 +130,8 @@ fn job() -> [OsString; 2] {
     [program.into(), PARKING_END_MM.map(|mm| mm.to_string()).join(",").into()]
 }
 
-/// Runs the script that `script` makes for a port, on that machine; what went over it. Every line has its answer, no byte
-/// of the machine's is lost, and it stands where the program ends.
+/// Runs the script that `script` makes for a port, on that machine; what went over it. The sender keeps within Grbl's buffer,
+/// every line has its answer, no byte of the machine's is lost, and it stands where the program ends.
 fn parks_the_car<M: Machine>(
     speed: f64,
     power_up: impl FnOnce() -> Result<M> + Send + 'static,
@@ -134,7 +140,9 @@ fn parks_the_car<M: Machine>(
     let client = |port: &Path| process::run_within(&mut script(port), PATIENCE);
     let (tally, closing) = pty::while_running(speed, power_up, client)?;
     let flight = &tally.flight;
-    println!("the machine saw at most {} bytes in flight, {} times beyond 128", flight.most, flight.times_over);
+    println!("the machine saw at most {} bytes in flight", flight.most);
+    let over = flight.times_over;
+    ensure!(over == 0, "{over} times more than {WINDOW_BYTES} bytes were in flight, at most {}", flight.most);
     ensure!(tally.dropped_bytes == 0, "{} bytes of the machine's were not taken", tally.dropped_bytes);
     let (lines, answered) = (flight.lines, flight.answered);
     ensure!(lines == answered, "the machine answered {answered} of {lines} lines");

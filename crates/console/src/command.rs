@@ -11,8 +11,11 @@ pub enum Command<'l> {
     Block(Block),
     /// `$J=`: begin a jog, or [`Error::TravelExceeded`].
     Jog(Jog),
-    /// `$H`: home every axis.
-    Home,
+    /// `$H`: home every axis. `$HX`, `$HY`, `$HZ`: home one.
+    Home {
+        /// Its index; none for every axis.
+        axis: Option<usize>,
+    },
     /// `$BUZZ=`: move an axis to and fro, to see that it is wired well.
     Buzz {
         /// Its index.
@@ -39,7 +42,7 @@ pub enum Command<'l> {
         /// The value, finite, not yet checked against the setting's range.
         value: f32,
     },
-    /// `$RST=`: put back defaults, and reset.
+    /// `$RST=`: put back defaults, and reset. `*` forgets the text of `$I=`, too.
     Restore {
         /// `$` and `*`: the settings.
         settings: bool,
@@ -48,6 +51,11 @@ pub enum Command<'l> {
     },
     /// `$I`: name the build.
     ShowBuild,
+    /// `$I=`: keep a text for `$I` to tell.
+    SetBuild {
+        /// At most [`STORED_LINE_CHARS`](crate::parameters::STORED_LINE_CHARS) long; empty for none.
+        text: &'l str,
+    },
     /// `$G`: list the modal state.
     ShowModal,
     /// `$N`: list the start-up lines.
@@ -58,7 +66,7 @@ pub enum Command<'l> {
         index: usize,
         /// The block; the interpreter is there already.
         block: Block,
-        /// Its line, at most [`STARTUP_LINE_CHARS`](crate::parameters::STARTUP_LINE_CHARS) long.
+        /// Its line, at most [`STORED_LINE_CHARS`](crate::parameters::STORED_LINE_CHARS) long.
         line: &'l str,
     },
     /// `$En`: say what `error:n` means.

@@ -1,4 +1,4 @@
-//! What outlives a reset beside the settings: work offsets, places to go to, start-up lines.
+//! What outlives a reset beside the settings: work offsets, places to go to, start-up lines, a text of the user's.
 
 use heapless::String;
 
@@ -8,11 +8,11 @@ use crate::AXES;
 pub const WORK_SYSTEMS: usize = 6;
 /// Start-up lines, `$N0` and `$N1`.
 pub const STARTUP_LINES: usize = 2;
-/// The longest start-up line: what is left of a line of [`MAX_LINE_CHARS`](crate::MAX_LINE_CHARS) after `$N0=`.
-pub const STARTUP_LINE_CHARS: usize = crate::MAX_LINE_CHARS - 4;
+/// The longest that is kept: what is left of a line of [`MAX_LINE_CHARS`](crate::MAX_LINE_CHARS) after `$I=`.
+pub const STORED_LINE_CHARS: usize = crate::MAX_LINE_CHARS - 3;
 
-/// A start-up line, as [`LineAssembler`](crate::LineAssembler) strips it; empty for none.
-pub type StartupLine = String<STARTUP_LINE_CHARS>;
+/// A start-up line or a text, as [`LineAssembler`](crate::LineAssembler) strips it; empty for none.
+pub type StoredLine = String<STORED_LINE_CHARS>;
 
 /// Work offsets and places, in machine coordinates; by default all zero.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -48,11 +48,13 @@ impl Coordinates {
     }
 }
 
-/// Plain data, by default all zero and empty. `$RST=#` puts that back.
+/// Plain data, by default all zero and empty. `$RST=#` puts that back, the text apart.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Parameters {
     /// Work offsets and places.
     pub coordinates: Coordinates,
     /// What `$N0=` and `$N1=` have stored.
-    pub startup: [StartupLine; STARTUP_LINES],
+    pub startup: [StoredLine; STARTUP_LINES],
+    /// What `$I=` has stored.
+    pub build_text: StoredLine,
 }

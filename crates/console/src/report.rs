@@ -4,7 +4,7 @@ use core::fmt::{Result, Write};
 
 use crate::status::write_coordinates;
 use crate::words::{self, Word};
-use crate::{AXES, Alarm, Coordinates, Error, Fixed, Interpreter, SETTING_TABLE, Settings, parameters::StartupLine};
+use crate::{AXES, Alarm, Coordinates, Error, Fixed, Interpreter, SETTING_TABLE, Settings, parameters::StoredLine};
 
 /// Sent when the console opens and after a reset.
 pub const WELCOME: &str = "\r\nGrbl 1.1h ['$' for help]\r\n";
@@ -14,11 +14,11 @@ pub const OK: &str = "ok\r\n";
 pub const HELP: &str = "[HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x]\r\n\
     [MSG:$En and $An explain a refusal or an alarm by its number n, $BUZZ=X moves X to and fro, \
     $BOOT makes way for new firmware]\r\n";
-/// The reply to `$I`, before `ok`. Senders look for "grbl" and Grbl's date in it. The letters are Grbl's: N knows line
-/// numbers, M takes M7, Z reads 0 where it rests after homing, L is not locked at power-up, I stores no text by `$I=`.
-/// Then the blocks and bytes that a sender may count on.
-pub const BUILD: &str =
-    concat!("[VER:1.1h.20190830:Isostep ", env!("CARGO_PKG_VERSION"), " (grbl dialect)]\r\n[OPT:NMZLI,15,128]\r\n");
+/// Names the build. Senders look for "grbl" in the reply to `$I`.
+const BUILD: &str = concat!("Isostep ", env!("CARGO_PKG_VERSION"), " (grbl dialect)");
+/// The letters are Grbl's: N knows line numbers, M takes M7, Z reads 0 where it rests after homing, H homes one axis, L is
+/// not locked at power-up. Then the blocks and bytes that a sender may count on.
+const OPTIONS: &str = "[OPT:NMZHL,15,128]";
 
 /// Texts of `[MSG:...]` that senders know.
 pub mod messages {
@@ -42,6 +42,13 @@ pub mod messages {
     pub const BOOTING: &str = "The board becomes the USB drive RPI-RP2: copy new firmware to it, or switch off and on";
     /// `$BOOT`, where nothing takes the place of this program.
     pub const NO_BOOT_LOADER: &str = "There is no boot loader here: $BOOT is for a board";
+}
+
+/// The reply to `$I`, before `ok`: Grbl's version and date, then our name or the user's text.
+pub fn build(out: &mut impl Write, text: &str) -> Result {
+    let name = if text.is_empty() { BUILD } else { text };
+    write!(out, "[VER:1.1h.20190830:{name}]\r\n{OPTIONS}\r\n")?;
+    if text.is_empty() { Ok(()) } else { message(out, BUILD) }
 }
 
 /// `error:N`.
@@ -114,7 +121,7 @@ pub fn parameter(out: &mut impl Write, index: usize, interpreter: &Interpreter, 
 }
 
 /// One line of the reply to `$N`, before `ok`.
-pub fn startup(out: &mut impl Write, index: usize, line: &StartupLine) -> Result {
+pub fn startup(out: &mut impl Write, index: usize, line: &StoredLine) -> Result {
     write!(out, "$N{index}={line}\r\n")
 }
 

@@ -5,7 +5,8 @@ use crate::{AXES, SettingError, setting_table};
 /// The highest rate that the step outputs carry with pulses of so many us (0: as short as they can be), steps/s.
 pub type Carries<'a> = &'a dyn Fn(u16) -> f32;
 
-/// From this `$940` on, speed is a law over displacement, which never leaves standstill.
+/// From this `$940` on, speed is a law over displacement, which never leaves standstill. The laws are the profile's, which
+/// is not known here: a test holds this to them.
 const FIRST_LAW_OVER_DISPLACEMENT: u16 = 3;
 
 /// Every setting, as `$$` lists them; per-axis values in the order X, Y, Z. Masks have bit 0 for X.

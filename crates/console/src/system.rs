@@ -57,11 +57,13 @@ impl Interpreter {
 }
 
 /// The statements for a machine at rest.
-fn at_rest<'l>(statement: &str, settings: &Settings) -> Result<Command<'l>, Error> {
+fn at_rest<'l>(statement: &'l str, settings: &Settings) -> Result<Command<'l>, Error> {
     match statement {
         "#" => Ok(Command::ShowParameters),
-        "H" if settings.homing => Ok(Command::Home),
-        "H" => Err(Error::HomingDisabled),
+        "H" => home(None, settings),
+        "HX" => home(Some(0), settings),
+        "HY" => home(Some(1), settings),
+        "HZ" => home(Some(2), settings),
         "I" => Ok(Command::ShowBuild),
         "SLP" => Ok(Command::Sleep),
         "BOOT" => Ok(Command::Boot),
@@ -70,10 +72,17 @@ fn at_rest<'l>(statement: &str, settings: &Settings) -> Result<Command<'l>, Erro
         "RST=*" => Ok(Command::Restore { settings: true, parameters: true }),
         _ => {
             let (name, value) = statement.split_once('=').ok_or(Error::UnknownStatement)?;
+            if name == "I" {
+                return Ok(Command::SetBuild { text: value });
+            }
             let number = number(name).ok_or(Error::UnknownStatement)?;
             Ok(Command::SetSetting { number, value: decimal(value)? })
         }
     }
+}
+
+fn home<'l>(axis: Option<usize>, settings: &Settings) -> Result<Command<'l>, Error> {
+    if settings.homing { Ok(Command::Home { axis }) } else { Err(Error::HomingDisabled) }
 }
 
 fn explain<T>(code: &str, from_code: fn(u8) -> Option<T>) -> Result<T, Error> {

@@ -92,7 +92,7 @@ impl<F: NorFlash> Controller<'_, F> {
         match command {
             Command::Block(block) | Command::SetStartup { block, .. } => self.block(block, text).await?,
             Command::Jog(jog) => self.jog(jog).await?,
-            Command::Home => self.home(out).await?,
+            Command::Home { axis } => self.home(axis, out).await?,
             Command::Buzz { axis } => self.buzz(Axis::ALL[axis], text).await?,
             _ => {}
         }
@@ -160,6 +160,10 @@ impl<F: NorFlash> Controller<'_, F> {
                 program.startup[index] = line.try_into().unwrap_or_default();
                 program.unsaved.parameters = true;
             }),
+            Command::SetBuild { text: line } => self.with(|program| {
+                program.build_text = line.try_into().unwrap_or_default();
+                program.unsaved.parameters = true;
+            }),
             Command::Restore { settings, parameters } => {
                 if settings {
                     self.adopt(Settings::DEFAULT, text)?;
@@ -168,6 +172,9 @@ impl<F: NorFlash> Controller<'_, F> {
                     self.with(|program| {
                         program.interpreter.set_coordinates(Coordinates::default());
                         program.startup = Default::default();
+                        if settings {
+                            program.build_text.clear();
+                        }
                         program.unsaved.parameters = true;
                     });
                 }
@@ -181,13 +188,17 @@ impl<F: NorFlash> Controller<'_, F> {
         Ok(After::NextLine)
     }
 
-    async fn home(&self, out: &Output) -> Result<(), Error> {
+    /// Homes every axis, or one. The start-up lines are for a machine that is homed wholly.
+    async fn home(&self, axis: Option<usize>, out: &Output) -> Result<(), Error> {
         self.with(|program| program.mode = Mode::Normal);
-        self.submit(Motion::Home, 0).await?;
+        let axes = core::array::from_fn(|index| axis.is_none_or(|axis| axis == index));
+        self.submit(Motion::Home { axes }, 0).await?;
         let result = self.settled().await;
         self.follow_machine();
         result?;
-        self.start_up(out).await;
+        if axis.is_none() {
+            self.start_up(out).await;
+        }
         Ok(())
     }
 
@@ -200,7 +211,7 @@ impl<F: NorFlash> Controller<'_, F> {
     }
 
     fn show_build(&self, text: &mut Message) {
-        text.print(|text| text.push_str(report::BUILD));
+        self.with(|program| text.print(|text| report::build(text, &program.build_text)));
         let [x, y, z] = self.machine.faults();
         if [x, y, z] != [0; AXES] {
             text.tell(format_args!("step ports faulted since power-up: X {x}, Y {y}, Z {z} times"));

@@ -6,7 +6,7 @@ use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::mutex::Mutex;
 use embassy_sync::signal::Signal;
 use embedded_storage_async::nor_flash::NorFlash;
-use isostep_console::parameters::{STARTUP_LINES, StartupLine};
+use isostep_console::parameters::{STARTUP_LINES, StoredLine};
 use isostep_console::{AXES, Interpreter, Overrides, Parameters, Realtime, Settings, State as Word, Status as Report};
 use isostep_motion::{Machine, Overrides as Overridden, State};
 
@@ -33,7 +33,8 @@ pub struct Controller<'a, F: NorFlash> {
 pub(crate) struct Program {
     pub interpreter: Interpreter,
     pub settings: Settings,
-    pub startup: [StartupLine; STARTUP_LINES],
+    pub startup: [StoredLine; STARTUP_LINES],
+    pub build_text: StoredLine,
     pub overrides: Overrides,
     pub line_numbers: LineNumbers,
     /// The work offset of the motion under way: the interpreter's is ahead.
@@ -53,7 +54,7 @@ pub(crate) struct Program {
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Unsaved {
     pub settings: bool,
-    /// Work offsets, places, start-up lines.
+    /// Work offsets, places, start-up lines, the user's text.
     pub parameters: bool,
 }
 
@@ -80,7 +81,8 @@ impl<'a, F: NorFlash> Controller<'a, F> {
         let program = Program {
             interpreter: Interpreter::new(),
             settings,
-            startup: [const { StartupLine::new() }; STARTUP_LINES],
+            startup: [const { StoredLine::new() }; STARTUP_LINES],
+            build_text: StoredLine::new(),
             overrides: Overrides::DEFAULT,
             line_numbers: LineNumbers::new(),
             work_offset_mm: [0.0; AXES],
@@ -106,6 +108,7 @@ impl<'a, F: NorFlash> Controller<'a, F> {
             program.loss = loss;
             program.interpreter.set_coordinates(parameters.coordinates);
             program.startup.clone_from(&parameters.startup);
+            program.build_text.clone_from(&parameters.build_text);
             program.work_offset_mm = program.interpreter.work_offset_mm();
         });
     }
@@ -116,12 +119,13 @@ impl<'a, F: NorFlash> Controller<'a, F> {
         self.with(|program| program.settings)
     }
 
-    /// Work offsets, places and start-up lines, as they are now.
+    /// Work offsets, places, start-up lines and the user's text, as they are now.
     #[must_use]
     pub fn parameters(&self) -> Parameters {
         self.with(|program| Parameters {
             coordinates: *program.interpreter.coordinates(),
             startup: program.startup.clone(),
+            build_text: program.build_text.clone(),
         })
     }
 
@@ -229,6 +233,6 @@ impl Program {
 
     /// The value of what is stored, as it is now.
     pub fn value(&self, item: Item) -> Value {
-        item.value((&self.settings, self.interpreter.coordinates(), &self.startup))
+        item.value((&self.settings, self.interpreter.coordinates(), &self.startup, &self.build_text))
     }
 }

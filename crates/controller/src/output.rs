@@ -6,6 +6,7 @@ use core::ops::Deref;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::mutex::Mutex;
 use embassy_sync::pipe::Pipe;
+use embassy_sync::signal::Signal;
 use heapless::String;
 use isostep_console::{Error, report};
 
@@ -52,17 +53,25 @@ impl Deref for Message {
 pub(crate) struct Output {
     pipe: Pipe<CriticalSectionRawMutex, BYTES>,
     turn: Mutex<CriticalSectionRawMutex, ()>,
+    /// Some bytes have left.
+    drained: Signal<CriticalSectionRawMutex, ()>,
 }
 
 impl Output {
     pub const fn new() -> Self {
-        Self { pipe: Pipe::new(), turn: Mutex::new(()) }
+        Self { pipe: Pipe::new(), turn: Mutex::new(()), drained: Signal::new() }
     }
 
     /// Sends one message, waiting for room. It is never mixed with another.
-    pub async fn send(&self, message: &str) {
+    ///
+    /// # Cancellation
+    /// Safe: the message is sent whole or not at all. A reset cuts none.
+    pub async fn send(&self, message: &Message) {
         let _turn = self.turn.lock().await;
-        self.pipe.write_all(message.as_bytes()).await;
+        while self.pipe.free_capacity() < message.len() {
+            self.drained.wait().await;
+        }
+        self.put(message);
     }
 
     /// Sends one message if there is room at once; a status report that is late is worth nothing.
@@ -72,15 +81,21 @@ impl Output {
             return;
         }
         if let Ok(_turn) = self.turn.try_lock() {
-            // There is room for all of it, but the pipe takes it in two parts where its ring ends.
-            let mut left = message.as_bytes();
-            while let Ok(written @ 1..) = self.pipe.try_write(left) {
-                left = &left[written..];
-            }
+            self.put(&message);
+        }
+    }
+
+    /// Puts a message into the pipe, which has room for all of it but takes it in two parts where its ring ends.
+    fn put(&self, message: &str) {
+        let mut left = message.as_bytes();
+        while let Ok(written @ 1..) = self.pipe.try_write(left) {
+            left = &left[written..];
         }
     }
 
     pub async fn read(&self, bytes: &mut [u8]) -> usize {
-        self.pipe.read(bytes).await
+        let count = self.pipe.read(bytes).await;
+        self.drained.signal(());
+        count
     }
 }

@@ -1,4 +1,4 @@
-//! Settings, work offsets, places and start-up lines in flash: what outlives a power cycle.
+//! Settings, work offsets, places, start-up lines and a text of the user's in flash: what outlives a power cycle.
 //!
 //! # Design
 //! A log, the queue of `sequential-storage`: each change puts one item behind the ones before it, and what comes last holds. It
@@ -18,7 +18,7 @@ use core::ops::Range;
 use embassy_futures::yield_now;
 use embedded_storage_async::nor_flash::NorFlash;
 use heapless::Vec;
-use isostep_console::parameters::STARTUP_LINE_CHARS;
+use isostep_console::parameters::STORED_LINE_CHARS;
 use isostep_console::{Parameters, SettingError, Settings};
 use sequential_storage::Error as LogError;
 use sequential_storage::cache::{Cache, Uncached};
@@ -36,7 +36,7 @@ const KEY_BYTES: usize = 2;
 const HEADER_BYTES: usize = 8;
 
 /// The longest item with its key.
-const ENTRY_BYTES: usize = KEY_BYTES + STARTUP_LINE_CHARS;
+const ENTRY_BYTES: usize = KEY_BYTES + STORED_LINE_CHARS;
 
 type Log<F> = QueueStorage<Sectors<F>, Cache<Uncached, Uncached, Uncached>>;
 
@@ -56,7 +56,7 @@ pub struct Store<F: NorFlash> {
 pub struct Kept {
     /// The settings, not yet checked against each other.
     pub settings: Settings,
-    /// Work offsets, places and start-up lines.
+    /// Work offsets, places, start-up lines, the user's text.
     pub parameters: Parameters,
 }
 
@@ -211,7 +211,8 @@ impl Kept {
     /// The value of an item.
     #[must_use]
     pub fn value(&self, item: Item) -> Value {
-        item.value((&self.settings, &self.parameters.coordinates, &self.parameters.startup))
+        let Parameters { coordinates, startup, build_text } = &self.parameters;
+        item.value((&self.settings, coordinates, startup, build_text))
     }
 
     fn set(&mut self, item: Item, value: &[u8]) -> bool {

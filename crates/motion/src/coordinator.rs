@@ -84,7 +84,7 @@ where
             Motion::Move { target_steps, feed_mm_s } => self.go_to(target_steps, feed_mm_s, Purpose::Program).await,
             Motion::Jog { target_steps, feed_mm_s } => self.go_to(target_steps, Some(feed_mm_s), Purpose::Jog).await,
             Motion::Dwell(duration) => self.dwell(duration).await,
-            Motion::Home => self.home().await,
+            Motion::Home { axes } => self.home(axes).await,
         };
         let state = self.machine.conclude(result);
         self.tell_state(state);

@@ -24,14 +24,15 @@ where
     E: OutputPin<Error = Infallible>,
     F: FnMut(Event),
 {
-    /// Homes every axis in the configured order; each stands at its zero, a pull-off away from its switch.
-    pub(crate) async fn home(&mut self) -> Result<(), Alarm> {
+    /// Homes these axes in the configured order; each stands at its zero, a pull-off away from its switch.
+    pub(crate) async fn home(&mut self, axes: [bool; AXES]) -> Result<(), Alarm> {
         self.machine.set_state(State::Home);
         self.tell_state(State::Home);
-        for axis in Axis::ALL {
+        let asked = |axis: &Axis| axes[*axis as usize];
+        for axis in Axis::ALL.into_iter().filter(asked) {
             self.machine.set_homed(axis, false);
         }
-        for axis in self.machine.config().homing.order {
+        for axis in self.machine.config().homing.order.into_iter().filter(asked) {
             self.home_axis(axis).await?;
         }
         Ok(())

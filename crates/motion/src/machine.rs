@@ -46,8 +46,12 @@ pub enum Motion {
     },
     /// Stand still.
     Dwell(Duration),
-    /// Find the zero of every axis.
-    Home,
+    /// Find the zero of these axes, one after the other in the configured order. In an alarm it unlocks the machine, with the
+    /// other axes as trusted as the alarm left them; when it fails, no axis is.
+    Home {
+        /// Which.
+        axes: [bool; AXES],
+    },
 }
 
 /// What the machine would say if asked.
@@ -239,7 +243,7 @@ impl Machine {
     /// Safe: the motion is either in the queue or was never asked for.
     pub async fn submit(&self, motion: Motion) -> Result<(), Busy> {
         self.transition(|inner, state| {
-            if matches!(state, State::Alarm(_)) && (motion != Motion::Home || inner.emergency) {
+            if matches!(state, State::Alarm(_)) && (!matches!(motion, Motion::Home { .. }) || inner.emergency) {
                 return (state, Err(Busy(state)));
             }
             let is_otherwise = (state == State::Jog) != matches!(motion, Motion::Jog { .. }) && state != State::Idle;
@@ -248,7 +252,7 @@ impl Machine {
             }
             inner.pending += 1;
             let next = match (state, motion) {
-                (State::Idle | State::Alarm(_), Motion::Home) => State::Home,
+                (State::Idle | State::Alarm(_), Motion::Home { .. }) => State::Home,
                 (State::Idle, Motion::Jog { .. }) => State::Jog,
                 (State::Idle, _) => State::Run,
                 _ => state,

@@ -2,9 +2,9 @@
 
 use embassy_time::Duration;
 use isostep_console::Settings;
-use isostep_motion::Event;
+use isostep_motion::{Axis, Event};
 use isostep_sim::world::Wire;
-use isostep_sim::{Config, Sim};
+use isostep_sim::{Config, Flash, Sim};
 
 use crate::talk::{begin, homed, powered_up, refused, say, state, status};
 
@@ -85,7 +85,34 @@ fn command_modal_lists_the_modal_state() {
 fn command_build_names_grbl() {
     let heard = say(&mut powered_up(&Config::default()), "$I");
     assert!(heard[0].starts_with("[VER:1.1h.20190830:") && heard[0].contains("grbl"), "{heard:?}");
-    assert_eq!(heard[1..], ["[OPT:NMZLI,15,128]", "ok"]);
+    assert_eq!(heard[1..], ["[OPT:NMZHL,15,128]", "ok"]);
+}
+
+#[test]
+fn command_set_build_keeps_a_text() {
+    let (config, flash) = (Config::default(), Flash::blank());
+    let mut sim = Sim::with_flash(&config, flash.clone());
+    sim.run_until_idle().unwrap();
+    assert_eq!(sim.replies(), [WELCOME]);
+    let own = say(&mut sim, "$I");
+    assert_eq!(say(&mut sim, "$I = Mill 3, new belt (2026)"), ["ok"]);
+    let name = own[0].rsplit(':').next().unwrap();
+    let told = ["[VER:1.1h.20190830:MILL3,NEWBELT]", &own[1], &format!("[MSG:{name}"), "ok"];
+    assert_eq!(say(&mut sim, "$I"), told, "stripped as every line; senders still find grbl");
+    let mut again = Sim::with_flash(&config, flash);
+    again.run_until_idle().unwrap();
+    assert_eq!(again.replies(), [WELCOME]);
+    assert_eq!(say(&mut again, "$I"), told, "a power cycle keeps it");
+    assert_eq!(say(&mut again, "$RST=#"), ["[MSG:Restoring defaults]", "ok", WELCOME]);
+    assert_eq!(say(&mut again, "$I"), told);
+    assert_eq!(say(&mut again, "$RST=*"), ["[MSG:Restoring defaults]", "ok", WELCOME]);
+    assert_eq!(say(&mut again, "$I"), own);
+    let longest = "A".repeat(76);
+    assert_eq!(say(&mut sim, &format!("$I={longest}")), ["ok"]);
+    assert_eq!(say(&mut sim, "$I")[0], format!("[VER:1.1h.20190830:{longest}]"));
+    refused(&mut sim, &format!("$I={longest}A"), 11);
+    assert_eq!(say(&mut sim, "$I=\n$I").split_off(1), own);
+    refused(&mut sim, "$IX", 3);
 }
 
 #[test]
@@ -164,6 +191,39 @@ fn command_home_homes_and_runs_the_startup_lines() {
     assert_eq!(sim.replies(), [">G55:ok", "ok"]);
     let homed = sim.outcome().events.iter().filter(|(_, event)| matches!(event, Event::Homed { .. })).count();
     assert_eq!(homed, 3);
+}
+
+#[test]
+fn command_home_axis_homes_it_alone() {
+    let homed = |sim: &Sim| {
+        let events = sim.outcome().events;
+        events
+            .iter()
+            .filter_map(|(_, event)| if let Event::Homed { axis } = event { Some(*axis) } else { None })
+            .collect::<Vec<_>>()
+    };
+    let mut sim = powered_up(&Config::default());
+    assert_eq!(say(&mut sim, "$N0=G55"), ["ok"]);
+    assert_eq!(begin(&mut sim, "$HY", Duration::from_secs(1)), [""; 0]);
+    assert_eq!(state(&mut sim), "Home");
+    sim.run_until_idle().unwrap();
+    assert_eq!(sim.replies(), ["ok"], "the start-up lines are for $H");
+    assert_eq!(homed(&sim), [Axis::Y]);
+    assert_eq!(sim.machine().status().homed, [false, true, false]);
+    // Its travel is known, the others' is not.
+    assert_eq!(say(&mut sim, "G0 X-1 Z-1"), ["ok"]);
+    assert_eq!(status(&mut sim), "<Idle|MPos:-1.000,0.000,-1.000");
+    assert!(say(&mut sim, "G0 Y-1").contains(&"ALARM:2".to_owned()));
+    // An alarm that costs no zero: Y keeps its own.
+    assert_eq!(say(&mut sim, "$HX"), ["ok"]);
+    assert_eq!(status(&mut sim), "<Idle|MPos:0.000,0.000,-1.000");
+    assert_eq!(sim.machine().status().homed, [true, true, false]);
+    assert_eq!(say(&mut sim, "$HZ"), ["ok"]);
+    assert_eq!(homed(&sim), [Axis::Y, Axis::X, Axis::Z]);
+    assert_eq!(sim.machine().status().homed, [true; 3]);
+    refused(&mut sim, "$HA", 3);
+    assert_eq!(say(&mut sim, "$22=0"), ["ok"]);
+    refused(&mut sim, "$HX", 5);
 }
 
 #[test]

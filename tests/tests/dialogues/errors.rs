@@ -37,7 +37,7 @@ fn error_2_bad_number() {
 
 #[test]
 fn error_3_unknown_statement() {
-    refused_and_unchanged(&["$999=1", "$NONSENSE", "$HX", "$100", "$N2=", "$I=text", "$RST=", "$E99", "$A", "$$$"], 3);
+    refused_and_unchanged(&["$999=1", "$NONSENSE", "$HA", "$100", "$N2=", "$IX", "$RST=", "$E99", "$A", "$$$"], 3);
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use embassy_futures::block_on;
 use embassy_time::Duration;
-use isostep_motion::{Alarm, Event, Finish, HomingPhase, Motion, State};
+use isostep_motion::{Alarm, Axis, Event, Finish, HomingPhase, Motion, State};
 use isostep_sim::plant::SwitchFault;
 use isostep_sim::{Config, Port, Sim};
 
@@ -39,6 +39,29 @@ fn homing_finds_every_zero_in_the_configured_order() {
     for place in sim.places_steps() {
         assert!((99..=100).contains(&place), "{place} steps from the switch");
     }
+}
+
+#[test]
+fn homing_one_axis_from_an_alarm_trusts_it_alone() {
+    let mut sim = homed();
+    begin(&mut sim, "G0 X100 Y50", Duration::from_secs(1));
+    sim.send(b"\x18\x18");
+    sim.run_until_idle().unwrap();
+    assert!(sim.replies().contains(&"ALARM:3".to_owned()));
+    let [_, y, z] = sim.machine().status().position_steps;
+    assert_eq!(say(&mut sim, "$HX"), ["ok"]);
+    let now = sim.machine().status();
+    assert_eq!((now.state, now.homed, now.position_steps), (State::Idle, [true, false, false], [0, y, z]));
+    assert!((99..=100).contains(&sim.places_steps()[0]));
+}
+
+#[test]
+fn homing_one_axis_that_fails_trusts_none() {
+    let mut sim = homed();
+    assert_eq!(say(&mut sim, "G0 X5 Y7"), ["ok"]);
+    sim.set_switch(Axis::X, SwitchFault::StuckOpen);
+    assert!(say(&mut sim, "$HX").contains(&"ALARM:9".to_owned()));
+    assert_eq!(sim.machine().status().homed, [false; 3]);
 }
 
 #[test]

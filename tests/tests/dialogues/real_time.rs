@@ -1,9 +1,9 @@
 //! Each real-time byte of the table in docs/console.md.
 
 use embassy_time::Duration;
-use isostep_sim::Sim;
+use isostep_sim::{Config, Sim};
 
-use crate::talk::{begin, bytes, field, homed, report, say, state, status};
+use crate::talk::{begin, bytes, field, homed, report, say, state, status, switched_on};
 
 /// The overrides of a fresh machine after these bytes, which are not answered.
 fn overrides_after(sent: &[u8]) -> String {
@@ -53,6 +53,29 @@ fn byte_18_resets() {
     assert_eq!(sim.replies(), ["Grbl 1.1h ['$' for help]"]);
     assert_eq!(state(&mut sim), "Idle");
     assert_eq!(sim.machine().status().homed, [true; 3]);
+}
+
+/// However far the report has come on the wire, and however full the console's output is.
+#[test]
+fn byte_18_cuts_no_line() {
+    const BYTE: Duration = Duration::from_micros(87);
+    let mut sim = switched_on(&Config { baud: Some(115_200), ..Config::default() });
+    sim.replies();
+    let settings = say(&mut sim, "$$");
+    let whole = |line: &String| line.starts_with("<Idle|MPos:0.000,0.000,0.000|") && line.ends_with('>');
+    for bytes in 0..90 {
+        for asked in ["?", "$$\n$$\n?", "$$\n$$\n$$\n"] {
+            sim.send(asked.as_bytes());
+            sim.run_for(BYTE * (bytes * asked.len() as u32)).unwrap();
+            sim.send(b"\x18");
+            sim.run_until_idle().unwrap();
+            let mut heard = sim.replies();
+            assert_eq!(heard.pop().unwrap(), "Grbl 1.1h ['$' for help]", "{heard:?}");
+            for line in &heard {
+                assert!(line.is_empty() || settings.contains(line) || whole(line), "{asked:?} after {bytes}: {line:?}");
+            }
+        }
+    }
 }
 
 #[test]

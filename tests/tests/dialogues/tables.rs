@@ -4,7 +4,8 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use isostep_console::{Alarm, Command, Error, Realtime, State, realtime};
+use isostep_console::{Alarm, Command, Error, Realtime, SETTING_TABLE, SettingError, Settings, State, realtime};
+use isostep_profile::SpeedLaw;
 use isostep_tests::root;
 
 /// The rows of the table under a heading, as cells.
@@ -87,7 +88,8 @@ fn row(command: &Command<'_>) -> &'static str {
     match command {
         Command::Block(_) => "",
         Command::Jog(_) => "$J=",
-        Command::Home => "$H",
+        Command::Home { axis: None } => "$H",
+        Command::Home { .. } => "$HX, $HY, $HZ",
         Command::Buzz { .. } => "$BUZZ=X, Y, Z",
         Command::Unlock => "$X",
         Command::ToggleCheck => "$C",
@@ -101,6 +103,7 @@ fn row(command: &Command<'_>) -> &'static str {
         Command::Restore { settings: true, .. } => "$RST=$",
         Command::Restore { .. } => "$RST=#",
         Command::ShowBuild => "$I",
+        Command::SetBuild { .. } => "$I=text",
         Command::ShowModal => "$G",
         Command::ShowStartup => "$N",
         Command::SetStartup { .. } => "$N0=line, $N1=line",
@@ -122,8 +125,8 @@ fn every_command_has_a_row_with_its_states() {
         State::Sleep,
     ];
     let lines = [
-        "$", "$$", "$1=5", "$#", "$G", "$I", "$N", "$N0=G21", "$C", "$X", "$H", "$J=X1F1", "$BUZZ=Z", "$SLP", "$BOOT",
-        "$RST=$", "$RST=#", "$RST=*", "$E1", "$A1",
+        "$", "$$", "$1=5", "$#", "$G", "$I", "$I=A", "$N", "$N0=G21", "$C", "$X", "$H", "$HY", "$J=X1F1", "$BUZZ=Z",
+        "$SLP", "$BOOT", "$RST=$", "$RST=#", "$RST=*", "$E1", "$A1",
     ];
     let rows = table("`$` commands");
     assert_eq!(rows.len(), lines.len());
@@ -150,5 +153,21 @@ fn every_command_has_a_row_with_its_states() {
             _ => names(&taken),
         };
         assert_eq!(cells[2], expected, "{line}");
+    }
+}
+
+#[test]
+fn the_speed_laws_of_the_settings_are_the_profiles() {
+    let row = SETTING_TABLE.iter().find(|row| row.number == 940).unwrap();
+    let names = (0..).zip(SpeedLaw::ALL).map(|(number, law)| format!("{number} {law}")).collect::<Vec<_>>();
+    assert_eq!(row.meaning(), format!("speed law: {}", names.join(", ")));
+    assert_eq!((row.min, row.max), (0.0, (SpeedLaw::ALL.len() - 1) as f32));
+    for (number, law) in (0..).zip(SpeedLaw::ALL) {
+        let settings = Settings { speed_law: number, ..Settings::DEFAULT };
+        assert_eq!(isostep_controller::config(&settings).speed_law, law);
+        // From standstill, where a law over displacement would stay.
+        let needs_start = Err(SettingError::LawNeedsStart { axis: 0, law: number });
+        let expected = if law.is_over_displacement() { needs_start } else { Ok(()) };
+        assert_eq!(settings.check(&|_| f32::INFINITY), expected, "{law}");
     }
 }

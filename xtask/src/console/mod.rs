@@ -73,6 +73,6 @@ pub fn run(args: Args) -> Result<()> {
     match program {
         Some(program) => stream::run(&mut session, &program),
         None if io::stdin().is_terminal() && io::stdout().is_terminal() => interactive::run(session, &name),
-        None => piped::run(&mut session, io::BufReader::new(io::stdin()), &mut io::stdout().lock()),
+        None => piped::run(&mut session, io::BufReader::new(io::stdin()), |line| println!("{line}")),
     }
 }

@@ -1,6 +1,6 @@
 //! Lines from a file or a program instead of a person.
 
-use std::io::{BufRead, Write};
+use std::io::BufRead;
 use std::thread;
 
 use anyhow::{Result, bail};
@@ -9,12 +9,12 @@ use super::meaning::explained;
 use super::session::{Event, Session};
 use super::talk::{self, Typist};
 
-/// Sends the lines of `input`, each when the one before it is answered, and writes what the machine says; ends when the
-/// machine is at rest.
+/// Sends the lines of `input`, each when the one before it is answered, and shows what the machine says, a line each; ends
+/// when the machine is at rest.
 ///
 /// # Errors
 /// When a line was refused, and when an alarm came.
-pub fn run(session: &mut Session, input: impl BufRead + Send + 'static, out: &mut impl Write) -> Result<()> {
+pub fn run(session: &mut Session, input: impl BufRead + Send + 'static, mut show: impl FnMut(&str)) -> Result<()> {
     let typist = session.typist();
     // A thread, because the machine goes on talking while the input makes us wait.
     thread::spawn(move || {
@@ -31,14 +31,15 @@ pub fn run(session: &mut Session, input: impl BufRead + Send + 'static, out: &mu
         Typist::Pipe,
         |line| {
             unsent += u32::from(line.starts_with(talk::NOT_SENT));
-            Ok(writeln!(out, "{line}")?)
+            show(line);
+            Ok(())
         },
         |_| Ok(()),
     )?;
     let report = session.ask_rest()?;
     while !session.is_at_rest(report) {
         if let Some(Event::Heard(line)) = session.next()? {
-            writeln!(out, "{}", explained(&line))?;
+            show(&explained(&line));
         }
     }
     let refused = session.flight().refused;

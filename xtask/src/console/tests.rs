@@ -19,9 +19,9 @@ fn session(path: &Path) -> Session {
 
 /// Pipes `lines` in; what was printed, and what came of it.
 fn pipe(path: &Path, lines: &'static str) -> (String, Result<(), String>) {
-    let mut out = Vec::new();
-    let ended = piped::run(&mut session(path), Cursor::new(lines), &mut out);
-    (String::from_utf8(out).unwrap(), ended.map_err(|error| error.to_string()))
+    let mut out = String::new();
+    let ended = piped::run(&mut session(path), Cursor::new(lines), |line| out += &format!("{line}\n"));
+    (out, ended.map_err(|error| error.to_string()))
 }
 
 fn program(name: &str, text: &str) -> PathBuf {

@@ -13,6 +13,8 @@ use super::{Closing, Machine};
 const STEP_NS: u64 = 10_000_000;
 const BOOT_MAX_NS: u64 = 10_000_000_000;
 const REPLY_MAX_NS: u64 = 1_000_000_000;
+/// What the board takes to notice that its port is opened or closed, and more.
+const OPENING_NS: u64 = 5_000_000;
 
 /// `tests/emulator/src/live.mjs` at the other end of two pipes.
 pub struct Emulated {
@@ -54,7 +56,22 @@ impl Emulated {
             board.send(format!("${number}={value}\n").as_bytes())?;
             board.run_until_said("ok", REPLY_MAX_NS)?;
         }
+        if has_dtr {
+            // A client that is waiting already finds nothing of this: neither a stale welcome, nor half a reply to what it
+            // has sent on that.
+            board.set_open(false)?;
+            board.said.clear();
+        }
         Ok(board)
+    }
+
+    /// Runs on until the board knows whether the port is open: a host's open() returns no sooner.
+    fn set_dtr(&mut self, on: bool) -> Result<()> {
+        self.is_open = on;
+        self.ask(if on { "dtr on" } else { "dtr off" })?;
+        let said = self.advance(self.now_ns + OPENING_NS)?;
+        self.said.extend(said);
+        Ok(())
     }
 
     fn run_until_said(&mut self, words: &str, max_ns: u64) -> Result<Vec<u8>> {
@@ -114,10 +131,9 @@ impl Machine for Emulated {
             return Ok(false);
         }
         if open && self.is_open {
-            self.ask("dtr off")?;
+            self.set_dtr(false)?;
         }
-        self.is_open = open;
-        self.ask(if open { "dtr on" } else { "dtr off" })?;
+        self.set_dtr(open)?;
         Ok(open)
     }
 

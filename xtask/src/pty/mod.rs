@@ -78,8 +78,6 @@ pub use run::{open, serve};
 
 #[cfg(unix)]
 mod run {
-    use std::io::Write;
-
     use anyhow::{Result, ensure};
 
     use super::{Drive, Ending, Live, Machine, Pty, bridge, summary};
@@ -89,7 +87,6 @@ mod run {
         let pty = Pty::open(args.link.as_deref())?;
         println!("console: {}", pty.path().display());
         print!("{}", summary::hints(args.link.as_deref().unwrap_or(pty.path())));
-        std::io::stdout().flush()?;
         Ok(pty)
     }
 

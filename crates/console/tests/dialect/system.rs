@@ -8,7 +8,7 @@ fn check(state: State, text: &str, heard: Expect) {
     heard.assert_eq(&Talk::new(state).send(text));
 }
 
-const COMMANDS: &str = "$\n$G\n$I\n$100=60\n$H\n$X\n$$$\n$#\n$N\n$C\n$SLP\n$BOOT\n$J=X1\n$100\n$=1\n$X=1\n$+1=1\n$99999=1\n$999=1\n$0=\n$0=1E1\n$0=INF";
+const COMMANDS: &str = "$\n$G\n$I\n$100=60\n$H\n$HY\n$HA\n$HXY\n$X\n$$$\n$#\n$N\n$C\n$SLP\n$BOOT\n$J=X1\n$100\n$=1\n$X=1\n$+1=1\n$99999=1\n$999=1\n$0=\n$0=1E1\n$0=INF";
 
 #[test]
 fn commands_when_idle() {
@@ -18,9 +18,12 @@ fn commands_when_idle() {
         expect![[r#"
             $ -> [HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x] [MSG:$En and $An explain a refusal or an alarm by its number n, $BUZZ=X moves X to and fro, $BOOT makes way for new firmware] ok
             $G -> [GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0] ok
-            $I -> [VER:1.1h.20190830:Isostep 0.1.0 (grbl dialect)] [OPT:NMZLI,15,128] ok
+            $I -> [VER:1.1h.20190830:Isostep 0.1.0 (grbl dialect)] [OPT:NMZHL,15,128] ok
             $100=60 -> ok
             $H -> (home) ok
+            $HY -> (home 1) ok
+            $HA -> error:3
+            $HXY -> error:3
             $X -> (unlock) ok
             $$$ -> error:3
             $# -> [G54:0.000,0.000,0.000] [G55:0.000,0.000,0.000] [G56:0.000,0.000,0.000] [G57:0.000,0.000,0.000] [G58:0.000,0.000,0.000] [G59:0.000,0.000,0.000] [G28:0.000,0.000,0.000] [G30:0.000,0.000,0.000] [G92:0.000,0.000,0.000] [TLO:0.000] [PRB:0.000,0.000,0.000:0] ok

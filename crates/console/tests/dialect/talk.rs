@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use isostep_console::{
     Block, Command, Coordinates, Error, Interpreter, Jog, LineAssembler, Move, Overrides, Rate, Realtime, Settings,
     State, Status, StatusReporter,
-    parameters::{STARTUP_LINES, StartupLine},
+    parameters::{STARTUP_LINES, StoredLine},
     realtime, report,
 };
 
@@ -21,7 +21,8 @@ pub struct Talk {
     pub state: State,
     pub overrides: Overrides,
     pub emergency_stop: bool,
-    startup: [StartupLine; STARTUP_LINES],
+    startup: [StoredLine; STARTUP_LINES],
+    build_text: StoredLine,
     reporter: StatusReporter,
     heard: String,
 }
@@ -36,6 +37,7 @@ impl Talk {
             overrides: Overrides::DEFAULT,
             emergency_stop: false,
             startup: Default::default(),
+            build_text: StoredLine::new(),
             reporter: StatusReporter::new(),
             heard: String::new(),
         }
@@ -81,21 +83,23 @@ impl Talk {
     }
 
     fn carry_out(&mut self, command: Command<'_>) {
-        let Self { heard, interpreter, settings, startup, .. } = self;
+        let Self { heard, interpreter, settings, startup, build_text, .. } = self;
         match command {
             Command::Block(block) => describe(heard, &block),
             Command::Jog(Jog { target_mm, mm_min }) => {
                 write!(heard, "(jog {mm_min} {target_mm:?}) ").unwrap();
                 interpreter.set_position_mm(target_mm);
             }
-            Command::Home => heard.push_str("(home) "),
+            Command::Home { axis: None } => heard.push_str("(home) "),
+            Command::Home { axis: Some(axis) } => write!(heard, "(home {axis}) ").unwrap(),
             Command::Buzz { axis } => write!(heard, "(buzz {axis}) ").unwrap(),
             Command::Unlock => heard.push_str("(unlock) "),
             Command::ToggleCheck => heard.push_str("(check) "),
             Command::Sleep => heard.push_str("(sleep) "),
             Command::Boot => heard.push_str("(boot) "),
             Command::Help => heard.push_str(report::HELP),
-            Command::ShowBuild => heard.push_str(report::BUILD),
+            Command::ShowBuild => report::build(heard, build_text).unwrap(),
+            Command::SetBuild { text } => *build_text = text.try_into().unwrap(),
             Command::ShowSettings => report::settings(heard, settings).unwrap(),
             Command::ShowParameters => (0..report::PARAMETERS)
                 .for_each(|line| report::parameter(heard, line, interpreter, settings.report_inches).unwrap()),

@@ -1,24 +1,25 @@
 //! What is kept, item by item, and the bytes of each.
 
 use heapless::Vec;
-use isostep_console::parameters::{STARTUP_LINE_CHARS, STARTUP_LINES, StartupLine, WORK_SYSTEMS};
+use isostep_console::parameters::{STARTUP_LINES, STORED_LINE_CHARS, StoredLine, WORK_SYSTEMS};
 use isostep_console::{AXES, Coordinates, MAX_COORDINATE_MM, Parameters, SETTING_TABLE, Settings};
 
 /// The bytes of an item: numbers as 32-bit floats, little-endian; a line as its characters.
-pub type Value = Vec<u8, STARTUP_LINE_CHARS>;
+pub type Value = Vec<u8, STORED_LINE_CHARS>;
 
 /// One thing that a line can change, by its key: a setting's is its number, and those end at 999. A key is never another's
 /// in any version.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Item(pub(super) u16);
 
-/// The origins of G54 to G59, where G28 and G30 go to, then the start-up lines.
+/// The origins of G54 to G59, where G28 and G30 go to, the start-up lines, then the user's text.
 const FIRST_PLACE: u16 = 0x4000;
 const FIRST_LINE: u16 = FIRST_PLACE + WORK_SYSTEMS as u16 + 2;
-const END: u16 = FIRST_LINE + STARTUP_LINES as u16;
+const TEXT: u16 = FIRST_LINE + STARTUP_LINES as u16;
+const END: u16 = TEXT + 1;
 
 /// What is kept, wherever it is.
-pub(crate) type Place<'a> = (&'a Settings, &'a Coordinates, &'a [StartupLine; STARTUP_LINES]);
+pub(crate) type Place<'a> = (&'a Settings, &'a Coordinates, &'a [StoredLine; STARTUP_LINES], &'a StoredLine);
 
 impl Item {
     /// Every item.
@@ -44,14 +45,15 @@ impl Item {
     }
 
     /// Its value among these.
-    pub(crate) fn value(self, (settings, coordinates, startup): Place<'_>) -> Value {
+    pub(crate) fn value(self, (settings, coordinates, startup, text): Place<'_>) -> Value {
         let mut value = Value::new();
         let mut put = |bytes: &[u8]| {
             // There is room: the longest is a line.
             let _ = value.extend_from_slice(bytes);
         };
         match self.0 {
-            FIRST_LINE..END => put(startup[usize::from(self.0 - FIRST_LINE)].as_bytes()),
+            TEXT => put(text.as_bytes()),
+            FIRST_LINE..TEXT => put(startup[usize::from(self.0 - FIRST_LINE)].as_bytes()),
             FIRST_PLACE..FIRST_LINE => {
                 let place_mm = coordinates.place(usize::from(self.0 - FIRST_PLACE));
                 place_mm.iter().for_each(|mm| put(&mm.to_le_bytes()));
@@ -64,7 +66,8 @@ impl Item {
     /// Sets it to a value; false if that is none of its. What another version kept has no effect.
     pub(super) fn set(self, value: &[u8], settings: &mut Settings, parameters: &mut Parameters) -> bool {
         let understood = match self.0 {
-            FIRST_LINE..END => line(value).map(|line| parameters.startup[usize::from(self.0 - FIRST_LINE)] = line),
+            TEXT => line(value).map(|line| parameters.build_text = line),
+            FIRST_LINE..TEXT => line(value).map(|line| parameters.startup[usize::from(self.0 - FIRST_LINE)] = line),
             FIRST_PLACE..FIRST_LINE => {
                 let place = parameters.coordinates.place_mut(usize::from(self.0 - FIRST_PLACE));
                 place_mm(value).map(|place_mm| *place = place_mm)
@@ -89,6 +92,6 @@ fn place_mm(value: &[u8]) -> Option<[f32; AXES]> {
     (value.len() == 4 * AXES).then_some(place_mm)
 }
 
-fn line(value: &[u8]) -> Option<StartupLine> {
+fn line(value: &[u8]) -> Option<StoredLine> {
     core::str::from_utf8(value).ok()?.try_into().ok()
 }
