@@ -59,7 +59,7 @@ struct Axis<'a, const N: usize> {
 }
 
 impl<const N: usize> Axis<'_, N> {
-    fn segments(&self) -> Segments<'_> {
+    fn segments(&self) -> Segments {
         self.plan.segments(self.axis, self.tick_hz)
     }
 
