@@ -16,7 +16,6 @@ use core::future::poll_fn;
 use core::pin::pin;
 use core::task::Poll;
 
-use embassy_futures::join::join_array;
 use embassy_futures::select::{Either, select};
 use embassy_futures::yield_now;
 use embassy_time::{Duration, Instant, Timer};
@@ -28,7 +27,8 @@ use crate::axes::{AXES, Axis};
 use crate::config::Config;
 use crate::coordinator::{Coordinator, all_done, alongside};
 use crate::event::{Alarm, Event, Finish};
-use crate::feeder::{Fed, Feeder, Leg};
+use crate::feeder::{AHEAD, Feeder, feed};
+use crate::legs::{Fed, Leg, Legs};
 use crate::machine::{Machine, Overrides, Underway};
 use crate::port::{Direction, Feed, Run};
 
@@ -43,10 +43,6 @@ const COMPILED_BEFORE_START: Duration = Duration::from_millis(20);
 /// From a change to the instant from which on it holds, at least: time to plan and compile in. A port with so much to go
 /// on with has enough; so has one whose queue is full.
 const CHANGE_LEAD: Duration = Duration::from_millis(20);
-
-/// Legs that a run may still have to go through: those of a change that has been fed up to the first of them, and those of
-/// the next.
-const LEGS: usize = 6;
 
 /// What a move is for: that decides what changes it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -68,14 +64,6 @@ struct Terms {
     purpose: Purpose,
     /// Those it is planned by now.
     overrides: Overrides,
-}
-
-/// The legs of a run, in order, from the first that an axis has still to be fed with.
-#[derive(Default)]
-struct Legs {
-    all: heapless::Vec<Leg, LEGS>,
-    /// How many of them are older than the last change.
-    old: usize,
 }
 
 /// How a run goes on otherwise.
@@ -138,13 +126,12 @@ where
         let numbers = Axis::ALL.map(|axis| plan.step_numbers(axis as usize));
         let counts = numbers.clone().map(|numbers| numbers.end - numbers.start);
         let moving = counts.map(|count| count > 0);
-        let fed = numbers.map(|numbers| Cell::new(Fed { steps: numbers.start - 1, until_ticks: 0 }));
-        let mut legs = Legs::default();
-        let _ = legs.all.push(Leg::new(plan));
+        let fed = numbers.map(|numbers| Cell::new(Fed { steps: numbers.start - 1, until_us: 0 }));
+        let mut legs = Legs::new(plan);
         let mut feeders = Axis::ALL.map(|axis| Feeder::new(machine, axis, &fed[axis as usize]));
         for (axis, feeder) in Axis::ALL.into_iter().zip(&mut feeders) {
             machine.ready(axis);
-            feeder.prepare(&legs.all, COMPILED_BEFORE_START);
+            feeder.prepare(legs.all(), COMPILED_BEFORE_START);
             yield_now().await;
         }
         if machine.cause().is_some() {
@@ -157,9 +144,8 @@ where
         let (mut is_braking, mut end_steps) = (false, plan.end_steps());
         let mut done = pin!(all_done(machine, moving));
         loop {
-            let [x, y, z] = &mut feeders;
-            let feeding = join_array([x, y, z].map(|feeder| feeder.feed(&legs.all, start)));
-            let following = follow(machine, &legs.all, start, terms.mm_per_step);
+            let feeding = feed(&mut feeders, legs.all(), start);
+            let following = follow(machine, legs.all(), start, terms.mm_per_step);
             let asked = async {
                 machine.wait_asked().await;
                 // Feeding wakes this task after each piece.
@@ -174,7 +160,7 @@ where
             if terms.purpose == Purpose::Homing || is_braking {
                 continue;
             }
-            let Some(change) = self.change(terms, &legs.all, at_s(machine, start, &fed)) else { continue };
+            let Some(change) = self.change(terms, legs.all(), at_s(start, &fed)) else { continue };
             is_braking = change.is_braking;
             if is_braking {
                 for (axis, feeder) in Axis::ALL.into_iter().zip(&mut feeders) {
@@ -199,8 +185,10 @@ where
             if leg.until_s <= at_s {
                 continue;
             }
-            // Those before it are gone as soon as no step of theirs is to be fed: it may begin later.
-            at_s = at_s.max(leg.part.begin_s());
+            if index == 0 {
+                // Those before it are gone as soon as no step of theirs is to be fed: it may begin later.
+                at_s = at_s.max(leg.part.begin_s());
+            }
             let changed = if is_braking {
                 // By its own limits: a rapid override is no reason to brake less.
                 leg.part.held(at_s, &terms.config.limits, speed_law).map_err(|_| Alarm::Unplannable)
@@ -209,7 +197,8 @@ where
             };
             // What cannot be planned otherwise goes on as it is.
             if let Some(parts) = changed.ok()? {
-                let until_steps = leg.part.place_at(at_s);
+                let first = parts.iter().flatten().next();
+                let until_steps = first.map_or_else(|| leg.part.place_at(at_s), SyncMove::begin_steps);
                 return Some(Change { index, until_steps, until_s: at_s, parts, is_braking });
             }
             // It brakes by then, to the end or to what comes next.
@@ -226,21 +215,18 @@ where
         fed: &[Cell<Fed>; AXES],
         feeders: &mut [Feeder<'_>; AXES],
     ) -> f64 {
-        legs.all.truncate(change.index + 1);
-        if let Some(cut) = legs.all.last_mut() {
-            (cut.until_steps, cut.until_s) = (change.until_steps, change.until_s);
+        legs.cut(change.index, change.until_steps, change.until_s);
+        for feeder in feeders.iter_mut() {
+            feeder.cut(legs.all(), change.index);
         }
-        let gone = legs.all.iter().take_while(|leg| is_fed(leg, fed)).count();
+        let gone = legs.forget_fed(fed);
         for feeder in feeders {
-            feeder.cut(&legs.all, change.index);
             feeder.forget(gone);
         }
-        legs.all.retain(|leg| !is_fed(leg, fed));
-        legs.old = legs.all.len();
         let mut end_steps = change.until_steps;
         for part in change.parts.into_iter().flatten() {
             self.tell(Event::Part { plan: part });
-            let _ = legs.all.push(Leg::new(part));
+            legs.push(part);
             end_steps = part.end_steps();
         }
         end_steps
@@ -296,19 +282,13 @@ async fn follow(machine: &Machine, legs: &[Leg], start: Instant, mm_per_step: f6
 
 /// Whether the run can be changed: the change before has been fed, and every axis has enough to go on with meanwhile.
 fn is_ready(machine: &Machine, plan: &SyncMove<AXES>, legs: &Legs, fed: &[Cell<Fed>; AXES], start: Instant) -> bool {
-    let enough = Instant::now() + CHANGE_LEAD;
+    let enough = Instant::now() + AHEAD;
     let has_enough = |axis| {
-        let until_us = fed[axis as usize].get().until_us(machine.tick_hz(axis));
         has_all(plan, fed, axis)
-            || start + Duration::from_micros(until_us) >= enough
+            || start + Duration::from_micros(fed[axis as usize].get().until_us) >= enough
             || machine.link(axis).segments.is_full()
     };
-    legs.all.iter().take(legs.old).all(|leg| is_fed(leg, fed)) && Axis::ALL.into_iter().all(has_enough)
-}
-
-/// Whether all axes have been fed with it.
-fn is_fed(leg: &Leg, fed: &[Cell<Fed>; AXES]) -> bool {
-    Axis::ALL.into_iter().all(|axis| fed[axis as usize].get().steps >= leg.last_step(axis))
+    legs.are_old_fed(fed) && Axis::ALL.into_iter().all(has_enough)
 }
 
 /// Whether the axis has been fed with all its steps.
@@ -317,9 +297,8 @@ fn has_all(plan: &SyncMove<AXES>, fed: &[Cell<Fed>; AXES], axis: Axis) -> bool {
 }
 
 /// From when on a run that began at `start` can go on otherwise, s from its start: all that was given is made by then.
-fn at_s(machine: &Machine, start: Instant, fed: &[Cell<Fed>; AXES]) -> f64 {
-    let until_us = |axis: Axis| fed[axis as usize].get().until_us(machine.tick_hz(axis));
-    let fed_us = Axis::ALL.into_iter().map(until_us).max().unwrap_or(0);
+fn at_s(start: Instant, fed: &[Cell<Fed>; AXES]) -> f64 {
+    let fed_us = fed.iter().map(|fed| fed.get().until_us).max().unwrap_or(0);
     let soonest_us = (Instant::now() + CHANGE_LEAD).saturating_duration_since(start).as_micros();
     // A microsecond later, since the ports' ticks are finer.
     (fed_us.max(soonest_us) + 1) as f64 * 1e-6

@@ -144,6 +144,12 @@ impl<const N: usize> SyncMove<N> {
         self.origin_s + self.profile.duration_s()
     }
 
+    /// Where this part begins, steps of the longest axis from the beginning of the whole move.
+    #[must_use]
+    pub fn begin_steps(&self) -> f64 {
+        self.from_steps
+    }
+
     /// Where it ends, steps of the longest axis from the beginning of the whole move.
     #[must_use]
     pub fn end_steps(&self) -> f64 {
