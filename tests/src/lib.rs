@@ -6,6 +6,7 @@ use std::path::Path;
 pub mod cases;
 pub mod emulated;
 pub mod laws;
+pub mod limits;
 pub mod rig;
 
 /// The project's folder.

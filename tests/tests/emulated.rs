@@ -372,6 +372,28 @@ fn a_reset_in_motion_keeps_the_position() {
     assert!(run.ok, "{}", run.printed);
 }
 
+/// At 4,000 mm/s2, where a full queue is a few milliseconds of motion: overrides faster than they come about, and a hold
+/// before the last of them has.
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn changes_in_quick_succession_lose_no_step() {
+    let mut script = "expect Grbl\nsend G90\nexpect ok\n".to_owned();
+    for axis in 0..3 {
+        let settings = [(110, 12_000), (120, 4_000)];
+        script.extend(settings.map(|(number, value)| format!("send ${}={value}\nexpect ok\n", number + axis)));
+    }
+    for index in 0..10 {
+        let target = if index % 2 == 0 { "X60 Y55 Z50" } else { "X0 Y0 Z0" };
+        script += &format!("send G1 {target} F12000\nexpect ok\nwait-edge\nwait-ms {}\n", 1 + 13 * index);
+        script +=
+            &["92", "91", "94", "93", "92"].map(|byte| format!("bytes {byte}\nwait-us 1700\n")).concat().repeat(2);
+        script += "bytes 21\nwait-ms 900\nbytes 3f\nexpect <Hold:0\ncheck-position\nbytes 90\nbytes 7e\nwait-idle\n";
+    }
+    let run = Board::new("quick-succession").script(&(script + "bytes 3f\nexpect <Idle|MPos:0.000,0.000,0.000\n"));
+    assert!(run.ok, "{}", run.printed);
+    assert_eq!(run.edges.len(), 10 * (3_000 + 2_750 + 2_500));
+}
+
 /// A jog that is cancelled at speed stops on its path, at once ready for the next.
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]

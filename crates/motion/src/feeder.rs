@@ -5,125 +5,145 @@
 //! given [`AHEAD`] of motion and little more, in pieces of [`PIECE`] at most: long segments are split, and a long wait for
 //! a step is told as rests. That is far more than compiling ever lags behind.
 
+use core::cell::Cell;
 use core::future::poll_fn;
-use core::slice;
+use core::task::Poll;
 
 use embassy_futures::yield_now;
-use embassy_time::{Duration, Instant, Timer};
-use isostep_profile::{Segment, Segments, SyncMove};
+use embassy_time::{Duration, Instant, with_timeout};
+use isostep_profile::{Segment, Segments};
 
 use crate::axes::{AXES, Axis};
+use crate::legs::{Fed, Leg};
 use crate::machine::Machine;
-use crate::port::Feed;
+use crate::port::{Feed, SegmentQueue};
 
 /// How much motion a port is given ahead of time, at least.
-const AHEAD: Duration = Duration::from_millis(30);
+pub(crate) const AHEAD: Duration = Duration::from_millis(30);
 /// A piece of motion lasts no longer, unless it is a single step. So often it is looked whether there is enough.
 const PIECE: Duration = Duration::from_millis(15);
+/// Feeding goes on so long at a time, unless a piece takes longer. Waking up takes as long as to compile several pieces of a
+/// trapezoid's.
+const TURN: Duration = Duration::from_micros(500);
 
-/// A part of a move, and how far on the path it is made.
-#[derive(Clone, Copy)]
-pub(crate) struct Leg {
-    pub part: SyncMove<AXES>,
-    /// Steps of the longest axis from the beginning of the whole move.
-    pub until_steps: f64,
-    /// When that is, s from the start of the run.
-    pub until_s: f64,
-}
-
-impl Leg {
-    /// The whole part.
-    pub fn new(part: SyncMove<AXES>) -> Self {
-        Self { part, until_steps: part.end_steps(), until_s: part.end_s() }
-    }
-
-    /// The last step of the axis in it, or before it.
-    pub fn last_step(&self, axis: Axis) -> u32 {
-        self.part.steps_before(axis as usize, self.until_steps)
-    }
-}
-
-/// How far an axis's port has been fed in a run.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Fed {
-    /// Steps, of the whole move.
-    pub steps: u32,
-    /// Until when, ticks from the start of the run.
-    pub until_ticks: u64,
-}
-
-/// Feeds one axis with its steps of all legs of a run.
+/// Feeds one axis with its steps of all legs of a run, through whatever changes there are.
 pub(crate) struct Feeder<'a> {
     machine: &'a Machine,
     axis: Axis,
     tick_hz: u32,
     piece_ticks: u64,
-    legs: slice::Iter<'a, Leg>,
-    /// Of the leg under way; the last step to give, and what is compiled of it.
+    /// Legs of the run's that have been begun: the last of them is under way.
+    begun: usize,
+    /// Of that; the last step to give, and what is compiled of it.
     end: u32,
-    segments: Option<Segments<'a>>,
+    segments: Option<Segments>,
     /// Compiled and not given yet.
     hand: Option<Segment>,
-    fed: Fed,
+    fed: &'a Cell<Fed>,
+    /// Until when that is, ticks from the start of the run.
+    fed_ticks: u64,
     /// What to give after the last leg.
     ending: Option<Feed>,
+    /// All has been given.
+    is_done: bool,
+}
+
+/// Gives all there is to give of a run that began at `start`, each piece in its time, to the axis first that has been fed
+/// the least. The other tasks of this priority take their turns.
+///
+/// # Cancellation
+/// Safe: what has not been given is still to be given; the axes go on to the end of what has been.
+pub(crate) async fn feed(feeders: &mut [Feeder<'_>; AXES], legs: &[Leg], start: Instant) {
+    while feeders.iter().any(|feeder| !feeder.is_done) {
+        let now = Instant::now();
+        let enough_us = (now + AHEAD + PIECE).saturating_duration_since(start).as_micros();
+        let mut has_fed = false;
+        while Instant::now() < now + TURN {
+            let wanting = feeders.iter_mut().filter(|feeder| feeder.is_wanting(enough_us) && !feeder.queue().is_full());
+            let Some(feeder) = wanting.min_by_key(|feeder| feeder.fed.get().until_us) else { break };
+            feeder.feed_one(legs);
+            has_fed = true;
+        }
+        if has_fed {
+            yield_now().await;
+            continue;
+        }
+        let has_room = poll_fn(|context| {
+            let wanting = feeders.iter().filter(|feeder| feeder.is_wanting(enough_us));
+            // Each is to wake this task.
+            let rooms = wanting.filter(|feeder| feeder.queue().poll_ready_to_send(context).is_ready()).count();
+            if rooms > 0 { Poll::Ready(()) } else { Poll::Pending }
+        });
+        // Not at an instant reckoned from a step's: it would be another step's, again and again.
+        let _ = with_timeout(PIECE, has_room).await;
+    }
 }
 
 impl<'a> Feeder<'a> {
-    /// `fed` is how far the axis has come; `ending` is what it is given after all legs.
-    pub fn new(machine: &'a Machine, axis: Axis, legs: &'a [Leg], fed: Fed, ending: Option<Feed>) -> Self {
-        let (tick_hz, legs) = (machine.tick_hz(axis), legs.iter());
+    /// `fed` is how far the axis has come, and is kept so.
+    pub fn new(machine: &'a Machine, axis: Axis, fed: &'a Cell<Fed>) -> Self {
+        let tick_hz = machine.tick_hz(axis);
         let piece_ticks = ticks(PIECE, tick_hz);
-        Self { machine, axis, tick_hz, piece_ticks, legs, end: 0, segments: None, hand: None, fed, ending }
+        let (begun, end, segments, hand, ending) = (0, 0, None, None, None);
+        let (fed_ticks, is_done) = (0, false);
+        Self { machine, axis, tick_hz, piece_ticks, begun, end, segments, hand, fed, fed_ticks, ending, is_done }
     }
 
-    pub fn fed(&self) -> Fed {
-        self.fed
+    /// The leg with this index, to whose end it has not been fed, ends sooner, and others follow it. What has been
+    /// compiled of it is kept: beginning anew in its midst takes long.
+    pub fn cut(&mut self, legs: &[Leg], index: usize) {
+        self.is_done = false;
+        if self.begun > index + 1 {
+            // It had looked ahead.
+            (self.begun, self.end, self.segments, self.hand) = (index, 0, None, None);
+        } else if self.begun == index + 1 {
+            self.end = legs[index].last_step(self.axis);
+        }
     }
 
-    /// Until when its port has been fed, from the start of the run, us.
-    pub fn fed_until_us(&self) -> u64 {
-        self.fed.until_ticks * 1_000_000 / u64::from(self.tick_hz)
+    /// The first `count` legs, to whose end it has been fed, are gone.
+    pub fn forget(&mut self, count: usize) {
+        self.begun = self.begun.saturating_sub(count);
+    }
+
+    /// What to give after all legs.
+    pub fn end_with(&mut self, ending: Option<Feed>) {
+        self.ending = ending;
     }
 
     /// Compiles and gives as much as the queue takes, until the port is fed for `time`. Before the run starts.
-    pub fn prepare(&mut self, time: Duration) {
+    pub fn prepare(&mut self, legs: &[Leg], time: Duration) {
         let until_ticks = ticks(time, self.tick_hz);
-        let queue = &self.machine.link(self.axis).segments;
-        while self.fed.until_ticks < until_ticks && !queue.is_full() {
-            let Some(feed) = self.next() else { return };
+        while self.fed_ticks < until_ticks && !self.queue().is_full() {
+            let Some(feed) = self.next(legs) else { return };
             self.give(feed);
         }
     }
 
-    /// Gives all there is to give of a run that began at `start`, each piece in its time. One a poll: the axes take turns,
-    /// and so do the other tasks of this priority.
-    ///
-    /// # Cancellation
-    /// Safe: what has not been given is still to be given; the axis goes on to the end of what has been.
-    pub async fn feed(&mut self, start: Instant) {
-        loop {
-            let fed_until = start + Duration::from_micros(self.fed_until_us());
-            if fed_until > Instant::now() + AHEAD + PIECE {
-                // Not at an instant reckoned from a step's: it would be another step's, again and again.
-                Timer::after(PIECE).await;
-                continue;
-            }
-            let queue = &self.machine.link(self.axis).segments;
-            poll_fn(|context| queue.poll_ready_to_send(context)).await;
-            let Some(feed) = self.next() else { return };
-            self.give(feed);
-            yield_now().await;
+    /// Compiles and gives one piece. There is room.
+    fn feed_one(&mut self, legs: &[Leg]) {
+        match self.next(legs) {
+            Some(feed) => self.give(feed),
+            None => self.is_done = true,
         }
+    }
+
+    /// Whether it is to be fed now: it has not been fed until `enough_us` from the start of the run.
+    fn is_wanting(&self, enough_us: u64) -> bool {
+        !self.is_done && self.fed.get().until_us <= enough_us
+    }
+
+    fn queue(&self) -> &'a SegmentQueue {
+        &self.machine.link(self.axis).segments
     }
 
     /// What to give next, if there is any.
-    fn next(&mut self) -> Option<Feed> {
-        let Some(segment) = self.next_segment() else { return self.ending.take() };
-        let piece_ticks = self.piece_ticks;
-        if segment.first_ticks() > self.fed.until_ticks + 2 * piece_ticks {
+    fn next(&mut self, legs: &[Leg]) -> Option<Feed> {
+        let Some(segment) = self.next_segment(legs) else { return self.ending.take() };
+        let (fed_ticks, piece_ticks) = (self.fed_ticks, self.piece_ticks);
+        if segment.first_ticks() > fed_ticks + 2 * piece_ticks {
             self.hand = Some(segment);
-            return Some(Feed::Rest { until_ticks: self.fed.until_ticks + piece_ticks });
+            return Some(Feed::Rest { until_ticks: fed_ticks + piece_ticks });
         }
         let lasts_ticks = segment.last_ticks() - segment.first_ticks();
         let fitting = if lasts_ticks > piece_ticks {
@@ -132,7 +152,7 @@ impl<'a> Feeder<'a> {
         } else {
             segment.steps()
         };
-        let steps = fitting.min(self.end - self.fed.steps);
+        let steps = fitting.min(self.end - self.fed.get().steps);
         if steps == segment.steps() {
             return Some(Feed::Steps(segment));
         }
@@ -142,28 +162,32 @@ impl<'a> Feeder<'a> {
     }
 
     /// The steps that follow those given, of the leg that they are in.
-    fn next_segment(&mut self) -> Option<Segment> {
-        while self.fed.steps >= self.end {
-            let leg = self.legs.next()?;
+    fn next_segment(&mut self, legs: &[Leg]) -> Option<Segment> {
+        let fed_steps = self.fed.get().steps;
+        while fed_steps >= self.end {
+            let leg = legs.get(self.begun)?;
+            self.begun += 1;
             self.end = leg.last_step(self.axis);
             self.hand = None;
-            self.segments = (self.fed.steps < self.end)
-                .then(|| leg.part.segments_from(self.axis as usize, self.fed.steps + 1, self.tick_hz));
+            self.segments =
+                (fed_steps < self.end).then(|| leg.part.segments_from(self.axis as usize, fed_steps + 1, self.tick_hz));
         }
         self.hand.take().or_else(|| self.segments.as_mut()?.next())
     }
 
     /// There is room, and this task is the only sender.
     fn give(&mut self, feed: Feed) {
+        let Fed { mut steps, .. } = self.fed.get();
         match feed {
             Feed::Steps(segment) => {
-                self.fed.steps += segment.steps();
-                self.fed.until_ticks = segment.last_ticks();
+                steps += segment.steps();
+                self.fed_ticks = segment.last_ticks();
             }
-            Feed::Rest { until_ticks } => self.fed.until_ticks = until_ticks,
+            Feed::Rest { until_ticks } => self.fed_ticks = until_ticks,
             Feed::End => {}
         }
-        let _ = self.machine.link(self.axis).segments.try_send(feed);
+        self.fed.set(Fed { steps, until_us: self.fed_ticks * 1_000_000 / u64::from(self.tick_hz) });
+        let _ = self.queue().try_send(feed);
     }
 }
 

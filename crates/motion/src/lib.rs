@@ -19,6 +19,7 @@ pub mod coordinator;
 mod event;
 mod feeder;
 mod homing;
+mod legs;
 pub mod limit;
 mod link;
 mod machine;

@@ -5,11 +5,17 @@
 //! on by other parts of the same path ([`SyncMove::held`], [`SyncMove::respeeded`]) from an instant on up to which every
 //! port has been fed, or will be in time: nothing that was given is taken back. A hold ends the run; what is left of the
 //! path is another.
+//!
+//! Planning and compiling a change takes time, milliseconds an axis under a curved law, in which nothing is fed. So one
+//! waits until the one before it has been fed and every port has enough to go on with; what is asked for meanwhile is one
+//! change.
 
+use core::cell::Cell;
 use core::convert::Infallible;
+use core::future::poll_fn;
 use core::pin::pin;
+use core::task::Poll;
 
-use embassy_futures::join::join_array;
 use embassy_futures::select::{Either, select};
 use embassy_futures::yield_now;
 use embassy_time::{Duration, Instant, Timer};
@@ -21,7 +27,8 @@ use crate::axes::{AXES, Axis};
 use crate::config::Config;
 use crate::coordinator::{Coordinator, all_done, alongside};
 use crate::event::{Alarm, Event, Finish};
-use crate::feeder::{Fed, Feeder, Leg};
+use crate::feeder::{AHEAD, Feeder, feed};
+use crate::legs::{Fed, Leg, Legs};
 use crate::machine::{Machine, Overrides, Underway};
 use crate::port::{Direction, Feed, Run};
 
@@ -33,11 +40,9 @@ const LEAD: Duration = Duration::from_micros(500);
 /// ramp the first segments take milliseconds each, so there it is a full queue mostly; more would only delay the start.
 const COMPILED_BEFORE_START: Duration = Duration::from_millis(20);
 
-/// From a wish to the instant from which on it holds, at least: time to plan and compile in.
+/// From a change to the instant from which on it holds, at least: time to plan and compile in. A port with so much to go
+/// on with has enough; so has one whose queue is full.
 const CHANGE_LEAD: Duration = Duration::from_millis(20);
-
-/// Legs that a run may still have to go through: those that an axis has not been fed with, and a change's.
-const LEGS: usize = 8;
 
 /// What a move is for: that decides what changes it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,9 +65,6 @@ struct Terms {
     /// Those it is planned by now.
     overrides: Overrides,
 }
-
-/// The legs of a run, in order, from the first that an axis has still to be fed with.
-type Legs = heapless::Vec<Leg, LEGS>;
 
 /// How a run goes on otherwise.
 struct Change {
@@ -124,55 +126,50 @@ where
         let numbers = Axis::ALL.map(|axis| plan.step_numbers(axis as usize));
         let counts = numbers.clone().map(|numbers| numbers.end - numbers.start);
         let moving = counts.map(|count| count > 0);
-        let mut fed = numbers.map(|numbers| Fed { steps: numbers.start - 1, until_ticks: 0 });
-        let mut legs = Legs::new();
-        let _ = legs.push(Leg::new(plan));
-        let (mut started, mut is_braking, mut end_steps) = (None, false, plan.end_steps());
+        let fed = numbers.map(|numbers| Cell::new(Fed { steps: numbers.start - 1, until_us: 0 }));
+        let mut legs = Legs::new(plan);
+        let mut feeders = Axis::ALL.map(|axis| Feeder::new(machine, axis, &fed[axis as usize]));
+        for (axis, feeder) in Axis::ALL.into_iter().zip(&mut feeders) {
+            machine.ready(axis);
+            feeder.prepare(legs.all(), COMPILED_BEFORE_START);
+            yield_now().await;
+        }
+        if machine.cause().is_some() {
+            // Stopped before it started. A stop after this check finds its halt signal standing.
+            return (self.end_move(Finish::Stopped, 0.0), 0.0);
+        }
+        let start = Instant::now() + LEAD;
+        self.tell(Event::Move { start, plan, origin_steps });
+        self.start_axes(&plan, counts, start);
+        let (mut is_braking, mut end_steps) = (false, plan.end_steps());
         let mut done = pin!(all_done(machine, moving));
         loop {
-            let mut feeders = Axis::ALL.map(|axis| {
-                let has_all = fed[axis as usize].steps == plan.steps[axis as usize].unsigned_abs();
-                // No axis is told that has had all its steps: it may have ended.
-                let ending = (is_braking && moving[axis as usize] && !has_all).then_some(Feed::End);
-                Feeder::new(machine, axis, &legs, fed[axis as usize], ending)
-            });
-            let start = match started {
-                Some(start) => start,
-                None => {
-                    for (axis, feeder) in Axis::ALL.into_iter().zip(&mut feeders) {
-                        machine.ready(axis);
-                        feeder.prepare(COMPILED_BEFORE_START);
-                        yield_now().await;
-                    }
-                    if machine.cause().is_some() {
-                        // Stopped before it started. A stop after this check finds its halt signal standing.
-                        return (self.end_move(Finish::Stopped, 0.0), 0.0);
-                    }
-                    let start = Instant::now() + LEAD;
-                    self.tell(Event::Move { start, plan, origin_steps });
-                    self.start_axes(&plan, counts, start);
-                    *started.insert(start)
-                }
+            let feeding = feed(&mut feeders, legs.all(), start);
+            let following = follow(machine, legs.all(), start, terms.mm_per_step);
+            let asked = async {
+                machine.wait_asked().await;
+                // Feeding wakes this task after each piece.
+                poll_fn(|_| if is_ready(machine, &plan, &legs, &fed, start) { Poll::Ready(()) } else { Poll::Pending })
+                    .await;
             };
-            let change = loop {
-                let [x, y, z] = &mut feeders;
-                let feeding = join_array([x, y, z].map(|feeder| feeder.feed(start)));
-                let following = follow(machine, &legs, start, terms.mm_per_step);
-                let asked = alongside(alongside(machine.wait_asked(), feeding), following);
-                if let Either::First(finish) = select(done.as_mut(), asked).await {
-                    let finish = if is_braking && finish == Finish::Done { Finish::Held } else { finish };
-                    return (self.end_move(finish, end_steps), end_steps);
-                }
-                if terms.purpose != Purpose::Homing
-                    && !is_braking
-                    && let Some(change) = self.change(terms, &legs, at_s(start, &feeders))
-                {
-                    break change;
-                }
-            };
-            fed = feeders.map(|feeder| feeder.fed());
+            let asked = alongside(alongside(asked, feeding), following);
+            if let Either::First(finish) = select(done.as_mut(), asked).await {
+                let finish = if is_braking && finish == Finish::Done { Finish::Held } else { finish };
+                return (self.end_move(finish, end_steps), end_steps);
+            }
+            if terms.purpose == Purpose::Homing || is_braking {
+                continue;
+            }
+            let Some(change) = self.change(terms, legs.all(), at_s(start, &fed)) else { continue };
             is_braking = change.is_braking;
-            end_steps = self.apply(&mut legs, change, &fed);
+            if is_braking {
+                for (axis, feeder) in Axis::ALL.into_iter().zip(&mut feeders) {
+                    // No axis is told that has had all its steps: it may have ended.
+                    let is_told = moving[axis as usize] && !has_all(&plan, &fed, axis);
+                    feeder.end_with(is_told.then_some(Feed::End));
+                }
+            }
+            end_steps = self.apply(&mut legs, change, &fed, &mut feeders);
         }
     }
 
@@ -188,6 +185,10 @@ where
             if leg.until_s <= at_s {
                 continue;
             }
+            if index == 0 {
+                // Those before it are gone as soon as no step of theirs is to be fed: it may begin later.
+                at_s = at_s.max(leg.part.begin_s());
+            }
             let changed = if is_braking {
                 // By its own limits: a rapid override is no reason to brake less.
                 leg.part.held(at_s, &terms.config.limits, speed_law).map_err(|_| Alarm::Unplannable)
@@ -196,7 +197,8 @@ where
             };
             // What cannot be planned otherwise goes on as it is.
             if let Some(parts) = changed.ok()? {
-                let until_steps = leg.part.place_at(at_s);
+                let first = parts.iter().flatten().next();
+                let until_steps = first.map_or_else(|| leg.part.place_at(at_s), SyncMove::begin_steps);
                 return Some(Change { index, until_steps, until_s: at_s, parts, is_braking });
             }
             // It brakes by then, to the end or to what comes next.
@@ -206,16 +208,25 @@ where
     }
 
     /// Changes the legs that an axis has still to be fed with; where the path ends then, steps of the longest axis.
-    fn apply(&mut self, legs: &mut Legs, change: Change, fed: &[Fed; AXES]) -> f64 {
-        legs.truncate(change.index + 1);
-        if let Some(cut) = legs.last_mut() {
-            (cut.until_steps, cut.until_s) = (change.until_steps, change.until_s);
+    fn apply(
+        &mut self,
+        legs: &mut Legs,
+        change: Change,
+        fed: &[Cell<Fed>; AXES],
+        feeders: &mut [Feeder<'_>; AXES],
+    ) -> f64 {
+        legs.cut(change.index, change.until_steps, change.until_s);
+        for feeder in feeders.iter_mut() {
+            feeder.cut(legs.all(), change.index);
         }
-        legs.retain(|leg| Axis::ALL.into_iter().any(|axis| fed[axis as usize].steps < leg.last_step(axis)));
+        let gone = legs.forget_fed(fed);
+        for feeder in feeders {
+            feeder.forget(gone);
+        }
         let mut end_steps = change.until_steps;
         for part in change.parts.into_iter().flatten() {
             self.tell(Event::Part { plan: part });
-            let _ = legs.push(Leg::new(part));
+            legs.push(part);
             end_steps = part.end_steps();
         }
         end_steps
@@ -269,9 +280,25 @@ async fn follow(machine: &Machine, legs: &[Leg], start: Instant, mm_per_step: f6
     }
 }
 
+/// Whether the run can be changed: the change before has been fed, and every axis has enough to go on with meanwhile.
+fn is_ready(machine: &Machine, plan: &SyncMove<AXES>, legs: &Legs, fed: &[Cell<Fed>; AXES], start: Instant) -> bool {
+    let enough = Instant::now() + AHEAD;
+    let has_enough = |axis| {
+        has_all(plan, fed, axis)
+            || start + Duration::from_micros(fed[axis as usize].get().until_us) >= enough
+            || machine.link(axis).segments.is_full()
+    };
+    legs.are_old_fed(fed) && Axis::ALL.into_iter().all(has_enough)
+}
+
+/// Whether the axis has been fed with all its steps.
+fn has_all(plan: &SyncMove<AXES>, fed: &[Cell<Fed>; AXES], axis: Axis) -> bool {
+    fed[axis as usize].get().steps == plan.steps[axis as usize].unsigned_abs()
+}
+
 /// From when on a run that began at `start` can go on otherwise, s from its start: all that was given is made by then.
-fn at_s(start: Instant, feeders: &[Feeder<'_>; AXES]) -> f64 {
-    let fed_us = feeders.iter().map(Feeder::fed_until_us).max().unwrap_or(0);
+fn at_s(start: Instant, fed: &[Cell<Fed>; AXES]) -> f64 {
+    let fed_us = fed.iter().map(|fed| fed.get().until_us).max().unwrap_or(0);
     let soonest_us = (Instant::now() + CHANGE_LEAD).saturating_duration_since(start).as_micros();
     // A microsecond later, since the ports' ticks are finer.
     (fed_us.max(soonest_us) + 1) as f64 * 1e-6

@@ -94,8 +94,8 @@ pub(crate) struct Stretch {
 ///
 /// Step k of the axis (k = 1 to `steps`) is due when the master has covered (k - 1/2)/`steps` of the way.
 #[derive(Clone, Debug)]
-pub struct Segments<'a> {
-    plan: &'a Profile,
+pub struct Segments {
+    plan: Profile,
     view: View,
     /// The steps before the end of each phase.
     ends: [u32; 3],
@@ -117,8 +117,8 @@ enum Part {
     Curved(Spans),
 }
 
-impl<'a> Segments<'a> {
-    pub(crate) fn new(plan: &'a Profile, stretch: Stretch, tick_hz: u32) -> Self {
+impl Segments {
+    pub(crate) fn new(plan: &Profile, stretch: Stretch, tick_hz: u32) -> Self {
         let Stretch { share, steps, ahead, beyond, begin_s } = stretch;
         let steps_before = |boundary: f64| ((boundary * share + ahead + 0.5) as u32).min(steps);
         let accel_end = steps_before(plan.accel_end_steps());
@@ -127,13 +127,14 @@ impl<'a> Segments<'a> {
         let (begin_ticks, end_ticks) = (begin_s * tick_hz, (begin_s + plan.duration_s()) * tick_hz);
         let view = View { stride: 1.0 / share, tick_hz, ahead, beyond, begin_ticks, end_ticks };
         let ends = [accel_end, cruise_end, steps];
-        let mut segments = Self { plan, view, ends, index: 0, part: Part::Even(Phase::empty()), done: 0, next: None };
+        let mut segments =
+            Self { plan: *plan, view, ends, index: 0, part: Part::Even(Phase::empty()), done: 0, next: None };
         segments.begin_part();
         segments
     }
 
     fn begin_part(&mut self) {
-        let (plan, view, end) = (self.plan, self.view, self.ends[self.index]);
+        let (plan, view, end) = (&self.plan, self.view, self.ends[self.index]);
         if end <= self.done {
             return;
         }
@@ -148,7 +149,7 @@ impl<'a> Segments<'a> {
     }
 }
 
-impl Iterator for Segments<'_> {
+impl Iterator for Segments {
     type Item = Segment;
 
     fn next(&mut self) -> Option<Segment> {

@@ -264,6 +264,23 @@ impl Profile {
         }
     }
 
+    /// Displacement, speed and acceleration at `t_s` within the move: at the cost of one of them, which is milliseconds on a
+    /// small chip where a law over displacement is inverted.
+    pub(crate) fn motion_at(&self, t_s: f64) -> (f64, f64, f64) {
+        match self.interval_at(t_s) {
+            Interval::Accel(t_s) => {
+                let state = self.accel.at_time(t_s);
+                (state.steps, state.speed_steps_s, state.accel_steps_s2)
+            }
+            Interval::Cruise(t_s) => (self.accel_end_steps + t_s * self.cruise_steps_s, self.cruise_steps_s, 0.0),
+            Interval::Decel(left_s) => {
+                let state = self.decel.at_time(left_s);
+                (self.distance_steps - state.steps, state.speed_steps_s, -state.accel_steps_s2)
+            }
+            Interval::Outside => (self.position_at(t_s), 0.0, 0.0),
+        }
+    }
+
     /// Signed jerk at `t_s`, steps/s³; 0 in the cruise and outside the move. Where the acceleration jumps, the jerk is
     /// that on one side of it.
     #[must_use]

@@ -85,8 +85,8 @@ impl<const N: usize> SyncMove<N> {
         if t_s >= brakes_at_s && self.profile.t_decel_s() > 0.0 || t_s >= self.profile.duration_s() {
             return None;
         }
-        let place_steps = self.place_at(at_s);
-        let (speed_steps_s, accel_steps_s2) = (self.profile.speed_at(t_s), self.profile.accel_at(t_s));
+        let (way_steps, speed_steps_s, accel_steps_s2) = self.profile.motion_at(t_s);
+        let place_steps = self.origin_steps + way_steps;
         let steady = Steady { steps: self.steps, place_steps, speed_steps_s, at_s };
         if law != SpeedLaw::SCurve || accel_steps_s2 <= 0.0 || shared.jerk_steps_s3.is_infinite() {
             return Some((None, steady));

@@ -90,13 +90,13 @@ impl<const N: usize> SyncMove<N> {
     /// The steps of the axis with index `axis` as segments, in ticks of which a second has `tick_hz` (above 0). This
     /// is the last work with floats; each segment comes in whole numbers.
     #[must_use]
-    pub fn segments(&self, axis: usize, tick_hz: u32) -> Segments<'_> {
+    pub fn segments(&self, axis: usize, tick_hz: u32) -> Segments {
         self.segments_from(axis, self.step_numbers(axis).start, tick_hz)
     }
 
     /// The same from the step with the number `first` on, one of [`step_numbers`](Self::step_numbers).
     #[must_use]
-    pub fn segments_from(&self, axis: usize, first: u32, tick_hz: u32) -> Segments<'_> {
+    pub fn segments_from(&self, axis: usize, first: u32, tick_hz: u32) -> Segments {
         let (share, numbers) = (self.share(axis), first..self.step_numbers(axis).end);
         let (before, end) = (f64::from(numbers.start - 1), f64::from(numbers.end - 1));
         let total = f64::from(self.steps[axis].unsigned_abs());
@@ -142,6 +142,12 @@ impl<const N: usize> SyncMove<N> {
     #[must_use]
     pub fn end_s(&self) -> f64 {
         self.origin_s + self.profile.duration_s()
+    }
+
+    /// Where this part begins, steps of the longest axis from the beginning of the whole move.
+    #[must_use]
+    pub fn begin_steps(&self) -> f64 {
+        self.from_steps
     }
 
     /// Where it ends, steps of the longest axis from the beginning of the whole move.

@@ -1,9 +1,11 @@
 //! Each real-time byte of the table in docs/console.md.
 
 use embassy_time::Duration;
-use isostep_sim::{Config, Sim};
+use isostep_motion::Axis;
+use isostep_sim::plant::SwitchFault;
+use isostep_sim::{Config, Port, Sim};
 
-use crate::talk::{begin, bytes, field, homed, report, say, state, status, switched_on};
+use crate::talk::{begin, bytes, field, homed, powered_up, report, say, state, status, switched_on};
 
 /// The overrides of a fresh machine after these bytes, which are not answered.
 fn overrides_after(sent: &[u8]) -> String {
@@ -283,4 +285,74 @@ fn an_emergency_stop_ends_a_hold() {
         assert_eq!(say(&mut sim, "$X").last().map(String::as_str), Some("ok"));
         assert_eq!((state(&mut sim).as_str(), sim.counted_steps()), ("Idle", stopped), "what was held is forgotten");
     }
+}
+
+/// Braking; standing still with a move to go on with; accelerating anew: locked at once, not a step more, the count exact,
+/// and what was held is forgotten.
+#[test]
+fn a_limit_switch_ends_a_hold() {
+    for (port, law) in Port::ALL.into_iter().flat_map(|port| [0, 1, 2].map(|law| (port, law))) {
+        for (hold_ms, resume_ms) in
+            [(60, None), (100, None), (500, None), (3_000, None), (3_000, Some(10)), (3_000, Some(400))]
+        {
+            let mut sim = powered_up(&Config { port, ..Config::default() });
+            assert_eq!(say(&mut sim, &format!("$940={law}\n$H")), ["ok", "ok"]);
+            begin(&mut sim, "G0 X100 Y80 Z20", Duration::from_millis(1_200));
+            sim.send(b"!");
+            sim.run_for(Duration::from_millis(hold_ms)).unwrap();
+            assert_eq!(state(&mut sim), if hold_ms < 3_000 { "Hold:1" } else { "Hold:0" });
+            if let Some(resume_ms) = resume_ms {
+                sim.send(b"~");
+                sim.run_for(Duration::from_millis(resume_ms)).unwrap();
+                assert_eq!(state(&mut sim), "Run");
+            }
+            sim.replies();
+            sim.set_switch(Axis::Y, SwitchFault::StuckClosed);
+            let stopped = (sim.counted_steps(), sim.steps());
+            sim.run_until_idle().unwrap();
+            let case = format!("{port}, law {law}, {hold_ms} ms, then {resume_ms:?} ms");
+            assert_eq!(sim.replies()[0], "ALARM:1", "{case}");
+            assert_eq!((sim.counted_steps(), sim.steps()), stopped, "{case}");
+            assert_eq!(sim.machine().position_steps(), sim.counted_steps(), "{case}");
+            assert!(sim.outcome().violations.is_empty(), "{case}");
+            sim.set_switch(Axis::Y, SwitchFault::None);
+            sim.run_until_idle().unwrap();
+            assert_eq!(bytes(&mut sim, b"~"), [""; 0], "{case}");
+            assert_eq!(say(&mut sim, "$X").last().map(String::as_str), Some("ok"), "{case}");
+            assert_eq!((state(&mut sim).as_str(), sim.counted_steps()), ("Idle", stopped.0), "{case}");
+        }
+    }
+}
+
+/// A jog that is cancelled brakes no less carefully.
+#[test]
+fn a_limit_switch_stops_a_jog_that_is_cancelled() {
+    for port in Port::ALL {
+        let mut sim = powered_up(&Config { port, ..Config::default() });
+        assert_eq!(say(&mut sim, "$H"), ["ok"]);
+        begin(&mut sim, "$J=X100F2400", Duration::from_millis(1_000));
+        assert_eq!(bytes(&mut sim, b"\x85"), [""; 0]);
+        sim.run_for(Duration::from_millis(300)).unwrap();
+        assert_eq!(state(&mut sim), "Jog");
+        sim.replies();
+        sim.set_switch(Axis::X, SwitchFault::StuckClosed);
+        let stopped = sim.counted_steps();
+        sim.run_until_idle().unwrap();
+        assert_eq!(sim.replies()[0], "ALARM:1");
+        assert_eq!((sim.counted_steps(), sim.machine().position_steps()), (stopped, stopped));
+    }
+}
+
+/// Nothing moves and nothing waits: as when idle, a switch is no alarm, and the report shows it.
+#[test]
+fn a_limit_switch_is_no_alarm_in_a_hold_of_nothing() {
+    let mut sim = homed();
+    assert_eq!(bytes(&mut sim, b"!"), [""; 0]);
+    assert_eq!(state(&mut sim), "Hold:0");
+    sim.set_switch(Axis::X, SwitchFault::StuckClosed);
+    sim.run_until_idle().unwrap();
+    assert_eq!(sim.replies(), [""; 0]);
+    assert_eq!((state(&mut sim).as_str(), field(&mut sim, "Pn").as_str()), ("Hold:0", "X"));
+    assert_eq!(bytes(&mut sim, b"~"), [""; 0]);
+    assert_eq!((state(&mut sim).as_str(), sim.machine().status().homed), ("Idle", [true; 3]));
 }
