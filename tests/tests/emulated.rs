@@ -9,6 +9,7 @@ mod boot;
 use std::fs;
 use std::path::PathBuf;
 
+use isostep_profile::SpeedLaw;
 use isostep_sim::compare::{self, Comparison};
 use isostep_sim::{Config, Port, run};
 use isostep_tests::emulated::{Board, Run};
@@ -370,6 +371,30 @@ fn a_reset_in_motion_keeps_the_position() {
     }
     let run = Board::new("reset").script(&(script + "bytes 3f\nexpect <Idle|MPos:0.000,0.000,0.000\n"));
     assert!(run.ok, "{}", run.printed);
+}
+
+/// Three axes up to 200 mm/s at 4,000 mm/s2, the logarithmic law at 1,000: there segments take longer to compile than they
+/// last. From standstill where the law can.
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn steep_ramps_of_every_law_are_compiled_in_time() {
+    for (number, law) in SpeedLaw::ALL.into_iter().enumerate() {
+        let accel = if law == SpeedLaw::Logarithmic { 1_000 } else { 4_000 };
+        let start = if law.is_over_displacement() { 120 } else { 0 };
+        let mut script = "expect Grbl\nsend G91\nexpect ok\n".to_owned();
+        for (top, axis) in [2_880, 12_000].into_iter().flat_map(|top| [0, 1, 2].map(|axis| (top, axis))) {
+            let settings = [(910, start), (110, top), (120, accel), (930, 80_000)];
+            script.extend(settings.map(|(number, value)| format!("send ${}={value}\nexpect ok\n", number + axis)));
+            if axis == 2 {
+                script += &format!("send $940={number}\nexpect ok\n");
+                script += "send G0 X60 Y55 Z50\nexpect ok\nsend G0 X-60 Y-55 Z-50\nexpect ok\nwait-idle\n";
+            }
+        }
+        let run =
+            Board::new(&format!("steep-{law}")).script(&(script + "bytes 3f\nexpect <Idle|MPos:0.000,0.000,0.000\n"));
+        assert!(run.ok, "{law}: {}", run.printed);
+        assert_eq!(run.edges.len(), 4 * (3_000 + 2_750 + 2_500), "{law}");
+    }
 }
 
 /// At 4,000 mm/s2, where a full queue is a few milliseconds of motion: overrides faster than they come about, and a hold

@@ -3,7 +3,10 @@
 //! # Design
 //! What a port has been given is made, come what may. So that a hold, or another speed, takes effect soon, a port is
 //! given [`AHEAD`] of motion and little more, in pieces of [`PIECE`] at most: long segments are split, and a long wait for
-//! a step is told as rests. That is far more than compiling ever lags behind.
+//! a step is told as rests.
+//!
+//! Of a curved ramp near standstill a segment takes longer to compile than it lasts. So while no port wants anything, what
+//! comes next is compiled and kept in [`HAND`]: in a cruise most of the ramp at its end. That may still be changed.
 
 use core::cell::Cell;
 use core::future::poll_fn;
@@ -11,6 +14,7 @@ use core::task::Poll;
 
 use embassy_futures::yield_now;
 use embassy_time::{Duration, Instant, with_timeout};
+use heapless::Deque;
 use isostep_profile::{Segment, Segments};
 
 use crate::axes::{AXES, Axis};
@@ -25,6 +29,8 @@ const PIECE: Duration = Duration::from_millis(15);
 /// Feeding goes on so long at a time, unless a piece takes longer. Waking up takes as long as to compile several pieces of a
 /// trapezoid's.
 const TURN: Duration = Duration::from_micros(500);
+/// Segments that are compiled before a port wants them.
+const HAND: usize = 32;
 
 /// Feeds one axis with its steps of all legs of a run, through whatever changes there are.
 pub(crate) struct Feeder<'a> {
@@ -37,8 +43,8 @@ pub(crate) struct Feeder<'a> {
     /// Of that; the last step to give, and what is compiled of it.
     end: u32,
     segments: Option<Segments>,
-    /// Compiled and not given yet.
-    hand: Option<Segment>,
+    /// Compiled of it and not given yet.
+    hand: Deque<Segment, HAND>,
     fed: &'a Cell<Fed>,
     /// Until when that is, ticks from the start of the run.
     fed_ticks: u64,
@@ -57,14 +63,11 @@ pub(crate) async fn feed(feeders: &mut [Feeder<'_>; AXES], legs: &[Leg], start: 
     while feeders.iter().any(|feeder| !feeder.is_done) {
         let now = Instant::now();
         let enough_us = (now + AHEAD + PIECE).saturating_duration_since(start).as_micros();
-        let mut has_fed = false;
-        while Instant::now() < now + TURN {
-            let wanting = feeders.iter_mut().filter(|feeder| feeder.is_wanting(enough_us) && !feeder.queue().is_full());
-            let Some(feeder) = wanting.min_by_key(|feeder| feeder.fed.get().until_us) else { break };
-            feeder.feed_one(legs);
-            has_fed = true;
+        let mut has_worked = false;
+        while Instant::now() < now + TURN && work(feeders, legs, enough_us) {
+            has_worked = true;
         }
-        if has_fed {
+        if has_worked {
             yield_now().await;
             continue;
         }
@@ -79,12 +82,24 @@ pub(crate) async fn feed(feeders: &mut [Feeder<'_>; AXES], legs: &[Leg], start: 
     }
 }
 
+/// Gives a piece to the axis that has been fed the least, of those that want one; or else compiles a segment ahead. False
+/// if there is nothing to do.
+fn work(feeders: &mut [Feeder<'_>; AXES], legs: &[Leg], enough_us: u64) -> bool {
+    let wanting = feeders.iter_mut().filter(|feeder| feeder.is_wanting(enough_us) && !feeder.queue().is_full());
+    if let Some(feeder) = wanting.min_by_key(|feeder| feeder.fed.get().until_us) {
+        feeder.feed_one(legs);
+        return true;
+    }
+    let able = feeders.iter_mut().filter(|feeder| feeder.can_compile());
+    able.min_by_key(|feeder| feeder.hand.len()).map(Feeder::compile).is_some()
+}
+
 impl<'a> Feeder<'a> {
     /// `fed` is how far the axis has come, and is kept so.
     pub fn new(machine: &'a Machine, axis: Axis, fed: &'a Cell<Fed>) -> Self {
         let tick_hz = machine.tick_hz(axis);
         let piece_ticks = ticks(PIECE, tick_hz);
-        let (begun, end, segments, hand, ending) = (0, 0, None, None, None);
+        let (begun, end, segments, hand, ending) = (0, 0, None, Deque::new(), None);
         let (fed_ticks, is_done) = (0, false);
         Self { machine, axis, tick_hz, piece_ticks, begun, end, segments, hand, fed, fed_ticks, ending, is_done }
     }
@@ -95,7 +110,8 @@ impl<'a> Feeder<'a> {
         self.is_done = false;
         if self.begun > index + 1 {
             // It had looked ahead.
-            (self.begun, self.end, self.segments, self.hand) = (index, 0, None, None);
+            (self.begun, self.end, self.segments) = (index, 0, None);
+            self.hand.clear();
         } else if self.begun == index + 1 {
             self.end = legs[index].last_step(self.axis);
         }
@@ -128,6 +144,21 @@ impl<'a> Feeder<'a> {
         }
     }
 
+    /// Whether something of the leg under way is still to be compiled, and there is room for it.
+    fn can_compile(&self) -> bool {
+        let compiled = self.fed.get().steps + self.hand.iter().map(Segment::steps).sum::<u32>();
+        self.segments.is_some() && compiled < self.end && !self.hand.is_full()
+    }
+
+    /// Compiles one segment ahead.
+    fn compile(&mut self) {
+        match self.segments.as_mut().and_then(Iterator::next) {
+            // There is room.
+            Some(segment) => _ = self.hand.push_back(segment),
+            None => self.segments = None,
+        }
+    }
+
     /// Whether it is to be fed now: it has not been fed until `enough_us` from the start of the run.
     fn is_wanting(&self, enough_us: u64) -> bool {
         !self.is_done && self.fed.get().until_us <= enough_us
@@ -142,7 +173,7 @@ impl<'a> Feeder<'a> {
         let Some(segment) = self.next_segment(legs) else { return self.ending.take() };
         let (fed_ticks, piece_ticks) = (self.fed_ticks, self.piece_ticks);
         if segment.first_ticks() > fed_ticks + 2 * piece_ticks {
-            self.hand = Some(segment);
+            let _ = self.hand.push_front(segment);
             return Some(Feed::Rest { until_ticks: fed_ticks + piece_ticks });
         }
         let lasts_ticks = segment.last_ticks() - segment.first_ticks();
@@ -157,7 +188,8 @@ impl<'a> Feeder<'a> {
             return Some(Feed::Steps(segment));
         }
         let (piece, others) = segment.split(steps);
-        self.hand = Some(others);
+        // There is room: the whole was taken from there, or came when there was nothing.
+        let _ = self.hand.push_front(others);
         Some(Feed::Steps(piece))
     }
 
@@ -168,11 +200,11 @@ impl<'a> Feeder<'a> {
             let leg = legs.get(self.begun)?;
             self.begun += 1;
             self.end = leg.last_step(self.axis);
-            self.hand = None;
+            self.hand.clear();
             self.segments =
                 (fed_steps < self.end).then(|| leg.part.segments_from(self.axis as usize, fed_steps + 1, self.tick_hz));
         }
-        self.hand.take().or_else(|| self.segments.as_mut()?.next())
+        self.hand.pop_front().or_else(|| self.segments.as_mut()?.next())
     }
 
     /// There is room, and this task is the only sender.

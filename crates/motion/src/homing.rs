@@ -4,6 +4,7 @@
 //! that is missing, stuck or wired wrongly is an alarm that names it.
 
 use core::convert::Infallible;
+use core::pin::pin;
 
 use embassy_time::Timer;
 use embedded_hal::digital::OutputPin;
@@ -70,7 +71,11 @@ where
             machine.halt();
         };
         // The move always answers, for the switch's halt ends it: it is never dropped half-way.
-        let finish = alongside(self.along(axis, distance_mm, true, speed_mm_s), pressed).await?;
+        let finish = {
+            // It is large: pinned, it has a place in the task once, and not again in what it is handed to.
+            let moving = pin!(self.along(axis, distance_mm, true, speed_mm_s));
+            alongside(moving, pressed).await?
+        };
         match finish {
             Finish::Fault { axis, fault } => Err(self.fault_alarm(axis, fault)),
             _ if machine.cause().is_some() => Err(self.stop_alarm()),

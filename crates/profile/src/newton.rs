@@ -4,8 +4,9 @@
 const ITERATIONS_MAX: u32 = 100;
 
 /// Where a rising function is 0, between `low`, where it is not above 0, and `high`, where it is not below. `function`
-/// gives value and slope. By Newton's method from `from`, by bisection where that leaves the bracket. Ends with a step
-/// of `tolerance` of the result at most; the result then is better than that.
+/// gives value and slope. By Newton's method from `from`, by bisection where that leaves the bracket by more than
+/// `tolerance` of the result: by less it is only that an end of it is as good as the root. Ends with a step of `tolerance`
+/// at most; by Newton's method the result then is within the square of that, as far as floats go.
 pub(crate) fn rising_root(
     (mut low, mut high): (f64, f64),
     from: f64,
@@ -17,10 +18,12 @@ pub(crate) fn rising_root(
         let (value, slope) = function(x);
         *if value < 0.0 { &mut low } else { &mut high } = x;
         let newton = x - value / slope;
-        let next = if (low..=high).contains(&newton) { newton } else { (low + high) / 2.0 };
+        let slack = tolerance * x;
+        let is_near = (low - slack..=high + slack).contains(&newton);
+        let next = if is_near { newton.max(low).min(high) } else { (low + high) / 2.0 };
         let step = (next - x).abs();
         x = next;
-        if step <= tolerance * x {
+        if step <= slack {
             break;
         }
     }

@@ -62,7 +62,7 @@ impl OverTime {
 
     /// When `slow` t + travel(t) is `way`.
     pub(super) fn time(self, slow: f64, way: f64) -> f64 {
-        self.search(slow, way, 1e-15)
+        self.search(slow, way, 1e-8)
     }
 
     /// The same or a little earlier, much faster.
