@@ -43,6 +43,8 @@ pub(crate) struct Feeder<'a> {
     /// Of that; the last step to give, and what is compiled of it.
     end: u32,
     segments: Option<Segments>,
+    /// The last step that has been compiled of it.
+    compiled: u32,
     /// Compiled of it and not given yet.
     hand: Deque<Segment, HAND>,
     fed: &'a Cell<Fed>,
@@ -100,8 +102,22 @@ impl<'a> Feeder<'a> {
         let tick_hz = machine.tick_hz(axis);
         let piece_ticks = ticks(PIECE, tick_hz);
         let (begun, end, segments, hand, ending) = (0, 0, None, Deque::new(), None);
-        let (fed_ticks, is_done) = (0, false);
-        Self { machine, axis, tick_hz, piece_ticks, begun, end, segments, hand, fed, fed_ticks, ending, is_done }
+        let (compiled, fed_ticks, is_done) = (0, 0, false);
+        Self {
+            machine,
+            axis,
+            tick_hz,
+            piece_ticks,
+            begun,
+            end,
+            segments,
+            compiled,
+            hand,
+            fed,
+            fed_ticks,
+            ending,
+            is_done,
+        }
     }
 
     /// The leg with this index, to whose end it has not been fed, ends sooner, and others follow it. What has been
@@ -127,12 +143,16 @@ impl<'a> Feeder<'a> {
         self.ending = ending;
     }
 
-    /// Compiles and gives as much as the queue takes, until the port is fed for `time`. Before the run starts.
+    /// Compiles as much of the first leg as there is room for, `time` at most, and gives what the queue takes. Before the run
+    /// starts.
     pub fn prepare(&mut self, legs: &[Leg], time: Duration) {
         let until_ticks = ticks(time, self.tick_hz);
         while self.fed_ticks < until_ticks && !self.queue().is_full() {
             let Some(feed) = self.next(legs) else { return };
             self.give(feed);
+        }
+        while self.hand.back().map_or(self.fed_ticks, Segment::last_ticks) < until_ticks && self.can_compile() {
+            self.compile();
         }
     }
 
@@ -146,17 +166,23 @@ impl<'a> Feeder<'a> {
 
     /// Whether something of the leg under way is still to be compiled, and there is room for it.
     fn can_compile(&self) -> bool {
-        let compiled = self.fed.get().steps + self.hand.iter().map(Segment::steps).sum::<u32>();
-        self.segments.is_some() && compiled < self.end && !self.hand.is_full()
+        self.segments.is_some() && self.compiled < self.end && !self.hand.is_full()
     }
 
     /// Compiles one segment ahead.
     fn compile(&mut self) {
-        match self.segments.as_mut().and_then(Iterator::next) {
+        match self.next_compiled() {
             // There is room.
             Some(segment) => _ = self.hand.push_back(segment),
             None => self.segments = None,
         }
+    }
+
+    /// The segment after all that has been compiled of the leg under way.
+    fn next_compiled(&mut self) -> Option<Segment> {
+        let segment = self.segments.as_mut()?.next()?;
+        self.compiled += segment.steps();
+        Some(segment)
     }
 
     /// Whether it is to be fed now: it has not been fed until `enough_us` from the start of the run.
@@ -201,10 +227,11 @@ impl<'a> Feeder<'a> {
             self.begun += 1;
             self.end = leg.last_step(self.axis);
             self.hand.clear();
+            self.compiled = fed_steps;
             self.segments =
                 (fed_steps < self.end).then(|| leg.part.segments_from(self.axis as usize, fed_steps + 1, self.tick_hz));
         }
-        self.hand.pop_front().or_else(|| self.segments.as_mut()?.next())
+        self.hand.pop_front().or_else(|| self.next_compiled())
     }
 
     /// There is room, and this task is the only sender.

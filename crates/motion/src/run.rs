@@ -36,8 +36,8 @@ use crate::port::{Direction, Feed, Run};
 /// ENABLE's (650 ns for a DRV8825), long before the first step.
 const LEAD: Duration = Duration::from_micros(500);
 
-/// Motion compiled per axis before a move starts, as far as the queue has room: time to fill the queues in. Of a curved
-/// ramp the first segments take milliseconds each, so there it is a full queue mostly; more would only delay the start.
+/// Motion compiled per axis before a move starts, as far as there is room: near standstill compiling is slowest against
+/// moving.
 const COMPILED_BEFORE_START: Duration = Duration::from_millis(20);
 
 /// From a change to the instant from which on it holds, at least: time to plan and compile in. A port with so much to go
