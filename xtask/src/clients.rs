@@ -37,6 +37,12 @@ fn installed_dir() -> PathBuf {
     workspace::target_dir().join("clients")
 }
 
+/// What to do for the tests with senders from PyPI, if they cannot be run.
+pub fn missing() -> Option<&'static str> {
+    let python = process::printed(Command::new("python3").args(["-c", "import ensurepip, venv"]));
+    python.is_none().then_some(REMEDY)
+}
+
 /// The Python that has the senders, installed unless those of the requirements are there already.
 fn installed_python() -> Result<PathBuf> {
     let venv = installed_dir().join("venv");

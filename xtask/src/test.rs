@@ -5,7 +5,7 @@ use std::process::Command;
 use anyhow::{Result, anyhow};
 
 #[cfg(unix)]
-use crate::clients::{cncjs, grbl_streamer};
+use crate::clients::{cncjs, grbl_streamer, missing};
 use crate::footprint::Footprint;
 use crate::process::{self, announce};
 use crate::stopwatch::Stopwatch;
@@ -22,7 +22,7 @@ The stages stop at the first that fails:
   firmware         its build, and its size budgets
   emulated board   the firmware, unmodified, in an emulated RP2040
   real senders     grbl-streamer from PyPI streams a program to the simulated machine and to the emulated board, as over a
-                   serial port
+                   serial port; skipped without Python 3, unless it is asked for by --senders
 
 Examples:
   cargo xtask test --fast                the host tests alone
@@ -42,12 +42,15 @@ pub struct Args {
 
 type Stage = (&'static str, fn() -> Result<()>);
 
+/// It alone needs more than Rust and Node.
+const SENDERS: Stage = ("real senders", grbl_streamer);
+
 const STAGES: [Stage; 5] = [
     ("host tests", host),
     ("emulator tests", emulator),
     ("firmware", firmware),
     ("emulated board", emulated_board),
-    ("real senders", grbl_streamer),
+    SENDERS,
 ];
 
 pub fn run(args: Args) -> Result<()> {
@@ -62,6 +65,13 @@ pub fn run(args: Args) -> Result<()> {
     for (name, stage) in stages.iter().chain(more) {
         if failure.is_some() {
             summary += &format!("{name:<16} not run\n");
+            continue;
+        }
+        if *name == SENDERS.0
+            && !args.senders
+            && let Some(remedy) = missing()
+        {
+            summary += &format!("{name:<16} skipped: {remedy}\n");
             continue;
         }
         announce(name);
@@ -108,6 +118,11 @@ fn emulated_board() -> Result<()> {
 fn grbl_streamer() -> Result<()> {
     announce("none: Windows has no pseudo-terminals");
     Ok(())
+}
+
+#[cfg(not(unix))]
+fn missing() -> Option<&'static str> {
+    None
 }
 
 #[cfg(not(unix))]

@@ -3,11 +3,12 @@
 use core::cell::Cell;
 
 use isostep_profile::SyncMove;
+use isostep_profile::replan::PARTS;
 
 use crate::axes::{AXES, Axis};
 
 /// How many there may be: those of a change that has been fed up to the first of them, and those of the next.
-const LEGS: usize = 6;
+const LEGS: usize = 2 * PARTS;
 
 /// A part of a move, and how far on the path it is made.
 #[derive(Clone, Copy)]

@@ -14,7 +14,10 @@ use crate::profile::{Profile, ProfileError};
 use crate::sync::{PlanError, SyncMove, shared_limits};
 
 /// The parts that a move goes on by, in order; of the first that are there, each begins where the one before it ends.
-pub type Parts<const N: usize> = [Option<SyncMove<N>>; 3];
+pub type Parts<const N: usize> = [Option<SyncMove<N>>; PARTS];
+
+/// So many parts there are at most.
+pub const PARTS: usize = 3;
 
 impl<const N: usize> SyncMove<N> {
     /// Brakes to the start speed as fast as `limits` allow, from `at_s` (from the start of the run) on. `None` if it is

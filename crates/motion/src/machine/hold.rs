@@ -51,9 +51,13 @@ impl Machine {
 
     /// Brakes a jog on its path, and forgets the jogs that wait. Nothing to do in any other state.
     pub fn cancel_jog(&self) {
-        if self.state() == State::Jog {
-            self.hold();
-        }
+        self.transition(|inner, state| {
+            if state == State::Jog {
+                inner.forget = Forget::Jogs;
+            }
+            (state, ())
+        });
+        self.asked.signal(());
     }
 
     /// Changes the speed of moves, the one under way included, some 60 ms after this.
