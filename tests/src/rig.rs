@@ -149,6 +149,10 @@ impl Simulated {
             Act::Line(line) => {
                 sim.send(format!("{line}\n").as_bytes());
                 sim.run_for(SOON).unwrap();
+                if line.starts_with("G4") {
+                    // It is answered when it is over, and begins when the plan before it has ended.
+                    sim.run_until_idle().unwrap();
+                }
                 assert_eq!(sim.replies().last().map(String::as_str), Some("ok"), "{line}");
             }
             Act::WaitUs(us) => sim.run_for(Duration::from_micros((*us).into())).unwrap(),

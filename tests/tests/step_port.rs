@@ -8,12 +8,13 @@ use std::fmt;
 use std::future::pending;
 use std::rc::Rc;
 
+use embassy_futures::join::join;
 use embassy_futures::select::{Either, select};
 use embassy_time::{Duration, Instant, Timer};
 use embedded_hal::digital::OutputPin;
 use isostep_motion::{
     AXES, Axis, Capabilities, ConfigError, Direction, DriverTiming, Feed, Odometer, PortFault, Run, SegmentQueue,
-    StepPort, Wiring,
+    StartLine, StepPort, Wiring,
 };
 use isostep_profile::{ACCEL_MAX_STEPS_S2, IntervalLaw, Limits, SpeedLaw, SyncMove};
 use isostep_sim::executor::Executor;
@@ -115,8 +116,8 @@ impl Plan {
         self.0.steps[1]
     }
 
-    fn run(&self, start: Instant, wiring: Wiring) -> Run {
-        Run { start, direction: Direction::of(self.steps()), wiring, steps: self.steps().unsigned_abs() }
+    fn run(&self, wiring: Wiring) -> Run {
+        Run { direction: Direction::of(self.steps()), wiring, steps: self.steps().unsigned_abs() }
     }
 
     /// In closed form, ns since power-up, and the direction.
@@ -127,14 +128,22 @@ impl Plan {
     }
 }
 
-/// Has the port carry out a plan, its segments fed as the coordinator does.
+/// Lets a port that is armed go at `start`, or as soon as it is armed after that: when it has begun.
+async fn let_go(start_line: &StartLine, start: Instant) -> Instant {
+    start_line.wait_armed().await;
+    Timer::at(start).await;
+    start_line.go();
+    start_line.wait_begun().await
+}
+
+/// Has the port carry out a plan, let go and its segments fed as the coordinator does.
 async fn carry_out(
     port: &mut AxisPort,
     plan: Plan,
     (start, wiring): (Instant, Wiring),
     odometer: &Odometer,
 ) -> Result<(), PortFault> {
-    let queue = SegmentQueue::new();
+    let (queue, start_line) = (SegmentQueue::new(), StartLine::new());
     let segments = plan.0.segments(1, port.capabilities().tick_hz);
     let feed = async {
         for segment in segments {
@@ -142,9 +151,10 @@ async fn carry_out(
         }
         pending::<Infallible>().await
     };
-    match select(port.run(plan.run(start, wiring), &queue, odometer), feed).await {
+    let side = join(let_go(&start_line, start), feed);
+    match select(port.run(plan.run(wiring), &start_line, &queue, odometer), side).await {
         Either::First(result) => result,
-        Either::Second(never) => match never {},
+        Either::Second((_, never)) => match never {},
     }
 }
 
@@ -226,46 +236,59 @@ fn stopping_it_anywhere_leaves_the_exact_count_and_whole_pulses() {
     }
 }
 
-/// Starts from now on, by the microsecond: there is time to set DIR up, or the port says that it is late.
+/// Let go at once, at the highest speed from the first step on: the driver's set-up times are kept all the same, and every
+/// step is at its instant from the start that the port chose.
 #[test]
-fn a_turn_waits_for_the_set_up_time_however_soon_the_step_is_due() {
+fn a_port_starts_when_it_can_keep_its_first_step() {
     for rig in Rig::all() {
-        for ahead_us in 0..4 {
-            let world = rig.run(|mut port, _| async move {
-                let odometer = Odometer::new();
-                // The first step is due half a step after the start.
-                let limits = Limits { start_speed_steps_s: 20_000.0, ..LIMITS };
-                for steps in [1, -1, 1] {
-                    Timer::after_millis(1).await;
-                    let start = Instant::now() + Duration::from_micros(ahead_us) - Duration::from_micros(25);
-                    let plan = Plan::within(steps, limits);
-                    let before = odometer.position_steps();
-                    let result = carry_out(&mut port, plan, (start, Wiring::default()), &odometer).await;
-                    let risen = odometer.position_steps() - before;
-                    match result {
-                        Ok(()) => assert_eq!(risen, steps, "{rig}"),
-                        Err(PortFault::Late { .. }) => assert_eq!(risen, 0, "{rig}"),
-                        Err(other) => panic!("{rig}: {other:?}"),
-                    }
+        let rate = f64::from(rig.capabilities().rate_max_steps_s(Wiring::default()));
+        let limits = Limits { start_speed_steps_s: rate, top_speed_steps_s: rate, ..LIMITS };
+        let plans = [1, -1, 1].map(|steps| Plan::within(steps, limits));
+        let begun = Rc::new(RefCell::new(Vec::new()));
+        let told = begun.clone();
+        let world = rig.run(|mut port, _| async move {
+            for plan in plans {
+                let (queue, start_line) = (SegmentQueue::new(), StartLine::new());
+                for segment in plan.0.segments(1, port.capabilities().tick_hz) {
+                    queue.try_send(Feed::Steps(segment)).unwrap();
                 }
-            });
-            assert!(edges(&world).len() <= 3, "{rig}");
-        }
+                let odometer = Odometer::new();
+                let run = port.run(plan.run(Wiring::default()), &start_line, &queue, &odometer);
+                let (result, at) = join(run, let_go(&start_line, Instant::MIN)).await;
+                assert_eq!((result, odometer.position_steps()), (Ok(()), plan.steps()), "{rig}");
+                told.borrow_mut().push((at, plan));
+            }
+        });
+        rig.hold(&edges(&world), &begun.take());
     }
 }
 
 #[test]
-fn a_run_that_starts_too_late_is_a_fault_and_nothing_rises() {
+fn an_armed_port_makes_no_step_before_it_is_let_go() {
+    for rig in Rig::all() {
+        let start = Instant::from_secs(3_600);
+        let world = rig.run(|mut port, _| async move {
+            carry_out(&mut port, Plan::new(500), (start, Wiring::default()), &Odometer::new()).await.unwrap();
+        });
+        rig.hold(&edges(&world), &[(start, Plan::new(500))]);
+    }
+}
+
+/// Dropped at the start line, and let go only then.
+#[test]
+fn a_run_dropped_before_its_start_makes_no_step() {
     for rig in Rig::all() {
         let world = rig.run(|mut port, _| async move {
             let odometer = Odometer::new();
-            Timer::after_millis(5).await;
-            let begun = (Instant::from_ticks(0), Wiring::default());
-            let fault = carry_out(&mut port, Plan::new(3), begun, &odometer).await;
-            assert!(matches!(fault, Err(PortFault::Late { late, max }) if late > max), "{rig}: {fault:?}");
+            let late = (Instant::from_secs(1), Wiring::default());
+            select(carry_out(&mut port, Plan::new(3), late, &odometer), Timer::after_millis(5)).await;
+            Timer::after_secs(2).await;
             assert_eq!(odometer.position_steps(), 0, "{rig}");
+            let again = (Instant::from_secs(3), Wiring::default());
+            carry_out(&mut port, Plan::new(2), again, &odometer).await.unwrap();
+            assert_eq!(odometer.position_steps(), 2, "{rig}");
         });
-        assert!(edges(&world).is_empty(), "{rig}");
+        rig.hold(&edges(&world), &[(Instant::from_secs(3), Plan::new(2))]);
     }
 }
 
@@ -275,7 +298,7 @@ fn running_dry_is_a_fault_and_nothing_rises_after_it() {
     for rig in Rig::all() {
         let (start, plan) = (Instant::from_millis(1), Plan::new(500));
         let world = rig.run(|mut port, _| async move {
-            let (queue, odometer) = (SegmentQueue::new(), Odometer::new());
+            let (queue, start_line, odometer) = (SegmentQueue::new(), StartLine::new(), Odometer::new());
             let mut segments = plan.0.segments(1, port.capabilities().tick_hz);
             let fed = segments.by_ref().take(3).map(|segment| {
                 queue.try_send(Feed::Steps(segment)).unwrap();
@@ -283,6 +306,7 @@ fn running_dry_is_a_fault_and_nothing_rises_after_it() {
             });
             let fed: i32 = fed.sum();
             let feed = async {
+                let_go(&start_line, start).await;
                 Timer::after_secs(1).await;
                 for segment in segments {
                     queue.send(Feed::Steps(segment)).await;
@@ -290,7 +314,7 @@ fn running_dry_is_a_fault_and_nothing_rises_after_it() {
                 pending::<Infallible>().await
             };
             let Either::First(result) =
-                select(port.run(plan.run(start, Wiring::default()), &queue, &odometer), feed).await;
+                select(port.run(plan.run(Wiring::default()), &start_line, &queue, &odometer), feed).await;
             assert!(matches!(result, Err(PortFault::Underrun | PortFault::Late { .. })), "{rig}: {result:?}");
             assert_eq!(odometer.position_steps(), fed, "{rig}");
         });

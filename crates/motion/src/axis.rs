@@ -18,11 +18,12 @@ pub async fn run(machine: &Machine, axis: Axis, mut port: impl StepPort) -> ! {
     loop {
         let run = link.run.wait().await;
         // The halt is polled first: once it is there, no further step rises.
-        let finish = match select(link.halt.wait(), port.run(run, &link.segments, &link.odometer)).await {
-            Either::First(()) => Finish::Stopped,
-            Either::Second(Ok(())) => Finish::Done,
-            Either::Second(Err(fault)) => Finish::Fault { axis, fault },
-        };
+        let finish =
+            match select(link.halt.wait(), port.run(run, &link.start_line, &link.segments, &link.odometer)).await {
+                Either::First(()) => Finish::Stopped,
+                Either::Second(Ok(())) => Finish::Done,
+                Either::Second(Err(fault)) => Finish::Fault { axis, fault },
+            };
         link.done.signal(finish);
     }
 }

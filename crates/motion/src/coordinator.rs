@@ -12,7 +12,7 @@ use core::future::pending;
 
 use embassy_futures::join::join_array;
 use embassy_futures::select::{Either, select};
-use embassy_time::{Duration, Timer};
+use embassy_time::{Duration, Instant, Timer};
 use embedded_hal::digital::OutputPin;
 
 use crate::axes::{AXES, Axis};
@@ -32,7 +32,8 @@ where
     E: OutputPin<Error = Infallible>,
     F: FnMut(Event),
 {
-    let mut coordinator = Coordinator { machine, enable, energised: true, told: State::Idle, on_event };
+    let standstill = Instant::MIN;
+    let mut coordinator = Coordinator { machine, enable, energised: true, standstill, told: State::Idle, on_event };
     coordinator.energise(false);
     loop {
         let motion = coordinator.next().await;
@@ -44,6 +45,8 @@ pub(crate) struct Coordinator<'a, E, F> {
     pub(crate) machine: &'a Machine,
     enable: E,
     energised: bool,
+    /// When the plan of the last run ends, half a step after its last edge. Nothing moves before.
+    pub(crate) standstill: Instant,
     /// The state last told as an event.
     told: State,
     on_event: F,
@@ -113,8 +116,9 @@ where
     }
 
     async fn dwell(&mut self, duration: Duration) -> Result<(), Alarm> {
+        let end = self.standstill.max(Instant::now()) + duration;
         // What stopped it, if anything, is judged with every other motion's end.
-        select(self.machine.wait_stopped(), Timer::after(duration)).await;
+        select(self.machine.wait_stopped(), Timer::at(end)).await;
         Ok(())
     }
 
@@ -163,6 +167,22 @@ pub(crate) async fn alongside<T>(main: impl Future<Output = T>, side: impl Futur
         Either::First(output) => output,
         Either::Second(never) => match never {},
     }
+}
+
+/// Waits until every moving axis is ready to start.
+pub(crate) async fn all_armed(machine: &Machine, moving: [bool; AXES]) {
+    for axis in Axis::ALL.into_iter().filter(|&axis| moving[axis as usize]) {
+        machine.link(axis).start_line.wait_armed().await;
+    }
+}
+
+/// Waits until the moving axes have started: the instant that their segments count from.
+pub(crate) async fn begun(machine: &Machine, moving: [bool; AXES]) -> Instant {
+    let mut start = Instant::MIN;
+    for axis in Axis::ALL.into_iter().filter(|&axis| moving[axis as usize]) {
+        start = start.max(machine.link(axis).start_line.wait_begun().await);
+    }
+    start
 }
 
 /// Waits for every moving axis. One whose port faults halts the others.

@@ -13,6 +13,8 @@ use core::future::poll_fn;
 use core::task::Poll;
 
 use embassy_futures::yield_now;
+use embassy_sync::blocking_mutex::raw::NoopRawMutex;
+use embassy_sync::signal::Signal;
 use embassy_time::{Duration, Instant, with_timeout};
 use heapless::Deque;
 use isostep_profile::{Segment, Segments};
@@ -56,12 +58,15 @@ pub(crate) struct Feeder<'a> {
     is_done: bool,
 }
 
+/// Tells whoever waits for it that an axis has been fed further.
+pub(crate) type Progress = Signal<NoopRawMutex, ()>;
+
 /// Gives all there is to give of a run that began at `start`, each piece in its time, to the axis first that has been fed
-/// the least. The other tasks of this priority take their turns.
+/// the least, and tells of its `progress`. The other tasks of this priority take their turns.
 ///
 /// # Cancellation
 /// Safe: what has not been given is still to be given; the axes go on to the end of what has been.
-pub(crate) async fn feed(feeders: &mut [Feeder<'_>; AXES], legs: &[Leg], start: Instant) {
+pub(crate) async fn feed(feeders: &mut [Feeder<'_>; AXES], legs: &[Leg], start: Instant, progress: &Progress) {
     while feeders.iter().any(|feeder| !feeder.is_done) {
         let now = Instant::now();
         let enough_us = (now + AHEAD + PIECE).saturating_duration_since(start).as_micros();
@@ -70,6 +75,7 @@ pub(crate) async fn feed(feeders: &mut [Feeder<'_>; AXES], legs: &[Leg], start: 
             has_worked = true;
         }
         if has_worked {
+            progress.signal(());
             yield_now().await;
             continue;
         }

@@ -25,6 +25,7 @@ mod link;
 mod machine;
 mod port;
 mod run;
+mod start_line;
 mod switch;
 mod timer_port;
 
@@ -36,6 +37,7 @@ pub use port::{
     Brake, Capabilities, Direction, DriverTiming, Feed, Odometer, PortFault, Run, SegmentQueue, StepPort, Wiring,
     ticks_covering,
 };
+pub use start_line::StartLine;
 pub use timer_port::{TimerBank, TimerPort};
 
 /// The instants of a move are compiled in the time driver's ticks.

@@ -8,12 +8,14 @@ use embassy_sync::signal::Signal;
 
 use crate::event::Finish;
 use crate::port::{Brake, Odometer, Run, SegmentQueue};
+use crate::start_line::StartLine;
 
 /// Between the coordinator and one axis task.
 pub(crate) struct AxisLink {
     pub odometer: Odometer,
     pub segments: SegmentQueue,
     pub run: Signal<CriticalSectionRawMutex, Run>,
+    pub start_line: StartLine,
     pub halt: Signal<CriticalSectionRawMutex, ()>,
     pub done: Signal<CriticalSectionRawMutex, Finish>,
     brake: Mutex<CriticalSectionRawMutex, Cell<Brake>>,
@@ -25,6 +27,7 @@ impl AxisLink {
             odometer: Odometer::new(),
             segments: SegmentQueue::new(),
             run: Signal::new(),
+            start_line: StartLine::new(),
             halt: Signal::new(),
             done: Signal::new(),
             brake: Mutex::new(Cell::new(|_engaged| {})),

@@ -353,7 +353,17 @@ impl Machine {
         link.segments.clear();
         link.done.reset();
         link.halt.reset();
+        link.start_line.reset();
         link.brake(false);
+    }
+
+    /// Lets the axes of a run go, all of which are armed: all, before any of their tasks is polled.
+    pub(crate) fn let_go(&self, moving: [bool; AXES]) {
+        self.with(|_| {
+            for axis in Axis::ALL.into_iter().filter(|&axis| moving[axis as usize]) {
+                self.link(axis).start_line.go();
+            }
+        });
     }
 
     /// Changes the state, and what goes with it, in one critical section: a stop that came between looking and changing

@@ -4,8 +4,10 @@ use core::sync::atomic::{AtomicI32, Ordering};
 
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
-use embassy_time::{Duration, Instant};
+use embassy_time::Duration;
 use isostep_profile::Segment;
+
+use crate::start_line::StartLine;
 
 /// Which way an axis moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -167,8 +169,6 @@ pub type SegmentQueue = Channel<CriticalSectionRawMutex, Feed, QUEUE_SEGMENTS>;
 /// An axis's part of a move.
 #[derive(Clone, Copy, Debug)]
 pub struct Run {
-    /// The instant from which segments count.
-    pub start: Instant,
     /// Which way.
     pub direction: Direction,
     /// How the driver is wired.
@@ -216,14 +216,21 @@ pub trait StepPort {
         |_engaged| {}
     }
 
-    /// Sets DIR, waits out its set-up time, emits the steps of `run` as `segments` has them, each at its instant from the
-    /// start, and returns when the last has risen. Each is counted in `odometer`; at the latest when this ends the
-    /// count is exact.
+    /// Gets ready: sets DIR, waits out its set-up time, and takes what `segments` has of its first steps. Then it waits at
+    /// the `start_line`; let go, it begins at an instant that it can keep, and says which. It emits the steps of `run` as
+    /// `segments` has them, each at its instant from that start, and returns when the last has risen. Each is counted in
+    /// `odometer`; at the latest when this ends the count is exact.
     ///
     /// # Errors
     /// No step rises after a fault.
     ///
     /// # Cancellation
     /// Safe: no further step rises, none is cut short, and the count is exact.
-    async fn run(&mut self, run: Run, segments: &SegmentQueue, odometer: &Odometer) -> Result<(), PortFault>;
+    async fn run(
+        &mut self,
+        run: Run,
+        start_line: &StartLine,
+        segments: &SegmentQueue,
+        odometer: &Odometer,
+    ) -> Result<(), PortFault>;
 }

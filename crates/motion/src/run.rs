@@ -1,4 +1,4 @@
-//! One move: planned, compiled ahead of time, all axes started at one instant; held, resumed, and changed in speed.
+//! One move: planned, compiled ahead of time, all axes started together; held, resumed, and changed in speed.
 //!
 //! # Design
 //! A run is what the axes do from standstill to standstill. It begins with one plan; a hold or another override has it go
@@ -6,15 +6,16 @@
 //! port has been fed, or will be in time: nothing that was given is taken back. A hold ends the run; what is left of the
 //! path is another.
 //!
+//! A run starts when every port is armed and the last run's plan is over, whichever comes later. So the last half step of
+//! a plan, in which no edge falls, is not cut off, and the next run gets ready in it.
+//!
 //! Planning and compiling a change takes time, milliseconds an axis under a curved law, in which nothing is fed. So one
 //! waits until the one before it has been fed and every port has enough to go on with; what is asked for meanwhile is one
 //! change.
 
 use core::cell::Cell;
 use core::convert::Infallible;
-use core::future::poll_fn;
 use core::pin::pin;
-use core::task::Poll;
 
 use embassy_futures::select::{Either, select};
 use embassy_futures::yield_now;
@@ -25,16 +26,12 @@ use isostep_profile::{Limits, PlanError, SPEED_MIN_STEPS_S, SyncMove};
 
 use crate::axes::{AXES, Axis};
 use crate::config::Config;
-use crate::coordinator::{Coordinator, all_done, alongside};
+use crate::coordinator::{Coordinator, all_armed, all_done, alongside, begun};
 use crate::event::{Alarm, Event, Finish};
-use crate::feeder::{AHEAD, Feeder, feed};
+use crate::feeder::{AHEAD, Feeder, Progress, feed};
 use crate::legs::{Fed, Leg, Legs};
 use crate::machine::{Machine, Overrides, Underway};
 use crate::port::{Direction, Feed, Run};
-
-/// From the start signal to instant zero of a move: the axis tasks wake, set DIR and wait out its set-up, and
-/// ENABLE's (650 ns for a DRV8825), long before the first step.
-const LEAD: Duration = Duration::from_micros(500);
 
 /// Motion compiled per axis before a move starts, as far as there is room: near standstill compiling is slowest against
 /// moving.
@@ -129,33 +126,49 @@ where
         let fed = numbers.map(|numbers| Cell::new(Fed { steps: numbers.start - 1, until_us: 0 }));
         let mut legs = Legs::new(plan);
         let mut feeders = Axis::ALL.map(|axis| Feeder::new(machine, axis, &fed[axis as usize]));
-        for (axis, feeder) in Axis::ALL.into_iter().zip(&mut feeders) {
+        for axis in Axis::ALL {
             machine.ready(axis);
-            feeder.prepare(legs.all(), COMPILED_BEFORE_START);
-            yield_now().await;
         }
+        prepare(&mut feeders, &legs).await;
         if machine.cause().is_some() {
             // Stopped before it started. A stop after this check finds its halt signal standing.
             return (self.end_move(Finish::Stopped, 0.0), 0.0);
         }
-        let start = Instant::now() + LEAD;
-        self.tell(Event::Move { start, plan, origin_steps });
-        self.start_axes(&plan, counts, start);
-        let (mut is_braking, mut end_steps) = (false, plan.end_steps());
+        self.arm_axes(&plan, counts);
         let mut done = pin!(all_done(machine, moving));
+        let starting = async {
+            all_armed(machine, moving).await;
+            // In place of what the ports have taken.
+            prepare(&mut feeders, &legs).await;
+            Timer::at(self.standstill).await;
+            machine.let_go(moving);
+            begun(machine, moving).await
+        };
+        // The start comes first: a short run may have ended before this task gets to know of it.
+        let start = match select(starting, done.as_mut()).await {
+            Either::First(start) => start,
+            Either::Second(finish) => return (self.end_move(finish, 0.0), 0.0),
+        };
+        self.tell(Event::Move { start, plan, origin_steps });
+        let progress = Progress::new();
+        let mut is_braking = false;
+        let mut end = End { steps: plan.end_steps(), s: plan.end_s() };
         loop {
-            let feeding = feed(&mut feeders, legs.all(), start);
+            let feeding = feed(&mut feeders, legs.all(), start, &progress);
             let following = follow(machine, legs.all(), start, terms.mm_per_step);
             let asked = async {
                 machine.wait_asked().await;
-                // Feeding wakes this task after each piece.
-                poll_fn(|_| if is_ready(machine, &plan, &legs, &fed, start) { Poll::Ready(()) } else { Poll::Pending })
-                    .await;
+                while !is_ready(machine, &plan, &legs, &fed, start) {
+                    progress.wait().await;
+                }
             };
             let asked = alongside(alongside(asked, feeding), following);
             if let Either::First(finish) = select(done.as_mut(), asked).await {
+                if finish == Finish::Done {
+                    self.standstill = start + Duration::from_micros(libm::ceil(end.s * 1e6) as u64);
+                }
                 let finish = if is_braking && finish == Finish::Done { Finish::Held } else { finish };
-                return (self.end_move(finish, end_steps), end_steps);
+                return (self.end_move(finish, end.steps), end.steps);
             }
             if terms.purpose == Purpose::Homing || is_braking {
                 continue;
@@ -169,7 +182,7 @@ where
                     feeder.end_with(is_told.then_some(Feed::End));
                 }
             }
-            end_steps = self.apply(&mut legs, change, &fed, &mut feeders);
+            end = self.apply(&mut legs, change, &fed, &mut feeders);
         }
     }
 
@@ -207,14 +220,14 @@ where
         None
     }
 
-    /// Changes the legs that an axis has still to be fed with; where the path ends then, steps of the longest axis.
+    /// Changes the legs that an axis has still to be fed with; where and when the path ends then.
     fn apply(
         &mut self,
         legs: &mut Legs,
         change: Change,
         fed: &[Cell<Fed>; AXES],
         feeders: &mut [Feeder<'_>; AXES],
-    ) -> f64 {
+    ) -> End {
         legs.cut(change.index, change.until_steps, change.until_s);
         for feeder in feeders.iter_mut() {
             feeder.cut(legs.all(), change.index);
@@ -223,22 +236,22 @@ where
         for feeder in feeders {
             feeder.forget(gone);
         }
-        let mut end_steps = change.until_steps;
+        let mut end = End { steps: change.until_steps, s: change.until_s };
         for part in change.parts.into_iter().flatten() {
             self.tell(Event::Part { plan: part });
             legs.push(part);
-            end_steps = part.end_steps();
+            end = End { steps: part.end_steps(), s: part.end_s() };
         }
-        end_steps
+        end
     }
 
-    fn start_axes(&self, plan: &SyncMove<AXES>, counts: [u32; AXES], start: Instant) {
+    fn arm_axes(&self, plan: &SyncMove<AXES>, counts: [u32; AXES]) {
         let wiring = self.machine.config().wiring;
         for axis in Axis::ALL {
             let steps = counts[axis as usize];
             if steps > 0 {
                 let (direction, wiring) = (Direction::of(plan.steps[axis as usize]), wiring[axis as usize]);
-                self.machine.link(axis).run.signal(Run { start, direction, wiring, steps });
+                self.machine.link(axis).run.signal(Run { direction, wiring, steps });
             }
         }
     }
@@ -267,6 +280,22 @@ impl Terms {
             }
         }
         plan(&limits, path_speed).map_err(|_| Alarm::Unplannable)
+    }
+}
+
+/// Where and when the path of a run ends.
+struct End {
+    /// Steps of the longest axis from the beginning of the whole move.
+    steps: f64,
+    /// From the start of the run, s.
+    s: f64,
+}
+
+/// Compiles and queues the first steps of all axes, as far as there is room.
+async fn prepare(feeders: &mut [Feeder<'_>; AXES], legs: &Legs) {
+    for feeder in feeders {
+        feeder.prepare(legs.all(), COMPILED_BEFORE_START);
+        yield_now().await;
     }
 }
 

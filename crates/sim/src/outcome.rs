@@ -32,7 +32,7 @@ pub struct MoveRecord {
     pub held_at_steps: f64,
     /// Whether it was a part of homing.
     pub homing: bool,
-    /// Its edges: a range of [`Outcome::edges`].
+    /// Its edges, up to the start of the next move: a range of [`Outcome::edges`].
     pub edges: Range<usize>,
 }
 
@@ -179,9 +179,6 @@ fn moves(events: &[(u64, Event)], edges: &[Edge]) -> Vec<MoveRecord> {
             Event::Part { plan } => parts.push(plan),
             Event::MoveEnd { finish, held_at_steps, position_steps: end_steps } => {
                 let Some((start_ns, plan, origin_steps)) = open.take() else { continue };
-                let first = edges.partition_point(|edge| edge.t_ns < start_ns);
-                let last = edges.partition_point(|edge| edge.t_ns <= t_ns);
-                let edges = first..last;
                 moves.push(MoveRecord {
                     start_ns,
                     end_ns: t_ns,
@@ -192,11 +189,22 @@ fn moves(events: &[(u64, Event)], edges: &[Edge]) -> Vec<MoveRecord> {
                     finish,
                     held_at_steps,
                     homing,
-                    edges,
+                    edges: 0..0,
                 });
             }
             Event::Homing { .. } | Event::Homed { .. } => {}
         }
     }
+    assign(edges, &mut moves);
     moves
+}
+
+/// To each move, all edges from its start to that of the next: also one that should not have risen.
+fn assign(edges: &[Edge], moves: &mut [MoveRecord]) {
+    let mut last = edges.len();
+    for record in moves.iter_mut().rev() {
+        let first = edges.partition_point(|edge| edge.t_ns < record.start_ns);
+        record.edges = first..last;
+        last = first;
+    }
 }

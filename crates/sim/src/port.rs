@@ -3,13 +3,13 @@
 //! # Design
 //! `PioPort` leaves the edges to hardware, and so does this: a step rises at its own instant whatever the tasks do. It
 //! has the same tick rate, so the same plans compile into the same segments, and it faults where `PioPort` does: when it
-//! is not ready by the start of a run, when it has made all it was given and has no more, and when steps are too close.
+//! has made all it was given and has no more, and when steps are too close.
 
-use embassy_time::Duration;
+use embassy_time::{Duration, Instant};
 use embedded_hal::digital::OutputPin;
 use isostep_motion::{
-    AXES, Axis, Brake, Capabilities, Direction, DriverTiming, Feed, Odometer, PortFault, Run, SegmentQueue, StepPort,
-    TimerBank, TimerPort, Wiring, ticks_covering,
+    AXES, Axis, Brake, Capabilities, Direction, DriverTiming, Feed, Odometer, PortFault, Run, SegmentQueue, StartLine,
+    StepPort, TimerBank, TimerPort, Wiring, ticks_covering,
 };
 use isostep_profile::Segment;
 
@@ -71,10 +71,16 @@ impl StepPort for AxisPort {
         }
     }
 
-    async fn run(&mut self, run: Run, segments: &SegmentQueue, odometer: &Odometer) -> Result<(), PortFault> {
+    async fn run(
+        &mut self,
+        run: Run,
+        start_line: &StartLine,
+        segments: &SegmentQueue,
+        odometer: &Odometer,
+    ) -> Result<(), PortFault> {
         match self {
-            Self::Pio(port) => port.run(run, segments, odometer).await,
-            Self::Timer(port) => port.run(run, segments, odometer).await,
+            Self::Pio(port) => port.run(run, start_line, segments, odometer).await,
+            Self::Timer(port) => port.run(run, start_line, segments, odometer).await,
         }
     }
 }
@@ -96,16 +102,18 @@ impl SimPort {
         Self { clock: clock.clone(), step, dir, capabilities, ready_ns: 0 }
     }
 
-    /// Sets DIR and gets ready, which must be before the run starts.
-    fn arm(&mut self, run: &Run) -> Result<(), PortFault> {
+    /// Sets DIR, gets ready, and waits for its start: the instant, ns since power-up.
+    async fn start(&mut self, run: &Run, start_line: &StartLine) -> u64 {
         let high = (run.direction == Direction::Positive) != run.wiring.direction_inverted;
         let Ok(()) = if high { self.dir.set_high() } else { self.dir.set_low() };
         let setup_ticks = ticks_covering(self.capabilities.timing.setup_ns, TICK_HZ);
         self.ready_ns = self.ready_ns.max(self.clock.now_ns() + u64::from(setup_ticks) * NS_PER_TICK);
-        match self.ready_ns.saturating_sub(time::ns(run.start)) {
-            0 => Ok(()),
-            late_ns => Err(PortFault::Late { late: Duration::from_nanos(late_ns), max: Duration::MIN }),
-        }
+        self.clock.until(self.ready_ns).await;
+        start_line.armed().await;
+        // All axes are let go at once. The machine's clock counts whole microseconds.
+        let start = Instant::from_micros(self.clock.now_ns().div_ceil(1_000));
+        start_line.begun(start);
+        time::ns(start)
     }
 
     /// Compares the segment's intervals, the one from the step before at `last_ticks` included, with what the driver takes.
@@ -134,11 +142,17 @@ impl StepPort for SimPort {
         self.capabilities
     }
 
-    async fn run(&mut self, run: Run, segments: &SegmentQueue, odometer: &Odometer) -> Result<(), PortFault> {
+    async fn run(
+        &mut self,
+        run: Run,
+        start_line: &StartLine,
+        segments: &SegmentQueue,
+        odometer: &Odometer,
+    ) -> Result<(), PortFault> {
         let mut feed = segments.receive().await;
-        self.arm(&run)?;
+        let start_ns = self.start(&run, start_line).await;
         let (mut left, mut last_ticks) = (run.steps, None);
-        let at_ns = |ticks: u64| time::ns(run.start) + ticks * NS_PER_TICK;
+        let at_ns = |ticks: u64| start_ns + ticks * NS_PER_TICK;
         loop {
             match feed {
                 Feed::Steps(segment) => {

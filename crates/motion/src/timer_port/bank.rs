@@ -15,13 +15,14 @@ use crate::port::{Feed, PortFault};
 pub struct TimerBank<const N: usize> {
     pub(super) desks: [Desk; N],
     pub(super) bell: Doorbell,
+    pub(super) gate: Gate,
 }
 
 impl<const N: usize> TimerBank<N> {
     /// All axes at rest.
     #[must_use]
     pub const fn new() -> Self {
-        Self { desks: [const { Desk::new() }; N], bell: Doorbell::new() }
+        Self { desks: [const { Desk::new() }; N], bell: Doorbell::new(), gate: Gate::new() }
     }
 
     /// Engages or releases the brake of an axis, in any context. See [`Brake`](crate::Brake).
@@ -36,6 +37,30 @@ impl<const N: usize> TimerBank<N> {
 impl<const N: usize> Default for TimerBank<N> {
     fn default() -> Self {
         Self::new()
+    }
+}
+
+/// Where the axes of a run wait for their start: opened once for all of them.
+pub(super) struct Gate {
+    opened: AtomicBool,
+}
+
+impl Gate {
+    const fn new() -> Self {
+        Self { opened: AtomicBool::new(false) }
+    }
+
+    pub fn open(&self) {
+        self.opened.store(true, Ordering::Release);
+    }
+
+    /// Whether it was opened since the last look; from then on it is closed.
+    pub fn take(&self) -> bool {
+        let opened = self.opened.load(Ordering::Acquire);
+        if opened {
+            self.opened.store(false, Ordering::Release);
+        }
+        opened
     }
 }
 
@@ -73,7 +98,6 @@ impl Doorbell {
 /// A run as the driving task needs it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Order {
-    pub start: Instant,
     pub steps: u32,
     pub dir_high: bool,
     /// From a change of DIR to a rise.
@@ -88,6 +112,7 @@ pub(super) struct Order {
 pub(super) struct Desk {
     papers: Mutex<CriticalSectionRawMutex, Papers>,
     room: Signal<CriticalSectionRawMutex, ()>,
+    begun: Signal<CriticalSectionRawMutex, Instant>,
     end: Signal<CriticalSectionRawMutex, Result<(), PortFault>>,
 }
 
@@ -115,7 +140,7 @@ impl Desk {
             wanted: Cell::new(false),
             risen: Cell::new(0),
         };
-        Self { papers: Mutex::new(papers), room: Signal::new(), end: Signal::new() }
+        Self { papers: Mutex::new(papers), room: Signal::new(), begun: Signal::new(), end: Signal::new() }
     }
 
     fn brake(&self, engaged: bool) {
@@ -129,6 +154,7 @@ impl Desk {
     pub fn ask(&self, order: Order) {
         self.papers.lock(|papers| {
             self.room.reset();
+            self.begun.reset();
             self.end.reset();
             papers.order.set(Some(order));
             papers.risen.set(0);
@@ -148,6 +174,16 @@ impl Desk {
 
     pub async fn room(&self) {
         self.room.wait().await;
+    }
+
+    /// Whether the driving task has begun the run.
+    pub fn has_begun(&self) -> bool {
+        self.begun.signaled()
+    }
+
+    /// The instant from which the segments of the run count, once it has begun.
+    pub async fn begun(&self) -> Instant {
+        self.begun.wait().await
     }
 
     pub async fn end(&self) -> Result<(), PortFault> {
@@ -178,6 +214,11 @@ impl Desk {
             papers.live.set(true);
             Some(order)
         })
+    }
+
+    /// Says that the run counts from then.
+    pub fn begin(&self, at: Instant) {
+        self.begun.signal(at);
     }
 
     /// What comes next, if it is there and the run has not ended.

@@ -9,7 +9,7 @@ use embedded_hal::digital::OutputPin;
 use isostep_profile::Ticks;
 
 use super::LATE_MAX;
-use super::bank::{Desk, Doorbell, Order, TimerBank};
+use super::bank::{Desk, Doorbell, Gate, Order, TimerBank};
 use crate::port::{Feed, PortFault};
 
 /// Between two looks at the clock while waiting for a step, ns.
@@ -19,6 +19,8 @@ const PULSE_SLICE_NS: u32 = 250;
 
 /// When an axis rises that has no step to make, ticks.
 const NEVER: u64 = u64::MAX;
+/// What the instants of a run count from as long as it waits at the gate, ticks: they do not come before it starts.
+const AT_GATE: u64 = u64::MAX / 2;
 
 impl<const N: usize> TimerBank<N> {
     /// Makes the edges of all axes on their pins, STEP and DIR, for ever. `delay` blocks for the width of a pulse;
@@ -35,14 +37,14 @@ impl<const N: usize> TimerBank<N> {
     {
         let mut axes = 0..N;
         let lanes = pins.map(|pins| Lane::new(&self.desks[axes.next().unwrap_or_default()], pins));
-        let mut drive = Drive { bell: &self.bell, lanes, delay };
+        let mut drive = Drive { bell: &self.bell, gate: &self.gate, wake_up: wake_up.as_ticks(), lanes, delay };
         loop {
             drive.look();
             let at = drive.next_rise();
             let wake_at = at.saturating_sub(wake_up.as_ticks());
             if wake_at <= Instant::now().as_ticks() {
                 drive.step(at);
-            } else if at == NEVER {
+            } else if at >= AT_GATE {
                 self.bell.wait().await;
             } else {
                 select(Timer::at(Instant::from_ticks(wake_at)), self.bell.wait()).await;
@@ -53,6 +55,9 @@ impl<const N: usize> TimerBank<N> {
 
 struct Drive<'a, S, D, W, const N: usize> {
     bell: &'a Doorbell,
+    gate: &'a Gate,
+    /// What a wake-up takes, ticks.
+    wake_up: u64,
     lanes: [Lane<'a, S, D>; N],
     delay: W,
 }
@@ -64,7 +69,7 @@ struct Lane<'a, S, D> {
     dir: D,
     /// Of the segment under way.
     ticks: Option<Ticks>,
-    /// From which segments count.
+    /// From which segments count; [`AT_GATE`] before.
     start: u64,
     /// When the next step is due.
     due: u64,
@@ -95,12 +100,23 @@ where
     D: OutputPin<Error = Infallible>,
     W: DelayNs,
 {
-    /// Begins runs that were asked for, and goes on with those that had no segment.
+    /// Takes runs that were asked for, goes on with those that had no segment, and starts those at the gate once it opens.
     #[inline(always)]
     fn look(&mut self) {
         if self.bell.take() {
             self.lanes.iter_mut().for_each(Lane::look);
+            if self.gate.take() {
+                self.start();
+            }
         }
+    }
+
+    /// Starts all runs that wait at the gate, as soon as this task and their drivers can be in time.
+    #[inline(never)]
+    fn start(&mut self) {
+        let soonest = Instant::now().as_ticks() + self.wake_up;
+        let start = self.lanes.iter().filter(|lane| lane.is_at_gate()).fold(soonest, |at, lane| at.max(lane.ready));
+        self.lanes.iter_mut().for_each(|lane| lane.start(start));
     }
 
     #[inline(always)]
@@ -232,13 +248,30 @@ where
         }
     }
 
-    /// Sets DIR; the first step waits for the set-up time.
+    /// Sets DIR; the first step waits for the set-up time, and for the gate.
     fn begin(&mut self, order: &Order) {
         // The last pulse is over, so DIR's hold time is too.
         let Ok(()) = if order.dir_high { self.dir.set_high() } else { self.dir.set_low() };
         self.ready = self.ready.max((Instant::now() + order.setup).as_ticks());
-        (self.start, self.pulse_ns, self.low_min) = (order.start.as_ticks(), order.pulse_ns, order.low_min.as_ticks());
-        (self.at, self.left) = (NEVER, order.steps);
+        (self.start, self.pulse_ns, self.low_min) = (AT_GATE, order.pulse_ns, order.low_min.as_ticks());
+        (self.due, self.at, self.left) = (NEVER, NEVER, order.steps);
+    }
+
+    fn is_at_gate(&self) -> bool {
+        self.start == AT_GATE
+    }
+
+    /// From now on the run, if it waits at the gate, counts from `start`.
+    fn start(&mut self, start: u64) {
+        if !self.is_at_gate() {
+            return;
+        }
+        self.start = start;
+        if self.at != NEVER {
+            self.due = self.due - AT_GATE + start;
+            self.at = self.due.max(self.ready);
+        }
+        self.desk.begin(Instant::from_ticks(start));
     }
 
     /// At the end of a segment: the next, or the end of the run.

@@ -2,11 +2,14 @@
 //!
 //! # Design
 //! ```text
-//! axis task: TimerPort --order, segments--> TimerBank --> TimerBank::drive: STEP and DIR of all axes
-//!                      <----count, end-----
+//! axis task: TimerPort --order, segments, gate--> TimerBank --> TimerBank::drive: STEP and DIR of all axes
+//!                      <---start, count, end-----
 //! ```
 //! Waking a task costs far more than making a step. So the ports of a machine share a [`TimerBank`], and one task, above
 //! the axes', makes the edges of all: steps due on the same tick rise together, for one wake-up.
+//!
+//! The axes of a run wait at the bank's gate, their first steps loaded. The driving task chooses the start instant when it
+//! finds the gate open: so soon as it can make a step then.
 //!
 //! # Deadline
 //! A step is due at its tick. The driving task wakes up early by what a wake-up takes and waits out the rest, so that what
@@ -25,17 +28,19 @@ mod drive;
 use core::array;
 use core::cell::Cell;
 use core::convert::Infallible;
+use core::future::pending;
 
-use embassy_futures::select::{Either3, select3};
+use embassy_futures::select::{Either4, select4};
 use embassy_time::{Duration, Timer};
 
 pub use self::bank::TimerBank;
-use self::bank::{Desk, Doorbell, Order};
+use self::bank::{Desk, Doorbell, Gate, Order};
 use crate::TICK_HZ;
 use crate::port::{
     Brake, Capabilities, Direction, DriverTiming, Feed, Odometer, PortFault, Run, SegmentQueue, StepPort,
     ticks_covering,
 };
+use crate::start_line::StartLine;
 
 /// A step later than this is a fault: half a step period at 2,400 steps/s, the default machine's top speed.
 pub const LATE_MAX: Duration = Duration::from_micros(208);
@@ -46,6 +51,7 @@ const REPORT_EVERY: Duration = Duration::from_millis(10);
 pub struct TimerPort<'a> {
     desk: &'a Desk,
     bell: &'a Doorbell,
+    gate: &'a Gate,
     capabilities: Capabilities,
     brake: Brake,
 }
@@ -56,8 +62,8 @@ impl<const N: usize> TimerBank<N> {
     pub fn ports(&self, timing: DriverTiming, brakes: [Brake; N]) -> [TimerPort<'_>; N] {
         // A reading of the clock may be almost a tick old.
         let capabilities = Capabilities { tick_hz: TICK_HZ, timing, margin_ticks: 1 };
-        let bell = &self.bell;
-        array::from_fn(|axis| TimerPort { desk: &self.desks[axis], bell, capabilities, brake: brakes[axis] })
+        let (bell, gate) = (&self.bell, &self.gate);
+        array::from_fn(|axis| TimerPort { desk: &self.desks[axis], bell, gate, capabilities, brake: brakes[axis] })
     }
 }
 
@@ -67,7 +73,6 @@ impl TimerPort<'_> {
         let ticks = |ns| Duration::from_ticks((ticks_covering(ns, TICK_HZ) + margin_ticks).into());
         let pulse_ns = self.capabilities.pulse_ns(run.wiring);
         Order {
-            start: run.start,
             steps: run.steps,
             dir_high: (run.direction == Direction::Positive) != run.wiring.direction_inverted,
             setup: ticks(timing.setup_ns),
@@ -86,31 +91,55 @@ impl StepPort for TimerPort<'_> {
         self.brake
     }
 
-    async fn run(&mut self, run: Run, segments: &SegmentQueue, odometer: &Odometer) -> Result<(), PortFault> {
+    async fn run(
+        &mut self,
+        run: Run,
+        start_line: &StartLine,
+        segments: &SegmentQueue,
+        odometer: &Odometer,
+    ) -> Result<(), PortFault> {
         let underway = Underway::new(self, &run, odometer);
-        match select3(self.desk.end(), feed(self, segments), underway.report()).await {
-            Either3::First(result) => result,
-            Either3::Second(never) | Either3::Third(never) => match never {},
+        let first = segments.receive().await;
+        self.hand_over(first).await;
+        // The start comes first: a short run may have ended before it was polled.
+        match select4(self.start(start_line), self.desk.end(), self.feed(segments), underway.report()).await {
+            Either4::Second(result) => result,
+            Either4::First(never) | Either4::Third(never) | Either4::Fourth(never) => match never {},
         }
     }
 }
 
-/// Hands over what a run is given, until it ends. A rest is nothing to a port that waits for its steps one by one.
-async fn feed(port: &TimerPort<'_>, segments: &SegmentQueue) -> Infallible {
-    loop {
-        let feed = segments.receive().await;
-        if matches!(feed, Feed::Rest { .. }) {
-            continue;
+impl TimerPort<'_> {
+    /// Waits for its start with the other axes, and says when it was.
+    async fn start(&self, start_line: &StartLine) -> Infallible {
+        start_line.armed().await;
+        // Another axis may have opened it for all.
+        if !self.desk.has_begun() {
+            self.gate.open();
+            self.bell.ring();
         }
+        start_line.begun(self.desk.begun().await);
+        pending().await
+    }
+
+    /// Hands over what a run is given, until it ends.
+    async fn feed(&self, segments: &SegmentQueue) -> Infallible {
         loop {
-            let (taken, wanted) = port.desk.offer(feed);
+            self.hand_over(segments.receive().await).await;
+        }
+    }
+
+    async fn hand_over(&self, feed: Feed) {
+        // A rest is nothing to a port that waits for its steps one by one.
+        while !matches!(feed, Feed::Rest { .. }) {
+            let (taken, wanted) = self.desk.offer(feed);
             if wanted {
-                port.bell.ring();
+                self.bell.ring();
             }
             if taken {
                 break;
             }
-            port.desk.room().await;
+            self.desk.room().await;
         }
     }
 }

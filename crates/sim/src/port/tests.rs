@@ -3,7 +3,7 @@
 use std::cell::RefCell;
 use std::rc::Rc;
 
-use embassy_time::{Instant, Timer};
+use embassy_time::Instant;
 use isostep_profile::{IntervalLaw, Limits, SpeedLaw, SyncMove};
 
 use super::*;
@@ -24,9 +24,16 @@ fn steady(steps: i32, speed_steps_s: f64) -> SyncMove<1> {
     SyncMove::plan([steps], &[limits], IntervalLaw::Fastest, SpeedLaw::Trapezoid, None).unwrap()
 }
 
-fn run(plan: &SyncMove<1>, start: Instant) -> Run {
+fn run(plan: &SyncMove<1>) -> Run {
     let direction = Direction::of(plan.steps[0]);
-    Run { start, direction, wiring: Wiring::default(), steps: plan.steps[0].unsigned_abs() }
+    Run { direction, wiring: Wiring::default(), steps: plan.steps[0].unsigned_abs() }
+}
+
+/// Where a port is let go as soon as it is armed.
+fn open_line() -> StartLine {
+    let line = StartLine::new();
+    line.go();
+    line
 }
 
 /// Runs `task` with X's port, its driver energised; the instants of the edges, ns.
@@ -52,27 +59,10 @@ fn edges_rise_within_the_drivers_tick() {
         let queue = SegmentQueue::new();
         let plan = steady(3, 48_000.0);
         plan.segments(0, TICK_HZ).for_each(|segment| queue.try_send(Feed::Steps(segment)).unwrap());
-        port.run(run(&plan, Instant::from_millis(1)), &queue, &Odometer::new()).await.unwrap();
+        port.run(run(&plan), &open_line(), &queue, &Odometer::new()).await.unwrap();
     });
-    // Half a step, then whole ones, of 20,833.3 ns, to the nearest 8.
-    assert_eq!(edges, [1_010_416, 1_031_248, 1_052_080]);
-}
-
-#[test]
-fn it_must_be_ready_before_the_start() {
-    // DIR's 650 ns are 82 ticks.
-    for (ahead_us, is_late) in [(2, false), (1, false), (0, true)] {
-        let edges = edges_ns(move |mut port| async move {
-            let queue = SegmentQueue::new();
-            steady(1, 1e5).segments(0, TICK_HZ).for_each(|segment| queue.try_send(Feed::Steps(segment)).unwrap());
-            Timer::after_millis(1).await;
-            let start = Instant::now() + Duration::from_micros(ahead_us);
-            let result = port.run(run(&steady(1, 1e5), start), &queue, &Odometer::new()).await;
-            let late = PortFault::Late { late: Duration::from_micros(1), max: Duration::MIN };
-            assert_eq!(result, if is_late { Err(late) } else { Ok(()) });
-        });
-        assert_eq!(edges.len(), usize::from(!is_late));
-    }
+    // DIR's 650 ns to the next microsecond, half a step, then whole ones, of 20,833.3 ns, to the nearest 8.
+    assert_eq!(edges, [11_416, 32_248, 53_080]);
 }
 
 #[test]
@@ -81,9 +71,9 @@ fn running_dry_is_a_fault_at_the_last_step_given() {
         let queue = SegmentQueue::new();
         steady(7, 1e5).segments(0, TICK_HZ).for_each(|segment| queue.try_send(Feed::Steps(segment)).unwrap());
         let odometer = Odometer::new();
-        let longer = Run { steps: 8, ..run(&steady(7, 1e5), Instant::from_millis(1)) };
-        assert_eq!(port.run(longer, &queue, &odometer).await, Err(PortFault::Underrun));
-        assert_eq!(Instant::now(), Instant::from_micros(1_066), "65 us and the pulse");
+        let longer = Run { steps: 8, ..run(&steady(7, 1e5)) };
+        assert_eq!(port.run(longer, &open_line(), &queue, &odometer).await, Err(PortFault::Underrun));
+        assert_eq!(Instant::now(), Instant::from_micros(67), "1 us, 65 us and the pulse");
         assert_eq!(odometer.position_steps(), 7);
     });
     assert_eq!(edges.len(), 7);
@@ -95,8 +85,8 @@ fn steps_too_close_do_not_rise() {
         let queue = SegmentQueue::new();
         steady(2, 1e5).segments(0, TICK_HZ).for_each(|segment| queue.try_send(Feed::Steps(segment)).unwrap());
         let wiring = Wiring { pulse_ns: 9_000, ..Wiring::default() };
-        let run = Run { wiring, ..run(&steady(2, 1e5), Instant::from_millis(1)) };
-        let result = port.run(run, &queue, &Odometer::new()).await;
+        let run = Run { wiring, ..run(&steady(2, 1e5)) };
+        let result = port.run(run, &open_line(), &queue, &Odometer::new()).await;
         // 9 us high, 1.9 us low.
         assert_eq!(result, Err(PortFault::TooFast { interval: 1_250, min: 1_363 }));
     });
