@@ -4,7 +4,6 @@
 #![no_std]
 #![no_main]
 
-mod hot;
 mod report;
 mod stopwatch;
 mod work;

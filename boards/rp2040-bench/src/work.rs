@@ -10,7 +10,6 @@ use rp2040_bench::{
     law_ramp, phases, plan_checksum, ramp, segments_checksum,
 };
 
-use crate::hot;
 use crate::report::{Figure, Report};
 use crate::stopwatch::Stopwatch;
 
@@ -132,8 +131,7 @@ fn fill_ramp(stopwatch: &Stopwatch, report: &mut Report, ramp: &SyncMove<1>, nam
     for segment in ramp.segments(0, TICK_HZ) {
         let mut intervals = segment.intervals();
         while intervals.len() > 0 {
-            let (count, cycles) =
-                stopwatch.time(&mut intervals, |intervals| hot::fill(&BLOCK, intervals, black_box(BIAS)));
+            let (count, cycles) = stopwatch.time(&mut intervals, |intervals| intervals.fill(&BLOCK, black_box(BIAS)));
             figure.add(cycles, count as u32);
             add_block(&mut checksum, count);
         }

@@ -25,6 +25,7 @@ mod timer_port;
 mod touch;
 mod uart;
 mod usb;
+mod vectors;
 mod watch;
 
 use defmt_rtt as _;
@@ -43,6 +44,7 @@ async fn main(spawner: Spawner) {
     static MACHINE: StaticCell<Machine> = StaticCell::new();
     static CONTROLLER: StaticCell<Controller<'static, Flash>> = StaticCell::new();
 
+    vectors::move_to_ram();
     let board = Board::new(embassy_rp::init(Default::default()));
     let restart = Cause::of_last_restart();
     if let Some(cause) = restart {

@@ -14,8 +14,6 @@ use crate::timer_port as port;
 /// The drivers on the gantry.
 const DRIVERS: DriverTiming = if cfg!(feature = "tmc2209") { DriverTiming::TMC2209 } else { DriverTiming::DRV8825 };
 
-const _: () = port::serves(&DRIVERS);
-
 /// Spawns the axes.
 pub fn spawn_axes(spawner: SendSpawner, machine: &'static Machine, pins: StepPins) {
     for (axis, port) in Axis::ALL.into_iter().zip(port::open(pins, DRIVERS)) {
@@ -57,10 +55,11 @@ async fn coordinate(machine: &'static Machine, enable: Output<'static>) -> ! {
     coordinator::run(machine, enable, log).await
 }
 
-/// A log line closes the door to every interrupt while it is encoded: a move's plan for 85 us, when the axes are at rest.
+/// A log line closes the door to every interrupt while it is encoded: a move's plan for 85 us, its end for 26 us. So what
+/// comes with every move, or in its midst, is not logged unless asked for.
 fn log(event: Event) {
     match event {
-        Event::Move { .. } => defmt::debug!("{}", event),
+        Event::Move { .. } | Event::Part { .. } | Event::MoveEnd { .. } => defmt::debug!("{}", event),
         _ => defmt::info!("{}", event),
     }
 }

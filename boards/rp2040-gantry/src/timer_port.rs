@@ -25,9 +25,6 @@ pub fn open(pins: StepPins, timing: DriverTiming) -> [Port; AXES] {
     BANK.ports(timing, [brake::<0>, brake::<1>, brake::<2>])
 }
 
-/// Any: a late start of the first step is a fault only after it has come.
-pub const fn serves(_timing: &DriverTiming) {}
-
 #[embassy_executor::task]
 async fn drive(pins: [(Output<'static>, Output<'static>); AXES]) -> ! {
     BANK.drive(pins, CoreDelay, WAKE_UP).await

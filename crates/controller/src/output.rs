@@ -3,7 +3,7 @@
 use core::fmt::{self, Display};
 use core::ops::Deref;
 
-use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::mutex::Mutex;
 use embassy_sync::pipe::Pipe;
 use embassy_sync::signal::Signal;
@@ -51,10 +51,10 @@ impl Deref for Message {
 
 /// Bytes on their way to one console.
 pub(crate) struct Output {
-    pipe: Pipe<CriticalSectionRawMutex, BYTES>,
-    turn: Mutex<CriticalSectionRawMutex, ()>,
+    pipe: Pipe<NoopRawMutex, BYTES>,
+    turn: Mutex<NoopRawMutex, ()>,
     /// Some bytes have left.
-    drained: Signal<CriticalSectionRawMutex, ()>,
+    drained: Signal<NoopRawMutex, ()>,
 }
 
 impl Output {

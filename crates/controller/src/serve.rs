@@ -10,7 +10,7 @@ use core::fmt;
 
 use embassy_futures::select::{Either4, select, select4};
 use embassy_futures::yield_now;
-use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::pipe::Pipe;
 use embassy_sync::signal::Signal;
 use embedded_io_async::{Read, Write};
@@ -41,9 +41,9 @@ pub enum LinkError<R, W> {
 }
 
 struct Console {
-    input: Pipe<CriticalSectionRawMutex, INPUT_BYTES>,
+    input: Pipe<NoopRawMutex, INPUT_BYTES>,
     output: Output,
-    reset: Signal<CriticalSectionRawMutex, ()>,
+    reset: Signal<NoopRawMutex, ()>,
 }
 
 impl<F: NorFlash> Controller<'_, F> {

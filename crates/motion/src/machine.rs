@@ -4,6 +4,8 @@ mod hold;
 mod stop;
 
 use core::cell::RefCell;
+use core::future::poll_fn;
+use core::task::{Context, Poll, ready};
 
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
@@ -260,7 +262,7 @@ impl Machine {
             (next, Ok(()))
         })?;
         let mut place = Place { machine: self, taken: false };
-        self.queue.send(motion).await;
+        poll_fn(|context| self.poll_enqueue(context, motion)).await;
         place.taken = true;
         Ok(())
     }
@@ -366,6 +368,17 @@ impl Machine {
         });
     }
 
+    /// Puts a motion into the queue, or has the caller woken when there is room. Not inlined, as [`with`](Self::with).
+    #[inline(never)]
+    fn poll_enqueue(&self, context: &mut Context<'_>, motion: Motion) -> Poll<()> {
+        loop {
+            if self.queue.try_send(motion).is_ok() {
+                return Poll::Ready(());
+            }
+            ready!(self.queue.poll_ready_to_send(context));
+        }
+    }
+
     /// Changes the state, and what goes with it, in one critical section: a stop that came between looking and changing
     /// would be lost.
     fn transition<R>(&self, change: impl FnOnce(&mut Inner, State) -> (State, R)) -> R {
@@ -379,6 +392,8 @@ impl Machine {
         })
     }
 
+    /// In a critical section. Not inlined: a caller whose code may wait for memory must not wait here.
+    #[inline(never)]
     fn with<R>(&self, f: impl FnOnce(&mut Inner) -> R) -> R {
         self.inner.lock(|inner| f(&mut inner.borrow_mut()))
     }

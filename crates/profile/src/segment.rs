@@ -127,8 +127,8 @@ pub struct Intervals {
 
 impl Intervals {
     /// Writes as many intervals as there are left and `words` holds, each plus `bias` (modulo 2^32), and returns how
-    /// many. Inlined, so that its caller decides which memory it runs from: 8 cycles a word on a Cortex-M0+ in RAM.
-    #[inline(always)]
+    /// many: 8 cycles a word on a Cortex-M0+ in RAM. Not inlined, as it needs all registers for itself.
+    #[inline(never)]
     pub fn fill(&mut self, words: &[AtomicU32], bias: u32) -> usize {
         let count = words.len().min(self.left as usize);
         let mut series = Series::new(self, bias);

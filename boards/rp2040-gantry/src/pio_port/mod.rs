@@ -1,9 +1,9 @@
 //! A step port whose edges leave by hardware: DMA carries a word per step, a PIO state machine times it.
 //!
 //! # Design
-//! The processor only adds: it turns segments into waits, a block ahead ([`fill`](ram::fill), in RAM). `stream` hands the
-//! blocks to DMA without a gap, `program` makes edges of them, exact to the clock cycle. All axes of a run wait at one
-//! gate, which opens at its start, so they begin on the same cycle.
+//! The processor only adds: it turns segments into waits, a block ahead. `stream` hands the blocks to DMA without a gap,
+//! `program` makes edges of them, exact to the clock cycle. A state machine is armed with its first words in its FIFO. All
+//! axes of a run wait so at one gate, and begin on the cycle on which it opens.
 //!
 //! # Deadline
 //! A block must be written before the one before it has been sent: 256 us at 1,000,000 steps/s. Missing it starves the
@@ -17,7 +17,6 @@
 
 mod interrupts;
 mod program;
-mod ram;
 mod state_machine;
 mod stream;
 
@@ -30,8 +29,8 @@ use embassy_rp::peripherals::PIO0;
 use embassy_rp::pio::{Config, Direction as PinDirection, FifoJoin, LoadedProgram, Pin, Pio, ShiftDirection};
 use embassy_time::{Duration, Instant, Timer, with_timeout};
 use isostep_motion::{
-    AXES, Brake, Capabilities, Direction, DriverTiming, Feed, Odometer, PortFault, Run, SegmentQueue, StepPort,
-    ticks_covering,
+    AXES, Brake, Capabilities, Direction, DriverTiming, Feed, Odometer, PortFault, Run, SegmentQueue, StartLine,
+    StepPort, ticks_covering,
 };
 use isostep_profile::Segment;
 
@@ -47,8 +46,6 @@ pub use PioPort as Port;
 const TICK_HZ: u32 = 125_000_000;
 /// An interval may be shorter than planned: by the rounding of both its ends, and by the fit of its segment.
 const MARGIN_TICKS: u32 = 4;
-/// DIR is set before the start of a run, at the least by so much as a driver may ask for.
-const SETUP_MAX_NS: u32 = 100_000;
 /// A block is handed over when it is full, or holds as much motion as this. Less would leave too little time for the next.
 const BLOCK_SPAN_TICKS: u64 = TICK_HZ as u64 / 500;
 /// The odometer is at most this old.
@@ -56,11 +53,6 @@ const REPORT_EVERY: Duration = Duration::from_millis(10);
 
 const _: () =
     assert!(AXES <= program::AXES_MAX, "a PIO block has four state machines: step the other axes by a TimerPort");
-
-/// Refuses, when the firmware is built, a driver that this port cannot serve.
-pub const fn serves(timing: &DriverTiming) {
-    assert!(timing.setup_ns <= SETUP_MAX_NS, "DIR is set up at most 100 us before a step");
-}
 
 /// STEP of one axis by a state machine of PIO0, its DIR by the processor.
 pub struct PioPort {
@@ -120,8 +112,14 @@ impl StepPort for PioPort {
         program::brake
     }
 
-    async fn run(&mut self, run: Run, segments: &SegmentQueue, odometer: &Odometer) -> Result<(), PortFault> {
-        self.follow(run, segments, odometer).await?;
+    async fn run(
+        &mut self,
+        run: Run,
+        start_line: &StartLine,
+        segments: &SegmentQueue,
+        odometer: &Odometer,
+    ) -> Result<(), PortFault> {
+        self.follow(run, start_line, segments, odometer).await?;
         if self.risen == self.given { Ok(()) } else { Err(PortFault::Underrun) }
     }
 }
@@ -135,16 +133,26 @@ impl PioPort {
     }
 
     /// Returns when the state machine has halted, by itself or because of a fault.
-    async fn follow(&mut self, run: Run, segments: &SegmentQueue, odometer: &Odometer) -> Result<(), PortFault> {
-        let mut underway = Underway::new(self, run, odometer);
+    async fn follow(
+        &mut self,
+        run: Run,
+        start_line: &StartLine,
+        segments: &SegmentQueue,
+        odometer: &Odometer,
+    ) -> Result<(), PortFault> {
+        let mut underway = Underway::new(self, run, start_line, odometer);
         underway.feed(segments).await?;
         underway.until(|_| false).await;
         Ok(())
     }
 
-    fn turn(&mut self, run: &Run) {
+    /// Sets DIR; from when on a step may rise.
+    fn turn(&mut self, run: &Run) -> Instant {
         let high = (run.direction == Direction::Positive) != run.wiring.direction_inverted;
         self.dir.set_level(high.into());
+        // The clock's reading may be almost a microsecond old.
+        let setup_us = u64::from(self.capabilities.timing.setup_ns.div_ceil(1_000)) + 1;
+        Instant::now() + Duration::from_micros(setup_us)
     }
 }
 
@@ -152,9 +160,12 @@ impl PioPort {
 struct Underway<'a> {
     port: &'a mut PioPort,
     run: Run,
+    start_line: &'a StartLine,
     odometer: &'a Odometer,
     words: Words,
     period_min_ticks: u32,
+    /// When DIR has been set up.
+    turned_at: Instant,
     has_started: bool,
     /// Instant of the last step written.
     last_ticks: u64,
@@ -166,9 +177,9 @@ struct Underway<'a> {
 
 impl<'a> Underway<'a> {
     /// Sets DIR; the state machine waits at the gate.
-    fn new(port: &'a mut PioPort, run: Run, odometer: &'a Odometer) -> Self {
+    fn new(port: &'a mut PioPort, run: Run, start_line: &'a StartLine, odometer: &'a Odometer) -> Self {
         port.given = 0;
-        port.turn(&run);
+        let turned_at = port.turn(&run);
         let words = Words::with_pulse(ticks_covering(port.capabilities.pulse_ns(run.wiring), TICK_HZ));
         port.stream.clear();
         program::close_gate();
@@ -176,9 +187,19 @@ impl<'a> Underway<'a> {
         interrupts::expect_halt(port.axis);
         port.machine.enable();
         let period_min_ticks = port.capabilities.period_min_ticks(run.wiring);
-        let (last_ticks, rests, reported) = (0, 0, 0);
-        let has_started = false;
-        Self { port, run, odometer, words, period_min_ticks, has_started, last_ticks, rests, reported }
+        Self {
+            port,
+            run,
+            start_line,
+            odometer,
+            words,
+            period_min_ticks,
+            turned_at,
+            has_started: false,
+            last_ticks: 0,
+            rests: 0,
+            reported: 0,
+        }
     }
 
     async fn feed(&mut self, segments: &SegmentQueue) -> Result<(), PortFault> {
@@ -188,7 +209,7 @@ impl<'a> Underway<'a> {
                 Err(_) => {
                     // What is written must not wait for what is not compiled yet.
                     self.port.stream.hand_over();
-                    self.start().await?;
+                    self.start().await;
                     segments.receive().await
                 }
             };
@@ -202,23 +223,20 @@ impl<'a> Underway<'a> {
             }
         }
         self.port.stream.hand_over();
-        self.start().await
+        self.start().await;
+        Ok(())
     }
 
-    /// Opens the gate at the start of the run, unless it has been.
-    async fn start(&mut self) -> Result<(), PortFault> {
+    /// Waits with the other axes until the run is started, unless it has been: its first words are with DMA. The first
+    /// axis that is let go opens the gate of all.
+    async fn start(&mut self) {
         if self.has_started {
-            return Ok(());
+            return;
         }
-        let setup = Duration::from_micros(u64::from(SETUP_MAX_NS / 1_000));
-        let ready = Instant::now() + setup;
-        if ready > self.run.start {
-            return Err(PortFault::Late { late: ready - self.run.start, max: Duration::MIN });
-        }
-        Timer::at(self.run.start).await;
-        program::open_gate();
+        Timer::at(self.turned_at).await;
+        self.start_line.armed().await;
+        self.start_line.begun(program::open_gate());
         self.has_started = true;
-        Ok(())
     }
 
     async fn write(&mut self, segment: &Segment, is_first: bool) -> Result<(), PortFault> {
@@ -235,7 +253,7 @@ impl<'a> Underway<'a> {
         let mut intervals = segment.intervals();
         while intervals.len() > 0 {
             self.await_room().await?;
-            let wrote = ram::fill(self.port.stream.room(), &mut intervals, self.words.bias());
+            let wrote = intervals.fill(self.port.stream.room(), self.words.bias());
             self.port.stream.wrote(wrote);
         }
         self.last_ticks = segment.last_ticks();
@@ -287,7 +305,7 @@ impl<'a> Underway<'a> {
         if self.port.stream.has_room() {
             return Ok(());
         }
-        self.start().await?;
+        self.start().await;
         if self.until(Stream::has_room).await { Ok(()) } else { Err(PortFault::Underrun) }
     }
 

@@ -11,10 +11,15 @@
 //!
 //! Gate and brake are flags of the PIO block, which every state machine of it sees.
 
+use core::cell::Cell;
+
 use embassy_rp::pac::PIO0;
 use embassy_rp::pio::program::{
     self, InstructionOperands, JmpCondition, MovDestination, MovOperation, MovSource, Program,
 };
+use embassy_sync::blocking_mutex::Mutex;
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_time::Instant;
 
 /// How many axes a PIO block can step: it has four state machines.
 pub const AXES_MAX: usize = 4;
@@ -135,9 +140,17 @@ pub fn close_gate() {
     PIO0.irq_force().write(|flags| flags.set_irq_force(GATE));
 }
 
-/// Lets them all go, on one cycle.
-pub fn open_gate() {
-    PIO0.irq().write(|flags| flags.set_irq(GATE));
+/// Lets them all go, on one cycle, unless they have gone already: since when.
+pub fn open_gate() -> Instant {
+    static OPENED: Mutex<CriticalSectionRawMutex, Cell<Instant>> = Mutex::new(Cell::new(Instant::MIN));
+
+    OPENED.lock(|opened| {
+        if PIO0.irq().read().irq() & GATE != 0 {
+            PIO0.irq().write(|flags| flags.set_irq(GATE));
+            opened.set(Instant::now());
+        }
+        opened.get()
+    })
 }
 
 /// No edge rises while it is engaged.
