@@ -15,6 +15,7 @@
 //! follows what DMA has sent and the FIFO still holds, a step behind at most, and looks at least every
 //! [`REPORT_EVERY`]. Once the machine is stopped, the count is read and is exact.
 
+mod gate;
 mod interrupts;
 mod program;
 mod ram;
@@ -117,7 +118,7 @@ impl StepPort for PioPort {
     }
 
     fn brake(&self) -> Brake {
-        program::brake
+        gate::brake
     }
 
     async fn run(&mut self, run: Run, segments: &SegmentQueue, odometer: &Odometer) -> Result<(), PortFault> {
@@ -171,7 +172,7 @@ impl<'a> Underway<'a> {
         port.turn(&run);
         let words = Words::with_pulse(ticks_covering(port.capabilities.pulse_ns(run.wiring), TICK_HZ));
         port.stream.clear();
-        program::close_gate();
+        gate::close_gate();
         port.machine.load(words.pulse_loops(), run.steps);
         interrupts::expect_halt(port.axis);
         port.machine.enable();
@@ -216,7 +217,7 @@ impl<'a> Underway<'a> {
             return Err(PortFault::Late { late: ready - self.run.start, max: Duration::MIN });
         }
         Timer::at(self.run.start).await;
-        program::open_gate();
+        gate::open_gate();
         self.has_started = true;
         Ok(())
     }
