@@ -2,11 +2,12 @@
 
 use std::ops::Range;
 
-use crate::program::{self, Words, forced};
 use pio::{InstructionOperands, SetDestination};
 
+use crate::program::{self, Words, forced};
+
 const PIO0: u32 = 0x5020_0000;
-pub const CTRL: u32 = PIO0;
+const CTRL: u32 = PIO0;
 pub const FLEVEL: u32 = PIO0 + 0x0C;
 const TXF: u32 = PIO0 + 0x10;
 const RXF: u32 = PIO0 + 0x20;
