@@ -18,7 +18,7 @@ use crate::{build, node, workspace};
 #[command(after_help = "\
 The stages stop at the first that fails:
   host tests       unit, property and end-to-end tests in virtual time
-  emulator tests   the emulated board's own
+  emulator tests   the emulated board's own, and the step program on it as on a published emulator
   firmware         its build, and its size budgets
   emulated board   the firmware, unmodified, in an emulated RP2040
   real senders     grbl-streamer from PyPI streams a program to the simulated machine and to the emulated board, as over a
@@ -91,7 +91,9 @@ fn host() -> Result<()> {
 
 fn emulator() -> Result<()> {
     node::prepare()?;
-    process::run(&mut node::npm("test"))
+    process::run(&mut node::npm("test"))?;
+    // Ignored by a plain `cargo test`, which does not need Node.
+    process::run(cargo("test").args(["--package", "isostep-tests", "--test", "step_program", "--", "--ignored"]))
 }
 
 /// The other step port, tested as the default one is.

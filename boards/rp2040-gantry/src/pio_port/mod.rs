@@ -15,6 +15,7 @@
 //! follows what DMA has sent and the FIFO still holds, a step behind at most, and looks at least every
 //! [`REPORT_EVERY`]. Once the machine is stopped, the count is read and is exact.
 
+mod gate;
 mod interrupts;
 mod program;
 mod state_machine;
@@ -109,7 +110,7 @@ impl StepPort for PioPort {
     }
 
     fn brake(&self) -> Brake {
-        program::brake
+        gate::brake
     }
 
     async fn run(
@@ -182,7 +183,7 @@ impl<'a> Underway<'a> {
         let turned_at = port.turn(&run);
         let words = Words::with_pulse(ticks_covering(port.capabilities.pulse_ns(run.wiring), TICK_HZ));
         port.stream.clear();
-        program::close_gate();
+        gate::close_gate();
         port.machine.load(words.pulse_loops(), run.steps);
         interrupts::expect_halt(port.axis);
         port.machine.enable();
@@ -235,7 +236,7 @@ impl<'a> Underway<'a> {
         }
         Timer::at(self.turned_at).await;
         self.start_line.armed().await;
-        self.start_line.begun(program::open_gate());
+        self.start_line.begun(gate::open_gate());
         self.has_started = true;
     }
 

@@ -10,23 +10,17 @@
 //! - **an empty FIFO**: the machine flags it and halts. It never stretches an interval.
 //!
 //! Gate and brake are flags of the PIO block, which every state machine of it sees.
+//!
+//! Nothing here touches the chip: the tests run this very file's program and words on emulators.
 
-use core::cell::Cell;
-
-use embassy_rp::pac::PIO0;
-use embassy_rp::pio::program::{
-    self, InstructionOperands, JmpCondition, MovDestination, MovOperation, MovSource, Program,
-};
-use embassy_sync::blocking_mutex::Mutex;
-use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
-use embassy_time::Instant;
+use pio::{InstructionOperands, JmpCondition, MovDestination, MovOperation, MovSource, Program};
 
 /// How many axes a PIO block can step: it has four state machines.
 pub const AXES_MAX: usize = 4;
 
 /// Flag of the gate. The flags below 4 are the state machines' own, raised by one that has halted.
-const GATE: u8 = 1 << 6;
-const BRAKE: u8 = 1 << 7;
+pub const GATE: u8 = 1 << 6;
+pub const BRAKE: u8 = 1 << 7;
 
 /// Set in a word that ends in a step; clear in one that only waits.
 const STEP: u32 = 1 << 31;
@@ -41,8 +35,8 @@ const STEP_CYCLES: u32 = 11;
 const REST_CYCLES: u32 = 7;
 
 /// Sixteen of the block's 32 instructions; at address 0, so that labels are addresses.
-pub fn steps() -> Program<{ program::RP2040_MAX_PROGRAM_SIZE }> {
-    let assembled = program::pio_asm!(
+pub fn steps() -> Program<{ pio::RP2040_MAX_PROGRAM_SIZE }> {
+    let assembled = pio::pio_asm!(
         ".origin 0",
         ".side_set 1",
         "    wait 0 irq 6        side 0", // the gate
@@ -132,32 +126,5 @@ impl Words {
     /// A wait of `cycles` without a step.
     pub fn rest(self, cycles: u32) -> u32 {
         cycles - REST_CYCLES
-    }
-}
-
-/// Keeps every state machine that is started from now on from its first word.
-pub fn close_gate() {
-    PIO0.irq_force().write(|flags| flags.set_irq_force(GATE));
-}
-
-/// Lets them all go, on one cycle, unless they have gone already: since when.
-pub fn open_gate() -> Instant {
-    static OPENED: Mutex<CriticalSectionRawMutex, Cell<Instant>> = Mutex::new(Cell::new(Instant::MIN));
-
-    OPENED.lock(|opened| {
-        if PIO0.irq().read().irq() & GATE != 0 {
-            PIO0.irq().write(|flags| flags.set_irq(GATE));
-            opened.set(Instant::now());
-        }
-        opened.get()
-    })
-}
-
-/// No edge rises while it is engaged.
-pub fn brake(engaged: bool) {
-    if engaged {
-        PIO0.irq_force().write(|flags| flags.set_irq_force(BRAKE));
-    } else {
-        PIO0.irq().write(|flags| flags.set_irq(BRAKE));
     }
 }

@@ -1,0 +1,37 @@
+//! The gate and the brake of the step program, by the flags of PIO0.
+
+use core::cell::Cell;
+
+use embassy_rp::pac::PIO0;
+use embassy_sync::blocking_mutex::Mutex;
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_time::Instant;
+
+use crate::pio_port::program::{BRAKE, GATE};
+
+/// Keeps every state machine that is started from now on from its first word.
+pub fn close_gate() {
+    PIO0.irq_force().write(|flags| flags.set_irq_force(GATE));
+}
+
+/// Lets them all go, on one cycle, unless they have gone already: since when.
+pub fn open_gate() -> Instant {
+    static OPENED: Mutex<CriticalSectionRawMutex, Cell<Instant>> = Mutex::new(Cell::new(Instant::MIN));
+
+    OPENED.lock(|opened| {
+        if PIO0.irq().read().irq() & GATE != 0 {
+            PIO0.irq().write(|flags| flags.set_irq(GATE));
+            opened.set(Instant::now());
+        }
+        opened.get()
+    })
+}
+
+/// No edge rises while it is engaged.
+pub fn brake(engaged: bool) {
+    if engaged {
+        PIO0.irq_force().write(|flags| flags.set_irq_force(BRAKE));
+    } else {
+        PIO0.irq().write(|flags| flags.set_irq(BRAKE));
+    }
+}

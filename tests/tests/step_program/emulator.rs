@@ -1,0 +1,149 @@
+//! The two emulators: [rp2040-emu](https://github.com/0x4D44/picoem), made by others, and the project's own.
+
+use std::io::Write as _;
+use std::process::{Command, Stdio};
+
+use isostep_tests::root;
+use rp2040_emu::{Config, EmulatorBuilder};
+use serde_json::{Value, json};
+
+use crate::experiment::{Experiment, FLEVEL, IRQ, Seen, rxf, txf};
+
+const FIFO_WORDS: u32 = 8;
+const RAM: u32 = 0x2000_0000;
+/// Two instructions of one cycle each.
+const NOPS: u32 = 0xBF00_BF00;
+
+#[derive(Clone, Copy, Debug)]
+pub enum Emulator {
+    Published,
+    Own,
+}
+
+impl Emulator {
+    /// What each state machine of each experiment did.
+    pub fn run(self, experiments: &[&Experiment]) -> Vec<Vec<Seen>> {
+        match self {
+            Self::Published => {
+                experiments.iter().map(|experiment| Published::new(experiment).run(experiment)).collect()
+            }
+            Self::Own => own(experiments),
+        }
+    }
+
+    /// What the machine counts down to when it makes `rises` of `steps`.
+    ///
+    /// The published emulator leaves Y at 0 where the chip goes on to -1, as `jmp y--` always counts (RP2040 datasheet,
+    /// 3.4.2). So it does not count the last step of all.
+    pub fn left(self, steps: u32, rises: u32) -> u32 {
+        match self {
+            Self::Published => (steps - 1).saturating_sub(rises),
+            Self::Own => (steps - 1).wrapping_sub(rises),
+        }
+    }
+}
+
+struct Published {
+    chip: rp2040_emu::Emulator,
+    seen: Vec<Seen>,
+    /// Words that each machine has been given.
+    fed: Vec<usize>,
+    /// The levels of the pins.
+    high: Vec<bool>,
+}
+
+impl Published {
+    fn new(experiment: &Experiment) -> Self {
+        let chip = EmulatorBuilder::new(Config::default()).step_quantum(1).build().expect("a chip");
+        let nothing = || Seen { rises: Vec::new(), falls: Vec::new(), halt: None, left: 0 };
+        let machines = experiment.pins.len();
+        let seen = (0..machines).map(|_| nothing()).collect();
+        Self { chip, seen, fed: vec![0; machines], high: vec![false; machines] }
+    }
+
+    fn run(mut self, experiment: &Experiment) -> Vec<Seen> {
+        self.chip.mmio_write32(RAM, NOPS);
+        self.write(&experiment.setup);
+        let mut writes = experiment.writes.iter().peekable();
+        for cycle in 0..experiment.cycles {
+            while let Some(&(_, address, value)) = writes.next_if(|write| write.0 == cycle) {
+                self.chip.mmio_write32(address, value);
+            }
+            self.feed(&experiment.words);
+            self.step();
+            self.note(cycle + 1, &experiment.pins);
+        }
+        self.write(&experiment.finish);
+        for (machine, seen) in (0..).zip(&mut self.seen) {
+            seen.left = self.chip.mmio_read32(rxf(machine));
+        }
+        self.seen
+    }
+
+    fn write(&mut self, writes: &[(u32, u32)]) {
+        for &(address, value) in writes {
+            self.chip.mmio_write32(address, value);
+        }
+    }
+
+    fn feed(&mut self, words: &[Vec<u32>]) {
+        let levels = self.chip.mmio_read32(FLEVEL);
+        for (machine, (words, fed)) in (0..).zip(words.iter().zip(&mut self.fed)) {
+            if levels >> (8 * machine) & 0xF < FIFO_WORDS && *fed < words.len() {
+                self.chip.mmio_write32(txf(machine), words[*fed]);
+                *fed += 1;
+            }
+        }
+    }
+
+    /// One cycle: time passes by what the core does, so it is kept at the same NOP.
+    fn step(&mut self) {
+        self.chip.core_mut(0).regs.set_pc(RAM);
+        assert_eq!(self.chip.step().expect("a step"), 1, "a NOP takes one cycle");
+    }
+
+    fn note(&mut self, cycle: u64, pins: &[u8]) {
+        let flags = self.chip.mmio_read32(IRQ);
+        for (machine, (&pin, seen)) in pins.iter().zip(&mut self.seen).enumerate() {
+            let is_high = self.chip.gpio_read(pin);
+            if is_high != self.high[machine] {
+                let edges = if is_high { &mut seen.rises } else { &mut seen.falls };
+                edges.push(cycle);
+                self.high[machine] = is_high;
+            }
+            if flags >> machine & 1 != 0 {
+                seen.halt.get_or_insert(cycle);
+            }
+        }
+    }
+}
+
+/// By the script that runs it.
+fn own(experiments: &[&Experiment]) -> Vec<Vec<Seen>> {
+    let mut node = Command::new("node");
+    node.arg(root().join("tests/emulator/support/pio-words.mjs")).stdin(Stdio::piped()).stdout(Stdio::piped());
+    let mut node = node.spawn().expect("node runs");
+    let mut stdin = node.stdin.take().expect("a pipe");
+    let input: Vec<_> = experiments.iter().map(|experiment| written(experiment)).collect();
+    // It may have ended already: what it says of that comes below.
+    let sent = stdin.write_all(Value::from(input).to_string().as_bytes());
+    drop(stdin);
+    let output = node.wait_with_output().expect("node runs");
+    assert!(output.status.success(), "node says above what is wrong; `cargo xtask test` installs what it needs");
+    sent.expect("node reads the experiments");
+    let seen: Vec<Vec<Value>> = serde_json::from_slice(&output.stdout).expect("what the machines did");
+    assert_eq!(seen.len(), experiments.len());
+    seen.iter().map(|machines| machines.iter().map(read).collect()).collect()
+}
+
+fn written(experiment: &Experiment) -> Value {
+    let Experiment { setup, pins, words, writes, cycles, finish } = experiment;
+    json!({ "setup": setup, "pins": pins, "words": words, "writes": writes, "cycles": cycles, "finish": finish })
+}
+
+fn read(seen: &Value) -> Seen {
+    let list = |name: &str| seen[name].as_array().expect(name);
+    let cycles = |name| list(name).iter().map(|cycle| cycle.as_u64().expect("a cycle")).collect();
+    let left = seen["left"].as_u64().expect("a count") as u32;
+    Seen { rises: cycles("rises"), falls: cycles("falls"), halt: seen["halt"].as_u64(), left }
+}

@@ -1,0 +1,189 @@
+//! What is done to a PIO block, whichever emulator it is of, and what comes of it.
+
+use std::ops::Range;
+
+use pio::{InstructionOperands, SetDestination};
+
+use crate::program::{self, Words, forced};
+
+const PIO0: u32 = 0x5020_0000;
+const CTRL: u32 = PIO0;
+pub const FLEVEL: u32 = PIO0 + 0x0C;
+const TXF: u32 = PIO0 + 0x10;
+const RXF: u32 = PIO0 + 0x20;
+pub const IRQ: u32 = PIO0 + 0x30;
+const IRQ_FORCE: u32 = PIO0 + 0x34;
+const INSTR_MEM: u32 = PIO0 + 0x48;
+/// The first state machine's registers, and from one machine's to the next's.
+const CLKDIV: u32 = PIO0 + 0xC8;
+const EXECCTRL: u32 = PIO0 + 0xCC;
+const SHIFTCTRL: u32 = PIO0 + 0xD0;
+const INSTR: u32 = PIO0 + 0xD8;
+const PINCTRL: u32 = PIO0 + 0xDC;
+const MACHINE_BYTES: u32 = 0x18;
+const GPIO_CTRL: u32 = 0x4001_4004;
+const FUNCSEL_PIO0: u32 = 6;
+
+const OUT_SHIFTS_RIGHT: u32 = 1 << 19;
+const FIFO_IS_ALL_TX: u32 = 1 << 30;
+/// `mov x, status` tells whether the TX FIFO holds less than one word.
+const STATUS_N: u32 = 1;
+
+/// By then every machine waits at the gate, and its FIFO is full.
+pub const OPENS_AT: u64 = 100;
+/// Past the last halt, so that an edge too many would be seen.
+const AFTER_CYCLES: u64 = 4_000;
+
+/// What one state machine is to do.
+#[derive(Clone)]
+pub struct Axis {
+    pub words: Words,
+    /// How many steps it is loaded with.
+    pub steps: u32,
+    pub waits: Vec<Wait>,
+}
+
+/// Cycles up to a step, or to the end of a rest.
+#[derive(Clone, Copy, Debug)]
+pub enum Wait {
+    Step(u32),
+    Rest(u32),
+}
+
+impl Axis {
+    /// As many steps as there are among the waits.
+    pub fn whole(words: Words, waits: Vec<Wait>) -> Self {
+        let steps = waits.iter().filter(|wait| matches!(wait, Wait::Step(_))).count() as u32;
+        Self { words, steps, waits }
+    }
+
+    /// As `PioPort` writes them.
+    pub fn encoded(&self) -> Vec<u32> {
+        let mut has_stepped = false;
+        let mut encode = |wait: &Wait| match *wait {
+            Wait::Rest(cycles) => self.words.rest(cycles),
+            Wait::Step(cycles) if has_stepped => self.words.step(cycles),
+            Wait::Step(cycles) => {
+                has_stepped = true;
+                self.words.first_step(cycles)
+            }
+        };
+        self.waits.iter().map(&mut encode).collect()
+    }
+}
+
+/// Registers written and FIFOs fed, cycle by cycle. A write on cycle N takes effect on N + 1.
+pub struct Experiment {
+    /// Before cycle 0: address and value.
+    pub setup: Vec<(u32, u32)>,
+    /// The GPIO of each state machine.
+    pub pins: Vec<u8>,
+    /// What each state machine is fed, a word a cycle while its FIFO has room, as by DMA.
+    pub words: Vec<Vec<u32>>,
+    /// Cycle, address and value, by cycle.
+    pub writes: Vec<(u64, u32, u32)>,
+    pub cycles: u64,
+    /// After the last cycle. What it leaves in the RX FIFOs is read.
+    pub finish: Vec<(u32, u32)>,
+}
+
+/// What one state machine did.
+#[derive(Debug, PartialEq)]
+pub struct Seen {
+    pub rises: Vec<u64>,
+    pub falls: Vec<u64>,
+    /// When it raised its own flag.
+    pub halt: Option<u64>,
+    /// Of the steps it was loaded with, how many it has not counted, less one.
+    pub left: u32,
+}
+
+impl Experiment {
+    /// One run of these axes, which is watched until `until` and beyond.
+    pub fn new(axes: &[Axis], until: u64) -> Self {
+        let program = program::steps();
+        let load = |(address, &word): (u32, &u16)| (address, u32::from(word));
+        let mut setup: Vec<_> = (INSTR_MEM..).step_by(4).zip(&program.code).map(load).collect();
+        setup.push((IRQ_FORCE, program::GATE.into()));
+        let pins: Vec<_> = (0..axes.len() as u8).map(|machine| 2 + 2 * machine).collect();
+        for (machine, (axis, &pin)) in (0..).zip(axes.iter().zip(&pins)) {
+            setup.extend(configured(machine, pin));
+            setup.extend(loaded(machine, axis));
+        }
+        let all = (1 << axes.len()) - 1;
+        setup.extend([(IRQ, all), (CTRL, all)]);
+        let finish = (0..axes.len() as u32).flat_map(counted);
+        Self {
+            setup,
+            pins,
+            words: axes.iter().map(Axis::encoded).collect(),
+            writes: vec![(OPENS_AT, IRQ, program::GATE.into())],
+            cycles: until + AFTER_CYCLES,
+            finish: [(CTRL, 0)].into_iter().chain(finish).collect(),
+        }
+    }
+
+    /// Engages the brake on the first of these cycles, and releases it at their end.
+    pub fn brake(&mut self, cycles: &Range<u64>) {
+        self.writes.push((cycles.start, IRQ_FORCE, program::BRAKE.into()));
+        self.writes.push((cycles.end, IRQ, program::BRAKE.into()));
+    }
+
+    /// Writes one more word, however late.
+    pub fn send(&mut self, cycle: u64, machine: u32, word: u32) {
+        self.writes.push((cycle, TXF + 4 * machine, word));
+    }
+}
+
+pub const fn txf(machine: u32) -> u32 {
+    TXF + 4 * machine
+}
+
+pub const fn rxf(machine: u32) -> u32 {
+    RXF + 4 * machine
+}
+
+const fn of(machine: u32, register: u32) -> u32 {
+    register + MACHINE_BYTES * machine
+}
+
+fn shift_ctrl(fifo_is_all_tx: bool) -> u32 {
+    OUT_SHIFTS_RIGHT | if fifo_is_all_tx { FIFO_IS_ALL_TX } else { 0 }
+}
+
+/// As embassy-rp does it with what `pio_port` asks for.
+fn configured(machine: u32, pin: u8) -> Vec<(u32, u32)> {
+    let program = program::steps();
+    let exec_ctrl = u32::from(program.wrap.source) << 12 | u32::from(program.wrap.target) << 7 | STATUS_N;
+    // The pin is side-set, and SET too, for its direction.
+    let pin_ctrl = u32::from(program.side_set.bits()) << 29 | 1 << 26 | u32::from(pin) << 10 | u32::from(pin) << 5;
+    let output = InstructionOperands::SET { destination: SetDestination::PINDIRS, data: 1 }.encode();
+    vec![
+        (GPIO_CTRL + 8 * u32::from(pin), FUNCSEL_PIO0),
+        (of(machine, CLKDIV), 1 << 16),
+        (of(machine, EXECCTRL), exec_ctrl),
+        (of(machine, SHIFTCTRL), shift_ctrl(true)),
+        (of(machine, PINCTRL), pin_ctrl),
+        (of(machine, INSTR), output.into()),
+    ]
+}
+
+/// As the firmware's `StateMachine` is.
+fn loaded(machine: u32, axis: &Axis) -> [(u32, u32); 7] {
+    let force = |instruction: u16| (of(machine, INSTR), instruction.into());
+    [
+        (txf(machine), axis.words.pulse_loops()),
+        force(forced::PULL),
+        force(forced::SET_PULSE),
+        (txf(machine), axis.steps - 1),
+        force(forced::PULL),
+        force(forced::SET_COUNT),
+        force(forced::GO_TO_START),
+    ]
+}
+
+/// Puts what is left of the count into the RX FIFO.
+fn counted(machine: u32) -> [(u32, u32); 3] {
+    let force = |instruction: u16| (of(machine, INSTR), instruction.into());
+    [(of(machine, SHIFTCTRL), shift_ctrl(false)), force(forced::GET_COUNT), force(forced::PUSH)]
+}
