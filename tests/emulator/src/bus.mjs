@@ -1,10 +1,13 @@
 import { Fault, FetchFault } from './fault.mjs';
-import { hiddenFlash, isFlash } from './flash.mjs';
+import { FLASH_START, hiddenFlash, isFlash } from './flash.mjs';
 import { ROM_BYTES } from './rom/image.mjs';
 
-const FLASH_PAGE = 0x10;
-/** No address is on it. */
-const NO_PAGE = -1;
+/** Flash and its three aliases have an address's first six bits in common. */
+const FLASH_PAGES = FLASH_START >>> 26;
+/** No address is on them. */
+const NO_PAGES = -1;
+/** No instruction is there. */
+const NOWHERE = 1;
 const FLASH_MASK = 0xffffff;
 const RAM_START = 0x20000000;
 const SIO_PAGE = 0xd;
@@ -17,12 +20,18 @@ const APB_PAGE = 0x4;
  * Registers, words and addresses are signed 32-bit numbers here: V8 keeps those unboxed from function to function.
  */
 export class Bus {
-  /** @param {import('./flash.mjs').Flash} flash */
-  constructor(chip, flash) {
+  /**
+   * @param {import('./flash.mjs').Flash} flash
+   * @param {import('./xip-cache.mjs').XipCache} cache
+   */
+  constructor(chip, flash, cache) {
     this.chip = chip;
     this.flash = flash;
-    this.flashPage = FLASH_PAGE;
-    flash.onReadable = (readable) => (this.flashPage = readable ? FLASH_PAGE : NO_PAGE);
+    this.cache = cache;
+    this.flashPages = FLASH_PAGES;
+    flash.onReadable = (readable) => (this.flashPages = readable ? FLASH_PAGES : NO_PAGES);
+    /** The address of the half-word of flash that came with the one fetched last, as the second of its word. */
+    this.secondHalf = NOWHERE;
     this.core = chip.core;
     this.lockstep = chip.clock.lockstep;
     this.registers = new Int32Array(chip.core.registers.buffer);
@@ -38,7 +47,11 @@ export class Bus {
 
   /** The instruction at an address. */
   fetch(address) {
-    if (address >>> 24 === this.flashPage) return this.flash16[(address & FLASH_MASK) >>> 1];
+    if (address >>> 26 === this.flashPages) {
+      if (address === this.secondHalf) this.secondHalf = NOWHERE;
+      else this.fetchFlash(address);
+      return this.flash16[(address & FLASH_MASK) >>> 1];
+    }
     const offset = (address - RAM_START) | 0;
     if (offset >= 0 && offset < this.ramSize) return this.ram16[offset >>> 1];
     if (address >>> 0 < ROM_BYTES) return this.rom16[address >>> 1];
@@ -50,7 +63,10 @@ export class Bus {
     const offset = (address - RAM_START) | 0;
     if ((address & 3) !== 0) throw unaligned('read', address);
     if (offset >= 0 && offset < this.ramSize) return this.ram32[offset >>> 2];
-    if (address >>> 24 === this.flashPage) return this.flash32[(address & FLASH_MASK) >>> 2];
+    if (address >>> 26 === this.flashPages) {
+      this.readFlash(address);
+      return this.flash32[(address & FLASH_MASK) >>> 2];
+    }
     this.#beforeRead(address);
     return this.chip.readUint32(address >>> 0) | 0;
   }
@@ -59,7 +75,10 @@ export class Bus {
     const offset = (address - RAM_START) | 0;
     if ((address & 1) !== 0) throw unaligned('read', address);
     if (offset >= 0 && offset < this.ramSize) return this.ram16[offset >>> 1];
-    if (address >>> 24 === this.flashPage) return this.flash16[(address & FLASH_MASK) >>> 1];
+    if (address >>> 26 === this.flashPages) {
+      this.readFlash(address);
+      return this.flash16[(address & FLASH_MASK) >>> 1];
+    }
     this.#beforeRead(address);
     return this.chip.readUint16(address >>> 0);
   }
@@ -67,7 +86,10 @@ export class Bus {
   read8(address) {
     const offset = (address - RAM_START) | 0;
     if (offset >= 0 && offset < this.ramSize) return this.ram8[offset];
-    if (address >>> 24 === this.flashPage) return this.flash8[address & FLASH_MASK];
+    if (address >>> 26 === this.flashPages) {
+      this.readFlash(address);
+      return this.flash8[address & FLASH_MASK];
+    }
     this.#beforeRead(address);
     return this.chip.readUint8(address >>> 0);
   }
@@ -104,8 +126,20 @@ export class Bus {
     this.chip.writeUint8(address >>> 0, value & 0xff);
   }
 
+  /** The core fetches instructions by words: this one begins a word, or a branch leads to it. */
+  fetchFlash(address) {
+    this.secondHalf = (address & 2) === 0 ? address + 2 : NOWHERE;
+    this.readFlash(address);
+  }
+
+  /** The core waits for what the cache does not have. */
+  readFlash(address) {
+    const wait = this.cache.read(address);
+    if (wait !== 0) this.core.cycles += wait;
+  }
+
   #beforeRead(address) {
-    if (isFlash(address) && this.flashPage === NO_PAGE) throw new Fault(hiddenFlash(address));
+    if (isFlash(address)) throw new Fault(hiddenFlash(address));
     this.catchUp();
   }
 

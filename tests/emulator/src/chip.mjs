@@ -11,11 +11,10 @@ import { SysTick } from './systick.mjs';
 import { ExactTimer } from './timer.mjs';
 import { Uart } from './uart.mjs';
 import { Watchdog } from './watchdog.mjs';
+import { FlashCounts, XipCache } from './xip-cache.mjs';
 import { XipControl } from './xip-control.mjs';
 
 const RAM_START = 0x20000000;
-/** Where the vector table lies, behind the 256 bytes of second-stage bootloader. */
-const VECTORS = 0x10000100;
 const SLOT = { ssi: 0x18000, xipControl: 0x14000, timer: 0x40054, watchdog: 0x40058, uart0: 0x40034, dma: 0x50000, pio0: 0x50200, pio1: 0x50300 };
 const IRQ_UART0 = 20;
 const [IRQ_PIO0, IRQ_PIO1] = [7, 9];
@@ -26,8 +25,10 @@ const [IRQ_PIO0, IRQ_PIO1] = [7, 9];
  * @param {import('./clock.mjs').MachineClock} clock
  * @param {{onWatchdog: (reason: number) => void, onUartByte: (byte: number) => void, onWarning: (text: string) => void}} board
  *   what the chip tells the board
+ * @param {{missFactor?: number, counts?: FlashCounts}} flashOptions what a miss of flash's cache costs, times the reckoned
+ *   cycles, and where its accesses are counted
  */
-export function buildChip(clock, board) {
+export function buildChip(clock, board, { missFactor = 1, counts = new FlashCounts() } = {}) {
   const powerUpCycle = clock.core.cycles;
   const chip = new RP2040(clock);
   chip.logger = quietLogger(board.onWarning);
@@ -40,22 +41,24 @@ export function buildChip(clock, board) {
   };
   const timer = new ExactTimer(chip, 'TIMER');
   const watchdog = new Watchdog(chip, 'WATCHDOG', board.onWatchdog);
-  const flash = new Flash(chip);
-  watchExceptions(chip.core, clock, flash);
+  const cache = new XipCache(clock, counts, missFactor);
+  const flash = new Flash(chip, cache);
   const uart = new Uart(chip, 'UART0', IRQ_UART0, board.onUartByte);
-  Object.assign(chip.peripherals, { [SLOT.ssi]: flash.interface, [SLOT.xipControl]: new XipControl(chip, 'XIP_CTRL') });
+  Object.assign(chip.peripherals, { [SLOT.ssi]: flash.interface, [SLOT.xipControl]: new XipControl(chip, 'XIP_CTRL', cache) });
   Object.assign(chip.peripherals, { [SLOT.timer]: timer, [SLOT.watchdog]: watchdog, [SLOT.uart0]: uart });
   loadRom(chip);
   new SysTick(chip).attach(chip.ppb);
-  runBeside(chip, clock);
-  return { chip, core: chip.core, bus: new Bus(chip, flash), flash, watchdog, uart };
+  runBeside(chip, clock, cache);
+  const bus = new Bus(chip, flash, cache);
+  watchExceptions(clock, bus);
+  return { chip, core: chip.core, bus, cache, flash, watchdog, uart };
 }
 
 /** Puts PIO and DMA in place of rp2040js's, in step with the core. */
-function runBeside(chip, clock) {
+function runBeside(chip, clock, cache) {
   const lockstep = new Lockstep(clock);
   clock.lockstep = lockstep;
-  const dma = new Dma(chip, 'DMA', lockstep);
+  const dma = new Dma(chip, 'DMA', lockstep, cache);
   const pio = [new PioBlock(chip, 0, { irq: IRQ_PIO0, lockstep }), new PioBlock(chip, 1, { irq: IRQ_PIO1, lockstep })];
   Object.assign(chip, { dma, pio });
   const registers = pio.map((block, index) => new PioRegisters(chip, `PIO${index}`, block));
@@ -86,14 +89,6 @@ export function loadInto(chip, segments) {
   }
 }
 
-/** Starts the program as the bootrom and the second stage would: vector table, stack pointer, entry point. */
-export function boot(chip) {
-  const { core } = chip;
-  core.VTOR = VECTORS;
-  core.SP = chip.readUint32(VECTORS);
-  core.PC = chip.readUint32(VECTORS + 4) & ~1;
-}
-
 /** rp2040js enters the handler of a sleeping core at once, whatever PRIMASK says: wake it, and let the run loop decide. */
 function setInterrupt(irq, asserted) {
   const bit = 1 << irq;
@@ -107,13 +102,16 @@ function setInterrupt(irq, asserted) {
 }
 
 /** Counts the time in handlers (nested ones as one), and looks for the vectors where the core does. */
-function watchExceptions(core, clock, flash) {
+function watchExceptions(clock, bus) {
+  const { core, flash } = bus;
   const { exceptionEntry, exceptionReturn } = core;
   clock.leaveHandlers();
   core.exceptionEntry = (number) => {
-    if (isFlash(core.VTOR) && !flash.readable) throw new FetchFault(hiddenFlash(core.VTOR + 4 * number));
+    const vector = core.VTOR + 4 * number;
+    if (isFlash(vector) && !flash.readable) throw new FetchFault(hiddenFlash(vector));
     clock.enterHandler();
     exceptionEntry.call(core, number);
+    if (isFlash(vector)) bus.readFlash(vector);
   };
   core.exceptionReturn = (value) => {
     exceptionReturn.call(core, value);
