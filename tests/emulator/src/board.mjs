@@ -1,6 +1,7 @@
 import { buildChip, loadInto } from './chip.mjs';
 import { MachineClock, NANOS_PER_CYCLE } from './clock.mjs';
 import { run } from './core.mjs';
+import { DeadlineWatch } from './deadline-watch.mjs';
 import { enterHardFault } from './fault.mjs';
 import { eraseUnder } from './flash-file.mjs';
 import { Gantry } from './gantry.mjs';
@@ -39,11 +40,12 @@ export class Board {
     this.chipWatchers = [];
     this.missFactor = options.missFactor ?? 1;
     this.flashCounts = new FlashCounts();
+    this.watch = new DeadlineWatch(this.clock);
     this.#build();
     if (kept !== null) this.flash.bytes.set(kept);
     eraseUnder(this.flash.bytes, segments);
     loadInto(this.chip, segments);
-    const listener = { onData: (bytes) => this.onBytes(bytes), onDelivered: (bytes) => this.#delivered(bytes) };
+    const listener = { onData: (bytes) => this.#heard(bytes), onDelivered: (bytes) => this.#delivered(bytes) };
     this.cable = options.console === 'uart' ? new UartCable(this.clock, listener) : new UsbHost(this.clock, listener);
     this.#start();
   }
@@ -92,6 +94,18 @@ export class Board {
     this.pause();
   }
 
+  /** The sender sends bytes. */
+  send(bytes) {
+    if (bytes.length > 0) this.watch.senderSpoke();
+    this.cable.write(bytes);
+  }
+
+  /** The firmware has sent bytes. */
+  #heard(bytes) {
+    this.watch.firmwareSpoke();
+    this.onBytes(bytes);
+  }
+
   /** Bytes have reached the firmware. */
   #delivered(bytes) {
     if (bytes.includes(RESET_BYTE)) this.gantry.stops.reset();
@@ -126,7 +140,7 @@ export class Board {
       onUartByte: (byte) => this.cable.received?.(byte),
       onWarning: (text) => this.warnings.add(text),
     };
-    Object.assign(this, buildChip(this.clock, tells, { missFactor: this.missFactor, counts: this.flashCounts }));
+    Object.assign(this, buildChip(this.clock, tells, { missFactor: this.missFactor, counts: this.flashCounts, watch: this.watch }));
   }
 
   #start() {

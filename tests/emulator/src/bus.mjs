@@ -10,6 +10,7 @@ const NO_PAGES = -1;
 const NOWHERE = 1;
 const FLASH_MASK = 0xffffff;
 const RAM_START = 0x20000000;
+const PC = 15;
 const SIO_PAGE = 0xd;
 const APB_PAGE = 0x4;
 
@@ -23,15 +24,22 @@ export class Bus {
   /**
    * @param {import('./flash.mjs').Flash} flash
    * @param {import('./xip-cache.mjs').XipCache} cache
+   * @param {import('./deadline-watch.mjs').DeadlineWatch} watch
    */
-  constructor(chip, flash, cache) {
+  constructor(chip, flash, cache, watch) {
     this.chip = chip;
     this.flash = flash;
     this.cache = cache;
+    this.watch = watch;
     this.flashPages = FLASH_PAGES;
     flash.onReadable = (readable) => (this.flashPages = readable ? FLASH_PAGES : NO_PAGES);
-    /** The address of the half-word of flash that came with the one fetched last, as the second of its word. */
+    /**
+     * The address of the half-word of flash that came with the one fetched last, as the second of its word. Its bits are
+     * inverted where every instruction counts, so that no address is it.
+     */
     this.secondHalf = NOWHERE;
+    /** The address of the first half of a wide instruction that was counted. */
+    this.wideCounted = NOWHERE;
     this.core = chip.core;
     this.lockstep = chip.clock.lockstep;
     this.registers = new Int32Array(chip.core.registers.buffer);
@@ -126,14 +134,53 @@ export class Bus {
     this.chip.writeUint8(address >>> 0, value & 0xff);
   }
 
-  /** The core fetches instructions by words: this one begins a word, or a branch leads to it. */
+  /** The core fetches instructions by words: this one begins a word, or a branch leads to it, or it has to be counted. */
   fetchFlash(address) {
+    if (this.watch.urgent || this.secondHalf < 0) {
+      this.#fetchCounted(address);
+      return;
+    }
     this.secondHalf = (address & 2) === 0 ? address + 2 : NOWHERE;
-    this.readFlash(address);
+    this.#wait(address);
   }
 
-  /** The core waits for what the cache does not have. */
+  /** The core reads data, and waits for what the cache does not have. */
   readFlash(address) {
+    if (this.watch.urgent) this.watch.read(this.registers[PC] - 2, this.#waitCounted(address));
+    else this.#wait(address);
+  }
+
+  /** A vector is read for the handler that is being entered. */
+  readVector(address) {
+    if (this.watch.urgent) this.watch.read(address, this.#waitCounted(address));
+    else this.#wait(address);
+  }
+
+  /** Also the first fetch where nothing counts any more, which may be of a second half still. */
+  #fetchCounted(address) {
+    const cameWithWord = address === ~this.secondHalf;
+    const missed = !cameWithWord && this.#waitCounted(address);
+    const next = cameWithWord || (address & 2) !== 0 ? NOWHERE : address + 2;
+    const { urgent } = this.watch;
+    this.secondHalf = urgent ? ~next : next;
+    if (urgent) this.#count(address, missed);
+  }
+
+  /** The second half of a wide instruction is no instruction. */
+  #count(address, missed) {
+    const isSecond = address === this.wideCounted + 2;
+    this.wideCounted = !isSecond && isWide(this.flash16[(address & FLASH_MASK) >>> 1]) ? address : NOWHERE;
+    if (!isSecond) this.watch.fetched(address, missed);
+  }
+
+  /** @returns {boolean} whether the cache did not have it */
+  #waitCounted(address) {
+    const { misses } = this.cache.counts;
+    this.#wait(address);
+    return this.cache.counts.misses > misses;
+  }
+
+  #wait(address) {
     const wait = this.cache.read(address);
     if (wait !== 0) this.core.cycles += wait;
   }
@@ -165,6 +212,8 @@ export function writeCycles(address) {
   const page = address >>> 28;
   return page === SIO_PAGE ? 0 : page === APB_PAGE ? 4 : 1;
 }
+
+const isWide = (op) => op >> 11 >= 0b11101;
 
 const name = (address) => `0x${(address >>> 0).toString(16)}`;
 

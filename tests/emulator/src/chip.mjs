@@ -1,5 +1,6 @@
 import { RP2040 } from 'rp2040js';
 import { Bus } from './bus.mjs';
+import { DeadlineWatch } from './deadline-watch.mjs';
 import { Dma } from './dma.mjs';
 import { Fault, FetchFault } from './fault.mjs';
 import { Flash, FLASH_START, hiddenFlash, isFlash } from './flash.mjs';
@@ -25,10 +26,10 @@ const [IRQ_PIO0, IRQ_PIO1] = [7, 9];
  * @param {import('./clock.mjs').MachineClock} clock
  * @param {{onWatchdog: (reason: number) => void, onUartByte: (byte: number) => void, onWarning: (text: string) => void}} board
  *   what the chip tells the board
- * @param {{missFactor?: number, counts?: FlashCounts}} flashOptions what a miss of flash's cache costs, times the reckoned
- *   cycles, and where its accesses are counted
+ * @param {{missFactor?: number, counts?: FlashCounts, watch?: DeadlineWatch}} flashOptions what a miss of flash's cache
+ *   costs, times the reckoned cycles; where its accesses are counted, and who watches those that matter
  */
-export function buildChip(clock, board, { missFactor = 1, counts = new FlashCounts() } = {}) {
+export function buildChip(clock, board, { missFactor = 1, counts = new FlashCounts(), watch = new DeadlineWatch(clock) } = {}) {
   const powerUpCycle = clock.core.cycles;
   const chip = new RP2040(clock);
   chip.logger = quietLogger(board.onWarning);
@@ -49,7 +50,8 @@ export function buildChip(clock, board, { missFactor = 1, counts = new FlashCoun
   loadRom(chip);
   new SysTick(chip).attach(chip.ppb);
   runBeside(chip, clock, cache);
-  const bus = new Bus(chip, flash, cache);
+  const bus = new Bus(chip, flash, cache, watch);
+  watch.attach(chip.core);
   watchExceptions(clock, bus);
   return { chip, core: chip.core, bus, cache, flash, watchdog, uart };
 }
@@ -101,21 +103,27 @@ function setInterrupt(irq, asserted) {
   }
 }
 
-/** Counts the time in handlers (nested ones as one), and looks for the vectors where the core does. */
+/** Counts the time in handlers (nested ones as one), looks for the vectors where the core does, and tells the watch. */
 function watchExceptions(clock, bus) {
-  const { core, flash } = bus;
-  const { exceptionEntry, exceptionReturn } = core;
+  const { core, flash, watch } = bus;
+  const { exceptionEntry, exceptionReturn, writeSpecialRegister } = core;
   clock.leaveHandlers();
   core.exceptionEntry = (number) => {
     const vector = core.VTOR + 4 * number;
     if (isFlash(vector) && !flash.readable) throw new FetchFault(hiddenFlash(vector));
     clock.enterHandler();
     exceptionEntry.call(core, number);
-    if (isFlash(vector)) bus.readFlash(vector);
+    watch.update();
+    if (isFlash(vector)) bus.readVector(vector);
   };
   core.exceptionReturn = (value) => {
     exceptionReturn.call(core, value);
     if (core.IPSR === 0) clock.leaveHandlers();
+    watch.update();
+  };
+  core.writeSpecialRegister = (register, value) => {
+    writeSpecialRegister.call(core, register, value);
+    watch.update();
   };
 }
 

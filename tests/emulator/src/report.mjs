@@ -17,6 +17,7 @@ export function summary(board, console, error) {
     driver_timing: { driver: gantry.timing.limits.name, violations: gantry.timing.total, by_rule: gantry.timing.counts, first: gantry.timing.first },
     core: coreSummary(clock),
     flash_cache: cacheSummary(board),
+    ...board.watch.summary(),
     moving: {
       time_ns: moving.cycles * NANOS_PER_CYCLE,
       edges: moving.edges,
@@ -85,6 +86,7 @@ export function readable(result) {
     ...timing.first.map((each) => `  ${each.axis} ${each.rule} at ${each.t_ns} ns: ${each.value_ns} ns, at least ${each.limit_ns}`),
     `Core         ${(core.load * 100).toFixed(1)} % awake; while moving ${(moving.load * 100).toFixed(1)} %`,
     cacheLine(result.flash_cache, core),
+    ...urgentLines(result),
     `Cycles       ${Math.round(moving.interrupt_cycles_per_edge)} a step in interrupts, ${Math.round(moving.awake_cycles_per_edge)} with planning and console`,
     ...result.stops.slice(0, SHOWN).map(stopLine),
     ...(result.stops.length > SHOWN ? [slowestStopLine(result.stops)] : []),
@@ -100,6 +102,21 @@ export function readable(result) {
 function cacheLine({ accesses, misses, stall_cycles: stalled, miss_cycles: cost }, core) {
   const part = (count, whole) => `${(ratio(count, whole) * 100).toFixed(1)} %`;
   return `Flash        ${accesses} words read, ${part(misses, accesses)} not in the cache at ${cost} cycles each; the core waited ${part(stalled, core.awake_cycles)} of its time awake`;
+}
+
+/** What has to be in time and yet comes from flash, and how long nothing could come in time. */
+function urgentLines(result) {
+  const { longest_masked_cycles: longest, longest_masked_pc: pc } = result;
+  return [
+    urgentLine('Handlers  ', result.flash_in_handlers, result.flash_in_handlers_data),
+    urgentLine('Masked    ', result.flash_in_critical_sections, result.flash_in_critical_sections_data),
+    ...(pc === null ? [] : [`             for ${longest} cycles at most, from pc ${pc}`]),
+  ];
+}
+
+function urgentLine(name, code, data) {
+  const [pc] = code.pcs;
+  return `${name}   ${code.count} instructions from flash${pc === undefined ? '' : ` (most at ${pc})`}, ${data.count} reads of it`;
 }
 
 function stopLine({ input, t_ns: toldNanos, latency_ns: latencyNanos, edges_after: edges }) {

@@ -96,7 +96,10 @@ export class XipCache {
   /** The core reads. @returns {number} the cycles it has to wait: none for a hit */
   read(address) {
     this.values[ACCESSES] += 1;
-    if (address >>> 24 === this.openPage && this.#holds((address & OFFSET_MASK) >>> 2)) return 0;
+    return address >>> 24 === this.openPage && this.#holds((address & OFFSET_MASK) >>> 2) ? 0 : this.#readSlowly(address);
+  }
+
+  #readSlowly(address) {
     const { cycles } = this.clock;
     const wait = Math.max(0, this.readyCycle - cycles) + this.#fetch(address);
     this.readyCycle = cycles + wait;
