@@ -6,11 +6,17 @@ import { ROM_BYTES } from './rom/image.mjs';
 const FLASH_PAGES = FLASH_START >>> 26;
 /** No address is on them. */
 const NO_PAGES = -1;
-/** No instruction is there. */
-const NOWHERE = 1;
+/** No instruction and no word is there. */
+export const NOWHERE = 1;
 const FLASH_MASK = 0xffffff;
 const RAM_START = 0x20000000;
 const PC = 15;
+/** Four banks hold the words by turns; above them are two small ones. */
+const STRIPED_BYTES = 0x40000;
+const [STRIPED_BANKS, SMALL_BANK_BYTES] = [4, 0x1000];
+const NO_BANK = -1;
+/** An instruction's own accesses are on its last cycles; before them it may have waited for flash. */
+const RAM_CYCLES = 2;
 const SIO_PAGE = 0xd;
 const APB_PAGE = 0x4;
 
@@ -40,6 +46,10 @@ export class Bus {
     this.secondHalf = NOWHERE;
     /** The address of the first half of a wide instruction that was counted. */
     this.wideCounted = NOWHERE;
+    /** Where the instruction under way has read or written RAM; NOWHERE if it has not. */
+    this.dataAddress = NOWHERE;
+    /** The instruction whose fetch the DMA has held up already. */
+    this.heldUpAt = NOWHERE;
     this.core = chip.core;
     this.lockstep = chip.clock.lockstep;
     this.registers = new Int32Array(chip.core.registers.buffer);
@@ -70,7 +80,10 @@ export class Bus {
   read32(address) {
     const offset = (address - RAM_START) | 0;
     if ((address & 3) !== 0) throw unaligned('read', address);
-    if (offset >= 0 && offset < this.ramSize) return this.ram32[offset >>> 2];
+    if (offset >= 0 && offset < this.ramSize) {
+      this.dataAddress = address;
+      return this.ram32[offset >>> 2];
+    }
     if (address >>> 26 === this.flashPages) {
       this.readFlash(address);
       return this.flash32[(address & FLASH_MASK) >>> 2];
@@ -82,7 +95,10 @@ export class Bus {
   read16(address) {
     const offset = (address - RAM_START) | 0;
     if ((address & 1) !== 0) throw unaligned('read', address);
-    if (offset >= 0 && offset < this.ramSize) return this.ram16[offset >>> 1];
+    if (offset >= 0 && offset < this.ramSize) {
+      this.dataAddress = address;
+      return this.ram16[offset >>> 1];
+    }
     if (address >>> 26 === this.flashPages) {
       this.readFlash(address);
       return this.flash16[(address & FLASH_MASK) >>> 1];
@@ -93,7 +109,10 @@ export class Bus {
 
   read8(address) {
     const offset = (address - RAM_START) | 0;
-    if (offset >= 0 && offset < this.ramSize) return this.ram8[offset];
+    if (offset >= 0 && offset < this.ramSize) {
+      this.dataAddress = address;
+      return this.ram8[offset];
+    }
     if (address >>> 26 === this.flashPages) {
       this.readFlash(address);
       return this.flash8[address & FLASH_MASK];
@@ -106,6 +125,7 @@ export class Bus {
     const offset = (address - RAM_START) | 0;
     if ((address & 3) !== 0) throw unaligned('write', address);
     if (offset >= 0 && offset < this.ramSize) {
+      this.dataAddress = address;
       this.ram32[offset >>> 2] = value;
       return;
     }
@@ -117,6 +137,7 @@ export class Bus {
     const offset = (address - RAM_START) | 0;
     if ((address & 1) !== 0) throw unaligned('write', address);
     if (offset >= 0 && offset < this.ramSize) {
+      this.dataAddress = address;
       this.ram16[offset >>> 1] = value;
       return;
     }
@@ -127,6 +148,7 @@ export class Bus {
   write8(address, value) {
     const offset = (address - RAM_START) | 0;
     if (offset >= 0 && offset < this.ramSize) {
+      this.dataAddress = address;
       this.ram8[offset] = value;
       return;
     }
@@ -183,6 +205,29 @@ export class Bus {
   #wait(address) {
     const wait = this.cache.read(address);
     if (wait !== 0) this.core.cycles += wait;
+  }
+
+  /** The DMA uses a word of RAM on a cycle: the core waits a cycle if it wants the same bank, once for each access. */
+  contend(address, cycle) {
+    const { core } = this;
+    if (core.waiting || core.cycles - cycle >= RAM_CYCLES) return;
+    const bank = this.#bankOf(address);
+    if (bank === NO_BANK) return;
+    const next = this.registers[PC];
+    if (bank === this.#bankOf(this.dataAddress)) {
+      this.dataAddress = NOWHERE;
+      core.cycles += 1;
+    } else if ((next & 2) === 0 && next !== this.heldUpAt && bank === this.#bankOf(next)) {
+      this.heldUpAt = next;
+      core.cycles += 1;
+    }
+  }
+
+  #bankOf(address) {
+    const offset = (address - RAM_START) | 0;
+    if (offset < 0 || offset >= this.ramSize) return NO_BANK;
+    if (offset < STRIPED_BYTES) return (offset >>> 2) & (STRIPED_BANKS - 1);
+    return STRIPED_BANKS + Math.floor((offset - STRIPED_BYTES) / SMALL_BANK_BYTES);
   }
 
   #beforeRead(address) {

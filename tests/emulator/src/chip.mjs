@@ -8,6 +8,7 @@ import { Lockstep } from './lockstep.mjs';
 import { PioBlock } from './pio/block.mjs';
 import { PioRegisters } from './pio/registers.mjs';
 import { loadRom } from './rom/rom.mjs';
+import { Sleep } from './sleep.mjs';
 import { SysTick } from './systick.mjs';
 import { ExactTimer } from './timer.mjs';
 import { Uart } from './uart.mjs';
@@ -36,6 +37,8 @@ export function buildChip(clock, board, { missFactor = 1, counts = new FlashCoun
   chip.core.cycles = powerUpCycle;
   clock.core = chip.core;
   chip.core.setInterrupt = setInterrupt;
+  chip.core.sleep = new Sleep(chip.core, board.onWarning);
+  chip.core.sleep.attach(chip.ppb);
   chip.onBootsel = board.onBootsel;
   chip.onBreak = (code) => {
     throw new Fault(`a breakpoint or an undefined instruction (number ${code})`);
@@ -52,6 +55,7 @@ export function buildChip(clock, board, { missFactor = 1, counts = new FlashCoun
   runBeside(chip, clock, cache);
   const bus = new Bus(chip, flash, cache, watch);
   watch.attach(chip.core);
+  chip.dma.onAccess = (address, cycle) => bus.contend(address, cycle);
   watchExceptions(clock, bus);
   return { chip, core: chip.core, bus, cache, flash, watchdog, uart };
 }
@@ -99,7 +103,7 @@ function setInterrupt(irq, asserted) {
   } else if (!(this.pendingInterrupts & bit)) {
     this.pendingInterrupts |= bit;
     this.interruptsUpdated = true;
-    if (this.enabledInterrupts & bit) this.waiting = false;
+    this.sleep.pended();
   }
 }
 

@@ -100,7 +100,7 @@ export class DmaChannel {
   move(cycle) {
     this.due = Infinity;
     if (this.count > 0 && isFlash(this.readAddress) && this.#waitsForFlash(cycle)) return;
-    if (this.count > 0 && !this.#transfer()) return;
+    if (this.count > 0 && !this.#transfer(cycle)) return;
     if (this.count > 0) this.#await(cycle + 1);
     else this.#complete(cycle);
   }
@@ -164,7 +164,9 @@ export class DmaChannel {
   }
 
   /** @returns {boolean} false if the bus refused it, which halts the channel */
-  #transfer() {
+  #transfer(cycle) {
+    this.dma.onAccess(this.readAddress, cycle);
+    this.dma.onAccess(this.writeAddress, cycle);
     try {
       this.#store(this.#load());
     } catch (error) {

@@ -26,6 +26,8 @@ export class Dma extends BasePeripheral {
     this.cache = cache;
     /** All channels wait while a word comes from flash. */
     this.heldUntil = 0;
+    /** Told of every address that is read or written, and its cycle. */
+    this.onAccess = () => {};
     this.clock = chip.clock;
     this.lockstep = lockstep;
     this.next = Infinity;

@@ -158,12 +158,11 @@ function hint(core, r, op) {
   switch (op) {
     case WFE:
       core.cycles += 1;
-      core.waiting = !core.eventRegistered;
-      core.eventRegistered = false;
+      core.sleep.waitForEvent();
       return;
     case WFI:
       core.cycles += 1;
-      core.waiting = true;
+      core.sleep.waitForInterrupt();
       return;
     case SEV: // rp2040js only logs it: an executor that pends itself would sleep for ever
       core.eventRegistered = true;
