@@ -5,6 +5,7 @@ import { Dma } from './dma.mjs';
 import { Fault, FetchFault } from './fault.mjs';
 import { Flash, FLASH_START, hiddenFlash, isFlash } from './flash.mjs';
 import { Lockstep } from './lockstep.mjs';
+import { PadInputs } from './pad-inputs.mjs';
 import { PioBlock } from './pio/block.mjs';
 import { PioRegisters } from './pio/registers.mjs';
 import { loadRom } from './rom/rom.mjs';
@@ -71,16 +72,7 @@ function runBeside(chip, clock, cache) {
   Object.assign(chip.peripherals, { [SLOT.dma]: dma, [SLOT.pio0]: registers[0], [SLOT.pio1]: registers[1] });
   for (const part of [...pio, dma]) lockstep.add(part);
   for (const block of pio) block.onRequest = (number, cycle) => dma.request(number, cycle);
-  for (const pin of chip.gpio) tellInputs(pin, pio, clock);
-}
-
-/** A level from outside goes to the PIO blocks too. */
-function tellInputs(pin, pio, clock) {
-  const { setInputValue } = pin;
-  pin.setInputValue = (high) => {
-    setInputValue.call(pin, high);
-    for (const block of pio) block.inputChanged(pin.index, pin.inputValue, clock.cycles);
-  };
+  new PadInputs(chip, pio, clock);
 }
 
 /** Writes the ELF's segments where a flasher would. */
