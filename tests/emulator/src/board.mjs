@@ -1,12 +1,15 @@
-import { boot, buildChip, loadInto } from './chip.mjs';
+import { buildChip, loadInto } from './chip.mjs';
 import { MachineClock, NANOS_PER_CYCLE } from './clock.mjs';
 import { run } from './core.mjs';
+import { DeadlineWatch } from './deadline-watch.mjs';
 import { enterHardFault } from './fault.mjs';
 import { eraseUnder } from './flash-file.mjs';
 import { Gantry } from './gantry.mjs';
+import { boot } from './second-stage.mjs';
 import { UartCable } from './uart-cable.mjs';
 import { UsbHost } from './usb-host.mjs';
 import { RESET_FORCED, RESET_TIMER } from './watchdog.mjs';
+import { FlashCounts } from './xip-cache.mjs';
 
 /** Grbl's ctrl-X. */
 const RESET_BYTE = 0x18;
@@ -35,11 +38,14 @@ export class Board {
     /** Called between stretches of the run, to show progress. */
     this.onSlice = () => {};
     this.chipWatchers = [];
+    this.missFactor = options.missFactor ?? 1;
+    this.flashCounts = new FlashCounts();
+    this.watch = new DeadlineWatch(this.clock);
     this.#build();
     if (kept !== null) this.flash.bytes.set(kept);
     eraseUnder(this.flash.bytes, segments);
     loadInto(this.chip, segments);
-    const listener = { onData: (bytes) => this.onBytes(bytes), onDelivered: (bytes) => this.#delivered(bytes) };
+    const listener = { onData: (bytes) => this.#heard(bytes), onDelivered: (bytes) => this.#delivered(bytes) };
     this.cable = options.console === 'uart' ? new UartCable(this.clock, listener) : new UsbHost(this.clock, listener);
     this.#start();
   }
@@ -88,6 +94,18 @@ export class Board {
     this.pause();
   }
 
+  /** The sender sends bytes. */
+  send(bytes) {
+    if (bytes.length > 0) this.watch.senderSpoke();
+    this.cable.write(bytes);
+  }
+
+  /** The firmware has sent bytes. */
+  #heard(bytes) {
+    this.watch.firmwareSpoke();
+    this.onBytes(bytes);
+  }
+
   /** Bytes have reached the firmware. */
   #delivered(bytes) {
     if (bytes.includes(RESET_BYTE)) this.gantry.stops.reset();
@@ -116,17 +134,17 @@ export class Board {
   }
 
   #build() {
-    const built = buildChip(this.clock, {
+    const tells = {
       onWatchdog: (reason) => this.#reset(reason),
       onBootsel: (...hints) => this.clock.createAlarm(() => this.#enterBootsel(hints)).schedule(0),
       onUartByte: (byte) => this.cable.received?.(byte),
       onWarning: (text) => this.warnings.add(text),
-    });
-    Object.assign(this, built);
+    };
+    Object.assign(this, buildChip(this.clock, tells, { missFactor: this.missFactor, counts: this.flashCounts, watch: this.watch }));
   }
 
   #start() {
-    boot(this.chip);
+    boot(this.chip, this.flash);
     this.gantry.attach(this.chip);
     this.cable.attach(this.chip, this.uart);
     for (const watch of this.chipWatchers) watch(this.chip);

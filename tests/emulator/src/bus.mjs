@@ -1,12 +1,22 @@
 import { Fault, FetchFault } from './fault.mjs';
-import { hiddenFlash, isFlash } from './flash.mjs';
+import { FLASH_START, hiddenFlash, isFlash } from './flash.mjs';
 import { ROM_BYTES } from './rom/image.mjs';
 
-const FLASH_PAGE = 0x10;
-/** No address is on it. */
-const NO_PAGE = -1;
+/** Flash and its three aliases have an address's first six bits in common. */
+const FLASH_PAGES = FLASH_START >>> 26;
+/** No address is on them. */
+const NO_PAGES = -1;
+/** No instruction and no word is there. */
+export const NOWHERE = 1;
 const FLASH_MASK = 0xffffff;
 const RAM_START = 0x20000000;
+const PC = 15;
+/** Four banks hold the words by turns; above them are two small ones. */
+const STRIPED_BYTES = 0x40000;
+const [STRIPED_BANKS, SMALL_BANK_BYTES] = [4, 0x1000];
+const NO_BANK = -1;
+/** An instruction's own accesses are on its last cycles; before them it may have waited for flash. */
+const RAM_CYCLES = 2;
 const SIO_PAGE = 0xd;
 const APB_PAGE = 0x4;
 
@@ -17,12 +27,29 @@ const APB_PAGE = 0x4;
  * Registers, words and addresses are signed 32-bit numbers here: V8 keeps those unboxed from function to function.
  */
 export class Bus {
-  /** @param {import('./flash.mjs').Flash} flash */
-  constructor(chip, flash) {
+  /**
+   * @param {import('./flash.mjs').Flash} flash
+   * @param {import('./xip-cache.mjs').XipCache} cache
+   * @param {import('./deadline-watch.mjs').DeadlineWatch} watch
+   */
+  constructor(chip, flash, cache, watch) {
     this.chip = chip;
     this.flash = flash;
-    this.flashPage = FLASH_PAGE;
-    flash.onReadable = (readable) => (this.flashPage = readable ? FLASH_PAGE : NO_PAGE);
+    this.cache = cache;
+    this.watch = watch;
+    this.flashPages = FLASH_PAGES;
+    flash.onReadable = (readable) => (this.flashPages = readable ? FLASH_PAGES : NO_PAGES);
+    /**
+     * The address of the half-word of flash that came with the one fetched last, as the second of its word. Its bits are
+     * inverted where every instruction counts, so that no address is it.
+     */
+    this.secondHalf = NOWHERE;
+    /** The address of the first half of a wide instruction that was counted. */
+    this.wideCounted = NOWHERE;
+    /** Where the instruction under way has read or written RAM; NOWHERE if it has not. */
+    this.dataAddress = NOWHERE;
+    /** The instruction whose fetch the DMA has held up already. */
+    this.heldUpAt = NOWHERE;
     this.core = chip.core;
     this.lockstep = chip.clock.lockstep;
     this.registers = new Int32Array(chip.core.registers.buffer);
@@ -38,7 +65,11 @@ export class Bus {
 
   /** The instruction at an address. */
   fetch(address) {
-    if (address >>> 24 === this.flashPage) return this.flash16[(address & FLASH_MASK) >>> 1];
+    if (address >>> 26 === this.flashPages) {
+      if (address === this.secondHalf) this.secondHalf = NOWHERE;
+      else this.fetchFlash(address);
+      return this.flash16[(address & FLASH_MASK) >>> 1];
+    }
     const offset = (address - RAM_START) | 0;
     if (offset >= 0 && offset < this.ramSize) return this.ram16[offset >>> 1];
     if (address >>> 0 < ROM_BYTES) return this.rom16[address >>> 1];
@@ -49,8 +80,14 @@ export class Bus {
   read32(address) {
     const offset = (address - RAM_START) | 0;
     if ((address & 3) !== 0) throw unaligned('read', address);
-    if (offset >= 0 && offset < this.ramSize) return this.ram32[offset >>> 2];
-    if (address >>> 24 === this.flashPage) return this.flash32[(address & FLASH_MASK) >>> 2];
+    if (offset >= 0 && offset < this.ramSize) {
+      this.dataAddress = address;
+      return this.ram32[offset >>> 2];
+    }
+    if (address >>> 26 === this.flashPages) {
+      this.readFlash(address);
+      return this.flash32[(address & FLASH_MASK) >>> 2];
+    }
     this.#beforeRead(address);
     return this.chip.readUint32(address >>> 0) | 0;
   }
@@ -58,16 +95,28 @@ export class Bus {
   read16(address) {
     const offset = (address - RAM_START) | 0;
     if ((address & 1) !== 0) throw unaligned('read', address);
-    if (offset >= 0 && offset < this.ramSize) return this.ram16[offset >>> 1];
-    if (address >>> 24 === this.flashPage) return this.flash16[(address & FLASH_MASK) >>> 1];
+    if (offset >= 0 && offset < this.ramSize) {
+      this.dataAddress = address;
+      return this.ram16[offset >>> 1];
+    }
+    if (address >>> 26 === this.flashPages) {
+      this.readFlash(address);
+      return this.flash16[(address & FLASH_MASK) >>> 1];
+    }
     this.#beforeRead(address);
     return this.chip.readUint16(address >>> 0);
   }
 
   read8(address) {
     const offset = (address - RAM_START) | 0;
-    if (offset >= 0 && offset < this.ramSize) return this.ram8[offset];
-    if (address >>> 24 === this.flashPage) return this.flash8[address & FLASH_MASK];
+    if (offset >= 0 && offset < this.ramSize) {
+      this.dataAddress = address;
+      return this.ram8[offset];
+    }
+    if (address >>> 26 === this.flashPages) {
+      this.readFlash(address);
+      return this.flash8[address & FLASH_MASK];
+    }
     this.#beforeRead(address);
     return this.chip.readUint8(address >>> 0);
   }
@@ -76,6 +125,7 @@ export class Bus {
     const offset = (address - RAM_START) | 0;
     if ((address & 3) !== 0) throw unaligned('write', address);
     if (offset >= 0 && offset < this.ramSize) {
+      this.dataAddress = address;
       this.ram32[offset >>> 2] = value;
       return;
     }
@@ -87,6 +137,7 @@ export class Bus {
     const offset = (address - RAM_START) | 0;
     if ((address & 1) !== 0) throw unaligned('write', address);
     if (offset >= 0 && offset < this.ramSize) {
+      this.dataAddress = address;
       this.ram16[offset >>> 1] = value;
       return;
     }
@@ -97,6 +148,7 @@ export class Bus {
   write8(address, value) {
     const offset = (address - RAM_START) | 0;
     if (offset >= 0 && offset < this.ramSize) {
+      this.dataAddress = address;
       this.ram8[offset] = value;
       return;
     }
@@ -104,8 +156,82 @@ export class Bus {
     this.chip.writeUint8(address >>> 0, value & 0xff);
   }
 
+  /** The core fetches instructions by words: this one begins a word, or a branch leads to it, or it has to be counted. */
+  fetchFlash(address) {
+    if (this.watch.urgent || this.secondHalf < 0) {
+      this.#fetchCounted(address);
+      return;
+    }
+    this.secondHalf = (address & 2) === 0 ? address + 2 : NOWHERE;
+    this.#wait(address);
+  }
+
+  /** The core reads data, and waits for what the cache does not have. */
+  readFlash(address) {
+    if (this.watch.urgent) this.watch.read(this.registers[PC] - 2, this.#waitCounted(address));
+    else this.#wait(address);
+  }
+
+  /** A vector is read for the handler that is being entered. */
+  readVector(address) {
+    if (this.watch.urgent) this.watch.read(address, this.#waitCounted(address));
+    else this.#wait(address);
+  }
+
+  /** Also the first fetch where nothing counts any more, which may be of a second half still. */
+  #fetchCounted(address) {
+    const cameWithWord = address === ~this.secondHalf;
+    const missed = !cameWithWord && this.#waitCounted(address);
+    const next = cameWithWord || (address & 2) !== 0 ? NOWHERE : address + 2;
+    const { urgent } = this.watch;
+    this.secondHalf = urgent ? ~next : next;
+    if (urgent) this.#count(address, missed);
+  }
+
+  /** The second half of a wide instruction is no instruction. */
+  #count(address, missed) {
+    const isSecond = address === this.wideCounted + 2;
+    this.wideCounted = !isSecond && isWide(this.flash16[(address & FLASH_MASK) >>> 1]) ? address : NOWHERE;
+    if (!isSecond) this.watch.fetched(address, missed);
+  }
+
+  /** @returns {boolean} whether the cache did not have it */
+  #waitCounted(address) {
+    const { misses } = this.cache.counts;
+    this.#wait(address);
+    return this.cache.counts.misses > misses;
+  }
+
+  #wait(address) {
+    const wait = this.cache.read(address);
+    if (wait !== 0) this.core.cycles += wait;
+  }
+
+  /** The DMA uses a word of RAM on a cycle: the core waits a cycle if it wants the same bank, once for each access. */
+  contend(address, cycle) {
+    const { core } = this;
+    if (core.waiting || core.cycles - cycle >= RAM_CYCLES) return;
+    const bank = this.#bankOf(address);
+    if (bank === NO_BANK) return;
+    const next = this.registers[PC];
+    if (bank === this.#bankOf(this.dataAddress)) {
+      this.dataAddress = NOWHERE;
+      core.cycles += 1;
+    } else if ((next & 2) === 0 && next !== this.heldUpAt && bank === this.#bankOf(next)) {
+      this.heldUpAt = next;
+      core.cycles += 1;
+    }
+  }
+
+  #bankOf(address) {
+    const offset = (address - RAM_START) | 0;
+    if (offset < 0 || offset >= this.ramSize) return NO_BANK;
+    if (offset < STRIPED_BYTES) return (offset >>> 2) & (STRIPED_BANKS - 1);
+    return STRIPED_BANKS + Math.floor((offset - STRIPED_BYTES) / SMALL_BANK_BYTES);
+  }
+
   #beforeRead(address) {
-    if (isFlash(address) && this.flashPage === NO_PAGE) throw new Fault(hiddenFlash(address));
+    if (isFlash(address)) throw new Fault(hiddenFlash(address));
     this.catchUp();
   }
 
@@ -131,6 +257,8 @@ export function writeCycles(address) {
   const page = address >>> 28;
   return page === SIO_PAGE ? 0 : page === APB_PAGE ? 4 : 1;
 }
+
+const isWide = (op) => op >> 11 >= 0b11101;
 
 const name = (address) => `0x${(address >>> 0).toString(16)}`;
 

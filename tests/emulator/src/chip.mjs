@@ -1,21 +1,23 @@
 import { RP2040 } from 'rp2040js';
 import { Bus } from './bus.mjs';
+import { DeadlineWatch } from './deadline-watch.mjs';
 import { Dma } from './dma.mjs';
 import { Fault, FetchFault } from './fault.mjs';
 import { Flash, FLASH_START, hiddenFlash, isFlash } from './flash.mjs';
 import { Lockstep } from './lockstep.mjs';
+import { PadInputs } from './pad-inputs.mjs';
 import { PioBlock } from './pio/block.mjs';
 import { PioRegisters } from './pio/registers.mjs';
 import { loadRom } from './rom/rom.mjs';
+import { Sleep } from './sleep.mjs';
 import { SysTick } from './systick.mjs';
 import { ExactTimer } from './timer.mjs';
 import { Uart } from './uart.mjs';
 import { Watchdog } from './watchdog.mjs';
+import { FlashCounts, XipCache } from './xip-cache.mjs';
 import { XipControl } from './xip-control.mjs';
 
 const RAM_START = 0x20000000;
-/** Where the vector table lies, behind the 256 bytes of second-stage bootloader. */
-const VECTORS = 0x10000100;
 const SLOT = { ssi: 0x18000, xipControl: 0x14000, timer: 0x40054, watchdog: 0x40058, uart0: 0x40034, dma: 0x50000, pio0: 0x50200, pio1: 0x50300 };
 const IRQ_UART0 = 20;
 const [IRQ_PIO0, IRQ_PIO1] = [7, 9];
@@ -26,52 +28,51 @@ const [IRQ_PIO0, IRQ_PIO1] = [7, 9];
  * @param {import('./clock.mjs').MachineClock} clock
  * @param {{onWatchdog: (reason: number) => void, onUartByte: (byte: number) => void, onWarning: (text: string) => void}} board
  *   what the chip tells the board
+ * @param {{missFactor?: number, counts?: FlashCounts, watch?: DeadlineWatch}} flashOptions what a miss of flash's cache
+ *   costs, times the reckoned cycles; where its accesses are counted, and who watches those that matter
  */
-export function buildChip(clock, board) {
+export function buildChip(clock, board, { missFactor = 1, counts = new FlashCounts(), watch = new DeadlineWatch(clock) } = {}) {
   const powerUpCycle = clock.core.cycles;
   const chip = new RP2040(clock);
   chip.logger = quietLogger(board.onWarning);
   chip.core.cycles = powerUpCycle;
   clock.core = chip.core;
   chip.core.setInterrupt = setInterrupt;
+  chip.core.sleep = new Sleep(chip.core, board.onWarning);
+  chip.core.sleep.attach(chip.ppb);
   chip.onBootsel = board.onBootsel;
   chip.onBreak = (code) => {
     throw new Fault(`a breakpoint or an undefined instruction (number ${code})`);
   };
   const timer = new ExactTimer(chip, 'TIMER');
   const watchdog = new Watchdog(chip, 'WATCHDOG', board.onWatchdog);
-  const flash = new Flash(chip);
-  watchExceptions(chip.core, clock, flash);
+  const cache = new XipCache(clock, counts, missFactor);
+  const flash = new Flash(chip, cache);
   const uart = new Uart(chip, 'UART0', IRQ_UART0, board.onUartByte);
-  Object.assign(chip.peripherals, { [SLOT.ssi]: flash.interface, [SLOT.xipControl]: new XipControl(chip, 'XIP_CTRL') });
+  Object.assign(chip.peripherals, { [SLOT.ssi]: flash.interface, [SLOT.xipControl]: new XipControl(chip, 'XIP_CTRL', cache) });
   Object.assign(chip.peripherals, { [SLOT.timer]: timer, [SLOT.watchdog]: watchdog, [SLOT.uart0]: uart });
   loadRom(chip);
   new SysTick(chip).attach(chip.ppb);
-  runBeside(chip, clock);
-  return { chip, core: chip.core, bus: new Bus(chip, flash), flash, watchdog, uart };
+  runBeside(chip, clock, cache);
+  const bus = new Bus(chip, flash, cache, watch);
+  watch.attach(chip.core);
+  chip.dma.onAccess = (address, cycle) => bus.contend(address, cycle);
+  watchExceptions(clock, bus);
+  return { chip, core: chip.core, bus, cache, flash, watchdog, uart };
 }
 
 /** Puts PIO and DMA in place of rp2040js's, in step with the core. */
-function runBeside(chip, clock) {
+function runBeside(chip, clock, cache) {
   const lockstep = new Lockstep(clock);
   clock.lockstep = lockstep;
-  const dma = new Dma(chip, 'DMA', lockstep);
+  const dma = new Dma(chip, 'DMA', lockstep, cache);
   const pio = [new PioBlock(chip, 0, { irq: IRQ_PIO0, lockstep }), new PioBlock(chip, 1, { irq: IRQ_PIO1, lockstep })];
   Object.assign(chip, { dma, pio });
   const registers = pio.map((block, index) => new PioRegisters(chip, `PIO${index}`, block));
   Object.assign(chip.peripherals, { [SLOT.dma]: dma, [SLOT.pio0]: registers[0], [SLOT.pio1]: registers[1] });
   for (const part of [...pio, dma]) lockstep.add(part);
   for (const block of pio) block.onRequest = (number, cycle) => dma.request(number, cycle);
-  for (const pin of chip.gpio) tellInputs(pin, pio, clock);
-}
-
-/** A level from outside goes to the PIO blocks too. */
-function tellInputs(pin, pio, clock) {
-  const { setInputValue } = pin;
-  pin.setInputValue = (high) => {
-    setInputValue.call(pin, high);
-    for (const block of pio) block.inputChanged(pin.index, pin.inputValue, clock.cycles);
-  };
+  new PadInputs(chip, pio, clock);
 }
 
 /** Writes the ELF's segments where a flasher would. */
@@ -86,14 +87,6 @@ export function loadInto(chip, segments) {
   }
 }
 
-/** Starts the program as the bootrom and the second stage would: vector table, stack pointer, entry point. */
-export function boot(chip) {
-  const { core } = chip;
-  core.VTOR = VECTORS;
-  core.SP = chip.readUint32(VECTORS);
-  core.PC = chip.readUint32(VECTORS + 4) & ~1;
-}
-
 /** rp2040js enters the handler of a sleeping core at once, whatever PRIMASK says: wake it, and let the run loop decide. */
 function setInterrupt(irq, asserted) {
   const bit = 1 << irq;
@@ -102,22 +95,31 @@ function setInterrupt(irq, asserted) {
   } else if (!(this.pendingInterrupts & bit)) {
     this.pendingInterrupts |= bit;
     this.interruptsUpdated = true;
-    if (this.enabledInterrupts & bit) this.waiting = false;
+    this.sleep.pended();
   }
 }
 
-/** Counts the time in handlers (nested ones as one), and looks for the vectors where the core does. */
-function watchExceptions(core, clock, flash) {
-  const { exceptionEntry, exceptionReturn } = core;
+/** Counts the time in handlers (nested ones as one), looks for the vectors where the core does, and tells the watch. */
+function watchExceptions(clock, bus) {
+  const { core, flash, watch } = bus;
+  const { exceptionEntry, exceptionReturn, writeSpecialRegister } = core;
   clock.leaveHandlers();
   core.exceptionEntry = (number) => {
-    if (isFlash(core.VTOR) && !flash.readable) throw new FetchFault(hiddenFlash(core.VTOR + 4 * number));
+    const vector = core.VTOR + 4 * number;
+    if (isFlash(vector) && !flash.readable) throw new FetchFault(hiddenFlash(vector));
     clock.enterHandler();
     exceptionEntry.call(core, number);
+    watch.update();
+    if (isFlash(vector)) bus.readVector(vector);
   };
   core.exceptionReturn = (value) => {
     exceptionReturn.call(core, value);
     if (core.IPSR === 0) clock.leaveHandlers();
+    watch.update();
+  };
+  core.writeSpecialRegister = (register, value) => {
+    writeSpecialRegister.call(core, register, value);
+    watch.update();
   };
 }
 

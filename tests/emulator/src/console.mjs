@@ -34,7 +34,7 @@ export class Console {
   /** Sends bytes that nothing answers: real-time commands. */
   send(bytes) {
     this.transcript.sent(this.board.nanos, bytes);
-    this.board.cable.write(bytes);
+    this.board.send(bytes);
   }
 
   /** Sends a line. Every line end in it (two in CRLF) is answered; of several answers an error is kept. */

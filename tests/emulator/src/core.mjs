@@ -1,4 +1,4 @@
-import { readCycles, writeCycles } from './bus.mjs';
+import { NOWHERE, readCycles, writeCycles } from './bus.mjs';
 import { alu, addWithCarry } from './alu.mjs';
 import { Fault } from './fault.mjs';
 import { highRegisters, loadStoreRegister, miscellaneous, wide } from './instructions.mjs';
@@ -32,6 +32,7 @@ function runOn(core, bus, clock, limit) {
   while (core.cycles < clock.next && core.cycles < limit && !core.waiting) {
     if (core.interruptsUpdated && core.checkForInterrupts()) core.cycles += EXCEPTION_ENTRY_CYCLES;
     const pc = r[PC];
+    bus.dataAddress = NOWHERE;
     const op = bus.fetch(pc);
     r[PC] = pc + 2;
     core.cycles += 1;

@@ -1,4 +1,5 @@
 import { Fault } from './fault.mjs';
+import { isFlash } from './flash.mjs';
 
 const [READ_ADDR, WRITE_ADDR, TRANS_COUNT, CTRL] = [0, 1, 2, 3];
 /** Which register each of the sixteen words is; the last one of each four triggers. */
@@ -36,6 +37,8 @@ export class DmaChannel {
     /** The cycle on which it may move its next word; infinite while it waits for a request. */
     this.due = Infinity;
     this.pacedCycle = 0;
+    /** Whether its next word has come from flash. */
+    this.fetched = false;
     this.enabled = false;
     this.request = 0;
     this.#control(index << 11);
@@ -58,6 +61,7 @@ export class DmaChannel {
     switch (REGISTERS[offset >> 2]) {
       case READ_ADDR:
         this.readAddress = value >>> 0;
+        this.fetched = false;
         break;
       case WRITE_ADDR:
         this.writeAddress = value >>> 0;
@@ -83,6 +87,7 @@ export class DmaChannel {
 
   abort() {
     this.busy = false;
+    this.fetched = false;
     this.#park(this.request);
   }
 
@@ -94,7 +99,8 @@ export class DmaChannel {
   /** Moves a word, and then waits for the next request or completes. A run of no words completes without. */
   move(cycle) {
     this.due = Infinity;
-    if (this.count > 0 && !this.#transfer()) return;
+    if (this.count > 0 && isFlash(this.readAddress) && this.#waitsForFlash(cycle)) return;
+    if (this.count > 0 && !this.#transfer(cycle)) return;
     if (this.count > 0) this.#await(cycle + 1);
     else this.#complete(cycle);
   }
@@ -146,8 +152,21 @@ export class DmaChannel {
     }
   }
 
+  /** The word is moved when it has come; until then no channel moves any. */
+  #waitsForFlash(cycle) {
+    const readable = this.chip.flash.length > 0;
+    const wait = this.fetched || !readable ? 0 : this.dma.cache.readBeside(this.readAddress, cycle);
+    this.fetched = wait > 0;
+    if (!this.fetched) return false;
+    this.dma.hold(cycle + wait);
+    this.schedule(cycle + wait);
+    return true;
+  }
+
   /** @returns {boolean} false if the bus refused it, which halts the channel */
-  #transfer() {
+  #transfer(cycle) {
+    this.dma.onAccess(this.readAddress, cycle);
+    this.dma.onAccess(this.writeAddress, cycle);
     try {
       this.#store(this.#load());
     } catch (error) {

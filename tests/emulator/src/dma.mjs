@@ -17,9 +17,17 @@ const [PIO_REQUESTS, REQUESTS, FIRST_TIMER, UNPACED] = [16, 64, 59, 63];
  * in turn. A word is read and written on one cycle, LATENCY_CYCLES after its request.
  */
 export class Dma extends BasePeripheral {
-  /** @param {import('./lockstep.mjs').Lockstep} lockstep */
-  constructor(chip, name, lockstep) {
+  /**
+   * @param {import('./lockstep.mjs').Lockstep} lockstep
+   * @param {import('./xip-cache.mjs').XipCache} cache
+   */
+  constructor(chip, name, lockstep, cache) {
     super(chip, name);
+    this.cache = cache;
+    /** All channels wait while a word comes from flash. */
+    this.heldUntil = 0;
+    /** Told of every address that is read or written, and its cycle. */
+    this.onAccess = () => {};
     this.clock = chip.clock;
     this.lockstep = lockstep;
     this.next = Infinity;
@@ -38,12 +46,17 @@ export class Dma extends BasePeripheral {
 
   /** Moves the word whose turn it is. */
   tick(cycle) {
-    const channel = this.#choose(cycle);
+    const channel = cycle < this.heldUntil ? null : this.#choose(cycle);
     if (channel !== null) {
       this.last = channel.index;
       channel.move(cycle);
     }
-    this.#lookAhead(cycle + 1);
+    this.#lookAhead(Math.max(cycle + 1, this.heldUntil));
+  }
+
+  /** No word is moved before that cycle. */
+  hold(cycle) {
+    this.heldUntil = cycle;
   }
 
   /** A channel is to move a word on this cycle, or later if others go first. */

@@ -35,13 +35,16 @@ export function hiddenFlash(address) {
 
 /** The flash chip behind its serial interface: what it holds, and whether it can be read as memory. */
 export class Flash {
-  constructor(chip) {
+  /** @param {import('./xip-cache.mjs').XipCache} cache */
+  constructor(chip, cache) {
     this.chip = chip;
+    this.cache = cache;
     this.bytes = chip.flash;
     this.interface = new Ssi(chip, 'SSI', () => this.update());
     this.selected = false;
     /** Told when it changes. */
     this.onReadable = () => {};
+    this.update();
   }
 
   get readable() {
@@ -54,8 +57,16 @@ export class Flash {
     this.update();
   }
 
-  /** Shows or hides flash as its interface is set. */
+  /** The ROM flushes and enables the cache, and lets go of the chip. */
+  flushCache() {
+    this.cache.flush();
+    this.cache.enable(true);
+    this.select(false);
+  }
+
+  /** Shows or hides flash, and takes its time, as its interface is set. */
   update() {
+    this.cache.setWordCycles(this.interface.wordCycles);
     const readable = !this.selected && this.interface.showsFlash;
     if (readable === this.readable) return;
     this.chip.flash = readable ? this.bytes : NOTHING;

@@ -86,7 +86,7 @@ export function miscellaneous(core, bus, r, op) {
     case 5:
       return push(core, bus, r, op & 0x1ff);
     case 6:
-      return maskInterrupts(core, op);
+      return maskInterrupts(core, bus, op);
     case 10:
       r[op & 7] = reversed(r[(op >> 3) & 7], (op >> 6) & 3);
       return;
@@ -148,8 +148,9 @@ function pop(core, bus, r, list) {
   }
 }
 
-function maskInterrupts(core, op) {
+function maskInterrupts(core, bus, op) {
   core.PM = op === CPSID;
+  bus.watch.update();
   if (op === CPSIE) core.interruptsUpdated = true;
 }
 
@@ -157,12 +158,11 @@ function hint(core, r, op) {
   switch (op) {
     case WFE:
       core.cycles += 1;
-      core.waiting = !core.eventRegistered;
-      core.eventRegistered = false;
+      core.sleep.waitForEvent();
       return;
     case WFI:
       core.cycles += 1;
-      core.waiting = true;
+      core.sleep.waitForInterrupt();
       return;
     case SEV: // rp2040js only logs it: an executor that pends itself would sleep for ever
       core.eventRegistered = true;

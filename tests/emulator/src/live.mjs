@@ -89,7 +89,7 @@ export class Live {
       if (!isRealTime(byte)) this.partial.sent.push(byte);
       if (byte === LF || byte === CR) this.#lineSent(Uint8Array.from(this.partial.sent.splice(0)));
     }
-    this.board.cable.write(bytes);
+    this.board.send(bytes);
   }
 
   #lineSent(bytes) {

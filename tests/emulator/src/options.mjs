@@ -29,6 +29,8 @@ The machine
   --seed N             of the bounces (default 1)
   --flash FILE         what flash holds beside the firmware: read from FILE at the start if it exists, written there at the
                        end, so that settings outlive the run
+  --ideal-flash        flash reads like RAM: its cache costs nothing
+  --miss-factor N      a word that is not in flash's cache costs N times the reckoned cycles (default 1)
 
 What to write
   --trace FILE         every rising edge of STEP: t_ns,axis,direction,position_steps
@@ -69,6 +71,8 @@ const SPEC = {
   'bounce-us': { type: 'string', default: '0' },
   seed: { type: 'string', default: '1' },
   flash: { type: 'string' },
+  'ideal-flash': { type: 'boolean', default: false },
+  'miss-factor': { type: 'string' },
   trace: { type: 'string' },
   edges: { type: 'string' },
   transcript: { type: 'string' },
@@ -98,6 +102,7 @@ export function parseOptions(args) {
     switches: Object.fromEntries(values.switch.map(switchOption)),
     bounceMicros: number('--bounce-us', values['bounce-us'], 0, 1e6),
     seed: number('--seed', values.seed, 0, 2 ** 32 - 1),
+    missFactor: missFactor(values['ideal-flash'], values['miss-factor']),
   };
 }
 
@@ -110,6 +115,12 @@ function number(name, text, least, most) {
   const value = Number(text);
   if (text.trim() === '' || !(value >= least && value <= most)) throw new Error(`${name} ${text}: give a number from ${least} to ${most}`);
   return value;
+}
+
+/** Ideal flash is that whose misses cost nothing. */
+function missFactor(ideal, factor) {
+  if (ideal && factor !== undefined) throw new Error('--ideal-flash has no misses: leave --miss-factor out');
+  return ideal ? 0 : number('--miss-factor', factor ?? '1', 0, 1000);
 }
 
 function settingLine(text) {

@@ -16,6 +16,8 @@ export function summary(board, console, error) {
     axes: Object.fromEntries(AXES.map((axis) => [axis, axisSummary(gantry, axis)])),
     driver_timing: { driver: gantry.timing.limits.name, violations: gantry.timing.total, by_rule: gantry.timing.counts, first: gantry.timing.first },
     core: coreSummary(clock),
+    flash_cache: cacheSummary(board),
+    ...board.watch.summary(),
     moving: {
       time_ns: moving.cycles * NANOS_PER_CYCLE,
       edges: moving.edges,
@@ -44,6 +46,10 @@ function coreSummary(clock) {
     thread_cycles: awakeCycles - handlerCycles,
     load: ratio(awakeCycles, cycles),
   };
+}
+
+function cacheSummary({ flashCounts: { accesses, hits, misses, stallCycles }, cache }) {
+  return { accesses, hits, misses, stall_cycles: stallCycles, miss_cycles: cache.missCycles };
 }
 
 function axisSummary(gantry, axis) {
@@ -79,6 +85,8 @@ export function readable(result) {
     `Driver       ${timing.violations === 0 ? `every edge within the timing of the ${timing.driver}` : `${timing.violations} violations ${JSON.stringify(timing.by_rule)}`}`,
     ...timing.first.map((each) => `  ${each.axis} ${each.rule} at ${each.t_ns} ns: ${each.value_ns} ns, at least ${each.limit_ns}`),
     `Core         ${(core.load * 100).toFixed(1)} % awake; while moving ${(moving.load * 100).toFixed(1)} %`,
+    cacheLine(result.flash_cache, core),
+    ...urgentLines(result),
     `Cycles       ${Math.round(moving.interrupt_cycles_per_edge)} a step in interrupts, ${Math.round(moving.awake_cycles_per_edge)} with planning and console`,
     ...result.stops.slice(0, SHOWN).map(stopLine),
     ...(result.stops.length > SHOWN ? [slowestStopLine(result.stops)] : []),
@@ -89,6 +97,26 @@ export function readable(result) {
     ...result.floating_input_pins.map((pin) => `Input        GP${pin} has no pull-up: it floats while its switch is open`),
     `Machine time ${(result.machine_time_ns / 1e9).toFixed(6)} s`,
   ].join('\n');
+}
+
+function cacheLine({ accesses, misses, stall_cycles: stalled, miss_cycles: cost }, core) {
+  const part = (count, whole) => `${(ratio(count, whole) * 100).toFixed(1)} %`;
+  return `Flash        ${accesses} words read, ${part(misses, accesses)} not in the cache at ${cost} cycles each; the core waited ${part(stalled, core.awake_cycles)} of its time awake`;
+}
+
+/** What has to be in time and yet comes from flash, and how long nothing could come in time. */
+function urgentLines(result) {
+  const { longest_masked_cycles: longest, longest_masked_pc: pc } = result;
+  return [
+    urgentLine('Handlers  ', result.flash_in_handlers, result.flash_in_handlers_data),
+    urgentLine('Masked    ', result.flash_in_critical_sections, result.flash_in_critical_sections_data),
+    ...(pc === null ? [] : [`             for ${longest} cycles at most, from pc ${pc}`]),
+  ];
+}
+
+function urgentLine(name, code, data) {
+  const [pc] = code.pcs;
+  return `${name}   ${code.count} instructions from flash${pc === undefined ? '' : ` (most at ${pc})`}, ${data.count} reads of it`;
 }
 
 function stopLine({ input, t_ns: toldNanos, latency_ns: latencyNanos, edges_after: edges }) {

@@ -1,6 +1,6 @@
 import { BasePeripheral } from 'rp2040js';
 
-const [CTRLR0, SSIENR, SR, IDR, VERSION, DR0, LAST] = [0x00, 0x08, 0x28, 0x58, 0x5c, 0x60, 0xfc];
+const [CTRLR0, SSIENR, BAUDR, SR, IDR, VERSION, DR0, SPI_CTRLR0, LAST] = [0x00, 0x08, 0x14, 0x28, 0x58, 0x5c, 0x60, 0xf4, 0xfc];
 const [IDENTITY, VERSION_ID] = [0x51535049, 0x3430312a];
 /** The transfer mode in CTRLR0: sends and receives, or reads as an EEPROM is read, which is how flash appears in memory. */
 const TRANSFER_MODE = 3 << 8;
@@ -10,11 +10,23 @@ const READY = (1 << 1) | (1 << 2) | (1 << 3);
 const READ_STATUS_2 = 0x35;
 /** The flash chip's QE bit: its four data lines are in use. */
 const QUAD_ENABLED = 0x02;
+/** Data lines by CTRLR0's SPI_FRF, and bits of the instruction by SPI_CTRLR0's INST_L. */
+const LINES = [1, 2, 4, 4];
+const INSTRUCTION_BITS = [0, 4, 8, 16];
+/** What the registers hold, by who has set them up. */
+const SET_UPS = {
+  /** The ROM, for plain commands: frames of 8 bits. */
+  commands: { ctrlr0: 0x00070000, spiCtrlr0: 0, baud: 6 },
+  /** The ROM, to show flash: reads by command 03 over one line. */
+  slowFlash: { ctrlr0: 0x001f0300, spiCtrlr0: 0x03000218, baud: 6 },
+  /** The second stage for the W25Q080, with its usual divider: reads by four lines that need no command. */
+  quickFlash: { ctrlr0: 0x005f0300, spiCtrlr0: 0xa0002022, baud: 2 },
+};
 
 /**
  * The serial interface to flash, as far as a second-stage bootloader needs it: registers keep what is written, and a command
  * is answered at once: the status registers say ready and QUAD, anything else is answered by zeros. What counts is
- * whether it shows flash in memory, which it does while it is on and in its EEPROM mode.
+ * whether it shows flash in memory, which it does while it is on and in its EEPROM mode, and how long it takes to read there.
  */
 export class Ssi extends BasePeripheral {
   /** @param {() => void} onChange */
@@ -23,16 +35,30 @@ export class Ssi extends BasePeripheral {
     this.onChange = onChange;
     this.registers = new Uint32Array(LAST / 4 + 1);
     this.answer = 0;
-    this.#setUp(true);
+    this.#setUp(SET_UPS.quickFlash);
   }
 
+  /** Without a divider there is no clock. */
   get showsFlash() {
-    return this.registers[SSIENR / 4] === 1 && (this.registers[CTRLR0 / 4] & TRANSFER_MODE) === EEPROM_READ;
+    return this.registers[SSIENR / 4] === 1 && this.#divider > 0 && (this.registers[CTRLR0 / 4] & TRANSFER_MODE) === EEPROM_READ;
+  }
+
+  /** Cycles of the system clock for one word of flash: instruction, address with its mode bits, wait and data. */
+  get wordCycles() {
+    const control = this.registers[CTRLR0 / 4];
+    const transfer = this.registers[SPI_CTRLR0 / 4];
+    const lines = LINES[(control >>> 21) & 3];
+    const kind = transfer & 3;
+    const instruction = INSTRUCTION_BITS[(transfer >>> 8) & 3] / (kind === 2 ? lines : 1);
+    const address = (4 * ((transfer >>> 2) & 15)) / (kind === 0 ? 1 : lines);
+    const wait = (transfer >>> 11) & 31;
+    const data = (((control >>> 16) & 31) + 1) / lines;
+    return (instruction + address + wait + data) * this.#divider;
   }
 
   /** Sets it up as the ROM does: for plain commands, or to show flash. */
   set({ showsFlash }) {
-    this.#setUp(showsFlash);
+    this.#setUp(showsFlash ? SET_UPS.slowFlash : SET_UPS.commands);
     this.onChange();
   }
 
@@ -57,8 +83,15 @@ export class Ssi extends BasePeripheral {
     this.onChange();
   }
 
-  #setUp(showsFlash) {
-    this.registers[CTRLR0 / 4] = showsFlash ? EEPROM_READ : 0;
+  /** Its last bit counts as 0. */
+  get #divider() {
+    return this.registers[BAUDR / 4] & 0xfffe;
+  }
+
+  #setUp({ ctrlr0, spiCtrlr0, baud }) {
+    this.registers[CTRLR0 / 4] = ctrlr0;
+    this.registers[SPI_CTRLR0 / 4] = spiCtrlr0;
+    this.registers[BAUDR / 4] = baud;
     this.registers[SSIENR / 4] = 1;
   }
 }

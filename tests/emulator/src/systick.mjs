@@ -87,7 +87,7 @@ export class SysTick {
     if (this.control & BIT.interrupts) {
       this.core.pendingSystick = true;
       this.core.interruptsUpdated = true;
-      this.core.waiting = false;
+      this.core.sleep.pended();
     }
     this.#restart(0);
   }

@@ -1,27 +1,36 @@
 import { BasePeripheral } from 'rp2040js';
 
 const [CTRL, FLUSH, STAT, CTR_HIT, CTR_ACC, STREAM_ADDR, STREAM_CTR] = [0x00, 0x04, 0x08, 0x0c, 0x10, 0x14, 0x18];
-/** Enabled, and bad memory accesses raise errors. */
-const CTRL_AT_RESET = 3;
-/** The cache is flushed, the stream's FIFO empty. */
-const STAT_IDLE = 3;
+const [ENABLED, ERRORS, POWERED_DOWN] = [1 << 0, 1 << 1, 1 << 3];
+const [FLUSHED, STREAM_EMPTY] = [1 << 0, 1 << 1];
+const MOST = 0xffffffff;
 
-/** The cache's control registers. There is no cache, and streaming from flash in the background is not emulated: all is idle. */
+/** The cache's control registers. Streaming from flash in the background is not emulated: its FIFO is empty. */
 export class XipControl extends BasePeripheral {
-  constructor(chip, name) {
+  /** @param {import('./xip-cache.mjs').XipCache} cache */
+  constructor(chip, name, cache) {
     super(chip, name);
-    this.ctrl = CTRL_AT_RESET;
+    this.core = chip.core;
+    this.clock = chip.clock;
+    this.cache = cache;
+    /** But for the bit that says whether the cache is enabled, which the ROM changes too. */
+    this.ctrl = ERRORS;
+    /** What the board had counted when the chip's own counters were cleared. */
+    this.clearedAt = { hits: cache.counts.hits, accesses: cache.counts.accesses };
   }
 
   readUint32(offset) {
     switch (offset) {
       case CTRL:
-        return this.ctrl;
-      case STAT:
-        return STAT_IDLE;
+        return this.ctrl | (this.cache.enabled ? ENABLED : 0);
       case FLUSH:
+        return this.#waitForFlush();
+      case STAT:
+        return STREAM_EMPTY | (this.clock.cycles < this.cache.flushedCycle ? 0 : FLUSHED);
       case CTR_HIT:
+        return this.#counted('hits');
       case CTR_ACC:
+        return this.#counted('accesses');
       case STREAM_ADDR:
       case STREAM_CTR:
         return 0;
@@ -30,8 +39,31 @@ export class XipControl extends BasePeripheral {
   }
 
   writeUint32(offset, value) {
-    if (offset === CTRL) this.ctrl = value & 0xf;
+    if (offset === CTRL) this.#control(value);
+    else if (offset === FLUSH) this.#flush(value);
+    else if (offset === CTR_HIT) this.clearedAt.hits = this.cache.counts.hits;
+    else if (offset === CTR_ACC) this.clearedAt.accesses = this.cache.counts.accesses;
     // A stream of no words is one stopped.
     else if (offset > CTR_ACC && value !== 0) super.writeUint32(offset, value);
+  }
+
+  /** Without power it cannot be on. */
+  #control(value) {
+    this.ctrl = value & (ERRORS | POWERED_DOWN);
+    this.cache.enable((value & (ENABLED | POWERED_DOWN)) === ENABLED);
+  }
+
+  #flush(value) {
+    if (value & 1) this.cache.flush();
+  }
+
+  /** Whoever reads the register waits until the flush is over. */
+  #waitForFlush() {
+    this.core.cycles += Math.max(0, this.cache.flushedCycle - this.clock.cycles);
+    return 0;
+  }
+
+  #counted(what) {
+    return Math.min(MOST, this.cache.counts[what] - this.clearedAt[what]);
   }
 }

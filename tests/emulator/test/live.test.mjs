@@ -11,7 +11,7 @@ class FakeBoard {
   constructor() {
     Object.assign(this, { clock: new MachineClock(), sent: '', homed: [], levels: [], bootsel: null });
     this.gantry = { home: (axes) => this.homed.push(...axes) };
-    this.cable = { unsent: 3, settled: false, dtr: true, write: (bytes) => this.#write(bytes), setDtr: (open) => this.#setDtr(open) };
+    this.cable = { unsent: 3, settled: false, dtr: true, setDtr: (open) => this.#setDtr(open) };
   }
 
   get nanos() {
@@ -24,7 +24,7 @@ class FakeBoard {
     this.clock.core.cycles = limit;
   }
 
-  #write(bytes) {
+  send(bytes) {
     this.sent += Buffer.from(bytes).toString();
     if (this.sent.endsWith('?')) this.onBytes(Buffer.from('<Idle|MPos:1.000,0.000,0.000>\r\n'));
   }

@@ -17,12 +17,16 @@ class FakeBoard {
     this.clock = new MachineClock();
     Object.assign(this, { faults: [], resets: [], bootsel: null, homed: [], bauds: [], line: '', inFlight: 0, mostInFlight: 0 });
     this.gantry = { home: (axes) => this.homed.push(...axes), stepWatchers: new Set(), timing: { energised: true } };
-    this.cable = { setLineCoding: (baud) => this.bauds.push(baud), write: (bytes) => bytes.forEach((byte) => this.#accept(byte)) };
+    this.cable = { setLineCoding: (baud) => this.bauds.push(baud) };
     this.#reply("\r\nGrbl 1.1h ['$' for help]", 0);
   }
 
   get nanos() {
     return this.clock.cycles * 8;
+  }
+
+  send(bytes) {
+    bytes.forEach((byte) => this.#accept(byte));
   }
 
   pause() {

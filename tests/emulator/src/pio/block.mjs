@@ -122,13 +122,14 @@ export class PioBlock {
     if (level === lastValue) return;
     pin.lastValue = level;
     for (const listener of pin.listeners) listener(level, lastValue);
+    pin.follow(level === 1);
   }
 
   /** The level at an input changes. */
   inputChanged(pin, high, cycle) {
     const seenAt = this.inputs.change(pin, high, cycle);
-    if (seenAt === null) return;
-    for (const machine of this.machines) machine.wake(WAITS_FOR.pin, seenAt - 1);
+    if (seenAt === Infinity) return;
+    for (let index = 0; index < MACHINES; index++) this.machines[index].wake(WAITS_FOR.pin, seenAt - 1);
   }
 
   /** The registers of the machines as of this cycle. */

@@ -1,39 +1,59 @@
 /** Two flip-flops: a level is seen two cycles after it came; one with the synchroniser bypassed. */
 const SYNC_CYCLES = 2;
 const BYPASS_CYCLES = 1;
+/** Room for every pin to change on every cycle that a change takes. */
+const SLOTS = 128;
 
-/** The levels of the GPIO inputs as a PIO block sees them, through its synchronisers. */
+/** The levels of the GPIO inputs as a PIO block or SIO sees them, through its synchronisers. */
 export class Inputs {
   constructor() {
     this.bypassed = 0;
     this.seen = 0;
     this.outside = 0;
-    /** Changes on their way: the cycle from which each is seen, the pin's bit, its level. In order of those cycles. */
-    this.coming = [];
+    /** Changes on their way, in a ring: the cycle from which each is seen, in their order, and the pin's bit, which turns over. */
+    this.cycles = new Float64Array(SLOTS);
+    this.bits = new Int32Array(SLOTS);
+    this.head = 0;
+    this.count = 0;
   }
 
   /** The levels a machine sees on a cycle. */
   at(cycle) {
-    while (this.nextChange <= cycle) {
-      const { bit, high } = this.coming.shift();
-      this.seen = high ? this.seen | bit : this.seen & ~bit;
+    while (this.count > 0 && this.cycles[this.head] <= cycle) {
+      this.seen ^= this.bits[this.head];
+      this.head = (this.head + 1) & (SLOTS - 1);
+      this.count -= 1;
     }
     return this.seen;
   }
 
   /** The cycle on which the next change is seen. */
   get nextChange() {
-    return this.coming.length === 0 ? Infinity : this.coming[0].cycle;
+    return this.count === 0 ? Infinity : this.cycles[this.head];
   }
 
-  /** A pin's level changes. @returns {number | null} the cycle from which that is seen; null if it is no change */
+  /** A pin's level changes. @returns {number} the cycle from which that is seen; infinite if it is no change */
   change(pin, high, cycle) {
     const bit = 1 << pin;
-    if (((this.outside & bit) !== 0) === high) return null;
+    if (((this.outside & bit) !== 0) === high) return Infinity;
     this.outside ^= bit;
+    this.at(cycle);
     const seenAt = cycle + (this.bypassed & bit ? BYPASS_CYCLES : SYNC_CYCLES);
-    this.coming.push({ cycle: seenAt, bit, high });
-    this.coming.sort((one, other) => one.cycle - other.cycle);
+    this.#insert(seenAt, bit);
     return seenAt;
+  }
+
+  #insert(seenAt, bit) {
+    let slot = (this.head + this.count) & (SLOTS - 1);
+    this.count += 1;
+    for (let left = this.count - 1; left > 0; left--) {
+      const before = (slot - 1) & (SLOTS - 1);
+      if (this.cycles[before] <= seenAt) break;
+      this.cycles[slot] = this.cycles[before];
+      this.bits[slot] = this.bits[before];
+      slot = before;
+    }
+    this.cycles[slot] = seenAt;
+    this.bits[slot] = bit;
   }
 }

@@ -13,7 +13,7 @@ const EMPTY_CYCLES = 20;
 export const FLASH = [
   ['IF', 'connect_internal_flash', CONNECT_CYCLES, () => {}],
   ['EX', 'flash_exit_xip', EXIT_CYCLES, (_, bus) => bus.flash.interface.set({ showsFlash: false })],
-  ['FC', 'flash_flush_cache', FLUSH_CYCLES, (_, bus) => bus.flash.select(false)],
+  ['FC', 'flash_flush_cache', FLUSH_CYCLES, (_, bus) => bus.flash.flushCache()],
   ['CX', 'flash_enter_cmd_xip', ENTER_CYCLES, (_, bus) => bus.flash.interface.set({ showsFlash: true })],
 ];
 

@@ -10,6 +10,8 @@ const NO_FUNCTION = 0xff;
 /** A stub takes one cycle for its trap, three a turn of its delay but two for the last, and two to return. */
 const [STUB_CYCLES, TURN_CYCLES] = [2, 3];
 
+/** The traps of functions that program flash: what they take is no fault of the firmware's. */
+const flashTraps = new Set();
 /** What each trap does, and the cycles of its whole function; functions whose cycles vary return them. */
 const actions = [];
 const cycles = [];
@@ -23,10 +25,12 @@ export function callRom(number, core, bus, r) {
   const act = actions[number];
   if (act === undefined) throw new Fault('there is no function of the emulated bootrom here');
   const varying = act(r, bus);
-  const left = (cycles[number] || varying || 0) - STUB_CYCLES;
+  const whole = cycles[number] || varying || 0;
+  const left = whole - STUB_CYCLES;
   const turns = Math.max(1, Math.floor(left / TURN_CYCLES));
   r[3] = turns;
   core.cycles += Math.max(0, left - turns * TURN_CYCLES);
+  if (flashTraps.has(number)) bus.watch.exclude(whole);
 }
 
 /** Puts the ROM where the chip has it. */
@@ -37,8 +41,9 @@ export function loadRom(chip) {
 function build() {
   const rom = new RomImage(NO_FUNCTION);
   rom.setFunctions([
-    ...[...BITS, ...MEMORY, ...FLASH].map(([code, , count, act]) => [code, addFunction(rom, count, act)]),
-    ...FLASH_LOOPS.map(({ code, check, step, count }) => [code, rom.addLoop(addTrap(0, check), addTrap(0, step), count)]),
+    ...[...BITS, ...MEMORY].map(([code, , count, act]) => [code, addFunction(rom, count, act)]),
+    ...FLASH.map(([code, , count, act]) => [code, rom.addStub(addFlashTrap(count, act))]),
+    ...FLASH_LOOPS.map(({ code, check, step, count }) => [code, rom.addLoop(addFlashTrap(0, check), addFlashTrap(0, step), count)]),
     ['UB', rom.addEnd(addTrap(0, (r, bus) => bus.chip.onBootsel(r[0], r[1])))],
   ]);
   const start = rom.end;
@@ -55,6 +60,12 @@ function build() {
 function addTrap(count, act) {
   cycles.push(count);
   return actions.push(act) - 1;
+}
+
+function addFlashTrap(count, act) {
+  const number = addTrap(count, act);
+  flashTraps.add(number);
+  return number;
 }
 
 function addFunction(rom, count, act) {

@@ -1,0 +1,120 @@
+const [FREE, HANDLER, MASKED] = [0, 1, 2];
+const SHOWN = 16;
+const PC = 15;
+/** The program counter has gone past the instruction that masks: CPSID, or the first half of MSR. */
+const PASSED_BYTES = 2;
+
+/** What was taken from flash in one kind of place. */
+class Tally {
+  constructor() {
+    this.count = 0;
+    this.misses = 0;
+    this.byPc = new Map();
+  }
+
+  add(pc, missed) {
+    this.count += 1;
+    if (missed) this.misses += 1;
+    // In a handler the core's bit for Thumb may be set.
+    const at = pc & ~1;
+    this.byPc.set(at, (this.byPc.get(at) ?? 0) + 1);
+  }
+
+  /** With the most frequent places first, and those of one frequency in the order of their addresses. */
+  summary() {
+    const places = [...this.byPc].sort(([pc, count], [otherPc, otherCount]) => otherCount - count || pc - otherPc);
+    return { count: this.count, misses: this.misses, pcs: places.slice(0, SHOWN).map(([pc]) => hex(pc)) };
+  }
+}
+
+const hex = (pc) => `0x${(pc >>> 0).toString(16)}`;
+
+/**
+ * Watches the places where deadlines are: exception handlers, and thread mode with interrupts masked. It counts what comes
+ * from flash there, where a miss of the cache is felt, and the longest time for which interrupts were masked.
+ *
+ * The firmware's start is its own affair: it counts from the sender's first bytes after the firmware's first, and so again
+ * after every reset.
+ */
+export class DeadlineWatch {
+  /** @param {import('./clock.mjs').MachineClock} clock */
+  constructor(clock) {
+    this.clock = clock;
+    this.code = { [HANDLER]: new Tally(), [MASKED]: new Tally() };
+    this.data = { [HANDLER]: new Tally(), [MASKED]: new Tally() };
+    this.longest = { cycles: 0, pc: null };
+  }
+
+  /** A chip starts. */
+  attach(core) {
+    this.core = core;
+    this.heard = false;
+    this.counting = false;
+    this.context = FREE;
+    /** Whether what comes from flash now is to be counted: the bus asks at every word. */
+    this.urgent = false;
+    this.masked = null;
+  }
+
+  /** The firmware has sent something. */
+  firmwareSpoke() {
+    this.heard = true;
+  }
+
+  /** The sender sends something. */
+  senderSpoke() {
+    if (!this.heard || this.counting) return;
+    this.counting = true;
+    this.#consider();
+  }
+
+  /** The core has entered or left a handler, or masked interrupts or no longer. */
+  update() {
+    const { core, masked } = this;
+    if (core.PM && masked === null) this.masked = { pc: core.registers[PC] - PASSED_BYTES, since: this.clock.cycles, counts: this.counting };
+    if (!core.PM && masked !== null) this.#unmask(masked);
+    this.context = core.IPSR !== 0 ? HANDLER : core.PM ? MASKED : FREE;
+    this.#consider();
+  }
+
+  /** The ROM's flash functions take their time with interrupts masked, as they must. */
+  exclude(cycles) {
+    if (this.masked !== null) this.masked.since += cycles;
+  }
+
+  /** An instruction came from flash. */
+  fetched(pc, missed) {
+    this.code[this.context].add(pc, missed);
+  }
+
+  /** The instruction at `pc` read flash. */
+  read(pc, missed) {
+    this.data[this.context].add(pc, missed);
+  }
+
+  summary() {
+    if (this.masked !== null) this.#measure(this.masked);
+    return {
+      flash_in_handlers: this.code[HANDLER].summary(),
+      flash_in_handlers_data: this.data[HANDLER].summary(),
+      flash_in_critical_sections: this.code[MASKED].summary(),
+      flash_in_critical_sections_data: this.data[MASKED].summary(),
+      longest_masked_cycles: this.longest.cycles,
+      longest_masked_pc: this.longest.pc === null ? null : hex(this.longest.pc),
+    };
+  }
+
+  #consider() {
+    this.urgent = this.counting && this.context !== FREE;
+  }
+
+  #unmask(masked) {
+    this.#measure(masked);
+    this.masked = null;
+  }
+
+  #measure({ pc, since, counts }) {
+    const cycles = this.clock.cycles - since;
+    if (counts && cycles > this.longest.cycles) this.longest = { cycles, pc };
+  }
+}

@@ -1,0 +1,63 @@
+import { Inputs } from './pio/inputs.mjs';
+
+const [LEVEL_LOW, LEVEL_HIGH, EDGE_LOW, EDGE_HIGH] = [1 << 0, 1 << 1, 1 << 2, 1 << 3];
+const INPUT_ENABLE = 1 << 6;
+
+/**
+ * What the inputs of the pins see: the level from outside, or that of the chip's own output while that is on. It goes to
+ * the pin's interrupts at once, to the PIO blocks and to SIO through their synchronisers.
+ */
+export class PadInputs {
+  /**
+   * @param {import('./pio/block.mjs').PioBlock[]} pio
+   * @param {import('./clock.mjs').MachineClock} clock
+   */
+  constructor(chip, pio, clock) {
+    this.pio = pio;
+    this.clock = clock;
+    this.sio = new Inputs();
+    Object.defineProperty(chip, 'gpioValues', { get: () => this.sio.at(clock.cycles) });
+    for (const pin of chip.gpio) this.#attach(pin);
+  }
+
+  /** Puts these rules in place of rp2040js's, which knows the level from outside only. */
+  #attach(pin) {
+    const { setInputValue, checkForUpdates } = pin;
+    let outside = pin.rawInputValue;
+    const take = (high) => {
+      setInputValue.call(pin, high);
+      this.#tell(pin, pin.inputValue);
+    };
+    const settle = () => {
+      const high = pin.outputEnable ? pin.outputValue : outside;
+      if (high !== pin.rawInputValue) take(high);
+    };
+    pin.setInputValue = (high) => {
+      outside = high;
+      take(pin.outputEnable ? pin.outputValue : high);
+    };
+    pin.refreshInput = () => take(pin.rawInputValue);
+    pin.checkForUpdates = () => {
+      checkForUpdates.call(pin);
+      settle();
+      this.#tell(pin, pin.inputValue);
+    };
+    pin.follow = (high) => this.#follow(pin, high, take);
+  }
+
+  /** The output of a pin without overrides changes: what `settle` does, quickly where nobody asked for interrupts. */
+  #follow(pin, high, take) {
+    if ((pin.irqEnableMask | pin.irqForceMask) !== 0) return take(high);
+    pin.rawInputValue = high;
+    if ((pin.padValue & INPUT_ENABLE) === 0) return undefined;
+    pin.irqStatus = high ? (pin.irqStatus & ~LEVEL_LOW) | LEVEL_HIGH | EDGE_HIGH : (pin.irqStatus & ~LEVEL_HIGH) | LEVEL_LOW | EDGE_LOW;
+    return this.#tell(pin, high);
+  }
+
+  #tell(pin, high) {
+    const { cycles } = this.clock;
+    this.sio.change(pin.index, high, cycles);
+    this.pio[0].inputChanged(pin.index, high, cycles);
+    this.pio[1].inputChanged(pin.index, high, cycles);
+  }
+}

@@ -1,0 +1,55 @@
+import { FLASH_START } from './flash.mjs';
+
+/** What the ROM reads from the beginning of flash, and where it runs it: at the end of RAM, below which its own stack is. */
+const STAGE_BYTES = 256;
+const RAM_START = 0x20000000;
+export const STAGE_ADDRESS = 0x20041f00;
+/** Behind it the vector table. */
+export const VECTORS = FLASH_START + STAGE_BYTES;
+const CHECKSUM_AT = STAGE_BYTES - 4;
+const POLYNOMIAL = 0x04c11db7;
+const ERASED = 0xff;
+
+const hex = (value) => `0x${(value >>> 0).toString(16).padStart(8, '0')}`;
+
+/**
+ * Starts what is in flash as the ROM does (datasheet 2.8.1.3): it checks the second-stage bootloader, copies it to RAM and
+ * runs it there. That sets the interface to flash up and, entered with nothing in LR, goes on by the vector table. A
+ * program without one is started by its vector table at once, with the interface as the W25Q080's stage leaves it.
+ */
+export function boot(chip, flash) {
+  const stage = flash.bytes.subarray(0, STAGE_BYTES);
+  if (stage.every((byte) => byte === ERASED)) startProgram(chip);
+  else startStage(chip, flash, stage);
+}
+
+function startProgram(chip) {
+  const { core } = chip;
+  core.VTOR = VECTORS;
+  core.SP = chip.readUint32(VECTORS);
+  core.PC = chip.readUint32(VECTORS + 4) & ~1;
+}
+
+function startStage(chip, flash, stage) {
+  const { core } = chip;
+  const [found, expected] = [checksum(stage.subarray(0, CHECKSUM_AT)), new DataView(stage.buffer).getUint32(CHECKSUM_AT, true)];
+  if (found !== expected) {
+    throw new Error(`the second-stage bootloader in the first ${STAGE_BYTES} bytes of flash has the checksum ${hex(found)}, but says ${hex(expected)}: the ROM would not start it`);
+  }
+  flash.interface.set({ showsFlash: false });
+  chip.sram.set(stage, STAGE_ADDRESS - RAM_START);
+  core.SP = STAGE_ADDRESS;
+  core.LR = 0;
+  core.PC = STAGE_ADDRESS;
+}
+
+/** CRC-32, its bits not reflected, begun with all ones and ended as it is. */
+export function checksum(bytes) {
+  let sum = -1;
+  for (const byte of bytes) {
+    sum ^= byte << 24;
+    // Signed, so its first bit says less than 0.
+    for (let bit = 0; bit < 8; bit++) sum = sum < 0 ? (sum << 1) ^ POLYNOMIAL : sum << 1;
+  }
+  return sum >>> 0;
+}
