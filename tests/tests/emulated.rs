@@ -5,6 +5,8 @@
 
 #[path = "emulated/boot.rs"]
 mod boot;
+#[path = "emulated/linked.rs"]
+mod linked;
 
 use std::fs;
 use std::path::PathBuf;
