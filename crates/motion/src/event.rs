@@ -132,6 +132,8 @@ pub enum Event {
         finish: Finish,
         /// If it was held, where on its path, steps of the longest axis from the beginning of the whole move.
         held_at_steps: f64,
+        /// When its plan ends, s from its start: half a step after the last edge. No other move starts before.
+        plan_s: f64,
         /// Where each axis stands.
         position_steps: [i32; AXES],
     },

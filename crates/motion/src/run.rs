@@ -132,7 +132,7 @@ where
         prepare(&mut feeders, &legs).await;
         if machine.cause().is_some() {
             // Stopped before it started. A stop after this check finds its halt signal standing.
-            return (self.end_move(Finish::Stopped, 0.0), 0.0);
+            return (self.end_move(Finish::Stopped, End::NONE), 0.0);
         }
         self.arm_axes(&plan, counts);
         let mut done = pin!(all_done(machine, moving));
@@ -147,7 +147,7 @@ where
         // The start comes first: a short run may have ended before this task gets to know of it.
         let start = match select(starting, done.as_mut()).await {
             Either::First(start) => start,
-            Either::Second(finish) => return (self.end_move(finish, 0.0), 0.0),
+            Either::Second(finish) => return (self.end_move(finish, End::NONE), 0.0),
         };
         self.tell(Event::Move { start, plan, origin_steps });
         let progress = Progress::new();
@@ -168,7 +168,7 @@ where
                     self.standstill = start + Duration::from_micros(libm::ceil(end.s * 1e6) as u64);
                 }
                 let finish = if is_braking && finish == Finish::Done { Finish::Held } else { finish };
-                return (self.end_move(finish, end.steps), end.steps);
+                return (self.end_move(finish, end), end.steps);
             }
             if terms.purpose == Purpose::Homing || is_braking {
                 continue;
@@ -256,9 +256,10 @@ where
         }
     }
 
-    fn end_move(&mut self, finish: Finish, held_at_steps: f64) -> Finish {
+    fn end_move(&mut self, finish: Finish, end: End) -> Finish {
         self.machine.set_underway(None);
-        self.tell(Event::MoveEnd { finish, held_at_steps, position_steps: self.machine.position_steps() });
+        let position_steps = self.machine.position_steps();
+        self.tell(Event::MoveEnd { finish, held_at_steps: end.steps, plan_s: end.s, position_steps });
         finish
     }
 }
@@ -284,11 +285,17 @@ impl Terms {
 }
 
 /// Where and when the path of a run ends.
+#[derive(Clone, Copy)]
 struct End {
     /// Steps of the longest axis from the beginning of the whole move.
     steps: f64,
     /// From the start of the run, s.
     s: f64,
+}
+
+impl End {
+    /// Of a run that has not started.
+    const NONE: Self = Self { steps: 0.0, s: 0.0 };
 }
 
 /// Compiles and queues the first steps of all axes, as far as there is room.
