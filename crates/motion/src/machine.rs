@@ -97,6 +97,8 @@ struct Inner {
     /// Motions asked for and not finished.
     pending: usize,
     overrides: Overrides,
+    /// A run is under way: axes may move.
+    moving: bool,
     /// Nothing moves until [`Machine::resume`].
     held: bool,
     forget: Forget,
@@ -161,6 +163,7 @@ impl Machine {
                 underway: None,
                 pending: 0,
                 overrides: Overrides::NONE,
+                moving: false,
                 held: false,
                 forget: Forget::Nothing,
             })),

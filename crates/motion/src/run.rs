@@ -104,7 +104,9 @@ where
         let mut plan =
             terms.plan(|limits, speed| SyncMove::plan(steps, limits, interval_law, speed_law, speed).map(Some))?;
         while let Some(whole) = plan {
+            self.machine.set_moving(true);
             let (finish, place_steps) = self.run(&mut terms, whole).await;
+            self.machine.set_moving(false);
             if finish != Finish::Held || !self.machine.outlast_hold().await {
                 return Ok(finish);
             }
@@ -155,6 +157,10 @@ where
             let asked = alongside(alongside(asked, feeding), following);
             if let Either::First(finish) = select(done.as_mut(), asked).await {
                 let finish = if is_braking && finish == Finish::Done { Finish::Held } else { finish };
+                if let (Finish::Held, Some(last)) = (finish, legs.all().last()) {
+                    // It stands still only some time after its last step, and on a resume the next may be due at once.
+                    Timer::at(instant(start, last.until_s)).await;
+                }
                 return (self.end_move(finish, end_steps), end_steps);
             }
             if terms.purpose == Purpose::Homing || is_braking {
@@ -276,8 +282,13 @@ async fn follow(machine: &Machine, legs: &[Leg], start: Instant, mm_per_step: f6
     for leg in legs {
         Timer::at(begin).await;
         machine.set_underway(Some(Underway { start, part: leg.part, mm_per_step }));
-        begin = start + Duration::from_micros((leg.until_s * 1e6) as u64);
+        begin = instant(start, leg.until_s);
     }
+}
+
+/// `t_s` from the start of a run.
+fn instant(start: Instant, t_s: f64) -> Instant {
+    start + Duration::from_micros((t_s * 1e6) as u64)
 }
 
 /// Whether the run can be changed: the change before has been fed, and every axis has enough to go on with meanwhile.
