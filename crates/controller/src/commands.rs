@@ -84,7 +84,7 @@ impl<F: NorFlash> Controller<'_, F> {
     /// What there is to say before `ok` or the error is left in `text`.
     async fn carry_out(&self, line: &str, text: &mut Message, out: &Output) -> Result<After, Error> {
         let state = self.state();
-        if state == Word::Idle && self.with(|program| core::mem::take(&mut program.jogged)) {
+        if state != Word::Jog && self.with(|program| program.jogged) {
             self.follow_machine();
         }
         let command = self
@@ -263,8 +263,7 @@ impl<F: NorFlash> Controller<'_, F> {
         if !self.with(|program| program.unsaved.any()) {
             return Ok(());
         }
-        // An alarm is at rest, too.
-        let _ = self.machine.settled().await;
+        self.machine.emptied().await;
         let settings = self.with(|program| program.unsaved.settings);
         let saved = self.store.lock().await.save(settings, |item| self.with(|program| program.value(item))).await;
         self.with(|program| {

@@ -281,17 +281,29 @@ impl Machine {
     /// # Cancellation
     /// Safe: it only looks.
     pub async fn settled(&self) -> Result<(), Alarm> {
+        self.until(|_, state| matches!(state, State::Idle | State::Alarm(_))).await;
+        match self.state() {
+            State::Alarm(alarm) => Err(alarm),
+            _ => Ok(()),
+        }
+    }
+
+    /// The same, but a hold is not under way in which nothing is held: it may never be resumed.
+    ///
+    /// # Cancellation
+    /// Safe: it only looks.
+    pub async fn emptied(&self) {
+        self.until(|inner, state| inner.pending == 0 || matches!(state, State::Alarm(_))).await;
+    }
+
+    async fn until(&self, wanted: impl Fn(&Inner, State) -> bool) {
         let mut states = self.state.dyn_receiver();
-        while !matches!(self.state(), State::Idle | State::Alarm(_)) {
+        while !self.with(|inner| wanted(inner, self.state())) {
             match &mut states {
                 Some(states) => _ = states.changed().await,
                 // More tasks watch than the machine has room for: look instead.
                 None => Timer::after_millis(1).await,
             }
-        }
-        match self.state() {
-            State::Alarm(alarm) => Err(alarm),
-            _ => Ok(()),
         }
     }
 }
