@@ -143,7 +143,7 @@ where
         let start = Instant::now() + LEAD;
         self.tell(Event::Move { start, plan, origin_steps });
         self.start_axes(&plan, counts, start);
-        let (mut is_braking, mut end_steps) = (false, plan.end_steps());
+        let (mut is_braking, mut end_steps, mut end_s) = (false, plan.end_steps(), plan.end_s());
         let mut done = pin!(all_done(machine, moving));
         loop {
             let feeding = feed(&mut feeders, legs.all(), start);
@@ -156,11 +156,14 @@ where
             };
             let asked = alongside(alongside(asked, feeding), following);
             if let Either::First(finish) = select(done.as_mut(), asked).await {
-                let finish = if is_braking && finish == Finish::Done { Finish::Held } else { finish };
-                if let (Finish::Held, Some(last)) = (finish, legs.all().last()) {
+                let finish = match finish {
                     // It stands still only some time after its last step, and on a resume the next may be due at once.
-                    Timer::at(instant(start, last.until_s)).await;
-                }
+                    Finish::Done if is_braking && machine.is_stopped_before(instant(start, end_s)).await => {
+                        Finish::Stopped
+                    }
+                    Finish::Done if is_braking => Finish::Held,
+                    _ => finish,
+                };
                 return (self.end_move(finish, end_steps), end_steps);
             }
             if terms.purpose == Purpose::Homing || is_braking {
@@ -175,7 +178,7 @@ where
                     feeder.end_with(is_told.then_some(Feed::End));
                 }
             }
-            end_steps = self.apply(&mut legs, change, &fed, &mut feeders);
+            (end_steps, end_s) = self.apply(&mut legs, change, &fed, &mut feeders);
         }
     }
 
@@ -213,14 +216,15 @@ where
         None
     }
 
-    /// Changes the legs that an axis has still to be fed with; where the path ends then, steps of the longest axis.
+    /// Changes the legs that an axis has still to be fed with; where the path ends then, steps of the longest axis, and when,
+    /// s from the start.
     fn apply(
         &mut self,
         legs: &mut Legs,
         change: Change,
         fed: &[Cell<Fed>; AXES],
         feeders: &mut [Feeder<'_>; AXES],
-    ) -> f64 {
+    ) -> (f64, f64) {
         legs.cut(change.index, change.until_steps, change.until_s);
         for feeder in feeders.iter_mut() {
             feeder.cut(legs.all(), change.index);
@@ -229,13 +233,13 @@ where
         for feeder in feeders {
             feeder.forget(gone);
         }
-        let mut end_steps = change.until_steps;
+        let (mut end_steps, mut end_s) = (change.until_steps, change.until_s);
         for part in change.parts.into_iter().flatten() {
             self.tell(Event::Part { plan: part });
             legs.push(part);
-            end_steps = part.end_steps();
+            (end_steps, end_s) = (part.end_steps(), part.end_s());
         }
-        end_steps
+        (end_steps, end_s)
     }
 
     fn start_axes(&self, plan: &SyncMove<AXES>, counts: [u32; AXES], start: Instant) {
