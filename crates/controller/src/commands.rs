@@ -2,6 +2,7 @@
 
 use core::fmt::Write;
 
+use embassy_futures::yield_now;
 use embedded_storage_async::nor_flash::NorFlash;
 use isostep_console::report::{self, messages};
 use isostep_console::{Command, Coordinates, Error, SETTING_TABLE, Settings, State as Word};
@@ -89,6 +90,10 @@ impl<F: NorFlash> Controller<'_, F> {
         }
         let command = self
             .with(|program| program.understand(|interpreter, settings| interpreter.interpret(line, state, settings)))?;
+        if state == Word::Alarm && matches!(command, Command::Unlock | Command::Home { .. }) {
+            // An alarm is told before it is left: the line may have waited when it was raised.
+            yield_now().await;
+        }
         match command {
             Command::Block(block) | Command::SetStartup { block, .. } => self.block(block, text).await?,
             Command::Jog(jog) => self.jog(jog).await?,
