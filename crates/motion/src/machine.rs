@@ -288,7 +288,7 @@ impl Machine {
         }
     }
 
-    /// The same, but a hold is not under way in which nothing is held: it may never be resumed.
+    /// Waits until no motion is under way or waits, or for an alarm. A hold of nothing is rest, too: it may never be resumed.
     ///
     /// # Cancellation
     /// Safe: it only looks.
@@ -372,12 +372,13 @@ impl Machine {
     }
 
     /// Changes the state, and what goes with it, in one critical section: a stop that came between looking and changing
-    /// would be lost.
+    /// would be lost. Who watches the state is told, and told as well that nothing is pending any more: an alarm but once.
     fn transition<R>(&self, change: impl FnOnce(&mut Inner, State) -> (State, R)) -> R {
         self.with(|inner| {
-            let state = self.state();
+            let (state, pending) = (self.state(), inner.pending);
             let (next, result) = change(inner, state);
-            if next != state {
+            let is_emptied = pending > 0 && inner.pending == 0 && !matches!(next, State::Alarm(_));
+            if next != state || is_emptied {
                 self.set_state(next);
             }
             result

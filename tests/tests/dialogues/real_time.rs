@@ -291,6 +291,20 @@ fn a_dwell_is_held_at_once() {
     assert_eq!(status(&mut sim), "<Idle|MPos:1.000,0.000,0.000");
 }
 
+/// Its line is forgotten, as the console was opened anew. What waits for it to end does not wait for the resume as well.
+#[test]
+fn a_dwell_that_ends_in_a_hold_is_over() {
+    let mut sim = homed();
+    begin(&mut sim, "G4 P1", Duration::from_millis(100));
+    sim.open_console();
+    assert_eq!(bytes(&mut sim, b""), ["Grbl 1.1h ['$' for help]"]);
+    assert_eq!(begin(&mut sim, "G10 L2 P2 X5", Duration::from_millis(100)), [""; 0]);
+    assert_eq!(bytes(&mut sim, b"!"), [""; 0]);
+    assert_eq!(state(&mut sim), "Hold:0");
+    sim.run_until_idle().unwrap();
+    assert_eq!(sim.replies(), ["ok"]);
+}
+
 /// What is sent while it is held counts from where the jog has ended, as what is sent after it does.
 #[test]
 fn a_hold_after_a_cancelled_jog_knows_where_it_stands() {
