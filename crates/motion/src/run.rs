@@ -101,7 +101,9 @@ where
         let mut plan =
             terms.plan(|limits, speed| SyncMove::plan(steps, limits, interval_law, speed_law, speed).map(Some))?;
         while let Some(whole) = plan {
+            self.machine.set_moving(true);
             let (finish, place_steps) = self.run(&mut terms, whole).await;
+            self.machine.set_moving(false);
             if finish != Finish::Held || !self.machine.outlast_hold().await {
                 return Ok(finish);
             }
@@ -165,9 +167,14 @@ where
             let asked = alongside(alongside(asked, feeding), following);
             if let Either::First(finish) = select(done.as_mut(), asked).await {
                 if finish == Finish::Done {
-                    self.standstill = start + Duration::from_micros(libm::ceil(end.s * 1e6) as u64);
+                    self.standstill = instant(start, end.s);
                 }
-                let finish = if is_braking && finish == Finish::Done { Finish::Held } else { finish };
+                let finish = match finish {
+                    // It stands still only some time after its last step.
+                    Finish::Done if is_braking && machine.is_stopped_before(self.standstill).await => Finish::Stopped,
+                    Finish::Done if is_braking => Finish::Held,
+                    _ => finish,
+                };
                 return (self.end_move(finish, end), end.steps);
             }
             if terms.purpose == Purpose::Homing || is_braking {
@@ -312,8 +319,13 @@ async fn follow(machine: &Machine, legs: &[Leg], start: Instant, mm_per_step: f6
     for leg in legs {
         Timer::at(begin).await;
         machine.set_underway(Some(Underway { start, part: leg.part, mm_per_step }));
-        begin = start + Duration::from_micros((leg.until_s * 1e6) as u64);
+        begin = instant(start, leg.until_s);
     }
+}
+
+/// `t_s` from the start of a run, to the next whole microsecond.
+fn instant(start: Instant, t_s: f64) -> Instant {
+    start + Duration::from_micros(libm::ceil(t_s * 1e6) as u64)
 }
 
 /// Whether the run can be changed: the change before has been fed, and every axis has enough to go on with meanwhile.

@@ -1,5 +1,8 @@
 //! Stops: their causes, what the machine is after them, and the way out of an alarm.
 
+use embassy_futures::select::select;
+use embassy_time::{Instant, Timer};
+
 use super::{Busy, Forget, Machine};
 use crate::axes::{AXES, Axis};
 use crate::config::Config;
@@ -183,6 +186,16 @@ impl Machine {
             }
             (next, next)
         })
+    }
+
+    /// Waits until `end`, or until everything is stopped, whatever else wakes it.
+    pub(crate) async fn is_stopped_before(&self, end: Instant) -> bool {
+        while self.cause().is_none() {
+            if select(self.stopped.wait(), Timer::at(end)).await.is_second() {
+                return false;
+            }
+        }
+        true
     }
 
     pub(crate) async fn wait_stopped(&self) {
