@@ -109,6 +109,7 @@ function watchExceptions(clock, bus) {
     if (isFlash(vector) && !flash.readable) throw new FetchFault(hiddenFlash(vector));
     clock.enterHandler();
     exceptionEntry.call(core, number);
+    bus.emptyPipeline();
     watch.update();
     if (isFlash(vector)) bus.readVector(vector);
   };

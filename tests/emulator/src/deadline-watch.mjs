@@ -43,6 +43,8 @@ export class DeadlineWatch {
     this.code = { [HANDLER]: new Tally(), [MASKED]: new Tally() };
     this.data = { [HANDLER]: new Tally(), [MASKED]: new Tally() };
     this.longest = { cycles: 0, pc: null };
+    /** Told when `urgent` changes. */
+    this.onUrgent = () => {};
   }
 
   /** A chip starts. */
@@ -105,7 +107,10 @@ export class DeadlineWatch {
   }
 
   #consider() {
-    this.urgent = this.counting && this.context !== FREE;
+    const urgent = this.counting && this.context !== FREE;
+    if (urgent === this.urgent) return;
+    this.urgent = urgent;
+    this.onUrgent();
   }
 
   #unmask(masked) {
