@@ -49,7 +49,7 @@ test('options are checked, and default to the bench', () => {
 
 test('what a miss of the cache of flash costs can be multiplied', () => {
   const factor = (...args) => parseOptions(['--elf', 'a', '--program', 'b', ...args]).missFactor;
-  assert.deepEqual([factor(), factor('--ideal-flash'), factor('--miss-factor', '1.5'), factor('--miss-factor', '0')], [1, 0, 1.5, 0]);
+  assert.deepEqual([factor(), factor('--ideal-flash'), factor('--miss-factor', '1.5'), factor('--miss-factor', '0')], [1, null, 1.5, 0]);
   assert.throws(() => factor('--miss-factor=-1'), /--miss-factor -1: give a number from 0 to 1000/);
   assert.throws(() => factor('--miss-factor', 'much'), /--miss-factor much: give a number/);
   assert.throws(() => factor('--ideal-flash', '--miss-factor', '2'), /--ideal-flash has no misses: leave --miss-factor out/);
