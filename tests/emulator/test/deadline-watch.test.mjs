@@ -1,6 +1,7 @@
 import assert from 'node:assert/strict';
 import test from 'node:test';
 import { Board } from '../src/board.mjs';
+import { readable, summary } from '../src/report.mjs';
 import { RAM, RomBench } from '../support/rom-bench.mjs';
 
 const FLASH = 0x10000000;
@@ -113,10 +114,18 @@ test('the most frequent sixteen places are shown', () => {
   assert.deepEqual(pcs.slice(0, 3), ['0x1000042a', '0x1000042c', '0x10000402']);
 });
 
+/** A board whose firmware is a few instructions. */
+function boardOf(halfwords, options) {
+  const bytes = (array) => new Uint8Array(array.buffer);
+  const firmware = [
+    { address: FLASH + 0x100, bytes: bytes(Uint32Array.of(RAM + 0x1000, CODE | 1)) },
+    { address: CODE, bytes: bytes(Uint16Array.from(halfwords)) },
+  ];
+  return new Board(firmware, { console: 'uart', startMm: [35, 40, 15], bounceMicros: 0, seed: 1, switches: {}, ...options });
+}
+
 test('a board counts anew after a reset, when it has been spoken to', () => {
-  const word = (...values) => new Uint8Array(Uint32Array.of(...values).buffer);
-  const firmware = [{ address: FLASH + 0x100, bytes: word(RAM + 0x1000, CODE | 1) }, { address: CODE, bytes: word(0xe7fee7fe) }];
-  const board = new Board(firmware, { console: 'uart', startMm: [35, 40, 15], bounceMicros: 0, seed: 1, switches: {} });
+  const board = boardOf([0xe7fe]);
   board.cable.listener.onData([0x47]);
   board.send([]);
   assert.equal(board.watch.counting, false);
@@ -125,4 +134,24 @@ test('a board counts anew after a reset, when it has been spoken to', () => {
   board.powerCycle();
   board.send([0x3f]);
   assert.equal(board.watch.counting, false);
+});
+
+test('the summary has it all', () => {
+  const console = { lastStatus: null, alarm: null, sent: [] };
+  // cpsid i; b to itself
+  const board = boardOf([CPSID, 0xe7fe]);
+  board.cable.listener.onData([0x47]);
+  board.send([0x3f]);
+  board.run(148);
+  const result = summary(board, console, null);
+  // A fetch of the first word; then 49 rounds of two cycles, with a fetch each.
+  assert.deepEqual(result.flash_cache, { accesses: 50, hits: 49, misses: 1, stall_cycles: 48, miss_cycles: 48 });
+  assert.deepEqual(result.flash_in_critical_sections, { count: 50, misses: 0, pcs: ['0x10000402'] });
+  assert.deepEqual([result.flash_in_handlers, result.flash_in_handlers_data, result.flash_in_critical_sections_data], [NONE, NONE, NONE]);
+  assert.deepEqual([result.longest_masked_cycles, result.longest_masked_pc], [100, '0x10000400']);
+  assert.match(readable(result), /Flash {8}50 words read, 2\.0 % not in the cache at 48 cycles each; the core waited 3\d\.\d % of its time awake/);
+  assert.match(readable(result), /Masked {7}50 instructions from flash \(most at 0x10000402\), 0 reads of it\n {13}for 100 cycles at most, from pc 0x10000400/);
+  const ideal = boardOf([0xe7fe], { missFactor: null });
+  ideal.run(100);
+  assert.match(readable(summary(ideal, console, null)), /Flash {8}reads like RAM/);
 });
