@@ -150,6 +150,12 @@ fn every_speed_law_is_exact() {
 
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
+fn single_steps_take_as_long_as_planned() {
+    Port::ALL.into_iter().for_each(|port| cases::single_steps_take_as_long_as_planned(Emulated(port), 200.0));
+}
+
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
 fn every_speed_law_by_the_timer_port_is_exact() {
     cases::every_law_is_exact(Emulated(Port::Timer), Pace::GANTRY);
 }
