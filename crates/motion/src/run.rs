@@ -211,7 +211,7 @@ where
             }
             let changed = if is_braking {
                 // By its own limits: a rapid override is no reason to brake less.
-                leg.part.held(at_s, &terms.config.limits, speed_law).map_err(|_| Alarm::Unplannable)
+                leg.part.held(at_s, &terms.config.limits, speed_law).map_err(unplannable)
             } else {
                 terms.plan(|limits, speed| leg.part.respeeded(at_s, limits, speed_law, speed))
             };
@@ -287,8 +287,12 @@ impl Terms {
                 own.start_speed_steps_s = own.start_speed_steps_s.min(own.top_speed_steps_s);
             }
         }
-        plan(&limits, path_speed).map_err(|_| Alarm::Unplannable)
+        plan(&limits, path_speed).map_err(unplannable)
     }
+}
+
+fn unplannable(error: PlanError) -> Alarm {
+    Alarm::Unplannable { reason: error.into() }
 }
 
 /// Where and when the path of a run ends.

@@ -128,7 +128,9 @@ fn alarm_21_unplannable() {
         assert_eq!(say(&mut sim, line), ["ok"]);
     }
     let heard = say(&mut sim, "G1 X100 Y100 Z100 F1");
-    alarmed(&mut sim, &heard, 21, "the settings do not allow this move, nothing moved: check $110-$122, then $X]");
+    let words = "this move cannot be planned, as the feed is below a step in 1,000 s, or above 10,000,000 steps/s; \
+                 nothing moved: check its feed, $110-$122 and $910, then $X]";
+    alarmed(&mut sim, &heard, 21, words);
     unlock(&mut sim, false);
     assert_eq!(sim.counted_steps(), [0; 3]);
 }

@@ -181,7 +181,7 @@ impl Machine {
             // A stop ends a hold; what was held is forgotten.
             inner.held &= matches!(next, State::Hold { .. });
             // Nothing has moved that could not be planned; after any other alarm the motors may have overshot.
-            if matches!(next, State::Alarm(alarm) if alarm != Alarm::Unplannable) {
+            if matches!(next, State::Alarm(alarm) if !matches!(alarm, Alarm::Unplannable { .. })) {
                 inner.homed = [false; AXES];
             }
             (next, next)
