@@ -177,3 +177,24 @@ pub fn the_highest_rate_is_made(rig: impl Rig, top_mm_min: u32) {
     assert!(seen.reports.iter().all(|(_, steps)| *steps == [0; AXES]), "{rig}: {:?}", seen.reports);
     assert_eq!(seen.edges.len(), 20 * 2 * 15_500, "{rig}");
 }
+
+/// Groups of single steps, so slow that half a step is 15 ms: each move lasts as long as its plan, and the next begins then.
+///
+/// # Panics
+/// When one begins before the plan of the one before has ended, or more than `late_max_us` after.
+pub fn single_steps_take_as_long_as_planned(rig: impl Rig, late_max_us: f64) {
+    /// As many as wait at once, and the one under way.
+    const MOVES: usize = 15;
+    const GROUPS: usize = 4;
+    let step = Act::Line("G91 G1 X0.02 F40".to_owned());
+    let group = [vec![step; MOVES], vec![Act::WaitIdle]].concat();
+    let acts = vec![group; GROUPS].concat();
+    let seen = rig.carry_out("single-steps", &acts);
+    let comparison = held_against_plans(&rig, &acts, &seen);
+    for (index, each) in comparison.moves.iter().enumerate().skip(1) {
+        let pause_ns = each.pause_ns.expect("a move before it");
+        assert!(pause_ns >= -rig.jitter_max_ns(), "{rig}: move {index} began {pause_ns} ns after the plan before it");
+        // The first of a group waited for its line.
+        assert!(index % MOVES == 0 || pause_ns <= late_max_us * 1e3, "{rig}: move {index} began {pause_ns} ns late");
+    }
+}

@@ -5,6 +5,8 @@
 
 #[path = "emulated/boot.rs"]
 mod boot;
+#[path = "emulated/linked.rs"]
+mod linked;
 
 use std::fs;
 use std::path::PathBuf;
@@ -144,6 +146,12 @@ fn moves_there_and_back_by_the_timer_port_are_exact() {
 #[ignore = "needs the firmware: cargo xtask test"]
 fn every_speed_law_is_exact() {
     cases::every_law_is_exact(Emulated(Port::Pio), Pace::GANTRY);
+}
+
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn single_steps_take_as_long_as_planned() {
+    Port::ALL.into_iter().for_each(|port| cases::single_steps_take_as_long_as_planned(Emulated(port), 200.0));
 }
 
 #[test]
@@ -368,6 +376,18 @@ fn holds_and_overrides_of_an_s_curve_lose_no_step() {
 #[ignore = "needs the firmware: cargo xtask test"]
 fn holds_and_overrides_by_the_timer_port_lose_no_step() {
     holds_and_overrides_lose_nothing(Board::stepped_by(Port::Timer, "hold-timer"), 0);
+}
+
+/// In one packet: held again before anything has moved.
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn a_resume_and_a_hold_together_leave_a_hold_that_can_be_resumed() {
+    let mut script = "expect Grbl\nsend G1 X10 F600\nexpect ok\nwait-ms 400\nbytes 21\nwait-ms 600\n".to_owned();
+    script += &"bytes 3f\nexpect <Hold:0\nbytes 7e 21\nwait-ms 100\n".repeat(2);
+    script += "bytes 3f\nexpect <Hold:0\ncheck-position\nbytes 7e\nwait-ms 10\nbytes 3f\nexpect <Run\nwait-idle\n";
+    let run = Board::new("resume-and-hold").script(&(script + "bytes 3f\nexpect <Idle|MPos:10.000,0.000,0.000\n"));
+    assert!(run.ok, "{}", run.printed);
+    assert_eq!(run.edges.len(), 500);
 }
 
 /// A program that is reset at speed brakes on its path, and the machine is ready for the next.

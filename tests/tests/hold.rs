@@ -15,6 +15,9 @@ const HOLDS: u64 = 500;
 struct Bench {
     sim: Sim,
     random: Rand64,
+    /// Lines sent, without those that a reset has forgotten, and answers heard: none is refused.
+    lines: usize,
+    answers: usize,
     /// From when on, ns since power-up, which were in force.
     overrides: Vec<(u64, Overrides)>,
 }
@@ -23,7 +26,8 @@ impl Bench {
     fn new(case: u64) -> Self {
         let port = if case.is_multiple_of(2) { Port::Pio } else { Port::Timer };
         let sim = Sim::new(&Config { port, ..Config::default() });
-        let mut bench = Self { sim, random: Rand64::new(case.into()), overrides: vec![(0, Overrides::NONE)] };
+        let (random, overrides) = (Rand64::new(case.into()), vec![(0, Overrides::NONE)]);
+        let mut bench = Self { sim, random, lines: 0, answers: 0, overrides };
         let law = bench.random.rand_range(0..SpeedLaw::ALL.len() as u64);
         let thirds = bench.random.rand_range(0..2);
         bench.say(&format!("$910=60\n$911=60\n$912=60\n$900={thirds}\n$940={law}\n$X\n"));
@@ -31,11 +35,36 @@ impl Bench {
         let decel = [0, 35, 80][(case % 3) as usize];
         bench.say(&format!("$121=40\n$920={decel}\n$921={decel}\n$922={decel}\n"));
         bench.sim.run_for(Duration::from_millis(100)).unwrap();
+        bench.outcome();
         bench
     }
 
     fn say(&mut self, text: &str) {
+        self.lines += text.matches('\n').count();
         self.sim.send(text.as_bytes());
+    }
+
+    fn reset(&mut self) {
+        self.hear();
+        self.lines = self.answers;
+        self.sim.send(&[0x18]);
+    }
+
+    /// Whether the welcome was among what it has said.
+    fn hear(&mut self) -> bool {
+        let heard = self.sim.replies();
+        let is_welcome = |line: &&String| line.starts_with("Grbl 1.1h");
+        assert!(heard.iter().all(|line| line == "ok" || is_welcome(&line)), "{heard:?}");
+        let welcomes = heard.iter().filter(is_welcome).count();
+        self.answers += heard.len() - welcomes;
+        welcomes > 0
+    }
+
+    /// All that was seen so far, when every line has been answered.
+    fn outcome(&mut self) -> Outcome {
+        self.hear();
+        assert_eq!(self.answers, self.lines, "answers to the lines sent");
+        self.sim.outcome()
     }
 
     fn override_by(&mut self, bytes: &[u8]) {
@@ -165,7 +194,7 @@ fn holds_at_any_instant_lose_nothing() {
             bench.say("~");
         }
         bench.sim.run_until_idle().unwrap();
-        let outcome = bench.sim.outcome();
+        let outcome = bench.outcome();
         assert_eq!(
             outcome.counted_steps,
             [0; 3],
@@ -201,7 +230,7 @@ fn overrides_at_any_instant_lose_nothing() {
             bench.override_by(&[byte; 5]);
         }
         bench.sim.run_until_idle().unwrap();
-        let outcome = bench.sim.outcome();
+        let outcome = bench.outcome();
         assert_eq!(outcome.counted_steps, steps_of(place), "case {case}");
         check(&outcome, case);
         highest.add(bench.shares(&outcome, |_| feed), case);
@@ -234,7 +263,7 @@ fn overrides_in_quick_succession_lose_nothing() {
         bench.at_rest();
         bench.say("~");
         bench.sim.run_until_idle().unwrap();
-        let outcome = bench.sim.outcome();
+        let outcome = bench.outcome();
         assert_eq!(outcome.counted_steps, steps_of(place), "case {case}");
         check(&outcome, case);
         highest.add(bench.shares(&outcome, |_| Some(1_500.0)), case);
@@ -258,7 +287,7 @@ fn jogs_are_cancelled_at_any_instant() {
         // What follows counts from where it stands.
         bench.say("G91\nG0 X1\n");
         bench.sim.run_until_idle().unwrap();
-        let outcome = bench.sim.outcome();
+        let outcome = bench.outcome();
         assert_eq!(outcome.counted_steps, [still[0] + 50, still[1], still[2]], "case {case}");
         check(&outcome, case);
         let is_rapid = |record: &MoveRecord| record.plan.steps == [50, 0, 0];
@@ -285,9 +314,8 @@ fn resets_at_any_instant_keep_the_position() {
         let byte = ["", "!", "!~", "\u{85}"][bench.random.rand_range(0..4) as usize];
         bench.sim.send(&byte.chars().map(|byte| byte as u8).collect::<Vec<_>>());
         bench.wait(0.1);
-        bench.sim.replies();
         let was = bench.sim.machine().state();
-        bench.sim.send(&[0x18]);
+        bench.reset();
         bench.sim.run_for(Duration::from_micros(1)).unwrap();
         let brakes = bench.sim.machine().state() == State::Hold { still: false };
         assert!(brakes || was == State::Idle || bench.sim.machine().state() == State::Idle, "case {case}");
@@ -295,12 +323,11 @@ fn resets_at_any_instant_keep_the_position() {
         let still = bench.steps();
         bench.wait(0.5);
         assert_eq!((bench.steps(), bench.sim.machine().state()), (still, State::Idle), "case {case}");
-        let replies = bench.sim.replies();
-        assert!(replies.iter().any(|line| line.starts_with("Grbl 1.1h")), "case {case}: {replies:?}");
+        assert!(bench.hear(), "case {case}: no welcome");
         // What follows counts from where it stands.
         bench.say("G91\nG0 X1\n");
         bench.sim.run_until_idle().unwrap();
-        let outcome = bench.sim.outcome();
+        let outcome = bench.outcome();
         assert_eq!(outcome.counted_steps, [still[0] + 50, still[1], still[2]], "case {case}");
         check(&outcome, case);
         let is_feed = |record: &MoveRecord| [steps_of(place), [-250, 0, 0]].contains(&record.plan.steps);
@@ -318,10 +345,10 @@ fn a_second_reset_stops_what_brakes_at_once() {
         let mut bench = Bench::new(case);
         bench.say("G90\nG1 X60 Y37 Z12 F3000\n");
         bench.sim.run_for(Duration::from_millis(500)).unwrap();
-        bench.sim.send(&[0x18]);
+        bench.reset();
         bench.wait(0.3);
         let braking = bench.sim.machine().state() == State::Hold { still: false };
-        bench.sim.send(&[0x18]);
+        bench.reset();
         bench.sim.run_for(Duration::from_micros(10)).unwrap();
         let stopped = bench.steps();
         bench.wait(0.5);
@@ -340,7 +367,7 @@ fn a_reset_of_a_held_machine_keeps_its_position() {
     bench.at_rest();
     let still = bench.steps();
     assert!(still[0] > 0 && bench.sim.machine().state() == State::Hold { still: true });
-    bench.sim.send(&[0x18]);
+    bench.reset();
     bench.sim.run_for(Duration::from_millis(500)).unwrap();
     assert_eq!(
         (bench.steps(), bench.sim.machine().state()),

@@ -49,6 +49,20 @@ fn parking() {
     );
 }
 
+/// A hundred steps of 1/50 mm at 40 mm/min, which is the start speed, so 30 ms each: a file of short moves takes as long as
+/// its feed says.
+#[test]
+fn short_moves_do_not_exceed_their_feed() {
+    for port in Port::ALL {
+        let lines = "$910=40\n".to_owned() + &"G91 G1 X0.02 F40\n".repeat(100);
+        let outcome = run(lines.as_bytes(), &Config { port, ..Config::default() }).unwrap();
+        kept("short moves", &outcome);
+        let took_s = (outcome.moves[99].start_ns - outcome.moves[0].start_ns) as f64 * 1e-9;
+        // Starts are whole microseconds, and ports wait out what a driver needs.
+        assert!((2.97..2.9705).contains(&took_s), "{port}: {took_s} s");
+    }
+}
+
 #[test]
 fn square() {
     check(

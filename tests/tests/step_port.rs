@@ -405,6 +405,11 @@ fn machines_make_single_steps_and_many_of_all_axes_there_and_back() {
 }
 
 #[test]
+fn machines_take_as_long_as_planned_over_single_steps() {
+    Port::ALL.into_iter().for_each(|port| cases::single_steps_take_as_long_as_planned(Simulated(port), 3.0));
+}
+
+#[test]
 fn machines_make_every_speed_law() {
     for port in Port::ALL {
         cases::every_law_is_exact(Simulated(port), Simulated(port).pace());

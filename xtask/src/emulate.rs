@@ -123,12 +123,14 @@ fn table(comparison: &Comparison) -> String {
     let mut text = String::from(
         "\nEvery step, direction and position is as in the simulation. Emulated, at 125 MHz: step instants, from the first\n\
          of their move, against the closed form; and how far apart the accelerating, cruising and decelerating intervals of\n\
-         the axes are, each measured from the axis's own edges (a clock cycle is 8 ns; -: the edges do not tell):\n  \
-         move    steps    median ns    p99 ns    max ns  apart ns\n",
+         the axes are, each measured from the axis's own edges (a clock cycle is 8 ns; -: the edges do not tell). Pause: from\n\
+         the end of one plan to the start of the next, by the first edge of each:\n  \
+         move    steps    median ns    p99 ns    max ns  apart ns  pause us\n",
     );
     for (number, each) in (1..).zip(&comparison.moves) {
         let apart = each.apart_ns.map_or("-".to_owned(), |apart_ns| format!("{apart_ns:.1}"));
-        text += &format!("{number:>6} {} {apart:>9}\n", columns(&each.jitter));
+        let pause = each.pause_ns.map_or("-".to_owned(), |pause_ns| format!("{:.1}", pause_ns / 1e3));
+        text += &format!("{number:>6} {} {apart:>9} {pause:>9}\n", columns(&each.jitter));
     }
     text + &format!("   all {}\n", columns(&comparison.all))
 }

@@ -19,7 +19,9 @@ pub struct Load {
 pub struct Firmware {
     /// In rising order of address.
     pub loads: Vec<Load>,
-    /// `.data`, `.bss` and `.uninit`: all RAM but the stack.
+    /// Code that is copied to RAM, and runs there, with its tables.
+    pub ram_code_bytes: u64,
+    /// `.data`, `.bss` and `.uninit`.
     pub static_ram_bytes: u64,
 }
 
@@ -42,10 +44,12 @@ impl Firmware {
         loads.sort_by_key(|load| load.address);
         let in_ram =
             elf.sections().filter(|section| is_allocated(section.flags()) && section.address() >= RAM_START_ADDRESS);
-        Ok(Self { loads, static_ram_bytes: in_ram.map(|section| section.size()).sum() })
+        let (code, statics): (Vec<_>, Vec<_>) = in_ram.partition(|section| is_code(section.flags()));
+        let bytes = |sections: Vec<_>| sections.iter().map(ObjectSection::size).sum();
+        Ok(Self { loads, ram_code_bytes: bytes(code), static_ram_bytes: bytes(statics) })
     }
 
-    /// What is stored in flash, the second-stage boot loader and the initial values of `.data` included.
+    /// What is stored in flash: the second-stage boot loader, and what is copied to RAM, included.
     pub fn flash_bytes(&self) -> u64 {
         self.loads.iter().map(|load| load.bytes.len() as u64).sum()
     }
@@ -53,6 +57,10 @@ impl Firmware {
 
 fn is_loaded(header: &elf::ProgramHeader32<Endianness>) -> bool {
     header.p_type(Endianness::Little) == elf::PT_LOAD && header.p_filesz(Endianness::Little) > 0
+}
+
+fn is_code(flags: SectionFlags) -> bool {
+    matches!(flags, SectionFlags::Elf { sh_flags, .. } if sh_flags.contains(elf::SHF_EXECINSTR))
 }
 
 fn is_allocated(flags: SectionFlags) -> bool {

@@ -12,9 +12,10 @@ use crate::variant::Variant;
 /// Compare the firmware's flash and RAM with their budgets
 #[derive(clap::Args)]
 #[command(after_help = "\
-Flash is everything stored: boot loader, code, constants and initial values, of 192 KiB.
-RAM is every static (.data, .bss, .uninit) and a stack reserve of 16 KiB, of 64 KiB.
-Exits with an error when either is over its budget.
+Flash is everything stored: boot loader, code, constants and initial values.
+RAM is the code that runs from it with its tables (.hot: all that has a deadline), every static (.data, .bss, .uninit), and
+what is reserved for the stack.
+Exits with an error when one is over its budget.
 
 Example: cargo xtask size --json size.json")]
 pub struct Args {

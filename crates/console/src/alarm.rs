@@ -1,4 +1,4 @@
-//! What `ALARM:N` means, and what to do about it, with a `*` where the axis is named.
+//! What `ALARM:N` means, and what to do about it, with a `*` where the axis, or the reason, is named.
 
 use core::fmt;
 
@@ -15,34 +15,35 @@ codes! {
         SwitchNotFound = 9, "* limit switch never closed: check its wiring, the direction ($23) and the travel ($130-$132)";
         EmergencyStop = 10, "emergency stop pressed: release it, then $X and $H";
         LateStep = 20, "a step of * came too late: lower the rate ($110-$112), then $H";
-        Unplannable = 21, "the settings do not allow this move, nothing moved: check $110-$122, then $X";
+        Unplannable = 21, "this move cannot be planned, as *; nothing moved: check its feed, $110-$122 and $910, then $X";
         Underrun = 22, "the step port of * ran dry: lower the rate or the acceleration ($110-$122), then $H";
     }
 }
 
 impl Alarm {
-    /// What happened, and what to do, with the name of the axis that it happened to.
-    pub const fn about(self, axis: &'static str) -> impl fmt::Display {
-        About(self.words(), axis)
+    /// What happened, and what to do, with the name of the axis that it happened to, or the reason.
+    pub const fn about(self, what: &'static str) -> impl fmt::Display {
+        About(self.words(), what)
     }
 }
 
 /// What happened, and what to do.
 impl fmt::Display for Alarm {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.about("axis").fmt(f)
+        let what = if *self == Self::Unplannable { "the settings do not allow it" } else { "axis" };
+        self.about(what).fmt(f)
     }
 }
 
-/// An alarm and the axis it is about.
+/// An alarm and what it is about.
 struct About(&'static str, &'static str);
 
 impl fmt::Display for About {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self(pattern, axis) = self;
+        let Self(pattern, what) = self;
         let Some((before, after)) = pattern.split_once('*') else { return f.write_str(pattern) };
         f.write_str(before)?;
-        f.write_str(axis)?;
+        f.write_str(what)?;
         f.write_str(after)
     }
 }

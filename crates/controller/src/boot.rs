@@ -32,14 +32,14 @@ impl<F: NorFlash> Controller<'_, F> {
         self.machine.reset();
         self.leave();
         self.woken.signal(());
-        let _ = self.machine.settled().await;
+        self.machine.emptied().await;
         // A line stores what it changes while it has its turn; where a reset has cut one short, the next welcome does.
         while self.turn.try_lock().is_err() || self.with(|program| program.unsaved.any()) {
             Timer::after_millis(1).await;
         }
         // The line that had its turn may have begun a move.
         self.machine.reset();
-        let _ = self.machine.settled().await;
+        self.machine.emptied().await;
     }
 
     /// `$BOOT` has been answered.

@@ -2,6 +2,7 @@
 
 use core::fmt::Write;
 
+use embassy_futures::yield_now;
 use embedded_storage_async::nor_flash::NorFlash;
 use isostep_console::report::{self, messages};
 use isostep_console::{Command, Coordinates, Error, SETTING_TABLE, Settings, State as Word};
@@ -84,11 +85,15 @@ impl<F: NorFlash> Controller<'_, F> {
     /// What there is to say before `ok` or the error is left in `text`.
     async fn carry_out(&self, line: &str, text: &mut Message, out: &Output) -> Result<After, Error> {
         let state = self.state();
-        if state == Word::Idle && self.with(|program| core::mem::take(&mut program.jogged)) {
+        if state != Word::Jog && self.with(|program| program.jogged) {
             self.follow_machine();
         }
         let command = self
             .with(|program| program.understand(|interpreter, settings| interpreter.interpret(line, state, settings)))?;
+        if state == Word::Alarm && matches!(command, Command::Unlock | Command::Home { .. }) {
+            // An alarm is told before it is left: the line may have waited when it was raised.
+            yield_now().await;
+        }
         match command {
             Command::Block(block) | Command::SetStartup { block, .. } => self.block(block, text).await?,
             Command::Jog(jog) => self.jog(jog).await?,
@@ -263,8 +268,7 @@ impl<F: NorFlash> Controller<'_, F> {
         if !self.with(|program| program.unsaved.any()) {
             return Ok(());
         }
-        // An alarm is at rest, too.
-        let _ = self.machine.settled().await;
+        self.machine.emptied().await;
         let settings = self.with(|program| program.unsaved.settings);
         let saved = self.store.lock().await.save(settings, |item| self.with(|program| program.value(item))).await;
         self.with(|program| {

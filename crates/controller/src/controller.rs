@@ -198,6 +198,7 @@ impl<'a, F: NorFlash> Controller<'a, F> {
                 Mode::Normal | Mode::Check => Mode::Normal,
             };
         });
+        self.override_machine();
         self.follow_machine();
         self.woken.signal(());
     }
@@ -207,6 +208,7 @@ impl<'a, F: NorFlash> Controller<'a, F> {
         let position = position_mm(self.machine.position_steps(), &self.machine.config());
         self.with(|program| {
             program.interpreter.set_position_mm(position);
+            program.jogged = false;
             program.work_offset_mm = program.interpreter.work_offset_mm();
         });
     }

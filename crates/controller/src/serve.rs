@@ -110,7 +110,7 @@ impl<F: NorFlash> Controller<'_, F> {
                 console.input.clear();
             }
             // It brakes, or has been stopped; the coordinator says how that ended.
-            let _ = self.machine.settled().await;
+            self.machine.emptied().await;
             // An alarm is told before the welcome.
             yield_now().await;
             self.restart_program();
@@ -149,7 +149,8 @@ impl<F: NorFlash> Controller<'_, F> {
             text.tell(messages::HOW_TO_UNLOCK);
         }
         output.send(&text).await;
-        if self.with(|program| core::mem::take(&mut program.startup_due)) && state == Word::Idle {
+        let is_ready = matches!(state, Word::Idle | Word::Hold { .. });
+        if self.with(|program| core::mem::take(&mut program.startup_due)) && is_ready {
             let _turn = self.turn.lock().await;
             self.start_up(output).await;
         }

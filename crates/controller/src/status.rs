@@ -1,12 +1,14 @@
 //! The machine's words for the console.
 
 use isostep_console::Alarm as Code;
-use isostep_motion::{AXES, Alarm, Axis, Config};
+use isostep_motion::{AXES, Alarm, Axis, Config, Unplannable};
 
 /// The window that senders count on, bytes; a console keeps more.
 pub(crate) const ADVERTISED_BYTES: usize = 128;
 
-/// The alarm by its number, and the name of the axis it is about, if it is about one.
+const NAMES: [&str; AXES] = ["X", "Y", "Z"];
+
+/// The alarm by its number, and what it is about: the axis, or what keeps a move from being planned.
 pub(crate) fn code(alarm: Alarm) -> (Code, &'static str) {
     let (code, axis) = match alarm {
         Alarm::HardLimit { axis } => (Code::HardLimit, axis),
@@ -18,9 +20,22 @@ pub(crate) fn code(alarm: Alarm) -> (Code, &'static str) {
         Alarm::ResetInMotion => return (Code::ResetInMotion, ""),
         Alarm::HomingReset => return (Code::HomingReset, ""),
         Alarm::EmergencyStop => return (Code::EmergencyStop, ""),
-        Alarm::Unplannable => return (Code::Unplannable, ""),
+        Alarm::Unplannable { reason } => return (Code::Unplannable, why_not(reason)),
     };
-    (code, ["X", "Y", "Z"][axis as usize])
+    (code, NAMES[axis as usize])
+}
+
+fn why_not(reason: Unplannable) -> &'static str {
+    match reason {
+        Unplannable::NoSteps => "it has no steps",
+        Unplannable::Limits { axis: Axis::X } => "X has no speed or acceleration",
+        Unplannable::Limits { axis: Axis::Y } => "Y has no speed or acceleration",
+        Unplannable::Limits { axis: Axis::Z } => "Z has no speed or acceleration",
+        Unplannable::Feed => "the feed is below a step in 1,000 s, or above 10,000,000 steps/s",
+        Unplannable::TooLong => "it would last longer than 1,000,000 s",
+        Unplannable::Standstill => "the speed law ($940) needs a start speed ($910-$912)",
+        Unplannable::Ends => "its speeds do not fit its length",
+    }
 }
 
 pub(crate) fn position_mm(steps: [i32; AXES], config: &Config) -> [f32; AXES] {

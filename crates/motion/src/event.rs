@@ -3,7 +3,7 @@
 use core::fmt;
 
 use embassy_time::Instant;
-use isostep_profile::SyncMove;
+use isostep_profile::{PlanError, ProfileError, SyncMove};
 
 use crate::axes::{AXES, Axis};
 use crate::port::PortFault;
@@ -72,7 +72,45 @@ pub enum Alarm {
         axis: Axis,
     },
     /// A move could not be planned with the present configuration; nothing moved.
-    Unplannable,
+    Unplannable {
+        /// Why not.
+        reason: Unplannable,
+    },
+}
+
+/// Why a move could not be planned: what the planner's error means to who asked for the move.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Unplannable {
+    /// It has no steps.
+    NoSteps,
+    /// The limits of this axis do not work.
+    Limits {
+        /// Which.
+        axis: Axis,
+    },
+    /// The feed is slower than a step in 1,000 s, or faster than can be planned.
+    Feed,
+    /// It would last longer than can be planned.
+    TooLong,
+    /// The speed law never leaves standstill, and there is no start speed.
+    Standstill,
+    /// Its speeds at the ends do not fit its length.
+    Ends,
+}
+
+impl From<PlanError> for Unplannable {
+    fn from(error: PlanError) -> Self {
+        match error {
+            PlanError::NoSteps => Self::NoSteps,
+            PlanError::Limits { axis, .. } => Self::Limits { axis: Axis::ALL[axis] },
+            PlanError::PathSpeed { .. } => Self::Feed,
+            PlanError::Profile(ProfileError::TooLong { .. }) => Self::TooLong,
+            PlanError::Profile(ProfileError::Standstill { .. }) => Self::Standstill,
+            // The limits of each axis have been checked; shared ones lie between them.
+            PlanError::Profile(_) => Self::Ends,
+        }
+    }
 }
 
 /// How a move ended.
@@ -132,6 +170,8 @@ pub enum Event {
         finish: Finish,
         /// If it was held, where on its path, steps of the longest axis from the beginning of the whole move.
         held_at_steps: f64,
+        /// When its plan ends, s from its start: half a step after the last edge. No other move starts before.
+        plan_s: f64,
         /// Where each axis stands.
         position_steps: [i32; AXES],
     },
@@ -173,7 +213,20 @@ impl fmt::Display for Alarm {
             Self::Underrun { axis } => {
                 write!(f, "the step port of {axis} ran out of steps: lower the rate or the acceleration and home again")
             }
-            Self::Unplannable => write!(f, "the settings do not allow this move: check rates and accelerations"),
+            Self::Unplannable { reason } => write!(f, "this move cannot be planned: {reason}"),
+        }
+    }
+}
+
+impl fmt::Display for Unplannable {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NoSteps => write!(f, "it has no steps"),
+            Self::Limits { axis } => write!(f, "the rates or accelerations of {axis} do not work"),
+            Self::Feed => write!(f, "its feed is too slow or too fast"),
+            Self::TooLong => write!(f, "it would last too long"),
+            Self::Standstill => write!(f, "the speed law needs a start speed"),
+            Self::Ends => write!(f, "its speeds do not fit its length"),
         }
     }
 }

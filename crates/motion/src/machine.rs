@@ -99,6 +99,8 @@ struct Inner {
     /// Motions asked for and not finished.
     pending: usize,
     overrides: Overrides,
+    /// A run is under way: axes may move.
+    moving: bool,
     /// Nothing moves until [`Machine::resume`].
     held: bool,
     forget: Forget,
@@ -163,6 +165,7 @@ impl Machine {
                 underway: None,
                 pending: 0,
                 overrides: Overrides::NONE,
+                moving: false,
                 held: false,
                 forget: Forget::Nothing,
             })),
@@ -280,17 +283,29 @@ impl Machine {
     /// # Cancellation
     /// Safe: it only looks.
     pub async fn settled(&self) -> Result<(), Alarm> {
+        self.until(|_, state| matches!(state, State::Idle | State::Alarm(_))).await;
+        match self.state() {
+            State::Alarm(alarm) => Err(alarm),
+            _ => Ok(()),
+        }
+    }
+
+    /// Waits until no motion is under way or waits, or for an alarm. A hold of nothing is rest, too: it may never be resumed.
+    ///
+    /// # Cancellation
+    /// Safe: it only looks.
+    pub async fn emptied(&self) {
+        self.until(|inner, state| inner.pending == 0 || matches!(state, State::Alarm(_))).await;
+    }
+
+    async fn until(&self, wanted: impl Fn(&Inner, State) -> bool) {
         let mut states = self.state.dyn_receiver();
-        while !matches!(self.state(), State::Idle | State::Alarm(_)) {
+        while !self.with(|inner| wanted(inner, self.state())) {
             match &mut states {
                 Some(states) => _ = states.changed().await,
                 // More tasks watch than the machine has room for: look instead.
                 None => Timer::after_millis(1).await,
             }
-        }
-        match self.state() {
-            State::Alarm(alarm) => Err(alarm),
-            _ => Ok(()),
         }
     }
 }
@@ -380,12 +395,13 @@ impl Machine {
     }
 
     /// Changes the state, and what goes with it, in one critical section: a stop that came between looking and changing
-    /// would be lost.
+    /// would be lost. Who watches the state is told, and told as well that nothing is pending any more: an alarm but once.
     fn transition<R>(&self, change: impl FnOnce(&mut Inner, State) -> (State, R)) -> R {
         self.with(|inner| {
-            let state = self.state();
+            let (state, pending) = (self.state(), inner.pending);
             let (next, result) = change(inner, state);
-            if next != state {
+            let is_emptied = pending > 0 && inner.pending == 0 && !matches!(next, State::Alarm(_));
+            if next != state || is_emptied {
                 self.set_state(next);
             }
             result

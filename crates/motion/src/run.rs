@@ -101,7 +101,9 @@ where
         let mut plan =
             terms.plan(|limits, speed| SyncMove::plan(steps, limits, interval_law, speed_law, speed).map(Some))?;
         while let Some(whole) = plan {
+            self.machine.set_moving(true);
             let (finish, place_steps) = self.run(&mut terms, whole).await;
+            self.machine.set_moving(false);
             if finish != Finish::Held || !self.machine.outlast_hold().await {
                 return Ok(finish);
             }
@@ -132,7 +134,7 @@ where
         prepare(&mut feeders, &legs).await;
         if machine.cause().is_some() {
             // Stopped before it started. A stop after this check finds its halt signal standing.
-            return (self.end_move(Finish::Stopped, 0.0), 0.0);
+            return (self.end_move(Finish::Stopped, End::NONE), 0.0);
         }
         self.arm_axes(&plan, counts);
         let mut done = pin!(all_done(machine, moving));
@@ -147,7 +149,7 @@ where
         // The start comes first: a short run may have ended before this task gets to know of it.
         let start = match select(starting, done.as_mut()).await {
             Either::First(start) => start,
-            Either::Second(finish) => return (self.end_move(finish, 0.0), 0.0),
+            Either::Second(finish) => return (self.end_move(finish, End::NONE), 0.0),
         };
         self.tell(Event::Move { start, plan, origin_steps });
         let progress = Progress::new();
@@ -165,10 +167,15 @@ where
             let asked = alongside(alongside(asked, feeding), following);
             if let Either::First(finish) = select(done.as_mut(), asked).await {
                 if finish == Finish::Done {
-                    self.standstill = start + Duration::from_micros(libm::ceil(end.s * 1e6) as u64);
+                    self.standstill = instant(start, end.s);
                 }
-                let finish = if is_braking && finish == Finish::Done { Finish::Held } else { finish };
-                return (self.end_move(finish, end.steps), end.steps);
+                let finish = match finish {
+                    // It stands still only some time after its last step.
+                    Finish::Done if is_braking && machine.is_stopped_before(self.standstill).await => Finish::Stopped,
+                    Finish::Done if is_braking => Finish::Held,
+                    _ => finish,
+                };
+                return (self.end_move(finish, end), end.steps);
             }
             if terms.purpose == Purpose::Homing || is_braking {
                 continue;
@@ -204,7 +211,7 @@ where
             }
             let changed = if is_braking {
                 // By its own limits: a rapid override is no reason to brake less.
-                leg.part.held(at_s, &terms.config.limits, speed_law).map_err(|_| Alarm::Unplannable)
+                leg.part.held(at_s, &terms.config.limits, speed_law).map_err(unplannable)
             } else {
                 terms.plan(|limits, speed| leg.part.respeeded(at_s, limits, speed_law, speed))
             };
@@ -256,9 +263,10 @@ where
         }
     }
 
-    fn end_move(&mut self, finish: Finish, held_at_steps: f64) -> Finish {
+    fn end_move(&mut self, finish: Finish, end: End) -> Finish {
         self.machine.set_underway(None);
-        self.tell(Event::MoveEnd { finish, held_at_steps, position_steps: self.machine.position_steps() });
+        let position_steps = self.machine.position_steps();
+        self.tell(Event::MoveEnd { finish, held_at_steps: end.steps, plan_s: end.s, position_steps });
         finish
     }
 }
@@ -279,16 +287,26 @@ impl Terms {
                 own.start_speed_steps_s = own.start_speed_steps_s.min(own.top_speed_steps_s);
             }
         }
-        plan(&limits, path_speed).map_err(|_| Alarm::Unplannable)
+        plan(&limits, path_speed).map_err(unplannable)
     }
 }
 
+fn unplannable(error: PlanError) -> Alarm {
+    Alarm::Unplannable { reason: error.into() }
+}
+
 /// Where and when the path of a run ends.
+#[derive(Clone, Copy)]
 struct End {
     /// Steps of the longest axis from the beginning of the whole move.
     steps: f64,
     /// From the start of the run, s.
     s: f64,
+}
+
+impl End {
+    /// Of a run that has not started.
+    const NONE: Self = Self { steps: 0.0, s: 0.0 };
 }
 
 /// Compiles and queues the first steps of all axes, as far as there is room.
@@ -305,8 +323,13 @@ async fn follow(machine: &Machine, legs: &[Leg], start: Instant, mm_per_step: f6
     for leg in legs {
         Timer::at(begin).await;
         machine.set_underway(Some(Underway { start, part: leg.part, mm_per_step }));
-        begin = start + Duration::from_micros((leg.until_s * 1e6) as u64);
+        begin = instant(start, leg.until_s);
     }
+}
+
+/// `t_s` from the start of a run, to the next whole microsecond.
+fn instant(start: Instant, t_s: f64) -> Instant {
+    start + Duration::from_micros(libm::ceil(t_s * 1e6) as u64)
 }
 
 /// Whether the run can be changed: the change before has been fed, and every axis has enough to go on with meanwhile.

@@ -77,6 +77,9 @@ pub struct MoveComparison {
     /// How far apart the accelerating, cruising and decelerating intervals of its axes are, each measured from the axis's
     /// own edges, ns; `None` when the edges of fewer than two axes resolve 10 us, or one strays too far from its instant.
     pub apart_ns: Option<f64>,
+    /// How long after the end of the plan before it this one started, ns, both reckoned from their first edges: less than
+    /// nothing if that one was cut short. `None` for the first.
+    pub pause_ns: Option<f64>,
 }
 
 /// A trace that is that of the run.
@@ -114,15 +117,20 @@ pub fn compare(outcome: &Outcome, trace: &[Edge]) -> Result<Comparison, Mismatch
     let mut left = split(trace, moves, after_homing > 0)?;
     let mut all_ns = Vec::new();
     let mut compared = Vec::new();
+    let mut plan_end_ns = None;
     for (index, record) in moves.iter().enumerate() {
         let instants = instants_of(index + 1, record, &mut left)?;
         let errors_ns = errors_of(&instants);
+        let start_ns = start_of(&instants);
+        let pause_ns = plan_end_ns.map(|end_ns| start_ns - end_ns);
+        plan_end_ns = Some(start_ns + record.plan_s * 1e9);
         all_ns.extend_from_slice(&errors_ns);
         let (jitter, port) = (Jitter::of(errors_ns), outcome.config.port);
         // A ramp with an edge further off than that is not recognised as one.
         let is_measurable = jitter.max_ns <= measure::stray_max_ns(port);
         compared.push(MoveComparison {
             jitter,
+            pause_ns,
             apart_ns: apart_ns(&record.plan.profile, &instants, port).filter(|_| is_measurable && record.is_plain()),
         });
     }
@@ -170,11 +178,22 @@ fn instants_of(number: usize, record: &MoveRecord, left: &mut [Vec<&Edge>; AXES]
     Ok(instants)
 }
 
+/// The edge that is due first: its instants in the trace and in closed form, ns.
+fn first_of(instants: &Instants) -> (f64, f64) {
+    let all = instants.iter().flatten().copied();
+    all.reduce(|first, next| if next.1 < first.1 { next } else { first }).unwrap_or_default()
+}
+
+/// When the move started, by its first edge, ns.
+fn start_of(instants: &Instants) -> f64 {
+    let (traced, exact) = first_of(instants);
+    traced - exact
+}
+
 /// How late each edge was, counted from the first.
 fn errors_of(instants: &Instants) -> Vec<f64> {
     let all = || instants.iter().flatten().copied();
-    let first = all().reduce(|first, next| if next.1 < first.1 { next } else { first });
-    let (traced_0, exact_0) = first.unwrap_or_default();
+    let (traced_0, exact_0) = first_of(instants);
     all().map(|(traced, exact)| (traced - traced_0) - (exact - exact_0)).collect()
 }
 

@@ -30,6 +30,8 @@ pub struct MoveRecord {
     pub finish: Finish,
     /// If it was held, where on its path, steps of the longest axis.
     pub held_at_steps: f64,
+    /// When its plan ended, s from its start.
+    pub plan_s: f64,
     /// Whether it was a part of homing.
     pub homing: bool,
     /// Its edges, up to the start of the next move: a range of [`Outcome::edges`].
@@ -56,6 +58,12 @@ impl MoveRecord {
         // What was decided later holds.
         let part = self.parts.iter().rev().find(|part| part.step_numbers(axis).contains(&k));
         part.unwrap_or(&self.plan).step_time_s(axis, k)
+    }
+
+    /// How long after the end of its plan the `next` move started, ns: less than nothing if it was cut short.
+    pub fn pause_ns(&self, next: &Self) -> f64 {
+        // The difference of the instants first, which may be large.
+        (next.start_ns - self.start_ns) as f64 - self.plan_s * 1e9
     }
 
     /// Whether it is a whole move, made as it was planned at first.
@@ -177,7 +185,7 @@ fn moves(events: &[(u64, Event)], edges: &[Edge]) -> Vec<MoveRecord> {
                 open = Some((crate::time::ns(start), plan, origin_steps));
             }
             Event::Part { plan } => parts.push(plan),
-            Event::MoveEnd { finish, held_at_steps, position_steps: end_steps } => {
+            Event::MoveEnd { finish, held_at_steps, plan_s, position_steps: end_steps } => {
                 let Some((start_ns, plan, origin_steps)) = open.take() else { continue };
                 moves.push(MoveRecord {
                     start_ns,
@@ -188,6 +196,7 @@ fn moves(events: &[(u64, Event)], edges: &[Edge]) -> Vec<MoveRecord> {
                     end_steps,
                     finish,
                     held_at_steps,
+                    plan_s,
                     homing,
                     edges: 0..0,
                 });

@@ -1,6 +1,6 @@
 //! The promises, checked edge by edge: exact counts, instants as the closed form says, straight paths, equal intervals.
 
-use isostep_motion::{AXES, Axis, State};
+use isostep_motion::{AXES, Axis, Finish, State};
 
 use crate::config::Port;
 use crate::measure::{self, Intervals, Measured};
@@ -156,6 +156,7 @@ pub fn verdicts(outcome: &Outcome, checks: &[MoveCheck]) -> Vec<Verdict> {
         instants(checks, outcome.config.port),
         straight(checks),
         equal(checks),
+        lasting(outcome),
         timing(outcome),
         losses(outcome),
         position(outcome),
@@ -210,6 +211,21 @@ fn equal(checks: &[MoveCheck]) -> Verdict {
         None => "no move of several axes with enough edges to measure".to_owned(),
     };
     Verdict { promise: "equal intervals on every axis", kept: checks.iter().all(MoveCheck::is_equal), detail }
+}
+
+fn lasting(outcome: &Outcome) -> Verdict {
+    let pairs = outcome.moves.windows(2).filter(|pair| matches!(pair[0].finish, Finish::Done | Finish::Held));
+    let pauses_ns: Vec<_> = pairs.map(|pair| pair[0].pause_ns(&pair[1])).collect();
+    let shortest_ns = pauses_ns.iter().copied().reduce(f64::min);
+    let detail = match shortest_ns {
+        Some(ns) => {
+            let us = ns / 1e3;
+            format!("from start to start: the next of {} began {us:.2} us after its plan or later", pauses_ns.len() + 1)
+        }
+        None => "no move after another".to_owned(),
+    };
+    // A plan's end is reckoned in floating point.
+    Verdict { promise: "every move as long as its plan", kept: shortest_ns.is_none_or(|ns| ns > -1.0), detail }
 }
 
 fn timing(outcome: &Outcome) -> Verdict {

@@ -40,7 +40,8 @@ export class Board {
     /** Called between stretches of the run, to show progress. */
     this.onSlice = () => {};
     this.chipWatchers = [];
-    this.missFactor = options.missFactor ?? 1;
+    /** 1 is what is reckoned; null is flash that reads like RAM. */
+    this.missFactor = options.missFactor === undefined ? 1 : options.missFactor;
     this.flashCounts = new FlashCounts();
     this.watch = new DeadlineWatch(this.clock);
     this.#build();

@@ -41,9 +41,10 @@ export class Bus {
     flash.onReadable = (readable) => (this.flashPages = readable ? FLASH_PAGES : NO_PAGES);
     /**
      * The address of the half-word of flash that came with the one fetched last, as the second of its word. Its bits are
-     * inverted where every instruction counts, so that no address is it.
+     * inverted while every instruction counts, so that no address is it.
      */
     this.secondHalf = NOWHERE;
+    watch.onUrgent = () => (this.secondHalf = ~this.secondHalf);
     /** The address of the first half of a wide instruction that was counted. */
     this.wideCounted = NOWHERE;
     /** Where the instruction under way has read or written RAM; NOWHERE if it has not. */
@@ -158,12 +159,17 @@ export class Bus {
 
   /** The core fetches instructions by words: this one begins a word, or a branch leads to it, or it has to be counted. */
   fetchFlash(address) {
-    if (this.watch.urgent || this.secondHalf < 0) {
+    if (this.watch.urgent) {
       this.#fetchCounted(address);
       return;
     }
     this.secondHalf = (address & 2) === 0 ? address + 2 : NOWHERE;
     this.#wait(address);
+  }
+
+  /** An exception: what was fetched ahead is fetched again when it is over. */
+  emptyPipeline() {
+    this.secondHalf = this.watch.urgent ? ~NOWHERE : NOWHERE;
   }
 
   /** The core reads data, and waits for what the cache does not have. */
@@ -178,14 +184,10 @@ export class Bus {
     else this.#wait(address);
   }
 
-  /** Also the first fetch where nothing counts any more, which may be of a second half still. */
   #fetchCounted(address) {
     const cameWithWord = address === ~this.secondHalf;
-    const missed = !cameWithWord && this.#waitCounted(address);
-    const next = cameWithWord || (address & 2) !== 0 ? NOWHERE : address + 2;
-    const { urgent } = this.watch;
-    this.secondHalf = urgent ? ~next : next;
-    if (urgent) this.#count(address, missed);
+    this.secondHalf = ~(cameWithWord || (address & 2) !== 0 ? NOWHERE : address + 2);
+    this.#count(address, !cameWithWord && this.#waitCounted(address));
   }
 
   /** The second half of a wide instruction is no instruction. */

@@ -28,7 +28,7 @@ const [IRQ_PIO0, IRQ_PIO1] = [7, 9];
  * @param {import('./clock.mjs').MachineClock} clock
  * @param {{onWatchdog: (reason: number) => void, onUartByte: (byte: number) => void, onWarning: (text: string) => void}} board
  *   what the chip tells the board
- * @param {{missFactor?: number, counts?: FlashCounts, watch?: DeadlineWatch}} flashOptions what a miss of flash's cache
+ * @param {{missFactor?: number | null, counts?: FlashCounts, watch?: DeadlineWatch}} flashOptions what a miss of flash's cache
  *   costs, times the reckoned cycles; where its accesses are counted, and who watches those that matter
  */
 export function buildChip(clock, board, { missFactor = 1, counts = new FlashCounts(), watch = new DeadlineWatch(clock) } = {}) {
@@ -109,6 +109,7 @@ function watchExceptions(clock, bus) {
     if (isFlash(vector) && !flash.readable) throw new FetchFault(hiddenFlash(vector));
     clock.enterHandler();
     exceptionEntry.call(core, number);
+    bus.emptyPipeline();
     watch.update();
     if (isFlash(vector)) bus.readVector(vector);
   };

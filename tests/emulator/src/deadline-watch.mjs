@@ -1,11 +1,14 @@
+import { FLASH_BYTES, FLASH_START } from './flash.mjs';
+
 const [FREE, HANDLER, MASKED] = [0, 1, 2];
 const SHOWN = 16;
+const INSTRUCTION_BYTES = 2;
 const PC = 15;
 /** The program counter has gone past the instruction that masks: CPSID, or the first half of MSR. */
 const PASSED_BYTES = 2;
 
-/** What was taken from flash in one kind of place. */
-class Tally {
+/** What was taken from flash in one kind of place: data, by instructions anywhere. In a handler the core's bit for Thumb may be set. */
+class DataTally {
   constructor() {
     this.count = 0;
     this.misses = 0;
@@ -13,10 +16,9 @@ class Tally {
   }
 
   add(pc, missed) {
+    const at = pc & ~1;
     this.count += 1;
     if (missed) this.misses += 1;
-    // In a handler the core's bit for Thumb may be set.
-    const at = pc & ~1;
     this.byPc.set(at, (this.byPc.get(at) ?? 0) + 1);
   }
 
@@ -24,6 +26,31 @@ class Tally {
   summary() {
     const places = [...this.byPc].sort(([pc, count], [otherPc, otherCount]) => otherCount - count || pc - otherPc);
     return { count: this.count, misses: this.misses, pcs: places.slice(0, SHOWN).map(([pc]) => hex(pc)) };
+  }
+}
+
+/** The same of instructions, which may be millions, but all in flash. */
+class CodeTally {
+  constructor() {
+    this.misses = 0;
+    this.counts = null;
+  }
+
+  add(pc, missed) {
+    this.counts ??= new Uint32Array(FLASH_BYTES / INSTRUCTION_BYTES);
+    this.counts[(pc & (FLASH_BYTES - 1)) >>> 1] += 1;
+    if (missed) this.misses += 1;
+  }
+
+  summary() {
+    const tally = new DataTally();
+    tally.misses = this.misses;
+    this.counts?.forEach((count, index) => {
+      if (count === 0) return;
+      tally.count += count;
+      tally.byPc.set(FLASH_START + index * INSTRUCTION_BYTES, count);
+    });
+    return tally.summary();
   }
 }
 
@@ -40,9 +67,11 @@ export class DeadlineWatch {
   /** @param {import('./clock.mjs').MachineClock} clock */
   constructor(clock) {
     this.clock = clock;
-    this.code = { [HANDLER]: new Tally(), [MASKED]: new Tally() };
-    this.data = { [HANDLER]: new Tally(), [MASKED]: new Tally() };
+    this.code = { [HANDLER]: new CodeTally(), [MASKED]: new CodeTally() };
+    this.data = { [HANDLER]: new DataTally(), [MASKED]: new DataTally() };
     this.longest = { cycles: 0, pc: null };
+    /** Told when `urgent` changes. */
+    this.onUrgent = () => {};
   }
 
   /** A chip starts. */
@@ -112,7 +141,10 @@ export class DeadlineWatch {
   }
 
   #consider() {
-    this.urgent = this.counting && this.context !== FREE;
+    const urgent = this.counting && this.context !== FREE;
+    if (urgent === this.urgent) return;
+    this.urgent = urgent;
+    this.onUrgent();
   }
 
   #unmask(masked) {

@@ -29,7 +29,7 @@ The machine
   --seed N             of the bounces (default 1)
   --flash FILE         what flash holds beside the firmware: read from FILE at the start if it exists, written there at the
                        end, so that settings outlive the run
-  --ideal-flash        flash reads like RAM: its cache costs nothing
+  --ideal-flash        flash reads like RAM, without its cache
   --miss-factor N      a word that is not in flash's cache costs N times the reckoned cycles (default 1)
 
 What to write
@@ -118,10 +118,10 @@ function number(name, text, least, most) {
   return value;
 }
 
-/** Ideal flash is that whose misses cost nothing. */
+/** Ideal flash has none. */
 function missFactor(ideal, factor) {
   if (ideal && factor !== undefined) throw new Error('--ideal-flash has no misses: leave --miss-factor out');
-  return ideal ? 0 : number('--miss-factor', factor ?? '1', 0, 1000);
+  return ideal ? null : number('--miss-factor', factor ?? '1', 0, 1000);
 }
 
 function settingLine(text) {

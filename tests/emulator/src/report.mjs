@@ -100,6 +100,7 @@ export function readable(result) {
 }
 
 function cacheLine({ accesses, misses, stall_cycles: stalled, miss_cycles: cost }, core) {
+  if (accesses === 0) return 'Flash        reads like RAM';
   const part = (count, whole) => `${(ratio(count, whole) * 100).toFixed(1)} %`;
   return `Flash        ${accesses} words read, ${part(misses, accesses)} not in the cache at ${cost} cycles each; the core waited ${part(stalled, core.awake_cycles)} of its time awake`;
 }

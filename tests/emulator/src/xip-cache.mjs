@@ -54,13 +54,14 @@ export class XipCache {
   /**
    * @param {import('./clock.mjs').MachineClock} clock
    * @param {FlashCounts} counts
-   * @param {number} missFactor what a miss costs, times this; with 0 flash reads like RAM
+   * @param {number | null} missFactor what a miss costs, times this; without one flash reads like RAM, and nothing is cached
    */
   constructor(clock, counts, missFactor) {
     this.clock = clock;
     this.counts = counts;
     this.values = counts.values;
-    this.missFactor = missFactor;
+    this.ideal = missFactor === null;
+    this.missFactor = missFactor ?? 0;
     this.missCycles = 0;
     this.first = new Int32Array(SET_WORDS).fill(NONE);
     this.second = new Int32Array(SET_WORDS).fill(NONE);
@@ -94,12 +95,13 @@ export class XipCache {
   /** Forgets all, which keeps it busy for a while. */
   flush() {
     this.empty();
-    this.flushedCycle = this.clock.cycles + (this.missFactor === 0 ? 0 : FLUSH_CYCLES);
+    this.flushedCycle = this.clock.cycles + (this.ideal ? 0 : FLUSH_CYCLES);
     this.#keepBusy(this.flushedCycle);
   }
 
   /** The core reads. @returns {number} the cycles it has to wait: none for a hit */
   read(address) {
+    if (this.ideal) return 0;
     this.values[ACCESSES] += 1;
     return address >>> 24 === this.openPage && this.#holds((address & OFFSET_MASK) >>> 2) ? 0 : this.#readSlowly(address);
   }
@@ -115,6 +117,7 @@ export class XipCache {
 
   /** The DMA reads on a cycle; the core has to wait for it. @returns {number} the cycles until it has what it reads */
   readBeside(address, cycle) {
+    if (this.ideal) return 0;
     this.values[ACCESSES] += 1;
     const wait = Math.max(0, this.readyCycle - cycle) + this.#fetch(address);
     if (wait > 0) this.#keepBusy(cycle + wait);

@@ -3,7 +3,7 @@ import test from 'node:test';
 import { Board } from '../src/board.mjs';
 import { CONDITION, irqWait, jmp, set, TO } from '../support/pio-assembly.mjs';
 
-const OPTIONS = { console: 'uart', startMm: [35, 40, 15], bounceMicros: 0, seed: 1, switches: {}, missFactor: 0 };
+const OPTIONS = { console: 'uart', startMm: [35, 40, 15], bounceMicros: 0, seed: 1, switches: {}, missFactor: null };
 const STACK = 0x20001000;
 const ENTRY = 0x10000201;
 const FAULT_HANDLER = 0x10000301;

@@ -47,6 +47,16 @@ test('options are checked, and default to the bench', () => {
   assert.throws(() => parseOptions(['--elf', 'a', '--script', 'b', '--driver', 'a4988']), /drv8825 or tmc2209/);
 });
 
+test('what a miss of the cache of flash costs can be multiplied', () => {
+  const factor = (...args) => parseOptions(['--elf', 'a', '--program', 'b', ...args]).missFactor;
+  assert.deepEqual([factor(), factor('--ideal-flash'), factor('--miss-factor', '1.5'), factor('--miss-factor', '0')], [1, null, 1.5, 0]);
+  assert.throws(() => factor('--miss-factor=-1'), /--miss-factor -1: give a number from 0 to 1000/);
+  assert.throws(() => factor('--miss-factor', 'much'), /--miss-factor much: give a number/);
+  assert.throws(() => factor('--ideal-flash', '--miss-factor', '2'), /--ideal-flash has no misses: leave --miss-factor out/);
+  assert.equal(parseOptions(['--elf', 'a', '--live']).missFactor, 1);
+  for (const option of ['--ideal-flash', '--miss-factor']) assert.ok(HELP.includes(option));
+});
+
 test('settings become lines ahead of a program', () => {
   const options = parseOptions(['--elf', 'a', '--program', 'b', '--set', '910=120', '--set', '940=3']);
   assert.deepEqual(options.settings, ['$910=120\n', '$940=3\n']);

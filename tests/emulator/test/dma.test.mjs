@@ -1,5 +1,6 @@
 import assert from 'node:assert/strict';
 import test from 'node:test';
+import { run } from '../src/core.mjs';
 import { DMA, PIO0, PioBench, RAM, REG } from '../support/pio-bench.mjs';
 import { axes, openGate, OVERHEAD_CYCLES, rises, STEP } from '../support/step-program.mjs';
 
@@ -108,4 +109,38 @@ test('a chain that is cut on the fly ends with its buffer', () => {
   bench.run(125 * 200);
   assert.equal(rises(edges).length, WORDS);
   assert.equal(bench.read(REG.irq), 1);
+});
+
+/** The core runs two-cycle loads of one word, from code in another bank or the same, while the DMA moves a word on every cycle. */
+function loads(bench, { code, data, dma }) {
+  const [LDR, COUNT] = [0x6808, 16];
+  bench.bus.ram16.fill(LDR, (code - RAM) / 2, (code - RAM) / 2 + COUNT);
+  Object.assign(bench.bus.registers, { 1: data, 15: code });
+  if (dma !== undefined) channel(bench, 0, { from: dma, to: PIO0 + REG.irqForce, count: 1000, ctrl: control({ chainTo: 0, read: 0 }), trigger: true });
+  bench.run(10);
+  const started = bench.core.cycles;
+  for (let index = 0; index < COUNT; index++) run(bench.core, bench.bus, bench.clock, bench.core.cycles + 1);
+  return bench.core.cycles - started;
+}
+
+test('the core waits a cycle for a bank of RAM that the DMA uses', () => {
+  const [code, small] = [RAM + 0x40000, RAM + 0x41000];
+  const taken = (places) => loads(new PioBench(), { code, data: RAM + 0x100, ...places });
+  assert.equal(taken({}), 32);
+  // The words of the striped banks go by turns; those above are a bank each.
+  assert.equal(taken({ dma: RAM + 0x204 }), 32);
+  assert.equal(taken({ dma: small }), 32);
+  assert.equal(taken({ dma: RAM + 0x210 }), 32 + 16);
+  // Of two instructions in a word one is fetched with the other.
+  assert.equal(taken({ dma: code + 0x100 }), 32 + 8);
+  assert.equal(taken({ dma: small, data: small + 4 }), 32 + 16);
+});
+
+test('a core that sleeps waits for no bank', () => {
+  const bench = new PioBench();
+  bench.core.waiting = true;
+  bench.bus.read32(RAM);
+  channel(bench, 0, { from: RAM, to: RAM + 64, count: 8, ctrl: control({ chainTo: 0, read: 0 }), trigger: true });
+  bench.runTo(100);
+  assert.equal(bench.core.cycles, 100);
 });

@@ -13,7 +13,7 @@ const FLASH = 0x10000000;
 const SSI = 0x18000000;
 const DATA = RAM + 0x1000;
 const NO_BLOCKS = 0x80000000 | 0;
-const OPTIONS = { console: 'uart', startMm: [35, 40, 15], bounceMicros: 0, seed: 1, switches: {}, missFactor: 0 };
+const OPTIONS = { console: 'uart', startMm: [35, 40, 15], bounceMicros: 0, seed: 1, switches: {}, missFactor: null };
 
 class FlashBench extends RomBench {
   rom(code, ...args) {

@@ -128,7 +128,28 @@ fn alarm_21_unplannable() {
         assert_eq!(say(&mut sim, line), ["ok"]);
     }
     let heard = say(&mut sim, "G1 X100 Y100 Z100 F1");
-    alarmed(&mut sim, &heard, 21, "the settings do not allow this move, nothing moved: check $110-$122, then $X]");
+    let words = "this move cannot be planned, as the feed is below a step in 1,000 s, or above 10,000,000 steps/s; \
+                 nothing moved: check its feed, $110-$122 and $910, then $X]";
+    alarmed(&mut sim, &heard, 21, words);
     unlock(&mut sim, false);
     assert_eq!(sim.counted_steps(), [0; 3]);
+}
+
+/// The line that leaves the alarm waits already when it is raised.
+#[test]
+fn an_alarm_is_told_before_it_is_left() {
+    for (leaves, words) in [("$X", "[MSG:Caution: Unlocked]"), ("$H", "ok")] {
+        let mut sim = homed();
+        let heard = say(&mut sim, &format!("G0 X-1\n{leaves}\nG0 X1"));
+        let place = |wanted: &str| heard.iter().position(|line| line.starts_with(wanted)).expect(wanted);
+        assert!(place("error:9") < place("ALARM:2") && place("ALARM:2") < place(words), "{heard:?}");
+        assert_eq!((heard.last().map(String::as_str), state(&mut sim).as_str()), (Some("ok"), "Idle"));
+
+        let mut sim = homed();
+        sim.send(format!("G0 X40\nG4 P0\n{leaves}\n").as_bytes());
+        sim.run_for(Duration::from_millis(500)).unwrap();
+        sim.set_switch(Axis::Y, SwitchFault::StuckClosed);
+        sim.run_for(Duration::from_millis(100)).unwrap();
+        assert!(sim.replies().contains(&"ALARM:1".to_owned()), "{leaves}");
+    }
 }

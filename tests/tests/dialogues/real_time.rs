@@ -255,6 +255,102 @@ fn the_feed_override_counts_for_moves_and_not_for_jogs() {
     assert_eq!(field(&mut sim, "Ov"), "100,100,100");
 }
 
+/// They are told as 100 %, and are.
+#[test]
+fn a_reset_puts_the_overrides_back() {
+    let mut sim = homed();
+    bytes(&mut sim, &[0x91, 0x91, 0x97]);
+    assert_eq!(field(&mut sim, "Ov"), "120,25,100");
+    assert_eq!(bytes(&mut sim, b"\x18"), ["Grbl 1.1h ['$' for help]"]);
+    assert_eq!(field(&mut sim, "Ov"), "100,100,100");
+    for (line, speed) in [("G1 X50 F600", "600"), ("G0 X0", "2880")] {
+        begin(&mut sim, line, Duration::from_millis(1_000));
+        assert_eq!(report(&mut sim).split("FS:").nth(1).unwrap().split(',').next(), Some(speed), "{line}");
+        sim.run_until_idle().unwrap();
+        sim.replies();
+    }
+}
+
+/// It stands still already. Its time runs on, and what follows waits.
+#[test]
+fn a_dwell_is_held_at_once() {
+    let mut sim = homed();
+    assert_eq!(begin(&mut sim, "G4 P1\nG0 X1", Duration::from_millis(100)), [""; 0]);
+    for _ in 0..3 {
+        assert_eq!(bytes(&mut sim, b"!"), [""; 0]);
+        assert_eq!(state(&mut sim), "Hold:0");
+        assert_eq!(bytes(&mut sim, b"~"), [""; 0]);
+        assert_eq!(state(&mut sim), "Run");
+    }
+    assert_eq!(bytes(&mut sim, b"!"), [""; 0]);
+    sim.run_until_idle().unwrap();
+    assert_eq!((sim.replies(), state(&mut sim).as_str()), (vec![], "Hold:0"));
+    sim.send(b"~");
+    sim.run_until_idle().unwrap();
+    assert_eq!(sim.replies(), ["ok", "ok"]);
+    assert_eq!(status(&mut sim), "<Idle|MPos:1.000,0.000,0.000");
+}
+
+/// Its line is forgotten, as the console was opened anew. What waits for it to end does not wait for the resume as well.
+#[test]
+fn a_dwell_that_ends_in_a_hold_is_over() {
+    let mut sim = homed();
+    begin(&mut sim, "G4 P1", Duration::from_millis(100));
+    sim.open_console();
+    assert_eq!(bytes(&mut sim, b""), ["Grbl 1.1h ['$' for help]"]);
+    assert_eq!(begin(&mut sim, "G10 L2 P2 X5", Duration::from_millis(100)), [""; 0]);
+    assert_eq!(bytes(&mut sim, b"!"), [""; 0]);
+    assert_eq!(state(&mut sim), "Hold:0");
+    sim.run_until_idle().unwrap();
+    assert_eq!(sim.replies(), ["ok"]);
+}
+
+/// What is sent while it is held counts from where the jog has ended, as what is sent after it does.
+#[test]
+fn a_hold_after_a_cancelled_jog_knows_where_it_stands() {
+    let mut sim = homed();
+    assert_eq!(begin(&mut sim, "$J=X100 F1200", Duration::from_secs(1)), ["ok"]);
+    bytes(&mut sim, b"!");
+    sim.run_until_idle().unwrap();
+    let stopped = sim.counted_steps();
+    bytes(&mut sim, b"!");
+    assert_eq!(state(&mut sim), "Hold:0");
+    assert_eq!(say(&mut sim, "G91 G0 X1"), ["ok"]);
+    sim.send(b"~");
+    sim.run_until_idle().unwrap();
+    assert_eq!(sim.counted_steps(), [stopped[0] + 50, 0, 0]);
+}
+
+/// Its start-up line is under way when the next comes, which goes on from its end.
+#[test]
+fn a_reset_after_a_jog_knows_where_it_stands() {
+    let mut sim = homed();
+    assert_eq!(say(&mut sim, "$N0=G91 G0 X1"), ["ok"]);
+    assert_eq!(say(&mut sim, "$J=G90 X10 F1200"), ["ok"]);
+    assert_eq!(bytes(&mut sim, b"\x18"), ["Grbl 1.1h ['$' for help]", ">G91G0X1:ok"]);
+    assert_eq!(state(&mut sim), "Run");
+    assert_eq!(say(&mut sim, "G91 G0 X1"), ["ok"]);
+    assert_eq!(status(&mut sim), "<Idle|MPos:12.000,0.000,0.000");
+}
+
+/// The console begins anew, and what it begins waits. With nothing to resume, what is changed is stored.
+#[test]
+fn a_hold_behind_a_reset_holds_up_no_answer() {
+    let mut sim = homed();
+    assert_eq!(say(&mut sim, "$N0=G0 X1"), ["ok"]);
+    sim.run_until_idle().unwrap();
+    assert_eq!(bytes(&mut sim, b"\x18!"), ["Grbl 1.1h ['$' for help]", ">G0X1:ok"]);
+    assert_eq!(state(&mut sim), "Hold:0");
+    assert_eq!(say(&mut sim, "$G").last().map(String::as_str), Some("ok"));
+    sim.send(b"~");
+    sim.run_until_idle().unwrap();
+    assert_eq!(status(&mut sim), "<Idle|MPos:1.000,0.000,0.000");
+    assert_eq!(say(&mut sim, "$N0="), ["ok"]);
+    assert_eq!(bytes(&mut sim, b"\x18!"), ["Grbl 1.1h ['$' for help]"]);
+    assert_eq!(say(&mut sim, "G10 L2 P2 X5"), ["ok"]);
+    assert_eq!(state(&mut sim), "Hold:0");
+}
+
 /// At 0.1 steps/mm 1 mm/min can be planned, and half of it could not.
 #[test]
 fn an_override_makes_no_feed_too_slow() {

@@ -23,16 +23,16 @@ impl Machine {
     /// Brakes the move under way, on its path, and holds what waits until [`resume`](Self::resume): some 60 ms after this
     /// it brakes as fast as the limits allow. A jog is cancelled instead. Homing goes on; nothing to do in an alarm.
     pub fn hold(&self) {
-        self.transition(|inner, state| {
-            inner.held |= matches!(state, State::Idle | State::Run);
-            if state == State::Jog {
+        self.transition(|inner, state| match state {
+            State::Idle | State::Run => {
+                inner.held = true;
+                (State::Hold { still: !inner.moving }, ())
+            }
+            State::Jog => {
                 inner.forget = Forget::Jogs;
+                (state, ())
             }
-            match state {
-                State::Idle => (State::Hold { still: true }, ()),
-                State::Run => (State::Hold { still: false }, ()),
-                _ => (state, ()),
-            }
+            _ => (state, ()),
         });
         self.asked.signal(());
     }
@@ -85,12 +85,19 @@ impl Machine {
         self.asked.wait().await;
     }
 
+    /// A run begins, or has ended: so whether a hold finds the machine still is known whenever it comes.
+    pub(crate) fn set_moving(&self, moving: bool) {
+        self.transition(|inner, state| {
+            inner.moving = moving;
+            match state {
+                State::Hold { .. } if inner.held => (State::Hold { still: !moving }, ()),
+                _ => (state, ()),
+            }
+        });
+    }
+
     /// Waits, standing still, until a hold is over; false if what was held is to be forgotten.
     pub(crate) async fn outlast_hold(&self) -> bool {
-        self.transition(|inner, state| match state {
-            State::Hold { .. } if inner.held => (State::Hold { still: true }, ()),
-            _ => (state, ()),
-        });
         loop {
             let (held, forgotten) =
                 self.with(|inner| (inner.held, inner.forget != Forget::Nothing || inner.cause.is_some()));

@@ -1,5 +1,8 @@
 //! Stops: their causes, what the machine is after them, and the way out of an alarm.
 
+use embassy_futures::select::select;
+use embassy_time::{Instant, Timer};
+
 use super::{Busy, Forget, Machine};
 use crate::axes::{AXES, Axis};
 use crate::config::Config;
@@ -178,11 +181,21 @@ impl Machine {
             // A stop ends a hold; what was held is forgotten.
             inner.held &= matches!(next, State::Hold { .. });
             // Nothing has moved that could not be planned; after any other alarm the motors may have overshot.
-            if matches!(next, State::Alarm(alarm) if alarm != Alarm::Unplannable) {
+            if matches!(next, State::Alarm(alarm) if !matches!(alarm, Alarm::Unplannable { .. })) {
                 inner.homed = [false; AXES];
             }
             (next, next)
         })
+    }
+
+    /// Waits until `end`, or until everything is stopped, whatever else wakes it.
+    pub(crate) async fn is_stopped_before(&self, end: Instant) -> bool {
+        while self.cause().is_none() {
+            if select(self.stopped.wait(), Timer::at(end)).await.is_second() {
+                return false;
+            }
+        }
+        true
     }
 
     pub(crate) async fn wait_stopped(&self) {

@@ -1,0 +1,75 @@
+//! Where the linker has put what has a deadline: in RAM, where nothing waits for the cache of the flash.
+//!
+//! What runs is held to this in every emulated run; this also holds what no run reaches.
+
+use std::{env, fs};
+
+use object::{Object, ObjectSymbol, SymbolKind};
+
+const RAM_START: u64 = 0x2000_0000;
+/// Every function of these may run in an interrupt, in a critical section, or while a port waits for what is compiled.
+const CRATES_IN_RAM: [&str; 9] = [
+    "isostep_motion",
+    "isostep_profile",
+    "embassy_executor",
+    "embassy_sync",
+    "embassy_time",
+    "embassy_time_queue_utils",
+    "embassy_rp",
+    "rp2040_gantry",
+    "libm",
+];
+/// What serves the consoles and USB's enumeration, in thread mode, and what runs once before anything moves.
+const MAY_WAIT: [&str; 4] = ["isostep_console", "isostep_controller", "embassy_usb", "____embassy_main_task"];
+const HANDLERS: [&str; 9] = [
+    "TIMER_IRQ_0",
+    "PIO1_IRQ_1",
+    "IO_IRQ_BANK0",
+    "SWI_IRQ_1",
+    "SWI_IRQ_2",
+    "DMA_IRQ_1",
+    "PIO0_IRQ_1",
+    "USBCTRL_IRQ",
+    "UART0_IRQ",
+];
+
+/// Whether a mangled name is of a function of this crate: `name::f`, or `<name::T as Trait>::f`.
+fn is_of(symbol: &str, name: &str) -> bool {
+    let path = symbol.trim_start_matches("_ZN").trim_start_matches(|digit: char| digit.is_ascii_digit());
+    let of = path.trim_start_matches("_$LT$").strip_prefix(name);
+    // Another crate's name may go on.
+    let is_whole = of.is_some_and(|rest| !rest.starts_with(|next: char| next.is_ascii_lowercase() || next == '_'));
+    symbol.starts_with("_ZN") && is_whole && !MAY_WAIT.into_iter().any(|cold| symbol.contains(cold))
+}
+
+/// Checks the firmware whose ELF this variable names.
+fn check(variable: &str, handlers: &[&str]) {
+    let path = env::var_os(variable).unwrap_or_else(|| panic!("{variable}: run these by `cargo xtask test`"));
+    let bytes = fs::read(path).unwrap();
+    let elf = object::File::parse(&*bytes).unwrap();
+    let functions: Vec<_> = elf
+        .symbols()
+        .filter(|symbol| symbol.kind() == SymbolKind::Text && symbol.size() > 0)
+        .map(|symbol| (symbol.name().unwrap().to_owned(), symbol.address()))
+        .collect();
+    for handler in handlers {
+        let (_, address) = functions.iter().find(|(name, _)| name == handler).unwrap_or_else(|| panic!("no {handler}"));
+        assert!(*address >= RAM_START, "{variable}: the handler {handler} is in flash");
+    }
+    for hot in CRATES_IN_RAM {
+        let own: Vec<_> = functions.iter().filter(|(name, _)| is_of(name, hot)).collect();
+        assert!(!own.is_empty(), "{variable}: no function of {hot} is found");
+        let in_flash: Vec<_> = own.iter().filter(|(_, address)| *address < RAM_START).collect();
+        assert!(in_flash.is_empty(), "{variable}: {hot} has functions in flash, see memory.x: {in_flash:#?}");
+    }
+}
+
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn what_has_a_deadline_is_in_ram() {
+    check("ISOSTEP_ELF", &HANDLERS);
+    // Its steps are made by a task, not by DMA and PIO0.
+    let made_by_task: Vec<_> =
+        HANDLERS.into_iter().filter(|name| !["DMA_IRQ_1", "PIO0_IRQ_1"].contains(name)).collect();
+    check("ISOSTEP_TIMER_PORT_ELF", &made_by_task);
+}

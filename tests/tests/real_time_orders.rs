@@ -1,0 +1,450 @@
+//! The real-time bytes that resume, hold, cancel a jog and reset, in every order, together and one after the other, in
+//! every state: wherever that leads, the machine can be led on from there, no step is lost, and every line and every reset
+//! is answered. In virtual time, by bytes on the console; a failure prints the line that does it again.
+//!
+//! All orders of up to three bytes in every state, and of four in those in which what is asked for meets what has been
+//! asked for before: held, braking, and jogging.
+
+use std::env;
+use std::panic::catch_unwind;
+
+use embassy_time::Duration;
+use isostep_motion::{Alarm, Axis, State};
+use isostep_sim::{Config, Sim};
+
+const RESET: u8 = 0x18;
+/// Resume, hold, jog cancel, reset.
+const BYTES: [u8; 4] = [b'~', b'!', 0x85, RESET];
+/// From a byte to the next; without, they come in one packet.
+const GAPS_US: [u64; 5] = [0, 1, 10, 100, 1_000];
+/// Steps of X in a millimetre.
+const MM: i32 = 50;
+const PULL_OFF_STEPS: i32 = 20;
+
+/// In 0.5 s to 3 mm and in 0.4 s back to 1 mm: to 10 mm/s it takes 0.2 s, and as long to rest.
+const PROGRAM: &str = "G1 X3 F600\nG1 X1";
+/// In 0.4 s to 1 mm; then it waits, and its last line with it.
+const DWELL: &str = "G1 X1 F600\nG4 P0.3\nG1 X2";
+
+/// A machine whose X is homed, next to its switch, and what its console has said.
+struct Bench {
+    sim: Sim,
+    /// Lines sent, and answers heard to them.
+    lines: usize,
+    answers: usize,
+    /// Resets sent, and welcomes heard since the last of them was.
+    resets: usize,
+    welcomes: usize,
+}
+
+/// Where the program ends if nothing of it is forgotten, mm.
+type End = Option<i32>;
+/// Has a fresh machine come into a state.
+type Lead = fn(&mut Bench) -> End;
+
+impl Bench {
+    fn new() -> Self {
+        let mut config = Config { start_mm: [0.1, 40.0, 15.0], keep_record: false, ..Config::default() };
+        config.time_limit = Duration::from_secs(20);
+        config.settings.homing_pull_off_mm = PULL_OFF_STEPS as f32 / MM as f32;
+        let mut bench = Self { sim: Sim::new(&config), lines: 0, answers: 0, resets: 0, welcomes: 0 };
+        bench.say("$HX");
+        assert_eq!(bench.sim.machine().status().homed, [true, false, false]);
+        bench
+    }
+
+    /// Sends lines, and lets time pass.
+    fn begin(&mut self, lines: &str, wait_ms: u64) {
+        self.lines += lines.lines().count();
+        self.send(format!("{lines}\n").as_bytes(), wait_ms * 1_000);
+    }
+
+    /// The same with real-time bytes.
+    fn send(&mut self, bytes: &[u8], wait_us: u64) {
+        self.hear();
+        let resets = bytes.iter().filter(|byte| **byte == RESET).count();
+        if resets > 0 {
+            (self.resets, self.welcomes) = (self.resets + resets, 0);
+        }
+        self.sim.send(bytes);
+        self.sim.run_for(Duration::from_micros(wait_us)).unwrap();
+        self.hear();
+    }
+
+    /// Sends a line, which is answered once, with `ok`, and runs until nothing moves.
+    fn say(&mut self, line: &str) {
+        self.sim.send(format!("{line}\n").as_bytes());
+        self.sim.run_until_idle().unwrap();
+        let heard = self.sim.replies();
+        let answers: Vec<_> = heard.iter().filter(|line| is_answer(line)).collect();
+        assert_eq!(answers, ["ok"], "{line}: {heard:?}");
+    }
+
+    fn hear(&mut self) {
+        for line in self.sim.replies() {
+            self.answers += usize::from(is_answer(&line));
+            self.welcomes += usize::from(line.starts_with("Grbl"));
+        }
+    }
+
+    /// Runs until nothing can happen any more unless something is sent.
+    fn rest(&mut self) {
+        self.sim.run_until_idle().unwrap();
+        self.hear();
+    }
+
+    fn state(&self) -> State {
+        self.sim.machine().state()
+    }
+
+    /// The state by its name in the reports.
+    fn word(&mut self) -> String {
+        self.hear();
+        self.sim.send(b"?");
+        self.sim.run_for(Duration::from_millis(1)).unwrap();
+        let reply = self.sim.replies().pop().expect("a status report");
+        reply[1..].split('|').next().unwrap().to_owned()
+    }
+
+    fn expect(&self, state: State) {
+        assert_eq!(self.state(), state, "the test's own beginning");
+    }
+
+    /// Where X stands, steps.
+    fn x(&self) -> i32 {
+        self.sim.machine().position_steps()[0]
+    }
+
+    /// The carriages are where the machine says it is, and no driver has missed an edge.
+    fn check_counts(&self) {
+        let outcome = self.sim.outcome();
+        assert!(
+            outcome.violations.is_empty() && outcome.losses.is_empty(),
+            "{:?}, {:?}",
+            outcome.violations,
+            outcome.losses
+        );
+        assert_eq!((outcome.counted_steps, outcome.drift_steps), (outcome.position_steps, [0; 3]));
+    }
+
+    /// From wherever it has come to rest to Idle.
+    fn lead_on(&mut self) {
+        match self.state() {
+            State::Idle => {}
+            State::Hold { still: true } => {
+                self.send(b"~", 0);
+                self.rest();
+            }
+            State::Alarm(_) => self.say("$X"),
+            state => panic!("at rest in {state:?}"),
+        }
+        let word = self.word();
+        if word == "Check" {
+            self.say("$C");
+        } else {
+            assert_eq!(word, "Idle");
+        }
+    }
+}
+
+fn is_answer(line: &str) -> bool {
+    line == "ok" || line.starts_with("error:")
+}
+
+/// Has all orders of up to `longest` bytes come in the state of that test.
+fn all_orders(test: &str, longest: u32, lead: Lead) {
+    if let Ok(order) = env::var("ORDER") {
+        let (bytes, gap_us) = order.split_once('@').expect("ORDER is BYTES@MICROSECONDS");
+        let bytes = bytes.split(',').map(|byte| u8::from_str_radix(byte, 16).expect("bytes are hexadecimal"));
+        carry_out(lead, &bytes.collect::<Vec<_>>(), gap_us.parse().expect("microseconds are a number"));
+        return;
+    }
+    for (length, &gap_us) in (1..=longest).flat_map(|length| GAPS_US.iter().map(move |gap_us| (length, gap_us))) {
+        for index in 0..BYTES.len().pow(length) {
+            let bytes: Vec<_> = (0..length).map(|place| BYTES[index >> (2 * place) & 3]).collect();
+            if catch_unwind(|| carry_out(lead, &bytes, gap_us)).is_err() {
+                let bytes: Vec<_> = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
+                let order = format!("ORDER={}@{gap_us}", bytes.join(","));
+                panic!("again: {order} cargo test -p isostep-tests --test real_time_orders -- --exact {test}");
+            }
+        }
+    }
+}
+
+fn carry_out(lead: Lead, bytes: &[u8], gap_us: u64) {
+    let mut bench = Bench::new();
+    let end = lead(&mut bench);
+    let (was, homed) = (bench.state(), bench.sim.machine().status().homed);
+    if gap_us == 0 {
+        bench.send(bytes, 0);
+    } else {
+        bytes.iter().for_each(|&byte| bench.send(&[byte], gap_us));
+    }
+    bench.rest();
+    if bench.resets > 0 {
+        assert!((1..=bench.resets).contains(&bench.welcomes), "{} welcomes", bench.welcomes);
+    }
+    // The second reset stops at once what brakes for the first, and the first what homes.
+    let is_locked = match was {
+        State::Alarm(_) => true,
+        State::Home => bench.resets > 0,
+        _ => bench.resets > 1,
+    };
+    assert!(is_locked || !matches!(bench.state(), State::Alarm(_)), "{:?}", bench.state());
+    if was != State::Home && !matches!(bench.state(), State::Alarm(_)) {
+        assert_eq!(bench.sim.machine().status().homed, homed);
+    }
+    bench.lead_on();
+    if bench.resets == 0 {
+        assert_eq!(bench.answers, bench.lines, "answers to the lines sent");
+        end.into_iter().for_each(|end| assert_eq!(bench.x(), end * MM, "where the program ends"));
+    }
+    assert!(bench.answers <= bench.lines, "{} answers to {} lines", bench.answers, bench.lines);
+    bench.check_counts();
+    let x = bench.x();
+    bench.say("G91 G1 X1 F600");
+    assert_eq!((bench.x(), bench.state()), (x + MM, State::Idle), "what follows counts from there");
+    bench.check_counts();
+}
+
+const HELD: State = State::Hold { still: true };
+const BRAKING: State = State::Hold { still: false };
+
+#[test]
+fn idle() {
+    all_orders("idle", 3, |_| Some(0));
+}
+
+#[test]
+fn starting() {
+    all_orders("starting", 3, |bench| {
+        bench.begin("G1 X1 F600", 0);
+        bench.send(b"", 200);
+        bench.expect(State::Run);
+        assert_eq!(bench.x(), 0);
+        Some(1)
+    });
+}
+
+#[test]
+fn accelerating() {
+    all_orders("accelerating", 3, |bench| {
+        bench.begin(PROGRAM, 100);
+        bench.expect(State::Run);
+        Some(1)
+    });
+}
+
+#[test]
+fn cruising() {
+    all_orders("cruising", 3, |bench| {
+        bench.begin(PROGRAM, 250);
+        bench.expect(State::Run);
+        Some(1)
+    });
+}
+
+#[test]
+fn decelerating() {
+    all_orders("decelerating", 3, |bench| {
+        bench.begin(PROGRAM, 450);
+        bench.expect(State::Run);
+        Some(1)
+    });
+}
+
+#[test]
+fn between_moves() {
+    all_orders("between_moves", 3, |bench| {
+        bench.begin(PROGRAM, 450);
+        while bench.x() < 3 * MM {
+            bench.send(b"", 10);
+        }
+        bench.expect(State::Run);
+        Some(1)
+    });
+}
+
+#[test]
+fn ending() {
+    all_orders("ending", 3, |bench| {
+        bench.begin("G1 X1 F600", 0);
+        while bench.x() < MM - 1 {
+            bench.send(b"", 100);
+        }
+        bench.expect(State::Run);
+        Some(1)
+    });
+}
+
+#[test]
+fn dwelling() {
+    all_orders("dwelling", 3, |bench| {
+        bench.begin(DWELL, 600);
+        bench.expect(State::Run);
+        Some(2)
+    });
+}
+
+#[test]
+fn holding() {
+    all_orders("holding", 3, |bench| {
+        bench.begin(PROGRAM, 250);
+        bench.send(b"!", 10_000);
+        bench.expect(BRAKING);
+        Some(1)
+    });
+}
+
+#[test]
+fn braking() {
+    all_orders("braking", 4, |bench| {
+        bench.begin(PROGRAM, 250);
+        bench.send(b"!", 100_000);
+        bench.expect(BRAKING);
+        Some(1)
+    });
+}
+
+#[test]
+fn held() {
+    all_orders("held", 4, |bench| {
+        bench.begin(PROGRAM, 250);
+        bench.send(b"!", 500_000);
+        bench.expect(HELD);
+        Some(1)
+    });
+}
+
+#[test]
+fn held_while_idle() {
+    all_orders("held_while_idle", 3, |bench| {
+        bench.send(b"!", 1_000);
+        bench.expect(HELD);
+        Some(0)
+    });
+}
+
+#[test]
+fn held_before_a_move() {
+    all_orders("held_before_a_move", 3, |bench| {
+        bench.send(b"!", 1_000);
+        bench.begin(PROGRAM, 1);
+        bench.expect(HELD);
+        Some(1)
+    });
+}
+
+#[test]
+fn held_in_a_dwell() {
+    all_orders("held_in_a_dwell", 3, |bench| {
+        bench.begin(DWELL, 600);
+        bench.send(b"!", 1_000);
+        Some(2)
+    });
+}
+
+#[test]
+fn held_after_a_dwell() {
+    all_orders("held_after_a_dwell", 3, |bench| {
+        bench.begin(DWELL, 600);
+        bench.send(b"!", 500_000);
+        bench.expect(HELD);
+        Some(2)
+    });
+}
+
+#[test]
+fn pausing() {
+    all_orders("pausing", 3, |bench| {
+        bench.begin("G1 X1 F600\nM0\nG1 X2", 1_000);
+        bench.expect(HELD);
+        Some(2)
+    });
+}
+
+#[test]
+fn resuming() {
+    all_orders("resuming", 3, |bench| {
+        bench.begin(PROGRAM, 250);
+        bench.send(b"!", 500_000);
+        bench.expect(HELD);
+        bench.send(b"~", 200);
+        bench.expect(State::Run);
+        Some(1)
+    });
+}
+
+#[test]
+fn resetting() {
+    all_orders("resetting", 3, |bench| {
+        bench.begin(PROGRAM, 250);
+        bench.send(&[RESET], 100_000);
+        bench.expect(BRAKING);
+        None
+    });
+}
+
+#[test]
+fn jogging() {
+    all_orders("jogging", 4, |bench| {
+        bench.begin("$J=X3 F600\n$J=X1 F600", 250);
+        bench.expect(State::Jog);
+        None
+    });
+}
+
+#[test]
+fn cancelling() {
+    all_orders("cancelling", 3, |bench| {
+        bench.begin("$J=X3 F600\n$J=X1 F600", 250);
+        bench.send(&[0x85], 100_000);
+        bench.expect(State::Jog);
+        None
+    });
+}
+
+#[test]
+fn homing() {
+    all_orders("homing", 3, |bench| {
+        bench.begin("G1 X1 F600", 600);
+        bench.begin("$HX", 50);
+        bench.expect(State::Home);
+        Some(0)
+    });
+}
+
+/// Backed off, until the switch has come to rest.
+#[test]
+fn homing_and_standing_still() {
+    all_orders("homing_and_standing_still", 3, |bench| {
+        bench.begin("$HX", 1);
+        while !bench.sim.machine().status().pressed[0] {
+            bench.send(b"", 1_000);
+        }
+        let backed_off = bench.x() + PULL_OFF_STEPS;
+        while bench.x() != backed_off {
+            bench.send(b"", 1_000);
+        }
+        bench.expect(State::Home);
+        Some(0)
+    });
+}
+
+#[test]
+fn checking() {
+    all_orders("checking", 3, |bench| {
+        bench.begin("$C", 1);
+        assert_eq!(bench.word(), "Check");
+        Some(0)
+    });
+}
+
+#[test]
+fn locked() {
+    all_orders("locked", 3, |bench| {
+        bench.begin("G1 X-1 F600", 1);
+        bench.expect(State::Alarm(Alarm::SoftLimit { axis: Axis::X }));
+        Some(0)
+    });
+}
