@@ -66,13 +66,14 @@ export class Bus {
 
   /** The instruction at an address. */
   fetch(address) {
+    // Most of a firmware that is in a hurry runs from RAM.
+    const offset = (address - RAM_START) | 0;
+    if (offset >= 0 && offset < this.ramSize) return this.ram16[offset >>> 1];
     if (address >>> 26 === this.flashPages) {
       if (address === this.secondHalf) this.secondHalf = NOWHERE;
       else this.fetchFlash(address);
       return this.flash16[(address & FLASH_MASK) >>> 1];
     }
-    const offset = (address - RAM_START) | 0;
-    if (offset >= 0 && offset < this.ramSize) return this.ram16[offset >>> 1];
     if (address >>> 0 < ROM_BYTES) return this.rom16[address >>> 1];
     if (isFlash(address)) throw new FetchFault(hiddenFlash(address));
     throw new FetchFault(`there is no program at ${name(address)}`);
