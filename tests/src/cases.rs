@@ -8,18 +8,22 @@ use oorandom::Rand32;
 
 use crate::rig::{Act, Pace, Rig, Seen, Stop};
 
-/// Seed of the instants at which the moves are stopped.
+/// Seed of the instants at which the moves are stopped, and of those at which they start.
 const SEED: u64 = 7;
 /// How many are.
 const STOPS: u32 = 200;
+/// Moves from rest, there and back each.
+const STARTS: usize = 150;
+/// So many go by one acceleration.
+const STARTS_OF_A_PACE: usize = 15;
 
 fn relative(mm: [f64; AXES]) -> Act {
     let [x, y, z] = mm;
     Act::Line(format!("G91 G0 X{x} Y{y} Z{z}"))
 }
 
-fn set(rig: &impl Rig) -> Vec<Act> {
-    rig.pace().settings().into_iter().map(Act::Line).collect()
+fn set(pace: Pace) -> Vec<Act> {
+    pace.settings().into_iter().map(Act::Line).collect()
 }
 
 /// A move is stopped at 200 random instants, by turns by a limit switch, the emergency stop and two reset bytes. Each time
@@ -30,7 +34,7 @@ fn set(rig: &impl Rig) -> Vec<Act> {
 pub fn stops_leave_the_exact_count(rig: impl Rig) {
     let mut random = Rand32::new(SEED);
     let pace = rig.pace();
-    let mut acts = set(&rig);
+    let mut acts = set(rig.pace());
     for i in 0..STOPS {
         let axis = Axis::ALL[(i / 3) as usize % AXES];
         let stop = [Stop::Limit(axis), Stop::Emergency, Stop::Reset][i as usize % 3];
@@ -56,7 +60,7 @@ pub fn moves_there_and_back_are_exact(rig: impl Rig) {
     let away = rig.pace().away_mm;
     let ways = [away, [0.02, 0.0, 0.0], [0.0, -0.04, 0.02], [away[0], 0.02, 0.0], [0.02, -0.02, 0.02]];
     let lines: Vec<_> = ways.into_iter().flat_map(|way| [way, way.map(|mm| -mm)]).map(relative).collect();
-    let mut acts = set(&rig);
+    let mut acts = set(rig.pace());
     for line in lines {
         acts.extend([line, Act::WaitIdle]);
     }
@@ -74,7 +78,7 @@ pub fn moves_there_and_back_are_exact(rig: impl Rig) {
 /// # Panics
 /// When one is not, or is not made.
 pub fn every_law_is_exact(rig: impl Rig, pace: Pace) {
-    let mut acts: Vec<_> = pace.settings().into_iter().map(Act::Line).collect();
+    let mut acts = set(pace);
     for (number, law) in SpeedLaw::ALL.into_iter().enumerate() {
         let start_mm_min = if law.is_over_displacement() { pace.start_mm_min } else { 0 };
         acts.extend((910..913).map(|start| Act::Line(format!("${start}={start_mm_min}"))));
@@ -89,6 +93,63 @@ pub fn every_law_is_exact(rig: impl Rig, pace: Pace) {
     let comparison = held_against_plans(&rig, &acts, &seen);
     assert_eq!(comparison.moves.len(), 2 * SpeedLaw::ALL.len(), "{rig}");
     assert!(comparison.all.max_ns <= rig.jitter_max_ns(), "{rig}: {comparison:#?}");
+}
+
+/// A move of up to some hundred steps after a rest that ends with other work, among requests and lines that move nothing.
+/// One in three begins with a cold cache.
+struct Start {
+    rest_us: u32,
+    steps: [i32; AXES],
+    index: usize,
+}
+
+impl Start {
+    /// Whoever answers these has other things in its cache. They are refused in motion.
+    const AT_REST: [&str; 5] = ["$$", "$#", "$I", "$G", "$N"];
+    /// Read while the move is being planned and started.
+    const MEANWHILE: [&str; 5] = ["(as cold as it gets)", "G54", "G91", "G17 G21 G94", "F1000"];
+
+    /// Most rests are short, some nearly a second.
+    fn random(random: &mut Rand32, index: usize) -> Self {
+        let share = f64::from(random.rand_float());
+        let steps = std::array::from_fn(|_| random.rand_range(1..600) as i32 - 300);
+        Self { rest_us: (1e6 * share.powi(4)) as u32 + 1, steps, index }
+    }
+
+    fn acts(&self) -> Vec<Act> {
+        let of = |lines: [&str; 5]| Act::Line(lines[self.index % lines.len()].to_owned());
+        let cold = (self.index % 3 == 0).then_some(Act::ColdCache);
+        // For a sender that does not wait: it must have come to rest.
+        let rest = [Act::Line("G4 P0".to_owned()), Act::WaitUs(self.rest_us), of(Self::AT_REST)];
+        let way = relative(self.steps.map(|steps| f64::from(2 * steps) / 100.0));
+        rest.into_iter().chain(cold).chain([way, Act::Ask, of(Self::MEANWHILE), Act::Ask, Act::WaitIdle]).collect()
+    }
+}
+
+/// Three hundred moves from rest, half of them as steep as the port is tested, after rests of up to a second and with the
+/// processor's cache cold: none starts late, every step is at its closed-form instant.
+///
+/// # Panics
+/// When one is not.
+pub fn cold_starts_are_exact(rig: impl Rig) {
+    let mut random = Rand32::new(SEED);
+    let mut acts = Vec::new();
+    for index in 0..STARTS {
+        if index % STARTS_OF_A_PACE == 0 {
+            let steep = index / STARTS_OF_A_PACE % 2 == 0;
+            acts.extend(set(if steep { rig.steep_pace() } else { rig.pace() }));
+        }
+        let there = Start::random(&mut random, 2 * index);
+        acts.extend(there.acts());
+        let back = Start { steps: there.steps.map(|steps| -steps), ..Start::random(&mut random, 2 * index + 1) };
+        acts.extend(back.acts());
+    }
+    acts.push(Act::Report);
+    let seen = rig.carry_out("cold-starts", &acts);
+    assert_eq!(seen.reports.last().map(|report| report.1), Some([0; AXES]), "{rig}, SEED={SEED}");
+    let comparison = held_against_plans(&rig, &acts, &seen);
+    assert_eq!(comparison.moves.len(), 2 * STARTS, "{rig}, SEED={SEED}");
+    assert!(comparison.all.max_ns <= rig.jitter_max_ns(), "{rig}, SEED={SEED}: {:?}", comparison.all);
 }
 
 /// Every step against the plan of the same lines in simulation.

@@ -37,6 +37,10 @@ pub enum Act {
     Release(Stop),
     /// Asks where it stands, at rest.
     Report,
+    /// Asks for its status, whatever it does, and does not wait for the answer.
+    Ask,
+    /// Has its processor forget what it holds of its program, if it can.
+    ColdCache,
 }
 
 /// What was seen of a machine.
@@ -113,6 +117,15 @@ impl Pace {
         }
     }
 
+    /// As steep as the port's starts are tested: at 5,000,000 steps/s², and at 1,000,000 where tasks make the steps.
+    fn steep(port: Port) -> Self {
+        let accel_mm_s2 = match port {
+            Port::Pio => 100_000,
+            Port::Timer => 20_000,
+        };
+        Self { accel_mm_s2, ..Self::of(port) }
+    }
+
     /// Lines that set the machine to it.
     #[must_use]
     pub fn settings(&self) -> Vec<String> {
@@ -126,6 +139,9 @@ impl Pace {
 pub trait Rig: fmt::Display {
     /// A way of moving that suits it.
     fn pace(&self) -> Pace;
+
+    /// The same top speed, reached as soon as it can be.
+    fn steep_pace(&self) -> Pace;
 
     /// How far a step may be from its closed-form instant, both counted from the first step of the move, ns.
     fn jitter_max_ns(&self) -> f64;
@@ -173,6 +189,8 @@ impl Simulated {
                 sim.run_for(SOON).unwrap();
                 return Some(sim.machine().position_steps());
             }
+            Act::Ask => sim.send(b"?"),
+            Act::ColdCache => {}
         }
         None
     }
@@ -181,6 +199,10 @@ impl Simulated {
 impl Rig for Simulated {
     fn pace(&self) -> Pace {
         Pace::of(self.0)
+    }
+
+    fn steep_pace(&self) -> Pace {
+        Pace::steep(self.0)
     }
 
     fn jitter_max_ns(&self) -> f64 {
@@ -227,6 +249,8 @@ impl Emulated {
             Act::Release(Stop::Emergency) => "estop released\n".to_owned(),
             Act::Release(Stop::Reset) => String::new(),
             Act::Report => "bytes 3f\nexpect <\n".to_owned(),
+            Act::Ask => "bytes 3f\n".to_owned(),
+            Act::ColdCache => "cold-cache\n".to_owned(),
         };
         "expect Grbl\n".to_owned() + &acts.iter().map(line).collect::<String>()
     }
@@ -239,6 +263,10 @@ impl Emulated {
 impl Rig for Emulated {
     fn pace(&self) -> Pace {
         Pace::of(self.0)
+    }
+
+    fn steep_pace(&self) -> Pace {
+        Pace::steep(self.0)
     }
 
     fn jitter_max_ns(&self) -> f64 {
@@ -263,13 +291,13 @@ impl fmt::Display for Emulated {
     }
 }
 
-/// The answers to [`Act::Report`] in a transcript; waiting for idle asks too.
+/// The answers to [`Act::Report`] in a transcript; [`Act::Ask`] and waiting for idle ask too, and expect nothing.
 fn reports(transcript: &str) -> Vec<(u64, [i32; AXES])> {
     let mut asked = false;
     let mut reports = Vec::new();
     // Each line begins with its instant, s.
     for (at_s, said) in transcript.lines().filter_map(|line| line.trim_start().split_once(' ')) {
-        asked |= said == "# bytes 3f";
+        asked |= said == "# expect <";
         if let (true, Some(steps)) = (asked, position_steps(said)) {
             reports.push(((at_s.parse::<f64>().expect("an instant") * 1e9) as u64, steps));
             asked = false;

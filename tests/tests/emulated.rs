@@ -162,6 +162,18 @@ fn every_speed_law_by_the_timer_port_is_exact() {
 
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
+fn cold_starts_are_in_time_and_within_50_ns() {
+    cases::cold_starts_are_exact(Emulated(Port::Pio));
+}
+
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn cold_starts_by_the_timer_port_are_in_time_and_within_10_us() {
+    cases::cold_starts_are_exact(Emulated(Port::Timer));
+}
+
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
 fn the_highest_rate_the_port_takes_is_made() {
     cases::the_highest_rate_is_made(Emulated(Port::Pio), 297_618);
 }

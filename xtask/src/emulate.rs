@@ -22,6 +22,7 @@ Examples:
   cargo xtask emulate programs/square.nc --console uart --start 10,20,5
   cargo xtask emulate programs/parking.nc --switch X=stuck-open    homing fails with its alarm
   cargo xtask emulate programs/square.nc --speed-law sine    ramps of half a wave of a cosine
+  cargo xtask emulate programs/square.nc --miss-factor 2     flash's cache costs twice as much where it misses
   cargo xtask emulate programs/square.nc -- --stream counting --poll-hz 4
   cargo xtask emulate --pty --console uart                 the board itself, for any sender: see below";
 
@@ -53,6 +54,12 @@ pub struct Args {
     /// A faulty limit switch, for example X=stuck-open
     #[arg(long, value_name = "AXIS=FAULT")]
     switch: Vec<String>,
+    /// Flash reads like RAM: what its cache does not hold costs nothing
+    #[arg(long, conflicts_with = "miss_factor")]
+    ideal_flash: bool,
+    /// What flash's cache does not hold costs N times what it does on the chip
+    #[arg(long, value_name = "N", value_parser = factor)]
+    miss_factor: Option<f64>,
     #[command(flatten)]
     laws: Laws,
     #[command(flatten)]
@@ -145,7 +152,45 @@ fn command(args: &Args) -> Command {
         command.args(value.iter().map(|value| format!("{flag}={value}")));
     }
     command.args(args.switch.iter().flat_map(|switch| ["--switch", switch]));
+    command.args(args.ideal_flash.then_some("--ideal-flash"));
+    command.args(args.miss_factor.iter().map(|factor| format!("--miss-factor={factor}")));
     command.args(["--driver", args.variant.driver_name()]);
     command.args(&args.more);
     command
+}
+
+/// What the emulated board takes.
+fn factor(text: &str) -> Result<f64, String> {
+    let factor = text.parse().ok().filter(|factor| (0.0..=1_000.0).contains(factor));
+    factor.ok_or_else(|| "give a number from 0 to 1000".to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+
+    use super::*;
+
+    #[derive(Parser)]
+    struct Line {
+        #[command(flatten)]
+        args: Args,
+    }
+
+    fn options(line: &[&str]) -> Option<Vec<String>> {
+        let args = Line::try_parse_from(["emulate", "a.nc"].iter().chain(line)).ok()?.args;
+        Some(command(&args).get_args().map(|arg| arg.to_string_lossy().into_owned()).collect())
+    }
+
+    #[test]
+    fn the_board_is_told_what_flash_costs() {
+        let has = |line: &[&str], option: &str| options(line).unwrap().iter().any(|each| each == option);
+        assert!(has(&["--ideal-flash"], "--ideal-flash") && !has(&[], "--ideal-flash"));
+        assert!(has(&["--miss-factor", "2"], "--miss-factor=2"));
+        for wrong in
+            [["--miss-factor", "-1"].as_slice(), &["--miss-factor", "x"], &["--ideal-flash", "--miss-factor", "2"]]
+        {
+            assert!(options(wrong).is_none(), "{wrong:?}");
+        }
+    }
 }

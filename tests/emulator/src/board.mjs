@@ -35,6 +35,8 @@ export class Board {
     this.paused = false;
     /** The far end of the cable: set by the console that listens. */
     this.onBytes = () => {};
+    /** Called when bytes have reached the chip: in its USB buffer, or its UART. */
+    this.onDelivered = () => {};
     /** Called between stretches of the run, to show progress. */
     this.onSlice = () => {};
     this.chipWatchers = [];
@@ -110,6 +112,7 @@ export class Board {
   /** Bytes have reached the firmware. */
   #delivered(bytes) {
     if (bytes.includes(RESET_BYTE)) this.gantry.stops.reset();
+    this.onDelivered();
   }
 
   #execute(limitCycle) {

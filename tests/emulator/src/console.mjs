@@ -25,23 +25,29 @@ export class Console {
     this.unanswered = [];
     /** Every line sent, with its answer. */
     this.sent = [];
+    /** Those of them that have not all reached the chip yet, oldest first; and all bytes sent so far. */
+    this.underWay = [];
+    this.sentBytes = 0;
     this.lastStatus = null;
     this.alarm = null;
     this.poll = board.clock.createOutsideAlarm(() => this.#pollStatus());
     board.onBytes = (bytes) => bytes.forEach((byte) => this.#receive(byte));
+    board.onDelivered = () => this.#delivered();
   }
 
   /** Sends bytes that nothing answers: real-time commands. */
   send(bytes) {
     this.transcript.sent(this.board.nanos, bytes);
+    this.sentBytes += bytes.length;
     this.board.send(bytes);
   }
 
   /** Sends a line. Every line end in it (two in CRLF) is answered; of several answers an error is kept. */
   sendLine(bytes) {
-    const line = { text: trimmedText(bytes), length: bytes.length, left: lineEnds(bytes), reply: null, sentNanos: this.board.nanos, repliedNanos: null };
+    const line = { text: trimmedText(bytes), length: bytes.length, left: lineEnds(bytes), reply: null, sentNanos: this.board.nanos, arrivedNanos: null, repliedNanos: null };
     this.unanswered.push(line);
     this.sent.push(line);
+    this.underWay.push({ line, end: this.sentBytes + bytes.length });
     this.send(bytes);
     return line;
   }
@@ -94,6 +100,12 @@ export class Console {
     const status = this.waitFor('status Idle', idle, timeoutSeconds);
     if (!polling) this.poll.cancel();
     return status;
+  }
+
+  /** Some bytes have reached the chip: perhaps the last ones of a line. */
+  #delivered() {
+    const reached = this.sentBytes - this.board.cable.unsent;
+    while (this.underWay.length > 0 && this.underWay[0].end <= reached) this.underWay.shift().line.arrivedNanos = this.board.nanos;
   }
 
   #timedOut(what, seconds) {

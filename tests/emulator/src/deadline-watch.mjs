@@ -83,6 +83,8 @@ export class DeadlineWatch {
     /** Whether what comes from flash now is to be counted: the bus asks at every word. */
     this.urgent = false;
     this.masked = null;
+    /** What has come from flash since interrupts were masked: whether it counts is known at the end. */
+    this.sinceMasked = [];
   }
 
   /** The firmware has sent something. */
@@ -106,23 +108,28 @@ export class DeadlineWatch {
     this.#consider();
   }
 
-  /** The ROM's flash functions take their time with interrupts masked, as they must. */
+  /**
+   * The ROM's flash functions take their time with interrupts masked, as they must. Beside milliseconds it does not matter
+   * what comes from flash before and after them.
+   */
   exclude(cycles) {
-    if (this.masked !== null) this.masked.since += cycles;
+    if (this.masked === null) return;
+    this.masked.since += cycles;
+    this.masked.programs = true;
   }
 
   /** An instruction came from flash. */
   fetched(pc, missed) {
-    this.code[this.context].add(pc, missed);
+    this.#took(this.code[this.context], pc, missed);
   }
 
   /** The instruction at `pc` read flash. */
   read(pc, missed) {
-    this.data[this.context].add(pc, missed);
+    this.#took(this.data[this.context], pc, missed);
   }
 
   summary() {
-    if (this.masked !== null) this.#measure(this.masked);
+    if (this.masked !== null) this.#ended(this.masked);
     return {
       flash_in_handlers: this.code[HANDLER].summary(),
       flash_in_handlers_data: this.data[HANDLER].summary(),
@@ -141,8 +148,19 @@ export class DeadlineWatch {
   }
 
   #unmask(masked) {
-    this.#measure(masked);
+    this.#ended(masked);
     this.masked = null;
+  }
+
+  #took(tally, pc, missed) {
+    if (this.context === MASKED) this.sinceMasked.push({ tally, pc, missed });
+    else tally.add(pc, missed);
+  }
+
+  #ended(masked) {
+    this.#measure(masked);
+    if (masked.programs !== true) for (const { tally, pc, missed } of this.sinceMasked) tally.add(pc, missed);
+    this.sinceMasked = [];
   }
 
   #measure({ pc, since, counts }) {

@@ -66,8 +66,8 @@ function axisSummary(gantry, axis) {
   };
 }
 
-function replySummary({ text, reply, sentNanos, repliedNanos }, index) {
-  return { line: index + 1, text, reply, sent_ns: sentNanos, replied_ns: repliedNanos };
+function replySummary({ text, reply, sentNanos, arrivedNanos, repliedNanos }, index) {
+  return { line: index + 1, text, reply, sent_ns: sentNanos, arrived_ns: arrivedNanos, replied_ns: repliedNanos };
 }
 
 const ratio = (part, whole) => (whole > 0 ? Number((part / whole).toFixed(6)) : 0);

@@ -21,6 +21,7 @@ export const COMMANDS = {
   'wait-us': { usage: 'wait-us MICROSECONDS', parse: positive, run: (script, micros) => script.waitMicros(micros) },
   'wait-edge': { usage: 'wait-edge', parse: nothing, run: (script) => script.waitEdge() },
   'check-position': { usage: 'check-position', parse: nothing, run: (script) => script.checkPosition() },
+  'cold-cache': { usage: 'cold-cache', parse: nothing, run: (script) => script.board.cache.empty() },
   switch: { usage: `switch X|Y|Z ${SWITCH_MODES.join('|')}`, parse: switchMode, run: (script, [axis, mode]) => script.board.gantry.carriages[axis].limitSwitch.setMode(mode) },
   estop: { usage: 'estop pressed|released', parse: (rest) => oneOf(['pressed', 'released'], rest), run: (script, state) => script.board.gantry.pressEstop(state === 'pressed') },
   motors: { usage: 'motors on|off', parse: onOff, run: (script, on) => script.expectMotors(on) },

@@ -86,10 +86,15 @@ export class XipCache {
     if (this.clock.cycles < this.readyCycle) this.openPage = NONE;
   }
 
-  /** Forgets all, which keeps it busy for a while. */
-  flush() {
+  /** Forgets all at once, as if much else had run meanwhile. */
+  empty() {
     this.first.fill(NONE);
     this.second.fill(NONE);
+  }
+
+  /** Forgets all, which keeps it busy for a while. */
+  flush() {
+    this.empty();
     this.flushedCycle = this.clock.cycles + (this.ideal ? 0 : FLUSH_CYCLES);
     this.#keepBusy(this.flushedCycle);
   }

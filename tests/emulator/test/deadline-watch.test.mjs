@@ -105,6 +105,22 @@ test('the time masked leaves out the ROM that programs flash', () => {
   assert.equal(pc, '0x20003004');
 });
 
+test('what comes from flash around the ROM that programs it does not count', () => {
+  const { watch, core } = new WatchBench();
+  const masked = (within) => {
+    core.PM = true;
+    watch.update();
+    watch.fetched(CODE, true);
+    within();
+    core.PM = false;
+    watch.update();
+  };
+  masked(() => watch.exclude(1000));
+  assert.deepEqual(watch.summary().flash_in_critical_sections, NONE);
+  masked(() => {});
+  assert.equal(watch.summary().flash_in_critical_sections.count, 1);
+});
+
 test('the most frequent sixteen places are shown', () => {
   const bench = new WatchBench(CPSID, ...Array(20).fill(NOP), 0x3801, 0xd1fd, CPSIE, BX_LR);
   bench.call(CODE, 3);

@@ -7,12 +7,13 @@ use std::io::BufReader;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, anyhow, bail};
 use isostep_profile::SyncMove;
 use serde::{Deserialize, Serialize};
 
 use super::candidate::Candidate;
-use super::edges;
+use super::chip::Chip;
+use super::edges::{self, Edge};
 use super::follow::{Astray, Followed, follow};
 use super::measured::Measured;
 use super::trial::{AXES, STEPS_PER_MM, Trial};
@@ -28,6 +29,7 @@ const PATIENCE_S: f64 = 5.0;
 /// Where a firmware runs, and its files go.
 pub struct Board<'a> {
     candidate: &'a Candidate,
+    chip: Chip,
     folder: &'a Path,
 }
 
@@ -43,6 +45,23 @@ pub struct Summary {
     pub moving: Moving,
     #[serde(default)]
     pub stops: Vec<Stop>,
+    #[serde(default)]
+    pub replies: Vec<Line>,
+    flash_cache: FlashCache,
+}
+
+/// A line sent.
+#[derive(Debug, Deserialize)]
+pub struct Line {
+    pub text: String,
+    /// When its last byte was in the chip's USB buffer; null if it never was.
+    pub arrived_ns: Option<f64>,
+}
+
+#[derive(Debug, Deserialize)]
+struct FlashCache {
+    /// What a word costs that is not in it.
+    miss_cycles: u32,
 }
 
 /// A carriage, by the edges that its driver got.
@@ -115,22 +134,48 @@ pub struct Stop {
 }
 
 impl<'a> Board<'a> {
-    pub fn new(candidate: &'a Candidate, folder: &'a Path) -> Self {
-        Self { candidate, folder }
+    pub fn new(candidate: &'a Candidate, chip: Chip, folder: &'a Path) -> Self {
+        Self { candidate, chip, folder }
+    }
+
+    /// Cycles of a word that flash's cache does not hold, as the firmware's second stage has set flash up.
+    pub fn miss_cycles(&self) -> Result<u32> {
+        let run = self.run("expect Grbl\n", 0.0)?;
+        let cycles = run.result().map(|summary| summary.flash_cache.miss_cycles);
+        cycles.map_err(|why_not| anyhow!("the firmware does not start: {why_not}"))
     }
 
     /// Runs `trial` and holds its edges against its plans.
     pub fn follow(&self, trial: &Trial) -> Result<Measured<Followed>> {
         let plans = trial.plans()?;
+        let followed =
+            self.run_recorded(&trial.script(), trial.duration_s()?, |_, edges| follow_file(edges, &plans))?;
+        Ok(followed.and_then(|followed| followed))
+    }
+
+    /// Runs `script`, whose moves take `moving_s` in all, and keeps the edges.
+    pub fn run_for_edges(&self, script: &str, moving_s: f64) -> Result<Measured<(Summary, Vec<Edge>)>> {
+        self.run_recorded(script, moving_s, |summary, path| {
+            let edges = open(path).map(edges::read)?.collect::<Result<_, _>>();
+            Ok((summary, edges.with_context(|| unreadable(path))?))
+        })
+    }
+
+    /// Runs `script`; `judge` makes something of the run, if it went through, and of the file of its edges.
+    fn run_recorded<T>(
+        &self,
+        script: &str,
+        moving_s: f64,
+        judge: impl FnOnce(Summary, &Path) -> Result<T>,
+    ) -> Result<Measured<T>> {
         let edges = self.file("edges");
-        let run = self.run_with(&trial.script(), trial.duration_s()?, &["--edges".as_ref(), edges.as_os_str()])?;
-        let followed = match run {
-            Measured::Figure(_) => follow_file(&edges, &plans),
+        let judged = match self.run_with(script, moving_s, &["--edges".as_ref(), edges.as_os_str()])? {
+            Measured::Figure(summary) => judge(summary, &edges).map(Measured::Figure),
             Measured::Missing { why_not } => Ok(Measured::Missing { why_not }),
         };
         // 240 MB after 10 s of 3 x 1,000,000 steps/s; a file that is not there is as good.
         let _ = fs::remove_file(&edges);
-        followed
+        judged
     }
 
     /// Runs `script`, whose moves take `moving_s` in all.
@@ -148,7 +193,8 @@ impl<'a> Board<'a> {
             .arg(&script_file)
             .arg("--json")
             .arg(&json)
-            .args(["--driver", self.candidate.variant.driver_name()]);
+            .args(["--driver", self.candidate.variant.driver_name()])
+            .args(self.chip.options());
         command.arg(format!("--poll-hz={POLL_HZ}")).arg(format!("--timeout-s={}", moving_s + PATIENCE_S)).args(more);
         // What the run before left must not be taken for this one's.
         let _ = fs::remove_file(&json);
@@ -173,13 +219,20 @@ impl<'a> Board<'a> {
 }
 
 fn follow_file(path: &Path, plans: &[SyncMove<AXES>]) -> Result<Measured<Followed>> {
-    let cannot = || format!("the edges in {} cannot be read", path.display());
-    let file = File::open(path).with_context(cannot)?;
-    match follow(edges::read(BufReader::with_capacity(1 << 20, file)), plans) {
+    match follow(edges::read(open(path)?), plans) {
         Ok(followed) => Ok(Measured::Figure(followed)),
-        Err(Astray::Read(error)) => Err(error).with_context(cannot),
+        Err(Astray::Read(error)) => Err(error).with_context(|| unreadable(path)),
         Err(astray) => Ok(Measured::Missing { why_not: astray.to_string() }),
     }
+}
+
+fn open(path: &Path) -> Result<BufReader<File>> {
+    let file = File::open(path).with_context(|| unreadable(path))?;
+    Ok(BufReader::with_capacity(1 << 20, file))
+}
+
+fn unreadable(path: &Path) -> String {
+    format!("the edges in {} cannot be read", path.display())
 }
 
 /// `<Idle|MPos:1.000,2.000,3.000|...>` as X, Y and Z.
@@ -199,13 +252,22 @@ fn last_message(transcript: &str) -> String {
 mod tests {
     use super::*;
 
+    impl Summary {
+        /// Of a run that has `replies`, JSON objects with commas between them, and nothing else.
+        pub fn of_replies(replies: &str) -> Self {
+            let mut summary = summary("null", "null");
+            summary.replies = serde_json::from_str(&format!("[{replies}]")).unwrap();
+            summary
+        }
+    }
+
     fn summary(error: &str, alarm: &str) -> Summary {
         let moving =
             r#"{"time_ns": 8, "edges": 1, "load": 0.5, "awake_cycles_per_edge": 20.5, "interrupt_cycles_per_edge": 3}"#;
         let status = r#""<Idle|MPos:1.500,0.000,-0.001|FS:0,0>""#;
         let axes = r#"{"X": {"position_steps": 1500}, "Y": {"position_steps": 0}, "Z": {"position_steps": -1}}"#;
         let text = format!(
-            r#"{{"error": {error}, "alarm": {alarm}, "final_status": {status}, "axes": {axes}, "moving": {moving}}}"#
+            r#"{{"error": {error}, "alarm": {alarm}, "final_status": {status}, "axes": {axes}, "moving": {moving}, "flash_cache": {{"miss_cycles": 40}}}}"#
         );
         serde_json::from_str(&text).unwrap()
     }

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use anyhow::Result;
 use serde::Serializer;
 
+use super::trial::ACCEL_MAX_STEPS_S2;
 use crate::build;
 use crate::variant::{Driver, Port, Variant};
 
@@ -61,6 +62,15 @@ impl Port {
         match self {
             Self::Pio => 50.0,
             Self::Timer => 2_000.0,
+        }
+    }
+
+    /// How steep a start is measured, steps/s2: as steep as the machines of the other measurements, or, where tasks make
+    /// the steps, as steep as they can.
+    pub fn start_accel_steps_s2(self) -> f64 {
+        match self {
+            Self::Pio => ACCEL_MAX_STEPS_S2,
+            Self::Timer => 1e6,
         }
     }
 

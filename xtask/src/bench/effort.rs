@@ -1,6 +1,8 @@
 //! How much is measured.
 
+use super::chip::Chip;
 use super::search;
+use super::trial::AXES;
 
 /// The extent of the measurements: what costs time.
 #[derive(Clone, Debug)]
@@ -13,20 +15,57 @@ pub struct Effort {
     pub cruise_s: f64,
     /// Whole length of the move in which errors and drift are measured, s.
     pub long_move_s: f64,
-    /// How long the load is measured at a steady rate, s.
-    pub load_s: f64,
+    /// How long the load is measured at a steady rate, s, if it is.
+    pub load_s: Option<f64>,
     /// Stops by each input.
     pub stops: u32,
+    /// Starts with the cache cold, and as many with it warm.
+    pub starts: u32,
+    /// Whether the mathematics of a move is measured.
+    pub mathematics: bool,
 }
 
 impl Effort {
-    /// Some minutes.
-    pub fn full() -> Self {
-        Self { axes: &[1, 2, 3], rates: search::fine(), cruise_s: 0.2, long_move_s: 10.0, load_s: 0.5, stops: 24 }
+    /// The chip in full, and the ideal one but for so many stops; with dear misses what has a target.
+    pub fn full(chip: Chip) -> Self {
+        let all = Self {
+            axes: &[1, 2, 3],
+            rates: search::fine(),
+            cruise_s: 0.2,
+            long_move_s: 10.0,
+            load_s: Some(0.5),
+            stops: 200,
+            starts: 50,
+            mathematics: true,
+        };
+        match chip {
+            Chip::AsItIs => all,
+            Chip::IdealFlash => Self { stops: 50, ..all },
+            Chip::DearMiss => Self { stops: 50, mathematics: true, ..all.of_targets() },
+        }
     }
 
-    /// Below two minutes, firmware built.
-    pub fn quick() -> Self {
-        Self { axes: &[3], rates: search::coarse(), cruise_s: 0.05, long_move_s: 1.0, load_s: 0.1, stops: 4 }
+    /// Minutes, firmware built: three axes, shorter moves, and of the other chips what has a target.
+    pub fn quick(chip: Chip) -> Self {
+        let all = Self {
+            axes: &[AXES],
+            rates: search::coarse(),
+            cruise_s: 0.05,
+            long_move_s: 1.0,
+            load_s: Some(0.1),
+            stops: 24,
+            starts: 10,
+            mathematics: true,
+        };
+        match chip {
+            Chip::AsItIs => all,
+            Chip::IdealFlash => Self { stops: 8, starts: all.starts, ..all.of_targets() },
+            Chip::DearMiss => Self { stops: 8, ..all.of_targets() },
+        }
+    }
+
+    /// Without what has no target, and without the mathematics, which runs from RAM.
+    fn of_targets(&self) -> Self {
+        Self { axes: &[AXES], load_s: None, starts: 0, mathematics: false, ..self.clone() }
     }
 }

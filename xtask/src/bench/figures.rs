@@ -9,25 +9,59 @@ use super::load::LoadFigures;
 use super::micro::MicroFigures;
 use super::progress::grouped;
 use super::rates::{self, RateFigures};
+use super::starts::StartMeasurement;
 use super::stops::{Input, StopMeasurement};
 use super::trial::AXES;
 use crate::variant::Port;
+
+/// From an input to the last edge.
+const STOP_MAX_US: f64 = 10.0;
 
 /// A whole run of the benchmark.
 #[derive(Clone, Debug, Serialize)]
 pub struct Figures {
     /// How they were come by.
     pub conditions: Conditions,
+    /// The chip as it is.
+    #[serde(flatten)]
+    pub chip: ChipFigures,
+    /// A chip with flash that reads like RAM.
+    pub ideal_flash: ChipFigures,
+    /// A chip on which what flash's cache does not hold takes twice as long to come.
+    pub miss_twice_as_dear: ChipFigures,
+}
+
+/// What was measured on one chip.
+#[derive(Clone, Debug, Serialize)]
+pub struct ChipFigures {
     /// Each port's.
     pub ports: Vec<PortFigures>,
-    /// What the mathematics of a move costs on the chip; null if only one port was asked for.
+    /// What the mathematics of a move costs on the chip; null if it was not measured.
     pub mathematics: Option<MicroFigures>,
     /// What was aimed at.
     pub targets: Vec<Target>,
 }
 
+impl ChipFigures {
+    pub fn new(ports: Vec<PortFigures>, mathematics: Option<MicroFigures>) -> Self {
+        let targets = ports.iter().flat_map(PortFigures::targets);
+        let targets = targets.chain(mathematics.iter().flat_map(mathematics_targets)).collect();
+        Self { ports, mathematics, targets }
+    }
+
+    /// That target, if this chip was put to it.
+    pub fn target(&self, what: &str) -> Option<&Target> {
+        self.targets.iter().find(|target| target.what == what)
+    }
+
+    /// Those of a port; none where it was not measured.
+    pub fn port(&self, port: Port) -> Option<&PortFigures> {
+        self.ports.iter().find(|figures| figures.port == port)
+    }
+}
+
 /// What every figure depends on.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Default, Serialize)]
 pub struct Conditions {
     /// The command that prints them.
     pub command: String,
@@ -35,6 +69,10 @@ pub struct Conditions {
     pub board: &'static str,
     /// Of the core, Hz.
     pub clock_hz: u32,
+    /// How what runs from flash is read.
+    pub flash: &'static str,
+    /// Of a word that flash's cache does not hold.
+    pub miss_cycles: u32,
     /// How it was built.
     pub build: String,
     /// Whose least times every edge was held to.
@@ -56,6 +94,7 @@ pub struct PortFigures {
     pub accuracy: AccuracyFigures,
     pub load: Vec<LoadFigures>,
     pub stops: Vec<StopMeasurement>,
+    pub starts: Vec<StartMeasurement>,
 }
 
 /// A figure beside what was aimed at.
@@ -85,17 +124,13 @@ impl Target {
         let met = measured.is_some_and(|measured| measured <= target);
         Self { what, measured, target, at_least: false, unit, met }
     }
-
-    /// Met only under a condition, such as at the rate that was meant.
-    fn if_also(self, condition: bool) -> Self {
-        Self { met: self.met && condition, ..self }
-    }
 }
 
 impl PortFigures {
     /// What is aimed at with this port.
     pub fn targets(&self) -> Vec<Target> {
-        vec![self.rate_target(), self.accuracy_target(), self.stop_target()]
+        let stops = Input::ALL.into_iter().map(|input| self.stop_target(input));
+        [self.rate_target(), self.accuracy_target()].into_iter().chain(stops).collect()
     }
 
     fn rate_target(&self) -> Target {
@@ -104,22 +139,24 @@ impl PortFigures {
         Target::at_least(what, highest, self.port.target_steps_s().into(), "steps/s")
     }
 
+    /// Errors at a lower rate than is aimed at are none of it.
     fn accuracy_target(&self) -> Target {
-        let errors = self.accuracy.edges.figure().map(|edges| edges.errors);
+        let rate_steps_s = self.port.target_steps_s();
+        let at_it = Some(&self.accuracy).filter(|accuracy| accuracy.rate_steps_s >= rate_steps_s);
+        let errors = at_it.and_then(|accuracy| accuracy.edges.figure()).map(|edges| edges.errors);
         let (which, error_ns) = match self.port {
             Port::Pio => ("max", errors.map(|errors| errors.max_ns)),
             Port::Timer => ("p99", errors.map(|errors| errors.p99_ns)),
         };
-        let rate_steps_s = self.accuracy.rate_steps_s;
         let what = format!("{}, edge error at {}, {which}", self.port.name(), together(rate_steps_s));
         Target::at_most(what, error_ns, self.port.error_bound_ns(), "ns")
-            .if_also(rate_steps_s >= self.port.target_steps_s())
     }
 
-    fn stop_target(&self) -> Target {
-        let by_switch = self.stops.iter().find(|stop| stop.input == Input::LimitSwitch);
-        let max_us = by_switch.and_then(|stop| stop.latency.figure()).map(|latency| latency.max_us);
-        Target::at_most(format!("{}, limit switch to the last edge, max", self.port.name()), max_us, 10.0, "us")
+    fn stop_target(&self, input: Input) -> Target {
+        let by_it = self.stops.iter().find(|stop| stop.input == input);
+        let max_us = by_it.and_then(|stop| stop.latency.figure()).map(|latency| latency.max_us);
+        let what = format!("{}, {} to the last edge, max", self.port.name(), input.name());
+        Target::at_most(what, max_us, STOP_MAX_US, "us")
     }
 
     /// Whether anything at all was sustained.
@@ -128,8 +165,8 @@ impl PortFigures {
     }
 }
 
-/// What is aimed at on the chip.
-pub fn mathematics_targets(figures: &MicroFigures) -> Vec<Target> {
+/// What is aimed at with the mathematics.
+fn mathematics_targets(figures: &MicroFigures) -> Vec<Target> {
     laws::targets(&figures.laws).collect()
 }
 

@@ -24,15 +24,16 @@ pub struct LoadFigures {
     pub ramping: Measured<Moving>,
 }
 
-/// At each of the port's rates.
+/// At each of the port's rates, if it is measured at all.
 pub fn measure(board: &Board, port: Port, effort: &Effort) -> Result<Vec<LoadFigures>> {
-    port.load_rates_steps_s().iter().map(|&rate_steps_s| at(board, port, rate_steps_s, effort)).collect()
+    let Some(cruise_s) = effort.load_s else { return Ok(Vec::new()) };
+    port.load_rates_steps_s().iter().map(|&rate_steps_s| at(board, port, rate_steps_s, cruise_s)).collect()
 }
 
-fn at(board: &Board, port: Port, rate_steps_s: u32, effort: &Effort) -> Result<LoadFigures> {
+fn at(board: &Board, port: Port, rate_steps_s: u32, cruise_s: f64) -> Result<LoadFigures> {
     let case = Case::begin(port, AXES, rate_steps_s, "load");
     let ramping = moving(board, rate_steps_s, 0.0)?;
-    let whole = moving(board, rate_steps_s, effort.load_s)?;
+    let whole = moving(board, rate_steps_s, cruise_s)?;
     let cruising = match (&whole, &ramping) {
         (Measured::Figure(whole), Measured::Figure(ramping)) => Measured::Figure(whole.less(ramping)),
         (missing @ Measured::Missing { .. }, _) | (_, missing) => missing.clone(),

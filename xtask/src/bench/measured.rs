@@ -34,6 +34,13 @@ impl<T> Measured<T> {
         }
     }
 
+    pub fn and_then<U>(self, f: impl FnOnce(T) -> Measured<U>) -> Measured<U> {
+        match self {
+            Self::Figure(figure) => f(figure),
+            Self::Missing { why_not } => Measured::Missing { why_not },
+        }
+    }
+
     /// The figure in words, or the reason.
     pub fn words(&self, words: impl FnOnce(&T) -> String) -> String {
         self.result().map_or_else(|why_not| format!("not carried: {why_not}"), words)

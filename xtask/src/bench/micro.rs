@@ -16,6 +16,7 @@ use isostep_profile::{IntervalLaw, Limits, Profile, SpeedLaw, SyncMove};
 use rp2040_bench::{Checksum, LIMITS, Peer, STEPS, StandsFor, TICK_HZ, Visitor};
 use serde::Serialize;
 
+use super::chip::Chip;
 use super::laws::{self, LawFigures};
 use crate::{build, workspace};
 
@@ -88,10 +89,14 @@ pub struct Truth {
     pub drift_s: f64,
 }
 
-/// Builds the firmware, runs it on the emulated board and proves its results; `folder` takes the run's files.
-pub fn measure(folder: &Path) -> Result<MicroFigures> {
-    build::build_firmware(workspace::BENCH_FIRMWARE, &[])?;
-    let lines = Lines::parse(&run(folder)?)?;
+/// Builds the firmware that is measured.
+pub fn build() -> Result<()> {
+    build::build_firmware(workspace::BENCH_FIRMWARE, &[]).map(|_| ())
+}
+
+/// Runs the firmware on an emulated board with `chip` and proves its results; `folder` takes the run's files.
+pub fn measure(chip: Chip, folder: &Path) -> Result<MicroFigures> {
+    let lines = Lines::parse(&run(chip, folder)?)?;
     Ok(MicroFigures {
         ramp: RampFigures {
             steps: STEPS,
@@ -109,12 +114,12 @@ pub fn measure(folder: &Path) -> Result<MicroFigures> {
 }
 
 /// What the firmware says, on the emulated board.
-fn run(folder: &Path) -> Result<String> {
+fn run(chip: Chip, folder: &Path) -> Result<String> {
     let (script, transcript) = (folder.join("micro.script"), folder.join("micro.transcript"));
     fs::write(&script, "expect end\n").with_context(|| format!("cannot write {}", script.display()))?;
     let mut command = Command::new("node");
     command.arg(workspace::emulator_dir().join("run.mjs")).arg("--elf").arg(workspace::elf(workspace::BENCH_FIRMWARE));
-    command.args(["--console", "uart"]).arg(format!("--timeout-s={PATIENCE_S}"));
+    command.args(chip.options()).args(["--console", "uart"]).arg(format!("--timeout-s={PATIENCE_S}"));
     command.arg("--script").arg(script).arg("--transcript").arg(&transcript);
     let output = command.output().context("cannot start node")?;
     if !output.status.success() {

@@ -6,15 +6,18 @@
 //!              |                                |                                  |
 //!              +---- plans in closed form ------|----------------------------------+
 //!                                               |
-//!                   rates, accuracy, load, stops: one file a measurement
+//!              rates, accuracy, load, stops, starts: one file a measurement
 //!                                               |
 //!                                  figures: table, JSON, report
 //! ```
+//! The whole of it is done on three chips (`chip`): the RP2040 as it is, one with ideal flash, and one with dear misses.
 //! Nothing is asserted: a target that is not met is a figure like any other. Only a run that cannot be made is an error.
 
 mod accuracy;
+mod beside;
 mod board;
 mod candidate;
+mod chip;
 mod edges;
 mod effort;
 mod figures;
@@ -27,6 +30,7 @@ mod progress;
 mod rates;
 mod report;
 mod search;
+mod starts;
 mod statistics;
 mod stops;
 mod table;
@@ -39,8 +43,9 @@ use anyhow::{Context, Result, ensure};
 
 use self::board::{Board, CLOCK_HZ, POLL_HZ};
 use self::candidate::Candidate;
+use self::chip::Chip;
 use self::effort::Effort;
-use self::figures::{Conditions, Figures, PortFigures};
+use self::figures::{ChipFigures, Conditions, Figures, PortFigures};
 use self::micro::MicroFigures;
 use self::trial::{ACCEL_MAX_STEPS_S2, AXES};
 use crate::process::announce;
@@ -58,8 +63,16 @@ What is measured, of PioPort and of TimerPort, three axes stepping at once and s
   load      the share of the time that the core is awake, at a steady rate and in ramps
   stops     from a limit switch, the emergency stop or a second reset byte (the first has the machine brake) to the last
             edge, at random instants of a fixed seed
+  starts    from the arrival of a line to the first edge, less what the plan itself takes to its first step: flash's cache
+            empty (cold) and right after a move of the same kind (warm); at 5,000,000 steps/s2, TimerPort at 1,000,000
 And what the mathematics of a move costs on the chip, beside the step generators of the literature over the same ramp:
 cycles to plan, to compile a segment and to replay a step under each speed law, and how far their speeds are off.
+On which chip:
+  the chip            the emulated RP2040, flash read through its cache: everything
+  ideal flash         flash reads like RAM: everything again (fewer stops), shown beneath a figure where it is another;
+                      --quick: rates, accuracy, stops and starts
+  miss twice as dear  what flash's cache does not hold costs twice as much: what has a target (fewer stops), a column of
+                      the targets; --quick: without the mathematics
 The firmware is built for a TMC2209, whose least pulses (100 ns) limit the rate only above 4,000,000 steps/s. Equal
 builds give equal figures.
 Figures are printed beside their targets; a target that is not met is no error.
@@ -68,7 +81,7 @@ What planning and compiling a move cost on this computer: cargo bench -p isostep
 
 Examples:
   cargo xtask bench                                  everything, some minutes
-  cargo xtask bench --quick                          shorter moves, fewer rates, below two minutes
+  cargo xtask bench --quick                          shorter moves, fewer rates, some five minutes
   cargo xtask bench --port timer --json timer.json
   cargo xtask bench --report bench                   pictures: open bench/index.html")]
 pub struct Args {
@@ -93,45 +106,68 @@ pub fn run(args: Args) -> Result<()> {
     fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
     node::prepare()?;
     let candidates = candidate::build(&ports)?;
-    let effort = if args.quick { Effort::quick() } else { Effort::full() };
-    let ports = candidates.iter().map(|candidate| measure(candidate, &folder, &effort)).collect::<Result<Vec<_>>>()?;
-    let mathematics = args.port.is_none().then(|| mathematics(&folder)).transpose()?;
-    let targets = ports.iter().flat_map(PortFigures::targets);
-    let targets = targets.chain(mathematics.iter().flat_map(figures::mathematics_targets)).collect();
-    let figures = Figures { conditions: conditions(&args), ports, mathematics, targets };
+    if args.port.is_none() {
+        micro::build()?;
+    }
+    let miss_cycles = Board::new(&candidates[0], Chip::AsItIs, &folder).miss_cycles()?;
+    let on = |chip| measure_on(chip, &candidates, &folder, &args);
+    let figures = Figures {
+        conditions: conditions(&args, miss_cycles),
+        chip: on(Chip::AsItIs)?,
+        ideal_flash: on(Chip::IdealFlash)?,
+        miss_twice_as_dear: on(Chip::DearMiss)?,
+    };
     print!("{}", table::table(&figures));
     write_files(&args, &figures)?;
-    ensure!(figures.ports.iter().any(PortFigures::moved), "no move went through on any port");
+    ensure!(figures.chip.ports.iter().any(PortFigures::moved), "no move went through on any port");
     Ok(())
 }
 
-fn measure(candidate: &Candidate, folder: &Path, effort: &Effort) -> Result<PortFigures> {
-    let port = candidate.port;
-    let board = Board::new(candidate, folder);
-    announce(&format!("{}: rates", port.name()));
-    let rates = rates::measure(&board, port, effort)?;
-    announce(&format!("{}: accuracy", port.name()));
-    let accuracy = accuracy::measure(&board, port, rates::highest_steps_s(&rates, AXES), effort)?;
-    announce(&format!("{}: load", port.name()));
-    let load = load::measure(&board, port, effort)?;
-    announce(&format!("{}: stops", port.name()));
-    let stops = stops::measure(&board, port, accuracy.rate_steps_s, effort)?;
-    Ok(PortFigures { port, rates, accuracy, load, stops })
+fn measure_on(chip: Chip, candidates: &[Candidate], folder: &Path, args: &Args) -> Result<ChipFigures> {
+    let effort = if args.quick { Effort::quick(chip) } else { Effort::full(chip) };
+    let ports = candidates.iter().map(|candidate| measure(candidate, chip, folder, &effort));
+    let ports = ports.collect::<Result<Vec<_>>>()?;
+    let mathematics = effort.mathematics && args.port.is_none();
+    Ok(ChipFigures::new(ports, mathematics.then(|| self::mathematics(chip, folder)).transpose()?))
 }
 
-fn mathematics(folder: &Path) -> Result<MicroFigures> {
-    let figures = micro::measure(folder)?;
+fn measure(candidate: &Candidate, chip: Chip, folder: &Path, effort: &Effort) -> Result<PortFigures> {
+    let port = candidate.port;
+    let board = Board::new(candidate, chip, folder);
+    let begin = |what: &str| announce(&format!("{}, {}: {what}", port.name(), chip.name()));
+    begin("rates");
+    let rates = rates::measure(&board, port, effort)?;
+    begin("accuracy");
+    let accuracy = accuracy::measure(&board, port, rates::highest_steps_s(&rates, AXES), effort)?;
+    if effort.load_s.is_some() {
+        begin("load");
+    }
+    let load = load::measure(&board, port, effort)?;
+    begin("stops");
+    let stops = stops::measure(&board, port, accuracy.rate_steps_s, effort)?;
+    if effort.starts > 0 {
+        begin("starts");
+    }
+    let starts = starts::measure(&board, port, effort)?;
+    Ok(PortFigures { port, rates, accuracy, load, stops, starts })
+}
+
+fn mathematics(chip: Chip, folder: &Path) -> Result<MicroFigures> {
+    announce(&format!("mathematics, {}", chip.name()));
+    let figures = micro::measure(chip, folder)?;
     eprintln!("    every result of the chip's is this computer's, to the bit");
     Ok(figures)
 }
 
-fn conditions(args: &Args) -> Conditions {
+fn conditions(args: &Args, miss_cycles: u32) -> Conditions {
     let quick = if args.quick { " --quick" } else { "" };
     let port = args.port.map_or("", |port| if port == Port::Pio { " --port pio" } else { " --port timer" });
     Conditions {
         command: format!("cargo xtask bench{quick}{port}"),
         board: "emulated",
         clock_hz: CLOCK_HZ,
+        flash: "read through the chip's cache, emulated too",
+        miss_cycles,
         build: candidate::build_options(),
         driver: candidate::driver_name(),
         poll_hz: POLL_HZ,

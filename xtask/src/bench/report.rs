@@ -3,11 +3,14 @@
 use isostep_sim::report::bench::{self, Picture, Section, Series, Table};
 
 use super::accuracy::MoveErrors;
+use super::beside::beside;
 use super::board::Moving;
+use super::chip::Chip;
 use super::figures::{Figures, PortFigures, Target, together};
 use super::laws;
 use super::micro::{GeneratorFigures, MicroFigures};
 use super::progress::grouped;
+use super::starts::{Delay, StartMeasurement};
 use super::stops::Latency;
 use super::table;
 
@@ -15,37 +18,37 @@ const TITLE: &str = "Step ports on the emulated board";
 
 /// The page, and each picture as a file of its own, by name.
 pub fn files(figures: &Figures) -> Vec<(String, String)> {
-    let ports = [targets(&figures.targets), rates(figures), accuracy(figures), load(figures), stops(figures)];
-    let mathematics =
-        figures.mathematics.iter().flat_map(|figures| [costs(figures), laws(figures), generators(figures)]);
+    let ports = [targets(figures), rates(figures), accuracy(figures), load(figures), stops(figures), starts(figures)];
+    let (chip, ideal) = (figures.chip.mathematics.as_ref(), figures.ideal_flash.mathematics.as_ref());
+    let mathematics = chip.into_iter().flat_map(|one| [costs(one, ideal), laws(one, ideal), generators(one, ideal)]);
     let sections: Vec<Section> = ports.into_iter().chain(mathematics).collect();
-    let conditions = table::conditions(&figures.conditions);
+    let conditions = format!("{} {}", table::conditions(&figures.conditions), table::BESIDE);
     let page = bench::page(TITLE, &conditions, &figures.conditions.command, &sections);
     [("index.html".to_owned(), page)].into_iter().chain(bench::files(&sections)).collect()
 }
 
-fn targets(targets: &[Target]) -> Section {
+fn targets(figures: &Figures) -> Section {
     let row = |target: &Target| {
-        let bound = if target.at_least { "at least" } else { "at most" };
-        vec![
-            if target.met { "met" } else { "not met" }.to_owned(),
-            target.what.clone(),
-            target.measured.map_or("-".to_owned(), table::number),
-            format!("{bound} {}", table::number(target.target)),
-            target.unit.to_owned(),
-        ]
+        let mark = if target.met { "met" } else { "not met" };
+        [vec![mark.to_owned(), target.what.clone(), target.aim()], table::measured_cells(target, figures).to_vec()]
+            .concat()
     };
+    let chips = [Chip::AsItIs, Chip::IdealFlash, Chip::DearMiss].map(Chip::name);
+    let head = [["", "figure", "target"], chips].concat();
     Section {
         heading: "Targets".to_owned(),
-        text: "What was aimed at, and what was measured.".to_owned(),
-        table: Some(rows(&["", "figure", "measured", "target", "unit"], targets.iter().map(row))),
+        text:
+            "What was aimed at, and what was measured: on the chip as it is, on one whose flash reads like RAM, and on \
+               one on which what flash's cache does not hold takes twice as long to come."
+                .to_owned(),
+        table: Some(rows(&head, figures.chip.targets.iter().map(row).collect())),
         ..Section::default()
     }
 }
 
 fn rates(figures: &Figures) -> Section {
     let axes: Vec<usize> =
-        figures.ports.first().map_or(Vec::new(), |port| port.rates.iter().map(|one| one.axes).collect());
+        figures.chip.ports.first().map_or(Vec::new(), |port| port.rates.iter().map(|one| one.axes).collect());
     let groups: Vec<String> = axes.into_iter().map(table::axes_words).collect();
     let series =
         each_port(figures, |port| port.rates.iter().map(|rates| rates.highest_steps_s.map(f64::from)).collect());
@@ -75,13 +78,14 @@ fn rates(figures: &Figures) -> Section {
             key: names(&series),
             caption: "The highest rate of each axis, over a logarithmic scale.".to_owned(),
         }],
-        table: Some(rows(&head, figures.ports.iter().flat_map(row))),
+        table: Some(rows(&head, both(figures, row, 2))),
     }
 }
 
 fn accuracy(figures: &Figures) -> Section {
     let measured = || {
-        figures.ports.iter().enumerate().filter_map(|(index, port)| Some((index, port, port.accuracy.edges.figure()?)))
+        let ports = figures.chip.ports.iter().enumerate();
+        ports.filter_map(|(index, port)| Some((index, port, port.accuracy.edges.figure()?)))
     };
     let pictures = measured().map(|(index, port, edges)| {
         let name = port.port.name();
@@ -99,9 +103,10 @@ fn accuracy(figures: &Figures) -> Section {
             ),
         }
     });
-    let row = |(_, port, MoveErrors { errors, drift, .. }): (usize, &PortFigures, &MoveErrors)| {
+    let row = |port: &PortFigures| {
+        let Some(MoveErrors { errors, drift, .. }) = port.accuracy.edges.figure() else { return Vec::new() };
         let ns = |ns: f64| format!("{ns:.0}");
-        vec![
+        vec![vec![
             port.port.name().to_owned(),
             grouped(port.accuracy.rate_steps_s.into()),
             grouped(errors.edges),
@@ -110,7 +115,7 @@ fn accuracy(figures: &Figures) -> Section {
             ns(errors.max_ns),
             format!("{:+.2}", drift.slope_ns_s),
             format!("{:+.1}", drift.last_less_first_ns),
-        ]
+        ]]
     };
     let head =
         ["port", "steps/s of each", "edges", "median, ns", "p99, ns", "max., ns", "drift, ns/s", "last less first, ns"];
@@ -122,7 +127,7 @@ fn accuracy(figures: &Figures) -> Section {
                through the errors, and what the last edges are later, on average, than the first."
                 .to_owned(),
         pictures: pictures.collect(),
-        table: Some(rows(&head, measured().map(row))),
+        table: Some(rows(&head, both(figures, row, 1))),
     }
 }
 
@@ -155,7 +160,7 @@ fn load(figures: &Figures) -> Section {
             key: names(&series),
             caption: "Cruising at the rate.".to_owned(),
         }],
-        table: Some(rows(&["port", "steps/s of each", "cruising", "in ramps"], figures.ports.iter().flat_map(row))),
+        table: Some(rows(&["port", "steps/s of each", "cruising", "in ramps"], both(figures, row, 2))),
     }
 }
 
@@ -174,37 +179,57 @@ fn stops(figures: &Figures) -> Section {
                last rising edge of any axis, at random instants of moves of three axes; and whether the position reported after all of them is that of the edges \
                counted."
             .to_owned(),
-        table: Some(rows(&["port", "by", "steps/s of each", "to the last edge"], figures.ports.iter().flat_map(row))),
+        table: Some(rows(&["port", "by", "steps/s of each", "to the last edge"], both(figures, row, 2))),
         ..Section::default()
     }
 }
 
-fn costs(figures: &MicroFigures) -> Section {
-    let row = |(name, words): (String, String)| vec![name, words];
+fn starts(figures: &Figures) -> Section {
+    let row = |port: &PortFigures| {
+        let name = port.port.name().to_owned();
+        let words = |start: &StartMeasurement| start.delay.words(Delay::words);
+        port.starts.iter().map(|start| vec![name.clone(), start.cache.name().to_owned(), words(start)]).collect()
+    };
+    Section {
+        heading: "Starts".to_owned(),
+        text: "From the arrival of a line's last byte in the chip's USB buffer to the first rising edge of any axis, less \
+               what the plan itself takes to its first step: moves of three axes after random rests, with flash's cache \
+               empty as the line arrives (cold), and right after a move of the same kind (warm)."
+            .to_owned(),
+        table: Some(rows(&["port", "cache", "what the machine adds"], both(figures, row, 2))),
+        ..Section::default()
+    }
+}
+
+fn costs(figures: &MicroFigures, ideal: Option<&MicroFigures>) -> Section {
+    let of = |figures: &MicroFigures| {
+        table::costs(figures).into_iter().map(|(name, words)| vec![name, words]).collect::<Vec<_>>()
+    };
     Section {
         heading: "Mathematics of a move".to_owned(),
         text: "What planning, compiling and replaying cost on the chip, timed by its own SysTick. Every result was \
                computed on the host too, and is the same to the bit."
             .to_owned(),
-        table: Some(rows(&["work", "cost"], table::costs(figures).into_iter().map(row))),
+        table: Some(rows(&["work", "cost"], beside(of(figures), ideal.map_or(Vec::new(), of), 1))),
         ..Section::default()
     }
 }
 
-fn laws(figures: &MicroFigures) -> Section {
+fn laws(figures: &MicroFigures, ideal: Option<&MicroFigures>) -> Section {
     let row = |one: &laws::LawFigures| [vec![one.law.to_owned()], one.cells().to_vec()].concat();
+    let of = |figures: &MicroFigures| figures.laws.iter().map(row).collect::<Vec<_>>();
     let head = [&["law"], laws::HEAD.as_slice()].concat();
     Section {
         heading: "Speed laws".to_owned(),
         text: "What each law costs on the chip. A plan is of three axes, with and without a cruise; a beginning is the first \
                segment of each axis, which computes what a ramp needs. Segments are those of ramps; replaying a step costs the same under every law."
             .to_owned(),
-        table: Some(rows(&head, figures.laws.iter().map(row))),
+        table: Some(rows(&head, beside(of(figures), ideal.map_or(Vec::new(), of), 1))),
         ..Section::default()
     }
 }
 
-fn generators(figures: &MicroFigures) -> Section {
+fn generators(figures: &MicroFigures, ideal: Option<&MicroFigures>) -> Section {
     let names: Vec<String> = figures.generators.iter().map(|one| one.name.replace('.', "\n")).collect();
     let of = |name: &str, value: fn(&GeneratorFigures) -> f64| Series {
         name: name.to_owned(),
@@ -216,6 +241,7 @@ fn generators(figures: &MicroFigures) -> Section {
     ];
     let cycles = [of("cycles a step", |one| one.cycles_mean)];
     let row = |one: &GeneratorFigures| [vec![one.name.to_owned()], table::generator_cells(one).to_vec()].concat();
+    let all = |figures: &MicroFigures| figures.generators.iter().map(row).collect::<Vec<_>>();
     let head = [&["generator"], table::GENERATOR_HEAD.as_slice()].concat();
     Section {
         heading: "Step generators".to_owned(),
@@ -238,18 +264,24 @@ fn generators(figures: &MicroFigures) -> Section {
                 caption: "What a step costs on average; isostep's with its share of compiling.".to_owned(),
             },
         ],
-        table: Some(rows(&head, figures.generators.iter().map(row))),
+        table: Some(rows(&head, beside(all(figures), ideal.map_or(Vec::new(), all), 1))),
     }
 }
 
 fn each_port<T>(figures: &Figures, values: impl Fn(&PortFigures) -> Vec<T>) -> Vec<Series<T>> {
-    figures.ports.iter().map(|port| Series { name: port.port.name().to_owned(), values: values(port) }).collect()
+    figures.chip.ports.iter().map(|port| Series { name: port.port.name().to_owned(), values: values(port) }).collect()
 }
 
 fn names<T>(series: &[Series<T>]) -> Vec<String> {
     series.iter().map(|one| one.name.clone()).collect()
 }
 
-fn rows(head: &[&str], rows: impl Iterator<Item = Vec<String>>) -> Table {
-    Table { head: head.iter().map(ToString::to_string).collect(), rows: rows.collect() }
+/// Each port's rows, and the ideal chip's beneath those that differ; the first `key` cells say what a row is of.
+fn both(figures: &Figures, of: impl Fn(&PortFigures) -> Vec<Vec<String>>, key: usize) -> Vec<Vec<String>> {
+    let [chip, ideal] = [&figures.chip, &figures.ideal_flash].map(|chip| chip.ports.iter().flat_map(&of).collect());
+    beside(chip, ideal, key)
+}
+
+fn rows(head: &[&str], rows: Vec<Vec<String>>) -> Table {
+    Table { head: head.iter().map(ToString::to_string).collect(), rows }
 }

@@ -58,7 +58,7 @@ pub struct Latency {
 }
 
 impl Input {
-    const ALL: [Self; 3] = [Self::LimitSwitch, Self::EmergencyStop, Self::SecondReset];
+    pub const ALL: [Self; 3] = [Self::LimitSwitch, Self::EmergencyStop, Self::SecondReset];
 
     pub fn name(self) -> &'static str {
         match self {

@@ -3,33 +3,67 @@
 use std::fmt::Write;
 
 use super::accuracy::MoveErrors;
+use super::beside::beside;
 use super::board::Moving;
-use super::figures::{Conditions, Figures, PortFigures, Target, together};
+use super::chip::Chip;
+use super::figures::{ChipFigures, Conditions, Figures, PortFigures, Target, together};
 use super::laws;
 use super::micro::{GeneratorFigures, MicroFigures, RampFigures};
 use super::progress::grouped;
-use super::stops::Latency;
+use super::starts::Delay;
+use super::stops::{Latency, StopMeasurement};
+
+/// How to read the figures of the ideal chip.
+pub const BESIDE: &str =
+    "Beneath a figure, where it is another: that of a chip whose flash reads like RAM (ideal flash).";
+
+/// What is said of one thing: its name, and the words.
+type Rows = Vec<Vec<String>>;
 
 /// Everything, conditions first.
 pub fn table(figures: &Figures) -> String {
-    let mut text = format!("\n{} Command: {}\n", conditions(&figures.conditions), figures.conditions.command);
-    for port in &figures.ports {
+    let Figures { conditions, chip, ideal_flash: ideal, .. } = figures;
+    let mut text = format!("\n{} Command: {}\n", self::conditions(conditions), conditions.command);
+    text += &format!("{BESIDE}\n");
+    for port in &chip.ports {
         text += &format!("\n{}\n", port.port.name());
-        for part in [rates(port), accuracy(port), load(port), stops(port)] {
-            text += &part;
+        for (heading, rows) in
+            [(RATES, rates as Part), (ACCURACY, accuracy), (LOAD, load), (STOPS, stops), (STARTS, starts)]
+        {
+            text += &section(heading, rows(port), ideal.port(port.port).map_or(Rows::new(), rows));
         }
     }
-    text += &figures.mathematics.as_ref().map_or(String::new(), mathematics);
-    text + &targets(&figures.targets) + "\nPlanning and compiling on this computer: cargo bench -p isostep-profile\n"
+    text += &chip.mathematics.as_ref().map_or(String::new(), |one| mathematics(one, ideal.mathematics.as_ref()));
+    text + &targets(figures) + "\nPlanning and compiling on this computer: cargo bench -p isostep-profile\n"
+}
+
+/// The rows of a port in one section.
+type Part = fn(&PortFigures) -> Rows;
+
+const RATES: &str = "highest rate sustained, steps/s of each axis";
+const ACCURACY: &str = "edges against the closed form";
+const LOAD: &str = "load of the core";
+const STOPS: &str = "from an input to the last edge";
+const STARTS: &str = "from the arrival of a line to the first edge, less the plan's own time to its first step";
+
+/// A heading and its rows, the ideal chip's beneath those that differ.
+fn section(heading: &str, rows: Rows, ideal: Rows) -> String {
+    let mut text = format!("  {heading}\n");
+    for row in beside(rows, ideal, 1) {
+        line(&mut text, &row[0], &row[1]);
+    }
+    text
 }
 
 /// What every figure depends on, in a sentence.
 pub fn conditions(conditions: &Conditions) -> String {
     format!(
-        "All figures: {}, {} MHz, {}; driver {}, status polled over USB at {} Hz; from rest in {} s, at most {} \
-         steps/s2.",
+        "All figures: {}, {} MHz, flash {} ({} cycles for a word that it does not hold), {}; driver {}, status polled \
+         over USB at {} Hz; from rest in {} s, at most {} steps/s2.",
         conditions.board,
         conditions.clock_hz / 1_000_000,
+        conditions.flash,
+        conditions.miss_cycles,
         conditions.build,
         conditions.driver.to_uppercase(),
         conditions.poll_hz,
@@ -38,17 +72,17 @@ pub fn conditions(conditions: &Conditions) -> String {
     )
 }
 
-fn rates(port: &PortFigures) -> String {
-    let mut text = String::from("  highest rate sustained, steps/s of each axis\n");
-    for rates in &port.rates {
+fn rates(port: &PortFigures) -> Rows {
+    let rows = port.rates.iter().map(|rates| {
         let highest = rates.highest_steps_s.map_or("none".to_owned(), |rate| grouped(rate.into()));
         let errors = rates.errors.map_or(String::new(), |errors| format!("edges within {:.0} ns", errors.max_ns));
-        line(&mut text, &axes_words(rates.axes), &format!("{highest:>11}  {errors}"));
+        let mut words = format!("{highest:>11}  {errors}");
         if let (Some(next), Some(why)) = (rates.next_steps_s, &rates.why_not) {
-            line(&mut text, "", &format!("{:>11}  {why}", format!("not {}", grouped(next.into()))));
+            words += &format!("\n{:>11}  {why}", format!("not {}", grouped(next.into())));
         }
-    }
-    text
+        row(axes_words(rates.axes), words)
+    });
+    rows.collect()
 }
 
 /// `1 axis`, `3 axes`.
@@ -56,68 +90,87 @@ pub fn axes_words(axes: usize) -> String {
     format!("{axes} {}", if axes == 1 { "axis" } else { "axes" })
 }
 
-fn accuracy(port: &PortFigures) -> String {
-    let mut text = format!("  edges against the closed form, {}\n", together(port.accuracy.rate_steps_s));
-    match port.accuracy.edges.result() {
-        Err(why_not) => line(&mut text, "not carried", why_not),
+fn accuracy(port: &PortFigures) -> Rows {
+    let rate = row("rate", together(port.accuracy.rate_steps_s));
+    let rows = match port.accuracy.edges.result() {
+        Err(why_not) => vec![row("not carried", why_not)],
         Ok(MoveErrors { move_s, errors, drift, .. }) => {
             let ends = grouped(drift.end_edges);
-            let difference_ns = drift.last_less_first_ns;
-            line(&mut text, "edges", &format!("{} in {move_s:.1} s", grouped(errors.edges)));
             let spread = [errors.median_ns, errors.p99_ns, errors.max_ns].map(|ns| format!("{ns:.0}")).join(", ");
-            line(&mut text, "median, p99, max", &format!("{spread} ns"));
-            line(&mut text, "earliest, latest", &format!("{:+.0}, {:+.0} ns", errors.earliest_ns, errors.latest_ns));
-            line(&mut text, "drift", &format!("{:+.2} ns/s", drift.slope_ns_s));
-            line(&mut text, "", &format!("last {ends} edges less the first {ends}: {difference_ns:+.1} ns"));
+            let drift_words = format!(
+                "{:+.2} ns/s; last {ends} edges less the first {ends}: {:+.1} ns",
+                drift.slope_ns_s, drift.last_less_first_ns
+            );
+            vec![
+                row("edges", format!("{} in {move_s:.1} s", grouped(errors.edges))),
+                row("median, p99, max", format!("{spread} ns")),
+                row("earliest, latest", format!("{:+.0}, {:+.0} ns", errors.earliest_ns, errors.latest_ns)),
+                row("drift", drift_words),
+            ]
         }
-    }
-    text
+    };
+    [rate].into_iter().chain(rows).collect()
 }
 
-fn load(port: &PortFigures) -> String {
-    let mut text = String::from("  load of the core\n");
-    for load in &port.load {
-        line(&mut text, &format!("{}, cruising", together(load.rate_steps_s)), &load.cruising.words(Moving::words));
-        line(&mut text, "in ramps", &load.ramping.words(Moving::words));
-    }
-    text
+fn load(port: &PortFigures) -> Rows {
+    let rows = port.load.iter().flat_map(|load| {
+        let rate = together(load.rate_steps_s);
+        [
+            row(format!("{rate}, cruising"), load.cruising.words(Moving::words)),
+            row(format!("{rate}, ramps"), load.ramping.words(Moving::words)),
+        ]
+    });
+    rows.collect()
 }
 
-fn stops(port: &PortFigures) -> String {
-    let mut text = String::from("  from an input to the last edge\n");
-    for stop in &port.stops {
+fn stops(port: &PortFigures) -> Rows {
+    let row = |stop: &StopMeasurement| {
         let name = format!("{}, {}", stop.input.name(), together(stop.rate_steps_s));
-        line(&mut text, &name, &stop.latency.words(Latency::words));
-    }
-    text
+        row(name, stop.latency.words(Latency::words))
+    };
+    port.stops.iter().map(row).collect()
 }
 
-fn mathematics(figures: &MicroFigures) -> String {
-    let mut text = String::from("\nmathematics of a move, on the chip\n");
-    for (name, words) in costs(figures) {
-        line(&mut text, &name, &words);
-    }
-    text += &laws(figures);
+fn starts(port: &PortFigures) -> Rows {
+    port.starts.iter().map(|start| row(start.cache.name(), start.delay.words(Delay::words))).collect()
+}
+
+fn row(name: impl Into<String>, words: impl Into<String>) -> Vec<String> {
+    vec![name.into(), words.into()]
+}
+
+fn mathematics(figures: &MicroFigures, ideal: Option<&MicroFigures>) -> String {
+    let costs = |figures: &MicroFigures| costs(figures).into_iter().map(|(name, words)| row(name, words)).collect();
+    let mut text = section("cost on the chip", costs(figures), ideal.map_or(Rows::new(), costs));
+    text.insert_str(0, "\nmathematics of a move\n");
+    text += &laws(figures, ideal);
     writeln!(text, "  step generators over {}", ramp_words(&figures.ramp)).expect("a String takes any text");
-    writeln!(text, "    {:<38} {}", "", GENERATOR_HEAD.map(|name| format!("{name:>22}")).concat())
-        .expect("a String takes any text");
-    for generator in &figures.generators {
-        line(&mut text, generator.name, &generator_cells(generator).map(|cell| format!("{cell:>22}")).concat());
+    line(&mut text, "", &cells(22, &GENERATOR_HEAD.map(str::to_owned)));
+    let generators = |figures: &MicroFigures| {
+        let row = |one: &GeneratorFigures| row(one.name, cells(22, &generator_cells(one)));
+        figures.generators.iter().map(row).collect()
+    };
+    for row in beside(generators(figures), ideal.map_or(Rows::new(), generators), 1) {
+        line(&mut text, &row[0], &row[1]);
     }
     text
 }
 
 /// A law a line.
-fn laws(figures: &MicroFigures) -> String {
-    let row = |name: &str, cells: [String; 9]| {
-        format!("    {name:<12}{}\n", cells.map(|cell| format!("{cell:>17}")).concat())
-    };
-    let head = row("", laws::HEAD.map(str::to_owned));
-    let rows = figures.laws.iter().map(|one| row(one.law, one.cells()));
-    format!(
-        "  speed laws, of three axes: plan, begin (the first segment of each axis), then a ramp\n{head}{}",
-        rows.collect::<String>()
-    )
+fn laws(figures: &MicroFigures, ideal: Option<&MicroFigures>) -> String {
+    let rows = |figures: &MicroFigures| figures.laws.iter().map(|one| row(one.law, cells(17, &one.cells()))).collect();
+    let mut text =
+        String::from("  speed laws, of three axes: plan, begin (the first segment of each axis), then a ramp\n");
+    text += &format!("    {:<12}{}\n", "", cells(17, &laws::HEAD.map(str::to_owned)));
+    for row in beside(rows(figures), ideal.map_or(Rows::new(), rows), 1) {
+        text += &format!("    {:<12}{}\n", row[0], row[1]);
+    }
+    text
+}
+
+/// Side by side, so wide each.
+fn cells(width: usize, cells: &[String]) -> String {
+    cells.iter().map(|cell| format!("{cell:>width$}")).collect()
 }
 
 /// What a segment and a step cost.
@@ -157,16 +210,34 @@ pub fn ramp_words(ramp: &RampFigures) -> String {
     format!("{steps} steps, to {top} steps/s at {accel} steps/s2")
 }
 
-fn targets(targets: &[Target]) -> String {
-    let mut text = String::from("\ntargets\n");
-    for target in targets {
+/// A target a line: whether the chip meets it, what it is, and what was measured on each chip.
+fn targets(figures: &Figures) -> String {
+    let heads = [Chip::AsItIs, Chip::IdealFlash, Chip::DearMiss].map(|chip| format!("{:>20}", chip.name())).concat();
+    let mut text = format!("\n{:<88}{heads}\n", "targets");
+    for target in &figures.chip.targets {
         let mark = if target.met { "met    " } else { "NOT MET" };
-        let measured = target.measured.map_or("no figure".to_owned(), number);
-        let bound = if target.at_least { "at least" } else { "at most" };
-        let aim = format!("{bound} {} {}", number(target.target), target.unit);
-        writeln!(text, "  {mark} {:<46} {measured:>12}   {aim}", target.what).expect("a String takes any text");
+        let measured = measured_cells(target, figures).map(|cell| format!("{cell:>20}")).concat();
+        writeln!(text, "  {mark} {:<50} {:<27}{measured}", target.what, target.aim()).expect("a String takes any text");
     }
     text
+}
+
+/// What was measured on the chip, on the ideal one, and with dear misses.
+pub fn measured_cells(target: &Target, figures: &Figures) -> [String; 3] {
+    let cell = |target: &Target| {
+        let measured = target.measured.map_or("no figure".to_owned(), number);
+        if target.met { measured } else { format!("{measured} NOT MET") }
+    };
+    let on = |chip: &ChipFigures| chip.target(&target.what).map_or("-".to_owned(), cell);
+    [target.measured.map_or("no figure".to_owned(), number), on(&figures.ideal_flash), on(&figures.miss_twice_as_dear)]
+}
+
+impl Target {
+    /// What is aimed at, in words.
+    pub fn aim(&self) -> String {
+        let bound = if self.at_least { "at least" } else { "at most" };
+        format!("{bound} {} {}", number(self.target), self.unit)
+    }
 }
 
 /// With thousands apart, and a decimal or two where it is small.
@@ -174,24 +245,43 @@ pub fn number(value: f64) -> String {
     if value.abs() >= 100.0 { grouped(value.round() as u64) } else { format!("{}", (value * 100.0).round() / 100.0) }
 }
 
-fn line(text: &mut String, name: &str, figures: &str) {
-    writeln!(text, "    {name:<38} {figures}").expect("a String takes any text");
+/// A name, and words that may have several lines.
+fn line(text: &mut String, name: &str, words: &str) {
+    for (index, words) in words.lines().enumerate() {
+        writeln!(text, "    {:<41} {words}", if index == 0 { name } else { "" }).expect("a String takes any text");
+    }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::figures::ChipFigures;
     use super::*;
 
+    fn on(measured: [Option<f64>; 3]) -> ChipFigures {
+        let [rate, error, stop] = measured;
+        let targets = vec![
+            Target::at_least("rate".to_owned(), rate, 1e6, "steps/s"),
+            Target::at_most("error".to_owned(), error, 50.0, "ns"),
+            Target::at_most("stop".to_owned(), stop, 10.0, "us"),
+        ];
+        ChipFigures { ports: Vec::new(), mathematics: None, targets }
+    }
+
     #[test]
-    fn targets_say_whether_they_are_met() {
-        let text = targets(&[
-            Target::at_least("rate".to_owned(), Some(1_200_000.0), 1e6, "steps/s"),
-            Target::at_most("error".to_owned(), Some(52.126), 50.0, "ns"),
-            Target::at_most("stop".to_owned(), None, 10.0, "us"),
-        ]);
-        let lines: Vec<&str> = text.lines().skip(2).collect();
-        assert!(lines[0].starts_with("  met     rate") && lines[0].contains("1,200,000   at least 1,000,000 steps/s"));
-        assert!(lines[1].starts_with("  NOT MET error") && lines[1].contains("52.13   at most 50 ns"));
-        assert!(lines[2].starts_with("  NOT MET stop") && lines[2].contains("no figure"));
+    fn targets_say_whether_they_are_met_and_by_which_chip() {
+        let mut dear = on([Some(900_000.0), None, Some(9.0)]);
+        dear.targets.pop();
+        let figures = Figures {
+            conditions: Conditions::default(),
+            chip: on([Some(1_200_000.0), Some(52.126), None]),
+            ideal_flash: on([Some(1_300_000.0), Some(40.0), Some(2.0)]),
+            miss_twice_as_dear: dear,
+        };
+        let text = targets(&figures);
+        let words: Vec<String> =
+            text.lines().skip(2).map(|line| line.split_whitespace().collect::<Vec<_>>().join(" ")).collect();
+        assert_eq!(words[0], "met rate at least 1,000,000 steps/s 1,200,000 1,300,000 900,000 NOT MET");
+        assert_eq!(words[1], "NOT MET error at most 50 ns 52.13 40 no figure NOT MET");
+        assert_eq!(words[2], "NOT MET stop at most 10 us no figure 2 -");
     }
 }

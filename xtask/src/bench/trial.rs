@@ -12,7 +12,7 @@ pub const STEPS_PER_MM: f64 = 1_000.0;
 /// Acceleration of the fastest machines, steps/s2: 1,000,000 steps/s in 0.2 s.
 pub const ACCEL_MAX_STEPS_S2: f64 = 5e6;
 /// An eighth of a millimetre, which binary fractions hold exactly.
-const MOVE_UNIT_STEPS: f64 = STEPS_PER_MM / 8.0;
+pub const UNIT_STEPS: i32 = 125;
 /// The settings that make up a [`Machine`], in an order in which none contradicts those before it: the default top speed
 /// works with any resolution once the pulse is short.
 const NUMBERS: [u16; 10] = [0, 100, 101, 102, 110, 111, 112, 120, 121, 122];
@@ -52,8 +52,8 @@ impl Machine {
     pub fn steps_of(&self, cruise_s: f64) -> i32 {
         let limits = config(&self.settings).limits[0];
         let ramp_s = limits.top_speed_steps_s / limits.accel_steps_s2;
-        let units = (limits.top_speed_steps_s * (ramp_s + cruise_s) / MOVE_UNIT_STEPS).round();
-        (units.max(1.0) * MOVE_UNIT_STEPS) as i32
+        let units = (limits.top_speed_steps_s * (ramp_s + cruise_s) / f64::from(UNIT_STEPS)).round();
+        units.max(1.0) as i32 * UNIT_STEPS
     }
 
     /// The lines that set it, each answered `ok`.
@@ -75,6 +75,11 @@ impl Trial {
     pub fn new(machine: Machine, axes: usize, steps: i32, and_back: bool) -> Self {
         let there = std::array::from_fn(|axis| if axis < axes { steps } else { 0 });
         let moves = if and_back { vec![there, there.map(|n| -n)] } else { vec![there] };
+        Self { machine, moves }
+    }
+
+    /// These moves, each in steps from where the one before it ends.
+    pub fn of(machine: Machine, moves: Vec<[i32; AXES]>) -> Self {
         Self { machine, moves }
     }
 
