@@ -22,6 +22,11 @@ fn relative(mm: [f64; AXES]) -> Act {
     Act::Line(format!("G91 G0 X{x} Y{y} Z{z}"))
 }
 
+/// For a sender that does not wait, as that of the plans: settings are refused in motion.
+fn rested() -> Act {
+    Act::Line("G4 P0".to_owned())
+}
+
 fn set(pace: Pace) -> Vec<Act> {
     pace.settings().into_iter().map(Act::Line).collect()
 }
@@ -85,8 +90,7 @@ pub fn every_law_is_exact(rig: impl Rig, pace: Pace) {
         acts.push(Act::Line(format!("$940={number}")));
         for (thirds, way) in [pace.away_mm, pace.away_mm.map(|mm| -mm)].into_iter().enumerate() {
             acts.extend([Act::Line(format!("$900={thirds}")), relative(way), Act::WaitIdle]);
-            // For a sender that does not wait: settings are refused in motion.
-            acts.push(Act::Line("G4 P0".to_owned()));
+            acts.push(rested());
         }
     }
     let seen = rig.carry_out("laws", &acts);
@@ -118,9 +122,8 @@ impl Start {
 
     fn acts(&self) -> Vec<Act> {
         let of = |lines: [&str; 5]| Act::Line(lines[self.index % lines.len()].to_owned());
-        let cold = (self.index % 3 == 0).then_some(Act::ColdCache);
-        // For a sender that does not wait: it must have come to rest.
-        let rest = [Act::Line("G4 P0".to_owned()), Act::WaitUs(self.rest_us), of(Self::AT_REST)];
+        let cold = self.index.is_multiple_of(3).then_some(Act::ColdCache);
+        let rest = [rested(), Act::WaitUs(self.rest_us), of(Self::AT_REST)];
         let way = relative(self.steps.map(|steps| f64::from(2 * steps) / 100.0));
         rest.into_iter().chain(cold).chain([way, Act::Ask, of(Self::MEANWHILE), Act::Ask, Act::WaitIdle]).collect()
     }
@@ -135,8 +138,9 @@ pub fn cold_starts_are_exact(rig: impl Rig) {
     let mut random = Rand32::new(SEED);
     let mut acts = Vec::new();
     for index in 0..STARTS {
-        if index % STARTS_OF_A_PACE == 0 {
-            let steep = index / STARTS_OF_A_PACE % 2 == 0;
+        if index.is_multiple_of(STARTS_OF_A_PACE) {
+            let steep = (index / STARTS_OF_A_PACE).is_multiple_of(2);
+            acts.push(rested());
             acts.extend(set(if steep { rig.steep_pace() } else { rig.pace() }));
         }
         let there = Start::random(&mut random, 2 * index);

@@ -271,6 +271,8 @@ impl Machine {
     }
 
     /// Frees the motors, as soon as nothing moves and nothing waits to. The next motion energises them again.
+    // In one piece, and so where motion's code lies, not in its callers.
+    #[inline(never)]
     pub fn release(&self) {
         self.released.signal(());
     }

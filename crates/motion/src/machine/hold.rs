@@ -38,6 +38,8 @@ impl Machine {
     }
 
     /// Goes on after a [`hold`](Self::hold), once the machine stands still.
+    // In one piece, and so where motion's code lies, not in its callers.
+    #[inline(never)]
     pub fn resume(&self) {
         self.transition(|inner, state| match state {
             State::Hold { still: true } => {
@@ -50,6 +52,8 @@ impl Machine {
     }
 
     /// Brakes a jog on its path, and forgets the jogs that wait. Nothing to do in any other state.
+    // In one piece, and so where motion's code lies, not in its callers.
+    #[inline(never)]
     pub fn cancel_jog(&self) {
         self.transition(|inner, state| {
             if state == State::Jog {
@@ -61,6 +65,8 @@ impl Machine {
     }
 
     /// Changes the speed of moves, the one under way included, some 60 ms after this.
+    // In one piece, and so where motion's code lies, not in its callers.
+    #[inline(never)]
     pub fn set_overrides(&self, overrides: Overrides) {
         self.with(|inner| inner.overrides = overrides);
         self.asked.signal(());
