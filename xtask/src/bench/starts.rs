@@ -70,7 +70,8 @@ pub fn measure(board: &Board, port: Port, effort: &Effort) -> Result<Vec<StartMe
     if effort.starts == 0 {
         return Ok(Vec::new());
     }
-    let case = Case::begin(port, AXES, port.target_steps_s(), &format!("{} starts, cold and warm", effort.starts));
+    let case =
+        Case::begin(board.chip, port, AXES, port.target_steps_s(), &format!("{} starts, cold and warm", effort.starts));
     let (script, trial) = moves(port, effort.starts);
     let run = board.run_for_edges(&script, trial.duration_s()?)?;
     let delays_us = match run {

@@ -86,7 +86,8 @@ pub fn measure(board: &Board, port: Port, rate_steps_s: u32, effort: &Effort) ->
 }
 
 fn by(board: &Board, port: Port, rate_steps_s: u32, input: Input, effort: &Effort) -> Result<StopMeasurement> {
-    let case = Case::begin(port, AXES, rate_steps_s, &format!("{} stops by {}", effort.stops, input.name()));
+    let case =
+        Case::begin(board.chip, port, AXES, rate_steps_s, &format!("{} stops by {}", effort.stops, input.name()));
     let latency = all(board, rate_steps_s, input, effort.stops)?;
     case.end(&latency.words(Latency::words));
     Ok(StopMeasurement { input, rate_steps_s, latency })
