@@ -2,7 +2,7 @@
 //! `firmware`, `flight`, `footprint`, `laws`, `uf2`, `variant`, `process` and `stopwatch` are what the verbs share.
 
 // A verb whose reader has gone, as `head` goes, does what was asked of it unread: the standard macros would panic.
-#[macro_use(eprint, eprintln, print, println)]
+#[macro_use(eprintln, print, println)]
 extern crate anstream;
 
 mod bench;

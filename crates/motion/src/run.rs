@@ -138,15 +138,8 @@ where
         }
         self.arm_axes(&plan, counts);
         let mut done = pin!(all_done(machine, moving));
-        let starting = async {
-            all_armed(machine, moving).await;
-            // In place of what the ports have taken.
-            prepare(&mut feeders, &legs).await;
-            Timer::at(self.standstill).await;
-            machine.let_go(moving);
-            begun(machine, moving).await
-        };
-        // The start comes first: a short run may have ended before this task gets to know of it.
+        let starting = start(machine, moving, self.standstill, &mut feeders, &legs);
+        // It comes first: a short run may have ended before this task gets to know of its start.
         let start = match select(starting, done.as_mut()).await {
             Either::First(start) => start,
             Either::Second(finish) => return (self.end_move(finish, End::NONE), 0.0),
@@ -307,6 +300,23 @@ struct End {
 impl End {
     /// Of a run that has not started.
     const NONE: Self = Self { steps: 0.0, s: 0.0 };
+}
+
+/// Starts the moving axes, which have been told of their run, once all are armed and it is time: the instant that their
+/// segments count from.
+async fn start(
+    machine: &Machine,
+    moving: [bool; AXES],
+    not_before: Instant,
+    feeders: &mut [Feeder<'_>; AXES],
+    legs: &Legs,
+) -> Instant {
+    all_armed(machine, moving).await;
+    // In place of what the ports have taken.
+    prepare(feeders, legs).await;
+    Timer::at(not_before).await;
+    machine.let_go(moving);
+    begun(machine, moving).await
 }
 
 /// Compiles and queues the first steps of all axes, as far as there is room.

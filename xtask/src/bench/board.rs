@@ -29,7 +29,7 @@ const PATIENCE_S: f64 = 5.0;
 /// Where a firmware runs, and its files go.
 pub struct Board<'a> {
     candidate: &'a Candidate,
-    chip: Chip,
+    pub chip: Chip,
     folder: &'a Path,
 }
 

@@ -21,6 +21,15 @@ impl Chip {
         }
     }
 
+    /// Its name as a folder's.
+    pub fn slug(self) -> &'static str {
+        match self {
+            Self::AsItIs => "chip",
+            Self::IdealFlash => "ideal-flash",
+            Self::DearMiss => "dear-miss",
+        }
+    }
+
     /// Its name as a column's head.
     pub fn name(self) -> &'static str {
         match self {

@@ -38,6 +38,7 @@ mod trial;
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::thread;
 
 use anyhow::{Context, Result, ensure};
 
@@ -111,12 +112,22 @@ pub fn run(args: Args) -> Result<()> {
         micro::build()?;
     }
     let miss_cycles = Board::new(&candidates[0], Chip::AsItIs, &folder).miss_cycles()?;
-    let on = |chip| measure_on(chip, &candidates, &folder, &args);
+    let on = |chip: Chip| {
+        let folder = folder.join(chip.slug());
+        fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
+        measure_on(chip, &candidates, &folder, &args)
+    };
+    // Two at once: none depends on how long it takes.
+    let (chip, others) = thread::scope(|scope| {
+        let others = scope.spawn(|| [Chip::IdealFlash, Chip::DearMiss].map(on));
+        (on(Chip::AsItIs), others.join())
+    });
+    let [ideal_flash, miss_twice_as_dear] = others.expect("a measurement does not panic");
     let figures = Figures {
         conditions: conditions(&args, miss_cycles),
-        chip: on(Chip::AsItIs)?,
-        ideal_flash: on(Chip::IdealFlash)?,
-        miss_twice_as_dear: on(Chip::DearMiss)?,
+        chip: chip?,
+        ideal_flash: ideal_flash?,
+        miss_twice_as_dear: miss_twice_as_dear?,
     };
     print!("{}", table::table(&figures));
     write_files(&args, &figures)?;

@@ -1,20 +1,24 @@
 //! A line for each case: what runs, what came of it, and how long the user waited.
 
+use super::chip::Chip;
 use crate::stopwatch::Stopwatch;
 use crate::variant::Port;
 
-/// A case under way: its line is begun.
-pub struct Case(Stopwatch);
+/// A case under way. Its line is told at its end and in one piece, as cases of several chips are under way at once.
+pub struct Case {
+    line: String,
+    stopwatch: Stopwatch,
+}
 
 impl Case {
-    pub fn begin(port: Port, axes: usize, rate_steps_s: u32, what: &str) -> Self {
+    pub fn begin(chip: Chip, port: Port, axes: usize, rate_steps_s: u32, what: &str) -> Self {
         let rate = grouped(rate_steps_s.into());
-        eprint!("    {:<9} {axes} x {rate:>9} steps/s, {what}: ", port.name());
-        Self(Stopwatch::start())
+        let line = format!("    {}: {:<9} {axes} x {rate:>9} steps/s, {what}", chip.name(), port.name());
+        Self { line, stopwatch: Stopwatch::start() }
     }
 
     pub fn end(self, outcome: &str) {
-        eprintln!("{outcome} ({:.1} s)", self.0.elapsed_s());
+        eprintln!("{}: {outcome} ({:.1} s)", self.line, self.stopwatch.elapsed_s());
     }
 }
 

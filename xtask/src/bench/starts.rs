@@ -70,8 +70,8 @@ pub fn measure(board: &Board, port: Port, effort: &Effort) -> Result<Vec<StartMe
     if effort.starts == 0 {
         return Ok(Vec::new());
     }
-    let case =
-        Case::begin(port, AXES, port.start_steps_s_and_s2().0, &format!("{} starts, cold and warm", effort.starts));
+    let what = format!("{} starts, cold and warm", effort.starts);
+    let case = Case::begin(board.chip, port, AXES, port.start_steps_s_and_s2().0, &what);
     let (script, trial) = moves(port, effort.starts);
     let run = board.run_for_edges(&script, trial.duration_s()?)?;
     let delays_us = match run {

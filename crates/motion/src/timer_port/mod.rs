@@ -130,14 +130,17 @@ impl TimerPort<'_> {
     }
 
     async fn hand_over(&self, feed: Feed) {
-        // A rest is nothing to a port that waits for its steps one by one.
-        while !matches!(feed, Feed::Rest { .. }) {
+        if matches!(feed, Feed::Rest { .. }) {
+            // It is nothing to a port that waits for its steps one by one.
+            return;
+        }
+        loop {
             let (taken, wanted) = self.desk.offer(feed);
             if wanted {
                 self.bell.ring();
             }
             if taken {
-                break;
+                return;
             }
             self.desk.room().await;
         }
