@@ -65,12 +65,12 @@ impl Port {
         }
     }
 
-    /// How steep a start is measured, steps/s2: as steep as the machines of the other measurements, or, where tasks make
-    /// the steps, as steep as they can.
-    pub fn start_accel_steps_s2(self) -> f64 {
+    /// The top speed, steps/s, and the acceleration, steps/s2, at which starts are measured: as steep as any of the other
+    /// measurements, or, where tasks make the steps, as steep as they carry at axes of different speeds.
+    pub fn start_steps_s_and_s2(self) -> (u32, f64) {
         match self {
-            Self::Pio => ACCEL_MAX_STEPS_S2,
-            Self::Timer => 1e6,
+            Self::Pio => (self.target_steps_s(), ACCEL_MAX_STEPS_S2),
+            Self::Timer => (20_000, 1e6),
         }
     }
 

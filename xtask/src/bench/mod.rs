@@ -65,7 +65,8 @@ What is measured, of PioPort and of TimerPort, three axes stepping at once and s
   stops     from a limit switch, the emergency stop or a second reset byte (the first has the machine brake) to the last
             edge, at random instants of a fixed seed
   starts    from the arrival of a line to the first edge, less what the plan itself takes to its first step: flash's cache
-            empty (cold) and right after a move of the same kind (warm); at 5,000,000 steps/s2, TimerPort at 1,000,000
+            empty (cold) and right after a move of the same kind (warm); at 5,000,000 steps/s2,
+            TimerPort at 1,000,000 to 20,000 steps/s
 And what the mathematics of a move costs on the chip, beside the step generators of the literature over the same ramp:
 cycles to plan, to compile a segment and to replay a step under each speed law, and how far their speeds are off.
 On which chip:

@@ -70,8 +70,8 @@ pub fn measure(board: &Board, port: Port, effort: &Effort) -> Result<Vec<StartMe
     if effort.starts == 0 {
         return Ok(Vec::new());
     }
-    let case =
-        Case::begin(board.chip, port, AXES, port.target_steps_s(), &format!("{} starts, cold and warm", effort.starts));
+    let what = format!("{} starts, cold and warm", effort.starts);
+    let case = Case::begin(board.chip, port, AXES, port.start_steps_s_and_s2().0, &what);
     let (script, trial) = moves(port, effort.starts);
     let run = board.run_for_edges(&script, trial.duration_s()?)?;
     let delays_us = match run {
@@ -90,8 +90,8 @@ pub fn measure(board: &Board, port: Port, effort: &Effort) -> Result<Vec<StartMe
 
 /// What the sender does, and what the firmware has to make of it.
 fn moves(port: Port, starts: u32) -> (String, Trial) {
-    let rate_steps_s = port.target_steps_s();
-    let machine = Machine::new(rate_steps_s, f64::from(rate_steps_s) / port.start_accel_steps_s2());
+    let (rate_steps_s, accel_steps_s2) = port.start_steps_s_and_s2();
+    let machine = Machine::new(rate_steps_s, f64::from(rate_steps_s) / accel_steps_s2);
     let mut random = Rand32::new(SEED);
     let (mut script, mut moves) = (machine.set_up(), Vec::new());
     for _ in 0..starts {
