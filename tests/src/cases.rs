@@ -130,11 +130,11 @@ impl Start {
 }
 
 /// Three hundred moves from rest, half of them as steep as the port is tested, after rests of up to a second and with the
-/// processor's cache cold: none starts late, every step is at its closed-form instant.
+/// processor's cache cold: none starts late, every step is within `off_max_ns` of its closed-form instant.
 ///
 /// # Panics
 /// When one is not.
-pub fn cold_starts_are_exact(rig: impl Rig) {
+pub fn cold_starts_are_exact(rig: impl Rig, off_max_ns: f64) {
     let mut random = Rand32::new(SEED);
     let mut acts = Vec::new();
     for index in 0..STARTS {
@@ -153,7 +153,7 @@ pub fn cold_starts_are_exact(rig: impl Rig) {
     assert_eq!(seen.reports.last().map(|report| report.1), Some([0; AXES]), "{rig}, SEED={SEED}");
     let comparison = held_against_plans(&rig, &acts, &seen);
     assert_eq!(comparison.moves.len(), 2 * STARTS, "{rig}, SEED={SEED}");
-    assert!(comparison.all.max_ns <= rig.jitter_max_ns(), "{rig}, SEED={SEED}: {:?}", comparison.all);
+    assert!(comparison.all.max_ns <= off_max_ns, "{rig}, SEED={SEED}: {:?}", comparison.all);
 }
 
 /// Every step against the plan of the same lines in simulation.

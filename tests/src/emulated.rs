@@ -14,8 +14,6 @@ use crate::root;
 pub struct Board {
     folder: PathBuf,
     command: Command,
-    /// A program on the host opens or closes it, or sets its rate.
-    port_is_reopened: bool,
 }
 
 /// What a run left behind.
@@ -54,7 +52,7 @@ impl Board {
         fs::create_dir_all(&folder).expect("a folder for the run's files");
         let mut command = Command::new("node");
         command.arg(root().join("tests/emulator/run.mjs")).arg("--elf").arg(elf);
-        Self { folder, command, port_is_reopened: false }
+        Self { folder, command }
     }
 
     /// More of the emulator's options.
@@ -79,7 +77,6 @@ impl Board {
     pub fn script(mut self, script: &str) -> Run {
         let path = self.folder.join("script.txt");
         fs::write(&path, script).expect("the script");
-        self.port_is_reopened = script.contains("usb-line-coding") || script.contains("dtr ");
         self.run("--script", &path)
     }
 
@@ -100,14 +97,12 @@ impl Board {
     /// What comes from flash may be late by as much as flash takes. So nothing does in interrupts, nor while all of them are
     /// masked.
     ///
-    /// Left out is what has no deadline: data read in critical sections, which is that of log lines, written at rest only;
-    /// handlers, once a fault has stopped the motors; and critical sections where a program on the host opens or closes the
-    /// port, as USB's control requests are answered from flash.
+    /// Left out is what has no deadline: data read in critical sections, which is that of log lines, written at rest only,
+    /// and handlers, once a fault has stopped the motors.
     fn assert_deadlines_need_no_flash(&self, figures: &Value) {
         let handlers = ["flash_in_handlers", "flash_in_handlers_data"].map(Some);
         let handlers = handlers.map(|place| place.filter(|_| figures["hard_faults"] == Value::Array(Vec::new())));
-        let sections = Some("flash_in_critical_sections").filter(|_| !self.port_is_reopened);
-        for place in handlers.into_iter().chain([sections]).flatten() {
+        for place in handlers.into_iter().flatten().chain(["flash_in_critical_sections"]) {
             self.assert_none(place, &figures[place]);
         }
     }

@@ -163,13 +163,14 @@ fn every_speed_law_by_the_timer_port_is_exact() {
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn cold_starts_are_in_time_and_within_50_ns() {
-    cases::cold_starts_are_exact(Emulated(Port::Pio));
+    cases::cold_starts_are_exact(Emulated(Port::Pio), 50.0);
 }
 
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
-fn cold_starts_by_the_timer_port_are_in_time_and_within_10_us() {
-    cases::cold_starts_are_exact(Emulated(Port::Timer));
+fn cold_starts_by_the_timer_port_are_in_time_and_within_20_us() {
+    // Up to two steps of the other axes, and what masks interrupts while lines are read and answered. A step period is 50 us.
+    cases::cold_starts_are_exact(Emulated(Port::Timer), 20_000.0);
 }
 
 #[test]

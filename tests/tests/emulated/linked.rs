@@ -8,7 +8,7 @@ use object::{Object, ObjectSymbol, SymbolKind};
 
 const RAM_START: u64 = 0x2000_0000;
 /// Every function of these may run in an interrupt, in a critical section, or while a port waits for what is compiled.
-const CRATES_IN_RAM: [&str; 9] = [
+const CRATES_IN_RAM: [&str; 10] = [
     "isostep_motion",
     "isostep_profile",
     "embassy_executor",
@@ -16,11 +16,12 @@ const CRATES_IN_RAM: [&str; 9] = [
     "embassy_time",
     "embassy_time_queue_utils",
     "embassy_rp",
+    "embassy_usb",
     "rp2040_gantry",
     "libm",
 ];
-/// What serves the consoles and USB's enumeration, in thread mode, and what runs once before anything moves.
-const MAY_WAIT: [&str; 4] = ["isostep_console", "isostep_controller", "embassy_usb", "____embassy_main_task"];
+/// What serves the consoles, in thread mode, and what runs once before anything moves.
+const MAY_WAIT: [&str; 3] = ["isostep_console", "isostep_controller", "____embassy_main_task"];
 const HANDLERS: [&str; 9] = [
     "TIMER_IRQ_0",
     "PIO1_IRQ_1",
