@@ -4,14 +4,16 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use isostep_sim::Config;
-use isostep_sim::compare::{self, Comparison, Jitter};
+use isostep_sim::compare::{self, Comparison, Jitter, MoveComparison};
 
 use crate::laws::Laws;
 use crate::process::{self, announce};
 use crate::variant::{Port, Variant};
 use crate::{build, node, pty, workspace};
+
+const CLOCK_CYCLE_NS: f64 = 8.0;
 
 const EXAMPLES: &str = "\
 The firmware is the one that `build` makes, unmodified; its STEP edges move carriages that close its switches.
@@ -87,7 +89,20 @@ pub fn run(args: Args) -> Result<()> {
         args.laws.settings().iter().flat_map(|(number, value)| ["--set".to_owned(), format!("{number}={value}")]),
     );
     process::run(&mut command)?;
-    print!("{}", table(&compare(&program, &trace, &args)?));
+    let comparison = compare(&program, &trace, &args)?;
+    print!("{}", table(&comparison));
+    check_lasting(&comparison)
+}
+
+/// Every move lasts as long as its plan. Where the first step of either is off, so is what is known of its start.
+fn check_lasting(comparison: &Comparison) -> Result<()> {
+    let early = (1..).zip(&comparison.moves).find(|(_, each)| {
+        let pause_ns = each.pause_ns.unwrap_or_default();
+        pause_ns < -2.0 * comparison.all.max_ns.max(CLOCK_CYCLE_NS)
+    });
+    if let Some((number, MoveComparison { pause_ns: Some(pause_ns), .. })) = early {
+        bail!("move {number} began {:.1} us before the plan of the one before it had ended", -pause_ns / 1e3);
+    }
     Ok(())
 }
 
@@ -192,5 +207,17 @@ mod tests {
         {
             assert!(options(wrong).is_none(), "{wrong:?}");
         }
+    }
+
+    #[test]
+    fn a_move_that_was_cut_short_is_an_error() {
+        let jitter = Jitter { steps: 1, median_ns: 0.0, p99_ns: 0.0, max_ns: 4.0 };
+        let after = |pause_ns| {
+            let each = |pause_ns| MoveComparison { jitter, apart_ns: None, pause_ns };
+            check_lasting(&Comparison { moves: vec![each(None), each(Some(pause_ns))], all: jitter })
+        };
+        assert!(after(0.0).is_ok() && after(-16.0).is_ok() && after(1e6).is_ok());
+        let error = after(-25_000.0).unwrap_err().to_string();
+        assert_eq!(error, "move 2 began 25.0 us before the plan of the one before it had ended");
     }
 }
