@@ -82,7 +82,7 @@ Figures are printed beside their targets; a target that is not met is no error.
 What planning and compiling a move cost on this computer: cargo bench -p isostep-profile
 
 Examples:
-  cargo xtask bench                                  everything, some minutes
+  cargo xtask bench                                  everything, half an hour or more
   cargo xtask bench --quick                          shorter moves, fewer rates, some five minutes
   cargo xtask bench --port timer --json timer.json
   cargo xtask bench --report bench                   pictures: open bench/index.html")]
