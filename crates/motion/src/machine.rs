@@ -271,7 +271,7 @@ impl Machine {
     }
 
     /// Frees the motors, as soon as nothing moves and nothing waits to. The next motion energises them again.
-    // In one piece, and so where motion's code lies, not in its callers.
+    // Not inlined, as `with`.
     #[inline(never)]
     pub fn release(&self) {
         self.released.signal(());
@@ -410,7 +410,7 @@ impl Machine {
         })
     }
 
-    /// In a critical section. Not inlined: a caller whose code may wait for memory must not wait here.
+    /// In a critical section. Not inlined: on a chip the caller's code may lie in slow memory, and this crate's does not.
     #[inline(never)]
     fn with<R>(&self, f: impl FnOnce(&mut Inner) -> R) -> R {
         self.inner.lock(|inner| f(&mut inner.borrow_mut()))

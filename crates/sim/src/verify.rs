@@ -220,7 +220,7 @@ fn lasting(outcome: &Outcome) -> Verdict {
     let detail = match shortest_ns {
         Some(ns) => {
             let us = ns / 1e3;
-            format!("from start to start: the next of {} began {us:.2} us after its plan or later", pauses_ns.len() + 1)
+            format!("from the end of a plan to the next start at least {us:.2} us, over {} moves", pauses_ns.len() + 1)
         }
         None => "no move after another".to_owned(),
     };

@@ -120,7 +120,12 @@ impl StepPort for PioPort {
         segments: &SegmentQueue,
         odometer: &Odometer,
     ) -> Result<(), PortFault> {
-        self.follow(run, start_line, segments, odometer).await?;
+        {
+            let mut underway = Underway::new(self, run, start_line, odometer);
+            underway.feed(segments).await?;
+            // Until the state machine has halted, by itself or because of a fault.
+            underway.until(|_| false).await;
+        }
         if self.risen == self.given { Ok(()) } else { Err(PortFault::Underrun) }
     }
 }
@@ -131,20 +136,6 @@ impl PioPort {
         let stream = Stream::new(axis, machine.fifo_address(), blocks);
         let capabilities = Capabilities { tick_hz: TICK_HZ, timing, margin_ticks: MARGIN_TICKS };
         Self { axis, dir, machine, stream, capabilities, given: 0, risen: 0 }
-    }
-
-    /// Returns when the state machine has halted, by itself or because of a fault.
-    async fn follow(
-        &mut self,
-        run: Run,
-        start_line: &StartLine,
-        segments: &SegmentQueue,
-        odometer: &Odometer,
-    ) -> Result<(), PortFault> {
-        let mut underway = Underway::new(self, run, start_line, odometer);
-        underway.feed(segments).await?;
-        underway.until(|_| false).await;
-        Ok(())
     }
 
     /// Sets DIR; from when on a step may rise.

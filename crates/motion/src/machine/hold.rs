@@ -34,12 +34,10 @@ impl Machine {
             }
             _ => (state, ()),
         });
-        self.asked.signal(());
+        self.ask();
     }
 
     /// Goes on after a [`hold`](Self::hold), once the machine stands still.
-    // In one piece, and so where motion's code lies, not in its callers.
-    #[inline(never)]
     pub fn resume(&self) {
         self.transition(|inner, state| match state {
             State::Hold { still: true } => {
@@ -48,12 +46,10 @@ impl Machine {
             }
             _ => (state, ()),
         });
-        self.asked.signal(());
+        self.ask();
     }
 
     /// Brakes a jog on its path, and forgets the jogs that wait. Nothing to do in any other state.
-    // In one piece, and so where motion's code lies, not in its callers.
-    #[inline(never)]
     pub fn cancel_jog(&self) {
         self.transition(|inner, state| {
             if state == State::Jog {
@@ -61,15 +57,13 @@ impl Machine {
             }
             (state, ())
         });
-        self.asked.signal(());
+        self.ask();
     }
 
     /// Changes the speed of moves, the one under way included, some 60 ms after this.
-    // In one piece, and so where motion's code lies, not in its callers.
-    #[inline(never)]
     pub fn set_overrides(&self, overrides: Overrides) {
         self.with(|inner| inner.overrides = overrides);
-        self.asked.signal(());
+        self.ask();
     }
 
     /// The overrides in force.
@@ -81,6 +75,12 @@ impl Machine {
 
 /// For the coordinator.
 impl Machine {
+    /// Tells the coordinator that something has been asked of it. Not inlined, as [`with`](Self::with).
+    #[inline(never)]
+    pub(super) fn ask(&self) {
+        self.asked.signal(());
+    }
+
     /// Whether the move under way is to brake.
     pub(crate) fn is_to_brake(&self) -> bool {
         self.with(|inner| inner.held || inner.forget != Forget::Nothing)

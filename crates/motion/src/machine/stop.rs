@@ -46,7 +46,7 @@ impl Machine {
             _ => (state, false),
         });
         if brakes {
-            self.asked.signal(());
+            self.ask();
             self.stopped.signal(());
         } else {
             self.stop(Cause::Reset);

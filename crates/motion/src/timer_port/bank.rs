@@ -15,14 +15,15 @@ use crate::port::{Feed, PortFault};
 pub struct TimerBank<const N: usize> {
     pub(super) desks: [Desk; N],
     pub(super) bell: Doorbell,
-    pub(super) gate: Gate,
+    /// The gate at which the axes of a run wait for their start: opened once for all of them, and closed when taken.
+    pub(super) gate: Flag,
 }
 
 impl<const N: usize> TimerBank<N> {
     /// All axes at rest.
     #[must_use]
     pub const fn new() -> Self {
-        Self { desks: [const { Desk::new() }; N], bell: Doorbell::new(), gate: Gate::new() }
+        Self { desks: [const { Desk::new() }; N], bell: Doorbell::new(), gate: Flag::new() }
     }
 
     /// Engages or releases the brake of an axis, in any context. See [`Brake`](crate::Brake).
@@ -40,54 +41,49 @@ impl<const N: usize> Default for TimerBank<N> {
     }
 }
 
-/// Where the axes of a run wait for their start: opened once for all of them.
-pub(super) struct Gate {
-    opened: AtomicBool,
-}
+/// Something that one task sets and another takes: a load, where a signal is a critical section.
+pub(super) struct Flag(AtomicBool);
 
-impl Gate {
+impl Flag {
     const fn new() -> Self {
-        Self { opened: AtomicBool::new(false) }
+        Self(AtomicBool::new(false))
     }
 
-    pub fn open(&self) {
-        self.opened.store(true, Ordering::Release);
+    pub fn set(&self) {
+        self.0.store(true, Ordering::Release);
     }
 
-    /// Whether it was opened since the last look; from then on it is closed.
+    /// Whether it was set since the last look.
+    #[inline(always)]
     pub fn take(&self) -> bool {
-        let opened = self.opened.load(Ordering::Acquire);
-        if opened {
-            self.opened.store(false, Ordering::Release);
+        let is_set = self.0.load(Ordering::Acquire);
+        if is_set {
+            self.0.store(false, Ordering::Release);
         }
-        opened
+        is_set
     }
 }
 
 /// Calls the driving task.
 pub(super) struct Doorbell {
-    rung: AtomicBool,
+    rung: Flag,
     wakes: Signal<CriticalSectionRawMutex, ()>,
 }
 
 impl Doorbell {
     const fn new() -> Self {
-        Self { rung: AtomicBool::new(false), wakes: Signal::new() }
+        Self { rung: Flag::new(), wakes: Signal::new() }
     }
 
     pub fn ring(&self) {
-        self.rung.store(true, Ordering::Release);
+        self.rung.set();
         self.wakes.signal(());
     }
 
-    /// Whether it was rung since the last look: a load, where a signal is a critical section.
+    /// Whether it was rung since the last look.
     #[inline(always)]
     pub fn take(&self) -> bool {
-        let rung = self.rung.load(Ordering::Acquire);
-        if rung {
-            self.rung.store(false, Ordering::Release);
-        }
-        rung
+        self.rung.take()
     }
 
     pub async fn wait(&self) {

@@ -9,7 +9,7 @@ use embedded_hal::digital::OutputPin;
 use isostep_profile::Ticks;
 
 use super::LATE_MAX;
-use super::bank::{Desk, Doorbell, Gate, Order, TimerBank};
+use super::bank::{Desk, Doorbell, Flag, Order, TimerBank};
 use crate::port::{Feed, PortFault};
 
 /// Between two looks at the clock while waiting for a step, ns.
@@ -55,7 +55,7 @@ impl<const N: usize> TimerBank<N> {
 
 struct Drive<'a, S, D, W, const N: usize> {
     bell: &'a Doorbell,
-    gate: &'a Gate,
+    gate: &'a Flag,
     /// What a wake-up takes, ticks.
     wake_up: u64,
     lanes: [Lane<'a, S, D>; N],
@@ -111,7 +111,7 @@ where
         }
     }
 
-    /// Starts all runs that wait at the gate, as soon as this task and their drivers can be in time.
+    /// Starts all runs that wait at the gate, at the first instant at which this task and all their drivers can make a step.
     #[inline(never)]
     fn start(&mut self) {
         let soonest = Instant::now().as_ticks() + self.wake_up;

@@ -34,7 +34,7 @@ use embassy_futures::select::{Either4, select4};
 use embassy_time::{Duration, Timer};
 
 pub use self::bank::TimerBank;
-use self::bank::{Desk, Doorbell, Gate, Order};
+use self::bank::{Desk, Doorbell, Flag, Order};
 use crate::TICK_HZ;
 use crate::port::{
     Brake, Capabilities, Direction, DriverTiming, Feed, Odometer, PortFault, Run, SegmentQueue, StepPort,
@@ -51,7 +51,7 @@ const REPORT_EVERY: Duration = Duration::from_millis(10);
 pub struct TimerPort<'a> {
     desk: &'a Desk,
     bell: &'a Doorbell,
-    gate: &'a Gate,
+    gate: &'a Flag,
     capabilities: Capabilities,
     brake: Brake,
 }
@@ -115,7 +115,7 @@ impl TimerPort<'_> {
         start_line.armed().await;
         // Another axis may have opened it for all.
         if !self.desk.has_begun() {
-            self.gate.open();
+            self.gate.set();
             self.bell.ring();
         }
         start_line.begun(self.desk.begun().await);
