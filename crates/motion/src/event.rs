@@ -107,8 +107,8 @@ impl From<PlanError> for Unplannable {
             PlanError::PathSpeed { .. } => Self::Feed,
             PlanError::Profile(ProfileError::TooLong { .. }) => Self::TooLong,
             PlanError::Profile(ProfileError::Standstill { .. }) => Self::Standstill,
-            // The limits of each axis have been checked; shared ones lie between them.
-            PlanError::Profile(_) => Self::Ends,
+            // The limits of each axis have been checked, shared ones lie between them; and a move waits for room.
+            PlanError::Profile(_) | PlanError::NoRoom => Self::Ends,
         }
     }
 }

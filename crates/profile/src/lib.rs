@@ -36,6 +36,7 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+pub mod chain;
 mod compile;
 mod fixed;
 pub mod generators;

@@ -116,6 +116,22 @@ impl Profile {
         Ok(plan)
     }
 
+    /// The way between two speeds that are known to fit: as fast as the limits allow, or by thirds if these are.
+    pub(crate) fn between(
+        distance_steps: f64,
+        entry_steps_s: f64,
+        exit_steps_s: f64,
+        limits: &Limits,
+        interval_law: IntervalLaw,
+        law: SpeedLaw,
+    ) -> Self {
+        let ends = Ends::new(distance_steps, entry_steps_s, exit_steps_s, limits, law);
+        match interval_law {
+            IntervalLaw::Fastest => ends.fastest(),
+            IntervalLaw::Thirds => ends.thirds().unwrap_or_else(|_| ends.fastest()),
+        }
+    }
+
     /// Brakes from one speed to a slower one, as fast as `limits` allow: over as long as that takes.
     pub(crate) fn braking(fast_steps_s: f64, slow_steps_s: f64, limits: &Limits, law: SpeedLaw) -> Self {
         let bounds = Bounds::new(law, limits.decel_steps_s2, limits.jerk_steps_s3);

@@ -99,6 +99,33 @@ impl Bounds {
         }
     }
 
+    /// What the square of a speed may gain over `steps`, whatever the speed, up to `top_steps_s`: for the trapezoid all it can.
+    pub(crate) fn gain(&self, steps: f64, top_steps_s: f64) -> f64 {
+        let even = 2.0 * self.accel_steps_s2 * steps;
+        match self.law {
+            SpeedLaw::Trapezoid => even,
+            SpeedLaw::SCurve => self.s_curve_gain(steps, top_steps_s),
+            SpeedLaw::Sine => even / OverTime::Sine.peak() * LESS,
+            SpeedLaw::Linear => even / OverDisplacement::Linear.longest() * LESS,
+            SpeedLaw::Quadratic => even / OverDisplacement::Quadratic.longest() * LESS,
+            SpeedLaw::Sinusoidal => even / OverDisplacement::Sinusoidal.longest() * LESS,
+            SpeedLaw::Logarithmic => even / OverDisplacement::Logarithmic.longest() * LESS,
+        }
+    }
+
+    /// A ramp of mean speed m that gains 2 m r, r being its rise, is m (r/a + a/j) long, or 2 m √(r/j): for each gain
+    /// longest at the highest m.
+    fn s_curve_gain(&self, steps: f64, top_steps_s: f64) -> f64 {
+        let eases_s = self.accel_steps_s2 * self.per_jerk;
+        let constant = 2.0 * self.accel_steps_s2 * (steps - top_steps_s * eases_s);
+        let gain = if constant >= 2.0 * top_steps_s * self.accel_steps_s2 * eases_s {
+            constant
+        } else {
+            steps * steps * self.jerk_steps_s3 / (2.0 * top_steps_s)
+        };
+        gain * LESS
+    }
+
     /// About what its thirds gain over `slow` where a trapezoid's gain `even`: to begin a search with.
     pub(crate) fn gain_near(&self, slow: f64, even: f64) -> f64 {
         even * match self.law {
@@ -197,6 +224,9 @@ impl Bounds {
         (shape, limit)
     }
 }
+
+/// Rounding must not make a ramp too long.
+const LESS: f64 = 1.0 - 1e-9;
 
 /// Less of the time is none: rounding takes as much.
 const SHARE_MIN: f64 = 1e-12;

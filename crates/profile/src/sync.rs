@@ -53,6 +53,8 @@ pub enum PlanError {
     },
     /// The profile could not be planned.
     Profile(ProfileError),
+    /// The chain of moves is full.
+    NoRoom,
 }
 
 impl<const N: usize> SyncMove<N> {
@@ -132,6 +134,12 @@ impl<const N: usize> SyncMove<N> {
         self.profile.speed_at(t_s - self.origin_s)
     }
 
+    /// Speed and acceleration of the longest axis at `t_s` from the start of the run, steps/s and steps/s².
+    pub(crate) fn motion_at(&self, t_s: f64) -> (f64, f64) {
+        let (_, speed_steps_s, accel_steps_s2) = self.profile.motion_at(t_s - self.origin_s);
+        (speed_steps_s, accel_steps_s2)
+    }
+
     /// When this part begins, s from the start of the run.
     #[must_use]
     pub fn begin_s(&self) -> f64 {
@@ -192,13 +200,19 @@ pub(crate) fn shared_limits<const N: usize>(
     }
     let mut shared = shared.ok_or(PlanError::NoSteps)?;
     if let Some(asked) = path_speed_steps_s {
-        if !(SPEED_MIN_STEPS_S..=SPEED_MAX_STEPS_S).contains(&asked) {
-            return Err(PlanError::PathSpeed { asked, min: SPEED_MIN_STEPS_S, max: SPEED_MAX_STEPS_S });
-        }
-        shared.top_speed_steps_s = shared.top_speed_steps_s.min(asked);
+        shared.top_speed_steps_s = shared.top_speed_steps_s.min(path_speed(asked)?);
     }
     shared.start_speed_steps_s = shared.start_speed_steps_s.min(shared.top_speed_steps_s);
     Ok(shared)
+}
+
+/// The speed along the path that was asked for, steps/s of the longest axis, if it can be planned.
+pub(crate) fn path_speed(asked: f64) -> Result<f64, PlanError> {
+    if (SPEED_MIN_STEPS_S..=SPEED_MAX_STEPS_S).contains(&asked) {
+        Ok(asked)
+    } else {
+        Err(PlanError::PathSpeed { asked, min: SPEED_MIN_STEPS_S, max: SPEED_MAX_STEPS_S })
+    }
 }
 
 impl From<ProfileError> for PlanError {
@@ -216,6 +230,7 @@ impl fmt::Display for PlanError {
                 write!(f, "path speed {asked} steps/s is outside {min} to {max} steps/s")
             }
             Self::Profile(error) => error.fmt(f),
+            Self::NoRoom => write!(f, "the chain of moves is full"),
         }
     }
 }

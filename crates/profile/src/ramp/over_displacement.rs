@@ -81,6 +81,18 @@ impl OverDisplacement {
         }
     }
 
+    /// How many times as long as one of constant acceleration a ramp is at most, whatever its speeds: of the logarithm where
+    /// it begins fast, of the others where it begins at standstill.
+    pub(super) fn longest(self) -> f64 {
+        match self {
+            Self::Linear => 2.0,
+            Self::Quadratic => 4.0,
+            // (1 - cos πu) sin πu π/2 at cos πu = -1/2: √27 π/8.
+            Self::Sinusoidal => 2.040_524_284_763_495,
+            Self::Logarithmic => logarithmic::slope(0.0),
+        }
+    }
+
     /// How long it takes to `u`: ∫ du/(slow + v).
     pub(super) fn time(self, slow: f64, u: f64) -> f64 {
         match self {

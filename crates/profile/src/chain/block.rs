@@ -1,0 +1,243 @@
+//! A move of a chain, as compact as the passes over the chain want it.
+
+use libm::{sqrt, sqrtf};
+
+use super::{Terms, Wanted};
+use crate::law::IntervalLaw;
+use crate::limits::{Limits, SPEED_MIN_STEPS_S};
+
+use crate::profile::{DURATION_MAX_S, ProfileError};
+use crate::ramp::Bounds;
+use crate::sync::{PlanError, longest, path_speed, shared_limits};
+
+/// The square of a speed along the path, in whole units, so that sums of them are exact.
+pub(super) type Square = u64;
+
+/// No square is above this, so that the sum of two fits.
+const SQUARE_MAX: f64 = 4.611_686_018_427_387_9e18;
+/// What a unit is, is chosen so that the square of the fastest path has so many.
+const SQUARE_OF_FASTEST: f64 = 1.152_921_504_606_847e18;
+
+/// Directions whose cosine is nearer to 1 or -1 than this are the same, or opposite.
+const STRAIGHT: f32 = 1e-6;
+
+/// How squares of speeds, (mm/s)², are told in whole units.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Scale {
+    per_mm2_s2: f64,
+    mm2_s2: f64,
+}
+
+impl Scale {
+    /// For axes of these terms.
+    pub(super) fn of<const N: usize>(terms: &Terms<N>) -> Self {
+        let squares = terms.limits.iter().zip(&terms.mm_per_step).map(|(limits, mm)| {
+            let mm_s = limits.top_speed_steps_s * mm;
+            mm_s * mm_s
+        });
+        let mm2_s2 = squares.sum::<f64>() / SQUARE_OF_FASTEST;
+        Self { per_mm2_s2: 1.0 / mm2_s2, mm2_s2 }
+    }
+
+    /// Rounded down.
+    pub(super) fn square(self, mm2_s2: f64) -> Square {
+        let units = mm2_s2 * self.per_mm2_s2;
+        if units < SQUARE_MAX { units as Square } else { SQUARE_MAX as Square }
+    }
+
+    pub(super) fn speed_mm_s(self, square: Square) -> f64 {
+        sqrt(square as f64 * self.mm2_s2)
+    }
+}
+
+/// One move.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Block<const N: usize> {
+    pub(super) wanted: Wanted<N>,
+    /// Steps of the longest axis.
+    pub(super) way_steps: f64,
+    /// Path length of a step of the longest axis.
+    pub(super) mm_per_step: f64,
+    pub(super) steps_per_mm: f64,
+    /// Of the longest axis, so that no axis exceeds its own; the top speed is the machine's, whatever the feed.
+    limits: Limits,
+    /// Each axis's share of the direction.
+    direction: [f32; N],
+    /// The squared speed at which the corner before it may be taken; `None` where it stops exactly.
+    pub(super) corner: Option<Square>,
+    /// How fast it is to be, mm/s, overridden; and its square.
+    pub(super) nominal_mm_s: f64,
+    pub(super) nominal: Square,
+    /// The speed that needs no ramp, squared.
+    pub(super) start: Square,
+    /// What its squared speed gains or loses at most over the whole of it.
+    pub(super) accel_gain: Square,
+    pub(super) decel_gain: Square,
+    /// The fastest at which it may begin.
+    pub(super) cap: Square,
+    /// How fast it begins.
+    pub(super) entry: Square,
+}
+
+impl<const N: usize> Block<N> {
+    pub(super) fn new(wanted: Wanted<N>, terms: &Terms<N>, scale: Scale) -> Result<Self, PlanError> {
+        let limits = shared_limits(&wanted.steps, &terms.limits, None)?;
+        let way_steps = f64::from(longest(&wanted.steps));
+        let mm: [f64; N] = core::array::from_fn(|axis| f64::from(wanted.steps[axis]) * terms.mm_per_step[axis]);
+        let length_mm = length(&mm);
+        let per_mm = 1.0 / length_mm;
+        let mut block = Self {
+            wanted,
+            way_steps,
+            mm_per_step: length_mm / way_steps,
+            steps_per_mm: way_steps * per_mm,
+            limits,
+            direction: mm.map(|mm| (mm * per_mm) as f32),
+            corner: None,
+            nominal_mm_s: 0.0,
+            nominal: 0,
+            start: 0,
+            accel_gain: 0,
+            decel_gain: 0,
+            cap: 0,
+            entry: 0,
+        };
+        if let Some(feed_mm_s) = wanted.feed_mm_s {
+            path_speed(feed_mm_s * block.steps_per_mm)?;
+        }
+        block.respeed(terms, scale);
+        block.set_gains(way_steps, terms, scale);
+        block.check(terms)?;
+        Ok(block)
+    }
+
+    /// What would keep it from being planned, whatever comes before and after it.
+    fn check(&self, terms: &Terms<N>) -> Result<(), PlanError> {
+        let limits = self.limits_now();
+        let slowest = limits.start_speed_steps_s;
+        if terms.speed_law.is_over_displacement() && slowest < SPEED_MIN_STEPS_S.min(limits.top_speed_steps_s) {
+            let standstill = ProfileError::Standstill { law: terms.speed_law, asked: slowest, min: SPEED_MIN_STEPS_S };
+            return Err(PlanError::Profile(standstill));
+        }
+        let asked = self.way_steps / limits.top_speed_steps_s;
+        if asked > DURATION_MAX_S {
+            return Err(PlanError::Profile(ProfileError::TooLong { asked, max: DURATION_MAX_S }));
+        }
+        Ok(())
+    }
+
+    /// Takes on the overrides in force.
+    pub(super) fn respeed(&mut self, terms: &Terms<N>, scale: Scale) {
+        let top_mm_s = self.limits.top_speed_steps_s * self.mm_per_step;
+        self.nominal_mm_s = match self.wanted.feed_mm_s {
+            Some(feed_mm_s) => {
+                let slowest_mm_s = feed_mm_s.min(SPEED_MIN_STEPS_S * self.mm_per_step);
+                (feed_mm_s * terms.feed_share).max(slowest_mm_s).min(top_mm_s)
+            }
+            None => top_mm_s * terms.rapid_share,
+        };
+        self.nominal = scale.square(self.nominal_mm_s * self.nominal_mm_s);
+        let start_mm_s = self.limits.start_speed_steps_s * self.mm_per_step;
+        self.start = scale.square(start_mm_s * start_mm_s).min(self.nominal);
+    }
+
+    /// Reckons what its last `steps` (of the longest axis) gain and lose.
+    pub(super) fn set_gains(&mut self, steps: f64, terms: &Terms<N>, scale: Scale) {
+        let Limits { accel_steps_s2, decel_steps_s2, jerk_steps_s3, top_speed_steps_s, .. } = self.limits;
+        let top_steps_s = match self.wanted.feed_mm_s {
+            Some(feed_mm_s) => (FEED_SHARE_MAX * feed_mm_s * self.steps_per_mm).min(top_speed_steps_s),
+            None => top_speed_steps_s,
+        };
+        let square = self.mm_per_step * self.mm_per_step;
+        let gain = |accel_steps_s2| {
+            let bounds = Bounds::new(terms.speed_law, accel_steps_s2, jerk_steps_s3);
+            scale.square(bounds.gain(steps, top_steps_s) * square)
+        };
+        self.accel_gain = gain(accel_steps_s2);
+        self.decel_gain = if accel_steps_s2 == decel_steps_s2 { self.accel_gain } else { gain(decel_steps_s2) };
+    }
+
+    /// The limits of the longest axis, as fast as it is to be now.
+    pub(super) fn limits_now(&self) -> Limits {
+        let top_speed_steps_s = (self.nominal_mm_s * self.steps_per_mm).min(self.limits.top_speed_steps_s);
+        let start_speed_steps_s = self.limits.start_speed_steps_s.min(top_speed_steps_s);
+        Limits { top_speed_steps_s, start_speed_steps_s, ..self.limits }
+    }
+
+    /// Makes it follow `before`: how fast the corner between them may be taken.
+    pub(super) fn follow(&mut self, before: &Self, terms: &Terms<N>, scale: Scale) {
+        let stops = self.wanted.stops || before.wanted.stops || terms.interval_law == IntervalLaw::Thirds;
+        self.corner = if stops { None } else { self.corner_after(before, terms, scale) };
+        self.set_cap(before);
+    }
+
+    /// Reckons anew how fast it may begin after `before`.
+    pub(super) fn set_cap(&mut self, before: &Self) {
+        self.cap = match self.corner {
+            Some(corner) => {
+                let fastest = corner.min(self.nominal).min(before.nominal);
+                // No slower than a stop would leave it.
+                fastest.max(self.start.min(before.start))
+            }
+            None => self.start,
+        };
+    }
+
+    /// Grbl's rule: the speed at which a circle that strays from the corner by the deviation asks for the acceleration
+    /// that the axes have across the corner.
+    fn corner_after(&self, before: &Self, terms: &Terms<N>, scale: Scale) -> Option<Square> {
+        let pairs = || self.direction.iter().zip(&before.direction);
+        let cosine = pairs().map(|(own, other)| own * other).sum::<f32>();
+        if cosine > 1.0 - STRAIGHT {
+            return Some(SQUARE_MAX as Square);
+        }
+        if cosine < STRAIGHT - 1.0 || terms.corner_deviation_mm == 0.0 {
+            return None;
+        }
+        // Of half the angle between the way in, reversed, and the way out.
+        let sine = sqrtf((1.0 + cosine) / 2.0);
+        let across = sqrtf(2.0 - 2.0 * cosine);
+        let mut accel_mm_s2 = f32::MAX;
+        for ((own, other), most_mm_s2) in pairs().zip(&terms.corner_accel_mm_s2) {
+            let share = (own - other).abs();
+            if share * accel_mm_s2 > most_mm_s2 * across {
+                accel_mm_s2 = most_mm_s2 * across / share;
+            }
+        }
+        let mm2_s2 = accel_mm_s2 * terms.corner_deviation_mm as f32 * sine / (1.0 - sine);
+        Some(scale.square(mm2_s2.into()))
+    }
+
+    /// How fast a square is on it, steps/s of the longest axis.
+    pub(super) fn speed_steps_s(&self, square: Square, scale: Scale) -> f64 {
+        // As it is wanted, to the last digit.
+        let limits = self.limits_now();
+        match square {
+            _ if square == self.nominal => limits.top_speed_steps_s,
+            _ if square == self.start => limits.start_speed_steps_s,
+            _ => {
+                let speed_steps_s = scale.speed_mm_s(square) * self.steps_per_mm;
+                if square < self.nominal { speed_steps_s.min(limits.top_speed_steps_s) } else { speed_steps_s }
+            }
+        }
+    }
+
+    /// Whether all its steps are due before the longest axis is at `place_steps`.
+    pub(super) fn has_no_step_after(&self, place_steps: f64) -> bool {
+        self.wanted.steps.iter().all(|steps| {
+            let steps = steps.unsigned_abs();
+            (place_steps / self.way_steps * f64::from(steps) + 0.5) as u32 >= steps
+        })
+    }
+}
+
+/// The most that a feed is overridden by: what may be gained is reckoned for it.
+const FEED_SHARE_MAX: f64 = 2.0;
+
+fn length(mm: &[f64]) -> f64 {
+    let mut moving = mm.iter().filter(|mm| **mm != 0.0);
+    match (moving.next(), moving.next()) {
+        (Some(only), None) => only.abs(),
+        _ => sqrt(mm.iter().map(|mm| mm * mm).sum()),
+    }
+}
