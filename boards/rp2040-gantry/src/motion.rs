@@ -2,7 +2,9 @@
 
 use embassy_executor::{SendSpawner, Spawner};
 use embassy_rp::gpio::{Input, Output};
-use isostep_motion::{Axis, DriverTiming, Event, Machine, axis, coordinator, limit};
+use isostep_motion::coordinator::{self, Path};
+use isostep_motion::{Axis, DriverTiming, Event, Machine, axis, limit};
+use static_cell::ConstStaticCell;
 
 use crate::guard;
 use crate::pins::{StepPins, SwitchPins};
@@ -52,14 +54,18 @@ async fn watch_emergency_stop(machine: &'static Machine, input: Input<'static>) 
 
 #[embassy_executor::task]
 async fn coordinate(machine: &'static Machine, enable: Output<'static>) -> ! {
-    coordinator::run(machine, enable, log).await
+    static PATH: ConstStaticCell<Path> = ConstStaticCell::new(Path::new());
+
+    coordinator::run(machine, PATH.take(), enable, log).await
 }
 
 /// A log line closes the door to every interrupt while it is encoded: a move's plan for 85 us, its end for 26 us. So what
 /// comes with every move, or in its midst, is not logged unless asked for.
 fn log(event: Event) {
     match event {
-        Event::Move { .. } | Event::Part { .. } | Event::MoveEnd { .. } => defmt::debug!("{}", event),
+        Event::Run { .. } | Event::Move { .. } | Event::Part { .. } | Event::RunEnd { .. } => {
+            defmt::debug!("{}", event);
+        }
         _ => defmt::info!("{}", event),
     }
 }

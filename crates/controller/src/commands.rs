@@ -197,7 +197,7 @@ impl<F: NorFlash> Controller<'_, F> {
     async fn home(&self, axis: Option<usize>, out: &Output) -> Result<(), Error> {
         self.with(|program| program.mode = Mode::Normal);
         let axes = core::array::from_fn(|index| axis.is_none_or(|axis| axis == index));
-        self.submit(Motion::Home { axes }, 0).await?;
+        self.submit(Motion::Home { axes }).await?;
         let result = self.settled().await;
         self.follow_machine();
         result?;

@@ -10,7 +10,6 @@ use isostep_console::parameters::{STARTUP_LINES, StoredLine};
 use isostep_console::{AXES, Interpreter, Overrides, Parameters, Realtime, Settings, State as Word, Status as Report};
 use isostep_motion::{Machine, Overrides as Overridden, State};
 
-use crate::line_numbers::LineNumbers;
 use crate::status::{self, position_mm};
 use crate::store::{Item, Kept, Loss, Store, Value};
 
@@ -36,7 +35,6 @@ pub(crate) struct Program {
     pub startup: [StoredLine; STARTUP_LINES],
     pub build_text: StoredLine,
     pub overrides: Overrides,
-    pub line_numbers: LineNumbers,
     /// The work offset of the motion under way: the interpreter's is ahead.
     pub work_offset_mm: [f32; AXES],
     pub mode: Mode,
@@ -84,7 +82,6 @@ impl<'a, F: NorFlash> Controller<'a, F> {
             startup: [const { StoredLine::new() }; STARTUP_LINES],
             build_text: StoredLine::new(),
             overrides: Overrides::DEFAULT,
-            line_numbers: LineNumbers::new(),
             work_offset_mm: [0.0; AXES],
             mode: Mode::Normal,
             jogged: false,
@@ -147,15 +144,12 @@ impl<'a, F: NorFlash> Controller<'a, F> {
     /// What a status report tells, to a console with room for so many bytes.
     pub(crate) fn report(&self, free_bytes: usize) -> Report {
         let machine = self.machine.status();
-        let (overrides, work_offset_mm, line_number) = self.with(|program| {
-            let line_number = program.line_numbers.under_way(machine.queue_free);
-            (program.overrides, program.work_offset_mm, line_number)
-        });
+        let (overrides, work_offset_mm) = self.with(|program| (program.overrides, program.work_offset_mm));
         Report {
             state: self.state(),
             position_mm: position_mm(machine.position_steps, &self.machine.config()),
             work_offset_mm,
-            line_number: if machine.state == State::Run { line_number } else { 0 },
+            line_number: machine.line,
             feed_mm_min: (machine.speed_mm_s * 60.0) as f32,
             limits_pressed: machine.pressed,
             emergency_stop: machine.emergency_stop,

@@ -11,7 +11,6 @@ mod boot;
 mod commands;
 mod config;
 mod controller;
-mod line_numbers;
 mod moves;
 mod output;
 mod serve;

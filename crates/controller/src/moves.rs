@@ -21,7 +21,7 @@ impl<F: NorFlash> Controller<'_, F> {
         let dwell_s = block.dwell_s.filter(|_| !checks);
         if let Some(dwell_s) = dwell_s {
             let dwell = Motion::Dwell(Duration::from_micros((f64::from(dwell_s) * 1e6) as u64));
-            self.submit(dwell, block.line_number).await?;
+            self.submit(dwell).await?;
         }
         if dwell_s.is_some() || offset_mm != self.with(|program| program.work_offset_mm) {
             // A dwell is answered when it is over: senders use it to wait for the end of motion. And were a new offset
@@ -55,7 +55,7 @@ impl<F: NorFlash> Controller<'_, F> {
         if self.beyond_travel(target_steps).is_some() {
             return Err(Error::TravelExceeded);
         }
-        self.submit(Motion::Jog { target_steps, feed_mm_s: f64::from(jog.mm_min) / 60.0 }, 0).await?;
+        self.submit(Motion::Jog { target_steps, feed_mm_s: f64::from(jog.mm_min) / 60.0 }).await?;
         self.with(|program| {
             program.interpreter.set_position_mm(jog.target_mm);
             program.jogged = true;
@@ -63,14 +63,12 @@ impl<F: NorFlash> Controller<'_, F> {
         Ok(())
     }
 
-    /// Asks for a motion of line `line_number`, 0 for none.
-    pub(crate) async fn submit(&self, motion: Motion, line_number: u32) -> Result<(), Error> {
+    /// Asks for a motion.
+    pub(crate) async fn submit(&self, motion: Motion) -> Result<(), Error> {
         self.machine.submit(motion).await.map_err(|Busy(_)| {
             self.follow_machine();
             Error::Locked
-        })?;
-        self.with(|program| program.line_numbers.note(line_number));
-        Ok(())
+        })
     }
 
     pub(crate) async fn settled(&self) -> Result<(), Error> {
@@ -90,7 +88,8 @@ impl<F: NorFlash> Controller<'_, F> {
         };
         let away = if self.beyond_travel(to(millimetre)).is_some() { to(-millimetre) } else { to(millimetre) };
         for target_steps in [away, from].into_iter().cycle().take(2 * BUZZES) {
-            self.submit(Motion::Move { target_steps, feed_mm_s: Some(BUZZ_MM_S) }, 0).await?;
+            let feed_mm_s = Some(BUZZ_MM_S);
+            self.submit(Motion::Move { target_steps, feed_mm_s, exact_stop: true, line: 0 }).await?;
         }
         self.settled().await?;
         text.tell(format_args!(
@@ -114,7 +113,7 @@ impl<F: NorFlash> Controller<'_, F> {
             Rate::Rapid => None,
             Rate::Feed { mm_min } => Some(f64::from(mm_min) / 60.0),
         };
-        self.submit(Motion::Move { target_steps, feed_mm_s }, line_number).await
+        self.submit(Motion::Move { target_steps, feed_mm_s, exact_stop: false, line: line_number }).await
     }
 
     fn refuse_target(&self, axis: Axis, target_steps: i32, text: &mut Message) {

@@ -21,6 +21,8 @@ pub struct Config {
     pub interval_law: IntervalLaw,
     /// How speed changes on their ramps.
     pub speed_law: SpeedLaw,
+    /// Corners are taken as fast as a circle that strays from them by so much, mm; 0 or more.
+    pub junction_deviation_mm: f64,
     /// A limit switch that closes outside homing stops the machine.
     pub hard_limits: bool,
     /// Each axis's driver.

@@ -2,7 +2,8 @@
 //!
 //! # Design
 //! Planning is float work and compiling takes roots, both far longer than a step may wait, so this task runs below the
-//! axis tasks, which only add. A move is a run of all axes (`run`).
+//! axis tasks, which only add. Moves that follow each other go into a chain (`flow`), and the chain is made by runs of all
+//! axes (`run`).
 //!
 //! Stops come from anywhere ([`Machine::reset`], a limit switch): the axes halt first, at their own priority, and
 //! this task finds out from their answers, reads the exact positions and decides what the machine's state is.
@@ -14,26 +15,62 @@ use embassy_futures::join::join_array;
 use embassy_futures::select::{Either, select};
 use embassy_time::{Duration, Instant, Timer};
 use embedded_hal::digital::OutputPin;
+use isostep_profile::chain::Chain;
 
 use crate::axes::{AXES, Axis};
 use crate::event::{Alarm, Event, Finish, State};
-use crate::machine::{Cause, Machine, Motion};
+use crate::flow::Purpose;
+use crate::legs::Legs;
+use crate::machine::{CHAIN_MOVES, Cause, Machine, Motion, Overrides};
 use crate::port::PortFault;
-use crate::run::Purpose;
 
-/// Carries out the motions asked of `machine` for ever. `enable` is the drivers' ENABLE, active low; every
-/// [`Event`] goes to `on_event` as it happens.
+/// What is known of the path ahead. It is large: on a chip, a static.
+pub struct Path {
+    chain: Chain<AXES, CHAIN_MOVES>,
+    legs: Legs,
+}
+
+impl Path {
+    /// Nothing.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self { chain: Chain::empty(), legs: Legs::new() }
+    }
+}
+
+impl Default for Path {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// Carries out the motions asked of `machine` for ever. `path` is room to plan in; `enable` is the drivers' ENABLE, active
+/// low; every [`Event`] goes to `on_event` as it happens.
 ///
 /// # Cancellation
 /// Dropping it mid-move starves the axes: each stops after the segments already queued, its position exact, and the
 /// state stays as it was. Nothing moves until another `run` is spawned.
-pub async fn run<E, F>(machine: &Machine, enable: E, on_event: F) -> !
+pub async fn run<E, F>(machine: &Machine, path: &mut Path, enable: E, on_event: F) -> !
 where
     E: OutputPin<Error = Infallible>,
     F: FnMut(Event),
 {
-    let standstill = Instant::MIN;
-    let mut coordinator = Coordinator { machine, enable, energised: true, standstill, told: State::Idle, on_event };
+    let Path { chain, legs } = path;
+    let mut coordinator = Coordinator {
+        machine,
+        chain,
+        legs,
+        untold: 0,
+        overrides: Overrides::NONE,
+        planned_steps: [0; AXES],
+        taken: 0,
+        waiting: None,
+        enable,
+        energised: true,
+        standstill: Instant::MIN,
+        told: State::Idle,
+        on_event,
+    };
     coordinator.energise(false);
     loop {
         let motion = coordinator.next().await;
@@ -43,6 +80,18 @@ where
 
 pub(crate) struct Coordinator<'a, E, F> {
     pub(crate) machine: &'a Machine,
+    pub(crate) chain: &'a mut Chain<AXES, CHAIN_MOVES>,
+    pub(crate) legs: &'a mut Legs,
+    /// Legs of which no event has told yet: the last.
+    pub(crate) untold: usize,
+    /// The overrides that the chain goes by.
+    pub(crate) overrides: Overrides,
+    /// Where the chain ends.
+    pub(crate) planned_steps: [i32; AXES],
+    /// Motions that have gone into the chain since it was begun.
+    pub(crate) taken: usize,
+    /// A motion that cannot follow the others without a stop.
+    pub(crate) waiting: Option<Motion>,
     enable: E,
     energised: bool,
     /// When the plan of the last run ends, half a step after its last edge. Nothing moves before.
@@ -59,6 +108,9 @@ where
 {
     /// The next motion; while there is none the motors are freed when they are to be, or when the idle delay runs out.
     async fn next(&mut self) -> Motion {
+        if let Some(motion) = self.waiting.take() {
+            return motion;
+        }
         loop {
             let delay = self.machine.config().idle_delay.filter(|_| self.energised);
             let idle = async {
@@ -81,38 +133,16 @@ where
             return;
         }
         self.machine.forget_stopped();
-        let result = match motion {
+        let (result, motions) = match motion {
             // Stopped or cancelled before it began.
-            _ if self.machine.cause().is_some() || !self.machine.outlast_hold().await => Ok(()),
-            Motion::Move { target_steps, feed_mm_s } => self.go_to(target_steps, feed_mm_s, Purpose::Program).await,
-            Motion::Jog { target_steps, feed_mm_s } => self.go_to(target_steps, Some(feed_mm_s), Purpose::Jog).await,
-            Motion::Dwell(duration) => self.dwell(duration).await,
-            Motion::Home { axes } => self.home(axes).await,
+            _ if self.machine.cause().is_some() || !self.machine.outlast_hold().await => (Ok(()), 1),
+            Motion::Move { .. } => self.flow(motion, Purpose::Program).await,
+            Motion::Jog { .. } => self.flow(motion, Purpose::Jog).await,
+            Motion::Dwell(duration) => (self.dwell(duration).await, 1),
+            Motion::Home { axes } => (self.home(axes).await, 1),
         };
-        let state = self.machine.conclude(result);
+        let state = self.machine.conclude(result, motions);
         self.tell_state(state);
-    }
-
-    async fn go_to(
-        &mut self,
-        target_steps: [i32; AXES],
-        feed_mm_s: Option<f64>,
-        purpose: Purpose,
-    ) -> Result<(), Alarm> {
-        let origin = self.machine.position_steps();
-        let steps = core::array::from_fn(|i| target_steps[i].wrapping_sub(origin[i]));
-        if steps == [0; AXES] {
-            return Ok(());
-        }
-        if let Some(axis) = self.machine.onto_switch(steps) {
-            return Err(Alarm::HardLimit { axis });
-        }
-        match self.travel(steps, feed_mm_s, purpose).await? {
-            // What was held and not resumed is forgotten.
-            Finish::Done | Finish::Held => Ok(()),
-            Finish::Stopped => Err(self.stop_alarm()),
-            Finish::Fault { axis, fault } => Err(self.fault_alarm(axis, fault)),
-        }
     }
 
     async fn dwell(&mut self, duration: Duration) -> Result<(), Alarm> {
@@ -169,28 +199,25 @@ pub(crate) async fn alongside<T>(main: impl Future<Output = T>, side: impl Futur
     }
 }
 
-/// Waits until every moving axis is ready to start.
-pub(crate) async fn all_armed(machine: &Machine, moving: [bool; AXES]) {
-    for axis in Axis::ALL.into_iter().filter(|&axis| moving[axis as usize]) {
+/// Waits until every axis is ready to start.
+pub(crate) async fn all_armed(machine: &Machine) {
+    for axis in Axis::ALL {
         machine.link(axis).start_line.wait_armed().await;
     }
 }
 
-/// Waits until the moving axes have started: the instant that their segments count from.
-pub(crate) async fn begun(machine: &Machine, moving: [bool; AXES]) -> Instant {
+/// Waits until the axes have started: the instant that their segments count from.
+pub(crate) async fn begun(machine: &Machine) -> Instant {
     let mut start = Instant::MIN;
-    for axis in Axis::ALL.into_iter().filter(|&axis| moving[axis as usize]) {
+    for axis in Axis::ALL {
         start = start.max(machine.link(axis).start_line.wait_begun().await);
     }
     start
 }
 
-/// Waits for every moving axis. One whose port faults halts the others.
-pub(crate) async fn all_done(machine: &Machine, moving: [bool; AXES]) -> Finish {
+/// Waits for every axis. One whose port faults halts the others.
+pub(crate) async fn all_done(machine: &Machine) -> Finish {
     let answers = join_array(Axis::ALL.map(|axis| async move {
-        if !moving[axis as usize] {
-            return Finish::Done;
-        }
         let finish = machine.link(axis).done.wait().await;
         if matches!(finish, Finish::Fault { .. }) {
             machine.halt();

@@ -150,27 +150,30 @@ pub enum HomingPhase {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Event {
-    /// A move's first step may leave from `start` on.
-    Move {
-        /// The instant the plan counts from.
+    /// A run began: from now until all stand still again moves count from one instant.
+    Run {
+        /// That instant.
         start: Instant,
-        /// The plan of all axes.
-        plan: SyncMove<AXES>,
         /// Where each axis stood.
         origin_steps: [i32; AXES],
     },
-    /// The move goes on otherwise: by this part of it, from its first step on.
+    /// In the run another move will be made, when its plan begins; the one before it ends then.
+    Move {
+        /// The plan of all axes.
+        plan: SyncMove<AXES>,
+    },
+    /// The move told of last goes on otherwise: by this part of it, from its first step on.
     Part {
         /// The plan of all axes.
         plan: SyncMove<AXES>,
     },
-    /// The move ended.
-    MoveEnd {
+    /// The run ended.
+    RunEnd {
         /// How.
         finish: Finish,
-        /// If it was held, where on its path, steps of the longest axis from the beginning of the whole move.
+        /// Where the move told of last was to stop, steps of the longest axis from its beginning: its end, unless it was held.
         held_at_steps: f64,
-        /// When its plan ends, s from its start: half a step after the last edge. No other move starts before.
+        /// When that is, s from the start of the run: half a step after the last edge. No other run starts before.
         plan_s: f64,
         /// Where each axis stands.
         position_steps: [i32; AXES],

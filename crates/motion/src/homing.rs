@@ -13,7 +13,6 @@ use crate::axes::{AXES, Axis};
 use crate::coordinator::{Coordinator, alongside};
 use crate::event::{Alarm, Event, Finish, HomingPhase, State};
 use crate::port::Direction;
-use crate::run::Purpose;
 
 /// The seek gives up after this many times the travel.
 const SEEK_TRAVELS: f64 = 1.5;
@@ -104,6 +103,6 @@ where
         let n = config.steps(axis, mm);
         let mut steps = [0; AXES];
         steps[axis as usize] = if positive { n } else { -n };
-        self.travel(steps, Some(speed_mm_s), Purpose::Homing).await
+        self.travel(steps, speed_mm_s).await
     }
 }

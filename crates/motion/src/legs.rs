@@ -1,93 +1,88 @@
-//! The legs of a run: the parts of a move, and how far on the path each is made.
+//! The legs of a run: what has been told of its path, and not passed yet.
 
-use core::cell::Cell;
-
-use isostep_profile::SyncMove;
-use isostep_profile::replan::PARTS;
+use heapless::Deque;
+use isostep_profile::chain::{Leg, LegKind};
 
 use crate::axes::{AXES, Axis};
 
-/// How many there may be: those of a change that has been fed up to the first of them, and those of the next.
-const LEGS: usize = 2 * PARTS;
+/// How many there may be at once: of moves of a millisecond, more than is fed ahead.
+const LEGS: usize = 64;
 
-/// A part of a move, and how far on the path it is made.
-#[derive(Clone, Copy)]
-pub(crate) struct Leg {
-    pub part: SyncMove<AXES>,
-    /// Steps of the longest axis from the beginning of the whole move.
-    pub until_steps: f64,
-    /// When that is, s from the start of the run.
-    pub until_s: f64,
-}
-
-impl Leg {
-    /// The whole part.
-    pub fn new(part: SyncMove<AXES>) -> Self {
-        Self { part, until_steps: part.end_steps(), until_s: part.end_s() }
-    }
-
-    /// The last step of the axis in it, or before it.
-    pub fn last_step(&self, axis: Axis) -> u32 {
-        self.part.steps_before(axis as usize, self.until_steps)
-    }
-}
-
-/// How far an axis's port has been fed in a run.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Fed {
-    /// Steps, of the whole move.
-    pub steps: u32,
-    /// Until when, us from the start of the run.
-    pub until_us: u64,
-}
-
-/// The legs of a run, in order, from the first that an axis has still to be fed with.
+/// The legs of a run, in order. Each keeps its number, which counts from the beginning of the run.
 pub(crate) struct Legs {
-    all: heapless::Vec<Leg, LEGS>,
-    /// How many of them are older than the last change.
-    old: usize,
+    known: Deque<Leg<AXES>, LEGS>,
+    /// The number of the first that is still known.
+    first: u32,
+    /// None follows.
+    is_closed: bool,
 }
 
 impl Legs {
-    /// A run of one plan.
-    pub fn new(plan: SyncMove<AXES>) -> Self {
-        let mut legs = Self { all: heapless::Vec::new(), old: 0 };
-        legs.push(plan);
-        legs
+    pub const fn new() -> Self {
+        Self { known: Deque::new(), first: 0, is_closed: false }
     }
 
-    pub fn all(&self) -> &[Leg] {
-        &self.all
+    /// Of another run.
+    pub fn clear(&mut self) {
+        self.known.clear();
+        (self.first, self.is_closed) = (0, false);
     }
 
-    /// The leg with this index ends sooner, and is the last.
-    pub fn cut(&mut self, index: usize, until_steps: f64, until_s: f64) {
-        self.all.truncate(index + 1);
-        if let Some(last) = self.all.last_mut() {
-            (last.until_steps, last.until_s) = (until_steps, until_s);
+    /// The leg with this number, if it has been told.
+    pub fn get(&self, number: u32) -> Option<&Leg<AXES>> {
+        self.known.get(number.checked_sub(self.first)? as usize)
+    }
+
+    /// All that are known.
+    pub fn iter(&self) -> impl Iterator<Item = &Leg<AXES>> {
+        self.known.iter()
+    }
+
+    pub fn last(&self) -> Option<&Leg<AXES>> {
+        self.known.back()
+    }
+
+    /// Whether another follows the one with this number.
+    pub fn is_passed(&self, number: u32) -> bool {
+        number.wrapping_sub(self.first) + 1 < self.known.len() as u32
+    }
+
+    pub fn has_room(&self) -> bool {
+        !self.known.is_full()
+    }
+
+    /// Another stretch, for which there is room.
+    pub fn push(&mut self, leg: Leg<AXES>) {
+        match (leg.kind, self.known.back_mut()) {
+            (LegKind::Further, Some(last)) => (last.until_steps, last.until_s) = (leg.until_steps, leg.until_s),
+            _ => _ = self.known.push_back(leg),
         }
     }
 
-    /// Forgets those that all axes have been fed with, the first ones: how many. What is pushed from now on is a change's.
-    pub fn forget_fed(&mut self, fed: &[Cell<Fed>; AXES]) -> usize {
-        let before = self.all.len();
-        self.all.retain(|leg| !is_fed(leg, fed));
-        self.old = self.all.len();
-        before - self.old
+    /// None follows those there are: the run ends with the last.
+    pub fn close(&mut self) {
+        self.is_closed = true;
     }
 
-    /// Another leg, at the end. There is room, if the change before has been fed.
-    pub fn push(&mut self, part: SyncMove<AXES>) {
-        let _ = self.all.push(Leg::new(part));
+    pub fn is_closed(&self) -> bool {
+        self.is_closed
     }
 
-    /// Whether all axes have been fed up to the last change.
-    pub fn are_old_fed(&self, fed: &[Cell<Fed>; AXES]) -> bool {
-        self.all.iter().take(self.old).all(|leg| is_fed(leg, fed))
+    /// When the last ends, s from the start of the run.
+    pub fn end_s(&self) -> f64 {
+        self.last().map_or(0.0, |leg| leg.until_s)
+    }
+
+    /// Forgets those before the one with the number `fed` that have ended by `now_s`. One that is the last stays.
+    pub fn forget(&mut self, fed: u32, now_s: f64) {
+        while self.first < fed && self.known.len() > 1 && self.known.front().is_some_and(|leg| leg.until_s < now_s) {
+            let _ = self.known.pop_front();
+            self.first += 1;
+        }
     }
 }
 
-/// Whether all axes have been fed with it.
-fn is_fed(leg: &Leg, fed: &[Cell<Fed>; AXES]) -> bool {
-    Axis::ALL.into_iter().all(|axis| fed[axis as usize].get().steps >= leg.last_step(axis))
+/// The last step of the axis in the leg, or before it.
+pub(crate) fn last_step(leg: &Leg<AXES>, axis: Axis) -> u32 {
+    leg.part.steps_before(axis as usize, leg.until_steps)
 }

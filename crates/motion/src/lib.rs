@@ -18,6 +18,7 @@ mod config;
 pub mod coordinator;
 mod event;
 mod feeder;
+mod flow;
 mod homing;
 mod legs;
 pub mod limit;

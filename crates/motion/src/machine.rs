@@ -13,7 +13,7 @@ use embassy_sync::channel::Channel;
 use embassy_sync::signal::Signal;
 use embassy_sync::watch::{DynReceiver, Watch};
 use embassy_time::{Duration, Instant, Timer};
-use isostep_profile::SyncMove;
+use isostep_profile::chain::Leg;
 
 pub use self::hold::Overrides;
 pub(crate) use self::stop::Cause;
@@ -24,7 +24,9 @@ use crate::link::AxisLink;
 use crate::port::{Capabilities, StepPort};
 use crate::switch::Switch;
 
-/// Motions that wait behind the one under way: Grbl's planner has as many blocks.
+/// Moves that are planned ahead, so that they flow.
+pub(crate) const CHAIN_MOVES: usize = 64;
+/// Motions that wait before they are: Grbl's planner has as many blocks in all.
 pub const QUEUE_MOVES: usize = 15;
 /// Tasks that may watch the state at once.
 const WATCHERS: usize = 8;
@@ -38,6 +40,10 @@ pub enum Motion {
         target_steps: [i32; AXES],
         /// Speed along the path, mm/s; `None` is as fast as the limits allow.
         feed_mm_s: Option<f64>,
+        /// Begin and end at rest, rather than flow from the move before and into the next.
+        exact_stop: bool,
+        /// The line of the program it is from, for [`Status::line`]; 0 for none.
+        line: u32,
     },
     /// Go to a place at a speed along the path, mm/s, by hand: it may be cancelled.
     Jog {
@@ -73,19 +79,29 @@ pub struct Status {
     pub queue_free: usize,
     /// Speed along the path at this instant, mm/s.
     pub speed_mm_s: f64,
+    /// The line of the move under way; 0 for none.
+    pub line: u32,
 }
 
 /// The machine is locked by an alarm, or not idle where it must be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Busy(pub State);
 
-/// The move under way, for [`Status::speed_mm_s`].
+/// What is under way, for [`Status`]; up to date to within 15 ms.
 #[derive(Clone, Copy)]
 pub(crate) struct Underway {
     pub start: Instant,
-    pub part: SyncMove<AXES>,
-    /// Path length of one step of the master axis.
-    pub mm_per_step: f64,
+    pub leg: Leg<AXES>,
+}
+
+impl Underway {
+    /// Speed along the path now, mm/s.
+    fn speed_mm_s(&self) -> f64 {
+        let Leg { part, until_s, mm_per_step, .. } = self.leg;
+        let t_s = Instant::now().saturating_duration_since(self.start).as_micros() as f64 * 1e-6;
+        // It is known a little before it begins, and may have ended.
+        part.speed_at(t_s.max(part.begin_s()).min(until_s)) * mm_per_step
+    }
 }
 
 struct Inner {
@@ -117,9 +133,9 @@ enum Forget {
 }
 
 impl Inner {
-    /// One motion less pending; whether it was the last, with which every wish that concerned them has come true.
-    fn end_one(&mut self) -> bool {
-        self.pending -= 1;
+    /// So many motions less pending; whether they were the last, with which every wish that concerned them has come true.
+    fn end(&mut self, motions: usize) -> bool {
+        self.pending -= motions;
         let last = self.pending == 0;
         if last {
             (self.cause, self.forget) = (None, Forget::Nothing);
@@ -204,11 +220,6 @@ impl Machine {
     #[must_use]
     pub fn status(&self) -> Status {
         let (homed, emergency_stop, underway) = self.with(|inner| (inner.homed, inner.emergency, inner.underway));
-        let speed_mm_s = underway.map_or(0.0, |underway| {
-            let t_us = Instant::now().saturating_duration_since(underway.start).as_micros();
-            // A part is known a little before it begins.
-            underway.part.speed_at((t_us as f64 * 1e-6).max(underway.part.begin_s())) * underway.mm_per_step
-        });
         Status {
             state: self.state(),
             position_steps: self.position_steps(),
@@ -216,7 +227,8 @@ impl Machine {
             emergency_stop,
             homed,
             queue_free: self.queue.free_capacity(),
-            speed_mm_s,
+            speed_mm_s: underway.map_or(0.0, |underway| underway.speed_mm_s()),
+            line: underway.map_or(0, |underway| underway.leg.tag),
         }
     }
 
@@ -353,6 +365,18 @@ impl Machine {
         self.queue.receive().await
     }
 
+    /// The next motion asked for, if there is one. Not inlined, as [`with`](Self::with).
+    #[inline(never)]
+    pub(crate) fn try_motion(&self) -> Option<Motion> {
+        self.queue.try_receive().ok()
+    }
+
+    /// Whether there is one; if not, the caller is woken when there is. Not inlined, as [`with`](Self::with).
+    #[inline(never)]
+    pub(crate) fn poll_motion(&self, context: &mut Context<'_>) -> Poll<()> {
+        self.queue.poll_ready_to_receive(context)
+    }
+
     /// Waits until the motors are to be freed.
     pub(crate) async fn wait_released(&self) {
         self.released.wait().await;
@@ -361,7 +385,7 @@ impl Machine {
     /// One motion less pending, without having been carried out.
     pub(crate) fn pass_over(&self) {
         self.transition(|inner, state| {
-            let ends = inner.end_one() && !inner.held && !matches!(state, State::Alarm(_));
+            let ends = inner.end(1) && !inner.held && !matches!(state, State::Alarm(_));
             (if ends { State::Idle } else { state }, ())
         });
     }
@@ -377,9 +401,9 @@ impl Machine {
     }
 
     /// Lets the axes of a run go, all of which are armed: all, before any of their tasks is polled.
-    pub(crate) fn let_go(&self, moving: [bool; AXES]) {
+    pub(crate) fn let_go(&self) {
         self.with(|_| {
-            for axis in Axis::ALL.into_iter().filter(|&axis| moving[axis as usize]) {
+            for axis in Axis::ALL {
                 self.link(axis).start_line.go();
             }
         });

@@ -54,6 +54,18 @@ pub struct Terms<const N: usize> {
 }
 
 impl<const N: usize> Terms<N> {
+    /// By which nothing can be planned.
+    const NONE: Self = Self {
+        limits: [Limits::NONE; N],
+        mm_per_step: [0.0; N],
+        corner_deviation_mm: 0.0,
+        interval_law: IntervalLaw::Fastest,
+        speed_law: SpeedLaw::Trapezoid,
+        corner_accel_mm_s2: [0.0; N],
+        feed_share: 1.0,
+        rapid_share: 1.0,
+    };
+
     /// For axes of these limits and resolutions. `corner_deviation_mm`, 0 or more, says how fast corners are taken: as
     /// fast as a circle that strays from the corner by so much.
     #[must_use]
@@ -151,12 +163,31 @@ struct Plan<const N: usize> {
 const NOTHING_STEPS: f64 = 1e-6;
 
 impl<const N: usize, const LEN: usize> Chain<N, LEN> {
-    /// No moves, at rest.
+    /// No moves, at rest, by these terms.
     #[must_use]
     pub fn new(terms: Terms<N>) -> Self {
+        let mut chain = Self::empty();
+        chain.set_terms(terms);
+        chain
+    }
+
+    /// Has moves planned by these terms. There are none yet.
+    pub fn set_terms(&mut self, terms: Terms<N>) {
+        (self.terms, self.scale) = (terms, Scale::of(&terms));
+    }
+
+    /// Braking to rest, or held there.
+    #[must_use]
+    pub fn is_held(&self) -> bool {
+        self.is_held
+    }
+
+    /// No moves, at rest, and no terms to plan any by: see [`set_terms`](Self::set_terms).
+    #[must_use]
+    pub const fn empty() -> Self {
         Self {
-            terms,
-            scale: Scale::of(&terms),
+            terms: Terms::NONE,
+            scale: Scale::NONE,
             blocks: Ring::new(),
             settled: 0,
             place_steps: 0.0,

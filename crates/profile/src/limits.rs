@@ -66,6 +66,15 @@ pub enum LimitError {
 }
 
 impl Limits {
+    /// Within which nothing moves: they are refused.
+    pub(crate) const NONE: Self = Self {
+        start_speed_steps_s: 0.0,
+        top_speed_steps_s: 0.0,
+        accel_steps_s2: 0.0,
+        decel_steps_s2: 0.0,
+        jerk_steps_s3: 0.0,
+    };
+
     /// Refuses limits that cannot be planned with.
     ///
     /// # Errors

@@ -1,13 +1,12 @@
 //! Another machine's step trace against the plans of a simulated run: the emulated board's, or a logic analyser's.
 //!
 //! Homing ends at a switch, at each machine's own instant, so only the moves after the last homing are compared. Of
-//! these every step must be there, with its direction and position. Instants count from the first step of the move
+//! these every step must be there, with its direction and position. Instants count from the first step of the run
 //! on either side, so a latency that all steps share does not show; what remains is jitter.
 
 use std::io;
 
 use isostep_motion::{AXES, Axis};
-use isostep_profile::Profile;
 
 use crate::config::Port;
 use crate::measure;
@@ -118,11 +117,17 @@ pub fn compare(outcome: &Outcome, trace: &[Edge]) -> Result<Comparison, Mismatch
     let mut all_ns = Vec::new();
     let mut compared = Vec::new();
     let mut plan_end_ns = None;
+    let mut under_way = None;
     for (index, record) in moves.iter().enumerate() {
         let instants = instants_of(index + 1, record, &mut left)?;
-        let errors_ns = errors_of(&instants);
-        let start_ns = start_of(&instants);
-        let pause_ns = plan_end_ns.map(|end_ns| start_ns - end_ns);
+        // All moves of a run count from one instant.
+        let start_ns = match under_way {
+            Some((run, start_ns)) if run == record.run => start_ns,
+            _ => start_of(&instants),
+        };
+        under_way = Some((record.run, start_ns));
+        let errors_ns = errors_of(&instants, start_ns);
+        let pause_ns = plan_end_ns.map(|end_ns| start_ns + record.plan.begin_s() * 1e9 - end_ns);
         plan_end_ns = Some(start_ns + record.plan_s * 1e9);
         all_ns.extend_from_slice(&errors_ns);
         let (jitter, port) = (Jitter::of(errors_ns), outcome.config.port);
@@ -131,7 +136,7 @@ pub fn compare(outcome: &Outcome, trace: &[Edge]) -> Result<Comparison, Mismatch
         compared.push(MoveComparison {
             jitter,
             pause_ns,
-            apart_ns: apart_ns(&record.plan.profile, &instants, port).filter(|_| is_measurable && record.is_plain()),
+            apart_ns: apart_ns(record, &instants, port).filter(|_| is_measurable && record.is_plain()),
         });
     }
     Ok(Comparison { moves: compared, all: Jitter::of(all_ns) })
@@ -184,28 +189,26 @@ fn first_of(instants: &Instants) -> (f64, f64) {
     all.reduce(|first, next| if next.1 < first.1 { next } else { first }).unwrap_or_default()
 }
 
-/// When the move started, by its first edge, ns.
+/// When the run started, by its first edge, ns.
 fn start_of(instants: &Instants) -> f64 {
     let (traced, exact) = first_of(instants);
     traced - exact
 }
 
-/// How late each edge was, counted from the first.
-fn errors_of(instants: &Instants) -> Vec<f64> {
-    let all = || instants.iter().flatten().copied();
-    let (traced_0, exact_0) = first_of(instants);
-    all().map(|(traced, exact)| (traced - traced_0) - (exact - exact_0)).collect()
+/// How late each edge was, in a run that started then.
+fn errors_of(instants: &Instants, start_ns: f64) -> Vec<f64> {
+    instants.iter().flatten().map(|(traced, exact)| (traced - start_ns) - exact).collect()
 }
 
 /// Intervals that are known no finer than this say nothing of their being equal, s.
 const RESOLUTION_MAX_S: f64 = 10e-6;
 
-fn apart_ns(profile: &Profile, instants: &Instants, port: Port) -> Option<f64> {
+fn apart_ns(record: &MoveRecord, instants: &Instants, port: Port) -> Option<f64> {
     let measured = instants.iter().filter_map(|edges| {
         // From the first edge on, so that no digit is spent on the hours before.
         let (first_ns, _) = *edges.first()?;
         let times_s: Vec<_> = edges.iter().map(|(traced_ns, _)| (traced_ns - first_ns) * 1e-9).collect();
-        measure::intervals_of(profile, &times_s, port)
+        measure::intervals_of(&record.plan.profile, &times_s, port)
     });
     let resolved = measured.filter(|measured| measured.resolution_s <= RESOLUTION_MAX_S);
     let measured: Vec<_> = resolved.map(|measured| measured.intervals).collect();

@@ -116,7 +116,7 @@ fn move_figures(number: usize, outcome: &Outcome, check: MoveCheck) -> MoveFigur
     let record = &outcome.moves[check.index];
     MoveFigures {
         number,
-        start_ns: record.start_ns,
+        start_ns: record.begin_ns(),
         from_mm: outcome.mm(record.origin_steps),
         to_mm: outcome.mm(record.end_steps),
         steps: check.emitted_steps,

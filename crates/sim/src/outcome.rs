@@ -14,10 +14,12 @@ use crate::world::World;
 /// One move, as planned and as ended.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MoveRecord {
-    /// The instant the plan counts from, ns since power-up.
+    /// The instant the plan counts from: the start of its run, ns since power-up.
     pub start_ns: u64,
     /// When it ended.
     pub end_ns: u64,
+    /// The number of its run, from 0: moves that follow each other without a pause.
+    pub run: usize,
     /// The plan.
     pub plan: SyncMove<AXES>,
     /// The parts by which it went on otherwise, in the order in which that was decided.
@@ -30,11 +32,11 @@ pub struct MoveRecord {
     pub finish: Finish,
     /// If it was held, where on its path, steps of the longest axis.
     pub held_at_steps: f64,
-    /// When its plan ended, s from its start.
+    /// When its plan ended, s from the start of its run.
     pub plan_s: f64,
     /// Whether it was a part of homing.
     pub homing: bool,
-    /// Its edges, up to the start of the next move: a range of [`Outcome::edges`].
+    /// Its edges, up to the beginning of the next move: a range of [`Outcome::edges`].
     pub edges: Range<usize>,
 }
 
@@ -60,10 +62,15 @@ impl MoveRecord {
         part.unwrap_or(&self.plan).step_time_s(axis, k)
     }
 
-    /// How long after the end of its plan the `next` move started, ns: less than nothing if it was cut short.
+    /// How long after the end of its plan the `next` move began, ns: less than nothing if it was cut short.
     pub fn pause_ns(&self, next: &Self) -> f64 {
         // The difference of the instants first, which may be large.
-        (next.start_ns - self.start_ns) as f64 - self.plan_s * 1e9
+        (next.start_ns - self.start_ns) as f64 + (next.plan.begin_s() - self.plan_s) * 1e9
+    }
+
+    /// When its plan begins, ns since power-up, to the nearest.
+    pub fn begin_ns(&self) -> u64 {
+        self.start_ns + (self.plan.begin_s() * 1e9).round() as u64
     }
 
     /// Whether it is a whole move, made as it was planned at first.
@@ -172,47 +179,92 @@ impl Outcome {
     }
 }
 
-/// Pairs the events of each move, and finds its edges.
+/// What is known of a run under way.
+struct OpenRun {
+    start_ns: u64,
+    number: usize,
+    /// Where the next move begins, steps.
+    place_steps: [i32; AXES],
+    /// The moves of it, from this one on.
+    first: usize,
+}
+
+/// Makes a record of each move, and finds its edges.
 fn moves(events: &[(u64, Event)], edges: &[Edge]) -> Vec<MoveRecord> {
-    let mut moves = Vec::new();
-    let (mut open, mut parts) = (None, Vec::new());
-    let mut homing = false;
+    let mut moves: Vec<MoveRecord> = Vec::new();
+    let (mut open, mut runs, mut homing) = (None, 0, false);
     for &(t_ns, event) in events {
-        match event {
-            Event::State(state) => homing = state == State::Home,
-            Event::Move { start, plan, origin_steps } => {
-                parts.clear();
-                open = Some((crate::time::ns(start), plan, origin_steps));
+        match (event, &mut open) {
+            (Event::State(state), _) => homing = state == State::Home,
+            (Event::Run { start, origin_steps }, _) => {
+                let (start_ns, first) = (crate::time::ns(start), moves.len());
+                open = Some(OpenRun { start_ns, number: runs, place_steps: origin_steps, first });
+                runs += 1;
             }
-            Event::Part { plan } => parts.push(plan),
-            Event::MoveEnd { finish, held_at_steps, plan_s, position_steps: end_steps } => {
-                let Some((start_ns, plan, origin_steps)) = open.take() else { continue };
-                moves.push(MoveRecord {
-                    start_ns,
-                    end_ns: t_ns,
-                    plan,
-                    parts: std::mem::take(&mut parts),
-                    origin_steps,
-                    end_steps,
-                    finish,
-                    held_at_steps,
-                    plan_s,
-                    homing,
-                    edges: 0..0,
-                });
+            (Event::Move { plan }, Some(run)) => moves.push(run.begin(plan, homing)),
+            (Event::Part { plan }, Some(_)) => {
+                if let Some(record) = moves.last_mut() {
+                    record.parts.push(plan);
+                    record.plan_s = plan.end_s();
+                }
             }
-            Event::Homing { .. } | Event::Homed { .. } => {}
+            (Event::RunEnd { finish, held_at_steps, plan_s, position_steps }, Some(run)) => {
+                let first = run.first;
+                let stopped_s =
+                    (finish != Finish::Done && finish != Finish::Held).then(|| (t_ns - run.start_ns) as f64 * 1e-9);
+                open = None;
+                if let Some(stopped_s) = stopped_s {
+                    // Moves that had been planned and did not begin.
+                    let begun = moves[first..].iter().filter(|record| record.plan.begin_s() <= stopped_s).count();
+                    moves.truncate(first + begun);
+                }
+                end(&mut moves[first..], finish, (held_at_steps, plan_s), position_steps, t_ns);
+            }
+            _ => {}
         }
     }
     assign(edges, &mut moves);
     moves
 }
 
-/// To each move, all edges from its start to that of the next: also one that should not have risen.
+impl OpenRun {
+    fn begin(&mut self, plan: SyncMove<AXES>, homing: bool) -> MoveRecord {
+        let origin_steps = self.place_steps;
+        let made = |axis: usize| plan.steps[axis].signum() * plan.step_numbers(axis).len() as i32;
+        self.place_steps = std::array::from_fn(|axis| origin_steps[axis] + made(axis));
+        MoveRecord {
+            start_ns: self.start_ns,
+            end_ns: 0,
+            run: self.number,
+            plan,
+            parts: Vec::new(),
+            origin_steps,
+            end_steps: self.place_steps,
+            finish: Finish::Done,
+            held_at_steps: plan.way_steps(),
+            plan_s: plan.end_s(),
+            homing,
+            edges: 0..0,
+        }
+    }
+}
+
+/// The moves of a run have ended: all but the last where the next began.
+fn end(moves: &mut [MoveRecord], finish: Finish, (held_at_steps, plan_s): (f64, f64), place: [i32; AXES], t_ns: u64) {
+    for record in moves.iter_mut() {
+        record.end_ns = record.start_ns + (record.plan_s * 1e9).round() as u64;
+    }
+    if let Some(last) = moves.last_mut() {
+        (last.finish, last.held_at_steps, last.plan_s) = (finish, held_at_steps, plan_s);
+        (last.end_steps, last.end_ns) = (place, t_ns);
+    }
+}
+
+/// To each move, all edges from its beginning to that of the next: also one that should not have risen.
 fn assign(edges: &[Edge], moves: &mut [MoveRecord]) {
     let mut last = edges.len();
     for record in moves.iter_mut().rev() {
-        let first = edges.partition_point(|edge| edge.t_ns < record.start_ns);
+        let first = edges.partition_point(|edge| edge.t_ns < record.begin_ns());
         record.edges = first..last;
         last = first;
     }

@@ -7,7 +7,8 @@ use embassy_futures::select::select;
 use embassy_time::{Duration, Instant};
 use embedded_io_async::{Read, Write};
 use isostep_controller::{Controller, Store};
-use isostep_motion::{Axis, Machine, State, axis, coordinator, limit};
+use isostep_motion::coordinator::{self, Path};
+use isostep_motion::{Axis, Machine, State, axis, limit};
 
 use crate::config::{Config, StartOutside};
 use crate::executor::{Executor, Rest, RunError};
@@ -284,7 +285,8 @@ fn spawn_motion(executor: &mut Executor, world: &Shared, config: &Config) -> &'s
     });
     let (enable, world) = (Output::new(world, Wire::Enable), world.clone());
     executor.spawn("coordinator", async move {
-        coordinator::run(machine, enable, move |event| world.borrow_mut().on_event(event)).await;
+        let mut path = Box::new(Path::new());
+        coordinator::run(machine, &mut path, enable, move |event| world.borrow_mut().on_event(event)).await;
     });
     machine
 }

@@ -97,19 +97,21 @@ fn steps_total(steps: [i32; AXES]) -> u64 {
     steps.iter().map(|n| u64::from(n.unsigned_abs())).sum()
 }
 
-/// Instants of each axis's edges from the start of the move, s.
+/// Instants of each axis's edges from the beginning of the move, s.
 pub fn axis_times_s(record: &MoveRecord, edges: &[Edge]) -> [Vec<f64>; AXES] {
+    let begin_s = record.plan.begin_s();
     let mut times_s = [const { Vec::new() }; AXES];
     for edge in edges {
-        times_s[edge.axis].push((edge.t_ns - record.start_ns) as f64 * 1e-9);
+        times_s[edge.axis].push((edge.t_ns - record.start_ns) as f64 * 1e-9 - begin_s);
     }
     times_s
 }
 
-/// Each edge's instant from the start of the move, s, and how much later than the closed form it was, ns.
+/// Each edge's instant from the beginning of the move, s, and how much later than the closed form it was, ns.
 pub fn errors_ns(record: &MoveRecord, axis: usize, times_s: &[f64]) -> impl Iterator<Item = (f64, f64)> {
     let numbers = record.step_numbers(axis);
-    times_s.iter().zip(numbers).map(move |(&t_s, k)| (t_s, (t_s - record.step_time_s(axis, k)) * 1e9))
+    let begin_s = record.plan.begin_s();
+    times_s.iter().zip(numbers).map(move |(&t_s, k)| (t_s, (t_s - (record.step_time_s(axis, k) - begin_s)) * 1e9))
 }
 
 /// The largest distance between two axes' shares of their way, and what instants that are off may add to it.

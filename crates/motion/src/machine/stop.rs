@@ -157,14 +157,14 @@ impl Machine {
         }
     }
 
-    /// What the machine is after a motion that ended with `result`, which no stop asked for meanwhile gets lost in.
+    /// What the machine is after so many `motions` that ended with `result`, which no stop asked for meanwhile gets lost in.
     ///
     /// A stop that found nothing moving any more is judged here. After a reset the machine is ready, its position
     /// trusted; but its cause stands until every motion that waited has been passed over.
-    pub(crate) fn conclude(&self, result: Result<(), Alarm>) -> State {
+    pub(crate) fn conclude(&self, result: Result<(), Alarm>, motions: usize) -> State {
         self.transition(|inner, state| {
             let cause = inner.cause;
-            let last = inner.end_one();
+            let last = inner.end(motions);
             let next = match (result, cause) {
                 (Err(alarm), _) => State::Alarm(alarm),
                 // Pressed after a reset, whose cause stands.

@@ -29,6 +29,9 @@ pub(super) struct Scale {
 }
 
 impl Scale {
+    /// Of no terms.
+    pub(super) const NONE: Self = Self { per_mm2_s2: 1.0, mm2_s2: 1.0 };
+
     /// For axes of these terms.
     pub(super) fn of<const N: usize>(terms: &Terms<N>) -> Self {
         let squares = terms.limits.iter().zip(&terms.mm_per_step).map(|(limits, mm)| {

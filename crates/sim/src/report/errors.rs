@@ -61,7 +61,7 @@ fn errors(outcome: &Outcome, axis: usize) -> Vec<(f64, f64)> {
     program
         .flat_map(|record| {
             let times_s = verify::axis_times_s(record, &outcome.edges[record.edges.clone()]);
-            let start_s = record.start_ns as f64 * 1e-9;
+            let start_s = record.begin_ns() as f64 * 1e-9;
             let errors = verify::errors_ns(record, axis, &times_s[axis]);
             errors.map(|(t_s, error_ns)| (start_s + t_s, error_ns)).collect::<Vec<_>>()
         })

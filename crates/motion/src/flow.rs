@@ -1,0 +1,172 @@
+//! Moves that follow each other: from the queue into the chain, and runs of what is in it.
+
+use core::convert::Infallible;
+
+use embedded_hal::digital::OutputPin;
+use isostep_profile::IntervalLaw;
+use isostep_profile::chain::{Terms, Wanted};
+
+use crate::axes::AXES;
+use crate::config::Config;
+use crate::coordinator::Coordinator;
+use crate::event::{Alarm, Event, Finish};
+use crate::machine::{Motion, Overrides};
+
+/// What moves are for: that decides what changes them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Purpose {
+    /// A program: it is held, and its speed overridden.
+    Program,
+    /// A jog: it is cancelled.
+    Jog,
+    /// Homing: nothing.
+    Homing,
+}
+
+/// What became of a motion that was looked at.
+enum Taken {
+    /// It is in the chain, or goes nowhere.
+    In,
+    /// It has to wait until what is in the chain has been made.
+    Waits,
+    /// It cannot be made.
+    Refused(Alarm),
+}
+
+impl<E, F> Coordinator<'_, E, F>
+where
+    E: OutputPin<Error = Infallible>,
+    F: FnMut(Event),
+{
+    /// Makes `motion`, a move or a jog, and those that follow it without a stop. How many motions that were, and how it ended.
+    pub(crate) async fn flow(&mut self, motion: Motion, purpose: Purpose) -> (Result<(), Alarm>, usize) {
+        self.begin_chain(purpose);
+        self.taken = 0;
+        if let Taken::Refused(alarm) = self.take(motion, purpose) {
+            return (Err(alarm), 1);
+        }
+        let result = loop {
+            self.take_waiting(purpose);
+            if self.chain.is_empty() {
+                break Ok(());
+            }
+            match self.make(purpose).await {
+                Finish::Done => {}
+                Finish::Held if self.machine.outlast_hold().await => {}
+                // What was held and not resumed is forgotten.
+                Finish::Held => break Ok(()),
+                Finish::Stopped => break Err(self.stop_alarm()),
+                Finish::Fault { axis, fault } => break Err(self.fault_alarm(axis, fault)),
+            }
+        };
+        self.chain.clear();
+        (result, self.taken)
+    }
+
+    /// Moves by signed `steps` for homing and returns when every axis has answered. A halt is not an error here: homing halts
+    /// on purpose.
+    pub(crate) async fn travel(&mut self, steps: [i32; AXES], feed_mm_s: f64) -> Result<Finish, Alarm> {
+        self.begin_chain(Purpose::Homing);
+        self.push(steps, Some(feed_mm_s), true, 0)?;
+        let finish = self.make(Purpose::Homing).await;
+        self.chain.clear();
+        Ok(finish)
+    }
+
+    /// One run.
+    async fn make(&mut self, purpose: Purpose) -> Finish {
+        self.chain.start();
+        if self.chain.is_empty() {
+            // No step was left of what was held.
+            return Finish::Done;
+        }
+        if self.is_overridden(purpose) {
+            self.override_chain(purpose);
+        }
+        self.machine.set_moving(true);
+        let finish = self.run(purpose).await;
+        self.machine.set_moving(false);
+        finish
+    }
+
+    /// Gets the chain ready for moves from where the machine stands.
+    fn begin_chain(&mut self, purpose: Purpose) {
+        let config = self.machine.config();
+        let Config { limits, steps_per_mm, junction_deviation_mm, speed_law, .. } = config;
+        // Homing stops at switches, wherever they are: thirds of the way to them would be thirds of nothing.
+        let interval_law = if purpose == Purpose::Homing { IntervalLaw::Fastest } else { config.interval_law };
+        let mm_per_step = steps_per_mm.map(|steps| 1.0 / steps);
+        self.chain.clear();
+        self.chain.set_terms(Terms::new(limits, mm_per_step, junction_deviation_mm, interval_law, speed_law));
+        self.overrides = Overrides::NONE;
+        self.planned_steps = self.machine.position_steps();
+    }
+
+    /// Takes the motions that wait, as far as they can follow.
+    pub(crate) fn take_waiting(&mut self, purpose: Purpose) {
+        while self.takes() && !self.machine.is_to_brake() {
+            let Some(motion) = self.machine.try_motion() else { return };
+            if !matches!(self.take(motion, purpose), Taken::In) {
+                // What is wrong with it is said when it is alone.
+                self.waiting = Some(motion);
+            }
+        }
+    }
+
+    /// Whether another motion may follow.
+    pub(crate) fn takes(&self) -> bool {
+        self.waiting.is_none() && !self.chain.is_full()
+    }
+
+    fn take(&mut self, motion: Motion, purpose: Purpose) -> Taken {
+        let (target_steps, feed_mm_s, exact_stop, line) = match motion {
+            Motion::Move { target_steps, feed_mm_s, exact_stop, line } if purpose == Purpose::Program => {
+                (target_steps, feed_mm_s, exact_stop, line)
+            }
+            Motion::Jog { target_steps, feed_mm_s } if purpose == Purpose::Jog => {
+                (target_steps, Some(feed_mm_s), false, 0)
+            }
+            _ => return Taken::Waits,
+        };
+        let steps = core::array::from_fn(|axis| target_steps[axis].wrapping_sub(self.planned_steps[axis]));
+        if steps == [0; AXES] {
+            self.taken += 1;
+            return Taken::In;
+        }
+        if let Some(axis) = self.machine.onto_switch(steps) {
+            return self.refuse(Alarm::HardLimit { axis });
+        }
+        match self.push(steps, feed_mm_s, exact_stop, line) {
+            Ok(()) => {
+                self.taken += 1;
+                self.planned_steps = target_steps;
+                Taken::In
+            }
+            Err(alarm) => self.refuse(alarm),
+        }
+    }
+
+    /// What is wrong with a motion, unless it has to wait until it is alone.
+    fn refuse(&self, alarm: Alarm) -> Taken {
+        if self.chain.is_empty() && self.taken == 0 { Taken::Refused(alarm) } else { Taken::Waits }
+    }
+
+    fn push(&mut self, steps: [i32; AXES], feed_mm_s: Option<f64>, stops: bool, tag: u32) -> Result<(), Alarm> {
+        let wanted = Wanted { steps, feed_mm_s, stops, tag };
+        self.chain.push(wanted).map_err(|error| Alarm::Unplannable { reason: error.into() })
+    }
+
+    /// Whether the moves are planned with other overrides than are in force.
+    pub(crate) fn is_overridden(&self, purpose: Purpose) -> bool {
+        purpose == Purpose::Program && self.machine.overrides() != self.overrides
+    }
+
+    /// Has the chain go by the overrides in force.
+    pub(crate) fn override_chain(&mut self, purpose: Purpose) {
+        if purpose == Purpose::Program {
+            self.overrides = self.machine.overrides();
+            let share = |percent: u8| f64::from(percent) / 100.0;
+            self.chain.override_speed(share(self.overrides.feed_percent), share(self.overrides.rapid_percent));
+        }
+    }
+}
