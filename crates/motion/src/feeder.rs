@@ -10,6 +10,7 @@
 
 use core::cell::Cell;
 use core::future::poll_fn;
+use core::mem;
 use core::task::Poll;
 
 use embassy_futures::yield_now;
@@ -22,7 +23,7 @@ use isostep_profile::{Segment, Segments};
 use crate::axes::{AXES, Axis};
 use crate::legs::{Fed, Leg};
 use crate::machine::Machine;
-use crate::port::{Feed, SegmentQueue};
+use crate::port::{Direction, Feed, SegmentQueue};
 
 /// How much motion a port is given ahead of time, at least.
 pub(crate) const AHEAD: Duration = Duration::from_millis(30);
@@ -52,8 +53,8 @@ pub(crate) struct Feeder<'a> {
     fed: &'a Cell<Fed>,
     /// Until when that is, ticks from the start of the run.
     fed_ticks: u64,
-    /// What to give after the last leg.
-    ending: Option<Feed>,
+    /// The end has been given, after the last leg.
+    has_ended: bool,
     /// All has been given.
     is_done: bool,
 }
@@ -107,8 +108,8 @@ impl<'a> Feeder<'a> {
     pub fn new(machine: &'a Machine, axis: Axis, fed: &'a Cell<Fed>) -> Self {
         let tick_hz = machine.tick_hz(axis);
         let piece_ticks = ticks(PIECE, tick_hz);
-        let (begun, end, segments, hand, ending) = (0, 0, None, Deque::new(), None);
-        let (compiled, fed_ticks, is_done) = (0, 0, false);
+        let (begun, end, segments, hand) = (0, 0, None, Deque::new());
+        let (compiled, fed_ticks, has_ended, is_done) = (0, 0, false, false);
         Self {
             machine,
             axis,
@@ -121,7 +122,7 @@ impl<'a> Feeder<'a> {
             hand,
             fed,
             fed_ticks,
-            ending,
+            has_ended,
             is_done,
         }
     }
@@ -142,11 +143,6 @@ impl<'a> Feeder<'a> {
     /// The first `count` legs, to whose end it has been fed, are gone.
     pub fn forget(&mut self, count: usize) {
         self.begun = self.begun.saturating_sub(count);
-    }
-
-    /// What to give after all legs.
-    pub fn end_with(&mut self, ending: Option<Feed>) {
-        self.ending = ending;
     }
 
     /// Compiles as much of the first leg as there is room for, `time` at most, and gives what the queue takes. Before the run
@@ -202,7 +198,11 @@ impl<'a> Feeder<'a> {
 
     /// What to give next, if there is any.
     fn next(&mut self, legs: &[Leg]) -> Option<Feed> {
-        let Some(segment) = self.next_segment(legs) else { return self.ending.take() };
+        let Some(segment) = self.next_segment(legs) else {
+            return (!mem::replace(&mut self.has_ended, true)).then_some(Feed::End);
+        };
+        // All legs are of one move.
+        let direction = Direction::of(legs.first().map_or(0, |leg| leg.part.steps[self.axis as usize]));
         let (fed_ticks, piece_ticks) = (self.fed_ticks, self.piece_ticks);
         if segment.first_ticks() > fed_ticks + 2 * piece_ticks {
             let _ = self.hand.push_front(segment);
@@ -217,12 +217,12 @@ impl<'a> Feeder<'a> {
         };
         let steps = fitting.min(self.end - self.fed.get().steps);
         if steps == segment.steps() {
-            return Some(Feed::Steps(segment));
+            return Some(Feed::Steps { segment, direction });
         }
         let (piece, others) = segment.split(steps);
         // There is room: the whole was taken from there, or came when there was nothing.
         let _ = self.hand.push_front(others);
-        Some(Feed::Steps(piece))
+        Some(Feed::Steps { segment: piece, direction })
     }
 
     /// The steps that follow those given, of the leg that they are in.
@@ -244,7 +244,7 @@ impl<'a> Feeder<'a> {
     fn give(&mut self, feed: Feed) {
         let Fed { mut steps, .. } = self.fed.get();
         match feed {
-            Feed::Steps(segment) => {
+            Feed::Steps { segment, .. } => {
                 steps += segment.steps();
                 self.fed_ticks = segment.last_ticks();
             }

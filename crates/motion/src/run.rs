@@ -31,7 +31,7 @@ use crate::event::{Alarm, Event, Finish};
 use crate::feeder::{AHEAD, Feeder, Progress, feed};
 use crate::legs::{Fed, Leg, Legs};
 use crate::machine::{Machine, Overrides, Underway};
-use crate::port::{Direction, Feed, Run};
+use crate::port::Run;
 
 /// Motion compiled per axis before a move starts, as far as there is room: near standstill compiling is slowest against
 /// moving.
@@ -123,8 +123,7 @@ where
         let machine = self.machine;
         let origin_steps = machine.position_steps();
         let numbers = Axis::ALL.map(|axis| plan.step_numbers(axis as usize));
-        let counts = numbers.clone().map(|numbers| numbers.end - numbers.start);
-        let moving = counts.map(|count| count > 0);
+        let moving = numbers.clone().map(|numbers| !numbers.is_empty());
         let fed = numbers.map(|numbers| Cell::new(Fed { steps: numbers.start - 1, until_us: 0 }));
         let mut legs = Legs::new(plan);
         let mut feeders = Axis::ALL.map(|axis| Feeder::new(machine, axis, &fed[axis as usize]));
@@ -136,7 +135,7 @@ where
             // Stopped before it started. A stop after this check finds its halt signal standing.
             return (self.end_move(Finish::Stopped, End::NONE), 0.0);
         }
-        self.arm_axes(&plan, counts);
+        self.arm_axes(moving);
         let mut done = pin!(all_done(machine, moving));
         let starting = start(machine, moving, self.standstill, &mut feeders, &legs);
         // It comes first: a short run may have ended before this task gets to know of its start.
@@ -175,13 +174,6 @@ where
             }
             let Some(change) = self.change(terms, legs.all(), at_s(start, &fed)) else { continue };
             is_braking = change.is_braking;
-            if is_braking {
-                for (axis, feeder) in Axis::ALL.into_iter().zip(&mut feeders) {
-                    // No axis is told that has had all its steps: it may have ended.
-                    let is_told = moving[axis as usize] && !has_all(&plan, &fed, axis);
-                    feeder.end_with(is_told.then_some(Feed::End));
-                }
-            }
             end = self.apply(&mut legs, change, &fed, &mut feeders);
         }
     }
@@ -245,13 +237,11 @@ where
         end
     }
 
-    fn arm_axes(&self, plan: &SyncMove<AXES>, counts: [u32; AXES]) {
+    fn arm_axes(&self, moving: [bool; AXES]) {
         let wiring = self.machine.config().wiring;
         for axis in Axis::ALL {
-            let steps = counts[axis as usize];
-            if steps > 0 {
-                let (direction, wiring) = (Direction::of(plan.steps[axis as usize]), wiring[axis as usize]);
-                self.machine.link(axis).run.signal(Run { direction, wiring, steps });
+            if moving[axis as usize] {
+                self.machine.link(axis).run.signal(Run { wiring: wiring[axis as usize] });
             }
         }
     }
