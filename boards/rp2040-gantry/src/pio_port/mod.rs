@@ -31,6 +31,7 @@ use core::future::poll_fn;
 use core::sync::atomic::{AtomicU32, Ordering};
 use core::task::Poll;
 
+use embassy_rp::gpio::Level;
 use embassy_rp::peripherals::PIO0;
 use embassy_rp::pio::{Config, Direction as PinDirection, FifoJoin, LoadedProgram, Pin, Pio, ShiftDirection};
 use embassy_time::{Duration, with_timeout};
@@ -89,6 +90,9 @@ pub fn open(pins: StepPins, timing: DriverTiming) -> [PioPort; AXES] {
     sm0.set_config(&config(&program, &x, &x_dir));
     sm1.set_config(&config(&program, &y, &y_dir));
     sm2.set_config(&config(&program, &z, &z_dir));
+    sm0.set_pins(Level::Low, &[&x, &x_dir]);
+    sm1.set_pins(Level::Low, &[&y, &y_dir]);
+    sm2.set_pins(Level::Low, &[&z, &z_dir]);
     sm0.set_pin_dirs(PinDirection::Out, &[&x, &x_dir]);
     sm1.set_pin_dirs(PinDirection::Out, &[&y, &y_dir]);
     sm2.set_pin_dirs(PinDirection::Out, &[&z, &z_dir]);
