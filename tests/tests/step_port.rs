@@ -116,8 +116,10 @@ impl Plan {
         self.0.steps[1]
     }
 
-    fn run(&self, wiring: Wiring) -> Run {
-        Run { direction: Direction::of(self.steps()), wiring, steps: self.steps().unsigned_abs() }
+    /// Its steps, as a port of this tick rate is given them.
+    fn feeds(&self, tick_hz: u32) -> impl Iterator<Item = Feed> + use<> {
+        let direction = Direction::of(self.steps());
+        self.0.segments(1, tick_hz).map(move |segment| Feed::Steps { segment, direction })
     }
 
     /// In closed form, ns since power-up, and the direction.
@@ -125,6 +127,17 @@ impl Plan {
         let start_ns = time::ns(start) as f64;
         let of = move |k| (start_ns + self.0.step_time_s(1, k) * 1e9, self.steps().signum());
         (1..=self.steps().unsigned_abs()).map(of)
+    }
+}
+
+/// As drivers are wired usually.
+const WIRED: Run = Run { wiring: Wiring { direction_inverted: false, pulse_ns: 0 } };
+
+/// What it is given moves it so far.
+fn steps_of(feed: Feed) -> i32 {
+    match feed {
+        Feed::Steps { segment, direction } => segment.steps() as i32 * direction.sign(),
+        Feed::Rest { .. } | Feed::End => 0,
     }
 }
 
@@ -144,15 +157,15 @@ async fn carry_out(
     odometer: &Odometer,
 ) -> Result<(), PortFault> {
     let (queue, start_line) = (SegmentQueue::new(), StartLine::new());
-    let segments = plan.0.segments(1, port.capabilities().tick_hz);
+    let feeds = plan.feeds(port.capabilities().tick_hz);
     let feed = async {
-        for segment in segments {
-            queue.send(Feed::Steps(segment)).await;
+        for feed in feeds.chain([Feed::End]) {
+            queue.send(feed).await;
         }
         pending::<Infallible>().await
     };
     let side = join(let_go(&start_line, start), feed);
-    match select(port.run(plan.run(wiring), &start_line, &queue, odometer), side).await {
+    match select(port.run(Run { wiring }, &start_line, &queue, odometer), side).await {
         Either::First(result) => result,
         Either::Second((_, never)) => match never {},
     }
@@ -249,11 +262,11 @@ fn a_port_starts_when_it_can_keep_its_first_step() {
         let world = rig.run(|mut port, _| async move {
             for plan in plans {
                 let (queue, start_line) = (SegmentQueue::new(), StartLine::new());
-                for segment in plan.0.segments(1, port.capabilities().tick_hz) {
-                    queue.try_send(Feed::Steps(segment)).unwrap();
+                for feed in plan.feeds(port.capabilities().tick_hz).chain([Feed::End]) {
+                    queue.try_send(feed).unwrap();
                 }
                 let odometer = Odometer::new();
-                let run = port.run(plan.run(Wiring::default()), &start_line, &queue, &odometer);
+                let run = port.run(WIRED, &start_line, &queue, &odometer);
                 let (result, at) = join(run, let_go(&start_line, Instant::MIN)).await;
                 assert_eq!((result, odometer.position_steps()), (Ok(()), plan.steps()), "{rig}");
                 told.borrow_mut().push((at, plan));
@@ -299,22 +312,18 @@ fn running_dry_is_a_fault_and_nothing_rises_after_it() {
         let (start, plan) = (Instant::from_millis(1), Plan::new(500));
         let world = rig.run(|mut port, _| async move {
             let (queue, start_line, odometer) = (SegmentQueue::new(), StartLine::new(), Odometer::new());
-            let mut segments = plan.0.segments(1, port.capabilities().tick_hz);
-            let fed = segments.by_ref().take(3).map(|segment| {
-                queue.try_send(Feed::Steps(segment)).unwrap();
-                segment.steps() as i32
-            });
-            let fed: i32 = fed.sum();
+            let mut feeds = plan.feeds(port.capabilities().tick_hz);
+            let fed: i32 = feeds.by_ref().take(3).inspect(|feed| queue.try_send(*feed).unwrap()).map(steps_of).sum();
             let feed = async {
                 let_go(&start_line, start).await;
                 Timer::after_secs(1).await;
-                for segment in segments {
-                    queue.send(Feed::Steps(segment)).await;
+                for feed in feeds {
+                    queue.send(feed).await;
                 }
                 pending::<Infallible>().await
             };
             let Either::First(result) =
-                select(port.run(plan.run(Wiring::default()), &start_line, &queue, &odometer), feed).await;
+                select(port.run(WIRED, &start_line, &queue, &odometer), feed).await;
             assert!(matches!(result, Err(PortFault::Underrun | PortFault::Late { .. })), "{rig}: {result:?}");
             assert_eq!(odometer.position_steps(), fed, "{rig}");
         });

@@ -1,5 +1,5 @@
-//! The firmware's step program, word by word, on two emulators that know nothing of each other: every edge, both ways,
-//! every halt and every count is where the firmware's own arithmetic says, to the cycle. Both count from the write that
+//! The firmware's step program, word by word, on two emulators that know nothing of each other: every edge of STEP and DIR,
+//! both ways, every halt and every count is where the firmware's own arithmetic says, to the cycle. Both count from the write that
 //! opens the gate, and agree on every cycle without an offset.
 //!
 //! A plain `cargo test` runs the published emulator; the project's own needs Node's packages, so `cargo xtask test` runs
@@ -15,88 +15,93 @@ mod program;
 use std::env;
 use std::ops::Range;
 
+use isostep_motion::{Capabilities, DriverTiming, Wiring, ticks_covering};
 use oorandom::Rand32;
 
 use self::emulator::Emulator;
 use self::experiment::{Axis, Experiment, OPENS_AT, Seen, Wait};
-use self::program::{AXES_MAX, WAIT_MAX_CYCLES, Words};
+use self::program::{AXES_MAX, TURN_CYCLES, WAIT_MAX_CYCLES, Words};
 
 /// From the write that opens the gate to time zero of a run, on which a first step of 0 cycles would rise.
-const ZERO_AFTER_GATE_CYCLES: u64 = 10;
+const ZERO_AFTER_GATE_CYCLES: u64 = 9;
 /// From there back to the fetch of the first word.
-const FETCH_BEFORE_ZERO_CYCLES: u64 = 8;
+const FETCH_BEFORE_ZERO_CYCLES: u64 = 7;
 /// STEP is low so long at the least.
-const LOW_MIN_CYCLES: u32 = 8;
-const REST_MIN_CYCLES: u32 = 7;
+const LOW_MIN_CYCLES: u32 = 7;
+const REST_MIN_CYCLES: u32 = 9;
 const WAITS_UP_TO_CYCLES: u32 = 3_000;
 const WAITS: u32 = 2_000;
 /// Three machines each: enough for every pulse.
 const SEEDS: Range<u64> = 0..3;
 /// None at all, the shortest, a TMC2209's, a DRV8825's, and more.
-const PULSES: [u32; 7] = [0, 3, 4, 13, 238, 250, 1_000];
+const PULSES: [u32; 7] = [0, 4, 5, 13, 238, 250, 1_000];
 /// An instruction that waits for a flag goes on a cycle after it was cleared, and the edge is the next.
 const EDGE_AFTER_RELEASE_CYCLES: u64 = 2;
-/// From the end of a pulse to the flag of a machine that has made its last step, or that finds no word.
-const HALT_AFTER_LAST_CYCLES: u64 = 1;
-const HALT_AFTER_FETCH_CYCLES: u64 = 2;
+/// From the look for a word to the flag of a machine that finds none.
+const HALT_AFTER_FETCH_CYCLES: u64 = 5;
+/// The clock of the chip.
+const TICK_HZ: u32 = 125_000_000;
 
 /// What the words say.
 fn predicted(axis: &Axis, brake: &Range<u64>) -> Seen {
     let pulse = u64::from(axis.words.pulse_cycles());
     let mut at = OPENS_AT + ZERO_AFTER_GATE_CYCLES;
-    let (mut rises, mut falls) = (Vec::new(), Vec::new());
+    let mut fetch = at - FETCH_BEFORE_ZERO_CYCLES;
+    let mut seen = Seen::default();
     for wait in &axis.waits {
-        let (Wait::Step(cycles) | Wait::Rest(cycles)) = *wait;
-        at += u64::from(cycles);
-        if let Wait::Step(_) = wait {
-            // The brake is looked at one cycle before the edge, and takes effect one after it was set.
-            if brake.start < at - 1 && at - 1 <= brake.end {
-                at = brake.end + EDGE_AFTER_RELEASE_CYCLES;
-            }
-            rises.push(at);
-            falls.push(at + pulse);
+        at += u64::from(wait.cycles());
+        let Some(high) = wait.dir() else {
+            fetch += u64::from(wait.cycles());
+            continue;
+        };
+        if high != seen.turns.last().is_some_and(|turn| turn.1) {
+            seen.turns.push((fetch + u64::from(TURN_CYCLES), high));
         }
+        // The brake is looked at one cycle before the edge, and takes effect one after it was set.
+        if brake.start < at - 1 && at - 1 <= brake.end {
+            at = brake.end + EDGE_AFTER_RELEASE_CYCLES;
+        }
+        fetch = at + pulse;
+        seen.rises.push(at);
+        seen.falls.push(fetch);
     }
-    let halt = match falls.last() {
-        // It looks at no word after its last step.
-        Some(last) if falls.len() == axis.steps as usize => last + HALT_AFTER_LAST_CYCLES,
-        Some(_) => at + pulse + HALT_AFTER_FETCH_CYCLES,
-        None => at - FETCH_BEFORE_ZERO_CYCLES + HALT_AFTER_FETCH_CYCLES,
-    };
-    Seen { rises, falls, halt: Some(halt), left: 0 }
+    let (halt, count) = (Some(fetch + HALT_AFTER_FETCH_CYCLES), seen.rises.len() as u32);
+    Seen { halt, count, ..seen }
 }
 
 /// Axes that run at once, what is done to them, and what they must do.
 struct Case {
     name: String,
     experiment: Experiment,
-    axes: Vec<Axis>,
     wanted: Vec<Seen>,
 }
 
 impl Case {
-    fn new(name: String, axes: Vec<Axis>) -> Self {
+    fn new(name: String, axes: &[Axis]) -> Self {
         Self::braked(name, axes, &(0..0))
     }
 
-    fn braked(name: String, axes: Vec<Axis>, brake: &Range<u64>) -> Self {
+    fn braked(name: String, axes: &[Axis], brake: &Range<u64>) -> Self {
         let wanted: Vec<_> = axes.iter().map(|axis| predicted(axis, brake)).collect();
         let until = wanted.iter().filter_map(|seen| seen.halt).max().unwrap();
-        let mut experiment = Experiment::new(&axes, until);
+        let mut experiment = Experiment::new(axes, until);
         if !brake.is_empty() {
             experiment.brake(brake);
         }
-        Self { name, experiment, axes, wanted }
+        Self { name, experiment, wanted }
     }
 
     fn check(&self, emulator: Emulator, seen: &[Seen]) {
-        assert_eq!(seen.len(), self.axes.len());
-        for (machine, (axis, (seen, wanted))) in self.axes.iter().zip(seen.iter().zip(&self.wanted)).enumerate() {
+        assert_eq!(seen.len(), self.wanted.len());
+        for (machine, (seen, wanted)) in seen.iter().zip(&self.wanted).enumerate() {
             let what = format!("{}, state machine {machine}, emulator: {emulator:?}", self.name);
             same("rise", &seen.rises, &wanted.rises, &what);
             same("fall", &seen.falls, &wanted.falls, &what);
+            let turn = |turns: &[(u64, bool)]| turns.iter().map(|turn| turn.0).collect::<Vec<_>>();
+            same("change of DIR", &turn(&seen.turns), &turn(&wanted.turns), &what);
+            assert!(seen.turns == wanted.turns, "levels of DIR; {what}");
             assert_eq!(seen.halt, wanted.halt, "halt; {what}");
-            assert_eq!(seen.left, emulator.left(axis.steps, wanted.rises.len() as u32), "count; {what}");
+            assert_eq!(seen.count, wanted.count, "count; {what}");
         }
     }
 }
@@ -117,14 +122,18 @@ fn same(edge: &str, seen: &[u64], wanted: &[u64], what: &str) {
     assert_eq!(seen.len(), wanted.len(), "{edge}s; {what}");
 }
 
-/// Random waits: one in eight the shortest, half of them short, one in sixteen a rest.
+/// Random waits: one in eight the shortest, half of them short, one in sixteen a rest. One step in four goes the other way.
 fn random_waits(random: &mut Rand32, words: Words) -> Vec<Wait> {
     let shortest = words.pulse_cycles() + LOW_MIN_CYCLES;
-    let mut wait = |_| match random.rand_range(0..16) {
-        0 => Wait::Rest(random.rand_range(REST_MIN_CYCLES..WAITS_UP_TO_CYCLES)),
-        1 | 2 => Wait::Step(shortest),
-        3..11 => Wait::Step(shortest + random.rand_range(1..100)),
-        _ => Wait::Step(random.rand_range(shortest..WAITS_UP_TO_CYCLES + 1)),
+    let mut high = false;
+    let mut wait = |_| {
+        high ^= random.rand_range(0..4) == 0;
+        match random.rand_range(0..16) {
+            0 => Wait::Rest(random.rand_range(REST_MIN_CYCLES..WAITS_UP_TO_CYCLES)),
+            1 | 2 => step(high, shortest),
+            3..11 => step(high, shortest + random.rand_range(1..100)),
+            _ => step(high, random.rand_range(shortest..WAITS_UP_TO_CYCLES + 1)),
+        }
     };
     (0..WAITS).map(&mut wait).collect()
 }
@@ -135,7 +144,7 @@ fn random_axes(seed: u64) -> Vec<Axis> {
     (0..3)
         .map(|machine| {
             let words = Words::with_pulse(pulse(machine));
-            Axis::whole(words, random_waits(&mut random, words))
+            Axis { words, waits: random_waits(&mut random, words) }
         })
         .collect()
 }
@@ -146,53 +155,80 @@ fn seeds() -> Range<u64> {
     one.map_or(SEEDS, |seed| seed..seed + 1)
 }
 
+fn step(high: bool, cycles: u32) -> Wait {
+    if high { Wait::High(cycles) } else { Wait::Low(cycles) }
+}
+
+/// All in one direction.
 fn steps(cycles: &[u32]) -> Vec<Wait> {
-    cycles.iter().copied().map(Wait::Step).collect()
+    cycles.iter().copied().map(Wait::High).collect()
 }
 
 fn random_words() -> Vec<Case> {
     let replay = "cargo test --package isostep-tests --test step_program -- --include-ignored random_words";
-    seeds().map(|seed| Case::new(format!("replay: ISOSTEP_SEED={seed} {replay}"), random_axes(seed))).collect()
+    seeds().map(|seed| Case::new(format!("replay: ISOSTEP_SEED={seed} {replay}"), &random_axes(seed))).collect()
 }
 
 /// However full their FIFOs are, and whatever is to come.
 fn one_gate() -> Vec<Case> {
     let words = Words::with_pulse(250);
     let axes = [(20, 300), (0, 300), (3, 700), (20, 300)]
-        .map(|(more, cycles)| Axis::whole(words, steps(&[&[40], &vec![cycles; more][..]].concat())));
+        .map(|(more, cycles)| Axis { words, waits: steps(&[&[40], &vec![cycles; more][..]].concat()) });
     assert_eq!(axes.len(), AXES_MAX);
-    let case = Case::new("the gate".to_owned(), axes.to_vec());
+    let case = Case::new("the gate".to_owned(), &axes);
     assert!(case.wanted.iter().all(|seen| seen.rises[0] == case.wanted[0].rises[0]));
     vec![case]
 }
 
-/// Set on every cycle around a step, and released: pulses stay whole, and no edge rises while it is engaged.
+/// Set on every cycle around a step, and released: pulses stay whole, and no edge rises while it is engaged. DIR may have
+/// changed for a step that does not rise.
 fn brakes() -> Vec<Case> {
-    let axes = [3, 30].map(|pulse| Axis::whole(Words::with_pulse(pulse), steps(&[60; 6])));
+    let axes = [4, 30].map(|pulse| {
+        let waits = [true, false, false, true, false, true].map(|high| step(high, 60)).to_vec();
+        Axis { words: Words::with_pulse(pulse), waits }
+    });
     let second = predicted(&axes[0], &(0..0)).rises[1];
     let brakes = (second - 3..second + 35).flat_map(|from| [1, 2, 500].map(|cycles| from..from + cycles));
-    brakes.map(|brake| Case::braked(format!("brake on cycles {brake:?}"), axes.to_vec(), &brake)).collect()
+    brakes.map(|brake| Case::braked(format!("brake on cycles {brake:?}"), &axes, &brake)).collect()
 }
 
-/// Before the first step, after one, and after a rest: it halts, and a word that comes too late is no step.
+/// Before the first step, after one, and after a rest: it halts, leaves DIR as it is, and a word that comes too late is no
+/// step.
 fn empty_fifos() -> Vec<Case> {
     let words = Words::with_pulse(13);
-    let waits = [vec![], steps(&[50, 60, 70]), vec![Wait::Rest(90)], vec![Wait::Step(20), Wait::Rest(500)]];
-    let axes = waits.map(|waits| Axis { words, steps: 100, waits });
-    let mut case = Case::new("an empty FIFO".to_owned(), axes.to_vec());
+    let late = vec![Wait::Low(20), Wait::Rest(500)];
+    let axes = [vec![], steps(&[50, 60, 70]), vec![Wait::Rest(90)], late].map(|waits| Axis { words, waits });
+    let mut case = Case::new("an empty FIFO".to_owned(), &axes);
     for machine in 0..axes.len() as u32 {
-        case.experiment.send(OPENS_AT + 2_000, machine, words.step(60));
+        case.experiment.send(OPENS_AT + 2_000, machine, words.step(60, true));
     }
     vec![case]
 }
 
-/// Words beyond the last step stay where they are.
-fn last_steps() -> Vec<Case> {
-    let words = Words::with_pulse(4);
-    let axes = [1, 2, 9].map(|count| Axis::whole(words, steps(&vec![50; count])));
-    let mut case = Case::new("more words than steps".to_owned(), axes.to_vec());
-    for list in &mut case.experiment.words {
-        list.extend([words.step(50); 3]);
+/// Every step goes the other way, as soon after the one before as `PioPort` lets it, and the first as soon as DIR is set up:
+/// the drivers' hold and set-up times are kept.
+fn reversals() -> Vec<Case> {
+    let drivers = [(DriverTiming::DRV8825, 0), (DriverTiming::TMC2209, 0), (DriverTiming::TMC2209, 5_000)];
+    let axis = |(timing, pulse_ns): (DriverTiming, u32)| {
+        let wiring = Wiring { pulse_ns, ..Wiring::default() };
+        let capabilities = Capabilities { tick_hz: TICK_HZ, timing, margin_ticks: 0, turn_ticks: TURN_CYCLES };
+        let words = Words::with_pulse(ticks_covering(capabilities.pulse_ns(wiring), TICK_HZ));
+        let period = capabilities.period_min_ticks(wiring);
+        let first = Wait::High(ticks_covering(timing.setup_ns, TICK_HZ));
+        let others = (0..60).map(|k| step(k % 2 == 1, period));
+        Axis { words, waits: [first].into_iter().chain(others).collect() }
+    };
+    let axes = drivers.map(axis);
+    let case = Case::new("reversals".to_owned(), &axes);
+    for ((timing, _), seen) in drivers.iter().zip(&case.wanted) {
+        let needs = u64::from(ticks_covering(timing.setup_ns, TICK_HZ));
+        assert_eq!(seen.turns.len(), seen.rises.len());
+        for ((turn, _), rise) in seen.turns.iter().zip(&seen.rises) {
+            assert!(rise - turn >= needs, "set-up before cycle {rise}");
+        }
+        for (rise, (turn, _)) in seen.rises.iter().zip(&seen.turns[1..]) {
+            assert!(turn - rise >= needs, "hold from cycle {rise}");
+        }
     }
     vec![case]
 }
@@ -225,8 +261,8 @@ macro_rules! on {
 
         #[test]
         $(#[$ignored])?
-        fn the_last_step_halts_the_machine() {
-            check($emulator, &last_steps());
+        fn reversals_keep_the_drivers_times() {
+            check($emulator, &reversals());
         }
     };
 }
@@ -243,15 +279,19 @@ mod own {
     on!(Emulator::Own, #[ignore = "needs Node's packages: cargo xtask test"]);
 }
 
-/// Waits too long to be emulated: their words must still say step or rest.
+/// Waits too long to be emulated: their words must still say step or rest, and DIR.
 #[test]
 fn the_longest_waits_fit_into_a_word() {
-    const STEP: u32 = 1 << 31;
-    for words in PULSES.map(Words::with_pulse) {
-        assert_eq!(words.first_step(WAIT_MAX_CYCLES), STEP + WAIT_MAX_CYCLES);
-        let loops = WAIT_MAX_CYCLES - words.pulse_cycles() - LOW_MIN_CYCLES;
-        assert_eq!(words.step(WAIT_MAX_CYCLES), STEP + loops);
-        assert_eq!(words.rest(WAIT_MAX_CYCLES), WAIT_MAX_CYCLES - REST_MIN_CYCLES);
+    const REST: u32 = 1 << 31;
+    for (words, high) in PULSES.map(Words::with_pulse).into_iter().flat_map(|words| [(words, false), (words, true)]) {
+        let step = u32::from(high) << 30;
+        // With more than a lead before a run's first step.
+        assert_eq!(words.first_step(WAIT_MAX_CYCLES + TICK_HZ, high), step + WAIT_MAX_CYCLES + TICK_HZ);
+        let loops = |cycles| cycles - words.pulse_cycles() - LOW_MIN_CYCLES;
+        // An interval within a segment may be twice as long.
+        let longest = 2 * WAIT_MAX_CYCLES - 64;
+        assert_eq!(words.step(longest, high), step + loops(longest));
+        assert_eq!(words.rest(WAIT_MAX_CYCLES), REST + WAIT_MAX_CYCLES - REST_MIN_CYCLES);
     }
 }
 
@@ -259,6 +299,6 @@ fn the_longest_waits_fit_into_a_word() {
 #[test]
 fn pulses_are_long_enough() {
     for cycles in PULSES {
-        assert_eq!(Words::with_pulse(cycles).pulse_cycles(), cycles.max(3));
+        assert_eq!(Words::with_pulse(cycles).pulse_cycles(), cycles.max(4));
     }
 }

@@ -5,7 +5,7 @@ use embassy_rp::Peripherals;
 use embassy_rp::gpio::{Input, Level, Output, Pull};
 #[cfg(not(feature = "timer-port"))]
 use embassy_rp::peripherals::{DMA_CH0, DMA_CH1, DMA_CH2, DMA_CH3, DMA_CH4, DMA_CH5, PIO0};
-use embassy_rp::peripherals::{FLASH, PIN_0, PIN_1, PIN_2, PIN_4, PIN_6, PIO1, UART0, USB, WATCHDOG};
+use embassy_rp::peripherals::{FLASH, PIN_0, PIN_1, PIN_2, PIN_3, PIN_4, PIN_5, PIN_6, PIN_7, PIO1, UART0, USB, WATCHDOG};
 use isostep_motion::AXES;
 
 /// GP2, GP4, GP6, for those who must reach the pins without owning them.
@@ -23,8 +23,10 @@ pub struct StepPins {
     pub x: Peri<'static, PIN_2>,
     pub y: Peri<'static, PIN_4>,
     pub z: Peri<'static, PIN_6>,
-    /// High is the positive direction.
-    pub dir: [Output<'static>; AXES],
+    /// High is the positive direction, unless the axis is inverted.
+    pub x_dir: Peri<'static, PIN_3>,
+    pub y_dir: Peri<'static, PIN_5>,
+    pub z_dir: Peri<'static, PIN_7>,
     #[cfg(not(feature = "timer-port"))]
     pub pio: Peri<'static, PIO0>,
     /// Two a axis; who holds this holds them.
@@ -75,7 +77,6 @@ pub struct Board {
 impl Board {
     /// Motors off, no step, switches pulled up.
     pub fn new(p: Peripherals) -> Self {
-        let low = Level::Low;
         Self {
             // First, so that the drivers are off as early as can be.
             enable: Output::new(p.PIN_8, Level::High),
@@ -83,7 +84,9 @@ impl Board {
                 x: p.PIN_2,
                 y: p.PIN_4,
                 z: p.PIN_6,
-                dir: [Output::new(p.PIN_3, low), Output::new(p.PIN_5, low), Output::new(p.PIN_7, low)],
+                x_dir: p.PIN_3,
+                y_dir: p.PIN_5,
+                z_dir: p.PIN_7,
                 #[cfg(not(feature = "timer-port"))]
                 pio: p.PIO0,
                 #[cfg(not(feature = "timer-port"))]
@@ -94,7 +97,7 @@ impl Board {
                 emergency_stop: Input::new(p.PIN_12, Pull::Up),
                 pio: p.PIO1,
             },
-            led: Output::new(p.PIN_25, low),
+            led: Output::new(p.PIN_25, Level::Low),
             usb: p.USB,
             uart: UartPins { uart: p.UART0, tx: p.PIN_0, rx: p.PIN_1 },
             watchdog: p.WATCHDOG,

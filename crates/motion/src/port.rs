@@ -75,26 +75,32 @@ pub struct Capabilities {
     pub timing: DriverTiming,
     /// What the port itself needs between two rises beyond what the driver does, ticks.
     pub margin_ticks: u32,
+    /// From the end of a pulse to a change of DIR that the next step asks for, at most, ticks.
+    pub turn_ticks: u32,
 }
 
 impl Capabilities {
-    /// How long STEP stays high with this wiring, ns: never shorter than the driver needs.
+    /// How long STEP stays high with this wiring, ns: never shorter than the driver needs, and than DIR is to be held, so
+    /// that it may change as soon as a pulse is over.
     #[must_use]
     pub fn pulse_ns(&self, wiring: Wiring) -> u32 {
-        self.timing.step_high_ns.max(wiring.pulse_ns)
+        self.timing.step_high_ns.max(self.timing.setup_ns).max(wiring.pulse_ns)
     }
 
-    /// Highest step rate that pulse, low time and period leave room for with this wiring, steps/s.
+    /// Highest step rate that pulse, low time, period and a reversal leave room for with this wiring, steps/s.
     #[must_use]
     pub fn rate_max_steps_s(&self, wiring: Wiring) -> u32 {
         self.tick_hz / self.period_min_ticks(wiring)
     }
 
-    /// From one rise of STEP to the next, at least, ticks.
+    /// From one rise of STEP to the next, in the same direction or the other, at least, ticks.
     #[must_use]
     pub fn period_min_ticks(&self, wiring: Wiring) -> u32 {
-        let period_ns = self.timing.period_ns.max(self.pulse_ns(wiring) + self.timing.step_low_ns);
-        ticks_covering(period_ns, self.tick_hz) + self.margin_ticks
+        let pulse_ns = self.pulse_ns(wiring);
+        let period_ns = self.timing.period_ns.max(pulse_ns + self.timing.step_low_ns);
+        let ticks = |ns| ticks_covering(ns, self.tick_hz);
+        let reversal_ticks = ticks(pulse_ns) + self.turn_ticks + ticks(self.timing.setup_ns);
+        ticks(period_ns).max(reversal_ticks) + self.margin_ticks
     }
 }
 
@@ -128,15 +134,14 @@ impl Odometer {
 
     /// Counts one step. For ports.
     pub fn count(&self, direction: Direction) {
-        self.advance(direction, 1);
+        self.advance(direction.sign());
     }
 
-    /// Counts `steps` that have risen. For ports.
-    pub fn advance(&self, direction: Direction, steps: u32) {
+    /// Counts steps that have risen: those in the positive direction, less those in the negative. For ports.
+    pub fn advance(&self, steps: i32) {
         // One writer, so load and store need no atomic read-modify-write, which a Cortex-M0+ lacks.
         let position = self.position_steps.load(Ordering::Relaxed);
-        let moved = (steps as i32).wrapping_mul(direction.sign());
-        self.position_steps.store(position.wrapping_add(moved), Ordering::Relaxed);
+        self.position_steps.store(position.wrapping_add(steps), Ordering::Relaxed);
     }
 
     /// Makes the place where the axis rests its zero.
@@ -145,36 +150,38 @@ impl Odometer {
     }
 }
 
-/// Segments queued per axis. Near standstill a segment is a step or two, so eight outlast by far what compiling one takes.
-const QUEUE_SEGMENTS: usize = 8;
+/// Segments queued per axis: 30 ms of a thousand short moves a second, of which each is a segment.
+const QUEUE_SEGMENTS: usize = 32;
 
 /// What a port is given, in order.
 #[derive(Clone, Copy, Debug)]
 pub enum Feed {
-    /// The next steps.
-    Steps(Segment),
+    /// The next steps, all in one direction. The first of them rises as long after the step before, whichever way that
+    /// went, as [`Capabilities::period_min_ticks`] says, at least.
+    Steps {
+        /// When.
+        segment: Segment,
+        /// Which way.
+        direction: Direction,
+    },
     /// No step until then, ticks from the start of the run: a port that must know what follows need not be told of a step
     /// long before it is due, which then may never come.
     Rest {
         /// Until when; before the next step by as long as a step takes, at least.
         until_ticks: u64,
     },
-    /// No step any more: the run ends with those before, though it was to have more.
+    /// No step any more: the run ends with those before. Every run ends so, unless it is stopped.
     End,
 }
 
 /// An axis's steps on their way to its port.
 pub type SegmentQueue = Channel<CriticalSectionRawMutex, Feed, QUEUE_SEGMENTS>;
 
-/// An axis's part of a move.
+/// An axis's part of a run, from standstill to standstill: it may turn on its way, and may have no step at all.
 #[derive(Clone, Copy, Debug)]
 pub struct Run {
-    /// Which way.
-    pub direction: Direction,
     /// How the driver is wired.
     pub wiring: Wiring,
-    /// How many steps it makes, unless [`Feed::End`] comes before; at least 1.
-    pub steps: u32,
 }
 
 /// Why a port stopped before its last step. Every step that rose is counted.
@@ -216,10 +223,11 @@ pub trait StepPort {
         |_engaged| {}
     }
 
-    /// Gets ready: sets DIR, waits out its set-up time, and takes what `segments` has of its first steps. Then it waits at
-    /// the `start_line`; let go, it begins at an instant that it can keep, and says which. It emits the steps of `run` as
-    /// `segments` has them, each at its instant from that start, and returns when the last has risen. Each is counted in
-    /// `odometer`; at the latest when this ends the count is exact.
+    /// Waits for the first of `segments` and gets ready for it. Then it waits at the `start_line`; let go, it begins at an
+    /// instant that it can keep, and says which: DIR's set-up time is over before the first step, however soon that is. It
+    /// emits the steps as `segments` has them, each at its instant from that start, and turns DIR between those of
+    /// different directions: after the hold time, and the set-up time ahead. It returns after [`Feed::End`], when the last
+    /// has risen. Each is counted in `odometer`; at the latest when this ends the count is exact.
     ///
     /// # Errors
     /// No step rises after a fault.

@@ -6,8 +6,8 @@
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
-/// What a segment spans is less than this, so any interval of it has 31 bits.
-pub(crate) const SPAN_MAX_TICKS: u32 = (1 << 31) - 64;
+/// What a segment spans is less than this, so any interval of it has 30 bits: a port's word has two more to say.
+pub(crate) const SPAN_MAX_TICKS: u32 = (1 << 30) - 64;
 
 /// A run of steps of one axis. Made by [`Segments`](crate::Segments); replayed as instants by
 /// [`ticks`](Segment::ticks), as intervals by [`intervals`](Segment::intervals).
@@ -60,6 +60,12 @@ impl Segment {
             growth: self.growth,
         };
         (Self { steps, ..*self }, others)
+    }
+
+    /// The same steps, `ticks` later.
+    #[must_use]
+    pub fn delayed(&self, ticks: u64) -> Self {
+        Self { first_ticks: self.first_ticks + ticks, ..*self }
     }
 
     /// The shortest of its intervals, ticks, rounded down; `None` for a single step. Intervals grow or shrink evenly, so it

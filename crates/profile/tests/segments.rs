@@ -194,13 +194,13 @@ fn an_axis_of_one_step_in_an_hour() {
     }
 }
 
-/// Every interval inside a segment can be counted in 31 bits, with room for a port's own cycles.
+/// Every interval inside a segment can be counted in 30 bits, with room for a port's own cycles.
 #[test]
-fn intervals_have_31_bits() {
+fn intervals_have_30_bits() {
     for speed_steps_s in [0.04, 0.055, 0.06, 0.07, 0.1, 1.0] {
         let plan = fastest([20], limits_of(speed_steps_s, 0.01));
         for segment in plan.segments(0, 125_000_000) {
-            assert!(segment.intervals().all(|interval| interval < (1 << 31) - 64), "{segment:?}");
+            assert!(segment.intervals().all(|interval| interval < (1 << 30) - 64), "{segment:?}");
         }
         check_all(&plan).unwrap();
     }

@@ -24,6 +24,8 @@ const TICK_HZ: u32 = PIO_TICK_HZ;
 const NS_PER_TICK: u64 = 1_000_000_000 / TICK_HZ as u64;
 /// An interval may be shorter than planned: by the rounding of both its ends, and by the fit of its segment.
 const MARGIN_TICKS: u32 = 4;
+/// As many cycles as `PioPort`'s step program takes to it.
+const TURN_TICKS: u32 = 3;
 
 /// The step port of one axis.
 pub enum AxisPort {
@@ -90,6 +92,7 @@ pub struct SimPort {
     clock: Clock,
     step: Output,
     dir: Output,
+    dir_high: bool,
     capabilities: Capabilities,
     /// When STEP may rise next, ns since power-up.
     ready_ns: u64,
@@ -98,16 +101,27 @@ pub struct SimPort {
 impl SimPort {
     /// On two pins, in the time of `clock`, for drivers that need `timing`.
     pub fn new(step: Output, dir: Output, clock: &Clock, timing: DriverTiming) -> Self {
-        let capabilities = Capabilities { tick_hz: TICK_HZ, timing, margin_ticks: MARGIN_TICKS };
-        Self { clock: clock.clone(), step, dir, capabilities, ready_ns: 0 }
+        let capabilities =
+            Capabilities { tick_hz: TICK_HZ, timing, margin_ticks: MARGIN_TICKS, turn_ticks: TURN_TICKS };
+        Self { clock: clock.clone(), step, dir, dir_high: false, capabilities, ready_ns: 0 }
     }
 
-    /// Sets DIR, gets ready, and waits for its start: the instant, ns since power-up.
-    async fn start(&mut self, run: &Run, start_line: &StartLine) -> u64 {
-        let high = (run.direction == Direction::Positive) != run.wiring.direction_inverted;
-        let Ok(()) = if high { self.dir.set_high() } else { self.dir.set_low() };
-        let setup_ticks = ticks_covering(self.capabilities.timing.setup_ns, TICK_HZ);
-        self.ready_ns = self.ready_ns.max(self.clock.now_ns() + u64::from(setup_ticks) * NS_PER_TICK);
+    /// Sets DIR. The last pulse is over, so its hold time is too.
+    fn face(&mut self, direction: Direction, wiring: Wiring) {
+        let high = (direction == Direction::Positive) != wiring.direction_inverted;
+        if high != self.dir_high {
+            self.dir_high = high;
+            let Ok(()) = if high { self.dir.set_high() } else { self.dir.set_low() };
+            let setup_ticks = ticks_covering(self.capabilities.timing.setup_ns, TICK_HZ);
+            self.ready_ns = self.ready_ns.max(self.clock.now_ns() + u64::from(setup_ticks) * NS_PER_TICK);
+        }
+    }
+
+    /// Gets ready for what comes first, and waits for its start: the instant, ns since power-up.
+    async fn start(&mut self, first: &Feed, run: &Run, start_line: &StartLine) -> u64 {
+        if let Feed::Steps { direction, .. } = first {
+            self.face(*direction, run.wiring);
+        }
         self.clock.until(self.ready_ns).await;
         start_line.armed().await;
         // All axes are let go at once. The machine's clock counts whole microseconds.
@@ -126,11 +140,11 @@ impl SimPort {
         }
     }
 
-    async fn step_at(&mut self, at_ns: u64, run: &Run, odometer: &Odometer) {
+    async fn step_at(&mut self, at_ns: u64, direction: Direction, run: &Run, odometer: &Odometer) {
         self.clock.until(at_ns).await;
         self.ready_ns = at_ns + u64::from(self.capabilities.period_min_ticks(run.wiring)) * NS_PER_TICK;
         let Ok(()) = self.step.set_high();
-        odometer.count(run.direction);
+        odometer.count(direction);
         // Nothing is awaited within the pulse, so no stop cuts it short.
         self.clock.spend(self.capabilities.pulse_ns(run.wiring).into());
         let Ok(()) = self.step.set_low();
@@ -150,24 +164,21 @@ impl StepPort for SimPort {
         odometer: &Odometer,
     ) -> Result<(), PortFault> {
         let mut feed = segments.receive().await;
-        let start_ns = self.start(&run, start_line).await;
-        let (mut left, mut last_ticks) = (run.steps, None);
+        let start_ns = self.start(&feed, &run, start_line).await;
+        let mut last_ticks = None;
         let at_ns = |ticks: u64| start_ns + ticks * NS_PER_TICK;
         loop {
             match feed {
-                Feed::Steps(segment) => {
+                Feed::Steps { segment, direction } => {
                     self.check_speed(last_ticks, &segment, run.wiring)?;
+                    self.face(direction, run.wiring);
                     for ticks in segment.ticks() {
-                        self.step_at(at_ns(ticks), &run, odometer).await;
+                        self.step_at(at_ns(ticks), direction, &run, odometer).await;
                     }
-                    left -= segment.steps();
                     last_ticks = Some(segment.last_ticks());
                 }
                 Feed::Rest { until_ticks } => self.clock.until(at_ns(until_ticks)).await,
-                Feed::End => left = 0,
-            }
-            if left == 0 {
-                return Ok(());
+                Feed::End => return Ok(()),
             }
             // The wait for the next step has begun: it must be known.
             feed = segments.try_receive().map_err(|_| PortFault::Underrun)?;

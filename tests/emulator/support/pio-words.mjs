@@ -9,8 +9,9 @@ import { PIO0, PioBench, REG } from './pio-bench.mjs';
  * are due, [cycle, address, value] in `writes`, and with a word for each state machine whose FIFO has room, from its own
  * list in `words`. A write on cycle N takes effect on N + 1. After `cycles` come the writes of `finish`.
  *
- * Out, for each state machine of each: the cycles on which its pin (`pins`) rose and fell, the one on which its flag was
- * set (or null), and the word in its RX FIFO.
+ * Out, for each state machine of each: the cycles on which its pin (`pins`) rose and fell, those on which the next pin
+ * changed with its level, [cycle, level] in `turns`, the one on which its flag was set (or null), and the word in its RX
+ * FIFO, its `count`.
  */
 class Experiment {
   static #fifoWords = 8;
@@ -19,6 +20,7 @@ class Experiment {
     this.given = given;
     this.bench = new PioBench();
     this.edges = given.pins.map((pin) => this.bench.watch(pin));
+    this.turns = given.pins.map((pin) => this.bench.watch(pin + 1));
     this.halts = given.pins.map(() => null);
     this.fed = given.pins.map(() => 0);
     this.done = 0;
@@ -63,7 +65,7 @@ class Experiment {
 
   #seen(index) {
     const to = (level) => this.edges[index].filter(([, now]) => now === level).map(([cycle]) => cycle);
-    return { rises: to(1), falls: to(0), halt: this.halts[index], left: this.bench.readAt(PIO0 + REG.rxf + 4 * index) };
+    return { rises: to(1), falls: to(0), turns: this.turns[index], halt: this.halts[index], count: this.bench.readAt(PIO0 + REG.rxf + 4 * index) };
   }
 }
 

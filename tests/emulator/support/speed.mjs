@@ -1,7 +1,7 @@
 import { run } from '../src/core.mjs';
 import { Gantry } from '../src/gantry.mjs';
 import { DMA, PIO0, PioBench, RAM, REG } from './pio-bench.mjs';
-import { axes, openGate, OVERHEAD_CYCLES, STEP } from './step-program.mjs';
+import { axes, openGate, OVERHEAD_CYCLES } from './step-program.mjs';
 
 /**
  * How fast the emulator is with a core that never sleeps: alone, and beside three axes at 1,000,000 steps/s that DMA feeds.
@@ -20,7 +20,7 @@ const LOOP = [0x6801, 0x1889, 0x4159, 0x6001, 0x3301, 0x0892, 0x41a5, 0x428b, 0x
 const LOOP_ADDRESS = RAM + 0x8000;
 
 function feed(bench, axis) {
-  const word = STEP + PERIOD_CYCLES[axis] - OVERHEAD_CYCLES - PULSE_LOOPS;
+  const word = PERIOD_CYCLES[axis] - OVERHEAD_CYCLES - PULSE_LOOPS;
   const block = RAM + 0x1000 * (axis + 1);
   bench.bus.ram32.fill(word | 0, (block - RAM) / 4, (block - RAM) / 4 + BLOCK_WORDS);
   for (const turn of [0, 1]) {

@@ -1,27 +1,43 @@
-import { CONDITION, FROM, irqWait, jmp, mov, pull, REL, set, shiftOut, TO, waitIrq } from './pio-assembly.mjs';
+import { CONDITION, FROM, irqSet, jmp, mov, OPERATION, pull, REL, set, shiftOut, TO, waitIrq } from './pio-assembly.mjs';
 import { REG } from './pio-bench.mjs';
 
 const HIGH = 16;
 const [START_FLAG, BRAKE_FLAG] = [6, 7];
-/** Side-set 1 is STEP; ISR holds the pulse, Y counts steps down. A word: cycles to wait, and in the top bit, step or rest. */
+/** Where a machine stays that has run dry. */
+export const HALTED_AT = 8;
+/**
+ * Side-set 1 is STEP, OUT's pin the next one, DIR; ISR holds the pulse, Y counts steps down. A word, from the top bit: step or
+ * rest, the level of DIR (in a rest: none, or halt), and cycles to wait.
+ */
 export const STEP_PROGRAM = [
+  mov(TO.x, FROM.null, OPERATION.invert),
   waitIrq(0, START_FLAG),
-  mov(TO.x, FROM.status),
-  jmp(CONDITION.xZero, 4),
-  irqWait(REL),
-  pull(),
-  shiftOut(TO.x, 31),
-  jmp(CONDITION.xCounts, 6),
-  mov(TO.x, FROM.osr),
-  jmp(CONDITION.xZero, 1),
+  pull({ block: 0 }),
+  shiftOut(TO.x, 1),
+  jmp(CONDITION.xZero, 13),
+  shiftOut(TO.x, 1),
+  jmp(CONDITION.xZero, 9),
+  irqSet(REL),
+  jmp(CONDITION.always, HALTED_AT),
+  shiftOut(TO.x, 30),
+  jmp(CONDITION.xCounts, 10),
+  mov(TO.x, FROM.null, OPERATION.invert),
+  jmp(CONDITION.always, 2),
+  shiftOut(TO.pins, 1),
+  shiftOut(TO.x, 30),
+  jmp(CONDITION.xCounts, 15),
   waitIrq(0, BRAKE_FLAG),
-  jmp(CONDITION.yCounts, 11, HIGH),
+  jmp(CONDITION.yCounts, 18, HIGH),
   mov(TO.x, FROM.isr, 0, HIGH),
-  jmp(CONDITION.xCounts, 12, HIGH),
+  jmp(CONDITION.xCounts, 19, HIGH),
+  mov(TO.x, FROM.null, OPERATION.invert, HIGH),
 ];
 /** Cycles a step takes beyond its wait and its pulse: nine instructions and the last round of each loop. */
 export const OVERHEAD_CYCLES = 11;
-export const STEP = 0x80000000;
+export const REST = 0x80000000;
+export const DIR_HIGH = 0x40000000;
+/** From the fall of STEP to the change of DIR. */
+export const TURN_CYCLES = 3;
 const FJOIN_TX = 0x40000000;
 const STEP_PINS = [2, 4, 6];
 
@@ -36,10 +52,10 @@ export function axes(bench, count, pulseCycles, { noted = true } = {}) {
 
 function axis(bench, index, pulseCycles, noted) {
   const pin = STEP_PINS[index];
-  const pinctrl = ((1 << 29) | (1 << 26) | (pin << 10) | (pin << 5)) >>> 0;
-  bench.configure(index, { execctrl: (12 << 12) | (1 << 7) | 1, shiftctrl: (0xc0000 | FJOIN_TX) >>> 0, pinctrl });
+  const pinctrl = ((1 << 29) | (2 << 26) | (1 << 20) | (pin << 10) | (pin << 5) | (pin + 1)) >>> 0;
+  bench.configure(index, { execctrl: (20 << 12) | (2 << 7), shiftctrl: (0x40000 | FJOIN_TX) >>> 0, pinctrl });
   const edges = bench.watch(pin, noted);
-  bench.force(index, set(TO.directions, 1), set(TO.x, pulseCycles), mov(TO.isr, FROM.x), set(TO.y, 0), mov(TO.y, FROM.y, 1), jmp(CONDITION.always, 0));
+  bench.force(index, set(TO.directions, 3), set(TO.x, pulseCycles), mov(TO.isr, FROM.x), set(TO.y, 0), mov(TO.y, FROM.y, 1), jmp(CONDITION.always, 0));
   return edges;
 }
 

@@ -2,7 +2,7 @@ import assert from 'node:assert/strict';
 import test from 'node:test';
 import { run } from '../src/core.mjs';
 import { DMA, PIO0, PioBench, RAM, REG } from '../support/pio-bench.mjs';
-import { axes, openGate, OVERHEAD_CYCLES, rises, STEP } from '../support/step-program.mjs';
+import { axes, openGate, OVERHEAD_CYCLES, rises } from '../support/step-program.mjs';
 
 const CHANNEL = 0x40;
 const CH = { read: 0x00, write: 0x04, count: 0x08, trigger: 0x0c, al1Ctrl: 0x10, al3ReadTrigger: 0x3c };
@@ -69,7 +69,7 @@ test('a bad address halts the channel and says so', () => {
 
 const WORDS = 64;
 const PULSE = 14;
-const MEGAHERTZ = STEP + 125 - OVERHEAD_CYCLES - PULSE;
+const MEGAHERTZ = 125 - OVERHEAD_CYCLES - PULSE;
 
 /** Two channels that feed each axis by turns, from one buffer each. */
 function pingPong(bench, axis) {

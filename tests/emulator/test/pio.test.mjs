@@ -2,7 +2,7 @@ import assert from 'node:assert/strict';
 import test from 'node:test';
 import { CONDITION, FROM, irqWait, jmp, mov, OPERATION, pull, push, REL, set, shiftIn, shiftOut, TO, waitGpio, waitIrq } from '../support/pio-assembly.mjs';
 import { PIO1, PioBench, REG, SM } from '../support/pio-bench.mjs';
-import { axes, openGate, OVERHEAD_CYCLES, rises, STEP } from '../support/step-program.mjs';
+import { axes, DIR_HIGH, HALTED_AT, openGate, OVERHEAD_CYCLES, REST, rises, TURN_CYCLES } from '../support/step-program.mjs';
 
 test('a square wave: set pins with delays, exact to the cycle', () => {
   const bench = new PioBench();
@@ -147,35 +147,48 @@ test('set, clear and toggle aliases work on CTRL', () => {
 test('a gate of flag 6 starts three axes on one cycle', () => {
   const bench = new PioBench();
   const edges = axes(bench, 3, 10);
-  for (const index of [0, 1, 2]) bench.write(REG.txf + 4 * index, STEP + 40);
+  for (const index of [0, 1, 2]) bench.write(REG.txf + 4 * index, 40);
   bench.runTo(500);
   assert.deepEqual(edges, [[], [], []]);
   openGate(bench);
   bench.runTo(700);
   const [x, y, z] = edges.map(rises);
-  // The gate is seen on 501; then seven instructions with 41 rounds of the wait, and the edge.
-  assert.deepEqual(x, [501 + 7 + 41 + 1]);
+  // The gate is seen on 501; then six instructions with 41 rounds of the wait, and the edge.
+  assert.deepEqual(x, [501 + 6 + 41 + 1]);
   assert.deepEqual([y, z], [x, x]);
-  assert.deepEqual(edges[0][1], [x[0] + 1 + 1 + 11, 0]);
+  assert.deepEqual(edges[0][1], [x[0] + 1 + 1 + 11 + 1, 0]);
 });
 
 test('steps follow each other by their words, and a rest is only time', () => {
   const bench = new PioBench();
   const [edges] = axes(bench, 1, 10);
-  for (const word of [STEP, STEP + 89, 50, STEP]) bench.write(REG.txf, word);
+  for (const word of [0, 89, REST + 50, 0]) bench.write(REG.txf, word);
   bench.runTo(500);
   openGate(bench);
   bench.runTo(1000);
   const [first, second, third] = rises(edges);
   assert.equal(second - first, OVERHEAD_CYCLES + 10 + 89);
-  // A rest: six instructions and 51 rounds.
-  assert.equal(third - second, OVERHEAD_CYCLES + 10 + 6 + 51);
+  // A rest: eight instructions and 51 rounds.
+  assert.equal(third - second, OVERHEAD_CYCLES + 10 + 8 + 51);
+});
+
+test('DIR changes with the word of a step, and a rest leaves it', () => {
+  const bench = new PioBench();
+  const [edges] = axes(bench, 1, 10);
+  const turns = bench.watch(3);
+  for (const word of [DIR_HIGH + 5, DIR_HIGH + 5, REST + 50, 5]) bench.write(REG.txf, word);
+  openGate(bench);
+  bench.run(500);
+  const falls = edges.filter(([, level]) => level === 0).map(([cycle]) => cycle);
+  const [first] = rises(edges);
+  // Before the wait of six rounds, the look at the brake, and the edge.
+  assert.deepEqual(turns, [[first - 1 - 1 - 6 - 1, 1], [falls[1] + 8 + 51 + TURN_CYCLES, 0]]);
 });
 
 test('a brake of flag 7 stops the edges at once, leaves pulses whole, and Y has counted them', () => {
   const bench = new PioBench();
   const [edges] = axes(bench, 1, 30);
-  for (let step = 0; step < 8; step++) bench.write(REG.txf, STEP + 80);
+  for (let step = 0; step < 8; step++) bench.write(REG.txf, 80);
   openGate(bench);
   const start = bench.core.cycles;
   const period = OVERHEAD_CYCLES + 30 + 80;
@@ -184,7 +197,7 @@ test('a brake of flag 7 stops the edges at once, leaves pulses whole, and Y has 
   bench.write(REG.irqForce, 1 << 7);
   bench.run(2000);
   assert.equal(edges.length, 6);
-  assert.equal(edges[5][0] - edges[4][0], 33);
+  assert.equal(edges[5][0] - edges[4][0], 34);
   bench.write(REG.ctrl, 0);
   bench.configure(0, { shiftctrl: 0xc0000 });
   bench.force(0, mov(TO.isr, FROM.y), push());
@@ -195,13 +208,13 @@ test('a machine that runs dry says so by its flag, and halts', () => {
   const bench = new PioBench();
   bench.write(REG.inte, 1 << 8);
   const [edges] = axes(bench, 1, 10);
-  for (const word of [STEP + 20, STEP + 20]) bench.write(REG.txf, word);
+  for (const word of [20, 20]) bench.write(REG.txf, word);
   openGate(bench);
   bench.run(40);
   assert.equal(bench.pending(7), false);
   bench.run(60);
   assert.equal(bench.pending(7), true);
-  assert.equal(bench.read(bench.sm(0, SM.addr)), 3);
+  assert.equal(bench.read(bench.sm(0, SM.addr)), HALTED_AT);
   assert.equal(rises(edges).length, 2);
   assert.equal(bench.read(REG.fdebug) >>> 24, 0);
 });

@@ -1,13 +1,14 @@
 //! The two emulators: [rp2040-emu](https://github.com/0x4D44/picoem), made by others, and the project's own.
 
 use std::io::Write as _;
+use std::mem;
 use std::process::{Command, Stdio};
 
 use isostep_tests::root;
 use rp2040_emu::{Config, EmulatorBuilder};
 use serde_json::{Value, json};
 
-use crate::experiment::{Experiment, FLEVEL, IRQ, Seen, rxf, txf};
+use crate::experiment::{Experiment, FLEVEL, IRQ, Seen, dir_pin, rxf, txf};
 
 const FIFO_WORDS: u32 = 8;
 const RAM: u32 = 0x2000_0000;
@@ -30,17 +31,6 @@ impl Emulator {
             Self::Own => own(experiments),
         }
     }
-
-    /// What the machine counts down to when it makes `rises` of `steps`.
-    ///
-    /// The published emulator leaves Y at 0 where the chip goes on to -1, as `jmp y--` always counts (RP2040 datasheet,
-    /// 3.4.2). So it does not count the last step of all.
-    pub fn left(self, steps: u32, rises: u32) -> u32 {
-        match self {
-            Self::Published => (steps - 1).saturating_sub(rises),
-            Self::Own => (steps - 1).wrapping_sub(rises),
-        }
-    }
 }
 
 struct Published {
@@ -48,17 +38,16 @@ struct Published {
     seen: Vec<Seen>,
     /// Words that each machine has been given.
     fed: Vec<usize>,
-    /// The levels of the pins.
-    high: Vec<bool>,
+    /// The levels of the pins, STEP and DIR.
+    high: Vec<[bool; 2]>,
 }
 
 impl Published {
     fn new(experiment: &Experiment) -> Self {
         let chip = EmulatorBuilder::new(Config::default()).step_quantum(1).build().expect("a chip");
-        let nothing = || Seen { rises: Vec::new(), falls: Vec::new(), halt: None, left: 0 };
         let machines = experiment.pins.len();
-        let seen = (0..machines).map(|_| nothing()).collect();
-        Self { chip, seen, fed: vec![0; machines], high: vec![false; machines] }
+        let seen = (0..machines).map(|_| Seen::default()).collect();
+        Self { chip, seen, fed: vec![0; machines], high: vec![[false; 2]; machines] }
     }
 
     fn run(mut self, experiment: &Experiment) -> Vec<Seen> {
@@ -75,7 +64,7 @@ impl Published {
         }
         self.write(&experiment.finish);
         for (machine, seen) in (0..).zip(&mut self.seen) {
-            seen.left = self.chip.mmio_read32(rxf(machine));
+            seen.count = self.chip.mmio_read32(rxf(machine));
         }
         self.seen
     }
@@ -105,17 +94,24 @@ impl Published {
     fn note(&mut self, cycle: u64, pins: &[u8]) {
         let flags = self.chip.mmio_read32(IRQ);
         for (machine, (&pin, seen)) in pins.iter().zip(&mut self.seen).enumerate() {
-            let is_high = self.chip.gpio_read(pin);
-            if is_high != self.high[machine] {
-                let edges = if is_high { &mut seen.rises } else { &mut seen.falls };
+            let [step, dir] = &mut self.high[machine];
+            if replaced(step, self.chip.gpio_read(pin)) {
+                let edges = if *step { &mut seen.rises } else { &mut seen.falls };
                 edges.push(cycle);
-                self.high[machine] = is_high;
+            }
+            if replaced(dir, self.chip.gpio_read(dir_pin(pin))) {
+                seen.turns.push((cycle, *dir));
             }
             if flags >> machine & 1 != 0 {
                 seen.halt.get_or_insert(cycle);
             }
         }
     }
+}
+
+/// Whether the level is another now.
+fn replaced(level: &mut bool, now: bool) -> bool {
+    mem::replace(level, now) != now
 }
 
 /// By the script that runs it.
@@ -144,6 +140,8 @@ fn written(experiment: &Experiment) -> Value {
 fn read(seen: &Value) -> Seen {
     let list = |name: &str| seen[name].as_array().expect(name);
     let cycles = |name| list(name).iter().map(|cycle| cycle.as_u64().expect("a cycle")).collect();
-    let left = seen["left"].as_u64().expect("a count") as u32;
-    Seen { rises: cycles("rises"), falls: cycles("falls"), halt: seen["halt"].as_u64(), left }
+    let turn = |turn: &Value| (turn[0].as_u64().expect("a cycle"), turn[1] == 1);
+    let turns = list("turns").iter().map(turn).collect();
+    let count = seen["count"].as_u64().expect("a count") as u32;
+    Seen { rises: cycles("rises"), falls: cycles("falls"), turns, halt: seen["halt"].as_u64(), count }
 }

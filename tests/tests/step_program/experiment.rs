@@ -24,10 +24,9 @@ const MACHINE_BYTES: u32 = 0x18;
 const GPIO_CTRL: u32 = 0x4001_4004;
 const FUNCSEL_PIO0: u32 = 6;
 
-const OUT_SHIFTS_RIGHT: u32 = 1 << 19;
+/// Bit 19 clear: OUT shifts left. IN shifts right, as after a reset.
+const OUT_SHIFTS_LEFT: u32 = 1 << 18;
 const FIFO_IS_ALL_TX: u32 = 1 << 30;
-/// `mov x, status` tells whether the TX FIFO holds less than one word.
-const STATUS_N: u32 = 1;
 
 /// By then every machine waits at the gate, and its FIFO is full.
 pub const OPENS_AT: u64 = 100;
@@ -38,34 +37,43 @@ const AFTER_CYCLES: u64 = 4_000;
 #[derive(Clone)]
 pub struct Axis {
     pub words: Words,
-    /// How many steps it is loaded with.
-    pub steps: u32,
     pub waits: Vec<Wait>,
 }
 
-/// Cycles up to a step, or to the end of a rest.
+/// Cycles up to a step, with DIR low or high, or to the end of a rest.
 #[derive(Clone, Copy, Debug)]
 pub enum Wait {
-    Step(u32),
+    Low(u32),
+    High(u32),
     Rest(u32),
 }
 
-impl Axis {
-    /// As many steps as there are among the waits.
-    pub fn whole(words: Words, waits: Vec<Wait>) -> Self {
-        let steps = waits.iter().filter(|wait| matches!(wait, Wait::Step(_))).count() as u32;
-        Self { words, steps, waits }
+impl Wait {
+    pub fn cycles(self) -> u32 {
+        let (Self::Low(cycles) | Self::High(cycles) | Self::Rest(cycles)) = self;
+        cycles
     }
 
+    /// DIR at its step.
+    pub fn dir(self) -> Option<bool> {
+        match self {
+            Self::Low(_) => Some(false),
+            Self::High(_) => Some(true),
+            Self::Rest(_) => None,
+        }
+    }
+}
+
+impl Axis {
     /// As `PioPort` writes them.
     pub fn encoded(&self) -> Vec<u32> {
         let mut has_stepped = false;
-        let mut encode = |wait: &Wait| match *wait {
-            Wait::Rest(cycles) => self.words.rest(cycles),
-            Wait::Step(cycles) if has_stepped => self.words.step(cycles),
-            Wait::Step(cycles) => {
+        let mut encode = |wait: &Wait| match wait.dir() {
+            None => self.words.rest(wait.cycles()),
+            Some(high) if has_stepped => self.words.step(wait.cycles(), high),
+            Some(high) => {
                 has_stepped = true;
-                self.words.first_step(cycles)
+                self.words.first_step(wait.cycles(), high)
             }
         };
         self.waits.iter().map(&mut encode).collect()
@@ -76,7 +84,7 @@ impl Axis {
 pub struct Experiment {
     /// Before cycle 0: address and value.
     pub setup: Vec<(u32, u32)>,
-    /// The GPIO of each state machine.
+    /// The GPIO of each state machine's STEP; its DIR is the next.
     pub pins: Vec<u8>,
     /// What each state machine is fed, a word a cycle while its FIFO has room, as by DMA.
     pub words: Vec<Vec<u32>>,
@@ -88,14 +96,16 @@ pub struct Experiment {
 }
 
 /// What one state machine did.
-#[derive(Debug, PartialEq)]
+#[derive(Debug, Default, PartialEq)]
 pub struct Seen {
     pub rises: Vec<u64>,
     pub falls: Vec<u64>,
+    /// When DIR changed, and whether it is high then.
+    pub turns: Vec<(u64, bool)>,
     /// When it raised its own flag.
     pub halt: Option<u64>,
-    /// Of the steps it was loaded with, how many it has not counted, less one.
-    pub left: u32,
+    /// The edges it has counted.
+    pub count: u32,
 }
 
 impl Experiment {
@@ -135,6 +145,10 @@ impl Experiment {
     }
 }
 
+pub const fn dir_pin(step_pin: u8) -> u8 {
+    step_pin + 1
+}
+
 pub const fn txf(machine: u32) -> u32 {
     TXF + 4 * machine
 }
@@ -148,41 +162,44 @@ const fn of(machine: u32, register: u32) -> u32 {
 }
 
 fn shift_ctrl(fifo_is_all_tx: bool) -> u32 {
-    OUT_SHIFTS_RIGHT | if fifo_is_all_tx { FIFO_IS_ALL_TX } else { 0 }
+    OUT_SHIFTS_LEFT | if fifo_is_all_tx { FIFO_IS_ALL_TX } else { 0 }
 }
 
 /// As embassy-rp does it with what `pio_port` asks for.
 fn configured(machine: u32, pin: u8) -> Vec<(u32, u32)> {
     let program = program::steps();
-    let exec_ctrl = u32::from(program.wrap.source) << 12 | u32::from(program.wrap.target) << 7 | STATUS_N;
-    // The pin is side-set, and SET too, for its direction.
-    let pin_ctrl = u32::from(program.side_set.bits()) << 29 | 1 << 26 | u32::from(pin) << 10 | u32::from(pin) << 5;
-    let output = InstructionOperands::SET { destination: SetDestination::PINDIRS, data: 1 }.encode();
+    let exec_ctrl = u32::from(program.wrap.source) << 12 | u32::from(program.wrap.target) << 7;
+    let dir = dir_pin(pin);
+    // STEP is side-set, DIR the pin of OUT; SET has both, for their direction.
+    let pin_ctrl = u32::from(program.side_set.bits()) << 29 | 2 << 26 | 1 << 20;
+    let pin_ctrl = pin_ctrl | u32::from(pin) << 10 | u32::from(pin) << 5 | u32::from(dir);
+    let low = InstructionOperands::SET { destination: SetDestination::PINS, data: 0 }.encode();
+    let outputs = InstructionOperands::SET { destination: SetDestination::PINDIRS, data: 3 }.encode();
     vec![
         (GPIO_CTRL + 8 * u32::from(pin), FUNCSEL_PIO0),
+        (GPIO_CTRL + 8 * u32::from(dir), FUNCSEL_PIO0),
         (of(machine, CLKDIV), 1 << 16),
         (of(machine, EXECCTRL), exec_ctrl),
         (of(machine, SHIFTCTRL), shift_ctrl(true)),
         (of(machine, PINCTRL), pin_ctrl),
-        (of(machine, INSTR), output.into()),
+        (of(machine, INSTR), low.into()),
+        (of(machine, INSTR), outputs.into()),
     ]
 }
 
 /// As the firmware's `StateMachine` is.
-fn loaded(machine: u32, axis: &Axis) -> [(u32, u32); 7] {
+fn loaded(machine: u32, axis: &Axis) -> [(u32, u32); 5] {
     let force = |instruction: u16| (of(machine, INSTR), instruction.into());
     [
         (txf(machine), axis.words.pulse_loops()),
         force(forced::PULL),
         force(forced::SET_PULSE),
-        (txf(machine), axis.steps - 1),
-        force(forced::PULL),
-        force(forced::SET_COUNT),
+        force(forced::CLEAR_COUNT),
         force(forced::GO_TO_START),
     ]
 }
 
-/// Puts what is left of the count into the RX FIFO.
+/// Puts the count into the RX FIFO.
 fn counted(machine: u32) -> [(u32, u32); 3] {
     let force = |instruction: u16| (of(machine, INSTR), instruction.into());
     [(of(machine, SHIFTCTRL), shift_ctrl(false)), force(forced::GET_COUNT), force(forced::PUSH)]

@@ -13,22 +13,28 @@
 //! # Where the steps are
 //! The state machine counts every edge as it makes it. While it runs that count is out of reach; the odometer then
 //! follows what DMA has sent and the FIFO still holds, a step behind at most, and looks at least every
-//! [`REPORT_EVERY`]. Once the machine is stopped, the count is read and is exact.
+//! [`REPORT_EVERY`]. Once the machine is stopped, the count is read and is exact. Which way the edges go it does not count:
+//! that is in the words, of which `tally` knows those on their way.
+//!
+//! # Set-up times
+//! DIR changes with a step's word, after the last pulse, so what is left of the interval is its set-up time. Before the first
+//! step of a run there is a lead, from the opening of the gate to the start of the run, as long as that.
 
 mod gate;
 mod interrupts;
 mod program;
 mod state_machine;
 mod stream;
+mod tally;
 
 use core::future::poll_fn;
 use core::sync::atomic::{AtomicU32, Ordering};
 use core::task::Poll;
 
-use embassy_rp::gpio::Output;
+use embassy_rp::gpio::Level;
 use embassy_rp::peripherals::PIO0;
 use embassy_rp::pio::{Config, Direction as PinDirection, FifoJoin, LoadedProgram, Pin, Pio, ShiftDirection};
-use embassy_time::{Duration, Instant, Timer, with_timeout};
+use embassy_time::{Duration, with_timeout};
 use isostep_motion::{
     AXES, Brake, Capabilities, Direction, DriverTiming, Feed, Odometer, PortFault, Run, SegmentQueue, StartLine,
     StepPort, ticks_covering,
@@ -37,7 +43,8 @@ use isostep_profile::Segment;
 
 use self::program::Words;
 use self::state_machine::StateMachine;
-use self::stream::{BLOCK_WORDS, Blocks, Stream};
+use self::stream::{BLOCK_WORDS, Blocks, IN_FLIGHT_MAX_WORDS, Stream};
+use self::tally::Tally;
 use crate::pins::StepPins;
 use crate::priority;
 
@@ -45,6 +52,7 @@ pub use PioPort as Port;
 
 /// The state machines count cycles of the system clock.
 const TICK_HZ: u32 = 125_000_000;
+const TICKS_PER_US: u64 = TICK_HZ as u64 / 1_000_000;
 /// An interval may be shorter than planned: by the rounding of both its ends, and by the fit of its segment.
 const MARGIN_TICKS: u32 = 4;
 /// A block is handed over when it is full, or holds as much motion as this. Less would leave too little time for the next.
@@ -55,16 +63,18 @@ const REPORT_EVERY: Duration = Duration::from_millis(10);
 const _: () =
     assert!(AXES <= program::AXES_MAX, "a PIO block has four state machines: step the other axes by a TimerPort");
 
-/// STEP of one axis by a state machine of PIO0, its DIR by the processor.
+// One more is in work, which may not have risen.
+const _: () = assert!(IN_FLIGHT_MAX_WORDS < tally::IN_FLIGHT_MAX);
+
+/// STEP and DIR of one axis by a state machine of PIO0.
 pub struct PioPort {
     axis: usize,
-    dir: Output<'static>,
     machine: StateMachine,
     stream: Stream,
     capabilities: Capabilities,
-    /// Steps that the last run was given.
-    given: u32,
-    /// Steps of it that rose.
+    /// What the last run was given.
+    tally: Tally,
+    /// Edges of it that rose.
     risen: u32,
 }
 
@@ -74,33 +84,36 @@ pub fn open(pins: StepPins, timing: DriverTiming) -> [PioPort; AXES] {
 
     let Pio { mut common, mut sm0, mut sm1, mut sm2, .. } = Pio::new(pins.pio, interrupts::Irqs);
     let program = common.load_program(&program::steps());
-    let (x, y, z) = (common.make_pio_pin(pins.x), common.make_pio_pin(pins.y), common.make_pio_pin(pins.z));
-    sm0.set_config(&config(&program, &x));
-    sm1.set_config(&config(&program, &y));
-    sm2.set_config(&config(&program, &z));
-    sm0.set_pin_dirs(PinDirection::Out, &[&x]);
-    sm1.set_pin_dirs(PinDirection::Out, &[&y]);
-    sm2.set_pin_dirs(PinDirection::Out, &[&z]);
+    let (x, x_dir) = (common.make_pio_pin(pins.x), common.make_pio_pin(pins.x_dir));
+    let (y, y_dir) = (common.make_pio_pin(pins.y), common.make_pio_pin(pins.y_dir));
+    let (z, z_dir) = (common.make_pio_pin(pins.z), common.make_pio_pin(pins.z_dir));
+    sm0.set_config(&config(&program, &x, &x_dir));
+    sm1.set_config(&config(&program, &y, &y_dir));
+    sm2.set_config(&config(&program, &z, &z_dir));
+    sm0.set_pins(Level::Low, &[&x, &x_dir]);
+    sm1.set_pins(Level::Low, &[&y, &y_dir]);
+    sm2.set_pins(Level::Low, &[&z, &z_dir]);
+    sm0.set_pin_dirs(PinDirection::Out, &[&x, &x_dir]);
+    sm1.set_pin_dirs(PinDirection::Out, &[&y, &y_dir]);
+    sm2.set_pin_dirs(PinDirection::Out, &[&z, &z_dir]);
     // Taken for ever: dropping the first four would give the pins back.
     core::mem::forget((common, sm0, sm1, sm2, pins.channels));
     priority::enable_pio_port();
 
-    let [x_dir, y_dir, z_dir] = pins.dir;
-    [
-        PioPort::new(0, x_dir, &BLOCKS[0], timing),
-        PioPort::new(1, y_dir, &BLOCKS[1], timing),
-        PioPort::new(2, z_dir, &BLOCKS[2], timing),
-    ]
+    [0, 1, 2].map(|axis| PioPort::new(axis, &BLOCKS[axis], timing))
 }
 
-/// Of a state machine that steps on `pin`.
-fn config(program: &LoadedProgram<'static, PIO0>, pin: &Pin<'static, PIO0>) -> Config<'static, PIO0> {
+/// Of a state machine that steps on these pins.
+fn config(
+    program: &LoadedProgram<'static, PIO0>,
+    step: &Pin<'static, PIO0>,
+    dir: &Pin<'static, PIO0>,
+) -> Config<'static, PIO0> {
     let mut config = Config::default();
-    config.use_program(program, &[pin]);
+    config.use_program(program, &[step]);
+    config.set_out_pins(&[dir]);
     config.fifo_join = FifoJoin::TxOnly;
-    config.shift_out.direction = ShiftDirection::Right;
-    // `mov x, status` tells whether the FIFO holds less than one word.
-    config.status_n = 1;
+    config.shift_out.direction = ShiftDirection::Left;
     config
 }
 
@@ -126,97 +139,100 @@ impl StepPort for PioPort {
             // Until the state machine has halted, by itself or because of a fault.
             underway.until(|_| false).await;
         }
-        if self.risen == self.given { Ok(()) } else { Err(PortFault::Underrun) }
+        if self.risen == self.tally.written_edges() { Ok(()) } else { Err(PortFault::Underrun) }
     }
 }
 
 impl PioPort {
-    fn new(axis: usize, dir: Output<'static>, blocks: &'static Blocks, timing: DriverTiming) -> Self {
+    fn new(axis: usize, blocks: &'static Blocks, timing: DriverTiming) -> Self {
         let machine = StateMachine::new(axis);
         let stream = Stream::new(axis, machine.fifo_address(), blocks);
-        let capabilities = Capabilities { tick_hz: TICK_HZ, timing, margin_ticks: MARGIN_TICKS };
-        Self { axis, dir, machine, stream, capabilities, given: 0, risen: 0 }
-    }
-
-    /// Sets DIR; from when on a step may rise.
-    fn turn(&mut self, run: &Run) -> Instant {
-        let high = (run.direction == Direction::Positive) != run.wiring.direction_inverted;
-        self.dir.set_level(high.into());
-        // The clock's reading may be almost a microsecond old.
-        let setup_us = u64::from(self.capabilities.timing.setup_ns.div_ceil(1_000)) + 1;
-        Instant::now() + Duration::from_micros(setup_us)
+        let (margin_ticks, turn_ticks) = (MARGIN_TICKS, program::TURN_CYCLES);
+        let capabilities = Capabilities { tick_hz: TICK_HZ, timing, margin_ticks, turn_ticks };
+        Self { axis, machine, stream, capabilities, tally: Tally::new(), risen: 0 }
     }
 }
 
 /// One run. However it ends, or is dropped, the state machine is stopped and its edges are counted.
 struct Underway<'a> {
     port: &'a mut PioPort,
-    run: Run,
+    direction_inverted: bool,
     start_line: &'a StartLine,
     odometer: &'a Odometer,
     words: Words,
     period_min_ticks: u32,
-    /// When DIR has been set up.
-    turned_at: Instant,
+    /// From the opening of the gate to the start of the run: DIR's set-up time.
+    lead: Duration,
     has_started: bool,
-    /// Instant of the last step written.
+    /// Instant of the last step or rest written; at first, of the opening of the gate, modulo 2^64.
     last_ticks: u64,
-    /// Words without a step written so far.
-    rests: u32,
-    /// Steps the odometer knows of.
+    /// Edges that the odometer knows of, and where they have led.
     reported: u32,
+    reported_steps: i32,
 }
 
 impl<'a> Underway<'a> {
-    /// Sets DIR; the state machine waits at the gate.
+    /// The state machine waits at the gate.
     fn new(port: &'a mut PioPort, run: Run, start_line: &'a StartLine, odometer: &'a Odometer) -> Self {
-        port.given = 0;
-        let turned_at = port.turn(&run);
-        let words = Words::with_pulse(ticks_covering(port.capabilities.pulse_ns(run.wiring), TICK_HZ));
+        let capabilities = port.capabilities;
+        let words = Words::with_pulse(ticks_covering(capabilities.pulse_ns(run.wiring), TICK_HZ));
+        let lead = Duration::from_micros(capabilities.timing.setup_ns.div_ceil(1_000).into());
+        port.tally = Tally::new();
         port.stream.clear();
         gate::close_gate();
-        port.machine.load(words.pulse_loops(), run.steps);
+        port.machine.load(words.pulse_loops());
         interrupts::expect_halt(port.axis);
         port.machine.enable();
-        let period_min_ticks = port.capabilities.period_min_ticks(run.wiring);
         Self {
             port,
-            run,
+            direction_inverted: run.wiring.direction_inverted,
             start_line,
             odometer,
             words,
-            period_min_ticks,
-            turned_at,
+            period_min_ticks: capabilities.period_min_ticks(run.wiring),
+            lead,
             has_started: false,
-            last_ticks: 0,
-            rests: 0,
+            last_ticks: 0_u64.wrapping_sub(lead.as_micros() * TICKS_PER_US),
             reported: 0,
+            reported_steps: 0,
         }
     }
 
+    /// Writes all that the run is given.
     async fn feed(&mut self, segments: &SegmentQueue) -> Result<(), PortFault> {
-        while self.port.given < self.run.steps {
-            let feed = match segments.try_receive() {
-                Ok(feed) => feed,
-                Err(_) => {
-                    // What is written must not wait for what is not compiled yet.
-                    self.port.stream.hand_over();
-                    self.start().await;
-                    segments.receive().await
-                }
-            };
+        let mut feed = segments.receive().await;
+        loop {
             match feed {
-                Feed::Steps(segment) => {
-                    self.write(&segment, self.port.given == 0).await?;
-                    self.port.given += segment.steps();
-                }
+                Feed::Steps { segment, direction } => self.write(&segment, direction).await?,
                 Feed::Rest { until_ticks } => self.rest_until(until_ticks).await?,
                 Feed::End => break,
             }
+            feed = match segments.try_receive() {
+                Ok(feed) => feed,
+                Err(_) => self.wait_for_more(segments).await?,
+            };
         }
         self.port.stream.hand_over();
         self.start().await;
         Ok(())
+    }
+
+    /// What comes next, when it is not there yet.
+    async fn wait_for_more(&mut self, segments: &SegmentQueue) -> Result<Feed, PortFault> {
+        // What is written must not wait for what is not compiled yet.
+        self.port.stream.hand_over();
+        self.start().await;
+        loop {
+            let feed = with_timeout(REPORT_EVERY, segments.receive()).await;
+            self.report();
+            match feed {
+                Ok(Feed::End) => return Ok(Feed::End),
+                // It comes too late.
+                Ok(_) if self.port.machine.has_halted() => return Err(PortFault::Underrun),
+                Ok(feed) => return Ok(feed),
+                Err(_) => {}
+            }
+        }
     }
 
     /// Waits with the other axes until the run is started, unless it has been: its first words are with DMA. The first
@@ -225,28 +241,31 @@ impl<'a> Underway<'a> {
         if self.has_started {
             return;
         }
-        Timer::at(self.turned_at).await;
         self.start_line.armed().await;
-        self.start_line.begun(gate::open_gate());
+        self.start_line.begun(gate::open_gate() + self.lead);
         self.has_started = true;
     }
 
-    async fn write(&mut self, segment: &Segment, is_first: bool) -> Result<(), PortFault> {
-        let wait = self.rest(segment.first_ticks() - self.last_ticks).await?;
-        if is_first {
-            self.push(self.words.first_step(wait)).await?;
+    async fn write(&mut self, segment: &Segment, direction: Direction) -> Result<(), PortFault> {
+        let wait = self.rest(segment.first_ticks().wrapping_sub(self.last_ticks)).await?;
+        let high = (direction == Direction::Positive) != self.direction_inverted;
+        let word = if self.port.tally.written_edges() == 0 {
+            self.words.first_step(wait, high)
         } else {
             self.check(wait)?;
-            self.push(self.words.step(wait)).await?;
-        }
+            self.words.step(wait, high)
+        };
         if let Some(interval) = segment.interval_min_ticks() {
             self.check(interval)?;
         }
-        let mut intervals = segment.intervals();
+        self.await_room().await?;
+        self.port.stream.room()[0].store(word, Ordering::Relaxed);
+        self.wrote_steps(direction, 1);
+        let (mut intervals, bias) = (segment.intervals(), self.words.bias(high));
         while intervals.len() > 0 {
             self.await_room().await?;
-            let wrote = intervals.fill(self.port.stream.room(), self.words.bias());
-            self.port.stream.wrote(wrote);
+            let wrote = intervals.fill(self.port.stream.room(), bias);
+            self.wrote_steps(direction, wrote);
         }
         self.last_ticks = segment.last_ticks();
         // About what the open block spans: near enough to tell enough from too little.
@@ -256,11 +275,15 @@ impl<'a> Underway<'a> {
         Ok(())
     }
 
+    fn wrote_steps(&mut self, direction: Direction, words: usize) {
+        self.port.stream.wrote(words);
+        self.port.tally.write_steps(direction == Direction::Negative, words as u32);
+    }
+
     /// Makes no step until then.
     async fn rest_until(&mut self, ticks: u64) -> Result<(), PortFault> {
-        let wait = self.rest(ticks - self.last_ticks).await?;
-        self.push(self.words.rest(wait)).await?;
-        self.rests += 1;
+        let wait = self.rest(ticks.wrapping_sub(self.last_ticks)).await?;
+        self.push_rest(wait).await?;
         self.last_ticks = ticks;
         self.port.stream.hand_over();
         Ok(())
@@ -269,8 +292,7 @@ impl<'a> Underway<'a> {
     /// Rests until what is left of the ticks up to the next step fits into its word.
     async fn rest(&mut self, mut ticks: u64) -> Result<u32, PortFault> {
         while ticks > u64::from(program::WAIT_MAX_CYCLES) {
-            self.push(self.words.rest(program::WAIT_MAX_CYCLES / 2)).await?;
-            self.rests += 1;
+            self.push_rest(program::WAIT_MAX_CYCLES / 2).await?;
             ticks -= u64::from(program::WAIT_MAX_CYCLES / 2);
         }
         Ok(ticks as u32)
@@ -282,10 +304,11 @@ impl<'a> Underway<'a> {
         if interval < min { Err(PortFault::TooFast { interval, min }) } else { Ok(()) }
     }
 
-    async fn push(&mut self, word: u32) -> Result<(), PortFault> {
+    async fn push_rest(&mut self, cycles: u32) -> Result<(), PortFault> {
         self.await_room().await?;
-        self.port.stream.room()[0].store(word, Ordering::Relaxed);
+        self.port.stream.room()[0].store(self.words.rest(cycles), Ordering::Relaxed);
         self.port.stream.wrote(1);
+        self.port.tally.write_rest();
         Ok(())
     }
 
@@ -323,14 +346,16 @@ impl<'a> Underway<'a> {
     /// Tells the odometer what must have risen: all that was sent, but what the FIFO holds and the one in work.
     fn report(&mut self) {
         let sent = self.port.stream.sent_words();
-        let begun = sent.saturating_sub(self.port.machine.queued_words());
-        self.count(begun.saturating_sub(self.rests + 1));
+        let done = sent.saturating_sub(self.port.machine.queued_words() + 1);
+        self.count(self.port.tally.edges_of(done));
     }
 
     fn count(&mut self, risen: u32) {
-        if risen > self.reported {
-            self.odometer.advance(self.run.direction, risen - self.reported);
-            self.reported = risen;
+        // Two looks at registers do not happen at once: it may seem fewer.
+        if risen.wrapping_sub(self.reported) as i32 > 0 {
+            let steps = self.port.tally.steps_after(risen);
+            self.odometer.advance(steps.wrapping_sub(self.reported_steps));
+            (self.reported, self.reported_steps) = (risen, steps);
         }
     }
 
@@ -339,7 +364,7 @@ impl<'a> Underway<'a> {
         self.port.machine.disable();
         self.port.stream.clear();
         cortex_m::asm::delay(self.words.pulse_cycles());
-        self.port.risen = self.port.machine.risen(self.run.steps);
+        self.port.risen = self.port.machine.risen();
         self.count(self.port.risen);
     }
 }

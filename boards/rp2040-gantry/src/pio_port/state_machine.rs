@@ -16,13 +16,15 @@ impl StateMachine {
         Self { index }
     }
 
-    /// At the start of the program, halted and with an empty FIFO: the next `steps` pulses will be of `pulse_loops`.
-    pub fn load(&self, pulse_loops: u32, steps: u32) {
+    /// At the start of the program, halted and with an empty FIFO: the next pulses will be of `pulse_loops`.
+    pub fn load(&self, pulse_loops: u32) {
         self.disable();
         PIO0.ctrl().modify(|ctrl| ctrl.set_sm_restart(self.bit()));
         self.share_fifo(true);
-        self.set(pulse_loops, forced::SET_PULSE);
-        self.set(steps - 1, forced::SET_COUNT);
+        PIO0.txf(self.index).write_value(pulse_loops);
+        self.force(forced::PULL);
+        self.force(forced::SET_PULSE);
+        self.force(forced::CLEAR_COUNT);
         self.force(forced::GO_TO_START);
         self.forget_halt();
     }
@@ -36,16 +38,16 @@ impl StateMachine {
         PIO0.ctrl().modify(|ctrl| ctrl.set_sm_enable(ctrl.sm_enable() & !self.bit()));
     }
 
-    /// Of the `steps` it was loaded with, how many have risen. Lowers STEP and drops what the FIFO holds; disable it first.
-    pub fn risen(&self, steps: u32) -> u32 {
+    /// How many edges have risen since it was loaded, modulo 2^32. Lowers STEP and drops what the FIFO holds; disable it
+    /// first.
+    pub fn risen(&self) -> u32 {
         self.share_fifo(false);
         self.force(forced::GET_COUNT);
         self.force(forced::PUSH);
-        // Y began at one less, and is that many lower.
-        (steps - 1).wrapping_sub(PIO0.rxf(self.index).read())
+        PIO0.rxf(self.index).read()
     }
 
-    /// It has run out of words, or of steps.
+    /// It has run out of words.
     pub fn has_halted(&self) -> bool {
         PIO0.irq().read().irq() & self.bit() != 0
     }
@@ -68,12 +70,6 @@ impl StateMachine {
     fn share_fifo(&self, words_only: bool) {
         self.registers().shiftctrl().modify(|shift| shift.set_fjoin_tx(!words_only));
         self.registers().shiftctrl().modify(|shift| shift.set_fjoin_tx(words_only));
-    }
-
-    fn set(&self, value: u32, instruction: u16) {
-        PIO0.txf(self.index).write_value(value);
-        self.force(forced::PULL);
-        self.force(instruction);
     }
 
     fn force(&self, instruction: u16) {

@@ -15,6 +15,9 @@ use embassy_rp::pac::dma::vals::{DataSize, TreqSel};
 /// Words of a block: at 1,000,000 steps/s it is filled every 256 us.
 pub const BLOCK_WORDS: usize = 256;
 
+/// Words that are written and not begun, at most: two blocks, and a FIFO.
+pub const IN_FLIGHT_MAX_WORDS: u32 = 2 * BLOCK_WORDS as u32 + 8;
+
 /// What DMA reads; atomics, because it reads beside us.
 pub type Blocks = [[AtomicU32; BLOCK_WORDS]; 2];
 

@@ -94,8 +94,7 @@ impl Doorbell {
 /// A run as the driving task needs it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Order {
-    pub steps: u32,
-    pub dir_high: bool,
+    pub direction_inverted: bool,
     /// From a change of DIR to a rise.
     pub setup: Duration,
     /// STEP stays high at least this long, ns.
@@ -122,8 +121,8 @@ struct Papers {
     next: Cell<Option<Feed>>,
     /// The driving task waits for it.
     wanted: Cell<bool>,
-    /// Steps of the run.
-    risen: Cell<u32>,
+    /// Steps of the run that have risen, those back less.
+    travelled: Cell<i32>,
 }
 
 impl Desk {
@@ -134,7 +133,7 @@ impl Desk {
             braked: Cell::new(false),
             next: Cell::new(None),
             wanted: Cell::new(false),
-            risen: Cell::new(0),
+            travelled: Cell::new(0),
         };
         Self { papers: Mutex::new(papers), room: Signal::new(), begun: Signal::new(), end: Signal::new() }
     }
@@ -153,7 +152,7 @@ impl Desk {
             self.begun.reset();
             self.end.reset();
             papers.order.set(Some(order));
-            papers.risen.set(0);
+            papers.travelled.set(0);
         });
     }
 
@@ -186,9 +185,9 @@ impl Desk {
         self.end.wait().await
     }
 
-    /// Steps of the run that have risen.
-    pub fn risen(&self) -> u32 {
-        self.papers.lock(|papers| papers.risen.get())
+    /// Steps of the run that have risen: those in the positive direction, less those in the negative.
+    pub fn travelled(&self) -> i32 {
+        self.papers.lock(|papers| papers.travelled.get())
     }
 
     /// Ends the run, if it has not ended: no further step rises.
@@ -229,16 +228,16 @@ impl Desk {
         })
     }
 
-    /// Has a step rise and counts it, if the run has not ended and the brake is off. A brake ends the run: its steps would
-    /// be late; the port is to be stopped too.
+    /// Has a step rise and counts it, by its `sign`, if the run has not ended and the brake is off. A brake ends the run:
+    /// its steps would be late; the port is to be stopped too.
     #[inline(always)]
-    pub fn step(&self, rise: impl FnOnce()) -> bool {
+    pub fn step(&self, sign: i32, rise: impl FnOnce()) -> bool {
         self.papers.lock(|papers| {
             let may = papers.live.get() && !papers.braked.get();
             papers.live.set(may);
             if may {
                 rise();
-                papers.risen.set(papers.risen.get().wrapping_add(1));
+                papers.travelled.set(papers.travelled.get().wrapping_add(sign));
             }
             may
         })

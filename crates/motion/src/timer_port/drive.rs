@@ -10,7 +10,7 @@ use isostep_profile::Ticks;
 
 use super::LATE_MAX;
 use super::bank::{Desk, Doorbell, Flag, Order, TimerBank};
-use crate::port::{Feed, PortFault};
+use crate::port::{Direction, Feed, PortFault};
 
 /// Between two looks at the clock while waiting for a step, ns.
 const LOOK_EVERY_NS: u32 = 50;
@@ -67,8 +67,10 @@ struct Lane<'a, S, D> {
     desk: &'a Desk,
     step: S,
     dir: D,
-    /// Of the segment under way.
+    dir_high: bool,
+    /// Of the segment under way, and which way that goes: 1 or -1.
     ticks: Option<Ticks>,
+    sign: i32,
     /// From which segments count; [`AT_GATE`] before.
     start: u64,
     /// When the next step is due.
@@ -80,8 +82,11 @@ struct Lane<'a, S, D> {
     /// From a fall of STEP to its next rise, at least.
     low_min: u64,
     pulse_ns: u32,
-    /// Steps of the run in segments to come.
-    left: u32,
+    direction_inverted: bool,
+    /// From a change of DIR to a rise.
+    setup: u64,
+    /// Of a run under way more is to come.
+    is_fed: bool,
     level: Level,
 }
 
@@ -181,8 +186,8 @@ where
         let mut pulse_ns = 0;
         for lane in &mut self.lanes {
             if lane.level == Level::Due {
-                let Lane { desk, step, .. } = lane;
-                let risen = desk.step(|| {
+                let Lane { desk, step, sign, .. } = lane;
+                let risen = desk.step(*sign, || {
                     let Ok(()) = step.set_high();
                 });
                 lane.level = if risen { Level::High } else { Level::Low };
@@ -206,7 +211,7 @@ where
                 lane.level = Level::Low;
                 lane.ready = now + lane.low_min;
                 if !lane.advance() {
-                    lane.turn();
+                    lane.refill();
                 }
             }
         }
@@ -226,14 +231,18 @@ where
             desk,
             step,
             dir,
+            dir_high: false,
             ticks: None,
+            sign: 1,
             start: 0,
             due: NEVER,
             at: NEVER,
             ready: Instant::now().as_ticks(),
             low_min: 0,
             pulse_ns: 0,
-            left: 0,
+            direction_inverted: false,
+            setup: 0,
+            is_fed: false,
             level: Level::Low,
         }
     }
@@ -243,18 +252,28 @@ where
         if let Some(order) = self.desk.take_order() {
             self.begin(&order);
         }
-        if self.at == NEVER && self.left > 0 {
+        if self.at == NEVER && self.is_fed {
             self.refill();
         }
     }
 
-    /// Sets DIR; the first step waits for the set-up time, and for the gate.
+    /// Goes to the gate.
     fn begin(&mut self, order: &Order) {
-        // The last pulse is over, so DIR's hold time is too.
-        let Ok(()) = if order.dir_high { self.dir.set_high() } else { self.dir.set_low() };
-        self.ready = self.ready.max((Instant::now() + order.setup).as_ticks());
-        (self.start, self.pulse_ns, self.low_min) = (AT_GATE, order.pulse_ns, order.low_min.as_ticks());
-        (self.due, self.at, self.left) = (NEVER, NEVER, order.steps);
+        (self.pulse_ns, self.low_min) = (order.pulse_ns, order.low_min.as_ticks());
+        (self.direction_inverted, self.setup) = (order.direction_inverted, order.setup.as_ticks());
+        (self.start, self.due, self.at, self.is_fed) = (AT_GATE, NEVER, NEVER, true);
+    }
+
+    /// Sets DIR; if that changes it, the next step waits for the set-up time.
+    fn face(&mut self, direction: Direction) {
+        self.sign = direction.sign();
+        let high = (direction == Direction::Positive) != self.direction_inverted;
+        if high != self.dir_high {
+            self.dir_high = high;
+            // The last pulse is over, so DIR's hold time is too.
+            let Ok(()) = if high { self.dir.set_high() } else { self.dir.set_low() };
+            self.ready = self.ready.max(Instant::now().as_ticks() + self.setup);
+        }
     }
 
     fn is_at_gate(&self) -> bool {
@@ -272,29 +291,26 @@ where
             self.at = self.due.max(self.ready);
         }
         self.desk.begin(Instant::from_ticks(start));
-    }
-
-    /// At the end of a segment: the next, or the end of the run.
-    #[inline(never)]
-    fn turn(&mut self) {
-        if self.left > 0 {
-            self.refill();
-        } else {
+        if !self.is_fed && self.at == NEVER {
+            // It had no step to make.
             self.desk.conclude(Ok(()));
         }
     }
 
-    /// Goes on with what comes next, if it is there.
+    /// At the end of a segment: the next, if it is there, or the end of the run. No run ends before it has started.
+    #[inline(never)]
     fn refill(&mut self) {
         match self.desk.take() {
-            Some(Feed::Steps(segment)) => {
-                self.left -= segment.steps();
+            Some(Feed::Steps { segment, direction }) => {
+                self.face(direction);
                 self.ticks = Some(segment.ticks());
                 self.advance();
             }
             Some(Feed::End) => {
-                self.left = 0;
-                self.desk.conclude(Ok(()));
+                self.is_fed = false;
+                if !self.is_at_gate() {
+                    self.desk.conclude(Ok(()));
+                }
             }
             Some(Feed::Rest { .. }) | None => {}
         }

@@ -37,8 +37,7 @@ pub use self::bank::TimerBank;
 use self::bank::{Desk, Doorbell, Flag, Order};
 use crate::TICK_HZ;
 use crate::port::{
-    Brake, Capabilities, Direction, DriverTiming, Feed, Odometer, PortFault, Run, SegmentQueue, StepPort,
-    ticks_covering,
+    Brake, Capabilities, DriverTiming, Feed, Odometer, PortFault, Run, SegmentQueue, StepPort, ticks_covering,
 };
 use crate::start_line::StartLine;
 
@@ -60,8 +59,8 @@ impl<const N: usize> TimerBank<N> {
     /// The ports, for drivers that need `timing`. Each brake is to call [`TimerBank::brake`] for its axis; where no edge is
     /// made between a stop and the axis task's answer to it, it may do nothing.
     pub fn ports(&self, timing: DriverTiming, brakes: [Brake; N]) -> [TimerPort<'_>; N] {
-        // A reading of the clock may be almost a tick old.
-        let capabilities = Capabilities { tick_hz: TICK_HZ, timing, margin_ticks: 1 };
+        // A reading of the clock may be almost a tick old. DIR changes with the end of the pulse.
+        let capabilities = Capabilities { tick_hz: TICK_HZ, timing, margin_ticks: 1, turn_ticks: 0 };
         let (bell, gate) = (&self.bell, &self.gate);
         array::from_fn(|axis| TimerPort { desk: &self.desks[axis], bell, gate, capabilities, brake: brakes[axis] })
     }
@@ -73,8 +72,7 @@ impl TimerPort<'_> {
         let ticks = |ns| Duration::from_ticks((ticks_covering(ns, TICK_HZ) + margin_ticks).into());
         let pulse_ns = self.capabilities.pulse_ns(run.wiring);
         Order {
-            steps: run.steps,
-            dir_high: (run.direction == Direction::Positive) != run.wiring.direction_inverted,
+            direction_inverted: run.wiring.direction_inverted,
             setup: ticks(timing.setup_ns),
             pulse_ns,
             low_min: ticks(timing.step_low_ns.max(timing.period_ns.saturating_sub(pulse_ns))),
@@ -150,17 +148,16 @@ impl TimerPort<'_> {
 /// A run in the hands of the driving task. Dropped, it is over: no further step rises, and all that rose are counted.
 struct Underway<'a> {
     desk: &'a Desk,
-    direction: Direction,
     odometer: &'a Odometer,
-    /// Steps that the odometer knows of.
-    counted: Cell<u32>,
+    /// Steps that the odometer knows of, those back less.
+    counted: Cell<i32>,
 }
 
 impl<'a> Underway<'a> {
     fn new(port: &TimerPort<'a>, run: &Run, odometer: &'a Odometer) -> Self {
         port.desk.ask(port.order(run));
         port.bell.ring();
-        Self { desk: port.desk, direction: run.direction, odometer, counted: Cell::new(0) }
+        Self { desk: port.desk, odometer, counted: Cell::new(0) }
     }
 
     async fn report(&self) -> Infallible {
@@ -171,8 +168,8 @@ impl<'a> Underway<'a> {
     }
 
     fn count(&self) {
-        let risen = self.desk.risen();
-        self.odometer.advance(self.direction, risen - self.counted.replace(risen));
+        let travelled = self.desk.travelled();
+        self.odometer.advance(travelled.wrapping_sub(self.counted.replace(travelled)));
     }
 }
 

@@ -24,9 +24,17 @@ fn steady(steps: i32, speed_steps_s: f64) -> SyncMove<1> {
     SyncMove::plan([steps], &[limits], IntervalLaw::Fastest, SpeedLaw::Trapezoid, None).unwrap()
 }
 
-fn run(plan: &SyncMove<1>) -> Run {
+/// A queue of all its steps.
+fn queue_of(plan: &SyncMove<1>) -> SegmentQueue {
+    let queue = SegmentQueue::new();
     let direction = Direction::of(plan.steps[0]);
-    Run { direction, wiring: Wiring::default(), steps: plan.steps[0].unsigned_abs() }
+    plan.segments(0, TICK_HZ).for_each(|segment| queue.try_send(Feed::Steps { segment, direction }).unwrap());
+    queue
+}
+
+/// Wired as usual.
+fn run() -> Run {
+    Run { wiring: Wiring::default() }
 }
 
 /// Where a port is let go as soon as it is armed.
@@ -56,10 +64,9 @@ where
 #[test]
 fn edges_rise_within_the_drivers_tick() {
     let edges = edges_ns(|mut port| async move {
-        let queue = SegmentQueue::new();
-        let plan = steady(3, 48_000.0);
-        plan.segments(0, TICK_HZ).for_each(|segment| queue.try_send(Feed::Steps(segment)).unwrap());
-        port.run(run(&plan), &open_line(), &queue, &Odometer::new()).await.unwrap();
+        let queue = queue_of(&steady(3, 48_000.0));
+        queue.try_send(Feed::End).unwrap();
+        port.run(run(), &open_line(), &queue, &Odometer::new()).await.unwrap();
     });
     // DIR's 650 ns to the next microsecond, half a step, then whole ones, of 20,833.3 ns, to the nearest 8.
     assert_eq!(edges, [11_416, 32_248, 53_080]);
@@ -68,11 +75,9 @@ fn edges_rise_within_the_drivers_tick() {
 #[test]
 fn running_dry_is_a_fault_at_the_last_step_given() {
     let edges = edges_ns(|mut port| async move {
-        let queue = SegmentQueue::new();
-        steady(7, 1e5).segments(0, TICK_HZ).for_each(|segment| queue.try_send(Feed::Steps(segment)).unwrap());
+        let queue = queue_of(&steady(7, 1e5));
         let odometer = Odometer::new();
-        let longer = Run { steps: 8, ..run(&steady(7, 1e5)) };
-        assert_eq!(port.run(longer, &open_line(), &queue, &odometer).await, Err(PortFault::Underrun));
+        assert_eq!(port.run(run(), &open_line(), &queue, &odometer).await, Err(PortFault::Underrun));
         assert_eq!(Instant::now(), Instant::from_micros(67), "1 us, 65 us and the pulse");
         assert_eq!(odometer.position_steps(), 7);
     });
@@ -82,10 +87,8 @@ fn running_dry_is_a_fault_at_the_last_step_given() {
 #[test]
 fn steps_too_close_do_not_rise() {
     let edges = edges_ns(|mut port| async move {
-        let queue = SegmentQueue::new();
-        steady(2, 1e5).segments(0, TICK_HZ).for_each(|segment| queue.try_send(Feed::Steps(segment)).unwrap());
-        let wiring = Wiring { pulse_ns: 9_000, ..Wiring::default() };
-        let run = Run { wiring, ..run(&steady(2, 1e5)) };
+        let queue = queue_of(&steady(2, 1e5));
+        let run = Run { wiring: Wiring { pulse_ns: 9_000, ..Wiring::default() } };
         let result = port.run(run, &open_line(), &queue, &Odometer::new()).await;
         // 9 us high, 1.9 us low.
         assert_eq!(result, Err(PortFault::TooFast { interval: 1_250, min: 1_363 }));
