@@ -84,7 +84,7 @@ where
         let result = match motion {
             // Stopped or cancelled before it began.
             _ if self.machine.cause().is_some() || !self.machine.outlast_hold().await => Ok(()),
-            Motion::Move { target_steps, feed_mm_s } => self.go_to(target_steps, feed_mm_s, Purpose::Program).await,
+            Motion::Move { target_steps, feed_mm_s, .. } => self.go_to(target_steps, feed_mm_s, Purpose::Program).await,
             Motion::Jog { target_steps, feed_mm_s } => self.go_to(target_steps, Some(feed_mm_s), Purpose::Jog).await,
             Motion::Dwell(duration) => self.dwell(duration).await,
             Motion::Home { axes } => self.home(axes).await,

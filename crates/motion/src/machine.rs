@@ -38,6 +38,8 @@ pub enum Motion {
         target_steps: [i32; AXES],
         /// Speed along the path, mm/s; `None` is as fast as the limits allow.
         feed_mm_s: Option<f64>,
+        /// It ends in a stop, whatever comes next.
+        exact_stop: bool,
     },
     /// Go to a place at a speed along the path, mm/s, by hand: it may be cancelled.
     Jog {

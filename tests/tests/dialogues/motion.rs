@@ -221,7 +221,9 @@ fn a_second_reset_in_motion_leaves_the_exact_count_of_the_edges_that_left() {
 fn a_reset_in_a_dwell_forgets_what_waits_and_keeps_the_position() {
     let mut sim = homed();
     let target_steps = [500, 0, 0];
-    for motion in [Motion::Dwell(Duration::from_secs(1)), Motion::Move { target_steps, feed_mm_s: None }] {
+    for motion in
+        [Motion::Dwell(Duration::from_secs(1)), Motion::Move { target_steps, feed_mm_s: None, exact_stop: false }]
+    {
         block_on(sim.machine().submit(motion)).unwrap();
     }
     sim.run_for(Duration::from_millis(500)).unwrap();
