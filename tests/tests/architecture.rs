@@ -53,7 +53,7 @@ fn packages_depend_on_nothing_but_these() {
             ],
         ),
         // No input, no output, no motion.
-        ("isostep-console", &["heapless"]),
+        ("isostep-console", &["heapless", "libm"]),
         (
             "isostep-controller",
             &[

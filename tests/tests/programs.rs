@@ -9,6 +9,9 @@ use isostep_sim::{Config, Figures, Outcome, Port, run};
 use isostep_tests::{laws, root};
 use oorandom::Rand32;
 
+/// The least and the greatest place of X, Y and Z on the arcs of arcs.nc.
+const ARCS_REACH_STEPS: [(i32, i32); 3] = [(6_000, 9_500), (7_000, 12_396), (1_000, 2_000)];
+
 fn kept(name: &str, outcome: &Outcome) {
     let broken: Vec<_> = Figures::new(name, outcome).broken().map(|verdict| format!("{verdict:?}")).collect();
     assert!(broken.is_empty(), "{name}: {}", broken.join("\n"));
@@ -47,6 +50,26 @@ fn parking() {
         ends at [8750, 2000, 0]
     "#]],
     );
+}
+
+/// Chords are too many for a table: where each figure ends, and how far they reach.
+#[test]
+fn arcs() {
+    let program = fs::read(root().join("programs/arcs.nc")).unwrap();
+    for port in Port::ALL {
+        let outcome = run(&program, &Config { port, ..Config::default() }).unwrap();
+        kept("arcs.nc", &outcome);
+        assert_eq!(outcome.position_mm, [150.0, 200.0, 20.0]);
+        let moves: Vec<_> = outcome.moves.iter().filter(|record| !record.homing).collect();
+        let home = moves.iter().filter(|record| record.end_steps == [7_500, 10_000, 1_000]).count();
+        assert_eq!(home, 11, "{port}: times at the place where figures begin and end");
+        let reach = |axis: usize| {
+            let ends = moves[1..].iter().map(|record| record.end_steps[axis]);
+            (ends.clone().min().unwrap(), ends.max().unwrap())
+        };
+        assert_eq!([0, 1, 2].map(reach), ARCS_REACH_STEPS, "{port}");
+        assert!((1_000..3_000).contains(&moves.len()), "{port}: {} moves", moves.len());
+    }
 }
 
 /// A hundred steps of 1/50 mm at 40 mm/min, which is the start speed, so 30 ms each: a file of short moves takes as long as

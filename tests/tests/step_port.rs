@@ -322,8 +322,7 @@ fn running_dry_is_a_fault_and_nothing_rises_after_it() {
                 }
                 pending::<Infallible>().await
             };
-            let Either::First(result) =
-                select(port.run(WIRED, &start_line, &queue, &odometer), feed).await;
+            let Either::First(result) = select(port.run(WIRED, &start_line, &queue, &odometer), feed).await;
             assert!(matches!(result, Err(PortFault::Underrun | PortFault::Late { .. })), "{rig}: {result:?}");
             assert_eq!(odometer.position_steps(), fed, "{rig}");
         });

@@ -123,6 +123,11 @@ impl Words {
         b"XYZ".map(|letter| self.values[usize::from(letter - b'A')])
     }
 
+    /// I, J and K, each of which counts as used from now on.
+    pub(crate) fn take_offsets(&mut self) -> [Option<f32>; 3] {
+        b"IJK".map(|letter| self.take(letter))
+    }
+
     pub(crate) fn has_axes(&self) -> bool {
         self.axes().iter().any(Option::is_some)
     }
@@ -158,6 +163,8 @@ impl Words {
         let group = match hundredths {
             0 => self.motion(MotionMode::Rapid)?,
             100 => self.motion(MotionMode::Linear)?,
+            200 => self.motion(MotionMode::ClockwiseArc)?,
+            300 => self.motion(MotionMode::CounterClockwiseArc)?,
             400 => self.non_modal(NonModal::Dwell),
             1000 => self.non_modal_with_axes(NonModal::SetWorkOffset)?,
             1700 | 1800 | 1900 => { modal.plane = code as u8 - 17; Group::Plane }
@@ -173,14 +180,14 @@ impl Words {
             5300 => self.non_modal(NonModal::MachineCoordinates),
             5400 | 5500 | 5600 | 5700 | 5800 | 5900 => { modal.system = code as u8 - 54; Group::CoordinateSystem }
             5910 | 5920 | 5930 => return Err(Error::UnsupportedSystem),
-            6100 => Group::PathControl,
+            6100 | 6110 => { modal.exact_stop = hundredths == 6110; Group::PathControl }
             8000 => { modal.motion = MotionMode::Cancelled; Group::Motion }
             9000 | 9100 => { modal.incremental = code == 91; Group::Distance }
             9110 => Group::ArcDistance,
             9200 => self.non_modal_with_axes(NonModal::Shift)?,
             9210 => self.non_modal(NonModal::Unshift),
             9300 | 9400 => { modal.inverse_time = code == 93; Group::FeedMode }
-            _ if matches!(code, 0 | 1 | 4 | 10 | 17..=21 | 40 | 49 | 53..=59 | 80 | 93 | 94) => {
+            _ if matches!(code, 0..=4 | 10 | 17..=21 | 40 | 49 | 53..=59 | 80 | 93 | 94) => {
                 return Err(Error::IntegerRequired);
             }
             _ => return Err(Error::Unsupported),

@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use crate::{AXES, Alarm, Error};
+use crate::{AXES, Alarm, Arc, Error};
 
 /// A line, understood; `'l` is the line's.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -84,7 +84,7 @@ pub struct Block {
     pub dwell_s: Option<f32>,
     /// G28, G30 with axis words: rapid there first.
     pub via_mm: Option<[f32; AXES]>,
-    /// G0, G1, G28, G30.
+    /// G0 to G3, G28, G30.
     pub motion: Option<Move>,
     /// M0: when all this is done, hold until a resume.
     pub pauses: bool,
@@ -92,14 +92,18 @@ pub struct Block {
     pub ends_program: bool,
 }
 
-/// A straight move. Targets are machine coordinates, each finite and within
-/// [`MAX_COORDINATE_MM`](crate::MAX_COORDINATE_MM) of zero.
+/// A move, straight or along an arc. Targets are machine coordinates, each finite and within
+/// [`MAX_COORDINATE_MM`](crate::MAX_COORDINATE_MM) of zero, as is all of an arc.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Move {
     /// Where every axis ends.
     pub target_mm: [f32; AXES],
     /// How fast.
     pub rate: Rate,
+    /// The way there, if it is not straight.
+    pub arc: Option<Arc>,
+    /// G61.1: it ends in a stop, whatever comes next.
+    pub exact_stop: bool,
 }
 
 /// The speed of a move.

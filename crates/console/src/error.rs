@@ -20,7 +20,7 @@ codes! {
         RateTooHigh = 12, "The step rate is above what the outputs carry: lower $110-$112, $100-$102 or $0.";
         TravelExceeded = 15, "The jog would leave the travel ($130-$132), so it was not begun: jog less far.";
         BadJog = 16, "A jog is $J= with axis words, F, G20, G21, G90, G91 or G53: remove all else.";
-        Unsupported = 20, "The machine has no such code or word (no arcs, probe, tool changer): remove it.";
+        Unsupported = 20, "The machine has no such code or word (no probe, no tool changer): remove it.";
         ModalClash = 21, "Two codes of one modal group share the line: put them on lines of their own.";
         NoFeed = 22, "The move needs a feed of 1 mm/min or more: add F.";
         IntegerRequired = 23, "The value must be a whole number: remove the fraction.";
@@ -32,7 +32,10 @@ codes! {
         UnsupportedSystem = 29, "The work coordinates are G54 to G59, G10 P1 to P6: choose one of them.";
         AbsoluteNeedsMotion = 30, "G53 works with G0 and G1 only: add one of them.";
         UnusedAxisWords = 31, "G80 is in force, so nothing uses the axis words: add G0 or G1.";
-        InvalidTarget = 33, "A target or offset is more than 10 m from zero: check G20, G21, G90 and G91.";
+        PlaneAxesMissing = 32, "An arc needs an axis word of its plane: G17 wants X or Y, G18 X or Z, G19 Y or Z.";
+        InvalidTarget = 33, "No arc leads there, or it is more than 10 m from zero: check G20, G21, G90, G91, I, J, K, R.";
+        RadiusTooSmall = 34, "The target is farther than twice the radius: raise R.";
+        OffsetsMissing = 35, "An arc needs its centre or its radius: G17 wants I or J, G18 I or K, G19 J or K, or R.";
         UnusedWords = 36, "No code on the line uses one of its words: remove it.";
         ToolAxis = 37, "G43.1 takes Z and no other axis: put the others on a line of their own.";
         ToolNumber = 38, "Tool numbers end at T255: renumber.";

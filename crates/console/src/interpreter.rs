@@ -1,9 +1,10 @@
 //! Lines to commands: the modal state and where the program believes the machine to be.
 
+mod arcs;
 mod coordinates;
 
 use crate::{
-    AXES, Block, Command, Coordinates, Error, Modal, MotionMode, Move, Rate, Settings, State,
+    AXES, Arc, Block, Command, Coordinates, Error, Modal, MotionMode, Move, Rate, Settings, State,
     block::{AxisCommand, NonModal, Words},
     command::Jog,
     path,
@@ -124,6 +125,8 @@ impl Interpreter {
         if mm_min < MIN_FEED_MM_MIN {
             return Err(Error::NoFeed);
         }
+        // Grbl looks at an arc before it refuses to jog along one.
+        self.arc(&mut words)?;
         words.check_all_used()?;
         if words.may_jog() { Ok(Jog { target_mm, mm_min }) } else { Err(Error::BadJog) }
     }
@@ -138,7 +141,7 @@ impl Interpreter {
         };
         self.tool_length(&words)?;
         let (via_mm, go_to) = self.non_modal(&mut words)?;
-        let motion = go_to.or(self.motion(&words)?);
+        let motion = go_to.or(self.motion(&mut words)?);
         words.check_all_used()?;
         if let Some(Move { target_mm, .. }) = motion {
             self.position_mm = target_mm;
@@ -163,7 +166,7 @@ impl Interpreter {
         };
         self.modal.speed_rpm = words.take(b'S').unwrap_or(self.modal.speed_rpm);
         self.modal.tool = words.take(b'T').map_or(self.modal.tool, |tool| tool as u8);
-        let feeds = words.axis_command == Some(AxisCommand::Motion) && self.modal.motion == MotionMode::Linear;
+        let feeds = words.axis_command == Some(AxisCommand::Motion) && self.modal.motion.feeds();
         if feeds && self.modal.inverse_time && given.is_none() { Err(Error::NoFeed) } else { Ok(()) }
     }
 
@@ -178,29 +181,31 @@ impl Interpreter {
         Ok(())
     }
 
-    fn motion(&self, words: &Words) -> Result<Option<Move>, Error> {
-        let feeds = match self.modal.motion {
-            MotionMode::Cancelled if words.has_axes() => return Err(Error::UnusedAxisWords),
-            mode => mode == MotionMode::Linear,
-        };
+    fn motion(&self, words: &mut Words) -> Result<Option<Move>, Error> {
+        let Modal { motion: mode, inverse_time, feed, exact_stop, .. } = self.modal;
+        if mode == MotionMode::Cancelled && words.has_axes() {
+            return Err(Error::UnusedAxisWords);
+        }
         if words.axis_command != Some(AxisCommand::Motion) {
             return Ok(None);
         }
-        let least = if self.modal.inverse_time { f32::MIN_POSITIVE } else { MIN_FEED_MM_MIN };
-        if feeds && self.modal.feed < least {
+        let least = if inverse_time { f32::MIN_POSITIVE } else { MIN_FEED_MM_MIN };
+        if mode.feeds() && feed < least {
             return Err(Error::NoFeed);
         }
         if !words.has_axes() {
-            return Ok(None);
+            return if mode.is_arc() { Err(Error::AxisWordsMissing) } else { Ok(None) };
         }
+        let arc = self.arc(words)?;
         let target_mm = self.target_mm(words)?;
-        let rate = if feeds { Rate::Feed { mm_min: self.feed_mm_min(target_mm) } } else { Rate::Rapid };
-        Ok(Some(Move { target_mm, rate }))
+        let rate = if mode.feeds() { Rate::Feed { mm_min: self.feed_mm_min(target_mm, arc) } } else { Rate::Rapid };
+        Ok(Some(Move { target_mm, rate, arc, exact_stop }))
     }
 
-    fn feed_mm_min(&self, target_mm: [f32; AXES]) -> f32 {
+    fn feed_mm_min(&self, target_mm: [f32; AXES], arc: Option<Arc>) -> f32 {
         if self.modal.inverse_time {
-            let length_mm = path::length(core::array::from_fn(|axis| target_mm[axis] - self.position_mm[axis]));
+            let straight = || path::length(core::array::from_fn(|axis| target_mm[axis] - self.position_mm[axis]));
+            let length_mm = arc.map_or_else(straight, |arc| arc.length_mm() as f32);
             (self.modal.feed * length_mm).max(MIN_FEED_MM_MIN)
         } else {
             self.modal.feed

@@ -16,7 +16,8 @@
 //! for &byte in b"g1 x10 (a comment) f600\n" {
 //!     let Some(line) = lines.push(byte) else { continue };
 //!     let command = line.and_then(|line| interpreter.interpret(line, State::Idle, &Settings::DEFAULT));
-//!     let motion = Some(Move { target_mm: [10.0, 0.0, 0.0], rate: Rate::Feed { mm_min: 600.0 } });
+//!     let rate = Rate::Feed { mm_min: 600.0 };
+//!     let motion = Some(Move { target_mm: [10.0, 0.0, 0.0], rate, arc: None, exact_stop: false });
 //!     assert_eq!(command, Ok(Command::Block(Block { motion, ..Block::default() })));
 //! }
 //! ```
@@ -27,6 +28,7 @@
 extern crate std;
 
 mod alarm;
+mod arc;
 mod block;
 mod codes;
 mod command;
@@ -49,6 +51,7 @@ mod system;
 mod words;
 
 pub use alarm::Alarm;
+pub use arc::{Arc, Chords, Ends};
 pub use command::{Block, Command, Jog, Move, Rate, State};
 pub use error::Error;
 pub use fixed::Fixed;

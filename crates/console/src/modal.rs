@@ -9,8 +9,23 @@ pub enum MotionMode {
     Rapid = 0,
     /// G1.
     Linear = 1,
+    /// G2.
+    ClockwiseArc = 2,
+    /// G3.
+    CounterClockwiseArc = 3,
     /// G80: none; axis words are refused.
     Cancelled = 80,
+}
+
+impl MotionMode {
+    pub(crate) const fn is_arc(self) -> bool {
+        matches!(self, Self::ClockwiseArc | Self::CounterClockwiseArc)
+    }
+
+    /// Whether its moves are made at the feed.
+    pub(crate) const fn feeds(self) -> bool {
+        matches!(self, Self::Linear) || self.is_arc()
+    }
 }
 
 /// What the program believes of a spindle; its value is the M-code's number. The gantry has none: the words are kept
@@ -62,14 +77,14 @@ impl Coolant {
     }
 }
 
-/// The modal state, by default as after power-up or reset. G40, G61 and G91.1 are always in force.
+/// The modal state, by default as after power-up or reset. G40 and G91.1 are always in force.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Modal {
-    /// G0, G1 or G80.
+    /// G0 to G3 or G80.
     pub motion: MotionMode,
     /// The work coordinate system: 0 for G54 to 5 for G59.
     pub system: u8,
-    /// The plane of arcs, of which there are none: 0 for G17, 1 for G18, 2 for G19.
+    /// The plane of arcs: 0 for G17, 1 for G18, 2 for G19.
     pub plane: u8,
     /// G20 rather than G21.
     pub inches: bool,
@@ -77,6 +92,8 @@ pub struct Modal {
     pub incremental: bool,
     /// G93 rather than G94: F is how many of the move fit into a minute, and holds for its block alone.
     pub inverse_time: bool,
+    /// G61.1 rather than G61: every move ends in a stop.
+    pub exact_stop: bool,
     /// F, mm/min, or 1/min with G93; 0 until one was given.
     pub feed: f32,
     /// M3, M4 or M5.

@@ -93,7 +93,10 @@ pub fn modal(out: &mut impl Write, interpreter: &Interpreter, inches: bool) -> R
     let units = 21 - u8::from(modal.inches);
     let distance = 90 + u8::from(modal.incremental);
     let feed_mode = 94 - u8::from(modal.inverse_time);
-    write!(out, "[GC:G{motion} G{system} G{plane} G{units} G{distance} G{feed_mode} M{}", modal.spindle as u8)?;
+    // Grbl knows no other path control than G61, and never tells it.
+    let exact_stop = if modal.exact_stop { " G61.1" } else { "" };
+    write!(out, "[GC:G{motion} G{system} G{plane} G{units} G{distance} G{feed_mode}{exact_stop}")?;
+    write!(out, " M{}", modal.spindle as u8)?;
     let (feed, speed) = (Fixed::rate(modal.feed, inches), Fixed { value: modal.speed_rpm, decimals: 0 });
     write!(out, " {} T{} F{feed} S{speed}]\r\n", modal.coolant.word(), modal.tool)
 }
@@ -131,7 +134,6 @@ pub fn lacks(line: &str) -> Option<&'static str> {
     let mut lacking = None;
     let _ = words::for_each(line, |word| {
         match word {
-            Word::G(200 | 300) => lacking = Some("no arcs here: post-process G2 and G3 into G1"),
             Word::G(3820 | 3830 | 3840 | 3850) => lacking = Some("no probe here: remove G38"),
             Word::M(600) => lacking = Some("no tool changer here: stop with M0, change by hand"),
             _ => {}

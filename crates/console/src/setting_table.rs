@@ -51,6 +51,8 @@ const ROWS: &[(Setting, &str)] = &[
     row(4, "", "enable is active high", 0.0, 1.0, Flag(|s| &mut s.enable_invert)),
     row(5, "", "limit switches open when pressed", 0.0, 1.0, Flag(|s| &mut s.limit_invert)),
     row(10, "", "status report, mask: 1 machine position, 2 buffers", 0.0, 3.0, Int(|s| &mut s.report_mask)),
+    row(11, "mm", "junction deviation; 0 stops at every corner", 0.0, 100.0, Float(|s| &mut s.junction_deviation_mm)),
+    row(12, "mm", "arc tolerance, a quarter of a step at most", 0.001, 100.0, Float(|s| &mut s.arc_tolerance_mm)),
     row(13, "", "report in inches", 0.0, 1.0, Flag(|s| &mut s.report_inches)),
     row(20, "", "soft limits, once homed", 0.0, 1.0, Flag(|s| &mut s.soft_limits)),
     row(21, "", "hard limits", 0.0, 1.0, Flag(|s| &mut s.hard_limits)),

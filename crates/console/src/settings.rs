@@ -26,6 +26,10 @@ pub struct Settings {
     pub limit_invert: bool,
     /// `$10`: bit 0 reports machine rather than work position, bit 1 adds the free buffers.
     pub report_mask: u16,
+    /// `$11`: how far a corner may be rounded; 0 stops at every corner.
+    pub junction_deviation_mm: f32,
+    /// `$12`: how far the chords of an arc may be from it.
+    pub arc_tolerance_mm: f32,
     /// `$13`: report positions and feeds in inches.
     pub report_inches: bool,
     /// `$20`: refuse targets outside the travel, once homed.
@@ -76,6 +80,8 @@ impl Settings {
         enable_invert: false,
         limit_invert: false,
         report_mask: 1,
+        junction_deviation_mm: 0.01,
+        arc_tolerance_mm: 0.002,
         report_inches: false,
         soft_limits: true,
         hard_limits: true,

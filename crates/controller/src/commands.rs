@@ -300,6 +300,7 @@ fn words(refused: &ConfigError) -> &'static str {
         ConfigError::NotPositive { .. } => {
             "a resolution, travel or homing value is not above 0: see $24-$27, $100-$132"
         }
+        ConfigError::Negative { .. } => "the junction deviation is below 0: see $11",
         ConfigError::HomingOrder => "the homing order must name each axis once: see $901",
     }
 }

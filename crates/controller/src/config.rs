@@ -16,9 +16,9 @@ pub fn config(settings: &Settings) -> Config {
         limits: core::array::from_fn(|axis| limits(settings, axis)),
         steps_per_mm: settings.steps_per_mm.map(f64::from),
         travel_mm: settings.travel_mm.map(f64::from),
+        junction_deviation_mm: settings.junction_deviation_mm.into(),
         interval_law: if settings.interval_thirds { IntervalLaw::Thirds } else { IntervalLaw::Fastest },
         speed_law: SpeedLaw::ALL[usize::from(settings.speed_law).min(SpeedLaw::ALL.len() - 1)],
-        junction_deviation_mm: 0.01,
         hard_limits: settings.hard_limits,
         wiring: masked(settings.direction_invert_mask)
             .map(|direction_inverted| Wiring { direction_inverted, pulse_ns: pulse_ns(settings.pulse_us) }),

@@ -7,6 +7,7 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+mod arcs;
 mod boot;
 mod commands;
 mod config;

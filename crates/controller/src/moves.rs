@@ -29,7 +29,8 @@ impl<F: NorFlash> Controller<'_, F> {
             self.settled().await?;
             self.with(|program| program.work_offset_mm = offset_mm);
         }
-        let via = block.via_mm.map(|target_mm| Move { target_mm, rate: Rate::Rapid });
+        let exact_stop = block.motion.is_some_and(|motion| motion.exact_stop);
+        let via = block.via_mm.map(|target_mm| Move { target_mm, rate: Rate::Rapid, arc: None, exact_stop });
         for leg in [via, block.motion].into_iter().flatten() {
             self.go_to(leg, block.line_number, checks, text).await?;
         }
@@ -98,32 +99,42 @@ impl<F: NorFlash> Controller<'_, F> {
         Ok(())
     }
 
-    async fn go_to(&self, leg: Move, line_number: u32, checks: bool, text: &mut Message) -> Result<(), Error> {
-        let target_steps = self.steps(leg.target_mm);
-        if let Some(axis) = self.beyond_travel(target_steps) {
+    async fn go_to(&self, leg: Move, line: u32, checks: bool, text: &mut Message) -> Result<(), Error> {
+        let Move { target_mm, rate, arc, exact_stop } = leg;
+        let target_steps = self.steps(target_mm);
+        // A straight way is within the travel if its end is, an arc if its box is.
+        let places_steps = arc.map_or([target_steps; 2], |arc| self.bounds_steps(&arc));
+        let beyond = places_steps.into_iter().find_map(|place| self.beyond_travel(place).map(|axis| (axis, place)));
+        if let Some((axis, place_steps)) = beyond {
             // Locks the machine once the moves before it have ended: they are good, and so no step is lost.
             self.settled().await?;
-            self.refuse_target(axis, target_steps[axis as usize], text);
+            self.refuse_target(axis, place_steps[axis as usize], arc.is_some(), text);
             return Err(Error::Locked);
         }
         if checks {
             return Ok(());
         }
-        let feed_mm_s = match leg.rate {
+        let feed_mm_s = match rate {
             Rate::Rapid => None,
             Rate::Feed { mm_min } => Some(f64::from(mm_min) / 60.0),
         };
-        self.submit(Motion::Move { target_steps, feed_mm_s, exact_stop: false, line: line_number }).await
+        match arc {
+            Some(arc) => self.follow(&arc, feed_mm_s, exact_stop, line).await,
+            None => self.submit(Motion::Move { target_steps, feed_mm_s, exact_stop, line }).await,
+        }
     }
 
-    fn refuse_target(&self, axis: Axis, target_steps: i32, text: &mut Message) {
+    fn refuse_target(&self, axis: Axis, place_steps: i32, is_of_arc: bool, text: &mut Message) {
         self.machine.raise(Alarm::SoftLimit { axis });
         self.follow_machine();
         let config = self.machine.config();
         let range = config.travel_steps(axis);
         let mm = |steps: i32| Fixed { value: config.mm(axis, steps) as f32, decimals: 3 };
-        let (asked, min, max) = (mm(target_steps), mm(*range.start()), mm(*range.end()));
-        text.tell(format_args!("{axis}{asked} is outside the travel, {min} to {max} mm: correct the program, then $X"));
+        let (asked, min, max) = (mm(place_steps), mm(*range.start()), mm(*range.end()));
+        let whose = if is_of_arc { "the arc's " } else { "" };
+        text.tell(format_args!(
+            "{whose}{axis}{asked} is outside the travel, {min} to {max} mm: correct the program, then $X"
+        ));
     }
 
     fn steps(&self, target_mm: [f32; AXES]) -> [i32; AXES] {

@@ -17,12 +17,12 @@ pub struct Config {
     pub steps_per_mm: [f64; AXES],
     /// How far each axis travels from its zero, mm; above 0.
     pub travel_mm: [f64; AXES],
+    /// Corners between moves are taken as fast as a circle that strays from them by so much, mm; 0 stops at every one.
+    pub junction_deviation_mm: f64,
     /// How moves are split into intervals.
     pub interval_law: IntervalLaw,
     /// How speed changes on their ramps.
     pub speed_law: SpeedLaw,
-    /// Corners are taken as fast as a circle that strays from them by so much, mm; 0 or more.
-    pub junction_deviation_mm: f64,
     /// A limit switch that closes outside homing stops the machine.
     pub hard_limits: bool,
     /// Each axis's driver.
@@ -83,6 +83,13 @@ pub enum ConfigError {
         /// What was asked.
         asked: f64,
     },
+    /// A length is below 0, or not a number.
+    Negative {
+        /// What it is, with its unit.
+        what: &'static str,
+        /// What was asked.
+        asked: f64,
+    },
     /// The homing order does not name every axis once.
     HomingOrder,
 }
@@ -102,6 +109,7 @@ impl Config {
             positive("steps/mm", self.steps_per_mm[axis as usize])?;
             positive("travel, mm", self.travel_mm[axis as usize])?;
         }
+        not_negative("junction deviation, mm", self.junction_deviation_mm)?;
         positive("homing seek, mm/s", self.homing.seek_mm_s)?;
         positive("homing latch, mm/s", self.homing.latch_mm_s)?;
         positive("homing pull-off, mm", self.homing.pull_off_mm)?;
@@ -140,12 +148,22 @@ impl Config {
     /// `mm` along `axis` in whole steps, to the nearest.
     #[must_use]
     pub fn steps(&self, axis: Axis, mm: f64) -> i32 {
-        libm::round(mm * self.steps_per_mm[axis as usize]) as i32
+        whole_steps(mm, self.steps_per_mm[axis as usize])
     }
+}
+
+/// `mm` in whole steps, to the nearest.
+#[must_use]
+pub fn whole_steps(mm: f64, steps_per_mm: f64) -> i32 {
+    libm::round(mm * steps_per_mm) as i32
 }
 
 fn positive(what: &'static str, asked: f64) -> Result<(), ConfigError> {
     if asked > 0.0 && asked.is_finite() { Ok(()) } else { Err(ConfigError::NotPositive { what, asked }) }
+}
+
+fn not_negative(what: &'static str, asked: f64) -> Result<(), ConfigError> {
+    if asked >= 0.0 && asked.is_finite() { Ok(()) } else { Err(ConfigError::Negative { what, asked }) }
 }
 
 impl fmt::Display for ConfigError {
@@ -157,6 +175,7 @@ impl fmt::Display for ConfigError {
                 "{axis}: {asked} steps/s is above the {max} steps/s its step port carries with pulses of {pulse_ns} ns"
             ),
             Self::NotPositive { what, asked } => write!(f, "{what}: {asked} must be above 0"),
+            Self::Negative { what, asked } => write!(f, "{what}: {asked} must be 0 or more"),
             Self::HomingOrder => write!(f, "the homing order must name each axis once"),
         }
     }

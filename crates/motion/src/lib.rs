@@ -31,7 +31,7 @@ mod switch;
 mod timer_port;
 
 pub use axes::{AXES, Axis};
-pub use config::{Config, ConfigError, HomingConfig};
+pub use config::{Config, ConfigError, HomingConfig, whole_steps};
 pub use event::{Alarm, Event, Finish, HomingPhase, State, Unplannable};
 pub use machine::{Busy, Machine, Motion, Overrides, QUEUE_MOVES, Status};
 pub use port::{

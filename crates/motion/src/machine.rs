@@ -40,7 +40,7 @@ pub enum Motion {
         target_steps: [i32; AXES],
         /// Speed along the path, mm/s; `None` is as fast as the limits allow.
         feed_mm_s: Option<f64>,
-        /// Begin and end at rest, rather than flow from the move before and into the next.
+        /// It ends at rest, rather than flow into the next.
         exact_stop: bool,
         /// The line of the program it is from, for [`Status::line`]; 0 for none.
         line: u32,

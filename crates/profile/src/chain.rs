@@ -33,7 +33,7 @@ pub struct Wanted<const N: usize> {
     pub steps: [i32; N],
     /// Speed along the path, mm/s, above 0; `None` is as fast as the limits allow.
     pub feed_mm_s: Option<f64>,
-    /// It begins and ends at rest.
+    /// It ends at rest, whatever comes next.
     pub stops: bool,
     /// What it is called by whoever wants it.
     pub tag: u32,

@@ -131,8 +131,7 @@ fn error_20_unsupported() {
         20,
     );
     let mut sim = homed();
-    for (line, lack) in [("G2 X1 I1", "arcs"), ("G3 X1 R1", "arcs"), ("G38.2 Z-1", "probe"), ("T1 M6", "tool changer")]
-    {
+    for (line, lack) in [("G38.2 Z-1", "probe"), ("T1 M6", "tool changer")] {
         let heard = say(&mut sim, line);
         assert!(heard.len() == 2 && heard[0].starts_with(&format!("[MSG:no {lack} here: ")), "{heard:?}");
         assert_eq!(heard[1], "error:20");
@@ -147,7 +146,7 @@ fn error_21_modal_clash() {
 #[test]
 fn error_22_no_feed() {
     let mut sim = homed();
-    for line in ["G1 X1", "G1", "G1 X1 F.5", "$J=X1", "$J=X1 F0", "G93 G1 X1"] {
+    for line in ["G1 X1", "G1", "G1 X1 F.5", "G2 X1 I1", "$J=X1", "$J=X1 F0", "G93 G1 X1", "G93 G3 X1 I1"] {
         refused(&mut sim, line, 22);
     }
 }
@@ -169,7 +168,7 @@ fn error_25_repeated_word() {
 
 #[test]
 fn error_26_axis_words_missing() {
-    refused_and_unchanged(&["G10 L2 P1", "G92", "$J=F100"], 26);
+    refused_and_unchanged(&["G10 L2 P1", "G92", "$J=F100", "G2", "G3 I5"], 26);
 }
 
 #[test]
@@ -204,7 +203,13 @@ fn error_31_unused_axis_words() {
 }
 
 #[test]
+fn error_32_plane_axes_missing() {
+    refused_and_unchanged(&["G2 Z1 I1", "G18 G3 Y1 R5", "G19 G2 X1"], 32);
+}
+
+#[test]
 fn error_33_invalid_target() {
+    refused_and_unchanged(&["G2 X10 I4.99", "G3 X0 Y0 R5", "G2 X9000 R-9000"], 33);
     refused_and_unchanged(
         &["X10001", "G20 X400", "$J=X20000 F1", "G10 L2 P1 X10001", "G92 X-10002", "G43.1 Z10001"],
         33,
@@ -212,8 +217,18 @@ fn error_33_invalid_target() {
 }
 
 #[test]
+fn error_34_radius_too_small() {
+    refused_and_unchanged(&["G2 X10 R4.999", "G3 X10 R0", "G18 G2 X-10 R-4.9"], 34);
+}
+
+#[test]
+fn error_35_offsets_missing() {
+    refused_and_unchanged(&["G2 X10", "G3 X10 K5", "G18 G2 X10 J5", "G19 G3 Y10 I5"], 35);
+}
+
+#[test]
 fn error_36_unused_words() {
-    refused_and_unchanged(&["X1 P1", "X1 I1", "G4 P1 L1", "R5", "$J=X1 F1 S5"], 36);
+    refused_and_unchanged(&["X1 P1", "X1 I1", "G4 P1 L1", "R5", "G2 X10 I5 R5", "G2 X10 I5 P1", "$J=X1 F1 S5"], 36);
 }
 
 #[test]

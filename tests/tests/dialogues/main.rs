@@ -2,6 +2,7 @@
 //! tables of docs/console.md.
 
 mod alarms;
+mod arcs;
 mod commands;
 mod consoles;
 mod errors;

@@ -140,7 +140,7 @@ fn nonsense_moves_nothing_and_changes_nothing() {
     let long = "X".repeat(10_000);
     let nonsense = [
         ("G0 Q5", "error:20"),
-        ("G2 X5 I1", "error:20"),
+        ("G2 X5 I1", "error:22"),
         ("5X", "error:1"),
         ("G0 X", "error:2"),
         ("G0 X1e99", "error:20"),

@@ -45,7 +45,7 @@ fn piped_lines_are_answered_one_by_one_to_the_end_of_the_motion() {
 #[test]
 fn a_refused_line_an_unfit_one_and_an_alarm_are_failures_that_say_what_they_mean() {
     while_running(SPEED, |path| {
-        let (printed, ended) = pipe(path, "G2 X1\n$I\n");
+        let (printed, ended) = pipe(path, "G5 X1\n$I\n");
         assert_eq!(ended.unwrap_err(), "lines refused: 1 of 2");
         assert!(printed.contains("error:20  The machine has no such code"), "{printed}");
         let (printed, ended) = pipe(path, "G0 X1 !\n");

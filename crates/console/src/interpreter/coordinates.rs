@@ -20,7 +20,9 @@ impl Interpreter {
             Some(NonModal::Unshift) => self.shift_mm = [0.0; AXES],
             Some(NonModal::Keep(place)) => self.coordinates.places_mm[place] = self.position_mm,
             Some(NonModal::GoTo(place)) => return self.go_to(place, words),
-            Some(NonModal::MachineCoordinates) if self.modal.motion == MotionMode::Cancelled => {
+            Some(NonModal::MachineCoordinates)
+                if !matches!(self.modal.motion, MotionMode::Rapid | MotionMode::Linear) =>
+            {
                 return Err(Error::AbsoluteNeedsMotion);
             }
             Some(NonModal::MachineCoordinates | NonModal::Dwell) | None => {}
@@ -78,7 +80,8 @@ impl Interpreter {
                 target_mm[axis] = self.position_mm[axis];
             }
         }
-        Ok((via_mm, Some(Move { target_mm, rate: Rate::Rapid })))
+        let exact_stop = self.modal.exact_stop;
+        Ok((via_mm, Some(Move { target_mm, rate: Rate::Rapid, arc: None, exact_stop })))
     }
 
     /// Where the axis words lead; axes without one stay.

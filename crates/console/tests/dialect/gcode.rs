@@ -111,10 +111,8 @@ fn codes_that_change_nothing_here_are_accepted() {
 #[test]
 fn what_the_gantry_lacks_is_refused_by_name() {
     check(
-        "G2 X1 I1\nG3 X1 R1\nG38.2 Z-1\nG38.5 Z1\nM6\nA1\nO100\nG43 H1\nG41 D1\nG64\nG61.1\nG90.1\nG92.3\nG28.2\nG81\nM62",
+        "G38.2 Z-1\nG38.5 Z1\nM6\nA1\nO100\nG43 H1\nG41 D1\nG64\nG61.2\nG90.1\nG92.3\nG28.2\nG81\nM62",
         expect![[r#"
-            G2 X1 I1 -> [MSG:no arcs here: post-process G2 and G3 into G1] error:20
-            G3 X1 R1 -> [MSG:no arcs here: post-process G2 and G3 into G1] error:20
             G38.2 Z-1 -> [MSG:no probe here: remove G38] error:20
             G38.5 Z1 -> [MSG:no probe here: remove G38] error:20
             M6 -> [MSG:no tool changer here: stop with M0, change by hand] error:20
@@ -123,7 +121,7 @@ fn what_the_gantry_lacks_is_refused_by_name() {
             G43 H1 -> error:20
             G41 D1 -> error:20
             G64 -> error:20
-            G61.1 -> error:20
+            G61.2 -> error:20
             G90.1 -> error:20
             G92.3 -> error:20
             G28.2 -> error:20
@@ -194,7 +192,16 @@ fn a_refused_line_changes_nothing() {
     let mut talk = Talk::new(State::Idle);
     talk.send("G1 X5 F100");
     let before = talk.interpreter;
-    for line in ["G20 G91 F5 M3 S9 T1 X1 P1", "G91 X1 X2", "G0 X99999", "G20 G4", "G80 X1", "G20 @"] {
+    for line in [
+        "G20 G91 F5 M3 S9 T1 X1 P1",
+        "G61.1 G18 G2 X9 I9 K9",
+        "G3 X1 R1",
+        "G91 X1 X2",
+        "G0 X99999",
+        "G20 G4",
+        "G80 X1",
+        "G20 @",
+    ] {
         assert!(talk.send(line).contains("error:"), "{line}");
         assert_eq!(talk.interpreter, before, "{line}");
     }

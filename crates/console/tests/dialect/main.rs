@@ -1,5 +1,6 @@
 //! The dialect as dialogues: what a sender sends, what it hears, and what the machine is asked to do.
 
+mod arcs;
 mod bad_input;
 mod gcode;
 mod status;

@@ -91,6 +91,8 @@ fn settings_print_as_grbl_prints_them() {
         $4=0
         $5=0
         $10=1
+        $11=0.010
+        $12=0.002
         $13=0
         $20=1
         $21=1
@@ -132,7 +134,7 @@ fn settings_print_as_grbl_prints_them() {
 fn a_refused_setting_names_value_limit_and_remedy() {
     check(
         State::Idle,
-        "$0=-1\n$0=2.5\n$2=8\n$20=2\n$22=0\n$20=1\n$22=1\n$H\n$27=0\n$100=-1\n$100=100000\n$102=5000\n$110=90000000\n$0=200\n$901=311\n$901=321\n$911=3000\n$920=5",
+        "$0=-1\n$0=2.5\n$2=8\n$20=2\n$22=0\n$20=1\n$22=1\n$H\n$27=0\n$11=-0.01\n$11=0\n$12=0\n$12=-1\n$12=200\n$100=-1\n$100=100000\n$102=5000\n$110=90000000\n$0=200\n$901=311\n$901=321\n$911=3000\n$920=5",
         expect![[r#"
             $0=-1 -> [MSG:$0=-1 is negative: give 0 or more] error:4
             $0=2.5 -> [MSG:$0=2.500 is not a whole number: remove the fraction] error:23
@@ -143,6 +145,11 @@ fn a_refused_setting_names_value_limit_and_remedy() {
             $22=1 -> ok
             $H -> (home) ok
             $27=0 -> [MSG:$27=0 is below the least, 0.100 mm: raise it] error:2
+            $11=-0.01 -> [MSG:$11=-0.010 is negative: give 0 or more] error:4
+            $11=0 -> ok
+            $12=0 -> [MSG:$12=0 is below the least, 0.001 mm: raise it] error:2
+            $12=-1 -> [MSG:$12=-1 is negative: give 0 or more] error:4
+            $12=200 -> [MSG:$12=200 is above the most, 100 mm: lower it] error:2
             $100=-1 -> [MSG:$100=-1 is negative: give 0 or more] error:4
             $100=100000 -> [MSG:$100=100000 is above the most, 10000 steps/mm: lower it] error:2
             $102=5000 -> [MSG:$112=2880 is above the 360 mm/min that the step outputs carry with $0=2 at $102=5000 steps/mm: lower one of the three] error:12
@@ -213,7 +220,7 @@ fn the_highest_rate_named_is_accepted() {
 #[test]
 fn what_is_printed_can_be_sent_back() {
     let mut sent = Talk::new(State::Idle);
-    sent.send("$0=10\n$3=5\n$22=0\n$27=1.235\n$101=80.125\n$121=0.1\n$131=9999.999\n$900=1\n$901=213\n$922=7\n$931=1234.5\n$940=1");
+    sent.send("$0=10\n$3=5\n$22=0\n$27=1.235\n$11=0\n$12=0.05\n$101=80.125\n$121=0.1\n$131=9999.999\n$900=1\n$901=213\n$922=7\n$931=1234.5\n$940=1");
     let listing = sent.bytes(b"$$\n");
     let mut restored = Talk::new(State::Alarm);
     for line in listing.split(' ').filter(|line| line.starts_with('$')) {

@@ -165,11 +165,19 @@ fn describe(heard: &mut String, block: &Block) {
         write!(heard, "(via {via_mm:?}) ").unwrap();
     }
     match block.motion {
-        Some(Move { target_mm, rate: Rate::Rapid }) => write!(heard, "(rapid {target_mm:?}) ").unwrap(),
-        Some(Move { target_mm, rate: Rate::Feed { mm_min } }) => {
+        Some(Move { target_mm, rate: Rate::Rapid, .. }) => write!(heard, "(rapid {target_mm:?}) ").unwrap(),
+        Some(Move { target_mm, rate: Rate::Feed { mm_min }, arc: None, .. }) => {
             write!(heard, "(feed {mm_min} {target_mm:?}) ").unwrap();
         }
+        Some(Move { target_mm, rate: Rate::Feed { mm_min }, arc: Some(arc), .. }) => {
+            let bounds_mm = arc.bounds_mm().map(|[least, most]| format!("{least:.3}..{most:.3}")).join(" ");
+            let length_mm = arc.length_mm();
+            write!(heard, "(arc {mm_min:.1} {target_mm:?} of {length_mm:.3} in {bounds_mm}) ").unwrap();
+        }
         None => {}
+    }
+    if block.motion.is_some_and(|motion| motion.exact_stop) {
+        heard.push_str("(stop) ");
     }
     if block.pauses {
         heard.push_str("(pause) ");

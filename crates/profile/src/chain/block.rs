@@ -169,7 +169,7 @@ impl<const N: usize> Block<N> {
 
     /// Makes it follow `before`: how fast the corner between them may be taken.
     pub(super) fn follow(&mut self, before: &Self, terms: &Terms<N>, scale: Scale) {
-        let stops = self.wanted.stops || before.wanted.stops || terms.interval_law == IntervalLaw::Thirds;
+        let stops = before.wanted.stops || terms.interval_law == IntervalLaw::Thirds;
         self.corner = if stops { None } else { self.corner_after(before, terms, scale) };
         self.set_cap(before);
     }

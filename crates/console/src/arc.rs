@@ -1,0 +1,209 @@
+//! An arc between two places: its circle, its box, its length. Pure geometry, in mm and radians.
+
+mod chords;
+
+pub use chords::Chords;
+
+use core::f64::consts::{PI, TAU};
+
+use crate::{AXES, Error};
+
+/// The axes of a plane, first to second the short way counter-clockwise, and the one across: G17, G18, G19.
+pub(crate) const PLANES: [[usize; AXES]; 3] = [[0, 1, 2], [2, 0, 1], [1, 2, 0]];
+/// An arc that turns less than this is a full circle: Grbl's, radians.
+const FULL_CIRCLE_RAD: f64 = 5e-7;
+/// By how much start and target may lie on different circles: Grbl's. The first is allowed in any case, the second never,
+/// and between them a part of the radius.
+const MISFIT_MM: f64 = 0.005;
+const MISFIT_MAX_MM: f64 = 0.5;
+const MISFIT_OF_RADIUS: f64 = 0.001;
+
+/// Where an arc begins and ends, and which way round it goes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ends {
+    /// Where it begins.
+    pub start_mm: [f32; AXES],
+    /// Where it ends.
+    pub target_mm: [f32; AXES],
+    /// 0 for G17, 1 for G18, 2 for G19.
+    pub plane: u8,
+    /// G2 rather than G3.
+    pub clockwise: bool,
+}
+
+impl Ends {
+    /// The plane's two axes and the one across.
+    fn axes(&self) -> [usize; AXES] {
+        PLANES[usize::from(self.plane)]
+    }
+
+    /// From start to target along `axis`.
+    fn way_mm(&self, axis: usize) -> f64 {
+        f64::from(self.target_mm[axis]) - f64::from(self.start_mm[axis])
+    }
+
+    /// From start to target in the plane.
+    fn chord_mm(&self) -> [f64; 2] {
+        let [first, second, _] = self.axes();
+        [self.way_mm(first), self.way_mm(second)]
+    }
+
+    /// By how much rounding may have moved start and target apart.
+    fn rounding_mm(&self) -> f64 {
+        let farthest_mm = self.start_mm.iter().chain(&self.target_mm).fold(0.0, |most: f32, mm| most.max(mm.abs()));
+        2.0 * f64::from(f32::EPSILON * farthest_mm)
+    }
+}
+
+/// Part of a circle in a plane, or all of it; a helix if start and target differ across the plane.
+///
+/// Where start and target are not quite as far from the centre, the radius changes evenly on the way.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Arc {
+    ends: Ends,
+    /// From the start to the centre.
+    offset_mm: [f64; 2],
+    radius_mm: f64,
+    target_radius_mm: f64,
+    /// Counter-clockwise is positive.
+    travel_rad: f64,
+}
+
+impl Arc {
+    /// The arc around the place that is `offset_mm` from its start. Where it ends as it begins, it is a full circle.
+    ///
+    /// # Errors
+    /// [`Error::InvalidTarget`]: the target is not as far from the centre as the start.
+    pub fn around(ends: Ends, offset_mm: [f64; 2]) -> Result<Self, Error> {
+        let arc = Self::new(ends, offset_mm);
+        let misfit_mm = (arc.target_radius_mm - arc.radius_mm).abs();
+        let most_mm = (MISFIT_OF_RADIUS * arc.radius_mm).clamp(MISFIT_MM, MISFIT_MAX_MM);
+        if misfit_mm > most_mm { Err(Error::InvalidTarget) } else { Ok(arc) }
+    }
+
+    /// The arc of this radius; below zero, the one that turns by more than half a circle.
+    ///
+    /// # Errors
+    /// [`Error::InvalidTarget`]: start and target are one place, so it could be any circle. [`Error::RadiusTooSmall`].
+    pub fn of_radius(ends: Ends, radius_mm: f64) -> Result<Self, Error> {
+        let chord_mm @ [first_mm, second_mm] = ends.chord_mm();
+        let length_mm = length(chord_mm);
+        if length_mm == 0.0 {
+            return Err(Error::InvalidTarget);
+        }
+        let diameter_mm = 2.0 * radius_mm.abs();
+        if length_mm > diameter_mm + ends.rounding_mm() {
+            return Err(Error::RadiusTooSmall);
+        }
+        // The centre is beside the middle of the chord: so far, in halves of the chord.
+        let square = (diameter_mm * diameter_mm - length_mm * length_mm).max(0.0);
+        let aside = libm::sqrt(square) / length_mm;
+        let to_the_left = ends.clockwise == (radius_mm < 0.0);
+        let aside = if to_the_left { aside } else { -aside };
+        Ok(Self::new(ends, [0.5 * (first_mm - aside * second_mm), 0.5 * (second_mm + aside * first_mm)]))
+    }
+
+    fn new(ends: Ends, offset_mm: [f64; 2]) -> Self {
+        let mut arc = Self { ends, offset_mm, radius_mm: length(offset_mm), target_radius_mm: 0.0, travel_rad: 0.0 };
+        let [from_mm, to_mm] = arc.radii_mm();
+        arc.target_radius_mm = length(to_mm);
+        arc.travel_rad = travel_rad(from_mm, to_mm, ends.clockwise);
+        arc
+    }
+
+    /// The chords of an arc, none of which is farther from it than `tolerance_mm`, above 0.
+    #[must_use]
+    pub fn chords(&self, tolerance_mm: f64) -> Chords {
+        Chords::new(self, tolerance_mm)
+    }
+
+    /// The plane's two axes, and the one across, along which it is straight.
+    #[must_use]
+    pub fn axes(&self) -> [usize; AXES] {
+        self.ends.axes()
+    }
+
+    /// Where it begins.
+    #[must_use]
+    pub fn start_mm(&self) -> [f32; AXES] {
+        self.ends.start_mm
+    }
+
+    /// How long it is, a helix with its rise.
+    #[must_use]
+    pub fn length_mm(&self) -> f64 {
+        let [.., across] = self.axes();
+        let around_mm = 0.5 * (self.radius_mm + self.target_radius_mm) * self.travel_rad.abs();
+        length([around_mm, self.ends.way_mm(across)])
+    }
+
+    /// The least and the greatest coordinate on its way, axis by axis.
+    #[must_use]
+    pub fn bounds_mm(&self) -> [[f64; 2]; AXES] {
+        let Ends { start_mm, target_mm, .. } = self.ends;
+        let mut bounds_mm = core::array::from_fn(|axis| {
+            let (start_mm, target_mm) = (f64::from(start_mm[axis]), f64::from(target_mm[axis]));
+            [start_mm.min(target_mm), start_mm.max(target_mm)]
+        });
+        let radius_mm = self.radius_mm.max(self.target_radius_mm);
+        for (index, centre_mm) in self.centre_mm().into_iter().enumerate() {
+            let [least_mm, most_mm] = &mut bounds_mm[self.axes()[index]];
+            let mut outwards = [0.0; 2];
+            outwards[index] = 1.0;
+            if self.passes(outwards) {
+                *most_mm = most_mm.max(centre_mm + radius_mm);
+            }
+            if self.passes(outwards.map(|part| -part)) {
+                *least_mm = least_mm.min(centre_mm - radius_mm);
+            }
+        }
+        bounds_mm
+    }
+
+    /// Whether it has a point in this direction from its centre.
+    fn passes(&self, direction: [f64; 2]) -> bool {
+        let turn_rad = self.travel_rad.abs();
+        let [from, to] = self.radii_mm();
+        // Counter-clockwise from `first` to `last`.
+        let (first, last) = if self.travel_rad < 0.0 { (to, from) } else { (from, to) };
+        let is_full_circle = turn_rad > TAU - 2.0 * FULL_CIRCLE_RAD;
+        if turn_rad <= PI {
+            cross(first, direction) >= 0.0 && cross(direction, last) >= 0.0
+        } else {
+            is_full_circle || !(cross(last, direction) > 0.0 && cross(direction, first) > 0.0)
+        }
+    }
+
+    /// In the plane.
+    fn centre_mm(&self) -> [f64; 2] {
+        core::array::from_fn(|index| f64::from(self.ends.start_mm[self.axes()[index]]) + self.offset_mm[index])
+    }
+
+    /// From the centre to start and target.
+    fn radii_mm(&self) -> [[f64; 2]; 2] {
+        let (chord_mm, offset_mm) = (self.ends.chord_mm(), self.offset_mm);
+        [offset_mm.map(|mm| -mm), core::array::from_fn(|index| chord_mm[index] - offset_mm[index])]
+    }
+}
+
+/// How far it is from one direction to the other; what is next to nothing is a full circle, as in Grbl.
+fn travel_rad(from: [f64; 2], to: [f64; 2], clockwise: bool) -> f64 {
+    let rad = libm::atan2(cross(from, to), from[0] * to[0] + from[1] * to[1]);
+    match clockwise {
+        true if rad >= -FULL_CIRCLE_RAD => rad - TAU,
+        false if rad <= FULL_CIRCLE_RAD => rad + TAU,
+        _ => rad,
+    }
+}
+
+/// Above zero where `b` is to the left of `a`.
+fn cross(a: [f64; 2], b: [f64; 2]) -> f64 {
+    a[0] * b[1] - a[1] * b[0]
+}
+
+fn length([a, b]: [f64; 2]) -> f64 {
+    libm::sqrt(a * a + b * b)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,122 @@
+//! The chords of an arc, one after the other.
+
+use super::Arc;
+use crate::AXES;
+
+/// The series of sine and cosine end at a term that no sum notices.
+const NEGLIGIBLE: f64 = 1e-18;
+/// A radius that changes by more than this part is so small that the last chord may make up for it.
+const EVEN_CHANGE_MAX: f64 = 0.1;
+
+/// Where each chord ends; the last at the target itself. See [`Arc::chords`].
+///
+/// The radius is turned by the same angle from chord to chord: nine operations each, no sine.
+#[derive(Debug, Clone)]
+pub struct Chords {
+    left: u32,
+    axes: [usize; AXES],
+    centre_mm: [f64; 2],
+    radius_mm: [f64; 2],
+    /// Cosine and sine of a chord's angle; times what the radius changes by.
+    turn: [f64; 2],
+    across_mm: f64,
+    rise_mm: f64,
+    target_mm: [f64; AXES],
+}
+
+impl Chords {
+    pub(super) fn new(arc: &Arc, tolerance_mm: f64) -> Self {
+        let (left, axes) = (count(arc, tolerance_mm), arc.axes());
+        let (chords, [.., across]) = (f64::from(left), axes);
+        let [radius_mm, _] = arc.radii_mm();
+        let change = 1.0 + change(arc) / chords;
+        Self {
+            left,
+            axes,
+            centre_mm: arc.centre_mm(),
+            radius_mm,
+            turn: cos_sin(arc.travel_rad / chords).map(|part| part * change),
+            across_mm: arc.ends.start_mm[across].into(),
+            rise_mm: arc.ends.way_mm(across) / chords,
+            target_mm: arc.ends.target_mm.map(f64::from),
+        }
+    }
+
+    fn turn(&mut self) {
+        let ([cos, sin], [first_mm, second_mm]) = (self.turn, self.radius_mm);
+        self.radius_mm = [cos * first_mm - sin * second_mm, sin * first_mm + cos * second_mm];
+        self.across_mm += self.rise_mm;
+    }
+}
+
+impl Iterator for Chords {
+    type Item = [f64; AXES];
+
+    fn next(&mut self) -> Option<[f64; AXES]> {
+        self.left = self.left.checked_sub(1)?;
+        if self.left == 0 {
+            return Some(self.target_mm);
+        }
+        self.turn();
+        let [first, second, across] = self.axes;
+        let mut end_mm = [0.0; AXES];
+        end_mm[first] = self.centre_mm[0] + self.radius_mm[0];
+        end_mm[second] = self.centre_mm[1] + self.radius_mm[1];
+        end_mm[across] = self.across_mm;
+        Some(end_mm)
+    }
+
+    fn size_hint(&self) -> (usize, Option<usize>) {
+        (self.left as usize, Some(self.left as usize))
+    }
+}
+
+impl ExactSizeIterator for Chords {}
+
+/// The least number of equal chords that are within the tolerance.
+fn count(arc: &Arc, tolerance_mm: f64) -> u32 {
+    let radius_mm = arc.radius_mm.max(arc.target_radius_mm);
+    if 2.0 * radius_mm <= tolerance_mm {
+        return 1;
+    }
+    // Half a chord's length is the sine of half its angle, and what is left of the radius beside it the cosine.
+    let half_mm = libm::sqrt(tolerance_mm * (2.0 * radius_mm - tolerance_mm));
+    let half_rad = libm::atan2(half_mm, radius_mm - tolerance_mm);
+    libm::ceil(arc.travel_rad.abs() / (2.0 * half_rad)) as u32
+}
+
+/// The part by which the radius changes from start to target.
+fn change(arc: &Arc) -> f64 {
+    let change_mm = arc.target_radius_mm - arc.radius_mm;
+    if change_mm.abs() < EVEN_CHANGE_MAX * arc.radius_mm { change_mm / arc.radius_mm } else { 0.0 }
+}
+
+/// By their series, which are short for the angle of a chord.
+fn cos_sin(rad: f64) -> [f64; 2] {
+    let (mut cos, mut sin) = (0.0, 0.0);
+    let (mut term, mut power) = (1.0, 0.0);
+    while f64::abs(term) > NEGLIGIBLE {
+        cos += term;
+        term *= rad / (power + 1.0);
+        sin += term;
+        term *= -rad / (power + 2.0);
+        power += 2.0;
+    }
+    [cos, sin]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::arc::length;
+
+    #[test]
+    fn the_series_are_cosine_and_sine() {
+        for rad in (-6_283..=6_283).map(|thousandths| f64::from(thousandths) * 1e-3).chain([1e-9, -1e-5, 0.0]) {
+            let [cos, sin] = cos_sin(rad);
+            assert!(length([cos - rad.cos(), sin - rad.sin()]) < 1e-13, "{rad}");
+            let near = if rad.abs() < 0.5 { 4e-16 } else { 1e-13 };
+            assert!((length([cos, sin]) - 1.0).abs() < near, "{rad}");
+        }
+    }
+}

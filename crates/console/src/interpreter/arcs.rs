@@ -1,0 +1,38 @@
+//! What the words of an arc mean.
+
+use super::{Interpreter, unit_mm, within};
+use crate::{
+    Arc, Error, MotionMode,
+    arc::{Ends, PLANES},
+    block::Words,
+};
+
+impl Interpreter {
+    /// The way to the target, if the motion mode of the block is an arc; checked in Grbl's order.
+    pub(super) fn arc(&self, words: &mut Words) -> Result<Option<Arc>, Error> {
+        let (mode, plane) = (words.modal.motion, words.modal.plane);
+        if !mode.is_arc() {
+            return Ok(None);
+        }
+        let [first, second, _] = PLANES[usize::from(plane)];
+        if [first, second].iter().all(|&axis| words.axes()[axis].is_none()) {
+            return Err(Error::PlaneAxesMissing);
+        }
+        let (start_mm, target_mm) = (self.position_mm, self.target_mm(words)?);
+        let ends = Ends { start_mm, target_mm, plane, clockwise: mode == MotionMode::ClockwiseArc };
+        let unit_mm = unit_mm(&words.modal);
+        let arc = if let Some(radius) = words.take(b'R') {
+            Arc::of_radius(ends, (radius * unit_mm).into())?
+        } else {
+            let offsets = words.take_offsets();
+            let offsets = [offsets[first], offsets[second]];
+            if offsets == [None; 2] {
+                return Err(Error::OffsetsMissing);
+            }
+            Arc::around(ends, offsets.map(|offset| (offset.unwrap_or(0.0) * unit_mm).into()))?
+        };
+        // However far its ends are, its middle must not be too far out.
+        arc.bounds_mm().iter().flatten().try_for_each(|&mm| within(mm as f32).map(|_| ()))?;
+        Ok(Some(arc))
+    }
+}

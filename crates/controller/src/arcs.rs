@@ -1,0 +1,55 @@
+//! Arcs to the machine's motions, chord by chord.
+
+use embedded_storage_async::nor_flash::NorFlash;
+use isostep_console::{Arc, Error};
+use isostep_motion::{AXES, Motion, whole_steps};
+
+use crate::controller::Controller;
+
+/// Chords any finer would not move the machine otherwise.
+const FINEST_STEPS: f64 = 0.25;
+
+impl<F: NorFlash> Controller<'_, F> {
+    /// Asks for an arc that is within the travel. Whatever ends the program ends it, too.
+    pub(crate) async fn follow(
+        &self,
+        arc: &Arc,
+        feed_mm_s: Option<f64>,
+        exact_stop: bool,
+        line: u32,
+    ) -> Result<(), Error> {
+        let steps_per_mm = self.machine.config().steps_per_mm;
+        let steps = |place_mm: [f64; AXES]| {
+            core::array::from_fn::<_, AXES, _>(|axis| whole_steps(place_mm[axis], steps_per_mm[axis]))
+        };
+        let mut place_steps = steps(arc.start_mm().map(f64::from));
+        // A chord is asked for when the next is known: the last one alone is where the arc ends.
+        let mut ahead = None;
+        for end_mm in arc.chords(self.tolerance_mm(arc, steps_per_mm)) {
+            let target_steps = steps(end_mm);
+            if target_steps == place_steps {
+                continue;
+            }
+            place_steps = target_steps;
+            if let Some(target_steps) = ahead.replace(target_steps) {
+                self.submit(Motion::Move { target_steps, feed_mm_s, exact_stop: false, line }).await?;
+            }
+        }
+        match ahead {
+            Some(target_steps) => self.submit(Motion::Move { target_steps, feed_mm_s, exact_stop, line }).await,
+            None => Ok(()),
+        }
+    }
+
+    /// The least and the greatest place of every axis on an arc.
+    pub(crate) fn bounds_steps(&self, arc: &Arc) -> [[i32; AXES]; 2] {
+        let (bounds_mm, steps_per_mm) = (arc.bounds_mm(), self.machine.config().steps_per_mm);
+        [0, 1].map(|end| core::array::from_fn(|axis| whole_steps(bounds_mm[axis][end], steps_per_mm[axis])))
+    }
+
+    fn tolerance_mm(&self, arc: &Arc, steps_per_mm: [f64; AXES]) -> f64 {
+        let [first, second, _] = arc.axes();
+        let finest_mm = FINEST_STEPS / steps_per_mm[first].max(steps_per_mm[second]);
+        self.with(|program| f64::from(program.settings.arc_tolerance_mm)).min(finest_mm)
+    }
+}

@@ -1,0 +1,178 @@
+//! Arcs: where they lead, how finely, and what ends them.
+
+use std::f64::consts::PI;
+
+use embassy_time::Duration;
+use isostep_motion::State;
+use isostep_sim::Sim;
+use isostep_sim::plant::SwitchFault;
+
+use crate::talk::{begin, field, homed, say, status};
+
+/// The default machine's resolution.
+const STEPS_PER_MM: f64 = 50.0;
+
+/// Where each move since the first `skip` has ended, mm.
+fn corners_mm(sim: &mut Sim, skip: usize) -> Vec<[f64; 3]> {
+    let outcome = sim.outcome();
+    outcome.moves[skip..].iter().map(|record| record.end_steps.map(|steps| f64::from(steps) / STEPS_PER_MM)).collect()
+}
+
+/// How many moves there have been.
+fn moves(sim: &mut Sim) -> usize {
+    sim.outcome().moves.len()
+}
+
+/// Follows an arc around a centre in the plane of two axes; every chord must end on it, within rounding to whole steps.
+fn follow(sim: &mut Sim, line: &str, plane: [usize; 2], centre_mm: [f64; 2], radius_mm: f64) -> Vec<[f64; 3]> {
+    let before = moves(sim);
+    assert_eq!(say(sim, line), ["ok"], "{line}");
+    let corners_mm = corners_mm(sim, before);
+    for corner_mm in &corners_mm {
+        let far_mm = (corner_mm[plane[0]] - centre_mm[0]).hypot(corner_mm[plane[1]] - centre_mm[1]);
+        assert!((far_mm - radius_mm).abs() <= 0.5_f64.sqrt() / STEPS_PER_MM + 1e-3, "{line}: {corner_mm:?}");
+    }
+    corners_mm
+}
+
+#[test]
+fn arcs_of_every_kind_end_where_they_should() {
+    let mut sim = homed();
+    assert_eq!(say(&mut sim, "G0 X100 Y100 Z20"), ["ok"]);
+    say(&mut sim, "F2400");
+    let quarter = follow(&mut sim, "G2 X110 Y110 I10", [0, 1], [110.0, 100.0], 10.0);
+    assert_eq!(quarter.last(), Some(&[110.0, 110.0, 20.0]));
+    // The chord that is 0.002 mm from a circle of 10 mm is 0.4 mm.
+    assert_eq!(quarter.len(), (5.0 * PI / 0.4_f64).ceil() as usize);
+    assert!(quarter.iter().all(|[x, y, _]| (100.0..=110.0).contains(x) && (100.0..=110.0).contains(y)));
+    let long_way = follow(&mut sim, "G2 X100 Y100 R-10", [0, 1], [110.0, 100.0], 10.0);
+    assert_eq!(long_way.last(), Some(&[100.0, 100.0, 20.0]));
+    assert!(long_way.iter().any(|[x, y, _]| *x > 119.9 && *y < 100.0), "by way of the far side");
+    let circle = follow(&mut sim, "G3 X100 Y100 J-5", [0, 1], [100.0, 95.0], 5.0);
+    assert_eq!(circle.last(), Some(&[100.0, 100.0, 20.0]));
+    let helix = follow(&mut sim, "G3 X100 Y100 Z30 J-5", [0, 1], [100.0, 95.0], 5.0);
+    assert!(helix.is_sorted_by_key(|[_, _, z]| (z * STEPS_PER_MM) as i32));
+    assert_eq!(helix[helix.len() / 2 - 1], [100.0, 90.0, 25.0], "half way round is half way up");
+    assert_eq!(sim.counted_steps(), [5000, 5000, 1500]);
+}
+
+#[test]
+fn arcs_of_other_planes_in_inches_and_increments() {
+    let mut sim = homed();
+    assert_eq!(say(&mut sim, "G0 X100 Y100 Z20"), ["ok"]);
+    let down = follow(&mut sim, "G20 G91 G18 G2 X1 Z1 K1 F90", [2, 0], [45.4, 100.0], 25.4);
+    assert_eq!(down.last(), Some(&[125.4, 100.0, 45.4]));
+    let back = follow(&mut sim, "G3 X-1 Z-1 R1", [2, 0], [45.4, 100.0], 25.4);
+    assert_eq!(back.last(), Some(&[100.0, 100.0, 20.0]));
+    let thread = follow(&mut sim, "G19 G2 Y0 J.5 X1", [1, 2], [112.7, 20.0], 12.7);
+    assert_eq!(thread.last(), Some(&[125.4, 100.0, 20.0]));
+    assert_eq!(say(&mut sim, "$G"), ["[GC:G2 G54 G19 G20 G91 G94 M5 M9 T0 F2286 S0]", "ok"]);
+}
+
+#[test]
+fn an_arc_that_bulges_out_of_the_travel_never_begins() {
+    let mut sim = homed();
+    assert_eq!(say(&mut sim, "G0 X340 Y100\nF1200"), ["ok", "ok"]);
+    let before = moves(&mut sim);
+    let words = "[MSG:the arc's X360.000 is outside the travel, 0.000 to 350.000 mm: correct the program, then $X]";
+    for lines in ["G3 X340 Y140 J20", "$C\nG3 X340 Y140 J20"] {
+        let heard = say(&mut sim, lines);
+        assert!(heard.contains(&"ALARM:2".to_owned()) && heard.contains(&words.to_owned()), "{heard:?}");
+        assert_eq!(heard.iter().filter(|line| *line == "error:9").count(), 1, "{heard:?}");
+        assert_eq!(status(&mut sim), "<Alarm|MPos:340.000,100.000,0.000");
+        say(&mut sim, "$X");
+    }
+    assert_eq!(moves(&mut sim), before);
+    assert!(say(&mut sim, "G2 X330 Y90 I-10 Z-1 F1200").contains(&"ALARM:2".to_owned()), "nor a helix");
+    say(&mut sim, "$X");
+    // The other way round it is within the travel, and so is one that touches its end.
+    assert_eq!(say(&mut sim, "G2 X340 Y140 J20\nG2 X340 Y120 J-10"), ["ok", "ok"]);
+    assert_eq!(status(&mut sim), "<Idle|MPos:340.000,120.000,0.000");
+}
+
+#[test]
+fn the_arc_tolerance_says_how_many_chords_there_are() {
+    let mut sim = homed();
+    assert_eq!(say(&mut sim, "G0 X100 Y100\nF2400"), ["ok", "ok"]);
+    let mut chords = |setting: &str| {
+        assert_eq!(say(&mut sim, setting), ["ok"]);
+        follow(&mut sim, "G2 X100 Y100 I20", [0, 1], [120.0, 100.0], 20.0).len()
+    };
+    let [fine, usual, coarse] = ["$12=0.001", "$12=0.002", "$12=0.004"].map(&mut chords);
+    assert_eq!([fine, usual, coarse], [315, 223, 158]);
+    // A quarter of a step is 0.005 mm.
+    assert_eq!(chords("$12=0.005"), chords("$12=1"));
+}
+
+#[test]
+fn a_circle_of_no_step_moves_nothing() {
+    let mut sim = homed();
+    assert_eq!(say(&mut sim, "G0 X100 Y100\nF1200"), ["ok", "ok"]);
+    let before = moves(&mut sim);
+    assert_eq!(say(&mut sim, "G2 X100 Y100 I0.002\nG3 X100 J.004\nG2 X100 I0"), ["ok", "ok", "ok"]);
+    assert_eq!(moves(&mut sim), before);
+}
+
+#[test]
+fn checking_moves_along_no_arc() {
+    let mut sim = homed();
+    let before = moves(&mut sim);
+    assert_eq!(say(&mut sim, "$C\nG2 X20 I10 F600\nX40 I10\nX60 I10 Z2"), ["[MSG:Enabled]", "ok", "ok", "ok", "ok"]);
+    assert_eq!(moves(&mut sim), before);
+}
+
+/// A reset by this console, and one by another, after which the line that asks for chords is still there.
+#[test]
+fn a_reset_ends_an_arc_where_it_brakes() {
+    for by_another in [false, true] {
+        let mut sim = homed();
+        assert_eq!(say(&mut sim, "G0 X100 Y100\nF1200"), ["ok", "ok"]);
+        assert_eq!(
+            begin(&mut sim, "N7 G2 X100 Y100 I20", Duration::from_secs(3)),
+            [""; 0],
+            "it is asked for bit by bit"
+        );
+        assert_eq!(field(&mut sim, "Ln"), "7");
+        if by_another {
+            sim.machine().reset();
+        } else {
+            sim.send(b"\x18");
+        }
+        sim.run_until_idle().unwrap();
+        let expected = if by_another { "error:9" } else { "Grbl 1.1h ['$' for help]" };
+        assert_eq!(sim.replies(), [expected]);
+        assert_eq!(sim.machine().state(), State::Idle);
+        let [x, y, z] = sim.counted_steps();
+        assert!(y > 5000 && x < 6000, "somewhere on its way: {x} {y}");
+        assert_eq!(say(&mut sim, "G91 G1 X1 F600"), ["ok"]);
+        assert_eq!(sim.counted_steps(), [x + 50, y, z], "the program goes on from there");
+    }
+}
+
+#[test]
+fn an_alarm_ends_an_arc() {
+    let mut sim = homed();
+    assert_eq!(say(&mut sim, "G0 X100 Y100\nF1200"), ["ok", "ok"]);
+    begin(&mut sim, "G2 X100 Y100 I20", Duration::from_secs(3));
+    sim.set_switch(isostep_motion::Axis::X, SwitchFault::StuckClosed);
+    sim.run_until_idle().unwrap();
+    let heard = sim.replies();
+    assert!(heard.contains(&"ALARM:1".to_owned()) && heard.contains(&"error:9".to_owned()), "{heard:?}");
+    let stopped_at = sim.counted_steps();
+    sim.set_switch(isostep_motion::Axis::X, SwitchFault::None);
+    say(&mut sim, "$X");
+    assert_eq!(say(&mut sim, "G91 G0 Y1"), ["ok"]);
+    assert_eq!(sim.counted_steps(), [stopped_at[0], stopped_at[1] + 50, stopped_at[2]]);
+}
+
+#[test]
+fn inverse_time_is_the_time_of_the_whole_arc() {
+    let mut sim = homed();
+    assert_eq!(say(&mut sim, "$910=600\n$911=600\nG0 X100 Y100"), ["ok", "ok", "ok"]);
+    let before = moves(&mut sim);
+    // 20 mm around in 12 s: 314 mm/min, which is below the start speed, so no time goes into ramps.
+    assert_eq!(say(&mut sim, "G93 G2 X100 Y100 I10 F5"), ["ok"]);
+    let outcome = sim.outcome();
+    let planned_s: f64 = outcome.moves[before..].iter().map(|record| record.plan_s).sum();
+    assert!((planned_s - 12.0).abs() < 0.1, "{planned_s} s");
+}
