@@ -12,6 +12,9 @@
 //! of their ramps lies within a block, and has no acceleration where blocks meet. How fast a stop is left depends on what
 //! follows, too: where a start speed is high and a move short, the corner after it may not be reached so fast.
 //!
+//! A block may always end at its start speed, as there it may stop. So where what follows is not as fast as that, it does
+//! stop there, and what follows begins at its own start speed; else a move more could make a speed too fast that was told.
+//!
 //! What is to be made next is told as [`Leg`]s, each a stretch of a [`SyncMove`] on the run's clock, no further ahead than
 //! is asked for: what has been told is made, come what may. Whatever comes between (another block, a [`hold`](Chain::hold),
 //! other [overrides](Chain::override_speed)) counts from there on. A plan goes on for as long as it is the right one; where it
@@ -121,7 +124,7 @@ pub enum LegKind {
 pub struct Chain<const N: usize, const LEN: usize> {
     terms: Terms<N>,
     scale: Scale,
-    /// The first has no corner before it if it begins, or goes on, from rest.
+    /// The first does not flow if it begins, or goes on, from rest.
     blocks: Ring<Block<N>, LEN>,
     /// Of so many blocks the entries are final, unless the first one's is changed.
     settled: usize,
@@ -200,7 +203,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
     /// What has been told ends at rest.
     #[must_use]
     pub fn is_at_rest(&self) -> bool {
-        self.plan.is_none() && self.blocks.get(0).is_none_or(|first| first.corner.is_none())
+        self.plan.is_none() && self.blocks.get(0).is_none_or(|first| !first.flows)
     }
 
     /// Puts a move behind the last.
@@ -261,7 +264,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         for index in 0..self.blocks.len() {
             let Some(block) = self.blocks.get_mut(index) else { break };
             block.respeed(&self.terms, self.scale);
-            block.set_cap(before);
+            before.into_iter().for_each(|before| block.set_cap(before));
             before = Some(block.pace());
         }
         self.reckon();
@@ -329,6 +332,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
     /// At rest where it is.
     fn rest(&mut self) {
         self.plan = None;
+        self.settled = 0;
         match self.blocks.get_mut(0) {
             Some(first) => first.stop(),
             None => self.place_steps = 0.0,
@@ -341,11 +345,13 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         (self.place_steps, self.plan) = (0.0, None);
         self.settled = self.settled.saturating_sub(1);
         if let Some(next) = self.blocks.get_mut(0)
-            && next.corner.is_some()
-            && next.entry != exit
+            && next.flows
         {
-            next.entry = exit;
-            self.forward(0);
+            self.settled = self.settled.max(1);
+            if next.entry != exit {
+                next.entry = exit;
+                self.forward(0);
+            }
         }
     }
 
@@ -459,15 +465,17 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         let part = SyncMove { profile, steps, from_steps: place_steps, origin_steps: place_steps, origin_s };
         let slows_s = part.end_s() - profile.t_decel_s();
         let kind = if self.plan.is_none() { LegKind::Move } else { LegKind::Part };
+        self.settled = self.settled.max(1);
         self.plan = Some(Plan { part, exit, ends_block, slows_s, is_stale: false, kind });
     }
 
     /// How fast the first block is to end; held, as slow as it can.
     fn exit(&self) -> Square {
         let Some(first) = self.blocks.get(0) else { return 0 };
-        // The start speed may be more than it comes to.
-        let exit = self.exit_of(0, first).min(first.entry + first.accel_gain);
-        if self.is_held { first.entry.saturating_sub(first.decel_gain).max(first.start).min(exit) } else { exit }
+        let (highest, lowest) = first.reach();
+        // A start speed may be more than it comes to; or, at another speed, less.
+        let exit = self.exit_of(0, first).min(highest).max(lowest);
+        if self.is_held { lowest.max(first.start).min(exit) } else { exit }
     }
 
     /// The same in steps/s of its longest axis.
@@ -478,7 +486,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
     /// How fast the block with this index ends.
     fn exit_of(&self, index: usize, block: &Block<N>) -> Square {
         match self.blocks.get(index + 1) {
-            Some(next) if next.corner.is_some() => next.entry,
+            Some(next) if next.flows => next.entry,
             _ => block.start,
         }
     }
@@ -492,7 +500,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         {
             first.set_gains(first.way_steps - self.place_steps, &self.terms, self.scale);
         }
-        self.settled = 0;
+        self.settled = if self.is_at_rest() { 0 } else { 1 };
         self.backward(None);
         self.forward(0);
     }
@@ -506,39 +514,41 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
     /// From the last block on, up to those whose entries are final, or to one whose entry does not change: the block before
     /// the last one looked at. `new` has no entry yet.
     fn backward(&mut self, new: Option<usize>) -> usize {
-        let settled = if self.is_at_rest() { self.settled } else { self.settled.max(1) };
         let mut index = self.blocks.len();
-        while index > settled {
+        while index > self.settled {
             index -= 1;
             let Some(block) = self.blocks.get(index) else { break };
-            let entry = block.cap.min(self.exit_of(index, block) + block.decel_gain);
-            if entry == block.entry && new.is_some_and(|new| new != index) {
+            let before = index.checked_sub(1).and_then(|index| self.blocks.get(index)).map(Block::pace);
+            let (entry, flows) = block.fastest_entry(self.exit_of(index, block), before);
+            if entry == block.entry && flows == block.flows && new.is_some_and(|new| new != index) {
                 break;
             }
             if let Some(block) = self.blocks.get_mut(index) {
-                block.entry = entry;
+                (block.entry, block.flows) = (entry, flows);
             }
         }
         index.saturating_sub(1)
     }
 
     /// No block begins faster than the one before it can end; nor slower, where that is too fast to brake.
+    ///
+    /// An entry at its cap is final, and so are all before it; one that is as high as the one before it allows, if that is.
     fn forward(&mut self, from: usize) {
         let mut index = from;
+        if index == 0 && self.blocks.get(0).is_some_and(Block::has_final_entry) {
+            self.settled = self.settled.max(1);
+        }
         while let Some(block) = self.blocks.get(index) {
-            let (highest, lowest) = (block.entry + block.accel_gain, block.entry.saturating_sub(block.decel_gain));
+            let (highest, lowest) = block.reach();
             index += 1;
             let Some(next) = self.blocks.get_mut(index) else { break };
-            if next.corner.is_none() {
-                self.settled = index;
-            } else if highest <= next.entry {
-                next.entry = highest;
-                self.settled = index + 1;
-            } else {
-                next.entry = next.entry.max(lowest);
+            let mut is_highest = false;
+            if next.flows {
+                is_highest = highest <= next.entry && self.settled >= index;
+                next.entry = next.entry.min(highest).max(lowest);
             }
-            if next.entry == next.cap {
-                self.settled = index + 1;
+            if is_highest || next.has_final_entry() {
+                self.settled = self.settled.max(index + 1);
             }
         }
     }

@@ -22,8 +22,8 @@ pub const FEED_SHARE_MAX: f64 = 2.0;
 
 /// Directions are the same if the square of half their difference is less: rounding, and no more.
 const SAME: f64 = 1e-24;
-/// They are opposite if it is nearer to 1.
-const OPPOSITE: f64 = 1e-6;
+/// They are opposite if it is nearer to 1: a cosine of -0.999999, as Grbl has it.
+const OPPOSITE: f64 = 5e-7;
 
 /// How squares of speeds, (mm/s)², are told in whole units.
 #[derive(Clone, Copy, Debug)]
@@ -79,10 +79,12 @@ pub(super) struct Block<const N: usize> {
     /// What its squared speed gains or loses at most over the whole of it.
     pub(super) accel_gain: Square,
     pub(super) decel_gain: Square,
-    /// The fastest at which it may begin.
+    /// The fastest at which it may begin, flowing.
     pub(super) cap: Square,
     /// How fast it begins.
     pub(super) entry: Square,
+    /// It begins as fast as the one before it ends. Else it begins from rest.
+    pub(super) flows: bool,
 }
 
 impl<const N: usize> Block<N> {
@@ -107,12 +109,12 @@ impl<const N: usize> Block<N> {
             decel_gain: 0,
             cap: 0,
             entry: 0,
+            flows: false,
         };
         if let Some(feed_mm_s) = wanted.feed_mm_s {
             path_speed(feed_mm_s * block.steps_per_mm)?;
         }
         block.respeed(terms, scale);
-        block.set_cap(None);
         block.set_gains(way_steps, terms, scale);
         block.check(terms)?;
         Ok(block)
@@ -174,13 +176,32 @@ impl<const N: usize> Block<N> {
     pub(super) fn follow(&mut self, before: &Self, terms: &Terms<N>, scale: Scale) {
         let stops = self.wanted.stops || before.wanted.stops || terms.interval_law == IntervalLaw::Thirds;
         self.corner = if stops { None } else { self.corner_after(before, terms, scale) };
-        self.set_cap(Some(before.pace()));
+        self.set_cap(before.pace());
     }
 
     /// It begins, or goes on, from rest.
     pub(super) fn stop(&mut self) {
-        self.corner = None;
-        self.set_cap(None);
+        (self.corner, self.flows) = (None, false);
+    }
+
+    /// Its entry is as high as it will ever be.
+    pub(super) fn has_final_entry(&self) -> bool {
+        if self.flows { self.entry == self.cap } else { self.corner.is_none() && self.entry == self.start }
+    }
+
+    /// The highest and the lowest speed that it comes to at its end.
+    pub(super) fn reach(&self) -> (Square, Square) {
+        (self.entry + self.accel_gain, self.entry.saturating_sub(self.decel_gain))
+    }
+
+    /// The fastest at which it may begin if it ends by `exit`, and whether that is as fast as `before` ends.
+    pub(super) fn fastest_entry(&self, exit: Square, before: Option<Pace>) -> (Square, bool) {
+        let most = exit + self.decel_gain;
+        let flowing = self.cap.min(most);
+        match (self.corner, before) {
+            (Some(_), Some(before)) if flowing >= before.start => (flowing, true),
+            _ => (self.start.min(most), false),
+        }
     }
 
     /// What the cap of the block after it depends on.
@@ -188,16 +209,11 @@ impl<const N: usize> Block<N> {
         Pace { nominal: self.nominal, start: self.start }
     }
 
-    /// Reckons anew how fast it may begin after a block of that pace.
-    pub(super) fn set_cap(&mut self, before: Option<Pace>) {
-        self.cap = match (self.corner, before) {
-            (Some(corner), Some(before)) => {
-                let fastest = corner.min(self.nominal).min(before.nominal);
-                // No slower than a stop would leave it.
-                fastest.max(self.start.min(before.start))
-            }
-            _ => self.start,
-        };
+    /// Reckons anew how fast it may begin after a block of that pace, flowing.
+    pub(super) fn set_cap(&mut self, before: Pace) {
+        let fastest = self.corner.unwrap_or(0).min(self.nominal).min(before.nominal);
+        // No slower than a stop would leave it.
+        self.cap = fastest.max(self.start.min(before.start));
     }
 
     /// Grbl's rule: the speed at which a circle that strays from the corner by the deviation asks for the acceleration

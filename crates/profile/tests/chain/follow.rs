@@ -126,7 +126,7 @@ impl<'a> Follower<'a> {
 
     /// Another move, or the same from rest. Where it begins, steps.
     fn begins(&mut self, leg: &Leg<AXES>, one: &Move) -> Result<f64, TestCaseError> {
-        prop_assert!((begin_s(&leg.part) - self.at_s).abs() <= 1e-12 * self.at_s, "{}", self.at_s);
+        prop_assert_eq!(leg.part.begin_s(), self.at_s);
         let speed_mm_s = begin_speed(leg, self.at_s) * leg.mm_per_step;
         let goes_on = self.last.is_some_and(|last| last.tag == leg.tag);
         let start_mm_s = one.start_mm_s * LIMIT_SLACK + self.unit_mm_s;
@@ -144,23 +144,19 @@ impl<'a> Follower<'a> {
             Some(before) if !self.is_at_rest => corner(self.case, &self.one(before), one),
             _ => None,
         };
+        let before_mm_s = self.speed_mm_s();
+        let is_same = (speed_mm_s - before_mm_s).abs() <= SAME * before_mm_s + self.unit_mm_s;
         match corner {
-            None => {
-                self.rests()?;
-                prop_assert!(speed_mm_s <= start_mm_s, "{speed_mm_s} from rest");
-            }
-            Some(corner) => {
-                let before_mm_s = self.speed_mm_s();
-                let error = (speed_mm_s - before_mm_s).abs();
-                prop_assert!(error <= SAME * before_mm_s + self.unit_mm_s, "{speed_mm_s} after {before_mm_s}");
+            Some(corner) if is_same => {
                 let before = self.one(leg.tag - 1);
-                let most = if self.has_changed {
-                    f64::INFINITY
-                } else {
-                    before.nominal_mm_s.min(one.nominal_mm_s)
-                };
+                let nominal = before.nominal_mm_s.min(one.nominal_mm_s);
+                let most = if self.has_changed { f64::INFINITY } else { nominal };
                 let most = corner.sqrt().min(most).max(one.start_mm_s.min(before.start_mm_s));
                 prop_assert!(speed_mm_s <= most * LIMIT_SLACK + self.unit_mm_s, "{speed_mm_s} round a corner for {most}");
+            }
+            _ => {
+                self.rests()?;
+                prop_assert!(speed_mm_s <= start_mm_s, "{speed_mm_s} from rest after {before_mm_s}");
             }
         }
         Ok(0.0)

@@ -155,35 +155,53 @@ pub fn cap(case: &Case, before: &Move, after: &Move) -> Option<f64> {
     Some(corner.min(nominal * nominal).max(start * start))
 }
 
-/// The squared speeds, (mm/s)², at which the moves begin, and end: the fastest within all limits, from `entry` on (or from
-/// rest) to rest at the end. By brute force: each is lowered until nothing changes.
-pub fn fastest(case: &Case, moves: &[Move], entry: Option<f64>) -> Vec<(f64, f64)> {
-    let caps: Vec<Option<f64>> = (0..moves.len())
-        .map(|index| index.checked_sub(1).and_then(|before| cap(case, &moves[before], &moves[index])))
-        .collect();
+/// How fast a move begins and ends, (mm/s)².
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Ends {
+    pub entry: f64,
+    pub exit: f64,
+    /// It begins as fast as the one before it ends.
+    pub flows: bool,
+}
+
+/// The ends of the moves: the fastest within all limits, from `entry` on (or from rest) to rest at the end. By brute force:
+/// each is reckoned from its neighbours until nothing changes. A move may end at its start speed, whatever follows: where
+/// that is too fast for what follows, it stops.
+pub fn fastest(case: &Case, moves: &[Move], entry: Option<f64>) -> Vec<Ends> {
     let start = |index: usize| moves[index].start_mm_s * moves[index].start_mm_s;
     let gains: Vec<(f64, f64)> = moves.iter().map(|one| one.gains(case.law)).collect();
-    let mut entries: Vec<f64> = (0..moves.len()).map(|index| caps[index].unwrap_or(start(index))).collect();
-    if let (Some(entry), Some(first)) = (entry, entries.first_mut()) {
-        *first = entry;
-    }
-    let exit = |entries: &[f64], index: usize| match caps.get(index + 1) {
-        Some(Some(_)) => entries[index + 1],
-        _ => start(index),
-    };
-    loop {
-        let before = entries.clone();
-        for index in 0..moves.len() {
-            if index > 0 || entry.is_none() {
-                entries[index] = entries[index].min(exit(&entries, index) + gains[index].1);
+    let cap = |index: usize| index.checked_sub(1).and_then(|before| cap(case, &moves[before], &moves[index]));
+    let caps: Vec<Option<f64>> = (0..moves.len()).map(cap).collect();
+    let mut all = vec![Ends::default(); moves.len()];
+    // Backwards alone, what may be braked from; then forwards, what may be come to.
+    for is_forward in [false, true] {
+        loop {
+            let before = all.clone();
+            for index in 0..moves.len() {
+                let exit = match all.get(index + 1) {
+                    Some(next) if next.flows => next.entry,
+                    _ => start(index),
+                };
+                if is_forward {
+                    all[index].exit = exit.min(all[index].entry + gains[index].0);
+                    if all[index].flows && index > 0 {
+                        all[index].entry = all[index].entry.min(all[index - 1].entry + gains[index - 1].0);
+                    }
+                    continue;
+                }
+                let most = exit + gains[index].1;
+                all[index] = match caps[index] {
+                    Some(cap) if cap.min(most) >= start(index - 1) => Ends { entry: cap.min(most), exit, flows: true },
+                    _ => Ends { entry: most.min(start(index)), exit, flows: false },
+                };
+                if let (0, Some(entry)) = (index, entry) {
+                    all[0].entry = entry;
+                }
             }
-            if index > 0 && caps[index].is_some() {
-                entries[index] = entries[index].min(entries[index - 1] + gains[index - 1].0);
+            if all == before {
+                break;
             }
         }
-        if entries == before {
-            break;
-        }
     }
-    (0..moves.len()).map(|index| (entries[index], exit(&entries, index).min(entries[index] + gains[index].0))).collect()
+    all
 }

@@ -6,7 +6,7 @@ use proptest::test_runner::TestCaseResult;
 
 use crate::case::{AXES, Case, case, curved, trapezoid};
 use crate::follow::Follower;
-use crate::model::{Move, Shares, fastest};
+use crate::model::{Ends, Move, Shares, fastest};
 
 fn is_the_fastest(case: &Case) -> TestCaseResult {
     let mut chain = Chain::<AXES, 64>::new(case.terms());
@@ -21,7 +21,7 @@ fn is_the_fastest(case: &Case) -> TestCaseResult {
     while let Some(leg) = chain.advance(f64::INFINITY) {
         follower.follow(leg)?;
         prop_assert_eq!(leg.kind, LegKind::Move);
-        let (entry, exit) = speeds[leg.tag as usize];
+        let Ends { entry, exit, .. } = speeds[leg.tag as usize];
         for (speed, square) in [
             (leg.part.profile.entry_speed_steps_s(), entry),
             (leg.part.profile.exit_speed_steps_s(), exit),
