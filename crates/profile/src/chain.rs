@@ -436,8 +436,32 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         let mm_s = speed_steps_s * first.mm_per_step;
         first.entry = self.scale.square(mm_s * mm_s);
         first.set_gains(left_steps, &self.terms, self.scale);
-        first.decel_gain = first.decel_gain.max(first.entry.saturating_sub(promised));
+        self.keep_promise(promised, speed_steps_s, left_steps);
         self.forward(0);
+    }
+
+    /// Where the first block is to end slower than its gain allows, it can if there is room, and if that is what was
+    /// `promised`. Else it does what was promised: with a limited jerk it takes longer to brake to a little more.
+    fn keep_promise(&mut self, promised: Square, speed_steps_s: f64, left_steps: f64) {
+        let Some(first) = self.blocks.get(0) else { return };
+        let (wanted, lowest) = (self.exit_of(0, first), first.reach().1);
+        if promised >= lowest || wanted >= lowest {
+            return;
+        }
+        let has_room = wanted == promised || {
+            let wanted_steps_s = first.speed_steps_s(wanted, self.scale);
+            let limits = first.limits_now();
+            let braking = Profile::braking(speed_steps_s, wanted_steps_s, &limits, self.terms.speed_law);
+            braking.distance_steps() <= left_steps
+        };
+        let exit = if has_room { wanted } else { promised };
+        match self.blocks.get_mut(1) {
+            Some(next) if next.flows => next.entry = next.entry.min(exit),
+            _ => self.blocks.get_mut(0).into_iter().for_each(|first| first.start = first.start.min(exit)),
+        }
+        if let Some(first) = self.blocks.get_mut(0) {
+            first.decel_gain = first.entry - exit;
+        }
     }
 
     /// Goes on by the second half of a ramp that is all jerk, which brings the acceleration to nothing.

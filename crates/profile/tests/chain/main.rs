@@ -3,10 +3,11 @@
 //! `PROPTEST_RNG_SEED=n cargo test -p isostep-profile --test chain` tries others.
 
 mod case;
+mod drive;
 mod edges;
 mod follow;
+mod holds;
 mod model;
 mod optimum;
 mod overrides;
 mod pushes;
-mod holds;

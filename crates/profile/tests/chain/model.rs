@@ -28,6 +28,8 @@ pub struct Move {
     pub top_mm_s: f64,
     pub nominal_mm_s: f64,
     pub start_mm_s: f64,
+    /// The same, however slow it is to be.
+    pub free_mm_s: f64,
     pub accel_mm_s2: f64,
     pub decel_mm_s2: f64,
     pub jerk_mm_s3: f64,
@@ -48,6 +50,7 @@ impl Move {
             Some(feed_mm_s) => (feed_mm_s * shares.feed).min(top_mm_s),
             None => top_mm_s * shares.rapid,
         };
+        let free_mm_s = least(|limits| limits.start_speed_steps_s);
         let way_steps = f64::from(wanted.steps.iter().map(|steps| steps.unsigned_abs()).max().unwrap());
         Self {
             wanted,
@@ -57,7 +60,8 @@ impl Move {
             direction,
             top_mm_s,
             nominal_mm_s,
-            start_mm_s: least(|limits| limits.start_speed_steps_s).min(nominal_mm_s),
+            start_mm_s: free_mm_s.min(nominal_mm_s),
+            free_mm_s,
             accel_mm_s2: least(|limits| limits.accel_steps_s2),
             decel_mm_s2: least(|limits| limits.decel_steps_s2),
             jerk_mm_s3: least(|limits| limits.jerk_steps_s3),
