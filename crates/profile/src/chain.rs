@@ -157,8 +157,11 @@ struct Plan<const N: usize> {
 /// Nothing is left of a move, steps; and as a share of its way, where rounding is more than that.
 const NOTHING_STEPS: f64 = 1e-6;
 const NOTHING_SHARE: f64 = 1e-14;
-/// A speed is no faster than another if it is so by less, as a share of it.
-const SAME_SPEED: f64 = 1e-9;
+
+/// But for rounding.
+fn is_no_faster(speed_steps_s: f64, than_steps_s: f64) -> bool {
+    speed_steps_s <= than_steps_s * (1.0 + 1e-9)
+}
 
 impl<const N: usize, const LEN: usize> Chain<N, LEN> {
     /// No moves, at rest.
@@ -323,8 +326,11 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         (self.at_s, self.place_steps) = (until_s, until_steps);
         if is_end && ends_block {
             self.end_block(exit);
-        } else if is_end && self.is_held && part.profile.exit_speed_steps_s() <= block.limits_now().start_speed_steps_s {
-            self.rest();
+        } else if is_end && self.is_held {
+            let start_steps_s = block.limits_now().start_speed_steps_s;
+            if is_no_faster(part.profile.exit_speed_steps_s(), start_steps_s) {
+                self.rest();
+            }
         }
         Some(leg)
     }
@@ -376,7 +382,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         if self.terms.speed_law == SpeedLaw::SCurve && accel_steps_s2 > 0.0 && limits.jerk_steps_s3.is_finite() {
             return self.ease(speed_steps_s, accel_steps_s2, limits.jerk_steps_s3);
         }
-        if self.is_held && speed_steps_s <= limits.start_speed_steps_s {
+        if self.is_held && is_no_faster(speed_steps_s, limits.start_speed_steps_s) {
             return self.rest();
         }
         self.cut(speed_steps_s, left_steps);
@@ -388,7 +394,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
     /// Slows down to the start speed, held, or to the top speed, if it is faster and there is room. True if it does.
     fn slow_down(&mut self, speed_steps_s: f64, left_steps: f64, limits: &Limits) -> bool {
         let slow_steps_s = if self.is_held { limits.start_speed_steps_s } else { limits.top_speed_steps_s };
-        if speed_steps_s <= slow_steps_s * (1.0 + SAME_SPEED) {
+        if is_no_faster(speed_steps_s, slow_steps_s) {
             return false;
         }
         let braking = |fast, slow| Profile::braking(fast, slow, limits, self.terms.speed_law);
@@ -570,6 +576,10 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
             if next.flows {
                 is_highest = highest <= next.entry && self.settled >= index;
                 next.entry = next.entry.min(highest).max(lowest);
+                // What was to be a stop, by the start speeds of another feed, remains one.
+                if next.entry > next.cap && next.corner.is_some_and(|corner| next.entry > corner) {
+                    (next.entry, next.flows) = (next.start, false);
+                }
             }
             if is_highest || next.has_final_entry() {
                 self.settled = self.settled.max(index + 1);
