@@ -136,6 +136,8 @@ pub struct Chain<const N: usize, const LEN: usize> {
     plan: Option<Plan<N>>,
     /// It is braking to rest, or at rest until it is started.
     is_held: bool,
+    /// Some entries are faster than they should be, as it could not brake to them when they were reckoned.
+    is_forced: bool,
 }
 
 /// A plan under way.
@@ -176,6 +178,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
             at_s: 0.0,
             plan: None,
             is_held: false,
+            is_forced: false,
         }
     }
 
@@ -442,16 +445,21 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         let mm_s = speed_steps_s * first.mm_per_step;
         first.entry = self.scale.square(mm_s * mm_s);
         first.set_gains(left_steps, &self.terms, self.scale);
+        if self.is_forced {
+            self.settled = 1;
+            self.backward(None);
+        }
         self.keep_promise(promised, speed_steps_s, left_steps);
         self.forward(0);
     }
 
     /// Where the first block is to end slower than its gain allows, it can if there is room, and if that is what was
-    /// `promised`. Else it does what was promised: with a limited jerk it takes longer to brake to a little more.
+    /// `promised`. Else it does what was promised, if that is slower than by its gain: with a limited jerk it takes longer
+    /// to brake to a little more.
     fn keep_promise(&mut self, promised: Square, speed_steps_s: f64, left_steps: f64) {
         let Some(first) = self.blocks.get(0) else { return };
         let (wanted, lowest) = (self.exit_of(0, first), first.reach().1);
-        if promised >= lowest || wanted >= lowest {
+        if wanted >= lowest {
             return;
         }
         let has_room = wanted == promised || {
@@ -461,6 +469,9 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
             braking.distance_steps() <= left_steps
         };
         let exit = if has_room { wanted } else { promised };
+        if exit >= lowest {
+            return;
+        }
         match self.blocks.get_mut(1) {
             Some(next) if next.flows => next.entry = next.entry.min(exit),
             _ => self.blocks.get_mut(0).into_iter().for_each(|first| first.start = first.start.min(exit)),
@@ -565,8 +576,11 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
     /// An entry at its cap is final, and so are all before it; one that is as high as the one before it allows, if that is.
     fn forward(&mut self, from: usize) {
         let mut index = from;
-        if index == 0 && self.blocks.get(0).is_some_and(Block::has_final_entry) {
-            self.settled = self.settled.max(1);
+        if index == 0 {
+            self.is_forced = false;
+            if self.blocks.get(0).is_some_and(Block::has_final_entry) {
+                self.settled = self.settled.max(1);
+            }
         }
         while let Some(block) = self.blocks.get(index) {
             let (highest, lowest) = block.reach();
@@ -575,6 +589,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
             let mut is_highest = false;
             if next.flows {
                 is_highest = highest <= next.entry && self.settled >= index;
+                self.is_forced |= lowest > next.entry;
                 next.entry = next.entry.min(highest).max(lowest);
                 // What was to be a stop, by the start speeds of another feed, remains one.
                 if next.entry > next.cap && next.corner.is_some_and(|corner| next.entry > corner) {

@@ -157,8 +157,12 @@ impl<'a> Follower<'a> {
             Some(corner) if is_same => {
                 let before = self.one(leg.tag - 1);
                 let nominal = before.nominal_mm_s.min(one.nominal_mm_s);
-                let most = if self.has_changed { f64::INFINITY } else { nominal };
-                let most = corner.sqrt().min(most).max(one.start_mm_s.min(before.start_mm_s));
+                // What was told of a faster feed may be as fast as a stop would leave it.
+                let (nominal, start) = match self.has_changed {
+                    true => (f64::INFINITY, one.free_mm_s.min(before.free_mm_s)),
+                    false => (nominal, one.start_mm_s.min(before.start_mm_s)),
+                };
+                let most = corner.sqrt().min(nominal).max(start);
                 prop_assert!(speed_mm_s <= most * LIMIT_SLACK + self.unit_mm_s, "{speed_mm_s} round a corner for {most}");
             }
             _ => {
