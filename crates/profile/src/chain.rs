@@ -350,17 +350,21 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
 
     /// Goes over to the next block, with the speed of `exit`.
     fn end_block(&mut self, exit: Square) {
-        let _ = self.blocks.pop();
+        let Some(before) = self.blocks.pop() else { return };
         (self.place_steps, self.plan) = (0.0, None);
         self.settled = self.settled.saturating_sub(1);
-        if let Some(next) = self.blocks.get_mut(0)
-            && next.flows
-        {
+        let Some(next) = self.blocks.get_mut(0) else { return };
+        let expected = next.entry;
+        if next.flows {
+            next.entry = next.entry.min(exit);
+        }
+        next.force(exit, before.start);
+        let is_expected = next.entry == expected;
+        if next.flows {
             self.settled = self.settled.max(1);
-            if next.entry != exit {
-                next.entry = exit;
-                self.forward(0);
-            }
+        }
+        if !is_expected {
+            self.forward(0);
         }
     }
 
@@ -583,19 +587,15 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
             }
         }
         while let Some(block) = self.blocks.get(index) {
-            let (highest, lowest) = block.reach();
+            let ((highest, lowest), start) = (block.reach(), block.start);
             index += 1;
             let Some(next) = self.blocks.get_mut(index) else { break };
             let mut is_highest = false;
             if next.flows {
                 is_highest = highest <= next.entry && self.settled >= index;
-                self.is_forced |= lowest > next.entry;
-                next.entry = next.entry.min(highest).max(lowest);
-                // What was to be a stop, by the start speeds of another feed, remains one.
-                if next.entry > next.cap && next.corner.is_some_and(|corner| next.entry > corner) {
-                    (next.entry, next.flows) = (next.start, false);
-                }
+                next.entry = next.entry.min(highest);
             }
+            self.is_forced |= next.force(lowest, start);
             if is_highest || next.has_final_entry() {
                 self.settled = self.settled.max(index + 1);
             }

@@ -184,6 +184,18 @@ impl<const N: usize> Block<N> {
         (self.corner, self.flows) = (None, false);
     }
 
+    /// The one before it ends no slower than by `lowest`, and may stop from `start`, or from what was one at another feed.
+    /// True if that is faster than it should be.
+    pub(super) fn force(&mut self, lowest: Square, start: Square) -> bool {
+        let is_forced = lowest > if self.flows { self.entry } else { start };
+        if is_forced && let Some(corner) = self.corner {
+            // But for rounding, it is no faster than the corner allows if it did not stop there.
+            self.flows = lowest <= corner + (corner >> 24);
+            self.entry = if self.flows { lowest } else { self.start };
+        }
+        is_forced
+    }
+
     /// Its entry is as high as it will ever be.
     pub(super) fn has_final_entry(&self) -> bool {
         if self.flows { self.entry == self.cap } else { self.corner.is_none() && self.entry == self.start }
