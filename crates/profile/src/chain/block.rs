@@ -1,11 +1,10 @@
 //! A move of a chain, as compact as the passes over the chain want it.
 
-use libm::{sqrt, sqrtf};
+use libm::sqrt;
 
 use super::{Terms, Wanted};
 use crate::law::IntervalLaw;
 use crate::limits::{Limits, SPEED_MIN_STEPS_S};
-
 use crate::profile::{DURATION_MAX_S, ProfileError};
 use crate::ramp::Bounds;
 use crate::sync::{PlanError, longest, path_speed, shared_limits};
@@ -18,8 +17,13 @@ const SQUARE_MAX: f64 = 4.611_686_018_427_387_9e18;
 /// What a unit is, is chosen so that the square of the fastest path has so many.
 const SQUARE_OF_FASTEST: f64 = 1.152_921_504_606_847e18;
 
-/// Directions whose cosine is nearer to 1 or -1 than this are the same, or opposite.
-const STRAIGHT: f32 = 1e-6;
+/// The most that a feed is overridden by: what may be gained is reckoned for it.
+pub const FEED_SHARE_MAX: f64 = 2.0;
+
+/// Directions are the same if the square of half their difference is less: rounding, and no more.
+const SAME: f64 = 1e-24;
+/// They are opposite if it is nearer to 1: a cosine of -0.999999, as Grbl has it.
+const OPPOSITE: f64 = 5e-7;
 
 /// How squares of speeds, (mm/s)², are told in whole units.
 #[derive(Clone, Copy, Debug)]
@@ -34,7 +38,9 @@ impl Scale {
 
     /// For axes of these terms.
     pub(super) fn of<const N: usize>(terms: &Terms<N>) -> Self {
-        let squares = terms.limits.iter().zip(&terms.mm_per_step).map(|(limits, mm)| {
+        // An axis whose limits do not work moves nothing.
+        let working = terms.limits.iter().zip(&terms.mm_per_step).filter(|(limits, _)| limits.check().is_ok());
+        let squares = working.map(|(limits, mm)| {
             let mm_s = limits.top_speed_steps_s * mm;
             mm_s * mm_s
         });
@@ -65,7 +71,7 @@ pub(super) struct Block<const N: usize> {
     /// Of the longest axis, so that no axis exceeds its own; the top speed is the machine's, whatever the feed.
     limits: Limits,
     /// Each axis's share of the direction.
-    direction: [f32; N],
+    direction: [f64; N],
     /// The squared speed at which the corner before it may be taken; `None` where it stops exactly.
     pub(super) corner: Option<Square>,
     /// How fast it is to be, mm/s, overridden; and its square.
@@ -76,10 +82,12 @@ pub(super) struct Block<const N: usize> {
     /// What its squared speed gains or loses at most over the whole of it.
     pub(super) accel_gain: Square,
     pub(super) decel_gain: Square,
-    /// The fastest at which it may begin.
+    /// The fastest at which it may begin, flowing.
     pub(super) cap: Square,
     /// How fast it begins.
     pub(super) entry: Square,
+    /// It begins as fast as the one before it ends. Else it begins from rest.
+    pub(super) flows: bool,
 }
 
 impl<const N: usize> Block<N> {
@@ -95,7 +103,7 @@ impl<const N: usize> Block<N> {
             mm_per_step: length_mm / way_steps,
             steps_per_mm: way_steps * per_mm,
             limits,
-            direction: mm.map(|mm| (mm * per_mm) as f32),
+            direction: mm.map(|mm| mm * per_mm),
             corner: None,
             nominal_mm_s: 0.0,
             nominal: 0,
@@ -104,6 +112,7 @@ impl<const N: usize> Block<N> {
             decel_gain: 0,
             cap: 0,
             entry: 0,
+            flows: false,
         };
         if let Some(feed_mm_s) = wanted.feed_mm_s {
             path_speed(feed_mm_s * block.steps_per_mm)?;
@@ -132,13 +141,12 @@ impl<const N: usize> Block<N> {
     /// Takes on the overrides in force.
     pub(super) fn respeed(&mut self, terms: &Terms<N>, scale: Scale) {
         let top_mm_s = self.limits.top_speed_steps_s * self.mm_per_step;
-        self.nominal_mm_s = match self.wanted.feed_mm_s {
-            Some(feed_mm_s) => {
-                let slowest_mm_s = feed_mm_s.min(SPEED_MIN_STEPS_S * self.mm_per_step);
-                (feed_mm_s * terms.feed_share).max(slowest_mm_s).min(top_mm_s)
-            }
-            None => top_mm_s * terms.rapid_share,
+        let (asked_mm_s, share) = match self.wanted.feed_mm_s {
+            Some(feed_mm_s) => (feed_mm_s, terms.feed_share),
+            None => (top_mm_s, terms.rapid_share),
         };
+        let slowest_mm_s = asked_mm_s.min(SPEED_MIN_STEPS_S * self.mm_per_step);
+        self.nominal_mm_s = (asked_mm_s * share).max(slowest_mm_s).min(top_mm_s);
         self.nominal = scale.square(self.nominal_mm_s * self.nominal_mm_s);
         let start_mm_s = self.limits.start_speed_steps_s * self.mm_per_step;
         self.start = scale.square(start_mm_s * start_mm_s).min(self.nominal);
@@ -171,44 +179,84 @@ impl<const N: usize> Block<N> {
     pub(super) fn follow(&mut self, before: &Self, terms: &Terms<N>, scale: Scale) {
         let stops = before.wanted.stops || terms.interval_law == IntervalLaw::Thirds;
         self.corner = if stops { None } else { self.corner_after(before, terms, scale) };
-        self.set_cap(before);
+        self.set_cap(before.pace());
     }
 
-    /// Reckons anew how fast it may begin after `before`.
-    pub(super) fn set_cap(&mut self, before: &Self) {
-        self.cap = match self.corner {
-            Some(corner) => {
-                let fastest = corner.min(self.nominal).min(before.nominal);
-                // No slower than a stop would leave it.
-                fastest.max(self.start.min(before.start))
-            }
-            None => self.start,
-        };
+    /// It begins, or goes on, from rest.
+    pub(super) fn stop(&mut self) {
+        (self.corner, self.flows) = (None, false);
+    }
+
+    /// The one before it ends no slower than by `lowest`, and may stop from `start`, or from what was one at another feed.
+    /// True if that is faster than it should be.
+    pub(super) fn force(&mut self, lowest: Square, start: Square) -> bool {
+        let is_forced = lowest > if self.flows { self.entry } else { start };
+        if is_forced && let Some(corner) = self.corner {
+            // But for rounding, it is no faster than the corner allows if it did not stop there.
+            self.flows = lowest <= corner + (corner >> 24);
+            self.entry = if self.flows { lowest } else { self.start };
+        }
+        is_forced
+    }
+
+    /// Its entry is as high as it will ever be.
+    pub(super) fn has_final_entry(&self) -> bool {
+        if self.flows { self.entry == self.cap } else { self.corner.is_none() && self.entry == self.start }
+    }
+
+    /// The highest and the lowest speed that it comes to at its end.
+    pub(super) fn reach(&self) -> (Square, Square) {
+        (self.entry + self.accel_gain, self.entry.saturating_sub(self.decel_gain))
+    }
+
+    /// The fastest at which it may begin if it ends by `exit`, and whether that is as fast as `before` ends.
+    pub(super) fn fastest_entry(&self, exit: Square, before: Option<Pace>) -> (Square, bool) {
+        let most = exit + self.decel_gain;
+        let flowing = self.cap.min(most);
+        match (self.corner, before) {
+            (Some(_), Some(before)) if flowing >= before.start => (flowing, true),
+            _ => (self.start.min(most), false),
+        }
+    }
+
+    /// What the cap of the block after it depends on.
+    pub(super) fn pace(&self) -> Pace {
+        Pace { nominal: self.nominal, start: self.start }
+    }
+
+    /// Reckons anew how fast it may begin after a block of that pace, flowing.
+    pub(super) fn set_cap(&mut self, before: Pace) {
+        let fastest = self.corner.unwrap_or(0).min(self.nominal).min(before.nominal);
+        // No slower than a stop would leave it.
+        self.cap = fastest.max(self.start.min(before.start));
     }
 
     /// Grbl's rule: the speed at which a circle that strays from the corner by the deviation asks for the acceleration
-    /// that the axes have across the corner.
+    /// that the axes have across the corner. `None` if it has to stop there.
+    ///
+    /// v² = a deviation s/(1 - s), s being the sine of half the angle between the way in, reversed, and the way out. With q
+    /// = 1 - s², the square of half the difference of both directions, s/(1 - s) is s (1 + s)/q, which does not cancel; and
+    /// a is the least of what an axis may do, by its share of the difference.
     fn corner_after(&self, before: &Self, terms: &Terms<N>, scale: Scale) -> Option<Square> {
-        let pairs = || self.direction.iter().zip(&before.direction);
-        let cosine = pairs().map(|(own, other)| own * other).sum::<f32>();
-        if cosine > 1.0 - STRAIGHT {
+        let differences = || self.direction.iter().zip(&before.direction).map(|(own, other)| own - other);
+        let square = differences().map(|difference| difference * difference).sum::<f64>() / 4.0;
+        if square < SAME {
             return Some(SQUARE_MAX as Square);
         }
-        if cosine < STRAIGHT - 1.0 || terms.corner_deviation_mm == 0.0 {
+        let sine_square = 1.0 - square;
+        if sine_square < OPPOSITE || terms.corner_deviation_mm == 0.0 {
             return None;
         }
-        // Of half the angle between the way in, reversed, and the way out.
-        let sine = sqrtf((1.0 + cosine) / 2.0);
-        let across = sqrtf(2.0 - 2.0 * cosine);
-        let mut accel_mm_s2 = f32::MAX;
-        for ((own, other), most_mm_s2) in pairs().zip(&terms.corner_accel_mm_s2) {
-            let share = (own - other).abs();
-            if share * accel_mm_s2 > most_mm_s2 * across {
-                accel_mm_s2 = most_mm_s2 * across / share;
+        let mut across_mm_s2 = f64::MAX;
+        for (difference, most_mm_s2) in differences().zip(&terms.corner_accel_mm_s2) {
+            // Most corners turn some axes alone.
+            if difference != 0.0 && difference.abs() * across_mm_s2 > *most_mm_s2 {
+                across_mm_s2 = most_mm_s2 / difference.abs();
             }
         }
-        let mm2_s2 = accel_mm_s2 * terms.corner_deviation_mm as f32 * sine / (1.0 - sine);
-        Some(scale.square(mm2_s2.into()))
+        let (sine, half) = (sqrt(sine_square), sqrt(square));
+        // half/square, by the product of two roots.
+        Some(scale.square(2.0 * across_mm_s2 * terms.corner_deviation_mm * sine * (1.0 + sine) / half))
     }
 
     /// How fast a square is on it, steps/s of the longest axis.
@@ -234,8 +282,12 @@ impl<const N: usize> Block<N> {
     }
 }
 
-/// The most that a feed is overridden by: what may be gained is reckoned for it.
-const FEED_SHARE_MAX: f64 = 2.0;
+/// How fast a block is.
+#[derive(Clone, Copy)]
+pub(super) struct Pace {
+    nominal: Square,
+    start: Square,
+}
 
 fn length(mm: &[f64]) -> f64 {
     let mut moving = mm.iter().filter(|mm| **mm != 0.0);

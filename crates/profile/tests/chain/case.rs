@@ -1,0 +1,127 @@
+//! Random machines and the moves that they are to make.
+
+use isostep_profile::chain::{Terms, Wanted};
+use isostep_profile::{IntervalLaw, Limits, SpeedLaw};
+use proptest::prelude::*;
+
+pub const AXES: usize = 3;
+
+/// What is made, and on what.
+#[derive(Clone, Debug)]
+pub struct Case {
+    pub limits: [Limits; AXES],
+    pub mm_per_step: [f64; AXES],
+    pub deviation_mm: f64,
+    pub interval_law: IntervalLaw,
+    pub law: SpeedLaw,
+    pub moves: Vec<Wanted<AXES>>,
+}
+
+impl Case {
+    pub fn terms(&self) -> Terms<AXES> {
+        Terms::new(self.limits, self.mm_per_step, self.deviation_mm, self.interval_law, self.law)
+    }
+}
+
+fn log(from: f64, to: f64) -> impl Strategy<Value = f64> {
+    (from.ln()..to.ln()).prop_map(f64::exp)
+}
+
+/// Of a machine as people have it: some 10 to 400 steps/mm, 1 to 500 mm/s, 5 to 5,000 mm/s². The start speed's share is
+/// mostly none.
+fn axis(law: SpeedLaw) -> impl Strategy<Value = (Limits, f64)> {
+    let start = prop_oneof![3 => Just(0.0), 2 => 0.0..0.3f64];
+    let jerk = prop_oneof![3 => log(0.1, 100.0), 1 => Just(f64::INFINITY)];
+    let decel = prop_oneof![Just(1.0), 0.5..2.0f64];
+    (log(10.0, 400.0), log(1.0, 500.0), log(5.0, 5e3), decel, start, jerk).prop_map(
+        move |(per_mm, top_mm_s, accel_mm_s2, decel, start, jerk)| {
+            let least = if law.is_over_displacement() { 0.01 } else { 0.0 };
+            let (top, accel) = (top_mm_s * per_mm, accel_mm_s2 * per_mm);
+            let limits = Limits {
+                start_speed_steps_s: top * start.max(least),
+                top_speed_steps_s: top,
+                accel_steps_s2: accel,
+                decel_steps_s2: accel * decel,
+                jerk_steps_s3: jerk * accel * accel / top,
+            };
+            (limits, 1.0 / per_mm)
+        },
+    )
+}
+
+fn count() -> impl Strategy<Value = i32> {
+    prop_oneof![2 => Just(0), 1 => Just(1), 2 => -3..=3i32, 4 => -100..=100i32, 1 => -5_000..=5_000i32]
+}
+
+/// A move by itself, or one more in the direction of the one before, or back.
+#[derive(Clone, Debug)]
+enum Course {
+    New([i32; AXES]),
+    On(i32),
+    Bend([i32; AXES]),
+}
+
+fn course() -> impl Strategy<Value = Course> {
+    prop_oneof![
+        4 => [count(), count(), count()].prop_map(Course::New),
+        2 => prop_oneof![3 => 1..3i32, 1 => Just(-1)].prop_map(Course::On),
+        3 => [-2..=2i32, -2..=2i32, -2..=2i32].prop_map(Course::Bend),
+    ]
+}
+
+/// Feeds from 1 mm/min on.
+fn wanted() -> impl Strategy<Value = (Course, Option<f64>, bool)> {
+    let feed = prop_oneof![2 => Just(None), 3 => log(1.0, 500.0).prop_map(Some), 1 => log(1.0 / 60.0, 1.0).prop_map(Some)];
+    let stops = prop_oneof![12 => Just(false), 1 => Just(true)];
+    (course(), feed, stops)
+}
+
+/// The moves, at the feed of the one before mostly.
+fn moves(all: Vec<(Course, Option<f64>, bool)>, per_step: [f64; AXES], limits: &[Limits; AXES]) -> Vec<Wanted<AXES>> {
+    let mut moves: Vec<Wanted<AXES>> = Vec::new();
+    for (index, (course, feed, stops)) in all.into_iter().enumerate() {
+        let last = moves.last().copied();
+        let before = last.map_or([1, 0, 0], |last| last.steps);
+        let mut steps = match course {
+            Course::New(steps) => steps,
+            Course::On(times) => before.map(|steps| (steps * times).clamp(-10_000, 10_000)),
+            Course::Bend(by) => core::array::from_fn(|axis| before[axis] + by[axis]),
+        };
+        if steps == [0; AXES] {
+            steps = [1, 0, 0];
+        }
+        let feed_mm_s = match (index % 3, last) {
+            (0, _) | (_, None) => feed,
+            (_, Some(last)) => last.feed_mm_s,
+        };
+        let _ = (per_step, limits);
+        moves.push(Wanted { steps, feed_mm_s, stops, tag: index as u32 });
+    }
+    moves
+}
+
+/// A chain of `most` moves at most by that law.
+pub fn case(law: impl Strategy<Value = SpeedLaw>, most: usize) -> impl Strategy<Value = Case> {
+    law.prop_flat_map(move |law| {
+        let deviation = prop_oneof![1 => Just(0.0), 8 => log(1e-3, 0.1)];
+        let interval = prop_oneof![15 => Just(IntervalLaw::Fastest), 1 => Just(IntervalLaw::Thirds)];
+        let wanted = prop::collection::vec(wanted(), 1..=most);
+        ([axis(law), axis(law), axis(law)], deviation, interval, wanted).prop_map(
+            move |(axes, deviation_mm, interval_law, all)| {
+                let (limits, mm_per_step) = (axes.map(|axis| axis.0), axes.map(|axis| axis.1));
+                let moves = moves(all, mm_per_step, &limits);
+                Case { limits, mm_per_step, deviation_mm, interval_law, law, moves }
+            },
+        )
+    })
+}
+
+/// The trapezoid.
+pub fn trapezoid() -> impl Strategy<Value = SpeedLaw> {
+    Just(SpeedLaw::Trapezoid)
+}
+
+/// All the others.
+pub fn curved() -> impl Strategy<Value = SpeedLaw> {
+    prop::sample::select(&SpeedLaw::ALL[1..])
+}

@@ -1,0 +1,181 @@
+//! Whatever happens to a chain while it is made, in random order.
+
+use isostep_profile::SpeedLaw;
+use isostep_profile::chain::{Chain, Leg, LegKind};
+use proptest::prelude::*;
+use proptest::test_runner::TestCaseResult;
+
+use crate::case::{AXES, Case};
+use crate::follow::Follower;
+use crate::model::{Move, Shares, fastest};
+
+#[derive(Clone, Copy, Debug)]
+pub enum Event {
+    /// So many moves more, if there is room.
+    Push(usize),
+    /// So many legs, each so long at most.
+    Advance(usize, f64),
+    /// A hold; the rest of the braking, if wanted; a start.
+    Hold,
+    Settle,
+    Start,
+    Override(Shares),
+}
+
+/// Some legs: mostly of 1 ms to 1 s, some as long as they can be.
+fn advance() -> impl Strategy<Value = Event> {
+    let most_s = prop_oneof![4 => (-3.0..0.0f64).prop_map(|log| 10f64.powf(log)), 1 => Just(f64::INFINITY)];
+    (1..6usize, most_s).prop_map(|(legs, most_s)| Event::Advance(legs, most_s))
+}
+
+fn push() -> impl Strategy<Value = Event> {
+    prop_oneof![3 => 1..3usize, 1 => 1..20usize].prop_map(Event::Push)
+}
+
+/// Pushes and legs.
+pub fn pushes() -> impl Strategy<Value = Vec<Event>> {
+    prop::collection::vec(prop_oneof![push(), advance()], 0..40)
+}
+
+/// And holds.
+pub fn holds() -> impl Strategy<Value = Vec<Event>> {
+    let hold = prop_oneof![2 => Just(Event::Hold), 2 => Just(Event::Settle), 1 => Just(Event::Start)];
+    prop::collection::vec(prop_oneof![1 => push(), 2 => advance(), 1 => hold], 0..40)
+}
+
+/// And overrides.
+pub fn overrides() -> impl Strategy<Value = Vec<Event>> {
+    let shares = (0.1..2.0f64, 0.25..1.0f64).prop_map(|(feed, rapid)| Event::Override(Shares { feed, rapid }));
+    let hold = prop_oneof![1 => Just(Event::Hold), 2 => Just(Event::Settle), 1 => Just(Event::Start)];
+    prop::collection::vec(prop_oneof![2 => push(), 4 => advance(), 1 => hold, 2 => shares], 0..40)
+}
+
+/// Makes the case as the events have it, and what is left then.
+pub fn drive<const LEN: usize>(case: &Case, events: &[Event]) -> TestCaseResult {
+    let mut drive = Drive::<LEN> {
+        chain: Chain::new(case.terms()),
+        follower: Follower::new(case),
+        known: 0,
+        is_plain: case.law == SpeedLaw::Trapezoid,
+        least: None,
+    };
+    for event in events {
+        drive.happens(*event)?;
+    }
+    drive.start()?;
+    while drive.known < case.moves.len() {
+        drive.happens(Event::Push(LEN))?;
+        drive.happens(Event::Advance(1, f64::INFINITY))?;
+    }
+    while drive.advance(f64::INFINITY)? {}
+    prop_assert!(drive.chain.is_empty() && drive.chain.is_at_rest());
+    drive.follower.ends(case.moves.len() - 1)
+}
+
+struct Drive<'a, const LEN: usize> {
+    chain: Chain<AXES, LEN>,
+    follower: Follower<'a>,
+    /// So many moves have been pushed.
+    known: usize,
+    /// Nothing but pushes: it is as fast as what is known allows.
+    is_plain: bool,
+    /// How the move under way began, (mm/s)², and how fast it ends at least.
+    least: Option<(f64, f64)>,
+}
+
+impl<const LEN: usize> Drive<'_, LEN> {
+    fn happens(&mut self, event: Event) -> TestCaseResult {
+        match event {
+            Event::Push(count) => self.push(count)?,
+            Event::Advance(legs, most_s) => {
+                for _ in 0..legs {
+                    if !self.advance(most_s)? {
+                        break;
+                    }
+                }
+            }
+            Event::Hold => self.hold(),
+            Event::Settle => {
+                self.hold();
+                while self.advance(f64::INFINITY)? {}
+                prop_assert!(self.chain.is_at_rest());
+                self.follower.rests()?;
+                self.start()?;
+            }
+            Event::Start => self.start()?,
+            Event::Override(shares) => {
+                (self.is_plain, self.follower.has_changed) = (false, true);
+                self.follower.shares = shares;
+                self.chain.override_speed(shares.feed, shares.rapid);
+            }
+        }
+        Ok(())
+    }
+
+    fn push(&mut self, count: usize) -> TestCaseResult {
+        for _ in 0..count {
+            if self.known == self.follower.case.moves.len() || self.chain.is_full() {
+                break;
+            }
+            prop_assert_eq!(self.chain.push(self.follower.case.moves[self.known]), Ok(()));
+            self.known += 1;
+        }
+        Ok(())
+    }
+
+    fn hold(&mut self) {
+        (self.is_plain, self.follower.is_held) = (false, true);
+        self.chain.hold();
+    }
+
+    fn start(&mut self) -> TestCaseResult {
+        if self.chain.is_at_rest() {
+            self.follower.restart()?;
+        }
+        self.follower.is_held = false;
+        self.chain.start();
+        prop_assert_eq!(self.chain.at_s(), self.follower.at_s());
+        Ok(())
+    }
+
+    /// False at rest.
+    fn advance(&mut self, most_s: f64) -> Result<bool, TestCaseError> {
+        let before_s = self.chain.at_s();
+        let Some(leg) = self.chain.advance(most_s) else {
+            prop_assert!(self.chain.is_at_rest());
+            self.follower.rests()?;
+            return Ok(false);
+        };
+        prop_assert!(leg.until_s <= before_s + most_s * (1.0 + 1e-9));
+        prop_assert_eq!(self.chain.at_s(), leg.until_s);
+        self.follower.follow(leg)?;
+        if self.is_plain {
+            self.is_as_fast_as_known(&leg)?;
+        }
+        Ok(true)
+    }
+
+    /// A move ends at least as fast as could be known when it began, and at most as fast as could when it ended.
+    fn is_as_fast_as_known(&mut self, leg: &Leg<AXES>) -> TestCaseResult {
+        let tag = leg.tag as usize;
+        let best = |entry| {
+            let case = self.follower.case;
+            let moves = case.moves[tag..self.known].iter().map(|wanted| Move::new(case, *wanted, Shares::ALL));
+            fastest(case, &moves.collect::<Vec<_>>(), Some(entry))[0].exit
+        };
+        if leg.kind == LegKind::Move {
+            self.least = None;
+        }
+        let (entry, least) = *self.least.get_or_insert_with(|| {
+            let entry = leg.part.profile.entry_speed_steps_s() * leg.mm_per_step;
+            (entry * entry, best(entry * entry))
+        });
+        if leg.until_s >= leg.part.end_s() && leg.until_steps >= leg.part.way_steps() - 1e-5 {
+            let (exit, slack) = (self.follower.speed_mm_s(), self.follower.unit_mm_s());
+            prop_assert!(exit >= least.sqrt() * (1.0 - 1e-6) - slack, "move {tag}: {exit} for {}", least.sqrt());
+            let most = best(entry).sqrt();
+            prop_assert!(exit <= most * (1.0 + 1e-6) + slack, "move {tag}: {exit} for {most}");
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,24 @@
+//! Holds and starts at any time.
+
+use proptest::prelude::*;
+
+use crate::case::{case, curved, trapezoid};
+use crate::drive::{drive, holds};
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 10_000, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn a_trapezoid_is_held_and_goes_on(case in case(trapezoid(), 30), events in holds(), is_small in any::<bool>()) {
+        if is_small { drive::<8>(&case, &events)? } else { drive::<64>(&case, &events)? }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 2_000, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn a_curved_law_is_held_and_goes_on(case in case(curved(), 30), events in holds(), is_small in any::<bool>()) {
+        if is_small { drive::<8>(&case, &events)? } else { drive::<64>(&case, &events)? }
+    }
+}

@@ -1,0 +1,211 @@
+//! What the moves of a chain may do, reckoned anew in floats: shared limits, corners, and the fastest speeds between.
+
+use isostep_profile::chain::Wanted;
+use isostep_profile::{IntervalLaw, Limits, SpeedLaw};
+
+use crate::case::{AXES, Case};
+
+/// The shares of feeds and rapids.
+#[derive(Clone, Copy, Debug)]
+pub struct Shares {
+    pub feed: f64,
+    pub rapid: f64,
+}
+
+impl Shares {
+    pub const ALL: Self = Self { feed: 1.0, rapid: 1.0 };
+}
+
+/// A move, in mm.
+#[derive(Clone, Copy, Debug)]
+pub struct Move {
+    pub wanted: Wanted<AXES>,
+    pub way_steps: f64,
+    pub mm_per_step: f64,
+    pub length_mm: f64,
+    pub direction: [f64; AXES],
+    /// Along the path, mm.
+    pub top_mm_s: f64,
+    pub nominal_mm_s: f64,
+    pub start_mm_s: f64,
+    /// The same, however slow it is to be.
+    pub free_mm_s: f64,
+    pub accel_mm_s2: f64,
+    pub decel_mm_s2: f64,
+    pub jerk_mm_s3: f64,
+}
+
+impl Move {
+    pub fn new(case: &Case, wanted: Wanted<AXES>, shares: Shares) -> Self {
+        let mm: [f64; AXES] = core::array::from_fn(|axis| f64::from(wanted.steps[axis]) * case.mm_per_step[axis]);
+        let length_mm = mm.iter().map(|mm| mm * mm).sum::<f64>().sqrt();
+        let direction = mm.map(|mm| mm / length_mm);
+        let least = |limit: fn(&Limits) -> f64| {
+            let axes = (0..AXES).filter(|&axis| wanted.steps[axis] != 0);
+            axes.map(|axis| limit(&case.limits[axis]) * case.mm_per_step[axis] / direction[axis].abs())
+                .fold(f64::INFINITY, f64::min)
+        };
+        let top_mm_s = least(|limits| limits.top_speed_steps_s);
+        let nominal_mm_s = match wanted.feed_mm_s {
+            Some(feed_mm_s) => (feed_mm_s * shares.feed).min(top_mm_s),
+            None => top_mm_s * shares.rapid,
+        };
+        let free_mm_s = least(|limits| limits.start_speed_steps_s);
+        let way_steps = f64::from(wanted.steps.iter().map(|steps| steps.unsigned_abs()).max().unwrap());
+        Self {
+            wanted,
+            way_steps,
+            mm_per_step: length_mm / way_steps,
+            length_mm,
+            direction,
+            top_mm_s,
+            nominal_mm_s,
+            start_mm_s: free_mm_s.min(nominal_mm_s),
+            free_mm_s,
+            accel_mm_s2: least(|limits| limits.accel_steps_s2),
+            decel_mm_s2: least(|limits| limits.decel_steps_s2),
+            jerk_mm_s3: least(|limits| limits.jerk_steps_s3),
+        }
+    }
+
+    /// The limits of the longest axis, with that top speed, mm/s.
+    pub fn limits(&self, top_mm_s: f64) -> Limits {
+        Limits {
+            start_speed_steps_s: (self.start_mm_s / self.mm_per_step).min(top_mm_s / self.mm_per_step),
+            top_speed_steps_s: top_mm_s / self.mm_per_step,
+            accel_steps_s2: self.accel_mm_s2 / self.mm_per_step,
+            decel_steps_s2: self.decel_mm_s2 / self.mm_per_step,
+            jerk_steps_s3: self.jerk_mm_s3 / self.mm_per_step,
+        }
+    }
+
+    /// What the square of its speed may gain over its length at that acceleration, (mm/s)².
+    fn gain(&self, law: SpeedLaw, accel_mm_s2: f64) -> f64 {
+        let even = 2.0 * accel_mm_s2 * self.length_mm;
+        even / match law {
+            SpeedLaw::Trapezoid => 1.0,
+            SpeedLaw::SCurve => return self.s_curve_gain(accel_mm_s2),
+            // The steepest slope of half a wave.
+            SpeedLaw::Sine => core::f64::consts::FRAC_PI_2,
+            // The largest a on a ramp from standstill over v²/2x: v v' is u, 2 u³, (1 - cos πu) sin πu π/4.
+            SpeedLaw::Linear => 2.0,
+            SpeedLaw::Quadratic => 4.0,
+            SpeedLaw::Sinusoidal => 27f64.sqrt() * core::f64::consts::PI / 8.0,
+            // v'(0): K is 23.
+            SpeedLaw::Logarithmic => 23.0 / 24f64.ln(),
+        }
+    }
+
+    /// The gain that takes no longer a way than there is, at the highest mean speed there may be, by bisection.
+    fn s_curve_gain(&self, accel_mm_s2: f64) -> f64 {
+        let mean_mm_s = self.wanted.feed_mm_s.map_or(self.top_mm_s, |feed_mm_s| (2.0 * feed_mm_s).min(self.top_mm_s));
+        let way_mm = |gain: f64| {
+            let rise = gain / (2.0 * mean_mm_s);
+            let eased = accel_mm_s2 / self.jerk_mm_s3;
+            let duration_s = if rise >= accel_mm_s2 * eased {
+                rise / accel_mm_s2 + eased
+            } else {
+                2.0 * (rise / self.jerk_mm_s3).sqrt()
+            };
+            mean_mm_s * duration_s
+        };
+        let (mut low, mut high) = (0.0, 2.0 * accel_mm_s2 * self.length_mm);
+        for _ in 0..200 {
+            let middle = (low + high) / 2.0;
+            *if way_mm(middle) <= self.length_mm { &mut low } else { &mut high } = middle;
+        }
+        low
+    }
+
+    pub fn gains(&self, law: SpeedLaw) -> (f64, f64) {
+        (self.gain(law, self.accel_mm_s2), self.gain(law, self.decel_mm_s2))
+    }
+}
+
+/// The squared speed, (mm/s)², at which Grbl takes the corner between two moves; `None` if it stops.
+pub fn corner(case: &Case, before: &Move, after: &Move) -> Option<f64> {
+    if before.wanted.stops || after.wanted.stops || case.interval_law == IntervalLaw::Thirds {
+        return None;
+    }
+    let pairs = || before.direction.iter().zip(&after.direction);
+    // Of the way in, and of the way out, reversed: 1 where it goes back.
+    let cosine = -pairs().map(|(a, b)| a * b).sum::<f64>();
+    let across: [f64; AXES] = core::array::from_fn(|axis| after.direction[axis] - before.direction[axis]);
+    let length = across.iter().map(|share| share * share).sum::<f64>().sqrt();
+    if length < 1e-9 {
+        return Some(f64::INFINITY);
+    }
+    if cosine > 1.0 - 1e-6 || case.deviation_mm == 0.0 {
+        return None;
+    }
+    let sine = ((1.0 - cosine) / 2.0).sqrt();
+    let accel_mm_s2 = (0..AXES)
+        .filter(|&axis| across[axis] != 0.0)
+        .map(|axis| {
+            let Limits { accel_steps_s2, decel_steps_s2, .. } = case.limits[axis];
+            accel_steps_s2.min(decel_steps_s2) * case.mm_per_step[axis] * length / across[axis].abs()
+        })
+        .fold(f64::INFINITY, f64::min);
+    // 1 - sine, which cancels.
+    let rest = (1.0 + cosine) / 2.0 / (1.0 + sine);
+    Some(accel_mm_s2 * case.deviation_mm * sine / rest)
+}
+
+/// The most that the entry of `after` may be squared; `None` if `before` ends at a stop.
+pub fn cap(case: &Case, before: &Move, after: &Move) -> Option<f64> {
+    let corner = corner(case, before, after)?;
+    let nominal = before.nominal_mm_s.min(after.nominal_mm_s);
+    let start = before.start_mm_s.min(after.start_mm_s);
+    Some(corner.min(nominal * nominal).max(start * start))
+}
+
+/// How fast a move begins and ends, (mm/s)².
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Ends {
+    pub entry: f64,
+    pub exit: f64,
+    /// It begins as fast as the one before it ends.
+    pub flows: bool,
+}
+
+/// The ends of the moves: the fastest within all limits, from `entry` on (or from rest) to rest at the end. By brute force:
+/// each is reckoned from its neighbours until nothing changes. A move may end at its start speed, whatever follows: where
+/// that is too fast for what follows, it stops.
+pub fn fastest(case: &Case, moves: &[Move], entry: Option<f64>) -> Vec<Ends> {
+    let start = |index: usize| moves[index].start_mm_s * moves[index].start_mm_s;
+    let gains: Vec<(f64, f64)> = moves.iter().map(|one| one.gains(case.law)).collect();
+    let cap = |index: usize| index.checked_sub(1).and_then(|before| cap(case, &moves[before], &moves[index]));
+    let caps: Vec<Option<f64>> = (0..moves.len()).map(cap).collect();
+    let mut all = vec![Ends::default(); moves.len()];
+    // Backwards alone, what may be braked from; then forwards, what may be come to.
+    for is_forward in [false, true] {
+        loop {
+            let before = all.clone();
+            for index in 0..moves.len() {
+                let exit = match all.get(index + 1) {
+                    Some(next) if next.flows => next.entry,
+                    _ => start(index),
+                };
+                if is_forward {
+                    all[index].exit = exit.min(all[index].entry + gains[index].0);
+                    if all[index].flows && index > 0 {
+                        all[index].entry = all[index].entry.min(all[index - 1].entry + gains[index - 1].0);
+                    }
+                    continue;
+                }
+                let most = exit + gains[index].1;
+                all[index] = match caps[index] {
+                    Some(cap) if cap.min(most) >= start(index - 1) => Ends { entry: cap.min(most), exit, flows: true },
+                    _ => Ends { entry: most.min(start(index)), exit, flows: false },
+                };
+                if let (0, Some(entry)) = (index, entry) {
+                    all[0].entry = entry;
+                }
+            }
+            if all == before {
+                break;
+            }
+        }
+    }
+    all
+}

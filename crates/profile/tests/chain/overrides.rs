@@ -1,0 +1,24 @@
+//! Other speeds at any time, and holds between.
+
+use proptest::prelude::*;
+
+use crate::case::{case, curved, trapezoid};
+use crate::drive::{drive, overrides};
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 10_000, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn a_trapezoid_takes_on_other_speeds(case in case(trapezoid(), 30), events in overrides(), is_small in any::<bool>()) {
+        if is_small { drive::<8>(&case, &events)? } else { drive::<64>(&case, &events)? }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 2_000, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn a_curved_law_takes_on_other_speeds(case in case(curved(), 30), events in overrides(), is_small in any::<bool>()) {
+        if is_small { drive::<8>(&case, &events)? } else { drive::<64>(&case, &events)? }
+    }
+}
