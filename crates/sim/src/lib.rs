@@ -40,6 +40,7 @@ mod figures;
 pub mod flash;
 pub mod link;
 pub mod measure;
+pub mod mechanics;
 pub mod motor;
 mod outcome;
 pub mod pin;

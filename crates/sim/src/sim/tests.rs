@@ -5,6 +5,7 @@ use isostep_motion::Alarm;
 use super::*;
 use crate::config::Port;
 use crate::figures::Figures;
+use crate::motor::PullOutCurve;
 use crate::record::LossCause;
 use crate::{report, trace, vcd, verify};
 
@@ -51,7 +52,7 @@ fn every_seed_and_way_of_sending_parks_the_car() {
 
 #[test]
 fn too_much_acceleration_loses_steps_and_is_told() {
-    let mut config = Config::default();
+    let mut config = Config { motor: Some(PullOutCurve::default()), ..Config::default() };
     config.settings.accel_mm_s2 = [1_000.0; 3];
     let outcome = run(b"G0 X100\n", &config).unwrap();
     assert!(matches!(outcome.losses[0].cause, LossCause::PullOut { .. }), "{:?}", outcome.losses);
