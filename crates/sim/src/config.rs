@@ -173,6 +173,10 @@ impl Config {
             let [x, y, z] = self.start_mm;
             line += &format!(" --start {x},{y},{z}");
         }
+        if let Some(motor) = self.motor {
+            let PullOutCurve { pull_in_steps_s, speed_max_steps_s, accel_at_rest_steps_s2, .. } = motor;
+            line += &format!(" --motor {pull_in_steps_s},{speed_max_steps_s},{accel_at_rest_steps_s2}");
+        }
         for (axis, fault) in Axis::ALL.into_iter().zip(self.switches) {
             if fault != SwitchFault::None {
                 line += &format!(" --switch {axis}={fault}");
@@ -224,6 +228,10 @@ mod tests {
         config.port = Port::Timer;
         let line = "cargo xtask sim a.nc --seed 7 --start 1.5,2,3 --switch Y=stuck-open --law thirds --speed-law s-curve \
                     --port timer";
+        assert_eq!(config.replay("a.nc"), line);
+        let settings_file = Some(("m.txt".to_owned(), Settings { speed_law: 1, ..Settings::DEFAULT }));
+        let config = Config { settings_file, motor: Some(PullOutCurve::default()), ..Config::default() };
+        let line = "cargo xtask sim a.nc --seed 1 --settings m.txt --motor 800,6000,20000 --speed-law trapezoid";
         assert_eq!(config.replay("a.nc"), line);
     }
 

@@ -49,6 +49,7 @@ pub mod port;
 pub mod program;
 mod record;
 pub mod report;
+pub mod settings;
 mod sim;
 pub mod stream;
 pub mod time;

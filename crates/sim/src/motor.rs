@@ -213,6 +213,23 @@ mod tests {
     }
 
     #[test]
+    fn the_motor_that_fits_the_default_machine_is_the_default_motor() {
+        let limits = |speeds: f64, accels: f64| Limits {
+            start_speed_steps_s: 0.0,
+            top_speed_steps_s: DEFAULT_TOP_STEPS_S * speeds,
+            accel_steps_s2: DEFAULT_ACCEL_STEPS_S2 * accels,
+            decel_steps_s2: DEFAULT_ACCEL_STEPS_S2,
+            jerk_steps_s3: f64::INFINITY,
+        };
+        let default = PullOutCurve::default();
+        assert_eq!(PullOutCurve::fitting(&limits(1.0, 1.0), 500.0), default);
+        let faster = PullOutCurve { pull_in_steps_s: 1_600.0, speed_max_steps_s: 12_000.0, ..default };
+        assert_eq!(PullOutCurve::fitting(&limits(2.0, 0.5), 500.0), faster);
+        let seeking = PullOutCurve { pull_in_steps_s: 1_600.0, accel_at_rest_steps_s2: 80_000.0, ..default };
+        assert_eq!(PullOutCurve::fitting(&limits(1.0, 4.0), 1_000.0), seeking);
+    }
+
+    #[test]
     fn too_much_acceleration_or_speed_pulls_out() {
         let rest = lost_on_ramp(30_000.0, 2_400.0, 5_000);
         assert!((4_900..5_000).contains(&rest), "{rest}");
