@@ -211,7 +211,7 @@ impl Rig for Simulated {
     }
 
     fn carry_out(&self, _case: &str, acts: &[Act]) -> Seen {
-        let motor = PullOutCurve { pull_in_steps_s: 1e9, ..PullOutCurve::default() };
+        let motor = Some(PullOutCurve { pull_in_steps_s: 1e9, ..PullOutCurve::default() });
         let mut sim = Sim::new(&Config { port: self.0, motor, ..Config::default() });
         sim.run_for(Duration::from_millis(50)).unwrap();
         let mut reports = Vec::new();

@@ -1,7 +1,7 @@
 //! The laws that a program's moves follow, as `sim` and `emulate` take them.
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use isostep_console::Settings;
+use isostep_console::{SettingError, Settings};
 use isostep_profile::SpeedLaw;
 
 /// Setting `$900`.
@@ -16,13 +16,13 @@ const START_SPEED_MM_MIN: f32 = 120.0;
 /// How a move's time is split, and how its speed changes.
 #[derive(clap::Args, Debug)]
 pub struct Laws {
-    /// How a move's time is split into its intervals: $900
-    #[arg(long, value_parser = ["fastest", "thirds"], default_value = "fastest")]
-    law: String,
+    /// How a move's time is split into its intervals: $900 [default: fastest]
+    #[arg(long, value_parser = ["fastest", "thirds"])]
+    law: Option<String>,
     /// How speed changes on a ramp: $940; those over displacement (linear, quadratic, sinusoidal, logarithmic) set a start
-    /// speed of 120 mm/min too, $910-$912
-    #[arg(long, value_name = "NAME", value_parser = speed_laws(), default_value = SpeedLaw::Trapezoid.name())]
-    speed_law: SpeedLaw,
+    /// speed of 120 mm/min too, $910-$912 [default: trapezoid]
+    #[arg(long, value_name = "NAME", value_parser = speed_laws())]
+    speed_law: Option<SpeedLaw>,
 }
 
 /// A speed law by its name.
@@ -45,25 +45,33 @@ fn about(law: SpeedLaw) -> &'static str {
 }
 
 impl Laws {
-    /// The settings that differ from the default machine's, by number, in an order that the controller accepts.
+    /// What was asked for as settings, by number, in an order that the default machine accepts.
     pub fn settings(&self) -> Vec<(u16, f32)> {
         let mut settings = Vec::new();
-        if self.law == "thirds" {
-            settings.push((INTERVAL_LAW, 1.0));
+        if let Some(law) = &self.law {
+            settings.push((INTERVAL_LAW, f32::from(u8::from(law == "thirds"))));
         }
-        if self.speed_law.is_over_displacement() {
+        if self.speed_law.is_some_and(SpeedLaw::is_over_displacement) {
             settings.extend(START_SPEEDS.map(|number| (number, START_SPEED_MM_MIN)));
         }
-        if let Some(number @ 1..) = SpeedLaw::ALL.into_iter().position(|law| law == self.speed_law) {
-            settings.push((SPEED_LAW, number as f32));
-        }
+        let number = SpeedLaw::ALL.into_iter().position(|law| Some(law) == self.speed_law);
+        settings.extend(number.map(|number| (SPEED_LAW, number as f32)));
         settings
     }
 
     /// The default machine under these laws.
     pub fn machine(&self) -> Settings {
-        self.settings().into_iter().fold(Settings::DEFAULT, |settings, (number, value)| {
-            settings.with(number, value, &|_| f32::INFINITY).expect("the default machine takes every law")
+        self.over(Settings::DEFAULT).expect("the default machine takes every law")
+    }
+
+    /// A machine under these laws; one that has a start speed keeps it.
+    ///
+    /// # Errors
+    /// When it cannot start as fast as the law asks for.
+    pub fn over(&self, machine: Settings) -> Result<Settings, SettingError> {
+        self.settings().into_iter().try_fold(machine, |settings, (number, value)| {
+            let keeps = START_SPEEDS.contains(&number) && settings.get(number) > Some(0.0);
+            if keeps { Ok(settings) } else { settings.with(number, value, &|_| f32::INFINITY) }
         })
     }
 }
@@ -95,6 +103,17 @@ mod tests {
             assert_eq!(isostep_controller::config(&machine).speed_law, law);
             assert_eq!(usize::from(machine.speed_law), number);
         }
+    }
+
+    #[test]
+    fn laws_that_were_named_win_over_a_machines_own() {
+        let thirds =
+            Settings { interval_thirds: true, speed_law: 1, start_rate_mm_min: [60.0; 3], ..Settings::DEFAULT };
+        assert_eq!(laws(&[]).over(thirds), Ok(thirds));
+        let fastest = laws(&["--law", "fastest", "--speed-law", "linear"]).over(thirds).unwrap();
+        assert_eq!((fastest.interval_thirds, fastest.speed_law, fastest.start_rate_mm_min), (false, 3, [60.0; 3]));
+        let slow = Settings { max_rate_mm_min: [100.0; 3], ..Settings::DEFAULT };
+        assert!(laws(&["--speed-law", "linear"]).over(slow).unwrap_err().to_string().contains("$910=120 is above"));
     }
 
     #[test]

@@ -27,6 +27,7 @@ mod sim;
 mod size;
 mod stopwatch;
 mod test;
+mod times;
 mod toolchain;
 mod touch;
 mod uf2;
@@ -58,6 +59,7 @@ Examples:
   cargo xtask bench --quick                              rates, edge errors, load and stops of the step ports
   cargo xtask profile --help                             speed laws: a table, every step as CSV, curves over time
   cargo xtask papers                                     what the papers print beside what comes out here
+  cargo xtask times parts grbl.csv                       how long programs take, beside Grbl's times for them
 
 Every verb prepares what it needs by itself; `cargo xtask setup` does only that.";
 
@@ -74,6 +76,7 @@ enum Verb {
     Bench(bench::Args),
     Profile(profile::Args),
     Papers(papers::Args),
+    Times(times::Args),
     Lint(lint::Args),
 }
 
@@ -90,6 +93,7 @@ fn main() -> ExitCode {
         Verb::Bench(args) => bench::run(args),
         Verb::Profile(args) => profile::run(args),
         Verb::Papers(args) => papers::run(args),
+        Verb::Times(args) => times::run(args),
         Verb::Lint(args) => lint::run(args),
     };
     // Not `fn main() -> Result`: that prints a backtrace where RUST_BACKTRACE is set, which no user of a tool wants.

@@ -5,8 +5,10 @@ use std::io::{BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow, bail, ensure};
+use isostep_console::Settings;
 use isostep_sim::flash::FLASH_BYTES;
-use isostep_sim::{Config, ConsoleError, Figures, Flash, MoveFigures, Outcome, Port, State, SwitchFault};
+use isostep_sim::motor::PullOutCurve;
+use isostep_sim::{Config, ConsoleError, Figures, Flash, MoveFigures, Outcome, Port, State, SwitchFault, settings};
 
 use crate::laws::Laws;
 use crate::{pty, workspace};
@@ -22,12 +24,21 @@ Examples:
   cargo xtask sim programs/square.nc --law thirds          accelerate, cruise and decelerate for a third of the time each
   cargo xtask sim programs/square.nc --speed-law s-curve       ramps of limited jerk
   cargo xtask sim programs/parking.nc --switch X=stuck-open    homing fails with its alarm
-  cargo xtask sim my.nc --settings my.flash                    $n=v and G10 hold in the next run too
+  cargo xtask sim my.nc --settings my.txt --start 5,5,5    a machine as its settings say: see below
+  cargo xtask sim my.nc --flash my.flash                       $n=v and G10 hold in the next run too
   cargo xtask sim --pty                                    the machine itself, for any sender: see below";
+
+const SETTINGS_HELP: &str = "\
+--settings FILE takes $n=v lines, as senders save them and as `$$` prints them, with blank lines and comments in () or after
+a semicolon; what is not in it is as on the default machine. The simulated machine is the one that the settings describe:
+  $100-$102, $130-$132, $27   carriages, switches and end stops
+  $110-$112, $120-$122        motors: torque for 8 times the acceleration at standstill, and some up to 2.5 times the top speed
+  $3, $4, $5, $23             how drivers and switches are wired
+The first two rows follow $n=v lines of the program too. With --motor the motors are as that says, and do not follow.";
 
 /// Run a program on the controller in virtual time, or be a machine for any sender
 #[derive(clap::Args)]
-#[command(after_help = format!("{EXAMPLES}\n\n{}", pty::HELP))]
+#[command(after_help = format!("{EXAMPLES}\n\n{SETTINGS_HELP}\n\n{}", pty::HELP))]
 pub struct Args {
     /// The G-code program [default: programs/parking.nc]
     #[arg(value_name = "FILE.nc", conflicts_with = "pty")]
@@ -47,15 +58,23 @@ pub struct Args {
     /// Seed of everything random: the bounces of the limit switches
     #[arg(long, value_name = "N", default_value_t = Config::default().seed)]
     seed: u64,
-    /// Where the carriages stand at power-up, in mm from their switches [default: 35,40,15]
+    /// Where the carriages stand at power-up, in mm from their switches [default: 35,40,15, at most half the travel]
     #[arg(long, value_name = "X,Y,Z", value_parser = places, allow_hyphen_values = true)]
     start: Option<[f64; 3]>,
     /// A faulty limit switch: X, Y or Z = stuck-open or stuck-closed
     #[arg(long, value_name = "AXIS=FAULT", value_parser = switch)]
     switch: Vec<(usize, SwitchFault)>,
-    /// The flash that settings are stored in: read at the start if it exists, written at the end, so that they outlive the run
+    /// The machine's settings: $n=v lines, as senders save them; see below
     #[arg(long, value_name = "FILE")]
     settings: Option<PathBuf>,
+    /// Motors that do not follow the settings: steps/s from which they start and stop at once, steps/s at which no torque is
+    /// left, and steps/s2 that they have at standstill. The default machine's: 800,6000,20000
+    #[arg(long, value_name = "START,MAX,ACCEL", value_parser = motor)]
+    motor: Option<PullOutCurve>,
+    /// The flash that settings are stored in: read at the start if it exists, written at the end, so that they outlive the run.
+    /// What it holds is in force rather than what --settings says
+    #[arg(long, value_name = "FILE", conflicts_with = "pty")]
+    flash: Option<PathBuf>,
     #[command(flatten)]
     laws: Laws,
     /// What makes the edges: hardware in ticks of 8 ns, or tasks in ticks of 1 us
@@ -73,14 +92,15 @@ pub fn run(args: Args) -> Result<()> {
     let path = args.program.clone().unwrap_or_else(|| workspace::root().join("programs").join("parking.nc"));
     let program = read(&path)?;
     let name = workspace::shown(&path);
-    let config = config(&args);
+    let config = config(&args)?;
     println!("{name} in virtual time\nSEED={}  again: {}", config.seed, config.replay(&name));
-    let flash = args.settings.as_deref().map_or(Ok(Flash::blank()), stored)?;
+    tell_weak_motors(&config);
+    let flash = args.flash.as_deref().map_or(Ok(Flash::blank()), stored)?;
     let outcome = isostep_sim::run_with(&program, &config, flash.clone()).with_context(|| name.clone())?;
     let figures = Figures::new(&name, &outcome);
     print(&figures);
     write_files(&args, &outcome, &figures)?;
-    if let Some(path) = &args.settings {
+    if let Some(path) = &args.flash {
         write_file(path, |out| out.write_all(&flash.bytes()))?;
     }
     judge(&figures, &outcome)
@@ -90,8 +110,9 @@ pub fn run(args: Args) -> Result<()> {
 #[cfg(unix)]
 fn live(args: &Args) -> Result<()> {
     let files = [&args.trace, &args.vcd, &args.report, &args.json];
-    let config = Config { keep_record: files.iter().any(|file| file.is_some()), ..config(args) };
+    let config = Config { keep_record: files.iter().any(|file| file.is_some()), ..config(args)? };
     config.check()?;
+    tell_weak_motors(&config);
     let mut machine = pty::simulated::Simulated::new(config);
     pty::serve(&args.live, pty::open(&args.live)?, &mut machine)?;
     let outcome = machine.sim().outcome();
@@ -110,7 +131,8 @@ fn live(_args: &Args) -> Result<()> {
     pty::refuse()
 }
 
-fn read(path: &Path) -> Result<Vec<u8>> {
+/// A program.
+pub fn read(path: &Path) -> Result<Vec<u8>> {
     let shown = path.display();
     ensure!(!path.is_dir(), "{shown} is a folder: name a G-code program in it");
     fs::read(path).map_err(|error| match error.kind() {
@@ -133,19 +155,60 @@ fn stored(path: &Path) -> Result<Flash> {
     }
 }
 
-fn config(args: &Args) -> Config {
-    let mut config = Config { seed: args.seed, settings: args.laws.machine(), ..Config::default() };
-    config.start_mm = args.start.unwrap_or(config.start_mm);
+fn config(args: &Args) -> Result<Config> {
+    let mut config = Config { seed: args.seed, motor: args.motor, ..Config::default() };
+    config.port = if args.port == "timer" { Port::Timer } else { Port::Pio };
+    let machine = match &args.settings {
+        None => config.settings,
+        Some(path) => {
+            let settings = read_settings(path, &config)?;
+            config.settings_file = Some((workspace::shown(path), settings));
+            settings
+        }
+    };
+    config.settings = args.laws.over(machine).context("--speed-law")?;
+    let middle_mm = config.settings.travel_mm.map(|travel_mm| f64::from(travel_mm) / 2.0);
+    config.start_mm =
+        args.start.unwrap_or_else(|| std::array::from_fn(|axis| config.start_mm[axis].min(middle_mm[axis])));
     for &(axis, fault) in &args.switch {
         config.switches[axis] = fault;
     }
-    config.port = if args.port == "timer" { Port::Timer } else { Port::Pio };
-    config
+    Ok(config)
+}
+
+/// The settings in a file, for a machine stepped as `config` says.
+pub fn read_settings(path: &Path, config: &Config) -> Result<Settings> {
+    let name = workspace::shown(path);
+    let text = fs::read(path).map_err(|error| match error.kind() {
+        ErrorKind::NotFound => anyhow!("{name} does not exist: name a file of $n=v lines, such as $$ prints them"),
+        _ => anyhow!("{name} cannot be read: {error}"),
+    })?;
+    ensure!(text.len() != FLASH_BYTES, "{name} is the flash of an earlier run: give it with --flash");
+    Ok(settings::read(&name, &text, config.port, config.driver)?)
+}
+
+/// Says beforehand which axes are configured for more than the motors can that were asked for.
+fn tell_weak_motors(config: &Config) {
+    for told in config.motor.iter().flat_map(|&motor| settings::beyond_motor(&config.settings, motor)) {
+        eprintln!("warning: {told}");
+    }
+}
+
+fn motor(text: &str) -> Result<PullOutCurve, String> {
+    let [pull_in_steps_s, speed_max_steps_s, accel_at_rest_steps_s2] =
+        numbers(text).ok_or("three numbers, such as 800,6000,20000")?;
+    let motor = PullOutCurve { pull_in_steps_s, speed_max_steps_s, accel_at_rest_steps_s2, ..PullOutCurve::default() };
+    let is_motor = pull_in_steps_s > 0.0 && speed_max_steps_s > pull_in_steps_s && accel_at_rest_steps_s2 > 0.0;
+    is_motor.then_some(motor).ok_or_else(|| "all above 0, and MAX above START, as in 800,6000,20000".to_owned())
+}
+
+fn numbers(text: &str) -> Option<[f64; 3]> {
+    let numbers: Option<Vec<f64>> = text.split(',').map(|number| number.trim().parse().ok()).collect();
+    numbers?.try_into().ok()
 }
 
 fn places(text: &str) -> Result<[f64; 3], String> {
-    let places: Option<Vec<f64>> = text.split(',').map(|place| place.trim().parse().ok()).collect();
-    places.and_then(|places| places.try_into().ok()).ok_or_else(|| "three numbers of mm, such as 35,40,15".to_owned())
+    numbers(text).ok_or_else(|| "three numbers of mm, such as 35,40,15".to_owned())
 }
 
 fn switch(text: &str) -> Result<(usize, SwitchFault), String> {
@@ -232,7 +295,8 @@ fn write_files(args: &Args, outcome: &Outcome, figures: &Figures) -> Result<()> 
     Ok(())
 }
 
-fn write_file(path: &Path, write: impl FnOnce(&mut BufWriter<File>) -> std::io::Result<()>) -> Result<()> {
+/// Writes a file and says so.
+pub fn write_file(path: &Path, write: impl FnOnce(&mut BufWriter<File>) -> std::io::Result<()>) -> Result<()> {
     let cannot = || format!("{} cannot be written", path.display());
     let mut out = BufWriter::new(File::create(path).with_context(cannot)?);
     write(&mut out).with_context(cannot)?;
@@ -284,6 +348,9 @@ mod tests {
         assert!(places("1,2").unwrap_err().contains("35,40,15"));
         assert_eq!(switch("y=stuck-closed"), Ok((1, SwitchFault::StuckClosed)));
         assert!(switch("Q=stuck-open").unwrap_err().contains("use X, Y or Z"));
+        let motor = |text: &str| motor(text).map(|motor| (motor.pull_in_steps_s, motor.accel_at_rest_steps_s2));
+        assert_eq!(motor("800, 6000,20000"), Ok((800.0, 20_000.0)));
+        assert!(motor("6000,800,1").unwrap_err().contains("MAX above START") && motor("1,2").is_err());
         assert!(switch("X=loose").unwrap_err().contains("use stuck-open"));
     }
 

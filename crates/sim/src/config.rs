@@ -7,11 +7,9 @@ use isostep_console::Settings;
 use isostep_motion::{AXES, Axis, DriverTiming};
 use isostep_profile::fit_error_max_ticks;
 
+use crate::mechanics::Mechanics;
 use crate::motor::PullOutCurve;
 use crate::plant::SwitchFault;
-
-/// From a limit switch to the end stop behind it, and from the far end of the travel to the one there, mm.
-const END_STOP_MARGIN_MM: f64 = 3.0;
 
 /// The clock of an RP2040.
 pub(crate) const PIO_TICK_HZ: u32 = 125_000_000;
@@ -79,8 +77,11 @@ impl Streaming {
 /// A simulated machine and a way to use it. Equal configurations and programs give equal runs, to the byte.
 #[derive(Clone, Debug)]
 pub struct Config {
-    /// The controller's settings, and what the plant is built by.
+    /// The controller's settings at power-up. The machine is built by them, and rebuilt when a program changes them: see
+    /// [`mechanics`](crate::mechanics).
     pub settings: Settings,
+    /// The file that they come from, for [`replay`](Self::replay): its name, and what it says.
+    pub settings_file: Option<(String, Settings)>,
     /// Where each carriage stands at power-up, mm from where its limit switch closes.
     pub start_mm: [f64; AXES],
     /// What is wrong with each limit switch.
@@ -89,8 +90,8 @@ pub struct Config {
     pub bounce_us: u32,
     /// Seed of everything random: the bounces.
     pub seed: u64,
-    /// The motors.
-    pub motor: PullOutCurve,
+    /// The motors of all axes; without one, each axis has one that fits its settings.
+    pub motor: Option<PullOutCurve>,
     /// What makes the edges.
     pub port: Port,
     /// What the drivers need.
@@ -105,17 +106,21 @@ pub struct Config {
     pub baud: Option<u32>,
     /// Keep every edge, every change of a wire and every event. A machine that runs for hours had better only count.
     pub keep_record: bool,
+    /// No edge is made, and nothing moves: the ports only take the time that the steps of each segment take. Of use for how
+    /// long a program takes; what is checked edge by edge is not checked. For [`Port::Pio`] alone.
+    pub only_time: bool,
 }
 
 impl Default for Config {
     fn default() -> Self {
         Self {
             settings: Settings::DEFAULT,
+            settings_file: None,
             start_mm: [35.0, 40.0, 15.0],
             switches: [SwitchFault::None; AXES],
             bounce_us: 1_000,
             seed: 1,
-            motor: PullOutCurve::default(),
+            motor: None,
             port: Port::default(),
             driver: DriverTiming::DRV8825,
             streaming: Streaming::GRBL,
@@ -123,6 +128,7 @@ impl Default for Config {
             time_limit: Duration::from_secs(24 * 3600),
             baud: None,
             keep_record: true,
+            only_time: false,
         }
     }
 }
@@ -135,8 +141,7 @@ impl Config {
 
     /// The end stops of `axis`, steps from where its switch closes.
     pub fn end_stops_steps(&self, axis: usize) -> (i32, i32) {
-        let far_mm = f64::from(self.settings.homing_pull_off_mm) + f64::from(self.settings.travel_mm[axis]);
-        (self.steps(axis, -END_STOP_MARGIN_MM), self.steps(axis, far_mm + END_STOP_MARGIN_MM))
+        Mechanics::of(&isostep_controller::config(&self.settings), self.motor).end_stops_steps[axis]
     }
 
     /// Refuses start places that the carriage cannot be at.
@@ -159,19 +164,28 @@ impl Config {
     pub fn replay(&self, program: &str) -> String {
         let default = Self::default();
         let mut line = format!("cargo xtask sim {program} --seed {}", self.seed);
+        let mut said = default.settings;
+        if let Some((file, settings)) = &self.settings_file {
+            line += &format!(" --settings {file}");
+            said = *settings;
+        }
         if self.start_mm != default.start_mm {
             let [x, y, z] = self.start_mm;
             line += &format!(" --start {x},{y},{z}");
+        }
+        if let Some(motor) = self.motor {
+            let PullOutCurve { pull_in_steps_s, speed_max_steps_s, accel_at_rest_steps_s2, .. } = motor;
+            line += &format!(" --motor {pull_in_steps_s},{speed_max_steps_s},{accel_at_rest_steps_s2}");
         }
         for (axis, fault) in Axis::ALL.into_iter().zip(self.switches) {
             if fault != SwitchFault::None {
                 line += &format!(" --switch {axis}={fault}");
             }
         }
-        if self.settings.interval_thirds != default.settings.interval_thirds {
-            line += " --law thirds";
+        if self.settings.interval_thirds != said.interval_thirds {
+            line += if self.settings.interval_thirds { " --law thirds" } else { " --law fastest" };
         }
-        if self.settings.speed_law != default.settings.speed_law {
+        if self.settings.speed_law != said.speed_law {
             line += &format!(" --speed-law {}", isostep_controller::config(&self.settings).speed_law);
         }
         if self.port != default.port {
@@ -214,6 +228,10 @@ mod tests {
         config.port = Port::Timer;
         let line = "cargo xtask sim a.nc --seed 7 --start 1.5,2,3 --switch Y=stuck-open --law thirds --speed-law s-curve \
                     --port timer";
+        assert_eq!(config.replay("a.nc"), line);
+        let settings_file = Some(("m.txt".to_owned(), Settings { speed_law: 1, ..Settings::DEFAULT }));
+        let config = Config { settings_file, motor: Some(PullOutCurve::default()), ..Config::default() };
+        let line = "cargo xtask sim a.nc --seed 1 --settings m.txt --motor 800,6000,20000 --speed-law trapezoid";
         assert_eq!(config.replay("a.nc"), line);
     }
 

@@ -15,6 +15,8 @@
 
 use std::collections::VecDeque;
 
+use isostep_profile::Limits;
+
 /// What a motor can do, in microsteps as the driver counts them.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct PullOutCurve {
@@ -36,7 +38,31 @@ impl Default for PullOutCurve {
     }
 }
 
+/// What [`PullOutCurve::default`] is the motor for: the default machine's top speed and acceleration, steps/s and steps/s2, and
+/// the seek speed at which its homing stops at once, steps/s.
+const DEFAULT_TOP_STEPS_S: f64 = 2_400.0;
+const DEFAULT_ACCEL_STEPS_S2: f64 = 2_500.0;
+const DEFAULT_SEEK_STEPS_S: f64 = 500.0;
+
 impl PullOutCurve {
+    /// A motor as comfortably able of `limits`, and of a homing seek at `seek_steps_s`, as the default motor is of the default
+    /// machine: it has torque left up to 2.5 times the top speed, at standstill for 8 times the acceleration or deceleration,
+    /// whichever is more, and it starts and stops at once from a third of the top speed and from 1.6 times the seek speed and
+    /// the start speed.
+    pub fn fitting(limits: &Limits, seek_steps_s: f64) -> Self {
+        let default = Self::default();
+        let (top, accel) = (limits.top_speed_steps_s, limits.accel_steps_s2.max(limits.decel_steps_s2));
+        // No move is faster than the top speed, homing's neither.
+        let abrupt = seek_steps_s.max(limits.start_speed_steps_s).min(top);
+        let times = (top / DEFAULT_TOP_STEPS_S).max(abrupt / DEFAULT_SEEK_STEPS_S);
+        Self {
+            pull_in_steps_s: default.pull_in_steps_s * times,
+            speed_max_steps_s: default.speed_max_steps_s * (top / DEFAULT_TOP_STEPS_S),
+            accel_at_rest_steps_s2: default.accel_at_rest_steps_s2 * (accel / DEFAULT_ACCEL_STEPS_S2),
+            microsteps: default.microsteps,
+        }
+    }
+
     /// The acceleration to spare at `speed_steps_s`, steps/s²; 0 from the maximum speed on.
     pub fn accel_at(&self, speed_steps_s: f64) -> f64 {
         self.accel_at_rest_steps_s2 * (1.0 - speed_steps_s / self.speed_max_steps_s).max(0.0)
@@ -90,6 +116,16 @@ impl Motor {
     /// At standstill.
     pub fn new(curve: PullOutCurve) -> Self {
         Self { curve, edges_ns: VecDeque::new(), direction: 1, stalled: false }
+    }
+
+    /// Another motor takes its place, at standstill.
+    pub fn replace(&mut self, curve: PullOutCurve) {
+        *self = Self::new(curve);
+    }
+
+    /// Whether it stands still, as far as was settled.
+    pub fn is_at_rest(&self) -> bool {
+        self.edges_ns.is_empty()
     }
 
     /// Asks for one step in `direction` (1 or -1) at `t_ns`. Call [`settle`](Self::settle) first.
@@ -174,6 +210,23 @@ mod tests {
     fn the_default_machine_is_followed() {
         assert_eq!(lost_on_ramp(2_500.0, 2_400.0, 5_000), 0);
         assert_eq!(lost_on_ramp(10_000.0, 2_400.0, 5_000), 0);
+    }
+
+    #[test]
+    fn the_motor_that_fits_the_default_machine_is_the_default_motor() {
+        let limits = |speeds: f64, accels: f64| Limits {
+            start_speed_steps_s: 0.0,
+            top_speed_steps_s: DEFAULT_TOP_STEPS_S * speeds,
+            accel_steps_s2: DEFAULT_ACCEL_STEPS_S2 * accels,
+            decel_steps_s2: DEFAULT_ACCEL_STEPS_S2,
+            jerk_steps_s3: f64::INFINITY,
+        };
+        let default = PullOutCurve::default();
+        assert_eq!(PullOutCurve::fitting(&limits(1.0, 1.0), 500.0), default);
+        let faster = PullOutCurve { pull_in_steps_s: 1_600.0, speed_max_steps_s: 12_000.0, ..default };
+        assert_eq!(PullOutCurve::fitting(&limits(2.0, 0.5), 500.0), faster);
+        let seeking = PullOutCurve { pull_in_steps_s: 1_600.0, accel_at_rest_steps_s2: 80_000.0, ..default };
+        assert_eq!(PullOutCurve::fitting(&limits(1.0, 4.0), 1_000.0), seeking);
     }
 
     #[test]

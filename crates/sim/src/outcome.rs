@@ -125,6 +125,8 @@ pub struct Outcome {
     pub travel_mm: [f64; AXES],
     /// Virtual time from power-up to rest.
     pub duration_ns: u64,
+    /// From the start of the first move to the end of the last one's plan, pauses and homing included, s; 0 without a move.
+    pub motion_s: f64,
 }
 
 impl Outcome {
@@ -159,6 +161,7 @@ impl Outcome {
             steps_per_mm: machine_config.steps_per_mm,
             travel_mm: machine_config.travel_mm,
             duration_ns,
+            motion_s: world.motion_s(),
         }
     }
 

@@ -64,6 +64,14 @@ impl Carriage {
         self.place_steps
     }
 
+    /// From now on what was a step is `scale` of them: it stays where it is, in mm, and so does the side of the switch that
+    /// it is on. The end stops are at `stops_steps`, or at the carriage if that is beyond.
+    pub fn rescale(&mut self, scale: f64, stops_steps: (i32, i32)) {
+        let place_steps = (f64::from(self.place_steps) * scale).round() as i32;
+        self.place_steps = if self.place_steps > 0 { place_steps.max(1) } else { place_steps };
+        self.stops_steps = (stops_steps.0.min(self.place_steps), stops_steps.1.max(self.place_steps));
+    }
+
     /// Pushes it by `steps`; returns how many of them an end stop refused.
     pub fn shift(&mut self, steps: i32) -> u32 {
         let wanted = self.place_steps + steps;
@@ -147,6 +155,20 @@ mod tests {
         assert_eq!(carriage.place_steps(), -3);
         assert_eq!(carriage.shift(15), 2);
         assert_eq!(carriage.place_steps(), 10);
+    }
+
+    #[test]
+    fn with_another_resolution_the_carriage_stays_where_it_is() {
+        let mut carriage = Carriage::new(100, (-150, 1_000));
+        carriage.rescale(1.6, (-240, 1_600));
+        assert_eq!(carriage.place_steps(), 160);
+        assert_eq!(carriage.shift(2_000), 560);
+        carriage.rescale(0.5, (-120, 600));
+        assert_eq!(carriage.place_steps(), 800, "beyond the new end stop");
+        assert_eq!(carriage.shift(1), 1);
+        carriage.rescale(0.001, (-1, 2));
+        carriage.rescale(0.001, (-1, 2));
+        assert_eq!(carriage.place_steps(), 1, "still off its switch");
     }
 
     #[test]

@@ -13,7 +13,7 @@ use isostep_motion::{
 };
 use isostep_profile::Segment;
 
-use crate::config::{PIO_TICK_HZ, Port};
+use crate::config::{Config, PIO_TICK_HZ, Port};
 use crate::executor::Executor;
 use crate::pin::{Delay, Output};
 use crate::record::Wire;
@@ -36,13 +36,17 @@ pub enum AxisPort {
 }
 
 impl AxisPort {
-    /// The ports of all axes, for drivers that need `timing`, and on `executor` what they need beside the axes' tasks: spawn
-    /// those later.
-    pub fn all(port: Port, executor: &mut Executor, world: &Shared, timing: DriverTiming) -> [Self; AXES] {
+    /// The ports of all axes that `config` asks for, and on `executor` what they need beside the axes' tasks: spawn those
+    /// later.
+    pub fn all(config: &Config, executor: &mut Executor, world: &Shared) -> [Self; AXES] {
+        let timing = config.driver;
         let clock = executor.clock().clone();
         let pins = Axis::ALL.map(|axis| (Output::new(world, Wire::Step(axis)), Output::new(world, Wire::Dir(axis))));
-        match port {
-            Port::Pio => pins.map(|(step, dir)| Self::Pio(SimPort::new(step, dir, &clock, timing))),
+        match config.port {
+            Port::Pio => pins.map(|(step, dir)| {
+                let port = SimPort::new(step, dir, &clock, timing);
+                Self::Pio(SimPort { only_time: config.only_time, ..port })
+            }),
             Port::Timer => {
                 // It lives for ever, as a board's static does.
                 let bank: &'static TimerBank<AXES> = Box::leak(Box::new(TimerBank::new()));
@@ -96,6 +100,8 @@ pub struct SimPort {
     capabilities: Capabilities,
     /// When STEP may rise next, ns since power-up.
     ready_ns: u64,
+    /// No edge is made: see [`Config::only_time`].
+    only_time: bool,
 }
 
 impl SimPort {
@@ -103,7 +109,7 @@ impl SimPort {
     pub fn new(step: Output, dir: Output, clock: &Clock, timing: DriverTiming) -> Self {
         let capabilities =
             Capabilities { tick_hz: TICK_HZ, timing, margin_ticks: MARGIN_TICKS, turn_ticks: TURN_TICKS };
-        Self { clock: clock.clone(), step, dir, dir_high: false, capabilities, ready_ns: 0 }
+        Self { clock: clock.clone(), step, dir, dir_high: false, capabilities, ready_ns: 0, only_time: false }
     }
 
     /// Sets DIR. The last pulse is over, so its hold time is too.
@@ -140,6 +146,13 @@ impl SimPort {
         }
     }
 
+    /// Lets the time of a whole segment pass, and counts its steps.
+    async fn pass(&mut self, until_ns: u64, segment: &Segment, direction: Direction, run: &Run, odometer: &Odometer) {
+        self.clock.until(until_ns).await;
+        self.ready_ns = until_ns + u64::from(self.capabilities.period_min_ticks(run.wiring)) * NS_PER_TICK;
+        odometer.advance(direction.sign() * segment.steps() as i32);
+    }
+
     async fn step_at(&mut self, at_ns: u64, direction: Direction, run: &Run, odometer: &Odometer) {
         self.clock.until(at_ns).await;
         self.ready_ns = at_ns + u64::from(self.capabilities.period_min_ticks(run.wiring)) * NS_PER_TICK;
@@ -171,9 +184,13 @@ impl StepPort for SimPort {
             match feed {
                 Feed::Steps { segment, direction } => {
                     self.check_speed(last_ticks, &segment, run.wiring)?;
-                    self.face(direction, run.wiring);
-                    for ticks in segment.ticks() {
-                        self.step_at(at_ns(ticks), direction, &run, odometer).await;
+                    if self.only_time {
+                        self.pass(at_ns(segment.last_ticks()), &segment, direction, &run, odometer).await;
+                    } else {
+                        self.face(direction, run.wiring);
+                        for ticks in segment.ticks() {
+                            self.step_at(at_ns(ticks), direction, &run, odometer).await;
+                        }
                     }
                     last_ticks = Some(segment.last_ticks());
                 }

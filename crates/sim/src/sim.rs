@@ -267,7 +267,8 @@ impl Sim {
 fn spawn_motion(executor: &mut Executor, world: &Shared, config: &Config) -> &'static Machine {
     // The tasks want a machine that lives for ever, as a board's static does.
     let machine: &'static Machine = Box::leak(Box::new(Machine::new(isostep_controller::config(&config.settings))));
-    let ports = AxisPort::all(config.port, executor, world, config.driver);
+    world.borrow_mut().follow(machine);
+    let ports = AxisPort::all(config, executor, world);
     for ((axis, name), port) in Axis::ALL.into_iter().zip(["axis X", "axis Y", "axis Z"]).zip(ports) {
         executor.spawn(name, async move {
             axis::run(machine, axis, port).await;

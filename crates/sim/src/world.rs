@@ -6,12 +6,13 @@ use std::rc::Rc;
 use std::task::{Poll, Waker};
 
 use embassy_futures::select::select;
-use isostep_motion::{AXES, Axis, Event};
+use isostep_motion::{AXES, Axis, Event, Machine};
 use oorandom::Rand32;
 
 use crate::config::Config;
 use crate::driver::DriverInputs;
-use crate::motor::{Motor, Response};
+use crate::mechanics::{Mechanics, Wiring};
+use crate::motor::{Motor, PullOutCurve, Response};
 use crate::plant::{Carriage, Switch, SwitchFault};
 pub use crate::record::{Edge, Loss, LossCause, Record, Wave, Wire};
 use crate::time::Clock;
@@ -19,6 +20,8 @@ use crate::time::Clock;
 /// One axis from its driver to its switch.
 struct AxisWorld {
     inputs: DriverInputs,
+    /// 1 where positive is away from the switch, otherwise -1.
+    away: i32,
     motor: Motor,
     carriage: Carriage,
     switch: Switch,
@@ -49,6 +52,24 @@ pub struct World {
     record: Record,
     keep_record: bool,
     steps: [u64; AXES],
+    mechanics: Mechanics,
+    wiring: Wiring,
+    /// What the mechanics follow.
+    machine: Option<&'static Machine>,
+    /// The motors of all axes, if they are not to follow.
+    motor: Option<PullOutCurve>,
+    motion: Motion,
+}
+
+/// When the machine moved.
+#[derive(Clone, Copy, Debug, Default)]
+struct Motion {
+    /// The start of the first move, ns since power-up.
+    first_ns: Option<u64>,
+    /// The start of the last one.
+    last_ns: u64,
+    /// When the plan of the last one that ended was over, s after the start of the first.
+    lasted_s: f64,
 }
 
 /// The one world of a simulation.
@@ -57,11 +78,13 @@ pub type Shared = Rc<RefCell<World>>;
 impl World {
     /// Carriages and switches as `config` places them, drivers disabled.
     pub fn new(clock: Clock, config: &Config) -> Self {
-        let axes: [_; AXES] = std::array::from_fn(|axis| AxisWorld::new(axis, config));
+        let machine_config = isostep_controller::config(&config.settings);
+        let (mechanics, wiring) = (Mechanics::of(&machine_config, config.motor), Wiring::of(&machine_config));
+        let axes: [_; AXES] = std::array::from_fn(|axis| AxisWorld::new(axis, config, &mechanics, &wiring));
         let wires = [Wire::Limit(Axis::X), Wire::Limit(Axis::Y), Wire::Limit(Axis::Z), Wire::EmergencyStop];
         let mut inputs = wires.map(Input::new);
         for (input, axis) in inputs.iter_mut().zip(&axes) {
-            input.high = !axis.switch.is_closed();
+            input.high = axis.switch.is_closed() == wiring.switches_open;
         }
         let random = Rand32::new(config.seed);
         let limits_high_at_start = std::array::from_fn(|axis| inputs[axis].high);
@@ -75,7 +98,17 @@ impl World {
             record: Record::default(),
             keep_record: config.keep_record,
             steps: [0; AXES],
+            mechanics,
+            wiring,
+            machine: None,
+            motor: config.motor,
+            motion: Motion::default(),
         }
+    }
+
+    /// From now on the mechanics are as `machine` is configured: they are looked at when an axis begins to move.
+    pub fn follow(&mut self, machine: &'static Machine) {
+        self.machine = Some(machine);
     }
 
     /// Drives an output of the controller.
@@ -89,7 +122,9 @@ impl World {
                 }
             }
             Wire::Dir(axis) => self.axes[axis as usize].inputs.set_dir(t_ns, high, violations),
-            Wire::Enable => self.axes.iter_mut().for_each(|axis| axis.inputs.set_enabled(t_ns, !high, violations)),
+            Wire::Enable => self.axes.iter_mut().for_each(|axis| {
+                axis.inputs.set_enabled(t_ns, high == self.wiring.enable_high, violations);
+            }),
             Wire::Limit(_) | Wire::EmergencyStop => unreachable!("an input of the controller"),
         }
         self.note_wave(Wave { t_ns, wire, high });
@@ -141,11 +176,21 @@ impl World {
         if self.keep_record {
             self.record.events.push((self.clock.now_ns(), event));
         }
-        if let Event::Homed { axis } = event {
-            let axis = &mut self.axes[axis as usize];
-            axis.counted_steps = 0;
-            axis.zero_steps = axis.carriage.place_steps();
+        match event {
+            Event::Homed { axis } => {
+                let axis = &mut self.axes[axis as usize];
+                axis.counted_steps = 0;
+                axis.zero_steps = axis.carriage.place_steps();
+            }
+            Event::Run { start, .. } => self.motion.begin(crate::time::ns(start)),
+            Event::RunEnd { plan_s, .. } => self.motion.end(plan_s),
+            _ => {}
         }
+    }
+
+    /// From the start of the first move to the end of the last one's plan, s.
+    pub fn motion_s(&self) -> f64 {
+        self.motion.lasted_s
     }
 
     /// Where each carriage really is, in steps from where its switch closes.
@@ -162,7 +207,7 @@ impl World {
     pub fn drift_steps(&self) -> [i32; AXES] {
         std::array::from_fn(|axis| {
             let axis = &self.axes[axis];
-            axis.carriage.place_steps() - axis.zero_steps - axis.counted_steps
+            axis.drift_steps()
         })
     }
 
@@ -182,11 +227,29 @@ impl World {
         for axis in Axis::ALL {
             self.settle_motor(t_ns, axis, None);
         }
+        self.refit();
+    }
+
+    /// Has the mechanics follow the machine's configuration, which changes only while nothing moves.
+    fn refit(&mut self) {
+        let Some(machine) = self.machine else { return };
+        let mechanics = Mechanics::of(&machine.config(), self.motor);
+        if mechanics == self.mechanics {
+            return;
+        }
+        for (index, axis) in self.axes.iter_mut().enumerate() {
+            let scale = mechanics.steps_per_mm[index] / self.mechanics.steps_per_mm[index];
+            axis.refit(scale, mechanics.motors[index], mechanics.end_stops_steps[index]);
+        }
+        self.mechanics = mechanics;
     }
 
     fn step(&mut self, t_ns: u64, axis: Axis) {
-        let direction = self.axes[axis as usize].inputs.direction();
+        let direction = self.axes[axis as usize].inputs.direction() * self.wiring.dir_high[axis as usize];
         self.settle_motor(t_ns, axis, Some(direction));
+        if self.axes[axis as usize].motor.is_at_rest() {
+            self.refit();
+        }
         let this = &mut self.axes[axis as usize];
         this.counted_steps += direction;
         let position_steps = this.counted_steps;
@@ -208,7 +271,7 @@ impl World {
     fn settle_motor(&mut self, t_ns: u64, axis: Axis, next_direction: Option<i32>) {
         let this = &mut self.axes[axis as usize];
         let Some(overshoot) = this.motor.settle(t_ns, next_direction) else { return };
-        this.carriage.shift(overshoot.steps);
+        this.carriage.shift(this.away * overshoot.steps);
         this.losing = false;
         let cause = LossCause::Overshoot { from_steps_s: overshoot.from_steps_s };
         self.lose(t_ns, axis, cause, overshoot.steps.unsigned_abs());
@@ -240,7 +303,7 @@ impl World {
 
     fn refresh_switch(&mut self, axis: Axis) {
         let closed = self.axes[axis as usize].switch.is_closed();
-        self.set_input(axis as usize, !closed);
+        self.set_input(axis as usize, closed == self.wiring.switches_open);
     }
 
     fn set_input(&mut self, index: usize, high: bool) {
@@ -269,17 +332,31 @@ impl World {
 }
 
 impl AxisWorld {
-    fn new(axis: usize, config: &Config) -> Self {
+    fn new(axis: usize, config: &Config, mechanics: &Mechanics, wiring: &Wiring) -> Self {
         let place_steps = config.start_steps(axis);
         Self {
             inputs: DriverInputs::new(axis, config.driver),
-            motor: Motor::new(config.motor),
-            carriage: Carriage::new(place_steps, config.end_stops_steps(axis)),
+            away: wiring.away[axis],
+            motor: Motor::new(mechanics.motors[axis]),
+            carriage: Carriage::new(place_steps, mechanics.end_stops_steps[axis]),
             switch: Switch::new(place_steps, config.switches[axis], config.bounce_us * 1_000),
             counted_steps: 0,
             zero_steps: place_steps,
             losing: false,
         }
+    }
+
+    /// How far the carriage is from where the count says it is.
+    fn drift_steps(&self) -> i32 {
+        self.away * (self.carriage.place_steps() - self.zero_steps) - self.counted_steps
+    }
+
+    /// What was a step is `scale` of them from now on. The controller counts on as it did, so that steps lost stay lost.
+    fn refit(&mut self, scale: f64, motor: PullOutCurve, end_stops_steps: (i32, i32)) {
+        let drift_steps = self.drift_steps();
+        self.motor.replace(motor);
+        self.carriage.rescale(scale, end_stops_steps);
+        self.zero_steps = self.carriage.place_steps() - self.away * (self.counted_steps + drift_steps);
     }
 
     /// One microstep of the motor and what hangs on it.
@@ -290,7 +367,19 @@ impl AxisWorld {
         if let Response::Lost { asked_steps_s, asked_steps_s2 } = self.motor.step(t_ns, direction) {
             return Err(LossCause::PullOut { asked_steps_s, asked_steps_s2 });
         }
-        if self.carriage.shift(direction) > 0 { Err(LossCause::EndStop) } else { Ok(()) }
+        if self.carriage.shift(self.away * direction) > 0 { Err(LossCause::EndStop) } else { Ok(()) }
+    }
+}
+
+impl Motion {
+    fn begin(&mut self, start_ns: u64) {
+        self.first_ns.get_or_insert(start_ns);
+        self.last_ns = start_ns;
+    }
+
+    fn end(&mut self, plan_s: f64) {
+        let first_ns = self.first_ns.unwrap_or(self.last_ns);
+        self.lasted_s = (self.last_ns - first_ns) as f64 * 1e-9 + plan_s;
     }
 }
 

@@ -5,6 +5,7 @@ use isostep_motion::Alarm;
 use super::*;
 use crate::config::Port;
 use crate::figures::Figures;
+use crate::motor::PullOutCurve;
 use crate::record::LossCause;
 use crate::{report, trace, vcd, verify};
 
@@ -51,7 +52,7 @@ fn every_seed_and_way_of_sending_parks_the_car() {
 
 #[test]
 fn too_much_acceleration_loses_steps_and_is_told() {
-    let mut config = Config::default();
+    let mut config = Config { motor: Some(PullOutCurve::default()), ..Config::default() };
     config.settings.accel_mm_s2 = [1_000.0; 3];
     let outcome = run(b"G0 X100\n", &config).unwrap();
     assert!(matches!(outcome.losses[0].cause, LossCause::PullOut { .. }), "{:?}", outcome.losses);
@@ -118,4 +119,83 @@ fn an_abrupt_stop_at_speed_overshoots() {
     let outcome = sim.outcome();
     assert!(matches!(outcome.losses[0].cause, LossCause::Overshoot { .. }), "{:?}", outcome.losses);
     assert!(outcome.drift_steps[0] > 100, "{:?}", outcome.drift_steps);
+}
+
+/// A machine unlike the default one, and unlike on each axis.
+const FAST: &str = "$100=80\n$101=160\n$102=400\n$110=12000\n$111=9000\n$112=1500\n$120=2000\n$121=800\n$122=300\n\
+                    $130=200\n$131=120\n$132=60\n";
+
+fn fast() -> isostep_console::Settings {
+    crate::settings::read("fast", FAST.as_bytes(), Port::Pio, isostep_motion::DriverTiming::DRV8825).unwrap()
+}
+
+/// Homes, and goes to the ends of the travel and back, each axis at its top speed.
+const ENDS: &str = "$H\nG0 X200\nG0 Y120\nG0 Z60\nG0 X0 Y0 Z0\n";
+
+/// From each switch by the pull-off of 2 mm, but for the steps that its bounce took.
+fn stands_at_zero(outcome: &Outcome) -> bool {
+    outcome.places_steps.iter().zip([160, 320, 800]).all(|(&place, zero)| place.abs_diff(zero) <= 5)
+}
+
+fn broken(outcome: &Outcome) -> Vec<String> {
+    Figures::new("test", outcome).broken().map(|verdict| format!("{}: {}", verdict.promise, verdict.detail)).collect()
+}
+
+#[test]
+fn the_machine_is_as_its_settings_say() {
+    let outcome = run(ENDS.as_bytes(), &Config { settings: fast(), ..Config::default() }).unwrap();
+    assert_eq!(broken(&outcome), [""; 0]);
+    assert!(stands_at_zero(&outcome), "{:?}", outcome.places_steps);
+}
+
+#[test]
+fn a_machine_follows_what_a_program_sets_at_rest() {
+    let outcome = run(format!("G0 X3\nG4 P0.1\n{FAST}{ENDS}").as_bytes(), &Config::default()).unwrap();
+    assert_eq!(broken(&outcome), [""; 0]);
+    assert!(stands_at_zero(&outcome), "{:?}", outcome.places_steps);
+}
+
+#[test]
+fn six_times_what_a_motor_fits_loses_steps() {
+    let fits = crate::mechanics::Mechanics::of(&isostep_controller::config(&fast()), None);
+    for axis in 0..3 {
+        let motor = Some(fits.motors[axis]);
+        let lost = |speeds: f32, accels: f32| {
+            let mut settings = fast();
+            settings.max_rate_mm_min[axis] *= speeds;
+            settings.accel_mm_s2[axis] *= accels;
+            let line = format!("G0 {}50\n", ["X", "Y", "Z"][axis]);
+            let outcome = run(line.as_bytes(), &Config { settings, motor, ..Config::default() }).unwrap();
+            outcome.losses.iter().map(|loss| loss.steps).sum::<u32>()
+        };
+        assert_eq!(lost(1.0, 1.0), 0);
+        assert!(lost(1.0, 6.0) > 0 && lost(6.0, 6.0) > 0, "axis {axis}");
+    }
+}
+
+#[test]
+fn drivers_and_switches_are_wired_as_the_settings_say() {
+    let mut config = Config::default();
+    for (number, value) in [(3, 5.0), (4, 1.0), (5, 1.0), (23, 5.0)] {
+        assert!(config.settings.set(number, value));
+    }
+    // Y homes towards positive.
+    let outcome = run(b"$H\nG0 X20 Y-30 Z5\n", &config).unwrap();
+    assert_eq!(broken(&outcome), [""; 0]);
+    assert_eq!(outcome.mm(outcome.places_steps), [22.0, 32.0, 7.0]);
+}
+
+#[test]
+fn without_edges_a_program_takes_the_same_time() {
+    let config = Config { settings: fast(), ..Config::default() };
+    let program = "$22=0\nG90 G1 X5 Y3 F1000\nX5.01\nY2.99 Z1\nG4 P0.5\nG0 X0 Y0 Z0\n";
+    let whole = run(program.as_bytes(), &config).unwrap();
+    let only_time = Config { only_time: true, keep_record: false, ..config };
+    let light = run(program.as_bytes(), &only_time).unwrap();
+    assert!(light.edges.is_empty() && light.waves.is_empty() && light.moves.is_empty());
+    assert_eq!((whole.motion_s, whole.position_steps), (light.motion_s, light.position_steps));
+    let first = &whole.moves[0];
+    let last = whole.moves.last().unwrap();
+    let expected_s = (last.start_ns - first.start_ns) as f64 * 1e-9 + last.plan_s;
+    assert_eq!(whole.motion_s, expected_s);
 }

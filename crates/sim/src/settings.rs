@@ -1,0 +1,280 @@
+//! Settings from a file of `$n=v` lines, as senders save them and as `$$` prints them.
+//!
+//! # Design
+//! A line is understood as the controller's console would, comments, blanks and capitals included. What a terminal has caught
+//! beside `$$` is passed over: its `ok`, the welcome, reports and messages. A value is held against its own range where it
+//! stands, but what must hold between settings is looked at in the end, as with settings from the flash: so a file works in
+//! any order.
+
+use embassy_time::Duration;
+use isostep_console::{Command, Error, Interpreter, LineAssembler, SettingError, Settings, State};
+use isostep_motion::{AXES, Axis, Capabilities, ConfigError, DriverTiming, Wiring};
+use isostep_profile::Limits;
+
+use crate::config::{Config, Port};
+use crate::motor::PullOutCurve;
+use crate::sim::Sim;
+
+/// Why a file of settings was refused: nothing of it is in force.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{file}{}: {reason}", .line.as_ref().map_or(String::new(), |(number, text)| format!(":{number}: `{text}`")))]
+pub struct Refused {
+    /// Its name.
+    pub file: String,
+    /// Which line, from 1, and its text; `None` where it is no single one.
+    pub line: Option<(usize, String)>,
+    /// The value, the limit and the remedy.
+    pub reason: Reason,
+}
+
+/// What is wrong with a file of settings.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum Reason {
+    /// A value cannot be.
+    #[error(transparent)]
+    Setting(SettingError),
+    /// The settings do not work in steps.
+    #[error("{0}")]
+    Config(ConfigError),
+    /// The console does not understand the line.
+    #[error("error:{code}: {0}", code = .0.code())]
+    Line(Error),
+    /// The line is something else.
+    #[error("this is no setting: a file of settings has $n=v lines, such as $110=2880, and comments")]
+    NoSetting,
+    /// There is no setting in it.
+    #[error("there is no $n=v line in it: save what $$ prints, or write one such as $110=2880")]
+    Empty,
+}
+
+/// The default machine with the settings of `text`, a file called `file`, for a machine stepped by `port`, with drivers that need
+/// `timing`.
+///
+/// # Errors
+/// [`Refused`] with the first line that cannot be.
+pub fn read(file: &str, text: &[u8], port: Port, timing: DriverTiming) -> Result<Settings, Refused> {
+    let mut reading = Reading::new(file);
+    for (number, line) in (1..).zip(lines(text)) {
+        reading.take(number, &line)?;
+    }
+    reading.end(capabilities(port, timing))
+}
+
+/// The lines of a text, whatever ends them.
+fn lines(text: &[u8]) -> Vec<String> {
+    let text = String::from_utf8_lossy(text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text)).replace("\r\n", "\n");
+    text.split(['\n', '\r']).map(|line| line.trim().to_owned()).collect()
+}
+
+/// What the ports of such a machine can do, as they tell when their tasks have run.
+fn capabilities(port: Port, driver: DriverTiming) -> [Option<Capabilities>; AXES] {
+    let mut sim = Sim::new(&Config { port, driver, keep_record: false, ..Config::default() });
+    // No task of a machine at power-up wakes another for ever.
+    sim.run_for(Duration::from_micros(1)).expect("a machine at power-up comes to rest");
+    sim.machine().capabilities()
+}
+
+/// A file, as far as it was read.
+struct Reading<'f> {
+    file: &'f str,
+    settings: Settings,
+    /// The lines that set something: number, text, setting.
+    taken: Vec<(usize, String, u16)>,
+}
+
+impl<'f> Reading<'f> {
+    fn new(file: &'f str) -> Self {
+        Self { file, settings: Settings::DEFAULT, taken: Vec::new() }
+    }
+
+    fn take(&mut self, number: usize, text: &str) -> Result<(), Refused> {
+        let refused = |reason| Refused { file: self.file.to_owned(), line: Some((number, text.to_owned())), reason };
+        match setting(text).map_err(refused)? {
+            None => Ok(()),
+            Some((setting, value)) => {
+                self.settings = set(self.settings, setting, value).map_err(|error| refused(Reason::Setting(error)))?;
+                self.taken.push((number, text.to_owned(), setting));
+                Ok(())
+            }
+        }
+    }
+
+    fn end(self, ports: [Option<Capabilities>; AXES]) -> Result<Settings, Refused> {
+        let refused = |line, reason| Refused { file: self.file.to_owned(), line, reason };
+        if self.taken.is_empty() {
+            return Err(refused(None, Reason::Empty));
+        }
+        self.settings
+            .check(&|pulse_us| carries_steps_s(ports, pulse_us))
+            .map_err(|error| refused(self.line_of(&involved(&error)), Reason::Setting(error)))?;
+        let config = isostep_controller::config(&self.settings);
+        config.check(ports).map_err(|error| refused(None, Reason::Config(error)))?;
+        Ok(self.settings)
+    }
+
+    /// The last line that sets one of these.
+    fn line_of(&self, settings: &[u16]) -> Option<(usize, String)> {
+        let last = self.taken.iter().rfind(|(_, _, setting)| settings.contains(setting));
+        last.map(|(number, text, _)| (*number, text.clone()))
+    }
+}
+
+/// The setting and value of a line; `None` for one that sets nothing.
+fn setting(text: &str) -> Result<Option<(u16, f32)>, Reason> {
+    if text == "ok" || text == "$$" || text.starts_with(['<', '[']) || text.starts_with("Grbl ") {
+        return Ok(None);
+    }
+    let mut assembler = LineAssembler::new();
+    let line = text.bytes().chain([b'\n']).find_map(|byte| {
+        // It is to be told from what was borrowed of the assembler.
+        assembler.push(byte).map(|line| line.map(str::to_owned))
+    });
+    let line = line.unwrap_or(Ok(String::new())).map_err(Reason::Line)?;
+    if line.is_empty() {
+        return Ok(None);
+    }
+    if !line.starts_with('$') {
+        return Err(Reason::NoSetting);
+    }
+    match Interpreter::new().interpret(&line, State::Idle, &Settings::DEFAULT).map_err(Reason::Line)? {
+        Command::SetSetting { number, value } => Ok(Some((number, value))),
+        _ => Err(Reason::NoSetting),
+    }
+}
+
+/// These settings with one changed, whether or not all of them still work together.
+fn set(mut settings: Settings, number: u16, value: f32) -> Result<Settings, SettingError> {
+    match settings.with(number, value, &|_| f32::INFINITY) {
+        Ok(settings) => Ok(settings),
+        Err(
+            SettingError::SoftLimitsNeedHoming
+            | SettingError::RateTooHigh { .. }
+            | SettingError::StartAboveTop { .. }
+            | SettingError::LawNeedsStart { .. },
+        ) => {
+            // Another line may still put that right.
+            settings.set(number, value);
+            Ok(settings)
+        }
+        Err(error) => Err(error),
+    }
+}
+
+/// The settings between which something is wrong.
+fn involved(error: &SettingError) -> Vec<u16> {
+    match *error {
+        SettingError::SoftLimitsNeedHoming => vec![20, 22],
+        SettingError::HomingOrder { .. } => vec![901],
+        SettingError::RateTooHigh { axis, .. } => vec![0, 100 + axis as u16, 110 + axis as u16],
+        SettingError::StartAboveTop { axis, .. } => vec![110 + axis as u16, 910 + axis as u16],
+        SettingError::LawNeedsStart { axis, .. } => vec![910 + axis as u16, 940],
+        _ => vec![],
+    }
+}
+
+/// The step rate that every port carries with pulses of `pulse_us`, steps/s.
+fn carries_steps_s(ports: [Option<Capabilities>; AXES], pulse_us: u16) -> f32 {
+    let wiring = Wiring { pulse_ns: u32::from(pulse_us) * 1_000, ..Wiring::default() };
+    ports.iter().flatten().map(|port| port.rate_max_steps_s(wiring) as f32).fold(f32::INFINITY, f32::min)
+}
+
+/// Where `motor` cannot do what an axis is configured for, told with the numbers.
+pub fn beyond_motor(settings: &Settings, motor: PullOutCurve) -> Vec<String> {
+    let limits = isostep_controller::config(settings).limits;
+    Axis::ALL.into_iter().zip(limits).filter_map(|(axis, limits)| beyond(axis, &limits, motor)).collect()
+}
+
+fn beyond(axis: Axis, limits: &Limits, motor: PullOutCurve) -> Option<String> {
+    let Limits { start_speed_steps_s: start, top_speed_steps_s: top, .. } = *limits;
+    let (accel, spare) = (limits.accel_steps_s2.max(limits.decel_steps_s2), motor.accel_at(top));
+    let [accel_number, top_number, start_number] = [120, 110, 910].map(|number| number + axis as u16);
+    if start > motor.pull_in_steps_s {
+        return Some(format!(
+            "{axis}: {start:.0} steps/s (${start_number}) are above the {:.0} steps/s at which the motor starts and stops at once: \
+             lower the start speed, or give a stronger motor",
+            motor.pull_in_steps_s
+        ));
+    }
+    (top > motor.pull_in_steps_s && accel > spare).then(|| {
+        format!(
+            "{axis}: {accel:.0} steps/s2 (${accel_number}) at {top:.0} steps/s (${top_number}) are above the {spare:.0} steps/s2 \
+             that the motor has to spare there: lower one of them, or give a stronger motor"
+        )
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str) -> Result<Settings, String> {
+        super::read("my.txt", text.as_bytes(), Port::Pio, DriverTiming::DRV8825).map_err(|refused| refused.to_string())
+    }
+
+    fn refusal(text: &str) -> String {
+        read(text).unwrap_err()
+    }
+
+    #[test]
+    fn what_senders_save_is_read() {
+        let text = "\u{feff}; a small mill\r\n\r\n$100 = 80.5 (x, step/mm)\r\n(speeds)\n$110=6000 ; mm/min\n$120=500.000\rok\n";
+        let settings = read(text).unwrap();
+        let expected = Settings {
+            steps_per_mm: [80.5, 50.0, 50.0],
+            max_rate_mm_min: [6000.0, 2880.0, 2880.0],
+            accel_mm_s2: [500.0, 50.0, 50.0],
+            ..Settings::DEFAULT
+        };
+        assert_eq!(settings, expected);
+    }
+
+    #[test]
+    fn what_the_console_lists_is_read_back() {
+        let mut sim = Sim::new(&Config::default());
+        sim.send(b"$20=0\n$101=160\n$121=123.5\n$940=1\n$$\n");
+        sim.run_until_idle().unwrap();
+        let caught = sim.replies().join("\r\n");
+        let settings = read(&caught).unwrap();
+        assert_eq!(settings.get(101), Some(160.0));
+        assert_eq!((settings.get(121), settings.get(20), settings.get(940)), (Some(123.5), Some(0.0), Some(1.0)));
+    }
+
+    #[test]
+    fn the_order_does_not_matter() {
+        assert!(read("$940=3\n$910=120\n$911=120\n$912=120\n").is_ok());
+        let settings = read("$100=10000\n$110=600\n").unwrap();
+        assert_eq!(settings.steps_per_mm[0], 10_000.0);
+        assert!(!read("$22=0").unwrap().soft_limits);
+    }
+
+    #[test]
+    fn what_cannot_be_is_refused_with_its_line_the_limit_and_the_remedy() {
+        let told = "my.txt:2: `$130=20000`: $130=20000 is above the most, 10000 mm: lower it";
+        assert_eq!(refusal("$100=80\n$130=20000\n"), told);
+        assert_eq!(refusal("$999=1"), "my.txt:1: `$999=1`: there is no $999: $$ lists the settings");
+        assert_eq!(
+            refusal("$100=400\n$110=60000 (fast)\n$120=100\n"),
+            "my.txt:2: `$110=60000 (fast)`: $110=60000 is above the 37202 mm/min that the step outputs carry with $0=2 at $100=400 \
+             steps/mm: lower one of the three"
+        );
+        assert!(refusal("$22=0\n$20=1").starts_with("my.txt:2: `$20=1`: $20=1 needs a homed machine"));
+        assert!(refusal("$100=80\nG0 X1\n").starts_with("my.txt:2: `G0 X1`: this is no setting"));
+        assert!(refusal("$H").contains("this is no setting"));
+        assert!(refusal("$100=1e3").starts_with("my.txt:1: `$100=1e3`: error:2: A value is missing"));
+        assert!(refusal("; nothing\n").starts_with("my.txt: there is no $n=v line in it"));
+    }
+
+    #[test]
+    fn a_motor_that_is_too_weak_is_told_with_the_numbers() {
+        assert_eq!(beyond_motor(&Settings::DEFAULT, PullOutCurve::default()), [""; 0]);
+        let settings = read("$111=6000\n$121=100").unwrap();
+        let told = beyond_motor(&settings, PullOutCurve::default());
+        let words = "Y: 5000 steps/s2 ($121) at 5000 steps/s ($111) are above the 3333 steps/s2 that the motor has to spare \
+                     there: lower one of them, or give a stronger motor";
+        assert_eq!(told, [words]);
+        let settings = read("$910=1200").unwrap();
+        assert!(
+            beyond_motor(&settings, PullOutCurve::default())[0].starts_with("X: 1000 steps/s ($910) are above the 800")
+        );
+    }
+}

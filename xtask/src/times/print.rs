@@ -1,0 +1,46 @@
+//! The times as people read them.
+
+use super::ratios::{ColumnTimes, Machine, Ratios, Report, Times};
+
+/// A table for each column, and what comes of all.
+pub fn text(report: &Report) -> String {
+    let columns: String = report.columns.iter().map(|column| table(column, report.bounds.each)).collect();
+    columns + &summary("all", report.all)
+}
+
+fn table(column: &ColumnTimes, each_max: f64) -> String {
+    let feeds = if column.is_max_feed { "every feed F12000" } else { "the programs' own feeds" };
+    let mut text = format!("\n{}: {}, {feeds}\n", column.name, machine(&column.machine));
+    text += &format!("  {:<40} {:>12} {:>12} {:>8}\n", "program", "Isostep, s", "Grbl, s", "ratio");
+    text += &column.programs.iter().map(|times| row(times, each_max)).collect::<String>();
+    text + &summary(&column.name, column.ratios)
+}
+
+fn row(times: &Times, each_max: f64) -> String {
+    let Times { program, grbl_s, .. } = times;
+    match (times.isostep_s, times.ratio) {
+        (Some(isostep_s), Some(ratio)) => {
+            let mark = if ratio > each_max { " *" } else { "" };
+            format!("  {program:<40} {isostep_s:>12.3} {grbl_s:>12.3} {ratio:>8.3}{mark}\n")
+        }
+        _ => {
+            format!("  {program:<40} {:>12} {grbl_s:>12.3} {:>8} {}\n", "-", "-", times.failed.as_deref().unwrap_or(""))
+        }
+    }
+}
+
+fn summary(name: &str, ratios: Option<Ratios>) -> String {
+    ratios.map_or(format!("  {name}: no program came to its end\n"), |Ratios { median, worst }| {
+        format!("  {:<40} {:>12} {median:>12.3}   worst {worst:>8.3}\n", name, "median")
+    })
+}
+
+/// Each figure once where the axes are alike.
+fn machine(machine: &Machine) -> String {
+    let each = |values: [f32; 3]| {
+        let [x, y, z] = values;
+        if x == y && y == z { x.to_string() } else { format!("{x}/{y}/{z}") }
+    };
+    let (steps, top, accel) = (each(machine.steps_per_mm), each(machine.top_speed_mm_min), each(machine.accel_mm_s2));
+    format!("{steps} steps/mm, {top} mm/min, {accel} mm/s2")
+}

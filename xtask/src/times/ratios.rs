@@ -1,0 +1,156 @@
+//! Times beside Grbl's: ratios, their medians, and whether they keep their bounds.
+
+use isostep_console::Settings;
+use serde::Serialize;
+
+use super::simulate::Timed;
+use super::table::Table;
+
+/// What ratios are to be at most.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Bounds {
+    pub median: f64,
+    pub each: f64,
+}
+
+/// All times.
+#[derive(Debug, Serialize)]
+pub struct Report {
+    pub bounds: Bounds,
+    pub columns: Vec<ColumnTimes>,
+    /// Of all columns; null if no program came to its end.
+    pub all: Option<Ratios>,
+}
+
+/// The times of a column.
+#[derive(Debug, Serialize)]
+pub struct ColumnTimes {
+    /// As in the table, without its unit.
+    pub name: String,
+    pub machine: Machine,
+    /// Every feed was F12000.
+    pub is_max_feed: bool,
+    pub programs: Vec<Times>,
+    /// Null if no program came to its end.
+    pub ratios: Option<Ratios>,
+}
+
+/// What of a machine's settings makes times.
+#[derive(Debug, Default, Serialize)]
+pub struct Machine {
+    pub name: String,
+    pub steps_per_mm: [f32; 3],
+    pub top_speed_mm_min: [f32; 3],
+    pub accel_mm_s2: [f32; 3],
+}
+
+/// A program on a machine.
+#[derive(Debug, Serialize)]
+pub struct Times {
+    pub program: String,
+    pub isostep_s: Option<f64>,
+    pub grbl_s: f64,
+    /// Of the times.
+    pub ratio: Option<f64>,
+    /// Why there is none.
+    pub failed: Option<String>,
+}
+
+/// Many ratios in two numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Ratios {
+    pub median: f64,
+    pub worst: f64,
+}
+
+impl Report {
+    /// What came of the runs of a table's programs.
+    pub fn new(table: &Table, machines: Vec<(String, Settings)>, timed: Vec<Timed>, bounds: Bounds) -> Self {
+        let mut columns: Vec<ColumnTimes> = table
+            .columns
+            .iter()
+            .map(|column| {
+                let machine = machines.iter().find(|(name, _)| *name == column.machine).map(Machine::of);
+                ColumnTimes {
+                    name: column.name.clone(),
+                    machine: machine.unwrap_or_default(),
+                    is_max_feed: column.is_max_feed,
+                    programs: Vec::new(),
+                    ratios: None,
+                }
+            })
+            .collect();
+        for one in timed {
+            columns[one.column].programs.push(Times::of(one));
+        }
+        for column in &mut columns {
+            column.ratios = Ratios::of(column.programs.iter().filter_map(|times| times.ratio));
+        }
+        let all = Ratios::of(columns.iter().flat_map(|column| &column.programs).filter_map(|times| times.ratio));
+        Self { bounds, columns, all }
+    }
+
+    /// What is not within its bounds, in words.
+    pub fn broken(&self) -> Vec<String> {
+        let Bounds { median: median_max, each: each_max } = self.bounds;
+        let mut broken = Vec::new();
+        let times: Vec<_> = self.columns.iter().flat_map(|column| &column.programs).collect();
+        let failed = times.iter().filter(|times| times.failed.is_some()).count();
+        if failed > 0 {
+            broken.push(format!("{failed} of {} runs did not come to their end", times.len()));
+        }
+        let above = times.iter().filter(|times| times.ratio > Some(each_max)).count();
+        if above > 0 {
+            broken.push(format!("{above} of {} ratios are above {each_max} (--each)", times.len()));
+        }
+        let medians =
+            self.columns.iter().map(|column| (column.name.as_str(), column.ratios)).chain([("all", self.all)]);
+        for (name, ratios) in medians {
+            if let Some(Ratios { median, .. }) = ratios.filter(|ratios| ratios.median > median_max) {
+                broken.push(format!("the median of {name}, {median:.3}, is above {median_max} (--median)"));
+            }
+        }
+        broken
+    }
+}
+
+impl Machine {
+    fn of((name, settings): &(String, Settings)) -> Self {
+        Self {
+            name: name.clone(),
+            steps_per_mm: settings.steps_per_mm,
+            top_speed_mm_min: settings.max_rate_mm_min,
+            accel_mm_s2: settings.accel_mm_s2,
+        }
+    }
+}
+
+impl Times {
+    fn of(timed: Timed) -> Self {
+        let Timed { program, grbl_s, isostep_s, .. } = timed;
+        let ratio = isostep_s.as_ref().ok().map(|s| s / grbl_s);
+        Self { program, grbl_s, ratio, failed: isostep_s.as_ref().err().cloned(), isostep_s: isostep_s.ok() }
+    }
+}
+
+impl Ratios {
+    fn of(ratios: impl Iterator<Item = f64>) -> Option<Self> {
+        let mut sorted: Vec<_> = ratios.collect();
+        sorted.sort_by(f64::total_cmp);
+        let (low, high) = (sorted.get(sorted.len().checked_sub(1)? / 2)?, sorted.get(sorted.len() / 2)?);
+        Some(Self { median: (low + high) / 2.0, worst: *sorted.last()? })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_median_is_in_the_middle() {
+        assert_eq!(Ratios::of([].into_iter()), None);
+        assert_eq!(Ratios::of([3.0].into_iter()), Some(Ratios { median: 3.0, worst: 3.0 }));
+        assert_eq!(Ratios::of([3.0, 1.0, 2.0].into_iter()), Some(Ratios { median: 2.0, worst: 3.0 }));
+        assert_eq!(Ratios::of([4.0, 1.0, 2.0, 3.0].into_iter()), Some(Ratios { median: 2.5, worst: 4.0 }));
+    }
+}
