@@ -140,6 +140,11 @@ impl<'a> Feeder<'a> {
         !self.is_done && self.fed_us <= enough_us
     }
 
+    /// Until when it has been fed, us from the start of the run.
+    pub fn fed_us(&self) -> u64 {
+        self.fed_us
+    }
+
     pub fn queue(&self) -> &'a SegmentQueue {
         &self.machine.link(self.axis).segments
     }

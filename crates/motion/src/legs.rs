@@ -7,6 +7,8 @@ use crate::axes::{AXES, Axis};
 
 /// How many there may be at once: of moves of a millisecond, more than is fed ahead.
 const LEGS: usize = 64;
+/// Of these, those that are to be fed have so many for themselves.
+const LEGS_TO_FEED: usize = 48;
 
 /// The legs of a run, in order. Each keeps its number, which counts from the beginning of the run.
 pub(crate) struct Legs {
@@ -73,9 +75,14 @@ impl Legs {
         self.last().map_or(0.0, |leg| leg.until_s)
     }
 
-    /// Forgets those before the one with the number `fed` that have ended by `now_s`. One that is the last stays.
+    /// Forgets those before the one with the number `fed` that have ended by `now_s`, or take up too much room.
     pub fn forget(&mut self, fed: u32, now_s: f64) {
-        while self.first < fed && self.known.len() > 1 && self.known.front().is_some_and(|leg| leg.until_s < now_s) {
+        while self.first < fed
+            && self
+                .known
+                .front()
+                .is_some_and(|leg| leg.until_s < now_s || (fed - self.first) as usize > LEGS - LEGS_TO_FEED)
+        {
             let _ = self.known.pop_front();
             self.first += 1;
         }

@@ -37,6 +37,9 @@ const COMPILED_BEFORE_START: Duration = Duration::from_millis(20);
 /// So much is told ahead of the ports at a time: as long as a change may have to wait for more.
 const TOLD: Duration = Duration::from_millis(15);
 
+/// It is looked for something to do no more often than that, unless something wakes.
+const LOOK_MIN: Duration = Duration::from_micros(500);
+
 /// The feeders of all axes.
 type Feeders<'a> = [Feeder<'a>; AXES];
 
@@ -127,7 +130,7 @@ where
             if has_worked {
                 yield_now().await;
             } else {
-                self.wait(feeders, enough_us).await;
+                self.wait(feeders, enough_us, start).await;
             }
         }
     }
@@ -181,8 +184,17 @@ where
     }
 
     /// Waits for something to do.
-    async fn wait(&self, feeders: &Feeders<'_>, enough_us: u64) {
+    async fn wait(&self, feeders: &Feeders<'_>, enough_us: u64, start: Instant) {
         let machine = self.machine;
+        // Where no more is known for want of room, there is some when half of that has been made.
+        let short_us = feeders.iter().filter(|feeder| feeder.is_wanting(enough_us)).map(Feeder::fed_us).min();
+        let now_us = Instant::now().saturating_duration_since(start).as_micros();
+        let look_again = match short_us {
+            Some(fed_us) if !self.legs.has_room() => {
+                Duration::from_micros(fed_us.saturating_sub(now_us) / 2).max(LOOK_MIN)
+            }
+            _ => PIECE,
+        };
         let takes = self.takes();
         let has_room = poll_fn(|context| {
             let wanting = feeders.iter().filter(|feeder| feeder.is_wanting(enough_us) && feeder.queue().is_full());
@@ -191,7 +203,7 @@ where
             if rooms > 0 || takes && machine.poll_motion(context).is_ready() { Poll::Ready(()) } else { Poll::Pending }
         });
         // Not at an instant reckoned from a step's: it would be another step's, again and again.
-        let _ = with_timeout(PIECE, select(has_room, machine.wait_asked())).await;
+        let _ = with_timeout(look_again.min(PIECE), select(has_room, machine.wait_asked())).await;
     }
 
     fn end_run(&mut self, finish: Finish) -> Finish {

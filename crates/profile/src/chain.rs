@@ -28,8 +28,8 @@
 mod block;
 mod ring;
 
-use self::block::{Block, Scale, Square};
 pub use self::block::FEED_SHARE_MAX;
+use self::block::{Block, Scale, Square};
 use self::ring::Ring;
 use crate::law::{IntervalLaw, SpeedLaw};
 use crate::limits::Limits;
