@@ -5,7 +5,9 @@ use embassy_rp::Peripherals;
 use embassy_rp::gpio::{Input, Level, Output, Pull};
 #[cfg(not(feature = "timer-port"))]
 use embassy_rp::peripherals::{DMA_CH0, DMA_CH1, DMA_CH2, DMA_CH3, DMA_CH4, DMA_CH5, PIO0};
-use embassy_rp::peripherals::{FLASH, PIN_0, PIN_1, PIN_2, PIN_3, PIN_4, PIN_5, PIN_6, PIN_7, PIO1, UART0, USB, WATCHDOG};
+use embassy_rp::peripherals::{
+    FLASH, PIN_0, PIN_1, PIN_2, PIN_3, PIN_4, PIN_5, PIN_6, PIN_7, PIO1, UART0, USB, WATCHDOG,
+};
 use isostep_motion::AXES;
 
 /// GP2, GP4, GP6, for those who must reach the pins without owning them.

@@ -18,11 +18,8 @@ const WAKE_UP: Duration = Duration::from_micros(10);
 
 /// The ports of all axes, at rest, STEP and DIR low.
 pub fn open(pins: StepPins, timing: DriverTiming) -> [Port; AXES] {
-    let pins: [[Peri<'static, AnyPin>; 2]; AXES] = [
-        [pins.x.into(), pins.x_dir.into()],
-        [pins.y.into(), pins.y_dir.into()],
-        [pins.z.into(), pins.z_dir.into()],
-    ];
+    let pins: [[Peri<'static, AnyPin>; 2]; AXES] =
+        [[pins.x.into(), pins.x_dir.into()], [pins.y.into(), pins.y_dir.into()], [pins.z.into(), pins.z_dir.into()]];
     let pins = pins.map(|[step, dir]| (Output::new(step, Level::Low), Output::new(dir, Level::Low)));
     priority::start_step_executor().spawn(drive(pins).unwrap());
     BANK.ports(timing, [brake::<0>, brake::<1>, brake::<2>])

@@ -24,8 +24,8 @@ const TICK_HZ: u32 = PIO_TICK_HZ;
 const NS_PER_TICK: u64 = 1_000_000_000 / TICK_HZ as u64;
 /// An interval may be shorter than planned: by the rounding of both its ends, and by the fit of its segment.
 const MARGIN_TICKS: u32 = 4;
-/// As many cycles as `PioPort`'s step program takes to it.
-const TURN_TICKS: u32 = 3;
+/// As many cycles as `PioPort` takes to it.
+const TURN_TICKS: u32 = 4;
 
 /// The step port of one axis.
 pub enum AxisPort {
