@@ -3,7 +3,8 @@
 //! # Design
 //! `PioPort` leaves the edges to hardware, and so does this: a step rises at its own instant whatever the tasks do. It
 //! has the same tick rate, so the same plans compile into the same segments, and it faults where `PioPort` does: when it
-//! has made all it was given and has no more, and when steps are too close.
+//! has made all it was given and has no more, and when steps are too close. DIR
+//! changes with the end of a pulse, a few cycles sooner than there.
 
 use embassy_time::{Duration, Instant};
 use embedded_hal::digital::OutputPin;
