@@ -232,11 +232,12 @@ fn steps_that_come_too_late_lock_the_machine() {
     assert_eq!(position_steps(report), Some(seen), "{report}");
 }
 
-/// An acceleration that segments cannot be compiled fast enough for: the state machines halt rather than stretch an interval.
+/// A curved ramp so steep that its segments cannot be compiled fast enough: the state machines halt rather than stretch an
+/// interval.
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn a_port_that_runs_out_of_steps_locks_the_machine() {
-    let mut script = "expect Grbl\nsend $0=0\nexpect ok\n".to_owned();
+    let mut script = "expect Grbl\nsend $0=0\nexpect ok\nsend $940=2\nexpect ok\n".to_owned();
     for axis in 0..3 {
         let settings = [(110, 14_880), (100, 1_000), (120, 100_000)];
         script.extend(settings.map(|(number, value)| format!("send ${}={value}\nexpect ok\n", number + axis)));

@@ -25,6 +25,7 @@ use isostep_sim::world::{Edge, Shared, Wire, World};
 use isostep_sim::{Config, Port, Sim};
 use isostep_tests::cases;
 use isostep_tests::rig::{Rig as _, Simulated};
+use oorandom::Rand32;
 
 /// A port of one kind on X's pins, a driver behind it.
 #[derive(Clone, Copy, Debug)]
@@ -71,7 +72,12 @@ impl Rig {
     /// Holds every edge against the closed form of the moves, which began at these instants and ended or were ended in
     /// this order.
     fn hold(self, edges: &[Edge], moves: &[(Instant, Plan)]) {
-        let planned: Vec<_> = moves.iter().flat_map(|(start, plan)| plan.instants_ns(*start)).collect();
+        self.hold_to(edges, moves.iter().flat_map(|(start, plan)| plan.instants_ns(*start)));
+    }
+
+    /// Holds every edge against an instant, ns since power-up, and a direction.
+    fn hold_to(self, edges: &[Edge], planned: impl Iterator<Item = (f64, i32)>) {
+        let planned: Vec<_> = planned.collect();
         assert_eq!(edges.len(), planned.len(), "{self}");
         for (k, (edge, (at_ns, direction))) in edges.iter().zip(planned).enumerate() {
             let error_ns = edge.t_ns as f64 - at_ns;
@@ -149,17 +155,105 @@ async fn let_go(start_line: &StartLine, start: Instant) -> Instant {
     start_line.wait_begun().await
 }
 
+/// Moves one after the other, each from the instant on at which the one before ends, to the port's tick.
+#[derive(Clone, Debug, Default)]
+struct Chain {
+    tick_hz: u32,
+    /// When each begins, ticks from the start of the run.
+    moves: Vec<(u64, Plan)>,
+    end_ticks: u64,
+}
+
+impl Chain {
+    fn new(tick_hz: u32, plans: impl IntoIterator<Item = Plan>) -> Self {
+        let mut chain = Self { tick_hz, ..Self::default() };
+        for plan in plans {
+            let lasts_ticks = (plan.0.end_s() * f64::from(tick_hz)).ceil() as u64;
+            chain.push(plan, lasts_ticks);
+        }
+        chain
+    }
+
+    /// Single steps to and fro, so many ticks apart.
+    fn to_and_fro(tick_hz: u32, steps: i32, period_ticks: u32) -> Self {
+        let rate = f64::from(tick_hz) / f64::from(period_ticks);
+        let limits = Limits { start_speed_steps_s: rate, top_speed_steps_s: rate, ..LIMITS };
+        let mut chain = Self { tick_hz, ..Self::default() };
+        (0..steps).for_each(|k| chain.push(Plan::within(1 - 2 * (k % 2), limits), period_ticks.into()));
+        chain
+    }
+
+    /// A hundred moves of up to `steps` steps at random speeds, there and back by chance.
+    fn random(random: &mut Rand32, capabilities: &Capabilities, steps: u32) -> Self {
+        let rate = f64::from(capabilities.rate_max_steps_s(Wiring::default()));
+        let plan = |_| {
+            // By turns as fast as can be, and slow.
+            let speed = 1_000.0 + (rate - 1_000.0) * f64::from(random.rand_float()).powi(3);
+            let start = speed * f64::from(random.rand_float());
+            let limits = Limits { start_speed_steps_s: start, top_speed_steps_s: speed, ..LIMITS };
+            let steps = 1 + random.rand_range(0..steps) as i32;
+            Plan::within(if random.rand_range(0..2) == 0 { steps } else { -steps }, limits)
+        };
+        Self::new(capabilities.tick_hz, (0..100).map(plan))
+    }
+
+    fn push(&mut self, plan: Plan, lasts_ticks: u64) {
+        self.moves.push((self.end_ticks, plan));
+        self.end_ticks += lasts_ticks;
+    }
+
+    fn steps(&self) -> i32 {
+        self.moves.iter().map(|(_, plan)| plan.steps()).sum()
+    }
+
+    /// As a port is given them, to the end.
+    fn feeds(&self) -> Vec<Feed> {
+        let later = |(begin_ticks, plan): &(u64, Plan)| {
+            let begin_ticks = *begin_ticks;
+            plan.feeds(self.tick_hz).map(move |feed| delayed(feed, begin_ticks))
+        };
+        self.moves.iter().flat_map(later).chain([Feed::End]).collect()
+    }
+
+    /// In closed form, ns since power-up, and the direction.
+    fn instants_ns(&self, start: Instant) -> impl Iterator<Item = (f64, i32)> {
+        let ns_per_tick = 1e9 / f64::from(self.tick_hz);
+        self.moves.iter().flat_map(move |(begin_ticks, plan)| {
+            let begin_ns = *begin_ticks as f64 * ns_per_tick;
+            plan.instants_ns(start).map(move |(at_ns, direction)| (at_ns + begin_ns, direction))
+        })
+    }
+}
+
+fn delayed(feed: Feed, ticks: u64) -> Feed {
+    match feed {
+        Feed::Steps { segment, direction } => Feed::Steps { segment: segment.delayed(ticks), direction },
+        Feed::Rest { until_ticks } => Feed::Rest { until_ticks: until_ticks + ticks },
+        Feed::End => Feed::End,
+    }
+}
+
 /// Has the port carry out a plan, let go and its segments fed as the coordinator does.
 async fn carry_out(
     port: &mut AxisPort,
     plan: Plan,
+    at: (Instant, Wiring),
+    odometer: &Odometer,
+) -> Result<(), PortFault> {
+    let feeds = plan.feeds(port.capabilities().tick_hz).chain([Feed::End]).collect();
+    carry_out_all(port, feeds, at, odometer).await
+}
+
+/// The same, of whatever the port is given.
+async fn carry_out_all(
+    port: &mut AxisPort,
+    feeds: Vec<Feed>,
     (start, wiring): (Instant, Wiring),
     odometer: &Odometer,
 ) -> Result<(), PortFault> {
     let (queue, start_line) = (SegmentQueue::new(), StartLine::new());
-    let feeds = plan.feeds(port.capabilities().tick_hz);
     let feed = async {
-        for feed in feeds.chain([Feed::End]) {
+        for feed in feeds {
             queue.send(feed).await;
         }
         pending::<Infallible>().await
@@ -399,6 +493,161 @@ fn steps_may_be_an_hour_apart() {
             carry_out(&mut port, plan, (start, Wiring::default()), &Odometer::new()).await.unwrap();
         });
         rig.hold(&edges(&world), &moves);
+    }
+}
+
+/// Seed of the random chains.
+const SEED: u64 = 11;
+
+#[test]
+fn moves_there_and_back_in_one_run_are_exact() {
+    for rig in Rig::all() {
+        let mut random = Rand32::new(SEED);
+        for steps in [1, 2, 16, 100] {
+            let chain = Chain::random(&mut random, &rig.capabilities(), steps);
+            let (start, feeds, net) = (Instant::from_millis(1), chain.feeds(), chain.steps());
+            let world = rig.run(|mut port, _| async move {
+                let odometer = Odometer::new();
+                carry_out_all(&mut port, feeds, (start, Wiring::default()), &odometer).await.unwrap();
+                assert_eq!(odometer.position_steps(), net, "{rig}, SEED={SEED}");
+            });
+            rig.hold_to(&edges(&world), chain.instants_ns(start));
+        }
+    }
+}
+
+/// As close as the port takes steps in one direction.
+#[test]
+fn steps_to_and_fro_may_be_as_close_as_others() {
+    for rig in Rig::all() {
+        let capabilities = rig.capabilities();
+        for pulse_ns in [0, 3_000] {
+            let wiring = Wiring { pulse_ns, ..Wiring::default() };
+            let chain = Chain::to_and_fro(capabilities.tick_hz, 1_001, capabilities.period_min_ticks(wiring));
+            let (start, feeds) = (Instant::from_millis(1), chain.feeds());
+            let world = rig.run(|mut port, _| async move {
+                let odometer = Odometer::new();
+                carry_out_all(&mut port, feeds, (start, wiring), &odometer).await.unwrap();
+                assert_eq!(odometer.position_steps(), 1, "{rig}");
+            });
+            rig.hold_to(&edges(&world), chain.instants_ns(start));
+        }
+    }
+}
+
+/// A quarter closer: the run ends by a fault; no pulse is cut short, and DIR's times are kept.
+#[test]
+fn steps_to_and_fro_that_are_too_close_are_refused() {
+    for rig in Rig::all() {
+        let capabilities = rig.capabilities();
+        let period_ticks = capabilities.period_min_ticks(Wiring::default()) * 3 / 4;
+        let chain = Chain::to_and_fro(capabilities.tick_hz, 2_000, period_ticks);
+        let (start, feeds) = (Instant::from_millis(1), chain.feeds());
+        let counted = Rc::new(RefCell::new(0));
+        let told = counted.clone();
+        let world = rig.run(|mut port, _| async move {
+            let odometer = Odometer::new();
+            let result = carry_out_all(&mut port, feeds, (start, Wiring::default()), &odometer).await;
+            assert!(matches!(result, Err(PortFault::TooFast { .. } | PortFault::Late { .. })), "{rig}: {result:?}");
+            told.replace(odometer.position_steps());
+        });
+        assert_eq!(world.borrow().counted_steps()[0], counted.take(), "{rig}");
+    }
+}
+
+/// Stopped in the midst of a random chain, with the brake on and dropped; inverted or not.
+#[test]
+fn stopping_it_between_reversals_leaves_the_exact_count() {
+    for rig in Rig::all() {
+        let mut random = Rand32::new(SEED);
+        for i in 0..200 {
+            let chain = Chain::random(&mut random, &rig.capabilities(), 12);
+            let start = Instant::from_millis(1);
+            let lasts_ns = (1_000_000_000 * chain.end_ticks / u64::from(chain.tick_hz)) as u32;
+            let (stop_ns, feeds) = (time::ns(start) + u64::from(random.rand_range(0..lasts_ns)), chain.feeds());
+            let inverted = i % 2 == 1;
+            let wiring = Wiring { direction_inverted: inverted, ..Wiring::default() };
+            let world = rig.run(|mut port, clock| async move {
+                let (odometer, brake) = (Odometer::new(), port.brake());
+                let cut = async {
+                    clock.until(stop_ns).await;
+                    brake(true);
+                };
+                select(carry_out_all(&mut port, feeds, (start, wiring), &odometer), cut).await;
+                let stopped_at = odometer.position_steps();
+                Timer::after_millis(1).await;
+                assert_eq!(odometer.position_steps(), stopped_at, "{rig}, SEED={SEED}, stop {i}");
+                brake(false);
+                let back = Plan::new(-stopped_at - 2_000);
+                carry_out(&mut port, back, (Instant::now(), wiring), &odometer).await.unwrap();
+                assert_eq!(odometer.position_steps(), -2_000, "{rig}, SEED={SEED}, stop {i}");
+            });
+            let seen = world.borrow().counted_steps()[0];
+            assert_eq!(seen, if inverted { 2_000 } else { -2_000 }, "{rig}, SEED={SEED}, stop {i}");
+        }
+    }
+}
+
+/// While it runs the odometer shows where the edges have led, as of 10 ms ago or less.
+#[test]
+fn the_count_follows_through_reversals() {
+    for rig in Rig::all() {
+        let mut random = Rand32::new(SEED);
+        let chain = Chain::random(&mut random, &rig.capabilities(), 60);
+        let (start, feeds) = (Instant::from_millis(1), chain.feeds());
+        let looks = Rc::new(RefCell::new(Vec::new()));
+        let noted = looks.clone();
+        let world = rig.run(|mut port, _| async move {
+            let odometer = Odometer::new();
+            let look = async {
+                loop {
+                    Timer::after_micros(random.rand_range(100..5_000).into()).await;
+                    noted.borrow_mut().push((time::ns(Instant::now()), odometer.position_steps()));
+                }
+            };
+            let run = carry_out_all(&mut port, feeds, (start, Wiring::default()), &odometer);
+            let Either::First(result) = select(run, look).await;
+            result.unwrap();
+        });
+        let edges = edges(&world);
+        assert!(looks.borrow().len() > 20, "{rig}");
+        for &(now_ns, steps) in looks.borrow().iter() {
+            // A step may rise at the instant of the look.
+            let seen = edges.iter().take_while(|edge| edge.t_ns <= now_ns);
+            let (old, recent): (Vec<&Edge>, Vec<&Edge>) = seen.partition(|edge| edge.t_ns + 10_000_000 < now_ns);
+            let was = old.last().map_or(0, |edge| edge.position_steps);
+            let is_recent = was == steps || recent.iter().any(|edge| edge.position_steps == steps);
+            assert!(is_recent, "{rig}, SEED={SEED}: {steps} steps at {now_ns} ns");
+        }
+    }
+}
+
+/// No step at all, after many rests, one or none; and a step behind minutes of them. A run begins and ends all the same, and
+/// not before it is let go.
+#[test]
+fn an_axis_may_rest_throughout_its_run() {
+    const STEP_AT_S: u64 = 120;
+    for rig in Rig::all() {
+        let tick_hz = u64::from(rig.capabilities().tick_hz);
+        let rests = |count: u64| (1..=count).map(move |k| Feed::Rest { until_ticks: k * tick_hz * 15 / 1_000 });
+        let step = Plan::new(-1).feeds(tick_hz as u32).map(|feed| delayed(feed, STEP_AT_S * tick_hz));
+        let late = rests(STEP_AT_S * 66).chain(step).collect::<Vec<_>>();
+        let start = Instant::from_secs(1);
+        for feeds in [vec![], rests(1).collect(), rests(1_000).collect(), late.clone(), vec![]] {
+            let makes = feeds.iter().copied().map(steps_of).sum::<i32>();
+            let world = rig.run(|mut port, _| async move {
+                let odometer = Odometer::new();
+                let feeds = feeds.into_iter().chain([Feed::End]).collect();
+                carry_out_all(&mut port, feeds, (start, Wiring::default()), &odometer).await.unwrap();
+                assert!(Instant::now() >= start, "{rig}: it ended before it began");
+                assert_eq!(odometer.position_steps(), makes, "{rig}");
+                // And another, which turns.
+                let at = (Instant::now() + Duration::from_millis(1), Wiring::default());
+                carry_out(&mut port, Plan::new(2), at, &odometer).await.unwrap();
+                assert_eq!(odometer.position_steps(), makes + 2, "{rig}");
+            });
+            assert_eq!(world.borrow().counted_steps()[0], makes + 2, "{rig}");
+        }
     }
 }
 

@@ -32,7 +32,7 @@ pub const TICK_HZ: u32 = 125_000_000;
 /// Intervals written between two looks at the clock.
 pub const BLOCK_WORDS: usize = 256;
 /// Segments that an axis has queued, behind which a short one hides.
-pub const QUEUE_SEGMENTS: usize = 8;
+pub const QUEUE_SEGMENTS: usize = 32;
 /// Of the ramp: 50,000 to accelerate, 20,000 to cruise, 50,000 to decelerate.
 pub const STEPS: u32 = 120_000;
 /// Of a law's ramps, the steps whose segments are counted as its first.

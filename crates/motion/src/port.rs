@@ -75,7 +75,8 @@ pub struct Capabilities {
     pub timing: DriverTiming,
     /// What the port itself needs between two rises beyond what the driver does, ticks.
     pub margin_ticks: u32,
-    /// From the end of a pulse to a change of DIR that the next step asks for, at most, ticks.
+    /// From the end of a pulse to a change of DIR that the next step asks for, at most, ticks; what the pulse is longer
+    /// than asked for is part of it.
     pub turn_ticks: u32,
 }
 
@@ -99,7 +100,7 @@ impl Capabilities {
         let pulse_ns = self.pulse_ns(wiring);
         let period_ns = self.timing.period_ns.max(pulse_ns + self.timing.step_low_ns);
         let ticks = |ns| ticks_covering(ns, self.tick_hz);
-        let reversal_ticks = ticks(pulse_ns) + self.turn_ticks + ticks(self.timing.setup_ns);
+        let reversal_ticks = ticks(pulse_ns + self.timing.setup_ns) + self.turn_ticks;
         ticks(period_ns).max(reversal_ticks) + self.margin_ticks
     }
 }

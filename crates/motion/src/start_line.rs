@@ -1,8 +1,8 @@
 //! How the axes of a run start together, and never late.
 //!
 //! # Design
-//! A port gets ready in its own time: it sets DIR and waits out the set-up time, takes its first steps, and then waits here.
-//! Only when all ports of the run wait is the start instant chosen, by the ports themselves, so nothing that has still to
+//! A port gets ready in its own time: it takes its first steps, if there are any, and sees to DIR's set-up time before them,
+//! and then waits here. Only when all ports of the run wait is the start instant chosen, by the ports themselves, so nothing that has still to
 //! be done can make it late.
 //!
 //! ```text

@@ -3,7 +3,8 @@
 //! # Design
 //! `PioPort` leaves the edges to hardware, and so does this: a step rises at its own instant whatever the tasks do. It
 //! has the same tick rate, so the same plans compile into the same segments, and it faults where `PioPort` does: when it
-//! has made all it was given and has no more, and when steps are too close.
+//! has made all it was given and has no more, and when steps are too close. DIR
+//! changes with the end of a pulse, a few cycles sooner than there.
 
 use embassy_time::{Duration, Instant};
 use embedded_hal::digital::OutputPin;
@@ -24,8 +25,8 @@ const TICK_HZ: u32 = PIO_TICK_HZ;
 const NS_PER_TICK: u64 = 1_000_000_000 / TICK_HZ as u64;
 /// An interval may be shorter than planned: by the rounding of both its ends, and by the fit of its segment.
 const MARGIN_TICKS: u32 = 4;
-/// As many cycles as `PioPort`'s step program takes to it.
-const TURN_TICKS: u32 = 3;
+/// As many cycles as `PioPort` takes to it.
+const TURN_TICKS: u32 = 4;
 
 /// The step port of one axis.
 pub enum AxisPort {

@@ -147,7 +147,8 @@ impl PioPort {
     fn new(axis: usize, blocks: &'static Blocks, timing: DriverTiming) -> Self {
         let machine = StateMachine::new(axis);
         let stream = Stream::new(axis, machine.fifo_address(), blocks);
-        let (margin_ticks, turn_ticks) = (MARGIN_TICKS, program::TURN_CYCLES);
+        // A pulse is whole cycles.
+        let (margin_ticks, turn_ticks) = (MARGIN_TICKS, program::TURN_CYCLES + 1);
         let capabilities = Capabilities { tick_hz: TICK_HZ, timing, margin_ticks, turn_ticks };
         Self { axis, machine, stream, capabilities, tally: Tally::new(), risen: 0 }
     }

@@ -11,6 +11,9 @@
 //! The axes of a run wait at the bank's gate, their first steps loaded. The driving task chooses the start instant when it
 //! finds the gate open: so soon as it can make a step then.
 //!
+//! DIR changes when an axis turns to a segment of the other direction: after the pulse of its last step, which lasts as long
+//! as DIR is to be held, and the next step waits for the set-up time.
+//!
 //! # Deadline
 //! A step is due at its tick. The driving task wakes up early by what a wake-up takes and waits out the rest, so that what
 //! delays a wake-up delays no edge; when the next step is nearer than that, it waits for it without sleeping. A step that
