@@ -203,9 +203,11 @@ impl<'a> Feeder<'a> {
         if legs.is_closed() {
             return Next::End;
         }
-        let known_ticks = ((legs.end_s() * f64::from(self.tick_hz)) as u64).saturating_sub(self.rest_min_ticks);
-        let until_ticks = known_ticks.min(self.fed_ticks + self.piece_ticks);
-        if until_ticks >= self.fed_ticks + self.rest_min_ticks { Next::Rest(until_ticks) } else { Next::Unknown }
+        let known_ticks = ((legs.end_s() * f64::from(self.tick_hz)) as u64).saturating_sub(self.fed_ticks);
+        let rest_ticks = (known_ticks - self.rest_min_ticks.min(known_ticks / 2)).min(self.piece_ticks);
+        // A port waits for something before it starts.
+        let is_worth_it = rest_ticks >= self.rest_min_ticks || self.fed_ticks == 0 && rest_ticks > 0;
+        if is_worth_it { Next::Rest(self.fed_ticks + rest_ticks) } else { Next::Unknown }
     }
 
     /// The next steps of the leg under way, or a rest until they are near.

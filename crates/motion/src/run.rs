@@ -123,11 +123,11 @@ where
             self.obey(purpose);
             let now = Instant::now();
             let enough_us = (now + AHEAD + PIECE).saturating_duration_since(start).as_micros();
-            self.tell_until(enough_us as f64 * 1e-6);
+            let told = self.tell_until(enough_us as f64 * 1e-6);
             self.tell_legs();
-            let has_worked = feed(feeders, &self.legs, enough_us);
+            let fed = feed(feeders, self.legs, enough_us);
             self.follow(start, now, feeders);
-            if has_worked {
+            if told || fed {
                 yield_now().await;
             } else {
                 self.wait(feeders, enough_us, start).await;
@@ -135,9 +135,11 @@ where
         }
     }
 
-    /// Has the chain tell of its path until then, as far as there is room for it.
-    fn tell_until(&mut self, until_s: f64) {
+    /// Has the chain tell of its path until then, as far as there is room for it; false if there was nothing to do.
+    fn tell_until(&mut self, until_s: f64) -> bool {
+        let mut has_told = false;
         while !self.legs.is_closed() && self.legs.has_room() && self.legs.end_s() <= until_s {
+            has_told = true;
             match self.chain.advance(TOLD.as_micros() as f64 * 1e-6) {
                 Some(leg) => {
                     if leg.kind != LegKind::Further {
@@ -148,6 +150,7 @@ where
                 None => self.legs.close(),
             }
         }
+        has_told
     }
 
     /// Tells of the legs that have been added.
