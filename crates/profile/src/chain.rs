@@ -309,7 +309,8 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         }
         let slows = self.at_s > plan.slows_s;
         let is_right = !plan.is_stale && (!plan.ends_block || plan.exit == self.exit());
-        if is_right || slows && self.terms.speed_law != SpeedLaw::Trapezoid {
+        let is_bound = slows && self.terms.speed_law != SpeedLaw::Trapezoid || plan.ends_block && self.has_nothing_left();
+        if is_right || is_bound {
             return Some(end_s);
         }
         // Up to there it is as fast as it can be.
@@ -381,7 +382,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         let Some(block) = self.blocks.get(0) else { return };
         let (speed_steps_s, accel_steps_s2) = self.motion(block);
         let left_steps = block.way_steps - self.place_steps;
-        if left_steps <= NOTHING_STEPS.max(NOTHING_SHARE * block.way_steps) {
+        if self.has_nothing_left() {
             let exit = self.square_of(speed_steps_s, block);
             return self.end_block(exit);
         }
@@ -396,6 +397,12 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         if !self.slow_down(speed_steps_s, left_steps, &limits) {
             self.end(speed_steps_s, left_steps, &limits);
         }
+    }
+
+    /// Nothing of the first block is left that could be planned.
+    fn has_nothing_left(&self) -> bool {
+        let way_steps = self.blocks.get(0).map_or(0.0, |first| first.way_steps);
+        way_steps - self.place_steps <= NOTHING_STEPS.max(NOTHING_SHARE * way_steps)
     }
 
     /// Slows down to the start speed, held, or to the top speed, if it is faster and there is room. True if it does.

@@ -5,7 +5,7 @@ use libm::sqrt;
 use super::{Terms, Wanted};
 use crate::law::IntervalLaw;
 use crate::limits::{Limits, SPEED_MIN_STEPS_S};
-use crate::profile::{DURATION_MAX_S, ProfileError};
+use crate::profile::{DURATION_MAX_S, Profile, ProfileError};
 use crate::ramp::Bounds;
 use crate::sync::{PlanError, longest, path_speed, shared_limits};
 
@@ -19,6 +19,9 @@ const SQUARE_OF_FASTEST: f64 = 1.152_921_504_606_847e18;
 
 /// The most that a feed is overridden by: what may be gained is reckoned for it.
 pub const FEED_SHARE_MAX: f64 = 2.0;
+
+/// A move that lasts so much of the longest at most by a trapezoid does not by any law last longer than it.
+const EASILY: f64 = 1.0 / 64.0;
 
 /// Directions are the same if the square of half their difference is less: rounding, and no more.
 const SAME: f64 = 1e-24;
@@ -128,9 +131,11 @@ impl<const N: usize> Block<N> {
             let standstill = ProfileError::Standstill { law: terms.speed_law, asked: slowest, min: SPEED_MIN_STEPS_S };
             return Err(PlanError::Profile(standstill));
         }
-        let asked = self.way_steps / limits.top_speed_steps_s;
-        if asked > DURATION_MAX_S {
-            return Err(PlanError::Profile(ProfileError::TooLong { asked, max: DURATION_MAX_S }));
+        // No more than that, by far the most moves are far from what is too long.
+        let Limits { top_speed_steps_s, accel_steps_s2, decel_steps_s2, .. } = limits;
+        let ramps_s = top_speed_steps_s / accel_steps_s2 + top_speed_steps_s / decel_steps_s2;
+        if self.way_steps / top_speed_steps_s + ramps_s > DURATION_MAX_S * EASILY {
+            Profile::plan(self.way_steps, slowest, slowest, &limits, terms.interval_law, terms.speed_law)?;
         }
         Ok(())
     }
@@ -167,7 +172,8 @@ impl<const N: usize> Block<N> {
 
     /// The limits of the longest axis, as fast as it is to be now.
     pub(super) fn limits_now(&self) -> Limits {
-        let top_speed_steps_s = (self.nominal_mm_s * self.steps_per_mm).min(self.limits.top_speed_steps_s);
+        let nominal_steps_s = (self.nominal_mm_s * self.steps_per_mm).max(SPEED_MIN_STEPS_S);
+        let top_speed_steps_s = nominal_steps_s.min(self.limits.top_speed_steps_s);
         let start_speed_steps_s = self.limits.start_speed_steps_s.min(top_speed_steps_s);
         Limits { top_speed_steps_s, start_speed_steps_s, ..self.limits }
     }
