@@ -28,8 +28,8 @@
 mod block;
 mod ring;
 
-use self::block::{Block, Scale, Square};
 pub use self::block::FEED_SHARE_MAX;
+use self::block::{Block, Scale, Square};
 use self::ring::Ring;
 use crate::law::{IntervalLaw, SpeedLaw};
 use crate::limits::Limits;
@@ -309,7 +309,8 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         }
         let slows = self.at_s > plan.slows_s;
         let is_right = !plan.is_stale && (!plan.ends_block || plan.exit == self.exit());
-        let is_bound = slows && self.terms.speed_law != SpeedLaw::Trapezoid || plan.ends_block && self.has_nothing_left();
+        let is_bound =
+            slows && self.terms.speed_law != SpeedLaw::Trapezoid || plan.ends_block && self.has_nothing_left();
         if is_right || is_bound {
             return Some(end_s);
         }

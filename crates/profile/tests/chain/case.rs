@@ -71,7 +71,8 @@ fn course() -> impl Strategy<Value = Course> {
 
 /// Feeds from 1 mm/min on.
 fn wanted() -> impl Strategy<Value = (Course, Option<f64>, bool)> {
-    let feed = prop_oneof![2 => Just(None), 3 => log(1.0, 500.0).prop_map(Some), 1 => log(1.0 / 60.0, 1.0).prop_map(Some)];
+    let feed =
+        prop_oneof![2 => Just(None), 3 => log(1.0, 500.0).prop_map(Some), 1 => log(1.0 / 60.0, 1.0).prop_map(Some)];
     let stops = prop_oneof![12 => Just(false), 1 => Just(true)];
     (course(), feed, stops)
 }

@@ -61,7 +61,8 @@ fn what_cannot_be_planned_is_refused() {
     let too_long = slow(SpeedLaw::Trapezoid, 0.0).push(long);
     assert!(matches!(too_long, Err(PlanError::Profile(ProfileError::TooLong { .. }))));
     // By its ramps alone.
-    let terms = Terms::new([limits(0.0, 1e3, 1e-9); AXES], [0.01; AXES], 0.01, IntervalLaw::Fastest, SpeedLaw::Trapezoid);
+    let terms =
+        Terms::new([limits(0.0, 1e3, 1e-9); AXES], [0.01; AXES], 0.01, IntervalLaw::Fastest, SpeedLaw::Trapezoid);
     let too_long = Chain::<AXES, 4>::new(terms).push(wanted([1_000_000, 0, 0], 0));
     assert!(matches!(too_long, Err(PlanError::Profile(ProfileError::TooLong { .. }))));
 }

@@ -163,7 +163,10 @@ impl<'a> Follower<'a> {
                     false => (nominal, one.start_mm_s.min(before.start_mm_s)),
                 };
                 let most = corner.sqrt().min(nominal).max(start);
-                prop_assert!(speed_mm_s <= most * LIMIT_SLACK + self.unit_mm_s, "{speed_mm_s} round a corner for {most}");
+                prop_assert!(
+                    speed_mm_s <= most * LIMIT_SLACK + self.unit_mm_s,
+                    "{speed_mm_s} round a corner for {most}"
+                );
             }
             _ => {
                 self.rests()?;

@@ -16,16 +16,16 @@ fn is_the_fastest(case: &Case) -> TestCaseResult {
     let moves: Vec<Move> = case.moves.iter().map(|wanted| Move::new(case, *wanted, Shares::ALL)).collect();
     let speeds = fastest(case, &moves, None);
     let mut follower = Follower::new(case);
-    let unit = 1e-9 * case.limits.iter().zip(case.mm_per_step).map(|(limits, mm)| limits.top_speed_steps_s * mm).sum::<f64>();
+    let unit =
+        1e-9 * case.limits.iter().zip(case.mm_per_step).map(|(limits, mm)| limits.top_speed_steps_s * mm).sum::<f64>();
     let mut legs = 0;
     while let Some(leg) = chain.advance(f64::INFINITY) {
         follower.follow(leg)?;
         prop_assert_eq!(leg.kind, LegKind::Move);
         let Ends { entry, exit, .. } = speeds[leg.tag as usize];
-        for (speed, square) in [
-            (leg.part.profile.entry_speed_steps_s(), entry),
-            (leg.part.profile.exit_speed_steps_s(), exit),
-        ] {
+        for (speed, square) in
+            [(leg.part.profile.entry_speed_steps_s(), entry), (leg.part.profile.exit_speed_steps_s(), exit)]
+        {
             let (speed, wanted) = (speed * leg.mm_per_step, square.sqrt());
             // Near standstill the units are larger than the share.
             prop_assert!((speed - wanted).abs() <= 1e-6 * wanted + unit, "move {}: {speed} for {wanted}", leg.tag);
