@@ -13,7 +13,7 @@ use crate::sync::{PlanError, longest, path_speed, shared_limits};
 pub(super) type Square = u64;
 
 /// No square is above this, so that the sum of two fits.
-const SQUARE_MAX: f64 = 4.611_686_018_427_387_9e18;
+const SQUARE_MAX: f64 = 4.611_686_018_427_388e18;
 /// What a unit is, is chosen so that the square of the fastest path has so many.
 const SQUARE_OF_FASTEST: f64 = 1.152_921_504_606_847e18;
 
@@ -190,16 +190,18 @@ impl<const N: usize> Block<N> {
         (self.corner, self.flows) = (None, false);
     }
 
-    /// The one before it ends no slower than by `lowest`, and may stop from `start`, or from what was one at another feed.
-    /// True if that is faster than it should be.
-    pub(super) fn force(&mut self, lowest: Square, start: Square) -> bool {
-        let is_forced = lowest > if self.flows { self.entry } else { start };
-        if is_forced && let Some(corner) = self.corner {
-            // But for rounding, it is no faster than the corner allows if it did not stop there.
-            self.flows = lowest <= corner + (corner >> 24);
-            self.entry = if self.flows { lowest } else { self.start };
+    /// The one before it has ended by `exit`, and might have stopped from `start`: it begins as fast, or from rest.
+    pub(super) fn begin_after(&mut self, exit: Square, start: Square) {
+        if self.flows && exit <= self.entry {
+            self.entry = exit;
+        } else if (self.flows || exit > start)
+            && let Some(corner) = self.corner
+        {
+            // It could not brake to what it should be by now. But for rounding it is no faster than the corner allows, if it
+            // was not to stop there at another feed.
+            self.flows = exit <= corner + (corner >> 24);
+            self.entry = if self.flows { exit } else { self.start };
         }
-        is_forced
     }
 
     /// Its entry is as high as it will ever be.
