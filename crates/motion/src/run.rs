@@ -193,7 +193,7 @@ where
         let short_us = feeders.iter().filter(|feeder| feeder.is_wanting(enough_us)).map(Feeder::fed_us).min();
         let now_us = Instant::now().saturating_duration_since(start).as_micros();
         let look_again = match short_us {
-            Some(fed_us) if !self.legs.has_room() => {
+            Some(fed_us) if self.legs.end_s() * 1e6 < enough_us as f64 => {
                 Duration::from_micros(fed_us.saturating_sub(now_us) / 2).max(LOOK_MIN)
             }
             _ => PIECE,

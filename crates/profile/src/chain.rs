@@ -148,8 +148,6 @@ pub struct Chain<const N: usize, const LEN: usize> {
     plan: Option<Plan<N>>,
     /// It is braking to rest, or at rest until it is started.
     is_held: bool,
-    /// Some entries are faster than they should be, as it could not brake to them when they were reckoned.
-    is_forced: bool,
 }
 
 /// A plan under way.
@@ -209,7 +207,6 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
             at_s: 0.0,
             plan: None,
             is_held: false,
-            is_forced: false,
         }
     }
 
@@ -340,7 +337,9 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         }
         let slows = self.at_s > plan.slows_s;
         let is_right = !plan.is_stale && (!plan.ends_block || plan.exit == self.exit());
-        if is_right || slows && self.terms.speed_law != SpeedLaw::Trapezoid {
+        let is_bound =
+            slows && self.terms.speed_law != SpeedLaw::Trapezoid || plan.ends_block && self.has_nothing_left();
+        if is_right || is_bound {
             return Some(end_s);
         }
         // Up to there it is as fast as it can be.
@@ -386,10 +385,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         self.settled = self.settled.saturating_sub(1);
         let Some(next) = self.blocks.get_mut(0) else { return };
         let expected = next.entry;
-        if next.flows {
-            next.entry = next.entry.min(exit);
-        }
-        next.force(exit, before.start);
+        next.begin_after(exit, before.start);
         let is_expected = next.entry == expected;
         if next.flows {
             self.settled = self.settled.max(1);
@@ -412,7 +408,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         let Some(block) = self.blocks.get(0) else { return };
         let (speed_steps_s, accel_steps_s2) = self.motion(block);
         let left_steps = block.way_steps - self.place_steps;
-        if left_steps <= NOTHING_STEPS.max(NOTHING_SHARE * block.way_steps) {
+        if self.has_nothing_left() {
             let exit = self.square_of(speed_steps_s, block);
             return self.end_block(exit);
         }
@@ -427,6 +423,12 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         if !self.slow_down(speed_steps_s, left_steps, &limits) {
             self.end(speed_steps_s, left_steps, &limits);
         }
+    }
+
+    /// Nothing of the first block is left that could be planned.
+    fn has_nothing_left(&self) -> bool {
+        let way_steps = self.blocks.get(0).map_or(0.0, |first| first.way_steps);
+        way_steps - self.place_steps <= NOTHING_STEPS.max(NOTHING_SHARE * way_steps)
     }
 
     /// Slows down to the start speed, held, or to the top speed, if it is faster and there is room. True if it does.
@@ -480,10 +482,6 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         let mm_s = speed_steps_s * first.mm_per_step;
         first.entry = self.scale.square(mm_s * mm_s);
         first.set_gains(left_steps, &self.terms, self.scale);
-        if self.is_forced {
-            self.settled = 1;
-            self.backward(None);
-        }
         self.keep_promise(promised, speed_steps_s, left_steps);
         self.forward(0);
     }
@@ -606,19 +604,16 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         index.saturating_sub(1)
     }
 
-    /// No block begins faster than the one before it can end; nor slower, where that is too fast to brake.
+    /// No block begins faster than the one before it can end. Where that is too fast to brake, it is seen to when it ends.
     ///
     /// An entry at its cap is final, and so are all before it; one that is as high as the one before it allows, if that is.
     fn forward(&mut self, from: usize) {
         let mut index = from;
-        if index == 0 {
-            self.is_forced = false;
-            if self.blocks.get(0).is_some_and(Block::has_final_entry) {
-                self.settled = self.settled.max(1);
-            }
+        if index == 0 && self.blocks.get(0).is_some_and(Block::has_final_entry) {
+            self.settled = self.settled.max(1);
         }
         while let Some(block) = self.blocks.get(index) {
-            let ((highest, lowest), start) = (block.reach(), block.start);
+            let (highest, _) = block.reach();
             index += 1;
             let Some(next) = self.blocks.get_mut(index) else { break };
             let mut is_highest = false;
@@ -626,7 +621,6 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
                 is_highest = highest <= next.entry && self.settled >= index;
                 next.entry = next.entry.min(highest);
             }
-            self.is_forced |= next.force(lowest, start);
             if is_highest || next.has_final_entry() {
                 self.settled = self.settled.max(index + 1);
             }

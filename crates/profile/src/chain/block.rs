@@ -5,7 +5,7 @@ use libm::sqrt;
 use super::{Terms, Wanted};
 use crate::law::IntervalLaw;
 use crate::limits::{Limits, SPEED_MIN_STEPS_S};
-use crate::profile::{DURATION_MAX_S, ProfileError};
+use crate::profile::{DURATION_MAX_S, Profile, ProfileError};
 use crate::ramp::Bounds;
 use crate::sync::{PlanError, longest, path_speed, shared_limits};
 
@@ -13,12 +13,15 @@ use crate::sync::{PlanError, longest, path_speed, shared_limits};
 pub(super) type Square = u64;
 
 /// No square is above this, so that the sum of two fits.
-const SQUARE_MAX: f64 = 4.611_686_018_427_387_9e18;
+const SQUARE_MAX: f64 = 4.611_686_018_427_388e18;
 /// What a unit is, is chosen so that the square of the fastest path has so many.
 const SQUARE_OF_FASTEST: f64 = 1.152_921_504_606_847e18;
 
 /// The most that a feed is overridden by: what may be gained is reckoned for it.
 pub const FEED_SHARE_MAX: f64 = 2.0;
+
+/// A move that lasts so much of the longest at most by a trapezoid does not by any law last longer than it.
+const EASILY: f64 = 1.0 / 64.0;
 
 /// Directions are the same if the square of half their difference is less: rounding, and no more.
 const SAME: f64 = 1e-24;
@@ -131,9 +134,11 @@ impl<const N: usize> Block<N> {
             let standstill = ProfileError::Standstill { law: terms.speed_law, asked: slowest, min: SPEED_MIN_STEPS_S };
             return Err(PlanError::Profile(standstill));
         }
-        let asked = self.way_steps / limits.top_speed_steps_s;
-        if asked > DURATION_MAX_S {
-            return Err(PlanError::Profile(ProfileError::TooLong { asked, max: DURATION_MAX_S }));
+        // No more than that, by far the most moves are far from what is too long.
+        let Limits { top_speed_steps_s, accel_steps_s2, decel_steps_s2, .. } = limits;
+        let ramps_s = top_speed_steps_s / accel_steps_s2 + top_speed_steps_s / decel_steps_s2;
+        if self.way_steps / top_speed_steps_s + ramps_s > DURATION_MAX_S * EASILY {
+            Profile::plan(self.way_steps, slowest, slowest, &limits, terms.interval_law, terms.speed_law)?;
         }
         Ok(())
     }
@@ -170,7 +175,8 @@ impl<const N: usize> Block<N> {
 
     /// The limits of the longest axis, as fast as it is to be now.
     pub(super) fn limits_now(&self) -> Limits {
-        let top_speed_steps_s = (self.nominal_mm_s * self.steps_per_mm).min(self.limits.top_speed_steps_s);
+        let nominal_steps_s = (self.nominal_mm_s * self.steps_per_mm).max(SPEED_MIN_STEPS_S);
+        let top_speed_steps_s = nominal_steps_s.min(self.limits.top_speed_steps_s);
         let start_speed_steps_s = self.limits.start_speed_steps_s.min(top_speed_steps_s);
         Limits { top_speed_steps_s, start_speed_steps_s, ..self.limits }
     }
@@ -187,16 +193,18 @@ impl<const N: usize> Block<N> {
         (self.corner, self.flows) = (None, false);
     }
 
-    /// The one before it ends no slower than by `lowest`, and may stop from `start`, or from what was one at another feed.
-    /// True if that is faster than it should be.
-    pub(super) fn force(&mut self, lowest: Square, start: Square) -> bool {
-        let is_forced = lowest > if self.flows { self.entry } else { start };
-        if is_forced && let Some(corner) = self.corner {
-            // But for rounding, it is no faster than the corner allows if it did not stop there.
-            self.flows = lowest <= corner + (corner >> 24);
-            self.entry = if self.flows { lowest } else { self.start };
+    /// The one before it has ended by `exit`, and might have stopped from `start`: it begins as fast, or from rest.
+    pub(super) fn begin_after(&mut self, exit: Square, start: Square) {
+        if self.flows && exit <= self.entry {
+            self.entry = exit;
+        } else if (self.flows || exit > start)
+            && let Some(corner) = self.corner
+        {
+            // It could not brake to what it should be by now. But for rounding it is no faster than the corner allows, if it
+            // was not to stop there at another feed.
+            self.flows = exit <= corner + (corner >> 24);
+            self.entry = if self.flows { exit } else { self.start };
         }
-        is_forced
     }
 
     /// Its entry is as high as it will ever be.

@@ -78,7 +78,7 @@ fn wanted() -> impl Strategy<Value = (Course, Option<f64>, bool)> {
 }
 
 /// The moves, at the feed of the one before mostly.
-fn moves(all: Vec<(Course, Option<f64>, bool)>, per_step: [f64; AXES], limits: &[Limits; AXES]) -> Vec<Wanted<AXES>> {
+fn moves(all: Vec<(Course, Option<f64>, bool)>) -> Vec<Wanted<AXES>> {
     let mut moves: Vec<Wanted<AXES>> = Vec::new();
     for (index, (course, feed, stops)) in all.into_iter().enumerate() {
         let last = moves.last().copied();
@@ -95,7 +95,6 @@ fn moves(all: Vec<(Course, Option<f64>, bool)>, per_step: [f64; AXES], limits: &
             (0, _) | (_, None) => feed,
             (_, Some(last)) => last.feed_mm_s,
         };
-        let _ = (per_step, limits);
         moves.push(Wanted { steps, feed_mm_s, stops, tag: index as u32 });
     }
     moves
@@ -110,7 +109,7 @@ pub fn case(law: impl Strategy<Value = SpeedLaw>, most: usize) -> impl Strategy<
         ([axis(law), axis(law), axis(law)], deviation, interval, wanted).prop_map(
             move |(axes, deviation_mm, interval_law, all)| {
                 let (limits, mm_per_step) = (axes.map(|axis| axis.0), axes.map(|axis| axis.1));
-                let moves = moves(all, mm_per_step, &limits);
+                let moves = moves(all);
                 Case { limits, mm_per_step, deviation_mm, interval_law, law, moves }
             },
         )

@@ -1,41 +1,196 @@
-use isostep_profile::chain::*;
-use isostep_profile::*;
+//! What is rare: the largest and smallest limits and moves, refusals, and holds one by one.
+
+use isostep_profile::chain::{Chain, LegKind, Terms, Wanted};
+use isostep_profile::{IntervalLaw, Limits, PlanError, ProfileError, SpeedLaw};
+use proptest::prelude::*;
+
+use crate::case::{AXES, Case};
+use crate::drive::{drive, overrides};
+
+fn limits(start: f64, top: f64, accel: f64) -> Limits {
+    Limits {
+        start_speed_steps_s: start,
+        top_speed_steps_s: top,
+        accel_steps_s2: accel,
+        decel_steps_s2: accel,
+        jerk_steps_s3: f64::INFINITY,
+    }
+}
+
+fn wanted(steps: [i32; AXES], tag: u32) -> Wanted<AXES> {
+    Wanted { steps, feed_mm_s: None, stops: false, tag }
+}
+
+/// 10 mm/s, 100 mm/s², 100 steps/mm, straight on.
+fn straight(moves: i32, steps: i32) -> Chain<AXES, 4> {
+    let terms =
+        Terms::new([limits(0.0, 1e3, 1e4); AXES], [0.01; AXES], 0.01, IntervalLaw::Fastest, SpeedLaw::Trapezoid);
+    let mut chain = Chain::new(terms);
+    for tag in 0..moves {
+        chain.push(wanted([steps, 0, 0], tag as u32)).unwrap();
+    }
+    chain
+}
+
 #[test]
-fn debug() {
-    let l = |s, t, a, d| Limits {
-        start_speed_steps_s: s,
-        top_speed_steps_s: t,
-        accel_steps_s2: a,
-        decel_steps_s2: d,
-        jerk_steps_s3: 1e4,
-    };
-    let limits = [l(5.238748290188814, 523.87, 1422.5, 711.25), l(0.1, 10.0, 50.0, 50.0), l(0.1, 10.0, 422.13, 422.13)];
-    let mut chain =
-        Chain::<3, 8>::new(Terms::new(limits, [0.1; 3], 0.00112625, IntervalLaw::Fastest, SpeedLaw::Linear));
-    chain.override_speed(1.647599996290743, 0.25);
-    for (tag, steps) in [[1, 0, 0], [0, 0, 1]].into_iter().enumerate() {
-        chain.push(Wanted { steps, feed_mm_s: Some(0.5051201225339788), stops: false, tag: tag as u32 }).unwrap();
+fn a_full_chain_refuses_and_changes_nothing() {
+    let mut chain = straight(4, 100);
+    assert_eq!(chain.push(wanted([1, 0, 0], 4)), Err(PlanError::NoRoom));
+    assert!(chain.is_full() && chain.len() == 4);
+    let mut ends = Vec::new();
+    while let Some(leg) = chain.advance(f64::INFINITY) {
+        ends.push((leg.tag, leg.until_s));
     }
-    let tell = |leg: Leg<3>| {
-        println!(
-            "{} {:?} {} {} to {} | {} {} {}",
-            leg.tag,
-            leg.kind,
-            leg.until_steps,
-            leg.until_s,
-            leg.part.end_s(),
-            leg.part.profile.entry_speed_steps_s(),
-            leg.part.profile.cruise_speed_steps_s(),
-            leg.part.profile.exit_speed_steps_s()
-        )
+    assert_eq!(ends.iter().map(|end| end.0).collect::<Vec<_>>(), [0, 1, 2, 3]);
+    // 400 steps at 1,000 steps/s, and 0.1 s for the ramps.
+    assert!((ends[3].1 - 0.5).abs() < 1e-9);
+}
+
+#[test]
+fn what_cannot_be_planned_is_refused() {
+    let slow = |law, start| {
+        let terms = Terms::new([limits(start, 1e3, 1e4); AXES], [0.01; AXES], 0.01, IntervalLaw::Fastest, law);
+        Chain::<AXES, 4>::new(terms)
     };
-    tell(chain.advance(0.08527419645875675).unwrap());
-    for _ in 0..4 {
-        tell(chain.advance(0.006203608925765449).unwrap());
+    assert_eq!(slow(SpeedLaw::Trapezoid, 0.0).push(wanted([0; AXES], 0)), Err(PlanError::NoSteps));
+    let standstill = slow(SpeedLaw::Linear, 0.0).push(wanted([1, 0, 0], 0));
+    assert!(matches!(standstill, Err(PlanError::Profile(ProfileError::Standstill { .. }))));
+    let crawling = Wanted { feed_mm_s: Some(1e-6), ..wanted([1, 0, 0], 0) };
+    assert!(matches!(slow(SpeedLaw::Trapezoid, 0.0).push(crawling), Err(PlanError::PathSpeed { .. })));
+    let long = Wanted { feed_mm_s: Some(1e-3), ..wanted([1_000_000, 0, 0], 0) };
+    let too_long = slow(SpeedLaw::Trapezoid, 0.0).push(long);
+    assert!(matches!(too_long, Err(PlanError::Profile(ProfileError::TooLong { .. }))));
+    // By its ramps alone.
+    let terms =
+        Terms::new([limits(0.0, 1e3, 1e-9); AXES], [0.01; AXES], 0.01, IntervalLaw::Fastest, SpeedLaw::Trapezoid);
+    let too_long = Chain::<AXES, 4>::new(terms).push(wanted([1_000_000, 0, 0], 0));
+    assert!(matches!(too_long, Err(PlanError::Profile(ProfileError::TooLong { .. }))));
+}
+
+#[test]
+fn a_hold_brakes_and_a_start_goes_on() {
+    let mut chain = straight(2, 1_000);
+    chain.advance(0.5).unwrap();
+    chain.hold();
+    chain.hold();
+    let braking = chain.advance(f64::INFINITY).unwrap();
+    // v²/2a = 50 steps, 0.1 s.
+    assert_eq!(braking.kind, LegKind::Part);
+    assert!((braking.until_s - 0.6).abs() < 1e-9 && (braking.until_steps - 500.0).abs() < 1e-6, "{braking:?}");
+    assert_eq!(chain.advance(f64::INFINITY), None);
+    assert_eq!(chain.advance(f64::INFINITY), None);
+    assert!(chain.is_at_rest() && chain.is_under_way());
+    chain.start();
+    let rest = chain.advance(f64::INFINITY).unwrap();
+    assert_eq!((rest.kind, rest.part.begin_s(), rest.tag), (LegKind::Move, 0.0, 0));
+    assert_eq!(rest.part.begin_steps(), braking.until_steps);
+    assert_eq!(chain.advance(f64::INFINITY).unwrap().tag, 1);
+    assert_eq!(chain.advance(f64::INFINITY), None);
+}
+
+#[test]
+fn a_hold_taken_back_goes_on_by_the_same_clock() {
+    let mut chain = straight(1, 1_000);
+    chain.advance(0.5).unwrap();
+    chain.hold();
+    chain.start();
+    let leg = chain.advance(f64::INFINITY).unwrap();
+    assert_eq!((leg.kind, leg.part.begin_s()), (LegKind::Part, 0.5));
+    assert!((leg.until_s - 1.1).abs() < 1e-9);
+}
+
+#[test]
+fn at_rest_a_hold_holds() {
+    let mut chain = straight(0, 1);
+    chain.hold();
+    chain.push(wanted([100, 0, 0], 0)).unwrap();
+    assert_eq!(chain.advance(1.0), None);
+    chain.start();
+    assert!(chain.advance(1.0).is_some());
+    // With nothing left.
+    chain.start();
+    assert_eq!(chain.advance(1.0), None);
+    assert_eq!(chain.at_s(), 0.0);
+}
+
+#[test]
+fn a_rest_without_a_step_is_forgotten() {
+    let mut chain = straight(1, 1_000);
+    // It rests 0.3 steps before the end.
+    let brakes_s = 1.0 + (2.0 * 0.3 / 1e4f64).sqrt();
+    chain.advance(1.1 - brakes_s.fract() - 1e-3).unwrap();
+    chain.hold();
+    while chain.advance(1e-4).is_some() {}
+    chain.start();
+    assert!(chain.advance(1.0).is_none() && chain.is_empty());
+}
+
+#[test]
+fn a_chain_cleared_is_a_new_one() {
+    let mut chain = straight(2, 1_000);
+    chain.advance(0.5).unwrap();
+    chain.hold();
+    chain.advance(1.0).unwrap();
+    chain.clear();
+    assert!(chain.is_empty() && chain.is_at_rest() && !chain.is_under_way());
+    chain.push(wanted([100, 0, 0], 7)).unwrap();
+    let leg = chain.advance(f64::INFINITY).unwrap();
+    assert_eq!((leg.tag, leg.kind, leg.part.begin_s(), leg.part.begin_steps()), (7, LegKind::Move, 0.0, 0.0));
+    assert!((leg.until_s - 0.2).abs() < 1e-9);
+}
+
+#[test]
+fn thirds_go_from_rest_to_rest() {
+    let terms = Terms::new([limits(0.0, 1e3, 1e4); AXES], [0.01; AXES], 0.01, IntervalLaw::Thirds, SpeedLaw::Trapezoid);
+    let mut chain = Chain::<AXES, 4>::new(terms);
+    chain.push(wanted([1_000, 0, 0], 0)).unwrap();
+    chain.push(wanted([1_000, 0, 0], 1)).unwrap();
+    while let Some(leg) = chain.advance(f64::INFINITY) {
+        let profile = leg.part.profile;
+        assert_eq!((profile.entry_speed_steps_s(), profile.exit_speed_steps_s()), (0.0, 0.0));
+        assert!((profile.t_accel_s() - profile.t_cruise_s()).abs() < 1e-9);
     }
-    chain.override_speed(0.34653338049951193, 0.25);
-    println!("{chain:?}");
-    while let Some(leg) = chain.advance(1e9) {
-        tell(leg);
+}
+
+prop_compose! {
+    /// From a step in 1,000 s to 10 million a second, and to a billion steps.
+    fn extreme()(
+        law in prop::sample::select(&SpeedLaw::ALL[..]), top_log in -3.0..7.0f64, accel_log in 0.0..1.0f64,
+        ratios in [0.5..1.0f64, 0.5..1.0f64, 0.5..1.0f64], jerk_log in -1.0..3.0f64, start in 0.01..1.0f64,
+        steps in prop::collection::vec([0.0..1.0f64, 0.0..1.0f64, 0.0..1.0f64], 1..8), log in 0.0..9.0f64,
+        has_jerk in any::<bool>(),
+    ) -> Case {
+        let top = 10f64.powf(top_log);
+        // No move lasts longer than may be planned.
+        let log = log.min(top_log + 5.0).max(0.0);
+        let accel = 10f64.powf((top_log - 3.0).max(-6.0) * (1.0 - accel_log) + 9.0 * accel_log);
+        // Round a corner, the slowest speed of one axis is slower yet for another.
+        let start = if law.is_over_displacement() { (start * top).max(0.5) } else { 0.0 };
+        let top = top.max(start);
+        let limits = ratios.map(|ratio| Limits {
+            start_speed_steps_s: start,
+            top_speed_steps_s: top,
+            accel_steps_s2: accel * ratio,
+            decel_steps_s2: accel,
+            jerk_steps_s3: if has_jerk { 10f64.powf(jerk_log) * accel * accel / top } else { f64::INFINITY },
+        });
+        let moves = steps.iter().enumerate().map(|(tag, shares)| {
+            let steps = shares.map(|share| (10f64.powf(log) * share) as i32);
+            let steps = if steps == [0; AXES] { [1, 0, 0] } else { steps };
+            wanted(steps, tag as u32)
+        });
+        Case {
+            limits, mm_per_step: [0.01, 0.001, 0.02], deviation_mm: 0.01, interval_law: IntervalLaw::Fastest, law,
+            moves: moves.collect(),
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 2_000, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn extremes_keep_their_limits(case in extreme(), events in overrides()) {
+        drive::<8>(&case, &events)?;
     }
 }

@@ -1,7 +1,7 @@
 //! What the moves of a chain may do, reckoned anew in floats: shared limits, corners, and the fastest speeds between.
 
 use isostep_profile::chain::Wanted;
-use isostep_profile::{IntervalLaw, Limits, SpeedLaw};
+use isostep_profile::{IntervalLaw, Limits, SPEED_MIN_STEPS_S, SpeedLaw};
 
 use crate::case::{AXES, Case};
 
@@ -46,16 +46,18 @@ impl Move {
                 .fold(f64::INFINITY, f64::min)
         };
         let top_mm_s = least(|limits| limits.top_speed_steps_s);
-        let nominal_mm_s = match wanted.feed_mm_s {
-            Some(feed_mm_s) => (feed_mm_s * shares.feed).min(top_mm_s),
-            None => top_mm_s * shares.rapid,
-        };
         let free_mm_s = least(|limits| limits.start_speed_steps_s);
         let way_steps = f64::from(wanted.steps.iter().map(|steps| steps.unsigned_abs()).max().unwrap());
+        let mm_per_step = length_mm / way_steps;
+        let (asked_mm_s, share) =
+            wanted.feed_mm_s.map_or((top_mm_s, shares.rapid), |feed_mm_s| (feed_mm_s, shares.feed));
+        // No override makes it slower than can be planned.
+        let slowest_mm_s = asked_mm_s.min(SPEED_MIN_STEPS_S * mm_per_step);
+        let nominal_mm_s = (asked_mm_s * share).max(slowest_mm_s).min(top_mm_s);
         Self {
             wanted,
             way_steps,
-            mm_per_step: length_mm / way_steps,
+            mm_per_step,
             length_mm,
             direction,
             top_mm_s,
