@@ -199,10 +199,12 @@ where
             _ => PIECE,
         };
         let takes = self.takes();
+        // Of the others nothing is known to give.
+        let waits = feeders.each_ref().map(|feeder| feeder.is_wanting(enough_us) && feeder.queue().is_full());
         let has_room = poll_fn(|context| {
-            let wanting = feeders.iter().filter(|feeder| feeder.is_wanting(enough_us) && feeder.queue().is_full());
+            let wanting = feeders.iter().zip(waits).filter(|(_, waits)| *waits);
             // Each is to wake this task.
-            let rooms = wanting.filter(|feeder| feeder.queue().poll_ready_to_send(context).is_ready()).count();
+            let rooms = wanting.filter(|(feeder, _)| feeder.queue().poll_ready_to_send(context).is_ready()).count();
             if rooms > 0 || takes && machine.poll_motion(context).is_ready() { Poll::Ready(()) } else { Poll::Pending }
         });
         // Not at an instant reckoned from a step's: it would be another step's, again and again.
