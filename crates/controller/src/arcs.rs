@@ -1,5 +1,6 @@
 //! Arcs to the machine's motions, chord by chord.
 
+use embassy_futures::yield_now;
 use embedded_storage_async::nor_flash::NorFlash;
 use isostep_console::{Arc, Error};
 use isostep_motion::{AXES, Motion, whole_steps};
@@ -33,6 +34,8 @@ impl<F: NorFlash> Controller<'_, F> {
             place_steps = target_steps;
             if let Some(target_steps) = ahead.replace(target_steps) {
                 self.submit(Motion::Move { target_steps, feed_mm_s, exact_stop: false, line }).await?;
+                // However many chords there are, motion is fed between them.
+                yield_now().await;
             }
         }
         match ahead {

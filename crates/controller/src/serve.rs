@@ -125,11 +125,12 @@ impl<F: NorFlash> Controller<'_, F> {
         loop {
             let n = console.input.read(&mut bytes).await;
             for &byte in &bytes[..n] {
-                if let Some(line) = assembler.push(byte)
-                    && self.line(line, &console.output).await == After::Restart
-                {
+                let Some(line) = assembler.push(byte) else { continue };
+                if self.line(line, &console.output).await == After::Restart {
                     return;
                 }
+                // However many lines there are, motion is fed between them.
+                yield_now().await;
             }
         }
     }

@@ -46,8 +46,6 @@ pub(crate) struct Feeder<'a> {
     hand: Deque<Segment, HAND>,
     /// Until when it has been fed, ticks from the start of the run.
     fed_ticks: u64,
-    /// The same, us.
-    fed_us: u64,
     /// All has been given, and the end told.
     is_done: bool,
 }
@@ -77,27 +75,31 @@ enum Next {
 
 /// Gives the ports what they want now, for one turn; false if there was nothing to do. Each piece goes to the axis that has
 /// been fed the least.
-pub(crate) fn feed(feeders: &mut [Feeder<'_>; AXES], legs: &Legs, enough_us: u64) -> bool {
+pub(crate) fn feed(feeders: &mut [Feeder<'_>; AXES], legs: &Legs, enough: Duration) -> bool {
     let end = Instant::now() + TURN;
-    let mut has_worked = false;
-    while work(feeders, legs, enough_us) {
+    let (mut is_over, mut has_worked) = (false, false);
+    while !is_over && work(feeders, legs, enough) {
         has_worked = true;
-        if Instant::now() >= end {
-            break;
-        }
+        is_over = Instant::now() >= end;
     }
     has_worked
 }
 
 /// Gives one piece, or else compiles a segment ahead.
-fn work(feeders: &mut [Feeder<'_>; AXES], legs: &Legs, enough_us: u64) -> bool {
-    let mut wanting = [0, 1, 2].map(|axis: usize| (feeders[axis].fed_us, axis));
-    wanting.sort_unstable();
-    for (_, axis) in wanting {
-        let feeder = &mut feeders[axis];
-        if feeder.is_wanting(enough_us) && !feeder.queue().is_full() && feeder.feed_one(legs) {
+fn work(feeders: &mut [Feeder<'_>; AXES], legs: &Legs, enough: Duration) -> bool {
+    // Those of which nothing is known are passed over.
+    let mut stuck = [false; AXES];
+    loop {
+        let wanting = feeders
+            .iter_mut()
+            .zip(&mut stuck)
+            .filter(|(feeder, is_stuck)| !**is_stuck && feeder.is_wanting(enough) && !feeder.queue().is_full());
+        // All tick at one rate, or nearly: it is only for what comes first.
+        let Some((feeder, is_stuck)) = wanting.min_by_key(|(feeder, _)| feeder.fed_ticks) else { break };
+        if feeder.feed_one(legs) {
             return true;
         }
+        *is_stuck = true;
     }
     let able = feeders.iter_mut().filter(|feeder| feeder.can_compile());
     able.min_by_key(|feeder| feeder.hand.len()).map(Feeder::compile).is_some()
@@ -116,14 +118,13 @@ impl<'a> Feeder<'a> {
             part: None,
             hand: Deque::new(),
             fed_ticks: 0,
-            fed_us: 0,
             is_done: false,
         }
     }
 
     /// Compiles what there is of the first legs, up to `time`, and gives what the queue takes. Before the run starts.
     pub fn prepare(&mut self, legs: &Legs, time: Duration) {
-        while !self.is_done && self.fed_us < time.as_micros() && !self.queue().is_full() && self.feed_one(legs) {}
+        while self.is_wanting(time) && !self.queue().is_full() && self.feed_one(legs) {}
         let until_ticks = ticks(time, self.tick_hz);
         while self.hand.back().map_or(self.fed_ticks, Segment::last_ticks) < until_ticks && self.can_compile() {
             self.compile();
@@ -135,14 +136,14 @@ impl<'a> Feeder<'a> {
         self.leg
     }
 
-    /// Whether it is to be fed now: it has not been fed until `enough_us` from the start of the run.
-    pub fn is_wanting(&self, enough_us: u64) -> bool {
-        !self.is_done && self.fed_us <= enough_us
+    /// Whether it is to be fed now: it has not been fed until `enough` from the start of the run.
+    pub fn is_wanting(&self, enough: Duration) -> bool {
+        !self.is_done && !self.is_fed(enough)
     }
 
-    /// Until when it has been fed, us from the start of the run.
-    pub fn fed_us(&self) -> u64 {
-        self.fed_us
+    /// Whether it has been fed until `time` from the start of the run.
+    pub fn is_fed(&self, time: Duration) -> bool {
+        self.fed_ticks > ticks(time, self.tick_hz)
     }
 
     pub fn queue(&self) -> &'a SegmentQueue {
@@ -164,7 +165,6 @@ impl<'a> Feeder<'a> {
             Next::Unknown => None,
         };
         let Some(feed) = feed else { return false };
-        self.fed_us = self.fed_ticks * 1_000_000 / u64::from(self.tick_hz);
         // There is room, and this task is the only sender.
         let _ = self.queue().try_send(feed);
         true
@@ -220,7 +220,8 @@ impl<'a> Feeder<'a> {
             self.fed_ticks = fed_ticks + piece_ticks;
             return Some(Feed::Rest { until_ticks: self.fed_ticks });
         }
-        let lasts_ticks = segment.last_ticks() - segment.first_ticks();
+        let last_ticks = segment.last_ticks();
+        let lasts_ticks = last_ticks - segment.first_ticks();
         let fitting = if lasts_ticks > piece_ticks {
             // Less than the steps there are; what a ramp makes of it need not be exact.
             ((u64::from(segment.steps()) * piece_ticks / lasts_ticks) as u32).max(1)
@@ -228,18 +229,17 @@ impl<'a> Feeder<'a> {
             segment.steps()
         };
         let steps = fitting.min(part.end - part.given);
-        let (piece, others) = if steps < segment.steps() {
-            (segment.split(steps).0, Some(segment.split(steps).1))
-        } else {
-            (segment, None)
-        };
-        if let Some(others) = others {
-            // There is room: the whole was taken from there, or came when there was nothing.
-            let _ = self.hand.push_front(others);
-        }
         part.given += steps;
-        self.fed_ticks = piece.last_ticks();
-        Some(Feed::Steps { segment: piece, direction: part.direction })
+        let direction = part.direction;
+        if steps == segment.steps() {
+            self.fed_ticks = last_ticks;
+            return Some(Feed::Steps { segment, direction });
+        }
+        let (segment, others) = segment.split(steps);
+        // There is room: the whole was taken from there, or came when there was nothing.
+        let _ = self.hand.push_front(others);
+        self.fed_ticks = segment.last_ticks();
+        Some(Feed::Steps { segment, direction })
     }
 
     /// Whether something of the part under way is still to be compiled, and there is room for it.
@@ -265,5 +265,6 @@ impl<'a> Feeder<'a> {
 }
 
 fn ticks(time: Duration, tick_hz: u32) -> u64 {
-    time.as_micros() * u64::from(tick_hz) / 1_000_000
+    // Of a port with a whole number of ticks a microsecond, exactly; of another, a little less.
+    time.as_micros() * u64::from(tick_hz / 1_000_000)
 }

@@ -103,14 +103,21 @@ where
     }
 
     /// Takes the motions that wait, as far as they can follow.
-    pub(crate) fn take_waiting(&mut self, purpose: Purpose) {
-        while self.takes() && !self.machine.is_to_brake() {
-            let Some(motion) = self.machine.try_motion() else { return };
-            if !matches!(self.take(motion, purpose), Taken::In) {
-                // What is wrong with it is said when it is alone.
-                self.waiting = Some(motion);
-            }
+    fn take_waiting(&mut self, purpose: Purpose) {
+        while self.take_next(purpose) {}
+    }
+
+    /// Takes the next motion, if it waits and can follow; false if there is nothing to take.
+    pub(crate) fn take_next(&mut self, purpose: Purpose) -> bool {
+        if !self.takes() || self.machine.is_to_brake() {
+            return false;
         }
+        let Some(motion) = self.machine.try_motion() else { return false };
+        if !matches!(self.take(motion, purpose), Taken::In) {
+            // What is wrong with it is said when it is alone.
+            self.waiting = Some(motion);
+        }
+        true
     }
 
     /// Whether another motion may follow.

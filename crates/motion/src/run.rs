@@ -37,8 +37,11 @@ const COMPILED_BEFORE_START: Duration = Duration::from_millis(20);
 /// So much is told ahead of the ports at a time: as long as a change may have to wait for more.
 const TOLD: Duration = Duration::from_millis(15);
 
-/// It is looked for something to do no more often than that, unless something wakes.
-const LOOK_MIN: Duration = Duration::from_micros(500);
+/// While little is known, it is looked for more so often, unless something wakes.
+const LOOK_AGAIN: Duration = Duration::from_millis(1);
+
+/// While a port has less than that to go on with, feeding it comes before all else in thread mode.
+const HUNGRY: Duration = Duration::from_millis(15);
 
 /// The feeders of all axes.
 type Feeders<'a> = [Feeder<'a>; AXES];
@@ -119,18 +122,24 @@ where
     /// Safe: the axes go on to the end of what they have been given.
     async fn keep_going(&mut self, start: Instant, purpose: Purpose, feeders: &mut Feeders<'_>) -> Infallible {
         loop {
-            self.take_waiting(purpose);
             self.obey(purpose);
             let now = Instant::now();
-            let enough_us = (now + AHEAD + PIECE).saturating_duration_since(start).as_micros();
-            let told = self.tell_until(enough_us as f64 * 1e-6);
+            let passed = now.saturating_duration_since(start);
+            let enough = passed + AHEAD + PIECE;
+            let has_told = self.tell_until(enough.as_micros() as f64 * 1e-6);
             self.tell_legs();
-            let fed = feed(feeders, self.legs, enough_us);
+            let has_fed = feed(feeders, self.legs, enough);
+            if has_fed && feeders.iter().any(|feeder| feeder.is_wanting(passed + HUNGRY)) {
+                // What is known comes first: were it fed too late, the ports would run dry.
+                continue;
+            }
             self.follow(start, now, feeders);
-            if told || fed {
+            // One at a time: planning it takes long, and what is known is to be fed meanwhile.
+            let has_taken = self.take_next(purpose);
+            if has_told || has_fed || has_taken {
                 yield_now().await;
             } else {
-                self.wait(feeders, enough_us, start).await;
+                self.wait(feeders, passed, enough).await;
             }
         }
     }
@@ -187,28 +196,23 @@ where
     }
 
     /// Waits for something to do.
-    async fn wait(&self, feeders: &Feeders<'_>, enough_us: u64, start: Instant) {
+    async fn wait(&self, feeders: &Feeders<'_>, passed: Duration, enough: Duration) {
         let machine = self.machine;
-        // Where no more is known for want of room, there is some when half of that has been made.
-        let short_us = feeders.iter().filter(|feeder| feeder.is_wanting(enough_us)).map(Feeder::fed_us).min();
-        let now_us = Instant::now().saturating_duration_since(start).as_micros();
-        let look_again = match short_us {
-            Some(fed_us) if self.legs.end_s() * 1e6 < enough_us as f64 => {
-                Duration::from_micros(fed_us.saturating_sub(now_us) / 2).max(LOOK_MIN)
-            }
-            _ => PIECE,
-        };
         let takes = self.takes();
         // Of the others nothing is known to give.
-        let waits = feeders.each_ref().map(|feeder| feeder.is_wanting(enough_us) && feeder.queue().is_full());
+        let waits = feeders.each_ref().map(|feeder| feeder.is_wanting(enough) && feeder.queue().is_full());
+        // Where no more is known for want of room, there is some when part of it has been made.
+        let is_short = !self.legs.is_closed() && self.legs.end_s() * 1e6 < enough.as_micros() as f64;
+        let is_hungry = feeders.iter().any(|feeder| feeder.is_wanting(passed + HUNGRY));
+        let look_again = if is_short || is_hungry { LOOK_AGAIN } else { PIECE };
         let has_room = poll_fn(|context| {
-            let wanting = feeders.iter().zip(waits).filter(|(_, waits)| *waits);
+            let waiting = feeders.iter().zip(waits).filter(|(_, waits)| *waits);
             // Each is to wake this task.
-            let rooms = wanting.filter(|(feeder, _)| feeder.queue().poll_ready_to_send(context).is_ready()).count();
+            let rooms = waiting.filter(|(feeder, _)| feeder.queue().poll_ready_to_send(context).is_ready()).count();
             if rooms > 0 || takes && machine.poll_motion(context).is_ready() { Poll::Ready(()) } else { Poll::Pending }
         });
         // Not at an instant reckoned from a step's: it would be another step's, again and again.
-        let _ = with_timeout(look_again.min(PIECE), select(has_room, machine.wait_asked())).await;
+        let _ = with_timeout(look_again, select(has_room, machine.wait_asked())).await;
     }
 
     fn end_run(&mut self, finish: Finish) -> Finish {
