@@ -2,11 +2,11 @@
 //!
 //! One shared [`Machine`] ties a handful of never-ending tasks together. A board, or the simulator, spawns:
 //!
-//! - [`axis::run`] three times, at a high priority: hands each move to its [`StepPort`], which takes compiled segments from
+//! - [`axis::run`] three times, at a high priority: hands each run to its [`StepPort`], which takes compiled segments from
 //!   the axis's queue and makes the edges.
 //! - [`limit::watch`] and [`limit::watch_emergency_stop`], at the highest priority: debounce a switch and stop the axes.
-//! - [`coordinator::run`], at a lower priority: plans a move, compiles it into the axes' queues ahead of time, starts
-//!   all axes at one instant, homes, and keeps the machine's state.
+//! - [`coordinator::run`], at a lower priority: plans moves that follow each other, compiles them into the axes' queues ahead of
+//!   time, starts all axes of a run at one instant, homes, and keeps the machine's state.
 //!
 //! Other tasks ask for motion through [`Machine`]. No task allocates, and none knows its executor or chip.
 #![no_std]
@@ -41,5 +41,5 @@ pub use port::{
 pub use start_line::StartLine;
 pub use timer_port::{TimerBank, TimerPort};
 
-/// The instants of a move are compiled in the time driver's ticks.
+/// The instants of steps are compiled in the time driver's ticks, unless a port has others.
 pub(crate) const TICK_HZ: u32 = embassy_time::TICK_HZ as u32;

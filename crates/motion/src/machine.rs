@@ -390,7 +390,7 @@ impl Machine {
         });
     }
 
-    /// Makes an axis ready for its part of a move: nothing queued, no halt standing, the brake off.
+    /// Makes an axis ready for a run: nothing queued, no halt standing, the brake off.
     pub(crate) fn ready(&self, axis: Axis) {
         let link = self.link(axis);
         link.segments.clear();
