@@ -273,17 +273,19 @@ fn what_is_stored_outlives_a_power_cycle() {
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn nothing_is_stored_while_steps_are_made() {
-    let moves = |test, between: &str| {
+    let moves = |test, between: &str, offset_mm: u8| {
         let script = format!(
             "expect Grbl\nsend G0 X20 Y15\nexpect ok\n{between}send G0 X0 Y0\nexpect ok\nwait-idle\ncheck-position\n\
-             send $#\nexpect [G55:{}.000\nexpect ok\npower-cycle\nexpect Grbl\nsend $#\nexpect [G55:{0}.000\nexpect ok\n",
-            u8::from(!between.is_empty()) * 5
+             send $#\nexpect [G55:{offset_mm}.000\nexpect ok\npower-cycle\nexpect Grbl\n\
+             send $#\nexpect [G55:{offset_mm}.000\nexpect ok\n",
         );
         let run = Board::new(test).script(&script);
         assert!(run.ok, "{}", run.printed);
         run.edges
     };
-    let (plain, stored) = (moves("store-plain", ""), moves("store-moving", "send G10 L2 P2 X5\nexpect ok\n"));
+    // Without the dwell both moves would be of one run, on one clock.
+    let rest = "send G4 P0\nexpect ok\n";
+    let (plain, stored) = (moves("store-plain", rest, 0), moves("store-moving", "send G10 L2 P2 X5\nexpect ok\n", 5));
     assert_eq!(plain.len(), stored.len());
     // Each move's edges from its first.
     for half in [0..plain.len() / 2, plain.len() / 2..plain.len()] {

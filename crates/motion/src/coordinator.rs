@@ -63,6 +63,7 @@ where
         untold: 0,
         overrides: Overrides::NONE,
         planned_steps: [0; AXES],
+        is_curved: false,
         taken: 0,
         waiting: None,
         enable,
@@ -88,6 +89,8 @@ pub(crate) struct Coordinator<'a, E, F> {
     pub(crate) overrides: Overrides,
     /// Where the chain ends.
     pub(crate) planned_steps: [i32; AXES],
+    /// Ramps are curved.
+    pub(crate) is_curved: bool,
     /// Motions that have gone into the chain since it was begun.
     pub(crate) taken: usize,
     /// A motion that cannot follow the others without a stop.

@@ -57,8 +57,10 @@ struct Part {
     /// The last step that has been compiled, and given: by their numbers in the move.
     compiled: u32,
     given: u32,
-    /// The last step that there is.
+    /// The last step that has been told.
     end: u32,
+    /// The last of the whole part, of which more may be told.
+    last: u32,
 }
 
 /// What an axis can be given next.
@@ -184,6 +186,7 @@ impl<'a> Feeder<'a> {
                     compiled: numbers.start - 1,
                     given: numbers.start - 1,
                     end: 0,
+                    last: numbers.end - 1,
                 }
             });
             part.end = last_step(leg, self.axis);
@@ -244,7 +247,7 @@ impl<'a> Feeder<'a> {
 
     /// Whether something of the part under way is still to be compiled, and there is room for it.
     fn can_compile(&self) -> bool {
-        self.part.as_ref().is_some_and(|part| part.compiled < part.end) && !self.hand.is_full()
+        self.part.as_ref().is_some_and(|part| part.compiled < part.last) && !self.hand.is_full()
     }
 
     /// Compiles one segment ahead.

@@ -3,8 +3,8 @@
 use core::convert::Infallible;
 
 use embedded_hal::digital::OutputPin;
-use isostep_profile::IntervalLaw;
 use isostep_profile::chain::{Terms, Wanted};
+use isostep_profile::{IntervalLaw, SpeedLaw};
 
 use crate::axes::AXES;
 use crate::config::Config;
@@ -98,6 +98,7 @@ where
         let mm_per_step = steps_per_mm.map(|steps| 1.0 / steps);
         self.chain.clear();
         self.chain.set_terms(Terms::new(limits, mm_per_step, junction_deviation_mm, interval_law, speed_law));
+        self.is_curved = speed_law != SpeedLaw::Trapezoid;
         self.overrides = Overrides::NONE;
         self.planned_steps = self.machine.position_steps();
     }

@@ -149,6 +149,11 @@ where
         let mut has_told = false;
         while !self.legs.is_closed() && self.legs.has_room() && self.legs.end_s() <= until_s {
             has_told = true;
+            if self.is_curved && self.legs.last().is_some() && self.chain.is_at_rest() {
+                // Near standstill compiling is slow: what follows is got ready before it starts.
+                self.legs.close();
+                break;
+            }
             match self.chain.advance(TOLD.as_micros() as f64 * 1e-6) {
                 Some(leg) => {
                     if leg.kind != LegKind::Further {

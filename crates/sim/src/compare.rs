@@ -7,6 +7,7 @@
 use std::io;
 
 use isostep_motion::{AXES, Axis};
+use isostep_profile::Profile;
 
 use crate::config::Port;
 use crate::measure;
@@ -136,7 +137,10 @@ pub fn compare(outcome: &Outcome, trace: &[Edge]) -> Result<Comparison, Mismatch
         compared.push(MoveComparison {
             jitter,
             pause_ns,
-            apart_ns: apart_ns(record, &instants, port).filter(|_| is_measurable && record.is_plain()),
+            apart_ns: record
+                .profile()
+                .filter(|_| is_measurable)
+                .and_then(|profile| apart_ns(&profile, &instants, port)),
         });
     }
     Ok(Comparison { moves: compared, all: Jitter::of(all_ns) })
@@ -203,12 +207,12 @@ fn errors_of(instants: &Instants, start_ns: f64) -> Vec<f64> {
 /// Intervals that are known no finer than this say nothing of their being equal, s.
 const RESOLUTION_MAX_S: f64 = 10e-6;
 
-fn apart_ns(record: &MoveRecord, instants: &Instants, port: Port) -> Option<f64> {
+fn apart_ns(profile: &Profile, instants: &Instants, port: Port) -> Option<f64> {
     let measured = instants.iter().filter_map(|edges| {
         // From the first edge on, so that no digit is spent on the hours before.
         let (first_ns, _) = *edges.first()?;
         let times_s: Vec<_> = edges.iter().map(|(traced_ns, _)| (traced_ns - first_ns) * 1e-9).collect();
-        measure::intervals_of(&record.plan.profile, &times_s, port)
+        measure::intervals_of(profile, &times_s, port)
     });
     let resolved = measured.filter(|measured| measured.resolution_s <= RESOLUTION_MAX_S);
     let measured: Vec<_> = resolved.map(|measured| measured.intervals).collect();

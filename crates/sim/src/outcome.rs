@@ -3,13 +3,18 @@
 use std::ops::Range;
 
 use isostep_motion::{AXES, Event, Finish, Machine, State};
-use isostep_profile::SyncMove;
+use isostep_profile::{IntervalLaw, Limits, Profile, SpeedLaw, SyncMove};
 
 use crate::config::Config;
 use crate::driver::Violation;
 use crate::record::{Edge, Loss, Wave};
 use crate::stream::{Dialogue, Refusal, Speaker, Utterance};
 use crate::world::World;
+
+/// Instants nearer than that are the same.
+const SAME_S: f64 = 1e-9;
+/// Steps of a move that are looked at.
+const PROBES: u32 = 64;
 
 /// One move, as planned and as ended.
 #[derive(Clone, Debug, PartialEq)]
@@ -73,10 +78,35 @@ impl MoveRecord {
         self.start_ns + (self.plan.begin_s() * 1e9).round() as u64
     }
 
-    /// Whether it is a whole move, made as it was planned at first.
-    pub fn is_plain(&self) -> bool {
-        let begins = |axis| self.plan.step_numbers(axis).start == 1;
-        self.finish == Finish::Done && self.parts.is_empty() && (0..AXES).all(begins)
+    /// The one profile by which the whole move was made, if it was: as it was planned at first, or with its braking put off
+    /// or left out, because what follows came to be known only later.
+    pub fn profile(&self) -> Option<Profile> {
+        let is_whole = (0..AXES).all(|axis| self.plan.step_numbers(axis).start == 1);
+        if self.finish != Finish::Done || !is_whole {
+            return None;
+        }
+        let first = self.plan.profile;
+        let Some(last) = self.parts.last() else { return Some(first) };
+        let accel_steps_s2 = first.accel_at(0.0);
+        let limits = Limits {
+            start_speed_steps_s: 0.0,
+            top_speed_steps_s: first.cruise_speed_steps_s(),
+            accel_steps_s2,
+            decel_steps_s2: Some(-last.profile.accel_at(last.profile.duration_s()))
+                .filter(|decel| *decel > 0.0)
+                .unwrap_or(accel_steps_s2),
+            jerk_steps_s3: f64::INFINITY,
+        };
+        let ends = (first.entry_speed_steps_s(), last.profile.exit_speed_steps_s());
+        let (fastest, even) = (IntervalLaw::Fastest, SpeedLaw::Trapezoid);
+        let whole = Profile::plan(self.plan.way_steps(), ends.0, ends.1, &limits, fastest, even).ok()?;
+        let longest = (0..AXES).max_by_key(|&axis| self.plan.steps[axis].unsigned_abs())?;
+        let steps = self.plan.steps[longest].unsigned_abs();
+        let is_it = |k: u32| {
+            let made_s = self.step_time_s(longest, k) - self.plan.begin_s();
+            (whole.time_at(f64::from(k) - 0.5) - made_s).abs() < SAME_S
+        };
+        (1..=steps).step_by((steps / PROBES).max(1) as usize).all(is_it).then_some(whole)
     }
 }
 

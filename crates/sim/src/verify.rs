@@ -69,7 +69,8 @@ pub fn moves(outcome: &Outcome) -> Vec<MoveCheck> {
 
 fn check(index: usize, record: &MoveRecord, edges: &[Edge], port: Port) -> MoveCheck {
     let times_s = axis_times_s(record, edges);
-    let profile = record.plan.profile;
+    let whole = record.profile();
+    let profile = whole.unwrap_or(record.plan.profile);
     let planned =
         Intervals { accel_s: profile.t_accel_s(), cruise_s: profile.t_cruise_s(), decel_s: profile.t_decel_s() };
     let emitted_steps = std::array::from_fn(|axis| {
@@ -88,7 +89,7 @@ fn check(index: usize, record: &MoveRecord, edges: &[Edge], port: Port) -> MoveC
         path_slack,
         planned,
         measured: std::array::from_fn(|axis| {
-            if record.is_plain() { measure::intervals_of(&profile, &times_s[axis], port) } else { None }
+            whole.and_then(|profile| measure::intervals_of(&profile, &times_s[axis], port))
         }),
     }
 }

@@ -59,7 +59,7 @@ struct MovingAxis {
 
 fn moving(outcome: &Outcome, record: &MoveRecord) -> Vec<MovingAxis> {
     let times_s = verify::axis_times_s(record, &outcome.edges[record.edges.clone()]);
-    let plan = record.plan.profile;
+    let plan = record.profile().unwrap_or(record.plan.profile);
     let axes = (0..3).filter(|&axis| record.plan.steps[axis] != 0);
     axes.map(|index| {
         let steps_per_mm = outcome.steps_per_mm[index];
@@ -92,7 +92,7 @@ fn slopes(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
 }
 
 fn panel(area: &Area, record: &MoveRecord, axes: &[MovingAxis], quantity: &Quantity) -> Drawn {
-    let duration_s = record.plan.profile.duration_s();
+    let duration_s = record.profile().unwrap_or(record.plan.profile).duration_s();
     let (low, high) = extent(axes, duration_s, quantity);
     let mut chart = ChartBuilder::on(area)
         .margin(8)
@@ -146,7 +146,7 @@ fn planned(axis: &MovingAxis, duration_s: f64, value: fn(&MovingAxis, f64) -> f6
 
 /// Begin and end of the three intervals, s.
 fn spans(record: &MoveRecord) -> [(f64, f64); 3] {
-    let profile = record.plan.profile;
+    let profile = record.profile().unwrap_or(record.plan.profile);
     let (accel_s, decel_s) = (profile.t_accel_s(), profile.duration_s() - profile.t_decel_s());
     [(0.0, accel_s), (accel_s, decel_s), (decel_s, profile.duration_s())]
 }
