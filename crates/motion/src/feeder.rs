@@ -29,7 +29,7 @@ const REST_MIN: Duration = Duration::from_millis(2);
 /// trapezoid's.
 const TURN: Duration = Duration::from_micros(500);
 /// Segments that are compiled before a port wants them.
-const HAND: usize = 32;
+const HAND: usize = 64;
 
 /// Feeds one axis with its steps of a run.
 pub(crate) struct Feeder<'a> {
