@@ -104,7 +104,7 @@ where
 
     /// Takes the motions that wait, as far as they can follow.
     pub(crate) fn take_waiting(&mut self, purpose: Purpose) {
-        while self.takes() && !self.machine.is_to_brake() {
+        while self.takes() {
             let Some(motion) = self.machine.try_motion() else { return };
             if !matches!(self.take(motion, purpose), Taken::In) {
                 // What is wrong with it is said when it is alone.
@@ -113,9 +113,9 @@ where
         }
     }
 
-    /// Whether another motion may follow.
+    /// Whether another motion may follow: not where it is to brake.
     pub(crate) fn takes(&self) -> bool {
-        self.waiting.is_none() && !self.chain.is_full()
+        self.waiting.is_none() && !self.chain.is_full() && !self.machine.is_to_brake()
     }
 
     fn take(&mut self, motion: Motion, purpose: Purpose) -> Taken {
