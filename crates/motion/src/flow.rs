@@ -10,7 +10,7 @@ use crate::axes::AXES;
 use crate::config::Config;
 use crate::coordinator::Coordinator;
 use crate::event::{Alarm, Event, Finish};
-use crate::machine::{Motion, Overrides};
+use crate::machine::{CHAIN_MOVES, Motion, Overrides};
 
 /// What moves are for: that decides what changes them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -104,13 +104,15 @@ where
 
     /// Takes the motions that wait, as far as they can follow.
     pub(crate) fn take_waiting(&mut self, purpose: Purpose) {
-        while self.takes() {
-            let Some(motion) = self.machine.try_motion() else { return };
+        while self.takes()
+            && let Some(motion) = self.machine.try_motion()
+        {
             if !matches!(self.take(motion, purpose), Taken::In) {
                 // What is wrong with it is said when it is alone.
                 self.waiting = Some(motion);
             }
         }
+        self.machine.set_room(if self.waiting.is_none() { CHAIN_MOVES - self.chain.len() } else { 0 });
     }
 
     /// Whether another motion may follow: not where it is to brake.
