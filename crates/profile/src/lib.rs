@@ -46,7 +46,6 @@ mod newton;
 mod plan;
 mod profile;
 mod ramp;
-pub mod replan;
 mod segment;
 mod sync;
 

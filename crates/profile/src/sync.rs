@@ -13,7 +13,7 @@ use crate::profile::{Profile, ProfileError};
 /// Step k of an axis with n steps is due when the profile has covered (k - 1/2)/n of its way. So every axis has the
 /// profile's intervals, and the path keeps within half a step of the straight line on each axis.
 ///
-/// It may also be a part of such a move, from where another part of it ends: see [`replan`](crate::replan). Its steps
+/// It may also be a part of such a move, from where another part of it ends: see [`chain`](crate::chain). Its steps
 /// keep the numbers and the places that they have in the whole.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
