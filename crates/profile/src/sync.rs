@@ -93,13 +93,7 @@ impl<const N: usize> SyncMove<N> {
     /// is the last work with floats; each segment comes in whole numbers.
     #[must_use]
     pub fn segments(&self, axis: usize, tick_hz: u32) -> Segments {
-        self.segments_from(axis, self.step_numbers(axis).start, tick_hz)
-    }
-
-    /// The same from the step with the number `first` on, one of [`step_numbers`](Self::step_numbers).
-    #[must_use]
-    pub fn segments_from(&self, axis: usize, first: u32, tick_hz: u32) -> Segments {
-        let (share, numbers) = (self.share(axis), first..self.step_numbers(axis).end);
+        let (share, numbers) = (self.share(axis), self.step_numbers(axis));
         let (before, end) = (f64::from(numbers.start - 1), f64::from(numbers.end - 1));
         let total = f64::from(self.steps[axis].unsigned_abs());
         // Of a whole move both are 0, exactly.
