@@ -288,6 +288,14 @@ pub fn check(outcome: &Outcome, case: u64) {
         assert!(off_ns <= outcome.config.port.tolerance_ns(), "case {case}: {off_ns} ns off in {record:?}");
         assert!(check.is_straight(), "case {case}: {:?} of half a step apart in {record:?}", check.path_deviation);
     }
+    for pair in outcome.moves.windows(2).filter(|pair| matches!(pair[0].finish, Finish::Done | Finish::Held)) {
+        // A plan's end is reckoned in floating point.
+        let (pause_ns, flows) = (pair[0].pause_ns(&pair[1]), pair[0].run == pair[1].run);
+        assert!(
+            pause_ns > -1.0 && (!flows || pause_ns < 1.0),
+            "case {case}: {pause_ns} ns from one to the other of {pair:?}"
+        );
+    }
     assert!(outcome.violations.is_empty(), "case {case}: {:?}", outcome.violations);
     assert_eq!(outcome.counted_steps, outcome.position_steps, "case {case}");
 }

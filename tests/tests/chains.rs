@@ -222,3 +222,90 @@ fn stops_at_any_instant_leave_the_exact_count() {
     highest.tell();
     assert!(stopped > INSTANTS / 3, "{stopped}");
 }
+
+/// A host falls silent in the middle of a line: it is braked to rest at the end of what is known, and goes on when more
+/// comes; without a stop if that is in time.
+#[test]
+fn a_host_that_stops_for_a_while_stops_the_machine_where_its_lines_end() {
+    const SPEED_MM_S: f64 = 20.0;
+    let (mut rested, mut flowed) = (0, 0);
+    let name = "a_host_that_stops_for_a_while_stops_the_machine_where_its_lines_end";
+    all_cases("chains", name, 60, |case| {
+        let mut bench = bench(case);
+        bench.say("$120=50\n$920=0\n$930=500\n$900=0\n");
+        bench.settle_settings();
+        let accel_mm_s2 = 50.0;
+        let lines = |from: i32| (from + 1..=from + 20).map(|mm| format!("G90 G1 X{mm} F1200\n")).collect::<String>();
+        bench.stream(&lines(0));
+        // 20 mm, by the slowest law in some 3 s.
+        bench.wait(4.0);
+        let came_ns = bench.sim.now_ns();
+        bench.stream(&lines(20));
+        bench.sim.run_until_idle().unwrap();
+        let outcome = bench.outcome();
+        check(&outcome, case);
+        assert_eq!((outcome.counted_steps, outcome.moves.len()), ([2_000, 0, 0], 40), "case {case}");
+        let shares = bench.shares(&outcome, |_| Some(60.0 * SPEED_MM_S));
+        assert!(shares.are_within(), "case {case}: {shares:?}");
+        let is_rest = |index: usize| {
+            let [_, exit_mm_s] = bench.speeds_mm_s(&outcome.moves[index]);
+            bench.is_rest(&outcome.moves[index], exit_mm_s)
+        };
+        let rests: Vec<_> = (0..40).filter(|index| is_rest(*index)).collect();
+        let [before, after] = [&outcome.moves[19], &outcome.moves[20]];
+        // Where it might have begun to brake to rest by the trapezoid, as late as any law does, and what is told ahead.
+        let braking_s = SPEED_MM_S / accel_mm_s2;
+        if before.run == after.run {
+            flowed += 1;
+            assert!(rests == [39] || rests == [19, 39], "case {case}: {rests:?}");
+        } else {
+            rested += 1;
+            assert_eq!(rests, [19, 39], "case {case}: it comes to rest at the end of what is known alone");
+            let begun_ns = after.begin_ns() - before.end_ns.max(came_ns);
+            assert!(begun_ns < 10_000_000, "case {case}: it begins {begun_ns} ns after the lines came");
+        }
+        if came_ns as f64 * 1e-9 < before.end_ns as f64 * 1e-9 - 2.0 * braking_s - 0.1 {
+            assert_eq!(rests, [39], "case {case}: it had not begun to brake");
+        }
+    });
+    println!("{rested} times it rested, {flowed} times it flowed");
+    assert!(rested > 5 && flowed > 20, "{rested}, {flowed}");
+}
+
+/// From the last edge before the end of each move to the next, s.
+fn corner_gaps_s(lines: &str) -> Vec<f64> {
+    let mut bench = Bench::new(0);
+    bench.say("$900=0\n$910=0\n$911=0\n$912=0\n$940=0\n$121=50\n$920=0\n$921=0\n$922=0\n");
+    bench.settle_settings();
+    bench.stream(lines);
+    bench.sim.run_until_idle().unwrap();
+    let outcome = bench.outcome();
+    check(&outcome, 0);
+    let gap_s = |pair: &[MoveRecord]| {
+        let (last, next) = (&outcome.edges[pair[0].edges.end - 1], &outcome.edges[pair[1].edges.start]);
+        (next.t_ns - last.t_ns) as f64 * 1e-9
+    };
+    outcome.moves.windows(2).map(gap_s).collect()
+}
+
+/// By the edges: from rest at 2,500 steps/s² half a step takes 20 ms, and as much to it.
+#[test]
+fn exact_stops_and_no_deviation_stop_at_corners() {
+    const STOP_S: f64 = 0.04;
+    let stops = |gap_s: &f64| *gap_s > STOP_S - 1e-6;
+    // A corner, straight on, a corner of 45 degrees, and back.
+    let path = |word: &str| format!("G91 {word} G1 F1200 X4\nY4\nY4\nX4 Y4\nX-4 Y-4\n");
+    let flowing = corner_gaps_s(&path("G61"));
+    assert!(!flowing[..3].iter().any(stops) && stops(&flowing[3]), "{flowing:?}");
+    // A circle that strays from the corner by 0.01 mm, at 50 mm/s² across for each axis: 1.307 mm/s, steps of 0.02 mm.
+    assert!((flowing[0] - 0.0137).abs() < 0.0005, "{flowing:?}");
+    assert!(flowing[1] < 0.002, "straight on it is no slower than by the way to brake: {flowing:?}");
+    let exact = corner_gaps_s(&path("G61.1"));
+    assert!(exact.iter().all(stops), "{exact:?}");
+    let without = corner_gaps_s(&format!("$11=0\n{}", path("G61")));
+    let at_corners: Vec<_> = without.iter().map(stops).collect();
+    assert_eq!(at_corners, [true, false, true, true], "straight on there is no corner: {without:?}");
+    // Of a program only the moves from G61.1 to G61.
+    let some = corner_gaps_s("G91 G1 F1200 X4\nG61.1 Y4\nG61 Y4\nY4\n");
+    assert_eq!(some.iter().map(stops).collect::<Vec<_>>(), [false, true, false], "{some:?}");
+}
