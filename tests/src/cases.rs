@@ -67,7 +67,7 @@ pub fn moves_there_and_back_are_exact(rig: impl Rig) {
     let lines: Vec<_> = ways.into_iter().flat_map(|way| [way, way.map(|mm| -mm)]).map(relative).collect();
     let mut acts = set(rig.pace());
     for line in lines {
-        acts.extend([line, rested(), Act::WaitIdle]);
+        acts.extend([line, Act::WaitIdle, rested()]);
     }
     acts.push(Act::Report);
     let seen = rig.carry_out("there-and-back", &acts);

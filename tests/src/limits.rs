@@ -37,6 +37,15 @@ pub struct Shares {
     pub decel: f64,
     /// Of the jerk, under a law that keeps to it.
     pub jerk: f64,
+    /// Of the speed that a corner may be taken at; not measured here.
+    pub corner: f64,
+}
+
+/// Whether a stretch begins, and ends, at rest.
+#[derive(Clone, Copy, Debug)]
+pub struct Ends {
+    /// Each.
+    pub at_rest: [bool; 2],
 }
 
 impl Shares {
@@ -49,19 +58,29 @@ impl Shares {
             accel: self.accel.max(other.accel),
             decel: self.decel.max(other.decel),
             jerk: self.jerk.max(other.jerk),
+            corner: self.corner.max(other.corner),
         }
     }
 
     /// Whether every limit was kept.
     #[must_use]
     pub fn are_within(&self) -> bool {
-        [self.speed, self.ends, self.accel, self.decel, self.jerk].into_iter().all(|share| share <= 1.0 + GRAIN)
+        [self.speed, self.ends, self.accel, self.decel, self.jerk, self.corner]
+            .into_iter()
+            .all(|share| share <= 1.0 + GRAIN)
     }
 }
 
-/// Measures one axis over one run, from standstill to standstill: `times_s` are all its edges, each off by `off_s` at most;
+/// Measures one axis over one stretch in which it goes one way: `times_s` are all its edges, each off by `off_s` at most;
 /// `speed_at` is the speed that holds for it at an instant, steps/s, which never falls.
-pub fn shares(times_s: &[f64], off_s: f64, limits: &Limits, law: SpeedLaw, speed_at: impl Fn(f64) -> f64) -> Shares {
+pub fn shares(
+    times_s: &[f64],
+    off_s: f64,
+    limits: &Limits,
+    law: SpeedLaw,
+    ends: Ends,
+    speed_at: impl Fn(f64) -> f64,
+) -> Shares {
     let (Some(&first_s), Some(&last_s)) = (times_s.first(), times_s.last()) else { return Shares::default() };
     let top = speed_at(last_s);
     // How far apart edges must be for a derivative of that limit.
@@ -83,11 +102,13 @@ pub fn shares(times_s: &[f64], off_s: f64, limits: &Limits, law: SpeedLaw, speed
                 end(times_s.iter().rev().map(|t_s| -t_s), start(last_s), limits.decel_steps_s2),
             ]
             .into_iter()
-            .flatten(),
+            .zip(ends.at_rest)
+            .filter_map(|(share, is_at_rest)| share.filter(|_| is_at_rest)),
         ),
         accel: highest(accels(limits.accel_steps_s2)) / limits.accel_steps_s2,
         decel: highest(accels(limits.decel_steps_s2).map(|mean| -mean)) / limits.decel_steps_s2,
         jerk: jerk / limits.jerk_steps_s3,
+        corner: 0.0,
     }
 }
 
@@ -154,7 +175,9 @@ mod tests {
         let plan = SyncMove::plan([30_000], &[limits], IntervalLaw::Fastest, law, None).unwrap();
         let tick_s = port.tick_ns() * 1e-9;
         let times_s: Vec<_> = (1..=30_000).map(|k| (plan.step_time_s(0, k) / tick_s).round() * tick_s).collect();
-        shares(&times_s, port.tolerance_ns() * 1e-9, &LIMITS, law, |_| LIMITS.top_speed_steps_s)
+        shares(&times_s, port.tolerance_ns() * 1e-9, &LIMITS, law, Ends { at_rest: [true; 2] }, |_| {
+            LIMITS.top_speed_steps_s
+        })
     }
 
     #[test]

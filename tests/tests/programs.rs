@@ -37,18 +37,18 @@ fn parking() {
     check(
         "parking.nc",
         &expect![[r#"
-               X      Y      Z   accelerate     cruise decelerate
-            8750   2000      0   0.960000 s 2.685833 s 0.960000 s
-               0      0   4500   0.600000 s 2.400000 s 0.600000 s
-               0    500      0   0.400000 s 0.100000 s 0.400000 s
-               0      0  -4500   0.600000 s 2.400000 s 0.600000 s
-            7500  14000      0   0.705184 s 7.236006 s 0.705184 s
-               0      0   4500   0.600000 s 2.400000 s 0.600000 s
-               0   -500      0   0.400000 s 0.100000 s 0.400000 s
-               0      0  -4500   0.600000 s 2.400000 s 0.600000 s
-           -7500 -14000      0   0.960000 s 4.873333 s 0.960000 s
-        ends at [8750, 2000, 0]
-    "#]],
+                   X      Y      Z   accelerate     cruise decelerate
+                8750   2000      0   0.960000 s 2.686171 s 0.934526 s
+                   0      0   4500   0.573869 s 2.401138 s 0.573869 s
+                   0    500      0   0.373869 s 0.101707 s 0.373869 s
+                   0      0  -4500   0.573869 s 2.401138 s 0.573869 s
+                7500  14000      0   0.682150 s 7.236759 s 0.682150 s
+                   0      0   4500   0.573869 s 2.401138 s 0.573869 s
+                   0   -500      0   0.373869 s 0.101707 s 0.373869 s
+                   0      0  -4500   0.573869 s 2.401138 s 0.573869 s
+               -7500 -14000      0   0.936966 s 4.873610 s 0.960000 s
+            ends at [8750, 2000, 0]
+        "#]],
     );
 }
 
@@ -80,9 +80,10 @@ fn short_moves_do_not_exceed_their_feed() {
         let lines = "$910=40\n".to_owned() + &"G91 G1 X0.02 F40\n".repeat(100);
         let outcome = run(lines.as_bytes(), &Config { port, ..Config::default() }).unwrap();
         kept("short moves", &outcome);
-        let took_s = (outcome.moves[99].start_ns - outcome.moves[0].start_ns) as f64 * 1e-9;
-        // Starts are whole microseconds, and ports wait out what a driver needs.
-        assert!((2.97..2.9705).contains(&took_s), "{port}: {took_s} s");
+        let [first, .., last] = &outcome.moves[..] else { panic!("{port}: {} moves", outcome.moves.len()) };
+        assert_eq!((outcome.moves.len(), first.run), (100, last.run), "{port}: they flow");
+        let took_s = last.plan_s - first.plan.begin_s();
+        assert!((2.9999..3.0001).contains(&took_s), "{port}: {took_s} s");
     }
 }
 
@@ -91,13 +92,13 @@ fn square() {
     check(
         "square.nc",
         &expect![[r#"
-               X      Y      Z   accelerate     cruise decelerate
-            5000      0      0   0.800000 s 1.700000 s 0.800000 s
-               0   5000      0   0.800000 s 1.700000 s 0.800000 s
-           -5000      0      0   0.800000 s 1.700000 s 0.800000 s
-               0  -5000      0   0.800000 s 1.700000 s 0.800000 s
-        ends at [0, 0, 0]
-    "#]],
+                   X      Y      Z   accelerate     cruise decelerate
+                5000      0      0   0.800000 s 1.700427 s 0.773869 s
+                   0   5000      0   0.773869 s 1.700854 s 0.773869 s
+               -5000      0      0   0.773869 s 1.700854 s 0.773869 s
+                   0  -5000      0   0.773869 s 1.700427 s 0.800000 s
+            ends at [0, 0, 0]
+        "#]],
     );
 }
 
@@ -106,18 +107,18 @@ fn diagonal() {
     check(
         "diagonal.nc",
         &expect![[r#"
-               X      Y      Z   accelerate     cruise decelerate
-            5000   1850      0   0.960000 s 1.123333 s 0.960000 s
-               1   3000      0   0.960000 s 0.290000 s 0.960000 s
-            2000      1      0   0.894427 s 0.000000 s 0.894427 s
-               1      1      0   0.020000 s 0.000000 s 0.020000 s
-               1      0      0   0.020000 s 0.000000 s 0.020000 s
-           -3501     -3      0   0.600000 s 1.734001 s 0.600000 s
-               7    -11     13   0.072111 s 0.000000 s 0.072111 s
-            1499    165   1000   0.497048 s 0.709273 s 0.497048 s
-           -5008  -5003  -1013   0.960000 s 1.126667 s 0.960000 s
-        ends at [0, 0, 0]
-    "#]],
+                   X      Y      Z   accelerate     cruise decelerate
+                5000   1850      0   0.960000 s 1.123845 s 0.928667 s
+                   1   3000      0   0.926591 s 0.290937 s 0.933851 s
+                2000      1      0   0.869140 s 0.000000 s 0.846299 s
+                   1      1      0   0.000000 s 0.000000 s 0.014641 s
+                   1      0      0   0.000000 s 0.000000 s 0.028284 s
+               -3501     -3      0   0.600000 s 1.734253 s 0.582606 s
+                   7    -11     13   0.064374 s 0.000000 s 0.041995 s
+                1499    165   1000   0.456382 s 0.711036 s 0.487099 s
+               -5008  -5003  -1013   0.951589 s 1.126704 s 0.960000 s
+            ends at [0, 0, 0]
+        "#]],
     );
 }
 

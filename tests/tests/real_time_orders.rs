@@ -265,6 +265,31 @@ fn between_moves() {
     });
 }
 
+/// Round a corner of three that are taken without a stop.
+#[test]
+fn flowing() {
+    all_orders("flowing", 3, |bench| {
+        bench.begin("G1 X1 F600\nX2\nX2 Y0.5\nX3\nX1 Y0", 200);
+        while bench.x() < 2 * MM {
+            bench.send(b"", 100);
+        }
+        bench.expect(State::Run);
+        Some(1)
+    });
+}
+
+/// The moves that follow do not fit into what is planned ahead.
+#[test]
+fn flowing_from_a_full_queue() {
+    all_orders("flowing_from_a_full_queue", 2, |bench| {
+        let lines: Vec<_> = (1..=90).map(|k| format!("G1 X{:.2} F600", 0.04 * f64::from(k))).collect();
+        bench.begin(&lines.join("\n"), 250);
+        bench.begin("X2", 1);
+        bench.expect(State::Run);
+        Some(2)
+    });
+}
+
 #[test]
 fn ending() {
     all_orders("ending", 3, |bench| {
@@ -389,6 +414,18 @@ fn resetting() {
 fn jogging() {
     all_orders("jogging", 4, |bench| {
         bench.begin("$J=X3 F600\n$J=X1 F600", 250);
+        bench.expect(State::Jog);
+        None
+    });
+}
+
+#[test]
+fn jogging_along() {
+    all_orders("jogging_along", 3, |bench| {
+        bench.begin("$J=X1 F600\n$J=X1 Y0.5 F600\n$J=X2 F300\n$J=X1 F600", 100);
+        while bench.x() < MM {
+            bench.send(b"", 100);
+        }
         bench.expect(State::Jog);
         None
     });

@@ -49,10 +49,10 @@ impl Rig {
         let mut executor = Executor::new();
         let clock = executor.clock().clone();
         let _current = clock.enter();
-        let config = Config { driver: self.driver, ..Config::default() };
+        let config = Config { port: self.port, driver: self.driver, ..Config::default() };
         let world = Rc::new(RefCell::new(World::new(clock.clone(), &config)));
         Output::new(&world, Wire::Enable).set_low().unwrap();
-        let [port, ..] = AxisPort::all(self.port, &mut executor, &world, self.driver);
+        let [port, ..] = AxisPort::all(&config, &mut executor, &world);
         executor.spawn("port", task(port, clock.clone()));
         executor.run_until_quiescent(Instant::from_secs(24 * 3600)).unwrap();
         assert!(!executor.waiting().contains(&"port"), "{self}");

@@ -18,7 +18,7 @@ pub const HELP: &str = "[HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $
 const BUILD: &str = concat!("Isostep ", env!("CARGO_PKG_VERSION"), " (grbl dialect)");
 /// The letters are Grbl's: N knows line numbers, M takes M7, Z reads 0 where it rests after homing, H homes one axis, L is
 /// not locked at power-up. Then the blocks and bytes that a sender may count on.
-const OPTIONS: &str = "[OPT:NMZHL,15,128]";
+const OPTIONS: &str = "[OPT:NMZHL,79,128]";
 
 /// Texts of `[MSG:...]` that senders know.
 pub mod messages {

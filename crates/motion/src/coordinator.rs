@@ -136,6 +136,7 @@ where
             return;
         }
         self.machine.forget_stopped();
+        self.machine.set_room(0);
         let (result, motions) = match motion {
             // Stopped or cancelled before it began.
             _ if self.machine.cause().is_some() || !self.machine.outlast_hold().await => (Ok(()), 1),
@@ -144,6 +145,7 @@ where
             Motion::Dwell(duration) => (self.dwell(duration).await, 1),
             Motion::Home { axes } => (self.home(axes).await, 1),
         };
+        self.machine.set_room(CHAIN_MOVES);
         let state = self.machine.conclude(result, motions);
         self.tell_state(state);
     }

@@ -10,7 +10,7 @@ use crate::axes::AXES;
 use crate::config::Config;
 use crate::coordinator::Coordinator;
 use crate::event::{Alarm, Event, Finish};
-use crate::machine::{Motion, Overrides};
+use crate::machine::{CHAIN_MOVES, Motion, Overrides};
 
 /// What moves are for: that decides what changes them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -110,20 +110,20 @@ where
 
     /// Takes the next motion, if it waits and can follow; false if there is nothing to take.
     pub(crate) fn take_next(&mut self, purpose: Purpose) -> bool {
-        if !self.takes() || self.machine.is_to_brake() {
-            return false;
-        }
-        let Some(motion) = self.machine.try_motion() else { return false };
-        if !matches!(self.take(motion, purpose), Taken::In) {
+        let motion = if self.takes() { self.machine.try_motion() } else { None };
+        if let Some(motion) = motion
+            && !matches!(self.take(motion, purpose), Taken::In)
+        {
             // What is wrong with it is said when it is alone.
             self.waiting = Some(motion);
         }
-        true
+        self.machine.set_room(if self.waiting.is_none() { CHAIN_MOVES - self.chain.len() } else { 0 });
+        motion.is_some()
     }
 
-    /// Whether another motion may follow.
+    /// Whether another motion may follow: not where it is to brake.
     pub(crate) fn takes(&self) -> bool {
-        self.waiting.is_none() && !self.chain.is_full()
+        self.waiting.is_none() && !self.chain.is_full() && !self.machine.is_to_brake()
     }
 
     fn take(&mut self, motion: Motion, purpose: Purpose) -> Taken {

@@ -33,7 +33,7 @@ mod timer_port;
 pub use axes::{AXES, Axis};
 pub use config::{Config, ConfigError, HomingConfig, whole_steps};
 pub use event::{Alarm, Event, Finish, HomingPhase, State, Unplannable};
-pub use machine::{Busy, Machine, Motion, Overrides, QUEUE_MOVES, Status};
+pub use machine::{Busy, MOVES_AHEAD, Machine, Motion, Overrides, Status};
 pub use port::{
     Brake, Capabilities, Direction, DriverTiming, Feed, Odometer, PortFault, Run, SegmentQueue, StepPort, Wiring,
     ticks_covering,

@@ -27,7 +27,9 @@ use crate::switch::Switch;
 /// Moves that are planned ahead, so that they flow.
 pub(crate) const CHAIN_MOVES: usize = 64;
 /// Motions that wait before they are: Grbl's planner has as many blocks in all.
-pub const QUEUE_MOVES: usize = 15;
+const QUEUE_MOVES: usize = 15;
+/// Moves that can be asked for at rest without waiting.
+pub const MOVES_AHEAD: usize = CHAIN_MOVES + QUEUE_MOVES;
 /// Tasks that may watch the state at once.
 const WATCHERS: usize = 8;
 
@@ -75,7 +77,7 @@ pub struct Status {
     pub emergency_stop: bool,
     /// Which axes have been homed and not lost their position since.
     pub homed: [bool; AXES],
-    /// Motions that can be asked for without waiting.
+    /// Moves, or jogs, that can be asked for without waiting: [`MOVES_AHEAD`] at most.
     pub queue_free: usize,
     /// Speed along the path at this instant, mm/s.
     pub speed_mm_s: f64,
@@ -112,6 +114,8 @@ struct Inner {
     cause: Option<Cause>,
     emergency: bool,
     underway: Option<Underway>,
+    /// Motions that the coordinator would take off the queue at once.
+    room: usize,
     /// Motions asked for and not finished.
     pending: usize,
     overrides: Overrides,
@@ -133,6 +137,11 @@ enum Forget {
 }
 
 impl Inner {
+    /// The move under way is to brake, and none follows.
+    fn is_to_brake(&self) -> bool {
+        self.held || self.forget != Forget::Nothing
+    }
+
     /// So many motions less pending; whether they were the last, with which every wish that concerned them has come true.
     fn end(&mut self, motions: usize) -> bool {
         self.pending -= motions;
@@ -179,6 +188,7 @@ impl Machine {
                 cause: None,
                 emergency: false,
                 underway: None,
+                room: CHAIN_MOVES,
                 pending: 0,
                 overrides: Overrides::NONE,
                 moving: false,
@@ -220,13 +230,14 @@ impl Machine {
     #[must_use]
     pub fn status(&self) -> Status {
         let (homed, emergency_stop, underway) = self.with(|inner| (inner.homed, inner.emergency, inner.underway));
+        let room = self.with(|inner| if inner.is_to_brake() { 0 } else { inner.room });
         Status {
             state: self.state(),
             position_steps: self.position_steps(),
             pressed: Axis::ALL.map(|axis| self.switch(axis).is_pressed()),
             emergency_stop,
             homed,
-            queue_free: self.queue.free_capacity(),
+            queue_free: self.queue.free_capacity() + room,
             speed_mm_s: underway.map_or(0.0, |underway| underway.speed_mm_s()),
             line: underway.map_or(0, |underway| underway.leg.tag),
         }
@@ -354,6 +365,11 @@ impl Machine {
 
     pub(crate) fn set_underway(&self, underway: Option<Underway>) {
         self.with(|inner| inner.underway = underway);
+    }
+
+    /// So many motions would be taken off the queue at once, if nothing is to brake.
+    pub(crate) fn set_room(&self, room: usize) {
+        self.with(|inner| inner.room = room);
     }
 
     pub(crate) fn set_homed(&self, axis: Axis, homed: bool) {

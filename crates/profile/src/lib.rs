@@ -47,7 +47,6 @@ mod newton;
 mod plan;
 mod profile;
 mod ramp;
-pub mod replan;
 mod segment;
 mod sync;
 

@@ -13,7 +13,7 @@ use crate::profile::{Profile, ProfileError};
 /// Step k of an axis with n steps is due when the profile has covered (k - 1/2)/n of its way. So every axis has the
 /// profile's intervals, and the path keeps within half a step of the straight line on each axis.
 ///
-/// It may also be a part of such a move, from where another part of it ends: see [`replan`](crate::replan). Its steps
+/// It may also be a part of such a move, from where another part of it ends: see [`chain`](crate::chain). Its steps
 /// keep the numbers and the places that they have in the whole.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -93,13 +93,7 @@ impl<const N: usize> SyncMove<N> {
     /// is the last work with floats; each segment comes in whole numbers.
     #[must_use]
     pub fn segments(&self, axis: usize, tick_hz: u32) -> Segments {
-        self.segments_from(axis, self.step_numbers(axis).start, tick_hz)
-    }
-
-    /// The same from the step with the number `first` on, one of [`step_numbers`](Self::step_numbers).
-    #[must_use]
-    pub fn segments_from(&self, axis: usize, first: u32, tick_hz: u32) -> Segments {
-        let (share, numbers) = (self.share(axis), first..self.step_numbers(axis).end);
+        let (share, numbers) = (self.share(axis), self.step_numbers(axis));
         let (before, end) = (f64::from(numbers.start - 1), f64::from(numbers.end - 1));
         let total = f64::from(self.steps[axis].unsigned_abs());
         // Of a whole move both are 0, exactly.

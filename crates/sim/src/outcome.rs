@@ -48,11 +48,12 @@ pub struct MoveRecord {
 impl MoveRecord {
     /// The numbers of the steps that the axis with index `axis` should have made.
     pub fn step_numbers(&self, axis: usize) -> Range<u32> {
-        let whole = self.plan.step_numbers(axis);
-        match self.finish {
-            Finish::Held => whole.start..self.plan.steps_before(axis, self.held_at_steps) + 1,
-            _ => whole,
-        }
+        let last = match self.finish {
+            Finish::Held => self.plan.steps_before(axis, self.held_at_steps),
+            // Its first plan may be to somewhere before its end.
+            _ => self.plan.steps[axis].unsigned_abs(),
+        };
+        self.plan.step_numbers(axis).start..last + 1
     }
 
     /// The steps that every axis should have made, signed by direction.
@@ -263,8 +264,8 @@ fn moves(events: &[(u64, Event)], edges: &[Edge]) -> Vec<MoveRecord> {
 impl OpenRun {
     fn begin(&mut self, plan: SyncMove<AXES>, homing: bool) -> MoveRecord {
         let origin_steps = self.place_steps;
-        let made = |axis: usize| plan.steps[axis].signum() * plan.step_numbers(axis).len() as i32;
-        self.place_steps = std::array::from_fn(|axis| origin_steps[axis] + made(axis));
+        let before = |axis: usize| plan.steps[axis].signum() * (plan.step_numbers(axis).start - 1) as i32;
+        self.place_steps = std::array::from_fn(|axis| origin_steps[axis] + plan.steps[axis] - before(axis));
         MoveRecord {
             start_ns: self.start_ns,
             end_ns: 0,

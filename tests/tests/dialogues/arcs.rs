@@ -143,7 +143,12 @@ fn a_reset_ends_an_arc_where_it_brakes() {
         assert_eq!(sim.replies(), [expected]);
         assert_eq!(sim.machine().state(), State::Idle);
         let [x, y, z] = sim.counted_steps();
-        assert!(y > 5000 && x < 6000, "somewhere on its way: {x} {y}");
+        // At 20 mm/s, which takes 0.4 s and 4 mm to reach and to lose, it has gone 56 mm, and goes on for 0.1 s at most.
+        let [x_mm, y_mm] = [x, y].map(|steps| f64::from(steps) / STEPS_PER_MM);
+        let (right_mm, up_mm) = (x_mm - 120.0, y_mm - 100.0);
+        assert!((right_mm.hypot(up_mm) - 20.0).abs() < 0.5_f64.sqrt() / STEPS_PER_MM + 2e-3, "{x_mm} {y_mm}");
+        let way_mm = 20.0 * (PI - up_mm.atan2(right_mm));
+        assert!((59.0..62.0).contains(&way_mm), "it braked after {way_mm} mm");
         assert_eq!(say(&mut sim, "G91 G1 X1 F600"), ["ok"]);
         assert_eq!(sim.counted_steps(), [x + 50, y, z], "the program goes on from there");
     }
@@ -173,6 +178,8 @@ fn inverse_time_is_the_time_of_the_whole_arc() {
     // 20 mm around in 12 s: 314 mm/min, which is below the start speed, so no time goes into ramps.
     assert_eq!(say(&mut sim, "G93 G2 X100 Y100 I10 F5"), ["ok"]);
     let outcome = sim.outcome();
-    let planned_s: f64 = outcome.moves[before..].iter().map(|record| record.plan_s).sum();
+    let [first, .., last] = &outcome.moves[before..] else { panic!("{} moves", outcome.moves.len()) };
+    assert_eq!(first.run, last.run, "it does not stop on its way");
+    let planned_s = last.plan_s - first.plan.begin_s();
     assert!((planned_s - 12.0).abs() < 0.1, "{planned_s} s");
 }

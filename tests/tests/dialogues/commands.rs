@@ -85,7 +85,8 @@ fn command_modal_lists_the_modal_state() {
 fn command_build_names_grbl() {
     let heard = say(&mut powered_up(&Config::default()), "$I");
     assert!(heard[0].starts_with("[VER:1.1h.20190830:") && heard[0].contains("grbl"), "{heard:?}");
-    assert_eq!(heard[1..], ["[OPT:NMZHL,15,128]", "ok"]);
+    // As many blocks as a status report's Bf tells at rest.
+    assert_eq!(heard[1..], [format!("[OPT:NMZHL,{},128]", isostep_motion::MOVES_AHEAD), "ok".to_owned()]);
 }
 
 #[test]

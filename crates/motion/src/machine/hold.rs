@@ -83,7 +83,7 @@ impl Machine {
 
     /// Whether the move under way is to brake.
     pub(crate) fn is_to_brake(&self) -> bool {
-        self.with(|inner| inner.held || inner.forget != Forget::Nothing)
+        self.with(|inner| inner.is_to_brake())
     }
 
     /// Waits for a hold, a resume, or other overrides.

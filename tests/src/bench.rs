@@ -1,0 +1,489 @@
+//! A simulated machine that is told to move and interfered with at random instants, and what must be true of all that was
+//! seen: every edge against the closed form, counts exact, paths straight, and each axis within its limits as its edges
+//! alone tell. The same in every run.
+
+use std::collections::VecDeque;
+use std::env;
+use std::fmt::Write as _;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use embassy_time::Duration;
+use isostep_motion::{AXES, Finish, Overrides, State};
+use isostep_profile::SpeedLaw;
+use isostep_sim::{Config, MoveRecord, Outcome, Port, Sim, verify};
+use oorandom::Rand64;
+
+use crate::limits::{self, Ends, Shares};
+
+/// A machine that need not be homed, under a law, and its random numbers.
+pub struct Bench {
+    /// The machine.
+    pub sim: Sim,
+    /// A number of its own for every case.
+    pub random: Rand64,
+    /// The length of every line that has not been answered, without those that a reset has forgotten: none is refused.
+    unanswered: VecDeque<usize>,
+    /// From when on, ns since power-up, which were in force.
+    overrides: Vec<(u64, Overrides)>,
+}
+
+/// Less than the console keeps.
+const WINDOW_BYTES: usize = 400;
+
+/// Of the machine that [`Bench`] is: as it is by default.
+pub const STEPS_PER_MM: f64 = 50.0;
+
+impl Bench {
+    /// The machine of a case: of either port, under any law.
+    ///
+    /// # Panics
+    /// When it refuses its settings, as all others here when it does not do what it must.
+    #[must_use]
+    pub fn new(case: u64) -> Self {
+        let port = if case.is_multiple_of(2) { Port::Pio } else { Port::Timer };
+        let sim = Sim::new(&Config { port, ..Config::default() });
+        let (random, overrides) = (Rand64::new(case.into()), vec![(0, Overrides::NONE)]);
+        let mut bench = Self { sim, random, unanswered: VecDeque::new(), overrides };
+        let law = bench.random.rand_range(0..SpeedLaw::ALL.len() as u64);
+        let thirds = bench.random.rand_range(0..2);
+        bench.say(&format!("$910=60\n$911=60\n$912=60\n$900={thirds}\n$940={law}\n$X\n"));
+        // Y accelerates less; some brake otherwise than they accelerate.
+        let decel = [0, 35, 80][(case % 3) as usize];
+        bench.say(&format!("$121=40\n$920={decel}\n$921={decel}\n$922={decel}\n"));
+        bench.settle_settings();
+        bench
+    }
+
+    /// Lets settings be stored.
+    pub fn settle_settings(&mut self) {
+        self.sim.run_for(Duration::from_millis(100)).unwrap();
+        self.outcome();
+    }
+
+    /// Sends lines, or bytes that are none.
+    pub fn say(&mut self, text: &str) {
+        self.unanswered.extend(text.split_inclusive('\n').filter(|line| line.ends_with('\n')).map(str::len));
+        self.sim.send(text.as_bytes());
+    }
+
+    /// Sends lines as there is room for them, so that bytes that are none are heard at once.
+    pub fn stream(&mut self, lines: &str) {
+        for line in lines.split_inclusive('\n') {
+            while self.unanswered.iter().sum::<usize>() + line.len() > WINDOW_BYTES {
+                self.sim.run_for(Duration::from_millis(1)).unwrap();
+                self.hear();
+            }
+            self.say(line);
+        }
+    }
+
+    /// Sends a reset, which forgets lines not answered yet.
+    pub fn reset(&mut self) {
+        self.hear();
+        self.unanswered.clear();
+        self.sim.send(&[0x18]);
+    }
+
+    /// Whether the welcome was among what it has said.
+    pub fn hear(&mut self) -> bool {
+        let heard = self.sim.replies();
+        let is_welcome = |line: &&String| line.starts_with("Grbl 1.1h");
+        assert!(heard.iter().all(|line| line == "ok" || is_welcome(&line)), "{heard:?}");
+        let welcomes = heard.iter().filter(is_welcome).count();
+        self.unanswered.drain(..heard.len() - welcomes);
+        welcomes > 0
+    }
+
+    /// What it has said is not looked at: a stop, and what led on from it.
+    pub fn forget_answers(&mut self) {
+        self.sim.replies();
+        self.unanswered.clear();
+    }
+
+    /// All that was seen so far, when every line has been answered.
+    pub fn outcome(&mut self) -> Outcome {
+        self.hear();
+        assert!(self.unanswered.is_empty(), "{} lines unanswered, in {:?}", self.unanswered.len(), self.state());
+        self.sim.outcome()
+    }
+
+    /// Sends real-time bytes that override speeds.
+    pub fn override_by(&mut self, bytes: &[u8]) {
+        let at_ns = self.sim.now_ns();
+        self.sim.send(bytes);
+        self.sim.run_for(Duration::from_ticks(1)).unwrap();
+        self.note_overrides(at_ns);
+    }
+
+    /// The overrides in force have changed.
+    pub fn note_overrides(&mut self, at_ns: u64) {
+        self.overrides.push((at_ns, self.sim.machine().overrides()));
+    }
+
+    /// The highest overrides in force at any time between two instants, ns since power-up.
+    fn highest_overrides(&self, from_ns: u64, until_ns: u64) -> Overrides {
+        let begun = self.overrides.partition_point(|(at_ns, _)| *at_ns <= until_ns);
+        let over = self.overrides[..begun].partition_point(|(at_ns, _)| *at_ns <= from_ns) - 1;
+        let highest = |of: fn(&Overrides) -> u8| self.overrides[over..begun].iter().map(|(_, each)| of(each)).max();
+        Overrides {
+            feed_percent: highest(|each| each.feed_percent).unwrap_or(100),
+            rapid_percent: highest(|each| each.rapid_percent).unwrap_or(100),
+        }
+    }
+
+    /// The speed that an axis keeps to in a move, `t_s` from its beginning, steps/s. It has this feed, mm/min, or is a
+    /// rapid. A lower override is no limit until it has come about: the highest since the run was planned is.
+    fn speed_limit(&self, record: &MoveRecord, axis: usize, feed_mm_min: Option<f64>, t_s: f64) -> f64 {
+        let config = self.sim.machine().config();
+        let planned_ns = record.start_ns - 1_000_000;
+        let Overrides { feed_percent, rapid_percent } =
+            self.highest_overrides(planned_ns, record.begin_ns() + (t_s * 1e9) as u64);
+        let top = config.limits[axis].top_speed_steps_s;
+        let Some(feed) = feed_mm_min else { return top * f64::from(rapid_percent) / 100.0 };
+        let of_axis = f64::from(record.plan.steps[axis].unsigned_abs()) / self.path_mm(record.plan.steps);
+        top.min(feed / 60.0 * f64::from(feed_percent) / 100.0 * of_axis)
+    }
+
+    /// The length of a move, mm.
+    fn path_mm(&self, steps: [i32; AXES]) -> f64 {
+        let steps_per_mm = self.sim.machine().config().steps_per_mm;
+        (0..AXES).map(|axis| (f64::from(steps[axis]) / steps_per_mm[axis]).powi(2)).sum::<f64>().sqrt()
+    }
+
+    /// How near each axis came to its limits, by its edges; and corners, by the speeds that they are taken at.
+    pub fn shares(&self, outcome: &Outcome, feed_mm_min: impl Fn(&MoveRecord) -> Option<f64>) -> Shares {
+        let config = self.sim.machine().config();
+        let off_s = outcome.config.port.tolerance_ns() * 1e-9;
+        let mut highest = Shares::default();
+        for record in &outcome.moves {
+            let times_s = verify::axis_times_s(record, &outcome.edges[record.edges.clone()]);
+            let [begins, ends] = self.speeds_mm_s(record).map(|speed_mm_s| self.is_rest(record, speed_mm_s));
+            for (axis, times_s) in times_s.iter().enumerate() {
+                let speed_at = |t_s: f64| self.speed_limit(record, axis, feed_mm_min(record), t_s);
+                let own = &config.limits[axis];
+                // A stop is abrupt.
+                let ends = Ends { at_rest: [begins, ends && matches!(record.finish, Finish::Done | Finish::Held)] };
+                highest = highest.max(limits::shares(times_s, off_s, own, config.speed_law, ends, speed_at));
+            }
+        }
+        let corners = outcome.moves.windows(2).filter(|pair| pair[0].run == pair[1].run);
+        let corner = corners.map(|pair| self.corner_share([&pair[0], &pair[1]])).fold(0.0, f64::max);
+        Shares { corner, ..highest }
+    }
+
+    /// How fast a move begins and ends, along its path.
+    #[must_use]
+    pub fn speeds_mm_s(&self, record: &MoveRecord) -> [f64; 2] {
+        let mm_per_step = self.path_mm(record.plan.steps) / record.plan.way_steps();
+        let last = record.parts.last().unwrap_or(&record.plan);
+        [record.plan.speed_at(record.plan.begin_s()), last.profile.exit_speed_steps_s()]
+            .map(|steps| steps * mm_per_step)
+    }
+
+    /// Whether that is no more than a stop is left with.
+    #[must_use]
+    pub fn is_rest(&self, record: &MoveRecord, speed_mm_s: f64) -> bool {
+        speed_mm_s <= self.start_mm_s(record.plan.steps) * (1.0 + 1e-6)
+    }
+
+    /// The start speed along a path.
+    fn start_mm_s(&self, steps: [i32; AXES]) -> f64 {
+        let (limits, path_mm) = (self.sim.machine().config().limits, self.path_mm(steps));
+        let moving = (0..AXES).filter(|axis| steps[*axis] != 0);
+        let starts =
+            moving.map(|axis| limits[axis].start_speed_steps_s * path_mm / f64::from(steps[axis].unsigned_abs()));
+        starts.fold(f64::INFINITY, f64::min)
+    }
+
+    /// By Grbl's rule; both moves go round it at one speed, or stop there.
+    fn corner_share(&self, moves: [&MoveRecord; 2]) -> f64 {
+        let [[_, out_mm_s], [in_mm_s, _]] = moves.map(|record| self.speeds_mm_s(record));
+        let stops = self.is_rest(moves[0], out_mm_s) && self.is_rest(moves[1], in_mm_s);
+        assert!(stops || (out_mm_s / in_mm_s - 1.0).abs() < 1e-6, "{out_mm_s} mm/s to {in_mm_s} mm/s: {moves:#?}");
+        if stops { 0.0 } else { in_mm_s / self.corner_mm_s(moves.map(|record| record.plan.steps)) }
+    }
+
+    /// How fast the corner between two moves may be taken.
+    fn corner_mm_s(&self, moves: [[i32; AXES]; 2]) -> f64 {
+        let config = self.sim.machine().config();
+        let [before, after] = moves.map(|steps| {
+            let path_mm = self.path_mm(steps);
+            steps.map(|steps| f64::from(steps) / STEPS_PER_MM / path_mm)
+        });
+        let across: [f64; AXES] = std::array::from_fn(|axis| after[axis] - before[axis]);
+        let length = across.iter().map(|part| part * part).sum::<f64>().sqrt();
+        // No slower than a stop would leave it.
+        let start_mm_s = self.start_mm_s(moves[0]).min(self.start_mm_s(moves[1]));
+        if length < 1e-9 {
+            return f64::INFINITY;
+        }
+        let accels = across.iter().zip(&config.limits).filter(|(part, _)| **part != 0.0).map(|(part, limits)| {
+            limits.accel_steps_s2.min(limits.decel_steps_s2) / STEPS_PER_MM * length / part.abs()
+        });
+        let accel_mm_s2 = accels.fold(f64::INFINITY, f64::min);
+        // The sine of half the angle that the paths enclose.
+        let sine = (1.0 - length * length / 4.0).max(0.0).sqrt();
+        (accel_mm_s2 * config.junction_deviation_mm * sine / (1.0 - sine)).sqrt().max(start_mm_s)
+    }
+
+    /// A random place, mm.
+    pub fn place(&mut self) -> [f64; 3] {
+        [60.0, 60.0, 30.0].map(|most| (self.random.rand_float() * most * STEPS_PER_MM).round() / STEPS_PER_MM)
+    }
+
+    /// One of them.
+    pub fn one_of<T: Copy>(&mut self, values: &[T]) -> T {
+        values[self.random.rand_range(0..values.len() as u64) as usize]
+    }
+
+    /// Lets time pass, some of that.
+    pub fn wait(&mut self, longest_s: f64) {
+        let wait_us = (self.random.rand_float() * longest_s * 1e6) as u64;
+        self.sim.run_for(Duration::from_micros(wait_us)).unwrap();
+    }
+
+    /// Lets time pass until nothing moves.
+    pub fn at_rest(&mut self) {
+        self.sim
+            .run_until_state(|state| !matches!(state, State::Hold { still: false } | State::Run | State::Jog))
+            .unwrap();
+    }
+
+    /// It stands still for some of that time.
+    pub fn stays(&mut self, longest_s: f64) {
+        let still = self.steps();
+        self.wait(longest_s);
+        assert_eq!(self.steps(), still, "it moved at rest");
+    }
+
+    /// Where it says that it stands.
+    #[must_use]
+    pub fn steps(&self) -> [i32; 3] {
+        self.sim.machine().position_steps()
+    }
+
+    /// What it is doing.
+    #[must_use]
+    pub fn state(&self) -> State {
+        self.sim.machine().state()
+    }
+}
+
+/// A place of the default machine, steps.
+#[must_use]
+pub fn steps_of(place_mm: [f64; 3]) -> [i32; 3] {
+    place_mm.map(|mm| (mm * STEPS_PER_MM).round() as i32)
+}
+
+/// Every move's edges are where the closed form has them, counts exact, paths straight.
+///
+/// # Panics
+/// When not.
+pub fn check(outcome: &Outcome, case: u64) {
+    for check in verify::moves(outcome) {
+        let record = &outcome.moves[check.index];
+        let ends = matches!(record.finish, Finish::Done | Finish::Held);
+        assert!(check.exact || !ends, "case {case}: {:?} in {record:?}", check.emitted_steps);
+        let off_ns = check.error_max_ns.into_iter().flatten().fold(0.0, f64::max);
+        assert!(off_ns <= outcome.config.port.tolerance_ns(), "case {case}: {off_ns} ns off in {record:?}");
+        assert!(check.is_straight(), "case {case}: {:?} of half a step apart in {record:?}", check.path_deviation);
+    }
+    for pair in outcome.moves.windows(2).filter(|pair| matches!(pair[0].finish, Finish::Done | Finish::Held)) {
+        // A plan's end is reckoned in floating point.
+        let (pause_ns, flows) = (pair[0].pause_ns(&pair[1]), pair[0].run == pair[1].run);
+        assert!(
+            pause_ns > -1.0 && (!flows || pause_ns < 1.0),
+            "case {case}: {pause_ns} ns from one to the other of {pair:?}"
+        );
+    }
+    assert!(outcome.violations.is_empty(), "case {case}: {:?}", outcome.violations);
+    assert_eq!(outcome.counted_steps, outcome.position_steps, "case {case}");
+}
+
+/// The highest of many cases.
+#[derive(Default)]
+pub struct Highest(Shares);
+
+impl Highest {
+    /// One more, which keeps to every limit.
+    ///
+    /// # Panics
+    /// When it does not.
+    pub fn add(&mut self, shares: Shares, case: u64) {
+        assert!(shares.are_within(), "case {case}: {shares:?}");
+        self.0 = self.0.max(shares);
+    }
+
+    /// They come near to every limit that there is; but moves alone to none of a corner.
+    ///
+    /// # Panics
+    /// When they do not.
+    pub fn tell(&self) {
+        let Shares { speed, ends, accel, decel, jerk, .. } = self.0;
+        println!("at most, as shares of the limits, by the edges: {:?}", self.0);
+        assert!([speed, accel, decel, jerk].into_iter().all(|share| share > 0.98) && ends > 0.5, "{:?}", self.0);
+    }
+
+    /// The highest share of what corners allow.
+    #[must_use]
+    pub fn corner(&self) -> f64 {
+        self.0.corner
+    }
+}
+
+/// Carries out so many cases, or the one that `CASE` names; a failure prints how to see it again.
+///
+/// # Panics
+/// When a case does.
+pub fn all_cases(file: &str, test: &str, cases: u64, mut carry_out: impl FnMut(u64)) {
+    if let Ok(case) = env::var("CASE") {
+        carry_out(case.parse().expect("CASE is a number"));
+        return;
+    }
+    for case in 0..cases {
+        if catch_unwind(AssertUnwindSafe(|| carry_out(case))).is_err() {
+            panic!("again: CASE={case} cargo test -p isostep-tests --test {file} -- --exact {test}");
+        }
+    }
+}
+
+/// A move of a random chain, or an arc of it.
+#[derive(Clone, Copy, Debug)]
+pub struct Asked {
+    /// Its way, unless it is an arc's.
+    pub steps: Option<[i32; AXES]>,
+    /// Where it ends.
+    pub end_steps: [i32; AXES],
+    /// Its feed, mm/min; or it is a rapid.
+    pub feed_mm_min: Option<f64>,
+    /// It ends in a stop.
+    pub stops: bool,
+}
+
+/// Random moves that are asked for one after the other.
+#[derive(Clone, Debug, Default)]
+pub struct Moves {
+    /// As they were asked for, those that go nowhere left out.
+    pub asked: Vec<Asked>,
+    place_steps: [i32; AXES],
+    last_steps: [i32; AXES],
+}
+
+/// How the random moves are asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// As blocks of a program.
+    Program,
+    /// As jogs.
+    Jog,
+}
+
+/// The room that they keep within, steps.
+const ROOM_STEPS: [i32; AXES] = [3_000, 3_000, 1_500];
+
+impl Moves {
+    /// From that place on.
+    #[must_use]
+    pub fn from(place_steps: [i32; AXES]) -> Self {
+        Self { asked: Vec::new(), place_steps, last_steps: [0; AXES] }
+    }
+
+    /// Where the last one ends, steps.
+    #[must_use]
+    pub fn end_steps(&self) -> [i32; AXES] {
+        self.place_steps
+    }
+
+    /// The lines of so many more.
+    pub fn more(&mut self, count: u64, kind: Kind, random: &mut Rand64) -> String {
+        let mut lines = String::new();
+        for _ in 0..count {
+            if kind == Kind::Program && random.rand_range(0..6) == 0 && self.arc(&mut lines, random) {
+                continue;
+            }
+            self.line(&mut lines, kind, random);
+        }
+        lines
+    }
+
+    fn line(&mut self, lines: &mut String, kind: Kind, random: &mut Rand64) {
+        let mut any = |most: f64| ((random.rand_float() * 2.0 - 1.0) * most).round() as i32;
+        // From a step to some millimetres.
+        let far = 1_000.0_f64.powf(f64::from(any(100.0).abs()) / 100.0);
+        let mut steps = match any(5.0) {
+            -5 | -4 => self.last_steps.map(|steps| -steps),
+            -3 => self.last_steps,
+            // Nearly straight on.
+            -2 | -1 => self.last_steps.map(|steps| steps + any(2.0)),
+            // A single step, and none.
+            0 | 1 => [any(far), any(1.0), 0],
+            2 => [any(1.0), any(1.0), any(1.0)],
+            _ => [any(far), any(far), any(far / 2.0)],
+        };
+        for axis in 0..AXES {
+            if !(0..=ROOM_STEPS[axis]).contains(&(self.place_steps[axis] + steps[axis])) {
+                steps[axis] = -steps[axis];
+            }
+            if !(0..=ROOM_STEPS[axis]).contains(&(self.place_steps[axis] + steps[axis])) {
+                steps[axis] = 0;
+            }
+        }
+        let end_steps: [i32; AXES] = std::array::from_fn(|axis| self.place_steps[axis] + steps[axis]);
+        let [x, y, z] = end_steps.map(|steps| f64::from(steps) / STEPS_PER_MM);
+        let feed = (60.0 * 60.0_f64.powf(random.rand_float())).round();
+        let (word, feed_mm_min, stops) = match (kind, random.rand_range(0..8)) {
+            (Kind::Jog, _) => (format!("$J=G90 F{feed}"), Some(feed), false),
+            (Kind::Program, 0 | 1) => ("G61 G0".to_owned(), None, false),
+            (Kind::Program, 2) => (format!("G61.1 G1 F{feed}"), Some(feed), true),
+            (Kind::Program, _) => (format!("G61 G1 F{feed}"), Some(feed), false),
+        };
+        writeln!(lines, "{word} X{x} Y{y} Z{z}").unwrap();
+        if steps != [0; AXES] {
+            self.asked.push(Asked { steps: Some(steps), end_steps, feed_mm_min, stops });
+            (self.place_steps, self.last_steps) = (end_steps, steps);
+        }
+    }
+
+    /// A quarter of a circle, or a whole one; false where there is no room for it.
+    fn arc(&mut self, lines: &mut String, random: &mut Rand64) -> bool {
+        let [x_steps, y_steps, z_steps] = self.place_steps;
+        let radius_steps = random.rand_range(5..120) as i32;
+        let room = 2 * radius_steps..=ROOM_STEPS[0] - 2 * radius_steps;
+        if !room.contains(&x_steps) || !room.contains(&y_steps) {
+            return false;
+        }
+        let mm = |steps: i32| f64::from(steps) / STEPS_PER_MM;
+        let feed = random.rand_range(300..3_000) as f64;
+        let is_whole = random.rand_range(0..3) == 0;
+        let turn = if random.rand_range(0..2) == 0 { 2 } else { 3 };
+        let up = if turn == 2 { radius_steps } else { -radius_steps };
+        let end_steps = if is_whole { self.place_steps } else { [x_steps + radius_steps, y_steps + up, z_steps] };
+        let ([x, y, _], i) = (end_steps.map(mm), mm(radius_steps));
+        writeln!(lines, "G61 G{turn} X{x} Y{y} I{i} F{feed}").unwrap();
+        self.asked.push(Asked { steps: None, end_steps, feed_mm_min: Some(feed), stops: false });
+        self.place_steps = end_steps;
+        true
+    }
+
+    /// Finds out which of them each record is: they are in order, each is a whole or goes on where it was held, and of the
+    /// last ones some may be missing. Indices into `asked`.
+    ///
+    /// # Panics
+    /// When they are not.
+    #[must_use]
+    pub fn of(&self, records: &[MoveRecord]) -> Vec<usize> {
+        let mut next = 0;
+        let found = records.iter().map(|record| {
+            let index = next;
+            let asked = self.asked.get(index).unwrap_or_else(|| panic!("nobody asked for {record:?}"));
+            assert!(asked.steps.is_none_or(|steps| steps == record.plan.steps), "{asked:?} was made as {record:?}");
+            let is_whole =
+                (0..AXES).all(|axis| record.step_numbers(axis).end == record.plan.steps[axis].unsigned_abs() + 1);
+            if is_whole && record.end_steps == asked.end_steps {
+                next += 1;
+            }
+            index
+        });
+        found.collect()
+    }
+}

@@ -1,0 +1,311 @@
+//! Random chains of moves, interfered with at random instants, in virtual time by both step ports: lines with reversals and
+//! single steps, arcs, rapids and feeds, in any number of bursts. Every edge against the closed form, counts exact, moves
+//! straight, and each axis within its limits, corners included. A failure prints the line that does it again.
+
+use embassy_time::Duration;
+use isostep_motion::{Alarm, Axis, Finish, State};
+use isostep_sim::plant::SwitchFault;
+use isostep_sim::{MoveRecord, Outcome};
+use isostep_tests::bench::{Bench, Highest, Kind, Moves, all_cases, check};
+
+/// Of each kind.
+const INSTANTS: u64 = 1_000;
+const PER_CASE: u64 = 10;
+const CASES: u64 = INSTANTS / PER_CASE;
+
+/// A machine of a case: of any steepness, and any corners.
+fn bench(case: u64) -> Bench {
+    let mut bench = Bench::new(case);
+    let deviation_mm = bench.one_of(&[0.0, 0.01, 0.05, 0.2]);
+    let times = bench.one_of(&[1, 4, 20]);
+    let axes = [0, 1, 2].map(|axis| {
+        let accel = if axis == 1 { 40 * times } else { 50 * times };
+        format!("$12{axis}={accel}\n$93{axis}={}\n", 500 * times)
+    });
+    // Mostly as fast as can be.
+    let thirds = u32::from(case.is_multiple_of(10));
+    bench.say(&format!("$11={deviation_mm}\n$900={thirds}\n{}", axes.concat()));
+    bench.settle_settings();
+    bench
+}
+
+/// All that was seen since a number of moves had been made. They are `moves` in order, and those that should stop do.
+fn check_chain(bench: &mut Bench, outcome: &Outcome, first: usize, moves: &Moves, highest: &mut Highest, case: u64) {
+    let records = &outcome.moves[first..];
+    let found = moves.of(records);
+    for (pair, index) in records.windows(2).zip(&found) {
+        if moves.asked[*index].stops && pair[0].end_steps == moves.asked[*index].end_steps && pair[0].run == pair[1].run
+        {
+            let [_, exit_mm_s] = bench.speeds_mm_s(&pair[0]);
+            assert!(bench.is_rest(&pair[0], exit_mm_s), "case {case}: {exit_mm_s} mm/s at an exact stop");
+        }
+    }
+    let since = Outcome { moves: records.to_vec(), ..outcome.clone() };
+    let at = |record: &MoveRecord| records.iter().position(|each| each == record).expect("one of them");
+    highest.add(bench.shares(&since, |record| moves.asked[found[at(record)]].feed_mm_min), case);
+}
+
+fn ends_at(outcome: &Outcome, moves: &Moves, case: u64) {
+    assert_eq!(outcome.counted_steps, moves.end_steps(), "case {case}: where the chain ends");
+}
+
+#[test]
+fn holds_at_any_instant_lose_nothing() {
+    let (mut held, mut highest) = (0, Highest::default());
+    all_cases("chains", "holds_at_any_instant_lose_nothing", CASES, |case| {
+        let mut bench = bench(case);
+        let mut moves = Moves::default();
+        for _ in 0..PER_CASE {
+            let count = bench.random.rand_range(1..10);
+            let lines = moves.more(count, Kind::Program, &mut bench.random);
+            bench.stream(&lines);
+            bench.wait(0.6);
+            bench.say("!");
+            if bench.one_of(&[true, false]) {
+                let line = moves.more(1, Kind::Program, &mut bench.random);
+                bench.say(&line);
+            }
+            bench.at_rest();
+            bench.stays(0.3);
+            bench.say("~");
+        }
+        bench.sim.run_until_idle().unwrap();
+        let outcome = bench.outcome();
+        check(&outcome, case);
+        ends_at(&outcome, &moves, case);
+        check_chain(&mut bench, &outcome, 0, &moves, &mut highest, case);
+        held += outcome.moves.iter().filter(|record| record.finish == Finish::Held).count() as u64;
+    });
+    println!("of {INSTANTS} holds {held} fell into moves");
+    highest.tell();
+    assert!(held > INSTANTS / 2, "{held}");
+}
+
+#[test]
+fn jogs_are_cancelled_at_any_instant() {
+    let (mut held, mut highest) = (0, Highest::default());
+    all_cases("chains", "jogs_are_cancelled_at_any_instant", CASES, |case| {
+        let mut bench = bench(case);
+        for _ in 0..PER_CASE {
+            let first = bench.sim.outcome().moves.len();
+            let mut moves = Moves::from(bench.steps());
+            let lines = moves.more(10, Kind::Jog, &mut bench.random);
+            bench.stream(&lines);
+            bench.wait(1.0);
+            bench.sim.send(&[0x85]);
+            bench.at_rest();
+            bench.stays(0.1);
+            assert_eq!(bench.state(), State::Idle, "case {case}");
+            let outcome = bench.outcome();
+            held += outcome.moves[first..].iter().filter(|record| record.finish == Finish::Held).count() as u64;
+            check_chain(&mut bench, &outcome, first, &moves, &mut highest, case);
+        }
+        check(&bench.outcome(), case);
+    });
+    println!("of {INSTANTS} jog cancels {held} fell into moves");
+    highest.tell();
+    assert!(held > INSTANTS / 3, "{held}");
+}
+
+#[test]
+fn overrides_at_any_instant_lose_nothing() {
+    let (mut changed, mut highest) = (0, Highest::default());
+    all_cases("chains", "overrides_at_any_instant_lose_nothing", CASES, |case| {
+        let mut bench = bench(case);
+        let mut moves = Moves::default();
+        for _ in 0..PER_CASE {
+            let count = bench.random.rand_range(1..8);
+            let lines = moves.more(count, Kind::Program, &mut bench.random);
+            bench.stream(&lines);
+            bench.wait(0.4);
+            let byte = bench.one_of(&[0x90, 0x91, 0x92, 0x91, 0x92, 0x91, 0x95, 0x96, 0x97]);
+            bench.override_by(&[byte; 5]);
+        }
+        bench.sim.run_until_idle().unwrap();
+        let outcome = bench.outcome();
+        check(&outcome, case);
+        ends_at(&outcome, &moves, case);
+        check_chain(&mut bench, &outcome, 0, &moves, &mut highest, case);
+        changed += outcome.moves.iter().filter(|record| !record.parts.is_empty()).count() as u64;
+    });
+    println!("{changed} moves went on otherwise");
+    highest.tell();
+    assert!(changed > INSTANTS / 5, "{changed}");
+}
+
+#[test]
+fn resets_at_any_instant_keep_the_position() {
+    let (mut braked, mut highest) = (0, Highest::default());
+    all_cases("chains", "resets_at_any_instant_keep_the_position", CASES, |case| {
+        let mut bench = bench(case);
+        for _ in 0..PER_CASE {
+            let first = bench.sim.outcome().moves.len();
+            let mut moves = Moves::from(bench.steps());
+            let lines = moves.more(10, Kind::Program, &mut bench.random);
+            bench.stream(&lines);
+            bench.wait(1.0);
+            bench.reset();
+            bench.sim.run_for(Duration::from_micros(1)).unwrap();
+            bench.at_rest();
+            bench.stays(0.1);
+            bench.sim.run_until_idle().unwrap();
+            assert!(bench.hear(), "case {case}: no welcome");
+            assert_eq!(bench.state(), State::Idle, "case {case}");
+            let outcome = bench.outcome();
+            braked += outcome.moves[first..].iter().filter(|record| record.finish == Finish::Held).count() as u64;
+            check_chain(&mut bench, &outcome, first, &moves, &mut highest, case);
+        }
+        check(&bench.outcome(), case);
+    });
+    println!("of {INSTANTS} resets {braked} fell into moves");
+    highest.tell();
+    assert!(braked > INSTANTS / 3, "{braked}");
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Stop {
+    Limit(Axis),
+    Emergency,
+    Resets,
+}
+
+#[test]
+fn stops_at_any_instant_leave_the_exact_count() {
+    let (mut stopped, mut highest) = (0, Highest::default());
+    all_cases("chains", "stops_at_any_instant_leave_the_exact_count", CASES, |case| {
+        let mut bench = bench(case);
+        for round in 0..PER_CASE {
+            let first = bench.sim.outcome().moves.len();
+            let mut moves = Moves::from(bench.steps());
+            let lines = moves.more(10, Kind::Program, &mut bench.random);
+            bench.stream(&lines);
+            bench.wait(1.0);
+            let was = bench.state();
+            let axis = bench.one_of(&Axis::ALL);
+            let stop = [Stop::Limit(axis), Stop::Emergency, Stop::Resets][(round % 3) as usize];
+            match stop {
+                Stop::Limit(axis) => bench.sim.set_switch(axis, SwitchFault::StuckClosed),
+                Stop::Emergency => bench.sim.set_emergency_stop(true),
+                Stop::Resets => bench.sim.send(b"\x18\x18"),
+            }
+            bench.sim.run_for(Duration::from_micros(20)).unwrap();
+            bench.stays(0.1);
+            let expected = match (stop, was) {
+                (Stop::Emergency, _) => State::Alarm(Alarm::EmergencyStop),
+                (_, State::Idle) => State::Idle,
+                (Stop::Limit(axis), _) => State::Alarm(Alarm::HardLimit { axis }),
+                (Stop::Resets, _) => State::Alarm(Alarm::ResetInMotion),
+            };
+            assert_eq!(bench.state(), expected, "case {case}: {stop:?} in {was:?}");
+            match stop {
+                Stop::Limit(axis) => bench.sim.set_switch(axis, SwitchFault::None),
+                Stop::Emergency => bench.sim.set_emergency_stop(false),
+                Stop::Resets => {}
+            }
+            bench.sim.run_for(Duration::from_millis(50)).unwrap();
+            bench.sim.send(b"$X\n");
+            bench.sim.run_until_idle().unwrap();
+            bench.forget_answers();
+            assert_eq!(bench.state(), State::Idle, "case {case}");
+            let outcome = bench.sim.outcome();
+            assert_eq!(outcome.counted_steps, outcome.position_steps, "case {case}: {stop:?}");
+            stopped += outcome.moves[first..].iter().filter(|record| record.finish == Finish::Stopped).count() as u64;
+            check_chain(&mut bench, &outcome, first, &moves, &mut highest, case);
+            // It goes from there to where random moves have room.
+            bench.say("G90 G0 X0 Y0 Z0\n");
+            bench.sim.run_until_idle().unwrap();
+            assert_eq!(bench.outcome().counted_steps, [0; 3], "case {case}");
+        }
+        check(&bench.outcome(), case);
+    });
+    println!("of {INSTANTS} stops {stopped} fell into moves");
+    highest.tell();
+    assert!(stopped > INSTANTS / 3, "{stopped}");
+}
+
+/// A host falls silent in the middle of a line: it is braked to rest at the end of what is known, and goes on when more
+/// comes; without a stop if that is in time.
+#[test]
+fn a_host_that_stops_for_a_while_stops_the_machine_where_its_lines_end() {
+    const SPEED_MM_S: f64 = 20.0;
+    let (mut rested, mut flowed) = (0, 0);
+    let name = "a_host_that_stops_for_a_while_stops_the_machine_where_its_lines_end";
+    all_cases("chains", name, 60, |case| {
+        let mut bench = bench(case);
+        bench.say("$120=50\n$920=0\n$930=500\n$900=0\n");
+        bench.settle_settings();
+        let accel_mm_s2 = 50.0;
+        let lines = |from: i32| (from + 1..=from + 20).map(|mm| format!("G90 G1 X{mm} F1200\n")).collect::<String>();
+        bench.stream(&lines(0));
+        // 20 mm, by the slowest law in some 3 s.
+        bench.wait(4.0);
+        let came_ns = bench.sim.now_ns();
+        bench.stream(&lines(20));
+        bench.sim.run_until_idle().unwrap();
+        let outcome = bench.outcome();
+        check(&outcome, case);
+        assert_eq!((outcome.counted_steps, outcome.moves.len()), ([2_000, 0, 0], 40), "case {case}");
+        let shares = bench.shares(&outcome, |_| Some(60.0 * SPEED_MM_S));
+        assert!(shares.are_within(), "case {case}: {shares:?}");
+        let is_rest = |index: usize| {
+            let [_, exit_mm_s] = bench.speeds_mm_s(&outcome.moves[index]);
+            bench.is_rest(&outcome.moves[index], exit_mm_s)
+        };
+        let rests: Vec<_> = (0..40).filter(|index| is_rest(*index)).collect();
+        let [before, after] = [&outcome.moves[19], &outcome.moves[20]];
+        // Where it might have begun to brake to rest by the trapezoid, as late as any law does, and what is told ahead.
+        let braking_s = SPEED_MM_S / accel_mm_s2;
+        if before.run == after.run {
+            flowed += 1;
+            assert!(rests == [39] || rests == [19, 39], "case {case}: {rests:?}");
+        } else {
+            rested += 1;
+            assert_eq!(rests, [19, 39], "case {case}: it comes to rest at the end of what is known alone");
+            let begun_ns = after.begin_ns() - before.end_ns.max(came_ns);
+            assert!(begun_ns < 10_000_000, "case {case}: it begins {begun_ns} ns after the lines came");
+        }
+        if came_ns as f64 * 1e-9 < before.end_ns as f64 * 1e-9 - 2.0 * braking_s - 0.1 {
+            assert_eq!(rests, [39], "case {case}: it had not begun to brake");
+        }
+    });
+    println!("{rested} times it rested, {flowed} times it flowed");
+    assert!(rested > 5 && flowed > 20, "{rested}, {flowed}");
+}
+
+/// From the last edge before the end of each move to the next, s.
+fn corner_gaps_s(lines: &str) -> Vec<f64> {
+    let mut bench = Bench::new(0);
+    bench.say("$900=0\n$910=0\n$911=0\n$912=0\n$940=0\n$121=50\n$920=0\n$921=0\n$922=0\n");
+    bench.settle_settings();
+    bench.stream(lines);
+    bench.sim.run_until_idle().unwrap();
+    let outcome = bench.outcome();
+    check(&outcome, 0);
+    let gap_s = |pair: &[MoveRecord]| {
+        let (last, next) = (&outcome.edges[pair[0].edges.end - 1], &outcome.edges[pair[1].edges.start]);
+        (next.t_ns - last.t_ns) as f64 * 1e-9
+    };
+    outcome.moves.windows(2).map(gap_s).collect()
+}
+
+/// By the edges: from rest at 2,500 steps/s² half a step takes 20 ms, and as much to it.
+#[test]
+fn exact_stops_and_no_deviation_stop_at_corners() {
+    const STOP_S: f64 = 0.04;
+    let stops = |gap_s: &f64| *gap_s > STOP_S - 1e-6;
+    // A corner, straight on, a corner of 45 degrees, and back.
+    let path = |word: &str| format!("G91 {word} G1 F1200 X4\nY4\nY4\nX4 Y4\nX-4 Y-4\n");
+    let flowing = corner_gaps_s(&path("G61"));
+    assert!(!flowing[..3].iter().any(stops) && stops(&flowing[3]), "{flowing:?}");
+    // A circle that strays from the corner by 0.01 mm, at 50 mm/s² across for each axis: 1.307 mm/s, steps of 0.02 mm.
+    assert!((flowing[0] - 0.0137).abs() < 0.0005, "{flowing:?}");
+    assert!(flowing[1] < 0.002, "straight on it is no slower than by the way to brake: {flowing:?}");
+    let exact = corner_gaps_s(&path("G61.1"));
+    assert!(exact.iter().all(stops), "{exact:?}");
+    let without = corner_gaps_s(&format!("$11=0\n{}", path("G61")));
+    let at_corners: Vec<_> = without.iter().map(stops).collect();
+    assert_eq!(at_corners, [true, false, true, true], "straight on there is no corner: {without:?}");
+    // Of a program only the moves from G61.1 to G61.
+    let some = corner_gaps_s("G91 G1 F1200 X4\nG61.1 Y4\nG61 Y4\nY4\n");
+    assert_eq!(some.iter().map(stops).collect::<Vec<_>>(), [false, true, false], "{some:?}");
+}
