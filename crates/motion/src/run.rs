@@ -111,7 +111,7 @@ where
     async fn prepare(&mut self, feeders: &mut Feeders<'_>) {
         self.tell_until(COMPILED_BEFORE_START.as_micros() as f64 * 1e-6);
         for feeder in feeders {
-            feeder.prepare(&self.legs, COMPILED_BEFORE_START);
+            feeder.prepare(self.legs, COMPILED_BEFORE_START);
             yield_now().await;
         }
     }
