@@ -331,20 +331,21 @@ impl Highest {
     }
 }
 
-/// Carries out so many cases, or the one that `CASE` names; a failure prints how to see it again.
+/// Carries out so many cases, or the one that `CASE` names; whether these were all. A failure prints how to see it again.
 ///
 /// # Panics
 /// When a case does.
-pub fn all_cases(file: &str, test: &str, cases: u64, mut carry_out: impl FnMut(u64)) {
+pub fn all_cases(file: &str, test: &str, cases: u64, mut carry_out: impl FnMut(u64)) -> bool {
     if let Ok(case) = env::var("CASE") {
         carry_out(case.parse().expect("CASE is a number"));
-        return;
+        return false;
     }
     for case in 0..cases {
         if catch_unwind(AssertUnwindSafe(|| carry_out(case))).is_err() {
             panic!("again: CASE={case} cargo test -p isostep-tests --test {file} -- --exact {test}");
         }
     }
+    true
 }
 
 /// A move of a random chain, or an arc of it.

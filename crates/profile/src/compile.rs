@@ -66,7 +66,8 @@ pub const FIT_ERROR_MAX_S: f64 = 20e-9;
 /// most.
 pub const BRIEF_S: f64 = 1e-3;
 
-/// A step nearer to where a profile begins or ends is taken to be that near, steps: standstill has no end of instants.
+/// A step of a ramp that is nearer to its slow end, where the profile begins or ends, is taken to be that near, steps:
+/// standstill has no end of instants.
 pub(crate) const NEAREST_STEPS: f64 = 1e-6;
 
 /// How far any segment's quadratic may stray from the closed form at `tick_hz` (ticks/s), ticks.
@@ -74,6 +75,9 @@ pub(crate) const NEAREST_STEPS: f64 = 1e-6;
 pub fn fit_error_max_ticks(tick_hz: u32) -> f64 {
     FIT_ERROR_MAX_TICKS.max(FIT_ERROR_MAX_S * f64::from(tick_hz))
 }
+
+/// A ramp as brief is what rounding has left where there is none, s: no step is of it.
+const NO_RAMP_S: f64 = 1e-12;
 
 /// Which steps of an axis a profile makes, and when it begins.
 #[derive(Clone, Copy, Debug)]
@@ -88,6 +92,17 @@ pub(crate) struct Stretch {
     pub(crate) beyond: f64,
     /// When it begins, s from the start of the run.
     pub(crate) begin_s: f64,
+}
+
+impl Stretch {
+    /// The steps before the end of each phase.
+    pub(crate) fn phase_ends(&self, plan: &Profile) -> [u32; 3] {
+        let Self { share, steps, ahead, .. } = *self;
+        let steps_before = |boundary: f64| ((boundary * share + ahead + 0.5) as u32).min(steps);
+        let accel_end = if plan.t_accel_s() > NO_RAMP_S { steps_before(plan.accel_end_steps()) } else { 0 };
+        let cruise_end = if plan.t_decel_s() > NO_RAMP_S { steps_before(plan.cruise_end_steps()) } else { steps };
+        [accel_end, cruise_end.max(accel_end), steps]
+    }
 }
 
 /// Compiles one axis of a move into segments, one per call of `next`.
@@ -119,14 +134,11 @@ enum Part {
 
 impl Segments {
     pub(crate) fn new(plan: &Profile, stretch: Stretch, tick_hz: u32) -> Self {
-        let Stretch { share, steps, ahead, beyond, begin_s } = stretch;
-        let steps_before = |boundary: f64| ((boundary * share + ahead + 0.5) as u32).min(steps);
-        let accel_end = steps_before(plan.accel_end_steps());
-        let cruise_end = steps_before(plan.cruise_end_steps()).max(accel_end);
+        let Stretch { share, ahead, beyond, begin_s, .. } = stretch;
         let tick_hz = f64::from(tick_hz);
         let (begin_ticks, end_ticks) = (begin_s * tick_hz, (begin_s + plan.duration_s()) * tick_hz);
         let view = View { stride: 1.0 / share, tick_hz, ahead, beyond, begin_ticks, end_ticks };
-        let ends = [accel_end, cruise_end, steps];
+        let ends = stretch.phase_ends(plan);
         let mut segments =
             Self { plan: *plan, view, ends, index: 0, part: Part::Even(Phase::empty()), done: 0, next: None };
         segments.begin_part();

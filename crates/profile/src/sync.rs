@@ -82,10 +82,16 @@ impl<const N: usize> SyncMove<N> {
     /// `k` counts from 1 to the axis's steps, in a part of a move over [`step_numbers`](Self::step_numbers).
     #[must_use]
     pub fn step_time_s(&self, axis: usize, k: u32) -> f64 {
-        let share = self.share(axis);
-        let steps = (f64::from(k) - 0.5) / share - self.origin_steps;
-        let nearest = NEAREST_STEPS / share;
-        let steps = steps.max(nearest).min(self.profile.distance_steps() - nearest);
+        let stretch = self.stretch(axis);
+        let steps = (f64::from(k) - 0.5) / stretch.share - self.origin_steps;
+        let nearest = NEAREST_STEPS / stretch.share;
+        // The steps before it here.
+        let before = k.saturating_sub(self.step_numbers(axis).start);
+        let steps = match stretch.phase_ends(&self.profile) {
+            [accel_end, ..] if before < accel_end => steps.max(nearest),
+            [_, cruise_end, _] if before >= cruise_end => steps.min(self.profile.distance_steps() - nearest),
+            _ => steps,
+        };
         self.origin_s + self.profile.time_at(steps)
     }
 
@@ -93,14 +99,17 @@ impl<const N: usize> SyncMove<N> {
     /// is the last work with floats; each segment comes in whole numbers.
     #[must_use]
     pub fn segments(&self, axis: usize, tick_hz: u32) -> Segments {
+        Segments::new(&self.profile, self.stretch(axis), tick_hz)
+    }
+
+    fn stretch(&self, axis: usize) -> Stretch {
         let (share, numbers) = (self.share(axis), self.step_numbers(axis));
         let (before, end) = (f64::from(numbers.start - 1), f64::from(numbers.end - 1));
         let total = f64::from(self.steps[axis].unsigned_abs());
         // Of a whole move both are 0, exactly.
         let ahead = self.origin_steps * share - before;
         let beyond = (self.end_steps() - self.way_steps()) * share + (total - end);
-        let steps = numbers.end - numbers.start;
-        Segments::new(&self.profile, Stretch { share, steps, ahead, beyond, begin_s: self.origin_s }, tick_hz)
+        Stretch { share, steps: numbers.end - numbers.start, ahead, beyond, begin_s: self.origin_s }
     }
 
     /// The numbers of the steps that the axis with index `axis` makes here, counted from 1 at the beginning of the whole
