@@ -258,13 +258,14 @@ impl Ends {
             // Where far too much or little is needed, the fraction is too small or large, or below 0.
             let (low, high) = if difference > 0.0 { (1.0, FACTOR_MAX) } else { (1.0 / FACTOR_MAX, 1.0) };
             let factor = if (low..=high).contains(&factor) { factor } else { low * high };
-            gain *= factor;
+            // Not where a step leads there that is too long.
             if gain >= most && factor >= 1.0 {
                 return most;
             }
+            gain *= factor;
             let step = factor - 1.0;
             if step.abs() <= tolerance {
-                return gain * (1.0 - step * step / 4.0);
+                return (gain * (1.0 - step * step / 4.0)).min(most);
             }
             gain = gain.min(most);
         }

@@ -2,7 +2,7 @@
 
 use core::f64::consts::{FRAC_PI_2, PI};
 
-use isostep_profile::{IntervalLaw, Limits, Profile, SpeedLaw};
+use isostep_profile::{IntervalLaw, Limits, Profile, SpeedLaw, SyncMove};
 
 const START: f64 = 100.0;
 const TOP: f64 = 500.0;
@@ -287,6 +287,30 @@ fn without_ramps_there_is_no_acceleration() {
                 (100.0, 0.0, 0.0),
                 "{law}"
             );
+        }
+    }
+}
+
+/// A top speed just above what thirds come to is none that they may have.
+#[test]
+fn thirds_keep_to_their_accelerations_whatever_the_top_speed() {
+    let limits = Limits {
+        start_speed_steps_s: 50.0,
+        top_speed_steps_s: 2_400.0,
+        accel_steps_s2: 8_000.0,
+        decel_steps_s2: 1_750.0,
+        jerk_steps_s3: 100_000.0,
+    };
+    for law in SpeedLaw::ALL {
+        for top in (100..1_200).step_by(3) {
+            let limits = Limits { top_speed_steps_s: f64::from(top), ..limits };
+            let plan = SyncMove::plan([179], &[limits], IntervalLaw::Thirds, law, None).unwrap();
+            let (profile, instants) = (plan.profile, 1_000);
+            let accels = (0..instants)
+                .map(|k| profile.accel_at(profile.duration_s() * (f64::from(k) + 0.5) / f64::from(instants)));
+            let (least, most) = accels.fold((0.0, 0.0), |(least, most): (f64, f64), a| (least.min(a), most.max(a)));
+            assert!(least >= -1_750.0 * (1.0 + 1e-9), "{law}, {top} steps/s: {least} steps/s²");
+            assert!(most <= 8_000.0 * (1.0 + 1e-9), "{law}, {top} steps/s: {most} steps/s²");
         }
     }
 }
