@@ -194,3 +194,28 @@ proptest! {
         drive::<8>(&case, &events)?;
     }
 }
+
+/// A step that is due just where one part goes over to another is due when the whole plan has it: there it has its speed, so
+/// it is not kept off as from standstill.
+#[test]
+fn a_step_between_two_parts_is_in_time() {
+    let limits = Limits { jerk_steps_s3: 5e5, ..limits(50.0, 2_400.0, 5e4) };
+    let terms = Terms::new([limits; AXES], [0.02; AXES], 0.01, IntervalLaw::Fastest, SpeedLaw::SCurve);
+    let mut chain = Chain::<AXES, 4>::new(terms);
+    chain.push(wanted([41, 1, 2], 0)).unwrap();
+    let whole = chain.advance(0.06).unwrap();
+    // The half of the way that speeds up is all jerk; of its second half another part is made, which ends where it does.
+    chain.hold();
+    chain.start();
+    let mut parts = Vec::new();
+    while let Some(leg) = chain.advance(f64::INFINITY) {
+        parts.push(leg.part);
+    }
+    assert_eq!(parts.len(), 2);
+    assert!((parts[0].end_steps() - 20.5).abs() < 1e-9, "{parts:?}");
+    let part = parts.iter().find(|part| part.step_numbers(1).contains(&1)).unwrap();
+    let [is_s, wanted_s] = [part, &whole.part].map(|part| part.step_time_s(1, 1));
+    assert!((is_s - wanted_s).abs() < 1e-9, "{is_s} for {wanted_s}");
+    let ticks: Vec<_> = part.segments(1, 125_000_000).flat_map(|segment| segment.ticks()).collect();
+    assert!((ticks[0] as f64 - wanted_s * 125e6).abs() < 1.0, "{ticks:?} for {wanted_s}");
+}

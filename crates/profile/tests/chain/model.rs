@@ -126,7 +126,7 @@ impl Move {
 
 /// The squared speed, (mm/s)², at which Grbl takes the corner between two moves; `None` if it stops.
 pub fn corner(case: &Case, before: &Move, after: &Move) -> Option<f64> {
-    if before.wanted.stops || after.wanted.stops || case.interval_law == IntervalLaw::Thirds {
+    if before.wanted.stops || case.interval_law == IntervalLaw::Thirds {
         return None;
     }
     let pairs = || before.direction.iter().zip(&after.direction);
