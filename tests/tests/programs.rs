@@ -24,7 +24,8 @@ fn check(name: &str, expected: &Expect) {
     let [outcome, _] = outcomes;
     let mut table = String::from("       X      Y      Z   accelerate     cruise decelerate\n");
     for record in outcome.moves.iter().filter(|record| !record.homing) {
-        let ([x, y, z], profile) = (record.plan.steps, record.plan.profile);
+        // As it was made, though what follows a move may have come to be known only when it was under way.
+        let ([x, y, z], profile) = (record.plan.steps, record.profile().expect("one profile"));
         let (accel, cruise, decel) = (profile.t_accel_s(), profile.t_cruise_s(), profile.t_decel_s());
         writeln!(table, "{x:>8} {y:>6} {z:>6} {accel:>10.6} s {cruise:>8.6} s {decel:>8.6} s").unwrap();
     }
