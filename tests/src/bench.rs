@@ -132,10 +132,17 @@ impl Bench {
     }
 
     /// The speed that an axis keeps to in a move, `t_s` from its beginning, steps/s. It has this feed, mm/min, or is a
-    /// rapid. A lower override is no limit until it has come about: the highest since the run was planned is.
-    fn speed_limit(&self, record: &MoveRecord, axis: usize, feed_mm_min: Option<f64>, t_s: f64) -> f64 {
+    /// rapid. A lower override is no limit until it has come about: the highest since the run was planned, at `planned_ns`,
+    /// is.
+    fn speed_limit(
+        &self,
+        record: &MoveRecord,
+        axis: usize,
+        feed_mm_min: Option<f64>,
+        planned_ns: u64,
+        t_s: f64,
+    ) -> f64 {
         let config = self.sim.machine().config();
-        let planned_ns = record.start_ns - 1_000_000;
         let Overrides { feed_percent, rapid_percent } =
             self.highest_overrides(planned_ns, record.begin_ns() + (t_s * 1e9) as u64);
         let top = config.limits[axis].top_speed_steps_s;
@@ -158,8 +165,11 @@ impl Bench {
         for record in &outcome.moves {
             let times_s = verify::axis_times_s(record, &outcome.edges[record.edges.clone()]);
             let [begins, ends] = self.speeds_mm_s(record).map(|speed_mm_s| self.is_rest(record, speed_mm_s));
+            // A run gets ready when the last step of the one before it has been made, and as long as it takes at rest.
+            let before = outcome.edges.partition_point(|edge| edge.t_ns < record.start_ns).checked_sub(1);
+            let planned_ns = before.map_or(u64::MAX, |last| outcome.edges[last].t_ns).min(record.start_ns - 1_000_000);
             for (axis, times_s) in times_s.iter().enumerate() {
-                let speed_at = |t_s: f64| self.speed_limit(record, axis, feed_mm_min(record), t_s);
+                let speed_at = |t_s: f64| self.speed_limit(record, axis, feed_mm_min(record), planned_ns, t_s);
                 let own = &config.limits[axis];
                 // A stop is abrupt.
                 let ends = Ends { at_rest: [begins, ends && matches!(record.finish, Finish::Done | Finish::Held)] };
