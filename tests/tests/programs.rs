@@ -82,8 +82,8 @@ fn short_moves_do_not_exceed_their_feed() {
         let outcome = run(lines.as_bytes(), &Config { port, ..Config::default() }).unwrap();
         kept("short moves", &outcome);
         let [first, .., last] = &outcome.moves[..] else { panic!("{port}: {} moves", outcome.moves.len()) };
-        assert_eq!((outcome.moves.len(), first.run), (100, last.run), "{port}: they flow");
-        let took_s = last.plan_s - first.plan.begin_s();
+        assert!(outcome.moves.len() == 100 && last.run <= first.run + 1, "{port}: they flow, once they are known");
+        let took_s = (last.start_ns - first.begin_ns()) as f64 * 1e-9 + last.plan_s;
         assert!((2.9999..3.0001).contains(&took_s), "{port}: {took_s} s");
     }
 }

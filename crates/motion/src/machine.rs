@@ -124,6 +124,8 @@ struct Inner {
     /// Nothing moves until [`Machine::resume`].
     held: bool,
     forget: Forget,
+    /// How often all was to be forgotten.
+    resets: u32,
 }
 
 /// What is to be forgotten of the motions asked for; the one under way brakes.
@@ -194,6 +196,7 @@ impl Machine {
                 moving: false,
                 held: false,
                 forget: Forget::Nothing,
+                resets: 0,
             })),
         }
     }
@@ -265,12 +268,12 @@ impl Machine {
     ///
     /// # Errors
     /// In alarm nothing but homing is taken, and not even that while the emergency stop is pressed. While it jogs, only
-    /// jogs are. While a reset brakes, nothing.
+    /// jogs are. While a reset brakes, nothing; and what waited for room then is forgotten.
     ///
     /// # Cancellation
     /// Safe: the motion is either in the queue or was never asked for.
     pub async fn submit(&self, motion: Motion) -> Result<(), Busy> {
-        self.transition(|inner, state| {
+        let resets = self.transition(|inner, state| {
             if matches!(state, State::Alarm(_)) && (!matches!(motion, Motion::Home { .. }) || inner.emergency) {
                 return (state, Err(Busy(state)));
             }
@@ -285,12 +288,13 @@ impl Machine {
                 (State::Idle, _) => State::Run,
                 _ => state,
             };
-            (next, Ok(()))
+            (next, Ok(inner.resets))
         })?;
         let mut place = Place { machine: self, taken: false };
         poll_fn(|context| self.poll_enqueue(context, motion)).await;
         place.taken = true;
-        Ok(())
+        // A reset while it waited for room has it forgotten.
+        if self.with(|inner| inner.resets) == resets { Ok(()) } else { Err(Busy(self.state())) }
     }
 
     /// Frees the motors, as soon as nothing moves and nothing waits to. The next motion energises them again.

@@ -122,6 +122,10 @@ where
     /// Safe: the axes go on to the end of what they have been given.
     async fn keep_going(&mut self, start: Instant, purpose: Purpose, feeders: &mut Feeders<'_>) -> Infallible {
         loop {
+            if self.chain.is_empty() {
+                // Without another the run would end with what has been told.
+                self.take_next(purpose);
+            }
             self.obey(purpose);
             let now = Instant::now();
             let passed = now.saturating_duration_since(start);

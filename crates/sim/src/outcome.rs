@@ -88,26 +88,28 @@ impl MoveRecord {
         }
         let first = self.plan.profile;
         let Some(last) = self.parts.last() else { return Some(first) };
-        let accel_steps_s2 = first.accel_at(0.0);
+        // In the middle of a ramp over time the acceleration is highest.
+        let accel_steps_s2 = first.accel_at(first.t_accel_s() / 2.0);
+        let decel_steps_s2 = -last.profile.accel_at(last.profile.duration_s() - last.profile.t_decel_s() / 2.0);
+        let jerk_steps_s3 = first.jerk_at(0.0);
         let limits = Limits {
             start_speed_steps_s: 0.0,
             top_speed_steps_s: first.cruise_speed_steps_s(),
             accel_steps_s2,
-            decel_steps_s2: Some(-last.profile.accel_at(last.profile.duration_s()))
-                .filter(|decel| *decel > 0.0)
-                .unwrap_or(accel_steps_s2),
-            jerk_steps_s3: f64::INFINITY,
+            decel_steps_s2: if decel_steps_s2 > 0.0 { decel_steps_s2 } else { accel_steps_s2 },
+            jerk_steps_s3: if jerk_steps_s3 > 0.0 { jerk_steps_s3 } else { f64::INFINITY },
         };
-        let ends = (first.entry_speed_steps_s(), last.profile.exit_speed_steps_s());
-        let (fastest, even) = (IntervalLaw::Fastest, SpeedLaw::Trapezoid);
-        let whole = Profile::plan(self.plan.way_steps(), ends.0, ends.1, &limits, fastest, even).ok()?;
+        let (entry, exit) = (first.entry_speed_steps_s(), last.profile.exit_speed_steps_s());
         let longest = (0..AXES).max_by_key(|&axis| self.plan.steps[axis].unsigned_abs())?;
         let steps = self.plan.steps[longest].unsigned_abs();
-        let is_it = |k: u32| {
-            let made_s = self.step_time_s(longest, k) - self.plan.begin_s();
-            (whole.time_at(f64::from(k) - 0.5) - made_s).abs() < SAME_S
+        let is_it = |whole: &Profile| {
+            (1..=steps).step_by((steps / PROBES).max(1) as usize).all(|k| {
+                let made_s = self.step_time_s(longest, k) - self.plan.begin_s();
+                (whole.time_at(f64::from(k) - 0.5) - made_s).abs() < SAME_S
+            })
         };
-        (1..=steps).step_by((steps / PROBES).max(1) as usize).all(is_it).then_some(whole)
+        let by = |law| Profile::plan(self.plan.way_steps(), entry, exit, &limits, IntervalLaw::Fastest, law).ok();
+        SpeedLaw::ALL.into_iter().filter_map(by).find(is_it)
     }
 }
 

@@ -41,6 +41,7 @@ impl Machine {
                     return (State::Idle, true);
                 }
                 inner.forget = Forget::All;
+                inner.resets = inner.resets.wrapping_add(1);
                 (State::Hold { still: false }, true)
             }
             _ => (state, false),
