@@ -6,6 +6,8 @@
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
+use crate::fixed::times;
+
 /// What a segment spans is less than this, so any interval of it has 30 bits: a port's word has two more to say.
 pub(crate) const SPAN_MAX_TICKS: u32 = (1 << 30) - 64;
 
@@ -39,27 +41,29 @@ impl Segment {
     /// When its last step is due, ticks from the start of the move, rounded to the nearest. No loop: a closed sum.
     #[must_use]
     pub fn last_ticks(&self) -> u64 {
-        let n = u64::from(self.steps - 1);
-        let growths = n * n.saturating_sub(1) / 2;
-        let sum = self.interval.wrapping_mul(n).wrapping_add(self.growth.wrapping_mul(growths));
-        self.first_ticks + (sum.wrapping_add(u64::from(self.fraction)) >> 32)
+        self.first_ticks + (self.sum(self.steps - 1) >> 32)
     }
 
     /// Its first `steps` steps, fewer than it holds and at least 1, and the others, each at the same instants.
     #[must_use]
     pub fn split(&self, steps: u32) -> (Self, Self) {
-        let n = u64::from(steps);
-        let growths = n * (n - 1) / 2;
-        let sum = self.interval.wrapping_mul(n).wrapping_add(self.growth.wrapping_mul(growths));
-        let sum = sum.wrapping_add(u64::from(self.fraction));
+        let sum = self.sum(steps);
         let others = Self {
             steps: self.steps - steps,
             fraction: sum as u32,
             first_ticks: self.first_ticks + (sum >> 32),
-            interval: self.interval.wrapping_add(self.growth.wrapping_mul(n)),
+            interval: self.interval.wrapping_add(times(self.growth, steps)),
             growth: self.growth,
         };
         (Self { steps, ..*self }, others)
+    }
+
+    /// Its first `n` intervals and what the first instant leaves over, 2^-32 tick.
+    fn sum(&self, n: u32) -> u64 {
+        // n (n - 1)/2 growths, the half of the even one of both.
+        let (half, other) = if n % 2 == 0 { (n / 2, n.wrapping_sub(1)) } else { (n, n / 2) };
+        let grown = times(times(self.growth, half), other);
+        times(self.interval, n).wrapping_add(grown).wrapping_add(u64::from(self.fraction))
     }
 
     /// The same steps, `ticks` later.
@@ -72,8 +76,7 @@ impl Segment {
     /// is the first or the last.
     #[must_use]
     pub fn interval_min_ticks(&self) -> Option<u32> {
-        let growths = u64::from(self.steps.checked_sub(2)?);
-        let last = self.interval.wrapping_add(self.growth.wrapping_mul(growths));
+        let last = self.interval.wrapping_add(times(self.growth, self.steps.checked_sub(2)?));
         Some((self.interval.min(last) >> 32) as u32)
     }
 
