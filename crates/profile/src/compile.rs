@@ -82,8 +82,8 @@ const NO_RAMP_S: f64 = 1e-12;
 /// Which steps of an axis a profile makes, and when it begins.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Stretch {
-    /// Steps of this axis for each step of the longest.
-    pub(crate) share: f64,
+    /// Steps of the longest axis for each of this one; at least 1.
+    pub(crate) stride: f64,
     /// How many steps there are.
     pub(crate) steps: u32,
     /// By how much less than half a step of the axis the profile is at the first of them.
@@ -97,8 +97,11 @@ pub(crate) struct Stretch {
 impl Stretch {
     /// The steps before the end of each phase.
     pub(crate) fn phase_ends(&self, plan: &Profile) -> [u32; 3] {
-        let Self { share, steps, ahead, .. } = *self;
-        let steps_before = |boundary: f64| ((boundary * share + ahead + 0.5) as u32).min(steps);
+        let Self { stride, steps, ahead, .. } = *self;
+        let steps_before = |boundary: f64| {
+            let is_end = boundary >= plan.distance_steps();
+            if is_end { steps } else { ((boundary / stride + ahead + 0.5) as u32).min(steps) }
+        };
         let accel_end = if plan.t_accel_s() > NO_RAMP_S { steps_before(plan.accel_end_steps()) } else { 0 };
         let cruise_end = if plan.t_decel_s() > NO_RAMP_S { steps_before(plan.cruise_end_steps()) } else { steps };
         [accel_end, cruise_end.max(accel_end), steps]
@@ -134,10 +137,10 @@ enum Part {
 
 impl Segments {
     pub(crate) fn new(plan: &Profile, stretch: Stretch, tick_hz: u32) -> Self {
-        let Stretch { share, ahead, beyond, begin_s, .. } = stretch;
+        let Stretch { stride, ahead, beyond, begin_s, .. } = stretch;
         let tick_hz = f64::from(tick_hz);
         let (begin_ticks, end_ticks) = (begin_s * tick_hz, (begin_s + plan.duration_s()) * tick_hz);
-        let view = View { stride: 1.0 / share, tick_hz, ahead, beyond, begin_ticks, end_ticks };
+        let view = View { stride, tick_hz, ahead, beyond, begin_ticks, end_ticks };
         let ends = stretch.phase_ends(plan);
         let mut segments =
             Self { plan: *plan, view, ends, index: 0, part: Part::Even(Phase::empty()), done: 0, next: None };

@@ -83,8 +83,8 @@ impl<const N: usize> SyncMove<N> {
     #[must_use]
     pub fn step_time_s(&self, axis: usize, k: u32) -> f64 {
         let stretch = self.stretch(axis);
-        let steps = (f64::from(k) - 0.5) / stretch.share - self.origin_steps;
-        let nearest = NEAREST_STEPS / stretch.share;
+        let steps = (f64::from(k) - 0.5) * stretch.stride - self.origin_steps;
+        let nearest = NEAREST_STEPS * stretch.stride;
         // The steps before it here.
         let before = k.saturating_sub(self.step_numbers(axis).start);
         let steps = match stretch.phase_ends(&self.profile) {
@@ -103,13 +103,23 @@ impl<const N: usize> SyncMove<N> {
     }
 
     fn stretch(&self, axis: usize) -> Stretch {
-        let (share, numbers) = (self.share(axis), self.step_numbers(axis));
-        let (before, end) = (f64::from(numbers.start - 1), f64::from(numbers.end - 1));
-        let total = f64::from(self.steps[axis].unsigned_abs());
-        // Of a whole move both are 0, exactly.
-        let ahead = self.origin_steps * share - before;
-        let beyond = (self.end_steps() - self.way_steps()) * share + (total - end);
-        Stretch { share, steps: numbers.end - numbers.start, ahead, beyond, begin_s: self.origin_s }
+        let (way, total) = (longest(&self.steps), self.steps[axis].unsigned_abs());
+        let numbers = self.step_numbers(axis);
+        let steps = numbers.end - numbers.start;
+        let stride = if total == way { 1.0 } else { f64::from(way) / f64::from(total) };
+        let (ahead, beyond) = if self.is_whole() {
+            (0.0, 0.0)
+        } else {
+            let ahead = self.origin_steps / stride - f64::from(numbers.start - 1);
+            let left = f64::from(total - (numbers.end - 1));
+            (ahead, (self.end_steps() - f64::from(way)) / stride + left)
+        };
+        Stretch { stride, steps, ahead, beyond, begin_s: self.origin_s }
+    }
+
+    /// The profile is that of the whole move, not of a part.
+    fn is_whole(&self) -> bool {
+        self.origin_steps == 0.0 && self.profile.distance_steps() == self.way_steps()
     }
 
     /// The numbers of the steps that the axis with index `axis` makes here, counted from 1 at the beginning of the whole
@@ -122,7 +132,14 @@ impl<const N: usize> SyncMove<N> {
     /// How many steps of the axis with index `axis` are due before the longest is at `place_steps` of the whole move.
     #[must_use]
     pub fn steps_before(&self, axis: usize, place_steps: f64) -> u32 {
-        ((place_steps * self.share(axis) + 0.5) as u32).min(self.steps[axis].unsigned_abs())
+        let (way, total) = (longest(&self.steps), self.steps[axis].unsigned_abs());
+        if place_steps <= 0.0 {
+            0
+        } else if place_steps >= f64::from(way) {
+            total
+        } else {
+            ((place_steps * f64::from(total) / f64::from(way) + 0.5) as u32).min(total)
+        }
     }
 
     /// Where the longest axis is at `t_s` from the start of the run, steps from the beginning of the whole move.
@@ -171,11 +188,6 @@ impl<const N: usize> SyncMove<N> {
     #[must_use]
     pub fn way_steps(&self) -> f64 {
         f64::from(longest(&self.steps))
-    }
-
-    /// Steps of the axis for each of the longest.
-    fn share(&self, axis: usize) -> f64 {
-        f64::from(self.steps[axis].unsigned_abs()) / self.way_steps()
     }
 }
 

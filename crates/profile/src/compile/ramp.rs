@@ -51,7 +51,7 @@ impl Ramp {
     /// Times are in units of 2^-`point` tick, the radicand in units of 2^(32 - 2 `point`) ticks².
     pub(super) fn new(radicand: Line, point: u8, tick_hz: f64) -> Self {
         let slope = log2(radicand.slope) + LOG2_SHORT_MAX;
-        let hz = log2(Wide::new(tick_hz as u128));
+        let hz = log2(Wide { bottom: tick_hz as u32, ..Wide::default() });
         let half_unit = (16 - i32::from(point)) * ONE;
         Self {
             radicand,

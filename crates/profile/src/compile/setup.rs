@@ -164,6 +164,9 @@ impl Shape {
 
     /// What a radicand begins with that would with `square`, if the first of its half steps were `more` longer.
     fn start(&self, point: u8, square: u128, more: f64) -> u128 {
+        if more == 0.0 {
+            return square;
+        }
         // So the first half step's radicand is never below the square, whatever rounding does.
         let first = fixed(self.slope_ticks2 * (1.0 + more).max(2.0 * NEAREST_STEPS), 2 * i32::from(point) - 32);
         // Modulo 2^96, as lines are.
