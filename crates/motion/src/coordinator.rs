@@ -60,7 +60,6 @@ where
         machine,
         chain,
         legs,
-        untold: 0,
         overrides: Overrides::NONE,
         planned_steps: [0; AXES],
         is_curved: false,
@@ -83,8 +82,6 @@ pub(crate) struct Coordinator<'a, E, F> {
     pub(crate) machine: &'a Machine,
     pub(crate) chain: &'a mut Chain<AXES, CHAIN_MOVES>,
     pub(crate) legs: &'a mut Legs,
-    /// Legs of which no event has told yet: the last.
-    pub(crate) untold: usize,
     /// The overrides that the chain goes by.
     pub(crate) overrides: Overrides,
     /// Where the chain ends.

@@ -11,6 +11,7 @@
 
 use embassy_time::{Duration, Instant};
 use heapless::Deque;
+use isostep_profile::chain::Leg;
 use isostep_profile::{Segment, Segments};
 
 use crate::axes::{AXES, Axis};
@@ -38,6 +39,8 @@ pub(crate) struct Feeder<'a> {
     tick_hz: u32,
     piece_ticks: u64,
     rest_min_ticks: u64,
+    /// Until when it is to be fed, ticks from the start of the run.
+    enough_ticks: u64,
     /// The number of the leg that it is fed with.
     leg: u32,
     /// What that is, once it is under way.
@@ -53,14 +56,25 @@ pub(crate) struct Feeder<'a> {
 /// The steps of a part of a move.
 struct Part {
     direction: Direction,
-    segments: Segments,
+    /// None if it has no steps.
+    segments: Option<Segments>,
     /// The last step that has been compiled, and given: by their numbers in the move.
     compiled: u32,
     given: u32,
-    /// The last step that has been told.
-    end: u32,
     /// The last of the whole part, of which more may be told.
     last: u32,
+    /// Up to where it has been told, steps of the longest axis, and the last step before that.
+    until_steps: f64,
+    end: u32,
+}
+
+/// What a turn of feeding came to.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Fed {
+    /// A port was given something.
+    pub has_given: bool,
+    /// It was, or something was compiled ahead.
+    pub has_worked: bool,
 }
 
 /// What an axis can be given next.
@@ -75,34 +89,44 @@ enum Next {
     Unknown,
 }
 
-/// Gives the ports what they want now, for one turn; false if there was nothing to do. Each piece goes to the axis that has
-/// been fed the least.
-pub(crate) fn feed(feeders: &mut [Feeder<'_>; AXES], legs: &Legs, enough: Duration) -> bool {
+/// Gives the ports what they want until `enough` from the start of the run, for one turn. Each piece goes to the axis that
+/// has been fed the least.
+pub(crate) fn feed(feeders: &mut [Feeder<'_>; AXES], legs: &Legs, enough: Duration) -> Fed {
     let end = Instant::now() + TURN;
-    let (mut is_over, mut has_worked) = (false, false);
-    while !is_over && work(feeders, legs, enough) {
-        has_worked = true;
-        is_over = Instant::now() >= end;
+    feeders.iter_mut().for_each(|feeder| feeder.feed_until(enough));
+    let mut fed = Fed::default();
+    loop {
+        let has_given = give(feeders, legs);
+        if !has_given && !compile(feeders) {
+            return fed;
+        }
+        fed = Fed { has_given: fed.has_given || has_given, has_worked: true };
+        if Instant::now() >= end {
+            return fed;
+        }
     }
-    has_worked
 }
 
-/// Gives one piece, or else compiles a segment ahead.
-fn work(feeders: &mut [Feeder<'_>; AXES], legs: &Legs, enough: Duration) -> bool {
+/// Gives one piece; false if none is wanted, or known.
+fn give(feeders: &mut [Feeder<'_>; AXES], legs: &Legs) -> bool {
     // Those of which nothing is known are passed over.
     let mut stuck = [false; AXES];
     loop {
         let wanting = feeders
             .iter_mut()
             .zip(&mut stuck)
-            .filter(|(feeder, is_stuck)| !**is_stuck && feeder.is_wanting(enough) && !feeder.queue().is_full());
+            .filter(|(feeder, is_stuck)| !**is_stuck && feeder.is_wanting() && !feeder.queue().is_full());
         // All tick at one rate, or nearly: it is only for what comes first.
-        let Some((feeder, is_stuck)) = wanting.min_by_key(|(feeder, _)| feeder.fed_ticks) else { break };
+        let Some((feeder, is_stuck)) = wanting.min_by_key(|(feeder, _)| feeder.fed_ticks) else { return false };
         if feeder.feed_one(legs) {
             return true;
         }
         *is_stuck = true;
     }
+}
+
+/// Compiles a segment ahead; false if there is none, or no room.
+fn compile(feeders: &mut [Feeder<'_>; AXES]) -> bool {
     let able = feeders.iter_mut().filter(|feeder| feeder.can_compile());
     able.min_by_key(|feeder| feeder.hand.len()).map(Feeder::compile).is_some()
 }
@@ -116,6 +140,7 @@ impl<'a> Feeder<'a> {
             tick_hz,
             piece_ticks: ticks(PIECE, tick_hz),
             rest_min_ticks: ticks(REST_MIN, tick_hz),
+            enough_ticks: 0,
             leg: 0,
             part: None,
             hand: Deque::new(),
@@ -126,11 +151,16 @@ impl<'a> Feeder<'a> {
 
     /// Compiles what there is of the first legs, up to `time`, and gives what the queue takes. Before the run starts.
     pub fn prepare(&mut self, legs: &Legs, time: Duration) {
-        while self.is_wanting(time) && !self.queue().is_full() && self.feed_one(legs) {}
-        let until_ticks = ticks(time, self.tick_hz);
-        while self.hand.back().map_or(self.fed_ticks, Segment::last_ticks) < until_ticks && self.can_compile() {
+        self.feed_until(time);
+        while self.is_wanting() && !self.queue().is_full() && self.feed_one(legs) {}
+        while self.hand.back().map_or(self.fed_ticks, Segment::last_ticks) < self.enough_ticks && self.can_compile() {
             self.compile();
         }
+    }
+
+    /// It is to be fed until `enough` from the start of the run.
+    pub fn feed_until(&mut self, enough: Duration) {
+        self.enough_ticks = ticks(enough, self.tick_hz);
     }
 
     /// The number of the leg that it is fed with.
@@ -138,14 +168,14 @@ impl<'a> Feeder<'a> {
         self.leg
     }
 
-    /// Whether it is to be fed now: it has not been fed until `enough` from the start of the run.
-    pub fn is_wanting(&self, enough: Duration) -> bool {
-        !self.is_done && !self.is_fed(enough)
+    /// Whether it is to be fed now.
+    pub fn is_wanting(&self) -> bool {
+        !self.is_done && self.fed_ticks <= self.enough_ticks
     }
 
-    /// Whether it has been fed until `time` from the start of the run.
-    pub fn is_fed(&self, time: Duration) -> bool {
-        self.fed_ticks > ticks(time, self.tick_hz)
+    /// Whether it has no more than until `time` from the start of the run.
+    pub fn is_hungry(&self, time: Duration) -> bool {
+        !self.is_done && self.fed_ticks <= ticks(time, self.tick_hz)
     }
 
     pub fn queue(&self) -> &'a SegmentQueue {
@@ -176,20 +206,15 @@ impl<'a> Feeder<'a> {
     fn next(&mut self, legs: &Legs) -> Next {
         loop {
             let Some(leg) = legs.get(self.leg) else { return self.rest(legs) };
-            let axis = self.axis as usize;
+            let (axis, tick_hz) = (self.axis, self.tick_hz);
+            let hand = &mut self.hand;
             let part = self.part.get_or_insert_with(|| {
-                self.hand.clear();
-                let numbers = leg.part.step_numbers(axis);
-                Part {
-                    direction: Direction::of(leg.part.steps[axis]),
-                    segments: leg.part.segments(axis, self.tick_hz),
-                    compiled: numbers.start - 1,
-                    given: numbers.start - 1,
-                    end: 0,
-                    last: numbers.end - 1,
-                }
+                hand.clear();
+                Part::of(leg, axis, tick_hz)
             });
-            part.end = last_step(leg, self.axis);
+            if leg.until_steps != part.until_steps {
+                (part.until_steps, part.end) = (leg.until_steps, last_step(leg, axis));
+            }
             if part.given < part.end {
                 return Next::Steps;
             }
@@ -261,9 +286,24 @@ impl<'a> Feeder<'a> {
     /// The segment after all that has been compiled of the part under way.
     fn next_compiled(&mut self) -> Option<Segment> {
         let part = self.part.as_mut()?;
-        let segment = part.segments.next()?;
+        let segment = part.segments.as_mut()?.next()?;
         part.compiled += segment.steps();
         Some(segment)
+    }
+}
+
+impl Part {
+    fn of(leg: &Leg<AXES>, axis: Axis, tick_hz: u32) -> Self {
+        let numbers = leg.part.step_numbers(axis as usize);
+        Self {
+            direction: Direction::of(leg.part.steps[axis as usize]),
+            segments: (!numbers.is_empty()).then(|| leg.part.segments(axis as usize, tick_hz)),
+            compiled: numbers.start - 1,
+            given: numbers.start - 1,
+            last: numbers.end - 1,
+            until_steps: leg.until_steps,
+            end: last_step(leg, axis),
+        }
     }
 }
 

@@ -15,29 +15,26 @@ pub(crate) struct Legs {
     known: Deque<Leg<AXES>, LEGS>,
     /// The number of the first that is still known.
     first: u32,
+    /// The number of the one that was under way when it was last asked.
+    under_way: Option<u32>,
     /// None follows.
     is_closed: bool,
 }
 
 impl Legs {
     pub const fn new() -> Self {
-        Self { known: Deque::new(), first: 0, is_closed: false }
+        Self { known: Deque::new(), first: 0, under_way: None, is_closed: false }
     }
 
     /// Of another run.
     pub fn clear(&mut self) {
         self.known.clear();
-        (self.first, self.is_closed) = (0, false);
+        (self.first, self.under_way, self.is_closed) = (0, None, false);
     }
 
     /// The leg with this number, if it has been told.
     pub fn get(&self, number: u32) -> Option<&Leg<AXES>> {
         self.known.get(number.checked_sub(self.first)? as usize)
-    }
-
-    /// All that are known.
-    pub fn iter(&self) -> impl Iterator<Item = &Leg<AXES>> {
-        self.known.iter()
     }
 
     pub fn last(&self) -> Option<&Leg<AXES>> {
@@ -73,6 +70,19 @@ impl Legs {
     /// When the last ends, s from the start of the run.
     pub fn end_s(&self) -> f64 {
         self.last().map_or(0.0, |leg| leg.until_s)
+    }
+
+    /// The leg that is under way at `now_s`, if it is another one than when it was last asked.
+    pub fn pass(&mut self, now_s: f64) -> Option<&Leg<AXES>> {
+        let mut number = self.under_way.map_or(self.first, |number| number.max(self.first));
+        while self.is_passed(number) && self.get(number).is_some_and(|leg| leg.until_s <= now_s) {
+            number += 1;
+        }
+        if self.under_way == Some(number) {
+            return None;
+        }
+        self.under_way = self.get(number).map(|_| number);
+        self.get(number)
     }
 
     /// Forgets those before the one with the number `fed` that have ended by `now_s`, or take up too much room.

@@ -5,7 +5,7 @@ mod stop;
 
 use core::cell::RefCell;
 use core::future::poll_fn;
-use core::task::{Context, Poll, ready};
+use core::task::{Context, Poll};
 
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
@@ -99,10 +99,10 @@ pub(crate) struct Underway {
 impl Underway {
     /// Speed along the path now, mm/s.
     fn speed_mm_s(&self) -> f64 {
-        let Leg { part, until_s, mm_per_step, .. } = self.leg;
+        let Leg { part, mm_per_step, .. } = &self.leg;
         let t_s = Instant::now().saturating_duration_since(self.start).as_micros() as f64 * 1e-6;
         // It is known a little before it begins, and may have ended.
-        part.speed_at(t_s.max(part.begin_s()).min(until_s)) * mm_per_step
+        part.speed_at(t_s.max(part.begin_s()).min(part.end_s())) * mm_per_step
     }
 }
 
@@ -163,7 +163,7 @@ pub struct Machine {
     state: Watch<CriticalSectionRawMutex, State, WATCHERS>,
     /// Wakes the coordinator from a wait that no axis ends.
     stopped: Signal<CriticalSectionRawMutex, ()>,
-    /// Tells it of a hold, a resume, or other overrides.
+    /// Tells it of a hold, a resume, or other overrides; and of more motions than there is room for.
     asked: Signal<CriticalSectionRawMutex, ()>,
     /// Has it free the motors.
     released: Signal<CriticalSectionRawMutex, ()>,
@@ -436,8 +436,17 @@ impl Machine {
             if self.queue.try_send(motion).is_ok() {
                 return Poll::Ready(());
             }
-            ready!(self.queue.poll_ready_to_send(context));
+            if self.queue.poll_ready_to_send(context).is_pending() {
+                // The coordinator may gather what comes for a while; here is all there is room for.
+                self.ask();
+                return Poll::Pending;
+            }
         }
+    }
+
+    /// Whether no other motion can be asked for without waiting.
+    pub(crate) fn is_crowded(&self) -> bool {
+        self.queue.is_full()
     }
 
     /// Changes the state, and what goes with it, in one critical section: a stop that came between looking and changing

@@ -20,7 +20,7 @@ use embassy_futures::select::{Either, select};
 use embassy_futures::yield_now;
 use embassy_time::{Duration, Instant, Timer, with_timeout};
 use embedded_hal::digital::OutputPin;
-use isostep_profile::chain::LegKind;
+use isostep_profile::chain::{Leg, LegKind};
 
 use crate::axes::{AXES, Axis};
 use crate::coordinator::{Coordinator, all_armed, all_done, begun};
@@ -37,8 +37,15 @@ const COMPILED_BEFORE_START: Duration = Duration::from_millis(20);
 /// So much is told ahead of the ports at a time: as long as a change may have to wait for more.
 const TOLD: Duration = Duration::from_millis(15);
 
-/// While little is known, it is looked for more so often, unless something wakes.
+/// More is looked for so often while little is known, unless a move wakes; and while the queues are full: a port takes longer
+/// to empty one.
 const LOOK_AGAIN: Duration = Duration::from_millis(1);
+
+/// So often while enough is known: moves that come meanwhile are taken together.
+const GATHER: Duration = Duration::from_millis(4);
+
+/// As many moves are taken at once: planning more would take too long beside a port that is to be fed.
+const TAKEN_AT_ONCE: usize = 8;
 
 /// While a port has less than that to go on with, feeding it comes before all else in thread mode.
 const HUNGRY: Duration = Duration::from_millis(15);
@@ -77,7 +84,10 @@ where
             Either::Second(finish) => return self.end_run(finish),
         };
         self.tell(Event::Run { start, origin_steps });
-        self.tell_legs();
+        for number in 0.. {
+            let Some(leg) = self.legs.get(number).copied() else { break };
+            self.tell_leg(&leg);
+        }
         let finish = match select(done, self.keep_going(start, purpose, &mut feeders)).await {
             Either::First(finish) => finish,
             Either::Second(never) => match never {},
@@ -107,9 +117,11 @@ where
         begun(machine).await
     }
 
-    /// Tells and compiles what the run begins with.
+    /// Compiles what the run begins with.
     async fn prepare(&mut self, feeders: &mut Feeders<'_>) {
-        self.tell_until(COMPILED_BEFORE_START.as_micros() as f64 * 1e-6);
+        while let Some(leg) = self.next_leg(seconds(COMPILED_BEFORE_START)) {
+            self.legs.push(leg);
+        }
         for feeder in feeders {
             feeder.prepare(self.legs, COMPILED_BEFORE_START);
             yield_now().await;
@@ -122,65 +134,76 @@ where
     /// Safe: the axes go on to the end of what they have been given.
     async fn keep_going(&mut self, start: Instant, purpose: Purpose, feeders: &mut Feeders<'_>) -> Infallible {
         loop {
-            if self.chain.is_empty() {
-                // Without another the run would end with what has been told.
-                self.take_next(purpose);
-            }
             self.obey(purpose);
-            let now = Instant::now();
-            let passed = now.saturating_duration_since(start);
+            let passed = Instant::now().saturating_duration_since(start);
             let enough = passed + AHEAD + PIECE;
-            let has_told = self.tell_until(enough.as_micros() as f64 * 1e-6);
-            self.tell_legs();
-            let has_fed = feed(feeders, self.legs, enough);
-            if has_fed && feeders.iter().any(|feeder| feeder.is_wanting(passed + HUNGRY)) {
+            let is_due = self.is_short_of(enough);
+            if is_due || self.machine.is_crowded() {
+                // First: without another move the run would end with what is known.
+                self.take_some(purpose);
+            }
+            if is_due {
+                self.tell_until(enough);
+            }
+            let fed = feed(feeders, self.legs, enough);
+            let is_hungry = feeders.iter().any(|feeder| feeder.is_hungry(passed + HUNGRY));
+            if fed.has_given && is_hungry {
                 // What is known comes first: were it fed too late, the ports would run dry.
                 continue;
             }
-            self.follow(start, now, feeders);
-            // One at a time: planning it takes long, and what is known is to be fed meanwhile.
-            let has_taken = self.take_next(purpose);
-            if has_told || has_fed || has_taken {
+            self.follow(start, passed, feeders);
+            if is_due && !self.is_short_of(enough) || fed.has_worked {
                 yield_now().await;
             } else {
-                self.wait(feeders, passed, enough).await;
+                self.wait(feeders, is_hungry, enough).await;
             }
         }
     }
 
-    /// Has the chain tell of its path until then, as far as there is room for it; false if there was nothing to do.
-    fn tell_until(&mut self, until_s: f64) -> bool {
-        let mut has_told = false;
-        while !self.legs.is_closed() && self.legs.has_room() && self.legs.end_s() <= until_s {
-            has_told = true;
-            if self.is_curved && self.legs.last().is_some() && self.chain.is_at_rest() {
-                // Near standstill compiling is slow: what follows is got ready before it starts.
-                self.legs.close();
+    /// Whether more of the path is to be told for what is to be known until `enough` from the start of the run. Some is
+    /// gathered, so that moves which come one by one are planned together.
+    fn is_short_of(&self, enough: Duration) -> bool {
+        !self.legs.is_closed() && self.legs.end_s() <= seconds(enough - GATHER)
+    }
+
+    /// Takes the moves that wait, some at a time: planning them takes long, and what is known is to be fed meanwhile.
+    fn take_some(&mut self, purpose: Purpose) {
+        for _ in 0..TAKEN_AT_ONCE {
+            if !self.take_next(purpose) {
                 break;
             }
-            match self.chain.advance(TOLD.as_micros() as f64 * 1e-6) {
-                Some(leg) => {
-                    if leg.kind != LegKind::Further {
-                        self.untold += 1;
-                    }
-                    self.legs.push(leg);
-                }
-                None => self.legs.close(),
-            }
         }
-        has_told
     }
 
-    /// Tells of the legs that have been added.
-    fn tell_legs(&mut self) {
-        let known = self.legs.iter().count();
-        for index in known - self.untold.min(known)..known {
-            let Some(leg) = self.legs.iter().nth(index) else { break };
-            let plan = leg.part;
-            let event = if leg.kind == LegKind::Move { Event::Move { plan } } else { Event::Part { plan } };
-            self.tell(event);
+    /// Has the chain tell of its path until then, as far as there is room for it, and tells of that.
+    fn tell_until(&mut self, until: Duration) {
+        while let Some(leg) = self.next_leg(seconds(until)) {
+            self.tell_leg(&leg);
+            self.legs.push(leg);
         }
-        self.untold = 0;
+    }
+
+    /// What the chain tells of its path, if what is known ends before `until_s` and there is room for more.
+    fn next_leg(&mut self, until_s: f64) -> Option<Leg<AXES>> {
+        if self.legs.is_closed() || !self.legs.has_room() || self.legs.end_s() > until_s {
+            return None;
+        }
+        // Of a curved law compiling is slow near standstill: what follows is got ready before it starts.
+        let is_over = self.is_curved && self.legs.last().is_some() && self.chain.is_at_rest();
+        let leg = if is_over { None } else { self.chain.advance(seconds(TOLD)) };
+        if leg.is_none() {
+            self.legs.close();
+        }
+        leg
+    }
+
+    fn tell_leg(&mut self, leg: &Leg<AXES>) {
+        let plan = leg.part;
+        match leg.kind {
+            LegKind::Move => self.tell(Event::Move { plan }),
+            LegKind::Part => self.tell(Event::Part { plan }),
+            LegKind::Further => {}
+        }
     }
 
     /// Passes on to the chain what has been asked for.
@@ -196,32 +219,24 @@ where
     }
 
     /// Says what is under way, and forgets what is over.
-    fn follow(&mut self, start: Instant, now: Instant, feeders: &Feeders<'_>) {
-        let now_s = now.saturating_duration_since(start).as_micros() as f64 * 1e-6;
+    fn follow(&mut self, start: Instant, passed: Duration, feeders: &Feeders<'_>) {
         let fed = feeders.iter().map(Feeder::leg).min().unwrap_or(0);
-        self.legs.forget(fed, now_s);
-        let leg = self.legs.iter().find(|leg| leg.until_s > now_s).or(self.legs.last()).copied();
-        self.machine.set_underway(leg.map(|leg| Underway { start, leg }));
+        self.legs.forget(fed, seconds(passed));
+        if let Some(leg) = self.legs.pass(seconds(passed)) {
+            self.machine.set_underway(Some(Underway { start, leg: *leg }));
+        }
     }
 
     /// Waits for something to do.
-    async fn wait(&self, feeders: &Feeders<'_>, passed: Duration, enough: Duration) {
+    async fn wait(&self, feeders: &Feeders<'_>, is_hungry: bool, enough: Duration) {
         let machine = self.machine;
-        let takes = self.takes();
-        // Of the others nothing is known to give.
-        let waits = feeders.each_ref().map(|feeder| feeder.is_wanting(enough) && feeder.queue().is_full());
-        // Where no more is known for want of room, there is some when part of it has been made.
-        let is_short = !self.legs.is_closed() && self.legs.end_s() * 1e6 < enough.as_micros() as f64;
-        let is_hungry = feeders.iter().any(|feeder| feeder.is_wanting(passed + HUNGRY));
-        let look_again = if is_short || is_hungry { LOOK_AGAIN } else { PIECE };
-        let has_room = poll_fn(|context| {
-            let waiting = feeders.iter().zip(waits).filter(|(_, waits)| *waits);
-            // Each is to wake this task.
-            let rooms = waiting.filter(|(feeder, _)| feeder.queue().poll_ready_to_send(context).is_ready()).count();
-            if rooms > 0 || takes && machine.poll_motion(context).is_ready() { Poll::Ready(()) } else { Poll::Pending }
-        });
+        let is_short = self.is_short_of(enough);
+        let is_full = feeders.iter().any(|feeder| feeder.is_wanting() && feeder.queue().is_full());
+        let look_again = if is_short || is_hungry || is_full { LOOK_AGAIN } else { GATHER };
+        let takes = is_short && self.takes();
+        let has_motion = poll_fn(|context| if takes { machine.poll_motion(context) } else { Poll::Pending });
         // Not at an instant reckoned from a step's: it would be another step's, again and again.
-        let _ = with_timeout(look_again, select(has_room, machine.wait_asked())).await;
+        let _ = with_timeout(look_again, select(has_motion, machine.wait_asked())).await;
     }
 
     fn end_run(&mut self, finish: Finish) -> Finish {
@@ -231,6 +246,10 @@ where
         self.tell(Event::RunEnd { finish, held_at_steps, plan_s, position_steps });
         finish
     }
+}
+
+fn seconds(time: Duration) -> f64 {
+    time.as_micros() as f64 * 1e-6
 }
 
 /// `t_s` from the start of a run, to the next whole microsecond.

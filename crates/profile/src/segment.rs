@@ -61,7 +61,7 @@ impl Segment {
     /// Its first `n` intervals and what the first instant leaves over, 2^-32 tick.
     fn sum(&self, n: u32) -> u64 {
         // n (n - 1)/2 growths, the half of the even one of both.
-        let (half, other) = if n % 2 == 0 { (n / 2, n.wrapping_sub(1)) } else { (n, n / 2) };
+        let (half, other) = if n.is_multiple_of(2) { (n / 2, n.wrapping_sub(1)) } else { (n, n / 2) };
         let grown = times(times(self.growth, half), other);
         times(self.interval, n).wrapping_add(grown).wrapping_add(u64::from(self.fraction))
     }

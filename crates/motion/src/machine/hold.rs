@@ -86,7 +86,7 @@ impl Machine {
         self.with(|inner| inner.is_to_brake())
     }
 
-    /// Waits for a hold, a resume, or other overrides.
+    /// Waits for a hold, a resume, other overrides, or more motions than there is room for.
     pub(crate) async fn wait_asked(&self) {
         self.asked.wait().await;
     }
