@@ -39,6 +39,7 @@
 //! Where the acceleration changes it is 7,400 to 33,000 cycles a segment, by the law, with the floats of the RP2040's ROM: the floats of a span, shared by its
 //! segments, of which there are few near standstill.
 
+mod course;
 mod curve;
 mod fit;
 mod gentle;
@@ -50,9 +51,10 @@ mod setup;
 mod spans;
 mod wide;
 
+pub use self::course::Course;
 use self::phase::Phase;
 use self::ramp::Knot;
-use self::setup::{EvenRamp, View};
+use self::setup::View;
 use self::spans::Spans;
 use crate::profile::Profile;
 use crate::segment::Segment;
@@ -79,19 +81,17 @@ pub fn fit_error_max_ticks(tick_hz: u32) -> f64 {
 /// A ramp as brief is what rounding has left where there is none, s: no step is of it.
 const NO_RAMP_S: f64 = 1e-12;
 
-/// Which steps of an axis a profile makes, and when it begins.
+/// Which steps of an axis a profile makes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Stretch {
     /// Steps of the longest axis for each of this one; at least 1.
     pub(crate) stride: f64,
     /// How many steps there are.
     pub(crate) steps: u32,
-    /// By how much less than half a step of the axis the profile is at the first of them.
+    /// By how much less than half a step of the axis the profile is at the first of them; 0 where a move begins.
     pub(crate) ahead: f64,
-    /// By how much more than half a step it goes on after the last.
+    /// By how much more than half a step it goes on after the last; 0 where a move ends.
     pub(crate) beyond: f64,
-    /// When it begins, s from the start of the run.
-    pub(crate) begin_s: f64,
 }
 
 impl Stretch {
@@ -106,15 +106,24 @@ impl Stretch {
         let cruise_end = if plan.t_decel_s() > NO_RAMP_S { steps_before(plan.cruise_end_steps()) } else { steps };
         [accel_end, cruise_end.max(accel_end), steps]
     }
+
+    /// How far the profile is at the first step, at the rate of the longest axis; not nothing.
+    pub(crate) fn begin_steps(&self) -> f64 {
+        (0.5 - self.ahead).max(NEAREST_STEPS) * self.stride
+    }
+
+    /// How far it goes on after the last step, likewise.
+    pub(crate) fn end_steps(&self) -> f64 {
+        (0.5 + self.beyond).max(NEAREST_STEPS) * self.stride
+    }
 }
 
-/// Compiles one axis of a move into segments, one per call of `next`.
+/// Compiles one axis of a [`Course`] into segments.
 ///
-/// Step k of the axis (k = 1 to `steps`) is due when the master has covered (k - 1/2)/`steps` of the way.
+/// Step k of the axis (k = 1 to `steps`) is due when the longest axis has covered (k - 1/2)/`steps` of the way.
 #[derive(Clone, Debug)]
-pub struct Segments {
-    plan: Profile,
-    view: View,
+pub struct Lane {
+    stretch: Stretch,
     /// The steps before the end of each phase.
     ends: [u32; 3],
     /// Index of the phase of the next step.
@@ -135,32 +144,58 @@ enum Part {
     Curved(Spans),
 }
 
-impl Segments {
-    pub(crate) fn new(plan: &Profile, stretch: Stretch, tick_hz: u32) -> Self {
-        let Stretch { stride, ahead, beyond, begin_s, .. } = stretch;
-        let tick_hz = f64::from(tick_hz);
-        let (begin_ticks, end_ticks) = (begin_s * tick_hz, (begin_s + plan.duration_s()) * tick_hz);
-        let view = View { stride, tick_hz, ahead, beyond, begin_ticks, end_ticks };
-        let ends = stretch.phase_ends(plan);
-        let mut segments =
-            Self { plan: *plan, view, ends, index: 0, part: Part::Even(Phase::empty()), done: 0, next: None };
-        segments.begin_part();
-        segments
+impl Lane {
+    pub(crate) fn new(stretch: Stretch, course: &Course) -> Self {
+        let ends = stretch.phase_ends(&course.frame.plan);
+        Self { stretch, ends, index: 0, part: Part::Even(Phase::empty()), done: 0, next: None }
     }
 
-    fn begin_part(&mut self) {
-        let (plan, view, end) = (&self.plan, self.view, self.ends[self.index]);
-        if end <= self.done {
-            return;
+    /// The next segment; `None` after the last. `course` is the one it is a lane of.
+    pub fn next(&mut self, course: &mut Course) -> Option<Segment> {
+        if self.done == self.ends[2] {
+            return None;
         }
-        self.part = match (self.index, EvenRamp::of(&plan.accel), EvenRamp::of(&plan.decel)) {
+        if self.done == 0 || self.ends[self.index] <= self.done {
+            while self.ends[self.index] <= self.done {
+                self.index += 1;
+            }
+            self.begin_part(course);
+        }
+        let segment = match &mut self.part {
+            Part::Even(phase) => {
+                let (segment, next) = phase.segment(self.done, self.next.take());
+                self.next = next;
+                segment
+            }
+            Part::Curved(spans) => spans.segment(self.done, &self.stretch, course),
+        };
+        self.done += segment.steps();
+        Some(segment)
+    }
+
+    fn begin_part(&mut self, course: &mut Course) {
+        let end = self.ends[self.index];
+        let view = View { frame: &course.frame, stretch: &self.stretch };
+        self.part = match (self.index, &course.frame.accel, &course.frame.decel) {
             (0, Some(ramp), _) => Part::Even(Phase::accelerating(ramp, view, end)),
-            (0, None, _) => Part::Curved(Spans::accelerating(plan, view, end)),
-            (1, ..) => Part::Even(Phase::cruising(plan, view, end)),
-            (_, _, Some(ramp)) => Part::Even(Phase::decelerating(ramp, view, end)),
-            (_, _, None) => Part::Curved(Spans::decelerating(plan, view, self.done, end)),
+            (1, ..) => Part::Even(Phase::cruising(view, end)),
+            (2, _, Some(ramp)) => Part::Even(Phase::decelerating(ramp, view, end)),
+            (index, ..) => Part::Curved(Spans::new(course, index != 0, (self.done, end))),
         };
         self.next = None;
+    }
+}
+
+/// The segments of one axis of a plan, one per call of `next`: a [`Lane`] and a [`Course`] of its own.
+#[derive(Clone, Debug)]
+pub struct Segments {
+    course: Course,
+    lane: Lane,
+}
+
+impl Segments {
+    pub(crate) fn new(course: Course, lane: Lane) -> Self {
+        Self { course, lane }
     }
 }
 
@@ -168,23 +203,6 @@ impl Iterator for Segments {
     type Item = Segment;
 
     fn next(&mut self) -> Option<Segment> {
-        if self.done == self.ends[2] {
-            return None;
-        }
-        while self.ends[self.index] <= self.done {
-            self.index += 1;
-            self.begin_part();
-        }
-        let first = self.next.take();
-        let segment = match &mut self.part {
-            Part::Even(phase) => {
-                let (segment, next) = phase.segment(self.done, first);
-                self.next = next;
-                segment
-            }
-            Part::Curved(spans) => spans.segment(self.done),
-        };
-        self.done += segment.steps();
-        Some(segment)
+        self.lane.next(&mut self.course)
     }
 }

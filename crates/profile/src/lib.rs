@@ -50,7 +50,7 @@ mod ramp;
 mod segment;
 mod sync;
 
-pub use compile::{BRIEF_S, FIT_ERROR_MAX_S, FIT_ERROR_MAX_TICKS, Segments, fit_error_max_ticks};
+pub use compile::{BRIEF_S, Course, FIT_ERROR_MAX_S, FIT_ERROR_MAX_TICKS, Lane, Segments, fit_error_max_ticks};
 pub use law::{IntervalLaw, SpeedLaw};
 pub use limits::{ACCEL_MAX_STEPS_S2, LimitError, Limits, SPEED_MAX_STEPS_S, SPEED_MIN_STEPS_S};
 pub use profile::{DURATION_MAX_S, Profile, ProfileError, StepCounts};

@@ -88,6 +88,22 @@ pub struct Profile {
 }
 
 impl Profile {
+    /// No way.
+    pub(crate) const NONE: Self = Self {
+        distance_steps: 0.0,
+        cruise_steps_s: 0.0,
+        cruise_s: 0.0,
+        accel: Ramp::NONE,
+        decel: Ramp::NONE,
+        accel_end_steps: 0.0,
+        cruise_end_steps: 0.0,
+    };
+
+    /// Some of it is at an acceleration that changes.
+    pub(crate) fn is_curved(&self) -> bool {
+        self.accel.even_accel_steps_s2().is_none() || self.decel.even_accel_steps_s2().is_none()
+    }
+
     /// Plans `distance_steps` from `entry_steps_s` to `exit_steps_s` within `limits`.
     ///
     /// # Errors

@@ -237,6 +237,15 @@ impl Ramp {
         Self { shape: Shape::Even { accel_steps_s2 }, slow_steps_s, rise_steps_s, steps, duration_s }
     }
 
+    /// Of no plan.
+    pub(crate) const NONE: Self = Self {
+        shape: Shape::Even { accel_steps_s2: 0.0 },
+        slow_steps_s: 0.0,
+        rise_steps_s: 0.0,
+        steps: 0.0,
+        duration_s: 0.0,
+    };
+
     /// Without a rise: no ramp.
     pub(crate) fn none(speed_steps_s: f64) -> Self {
         Self::even(speed_steps_s, 0.0, 0.0, 0.0)

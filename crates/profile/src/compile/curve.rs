@@ -54,16 +54,17 @@ impl Curve {
     pub(super) fn new(septic: &Septic, view: View, is_backwards: bool, place: Place) -> Self {
         let point = view.point().min(POINT_MAX);
         let unit_hz = f64::from(1u32 << point);
-        let mut factor = if is_backwards { -view.tick_hz * unit_hz } else { view.tick_hz * unit_hz };
+        let View { frame, stretch } = view;
+        let mut factor = if is_backwards { -frame.tick_hz * unit_hz } else { frame.tick_hz * unit_hz };
         let mut coefficients = septic.coefficients.map(|coefficient| {
             // Rounded either way: a unit is far less than what a polynomial strays.
             let fixed = (coefficient * factor) as i64;
             factor *= UNIT_SHARE;
             fixed
         });
-        let origin_ticks = if is_backwards { view.end_ticks } else { view.begin_ticks };
+        let origin_ticks = if is_backwards { frame.end_ticks } else { frame.begin_ticks };
         coefficients[0] = coefficients[0].wrapping_add((origin_ticks * unit_hz) as i64);
-        let per_step = view.stride / (septic.steps.abs() * UNIT_SHARE);
+        let per_step = stretch.stride / (septic.steps.abs() * UNIT_SHARE);
         Self {
             coefficients,
             point,
@@ -100,15 +101,16 @@ impl Curve {
 
 /// log2 of the steps that a quadratic may hold anywhere on the span.
 fn length(septic: &Septic, view: View, count: u32) -> u8 {
-    let steps = septic.steps.abs() / view.stride;
-    let per_step = view.tick_hz / steps;
+    let tick_hz = view.frame.tick_hz;
+    let steps = septic.steps.abs() / view.stretch.stride;
+    let per_step = tick_hz / steps;
     let bend = septic.third_derivative_max() * per_step / (steps * steps * STRAY_DIVISOR);
     // log2 n of the most steps n with n³ bend <= E.
     let held = |stray_ticks: f64| (exponent(stray_ticks / bend)).div_euclid(3);
     let strict = held(FIT_ERROR_MAX_TICKS - STRAY_MAX_TICKS);
-    let loose = held(fit_error_max_ticks(view.tick_hz as u32) - STRAY_MAX_TICKS);
+    let loose = held(fit_error_max_ticks(tick_hz as u32) - STRAY_MAX_TICKS);
     // A segment that is brief may double.
-    let brief = exponent(BRIEF_S * view.tick_hz / (septic.slope_max() * per_step)) + 1;
+    let brief = exponent(BRIEF_S * tick_hz / (septic.slope_max() * per_step)) + 1;
     // Three steps always have a quadratic.
     let most = exponent(f64::from(count / SEGMENTS_MIN)).min(LENGTH_MAX as i32);
     strict.max(loose.min(brief)).max(1).min(most).max(0) as u8

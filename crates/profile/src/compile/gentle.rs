@@ -9,7 +9,8 @@ use crate::ramp::even_time_s;
 /// floats, by a formula in which nothing cancels. It is slow, and its segments are long.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Gentle {
-    ramp: EvenRamp,
+    slow_steps_s: f64,
+    accel_steps_s2: f64,
     /// Half a step of the axis, in steps of the master.
     half_step: f64,
     /// By how many half steps the first is longer.
@@ -21,14 +22,15 @@ pub(super) struct Gentle {
 impl Gentle {
     /// Of an axis that makes a step per `stride` steps of the master, ticks/s, in units of 2^-`point` tick.
     /// The first half step is `more` longer.
-    pub(super) fn new(ramp: EvenRamp, stride: f64, more: f64, tick_hz: f64, point: u8) -> Self {
-        Self { ramp, half_step: stride / 2.0, more, tick_hz, point }
+    pub(super) fn new(ramp: &EvenRamp, stride: f64, more: f64, tick_hz: f64, point: u8) -> Self {
+        let EvenRamp { slow_steps_s, accel_steps_s2, .. } = *ramp;
+        Self { slow_steps_s, accel_steps_s2, half_step: stride / 2.0, more, tick_hz, point }
     }
 
     /// How long `half_steps` take from the slow end, in units of 2^-point tick.
     pub(super) fn time(&self, half_steps: u32) -> u64 {
         let steps = (f64::from(half_steps) + self.more).max(2.0 * NEAREST_STEPS) * self.half_step;
-        let time_s = even_time_s(steps, self.ramp.slow_steps_s, self.ramp.accel_steps_s2);
+        let time_s = even_time_s(steps, self.slow_steps_s, self.accel_steps_s2);
         fixed(time_s * self.tick_hz, self.point.into()) as u64
     }
 }

@@ -1,7 +1,7 @@
 //! A ramp at constant acceleration, in whole numbers.
 
-use super::root::{LOG2_SHORT_MAX, Root, log2};
-use super::wide::{Line, Wide};
+use super::root::{LOG2_SHORT_MAX, Root};
+use super::wide::{Line, exponent};
 
 /// Logarithms are in units of 2^-16.
 const ONE: i32 = 1 << 16;
@@ -18,6 +18,12 @@ const LOG2_BRIEF_HZ: i32 = 653_117;
 /// Longest segment, log2 of its steps: the growth of its intervals, rounded to 2^-32 tick, makes 2^-7 tick over so
 /// many.
 pub(super) const LENGTH_MAX: u32 = 14;
+
+/// log2 of a normal number above 0 in units of 2^-16, at most [`LOG2_SHORT_MAX`] too small: log2(1 + f) is f at least
+/// (Mitchell 1962).
+pub(super) fn log2_of(x: f64) -> i32 {
+    (exponent(x) << 16) + (x.to_bits() << 12 >> 48) as i32
+}
 
 /// A step as the law of its phase knows it.
 #[derive(Clone, Copy, Debug)]
@@ -48,17 +54,17 @@ pub(super) struct Ramp {
 }
 
 impl Ramp {
-    /// Times are in units of 2^-`point` tick, the radicand in units of 2^(32 - 2 `point`) ticks².
-    pub(super) fn new(radicand: Line, point: u8, tick_hz: f64) -> Self {
-        let slope = log2(radicand.slope) + LOG2_SHORT_MAX;
-        let hz = log2(Wide { bottom: tick_hz as u32, ..Wide::default() });
+    /// Times are in units of 2^-`point` tick, the radicand in units of 2^(32 - 2 `point`) ticks². `slope_log2` is of its slope,
+    /// `hz_log2` of the ticks/s, both by [`log2_of`].
+    pub(super) fn new(radicand: Line, slope_log2: i32, point: u8, hz_log2: i32) -> Self {
+        let slope = slope_log2 + LOG2_SHORT_MAX;
         let half_unit = (16 - i32::from(point)) * ONE;
         Self {
             radicand,
             slope,
             strict: LOG2_27 - 6 * slope - 2 * half_unit,
-            loose: 2 * (hz - LOG2_LOOSE_HZ).max(0),
-            brief: hz - LOG2_BRIEF_HZ - slope - half_unit,
+            loose: 2 * (hz_log2 - LOG2_LOOSE_HZ).max(0),
+            brief: hz_log2 - LOG2_BRIEF_HZ - slope - half_unit,
         }
     }
 

@@ -35,12 +35,6 @@ pub(super) struct Root {
 /// How far a logarithm may fall short, in its units: 0.087.
 pub(super) const LOG2_SHORT_MAX: i32 = 5_702;
 
-/// log2 `x` alone, for an `x` above 0.
-pub(super) fn log2(x: Wide) -> i32 {
-    let (zeros, mantissa) = x.normalised();
-    mitchell(zeros, mantissa)
-}
-
 impl Root {
     /// Of `x`, which is above 0.
     #[inline(always)]

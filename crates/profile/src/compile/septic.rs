@@ -25,6 +25,9 @@ pub(super) const TERMS: usize = 8;
 pub(super) type End<'a> = (&'a State, f64);
 
 impl Septic {
+    /// Of no span.
+    pub(super) const NONE: Self = Self { coefficients: [0.0; TERMS], begin_steps: 0.0, steps: 0.0 };
+
     /// With the time and its first three derivatives over the displacement at both ends.
     pub(super) fn between(begin: End, end: End) -> Self {
         let steps = end.0.steps - begin.0.steps;

@@ -1,12 +1,12 @@
 //! What a phase needs to know, out of the plan's floats, once a move.
 
-use super::NEAREST_STEPS;
+use super::course::Frame;
 use super::gentle::Gentle;
 use super::phase::{Law, Phase};
-use super::ramp::{LENGTH_MAX, Ramp};
-use super::wide::{Line, Wide, exponent, fixed};
+use super::ramp::{LENGTH_MAX, Ramp, log2_of};
+use super::wide::{Line, Wide, exponent, fixed, short_fixed};
+use super::{NEAREST_STEPS, Stretch};
 use crate::fixed::product;
-use crate::profile::Profile;
 use crate::ramp::Ramp as SpeedRamp;
 
 /// Steps have numbers below this.
@@ -16,34 +16,29 @@ const EVEN_LENGTH_MAX: u32 = 22;
 /// log2 of the lead from which on a ramp is [`Gentle`], ticks: 13 days at 125 MHz.
 const GENTLE_LEAD_LOG2: i32 = 47;
 
-/// An axis's steps and ticks. Its steps count from 0, instants from the start of the run.
+/// An axis of a plan: its steps count from 0, its instants from the start of the run.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct View {
-    /// Steps of the master per step of the axis; at least 1.
-    pub(super) stride: f64,
-    pub(super) tick_hz: f64,
-    /// By how much less than half a step of the axis the profile is at its first step; 0 where a move begins.
-    pub(super) ahead: f64,
-    /// By how much more than half a step the profile goes on after its last step; 0 where a move ends.
-    pub(super) beyond: f64,
-    /// When the profile begins.
-    pub(super) begin_ticks: f64,
-    /// When it ends.
-    pub(super) end_ticks: f64,
+pub(super) struct View<'a> {
+    pub(super) frame: &'a Frame,
+    pub(super) stretch: &'a Stretch,
 }
 
-/// A ramp at constant acceleration.
+/// A ramp at constant acceleration, in ticks and steps of the longest axis.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct EvenRamp {
     pub(super) slow_steps_s: f64,
     pub(super) accel_steps_s2: f64,
+    /// How long it takes from standstill to the ramp's slow end at the ramp's acceleration: C = f v/a.
+    lead_ticks: f64,
+    /// What half a step adds to the time from standstill squared: B/2 = f²/a.
+    slope_ticks2: f64,
 }
 
 /// A ramp in an axis's steps and ticks.
 struct Shape {
-    /// How long it takes from standstill to the ramp's slow end at the ramp's acceleration: C = f v/a.
+    /// C.
     lead_ticks: f64,
-    /// What half a step adds to the time from standstill squared: B/2 = f²/a.
+    /// B/2.
     slope_ticks2: f64,
 }
 
@@ -55,35 +50,38 @@ impl Phase {
     }
 
     /// Accelerates from the first step to the one before `end`.
-    pub(super) fn accelerating(ramp: EvenRamp, view: View, end: u32) -> Self {
+    pub(super) fn accelerating(ramp: &EvenRamp, view: View, end: u32) -> Self {
+        let (frame, more) = (view.frame, -2.0 * view.stretch.ahead);
         let shape = view.shape(ramp);
         if shape.is_gentle() {
-            let (law, point, length) = gentle(ramp, view, -2.0 * view.ahead);
+            let (law, point, length) = gentle(ramp, view, more);
             let reach = beyond(end, length);
-            let origin = fixed(view.begin_ticks, point.into()) as u64;
+            let origin = fixed(frame.begin_ticks, point.into()) as u64;
             return Self { law, origin, end, reach, backwards: false, point, length: length as u8 };
         }
         let reach = beyond(end, LENGTH_MAX);
         let mut exponent_max = shape.exponent_at(reach);
-        if view.begin_ticks > 0.0 {
-            exponent_max = exponent_max.max(exponent(view.begin_ticks)) + 1;
+        if frame.begin_ticks > 0.0 {
+            exponent_max = exponent_max.max(exponent(frame.begin_ticks)) + 1;
         }
         let point = point_for(exponent_max);
         let (lead, slope) = (shape.lead(point), shape.slope(point));
-        let start = shape.start(point, squared(lead), -2.0 * view.ahead);
-        let radicand = Line { start: Wide::new(start), slope: Wide::new(slope) };
-        let law = Law::Ramp(Ramp::new(radicand, point, view.tick_hz));
-        let origin = (fixed(view.begin_ticks, point.into()) as u64).wrapping_sub(lead);
+        let start = shape.start(point, (squared(lead), slope), more);
+        let law =
+            Law::Ramp(shape.ramp(Line { start: Wide::new(start), slope: Wide::new(slope) }, point, frame.hz_log2));
+        let origin = short_fixed(frame.begin_ticks, point).wrapping_sub(lead);
         Self { law, origin, end, reach, backwards: false, point, length: 0 }
     }
 
     /// Keeps its speed up to the step before `end`.
-    pub(super) fn cruising(plan: &Profile, view: View, end: u32) -> Self {
-        let ticks_per_step = view.tick_hz / plan.cruise_speed_steps_s();
-        let period_ticks = ticks_per_step * view.stride;
-        let start_ticks = view.begin_ticks + view.tick_hz * plan.t_accel_s()
+    pub(super) fn cruising(view: View, end: u32) -> Self {
+        let View { frame, stretch } = view;
+        let plan = &frame.plan;
+        let ticks_per_step = frame.cruise_step_ticks;
+        let period_ticks = ticks_per_step * stretch.stride;
+        let start_ticks = frame.begin_ticks + frame.tick_hz * plan.t_accel_s()
             - ticks_per_step * plan.accel_end_steps()
-            - period_ticks * view.ahead;
+            - period_ticks * stretch.ahead;
         let point = view.point();
         // The first 64 of the 96 bits are the instant; a half step is half a period.
         // Where the profile is ahead of the first step, the line begins a little before the run; modulo 2^96, as lines are.
@@ -95,55 +93,53 @@ impl Phase {
         Self { law, origin: 0, end, reach: beyond(end, length), backwards: false, point, length: length as u8 }
     }
 
-    /// Decelerates to the last of the axis's `steps`.
-    pub(super) fn decelerating(ramp: EvenRamp, view: View, steps: u32) -> Self {
+    /// Decelerates to the last of the axis's steps, the one before `end`.
+    pub(super) fn decelerating(ramp: &EvenRamp, view: View, end: u32) -> Self {
+        let (frame, more) = (view.frame, 2.0 * view.stretch.beyond);
         let shape = view.shape(ramp);
         if shape.is_gentle() {
-            let (law, point, length) = gentle(ramp, view, 2.0 * view.beyond);
-            let origin = fixed(view.end_ticks, point.into()) as u64;
-            return Self { law, origin, end: steps, reach: steps - 1, backwards: true, point, length: length as u8 };
+            let (law, point, length) = gentle(ramp, view, more);
+            let origin = fixed(frame.end_ticks, point.into()) as u64;
+            return Self { law, origin, end, reach: end - 1, backwards: true, point, length: length as u8 };
         }
-        let point = point_for(exponent(shape.lead_ticks).max(exponent(view.end_ticks)) + 1);
-        let (lead, slope, spare) = (shape.lead(point), shape.slope(point), shape.spare_steps().min(STEPS_END - steps));
-        let before = squared(lead).saturating_sub(slope * u128::from(2 * spare));
-        let start = shape.start(point, before, 2.0 * view.beyond);
-        let radicand = Line { start: Wide::new(start), slope: Wide::new(slope) };
-        let law = Law::Ramp(Ramp::new(radicand, point, view.tick_hz));
-        let origin = (fixed(view.end_ticks, point.into()) as u64).wrapping_add(lead);
-        Self { law, origin, end: steps, reach: steps - 1 + spare, backwards: true, point, length: LENGTH_MAX as u8 }
+        let point = point_for(exponent(shape.lead_ticks).max(exponent(frame.end_ticks)) + 1);
+        let (lead, slope) = (shape.lead(point), shape.slope(point));
+        let spare_log2 = shape.spare_steps_log2();
+        let spare = spare_log2.map_or(0, |log2| (1 << log2).min(STEPS_END - end));
+        let spared = match spare_log2 {
+            Some(log2) if spare == 1 << log2 => slope << (log2 + 1),
+            _ => slope * u128::from(2 * spare),
+        };
+        let start = shape.start(point, (squared(lead).saturating_sub(spared), slope), more);
+        let law =
+            Law::Ramp(shape.ramp(Line { start: Wide::new(start), slope: Wide::new(slope) }, point, frame.hz_log2));
+        let origin = short_fixed(frame.end_ticks, point).wrapping_add(lead);
+        Self { law, origin, end, reach: end - 1 + spare, backwards: true, point, length: LENGTH_MAX as u8 }
     }
 }
 
 impl EvenRamp {
     /// `None` if its acceleration changes.
-    pub(super) fn of(ramp: &SpeedRamp) -> Option<Self> {
-        let accel_steps_s2 = ramp.even_accel_steps_s2()?;
-        Some(Self { slow_steps_s: ramp.slow_steps_s(), accel_steps_s2 })
+    pub(super) fn of(ramp: &SpeedRamp, tick_hz: f64) -> Option<Self> {
+        let (slow_steps_s, accel_steps_s2) = (ramp.slow_steps_s(), ramp.even_accel_steps_s2()?);
+        let ticks_per_speed = tick_hz / accel_steps_s2;
+        Some(Self {
+            slow_steps_s,
+            accel_steps_s2,
+            lead_ticks: ticks_per_speed * slow_steps_s,
+            slope_ticks2: ticks_per_speed * tick_hz,
+        })
     }
 }
 
-impl View {
-    /// How far the profile is at the first step, at the master's rate; not nothing.
-    pub(super) fn begin_steps(&self) -> f64 {
-        (0.5 - self.ahead).max(NEAREST_STEPS) * self.stride
-    }
-
-    /// How far it goes on after the last step, likewise.
-    pub(super) fn end_steps(&self) -> f64 {
-        (0.5 + self.beyond).max(NEAREST_STEPS) * self.stride
-    }
-
+impl View<'_> {
     /// For instants of the run.
     pub(super) fn point(&self) -> u8 {
-        point_for(exponent(self.end_ticks))
+        point_for(exponent(self.frame.end_ticks))
     }
 
-    fn shape(&self, ramp: EvenRamp) -> Shape {
-        let ticks_per_speed = self.tick_hz / ramp.accel_steps_s2;
-        Shape {
-            lead_ticks: ticks_per_speed * ramp.slow_steps_s,
-            slope_ticks2: ticks_per_speed * self.tick_hz * self.stride,
-        }
+    fn shape(&self, ramp: &EvenRamp) -> Shape {
+        Shape { lead_ticks: ramp.lead_ticks, slope_ticks2: ramp.slope_ticks2 * self.stretch.stride }
     }
 }
 
@@ -154,7 +150,7 @@ impl Shape {
 
     /// In units of 2^-`point` tick.
     fn lead(&self, point: u8) -> u64 {
-        fixed(self.lead_ticks, point.into()) as u64
+        short_fixed(self.lead_ticks, point)
     }
 
     /// In units of radicands whose roots are in units of 2^-`point` tick: a root has 32 bits more than half of theirs.
@@ -162,15 +158,21 @@ impl Shape {
         fixed(self.slope_ticks2, 2 * i32::from(point) - 32)
     }
 
-    /// What a radicand begins with that would with `square`, if the first of its half steps were `more` longer.
-    fn start(&self, point: u8, square: u128, more: f64) -> u128 {
+    /// What a radicand of that slope begins with that would with `square`, if the first of its half steps were `more` longer.
+    fn start(&self, point: u8, (square, slope): (u128, u128), more: f64) -> u128 {
         if more == 0.0 {
             return square;
         }
         // So the first half step's radicand is never below the square, whatever rounding does.
         let first = fixed(self.slope_ticks2 * (1.0 + more).max(2.0 * NEAREST_STEPS), 2 * i32::from(point) - 32);
         // Modulo 2^96, as lines are.
-        square.wrapping_add(first).wrapping_sub(self.slope(point))
+        square.wrapping_add(first).wrapping_sub(slope)
+    }
+
+    fn ramp(&self, radicand: Line, point: u8, hz_log2: i32) -> Ramp {
+        // In the radicand's units.
+        let slope_log2 = log2_of(self.slope_ticks2) + ((2 * i32::from(point) - 32) << 16);
+        Ramp::new(radicand, slope_log2, point, hz_log2)
     }
 
     /// At least log2 of the time from standstill to the step `reach`, ticks, rounded down.
@@ -182,24 +184,21 @@ impl Shape {
         squares[0].max(squares[1]).div_euclid(2)
     }
 
-    /// Steps that the ramp would still make before standstill, or fewer.
-    fn spare_steps(&self) -> u32 {
+    /// log2 of the steps that the ramp would still make before standstill, or of fewer; `None` if there are none.
+    fn spare_steps_log2(&self) -> Option<u32> {
         // At most C²/B, by the numbers' exponents.
         let log2 = 2 * exponent(self.lead_ticks) - exponent(self.slope_ticks2) - 2;
-        if log2 < 0 { 0 } else { 1 << log2.min(LENGTH_MAX as i32) }
+        if log2 < 0 { None } else { Some(log2.min(LENGTH_MAX as i32) as u32) }
     }
 }
 
 /// The law, its point, and the length of its segments, over which a quadratic strays by 2^-6 tick at most. Its first half
 /// step is `more` longer.
-fn gentle(ramp: EvenRamp, view: View, more: f64) -> (Law, u8, u32) {
+fn gentle(ramp: &EvenRamp, view: View, more: f64) -> (Law, u8, u32) {
     let point = view.point();
-    let slowest_ticks = view.tick_hz / ramp.slow_steps_s * view.stride;
-    (
-        Law::Gentle(Gentle::new(ramp, view.stride, more, view.tick_hz, point)),
-        point,
-        length_held(slowest_ticks, LENGTH_MAX),
-    )
+    let (tick_hz, stride) = (view.frame.tick_hz, view.stretch.stride);
+    let slowest_ticks = tick_hz / ramp.slow_steps_s * stride;
+    (Law::Gentle(Gentle::new(ramp, stride, more, tick_hz, point)), point, length_held(slowest_ticks, LENGTH_MAX))
 }
 
 /// log2 of how many periods at least are less than 2^31 ticks, `max` at most; 0 also if one is not.

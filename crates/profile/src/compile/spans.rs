@@ -6,14 +6,17 @@
 //! the span, if that is too far, or the next one should be. The ramp's corners, where the jerk jumps, end a span too. So a
 //! state is as near to the law as floats are, and nothing accumulates.
 //!
-//! Segments come from the polynomial in fixed point ([`Curve`]).
+//! The spans are those of the plan, the same for each of its axes. The axis that comes to one first reckons it and leaves it
+//! in [`SharedSpans`]; an axis that does not find it there any more reckons it anew, from the one before.
+//!
+//! Segments come from the polynomial in fixed point ([`Curve`]), which is the axis's own.
 
-use super::NEAREST_STEPS;
+use super::course::{Course, Frame};
 use super::curve::{Curve, Place};
 use super::septic::Septic;
 use super::setup::View;
+use super::{NEAREST_STEPS, Stretch};
 use crate::newton::rough_root;
-use crate::profile::Profile;
 use crate::ramp::{Ramp, State};
 use crate::segment::Segment;
 
@@ -38,18 +41,17 @@ const BEFORE_STEP: f64 = 0.98;
 /// Shorter spans, as shares of the ramp, are not tried: only rounding would be left to see.
 const SHARE_MIN: f64 = 1e-12;
 
-/// The spans of one ramp for one axis.
+/// As many spans are kept for other axes: near standstill a slow axis makes no step over several.
+const SHARED: usize = 8;
+
+/// One axis on the spans of a ramp.
 #[derive(Clone, Debug)]
 pub(super) struct Spans {
-    path: Path,
-    view: View,
-    /// Where the span ends: the path's parameter and the ramp's state.
-    parameter: f64,
-    state: State,
-    /// Where the last span ends.
-    last: f64,
-    /// How far the next span tries to reach, of the parameter.
-    reach: f64,
+    is_backwards: bool,
+    /// How many spans it has come over.
+    count: u32,
+    /// Where the last of them ends; where the first begins.
+    reached: Reached,
     curve: Curve,
     /// The step after the span's last.
     curve_end: u32,
@@ -57,117 +59,143 @@ pub(super) struct Spans {
     end: u32,
 }
 
-/// A ramp, from its slow to its fast end or backwards. Its parameter is what the law is over, time or displacement,
-/// from where the path begins. Its states are the ramp's, counted from the slow end: nothing cancels near standstill.
+/// The last spans that were reckoned of a plan.
+#[derive(Clone, Debug)]
+pub(super) struct SharedSpans {
+    spans: [Span; SHARED],
+    /// How many have been reckoned.
+    count: usize,
+}
+
+/// A polynomial, and where it ends.
 #[derive(Clone, Copy, Debug)]
-struct Path {
-    ramp: Ramp,
+struct Span {
+    septic: Septic,
+    end: Reached,
+    /// Its number on its ramp, and which that is.
+    number: u32,
     is_backwards: bool,
 }
 
+/// How far the spans have come on a ramp.
+#[derive(Clone, Copy, Debug)]
+struct Reached {
+    /// The path's parameter and the ramp's state.
+    parameter: f64,
+    state: State,
+    /// How far the next span tries to reach, of the parameter.
+    reach: f64,
+    /// Where the last span ends.
+    last: f64,
+}
+
+/// A ramp, from its slow to its fast end or backwards. Its parameter is what the law is over, time or displacement,
+/// from where the path begins. Its states are the ramp's, counted from the slow end: nothing cancels near standstill.
+#[derive(Clone, Copy, Debug)]
+struct Path<'a> {
+    ramp: &'a Ramp,
+    is_backwards: bool,
+    tick_hz: f64,
+}
+
+impl SharedSpans {
+    pub(super) const NONE: Self = Self { spans: [Span::NONE; SHARED], count: 0 };
+
+    pub(super) fn clear(&mut self) {
+        self.count = 0;
+    }
+
+    fn find(&self, is_backwards: bool, number: u32) -> Option<&Span> {
+        let known = &self.spans[..self.count.min(SHARED)];
+        known.iter().find(|span| span.number == number && span.is_backwards == is_backwards)
+    }
+
+    fn keep(&mut self, span: Span) {
+        self.spans[self.count % SHARED] = span;
+        self.count += 1;
+    }
+}
+
+impl Span {
+    const NONE: Self = Self { septic: Septic::NONE, end: Reached::NONE, number: 0, is_backwards: false };
+}
+
+impl Reached {
+    const NONE: Self = Self {
+        parameter: 0.0,
+        state: State { t_s: 0.0, steps: 0.0, speed_steps_s: 0.0, accel_steps_s2: 0.0 },
+        reach: 0.0,
+        last: 0.0,
+    };
+}
+
 impl Spans {
-    /// Over the steps before `end`.
-    pub(super) fn accelerating(plan: &Profile, view: View, end: u32) -> Self {
-        let path = Path { ramp: plan.accel, is_backwards: false };
-        let first = path.ramp.parameter_before(view.begin_steps() * BEFORE_STEP);
-        Self::new(path, view, (first, path.ramp.parameter_end()), (0, end))
-    }
-
-    /// Over the steps from `begin` on, before `end`, where the move ends.
-    pub(super) fn decelerating(plan: &Profile, view: View, begin: u32, end: u32) -> Self {
-        let path = Path { ramp: plan.decel, is_backwards: true };
-        let last = path.ramp.parameter_end() - path.ramp.parameter_before(view.end_steps() * BEFORE_STEP);
-        Self::new(path, view, (0.0, last), (begin, end))
-    }
-
-    fn new(path: Path, view: View, (first, last): (f64, f64), (begin, end): (u32, u32)) -> Self {
-        let state = path.state(first);
-        Self {
-            path,
-            view,
-            parameter: first,
-            last,
-            reach: ((last - first) * FIRST_SHARE).min(path.ramp.doubling(&state) * DOUBLING_SHARE),
-            state,
-            curve: Curve::empty(),
-            curve_end: begin,
-            end,
-        }
+    /// Over the steps from `begin` on, before `end`: accelerating, or, if `is_backwards`, decelerating.
+    pub(super) fn new(course: &mut Course, is_backwards: bool, (begin, end): (u32, u32)) -> Self {
+        // The first is where another axis finds where it begins, too.
+        let reached = match course.spans.find(is_backwards, 0) {
+            Some(none) => none.end,
+            None => {
+                let end = course.frame.path(is_backwards).begin(&course.frame);
+                course.spans.keep(Span { end, is_backwards, ..Span::NONE });
+                end
+            }
+        };
+        Self { is_backwards, count: 0, reached, curve: Curve::empty(), curve_end: begin, end }
     }
 
     /// The segment that begins at the step with the number `step`.
-    pub(super) fn segment(&mut self, step: u32) -> Segment {
+    pub(super) fn segment(&mut self, step: u32, stretch: &Stretch, course: &mut Course) -> Segment {
         while self.curve_end <= step {
-            self.next_span(step);
+            self.next_span(step, stretch, course);
         }
         self.curve.segment(step, self.curve_end.wrapping_sub(step))
     }
 
     /// Goes on to a span whose first step, if it has any, is `step`.
     #[inline(never)]
-    fn next_span(&mut self, step: u32) {
-        let septic = self.next_septic();
-        self.curve_end = if self.parameter >= self.last { self.end } else { self.steps_before(self.state.steps) };
-        self.curve_end = self.curve_end.clamp(step, self.end);
-        let place = Place {
-            step,
-            count: self.curve_end.wrapping_sub(step),
-            steps_after_begin: self.steps_after(&septic, step),
-        };
-        self.curve = Curve::new(&septic, self.view, self.path.is_backwards, place);
-    }
-
-    /// Goes on by as much as a polynomial holds.
-    fn next_septic(&mut self) -> Septic {
-        let mut to = (self.parameter + self.reach).min(self.path.ramp.next_corner(self.parameter)).min(self.last);
-        let mut is_cut = to < self.parameter + self.reach;
-        let mut end = self.path.state(to);
-        loop {
-            let reach = to - self.parameter;
-            let half = self.parameter + reach / 2.0;
-            let middle = self.path.state(half);
-            let jerk = |state| (state, self.path.jerk(state, half));
-            let septic = Septic::between(jerk(&self.state), jerk(&end));
-            let stray = self.stray(&septic, &middle, &end);
-            let better = reach * better_share(stray);
-            if stray <= 1.0 || reach <= SHARE_MIN * self.last {
-                // Where a corner cut it short, the one tried before was better.
-                self.reach = if better > self.reach || !is_cut { better } else { self.reach };
-                (self.parameter, self.state) = (to, end);
-                return septic;
+    fn next_span(&mut self, step: u32, stretch: &Stretch, course: &mut Course) {
+        self.count += 1;
+        let septic = match course.spans.find(self.is_backwards, self.count) {
+            Some(span) => {
+                self.reached = span.end;
+                span.septic
             }
-            (self.reach, to, is_cut) = (better, self.parameter + better, false);
-            end = self.path.state(to);
+            None => {
+                let septic = course.frame.path(self.is_backwards).next(&mut self.reached);
+                let (end, number, is_backwards) = (self.reached, self.count, self.is_backwards);
+                course.spans.keep(Span { septic, end, number, is_backwards });
+                septic
+            }
+        };
+        let is_last = self.reached.parameter >= self.reached.last;
+        self.curve_end = if is_last { self.end } else { self.steps_before(self.reached.state.steps, stretch) };
+        self.curve_end = self.curve_end.clamp(step, self.end);
+        if self.curve_end == step {
+            return;
         }
-    }
-
-    /// How far the polynomial strays, or, if it is too long, more than that, as a share of what is allowed.
-    fn stray(&self, septic: &Septic, middle: &State, end: &State) -> f64 {
-        let tick_hz = self.view.tick_hz;
-        let stray_ticks = septic.stray_s(middle) * tick_hz;
-        // No nearer than 64-bit floats tell in a very long move.
-        let allowed_ticks = STRAY_MAX_TICKS.max(middle.t_s * tick_hz * ROUNDING);
-        let ticks = (end.t_s - self.state.t_s).abs() * tick_hz;
-        if ticks > SPAN_MAX_TICKS { f64::INFINITY } else { stray_ticks / allowed_ticks }
+        let steps_after_begin = self.steps_after(&septic, step, stretch);
+        let place = Place { step, count: self.curve_end.wrapping_sub(step), steps_after_begin };
+        self.curve = Curve::new(&septic, View { frame: &course.frame, stretch }, self.is_backwards, place);
     }
 
     /// How many steps are due before the ramp is at `ramp_steps`.
-    fn steps_before(&self, ramp_steps: f64) -> u32 {
-        let axis_steps = ramp_steps / self.view.stride + 0.5;
-        if self.path.is_backwards {
-            self.end - ((axis_steps - self.view.beyond) as u32).min(self.end)
+    fn steps_before(&self, ramp_steps: f64, stretch: &Stretch) -> u32 {
+        let axis_steps = ramp_steps / stretch.stride + 0.5;
+        if self.is_backwards {
+            self.end - ((axis_steps - stretch.beyond) as u32).min(self.end)
         } else {
-            (axis_steps + self.view.ahead) as u32
+            (axis_steps + stretch.ahead) as u32
         }
     }
 
     /// How many steps after the span's beginning `step` is due; rounding may leave it a little before.
-    fn steps_after(&self, septic: &Septic, step: u32) -> f64 {
-        let begin = septic.begin_steps / self.view.stride;
-        let after = if self.path.is_backwards {
-            begin - (f64::from(self.end - step) - 0.5 + self.view.beyond).max(NEAREST_STEPS)
+    fn steps_after(&self, septic: &Septic, step: u32, stretch: &Stretch) -> f64 {
+        let begin = septic.begin_steps / stretch.stride;
+        let after = if self.is_backwards {
+            begin - (f64::from(self.end - step) - 0.5 + stretch.beyond).max(NEAREST_STEPS)
         } else {
-            (f64::from(step) + 0.5 - self.view.ahead).max(NEAREST_STEPS) - begin
+            (f64::from(step) + 0.5 - stretch.ahead).max(NEAREST_STEPS) - begin
         };
         after.max(0.0)
     }
@@ -181,7 +209,61 @@ fn better_share(stray: f64) -> f64 {
     if share < SHARE_LEAST { SHARE_LEAST } else { share.min(SHARE_MOST) }
 }
 
-impl Path {
+impl Frame {
+    fn path(&self, is_backwards: bool) -> Path<'_> {
+        let ramp = if is_backwards { &self.plan.decel } else { &self.plan.accel };
+        Path { ramp, is_backwards, tick_hz: self.tick_hz }
+    }
+}
+
+impl Path<'_> {
+    /// Where the first span begins.
+    fn begin(&self, frame: &Frame) -> Reached {
+        let end = self.ramp.parameter_end();
+        let (first, last) = if self.is_backwards {
+            (0.0, end - self.ramp.parameter_before(frame.end_steps * BEFORE_STEP))
+        } else {
+            (self.ramp.parameter_before(frame.begin_steps * BEFORE_STEP), end)
+        };
+        let state = self.state(first);
+        let reach = ((last - first) * FIRST_SHARE).min(self.ramp.doubling(&state) * DOUBLING_SHARE);
+        Reached { parameter: first, state, reach, last }
+    }
+
+    /// Goes on by as much as a polynomial holds.
+    fn next(&self, reached: &mut Reached) -> Septic {
+        let Reached { parameter, state: begin, last, .. } = *reached;
+        let mut to = (parameter + reached.reach).min(self.ramp.next_corner(parameter)).min(last);
+        let mut is_cut = to < parameter + reached.reach;
+        let mut end = self.state(to);
+        loop {
+            let reach = to - parameter;
+            let half = parameter + reach / 2.0;
+            let middle = self.state(half);
+            let jerk = |state| (state, self.jerk(state, half));
+            let septic = Septic::between(jerk(&begin), jerk(&end));
+            let stray = self.stray(&septic, [&begin, &middle, &end]);
+            let better = reach * better_share(stray);
+            if stray <= 1.0 || reach <= SHARE_MIN * last {
+                // Where a corner cut it short, the one tried before was better.
+                let reach = if better > reached.reach || !is_cut { better } else { reached.reach };
+                *reached = Reached { parameter: to, state: end, reach, last };
+                return septic;
+            }
+            (reached.reach, to, is_cut) = (better, parameter + better, false);
+            end = self.state(to);
+        }
+    }
+
+    /// How far the polynomial strays, or, if it is too long, more than that, as a share of what is allowed.
+    fn stray(&self, septic: &Septic, [begin, middle, end]: [&State; 3]) -> f64 {
+        let stray_ticks = septic.stray_s(middle) * self.tick_hz;
+        // No nearer than 64-bit floats tell in a very long move.
+        let allowed_ticks = STRAY_MAX_TICKS.max(middle.t_s * self.tick_hz * ROUNDING);
+        let ticks = (end.t_s - begin.t_s).abs() * self.tick_hz;
+        if ticks > SPAN_MAX_TICKS { f64::INFINITY } else { stray_ticks / allowed_ticks }
+    }
+
     fn state(&self, parameter: f64) -> State {
         let from_slow_end = if self.is_backwards { self.ramp.parameter_end() - parameter } else { parameter };
         self.ramp.at_parameter(from_slow_end)

@@ -120,6 +120,13 @@ pub(super) fn fixed(value: f64, point: i32) -> u128 {
     }
 }
 
+/// The same where it is below 2^64 of them, and the point is 0 or more.
+pub(super) fn short_fixed(value: f64, point: u8) -> u64 {
+    let mantissa = value.to_bits() << 12 >> 12 | 1 << 52;
+    let shift = exponent(value) - 52 + i32::from(point);
+    if shift >= 0 { mantissa << shift } else { mantissa.checked_shr(shift.unsigned_abs()).unwrap_or(0) }
+}
+
 /// Of a normal number, the largest whole e with 2^e <= x. Of 0, -1023.
 pub(super) fn exponent(x: f64) -> i32 {
     (x.to_bits() >> 52 & 0x7ff) as i32 - 1_023
@@ -129,7 +136,7 @@ pub(super) fn exponent(x: f64) -> i32 {
 mod tests {
     use proptest::prelude::*;
 
-    use super::{Line, Wide, fixed, left, right, right_signed};
+    use super::{Line, Wide, fixed, left, right, right_signed, short_fixed};
 
     fn value(wide: Wide) -> u128 {
         u128::from(wide.upper()) << 32 | u128::from(wide.bottom)
@@ -162,6 +169,9 @@ mod tests {
             value in prop_oneof![Just(0.0), 1e-9..1e-6, 0.0..1.0, 1.0..1e15], point in -32..=64,
         ) {
             prop_assert_eq!(fixed(value, point), (value * 2f64.powi(point)) as u128);
+            if let Ok(point) = u8::try_from(point) && value * 2f64.powi(point.into()) < 2f64.powi(64) {
+                prop_assert_eq!(u128::from(short_fixed(value, point)), fixed(value, point.into()));
+            }
         }
 
         #[test]

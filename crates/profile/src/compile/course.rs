@@ -1,0 +1,104 @@
+//! A plan in the ticks of the ports: what its axes have in common when they are compiled.
+
+use super::ramp::log2_of;
+use super::setup::EvenRamp;
+use super::spans::SharedSpans;
+use super::{NO_RAMP_S, Stretch};
+use crate::profile::Profile;
+use crate::ramp::Ramp;
+
+/// What the axes of a plan have in common when they are compiled, reckoned once: the plan in ticks, and the spans of its
+/// curved ramps, which the axis that comes to them first leaves for the others.
+#[derive(Clone, Debug)]
+pub struct Course {
+    pub(super) frame: Frame,
+    pub(super) spans: SharedSpans,
+}
+
+/// A plan in ticks from the start of the run.
+#[derive(Clone, Debug)]
+pub(super) struct Frame {
+    pub(super) plan: Profile,
+    /// It is that of a whole move.
+    pub(super) is_whole: bool,
+    pub(super) tick_hz: f64,
+    /// log2 of that, 2^-16.
+    pub(super) hz_log2: i32,
+    /// When the profile begins, and ends.
+    pub(super) begin_ticks: f64,
+    pub(super) end_ticks: f64,
+    /// Its ramps, where they are at constant acceleration.
+    pub(super) accel: Option<EvenRamp>,
+    pub(super) decel: Option<EvenRamp>,
+    /// How long a step takes at cruise speed.
+    pub(super) cruise_step_ticks: f64,
+    /// Where its ramps are curved, how far it is at the first step of any axis, and how far it goes on after the last.
+    pub(super) begin_steps: f64,
+    pub(super) end_steps: f64,
+}
+
+impl Course {
+    /// Of no plan.
+    #[must_use]
+    pub const fn empty() -> Self {
+        Self { frame: Frame::EMPTY, spans: SharedSpans::NONE }
+    }
+
+    /// Goes over to a profile that begins at `begin_s` from the start of the run, in ticks of which a second has `tick_hz`.
+    pub(crate) fn set(&mut self, plan: &Profile, is_whole: bool, begin_s: f64, tick_hz: u32) {
+        self.frame = Frame::new(plan, is_whole, begin_s, tick_hz);
+        self.spans.clear();
+    }
+
+    /// Its spans are to have the steps of all these.
+    pub(crate) fn set_reach(&mut self, stretches: impl Iterator<Item = Stretch>) {
+        let (mut begin, mut end) = (f64::INFINITY, f64::INFINITY);
+        for stretch in stretches {
+            (begin, end) = (begin.min(stretch.begin_steps()), end.min(stretch.end_steps()));
+        }
+        (self.frame.begin_steps, self.frame.end_steps) = (begin, end);
+    }
+
+    pub(crate) fn is_whole(&self) -> bool {
+        self.frame.is_whole
+    }
+
+    /// Some of it is at an acceleration that changes.
+    pub(crate) fn is_curved(&self) -> bool {
+        self.frame.plan.is_curved()
+    }
+}
+
+impl Frame {
+    const EMPTY: Self = Self {
+        plan: Profile::NONE,
+        is_whole: false,
+        tick_hz: 0.0,
+        hz_log2: 0,
+        begin_ticks: 0.0,
+        end_ticks: 0.0,
+        accel: None,
+        decel: None,
+        cruise_step_ticks: 0.0,
+        begin_steps: 0.0,
+        end_steps: 0.0,
+    };
+
+    fn new(plan: &Profile, is_whole: bool, begin_s: f64, tick_hz: u32) -> Self {
+        let hz = f64::from(tick_hz);
+        let even = |ramp: &Ramp| if ramp.duration_s() > NO_RAMP_S { EvenRamp::of(ramp, hz) } else { None };
+        Self {
+            plan: *plan,
+            is_whole,
+            tick_hz: hz,
+            hz_log2: log2_of(hz),
+            begin_ticks: begin_s * hz,
+            end_ticks: (begin_s + plan.duration_s()) * hz,
+            accel: even(&plan.accel),
+            decel: even(&plan.decel),
+            cruise_step_ticks: hz / plan.cruise_speed_steps_s(),
+            begin_steps: 0.0,
+            end_steps: 0.0,
+        }
+    }
+}
