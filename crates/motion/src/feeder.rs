@@ -12,7 +12,7 @@
 use embassy_time::{Duration, Instant};
 use heapless::Deque;
 use isostep_profile::chain::Leg;
-use isostep_profile::{Segment, Segments};
+use isostep_profile::{Lane, Segment};
 
 use crate::axes::{AXES, Axis};
 use crate::legs::{Legs, last_step};
@@ -56,8 +56,8 @@ pub(crate) struct Feeder<'a> {
 /// The steps of a part of a move.
 struct Part {
     direction: Direction,
-    /// None if it has no steps.
-    segments: Option<Segments>,
+    /// They are compiled by this, once it is needed.
+    lane: Option<Lane>,
     /// The last step that has been compiled, and given: by their numbers in the move.
     compiled: u32,
     given: u32,
@@ -91,13 +91,13 @@ enum Next {
 
 /// Gives the ports what they want until `enough` from the start of the run, for one turn. Each piece goes to the axis that
 /// has been fed the least.
-pub(crate) fn feed(feeders: &mut [Feeder<'_>; AXES], legs: &Legs, enough: Duration) -> Fed {
+pub(crate) fn feed(feeders: &mut [Feeder<'_>; AXES], legs: &mut Legs, enough: Duration) -> Fed {
     let end = Instant::now() + TURN;
     feeders.iter_mut().for_each(|feeder| feeder.feed_until(enough));
     let mut fed = Fed::default();
     loop {
         let has_given = give(feeders, legs);
-        if !has_given && !compile(feeders) {
+        if !has_given && !compile(feeders, legs) {
             return fed;
         }
         fed = Fed { has_given: fed.has_given || has_given, has_worked: true };
@@ -108,7 +108,7 @@ pub(crate) fn feed(feeders: &mut [Feeder<'_>; AXES], legs: &Legs, enough: Durati
 }
 
 /// Gives one piece; false if none is wanted, or known.
-fn give(feeders: &mut [Feeder<'_>; AXES], legs: &Legs) -> bool {
+fn give(feeders: &mut [Feeder<'_>; AXES], legs: &mut Legs) -> bool {
     // Those of which nothing is known are passed over.
     let mut stuck = [false; AXES];
     loop {
@@ -126,9 +126,9 @@ fn give(feeders: &mut [Feeder<'_>; AXES], legs: &Legs) -> bool {
 }
 
 /// Compiles a segment ahead; false if there is none, or no room.
-fn compile(feeders: &mut [Feeder<'_>; AXES]) -> bool {
+fn compile(feeders: &mut [Feeder<'_>; AXES], legs: &mut Legs) -> bool {
     let able = feeders.iter_mut().filter(|feeder| feeder.can_compile());
-    able.min_by_key(|feeder| feeder.hand.len()).map(Feeder::compile).is_some()
+    able.min_by_key(|feeder| feeder.hand.len()).map(|feeder| feeder.compile(legs)).is_some()
 }
 
 impl<'a> Feeder<'a> {
@@ -150,11 +150,11 @@ impl<'a> Feeder<'a> {
     }
 
     /// Compiles what there is of the first legs, up to `time`, and gives what the queue takes. Before the run starts.
-    pub fn prepare(&mut self, legs: &Legs, time: Duration) {
+    pub fn prepare(&mut self, legs: &mut Legs, time: Duration) {
         self.feed_until(time);
         while self.is_wanting() && !self.queue().is_full() && self.feed_one(legs) {}
         while self.hand.back().map_or(self.fed_ticks, Segment::last_ticks) < self.enough_ticks && self.can_compile() {
-            self.compile();
+            self.compile(legs);
         }
     }
 
@@ -183,9 +183,9 @@ impl<'a> Feeder<'a> {
     }
 
     /// Gives one piece, for which there is room; false if nothing is known to give.
-    fn feed_one(&mut self, legs: &Legs) -> bool {
+    fn feed_one(&mut self, legs: &mut Legs) -> bool {
         let feed = match self.next(legs) {
-            Next::Steps => self.steps(),
+            Next::Steps => self.steps(legs),
             Next::Rest(until_ticks) => {
                 self.fed_ticks = until_ticks;
                 Some(Feed::Rest { until_ticks })
@@ -203,18 +203,13 @@ impl<'a> Feeder<'a> {
     }
 
     /// Goes over to the leg of the next step, if there is one.
-    fn next(&mut self, legs: &Legs) -> Next {
+    fn next(&mut self, legs: &mut Legs) -> Next {
         loop {
             let Some(leg) = legs.get(self.leg) else { return self.rest(legs) };
-            let (axis, tick_hz) = (self.axis, self.tick_hz);
-            let hand = &mut self.hand;
-            let part = self.part.get_or_insert_with(|| {
-                hand.clear();
-                Part::of(leg, axis, tick_hz)
-            });
-            if leg.until_steps != part.until_steps {
-                (part.until_steps, part.end) = (leg.until_steps, last_step(leg, axis));
+            if self.part.as_ref().is_none_or(|part| part.until_steps != leg.until_steps) {
+                self.look_at(leg);
             }
+            let Some(part) = &self.part else { return self.rest(legs) };
             if part.given < part.end {
                 return Next::Steps;
             }
@@ -224,6 +219,16 @@ impl<'a> Feeder<'a> {
             self.leg += 1;
             self.part = None;
         }
+    }
+
+    /// Has the part under way be that of `leg`, as far as that has been told.
+    fn look_at(&mut self, leg: &Leg<AXES>) {
+        let axis = self.axis;
+        let part = self.part.get_or_insert_with(|| {
+            self.hand.clear();
+            Part::of(leg, axis)
+        });
+        (part.until_steps, part.end) = (leg.until_steps, last_step(leg, axis));
     }
 
     /// It stands still for as long as is known.
@@ -239,8 +244,8 @@ impl<'a> Feeder<'a> {
     }
 
     /// The next steps of the leg under way, or a rest until they are near.
-    fn steps(&mut self) -> Option<Feed> {
-        let segment = self.hand.pop_front().or_else(|| self.next_compiled())?;
+    fn steps(&mut self, legs: &mut Legs) -> Option<Feed> {
+        let segment = self.hand.pop_front().or_else(|| self.next_compiled(legs))?;
         let (fed_ticks, piece_ticks) = (self.fed_ticks, self.piece_ticks);
         let part = self.part.as_mut()?;
         if segment.first_ticks() > fed_ticks + 2 * piece_ticks {
@@ -276,33 +281,36 @@ impl<'a> Feeder<'a> {
     }
 
     /// Compiles one segment ahead.
-    fn compile(&mut self) {
-        if let Some(segment) = self.next_compiled() {
+    fn compile(&mut self, legs: &mut Legs) {
+        if let Some(segment) = self.next_compiled(legs) {
             // There is room.
             let _ = self.hand.push_back(segment);
         }
     }
 
     /// The segment after all that has been compiled of the part under way.
-    fn next_compiled(&mut self) -> Option<Segment> {
+    fn next_compiled(&mut self, legs: &mut Legs) -> Option<Segment> {
         let part = self.part.as_mut()?;
-        let segment = part.segments.as_mut()?.next()?;
+        let (leg, courses) = legs.get_with_courses(self.leg)?;
+        let course = courses.of(self.leg, leg, self.tick_hz);
+        let lane = part.lane.get_or_insert_with(|| leg.part.lane(self.axis as usize, course));
+        let segment = lane.next(course)?;
         part.compiled += segment.steps();
         Some(segment)
     }
 }
 
 impl Part {
-    fn of(leg: &Leg<AXES>, axis: Axis, tick_hz: u32) -> Self {
+    fn of(leg: &Leg<AXES>, axis: Axis) -> Self {
         let numbers = leg.part.step_numbers(axis as usize);
         Self {
             direction: Direction::of(leg.part.steps[axis as usize]),
-            segments: (!numbers.is_empty()).then(|| leg.part.segments(axis as usize, tick_hz)),
+            lane: None,
             compiled: numbers.start - 1,
             given: numbers.start - 1,
             last: numbers.end - 1,
-            until_steps: leg.until_steps,
-            end: last_step(leg, axis),
+            until_steps: 0.0,
+            end: 0,
         }
     }
 }

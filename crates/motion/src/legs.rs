@@ -4,6 +4,7 @@ use heapless::Deque;
 use isostep_profile::chain::{Leg, LegKind};
 
 use crate::axes::{AXES, Axis};
+use crate::courses::Courses;
 
 /// How many there may be at once: of moves of a millisecond, more than is fed ahead.
 const LEGS: usize = 64;
@@ -19,22 +20,30 @@ pub(crate) struct Legs {
     under_way: Option<u32>,
     /// None follows.
     is_closed: bool,
+    courses: Courses,
 }
 
 impl Legs {
     pub const fn new() -> Self {
-        Self { known: Deque::new(), first: 0, under_way: None, is_closed: false }
+        Self { known: Deque::new(), first: 0, under_way: None, is_closed: false, courses: Courses::new() }
     }
 
     /// Of another run.
     pub fn clear(&mut self) {
         self.known.clear();
+        self.courses.clear();
         (self.first, self.under_way, self.is_closed) = (0, None, false);
     }
 
     /// The leg with this number, if it has been told.
     pub fn get(&self, number: u32) -> Option<&Leg<AXES>> {
         self.known.get(number.checked_sub(self.first)? as usize)
+    }
+
+    /// The same, to compile it.
+    pub fn get_with_courses(&mut self, number: u32) -> Option<(&Leg<AXES>, &mut Courses)> {
+        let leg = self.known.get(number.checked_sub(self.first)? as usize)?;
+        Some((leg, &mut self.courses))
     }
 
     pub fn last(&self) -> Option<&Leg<AXES>> {

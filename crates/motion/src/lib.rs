@@ -16,6 +16,7 @@ mod axes;
 pub mod axis;
 mod config;
 pub mod coordinator;
+mod courses;
 mod event;
 mod feeder;
 mod flow;
