@@ -5,11 +5,10 @@ mod over_displacement;
 mod over_time;
 mod quarter;
 
-use libm::sqrt;
-
 use self::over_displacement::OverDisplacement;
 use self::over_time::OverTime;
 use crate::law::SpeedLaw;
+use crate::root::sqrt;
 
 /// An accelerating ramp. Times and displacements count from its slow end and are clamped to it.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,12 +1,11 @@
 //! A move of a chain, as compact as the passes over the chain want it.
 
-use libm::sqrt;
-
 use super::{Terms, Wanted};
 use crate::law::IntervalLaw;
 use crate::limits::{Limits, SPEED_MIN_STEPS_S};
 use crate::profile::{DURATION_MAX_S, Profile, ProfileError};
 use crate::ramp::Bounds;
+use crate::root::sqrt;
 use crate::sync::{PlanError, longest, path_speed, shared_limits};
 
 /// The square of a speed along the path, in whole units, so that sums of them are exact.
