@@ -3,6 +3,7 @@
 //! Its ramps are of one [`SpeedLaw`]; a short move has no cruise. Entry and exit speeds are parameters; paper 002 has
 //! both equal to the start speed v_s, paper 004 both zero.
 
+use core::cmp::Ordering;
 use core::fmt;
 
 use libm::floor;
@@ -88,6 +89,17 @@ pub struct Profile {
 }
 
 impl Profile {
+    /// Of nothing.
+    pub(crate) const NONE: Self = Self {
+        distance_steps: 0.0,
+        cruise_steps_s: 0.0,
+        cruise_s: 0.0,
+        accel: Ramp::NONE,
+        decel: Ramp::NONE,
+        accel_end_steps: 0.0,
+        cruise_end_steps: 0.0,
+    };
+
     /// Plans `distance_steps` from `entry_steps_s` to `exit_steps_s` within `limits`.
     ///
     /// # Errors
@@ -129,6 +141,37 @@ impl Profile {
         match interval_law {
             IntervalLaw::Fastest => ends.fastest(),
             IntervalLaw::Thirds => ends.thirds().unwrap_or_else(|_| ends.fastest()),
+        }
+    }
+
+    /// The way between two speeds in one phase, where `limits` allow just that: it speeds up if the exit is the `Greater`,
+    /// slows down if it is `Less`, or goes on at one speed.
+    pub(crate) fn one_phase(exit: Ordering, distance_steps: f64, ends_steps_s: (f64, f64), limits: &Limits) -> Self {
+        let (entry_steps_s, exit_steps_s) = ends_steps_s;
+        let cruise = Self {
+            distance_steps,
+            cruise_steps_s: exit_steps_s,
+            cruise_s: 0.0,
+            accel: Ramp::none(entry_steps_s),
+            decel: Ramp::none(exit_steps_s),
+            accel_end_steps: 0.0,
+            cruise_end_steps: 0.0,
+        };
+        match exit {
+            Ordering::Greater => Self {
+                accel: Ramp::even_to(entry_steps_s, exit_steps_s, limits.accel_steps_s2, distance_steps),
+                accel_end_steps: distance_steps,
+                cruise_end_steps: distance_steps,
+                ..cruise
+            },
+            Ordering::Less => Self {
+                decel: Ramp::even_to(exit_steps_s, entry_steps_s, limits.decel_steps_s2, distance_steps),
+                cruise_steps_s: entry_steps_s,
+                ..cruise
+            },
+            Ordering::Equal => {
+                Self { cruise_s: distance_steps / exit_steps_s, cruise_end_steps: distance_steps, ..cruise }
+            }
         }
     }
 
