@@ -3,7 +3,6 @@
 //! Its ramps are of one [`SpeedLaw`]; a short move has no cruise. Entry and exit speeds are parameters; paper 002 has
 //! both equal to the start speed v_s, paper 004 both zero.
 
-use core::cmp::Ordering;
 use core::fmt;
 
 use libm::floor;
@@ -144,34 +143,24 @@ impl Profile {
         }
     }
 
-    /// The way between two speeds in one phase, where `limits` allow just that: it speeds up if the exit is the `Greater`,
-    /// slows down if it is `Less`, or goes on at one speed.
-    pub(crate) fn one_phase(exit: Ordering, distance_steps: f64, ends_steps_s: (f64, f64), limits: &Limits) -> Self {
-        let (entry_steps_s, exit_steps_s) = ends_steps_s;
-        let cruise = Self {
+    /// From one speed to another and to a third, over so many steps each at the acceleration of `limits`; between, at the
+    /// second one.
+    pub(crate) fn even(distance_steps: f64, speeds_steps_s: [f64; 3], ramps_steps: [f64; 2], limits: &Limits) -> Self {
+        let ([entry, cruise, exit], [accel_steps, decel_steps]) = (speeds_steps_s, ramps_steps);
+        let accel_steps = if accel_steps < distance_steps { accel_steps } else { distance_steps };
+        let left_steps = distance_steps - accel_steps;
+        let cruise_steps = left_steps - decel_steps;
+        // Of a triangle what is left is rounding.
+        let has_cruise = cruise_steps > 0.0;
+        let decel_steps = if has_cruise { decel_steps } else { left_steps };
+        Self {
             distance_steps,
-            cruise_steps_s: exit_steps_s,
-            cruise_s: 0.0,
-            accel: Ramp::none(entry_steps_s),
-            decel: Ramp::none(exit_steps_s),
-            accel_end_steps: 0.0,
-            cruise_end_steps: 0.0,
-        };
-        match exit {
-            Ordering::Greater => Self {
-                accel: Ramp::even_to(entry_steps_s, exit_steps_s, limits.accel_steps_s2, distance_steps),
-                accel_end_steps: distance_steps,
-                cruise_end_steps: distance_steps,
-                ..cruise
-            },
-            Ordering::Less => Self {
-                decel: Ramp::even_to(exit_steps_s, entry_steps_s, limits.decel_steps_s2, distance_steps),
-                cruise_steps_s: entry_steps_s,
-                ..cruise
-            },
-            Ordering::Equal => {
-                Self { cruise_s: distance_steps / exit_steps_s, cruise_end_steps: distance_steps, ..cruise }
-            }
+            cruise_steps_s: cruise,
+            cruise_s: if has_cruise { cruise_steps / cruise } else { 0.0 },
+            accel: Ramp::even_to(entry, cruise, limits.accel_steps_s2, accel_steps),
+            decel: Ramp::even_to(exit, cruise, limits.decel_steps_s2, decel_steps),
+            accel_end_steps: accel_steps,
+            cruise_end_steps: if has_cruise { accel_steps + cruise_steps } else { accel_steps },
         }
     }
 

@@ -253,6 +253,9 @@ impl Ramp {
 
     /// The one that comes to `fast_steps_s` over `steps`, as it does at that acceleration.
     pub(crate) fn even_to(slow_steps_s: f64, fast_steps_s: f64, accel_steps_s2: f64, steps: f64) -> Self {
+        if steps == 0.0 {
+            return Self::none(slow_steps_s);
+        }
         let (rise_steps_s, duration_s) = (fast_steps_s - slow_steps_s, 2.0 * steps / (slow_steps_s + fast_steps_s));
         Self { shape: Shape::Even { accel_steps_s2 }, slow_steps_s, rise_steps_s, steps, duration_s }
     }

@@ -1,11 +1,9 @@
 //! A move of a chain, as compact as the passes over the chain want it.
 
-use core::cmp::Ordering;
-
 use super::corner;
 use super::terms::{Square, Terms};
 use super::{FEED_SHARE_MAX, Wanted};
-use crate::law::{IntervalLaw, SpeedLaw};
+use crate::law::IntervalLaw;
 use crate::limits::{Limits, SPEED_MIN_STEPS_S};
 use crate::profile::{Profile, ProfileError};
 use crate::ramp::gain;
@@ -193,15 +191,51 @@ impl<const N: usize> Block<N> {
         (self.entry + self.accel_gain, self.entry.saturating_sub(self.decel_gain))
     }
 
-    /// How `exit` is to the entry if the fastest way between them is one at a constant speed, or at a constant acceleration.
-    pub(super) fn one_phase(&self, exit: Square, law: SpeedLaw) -> Option<Ordering> {
-        let exit_is = exit.cmp(&self.entry);
-        let is_all = match exit_is {
-            Ordering::Greater => law == SpeedLaw::Trapezoid && exit == self.entry + self.accel_gain,
-            Ordering::Less => law == SpeedLaw::Trapezoid && exit + self.decel_gain == self.entry,
-            Ordering::Equal => exit == self.nominal,
+    /// The highest square on the way to `exit` at constant accelerations; no higher than `top` where the ends are not.
+    ///
+    /// What it gains over its share of the way, and what it loses over the rest, make the difference of its ends: the peak p
+    /// is where (p - entry)/(2 a) and (p - exit)/(2 d) are the way in all.
+    fn peak(&self, exit: Square, top: Square) -> Square {
+        let (entry, highest, from) = (self.entry, self.entry + self.accel_gain, exit + self.decel_gain);
+        let Limits { accel_steps_s2: a, decel_steps_s2: d, .. } = self.limits;
+        // By the gain that is the smaller: the other may be too large to be told.
+        let peak = if a == d {
+            (highest + exit) / 2
+        } else if a < d {
+            ((d * highest as f64 + a * exit as f64) / (a + d)) as Square
+        } else {
+            ((a * from as f64 + d * entry as f64) / (a + d)) as Square
         };
-        is_all.then_some(exit_is)
+        // Rounding must not part what is one ramp.
+        peak.min(highest).min(from).min(top).max(entry).max(exit)
+    }
+
+    /// The fastest way to `exit` at constant accelerations over what is left of it, where it has `entry_steps_s`; no faster than
+    /// `top` where the ends are not.
+    pub(super) fn trapezoid(
+        &self,
+        left_steps: f64,
+        entry_steps_s: f64,
+        (exit, exit_steps_s): (Square, f64),
+        top: Square,
+        terms: &Terms<N>,
+    ) -> Profile {
+        let peak = self.peak(exit, top);
+        let peak_steps_s = match peak {
+            _ if peak == self.entry => entry_steps_s,
+            _ if peak == exit => exit_steps_s,
+            _ => self.speed_steps_s(peak, terms),
+        };
+        let steps = |rise: Square, gain: Square, slow_steps_s: f64, accel_steps_s2: f64| match rise {
+            0 => 0.0,
+            _ if rise >= gain => left_steps,
+            _ => (peak_steps_s - slow_steps_s) * (peak_steps_s + slow_steps_s) / (2.0 * accel_steps_s2),
+        };
+        let Limits { accel_steps_s2, decel_steps_s2, .. } = self.limits;
+        let accel_steps = steps(peak - self.entry, self.accel_gain, entry_steps_s, accel_steps_s2);
+        let decel_steps = steps(peak - exit, self.decel_gain, exit_steps_s, decel_steps_s2);
+        let speeds_steps_s = [entry_steps_s, peak_steps_s, exit_steps_s];
+        Profile::even(left_steps, speeds_steps_s, [accel_steps, decel_steps], &self.limits)
     }
 
     /// The fastest at which it may begin if it ends by `exit`, and whether that is as fast as `before` ends.

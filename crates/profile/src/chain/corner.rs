@@ -27,16 +27,19 @@ pub(super) fn square<const N: usize>(before: &[f64; N], after: &[f64; N], terms:
         return Some(SQUARE_MAX as Square);
     }
     let sine_square = 1.0 - square;
-    if sine_square < OPPOSITE || terms.corner_deviation_mm == 0.0 {
+    if sine_square < OPPOSITE || terms.twice_deviation_mm == 0.0 {
         return None;
     }
-    let (sine, half) = (sqrt(sine_square), sqrt(square));
+    let (sine, half) = (sqrt(sine_square) as f32, sqrt(square) as f32);
     // The inverse of what the axes have across the corner.
-    let across_s2_mm =
-        terms.corner_s2_mm.iter().zip(difference).filter(|(_, own)| *own != 0.0).fold(0.0, |most, (s2_mm, own)| {
-            let own_s2_mm = s2_mm * own.abs();
-            if own_s2_mm > most { own_s2_mm } else { most }
-        });
-    // half/square, by the product of two roots.
-    Some(terms.scale.square(2.0 * terms.corner_deviation_mm * sine * (1.0 + sine) / (across_s2_mm * half)))
+    let mut across_s2_mm = 0.0;
+    for (s2_mm, own) in terms.corner_s2_mm.iter().zip(difference).filter(|(_, own)| *own != 0.0) {
+        let own_s2_mm = s2_mm * own.abs() as f32;
+        if own_s2_mm > across_s2_mm {
+            across_s2_mm = own_s2_mm;
+        }
+    }
+    // half/square, by the product of two roots. What is only a bound may be rounded to 24 bits.
+    let mm2_s2 = terms.twice_deviation_mm * sine * (1.0 + sine) / (across_s2_mm * half);
+    Some(terms.scale.square(f64::from(mm2_s2)))
 }

@@ -185,8 +185,9 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         let exit_steps_s = first.speed_steps_s(exit, &self.terms);
         let is_fastest = self.terms.interval_law == IntervalLaw::Fastest || !self.is_at_rest();
         let law = self.terms.speed_law;
-        let profile = if is_fastest && let Some(exit_is) = first.one_phase(exit, law) {
-            Profile::one_phase(exit_is, left_steps, (speed_steps_s, exit_steps_s), limits)
+        let profile = if is_fastest && law == SpeedLaw::Trapezoid {
+            let top = if self.is_held { 0 } else { first.nominal };
+            first.trapezoid(left_steps, speed_steps_s, (exit, exit_steps_s), top, &self.terms)
         } else {
             let top_steps_s = if self.is_held { 0.0 } else { limits.top_speed_steps_s };
             let limits = Limits { top_speed_steps_s: top_steps_s.max(speed_steps_s).max(exit_steps_s), ..*limits };

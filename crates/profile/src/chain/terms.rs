@@ -23,7 +23,6 @@ const EASILY: f64 = 1.0 / 64.0;
 pub struct Terms<const N: usize> {
     limits: [Limits; N],
     pub(super) mm_per_step: [f64; N],
-    pub(super) corner_deviation_mm: f64,
     pub(super) interval_law: IntervalLaw,
     pub(super) speed_law: SpeedLaw,
     pub(super) feed_share: f64,
@@ -34,7 +33,9 @@ pub struct Terms<const N: usize> {
     /// Of each axis, than which ones it has no limit lower.
     is_looser: [[bool; N]; N],
     /// The inverse of what an axis may do across a corner, s²/mm.
-    pub(super) corner_s2_mm: [f64; N],
+    pub(super) corner_s2_mm: [f32; N],
+    /// Twice what a circle may stray from a corner.
+    pub(super) twice_deviation_mm: f32,
     /// Whoever cruises no longer than that does not last too long.
     pub(super) easily_s: f64,
 }
@@ -44,7 +45,6 @@ impl<const N: usize> Terms<N> {
     pub(super) const NONE: Self = Self {
         limits: [Limits::NONE; N],
         mm_per_step: [0.0; N],
-        corner_deviation_mm: 0.0,
         interval_law: IntervalLaw::Fastest,
         speed_law: SpeedLaw::Trapezoid,
         feed_share: 0.0,
@@ -53,6 +53,7 @@ impl<const N: usize> Terms<N> {
         works: [false; N],
         is_looser: [[false; N]; N],
         corner_s2_mm: [0.0; N],
+        twice_deviation_mm: 0.0,
         easily_s: 0.0,
     };
 
@@ -80,7 +81,6 @@ impl<const N: usize> Terms<N> {
         Self {
             limits,
             mm_per_step,
-            corner_deviation_mm,
             interval_law,
             speed_law,
             feed_share: 1.0,
@@ -90,8 +90,9 @@ impl<const N: usize> Terms<N> {
             is_looser: core::array::from_fn(|axis| limits.each_ref().map(|other| limits[axis].is_looser(other))),
             corner_s2_mm: core::array::from_fn(|axis| {
                 let Limits { accel_steps_s2, decel_steps_s2, .. } = limits[axis];
-                1.0 / (accel_steps_s2.min(decel_steps_s2) * mm_per_step[axis])
+                (1.0 / (accel_steps_s2.min(decel_steps_s2) * mm_per_step[axis])) as f32
             }),
+            twice_deviation_mm: (2.0 * corner_deviation_mm) as f32,
             easily_s: DURATION_MAX_S * EASILY - ramps_s,
         }
     }
