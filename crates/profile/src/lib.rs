@@ -47,6 +47,7 @@ mod newton;
 mod plan;
 mod profile;
 mod ramp;
+mod root;
 mod segment;
 mod sync;
 

@@ -112,6 +112,12 @@ impl Limits {
         }
     }
 
+    /// No limit is lower than the other's.
+    #[must_use]
+    pub(crate) fn is_looser(&self, other: &Self) -> bool {
+        self.tighter(other) == *other
+    }
+
     /// The tighter of both, limit by limit.
     #[must_use]
     pub(crate) fn tighter(&self, other: &Self) -> Self {

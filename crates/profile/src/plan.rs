@@ -1,12 +1,11 @@
 //! Where a move's ramps meet: how fast it can cruise.
 
-use libm::sqrt;
-
 use crate::law::SpeedLaw;
 use crate::limits::{Limits, SPEED_MIN_STEPS_S};
 use crate::newton::rising_root;
 use crate::profile::{Profile, ProfileError};
 use crate::ramp::{Bounds, Ramp};
+use crate::root::sqrt;
 
 /// The last step of the search for a cruise speed, as a share of the speed gained. What is left then is less than a
 /// quarter of its square.

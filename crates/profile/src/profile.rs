@@ -148,6 +148,27 @@ impl Profile {
         }
     }
 
+    /// From one speed to another and to a third, over so many steps each at the acceleration of `limits`; between, at the
+    /// second one.
+    pub(crate) fn even(distance_steps: f64, speeds_steps_s: [f64; 3], ramps_steps: [f64; 2], limits: &Limits) -> Self {
+        let ([entry, cruise, exit], [accel_steps, decel_steps]) = (speeds_steps_s, ramps_steps);
+        let accel_steps = if accel_steps < distance_steps { accel_steps } else { distance_steps };
+        let left_steps = distance_steps - accel_steps;
+        let cruise_steps = left_steps - decel_steps;
+        // Of a triangle what is left is rounding.
+        let has_cruise = cruise_steps > 0.0;
+        let decel_steps = if has_cruise { decel_steps } else { left_steps };
+        Self {
+            distance_steps,
+            cruise_steps_s: cruise,
+            cruise_s: if has_cruise { cruise_steps / cruise } else { 0.0 },
+            accel: Ramp::even_to(entry, cruise, limits.accel_steps_s2, accel_steps),
+            decel: Ramp::even_to(exit, cruise, limits.decel_steps_s2, decel_steps),
+            accel_end_steps: accel_steps,
+            cruise_end_steps: if has_cruise { accel_steps + cruise_steps } else { accel_steps },
+        }
+    }
+
     /// Brakes from one speed to a slower one, as fast as `limits` allow: over as long as that takes.
     pub(crate) fn braking(fast_steps_s: f64, slow_steps_s: f64, limits: &Limits, law: SpeedLaw) -> Self {
         let bounds = Bounds::new(law, limits.decel_steps_s2, limits.jerk_steps_s3);

@@ -5,11 +5,10 @@ mod over_displacement;
 mod over_time;
 mod quarter;
 
-use libm::sqrt;
-
 use self::over_displacement::OverDisplacement;
 use self::over_time::OverTime;
 use crate::law::SpeedLaw;
+use crate::root::sqrt;
 
 /// An accelerating ramp. Times and displacements count from its slow end and are clamped to it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -97,33 +96,6 @@ impl Bounds {
             // Without a rise no law has a length.
             Shape::Even { .. } | Shape::OverDisplacement(_) => even,
         }
-    }
-
-    /// What the square of a speed may gain over `steps`, whatever the speed, up to `top_steps_s`: for the trapezoid all it can.
-    pub(crate) fn gain(&self, steps: f64, top_steps_s: f64) -> f64 {
-        let even = 2.0 * self.accel_steps_s2 * steps;
-        match self.law {
-            SpeedLaw::Trapezoid => even,
-            SpeedLaw::SCurve => self.s_curve_gain(steps, top_steps_s),
-            SpeedLaw::Sine => even / OverTime::Sine.peak() * LESS,
-            SpeedLaw::Linear => even / OverDisplacement::Linear.longest() * LESS,
-            SpeedLaw::Quadratic => even / OverDisplacement::Quadratic.longest() * LESS,
-            SpeedLaw::Sinusoidal => even / OverDisplacement::Sinusoidal.longest() * LESS,
-            SpeedLaw::Logarithmic => even / OverDisplacement::Logarithmic.longest() * LESS,
-        }
-    }
-
-    /// A ramp of mean speed m that gains 2 m r, r being its rise, is m (r/a + a/j) long, or 2 m √(r/j): for each gain
-    /// longest at the highest m.
-    fn s_curve_gain(&self, steps: f64, top_steps_s: f64) -> f64 {
-        let eases_s = self.accel_steps_s2 * self.per_jerk;
-        let constant = 2.0 * self.accel_steps_s2 * (steps - top_steps_s * eases_s);
-        let gain = if constant >= 2.0 * top_steps_s * self.accel_steps_s2 * eases_s {
-            constant
-        } else {
-            steps * steps * self.jerk_steps_s3 / (2.0 * top_steps_s)
-        };
-        gain * LESS
     }
 
     /// About what its thirds gain over `slow` where a trapezoid's gain `even`: to begin a search with.
@@ -225,6 +197,34 @@ impl Bounds {
     }
 }
 
+/// What the square of a speed may gain over `steps` at that acceleration, whatever the speed, up to `top_steps_s`: for the
+/// trapezoid all it can.
+pub(crate) fn gain(law: SpeedLaw, accel_steps_s2: f64, jerk_steps_s3: f64, steps: f64, top_steps_s: f64) -> f64 {
+    let even = 2.0 * accel_steps_s2 * steps;
+    match law {
+        SpeedLaw::Trapezoid => even,
+        SpeedLaw::SCurve => s_curve_gain(accel_steps_s2, jerk_steps_s3, steps, top_steps_s),
+        SpeedLaw::Sine => even / OverTime::Sine.peak() * LESS,
+        SpeedLaw::Linear => even / OverDisplacement::Linear.longest() * LESS,
+        SpeedLaw::Quadratic => even / OverDisplacement::Quadratic.longest() * LESS,
+        SpeedLaw::Sinusoidal => even / OverDisplacement::Sinusoidal.longest() * LESS,
+        SpeedLaw::Logarithmic => even / OverDisplacement::Logarithmic.longest() * LESS,
+    }
+}
+
+/// A ramp of mean speed m that gains 2 m r, r being its rise, is m (r/a + a/j) long, or 2 m √(r/j): for each gain
+/// longest at the highest m.
+fn s_curve_gain(accel_steps_s2: f64, jerk_steps_s3: f64, steps: f64, top_steps_s: f64) -> f64 {
+    let eases_s = accel_steps_s2 / jerk_steps_s3;
+    let constant = 2.0 * accel_steps_s2 * (steps - top_steps_s * eases_s);
+    let gain = if constant >= 2.0 * top_steps_s * accel_steps_s2 * eases_s {
+        constant
+    } else {
+        steps * steps * jerk_steps_s3 / (2.0 * top_steps_s)
+    };
+    gain * LESS
+}
+
 /// Rounding must not make a ramp too long.
 const LESS: f64 = 1.0 - 1e-9;
 
@@ -232,23 +232,32 @@ const LESS: f64 = 1.0 - 1e-9;
 const SHARE_MIN: f64 = 1e-12;
 
 impl Ramp {
-    pub(crate) fn even(slow_steps_s: f64, rise_steps_s: f64, accel_steps_s2: f64, steps: f64) -> Self {
-        let duration_s = even_time_s(steps, slow_steps_s, accel_steps_s2);
-        Self { shape: Shape::Even { accel_steps_s2 }, slow_steps_s, rise_steps_s, steps, duration_s }
-    }
-
-    /// Of no plan.
+    /// Of nothing. Nothing of it is anything but 0, in memory either: the first shape of the largest kind is told by that.
     pub(crate) const NONE: Self = Self {
-        shape: Shape::Even { accel_steps_s2: 0.0 },
+        shape: Shape::OverTime(OverTime::SCurve { share: 0.0 }),
         slow_steps_s: 0.0,
         rise_steps_s: 0.0,
         steps: 0.0,
         duration_s: 0.0,
     };
 
+    pub(crate) fn even(slow_steps_s: f64, rise_steps_s: f64, accel_steps_s2: f64, steps: f64) -> Self {
+        let duration_s = even_time_s(steps, slow_steps_s, accel_steps_s2);
+        Self { shape: Shape::Even { accel_steps_s2 }, slow_steps_s, rise_steps_s, steps, duration_s }
+    }
+
     /// Without a rise: no ramp.
     pub(crate) fn none(speed_steps_s: f64) -> Self {
         Self::even(speed_steps_s, 0.0, 0.0, 0.0)
+    }
+
+    /// The one that comes to `fast_steps_s` over `steps`, as it does at that acceleration.
+    pub(crate) fn even_to(slow_steps_s: f64, fast_steps_s: f64, accel_steps_s2: f64, steps: f64) -> Self {
+        if steps == 0.0 {
+            return Self::none(slow_steps_s);
+        }
+        let (rise_steps_s, duration_s) = (fast_steps_s - slow_steps_s, 2.0 * steps / (slow_steps_s + fast_steps_s));
+        Self { shape: Shape::Even { accel_steps_s2 }, slow_steps_s, rise_steps_s, steps, duration_s }
     }
 
     /// The one that rises so far at this jerk, and at it backwards.

@@ -58,6 +58,10 @@ pub enum PlanError {
 }
 
 impl<const N: usize> SyncMove<N> {
+    /// Of nothing.
+    pub(crate) const NONE: Self =
+        Self { profile: Profile::NONE, steps: [0; N], from_steps: 0.0, origin_steps: 0.0, origin_s: 0.0 };
+
     /// Plans a move from rest to rest; it starts and ends at the start speed.
     ///
     /// Each axis's limits are scaled onto the longest axis and the tightest hold, so no axis exceeds its own.
@@ -215,28 +219,47 @@ pub(crate) fn longest(steps: &[i32]) -> u32 {
 }
 
 /// What holds for the longest axis, so that none exceeds its own.
-pub(crate) fn shared_limits<const N: usize>(
+fn shared_limits<const N: usize>(
     steps: &[i32; N],
     limits: &[Limits; N],
     path_speed_steps_s: Option<f64>,
 ) -> Result<Limits, PlanError> {
-    let longest = longest(steps);
-    let mut shared: Option<Limits> = None;
-    for (axis, (&n, own)) in steps.iter().zip(limits).enumerate() {
-        if n == 0 {
-            continue;
-        }
-        own.check().map_err(|error| PlanError::Limits { axis, error })?;
-        let n = n.unsigned_abs();
-        let seen = if n == longest { *own } else { own.scaled(f64::from(longest) / f64::from(n)) };
-        shared = Some(shared.map_or(seen, |tightest| tightest.tighter(&seen)));
-    }
-    let mut shared = shared.ok_or(PlanError::NoSteps)?;
+    check_moving(steps, |axis| limits[axis].check())?;
+    let mut shared = tightest(steps, limits, |_, _| false);
     if let Some(asked) = path_speed_steps_s {
         shared.top_speed_steps_s = shared.top_speed_steps_s.min(path_speed(asked)?);
+        shared.start_speed_steps_s = shared.start_speed_steps_s.min(shared.top_speed_steps_s);
     }
-    shared.start_speed_steps_s = shared.start_speed_steps_s.min(shared.top_speed_steps_s);
     Ok(shared)
+}
+
+/// Refuses a move of no step, or by an axis of which `check` does not approve.
+pub(crate) fn check_moving<const N: usize>(
+    steps: &[i32; N],
+    check: impl Fn(usize) -> Result<(), LimitError>,
+) -> Result<(), PlanError> {
+    let mut moving = (0..N).filter(|&axis| steps[axis] != 0).peekable();
+    moving.peek().ok_or(PlanError::NoSteps)?;
+    moving.try_for_each(|axis| check(axis).map_err(|error| PlanError::Limits { axis, error }))
+}
+
+/// The tightest limits of the axes that move, as seen from the longest. `is_looser` knows of an axis that has no limit lower
+/// than another one has: nothing lower is seen from that one, if it is longer.
+pub(crate) fn tightest<const N: usize>(
+    steps: &[i32; N],
+    limits: &[Limits; N],
+    is_looser: impl Fn(usize, usize) -> bool,
+) -> Limits {
+    let longest_axis = (0..N).max_by_key(|&axis| steps[axis].unsigned_abs()).unwrap_or(0);
+    let longest = steps[longest_axis].unsigned_abs();
+    let mut shared = limits[longest_axis];
+    for axis in 0..N {
+        let n = steps[axis].unsigned_abs();
+        if n != 0 && axis != longest_axis && !is_looser(axis, longest_axis) {
+            shared = shared.tighter(&limits[axis].scaled(f64::from(longest) / f64::from(n)));
+        }
+    }
+    shared
 }
 
 /// The speed along the path that was asked for, steps/s of the longest axis, if it can be planned.

@@ -3,14 +3,15 @@
 /// At most `LEN` values, which is above 0.
 #[derive(Clone, Debug)]
 pub(super) struct Ring<T, const LEN: usize> {
-    places: [Option<T>; LEN],
+    places: [T; LEN],
     first: usize,
     len: usize,
 }
 
-impl<T, const LEN: usize> Ring<T, LEN> {
-    pub(super) const fn new() -> Self {
-        Self { places: [const { None }; LEN], first: 0, len: 0 }
+impl<T: Copy, const LEN: usize> Ring<T, LEN> {
+    /// Of none; `nothing` is where there is none.
+    pub(super) const fn new(nothing: T) -> Self {
+        Self { places: [nothing; LEN], first: 0, len: 0 }
     }
 
     pub(super) fn len(&self) -> usize {
@@ -22,36 +23,44 @@ impl<T, const LEN: usize> Ring<T, LEN> {
     }
 
     /// Counted from the first; `None` beyond the last.
+    #[inline(always)]
     pub(super) fn get(&self, index: usize) -> Option<&T> {
-        if index < self.len { self.places[Self::wrap(self.first + index)].as_ref() } else { None }
+        if index < self.len { self.places.get(Self::wrap(self.first + index)) } else { None }
     }
 
+    #[inline(always)]
     pub(super) fn get_mut(&mut self, index: usize) -> Option<&mut T> {
-        if index < self.len { self.places[Self::wrap(self.first + index)].as_mut() } else { None }
+        if index < self.len { self.places.get_mut(Self::wrap(self.first + index)) } else { None }
     }
 
-    /// Puts one behind the last.
-    ///
-    /// # Errors
-    /// Gives it back if there is no room.
-    pub(super) fn push(&mut self, value: T) -> Result<(), T> {
-        if self.is_full() {
-            return Err(value);
+    pub(super) fn last(&self) -> Option<&T> {
+        self.get(self.len.checked_sub(1)?)
+    }
+
+    /// Puts one behind the last; false if there is no room.
+    pub(super) fn push(&mut self, value: T) -> bool {
+        let has_room = !self.is_full();
+        if has_room {
+            self.places[Self::wrap(self.first + self.len)] = value;
+            self.len += 1;
         }
-        self.places[Self::wrap(self.first + self.len)] = Some(value);
-        self.len += 1;
-        Ok(())
+        has_room
     }
 
-    /// Takes the first.
-    pub(super) fn pop(&mut self) -> Option<T> {
-        let value = self.places[self.first].take()?;
-        self.first = Self::wrap(self.first + 1);
-        self.len -= 1;
-        Some(value)
+    /// Forgets the first.
+    pub(super) fn pop(&mut self) {
+        if self.len > 0 {
+            self.first = Self::wrap(self.first + 1);
+            self.len -= 1;
+        }
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.len = 0;
     }
 
     /// No remainder: a Cortex-M0+ has no divider. `index` is below 2 `LEN`.
+    #[inline(always)]
     fn wrap(index: usize) -> usize {
         if index >= LEN { index - LEN } else { index }
     }

@@ -3,11 +3,12 @@
 
 use core::f64::consts::PI;
 
-use libm::{atan, log1p, sqrt};
+use libm::{atan, log1p};
 
 use super::logarithmic::{self, Pole};
 use super::quarter::sin_cos;
 use crate::newton::rising_root;
+use crate::root::sqrt;
 
 /// Of a search for a displacement: Newton's method doubles the digits, so that the result is as good as floats are.
 const TOLERANCE: f64 = 1e-8;

@@ -79,7 +79,7 @@ fn a_hold_brakes_and_a_start_goes_on() {
     assert!((braking.until_s - 0.6).abs() < 1e-9 && (braking.until_steps - 500.0).abs() < 1e-6, "{braking:?}");
     assert_eq!(chain.advance(f64::INFINITY), None);
     assert_eq!(chain.advance(f64::INFINITY), None);
-    assert!(chain.is_at_rest() && chain.is_under_way());
+    assert!(chain.is_at_rest());
     chain.start();
     let rest = chain.advance(f64::INFINITY).unwrap();
     assert_eq!((rest.kind, rest.part.begin_s(), rest.tag), (LegKind::Move, 0.0, 0));
@@ -132,7 +132,7 @@ fn a_chain_cleared_is_a_new_one() {
     chain.hold();
     chain.advance(1.0).unwrap();
     chain.clear();
-    assert!(chain.is_empty() && chain.is_at_rest() && !chain.is_under_way());
+    assert!(chain.is_empty() && chain.is_at_rest());
     chain.push(wanted([100, 0, 0], 7)).unwrap();
     let leg = chain.advance(f64::INFINITY).unwrap();
     assert_eq!((leg.tag, leg.kind, leg.part.begin_s(), leg.part.begin_steps()), (7, LegKind::Move, 0.0, 0.0));

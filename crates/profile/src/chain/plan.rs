@@ -1,0 +1,286 @@
+//! What the first block of a chain is made by, and what of that is told.
+
+use super::block::Block;
+use super::terms::Square;
+use super::{Chain, Leg, LegKind};
+use crate::law::{IntervalLaw, SpeedLaw};
+use crate::limits::Limits;
+use crate::profile::Profile;
+use crate::sync::SyncMove;
+
+/// A plan under way.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Plan<const N: usize> {
+    /// There is one.
+    pub(super) is_made: bool,
+    part: SyncMove<N>,
+    /// When it ends, s from the start of the run.
+    end_s: f64,
+    /// From when on it slows down, likewise.
+    slows_s: f64,
+    /// How fast the block ends by it, or can end after it.
+    exit: Square,
+    /// It ends where the block does.
+    ends_block: bool,
+    /// What it was made for has changed.
+    pub(super) is_stale: bool,
+    /// Of the next leg by it.
+    kind: LegKind,
+}
+
+impl<const N: usize> Plan<N> {
+    /// None.
+    pub(super) const NONE: Self = Self {
+        is_made: false,
+        part: SyncMove::NONE,
+        end_s: 0.0,
+        slows_s: 0.0,
+        exit: 0,
+        ends_block: false,
+        is_stale: false,
+        kind: LegKind::Move,
+    };
+}
+
+/// Nothing is left of a move, steps; and as a share of its way, where rounding is more than that.
+const NOTHING_STEPS: f64 = 1e-6;
+const NOTHING_SHARE: f64 = 1e-14;
+
+/// But for rounding.
+fn is_no_faster(speed_steps_s: f64, than_steps_s: f64) -> bool {
+    speed_steps_s <= than_steps_s * (1.0 + 1e-9)
+}
+
+impl<const N: usize, const LEN: usize> Chain<N, LEN> {
+    /// Until when the plan is what the first block is made by. `None` if there has to be another one from here on.
+    pub(super) fn sound_until_s(&self) -> Option<f64> {
+        let plan = &self.plan;
+        if !plan.is_made || plan.kind == LegKind::Further && self.at_s >= plan.end_s {
+            return None;
+        }
+        if !plan.is_stale && (!plan.ends_block || plan.exit == self.exit()) {
+            return Some(plan.end_s);
+        }
+        let is_bound = self.at_s > plan.slows_s && self.terms.speed_law != SpeedLaw::Trapezoid
+            || plan.ends_block && self.has_nothing_left();
+        if is_bound {
+            return Some(plan.end_s);
+        }
+        // Up to there it is as fast as it can be.
+        (!plan.is_stale && self.at_s < plan.slows_s).then_some(plan.slows_s)
+    }
+
+    /// Tells the plan until then.
+    pub(super) fn tell(&mut self, until_s: f64) -> Option<Leg<N>> {
+        let (block, plan) = (self.blocks.get(0)?, &mut self.plan);
+        let is_end = until_s >= plan.end_s;
+        let until_steps = if is_end { plan.part.end_steps() } else { plan.part.place_at(until_s) };
+        let (mm_per_step, tag) = (block.mm_per_step, block.wanted.tag);
+        let leg = Leg { part: plan.part, until_steps, until_s, mm_per_step, tag, kind: plan.kind };
+        plan.kind = LegKind::Further;
+        (self.at_s, self.place_steps) = (until_s, until_steps);
+        if is_end && plan.ends_block {
+            self.end_block(self.plan.exit);
+        } else if is_end && self.is_held {
+            let start_steps_s = block.limits_now().start_speed_steps_s;
+            if is_no_faster(leg.part.profile.exit_speed_steps_s(), start_steps_s) {
+                self.rest();
+            }
+        }
+        Some(leg)
+    }
+
+    /// At rest where it is.
+    pub(super) fn rest(&mut self) {
+        self.plan.is_made = false;
+        self.settled = 0;
+        match self.blocks.get_mut(0) {
+            Some(first) => first.stop(),
+            None => self.place_steps = 0.0,
+        }
+    }
+
+    /// Goes over to the next block, with the speed of `exit`.
+    fn end_block(&mut self, exit: Square) {
+        let Some(start) = self.blocks.get(0).map(|first| first.start) else { return };
+        let is_expected = self.blocks.get(1).is_some_and(|next| next.flows && next.entry == exit);
+        if !is_expected {
+            self.pass();
+        }
+        self.blocks.pop();
+        (self.place_steps, self.plan.is_made) = (0.0, false);
+        self.passed = self.passed.saturating_sub(1);
+        self.settled = self.settled.saturating_sub(1);
+        let Some(next) = self.blocks.get_mut(0) else { return };
+        let expected = next.entry;
+        next.begin_after(exit, start);
+        let is_expected = next.entry == expected;
+        if next.flows {
+            self.settled = self.settled.max(1);
+        }
+        if !is_expected {
+            self.forward(0);
+        }
+    }
+
+    /// Plans what is left of the first block from where it is on, or a part of that; or finds that nothing is left, or
+    /// that it rests, held.
+    pub(super) fn replan(&mut self) {
+        let Some(block) = self.blocks.get(0) else { return };
+        let (speed_steps_s, accel_steps_s2) = self.motion(block);
+        let left_steps = block.way_steps - self.place_steps;
+        if self.has_nothing_left() {
+            let exit = self.square_of(speed_steps_s, block);
+            return self.end_block(exit);
+        }
+        let limits = block.limits_now();
+        if self.terms.speed_law == SpeedLaw::SCurve && accel_steps_s2 > 0.0 && limits.jerk_steps_s3.is_finite() {
+            return self.ease(speed_steps_s, accel_steps_s2, limits.jerk_steps_s3);
+        }
+        if self.is_held && is_no_faster(speed_steps_s, limits.start_speed_steps_s) {
+            return self.rest();
+        }
+        self.cut(speed_steps_s, left_steps);
+        if !self.slow_down(speed_steps_s, left_steps, &limits) {
+            self.end(speed_steps_s, left_steps, &limits);
+        }
+    }
+
+    /// Nothing of the first block is left that could be planned.
+    fn has_nothing_left(&self) -> bool {
+        // Of what has not begun all is left.
+        self.place_steps > 0.0
+            && self.blocks.get(0).is_none_or(|first| {
+                let left_steps = first.way_steps - self.place_steps;
+                left_steps <= NOTHING_STEPS || left_steps <= NOTHING_SHARE * first.way_steps
+            })
+    }
+
+    /// Slows down to the start speed, held, or to the top speed, if it is faster and there is room. True if it does.
+    fn slow_down(&mut self, speed_steps_s: f64, left_steps: f64, limits: &Limits) -> bool {
+        let Some(first) = self.blocks.get(0) else { return false };
+        let slow_steps_s = if self.is_held { limits.start_speed_steps_s } else { limits.top_speed_steps_s };
+        let is_slow = !self.is_held && first.entry <= first.nominal;
+        if is_slow || is_no_faster(speed_steps_s, slow_steps_s) {
+            return false;
+        }
+        let braking = |fast, slow| Profile::braking(fast, slow, limits, self.terms.speed_law);
+        let slower = braking(speed_steps_s, slow_steps_s);
+        let mut needed_steps = slower.distance_steps() + NOTHING_STEPS;
+        let exit_steps_s = first.speed_steps_s(self.exit(), &self.terms);
+        if !self.is_held && exit_steps_s < slow_steps_s {
+            needed_steps += braking(slow_steps_s, exit_steps_s).distance_steps();
+        }
+        let has_room = needed_steps < left_steps;
+        if has_room {
+            self.begin(slower, false);
+        }
+        has_room
+    }
+
+    /// Goes on to the end of the block.
+    fn end(&mut self, speed_steps_s: f64, left_steps: f64, limits: &Limits) {
+        let Some(first) = self.blocks.get(0) else { return };
+        let exit = self.exit();
+        let exit_steps_s = first.speed_steps_s(exit, &self.terms);
+        let is_fastest = self.terms.interval_law == IntervalLaw::Fastest || !self.is_at_rest();
+        let law = self.terms.speed_law;
+        let profile = if is_fastest && law == SpeedLaw::Trapezoid {
+            let top = if self.is_held { 0 } else { first.nominal };
+            first.trapezoid(left_steps, speed_steps_s, (exit, exit_steps_s), top, &self.terms)
+        } else {
+            let top_steps_s = if self.is_held { 0.0 } else { limits.top_speed_steps_s };
+            let limits = Limits { top_speed_steps_s: top_steps_s.max(speed_steps_s).max(exit_steps_s), ..*limits };
+            let interval_law = if is_fastest { IntervalLaw::Fastest } else { IntervalLaw::Thirds };
+            Profile::between(left_steps, speed_steps_s, exit_steps_s, &limits, interval_law, law)
+        };
+        self.begin(profile, true);
+    }
+
+    /// How it moves where it is, steps/s and steps/s² of the longest axis.
+    fn motion(&self, block: &Block<N>) -> (f64, f64) {
+        let plan = &self.plan;
+        if !plan.is_made {
+            (block.speed_steps_s(block.entry, &self.terms), 0.0)
+        } else if self.at_s >= plan.end_s {
+            (plan.part.profile.exit_speed_steps_s(), 0.0)
+        } else {
+            plan.part.motion_at(self.at_s)
+        }
+    }
+
+    fn square_of(&self, speed_steps_s: f64, block: &Block<N>) -> Square {
+        self.terms.scale.of_speed(speed_steps_s * block.mm_per_step)
+    }
+
+    /// The first block is from now on what its plan has left of it.
+    fn cut(&mut self, speed_steps_s: f64, left_steps: f64) {
+        if !self.plan.is_made {
+            return;
+        }
+        self.pass();
+        let Some(first) = self.blocks.get_mut(0) else { return };
+        first.entry = self.terms.scale.of_speed(speed_steps_s * first.mm_per_step);
+        first.set_gains(left_steps, &self.terms);
+        self.keep_promise(self.plan.exit, speed_steps_s, left_steps);
+        self.forward(0);
+    }
+
+    /// Where the first block is to end slower than its gain allows, it can if there is room, and if that is what was
+    /// `promised`. Else it does what was promised, if that is slower than by its gain: with a limited jerk it takes longer
+    /// to brake to a little more.
+    fn keep_promise(&mut self, promised: Square, speed_steps_s: f64, left_steps: f64) {
+        let Some(first) = self.blocks.get(0) else { return };
+        let (wanted, lowest) = (self.exit_of(0, first), first.reach().1);
+        if wanted >= lowest {
+            return;
+        }
+        let has_room = wanted == promised || {
+            let wanted_steps_s = first.speed_steps_s(wanted, &self.terms);
+            let limits = first.limits_now();
+            let braking = Profile::braking(speed_steps_s, wanted_steps_s, &limits, self.terms.speed_law);
+            braking.distance_steps() <= left_steps
+        };
+        let exit = if has_room { wanted } else { promised };
+        if exit >= lowest {
+            return;
+        }
+        match self.blocks.get_mut(1) {
+            Some(next) if next.flows => next.entry = next.entry.min(exit),
+            _ => self.blocks.get_mut(0).into_iter().for_each(|first| first.start = first.start.min(exit)),
+        }
+        if let Some(first) = self.blocks.get_mut(0) {
+            first.decel_gain = first.entry - exit;
+        }
+    }
+
+    /// Goes on by the second half of a ramp that is all jerk, which brings the acceleration to nothing.
+    fn ease(&mut self, speed_steps_s: f64, accel_steps_s2: f64, jerk_steps_s3: f64) {
+        let profile = Profile::easing(speed_steps_s, accel_steps_s2, jerk_steps_s3);
+        let half_s = profile.duration_s() / 2.0;
+        let plan = &mut self.plan;
+        plan.part = SyncMove {
+            profile,
+            steps: plan.part.steps,
+            from_steps: self.place_steps,
+            origin_steps: self.place_steps - profile.position_at(half_s),
+            origin_s: self.at_s - half_s,
+        };
+        // Nothing changes it; and it is no faster, and no further on, than the plan would be that it leaves.
+        (plan.end_s, plan.slows_s) = (plan.part.end_s(), f64::NEG_INFINITY);
+        (plan.ends_block, plan.is_stale, plan.kind) = (false, false, LegKind::Part);
+    }
+
+    /// Goes on by `profile` from where it is.
+    fn begin(&mut self, profile: Profile, ends_block: bool) {
+        let Some(block) = self.blocks.get(0) else { return };
+        let (place_steps, exit, origin_s) = (self.place_steps, self.exit(), self.at_s);
+        let steps = block.wanted.steps;
+        let part = SyncMove { profile, steps, from_steps: place_steps, origin_steps: place_steps, origin_s };
+        let end_s = part.end_s();
+        let slows_s = end_s - profile.t_decel_s();
+        let kind = if self.plan.is_made { LegKind::Part } else { LegKind::Move };
+        self.settled = self.settled.max(1);
+        self.plan = Plan { is_made: true, part, end_s, slows_s, exit, ends_block, is_stale: false, kind };
+    }
+}
