@@ -106,10 +106,12 @@ impl Interpreter {
     /// # Errors
     /// As [`interpret`](Self::interpret).
     pub fn gcode(&mut self, line: &str) -> Result<Block, Error> {
-        let mut next = *self;
-        let block = next.block(Words::read(line, self.modal)?)?;
-        *self = next;
-        Ok(block)
+        let before = *self;
+        let block = self.block(Words::read(line, self.modal)?);
+        if block.is_err() {
+            *self = before;
+        }
+        block
     }
 
     /// What follows `$J=`.
@@ -131,7 +133,7 @@ impl Interpreter {
         if words.may_jog() { Ok(Jog { target_mm, mm_min }) } else { Err(Error::BadJog) }
     }
 
-    /// Applies a block to this state, in Grbl's order of checking; the caller drops the state if that fails.
+    /// Applies a block to this state, in Grbl's order of checking; the caller puts the state back if that fails.
     fn block(&mut self, mut words: Words) -> Result<Block, Error> {
         let line_number = words.line_number()?;
         self.modes(&mut words)?;
@@ -140,7 +142,9 @@ impl Interpreter {
             _ => None,
         };
         self.tool_length(&words)?;
+        let before = self.coordinates;
         let (via_mm, go_to) = self.non_modal(&mut words)?;
+        let moves_coordinates = words.non_modal.is_some() && self.coordinates != before;
         let motion = go_to.or(self.motion(&mut words)?);
         words.check_all_used()?;
         if let Some(Move { target_mm, .. }) = motion {
@@ -150,7 +154,7 @@ impl Interpreter {
         if ends_program {
             self.modal.end_program();
         }
-        Ok(Block { line_number, dwell_s, via_mm, motion, pauses, ends_program })
+        Ok(Block { line_number, dwell_s, via_mm, motion, pauses, moves_coordinates, ends_program })
     }
 
     fn modes(&mut self, words: &mut Words) -> Result<(), Error> {
