@@ -119,7 +119,7 @@ impl Interpreter {
         let modal = Modal { motion: MotionMode::Linear, inverse_time: false, ..self.modal };
         let mut words = Words::read(line, modal)?;
         words.line_number()?;
-        let mm_min = words.take(b'F').ok_or(Error::NoFeed)? * unit_mm(&words.modal);
+        let mm_min = in_mm(words.take(b'F').ok_or(Error::NoFeed)?, &words.modal);
         if !words.has_axes() {
             return Err(Error::AxisWordsMissing);
         }
@@ -163,7 +163,7 @@ impl Interpreter {
         let given = words.take(b'F');
         self.modal.feed = match given {
             Some(feed) if self.modal.inverse_time => feed,
-            Some(feed) => feed * unit_mm(&self.modal),
+            Some(feed) => in_mm(feed, &self.modal),
             // An inverse time holds for its block alone.
             None if self.modal.inverse_time || was_inverse => 0.0,
             None => before,
@@ -178,7 +178,7 @@ impl Interpreter {
         if words.axis_command == Some(AxisCommand::ToolLength) {
             self.tool_length_mm = match words.axes() {
                 _ if !words.lengthens_tool => 0.0,
-                [None, None, Some(z)] => within(z * unit_mm(&self.modal))?,
+                [None, None, Some(z)] => within(in_mm(z, &self.modal))?,
                 _ => return Err(Error::ToolAxis),
             };
         }
@@ -217,8 +217,9 @@ impl Interpreter {
     }
 }
 
-fn unit_mm(modal: &Modal) -> f32 {
-    if modal.inches { INCH_MM } else { 1.0 }
+/// A length in the units in force.
+fn in_mm(length: f32, modal: &Modal) -> f32 {
+    if modal.inches { length * INCH_MM } else { length }
 }
 
 /// A coordinate that is not too far out.
