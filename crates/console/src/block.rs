@@ -162,8 +162,9 @@ impl Words {
     /// [`Error::BadLineNumber`].
     pub(crate) fn line_number(&mut self) -> Result<u32, Error> {
         match self.take(b'N') {
+            None => Ok(0),
             Some(number) if number > MAX_LINE_NUMBER => Err(Error::BadLineNumber),
-            number => Ok(number.unwrap_or(0.0) as u32),
+            Some(number) => Ok(number as u32),
         }
     }
 

@@ -104,10 +104,11 @@ impl<F: NorFlash> Controller<'_, F> {
             text.clear();
             page += 1;
         }
-        self.at_once(command, state, text)
+        self.at_once(&command, state, text)
     }
 
     /// Prints part `page` of a long reply; false behind the last.
+    #[inline(never)]
     fn page(&self, command: &Command<'_>, page: usize, text: &mut Message) -> bool {
         self.with(|program| {
             let settings = &program.settings;
@@ -129,8 +130,10 @@ impl<F: NorFlash> Controller<'_, F> {
     }
 
     /// What takes no time.
-    fn at_once(&self, command: Command<'_>, state: Word, text: &mut Message) -> Result<After, Error> {
-        match command {
+    // Not inlined, and nor is `page`: lines of a program have no use for them, and pass through less of the flash.
+    #[inline(never)]
+    fn at_once(&self, command: &Command<'_>, state: Word, text: &mut Message) -> Result<After, Error> {
+        match *command {
             Command::Unlock if state == Word::Alarm => {
                 self.machine.unlock().map_err(|Busy(_)| Error::Locked)?;
                 self.with(|program| program.mode = Mode::Normal);
