@@ -7,11 +7,26 @@ use crate::{
 };
 
 /// Letters that Grbl knows as values; those that no code here uses end as [`Error::UnusedWords`].
-const VALUE_LETTERS: &[u8] = b"FIJKLNPRSTXYZ";
+const VALUE_LETTERS: u32 = letters(b"FIJKLNPRSTXYZ");
+const AXIS_LETTERS: u32 = letters(b"XYZ");
 /// Letters whose value must not be negative.
-const UNSIGNED_LETTERS: &[u8] = b"FNPST";
+const UNSIGNED_LETTERS: u32 = letters(b"FNPST");
 const MAX_LINE_NUMBER: f32 = 10_000_000.0;
 const MAX_TOOL: f32 = 255.0;
+
+/// A set of letters, a bit each.
+const fn letters(mut those: &[u8]) -> u32 {
+    let mut set = 0;
+    while let [letter, others @ ..] = those {
+        set |= bit(*letter);
+        those = others;
+    }
+    set
+}
+
+const fn bit(letter: u8) -> u32 {
+    1 << (letter - b'A')
+}
 
 /// Modal groups, by the names of RS274/NGC; at most one code of each may stand in a block.
 #[derive(Clone, Copy)]
@@ -75,7 +90,9 @@ pub(crate) enum AxisCommand {
 #[derive(Debug)]
 pub(crate) struct Words {
     claimed_groups: u16,
-    values: [Option<f32>; 26],
+    /// The letters whose value was given and has not been used.
+    given: u32,
+    values: [f32; 26],
     /// The modes in force in the block: those before it, and its own.
     pub(crate) modal: Modal,
     pub(crate) non_modal: Option<NonModal>,
@@ -93,7 +110,8 @@ impl Words {
     pub(crate) fn read(line: &str, modal: Modal) -> Result<Self, Error> {
         let mut block = Self {
             claimed_groups: 0,
-            values: [None; 26],
+            given: 0,
+            values: [0.0; 26],
             modal,
             non_modal: None,
             axis_command: None,
@@ -115,12 +133,18 @@ impl Words {
 
     /// The value of `letter`, which counts as used from now on.
     pub(crate) fn take(&mut self, letter: u8) -> Option<f32> {
-        self.values[usize::from(letter - b'A')].take()
+        let value = self.value_of(letter);
+        self.given &= !bit(letter);
+        value
+    }
+
+    fn value_of(&self, letter: u8) -> Option<f32> {
+        (self.given & bit(letter) != 0).then(|| self.values[usize::from(letter - b'A')])
     }
 
     /// X, Y and Z as given.
     pub(crate) fn axes(&self) -> [Option<f32>; 3] {
-        b"XYZ".map(|letter| self.values[usize::from(letter - b'A')])
+        b"XYZ".map(|letter| self.value_of(letter))
     }
 
     /// I, J and K, each of which counts as used from now on.
@@ -129,7 +153,7 @@ impl Words {
     }
 
     pub(crate) fn has_axes(&self) -> bool {
-        self.axes().iter().any(Option::is_some)
+        self.given & AXIS_LETTERS != 0
     }
 
     /// The line number, 0 without one.
@@ -138,17 +162,15 @@ impl Words {
     /// [`Error::BadLineNumber`].
     pub(crate) fn line_number(&mut self) -> Result<u32, Error> {
         match self.take(b'N') {
+            None => Ok(0),
             Some(number) if number > MAX_LINE_NUMBER => Err(Error::BadLineNumber),
-            number => Ok(number.unwrap_or(0.0) as u32),
+            Some(number) => Ok(number as u32),
         }
     }
 
     /// Every value but those of the axes has been taken, or the block is refused.
-    pub(crate) fn check_all_used(&mut self) -> Result<(), Error> {
-        for letter in *b"XYZ" {
-            self.take(letter);
-        }
-        if self.values.iter().any(Option::is_some) { Err(Error::UnusedWords) } else { Ok(()) }
+    pub(crate) fn check_all_used(&self) -> Result<(), Error> {
+        if self.given & !AXIS_LETTERS == 0 { Ok(()) } else { Err(Error::UnusedWords) }
     }
 
     /// Whether a jog may have the block's codes.
@@ -247,15 +269,18 @@ impl Words {
     }
 
     fn value(&mut self, letter: u8, value: f32) -> Result<(), Error> {
-        if !VALUE_LETTERS.contains(&letter) {
+        let bit = bit(letter);
+        if VALUE_LETTERS & bit == 0 {
             return Err(Error::Unsupported);
         }
         if letter == b'T' && value > MAX_TOOL {
             return Err(Error::ToolNumber);
         }
-        if self.values[usize::from(letter - b'A')].replace(value).is_some() {
+        if self.given & bit != 0 {
             return Err(Error::RepeatedWord);
         }
-        if UNSIGNED_LETTERS.contains(&letter) && value < 0.0 { Err(Error::Negative) } else { Ok(()) }
+        self.given |= bit;
+        self.values[usize::from(letter - b'A')] = value;
+        if UNSIGNED_LETTERS & bit != 0 && value < 0.0 { Err(Error::Negative) } else { Ok(()) }
     }
 }

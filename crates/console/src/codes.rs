@@ -5,7 +5,8 @@ macro_rules! codes {
     ($(#[$doc:meta])* $codes:ident { $($name:ident = $code:literal, $words:literal;)* }) => {
         $(#[$doc])*
         #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-        #[repr(u8)]
+        // A whole word: what follows it in a result is copied by words then, not byte by byte.
+        #[repr(u32)]
         pub enum $codes {
             $(#[doc = $words] $name = $code,)*
         }

@@ -4,17 +4,28 @@
 
 /// A value must be less than this: Grbl, too, reads 8 digits before the point.
 const VALUE_BOUND: f64 = 1e8;
-/// So many digits a 64-bit integer holds, and more than a value resolves; further decimals are read and dropped.
-const DIGITS_MAX: u32 = 18;
+/// So many digits a `u32` holds, whatever they are.
+const HALF_DIGITS: u32 = 9;
+/// More than a value resolves; further decimals are read and dropped.
+const DIGITS_MAX: u32 = 2 * HALF_DIGITS;
+/// So many digits an `f32` holds exactly, whatever they are, and so a power of ten as long.
+const SHORT_DIGITS: u32 = 7;
+static POWERS: [f32; SHORT_DIGITS as usize + 1] = [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7];
 /// Grbl, too, reads 8 digits before the point; it cuts the rest off in silence.
 const CODE_DIGITS_MAX: u32 = 8;
 
-/// A number as it is written: `mantissa` without its point, of which `decimals` digits stand behind it.
+/// A number as it is written: `digits` digits without their point, of which `decimals` stand behind it.
+///
+/// Small chips multiply 32 bits by 32 at once, but have to call for 64, or to see whether a product overflows. So nothing
+/// here does either, nor a double's arithmetic, for a number as short as those of a program.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Decimal {
     signed: bool,
     negative: bool,
-    mantissa: u64,
+    /// The first half of the digits there is room for.
+    first: u32,
+    /// The second half.
+    second: u32,
     digits: u32,
     decimals: u32,
     has_point: bool,
@@ -30,7 +41,8 @@ impl Decimal {
         let mut number = Self {
             signed,
             negative: text.first() == Some(&b'-'),
-            mantissa: 0,
+            first: 0,
+            second: 0,
             digits: 0,
             decimals: 0,
             has_point: false,
@@ -49,7 +61,8 @@ impl Decimal {
 
     fn push(&mut self, digit: u8) {
         if self.digits < DIGITS_MAX {
-            self.mantissa = 10 * self.mantissa + u64::from(digit);
+            let half = if self.digits < HALF_DIGITS { &mut self.first } else { &mut self.second };
+            *half = half.wrapping_mul(10).wrapping_add(digit.into());
             self.digits += 1;
             self.decimals += u32::from(self.has_point);
         } else {
@@ -59,21 +72,36 @@ impl Decimal {
 
     /// `None` if it is too large.
     pub fn value(&self) -> Option<f32> {
-        let magnitude = self.magnitude();
-        let value = if self.negative { -magnitude } else { magnitude };
-        (magnitude < VALUE_BOUND && !self.overflown).then_some(value as f32)
+        let magnitude = if self.digits <= SHORT_DIGITS { self.short() } else { self.long()? };
+        Some(if self.negative { -magnitude } else { magnitude })
     }
 
     /// The number of a code in hundredths, rounded, if it is written without a sign and with at most 8 digits before
     /// the point.
     pub fn code_hundredths(&self) -> Option<u32> {
         let plain = !self.signed && self.digits - self.decimals <= CODE_DIGITS_MAX;
-        plain.then(|| (self.magnitude() * 100.0 + 0.5) as u32)
+        plain.then(|| match self.decimals {
+            0 => self.first.saturating_mul(100),
+            _ => (self.magnitude() * 100.0 + 0.5) as u32,
+        })
+    }
+
+    /// A short number without its sign. Both are exact, so the quotient is the nearest there is.
+    fn short(&self) -> f32 {
+        self.first as f32 / POWERS[self.decimals as usize]
+    }
+
+    /// A number without its sign, rounded twice; `None` if it is too large.
+    fn long(&self) -> Option<f32> {
+        let magnitude = self.magnitude();
+        (magnitude < VALUE_BOUND && !self.overflown).then_some(magnitude as f32)
     }
 
     /// Both are exact in a double up to 2^53 and 10^22, so the quotient is the nearest there is.
     fn magnitude(&self) -> f64 {
-        self.mantissa as f64 / (0..self.decimals).fold(1.0, |power, _| 10.0 * power)
+        let seconds = self.digits.saturating_sub(HALF_DIGITS);
+        let mantissa = u64::from(self.first) * 10u64.pow(seconds) + u64::from(self.second);
+        mantissa as f64 / (0..self.decimals).fold(1.0, |power, _| 10.0 * power)
     }
 }
 
@@ -115,6 +143,20 @@ mod tests {
         fn agrees_with_the_standard_library(whole in 0u32..100_000_000, decimals in "[0-9]{0,12}") {
             let text = format!("{whole}.{decimals}");
             prop_assert_eq!(value(&text), text.parse().ok().filter(|_| text.parse::<f64>().unwrap() < 1e8));
+        }
+
+        #[test]
+        fn a_short_number_is_what_a_double_makes_of_it(text in "[0-9]{0,7}[.][0-9]{0,7}") {
+            if let Some((number, _)) = Decimal::read(text.as_bytes()).filter(|(number, _)| number.digits <= SHORT_DIGITS) {
+                prop_assert_eq!(Some(number.short()), number.long());
+            }
+        }
+
+        #[test]
+        fn a_whole_code_is_what_a_double_makes_of_it(code in 0u32..=99_999_999) {
+            let (number, _) = Decimal::read(code.to_string().as_bytes()).expect("digits");
+            let expected = (number.magnitude() * 100.0 + 0.5) as u32;
+            prop_assert_eq!(number.code_hundredths(), Some(expected));
         }
 
         #[test]

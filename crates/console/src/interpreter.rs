@@ -106,10 +106,12 @@ impl Interpreter {
     /// # Errors
     /// As [`interpret`](Self::interpret).
     pub fn gcode(&mut self, line: &str) -> Result<Block, Error> {
-        let mut next = *self;
-        let block = next.block(Words::read(line, self.modal)?)?;
-        *self = next;
-        Ok(block)
+        let before = *self;
+        let block = self.block(Words::read(line, self.modal)?);
+        if block.is_err() {
+            *self = before;
+        }
+        block
     }
 
     /// What follows `$J=`.
@@ -117,7 +119,7 @@ impl Interpreter {
         let modal = Modal { motion: MotionMode::Linear, inverse_time: false, ..self.modal };
         let mut words = Words::read(line, modal)?;
         words.line_number()?;
-        let mm_min = words.take(b'F').ok_or(Error::NoFeed)? * unit_mm(&words.modal);
+        let mm_min = in_mm(words.take(b'F').ok_or(Error::NoFeed)?, &words.modal);
         if !words.has_axes() {
             return Err(Error::AxisWordsMissing);
         }
@@ -131,7 +133,7 @@ impl Interpreter {
         if words.may_jog() { Ok(Jog { target_mm, mm_min }) } else { Err(Error::BadJog) }
     }
 
-    /// Applies a block to this state, in Grbl's order of checking; the caller drops the state if that fails.
+    /// Applies a block to this state, in Grbl's order of checking; the caller puts the state back if that fails.
     fn block(&mut self, mut words: Words) -> Result<Block, Error> {
         let line_number = words.line_number()?;
         self.modes(&mut words)?;
@@ -140,7 +142,9 @@ impl Interpreter {
             _ => None,
         };
         self.tool_length(&words)?;
+        let before = self.coordinates;
         let (via_mm, go_to) = self.non_modal(&mut words)?;
+        let moves_coordinates = words.non_modal.is_some() && self.coordinates != before;
         let motion = go_to.or(self.motion(&mut words)?);
         words.check_all_used()?;
         if let Some(Move { target_mm, .. }) = motion {
@@ -150,7 +154,7 @@ impl Interpreter {
         if ends_program {
             self.modal.end_program();
         }
-        Ok(Block { line_number, dwell_s, via_mm, motion, pauses, ends_program })
+        Ok(Block { line_number, dwell_s, via_mm, motion, pauses, moves_coordinates, ends_program })
     }
 
     fn modes(&mut self, words: &mut Words) -> Result<(), Error> {
@@ -159,7 +163,7 @@ impl Interpreter {
         let given = words.take(b'F');
         self.modal.feed = match given {
             Some(feed) if self.modal.inverse_time => feed,
-            Some(feed) => feed * unit_mm(&self.modal),
+            Some(feed) => in_mm(feed, &self.modal),
             // An inverse time holds for its block alone.
             None if self.modal.inverse_time || was_inverse => 0.0,
             None => before,
@@ -174,7 +178,7 @@ impl Interpreter {
         if words.axis_command == Some(AxisCommand::ToolLength) {
             self.tool_length_mm = match words.axes() {
                 _ if !words.lengthens_tool => 0.0,
-                [None, None, Some(z)] => within(z * unit_mm(&self.modal))?,
+                [None, None, Some(z)] => within(in_mm(z, &self.modal))?,
                 _ => return Err(Error::ToolAxis),
             };
         }
@@ -213,8 +217,9 @@ impl Interpreter {
     }
 }
 
-fn unit_mm(modal: &Modal) -> f32 {
-    if modal.inches { INCH_MM } else { 1.0 }
+/// A length in the units in force.
+fn in_mm(length: f32, modal: &Modal) -> f32 {
+    if modal.inches { length * INCH_MM } else { length }
 }
 
 /// A coordinate that is not too far out.

@@ -8,7 +8,7 @@ use isostep_console::report::{self, messages};
 use isostep_console::{Command, Coordinates, Error, SETTING_TABLE, Settings, State as Word};
 use isostep_motion::{AXES, Axis, Busy, ConfigError, Motion, Wiring};
 
-use crate::config::{config, pulse_ns};
+use crate::config::{Geometry, config, pulse_ns};
 use crate::controller::{Controller, Mode, Unsaved};
 use crate::output::{Message, Output};
 use crate::store::{Loss, NotStored};
@@ -43,7 +43,7 @@ impl<F: NorFlash> Controller<'_, F> {
         {
             text.tell(lack);
         }
-        let saved = self.save(&mut text).await;
+        let saved = if self.with(|program| program.unsaved.any()) { self.save(&mut text).await } else { Ok(()) };
         let answer = answer.and_then(|after| saved.map(|()| after));
         if answer == Ok(After::Boot) {
             text.tell(messages::BOOTING);
@@ -70,9 +70,7 @@ impl<F: NorFlash> Controller<'_, F> {
             }
             let mut text = Message::new();
             let unlocked = self.state().takes_gcode();
-            let answer = match unlocked
-                .and_then(|()| self.with(|program| program.understand(|interpreter, _| interpreter.gcode(&line))))
-            {
+            let answer = match unlocked.and_then(|()| self.with(|program| program.interpreter.gcode(&line))) {
                 Ok(block) => self.block(block, &mut text).await,
                 Err(error) => Err(error),
             };
@@ -88,8 +86,7 @@ impl<F: NorFlash> Controller<'_, F> {
         if state != Word::Jog && self.with(|program| program.jogged) {
             self.follow_machine();
         }
-        let command = self
-            .with(|program| program.understand(|interpreter, settings| interpreter.interpret(line, state, settings)))?;
+        let command = self.with(|program| program.interpreter.interpret(line, state, &program.settings))?;
         if state == Word::Alarm && matches!(command, Command::Unlock | Command::Home { .. }) {
             // An alarm is told before it is left: the line may have waited when it was raised.
             yield_now().await;
@@ -107,10 +104,11 @@ impl<F: NorFlash> Controller<'_, F> {
             text.clear();
             page += 1;
         }
-        self.at_once(command, state, text)
+        self.at_once(&command, state, text)
     }
 
     /// Prints part `page` of a long reply; false behind the last.
+    #[inline(never)]
     fn page(&self, command: &Command<'_>, page: usize, text: &mut Message) -> bool {
         self.with(|program| {
             let settings = &program.settings;
@@ -132,8 +130,10 @@ impl<F: NorFlash> Controller<'_, F> {
     }
 
     /// What takes no time.
-    fn at_once(&self, command: Command<'_>, state: Word, text: &mut Message) -> Result<After, Error> {
-        match command {
+    // Not inlined, and nor is `page`: lines of a program have no use for them, and pass through less of the flash.
+    #[inline(never)]
+    fn at_once(&self, command: &Command<'_>, state: Word, text: &mut Message) -> Result<After, Error> {
+        match *command {
             Command::Unlock if state == Word::Alarm => {
                 self.machine.unlock().map_err(|Busy(_)| Error::Locked)?;
                 self.with(|program| program.mode = Mode::Normal);
@@ -243,8 +243,9 @@ impl<F: NorFlash> Controller<'_, F> {
     }
 
     fn put_in_force(&self, settings: Settings) -> Result<(), &'static str> {
-        self.machine.configure(config(&settings)).map_err(|refused| words(&refused))?;
-        self.with(|program| program.settings = settings);
+        let config = config(&settings);
+        self.machine.configure(config).map_err(|refused| words(&refused))?;
+        self.with(|program| (program.settings, program.geometry) = (settings, Geometry::of(&config)));
         self.follow_machine();
         Ok(())
     }
@@ -256,7 +257,7 @@ impl<F: NorFlash> Controller<'_, F> {
         self.put_in_force(settings).map_err(Loss::Unworkable)
     }
 
-    /// Stores what has changed, if something has, as soon as nothing moves: the flash keeps the core to itself. The caller has
+    /// Stores what has changed, as soon as nothing moves: the flash keeps the core to itself. The caller has
     /// the turn, so that nothing begins to move meanwhile.
     ///
     /// # Errors
@@ -265,9 +266,6 @@ impl<F: NorFlash> Controller<'_, F> {
     /// # Cancellation
     /// Safe: what is not stored is known, and will be by the next line or after the reset.
     pub(crate) async fn save(&self, text: &mut Message) -> Result<(), Error> {
-        if !self.with(|program| program.unsaved.any()) {
-            return Ok(());
-        }
         self.machine.emptied().await;
         let settings = self.with(|program| program.unsaved.settings);
         let saved = self.store.lock().await.save(settings, |item| self.with(|program| program.value(item))).await;

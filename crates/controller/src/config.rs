@@ -1,8 +1,10 @@
 //! Settings, in a maker's units, to the coordinator's configuration.
 
+use core::ops::RangeInclusive;
+
 use embassy_time::Duration;
 use isostep_console::Settings;
-use isostep_motion::{AXES, Axis, Config, Direction, HomingConfig, Wiring};
+use isostep_motion::{AXES, Axis, Config, Direction, HomingConfig, Wiring, whole_steps};
 use isostep_profile::{IntervalLaw, Limits, SpeedLaw};
 
 /// `$1=255`: the motors stay energised.
@@ -56,5 +58,24 @@ fn limits(settings: &Settings, axis: usize) -> Limits {
             0.0 => f64::INFINITY,
             jerk_mm_s3 => f64::from(jerk_mm_s3) * steps_per_mm,
         },
+    }
+}
+
+/// What every line needs of a configuration, which itself would be long to copy.
+#[derive(Clone)]
+pub(crate) struct Geometry {
+    steps_per_mm: [f64; AXES],
+    /// The places that each axis can go to, once it is homed.
+    pub travel_steps: [RangeInclusive<i32>; AXES],
+}
+
+impl Geometry {
+    pub fn of(config: &Config) -> Self {
+        Self { steps_per_mm: config.steps_per_mm, travel_steps: Axis::ALL.map(|axis| config.travel_steps(axis)) }
+    }
+
+    /// A place in whole steps, to the nearest.
+    pub fn steps(&self, place_mm: [f32; AXES]) -> [i32; AXES] {
+        core::array::from_fn(|axis| whole_steps(place_mm[axis].into(), self.steps_per_mm[axis]))
     }
 }

@@ -10,6 +10,7 @@ use isostep_console::parameters::{STARTUP_LINES, StoredLine};
 use isostep_console::{AXES, Interpreter, Overrides, Parameters, Realtime, Settings, State as Word, Status as Report};
 use isostep_motion::{Machine, Overrides as Overridden, State};
 
+use crate::config::Geometry;
 use crate::status::{self, position_mm};
 use crate::store::{Item, Kept, Loss, Store, Value};
 
@@ -32,6 +33,8 @@ pub struct Controller<'a, F: NorFlash> {
 pub(crate) struct Program {
     pub interpreter: Interpreter,
     pub settings: Settings,
+    /// That of the machine's configuration.
+    pub geometry: Geometry,
     pub startup: [StoredLine; STARTUP_LINES],
     pub build_text: StoredLine,
     pub overrides: Overrides,
@@ -79,6 +82,7 @@ impl<'a, F: NorFlash> Controller<'a, F> {
         let program = Program {
             interpreter: Interpreter::new(),
             settings,
+            geometry: Geometry::of(&machine.config()),
             startup: [const { StoredLine::new() }; STARTUP_LINES],
             build_text: StoredLine::new(),
             overrides: Overrides::DEFAULT,
@@ -219,14 +223,6 @@ impl Unsaved {
 }
 
 impl Program {
-    /// Has the interpreter understand a line, and notes whether what is stored has changed.
-    pub fn understand<R>(&mut self, line: impl FnOnce(&mut Interpreter, &Settings) -> R) -> R {
-        let before = *self.interpreter.coordinates();
-        let understood = line(&mut self.interpreter, &self.settings);
-        self.unsaved.parameters |= before != *self.interpreter.coordinates();
-        understood
-    }
-
     /// The value of what is stored, as it is now.
     pub fn value(&self, item: Item) -> Value {
         item.value((&self.settings, self.interpreter.coordinates(), &self.startup, &self.build_text))

@@ -16,8 +16,10 @@ const BUZZ_MM_S: f64 = 5.0;
 impl<F: NorFlash> Controller<'_, F> {
     /// Carries out a block that the interpreter has taken.
     pub(crate) async fn block(&self, block: Block, text: &mut Message) -> Result<(), Error> {
-        let checks = self.with(|program| program.mode == Mode::Check);
-        let offset_mm = self.with(|program| program.interpreter.work_offset_mm());
+        let (checks, offset_mm) = self.with(|program| {
+            program.unsaved.parameters |= block.moves_coordinates;
+            (program.mode == Mode::Check, program.interpreter.work_offset_mm())
+        });
         let dwell_s = block.dwell_s.filter(|_| !checks);
         if let Some(dwell_s) = dwell_s {
             let dwell = Motion::Dwell(Duration::from_micros((f64::from(dwell_s) * 1e6) as u64));
@@ -138,16 +140,22 @@ impl<F: NorFlash> Controller<'_, F> {
     }
 
     fn steps(&self, target_mm: [f32; AXES]) -> [i32; AXES] {
-        let config = self.machine.config();
-        Axis::ALL.map(|axis| config.steps(axis, target_mm[axis as usize].into()))
+        self.with(|program| program.geometry.steps(target_mm))
     }
 
     /// The first homed axis whose target is outside its travel. Without homing nobody knows where the travel is.
     fn beyond_travel(&self, target_steps: [i32; AXES]) -> Option<Axis> {
-        let homed = self.machine.status().homed;
-        let config = self.machine.config();
-        let outside = |axis: &Axis| !config.travel_steps(*axis).contains(&target_steps[*axis as usize]);
-        let checked = self.with(|program| program.settings.soft_limits);
-        Axis::ALL.into_iter().filter(|&axis| checked && homed[axis as usize]).find(outside)
+        if !self.with(|program| program.settings.soft_limits) {
+            return None;
+        }
+        let homed = self.machine.homed();
+        self.with(|program| {
+            let travels = &program.geometry.travel_steps;
+            let outside = |axis: &Axis| {
+                let axis = *axis as usize;
+                homed[axis] && !travels[axis].contains(&target_steps[axis])
+            };
+            Axis::ALL.into_iter().find(outside)
+        })
     }
 }

@@ -79,7 +79,12 @@ impl<F: NorFlash> Controller<'_, F> {
             if n == 0 {
                 return Err(None);
             }
-            for &byte in &bytes[..n] {
+            let mut left = &bytes[..n];
+            loop {
+                let ordinary = left.iter().take_while(|&&byte| realtime::classify(byte).is_none()).count();
+                console.input.write_all(&left[..ordinary]).await;
+                let Some((&byte, behind)) = left[ordinary..].split_first() else { break };
+                left = behind;
                 match realtime::classify(byte) {
                     Some(Realtime::Status) => self.offer_report(console, &mut reporter),
                     Some(Realtime::Reset) => {
@@ -89,9 +94,7 @@ impl<F: NorFlash> Controller<'_, F> {
                         reporter = StatusReporter::new();
                     }
                     Some(realtime) => self.real_time(realtime),
-                    None => {
-                        console.input.write(&[byte]).await;
-                    }
+                    None => {}
                 }
             }
         }

@@ -155,7 +155,25 @@ impl Config {
 /// `mm` in whole steps, to the nearest.
 #[must_use]
 pub fn whole_steps(mm: f64, steps_per_mm: f64) -> i32 {
-    libm::round(mm * steps_per_mm) as i32
+    nearest(mm * steps_per_mm)
+}
+
+/// The nearest whole number, halves away from zero: [`libm::round`] and a cast, without the sum and the comparisons of doubles
+/// that small chips have to call for.
+fn nearest(value: f64) -> i32 {
+    let bits = value.to_bits();
+    let exponent = ((bits >> 52) & 0x7FF) as i32 - 1023;
+    // The leading 32 digits of the mantissa; it is in [1, 2).
+    let leading = 1 << 31 | (bits >> 21) as u32;
+    match 30 - exponent {
+        shift @ 1..32 => {
+            let magnitude = (leading >> shift).div_ceil(2) as i32;
+            if value.is_sign_negative() { -magnitude } else { magnitude }
+        }
+        32.. => 0,
+        // Too large, or no number.
+        _ => libm::round(value) as i32,
+    }
 }
 
 fn positive(what: &'static str, asked: f64) -> Result<(), ConfigError> {

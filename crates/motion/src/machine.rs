@@ -223,6 +223,12 @@ impl Machine {
         self.with(|inner| inner.capabilities)
     }
 
+    /// Which axes have been homed and not lost their position since.
+    #[must_use]
+    pub fn homed(&self) -> [bool; AXES] {
+        self.with(|inner| inner.homed)
+    }
+
     /// How often each axis's port has faulted since power-up.
     #[must_use]
     pub fn faults(&self) -> [u32; AXES] {

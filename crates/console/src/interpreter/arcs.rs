@@ -1,6 +1,6 @@
 //! What the words of an arc mean.
 
-use super::{Interpreter, unit_mm, within};
+use super::{Interpreter, in_mm, within};
 use crate::{
     Arc, Error, MotionMode,
     arc::{Ends, PLANES},
@@ -20,16 +20,15 @@ impl Interpreter {
         }
         let (start_mm, target_mm) = (self.position_mm, self.target_mm(words)?);
         let ends = Ends { start_mm, target_mm, plane, clockwise: mode == MotionMode::ClockwiseArc };
-        let unit_mm = unit_mm(&words.modal);
         let arc = if let Some(radius) = words.take(b'R') {
-            Arc::of_radius(ends, (radius * unit_mm).into())?
+            Arc::of_radius(ends, in_mm(radius, &words.modal).into())?
         } else {
             let offsets = words.take_offsets();
             let offsets = [offsets[first], offsets[second]];
             if offsets == [None; 2] {
                 return Err(Error::OffsetsMissing);
             }
-            Arc::around(ends, offsets.map(|offset| (offset.unwrap_or(0.0) * unit_mm).into()))?
+            Arc::around(ends, offsets.map(|offset| in_mm(offset.unwrap_or(0.0), &words.modal).into()))?
         };
         // However far its ends are, its middle must not be too far out.
         arc.bounds_mm().iter().flatten().try_for_each(|&mm| within(mm as f32).map(|_| ()))?;

@@ -1,6 +1,6 @@
 //! Work offsets, kept places, and what axis words mean by them.
 
-use super::{Interpreter, Z, unit_mm, within};
+use super::{Interpreter, Z, in_mm, within};
 use crate::{
     AXES, Error, MotionMode, Move, Rate,
     block::{NonModal, Words},
@@ -47,7 +47,7 @@ impl Interpreter {
         if meaning != WORK_POSITION && (meaning != OFFSET || words.take(b'R').is_some()) {
             return Err(Error::Unsupported);
         }
-        for (axis, mm) in self.given_mm(words) {
+        for (axis, mm) in given_mm(words) {
             let offset_mm = if meaning == OFFSET { mm } else { self.zero_mm(axis, mm) - self.shift_mm[axis] };
             self.coordinates.work_offsets_mm[system][axis] = within(offset_mm)?;
         }
@@ -60,7 +60,7 @@ impl Interpreter {
             return Err(Error::AxisWordsMissing);
         }
         let system_mm = self.coordinates.work_offsets_mm[usize::from(self.modal.system)];
-        for (axis, mm) in self.given_mm(words) {
+        for (axis, mm) in given_mm(words) {
             self.shift_mm[axis] = within(self.zero_mm(axis, mm) - system_mm[axis])?;
         }
         Ok(())
@@ -88,7 +88,7 @@ impl Interpreter {
     pub(super) fn target_mm(&self, words: &Words) -> Result<[f32; AXES], Error> {
         let mut target_mm = self.position_mm;
         let offset_mm = self.work_offset_mm();
-        for (axis, mm) in self.given_mm(words) {
+        for (axis, mm) in given_mm(words) {
             target_mm[axis] = within(match words.non_modal {
                 Some(NonModal::MachineCoordinates) => mm,
                 _ if words.modal.incremental => target_mm[axis] + mm,
@@ -97,11 +97,10 @@ impl Interpreter {
         }
         Ok(target_mm)
     }
+}
 
-    /// The axes named, with their values in mm.
-    fn given_mm(&self, words: &Words) -> impl Iterator<Item = (usize, f32)> + use<> {
-        let unit_mm = unit_mm(&words.modal);
-        let axes = words.axes().into_iter().enumerate();
-        axes.filter_map(move |(axis, value)| value.map(|value| (axis, value * unit_mm)))
-    }
+/// The axes named, with their values in mm.
+fn given_mm(words: &Words) -> impl Iterator<Item = (usize, f32)> {
+    let axes = words.axes().into_iter().enumerate();
+    axes.filter_map(|(axis, value)| value.map(|value| (axis, in_mm(value, &words.modal))))
 }
