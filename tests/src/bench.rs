@@ -13,7 +13,7 @@ use isostep_profile::SpeedLaw;
 use isostep_sim::{Config, MoveRecord, Outcome, Port, Sim, verify};
 use oorandom::Rand64;
 
-use crate::limits::{self, Ends, Shares};
+use isostep_sim::measure::limits::{self, Ends, Shares};
 
 /// A machine that need not be homed, under a law, and its random numbers.
 pub struct Bench {

@@ -7,7 +7,6 @@ pub mod bench;
 pub mod cases;
 pub mod emulated;
 pub mod laws;
-pub mod limits;
 pub mod rig;
 
 /// The project's folder.

@@ -5,6 +5,8 @@
 
 #[path = "emulated/boot.rs"]
 mod boot;
+#[path = "emulated/flowing.rs"]
+mod flowing;
 #[path = "emulated/linked.rs"]
 mod linked;
 

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use isostep_console::Settings;
 use isostep_sim::flash::FLASH_BYTES;
+use isostep_sim::kinematics::{AxisFigures, JumpFigures, OfLimit};
 use isostep_sim::motor::PullOutCurve;
 use isostep_sim::{Config, ConsoleError, Figures, Flash, MoveFigures, Outcome, Port, State, SwitchFault, settings};
 
@@ -224,6 +225,7 @@ fn print(figures: &Figures) {
     }
     if !figures.moves.is_empty() {
         print_moves(&figures.moves);
+        print_axes(&figures.axes);
     }
     print_checks(figures);
     let [x, y, z] = figures.position_mm;
@@ -267,6 +269,32 @@ fn print_moves(moves: &[MoveFigures]) {
         "  apart: the most that two axes' intervals differ, measured from each axis's own edges (-: fewer than two to measure)"
     );
     println!("  error: the most that a step is off its closed-form instant");
+}
+
+/// Within moves each axis keeps its limits; at a corner its speed jumps.
+fn print_axes(axes: &[AxisFigures]) {
+    println!("\naxes                      within moves, from the edges alone                        at corners");
+    println!(
+        "{:>20} {:>23} {:>23} {:>27} {:>8}  where",
+        "speed, mm/s", "accelerates, mm/s2", "decelerates, mm/s2", "jumps, mm/s (mm/min)", "at most"
+    );
+    for one in axes {
+        let [speed, accel, decel] = [(one.speed_mm_s, 2), (one.accel_mm_s2, 1), (one.decel_mm_s2, 1)]
+            .map(|(OfLimit { found, limit }, digits)| format!("{found:.digits$} of {limit:.digits$}"));
+        let (jump, place) = one.jump.map_or(("-".to_owned(), String::new()), |jump| {
+            (format!("{:.2} ({:.0})", jump.mm_s, jump.mm_min), place_words(&jump))
+        });
+        let most = format!("{:.2}", one.jump_limit_mm_s);
+        println!("   {} {speed:>15} {accel:>23} {decel:>23} {jump:>27} {most:>8}  {place}", one.axis);
+    }
+    println!(
+        "  at most: sqrt(8 x acceleration x $11), or twice the start speed; within moves a figure is up to 1 % high"
+    );
+}
+
+fn place_words(jump: &JumpFigures) -> String {
+    let line = jump.line.map_or(String::new(), |line| format!(", line {line}"));
+    format!("to move {}{line}", jump.move_number)
 }
 
 fn seconds(ns: u64) -> f64 {

@@ -15,6 +15,7 @@
 //! | `compile.lead` | ticks of motion, here the count | of the segment that has fewest ticks a cycle |
 //! | `compile.lead.queue` | the same | of the [`QUEUE_SEGMENTS`] in a row that have fewest |
 //! | `compile.LAW.lead`, `compile.LAW.lead.queue` | the same | the same |
+//! | `flow.CASE.STAGE` | moves of [`FLOW_CASES`], each of which does that [`Stage`] | of all of them |
 //! | `fill` | the words of [`Intervals::fill`], from RAM, into [`BLOCK_WORDS`] at a time | of all of them |
 //! | `fill.LAW` | the same, of [`law_ramp`] | of all of them |
 //! | each of [`generators`] | its intervals, [`BLOCK_WORDS`] at a time | of all of them |
@@ -24,11 +25,16 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+mod flow;
+
+pub use flow::{Checksums, FLOW_CASES, FlowCase, Stage, Timer, Untimed, flow, timed_moves};
 use isostep_profile::generators::{Avr446, Correction, GeneratorError, StepsPerTime, TimePerStep};
 use isostep_profile::{IntervalLaw, Limits, PlanError, Segment, SpeedLaw, SyncMove};
 
 /// Rate of the ticks: the chip's stock clock.
 pub const TICK_HZ: u32 = 125_000_000;
+/// Of the machine.
+pub const AXES: usize = 3;
 /// Intervals written between two looks at the clock.
 pub const BLOCK_WORDS: usize = 256;
 /// Segments that an axis has queued, behind which a short one hides.

@@ -25,6 +25,7 @@ fn main() -> ! {
     let stopwatch = Stopwatch::start(core.SYST);
     work::plan(&stopwatch, &mut report);
     work::compile(&stopwatch, &mut report);
+    work::flow(&stopwatch, &mut report);
     work::fill(&stopwatch, &mut report);
     work::peers(&stopwatch, &mut report);
     report.end();

@@ -6,8 +6,8 @@ use core::sync::atomic::{AtomicU32, Ordering};
 
 use isostep_profile::{SpeedLaw, SyncMove};
 use rp2040_bench::{
-    BLOCK_WORDS, Checksum, FIRST_STEPS, PLAN_CASES, Peer, QUEUE_SEGMENTS, TICK_HZ, Visitor, first_segments, generators,
-    law_ramp, phases, plan_checksum, ramp, segments_checksum,
+    BLOCK_WORDS, Checksum, FIRST_STEPS, FLOW_CASES, PLAN_CASES, Peer, QUEUE_SEGMENTS, Stage, TICK_HZ, Timer, Visitor,
+    first_segments, generators, law_ramp, phases, plan_checksum, ramp, segments_checksum, timed_moves,
 };
 
 use crate::report::{Figure, Report};
@@ -115,6 +115,31 @@ impl<const N: usize> Lead<N> {
         let (cycles, ticks) = self.worst;
         let figure = Figure { cycles: cycles.into(), cycles_max: cycles, count: ticks };
         report.sum(name, figure, Checksum::default());
+    }
+}
+
+/// Short moves that flow, stage by stage.
+pub fn flow(stopwatch: &Stopwatch, report: &mut Report) {
+    for case in &FLOW_CASES {
+        let mut timed = TimedStages { stopwatch, cycles: [0; Stage::ALL.len()] };
+        let checksums = rp2040_bench::flow(case, &mut timed);
+        for ((stage, cycles), checksum) in Stage::ALL.into_iter().zip(timed.cycles).zip(checksums) {
+            let figure = Figure { cycles, cycles_max: 0, count: timed_moves() };
+            report.sum(format_args!("flow.{}.{}", case.name, stage.name()), figure, checksum);
+        }
+    }
+}
+
+struct TimedStages<'a> {
+    stopwatch: &'a Stopwatch,
+    cycles: [u64; Stage::ALL.len()],
+}
+
+impl Timer for TimedStages<'_> {
+    fn time<I, R>(&mut self, stage: Stage, input: I, work: impl FnOnce(I) -> R) -> R {
+        let (result, cycles) = self.stopwatch.time(input, work);
+        self.cycles[stage as usize] += u64::from(cycles);
+        result
     }
 }
 

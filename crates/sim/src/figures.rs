@@ -5,6 +5,8 @@ use serde::Serialize;
 
 use crate::config::Port;
 use crate::driver::Violation;
+use crate::kinematics::{self, AxisFigures};
+use crate::lines_of_moves;
 use crate::measure::{Intervals, Measured};
 use crate::outcome::Outcome;
 use crate::record::Loss;
@@ -16,6 +18,8 @@ use crate::verify::{self, MoveCheck, Verdict};
 pub struct MoveFigures {
     /// From 1, in the order made.
     pub number: usize,
+    /// Its line of the program, from 1; null where that is not known.
+    pub line: Option<usize>,
     /// When it began, ns since power-up.
     pub start_ns: u64,
     /// Where it began.
@@ -65,6 +69,8 @@ pub struct Figures {
     pub carriage_mm: [f64; AXES],
     /// The moves of the program.
     pub moves: Vec<MoveFigures>,
+    /// How fast each axis was, within moves and at corners.
+    pub axes: [AxisFigures; AXES],
     /// Every promise, and whether it was kept.
     pub verdicts: Vec<Verdict>,
     /// Every edge that a driver may misread.
@@ -81,6 +87,7 @@ impl Figures {
     /// The figures of `outcome`, the run of the program called `program`.
     pub fn new(program: &str, outcome: &Outcome) -> Self {
         let checks = verify::moves(outcome);
+        let lines = lines_of_moves::of_moves(outcome);
         Self {
             program: program.to_owned(),
             replay: outcome.config.replay(program),
@@ -94,10 +101,11 @@ impl Figures {
             position_mm: outcome.position_mm,
             carriage_mm: outcome.mm(outcome.places_steps),
             verdicts: verify::verdicts(outcome, &checks),
+            axes: kinematics::axes(outcome, &lines),
             moves: checks
                 .into_iter()
                 .enumerate()
-                .map(|(index, check)| move_figures(index + 1, outcome, check))
+                .map(|(index, check)| move_figures(index + 1, lines[check.index], outcome, check))
                 .collect(),
             violations: outcome.violations.clone(),
             losses: outcome.losses.clone(),
@@ -112,10 +120,11 @@ impl Figures {
     }
 }
 
-fn move_figures(number: usize, outcome: &Outcome, check: MoveCheck) -> MoveFigures {
+fn move_figures(number: usize, line: Option<usize>, outcome: &Outcome, check: MoveCheck) -> MoveFigures {
     let record = &outcome.moves[check.index];
     MoveFigures {
         number,
+        line,
         start_ns: record.begin_ns(),
         from_mm: outcome.mm(record.origin_steps),
         to_mm: outcome.mm(record.end_steps),

@@ -15,7 +15,8 @@
 //! - [`executor`] and [`time`] make a run a function of its tasks: no wall clock, no threads, no hash order.
 //! - [`world`] judges every edge as it happens: the [`driver`]'s timing, the [`motor`]'s torque, the [`plant`]'s ends.
 //! - [`verify`] judges every move afterwards, against the closed form of its plan; [`measure`] finds the
-//!   intervals of each axis again from its edges alone.
+//!   intervals of each axis again from its edges alone, and how near it came to its limits; [`corners`] tells by how much
+//!   its speed jumps from move to move.
 //! - [`trace`], [`vcd`], [`Figures`] and [`report`] write it all down, byte for byte the same for the same run.
 //! - [`analysis`] takes derivatives, and models what a profile's acceleration does to a carriage that rings.
 //!
@@ -34,10 +35,13 @@
 pub mod analysis;
 pub mod compare;
 pub mod config;
+pub mod corners;
 pub mod driver;
 pub mod executor;
 mod figures;
 pub mod flash;
+pub mod kinematics;
+mod lines_of_moves;
 pub mod link;
 pub mod measure;
 pub mod mechanics;

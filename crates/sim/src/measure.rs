@@ -21,6 +21,7 @@
 
 mod by_shape;
 mod least_squares;
+pub mod limits;
 
 use isostep_profile::Profile;
 

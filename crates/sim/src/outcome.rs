@@ -156,6 +156,12 @@ pub struct Outcome {
     pub steps_per_mm: [f64; AXES],
     /// Its travel at the end, mm.
     pub travel_mm: [f64; AXES],
+    /// Its limits at the end.
+    pub limits: [Limits; AXES],
+    /// How far the circle strays that says how fast a corner is taken, at the end, mm.
+    pub junction_deviation_mm: f64,
+    /// Its speed law at the end.
+    pub speed_law: SpeedLaw,
     /// Virtual time from power-up to rest.
     pub duration_ns: u64,
     /// From the start of the first move to the end of the last one's plan, pauses and homing included, s; 0 without a move.
@@ -193,6 +199,9 @@ impl Outcome {
             state: machine.state(),
             steps_per_mm: machine_config.steps_per_mm,
             travel_mm: machine_config.travel_mm,
+            limits: machine_config.limits,
+            junction_deviation_mm: machine_config.junction_deviation_mm,
+            speed_law: machine_config.speed_law,
             duration_ns,
             motion_s: world.motion_s(),
         }

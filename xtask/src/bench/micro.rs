@@ -17,6 +17,7 @@ use rp2040_bench::{Checksum, LIMITS, Peer, STEPS, StandsFor, TICK_HZ, Visitor};
 use serde::Serialize;
 
 use super::chip::Chip;
+use super::flow::{self, FlowFigures};
 use super::laws::{self, LawFigures};
 use crate::{build, workspace};
 
@@ -34,6 +35,8 @@ pub struct MicroFigures {
     pub ramp: RampFigures,
     /// Each speed law's, over ramps of its own.
     pub laws: Vec<LawFigures>,
+    /// Short moves that flow.
+    pub flow: Vec<FlowFigures>,
     /// Segments of one axis compiled, by the phase they begin in.
     pub compile: Vec<CompileFigures>,
     /// Ticks of motion for each cycle of compiling it for three axes, over the segment that has fewest: below 1, its
@@ -105,6 +108,7 @@ pub fn measure(chip: Chip, folder: &Path) -> Result<MicroFigures> {
             tick_hz: TICK_HZ,
         },
         laws: laws::all(&lines)?,
+        flow: flow::all(&lines)?,
         compile: lines.compile("compile", &rp2040_bench::ramp()?)?,
         lead_ticks_per_cycle: lines.of("compile.lead")?.results_per_cycle() / AXES,
         queue_lead_ticks_per_cycle: lines.queue_lead("compile")?,
@@ -148,7 +152,7 @@ impl Line {
         numbers.next().is_none().then_some(line)
     }
 
-    fn cycles_per_result(&self) -> f64 {
+    pub(super) fn cycles_per_result(&self) -> f64 {
         self.cycles as f64 / f64::from(self.count)
     }
 

@@ -21,6 +21,7 @@ mod chip;
 mod edges;
 mod effort;
 mod figures;
+mod flow;
 mod follow;
 mod laws;
 mod load;
@@ -68,7 +69,8 @@ What is measured, of PioPort and of TimerPort, three axes stepping at once and s
             empty (cold) and right after a move of the same kind (warm); at 5,000,000 steps/s2,
             TimerPort at 1,000,000 to 20,000 steps/s
 And what the mathematics of a move costs on the chip, beside the step generators of the literature over the same ramp:
-cycles to plan, to compile a segment and to replay a step under each speed law, and how far their speeds are off.
+cycles to plan, to compile a segment and to replay a step under each speed law, and how far their speeds are off; and cycles of
+a move of 0.2 mm of three axes that flows in a full chain: to read its line, to push it, to tell its plan and to compile that.
 On which chip:
   the chip            the emulated RP2040, flash read through its cache: everything
   ideal flash         flash reads like RAM: everything again (fewer stops), shown beneath a figure where it is another;

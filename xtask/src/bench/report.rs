@@ -7,12 +7,12 @@ use super::beside::beside;
 use super::board::Moving;
 use super::chip::Chip;
 use super::figures::{Figures, PortFigures, Target, together};
-use super::laws;
 use super::micro::{GeneratorFigures, MicroFigures};
 use super::progress::grouped;
 use super::starts::{Delay, StartMeasurement};
 use super::stops::Latency;
 use super::table;
+use super::{flow, laws};
 
 const TITLE: &str = "Step ports on the emulated board";
 
@@ -20,7 +20,9 @@ const TITLE: &str = "Step ports on the emulated board";
 pub fn files(figures: &Figures) -> Vec<(String, String)> {
     let ports = [targets(figures), rates(figures), accuracy(figures), load(figures), stops(figures), starts(figures)];
     let (chip, ideal) = (figures.chip.mathematics.as_ref(), figures.ideal_flash.mathematics.as_ref());
-    let mathematics = chip.into_iter().flat_map(|one| [costs(one, ideal), laws(one, ideal), generators(one, ideal)]);
+    let mathematics = chip
+        .into_iter()
+        .flat_map(|one| [costs(one, ideal), laws(one, ideal), flow(one, ideal), generators(one, ideal)]);
     let sections: Vec<Section> = ports.into_iter().chain(mathematics).collect();
     let conditions = format!("{} {}", table::conditions(&figures.conditions), table::BESIDE);
     let page = bench::page(TITLE, &conditions, &figures.conditions.command, &sections);
@@ -223,6 +225,20 @@ fn laws(figures: &MicroFigures, ideal: Option<&MicroFigures>) -> Section {
         heading: "Speed laws".to_owned(),
         text: "What each law costs on the chip. A plan is of three axes, with and without a cruise; a beginning is the first \
                segment of each axis, which computes what a ramp needs. Segments are those of ramps; replaying a step costs the same under every law."
+            .to_owned(),
+        table: Some(rows(&head, beside(of(figures), ideal.map_or(Vec::new(), of), 1))),
+        ..Section::default()
+    }
+}
+
+fn flow(figures: &MicroFigures, ideal: Option<&MicroFigures>) -> Section {
+    let row = |one: &flow::FlowFigures| [vec![one.case.to_owned()], one.cells().to_vec()].concat();
+    let of = |figures: &MicroFigures| figures.flow.iter().map(row).collect::<Vec<_>>();
+    let head = [&["case"], flow::HEAD.as_slice()].concat();
+    Section {
+        heading: "Short moves that flow".to_owned(),
+        text: "Cycles of a move of 0.2 mm of three axes in a full chain: to read its line, to push it, to tell its plan, and \
+               to compile the segments of all axes; and how many moves a second that is, if the core did nothing else."
             .to_owned(),
         table: Some(rows(&head, beside(of(figures), ideal.map_or(Vec::new(), of), 1))),
         ..Section::default()

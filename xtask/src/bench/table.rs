@@ -7,11 +7,11 @@ use super::beside::beside;
 use super::board::Moving;
 use super::chip::Chip;
 use super::figures::{ChipFigures, Conditions, Figures, PortFigures, Target, together};
-use super::laws;
 use super::micro::{GeneratorFigures, MicroFigures, RampFigures};
 use super::progress::grouped;
 use super::starts::Delay;
 use super::stops::{Latency, StopMeasurement};
+use super::{flow, laws};
 
 /// How to read the figures of the ideal chip.
 pub const BESIDE: &str =
@@ -144,6 +144,7 @@ fn mathematics(figures: &MicroFigures, ideal: Option<&MicroFigures>) -> String {
     let mut text = section("cost on the chip", costs(figures), ideal.map_or(Rows::new(), costs));
     text.insert_str(0, "\nmathematics of a move\n");
     text += &laws(figures, ideal);
+    text += &flow(figures, ideal);
     writeln!(text, "  step generators over {}", ramp_words(&figures.ramp)).expect("a String takes any text");
     line(&mut text, "", &cells(22, &GENERATOR_HEAD.map(str::to_owned)));
     let generators = |figures: &MicroFigures| {
@@ -164,6 +165,18 @@ fn laws(figures: &MicroFigures, ideal: Option<&MicroFigures>) -> String {
     text += &format!("    {:<12}{}\n", "", cells(17, &laws::HEAD.map(str::to_owned)));
     for row in beside(rows(figures), ideal.map_or(Rows::new(), rows), 1) {
         text += &format!("    {:<12}{}\n", row[0], row[1]);
+    }
+    text
+}
+
+/// A case a line.
+fn flow(figures: &MicroFigures, ideal: Option<&MicroFigures>) -> String {
+    let rows = |figures: &MicroFigures| figures.flow.iter().map(|one| row(one.case, cells(17, &one.cells()))).collect();
+    let mut text =
+        String::from("  a move of 0.2 mm of three axes that flows, cycles; moves/s if the core did nothing else\n");
+    text += &format!("    {:<17}{}\n", "", cells(17, &flow::HEAD.map(str::to_owned)));
+    for row in beside(rows(figures), ideal.map_or(Rows::new(), rows), 1) {
+        text += &format!("    {:<17}{}\n", row[0], row[1]);
     }
     text
 }

@@ -26,6 +26,7 @@ save them (`cargo xtask sim --help`). What a machine's settings say of speed law
 A time is from the start of the first move to the end of the last one's plan, pauses between moves included. The controller is
 the firmware's, in virtual time: it plans in no time, and its console's wire takes none, so a program is sent as fast as moves
 are taken, within Grbl's 128 unanswered bytes. No edge is made, so none is checked: `cargo xtask sim --settings FILE` does that.
+A corner's jump is the most by which the speed of an axis jumps where a move follows another, as planned.
 
 The exit status is 0 if every ratio of the times is at most EACH, and their median, in each column and over all, at most MEDIAN.
 

@@ -52,6 +52,8 @@ pub struct Times {
     pub grbl_s: f64,
     /// Of the times.
     pub ratio: Option<f64>,
+    /// The most that the speed of an axis jumps at a corner.
+    pub jump_mm_s: Option<f64>,
     /// Why there is none.
     pub failed: Option<String>,
 }
@@ -127,9 +129,16 @@ impl Machine {
 
 impl Times {
     fn of(timed: Timed) -> Self {
-        let Timed { program, grbl_s, isostep_s, .. } = timed;
-        let ratio = isostep_s.as_ref().ok().map(|s| s / grbl_s);
-        Self { program, grbl_s, ratio, failed: isostep_s.as_ref().err().cloned(), isostep_s: isostep_s.ok() }
+        let Timed { program, grbl_s, made, .. } = timed;
+        let ran = made.as_ref().ok().copied();
+        Self {
+            program,
+            grbl_s,
+            isostep_s: ran.map(|made| made.s),
+            ratio: ran.map(|made| made.s / grbl_s),
+            jump_mm_s: ran.map(|made| made.jump_mm_s),
+            failed: made.err(),
+        }
     }
 }
 

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
 use isostep_console::Settings;
-use isostep_sim::{Config, ConsoleError, Outcome, State};
+use isostep_sim::{Config, ConsoleError, Outcome, State, corners};
 
 use crate::stopwatch::Stopwatch;
 
@@ -27,8 +27,17 @@ pub struct Timed {
     pub column: usize,
     pub program: String,
     pub grbl_s: f64,
-    /// How long it takes, s; or why it did not come to its end.
-    pub isostep_s: Result<f64, String>,
+    /// How it was made; or why it did not come to its end.
+    pub made: Result<Made, String>,
+}
+
+/// A program from its beginning to its end.
+#[derive(Clone, Copy)]
+pub struct Made {
+    /// How long it takes.
+    pub s: f64,
+    /// The most that the speed of an axis jumps at a corner.
+    pub jump_mm_s: f64,
 }
 
 /// Runs all of them, several at a time, and tells of each that has ended. In the order of the jobs.
@@ -57,19 +66,22 @@ fn take<'j>(jobs: &'j [Job], next: &AtomicUsize) -> Option<(usize, &'j Job)> {
 
 fn one(job: &Job, of: usize) -> Timed {
     let stopwatch = Stopwatch::start();
-    let isostep_s = seconds(&job.program, job.settings);
-    let told = isostep_s.as_ref().map_or_else(Clone::clone, |s| format!("{s:.3} s, {:.3} of Grbl's", s / job.grbl_s));
+    let made = make(&job.program, job.settings);
+    let told = made.as_ref().map_or_else(Clone::clone, |made| {
+        let Made { s, .. } = made;
+        format!("{s:.3} s, {:.3} of Grbl's", s / job.grbl_s)
+    });
     eprintln!("    {} of {of} on {}: {told} ({:.1} s)", job.name, job.label, stopwatch.elapsed_s());
-    Timed { column: job.column, program: job.name.clone(), grbl_s: job.grbl_s, isostep_s }
+    Timed { column: job.column, program: job.name.clone(), grbl_s: job.grbl_s, made }
 }
 
-/// How long `program` takes on the machine of these settings, s.
-pub fn seconds(program: &[u8], settings: Settings) -> Result<f64, String> {
-    let config =
-        Config { settings, start_mm: middle_mm(&settings), only_time: true, keep_record: false, ..Config::default() };
+/// Makes `program` on the machine of these settings.
+fn make(program: &[u8], settings: Settings) -> Result<Made, String> {
+    let config = Config { settings, start_mm: middle_mm(&settings), only_time: true, ..Config::default() };
     let outcome = isostep_sim::run(program, &config).map_err(|error| error.to_string())?;
     ended_well(&outcome)?;
-    Ok(outcome.motion_s)
+    let jumps = corners::largest_jumps(&outcome).into_iter().flatten();
+    Ok(Made { s: outcome.motion_s, jump_mm_s: jumps.map(|jump| jump.mm_s).fold(0.0, f64::max) })
 }
 
 /// Nothing moves there, so a switch is never met.

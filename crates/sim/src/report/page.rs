@@ -6,6 +6,7 @@ use maud::{Markup, PreEscaped, html};
 use super::theme::{self, AXIS_NAMES};
 use super::{errors, kinematics, path};
 use crate::figures::{Figures, MoveFigures};
+use crate::kinematics::OfLimit;
 use crate::measure::Intervals;
 use crate::outcome::{MoveRecord, Outcome};
 
@@ -20,7 +21,7 @@ pub fn page(outcome: &Outcome, figures: &Figures) -> String {
         p { "Run on the controller in virtual time: " (summary(figures)) }
         p { code { (figures.replay) } }
         (verdicts(figures))
-        @if !figures.moves.is_empty() { (pictures(outcome, figures)) (moves(figures)) }
+        @if !figures.moves.is_empty() { (pictures(outcome, figures)) (axes(figures)) (moves(figures)) }
         (settings(outcome))
     };
     theme::document(&title, &body)
@@ -119,6 +120,30 @@ fn key(axes: &[usize]) -> Markup {
 
 fn moving(steps: [i32; 3]) -> Vec<usize> {
     (0..3).filter(|&axis| steps[axis] != 0).collect()
+}
+
+fn axes(figures: &Figures) -> Markup {
+    let of = |OfLimit { found, limit }: OfLimit| format!("{found:.2} of {limit:.2}");
+    html! {
+        h2 { "Axes and their limits" }
+        p { "Within moves, from the edges of each axis alone, up to 1 % high. At a corner the speed of an axis jumps, as planned; at most by sqrt(8 x acceleration x $11), or twice the start speed." }
+        div.scroll { table {
+            thead { tr {
+                th { "" } th { "speed, mm/s" } th { "accelerates, mm/s²" } th { "decelerates, mm/s²" }
+                th { "jumps, mm/s" } th { "mm/min" } th { "to move" } th { "line" }
+            } }
+            tbody { @for one in &figures.axes {
+                @let jump = one.jump.map(|jump| OfLimit { found: jump.mm_s, limit: one.jump_limit_mm_s });
+                tr {
+                    td { (one.axis) } td { (of(one.speed_mm_s)) } td { (of(one.accel_mm_s2)) } td { (of(one.decel_mm_s2)) }
+                    td { (jump.map_or("-".to_owned(), of)) }
+                    td { (one.jump.map_or("-".to_owned(), |jump| format!("{:.0}", jump.mm_min))) }
+                    td { (one.jump.map_or("-".to_owned(), |jump| jump.move_number.to_string())) }
+                    td { (one.jump.and_then(|jump| jump.line).map_or("-".to_owned(), |line| line.to_string())) }
+                }
+            } }
+        } }
+    }
 }
 
 fn moves(figures: &Figures) -> Markup {

@@ -157,8 +157,8 @@ fn highest(values: impl IntoIterator<Item = f64>) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use crate::config::Port;
     use isostep_profile::{IntervalLaw, SyncMove};
-    use isostep_sim::Port;
 
     use super::*;
 

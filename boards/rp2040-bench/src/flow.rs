@@ -1,0 +1,274 @@
+//! What a short move costs that flows with others, from the bytes of its line to the segments of its axes: all that is
+//! computed for it, stage by stage, in a chain that is as long as the firmware's.
+//!
+//! What is not in it: the tasks that hand a move on, its queue, millimetres to steps, and the steps themselves.
+
+use core::fmt::{self, Write};
+
+use isostep_console::{Block, Command, Interpreter, LineAssembler, Settings, State};
+use isostep_profile::chain::{Chain, Leg, Terms, Wanted};
+use isostep_profile::{IntervalLaw, Limits, SpeedLaw};
+
+use crate::{AXES, Checksum, TICK_HZ};
+
+/// The moves that a chain holds.
+const CHAIN_MOVES: usize = 64;
+/// Moves that are timed, once the chain is full.
+const TIMED_MOVES: u32 = 192;
+const MOVE_MM: f64 = 0.2;
+/// All coordinates stay above 0.
+const START_MM: f64 = 500.0;
+/// After so many moves the path turns, where it has corners.
+const CORNER_MOVES: u32 = 24;
+/// No leg is shorter than the rest of its plan.
+const LEG_MAX_S: f64 = 1.0;
+
+/// Machine C of `programs/machines`.
+const STEPS_PER_MM: f64 = 80.0;
+const CORNER_DEVIATION_MM: f64 = 0.01;
+const FEED_MM_S: f64 = 200.0;
+const LIMITS: Limits = Limits {
+    start_speed_steps_s: 0.0,
+    top_speed_steps_s: FEED_MM_S * STEPS_PER_MM,
+    accel_steps_s2: 2_000.0 * STEPS_PER_MM,
+    decel_steps_s2: 2_000.0 * STEPS_PER_MM,
+    jerk_steps_s3: 100_000.0 * STEPS_PER_MM,
+};
+
+/// What is done for a move, in this order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stage {
+    /// The bytes of its line to what it asks for.
+    Read,
+    /// Into the chain, which reckons how fast all may be.
+    Push,
+    /// Planned, when its turn has come.
+    Tell,
+    /// The segments of all axes.
+    Compile,
+}
+
+impl Stage {
+    /// All, in order.
+    pub const ALL: [Self; 4] = [Self::Read, Self::Push, Self::Tell, Self::Compile];
+
+    /// In the firmware's lines.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Read => "read",
+            Self::Push => "push",
+            Self::Tell => "tell",
+            Self::Compile => "compile",
+        }
+    }
+}
+
+/// Moves of 0.2 mm that flow.
+#[derive(Clone, Copy, Debug)]
+pub struct FlowCase {
+    /// In the firmware's lines.
+    pub name: &'static str,
+    /// How their speed changes.
+    pub law: SpeedLaw,
+    /// Right angles in the path; else it is a curve.
+    has_corners: bool,
+}
+
+/// At full speed; on ramps all the way; and by a law whose ramps lie within a move, so that each move has some.
+pub const FLOW_CASES: [FlowCase; 3] = [
+    FlowCase { name: "trapezoid.curve", law: SpeedLaw::Trapezoid, has_corners: false },
+    FlowCase { name: "trapezoid.corners", law: SpeedLaw::Trapezoid, has_corners: true },
+    FlowCase { name: "s-curve.curve", law: SpeedLaw::SCurve, has_corners: false },
+];
+
+/// Times the stages, or only has them done.
+pub trait Timer {
+    /// What `work` makes of `input`, which is a `stage` of a move, or goes on with it.
+    fn time<I, R>(&mut self, stage: Stage, input: I, work: impl FnOnce(I) -> R) -> R;
+}
+
+/// What each stage came to, in order.
+pub type Checksums = [Checksum; Stage::ALL.len()];
+
+/// Streams the moves of `case` through all stages. Only those are timed that meet a full chain.
+pub fn flow(case: &FlowCase, timer: &mut impl Timer) -> Checksums {
+    let mm_per_step = [1.0 / STEPS_PER_MM; AXES];
+    let terms = Terms::new([LIMITS; AXES], mm_per_step, CORNER_DEVIATION_MM, IntervalLaw::Fastest, case.law);
+    let mut flow = Flow {
+        path: Path::new(case.has_corners),
+        interpreter: Interpreter::new(),
+        chain: Chain::new(terms),
+        steps: [whole_steps(START_MM); AXES],
+        checksums: Checksums::default(),
+    };
+    flow.interpreter.set_position_mm([START_MM as f32; AXES]);
+    let _ = read(&mut flow.interpreter, b"G90F12000\n");
+    for _ in 0..CHAIN_MOVES {
+        flow.enter(&mut Untimed);
+    }
+    // From rest to its speed.
+    for _ in 0..CHAIN_MOVES {
+        flow.leave(&mut Untimed);
+        flow.enter(&mut Untimed);
+    }
+    flow.checksums = Checksums::default();
+    for _ in 0..TIMED_MOVES {
+        flow.leave(timer);
+        flow.enter(timer);
+    }
+    flow.checksums
+}
+
+/// So many moves each stage is timed for.
+#[must_use]
+pub fn timed_moves() -> u32 {
+    TIMED_MOVES
+}
+
+/// Nobody looks at the clock.
+pub struct Untimed;
+
+impl Timer for Untimed {
+    fn time<I, R>(&mut self, _: Stage, input: I, work: impl FnOnce(I) -> R) -> R {
+        work(input)
+    }
+}
+
+struct Flow {
+    path: Path,
+    interpreter: Interpreter,
+    chain: Chain<AXES, CHAIN_MOVES>,
+    /// Where the last move ends.
+    steps: [i32; AXES],
+    checksums: Checksums,
+}
+
+impl Flow {
+    /// Another move: its line is read, and it is the chain's last.
+    fn enter(&mut self, timer: &mut impl Timer) {
+        let line = self.path.next_line();
+        let interpreter = &mut self.interpreter;
+        let block =
+            timer.time(Stage::Read, (interpreter, line.bytes()), |(interpreter, bytes)| read(interpreter, bytes));
+        let Some(target_mm) = block.and_then(|block| block.motion).map(|motion| motion.target_mm) else { return };
+        target_mm.iter().for_each(|mm| self.note(Stage::Read, mm.to_bits()));
+        let target_steps = target_mm.map(|mm| whole_steps(mm.into()));
+        let steps = [0, 1, 2].map(|axis| target_steps[axis] - self.steps[axis]);
+        self.steps = target_steps;
+        let wanted = Wanted { steps, feed_mm_s: Some(FEED_MM_S), stops: false, tag: 0 };
+        let pushed = timer.time(Stage::Push, (&mut self.chain, wanted), |(chain, wanted)| chain.push(wanted));
+        self.note(Stage::Push, u32::from(pushed.is_ok()));
+    }
+
+    /// The chain's first move is made, to its end.
+    fn leave(&mut self, timer: &mut impl Timer) {
+        let before = self.chain.len();
+        while self.chain.len() == before {
+            let leg = timer.time(Stage::Tell, &mut self.chain, |chain| chain.advance(LEG_MAX_S));
+            let Some(leg) = leg else { return };
+            self.note(Stage::Tell, (leg.until_s * f64::from(TICK_HZ)) as u64 as u32);
+            let mut compiled = Checksum::default();
+            timer.time(Stage::Compile, (&leg, &mut compiled), |(leg, compiled)| compile(leg, compiled));
+            self.note(Stage::Compile, compiled.value());
+        }
+    }
+
+    fn note(&mut self, stage: Stage, word: u32) {
+        self.checksums[stage as usize].add(word);
+    }
+}
+
+/// A line as it comes from a console, byte by byte.
+fn read(interpreter: &mut Interpreter, bytes: &[u8]) -> Option<Block> {
+    let mut assembler = LineAssembler::new();
+    let (end, text) = bytes.split_last()?;
+    for byte in text {
+        let _ = assembler.push(*byte);
+    }
+    let line = assembler.push(*end)?.ok()?;
+    match interpreter.interpret(line, State::Run, &Settings::DEFAULT) {
+        Ok(Command::Block(block)) => Some(block),
+        _ => None,
+    }
+}
+
+fn compile(leg: &Leg<AXES>, compiled: &mut Checksum) {
+    for axis in 0..AXES {
+        for segment in leg.part.segments(axis, TICK_HZ) {
+            compiled.add(segment.steps());
+            compiled.add(segment.last_ticks() as u32);
+        }
+    }
+}
+
+/// To the nearest, above 0.
+fn whole_steps(mm: f64) -> i32 {
+    (mm * STEPS_PER_MM + 0.5) as i32
+}
+
+/// Where moves end, one after the other.
+struct Path {
+    has_corners: bool,
+    made: u32,
+    place_mm: [f64; AXES],
+    /// Along X and Y, and how far Z leans: each turns slowly.
+    heading: [f64; 2],
+    lean: [f64; 2],
+}
+
+impl Path {
+    fn new(has_corners: bool) -> Self {
+        Self { has_corners, made: 0, place_mm: [START_MM; AXES], heading: [1.0, 0.0], lean: [1.0, 0.0] }
+    }
+
+    fn next_line(&mut self) -> Text {
+        self.made += 1;
+        self.heading = turned(self.heading, [0.9998, 0.02]);
+        self.lean = turned(self.lean, [0.9996, 0.028]);
+        if self.has_corners && self.made.is_multiple_of(CORNER_MOVES) {
+            self.heading = turned(self.heading, [0.0, 1.0]);
+        }
+        let ([x, y], [lean, _]) = (self.heading, self.lean);
+        let way = [0.9 * x, 0.9 * y, 0.4 * lean];
+        self.place_mm = [0, 1, 2].map(|axis| self.place_mm[axis] + MOVE_MM * way[axis]);
+        Text::of(self.place_mm)
+    }
+}
+
+/// By the angle of which that is the cosine and the sine.
+fn turned([x, y]: [f64; 2], [cos, sin]: [f64; 2]) -> [f64; 2] {
+    [x * cos - y * sin, x * sin + y * cos]
+}
+
+/// A line of a program, with its end.
+struct Text {
+    bytes: [u8; 48],
+    len: usize,
+}
+
+impl Text {
+    fn of(place_mm: [f64; AXES]) -> Self {
+        let mut line = Self { bytes: [0; 48], len: 0 };
+        for (axis, mm) in ["G1X", "Y", "Z"].into_iter().zip(place_mm) {
+            let thousandths = (mm * 1_000.0 + 0.5) as u32;
+            // It is shorter than its room.
+            let _ = write!(line, "{axis}{}.{:03}", thousandths / 1_000, thousandths % 1_000);
+        }
+        let _ = line.write_str("\n");
+        line
+    }
+
+    fn bytes(&self) -> &[u8] {
+        &self.bytes[..self.len]
+    }
+}
+
+impl Write for Text {
+    fn write_str(&mut self, text: &str) -> fmt::Result {
+        let room = self.bytes.get_mut(self.len..self.len + text.len()).ok_or(fmt::Error)?;
+        room.copy_from_slice(text.as_bytes());
+        self.len += text.len();
+        Ok(())
+    }
+}

@@ -1,0 +1,113 @@
+//! How fast each axis was, and how it accelerated, beside its limits: within moves from its edges alone, and at corners.
+
+use isostep_motion::{AXES, Axis};
+use serde::Serialize;
+
+use crate::corners;
+use crate::measure::limits::{self, Ends, Shares};
+use crate::outcome::Outcome;
+
+/// A figure and its limit, both in one unit.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct OfLimit {
+    /// The highest.
+    pub found: f64,
+    /// What it may be.
+    pub limit: f64,
+}
+
+/// Where the speed of an axis jumps most.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct JumpFigures {
+    /// By how much, mm/s.
+    pub mm_s: f64,
+    /// The same, mm/min.
+    pub mm_min: f64,
+    /// At the beginning of this move of the program, from 1.
+    pub move_number: usize,
+    /// Which is of this line of the program, from 1, if that is known.
+    pub line: Option<usize>,
+}
+
+/// The motion of an axis in a program. Homing, which stops abruptly at switches, is not looked at.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct AxisFigures {
+    /// Its name.
+    pub axis: String,
+    /// Measured from the edges within each move, so corners apart, to 1 %: mm/s.
+    pub speed_mm_s: OfLimit,
+    /// Likewise, mm/s².
+    pub accel_mm_s2: OfLimit,
+    /// Likewise, mm/s².
+    pub decel_mm_s2: OfLimit,
+    /// At a corner, as planned; null where no move follows another without a stop.
+    pub jump: Option<JumpFigures>,
+    /// The most that the corner rule lets it jump: [`corners`]. mm/s.
+    pub jump_limit_mm_s: f64,
+}
+
+/// Of every axis, beside the limits at the end of the run; `lines` are those of all moves.
+pub fn axes(outcome: &Outcome, lines: &[Option<usize>]) -> [AxisFigures; AXES] {
+    let (shares, jumps) = (shares(outcome), corners::largest_jumps(outcome));
+    std::array::from_fn(|axis| {
+        let (limits, steps_per_mm) = (outcome.limits[axis], outcome.steps_per_mm[axis]);
+        let of = |share: f64, limit_steps: f64| {
+            let limit = limit_steps / steps_per_mm;
+            OfLimit { found: share * limit, limit }
+        };
+        AxisFigures {
+            axis: Axis::ALL[axis].to_string(),
+            speed_mm_s: of(shares[axis].speed, limits.top_speed_steps_s),
+            accel_mm_s2: of(shares[axis].accel, limits.accel_steps_s2),
+            decel_mm_s2: of(shares[axis].decel, limits.decel_steps_s2),
+            jump: jumps[axis].map(|jump| JumpFigures {
+                mm_s: jump.mm_s,
+                mm_min: jump.mm_s * 60.0,
+                move_number: outcome.moves[..=jump.index].iter().filter(|record| !record.homing).count(),
+                line: lines[jump.index],
+            }),
+            jump_limit_mm_s: corners::most_mm_s(outcome, axis),
+        }
+    })
+}
+
+/// The highest of all moves of the program, each as a share of its limit.
+fn shares(outcome: &Outcome) -> [Shares; AXES] {
+    let off_s = outcome.config.port.tolerance_ns() * 1e-9;
+    let mut highest = [Shares::default(); AXES];
+    for record in outcome.moves.iter().filter(|record| !record.homing) {
+        let times_s = crate::verify::axis_times_s(record, &outcome.edges[record.edges.clone()]);
+        for (axis, times_s) in times_s.iter().enumerate() {
+            let own = &outcome.limits[axis];
+            // What a move begins and ends with is for the corners.
+            let ends = Ends { at_rest: [false; 2] };
+            let shares = limits::shares(times_s, off_s, own, outcome.speed_law, ends, |_| own.top_speed_steps_s);
+            highest[axis] = highest[axis].max(shares);
+        }
+    }
+    highest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Config, Figures, run};
+
+    /// To 40 mm/s at 50 mm/s², corners by `$11=0.01`.
+    #[test]
+    fn an_axis_comes_to_its_limits_and_jumps_at_its_corner() {
+        let program = b"G91 G1 F2400 X40\nX40\n(an edge)\nY30\n";
+        let outcome = run(program, &Config::default()).unwrap();
+        let [x, y, z] = Figures::new("example", &outcome).axes;
+        for OfLimit { found, limit } in [x.accel_mm_s2, x.decel_mm_s2, y.accel_mm_s2, y.decel_mm_s2] {
+            assert!(limit == 50.0 && (found / limit - 1.0).abs() < 0.02, "{found} of {limit}");
+        }
+        assert!((x.speed_mm_s.found / 40.0 - 1.0).abs() < 0.011 && x.speed_mm_s.limit == 48.0, "{x:?}");
+        let jump = x.jump.unwrap();
+        let corner_mm_s = (50.0 * 0.01 / (1.0 - 0.5_f64.sqrt())).sqrt();
+        assert!((jump.mm_s / corner_mm_s - 1.0).abs() < 1e-6, "{jump:?}");
+        assert_eq!((jump.move_number, jump.line), (3, Some(4)));
+        assert!((x.jump_limit_mm_s - 2.0).abs() < 1e-6);
+        assert_eq!((z.speed_mm_s.found, z.accel_mm_s2.found, z.jump.unwrap().mm_s), (0.0, 0.0, 0.0));
+    }
+}

@@ -1,0 +1,118 @@
+//! Moves that follow each other, streamed to the board: they are made as the chain plans them, however the lines come.
+
+use std::collections::BTreeSet;
+use std::f64::consts::TAU;
+use std::fmt::Write as _;
+use std::fs;
+
+use isostep_sim::compare;
+use isostep_sim::world::Edge;
+use isostep_sim::{Config, run};
+use isostep_tests::emulated::{Board, Run};
+use isostep_tests::root;
+
+/// Machine C of `programs/machines`, in lines of a program.
+const MACHINE: [(u32, u32); 3] = [(100, 80), (110, 12_000), (120, 2_000)];
+/// Switches are at the origin: far from them.
+const START_MM: &str = "900,900,900";
+const MOVE_MM: f64 = 0.2;
+
+/// A program that is written line by line, from where the machine stands.
+struct Program {
+    text: String,
+    place_mm: [f64; 3],
+    /// Of the curve.
+    moves: u32,
+}
+
+impl Program {
+    fn at_feed(feed_mm_min: u32) -> Self {
+        let mut text = String::new();
+        for (number, value) in
+            MACHINE.into_iter().flat_map(|(first, value)| [0, 1, 2].map(|axis| (first + axis, value)))
+        {
+            writeln!(text, "${number}={value}").unwrap();
+        }
+        writeln!(text, "G90 G17 G1 F{feed_mm_min}").unwrap();
+        Self { text, place_mm: [0.0; 3], moves: 0 }
+    }
+
+    /// On by so much, each axis.
+    fn line(&mut self, way_mm: [f64; 3]) {
+        self.place_mm = [0, 1, 2].map(|axis| self.place_mm[axis] + way_mm[axis]);
+        let [x, y, z] = self.place_mm;
+        writeln!(self.text, "G1X{x:.3}Y{y:.3}Z{z:.3}").unwrap();
+    }
+
+    /// Half a circle in X and Y.
+    fn half_circle(&mut self, radius_mm: f64) {
+        self.place_mm[0] += 2.0 * radius_mm;
+        let [x, y, _] = self.place_mm;
+        writeln!(self.text, "G2X{x:.3}Y{y:.3}I{radius_mm:.3}").unwrap();
+    }
+
+    /// Through three axes, every axis there and back: so wide that the feed is what limits it.
+    fn curve(&mut self, moves: u32) {
+        for _ in 0..moves {
+            let turn = f64::from(self.moves) / 400.0 * TAU;
+            let (rise, flat) = (0.6 * (1.7 * turn).sin()).sin_cos();
+            self.line([turn.cos() * flat, turn.sin() * flat, rise].map(|share| share * MOVE_MM));
+            self.moves += 1;
+        }
+    }
+
+    /// Lets the look-ahead fill: from there on it is known how the next moves begin and end, whenever their lines come.
+    fn run_up(&mut self) {
+        self.line([20.0, 0.0, 0.0]);
+    }
+
+    fn stream(&self, test: &str, options: &[&str]) -> Run {
+        let path = root().join("target/emulated").join(format!("{test}.nc"));
+        fs::create_dir_all(path.parent().expect("a folder")).unwrap();
+        fs::write(&path, &self.text).unwrap();
+        let run = Board::new(test).with(&["--start", START_MM]).with(options).program(&path);
+        assert!(run.ok, "{}", run.printed);
+        run
+    }
+}
+
+fn lasts_s(edges: &[Edge]) -> f64 {
+    (edges[edges.len() - 1].t_ns - edges[0].t_ns) as f64 * 1e-9
+}
+
+fn awake_percent(run: &Run) -> f64 {
+    100.0 * run.figures["moving"]["load"].as_f64().unwrap()
+}
+
+/// At F3000 moves of 0.2 mm are 250 a second, and braking takes 3 of them. So what is known further on, which depends on
+/// when lines come, changes nothing: every edge is where the simulation has it, on one clock from the first to the last.
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn flowing_moves_are_the_simulations_and_within_50_ns() {
+    let mut program = Program::at_feed(3_000);
+    program.run_up();
+    program.curve(400);
+    program.line([0.0, 7.0, 0.0]);
+    program.curve(150);
+    program.half_circle(4.0);
+    program.curve(150);
+    program.line([-3.0, -1.0, 0.5]);
+    program.line([3.0, 1.0, -0.5]);
+    program.line([0.0, 0.0, 2.0]);
+    program.curve(300);
+    let emulated = program.stream("flowing", &[]);
+    let simulated = run(program.text.as_bytes(), &Config::default()).unwrap();
+    let runs: BTreeSet<_> = simulated.moves.iter().map(|record| record.run).collect();
+    assert_eq!(runs.len(), 1, "one clock");
+    let comparison = compare::compare(&simulated, &emulated.edges).unwrap();
+    let [there_s, here_s] = [&emulated.edges, &simulated.edges].map(|edges| lasts_s(edges));
+    println!(
+        "{} moves in {there_s:.6} s, simulated {here_s:.6} s; {} steps at most {:.1} ns off; core awake {:.1} % (emulated)",
+        simulated.moves.len(),
+        comparison.all.steps,
+        comparison.all.max_ns,
+        awake_percent(&emulated),
+    );
+    assert!(comparison.all.max_ns <= 50.0, "{:?}", comparison.all);
+    assert!((there_s / here_s - 1.0).abs() < 1e-6, "{there_s} s, {here_s} s");
+}

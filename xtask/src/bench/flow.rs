@@ -1,0 +1,89 @@
+//! What a short move that flows costs on the chip, stage by stage, and how many a second that would leave room for.
+
+use anyhow::Result;
+use rp2040_bench::{FLOW_CASES, FlowCase, Stage, Untimed};
+use serde::Serialize;
+
+use super::board::CLOCK_HZ;
+use super::micro::Lines;
+use super::progress::grouped;
+
+/// Of one of the [`FLOW_CASES`], in emulated cycles of the core a move.
+#[derive(Clone, Debug, Serialize)]
+pub struct FlowFigures {
+    pub case: &'static str,
+    pub stages: [StageFigures; Stage::ALL.len()],
+}
+
+/// Of one stage.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct StageFigures {
+    pub stage: &'static str,
+    pub cycles_mean: f64,
+}
+
+/// The columns of [`FlowFigures::cells`].
+pub const HEAD: [&str; 6] = ["read", "push", "tell", "compile 3 axes", "all", "moves/s"];
+
+impl FlowFigures {
+    fn cycles(&self) -> f64 {
+        self.stages.iter().map(|stage| stage.cycles_mean).sum()
+    }
+
+    /// Cycles a move of each stage and of all of them, and how many moves a second are that if the core does nothing else.
+    pub fn cells(&self) -> [String; 6] {
+        let whole = |value: f64| grouped(value.round() as u64);
+        let [read, push, tell, compile] = self.stages.map(|stage| whole(stage.cycles_mean));
+        [read, push, tell, compile, whole(self.cycles()), whole(f64::from(CLOCK_HZ) / self.cycles())]
+    }
+}
+
+/// Every case's, each result proven.
+pub fn all(lines: &Lines) -> Result<Vec<FlowFigures>> {
+    FLOW_CASES.iter().map(|case| of(lines, case)).collect()
+}
+
+fn of(lines: &Lines, case: &FlowCase) -> Result<FlowFigures> {
+    let checksums = rp2040_bench::flow(case, &mut Untimed);
+    let mut stages = [StageFigures { stage: "", cycles_mean: 0.0 }; Stage::ALL.len()];
+    for ((stage, checksum), figures) in Stage::ALL.into_iter().zip(checksums).zip(&mut stages) {
+        let line = lines.proven(&format!("flow.{}.{}", case.name, stage.name()), checksum)?;
+        *figures = StageFigures { stage: stage.name(), cycles_mean: line.cycles_per_result() };
+    }
+    Ok(FlowFigures { case: case.name, stages })
+}
+
+#[cfg(test)]
+mod tests {
+    use rp2040_bench::Timer;
+
+    use super::*;
+
+    #[test]
+    fn what_all_stages_cost_leaves_room_for_so_many_moves() {
+        let stages = Stage::ALL.map(|stage| StageFigures { stage: stage.name(), cycles_mean: 31_250.0 });
+        let cells = FlowFigures { case: "any", stages }.cells();
+        assert_eq!(cells[4..], ["125,000", "1,000"]);
+    }
+
+    /// How often each stage was done.
+    struct Counted([u32; Stage::ALL.len()]);
+
+    impl Timer for Counted {
+        fn time<I, R>(&mut self, stage: Stage, input: I, work: impl FnOnce(I) -> R) -> R {
+            self.0[stage as usize] += 1;
+            work(input)
+        }
+    }
+
+    #[test]
+    fn every_stage_is_done_for_every_move_and_few_moves_are_of_several_parts() {
+        for case in &FLOW_CASES {
+            let mut counted = Counted([0; Stage::ALL.len()]);
+            rp2040_bench::flow(case, &mut counted);
+            let ([read, push, tell, compile], moves) = (counted.0, rp2040_bench::timed_moves());
+            assert_eq!((read, push, tell), (moves, moves, compile), "{}", case.name);
+            assert!((moves..moves * 5 / 4).contains(&tell), "{}: {tell} legs", case.name);
+        }
+    }
+}
