@@ -10,6 +10,9 @@ use crate::ramp::gain;
 use crate::root::sqrt;
 use crate::sync::{PlanError, longest, path_speed};
 
+/// A square of as many units is told to less than 1e-7 of it.
+const FINE: Square = 1 << 24;
+
 /// One move.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Block<const N: usize> {
@@ -189,6 +192,11 @@ impl<const N: usize> Block<N> {
     /// The highest and the lowest speed that it comes to at its end.
     pub(super) fn reach(&self) -> (Square, Square) {
         (self.entry + self.accel_gain, self.entry.saturating_sub(self.decel_gain))
+    }
+
+    /// What it gains and loses are so many units that their rounding does not matter.
+    pub(super) fn has_fine_gains(&self) -> bool {
+        self.accel_gain.min(self.decel_gain) >= FINE
     }
 
     /// The highest square on the way to `exit` at constant accelerations; no higher than `top` where the ends are not.

@@ -185,7 +185,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         let exit_steps_s = first.speed_steps_s(exit, &self.terms);
         let is_fastest = self.terms.interval_law == IntervalLaw::Fastest || !self.is_at_rest();
         let law = self.terms.speed_law;
-        let profile = if is_fastest && law == SpeedLaw::Trapezoid {
+        let profile = if is_fastest && law == SpeedLaw::Trapezoid && first.has_fine_gains() {
             let top = if self.is_held { 0 } else { first.nominal };
             first.trapezoid(left_steps, speed_steps_s, (exit, exit_steps_s), top, &self.terms)
         } else {

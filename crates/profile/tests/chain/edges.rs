@@ -67,6 +67,19 @@ fn what_cannot_be_planned_is_refused() {
     assert!(matches!(too_long, Err(PlanError::Profile(ProfileError::TooLong { .. }))));
 }
 
+/// The square of what a step gains is less than a unit.
+#[test]
+fn one_step_of_the_slowest_ramp_on_the_fastest_axis_has_its_time() {
+    let terms =
+        Terms::new([limits(0.0, 1e7, 1e-5); AXES], [0.01; AXES], 0.01, IntervalLaw::Fastest, SpeedLaw::Trapezoid);
+    let mut chain = Chain::<AXES, 4>::new(terms);
+    chain.push(wanted([1, 0, 0], 0)).unwrap();
+    // Half a step each way, x = a t²/2.
+    let expected_s = 2.0 * (1.0f64 / 1e-5).sqrt();
+    let leg = chain.advance(f64::INFINITY).unwrap();
+    assert!((leg.until_s - expected_s).abs() < 1e-6, "{}", leg.until_s);
+}
+
 #[test]
 fn a_hold_brakes_and_a_start_goes_on() {
     let mut chain = straight(2, 1_000);
