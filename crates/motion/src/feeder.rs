@@ -12,7 +12,7 @@
 use embassy_time::{Duration, Instant};
 use heapless::Deque;
 use isostep_profile::chain::Leg;
-use isostep_profile::{Lane, Segment};
+use isostep_profile::{Course, Lane, Segment};
 
 use crate::axes::{AXES, Axis};
 use crate::legs::{Legs, last_step};
@@ -56,8 +56,7 @@ pub(crate) struct Feeder<'a> {
 /// The steps of a part of a move.
 struct Part {
     direction: Direction,
-    /// They are compiled by this, once it is needed.
-    lane: Option<Lane>,
+    lane: Lane,
     /// The last step that has been compiled, and given: by their numbers in the move.
     compiled: u32,
     given: u32,
@@ -205,11 +204,14 @@ impl<'a> Feeder<'a> {
     /// Goes over to the leg of the next step, if there is one.
     fn next(&mut self, legs: &mut Legs) -> Next {
         loop {
-            let Some(leg) = legs.get(self.leg) else { return self.rest(legs) };
-            if self.part.as_ref().is_none_or(|part| part.until_steps != leg.until_steps) {
-                self.look_at(leg);
+            let Some((leg, courses)) = legs.get_with_courses(self.leg) else { return self.rest(legs) };
+            let part = self.part.get_or_insert_with(|| {
+                self.hand.clear();
+                Part::of(leg, self.axis, courses.of(self.leg, leg, self.tick_hz))
+            });
+            if part.until_steps != leg.until_steps {
+                (part.until_steps, part.end) = (leg.until_steps, last_step(leg, self.axis));
             }
-            let Some(part) = &self.part else { return self.rest(legs) };
             if part.given < part.end {
                 return Next::Steps;
             }
@@ -219,16 +221,6 @@ impl<'a> Feeder<'a> {
             self.leg += 1;
             self.part = None;
         }
-    }
-
-    /// Has the part under way be that of `leg`, as far as that has been told.
-    fn look_at(&mut self, leg: &Leg<AXES>) {
-        let axis = self.axis;
-        let part = self.part.get_or_insert_with(|| {
-            self.hand.clear();
-            Part::of(leg, axis)
-        });
-        (part.until_steps, part.end) = (leg.until_steps, last_step(leg, axis));
     }
 
     /// It stands still for as long as is known.
@@ -293,25 +285,20 @@ impl<'a> Feeder<'a> {
         let part = self.part.as_mut()?;
         let (leg, courses) = legs.get_with_courses(self.leg)?;
         let course = courses.of(self.leg, leg, self.tick_hz);
-        let lane = part.lane.get_or_insert_with(|| leg.part.lane(self.axis as usize, course));
-        let segment = lane.next(course)?;
+        let segment = part.lane.next(course)?;
         part.compiled += segment.steps();
         Some(segment)
     }
 }
 
 impl Part {
-    fn of(leg: &Leg<AXES>, axis: Axis) -> Self {
-        let numbers = leg.part.step_numbers(axis as usize);
-        Self {
-            direction: Direction::of(leg.part.steps[axis as usize]),
-            lane: None,
-            compiled: numbers.start - 1,
-            given: numbers.start - 1,
-            last: numbers.end - 1,
-            until_steps: 0.0,
-            end: 0,
-        }
+    fn of(leg: &Leg<AXES>, axis: Axis, course: &Course) -> Self {
+        let plan = &leg.part;
+        let lane = plan.lane(axis as usize, course);
+        let (before, until_steps) = (lane.steps_before(), plan.end_steps());
+        let last = before + lane.steps();
+        let direction = Direction::of(plan.steps[axis as usize]);
+        Self { direction, lane, compiled: before, given: before, last, until_steps, end: last }
     }
 }
 

@@ -86,6 +86,8 @@ const NO_RAMP_S: f64 = 1e-12;
 pub(crate) struct Stretch {
     /// Steps of the longest axis for each of this one; at least 1.
     pub(crate) stride: f64,
+    /// How many steps of the whole move come before.
+    pub(crate) before: u32,
     /// How many steps there are.
     pub(crate) steps: u32,
     /// By how much less than half a step of the axis the profile is at the first of them; 0 where a move begins.
@@ -96,15 +98,15 @@ pub(crate) struct Stretch {
 
 impl Stretch {
     /// The steps before the end of each phase.
-    pub(crate) fn phase_ends(&self, plan: &Profile) -> [u32; 3] {
+    pub(crate) fn phase_ends(&self, bounds: &PhaseBounds) -> [u32; 3] {
         let Self { stride, steps, ahead, .. } = *self;
-        let steps_before = |boundary: f64| {
-            let is_end = boundary >= plan.distance_steps();
-            if is_end { steps } else { ((boundary / stride + ahead + 0.5) as u32).min(steps) }
+        let steps_before = |bound: Bound| match bound {
+            Bound::Begin => 0,
+            Bound::Within(place_steps) => ((place_steps / stride + ahead + 0.5) as u32).min(steps),
+            Bound::End => steps,
         };
-        let accel_end = if plan.t_accel_s() > NO_RAMP_S { steps_before(plan.accel_end_steps()) } else { 0 };
-        let cruise_end = if plan.t_decel_s() > NO_RAMP_S { steps_before(plan.cruise_end_steps()) } else { steps };
-        [accel_end, cruise_end.max(accel_end), steps]
+        let accel_end = steps_before(bounds.accel_end);
+        [accel_end, steps_before(bounds.cruise_end).max(accel_end), steps]
     }
 
     /// How far the profile is at the first step, at the rate of the longest axis; not nothing.
@@ -115,6 +117,38 @@ impl Stretch {
     /// How far it goes on after the last step, likewise.
     pub(crate) fn end_steps(&self) -> f64 {
         (0.5 + self.beyond).max(NEAREST_STEPS) * self.stride
+    }
+}
+
+/// Where the acceleration and the cruise of a profile end.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PhaseBounds {
+    accel_end: Bound,
+    cruise_end: Bound,
+}
+
+/// A place on a profile.
+#[derive(Clone, Copy, Debug)]
+enum Bound {
+    Begin,
+    /// Steps of the longest axis from its beginning.
+    Within(f64),
+    End,
+}
+
+impl PhaseBounds {
+    /// Of no plan.
+    pub(crate) const NONE: Self = Self { accel_end: Bound::Begin, cruise_end: Bound::Begin };
+
+    pub(crate) fn of(plan: &Profile) -> Self {
+        let bound = |place_steps: f64| {
+            if place_steps >= plan.distance_steps() { Bound::End } else { Bound::Within(place_steps) }
+        };
+        let (has_accel, has_decel) = (plan.t_accel_s() > NO_RAMP_S, plan.t_decel_s() > NO_RAMP_S);
+        Self {
+            accel_end: if has_accel { bound(plan.accel_end_steps()) } else { Bound::Begin },
+            cruise_end: if has_decel { bound(plan.cruise_end_steps()) } else { Bound::End },
+        }
     }
 }
 
@@ -146,8 +180,20 @@ enum Part {
 
 impl Lane {
     pub(crate) fn new(stretch: Stretch, course: &Course) -> Self {
-        let ends = stretch.phase_ends(&course.frame.plan);
+        let ends = stretch.phase_ends(&course.frame.bounds);
         Self { stretch, ends, index: 0, part: Part::Even(Phase::empty()), done: 0, next: None }
+    }
+
+    /// How many steps there are.
+    #[must_use]
+    pub fn steps(&self) -> u32 {
+        self.stretch.steps
+    }
+
+    /// How many steps of the whole move come before.
+    #[must_use]
+    pub fn steps_before(&self) -> u32 {
+        self.stretch.before
     }
 
     /// The next segment; `None` after the last. `course` is the one it is a lane of.

@@ -3,7 +3,7 @@
 use core::fmt;
 use core::ops::Range;
 
-use crate::compile::{Course, Lane, NEAREST_STEPS, Segments, Stretch};
+use crate::compile::{Course, Lane, NEAREST_STEPS, PhaseBounds, Segments, Stretch};
 use crate::law::{IntervalLaw, SpeedLaw};
 use crate::limits::{LimitError, Limits, SPEED_MAX_STEPS_S, SPEED_MIN_STEPS_S};
 use crate::profile::{Profile, ProfileError};
@@ -91,7 +91,7 @@ impl<const N: usize> SyncMove<N> {
         let nearest = NEAREST_STEPS * stretch.stride;
         // The steps before it here.
         let before = k.saturating_sub(self.step_numbers(axis).start);
-        let steps = match stretch.phase_ends(&self.profile) {
+        let steps = match stretch.phase_ends(&PhaseBounds::of(&self.profile)) {
             [accel_end, ..] if before < accel_end => steps.max(nearest),
             [_, cruise_end, _] if before >= cruise_end => steps.min(self.profile.distance_steps() - nearest),
             _ => steps,
@@ -120,7 +120,7 @@ impl<const N: usize> SyncMove<N> {
         }
     }
 
-    /// The axis with index `axis`, which has steps here, on the course that was laid by this move.
+    /// The axis with index `axis` on the course that was laid by this move.
     #[must_use]
     pub fn lane(&self, axis: usize, course: &Course) -> Lane {
         Lane::new(self.stretch(axis, course.is_whole()), course)
@@ -128,15 +128,17 @@ impl<const N: usize> SyncMove<N> {
 
     fn stretch(&self, axis: usize, is_whole: bool) -> Stretch {
         let (way, total) = (longest(&self.steps), self.steps[axis].unsigned_abs());
-        let stride = if total == way { 1.0 } else { f64::from(way) / f64::from(total) };
+        // Of no steps any will do.
+        let is_alike = total == way || total == 0;
+        let stride = if is_alike { 1.0 } else { f64::from(way) / f64::from(total) };
         if is_whole {
-            return Stretch { stride, steps: total, ahead: 0.0, beyond: 0.0 };
+            return Stretch { stride, before: 0, steps: total, ahead: 0.0, beyond: 0.0 };
         }
         let numbers = self.step_numbers(axis);
         let (before, end) = (numbers.start - 1, numbers.end - 1);
         let ahead = self.origin_steps / stride - f64::from(before);
         let beyond = (self.end_steps() - f64::from(way)) / stride + f64::from(total - end);
-        Stretch { stride, steps: end - before, ahead, beyond }
+        Stretch { stride, before, steps: end - before, ahead, beyond }
     }
 
     /// The profile is that of the whole move, not of a part.

@@ -100,7 +100,8 @@ impl<const N: usize> Block<N> {
     /// What would keep it from being planned, whatever comes before and after it.
     fn check(&self, terms: &Terms<N>) -> Result<(), PlanError> {
         let slowest = self.start_steps_s();
-        if terms.speed_law.is_over_displacement() && slowest < SPEED_MIN_STEPS_S.min(self.nominal_steps_s) {
+        let is_too_slow = slowest < SPEED_MIN_STEPS_S && slowest < self.nominal_steps_s;
+        if terms.speed_law.is_over_displacement() && is_too_slow {
             let standstill = ProfileError::Standstill { law: terms.speed_law, asked: slowest, min: SPEED_MIN_STEPS_S };
             return Err(PlanError::Profile(standstill));
         }

@@ -1,11 +1,10 @@
 //! A plan in the ticks of the ports: what its axes have in common when they are compiled.
 
 use super::ramp::log2_of;
-use super::setup::EvenRamp;
+use super::setup::{Cruise, EvenRamp};
 use super::spans::SharedSpans;
-use super::{NO_RAMP_S, Stretch};
+use super::{PhaseBounds, Stretch};
 use crate::profile::Profile;
-use crate::ramp::Ramp;
 
 /// What the axes of a plan have in common when they are compiled, reckoned once: the plan in ticks, and the spans of its
 /// curved ramps, which the axis that comes to them first leaves for the others.
@@ -21,6 +20,7 @@ pub(super) struct Frame {
     pub(super) plan: Profile,
     /// It is that of a whole move.
     pub(super) is_whole: bool,
+    pub(super) bounds: PhaseBounds,
     pub(super) tick_hz: f64,
     /// log2 of that, 2^-16.
     pub(super) hz_log2: i32,
@@ -30,8 +30,8 @@ pub(super) struct Frame {
     /// Its ramps, where they are at constant acceleration.
     pub(super) accel: Option<EvenRamp>,
     pub(super) decel: Option<EvenRamp>,
-    /// How long a step takes at cruise speed.
-    pub(super) cruise_step_ticks: f64,
+    /// Its cruise, unless it is none but for rounding.
+    pub(super) cruise: Option<Cruise>,
     /// Where its ramps are curved, how far it is at the first step of any axis, and how far it goes on after the last.
     pub(super) begin_steps: f64,
     pub(super) end_steps: f64,
@@ -73,30 +73,33 @@ impl Frame {
     const EMPTY: Self = Self {
         plan: Profile::NONE,
         is_whole: false,
+        bounds: PhaseBounds::NONE,
         tick_hz: 0.0,
         hz_log2: 0,
         begin_ticks: 0.0,
         end_ticks: 0.0,
         accel: None,
         decel: None,
-        cruise_step_ticks: 0.0,
+        cruise: None,
         begin_steps: 0.0,
         end_steps: 0.0,
     };
 
     fn new(plan: &Profile, is_whole: bool, begin_s: f64, tick_hz: u32) -> Self {
         let hz = f64::from(tick_hz);
-        let even = |ramp: &Ramp| if ramp.duration_s() > NO_RAMP_S { EvenRamp::of(ramp, hz) } else { None };
+        let begin_ticks = begin_s * hz;
+        let accel = EvenRamp::of(&plan.accel, hz, None);
         Self {
             plan: *plan,
             is_whole,
+            bounds: PhaseBounds::of(plan),
             tick_hz: hz,
             hz_log2: log2_of(hz),
-            begin_ticks: begin_s * hz,
+            begin_ticks,
             end_ticks: (begin_s + plan.duration_s()) * hz,
-            accel: even(&plan.accel),
-            decel: even(&plan.decel),
-            cruise_step_ticks: hz / plan.cruise_speed_steps_s(),
+            decel: EvenRamp::of(&plan.decel, hz, accel.as_ref()),
+            accel,
+            cruise: (plan.t_cruise_s() > 0.0).then(|| Cruise::of(plan, begin_ticks, hz)),
             begin_steps: 0.0,
             end_steps: 0.0,
         }

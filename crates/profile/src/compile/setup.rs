@@ -5,8 +5,9 @@ use super::gentle::Gentle;
 use super::phase::{Law, Phase};
 use super::ramp::{LENGTH_MAX, Ramp, log2_of};
 use super::wide::{Line, Wide, exponent, fixed, short_fixed};
-use super::{NEAREST_STEPS, Stretch};
+use super::{NEAREST_STEPS, NO_RAMP_S, Stretch};
 use crate::fixed::product;
+use crate::profile::Profile;
 use crate::ramp::Ramp as SpeedRamp;
 
 /// Steps have numbers below this.
@@ -28,10 +29,20 @@ pub(super) struct View<'a> {
 pub(super) struct EvenRamp {
     pub(super) slow_steps_s: f64,
     pub(super) accel_steps_s2: f64,
+    /// f/a.
+    ticks_per_speed: f64,
     /// How long it takes from standstill to the ramp's slow end at the ramp's acceleration: C = f v/a.
     lead_ticks: f64,
     /// What half a step adds to the time from standstill squared: B/2 = f²/a.
     slope_ticks2: f64,
+}
+
+/// Constant speed, in ticks and steps of the longest axis.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Cruise {
+    ticks_per_step: f64,
+    /// When the profile would have begun at that speed.
+    start_ticks: f64,
 }
 
 /// A ramp in an axis's steps and ticks.
@@ -76,12 +87,9 @@ impl Phase {
     /// Keeps its speed up to the step before `end`.
     pub(super) fn cruising(view: View, end: u32) -> Self {
         let View { frame, stretch } = view;
-        let plan = &frame.plan;
-        let ticks_per_step = frame.cruise_step_ticks;
-        let period_ticks = ticks_per_step * stretch.stride;
-        let start_ticks = frame.begin_ticks + frame.tick_hz * plan.t_accel_s()
-            - ticks_per_step * plan.accel_end_steps()
-            - period_ticks * stretch.ahead;
+        let cruise = frame.cruise.unwrap_or_else(|| Cruise::of(&frame.plan, frame.begin_ticks, frame.tick_hz));
+        let period_ticks = cruise.ticks_per_step * stretch.stride;
+        let start_ticks = cruise.start_ticks - period_ticks * stretch.ahead;
         let point = view.point();
         // The first 64 of the 96 bits are the instant; a half step is half a period.
         // Where the profile is ahead of the first step, the line begins a little before the run; modulo 2^96, as lines are.
@@ -119,16 +127,29 @@ impl Phase {
 }
 
 impl EvenRamp {
-    /// `None` if its acceleration changes.
-    pub(super) fn of(ramp: &SpeedRamp, tick_hz: f64) -> Option<Self> {
+    /// `None` if its acceleration changes, or it is none. `other` may be at the same acceleration.
+    pub(super) fn of(ramp: &SpeedRamp, tick_hz: f64, other: Option<&Self>) -> Option<Self> {
         let (slow_steps_s, accel_steps_s2) = (ramp.slow_steps_s(), ramp.even_accel_steps_s2()?);
-        let ticks_per_speed = tick_hz / accel_steps_s2;
-        Some(Self {
-            slow_steps_s,
-            accel_steps_s2,
-            lead_ticks: ticks_per_speed * slow_steps_s,
-            slope_ticks2: ticks_per_speed * tick_hz,
-        })
+        if ramp.duration_s() <= NO_RAMP_S {
+            return None;
+        }
+        let (ticks_per_speed, slope_ticks2) = match other {
+            Some(other) if other.accel_steps_s2 == accel_steps_s2 => (other.ticks_per_speed, other.slope_ticks2),
+            _ => {
+                let ticks_per_speed = tick_hz / accel_steps_s2;
+                (ticks_per_speed, ticks_per_speed * tick_hz)
+            }
+        };
+        let lead_ticks = ticks_per_speed * slow_steps_s;
+        Some(Self { slow_steps_s, accel_steps_s2, ticks_per_speed, lead_ticks, slope_ticks2 })
+    }
+}
+
+impl Cruise {
+    pub(super) fn of(plan: &Profile, begin_ticks: f64, tick_hz: f64) -> Self {
+        let ticks_per_step = tick_hz / plan.cruise_speed_steps_s();
+        let start_ticks = begin_ticks + tick_hz * plan.t_accel_s() - ticks_per_step * plan.accel_end_steps();
+        Self { ticks_per_step, start_ticks }
     }
 }
 
