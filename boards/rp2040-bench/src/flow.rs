@@ -15,16 +15,17 @@ use crate::{AXES, Checksum, TICK_HZ};
 const CHAIN_MOVES: usize = 64;
 /// Moves that are timed, once the chain is full.
 const TIMED_MOVES: u32 = 192;
-const MOVE_MM: f64 = 0.2;
-/// All coordinates stay above 0.
-const START_MM: f64 = 500.0;
+/// The length of a move.
+pub const MOVE_MM: f64 = 0.2;
+/// Where the moves begin, on every axis: all coordinates stay above 0.
+pub const START_MM: f64 = 500.0;
 /// After so many moves the path turns, where it has corners.
 const CORNER_MOVES: u32 = 24;
 /// No leg is shorter than the rest of its plan.
 const LEG_MAX_S: f64 = 1.0;
 
-/// Machine C of `programs/machines`.
-const STEPS_PER_MM: f64 = 80.0;
+/// Of machine C of `programs/machines`, as what follows.
+pub const STEPS_PER_MM: f64 = 80.0;
 const CORNER_DEVIATION_MM: f64 = 0.01;
 const FEED_MM_S: f64 = 200.0;
 const LIMITS: Limits = Limits {
@@ -96,7 +97,7 @@ pub fn flow(case: &FlowCase, timer: &mut impl Timer) -> Checksums {
     let mm_per_step = [1.0 / STEPS_PER_MM; AXES];
     let terms = Terms::new([LIMITS; AXES], mm_per_step, CORNER_DEVIATION_MM, IntervalLaw::Fastest, case.law);
     let mut flow = Flow {
-        path: Path::new(case.has_corners),
+        path: Path::new(case),
         interpreter: Interpreter::new(),
         chain: Chain::new(terms),
         steps: [whole_steps(START_MM); AXES],
@@ -207,8 +208,8 @@ fn whole_steps(mm: f64) -> i32 {
     (mm * STEPS_PER_MM + 0.5) as i32
 }
 
-/// Where moves end, one after the other.
-struct Path {
+/// The moves of a case, one after the other.
+pub struct Path {
     has_corners: bool,
     made: u32,
     place_mm: [f64; AXES],
@@ -218,11 +219,21 @@ struct Path {
 }
 
 impl Path {
-    fn new(has_corners: bool) -> Self {
+    /// From its beginning, [`START_MM`] on every axis.
+    #[must_use]
+    pub fn new(case: &FlowCase) -> Self {
+        let has_corners = case.has_corners;
         Self { has_corners, made: 0, place_mm: [START_MM; AXES], heading: [1.0, 0.0], lean: [1.0, 0.0] }
     }
 
-    fn next_line(&mut self) -> Text {
+    /// Where the last move ends that there was a line for, at [`STEPS_PER_MM`].
+    #[must_use]
+    pub fn place_steps(&self) -> [i32; AXES] {
+        self.place_mm.map(|mm| whole_steps(f64::from(thousandths(mm)) / 1_000.0))
+    }
+
+    /// The line of the next move, of [`MOVE_MM`].
+    pub fn next_line(&mut self) -> Text {
         self.made += 1;
         self.heading = turned(self.heading, [0.9998, 0.02]);
         self.lean = turned(self.lean, [0.9996, 0.028]);
@@ -241,8 +252,13 @@ fn turned([x, y]: [f64; 2], [cos, sin]: [f64; 2]) -> [f64; 2] {
     [x * cos - y * sin, x * sin + y * cos]
 }
 
+/// A line tells millimetres to the thousandth.
+fn thousandths(mm: f64) -> u32 {
+    (mm * 1_000.0 + 0.5) as u32
+}
+
 /// A line of a program, with its end.
-struct Text {
+pub struct Text {
     bytes: [u8; 48],
     len: usize,
 }
@@ -251,7 +267,7 @@ impl Text {
     fn of(place_mm: [f64; AXES]) -> Self {
         let mut line = Self { bytes: [0; 48], len: 0 };
         for (axis, mm) in ["G1X", "Y", "Z"].into_iter().zip(place_mm) {
-            let thousandths = (mm * 1_000.0 + 0.5) as u32;
+            let thousandths = thousandths(mm);
             // It is shorter than its room.
             let _ = write!(line, "{axis}{}.{:03}", thousandths / 1_000, thousandths % 1_000);
         }
@@ -259,7 +275,9 @@ impl Text {
         line
     }
 
-    fn bytes(&self) -> &[u8] {
+    /// With its end.
+    #[must_use]
+    pub fn bytes(&self) -> &[u8] {
         &self.bytes[..self.len]
     }
 }

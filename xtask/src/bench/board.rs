@@ -33,6 +33,15 @@ pub struct Board<'a> {
     folder: &'a Path,
 }
 
+/// What a run does.
+#[derive(Clone, Copy)]
+enum Job<'a> {
+    /// A dialogue.
+    Script(&'a str),
+    /// The lines of a program, sent ahead as far as the window of characters allows.
+    Program(&'a str),
+}
+
 /// The emulator's own account, as far as it is of use here.
 #[derive(Debug, Deserialize)]
 pub struct Summary {
@@ -148,28 +157,37 @@ impl<'a> Board<'a> {
     /// Runs `trial` and holds its edges against its plans.
     pub fn follow(&self, trial: &Trial) -> Result<Measured<Followed>> {
         let plans = trial.plans()?;
-        let followed =
-            self.run_recorded(&trial.script(), trial.duration_s()?, |_, edges| follow_file(edges, &plans))?;
+        let followed = self
+            .run_recorded(Job::Script(&trial.script()), trial.duration_s()?, |_, edges| follow_file(edges, &plans))?;
         Ok(followed.and_then(|followed| followed))
     }
 
     /// Runs `script`, whose moves take `moving_s` in all, and keeps the edges.
     pub fn run_for_edges(&self, script: &str, moving_s: f64) -> Result<Measured<(Summary, Vec<Edge>)>> {
-        self.run_recorded(script, moving_s, |summary, path| {
+        self.run_with_edges(Job::Script(script), moving_s)
+    }
+
+    /// Streams `program` by counting characters, whose moves take at most `moving_s` in all, and keeps the edges.
+    pub fn stream_for_edges(&self, program: &str, moving_s: f64) -> Result<Measured<(Summary, Vec<Edge>)>> {
+        self.run_with_edges(Job::Program(program), moving_s)
+    }
+
+    fn run_with_edges(&self, job: Job, moving_s: f64) -> Result<Measured<(Summary, Vec<Edge>)>> {
+        self.run_recorded(job, moving_s, |summary, path| {
             let edges = open(path).map(edges::read)?.collect::<Result<_, _>>();
             Ok((summary, edges.with_context(|| unreadable(path))?))
         })
     }
 
-    /// Runs `script`; `judge` makes something of the run, if it went through, and of the file of its edges.
+    /// Runs `job`; `judge` makes something of the run, if it went through, and of the file of its edges.
     fn run_recorded<T>(
         &self,
-        script: &str,
+        job: Job,
         moving_s: f64,
         judge: impl FnOnce(Summary, &Path) -> Result<T>,
     ) -> Result<Measured<T>> {
         let edges = self.file("edges");
-        let judged = match self.run_with(script, moving_s, &["--edges".as_ref(), edges.as_os_str()])? {
+        let judged = match self.run_with(job, moving_s, &["--edges".as_ref(), edges.as_os_str()])? {
             Measured::Figure(summary) => judge(summary, &edges).map(Measured::Figure),
             Measured::Missing { why_not } => Ok(Measured::Missing { why_not }),
         };
@@ -180,17 +198,21 @@ impl<'a> Board<'a> {
 
     /// Runs `script`, whose moves take `moving_s` in all.
     pub fn run(&self, script: &str, moving_s: f64) -> Result<Measured<Summary>> {
-        self.run_with(script, moving_s, &[])
+        self.run_with(Job::Script(script), moving_s, &[])
     }
 
-    fn run_with(&self, script: &str, moving_s: f64, more: &[&OsStr]) -> Result<Measured<Summary>> {
-        let (script_file, json) = (self.file("script"), self.file("json"));
-        fs::write(&script_file, script).with_context(|| format!("cannot write {}", script_file.display()))?;
+    fn run_with(&self, job: Job, moving_s: f64, more: &[&OsStr]) -> Result<Measured<Summary>> {
+        let (text, options): (_, &[&str]) = match job {
+            Job::Script(text) => (text, &["--script"]),
+            Job::Program(text) => (text, &["--stream", "counting", "--program"]),
+        };
+        let (job_file, json) = (self.file("job"), self.file("json"));
+        fs::write(&job_file, text).with_context(|| format!("cannot write {}", job_file.display()))?;
         let mut command = Command::new("node");
         command.arg(workspace::emulator_dir().join("run.mjs")).arg("--elf").arg(&self.candidate.elf);
         command
-            .arg("--script")
-            .arg(&script_file)
+            .args(options)
+            .arg(&job_file)
             .arg("--json")
             .arg(&json)
             .args(["--driver", self.candidate.variant.driver_name()])

@@ -21,6 +21,8 @@ pub struct Effort {
     pub stops: u32,
     /// Starts with the cache cold, and as many with it warm.
     pub starts: u32,
+    /// Short moves that are streamed.
+    pub moves: usize,
     /// Whether the mathematics of a move is measured.
     pub mathematics: bool,
 }
@@ -36,6 +38,7 @@ impl Effort {
             load_s: Some(0.5),
             stops: 200,
             starts: 50,
+            moves: 6_000,
             mathematics: true,
         };
         match chip {
@@ -55,6 +58,7 @@ impl Effort {
             load_s: Some(0.1),
             stops: 24,
             starts: 10,
+            moves: 1_500,
             mathematics: true,
         };
         match chip {

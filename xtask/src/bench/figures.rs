@@ -7,6 +7,7 @@ use super::candidate;
 use super::laws;
 use super::load::LoadFigures;
 use super::micro::MicroFigures;
+use super::moves::{self, MoveFigures};
 use super::progress::grouped;
 use super::rates::{self, RateFigures};
 use super::starts::StartMeasurement;
@@ -16,6 +17,8 @@ use crate::variant::Port;
 
 /// From an input to the last edge.
 const STOP_MAX_US: f64 = 10.0;
+/// Short moves a second of PioPort.
+const MOVES_MIN_S: f64 = 1_000.0;
 
 /// A whole run of the benchmark.
 #[derive(Clone, Debug, Serialize)]
@@ -95,6 +98,7 @@ pub struct PortFigures {
     pub load: Vec<LoadFigures>,
     pub stops: Vec<StopMeasurement>,
     pub starts: Vec<StartMeasurement>,
+    pub moves: MoveFigures,
 }
 
 /// A figure beside what was aimed at.
@@ -132,7 +136,8 @@ impl PortFigures {
         // By TimerPort the processor makes the steps, and hears a byte on USB only between them.
         let hears_late = |input: &Input| self.port == Port::Timer && *input == Input::SecondReset;
         let stops = Input::ALL.into_iter().filter(|input| !hears_late(input)).map(|input| self.stop_target(input));
-        [self.rate_target(), self.accuracy_target()].into_iter().chain(stops).collect()
+        let moves = (self.port == Port::Pio).then(|| self.moves_target());
+        [self.rate_target(), self.accuracy_target()].into_iter().chain(stops).chain(moves).collect()
     }
 
     fn rate_target(&self) -> Target {
@@ -159,6 +164,12 @@ impl PortFigures {
         let max_us = by_it.and_then(|stop| stop.latency.figure()).map(|latency| latency.max_us);
         let what = format!("{}, {} to the last edge, max", self.port.name(), input.name());
         Target::at_most(what, max_us, STOP_MAX_US, "us")
+    }
+
+    fn moves_target(&self) -> Target {
+        let what = format!("{}, moves of {}, streamed", self.port.name(), moves::name(&self.moves));
+        let carried = self.moves.carried.figure().map(|carried| carried.rate_moves_s);
+        Target::at_least(what, carried, MOVES_MIN_S, "moves/s")
     }
 
     /// Whether anything at all was sustained.

@@ -6,7 +6,7 @@
 //!              |                                |                                  |
 //!              +---- plans in closed form ------|----------------------------------+
 //!                                               |
-//!              rates, accuracy, load, stops, starts: one file a measurement
+//!              rates, accuracy, load, stops, starts, moves: one file a measurement
 //!                                               |
 //!                                  figures: table, JSON, report
 //! ```
@@ -27,6 +27,7 @@ mod laws;
 mod load;
 mod measured;
 mod micro;
+mod moves;
 mod progress;
 mod rates;
 mod report;
@@ -163,7 +164,9 @@ fn measure(candidate: &Candidate, chip: Chip, folder: &Path, effort: &Effort) ->
         begin("starts");
     }
     let starts = starts::measure(&board, port, effort)?;
-    Ok(PortFigures { port, rates, accuracy, load, stops, starts })
+    begin("moves");
+    let moves = moves::measure(&board, port, effort)?;
+    Ok(PortFigures { port, rates, accuracy, load, stops, starts, moves })
 }
 
 fn mathematics(chip: Chip, folder: &Path) -> Result<MicroFigures> {

@@ -12,8 +12,12 @@ pub struct Case {
 
 impl Case {
     pub fn begin(chip: Chip, port: Port, axes: usize, rate_steps_s: u32, what: &str) -> Self {
-        let rate = grouped(rate_steps_s.into());
-        let line = format!("    {}: {:<9} {axes} x {rate:>9} steps/s, {what}", chip.name(), port.name());
+        Self::named(chip, port, &format!("{axes} x {:>9} steps/s, {what}", grouped(rate_steps_s.into())))
+    }
+
+    /// One that has no rate.
+    pub fn named(chip: Chip, port: Port, what: &str) -> Self {
+        let line = format!("    {}: {:<9} {what}", chip.name(), port.name());
         Self { line, stopwatch: Stopwatch::start() }
     }
 

@@ -8,6 +8,7 @@ use super::board::Moving;
 use super::chip::Chip;
 use super::figures::{Figures, PortFigures, Target, together};
 use super::micro::{GeneratorFigures, MicroFigures};
+use super::moves::{self, Carried};
 use super::progress::grouped;
 use super::starts::{Delay, StartMeasurement};
 use super::stops::Latency;
@@ -18,7 +19,15 @@ const TITLE: &str = "Step ports on the emulated board";
 
 /// The page, and each picture as a file of its own, by name.
 pub fn files(figures: &Figures) -> Vec<(String, String)> {
-    let ports = [targets(figures), rates(figures), accuracy(figures), load(figures), stops(figures), starts(figures)];
+    let ports = [
+        targets(figures),
+        rates(figures),
+        accuracy(figures),
+        load(figures),
+        stops(figures),
+        starts(figures),
+        moves(figures),
+    ];
     let (chip, ideal) = (figures.chip.mathematics.as_ref(), figures.ideal_flash.mathematics.as_ref());
     let mathematics = chip
         .into_iter()
@@ -227,6 +236,22 @@ fn laws(figures: &MicroFigures, ideal: Option<&MicroFigures>) -> Section {
                segment of each axis, which computes what a ramp needs. Segments are those of ramps; replaying a step costs the same under every law."
             .to_owned(),
         table: Some(rows(&head, beside(of(figures), ideal.map_or(Vec::new(), of), 1))),
+        ..Section::default()
+    }
+}
+
+fn moves(figures: &Figures) -> Section {
+    let row = |port: &PortFigures| {
+        let moves = &port.moves;
+        let count = grouped(moves.moves as u64);
+        vec![vec![port.port.name().to_owned(), moves::name(moves), count, moves.carried.words(Carried::words)]]
+    };
+    Section {
+        heading: "Short moves carried".to_owned(),
+        text: "A curve of short moves, sent over USB as far ahead as the window of characters allows, at a feed that no core \
+               could keep: how many a second are made in the middle half of the stream."
+            .to_owned(),
+        table: Some(rows(&["port", "moves", "how many", "carried"], both(figures, row, 2))),
         ..Section::default()
     }
 }

@@ -8,6 +8,7 @@ use super::board::Moving;
 use super::chip::Chip;
 use super::figures::{ChipFigures, Conditions, Figures, PortFigures, Target, together};
 use super::micro::{GeneratorFigures, MicroFigures, RampFigures};
+use super::moves::{self, Carried};
 use super::progress::grouped;
 use super::starts::Delay;
 use super::stops::{Latency, StopMeasurement};
@@ -27,9 +28,14 @@ pub fn table(figures: &Figures) -> String {
     text += &format!("{BESIDE}\n");
     for port in &chip.ports {
         text += &format!("\n{}\n", port.port.name());
-        for (heading, rows) in
-            [(RATES, rates as Part), (ACCURACY, accuracy), (LOAD, load), (STOPS, stops), (STARTS, starts)]
-        {
+        for (heading, rows) in [
+            (RATES, rates as Part),
+            (ACCURACY, accuracy),
+            (LOAD, load),
+            (STOPS, stops),
+            (STARTS, starts),
+            (MOVES, moves),
+        ] {
             text += &section(heading, rows(port), ideal.port(port.port).map_or(Rows::new(), rows));
         }
     }
@@ -45,6 +51,7 @@ const ACCURACY: &str = "edges against the closed form";
 const LOAD: &str = "load of the core";
 const STOPS: &str = "from an input to the last edge";
 const STARTS: &str = "from the arrival of a line to the first edge, less the plan's own time to its first step";
+const MOVES: &str = "short moves carried, of a sender that counts characters";
 
 /// A heading and its rows, the ideal chip's beneath those that differ.
 fn section(heading: &str, rows: Rows, ideal: Rows) -> String {
@@ -133,6 +140,10 @@ fn stops(port: &PortFigures) -> Rows {
 
 fn starts(port: &PortFigures) -> Rows {
     port.starts.iter().map(|start| row(start.cache.name(), start.delay.words(Delay::words))).collect()
+}
+
+fn moves(port: &PortFigures) -> Rows {
+    vec![row(moves::name(&port.moves), port.moves.carried.words(Carried::words))]
 }
 
 fn row(name: impl Into<String>, words: impl Into<String>) -> Vec<String> {
