@@ -21,7 +21,7 @@ use crate::port::{Direction, Feed, SegmentQueue};
 
 /// How much motion a port is given ahead of time, at least.
 pub(crate) const AHEAD: Duration = Duration::from_millis(30);
-/// A piece of motion lasts no longer, unless it is a single step. So often it is looked whether there is enough.
+/// A piece of motion lasts no longer, or an eighth longer where a crumb would be left, unless it is a single step. So often it is looked whether there is enough.
 pub(crate) const PIECE: Duration = Duration::from_millis(15);
 /// An axis that stands still is not told of shorter rests, and not told up to the last of what is known: its next step may
 /// follow at once.
@@ -253,7 +253,9 @@ impl<'a> Feeder<'a> {
         } else {
             segment.steps()
         };
-        let steps = fitting.min(part.end - part.given);
+        let known = segment.steps().min(part.end - part.given);
+        // No crumb is left: a port takes as long over it as over a whole piece.
+        let steps = if known <= fitting + fitting / 8 { known } else { fitting };
         part.given += steps;
         let direction = part.direction;
         if steps == segment.steps() {

@@ -59,6 +59,9 @@ const MARGIN_TICKS: u32 = 4;
 const BLOCK_SPAN_TICKS: u64 = TICK_HZ as u64 / 500;
 /// The odometer is at most this old.
 const REPORT_EVERY: Duration = Duration::from_millis(10);
+/// At shorter intervals all that is on its way has gone by then, even if it began at half that speed; and every block that is
+/// sent is an occasion to report.
+const QUICK_TICKS: u32 = (REPORT_EVERY.as_micros() * TICKS_PER_US) as u32 / (2 * IN_FLIGHT_MAX_WORDS);
 
 const _: () =
     assert!(AXES <= program::AXES_MAX, "a PIO block has four state machines: step the other axes by a TimerPort");
@@ -165,6 +168,8 @@ struct Underway<'a> {
     /// From the opening of the gate to the start of the run: DIR's set-up time.
     lead: Duration,
     has_started: bool,
+    /// Steps are written at intervals below [`QUICK_TICKS`]: there is no need of a timer for each block.
+    is_quick: bool,
     /// Instant of the last step or rest written; at first, of the opening of the gate, modulo 2^64.
     last_ticks: u64,
     /// Edges that the odometer knows of, and where they have led.
@@ -193,6 +198,7 @@ impl<'a> Underway<'a> {
             period_min_ticks: capabilities.period_min_ticks(run.wiring),
             lead,
             has_started: false,
+            is_quick: false,
             last_ticks: 0_u64.wrapping_sub(lead.as_micros() * TICKS_PER_US),
             reported: 0,
             reported_steps: 0,
@@ -259,6 +265,7 @@ impl<'a> Underway<'a> {
         if let Some(interval) = segment.interval_min_ticks() {
             self.check(interval)?;
         }
+        self.is_quick = wait < QUICK_TICKS;
         self.await_room().await?;
         self.port.stream.room()[0].store(word, Ordering::Relaxed);
         self.wrote_steps(direction, 1);
@@ -306,6 +313,7 @@ impl<'a> Underway<'a> {
     }
 
     async fn push_rest(&mut self, cycles: u32) -> Result<(), PortFault> {
+        self.is_quick = false;
         self.await_room().await?;
         self.port.stream.room()[0].store(self.words.rest(cycles), Ordering::Relaxed);
         self.port.stream.wrote(1);
@@ -336,11 +344,11 @@ impl<'a> Underway<'a> {
                 }
                 if self.port.machine.has_halted() { Poll::Ready(false) } else { Poll::Pending }
             });
-            if let Ok(held) = with_timeout(REPORT_EVERY, waiting).await {
-                self.report();
+            let held = if self.is_quick { Ok(waiting.await) } else { with_timeout(REPORT_EVERY, waiting).await };
+            self.report();
+            if let Ok(held) = held {
                 return held;
             }
-            self.report();
         }
     }
 

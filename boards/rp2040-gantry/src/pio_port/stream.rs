@@ -23,8 +23,10 @@ pub type Blocks = [[AtomicU32; BLOCK_WORDS]; 2];
 
 /// The words of one axis.
 pub struct Stream {
-    /// The even one of its two DMA channels.
+    /// The even one of its two DMA channels; the registers of both, and the bits of both in DMA's own.
     channel: usize,
+    channels: [Channel; 2],
+    bits: [u32; 2],
     /// Where the words go, and at whose pace.
     fifo_address: u32,
     pace: TreqSel,
@@ -43,27 +45,29 @@ impl Stream {
     pub fn new(axis: usize, fifo_address: u32, blocks: &'static Blocks) -> Self {
         let pace = TreqSel::from_bits(TreqSel::PIO0_TX0 as u8 + axis as u8);
         let (armed, filling, filled, handed_over) = ([None; 2], 0, 0, 0);
-        Self { channel: 2 * axis, fifo_address, pace, blocks, armed, filling, filled, handed_over }
+        let channel = 2 * axis;
+        let (channels, bits) = ([channel, channel + 1].map(|number| DMA.ch(number)), [1 << channel, 2 << channel]);
+        Self { channel, channels, bits, fifo_address, pace, blocks, armed, filling, filled, handed_over }
     }
 
     /// Stops both channels and forgets all words.
     pub fn clear(&mut self) {
-        let mask = self.bit(0) | self.bit(1);
-        DMA.inte(1).modify(|enabled| *enabled &= !u32::from(mask));
-        for block in 0..2 {
-            self.channel(block).al1_ctrl().write_value(0);
+        let mask = self.bits[0] | self.bits[1];
+        DMA.inte(1).modify(|enabled| *enabled &= !mask);
+        for channel in self.channels {
+            channel.al1_ctrl().write_value(0);
         }
-        DMA.chan_abort().write(|abort| abort.set_chan_abort(mask));
-        while DMA.chan_abort().read().chan_abort() & mask != 0 {}
+        DMA.chan_abort().write(|abort| abort.set_chan_abort(mask as u16));
+        while u32::from(DMA.chan_abort().read().chan_abort()) & mask != 0 {}
         // An aborted channel may say that it is done (erratum RP2040-E13).
-        DMA.intr(0).write_value(mask.into());
+        DMA.intr(0).write_value(mask);
         (self.armed, self.filling, self.filled, self.handed_over) = ([None; 2], 0, 0, 0);
     }
 
     /// Whether there is a free place to write to; if not, the axis's waker is woken when there is.
     pub fn has_room(&mut self) -> bool {
         if self.armed[self.filling].is_some() && self.is_sent(self.filling) {
-            DMA.intr(0).write_value(self.bit(self.filling).into());
+            DMA.intr(0).write_value(self.bits[self.filling]);
             self.armed[self.filling] = None;
         }
         self.armed[self.filling].is_none() && self.filled < BLOCK_WORDS
@@ -95,11 +99,11 @@ impl Stream {
         let (block, other) = (self.filling, 1 - self.filling);
         self.arm(block);
         if self.armed[other].is_some() {
-            self.channel(other).al1_ctrl().write_value(self.control(other, Some(block)).0);
+            self.channels[other].al1_ctrl().write_value(self.control(other, Some(block)).0);
         }
         // The other may have ended before it was told to go on; then nothing has started this one.
         if !self.is_busy(other) && !self.is_busy(block) && !self.is_sent(block) {
-            DMA.multi_chan_trigger().write(|trigger| trigger.set_multi_chan_trigger(self.bit(block)));
+            DMA.multi_chan_trigger().write(|trigger| trigger.set_multi_chan_trigger(self.bits[block] as u16));
         }
         self.handed_over += self.filled as u32;
         (self.filling, self.filled) = (other, 0);
@@ -107,7 +111,7 @@ impl Stream {
 
     fn arm(&mut self, block: usize) {
         let words = self.filled as u32;
-        let channel = self.channel(block);
+        let channel = self.channels[block];
         channel.read_addr().write_value(self.blocks[block].as_ptr() as u32);
         channel.write_addr().write_value(self.fifo_address);
         channel.trans_count().write_value(words);
@@ -115,7 +119,7 @@ impl Stream {
         self.armed[block] = Some(words);
         // The words must be in RAM before DMA looks.
         cortex_m::asm::dmb();
-        DMA.inte(1).modify(|enabled| *enabled |= u32::from(self.bit(block)));
+        DMA.inte(1).modify(|enabled| *enabled |= self.bits[block]);
     }
 
     /// How the channel of `block` works, and which block it starts when it ends.
@@ -136,25 +140,17 @@ impl Stream {
         let waiting = |block: usize| match self.armed[block] {
             None => 0,
             Some(_) if self.is_sent(block) => 0,
-            Some(_) if self.is_busy(block) => self.channel(block).trans_count().read(),
+            Some(_) if self.is_busy(block) => self.channels[block].trans_count().read(),
             Some(words) => words,
         };
         self.handed_over - waiting(0) - waiting(1)
     }
 
     fn is_sent(&self, block: usize) -> bool {
-        DMA.intr(0).read() & u32::from(self.bit(block)) != 0
+        DMA.intr(0).read() & self.bits[block] != 0
     }
 
     fn is_busy(&self, block: usize) -> bool {
-        self.channel(block).ctrl_trig().read().busy()
-    }
-
-    fn channel(&self, block: usize) -> Channel {
-        DMA.ch(self.channel + block)
-    }
-
-    fn bit(&self, block: usize) -> u16 {
-        1 << (self.channel + block)
+        self.channels[block].ctrl_trig().read().busy()
     }
 }

@@ -69,25 +69,42 @@ struct Marks {
     bits: [u32; (MARKS / WORD_BITS) as usize],
     /// How many there have been.
     pushed: u32,
+    /// Whether the last is set, and how many before it are like it, itself included; [`MARKS`] if all are. While an axis
+    /// neither turns nor rests that says everything.
+    last: bool,
+    alike: u32,
 }
 
 impl Marks {
     const fn new() -> Self {
-        Self { bits: [0; (MARKS / WORD_BITS) as usize], pushed: 0 }
+        Self { bits: [0; (MARKS / WORD_BITS) as usize], pushed: 0, last: false, alike: MARKS }
     }
 
     /// Appends `count` equal marks, as many as there is room for at most.
     fn push(&mut self, is_set: bool, count: u32) {
+        if is_set != self.last {
+            (self.last, self.alike) = (is_set, 0);
+        }
+        if self.alike < MARKS {
+            self.write(is_set, count);
+            self.alike = self.alike.saturating_add(count).min(MARKS);
+        }
+        self.pushed = self.pushed.wrapping_add(count);
+    }
+
+    fn write(&mut self, is_set: bool, count: u32) {
         for (index, mask) in pieces(self.pushed, count) {
             let bits = &mut self.bits[index];
             *bits = if is_set { *bits | mask } else { *bits & !mask };
         }
-        self.pushed = self.pushed.wrapping_add(count);
     }
 
     /// How many are set, from the one with this number on.
     fn count_from(&self, first: u32) -> u32 {
         let count = self.pushed.wrapping_sub(first);
+        if count <= self.alike {
+            return if self.last { count } else { 0 };
+        }
         pieces(first, count).map(|(index, mask)| (self.bits[index] & mask).count_ones()).sum()
     }
 }
