@@ -74,6 +74,15 @@ impl Port {
         }
     }
 
+    /// The feed of short moves that are streamed, mm/min: beyond what a core can keep up with, or, where tasks make the steps,
+    /// below the rate at which they leave it no time to plan.
+    pub fn moves_feed_mm_min(self) -> f64 {
+        match self {
+            Self::Pio => 60_000.0,
+            Self::Timer => 12_000.0,
+        }
+    }
+
     /// Rates of three axes at which the load is measured, steps/s each.
     pub fn load_rates_steps_s(self) -> &'static [u32] {
         match self {

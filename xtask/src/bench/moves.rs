@@ -1,5 +1,5 @@
 //! How many short moves a second the firmware carries, from the bytes of their lines to their edges: a sender that counts
-//! characters offers them faster than any core could take them.
+//! characters offers them faster than the core could take them.
 
 use anyhow::Result;
 use rp2040_bench::{FLOW_CASES, MOVE_MM, Path, START_MM, STEPS_PER_MM};
@@ -13,9 +13,9 @@ use super::progress::{Case, grouped};
 use super::trial::AXES;
 use crate::variant::Port;
 
-/// What limits the moves is the core alone: at this feed there would be thousands a second, and the corners are wide.
-const SETTINGS: [(u16, f64); 4] = [(100, STEPS_PER_MM), (110, FEED_MM_MIN), (120, 10_000.0), (11, 1.0)];
-const FEED_MM_MIN: f64 = 60_000.0;
+/// So much and so wide that neither limits the moves.
+const ACCEL_MM_S2: f64 = 10_000.0;
+const CORNER_DEVIATION_MM: f64 = 1.0;
 /// A core that makes fewer than this is not waited for.
 const SLOWEST_MOVES_S: f64 = 100.0;
 
@@ -24,6 +24,8 @@ const SLOWEST_MOVES_S: f64 = 100.0;
 pub struct MoveFigures {
     /// How long each is, mm.
     pub move_mm: f64,
+    /// How fast they are to be, mm/min.
+    pub feed_mm_min: f64,
     /// How many.
     pub moves: usize,
     pub carried: Measured<Carried>,
@@ -52,13 +54,14 @@ struct Program {
 }
 
 impl Program {
-    fn new(moves: usize) -> Self {
-        let settings = SETTINGS.iter().flat_map(|&(number, value)| {
+    fn new(moves: usize, feed_mm_min: f64) -> Self {
+        let settings = [(100, STEPS_PER_MM), (110, feed_mm_min), (120, ACCEL_MM_S2), (11, CORNER_DEVIATION_MM)];
+        let settings = settings.into_iter().flat_map(|(number, value)| {
             let axes = if number < 100 { 0..1 } else { 0..3 };
             axes.map(move |axis| format!("${}={value}\n", number + axis))
         });
         let place = ["X", "Y", "Z"].map(|axis| format!("{axis}{START_MM}")).concat();
-        let mut text = settings.collect::<String>() + &format!("G92{place}\nG90G1F{FEED_MM_MIN}\n");
+        let mut text = settings.collect::<String>() + &format!("G92{place}\nG90G1F{feed_mm_min}\n");
         let mut path = Path::new(&FLOW_CASES[0]);
         let (mut steps, mut made) = (Vec::new(), 0);
         for _ in 0..moves {
@@ -91,18 +94,19 @@ impl Program {
 
 /// Streams them once.
 pub fn measure(board: &Board, port: Port, effort: &Effort) -> Result<MoveFigures> {
-    let moves = effort.moves;
-    let case = Case::named(board.chip, port, &format!("{} moves of {MOVE_MM} mm", grouped(moves as u64)));
-    let program = Program::new(moves);
+    let (moves, feed_mm_min) = (effort.moves, port.moves_feed_mm_min());
+    let what = format!("{} moves of {MOVE_MM} mm at F{feed_mm_min}", grouped(moves as u64));
+    let case = Case::named(board.chip, port, &what);
+    let program = Program::new(moves, feed_mm_min);
     let ran = board.stream_for_edges(&program.text, moves as f64 / SLOWEST_MOVES_S)?;
     let carried = ran.and_then(|ran| program.judge(&ran));
     case.end(&carried.words(Carried::words));
-    Ok(MoveFigures { move_mm: MOVE_MM, moves, carried })
+    Ok(MoveFigures { move_mm: MOVE_MM, feed_mm_min, moves, carried })
 }
 
-/// `0.2 mm, 3 axes`.
+/// `0.2 mm, 3 axes, F12000`.
 pub fn name(figures: &MoveFigures) -> String {
-    format!("{} mm, {AXES} axes", figures.move_mm)
+    format!("{} mm, {AXES} axes, F{}", figures.move_mm, figures.feed_mm_min)
 }
 
 #[cfg(test)]
@@ -116,7 +120,7 @@ mod tests {
 
     #[test]
     fn a_rate_is_that_of_the_middle_half() {
-        let program = Program::new(40);
+        let program = Program::new(40, 60_000.0);
         let steps = *program.steps.last().unwrap();
         let cycles = (program.steps[30] - program.steps[10]) * 10;
         let rate_moves_s = program.rate_moves_s(&edges(steps)).unwrap();
@@ -126,7 +130,7 @@ mod tests {
 
     #[test]
     fn a_program_has_its_settings_and_its_moves() {
-        let program = Program::new(8);
+        let program = Program::new(8, 60_000.0);
         let lines: Vec<&str> = program.text.lines().collect();
         assert_eq!(lines[..4], ["$100=80", "$101=80", "$102=80", "$110=60000"]);
         assert_eq!(lines[9..13], ["$11=1", "G92X500Y500Z500", "G90G1F60000", "G1X500.180Y500.004Z500.080"]);

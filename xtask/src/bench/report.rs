@@ -248,8 +248,8 @@ fn moves(figures: &Figures) -> Section {
     };
     Section {
         heading: "Short moves carried".to_owned(),
-        text: "A curve of short moves, sent over USB as far ahead as the window of characters allows, at a feed that no core \
-               could keep: how many a second are made in the middle half of the stream."
+        text: "A curve of short moves, sent over USB as far ahead as the window of characters allows, at a feed \
+               that the core can hardly keep: how many a second are made in the middle half of the stream."
             .to_owned(),
         table: Some(rows(&["port", "moves", "how many", "carried"], both(figures, row, 2))),
         ..Section::default()

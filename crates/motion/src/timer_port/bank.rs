@@ -3,6 +3,7 @@
 use core::cell::Cell;
 use core::sync::atomic::{AtomicBool, Ordering};
 
+use critical_section::CriticalSection;
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
@@ -231,16 +232,16 @@ impl Desk {
     /// Has a step rise and counts it, by its `sign`, if the run has not ended and the brake is off. A brake ends the run:
     /// its steps would be late; the port is to be stopped too.
     #[inline(always)]
-    pub fn step(&self, sign: i32, rise: impl FnOnce()) -> bool {
-        self.papers.lock(|papers| {
-            let may = papers.live.get() && !papers.braked.get();
-            papers.live.set(may);
-            if may {
-                rise();
-                papers.travelled.set(papers.travelled.get().wrapping_add(sign));
-            }
-            may
-        })
+    pub fn step(&self, section: CriticalSection<'_>, sign: i32, rise: impl FnOnce()) -> bool {
+        let papers = self.papers.borrow(section);
+        let may = papers.live.get() && !papers.braked.get();
+        if may {
+            rise();
+            papers.travelled.set(papers.travelled.get().wrapping_add(sign));
+        } else {
+            papers.live.set(false);
+        }
+        may
     }
 
     /// Ends the run, unless its port has.

@@ -184,16 +184,17 @@ where
             self.lanes.iter_mut().for_each(|lane| lane.refuse_late(now));
         }
         let mut pulse_ns = 0;
-        for lane in &mut self.lanes {
-            if lane.level == Level::Due {
+        // One section for all: the last of them waits for what each takes.
+        critical_section::with(|section| {
+            for lane in self.lanes.iter_mut().filter(|lane| lane.level == Level::Due) {
                 let Lane { desk, step, sign, .. } = lane;
-                let risen = desk.step(*sign, || {
+                let risen = desk.step(section, *sign, || {
                     let Ok(()) = step.set_high();
                 });
                 lane.level = if risen { Level::High } else { Level::Low };
                 pulse_ns = pulse_ns.max(lane.pulse_ns);
             }
-        }
+        });
         pulse_ns
     }
 
