@@ -31,8 +31,9 @@ use crate::machine::Underway;
 use crate::port::Run;
 
 /// Motion compiled per axis before a run starts, as far as there is room: near standstill compiling is slowest against
-/// moving.
-const COMPILED_BEFORE_START: Duration = Duration::from_millis(20);
+/// moving, by curved laws many times slower than by the trapezoid.
+const COMPILED_BEFORE_START: Duration = Duration::from_millis(10);
+const COMPILED_BEFORE_CURVED_START: Duration = Duration::from_millis(20);
 
 /// So much is told ahead of the ports at a time: as long as a change may have to wait for more.
 const TOLD: Duration = Duration::from_millis(15);
@@ -119,11 +120,12 @@ where
 
     /// Compiles what the run begins with.
     async fn prepare(&mut self, feeders: &mut Feeders<'_>) {
-        while let Some(leg) = self.next_leg(seconds(COMPILED_BEFORE_START)) {
+        let time = if self.is_curved { COMPILED_BEFORE_CURVED_START } else { COMPILED_BEFORE_START };
+        while let Some(leg) = self.next_leg(seconds(time)) {
             self.legs.push(leg);
         }
         for feeder in feeders {
-            feeder.prepare(self.legs, COMPILED_BEFORE_START);
+            feeder.prepare(self.legs, time);
             yield_now().await;
         }
     }
