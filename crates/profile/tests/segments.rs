@@ -2,7 +2,8 @@
 //! `PROPTEST_RNG_SEED=n cargo test -p isostep-profile --test segments` tries others.
 
 use isostep_profile::{
-    BRIEF_S, FIT_ERROR_MAX_TICKS, IntervalLaw, Limits, Segment, Segments, SpeedLaw, SyncMove, fit_error_max_ticks,
+    BRIEF_S, Course, FIT_ERROR_MAX_TICKS, IntervalLaw, Limits, Segment, Segments, SpeedLaw, SyncMove,
+    fit_error_max_ticks,
 };
 use proptest::prelude::*;
 
@@ -153,6 +154,35 @@ proptest! {
         let steps = [steps as i32, -(steps * share) as i32];
         let Ok(plan) = SyncMove::plan(steps, &[limits; 2], law, speed_law, None) else { return Ok(()) };
         check_all(&plan)?;
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 500, failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// Axes that share a course have the segments that each has alone, whichever is ahead, and by how much.
+    #[test]
+    fn a_course_has_the_same_segments_for_every_axis(
+        limits in limits((1e2, 2e6), (1e2, 1e8)), steps in prop::array::uniform3(-3_000..3_000i32), law in law(),
+        speed_law in speed_law(), turns in prop::collection::vec((0..3_usize, 1..40_usize), 1..50), tick_hz in
+        prop::sample::select(&RATES_HZ[..]),
+    ) {
+        prop_assume!(steps != [0; 3]);
+        let plan = SyncMove::plan(steps, &[moving(speed_law, limits); 3], law, speed_law, None).unwrap();
+        // What it was laid for before must not show.
+        let mut course = Course::empty();
+        fastest([900, 1, -7], limits_of(1e4, 1e6)).lay(&mut course, tick_hz);
+        plan.lay(&mut course, tick_hz);
+        let mut lanes = [0, 1, 2].map(|axis| plan.lane(axis, &course));
+        let mut shared = [const { Vec::new() }; 3];
+        // Each turn one of them goes on a little; in the end all of them to their ends.
+        for (axis, count) in turns.into_iter().chain([0, 1, 2].map(|axis| (axis, usize::MAX))) {
+            let lane = &mut lanes[axis];
+            shared[axis].extend(std::iter::from_fn(|| lane.next(&mut course)).take(count));
+        }
+        for (axis, shared) in shared.into_iter().enumerate() {
+            prop_assert_eq!(shared, plan.segments(axis, tick_hz).collect::<Vec<_>>(), "axis {}", axis);
+        }
     }
 }
 
