@@ -7,14 +7,14 @@ use core::fmt::{self, Write};
 
 use isostep_console::{Block, Command, Interpreter, LineAssembler, Settings, State};
 use isostep_profile::chain::{Chain, Leg, Terms, Wanted};
-use isostep_profile::{IntervalLaw, Limits, SpeedLaw};
+use isostep_profile::{Course, IntervalLaw, Limits, SpeedLaw};
 
 use crate::{AXES, Checksum, TICK_HZ};
 
 /// The moves that a chain holds.
 const CHAIN_MOVES: usize = 64;
 /// Moves that are timed, once the chain is full.
-const TIMED_MOVES: u32 = 192;
+pub const TIMED_MOVES: u32 = 192;
 /// The length of a move.
 pub const MOVE_MM: f64 = 0.2;
 /// Where the moves begin, on every axis: all coordinates stay above 0.
@@ -101,6 +101,7 @@ pub fn flow(case: &FlowCase, timer: &mut impl Timer) -> Checksums {
         interpreter: Interpreter::new(),
         chain: Chain::new(terms),
         steps: [whole_steps(START_MM); AXES],
+        course: Course::empty(),
         checksums: Checksums::default(),
     };
     flow.interpreter.set_position_mm([START_MM as f32; AXES]);
@@ -121,12 +122,6 @@ pub fn flow(case: &FlowCase, timer: &mut impl Timer) -> Checksums {
     flow.checksums
 }
 
-/// So many moves each stage is timed for.
-#[must_use]
-pub fn timed_moves() -> u32 {
-    TIMED_MOVES
-}
-
 /// Nobody looks at the clock.
 pub struct Untimed;
 
@@ -142,6 +137,8 @@ struct Flow {
     chain: Chain<AXES, CHAIN_MOVES>,
     /// Where the last move ends.
     steps: [i32; AXES],
+    /// Of the leg that was compiled last.
+    course: Course,
     checksums: Checksums,
 }
 
@@ -170,7 +167,8 @@ impl Flow {
             let Some(leg) = leg else { return };
             self.note(Stage::Tell, (leg.until_s * f64::from(TICK_HZ)) as u64 as u32);
             let mut compiled = Checksum::default();
-            timer.time(Stage::Compile, (&leg, &mut compiled), |(leg, compiled)| compile(leg, compiled));
+            let stage = (&leg, &mut self.course, &mut compiled);
+            timer.time(Stage::Compile, stage, |(leg, course, compiled)| compile(leg, course, compiled));
             self.note(Stage::Compile, compiled.value());
         }
     }
@@ -194,12 +192,18 @@ fn read(interpreter: &mut Interpreter, bytes: &[u8]) -> Option<Block> {
     }
 }
 
-fn compile(leg: &Leg<AXES>, compiled: &mut Checksum) {
-    for axis in 0..AXES {
-        for segment in leg.part.segments(axis, TICK_HZ) {
+fn compile(leg: &Leg<AXES>, course: &mut Course, compiled: &mut Checksum) {
+    leg.part.lay(course, TICK_HZ);
+    let mut lanes = [0, 1, 2].map(|axis| leg.part.lane(axis, course));
+    let mut fed_ticks = [Some(0); AXES];
+    // The axis first that has the least, as the firmware feeds them.
+    while let Some(axis) = (0..AXES).filter(|axis| fed_ticks[*axis].is_some()).min_by_key(|axis| fed_ticks[*axis]) {
+        let segment = lanes[axis].next(course);
+        if let Some(segment) = segment {
             compiled.add(segment.steps());
             compiled.add(segment.last_ticks() as u32);
         }
+        fed_ticks[axis] = segment.map(|segment| segment.last_ticks());
     }
 }
 

@@ -6,8 +6,8 @@ use core::sync::atomic::{AtomicU32, Ordering};
 
 use isostep_profile::{SpeedLaw, SyncMove};
 use rp2040_bench::{
-    BLOCK_WORDS, Checksum, FIRST_STEPS, FLOW_CASES, PLAN_CASES, Peer, QUEUE_SEGMENTS, Stage, TICK_HZ, Timer, Visitor,
-    first_segments, generators, law_ramp, phases, plan_checksum, ramp, segments_checksum, timed_moves,
+    BLOCK_WORDS, Checksum, FIRST_STEPS, FLOW_CASES, PLAN_CASES, Peer, QUEUE_SEGMENTS, Stage, TICK_HZ, TIMED_MOVES,
+    Timer, Visitor, first_segments, generators, law_ramp, phases, plan_checksum, ramp, segments_checksum,
 };
 
 use crate::report::{Figure, Report};
@@ -124,7 +124,7 @@ pub fn flow(stopwatch: &Stopwatch, report: &mut Report) {
         let mut timed = TimedStages { stopwatch, cycles: [0; Stage::ALL.len()] };
         let checksums = rp2040_bench::flow(case, &mut timed);
         for ((stage, cycles), checksum) in Stage::ALL.into_iter().zip(timed.cycles).zip(checksums) {
-            let figure = Figure { cycles, cycles_max: 0, count: timed_moves() };
+            let figure = Figure { cycles, cycles_max: 0, count: TIMED_MOVES };
             report.sum(format_args!("flow.{}.{}", case.name, stage.name()), figure, checksum);
         }
     }

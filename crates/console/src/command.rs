@@ -89,7 +89,7 @@ pub struct Block {
     /// M0: when all this is done, hold until a resume.
     pub pauses: bool,
     /// G10, G28.1, G30.1: work offsets or places are others than before it.
-    pub moves_coordinates: bool,
+    pub changes_coordinates: bool,
     /// M2, M30: the program is over (`[MSG:Pgm End]`); the modal state is already back to its defaults.
     pub ends_program: bool,
 }

@@ -142,9 +142,9 @@ impl Interpreter {
             _ => None,
         };
         self.tool_length(&words)?;
-        let before = self.coordinates;
+        let before = words.non_modal.is_some().then_some(self.coordinates);
         let (via_mm, go_to) = self.non_modal(&mut words)?;
-        let moves_coordinates = words.non_modal.is_some() && self.coordinates != before;
+        let changes_coordinates = before.is_some_and(|before| before != self.coordinates);
         let motion = go_to.or(self.motion(&mut words)?);
         words.check_all_used()?;
         if let Some(Move { target_mm, .. }) = motion {
@@ -154,7 +154,7 @@ impl Interpreter {
         if ends_program {
             self.modal.end_program();
         }
-        Ok(Block { line_number, dwell_s, via_mm, motion, pauses, moves_coordinates, ends_program })
+        Ok(Block { line_number, dwell_s, via_mm, motion, pauses, changes_coordinates, ends_program })
     }
 
     fn modes(&mut self, words: &mut Words) -> Result<(), Error> {

@@ -17,7 +17,7 @@ impl<F: NorFlash> Controller<'_, F> {
     /// Carries out a block that the interpreter has taken.
     pub(crate) async fn block(&self, block: Block, text: &mut Message) -> Result<(), Error> {
         let (checks, offset_mm) = self.with(|program| {
-            program.unsaved.parameters |= block.moves_coordinates;
+            program.unsaved.parameters |= block.changes_coordinates;
             (program.mode == Mode::Check, program.interpreter.work_offset_mm())
         });
         let dwell_s = block.dwell_s.filter(|_| !checks);

@@ -5,7 +5,7 @@ use isostep_profile::chain::Leg;
 
 use crate::axes::AXES;
 
-/// The courses of the last legs that were asked for: as many as there are axes, each of which is fed with one.
+/// The courses of the last legs that were asked for: as many as there are axes, each of which is fed with one leg at a time.
 pub(crate) struct Courses {
     places: [Place; AXES],
 }
@@ -31,7 +31,7 @@ impl Courses {
         let key = Some((number, tick_hz));
         let known = self.places.iter().position(|place| place.key == key);
         let index = known.unwrap_or_else(|| {
-            // None, or the first of the run.
+            // An empty place, or else that of the earliest leg.
             let oldest = (0..AXES).min_by_key(|index| self.places[*index].key).unwrap_or(0);
             let place = &mut self.places[oldest];
             leg.part.lay(&mut place.course, tick_hz);

@@ -12,7 +12,7 @@
 use embassy_time::{Duration, Instant};
 use heapless::Deque;
 use isostep_profile::chain::Leg;
-use isostep_profile::{Course, Lane, Segment};
+use isostep_profile::{Lane, Segment};
 
 use crate::axes::{AXES, Axis};
 use crate::legs::{Legs, last_step};
@@ -21,7 +21,7 @@ use crate::port::{Direction, Feed, SegmentQueue};
 
 /// How much motion a port is given ahead of time, at least.
 pub(crate) const AHEAD: Duration = Duration::from_millis(30);
-/// A piece of motion lasts no longer, or an eighth longer where a crumb would be left, unless it is a single step. So often it is looked whether there is enough.
+/// A piece of motion lasts no longer, unless it is a single step; an eighth longer where a crumb would be left.
 pub(crate) const PIECE: Duration = Duration::from_millis(15);
 /// An axis that stands still is not told of shorter rests, and not told up to the last of what is known: its next step may
 /// follow at once.
@@ -56,7 +56,8 @@ pub(crate) struct Feeder<'a> {
 /// The steps of a part of a move.
 struct Part {
     direction: Direction,
-    lane: Lane,
+    /// None of an axis that has no steps in it.
+    lane: Option<Lane>,
     /// The last step that has been compiled, and given: by their numbers in the move.
     compiled: u32,
     given: u32,
@@ -72,7 +73,7 @@ struct Part {
 pub(crate) struct Fed {
     /// A port was given something.
     pub has_given: bool,
-    /// It was, or something was compiled ahead.
+    /// Something was given, or compiled ahead.
     pub has_worked: bool,
 }
 
@@ -207,7 +208,10 @@ impl<'a> Feeder<'a> {
             let Some((leg, courses)) = legs.get_with_courses(self.leg) else { return self.rest(legs) };
             let part = self.part.get_or_insert_with(|| {
                 self.hand.clear();
-                Part::of(leg, self.axis, courses.of(self.leg, leg, self.tick_hz))
+                // An axis that stands still is ahead of the others: it must not lay courses that they do not want yet.
+                let lane = (leg.part.steps[self.axis as usize] != 0)
+                    .then(|| leg.part.lane(self.axis as usize, courses.of(self.leg, leg, self.tick_hz)));
+                Part::of(leg, self.axis, lane)
             });
             if part.until_steps != leg.until_steps {
                 (part.until_steps, part.end) = (leg.until_steps, last_step(leg, self.axis));
@@ -215,7 +219,7 @@ impl<'a> Feeder<'a> {
             if part.given < part.end {
                 return Next::Steps;
             }
-            if !legs.is_passed(self.leg) {
+            if !legs.has_next(self.leg) {
                 return if legs.is_closed() { Next::End } else { self.rest(legs) };
             }
             self.leg += 1;
@@ -287,18 +291,17 @@ impl<'a> Feeder<'a> {
         let part = self.part.as_mut()?;
         let (leg, courses) = legs.get_with_courses(self.leg)?;
         let course = courses.of(self.leg, leg, self.tick_hz);
-        let segment = part.lane.next(course)?;
+        let segment = part.lane.as_mut()?.next(course)?;
         part.compiled += segment.steps();
         Some(segment)
     }
 }
 
 impl Part {
-    fn of(leg: &Leg<AXES>, axis: Axis, course: &Course) -> Self {
-        let plan = &leg.part;
-        let lane = plan.lane(axis as usize, course);
-        let (before, until_steps) = (lane.steps_before(), plan.end_steps());
-        let last = before + lane.steps();
+    fn of(leg: &Leg<AXES>, axis: Axis, lane: Option<Lane>) -> Self {
+        let (plan, until_steps) = (&leg.part, leg.part.end_steps());
+        let [before, last] =
+            lane.as_ref().map_or([0; 2], |lane| [lane.steps_before(), lane.steps_before() + lane.steps()]);
         let direction = Direction::of(plan.steps[axis as usize]);
         Self { direction, lane, compiled: before, given: before, last, until_steps, end: last }
     }

@@ -51,7 +51,7 @@ impl Legs {
     }
 
     /// Whether another follows the one with this number.
-    pub fn is_passed(&self, number: u32) -> bool {
+    pub fn has_next(&self, number: u32) -> bool {
         number.wrapping_sub(self.first) + 1 < self.known.len() as u32
     }
 
@@ -82,9 +82,9 @@ impl Legs {
     }
 
     /// The leg that is under way at `now_s`, if it is another one than when it was last asked.
-    pub fn pass(&mut self, now_s: f64) -> Option<&Leg<AXES>> {
+    pub fn newly_under_way(&mut self, now_s: f64) -> Option<&Leg<AXES>> {
         let mut number = self.under_way.map_or(self.first, |number| number.max(self.first));
-        while self.is_passed(number) && self.get(number).is_some_and(|leg| leg.until_s <= now_s) {
+        while self.has_next(number) && self.get(number).is_some_and(|leg| leg.until_s <= now_s) {
             number += 1;
         }
         if self.under_way == Some(number) {

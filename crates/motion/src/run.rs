@@ -224,7 +224,7 @@ where
     fn follow(&mut self, start: Instant, passed: Duration, feeders: &Feeders<'_>) {
         let fed = feeders.iter().map(Feeder::leg).min().unwrap_or(0);
         self.legs.forget(fed, seconds(passed));
-        if let Some(leg) = self.legs.pass(seconds(passed)) {
+        if let Some(leg) = self.legs.newly_under_way(seconds(passed)) {
             self.machine.set_underway(Some(Underway { start, leg: *leg }));
         }
     }

@@ -8,9 +8,10 @@
 //! Speeds where blocks meet are kept squared, in whole units: over a block at constant acceleration a square gains or
 //! loses 2 a d at most, which a block knows. So a pass over the chain is an addition and a comparison a block, and exact:
 //! backwards from rest at the end, `entry = min(cap, exit + loss)`, and forwards from where it is, `exit = min(exit, entry +
-//! gain)`. What a pass has found final, whatever comes, is not looked at again; and a pass is made only when
-//! something is asked for that is not final yet. Laws with curved ramps gain less; each of their ramps lies within a block, and has no acceleration where blocks meet. How fast a stop is left depends on what
-//! follows, too: where a start speed is high and a move short, the corner after it may not be reached so fast.
+//! gain)`. What a pass has found final, whatever comes, is not looked at again; and a pass is made only when something is asked
+//! for that is not final yet. Laws with curved ramps gain less; each of their ramps lies within a block, and has no acceleration
+//! where blocks meet. How fast a stop is left depends on what follows, too: where a start speed is high and a move short, the
+//! corner after it may not be reached so fast.
 //!
 //! A block may always end at its start speed, as there it may stop. So where what follows is not as fast as that, it does
 //! stop there, and what follows begins at its own start speed; else a move more could make a speed too fast that was told.

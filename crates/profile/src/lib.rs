@@ -9,7 +9,8 @@
 //! 2. [`Profile`]: limits, distance, end speeds, an [`IntervalLaw`] and a [`SpeedLaw`] become a profile.
 //! 3. [`SyncMove`]: the limits of several axes are scaled onto the master; each axis keeps its signed step count.
 //!    Moves that follow each other without a stop are planned by a [`chain`], as parts of such moves.
-//! 4. [`Segments`]: an axis's step instants as short runs ([`Segment`]) that are replayed by additions alone.
+//! 4. [`Segments`]: an axis's step instants as short runs ([`Segment`]) that are replayed by additions alone. [`Course`] and
+//!    [`Lane`] are the same for several axes, with what they have in common reckoned once.
 //!
 //! This crate knows no clock, no pin and no executor; it allocates nothing and cannot await. Distances are steps,
 //! times are seconds, speeds are steps/s, accelerations steps/s²; ticks appear only in segments, at the rate

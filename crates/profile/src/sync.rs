@@ -99,8 +99,8 @@ impl<const N: usize> SyncMove<N> {
         self.origin_s + self.profile.time_at(steps)
     }
 
-    /// The steps of the axis with index `axis` as segments, in ticks of which a second has `tick_hz` (above 0). This
-    /// is the last work with floats; each segment comes in whole numbers.
+    /// The steps of the axis with index `axis` as segments, in ticks of which a second has `tick_hz` (above 0). Most of the work
+    /// with floats is done here; some is left for each phase, and for each span of a curved ramp.
     #[must_use]
     pub fn segments(&self, axis: usize, tick_hz: u32) -> Segments {
         let mut course = Course::empty();

@@ -2,7 +2,7 @@
 //!
 //! # The most that the rule lets it jump
 //! A corner is taken at v² = a δ s/(1 - s), where δ is `$11`, s the sine of half the angle between the way back and the way
-//! on, and a the acceleration that the axes have across the corner (`corner_after` of the profile's chain). With Δ, the
+//! on, and a the acceleration that the axes have across the corner (`chain::corner` of the profile). With Δ, the
 //! difference of both directions, of length D = 2 √(1 - s²), axis i jumps by v |Δᵢ|, and a is at most Aᵢ D/|Δᵢ| for the
 //! acceleration Aᵢ that it has. So
 //!

@@ -81,7 +81,7 @@ mod tests {
         for case in &FLOW_CASES {
             let mut counted = Counted([0; Stage::ALL.len()]);
             rp2040_bench::flow(case, &mut counted);
-            let ([read, push, tell, compile], moves) = (counted.0, rp2040_bench::timed_moves());
+            let ([read, push, tell, compile], moves) = (counted.0, rp2040_bench::TIMED_MOVES);
             assert_eq!((read, push, tell), (moves, moves, compile), "{}", case.name);
             assert!((moves..moves * 5 / 4).contains(&tell), "{}: {tell} legs", case.name);
         }

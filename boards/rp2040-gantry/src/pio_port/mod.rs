@@ -59,9 +59,9 @@ const MARGIN_TICKS: u32 = 4;
 const BLOCK_SPAN_TICKS: u64 = TICK_HZ as u64 / 500;
 /// The odometer is at most this old.
 const REPORT_EVERY: Duration = Duration::from_millis(10);
-/// At shorter intervals all that is on its way has gone by then, even if it began at half that speed; and every block that is
-/// sent is an occasion to report.
-const QUICK_TICKS: u32 = (REPORT_EVERY.as_micros() * TICKS_PER_US) as u32 / (2 * IN_FLIGHT_MAX_WORDS);
+/// Where intervals are shorter, all that is on its way has gone by then, and every block that is sent is an occasion to
+/// report. Half of that, as a segment's intervals are looked at in the mean.
+const QUICK_TICKS: u64 = REPORT_EVERY.as_micros() * TICKS_PER_US / (2 * IN_FLIGHT_MAX_WORDS as u64);
 
 const _: () =
     assert!(AXES <= program::AXES_MAX, "a PIO block has four state machines: step the other axes by a TimerPort");
@@ -168,7 +168,9 @@ struct Underway<'a> {
     /// From the opening of the gate to the start of the run: DIR's set-up time.
     lead: Duration,
     has_started: bool,
-    /// Steps are written at intervals below [`QUICK_TICKS`]: there is no need of a timer for each block.
+    /// How many of the last words are steps of segments whose intervals are below [`QUICK_TICKS`], but for the segment under
+    /// way; and whether all that is on its way is of that kind, that segment included: it needs no timer for each block then.
+    quick_words: u32,
     is_quick: bool,
     /// Instant of the last step or rest written; at first, of the opening of the gate, modulo 2^64.
     last_ticks: u64,
@@ -198,6 +200,7 @@ impl<'a> Underway<'a> {
             period_min_ticks: capabilities.period_min_ticks(run.wiring),
             lead,
             has_started: false,
+            quick_words: 0,
             is_quick: false,
             last_ticks: 0_u64.wrapping_sub(lead.as_micros() * TICKS_PER_US),
             reported: 0,
@@ -265,7 +268,7 @@ impl<'a> Underway<'a> {
         if let Some(interval) = segment.interval_min_ticks() {
             self.check(interval)?;
         }
-        self.is_quick = wait < QUICK_TICKS;
+        self.note_pace(segment);
         self.await_room().await?;
         self.port.stream.room()[0].store(word, Ordering::Relaxed);
         self.wrote_steps(direction, 1);
@@ -281,6 +284,13 @@ impl<'a> Underway<'a> {
             self.port.stream.hand_over();
         }
         Ok(())
+    }
+
+    fn note_pace(&mut self, segment: &Segment) {
+        let lasts_ticks = segment.last_ticks().wrapping_sub(self.last_ticks);
+        let is_quick = lasts_ticks < QUICK_TICKS * u64::from(segment.steps());
+        self.is_quick = is_quick && self.quick_words >= IN_FLIGHT_MAX_WORDS;
+        self.quick_words = if is_quick { self.quick_words.saturating_add(segment.steps()) } else { 0 };
     }
 
     fn wrote_steps(&mut self, direction: Direction, words: usize) {
@@ -313,7 +323,7 @@ impl<'a> Underway<'a> {
     }
 
     async fn push_rest(&mut self, cycles: u32) -> Result<(), PortFault> {
-        self.is_quick = false;
+        (self.quick_words, self.is_quick) = (0, false);
         self.await_room().await?;
         self.port.stream.room()[0].store(self.words.rest(cycles), Ordering::Relaxed);
         self.port.stream.wrote(1);

@@ -69,8 +69,8 @@ struct Marks {
     bits: [u32; (MARKS / WORD_BITS) as usize],
     /// How many there have been.
     pushed: u32,
-    /// Whether the last is set, and how many before it are like it, itself included; [`MARKS`] if all are. While an axis
-    /// neither turns nor rests that says everything.
+    /// Whether the last is set, and how many in a row at the end are like it, the last included; [`MARKS`] at most. While an
+    /// axis neither turns nor rests that says everything.
     last: bool,
     alike: u32,
 }

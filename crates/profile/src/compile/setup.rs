@@ -1,4 +1,4 @@
-//! What a phase needs to know, out of the plan's floats, once a move.
+//! What a phase needs to know, out of the plan's floats, once a phase; what the axes have in common, once a leg.
 
 use super::course::Frame;
 use super::gentle::Gentle;
