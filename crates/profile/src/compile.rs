@@ -32,12 +32,12 @@
 //! `cargo test -p isostep-profile --test segments` holds 10,000 random moves to it, and 2,000 extreme ones.
 //!
 //! # Cost
-//! On a Cortex-M0+ 1,700 cycles a segment of a ramp, most of them for its two roots, 2,200 for a ramp's first, and 8.5
-//! a step to fill a buffer (`cargo xtask bench`, emulated). From rest to 1,000,000 steps/s at 10,000,000 steps/s²,
-//! three axes are compiled in less than half the time they move, at the worst place.
+//! On a Cortex-M0+ 1,540 cycles a segment of a ramp, most of them for its two roots, and 8.5 a step to fill a buffer
+//! (`cargo xtask bench`, emulated). From rest to 1,000,000 steps/s at 10,000,000 steps/s², three axes are compiled in less
+//! than half the time they move, at the worst place.
 //!
-//! Where the acceleration changes it is 7,400 to 33,000 cycles a segment, by the law, with the floats of the RP2040's ROM: the floats of a span, shared by its
-//! segments, of which there are few near standstill.
+//! By the curved laws a segment costs 7,400 to 33,000 cycles on average, in floats of the RP2040's ROM. Most of that is for
+//! spans: each is reckoned once for all axes and all its segments, but near standstill a span has few.
 
 mod course;
 mod curve;
