@@ -41,6 +41,7 @@ fn packages_depend_on_nothing_but_these() {
         (
             "isostep-motion",
             &[
+                "critical-section",
                 "defmt",
                 "embassy-futures",
                 "embassy-sync",
