@@ -48,6 +48,9 @@ use crate::start_line::StartLine;
 pub const LATE_MAX: Duration = Duration::from_micros(208);
 /// The odometer is at most this old.
 const REPORT_EVERY: Duration = Duration::from_millis(10);
+/// Each axis looks by so much more often than the one before it. Else all of their timers would expire at once, again and
+/// again, and a step that is due just then would have to wait until all are woken.
+const STAGGER: Duration = Duration::from_micros(300);
 
 /// One axis of a [`TimerBank`].
 pub struct TimerPort<'a> {
@@ -56,6 +59,7 @@ pub struct TimerPort<'a> {
     gate: &'a Flag,
     capabilities: Capabilities,
     brake: Brake,
+    report_every: Duration,
 }
 
 impl<const N: usize> TimerBank<N> {
@@ -65,7 +69,11 @@ impl<const N: usize> TimerBank<N> {
         // A reading of the clock may be almost a tick old. DIR changes with the end of the pulse.
         let capabilities = Capabilities { tick_hz: TICK_HZ, timing, margin_ticks: 1, turn_ticks: 0 };
         let (bell, gate) = (&self.bell, &self.gate);
-        array::from_fn(|axis| TimerPort { desk: &self.desks[axis], bell, gate, capabilities, brake: brakes[axis] })
+        let mut report_every = REPORT_EVERY;
+        array::from_fn(|axis| {
+            report_every -= STAGGER;
+            TimerPort { desk: &self.desks[axis], bell, gate, capabilities, brake: brakes[axis], report_every }
+        })
     }
 }
 
@@ -152,6 +160,7 @@ impl TimerPort<'_> {
 struct Underway<'a> {
     desk: &'a Desk,
     odometer: &'a Odometer,
+    report_every: Duration,
     /// Steps that the odometer knows of, those back less.
     counted: Cell<i32>,
 }
@@ -160,12 +169,12 @@ impl<'a> Underway<'a> {
     fn new(port: &TimerPort<'a>, run: &Run, odometer: &'a Odometer) -> Self {
         port.desk.ask(port.order(run));
         port.bell.ring();
-        Self { desk: port.desk, odometer, counted: Cell::new(0) }
+        Self { desk: port.desk, odometer, report_every: port.report_every, counted: Cell::new(0) }
     }
 
     async fn report(&self) -> Infallible {
         loop {
-            Timer::after(REPORT_EVERY).await;
+            Timer::after(self.report_every).await;
             self.count();
         }
     }
