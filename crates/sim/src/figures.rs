@@ -87,7 +87,8 @@ impl Figures {
     /// The figures of `outcome`, the run of the program called `program`.
     pub fn new(program: &str, outcome: &Outcome) -> Self {
         let checks = verify::moves(outcome);
-        let lines = lines_of_moves::of_moves(outcome);
+        let sources = lines_of_moves::of_moves(outcome);
+        let lines: Vec<_> = sources.iter().map(|source| source.map(|source| source.line)).collect();
         Self {
             program: program.to_owned(),
             replay: outcome.config.replay(program),

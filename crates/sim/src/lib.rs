@@ -41,7 +41,7 @@ pub mod executor;
 mod figures;
 pub mod flash;
 pub mod kinematics;
-mod lines_of_moves;
+pub mod lines_of_moves;
 pub mod link;
 pub mod measure;
 pub mod mechanics;

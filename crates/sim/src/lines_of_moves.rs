@@ -1,24 +1,43 @@
-//! Which line of the program each move is of. No move says so: the lines are read again, and moves are told by where they
-//! end.
+//! Which line of the program each move is of, and what the line asks for. No move says so: the lines are read again, and
+//! moves are told by where they end.
 
-use std::ops::Range;
-
-use isostep_console::{Command, Interpreter, LineAssembler, State};
+use isostep_console::{Command, Interpreter, LineAssembler, Move, Rate, State};
 use isostep_motion::{AXES, whole_steps};
 
 use crate::outcome::Outcome;
 use crate::stream::Speaker;
 
-/// Of each of [`Outcome::moves`] the line, from 1. `None` for homing, and where moves end elsewhere than their lines say:
-/// after a program that changes `$100`, or in which a jog was cancelled.
-pub fn of_moves(outcome: &Outcome) -> Vec<Option<usize>> {
-    let mut reader =
-        Reader { outcome, interpreter: Interpreter::new(), next: 0, lines: vec![None; outcome.moves.len()] };
+/// Lines of which no move is found, before the search is given up: each search looks at all moves that are left.
+const MISSES_MAX: usize = 100;
+
+/// Where a move comes from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Source {
+    /// Its line of the program, from 1.
+    pub line: usize,
+    /// The speed that the line asks for.
+    pub rate: Rate,
+    /// Whether the line asks for a stop at its end.
+    pub exact_stop: bool,
+    /// Whether it is a chord of an arc that goes on behind it: its end is no corner of the program.
+    pub in_arc: bool,
+}
+
+/// Of each of [`Outcome::moves`] its source. `None` for homing, and where moves end elsewhere than their lines say: after a
+/// program that changes `$100`, or in which a jog was cancelled.
+pub fn of_moves(outcome: &Outcome) -> Vec<Option<Source>> {
+    let mut reader = Reader {
+        outcome,
+        interpreter: Interpreter::new(),
+        next: 0,
+        misses: 0,
+        sources: vec![None; outcome.moves.len()],
+    };
     let sent = outcome.transcript.iter().filter(|said| said.speaker == Speaker::Sender);
     for (number, said) in (1..).zip(sent) {
         reader.read(number, &said.text);
     }
-    reader.lines
+    reader.sources
 }
 
 struct Reader<'a> {
@@ -26,7 +45,8 @@ struct Reader<'a> {
     interpreter: Interpreter,
     /// The first move whose line has not been read.
     next: usize,
-    lines: Vec<Option<usize>>,
+    misses: usize,
+    sources: Vec<Option<Source>>,
 }
 
 impl Reader<'_> {
@@ -38,14 +58,15 @@ impl Reader<'_> {
         let Some(Ok(line)) = assembler.push(b'\n') else { return };
         match self.interpreter.interpret(line, State::Idle, &self.outcome.config.settings) {
             Ok(Command::Block(block)) => {
-                let via = block.via_mm.map(|target_mm| (target_mm, false));
-                let motion = block.motion.map(|motion| (motion.target_mm, motion.arc.is_some()));
-                for (target_mm, is_arc) in via.into_iter().chain(motion) {
-                    self.take(number, target_mm, is_arc);
+                let exact_stop = block.motion.is_some_and(|motion| motion.exact_stop);
+                let via = block.via_mm.map(|target_mm| Move { target_mm, rate: Rate::Rapid, arc: None, exact_stop });
+                for motion in via.into_iter().chain(block.motion) {
+                    self.take(number, motion);
                 }
             }
             Ok(Command::Jog(jog)) => {
-                self.take(number, jog.target_mm, false);
+                let rate = Rate::Feed { mm_min: jog.mm_min };
+                self.take(number, Move { target_mm: jog.target_mm, rate, arc: None, exact_stop: false });
                 self.interpreter.set_position_mm(jog.target_mm);
             }
             Ok(Command::Home { .. }) => self.home(),
@@ -54,21 +75,25 @@ impl Reader<'_> {
     }
 
     /// The moves up to the first that ends there are of this line: one, or the chords of an arc.
-    fn take(&mut self, number: usize, target_mm: [f32; AXES], is_arc: bool) {
+    fn take(&mut self, line: usize, motion: Move) {
+        let Move { target_mm, rate, arc, exact_stop } = motion;
         let steps_per_mm = self.outcome.steps_per_mm;
         let target_steps: [i32; AXES] =
             std::array::from_fn(|axis| whole_steps(target_mm[axis].into(), steps_per_mm[axis]));
         let left = &self.outcome.moves[self.next..];
         // A straight way to where it stands is no move.
         let is_there = left.first().is_none_or(|record| record.origin_steps == target_steps);
-        if is_there && !is_arc {
+        if (is_there && arc.is_none()) || self.misses > MISSES_MAX {
             return;
         }
-        if let Some(others) = left.iter().position(|record| record.end_steps == target_steps) {
-            let own: Range<usize> = self.next..self.next + others + 1;
-            self.next = own.end;
-            self.lines[own].fill(Some(number));
-        }
+        let Some(others) = left.iter().position(|record| record.end_steps == target_steps) else {
+            self.misses += 1;
+            return;
+        };
+        let last = self.next + others;
+        self.sources[self.next..last].fill(Some(Source { line, rate, exact_stop: false, in_arc: true }));
+        self.sources[last] = Some(Source { line, rate, exact_stop, in_arc: false });
+        self.next = last + 1;
     }
 
     /// What follows begins where homing has left the machine.
@@ -88,13 +113,32 @@ mod tests {
     use super::*;
     use crate::{Config, run};
 
-    fn lines(program: &str) -> Vec<Option<usize>> {
+    fn sources(program: &str) -> Vec<Option<Source>> {
         of_moves(&run(program.as_bytes(), &Config::default()).unwrap())
+    }
+
+    fn lines(program: &str) -> Vec<Option<usize>> {
+        sources(program).into_iter().map(|source| source.map(|source| source.line)).collect()
     }
 
     #[test]
     fn lines_that_move_nothing_are_passed_over() {
         assert_eq!(lines("G21\n; a comment\nG91 G1 X1 F600\nX0\n\nM5\nX-1 Y2\nG4 P0.1\nY-2\n"), [3, 7, 9].map(Some));
+    }
+
+    #[test]
+    fn a_move_asks_for_what_its_line_asks_for() {
+        let found = sources("G0 X1\nG61.1 G1 X2 F600\nG61 G3 X3 I0.5\n");
+        let asked = |source: &Option<Source>| source.map(|source| (source.rate, source.exact_stop, source.in_arc));
+        let feed = Rate::Feed { mm_min: 600.0 };
+        let (first, chords) = found.split_at(2);
+        assert_eq!(
+            first.iter().map(asked).collect::<Vec<_>>(),
+            [Some((Rate::Rapid, false, false)), Some((feed, true, false))]
+        );
+        let (last, others) = chords.split_last().unwrap();
+        assert_eq!(asked(last), Some((feed, false, false)));
+        assert!(others.len() > 5 && others.iter().all(|chord| asked(chord) == Some((feed, false, true))), "{others:?}");
     }
 
     #[test]
