@@ -106,6 +106,8 @@ pub struct Config {
     pub baud: Option<u32>,
     /// Keep every edge, every change of a wire and every event. A machine that runs for hours had better only count.
     pub keep_record: bool,
+    /// Of what is kept, keep every change of a wire: most of the record of a long program.
+    pub keep_waves: bool,
     /// No edge is made, and nothing moves: the ports only take the time that the steps of each segment take. Of use for how
     /// long a program takes; what is checked edge by edge is not checked. For [`Port::Pio`] alone.
     pub only_time: bool,
@@ -128,6 +130,7 @@ impl Default for Config {
             time_limit: Duration::from_secs(24 * 3600),
             baud: None,
             keep_record: true,
+            keep_waves: true,
             only_time: false,
         }
     }

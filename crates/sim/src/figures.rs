@@ -10,8 +10,8 @@ use crate::lines_of_moves;
 use crate::measure::{Intervals, Measured};
 use crate::outcome::Outcome;
 use crate::record::Loss;
-use crate::stream::Refusal;
-use crate::verify::{self, MoveCheck, Verdict};
+use crate::stream::{Pause, Refusal};
+use crate::verify::{self, Findings, MoveCheck, Verdict};
 
 /// One move of the program.
 #[derive(Clone, Debug, Serialize)]
@@ -42,6 +42,23 @@ pub struct MoveFigures {
     pub exact: bool,
 }
 
+/// Which of a program's moves are listed one by one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Listed {
+    /// All of them.
+    All,
+    /// All of a short program. Of a long one the first 1,000, the 500 that last longest and the 500 whose steps are farthest
+    /// from their instants, so that a file of figures stays below 5 MB.
+    Some,
+}
+
+/// Of so many moves all are listed.
+const MOVES_MAX: usize = 2_000;
+const FIRST_MOVES: usize = 1_000;
+const MOST_MOVES: usize = 500;
+/// Of steps lost and of edges that a driver may misread no more are listed, since many are alike.
+const TROUBLES_MAX: usize = 1_000;
+
 /// A run in figures.
 #[derive(Clone, Debug, Serialize)]
 pub struct Figures {
@@ -67,26 +84,39 @@ pub struct Figures {
     pub position_mm: [f64; AXES],
     /// Where each carriage really is, mm from where its limit switch closes.
     pub carriage_mm: [f64; AXES],
-    /// The moves of the program.
+    /// How many moves the program has.
+    pub moves_total: usize,
+    /// Its moves, those that are [`Listed`].
     pub moves: Vec<MoveFigures>,
     /// How fast each axis was, within moves and at corners.
     pub axes: [AxisFigures; AXES],
     /// Every promise, and whether it was kept.
     pub verdicts: Vec<Verdict>,
-    /// Every edge that a driver may misread.
+    /// How many edges a driver may misread.
+    pub violations_total: usize,
+    /// They, up to 1,000.
     pub violations: Vec<Violation>,
-    /// Every step that no carriage made.
+    /// How often steps were lost.
+    pub losses_total: usize,
+    /// Steps that no carriage made, up to 1,000 times.
     pub losses: Vec<Loss>,
     /// The lines that the controller refused.
     pub refusals: Vec<Refusal>,
+    /// The lines that waited for a person, and were resumed at once.
+    pub pauses: Vec<Pause>,
     /// The number after `ALARM:`.
     pub alarm: Option<u8>,
 }
 
 impl Figures {
-    /// The figures of `outcome`, the run of the program called `program`.
+    /// The figures of `outcome`, the run of the program called `program`, with [`Listed::Some`] of its moves.
     pub fn new(program: &str, outcome: &Outcome) -> Self {
-        let checks = verify::moves(outcome);
+        Self::listing(program, outcome, Listed::Some)
+    }
+
+    /// The same with the moves that are `listed`.
+    pub fn listing(program: &str, outcome: &Outcome, listed: Listed) -> Self {
+        let (findings, moves) = look_at(outcome, listed);
         let sources = lines_of_moves::of_moves(outcome);
         let lines: Vec<_> = sources.iter().map(|source| source.map(|source| source.line)).collect();
         Self {
@@ -101,16 +131,19 @@ impl Figures {
             position_steps: outcome.position_steps,
             position_mm: outcome.position_mm,
             carriage_mm: outcome.mm(outcome.places_steps),
-            verdicts: verify::verdicts(outcome, &checks),
+            verdicts: verify::verdicts(outcome, &findings),
             axes: kinematics::axes(outcome, &lines),
-            moves: checks
+            moves_total: findings.moves(),
+            moves: moves
                 .into_iter()
-                .enumerate()
-                .map(|(index, check)| move_figures(index + 1, lines[check.index], outcome, check))
+                .map(|(number, index)| move_figures(number, lines[index], outcome, verify::check(outcome, index)))
                 .collect(),
-            violations: outcome.violations.clone(),
-            losses: outcome.losses.clone(),
+            violations_total: outcome.violations.len(),
+            violations: outcome.violations.iter().take(TROUBLES_MAX).copied().collect(),
+            losses_total: outcome.losses.len(),
+            losses: outcome.losses.iter().take(TROUBLES_MAX).copied().collect(),
             refusals: outcome.refusals.clone(),
+            pauses: outcome.pauses.clone(),
             alarm: outcome.alarm_code,
         }
     }
@@ -119,6 +152,28 @@ impl Figures {
     pub fn broken(&self) -> impl Iterator<Item = &Verdict> {
         self.verdicts.iter().filter(|verdict| !verdict.kept)
     }
+}
+
+/// Checks every move; and the moves that are listed, each as its number from 1 and its index in [`Outcome::moves`].
+fn look_at(outcome: &Outcome, listed: Listed) -> (Findings, Vec<(usize, usize)>) {
+    let mut findings = Findings::default();
+    // Duration and error of each move, which has a number and an index.
+    let mut moves: Vec<(f64, f64, (usize, usize))> = Vec::new();
+    for (number, check) in (1..).zip(verify::moves(outcome)) {
+        findings.add(&check);
+        moves.push((outcome.moves[check.index].duration_s(), check.error_max_ns(), (number, check.index)));
+    }
+    if listed == Listed::All || moves.len() <= MOVES_MAX {
+        return (findings, moves.into_iter().map(|(.., place)| place).collect());
+    }
+    let mut picked: Vec<_> = moves.iter().take(FIRST_MOVES).map(|&(.., place)| place).collect();
+    moves.sort_by(|one, other| other.0.total_cmp(&one.0));
+    picked.extend(moves.iter().take(MOST_MOVES).map(|&(.., place)| place));
+    moves.sort_by(|one, other| other.1.total_cmp(&one.1));
+    picked.extend(moves.iter().take(MOST_MOVES).map(|&(.., place)| place));
+    picked.sort_unstable();
+    picked.dedup();
+    (findings, picked)
 }
 
 fn move_figures(number: usize, line: Option<usize>, outcome: &Outcome, check: MoveCheck) -> MoveFigures {

@@ -5,7 +5,6 @@ use isostep_console::{Command, Interpreter, LineAssembler, Move, Rate, State};
 use isostep_motion::{AXES, whole_steps};
 
 use crate::outcome::Outcome;
-use crate::stream::Speaker;
 
 /// Lines of which no move is found, before the search is given up: each search looks at all moves that are left.
 const MISSES_MAX: usize = 100;
@@ -33,9 +32,8 @@ pub fn of_moves(outcome: &Outcome) -> Vec<Option<Source>> {
         misses: 0,
         sources: vec![None; outcome.moves.len()],
     };
-    let sent = outcome.transcript.iter().filter(|said| said.speaker == Speaker::Sender);
-    for (number, said) in (1..).zip(sent) {
-        reader.read(number, &said.text);
+    for (number, line) in (1..).zip(outcome.program.iter().take(outcome.lines_sent)) {
+        reader.read(number, line);
     }
     reader.sources
 }
@@ -50,9 +48,9 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    fn read(&mut self, number: usize, text: &str) {
+    fn read(&mut self, number: usize, text: &[u8]) {
         let mut assembler = LineAssembler::new();
-        for byte in text.bytes() {
+        for &byte in text {
             let _ = assembler.push(byte);
         }
         let Some(Ok(line)) = assembler.push(b'\n') else { return };

@@ -1,117 +1,14 @@
 //! What a run left behind.
 
-use std::ops::Range;
-
-use isostep_motion::{AXES, Event, Finish, Machine, State};
-use isostep_profile::{IntervalLaw, Limits, Profile, SpeedLaw, SyncMove};
+use isostep_motion::{AXES, Event, Machine, State};
+use isostep_profile::{Limits, SpeedLaw};
 
 use crate::config::Config;
 use crate::driver::Violation;
-use crate::record::{Edge, Loss, Wave};
-use crate::stream::{Dialogue, Refusal, Speaker, Utterance};
+pub use crate::moves::MoveRecord;
+use crate::record::{Edge, Loss, Record, Wave};
+use crate::stream::{Dialogue, Pause, Program, Refusal, Said};
 use crate::world::World;
-
-/// Instants nearer than that are the same.
-const SAME_S: f64 = 1e-9;
-/// Steps of a move that are looked at.
-const PROBES: u32 = 64;
-
-/// One move, as planned and as ended.
-#[derive(Clone, Debug, PartialEq)]
-pub struct MoveRecord {
-    /// The instant the plan counts from: the start of its run, ns since power-up.
-    pub start_ns: u64,
-    /// When it ended.
-    pub end_ns: u64,
-    /// The number of its run, from 0: moves that follow each other without a pause.
-    pub run: usize,
-    /// The plan.
-    pub plan: SyncMove<AXES>,
-    /// The parts by which it went on otherwise, in the order in which that was decided.
-    pub parts: Vec<SyncMove<AXES>>,
-    /// Where it began, steps.
-    pub origin_steps: [i32; AXES],
-    /// Where it ended, steps.
-    pub end_steps: [i32; AXES],
-    /// How it ended.
-    pub finish: Finish,
-    /// If it was held, where on its path, steps of the longest axis.
-    pub held_at_steps: f64,
-    /// When its plan ended, s from the start of its run.
-    pub plan_s: f64,
-    /// Whether it was a part of homing.
-    pub homing: bool,
-    /// Its edges, up to the beginning of the next move: a range of [`Outcome::edges`].
-    pub edges: Range<usize>,
-}
-
-impl MoveRecord {
-    /// The numbers of the steps that the axis with index `axis` should have made.
-    pub fn step_numbers(&self, axis: usize) -> Range<u32> {
-        let last = match self.finish {
-            Finish::Held => self.plan.steps_before(axis, self.held_at_steps),
-            // Its first plan may be to somewhere before its end.
-            _ => self.plan.steps[axis].unsigned_abs(),
-        };
-        self.plan.step_numbers(axis).start..last + 1
-    }
-
-    /// The steps that every axis should have made, signed by direction.
-    pub fn planned_steps(&self) -> [i32; AXES] {
-        std::array::from_fn(|axis| self.plan.steps[axis].signum() * self.step_numbers(axis).len() as i32)
-    }
-
-    /// When the step `k` of the axis with index `axis` was due, s from the start: the closed form.
-    pub fn step_time_s(&self, axis: usize, k: u32) -> f64 {
-        // What was decided later holds.
-        let part = self.parts.iter().rev().find(|part| part.step_numbers(axis).contains(&k));
-        part.unwrap_or(&self.plan).step_time_s(axis, k)
-    }
-
-    /// How long after the end of its plan the `next` move began, ns: less than nothing if it was cut short.
-    pub fn pause_ns(&self, next: &Self) -> f64 {
-        // The difference of the instants first, which may be large.
-        (next.start_ns - self.start_ns) as f64 + (next.plan.begin_s() - self.plan_s) * 1e9
-    }
-
-    /// When its plan begins, ns since power-up, to the nearest.
-    pub fn begin_ns(&self) -> u64 {
-        self.start_ns + (self.plan.begin_s() * 1e9).round() as u64
-    }
-
-    /// The one profile by which the whole move was made, if it was: as it was planned at first, or with its braking put off
-    /// or left out, because what follows came to be known only later.
-    pub fn profile(&self) -> Option<Profile> {
-        let is_whole = (0..AXES).all(|axis| self.plan.step_numbers(axis).start == 1);
-        if self.finish != Finish::Done || !is_whole {
-            return None;
-        }
-        let first = self.plan.profile;
-        let Some(last) = self.parts.last() else { return Some(first) };
-        // In the middle of a ramp over time the acceleration is highest.
-        let accel_steps_s2 = first.accel_at(first.t_accel_s() / 2.0);
-        let decel_steps_s2 = -last.profile.accel_at(last.profile.duration_s() - last.profile.t_decel_s() / 2.0);
-        let jerk_steps_s3 = first.jerk_at(0.0);
-        let limits = Limits {
-            start_speed_steps_s: 0.0,
-            top_speed_steps_s: first.cruise_speed_steps_s(),
-            accel_steps_s2,
-            decel_steps_s2: if decel_steps_s2 > 0.0 { decel_steps_s2 } else { accel_steps_s2 },
-            jerk_steps_s3: if jerk_steps_s3 > 0.0 { jerk_steps_s3 } else { f64::INFINITY },
-        };
-        let (entry, exit) = (first.entry_speed_steps_s(), last.profile.exit_speed_steps_s());
-        let longest = (0..AXES).max_by_key(|&axis| self.plan.steps[axis].unsigned_abs())?;
-        let steps = self.plan.steps[longest].unsigned_abs();
-        let is_it = |whole: &Profile| {
-            (1..=steps).step_by((steps / PROBES).max(1) as usize).all(|k| {
-                let made_s = self.step_time_s(longest, k) - self.plan.begin_s();
-                (whole.time_at(f64::from(k) - 0.5) - made_s).abs() < SAME_S
-            })
-        };
-        let by = |law| Profile::plan(self.plan.way_steps(), entry, exit, &limits, IntervalLaw::Fastest, law).ok();
-        SpeedLaw::ALL.into_iter().filter_map(by).find(is_it)
-    }
-}
 
 /// What a run left behind: all that was seen, and where everything stands.
 #[derive(Clone, Debug)]
@@ -126,12 +23,18 @@ pub struct Outcome {
     pub limits_high_at_start: [bool; AXES],
     /// Every move that ended, in order.
     pub moves: Vec<MoveRecord>,
-    /// Every event, with its instant in ns since power-up.
+    /// Every event but those that tell of moves, with its instant in ns since power-up.
     pub events: Vec<(u64, Event)>,
-    /// The dialogue with the sender.
-    pub transcript: Vec<Utterance>,
+    /// The lines of the program.
+    pub program: Program,
+    /// How many of them were sent.
+    pub lines_sent: usize,
+    /// All that the controller said to the sender but `ok` and `error:N`.
+    pub said: Vec<Said>,
     /// The lines that the controller refused.
     pub refusals: Vec<Refusal>,
+    /// The lines that waited for a person, and were resumed.
+    pub pauses: Vec<Pause>,
     /// The number after `ALARM:`, if the console said so.
     pub alarm_code: Option<u8>,
     /// Whether sending stopped before the program's end.
@@ -169,21 +72,34 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    pub(crate) fn new(config: &Config, world: &World, machine: &Machine, dialogue: Dialogue, duration_ns: u64) -> Self {
-        let mut record = world.record().clone();
-        // A task's blocking delay runs ahead of the tasks polled after it.
-        record.waves.sort_by_key(|wave| wave.t_ns);
-        record.edges.sort_by_key(|edge| edge.t_ns);
+    pub(crate) fn new(
+        config: &Config,
+        world: &World,
+        mut record: Record,
+        machine: &Machine,
+        (program, dialogue): (Program, Dialogue),
+        duration_ns: u64,
+    ) -> Self {
+        // A task's blocking delay runs ahead of the tasks polled after it. To sort what is in order would take memory.
+        if !record.waves.is_sorted_by_key(|wave| wave.t_ns) {
+            record.waves.sort_by_key(|wave| wave.t_ns);
+        }
+        if !record.edges.is_sorted_by_key(|edge| edge.t_ns) {
+            record.edges.sort_by_key(|edge| edge.t_ns);
+        }
         let machine_config = machine.config();
         let position_steps = machine.position_steps();
         Self {
             config: config.clone(),
-            moves: moves(&record.events, &record.edges),
+            moves: record.moves.with_edges(&record.edges),
             edges: record.edges,
             waves: record.waves,
             events: record.events,
-            transcript: dialogue.transcript,
+            program,
+            lines_sent: dialogue.sent,
+            said: dialogue.said,
             refusals: dialogue.refusals,
+            pauses: dialogue.pauses,
             alarm_code: dialogue.alarm,
             cut_short: dialogue.cut_short,
             limits_high_at_start: world.limits_high_at_start(),
@@ -207,110 +123,13 @@ impl Outcome {
         }
     }
 
-    /// How many lines of the program were sent.
-    pub fn lines_sent(&self) -> usize {
-        self.transcript.iter().filter(|line| line.speaker == Speaker::Sender).count()
-    }
-
     /// The words that the controller said in a `[MSG:...]`, in order.
     pub fn messages(&self) -> impl Iterator<Item = &str> {
-        let said = self.transcript.iter().filter(|line| line.speaker == Speaker::Controller);
-        said.filter_map(|line| line.text.strip_prefix("[MSG:")?.strip_suffix(']'))
+        self.said.iter().filter_map(|said| said.text.strip_prefix("[MSG:")?.strip_suffix(']'))
     }
 
     /// A place in steps as mm.
     pub fn mm(&self, steps: [i32; AXES]) -> [f64; AXES] {
         std::array::from_fn(|axis| f64::from(steps[axis]) / self.steps_per_mm[axis])
-    }
-}
-
-/// What is known of a run under way.
-struct OpenRun {
-    start_ns: u64,
-    number: usize,
-    /// Where the next move begins, steps.
-    place_steps: [i32; AXES],
-    /// The moves of it, from this one on.
-    first: usize,
-}
-
-/// Makes a record of each move, and finds its edges.
-fn moves(events: &[(u64, Event)], edges: &[Edge]) -> Vec<MoveRecord> {
-    let mut moves: Vec<MoveRecord> = Vec::new();
-    let (mut open, mut runs, mut homing) = (None, 0, false);
-    for &(t_ns, event) in events {
-        match (event, &mut open) {
-            (Event::State(state), _) => homing = state == State::Home,
-            (Event::Run { start, origin_steps }, _) => {
-                let (start_ns, first) = (crate::time::ns(start), moves.len());
-                open = Some(OpenRun { start_ns, number: runs, place_steps: origin_steps, first });
-                runs += 1;
-            }
-            (Event::Move { plan }, Some(run)) => moves.push(run.begin(plan, homing)),
-            (Event::Part { plan }, Some(_)) => {
-                if let Some(record) = moves.last_mut() {
-                    record.parts.push(plan);
-                    record.plan_s = plan.end_s();
-                }
-            }
-            (Event::RunEnd { finish, held_at_steps, plan_s, position_steps }, Some(run)) => {
-                let first = run.first;
-                let stopped_s =
-                    (finish != Finish::Done && finish != Finish::Held).then(|| (t_ns - run.start_ns) as f64 * 1e-9);
-                open = None;
-                if let Some(stopped_s) = stopped_s {
-                    // Moves that had been planned and did not begin.
-                    let begun = moves[first..].iter().filter(|record| record.plan.begin_s() <= stopped_s).count();
-                    moves.truncate(first + begun);
-                }
-                end(&mut moves[first..], finish, (held_at_steps, plan_s), position_steps, t_ns);
-            }
-            _ => {}
-        }
-    }
-    assign(edges, &mut moves);
-    moves
-}
-
-impl OpenRun {
-    fn begin(&mut self, plan: SyncMove<AXES>, homing: bool) -> MoveRecord {
-        let origin_steps = self.place_steps;
-        let before = |axis: usize| plan.steps[axis].signum() * (plan.step_numbers(axis).start - 1) as i32;
-        self.place_steps = std::array::from_fn(|axis| origin_steps[axis] + plan.steps[axis] - before(axis));
-        MoveRecord {
-            start_ns: self.start_ns,
-            end_ns: 0,
-            run: self.number,
-            plan,
-            parts: Vec::new(),
-            origin_steps,
-            end_steps: self.place_steps,
-            finish: Finish::Done,
-            held_at_steps: plan.way_steps(),
-            plan_s: plan.end_s(),
-            homing,
-            edges: 0..0,
-        }
-    }
-}
-
-/// The moves of a run have ended: all but the last where the next began.
-fn end(moves: &mut [MoveRecord], finish: Finish, (held_at_steps, plan_s): (f64, f64), place: [i32; AXES], t_ns: u64) {
-    for record in moves.iter_mut() {
-        record.end_ns = record.start_ns + (record.plan_s * 1e9).round() as u64;
-    }
-    if let Some(last) = moves.last_mut() {
-        (last.finish, last.held_at_steps, last.plan_s) = (finish, held_at_steps, plan_s);
-        (last.end_steps, last.end_ns) = (place, t_ns);
-    }
-}
-
-/// To each move, all edges from its beginning to that of the next: also one that should not have risen.
-fn assign(edges: &[Edge], moves: &mut [MoveRecord]) {
-    let mut last = edges.len();
-    for record in moves.iter_mut().rev() {
-        let first = edges.partition_point(|edge| edge.t_ns < record.begin_ns());
-        record.edges = first..last;
-        last = first;
     }
 }

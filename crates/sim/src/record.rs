@@ -5,6 +5,7 @@ use std::fmt;
 use isostep_motion::{Axis, Event};
 
 use crate::driver::Violation;
+use crate::moves::Moves;
 
 /// A wire between the controller and its world.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -102,8 +103,10 @@ pub struct Record {
     pub edges: Vec<Edge>,
     /// Every change of every wire.
     pub waves: Vec<Wave>,
-    /// Every event, with its instant in ns since power-up.
+    /// Every event but those that tell of moves and runs, with its instant in ns since power-up.
     pub events: Vec<(u64, Event)>,
+    /// What those tell.
+    pub moves: Moves,
     /// Every edge that a driver may misread.
     pub violations: Vec<Violation>,
     /// Every step that no carriage made.

@@ -19,9 +19,12 @@ use crate::pin::{Input, Output};
 use crate::plant::SwitchFault;
 use crate::port::AxisPort;
 use crate::program::{self, ProgramError};
-use crate::record::Wire;
-use crate::stream::{Dialogue, Sender};
+use crate::record::{Record, Wire};
+use crate::stream::{Dialogue, Program, Sender};
 use crate::world::{self, Shared, World};
+
+/// How often a run tells of its progress, in virtual time.
+const WATCHED_EVERY: Duration = Duration::from_secs(1);
 
 /// Why a run has no outcome.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -62,9 +65,30 @@ pub fn run(program: &[u8], config: &Config) -> Result<Outcome, SimError> {
 /// # Errors
 /// [`SimError`].
 pub fn run_with(program: &[u8], config: &Config, flash: Flash) -> Result<Outcome, SimError> {
-    let lines = program::lines(program)?;
+    run_watched(program::lines(program)?.into(), config, flash, &mut |_| {})
+}
+
+/// The same of a program's lines, and tells `watch` every second of virtual time how far it has come.
+///
+/// # Errors
+/// [`SimError`].
+pub fn run_watched(
+    program: Program,
+    config: &Config,
+    flash: Flash,
+    watch: &mut dyn FnMut(Progress),
+) -> Result<Outcome, SimError> {
     config.check()?;
-    Sim::with_flash(config, flash).stream(lines)
+    Sim::with_flash(config, flash).stream(program, watch)
+}
+
+/// How far a program has come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Progress {
+    /// Lines answered.
+    pub answered: usize,
+    /// Virtual time since power-up, ns.
+    pub t_ns: u64,
 }
 
 /// A simulated machine, to be run in steps: `send`, run, look at `replies`.
@@ -174,11 +198,7 @@ impl Sim {
     /// # Errors
     /// [`RunError::TimeLimit`] when that takes longer than the configuration allows; [`RunError::Livelock`].
     pub fn run_until_idle(&mut self) -> Result<(), RunError> {
-        let limit = self.now() + self.config.time_limit;
-        match self.executor.run_until_quiescent(limit)? {
-            Rest::Quiescent => Ok(()),
-            Rest::Horizon => Err(RunError::TimeLimit { limit, waiting: self.executor.waiting() }),
-        }
+        self.run_to_rest(&mut |_| {})
     }
 
     /// Runs until the machine is in a state for which `wanted` holds.
@@ -233,33 +253,56 @@ impl Sim {
 
     /// All that was seen so far.
     pub fn outcome(&self) -> Outcome {
-        self.outcome_of(Dialogue::default())
+        self.world.borrow_mut().settle();
+        let record = self.world.borrow().record().clone();
+        self.outcome_of(record, Default::default())
     }
 
-    /// Streams a program as [`run`] does, from the present state on.
+    /// Streams a program to its end, from the present state on. Where it waits for a person it is resumed at once.
     ///
     /// # Errors
     /// [`SimError::Run`] and [`SimError::Unanswered`].
-    pub fn stream(&mut self, lines: Vec<Vec<u8>>) -> Result<Outcome, SimError> {
+    fn stream(mut self, program: Program, watch: &mut dyn FnMut(Progress)) -> Result<Outcome, SimError> {
         let dialogue = Rc::new(RefCell::new(Dialogue::default()));
         let clock = self.executor.clock().clone();
         let pipes = (self.to_controller.clone(), self.from_controller.clone());
-        let sender = Sender::new(clock, self.config.clone(), pipes, lines.clone(), dialogue.clone());
+        let sender = Sender::new(clock, self.config.clone(), pipes, program.clone(), dialogue.clone());
         self.executor.spawn("sender", sender.run());
-        self.run_until_idle()?;
+        self.run_to_rest(&mut |t_ns| watch(Progress { answered: dialogue.borrow().answered, t_ns }))?;
+        while dialogue.borrow().waiting_line().is_some() && self.machine.state() == (State::Hold { still: true }) {
+            dialogue.borrow_mut().note_pause(&program, self.now_ns());
+            self.to_controller.push(b"~");
+            self.run_to_rest(&mut |t_ns| watch(Progress { answered: dialogue.borrow().answered, t_ns }))?;
+        }
         let dialogue = dialogue.take();
         if !dialogue.done && dialogue.alarm.is_none() {
-            let text = String::from_utf8_lossy(&lines[dialogue.answered]).into_owned();
+            let text = String::from_utf8_lossy(&program[dialogue.answered]).into_owned();
             let waiting = self.executor.waiting();
             return Err(SimError::Unanswered { line: dialogue.answered + 1, text, waiting });
         }
-        Ok(self.outcome_of(dialogue))
+        self.world.borrow_mut().settle();
+        let record = self.world.borrow_mut().take_record();
+        Ok(self.outcome_of(record, (program, dialogue)))
     }
 
-    fn outcome_of(&self, dialogue: Dialogue) -> Outcome {
-        let mut world = self.world.borrow_mut();
-        world.settle();
-        Outcome::new(&self.config, &world, self.machine, dialogue, self.executor.clock().now_ns())
+    /// As [`run_until_idle`](Self::run_until_idle), and tells `watch` the instant every second of it.
+    fn run_to_rest(&mut self, watch: &mut dyn FnMut(u64)) -> Result<(), RunError> {
+        let limit = self.now() + self.config.time_limit;
+        loop {
+            let next = limit.min(self.now() + WATCHED_EVERY);
+            match self.executor.run_until_quiescent(next)? {
+                Rest::Quiescent => return Ok(()),
+                Rest::Horizon if next == limit => {
+                    return Err(RunError::TimeLimit { limit, waiting: self.executor.waiting() });
+                }
+                Rest::Horizon => watch(self.now_ns()),
+            }
+        }
+    }
+
+    fn outcome_of(&self, record: Record, dialogue: (Program, Dialogue)) -> Outcome {
+        let world = self.world.borrow();
+        Outcome::new(&self.config, &world, record, self.machine, dialogue, self.executor.clock().now_ns())
     }
 }
 

@@ -3,6 +3,7 @@
 use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::rc::Rc;
+use std::sync::Arc;
 
 use embassy_futures::select::{Either, select};
 use embassy_time::Timer;
@@ -12,23 +13,16 @@ use crate::config::{Config, Streaming};
 use crate::link::{Lines, Pipe};
 use crate::time::Clock;
 
-/// Who said a line.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Speaker {
-    /// The sender.
-    Sender,
-    /// The controller.
-    Controller,
-}
+/// The lines of a program, without their line ends.
+pub type Program = Arc<[Vec<u8>]>;
 
-/// A line of the dialogue.
+/// What the controller said beside the answers to lines.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
-pub struct Utterance {
+pub struct Said {
     /// When it was complete, ns since power-up.
     pub t_ns: u64,
-    /// Who said it.
-    pub speaker: Speaker,
+    /// The first line of the program that had not been answered by then, from 1.
+    pub line: usize,
     /// Without its line end.
     pub text: String,
 }
@@ -42,23 +36,97 @@ pub struct Refusal {
     pub text: String,
     /// The number after `error:`.
     pub code: u8,
+    /// What the controller said about this line, if it said more than the number.
+    pub words: Option<String>,
+}
+
+/// A line at which the machine waited for a person: M0, or M6.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct Pause {
+    /// Which line of the program, from 1.
+    pub line: usize,
+    /// Its text.
+    pub text: String,
+    /// When it was resumed, ns since power-up.
+    pub t_ns: u64,
+    /// What the controller said about it, such as which tool it wants.
+    pub words: Option<String>,
 }
 
 /// What came of streaming a program.
 #[derive(Clone, Debug, Default)]
 pub struct Dialogue {
-    /// All that was said.
-    pub transcript: Vec<Utterance>,
+    /// All that the controller said but `ok` and `error:N`.
+    pub said: Vec<Said>,
     /// The lines that were refused.
     pub refusals: Vec<Refusal>,
+    /// The lines that waited for a person.
+    pub pauses: Vec<Pause>,
     /// The number after `ALARM:`, of the first.
     pub alarm: Option<u8>,
+    /// Lines sent.
+    pub sent: usize,
     /// Lines replied to.
     pub answered: usize,
     /// Whether sending stopped before the program's end.
     pub cut_short: bool,
     /// Whether the sender has nothing left to do.
     pub done: bool,
+    /// The words of messages about the line that is answered next.
+    about_line: Vec<String>,
+    /// The next message is about the alarm told before it.
+    about_alarm: bool,
+}
+
+impl Dialogue {
+    /// The line that waits for its answer, from 1, if one does.
+    pub fn waiting_line(&self) -> Option<usize> {
+        (self.answered < self.sent).then_some(self.answered + 1)
+    }
+
+    /// Takes note that the line that waits is waiting for a person.
+    pub fn note_pause(&mut self, program: &Program, t_ns: u64) {
+        let (line, text) = self.next_line(program);
+        let words = self.words();
+        self.pauses.push(Pause { line, text, t_ns, words });
+    }
+
+    fn must_stop(&self) -> bool {
+        self.alarm.is_some() || !self.refusals.is_empty()
+    }
+
+    /// The line that is answered next.
+    fn next_line(&self, program: &Program) -> (usize, String) {
+        let text = program.get(self.answered).map_or(String::new(), |line| String::from_utf8_lossy(line).into_owned());
+        (self.answered + 1, text)
+    }
+
+    /// What was said about the line that is answered next. A message comes before the answer that it belongs to.
+    fn words(&mut self) -> Option<String> {
+        let words = std::mem::take(&mut self.about_line);
+        (!words.is_empty()).then(|| words.join("; "))
+    }
+
+    fn answer(&mut self, program: &Program, refused: Option<u8>) {
+        let (line, text) = self.next_line(program);
+        let words = self.words();
+        if let Some(code) = refused {
+            self.refusals.push(Refusal { line, text, code, words });
+        }
+        self.answered += 1;
+    }
+
+    fn take_note(&mut self, t_ns: u64, text: String) {
+        if let Some(code) = number_after(&text, "ALARM:") {
+            self.alarm.get_or_insert(code);
+            self.about_alarm = true;
+        } else if let Some(words) = text.strip_prefix("[MSG:").and_then(|text| text.strip_suffix(']'))
+            && !std::mem::take(&mut self.about_alarm)
+        {
+            self.about_line.push(words.to_owned());
+        }
+        self.said.push(Said { t_ns, line: self.answered + 1, text });
+    }
 }
 
 /// Streams `lines` and returns when each was answered. After a refusal or an alarm no further line is sent.
@@ -68,10 +136,10 @@ pub struct Sender {
     tx: Pipe,
     rx: Pipe,
     partial: Lines,
-    program: Vec<Vec<u8>>,
-    sent: usize,
-    /// Length of each line not yet answered, and its end.
+    program: Program,
+    /// Length of each line not yet answered, and its end; and of all together.
     in_flight: VecDeque<usize>,
+    in_flight_bytes: usize,
     dialogue: Rc<RefCell<Dialogue>>,
 }
 
@@ -81,11 +149,11 @@ impl Sender {
         clock: Clock,
         config: Config,
         (tx, rx): (Pipe, Pipe),
-        program: Vec<Vec<u8>>,
+        program: Program,
         dialogue: Rc<RefCell<Dialogue>>,
     ) -> Self {
-        let partial = Lines::default();
-        Self { clock, config, tx, rx, partial, program, sent: 0, in_flight: VecDeque::new(), dialogue }
+        let (partial, in_flight) = (Lines::default(), VecDeque::new());
+        Self { clock, config, tx, rx, partial, program, in_flight, in_flight_bytes: 0, dialogue }
     }
 
     /// The task: sends the program and notes what is said, until all is answered or a line is refused.
@@ -101,33 +169,30 @@ impl Sender {
             self.listen_or_poll().await;
         }
         let mut dialogue = self.dialogue.borrow_mut();
-        dialogue.cut_short = self.sent < self.program.len();
+        dialogue.cut_short = dialogue.sent < self.program.len();
         dialogue.done = true;
     }
 
     /// Sends as much as the streaming mode allows.
     fn fill(&mut self) {
-        while let Some(line) = self.program.get(self.sent) {
-            let refused = {
-                let dialogue = self.dialogue.borrow();
-                dialogue.alarm.is_some() || !dialogue.refusals.is_empty()
-            };
+        let mut dialogue = self.dialogue.borrow_mut();
+        while let Some(line) = self.program.get(dialogue.sent) {
             let length = line.len() + 1;
             let room = match self.config.streaming {
                 Streaming::SendAndWait => self.in_flight.is_empty(),
                 // A line longer than the window goes alone.
                 Streaming::CharacterCounting { window_bytes } => {
-                    self.in_flight.is_empty() || self.in_flight.iter().sum::<usize>() + length <= window_bytes
+                    self.in_flight.is_empty() || self.in_flight_bytes + length <= window_bytes
                 }
             };
-            if refused || !room {
+            if dialogue.must_stop() || !room {
                 return;
             }
-            self.say(Speaker::Sender, String::from_utf8_lossy(line).into_owned());
             self.tx.push(line);
             self.tx.push(b"\n");
             self.in_flight.push_back(length);
-            self.sent += 1;
+            self.in_flight_bytes += length;
+            dialogue.sent += 1;
         }
     }
 
@@ -150,25 +215,14 @@ impl Sender {
     }
 
     fn hear(&mut self, text: String) {
-        if let Some(code) = number_after(&text, "ALARM:") {
-            self.dialogue.borrow_mut().alarm.get_or_insert(code);
-        }
+        let mut dialogue = self.dialogue.borrow_mut();
         let refused = number_after(&text, "error:");
-        if (text == "ok" || refused.is_some()) && self.in_flight.pop_front().is_some() {
-            let mut dialogue = self.dialogue.borrow_mut();
-            dialogue.answered += 1;
-            let line = dialogue.answered;
-            if let Some(code) = refused {
-                let text = String::from_utf8_lossy(&self.program[line - 1]).into_owned();
-                dialogue.refusals.push(Refusal { line, text, code });
-            }
+        if text != "ok" && refused.is_none() {
+            dialogue.take_note(self.clock.now_ns(), text);
+        } else if let Some(length) = self.in_flight.pop_front() {
+            self.in_flight_bytes -= length;
+            dialogue.answer(&self.program, refused);
         }
-        self.say(Speaker::Controller, text);
-    }
-
-    fn say(&self, speaker: Speaker, text: String) {
-        let t_ns = self.clock.now_ns();
-        self.dialogue.borrow_mut().transcript.push(Utterance { t_ns, speaker, text });
     }
 }
 
@@ -183,7 +237,7 @@ mod tests {
     use super::*;
     use crate::executor::Executor;
 
-    /// A console that answers every line after 1 ms: `bad` with error:20, `crash` with an alarm.
+    /// A console that answers every line after 1 ms, and repeats it: `bad` with error:20, `crash` with an alarm.
     async fn console(mut rx: Pipe, tx: Pipe, most_waiting: Rc<RefCell<usize>>) {
         let mut lines = Lines::default();
         let mut buffer = [0; 1024];
@@ -199,9 +253,10 @@ mod tests {
             }
             for line in waiting {
                 Timer::after_millis(1).await;
+                tx.push(format!("[MSG:{line}]\r\n").as_bytes());
                 tx.push(match line.as_str() {
                     "bad" => b"error:20\r\n",
-                    "crash" => b"ALARM:1\r\nok\r\n",
+                    "crash" => b"ALARM:1\r\n[MSG:what to check]\r\nok\r\n",
                     _ => b"ok\r\n",
                 });
             }
@@ -214,7 +269,7 @@ mod tests {
         let most = Rc::default();
         executor.spawn("console", console(there.clone(), back.clone(), Rc::clone(&most)));
         let config = Config { streaming, poll_every, ..Config::default() };
-        let program = program.iter().map(|line| line.as_bytes().to_vec()).collect();
+        let program: Program = program.iter().map(|line| line.as_bytes().to_vec()).collect();
         let dialogue = Rc::default();
         let sender = Sender::new(executor.clock().clone(), config, (there, back), program, Rc::clone(&dialogue));
         executor.spawn("sender", sender.run());
@@ -227,9 +282,9 @@ mod tests {
     fn send_and_wait_has_one_line_under_way() {
         let (dialogue, most) = talk(&["one", "three", "five"], Streaming::SendAndWait, None);
         assert!(dialogue.done && !dialogue.cut_short);
-        assert_eq!((dialogue.answered, most), (3, "three\n".len()));
-        let said: Vec<_> = dialogue.transcript.iter().map(|line| (line.t_ns / 1_000_000, line.text.as_str())).collect();
-        assert_eq!(said, [(0, "one"), (1, "ok"), (1, "three"), (2, "ok"), (2, "five"), (3, "ok")]);
+        assert_eq!((dialogue.sent, dialogue.answered, most), (3, 3, "three\n".len()));
+        let said = dialogue.said.iter().map(|said| (said.t_ns / 1_000_000, said.line, said.text.as_str()));
+        assert_eq!(said.collect::<Vec<_>>(), [(1, 1, "[MSG:one]"), (2, 2, "[MSG:three]"), (3, 3, "[MSG:five]")]);
     }
 
     #[test]
@@ -242,15 +297,26 @@ mod tests {
     fn sending_stops_at_a_refusal_or_an_alarm() {
         let (dialogue, _) = talk(&["good", "bad", "never"], Streaming::SendAndWait, None);
         assert!(dialogue.done && dialogue.cut_short);
-        assert_eq!(dialogue.refusals, [Refusal { line: 2, text: "bad".into(), code: 20 }]);
+        let words = Some("bad".to_owned());
+        assert_eq!(dialogue.refusals, [Refusal { line: 2, text: "bad".into(), code: 20, words }]);
         let (dialogue, _) = talk(&["crash", "never"], Streaming::SendAndWait, None);
         assert_eq!((dialogue.alarm, dialogue.cut_short), (Some(1), true));
+    }
+
+    #[test]
+    fn what_is_said_belongs_to_the_line_that_is_answered_next() {
+        let all = Streaming::CharacterCounting { window_bytes: 128 };
+        let (dialogue, _) = talk(&["good", "bad", "later", "bad"], all, None);
+        let refused: Vec<_> = dialogue.refusals.iter().map(|one| (one.line, one.words.as_deref())).collect();
+        assert_eq!(refused, [(2, Some("bad")), (4, Some("bad"))], "later is no remedy");
+        let (dialogue, _) = talk(&["crash", "bad"], all, None);
+        assert_eq!(dialogue.refusals[0].words.as_deref(), Some("bad"), "nor is what to check after the alarm");
     }
 
     #[test]
     fn polling_asks_while_it_waits() {
         let (dialogue, _) = talk(&["a"; 4], Streaming::SendAndWait, Some(Duration::from_micros(400)));
         assert_eq!(dialogue.answered, 4);
-        assert!(dialogue.transcript.iter().filter(|line| line.text == "<Idle>").count() >= 4);
+        assert!(dialogue.said.iter().filter(|said| said.text == "<Idle>").count() >= 4);
     }
 }

@@ -4,7 +4,8 @@ use isostep_motion::{AXES, Axis, Finish, State};
 
 use crate::config::Port;
 use crate::measure::{self, Intervals, Measured};
-use crate::outcome::{MoveRecord, Outcome};
+use crate::moves::MoveRecord;
+use crate::outcome::Outcome;
 use crate::record::Edge;
 
 /// What was found out about one move.
@@ -61,13 +62,15 @@ impl MoveCheck {
 }
 
 /// Checks every move of the program; those of homing end at a switch, so they are left out.
-pub fn moves(outcome: &Outcome) -> Vec<MoveCheck> {
+pub fn moves(outcome: &Outcome) -> impl Iterator<Item = MoveCheck> {
     let program = outcome.moves.iter().enumerate().filter(|(_, record)| !record.homing);
-    let port = outcome.config.port;
-    program.map(|(index, record)| check(index, record, &outcome.edges[record.edges.clone()], port)).collect()
+    program.map(|(index, _)| check(outcome, index))
 }
 
-fn check(index: usize, record: &MoveRecord, edges: &[Edge], port: Port) -> MoveCheck {
+/// Checks the move with this index in [`Outcome::moves`].
+pub fn check(outcome: &Outcome, index: usize) -> MoveCheck {
+    let (record, port) = (&outcome.moves[index], outcome.config.port);
+    let edges = &outcome.edges[record.edges.clone()];
     let times_s = axis_times_s(record, edges);
     let whole = record.profile();
     let profile = whole.unwrap_or(record.plan.profile);
@@ -151,14 +154,64 @@ pub struct Verdict {
     pub detail: String,
 }
 
+/// What was found out about many moves.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Findings {
+    moves: usize,
+    exact: usize,
+    error_max_ns: f64,
+    /// Moves of several axes, and how far from straight the worst was.
+    paths: usize,
+    path_deviation: f64,
+    bent: usize,
+    /// Moves whose intervals could be measured on several axes, and how far apart they were.
+    measured: usize,
+    apart_s: f64,
+    resolution_s: f64,
+    unequal: usize,
+}
+
+impl Findings {
+    /// How many moves were looked at.
+    pub fn moves(&self) -> usize {
+        self.moves
+    }
+
+    /// Adds those of a move.
+    pub fn add(&mut self, check: &MoveCheck) {
+        self.moves += 1;
+        self.exact += usize::from(check.exact);
+        self.error_max_ns = self.error_max_ns.max(check.error_max_ns());
+        if let Some(deviation) = check.path_deviation {
+            self.paths += 1;
+            self.path_deviation = self.path_deviation.max(deviation);
+            self.bent += usize::from(!check.is_straight());
+        }
+        if let (Some(apart_s), Some(resolution_s)) = (check.apart_s(), check.resolution_s()) {
+            self.measured += 1;
+            self.apart_s = self.apart_s.max(apart_s);
+            self.resolution_s = self.resolution_s.max(resolution_s);
+            self.unequal += usize::from(!check.is_equal());
+        }
+    }
+}
+
+impl FromIterator<MoveCheck> for Findings {
+    fn from_iter<I: IntoIterator<Item = MoveCheck>>(checks: I) -> Self {
+        let mut findings = Self::default();
+        checks.into_iter().for_each(|check| findings.add(&check));
+        findings
+    }
+}
+
 /// Every promise of a run.
-pub fn verdicts(outcome: &Outcome, checks: &[MoveCheck]) -> Vec<Verdict> {
+pub fn verdicts(outcome: &Outcome, findings: &Findings) -> Vec<Verdict> {
     vec![
         program(outcome),
-        counts(checks),
-        instants(checks, outcome.config.port),
-        straight(checks),
-        equal(checks),
+        counts(findings),
+        instants(findings, outcome.config.port),
+        straight(findings),
+        equal(findings),
         lasting(outcome),
         timing(outcome),
         losses(outcome),
@@ -171,49 +224,43 @@ fn program(outcome: &Outcome) -> Verdict {
     let detail = match (outcome.refusals.first(), outcome.state) {
         (Some(refusal), _) => format!("line {} refused with error:{}", refusal.line, refusal.code),
         (None, State::Alarm(alarm)) => format!("ended in alarm: {alarm}"),
-        (None, _) => format!("{} lines sent", outcome.lines_sent()),
+        (None, _) => format!("{} lines sent", outcome.lines_sent),
     };
     Verdict { promise: "every line accepted, machine idle", kept, detail }
 }
 
-fn counts(checks: &[MoveCheck]) -> Verdict {
-    let exact = checks.iter().filter(|check| check.exact).count();
-    let detail = format!("{exact} of {} moves", checks.len());
-    Verdict { promise: "step counts exact", kept: exact == checks.len(), detail }
+fn counts(findings: &Findings) -> Verdict {
+    let Findings { exact, moves, .. } = *findings;
+    Verdict { promise: "step counts exact", kept: exact == moves, detail: format!("{exact} of {moves} moves") }
 }
 
-fn instants(checks: &[MoveCheck], port: Port) -> Verdict {
-    let worst_ns = checks.iter().map(MoveCheck::error_max_ns).fold(0.0, f64::max);
-    let tick_ns = port.tick_ns();
+fn instants(findings: &Findings, port: Port) -> Verdict {
+    let (worst_ns, tick_ns) = (findings.error_max_ns, port.tick_ns());
     let detail = format!("at most {worst_ns:.0} ns from the closed form, one tick is {tick_ns:.0} ns");
     Verdict { promise: "every step at its instant", kept: worst_ns <= port.tolerance_ns(), detail }
 }
 
-fn straight(checks: &[MoveCheck]) -> Verdict {
-    let deviations: Vec<_> = checks.iter().filter_map(|check| check.path_deviation).collect();
-    let detail = match deviations.iter().copied().reduce(f64::max) {
-        Some(worst) => {
-            let moves = deviations.len();
-            format!("|x/nx - y/ny| at most {worst:.4} of half a step of both axes, in {moves} moves")
-        }
-        None => "no move of several axes".to_owned(),
+fn straight(findings: &Findings) -> Verdict {
+    let Findings { paths, path_deviation, bent, .. } = *findings;
+    let detail = match paths {
+        0 => "no move of several axes".to_owned(),
+        _ => format!("|x/nx - y/ny| at most {path_deviation:.4} of half a step of both axes, in {paths} moves"),
     };
-    Verdict { promise: "paths straight within half a step", kept: checks.iter().all(MoveCheck::is_straight), detail }
+    Verdict { promise: "paths straight within half a step", kept: bent == 0, detail }
 }
 
-fn equal(checks: &[MoveCheck]) -> Verdict {
-    let apart: Vec<_> = checks.iter().filter_map(MoveCheck::apart_s).collect();
-    let detail = match apart.iter().copied().reduce(f64::max) {
-        Some(worst_s) => {
-            let resolution_s = checks.iter().filter_map(MoveCheck::resolution_s).fold(0.0, f64::max);
-            let (worst_ns, resolution_ns, moves) = (worst_s * 1e9, resolution_s * 1e9, apart.len());
+fn equal(findings: &Findings) -> Verdict {
+    let Findings { measured, apart_s, resolution_s, unequal, .. } = *findings;
+    let detail = match measured {
+        0 => "no move of several axes with enough edges to measure".to_owned(),
+        _ => {
+            let (apart_ns, resolution_ns) = (apart_s * 1e9, resolution_s * 1e9);
             format!(
-                "at most {worst_ns:.0} ns apart in {moves} moves, from each axis's edges, which resolve {resolution_ns:.0} ns"
+                "at most {apart_ns:.0} ns apart in {measured} moves, from each axis's edges, which resolve {resolution_ns:.0} ns"
             )
         }
-        None => "no move of several axes with enough edges to measure".to_owned(),
     };
-    Verdict { promise: "equal intervals on every axis", kept: checks.iter().all(MoveCheck::is_equal), detail }
+    Verdict { promise: "equal intervals on every axis", kept: unequal == 0, detail }
 }
 
 fn lasting(outcome: &Outcome) -> Verdict {

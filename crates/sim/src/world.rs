@@ -51,6 +51,7 @@ pub struct World {
     bouncer: Option<Waker>,
     record: Record,
     keep_record: bool,
+    keep_waves: bool,
     steps: [u64; AXES],
     mechanics: Mechanics,
     wiring: Wiring,
@@ -97,6 +98,7 @@ impl World {
             bouncer: None,
             record: Record::default(),
             keep_record: config.keep_record,
+            keep_waves: config.keep_record && config.keep_waves,
             steps: [0; AXES],
             mechanics,
             wiring,
@@ -131,7 +133,7 @@ impl World {
     }
 
     fn note_wave(&mut self, wave: Wave) {
-        if self.keep_record {
+        if self.keep_waves {
             self.record.waves.push(wave);
         }
     }
@@ -174,7 +176,7 @@ impl World {
     /// Takes note of what the coordinator says.
     pub fn on_event(&mut self, event: Event) {
         if self.keep_record {
-            self.record.events.push((self.clock.now_ns(), event));
+            self.note_event(event);
         }
         match event {
             Event::Homed { axis } => {
@@ -185,6 +187,14 @@ impl World {
             Event::Run { start, .. } => self.motion.begin(crate::time::ns(start)),
             Event::RunEnd { plan_s, .. } => self.motion.end(plan_s),
             _ => {}
+        }
+    }
+
+    fn note_event(&mut self, event: Event) {
+        let t_ns = self.clock.now_ns();
+        self.record.moves.take(t_ns, event);
+        if !matches!(event, Event::Run { .. } | Event::Move { .. } | Event::Part { .. } | Event::RunEnd { .. }) {
+            self.record.events.push((t_ns, event));
         }
     }
 
@@ -219,6 +229,11 @@ impl World {
     /// What was seen so far.
     pub fn record(&self) -> &Record {
         &self.record
+    }
+
+    /// The same, for good: the world goes on with none.
+    pub fn take_record(&mut self) -> Record {
+        std::mem::take(&mut self.record)
     }
 
     /// Lets motions that have ended end, so that an abrupt stop's overshoot is seen.

@@ -43,8 +43,9 @@ fn every_seed_and_way_of_sending_parks_the_car() {
         let poll_every = (seed == 3).then_some(Duration::from_millis(200));
         let config = Config { seed, streaming, poll_every, port, ..Config::default() };
         let outcome = run(parking(), &config).unwrap();
-        let checks = verify::moves(&outcome);
-        let broken: Vec<_> = verify::verdicts(&outcome, &checks).into_iter().filter(|verdict| !verdict.kept).collect();
+        let findings = verify::moves(&outcome).collect();
+        let broken: Vec<_> =
+            verify::verdicts(&outcome, &findings).into_iter().filter(|verdict| !verdict.kept).collect();
         assert_eq!(broken, [], "SEED={seed}");
         assert_eq!(outcome.position_mm, [175.0, 40.0, 0.0], "SEED={seed}");
     }
@@ -58,7 +59,7 @@ fn too_much_acceleration_loses_steps_and_is_told() {
     assert!(matches!(outcome.losses[0].cause, LossCause::PullOut { .. }), "{:?}", outcome.losses);
     assert_eq!(outcome.position_mm, [100.0, 0.0, 0.0], "the controller cannot know");
     assert!(outcome.drift_steps[0] < -1_000, "{:?}", outcome.drift_steps);
-    let verdicts = verify::verdicts(&outcome, &verify::moves(&outcome));
+    let verdicts = verify::verdicts(&outcome, &verify::moves(&outcome).collect());
     let broken: Vec<_> = verdicts.iter().filter(|verdict| !verdict.kept).map(|verdict| verdict.promise).collect();
     assert_eq!(broken, ["no step lost", "final position exact"]);
 }

@@ -1,0 +1,223 @@
+//! The moves of a program, each as planned and as ended, put together from what the coordinator says.
+
+use std::ops::Range;
+
+use isostep_motion::{AXES, Event, Finish, State};
+use isostep_profile::{IntervalLaw, Limits, Profile, SpeedLaw, SyncMove};
+
+use crate::record::Edge;
+
+/// Instants nearer than that are the same.
+const SAME_S: f64 = 1e-9;
+/// Steps of a move that are looked at.
+const PROBES: u32 = 64;
+
+/// One move, as planned and as ended.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MoveRecord {
+    /// The instant the plan counts from: the start of its run, ns since power-up.
+    pub start_ns: u64,
+    /// When it ended.
+    pub end_ns: u64,
+    /// The number of its run, from 0: moves that follow each other without a pause.
+    pub run: usize,
+    /// The plan.
+    pub plan: SyncMove<AXES>,
+    /// The parts by which it went on otherwise, in the order in which that was decided.
+    pub parts: Vec<SyncMove<AXES>>,
+    /// Where it began, steps.
+    pub origin_steps: [i32; AXES],
+    /// Where it ended, steps.
+    pub end_steps: [i32; AXES],
+    /// How it ended.
+    pub finish: Finish,
+    /// If it was held, where on its path, steps of the longest axis.
+    pub held_at_steps: f64,
+    /// When its plan ended, s from the start of its run.
+    pub plan_s: f64,
+    /// Whether it was a part of homing.
+    pub homing: bool,
+    /// Its edges, up to the beginning of the next move: a range of [`Outcome::edges`].
+    pub edges: Range<usize>,
+}
+
+impl MoveRecord {
+    /// The numbers of the steps that the axis with index `axis` should have made.
+    pub fn step_numbers(&self, axis: usize) -> Range<u32> {
+        let last = match self.finish {
+            Finish::Held => self.plan.steps_before(axis, self.held_at_steps),
+            // Its first plan may be to somewhere before its end.
+            _ => self.plan.steps[axis].unsigned_abs(),
+        };
+        self.plan.step_numbers(axis).start..last + 1
+    }
+
+    /// The steps that every axis should have made, signed by direction.
+    pub fn planned_steps(&self) -> [i32; AXES] {
+        std::array::from_fn(|axis| self.plan.steps[axis].signum() * self.step_numbers(axis).len() as i32)
+    }
+
+    /// When the step `k` of the axis with index `axis` was due, s from the start: the closed form.
+    pub fn step_time_s(&self, axis: usize, k: u32) -> f64 {
+        // What was decided later holds.
+        let part = self.parts.iter().rev().find(|part| part.step_numbers(axis).contains(&k));
+        part.unwrap_or(&self.plan).step_time_s(axis, k)
+    }
+
+    /// How long after the end of its plan the `next` move began, ns: less than nothing if it was cut short.
+    pub fn pause_ns(&self, next: &Self) -> f64 {
+        // The difference of the instants first, which may be large.
+        (next.start_ns - self.start_ns) as f64 + (next.plan.begin_s() - self.plan_s) * 1e9
+    }
+
+    /// How long it lasts, as it was made, s.
+    pub fn duration_s(&self) -> f64 {
+        self.plan_s - self.plan.begin_s()
+    }
+
+    /// When its plan begins, ns since power-up, to the nearest.
+    pub fn begin_ns(&self) -> u64 {
+        self.start_ns + (self.plan.begin_s() * 1e9).round() as u64
+    }
+
+    /// The one profile by which the whole move was made, if it was: as it was planned at first, or with its braking put off
+    /// or left out, because what follows came to be known only later.
+    pub fn profile(&self) -> Option<Profile> {
+        let is_whole = (0..AXES).all(|axis| self.plan.step_numbers(axis).start == 1);
+        if self.finish != Finish::Done || !is_whole {
+            return None;
+        }
+        let first = self.plan.profile;
+        let Some(last) = self.parts.last() else { return Some(first) };
+        // In the middle of a ramp over time the acceleration is highest.
+        let accel_steps_s2 = first.accel_at(first.t_accel_s() / 2.0);
+        let decel_steps_s2 = -last.profile.accel_at(last.profile.duration_s() - last.profile.t_decel_s() / 2.0);
+        let jerk_steps_s3 = first.jerk_at(0.0);
+        let limits = Limits {
+            start_speed_steps_s: 0.0,
+            top_speed_steps_s: first.cruise_speed_steps_s(),
+            accel_steps_s2,
+            decel_steps_s2: if decel_steps_s2 > 0.0 { decel_steps_s2 } else { accel_steps_s2 },
+            jerk_steps_s3: if jerk_steps_s3 > 0.0 { jerk_steps_s3 } else { f64::INFINITY },
+        };
+        let (entry, exit) = (first.entry_speed_steps_s(), last.profile.exit_speed_steps_s());
+        let longest = (0..AXES).max_by_key(|&axis| self.plan.steps[axis].unsigned_abs())?;
+        let steps = self.plan.steps[longest].unsigned_abs();
+        let is_it = |whole: &Profile| {
+            (1..=steps).step_by((steps / PROBES).max(1) as usize).all(|k| {
+                let made_s = self.step_time_s(longest, k) - self.plan.begin_s();
+                (whole.time_at(f64::from(k) - 0.5) - made_s).abs() < SAME_S
+            })
+        };
+        let by = |law| Profile::plan(self.plan.way_steps(), entry, exit, &limits, IntervalLaw::Fastest, law).ok();
+        SpeedLaw::ALL.into_iter().filter_map(by).find(is_it)
+    }
+}
+
+/// Puts moves together, event by event.
+#[derive(Clone, Debug, Default)]
+pub struct Moves {
+    /// Those so far, in order; of a run under way, what is known by now.
+    records: Vec<MoveRecord>,
+    open: Option<OpenRun>,
+    runs: usize,
+    homing: bool,
+}
+
+/// What is known of a run under way.
+#[derive(Clone, Copy, Debug)]
+struct OpenRun {
+    start_ns: u64,
+    number: usize,
+    /// Where the next move begins, steps.
+    place_steps: [i32; AXES],
+    /// The moves of it, from this one on.
+    first: usize,
+}
+
+impl Moves {
+    /// Takes note of an event.
+    pub fn take(&mut self, t_ns: u64, event: Event) {
+        match (event, &mut self.open) {
+            (Event::State(state), _) => self.homing = state == State::Home,
+            (Event::Run { start, origin_steps }, _) => {
+                let (start_ns, first) = (crate::time::ns(start), self.records.len());
+                self.open = Some(OpenRun { start_ns, number: self.runs, place_steps: origin_steps, first });
+                self.runs += 1;
+            }
+            (Event::Move { plan }, Some(run)) => self.records.push(run.begin(plan, self.homing)),
+            (Event::Part { plan }, Some(_)) => {
+                if let Some(record) = self.records.last_mut() {
+                    // Nearly always the only one: of 200,000 moves each has its part.
+                    record.parts.reserve_exact(1);
+                    record.parts.push(plan);
+                    record.plan_s = plan.end_s();
+                }
+            }
+            (Event::RunEnd { finish, held_at_steps, plan_s, position_steps }, &mut Some(run)) => {
+                self.open = None;
+                if finish != Finish::Done && finish != Finish::Held {
+                    self.forget_begun_after(run, (t_ns - run.start_ns) as f64 * 1e-9);
+                }
+                end(&mut self.records[run.first..], finish, (held_at_steps, plan_s), position_steps, t_ns);
+            }
+            _ => {}
+        }
+    }
+
+    /// Moves that had been planned and did not begin.
+    fn forget_begun_after(&mut self, run: OpenRun, stopped_s: f64) {
+        let begun = self.records[run.first..].iter().filter(|record| record.plan.begin_s() <= stopped_s).count();
+        self.records.truncate(run.first + begun);
+    }
+
+    /// All of them, each with its edges.
+    pub fn with_edges(self, edges: &[Edge]) -> Vec<MoveRecord> {
+        let mut records = self.records;
+        assign(edges, &mut records);
+        records
+    }
+}
+
+impl OpenRun {
+    fn begin(&mut self, plan: SyncMove<AXES>, homing: bool) -> MoveRecord {
+        let origin_steps = self.place_steps;
+        let before = |axis: usize| plan.steps[axis].signum() * (plan.step_numbers(axis).start - 1) as i32;
+        self.place_steps = std::array::from_fn(|axis| origin_steps[axis] + plan.steps[axis] - before(axis));
+        MoveRecord {
+            start_ns: self.start_ns,
+            end_ns: 0,
+            run: self.number,
+            plan,
+            parts: Vec::new(),
+            origin_steps,
+            end_steps: self.place_steps,
+            finish: Finish::Done,
+            held_at_steps: plan.way_steps(),
+            plan_s: plan.end_s(),
+            homing,
+            edges: 0..0,
+        }
+    }
+}
+
+/// The moves of a run have ended: all but the last where the next began.
+fn end(moves: &mut [MoveRecord], finish: Finish, (held_at_steps, plan_s): (f64, f64), place: [i32; AXES], t_ns: u64) {
+    for record in moves.iter_mut() {
+        record.end_ns = record.start_ns + (record.plan_s * 1e9).round() as u64;
+    }
+    if let Some(last) = moves.last_mut() {
+        (last.finish, last.held_at_steps, last.plan_s) = (finish, held_at_steps, plan_s);
+        (last.end_steps, last.end_ns) = (place, t_ns);
+    }
+}
+
+/// To each move, all edges from its beginning to that of the next: also one that should not have risen.
+fn assign(edges: &[Edge], moves: &mut [MoveRecord]) {
+    let mut last = edges.len();
+    for record in moves.iter_mut().rev() {
+        let first = edges.partition_point(|edge| edge.t_ns < record.begin_ns());
+        record.edges = first..last;
+        last = first;
+    }
+}
