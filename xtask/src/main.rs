@@ -7,6 +7,7 @@ extern crate anstream;
 
 mod bench;
 mod build;
+//CHK mod check;
 #[cfg(unix)]
 mod clients;
 mod console;
@@ -19,9 +20,11 @@ mod laws;
 mod lint;
 mod node;
 mod papers;
+mod parallel;
 mod process;
 mod profile;
 mod pty;
+mod remarks;
 mod setup;
 mod sim;
 mod size;

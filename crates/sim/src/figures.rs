@@ -59,6 +59,19 @@ const MOST_MOVES: usize = 500;
 /// Of steps lost and of edges that a driver may misread no more are listed, since many are alike.
 const TROUBLES_MAX: usize = 1_000;
 
+/// How long the moves of a program are, straight from where each begins to where it ends.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Lengths {
+    /// The shortest.
+    pub least_mm: f64,
+    /// As many are shorter as are longer.
+    pub median_mm: f64,
+    /// The longest.
+    pub most_mm: f64,
+    /// All together.
+    pub total_mm: f64,
+}
+
 /// A run in figures.
 #[derive(Clone, Debug, Serialize)]
 pub struct Figures {
@@ -86,6 +99,8 @@ pub struct Figures {
     pub carriage_mm: [f64; AXES],
     /// How many moves the program has.
     pub moves_total: usize,
+    /// How long they are.
+    pub lengths: Lengths,
     /// Its moves, those that are [`Listed`].
     pub moves: Vec<MoveFigures>,
     /// How fast each axis was, within moves and at corners.
@@ -134,6 +149,7 @@ impl Figures {
             verdicts: verify::verdicts(outcome, &findings),
             axes: kinematics::axes(outcome, &lines),
             moves_total: findings.moves(),
+            lengths: Lengths::of(outcome),
             moves: moves
                 .into_iter()
                 .map(|(number, index)| move_figures(number, lines[index], outcome, verify::check(outcome, index)))
@@ -151,6 +167,21 @@ impl Figures {
     /// The promises that were not kept.
     pub fn broken(&self) -> impl Iterator<Item = &Verdict> {
         self.verdicts.iter().filter(|verdict| !verdict.kept)
+    }
+}
+
+impl Lengths {
+    fn of(outcome: &Outcome) -> Self {
+        let program = outcome.moves.iter().filter(|record| !record.homing);
+        let mut lengths_mm: Vec<f64> = program
+            .map(|record| {
+                let (from, to) = (outcome.mm(record.origin_steps), outcome.mm(record.end_steps));
+                from.iter().zip(to).map(|(from, to)| (to - from).powi(2)).sum::<f64>().sqrt()
+            })
+            .collect();
+        lengths_mm.sort_by(f64::total_cmp);
+        let (Some(&least_mm), Some(&most_mm)) = (lengths_mm.first(), lengths_mm.last()) else { return Self::default() };
+        Self { least_mm, median_mm: lengths_mm[lengths_mm.len() / 2], most_mm, total_mm: lengths_mm.iter().sum() }
     }
 }
 

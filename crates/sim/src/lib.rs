@@ -57,6 +57,7 @@ pub mod report;
 pub mod settings;
 mod sim;
 pub mod stream;
+pub mod survey;
 pub mod time;
 pub mod trace;
 pub mod vcd;

@@ -1,12 +1,9 @@
 //! Programs in virtual time, for their times alone.
 
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::thread;
-
 use isostep_console::Settings;
 use isostep_sim::{Config, ConsoleError, Outcome, State, corners};
 
+use crate::parallel;
 use crate::stopwatch::Stopwatch;
 
 /// A program on a machine.
@@ -42,26 +39,7 @@ pub struct Made {
 
 /// Runs all of them, several at a time, and tells of each that has ended. In the order of the jobs.
 pub fn all(jobs: &[Job], at_a_time: usize) -> Vec<Timed> {
-    let next = AtomicUsize::new(0);
-    let done = Mutex::new(Vec::new());
-    thread::scope(|scope| {
-        for _ in 0..at_a_time.min(jobs.len()) {
-            scope.spawn(|| {
-                while let Some((index, job)) = take(jobs, &next) {
-                    let timed = one(job, jobs.len());
-                    done.lock().expect("no run panics while it holds this").push((index, timed));
-                }
-            });
-        }
-    });
-    let mut done = done.into_inner().expect("no run panics while it holds this");
-    done.sort_by_key(|(index, _)| *index);
-    done.into_iter().map(|(_, timed)| timed).collect()
-}
-
-fn take<'j>(jobs: &'j [Job], next: &AtomicUsize) -> Option<(usize, &'j Job)> {
-    let index = next.fetch_add(1, Ordering::Relaxed);
-    jobs.get(index).map(|job| (index, job))
+    parallel::map(jobs, at_a_time, |job| one(job, jobs.len()))
 }
 
 fn one(job: &Job, of: usize) -> Timed {

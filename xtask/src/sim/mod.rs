@@ -5,14 +5,19 @@ use std::io::{BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow, bail, ensure};
+use indicatif::{ProgressBar, ProgressStyle};
 use isostep_console::Settings;
 use isostep_sim::flash::FLASH_BYTES;
-use isostep_sim::kinematics::{AxisFigures, JumpFigures, OfLimit};
 use isostep_sim::motor::PullOutCurve;
-use isostep_sim::{Config, ConsoleError, Figures, Flash, MoveFigures, Outcome, Port, State, SwitchFault, settings};
+use isostep_sim::stream::Program;
+use isostep_sim::survey::Survey;
+use isostep_sim::{Config, Figures, Flash, Listed, Outcome, Port, SwitchFault, settings};
 
 use crate::laws::Laws;
-use crate::{pty, workspace};
+use crate::{pty, remarks, workspace};
+
+mod judge;
+mod print;
 
 const EXAMPLES: &str = "\
 The tasks are those of the firmware; motors, carriages and switches are simulated, and every STEP edge is checked
@@ -76,6 +81,9 @@ pub struct Args {
     /// What it holds is in force rather than what --settings says
     #[arg(long, value_name = "FILE", conflicts_with = "pty")]
     flash: Option<PathBuf>,
+    /// List every move, on the page and in the figures too, however many there are
+    #[arg(long, conflicts_with = "pty")]
+    moves: bool,
     #[command(flatten)]
     laws: Laws,
     /// What makes the edges: hardware in ticks of 8 ns, or tasks in ticks of 1 us
@@ -91,20 +99,48 @@ pub fn run(args: Args) -> Result<()> {
         return live(&args);
     }
     let path = args.program.clone().unwrap_or_else(|| workspace::root().join("programs").join("parking.nc"));
-    let program = read(&path)?;
     let name = workspace::shown(&path);
+    let program = lines(&path)?;
     let config = config(&args)?;
     println!("{name} in virtual time\nSEED={}  again: {}", config.seed, config.replay(&name));
     tell_weak_motors(&config);
     let flash = args.flash.as_deref().map_or(Ok(Flash::blank()), stored)?;
-    let outcome = isostep_sim::run_with(&program, &config, flash.clone()).with_context(|| name.clone())?;
-    let figures = Figures::new(&name, &outcome);
-    print(&figures);
+    tell_beforehand(&program, &config);
+    let outcome = run_shown(program, &config, flash.clone()).with_context(|| name.clone())?;
+    let figures = Figures::listing(&name, &outcome, if args.moves { Listed::All } else { Listed::Some });
+    print::print(&figures, args.moves);
+    judge::print(&outcome);
     write_files(&args, &outcome, &figures)?;
     if let Some(path) = &args.flash {
         write_file(path, |out| out.write_all(&flash.bytes()))?;
     }
-    judge(&figures, &outcome)
+    judge::judge(&figures, &outcome)
+}
+
+/// Runs it, and shows how far it has come where that takes long.
+fn run_shown(program: Program, config: &Config, flash: Flash) -> Result<Outcome, isostep_sim::SimError> {
+    let bar = ProgressBar::new(program.len() as u64).with_style(
+        ProgressStyle::with_template("  {bar:20} line {pos} of {len}, {msg} of machine time")
+            .expect("a template of ours"),
+    );
+    let outcome = isostep_sim::run_watched(program, config, flash, &mut |progress| {
+        bar.set_position(progress.answered as u64);
+        bar.set_message(format!("{:.0} s", progress.t_ns as f64 * 1e-9));
+    });
+    bar.finish_and_clear();
+    outcome
+}
+
+/// Says what of a program will not do on this machine before it is run there, and what a person would have to do.
+fn tell_beforehand(program: &Program, config: &Config) {
+    let survey = Survey::of(program, &config.settings, config.start_mm);
+    if let Some(outside) = &survey.outside {
+        eprintln!("warning: {}", remarks::outside(outside));
+    }
+    if survey.moves > 0 && survey.ends_at.is_none() {
+        let tool = if survey.leaves_tool_on { ", and leaves the spindle on (M3, M4)" } else { "" };
+        println!("note: it ends without M2 or M30, so its modes stay in force{tool}");
+    }
 }
 
 /// The machine on a pseudo-terminal. What it did is kept only if a file wants it.
@@ -123,13 +159,18 @@ fn live(args: &Args) -> Result<()> {
     let mut figures = Figures::new("what the senders sent", &outcome);
     // The senders are not ours: what was refused is for them to say.
     figures.verdicts.retain(|verdict| !verdict.promise.starts_with("every line accepted"));
-    print_checks(&figures);
+    print::print_checks(&figures);
     write_files(args, &outcome, &figures)
 }
 
 #[cfg(not(unix))]
 fn live(_args: &Args) -> Result<()> {
     pty::refuse()
+}
+
+/// The lines of a program.
+pub fn lines(path: &Path) -> Result<Program> {
+    Ok(isostep_sim::program::lines(&read(path)?).with_context(|| workspace::shown(path))?.into())
 }
 
 /// A program.
@@ -157,7 +198,7 @@ fn stored(path: &Path) -> Result<Flash> {
 }
 
 fn config(args: &Args) -> Result<Config> {
-    let mut config = Config { seed: args.seed, motor: args.motor, ..Config::default() };
+    let mut config = Config { seed: args.seed, motor: args.motor, keep_waves: args.vcd.is_some(), ..Config::default() };
     config.port = if args.port == "timer" { Port::Timer } else { Port::Pio };
     let machine = match &args.settings {
         None => config.settings,
@@ -219,88 +260,6 @@ fn switch(text: &str) -> Result<(usize, SwitchFault), String> {
     fault.parse().map(|fault| (index, fault)).map_err(|error: isostep_sim::plant::UnknownFault| error.to_string())
 }
 
-fn print(figures: &Figures) {
-    if figures.homing_ns > 0 {
-        println!("\nhoming: {:.3} s", seconds(figures.homing_ns));
-    }
-    if !figures.moves.is_empty() {
-        print_moves(&figures.moves);
-        print_axes(&figures.axes);
-    }
-    print_checks(figures);
-    let [x, y, z] = figures.position_mm;
-    let [nx, ny, nz] = figures.position_steps;
-    println!("\nfinal position: X {x:.2} Y {y:.2} Z {z:.2} mm ({nx}, {ny}, {nz} steps)");
-    println!("{} steps in {:.3} s of machine time", figures.steps_total, seconds(figures.duration_ns));
-}
-
-fn print_checks(figures: &Figures) {
-    println!("\nchecks");
-    for verdict in &figures.verdicts {
-        let mark = if verdict.kept { "ok    " } else { "BROKEN" };
-        println!("  {mark} {:<36} {}", verdict.promise, verdict.detail);
-    }
-}
-
-/// Intervals are those of every moving axis: one profile drives them all. How far apart they are when measured from
-/// each axis's own edges is the column `apart`.
-fn print_moves(moves: &[MoveFigures]) {
-    println!("\nmoves                                               every axis, s");
-    println!(
-        "   # {:>22} {:>21} {:>10} {:>8} {:>10} {:>9} {:>9}",
-        "to X Y Z, mm", "steps", "accelerate", "cruise", "decelerate", "apart", "error"
-    );
-    for one in moves {
-        let [x, y, z] = one.to_mm;
-        let steps = one.steps.map(|n| n.to_string()).join(" ");
-        let apart = one.apart_s.map_or("-".to_owned(), |apart_s| format!("{:.0} ns", apart_s * 1e9));
-        let error_ns = one.error_max_ns.iter().flatten().copied().fold(0.0, f64::max);
-        println!(
-            "{:>4} {:>22} {steps:>21} {:>10.6} {:>8.6} {:>10.6} {apart:>9} {:>9}",
-            one.number,
-            format!("{x:.2} {y:.2} {z:.2}"),
-            one.planned.accel_s,
-            one.planned.cruise_s,
-            one.planned.decel_s,
-            format!("{error_ns:.0} ns"),
-        );
-    }
-    println!(
-        "  apart: the most that two axes' intervals differ, measured from each axis's own edges (-: fewer than two to measure)"
-    );
-    println!("  error: the most that a step is off its closed-form instant");
-}
-
-/// Within moves each axis keeps its limits; at a corner its speed jumps.
-fn print_axes(axes: &[AxisFigures]) {
-    println!("\naxes                      within moves, from the edges alone                        at corners");
-    println!(
-        "{:>20} {:>23} {:>23} {:>27} {:>8}  where",
-        "speed, mm/s", "accelerates, mm/s2", "decelerates, mm/s2", "jumps, mm/s (mm/min)", "at most"
-    );
-    for one in axes {
-        let [speed, accel, decel] = [(one.speed_mm_s, 2), (one.accel_mm_s2, 1), (one.decel_mm_s2, 1)]
-            .map(|(OfLimit { found, limit }, digits)| format!("{found:.digits$} of {limit:.digits$}"));
-        let (jump, place) = one.jump.map_or(("-".to_owned(), String::new()), |jump| {
-            (format!("{:.2} ({:.0})", jump.mm_s, jump.mm_min), place_words(&jump))
-        });
-        let most = format!("{:.2}", one.jump_limit_mm_s);
-        println!("   {} {speed:>15} {accel:>23} {decel:>23} {jump:>27} {most:>8}  {place}", one.axis);
-    }
-    println!(
-        "  at most: sqrt(8 x acceleration x $11), or twice the start speed; within moves a figure is up to 1 % high"
-    );
-}
-
-fn place_words(jump: &JumpFigures) -> String {
-    let line = jump.line.map_or(String::new(), |line| format!(", line {line}"));
-    format!("to move {}{line}", jump.move_number)
-}
-
-fn seconds(ns: u64) -> f64 {
-    ns as f64 * 1e-9
-}
-
 fn write_files(args: &Args, outcome: &Outcome, figures: &Figures) -> Result<()> {
     if let Some(path) = &args.trace {
         write_file(path, |out| isostep_sim::trace::write(&outcome.edges, out))?;
@@ -333,39 +292,6 @@ pub fn write_file(path: &Path, write: impl FnOnce(&mut BufWriter<File>) -> std::
     Ok(())
 }
 
-/// Success only for a run that kept every promise.
-fn judge(figures: &Figures, outcome: &Outcome) -> Result<()> {
-    let place = figures.refusals.first().map_or(figures.program.clone(), |refusal| {
-        format!("{}:{}: `{}`", figures.program, refusal.line, shortened(&refusal.text))
-    });
-    if let State::Alarm(alarm) = outcome.state {
-        let code = figures.alarm.map_or(String::new(), |code| format!("ALARM:{code}: "));
-        bail!("{place}: {code}{alarm}{}", said(outcome, &alarm.to_string()));
-    }
-    if let Some(refusal) = figures.refusals.first() {
-        let words = ConsoleError::from_code(refusal.code).map_or(String::new(), |error| error.to_string());
-        bail!("{place} was refused: error:{} {words}{}", refusal.code, said(outcome, &words));
-    }
-    let broken = figures.broken().count();
-    ensure!(broken == 0, "{broken} of {} checks failed", figures.verdicts.len());
-    Ok(())
-}
-
-/// What else the controller said about it, in brackets.
-fn said(outcome: &Outcome, already: &str) -> String {
-    let message = outcome.messages().filter(|message| *message != already).last();
-    message.map_or(String::new(), |message| format!(" ({message})"))
-}
-
-/// A line without its comment, and not all of a very long one.
-fn shortened(text: &str) -> String {
-    let text = text.split([';', '(']).next().unwrap_or(text).trim();
-    match text.char_indices().nth(60) {
-        Some((end, _)) => format!("{}...", &text[..end]),
-        None => text.to_owned(),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -380,11 +306,5 @@ mod tests {
         assert_eq!(motor("800, 6000,20000"), Ok((800.0, 20_000.0)));
         assert!(motor("6000,800,1").unwrap_err().contains("MAX above START") && motor("1,2").is_err());
         assert!(switch("X=loose").unwrap_err().contains("use stuck-open"));
-    }
-
-    #[test]
-    fn a_line_is_shown_without_its_comment_and_not_whole_when_long() {
-        assert_eq!(shortened("$H   ; find the zero"), "$H");
-        assert_eq!(shortened(&"X1".repeat(50)).len(), 63);
     }
 }

@@ -1,0 +1,341 @@
+//! A program read from its first line to its last without a machine: which lines would be refused, where it goes, and
+//! what it asks of a person.
+//!
+//! # Design
+//! Each line goes to the interpreter that the controller has, in the state of a machine at rest. So what is refused here is
+//! refused there, with the same number. What only a machine can know is left to it: switches, alarms and the flash.
+//!
+//! A refused line changes nothing, here as there; but a sender stops at it, and a survey goes on, as if it had been taken out.
+
+mod room;
+
+use std::collections::BTreeMap;
+
+use isostep_console::{Command, Error, Interpreter, LineAssembler, Move, Rate, SettingError, Settings, Spindle, State};
+use isostep_motion::{AXES, Axis};
+use serde::Serialize;
+
+pub use room::{Bounds, Fit, Room};
+
+/// Of lines that are alike no more are listed one by one.
+pub const LISTED_MAX: usize = 1_000;
+/// Where a place is compared with the travel, half of the finest step that `$100` allows.
+const SAME_MM: f64 = 0.5e-4;
+
+/// A line that the controller would refuse.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Refused {
+    /// Which line of the program, from 1.
+    pub line: usize,
+    /// Its text.
+    pub text: String,
+    /// The number after `error:`.
+    pub code: u8,
+    /// The word at which it stopped, if it was one.
+    pub word: Option<String>,
+    /// What is wrong, and what to do.
+    pub remedy: String,
+}
+
+/// A line at which a person has something to do.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Pause {
+    /// Which line of the program, from 1.
+    pub line: usize,
+    /// The tool that it asks for; `None` for M0.
+    pub tool: Option<u8>,
+}
+
+/// The first move that leaves the travel.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Outside {
+    /// Which line of the program, from 1.
+    pub line: usize,
+    /// Its text.
+    pub text: String,
+    /// The axis.
+    pub axis: String,
+    /// Where it goes, machine coordinates.
+    pub place_mm: f64,
+    /// The nearest place within reach.
+    pub nearest_mm: f64,
+    /// Whether the axis is homed by then, so that the machine itself refuses to go there.
+    pub homed: bool,
+    /// Whether the whole program fits if it begins elsewhere, and where.
+    pub fit: Fit,
+}
+
+/// What is known of a program without running it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Survey {
+    /// Lines, empty ones included.
+    pub lines: usize,
+    /// Of which G-code.
+    pub blocks: usize,
+    /// Of which `$` lines.
+    pub statements: usize,
+    /// Of which comments or nothing.
+    pub empty: usize,
+    /// How many lines are refused.
+    pub refused_total: usize,
+    /// They, up to [`LISTED_MAX`].
+    pub refused: Vec<Refused>,
+    /// How many are refused by number and word.
+    pub refused_by_word: BTreeMap<String, usize>,
+    /// Lines that move something.
+    pub moves: usize,
+    /// Of which arcs.
+    pub arcs: usize,
+    /// Where its moves begin, go and end, from where it begins or has been homed; `None` if nothing moves.
+    pub extents_mm: Option<Bounds>,
+    /// The least and the greatest feed that is asked for, mm/min.
+    pub feeds_mm_min: Option<(f32, f32)>,
+    /// Lines at which a person has something to do, up to [`LISTED_MAX`].
+    pub pauses: Vec<Pause>,
+    /// The line at which it says that it ends: M2 or M30.
+    pub ends_at: Option<usize>,
+    /// Whether a spindle or a laser is still on behind its last line.
+    pub leaves_tool_on: bool,
+    /// The first move that leaves the travel.
+    pub outside: Option<Outside>,
+}
+
+impl Survey {
+    /// Reads a program for a machine with these settings whose carriages stand at `start_mm` from their switches.
+    pub fn of(program: &[Vec<u8>], settings: &Settings, start_mm: [f64; AXES]) -> Self {
+        let mut survey = read(program, settings, start_mm, Interpreter::new());
+        if let Some(mut outside) = survey.outside.take() {
+            outside.fit = room::fit(program, settings, start_mm, outside.homed);
+            survey.outside = Some(outside);
+        }
+        survey
+    }
+}
+
+fn read(program: &[Vec<u8>], settings: &Settings, start_mm: [f64; AXES], interpreter: Interpreter) -> Survey {
+    let mut reader = Reader {
+        survey: Survey { lines: program.len(), ..Survey::default() },
+        interpreter,
+        settings: *settings,
+        room: Room::before_homing(settings, start_mm),
+        homed: [false; AXES],
+        number: 0,
+        text: String::new(),
+    };
+    for (number, line) in (1..).zip(program) {
+        reader.take(number, line);
+    }
+    reader.survey.leaves_tool_on = reader.interpreter.modal().spindle != Spindle::Off;
+    reader.survey
+}
+
+/// A program, as far as it was read.
+struct Reader {
+    survey: Survey,
+    interpreter: Interpreter,
+    settings: Settings,
+    room: Room,
+    homed: [bool; AXES],
+    /// The line being read.
+    number: usize,
+    text: String,
+}
+
+impl Reader {
+    fn take(&mut self, number: usize, bytes: &[u8]) {
+        self.number = number;
+        self.text.clear();
+        self.text.push_str(&String::from_utf8_lossy(bytes));
+        let mut assembler = LineAssembler::new();
+        let line = bytes.iter().chain(b"\n").find_map(|&byte| {
+            // It is to be told from what was borrowed of the assembler.
+            assembler.push(byte).map(|line| line.map(str::to_owned))
+        });
+        let line = match line.unwrap_or(Ok(String::new())) {
+            Ok(line) => line,
+            Err(error) => return self.refuse("", error, None),
+        };
+        match line.as_bytes().first() {
+            None => self.survey.empty += 1,
+            Some(b'$') => self.survey.statements += 1,
+            Some(_) => self.survey.blocks += 1,
+        }
+        let from_mm = self.interpreter.position_mm();
+        match self.interpreter.interpret(&line, State::Idle, &self.settings) {
+            Err(error) => self.refuse(&line, error, None),
+            Ok(Command::SetSetting { number, value }) => self.set(&line, number, value),
+            Ok(command) => self.carry_out(command, from_mm),
+        }
+    }
+
+    fn carry_out(&mut self, command: Command<'_>, from_mm: [f32; AXES]) {
+        match command {
+            Command::Block(block) => {
+                let via =
+                    block.via_mm.map(|target_mm| Move { target_mm, rate: Rate::Rapid, arc: None, exact_stop: false });
+                let mut from_mm = from_mm;
+                for motion in via.into_iter().chain(block.motion) {
+                    self.go(from_mm, &motion);
+                    from_mm = motion.target_mm;
+                }
+                if block.pauses && self.survey.pauses.len() < LISTED_MAX {
+                    self.survey.pauses.push(Pause { line: self.number, tool: None });
+                }
+                if block.ends_program {
+                    self.survey.ends_at = Some(self.number);
+                }
+            }
+            Command::Jog(jog) => {
+                let rate = Rate::Feed { mm_min: jog.mm_min };
+                self.go(from_mm, &Move { target_mm: jog.target_mm, rate, arc: None, exact_stop: false });
+                self.interpreter.set_position_mm(jog.target_mm);
+            }
+            Command::Home { axis } => self.home(axis),
+            _ => {}
+        }
+    }
+
+    fn set(&mut self, line: &str, number: u16, value: f32) {
+        match self.settings.with(number, value, &|_| f32::INFINITY) {
+            Ok(settings) => self.settings = settings,
+            Err(refused) => self.refuse(line, refused.error(), Some(refused)),
+        }
+    }
+
+    /// The axes stand at zero from now on, and the travel is where it is said to be.
+    fn home(&mut self, axis: Option<usize>) {
+        let homed = Room::homed(&self.settings);
+        let mut position_mm = self.interpreter.position_mm();
+        for index in (0..AXES).filter(|index| axis.is_none_or(|axis| axis == *index)) {
+            (self.homed[index], position_mm[index]) = (true, 0.0);
+            self.room.mm[index] = homed.mm[index];
+        }
+        self.interpreter.set_position_mm(position_mm);
+    }
+
+    fn go(&mut self, from_mm: [f32; AXES], motion: &Move) {
+        let mut way = Bounds::at(from_mm.map(f64::from));
+        way.add(motion.target_mm.map(f64::from));
+        if let Some(arc) = &motion.arc {
+            let bounds_mm = arc.bounds_mm();
+            [0, 1].into_iter().for_each(|end| way.add(bounds_mm.map(|axis| axis[end])));
+        }
+        self.survey.moves += 1;
+        self.survey.arcs += usize::from(motion.arc.is_some());
+        match &mut self.survey.extents_mm {
+            None => self.survey.extents_mm = Some(way),
+            Some(extents) => extents.join(&way),
+        }
+        if let Rate::Feed { mm_min } = motion.rate {
+            let (least, most) = self.survey.feeds_mm_min.unwrap_or((mm_min, mm_min));
+            self.survey.feeds_mm_min = Some((least.min(mm_min), most.max(mm_min)));
+        }
+        if self.survey.outside.is_none() {
+            self.survey.outside = self.outside(&way);
+        }
+    }
+
+    fn outside(&self, way: &Bounds) -> Option<Outside> {
+        let left = |axis: &Axis| self.room.beyond(*axis as usize, way, SAME_MM).map(|beyond| (*axis, beyond));
+        let (axis, (place_mm, nearest_mm)) = Axis::ALL.iter().find_map(left)?;
+        Some(Outside {
+            line: self.number,
+            text: self.text.clone(),
+            axis: axis.to_string(),
+            place_mm,
+            nearest_mm,
+            homed: self.homed[axis as usize],
+            fit: Fit::Nowhere,
+        })
+    }
+
+    fn refuse(&mut self, line: &str, error: Error, setting: Option<SettingError>) {
+        let word = None::<String>;
+        let _ = line;
+        let remedy = setting.map_or_else(|| error.to_string(), |refused| refused.to_string());
+        let key = word.clone().unwrap_or_else(|| format!("error:{}", error.code()));
+        *self.survey.refused_by_word.entry(key).or_default() += 1;
+        self.survey.refused_total += 1;
+        if self.survey.refused.len() < LISTED_MAX {
+            let text = self.text.clone();
+            self.survey.refused.push(Refused { line: self.number, text, code: error.code(), word, remedy });
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Config, program};
+
+    fn survey(text: &str) -> Survey {
+        let config = Config::default();
+        Survey::of(&program::lines(text.as_bytes()).unwrap(), &config.settings, config.start_mm)
+    }
+
+    #[test]
+    fn lines_are_counted_by_what_they_are() {
+        let found = survey("%\n(a comment)\n\n$G\nG21 G90\nG1 X10 F600\nY5\nG2 X0 I-5\nM30\n");
+        assert_eq!((found.lines, found.statements, found.moves, found.arcs), (9, 1, 3, 1));
+        assert_eq!((found.blocks + found.empty, found.ends_at), (8, Some(9)));
+        assert_eq!(found.feeds_mm_min, Some((600.0, 600.0)));
+        assert!(!found.leaves_tool_on && found.outside.is_none(), "{found:?}");
+    }
+
+    /// From (0, 0) to (10, 0), then half a circle about (5, 0) below it.
+    #[test]
+    fn extents_take_in_arcs_and_where_it_begins() {
+        let bounds = survey("G1 X10 F600\nG2 X0 I-5\n").extents_mm.unwrap();
+        assert_eq!(bounds.low_mm, [0.0, -5.0, 0.0]);
+        assert_eq!(bounds.high_mm.map(|mm| (mm * 1e3).round() / 1e3), [10.0, 0.0, 0.0]);
+        assert_eq!(survey("G21\nG4 P1\n").extents_mm, None);
+        assert_eq!(survey("G20 G91 G0 Z-1\n").extents_mm.unwrap().size_mm().map(f64::round), [0.0, 0.0, 25.0]);
+    }
+
+    #[test]
+    fn refused_lines_are_named_and_change_nothing() {
+        let found = survey("G1 X1\nG0 X1\n$100=-5\nG0 X2 X3\nG0 X2\n");
+        let refused: Vec<_> = found.refused.iter().map(|one| (one.line, one.code)).collect();
+        assert_eq!((refused, found.refused_total), (vec![(1, 22), (3, 4), (4, 25)], 3));
+        assert!(found.refused[1].remedy.starts_with("$100=-5 is negative"), "{:?}", found.refused[1]);
+        assert_eq!(found.extents_mm.unwrap().high_mm, [2.0, 0.0, 0.0]);
+    }
+
+    #[test]
+    fn pauses_and_a_tool_that_stays_on_are_found() {
+        let found = survey("M3 S1000\nG0 X1\nM0\nG0 X0\n");
+        assert_eq!(found.pauses, [Pause { line: 3, tool: None }]);
+        assert!(found.leaves_tool_on && found.ends_at.is_none());
+        assert!(!survey("M3 S1000\nM30\n").leaves_tool_on);
+    }
+
+    /// The carriages stand at 35, 40 and 15 mm from their switches; X can be anywhere up to 352 mm from its own.
+    #[test]
+    fn a_program_that_leaves_the_travel_is_told_where_it_fits() {
+        let found = survey("G0 X10\nG0 X-40 Z-5\n").outside.unwrap();
+        assert_eq!((found.line, found.axis.as_str(), found.place_mm, found.homed), (2, "X", -40.0, false));
+        assert_eq!(found.fit, Fit::StartAt([41.0, 40.0, 15.0]));
+        let Fit::StartAt(start_mm) = found.fit else { unreachable!() };
+        let lines = program::lines(b"G0 X10\nG0 X-40 Z-5\n").unwrap();
+        assert_eq!(Survey::of(&lines, &Settings::DEFAULT, start_mm).outside, None);
+        let found = survey("G91 G0 X300\nX50\n").outside.unwrap();
+        assert_eq!((found.place_mm, found.nearest_mm, found.fit), (350.0, 317.0, Fit::StartAt([1.0, 40.0, 15.0])));
+        assert_eq!(survey("G0 X400\n").outside.unwrap().fit, Fit::TooWide(0, 400.0, 352.0 - 0.001));
+    }
+
+    #[test]
+    fn behind_homing_the_origin_moves() {
+        let found = survey("$H\nG0 X10 Y-20\nG0 Z-3\n").outside.unwrap();
+        assert_eq!((found.line, found.axis.as_str(), found.nearest_mm, found.homed), (2, "Y", 0.0, true));
+        assert_eq!(found.fit, Fit::OriginAt([0.0, 21.0, 4.0]));
+        assert_eq!(survey("$H\nG53 G0 X-1\n").outside.unwrap().fit, Fit::Nowhere);
+        assert_eq!(survey("$HY\nG0 X-1\n").outside, None, "X is not homed");
+    }
+
+    #[test]
+    fn the_travel_follows_the_settings_and_where_an_axis_homes() {
+        assert_eq!(survey("$130=500\n$H\nG0 X499\n").outside, None);
+        assert!(survey("$23=6\n$H\nG0 X1\n").outside.is_some());
+        assert_eq!(survey("$23=6\n$H\nG0 X-1\n").outside, None);
+    }
+}

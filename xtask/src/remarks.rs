@@ -1,0 +1,98 @@
+//! What there is to say of a program's lines, in words that verbs share.
+
+use std::collections::BTreeMap;
+
+use isostep_sim::ConsoleError;
+use isostep_sim::survey::{Fit, Outside};
+
+/// So many are told one by one.
+pub const TOLD_MAX: usize = 10;
+
+const AXES: [&str; 3] = ["X", "Y", "Z"];
+
+/// A line without its comment, and not all of a very long one.
+pub fn shortened(text: &str) -> String {
+    let text = text.split([';', '(']).next().unwrap_or(text).trim();
+    match text.char_indices().nth(60) {
+        Some((end, _)) => format!("{}...", &text[..end]),
+        None => text.to_owned(),
+    }
+}
+
+/// What an `error:N` means.
+pub fn meaning(code: u8) -> String {
+    ConsoleError::from_code(code).map_or(String::new(), |error| error.to_string())
+}
+
+/// `M6 x 12, G64`: the most frequent first.
+pub fn by_word(counts: &BTreeMap<String, usize>) -> String {
+    let mut counts: Vec<_> = counts.iter().collect();
+    counts.sort_by_key(|&(_, count)| std::cmp::Reverse(count));
+    let words =
+        counts.iter().map(|(word, count)| if **count > 1 { format!("{word} x {count}") } else { (*word).clone() });
+    words.collect::<Vec<_>>().join(", ")
+}
+
+/// Which move leaves the travel, by how much, and what would help.
+pub fn outside(outside: &Outside) -> String {
+    let Outside { line, axis, place_mm, nearest_mm, .. } = outside;
+    let (text, beyond_mm) = (shortened(&outside.text), (place_mm - nearest_mm).abs());
+    format!(
+        "line {line} `{text}`: {axis} goes to {place_mm:.3} mm, {beyond_mm:.3} mm beyond the travel, which ends at {nearest_mm:.3}: {}",
+        remedy(outside.fit)
+    )
+}
+
+fn remedy(fit: Fit) -> String {
+    match fit {
+        Fit::StartAt([x, y, z]) => format!("it fits with --start {x},{y},{z}"),
+        Fit::OriginAt([x, y, z]) => format!("it fits with a work offset: `G10 L2 P1 X{x} Y{y} Z{z}` behind $H"),
+        Fit::TooWide(axis, needs_mm, travel_mm) => format!(
+            "the program needs {needs_mm:.1} mm of {}, and the travel is {travel_mm:.1} mm ($13{axis}): scale the program or split it",
+            AXES[axis]
+        ),
+        Fit::Nowhere => {
+            "no start and no work offset puts that right, as it goes to machine coordinates (G53, G28): correct the program"
+                .to_owned()
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use isostep_console::Settings;
+    use isostep_sim::program;
+    use isostep_sim::survey::Survey;
+
+    use super::*;
+
+    fn left(text: &str) -> String {
+        let lines = program::lines(text.as_bytes()).unwrap();
+        outside(&Survey::of(&lines, &Settings::DEFAULT, [35.0, 40.0, 15.0]).outside.unwrap())
+    }
+
+    #[test]
+    fn a_line_is_shown_without_its_comment_and_not_whole_when_long() {
+        assert_eq!(shortened("$H   ; find the zero"), "$H");
+        assert_eq!(shortened(&"X1".repeat(50)).len(), 63);
+    }
+
+    #[test]
+    fn words_are_counted_the_most_frequent_first() {
+        let counts = [("G64", 1), ("M100", 12), ("%", 2)].map(|(word, count)| (word.to_owned(), count));
+        assert_eq!(by_word(&counts.into()), "M100 x 12, % x 2, G64");
+    }
+
+    #[test]
+    fn what_leaves_the_travel_is_told_with_what_would_help() {
+        assert_eq!(
+            left("G0 X5\nG0 X-40 (there)\n"),
+            "line 2 `G0 X-40`: X goes to -40.000 mm, 5.001 mm beyond the travel, which ends at -34.999: it fits with --start 41,40,15"
+        );
+        assert!(left("$H\nG0 Y-20\n").ends_with("it fits with a work offset: `G10 L2 P1 X0 Y21 Z0` behind $H"));
+        assert!(left("G0 Y500\n").ends_with(
+            "the program needs 500.0 mm of Y, and the travel is 402.0 mm ($131): scale the program or split it"
+        ));
+        assert!(left("$H\nG53 G0 Z-1\n").contains("machine coordinates (G53, G28)"));
+    }
+}

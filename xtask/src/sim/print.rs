@@ -1,0 +1,127 @@
+//! The figures of a run as people read them.
+
+use isostep_sim::kinematics::{AxisFigures, JumpFigures, OfLimit};
+use isostep_sim::{Figures, MoveFigures};
+
+/// So many moves are listed one by one, unless all are asked for.
+const ROWS_MAX: usize = 40;
+
+/// Prints the figures; with `all_moves` each move, however many there are.
+pub fn print(figures: &Figures, all_moves: bool) {
+    if figures.homing_ns > 0 {
+        println!("\nhoming: {:.3} s", seconds(figures.homing_ns));
+    }
+    if figures.moves_total > 0 {
+        if all_moves || figures.moves_total <= ROWS_MAX {
+            print_moves(&figures.moves);
+        } else {
+            print_summary(figures);
+        }
+        print_axes(&figures.axes);
+    }
+    print_checks(figures);
+    let [x, y, z] = figures.position_mm;
+    let [nx, ny, nz] = figures.position_steps;
+    println!("\nfinal position: X {x:.2} Y {y:.2} Z {z:.2} mm ({nx}, {ny}, {nz} steps)");
+    println!("{} steps in {:.3} s of machine time", figures.steps_total, seconds(figures.duration_ns));
+}
+
+/// Prints each promise, and whether it was kept.
+pub fn print_checks(figures: &Figures) {
+    println!("\nchecks");
+    for verdict in &figures.verdicts {
+        let mark = if verdict.kept { "ok    " } else { "BROKEN" };
+        println!("  {mark} {:<36} {}", verdict.promise, verdict.detail);
+    }
+}
+
+/// Of a program with many moves: how many, how long they are, and the two to look at first.
+fn print_summary(figures: &Figures) {
+    let lengths = &figures.lengths;
+    println!("\nmoves");
+    println!(
+        "  {} moves of {:.3} to {:.3} mm (median {:.3}), {:.3} mm in all; --moves lists them",
+        figures.moves_total, lengths.least_mm, lengths.most_mm, lengths.median_mm, lengths.total_mm
+    );
+    let duration_s = |one: &&MoveFigures| one.planned.accel_s + one.planned.cruise_s + one.planned.decel_s;
+    let longest = figures.moves.iter().max_by(|one, other| duration_s(one).total_cmp(&duration_s(other)));
+    if let Some(one) = longest {
+        println!("  the longest lasts {:.3} s: move {}{}", duration_s(&one), one.number, line_words(one.line));
+    }
+    let worst = figures.moves.iter().max_by(|one, other| error_ns(one).total_cmp(&error_ns(other)));
+    if let Some(one) = worst {
+        println!(
+            "  the largest error of a step is {:.0} ns: move {}{}",
+            error_ns(one),
+            one.number,
+            line_words(one.line)
+        );
+    }
+}
+
+/// The most that a step of it is off its closed-form instant.
+fn error_ns(one: &MoveFigures) -> f64 {
+    one.error_max_ns.iter().flatten().copied().fold(0.0, f64::max)
+}
+
+/// Intervals are those of every moving axis: one profile drives them all. How far apart they are when measured from
+/// each axis's own edges is the column `apart`.
+fn print_moves(moves: &[MoveFigures]) {
+    println!("\nmoves                                               every axis, s");
+    println!(
+        "   # {:>22} {:>21} {:>10} {:>8} {:>10} {:>9} {:>9}",
+        "to X Y Z, mm", "steps", "accelerate", "cruise", "decelerate", "apart", "error"
+    );
+    for one in moves {
+        let [x, y, z] = one.to_mm;
+        let steps = one.steps.map(|n| n.to_string()).join(" ");
+        let apart = one.apart_s.map_or("-".to_owned(), |apart_s| format!("{:.0} ns", apart_s * 1e9));
+        let error_ns = error_ns(one);
+        println!(
+            "{:>4} {:>22} {steps:>21} {:>10.6} {:>8.6} {:>10.6} {apart:>9} {:>9}",
+            one.number,
+            format!("{x:.2} {y:.2} {z:.2}"),
+            one.planned.accel_s,
+            one.planned.cruise_s,
+            one.planned.decel_s,
+            format!("{error_ns:.0} ns"),
+        );
+    }
+    println!(
+        "  apart: the most that two axes' intervals differ, measured from each axis's own edges (-: fewer than two to measure)"
+    );
+    println!("  error: the most that a step is off its closed-form instant");
+}
+
+/// Within moves each axis keeps its limits; at a corner its speed jumps.
+fn print_axes(axes: &[AxisFigures]) {
+    println!("\naxes                      within moves, from the edges alone                        at corners");
+    println!(
+        "{:>20} {:>23} {:>23} {:>27} {:>8}  where",
+        "speed, mm/s", "accelerates, mm/s2", "decelerates, mm/s2", "jumps, mm/s (mm/min)", "at most"
+    );
+    for one in axes {
+        let [speed, accel, decel] = [(one.speed_mm_s, 2), (one.accel_mm_s2, 1), (one.decel_mm_s2, 1)]
+            .map(|(OfLimit { found, limit }, digits)| format!("{found:.digits$} of {limit:.digits$}"));
+        let (jump, place) = one.jump.map_or(("-".to_owned(), String::new()), |jump| {
+            (format!("{:.2} ({:.0})", jump.mm_s, jump.mm_min), place_words(&jump))
+        });
+        let most = format!("{:.2}", one.jump_limit_mm_s);
+        println!("   {} {speed:>15} {accel:>23} {decel:>23} {jump:>27} {most:>8}  {place}", one.axis);
+    }
+    println!(
+        "  at most: sqrt(8 x acceleration x $11), or twice the start speed; within moves a figure is up to 1 % high"
+    );
+}
+
+fn place_words(jump: &JumpFigures) -> String {
+    format!("to move {}{}", jump.move_number, line_words(jump.line))
+}
+
+fn line_words(line: Option<usize>) -> String {
+    line.map_or(String::new(), |line| format!(", line {line}"))
+}
+
+fn seconds(ns: u64) -> f64 {
+    ns as f64 * 1e-9
+}
