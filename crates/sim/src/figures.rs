@@ -9,6 +9,7 @@ use crate::kinematics::{self, AxisFigures};
 use crate::lines_of_moves;
 use crate::measure::{Intervals, Measured};
 use crate::outcome::Outcome;
+use crate::pace::Pace;
 use crate::record::Loss;
 use crate::stream::Refusal;
 use crate::verify::{self, MoveCheck, Verdict};
@@ -71,6 +72,8 @@ pub struct Figures {
     pub moves: Vec<MoveFigures>,
     /// How fast each axis was, within moves and at corners.
     pub axes: [AxisFigures; AXES],
+    /// How its time is spent, and what keeps it from being faster.
+    pub pace: Pace,
     /// Every promise, and whether it was kept.
     pub verdicts: Vec<Verdict>,
     /// Every edge that a driver may misread.
@@ -103,6 +106,7 @@ impl Figures {
             carriage_mm: outcome.mm(outcome.places_steps),
             verdicts: verify::verdicts(outcome, &checks),
             axes: kinematics::axes(outcome, &lines),
+            pace: Pace::new(outcome, &sources),
             moves: checks
                 .into_iter()
                 .enumerate()
