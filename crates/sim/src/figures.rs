@@ -9,6 +9,7 @@ use crate::kinematics::{self, AxisFigures};
 use crate::lines_of_moves;
 use crate::measure::{Intervals, Measured};
 use crate::outcome::Outcome;
+use crate::pace::Pace;
 use crate::record::Loss;
 use crate::stream::{Pause, Refusal};
 use crate::verify::{self, Findings, MoveCheck, Verdict};
@@ -105,6 +106,8 @@ pub struct Figures {
     pub moves: Vec<MoveFigures>,
     /// How fast each axis was, within moves and at corners.
     pub axes: [AxisFigures; AXES],
+    /// How its time is spent, and what keeps it from being faster.
+    pub pace: Pace,
     /// Every promise, and whether it was kept.
     pub verdicts: Vec<Verdict>,
     /// How many edges a driver may misread.
@@ -150,6 +153,7 @@ impl Figures {
             axes: kinematics::axes(outcome, &lines),
             moves_total: findings.moves(),
             lengths: Lengths::of(outcome),
+            pace: Pace::new(outcome, &sources),
             moves: moves
                 .into_iter()
                 .map(|(number, index)| move_figures(number, lines[index], outcome, verify::check(outcome, index)))

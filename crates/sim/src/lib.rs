@@ -16,7 +16,7 @@
 //! - [`world`] judges every edge as it happens: the [`driver`]'s timing, the [`motor`]'s torque, the [`plant`]'s ends.
 //! - [`verify`] judges every move afterwards, against the closed form of its plan; [`measure`] finds the
 //!   intervals of each axis again from its edges alone, and how near it came to its limits; [`corners`] tells by how much
-//!   its speed jumps from move to move.
+//!   its speed jumps from move to move, [`pace`] what keeps a program from being faster.
 //! - [`trace`], [`vcd`], [`Figures`] and [`report`] write it all down, byte for byte the same for the same run.
 //! - [`analysis`] takes derivatives, and models what a profile's acceleration does to a carriage that rings.
 //!
@@ -48,6 +48,7 @@ pub mod mechanics;
 pub mod motor;
 mod moves;
 mod outcome;
+pub mod pace;
 pub mod pin;
 pub mod plant;
 pub mod port;

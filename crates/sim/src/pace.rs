@@ -1,0 +1,159 @@
+//! The pace of a program: how its time is spent, and what keeps it from being faster.
+//!
+//! Everything comes from the plans of the moves, none of it from edges, so it is there with [`Config::only_time`] too. Homing is left
+//! out. Limits are those at the end of the run.
+//!
+//! [`Config::only_time`]: crate::Config::only_time
+
+mod asked;
+mod course;
+mod samples;
+mod seconds;
+mod slow;
+
+use isostep_motion::AXES;
+use serde::Serialize;
+
+use self::asked::top_mm_s;
+use self::course::{Change, Phase, phases};
+use self::seconds::Clock;
+use self::slow::Finder;
+use crate::lines_of_moves::{self, Source};
+use crate::outcome::Outcome;
+
+pub use self::samples::{Sample, Way, samples, ways};
+pub use self::seconds::Second;
+pub use self::slow::{SlowKind, SlowPlace, SlowPlaces, Why};
+
+/// The time of a program by what limits it, s. The sum is all of it: [`Pace::total_s`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Shares {
+    /// At the feed that the lines ask for, and on ramps from feed to feed.
+    pub feed_s: f64,
+    /// At the top speed of X, Y or Z, `$110`-`$112`: rapids, and feeds above it.
+    pub top_speed_s: [f64; AXES],
+    /// On ramps to and from corners, those of arcs included.
+    pub corners_s: f64,
+    /// On ramps to and from standstill.
+    pub standstill_s: f64,
+    /// On ramps to and from places behind which not enough was known: [`Why::LookAhead`].
+    pub look_ahead_s: f64,
+    /// Standing between moves.
+    pub standing_s: f64,
+}
+
+impl Shares {
+    /// All together, s.
+    pub fn sum_s(&self) -> f64 {
+        let top_speed_s: f64 = self.top_speed_s.iter().sum();
+        self.feed_s + top_speed_s + self.corners_s + self.standstill_s + self.look_ahead_s + self.standing_s
+    }
+}
+
+/// The pace of an axis.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct AxisPace {
+    /// Its highest speed, as planned, mm/s.
+    pub highest_mm_s: f64,
+    /// Its top speed: `$110`-`$112`, mm/s.
+    pub top_mm_s: f64,
+    /// The one as a share of the other.
+    pub share: f64,
+    /// How long it is the axis that limits the acceleration on ramps, s.
+    pub ramps_s: f64,
+}
+
+/// The pace of a program.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Pace {
+    /// How many moves it has.
+    pub moves: usize,
+    /// Their way along the path, mm.
+    pub way_mm: f64,
+    /// In motion, s.
+    pub moving_s: f64,
+    /// Standing between the first move and the last one, s; homing is no part of it.
+    pub standing_s: f64,
+    /// The same time by what limits it.
+    pub shares: Shares,
+    /// Where it is slow and what that costs.
+    pub slow: SlowPlaces,
+    /// Of all seconds under way the one with the least way; null for a program that has none.
+    pub slowest_second: Option<Second>,
+    /// The one in which most moves begin; null for a program of less than a second.
+    pub busiest_second: Option<Second>,
+    /// Of X, Y and Z.
+    pub axes: [AxisPace; AXES],
+    /// The index of the axis that comes nearest to its top speed; null without a move.
+    pub fastest_axis: Option<usize>,
+}
+
+impl Pace {
+    /// The pace of `outcome`.
+    pub fn of(outcome: &Outcome) -> Self {
+        Self::new(outcome, &lines_of_moves::of_moves(outcome))
+    }
+
+    /// The pace of `outcome`, whose moves have these sources.
+    pub fn new(outcome: &Outcome, sources: &[Option<Source>]) -> Self {
+        let mut finder = Finder::new(outcome, sources);
+        let mut clock = Clock::default();
+        let mut axes = [0, 1, 2].map(|axis| AxisPace { top_mm_s: top_mm_s(outcome, axis), ..AxisPace::default() });
+        let (mut moving_s, mut way_mm) = (0.0, 0.0);
+        for phase in phases(outcome, sources) {
+            moving_s += phase.span_s;
+            way_mm += phase.way_mm;
+            take_axes(&mut axes, outcome, &phase);
+            clock.take(&phase);
+            finder.take(&phase);
+        }
+        for axis in &mut axes {
+            axis.share = axis.highest_mm_s / axis.top_mm_s;
+        }
+        let found = finder.finish();
+        let ramps_s = |is_it: fn(Why) -> bool| {
+            let kinds = found.places.kinds.iter().filter(|kind| is_it(kind.why));
+            kinds.map(|kind| kind.ramps_s).sum()
+        };
+        let shares = Shares {
+            feed_s: found.feed_s,
+            top_speed_s: found.top_speed_s,
+            corners_s: ramps_s(|why| matches!(why, Why::Corner | Why::Arc)),
+            standstill_s: ramps_s(Why::is_standstill),
+            look_ahead_s: ramps_s(|why| why == Why::LookAhead),
+            standing_s: found.standing_s,
+        };
+        let [slowest_second, busiest_second] = clock.finish(sources);
+        let nearest = (0..AXES).rev().max_by(|&one, &other| axes[one].share.total_cmp(&axes[other].share));
+        Self {
+            moves: outcome.moves.iter().filter(|record| !record.homing).count(),
+            way_mm,
+            moving_s,
+            standing_s: found.standing_s,
+            shares,
+            slow: found.places,
+            slowest_second,
+            busiest_second,
+            axes,
+            fastest_axis: nearest.filter(|&axis| axes[axis].share > 0.0),
+        }
+    }
+
+    /// From the start of the first move to the end of the last one, homing left out, s.
+    pub fn total_s(&self) -> f64 {
+        self.moving_s + self.standing_s
+    }
+}
+
+fn take_axes(axes: &mut [AxisPace; AXES], outcome: &Outcome, phase: &Phase) {
+    let [begin_mm_s, end_mm_s] = phase.speeds_mm_s;
+    for (axis, direction) in axes.iter_mut().zip(phase.asked.direction) {
+        axis.highest_mm_s = axis.highest_mm_s.max(begin_mm_s.max(end_mm_s) * direction.abs());
+    }
+    if phase.change != Change::Level {
+        axes[phase.asked.weakest_axis(outcome, phase.change == Change::Up)].ramps_s += phase.span_s;
+    }
+}
+
+#[cfg(test)]
+mod tests;

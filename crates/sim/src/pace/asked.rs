@@ -1,0 +1,111 @@
+//! What a move asks for: its direction, its speed, and how fast the corner to the next one may be taken.
+
+use isostep_console::Rate;
+use isostep_motion::AXES;
+
+use crate::lines_of_moves::Source;
+use crate::outcome::{MoveRecord, Outcome};
+
+/// Speeds are the same if they differ by less, as a share of the faster one.
+const SAME: f64 = 1e-6;
+/// Half the difference of two directions: less is no corner, but rounding.
+const STRAIGHT: f64 = 1e-12;
+
+/// What limits a speed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Limit {
+    /// The feed that the line asks for.
+    Feed,
+    /// The top speed of the axis with this index.
+    Axis(usize),
+}
+
+/// What a move asks for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Asked {
+    /// Of length 1.
+    pub direction: [f64; AXES],
+    /// The way along the path for a step of the longest axis, mm.
+    pub mm_per_step: f64,
+    /// The speed along the path that it would have without a ramp, mm/s.
+    pub mm_s: f64,
+    /// Why it is no faster.
+    pub limit: Limit,
+}
+
+impl Asked {
+    /// Of one of the moves of `outcome`. Without a source as fast as it was planned, or as its axes may be.
+    pub fn new(outcome: &Outcome, record: &MoveRecord, source: Option<&Source>) -> Self {
+        let way_mm: [f64; AXES] = outcome.mm(record.plan.steps);
+        let length_mm = way_mm.iter().map(|mm| mm * mm).sum::<f64>().sqrt();
+        let direction = way_mm.map(|mm| mm / length_mm);
+        let mm_per_step = length_mm / record.plan.way_steps();
+        let tops = (0..AXES).filter(|&axis| direction[axis] != 0.0);
+        let tops = tops.map(|axis| (top_mm_s(outcome, axis) / direction[axis].abs(), axis));
+        let (top_mm_s, axis) = tops.min_by(|one, other| one.0.total_cmp(&other.0)).unwrap_or((f64::INFINITY, 0));
+        let feed_mm_s = match source.map(|source| source.rate) {
+            Some(Rate::Feed { mm_min }) => f64::from(mm_min) / 60.0,
+            Some(Rate::Rapid) => f64::INFINITY,
+            None => cruise_steps_s(record).map_or(f64::INFINITY, |steps_s| steps_s * mm_per_step),
+        };
+        let by_axis = top_mm_s <= feed_mm_s * (1.0 + SAME);
+        let (mm_s, limit) = if by_axis { (top_mm_s, Limit::Axis(axis)) } else { (feed_mm_s, Limit::Feed) };
+        Self { direction, mm_per_step, mm_s, limit }
+    }
+
+    /// Whether it is not slower than asked for.
+    pub fn is_reached(&self, mm_s: f64) -> bool {
+        mm_s >= self.mm_s * (1.0 - SAME)
+    }
+
+    /// By how much the path turns to that of the next move, degrees.
+    pub fn turn_deg(&self, next: &Self) -> f64 {
+        // Exact for small angles, which a cosine is not.
+        2.0 * self.half_difference(next).min(1.0).asin().to_degrees()
+    }
+
+    /// How fast the corner to the next move may be taken, by the rule that [`corners`](crate::corners) tells, mm/s.
+    pub fn corner_mm_s(&self, next: &Self, outcome: &Outcome) -> f64 {
+        let half = self.half_difference(next);
+        if half < STRAIGHT {
+            return f64::INFINITY;
+        }
+        let sine = (1.0 - half * half).max(0.0).sqrt();
+        let accels = (0..AXES).map(|axis| {
+            let limits = outcome.limits[axis];
+            let mm_s2 = limits.accel_steps_s2.min(limits.decel_steps_s2) / outcome.steps_per_mm[axis];
+            mm_s2 * 2.0 * half / (next.direction[axis] - self.direction[axis]).abs()
+        });
+        let accel_mm_s2 = accels.fold(f64::INFINITY, f64::min);
+        (accel_mm_s2 * outcome.junction_deviation_mm * sine * (1.0 + sine)).sqrt() / half
+    }
+
+    /// Half the length of the difference of both directions: the sine of half the angle by which the path turns.
+    fn half_difference(&self, next: &Self) -> f64 {
+        let squares = (0..AXES).map(|axis| (next.direction[axis] - self.direction[axis]).powi(2));
+        squares.sum::<f64>().sqrt() / 2.0
+    }
+
+    /// The axis that limits the acceleration, and the deceleration.
+    pub fn weakest_axis(&self, outcome: &Outcome, speeds_up: bool) -> usize {
+        let mm_s2 = |axis: usize| {
+            let limits = outcome.limits[axis];
+            let steps_s2 = if speeds_up { limits.accel_steps_s2 } else { limits.decel_steps_s2 };
+            steps_s2 / outcome.steps_per_mm[axis] / self.direction[axis].abs()
+        };
+        let moving = (0..AXES).filter(|&axis| self.direction[axis] != 0.0);
+        moving.min_by(|&one, &other| mm_s2(one).total_cmp(&mm_s2(other))).unwrap_or(0)
+    }
+}
+
+/// The top speed of an axis at the end of the run, mm/s.
+pub fn top_mm_s(outcome: &Outcome, axis: usize) -> f64 {
+    outcome.limits[axis].top_speed_steps_s / outcome.steps_per_mm[axis]
+}
+
+/// The speed of the longest axis while it cruises, if it does, steps/s.
+fn cruise_steps_s(record: &MoveRecord) -> Option<f64> {
+    let profiles = record.parts.iter().chain([&record.plan]).map(|plan| plan.profile);
+    let cruising = profiles.filter(|profile| profile.t_cruise_s() > 0.0);
+    cruising.map(|profile| profile.cruise_speed_steps_s()).reduce(f64::max)
+}

@@ -1,0 +1,169 @@
+//! The course of a program: all its moves as they were planned, as phases in which the speed rises, stays or falls.
+//!
+//! A move follows its plan until a part replaces it, from where that part begins. Homing is left out.
+
+use isostep_motion::{AXES, Finish};
+use isostep_profile::{Profile, SyncMove};
+
+use super::asked::Asked;
+use crate::lines_of_moves::Source;
+use crate::outcome::{MoveRecord, Outcome};
+
+/// How the speed changes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Change {
+    /// It rises.
+    Up,
+    /// It stays.
+    Level,
+    /// It falls.
+    Down,
+}
+
+/// A time in which the speed of one move rises, stays or falls.
+#[derive(Clone, Copy, Debug)]
+pub struct Phase<'a> {
+    /// Index of its move in [`Outcome::moves`].
+    pub index: usize,
+    /// What its move asks for.
+    pub asked: Asked,
+    /// Which of the three.
+    pub change: Change,
+    /// When it begins, s from the start of the first move.
+    pub begin_s: f64,
+    /// How long it lasts, s: above 0.
+    pub span_s: f64,
+    /// The speed along the path at its begin and its end, mm/s.
+    pub speeds_mm_s: [f64; 2],
+    /// Its way along the path, mm.
+    pub way_mm: f64,
+    /// Where it begins and ends, steps of the longest axis from the beginning of the whole move.
+    pub places_steps: [f64; 2],
+    profile: &'a Profile,
+    /// When it begins, s from the start of the profile, and where.
+    from_s: f64,
+    from_steps: f64,
+}
+
+impl Phase<'_> {
+    /// When it ends, s from the start of the first move.
+    pub fn end_s(&self) -> f64 {
+        self.begin_s + self.span_s
+    }
+
+    /// The speed along the path at `t_s` from the start of the first move, which is within the phase, mm/s.
+    pub fn speed_mm_s(&self, t_s: f64) -> f64 {
+        let [begin, end] = self.speeds_mm_s;
+        if self.change == Change::Level || t_s <= self.begin_s {
+            begin
+        } else if t_s >= self.end_s() {
+            end
+        } else {
+            self.profile.speed_at(self.from_s + t_s - self.begin_s) * self.asked.mm_per_step
+        }
+    }
+
+    /// How much of its way is made at `t_s` from the start of the first move, mm.
+    pub fn made_mm(&self, t_s: f64) -> f64 {
+        if t_s <= self.begin_s {
+            0.0
+        } else if t_s >= self.end_s() {
+            self.way_mm
+        } else {
+            let steps = self.profile.position_at(self.from_s + t_s - self.begin_s) - self.from_steps;
+            steps * self.asked.mm_per_step
+        }
+    }
+}
+
+/// All phases of the program, in order; `sources` are those of all moves.
+pub fn phases<'a>(outcome: &'a Outcome, sources: &'a [Option<Source>]) -> impl Iterator<Item = Phase<'a>> {
+    let first_ns = outcome.moves.iter().find(|record| !record.homing).map_or(0, |record| record.start_ns);
+    let program = outcome.moves.iter().enumerate().filter(|(_, record)| !record.homing);
+    let mut first_s = None;
+    program.flat_map(move |(index, record)| {
+        let asked = Asked::new(outcome, record, sources.get(index).and_then(Option::as_ref));
+        // The first plan may begin after its run.
+        let first_s = *first_s.get_or_insert(record.plan.begin_s());
+        let run_s = (record.start_ns - first_ns) as f64 * 1e-9 - first_s;
+        pieces(record).flat_map(move |piece| piece.phases(index, asked, run_s))
+    })
+}
+
+/// A plan and how long the move follows it.
+#[derive(Clone, Copy)]
+struct Piece<'a> {
+    plan: &'a SyncMove<AXES>,
+    /// s from the start of the run.
+    from_s: f64,
+    to_s: f64,
+}
+
+fn pieces(record: &MoveRecord) -> impl Iterator<Item = Piece<'_>> {
+    let mut plans = vec![(&record.plan, record.plan.begin_s())];
+    for part in &record.parts {
+        let begin_s = part.begin_s();
+        while plans.last().is_some_and(|&(_, other_s)| other_s >= begin_s) {
+            plans.pop();
+        }
+        plans.push((part, begin_s));
+    }
+    // What was stopped abruptly did not come to the end of its plan.
+    let stop_s = match record.finish {
+        Finish::Done | Finish::Held => f64::INFINITY,
+        _ => (record.end_ns - record.start_ns) as f64 * 1e-9,
+    };
+    let ends_s: Vec<_> = plans.iter().skip(1).map(|&(_, begin_s)| begin_s).chain([stop_s]).collect();
+    let pieces = plans.into_iter().zip(ends_s);
+    pieces.map(move |((plan, from_s), to_s)| Piece { plan, from_s, to_s: to_s.min(plan.end_s()).min(stop_s) })
+}
+
+/// An instant of a profile.
+#[derive(Clone, Copy)]
+struct Knot {
+    t_s: f64,
+    steps: f64,
+    steps_s: f64,
+}
+
+impl<'a> Piece<'a> {
+    fn phases(self, index: usize, asked: Asked, run_s: f64) -> impl Iterator<Item = Phase<'a>> {
+        let profile = &self.plan.profile;
+        let origin_s = self.plan.end_s() - profile.duration_s();
+        let origin_steps = self.plan.end_steps() - profile.distance_steps();
+        let at = |t_s: f64| Knot { t_s, steps: profile.position_at(t_s), steps_s: profile.speed_at(t_s) };
+        let [from, to] = [at(self.from_s - origin_s), at(self.to_s - origin_s)];
+        let knots = knots(profile);
+        let changes = [Change::Up, Change::Level, Change::Down];
+        (0..changes.len()).filter_map(move |number| {
+            let begin = if from.t_s > knots[number].t_s { from } else { knots[number] };
+            let end = if to.t_s < knots[number + 1].t_s { to } else { knots[number + 1] };
+            let phase = Phase {
+                index,
+                asked,
+                change: changes[number],
+                begin_s: run_s + origin_s + begin.t_s,
+                span_s: end.t_s - begin.t_s,
+                speeds_mm_s: [begin, end].map(|knot| knot.steps_s * asked.mm_per_step),
+                way_mm: (end.steps - begin.steps) * asked.mm_per_step,
+                places_steps: [begin, end].map(|knot| origin_steps + knot.steps),
+                profile,
+                from_s: begin.t_s,
+                from_steps: begin.steps,
+            };
+            (phase.span_s > 0.0).then_some(phase)
+        })
+    }
+}
+
+/// Where the phases of a profile begin, and where the last one ends.
+fn knots(profile: &Profile) -> [Knot; 4] {
+    let cruise_steps_s = profile.cruise_speed_steps_s();
+    let accel_s = profile.t_accel_s();
+    [
+        Knot { t_s: 0.0, steps: 0.0, steps_s: profile.entry_speed_steps_s() },
+        Knot { t_s: accel_s, steps: profile.accel_end_steps(), steps_s: cruise_steps_s },
+        Knot { t_s: accel_s + profile.t_cruise_s(), steps: profile.cruise_end_steps(), steps_s: cruise_steps_s },
+        Knot { t_s: profile.duration_s(), steps: profile.distance_steps(), steps_s: profile.exit_speed_steps_s() },
+    ]
+}

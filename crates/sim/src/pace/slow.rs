@@ -1,0 +1,482 @@
+//! The slow places of a program: where the speed is lowest between two faster stretches, why, and what that costs.
+//!
+//! A ramp belongs to the slow place that it leads to or comes from. A place is a corner, an arc as a whole, or a standstill. A ramp
+//! from or to a stretch at the speed asked for belongs to whatever asks for so little there. The chain plans as fast as corners,
+//! feeds, ends and what it knows ahead allow, so what none of the others explains is for the last.
+
+use isostep_motion::AXES;
+use serde::Serialize;
+
+use super::asked::{Asked, Limit};
+use super::course::{Change, Phase};
+use crate::lines_of_moves::Source;
+use crate::outcome::Outcome;
+
+/// How many places are kept one by one.
+const WORST: usize = 10;
+/// A corner is taken as fast as it may be if it is taken at this share of that.
+const FULL: f64 = 0.98;
+/// What is no faster stands, mm/s.
+const REST_MM_S: f64 = 1e-6;
+/// Between two runs a pause that is longer was asked for, s.
+const PAUSE_S: f64 = 0.01;
+
+/// Why a place is slow.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Why {
+    /// The path turns, and `$11` lets it be no faster.
+    Corner,
+    /// The path bends from chord to chord of an arc, and `$11` lets it be no faster.
+    Arc,
+    /// The line asks for an exact stop: G61 or G61.1.
+    ExactStop,
+    /// By the thirds law every move is from rest to rest: `$900`.
+    Thirds,
+    /// The machine stands: a dwell, M0, a line that waits for standstill, the sender, a hold.
+    Stop,
+    /// What follows was not known early enough: short moves beyond the look-ahead, or the sender; or an override.
+    LookAhead,
+    /// The first move begins or the last one ends, or homing does.
+    Ends,
+}
+
+impl Why {
+    /// All of them, in the order of [`SlowPlaces::kinds`].
+    pub const ALL: [Self; 7] =
+        [Self::Corner, Self::Arc, Self::ExactStop, Self::Thirds, Self::Stop, Self::LookAhead, Self::Ends];
+
+    /// In words.
+    pub const fn words(self) -> &'static str {
+        match self {
+            Self::Corner => "corner",
+            Self::Arc => "arc",
+            Self::ExactStop => "exact stop",
+            Self::Thirds => "thirds law: rest to rest",
+            Self::Stop => "stop",
+            Self::LookAhead => "what follows not yet known",
+            Self::Ends => "begin and end",
+        }
+    }
+
+    /// Whether it is a standstill.
+    pub const fn is_standstill(self) -> bool {
+        matches!(self, Self::ExactStop | Self::Thirds | Self::Stop | Self::Ends)
+    }
+}
+
+/// A place where the program is slow.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct SlowPlace {
+    /// Why.
+    pub why: Why,
+    /// When the speed is lowest, s from the start of the first move.
+    pub at_s: f64,
+    /// Where that is, mm.
+    pub place_mm: [f64; AXES],
+    /// Indices in [`Outcome::moves`] of the move that ends there and of the one that begins there; the same if it is within one.
+    pub moves: [usize; 2],
+    /// Their lines of the program, from 1, if they are known.
+    pub lines: [Option<usize>; 2],
+    /// The lowest speed, mm/s.
+    pub taken_mm_s: f64,
+    /// What both moves ask for, the lower of the two, mm/s.
+    pub asked_mm_s: f64,
+    /// By how much the path turns there, degrees; of an arc by all of it.
+    pub turn_deg: f64,
+    /// How long the machine stands there, s.
+    pub standing_s: f64,
+    /// How much longer the ramps to and from it take than the same way at the speed asked for, s.
+    pub lost_s: f64,
+}
+
+/// All places that are slow for one reason.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct SlowKind {
+    /// Why.
+    pub why: Why,
+    /// How many.
+    pub count: usize,
+    /// How long the ramps to and from them take, and slow stretches between these, s.
+    pub ramps_s: f64,
+    /// How much longer that is than the same way at the speed asked for, s.
+    pub lost_s: f64,
+}
+
+/// The slow places of a program.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SlowPlaces {
+    /// Of each reason.
+    pub kinds: [SlowKind; Why::ALL.len()],
+    /// Those that cost most, the worst first: ten at most. Begin and end, which each program has, are not among them.
+    pub worst: Vec<SlowPlace>,
+}
+
+impl SlowPlaces {
+    fn new() -> Self {
+        Self { kinds: Why::ALL.map(|why| SlowKind { why, count: 0, ramps_s: 0.0, lost_s: 0.0 }), worst: Vec::new() }
+    }
+
+    /// All that are slow for this reason.
+    pub fn of(&self, why: Why) -> &SlowKind {
+        &self.kinds[why as usize]
+    }
+
+    /// Lost at all places but begin and end, s.
+    pub fn lost_s(&self) -> f64 {
+        self.kinds.iter().filter(|kind| kind.why != Why::Ends).map(|kind| kind.lost_s).sum()
+    }
+
+    fn add(&mut self, place: SlowPlace, ramps_s: f64) {
+        let kind = &mut self.kinds[place.why as usize];
+        kind.count += 1;
+        kind.ramps_s += ramps_s;
+        kind.lost_s += place.lost_s;
+        if place.why == Why::Ends || place.lost_s <= 0.0 {
+            return;
+        }
+        let rank = self.worst.partition_point(|other| other.lost_s >= place.lost_s);
+        if rank < WORST {
+            self.worst.insert(rank, place);
+            self.worst.truncate(WORST);
+        }
+    }
+}
+
+/// Whether the machine stands at a place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Stand {
+    /// It goes on.
+    Flows,
+    /// For so long, s.
+    Stood(f64),
+    /// It has not moved before, or does not move afterwards: but by homing.
+    Ends,
+}
+
+/// A place that is being looked at.
+#[derive(Clone, Copy, Debug)]
+struct Open {
+    at_s: f64,
+    place_mm: [f64; AXES],
+    /// The moves on both sides, and what they ask for.
+    before: Option<(usize, Asked)>,
+    after: Option<(usize, Asked)>,
+    taken_mm_s: f64,
+    stand: Stand,
+    /// As [`SlowKind`] has them.
+    ramps_s: f64,
+    lost_s: f64,
+}
+
+/// Where the time of a program goes.
+pub struct Found {
+    /// Its slow places.
+    pub places: SlowPlaces,
+    /// At the feed asked for, and on ramps between such stretches, s.
+    pub feed_s: f64,
+    /// Likewise at the top speed of each axis, s.
+    pub top_speed_s: [f64; AXES],
+    /// Stood, s.
+    pub standing_s: f64,
+}
+
+/// Finds the slow places of phases that come in order.
+pub struct Finder<'a> {
+    outcome: &'a Outcome,
+    sources: &'a [Option<Source>],
+    open: Option<Open>,
+    /// The speed falls to the open place, and has not risen since.
+    falls: bool,
+    /// What limits the stretch that has just been left, if it was as fast as asked for.
+    level: Limit,
+    last: Option<Phase<'a>>,
+    /// The places on an arc so far, and the ramps to and from them.
+    arc: Option<(SlowPlace, f64)>,
+    found: Found,
+}
+
+impl<'a> Finder<'a> {
+    /// Which has found nothing.
+    pub fn new(outcome: &'a Outcome, sources: &'a [Option<Source>]) -> Self {
+        Self {
+            outcome,
+            sources,
+            open: None,
+            falls: false,
+            level: Limit::Feed,
+            last: None,
+            arc: None,
+            found: Found { places: SlowPlaces::new(), feed_s: 0.0, top_speed_s: [0.0; AXES], standing_s: 0.0 },
+        }
+    }
+
+    /// The next phase.
+    pub fn take(&mut self, phase: &Phase<'a>) {
+        match self.last {
+            None => self.begin_run(phase, None),
+            Some(last) if self.outcome.moves[last.index].run != self.outcome.moves[phase.index].run => {
+                let homed = self.outcome.moves[last.index..phase.index].iter().any(|record| record.homing);
+                let stood_s = (!homed).then(|| (phase.begin_s - last.end_s()).max(0.0));
+                self.found.standing_s += stood_s.unwrap_or(0.0);
+                self.end_run(&last);
+                self.begin_run(phase, stood_s);
+            }
+            Some(_) => {}
+        }
+        match phase.change {
+            Change::Up => self.rise(phase),
+            Change::Down => self.fall(phase),
+            Change::Level if phase.asked.is_reached(phase.speeds_mm_s[0]) => self.cruise(phase),
+            Change::Level => self.crawl(phase),
+        }
+        self.last = Some(*phase);
+    }
+
+    /// All that was found, after the last phase.
+    pub fn finish(mut self) -> Found {
+        if let Some(last) = self.last {
+            self.end_run(&last);
+            self.close();
+        }
+        self.close_arc();
+        for at in 0..self.found.places.worst.len() {
+            let place = self.found.places.worst[at];
+            if place.why == Why::Arc {
+                self.found.places.worst[at].turn_deg = self.turned_deg(&place);
+            }
+        }
+        self.found
+    }
+
+    /// A run begins after the machine stood: at the beginning of the program, and after homing, nobody asks for how long.
+    fn begin_run(&mut self, phase: &Phase<'a>, stood_s: Option<f64>) {
+        if stood_s.is_none() {
+            self.close();
+        }
+        let open = self.open.get_or_insert_with(|| Open::at_begin(self.outcome, phase));
+        open.after = Some((phase.index, phase.asked));
+        open.stand = stood_s.map_or(Stand::Ends, Stand::Stood);
+        self.falls = false;
+    }
+
+    /// A run has ended with this phase.
+    fn end_run(&mut self, last: &Phase<'a>) {
+        if !self.falls {
+            self.close();
+        }
+        let open = self.open.get_or_insert_with(|| Open::at_end(self.outcome, last));
+        open.stand = Stand::Ends;
+    }
+
+    fn rise(&mut self, phase: &Phase<'a>) {
+        match &mut self.open {
+            None => self.spend(self.level, phase.span_s),
+            Some(open) => {
+                open.add(phase);
+                if self.falls {
+                    open.after = Some((phase.index, phase.asked));
+                }
+            }
+        }
+        self.falls = false;
+    }
+
+    fn fall(&mut self, phase: &Phase<'a>) {
+        if !self.falls {
+            self.close();
+        }
+        self.sink(phase);
+    }
+
+    /// The open place is at the end of this phase, or behind it.
+    fn sink(&mut self, phase: &Phase<'a>) {
+        let end = Open::at_end(self.outcome, phase);
+        let open = self.open.get_or_insert(end);
+        *open = Open { ramps_s: open.ramps_s, lost_s: open.lost_s, ..end };
+        open.add(phase);
+        self.falls = true;
+    }
+
+    /// As fast as asked for.
+    fn cruise(&mut self, phase: &Phase<'a>) {
+        if self.falls
+            && let Some(open) = self.open.take()
+        {
+            self.spend(phase.asked.limit, open.ramps_s);
+        }
+        self.close();
+        (self.falls, self.level) = (false, phase.asked.limit);
+        self.spend(phase.asked.limit, phase.span_s);
+    }
+
+    /// Slower than asked for, and not on a ramp: at a peak of its law, or by an override.
+    fn crawl(&mut self, phase: &Phase<'a>) {
+        match &mut self.open {
+            Some(open) if !self.falls => open.add(phase),
+            _ => self.sink(phase),
+        }
+    }
+
+    fn source(&self, index: usize) -> Option<&Source> {
+        self.sources.get(index).and_then(Option::as_ref)
+    }
+
+    fn spend(&mut self, limit: Limit, span_s: f64) {
+        match limit {
+            Limit::Feed => self.found.feed_s += span_s,
+            Limit::Axis(axis) => self.found.top_speed_s[axis] += span_s,
+        }
+    }
+
+    /// The open place is complete.
+    fn close(&mut self) {
+        self.falls = false;
+        let Some(open) = self.open.take() else { return };
+        let sides = [open.before.or(open.after), open.after.or(open.before)];
+        let [Some((before, from)), Some((after, to))] = sides else { return };
+        let slower = if from.mm_s <= to.mm_s { from } else { to };
+        let Some(why) = self.why(&open, [(before, &from), (after, &to)]) else {
+            self.spend(slower.limit, open.ramps_s);
+            return;
+        };
+        let place = SlowPlace {
+            why,
+            at_s: open.at_s,
+            place_mm: open.place_mm,
+            moves: [before, after],
+            lines: [before, after].map(|index| self.source(index).map(|source| source.line)),
+            taken_mm_s: open.taken_mm_s,
+            asked_mm_s: slower.mm_s,
+            turn_deg: from.turn_deg(&to),
+            standing_s: if let Stand::Stood(stood_s) = open.stand { stood_s } else { 0.0 },
+            lost_s: open.lost_s,
+        };
+        self.put(place, open.ramps_s);
+    }
+
+    /// Why it is slow; `None` if it is as fast as both moves ask for.
+    fn why(&self, open: &Open, [(before, from), (after, to)]: [(usize, &Asked); 2]) -> Option<Why> {
+        let exact_stop = self.source(before).is_some_and(|source| source.exact_stop);
+        let thirds = self.outcome.config.settings.interval_thirds;
+        let stops = |other: Why| match () {
+            () if exact_stop => Why::ExactStop,
+            () if thirds => Why::Thirds,
+            () => other,
+        };
+        match open.stand {
+            Stand::Ends => return Some(Why::Ends),
+            Stand::Stood(stood_s) if stood_s > PAUSE_S => return Some(Why::Stop),
+            Stand::Stood(_) => return Some(stops(Why::Stop)),
+            Stand::Flows => {}
+        }
+        if from.is_reached(open.taken_mm_s) || to.is_reached(open.taken_mm_s) {
+            return None;
+        }
+        let corner_mm_s = from.corner_mm_s(to, self.outcome);
+        let start_mm_s = self.start_mm_s(from).max(REST_MM_S);
+        let is_corner = open.taken_mm_s >= FULL * corner_mm_s;
+        if open.taken_mm_s <= start_mm_s && (exact_stop || thirds) {
+            return Some(stops(Why::Corner));
+        }
+        let in_arc = self.source(before).is_some_and(|source| source.in_arc);
+        let one_line = self.source(before).map(|source| source.line) == self.source(after).map(|source| source.line);
+        // To go nearly the same way back it stops, and no rule gives a speed.
+        let is_rest = open.taken_mm_s <= start_mm_s && from.turn_deg(to) > 90.0;
+        Some(match () {
+            () if (is_corner || is_rest) && in_arc && one_line => Why::Arc,
+            () if is_corner || is_rest => Why::Corner,
+            () => Why::LookAhead,
+        })
+    }
+
+    /// The speed at which such a move may begin and stop, mm/s.
+    fn start_mm_s(&self, asked: &Asked) -> f64 {
+        let own = |axis: usize| {
+            let start_mm_s = self.outcome.limits[axis].start_speed_steps_s / self.outcome.steps_per_mm[axis];
+            start_mm_s / asked.direction[axis].abs()
+        };
+        let slowest_mm_s = (0..AXES).filter(|&axis| asked.direction[axis] != 0.0).map(own);
+        slowest_mm_s.fold(f64::INFINITY, f64::min) * (1.0 + 1e-6)
+    }
+
+    /// Places on one arc are one place.
+    fn put(&mut self, place: SlowPlace, ramps_s: f64) {
+        if place.why != Why::Arc {
+            self.close_arc();
+            self.found.places.add(place, ramps_s);
+            return;
+        }
+        if self.arc.is_some_and(|(arc, _)| arc.lines != place.lines || place.moves[0] < arc.moves[1]) {
+            self.close_arc();
+        }
+        let (arc, arc_ramps_s) = self.arc.get_or_insert((SlowPlace { lost_s: 0.0, ..place }, 0.0));
+        if place.taken_mm_s < arc.taken_mm_s {
+            (arc.taken_mm_s, arc.at_s, arc.place_mm) = (place.taken_mm_s, place.at_s, place.place_mm);
+        }
+        arc.moves[1] = place.moves[1];
+        arc.lost_s += place.lost_s;
+        *arc_ramps_s += ramps_s;
+    }
+
+    fn close_arc(&mut self) {
+        if let Some((arc, ramps_s)) = self.arc.take() {
+            self.found.places.add(arc, ramps_s);
+        }
+    }
+
+    /// By how much the path turns within the whole arc that the place is on, degrees.
+    fn turned_deg(&self, place: &SlowPlace) -> f64 {
+        let goes_on = |index: usize| {
+            self.source(index).is_some_and(|source| source.in_arc && Some(source.line) == place.lines[0])
+        };
+        let first = (0..=place.moves[0]).rev().take_while(|&index| goes_on(index)).last().unwrap_or(place.moves[0]);
+        let chords = (first..self.outcome.moves.len() - 1).take_while(|&index| goes_on(index));
+        chords.map(|index| self.asked(index).turn_deg(&self.asked(index + 1))).sum()
+    }
+
+    fn asked(&self, index: usize) -> Asked {
+        Asked::new(self.outcome, &self.outcome.moves[index], self.source(index))
+    }
+}
+
+impl Open {
+    fn at_begin(outcome: &Outcome, phase: &Phase) -> Self {
+        Self {
+            at_s: phase.begin_s,
+            place_mm: place_mm(outcome, phase, phase.places_steps[0]),
+            before: None,
+            after: Some((phase.index, phase.asked)),
+            taken_mm_s: phase.speeds_mm_s[0],
+            stand: Stand::Flows,
+            ramps_s: 0.0,
+            lost_s: 0.0,
+        }
+    }
+
+    fn at_end(outcome: &Outcome, phase: &Phase) -> Self {
+        Self {
+            at_s: phase.end_s(),
+            place_mm: place_mm(outcome, phase, phase.places_steps[1]),
+            before: Some((phase.index, phase.asked)),
+            after: None,
+            taken_mm_s: phase.speeds_mm_s[1],
+            stand: Stand::Flows,
+            ramps_s: 0.0,
+            lost_s: 0.0,
+        }
+    }
+
+    fn add(&mut self, phase: &Phase) {
+        self.ramps_s += phase.span_s;
+        self.lost_s += phase.span_s - phase.way_mm / phase.asked.mm_s;
+    }
+}
+
+/// Where the path is when the longest axis is at `steps` of a move.
+fn place_mm(outcome: &Outcome, phase: &Phase, steps: f64) -> [f64; AXES] {
+    let record = &outcome.moves[phase.index];
+    let origin_mm = outcome.mm(record.origin_steps);
+    let way_mm = (steps - record.plan.begin_steps()) * phase.asked.mm_per_step;
+    std::array::from_fn(|axis| origin_mm[axis] + way_mm * phase.asked.direction[axis])
+}

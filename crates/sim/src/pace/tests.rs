@@ -1,0 +1,222 @@
+use isostep_console::Settings;
+
+use super::*;
+use crate::{Config, run};
+
+/// All axes 2,000 mm/s², 80 steps/mm, to 200 mm/s.
+fn machine() -> Config {
+    let mut config = Config::default();
+    let settings = &mut config.settings;
+    (settings.steps_per_mm, settings.max_rate_mm_min) = ([80.0; AXES], [12_000.0; AXES]);
+    (settings.accel_mm_s2, settings.decel_or_0_mm_s2) = ([2_000.0; AXES], [0.0; AXES]);
+    (settings.soft_limits, settings.junction_deviation_mm) = (false, 0.01);
+    config.only_time = true;
+    config
+}
+
+fn outcome(program: &str, set: impl FnOnce(&mut Settings)) -> Outcome {
+    let mut config = machine();
+    set(&mut config.settings);
+    run(program.as_bytes(), &config).unwrap()
+}
+
+fn pace(program: &str) -> Pace {
+    Pace::of(&outcome(program, |_| {}))
+}
+
+fn assert_near(found: f64, expected: f64) {
+    assert!((found - expected).abs() <= 1e-9 * expected.abs().max(1e-3), "{found} for {expected}");
+}
+
+fn assert_sums(pace: &Pace) {
+    assert_near(pace.shares.sum_s(), pace.total_s());
+    let ramps_s: f64 = pace.axes.iter().map(|axis| axis.ramps_s).sum();
+    assert!(ramps_s <= pace.moving_s * (1.0 + 1e-9));
+}
+
+/// 40 mm at 100 mm/s: 0.05 s and 2.5 mm a ramp, 35 mm between.
+#[test]
+fn one_move_is_a_trapezoid() {
+    let pace = pace("G91 G1 F6000 X40\n");
+    let shares = Shares { feed_s: 0.35, standstill_s: 0.1, ..Shares::default() };
+    assert_near(pace.shares.feed_s, shares.feed_s);
+    assert_near(pace.shares.standstill_s, shares.standstill_s);
+    assert_near(pace.moving_s, 0.45);
+    assert_near(pace.way_mm, 40.0);
+    assert_eq!((pace.moves, pace.standing_s, pace.shares.corners_s, pace.fastest_axis), (1, 0.0, 0.0, Some(0)));
+    assert_near(pace.axes[0].share, 0.5);
+    assert_near(pace.axes[0].ramps_s, 0.1);
+    // Ramps at half the speed on the mean.
+    let ends = pace.slow.of(Why::Ends);
+    assert_eq!(ends.count, 2);
+    assert_near(ends.lost_s, 0.05);
+    assert!(pace.slow.worst.is_empty() && pace.slow.lost_s() == 0.0);
+    assert_eq!((pace.slowest_second, pace.busiest_second), (None, None));
+    assert_sums(&pace);
+}
+
+/// v² = a δ s/(1 - s), with √2 of the acceleration of an axis across the corner.
+#[test]
+fn a_right_angle_costs_what_its_ramps_take_longer() {
+    let pace = pace("G91 G1 F6000 X40\nY40\n");
+    let corner_mm_s = (2_000.0 * 0.01 / (1.0 - 0.5_f64.sqrt())).sqrt();
+    let ramp_s = (100.0 - corner_mm_s) / 2_000.0;
+    let ramp_mm = ramp_s * (100.0 + corner_mm_s) / 2.0;
+    let [corner] = pace.slow.worst[..] else { panic!("{:?}", pace.slow.worst) };
+    assert!((corner.taken_mm_s / corner_mm_s - 1.0).abs() < 1e-6, "{corner:?}");
+    assert!((pace.shares.corners_s / (2.0 * ramp_s) - 1.0).abs() < 1e-6);
+    assert!((corner.lost_s / (2.0 * (ramp_s - ramp_mm / 100.0)) - 1.0).abs() < 1e-6);
+    assert_eq!((corner.why, corner.moves, corner.lines), (Why::Corner, [0, 1], [Some(1), Some(2)]));
+    assert_near(corner.turn_deg, 90.0);
+    assert_near(corner.asked_mm_s, 100.0);
+    assert_eq!(corner.place_mm, [40.0, 0.0, 0.0]);
+    assert_near(pace.shares.standstill_s, 0.1);
+    assert_near(pace.slow.lost_s(), corner.lost_s);
+    assert_sums(&pace);
+}
+
+#[test]
+fn a_dwell_is_a_stop_where_the_machine_stands() {
+    let pace = pace("G91 G1 F6000 X40\nG4 P0.5\nX40\n");
+    let [stop] = pace.slow.worst[..] else { panic!("{:?}", pace.slow.worst) };
+    assert_eq!((stop.why, stop.lines, stop.taken_mm_s), (Why::Stop, [Some(1), Some(3)], 0.0));
+    assert!((0.5..0.51).contains(&stop.standing_s) && stop.standing_s == pace.standing_s, "{stop:?}");
+    assert_near(stop.lost_s, 0.05);
+    assert_near(pace.moving_s, 0.9);
+    assert_near(pace.shares.standstill_s, 0.2);
+    assert_sums(&pace);
+}
+
+#[test]
+fn an_exact_stop_is_told_from_a_stop_and_from_a_corner() {
+    let whys = |program: &str| pace(program).slow.worst.iter().map(|place| place.why).collect::<Vec<_>>();
+    assert_eq!(whys("G91 G61.1 G1 F6000 X40\nX40\n"), [Why::ExactStop]);
+    assert_eq!(whys("G91 G1 F6000 X40\nX-40\n"), [Why::Corner]);
+    assert_eq!(whys("G91 G1 F6000 X40\n$$\nX40\n"), []);
+    let thirds = outcome("G91 G1 F6000 X4\nX4\n", |settings| settings.interval_thirds = true);
+    let pace = Pace::of(&thirds);
+    assert_eq!(pace.slow.worst.iter().map(|place| place.why).collect::<Vec<_>>(), [Why::Thirds]);
+    // A third of the time at a speed that nothing but the law limits.
+    assert_near(pace.shares.standstill_s, pace.moving_s);
+    assert_sums(&pace);
+}
+
+#[test]
+fn a_rapid_is_limited_by_the_axis_that_is_slowest_along_it() {
+    let slow_y = outcome("G91 G0 X40 Y40\n", |settings| settings.max_rate_mm_min[1] = 3_000.0);
+    let pace = Pace::of(&slow_y);
+    // Both to 50 mm/s at 2,000 mm/s²: 0.025 s and 0.625 mm a ramp.
+    assert_near(pace.shares.top_speed_s[1], 38.75 / 50.0);
+    assert_near(pace.shares.standstill_s, 0.05);
+    assert_eq!((pace.shares.feed_s, pace.shares.top_speed_s[0], pace.fastest_axis), (0.0, 0.0, Some(1)));
+    assert_near(pace.axes[1].share, 1.0);
+    assert_near(pace.axes[0].share, 0.25);
+    assert_sums(&pace);
+}
+
+/// A ramp between two stretches at the speed asked for belongs to the slower one.
+#[test]
+fn a_change_of_feed_is_no_slow_place() {
+    let pace = pace("G91 G1 F6000 X40\nF3000 X40\nF9000 X40\n");
+    assert!(pace.slow.worst.is_empty(), "{:?}", pace.slow.worst);
+    assert_near(pace.shares.standstill_s, 0.05 + 0.075);
+    assert_near(pace.shares.feed_s, pace.moving_s - 0.125);
+    assert_sums(&pace);
+}
+
+#[test]
+fn an_arc_is_one_slow_place() {
+    let pace = pace("G91 G1 F12000 X40\nG3 X10 Y10 J10\nG1 Y40\n");
+    let [arc] = pace.slow.worst[..] else { panic!("{:?}", pace.slow.worst) };
+    assert_eq!((arc.why, arc.lines, pace.slow.of(Why::Arc).count), (Why::Arc, [Some(2), Some(2)], 1));
+    assert!((arc.turn_deg - 90.0).abs() < 12.0, "{arc:?}");
+    assert!(arc.taken_mm_s < 180.0 && arc.lost_s > 0.0 && arc.moves[1] > arc.moves[0] + 2, "{arc:?}");
+    assert_sums(&pace);
+}
+
+/// 400 moves of 0.1 mm: braking over the 64 that are known, it comes to √(2 · 2,000 · 6.4) mm/s at most.
+#[test]
+fn short_moves_on_a_straight_line_wait_for_what_follows() {
+    let pace = pace(&format!("G91 G1 F12000\n{}", "X0.1\n".repeat(400)));
+    assert!(pace.shares.feed_s == 0.0 && pace.shares.corners_s == 0.0, "{:?}", pace.shares);
+    assert!(pace.axes[0].highest_mm_s < 161.0);
+    assert!(pace.slow.kinds.iter().all(|kind| kind.count == 0 || matches!(kind.why, Why::LookAhead | Why::Ends)));
+    assert_sums(&pace);
+}
+
+#[test]
+fn homing_is_left_out() {
+    let homed = Pace::of(&run(b"$H\nG90 G1 F600 X20\nG4 P0.1\n$H\nG1 X20\n", &Config::default()).unwrap());
+    assert_eq!((homed.moves, homed.standing_s, homed.slow.of(Why::Ends).count), (2, 0.0, 4));
+    assert!(homed.total_s() < 10.0, "{homed:?}");
+    assert_sums(&homed);
+    let none = Pace::of(&run(b"$H\n", &Config::default()).unwrap());
+    assert_eq!((none.moves, none.total_s(), none.fastest_axis), (0, 0.0, None));
+}
+
+#[test]
+fn the_slowest_and_the_busiest_second_are_found() {
+    let program = format!("G91 G1 F6000 X200\nF600 X20\nF6000 X200\n{}G1 X200\n", "X0.5\n".repeat(400));
+    let pace = pace(&program);
+    let slowest = pace.slowest_second.unwrap();
+    assert_near(slowest.mean_mm_s, 10.0);
+    assert_eq!((slowest.lines, slowest.moves_begun), ([Some(2), Some(2)], 0));
+    assert!((2.0..3.1).contains(&slowest.start_s), "{slowest:?}");
+    let busiest = pace.busiest_second.unwrap();
+    assert!((199..=201).contains(&busiest.moves_begun), "{busiest:?}");
+    assert!((6.0..7.2).contains(&busiest.start_s), "{busiest:?}");
+}
+
+#[test]
+fn samples_have_the_whole_way_and_its_speeds() {
+    let outcome = outcome("G91 G1 F6000 X40\nG4 P0.2\nF3000 Y40\n", |_| {});
+    let sources = lines_of_moves::of_moves(&outcome);
+    let samples = samples(&outcome, &sources, 97);
+    let way_mm: f64 = samples.iter().map(|sample| sample.mean_mm_s * (sample.end_s - sample.begin_s)).sum();
+    assert_near(way_mm, 80.0);
+    assert!(samples.iter().all(|sample| sample.lowest_mm_s <= sample.mean_mm_s + 1e-9));
+    assert!(samples.iter().all(|sample| sample.mean_mm_s <= sample.highest_mm_s + 1e-9));
+    assert_near(samples.iter().map(|sample| sample.highest_mm_s).fold(0.0, f64::max), 100.0);
+    assert!(samples.iter().any(|sample| sample.asked_mm_s == 0.0) && samples[0].asked_mm_s == 100.0);
+    let ways: Vec<_> = ways(&outcome, &sources).collect();
+    assert_eq!((ways.len(), ways[1].index, ways[1].to_mm[1] - ways[1].from_mm[1]), (2, 1, 40.0));
+    assert_near(ways[0].mean_mm_s, 40.0 / 0.45);
+}
+
+/// The sums are the total, and the total is the time from the first start to the last end, whatever the program.
+#[test]
+fn random_programs_are_accounted_for() {
+    for seed in 1..=6 {
+        let mut random = oorandom::Rand32::new(seed);
+        let mut program = "G91\n".to_owned();
+        for _ in 0..60 {
+            let mut mm = || (random.rand_float() - 0.5) * 8.0;
+            let [x, y, z] = [mm(), mm(), mm()];
+            let feed_mm_min = random.rand_range(200..15_000);
+            program += &match random.rand_range(0..9) {
+                0 => format!("G0 X{x:.3} Z{z:.3}\n"),
+                1 => "G4 P0.05\n".to_owned(),
+                2 => format!("G61.1 G1 X{x:.3} Y{y:.3} F{feed_mm_min}\nG61\n"),
+                3 => format!("G2 X0 Y0 I{x:.3} J{y:.3} F{feed_mm_min}\n"),
+                _ => format!("G1 X{x:.3} Y{y:.3} Z{z:.3} F{feed_mm_min}\n"),
+            };
+        }
+        for speed_law in [0, 1, 2] {
+            let outcome = outcome(&program, |settings| {
+                settings.speed_law = speed_law;
+                settings.jerk_or_0_mm_s3 = [50_000.0; AXES];
+                settings.start_rate_mm_min = [if seed % 2 == 0 { 120.0 } else { 0.0 }; AXES];
+            });
+            let pace = Pace::of(&outcome);
+            assert_sums(&pace);
+            let (first, last) = (outcome.moves.first().unwrap(), outcome.moves.last().unwrap());
+            let total_s = (last.start_ns - first.start_ns) as f64 * 1e-9 + last.plan_s - first.plan.begin_s();
+            assert!((pace.total_s() / total_s - 1.0).abs() < 1e-8, "{} for {total_s}", pace.total_s());
+            assert!(pace.slow.kinds.iter().all(|kind| kind.lost_s >= -1e-9 && kind.lost_s <= kind.ramps_s));
+            let counted: usize = pace.slow.kinds.iter().map(|kind| kind.count).sum();
+            assert!(counted > 20 && pace.slow.worst.len() == 10, "{:?} {pace:?}", outcome.refusals);
+            assert!(pace.slow.worst.is_sorted_by(|one, other| one.lost_s >= other.lost_s));
+            assert!(pace.axes.iter().all(|axis| axis.share <= 1.0 + 1e-9));
+        }
+    }
+}
