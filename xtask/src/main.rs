@@ -7,7 +7,7 @@ extern crate anstream;
 
 mod bench;
 mod build;
-//CHK mod check;
+mod check;
 #[cfg(unix)]
 mod clients;
 mod console;
@@ -19,6 +19,7 @@ mod footprint;
 mod laws;
 mod lint;
 mod node;
+mod pace;
 mod papers;
 mod parallel;
 mod process;
@@ -52,6 +53,7 @@ struct Cli {
 const EXAMPLES: &str = "\
 Examples:
   cargo xtask sim programs/parking.nc --report report    run a program in virtual time, with pictures
+  cargo xtask check my.nc                                what would become of a program; nothing moves
   cargo xtask build                                      firmware as ELF and UF2, and its sizes
   cargo xtask flash                                      put it on a Pico
   cargo xtask emulate programs/parking.nc --trace b.csv  run a program on the emulated board
@@ -73,6 +75,7 @@ enum Verb {
     Flash(flash::Args),
     Size(size::Args),
     Sim(sim::Args),
+    Check(check::Args),
     Emulate(emulate::Args),
     Console(console::Args),
     Test(test::Args),
@@ -90,6 +93,7 @@ fn main() -> ExitCode {
         Verb::Flash(args) => flash::run(args),
         Verb::Size(args) => size::run(args),
         Verb::Sim(args) => sim::run(args),
+        Verb::Check(args) => check::run(args),
         Verb::Emulate(args) => emulate::run(args),
         Verb::Console(args) => console::run(args),
         Verb::Test(args) => test::run(args),

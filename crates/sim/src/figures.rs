@@ -1,6 +1,6 @@
 //! The figures of a run as one value: what the command line prints, the report shows and `--json` writes.
 
-use isostep_motion::{AXES, Event};
+use isostep_motion::AXES;
 use serde::Serialize;
 
 use crate::config::Port;
@@ -144,7 +144,7 @@ impl Figures {
             port: outcome.config.port,
             tick_ns: outcome.config.port.tick_ns(),
             duration_ns: outcome.duration_ns,
-            homing_ns: homing_ns(outcome),
+            homing_ns: outcome.homing_ns(),
             steps_total: outcome.edges.len(),
             position_steps: outcome.position_steps,
             position_mm: outcome.position_mm,
@@ -227,18 +227,4 @@ fn move_figures(number: usize, line: Option<usize>, outcome: &Outcome, check: Mo
         path_deviation: check.path_deviation,
         exact: check.exact,
     }
-}
-
-/// Time spent homing.
-fn homing_ns(outcome: &Outcome) -> u64 {
-    let mut began_ns = None;
-    let mut total_ns = 0;
-    for &(t_ns, event) in &outcome.events {
-        match event {
-            Event::State(isostep_motion::State::Home) => began_ns = Some(t_ns),
-            Event::State(_) => total_ns += began_ns.take().map_or(0, |began_ns: u64| t_ns - began_ns),
-            _ => {}
-        }
-    }
-    total_ns
 }

@@ -128,6 +128,20 @@ impl Outcome {
         self.said.iter().filter_map(|said| said.text.strip_prefix("[MSG:")?.strip_suffix(']'))
     }
 
+    /// Time spent homing, ns.
+    pub fn homing_ns(&self) -> u64 {
+        let mut began_ns = None;
+        let mut total_ns = 0;
+        for &(t_ns, event) in &self.events {
+            match event {
+                Event::State(State::Home) => began_ns = Some(t_ns),
+                Event::State(_) => total_ns += began_ns.take().map_or(0, |began_ns: u64| t_ns - began_ns),
+                _ => {}
+            }
+        }
+        total_ns
+    }
+
     /// A place in steps as mm.
     pub fn mm(&self, steps: [i32; AXES]) -> [f64; AXES] {
         std::array::from_fn(|axis| f64::from(steps[axis]) / self.steps_per_mm[axis])

@@ -287,9 +287,11 @@ impl Sim {
 
     /// As [`run_until_idle`](Self::run_until_idle), and tells `watch` the instant every second of it.
     fn run_to_rest(&mut self, watch: &mut dyn FnMut(u64)) -> Result<(), RunError> {
-        let limit = self.now() + self.config.time_limit;
+        let mut next = self.now();
+        let limit = next + self.config.time_limit;
         loop {
-            let next = limit.min(self.now() + WATCHED_EVERY);
+            // Not from now on: the clock stays at what happened last while nothing is due.
+            next = limit.min(next + WATCHED_EVERY);
             match self.executor.run_until_quiescent(next)? {
                 Rest::Quiescent => return Ok(()),
                 Rest::Horizon if next == limit => {

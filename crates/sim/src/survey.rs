@@ -17,6 +17,8 @@ use serde::Serialize;
 
 pub use room::{Bounds, Fit, Room};
 
+use crate::stream::Program;
+
 /// Of lines that are alike no more are listed one by one.
 pub const LISTED_MAX: usize = 1_000;
 /// Where a place is compared with the travel, half of the finest step that `$100` allows.
@@ -80,6 +82,9 @@ pub struct Survey {
     pub refused_total: usize,
     /// They, up to [`LISTED_MAX`].
     pub refused: Vec<Refused>,
+    /// The numbers of all of them.
+    #[serde(skip)]
+    refused_lines: Vec<usize>,
     /// How many are refused by number and word.
     pub refused_by_word: BTreeMap<String, usize>,
     /// Lines that move something.
@@ -92,6 +97,8 @@ pub struct Survey {
     pub feeds_mm_min: Option<(f32, f32)>,
     /// Lines at which a person has something to do, up to [`LISTED_MAX`].
     pub pauses: Vec<Pause>,
+    /// Whether it homes.
+    pub homes: bool,
     /// The line at which it says that it ends: M2 or M30.
     pub ends_at: Option<usize>,
     /// Whether a spindle or a laser is still on behind its last line.
@@ -109,6 +116,16 @@ impl Survey {
             survey.outside = Some(outside);
         }
         survey
+    }
+
+    /// The program with empty lines for those that are refused.
+    pub fn accepted(&self, program: &Program) -> Program {
+        if self.refused_lines.is_empty() {
+            return program.clone();
+        }
+        let mut lines = program.to_vec();
+        self.refused_lines.iter().for_each(|line| lines[line - 1].clear());
+        lines.into()
     }
 }
 
@@ -204,6 +221,7 @@ impl Reader {
 
     /// The axes stand at zero from now on, and the travel is where it is said to be.
     fn home(&mut self, axis: Option<usize>) {
+        self.survey.homes = true;
         let homed = Room::homed(&self.settings);
         let mut position_mm = self.interpreter.position_mm();
         for index in (0..AXES).filter(|index| axis.is_none_or(|axis| axis == *index)) {
@@ -256,6 +274,7 @@ impl Reader {
         let key = word.clone().unwrap_or_else(|| format!("error:{}", error.code()));
         *self.survey.refused_by_word.entry(key).or_default() += 1;
         self.survey.refused_total += 1;
+        self.survey.refused_lines.push(self.number);
         if self.survey.refused.len() < LISTED_MAX {
             let text = self.text.clone();
             self.survey.refused.push(Refused { line: self.number, text, code: error.code(), word, remedy });

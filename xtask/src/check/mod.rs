@@ -1,1 +1,83 @@
-//! placeholder
+//! `cargo xtask check`: what would become of programs, before anything moves.
+
+mod look;
+mod print;
+
+use std::path::PathBuf;
+
+use anyhow::{Result, ensure};
+use isostep_console::Settings;
+use isostep_sim::Config;
+
+use self::look::{Checked, Machine};
+use crate::{parallel, sim};
+
+const HELP: &str = "\
+Each program is read as the controller reads it, and then made in virtual time without its edges. Nothing moves and nothing is
+written. Lines that would be refused are left out of extents and times; a program that waits for a person is resumed at once.
+
+Extents are of its moves, from where it begins, or from zero if it homes. It fits if there is a place to begin at from which it
+stays within the travel: the middle of the travel, or another that is told; with --start it must stay within it from there.
+Times are from the start of the first move to the end of the last, without homing.
+
+The exit status is 0 if every line of every program is accepted, each fits, and none ends in an alarm, on every machine.
+
+Examples:
+  cargo xtask check my.nc                                      one program on the default machine, in detail
+  cargo xtask check my.nc --settings my.txt --start 5,5,20     on yours, from where it stands (cargo xtask sim --help)
+  cargo xtask check parts/*.nc                                 many, a line each
+  cargo xtask check parts/*.nc --settings a.txt b.txt          how long they take on two machines
+  cargo xtask check my.nc --all --json my.json                 every refused line; every figure";
+
+/// Say what would become of programs: refused lines, extents, times and what limits them; nothing moves
+#[derive(clap::Args)]
+#[command(after_help = HELP)]
+pub struct Args {
+    /// G-code programs
+    #[arg(value_name = "FILE", required = true)]
+    programs: Vec<PathBuf>,
+    /// Settings of machines: $n=v lines, a file for each [default: the parking gantry]
+    #[arg(long, value_name = "FILE", num_args = 1..)]
+    settings: Vec<PathBuf>,
+    /// Where the carriages stand at first, in mm from their switches [default: where the program fits]
+    #[arg(long, value_name = "X,Y,Z", value_parser = sim::places, allow_hyphen_values = true)]
+    start: Option<[f64; 3]>,
+    /// Tell every refused line, not the first ten
+    #[arg(long)]
+    all: bool,
+    /// Programs that are looked at at a time
+    #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u8).range(1..))]
+    jobs: u8,
+    /// Write every figure as JSON
+    #[arg(long, value_name = "OUT.json")]
+    json: Option<PathBuf>,
+}
+
+/// Runs the verb.
+pub fn run(args: Args) -> Result<()> {
+    let machines = machines(&args)?;
+    let checked: Vec<Checked> =
+        parallel::map(&args.programs, args.jobs.into(), |path| look::check(path, &machines, args.start));
+    match &checked[..] {
+        [one] => print!("{}", print::detail(one, &machines, args.all)),
+        _ => print!("{}", print::table(&checked, &machines)),
+    }
+    if let Some(path) = &args.json {
+        sim::write_file(path, |out| Ok(serde_json::to_writer_pretty(out, &checked)?))?;
+    }
+    let bad: Vec<_> = checked.iter().filter(|one| !one.is_good()).collect();
+    ensure!(bad.is_empty(), "{} of {} programs would not run as they are", bad.len(), checked.len());
+    Ok(())
+}
+
+fn machines(args: &Args) -> Result<Vec<Machine>> {
+    if args.settings.is_empty() {
+        return Ok(vec![Machine { name: "the default machine".to_owned(), settings: Settings::DEFAULT }]);
+    }
+    let read = args.settings.iter().map(|path| {
+        let stem =
+            path.file_stem().map_or_else(|| path.display().to_string(), |stem| stem.to_string_lossy().into_owned());
+        Ok(Machine { name: stem, settings: sim::read_settings(path, &Config::default())? })
+    });
+    read.collect()
+}

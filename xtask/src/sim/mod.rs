@@ -249,7 +249,8 @@ fn numbers(text: &str) -> Option<[f64; 3]> {
     numbers?.try_into().ok()
 }
 
-fn places(text: &str) -> Result<[f64; 3], String> {
+/// Three numbers of mm, as `--start` takes them.
+pub fn places(text: &str) -> Result<[f64; 3], String> {
     numbers(text).ok_or_else(|| "three numbers of mm, such as 35,40,15".to_owned())
 }
 

@@ -1,7 +1,10 @@
 //! The figures of a run as people read them.
 
 use isostep_sim::kinematics::{AxisFigures, JumpFigures, OfLimit};
+use isostep_sim::pace::Pace;
 use isostep_sim::{Figures, MoveFigures};
+
+use crate::pace;
 
 /// So many moves are listed one by one, unless all are asked for.
 const ROWS_MAX: usize = 40;
@@ -18,6 +21,7 @@ pub fn print(figures: &Figures, all_moves: bool) {
             print_summary(figures);
         }
         print_axes(&figures.axes);
+        print_pace(&figures.pace);
     }
     print_checks(figures);
     let [x, y, z] = figures.position_mm;
@@ -112,6 +116,20 @@ fn print_axes(axes: &[AxisFigures]) {
     println!(
         "  at most: sqrt(8 x acceleration x $11), or twice the start speed; within moves a figure is up to 1 % high"
     );
+}
+
+/// What keeps it from going faster.
+fn print_pace(pace: &Pace) {
+    println!("\nwhere the time goes");
+    println!("  {:.3} s from the first move to the last: limited by {}", pace.total_s(), pace::limited_by(pace));
+    if let Some(lost) = pace::lost(pace) {
+        println!("  lost: {lost}");
+    }
+    pace::worst(pace).for_each(|place| println!("    {place}"));
+    let seconds = [("slowest", &pace.slowest_second), ("busiest", &pace.busiest_second)];
+    for (which, second) in seconds.iter().filter_map(|(which, second)| Some((which, second.as_ref()?))) {
+        println!("  the {which} second: {}", pace::second(second));
+    }
 }
 
 fn place_words(jump: &JumpFigures) -> String {

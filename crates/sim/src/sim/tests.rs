@@ -92,6 +92,16 @@ fn a_refused_line_ends_the_program_there() {
     assert_eq!(outcome.position_mm[0], 1.0);
 }
 
+/// Longer than progress is told of, and waiting for a person.
+#[test]
+fn dwells_and_pauses_are_played_through() {
+    let mut told = Vec::new();
+    let program: Vec<_> = program::lines(b"G4 P5\nG0 X1\nM0\nG4 P0.5\nG0 X2\n").unwrap();
+    let outcome = run_watched(program.into(), &Config::default(), Flash::blank(), &mut |now| told.push(now)).unwrap();
+    assert_eq!((outcome.position_mm[0], outcome.pauses[0].line, outcome.pauses.len()), (2.0, 3, 1));
+    assert!(told.len() >= 5 && told.is_sorted_by_key(|now| now.answered) && told.last().unwrap().answered >= 1);
+}
+
 #[test]
 fn a_dialogue_in_steps() {
     let mut sim = Sim::new(&Config::default());

@@ -1,0 +1,179 @@
+//! What was found, as people read it.
+
+use isostep_sim::survey::{LISTED_MAX, Pause, Survey};
+
+use super::look::{Checked, Machine, On};
+use crate::pace;
+use crate::remarks::{self, TOLD_MAX, shortened};
+
+/// A program in detail, on each machine.
+pub fn detail(checked: &Checked, machines: &[Machine], all: bool) -> String {
+    if let Some(why) = &checked.unreadable {
+        return format!("{}: {why}\n", checked.program);
+    }
+    let (mut text, many) = (String::new(), machines.len() > 1);
+    for (index, on) in checked.on.iter().enumerate() {
+        text += &format!("{}{} on {}\n", if index > 0 { "\n" } else { "" }, checked.program, on.machine);
+        if index == 0 || !many {
+            text += &fate(&on.survey, all);
+        }
+        text += &places(on);
+        text += &times(on);
+    }
+    text
+}
+
+fn row(name: &str, words: &str) -> String {
+    format!("  {name:<11}{words}\n")
+}
+
+/// What becomes of its lines, whatever the machine.
+fn fate(survey: &Survey, all: bool) -> String {
+    let Survey { lines, blocks, statements, empty, moves, arcs, refused_total, .. } = *survey;
+    let mut text = row(
+        "lines",
+        &format!(
+            "{lines}: {blocks} of G-code ({moves} that move, {arcs} of them arcs), {statements} of $, {empty} empty or comments"
+        ),
+    );
+    text += &row("refused", &if refused_total == 0 { "none".to_owned() } else { refused_total.to_string() });
+    let told = if all { LISTED_MAX } else { TOLD_MAX };
+    for refused in survey.refused.iter().take(told) {
+        let (line, code, remedy) = (refused.line, refused.code, &refused.remedy);
+        text += &format!("    line {line} `{}`: error:{code} {remedy}\n", shortened(&refused.text));
+    }
+    if refused_total > told {
+        let how = if all { "" } else { "; --all tells them" };
+        text += &format!(
+            "    and {} more, in all {}{how}\n",
+            refused_total - told,
+            remarks::by_word(&survey.refused_by_word)
+        );
+    }
+    text += &persons(&survey.pauses);
+    if let Some((least, most)) = survey.feeds_mm_min {
+        let range = if least == most { least.to_string() } else { format!("{least} to {most}") };
+        text += &row("feeds", &format!("{range} mm/min"));
+    }
+    let left_on = if survey.leaves_tool_on { ", and leaves the spindle on (M3, M4)" } else { "" };
+    text + &match survey.ends_at {
+        Some(line) => row("ends", &format!("by M2 or M30, line {line}{left_on}")),
+        None => row("ends", &format!("without M2 or M30: its modes stay in force{left_on}")),
+    }
+}
+
+/// Where a person has something to do.
+fn persons(pauses: &[Pause]) -> String {
+    if pauses.is_empty() {
+        return String::new();
+    }
+    let words = |pause: &Pause| match pause.tool {
+        Some(tool) => format!("T{tool} (line {})", pause.line),
+        None => format!("M0 (line {})", pause.line),
+    };
+    let (tools, stops): (Vec<_>, Vec<_>) = pauses.iter().partition(|pause| pause.tool.is_some());
+    let list = |all: &[&Pause]| {
+        let more = if all.len() > TOLD_MAX { format!(" and {} more", all.len() - TOLD_MAX) } else { String::new() };
+        all.iter().take(TOLD_MAX).map(|pause| words(pause)).collect::<Vec<_>>().join(", ") + &more
+    };
+    let tools =
+        if tools.is_empty() { String::new() } else { row("tools", &format!("{}: each waits for ~", list(&tools))) };
+    tools + &if stops.is_empty() { String::new() } else { row("waits", &format!("for ~ at {}", list(&stops))) }
+}
+
+fn places(on: &On) -> String {
+    let Some(extents) = on.survey.extents_mm else { return row("extents", "nothing moves") };
+    let axis = |index: usize| {
+        format!("{} {:.3} to {:.3}", ["X", "Y", "Z"][index], extents.low_mm[index], extents.high_mm[index])
+    };
+    let [width, height, depth] = extents.size_mm();
+    let text =
+        row("extents", &format!("{}, {}, {} mm: {width:.3} x {height:.3} x {depth:.3}", axis(0), axis(1), axis(2)));
+    let [x, y, z] = on.start_mm;
+    text + &match &on.survey.outside {
+        None => row("travel", &format!("it stays within, from --start {x},{y},{z}")),
+        Some(outside) => row("travel", &format!("left: {}", remarks::outside(outside))),
+    }
+}
+
+fn times(on: &On) -> String {
+    let (Some(time_s), Some(pace)) = (on.time_s, &on.pace) else {
+        return row("time", on.trouble.as_deref().unwrap_or("-"));
+    };
+    let homing = on.homing_s.filter(|s| *s > 0.0).map_or(String::new(), |s| format!(", after {s:.3} s of homing"));
+    let refused = if on.survey.refused_total > 0 { ", without what is refused" } else { "" };
+    let mut text = row(
+        "time",
+        &format!("{time_s:.3} s: {:.3} s moving, {:.3} s standing{homing}{refused}", pace.moving_s, pace.standing_s),
+    );
+    if pace.moves > 0 {
+        text += &row("limited by", &pace::limited_by(pace));
+    }
+    if let Some(lost) = pace::lost(pace) {
+        text += &row("time lost", &lost);
+    }
+    for worst in pace::worst(pace) {
+        text += &format!("    {worst}\n");
+    }
+    text + &pace::fastest(pace).map_or(String::new(), |fastest| row("fastest", &fastest))
+}
+
+/// Many programs, a line each.
+pub fn table(checked: &[Checked], machines: &[Machine]) -> String {
+    let folder = common_folder(checked);
+    let name = |one: &Checked| one.program[folder.len()..].to_owned();
+    let width = checked.iter().map(|one| name(one).chars().count()).max().unwrap_or(0).max("program".len());
+    let mut text = format!("{:<width$} {:>7} {:>20} {:>20} {:>20}", "program", "lines", "X, mm", "Y, mm", "Z, mm");
+    for machine in machines {
+        text += &format!(" {:>11}", format!("{}, s", machine_name(machine, machines)));
+    }
+    text += "  refused, and what else is wrong\n";
+    for one in checked {
+        text += &format!("{:<width$} {}\n", name(one), cells(one));
+    }
+    text + "  X, Y, Z: where its moves are, from where it begins; *: without what is refused\n"
+}
+
+/// The folder that all of them are in, with the slash behind it; nothing if they are in several.
+fn common_folder(checked: &[Checked]) -> &str {
+    let folder = |one: &'_ Checked| one.program.rfind('/').map_or(0, |slash| slash + 1);
+    let Some(first) = checked.first() else { return "" };
+    let common = &first.program[..folder(first)];
+    if checked.iter().all(|one| one.program[..folder(one)] == *common) { common } else { "" }
+}
+
+fn machine_name(machine: &Machine, machines: &[Machine]) -> String {
+    if machines.len() == 1 { "time".to_owned() } else { machine.name.clone() }
+}
+
+fn cells(one: &Checked) -> String {
+    let Some(first) = one.on.first() else { return format!("{:>7} {}", "-", one.unreadable.as_deref().unwrap_or("-")) };
+    let mut text = format!("{:>7}", first.survey.lines);
+    for axis in 0..3 {
+        let extents = first.survey.extents_mm;
+        let words =
+            extents.map_or("-".to_owned(), |bounds| format!("{:.2}..{:.2}", bounds.low_mm[axis], bounds.high_mm[axis]));
+        text += &format!(" {words:>20}");
+    }
+    for on in &one.on {
+        let mark = if on.survey.refused_total > 0 { "*" } else { " " };
+        text += &format!(" {:>11}", on.time_s.map_or("-".to_owned(), |s| format!("{s:.3}{mark}")));
+    }
+    format!("{text}  {}", wrong(one))
+}
+
+fn wrong(one: &Checked) -> String {
+    let refused =
+        one.on.first().map(|on| remarks::by_word(&on.survey.refused_by_word)).filter(|words| !words.is_empty());
+    let of_machines = one.on.iter().flat_map(|on| {
+        let left = on
+            .survey
+            .outside
+            .as_ref()
+            .map(|outside| format!("leaves the travel of {} (line {})", on.machine, outside.line));
+        let trouble = on.trouble.as_ref().map(|trouble| format!("on {}: {trouble}", on.machine));
+        [left, trouble].into_iter().flatten()
+    });
+    let all: Vec<_> = refused.into_iter().chain(of_machines).collect();
+    if all.is_empty() { "-".to_owned() } else { all.join("; ") }
+}

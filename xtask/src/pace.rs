@@ -1,0 +1,86 @@
+//! What keeps a program from going faster, as people read it.
+
+use isostep_sim::pace::{Pace, Second, SlowPlace, Why};
+
+const AXES: [&str; 3] = ["X", "Y", "Z"];
+/// So many slow places are told.
+const WORST_TOLD: usize = 3;
+
+/// `the feed 62.0 %, corners 21.3 %`: what holds for longest first; what never holds is left out.
+pub fn limited_by(pace: &Pace) -> String {
+    let shares = &pace.shares;
+    let [x_s, y_s, z_s] = shares.top_speed_s;
+    let mut named = [
+        ("the feed", shares.feed_s),
+        ("X's top speed", x_s),
+        ("Y's top speed", y_s),
+        ("Z's top speed", z_s),
+        ("acceleration at corners", shares.corners_s),
+        ("acceleration at stops", shares.standstill_s),
+        ("what is known ahead", shares.look_ahead_s),
+        ("standing", shares.standing_s),
+    ];
+    named.sort_by(|one, other| other.1.total_cmp(&one.1));
+    let total_s = pace.total_s();
+    let told = named.iter().filter(|(_, s)| *s > 0.0).map(|(name, s)| format!("{name} {:.1} %", 100.0 * s / total_s));
+    told.collect::<Vec<_>>().join(", ")
+}
+
+/// `0.316 s at 94 corners, 0.114 s at 1 stop`; `None` where there is none.
+pub fn lost(pace: &Pace) -> Option<String> {
+    let kinds = pace.slow.kinds.iter().filter(|kind| kind.count > 0 && kind.why != Why::Ends);
+    let told: Vec<_> = kinds.map(|kind| format!("{:.3} s at {}", kind.lost_s, counted(kind.why, kind.count))).collect();
+    (!told.is_empty()).then(|| told.join(", "))
+}
+
+fn counted(why: Why, count: usize) -> String {
+    let (one, many) = match why {
+        Why::Corner => ("corner", "corners"),
+        Why::Arc => ("arc", "arcs"),
+        Why::ExactStop => ("exact stop (G61.1)", "exact stops (G61.1)"),
+        Why::Thirds => ("stop of the thirds law ($900)", "stops of the thirds law ($900)"),
+        Why::Stop => ("stop", "stops"),
+        Why::LookAhead => ("place behind which too little was known", "places behind which too little was known"),
+        Why::Ends => ("end", "ends"),
+    };
+    format!("{count} {}", if count == 1 { one } else { many })
+}
+
+/// A line for each of the places that cost most.
+pub fn worst(pace: &Pace) -> impl Iterator<Item = String> + '_ {
+    pace.slow.worst.iter().take(WORST_TOLD).map(place)
+}
+
+fn place(place: &SlowPlace) -> String {
+    let [x, y, z] = place.place_mm;
+    let line = place.lines[1].map_or(String::new(), |line| format!("line {line}, "));
+    let turn =
+        if place.turn_deg > 0.05 { format!(" turns by {:.0} degrees and", place.turn_deg) } else { String::new() };
+    format!(
+        "{line}at X{x:.2} Y{y:.2} Z{z:.2}:{turn} goes at {:.1} of {:.1} mm/s, {:.3} s lost: {}",
+        place.taken_mm_s,
+        place.asked_mm_s,
+        place.lost_s,
+        place.why.words()
+    )
+}
+
+/// When it is, how fast, how many moves, and where in the program.
+pub fn second(second: &Second) -> String {
+    let lines = match second.lines {
+        [Some(first), Some(last)] if first != last => format!(", lines {first} to {last}"),
+        [Some(line), _] | [None, Some(line)] => format!(", line {line}"),
+        [None, None] => String::new(),
+    };
+    format!(
+        "from {:.1} s on, {:.2} mm/s on average, {} moves begin{lines}",
+        second.start_s, second.mean_mm_s, second.moves_begun
+    )
+}
+
+/// The axis that comes nearest to its top speed.
+pub fn fastest(pace: &Pace) -> Option<String> {
+    let axis = pace.fastest_axis?;
+    let of = &pace.axes[axis];
+    Some(format!("{}: {:.2} of {:.2} mm/s, {:.0} %", AXES[axis], of.highest_mm_s, of.top_mm_s, 100.0 * of.share))
+}
