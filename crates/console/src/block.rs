@@ -43,6 +43,7 @@ enum Group {
     CoordinateSystem,
     PathControl,
     ProgramFlow,
+    ToolChange,
     Spindle,
     Coolant,
 }
@@ -99,6 +100,10 @@ pub(crate) struct Words {
     pub(crate) axis_command: Option<AxisCommand>,
     /// G43.1 rather than G49.
     pub(crate) lengthens_tool: bool,
+    /// G64, which may have a P.
+    pub(crate) blends: bool,
+    /// M6.
+    pub(crate) changes_tool: bool,
     /// M0.
     pub(crate) pauses: bool,
     /// M2, M30.
@@ -106,8 +111,8 @@ pub(crate) struct Words {
 }
 
 impl Words {
-    /// Reads a line on top of the modes in force.
-    pub(crate) fn read(line: &str, modal: Modal) -> Result<Self, Error> {
+    /// Reads a line on top of the modes in force. Where it cannot be read, what is left of it begins with the word at fault.
+    pub(crate) fn read(line: &mut &[u8], modal: Modal) -> Result<Self, Error> {
         let mut block = Self {
             claimed_groups: 0,
             given: 0,
@@ -116,6 +121,8 @@ impl Words {
             non_modal: None,
             axis_command: None,
             lengthens_tool: false,
+            blends: false,
+            changes_tool: false,
             pauses: false,
             ends_program: false,
         };
@@ -202,7 +209,11 @@ impl Words {
             5300 => self.non_modal(NonModal::MachineCoordinates),
             5400 | 5500 | 5600 | 5700 | 5800 | 5900 => { modal.system = code as u8 - 54; Group::CoordinateSystem }
             5910 | 5920 | 5930 => return Err(Error::UnsupportedSystem),
-            6100 | 6110 => { modal.exact_stop = hundredths == 6110; Group::PathControl }
+            6100 | 6110 | 6400 => {
+                modal.exact_stop = hundredths == 6110;
+                self.blends = code == 64;
+                Group::PathControl
+            }
             8000 => { modal.motion = MotionMode::Cancelled; Group::Motion }
             9000 | 9100 => { modal.incremental = code == 91; Group::Distance }
             9110 => Group::ArcDistance,
@@ -229,6 +240,7 @@ impl Words {
             300 => { modal.spindle = Spindle::Clockwise; Group::Spindle }
             400 => { modal.spindle = Spindle::CounterClockwise; Group::Spindle }
             500 => { modal.spindle = Spindle::Off; Group::Spindle }
+            600 => { self.changes_tool = true; Group::ToolChange }
             700 => { modal.coolant = modal.coolant.and(Coolant::Mist); Group::Coolant }
             800 => { modal.coolant = modal.coolant.and(Coolant::Flood); Group::Coolant }
             900 => { modal.coolant = Coolant::Off; Group::Coolant }

@@ -7,7 +7,7 @@ use crate::{AXES, Alarm, Arc, Error};
 /// A line, understood; `'l` is the line's.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Command<'l> {
-    /// G-code; an empty line is an empty block.
+    /// G-code; an empty line is an empty block, and so is one that is only `%`.
     Block(Block),
     /// `$J=`: begin a jog, or [`Error::TravelExceeded`].
     Jog(Jog),
@@ -80,13 +80,15 @@ pub enum Command<'l> {
 pub struct Block {
     /// N; 0 without one.
     pub line_number: u32,
+    /// M6: first of all hold until a resume, for this tool to be put in; 0 where none was named.
+    pub tool_change: Option<u8>,
     /// G4: wait this long, 0 s or more.
     pub dwell_s: Option<f32>,
     /// G28, G30 with axis words: rapid there first.
     pub via_mm: Option<[f32; AXES]>,
     /// G0 to G3, G28, G30.
     pub motion: Option<Move>,
-    /// M0: when all this is done, hold until a resume.
+    /// M0: when all this is done, hold until a resume; not a second time where M6 is all that was done.
     pub pauses: bool,
     /// G10, G28.1, G30.1: work offsets or places are others than before it.
     pub changes_coordinates: bool,
@@ -104,7 +106,7 @@ pub struct Move {
     pub rate: Rate,
     /// The way there, if it is not straight.
     pub arc: Option<Arc>,
-    /// G61.1: it ends in a stop, whatever comes next.
+    /// G61.1: it ends in a stop, whatever comes next. G61 and G64: it does not.
     pub exact_stop: bool,
 }
 

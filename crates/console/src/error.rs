@@ -20,7 +20,7 @@ codes! {
         RateTooHigh = 12, "The step rate is above what the outputs carry: lower $110-$112, $100-$102 or $0.";
         TravelExceeded = 15, "The jog would leave the travel ($130-$132), so it was not begun: jog less far.";
         BadJog = 16, "A jog is $J= with axis words, F, G20, G21, G90, G91 or G53: remove all else.";
-        Unsupported = 20, "The machine has no such code or word (no probe, no tool changer): remove it.";
+        Unsupported = 20, "The machine has no such code or word: remove it, or do what the message before the refusal says.";
         ModalClash = 21, "Two codes of one modal group share the line: put them on lines of their own.";
         NoFeed = 22, "The move needs a feed of 1 mm/min or more: add F.";
         IntegerRequired = 23, "The value must be a whole number: remove the fraction.";

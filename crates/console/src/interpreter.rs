@@ -93,7 +93,8 @@ impl Interpreter {
     pub fn interpret<'l>(&mut self, line: &'l str, state: State, settings: &Settings) -> Result<Command<'l>, Error> {
         match line.strip_prefix('$') {
             Some(statement) => self.statement(statement, state, settings),
-            None if line.is_empty() => Ok(Command::Block(Block::default())),
+            // % stands where a program begins and where it ends.
+            None if matches!(line, "" | "%") => Ok(Command::Block(Block::default())),
             None => {
                 state.takes_gcode()?;
                 self.gcode(line).map(Command::Block)
@@ -107,7 +108,7 @@ impl Interpreter {
     /// As [`interpret`](Self::interpret).
     pub fn gcode(&mut self, line: &str) -> Result<Block, Error> {
         let before = *self;
-        let block = self.block(Words::read(line, self.modal)?);
+        let block = self.block(Words::read(&mut line.as_bytes(), self.modal)?);
         if block.is_err() {
             *self = before;
         }
@@ -117,7 +118,7 @@ impl Interpreter {
     /// What follows `$J=`.
     pub(crate) fn jog(&self, line: &str) -> Result<Jog, Error> {
         let modal = Modal { motion: MotionMode::Linear, inverse_time: false, ..self.modal };
-        let mut words = Words::read(line, modal)?;
+        let mut words = Words::read(&mut line.as_bytes(), modal)?;
         words.line_number()?;
         let mm_min = in_mm(words.take(b'F').ok_or(Error::NoFeed)?, &words.modal);
         if !words.has_axes() {
@@ -137,6 +138,7 @@ impl Interpreter {
     fn block(&mut self, mut words: Words) -> Result<Block, Error> {
         let line_number = words.line_number()?;
         self.modes(&mut words)?;
+        let tool_change = words.changes_tool.then_some(self.modal.tool);
         let dwell_s = match words.non_modal {
             Some(NonModal::Dwell) => Some(words.take(b'P').ok_or(Error::ValueMissing)?),
             _ => None,
@@ -146,15 +148,20 @@ impl Interpreter {
         let (via_mm, go_to) = self.non_modal(&mut words)?;
         let changes_coordinates = before.is_some_and(|before| before != self.coordinates);
         let motion = go_to.or(self.motion(&mut words)?);
+        if words.blends {
+            // How far G64 may stray from the path: $11 says that here.
+            words.take(b'P');
+        }
         words.check_all_used()?;
         if let Some(Move { target_mm, .. }) = motion {
             self.position_mm = target_mm;
         }
         let Words { pauses, ends_program, .. } = words;
+        let pauses = pauses && (tool_change.is_none() || dwell_s.is_some() || motion.is_some());
         if ends_program {
             self.modal.end_program();
         }
-        Ok(Block { line_number, dwell_s, via_mm, motion, pauses, changes_coordinates, ends_program })
+        Ok(Block { line_number, tool_change, dwell_s, via_mm, motion, pauses, changes_coordinates, ends_program })
     }
 
     fn modes(&mut self, words: &mut Words) -> Result<(), Error> {

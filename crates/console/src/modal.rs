@@ -92,7 +92,7 @@ pub struct Modal {
     pub incremental: bool,
     /// G93 rather than G94: F is how many of the move fit into a minute, and holds for its block alone.
     pub inverse_time: bool,
-    /// G61.1 rather than G61: every move ends in a stop.
+    /// G61.1 rather than G61 or G64: every move ends in a stop.
     pub exact_stop: bool,
     /// F, mm/min, or 1/min with G93; 0 until one was given.
     pub feed: f32,
@@ -102,7 +102,7 @@ pub struct Modal {
     pub speed_rpm: f32,
     /// M7, M8 or M9.
     pub coolant: Coolant,
-    /// T.
+    /// T: M6 tells the person to put it in.
     pub tool: u8,
 }
 

@@ -3,7 +3,6 @@
 use core::fmt::{Result, Write};
 
 use crate::status::write_coordinates;
-use crate::words::{self, Word};
 use crate::{AXES, Alarm, Coordinates, Error, Fixed, Interpreter, SETTING_TABLE, Settings, parameters::StoredLine};
 
 /// Sent when the console opens and after a reset.
@@ -28,6 +27,8 @@ pub mod messages {
     pub const UNLOCKED: &str = "Caution: Unlocked";
     /// A limit switch is pressed where none should be.
     pub const CHECK_LIMITS: &str = "Check Limits";
+    /// M6, where T has named no tool.
+    pub const CHANGE_TOOL: &str = "M6: change the tool, then resume with ~";
     /// M2 or M30.
     pub const PROGRAM_END: &str = "Pgm End";
     /// `$C` began to check.
@@ -69,8 +70,8 @@ pub fn alarm(out: &mut impl Write, alarm: Alarm) -> Result {
     write!(out, "ALARM:{}\r\n", alarm.code())
 }
 
-/// `[MSG:...]`: one of [`messages`], an [`Error`], an [`Alarm`], a [`SettingError`](crate::SettingError), or other
-/// words, but never `ok`, `error` or `ALARM`: some senders take every line with one of them in it for the answer to
+/// `[MSG:...]`: one of [`messages`], an [`Error`], an [`Alarm`], a [`SettingError`](crate::SettingError), a
+/// [`Refusal`](crate::Refusal), or other words, but never `ok`, `error` or `ALARM`: some senders take every line with one of them in it for the answer to
 /// theirs.
 pub fn message(out: &mut impl Write, text: impl core::fmt::Display) -> Result {
     write!(out, "[MSG:{text}]\r\n")
@@ -93,7 +94,7 @@ pub fn modal(out: &mut impl Write, interpreter: &Interpreter, inches: bool) -> R
     let units = 21 - u8::from(modal.inches);
     let distance = 90 + u8::from(modal.incremental);
     let feed_mode = 94 - u8::from(modal.inverse_time);
-    // Grbl knows no other path control than G61, and never tells it.
+    // Grbl knows no other path control than G61, and never tells it; G64 is the same here.
     let exact_stop = if modal.exact_stop { " G61.1" } else { "" };
     write!(out, "[GC:G{motion} G{system} G{plane} G{units} G{distance} G{feed_mode}{exact_stop}")?;
     write!(out, " M{}", modal.spindle as u8)?;
@@ -126,19 +127,4 @@ pub fn parameter(out: &mut impl Write, index: usize, interpreter: &Interpreter, 
 /// One line of the reply to `$N`, before `ok`.
 pub fn startup(out: &mut impl Write, index: usize, line: &StoredLine) -> Result {
     write!(out, "$N{index}={line}\r\n")
-}
-
-/// What a line refused as [`Error::Unsupported`] would need, if it is more than a code nobody knows: the text of a
-/// `[MSG:...]`.
-pub fn lacks(line: &str) -> Option<&'static str> {
-    let mut lacking = None;
-    let _ = words::for_each(line, |word| {
-        match word {
-            Word::G(3820 | 3830 | 3840 | 3850) => lacking = Some("no probe here: remove G38"),
-            Word::M(600) => lacking = Some("no tool changer here: stop with M0, change by hand"),
-            _ => {}
-        }
-        Ok(())
-    });
-    lacking
 }

@@ -24,6 +24,8 @@ pub struct Settings {
     pub enable_invert: bool,
     /// `$5`: the limit switches open when pressed.
     pub limit_invert: bool,
+    /// `$6`: the probe is inverted. Without effect so far.
+    pub probe_invert: bool,
     /// `$10`: bit 0 reports machine rather than work position, bit 1 adds the free buffers.
     pub report_mask: u16,
     /// `$11`: how far a corner may be rounded; 0 stops at every corner.
@@ -48,6 +50,12 @@ pub struct Settings {
     pub homing_debounce_ms: u16,
     /// `$27`: distance from the switch to the zero.
     pub homing_pull_off_mm: f32,
+    /// `$30`: the S at which a spindle turns as fast as it can. Without effect so far.
+    pub spindle_max_rpm: f32,
+    /// `$31`: the least S at which it turns. Without effect so far.
+    pub spindle_min_rpm: f32,
+    /// `$32`: the spindle is a laser. Without effect so far.
+    pub laser_mode: bool,
     /// `$100`-`$102`.
     pub steps_per_mm: [f32; AXES],
     /// `$110`-`$112`: top speed.
@@ -79,6 +87,7 @@ impl Settings {
         direction_invert_mask: 0,
         enable_invert: false,
         limit_invert: false,
+        probe_invert: false,
         report_mask: 1,
         junction_deviation_mm: 0.01,
         arc_tolerance_mm: 0.002,
@@ -91,6 +100,9 @@ impl Settings {
         homing_seek_mm_min: 600.0,
         homing_debounce_ms: 5,
         homing_pull_off_mm: 2.0,
+        spindle_max_rpm: 1000.0,
+        spindle_min_rpm: 0.0,
+        laser_mode: false,
         steps_per_mm: [50.0; AXES],
         max_rate_mm_min: [2880.0; AXES],
         accel_mm_s2: [50.0; AXES],

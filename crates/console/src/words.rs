@@ -14,19 +14,18 @@ pub(crate) enum Word {
     Value(u8, f32),
 }
 
-/// Calls `take` for each word of `line`, until it refuses one.
+/// Calls `take` for each word of `line`, until it refuses one; what is left then begins with that word.
 ///
 /// # Errors
 /// [`Error::LetterMissing`] or [`Error::BadNumber`] where the line is not words; else what `take` says.
-pub(crate) fn for_each(line: &str, mut take: impl FnMut(Word) -> Result<(), Error>) -> Result<(), Error> {
-    let mut rest = line.as_bytes();
-    while let [letter, number @ ..] = rest {
+pub(crate) fn for_each(line: &mut &[u8], mut take: impl FnMut(Word) -> Result<(), Error>) -> Result<(), Error> {
+    while let [letter, number @ ..] = *line {
         if !letter.is_ascii_alphabetic() {
             return Err(Error::LetterMissing);
         }
         let (decimal, after) = Decimal::read(number).ok_or(Error::BadNumber)?;
         take(word(letter.to_ascii_uppercase(), decimal)?)?;
-        rest = after;
+        *line = after;
     }
     Ok(())
 }
@@ -50,7 +49,7 @@ mod tests {
 
     fn words(line: &str) -> Result<Vec<Word>, Error> {
         let mut words = Vec::new();
-        for_each(line, |word| {
+        for_each(&mut line.as_bytes(), |word| {
             words.push(word);
             Ok(())
         })

@@ -5,7 +5,7 @@ use core::fmt::Write;
 use embassy_futures::yield_now;
 use embedded_storage_async::nor_flash::NorFlash;
 use isostep_console::report::{self, messages};
-use isostep_console::{Command, Coordinates, Error, SETTING_TABLE, Settings, State as Word};
+use isostep_console::{Command, Coordinates, Error, Refusal, SETTING_TABLE, Settings, State as Word};
 use isostep_motion::{AXES, Axis, Busy, ConfigError, Motion, Wiring};
 
 use crate::config::{Geometry, config, pulse_ns};
@@ -38,10 +38,8 @@ impl<F: NorFlash> Controller<'_, F> {
             Ok(line) => self.carry_out(line, &mut text, out).await,
             Err(error) => Err(error),
         };
-        if let (Err(Error::Unsupported), Ok(line)) = (&answer, line)
-            && let Some(lack) = report::lacks(line)
-        {
-            text.tell(lack);
+        if let (Err(Error::Unsupported), Ok(line)) = (&answer, line) {
+            text.tell(Refusal::of(line));
         }
         let saved = if self.with(|program| program.unsaved.any()) { self.save(&mut text).await } else { Ok(()) };
         let answer = answer.and_then(|after| saved.map(|()| after));
@@ -71,7 +69,7 @@ impl<F: NorFlash> Controller<'_, F> {
             let mut text = Message::new();
             let unlocked = self.state().takes_gcode();
             let answer = match unlocked.and_then(|()| self.with(|program| program.interpreter.gcode(&line))) {
-                Ok(block) => self.block(block, &mut text).await,
+                Ok(block) => self.block(block, &mut text, out).await,
                 Err(error) => Err(error),
             };
             text.print(|text| write!(text, ">{line}:"));
@@ -92,7 +90,7 @@ impl<F: NorFlash> Controller<'_, F> {
             yield_now().await;
         }
         match command {
-            Command::Block(block) | Command::SetStartup { block, .. } => self.block(block, text).await?,
+            Command::Block(block) | Command::SetStartup { block, .. } => self.block(block, text, out).await?,
             Command::Jog(jog) => self.jog(jog).await?,
             Command::Home { axis } => self.home(axis, out).await?,
             Command::Buzz { axis } => self.buzz(Axis::ALL[axis], text).await?,

@@ -7,19 +7,22 @@ use isostep_console::{Block, Error, Fixed, Jog, Move, Overrides, Rate};
 use isostep_motion::{AXES, Alarm, Axis, Busy, Motion};
 
 use crate::controller::{Controller, Mode};
-use crate::output::Message;
+use crate::output::{Message, Output};
 
 /// How often an axis is moved to and fro to see that it is wired well, and how fast.
 const BUZZES: usize = 10;
 const BUZZ_MM_S: f64 = 5.0;
 
 impl<F: NorFlash> Controller<'_, F> {
-    /// Carries out a block that the interpreter has taken.
-    pub(crate) async fn block(&self, block: Block, text: &mut Message) -> Result<(), Error> {
+    /// Carries out a block that the interpreter has taken. `text` is empty: what there is to say before the answer is left in it.
+    pub(crate) async fn block(&self, block: Block, text: &mut Message, out: &Output) -> Result<(), Error> {
         let (checks, offset_mm) = self.with(|program| {
             program.unsaved.parameters |= block.changes_coordinates;
             (program.mode == Mode::Check, program.interpreter.work_offset_mm())
         });
+        if let Some(tool) = block.tool_change.filter(|_| !checks) {
+            self.change_tool(tool, text, out).await?;
+        }
         let dwell_s = block.dwell_s.filter(|_| !checks);
         if let Some(dwell_s) = dwell_s {
             let dwell = Motion::Dwell(Duration::from_micros((f64::from(dwell_s) * 1e6) as u64));
@@ -40,9 +43,8 @@ impl<F: NorFlash> Controller<'_, F> {
             self.settled().await?;
         }
         if block.pauses && !checks {
-            // M0: until a resume, or a reset.
-            self.machine.hold();
-            self.settled().await?;
+            // M0.
+            self.pause().await?;
         }
         if block.ends_program {
             self.with(|program| program.overrides = Overrides::DEFAULT);
@@ -50,6 +52,25 @@ impl<F: NorFlash> Controller<'_, F> {
             text.tell(messages::PROGRAM_END);
         }
         Ok(())
+    }
+
+    /// M6: when the moves before it have ended, holds for the tool to be put in, and says so at once: the answer to the line
+    /// comes after the resume.
+    async fn change_tool(&self, tool: u8, text: &mut Message, out: &Output) -> Result<(), Error> {
+        self.settled().await?;
+        match tool {
+            0 => text.tell(messages::CHANGE_TOOL),
+            _ => text.tell(format_args!("M6: put in tool {tool}, then resume with ~")),
+        }
+        out.send(text).await;
+        text.clear();
+        self.pause().await
+    }
+
+    /// Holds until a resume, or a reset.
+    async fn pause(&self) -> Result<(), Error> {
+        self.machine.hold();
+        self.settled().await
     }
 
     /// Begins a jog. Outside the travel it never begins, and nothing is locked.

@@ -25,18 +25,20 @@ use sequential_storage::cache::{Cache, Uncached};
 use sequential_storage::queue::{QueueConfig, QueueStorage};
 
 pub use item::{Item, Value};
-use sectors::Sectors;
+use sectors::{Sectors, WORD_BYTES};
 
 /// The format. It has a key of its own, and ends every copy of all that is kept. Another format is not read.
 const VERSION: u32 = 1;
 const NOTHING: u32 = 0;
 const VERSION_ITEM: Item = Item(u16::MAX);
 const KEY_BYTES: usize = 2;
-/// Of the log, beside an item's own.
-const HEADER_BYTES: usize = 8;
+/// Of the log, beside an item's own: a word.
+const HEADER_BYTES: usize = WORD_BYTES;
 
 /// The longest item with its key.
 const ENTRY_BYTES: usize = KEY_BYTES + STORED_LINE_CHARS;
+/// The same in whole words, as it is read.
+const READ_BYTES: usize = ENTRY_BYTES.next_multiple_of(WORD_BYTES);
 
 type Log<F> = QueueStorage<Sectors<F>, Cache<Uncached, Uncached, Uncached>>;
 
@@ -119,11 +121,11 @@ impl<F: NorFlash> Store<F> {
         (self.kept, self.since_copy) = (Kept::new(self.defaults), 0);
         let mut understood = self.log.flash().open().await.ok()?;
         let mut version = NOTHING;
-        let mut buffer = [0; ENTRY_BYTES];
+        let mut buffer = [0; READ_BYTES];
         let mut entries = self.log.iter().await.ok()?;
         while let Some(entry) = entries.next(&mut buffer).await.ok()? {
             let (&key, value) = entry.split_first_chunk()?;
-            self.since_copy += HEADER_BYTES + entry.len();
+            self.since_copy += log_bytes(&entry);
             match Item(u16::from_le_bytes(key)) {
                 VERSION_ITEM => (version, self.since_copy) = (u32::from_le_bytes(value.try_into().ok()?), 0),
                 item => understood &= self.kept.set(item, value),
@@ -196,11 +198,16 @@ impl<F: NorFlash> Store<F> {
         // There is room for the longest.
         let _ = entry.extend_from_slice(&item.0.to_le_bytes());
         let _ = entry.extend_from_slice(value);
-        self.since_copy += HEADER_BYTES + entry.len();
+        self.since_copy += log_bytes(&entry);
         self.log.push(&entry, true).await?;
         yield_now().await;
         Ok(())
     }
+}
+
+/// What an entry takes of the log.
+fn log_bytes(entry: &[u8]) -> usize {
+    HEADER_BYTES + entry.len().next_multiple_of(WORD_BYTES)
 }
 
 impl Kept {

@@ -24,7 +24,8 @@ pub enum ProgramError {
     },
 }
 
-/// The lines of `program` without their line ends; LF, CR and CRLF all end one.
+/// The lines of `program` without their line ends: LF, CR, CR LF, and CR CR LF, which a file has whose line ends were converted
+/// twice.
 ///
 /// Comments stay, but their real-time characters (`?`, `!`, `~`) and whatever is not ASCII become blanks, as a careful
 /// sender does: the controller would obey the first and may drop the second anywhere in the stream.
@@ -36,15 +37,24 @@ pub fn lines(program: &[u8]) -> Result<Vec<Vec<u8>>, ProgramError> {
     if text.iter().all(u8::is_ascii_whitespace) {
         return Err(ProgramError::Empty);
     }
-    let mut lines: Vec<&[u8]> = text.split(|&byte| byte == b'\n').collect();
-    if lines.last().is_some_and(|last| last.is_empty()) {
-        lines.pop();
+    split(text).into_iter().enumerate().map(|(index, line)| clean(index + 1, line)).collect()
+}
+
+/// The lines of a text without their line ends: LF, CR, CR LF and CR CR LF end one each, so that lines have the numbers that
+/// editors show.
+pub(crate) fn split(text: &[u8]) -> Vec<&[u8]> {
+    let mut lines = Vec::new();
+    let mut rest = text;
+    while let Some(end) = rest.iter().position(|byte| matches!(byte, b'\n' | b'\r')) {
+        let (line, ended) = rest.split_at(end);
+        let behind = ended.strip_prefix(b"\r\r\n").or_else(|| ended.strip_prefix(b"\r\n"));
+        rest = behind.unwrap_or(&ended[1..]);
+        lines.push(line);
     }
-    let lines = lines
-        .iter()
-        .map(|line| line.strip_suffix(b"\r").unwrap_or(line))
-        .flat_map(|line| line.split(|&byte| byte == b'\r'));
-    lines.enumerate().map(|(index, line)| clean(index + 1, line)).collect()
+    if !rest.is_empty() {
+        lines.push(rest);
+    }
+    lines
 }
 
 fn clean(line: usize, bytes: &[u8]) -> Result<Vec<u8>, ProgramError> {
@@ -75,7 +85,10 @@ mod tests {
     fn every_line_end_counts_once() {
         let expected: [&[u8]; 4] = [b"G21", b"", b"G0X1", b"$H"];
         assert_eq!(lines(b"G21\n\r\nG0X1\r$H\n").unwrap(), expected);
+        assert_eq!(lines(b"G21\r\r\n\r\r\nG0X1\r\n$H\r\r\n").unwrap(), expected, "converted twice");
+        assert_eq!(lines(b"G21\r\rG0X1\r$H\r").unwrap(), expected, "two of CR are two");
         assert_eq!(lines(b"\xef\xbb\xbfG21").unwrap(), [b"G21"]);
+        assert_eq!(lines(b"G21\r\r\n?"), Err(ProgramError::RealTime { line: 2, byte: b'?' }));
     }
 
     #[test]

@@ -13,6 +13,7 @@ use isostep_profile::Limits;
 
 use crate::config::{Config, Port};
 use crate::motor::PullOutCurve;
+use crate::program;
 use crate::sim::Sim;
 
 /// Why a file of settings was refused: nothing of it is in force.
@@ -62,8 +63,8 @@ pub fn read(file: &str, text: &[u8], port: Port, timing: DriverTiming) -> Result
 
 /// The lines of a text, whatever ends them.
 fn lines(text: &[u8]) -> Vec<String> {
-    let text = String::from_utf8_lossy(text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text)).replace("\r\n", "\n");
-    text.split(['\n', '\r']).map(|line| line.trim().to_owned()).collect()
+    let text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text);
+    program::split(text).into_iter().map(|line| String::from_utf8_lossy(line).trim().to_owned()).collect()
 }
 
 /// What the ports of such a machine can do, as they tell when their tasks have run.
@@ -251,6 +252,7 @@ mod tests {
     fn what_cannot_be_is_refused_with_its_line_the_limit_and_the_remedy() {
         let told = "my.txt:2: `$130=20000`: $130=20000 is above the most, 10000 mm: lower it";
         assert_eq!(refusal("$100=80\n$130=20000\n"), told);
+        assert_eq!(refusal("$100=80\r\r\n$130=20000\r\r\n"), told, "whatever ends the lines");
         assert_eq!(refusal("$999=1"), "my.txt:1: `$999=1`: there is no $999: $$ lists the settings");
         assert_eq!(
             refusal("$100=400\n$110=60000 (fast)\n$120=100\n"),

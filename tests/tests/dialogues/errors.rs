@@ -24,7 +24,7 @@ fn everything(sim: &mut Sim) -> Vec<String> {
 
 #[test]
 fn error_1_letter_missing() {
-    refused_and_unchanged(&["5X", "X1.2.3", "%", "-X1", "G1)X2", "#1=2", "G1*71", "G0 X1 \u{1}", "\u{7f}"], 1);
+    refused_and_unchanged(&["5X", "X1.2.3", "%1", "-X1", "G1)X2", "#1=2", "G1*71", "G0 X1 \u{1}", "\u{7f}"], 1);
 }
 
 #[test]
@@ -127,14 +127,20 @@ fn error_16_bad_jog() {
 #[test]
 fn error_20_unsupported() {
     refused_and_unchanged(
-        &["G5", "G64", "G43 H1", "M62", "A1", "O100", "G0 Q5", "G10 L3 P1 X1", "G10 L2 P1 R1 X1"],
+        &["G5", "G64.1", "G43 H1", "M62", "A1", "O100", "G0 Q5", "G10 L3 P1 X1", "G10 L2 P1 R1 X1"],
         20,
     );
     let mut sim = homed();
-    for (line, lack) in [("G38.2 Z-1", "probe"), ("T1 M6", "tool changer")] {
-        let heard = say(&mut sim, line);
-        assert!(heard.len() == 2 && heard[0].starts_with(&format!("[MSG:no {lack} here: ")), "{heard:?}");
-        assert_eq!(heard[1], "error:20");
+    for (line, told) in [
+        ("G38.2 Z-1", "G38.2: no probe here: remove it"),
+        ("G0 X1 G42 D1", "G42: no cutter compensation here: let the CAM program compensate"),
+        ("M100 Q1", "M100: unknown here: remove it"),
+        ("G0 X1 A-2.5 M62", "A: three axes only, X Y Z: remove it"),
+        ("$J=X1 F100 C1", "C: three axes only, X Y Z: remove it"),
+        ("$N1=G0 Q1", "Q: no code here uses it: remove it"),
+        ("G10 L3 P1 X1", "G10: L2 or L20 here, without a rotation: correct L, remove R"),
+    ] {
+        assert_eq!(say(&mut sim, line), [format!("[MSG:{told}]"), "error:20".to_owned()], "{line}");
     }
 }
 

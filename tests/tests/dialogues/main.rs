@@ -13,3 +13,4 @@ mod senders;
 mod states;
 mod tables;
 mod talk;
+mod words;

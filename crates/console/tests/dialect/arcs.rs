@@ -69,7 +69,7 @@ fn units_and_distance_are_those_of_axis_words() {
             G21 X-25.4 Y-25.4 R25.4 -> (arc 254.0 [0.0, 0.0, 0.0] of 39.898 in 0.000..25.400 0.000..25.400 0.000..0.000) ok
             G20 G90 G3 X1 R-1 -> (arc 254.0 [25.4, 0.0, 0.0] of 132.994 in -12.700..38.100 -47.397..0.000 0.000..0.000) ok
             G91.1 G21 G3 X0 Y0 R40 -> (arc 254.0 [0.0, 0.0, 0.0] of 25.847 in 0.000..25.400 0.000..2.070 0.000..0.000) ok
-            G90.1 -> error:20
+            G90.1 -> [MSG:G90.1: arc centres are incremental here: use I J K from the start] error:20
         "#]],
     );
 }
@@ -185,7 +185,7 @@ fn exact_stop_is_modal_and_told_while_it_is_on() {
             G91 G28 X1 -> (via [13.0, 0.0, 0.0]) (rapid [0.0, 0.0, 0.0]) (stop) ok
             G90 G61 X5 I2.5 -> (arc 600.0 [5.0, 0.0, 0.0] of 7.854 in 0.000..5.000 0.000..2.500 0.000..0.000) ok
             G61 G61.1 -> error:21
-            G61.5 -> error:20
+            G61.5 -> [MSG:G61.5: unknown here: remove it] error:20
             G61.1 -> ok
             M30 -> (end) ok
             $G -> [GC:G1 G54 G17 G21 G90 G94 M5 M9 T0 F600 S0] ok

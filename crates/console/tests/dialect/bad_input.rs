@@ -1,8 +1,8 @@
 //! Whatever arrives: one answer a line, and after an error everything is as before.
 
 use isostep_console::{
-    Alarm, Command, Error, Interpreter, LineAssembler, MAX_COORDINATE_MM, Realtime, SETTING_TABLE, Settings, State,
-    realtime, report,
+    Alarm, Command, Error, Interpreter, LineAssembler, MAX_COORDINATE_MM, Realtime, Refusal, SETTING_TABLE, Settings,
+    State, realtime, report, stopped_at,
 };
 use proptest::prelude::*;
 
@@ -11,7 +11,7 @@ use crate::talk::carries;
 /// What lines are made of, right and wrong.
 const FRAGMENTS: &str = "G M N G0 G1 G1 G2 G3 G4 G10 G17 G18 G20 G21 G28 G28.1 G30 G38.2 G43.1 G49 G53 G54 G59 G59.1 G80 \
     G90 G91 G91.1 G92 G92.1 G93 G94 M0 M1 M2 M3 M6 M7 M30 X X1 Y-2.5 Z.5 X10000 Z-9999 F100 F S1 T1 T300 P1 P9 L2 L20 R2 \
-    I1 R-9 J-3 K.5 G61 G61.1 N7 N10000001 A1 $ $$ $# $G $I $N $N0= $N1= $N2= $X $H $C $SLP $BOOT $RST= * # $J= \
+    G43 G64 G42 A B0 H1 I1 R-9 J-3 K.5 G61 G61.1 N7 N10000001 A1 $ $$ $# $G $I $N $N0= $N1= $N2= $X $H $C $SLP $BOOT $RST= * # $J= \
     $J=G91X1F100 $J $E $E22 $A1 $A99 $100= $110=1e9 $20=1 $22=0 $13=1 = - + . 0 1 99999999 123456789 ( ) ; / % (note) g1x1f9 e q ? ! ~ \x00 \x18 \x7F \
     XXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXX";
 
@@ -65,7 +65,15 @@ fn answer(line: Result<&str, Error>, state: State, interpreter: &mut Interpreter
     });
     if let Err(error) = answer {
         assert_eq!((*interpreter, *settings), before, "{error}");
-        let _ = line.map(report::lacks);
+        if let Ok(line) = line {
+            let word = stopped_at(line).map(|range| &line[range]);
+            assert!(word.is_none_or(|word| !word.is_empty()), "{line}");
+            // A word by whose error reading stops is found, as far as a line was read at all.
+            let is_of_words =
+                matches!(error, Error::ModalClash | Error::AxisConflict | Error::RepeatedWord | Error::ToolNumber);
+            assert!(word.is_some() || !is_of_words, "{line}: {error}");
+            let _ = Refusal::of(line).to_string();
+        }
     }
     assert!(interpreter.position_mm().iter().all(|mm| mm.abs() <= MAX_COORDINATE_MM));
     // A system, a shift and a tool's length.
@@ -111,7 +119,9 @@ fn no_words_of_ours_read_like_an_answer() {
     let mut texts: Vec<String> = vec![report::HELP.into(), build];
     texts.extend(Error::ALL.iter().map(ToString::to_string));
     texts.extend(Alarm::ALL.iter().map(ToString::to_string));
-    texts.extend(["G38.2", "M6"].map(|line| report::lacks(line).unwrap().to_owned()));
+    let codes = (b'A'..=b'Z').flat_map(|letter| (0..100).map(move |code| format!("{}{code}.7", char::from(letter))));
+    texts.extend(codes.map(|line| Refusal::of(&line).to_string()));
+    texts.extend([Refusal::of("G10L3P1X1").to_string(), report::messages::CHANGE_TOOL.into()]);
     for row in SETTING_TABLE {
         for value in [-1.0, 0.5, 0.0, 1e9, 555.0] {
             let refused = Settings::DEFAULT.with(row.number, value, &|_| 1.0).err();

@@ -90,7 +90,7 @@ fn the_end_of_a_program_puts_back_modes_but_not_units_and_feed() {
 #[test]
 fn codes_that_change_nothing_here_are_accepted() {
     check(
-        "G17 G21 G40 G49 G54 G61 G80 G90 G91.1 G94 M5 M9\nM1\nM3 S1000\nM4\nM7\nM8\nT3\n$G\nM9\n$G\nN12\n%",
+        "G17 G21 G40 G49 G54 G61 G80 G90 G91.1 G94 M5 M9\nM1\nM3 S1000\nM4\nM7\nM8\nT3\n$G\nM9\n$G\nN12",
         expect![[r#"
             G17 G21 G40 G49 G54 G61 G80 G90 G91.1 G94 M5 M9 -> ok
             M1 -> ok
@@ -103,7 +103,88 @@ fn codes_that_change_nothing_here_are_accepted() {
             M9 -> ok
             $G -> [GC:G80 G54 G17 G21 G90 G94 M4 M9 T3 F0 S1000] ok
             N12 -> (N12) ok
-            % -> error:1
+        "#]],
+    );
+}
+
+#[test]
+fn a_line_that_is_only_a_percent_sign_is_an_empty_line() {
+    check(
+        "%\n % (begin)\n%1\n%%\nX1 %\n%;end\nN1 %",
+        expect![[r#"
+            % -> ok
+             % (begin) -> ok
+            %1 -> error:1
+            %% -> error:1
+            X1 % -> error:1
+            %;end -> ok
+            N1 % -> error:1
+        "#]],
+    );
+    for state in [
+        State::Run,
+        State::Hold { stopping: false },
+        State::Hold { stopping: true },
+        State::Jog,
+        State::Home,
+        State::Alarm,
+        State::Check,
+        State::Sleep,
+    ] {
+        let mut talk = Talk::new(state);
+        assert_eq!(talk.bytes(b"%\n"), talk.bytes(b"\n"), "{state}");
+        assert_eq!(talk.bytes(b"%\n"), "ok", "{state}");
+    }
+}
+
+#[test]
+fn g64_is_as_g61_and_its_p_has_no_effect() {
+    check(
+        "G61.1\n$G\nG64\n$G\nG61.1 X1\nG64 P0.05 X2\nG64 P.05\nP.05\nG64 P0.1 G4 P2\nG4 P2 G64\nG64 G4\nG64 P-1\nG64 G61\nG61.1 G64\nG64 G64\nG64 G10 L2 P2 X5\nG64 P1 Q1\n$J=G64 X1 F1",
+        expect![[r#"
+            G61.1 -> ok
+            $G -> [GC:G0 G54 G17 G21 G90 G94 G61.1 M5 M9 T0 F0 S0] ok
+            G64 -> ok
+            $G -> [GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0] ok
+            G61.1 X1 -> (rapid [1.0, 0.0, 0.0]) (stop) ok
+            G64 P0.05 X2 -> (rapid [2.0, 0.0, 0.0]) ok
+            G64 P.05 -> ok
+            P.05 -> error:36
+            G64 P0.1 G4 P2 -> error:25
+            G4 P2 G64 -> (wait 2 s) ok
+            G64 G4 -> error:28
+            G64 P-1 -> error:4
+            G64 G61 -> error:21
+            G61.1 G64 -> error:21
+            G64 G64 -> error:21
+            G64 G10 L2 P2 X5 -> ok
+            G64 P1 Q1 -> [MSG:Q: no code here uses it: remove it] error:20
+            $J=G64 X1 F1 -> error:16
+        "#]],
+    );
+}
+
+#[test]
+fn a_tool_change_is_carried_out_before_the_rest_of_its_line() {
+    check(
+        "M6\nT3 M6\nM6\nT4\nG0 X1 M6\nM6 T5 G4 P1\nT6 M6 M0\nM6 M0 X2\nM6 M0 G4 P1\nM6 M30\nM6 M6\nM6.1\n$G\n$J=M6 X1 F1\nT256 M6\nM61 Q3",
+        expect![[r#"
+            M6 -> (tool 0) ok
+            T3 M6 -> (tool 3) ok
+            M6 -> (tool 3) ok
+            T4 -> ok
+            G0 X1 M6 -> (tool 4) (rapid [1.0, 0.0, 0.0]) ok
+            M6 T5 G4 P1 -> (tool 5) (wait 1 s) ok
+            T6 M6 M0 -> (tool 6) ok
+            M6 M0 X2 -> (tool 6) (rapid [2.0, 0.0, 0.0]) (pause) ok
+            M6 M0 G4 P1 -> (tool 6) (wait 1 s) (pause) ok
+            M6 M30 -> (tool 6) (end) ok
+            M6 M6 -> error:21
+            M6.1 -> error:23
+            $G -> [GC:G1 G54 G17 G21 G90 G94 M5 M9 T6 F0 S0] ok
+            $J=M6 X1 F1 -> error:16
+            T256 M6 -> error:38
+            M61 Q3 -> [MSG:M61: unknown here: remove it] error:20
         "#]],
     );
 }
@@ -111,22 +192,52 @@ fn codes_that_change_nothing_here_are_accepted() {
 #[test]
 fn what_the_gantry_lacks_is_refused_by_name() {
     check(
-        "G38.2 Z-1\nG38.5 Z1\nM6\nA1\nO100\nG43 H1\nG41 D1\nG64\nG61.2\nG90.1\nG92.3\nG28.2\nG81\nM62",
+        "G38.2 Z-1\nG38.5 Z1\nA1\nO100\nG43 H1\nG41 D1\nG64.1\nG61.2\nG90.1\nG92.3\nG28.2\nG81\nM62\n\
+         G5 X1\nG5.1\nG33 K1\nG42.1\nG43.2\nG73\nG76\nG80.1\nG83 X1 R1 Q1\nG99\nM98 P1\nM99\nM100\nM104 S200\nG0 X1 B2.5 C3\nG1 X1 E0.1\nD1\nH1\n\
+         g0 q1\nW-1\nG99999999\nG0 A1 B2\nX1 Q1 G42\nG10 L3 P1 X1\nG10 L2 P1 X1 R5\n$J=A1 F1\n$N0=G0 E1\nG041\nG12.25",
         expect![[r#"
-            G38.2 Z-1 -> [MSG:no probe here: remove G38] error:20
-            G38.5 Z1 -> [MSG:no probe here: remove G38] error:20
-            M6 -> [MSG:no tool changer here: stop with M0, change by hand] error:20
-            A1 -> error:20
-            O100 -> error:20
-            G43 H1 -> error:20
-            G41 D1 -> error:20
-            G64 -> error:20
-            G61.2 -> error:20
-            G90.1 -> error:20
-            G92.3 -> error:20
-            G28.2 -> error:20
-            G81 -> error:20
-            M62 -> error:20
+            G38.2 Z-1 -> [MSG:G38.2: no probe here: remove it] error:20
+            G38.5 Z1 -> [MSG:G38.5: no probe here: remove it] error:20
+            A1 -> [MSG:A: three axes only, X Y Z: remove it] error:20
+            O100 -> [MSG:O: no program numbers, no subprograms here: remove it] error:20
+            G43 H1 -> [MSG:G43: no tool table here: use G43.1 Z] error:20
+            G41 D1 -> [MSG:G41: no cutter compensation here: let the CAM program compensate] error:20
+            G64.1 -> [MSG:G64.1: unknown here: remove it] error:20
+            G61.2 -> [MSG:G61.2: unknown here: remove it] error:20
+            G90.1 -> [MSG:G90.1: arc centres are incremental here: use I J K from the start] error:20
+            G92.3 -> [MSG:G92.3: unknown here: remove it] error:20
+            G28.2 -> [MSG:G28.2: unknown here: remove it] error:20
+            G81 -> [MSG:G81: no canned cycles here: let the post-processor expand them] error:20
+            M62 -> [MSG:M62: unknown here: remove it] error:20
+            G5 X1 -> [MSG:G5: no splines here: let the CAM program give lines and arcs] error:20
+            G5.1 -> [MSG:G5.1: no splines here: let the CAM program give lines and arcs] error:20
+            G33 K1 -> [MSG:G33: no threads without a spindle: remove it] error:20
+            G42.1 -> [MSG:G42.1: no cutter compensation here: let the CAM program compensate] error:20
+            G43.2 -> [MSG:G43.2: no tool table here: use G43.1 Z] error:20
+            G73 -> [MSG:G73: no canned cycles here: let the post-processor expand them] error:20
+            G76 -> [MSG:G76: no canned cycles here: let the post-processor expand them] error:20
+            G80.1 -> error:23
+            G83 X1 R1 Q1 -> [MSG:G83: no canned cycles here: let the post-processor expand them] error:20
+            G99 -> [MSG:G99: no canned cycles here: let the post-processor expand them] error:20
+            M98 P1 -> [MSG:M98: no subprograms here: let the post-processor write them out] error:20
+            M99 -> [MSG:M99: no subprograms here: let the post-processor write them out] error:20
+            M100 -> [MSG:M100: unknown here: remove it] error:20
+            M104 S200 -> [MSG:M104: unknown here: remove it] error:20
+            G0 X1 B2.5 C3 -> [MSG:B: three axes only, X Y Z: remove it] error:20
+            G1 X1 E0.1 -> [MSG:E: no extruder here: choose a post-processor for mills] error:20
+            D1 -> [MSG:D: no cutter compensation here: let the CAM program compensate] error:20
+            H1 -> [MSG:H: no tool table here: use G43.1 Z] error:20
+            g0 q1 -> [MSG:Q: no code here uses it: remove it] error:20
+            W-1 -> [MSG:W: three axes only, X Y Z: remove it] error:20
+            G99999999 -> [MSG:G99999999: unknown here: remove it] error:20
+            G0 A1 B2 -> [MSG:A: three axes only, X Y Z: remove it] error:20
+            X1 Q1 G42 -> [MSG:Q: no code here uses it: remove it] error:20
+            G10 L3 P1 X1 -> [MSG:G10: L2 or L20 here, without a rotation: correct L, remove R] error:20
+            G10 L2 P1 X1 R5 -> [MSG:G10: L2 or L20 here, without a rotation: correct L, remove R] error:20
+            $J=A1 F1 -> [MSG:A: three axes only, X Y Z: remove it] error:20
+            $N0=G0 E1 -> [MSG:E: no extruder here: choose a post-processor for mills] error:20
+            G041 -> [MSG:G041: no cutter compensation here: let the CAM program compensate] error:20
+            G12.25 -> [MSG:G12.25: unknown here: remove it] error:20
         "#]],
     );
 }
@@ -322,8 +433,8 @@ fn g10_and_g92_want_their_words() {
             G10 P1 X1 -> error:28
             G10 L2 X1 -> error:28
             G10 L2 P7 X1 -> error:29
-            G10 L3 P1 X1 -> error:20
-            G10 L2 P1 X1 R0 -> error:20
+            G10 L3 P1 X1 -> [MSG:G10: L2 or L20 here, without a rotation: correct L, remove R] error:20
+            G10 L2 P1 X1 R0 -> [MSG:G10: L2 or L20 here, without a rotation: correct L, remove R] error:20
             G10 L20 P1 X1 R0 -> error:36
             G92 -> error:26
             G92 X20000 -> error:33
@@ -467,7 +578,7 @@ fn a_jog_takes_nothing_else() {
             $J=G93 X1 F1 -> error:16
             $J=X1 X2 F1 -> error:25
             $J=X20000 F1 -> error:33
-            $J=Q1 -> error:20
+            $J=Q1 -> [MSG:Q: no code here uses it: remove it] error:20
             $J=X F1 -> error:2
             $J=G20 G21 X1 F1 -> error:21
             $J=X1 F1 N10000001 -> error:27

@@ -90,6 +90,7 @@ fn settings_print_as_grbl_prints_them() {
         $3=0
         $4=0
         $5=0
+        $6=0
         $10=1
         $11=0.010
         $12=0.002
@@ -102,6 +103,9 @@ fn settings_print_as_grbl_prints_them() {
         $25=600.000
         $26=5
         $27=2.000
+        $30=1000.000
+        $31=0.000
+        $32=0
         $100=50.000
         $101=50.000
         $102=50.000
@@ -134,7 +138,7 @@ fn settings_print_as_grbl_prints_them() {
 fn a_refused_setting_names_value_limit_and_remedy() {
     check(
         State::Idle,
-        "$0=-1\n$0=2.5\n$2=8\n$20=2\n$22=0\n$20=1\n$22=1\n$H\n$27=0\n$11=-0.01\n$11=0\n$12=0\n$12=-1\n$12=200\n$100=-1\n$100=100000\n$102=5000\n$110=90000000\n$0=200\n$901=311\n$901=321\n$911=3000\n$920=5",
+        "$0=-1\n$0=2.5\n$2=8\n$20=2\n$22=0\n$20=1\n$22=1\n$H\n$27=0\n$11=-0.01\n$11=0\n$12=0\n$12=-1\n$12=200\n$100=-1\n$100=100000\n$102=5000\n$110=90000000\n$0=200\n$901=311\n$901=321\n$911=3000\n$920=5\n$6=2\n$30=100001\n$30=100000\n$31=-1\n$31=100000\n$32=0.5\n$32=1\n$33=1",
         expect![[r#"
             $0=-1 -> [MSG:$0=-1 is negative: give 0 or more] error:4
             $0=2.5 -> [MSG:$0=2.500 is not a whole number: remove the fraction] error:23
@@ -159,6 +163,14 @@ fn a_refused_setting_names_value_limit_and_remedy() {
             $901=321 -> ok
             $911=3000 -> [MSG:$911=3000 is above the top speed, $111=2880 mm/min: lower $911 or raise $111] error:12
             $920=5 -> ok
+            $6=2 -> [MSG:$6=2 is above the most, 1: lower it] error:2
+            $30=100001 -> [MSG:$30=100001 is above the most, 100000 rpm: lower it] error:2
+            $30=100000 -> ok
+            $31=-1 -> [MSG:$31=-1 is negative: give 0 or more] error:4
+            $31=100000 -> ok
+            $32=0.5 -> [MSG:$32=0.500 is not a whole number: remove the fraction] error:23
+            $32=1 -> ok
+            $33=1 -> [MSG:there is no $33: $$ lists the settings] error:3
         "#]],
     );
 }
@@ -220,7 +232,7 @@ fn the_highest_rate_named_is_accepted() {
 #[test]
 fn what_is_printed_can_be_sent_back() {
     let mut sent = Talk::new(State::Idle);
-    sent.send("$0=10\n$3=5\n$22=0\n$27=1.235\n$11=0\n$12=0.05\n$101=80.125\n$121=0.1\n$131=9999.999\n$900=1\n$901=213\n$922=7\n$931=1234.5\n$940=1");
+    sent.send("$0=10\n$3=5\n$6=1\n$22=0\n$27=1.235\n$30=24000\n$31=0.5\n$32=1\n$11=0\n$12=0.05\n$101=80.125\n$121=0.1\n$131=9999.999\n$900=1\n$901=213\n$922=7\n$931=1234.5\n$940=1");
     let listing = sent.bytes(b"$$\n");
     let mut restored = Talk::new(State::Alarm);
     for line in listing.split(' ').filter(|line| line.starts_with('$')) {

@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 
 use isostep_console::{
-    Block, Command, Coordinates, Error, Interpreter, Jog, LineAssembler, Move, Overrides, Rate, Realtime, Settings,
-    State, Status, StatusReporter,
+    Block, Command, Coordinates, Error, Interpreter, Jog, LineAssembler, Move, Overrides, Rate, Realtime, Refusal,
+    Settings, State, Status, StatusReporter,
     parameters::{STARTUP_LINES, StoredLine},
     realtime, report,
 };
@@ -71,8 +71,8 @@ impl Talk {
                 match interpreter.interpret(&line, *state, settings) {
                     Ok(command) => self.carry_out(command),
                     Err(error) => {
-                        if let Some(lack) = report::lacks(&line).filter(|_| error == Error::Unsupported) {
-                            report::message(heard, lack).unwrap();
+                        if error == Error::Unsupported {
+                            report::message(heard, Refusal::of(&line)).unwrap();
                         }
                         report::error(heard, error).unwrap();
                     }
@@ -157,6 +157,9 @@ impl Talk {
 fn describe(heard: &mut String, block: &Block) {
     if block.line_number > 0 {
         write!(heard, "(N{}) ", block.line_number).unwrap();
+    }
+    if let Some(tool) = block.tool_change {
+        write!(heard, "(tool {tool}) ").unwrap();
     }
     if let Some(seconds) = block.dwell_s {
         write!(heard, "(wait {seconds} s) ").unwrap();

@@ -12,16 +12,23 @@
 //!
 //! To erase a sector is to program the blank, which takes a moment and no erase. The chip's own erase comes when the sector
 //! is next written to, and only when it has succeeded is the stamp put on again.
+//!
+//! All is read and written by whole words, as long as a header of the log. Where the power went in the midst of a header, the log
+//! looks for the next one a word behind it, and that is where it is. Were it to look at every byte, it would look at many places
+//! that are none, and now and then take one for a header: what follows would be lost.
 
 use core::ops::Range;
 
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 
-const MARK: [u8; 8] = *b"isostep ";
+/// Another where the words of the log are of another length.
+const MARK: [u8; 8] = *b"isostep2";
 const BLANK: [u8; 8] = [ERASED; 8];
 const CONDEMNED: [u8; 8] = [0; 8];
 const STAMP_BYTES: usize = 24;
 const ERASED: u8 = 0xFF;
+/// As long as a header of the log.
+pub(super) const WORD_BYTES: usize = 8;
 /// One bit for each sector.
 const SECTORS_MAX: u32 = 32;
 
@@ -35,7 +42,8 @@ pub(crate) struct Sectors<F> {
 
 impl<F: NorFlash> Sectors<F> {
     const SIZE: usize = {
-        assert!(MARK.len().is_multiple_of(F::WRITE_SIZE) && MARK.len().is_multiple_of(F::READ_SIZE));
+        assert!(WORD_BYTES.is_multiple_of(F::WRITE_SIZE) && WORD_BYTES.is_multiple_of(F::READ_SIZE));
+        assert!(MARK.len().is_multiple_of(WORD_BYTES) && F::ERASE_SIZE.is_multiple_of(WORD_BYTES));
         F::ERASE_SIZE - STAMP_BYTES
     };
 
@@ -116,7 +124,7 @@ impl<F: NorFlash> ErrorType for Sectors<F> {
 }
 
 impl<F: NorFlash> ReadNorFlash for Sectors<F> {
-    const READ_SIZE: usize = F::READ_SIZE;
+    const READ_SIZE: usize = WORD_BYTES;
 
     async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), F::Error> {
         let (sector, address) = self.locate(offset);
@@ -133,7 +141,7 @@ impl<F: NorFlash> ReadNorFlash for Sectors<F> {
 }
 
 impl<F: NorFlash> NorFlash for Sectors<F> {
-    const WRITE_SIZE: usize = F::WRITE_SIZE;
+    const WRITE_SIZE: usize = WORD_BYTES;
     const ERASE_SIZE: usize = Self::SIZE;
 
     async fn erase(&mut self, from: u32, to: u32) -> Result<(), F::Error> {

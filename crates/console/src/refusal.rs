@@ -1,0 +1,164 @@
+//! At which word of a line reading stopped, and what to say of one that the machine does not know.
+
+use core::{fmt, ops::Range};
+
+use crate::{Modal, block::Words, decimal::Decimal};
+
+/// Words that many machines know and this one does not: the letter, its numbers from and to, without decimals, and what to do.
+/// Other letters than G and M count as number 0.
+// Not a static: so it has no name, and what has none stays in the chip's flash.
+const REMEDIES: &[(u8, u8, u8, &str)] = &[
+    (b'G', 5, 5, "no splines here: let the CAM program give lines and arcs"),
+    (b'G', 33, 33, "no threads without a spindle: remove it"),
+    (b'G', 38, 38, "no probe here: remove it"),
+    (b'G', 41, 42, CUTTER),
+    (b'G', 43, 43, TOOLS),
+    (b'G', 73, 76, CYCLES),
+    (b'G', 81, 89, CYCLES),
+    (b'G', 90, 90, "arc centres are incremental here: use I J K from the start"),
+    (b'G', 98, 99, CYCLES),
+    (b'M', 98, 99, "no subprograms here: let the post-processor write them out"),
+    (b'O', 0, 0, "no program numbers, no subprograms here: remove it"),
+    (b'A', 0, 0, AXES),
+    (b'B', 0, 0, AXES),
+    (b'C', 0, 0, AXES),
+    (b'D', 0, 0, CUTTER),
+    (b'E', 0, 0, "no extruder here: choose a post-processor for mills"),
+    (b'H', 0, 0, TOOLS),
+    (b'Q', 0, 0, "no code here uses it: remove it"),
+    (b'U', 0, 0, AXES),
+    (b'V', 0, 0, AXES),
+    (b'W', 0, 0, AXES),
+];
+const CUTTER: &str = "no cutter compensation here: let the CAM program compensate";
+const TOOLS: &str = "no tool table here: use G43.1 Z";
+const CYCLES: &str = "no canned cycles here: let the post-processor expand them";
+const AXES: &str = "three axes only, X Y Z: remove it";
+
+/// Where the words of `line` cannot be read: the bytes of the word at which reading stops, from left to right. `line` is as
+/// [`LineAssembler`](crate::LineAssembler) gives it: G-code, `$J=`, `$N0=` or `$N1=`.
+///
+/// That is the word to look at for [`Error`](crate::Error)s 1, 20, 21, 23, 24, 25, 38, and for 2, 4 and 29 of words. `None` if all
+/// words can be read, whatever else may be wrong with them together, and for other lines.
+///
+/// ```
+/// assert_eq!(isostep_console::stopped_at("G1X5Q7F100"), Some(4..6));
+/// assert_eq!(isostep_console::stopped_at("$J=X1X2F100"), Some(5..7));
+/// assert_eq!(isostep_console::stopped_at("G1X5"), None);
+/// ```
+pub fn stopped_at(line: &str) -> Option<Range<usize>> {
+    let words = match line.strip_prefix('$') {
+        None if line == "%" => return None,
+        None => line,
+        Some(statement) => statement.split_once('=').filter(|(name, _)| name.starts_with(['J', 'N']))?.1,
+    };
+    let mut left = words.as_bytes();
+    Words::read(&mut left, Modal::default()).err()?;
+    let begin = line.len() - left.len();
+    Some(begin..begin + word_len(left))
+}
+
+/// How long the word is that `left` begins with: its number ends it, and where it has none, the next letter.
+fn word_len(left: &[u8]) -> usize {
+    let number = left.get(1..).unwrap_or_default();
+    let rest = match Decimal::read(number) {
+        Some((_, rest)) => rest.len(),
+        None => number.iter().position(u8::is_ascii_alphabetic).map_or(0, |letter| number.len() - letter),
+    };
+    left.len() - rest
+}
+
+/// What to tell of a line that was refused as [`Error::Unsupported`](crate::Error::Unsupported): the word, and what to do. Prints
+/// as the text of a `[MSG:...]`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Refusal<'l> {
+    word: &'l str,
+    remedy: &'static str,
+}
+
+impl<'l> Refusal<'l> {
+    /// Of a line as for [`stopped_at`].
+    pub fn of(line: &'l str) -> Self {
+        let Some(range) = stopped_at(line) else {
+            // All its words are known, and one code alone looks at what they say.
+            return Self { word: "G10", remedy: "L2 or L20 here, without a rotation: correct L, remove R" };
+        };
+        let word = line.get(range).unwrap_or_default();
+        let letter = word.bytes().next().unwrap_or_default().to_ascii_uppercase();
+        let has_code = matches!(letter, b'G' | b'M');
+        let word = if has_code { word } else { word.get(..1).unwrap_or_default() };
+        let code = Decimal::read(word.as_bytes().get(1..).unwrap_or_default());
+        let code = code.and_then(|(number, _)| number.code_hundredths()).unwrap_or_default() / 100;
+        let row = REMEDIES.iter().find(|row| row.0 == letter && (row.1.into()..=row.2.into()).contains(&code));
+        Self { word, remedy: row.map_or("unknown here: remove it", |row| row.3) }
+    }
+}
+
+impl fmt::Display for Refusal<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for part in [self.word, ": ", self.remedy] {
+            f.write_str(part)?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::string::{String, ToString};
+
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::{Error, Interpreter, Settings, State};
+
+    #[test]
+    fn reading_stops_at_the_first_word_that_cannot_be() {
+        let rows: &[(&str, u8, &str)] = &[
+            ("5X1", 1, "5"),
+            ("G1X1.2.3Y1", 1, ".3"),
+            ("G1)X2", 1, ")"),
+            ("G1*71", 1, "*71"),
+            ("X1%", 1, "%"),
+            ("G0X1\u{b5}Y2", 1, "\u{b5}"),
+            ("G0X", 2, "X"),
+            ("G0X--5Y1", 2, "X--5"),
+            ("XINF", 2, "X"),
+            ("Y1X100000000", 2, "X100000000"),
+            ("G1X1F-1", 4, "F-1"),
+            ("G64P-1", 4, "P-1"),
+            ("G1A1Q2", 20, "A1"),
+            ("G43H1", 20, "G43"),
+            ("$N1=G0X1G43.2H1", 20, "G43.2"),
+            ("$J=X1F1Q5", 20, "Q5"),
+            ("G20X1G21", 21, "G21"),
+            ("M6T1M6", 21, "M6"),
+            ("X1G1.5", 23, "G1.5"),
+            ("M3.1S1", 23, "M3.1"),
+            ("G0X1G1", 24, "G1"),
+            ("X1Y2X3", 25, "X3"),
+            ("G59.1", 29, "G59.1"),
+            ("X1T256", 38, "T256"),
+        ];
+        for &(line, code, word) in rows {
+            let answer = Interpreter::new().interpret(line, State::Idle, &Settings::DEFAULT);
+            assert_eq!(answer.map_err(Error::code), Err(code), "{line}");
+            assert_eq!(stopped_at(line).map(|range| &line[range]), Some(word), "{line}");
+        }
+        for line in
+            ["", "%", "G1", "G1X1P1", "G2X1", "G10L3P1X1", "N10000001", "$", "$$", "$100=1e3", "$Q", "$I=Q1", "$J=X1"]
+        {
+            assert_eq!(stopped_at(line), None, "{line}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn whatever_the_line_a_word_of_it_is_named(line in "[ -~]{0,79}|([GMTNOXYZF][-+0-9.]{0,12}){0,8}|\\PC{0,40}") {
+            let line: String = line;
+            let word = stopped_at(&line).map(|range| line[range].to_string());
+            prop_assert!(word != Some(String::new()));
+            prop_assert!(Refusal::of(&line).to_string().contains(": "));
+        }
+    }
+}
