@@ -11,7 +11,9 @@ mod room;
 
 use std::collections::BTreeMap;
 
-use isostep_console::{Command, Error, Interpreter, LineAssembler, Move, Rate, SettingError, Settings, Spindle, State};
+use isostep_console::{
+    Command, Error, Interpreter, LineAssembler, Move, Rate, Refusal, SettingError, Settings, Spindle, State,
+};
 use isostep_motion::{AXES, Axis};
 use serde::Serialize;
 
@@ -195,9 +197,8 @@ impl Reader {
                     self.go(from_mm, &motion);
                     from_mm = motion.target_mm;
                 }
-                if block.pauses && self.survey.pauses.len() < LISTED_MAX {
-                    self.survey.pauses.push(Pause { line: self.number, tool: None });
-                }
+                self.wait(block.tool_change.map(Some));
+                self.wait(block.pauses.then_some(None));
                 if block.ends_program {
                     self.survey.ends_at = Some(self.number);
                 }
@@ -209,6 +210,13 @@ impl Reader {
             }
             Command::Home { axis } => self.home(axis),
             _ => {}
+        }
+    }
+
+    /// At this line it waits for a person, who puts in a tool, or looks.
+    fn wait(&mut self, tool: Option<Option<u8>>) {
+        if let Some(tool) = tool.filter(|_| self.survey.pauses.len() < LISTED_MAX) {
+            self.survey.pauses.push(Pause { line: self.number, tool });
         }
     }
 
@@ -268,9 +276,12 @@ impl Reader {
     }
 
     fn refuse(&mut self, line: &str, error: Error, setting: Option<SettingError>) {
-        let word = None::<String>;
-        let _ = line;
-        let remedy = setting.map_or_else(|| error.to_string(), |refused| refused.to_string());
+        let word = isostep_console::stopped_at(line).map(|range| line[range].to_owned());
+        let remedy = match setting {
+            Some(refused) => refused.to_string(),
+            None if error == Error::Unsupported => Refusal::of(line).to_string(),
+            None => error.to_string(),
+        };
         let key = word.clone().unwrap_or_else(|| format!("error:{}", error.code()));
         *self.survey.refused_by_word.entry(key).or_default() += 1;
         self.survey.refused_total += 1;
@@ -313,17 +324,21 @@ mod tests {
 
     #[test]
     fn refused_lines_are_named_and_change_nothing() {
-        let found = survey("G1 X1\nG0 X1\n$100=-5\nG0 X2 X3\nG0 X2\n");
-        let refused: Vec<_> = found.refused.iter().map(|one| (one.line, one.code)).collect();
-        assert_eq!((refused, found.refused_total), (vec![(1, 22), (3, 4), (4, 25)], 3));
+        let found = survey("G1 X1\nG0 X1\n$100=-5\nG0 X2 X3\nG0 X2\nG42 D1 X3\n");
+        let refused: Vec<_> = found.refused.iter().map(|one| (one.line, one.code, one.word.as_deref())).collect();
+        assert_eq!(refused, [(1, 22, None), (3, 4, None), (4, 25, Some("X3")), (6, 20, Some("G42"))]);
         assert!(found.refused[1].remedy.starts_with("$100=-5 is negative"), "{:?}", found.refused[1]);
+        assert!(found.refused[3].remedy.starts_with("G42: "), "{:?}", found.refused[3]);
+        let counted: Vec<_> = found.refused_by_word.iter().map(|(word, count)| (word.as_str(), *count)).collect();
+        assert_eq!(counted, [("G42", 1), ("X3", 1), ("error:22", 1), ("error:4", 1)]);
         assert_eq!(found.extents_mm.unwrap().high_mm, [2.0, 0.0, 0.0]);
     }
 
     #[test]
     fn pauses_and_a_tool_that_stays_on_are_found() {
-        let found = survey("M3 S1000\nG0 X1\nM0\nG0 X0\n");
-        assert_eq!(found.pauses, [Pause { line: 3, tool: None }]);
+        let found = survey("M3 S1000\nT2\nG0 X1 M6\nM0\nT7 M6\n");
+        let tools: Vec<_> = found.pauses.iter().map(|pause| (pause.line, pause.tool)).collect();
+        assert_eq!(tools, [(3, Some(2)), (4, None), (5, Some(7))]);
         assert!(found.leaves_tool_on && found.ends_at.is_none());
         assert!(!survey("M3 S1000\nM30\n").leaves_tool_on);
     }
