@@ -3,10 +3,12 @@
 use isostep_sim::pace::{Pace, Second, SlowPlace, Why};
 
 const AXES: [&str; 3] = ["X", "Y", "Z"];
+/// What holds for less of the time is left out.
+const LEAST_TOLD_PERCENT: f64 = 0.05;
 /// So many slow places are told.
 const WORST_TOLD: usize = 3;
 
-/// `the feed 62.0 %, corners 21.3 %`: what holds for longest first; what never holds is left out.
+/// `the feed 62.0 %, corners 21.3 %`: what holds for longest first; what hardly ever holds is left out.
 pub fn limited_by(pace: &Pace) -> String {
     let shares = &pace.shares;
     let [x_s, y_s, z_s] = shares.top_speed_s;
@@ -22,7 +24,9 @@ pub fn limited_by(pace: &Pace) -> String {
     ];
     named.sort_by(|one, other| other.1.total_cmp(&one.1));
     let total_s = pace.total_s();
-    let told = named.iter().filter(|(_, s)| *s > 0.0).map(|(name, s)| format!("{name} {:.1} %", 100.0 * s / total_s));
+    let shares = named.map(|(name, s)| (name, 100.0 * s / total_s));
+    let told = shares.iter().filter(|(_, percent)| *percent >= LEAST_TOLD_PERCENT);
+    let told = told.map(|(name, percent)| format!("{name} {percent:.1} %"));
     told.collect::<Vec<_>>().join(", ")
 }
 

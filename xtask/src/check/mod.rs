@@ -81,3 +81,6 @@ fn machines(args: &Args) -> Result<Vec<Machine>> {
     });
     read.collect()
 }
+
+#[cfg(test)]
+mod tests;

@@ -14,10 +14,14 @@ use isostep_sim::survey::Survey;
 use isostep_sim::{Config, Figures, Flash, Listed, Outcome, Port, SwitchFault, settings};
 
 use crate::laws::Laws;
-use crate::{pty, remarks, workspace};
+use crate::stopwatch::Stopwatch;
+use crate::{process, pty, remarks, workspace};
 
 mod judge;
 mod print;
+
+/// From so long on the user is told how long it took.
+const LONG_S: f64 = 1.0;
 
 const EXAMPLES: &str = "\
 The tasks are those of the firmware; motors, carriages and switches are simulated, and every STEP edge is checked
@@ -106,6 +110,7 @@ pub fn run(args: Args) -> Result<()> {
     tell_weak_motors(&config);
     let flash = args.flash.as_deref().map_or(Ok(Flash::blank()), stored)?;
     tell_beforehand(&program, &config);
+    let stopwatch = Stopwatch::start();
     let outcome = run_shown(program, &config, flash.clone()).with_context(|| name.clone())?;
     let figures = Figures::listing(&name, &outcome, if args.moves { Listed::All } else { Listed::Some });
     print::print(&figures, args.moves);
@@ -114,7 +119,17 @@ pub fn run(args: Args) -> Result<()> {
     if let Some(path) = &args.flash {
         write_file(path, |out| out.write_all(&flash.bytes()))?;
     }
+    tell_effort(&stopwatch);
     judge::judge(&figures, &outcome)
+}
+
+/// What it took of this computer, where that is more than a moment.
+fn tell_effort(stopwatch: &Stopwatch) {
+    let elapsed_s = stopwatch.elapsed_s();
+    if elapsed_s >= LONG_S {
+        let memory = process::peak_memory_mb().map_or(String::new(), |mb| format!(" and {mb} MB of memory"));
+        eprintln!("    it took {elapsed_s:.1} s{memory}");
+    }
 }
 
 /// Runs it, and shows how far it has come where that takes long.

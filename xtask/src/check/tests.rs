@@ -1,0 +1,97 @@
+//! Small programs, and what is said of them.
+
+use std::fs;
+
+use isostep_console::Settings;
+
+use super::look::{self, Checked, Machine};
+use super::print;
+
+fn machine() -> Vec<Machine> {
+    vec![Machine { name: "the default machine".to_owned(), settings: Settings::DEFAULT }]
+}
+
+/// A program in a file of its own, checked.
+fn check(name: &str, program: &str, start_mm: Option<[f64; 3]>) -> Checked {
+    let folder = std::env::temp_dir().join(format!("isostep-check-{}", std::process::id()));
+    fs::create_dir_all(&folder).unwrap();
+    let path = folder.join(name);
+    fs::write(&path, program).unwrap();
+    look::check(&path, &machine(), start_mm)
+}
+
+fn detail(checked: &Checked) -> String {
+    print::detail(checked, &machine(), false)
+}
+
+#[test]
+fn a_good_program_is_told_in_full() {
+    let program =
+        "%\n(tools)\nG21 G90 G64 P0.05\nT2 M6\nM3 S900\nG1 X20 F600\nY10\nG2 X10 I-5\nM0\nG0 Z5\nM5\nM30\n%\n";
+    let checked = check("good.nc", program, None);
+    let told = detail(&checked);
+    for words in [
+        "lines      13: 12 of G-code (4 that move, 1 of them arcs), 0 of $, 1 empty or comments",
+        "refused    none",
+        "tools      T2 (line 4): each waits for ~",
+        "waits      for ~ at M0 (line 9)",
+        "feeds      600 mm/min",
+        "ends       by M2 or M30, line 12\n",
+        "extents    X 0.000 to 20.000, Y 0.000 to 10.000, Z 0.000 to 5.000 mm: 20.000 x 10.000 x 5.000",
+        "travel     it stays within, from --start 175,200,50",
+        "limited by ",
+        "s at 2 corners, ",
+        "fastest    ",
+    ] {
+        assert!(told.contains(words), "{words} in\n{told}");
+    }
+    assert!(checked.is_good(), "{told}");
+}
+
+#[test]
+fn every_refused_line_is_told_up_to_ten_then_counted_by_word() {
+    let program = format!("G42 D1 X5\nG0 X1 X2\n{}G0 X3\n", "M100\n".repeat(12));
+    let checked = check("refused.nc", &program, None);
+    let told = detail(&checked);
+    assert!(told.contains("refused    14\n    line 1 `G42 D1 X5`: error:20 G42: no cutter compensation"), "{told}");
+    assert!(told.contains("line 2 `G0 X1 X2`: error:25 A word stands twice"), "{told}");
+    assert!(told.contains("and 4 more, in all M100 x 12, G42, X2; --all tells them"), "{told}");
+    assert!(told.contains("s standing, without what is refused"), "{told}");
+    assert!(print::detail(&checked, &machine(), true).matches("`M100`").count() == 12);
+    assert!(!checked.is_good());
+    let table = print::table(&[checked], &machine());
+    assert!(table.contains("*  M100 x 12, G42, X2\n"), "{table}");
+}
+
+#[test]
+fn the_place_to_begin_at_is_found_unless_one_is_given() {
+    let program = "G0 X180 Y-250\nG0 X0 Y0\nM2\n";
+    let found = check("place.nc", program, None);
+    assert!(detail(&found).contains("it stays within, from --start 171,251,50"), "{}", detail(&found));
+    assert!(found.is_good());
+    let given = check("given.nc", program, Some([5.0, 5.0, 5.0]));
+    assert!(detail(&given).contains("left: line 1 `G0 X180 Y-250`: Y goes to -250.000 mm"), "{}", detail(&given));
+    assert!(!given.is_good());
+}
+
+#[test]
+fn a_program_that_homes_is_made_with_its_switches() {
+    let checked = check("homes.nc", "$H\nG0 X10 Y10\nM2\n", None);
+    assert!(detail(&checked).contains("s of homing"), "{}", detail(&checked));
+    assert!(checked.is_good(), "{}", detail(&checked));
+    let outside = check("outside.nc", "$H\nG0 X-10\nM2\n", None);
+    let told = detail(&outside);
+    assert!(told.contains("behind $H") && told.contains("time       ALARM:2: "), "{told}");
+    assert!(!outside.is_good());
+}
+
+#[test]
+fn what_is_no_program_is_a_row_like_the_others() {
+    let (text, binary) = (check("one.nc", "G0 X1\nM2\n", None), check("binary.nc", "\x7fELF\0", None));
+    assert!(detail(&binary).contains("binary.nc: line 1: byte 0x7f is not text"), "{}", detail(&binary));
+    assert!(!binary.is_good());
+    let table = print::table(&[text, binary], &machine());
+    let rows: Vec<_> = table.lines().collect();
+    assert!(rows[1].starts_with("one.nc") && rows[1].ends_with("  -"), "{table}");
+    assert!(rows[2].starts_with("binary.nc") && rows[2].contains("is not text"), "{table}");
+}
