@@ -6,7 +6,7 @@
 //! [`Config::only_time`]: crate::Config::only_time
 
 mod asked;
-mod course;
+pub(crate) mod course;
 mod samples;
 mod seconds;
 mod slow;

@@ -35,7 +35,8 @@ pub enum Why {
     Thirds,
     /// The machine stands: a dwell, M0, a line that waits for standstill, the sender, a hold.
     Stop,
-    /// What follows was not known early enough: short moves beyond the look-ahead, or the sender; or an override.
+    /// What follows was not known early enough: moves so short that the look-ahead is no longer than the way to brake, or a late
+    /// sender; or an override.
     LookAhead,
     /// The first move begins or the last one ends, or homing does.
     Ends,
@@ -54,7 +55,7 @@ impl Why {
             Self::ExactStop => "exact stop",
             Self::Thirds => "thirds law: rest to rest",
             Self::Stop => "stop",
-            Self::LookAhead => "what follows not yet known",
+            Self::LookAhead => "end of the look-ahead",
             Self::Ends => "begin and end",
         }
     }
@@ -444,7 +445,7 @@ impl Open {
     fn at_begin(outcome: &Outcome, phase: &Phase) -> Self {
         Self {
             at_s: phase.begin_s,
-            place_mm: place_mm(outcome, phase, phase.places_steps[0]),
+            place_mm: phase.place_mm(outcome, 0.0),
             before: None,
             after: Some((phase.index, phase.asked)),
             taken_mm_s: phase.speeds_mm_s[0],
@@ -457,7 +458,7 @@ impl Open {
     fn at_end(outcome: &Outcome, phase: &Phase) -> Self {
         Self {
             at_s: phase.end_s(),
-            place_mm: place_mm(outcome, phase, phase.places_steps[1]),
+            place_mm: phase.place_mm(outcome, phase.way_mm),
             before: Some((phase.index, phase.asked)),
             after: None,
             taken_mm_s: phase.speeds_mm_s[1],
@@ -471,12 +472,4 @@ impl Open {
         self.ramps_s += phase.span_s;
         self.lost_s += phase.span_s - phase.way_mm / phase.asked.mm_s;
     }
-}
-
-/// Where the path is when the longest axis is at `steps` of a move.
-fn place_mm(outcome: &Outcome, phase: &Phase, steps: f64) -> [f64; AXES] {
-    let record = &outcome.moves[phase.index];
-    let origin_mm = outcome.mm(record.origin_steps);
-    let way_mm = (steps - record.plan.begin_steps()) * phase.asked.mm_per_step;
-    std::array::from_fn(|axis| origin_mm[axis] + way_mm * phase.asked.direction[axis])
 }
