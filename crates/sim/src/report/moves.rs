@@ -106,3 +106,34 @@ fn interval_cells(intervals: Option<Intervals>) -> Markup {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::{Config, Figures, report, run};
+
+    fn page(moves: usize) -> String {
+        let program = format!("G91 G1 F1200\n{}X9\n", "X0.5\nY0.5\n".repeat(moves / 2));
+        let mut config = Config::default();
+        config.settings.soft_limits = false;
+        let outcome = run(program.as_bytes(), &config).unwrap();
+        report::page(&outcome, &Figures::new("many", &outcome))
+    }
+
+    #[test]
+    fn of_many_moves_the_table_has_those_that_tell_most() {
+        let page = page(300);
+        let moves = page.split("<h2>Moves</h2>").nth(1).unwrap();
+        let moves = moves.split("<h2>").next().unwrap();
+        assert_eq!(moves.matches("tr class=\"first\"").count(), 60);
+        assert!(moves.contains("<td>301</td>") && moves.contains("301 moves: here are the first 20"), "{moves}");
+        assert!(moves.contains("--json"));
+    }
+
+    #[test]
+    fn of_few_moves_the_table_has_all() {
+        let page = page(60);
+        let moves = page.split("<h2>Moves</h2>").nth(1).unwrap();
+        assert_eq!(moves.matches("tr class=\"first\"").count(), 61);
+        assert!(!moves.contains("left out"));
+    }
+}

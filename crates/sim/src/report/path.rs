@@ -300,3 +300,76 @@ fn names() -> impl Iterator<Item = Text<'static, (f64, f64), String>> {
     let (x, y) = PICK_UP_MM;
     bays.chain([Text::new("pick-up point".to_owned(), (x, y - 16.0), theme::centred(14 * FINE).color(&RACK))])
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pace::course::phases;
+    use crate::{Config, lines_of_moves, run};
+
+    fn outcome(program: &str) -> Outcome {
+        let mut config = Config::default();
+        config.settings.soft_limits = false;
+        run(program.as_bytes(), &config).unwrap()
+    }
+
+    fn picture_of(program: &str) -> Picture {
+        let outcome = outcome(program);
+        picture(&outcome, &lines_of_moves::of_moves(&outcome))
+    }
+
+    /// Long lines to and fro, which no least length makes fewer.
+    #[test]
+    fn however_many_long_lines_there_are_the_picture_is_bounded() {
+        let outcome = outcome("G91 G1 F600 X10\n");
+        let sources = lines_of_moves::of_moves(&outcome);
+        let scale = SpeedScale::of(phases(&outcome, &sources));
+        let pieces = |take: &mut dyn FnMut(&Piece)| {
+            let mut random = oorandom::Rand32::new(3);
+            let mut from = [0.0; 2];
+            for _ in 0..400_000 {
+                let to = [random.rand_float(), random.rand_float()].map(|share| f64::from(share) * 2_700.0);
+                take(&Piece { from, to, way_mm: 1.0, span_s: f64::from(random.rand_float()) + 0.01 });
+                from = to;
+            }
+        };
+        let (svg, simplified) = lines(400_000, scale, 6, pieces);
+        assert!(svg.len() < BYTES_MAX + 1_000 && svg.len() > BYTES_MAX / 8, "{}", svg.len());
+        assert!(simplified.unwrap().contains("one in "));
+    }
+
+    #[test]
+    fn a_short_program_has_dots_and_a_start_and_no_rack_unless_homed() {
+        let picture = picture_of("G91 G1 F600 X10\nY5\n");
+        assert!(picture.by_edges && picture.with_dots && picture.simplified.is_none());
+        assert_eq!(picture.svg.matches("<circle").count(), 3);
+        assert!(picture.svg.contains(">start</text>") && !picture.svg.contains("bay 1"));
+        assert_eq!(picture.extent_mm, [(0.0, 10.0), (0.0, 5.0)]);
+        let homed = picture_of("$H\nG90 G1 F600 X10\n");
+        assert!(homed.svg.contains("bay 1") && homed.svg.contains("pick-up point"));
+    }
+
+    #[test]
+    fn many_moves_have_no_dots_and_one_element_a_colour() {
+        let picture = picture_of(&format!("G91 G1 F1200\n{}", "X0.5 Y0.2\nX0.5 Y-0.2\n".repeat(150)));
+        assert!(!picture.with_dots && !picture.svg.contains("<circle"));
+        assert!(picture.simplified.is_some());
+        assert!((1..=8).contains(&picture.svg.matches("<path").count()), "{}", picture.svg);
+    }
+
+    /// By the edges and as planned the same lines are drawn, but for what a step is.
+    #[test]
+    fn edges_and_plans_draw_the_same_path() {
+        let outcome = outcome("G91 G1 F1200 X20 Y10\nX-5 Y20\n");
+        let sources = lines_of_moves::of_moves(&outcome);
+        let plane = Plane::new(&outcome, extent_mm(&outcome));
+        let (mut planned, mut made) = (Vec::new(), Vec::new());
+        pieces(&outcome, phases(&outcome, &sources), &plane, &mut |piece| planned.push(*piece));
+        pieces_by_edges(&outcome, phases(&outcome, &sources), &plane, &mut |piece| made.push(*piece));
+        let top = |pieces: &[Piece]| pieces.iter().map(|piece| piece.to[0]).fold(0.0, f64::max);
+        let ends = [&planned, &made].map(|pieces| (top(pieces), pieces.last().unwrap().to));
+        let [(planned_top, planned), (made_top, made)] = ends;
+        assert!((planned_top - made_top).abs() < 1e-6, "{planned_top} {made_top}");
+        assert!((0..2).all(|at| (planned[at] - made[at]).abs() < 1e-6), "{planned:?} {made:?}");
+    }
+}

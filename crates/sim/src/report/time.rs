@@ -161,3 +161,37 @@ fn duration(s: f64) -> String {
         _ => format!("{:.0} h {:.0} min {:.0} s", (s / 3600.0).floor(), (s % 3600.0 / 60.0).floor(), s % 60.0),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Config, run};
+
+    fn pace(program: &str) -> Pace {
+        let mut config = Config::default();
+        config.settings.soft_limits = false;
+        Pace::of(&run(program.as_bytes(), &config).unwrap())
+    }
+
+    #[test]
+    fn shares_of_the_time_are_all_of_it() {
+        let pace = pace("G91 G0 X20\nG1 F600 X10\nY10\nG4 P0.5\nG2 X10 I5\n");
+        let sum_s: f64 = of(&pace).iter().map(|share| share.s).sum();
+        assert!((sum_s / pace.total_s() - 1.0).abs() < 1e-9);
+        let html = shares(&pace).into_string();
+        assert!(html.contains("the feed asked for") && html.contains("standing"), "{html}");
+        assert!(!html.contains("the top speed of Z"), "{html}");
+    }
+
+    #[test]
+    fn the_worst_places_say_where_and_why() {
+        let html = slow_places(&pace("G91 G1 F600 X10\nY10\n")).into_string();
+        assert!(html.contains("1 to 2") && html.contains("90.0°") && html.contains("10.00, 0.00, 0.00"), "{html}");
+        assert!(html.contains("<td>corner</td>") && html.contains("All of them"), "{html}");
+    }
+
+    #[test]
+    fn times_are_told_as_people_read_them() {
+        assert_eq!([12.3456, 61.25, 3_723.0].map(duration), ["12.346 s", "1 min 1.2 s", "1 h 2 min 3 s"]);
+    }
+}
