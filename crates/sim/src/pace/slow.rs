@@ -2,9 +2,11 @@
 //!
 //! A ramp belongs to the slow place that it leads to or comes from. A place is a corner, an arc as a whole, or a standstill. A ramp
 //! from or to a stretch at the speed asked for belongs to whatever asks for so little there. The chain plans as fast as corners,
-//! feeds, ends and what it knows ahead allow, so what none of the others explains is for the last.
+//! feeds, ends and what it knows ahead allow, so what none of the others explains is for the last; by a curved law it is not, as that
+//! ramps anew in each move.
 
 use isostep_motion::AXES;
+use isostep_profile::SpeedLaw;
 use serde::Serialize;
 
 use super::asked::{Asked, Limit};
@@ -18,6 +20,8 @@ const WORST: usize = 10;
 const FULL: f64 = 0.98;
 /// What is no faster stands, mm/s.
 const REST_MM_S: f64 = 1e-6;
+/// A path that turns by more goes back the way it came, and stops: by a cosine of -0.999999.
+const BACK_DEG: f64 = 179.9;
 /// Between two runs a pause that is longer was asked for, s.
 const PAUSE_S: f64 = 0.01;
 
@@ -35,6 +39,8 @@ pub enum Why {
     Thirds,
     /// The machine stands: a dwell, M0, a line that waits for standstill, the sender, a hold.
     Stop,
+    /// A curved speed law ramps anew in each move, so it gains and loses little speed over short ones: `$940`.
+    SpeedLaw,
     /// What follows was not known early enough: moves so short that the look-ahead is no longer than the way to brake, or a late
     /// sender; or an override.
     LookAhead,
@@ -44,8 +50,16 @@ pub enum Why {
 
 impl Why {
     /// All of them, in the order of [`SlowPlaces::kinds`].
-    pub const ALL: [Self; 7] =
-        [Self::Corner, Self::Arc, Self::ExactStop, Self::Thirds, Self::Stop, Self::LookAhead, Self::Ends];
+    pub const ALL: [Self; 8] = [
+        Self::Corner,
+        Self::Arc,
+        Self::ExactStop,
+        Self::Thirds,
+        Self::Stop,
+        Self::SpeedLaw,
+        Self::LookAhead,
+        Self::Ends,
+    ];
 
     /// In words.
     pub const fn words(self) -> &'static str {
@@ -55,6 +69,7 @@ impl Why {
             Self::ExactStop => "exact stop",
             Self::Thirds => "thirds law: rest to rest",
             Self::Stop => "stop",
+            Self::SpeedLaw => "curved law over short moves",
             Self::LookAhead => "end of the look-ahead",
             Self::Ends => "begin and end",
         }
@@ -368,6 +383,8 @@ impl<'a> Finder<'a> {
         match open.stand {
             Stand::Ends => return Some(Why::Ends),
             Stand::Stood(stood_s) if stood_s > PAUSE_S => return Some(Why::Stop),
+            // It would have stopped there in any case, and what followed had not come when the run was told to end.
+            Stand::Stood(_) if from.turn_deg(to) > BACK_DEG => return Some(stops(Why::Corner)),
             Stand::Stood(_) => return Some(stops(Why::Stop)),
             Stand::Flows => {}
         }
@@ -382,11 +399,11 @@ impl<'a> Finder<'a> {
         }
         let in_arc = self.source(before).is_some_and(|source| source.in_arc);
         let one_line = self.source(before).map(|source| source.line) == self.source(after).map(|source| source.line);
-        // To go nearly the same way back it stops, and no rule gives a speed.
-        let is_rest = open.taken_mm_s <= start_mm_s && from.turn_deg(to) > 90.0;
+        let is_rest = open.taken_mm_s <= start_mm_s && from.turn_deg(to) > BACK_DEG;
         Some(match () {
             () if (is_corner || is_rest) && in_arc && one_line => Why::Arc,
             () if is_corner || is_rest => Why::Corner,
+            () if self.outcome.speed_law != SpeedLaw::Trapezoid => Why::SpeedLaw,
             () => Why::LookAhead,
         })
     }

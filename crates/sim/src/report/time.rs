@@ -52,6 +52,7 @@ fn of(pace: &Pace) -> Vec<Share> {
     let others = [
         share("acceleration, from and to corners", "--y", shares.corners_s),
         share("acceleration, from and to standstill", "--curve-5", shares.standstill_s),
+        share("acceleration, by a curved law over short moves", "--rack", shares.speed_law_s),
         share("acceleration, from and to the end of the look-ahead", "--curve-7", shares.look_ahead_s),
         share("standing", "--bound", shares.standing_s),
     ];
