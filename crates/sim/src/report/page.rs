@@ -85,8 +85,8 @@ fn body_of_moves(outcome: &Outcome, figures: &Figures) -> Markup {
         (time::shares(&figures.pace))
         (time::slow_places(&figures.pace))
         (axes(figures))
-        (pictures(outcome, figures))
         (moves::table(figures))
+        (pictures(outcome, figures))
     }
 }
 

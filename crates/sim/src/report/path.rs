@@ -224,7 +224,8 @@ fn dots(outcome: &Outcome, plane: &Plane, with_ends: bool) -> String {
         let _ = write!(svg, "<circle cx=\"{x:.0}\" cy=\"{y:.0}\" r=\"{}\" fill=\"var(--ink)\"/>", 4 * FINE);
     }
     if let Some([x, y]) = start {
-        let (left, below, size) = (x - 64.0, y + 96.0, 14 * FINE);
+        let is_low = y + 96.0 > CORNER[1] + INNER.1;
+        let (left, below, size) = (x - 64.0, if is_low { y - 44.0 } else { y + 96.0 }, 14 * FINE);
         let _ = write!(svg, "<circle cx=\"{x:.0}\" cy=\"{y:.0}\" r=\"{}\" fill=\"var(--y)\"/>", 7 * FINE);
         let _ = write!(
             svg,

@@ -36,7 +36,6 @@ pub fn shares(pace: &Pace) -> Markup {
             } } }
         } }
         (ramps(pace))
-        (seconds(pace))
     }
 }
 
@@ -121,6 +120,7 @@ pub fn slow_places(pace: &Pace) -> Markup {
                 tbody { @for place in &pace.slow.worst { (slow_place(place)) } }
             } }
         }
+        (seconds(pace))
     }
 }
 
