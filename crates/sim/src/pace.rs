@@ -53,6 +53,13 @@ impl Shares {
     }
 }
 
+/// The slowest and the busiest second alone, as in [`Pace`], which takes longer to find.
+pub(crate) fn extreme_seconds(outcome: &Outcome, sources: &[Option<Source>]) -> [Option<Second>; 2] {
+    let mut clock = Clock::default();
+    phases(outcome, sources).for_each(|phase| clock.take(&phase));
+    clock.finish(sources)
+}
+
 /// The pace of an axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct AxisPace {

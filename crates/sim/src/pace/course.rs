@@ -150,8 +150,11 @@ impl<'a> Piece<'a> {
         let origin_s = self.plan.end_s() - profile.duration_s();
         let origin_steps = self.plan.end_steps() - profile.distance_steps();
         let at = |t_s: f64| Knot { t_s, steps: profile.position_at(t_s), steps_s: profile.speed_at(t_s) };
-        let [from, to] = [at(self.from_s - origin_s), at(self.to_s - origin_s)];
         let knots = knots(profile);
+        let (from_s, to_s) = (self.from_s - origin_s, self.to_s - origin_s);
+        // Most pieces are whole.
+        let from = if from_s > 0.0 { at(from_s) } else { knots[0] };
+        let to = if to_s < knots[3].t_s { at(to_s) } else { knots[3] };
         let changes = [Change::Up, Change::Level, Change::Down];
         (0..changes.len()).filter_map(move |number| {
             let begin = if from.t_s > knots[number].t_s { from } else { knots[number] };

@@ -9,7 +9,7 @@ use crate::figures::Figures;
 use crate::kinematics::OfLimit;
 use crate::lines_of_moves;
 use crate::outcome::{MoveRecord, Outcome};
-use crate::pace::Pace;
+use crate::pace;
 
 /// Moves shown as pictures.
 const PICTURES_MAX: usize = 8;
@@ -78,7 +78,7 @@ fn body_of_moves(outcome: &Outcome, figures: &Figures) -> Markup {
     html! {
         (path_of(path::picture(outcome, &sources), figures))
         h2 { "Speed along the program" }
-        figure { (PreEscaped(speed::picture(outcome, &sources, &figures.pace))) figcaption {
+        figure { (PreEscaped(speed::picture(outcome, &sources, [figures.pace.slowest_second, figures.pace.busiest_second]))) figcaption {
             span.key style="background: var(--x)" {} "planned speed along the path: the line is the mean of each span of time, the band its lowest to highest. "
             span.key style="background: var(--bound)" {} "asked for: the feed, or what the top speeds of the axes allow."
         } }
@@ -146,8 +146,8 @@ pub fn files(outcome: &Outcome) -> Vec<(String, String)> {
     let moves = moves.map(|(number, record)| (format!("move-{number}.svg"), kinematics::of_move(outcome, record)));
     let sources = lines_of_moves::of_moves(outcome);
     let path = ("path.svg".to_owned(), path::picture(outcome, &sources).svg);
-    let pace = Pace::new(outcome, &sources);
-    let speed = ("speed.svg".to_owned(), speed::picture(outcome, &sources, &pace));
+    let seconds = pace::extreme_seconds(outcome, &sources);
+    let speed = ("speed.svg".to_owned(), speed::picture(outcome, &sources, seconds));
     moves.chain([path, speed]).map(|(name, picture)| (name, theme::standalone(&picture))).collect()
 }
 

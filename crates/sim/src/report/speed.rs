@@ -5,7 +5,7 @@ use plotters::prelude::*;
 use super::theme::{self, AXIS, Area, BOUND, CURVE, Drawn, GRID, INK};
 use crate::lines_of_moves::Source;
 use crate::outcome::Outcome;
-use crate::pace::{Pace, Sample, samples};
+use crate::pace::{Sample, Second, samples};
 
 /// Spans of time, each of which has its lowest and its highest speed.
 const SPANS: usize = 760;
@@ -16,13 +16,13 @@ const ASKED_MAX: f64 = 1.5;
 /// A second is at least this share of the picture.
 const SEEN: f64 = 0.004;
 
-/// The picture; `sources` are those of all moves.
-pub fn picture(outcome: &Outcome, sources: &[Option<Source>], pace: &Pace) -> String {
+/// The picture; `sources` are those of all moves, `seconds` the slowest and the busiest.
+pub fn picture(outcome: &Outcome, sources: &[Option<Source>], seconds: [Option<Second>; 2]) -> String {
     let samples = samples(outcome, sources, SPANS);
-    theme::svg((860 * FINE, 340 * FINE), "Speed along the path over time", |area| draw(area, &samples, pace))
+    theme::svg((860 * FINE, 340 * FINE), "Speed along the path over time", |area| draw(area, &samples, seconds))
 }
 
-fn draw(area: &Area, samples: &[Sample], pace: &Pace) -> Drawn {
+fn draw(area: &Area, samples: &[Sample], extremes: [Option<Second>; 2]) -> Drawn {
     let end_s = samples.last().map_or(1.0, |sample| sample.end_s);
     let highest_mm_s = samples.iter().map(|sample| sample.highest_mm_s).fold(1e-3, f64::max);
     let asked_mm_s = samples.iter().map(|sample| sample.asked_mm_s).fold(0.0, f64::max);
@@ -34,7 +34,7 @@ fn draw(area: &Area, samples: &[Sample], pace: &Pace) -> Drawn {
         .x_label_area_size(46 * FINE)
         .y_label_area_size(68 * FINE)
         .build_cartesian_2d(0.0..end_s, 0.0..top_mm_s)?;
-    for (_, from_s, colour) in marks(pace) {
+    for (_, from_s, colour) in marks(extremes) {
         let corners = [(from_s, 0.0), (mark_end_s(from_s, end_s), top_mm_s)];
         chart.draw_series([Rectangle::new(corners, colour.filled())])?;
     }
@@ -57,7 +57,7 @@ fn draw(area: &Area, samples: &[Sample], pace: &Pace) -> Drawn {
     chart.draw_series([band])?;
     let mean = samples.iter().map(|sample| (middle(sample), sample.mean_mm_s));
     chart.draw_series(LineSeries::new(mean, AXIS[0].stroke_width(FINE * 3 / 2)))?;
-    for (rank, (name, from_s, _)) in marks(pace).into_iter().enumerate() {
+    for (rank, (name, from_s, _)) in marks(extremes).into_iter().enumerate() {
         let left = from_s < 0.8 * end_s;
         let (at_s, aside) = if left { (mark_end_s(from_s, end_s), 12) } else { (from_s, -12) };
         let style = theme::font(13 * FINE).pos(theme::beside(left));
@@ -73,8 +73,8 @@ fn mark_end_s(from_s: f64, end_s: f64) -> f64 {
 }
 
 /// The seconds that are marked: their names, beginnings and colours.
-fn marks(pace: &Pace) -> Vec<(&'static str, f64, RGBAColor)> {
-    let slowest = pace.slowest_second.map(|second| ("slowest second", second.start_s, CURVE[4].mix(0.25)));
-    let busiest = pace.busiest_second.map(|second| ("busiest second", second.start_s, AXIS[2].mix(0.25)));
+fn marks([slowest, busiest]: [Option<Second>; 2]) -> Vec<(&'static str, f64, RGBAColor)> {
+    let slowest = slowest.map(|second| ("slowest second", second.start_s, CURVE[4].mix(0.25)));
+    let busiest = busiest.map(|second| ("busiest second", second.start_s, AXIS[2].mix(0.25)));
     [busiest, slowest].into_iter().flatten().collect()
 }
