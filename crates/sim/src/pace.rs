@@ -6,7 +6,7 @@
 //! [`Config::only_time`]: crate::Config::only_time
 
 mod asked;
-mod course;
+pub(crate) mod course;
 mod samples;
 mod seconds;
 mod slow;
@@ -36,6 +36,8 @@ pub struct Shares {
     pub corners_s: f64,
     /// On ramps to and from standstill.
     pub standstill_s: f64,
+    /// On ramps of a curved speed law over short moves: [`Why::SpeedLaw`].
+    pub speed_law_s: f64,
     /// On ramps to and from places behind which not enough was known: [`Why::LookAhead`].
     pub look_ahead_s: f64,
     /// Standing between moves.
@@ -46,8 +48,16 @@ impl Shares {
     /// All together, s.
     pub fn sum_s(&self) -> f64 {
         let top_speed_s: f64 = self.top_speed_s.iter().sum();
-        self.feed_s + top_speed_s + self.corners_s + self.standstill_s + self.look_ahead_s + self.standing_s
+        let ramps_s = self.corners_s + self.standstill_s + self.speed_law_s + self.look_ahead_s;
+        self.feed_s + top_speed_s + ramps_s + self.standing_s
     }
+}
+
+/// The slowest and the busiest second alone, as in [`Pace`], which takes longer to find.
+pub(crate) fn extreme_seconds(outcome: &Outcome, sources: &[Option<Source>]) -> [Option<Second>; 2] {
+    let mut clock = Clock::default();
+    phases(outcome, sources).for_each(|phase| clock.take(&phase));
+    clock.finish(sources)
 }
 
 /// The pace of an axis.
@@ -120,6 +130,7 @@ impl Pace {
             top_speed_s: found.top_speed_s,
             corners_s: ramps_s(|why| matches!(why, Why::Corner | Why::Arc)),
             standstill_s: ramps_s(Why::is_standstill),
+            speed_law_s: ramps_s(|why| why == Why::SpeedLaw),
             look_ahead_s: ramps_s(|why| why == Why::LookAhead),
             standing_s: found.standing_s,
         };

@@ -74,20 +74,38 @@ impl Phase<'_> {
             steps * self.asked.mm_per_step
         }
     }
+
+    /// Where the path is when so much of its way is made, mm.
+    pub fn place_mm(&self, outcome: &Outcome, made_mm: f64) -> [f64; AXES] {
+        let record = &outcome.moves[self.index];
+        let origin_mm = outcome.mm(record.origin_steps);
+        let before_mm = (self.places_steps[0] - record.plan.begin_steps()) * self.asked.mm_per_step;
+        std::array::from_fn(|axis| origin_mm[axis] + (before_mm + made_mm) * self.asked.direction[axis])
+    }
 }
 
 /// All phases of the program, in order; `sources` are those of all moves.
 pub fn phases<'a>(outcome: &'a Outcome, sources: &'a [Option<Source>]) -> impl Iterator<Item = Phase<'a>> {
-    let first_ns = outcome.moves.iter().find(|record| !record.homing).map_or(0, |record| record.start_ns);
     let program = outcome.moves.iter().enumerate().filter(|(_, record)| !record.homing);
-    let mut first_s = None;
+    let first = outcome.moves.iter().find(|record| !record.homing);
     program.flat_map(move |(index, record)| {
         let asked = Asked::new(outcome, record, sources.get(index).and_then(Option::as_ref));
-        // The first plan may begin after its run.
-        let first_s = *first_s.get_or_insert(record.plan.begin_s());
-        let run_s = (record.start_ns - first_ns) as f64 * 1e-9 - first_s;
+        let run_s = first.map_or(0.0, |first| run_s(first, record));
         pieces(record).flat_map(move |piece| piece.phases(index, asked, run_s))
     })
+}
+
+/// When the last move of the program ends, s from the start of the first one; `None` without a move.
+pub fn end_s(outcome: &Outcome) -> Option<f64> {
+    let mut program = outcome.moves.iter().filter(|record| !record.homing);
+    let first = program.next()?;
+    let last = program.next_back().unwrap_or(first);
+    pieces(last).last().map(|piece| run_s(first, last) + piece.to_s)
+}
+
+/// When the run of a move began, s from the start of the `first` one, whose first plan may begin after its run.
+fn run_s(first: &MoveRecord, record: &MoveRecord) -> f64 {
+    (record.start_ns - first.start_ns) as f64 * 1e-9 - first.plan.begin_s()
 }
 
 /// A plan and how long the move follows it.
@@ -132,8 +150,11 @@ impl<'a> Piece<'a> {
         let origin_s = self.plan.end_s() - profile.duration_s();
         let origin_steps = self.plan.end_steps() - profile.distance_steps();
         let at = |t_s: f64| Knot { t_s, steps: profile.position_at(t_s), steps_s: profile.speed_at(t_s) };
-        let [from, to] = [at(self.from_s - origin_s), at(self.to_s - origin_s)];
         let knots = knots(profile);
+        let (from_s, to_s) = (self.from_s - origin_s, self.to_s - origin_s);
+        // Most pieces are whole.
+        let from = if from_s > 0.0 { at(from_s) } else { knots[0] };
+        let to = if to_s < knots[3].t_s { at(to_s) } else { knots[3] };
         let changes = [Change::Up, Change::Level, Change::Down];
         (0..changes.len()).filter_map(move |number| {
             let begin = if from.t_s > knots[number].t_s { from } else { knots[number] };

@@ -2,7 +2,7 @@
 
 use isostep_motion::AXES;
 
-use super::course::{Phase, phases};
+use super::course::{Phase, end_s, phases};
 use crate::lines_of_moves::Source;
 use crate::outcome::Outcome;
 
@@ -19,7 +19,7 @@ pub struct Sample {
     pub mean_mm_s: f64,
     /// The highest speed.
     pub highest_mm_s: f64,
-    /// The mean of the speeds asked for.
+    /// The highest of the speeds asked for.
     pub asked_mm_s: f64,
 }
 
@@ -38,7 +38,7 @@ pub struct Way {
 
 /// The speed in `bins` equal spans of time, from the start of the first move to the end of the last one; none without a move.
 pub fn samples(outcome: &Outcome, sources: &[Option<Source>], bins: usize) -> Vec<Sample> {
-    let Some(total_s) = phases(outcome, sources).last().map(|phase| phase.end_s()) else { return Vec::new() };
+    let Some(total_s) = end_s(outcome) else { return Vec::new() };
     let bin_s = total_s / bins as f64;
     let mut sums = vec![Sum::default(); bins];
     for phase in phases(outcome, sources) {
@@ -74,7 +74,7 @@ pub fn ways<'a>(outcome: &'a Outcome, sources: &'a [Option<Source>]) -> impl Ite
 struct Sum {
     moving_s: f64,
     way_mm: f64,
-    asked_mm: f64,
+    asked_mm_s: f64,
     lowest_mm_s: Option<f64>,
     highest_mm_s: f64,
 }
@@ -84,7 +84,7 @@ impl Sum {
         let span_s = (to_s - from_s).max(0.0);
         self.moving_s += span_s;
         self.way_mm += way_mm;
-        self.asked_mm += span_s * phase.asked.mm_s;
+        self.asked_mm_s = self.asked_mm_s.max(phase.asked.mm_s);
         // A phase rises, stays or falls: its ends are its lowest and its highest.
         let [one, other] = [from_s, to_s].map(|t_s| phase.speed_mm_s(t_s));
         self.lowest_mm_s = Some(self.lowest_mm_s.unwrap_or(f64::INFINITY).min(one).min(other));
@@ -99,7 +99,7 @@ impl Sum {
             lowest_mm_s: if stands { 0.0 } else { self.lowest_mm_s.unwrap_or(0.0) },
             mean_mm_s: self.way_mm / bin_s,
             highest_mm_s: self.highest_mm_s,
-            asked_mm_s: if self.moving_s > 0.0 { self.asked_mm / self.moving_s } else { 0.0 },
+            asked_mm_s: self.asked_mm_s,
         }
     }
 }

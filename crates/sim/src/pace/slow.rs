@@ -2,9 +2,11 @@
 //!
 //! A ramp belongs to the slow place that it leads to or comes from. A place is a corner, an arc as a whole, or a standstill. A ramp
 //! from or to a stretch at the speed asked for belongs to whatever asks for so little there. The chain plans as fast as corners,
-//! feeds, ends and what it knows ahead allow, so what none of the others explains is for the last.
+//! feeds, ends and what it knows ahead allow, so what none of the others explains is for the last; by a curved law it is not, as that
+//! ramps anew in each move.
 
 use isostep_motion::AXES;
+use isostep_profile::SpeedLaw;
 use serde::Serialize;
 
 use super::asked::{Asked, Limit};
@@ -18,6 +20,8 @@ const WORST: usize = 10;
 const FULL: f64 = 0.98;
 /// What is no faster stands, mm/s.
 const REST_MM_S: f64 = 1e-6;
+/// A path that turns by more goes back the way it came, and stops: by a cosine of -0.999999.
+const BACK_DEG: f64 = 179.9;
 /// Between two runs a pause that is longer was asked for, s.
 const PAUSE_S: f64 = 0.01;
 
@@ -35,7 +39,10 @@ pub enum Why {
     Thirds,
     /// The machine stands: a dwell, M0, a line that waits for standstill, the sender, a hold.
     Stop,
-    /// What follows was not known early enough: short moves beyond the look-ahead, or the sender; or an override.
+    /// A curved speed law ramps anew in each move, so it gains and loses little speed over short ones: `$940`.
+    SpeedLaw,
+    /// What follows was not known early enough: moves so short that the look-ahead is no longer than the way to brake, or a late
+    /// sender; or an override.
     LookAhead,
     /// The first move begins or the last one ends, or homing does.
     Ends,
@@ -43,8 +50,16 @@ pub enum Why {
 
 impl Why {
     /// All of them, in the order of [`SlowPlaces::kinds`].
-    pub const ALL: [Self; 7] =
-        [Self::Corner, Self::Arc, Self::ExactStop, Self::Thirds, Self::Stop, Self::LookAhead, Self::Ends];
+    pub const ALL: [Self; 8] = [
+        Self::Corner,
+        Self::Arc,
+        Self::ExactStop,
+        Self::Thirds,
+        Self::Stop,
+        Self::SpeedLaw,
+        Self::LookAhead,
+        Self::Ends,
+    ];
 
     /// In words.
     pub const fn words(self) -> &'static str {
@@ -54,7 +69,8 @@ impl Why {
             Self::ExactStop => "exact stop",
             Self::Thirds => "thirds law: rest to rest",
             Self::Stop => "stop",
-            Self::LookAhead => "what follows not yet known",
+            Self::SpeedLaw => "curved law over short moves",
+            Self::LookAhead => "end of the look-ahead",
             Self::Ends => "begin and end",
         }
     }
@@ -367,6 +383,8 @@ impl<'a> Finder<'a> {
         match open.stand {
             Stand::Ends => return Some(Why::Ends),
             Stand::Stood(stood_s) if stood_s > PAUSE_S => return Some(Why::Stop),
+            // It would have stopped there in any case, and what followed had not come when the run was told to end.
+            Stand::Stood(_) if from.turn_deg(to) > BACK_DEG => return Some(stops(Why::Corner)),
             Stand::Stood(_) => return Some(stops(Why::Stop)),
             Stand::Flows => {}
         }
@@ -381,11 +399,11 @@ impl<'a> Finder<'a> {
         }
         let in_arc = self.source(before).is_some_and(|source| source.in_arc);
         let one_line = self.source(before).map(|source| source.line) == self.source(after).map(|source| source.line);
-        // To go nearly the same way back it stops, and no rule gives a speed.
-        let is_rest = open.taken_mm_s <= start_mm_s && from.turn_deg(to) > 90.0;
+        let is_rest = open.taken_mm_s <= start_mm_s && from.turn_deg(to) > BACK_DEG;
         Some(match () {
             () if (is_corner || is_rest) && in_arc && one_line => Why::Arc,
             () if is_corner || is_rest => Why::Corner,
+            () if self.outcome.speed_law != SpeedLaw::Trapezoid => Why::SpeedLaw,
             () => Why::LookAhead,
         })
     }
@@ -444,7 +462,7 @@ impl Open {
     fn at_begin(outcome: &Outcome, phase: &Phase) -> Self {
         Self {
             at_s: phase.begin_s,
-            place_mm: place_mm(outcome, phase, phase.places_steps[0]),
+            place_mm: phase.place_mm(outcome, 0.0),
             before: None,
             after: Some((phase.index, phase.asked)),
             taken_mm_s: phase.speeds_mm_s[0],
@@ -457,7 +475,7 @@ impl Open {
     fn at_end(outcome: &Outcome, phase: &Phase) -> Self {
         Self {
             at_s: phase.end_s(),
-            place_mm: place_mm(outcome, phase, phase.places_steps[1]),
+            place_mm: phase.place_mm(outcome, phase.way_mm),
             before: Some((phase.index, phase.asked)),
             after: None,
             taken_mm_s: phase.speeds_mm_s[1],
@@ -471,12 +489,4 @@ impl Open {
         self.ramps_s += phase.span_s;
         self.lost_s += phase.span_s - phase.way_mm / phase.asked.mm_s;
     }
-}
-
-/// Where the path is when the longest axis is at `steps` of a move.
-fn place_mm(outcome: &Outcome, phase: &Phase, steps: f64) -> [f64; AXES] {
-    let record = &outcome.moves[phase.index];
-    let origin_mm = outcome.mm(record.origin_steps);
-    let way_mm = (steps - record.plan.begin_steps()) * phase.asked.mm_per_step;
-    std::array::from_fn(|axis| origin_mm[axis] + way_mm * phase.asked.direction[axis])
 }

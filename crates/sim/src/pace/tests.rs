@@ -144,6 +144,22 @@ fn short_moves_on_a_straight_line_wait_for_what_follows() {
     assert_sums(&pace);
 }
 
+/// Each bend may be taken as fast as the feed; the trapezoid does.
+#[test]
+fn a_curved_law_is_slow_over_short_moves() {
+    let program = format!("G91 G1 F1500 X2 Y2\n{}Y2\nX2\n", "X0.4 Y0.1\nX0.4\n".repeat(30));
+    let by = |speed_law: u16| {
+        let outcome = outcome(&program, |settings| {
+            (settings.speed_law, settings.jerk_or_0_mm_s3) = (speed_law, [20_000.0; AXES]);
+        });
+        Pace::of(&outcome)
+    };
+    let (trapezoid, curved) = (by(0), by(1));
+    assert_eq!(trapezoid.slow.of(Why::SpeedLaw).count + trapezoid.slow.of(Why::LookAhead).count, 0);
+    assert!(curved.shares.speed_law_s > 0.0 && curved.slow.of(Why::LookAhead).count == 0, "{:?}", curved.slow.kinds);
+    assert_sums(&curved);
+}
+
 #[test]
 fn homing_is_left_out() {
     let homed = Pace::of(&run(b"$H\nG90 G1 F600 X20\nG4 P0.1\n$H\nG1 X20\n", &Config::default()).unwrap());

@@ -1,5 +1,6 @@
 //! How far every step was from its closed-form instant.
 
+use isostep_motion::AXES;
 use plotters::prelude::*;
 
 use super::theme::{self, AXIS, Area, BOUND, Drawn, GRID, INK};
@@ -15,9 +16,9 @@ pub fn picture(outcome: &Outcome) -> String {
 }
 
 fn draw(area: &Area, outcome: &Outcome) -> Drawn {
-    let errors = [0, 1, 2].map(|axis| errors(outcome, axis));
-    let (from_s, to_s) = theme::range(errors.iter().flatten().map(|point| point.0));
-    let (low, high) = theme::range(errors.iter().flatten().map(|point| point.1));
+    let (from_s, to_s) = span_s(outcome);
+    let columns = columns(outcome, from_s, to_s);
+    let (low, high) = theme::range(columns.iter().flatten().flatten().flat_map(|&(low, high)| [low, high]));
     let tick_ns = outcome.config.port.tick_ns();
     let reach = low.abs().max(high.abs()).max(tick_ns) * 1.25;
     let decimals = theme::decimals_of(to_s - from_s);
@@ -44,42 +45,39 @@ fn draw(area: &Area, outcome: &Outcome) -> Drawn {
         let line = [(from_s, side * tick_ns), (to_s, side * tick_ns)];
         chart.draw_series(DashedLineSeries::new(line, 6, 5, BOUND.stroke_width(2)))?;
     }
-    for (index, errors) in errors.into_iter().enumerate().filter(|(_, errors)| !errors.is_empty()) {
-        let colour = AXIS[index];
-        chart.draw_series(
-            columns(errors, from_s, to_s, tick_ns)
-                .into_iter()
-                .map(|corners| Rectangle::new(corners, colour.mix(0.55).filled())),
-        )?;
+    let width_s = (to_s - from_s).max(1e-9) / COLUMNS as f64;
+    // A single step is still seen.
+    let least_ns = tick_ns / 100.0;
+    for (columns, colour) in columns.iter().zip(AXIS) {
+        let spans = columns.iter().enumerate().filter_map(|(number, span)| span.map(|span| (number, span)));
+        chart.draw_series(spans.map(|(number, (low, high))| {
+            let left_s = from_s + number as f64 * width_s;
+            Rectangle::new([(left_s, low - least_ns), (left_s + width_s, high + least_ns)], colour.mix(0.55).filled())
+        }))?;
     }
     Ok(())
 }
 
-/// Instant from power-up, s, and error, ns, of every step of the program.
-fn errors(outcome: &Outcome, axis: usize) -> Vec<(f64, f64)> {
+/// From the beginning of the first move of the program to the end of the last one, s from power-up.
+fn span_s(outcome: &Outcome) -> (f64, f64) {
     let program = outcome.moves.iter().filter(|record| !record.homing);
-    program
-        .flat_map(|record| {
-            let times_s = verify::axis_times_s(record, &outcome.edges[record.edges.clone()]);
-            let start_s = record.begin_ns() as f64 * 1e-9;
-            let errors = verify::errors_ns(record, axis, &times_s[axis]);
-            errors.map(|(t_s, error_ns)| (start_s + t_s, error_ns)).collect::<Vec<_>>()
-        })
-        .collect()
+    theme::range(program.flat_map(|record| [record.begin_ns(), record.end_ns]).map(|ns| ns as f64 * 1e-9))
 }
 
-/// Corners of each column's span.
-fn columns(errors: Vec<(f64, f64)>, from_s: f64, to_s: f64, tick_ns: f64) -> Vec<[(f64, f64); 2]> {
-    // A single step is still seen.
-    let least_ns = tick_ns / 100.0;
-    let width_s = (to_s - from_s).max(1e-9) / COLUMNS as f64;
-    let column = |point: &(f64, f64)| ((point.0 - from_s) / width_s).floor();
-    let groups = errors.chunk_by(|one, next| column(one) == column(next));
-    groups
-        .map(|points| {
-            let (low, high) = theme::range(points.iter().map(|point| point.1));
-            let left_s = from_s + column(&points[0]) * width_s;
-            [(left_s, low - least_ns), (left_s + width_s, high + least_ns)]
-        })
-        .collect()
+/// Of each axis and column the least and the greatest error, ns, if the axis has steps there.
+fn columns(outcome: &Outcome, from_s: f64, to_s: f64) -> [[Option<(f64, f64)>; COLUMNS]; AXES] {
+    let mut columns = [[None; COLUMNS]; AXES];
+    let per_s = COLUMNS as f64 / (to_s - from_s).max(1e-9);
+    for record in outcome.moves.iter().filter(|record| !record.homing) {
+        let times_s = verify::axis_times_s(record, &outcome.edges[record.edges.clone()]);
+        let start_s = record.begin_ns() as f64 * 1e-9 - from_s;
+        for (axis, columns) in columns.iter_mut().enumerate() {
+            for (t_s, error_ns) in verify::errors_ns(record, axis, &times_s[axis]) {
+                let span = &mut columns[(((start_s + t_s) * per_s).max(0.0) as usize).min(COLUMNS - 1)];
+                let (low, high) = span.unwrap_or((error_ns, error_ns));
+                *span = Some((low.min(error_ns), high.max(error_ns)));
+            }
+        }
+    }
+    columns
 }

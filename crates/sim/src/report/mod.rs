@@ -4,10 +4,15 @@
 pub mod bench;
 mod errors;
 mod kinematics;
+mod moves;
 mod page;
 pub mod papers;
 mod path;
 pub mod profile;
+mod speed;
+mod speed_scale;
+mod strokes;
 mod theme;
+mod time;
 
 pub use page::{files, page};

@@ -4,14 +4,19 @@ use isostep_console::{SETTING_TABLE, report};
 use maud::{Markup, PreEscaped, html};
 
 use super::theme::{self, AXIS_NAMES};
-use super::{errors, kinematics, path};
-use crate::figures::{Figures, MoveFigures};
+use super::{errors, kinematics, moves, path, speed, time};
+use crate::figures::Figures;
 use crate::kinematics::OfLimit;
-use crate::measure::Intervals;
+use crate::lines_of_moves;
 use crate::outcome::{MoveRecord, Outcome};
+use crate::pace;
 
-/// Moves shown as pictures; the table has them all.
+/// Moves shown as pictures.
 const PICTURES_MAX: usize = 8;
+/// Of a program of more than [`LONG`] moves.
+const PICTURES_OF_LONG: usize = 4;
+/// Moves of a long program.
+const LONG: usize = 100;
 
 /// The whole page.
 pub fn page(outcome: &Outcome, figures: &Figures) -> String {
@@ -21,7 +26,7 @@ pub fn page(outcome: &Outcome, figures: &Figures) -> String {
         p { "Run on the controller in virtual time: " (summary(figures)) }
         p { code { (figures.replay) } }
         (verdicts(figures))
-        @if !figures.moves.is_empty() { (pictures(outcome, figures)) (axes(figures)) (moves(figures)) }
+        @if !figures.moves.is_empty() { (body_of_moves(outcome, figures)) }
         (settings(outcome))
     };
     theme::document(&title, &body)
@@ -68,15 +73,41 @@ fn verdicts(figures: &Figures) -> Markup {
     }
 }
 
-fn pictures(outcome: &Outcome, figures: &Figures) -> Markup {
+fn body_of_moves(outcome: &Outcome, figures: &Figures) -> Markup {
+    let sources = lines_of_moves::of_moves(outcome);
+    html! {
+        (path_of(path::picture(outcome, &sources), figures))
+        h2 { "Speed along the program" }
+        figure { (PreEscaped(speed::picture(outcome, &sources, [figures.pace.slowest_second, figures.pace.busiest_second]))) figcaption {
+            span.key style="background: var(--x)" {} "planned speed along the path: the line is the mean of each span of time, the band its lowest to highest. "
+            span.key style="background: var(--bound)" {} "asked for: the feed, or what the top speeds of the axes allow."
+        } }
+        (time::shares(&figures.pace))
+        (time::slow_places(&figures.pace))
+        (axes(figures))
+        (moves::table(figures))
+        (pictures(outcome, figures))
+    }
+}
+
+fn path_of(path: path::Picture, figures: &Figures) -> Markup {
+    let [x, y] = path.extent_mm.map(|(low, high)| format!("{:.2} to {:.2}", low + 0.0, high + 0.0));
     html! {
         h2 { "Path" }
-        figure { (PreEscaped(path::picture(outcome))) figcaption {
-            "Where the edges say the carriage went, in the XY plane. Dots end moves."
+        figure { (PreEscaped(path.svg)) figcaption {
+            (if path.by_edges { "Where the edges say the carriage went, in the XY plane" } else { "The path in the XY plane, as planned" })
+            ", coloured by the planned speed along it; slow places are drawn over fast ones. X " (x) ", Y " (y) " mm."
+            @if path.with_dots { " Dots end moves." }
             @if figures.homing_ns > 0 { " The dashed frame is the travel." }
+            @if let Some(simplified) = path.simplified { " " (simplified) }
         } }
+    }
+}
+
+fn pictures(outcome: &Outcome, figures: &Figures) -> Markup {
+    html! {
         h2 { "Speed and acceleration" }
-        p { "One profile drives every axis of a move, so all accelerate, cruise and decelerate over the same intervals, shaded." }
+        p { "One profile drives every axis of a move, so all accelerate, cruise and decelerate over the same intervals, shaded." @if figures.moves.len() > LONG { " Here are the longest moves." } }
         @for (number, record) in shown(outcome) {
             figure {
                 figcaption {
@@ -93,20 +124,31 @@ fn pictures(outcome: &Outcome, figures: &Figures) -> Markup {
     }
 }
 
-/// The moves shown as pictures, with their numbers: those of several axes, if there are any.
+/// The moves shown as pictures, with their numbers: those of several axes, if there are any; of a long program the longest.
 fn shown(outcome: &Outcome) -> Vec<(usize, &MoveRecord)> {
     let program = || (1..).zip(outcome.moves.iter().filter(|record| !record.homing));
     let axes = |record: &MoveRecord| record.plan.steps.iter().filter(|n| **n != 0).count();
     let several = program().any(|(_, record)| axes(record) > 1);
-    program().filter(|(_, record)| !several || axes(record) > 1).take(PICTURES_MAX).collect()
+    let candidates = program().filter(|(_, record)| !several || axes(record) > 1);
+    if program().nth(LONG).is_none() {
+        return candidates.take(PICTURES_MAX).collect();
+    }
+    let mut longest: Vec<_> = candidates.collect();
+    longest.sort_by(|(_, one), (_, other)| other.plan.way_steps().total_cmp(&one.plan.way_steps()));
+    longest.truncate(PICTURES_OF_LONG);
+    longest.sort_by_key(|&(number, _)| number);
+    longest
 }
 
-/// The page's pictures of path and moves as files of their own, by name: SVG in light colours.
+/// The page's pictures of path, speed and moves as files of their own, by name: SVG in light colours.
 pub fn files(outcome: &Outcome) -> Vec<(String, String)> {
     let moves = shown(outcome).into_iter();
     let moves = moves.map(|(number, record)| (format!("move-{number}.svg"), kinematics::of_move(outcome, record)));
-    let path = ("path.svg".to_owned(), path::picture(outcome));
-    moves.chain([path]).map(|(name, picture)| (name, theme::standalone(&picture))).collect()
+    let sources = lines_of_moves::of_moves(outcome);
+    let path = ("path.svg".to_owned(), path::picture(outcome, &sources).svg);
+    let seconds = pace::extreme_seconds(outcome, &sources);
+    let speed = ("speed.svg".to_owned(), speed::picture(outcome, &sources, seconds));
+    moves.chain([path, speed]).map(|(name, picture)| (name, theme::standalone(&picture))).collect()
 }
 
 /// Which colour is which axis.
@@ -146,47 +188,6 @@ fn axes(figures: &Figures) -> Markup {
     }
 }
 
-fn moves(figures: &Figures) -> Markup {
-    html! {
-        h2 { "Moves" }
-        p { "Planned intervals hold for every axis. Measured ones come from each axis's own edges alone, by fitting its ramps and its cruise; a dash stands for an axis at rest or with too few edges to fit." }
-        div.scroll { table {
-            thead { tr {
-                th { "#" } th { "to, mm" } th { "steps" } th { "" }
-                th { "accelerate, s" } th { "cruise, s" } th { "decelerate, s" } th { "±, ns" } th { "max. error, ns" }
-            } }
-            tbody { @for one in &figures.moves { (move_rows(one)) } }
-        } }
-    }
-}
-
-fn move_rows(one: &MoveFigures) -> Markup {
-    html! {
-        tr.first {
-            td { (one.number) } td { (place(one.to_mm)) } td { (steps_text(one.steps)) }
-            td { "planned" } (interval_cells(Some(one.planned))) td {} td {}
-        }
-        @for axis in moving(one.steps) {
-            tr {
-                td {} td {} td {}
-                td { (AXIS_NAMES[axis]) " measured" } (interval_cells(one.measured[axis].map(|measured| measured.intervals)))
-                td { (one.measured[axis].map_or("-".to_owned(), |measured| format!("{:.0}", measured.resolution_s * 1e9))) }
-                td { (one.error_max_ns[axis].map_or("-".to_owned(), |ns| format!("{ns:.0}"))) }
-            }
-        }
-    }
-}
-
-fn interval_cells(intervals: Option<Intervals>) -> Markup {
-    let cells = intervals.map(|intervals| [intervals.accel_s, intervals.cruise_s, intervals.decel_s]);
-    html! {
-        @match cells {
-            Some(cells) => { @for s in cells { td { (format!("{:.6}", s.abs())) } } }
-            None => { td { "-" } td { "-" } td { "-" } }
-        }
-    }
-}
-
 fn settings(outcome: &Outcome) -> Markup {
     html! {
         h2 { "Settings at power-up" }
@@ -206,10 +207,6 @@ fn setting_lines(row: &isostep_console::Setting, outcome: &Outcome) -> String {
     let mut lines = String::new();
     report::setting(&mut lines, row, &outcome.config.settings).expect("a String takes any text");
     lines
-}
-
-fn place(mm: [f64; 3]) -> String {
-    mm.map(|mm| format!("{mm:.2}")).join(", ")
 }
 
 fn steps_text(steps: [i32; 3]) -> String {

@@ -103,6 +103,11 @@ pub fn centred<'a>(size: u32) -> TextStyle<'a> {
     font(size).pos(Pos::new(HPos::Center, VPos::Center))
 }
 
+/// The place of text that begins or, if not `left`, ends where it stands, below it.
+pub fn beside(left: bool) -> Pos {
+    Pos::new(if left { HPos::Left } else { HPos::Right }, VPos::Top)
+}
+
 /// The widest range of `values`, or 0 to 1 when there are none.
 pub fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
     values

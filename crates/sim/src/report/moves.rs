@@ -1,0 +1,139 @@
+//! The table of moves: all of them, or of many those that tell most.
+
+use maud::{Markup, html};
+
+use super::theme::AXIS_NAMES;
+use crate::figures::{Figures, MoveFigures};
+use crate::measure::Intervals;
+
+/// Moves of a program that are all in the table.
+const ALL_MAX: usize = 100;
+/// Otherwise so many first ones, so many of the longest, and so many of those with the largest error.
+const SOME: usize = 20;
+
+/// The moves.
+pub fn table(figures: &Figures) -> Markup {
+    html! {
+        h2 { "Moves" }
+        p { "Planned intervals hold for every axis. Measured ones come from each axis's own edges alone, by fitting its ramps and its cruise; a dash stands for an axis at rest or with too few edges to fit." }
+        @if figures.moves.len() <= ALL_MAX {
+            (rows(figures.moves.iter()))
+        } @else {
+            @let (longest, latest) = (most(&figures.moves, duration_s), most(&figures.moves, error_ns));
+            p {
+                (figures.moves.len()) " moves: here are the first " (SOME) ", and the " (SOME)
+                " each that last longest and whose steps are farthest from their instants. "
+                (figures.moves.len() - shown(&figures.moves, &[&longest, &latest])) " moves are left out: "
+                code { "--json" } " and " code { "--moves" } " tell of all."
+            }
+            h3 { "The first" }
+            (rows(figures.moves.iter().take(SOME)))
+            h3 { "The longest" }
+            (rows(longest.into_iter()))
+            h3 { "The largest errors" }
+            (rows(latest.into_iter()))
+        }
+    }
+}
+
+/// Those of which `value` is greatest, the greatest first.
+fn most(moves: &[MoveFigures], value: fn(&MoveFigures) -> f64) -> Vec<&MoveFigures> {
+    let mut most: Vec<&MoveFigures> = Vec::with_capacity(SOME + 1);
+    for one in moves {
+        let rank = most.partition_point(|other| value(other) >= value(one));
+        if rank < SOME {
+            most.insert(rank, one);
+            most.truncate(SOME);
+        }
+    }
+    most
+}
+
+/// How many different moves are in the tables.
+fn shown(moves: &[MoveFigures], others: &[&[&MoveFigures]]) -> usize {
+    let mut numbers: Vec<_> = moves.iter().take(SOME).map(|one| one.number).collect();
+    numbers.extend(others.iter().flat_map(|others| others.iter().map(|one| one.number)));
+    numbers.sort_unstable();
+    numbers.dedup();
+    numbers.len()
+}
+
+fn duration_s(one: &MoveFigures) -> f64 {
+    one.planned.accel_s + one.planned.cruise_s + one.planned.decel_s
+}
+
+fn error_ns(one: &MoveFigures) -> f64 {
+    one.error_max_ns.iter().flatten().copied().fold(0.0, f64::max)
+}
+
+fn rows<'a>(moves: impl Iterator<Item = &'a MoveFigures>) -> Markup {
+    html! {
+        div.scroll { table {
+            thead { tr {
+                th { "#" } th { "line" } th { "to, mm" } th { "steps" } th { "" }
+                th { "accelerate, s" } th { "cruise, s" } th { "decelerate, s" } th { "±, ns" } th { "max. error, ns" }
+            } }
+            tbody { @for one in moves { (move_rows(one)) } }
+        } }
+    }
+}
+
+fn move_rows(one: &MoveFigures) -> Markup {
+    let axes = (0..3).filter(|&axis| one.steps[axis] != 0);
+    html! {
+        tr.first {
+            td { (one.number) } td { (one.line.map_or("-".to_owned(), |line| line.to_string())) }
+            td { (one.to_mm.map(|mm| format!("{mm:.2}")).join(", ")) } td { (one.steps.map(|n| n.to_string()).join(", ")) }
+            td { "planned" } (interval_cells(Some(one.planned))) td {} td {}
+        }
+        @for axis in axes {
+            tr {
+                td {} td {} td {} td {}
+                td { (AXIS_NAMES[axis]) " measured" } (interval_cells(one.measured[axis].map(|measured| measured.intervals)))
+                td { (one.measured[axis].map_or("-".to_owned(), |measured| format!("{:.0}", measured.resolution_s * 1e9))) }
+                td { (one.error_max_ns[axis].map_or("-".to_owned(), |ns| format!("{ns:.0}"))) }
+            }
+        }
+    }
+}
+
+fn interval_cells(intervals: Option<Intervals>) -> Markup {
+    let cells = intervals.map(|intervals| [intervals.accel_s, intervals.cruise_s, intervals.decel_s]);
+    html! {
+        @match cells {
+            Some(cells) => { @for s in cells { td { (format!("{:.6}", s.abs())) } } }
+            None => { td { "-" } td { "-" } td { "-" } }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{Config, Figures, report, run};
+
+    fn page(moves: usize) -> String {
+        let program = format!("G91 G1 F1200\n{}X9\n", "X0.5\nY0.5\n".repeat(moves / 2));
+        let mut config = Config::default();
+        config.settings.soft_limits = false;
+        let outcome = run(program.as_bytes(), &config).unwrap();
+        report::page(&outcome, &Figures::new("many", &outcome))
+    }
+
+    #[test]
+    fn of_many_moves_the_table_has_those_that_tell_most() {
+        let page = page(300);
+        let moves = page.split("<h2>Moves</h2>").nth(1).unwrap();
+        let moves = moves.split("<h2>").next().unwrap();
+        assert_eq!(moves.matches("tr class=\"first\"").count(), 60);
+        assert!(moves.contains("<td>301</td>") && moves.contains("301 moves: here are the first 20"), "{moves}");
+        assert!(moves.contains("--json"));
+    }
+
+    #[test]
+    fn of_few_moves_the_table_has_all() {
+        let page = page(60);
+        let moves = page.split("<h2>Moves</h2>").nth(1).unwrap();
+        assert_eq!(moves.matches("tr class=\"first\"").count(), 61);
+        assert!(!moves.contains("left out"));
+    }
+}

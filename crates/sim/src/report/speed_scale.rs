@@ -1,0 +1,101 @@
+//! Speeds as colours: eight classes, from the slowest to the fastest, and the key that tells them.
+
+use std::fmt::Write;
+
+use crate::pace::course::Phase;
+
+/// How many classes there are: `--speed-1` to `--speed-8` of the style sheet.
+pub const CLASSES: usize = 8;
+/// If half the way is slower than this share of the fastest, each class is twice as fast as the one before.
+const MOSTLY_SLOW: f64 = 0.25;
+/// Mean speeds are told apart by an eighth of an octave, from 2^-16 mm/s on.
+const BINS: usize = 256;
+
+/// Which speeds are of which class.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpeedScale {
+    /// The highest speed of each class, mm/s.
+    tops_mm_s: [f64; CLASSES],
+}
+
+impl SpeedScale {
+    /// For these phases.
+    pub fn of<'a>(phases: impl Iterator<Item = Phase<'a>>) -> Self {
+        let mut top_mm_s = 1e-3_f64;
+        let mut ways_mm = [0.0; BINS];
+        for phase in phases {
+            top_mm_s = phase.speeds_mm_s.into_iter().fold(top_mm_s, f64::max);
+            ways_mm[bin(phase.way_mm / phase.span_s)] += phase.way_mm;
+        }
+        let slow_mm: f64 = ways_mm[..bin(MOSTLY_SLOW * top_mm_s)].iter().sum();
+        Self::new(top_mm_s, slow_mm > ways_mm.iter().sum::<f64>() / 2.0)
+    }
+
+    fn new(top_mm_s: f64, doubles: bool) -> Self {
+        let share = |class: usize| match doubles {
+            true => 0.5_f64.powi((CLASSES - 1 - class) as i32),
+            false => (class + 1) as f64 / CLASSES as f64,
+        };
+        Self { tops_mm_s: std::array::from_fn(|class| top_mm_s * share(class)) }
+    }
+
+    /// The class of a speed, from 0 for the slowest.
+    pub fn class(&self, mm_s: f64) -> usize {
+        self.tops_mm_s.partition_point(|top_mm_s| *top_mm_s < mm_s).min(CLASSES - 1)
+    }
+
+    /// The key as SVG, its upper left corner at `x`, `y`; `unit` is what a pixel is.
+    pub fn key(&self, [x, y]: [u32; 2], unit: u32) -> String {
+        let (width, height) = (56 * unit, 10 * unit);
+        let mut svg = String::new();
+        let mut label = |x: u32, anchor: &str, text: &str| {
+            let (y, size) = (y + height + 15 * unit, 14 * unit);
+            let _ = write!(
+                svg,
+                "<text x=\"{x}\" y=\"{y}\" text-anchor=\"{anchor}\" font-family=\"sans-serif\" font-size=\"{size}\" fill=\"var(--ink)\">{text}</text>"
+            );
+        };
+        label(x, "middle", "0");
+        for (class, top_mm_s) in (1..).zip(self.tops_mm_s) {
+            label(x + class * width, "middle", &short(top_mm_s));
+        }
+        label(x + CLASSES as u32 * width + 24 * unit, "start", "mm/s");
+        for class in 0..CLASSES as u32 {
+            let (left, number) = (x + class * width, class + 1);
+            let _ = write!(
+                svg,
+                "<rect x=\"{left}\" y=\"{y}\" width=\"{width}\" height=\"{height}\" fill=\"var(--speed-{number})\"/>"
+            );
+        }
+        svg
+    }
+}
+
+fn bin(mm_s: f64) -> usize {
+    (((mm_s.log2() + 16.0) * 8.0).max(0.0) as usize).min(BINS - 1)
+}
+
+/// A speed in about three digits.
+fn short(mm_s: f64) -> String {
+    let decimals = match mm_s {
+        0.0..1.0 => 2,
+        1.0..20.0 => 1,
+        _ => 0,
+    };
+    let text = format!("{mm_s:.decimals$}");
+    if decimals > 0 { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn classes_are_even_or_double() {
+        let even = SpeedScale::new(80.0, false);
+        assert_eq!([0.0, 10.0, 10.1, 79.0, 81.0].map(|mm_s| even.class(mm_s)), [0, 0, 1, 7, 7]);
+        let doubling = SpeedScale::new(128.0, true);
+        assert_eq!([0.5, 1.5, 63.0, 65.0].map(|mm_s| doubling.class(mm_s)), [0, 1, 6, 7]);
+        assert_eq!([0.78125, 12.5, 15.0, 200.0].map(short), ["0.78", "12.5", "15", "200"]);
+    }
+}

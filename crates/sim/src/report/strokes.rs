@@ -1,0 +1,204 @@
+//! Coloured lines as compact SVG: one element for all lines of a class of speed, in whole units of the picture.
+//!
+//! What cannot be seen is left out: pieces shorter than the least length are drawn together, with the colour of their mean speed,
+//! and points on a straight line between others of their colour are dropped.
+
+use std::fmt::Write;
+
+use super::speed_scale::{CLASSES, SpeedScale};
+
+/// Points on one straight line that are checked together.
+const CHECKED: usize = 32;
+/// A dropped point is no farther from the line, units.
+const ASIDE: f64 = 1.0;
+
+/// A place in the picture, units.
+pub type Point = [f64; 2];
+type Node = [i32; 2];
+
+/// A straight piece of a path.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Piece {
+    /// Where it begins.
+    pub from: Point,
+    /// Where it ends.
+    pub to: Point,
+    /// Its way, mm.
+    pub way_mm: f64,
+    /// How long it takes, s.
+    pub span_s: f64,
+}
+
+/// A line of one colour that is being drawn.
+struct Line {
+    class: usize,
+    anchor: Node,
+    /// On the line from the anchor to the end.
+    dropped: Vec<Node>,
+    end: Node,
+}
+
+/// Draws pieces that come in order.
+pub struct Strokes {
+    scale: SpeedScale,
+    least: f64,
+    /// Of each class the data of its path element.
+    paths: [String; CLASSES],
+    /// Too short to be drawn alone.
+    waiting: Option<Piece>,
+    line: Option<Line>,
+}
+
+impl Strokes {
+    /// In the colours of `scale`; nothing shorter than `least` units is drawn alone.
+    pub fn new(scale: SpeedScale, least: f64) -> Self {
+        Self { scale, least, paths: [const { String::new() }; CLASSES], waiting: None, line: None }
+    }
+
+    /// How much has been written, bytes.
+    pub fn bytes(&self) -> usize {
+        self.paths.iter().map(String::len).sum()
+    }
+
+    /// The next piece.
+    pub fn take(&mut self, piece: &Piece) {
+        if self.waiting.is_some_and(|waiting| far(waiting.to, piece.from) > self.least) {
+            self.flush();
+        }
+        let waiting = match self.waiting {
+            None => *piece,
+            Some(waiting) => Piece {
+                from: waiting.from,
+                to: piece.to,
+                way_mm: waiting.way_mm + piece.way_mm,
+                span_s: waiting.span_s + piece.span_s,
+            },
+        };
+        self.waiting = Some(waiting);
+        if far(waiting.from, waiting.to) >= self.least {
+            self.flush();
+        }
+    }
+
+    /// As SVG, `width` units wide, the slow over the fast: slow places are what one looks for.
+    pub fn finish(mut self, width: u32) -> String {
+        self.flush();
+        self.end_line();
+        let mut svg =
+            format!("<g fill=\"none\" stroke-width=\"{width}\" stroke-linejoin=\"round\" stroke-linecap=\"round\">");
+        for (class, path) in self.paths.iter().enumerate().rev().filter(|(_, path)| !path.is_empty()) {
+            let _ = write!(svg, "<path stroke=\"var(--speed-{})\" d=\"{path}\"/>", class + 1);
+        }
+        svg + "</g>"
+    }
+
+    fn flush(&mut self) {
+        let Some(piece) = self.waiting.take() else { return };
+        let [from, to] = [node(piece.from), node(piece.to)];
+        let class = self.scale.class(piece.way_mm / piece.span_s.max(1e-12));
+        match &mut self.line {
+            Some(line) if line.class == class && line.end == from => {
+                if !line.goes_straight_to(to) {
+                    line.turn(&mut self.paths[class]);
+                }
+                line.dropped.push(line.end);
+                line.end = to;
+            }
+            _ => {
+                self.end_line();
+                let _ = write!(self.paths[class], "M{} {}l", from[0], from[1]);
+                self.line = Some(Line { class, anchor: from, dropped: Vec::new(), end: to });
+            }
+        }
+    }
+
+    fn end_line(&mut self) {
+        if let Some(mut line) = self.line.take() {
+            line.turn(&mut self.paths[line.class]);
+        }
+    }
+}
+
+impl Line {
+    /// Whether all between the anchor and `to` could be dropped.
+    fn goes_straight_to(&self, to: Node) -> bool {
+        let [x, y] = [0, 1].map(|at| f64::from(to[at] - self.anchor[at]));
+        let length = x.hypot(y);
+        let is_beside = |point: &Node| {
+            let [px, py] = [0, 1].map(|at| f64::from(point[at] - self.anchor[at]));
+            let along = px * x + py * y;
+            (px * y - py * x).abs() <= ASIDE * length && (0.0..=length * length).contains(&along)
+        };
+        self.dropped.len() < CHECKED && self.dropped.iter().chain([&self.end]).all(is_beside)
+    }
+
+    /// Draws what there is; the line goes on in another direction.
+    fn turn(&mut self, path: &mut String) {
+        for at in [0, 1] {
+            let by = self.end[at] - self.anchor[at];
+            // A sign parts numbers as well as a space.
+            let gap = if by < 0 || path.ends_with('l') { "" } else { " " };
+            let _ = write!(path, "{gap}{by}");
+        }
+        self.anchor = self.end;
+        self.dropped.clear();
+    }
+}
+
+fn node(point: Point) -> Node {
+    point.map(|at| at.round() as i32)
+}
+
+fn far(from: Point, to: Point) -> f64 {
+    (to[0] - from[0]).hypot(to[1] - from[1])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Config, lines_of_moves, pace, run};
+
+    fn scale() -> SpeedScale {
+        let outcome = run(b"G91 G1 F600 X10\n", &Config { only_time: true, ..Config::default() }).unwrap();
+        let sources = lines_of_moves::of_moves(&outcome);
+        SpeedScale::of(pace::course::phases(&outcome, &sources))
+    }
+
+    fn drawn(points: &[(f64, f64, f64)], least: f64) -> String {
+        let mut strokes = Strokes::new(scale(), least);
+        for pair in points.windows(2) {
+            let [from, to] = [pair[0], pair[1]].map(|(x, y, _)| [x, y]);
+            strokes.take(&Piece { from, to, way_mm: pair[1].2, span_s: 1.0 });
+        }
+        strokes.finish(4)
+    }
+
+    #[test]
+    fn a_straight_line_of_one_colour_is_two_points() {
+        let svg = drawn(&[(0.0, 0.0, 0.0), (5.0, 0.0, 10.0), (10.0, 0.0, 10.0), (10.0, -7.0, 10.0)], 1.0);
+        assert!(svg.contains("<path stroke=\"var(--speed-8)\" d=\"M0 0l10 0 0-7\"/>"), "{svg}");
+    }
+
+    #[test]
+    fn the_slow_is_drawn_over_the_fast() {
+        let svg = drawn(&[(0.0, 0.0, 0.0), (5.0, 0.0, 1.0), (10.0, 0.0, 10.0)], 1.0);
+        assert!(svg.find("speed-8").unwrap() < svg.find("speed-1").unwrap(), "{svg}");
+        assert!(svg.contains("M0 0l5 0") && svg.contains("M5 0l5 0"), "{svg}");
+    }
+
+    #[test]
+    fn what_is_too_short_is_drawn_together() {
+        let points: Vec<_> = (0..=100).map(|i| (f64::from(i) * 0.1, 0.0, 10.0)).collect();
+        assert!(drawn(&points, 2.0).contains("M0 0l10 0\""));
+    }
+
+    /// A circle of small pieces loses points, and stays round.
+    #[test]
+    fn a_curve_does_not_become_straight() {
+        let on_circle = |i: i32| (f64::from(i) * 0.01).sin_cos();
+        let points: Vec<_> = (0..=628).map(on_circle).map(|(s, c)| (400.0 * c, 400.0 * s, 10.0)).collect();
+        let svg = drawn(&points, 2.0);
+        let numbers = svg.split(['l', '"']).find(|text| text.contains("-1")).unwrap().split([' ', '-']).count();
+        assert!((60..500).contains(&numbers), "{numbers}: {svg}");
+    }
+}

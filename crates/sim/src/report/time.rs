@@ -1,0 +1,198 @@
+//! Where the time of a program goes, and where it is lost: tables.
+
+use isostep_motion::AXES;
+use maud::{Markup, html};
+
+use super::theme::AXIS_NAMES;
+use crate::pace::{Pace, Second, SlowPlace, Why};
+
+/// A share of the time: its name, its colour and how long it is, s.
+struct Share {
+    name: String,
+    colour: &'static str,
+    s: f64,
+}
+
+/// Where time goes.
+pub fn shares(pace: &Pace) -> Markup {
+    let total_s = pace.total_s().max(1e-9);
+    let shares: Vec<_> = of(pace).into_iter().filter(|share| share.s > 0.0).collect();
+    html! {
+        h2 { "Where time goes" }
+        p {
+            (format!("{:.1} mm in {}: {} in motion, {} standing", pace.way_mm, duration(pace.total_s()), duration(pace.moving_s), duration(pace.standing_s)))
+            @if pace.moving_s > 0.0 { (format!("; {:.2} mm/s on the mean while it moves", pace.way_mm / pace.moving_s)) }
+            ". A ramp counts to the slow place that it leads to or comes from. Homing is left out."
+        }
+        div.shares { @for share in &shares {
+            div style=(format!("width: {:.3}%; background: var({})", 100.0 * share.s / total_s, share.colour)) title=(share.name) {}
+        } }
+        div.scroll { table {
+            thead { tr { th { "limited by" } th { "s" } th { "%" } } }
+            tbody { @for share in &shares { tr {
+                td { span.key style=(format!("background: var({})", share.colour)) {} (share.name) }
+                td.number { (format!("{:.3}", share.s)) }
+                td.number { (format!("{:.1}", 100.0 * share.s / total_s)) }
+            } } }
+        } }
+        (ramps(pace))
+    }
+}
+
+fn of(pace: &Pace) -> Vec<Share> {
+    let share = |name: &str, colour, s| Share { name: name.to_owned(), colour, s };
+    let shares = &pace.shares;
+    let feed = share("the feed asked for", "--z", shares.feed_s);
+    let axes = (0..AXES).map(|axis| Share {
+        name: format!("the top speed of {} ($11{axis})", AXIS_NAMES[axis]),
+        colour: ["--speed-4", "--x", "--curve-6"][axis],
+        s: shares.top_speed_s[axis],
+    });
+    let others = [
+        share("acceleration, from and to corners", "--y", shares.corners_s),
+        share("acceleration, from and to standstill", "--curve-5", shares.standstill_s),
+        share("acceleration, by a curved law over short moves", "--rack", shares.speed_law_s),
+        share("acceleration, from and to the end of the look-ahead", "--curve-7", shares.look_ahead_s),
+        share("standing", "--bound", shares.standing_s),
+    ];
+    [feed].into_iter().chain(axes).chain(others).collect()
+}
+
+/// Which axis limits the acceleration.
+fn ramps(pace: &Pace) -> Markup {
+    let ramps_s: f64 = pace.axes.iter().map(|axis| axis.ramps_s).sum();
+    let axes = pace.axes.iter().zip(AXIS_NAMES).filter(|(axis, _)| axis.ramps_s > 0.0);
+    let axes: Vec<_> = axes.map(|(axis, name)| format!("{name} {:.3} s", axis.ramps_s)).collect();
+    let fastest = pace.fastest_axis.map(|axis| {
+        let own = &pace.axes[axis];
+        let (found, top) = (own.highest_mm_s, own.top_mm_s);
+        format!("{} comes nearest to its top speed: {found:.2} of {top:.2} mm/s.", AXIS_NAMES[axis])
+    });
+    html! {
+        p {
+            @if ramps_s > 0.0 { "Ramps take " (format!("{ramps_s:.3} s")) ", by the axis whose acceleration limits them: " (axes.join(", ")) ". " }
+            @if let Some(fastest) = fastest { (fastest) }
+        }
+    }
+}
+
+fn seconds(pace: &Pace) -> Markup {
+    let text = |second: &Second| {
+        format!(
+            "{:.1} s after the first start, {:.2} mm/s on the mean, {} moves begin, {}",
+            second.start_s,
+            second.mean_mm_s,
+            second.moves_begun,
+            lines(second.lines)
+        )
+    };
+    html! {
+        @if let Some(second) = &pace.slowest_second { p { b { "Slowest second: " } (text(second)) "." } }
+        @if let Some(second) = &pace.busiest_second { p { b { "Busiest second: " } (text(second)) "." } }
+    }
+}
+
+/// Where time is lost.
+pub fn slow_places(pace: &Pace) -> Markup {
+    let kinds: Vec<_> = pace.slow.kinds.iter().filter(|kind| kind.count > 0).collect();
+    html! {
+        h2 { "Time lost at slow places" }
+        p {
+            "Lost is what ramps take longer than the same way at the speed asked for."
+            @if pace.slow.of(Why::LookAhead).count > 0 { " Where the look-ahead ends the moves that were known were too short to brake on from a higher speed, or came too late." }
+        }
+        div.scroll { table {
+            thead { tr { th { "why" } th { "places" } th { "ramps, s" } th { "lost, s" } } }
+            tbody { @for kind in &kinds { tr {
+                td { (kind.why.words()) }
+                td.number { (kind.count) }
+                td.number { (format!("{:.3}", kind.ramps_s)) }
+                td.number { (format!("{:.3}", kind.lost_s)) }
+            } } }
+        } }
+        @if !pace.slow.worst.is_empty() {
+            @let of: usize = pace.slow.kinds.iter().filter(|kind| kind.why != Why::Ends).map(|kind| kind.count).sum();
+            h3 { (if of > pace.slow.worst.len() { format!("The {} that cost most, of {of}", pace.slow.worst.len()) } else { "All of them".to_owned() }) }
+            div.scroll { table {
+                thead { tr {
+                    th { "lost, s" } th { "why" } th { "lines" } th { "X, Y, Z mm" } th { "turns by" } th { "taken at, mm/s" } th { "asked, mm/s" } th { "at, s" } th { "stands, s" }
+                } }
+                tbody { @for place in &pace.slow.worst { (slow_place(place)) } }
+            } }
+        }
+        (seconds(pace))
+    }
+}
+
+fn slow_place(place: &SlowPlace) -> Markup {
+    html! { tr {
+        td.number { (format!("{:.4}", place.lost_s)) }
+        td { (place.why.words()) }
+        td { (place_lines(place.lines)) }
+        td { (place.place_mm.map(|mm| format!("{:.2}", mm + 0.0)).join(", ")) }
+        td.number { (format!("{:.1}°", place.turn_deg)) }
+        td.number { (format!("{:.2}", place.taken_mm_s)) }
+        td.number { (format!("{:.2}", place.asked_mm_s)) }
+        td.number { (format!("{:.3}", place.at_s)) }
+        td.number { (if place.standing_s > 0.0 { format!("{:.3}", place.standing_s) } else { "-".to_owned() }) }
+    } }
+}
+
+fn place_lines([before, after]: [Option<usize>; 2]) -> String {
+    match (before, after) {
+        (Some(before), Some(after)) if before != after => format!("{before} to {after}"),
+        (Some(line), _) | (_, Some(line)) => line.to_string(),
+        (None, None) => "-".to_owned(),
+    }
+}
+
+fn lines([first, last]: [Option<usize>; 2]) -> String {
+    match (first, last) {
+        (Some(first), Some(last)) if first != last => format!("lines {first} to {last}"),
+        (Some(line), _) | (_, Some(line)) => format!("line {line}"),
+        (None, None) => "of lines that are not known".to_owned(),
+    }
+}
+
+/// A time that people read.
+fn duration(s: f64) -> String {
+    match s {
+        0.0..60.0 => format!("{s:.3} s"),
+        60.0..3600.0 => format!("{:.0} min {:.1} s", (s / 60.0).floor(), s % 60.0),
+        _ => format!("{:.0} h {:.0} min {:.0} s", (s / 3600.0).floor(), (s % 3600.0 / 60.0).floor(), s % 60.0),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Config, run};
+
+    fn pace(program: &str) -> Pace {
+        let mut config = Config::default();
+        config.settings.soft_limits = false;
+        Pace::of(&run(program.as_bytes(), &config).unwrap())
+    }
+
+    #[test]
+    fn shares_of_the_time_are_all_of_it() {
+        let pace = pace("G91 G0 X20\nG1 F600 X10\nY10\nG4 P0.5\nG2 X10 I5\n");
+        let sum_s: f64 = of(&pace).iter().map(|share| share.s).sum();
+        assert!((sum_s / pace.total_s() - 1.0).abs() < 1e-9);
+        let html = shares(&pace).into_string();
+        assert!(html.contains("the feed asked for") && html.contains("standing"), "{html}");
+        assert!(!html.contains("the top speed of Z"), "{html}");
+    }
+
+    #[test]
+    fn the_worst_places_say_where_and_why() {
+        let html = slow_places(&pace("G91 G1 F600 X10\nY10\n")).into_string();
+        assert!(html.contains("1 to 2") && html.contains("90.0°") && html.contains("10.00, 0.00, 0.00"), "{html}");
+        assert!(html.contains("<td>corner</td>") && html.contains("All of them"), "{html}");
+    }
+
+    #[test]
+    fn times_are_told_as_people_read_them() {
+        assert_eq!([12.3456, 61.25, 3_723.0].map(duration), ["12.346 s", "1 min 1.2 s", "1 h 2 min 3 s"]);
+    }
+}
