@@ -19,7 +19,8 @@ pub fn limited_by(pace: &Pace) -> String {
         ("Z's top speed", z_s),
         ("acceleration at corners", shares.corners_s),
         ("acceleration at stops", shares.standstill_s),
-        ("what is known ahead", shares.look_ahead_s),
+        ("a curved speed law", shares.speed_law_s),
+        ("the look-ahead", shares.look_ahead_s),
         ("standing", shares.standing_s),
     ];
     named.sort_by(|one, other| other.1.total_cmp(&one.1));
@@ -44,6 +45,7 @@ fn counted(why: Why, count: usize) -> String {
         Why::ExactStop => ("exact stop (G61.1)", "exact stops (G61.1)"),
         Why::Thirds => ("stop of the thirds law ($900)", "stops of the thirds law ($900)"),
         Why::Stop => ("stop", "stops"),
+        Why::SpeedLaw => ("move too short for its speed law ($940)", "moves too short for their speed law ($940)"),
         Why::LookAhead => ("place behind which too little was known", "places behind which too little was known"),
         Why::Ends => ("end", "ends"),
     };

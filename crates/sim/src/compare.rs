@@ -11,7 +11,8 @@ use isostep_profile::Profile;
 
 use crate::config::Port;
 use crate::measure;
-use crate::outcome::{MoveRecord, Outcome};
+use crate::moves::MoveRecord;
+use crate::outcome::Outcome;
 use crate::record::Edge;
 
 /// Why a trace is not that of the run.

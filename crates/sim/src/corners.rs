@@ -13,7 +13,8 @@
 
 use isostep_motion::AXES;
 
-use crate::outcome::{MoveRecord, Outcome};
+use crate::moves::MoveRecord;
+use crate::outcome::Outcome;
 
 /// Where the speed of an axis jumps.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -43,6 +43,18 @@ pub struct MoveFigures {
     pub exact: bool,
 }
 
+impl MoveFigures {
+    /// How long it lasts, as planned, s.
+    pub fn duration_s(&self) -> f64 {
+        self.planned.accel_s + self.planned.cruise_s + self.planned.decel_s
+    }
+
+    /// The most that a step of any axis is off its closed-form instant, ns.
+    pub fn error_max_ns(&self) -> f64 {
+        self.error_max_ns.iter().flatten().copied().fold(0.0, f64::max)
+    }
+}
+
 /// Which of a program's moves are listed one by one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Listed {

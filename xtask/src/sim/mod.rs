@@ -85,7 +85,7 @@ pub struct Args {
     /// What it holds is in force rather than what --settings says
     #[arg(long, value_name = "FILE", conflicts_with = "pty")]
     flash: Option<PathBuf>,
-    /// List every move, on the page and in the figures too, however many there are
+    /// List every move, here and in the JSON, however many there are
     #[arg(long, conflicts_with = "pty")]
     moves: bool,
     #[command(flatten)]
@@ -285,6 +285,9 @@ fn write_files(args: &Args, outcome: &Outcome, figures: &Figures) -> Result<()> 
     }
     if let Some(path) = &args.json {
         write_file(path, |out| Ok(serde_json::to_writer_pretty(out, figures)?))?;
+        if figures.moves.len() < figures.moves_total {
+            println!("  with {} of its {} moves; --moves has all", figures.moves.len(), figures.moves_total);
+        }
     }
     if let Some(folder) = &args.report {
         let page = folder.join("index.html");

@@ -47,25 +47,15 @@ fn print_summary(figures: &Figures) {
         "  {} moves of {:.3} to {:.3} mm (median {:.3}), {:.3} mm in all; --moves lists them",
         figures.moves_total, lengths.least_mm, lengths.most_mm, lengths.median_mm, lengths.total_mm
     );
-    let duration_s = |one: &&MoveFigures| one.planned.accel_s + one.planned.cruise_s + one.planned.decel_s;
-    let longest = figures.moves.iter().max_by(|one, other| duration_s(one).total_cmp(&duration_s(other)));
+    let longest = figures.moves.iter().max_by(|one, other| one.duration_s().total_cmp(&other.duration_s()));
     if let Some(one) = longest {
-        println!("  the longest lasts {:.3} s: move {}{}", duration_s(&one), one.number, line_words(one.line));
+        println!("  the longest lasts {:.3} s: move {}{}", one.duration_s(), one.number, line_words(one.line));
     }
-    let worst = figures.moves.iter().max_by(|one, other| error_ns(one).total_cmp(&error_ns(other)));
+    let worst = figures.moves.iter().max_by(|one, other| one.error_max_ns().total_cmp(&other.error_max_ns()));
     if let Some(one) = worst {
-        println!(
-            "  the largest error of a step is {:.0} ns: move {}{}",
-            error_ns(one),
-            one.number,
-            line_words(one.line)
-        );
+        let ns = one.error_max_ns();
+        println!("  the largest error of a step is {ns:.0} ns: move {}{}", one.number, line_words(one.line));
     }
-}
-
-/// The most that a step of it is off its closed-form instant.
-fn error_ns(one: &MoveFigures) -> f64 {
-    one.error_max_ns.iter().flatten().copied().fold(0.0, f64::max)
 }
 
 /// Intervals are those of every moving axis: one profile drives them all. How far apart they are when measured from
@@ -80,7 +70,7 @@ fn print_moves(moves: &[MoveFigures]) {
         let [x, y, z] = one.to_mm;
         let steps = one.steps.map(|n| n.to_string()).join(" ");
         let apart = one.apart_s.map_or("-".to_owned(), |apart_s| format!("{:.0} ns", apart_s * 1e9));
-        let error_ns = error_ns(one);
+        let error_ns = one.error_max_ns();
         println!(
             "{:>4} {:>22} {steps:>21} {:>10.6} {:>8.6} {:>10.6} {apart:>9} {:>9}",
             one.number,

@@ -4,7 +4,8 @@ use isostep_console::Rate;
 use isostep_motion::AXES;
 
 use crate::lines_of_moves::Source;
-use crate::outcome::{MoveRecord, Outcome};
+use crate::moves::MoveRecord;
+use crate::outcome::Outcome;
 
 /// Speeds are the same if they differ by less, as a share of the faster one.
 const SAME: f64 = 1e-6;

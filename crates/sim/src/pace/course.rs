@@ -7,7 +7,8 @@ use isostep_profile::{Profile, SyncMove};
 
 use super::asked::Asked;
 use crate::lines_of_moves::Source;
-use crate::outcome::{MoveRecord, Outcome};
+use crate::moves::MoveRecord;
+use crate::outcome::Outcome;
 
 /// How the speed changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -3,7 +3,8 @@
 use plotters::prelude::*;
 
 use super::theme::{self, AXIS, Area, Drawn, GRID, INK, INTERVAL};
-use crate::outcome::{MoveRecord, Outcome};
+use crate::moves::MoveRecord;
+use crate::outcome::Outcome;
 use crate::verify;
 
 /// Dots per axis of one move.

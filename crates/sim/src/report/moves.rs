@@ -16,15 +16,15 @@ pub fn table(figures: &Figures) -> Markup {
     html! {
         h2 { "Moves" }
         p { "Planned intervals hold for every axis. Measured ones come from each axis's own edges alone, by fitting its ramps and its cruise; a dash stands for an axis at rest or with too few edges to fit." }
-        @if figures.moves.len() <= ALL_MAX {
+        @if figures.moves_total <= ALL_MAX {
             (rows(figures.moves.iter()))
         } @else {
-            @let (longest, latest) = (most(&figures.moves, duration_s), most(&figures.moves, error_ns));
+            @let (longest, latest) = (most(&figures.moves, MoveFigures::duration_s), most(&figures.moves, MoveFigures::error_max_ns));
             p {
-                (figures.moves.len()) " moves: here are the first " (SOME) ", and the " (SOME)
+                (figures.moves_total) " moves: here are the first " (SOME) ", and the " (SOME)
                 " each that last longest and whose steps are farthest from their instants. "
-                (figures.moves.len() - shown(&figures.moves, &[&longest, &latest])) " moves are left out: "
-                code { "--json" } " and " code { "--moves" } " tell of all."
+                (figures.moves_total - shown(&figures.moves, &[&longest, &latest])) " moves are left out: "
+                code { "--moves" } " lists them all."
             }
             h3 { "The first" }
             (rows(figures.moves.iter().take(SOME)))
@@ -56,14 +56,6 @@ fn shown(moves: &[MoveFigures], others: &[&[&MoveFigures]]) -> usize {
     numbers.sort_unstable();
     numbers.dedup();
     numbers.len()
-}
-
-fn duration_s(one: &MoveFigures) -> f64 {
-    one.planned.accel_s + one.planned.cruise_s + one.planned.decel_s
-}
-
-fn error_ns(one: &MoveFigures) -> f64 {
-    one.error_max_ns.iter().flatten().copied().fold(0.0, f64::max)
 }
 
 fn rows<'a>(moves: impl Iterator<Item = &'a MoveFigures>) -> Markup {
@@ -126,7 +118,7 @@ mod tests {
         let moves = moves.split("<h2>").next().unwrap();
         assert_eq!(moves.matches("tr class=\"first\"").count(), 60);
         assert!(moves.contains("<td>301</td>") && moves.contains("301 moves: here are the first 20"), "{moves}");
-        assert!(moves.contains("--json"));
+        assert!(moves.contains("--moves"));
     }
 
     #[test]

@@ -8,7 +8,8 @@ use super::{errors, kinematics, moves, path, speed, time};
 use crate::figures::Figures;
 use crate::kinematics::OfLimit;
 use crate::lines_of_moves;
-use crate::outcome::{MoveRecord, Outcome};
+use crate::moves::MoveRecord;
+use crate::outcome::Outcome;
 use crate::pace;
 
 /// Moves shown as pictures.
@@ -107,7 +108,7 @@ fn path_of(path: path::Picture, figures: &Figures) -> Markup {
 fn pictures(outcome: &Outcome, figures: &Figures) -> Markup {
     html! {
         h2 { "Speed and acceleration" }
-        p { "One profile drives every axis of a move, so all accelerate, cruise and decelerate over the same intervals, shaded." @if figures.moves.len() > LONG { " Here are the longest moves." } }
+        p { "One profile drives every axis of a move, so all accelerate, cruise and decelerate over the same intervals, shaded." @if figures.moves_total > LONG { " Here are the longest moves." } }
         @for (number, record) in shown(outcome) {
             figure {
                 figcaption {

@@ -8,7 +8,8 @@ use super::speed_scale::SpeedScale;
 use super::strokes::{Piece, Point, Strokes};
 use super::theme::{self, Area, BOUND, Drawn, GRID, INK, RACK};
 use crate::lines_of_moves::Source;
-use crate::outcome::{MoveRecord, Outcome};
+use crate::moves::MoveRecord;
+use crate::outcome::Outcome;
 use crate::pace::course::{Change, Phase, phases};
 
 /// The rack of the papers' gantry: where the middles of its bays are, mm.
