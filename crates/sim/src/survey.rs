@@ -103,6 +103,9 @@ pub struct Survey {
     pub homes: bool,
     /// The line at which it says that it ends: M2 or M30.
     pub ends_at: Option<usize>,
+    /// The settings that are in force behind its last line.
+    #[serde(skip)]
+    pub settings: Settings,
     /// Whether a spindle or a laser is still on behind its last line.
     pub leaves_tool_on: bool,
     /// The first move that leaves the travel.
@@ -144,6 +147,7 @@ fn read(program: &[Vec<u8>], settings: &Settings, start_mm: [f64; AXES], interpr
     for (number, line) in (1..).zip(program) {
         reader.take(number, line);
     }
+    reader.survey.settings = reader.settings;
     reader.survey.leaves_tool_on = reader.interpreter.modal().spindle != Spindle::Off;
     reader.survey
 }

@@ -107,7 +107,6 @@ pub fn run(args: Args) -> Result<()> {
     let program = lines(&path)?;
     let config = config(&args)?;
     println!("{name} in virtual time\nSEED={}  again: {}", config.seed, config.replay(&name));
-    tell_weak_motors(&config);
     let flash = args.flash.as_deref().map_or(Ok(Flash::blank()), stored)?;
     tell_beforehand(&program, &config);
     let stopwatch = Stopwatch::start();
@@ -149,6 +148,7 @@ fn run_shown(program: Program, config: &Config, flash: Flash) -> Result<Outcome,
 /// Says what of a program will not do on this machine before it is run there, and what a person would have to do.
 fn tell_beforehand(program: &Program, config: &Config) {
     let survey = Survey::of(program, &config.settings, config.start_mm);
+    tell_weak_motors(config, &survey.settings);
     if let Some(outside) = &survey.outside {
         eprintln!("warning: {}", remarks::outside(outside));
     }
@@ -164,7 +164,7 @@ fn live(args: &Args) -> Result<()> {
     let files = [&args.trace, &args.vcd, &args.report, &args.json];
     let config = Config { keep_record: files.iter().any(|file| file.is_some()), ..config(args)? };
     config.check()?;
-    tell_weak_motors(&config);
+    tell_weak_motors(&config, &config.settings);
     let mut machine = pty::simulated::Simulated::new(config);
     pty::serve(&args.live, pty::open(&args.live)?, &mut machine)?;
     let outcome = machine.sim().outcome();
@@ -244,11 +244,15 @@ pub fn read_settings(path: &Path, config: &Config) -> Result<Settings> {
     Ok(settings::read(&name, &text, config.port, config.driver)?)
 }
 
-/// Says beforehand which axes are configured for more than the motors can that were asked for.
-fn tell_weak_motors(config: &Config) {
-    for told in config.motor.iter().flat_map(|&motor| settings::beyond_motor(&config.settings, motor)) {
-        eprintln!("warning: {told}");
-    }
+/// Says beforehand which axes are configured for more than the motors can that were asked for, by the settings at first or by
+/// those that a program leaves.
+fn tell_weak_motors(config: &Config, left: &Settings) {
+    let Some(motor) = config.motor else { return };
+    let mut told = settings::beyond_motor(&config.settings, motor);
+    told.extend(settings::beyond_motor(left, motor));
+    told.sort_unstable();
+    told.dedup();
+    told.iter().for_each(|told| eprintln!("warning: {told}"));
 }
 
 fn motor(text: &str) -> Result<PullOutCurve, String> {

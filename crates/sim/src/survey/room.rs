@@ -111,10 +111,9 @@ pub(super) fn fit(program: &[Vec<u8>], settings: &Settings, start_mm: [f64; AXES
         return Fit::Nowhere;
     };
     let mut shift_mm = [0.0; AXES];
-    for axis in 0..AXES {
-        let (low, high) = room.mm[axis];
+    for (axis, (shift_mm, (low, high))) in shift_mm.iter_mut().zip(room.mm).enumerate() {
         match shift(extents.low_mm[axis], extents.high_mm[axis], low, high) {
-            Some(mm) => shift_mm[axis] = mm,
+            Some(mm) => *shift_mm = mm,
             None => return Fit::TooWide(axis, extents.size_mm()[axis], high - low),
         }
     }
