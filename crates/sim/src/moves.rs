@@ -37,7 +37,7 @@ pub struct MoveRecord {
     pub plan_s: f64,
     /// Whether it was a part of homing.
     pub homing: bool,
-    /// Its edges, up to the beginning of the next move: a range of [`Outcome::edges`].
+    /// Its edges, up to the beginning of the next move: a range of [`Outcome::edges`](crate::Outcome::edges).
     pub edges: Range<usize>,
 }
 
