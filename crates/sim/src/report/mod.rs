@@ -9,6 +9,7 @@ mod page;
 pub mod papers;
 mod path;
 pub mod profile;
+mod rack;
 mod speed;
 mod speed_scale;
 mod strokes;

@@ -1,24 +1,17 @@
-//! The path in the XY plane, coloured by speed, with the parking gantry's rack where the machine was homed.
+//! The path in the XY plane, coloured by speed, with the travel where the machine was homed.
 
 use std::fmt::Write;
 
 use plotters::prelude::*;
 
+use super::rack;
 use super::speed_scale::SpeedScale;
 use super::strokes::{Piece, Point, Strokes};
-use super::theme::{self, Area, BOUND, Drawn, GRID, INK, RACK};
+use super::theme::{self, Area, BOUND, Drawn, GRID, INK};
 use crate::lines_of_moves::Source;
 use crate::moves::MoveRecord;
 use crate::outcome::Outcome;
 use crate::pace::course::{Change, Phase, phases};
-
-/// The rack of the papers' gantry: where the middles of its bays are, mm.
-const COLUMNS_MM: [f64; 3] = [25.0, 175.0, 325.0];
-const ROWS_MM: [f64; 3] = [160.0, 240.0, 320.0];
-/// Width and height of a bay, mm.
-const BAY_MM: (f64, f64) = (150.0, 80.0);
-/// Where cars come and go, mm.
-const PICK_UP_MM: (f64, f64) = (175.0, 40.0);
 
 /// Of a program of no more moves the path is drawn through its edges.
 const MOVES_BY_EDGES: usize = 5_000;
@@ -81,6 +74,8 @@ pub fn picture(outcome: &Outcome, sources: &[Option<Source>]) -> Picture {
 /// Where millimetres are in the picture.
 struct Plane {
     homed: bool,
+    /// Whether the machine is the parking gantry, whose rack is shown.
+    has_rack: bool,
     x_mm: (f64, f64),
     y_mm: (f64, f64),
 }
@@ -92,16 +87,18 @@ impl Plane {
     /// What is shown, at the same scale both ways.
     fn new(outcome: &Outcome, [mut x, mut y]: [(f64, f64); 2]) -> Self {
         let homed = outcome.moves.iter().any(|record| record.homing);
-        if homed {
-            x = (x.0.min(COLUMNS_MM[0] - BAY_MM.0 / 2.0), x.1.max(COLUMNS_MM[2] + BAY_MM.0 / 2.0));
-            y = (y.0.min(0.0), y.1.max(400.0));
+        let has_rack = homed && rack::is_of(outcome);
+        if has_rack {
+            let (rack_x, rack_y) = rack::extent_mm();
+            x = (x.0.min(rack_x.0), x.1.max(rack_x.1));
+            y = (y.0.min(rack_y.0), y.1.max(rack_y.1));
         }
         let scale = ((x.1 - x.0) / INNER.0).max((y.1 - y.0) / INNER.1).max(1e-3) * 1.08;
         let around = |range: (f64, f64), pixels: f64| {
             let middle = (range.0 + range.1) / 2.0;
             (middle - scale * pixels / 2.0, middle + scale * pixels / 2.0)
         };
-        Self { homed, x_mm: around(x, INNER.0), y_mm: around(y, INNER.1) }
+        Self { homed, has_rack, x_mm: around(x, INNER.0), y_mm: around(y, INNER.1) }
     }
 
     fn fine_per_mm(&self) -> f64 {
@@ -259,9 +256,11 @@ fn draw(area: &Area, outcome: &Outcome, plane: &Plane) -> Drawn {
         .x_label_formatter(&label)
         .y_label_formatter(&label)
         .draw()?;
+    if plane.has_rack {
+        chart.draw_series(rack::bays(FINE))?;
+        chart.draw_series(rack::names(FINE))?;
+    }
     if plane.homed {
-        chart.draw_series(rack())?;
-        chart.draw_series(names())?;
         let far = (outcome.travel_mm[0], outcome.travel_mm[1]);
         chart.draw_series(DashedLineSeries::new(
             [(0.0, 0.0), (far.0, 0.0), far, (0.0, far.1), (0.0, 0.0)],
@@ -279,26 +278,6 @@ fn extent_mm(outcome: &Outcome) -> [(f64, f64); 2] {
     let moved = program.filter(|record| record.origin_steps[..2] != record.end_steps[..2]);
     let ends = moved.flat_map(|record| [record.origin_steps, record.end_steps].map(|steps| outcome.mm(steps)));
     [0, 1].map(|axis| theme::range(ends.clone().map(|mm| mm[axis])))
-}
-
-fn bays() -> impl Iterator<Item = (f64, f64)> {
-    ROWS_MM.into_iter().flat_map(|y| COLUMNS_MM.into_iter().map(move |x| (x, y)))
-}
-
-fn rack() -> impl Iterator<Item = Rectangle<(f64, f64)>> {
-    let (width, height) = BAY_MM;
-    bays().flat_map(move |(x, y)| {
-        let corners = [(x - width / 2.0, y - height / 2.0), (x + width / 2.0, y + height / 2.0)];
-        [Rectangle::new(corners, RACK.mix(0.12).filled()), Rectangle::new(corners, RACK.stroke_width(FINE))]
-    })
-}
-
-fn names() -> impl Iterator<Item = Text<'static, (f64, f64), String>> {
-    let bays = bays().enumerate().map(|(index, (x, y))| {
-        Text::new(format!("bay {}", index + 1), (x, y - BAY_MM.1 * 0.36), theme::centred(14 * FINE).color(&RACK))
-    });
-    let (x, y) = PICK_UP_MM;
-    bays.chain([Text::new("pick-up point".to_owned(), (x, y - 16.0), theme::centred(14 * FINE).color(&RACK))])
 }
 
 #[cfg(test)]
@@ -347,6 +326,8 @@ mod tests {
         assert_eq!(picture.extent_mm, [(0.0, 10.0), (0.0, 5.0)]);
         let homed = picture_of("$H\nG90 G1 F600 X10\n");
         assert!(homed.svg.contains("bay 1") && homed.svg.contains("pick-up point"));
+        let other = picture_of("$130=300\n$H\nG90 G1 F600 X10\n");
+        assert!(!other.svg.contains("bay 1"), "another machine has no rack");
     }
 
     #[test]
