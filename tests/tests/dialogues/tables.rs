@@ -42,6 +42,21 @@ fn every_row_names_a_test_that_exists() {
     }
 }
 
+/// What is said of programs is tested where it is said.
+#[test]
+fn every_message_of_programs_names_a_test_that_exists() {
+    let page = fs::read_to_string(root().join("docs/programs.md")).unwrap();
+    let section = page.split("\n## ").find(|section| section.starts_with("What is said")).expect("a section");
+    let folders = ["xtask/src", "crates/sim/src"].map(|folder| sources(&root().join(folder)));
+    let code: String = folders.iter().flatten().filter_map(|path| fs::read_to_string(path).ok()).collect();
+    let rows: Vec<_> = section.lines().filter(|line| line.starts_with('|')).skip(2).collect();
+    assert!(rows.len() >= 8, "{rows:?}");
+    for row in rows {
+        let test = row.trim_matches(['|', ' ']).rsplit('|').next().unwrap_or_default().trim().trim_matches('`');
+        assert!(test == "the same" || code.contains(&format!("fn {test}() {{")), "{row}");
+    }
+}
+
 #[test]
 fn every_error_has_a_row() {
     let known: BTreeSet<_> = Error::ALL.iter().map(|error| error.code().to_string()).collect();

@@ -1,0 +1,42 @@
+//! A program of many lines: what is written about it stays small, and says what it leaves out.
+
+use isostep_sim::{Config, Figures, Listed, report, run};
+
+#[path = "../examples/raster.rs"]
+mod raster;
+
+const LINES: usize = 20_000;
+/// What a page and a file of figures may have, bytes.
+const BYTES_MAX: usize = 5_000_000;
+
+#[test]
+fn of_a_long_program_little_is_written() {
+    let mut program = Vec::new();
+    raster::write(LINES, &mut program).unwrap();
+    assert_eq!(program.iter().filter(|byte| **byte == b'\n').count(), LINES);
+    let mut config = Config { keep_waves: false, start_mm: [5.0; 3], ..Config::default() };
+    (config.settings.soft_limits, config.settings.hard_limits) = (false, false);
+    let outcome = run(&program, &config).unwrap();
+    assert!(outcome.waves.is_empty());
+
+    let figures = Figures::new("raster", &outcome);
+    assert_eq!(figures.broken().count(), 0);
+    assert_eq!(figures.moves_total, LINES - 4);
+    assert!((figures.lengths.most_mm - 0.1).abs() < 1e-9);
+    assert!((1_000..=2_000).contains(&figures.moves.len()), "{}", figures.moves.len());
+    assert!(figures.moves.is_sorted_by_key(|one| one.number));
+    let json = serde_json::to_string_pretty(&figures).unwrap();
+    let page = report::page(&outcome, &figures);
+    assert!(json.len() < BYTES_MAX && page.len() < BYTES_MAX, "{} and {} bytes", json.len(), page.len());
+    assert!(page.contains("moves are left out"));
+
+    let all = Figures::listing("raster", &outcome, Listed::All);
+    assert_eq!(all.moves.len(), LINES - 4);
+    let (longest, worst) = (most(&all, |one| one.duration_s()), most(&all, |one| one.error_max_ns()));
+    assert_eq!(longest, most(&figures, |one| one.duration_s()), "the longest is among those listed");
+    assert_eq!(worst, most(&figures, |one| one.error_max_ns()), "and so is the one with the largest error");
+}
+
+fn most(figures: &Figures, value: fn(&isostep_sim::MoveFigures) -> f64) -> f64 {
+    figures.moves.iter().map(value).fold(0.0, f64::max)
+}
