@@ -152,6 +152,23 @@ fn read(program: &[Vec<u8>], settings: &Settings, start_mm: [f64; AXES], interpr
     reader.survey
 }
 
+/// The word at which the reading of a line stops, if it is one.
+pub fn stopping_word(line: &str) -> Option<String> {
+    word(&stripped(line.as_bytes()).ok()?)
+}
+
+fn word(stripped: &str) -> Option<String> {
+    isostep_console::stopped_at(stripped).map(|range| stripped[range].to_owned())
+}
+
+/// A line as the interpreter takes it.
+fn stripped(bytes: &[u8]) -> Result<String, Error> {
+    let mut assembler = LineAssembler::new();
+    // It is to be told from what was borrowed of the assembler.
+    let line = bytes.iter().chain(b"\n").find_map(|&byte| assembler.push(byte).map(|line| line.map(str::to_owned)));
+    line.unwrap_or(Ok(String::new()))
+}
+
 /// A program, as far as it was read.
 struct Reader {
     survey: Survey,
@@ -169,12 +186,7 @@ impl Reader {
         self.number = number;
         self.text.clear();
         self.text.push_str(&String::from_utf8_lossy(bytes));
-        let mut assembler = LineAssembler::new();
-        let line = bytes.iter().chain(b"\n").find_map(|&byte| {
-            // It is to be told from what was borrowed of the assembler.
-            assembler.push(byte).map(|line| line.map(str::to_owned))
-        });
-        let line = match line.unwrap_or(Ok(String::new())) {
+        let line = match stripped(bytes) {
             Ok(line) => line,
             Err(error) => return self.refuse("", error, None),
         };
@@ -280,7 +292,7 @@ impl Reader {
     }
 
     fn refuse(&mut self, line: &str, error: Error, setting: Option<SettingError>) {
-        let word = isostep_console::stopped_at(line).map(|range| line[range].to_owned());
+        let word = word(line);
         let remedy = match setting {
             Some(refused) => refused.to_string(),
             None if error == Error::Unsupported => Refusal::of(line).to_string(),

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 
 use anyhow::{Result, bail, ensure};
 use isostep_sim::stream::{Pause, Refusal};
+use isostep_sim::survey::stopping_word;
 use isostep_sim::{Figures, Outcome, State};
 
 use crate::remarks::{self, TOLD_MAX, meaning, shortened};
@@ -38,7 +39,7 @@ fn pause_words(pause: &Pause) -> String {
     format!("line {line} `{}` at {:.3} s{words}", shortened(text), *t_ns as f64 * 1e-9)
 }
 
-/// Each line with its own remedy, up to a number; of the rest how many there are of each kind; then what was carried out
+/// Each line with its own remedy, up to a number; of the rest how many there are of each word; then what was carried out
 /// behind the first, as it had been sent already.
 fn refused(outcome: &Outcome) -> String {
     let (own, locked): (Vec<&Refusal>, Vec<_>) = outcome.refusals.iter().partition(|refusal| is_own(refusal));
@@ -49,7 +50,8 @@ fn refused(outcome: &Outcome) -> String {
     if own.len() > TOLD_MAX {
         let mut counts = BTreeMap::new();
         for refusal in &own[TOLD_MAX..] {
-            *counts.entry(format!("error:{}", refusal.code)).or_default() += 1;
+            let word = stopping_word(&refusal.text).unwrap_or_else(|| format!("error:{}", refusal.code));
+            *counts.entry(word).or_default() += 1;
         }
         text += &format!("  and {} more: {}\n", own.len() - TOLD_MAX, remarks::by_word(&counts));
     }
@@ -164,10 +166,11 @@ mod tests {
     }
 
     #[test]
-    fn many_refusals_are_counted_by_kind() {
-        let told = refused(&outcome(&"X\n".repeat(30)));
+    fn many_refusals_are_counted_by_word() {
+        let told = refused(&outcome(&"G99\nM9.5\n".repeat(9)));
         assert_eq!(told.lines().count(), TOLD_MAX + 2, "{told}");
-        assert!(told.contains("\n  and 20 more: error:2 x 20\n"), "{told}");
+        assert!(told.contains("line 1 `G99`: error:20 G99: no canned cycles"), "{told}");
+        assert!(told.contains("\n  and 4 more: G99 x 2, M9.5 x 2\n"), "{told}");
     }
 
     #[test]
