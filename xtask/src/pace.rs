@@ -79,7 +79,7 @@ pub fn second(second: &Second) -> String {
         [None, None] => String::new(),
     };
     format!(
-        "from {:.1} s on, {:.2} mm/s on average, {} moves begin{lines}",
+        "from {:.1} s on, {:.2} mm/s on average, moves that begin: {}{lines}",
         second.start_s, second.mean_mm_s, second.moves_begun
     )
 }

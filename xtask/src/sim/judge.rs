@@ -170,7 +170,7 @@ mod tests {
         let told = refused(&outcome(&"G99\nM9.5\n".repeat(9)));
         assert_eq!(told.lines().count(), TOLD_MAX + 2, "{told}");
         assert!(told.contains("line 1 `G99`: error:20 G99: no canned cycles"), "{told}");
-        assert!(told.contains("\n  and 4 more: G99 x 2, M9.5 x 2\n"), "{told}");
+        assert!(told.contains("\n  and 8 more: G99 x 4, M9.5 x 4\n"), "{told}");
     }
 
     #[test]
