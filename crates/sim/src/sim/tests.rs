@@ -132,6 +132,19 @@ fn an_abrupt_stop_at_speed_overshoots() {
     assert!(outcome.drift_steps[0] > 100, "{:?}", outcome.drift_steps);
 }
 
+/// Five moves of about a second are known ahead.
+#[test]
+fn of_moves_that_a_stop_forestalls_there_is_no_record() {
+    let mut sim = Sim::new(&Config::default());
+    sim.send("G91 G1 F600 X10\nX10\nX10\nX10\nX10\n".as_bytes());
+    sim.run_for(Duration::from_millis(1_600)).unwrap();
+    sim.set_emergency_stop(true);
+    sim.run_for(Duration::from_millis(100)).unwrap();
+    let outcome = sim.outcome();
+    assert_eq!(outcome.moves.len(), 2, "{:?}", outcome.moves);
+    assert_eq!(outcome.moves[1].end_steps, outcome.position_steps);
+}
+
 /// A machine unlike the default one, and unlike on each axis.
 const FAST: &str = "$100=80\n$101=160\n$102=400\n$110=12000\n$111=9000\n$112=1500\n$120=2000\n$121=800\n$122=300\n\
                     $130=200\n$131=120\n$132=60\n";
