@@ -10,27 +10,40 @@ pub const TOLD_MAX: usize = 10;
 
 const AXES: [&str; 3] = ["X", "Y", "Z"];
 
-/// A line without its comment, and not all of a very long one.
+/// A line without its comments, and not all of a very long one.
 pub fn shortened(text: &str) -> String {
-    let text = text.split([';', '(']).next().unwrap_or(text).trim();
+    let (mut kept, mut in_comment) = (String::new(), false);
+    for c in text.split(';').next().unwrap_or(text).chars() {
+        match c {
+            '(' => in_comment = true,
+            ')' if in_comment => in_comment = false,
+            _ if in_comment => {}
+            _ => kept.push(c),
+        }
+    }
+    let text = kept.trim();
     match text.char_indices().nth(60) {
         Some((end, _)) => format!("{}...", &text[..end]),
         None => text.to_owned(),
     }
 }
 
-/// What an `error:N` means.
+/// What an `error:N` means for a line of a program.
 pub fn meaning(code: u8) -> String {
-    ConsoleError::from_code(code).map_or(String::new(), |error| error.to_string())
+    let words = ConsoleError::from_code(code).map_or(String::new(), |error| error.to_string());
+    // A file cannot wait until `?` says Idle.
+    if code == ConsoleError::NotIdle.code() { format!("{words} In a file, put G4 P0 before it.") } else { words }
 }
 
-/// `M6 x 12, G64`: the most frequent first.
+/// `M6 x 12, G64`: the most frequent first, up to ten.
 pub fn by_word(counts: &BTreeMap<String, usize>) -> String {
     let mut counts: Vec<_> = counts.iter().collect();
     counts.sort_by_key(|&(_, count)| std::cmp::Reverse(count));
     let words =
         counts.iter().map(|(word, count)| if **count > 1 { format!("{word} x {count}") } else { (*word).clone() });
-    words.collect::<Vec<_>>().join(", ")
+    let more = counts.len().saturating_sub(TOLD_MAX);
+    let told = words.take(TOLD_MAX).collect::<Vec<_>>().join(", ");
+    if more > 0 { format!("{told} and {more} other kinds") } else { told }
 }
 
 /// Which move leaves the travel, by how much, and what would help.
@@ -46,13 +59,14 @@ pub fn outside(outside: &Outside) -> String {
 fn remedy(fit: Fit) -> String {
     match fit {
         Fit::StartAt([x, y, z]) => format!("it fits with --start {x},{y},{z}"),
-        Fit::OriginAt([x, y, z]) => format!("it fits with a work offset: `G10 L2 P1 X{x} Y{y} Z{z}` behind $H"),
+        Fit::OriginAt([x, y, z]) => format!("it fits with a work offset: `G21 G10 L2 P1 X{x} Y{y} Z{z}` as its first line"),
         Fit::TooWide(axis, needs_mm, travel_mm) => format!(
             "the program needs {needs_mm:.1} mm of {}, and the travel is {travel_mm:.1} mm ($13{axis}): scale the program or split it",
             AXES[axis]
         ),
         Fit::Nowhere => {
-            "no start and no work offset puts that right, as it goes to machine coordinates (G53, G28): correct the program"
+            "no start and no origin of G54 was found that puts that right, as it goes to machine coordinates (G53, G28), or \
+             has offsets of its own: correct the program"
                 .to_owned()
         }
     }
@@ -74,6 +88,7 @@ mod tests {
     #[test]
     fn a_line_is_shown_without_its_comment_and_not_whole_when_long() {
         assert_eq!(shortened("$H   ; find the zero"), "$H");
+        assert_eq!(shortened("(first) G0 X5 (then) Y5 ; (last"), "G0 X5  Y5");
         assert_eq!(shortened(&"X1".repeat(50)).len(), 63);
     }
 
@@ -81,6 +96,8 @@ mod tests {
     fn words_are_counted_the_most_frequent_first() {
         let counts = [("G64", 1), ("M100", 12), ("%", 2)].map(|(word, count)| (word.to_owned(), count));
         assert_eq!(by_word(&counts.into()), "M100 x 12, % x 2, G64");
+        let many = (10..30).map(|number| (format!("M{number}"), 1)).collect();
+        assert!(by_word(&many).ends_with("M19 and 10 other kinds"), "{}", by_word(&many));
     }
 
     #[test]
@@ -89,7 +106,9 @@ mod tests {
             left("G0 X5\nG0 X-40 (there)\n"),
             "line 2 `G0 X-40`: X goes to -40.000 mm, 5.001 mm beyond the travel, which ends at -34.999: it fits with --start 41,40,15"
         );
-        assert!(left("$H\nG0 Y-20\n").ends_with("it fits with a work offset: `G10 L2 P1 X0 Y21 Z0` behind $H"));
+        assert!(
+            left("$H\nG0 Y-20\n").ends_with("it fits with a work offset: `G21 G10 L2 P1 X0 Y21 Z0` as its first line")
+        );
         assert!(left("G0 Y500\n").ends_with(
             "the program needs 500.0 mm of Y, and the travel is 402.0 mm ($131): scale the program or split it"
         ));

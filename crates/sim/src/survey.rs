@@ -41,15 +41,6 @@ pub struct Refused {
     pub remedy: String,
 }
 
-/// A line at which a person has something to do.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Pause {
-    /// Which line of the program, from 1.
-    pub line: usize,
-    /// The tool that it asks for; `None` for M0.
-    pub tool: Option<u8>,
-}
-
 /// The first move that leaves the travel.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Outside {
@@ -87,7 +78,7 @@ pub struct Survey {
     /// The numbers of all of them.
     #[serde(skip)]
     refused_lines: Vec<usize>,
-    /// How many are refused by number and word.
+    /// How many are refused, by what is wrong with them.
     pub refused_by_word: BTreeMap<String, usize>,
     /// Lines that move something.
     pub moves: usize,
@@ -97,8 +88,12 @@ pub struct Survey {
     pub extents_mm: Option<Bounds>,
     /// The least and the greatest feed that is asked for, mm/min.
     pub feeds_mm_min: Option<(f32, f32)>,
-    /// Lines at which a person has something to do, up to [`LISTED_MAX`].
-    pub pauses: Vec<Pause>,
+    /// How many lines wait for a person: M0 and M6.
+    pub pauses_total: usize,
+    /// They, up to [`LISTED_MAX`].
+    pub pauses: Vec<usize>,
+    /// The tools that it asks for by M6, each with the first line that does; 0 for none in particular.
+    pub tools: BTreeMap<u8, usize>,
     /// Whether it homes.
     pub homes: bool,
     /// The line at which it says that it ends: M2 or M30.
@@ -115,12 +110,12 @@ pub struct Survey {
 impl Survey {
     /// Reads a program for a machine with these settings whose carriages stand at `start_mm` from their switches.
     pub fn of(program: &[Vec<u8>], settings: &Settings, start_mm: [f64; AXES]) -> Self {
-        let mut survey = read(program, settings, start_mm, Interpreter::new());
-        if let Some(mut outside) = survey.outside.take() {
-            outside.fit = room::fit(program, settings, start_mm, outside.homed);
-            survey.outside = Some(outside);
+        let mut reader = read(program, settings, start_mm, Interpreter::new());
+        if let Some(mut outside) = reader.survey.outside.take() {
+            outside.fit = room::fit(program, settings, start_mm, &reader, outside.homed);
+            reader.survey.outside = Some(outside);
         }
-        survey
+        reader.survey
     }
 
     /// The program with empty lines for those that are refused.
@@ -134,13 +129,15 @@ impl Survey {
     }
 }
 
-fn read(program: &[Vec<u8>], settings: &Settings, start_mm: [f64; AXES], interpreter: Interpreter) -> Survey {
+fn read(program: &[Vec<u8>], settings: &Settings, start_mm: [f64; AXES], interpreter: Interpreter) -> Reader {
     let mut reader = Reader {
         survey: Survey { lines: program.len(), ..Survey::default() },
         interpreter,
         settings: *settings,
-        room: Room::before_homing(settings, start_mm),
+        start_mm,
         homed: [false; AXES],
+        reach_mm: [[None; AXES]; 2],
+        checks_from_mm: None,
         number: 0,
         text: String::new(),
     };
@@ -149,7 +146,7 @@ fn read(program: &[Vec<u8>], settings: &Settings, start_mm: [f64; AXES], interpr
     }
     reader.survey.settings = reader.settings;
     reader.survey.leaves_tool_on = reader.interpreter.modal().spindle != Spindle::Off;
-    reader.survey
+    reader
 }
 
 /// The word at which the reading of a line stops, if it is one.
@@ -159,6 +156,26 @@ pub fn stopping_word(line: &str) -> Option<String> {
 
 fn word(stripped: &str) -> Option<String> {
     isostep_console::stopped_at(stripped).map(|range| stripped[range].to_owned())
+}
+
+/// What is wrong, as lines that are alike are counted: of a G or an M its number too, of other letters not what follows them.
+pub fn kind(word: Option<&str>, error: Error) -> String {
+    let named = word.map(|word| if word.starts_with(['G', 'M']) { word } else { word.get(..1).unwrap_or(word) });
+    match named {
+        Some(named) if error == Error::Unsupported => named.to_owned(),
+        Some(named) => format!("error:{} {named}", error.code()),
+        None => format!("error:{}", error.code()),
+    }
+}
+
+fn remedy(line: &str, word: Option<&str>, error: Error) -> String {
+    let named = word.map_or(String::new(), |word| format!("{word}: "));
+    if line.contains(['#', '[', '*']) {
+        return format!(
+            "{named}variables, expressions and checksums are not known here: let the post-processor write plain numbers"
+        );
+    }
+    format!("{named}{error}")
 }
 
 /// A line as the interpreter takes it.
@@ -174,8 +191,12 @@ struct Reader {
     survey: Survey,
     interpreter: Interpreter,
     settings: Settings,
-    room: Room,
+    start_mm: [f64; AXES],
     homed: [bool; AXES],
+    /// The least and the greatest place of each axis before it is homed, and behind that.
+    reach_mm: [[Option<(f64, f64)>; AXES]; 2],
+    /// In check mode, where it began: nothing moves.
+    checks_from_mm: Option<[f32; AXES]>,
     /// The line being read.
     number: usize,
     text: String,
@@ -188,15 +209,23 @@ impl Reader {
         self.text.push_str(&String::from_utf8_lossy(bytes));
         let line = match stripped(bytes) {
             Ok(line) => line,
-            Err(error) => return self.refuse("", error, None),
+            Err(error) => {
+                self.survey.blocks += 1;
+                return self.refuse("", error, None);
+            }
         };
-        match line.as_bytes().first() {
-            None => self.survey.empty += 1,
-            Some(b'$') => self.survey.statements += 1,
-            Some(_) => self.survey.blocks += 1,
+        match line.as_bytes() {
+            [] | [b'%'] => self.survey.empty += 1,
+            [b'$', ..] => self.survey.statements += 1,
+            _ => {
+                self.survey.blocks += 1;
+                // It has not ended if something follows.
+                self.survey.ends_at = None;
+            }
         }
         let from_mm = self.interpreter.position_mm();
-        match self.interpreter.interpret(&line, State::Idle, &self.settings) {
+        let state = if self.checks_from_mm.is_some() { State::Check } else { State::Idle };
+        match self.interpreter.interpret(&line, state, &self.settings) {
             Err(error) => self.refuse(&line, error, None),
             Ok(Command::SetSetting { number, value }) => self.set(&line, number, value),
             Ok(command) => self.carry_out(command, from_mm),
@@ -205,7 +234,7 @@ impl Reader {
 
     fn carry_out(&mut self, command: Command<'_>, from_mm: [f32; AXES]) {
         match command {
-            Command::Block(block) => {
+            Command::Block(block) | Command::SetStartup { block, .. } => {
                 let via =
                     block.via_mm.map(|target_mm| Move { target_mm, rate: Rate::Rapid, arc: None, exact_stop: false });
                 let mut from_mm = from_mm;
@@ -213,8 +242,12 @@ impl Reader {
                     self.go(from_mm, &motion);
                     from_mm = motion.target_mm;
                 }
-                self.wait(block.tool_change.map(Some));
-                self.wait(block.pauses.then_some(None));
+                if let Some(tool) = block.tool_change {
+                    self.survey.tools.entry(tool).or_insert(self.number);
+                }
+                if (block.pauses || block.tool_change.is_some()) && self.checks_from_mm.is_none() {
+                    self.wait();
+                }
                 if block.ends_program {
                     self.survey.ends_at = Some(self.number);
                 }
@@ -225,15 +258,35 @@ impl Reader {
                 self.interpreter.set_position_mm(jog.target_mm);
             }
             Command::Home { axis } => self.home(axis),
+            Command::ToggleCheck => self.toggle_check(from_mm),
             _ => {}
         }
     }
 
     /// At this line it waits for a person, who puts in a tool, or looks.
-    fn wait(&mut self, tool: Option<Option<u8>>) {
-        if let Some(tool) = tool.filter(|_| self.survey.pauses.len() < LISTED_MAX) {
-            self.survey.pauses.push(Pause { line: self.number, tool });
+    fn wait(&mut self) {
+        self.survey.pauses_total += 1;
+        if self.survey.pauses.len() < LISTED_MAX {
+            self.survey.pauses.push(self.number);
         }
+    }
+
+    /// Check mode ends by a reset, where it began.
+    fn toggle_check(&mut self, position_mm: [f32; AXES]) {
+        match self.checks_from_mm.take() {
+            None => self.checks_from_mm = Some(position_mm),
+            Some(from_mm) => {
+                self.interpreter.reset();
+                self.interpreter.set_position_mm(from_mm);
+            }
+        }
+    }
+
+    /// Where the axes can go by now.
+    fn room(&self) -> Room {
+        let (before, behind) = (Room::before_homing(&self.settings, self.start_mm), Room::homed(&self.settings));
+        let mm = |axis: usize| if self.homed[axis] { behind.mm[axis] } else { before.mm[axis] };
+        Room { mm: std::array::from_fn(mm) }
     }
 
     fn set(&mut self, line: &str, number: u16, value: f32) {
@@ -246,16 +299,17 @@ impl Reader {
     /// The axes stand at zero from now on, and the travel is where it is said to be.
     fn home(&mut self, axis: Option<usize>) {
         self.survey.homes = true;
-        let homed = Room::homed(&self.settings);
         let mut position_mm = self.interpreter.position_mm();
         for index in (0..AXES).filter(|index| axis.is_none_or(|axis| axis == *index)) {
             (self.homed[index], position_mm[index]) = (true, 0.0);
-            self.room.mm[index] = homed.mm[index];
         }
         self.interpreter.set_position_mm(position_mm);
     }
 
     fn go(&mut self, from_mm: [f32; AXES], motion: &Move) {
+        if self.checks_from_mm.is_some() {
+            return;
+        }
         let mut way = Bounds::at(from_mm.map(f64::from));
         way.add(motion.target_mm.map(f64::from));
         if let Some(arc) = &motion.arc {
@@ -268,6 +322,11 @@ impl Reader {
             None => self.survey.extents_mm = Some(way),
             Some(extents) => extents.join(&way),
         }
+        for axis in 0..AXES {
+            let reach_mm = &mut self.reach_mm[usize::from(self.homed[axis])][axis];
+            let (least, most) = reach_mm.unwrap_or((way.low_mm[axis], way.high_mm[axis]));
+            *reach_mm = Some((least.min(way.low_mm[axis]), most.max(way.high_mm[axis])));
+        }
         if let Rate::Feed { mm_min } = motion.rate {
             let (least, most) = self.survey.feeds_mm_min.unwrap_or((mm_min, mm_min));
             self.survey.feeds_mm_min = Some((least.min(mm_min), most.max(mm_min)));
@@ -278,7 +337,8 @@ impl Reader {
     }
 
     fn outside(&self, way: &Bounds) -> Option<Outside> {
-        let left = |axis: &Axis| self.room.beyond(*axis as usize, way, SAME_MM).map(|beyond| (*axis, beyond));
+        let room = self.room();
+        let left = |axis: &Axis| room.beyond(*axis as usize, way, SAME_MM).map(|beyond| (*axis, beyond));
         let (axis, (place_mm, nearest_mm)) = Axis::ALL.iter().find_map(left)?;
         Some(Outside {
             line: self.number,
@@ -296,9 +356,9 @@ impl Reader {
         let remedy = match setting {
             Some(refused) => refused.to_string(),
             None if error == Error::Unsupported => Refusal::of(line).to_string(),
-            None => error.to_string(),
+            None => remedy(line, word.as_deref(), error),
         };
-        let key = word.clone().unwrap_or_else(|| format!("error:{}", error.code()));
+        let key = kind(word.as_deref(), error);
         *self.survey.refused_by_word.entry(key).or_default() += 1;
         self.survey.refused_total += 1;
         self.survey.refused_lines.push(self.number);
@@ -321,9 +381,12 @@ mod tests {
 
     #[test]
     fn lines_are_counted_by_what_they_are() {
-        let found = survey("%\n(a comment)\n\n$G\nG21 G90\nG1 X10 F600\nY5\nG2 X0 I-5\nM30\n");
-        assert_eq!((found.lines, found.statements, found.moves, found.arcs), (9, 1, 3, 1));
-        assert_eq!((found.blocks + found.empty, found.ends_at), (8, Some(9)));
+        let found = survey("%\n(a comment)\n\n$G\nG21 G90\nG1 X10 F600\nY5\nG2 X0 I-5\nM30\n%\n");
+        assert_eq!((found.lines, found.statements, found.moves, found.arcs), (10, 1, 3, 1));
+        assert_eq!((found.blocks, found.empty, found.ends_at), (5, 4, Some(9)));
+        let too_long = survey(&format!("M30\nG0 X1{}\n", " Y1".repeat(40)));
+        assert_eq!((too_long.blocks, too_long.refused[0].code, too_long.ends_at), (2, 11, Some(1)));
+        assert_eq!(survey("M2\nG0 X1\n").ends_at, None, "something follows");
         assert_eq!(found.feeds_mm_min, Some((600.0, 600.0)));
         assert!(!found.leaves_tool_on && found.outside.is_none(), "{found:?}");
     }
@@ -346,15 +409,18 @@ mod tests {
         assert!(found.refused[1].remedy.starts_with("$100=-5 is negative"), "{:?}", found.refused[1]);
         assert!(found.refused[3].remedy.starts_with("G42: "), "{:?}", found.refused[3]);
         let counted: Vec<_> = found.refused_by_word.iter().map(|(word, count)| (word.as_str(), *count)).collect();
-        assert_eq!(counted, [("G42", 1), ("X3", 1), ("error:22", 1), ("error:4", 1)]);
+        assert_eq!(counted, [("G42", 1), ("error:22", 1), ("error:25 X", 1), ("error:4", 1)]);
+        let slicer: String = (0..20).map(|k| format!("G1 X{k} E{k}.5 F600\n")).collect();
+        assert_eq!(survey(&slicer).refused_by_word, BTreeMap::from([("E".to_owned(), 20)]));
+        assert!(survey("G0 X[#1*2]\n").refused[0].remedy.contains("let the post-processor write plain numbers"));
         assert_eq!(found.extents_mm.unwrap().high_mm, [2.0, 0.0, 0.0]);
     }
 
     #[test]
     fn pauses_and_a_tool_that_stays_on_are_found() {
         let found = survey("M3 S1000\nT2\nG0 X1 M6\nM0\nT7 M6\n");
-        let tools: Vec<_> = found.pauses.iter().map(|pause| (pause.line, pause.tool)).collect();
-        assert_eq!(tools, [(3, Some(2)), (4, None), (5, Some(7))]);
+        assert_eq!((found.pauses_total, found.pauses), (3, vec![3, 4, 5]));
+        assert_eq!(found.tools, BTreeMap::from([(2, 3), (7, 5)]));
         assert!(found.leaves_tool_on && found.ends_at.is_none());
         assert!(!survey("M3 S1000\nM30\n").leaves_tool_on);
     }
@@ -382,9 +448,27 @@ mod tests {
         assert_eq!(survey("$HY\nG0 X-1\n").outside, None, "X is not homed");
     }
 
+    /// `G0 X-40` before it is homed, and `X340` behind it, are in different coordinates.
+    #[test]
+    fn before_and_behind_homing_are_different_places() {
+        let text = "G0 X-40\nG4 P0.1\n$H\nG0 X340\n";
+        let Fit::StartAt(start_mm) = survey(text).outside.unwrap().fit else { panic!("it fits from somewhere") };
+        let lines = program::lines(text.as_bytes()).unwrap();
+        assert_eq!(Survey::of(&lines, &Settings::DEFAULT, start_mm).outside, None);
+    }
+
+    #[test]
+    fn in_check_mode_nothing_moves_and_a_startup_line_does() {
+        let found = survey("G0 X5\n$C\nG0 X-500\nM0\n$C\nG91\nG0 X5\n");
+        assert_eq!((found.moves, found.pauses_total, found.outside), (2, 0, None));
+        assert_eq!(found.extents_mm.unwrap().high_mm[0], 10.0);
+        assert!(survey("$N0=G0 X-300\n").outside.is_some());
+    }
+
     #[test]
     fn the_travel_follows_the_settings_and_where_an_axis_homes() {
         assert_eq!(survey("$130=500\n$H\nG0 X499\n").outside, None);
+        assert_eq!(survey("$130=500\nG0 X450\n").outside, None);
         assert!(survey("$23=6\n$H\nG0 X1\n").outside.is_some());
         assert_eq!(survey("$23=6\n$H\nG0 X-1\n").outside, None);
     }

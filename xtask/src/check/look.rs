@@ -9,6 +9,7 @@ use isostep_sim::survey::{Fit, Survey};
 use isostep_sim::{Config, Flash, State};
 use serde::Serialize;
 
+use crate::remarks::{meaning, shortened};
 use crate::{sim, workspace};
 
 /// A machine that programs are checked for.
@@ -104,7 +105,8 @@ fn made(program: &Program, settings: &Settings, start_mm: [f64; 3], homes: bool)
         return Err(format!("{code}{alarm}"));
     }
     if let Some(refusal) = outcome.refusals.first() {
-        return Err(format!("line {} is refused with error:{} in motion", refusal.line, refusal.code));
+        let words = refusal.words.clone().unwrap_or_else(|| meaning(refusal.code));
+        return Err(format!("line {} `{}`: error:{} {words}", refusal.line, shortened(&refusal.text), refusal.code));
     }
     Ok((outcome.homing_ns() as f64 * 1e-9, Pace::of(&outcome)))
 }

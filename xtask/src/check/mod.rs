@@ -27,7 +27,7 @@ Examples:
   cargo xtask check my.nc --settings my.txt --start 5,5,20     on yours, from where it stands (cargo xtask sim --help)
   cargo xtask check parts/*.nc                                 many, a line each
   cargo xtask check parts/*.nc --settings a.txt b.txt          how long they take on two machines
-  cargo xtask check my.nc --all --json my.json                 every refused line; every figure";
+  cargo xtask check my.nc --all --json my.json                 more refused lines; every figure";
 
 /// Say what would become of programs: refused lines, extents, times and what limits them; nothing moves
 #[derive(clap::Args)]
@@ -42,7 +42,7 @@ pub struct Args {
     /// Where the carriages stand at first, in mm from their switches [default: where the program fits]
     #[arg(long, value_name = "X,Y,Z", value_parser = sim::places, allow_hyphen_values = true)]
     start: Option<[f64; 3]>,
-    /// Tell every refused line, not the first ten
+    /// Tell up to 1,000 refused lines, not the first ten
     #[arg(long)]
     all: bool,
     /// Programs that are looked at at a time
@@ -59,15 +59,22 @@ pub fn run(args: Args) -> Result<()> {
     let checked: Vec<Checked> =
         parallel::map(&args.programs, args.jobs.into(), |path| look::check(path, &machines, args.start));
     match &checked[..] {
-        [one] => print!("{}", print::detail(one, &machines, args.all)),
+        [one] => print!("{}", print::detail(one, args.all)),
         _ => print!("{}", print::table(&checked, &machines)),
     }
     if let Some(path) = &args.json {
         sim::write_file(path, |out| Ok(serde_json::to_writer_pretty(out, &checked)?))?;
     }
     let bad: Vec<_> = checked.iter().filter(|one| !one.is_good()).collect();
-    ensure!(bad.is_empty(), "{} of {} programs would not run as they are", bad.len(), checked.len());
+    ensure!(bad.is_empty(), "{}", verdict(bad.len(), checked.len()));
     Ok(())
+}
+
+fn verdict(bad: usize, of: usize) -> String {
+    match of {
+        1 => "it would not run as it is".to_owned(),
+        _ => format!("{bad} of {of} programs would not run as they are"),
+    }
 }
 
 fn machines(args: &Args) -> Result<Vec<Machine>> {

@@ -1,20 +1,22 @@
 //! What was found, as people read it.
 
-use isostep_sim::survey::{LISTED_MAX, Pause, Survey};
+use isostep_sim::survey::{LISTED_MAX, Survey};
 
 use super::look::{Checked, Machine, On};
 use crate::pace;
 use crate::remarks::{self, TOLD_MAX, shortened};
 
 /// A program in detail, on each machine.
-pub fn detail(checked: &Checked, machines: &[Machine], all: bool) -> String {
+pub fn detail(checked: &Checked, all: bool) -> String {
     if let Some(why) = &checked.unreadable {
         return format!("{}: {why}\n", checked.program);
     }
-    let (mut text, many) = (String::new(), machines.len() > 1);
+    let mut text = String::new();
     for (index, on) in checked.on.iter().enumerate() {
         text += &format!("{}{} on {}\n", if index > 0 { "\n" } else { "" }, checked.program, on.machine);
-        if index == 0 || !many {
+        // `$` lines may be refused on one machine and not on another.
+        let is_as_on_first = checked.on[0].survey.refused == on.survey.refused;
+        if index == 0 || !is_as_on_first {
             text += &fate(&on.survey, all);
         }
         text += &places(on);
@@ -27,13 +29,13 @@ fn row(name: &str, words: &str) -> String {
     format!("  {name:<11}{words}\n")
 }
 
-/// What becomes of its lines, whatever the machine.
+/// What becomes of its lines.
 fn fate(survey: &Survey, all: bool) -> String {
     let Survey { lines, blocks, statements, empty, moves, arcs, refused_total, .. } = *survey;
     let mut text = row(
         "lines",
         &format!(
-            "{lines}: {blocks} of G-code ({moves} that move, {arcs} of them arcs), {statements} of $, {empty} empty or comments"
+            "{lines}: {blocks} of G-code ({moves} that move, {arcs} of them arcs), {statements} of $, {empty} empty, % or comments"
         ),
     );
     text += &row("refused", &if refused_total == 0 { "none".to_owned() } else { refused_total.to_string() });
@@ -43,16 +45,16 @@ fn fate(survey: &Survey, all: bool) -> String {
         text += &format!("    line {line} `{}`: error:{code} {remedy}\n", shortened(&refused.text));
     }
     if refused_total > told {
-        let how = if all { "" } else { "; --all tells them" };
+        let how = if all { "" } else { "; --all tells up to 1,000" };
         text += &format!(
             "    and {} more, in all {}{how}\n",
             refused_total - told,
             remarks::by_word(&survey.refused_by_word)
         );
     }
-    text += &persons(&survey.pauses);
+    text += &persons(survey);
     if let Some((least, most)) = survey.feeds_mm_min {
-        let range = if least == most { least.to_string() } else { format!("{least} to {most}") };
+        let range = if least == most { format!("{least:.0}") } else { format!("{least:.0} to {most:.0}") };
         text += &row("feeds", &format!("{range} mm/min"));
     }
     let left_on = if survey.leaves_tool_on { ", and leaves the spindle on (M3, M4)" } else { "" };
@@ -63,28 +65,27 @@ fn fate(survey: &Survey, all: bool) -> String {
 }
 
 /// Where a person has something to do.
-fn persons(pauses: &[Pause]) -> String {
-    if pauses.is_empty() {
-        return String::new();
+fn persons(survey: &Survey) -> String {
+    let tool = |(tool, line): (&u8, &usize)| match tool {
+        0 => format!("any (line {line})"),
+        tool => format!("T{tool} (line {line})"),
+    };
+    let tools: Vec<_> = survey.tools.iter().map(tool).collect();
+    let mut text = if tools.is_empty() { String::new() } else { row("tools", &tools.join(", ")) };
+    let total = survey.pauses_total;
+    if total > 0 {
+        let told: Vec<_> = survey.pauses.iter().take(TOLD_MAX).map(usize::to_string).collect();
+        let more = if total > told.len() { format!(" and {} more", total - told.len()) } else { String::new() };
+        text += &row("waits", &format!("for a person and ~ at line {}{more}", told.join(", ")));
     }
-    let words = |pause: &Pause| match pause.tool {
-        Some(tool) => format!("T{tool} (line {})", pause.line),
-        None => format!("M0 (line {})", pause.line),
-    };
-    let (tools, stops): (Vec<_>, Vec<_>) = pauses.iter().partition(|pause| pause.tool.is_some());
-    let list = |all: &[&Pause]| {
-        let more = if all.len() > TOLD_MAX { format!(" and {} more", all.len() - TOLD_MAX) } else { String::new() };
-        all.iter().take(TOLD_MAX).map(|pause| words(pause)).collect::<Vec<_>>().join(", ") + &more
-    };
-    let tools =
-        if tools.is_empty() { String::new() } else { row("tools", &format!("{}: each waits for ~", list(&tools))) };
-    tools + &if stops.is_empty() { String::new() } else { row("waits", &format!("for ~ at {}", list(&stops))) }
+    text
 }
 
 fn places(on: &On) -> String {
     let Some(extents) = on.survey.extents_mm else { return row("extents", "nothing moves") };
     let axis = |index: usize| {
-        format!("{} {:.3} to {:.3}", ["X", "Y", "Z"][index], extents.low_mm[index], extents.high_mm[index])
+        let [low_mm, high_mm] = [extents.low_mm, extents.high_mm].map(|mm| without_dust(mm[index]));
+        format!("{} {low_mm:.3} to {high_mm:.3}", ["X", "Y", "Z"][index])
     };
     let [width, height, depth] = extents.size_mm();
     let text =
@@ -94,6 +95,11 @@ fn places(on: &On) -> String {
         None => row("travel", &format!("it stays within, from --start {x},{y},{z}")),
         Some(outside) => row("travel", &format!("left: {}", remarks::outside(outside))),
     }
+}
+
+/// Not `-0.000`.
+fn without_dust(mm: f64) -> f64 {
+    if mm.abs() < 0.000_5 { 0.0 } else { mm }
 }
 
 fn times(on: &On) -> String {
@@ -151,8 +157,10 @@ fn cells(one: &Checked) -> String {
     let mut text = format!("{:>7}", first.survey.lines);
     for axis in 0..3 {
         let extents = first.survey.extents_mm;
-        let words =
-            extents.map_or("-".to_owned(), |bounds| format!("{:.2}..{:.2}", bounds.low_mm[axis], bounds.high_mm[axis]));
+        let words = extents.map_or("-".to_owned(), |bounds| {
+            let [low_mm, high_mm] = [bounds.low_mm, bounds.high_mm].map(|mm| without_dust(mm[axis]));
+            format!("{low_mm:.2}..{high_mm:.2}")
+        });
         text += &format!(" {words:>20}");
     }
     for on in &one.on {
@@ -163,8 +171,14 @@ fn cells(one: &Checked) -> String {
 }
 
 fn wrong(one: &Checked) -> String {
-    let refused =
-        one.on.first().map(|on| remarks::by_word(&on.survey.refused_by_word)).filter(|words| !words.is_empty());
+    // What is refused on one machine alone is so for its settings.
+    let mut refused: Vec<String> = Vec::new();
+    for on in one.on.iter().filter(|on| on.survey.refused_total > 0) {
+        let words = remarks::by_word(&on.survey.refused_by_word);
+        if !refused.contains(&words) {
+            refused.push(words);
+        }
+    }
     let of_machines = one.on.iter().flat_map(|on| {
         let left = on
             .survey

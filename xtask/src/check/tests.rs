@@ -21,7 +21,7 @@ fn check(name: &str, program: &str, start_mm: Option<[f64; 3]>) -> Checked {
 }
 
 fn detail(checked: &Checked) -> String {
-    print::detail(checked, &machine(), false)
+    print::detail(checked, false)
 }
 
 #[test]
@@ -31,10 +31,10 @@ fn a_good_program_is_told_in_full() {
     let checked = check("good.nc", program, None);
     let told = detail(&checked);
     for words in [
-        "lines      13: 12 of G-code (4 that move, 1 of them arcs), 0 of $, 1 empty or comments",
+        "lines      13: 10 of G-code (4 that move, 1 of them arcs), 0 of $, 3 empty, % or comments",
         "refused    none",
-        "tools      T2 (line 4): each waits for ~",
-        "waits      for ~ at M0 (line 9)",
+        "tools      T2 (line 4)\n",
+        "waits      for a person and ~ at line 4, 9\n",
         "feeds      600 mm/min",
         "ends       by M2 or M30, line 12\n",
         "extents    X 0.000 to 20.000, Y 0.000 to 10.000, Z 0.000 to 5.000 mm: 20.000 x 10.000 x 5.000",
@@ -54,13 +54,13 @@ fn every_refused_line_is_told_up_to_ten_then_counted_by_word() {
     let checked = check("refused.nc", &program, None);
     let told = detail(&checked);
     assert!(told.contains("refused    14\n    line 1 `G42 D1 X5`: error:20 G42: no cutter compensation"), "{told}");
-    assert!(told.contains("line 2 `G0 X1 X2`: error:25 A word stands twice"), "{told}");
-    assert!(told.contains("and 4 more, in all M100 x 12, G42, X2; --all tells them"), "{told}");
+    assert!(told.contains("line 2 `G0 X1 X2`: error:25 X2: A word stands twice"), "{told}");
+    assert!(told.contains("and 4 more, in all M100 x 12, G42, error:25 X; --all tells up to 1,000"), "{told}");
     assert!(told.contains("s standing, without what is refused"), "{told}");
-    assert!(print::detail(&checked, &machine(), true).matches("`M100`").count() == 12);
+    assert!(print::detail(&checked, true).matches("`M100`").count() == 12);
     assert!(!checked.is_good());
     let table = print::table(&[checked], &machine());
-    assert!(table.contains("*  M100 x 12, G42, X2\n"), "{table}");
+    assert!(table.contains("*  M100 x 12, G42, error:25 X\n"), "{table}");
 }
 
 #[test]
@@ -81,8 +81,31 @@ fn a_program_that_homes_is_made_with_its_switches() {
     assert!(checked.is_good(), "{}", detail(&checked));
     let outside = check("outside.nc", "$H\nG0 X-10\nM2\n", None);
     let told = detail(&outside);
-    assert!(told.contains("behind $H") && told.contains("time       ALARM:2: "), "{told}");
+    assert!(told.contains("as its first line") && told.contains("time       ALARM:2: "), "{told}");
     assert!(!outside.is_good());
+}
+
+/// Homing is switched off on the second.
+#[test]
+fn what_one_machine_alone_refuses_is_told_of_it() {
+    let mut two = machine();
+    let mut settings = Settings::DEFAULT;
+    (settings.homing, settings.soft_limits) = (false, false);
+    two.push(Machine { name: "open".to_owned(), settings });
+    let path = std::env::temp_dir().join(format!("isostep-two-{}.nc", std::process::id()));
+    fs::write(&path, "$H\nG0 X5\nM2\n").unwrap();
+    let checked = look::check(&path, &two, None);
+    let told = detail(&checked);
+    assert!(told.contains("refused    none") && told.contains("line 1 `$H`: error:5 Homing is switched off"), "{told}");
+    assert!(print::table(&[checked], &two).contains("*  error:5\n"));
+}
+
+#[test]
+fn a_setting_that_is_refused_in_motion_is_told_with_what_helps() {
+    let told = detail(&check("motion.nc", "G0 X50\n$110=1000\nM2\n", None));
+    assert!(told.contains("time       line 2 `$110=1000`: error:8 ") && told.contains("put G4 P0 before it"), "{told}");
+    let told = detail(&check("fast.nc", "$110=99999999\nG0 X5\nM2\n", None));
+    assert!(told.contains("line 1 `$110=99999999`: error:12 $110=100000000 is above the"), "{told}");
 }
 
 #[test]

@@ -42,7 +42,7 @@ fn pause_words(pause: &Pause) -> String {
 /// Each line with its own remedy, up to a number; of the rest how many there are of each word; then what was carried out
 /// behind the first, as it had been sent already.
 fn refused(outcome: &Outcome) -> String {
-    let (own, locked): (Vec<&Refusal>, Vec<_>) = outcome.refusals.iter().partition(|refusal| is_own(refusal));
+    let (own, locked): (Vec<&Refusal>, Vec<_>) = outcome.refusals.iter().partition(|refusal| is_own(refusal, outcome));
     let mut text = String::new();
     for refusal in own.iter().take(TOLD_MAX) {
         text += &format!("  line {} `{}`: {}\n", refusal.line, shortened(&refusal.text), why(refusal));
@@ -63,9 +63,9 @@ fn refused(outcome: &Outcome) -> String {
     text + &own.first().map_or(String::new(), |first| carried_on(outcome, first))
 }
 
-/// Whether the line is refused for what it says itself, not since the machine is locked by an alarm.
-fn is_own(refusal: &Refusal) -> bool {
-    refusal.code != LOCKED || refusal.words.is_some()
+/// Whether the line is refused for what it says itself, or for a jog before it; not since the machine is locked by an alarm.
+fn is_own(refusal: &Refusal, outcome: &Outcome) -> bool {
+    refusal.code != LOCKED || refusal.words.is_some() || outcome.alarm_code.is_none()
 }
 
 /// A sender that counts characters has sent more by the time it hears of a refusal.
@@ -95,17 +95,21 @@ fn why(refusal: &Refusal) -> String {
 
 /// Success only for a run that kept every promise.
 pub fn judge(figures: &Figures, outcome: &Outcome) -> Result<()> {
-    let own = figures.refusals.iter().find(|refusal| is_own(refusal));
-    let place = own.map_or(figures.program.clone(), |refusal| {
-        format!("{}:{}: `{}`", figures.program, refusal.line, shortened(&refusal.text))
-    });
-    if let State::Alarm(alarm) = outcome.state {
-        let code = figures.alarm.map_or(String::new(), |code| format!("ALARM:{code}: "));
-        let words = own.and_then(|refusal| refusal.words.as_deref());
-        bail!("{place}: {code}{alarm}{}", words.map_or(String::new(), |words| format!(" ({words})")));
+    let program = &figures.program;
+    let place = |refusal: &Refusal| format!("{program}:{}: `{}`", refusal.line, shortened(&refusal.text));
+    if let Some(code) = figures.alarm {
+        // The line that has raised it, if one has: it says so itself.
+        let raised = outcome.refusals.iter().find(|refusal| refusal.code == LOCKED && refusal.words.is_some());
+        let place = raised.map_or(program.clone(), place);
+        let words =
+            raised.and_then(|refusal| refusal.words.as_ref()).map_or(String::new(), |words| format!(" ({words})"));
+        match outcome.state {
+            State::Alarm(alarm) => bail!("{place}: ALARM:{code}: {alarm}{words}"),
+            _ => bail!("{place}: ALARM:{code} on the way, which the program has left{words}"),
+        }
     }
-    if let Some(refusal) = own {
-        let program = &figures.program;
+    if let Some(refusal) = outcome.refusals.first() {
+        let place = place(refusal);
         bail!("{place} was refused: {}; `cargo xtask check {program}` lists every line that is", why(refusal));
     }
     let broken = figures.broken().count();
@@ -163,6 +167,21 @@ mod tests {
         let told = refused(&outcome);
         assert!(told.contains(" from line ") && told.contains("locked") && !told.contains("carried out"), "{told}");
         assert!(verdict(&outcome).starts_with("my.nc: ALARM:1: X limit switch closed"), "{}", verdict(&outcome));
+    }
+
+    #[test]
+    fn an_alarm_is_not_the_fault_of_a_line_refused_before() {
+        let outcome = outcome("G42\nG0 X-60\nM2\n");
+        assert!(verdict(&outcome).starts_with("my.nc: ALARM:1: X limit switch closed"), "{}", verdict(&outcome));
+        let left = self::outcome("G0 X-40\nG4 P0.1\n$H\nG0 X5\n");
+        assert!(verdict(&left).starts_with("my.nc: ALARM:1 on the way"), "{}", verdict(&left));
+    }
+
+    #[test]
+    fn what_a_jog_keeps_out_is_no_alarm() {
+        let outcome = outcome("$J=X10 F500\nG4 P0.1\nM2\n");
+        assert!(refused(&outcome).starts_with("  line 2 `G4 P0.1`: error:9 "), "{}", refused(&outcome));
+        assert!(verdict(&outcome).starts_with("my.nc:2: `G4 P0.1` was refused: error:9 "), "{}", verdict(&outcome));
     }
 
     #[test]

@@ -108,7 +108,11 @@ pub fn run(args: Args) -> Result<()> {
     let config = config(&args)?;
     println!("{name} in virtual time\nSEED={}  again: {}", config.seed, config.replay(&name));
     let flash = args.flash.as_deref().map_or(Ok(Flash::blank()), stored)?;
-    tell_beforehand(&program, &config);
+    config.check()?;
+    // What an earlier run has stored is in force, and is not known here.
+    if args.flash.as_ref().is_none_or(|path| !path.exists()) {
+        tell_beforehand(&program, &config);
+    }
     let stopwatch = Stopwatch::start();
     let outcome = run_shown(program, &config, flash.clone()).with_context(|| name.clone())?;
     let figures = Figures::listing(&name, &outcome, if args.moves { Listed::All } else { Listed::Some });
@@ -264,7 +268,8 @@ fn motor(text: &str) -> Result<PullOutCurve, String> {
 }
 
 fn numbers(text: &str) -> Option<[f64; 3]> {
-    let numbers: Option<Vec<f64>> = text.split(',').map(|number| number.trim().parse().ok()).collect();
+    let number = |text: &str| text.trim().parse().ok().filter(|number: &f64| number.is_finite());
+    let numbers: Option<Vec<f64>> = text.split(',').map(number).collect();
     numbers?.try_into().ok()
 }
 
@@ -322,7 +327,7 @@ mod tests {
     #[test]
     fn places_and_switches_are_read() {
         assert_eq!(places("1, 2.5,-3"), Ok([1.0, 2.5, -3.0]));
-        assert!(places("1,2").unwrap_err().contains("35,40,15"));
+        assert!(places("1,2").unwrap_err().contains("35,40,15") && places("nan,1,1").is_err());
         assert_eq!(switch("y=stuck-closed"), Ok((1, SwitchFault::StuckClosed)));
         assert!(switch("Q=stuck-open").unwrap_err().contains("use X, Y or Z"));
         let motor = |text: &str| motor(text).map(|motor| (motor.pull_in_steps_s, motor.accel_at_rest_steps_s2));

@@ -4,6 +4,8 @@ use isostep_console::{Coordinates, Interpreter, Settings};
 use isostep_motion::{AXES, Axis, Direction};
 use serde::Serialize;
 
+use super::Reader;
+
 /// How far from the ends of the travel a program is moved if there is room.
 const MARGIN_MM: f64 = 1.0;
 /// Places are told to this.
@@ -100,21 +102,25 @@ pub enum Fit {
     OriginAt([f64; AXES]),
     /// If it were no wider than this on that axis, mm: its index, how wide it is, and the travel.
     TooWide(usize, f64, f64),
-    /// Not that could be told: it goes to machine coordinates that do not move with its origin.
+    /// Not that was found: it goes to machine coordinates, or has offsets of its own.
     Nowhere,
 }
 
-/// Where the program fits: before homing the carriages may stand elsewhere, behind it the origin may.
-pub(super) fn fit(program: &[Vec<u8>], settings: &Settings, start_mm: [f64; AXES], homed: bool) -> Fit {
-    let room = if homed { Room::homed(settings) } else { Room::before_homing(settings, start_mm) };
-    let Some(extents) = super::read(program, settings, start_mm, Interpreter::new()).extents_mm else {
-        return Fit::Nowhere;
-    };
+/// Where the program fits that `reader` has read: before homing the carriages may stand elsewhere, behind it the origin may.
+pub(super) fn fit(
+    program: &[Vec<u8>],
+    settings: &Settings,
+    start_mm: [f64; AXES],
+    reader: &Reader,
+    homed: bool,
+) -> Fit {
+    let room = if homed { Room::homed(&reader.settings) } else { Room::before_homing(&reader.settings, start_mm) };
     let mut shift_mm = [0.0; AXES];
-    for (axis, (shift_mm, (low, high))) in shift_mm.iter_mut().zip(room.mm).enumerate() {
-        match shift(extents.low_mm[axis], extents.high_mm[axis], low, high) {
-            Some(mm) => *shift_mm = mm,
-            None => return Fit::TooWide(axis, extents.size_mm()[axis], high - low),
+    for (axis, reach_mm) in reader.reach_mm[usize::from(homed)].into_iter().enumerate() {
+        let (Some((least, most)), (low, high)) = (reach_mm, room.mm[axis]) else { continue };
+        match shift(least, most, low, high) {
+            Some(mm) => shift_mm[axis] = mm,
+            None => return Fit::TooWide(axis, most - least, high - low),
         }
     }
     if homed {
@@ -145,7 +151,7 @@ fn at_start(program: &[Vec<u8>], settings: &Settings, start_mm: [f64; AXES], shi
         let away = if towards[axis] == Direction::Negative { 1.0 } else { -1.0 };
         rounded(start_mm[axis] + away * shift_mm[axis])
     });
-    let survey = super::read(program, settings, start_mm, Interpreter::new());
+    let survey = super::read(program, settings, start_mm, Interpreter::new()).survey;
     if survey.outside.is_none() { Fit::StartAt(start_mm) } else { Fit::Nowhere }
 }
 
@@ -155,7 +161,7 @@ fn at_origin(program: &[Vec<u8>], settings: &Settings, start_mm: [f64; AXES], sh
     coordinates.work_offsets_mm[0] = origin_mm.map(|mm| mm as f32);
     let mut interpreter = Interpreter::new();
     interpreter.set_coordinates(coordinates);
-    let survey = super::read(program, settings, start_mm, interpreter);
+    let survey = super::read(program, settings, start_mm, interpreter).survey;
     if survey.outside.is_none() { Fit::OriginAt(origin_mm) } else { Fit::Nowhere }
 }
 
