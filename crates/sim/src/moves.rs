@@ -5,8 +5,6 @@ use std::ops::Range;
 use isostep_motion::{AXES, Event, Finish, State};
 use isostep_profile::{IntervalLaw, Limits, Profile, SpeedLaw, SyncMove};
 
-use crate::record::Edge;
-
 /// Instants nearer than that are the same.
 const SAME_S: f64 = 1e-9;
 /// Steps of a move that are looked at.
@@ -171,11 +169,9 @@ impl Moves {
         self.records.truncate(run.first + begun);
     }
 
-    /// All of them, each with its edges.
-    pub fn with_edges(self, edges: &[Edge]) -> Vec<MoveRecord> {
-        let mut records = self.records;
-        assign(edges, &mut records);
-        records
+    /// All of them, without their edges.
+    pub fn into_records(self) -> Vec<MoveRecord> {
+        self.records
     }
 }
 
@@ -209,15 +205,5 @@ fn end(moves: &mut [MoveRecord], finish: Finish, (held_at_steps, plan_s): (f64, 
     if let Some(last) = moves.last_mut() {
         (last.finish, last.held_at_steps, last.plan_s) = (finish, held_at_steps, plan_s);
         (last.end_steps, last.end_ns) = (place, t_ns);
-    }
-}
-
-/// To each move, all edges from its beginning to that of the next: also one that should not have risen.
-fn assign(edges: &[Edge], moves: &mut [MoveRecord]) {
-    let mut last = edges.len();
-    for record in moves.iter_mut().rev() {
-        let first = edges.partition_point(|edge| edge.t_ns < record.begin_ns());
-        record.edges = first..last;
-        last = first;
     }
 }

@@ -91,7 +91,7 @@ impl Outcome {
         let position_steps = machine.position_steps();
         Self {
             config: config.clone(),
-            moves: record.moves.with_edges(&record.edges),
+            moves: with_edges(record.moves.into_records(), &record.edges),
             edges: record.edges,
             waves: record.waves,
             events: record.events,
@@ -146,4 +146,15 @@ impl Outcome {
     pub fn mm(&self, steps: [i32; AXES]) -> [f64; AXES] {
         std::array::from_fn(|axis| f64::from(steps[axis]) / self.steps_per_mm[axis])
     }
+}
+
+/// To each move, all edges from its beginning to that of the next: also one that should not have risen.
+fn with_edges(mut moves: Vec<MoveRecord>, edges: &[Edge]) -> Vec<MoveRecord> {
+    let mut last = edges.len();
+    for record in moves.iter_mut().rev() {
+        let first = edges.partition_point(|edge| edge.t_ns < record.begin_ns());
+        record.edges = first..last;
+        last = first;
+    }
+    moves
 }

@@ -1,10 +1,8 @@
 //! Where a machine's carriages can go, and whether a program that leaves it would fit if it began elsewhere.
 
-use isostep_console::{Coordinates, Interpreter, Settings};
+use isostep_console::Settings;
 use isostep_motion::{AXES, Axis, Direction};
 use serde::Serialize;
-
-use super::Reader;
 
 /// How far from the ends of the travel a program is moved if there is room.
 const MARGIN_MM: f64 = 1.0;
@@ -106,28 +104,18 @@ pub enum Fit {
     Nowhere,
 }
 
-/// Where the program fits that `reader` has read: before homing the carriages may stand elsewhere, behind it the origin may.
-pub(super) fn fit(
-    program: &[Vec<u8>],
-    settings: &Settings,
-    start_mm: [f64; AXES],
-    reader: &Reader,
-    homed: bool,
-) -> Fit {
-    let room = if homed { Room::homed(&reader.settings) } else { Room::before_homing(&reader.settings, start_mm) };
-    let mut shift_mm = [0.0; AXES];
-    for (axis, reach_mm) in reader.reach_mm[usize::from(homed)].into_iter().enumerate() {
+/// By how much to move what reaches from the least to the greatest of `reach_mm` on each axis, so that it is in the room: not at
+/// all where it is already.
+///
+/// # Errors
+/// [`Fit::TooWide`].
+pub(super) fn shifts_mm(reach_mm: [Option<(f64, f64)>; AXES], room: &Room) -> Result<[f64; AXES], Fit> {
+    let mut shifts_mm = [0.0; AXES];
+    for (axis, reach_mm) in reach_mm.into_iter().enumerate() {
         let (Some((least, most)), (low, high)) = (reach_mm, room.mm[axis]) else { continue };
-        match shift(least, most, low, high) {
-            Some(mm) => shift_mm[axis] = mm,
-            None => return Fit::TooWide(axis, most - least, high - low),
-        }
+        shifts_mm[axis] = shift(least, most, low, high).ok_or(Fit::TooWide(axis, most - least, high - low))?;
     }
-    if homed {
-        at_origin(program, settings, start_mm, shift_mm)
-    } else {
-        at_start(program, settings, start_mm, shift_mm)
-    }
+    Ok(shifts_mm)
 }
 
 /// By how much to move what goes from `least` to `most` so that it is between `low` and `high`: not at all if it is already.
@@ -145,27 +133,7 @@ fn shift(least: f64, most: f64, low: f64, high: f64) -> Option<f64> {
     Some(if (lowest..=highest).contains(&rounded) { rounded } else { asked })
 }
 
-fn at_start(program: &[Vec<u8>], settings: &Settings, start_mm: [f64; AXES], shift_mm: [f64; AXES]) -> Fit {
-    let towards = isostep_controller::config(settings).homing.towards;
-    let start_mm = std::array::from_fn(|axis| {
-        let away = if towards[axis] == Direction::Negative { 1.0 } else { -1.0 };
-        rounded(start_mm[axis] + away * shift_mm[axis])
-    });
-    let survey = super::read(program, settings, start_mm, Interpreter::new()).survey;
-    if survey.outside.is_none() { Fit::StartAt(start_mm) } else { Fit::Nowhere }
-}
-
-fn at_origin(program: &[Vec<u8>], settings: &Settings, start_mm: [f64; AXES], shift_mm: [f64; AXES]) -> Fit {
-    let mut coordinates = Coordinates::default();
-    let origin_mm = shift_mm.map(rounded);
-    coordinates.work_offsets_mm[0] = origin_mm.map(|mm| mm as f32);
-    let mut interpreter = Interpreter::new();
-    interpreter.set_coordinates(coordinates);
-    let survey = super::read(program, settings, start_mm, interpreter).survey;
-    if survey.outside.is_none() { Fit::OriginAt(origin_mm) } else { Fit::Nowhere }
-}
-
 /// Without the dust of binary fractions.
-fn rounded(mm: f64) -> f64 {
+pub(super) fn rounded(mm: f64) -> f64 {
     (mm * 1e4).round() / 1e4
 }
