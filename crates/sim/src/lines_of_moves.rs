@@ -32,10 +32,17 @@ pub fn of_moves(outcome: &Outcome) -> Vec<Option<Source>> {
         misses: 0,
         sources: vec![None; outcome.moves.len()],
     };
-    for (number, line) in (1..).zip(outcome.program.iter().take(outcome.lines_sent)) {
+    for (number, line) in accepted_lines(outcome) {
         reader.read(number, line);
     }
     reader.sources
+}
+
+/// The lines that were sent and not refused, in order, each with its number from 1.
+pub(crate) fn accepted_lines(outcome: &Outcome) -> impl Iterator<Item = (usize, &[u8])> {
+    let mut refusals = outcome.refusals.iter().map(|refusal| refusal.line).peekable();
+    let sent = (1..).zip(outcome.program.iter().map(Vec::as_slice)).take(outcome.lines_sent);
+    sent.filter(move |&(number, _)| refusals.next_if_eq(&number).is_none())
 }
 
 struct Reader<'a> {
@@ -122,6 +129,15 @@ mod tests {
     #[test]
     fn lines_that_move_nothing_are_passed_over() {
         assert_eq!(lines("G21\n; a comment\nG91 G1 X1 F600\nX0\n\nM5\nX-1 Y2\nG4 P0.1\nY-2\n"), [3, 7, 9].map(Some));
+    }
+
+    #[test]
+    fn a_refused_line_moves_nothing() {
+        let program = "G0 X150\n$J=X10 F500\nG0 X10\nM2\n";
+        let outcome = run(program.as_bytes(), &Config::default()).unwrap();
+        assert_eq!(outcome.refusals.iter().map(|refusal| refusal.line).collect::<Vec<_>>(), [2], "in motion");
+        let found = of_moves(&outcome).into_iter().map(|source| source.map(|source| (source.line, source.rate)));
+        assert_eq!(found.collect::<Vec<_>>(), [1, 3].map(|line| Some((line, Rate::Rapid))));
     }
 
     #[test]
