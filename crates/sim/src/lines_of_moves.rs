@@ -45,6 +45,49 @@ pub(crate) fn accepted_lines(outcome: &Outcome) -> impl Iterator<Item = (usize, 
     sent.filter(move |&(number, _)| refusals.next_if_eq(&number).is_none())
 }
 
+/// Whether the program sets steps/mm or anything that limits speed behind its first move; homing is none.
+pub(crate) fn sets_limits_on_the_way(outcome: &Outcome) -> bool {
+    // Few programs set anything, and to understand all lines takes time.
+    if !accepted_lines(outcome).any(|(_, text)| text.contains(&b'$')) {
+        return false;
+    }
+    let mut interpreter = Interpreter::new();
+    let mut has_moved = false;
+    accepted_lines(outcome).any(|(_, text)| {
+        let mut assembler = LineAssembler::new();
+        let Some(line) = assemble(&mut assembler, text) else { return false };
+        let from_mm = interpreter.position_mm();
+        match interpreter.interpret(line, State::Idle, &outcome.config.settings) {
+            Ok(Command::Block(block)) => {
+                let moves = |motion: Move| motion.arc.is_some() || motion.target_mm != from_mm;
+                has_moved |= block.via_mm.is_some() || block.motion.is_some_and(moves);
+                false
+            }
+            Ok(Command::Jog(jog)) => {
+                has_moved |= jog.target_mm != from_mm;
+                interpreter.set_position_mm(jog.target_mm);
+                false
+            }
+            Ok(Command::SetSetting { number, .. }) => has_moved && is_limit(number),
+            _ => false,
+        }
+    })
+}
+
+/// Whether the setting says how long a step is, or how fast a move or a corner may be.
+fn is_limit(number: u16) -> bool {
+    let of_axes = matches!(number, 100..=102 | 110..=112 | 120..=122 | 910..=912 | 920..=922 | 930..=932);
+    of_axes || matches!(number, 11 | 900 | 940)
+}
+
+/// The line as the controller has it; none where it has too many characters.
+fn assemble<'l>(assembler: &'l mut LineAssembler, text: &[u8]) -> Option<&'l str> {
+    for &byte in text {
+        let _ = assembler.push(byte);
+    }
+    assembler.push(b'\n')?.ok()
+}
+
 struct Reader<'a> {
     outcome: &'a Outcome,
     interpreter: Interpreter,
@@ -57,10 +100,7 @@ struct Reader<'a> {
 impl Reader<'_> {
     fn read(&mut self, number: usize, text: &[u8]) {
         let mut assembler = LineAssembler::new();
-        for &byte in text {
-            let _ = assembler.push(byte);
-        }
-        let Some(Ok(line)) = assembler.push(b'\n') else { return };
+        let Some(line) = assemble(&mut assembler, text) else { return };
         match self.interpreter.interpret(line, State::Idle, &self.outcome.config.settings) {
             Ok(Command::Block(block)) => {
                 let exact_stop = block.motion.is_some_and(|motion| motion.exact_stop);

@@ -129,7 +129,8 @@ pub struct SlowPlaces {
 }
 
 impl SlowPlaces {
-    fn new() -> Self {
+    /// None.
+    pub(super) fn new() -> Self {
         Self { kinds: Why::ALL.map(|why| SlowKind { why, count: 0, ramps_s: 0.0, lost_s: 0.0 }), worst: Vec::new() }
     }
 
