@@ -24,7 +24,7 @@ use crate::outcome::Outcome;
 
 pub use self::samples::{Sample, Way, samples, ways};
 pub use self::seconds::Second;
-pub use self::slow::{SlowKind, SlowPlace, SlowPlaces, Why};
+pub use self::slow::{LEAST_TOLD_S, SlowKind, SlowPlace, SlowPlaces, Why};
 
 /// The time of a program by what limits it, s. The sum is all of it: [`Pace::total_s`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
