@@ -1,6 +1,6 @@
 //! What keeps a program from going faster, as people read it.
 
-use isostep_sim::pace::{Pace, Second, SlowPlace, Why};
+use isostep_sim::pace::{LEAST_TOLD_S, Pace, Second, SlowPlace, Why};
 
 const AXES: [&str; 3] = ["X", "Y", "Z"];
 /// What holds for less of the time is left out.
@@ -10,6 +10,9 @@ const WORST_TOLD: usize = 3;
 
 /// `the feed 62.0 %, corners 21.3 %`: what holds for longest first; what hardly ever holds is left out.
 pub fn limited_by(pace: &Pace) -> String {
+    if pace.limits_changed {
+        return "what is not told: the program changes its limits on the way".to_owned();
+    }
     let shares = &pace.shares;
     let [x_s, y_s, z_s] = shares.top_speed_s;
     let mut named = [
@@ -31,9 +34,9 @@ pub fn limited_by(pace: &Pace) -> String {
     told.collect::<Vec<_>>().join(", ")
 }
 
-/// `0.316 s at 94 corners, 0.114 s at 1 stop`; `None` where there is none.
+/// `0.316 s at 94 corners, 0.114 s at 1 stop`; `None` where hardly any is lost.
 pub fn lost(pace: &Pace) -> Option<String> {
-    let kinds = pace.slow.kinds.iter().filter(|kind| kind.count > 0 && kind.why != Why::Ends);
+    let kinds = pace.slow.kinds.iter().filter(|kind| kind.lost_s >= LEAST_TOLD_S && kind.why != Why::Ends);
     let told: Vec<_> = kinds.map(|kind| format!("{:.3} s at {}", kind.lost_s, counted(kind.why, kind.count))).collect();
     (!told.is_empty()).then(|| told.join(", "))
 }
@@ -52,9 +55,9 @@ fn counted(why: Why, count: usize) -> String {
     format!("{count} {}", if count == 1 { one } else { many })
 }
 
-/// A line for each of the places that cost most.
+/// A line for each of the places that cost most; those that cost hardly anything are left out.
 pub fn worst(pace: &Pace) -> impl Iterator<Item = String> + '_ {
-    pace.slow.worst.iter().take(WORST_TOLD).map(place)
+    pace.slow.worst.iter().filter(|place| place.lost_s >= LEAST_TOLD_S).take(WORST_TOLD).map(place)
 }
 
 fn place(place: &SlowPlace) -> String {
@@ -89,4 +92,31 @@ pub fn fastest(pace: &Pace) -> Option<String> {
     let axis = pace.fastest_axis?;
     let of = &pace.axes[axis];
     Some(format!("{}: {:.2} of {:.2} mm/s, {:.0} %", AXES[axis], of.highest_mm_s, of.top_mm_s, 100.0 * of.share))
+}
+
+#[cfg(test)]
+mod tests {
+    use isostep_sim::{Config, run};
+
+    use super::*;
+
+    fn pace(program: &str) -> Pace {
+        Pace::of(&run(program.as_bytes(), &Config::default()).unwrap())
+    }
+
+    #[test]
+    fn of_changed_limits_nothing_is_claimed() {
+        let pace = pace("$100=100\nG0 X150\nG4 P0\n$100=50\nG0 X0\n");
+        assert_eq!(limited_by(&pace), "what is not told: the program changes its limits on the way");
+        assert_eq!((lost(&pace), worst(&pace).count(), fastest(&pace)), (None, 0, None));
+    }
+
+    #[test]
+    fn losses_that_would_read_as_nothing_are_left_out() {
+        let mut pace = pace("G1 X10 F3000\nY10\n");
+        assert!(lost(&pace).is_some() && worst(&pace).count() == 1, "{pace:?}");
+        pace.slow.kinds.iter_mut().for_each(|kind| kind.lost_s = 0.0004);
+        pace.slow.worst[0].lost_s = 0.0004;
+        assert_eq!((lost(&pace), worst(&pace).count()), (None, 0));
+    }
 }

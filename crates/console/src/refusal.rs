@@ -23,7 +23,7 @@ const REMEDIES: &[(u8, u8, u8, &str)] = &[
     (b'B', 0, 0, AXES),
     (b'C', 0, 0, AXES),
     (b'D', 0, 0, CUTTER),
-    (b'E', 0, 0, "no extruder here: choose a post-processor for mills"),
+    (b'E', 0, 0, "no extruder here, and numbers have no exponents: use a post-processor for mills"),
     (b'H', 0, 0, TOOLS),
     (b'Q', 0, 0, "no code here uses it: remove it"),
     (b'U', 0, 0, AXES),
@@ -31,7 +31,7 @@ const REMEDIES: &[(u8, u8, u8, &str)] = &[
     (b'W', 0, 0, AXES),
 ];
 const CUTTER: &str = "no cutter compensation here: let the CAM program compensate";
-const TOOLS: &str = "no tool table here: use G43.1 Z";
+const TOOLS: &str = "no tool table here: remove G43 and its H, keep Z, and set work zero with the tool in";
 const CYCLES: &str = "no canned cycles here: let the post-processor expand them";
 const AXES: &str = "three axes only, X Y Z: remove it";
 

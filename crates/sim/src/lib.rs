@@ -75,4 +75,4 @@ pub use flash::Flash;
 pub use moves::MoveRecord;
 pub use outcome::Outcome;
 pub use plant::SwitchFault;
-pub use sim::{Progress, Sim, SimError, run, run_watched, run_with};
+pub use sim::{Progress, Silencer, Sim, SimError, run, run_watched, run_with};

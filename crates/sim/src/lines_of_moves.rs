@@ -32,10 +32,60 @@ pub fn of_moves(outcome: &Outcome) -> Vec<Option<Source>> {
         misses: 0,
         sources: vec![None; outcome.moves.len()],
     };
-    for (number, line) in (1..).zip(outcome.program.iter().take(outcome.lines_sent)) {
+    for (number, line) in accepted_lines(outcome) {
         reader.read(number, line);
     }
     reader.sources
+}
+
+/// The lines that were sent and not refused, in order, each with its number from 1.
+pub(crate) fn accepted_lines(outcome: &Outcome) -> impl Iterator<Item = (usize, &[u8])> {
+    let mut refusals = outcome.refusals.iter().map(|refusal| refusal.line).peekable();
+    let sent = (1..).zip(outcome.program.iter().map(Vec::as_slice)).take(outcome.lines_sent);
+    sent.filter(move |&(number, _)| refusals.next_if_eq(&number).is_none())
+}
+
+/// Whether the program sets steps/mm or anything that limits speed behind its first move; homing is none.
+pub(crate) fn sets_limits_on_the_way(outcome: &Outcome) -> bool {
+    // Few programs set anything, and to understand all lines takes time.
+    if !accepted_lines(outcome).any(|(_, text)| text.contains(&b'$')) {
+        return false;
+    }
+    let mut interpreter = Interpreter::new();
+    let mut has_moved = false;
+    accepted_lines(outcome).any(|(_, text)| {
+        let mut assembler = LineAssembler::new();
+        let Some(line) = assemble(&mut assembler, text) else { return false };
+        let from_mm = interpreter.position_mm();
+        match interpreter.interpret(line, State::Idle, &outcome.config.settings) {
+            Ok(Command::Block(block)) => {
+                let moves = |motion: Move| motion.arc.is_some() || motion.target_mm != from_mm;
+                has_moved |= block.via_mm.is_some() || block.motion.is_some_and(moves);
+                false
+            }
+            Ok(Command::Jog(jog)) => {
+                has_moved |= jog.target_mm != from_mm;
+                interpreter.set_position_mm(jog.target_mm);
+                false
+            }
+            Ok(Command::SetSetting { number, .. }) => has_moved && is_limit(number),
+            _ => false,
+        }
+    })
+}
+
+/// Whether the setting says how long a step is, or how fast a move or a corner may be.
+fn is_limit(number: u16) -> bool {
+    let of_axes = matches!(number, 100..=102 | 110..=112 | 120..=122 | 910..=912 | 920..=922 | 930..=932);
+    of_axes || matches!(number, 11 | 900 | 940)
+}
+
+/// The line as the controller has it; none where it has too many characters.
+fn assemble<'l>(assembler: &'l mut LineAssembler, text: &[u8]) -> Option<&'l str> {
+    for &byte in text {
+        let _ = assembler.push(byte);
+    }
+    assembler.push(b'\n')?.ok()
 }
 
 struct Reader<'a> {
@@ -50,10 +100,7 @@ struct Reader<'a> {
 impl Reader<'_> {
     fn read(&mut self, number: usize, text: &[u8]) {
         let mut assembler = LineAssembler::new();
-        for &byte in text {
-            let _ = assembler.push(byte);
-        }
-        let Some(Ok(line)) = assembler.push(b'\n') else { return };
+        let Some(line) = assemble(&mut assembler, text) else { return };
         match self.interpreter.interpret(line, State::Idle, &self.outcome.config.settings) {
             Ok(Command::Block(block)) => {
                 let exact_stop = block.motion.is_some_and(|motion| motion.exact_stop);
@@ -122,6 +169,15 @@ mod tests {
     #[test]
     fn lines_that_move_nothing_are_passed_over() {
         assert_eq!(lines("G21\n; a comment\nG91 G1 X1 F600\nX0\n\nM5\nX-1 Y2\nG4 P0.1\nY-2\n"), [3, 7, 9].map(Some));
+    }
+
+    #[test]
+    fn a_refused_line_moves_nothing() {
+        let program = "G0 X150\n$J=X10 F500\nG0 X10\nM2\n";
+        let outcome = run(program.as_bytes(), &Config::default()).unwrap();
+        assert_eq!(outcome.refusals.iter().map(|refusal| refusal.line).collect::<Vec<_>>(), [2], "in motion");
+        let found = of_moves(&outcome).into_iter().map(|source| source.map(|source| (source.line, source.rate)));
+        assert_eq!(found.collect::<Vec<_>>(), [1, 3].map(|line| Some((line, Rate::Rapid))));
     }
 
     #[test]

@@ -1,7 +1,8 @@
 //! The pace of a program: how its time is spent, and what keeps it from being faster.
 //!
 //! Everything comes from the plans of the moves, none of it from edges, so it is there with [`Config::only_time`] too. Homing is left
-//! out. Limits are those at the end of the run.
+//! out. Limits are those at the end of the run; of a program that sets them on the way nothing is told that needs them:
+//! [`Pace::limits_changed`].
 //!
 //! [`Config::only_time`]: crate::Config::only_time
 
@@ -23,7 +24,7 @@ use crate::outcome::Outcome;
 
 pub use self::samples::{Sample, Way, samples, ways};
 pub use self::seconds::Second;
-pub use self::slow::{SlowKind, SlowPlace, SlowPlaces, Why};
+pub use self::slow::{LEAST_TOLD_S, SlowKind, SlowPlace, SlowPlaces, Why};
 
 /// The time of a program by what limits it, s. The sum is all of it: [`Pace::total_s`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
@@ -42,6 +43,8 @@ pub struct Shares {
     pub look_ahead_s: f64,
     /// Standing between moves.
     pub standing_s: f64,
+    /// In motion, where what limits it is not known: [`Pace::limits_changed`].
+    pub unknown_s: f64,
 }
 
 impl Shares {
@@ -49,12 +52,15 @@ impl Shares {
     pub fn sum_s(&self) -> f64 {
         let top_speed_s: f64 = self.top_speed_s.iter().sum();
         let ramps_s = self.corners_s + self.standstill_s + self.speed_law_s + self.look_ahead_s;
-        self.feed_s + top_speed_s + ramps_s + self.standing_s
+        self.feed_s + top_speed_s + ramps_s + self.standing_s + self.unknown_s
     }
 }
 
 /// The slowest and the busiest second alone, as in [`Pace`], which takes longer to find.
 pub(crate) fn extreme_seconds(outcome: &Outcome, sources: &[Option<Source>]) -> [Option<Second>; 2] {
+    if lines_of_moves::sets_limits_on_the_way(outcome) {
+        return [None; 2];
+    }
     let mut clock = Clock::default();
     phases(outcome, sources).for_each(|phase| clock.take(&phase));
     clock.finish(sources)
@@ -76,9 +82,13 @@ pub struct AxisPace {
 /// The pace of a program.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Pace {
+    /// Whether the program sets steps/mm, or anything that limits speed, behind its first move. Then the times in motion and
+    /// standing are told, but not what limits it: [`slow`](Self::slow) is empty, [`axes`](Self::axes) are 0, and there is no
+    /// second and no fastest axis.
+    pub limits_changed: bool,
     /// How many moves it has.
     pub moves: usize,
-    /// Their way along the path, mm.
+    /// Their way along the path, mm; 0 if limits changed.
     pub way_mm: f64,
     /// In motion, s.
     pub moving_s: f64,
@@ -106,6 +116,30 @@ impl Pace {
 
     /// The pace of `outcome`, whose moves have these sources.
     pub fn new(outcome: &Outcome, sources: &[Option<Source>]) -> Self {
+        let pace = Self::by_last_limits(outcome, sources);
+        if lines_of_moves::sets_limits_on_the_way(outcome) { pace.without_limits() } else { pace }
+    }
+
+    /// What holds whatever the limits were.
+    fn without_limits(self) -> Self {
+        let Self { moves, moving_s, standing_s, .. } = self;
+        Self {
+            limits_changed: true,
+            moves,
+            way_mm: 0.0,
+            moving_s,
+            standing_s,
+            shares: Shares { standing_s, unknown_s: moving_s, ..Shares::default() },
+            slow: SlowPlaces::new(),
+            slowest_second: None,
+            busiest_second: None,
+            axes: [AxisPace::default(); AXES],
+            fastest_axis: None,
+        }
+    }
+
+    /// As if the limits at the end had held all the time.
+    fn by_last_limits(outcome: &Outcome, sources: &[Option<Source>]) -> Self {
         let mut finder = Finder::new(outcome, sources);
         let mut clock = Clock::default();
         let mut axes = [0, 1, 2].map(|axis| AxisPace { top_mm_s: top_mm_s(outcome, axis), ..AxisPace::default() });
@@ -133,10 +167,12 @@ impl Pace {
             speed_law_s: ramps_s(|why| why == Why::SpeedLaw),
             look_ahead_s: ramps_s(|why| why == Why::LookAhead),
             standing_s: found.standing_s,
+            unknown_s: 0.0,
         };
         let [slowest_second, busiest_second] = clock.finish(sources);
         let nearest = (0..AXES).rev().max_by(|&one, &other| axes[one].share.total_cmp(&axes[other].share));
         Self {
+            limits_changed: false,
             moves: outcome.moves.iter().filter(|record| !record.homing).count(),
             way_mm,
             moving_s,

@@ -7,7 +7,7 @@ pub enum ProgramError {
     #[error("the program is empty: it needs at least one line of G-code")]
     Empty,
     /// A byte that no text has.
-    #[error("line {line}: byte 0x{byte:02x} is not text: is this a G-code file?")]
+    #[error("line {line}: byte 0x{byte:02x} is not text: {}", remedy(*.byte))]
     Binary {
         /// Which line, from 1.
         line: usize,
@@ -24,8 +24,18 @@ pub enum ProgramError {
     },
 }
 
+/// What to do about a byte that no text has.
+fn remedy(byte: u8) -> &'static str {
+    match byte {
+        // A file of UTF-16 begins with them, and UTF-8 has none.
+        0xfe.. => "save the file as plain text (UTF-8)",
+        0x80.. => "remove it, or put it in a comment",
+        _ => "is this a G-code file?",
+    }
+}
+
 /// The lines of `program` without their line ends: LF, CR, CR LF, and CR CR LF, which a file has whose line ends were converted
-/// twice.
+/// twice. What old systems put at the end of a file, 0x1a and NULs, is dropped.
 ///
 /// Comments stay, but their real-time characters (`?`, `!`, `~`) and whatever is not ASCII become blanks, as a careful
 /// sender does: the controller would obey the first and may drop the second anywhere in the stream.
@@ -34,6 +44,8 @@ pub enum ProgramError {
 /// [`ProgramError`] with the line to look at.
 pub fn lines(program: &[u8]) -> Result<Vec<Vec<u8>>, ProgramError> {
     let text = program.strip_prefix(b"\xef\xbb\xbf").unwrap_or(program);
+    let end = text.iter().rposition(|byte| !matches!(byte, 0x1a | 0)).map_or(0, |last| last + 1);
+    let text = &text[..end];
     if text.iter().all(u8::is_ascii_whitespace) {
         return Err(ProgramError::Empty);
     }
@@ -98,11 +110,33 @@ mod tests {
     }
 
     #[test]
+    fn what_old_systems_put_at_the_end_is_dropped() {
+        for program in [&b"G21\r\nG0 X1\r\n\x1a"[..], b"G21\nG0 X1\x1a", b"G21\nG0 X1\n\0\0", b"G21\nG0 X1\n\x1a\0\x1a"]
+        {
+            assert_eq!(lines(program).unwrap(), [&b"G21"[..], b"G0 X1"], "{program:?}");
+        }
+        assert_eq!(lines(b"\x1a"), Err(ProgramError::Empty));
+        assert_eq!(lines(b"G21\x1a\nG0"), Err(ProgramError::Binary { line: 1, byte: 0x1a }), "not at the end");
+    }
+
+    #[test]
+    fn bytes_that_are_no_text_have_a_remedy() {
+        let told = |program: &[u8]| lines(program).unwrap_err().to_string();
+        assert_eq!(
+            told("G21\n\nG0 X1 µ".as_bytes()),
+            "line 3: byte 0xc2 is not text: remove it, or put it in a comment"
+        );
+        assert_eq!(told(b"\xff\xfeG\x000\0"), "line 1: byte 0xff is not text: save the file as plain text (UTF-8)");
+        assert_eq!(told(b"\xfe\xff\0G\x000"), "line 1: byte 0xfe is not text: save the file as plain text (UTF-8)");
+        assert_eq!(told(b"\x7fELF"), "line 1: byte 0x7f is not text: is this a G-code file?");
+    }
+
+    #[test]
     fn what_must_not_be_sent_is_refused_with_its_line() {
         assert_eq!(lines(b" \n\r\n"), Err(ProgramError::Empty));
         assert_eq!(lines(b"G21\n?\n"), Err(ProgramError::RealTime { line: 2, byte: b'?' }));
         assert_eq!(lines(b"\x7fELF\x02\x01"), Err(ProgramError::Binary { line: 1, byte: 0x7f }));
-        assert_eq!(lines(b"G21\nG0 X\x00"), Err(ProgramError::Binary { line: 2, byte: 0 }));
+        assert_eq!(lines(b"G21\nG0 X\x001"), Err(ProgramError::Binary { line: 2, byte: 0 }));
         assert_eq!(lines("G0 X1 µ".as_bytes()), Err(ProgramError::Binary { line: 1, byte: 0xc2 }));
         assert_eq!(lines(b"G0 X1 (done) !"), Err(ProgramError::RealTime { line: 1, byte: b'!' }));
     }

@@ -1,5 +1,7 @@
 //! The whole machine in virtual time: the controller's own tasks, a console, and the world around them.
 
+mod silence;
+
 use std::cell::RefCell;
 use std::rc::Rc;
 
@@ -22,6 +24,8 @@ use crate::program::{self, ProgramError};
 use crate::record::{Record, Wire};
 use crate::stream::{Dialogue, Program, Sender};
 use crate::world::{self, Shared, World};
+
+pub use self::silence::Silencer;
 
 /// How often a run tells of its progress, in virtual time.
 const WATCHED_EVERY: Duration = Duration::from_secs(1);
@@ -47,6 +51,16 @@ pub enum SimError {
         text: String,
         /// The tasks that have not ended.
         waiting: Vec<&'static str>,
+    },
+    /// A line of the program silenced the controller.
+    #[error("line {line} `{text}` was never answered, as line {} `{}` {}: take it out of the program", .by.line, .by.text, .by.effect)]
+    Silenced {
+        /// Which line of the program was not answered, from 1.
+        line: usize,
+        /// Its text.
+        text: String,
+        /// The one that silenced it.
+        by: Silencer,
     },
 }
 
@@ -261,7 +275,7 @@ impl Sim {
     /// Streams a program to its end, from the present state on. Where it waits for a person it is resumed at once.
     ///
     /// # Errors
-    /// [`SimError::Run`] and [`SimError::Unanswered`].
+    /// [`SimError::Run`], [`SimError::Silenced`] and [`SimError::Unanswered`].
     fn stream(mut self, program: Program, watch: &mut dyn FnMut(Progress)) -> Result<Outcome, SimError> {
         let dialogue = Rc::new(RefCell::new(Dialogue::default()));
         let clock = self.executor.clock().clone();
@@ -276,13 +290,21 @@ impl Sim {
         }
         let dialogue = dialogue.take();
         if !dialogue.done && dialogue.alarm.is_none() {
-            let text = String::from_utf8_lossy(&program[dialogue.answered]).into_owned();
-            let waiting = self.executor.waiting();
-            return Err(SimError::Unanswered { line: dialogue.answered + 1, text, waiting });
+            return Err(self.unanswered(&program, &dialogue));
         }
         self.world.borrow_mut().settle();
         let record = self.world.borrow_mut().take_record();
         Ok(self.outcome_of(record, (program, dialogue)))
+    }
+
+    /// Why the line that waits for its answer has none.
+    fn unanswered(&self, program: &Program, dialogue: &Dialogue) -> SimError {
+        let line = dialogue.answered + 1;
+        let text = String::from_utf8_lossy(&program[dialogue.answered]).into_owned();
+        match silence::silencer(program, dialogue) {
+            Some(by) => SimError::Silenced { line, text, by },
+            None => SimError::Unanswered { line, text, waiting: self.executor.waiting() },
+        }
     }
 
     /// As [`run_until_idle`](Self::run_until_idle), and tells `watch` the instant every second of it.

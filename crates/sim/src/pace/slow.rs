@@ -14,6 +14,8 @@ use super::course::{Change, Phase};
 use crate::lines_of_moves::Source;
 use crate::outcome::Outcome;
 
+/// What costs less is not worth telling people, s.
+pub const LEAST_TOLD_S: f64 = 0.0005;
 /// How many places are kept one by one.
 const WORST: usize = 10;
 /// A corner is taken as fast as it may be if it is taken at this share of that.
@@ -129,7 +131,8 @@ pub struct SlowPlaces {
 }
 
 impl SlowPlaces {
-    fn new() -> Self {
+    /// None.
+    pub(super) fn new() -> Self {
         Self { kinds: Why::ALL.map(|why| SlowKind { why, count: 0, ramps_s: 0.0, lost_s: 0.0 }), worst: Vec::new() }
     }
 

@@ -236,3 +236,25 @@ fn random_programs_are_accounted_for() {
         }
     }
 }
+
+/// Whether limits changed, after looking at what is told nevertheless.
+fn limits_changed(program: &str) -> bool {
+    let pace = pace(program);
+    assert_sums(&pace);
+    assert!(pace.moving_s > 0.0 && pace.axes.iter().all(|axis| axis.share <= 1.0 + 1e-9), "{pace:?}");
+    assert!(pace.slow.kinds.iter().all(|kind| kind.lost_s >= -1e-9), "{pace:?}");
+    assert_eq!(pace.shares.unknown_s, if pace.limits_changed { pace.moving_s } else { 0.0 });
+    assert_eq!(pace.fastest_axis.is_none(), pace.limits_changed);
+    assert!(!pace.limits_changed || pace.slow.kinds.iter().all(|kind| kind.count == 0) && pace.slow.worst.is_empty());
+    pace.limits_changed
+}
+
+#[test]
+fn what_limits_a_program_that_sets_limits_on_the_way_is_not_told() {
+    assert!(limits_changed("G21 F600\nG1 X10\nG4 P0\n$110=100\nG1 X20\nM2\n"));
+    assert!(limits_changed("$100=100\nG0 X150\nG4 P0\n$100=50\nG0 X0\n"));
+    assert!(limits_changed("G2 X0 I5 F6000\nG4 P0\n$11=0.1\nG0 X5\n"));
+    assert!(!limits_changed("G21\nG0 X0\n$100=100\n$110=600\n$120=10\nG0 X15\nG1 X1 F60\n"));
+    assert!(!limits_changed("G0 X10\nG4 P0\n$10=3\n$$\nG0 X0\n"), "no limit");
+    assert!(!limits_changed("G0 X50\n$110=100\nG0 X0\n"), "refused in motion");
+}

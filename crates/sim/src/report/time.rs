@@ -4,7 +4,7 @@ use isostep_motion::AXES;
 use maud::{Markup, html};
 
 use super::theme::AXIS_NAMES;
-use crate::pace::{Pace, Second, SlowPlace, Why};
+use crate::pace::{LEAST_TOLD_S, Pace, Second, SlowPlace, Why};
 
 /// A share of the time: its name, its colour and how long it is, s.
 struct Share {
@@ -20,9 +20,11 @@ pub fn shares(pace: &Pace) -> Markup {
     html! {
         h2 { "Where time goes" }
         p {
-            (format!("{:.1} mm in {}: {} in motion, {} standing", pace.way_mm, duration(pace.total_s()), duration(pace.moving_s), duration(pace.standing_s)))
-            @if pace.moving_s > 0.0 { (format!("; {:.2} mm/s on the mean while it moves", pace.way_mm / pace.moving_s)) }
+            @if !pace.limits_changed { (format!("{:.1} mm in ", pace.way_mm)) }
+            (format!("{}: {} in motion, {} standing", duration(pace.total_s()), duration(pace.moving_s), duration(pace.standing_s)))
+            @if pace.moving_s > 0.0 && !pace.limits_changed { (format!("; {:.2} mm/s on the mean while it moves", pace.way_mm / pace.moving_s)) }
             ". A ramp counts to the slow place that it leads to or comes from. Homing is left out."
+            @if pace.limits_changed { " The program changes its limits on the way, so what limits it is not told." }
         }
         div.shares { @for share in &shares {
             div style=(format!("width: {:.3}%; background: var({})", 100.0 * share.s / total_s, share.colour)) title=(share.name) {}
@@ -54,6 +56,7 @@ fn of(pace: &Pace) -> Vec<Share> {
         share("acceleration, by a curved law over short moves", "--rack", shares.speed_law_s),
         share("acceleration, from and to the end of the look-ahead", "--curve-7", shares.look_ahead_s),
         share("standing", "--bound", shares.standing_s),
+        share("not known: limits change on the way", "--z", shares.unknown_s),
     ];
     [feed].into_iter().chain(axes).chain(others).collect()
 }
@@ -92,13 +95,14 @@ fn seconds(pace: &Pace) -> Markup {
     }
 }
 
-/// Where time is lost.
+/// Where time is lost; nothing if limits changed.
 pub fn slow_places(pace: &Pace) -> Markup {
-    let kinds: Vec<_> = pace.slow.kinds.iter().filter(|kind| kind.count > 0).collect();
-    html! {
+    let kinds: Vec<_> = pace.slow.kinds.iter().filter(|kind| kind.lost_s >= LEAST_TOLD_S).collect();
+    let worst: Vec<_> = pace.slow.worst.iter().filter(|place| place.lost_s >= LEAST_TOLD_S).collect();
+    html! { @if !pace.limits_changed {
         h2 { "Time lost at slow places" }
         p {
-            "Lost is what ramps take longer than the same way at the speed asked for."
+            "Lost is what ramps take longer than the same way at the speed asked for. Less than 0.5 ms is left out."
             @if pace.slow.of(Why::LookAhead).count > 0 { " Where the look-ahead ends the moves that were known were too short to brake on from a higher speed, or came too late." }
         }
         div.scroll { table {
@@ -110,18 +114,18 @@ pub fn slow_places(pace: &Pace) -> Markup {
                 td.number { (format!("{:.3}", kind.lost_s)) }
             } } }
         } }
-        @if !pace.slow.worst.is_empty() {
-            @let of: usize = pace.slow.kinds.iter().filter(|kind| kind.why != Why::Ends).map(|kind| kind.count).sum();
-            h3 { (if of > pace.slow.worst.len() { format!("The {} that cost most, of {of}", pace.slow.worst.len()) } else { "All of them".to_owned() }) }
+        @if !worst.is_empty() {
+            @let of: usize = kinds.iter().filter(|kind| kind.why != Why::Ends).map(|kind| kind.count).sum();
+            h3 { (if of > worst.len() { format!("The {} that cost most, of {of}", worst.len()) } else { "All of them".to_owned() }) }
             div.scroll { table {
                 thead { tr {
                     th { "lost, s" } th { "why" } th { "lines" } th { "X, Y, Z mm" } th { "turns by" } th { "taken at, mm/s" } th { "asked, mm/s" } th { "at, s" } th { "stands, s" }
                 } }
-                tbody { @for place in &pace.slow.worst { (slow_place(place)) } }
+                tbody { @for place in &worst { (slow_place(place)) } }
             } }
         }
         (seconds(pace))
-    }
+    } }
 }
 
 fn slow_place(place: &SlowPlace) -> Markup {
@@ -189,6 +193,23 @@ mod tests {
         let html = slow_places(&pace("G91 G1 F600 X10\nY10\n")).into_string();
         assert!(html.contains("1 to 2") && html.contains("90.0°") && html.contains("10.00, 0.00, 0.00"), "{html}");
         assert!(html.contains("<td>corner</td>") && html.contains("All of them"), "{html}");
+    }
+
+    #[test]
+    fn of_changed_limits_only_the_time_is_told() {
+        let pace = pace("G0 X20\nG4 P0\n$100=100\nG0 X0\n");
+        let html = shares(&pace).into_string() + &slow_places(&pace).into_string();
+        assert!(html.contains("The program changes its limits on the way, so what limits it is not told."), "{html}");
+        assert!(!html.contains(" mm") && !html.contains("top speed") && !html.contains("lost"), "{html}");
+    }
+
+    #[test]
+    fn losses_that_would_read_as_nothing_are_left_out() {
+        let mut pace = pace("G91 G1 F600 X10\nY10\n");
+        pace.slow.kinds[Why::Corner as usize].lost_s = 0.0004;
+        pace.slow.worst[0].lost_s = 0.0004;
+        let html = slow_places(&pace).into_string();
+        assert!(!html.contains("<td>corner</td>") && !html.contains("All of them"), "{html}");
     }
 
     #[test]

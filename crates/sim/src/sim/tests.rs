@@ -223,3 +223,17 @@ fn without_edges_a_program_takes_the_same_time() {
     let expected_s = (last.start_ns - first.start_ns) as f64 * 1e-9 + last.plan_s;
     assert_eq!(whole.motion_s, expected_s);
 }
+
+#[test]
+fn a_line_behind_one_that_silences_the_console_names_it() {
+    let rows = [
+        ("G0 X1\nG4 P0\n$SLP\nG0 X2\n", "line 4 `G0 X2`", "line 3 `$SLP` puts the machine to sleep"),
+        ("$RST=$\nG0 X2\n", "line 2 `G0 X2`", "line 1 `$RST=$` resets the console"),
+        ("$C\nG0 X1\n$C\nG0 X2\n", "line 4 `G0 X2`", "line 3 `$C` ends checking and resets the console"),
+    ];
+    for (program, unanswered, silencer) in rows {
+        let error = run(program.as_bytes(), &Config::default()).unwrap_err().to_string();
+        let expected = format!("{unanswered} was never answered, as {silencer}: take it out of the program");
+        assert_eq!(error, expected, "{program}");
+    }
+}
