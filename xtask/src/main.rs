@@ -1,5 +1,6 @@
 //! The commands of the project, run as `cargo xtask VERB`. One file per verb; `workspace`, `toolchain`, `node`,
-//! `firmware`, `flight`, `footprint`, `laws`, `uf2`, `variant`, `process` and `stopwatch` are what the verbs share.
+//! `firmware`, `flight`, `footprint`, `laws`, `pace`, `parallel`, `remarks`, `uf2`, `variant`, `process` and `stopwatch` are what
+//! the verbs share.
 
 // A verb whose reader has gone, as `head` goes, does what was asked of it unread: the standard macros would panic.
 #[macro_use(eprintln, print, println)]
