@@ -94,7 +94,7 @@ impl Interpreter {
         match line.strip_prefix('$') {
             Some(statement) => self.statement(statement, state, settings),
             // % stands where a program begins and where it ends.
-            None if matches!(line, "" | "%") => Ok(Command::Block(Block::default())),
+            None if matches!(line.as_bytes(), [] | [b'%']) => Ok(Command::Block(Block::default())),
             None => {
                 state.takes_gcode()?;
                 self.gcode(line).map(Command::Block)
