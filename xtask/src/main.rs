@@ -1,6 +1,6 @@
 //! The commands of the project, run as `cargo xtask VERB`. One file per verb; `workspace`, `toolchain`, `node`,
-//! `firmware`, `flight`, `footprint`, `laws`, `pace`, `parallel`, `remarks`, `uf2`, `variant`, `process` and `stopwatch` are what
-//! the verbs share.
+//! `firmware`, `flight`, `footprint`, `laws`, `pace`, `parallel`, `remarks`, `uf2`, `variant`, `process`, `stopwatch` and `timing` are
+//! what the verbs share.
 
 // A verb whose reader has gone, as `head` goes, does what was asked of it unread: the standard macros would panic.
 #[macro_use(eprintln, print, println)]
@@ -33,6 +33,7 @@ mod size;
 mod stopwatch;
 mod test;
 mod times;
+mod timing;
 mod toolchain;
 mod touch;
 mod uf2;

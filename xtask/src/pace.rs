@@ -2,7 +2,8 @@
 
 use isostep_sim::pace::{LEAST_TOLD_S, Pace, Second, SlowPlace, Why};
 
-const AXES: [&str; 3] = ["X", "Y", "Z"];
+use crate::remarks::AXES;
+
 /// What holds for less of the time is left out.
 const LEAST_TOLD_PERCENT: f64 = 0.05;
 /// So many slow places are told.
@@ -22,7 +23,7 @@ pub fn limited_by(pace: &Pace) -> String {
         ("Z's top speed", z_s),
         ("acceleration at corners", shares.corners_s),
         ("acceleration at stops", shares.standstill_s),
-        ("a curved speed law", shares.speed_law_s),
+        ("a curved law", shares.speed_law_s),
         ("the look-ahead", shares.look_ahead_s),
         ("standing", shares.standing_s),
     ];
@@ -48,8 +49,8 @@ fn counted(why: Why, count: usize) -> String {
         Why::ExactStop => ("exact stop (G61.1)", "exact stops (G61.1)"),
         Why::Thirds => ("stop of the thirds law ($900)", "stops of the thirds law ($900)"),
         Why::Stop => ("stop", "stops"),
-        Why::SpeedLaw => ("move too short for its speed law ($940)", "moves too short for their speed law ($940)"),
-        Why::LookAhead => ("place behind which too little was known", "places behind which too little was known"),
+        Why::SpeedLaw => ("move too short for its curved law ($940)", "moves too short for their curved law ($940)"),
+        Why::LookAhead => ("end of the look-ahead", "ends of the look-ahead"),
         Why::Ends => ("end", "ends"),
     };
     format!("{count} {}", if count == 1 { one } else { many })

@@ -8,7 +8,8 @@ use isostep_sim::survey::{Fit, Outside};
 /// So many are told one by one.
 pub const TOLD_MAX: usize = 10;
 
-const AXES: [&str; 3] = ["X", "Y", "Z"];
+/// Names of the axes.
+pub const AXES: [&str; 3] = ["X", "Y", "Z"];
 
 /// A line without its comments, and not all of a very long one.
 pub fn shortened(text: &str) -> String {

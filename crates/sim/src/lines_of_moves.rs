@@ -1,10 +1,11 @@
 //! Which line of the program each move is of, and what the line asks for. No move says so: the lines are read again, and
 //! moves are told by where they end.
 
-use isostep_console::{Command, Interpreter, LineAssembler, Move, Rate, State};
+use isostep_console::{Command, Interpreter, Move, Rate, State};
 use isostep_motion::{AXES, whole_steps};
 
 use crate::outcome::Outcome;
+use crate::program::stripped;
 
 /// Lines of which no move is found, before the search is given up: each search looks at all moves that are left.
 const MISSES_MAX: usize = 100;
@@ -54,10 +55,9 @@ pub(crate) fn sets_limits_on_the_way(outcome: &Outcome) -> bool {
     let mut interpreter = Interpreter::new();
     let mut has_moved = false;
     accepted_lines(outcome).any(|(_, text)| {
-        let mut assembler = LineAssembler::new();
-        let Some(line) = assemble(&mut assembler, text) else { return false };
+        let Ok(line) = stripped(text) else { return false };
         let from_mm = interpreter.position_mm();
-        match interpreter.interpret(line, State::Idle, &outcome.config.settings) {
+        match interpreter.interpret(&line, State::Idle, &outcome.config.settings) {
             Ok(Command::Block(block)) => {
                 let moves = |motion: Move| motion.arc.is_some() || motion.target_mm != from_mm;
                 has_moved |= block.via_mm.is_some() || block.motion.is_some_and(moves);
@@ -80,14 +80,6 @@ fn is_limit(number: u16) -> bool {
     of_axes || matches!(number, 11 | 900 | 940)
 }
 
-/// The line as the controller has it; none where it has too many characters.
-fn assemble<'l>(assembler: &'l mut LineAssembler, text: &[u8]) -> Option<&'l str> {
-    for &byte in text {
-        let _ = assembler.push(byte);
-    }
-    assembler.push(b'\n')?.ok()
-}
-
 struct Reader<'a> {
     outcome: &'a Outcome,
     interpreter: Interpreter,
@@ -99,9 +91,8 @@ struct Reader<'a> {
 
 impl Reader<'_> {
     fn read(&mut self, number: usize, text: &[u8]) {
-        let mut assembler = LineAssembler::new();
-        let Some(line) = assemble(&mut assembler, text) else { return };
-        match self.interpreter.interpret(line, State::Idle, &self.outcome.config.settings) {
+        let Ok(line) = stripped(text) else { return };
+        match self.interpreter.interpret(&line, State::Idle, &self.outcome.config.settings) {
             Ok(Command::Block(block)) => {
                 let exact_stop = block.motion.is_some_and(|motion| motion.exact_stop);
                 let via = block.via_mm.map(|target_mm| Move { target_mm, rate: Rate::Rapid, arc: None, exact_stop });

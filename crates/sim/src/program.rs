@@ -1,5 +1,7 @@
 //! A program as a sender reads it: lines, with what must not be sent refused.
 
+use isostep_console::{Error, LineAssembler};
+
 /// Why a file is not a program.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ProgramError {
@@ -32,6 +34,17 @@ fn remedy(byte: u8) -> &'static str {
         0x80.. => "remove it, or put it in a comment",
         _ => "is this a G-code file?",
     }
+}
+
+/// A line as the controller's interpreter takes it: without blanks and comments, in capitals.
+///
+/// # Errors
+/// As [`LineAssembler::push`].
+pub fn stripped(line: &[u8]) -> Result<String, Error> {
+    let mut assembler = LineAssembler::new();
+    // It is to be told from what was borrowed of the assembler.
+    let line = line.iter().chain(b"\n").find_map(|&byte| assembler.push(byte).map(|line| line.map(str::to_owned)));
+    line.unwrap_or(Ok(String::new()))
 }
 
 /// The lines of `program` without their line ends: LF, CR, CR LF, and CR CR LF, which a file has whose line ends were converted

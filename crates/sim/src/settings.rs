@@ -7,7 +7,7 @@
 //! any order.
 
 use embassy_time::Duration;
-use isostep_console::{Command, Error, Interpreter, LineAssembler, SettingError, Settings, State};
+use isostep_console::{Command, Error, Interpreter, SettingError, Settings, State};
 use isostep_motion::{AXES, Axis, Capabilities, ConfigError, DriverTiming, Wiring};
 use isostep_profile::Limits;
 
@@ -125,12 +125,7 @@ fn setting(text: &str) -> Result<Option<(u16, f32)>, Reason> {
     if text == "ok" || text == "$$" || text.starts_with(['<', '[']) || text.starts_with("Grbl ") {
         return Ok(None);
     }
-    let mut assembler = LineAssembler::new();
-    let line = text.bytes().chain([b'\n']).find_map(|byte| {
-        // It is to be told from what was borrowed of the assembler.
-        assembler.push(byte).map(|line| line.map(str::to_owned))
-    });
-    let line = line.unwrap_or(Ok(String::new())).map_err(Reason::Line)?;
+    let line = program::stripped(text.as_bytes()).map_err(Reason::Line)?;
     if line.is_empty() {
         return Ok(None);
     }

@@ -12,14 +12,14 @@ mod room;
 use std::collections::BTreeMap;
 
 use isostep_console::{
-    Command, Coordinates, Error, Interpreter, LineAssembler, Move, Rate, Refusal, SettingError, Settings, Spindle,
-    State,
+    Command, Coordinates, Error, Interpreter, Move, Rate, Refusal, SettingError, Settings, Spindle, State,
 };
 use isostep_motion::{AXES, Axis, Direction};
 use serde::Serialize;
 
 pub use room::{Bounds, Fit, Room};
 
+use crate::program::stripped;
 use crate::stream::Program;
 
 /// Of lines that are alike no more are listed one by one.
@@ -137,6 +137,7 @@ fn read(program: &[Vec<u8>], settings: &Settings, start_mm: [f64; AXES], interpr
         settings: *settings,
         start_mm,
         homed: [false; AXES],
+        room: Room::before_homing(settings, start_mm),
         reach_mm: [[None; AXES]; 2],
         checks_from_mm: None,
         number: 0,
@@ -216,14 +217,6 @@ fn remedy(line: &str, word: Option<&str>, error: Error) -> String {
     format!("{named}{error}")
 }
 
-/// A line as the interpreter takes it.
-fn stripped(bytes: &[u8]) -> Result<String, Error> {
-    let mut assembler = LineAssembler::new();
-    // It is to be told from what was borrowed of the assembler.
-    let line = bytes.iter().chain(b"\n").find_map(|&byte| assembler.push(byte).map(|line| line.map(str::to_owned)));
-    line.unwrap_or(Ok(String::new()))
-}
-
 /// A program, as far as it was read.
 struct Reader {
     survey: Survey,
@@ -231,6 +224,8 @@ struct Reader {
     settings: Settings,
     start_mm: [f64; AXES],
     homed: [bool; AXES],
+    /// Where the axes can go by now.
+    room: Room,
     /// The least and the greatest place of each axis before it is homed, and behind that.
     reach_mm: [[Option<(f64, f64)>; AXES]; 2],
     /// In check mode, where it began: nothing moves.
@@ -320,16 +315,19 @@ impl Reader {
         }
     }
 
-    /// Where the axes can go by now.
-    fn room(&self) -> Room {
+    /// The settings, or what is homed, are others.
+    fn measure_room(&mut self) {
         let (before, behind) = (Room::before_homing(&self.settings, self.start_mm), Room::homed(&self.settings));
         let mm = |axis: usize| if self.homed[axis] { behind.mm[axis] } else { before.mm[axis] };
-        Room { mm: std::array::from_fn(mm) }
+        self.room = Room { mm: std::array::from_fn(mm) };
     }
 
     fn set(&mut self, line: &str, number: u16, value: f32) {
         match self.settings.with(number, value, &|_| f32::INFINITY) {
-            Ok(settings) => self.settings = settings,
+            Ok(settings) => {
+                self.settings = settings;
+                self.measure_room();
+            }
             Err(refused) => self.refuse(line, refused.error(), Some(refused)),
         }
     }
@@ -342,6 +340,7 @@ impl Reader {
             (self.homed[index], position_mm[index]) = (true, 0.0);
         }
         self.interpreter.set_position_mm(position_mm);
+        self.measure_room();
     }
 
     fn go(&mut self, from_mm: [f32; AXES], motion: &Move) {
@@ -375,8 +374,7 @@ impl Reader {
     }
 
     fn outside(&self, way: &Bounds) -> Option<Outside> {
-        let room = self.room();
-        let left = |axis: &Axis| room.beyond(*axis as usize, way, SAME_MM).map(|beyond| (*axis, beyond));
+        let left = |axis: &Axis| self.room.beyond(*axis as usize, way, SAME_MM).map(|beyond| (*axis, beyond));
         let (axis, (place_mm, nearest_mm)) = Axis::ALL.iter().find_map(left)?;
         Some(Outside {
             line: self.number,

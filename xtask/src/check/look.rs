@@ -3,14 +3,13 @@
 use std::path::Path;
 
 use isostep_console::Settings;
+use isostep_sim::Config;
 use isostep_sim::pace::Pace;
 use isostep_sim::stream::Program;
 use isostep_sim::survey::{Fit, Survey};
-use isostep_sim::{Config, Flash, State};
 use serde::Serialize;
 
-use crate::remarks::{meaning, shortened};
-use crate::{sim, workspace};
+use crate::{sim, timing, workspace};
 
 /// A machine that programs are checked for.
 pub struct Machine {
@@ -86,7 +85,7 @@ fn on(program: &Program, machine: &Machine, start_mm: Option<[f64; 3]>) -> On {
 
 /// From where it is asked to begin; else from the middle of the travel, or from where it fits if it does not from there.
 fn survey(program: &Program, settings: &Settings, start_mm: Option<[f64; 3]>) -> ([f64; 3], Survey) {
-    let first_mm = start_mm.unwrap_or_else(|| settings.travel_mm.map(|travel_mm| f64::from(travel_mm) / 2.0));
+    let first_mm = start_mm.unwrap_or_else(|| timing::middle_mm(settings));
     let survey = Survey::of(program, settings, first_mm);
     match survey.outside.as_ref().map(|outside| outside.fit) {
         Some(Fit::StartAt(fitting_mm)) if start_mm.is_none() => (fitting_mm, Survey::of(program, settings, fitting_mm)),
@@ -98,15 +97,6 @@ fn survey(program: &Program, settings: &Settings, start_mm: Option<[f64; 3]>) ->
 /// needs edges, since its switches close where they take it.
 fn made(program: &Program, settings: &Settings, start_mm: [f64; 3], homes: bool) -> Result<(f64, Pace), String> {
     let config = Config { settings: *settings, start_mm, only_time: !homes, keep_waves: false, ..Config::default() };
-    let outcome = isostep_sim::run_watched(program.clone(), &config, Flash::blank(), &mut |_| {})
-        .map_err(|error| error.to_string())?;
-    if let State::Alarm(alarm) = outcome.state {
-        let code = outcome.alarm_code.map_or(String::new(), |code| format!("ALARM:{code}: "));
-        return Err(format!("{code}{alarm}"));
-    }
-    if let Some(refusal) = outcome.refusals.first() {
-        let words = refusal.words.clone().unwrap_or_else(|| meaning(refusal.code));
-        return Err(format!("line {} `{}`: error:{} {words}", refusal.line, shortened(&refusal.text), refusal.code));
-    }
+    let outcome = timing::made(program.clone(), &config)?;
     Ok((outcome.homing_ns() as f64 * 1e-9, Pace::of(&outcome)))
 }

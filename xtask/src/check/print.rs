@@ -4,7 +4,7 @@ use isostep_sim::survey::{LISTED_MAX, Survey};
 
 use super::look::{Checked, Machine, On};
 use crate::pace;
-use crate::remarks::{self, TOLD_MAX, shortened};
+use crate::remarks::{self, AXES, TOLD_MAX, shortened};
 
 /// A program in detail, on each machine.
 pub fn detail(checked: &Checked, all: bool) -> String {
@@ -85,7 +85,7 @@ fn places(on: &On) -> String {
     let Some(extents) = on.survey.extents_mm else { return row("extents", "nothing moves") };
     let axis = |index: usize| {
         let [low_mm, high_mm] = [extents.low_mm, extents.high_mm].map(|mm| without_dust(mm[index]));
-        format!("{} {low_mm:.3} to {high_mm:.3}", ["X", "Y", "Z"][index])
+        format!("{} {low_mm:.3} to {high_mm:.3}", AXES[index])
     };
     let [width, height, depth] = extents.size_mm();
     let text =

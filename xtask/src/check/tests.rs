@@ -103,9 +103,12 @@ fn what_one_machine_alone_refuses_is_told_of_it() {
 #[test]
 fn a_setting_that_is_refused_in_motion_is_told_with_what_helps() {
     let told = detail(&check("motion.nc", "G0 X50\n$110=1000\nM2\n", None));
-    assert!(told.contains("time       line 2 `$110=1000`: error:8 ") && told.contains("put G4 P0 before it"), "{told}");
+    assert!(
+        told.contains("time       line 2 `$110=1000` was refused: error:8 ") && told.contains("put G4 P0 before it"),
+        "{told}"
+    );
     let told = detail(&check("fast.nc", "$110=99999999\nG0 X5\nM2\n", None));
-    assert!(told.contains("line 1 `$110=99999999`: error:12 $110=100000000 is above the"), "{told}");
+    assert!(told.contains("line 1 `$110=99999999` was refused: error:12 $110=100000000 is above the"), "{told}");
 }
 
 #[test]

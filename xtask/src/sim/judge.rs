@@ -6,12 +6,12 @@ use std::collections::BTreeMap;
 use anyhow::{Result, bail, ensure};
 use isostep_sim::stream::{Pause, Refusal};
 use isostep_sim::survey::stopping_word;
-use isostep_sim::{Figures, Outcome, State};
+use isostep_sim::{ConsoleError, Figures, Outcome, State};
 
 use crate::remarks::{self, TOLD_MAX, meaning, shortened};
 
 /// G-code is locked out in Alarm.
-const LOCKED: u8 = 9;
+const LOCKED: u8 = ConsoleError::Locked.code();
 
 /// Prints where the program waited for a person, and what was refused.
 pub fn print(outcome: &Outcome) {

@@ -15,7 +15,7 @@ use isostep_sim::{Config, Figures, Flash, Listed, Outcome, Port, SwitchFault, se
 
 use crate::laws::Laws;
 use crate::stopwatch::Stopwatch;
-use crate::{process, pty, remarks, workspace};
+use crate::{process, pty, remarks, timing, workspace};
 
 mod judge;
 mod print;
@@ -110,8 +110,9 @@ pub fn run(args: Args) -> Result<()> {
     let flash = args.flash.as_deref().map_or(Ok(Flash::blank()), stored)?;
     config.check()?;
     // What an earlier run has stored is in force, and is not known here.
-    if args.flash.as_ref().is_none_or(|path| !path.exists()) {
-        tell_beforehand(&program, &config);
+    match &args.flash {
+        Some(path) if path.exists() => tell_weak_motors(&config, &config.settings),
+        _ => tell_beforehand(&program, &config),
     }
     let stopwatch = Stopwatch::start();
     let outcome = run_shown(program, &config, flash.clone()).with_context(|| name.clone())?;
@@ -228,7 +229,7 @@ fn config(args: &Args) -> Result<Config> {
         }
     };
     config.settings = args.laws.over(machine).context("--speed-law")?;
-    let middle_mm = config.settings.travel_mm.map(|travel_mm| f64::from(travel_mm) / 2.0);
+    let middle_mm = timing::middle_mm(&config.settings);
     config.start_mm =
         args.start.unwrap_or_else(|| std::array::from_fn(|axis| config.start_mm[axis].min(middle_mm[axis])));
     for &(axis, fault) in &args.switch {
@@ -280,7 +281,7 @@ pub fn places(text: &str) -> Result<[f64; 3], String> {
 
 fn switch(text: &str) -> Result<(usize, SwitchFault), String> {
     let (axis, fault) = text.split_once('=').ok_or("an axis and its fault, such as X=stuck-open")?;
-    let index = ["X", "Y", "Z"].iter().position(|name| name.eq_ignore_ascii_case(axis));
+    let index = remarks::AXES.iter().position(|name| name.eq_ignore_ascii_case(axis));
     let index = index.ok_or_else(|| format!("`{axis}` is no axis: use X, Y or Z"))?;
     fault.parse().map(|fault| (index, fault)).map_err(|error: isostep_sim::plant::UnknownFault| error.to_string())
 }

@@ -1,10 +1,11 @@
 //! Programs in virtual time, for their times alone.
 
 use isostep_console::Settings;
-use isostep_sim::{Config, ConsoleError, Outcome, State, corners};
+use isostep_sim::{Config, corners, program};
 
 use crate::parallel;
 use crate::stopwatch::Stopwatch;
+use crate::timing;
 
 /// A program on a machine.
 pub struct Job {
@@ -55,23 +56,9 @@ fn one(job: &Job, of: usize) -> Timed {
 
 /// Makes `program` on the machine of these settings.
 fn make(program: &[u8], settings: Settings) -> Result<Made, String> {
-    let config = Config { settings, start_mm: middle_mm(&settings), only_time: true, ..Config::default() };
-    let outcome = isostep_sim::run(program, &config).map_err(|error| error.to_string())?;
-    ended_well(&outcome)?;
+    let config = Config { settings, start_mm: timing::middle_mm(&settings), only_time: true, ..Config::default() };
+    let lines = program::lines(program).map_err(|error| error.to_string())?;
+    let outcome = timing::made(lines.into(), &config)?;
     let jumps = corners::largest_jumps(&outcome).into_iter().flatten();
     Ok(Made { s: outcome.motion_s, jump_mm_s: jumps.map(|jump| jump.mm_s).fold(0.0, f64::max) })
-}
-
-/// Nothing moves there, so a switch is never met.
-fn middle_mm(settings: &Settings) -> [f64; 3] {
-    settings.travel_mm.map(|travel_mm| f64::from(travel_mm) / 2.0)
-}
-
-fn ended_well(outcome: &Outcome) -> Result<(), String> {
-    if let State::Alarm(alarm) = outcome.state {
-        return Err(format!("ended in alarm: {alarm}"));
-    }
-    let Some(refusal) = outcome.refusals.first() else { return Ok(()) };
-    let words = ConsoleError::from_code(refusal.code).map_or(String::new(), |error| error.to_string());
-    Err(format!("line {} `{}` was refused: error:{} {words}", refusal.line, refusal.text, refusal.code))
 }

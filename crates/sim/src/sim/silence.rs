@@ -1,7 +1,8 @@
 //! Which line of a program made the console fall silent.
 
-use isostep_console::{Command, Interpreter, LineAssembler, Settings, State};
+use isostep_console::{Command, Interpreter, Settings, State};
 
+use crate::program::stripped;
 use crate::stream::Dialogue;
 
 /// A line behind which lines are not answered.
@@ -29,12 +30,8 @@ pub fn silencer(program: &[Vec<u8>], dialogue: &Dialogue) -> Option<Silencer> {
 
 /// What a line does that silences; `checks` is whether G-code is only checked, `$C`.
 fn effect(text: &[u8], checks: &mut bool) -> Option<&'static str> {
-    let mut assembler = LineAssembler::new();
-    for &byte in text {
-        let _ = assembler.push(byte);
-    }
-    let line = assembler.push(b'\n')?.ok()?;
-    match Interpreter::new().interpret(line, State::Idle, &Settings::DEFAULT).ok()? {
+    let line = stripped(text).ok()?;
+    match Interpreter::new().interpret(&line, State::Idle, &Settings::DEFAULT).ok()? {
         Command::Sleep => Some("puts the machine to sleep"),
         Command::Restore { .. } => Some("resets the console"),
         Command::ToggleCheck => {
