@@ -22,7 +22,10 @@ pub async fn run(machine: &Machine, axis: Axis, mut port: impl StepPort) -> ! {
             match select(link.halt.wait(), port.run(run, &link.start_line, &link.segments, &link.odometer)).await {
                 Either::First(()) => Finish::Stopped,
                 Either::Second(Ok(())) => Finish::Done,
-                Either::Second(Err(fault)) => Finish::Fault { axis, fault },
+                Either::Second(Err(fault)) => {
+                    machine.cut();
+                    Finish::Fault { axis, fault }
+                }
             };
         link.done.signal(finish);
     }

@@ -7,6 +7,7 @@ use isostep_profile::{IntervalLaw, LimitError, Limits, SpeedLaw};
 
 use crate::axes::{AXES, Axis};
 use crate::port::{Capabilities, Direction, Wiring};
+use crate::tool::ToolConfig;
 
 /// The machine's properties, in steps, mm and s.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,6 +34,12 @@ pub struct Config {
     pub switches_inverted: bool,
     /// How long the motors stay energised at rest; `None` is for ever.
     pub idle_delay: Option<Duration>,
+    /// The tool's outputs.
+    pub tool: ToolConfig,
+    /// The probe's input is high, rather than low, while it touches.
+    pub probe_inverted: bool,
+    /// The input of the feed hold is the safety door's switch, low while the door is open.
+    pub hold_is_door: bool,
     /// How to home.
     pub homing: HomingConfig,
 }

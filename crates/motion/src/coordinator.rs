@@ -64,6 +64,7 @@ where
         planned_steps: [0; AXES],
         is_curved: false,
         taken: 0,
+        contact_steps: None,
         waiting: None,
         enable,
         energised: true,
@@ -90,6 +91,8 @@ pub(crate) struct Coordinator<'a, E, F> {
     pub(crate) is_curved: bool,
     /// Motions that have gone into the chain since it was begun.
     pub(crate) taken: usize,
+    /// The steps that each axis of a probing motion had made at the contact.
+    pub(crate) contact_steps: Option<[i32; AXES]>,
     /// A motion that cannot follow the others without a stop.
     pub(crate) waiting: Option<Motion>,
     enable: E,
@@ -139,6 +142,7 @@ where
             _ if self.machine.cause().is_some() || !self.machine.outlast_hold().await => (Ok(()), 1),
             Motion::Move { .. } => self.flow(motion, Purpose::Program).await,
             Motion::Jog { .. } => self.flow(motion, Purpose::Jog).await,
+            Motion::Probe(probe) => (self.probe(probe).await, 1),
             Motion::Dwell(duration) => (self.dwell(duration).await, 1),
             Motion::Home { axes } => (self.home(axes).await, 1),
         };

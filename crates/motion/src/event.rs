@@ -71,11 +71,24 @@ pub enum Alarm {
         /// Whose port.
         axis: Axis,
     },
+    /// The probe touched already before it moved, or did not where it was to move off; nothing moved.
+    ProbeInitial,
+    /// The probe found nothing on its way.
+    ProbeContact,
+    /// The safety door was opened while homing.
+    HomingDoor,
     /// A move could not be planned with the present configuration; nothing moved.
     Unplannable {
         /// Why not.
         reason: Unplannable,
     },
+}
+
+impl Alarm {
+    /// Whether what is homed stays homed: every step was made as it was planned.
+    pub(crate) fn leaves_position(self) -> bool {
+        matches!(self, Self::Unplannable { .. } | Self::ProbeInitial | Self::ProbeContact)
+    }
 }
 
 /// Why a move could not be planned: what the planner's error means to who asked for the move.
@@ -216,6 +229,9 @@ impl fmt::Display for Alarm {
             Self::Underrun { axis } => {
                 write!(f, "the step port of {axis} ran out of steps: lower the rate or the acceleration and home again")
             }
+            Self::ProbeInitial => write!(f, "the probe touched before it moved, or did not where it was to move off"),
+            Self::ProbeContact => write!(f, "the probe found nothing on its way: check its wiring and the target"),
+            Self::HomingDoor => write!(f, "the safety door was opened while homing: home again"),
             Self::Unplannable { reason } => write!(f, "this move cannot be planned: {reason}"),
         }
     }

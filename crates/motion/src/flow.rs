@@ -11,6 +11,7 @@ use crate::config::Config;
 use crate::coordinator::Coordinator;
 use crate::event::{Alarm, Event, Finish};
 use crate::machine::{CHAIN_MOVES, Motion, Overrides};
+use crate::tool::{Power, Tag};
 
 /// What moves are for: that decides what changes them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,6 +20,8 @@ pub(crate) enum Purpose {
     Program,
     /// A jog: it is cancelled.
     Jog,
+    /// Probing: a contact ends it, and it is held.
+    Probe,
     /// Homing: nothing.
     Homing,
 }
@@ -74,7 +77,7 @@ where
     }
 
     /// One run.
-    async fn make(&mut self, purpose: Purpose) -> Finish {
+    pub(crate) async fn make(&mut self, purpose: Purpose) -> Finish {
         self.chain.start();
         if self.chain.is_empty() {
             // No step was left of what was held.
@@ -90,7 +93,7 @@ where
     }
 
     /// Gets the chain ready for moves from where the machine stands.
-    fn begin_chain(&mut self, purpose: Purpose) {
+    pub(crate) fn begin_chain(&mut self, purpose: Purpose) {
         let config = self.machine.config();
         let Config { limits, steps_per_mm, junction_deviation_mm, speed_law, .. } = config;
         // Homing stops at switches, wherever they are: thirds of the way to them would be thirds of nothing.
@@ -127,12 +130,12 @@ where
     }
 
     fn take(&mut self, motion: Motion, purpose: Purpose) -> Taken {
-        let (target_steps, feed_mm_s, exact_stop, line) = match motion {
-            Motion::Move { target_steps, feed_mm_s, exact_stop, line } if purpose == Purpose::Program => {
-                (target_steps, feed_mm_s, exact_stop, line)
+        let (target_steps, feed_mm_s, exact_stop, tag) = match motion {
+            Motion::Move { target_steps, feed_mm_s, exact_stop, line, power } if purpose == Purpose::Program => {
+                (target_steps, feed_mm_s, exact_stop, Tag { line, power })
             }
             Motion::Jog { target_steps, feed_mm_s } if purpose == Purpose::Jog => {
-                (target_steps, Some(feed_mm_s), false, 0)
+                (target_steps, Some(feed_mm_s), false, Tag { line: 0, power: Power::Off })
             }
             _ => return Taken::Waits,
         };
@@ -144,7 +147,7 @@ where
         if let Some(axis) = self.machine.onto_switch(steps) {
             return self.refuse(Alarm::HardLimit { axis });
         }
-        match self.push(steps, feed_mm_s, exact_stop, line) {
+        match self.push(steps, feed_mm_s, exact_stop, tag.pack()) {
             Ok(()) => {
                 self.taken += 1;
                 self.planned_steps = target_steps;
@@ -159,7 +162,13 @@ where
         if self.chain.is_empty() && self.taken == 0 { Taken::Refused(alarm) } else { Taken::Waits }
     }
 
-    fn push(&mut self, steps: [i32; AXES], feed_mm_s: Option<f64>, stops: bool, tag: u32) -> Result<(), Alarm> {
+    pub(crate) fn push(
+        &mut self,
+        steps: [i32; AXES],
+        feed_mm_s: Option<f64>,
+        stops: bool,
+        tag: u64,
+    ) -> Result<(), Alarm> {
         let wanted = Wanted { steps, feed_mm_s, stops, tag };
         self.chain.push(wanted).map_err(|error| Alarm::Unplannable { reason: error.into() })
     }

@@ -81,6 +81,11 @@ impl Legs {
         self.last().map_or(0.0, |leg| leg.until_s)
     }
 
+    /// The leg that is under way at `t_s`, or else the last.
+    pub fn under_way_at(&self, t_s: f64) -> Option<&Leg<AXES>> {
+        self.known.iter().find(|leg| leg.until_s > t_s).or(self.known.back())
+    }
+
     /// The leg that is under way at `now_s`, if it is another one than when it was last asked.
     pub fn newly_under_way(&mut self, now_s: f64) -> Option<&Leg<AXES>> {
         let mut number = self.under_way.map_or(self.first, |number| number.max(self.first));

@@ -14,6 +14,7 @@
 
 mod axes;
 pub mod axis;
+pub mod buttons;
 mod config;
 pub mod coordinator;
 mod courses;
@@ -26,21 +27,24 @@ pub mod limit;
 mod link;
 mod machine;
 mod port;
+mod probing;
 mod run;
 mod start_line;
 mod switch;
 mod timer_port;
+pub mod tool;
 
 pub use axes::{AXES, Axis};
 pub use config::{Config, ConfigError, HomingConfig, whole_steps};
 pub use event::{Alarm, Event, Finish, HomingPhase, State, Unplannable};
-pub use machine::{Busy, MOVES_AHEAD, Machine, Motion, Overrides, Status};
+pub use machine::{Busy, Door, MOVES_AHEAD, Machine, Motion, Overrides, ProbeMove, Probed, Status};
 pub use port::{
     Brake, Capabilities, Direction, DriverTiming, Feed, Odometer, PortFault, Run, SegmentQueue, StepPort, Wiring,
     ticks_covering,
 };
 pub use start_line::StartLine;
 pub use timer_port::{TimerBank, TimerPort};
+pub use tool::{Duties, Level, Outputs, Power, Spindle, Switches, ToolConfig, ToolPort};
 
 /// The instants of steps are compiled in the time driver's ticks, unless a port has others.
 pub(crate) const TICK_HZ: u32 = embassy_time::TICK_HZ as u32;

@@ -59,12 +59,12 @@ fn is_low(input: &mut impl InputPin<Error = Infallible>) -> bool {
     low
 }
 
-async fn wait_level<I: InputPin<Error = Infallible> + Wait>(input: &mut I, low: bool) {
+pub(crate) async fn wait_level<I: InputPin<Error = Infallible> + Wait>(input: &mut I, low: bool) {
     let Ok(()) = if low { input.wait_for_low().await } else { input.wait_for_high().await };
 }
 
 /// The level once it has been steady for `debounce`.
-async fn debounced_low<I: InputPin<Error = Infallible> + Wait>(input: &mut I, debounce: Duration) -> bool {
+pub(crate) async fn debounced_low<I: InputPin<Error = Infallible> + Wait>(input: &mut I, debounce: Duration) -> bool {
     while with_timeout(debounce, input.wait_for_any_edge()).await.is_ok() {}
     is_low(input)
 }

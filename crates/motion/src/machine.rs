@@ -1,6 +1,9 @@
 //! What the tasks of one machine share.
 
+mod door;
 mod hold;
+mod outputs;
+mod probe;
 mod stop;
 
 use core::cell::RefCell;
@@ -15,7 +18,11 @@ use embassy_sync::watch::{DynReceiver, Watch};
 use embassy_time::{Duration, Instant, Timer};
 use isostep_profile::chain::Leg;
 
+pub use self::door::Door;
 pub use self::hold::Overrides;
+use self::outputs::{OutputsAsked, ToolLink};
+use self::probe::Probe;
+pub use self::probe::Probed;
 pub(crate) use self::stop::Cause;
 use crate::axes::{AXES, Axis};
 use crate::config::{Config, ConfigError};
@@ -23,6 +30,7 @@ use crate::event::{Alarm, State};
 use crate::link::AxisLink;
 use crate::port::{Capabilities, StepPort};
 use crate::switch::Switch;
+use crate::tool::{Level, Outputs, Power, Tag};
 
 /// Moves that are planned ahead, so that they flow.
 pub(crate) const CHAIN_MOVES: usize = 64;
@@ -46,6 +54,8 @@ pub enum Motion {
         exact_stop: bool,
         /// The line of the program it is from, for [`Status::line`]; 0 for none.
         line: u32,
+        /// How strongly a laser shines meanwhile.
+        power: Power,
     },
     /// Go to a place at a speed along the path, mm/s, by hand: it may be cancelled.
     Jog {
@@ -54,6 +64,8 @@ pub enum Motion {
         /// Speed along the path, mm/s.
         feed_mm_s: f64,
     },
+    /// Go to a place until the probe finds what it looks for: see [`Machine::probed`].
+    Probe(ProbeMove),
     /// Stand still.
     Dwell(Duration),
     /// Find the zero of these axes, one after the other in the configured order. In an alarm it unlocks the machine, with the
@@ -62,6 +74,21 @@ pub enum Motion {
         /// Which.
         axes: [bool; AXES],
     },
+}
+
+/// A straight way until the probe touches, or touches no more.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ProbeMove {
+    /// Where it ends at last, steps.
+    pub target_steps: [i32; AXES],
+    /// Speed along the path, mm/s.
+    pub feed_mm_s: f64,
+    /// It looks for the end of the contact.
+    pub away: bool,
+    /// To find nothing is an alarm.
+    pub must: bool,
+    /// The line of the program it is from; 0 for none.
+    pub line: u32,
 }
 
 /// What the machine would say if asked.
@@ -83,6 +110,16 @@ pub struct Status {
     pub speed_mm_s: f64,
     /// The line of the move under way; 0 for none.
     pub line: u32,
+    /// What the outputs are: off where a hold or a door keeps them so.
+    pub outputs: Outputs,
+    /// The level that the PWM output has, overridden: of a laser, now.
+    pub level: Level,
+    /// The probe touches.
+    pub probe_touches: bool,
+    /// What the safety door has done.
+    pub door: Door,
+    /// The button of the feed hold, and that of the cycle start, are pressed.
+    pub buttons: [bool; 2],
 }
 
 /// The machine is locked by an alarm, or not idle where it must be.
@@ -126,6 +163,10 @@ struct Inner {
     forget: Forget,
     /// How often all was to be forgotten.
     resets: u32,
+    outputs: OutputsAsked,
+    door: Door,
+    probe: Probe,
+    buttons: [bool; 2],
 }
 
 /// What is to be forgotten of the motions asked for; the one under way brakes.
@@ -167,6 +208,7 @@ pub struct Machine {
     asked: Signal<CriticalSectionRawMutex, ()>,
     /// Has it free the motors.
     released: Signal<CriticalSectionRawMutex, ()>,
+    tool: ToolLink,
     inner: Mutex<CriticalSectionRawMutex, RefCell<Inner>>,
 }
 
@@ -182,6 +224,7 @@ impl Machine {
             stopped: Signal::new(),
             asked: Signal::new(),
             released: Signal::new(),
+            tool: ToolLink::new(),
             inner: Mutex::new(RefCell::new(Inner {
                 config,
                 capabilities: [None; AXES],
@@ -197,6 +240,10 @@ impl Machine {
                 held: false,
                 forget: Forget::Nothing,
                 resets: 0,
+                outputs: OutputsAsked::new(),
+                door: Door::CLOSED,
+                probe: Probe::new(),
+                buttons: [false; 2],
             })),
         }
     }
@@ -214,6 +261,7 @@ impl Machine {
     pub fn configure(&self, config: Config) -> Result<(), ConfigError> {
         config.check(self.capabilities())?;
         self.with(|inner| inner.config = config);
+        self.tool.ask();
         Ok(())
     }
 
@@ -240,6 +288,7 @@ impl Machine {
     pub fn status(&self) -> Status {
         let (homed, emergency_stop, underway) = self.with(|inner| (inner.homed, inner.emergency, inner.underway));
         let room = self.with(|inner| if inner.is_to_brake() { 0 } else { inner.room });
+        let (outputs, door, buttons) = self.with(|inner| (inner.effective(self.state()), inner.door, inner.buttons));
         Status {
             state: self.state(),
             position_steps: self.position_steps(),
@@ -248,7 +297,12 @@ impl Machine {
             homed,
             queue_free: self.queue.free_capacity() + room,
             speed_mm_s: underway.map_or(0.0, |underway| underway.speed_mm_s()),
-            line: underway.map_or(0, |underway| underway.leg.tag),
+            line: underway.map_or(0, |underway| Tag::unpack(underway.leg.tag).line),
+            outputs,
+            level: self.tool.level(),
+            probe_touches: self.probe_touches(),
+            door,
+            buttons,
         }
     }
 
@@ -288,6 +342,11 @@ impl Machine {
                 return (state, Err(Busy(state)));
             }
             inner.pending += 1;
+            if inner.door.is_open && state == State::Idle && !matches!(motion, Motion::Home { .. }) {
+                // It waits for the door.
+                (inner.held, inner.door.is_held) = (true, true);
+                return (State::Hold { still: true }, Ok(inner.resets));
+            }
             let next = match (state, motion) {
                 (State::Idle | State::Alarm(_), Motion::Home { .. }) => State::Home,
                 (State::Idle, Motion::Jog { .. }) => State::Jog,
@@ -464,6 +523,12 @@ impl Machine {
             let is_emptied = pending > 0 && inner.pending == 0 && !matches!(next, State::Alarm(_));
             if next != state || is_emptied {
                 self.set_state(next);
+            }
+            if next != state {
+                if matches!(next, State::Alarm(_)) {
+                    self.cut_outputs(inner);
+                }
+                self.tool.ask();
             }
             result
         })

@@ -29,6 +29,7 @@ use crate::feeder::{AHEAD, Feeder, PIECE, feed};
 use crate::flow::Purpose;
 use crate::machine::Underway;
 use crate::port::Run;
+use crate::tool::BeamFeeder;
 
 /// Motion compiled per axis before a run starts, as far as there is room: near standstill compiling is slowest against
 /// moving, by curved laws many times slower than by the trapezoid.
@@ -37,6 +38,10 @@ const COMPILED_BEFORE_CURVED_START: Duration = Duration::from_millis(20);
 
 /// So much is told ahead of the ports at a time: as long as a change may have to wait for more.
 const TOLD: Duration = Duration::from_millis(15);
+
+/// So much is known ahead while probing: what is given is made, and bends the probe. Nothing else is planned meanwhile.
+const PROBED_AHEAD: Duration = Duration::from_millis(10);
+const PROBED_TOLD: Duration = Duration::from_millis(5);
 
 /// More is looked for so often while little is known, unless a move wakes; and while the queues are full: a port takes longer
 /// to empty one.
@@ -93,6 +98,10 @@ where
             Either::First(finish) => finish,
             Either::Second(never) => match never {},
         };
+        if purpose == Purpose::Probe {
+            // It may have come with the last step.
+            self.note_contact(start);
+        }
         if finish == Finish::Done {
             self.standstill = instant(start, self.legs.end_s());
         }
@@ -121,7 +130,7 @@ where
     /// Compiles what the run begins with.
     async fn prepare(&mut self, feeders: &mut Feeders<'_>) {
         let time = if self.is_curved { COMPILED_BEFORE_CURVED_START } else { COMPILED_BEFORE_START };
-        while let Some(leg) = self.next_leg(seconds(time)) {
+        while let Some(leg) = self.next_leg(seconds(time), TOLD) {
             self.legs.push(leg);
         }
         for feeder in feeders {
@@ -135,17 +144,21 @@ where
     /// # Cancellation
     /// Safe: the axes go on to the end of what they have been given.
     async fn keep_going(&mut self, start: Instant, purpose: Purpose, feeders: &mut Feeders<'_>) -> Infallible {
+        let mut beam = BeamFeeder::new(self.machine, start);
         loop {
-            self.obey(purpose);
+            self.obey(purpose, start);
             let passed = Instant::now().saturating_duration_since(start);
-            let enough = passed + AHEAD + PIECE;
+            let enough = passed + ahead(purpose);
             let is_due = self.is_short_of(enough);
             if is_due || self.machine.is_crowded() {
                 // First: without another move the run would end with what is known.
                 self.take_some(purpose);
             }
             if is_due {
-                self.tell_until(enough);
+                self.tell_until(enough, purpose);
+            }
+            if let Some(beam) = &mut beam {
+                beam.feed(self.legs, seconds(enough));
             }
             let fed = feed(feeders, self.legs, enough);
             let is_hungry = feeders.iter().any(|feeder| feeder.is_hungry(passed + HUNGRY));
@@ -153,7 +166,8 @@ where
                 // What is known comes first: were it fed too late, the ports would run dry.
                 continue;
             }
-            self.follow(start, passed, feeders);
+            let fed_leg = feeders.iter().map(Feeder::leg).chain(beam.iter().map(BeamFeeder::leg)).min().unwrap_or(0);
+            self.follow(start, passed, fed_leg);
             if is_due && !self.is_short_of(enough) || fed.has_worked {
                 yield_now().await;
             } else {
@@ -178,21 +192,22 @@ where
     }
 
     /// Has the chain tell of its path until then, as far as there is room for it, and tells of that.
-    fn tell_until(&mut self, until: Duration) {
-        while let Some(leg) = self.next_leg(seconds(until)) {
+    fn tell_until(&mut self, until: Duration, purpose: Purpose) {
+        let told = if purpose == Purpose::Probe { PROBED_TOLD } else { TOLD };
+        while let Some(leg) = self.next_leg(seconds(until), told) {
             self.tell_leg(&leg);
             self.legs.push(leg);
         }
     }
 
     /// What the chain tells of its path, if what is known ends before `until_s` and there is room for more.
-    fn next_leg(&mut self, until_s: f64) -> Option<Leg<AXES>> {
+    fn next_leg(&mut self, until_s: f64, told: Duration) -> Option<Leg<AXES>> {
         if self.legs.is_closed() || !self.legs.has_room() || self.legs.end_s() > until_s {
             return None;
         }
         // Of a curved law compiling is slow near standstill: what follows is got ready before it starts.
         let is_over = self.is_curved && self.legs.last().is_some() && self.chain.is_at_rest();
-        let leg = if is_over { None } else { self.chain.advance(seconds(TOLD)) };
+        let leg = if is_over { None } else { self.chain.advance(seconds(told)) };
         if leg.is_none() {
             self.legs.close();
         }
@@ -209,11 +224,12 @@ where
     }
 
     /// Passes on to the chain what has been asked for.
-    fn obey(&mut self, purpose: Purpose) {
+    fn obey(&mut self, purpose: Purpose, start: Instant) {
         if purpose == Purpose::Homing || self.chain.is_held() {
             return;
         }
-        if self.machine.is_to_brake() {
+        let is_found = purpose == Purpose::Probe && self.note_contact(start);
+        if is_found || self.machine.is_to_brake() {
             self.chain.hold();
         } else if self.is_overridden(purpose) {
             self.override_chain(purpose);
@@ -221,9 +237,8 @@ where
     }
 
     /// Says what is under way, and forgets what is over.
-    fn follow(&mut self, start: Instant, passed: Duration, feeders: &Feeders<'_>) {
-        let fed = feeders.iter().map(Feeder::leg).min().unwrap_or(0);
-        self.legs.forget(fed, seconds(passed));
+    fn follow(&mut self, start: Instant, passed: Duration, fed_leg: u32) {
+        self.legs.forget(fed_leg, seconds(passed));
         if let Some(leg) = self.legs.newly_under_way(seconds(passed)) {
             self.machine.set_underway(Some(Underway { start, leg: *leg }));
         }
@@ -248,6 +263,11 @@ where
         self.tell(Event::RunEnd { finish, held_at_steps, plan_s, position_steps });
         finish
     }
+}
+
+/// How much is to be known ahead of the ports.
+fn ahead(purpose: Purpose) -> Duration {
+    if purpose == Purpose::Probe { PROBED_AHEAD } else { AHEAD + PIECE }
 }
 
 fn seconds(time: Duration) -> f64 {

@@ -51,8 +51,8 @@ pub struct Wanted<const N: usize> {
     pub feed_mm_s: Option<f64>,
     /// It ends at rest, whatever comes next.
     pub stops: bool,
-    /// What it is called by whoever wants it.
-    pub tag: u32,
+    /// Whatever whoever wants it wants to know of it again; it changes nothing.
+    pub tag: u64,
 }
 
 /// What is to be made next: a stretch of a plan.
@@ -66,8 +66,10 @@ pub struct Leg<const N: usize> {
     pub until_s: f64,
     /// Path length of a step of the longest axis.
     pub mm_per_step: f64,
+    /// The speed that was asked for the move, not overridden and not limited, of the longest axis.
+    pub asked_steps_s: f64,
     /// Of the move.
-    pub tag: u32,
+    pub tag: u64,
     /// Where in its plan and its move it is.
     pub kind: LegKind,
 }

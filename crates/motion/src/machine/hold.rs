@@ -1,8 +1,9 @@
 //! Holds, jog cancels and overrides: what is asked of the coordinator while it moves.
 
 use embassy_futures::select::select;
+use embassy_time::{Instant, Timer};
 
-use super::{Forget, Machine};
+use super::{Door, Forget, Inner, Machine};
 use crate::event::State;
 
 /// How fast to move, of what is asked for; never faster than the limits.
@@ -24,26 +25,17 @@ impl Machine {
     /// it brakes as fast as the limits allow. A jog is cancelled instead. Homing goes on; nothing to do in an alarm.
     pub fn hold(&self) {
         self.transition(|inner, state| match state {
-            State::Idle | State::Run => {
-                inner.held = true;
-                (State::Hold { still: !inner.moving }, ())
-            }
-            State::Jog => {
-                inner.forget = Forget::Jogs;
-                (state, ())
-            }
-            _ => (state, ()),
+            State::Hold { .. } => (state, ()),
+            _ => (inner.begin_hold(state), ()),
         });
         self.ask();
     }
 
-    /// Goes on after a [`hold`](Self::hold), once the machine stands still.
+    /// Goes on after a [`hold`](Self::hold), once the machine stands still and the safety door is closed. A spindle that was
+    /// stopped meanwhile gets its speed first.
     pub fn resume(&self) {
         self.transition(|inner, state| match state {
-            State::Hold { still: true } => {
-                inner.held = false;
-                (if inner.pending == 0 { State::Idle } else { State::Run }, ())
-            }
+            State::Hold { still: true } if !inner.door.is_open => (inner.end_hold(state), ()),
             _ => (state, ()),
         });
         self.ask();
@@ -73,6 +65,19 @@ impl Machine {
     }
 }
 
+impl Inner {
+    /// Holds no more: what the machine is then.
+    fn end_hold(&mut self, state: State) -> State {
+        let before = self.effective(state).spindle;
+        self.held = false;
+        self.outputs.is_stopped = false;
+        let next = if self.pending == 0 { State::Idle } else { State::Run };
+        self.door = Door { is_resuming: self.door.is_held && next == State::Run, is_held: false, ..self.door };
+        self.spin_up(before, next);
+        next
+    }
+}
+
 /// For the coordinator.
 impl Machine {
     /// Tells the coordinator that something has been asked of it. Not inlined, as [`with`](Self::with).
@@ -95,6 +100,7 @@ impl Machine {
     pub(crate) fn set_moving(&self, moving: bool) {
         self.transition(|inner, state| {
             inner.moving = moving;
+            self.tool.ask();
             match state {
                 State::Hold { .. } if inner.held => (State::Hold { still: !moving }, ()),
                 _ => (state, ()),
@@ -102,15 +108,27 @@ impl Machine {
         });
     }
 
-    /// Waits, standing still, until a hold is over; false if what was held is to be forgotten.
+    /// Waits, standing still, until a hold is over and the spindle has its speed; false if what was held is to be forgotten.
     pub(crate) async fn outlast_hold(&self) -> bool {
         loop {
-            let (held, forgotten) =
-                self.with(|inner| (inner.held, inner.forget != Forget::Nothing || inner.cause.is_some()));
-            if !held || forgotten {
-                return !forgotten;
+            if self.is_to_forget() {
+                return false;
             }
-            select(self.asked.wait(), self.stopped.wait()).await;
+            let changed = select(self.asked.wait(), self.stopped.wait());
+            let (held, ready_at) = self.with(|inner| (inner.held, inner.outputs.ready_at));
+            if held {
+                changed.await;
+            } else if Instant::now() < ready_at {
+                select(changed, Timer::at(ready_at)).await;
+            } else {
+                self.with(|inner| inner.door.is_resuming = false);
+                return true;
+            }
         }
+    }
+
+    /// Whether what is held, or under way, is to be forgotten.
+    pub(crate) fn is_to_forget(&self) -> bool {
+        self.with(|inner| inner.forget != Forget::Nothing || inner.cause.is_some())
     }
 }

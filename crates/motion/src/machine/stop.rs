@@ -15,6 +15,8 @@ pub(crate) enum Cause {
     Reset,
     Limit(Axis),
     EmergencyStop,
+    /// The safety door, while homing.
+    Door,
 }
 
 impl Cause {
@@ -23,6 +25,7 @@ impl Cause {
         match (self, state) {
             (Self::Limit(axis), _) => Alarm::HardLimit { axis },
             (Self::EmergencyStop, _) => Alarm::EmergencyStop,
+            (Self::Door, _) => Alarm::HomingDoor,
             (Self::Reset, State::Home) => Alarm::HomingReset,
             (Self::Reset, _) => Alarm::ResetInMotion,
         }
@@ -32,8 +35,10 @@ impl Cause {
 impl Machine {
     /// Forgets what waits, and brakes the move under way on its path, as a [`hold`](Self::hold) does: then the machine is
     /// idle, its position trusted. Asked a second time before that, or while homing, it stops everything within one pulse,
-    /// and an alarm says that the position is not trusted. At rest it ends a hold, and nothing else.
+    /// and an alarm says that the position is not trusted. At rest it ends a hold, and nothing else. The tool's outputs are off
+    /// at once.
     pub fn reset(&self) {
+        self.cut();
         let brakes = self.transition(|inner, state| match state {
             State::Run | State::Jog | State::Hold { .. } if inner.forget != Forget::All => {
                 inner.held = false;
@@ -144,6 +149,7 @@ impl Machine {
             (State::Alarm(_), _) | (State::Home, Cause::Limit(_)) => (state, false),
             _ if inner.pending > 0 => {
                 inner.cause = inner.cause.or(Some(cause));
+                self.cut_outputs(inner);
                 (state, true)
             }
             (_, Cause::EmergencyStop) => {
@@ -170,7 +176,9 @@ impl Machine {
                 (Err(alarm), _) => State::Alarm(alarm),
                 // Pressed after a reset, whose cause stands.
                 (Ok(()), _) if inner.emergency => State::Alarm(Alarm::EmergencyStop),
-                (Ok(()), Some(cause @ (Cause::Limit(_) | Cause::EmergencyStop))) => State::Alarm(cause.alarm(state)),
+                (Ok(()), Some(cause @ (Cause::Limit(_) | Cause::EmergencyStop | Cause::Door))) => {
+                    State::Alarm(cause.alarm(state))
+                }
                 (Ok(()), None) if inner.held => State::Hold { still: true },
                 (Ok(()), _) if last => State::Idle,
                 (Ok(()), _) if state == State::Jog || inner.forget == Forget::All => state,
@@ -181,8 +189,9 @@ impl Machine {
             }
             // A stop ends a hold; what was held is forgotten.
             inner.held &= matches!(next, State::Hold { .. });
-            // Nothing has moved that could not be planned; after any other alarm the motors may have overshot.
-            if matches!(next, State::Alarm(alarm) if !matches!(alarm, Alarm::Unplannable { .. })) {
+            // Nothing has moved that could not be planned, and a probe brakes on its way; after any other alarm the motors may
+            // have overshot.
+            if matches!(next, State::Alarm(alarm) if !alarm.leaves_position()) {
                 inner.homed = [false; AXES];
             }
             (next, next)

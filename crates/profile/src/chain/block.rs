@@ -29,7 +29,7 @@ pub(super) struct Block<const N: usize> {
     /// The squared speed at which the corner before it may be taken; `None` where it stops exactly.
     pub(super) corner: Option<Square>,
     /// The speed that was asked for, steps/s.
-    asked_steps_s: f64,
+    pub(super) asked_steps_s: f64,
     /// How fast it is to be, overridden; and its square.
     nominal_steps_s: f64,
     pub(super) nominal: Square,

@@ -2,7 +2,7 @@
 
 use super::block::Block;
 use super::terms::Square;
-use super::{Chain, Leg, LegKind};
+use super::{Chain, Leg, LegKind, Wanted};
 use crate::law::{IntervalLaw, SpeedLaw};
 use crate::limits::Limits;
 use crate::profile::Profile;
@@ -75,8 +75,8 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         let (block, plan) = (self.blocks.get(0)?, &mut self.plan);
         let is_end = until_s >= plan.end_s;
         let until_steps = if is_end { plan.part.end_steps() } else { plan.part.place_at(until_s) };
-        let (mm_per_step, tag) = (block.mm_per_step, block.wanted.tag);
-        let leg = Leg { part: plan.part, until_steps, until_s, mm_per_step, tag, kind: plan.kind };
+        let Block { mm_per_step, asked_steps_s, wanted: Wanted { tag, .. }, .. } = *block;
+        let leg = Leg { part: plan.part, until_steps, until_s, mm_per_step, asked_steps_s, tag, kind: plan.kind };
         plan.kind = LegKind::Further;
         (self.at_s, self.place_steps) = (until_s, until_steps);
         if is_end && plan.ends_block {

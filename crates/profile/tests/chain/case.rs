@@ -95,7 +95,7 @@ fn moves(all: Vec<(Course, Option<f64>, bool)>) -> Vec<Wanted<AXES>> {
             (0, _) | (_, None) => feed,
             (_, Some(last)) => last.feed_mm_s,
         };
-        moves.push(Wanted { steps, feed_mm_s, stops, tag: index as u32 });
+        moves.push(Wanted { steps, feed_mm_s, stops, tag: index as u64 });
     }
     moves
 }

@@ -17,7 +17,7 @@ fn limits(start: f64, top: f64, accel: f64) -> Limits {
     }
 }
 
-fn wanted(steps: [i32; AXES], tag: u32) -> Wanted<AXES> {
+fn wanted(steps: [i32; AXES], tag: u64) -> Wanted<AXES> {
     Wanted { steps, feed_mm_s: None, stops: false, tag }
 }
 
@@ -27,7 +27,7 @@ fn straight(moves: i32, steps: i32) -> Chain<AXES, 4> {
         Terms::new([limits(0.0, 1e3, 1e4); AXES], [0.01; AXES], 0.01, IntervalLaw::Fastest, SpeedLaw::Trapezoid);
     let mut chain = Chain::new(terms);
     for tag in 0..moves {
-        chain.push(wanted([steps, 0, 0], tag as u32)).unwrap();
+        chain.push(wanted([steps, 0, 0], tag as u64)).unwrap();
     }
     chain
 }
@@ -190,7 +190,7 @@ prop_compose! {
         let moves = steps.iter().enumerate().map(|(tag, shares)| {
             let steps = shares.map(|share| (10f64.powf(log) * share) as i32);
             let steps = if steps == [0; AXES] { [1, 0, 0] } else { steps };
-            wanted(steps, tag as u32)
+            wanted(steps, tag as u64)
         });
         Case {
             limits, mm_per_step: [0.01, 0.001, 0.02], deviation_mm: 0.01, interval_law: IntervalLaw::Fastest, law,

@@ -54,7 +54,7 @@ impl<'a> Follower<'a> {
     }
 
     /// The move with that tag.
-    pub fn one(&self, tag: u32) -> Move {
+    pub fn one(&self, tag: u64) -> Move {
         Move::new(self.case, self.case.moves[tag as usize], self.shares)
     }
 
@@ -87,7 +87,7 @@ impl<'a> Follower<'a> {
     pub fn rests(&self) -> TestCaseResult {
         if let Some(last) = &self.last {
             // Or it would have gone round a corner at that speed, and does not turn into the move that follows.
-            let next = (last.tag + 1).min(self.case.moves.len() as u32 - 1);
+            let next = (last.tag + 1).min(self.case.moves.len() as u64 - 1);
             let start_mm_s = self.one(last.tag).free_mm_s.max(self.one(next).free_mm_s);
             prop_assert!(self.speed_mm_s() <= start_mm_s * LIMIT_SLACK + self.unit_mm_s, "{}", self.speed_mm_s());
         }

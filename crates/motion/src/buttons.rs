@@ -1,0 +1,70 @@
+//! Buttons and the safety door: debounced inputs that hold and resume.
+
+use core::convert::Infallible;
+
+use embedded_hal::digital::InputPin;
+use embedded_hal_async::digital::Wait;
+
+use crate::limit::{debounced_low, wait_level};
+use crate::machine::Machine;
+
+/// Watches the button of the feed hold for ever: to ground with a pull-up, so low is pressed. Its first edge holds the
+/// machine. If the configuration says so, it is the safety door's switch instead, low while the door is open.
+///
+/// # Cancellation
+/// Dropping it leaves the input unwatched; nothing moves.
+pub async fn watch_hold<I: InputPin<Error = Infallible> + Wait>(machine: &Machine, mut input: I) -> ! {
+    loop {
+        wait_level(&mut input, true).await;
+        let is_door = machine.config().hold_is_door;
+        // At once: a false one costs less than a late one.
+        if is_door {
+            machine.set_door(true)
+        } else {
+            machine.hold()
+        };
+        machine.set_button(0, !is_door);
+        while debounced_low(&mut input, machine.config().homing.debounce).await {
+            wait_level(&mut input, false).await;
+        }
+        machine.set_door(false);
+        machine.set_button(0, false);
+    }
+}
+
+/// Watches the button of the cycle start for ever: to ground with a pull-up, so low is pressed. Pressed for the debounce time
+/// it resumes a held machine.
+///
+/// # Cancellation
+/// Dropping it leaves the input unwatched; nothing moves.
+pub async fn watch_start<I: InputPin<Error = Infallible> + Wait>(machine: &Machine, mut input: I) -> ! {
+    loop {
+        wait_level(&mut input, true).await;
+        if !debounced_low(&mut input, machine.config().homing.debounce).await {
+            continue;
+        }
+        machine.resume();
+        machine.set_button(1, true);
+        loop {
+            wait_level(&mut input, false).await;
+            if !debounced_low(&mut input, machine.config().homing.debounce).await {
+                break;
+            }
+        }
+        machine.set_button(1, false);
+    }
+}
+
+/// Watches the probe for ever, whose input is low or high while it touches, as configured. The place of a contact is as exact
+/// as this task is soon.
+///
+/// # Cancellation
+/// Dropping it leaves the probe unwatched: a motion that probes goes on to its end.
+pub async fn watch_probe<I: InputPin<Error = Infallible> + Wait>(machine: &Machine, mut input: I) -> ! {
+    let Ok(mut is_low) = input.is_low();
+    loop {
+        machine.probe_edge(is_low);
+        is_low = !is_low;
+        wait_level(&mut input, is_low).await;
+    }
+}

@@ -1,0 +1,77 @@
+//! The safety door: a hold with all outputs off.
+
+use super::{Cause, Forget, Inner, Machine};
+use crate::event::State;
+
+/// What the safety door has done.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Door {
+    /// It is open now.
+    pub is_open: bool,
+    /// It was opened, and the machine is held for that.
+    pub is_held: bool,
+    /// That hold is over, and the spindle gets its speed.
+    pub is_resuming: bool,
+}
+
+impl Door {
+    /// It has done nothing, and is closed.
+    pub(super) const CLOSED: Self = Self { is_open: false, is_held: false, is_resuming: false };
+
+    pub(super) fn keeps_off(self) -> bool {
+        self.is_open || self.is_held
+    }
+}
+
+impl Machine {
+    /// The safety door has been opened, or somebody says so: holds as [`hold`](Self::hold) does, with all outputs off once it
+    /// stands still; a laser goes out at once. Homing is stopped.
+    pub fn open_door(&self) {
+        let homes = self.transition(|inner, state| match state {
+            State::Alarm(_) => (state, false),
+            State::Home => (state, true),
+            _ => {
+                inner.door = Door { is_held: true, is_resuming: false, ..inner.door };
+                (inner.begin_hold(state), false)
+            }
+        });
+        if homes {
+            self.stop(Cause::Door);
+        }
+        self.tool.ask();
+        self.ask();
+    }
+
+    /// The safety door is open, or closed, debounced. While it is open nothing resumes.
+    pub fn set_door(&self, is_open: bool) {
+        let opens = self.with(|inner| core::mem::replace(&mut inner.door.is_open, is_open) != is_open && is_open);
+        if opens {
+            self.open_door();
+        }
+        self.tool.ask();
+    }
+}
+
+impl Machine {
+    /// The button of the feed hold (0) or of the cycle start (1) is pressed, or not, for [`Status`](super::Status).
+    pub(crate) fn set_button(&self, button: usize, is_pressed: bool) {
+        self.with(|inner| inner.buttons[button] = is_pressed);
+    }
+}
+
+impl Inner {
+    /// Holds a machine in `state`: what it is in then. A jog is cancelled.
+    pub(super) fn begin_hold(&mut self, state: State) -> State {
+        match state {
+            State::Idle | State::Run | State::Hold { .. } => {
+                self.held = true;
+                State::Hold { still: !self.moving }
+            }
+            State::Jog => {
+                (self.held, self.forget) = (self.door.is_held, Forget::Jogs);
+                state
+            }
+            _ => state,
+        }
+    }
+}

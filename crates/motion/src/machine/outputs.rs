@@ -1,0 +1,186 @@
+//! What the tool's outputs are to be, and what puts them off.
+
+use core::cell::Cell;
+use core::sync::atomic::{AtomicU16, Ordering};
+
+use embassy_sync::blocking_mutex::Mutex;
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::signal::Signal;
+use embassy_time::Instant;
+
+use super::{Busy, Inner, Machine};
+use crate::event::State;
+use crate::port::Brake;
+use crate::tool::{Level, Outputs, Spindle, StretchQueue, ToolWanted};
+
+/// Between the machine and its tool's task.
+pub(super) struct ToolLink {
+    stretches: StretchQueue,
+    asked: Signal<CriticalSectionRawMutex, ()>,
+    level: AtomicU16,
+    brake: Mutex<CriticalSectionRawMutex, Cell<Brake>>,
+}
+
+impl ToolLink {
+    pub const fn new() -> Self {
+        Self {
+            stretches: StretchQueue::new(),
+            asked: Signal::new(),
+            level: AtomicU16::new(0),
+            brake: Mutex::new(Cell::new(|_engaged| {})),
+        }
+    }
+
+    /// Has the task look at what is asked of the outputs.
+    pub fn ask(&self) {
+        self.asked.signal(());
+    }
+
+    /// The level that the PWM output has now, overridden.
+    pub fn level(&self) -> Level {
+        Level::from_65535ths(self.level.load(Ordering::Relaxed))
+    }
+
+    fn brake(&self, engaged: bool) {
+        self.brake.lock(Cell::get)(engaged);
+    }
+}
+
+/// What is asked of the outputs, and what keeps them off.
+pub(super) struct OutputsAsked {
+    pub asked: Outputs,
+    /// Of the spindle's level, percent.
+    pub percent: u8,
+    /// The spindle was stopped in a hold, by hand.
+    pub is_stopped: bool,
+    /// When the spindle has its speed: nothing moves before.
+    pub ready_at: Instant,
+    /// How often all were put off.
+    pub stops: u32,
+}
+
+impl OutputsAsked {
+    pub const fn new() -> Self {
+        Self { asked: Outputs::OFF, percent: 100, is_stopped: false, ready_at: Instant::MIN, stops: 0 }
+    }
+}
+
+impl Machine {
+    /// Changes the outputs. A spindle that begins to turn, or turns the other way, has the motions that follow wait until it has
+    /// its speed.
+    ///
+    /// # Errors
+    /// In an alarm they stay off.
+    pub fn set_outputs(&self, outputs: Outputs) -> Result<(), Busy> {
+        self.transition(|inner, state| {
+            if matches!(state, State::Alarm(_)) && outputs != Outputs::OFF {
+                return (state, Err(Busy(state)));
+            }
+            let before = inner.effective(state).spindle;
+            inner.outputs.asked = outputs;
+            inner.spin_up(before, state);
+            self.tool.ask();
+            (state, Ok(()))
+        })
+    }
+
+    /// What was asked of the outputs last, unless all have been put off since.
+    #[must_use]
+    pub fn outputs(&self) -> Outputs {
+        self.with(|inner| inner.outputs.asked)
+    }
+
+    /// The spindle's speed, or the laser's level, is to be so many percent of what it is without, at once.
+    pub fn set_spindle_percent(&self, percent: u8) {
+        self.with(|inner| inner.outputs.percent = percent);
+        self.tool.ask();
+    }
+
+    /// While held, stops the spindle, or has it turn again. It turns again with the resume, too.
+    pub fn toggle_spindle(&self) {
+        self.transition(|inner, state| {
+            if matches!(state, State::Hold { still: true }) {
+                let before = inner.effective(state).spindle;
+                inner.outputs.is_stopped = !inner.outputs.is_stopped;
+                inner.spin_up(before, state);
+                self.tool.ask();
+            }
+            (state, ())
+        });
+    }
+}
+
+impl Inner {
+    /// What the outputs are now: not all that is asked of them where a hold, or a door, keeps them off.
+    pub(super) fn effective(&self, state: State) -> Outputs {
+        let (outputs, laser) = (self.outputs.asked, self.config.tool.laser);
+        let is_guarded = self.door.keeps_off() && (laser || !self.moving);
+        if is_guarded {
+            return Outputs::OFF;
+        }
+        let is_dark = laser && state == State::Hold { still: true };
+        if is_dark || self.outputs.is_stopped { outputs.without_spindle() } else { outputs }
+    }
+
+    /// Where the spindle turns otherwise than `before`, what follows waits until it has its speed.
+    pub(super) fn spin_up(&mut self, before: Spindle, state: State) {
+        let spindle = self.effective(state).spindle;
+        if spindle != before && spindle != Spindle::Off && !self.config.tool.laser {
+            self.outputs.ready_at = Instant::now() + self.config.tool.spin_up;
+        }
+    }
+}
+
+/// For the tasks of this crate.
+impl Machine {
+    /// Puts all outputs off at once. In a critical section with what is the reason.
+    pub(super) fn cut_outputs(&self, inner: &mut Inner) {
+        let OutputsAsked { asked, is_stopped, ready_at, stops, .. } = &mut inner.outputs;
+        (*asked, *is_stopped, *ready_at) = (Outputs::OFF, false, Instant::MIN);
+        *stops = stops.wrapping_add(1);
+        (inner.door.is_held, inner.door.is_resuming) = (false, false);
+        self.tool.brake(true);
+        self.tool.ask();
+    }
+
+    /// The same, for a step port that has faulted.
+    pub(crate) fn cut(&self) {
+        self.with(|inner| self.cut_outputs(inner));
+    }
+
+    /// Takes over the brake of the tool's port, whose outputs are off.
+    pub(crate) fn fit_tool(&self, brake: Brake) {
+        self.tool.brake.lock(|fitted| fitted.set(brake));
+    }
+
+    pub(crate) fn tool_wanted(&self) -> ToolWanted {
+        self.with(|inner| ToolWanted {
+            config: inner.config.tool,
+            outputs: inner.effective(self.state()),
+            percent: inner.outputs.percent,
+            stops: inner.outputs.stops,
+        })
+    }
+
+    /// Takes the brake off the outputs, which are as they are to be, unless it has been put on more often than `stops` times.
+    pub(crate) fn release_tool(&self, stops: u32) {
+        self.with(|inner| {
+            if inner.outputs.stops == stops {
+                self.tool.brake(false);
+            }
+        });
+    }
+
+    /// Waits until something else is asked of the outputs.
+    pub(crate) async fn wait_tool(&self) {
+        self.tool.asked.wait().await;
+    }
+
+    pub(crate) fn stretches(&self) -> &StretchQueue {
+        &self.tool.stretches
+    }
+
+    pub(crate) fn note_level(&self, level: Level) {
+        self.tool.level.store(level.of_65535(), Ordering::Relaxed);
+    }
+}

@@ -1,0 +1,77 @@
+//! Probing: a straight way until a contact closes, or opens.
+//!
+//! The instant of the contact is known, and so, from the plan, is the step at which it came: edges are where the plan has
+//! them. Behind it the machine brakes on its path, so the place where it stands is another.
+
+use core::convert::Infallible;
+
+use embassy_time::Instant;
+use embedded_hal::digital::OutputPin;
+
+use crate::axes::AXES;
+use crate::coordinator::Coordinator;
+use crate::event::{Alarm, Finish};
+use crate::flow::Purpose;
+use crate::legs::Legs;
+use crate::machine::{ProbeMove, Probed};
+
+impl<E, F> Coordinator<'_, E, F>
+where
+    E: OutputPin<Error = Infallible>,
+    F: FnMut(crate::event::Event),
+{
+    /// Goes on the way until the contact, and stands a little behind it.
+    pub(crate) async fn probe(&mut self, probe: ProbeMove) -> Result<(), Alarm> {
+        let ProbeMove { target_steps, feed_mm_s, away, must, line } = probe;
+        let origin_steps = self.machine.position_steps();
+        self.machine.set_probed(Probed { touched: false, position_steps: origin_steps });
+        if !self.machine.seek_contact(!away) {
+            return Err(Alarm::ProbeInitial);
+        }
+        let steps = core::array::from_fn(|axis| target_steps[axis].wrapping_sub(origin_steps[axis]));
+        self.contact_steps = None;
+        let finish = if steps == [0; AXES] {
+            Finish::Done
+        } else {
+            self.begin_chain(Purpose::Probe);
+            self.push(steps, Some(feed_mm_s), true, u64::from(line))?;
+            let finish = self.make(Purpose::Probe).await;
+            self.chain.clear();
+            finish
+        };
+        let made_steps = self.contact_steps.take();
+        let position_steps = match made_steps {
+            Some(made_steps) => core::array::from_fn(|axis| origin_steps[axis] + made_steps[axis]),
+            None => self.machine.position_steps(),
+        };
+        let touched = made_steps.is_some();
+        self.machine.set_probed(Probed { touched, position_steps });
+        match finish {
+            Finish::Stopped => Err(self.stop_alarm()),
+            Finish::Fault { axis, fault } => Err(self.fault_alarm(axis, fault)),
+            Finish::Done | Finish::Held if touched || !must || self.machine.is_to_forget() => Ok(()),
+            Finish::Done | Finish::Held => Err(Alarm::ProbeContact),
+        }
+    }
+
+    /// Looks whether the contact has come in the run that started at `start`: the steps that each axis had made by then.
+    pub(crate) fn note_contact(&mut self, start: Instant) -> bool {
+        if self.contact_steps.is_none()
+            && let Some(at) = self.machine.contact_at()
+        {
+            let t_s = at.saturating_duration_since(start).as_micros() as f64 * 1e-6;
+            self.contact_steps = Some(made_steps(self.legs, t_s));
+        }
+        self.contact_steps.is_some()
+    }
+}
+
+/// The signed steps of each axis that the plan of a run's only move has made by `t_s`.
+fn made_steps(legs: &Legs, t_s: f64) -> [i32; AXES] {
+    let Some(leg) = legs.under_way_at(t_s) else { return [0; AXES] };
+    let place_steps = leg.part.place_at(t_s);
+    core::array::from_fn(|axis| {
+        let made = leg.part.steps_before(axis, place_steps) as i32;
+        made * leg.part.steps[axis].signum()
+    })
+}

@@ -1,0 +1,63 @@
+//! Levels to duties of the PWM output.
+
+use super::Level;
+
+/// Which duty makes which level: none for none, and from the least level to the full one evenly from the least duty to the full.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Duties {
+    least: Level,
+    least_duty: u16,
+    full_duty: u16,
+    /// Duty a level, times 65,536.
+    gain: u32,
+}
+
+impl Duties {
+    /// The duties, both of 65,535, of the least level, which is the slowest that a spindle turns, and of the full one.
+    #[must_use]
+    pub fn new(least: Level, least_duty: u16, full_duty: u16) -> Self {
+        let (duties, levels) = (full_duty.saturating_sub(least_duty), u16::MAX - least.of_65535());
+        let gain = (u32::from(duties) << 16).checked_div(levels.into()).unwrap_or(0);
+        Self { least, least_duty, full_duty, gain }
+    }
+
+    /// The duty that makes `level`, of 65,535. Below the least level it is that of the least.
+    #[must_use]
+    pub fn duty(&self, level: Level) -> u16 {
+        match level {
+            Level::ZERO => 0,
+            Level::FULL => self.full_duty,
+            _ => {
+                let above = u64::from(level.of_65535().saturating_sub(self.least.of_65535()));
+                self.least_duty + ((above * u64::from(self.gain)) >> 16) as u16
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn duties_are_even_between_the_least_and_the_full() {
+        let plain = Duties::new(Level::ZERO, 0, u16::MAX);
+        let levels = [0.0, 0.001, 0.25, 0.5, 1.0].map(Level::of_share);
+        for level in levels {
+            assert!(plain.duty(level).abs_diff(level.of_65535()) <= 1, "{level:?}");
+        }
+        // A spindle of 24,000 rpm that turns from 6,000 on, at 20 %, and is at its full speed at 90 %.
+        let spindle = Duties::new(Level::of_share(0.25), 13_107, 58_982);
+        assert_eq!(levels.map(|level| spindle.duty(level)), [0, 13_107, 13_107, 28_398, 58_982]);
+    }
+
+    #[test]
+    fn nothing_is_off_and_no_duty_is_above_the_full_one() {
+        for least in [0.0, 0.3, 0.999, 1.0].map(Level::of_share) {
+            let duties = Duties::new(least, 1_000, 50_000);
+            assert_eq!(duties.duty(Level::ZERO), 0);
+            let all = (1..=1_000).map(|share| duties.duty(Level::of_share(share as f32 / 1_000.0)));
+            assert!(all.is_sorted() && duties.duty(Level::FULL) == 50_000, "{least:?}");
+        }
+    }
+}
