@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 
 use isostep_console::{
-    Block, Command, Coordinates, Error, Interpreter, Jog, LineAssembler, Move, Overrides, Rate, Realtime, Refusal,
-    Settings, State, Status, StatusReporter,
+    Block, Command, Coordinates, Error, Interpreter, Jog, LineAssembler, Move, Overrides, Probe, Rate, Realtime,
+    Refusal, Settings, State, Status, StatusReporter,
     parameters::{STARTUP_LINES, StoredLine},
     realtime, report,
 };
@@ -161,6 +161,12 @@ fn describe(heard: &mut String, block: &Block) {
     if let Some(tool) = block.tool_change {
         write!(heard, "(tool {tool}) ").unwrap();
     }
+    let switches = [
+        (block.switches_spindle, "(spindle) "),
+        (block.changes_speed, "(speed) "),
+        (block.switches_coolant, "(coolant) "),
+    ];
+    switches.into_iter().filter(|(switches, _)| *switches).for_each(|(_, name)| heard.push_str(name));
     if let Some(seconds) = block.dwell_s {
         write!(heard, "(wait {seconds} s) ").unwrap();
     }
@@ -178,6 +184,10 @@ fn describe(heard: &mut String, block: &Block) {
             write!(heard, "(arc {mm_min:.1} {target_mm:?} of {length_mm:.3} in {bounds_mm}) ").unwrap();
         }
         None => {}
+    }
+    if let Some(Probe { target_mm, mm_min, away, must }) = block.probe {
+        let (way, or) = (if away { "away" } else { "toward" }, if must { " or alarm" } else { "" });
+        write!(heard, "(probe {way}{or} {mm_min} {target_mm:?}) ").unwrap();
     }
     if block.motion.is_some_and(|motion| motion.exact_stop) {
         heard.push_str("(stop) ");
