@@ -160,6 +160,20 @@ pub struct Jog {
     pub mm_min: f32,
 }
 
+/// How far a machine is whose safety door was opened; its value is the number that a status report gives it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Door {
+    /// At rest, the door closed again: ready to resume.
+    Closed = 0,
+    /// At rest, the door open.
+    Open = 1,
+    /// Braking, or the outputs going off.
+    Stopping = 2,
+    /// The door closed and the machine resuming: the spindle is spinning up.
+    Resuming = 3,
+}
+
 /// The machine's state, as a status report names it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum State {
@@ -172,6 +186,8 @@ pub enum State {
         /// Not at rest yet.
         stopping: bool,
     },
+    /// Held as by a feed hold, spindle and coolant off: the safety door was opened.
+    Door(Door),
     /// Jogging.
     Jog,
     /// Homing.
@@ -196,7 +212,7 @@ impl State {
     /// [`Error::NotIdle`], or [`Error::Locked`] in Alarm and while jogging.
     pub const fn takes_gcode(self) -> Result<(), Error> {
         match self {
-            Self::Idle | Self::Run | Self::Hold { .. } | Self::Check => Ok(()),
+            Self::Idle | Self::Run | Self::Hold { .. } | Self::Door(_) | Self::Check => Ok(()),
             Self::Home | Self::Sleep => Err(Error::NotIdle),
             Self::Alarm | Self::Jog => Err(Error::Locked),
         }
@@ -210,6 +226,10 @@ impl fmt::Display for State {
             Self::Run => "Run",
             Self::Hold { stopping: false } => "Hold:0",
             Self::Hold { stopping: true } => "Hold:1",
+            Self::Door(Door::Closed) => "Door:0",
+            Self::Door(Door::Open) => "Door:1",
+            Self::Door(Door::Stopping) => "Door:2",
+            Self::Door(Door::Resuming) => "Door:3",
             Self::Jog => "Jog",
             Self::Home => "Home",
             Self::Alarm => "Alarm",

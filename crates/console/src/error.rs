@@ -18,6 +18,7 @@ codes! {
         SoftLimitsNeedHoming = 10, "Soft limits need homing: set $22=1 first.";
         LineTooLong = 11, "A line holds 79 characters, spaces and comments not counted: split it.";
         RateTooHigh = 12, "The step rate is above what the outputs carry: lower $110-$112, $100-$102 or $0.";
+        DoorOpen = 13, "The safety door is open: close it and try again.";
         TravelExceeded = 15, "The jog would leave the travel ($130-$132), so it was not begun: jog less far.";
         BadJog = 16, "A jog is $J= with axis words, F, G20, G21, G90, G91 or G53: remove all else.";
         Unsupported = 20, "The machine has no such code or word: remove it, or do what the message before the refusal says.";

@@ -27,6 +27,10 @@ pub mod messages {
     pub const UNLOCKED: &str = "Caution: Unlocked";
     /// A limit switch is pressed where none should be.
     pub const CHECK_LIMITS: &str = "Check Limits";
+    /// The safety door is open where it should be closed.
+    pub const CHECK_DOOR: &str = "Check Door";
+    /// A resume turns the spindle on again that 0x9E has turned off.
+    pub const RESTORING_SPINDLE: &str = "Restoring spindle";
     /// M6, where T has named no tool.
     pub const CHANGE_TOOL: &str = "M6: change the tool, then resume with ~";
     /// M2 or M30.

@@ -1,8 +1,8 @@
 //! Whatever arrives: one answer a line, and after an error everything is as before.
 
 use isostep_console::{
-    Alarm, Command, Error, Interpreter, LineAssembler, MAX_COORDINATE_MM, Realtime, Refusal, SETTING_TABLE, Settings,
-    State, realtime, report, stopped_at,
+    Alarm, Command, Door, Error, Interpreter, LineAssembler, MAX_COORDINATE_MM, Realtime, Refusal, SETTING_TABLE,
+    Settings, State, realtime, report, stopped_at,
 };
 use proptest::prelude::*;
 
@@ -20,6 +20,10 @@ const STATES: &[State] = &[
     State::Run,
     State::Hold { stopping: false },
     State::Hold { stopping: true },
+    State::Door(Door::Closed),
+    State::Door(Door::Open),
+    State::Door(Door::Stopping),
+    State::Door(Door::Resuming),
     State::Jog,
     State::Home,
     State::Alarm,
@@ -32,7 +36,7 @@ fn bytes() -> impl Strategy<Value = Vec<u8>> {
     let fragment = prop_oneof![
         38 => prop::sample::select(fragments).prop_map(<[u8]>::to_vec),
         1 => any::<u8>().prop_map(|byte| vec![byte]),
-        1 => prop::sample::select(vec![&b" "[..], b"\t", b"\x84", b"\x85", b"\x90", b"\xC2\x96", b"\xA0"]).prop_map(<[u8]>::to_vec),
+        1 => prop::sample::select(vec![&b" "[..], b"\t", b"\x84", b"\x85", b"\x90", b"\xC2\x96", b"\x9E", b"\xA0", b"\xA1"]).prop_map(<[u8]>::to_vec),
     ];
     let end = prop::sample::select(vec!["\n", "\n", "\r", "\r\n", ""]);
     let line = (prop::collection::vec(fragment, 0..6), end)

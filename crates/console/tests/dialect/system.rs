@@ -2,7 +2,7 @@
 
 use crate::talk::{Talk, carries};
 use expect_test::{Expect, expect};
-use isostep_console::{SETTING_TABLE, Settings, State};
+use isostep_console::{Door, SETTING_TABLE, Settings, State};
 
 fn check(state: State, text: &str, heard: Expect) {
     heard.assert_eq(&Talk::new(state).send(text));
@@ -62,6 +62,33 @@ fn commands_when_running() {
             X1 -> (rapid [1.0, 0.0, 0.0]) ok
         "#]],
     );
+}
+
+#[test]
+fn commands_when_the_door_was_opened() {
+    let commands = "$\n$G\n$$\n$#\n$I\n$100=60\n$H\n$C\n$SLP\n$X\n$J=X1 F1\n$N0=G0\nM3 S1\nX1\nG38.2 Z-1 F1";
+    let heard = [Door::Closed, Door::Open, Door::Stopping, Door::Resuming].map(|door| {
+        assert!(!State::Door(door).at_rest());
+        Talk::new(State::Door(door)).send(commands)
+    });
+    assert_eq!(heard, [(); 4].map(|()| Talk::new(State::Hold { stopping: false }).send(commands)));
+    expect![[r#"
+        $ -> [HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x] [MSG:$En and $An explain a refusal or an alarm by its number n, $BUZZ=X moves X to and fro, $BOOT makes way for new firmware] ok
+        $G -> [GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0] ok
+        $$ -> error:8
+        $# -> error:8
+        $I -> error:8
+        $100=60 -> error:8
+        $H -> error:8
+        $C -> error:8
+        $SLP -> error:8
+        $X -> (unlock) ok
+        $J=X1 F1 -> error:8
+        $N0=G0 -> error:8
+        M3 S1 -> (spindle) (speed) ok
+        X1 -> (rapid [1.0, 0.0, 0.0]) ok
+        G38.2 Z-1 F1 -> (probe toward or alarm 1 [1.0, 0.0, -1.0]) ok
+    "#]].assert_eq(&heard[0]);
 }
 
 #[test]
