@@ -10,8 +10,8 @@ codes! {
         HardLimit = 1, "* limit switch closed, steps may be lost: $X, move off it, then $H";
         SoftLimit = 2, "* target outside the travel ($130-$132), nothing moved: correct the program or the travel, then $X";
         ResetInMotion = 3, "reset again while braking, steps may be lost: $X, then $H";
-        ProbeInitial = 4, "the probe touched before it moved, or for G38.4 and G38.5 did not, nothing moved: check its wiring and $6, then $X";
-        ProbeContact = 5, "the probe met nothing on its way, or never came free: check its wiring, $6 and the target, then $X";
+        ProbeInitial = 4, "the probe was not as it had to be before it moved: free it (G38.4: touch first), check $6, then $X";
+        ProbeContact = 5, "the probe met nothing on its way: check its wiring, $6 and the target, then $X";
         HomingReset = 6, "reset while homing, position unknown: home again with $H";
         HomingDoor = 7, "the safety door opened while homing, position unknown: close it, home again with $H";
         PullOff = 8, "* limit switch still closed after pulling off: free a stuck switch, raise $27, check $5";

@@ -34,7 +34,7 @@ codes! {
         AbsoluteNeedsMotion = 30, "G53 works with G0 and G1 only: add one of them.";
         UnusedAxisWords = 31, "G80 is in force, so nothing uses the axis words: add G0 or G1.";
         PlaneAxesMissing = 32, "An arc needs an axis word of its plane: G17 wants X or Y, G18 X or Z, G19 Y or Z.";
-        InvalidTarget = 33, "No arc leads there, a probe would not move, or it is more than 10 m from zero: check G20, G21, G90, G91, I, J, K, R.";
+        InvalidTarget = 33, "No arc or probe leads there, or it is over 10 m from zero: check G20, G21, G90, G91, I, J, K, R.";
         RadiusTooSmall = 34, "The target is farther than twice the radius: raise R.";
         OffsetsMissing = 35, "An arc needs its centre or its radius: G17 wants I or J, G18 I or K, G19 J or K, or R.";
         UnusedWords = 36, "No code on the line uses one of its words: remove it.";

@@ -83,7 +83,7 @@ impl Interpreter {
         self.position_mm = position_mm;
     }
 
-    /// Where the last probe ended, in machine coordinates, and whether its contact changed there; zero and false before.
+    /// Where the last probe ended, in machine coordinates, and whether its contact changed there; at first zero and no.
     pub fn touched(&self) -> ([f32; AXES], bool) {
         (self.touched_mm, self.touched)
     }

@@ -1,6 +1,7 @@
 //! What stays in force from one block to the next.
 
-/// The mode that bare axis words move by; its value is the G-code's number, or of G38.2 to G38.5, as Grbl has it, 140 to 143.
+/// The mode that bare axis words move by; its value is the G-code's number, and for G38.2 to G38.5 Grbl's own, 140 to
+/// 143.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(u8)]
 pub enum MotionMode {

@@ -125,8 +125,8 @@ pub fn parameter(out: &mut impl Write, index: usize, interpreter: &Interpreter, 
     }
 }
 
-/// `[PRB:x,y,z:n]`, in machine coordinates: where the last probe ended, and 1 if its contact changed there. A line of `$#`,
-/// and sent unasked after a probe.
+/// `[PRB:x,y,z:n]`, in machine coordinates: where the last probe ended, and 1 if its contact changed there. A line of
+/// `$#`, and sent unasked after a probe.
 pub fn probed(out: &mut impl Write, interpreter: &Interpreter, inches: bool) -> Result {
     let (place_mm, touched) = interpreter.touched();
     out.write_str("[PRB:")?;

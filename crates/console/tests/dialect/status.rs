@@ -97,8 +97,8 @@ fn the_mask_chooses_fields_and_inches_scale() {
     .assert_eq(&heard.replace('\r', ""));
 }
 
-/// Every field as long as it can be: a work position is off by a system, a shift and a tool's length, a
-/// feed along three axes at the highest `$110` has 9 digits, and so has twice the greatest S.
+/// Every field as long as it can be: a work position is off by a system, a shift and a tool's length; a feed along three
+/// axes at the highest `$110` has 9 digits, and so has twice the greatest S.
 #[test]
 fn the_longest_report_is_as_long_as_promised() {
     let status = Status {
