@@ -174,20 +174,8 @@ impl Interpreter {
         let before = words.non_modal.is_some().then_some(self.coordinates);
         let (via_mm, go_to) = self.non_modal(&mut words)?;
         let changes_coordinates = before.is_some_and(|before| before != self.coordinates);
-        let mut motion = go_to.or(self.motion(&mut words)?);
-        let probe = if self.modal.motion.probes() { self.probe(&words, &mut motion)? } else { None };
-        if words.blends {
-            // How far G64 may stray from the path: $11 says that here.
-            words.take(b'P');
-        }
-        words.check_all_used()?;
-        if let Some(Move { target_mm, .. }) = motion {
-            self.position_mm = target_mm;
-        }
+        let motion = go_to.or(self.motion(&mut words)?);
         let Words { pauses, ends_program, .. } = words;
-        if ends_program {
-            self.modal.end_program();
-        }
         let mut block = Block {
             line_number,
             tool_change,
@@ -197,13 +185,27 @@ impl Interpreter {
             dwell_s,
             via_mm,
             motion,
-            probe,
+            probe: None,
             pauses,
             changes_coordinates,
             ends_program,
         };
+        if self.modal.motion.probes() {
+            self.probe(&words, &mut block)?;
+        }
+        if words.blends {
+            // How far G64 may stray from the path: $11 says that here.
+            words.take(b'P');
+        }
+        words.check_all_used()?;
+        if let Some(Move { target_mm, .. }) = block.motion {
+            self.position_mm = target_mm;
+        }
         if pauses {
             block.pauses = tool_change.is_none() || block.acts_after_tool_change();
+        }
+        if ends_program {
+            self.modal.end_program();
         }
         Ok(block)
     }
@@ -263,17 +265,18 @@ impl Interpreter {
 
     /// Makes the straight way of G38.2 to G38.5 a probe, which takes its place; the program goes on from its target.
     #[cold]
-    fn probe(&mut self, words: &Words, motion: &mut Option<Move>) -> Result<Option<Probe>, Error> {
+    fn probe(&mut self, words: &Words, block: &mut Block) -> Result<(), Error> {
+        let Some(Move { target_mm, rate: Rate::Feed { mm_min }, .. }) = block.motion else { return Ok(()) };
         if words.axis_command != Some(AxisCommand::Motion) {
-            return Ok(None);
+            return Ok(());
         }
-        let Some(Move { target_mm, rate: Rate::Feed { mm_min }, .. }) = motion.take() else { return Ok(None) };
         if target_mm == self.position_mm {
             return Err(Error::InvalidTarget);
         }
-        self.position_mm = target_mm;
         let mode = self.modal.motion;
-        Ok(Some(Probe { target_mm, mm_min, away: mode.probes_away(), must: mode.must_touch() }))
+        block.probe = Some(Probe { target_mm, mm_min, away: mode.probes_away(), must: mode.must_touch() });
+        (block.motion, self.position_mm) = (None, target_mm);
+        Ok(())
     }
 
     fn feed_mm_min(&self, target_mm: [f32; AXES], arc: Option<Arc>) -> f32 {
