@@ -10,7 +10,10 @@ codes! {
         HardLimit = 1, "* limit switch closed, steps may be lost: $X, move off it, then $H";
         SoftLimit = 2, "* target outside the travel ($130-$132), nothing moved: correct the program or the travel, then $X";
         ResetInMotion = 3, "reset again while braking, steps may be lost: $X, then $H";
+        ProbeInitial = 4, "the probe was not as it had to be before it moved: free it (G38.4: touch first), check $6, then $X";
+        ProbeContact = 5, "the probe met nothing on its way: check its wiring, $6 and the target, then $X";
         HomingReset = 6, "reset while homing, position unknown: home again with $H";
+        HomingDoor = 7, "the safety door opened while homing, position unknown: close it, home again with $H";
         PullOff = 8, "* limit switch still closed after pulling off: free a stuck switch, raise $27, check $5";
         SwitchNotFound = 9, "* limit switch never closed: check its wiring, the direction ($23) and the travel ($130-$132)";
         EmergencyStop = 10, "emergency stop pressed: release it, then $X and $H";

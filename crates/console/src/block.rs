@@ -194,6 +194,10 @@ impl Words {
             100 => self.motion(MotionMode::Linear)?,
             200 => self.motion(MotionMode::ClockwiseArc)?,
             300 => self.motion(MotionMode::CounterClockwiseArc)?,
+            3820 => self.motion(MotionMode::ProbeToward)?,
+            3830 => self.motion(MotionMode::ProbeTowardIfAny)?,
+            3840 => self.motion(MotionMode::ProbeAway)?,
+            3850 => self.motion(MotionMode::ProbeAwayIfAny)?,
             400 => self.non_modal(NonModal::Dwell),
             1000 => self.non_modal_with_axes(NonModal::SetWorkOffset)?,
             1700 | 1800 | 1900 => { modal.plane = code as u8 - 17; Group::Plane }

@@ -82,18 +82,34 @@ pub struct Block {
     pub line_number: u32,
     /// M6: first of all hold until a resume, for this tool to be put in; 0 where none was named.
     pub tool_change: Option<u8>,
+    /// M3, M4 or M5 other than in force before the line: the modal state tells which.
+    pub switches_spindle: bool,
+    /// S other than in force before the line: the modal state tells it, in rpm.
+    pub changes_speed: bool,
+    /// M7, M8 or M9 that change what was in force before the line: the modal state tells what is on.
+    pub switches_coolant: bool,
     /// G4: wait this long, 0 s or more.
     pub dwell_s: Option<f32>,
     /// G28, G30 with axis words: rapid there first.
     pub via_mm: Option<[f32; AXES]>,
     /// G0 to G3, G28, G30.
     pub motion: Option<Move>,
+    /// G38.2 to G38.5: probe, in place of a motion.
+    pub probe: Option<Probe>,
     /// M0: when all this is done, hold until a resume; not a second time where M6 is all that was done.
     pub pauses: bool,
     /// G10, G28.1, G30.1: work offsets or places are others than before it.
     pub changes_coordinates: bool,
     /// M2, M30: the program is over (`[MSG:Pgm End]`); the modal state is already back to its defaults.
     pub ends_program: bool,
+}
+
+impl Block {
+    /// Whether the line does anything between M6 and M0.
+    pub(crate) fn acts_after_tool_change(&self) -> bool {
+        let switches = self.switches_spindle || self.changes_speed || self.switches_coolant;
+        switches || self.dwell_s.is_some() || self.motion.is_some() || self.probe.is_some()
+    }
 }
 
 /// A move, straight or along an arc. Targets are machine coordinates, each finite and within
@@ -108,6 +124,19 @@ pub struct Move {
     pub arc: Option<Arc>,
     /// G61.1: it ends in a stop, whatever comes next. G61 and G64: it does not.
     pub exact_stop: bool,
+}
+
+/// A straight way at the feed that ends where the probe's contact changes, or at the target.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Probe {
+    /// Where every axis ends if the contact does not change, in machine coordinates; never where it begins.
+    pub target_mm: [f32; AXES],
+    /// Along the path; at least [`MIN_FEED_MM_MIN`](crate::MIN_FEED_MM_MIN).
+    pub mm_min: f32,
+    /// G38.4, G38.5: until the contact opens rather than closes.
+    pub away: bool,
+    /// G38.2, G38.4: no change of the contact on the way is an alarm.
+    pub must: bool,
 }
 
 /// The speed of a move.
@@ -131,6 +160,20 @@ pub struct Jog {
     pub mm_min: f32,
 }
 
+/// How far a machine is whose safety door was opened; its value is the number that a status report gives it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Door {
+    /// At rest, the door closed again: ready to resume.
+    Closed = 0,
+    /// At rest, the door open.
+    Open = 1,
+    /// Braking, or the outputs going off.
+    Stopping = 2,
+    /// The door closed and the machine resuming: the spindle is spinning up.
+    Resuming = 3,
+}
+
 /// The machine's state, as a status report names it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum State {
@@ -143,6 +186,8 @@ pub enum State {
         /// Not at rest yet.
         stopping: bool,
     },
+    /// Held as by a feed hold, spindle and coolant off: the safety door was opened.
+    Door(Door),
     /// Jogging.
     Jog,
     /// Homing.
@@ -167,7 +212,7 @@ impl State {
     /// [`Error::NotIdle`], or [`Error::Locked`] in Alarm and while jogging.
     pub const fn takes_gcode(self) -> Result<(), Error> {
         match self {
-            Self::Idle | Self::Run | Self::Hold { .. } | Self::Check => Ok(()),
+            Self::Idle | Self::Run | Self::Hold { .. } | Self::Door(_) | Self::Check => Ok(()),
             Self::Home | Self::Sleep => Err(Error::NotIdle),
             Self::Alarm | Self::Jog => Err(Error::Locked),
         }
@@ -181,6 +226,10 @@ impl fmt::Display for State {
             Self::Run => "Run",
             Self::Hold { stopping: false } => "Hold:0",
             Self::Hold { stopping: true } => "Hold:1",
+            Self::Door(Door::Closed) => "Door:0",
+            Self::Door(Door::Open) => "Door:1",
+            Self::Door(Door::Stopping) => "Door:2",
+            Self::Door(Door::Resuming) => "Door:3",
             Self::Jog => "Jog",
             Self::Home => "Home",
             Self::Alarm => "Alarm",

@@ -18,6 +18,7 @@ codes! {
         SoftLimitsNeedHoming = 10, "Soft limits need homing: set $22=1 first.";
         LineTooLong = 11, "A line holds 79 characters, spaces and comments not counted: split it.";
         RateTooHigh = 12, "The step rate is above what the outputs carry: lower $110-$112, $100-$102 or $0.";
+        DoorOpen = 13, "The safety door is open: close it and try again.";
         TravelExceeded = 15, "The jog would leave the travel ($130-$132), so it was not begun: jog less far.";
         BadJog = 16, "A jog is $J= with axis words, F, G20, G21, G90, G91 or G53: remove all else.";
         Unsupported = 20, "The machine has no such code or word: remove it, or do what the message before the refusal says.";
@@ -33,7 +34,7 @@ codes! {
         AbsoluteNeedsMotion = 30, "G53 works with G0 and G1 only: add one of them.";
         UnusedAxisWords = 31, "G80 is in force, so nothing uses the axis words: add G0 or G1.";
         PlaneAxesMissing = 32, "An arc needs an axis word of its plane: G17 wants X or Y, G18 X or Z, G19 Y or Z.";
-        InvalidTarget = 33, "No arc leads there, or it is more than 10 m from zero: check G20, G21, G90, G91, I, J, K, R.";
+        InvalidTarget = 33, "No arc or probe leads there, or it is over 10 m from zero: check G20, G21, G90, G91, I, J, K, R.";
         RadiusTooSmall = 34, "The target is farther than twice the radius: raise R.";
         OffsetsMissing = 35, "An arc needs its centre or its radius: G17 wants I or J, G18 I or K, G19 J or K, or R.";
         UnusedWords = 36, "No code on the line uses one of its words: remove it.";

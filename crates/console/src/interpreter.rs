@@ -4,9 +4,9 @@ mod arcs;
 mod coordinates;
 
 use crate::{
-    AXES, Arc, Block, Command, Coordinates, Error, Modal, MotionMode, Move, Rate, Settings, State,
+    AXES, Arc, Block, Command, Coolant, Coordinates, Error, Modal, MotionMode, Move, Rate, Settings, Spindle, State,
     block::{AxisCommand, NonModal, Words},
-    command::Jog,
+    command::{Jog, Probe},
     path,
 };
 
@@ -28,6 +28,10 @@ pub struct Interpreter {
     shift_mm: [f32; AXES],
     /// G43.1, along Z.
     tool_length_mm: f32,
+    /// Where the last probe ended.
+    touched_mm: [f32; AXES],
+    /// Whether its contact changed there.
+    touched: bool,
 }
 
 impl Interpreter {
@@ -79,7 +83,28 @@ impl Interpreter {
         self.position_mm = position_mm;
     }
 
-    /// Puts the modal state back to that of power-up, without G92 and G43.1; position and coordinates stay.
+    /// Where the last probe ended, in machine coordinates, and whether its contact changed there; at first zero and no.
+    pub fn touched(&self) -> ([f32; AXES], bool) {
+        (self.touched_mm, self.touched)
+    }
+
+    /// Says where a probe has ended, in machine coordinates, and whether its contact changed there.
+    pub fn set_touched(&mut self, place_mm: [f32; AXES], touched: bool) {
+        (self.touched_mm, self.touched) = (place_mm, touched);
+    }
+
+    /// Turns spindle and coolant off in the modal state, as M5 and M9 do: after an alarm.
+    pub fn stop_tool(&mut self) {
+        (self.modal.spindle, self.modal.coolant) = (Spindle::Off, Coolant::Off);
+    }
+
+    /// Says which coolant is on, after an override has switched it.
+    pub fn set_coolant(&mut self, coolant: Coolant) {
+        self.modal.coolant = coolant;
+    }
+
+    /// Puts the modal state back to that of power-up, without G92 and G43.1; position, coordinates and what a probe
+    /// touched stay.
     pub fn reset(&mut self) {
         (self.modal, self.shift_mm, self.tool_length_mm) = (Modal::default(), [0.0; AXES], 0.0);
     }
@@ -137,7 +162,9 @@ impl Interpreter {
     /// Applies a block to this state, in Grbl's order of checking; the caller puts the state back if that fails.
     fn block(&mut self, mut words: Words) -> Result<Block, Error> {
         let line_number = words.line_number()?;
-        self.modes(&mut words)?;
+        let switches_spindle = words.modal.spindle != self.modal.spindle;
+        let switches_coolant = words.modal.coolant != self.modal.coolant;
+        let changes_speed = self.modes(&mut words)?;
         let tool_change = words.changes_tool.then_some(self.modal.tool);
         let dwell_s = match words.non_modal {
             Some(NonModal::Dwell) => Some(words.take(b'P').ok_or(Error::ValueMissing)?),
@@ -148,23 +175,43 @@ impl Interpreter {
         let (via_mm, go_to) = self.non_modal(&mut words)?;
         let changes_coordinates = before.is_some_and(|before| before != self.coordinates);
         let motion = go_to.or(self.motion(&mut words)?);
+        let Words { pauses, ends_program, .. } = words;
+        let mut block = Block {
+            line_number,
+            tool_change,
+            switches_spindle,
+            changes_speed,
+            switches_coolant,
+            dwell_s,
+            via_mm,
+            motion,
+            probe: None,
+            pauses,
+            changes_coordinates,
+            ends_program,
+        };
+        if self.modal.motion.probes() {
+            self.probe(&words, &mut block)?;
+        }
         if words.blends {
             // How far G64 may stray from the path: $11 says that here.
             words.take(b'P');
         }
         words.check_all_used()?;
-        if let Some(Move { target_mm, .. }) = motion {
+        if let Some(Move { target_mm, .. }) = block.motion {
             self.position_mm = target_mm;
         }
-        let Words { pauses, ends_program, .. } = words;
-        let pauses = pauses && (tool_change.is_none() || dwell_s.is_some() || motion.is_some());
+        if pauses {
+            block.pauses = tool_change.is_none() || block.acts_after_tool_change();
+        }
         if ends_program {
             self.modal.end_program();
         }
-        Ok(Block { line_number, tool_change, dwell_s, via_mm, motion, pauses, changes_coordinates, ends_program })
+        Ok(block)
     }
 
-    fn modes(&mut self, words: &mut Words) -> Result<(), Error> {
+    /// Takes over the modes of the block and its values that stay in force; whether S is another.
+    fn modes(&mut self, words: &mut Words) -> Result<bool, Error> {
         let Modal { inverse_time: was_inverse, feed: before, .. } = self.modal;
         self.modal = words.modal;
         let given = words.take(b'F');
@@ -175,10 +222,13 @@ impl Interpreter {
             None if self.modal.inverse_time || was_inverse => 0.0,
             None => before,
         };
-        self.modal.speed_rpm = words.take(b'S').unwrap_or(self.modal.speed_rpm);
+        let speed_rpm = words.take(b'S');
+        // Compared where there is one: most lines have none.
+        let changes_speed = speed_rpm.is_some_and(|speed_rpm| speed_rpm != self.modal.speed_rpm);
+        self.modal.speed_rpm = speed_rpm.unwrap_or(self.modal.speed_rpm);
         self.modal.tool = words.take(b'T').map_or(self.modal.tool, |tool| tool as u8);
         let feeds = words.axis_command == Some(AxisCommand::Motion) && self.modal.motion.feeds();
-        if feeds && self.modal.inverse_time && given.is_none() { Err(Error::NoFeed) } else { Ok(()) }
+        if feeds && self.modal.inverse_time && given.is_none() { Err(Error::NoFeed) } else { Ok(changes_speed) }
     }
 
     fn tool_length(&mut self, words: &Words) -> Result<(), Error> {
@@ -205,12 +255,28 @@ impl Interpreter {
             return Err(Error::NoFeed);
         }
         if !words.has_axes() {
-            return if mode.is_arc() { Err(Error::AxisWordsMissing) } else { Ok(None) };
+            return if mode.needs_axes() { Err(Error::AxisWordsMissing) } else { Ok(None) };
         }
         let arc = self.arc(words)?;
         let target_mm = self.target_mm(words)?;
         let rate = if mode.feeds() { Rate::Feed { mm_min: self.feed_mm_min(target_mm, arc) } } else { Rate::Rapid };
         Ok(Some(Move { target_mm, rate, arc, exact_stop }))
+    }
+
+    /// Makes the straight way of G38.2 to G38.5 a probe, which takes its place; the program goes on from its target.
+    #[cold]
+    fn probe(&mut self, words: &Words, block: &mut Block) -> Result<(), Error> {
+        let Some(Move { target_mm, rate: Rate::Feed { mm_min }, .. }) = block.motion else { return Ok(()) };
+        if words.axis_command != Some(AxisCommand::Motion) {
+            return Ok(());
+        }
+        if target_mm == self.position_mm {
+            return Err(Error::InvalidTarget);
+        }
+        let mode = self.modal.motion;
+        block.probe = Some(Probe { target_mm, mm_min, away: mode.probes_away(), must: mode.must_touch() });
+        (block.motion, self.position_mm) = (None, target_mm);
+        Ok(())
     }
 
     fn feed_mm_min(&self, target_mm: [f32; AXES], arc: Option<Arc>) -> f32 {

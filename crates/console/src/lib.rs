@@ -53,7 +53,7 @@ mod words;
 
 pub use alarm::Alarm;
 pub use arc::{Arc, Chords, Ends};
-pub use command::{Block, Command, Jog, Move, Rate, State};
+pub use command::{Block, Command, Door, Jog, Move, Probe, Rate, State};
 pub use error::Error;
 pub use fixed::Fixed;
 pub use interpreter::{Interpreter, MAX_COORDINATE_MM, MIN_FEED_MM_MIN};

@@ -1,6 +1,7 @@
 //! What stays in force from one block to the next.
 
-/// The mode that bare axis words move by; its value is the G-code's number.
+/// The mode that bare axis words move by; its value is the G-code's number, and for G38.2 to G38.5 Grbl's own, 140 to
+/// 143.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(u8)]
 pub enum MotionMode {
@@ -15,6 +16,14 @@ pub enum MotionMode {
     CounterClockwiseArc = 3,
     /// G80: none; axis words are refused.
     Cancelled = 80,
+    /// G38.2: probe until the contact closes, which it must.
+    ProbeToward = 140,
+    /// G38.3: the same, if it closes at all.
+    ProbeTowardIfAny = 141,
+    /// G38.4: probe until the contact opens, which it must.
+    ProbeAway = 142,
+    /// G38.5: the same, if it opens at all.
+    ProbeAwayIfAny = 143,
 }
 
 impl MotionMode {
@@ -24,12 +33,42 @@ impl MotionMode {
 
     /// Whether its moves are made at the feed.
     pub(crate) const fn feeds(self) -> bool {
-        matches!(self, Self::Linear) || self.is_arc()
+        !matches!(self, Self::Rapid | Self::Cancelled)
+    }
+
+    /// Whether its G-code without axis words is refused.
+    pub(crate) const fn needs_axes(self) -> bool {
+        self.is_arc() || self.probes()
+    }
+
+    /// G38.2 to G38.5.
+    pub(crate) const fn probes(self) -> bool {
+        self as u8 >= Self::ProbeToward as u8
+    }
+
+    /// G38.4, G38.5: until the contact opens rather than closes.
+    pub(crate) const fn probes_away(self) -> bool {
+        matches!(self, Self::ProbeAway | Self::ProbeAwayIfAny)
+    }
+
+    /// G38.2, G38.4: no contact is an alarm.
+    pub(crate) const fn must_touch(self) -> bool {
+        matches!(self, Self::ProbeToward | Self::ProbeAway)
+    }
+
+    /// The number after G, as `$G` prints it: the whole part, then the decimal if there is one.
+    pub(crate) const fn number(self) -> (u8, &'static str) {
+        match self {
+            Self::ProbeToward => (38, ".2"),
+            Self::ProbeTowardIfAny => (38, ".3"),
+            Self::ProbeAway => (38, ".4"),
+            Self::ProbeAwayIfAny => (38, ".5"),
+            _ => (self as u8, ""),
+        }
     }
 }
 
-/// What the program believes of a spindle; its value is the M-code's number. The gantry has none: the words are kept
-/// for `$G` alone.
+/// How the program has the spindle, or the laser; its value is the M-code's number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(u8)]
 pub enum Spindle {
@@ -42,7 +81,7 @@ pub enum Spindle {
     Off = 5,
 }
 
-/// What the program believes of coolant. The gantry has none: the words are kept for `$G` alone.
+/// Which coolant the program has on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Coolant {
     /// M9.
@@ -57,6 +96,26 @@ pub enum Coolant {
 }
 
 impl Coolant {
+    /// What is on, of the two.
+    pub const fn of(flood: bool, mist: bool) -> Self {
+        match (flood, mist) {
+            (false, false) => Self::Off,
+            (false, true) => Self::Mist,
+            (true, false) => Self::Flood,
+            (true, true) => Self::Both,
+        }
+    }
+
+    /// M8: flood is on.
+    pub const fn flood(self) -> bool {
+        matches!(self, Self::Flood | Self::Both)
+    }
+
+    /// M7: mist is on.
+    pub const fn mist(self) -> bool {
+        matches!(self, Self::Mist | Self::Both)
+    }
+
     pub(crate) const fn word(self) -> &'static str {
         match self {
             Self::Off => "M9",
@@ -68,19 +127,14 @@ impl Coolant {
 
     /// M7 and M8 add to each other.
     pub(crate) const fn and(self, other: Self) -> Self {
-        match (self, other) {
-            (Self::Off, other) => other,
-            (Self::Mist, Self::Mist) => Self::Mist,
-            (Self::Flood, Self::Flood) => Self::Flood,
-            _ => Self::Both,
-        }
+        Self::of(self.flood() || other.flood(), self.mist() || other.mist())
     }
 }
 
 /// The modal state, by default as after power-up or reset. G40 and G91.1 are always in force.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Modal {
-    /// G0 to G3 or G80.
+    /// G0 to G3, G38.2 to G38.5 or G80.
     pub motion: MotionMode,
     /// The work coordinate system: 0 for G54 to 5 for G59.
     pub system: u8,
@@ -111,5 +165,24 @@ impl Modal {
     pub(crate) fn end_program(&mut self) {
         let Self { inches, feed, speed_rpm, tool, .. } = *self;
         *self = Self { motion: MotionMode::Linear, inches, feed, speed_rpm, tool, ..Self::default() };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn coolant_is_flood_and_mist_each_on_or_off() {
+        for (flood, mist, word) in
+            [(false, false, "M9"), (false, true, "M7"), (true, false, "M8"), (true, true, "M7 M8")]
+        {
+            let coolant = Coolant::of(flood, mist);
+            assert_eq!((coolant.flood(), coolant.mist(), coolant.word()), (flood, mist, word));
+            assert_eq!(coolant.and(Coolant::Off), coolant);
+            assert_eq!(coolant.and(Coolant::Both), Coolant::Both);
+        }
+        assert_eq!(Coolant::Mist.and(Coolant::Flood), Coolant::Both);
+        assert_eq!(Coolant::Mist.and(Coolant::Mist), Coolant::Mist);
     }
 }

@@ -10,7 +10,7 @@ pub struct Overrides {
     pub feed_percent: u8,
     /// Of rapids: 100, 50 or 25.
     pub rapid_percent: u8,
-    /// Of the spindle's speed, 10 to 200. The gantry has none: it is kept for the report alone.
+    /// Of the spindle's speed, or the laser's power, 10 to 200.
     pub spindle_percent: u8,
 }
 

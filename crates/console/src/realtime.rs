@@ -7,16 +7,24 @@ pub enum Realtime {
     Status,
     /// 0x18 (ctrl-x): stop, forget the queue, start afresh.
     Reset,
-    /// `!`: feed hold. 0x84, the safety door, is one too: the gantry has no door to park for.
+    /// `!`: feed hold.
     Hold,
+    /// 0x84: as if the safety door were opened.
+    Door,
     /// `~`: resume from a feed hold.
     Resume,
     /// 0x85: end the jog.
     JogCancel,
     /// 0x90-0x97 and 0x99-0x9D: for [`Overrides::apply`](crate::Overrides::apply).
     Override(u8),
-    /// Any other byte from 0x80 up, dropped in silence. 0x9E, 0xA0 and 0xA1 switch a spindle and coolant, which the
-    /// gantry has not. 0xC2 comes before every real-time byte of a sender that encodes them as UTF-8.
+    /// 0x9E: in a feed hold, spindle off, or on again.
+    SpindleStop,
+    /// 0xA0: flood on, or off again.
+    Flood,
+    /// 0xA1: mist on, or off again.
+    Mist,
+    /// Any other byte from 0x80 up, dropped in silence. 0xC2 comes before every real-time byte of a sender that encodes
+    /// them as UTF-8.
     Ignored,
 }
 
@@ -27,10 +35,14 @@ pub const fn classify(byte: u8) -> Option<Realtime> {
     match byte {
         b'?' => Some(Realtime::Status),
         0x18 => Some(Realtime::Reset),
-        b'!' | 0x84 => Some(Realtime::Hold),
+        b'!' => Some(Realtime::Hold),
         b'~' => Some(Realtime::Resume),
+        0x84 => Some(Realtime::Door),
         0x85 => Some(Realtime::JogCancel),
         0x90..=0x97 | 0x99..=0x9D => Some(Realtime::Override(byte)),
+        0x9E => Some(Realtime::SpindleStop),
+        0xA0 => Some(Realtime::Flood),
+        0xA1 => Some(Realtime::Mist),
         0x80.. => Some(Realtime::Ignored),
         _ => None,
     }
@@ -49,9 +61,12 @@ mod tests {
         assert_eq!((0..0x80).filter(|&byte| classify(byte).is_some()).count(), 4);
         for byte in 0x80..=0xFF {
             let expected = match byte {
-                0x84 => Realtime::Hold,
+                0x84 => Realtime::Door,
                 0x85 => Realtime::JogCancel,
                 0x90..=0x97 | 0x99..=0x9D => Realtime::Override(byte),
+                0x9E => Realtime::SpindleStop,
+                0xA0 => Realtime::Flood,
+                0xA1 => Realtime::Mist,
                 _ => Realtime::Ignored,
             };
             assert_eq!(classify(byte), Some(expected), "0x{byte:02X}");

@@ -9,8 +9,8 @@ use crate::{Modal, block::Words, decimal::Decimal};
 // Not a static: so it has no name, and what has none stays in the chip's flash.
 const REMEDIES: &[(u8, u8, u8, &str)] = &[
     (b'G', 5, 5, "no splines here: let the CAM program give lines and arcs"),
-    (b'G', 33, 33, "no threads without a spindle: remove it"),
-    (b'G', 38, 38, "no probe here: remove it"),
+    (b'G', 33, 33, "no threads here, the spindle does not say where it stands: remove it"),
+    (b'G', 38, 38, "probing is G38.2 to G38.5: give one of them"),
     (b'G', 41, 42, CUTTER),
     (b'G', 43, 43, TOOLS),
     (b'G', 73, 76, CYCLES),

@@ -3,7 +3,7 @@
 use core::fmt::{Result, Write};
 
 use crate::status::write_coordinates;
-use crate::{AXES, Alarm, Coordinates, Error, Fixed, Interpreter, SETTING_TABLE, Settings, parameters::StoredLine};
+use crate::{Alarm, Coordinates, Error, Fixed, Interpreter, SETTING_TABLE, Settings, parameters::StoredLine};
 
 /// Sent when the console opens and after a reset.
 pub const WELCOME: &str = "\r\nGrbl 1.1h ['$' for help]\r\n";
@@ -15,9 +15,9 @@ pub const HELP: &str = "[HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $
     $BOOT makes way for new firmware]\r\n";
 /// Names the build. Senders look for "grbl" in the reply to `$I`.
 const BUILD: &str = concat!("Isostep ", env!("CARGO_PKG_VERSION"), " (grbl dialect)");
-/// The letters are Grbl's: N knows line numbers, M takes M7, Z reads 0 where it rests after homing, H homes one axis, L is
+/// The letters are Grbl's: V varies the spindle's speed, N knows line numbers, M takes M7, Z reads 0 where it rests after homing, H homes one axis, L is
 /// not locked at power-up. Then the blocks and bytes that a sender may count on.
-const OPTIONS: &str = "[OPT:NMZHL,79,128]";
+const OPTIONS: &str = "[OPT:VNMZHL,79,128]";
 
 /// Texts of `[MSG:...]` that senders know.
 pub mod messages {
@@ -27,6 +27,10 @@ pub mod messages {
     pub const UNLOCKED: &str = "Caution: Unlocked";
     /// A limit switch is pressed where none should be.
     pub const CHECK_LIMITS: &str = "Check Limits";
+    /// The safety door is open where it should be closed.
+    pub const CHECK_DOOR: &str = "Check Door";
+    /// A resume turns the spindle on again that 0x9E has turned off.
+    pub const RESTORING_SPINDLE: &str = "Restoring spindle";
     /// M6, where T has named no tool.
     pub const CHANGE_TOOL: &str = "M6: change the tool, then resume with ~";
     /// M2 or M30.
@@ -90,13 +94,13 @@ pub fn setting(out: &mut impl Write, row: &crate::Setting, settings: &Settings) 
 /// The reply to `$G`, before `ok`.
 pub fn modal(out: &mut impl Write, interpreter: &Interpreter, inches: bool) -> Result {
     let modal = interpreter.modal();
-    let (motion, system, plane) = (modal.motion as u8, 54 + modal.system, 17 + modal.plane);
+    let ((motion, decimal), system, plane) = (modal.motion.number(), 54 + modal.system, 17 + modal.plane);
     let units = 21 - u8::from(modal.inches);
     let distance = 90 + u8::from(modal.incremental);
     let feed_mode = 94 - u8::from(modal.inverse_time);
     // Grbl knows no other path control than G61, and never tells it; G64 is the same here.
     let exact_stop = if modal.exact_stop { " G61.1" } else { "" };
-    write!(out, "[GC:G{motion} G{system} G{plane} G{units} G{distance} G{feed_mode}{exact_stop}")?;
+    write!(out, "[GC:G{motion}{decimal} G{system} G{plane} G{units} G{distance} G{feed_mode}{exact_stop}")?;
     write!(out, " M{}", modal.spindle as u8)?;
     let (feed, speed) = (Fixed::rate(modal.feed, inches), Fixed { value: modal.speed_rpm, decimals: 0 });
     write!(out, " {} T{} F{feed} S{speed}]\r\n", modal.coolant.word(), modal.tool)
@@ -117,11 +121,17 @@ pub fn parameter(out: &mut impl Write, index: usize, interpreter: &Interpreter, 
     } else if index == PARAMETER_NAMES.len() {
         write!(out, "[TLO:{}]\r\n", Fixed::coordinate(interpreter.tool_length_mm(), inches))
     } else {
-        // There is no probe, so it never touched anything.
-        out.write_str("[PRB:")?;
-        write_coordinates(out, [0.0; AXES], inches)?;
-        out.write_str(":0]\r\n")
+        probed(out, interpreter, inches)
     }
+}
+
+/// `[PRB:x,y,z:n]`, in machine coordinates: where the last probe ended, and 1 if its contact changed there. A line of
+/// `$#`, and sent unasked after a probe.
+pub fn probed(out: &mut impl Write, interpreter: &Interpreter, inches: bool) -> Result {
+    let (place_mm, touched) = interpreter.touched();
+    out.write_str("[PRB:")?;
+    write_coordinates(out, place_mm, inches)?;
+    write!(out, ":{}]\r\n", u8::from(touched))
 }
 
 /// One line of the reply to `$N`, before `ok`.

@@ -25,6 +25,10 @@ pub enum SettingError {
     SoftLimitsNeedHoming,
     /// `$901` names each of 1, 2 and 3 once.
     HomingOrder { digits: u16 },
+    /// `$31` is to be below `$30`.
+    LeastSpeedNotBelowFull { least_rpm: f32, full_rpm: f32 },
+    /// `$35` is to be no more than `$36`.
+    LeastDutyAboveFull { least_percent: f32, full_percent: f32 },
     /// The top speed of an axis is more than the step outputs carry with this pulse.
     RateTooHigh { axis: usize, asked_mm_min: f32, max_mm_min: f32, steps_per_mm: f32, pulse_us: u16 },
     /// An axis would start faster than its top speed.
@@ -43,7 +47,9 @@ impl SettingError {
             Self::TooLow { .. } | Self::TooHigh { .. } | Self::HomingOrder { .. } => Error::BadNumber,
             Self::SoftLimitsNeedHoming => Error::SoftLimitsNeedHoming,
             Self::RateTooHigh { .. } | Self::StartAboveTop { .. } => Error::RateTooHigh,
-            Self::LawNeedsStart { .. } => Error::BadNumber,
+            Self::LeastSpeedNotBelowFull { .. } | Self::LeastDutyAboveFull { .. } | Self::LawNeedsStart { .. } => {
+                Error::BadNumber
+            }
         }
     }
 }
@@ -82,6 +88,14 @@ impl fmt::Display for SettingError {
             Self::SoftLimitsNeedHoming => f.write_str("$20=1 needs a homed machine: set $22=1 first"),
             Self::HomingOrder { digits } => {
                 write!(f, "$901={digits} is no order: give each of 1 (X), 2 (Y) and 3 (Z) once, as in 312")
+            }
+            Self::LeastSpeedNotBelowFull { least_rpm, full_rpm } => {
+                let (least, full) = (plain(least_rpm), plain(full_rpm));
+                write!(f, "$31={least} is not below the S at full duty, $30={full} rpm: lower $31 or raise $30")
+            }
+            Self::LeastDutyAboveFull { least_percent, full_percent } => {
+                let (least, full) = (plain(least_percent), plain(full_percent));
+                write!(f, "$35={least} is above the duty at $30, $36={full} %: lower $35 or raise $36")
             }
             Self::RateTooHigh { axis, asked_mm_min, max_mm_min, steps_per_mm, pulse_us } => {
                 let (rate, scale) = (110 + axis, 100 + axis);

@@ -24,8 +24,8 @@ pub struct Settings {
     pub enable_invert: bool,
     /// `$5`: the limit switches open when pressed.
     pub limit_invert: bool,
-    /// `$6`: the probe is inverted. Without effect so far.
-    pub probe_invert: bool,
+    /// `$6`: of the probe's input, bit 0: the contact is high rather than low, bit 1: it has no pull-up.
+    pub probe_mask: u16,
     /// `$10`: bit 0 reports machine rather than work position, bit 1 adds the free buffers.
     pub report_mask: u16,
     /// `$11`: how far a corner may be rounded; 0 stops at every corner.
@@ -50,12 +50,18 @@ pub struct Settings {
     pub homing_debounce_ms: u16,
     /// `$27`: distance from the switch to the zero.
     pub homing_pull_off_mm: f32,
-    /// `$30`: the S at which a spindle turns as fast as it can. Without effect so far.
+    /// `$30`: the S at which spindle or laser have their full duty, `$36`.
     pub spindle_max_rpm: f32,
-    /// `$31`: the least S at which it turns. Without effect so far.
+    /// `$31`: the S up to which they have their least duty, `$35`; below `$30`.
     pub spindle_min_rpm: f32,
-    /// `$32`: the spindle is a laser. Without effect so far.
+    /// `$32`: the spindle is a laser.
     pub laser_mode: bool,
+    /// `$33`: how often a second the pulse-width modulation (PWM) of spindle or laser repeats.
+    pub spindle_pwm_hz: f32,
+    /// `$35`: the part of a PWM period that is on at `$31`; at most `$36`.
+    pub pwm_least_percent: f32,
+    /// `$36`: the part of a PWM period that is on at `$30`.
+    pub pwm_full_percent: f32,
     /// `$100`-`$102`.
     pub steps_per_mm: [f32; AXES],
     /// `$110`-`$112`: top speed.
@@ -64,12 +70,16 @@ pub struct Settings {
     pub accel_mm_s2: [f32; AXES],
     /// `$130`-`$132`: an axis travels from 0 to this.
     pub travel_mm: [f32; AXES],
+    /// `$394`: the spindle takes this long to reach its speed; motion waits for it.
+    pub spin_up_s: f32,
     /// `$900`: accelerate, cruise and brake over three equal times (thirds), not as fast as the limits allow.
     pub interval_thirds: bool,
     /// `$940`: how speed changes on a ramp, by number: trapezoid, S-curve, sine, linear, quadratic, sinusoidal, logarithmic.
     pub speed_law: u16,
     /// `$901`: the axes in the order they home, as digits; see [`Settings::homing_order`].
     pub homing_order_digits: u16,
+    /// `$902`: the feed-hold input is a safety door's switch, not a button.
+    pub hold_input_is_door: bool,
     /// `$910`-`$912`: the speed that an axis starts and stops at without a ramp.
     pub start_rate_mm_min: [f32; AXES],
     /// `$920`-`$922`: 0 for the acceleration; see [`Settings::decel_mm_s2`].
@@ -87,7 +97,7 @@ impl Settings {
         direction_invert_mask: 0,
         enable_invert: false,
         limit_invert: false,
-        probe_invert: false,
+        probe_mask: 0,
         report_mask: 1,
         junction_deviation_mm: 0.01,
         arc_tolerance_mm: 0.002,
@@ -103,13 +113,18 @@ impl Settings {
         spindle_max_rpm: 1000.0,
         spindle_min_rpm: 0.0,
         laser_mode: false,
+        spindle_pwm_hz: 5000.0,
+        pwm_least_percent: 0.0,
+        pwm_full_percent: 100.0,
         steps_per_mm: [50.0; AXES],
         max_rate_mm_min: [2880.0; AXES],
         accel_mm_s2: [50.0; AXES],
         travel_mm: [350.0, 400.0, 100.0],
+        spin_up_s: 0.0,
         interval_thirds: false,
         speed_law: 0,
         homing_order_digits: 312,
+        hold_input_is_door: false,
         start_rate_mm_min: [0.0; AXES],
         decel_or_0_mm_s2: [0.0; AXES],
         jerk_or_0_mm_s3: [500.0; AXES],
@@ -175,8 +190,8 @@ impl Settings {
     ///
     /// # Errors
     /// The first rule broken: soft limits without homing, a homing order that is not one of X, Y and Z each once,
-    /// a step rate above what the step outputs carry, a start speed above the top speed, or none for a speed law that
-    /// needs one.
+    /// an S at least duty that is not below that at full duty, a least duty above the full one, a step rate above what
+    /// the step outputs carry, a start speed above the top speed, or none for a speed law that needs one.
     pub fn check(&self, carries: Carries<'_>) -> Result<(), SettingError> {
         if self.soft_limits && !self.homing {
             return Err(SettingError::SoftLimitsNeedHoming);
@@ -184,7 +199,20 @@ impl Settings {
         if !matches!(self.homing_order_digits, 123 | 132 | 213 | 231 | 312 | 321) {
             return Err(SettingError::HomingOrder { digits: self.homing_order_digits });
         }
+        self.check_spindle()?;
         (0..AXES).try_for_each(|axis| self.check_axis(axis, carries))
+    }
+
+    fn check_spindle(&self) -> Result<(), SettingError> {
+        let Self { spindle_min_rpm: least_rpm, spindle_max_rpm: full_rpm, .. } = *self;
+        if least_rpm >= full_rpm {
+            return Err(SettingError::LeastSpeedNotBelowFull { least_rpm, full_rpm });
+        }
+        let Self { pwm_least_percent: least_percent, pwm_full_percent: full_percent, .. } = *self;
+        if least_percent > full_percent {
+            return Err(SettingError::LeastDutyAboveFull { least_percent, full_percent });
+        }
+        Ok(())
     }
 
     fn check_axis(&self, axis: usize, carries: Carries<'_>) -> Result<(), SettingError> {

@@ -2,7 +2,7 @@
 
 use core::fmt::{Result, Write};
 
-use crate::{AXES, Fixed, Overrides, Settings, State};
+use crate::{AXES, Coolant, Fixed, Overrides, Settings, Spindle, State};
 
 /// What a status report tells.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -17,10 +17,24 @@ pub struct Status {
     pub line_number: u32,
     /// The speed along the path now.
     pub feed_mm_min: f32,
+    /// The S in force, as overridden; 0 with the spindle off.
+    pub spindle_rpm: f32,
+    /// How the spindle, or the laser, is switched now.
+    pub spindle: Spindle,
+    /// Which coolant is on now.
+    pub coolant: Coolant,
+    /// The probe's contact is as after G38.2; reported as P.
+    pub probe_touched: bool,
     /// Limit switches pressed.
     pub limits_pressed: [bool; AXES],
+    /// The safety door is open; reported as D.
+    pub door_open: bool,
     /// The emergency stop is pressed; reported as R, Grbl's letter for its reset input.
     pub emergency_stop: bool,
+    /// The feed-hold button is pressed; reported as H.
+    pub hold_pressed: bool,
+    /// The cycle-start button is pressed; reported as S.
+    pub start_pressed: bool,
     /// Moves that the queue has room for.
     pub free_blocks: u8,
     /// Bytes that the console has room for.
@@ -32,15 +46,15 @@ pub struct Status {
 const REPORT_MACHINE_POSITION: u16 = 1;
 const REPORT_BUFFERS: u16 = 2;
 
-/// Writes reports, and counts them: the work offset and the overrides are told now and then, and when they have
-/// changed, never both at once.
+/// Writes reports, and counts them: the work offset, and the overrides with what of spindle and coolant is on, are told
+/// now and then, and when they have changed, never both at once.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StatusReporter {
     reports_to_offset: u8,
     reports_to_overrides: u8,
     /// The work offset, and whether in inches.
     offset_told: ([f32; AXES], bool),
-    overrides_told: Overrides,
+    overrides_told: (Overrides, Spindle, Coolant),
 }
 
 impl StatusReporter {
@@ -50,11 +64,11 @@ impl StatusReporter {
             reports_to_offset: 0,
             reports_to_overrides: 0,
             offset_told: ([0.0; AXES], false),
-            overrides_told: Overrides::DEFAULT,
+            overrides_told: (Overrides::DEFAULT, Spindle::Off, Coolant::Off),
         }
     }
 
-    /// `<Idle|MPos:0.000,0.000,0.000|FS:0,0|...>`, at most 160 bytes.
+    /// `<Idle|MPos:0.000,0.000,0.000|FS:0,0|...>`, at most 145 bytes.
     pub fn write(&mut self, out: &mut impl Write, status: &Status, settings: &Settings) -> Result {
         let inches = settings.report_inches;
         let machine = settings.report_mask & REPORT_MACHINE_POSITION != 0;
@@ -68,7 +82,8 @@ impl StatusReporter {
         if status.line_number > 0 {
             write!(out, "|Ln:{}", status.line_number)?;
         }
-        write!(out, "|FS:{},0", Fixed::rate(status.feed_mm_min, inches))?;
+        let spindle_rpm = Fixed { value: status.spindle_rpm, decimals: 0 };
+        write!(out, "|FS:{},{spindle_rpm}", Fixed::rate(status.feed_mm_min, inches))?;
         write_pins(out, status)?;
         self.write_extra(out, status, inches)?;
         out.write_str(">\r\n")
@@ -80,8 +95,9 @@ impl StatusReporter {
         if self.offset_told != offset {
             (self.reports_to_offset, self.offset_told) = (0, offset);
         }
-        if self.overrides_told != status.overrides {
-            (self.reports_to_overrides, self.overrides_told) = (0, status.overrides);
+        let overrides = (status.overrides, status.spindle, status.coolant);
+        if self.overrides_told != overrides {
+            (self.reports_to_overrides, self.overrides_told) = (0, overrides);
         }
         if due(&mut self.reports_to_offset, offset_period) {
             self.reports_to_overrides = self.reports_to_overrides.max(1);
@@ -91,6 +107,7 @@ impl StatusReporter {
         if due(&mut self.reports_to_overrides, overrides_period) {
             let Overrides { feed_percent, rapid_percent, spindle_percent } = status.overrides;
             write!(out, "|Ov:{feed_percent},{rapid_percent},{spindle_percent}")?;
+            write_accessories(out, status)?;
         }
         Ok(())
     }
@@ -117,9 +134,34 @@ pub(crate) fn write_coordinates(out: &mut impl Write, mm: [f32; AXES], inches: b
 
 fn write_pins(out: &mut impl Write, status: &Status) -> Result {
     let [x, y, z] = status.limits_pressed;
-    let pins = [(x, "X"), (y, "Y"), (z, "Z"), (status.emergency_stop, "R")];
-    let mut prefix = "|Pn:";
-    for (_, letter) in pins.into_iter().filter(|(pressed, _)| *pressed) {
+    let pins = [
+        (status.probe_touched, "P"),
+        (x, "X"),
+        (y, "Y"),
+        (z, "Z"),
+        (status.door_open, "D"),
+        (status.emergency_stop, "R"),
+        (status.hold_pressed, "H"),
+        (status.start_pressed, "S"),
+    ];
+    write_letters(out, "|Pn:", &pins)
+}
+
+/// What of spindle and coolant is on.
+fn write_accessories(out: &mut impl Write, status: &Status) -> Result {
+    let Status { spindle, coolant, .. } = *status;
+    let accessories = [
+        (spindle == Spindle::Clockwise, "S"),
+        (spindle == Spindle::CounterClockwise, "C"),
+        (coolant.flood(), "F"),
+        (coolant.mist(), "M"),
+    ];
+    write_letters(out, "|A:", &accessories)
+}
+
+/// The letters of what is on, behind `prefix`; nothing at all if nothing is.
+fn write_letters(out: &mut impl Write, mut prefix: &str, letters: &[(bool, &str)]) -> Result {
+    for (_, letter) in letters.iter().filter(|(is_on, _)| *is_on) {
         out.write_str(prefix)?;
         out.write_str(letter)?;
         prefix = "";

@@ -12,7 +12,7 @@ impl Interpreter {
     ) -> Result<Command<'l>, Error> {
         match statement {
             "" => Ok(Command::Help),
-            "$" if matches!(state, State::Run | State::Hold { .. }) => Err(Error::NotIdle),
+            "$" if matches!(state, State::Run | State::Hold { .. } | State::Door(_)) => Err(Error::NotIdle),
             "$" => Ok(Command::ShowSettings),
             "G" => Ok(Command::ShowModal),
             "X" => Ok(Command::Unlock),

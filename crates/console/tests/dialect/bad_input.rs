@@ -1,18 +1,18 @@
 //! Whatever arrives: one answer a line, and after an error everything is as before.
 
 use isostep_console::{
-    Alarm, Command, Error, Interpreter, LineAssembler, MAX_COORDINATE_MM, Realtime, Refusal, SETTING_TABLE, Settings,
-    State, realtime, report, stopped_at,
+    Alarm, Command, Door, Error, Interpreter, LineAssembler, MAX_COORDINATE_MM, Realtime, Refusal, SETTING_TABLE,
+    Settings, State, realtime, report, stopped_at,
 };
 use proptest::prelude::*;
 
 use crate::talk::carries;
 
 /// What lines are made of, right and wrong.
-const FRAGMENTS: &str = "G M N G0 G1 G1 G2 G3 G4 G10 G17 G18 G20 G21 G28 G28.1 G30 G38.2 G43.1 G49 G53 G54 G59 G59.1 G80 \
-    G90 G91 G91.1 G92 G92.1 G93 G94 M0 M1 M2 M3 M6 M7 M30 X X1 Y-2.5 Z.5 X10000 Z-9999 F100 F S1 T1 T300 P1 P9 L2 L20 R2 \
+const FRAGMENTS: &str = "G M N G0 G1 G1 G2 G3 G4 G10 G17 G18 G20 G21 G28 G28.1 G30 G38.2 G38.3 G38.5 G38.6 G43.1 G49 G53 G54 G59 G59.1 G80 \
+    G90 G91 G91.1 G92 G92.1 G93 G94 M0 M1 M2 M3 M4 M6 M7 M8 M9 M30 X X1 Y-2.5 Z.5 X10000 Z-9999 F100 F S1 T1 T300 P1 P9 L2 L20 R2 \
     G43 G64 G42 A B0 H1 I1 R-9 J-3 K.5 G61 G61.1 N7 N10000001 A1 $ $$ $# $G $I $N $N0= $N1= $N2= $X $H $C $SLP $BOOT $RST= * # $J= \
-    $J=G91X1F100 $J $E $E22 $A1 $A99 $100= $110=1e9 $20=1 $22=0 $13=1 = - + . 0 1 99999999 123456789 ( ) ; / % (note) g1x1f9 e q ? ! ~ \x00 \x18 \x7F \
+    $J=G91X1F100 $J $E $E22 $A1 $A99 $100= $110=1e9 $20=1 $22=0 $13=1 $6=3 $30=1 $31=1 $31=999 $35=9 $36=1 $902=1 = - + . 0 1 99999999 123456789 ( ) ; / % (note) g1x1f9 e q ? ! ~ \x00 \x18 \x7F \
     XXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXX";
 
 const STATES: &[State] = &[
@@ -20,6 +20,10 @@ const STATES: &[State] = &[
     State::Run,
     State::Hold { stopping: false },
     State::Hold { stopping: true },
+    State::Door(Door::Closed),
+    State::Door(Door::Open),
+    State::Door(Door::Stopping),
+    State::Door(Door::Resuming),
     State::Jog,
     State::Home,
     State::Alarm,
@@ -32,7 +36,7 @@ fn bytes() -> impl Strategy<Value = Vec<u8>> {
     let fragment = prop_oneof![
         38 => prop::sample::select(fragments).prop_map(<[u8]>::to_vec),
         1 => any::<u8>().prop_map(|byte| vec![byte]),
-        1 => prop::sample::select(vec![&b" "[..], b"\t", b"\x84", b"\x85", b"\x90", b"\xC2\x96", b"\xA0"]).prop_map(<[u8]>::to_vec),
+        1 => prop::sample::select(vec![&b" "[..], b"\t", b"\x84", b"\x85", b"\x90", b"\xC2\x96", b"\x9E", b"\xA0", b"\xA1"]).prop_map(<[u8]>::to_vec),
     ];
     let end = prop::sample::select(vec!["\n", "\n", "\r", "\r\n", ""]);
     let line = (prop::collection::vec(fragment, 0..6), end)

@@ -2,7 +2,7 @@
 
 use crate::talk::Talk;
 use expect_test::{Expect, expect};
-use isostep_console::State;
+use isostep_console::{Coolant, State, report};
 
 fn check(program: &str, heard: Expect) {
     heard.assert_eq(&Talk::new(State::Idle).send(program));
@@ -79,29 +79,23 @@ fn the_end_of_a_program_puts_back_modes_but_not_units_and_feed() {
     check(
         "G20 G91 G0 F10 M3 S100 M8 T2\n$G\nM30\n$G",
         expect![[r#"
-        G20 G91 G0 F10 M3 S100 M8 T2 -> ok
-        $G -> [GC:G0 G54 G17 G20 G91 G94 M3 M8 T2 F254 S100] ok
-        M30 -> (end) ok
-        $G -> [GC:G1 G54 G17 G20 G90 G94 M5 M9 T2 F254 S100] ok
-    "#]],
+            G20 G91 G0 F10 M3 S100 M8 T2 -> (spindle) (speed) (coolant) ok
+            $G -> [GC:G0 G54 G17 G20 G91 G94 M3 M8 T2 F254 S100] ok
+            M30 -> (end) ok
+            $G -> [GC:G1 G54 G17 G20 G90 G94 M5 M9 T2 F254 S100] ok
+        "#]],
     );
 }
 
 #[test]
-fn codes_that_change_nothing_here_are_accepted() {
+fn codes_that_change_nothing_are_accepted() {
     check(
-        "G17 G21 G40 G49 G54 G61 G80 G90 G91.1 G94 M5 M9\nM1\nM3 S1000\nM4\nM7\nM8\nT3\n$G\nM9\n$G\nN12",
+        "G17 G21 G40 G49 G54 G61 G80 G90 G91.1 G94 M5 M9\nM1\nT3\n$G\nN12",
         expect![[r#"
             G17 G21 G40 G49 G54 G61 G80 G90 G91.1 G94 M5 M9 -> ok
             M1 -> ok
-            M3 S1000 -> ok
-            M4 -> ok
-            M7 -> ok
-            M8 -> ok
             T3 -> ok
-            $G -> [GC:G80 G54 G17 G21 G90 G94 M4 M7 M8 T3 F0 S1000] ok
-            M9 -> ok
-            $G -> [GC:G80 G54 G17 G21 G90 G94 M4 M9 T3 F0 S1000] ok
+            $G -> [GC:G80 G54 G17 G21 G90 G94 M5 M9 T3 F0 S0] ok
             N12 -> (N12) ok
         "#]],
     );
@@ -192,12 +186,14 @@ fn a_tool_change_is_carried_out_before_the_rest_of_its_line() {
 #[test]
 fn what_the_gantry_lacks_is_refused_by_name() {
     check(
-        "G38.2 Z-1\nG38.5 Z1\nA1\nO100\nG43 H1\nG41 D1\nG64.1\nG61.2\nG90.1\nG92.3\nG28.2\nG81\nM62\n\
+        "G38 Z-1\nG38.1 Z1\nG38.6 Z1\nG38.25 Z1\nA1\nO100\nG43 H1\nG41 D1\nG64.1\nG61.2\nG90.1\nG92.3\nG28.2\nG81\nM62\n\
          G5 X1\nG5.1\nG33 K1\nG42.1\nG43.2\nG73\nG76\nG80.1\nG83 X1 R1 Q1\nG99\nM98 P1\nM99\nM100\nM104 S200\nG0 X1 B2.5 C3\nG1 X1 E0.1\nG1 X1e5\nD1\nH1\n\
          g0 q1\nW-1\nG99999999\nG0 A1 B2\nX1 Q1 G42\nG10 L3 P1 X1\nG10 L2 P1 X1 R5\n$J=A1 F1\n$N0=G0 E1\nG041\nG12.25",
         expect![[r#"
-            G38.2 Z-1 -> [MSG:G38.2: no probe here: remove it] error:20
-            G38.5 Z1 -> [MSG:G38.5: no probe here: remove it] error:20
+            G38 Z-1 -> [MSG:G38: probing is G38.2 to G38.5: give one of them] error:20
+            G38.1 Z1 -> [MSG:G38.1: probing is G38.2 to G38.5: give one of them] error:20
+            G38.6 Z1 -> [MSG:G38.6: probing is G38.2 to G38.5: give one of them] error:20
+            G38.25 Z1 -> [MSG:G38.25: probing is G38.2 to G38.5: give one of them] error:20
             A1 -> [MSG:A: three axes only, X Y Z: remove it] error:20
             O100 -> [MSG:O: no program numbers, no subprograms here: remove it] error:20
             G43 H1 -> [MSG:G43: no tool table here: remove G43 and its H, keep Z, and set work zero with the tool in] error:20
@@ -211,7 +207,7 @@ fn what_the_gantry_lacks_is_refused_by_name() {
             M62 -> [MSG:M62: unknown here: remove it] error:20
             G5 X1 -> [MSG:G5: no splines here: let the CAM program give lines and arcs] error:20
             G5.1 -> [MSG:G5.1: no splines here: let the CAM program give lines and arcs] error:20
-            G33 K1 -> [MSG:G33: no threads without a spindle: remove it] error:20
+            G33 K1 -> [MSG:G33: no threads here, the spindle does not say where it stands: remove it] error:20
             G42.1 -> [MSG:G42.1: no cutter compensation here: let the CAM program compensate] error:20
             G43.2 -> [MSG:G43.2: no tool table here: remove G43 and its H, keep Z, and set work zero with the tool in] error:20
             G73 -> [MSG:G73: no canned cycles here: let the post-processor expand them] error:20
@@ -241,6 +237,195 @@ fn what_the_gantry_lacks_is_refused_by_name() {
             G12.25 -> [MSG:G12.25: unknown here: remove it] error:20
         "#]],
     );
+}
+
+#[test]
+fn spindle_speed_and_coolant_are_told_when_they_change() {
+    check(
+        "S500\nM3\nM3 S500\nM3 S600\nM4\nM5\nM5 S0\nM7\nM7\nM8\nM8\nM9\nM9\nM8 M3 S1 G4 P1 G0 X1\n$G\nM4 P1\nM3 M4\nM3.2\nS-1\nM7 M8\n$G\nM5 S9 X2",
+        expect![[r#"
+            S500 -> (speed) ok
+            M3 -> (spindle) ok
+            M3 S500 -> ok
+            M3 S600 -> (speed) ok
+            M4 -> (spindle) ok
+            M5 -> (spindle) ok
+            M5 S0 -> (speed) ok
+            M7 -> (coolant) ok
+            M7 -> ok
+            M8 -> (coolant) ok
+            M8 -> ok
+            M9 -> (coolant) ok
+            M9 -> ok
+            M8 M3 S1 G4 P1 G0 X1 -> (spindle) (speed) (coolant) (wait 1 s) (rapid [1.0, 0.0, 0.0]) ok
+            $G -> [GC:G0 G54 G17 G21 G90 G94 M3 M8 T0 F0 S1] ok
+            M4 P1 -> error:36
+            M3 M4 -> error:21
+            M3.2 -> error:23
+            S-1 -> error:4
+            M7 M8 -> error:21
+            $G -> [GC:G0 G54 G17 G21 G90 G94 M3 M8 T0 F0 S1] ok
+            M5 S9 X2 -> (spindle) (speed) (rapid [2.0, 0.0, 0.0]) ok
+        "#]],
+    );
+}
+
+#[test]
+fn the_end_of_a_program_leaves_spindle_and_coolant_to_the_caller() {
+    check(
+        "M3 S100 M8\nM2\n$G\nM3\nM30\nM5 M9\nM3 S7 M30\n$G",
+        expect![[r#"
+        M3 S100 M8 -> (spindle) (speed) (coolant) ok
+        M2 -> (end) ok
+        $G -> [GC:G1 G54 G17 G21 G90 G94 M5 M9 T0 F0 S100] ok
+        M3 -> (spindle) ok
+        M30 -> (end) ok
+        M5 M9 -> ok
+        M3 S7 M30 -> (spindle) (speed) (end) ok
+        $G -> [GC:G1 G54 G17 G21 G90 G94 M5 M9 T0 F0 S7] ok
+    "#]],
+    );
+}
+
+#[test]
+fn a_tool_change_comes_before_the_spindle_and_a_pause_after_both() {
+    check(
+        "T1 M6 M3 S100\nM6 M0\nM6 M4 M0\nM6 S5 M0\nM6 M8 M0\nM6 M3 S5 M0\nG38.2 Z-1 F1 M6 M0",
+        expect![[r#"
+        T1 M6 M3 S100 -> (tool 1) (spindle) (speed) ok
+        M6 M0 -> (tool 1) ok
+        M6 M4 M0 -> (tool 1) (spindle) (pause) ok
+        M6 S5 M0 -> (tool 1) (speed) (pause) ok
+        M6 M8 M0 -> (tool 1) (coolant) (pause) ok
+        M6 M3 S5 M0 -> (tool 1) (spindle) (pause) ok
+        G38.2 Z-1 F1 M6 M0 -> (tool 1) (probe toward or alarm 1 [0.0, 0.0, -1.0]) (pause) ok
+    "#]],
+    );
+}
+
+#[test]
+fn a_caller_turns_the_tool_off_and_switches_coolant() {
+    let mut talk = Talk::new(State::Idle);
+    talk.send("M4 S100 M8");
+    talk.interpreter.set_coolant(Coolant::of(true, true));
+    assert_eq!(talk.bytes(b"$G\n"), "[GC:G0 G54 G17 G21 G90 G94 M4 M7 M8 T0 F0 S100] ok");
+    assert_eq!(talk.bytes(b"M7\nM9\nM7\n"), "ok (coolant) ok (coolant) ok");
+    talk.interpreter.stop_tool();
+    assert_eq!(talk.bytes(b"$G\n"), "[GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S100] ok");
+    assert_eq!(talk.bytes(b"M4\n"), "(spindle) ok");
+}
+
+#[test]
+fn a_probe_is_modal_and_the_program_goes_on_from_its_target() {
+    check(
+        "G38.2 Z-10 F100\n$G\nZ-20\nG91 G38.3 X1 Y1\n$G\nX1\nG90 G38.4 Z-10\n$G\nG38.5 Z0 F50\n$G\nN5 X5 M0\nG0 X9\nZ1\n\
+         G20 G38.2 X1 F1\nG21 G92 X0\nX1\nG28\nG28 X3\nG28.1 Z7\nG4 P1\nM3 S10 Z8\nG80\nX1\nG38.2 Z9\nM2\n$G\nG61.1 G38.2 Z1",
+        expect![[r#"
+            G38.2 Z-10 F100 -> (probe toward or alarm 100 [0.0, 0.0, -10.0]) ok
+            $G -> [GC:G38.2 G54 G17 G21 G90 G94 M5 M9 T0 F100 S0] ok
+            Z-20 -> (probe toward or alarm 100 [0.0, 0.0, -20.0]) ok
+            G91 G38.3 X1 Y1 -> (probe toward 100 [1.0, 1.0, -20.0]) ok
+            $G -> [GC:G38.3 G54 G17 G21 G91 G94 M5 M9 T0 F100 S0] ok
+            X1 -> (probe toward 100 [2.0, 1.0, -20.0]) ok
+            G90 G38.4 Z-10 -> (probe away or alarm 100 [2.0, 1.0, -10.0]) ok
+            $G -> [GC:G38.4 G54 G17 G21 G90 G94 M5 M9 T0 F100 S0] ok
+            G38.5 Z0 F50 -> (probe away 50 [2.0, 1.0, 0.0]) ok
+            $G -> [GC:G38.5 G54 G17 G21 G90 G94 M5 M9 T0 F50 S0] ok
+            N5 X5 M0 -> (N5) (probe away 50 [5.0, 1.0, 0.0]) (pause) ok
+            G0 X9 -> (rapid [9.0, 1.0, 0.0]) ok
+            Z1 -> (rapid [9.0, 1.0, 1.0]) ok
+            G20 G38.2 X1 F1 -> (probe toward or alarm 25.4 [25.4, 1.0, 1.0]) ok
+            G21 G92 X0 -> ok
+            X1 -> (probe toward or alarm 25.4 [26.4, 1.0, 1.0]) ok
+            G28 -> (rapid [0.0, 0.0, 0.0]) ok
+            G28 X3 -> (via [28.4, 0.0, 0.0]) (rapid [0.0, 0.0, 0.0]) ok
+            G28.1 Z7 -> (probe toward or alarm 25.4 [0.0, 0.0, 7.0]) ok
+            G4 P1 -> (wait 1 s) ok
+            M3 S10 Z8 -> (spindle) (speed) (probe toward or alarm 25.4 [0.0, 0.0, 8.0]) ok
+            G80 -> ok
+            X1 -> error:31
+            G38.2 Z9 -> (probe toward or alarm 25.4 [0.0, 0.0, 9.0]) ok
+            M2 -> (end) ok
+            $G -> [GC:G1 G54 G17 G21 G90 G94 M5 M9 T0 F25 S10] ok
+            G61.1 G38.2 Z1 -> (probe toward or alarm 25.4 [0.0, 0.0, 1.0]) ok
+        "#]],
+    );
+}
+
+#[test]
+fn a_probe_needs_a_feed_an_axis_and_a_way() {
+    check(
+        "G38.2 Z-1\nG38.2\nG38.2 F.5 Z-1\nF100\nG38.2\nG38.2 F100 M3\nG38.3 X0\nG38.4 X0 I1\nG38.2 Z-20000\nG38.2 Z1 I1\nG38.2 Z1 R1\nG38.2 Z1 P1\n\
+         G53 G38.2 Z1\nG38.2 G53 Z1\nG38.2 G0 Z1\nG38.2 G38.3 Z1\nG28 G38.2 Z1\nG92 G38.2 Z1\nG43.1 G38.2 Z1\nG80 G38.2 Z1\nG38.2 G80 Z1\n$J=G38.2 X1 F1\n$J=G38.2 F1\n$G\n\
+         G38.2 Z1\nG53 Z2\n$J=X1 F1\nZ1\nG18 G38.2 Y1",
+        expect![[r#"
+            G38.2 Z-1 -> error:22
+            G38.2 -> error:22
+            G38.2 F.5 Z-1 -> error:22
+            F100 -> ok
+            G38.2 -> error:26
+            G38.2 F100 M3 -> error:26
+            G38.3 X0 -> error:33
+            G38.4 X0 I1 -> error:33
+            G38.2 Z-20000 -> error:33
+            G38.2 Z1 I1 -> error:36
+            G38.2 Z1 R1 -> error:36
+            G38.2 Z1 P1 -> error:36
+            G53 G38.2 Z1 -> error:30
+            G38.2 G53 Z1 -> error:30
+            G38.2 G0 Z1 -> error:24
+            G38.2 G38.3 Z1 -> error:24
+            G28 G38.2 Z1 -> error:24
+            G92 G38.2 Z1 -> error:24
+            G43.1 G38.2 Z1 -> error:24
+            G80 G38.2 Z1 -> error:21
+            G38.2 G80 Z1 -> error:21
+            $J=G38.2 X1 F1 -> error:16
+            $J=G38.2 F1 -> error:26
+            $G -> [GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F100 S0] ok
+            G38.2 Z1 -> (probe toward or alarm 100 [0.0, 0.0, 1.0]) ok
+            G53 Z2 -> error:30
+            $J=X1 F1 -> (jog 1 [1.0, 0.0, 1.0]) ok
+            Z1 -> error:33
+            G18 G38.2 Y1 -> (probe toward or alarm 100 [1.0, 1.0, 1.0]) ok
+        "#]],
+    );
+}
+
+#[test]
+fn a_probe_takes_an_inverse_time() {
+    // 3-4-0 is a way of 5 mm: twice a minute are 10 mm/min.
+    check(
+        "G93 G38.2 X3 Y4 F2\nX0\nG38.2 X0\nX0 F.01\nG94 G38.3 X1\nG94 G38.3 X1 F5",
+        expect![[r#"
+        G93 G38.2 X3 Y4 F2 -> (probe toward or alarm 10 [3.0, 4.0, 0.0]) ok
+        X0 -> error:22
+        G38.2 X0 -> error:22
+        X0 F.01 -> (probe toward or alarm 1 [0.0, 4.0, 0.0]) ok
+        G94 G38.3 X1 -> error:22
+        G94 G38.3 X1 F5 -> (probe toward 5 [1.0, 4.0, 0.0]) ok
+    "#]],
+    );
+}
+
+#[test]
+fn what_a_probe_touched_outlives_a_reset() {
+    let mut talk = Talk::new(State::Idle);
+    let prb = |talk: &mut Talk| {
+        let heard = talk.bytes(b"$#\n");
+        heard.split(' ').find(|line| line.starts_with("[PRB")).map(str::to_owned).unwrap()
+    };
+    assert_eq!(talk.interpreter.touched(), ([0.0; 3], false));
+    assert_eq!(prb(&mut talk), "[PRB:0.000,0.000,0.000:0]");
+    talk.interpreter.set_touched([1.0, -25.4, 3.1234], true);
+    talk.send("G92 X5\nG55");
+    talk.interpreter.reset();
+    assert_eq!(prb(&mut talk), "[PRB:1.000,-25.400,3.123:1]");
+    talk.interpreter.set_touched([1.0, -25.4, 3.0], false);
+    assert_eq!(talk.interpreter.touched(), ([1.0, -25.4, 3.0], false));
+    let mut heard = String::new();
+    report::probed(&mut heard, &talk.interpreter, true).unwrap();
+    assert_eq!(heard, "[PRB:0.0394,-1.0000,0.1181:0]\r\n");
 }
 
 #[test]
@@ -523,13 +708,13 @@ fn planes_and_feed_modes_are_kept_for_the_modal_state() {
     check(
         "G18 G59 G93 G20 G91 M4 M7\n$G\nM8\n$G\nM2\n$G",
         expect![[r#"
-        G18 G59 G93 G20 G91 M4 M7 -> ok
-        $G -> [GC:G0 G59 G18 G20 G91 G93 M4 M7 T0 F0 S0] ok
-        M8 -> ok
-        $G -> [GC:G0 G59 G18 G20 G91 G93 M4 M7 M8 T0 F0 S0] ok
-        M2 -> (end) ok
-        $G -> [GC:G1 G54 G17 G20 G90 G94 M5 M9 T0 F0 S0] ok
-    "#]],
+            G18 G59 G93 G20 G91 M4 M7 -> (spindle) (coolant) ok
+            $G -> [GC:G0 G59 G18 G20 G91 G93 M4 M7 T0 F0 S0] ok
+            M8 -> (coolant) ok
+            $G -> [GC:G0 G59 G18 G20 G91 G93 M4 M7 M8 T0 F0 S0] ok
+            M2 -> (end) ok
+            $G -> [GC:G1 G54 G17 G20 G90 G94 M5 M9 T0 F0 S0] ok
+        "#]],
     );
 }
 

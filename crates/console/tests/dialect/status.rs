@@ -2,8 +2,32 @@
 
 use crate::talk::Talk;
 use expect_test::expect;
-use isostep_console::{Move, Overrides, Settings, State, Status, StatusReporter, report};
+use isostep_console::{Coolant, Door, Move, Overrides, Settings, Spindle, State, Status, StatusReporter, report};
 use proptest::prelude::*;
+
+/// What [`StatusReporter::write`] promises.
+const LONGEST_BYTES: usize = 145;
+
+/// A machine at rest, nothing on and nothing pressed.
+const QUIET: Status = Status {
+    state: State::Idle,
+    position_mm: [0.0; 3],
+    work_offset_mm: [0.0; 3],
+    line_number: 0,
+    feed_mm_min: 0.0,
+    spindle_rpm: 0.0,
+    spindle: Spindle::Off,
+    coolant: Coolant::Off,
+    probe_touched: false,
+    limits_pressed: [false; 3],
+    door_open: false,
+    emergency_stop: false,
+    hold_pressed: false,
+    start_pressed: false,
+    overrides: Overrides::DEFAULT,
+    free_blocks: 15,
+    free_bytes: 128,
+};
 
 #[test]
 fn literals_are_grbls() {
@@ -48,26 +72,125 @@ fn the_mask_chooses_fields_and_inches_scale() {
         work_offset_mm: [0.0, 50.8, -10_000.0],
         line_number: 10_000_000,
         feed_mm_min: 254.0,
+        spindle_rpm: 999.5,
+        spindle: Spindle::Clockwise,
+        coolant: Coolant::Both,
         limits_pressed: [true, false, true],
         emergency_stop: true,
-        overrides: Overrides::DEFAULT,
         free_blocks: 255,
         free_bytes: u16::MAX,
+        ..QUIET
     };
     let mut heard = String::new();
     for (report_mask, report_inches) in [(0, false), (1, false), (2, true), (3, true)] {
         let settings = Settings { report_mask, report_inches, ..Settings::DEFAULT };
         let before = heard.len();
         StatusReporter::new().write(&mut heard, &status, &settings).unwrap();
-        assert!(heard.len() - before <= 160);
+        assert!(heard.len() - before <= LONGEST_BYTES);
     }
     expect![[r#"
-        <Alarm|WPos:25.400,-50.800,0.000|Ln:10000000|FS:254,0|Pn:XZR|WCO:0.000,50.800,-10000.000>
-        <Alarm|MPos:25.400,0.000,-10000.000|Ln:10000000|FS:254,0|Pn:XZR|WCO:0.000,50.800,-10000.000>
-        <Alarm|WPos:1.0000,-2.0000,0.0000|Bf:255,65535|Ln:10000000|FS:10.0,0|Pn:XZR|WCO:0.0000,2.0000,-393.7008>
-        <Alarm|MPos:1.0000,0.0000,-393.7008|Bf:255,65535|Ln:10000000|FS:10.0,0|Pn:XZR|WCO:0.0000,2.0000,-393.7008>
+        <Alarm|WPos:25.400,-50.800,0.000|Ln:10000000|FS:254,1000|Pn:XZR|WCO:0.000,50.800,-10000.000>
+        <Alarm|MPos:25.400,0.000,-10000.000|Ln:10000000|FS:254,1000|Pn:XZR|WCO:0.000,50.800,-10000.000>
+        <Alarm|WPos:1.0000,-2.0000,0.0000|Bf:255,65535|Ln:10000000|FS:10.0,1000|Pn:XZR|WCO:0.0000,2.0000,-393.7008>
+        <Alarm|MPos:1.0000,0.0000,-393.7008|Bf:255,65535|Ln:10000000|FS:10.0,1000|Pn:XZR|WCO:0.0000,2.0000,-393.7008>
     "#]]
     .assert_eq(&heard.replace('\r', ""));
+}
+
+/// Every field as long as it can be: a work position is off by a system, a shift and a tool's length; a feed along three
+/// axes at the highest `$110` has 9 digits, and so has twice the greatest S.
+#[test]
+fn the_longest_report_is_as_long_as_promised() {
+    let status = Status {
+        state: State::Door(Door::Resuming),
+        position_mm: [-10_000.0; 3],
+        work_offset_mm: [-30_000.0, 30_000.0, -30_000.0],
+        line_number: 10_000_000,
+        feed_mm_min: 1.75e8,
+        spindle_rpm: 199_999_984.0,
+        spindle: Spindle::CounterClockwise,
+        coolant: Coolant::Both,
+        probe_touched: true,
+        limits_pressed: [true; 3],
+        door_open: true,
+        emergency_stop: true,
+        hold_pressed: true,
+        start_pressed: true,
+        overrides: Overrides { feed_percent: 200, rapid_percent: 100, spindle_percent: 200 },
+        free_blocks: 255,
+        free_bytes: u16::MAX,
+    };
+    let mut heard = String::new();
+    for report_inches in [false, true] {
+        let settings = Settings { report_mask: 3, report_inches, ..Settings::DEFAULT };
+        let mut reporter = StatusReporter::new();
+        for _ in 0..2 {
+            let before = heard.len();
+            reporter.write(&mut heard, &status, &settings).unwrap();
+            assert!(heard.len() - before <= LONGEST_BYTES, "{heard}");
+        }
+    }
+    let position_mm = status.position_mm.map(|mm| mm - 30_000.0);
+    let status = Status { position_mm, work_offset_mm: [-30_000.0; 3], ..status };
+    let settings = Settings { report_mask: 3, ..Settings::DEFAULT };
+    let before = heard.len();
+    StatusReporter::new().write(&mut heard, &status, &settings).unwrap();
+    assert_eq!(heard.len() - before, LONGEST_BYTES);
+    expect![[r#"
+        <Door:3|MPos:-10000.000,-10000.000,-10000.000|Bf:255,65535|Ln:10000000|FS:175000000,199999984|Pn:PXYZDRHS|WCO:-30000.000,30000.000,-30000.000>
+        <Door:3|MPos:-10000.000,-10000.000,-10000.000|Bf:255,65535|Ln:10000000|FS:175000000,199999984|Pn:PXYZDRHS|Ov:200,100,200|A:CFM>
+        <Door:3|MPos:-393.7008,-393.7008,-393.7008|Bf:255,65535|Ln:10000000|FS:6889764.0,199999984|Pn:PXYZDRHS|WCO:-1181.1024,1181.1024,-1181.1024>
+        <Door:3|MPos:-393.7008,-393.7008,-393.7008|Bf:255,65535|Ln:10000000|FS:6889764.0,199999984|Pn:PXYZDRHS|Ov:200,100,200|A:CFM>
+        <Door:3|MPos:-40000.000,-40000.000,-40000.000|Bf:255,65535|Ln:10000000|FS:175000000,199999984|Pn:PXYZDRHS|WCO:-30000.000,-30000.000,-30000.000>
+    "#]].assert_eq(&heard.replace('\r', ""));
+}
+
+#[test]
+fn pins_are_told_in_grbls_order() {
+    let settings = Settings::DEFAULT;
+    let rows = [
+        (QUIET, "FS:0,0"),
+        (Status { probe_touched: true, ..QUIET }, "Pn:P"),
+        (Status { limits_pressed: [false, true, false], ..QUIET }, "Pn:Y"),
+        (Status { door_open: true, ..QUIET }, "Pn:D"),
+        (Status { emergency_stop: true, ..QUIET }, "Pn:R"),
+        (Status { hold_pressed: true, ..QUIET }, "Pn:H"),
+        (Status { start_pressed: true, ..QUIET }, "Pn:S"),
+        (
+            Status { probe_touched: true, limits_pressed: [true; 3], door_open: true, start_pressed: true, ..QUIET },
+            "Pn:PXYZDS",
+        ),
+        (Status { emergency_stop: true, hold_pressed: true, start_pressed: true, ..QUIET }, "Pn:RHS"),
+    ];
+    for (status, last) in rows {
+        let mut heard = String::new();
+        StatusReporter::new().write(&mut heard, &status, &settings).unwrap();
+        let heard = heard.replace("|WCO:0.000,0.000,0.000>\r\n", "");
+        assert_eq!(heard.rsplit('|').next(), Some(last));
+    }
+}
+
+#[test]
+fn spindle_and_coolant_are_told_with_the_overrides_and_when_they_change() {
+    let mut talk = Talk::new(State::Idle);
+    let extras = |talk: &mut Talk, sent: &[u8]| {
+        talk.bytes(sent);
+        let heard = [(); 3].map(|()| talk.bytes(b"?"));
+        heard.map(|line| line.split_once("|FS:").unwrap().1.trim_end_matches('>').to_owned())
+    };
+    let rows: &[(&[u8], [&str; 3])] = &[
+        (b"", ["0,0|WCO:0.000,0.000,0.000", "0,0|Ov:100,100,100", "0,0"]),
+        (b"M3 S1000.5\n", ["0,1001|Ov:100,100,100|A:S", "0,1001", "0,1001"]),
+        (b"S500\n", ["0,500", "0,500", "0,500"]),
+        (b"M7\n", ["0,500|Ov:100,100,100|A:SM", "0,500|WCO:0.000,0.000,0.000", "0,500"]),
+        (b"M4 M8\n", ["0,500|Ov:100,100,100|A:CFM", "0,500", "0,500"]),
+        (b"M5\nG92 X1\n", ["0,0|WCO:-1.000,0.000,0.000", "0,0|Ov:100,100,100|A:FM", "0,0"]),
+        (b"M9 M8 \nM9\nM8\n", ["0,0|Ov:100,100,100|A:F", "0,0", "0,0"]),
+        (b"M9\n", ["0,0|Ov:100,100,100", "0,0", "0,0"]),
+    ];
+    for &(sent, told) in rows {
+        assert_eq!(extras(&mut talk, sent), told, "{}", String::from_utf8_lossy(sent));
+    }
 }
 
 #[test]
@@ -77,6 +200,10 @@ fn states_print_as_grbl_prints_them() {
         (State::Run, "Run"),
         (State::Hold { stopping: false }, "Hold:0"),
         (State::Hold { stopping: true }, "Hold:1"),
+        (State::Door(Door::Closed), "Door:0"),
+        (State::Door(Door::Open), "Door:1"),
+        (State::Door(Door::Stopping), "Door:2"),
+        (State::Door(Door::Resuming), "Door:3"),
         (State::Jog, "Jog"),
         (State::Home, "Home"),
         (State::Alarm, "Alarm"),

@@ -2,7 +2,7 @@
 
 use crate::talk::{Talk, carries};
 use expect_test::{Expect, expect};
-use isostep_console::{SETTING_TABLE, Settings, State};
+use isostep_console::{Door, SETTING_TABLE, Settings, State};
 
 fn check(state: State, text: &str, heard: Expect) {
     heard.assert_eq(&Talk::new(state).send(text));
@@ -18,7 +18,7 @@ fn commands_when_idle() {
         expect![[r#"
             $ -> [HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x] [MSG:$En and $An explain a refusal or an alarm by its number n, $BUZZ=X moves X to and fro, $BOOT makes way for new firmware] ok
             $G -> [GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0] ok
-            $I -> [VER:1.1h.20190830:Isostep 0.1.0 (grbl dialect)] [OPT:NMZHL,79,128] ok
+            $I -> [VER:1.1h.20190830:Isostep 0.1.0 (grbl dialect)] [OPT:VNMZHL,79,128] ok
             $100=60 -> ok
             $H -> (home) ok
             $HY -> (home 1) ok
@@ -65,6 +65,33 @@ fn commands_when_running() {
 }
 
 #[test]
+fn commands_when_the_door_was_opened() {
+    let commands = "$\n$G\n$$\n$#\n$I\n$100=60\n$H\n$C\n$SLP\n$X\n$J=X1 F1\n$N0=G0\nM3 S1\nX1\nG38.2 Z-1 F1";
+    let heard = [Door::Closed, Door::Open, Door::Stopping, Door::Resuming].map(|door| {
+        assert!(!State::Door(door).at_rest());
+        Talk::new(State::Door(door)).send(commands)
+    });
+    assert_eq!(heard, [(); 4].map(|()| Talk::new(State::Hold { stopping: false }).send(commands)));
+    expect![[r#"
+        $ -> [HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x] [MSG:$En and $An explain a refusal or an alarm by its number n, $BUZZ=X moves X to and fro, $BOOT makes way for new firmware] ok
+        $G -> [GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0] ok
+        $$ -> error:8
+        $# -> error:8
+        $I -> error:8
+        $100=60 -> error:8
+        $H -> error:8
+        $C -> error:8
+        $SLP -> error:8
+        $X -> (unlock) ok
+        $J=X1 F1 -> error:8
+        $N0=G0 -> error:8
+        M3 S1 -> (spindle) (speed) ok
+        X1 -> (rapid [1.0, 0.0, 0.0]) ok
+        G38.2 Z-1 F1 -> (probe toward or alarm 1 [1.0, 0.0, -1.0]) ok
+    "#]].assert_eq(&heard[0]);
+}
+
+#[test]
 fn commands_in_alarm() {
     check(
         State::Alarm,
@@ -106,6 +133,9 @@ fn settings_print_as_grbl_prints_them() {
         $30=1000.000
         $31=0.000
         $32=0
+        $33=5000.000
+        $35=0.000
+        $36=100.000
         $100=50.000
         $101=50.000
         $102=50.000
@@ -118,8 +148,10 @@ fn settings_print_as_grbl_prints_them() {
         $130=350.000
         $131=400.000
         $132=100.000
+        $394=0.000
         $900=0
         $901=312
+        $902=0
         $910=0.000
         $911=0.000
         $912=0.000
@@ -138,7 +170,7 @@ fn settings_print_as_grbl_prints_them() {
 fn a_refused_setting_names_value_limit_and_remedy() {
     check(
         State::Idle,
-        "$0=-1\n$0=2.5\n$2=8\n$20=2\n$22=0\n$20=1\n$22=1\n$H\n$27=0\n$11=-0.01\n$11=0\n$12=0\n$12=-1\n$12=200\n$100=-1\n$100=100000\n$102=5000\n$110=90000000\n$0=200\n$901=311\n$901=321\n$911=3000\n$920=5\n$6=2\n$30=100001\n$30=100000\n$31=-1\n$31=100000\n$32=0.5\n$32=1\n$33=1",
+        "$0=-1\n$0=2.5\n$2=8\n$20=2\n$22=0\n$20=1\n$22=1\n$H\n$27=0\n$11=-0.01\n$11=0\n$12=0\n$12=-1\n$12=200\n$100=-1\n$100=100000\n$102=5000\n$110=90000000\n$0=200\n$901=311\n$901=321\n$911=3000\n$920=5\n$6=4\n$6=3\n$30=100001\n$30=100000\n$31=-1\n$31=99999.5\n$32=0.5\n$32=1\n$33=9\n$33=100001\n$33=1000\n$34=1\n$35=101\n$36=100.5\n$37=0\n$394=61\n$394=60\n$902=2\n$902=1",
         expect![[r#"
             $0=-1 -> [MSG:$0=-1 is negative: give 0 or more] error:4
             $0=2.5 -> [MSG:$0=2.500 is not a whole number: remove the fraction] error:23
@@ -163,14 +195,51 @@ fn a_refused_setting_names_value_limit_and_remedy() {
             $901=321 -> ok
             $911=3000 -> [MSG:$911=3000 is above the top speed, $111=2880 mm/min: lower $911 or raise $111] error:12
             $920=5 -> ok
-            $6=2 -> [MSG:$6=2 is above the most, 1: lower it] error:2
+            $6=4 -> [MSG:$6=4 is above the most, 3: lower it] error:2
+            $6=3 -> ok
             $30=100001 -> [MSG:$30=100001 is above the most, 100000 rpm: lower it] error:2
             $30=100000 -> ok
             $31=-1 -> [MSG:$31=-1 is negative: give 0 or more] error:4
-            $31=100000 -> ok
+            $31=99999.5 -> ok
             $32=0.5 -> [MSG:$32=0.500 is not a whole number: remove the fraction] error:23
             $32=1 -> ok
-            $33=1 -> [MSG:there is no $33: $$ lists the settings] error:3
+            $33=9 -> [MSG:$33=9 is below the least, 10 Hz: raise it] error:2
+            $33=100001 -> [MSG:$33=100001 is above the most, 100000 Hz: lower it] error:2
+            $33=1000 -> ok
+            $34=1 -> [MSG:there is no $34: $$ lists the settings] error:3
+            $35=101 -> [MSG:$35=101 is above the most, 100 %: lower it] error:2
+            $36=100.5 -> [MSG:$36=100.500 is above the most, 100 %: lower it] error:2
+            $37=0 -> [MSG:there is no $37: $$ lists the settings] error:3
+            $394=61 -> [MSG:$394=61 is above the most, 60 s: lower it] error:2
+            $394=60 -> ok
+            $902=2 -> [MSG:$902=2 is above the most, 1: lower it] error:2
+            $902=1 -> ok
+        "#]],
+    );
+}
+
+#[test]
+fn least_speed_and_duty_are_not_above_full() {
+    check(
+        State::Idle,
+        "$31=1000\n$31=1000.5\n$31=999\n$30=999\n$30=500\n$30=1000.5\n$31=0\n$30=0\n$30=0.5\n$35=60\n$36=59.5\n$36=60\n$35=60.001\n$36=100\n$35=100\n$35=100.5",
+        expect![[r#"
+            $31=1000 -> [MSG:$31=1000 is not below the S at full duty, $30=1000 rpm: lower $31 or raise $30] error:2
+            $31=1000.5 -> [MSG:$31=1000.500 is not below the S at full duty, $30=1000 rpm: lower $31 or raise $30] error:2
+            $31=999 -> ok
+            $30=999 -> [MSG:$31=999 is not below the S at full duty, $30=999 rpm: lower $31 or raise $30] error:2
+            $30=500 -> [MSG:$31=999 is not below the S at full duty, $30=500 rpm: lower $31 or raise $30] error:2
+            $30=1000.5 -> ok
+            $31=0 -> ok
+            $30=0 -> [MSG:$31=0 is not below the S at full duty, $30=0 rpm: lower $31 or raise $30] error:2
+            $30=0.5 -> ok
+            $35=60 -> ok
+            $36=59.5 -> [MSG:$35=60 is above the duty at $30, $36=59.500 %: lower $35 or raise $36] error:2
+            $36=60 -> ok
+            $35=60.001 -> [MSG:$35=60.001 is above the duty at $30, $36=60 %: lower $35 or raise $36] error:2
+            $36=100 -> ok
+            $35=100 -> ok
+            $35=100.5 -> [MSG:$35=100.500 is above the most, 100 %: lower it] error:2
         "#]],
     );
 }
@@ -232,7 +301,7 @@ fn the_highest_rate_named_is_accepted() {
 #[test]
 fn what_is_printed_can_be_sent_back() {
     let mut sent = Talk::new(State::Idle);
-    sent.send("$0=10\n$3=5\n$6=1\n$22=0\n$27=1.235\n$30=24000\n$31=0.5\n$32=1\n$11=0\n$12=0.05\n$101=80.125\n$121=0.1\n$131=9999.999\n$900=1\n$901=213\n$922=7\n$931=1234.5\n$940=1");
+    sent.send("$0=10\n$3=5\n$6=2\n$22=0\n$27=1.235\n$30=24000\n$31=0.5\n$32=1\n$33=20000\n$35=5.5\n$36=60\n$394=1.25\n$902=1\n$11=0\n$12=0.05\n$101=80.125\n$121=0.1\n$131=9999.999\n$900=1\n$901=213\n$922=7\n$931=1234.5\n$940=1");
     let listing = sent.bytes(b"$$\n");
     let mut restored = Talk::new(State::Alarm);
     for line in listing.split(' ').filter(|line| line.starts_with('$')) {

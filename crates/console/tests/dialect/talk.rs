@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 
 use isostep_console::{
-    Block, Command, Coordinates, Error, Interpreter, Jog, LineAssembler, Move, Overrides, Rate, Realtime, Refusal,
-    Settings, State, Status, StatusReporter,
+    Block, Command, Coordinates, Error, Interpreter, Jog, LineAssembler, Move, Overrides, Probe, Rate, Realtime,
+    Refusal, Settings, Spindle, State, Status, StatusReporter,
     parameters::{STARTUP_LINES, StoredLine},
     realtime, report,
 };
@@ -21,6 +21,7 @@ pub struct Talk {
     pub state: State,
     pub overrides: Overrides,
     pub emergency_stop: bool,
+    pub probe_touched: bool,
     startup: [StoredLine; STARTUP_LINES],
     build_text: StoredLine,
     reporter: StatusReporter,
@@ -36,6 +37,7 @@ impl Talk {
             state,
             overrides: Overrides::DEFAULT,
             emergency_stop: false,
+            probe_touched: false,
             startup: Default::default(),
             build_text: StoredLine::new(),
             reporter: StatusReporter::new(),
@@ -138,13 +140,21 @@ impl Talk {
     }
 
     fn status(&mut self) {
+        let modal = self.interpreter.modal();
         let status = Status {
             state: self.state,
             position_mm: self.interpreter.position_mm(),
             work_offset_mm: self.interpreter.work_offset_mm(),
             line_number: 0,
             feed_mm_min: 0.0,
+            spindle_rpm: if modal.spindle == Spindle::Off { 0.0 } else { modal.speed_rpm },
+            spindle: modal.spindle,
+            coolant: modal.coolant,
+            probe_touched: self.probe_touched,
             limits_pressed: [false; 3],
+            door_open: false,
+            hold_pressed: false,
+            start_pressed: false,
             emergency_stop: self.emergency_stop,
             free_blocks: 15,
             free_bytes: 128,
@@ -161,6 +171,12 @@ fn describe(heard: &mut String, block: &Block) {
     if let Some(tool) = block.tool_change {
         write!(heard, "(tool {tool}) ").unwrap();
     }
+    let switches = [
+        (block.switches_spindle, "(spindle) "),
+        (block.changes_speed, "(speed) "),
+        (block.switches_coolant, "(coolant) "),
+    ];
+    switches.into_iter().filter(|(switches, _)| *switches).for_each(|(_, name)| heard.push_str(name));
     if let Some(seconds) = block.dwell_s {
         write!(heard, "(wait {seconds} s) ").unwrap();
     }
@@ -178,6 +194,10 @@ fn describe(heard: &mut String, block: &Block) {
             write!(heard, "(arc {mm_min:.1} {target_mm:?} of {length_mm:.3} in {bounds_mm}) ").unwrap();
         }
         None => {}
+    }
+    if let Some(Probe { target_mm, mm_min, away, must }) = block.probe {
+        let (way, or) = (if away { "away" } else { "toward" }, if must { " or alarm" } else { "" });
+        write!(heard, "(probe {way}{or} {mm_min} {target_mm:?}) ").unwrap();
     }
     if block.motion.is_some_and(|motion| motion.exact_stop) {
         heard.push_str("(stop) ");
