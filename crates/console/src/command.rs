@@ -104,14 +104,6 @@ pub struct Block {
     pub ends_program: bool,
 }
 
-impl Block {
-    /// Whether the line does anything between M6 and M0.
-    pub(crate) fn acts_after_tool_change(&self) -> bool {
-        let switches = self.switches_spindle || self.changes_speed || self.switches_coolant;
-        switches || self.dwell_s.is_some() || self.motion.is_some() || self.probe.is_some()
-    }
-}
-
 /// A move, straight or along an arc. Targets are machine coordinates, each finite and within
 /// [`MAX_COORDINATE_MM`](crate::MAX_COORDINATE_MM) of zero, as is all of an arc.
 #[derive(Debug, Clone, Copy, PartialEq)]

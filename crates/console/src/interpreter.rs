@@ -2,11 +2,12 @@
 
 mod arcs;
 mod coordinates;
+mod probes;
 
 use crate::{
     AXES, Arc, Block, Command, Coolant, Coordinates, Error, Modal, MotionMode, Move, Rate, Settings, Spindle, State,
     block::{AxisCommand, NonModal, Words},
-    command::{Jog, Probe},
+    command::Jog,
     path,
 };
 
@@ -174,9 +175,30 @@ impl Interpreter {
         let before = words.non_modal.is_some().then_some(self.coordinates);
         let (via_mm, go_to) = self.non_modal(&mut words)?;
         let changes_coordinates = before.is_some_and(|before| before != self.coordinates);
-        let motion = go_to.or(self.motion(&mut words)?);
+        let mut probe = None;
+        let motion = if self.modal.motion.probes() {
+            self.probe(&words, &mut probe)?;
+            go_to
+        } else {
+            go_to.or(self.motion(&mut words)?)
+        };
+        if words.blends {
+            // How far G64 may stray from the path: $11 says that here.
+            words.take(b'P');
+        }
+        words.check_all_used()?;
+        if let Some(Move { target_mm, .. }) = motion {
+            self.position_mm = target_mm;
+        }
         let Words { pauses, ends_program, .. } = words;
-        let mut block = Block {
+        if ends_program {
+            self.modal.end_program();
+        }
+        // Where M6 has held already, M0 holds once more only if there was something to do between them.
+        let switches = switches_spindle || changes_speed || switches_coolant;
+        let acts = switches || dwell_s.is_some() || motion.is_some() || probe.is_some();
+        let pauses = pauses && (tool_change.is_none() || acts);
+        Ok(Block {
             line_number,
             tool_change,
             switches_spindle,
@@ -185,29 +207,11 @@ impl Interpreter {
             dwell_s,
             via_mm,
             motion,
-            probe: None,
+            probe,
             pauses,
             changes_coordinates,
             ends_program,
-        };
-        if self.modal.motion.probes() {
-            self.probe(&words, &mut block)?;
-        }
-        if words.blends {
-            // How far G64 may stray from the path: $11 says that here.
-            words.take(b'P');
-        }
-        words.check_all_used()?;
-        if let Some(Move { target_mm, .. }) = block.motion {
-            self.position_mm = target_mm;
-        }
-        if pauses {
-            block.pauses = tool_change.is_none() || block.acts_after_tool_change();
-        }
-        if ends_program {
-            self.modal.end_program();
-        }
-        Ok(block)
+        })
     }
 
     /// Takes over the modes of the block and its values that stay in force; whether S is another.
@@ -242,20 +246,20 @@ impl Interpreter {
         Ok(())
     }
 
+    /// The way of a block whose motion mode is no probe.
     fn motion(&self, words: &mut Words) -> Result<Option<Move>, Error> {
-        let Modal { motion: mode, inverse_time, feed, exact_stop, .. } = self.modal;
+        let Modal { motion: mode, exact_stop, .. } = self.modal;
         if mode == MotionMode::Cancelled && words.has_axes() {
             return Err(Error::UnusedAxisWords);
         }
         if words.axis_command != Some(AxisCommand::Motion) {
             return Ok(None);
         }
-        let least = if inverse_time { f32::MIN_POSITIVE } else { MIN_FEED_MM_MIN };
-        if mode.feeds() && feed < least {
-            return Err(Error::NoFeed);
+        if mode.feeds() {
+            self.check_feed()?;
         }
         if !words.has_axes() {
-            return if mode.needs_axes() { Err(Error::AxisWordsMissing) } else { Ok(None) };
+            return if mode.is_arc() { Err(Error::AxisWordsMissing) } else { Ok(None) };
         }
         let arc = self.arc(words)?;
         let target_mm = self.target_mm(words)?;
@@ -263,20 +267,10 @@ impl Interpreter {
         Ok(Some(Move { target_mm, rate, arc, exact_stop }))
     }
 
-    /// Makes the straight way of G38.2 to G38.5 a probe, which takes its place; the program goes on from its target.
-    #[cold]
-    fn probe(&mut self, words: &Words, block: &mut Block) -> Result<(), Error> {
-        let Some(Move { target_mm, rate: Rate::Feed { mm_min }, .. }) = block.motion else { return Ok(()) };
-        if words.axis_command != Some(AxisCommand::Motion) {
-            return Ok(());
-        }
-        if target_mm == self.position_mm {
-            return Err(Error::InvalidTarget);
-        }
-        let mode = self.modal.motion;
-        block.probe = Some(Probe { target_mm, mm_min, away: mode.probes_away(), must: mode.must_touch() });
-        (block.motion, self.position_mm) = (None, target_mm);
-        Ok(())
+    /// Whether there is a feed to move at.
+    fn check_feed(&self) -> Result<(), Error> {
+        let least = if self.modal.inverse_time { f32::MIN_POSITIVE } else { MIN_FEED_MM_MIN };
+        if self.modal.feed < least { Err(Error::NoFeed) } else { Ok(()) }
     }
 
     fn feed_mm_min(&self, target_mm: [f32; AXES], arc: Option<Arc>) -> f32 {

@@ -36,11 +36,6 @@ impl MotionMode {
         !matches!(self, Self::Rapid | Self::Cancelled)
     }
 
-    /// Whether its G-code without axis words is refused.
-    pub(crate) const fn needs_axes(self) -> bool {
-        self.is_arc() || self.probes()
-    }
-
     /// G38.2 to G38.5.
     pub(crate) const fn probes(self) -> bool {
         self as u8 >= Self::ProbeToward as u8

@@ -1,0 +1,32 @@
+//! What G38.2 to G38.5 mean.
+
+use super::Interpreter;
+use crate::{
+    Error,
+    block::{AxisCommand, Words},
+    command::Probe,
+};
+
+impl Interpreter {
+    /// The probe of a block whose motion mode is one, if its axis words are for that; checked in Grbl's order. The program
+    /// goes on from its target.
+    // Written in place: returned, it would be copied on every line.
+    #[cold]
+    pub(super) fn probe(&mut self, words: &Words, probe: &mut Option<Probe>) -> Result<(), Error> {
+        if words.axis_command != Some(AxisCommand::Motion) {
+            return Ok(());
+        }
+        self.check_feed()?;
+        if !words.has_axes() {
+            return Err(Error::AxisWordsMissing);
+        }
+        let target_mm = self.target_mm(words)?;
+        if target_mm == self.position_mm {
+            return Err(Error::InvalidTarget);
+        }
+        let (mode, mm_min) = (self.modal.motion, self.feed_mm_min(target_mm, None));
+        *probe = Some(Probe { target_mm, mm_min, away: mode.probes_away(), must: mode.must_touch() });
+        self.position_mm = target_mm;
+        Ok(())
+    }
+}
