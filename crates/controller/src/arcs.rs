@@ -3,22 +3,27 @@
 use embassy_futures::yield_now;
 use embedded_storage_async::nor_flash::NorFlash;
 use isostep_console::{Arc, Error};
-use isostep_motion::{AXES, Motion, whole_steps};
+use isostep_motion::{AXES, Motion, Power, whole_steps};
 
 use crate::controller::Controller;
 
 /// Chords any finer would not move the machine otherwise.
 const FINEST_STEPS: f64 = 0.25;
 
+/// What the chords of an arc have in common.
+#[derive(Clone, Copy)]
+pub(crate) struct Chord {
+    pub feed_mm_s: Option<f64>,
+    /// The last one ends at rest.
+    pub exact_stop: bool,
+    pub line: u32,
+    pub power: Power,
+}
+
 impl<F: NorFlash> Controller<'_, F> {
     /// Asks for an arc that is within the travel. Whatever ends the program ends it, too.
-    pub(crate) async fn follow(
-        &self,
-        arc: &Arc,
-        feed_mm_s: Option<f64>,
-        exact_stop: bool,
-        line: u32,
-    ) -> Result<(), Error> {
+    pub(crate) async fn follow(&self, arc: &Arc, like: Chord) -> Result<(), Error> {
+        let Chord { feed_mm_s, exact_stop, line, power } = like;
         let steps_per_mm = self.machine.config().steps_per_mm;
         let steps = |place_mm: [f64; AXES]| {
             core::array::from_fn::<_, AXES, _>(|axis| whole_steps(place_mm[axis], steps_per_mm[axis]))
@@ -33,13 +38,13 @@ impl<F: NorFlash> Controller<'_, F> {
             }
             place_steps = target_steps;
             if let Some(target_steps) = ahead.replace(target_steps) {
-                self.submit(Motion::Move { target_steps, feed_mm_s, exact_stop: false, line }).await?;
+                self.submit(Motion::Move { target_steps, feed_mm_s, exact_stop: false, line, power }).await?;
                 // However many chords there are, motion is fed between them.
                 yield_now().await;
             }
         }
         match ahead {
-            Some(target_steps) => self.submit(Motion::Move { target_steps, feed_mm_s, exact_stop, line }).await,
+            Some(target_steps) => self.submit(Motion::Move { target_steps, feed_mm_s, exact_stop, line, power }).await,
             None => Ok(()),
         }
     }

@@ -135,6 +135,7 @@ impl<F: NorFlash> Controller<'_, F> {
             Command::Unlock if state == Word::Alarm => {
                 self.machine.unlock().map_err(|Busy(_)| Error::Locked)?;
                 self.with(|program| program.mode = Mode::Normal);
+                self.stop_tool();
                 self.follow_machine();
                 text.tell(messages::UNLOCKED);
             }
@@ -193,6 +194,9 @@ impl<F: NorFlash> Controller<'_, F> {
 
     /// Homes every axis, or one. The start-up lines are for a machine that is homed wholly.
     async fn home(&self, axis: Option<usize>, out: &Output) -> Result<(), Error> {
+        if self.state() == Word::Alarm {
+            self.stop_tool();
+        }
         self.with(|program| program.mode = Mode::Normal);
         let axes = core::array::from_fn(|index| axis.is_none_or(|axis| axis == index));
         self.submit(Motion::Home { axes }).await?;
@@ -208,6 +212,7 @@ impl<F: NorFlash> Controller<'_, F> {
     /// Frees the motors and keeps the turn until a reset.
     async fn sleep(&self) {
         self.woken.reset();
+        self.stop_tool();
         self.machine.release();
         self.with(|program| program.mode = Mode::Sleep);
         self.woken.wait().await;

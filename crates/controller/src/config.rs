@@ -10,6 +10,9 @@ use isostep_profile::{IntervalLaw, Limits, SpeedLaw};
 /// `$1=255`: the motors stay energised.
 const IDLE_DELAY_FOREVER_MS: u16 = 255;
 
+/// Of `$6`.
+const PROBE_INVERTED: u16 = 1;
+
 /// What `settings` mean to the coordinator. Whether they work is [`Config::check`]'s to say.
 #[must_use]
 pub fn config(settings: &Settings) -> Config {
@@ -28,6 +31,9 @@ pub fn config(settings: &Settings) -> Config {
         switches_inverted: settings.limit_invert,
         idle_delay: (settings.idle_delay_ms != IDLE_DELAY_FOREVER_MS)
             .then(|| Duration::from_millis(settings.idle_delay_ms.into())),
+        tool: crate::tool::config(settings),
+        probe_inverted: settings.probe_mask & PROBE_INVERTED != 0,
+        hold_is_door: settings.hold_input_is_door,
         homing: HomingConfig {
             order: settings.homing_order().map(|index| Axis::ALL[index]),
             towards: masked(settings.homing_direction_mask)

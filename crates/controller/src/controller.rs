@@ -7,12 +7,15 @@ use embassy_sync::mutex::Mutex;
 use embassy_sync::signal::Signal;
 use embedded_storage_async::nor_flash::NorFlash;
 use isostep_console::parameters::{STARTUP_LINES, StoredLine};
-use isostep_console::{AXES, Interpreter, Overrides, Parameters, Realtime, Settings, State as Word, Status as Report};
-use isostep_motion::{Machine, Overrides as Overridden, State};
+use isostep_console::{
+    AXES, Coolant, Door, Interpreter, Overrides, Parameters, Realtime, Settings, State as Word, Status as Report,
+};
+use isostep_motion::{Machine, Overrides as Overridden, Spindle, State};
 
 use crate::config::Geometry;
 use crate::status::{self, position_mm};
 use crate::store::{Item, Kept, Loss, Store, Value};
+use crate::tool;
 
 /// Settings, modal state and the machine they move.
 ///
@@ -41,6 +44,8 @@ pub(crate) struct Program {
     /// The work offset of the motion under way: the interpreter's is ahead.
     pub work_offset_mm: [f32; AXES],
     pub mode: Mode,
+    /// How spindle or laser are switched: the interpreter has that of M2 already when the moves of its line are asked for.
+    pub spindle: Spindle,
     /// The last motion was a jog, which may have ended short of its target.
     pub jogged: bool,
     /// The start-up lines have not run since power-up or the last reset.
@@ -88,6 +93,7 @@ impl<'a, F: NorFlash> Controller<'a, F> {
             overrides: Overrides::DEFAULT,
             work_offset_mm: [0.0; AXES],
             mode: Mode::Normal,
+            spindle: Spindle::Off,
             jogged: false,
             startup_due: true,
             unsaved: Unsaved::default(),
@@ -137,6 +143,7 @@ impl<'a, F: NorFlash> Controller<'a, F> {
             (State::Alarm(_), _) | (State::Idle, Mode::Slept) => Word::Alarm,
             (State::Home, _) => Word::Home,
             (State::Jog, _) => Word::Jog,
+            (State::Hold { .. } | State::Run, _) if self.machine.door().is_about() => Word::Door(self.door()),
             (State::Run, _) => Word::Run,
             (State::Hold { still }, _) => Word::Hold { stopping: !still },
             (State::Idle, Mode::Normal) => Word::Idle,
@@ -145,16 +152,34 @@ impl<'a, F: NorFlash> Controller<'a, F> {
         }
     }
 
+    /// What the safety door does, as a console calls it.
+    fn door(&self) -> Door {
+        match (self.machine.state(), self.machine.door().is_open) {
+            (State::Hold { still: false }, _) => Door::Stopping,
+            (State::Hold { still: true }, true) => Door::Open,
+            (State::Hold { still: true }, false) => Door::Closed,
+            _ => Door::Resuming,
+        }
+    }
+
     /// What a status report tells, to a console with room for so many bytes.
     pub(crate) fn report(&self, free_bytes: usize) -> Report {
         let machine = self.machine.status();
-        let (overrides, work_offset_mm) = self.with(|program| (program.overrides, program.work_offset_mm));
+        let (overrides, work_offset_mm, max_rpm) =
+            self.with(|program| (program.overrides, program.work_offset_mm, program.settings.spindle_max_rpm));
         Report {
             state: self.state(),
             position_mm: position_mm(machine.position_steps, &self.machine.config()),
             work_offset_mm,
             line_number: machine.line,
             feed_mm_min: (machine.speed_mm_s * 60.0) as f32,
+            spindle_rpm: machine.level.share() * max_rpm,
+            spindle: tool::word(machine.outputs.spindle),
+            coolant: Coolant::of(machine.outputs.flood, machine.outputs.mist),
+            probe_touched: machine.probe_touches,
+            door_open: machine.door.is_open,
+            hold_pressed: machine.buttons[0],
+            start_pressed: machine.buttons[1],
             limits_pressed: machine.pressed,
             emergency_stop: machine.emergency_stop,
             free_blocks: machine.queue_free as u8,
@@ -173,6 +198,8 @@ impl<'a, F: NorFlash> Controller<'a, F> {
             Realtime::Hold => self.machine.hold(),
             Realtime::Resume => self.machine.resume(),
             Realtime::JogCancel => self.machine.cancel_jog(),
+            Realtime::Door => self.machine.open_door(),
+            Realtime::SpindleStop | Realtime::Flood | Realtime::Mist => self.override_tool(realtime),
             Realtime::Status | Realtime::Reset | Realtime::Ignored => {}
         }
     }
@@ -182,12 +209,14 @@ impl<'a, F: NorFlash> Controller<'a, F> {
         let overrides = self.with(|program| program.overrides);
         self.machine
             .set_overrides(Overridden { feed_percent: overrides.feed_percent, rapid_percent: overrides.rapid_percent });
+        self.machine.set_spindle_percent(overrides.spindle_percent);
     }
 
     /// The modal state and the overrides of power-up, at the place where the machine stands.
     pub(crate) fn restart_program(&self) {
         self.with(|program| {
             program.interpreter.reset();
+            program.spindle = Spindle::Off;
             program.overrides = Overrides::DEFAULT;
             program.startup_due = true;
             program.mode = match program.mode {

@@ -17,6 +17,7 @@ mod output;
 mod serve;
 mod status;
 pub mod store;
+mod tool;
 
 pub use config::config;
 pub use controller::Controller;

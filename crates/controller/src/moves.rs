@@ -7,9 +7,10 @@ use core::task::{Context, Poll};
 use embassy_time::Duration;
 use embedded_storage_async::nor_flash::NorFlash;
 use isostep_console::report::messages;
-use isostep_console::{Block, Error, Fixed, Jog, Move, Overrides, Rate};
-use isostep_motion::{AXES, Alarm, Axis, Busy, Motion};
+use isostep_console::{Arc, Block, Error, Fixed, Jog, Move, Overrides, Rate, Spindle};
+use isostep_motion::{AXES, Alarm, Axis, Busy, Motion, Power};
 
+use crate::arcs::Chord;
 use crate::controller::{Controller, Mode};
 use crate::output::{Message, Output};
 
@@ -28,6 +29,10 @@ impl<F: NorFlash> Controller<'_, F> {
             let mut change = pin!(self.change_tool(tool, text, out));
             poll_fn(|context| poll_aside(change.as_mut(), context)).await?;
         }
+        if block.switches_spindle | block.changes_speed | block.switches_coolant && !checks {
+            let mut switch = pin!(self.switch(&block));
+            poll_fn(|context| poll_aside(switch.as_mut(), context)).await?;
+        }
         let dwell_s = block.dwell_s.filter(|_| !checks);
         if let Some(dwell_s) = dwell_s {
             let dwell = Motion::Dwell(Duration::from_micros((f64::from(dwell_s) * 1e6) as u64));
@@ -44,6 +49,10 @@ impl<F: NorFlash> Controller<'_, F> {
         for leg in [via, block.motion].into_iter().flatten() {
             self.go_to(leg, block.line_number, checks, text).await?;
         }
+        if let Some(probe) = block.probe {
+            let mut probing = pin!(self.probe(probe, block.line_number, checks, text));
+            poll_fn(|context| poll_aside(probing.as_mut(), context)).await?;
+        }
         if block.pauses || block.ends_program {
             self.settled().await?;
         }
@@ -54,6 +63,7 @@ impl<F: NorFlash> Controller<'_, F> {
         if block.ends_program {
             self.with(|program| program.overrides = Overrides::DEFAULT);
             self.override_machine();
+            self.stop_tool();
             text.tell(messages::PROGRAM_END);
         }
         Ok(())
@@ -70,6 +80,19 @@ impl<F: NorFlash> Controller<'_, F> {
         out.send(text).await;
         text.clear();
         self.pause().await
+    }
+
+    /// M3 to M5, S, M7 to M9.
+    async fn switch(&self, block: &Block) -> Result<(), Error> {
+        let is_of_laser = self.with(|program| program.settings.laser_mode);
+        // The S of a spindle that stands still waits for M3, that of a laser is each move's.
+        let changes_speed = block.changes_speed
+            && !is_of_laser
+            && self.with(|program| program.interpreter.modal().spindle) != Spindle::Off;
+        if block.switches_spindle || changes_speed || block.switches_coolant {
+            self.switch_tool(block.switches_coolant).await?;
+        }
+        Ok(())
     }
 
     /// Holds until a resume, or a reset.
@@ -118,7 +141,8 @@ impl<F: NorFlash> Controller<'_, F> {
         let away = if self.beyond_travel(to(millimetre)).is_some() { to(-millimetre) } else { to(millimetre) };
         for target_steps in [away, from].into_iter().cycle().take(2 * BUZZES) {
             let feed_mm_s = Some(BUZZ_MM_S);
-            self.submit(Motion::Move { target_steps, feed_mm_s, exact_stop: true, line: 0 }).await?;
+            let power = Power::Off;
+            self.submit(Motion::Move { target_steps, feed_mm_s, exact_stop: true, line: 0, power }).await?;
         }
         self.settled().await?;
         text.tell(format_args!(
@@ -129,6 +153,28 @@ impl<F: NorFlash> Controller<'_, F> {
 
     async fn go_to(&self, leg: Move, line: u32, checks: bool, text: &mut Message) -> Result<(), Error> {
         let Move { target_mm, rate, arc, exact_stop } = leg;
+        let target_steps = self.target_steps(target_mm, arc, text).await?;
+        if checks {
+            return Ok(());
+        }
+        let power = self.with(|program| program.power(rate));
+        let feed_mm_s = match rate {
+            Rate::Rapid => None,
+            Rate::Feed { mm_min } => Some(f64::from(mm_min) / 60.0),
+        };
+        match arc {
+            Some(arc) => self.follow(&arc, Chord { feed_mm_s, exact_stop, line, power }).await,
+            None => self.submit(Motion::Move { target_steps, feed_mm_s, exact_stop, line, power }).await,
+        }
+    }
+
+    /// A target in steps, if the way there is within the travel.
+    pub(crate) async fn target_steps(
+        &self,
+        target_mm: [f32; AXES],
+        arc: Option<Arc>,
+        text: &mut Message,
+    ) -> Result<[i32; AXES], Error> {
         let target_steps = self.steps(target_mm);
         // A straight way is within the travel if its end is, an arc if its box is.
         let places_steps = arc.map_or([target_steps; 2], |arc| self.bounds_steps(&arc));
@@ -139,17 +185,7 @@ impl<F: NorFlash> Controller<'_, F> {
             self.refuse_target(axis, place_steps[axis as usize], arc.is_some(), text);
             return Err(Error::Locked);
         }
-        if checks {
-            return Ok(());
-        }
-        let feed_mm_s = match rate {
-            Rate::Rapid => None,
-            Rate::Feed { mm_min } => Some(f64::from(mm_min) / 60.0),
-        };
-        match arc {
-            Some(arc) => self.follow(&arc, feed_mm_s, exact_stop, line).await,
-            None => self.submit(Motion::Move { target_steps, feed_mm_s, exact_stop, line }).await,
-        }
+        Ok(target_steps)
     }
 
     fn refuse_target(&self, axis: Axis, place_steps: i32, is_of_arc: bool, text: &mut Message) {

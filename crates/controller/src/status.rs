@@ -19,6 +19,9 @@ pub(crate) fn code(alarm: Alarm) -> (Code, &'static str) {
         Alarm::Underrun { axis } => (Code::Underrun, axis),
         Alarm::ResetInMotion => return (Code::ResetInMotion, ""),
         Alarm::HomingReset => return (Code::HomingReset, ""),
+        Alarm::ProbeInitial => return (Code::ProbeInitial, ""),
+        Alarm::ProbeContact => return (Code::ProbeContact, ""),
+        Alarm::HomingDoor => return (Code::HomingDoor, ""),
         Alarm::EmergencyStop => return (Code::EmergencyStop, ""),
         Alarm::Unplannable { reason } => return (Code::Unplannable, why_not(reason)),
     };

@@ -191,6 +191,9 @@ impl Inner {
         let last = self.pending == 0;
         if last {
             (self.cause, self.forget) = (None, Forget::Nothing);
+            if let Some(outputs) = self.outputs.at_rest.take() {
+                self.outputs.asked = outputs;
+            }
         }
         last
     }
@@ -524,8 +527,8 @@ impl Machine {
             if next != state || is_emptied {
                 self.set_state(next);
             }
-            if next != state {
-                if matches!(next, State::Alarm(_)) {
+            if next != state || is_emptied {
+                if next != state && matches!(next, State::Alarm(_)) {
                     self.cut_outputs(inner);
                 }
                 self.tool.ask();

@@ -18,6 +18,12 @@ impl Door {
     /// It has done nothing, and is closed.
     pub(super) const CLOSED: Self = Self { is_open: false, is_held: false, is_resuming: false };
 
+    /// The machine is held for it, or gets going again.
+    #[must_use]
+    pub fn is_about(self) -> bool {
+        self.is_held || self.is_resuming
+    }
+
     pub(super) fn keeps_off(self) -> bool {
         self.is_open || self.is_held
     }
@@ -40,6 +46,12 @@ impl Machine {
         }
         self.tool.ask();
         self.ask();
+    }
+
+    /// What the safety door has done.
+    #[must_use]
+    pub fn door(&self) -> Door {
+        self.with(|inner| inner.door)
     }
 
     /// The safety door is open, or closed, debounced. While it is open nothing resumes.

@@ -55,13 +55,15 @@ pub(super) struct OutputsAsked {
     pub is_stopped: bool,
     /// When the spindle has its speed: nothing moves before.
     pub ready_at: Instant,
+    /// What is to be asked once no motion is pending.
+    pub at_rest: Option<Outputs>,
     /// How often all were put off.
     pub stops: u32,
 }
 
 impl OutputsAsked {
     pub const fn new() -> Self {
-        Self { asked: Outputs::OFF, percent: 100, is_stopped: false, ready_at: Instant::MIN, stops: 0 }
+        Self { asked: Outputs::OFF, percent: 100, is_stopped: false, ready_at: Instant::MIN, at_rest: None, stops: 0 }
     }
 }
 
@@ -77,11 +79,25 @@ impl Machine {
                 return (state, Err(Busy(state)));
             }
             let before = inner.effective(state).spindle;
-            inner.outputs.asked = outputs;
+            (inner.outputs.asked, inner.outputs.at_rest) = (outputs, None);
             inner.spin_up(before, state);
             self.tool.ask();
             (state, Ok(()))
         })
+    }
+
+    /// Puts spindle or laser off once no motion is pending.
+    pub fn stop_spindle_at_rest(&self) {
+        self.transition(|inner, state| {
+            let outputs = inner.outputs.asked.without_spindle();
+            if inner.pending > 0 {
+                inner.outputs.at_rest = Some(outputs)
+            } else {
+                inner.outputs.asked = outputs
+            }
+            self.tool.ask();
+            (state, ())
+        });
     }
 
     /// What was asked of the outputs last, unless all have been put off since.
@@ -135,9 +151,8 @@ impl Inner {
 impl Machine {
     /// Puts all outputs off at once. In a critical section with what is the reason.
     pub(super) fn cut_outputs(&self, inner: &mut Inner) {
-        let OutputsAsked { asked, is_stopped, ready_at, stops, .. } = &mut inner.outputs;
-        (*asked, *is_stopped, *ready_at) = (Outputs::OFF, false, Instant::MIN);
-        *stops = stops.wrapping_add(1);
+        let OutputsAsked { percent, stops, .. } = inner.outputs;
+        inner.outputs = OutputsAsked { percent, stops: stops.wrapping_add(1), ..OutputsAsked::new() };
         (inner.door.is_held, inner.door.is_resuming) = (false, false);
         self.tool.brake(true);
         self.tool.ask();

@@ -1,0 +1,146 @@
+//! Spindle, laser, coolant and probe: from modes and settings to the machine's outputs.
+
+use embassy_futures::yield_now;
+use embedded_storage_async::nor_flash::NorFlash;
+use isostep_console::report;
+use isostep_console::{Coolant, Error, Modal, Probe, Rate, Realtime, Settings, Spindle as Word};
+use isostep_motion::{Alarm, Duties, Level, Motion, Outputs, Power, ProbeMove, Spindle, State, ToolConfig};
+
+use crate::controller::{Controller, Program};
+use crate::output::Message;
+use crate::status::position_mm;
+
+/// What `settings` mean to the tool.
+pub(crate) fn config(settings: &Settings) -> ToolConfig {
+    let duty = |percent: f32| Level::of_share(percent / 100.0).of_65535();
+    let least = Level::of_share(settings.spindle_min_rpm / settings.spindle_max_rpm);
+    ToolConfig {
+        laser: settings.laser_mode,
+        duties: Duties::new(least, duty(settings.pwm_least_percent), duty(settings.pwm_full_percent)),
+        pwm_hz: settings.spindle_pwm_hz as u32,
+        spin_up: embassy_time::Duration::from_millis((settings.spin_up_s * 1e3) as u64),
+    }
+}
+
+/// The console's word for how the spindle is switched.
+pub(crate) fn word(spindle: Spindle) -> Word {
+    match spindle {
+        Spindle::Off => Word::Off,
+        Spindle::Clockwise => Word::Clockwise,
+        Spindle::CounterClockwise => Word::CounterClockwise,
+    }
+}
+
+impl Program {
+    /// The level of the S in force.
+    fn level(&self) -> Level {
+        Level::of_share(self.interpreter.modal().speed_rpm / self.settings.spindle_max_rpm)
+    }
+
+    /// How strongly a laser shines in a move of this rate.
+    pub fn power(&self, rate: Rate) -> Power {
+        match self.spindle {
+            Spindle::Off => Power::Off,
+            _ if !self.settings.laser_mode || rate == Rate::Rapid => Power::Off,
+            Spindle::Clockwise => Power::Constant(self.level()),
+            Spindle::CounterClockwise => Power::BySpeed(self.level()),
+        }
+    }
+
+    /// What the modes in force ask of the outputs.
+    fn outputs(&self) -> Outputs {
+        let Modal { spindle, coolant, .. } = *self.interpreter.modal();
+        let (spindle, level) = match spindle {
+            Word::Off => (Spindle::Off, Level::ZERO),
+            Word::Clockwise => (Spindle::Clockwise, self.level()),
+            Word::CounterClockwise => (Spindle::CounterClockwise, self.level()),
+        };
+        Outputs { spindle, level, flood: coolant.flood(), mist: coolant.mist() }
+    }
+}
+
+impl<F: NorFlash> Controller<'_, F> {
+    /// Has the outputs be as the modes in force say: once the moves before have ended, but of a laser at once, as each move has a
+    /// level of its own.
+    pub(crate) async fn switch_tool(&self, switches_coolant: bool) -> Result<(), Error> {
+        if switches_coolant || !self.with(|program| program.settings.laser_mode) {
+            self.settled().await?;
+        }
+        let outputs = self.with(|program| {
+            let outputs = program.outputs();
+            program.spindle = outputs.spindle;
+            outputs
+        });
+        if outputs.spindle == Spindle::Off && self.machine.outputs().spindle != Spindle::Off {
+            self.machine.stop_spindle_at_rest();
+            if !switches_coolant {
+                return Ok(());
+            }
+        }
+        self.machine.set_outputs(outputs).map_err(|_| Error::Locked)
+    }
+
+    /// Puts all outputs off, and says so to the program.
+    pub(crate) fn stop_tool(&self) {
+        self.with(|program| {
+            program.interpreter.stop_tool();
+            program.spindle = Spindle::Off;
+        });
+        // Off is never refused.
+        let _ = self.machine.set_outputs(Outputs::OFF);
+    }
+
+    /// Obeys a real-time byte about the tool.
+    pub(crate) fn override_tool(&self, realtime: Realtime) {
+        let takes = self.state().takes_gcode().is_ok();
+        match realtime {
+            Realtime::SpindleStop => self.machine.toggle_spindle(),
+            Realtime::Flood if takes => self.toggle_coolant(|outputs| outputs.flood = !outputs.flood),
+            Realtime::Mist if takes => self.toggle_coolant(|outputs| outputs.mist = !outputs.mist),
+            _ => {}
+        }
+    }
+
+    fn toggle_coolant(&self, toggle: fn(&mut Outputs)) {
+        let mut outputs = self.machine.outputs();
+        toggle(&mut outputs);
+        if self.machine.set_outputs(outputs).is_ok() {
+            self.with(|program| program.interpreter.set_coolant(Coolant::of(outputs.flood, outputs.mist)));
+        }
+    }
+
+    /// G38: goes on until the probe finds what it looks for, and tells where that was. As in Grbl the line is accepted even where
+    /// that ends in an alarm.
+    pub(crate) async fn probe(&self, probe: Probe, line: u32, checks: bool, text: &mut Message) -> Result<(), Error> {
+        let Probe { target_mm, mm_min, away, must } = probe;
+        let target_steps = self.target_steps(target_mm, None, text).await?;
+        if checks {
+            return Ok(());
+        }
+        self.settled().await?;
+        let feed_mm_s = f64::from(mm_min) / 60.0;
+        self.submit(Motion::Probe(ProbeMove { target_steps, feed_mm_s, away, must, line })).await?;
+        let result = self.settled().await;
+        self.follow_machine();
+        let alarm = match self.machine.state() {
+            State::Alarm(alarm) => Some(alarm),
+            _ => None,
+        };
+        let probed = self.machine.probed();
+        let place_mm = position_mm(probed.position_steps, &self.machine.config());
+        self.with(|program| {
+            program.interpreter.set_touched(place_mm, probed.touched);
+            if alarm != Some(Alarm::ProbeInitial) {
+                text.print(|text| report::probed(text, &program.interpreter, program.settings.report_inches));
+            }
+        });
+        match alarm {
+            Some(Alarm::ProbeInitial | Alarm::ProbeContact) => {
+                // The alarm is told first.
+                yield_now().await;
+                Ok(())
+            }
+            _ => result,
+        }
+    }
+}
