@@ -10,6 +10,7 @@ use isostep_profile::fit_error_max_ticks;
 use crate::mechanics::Mechanics;
 use crate::motor::PullOutCurve;
 use crate::plant::SwitchFault;
+use crate::tool::Plate;
 
 /// The clock of an RP2040.
 pub(crate) const PIO_TICK_HZ: u32 = 125_000_000;
@@ -86,6 +87,8 @@ pub struct Config {
     pub start_mm: [f64; AXES],
     /// What is wrong with each limit switch.
     pub switches: [SwitchFault; AXES],
+    /// What the probe touches.
+    pub plate: Option<Plate>,
     /// How long the contacts of a switch may bounce, us; 0 is never.
     pub bounce_us: u32,
     /// Seed of everything random: the bounces.
@@ -120,6 +123,7 @@ impl Default for Config {
             settings_file: None,
             start_mm: [35.0, 40.0, 15.0],
             switches: [SwitchFault::None; AXES],
+            plate: None,
             bounce_us: 1_000,
             seed: 1,
             motor: None,
@@ -184,6 +188,9 @@ impl Config {
             if fault != SwitchFault::None {
                 line += &format!(" --switch {axis}={fault}");
             }
+        }
+        if let Some(plate) = self.plate {
+            line += &format!(" --probe-plate {plate}");
         }
         if self.settings.interval_thirds != said.interval_thirds {
             line += if self.settings.interval_thirds { " --law thirds" } else { " --law fastest" };

@@ -60,6 +60,7 @@ mod sim;
 pub mod stream;
 pub mod survey;
 pub mod time;
+pub mod tool;
 pub mod trace;
 pub mod vcd;
 pub mod verify;

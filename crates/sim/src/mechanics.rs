@@ -53,6 +53,8 @@ pub struct Wiring {
     pub enable_high: bool,
     /// Limit switches are closed, and pull their wires low, until they are pressed.
     pub switches_open: bool,
+    /// The probe's contact is closed, and pulls its wire low, until it touches.
+    pub probe_opens: bool,
 }
 
 impl Wiring {
@@ -64,6 +66,7 @@ impl Wiring {
             away: config.homing.towards.map(|towards| sign(towards == Direction::Negative)),
             enable_high: config.enable_inverted,
             switches_open: config.switches_inverted,
+            probe_opens: config.probe_inverted,
         }
     }
 }

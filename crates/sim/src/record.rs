@@ -6,6 +6,7 @@ use isostep_motion::{Axis, Event};
 
 use crate::driver::Violation;
 use crate::moves::Moves;
+use crate::tool::ToolChange;
 
 /// A wire between the controller and its world.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -20,6 +21,12 @@ pub enum Wire {
     Limit(Axis),
     /// The emergency stop: low while it is pressed.
     EmergencyStop,
+    /// The probe: low while it touches.
+    Probe,
+    /// The button of the feed hold, or the safety door's switch: low while it is pressed, or open.
+    Hold,
+    /// The button of the cycle start: low while it is pressed.
+    Start,
 }
 
 /// One change of a wire's level.
@@ -103,6 +110,8 @@ pub struct Record {
     pub edges: Vec<Edge>,
     /// Every change of every wire.
     pub waves: Vec<Wave>,
+    /// Every change of the tool's outputs.
+    pub tool: Vec<ToolChange>,
     /// Every event but those that tell of moves and runs, with its instant in ns since power-up.
     pub events: Vec<(u64, Event)>,
     /// What those tell.

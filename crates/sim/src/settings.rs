@@ -146,7 +146,9 @@ fn set(mut settings: Settings, number: u16, value: f32) -> Result<Settings, Sett
             SettingError::SoftLimitsNeedHoming
             | SettingError::RateTooHigh { .. }
             | SettingError::StartAboveTop { .. }
-            | SettingError::LawNeedsStart { .. },
+            | SettingError::LawNeedsStart { .. }
+            | SettingError::LeastSpeedNotBelowFull { .. }
+            | SettingError::LeastDutyAboveFull { .. },
         ) => {
             // Another line may still put that right.
             settings.set(number, value);
@@ -164,6 +166,8 @@ fn involved(error: &SettingError) -> Vec<u16> {
         SettingError::RateTooHigh { axis, .. } => vec![0, 100 + axis as u16, 110 + axis as u16],
         SettingError::StartAboveTop { axis, .. } => vec![110 + axis as u16, 910 + axis as u16],
         SettingError::LawNeedsStart { axis, .. } => vec![910 + axis as u16, 940],
+        SettingError::LeastSpeedNotBelowFull { .. } => vec![30, 31],
+        SettingError::LeastDutyAboveFull { .. } => vec![35, 36],
         _ => vec![],
     }
 }

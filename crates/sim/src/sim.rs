@@ -10,7 +10,7 @@ use embassy_time::{Duration, Instant};
 use embedded_io_async::{Read, Write};
 use isostep_controller::{Controller, Store};
 use isostep_motion::coordinator::{self, Path};
-use isostep_motion::{Axis, Machine, State, axis, limit};
+use isostep_motion::{Axis, Machine, State, axis, buttons, limit, tool};
 
 use crate::config::{Config, StartOutside};
 use crate::executor::{Executor, Rest, RunError};
@@ -23,6 +23,7 @@ use crate::port::AxisPort;
 use crate::program::{self, ProgramError};
 use crate::record::{Record, Wire};
 use crate::stream::{Dialogue, Program, Sender};
+use crate::tool::{Plate, SimTool};
 use crate::world::{self, Shared, World};
 
 pub use self::silence::Silencer;
@@ -227,7 +228,22 @@ impl Sim {
 
     /// Presses or releases the emergency stop.
     pub fn set_emergency_stop(&mut self, pressed: bool) {
-        self.world.borrow_mut().set_emergency_stop(pressed);
+        self.set_hand_input(Wire::EmergencyStop, pressed);
+    }
+
+    /// Presses or releases a button, opens or closes the safety door, or has the probe touch by hand.
+    pub fn set_hand_input(&mut self, wire: Wire, pressed: bool) {
+        self.world.borrow_mut().set_hand_input(wire, pressed);
+    }
+
+    /// Puts a plate where the probe touches it, or takes it away.
+    pub fn set_plate(&mut self, plate: Option<Plate>) {
+        self.world.borrow_mut().set_plate(plate);
+    }
+
+    /// The duties of the tool's outputs now, of 65,535, in the order of [`ToolOutput::ALL`](crate::tool::ToolOutput::ALL).
+    pub fn tool(&self) -> [u16; 5] {
+        self.world.borrow().tool()
     }
 
     /// Gives the limit switch of `axis` a fault, or takes it: stuck closed, it is as if somebody pressed it.
@@ -351,12 +367,31 @@ fn spawn_motion(executor: &mut Executor, world: &Shared, config: &Config) -> &'s
     executor.spawn("emergency stop", async move {
         limit::watch_emergency_stop(machine, input).await;
     });
+    spawn_tool(executor, world, machine);
     let (enable, world) = (Output::new(world, Wire::Enable), world.clone());
     executor.spawn("coordinator", async move {
         let mut path = Box::new(Path::new());
         coordinator::run(machine, &mut path, enable, move |event| world.borrow_mut().on_event(event)).await;
     });
     machine
+}
+
+/// What has to do with the tool, the probe and the buttons.
+fn spawn_tool(executor: &mut Executor, world: &Shared, machine: &'static Machine) {
+    let port = SimTool::new(world);
+    executor.spawn("tool", async move {
+        tool::run(machine, port).await;
+    });
+    let [probe, hold, start] = [Wire::Probe, Wire::Hold, Wire::Start].map(|wire| Input::new(world, wire));
+    executor.spawn("probe", async move {
+        buttons::watch_probe(machine, probe).await;
+    });
+    executor.spawn("feed hold", async move {
+        buttons::watch_hold(machine, hold).await;
+    });
+    executor.spawn("cycle start", async move {
+        buttons::watch_start(machine, start).await;
+    });
 }
 
 /// The console's task: a session after the other, as on a board whose host opens and closes the port.

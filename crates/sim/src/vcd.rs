@@ -53,6 +53,9 @@ fn wires(limits_high: [bool; 3]) -> Vec<(Wire, String, bool)> {
     }
     wires.push((Wire::Enable, "enable_n".to_owned(), true));
     wires.push((Wire::EmergencyStop, "emergency_stop_n".to_owned(), true));
+    wires.push((Wire::Probe, "probe_n".to_owned(), true));
+    wires.push((Wire::Hold, "hold_n".to_owned(), true));
+    wires.push((Wire::Start, "start_n".to_owned(), true));
     wires
 }
 

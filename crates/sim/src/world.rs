@@ -16,6 +16,7 @@ use crate::motor::{Motor, PullOutCurve, Response};
 use crate::plant::{Carriage, Switch, SwitchFault};
 pub use crate::record::{Edge, Loss, LossCause, Record, Wave, Wire};
 use crate::time::Clock;
+use crate::tool::{Plate, ToolChange, ToolOutput};
 
 /// One axis from its driver to its switch.
 struct AxisWorld {
@@ -40,13 +41,19 @@ struct Input {
     wakers: Vec<Waker>,
 }
 
+/// The inputs that belong to no axis.
+const HAND_INPUTS: [Wire; 4] = [Wire::EmergencyStop, Wire::Probe, Wire::Hold, Wire::Start];
+
 /// See the module. Shared by pins, tasks and the simulation as [`Shared`].
 pub struct World {
     clock: Clock,
     axes: [AxisWorld; AXES],
-    /// Limit switches in the axes' order, then the emergency stop.
-    inputs: [Input; AXES + 1],
+    /// Limit switches in the axes' order, then the others in the order of [`HAND_INPUTS`].
+    inputs: [Input; AXES + HAND_INPUTS.len()],
     limits_high_at_start: [bool; AXES],
+    plate: Option<Plate>,
+    /// The PWM duty and the other outputs of the tool, in the order of [`ToolOutput::ALL`].
+    tool: [u16; ToolOutput::ALL.len()],
     random: Rand32,
     bouncer: Option<Waker>,
     record: Record,
@@ -82,18 +89,22 @@ impl World {
         let machine_config = isostep_controller::config(&config.settings);
         let (mechanics, wiring) = (Mechanics::of(&machine_config, config.motor), Wiring::of(&machine_config));
         let axes: [_; AXES] = std::array::from_fn(|axis| AxisWorld::new(axis, config, &mechanics, &wiring));
-        let wires = [Wire::Limit(Axis::X), Wire::Limit(Axis::Y), Wire::Limit(Axis::Z), Wire::EmergencyStop];
-        let mut inputs = wires.map(Input::new);
+        let mut inputs = std::array::from_fn(|index| match Axis::ALL.get(index) {
+            Some(&axis) => Input::new(Wire::Limit(axis)),
+            None => Input::new(HAND_INPUTS[index - AXES]),
+        });
         for (input, axis) in inputs.iter_mut().zip(&axes) {
             input.high = axis.switch.is_closed() == wiring.switches_open;
         }
         let random = Rand32::new(config.seed);
         let limits_high_at_start = std::array::from_fn(|axis| inputs[axis].high);
-        Self {
+        let mut world = Self {
             clock,
             axes,
             inputs,
             limits_high_at_start,
+            plate: config.plate,
+            tool: [0; ToolOutput::ALL.len()],
             random,
             bouncer: None,
             record: Record::default(),
@@ -105,7 +116,9 @@ impl World {
             machine: None,
             motor: config.motor,
             motion: Motion::default(),
-        }
+        };
+        world.refresh_probe();
+        world
     }
 
     /// From now on the mechanics are as `machine` is configured: they are looked at when an axis begins to move.
@@ -127,9 +140,21 @@ impl World {
             Wire::Enable => self.axes.iter_mut().for_each(|axis| {
                 axis.inputs.set_enabled(t_ns, high == self.wiring.enable_high, violations);
             }),
-            Wire::Limit(_) | Wire::EmergencyStop => unreachable!("an input of the controller"),
+            _ => unreachable!("an input of the controller"),
         }
         self.note_wave(Wave { t_ns, wire, high });
+    }
+
+    /// Drives an output of the tool.
+    pub fn drive_tool(&mut self, output: ToolOutput, duty: u16) {
+        if std::mem::replace(&mut self.tool[output as usize], duty) != duty && self.keep_record {
+            self.record.tool.push(ToolChange { t_ns: self.clock.now_ns(), output, duty });
+        }
+    }
+
+    /// The duties of the tool's outputs, of 65,535, in the order of [`ToolOutput::ALL`].
+    pub fn tool(&self) -> [u16; ToolOutput::ALL.len()] {
+        self.tool
     }
 
     fn note_wave(&mut self, wave: Wave) {
@@ -162,9 +187,24 @@ impl World {
         }
     }
 
-    /// Presses or releases the emergency stop.
-    pub fn set_emergency_stop(&mut self, pressed: bool) {
-        self.set_input(AXES, !pressed);
+    /// Presses or releases the emergency stop, or a button; or has the probe touch something, or nothing, by hand.
+    pub fn set_hand_input(&mut self, wire: Wire, pressed: bool) {
+        let opens = wire == Wire::Probe && self.wiring.probe_opens;
+        self.set_input(input_index(wire), pressed == opens);
+    }
+
+    /// Puts a plate where the probe touches it, or takes it away.
+    pub fn set_plate(&mut self, plate: Option<Plate>) {
+        self.plate = plate;
+        self.refresh_probe();
+    }
+
+    fn refresh_probe(&mut self) {
+        let touches = self.plate.is_some_and(|plate| {
+            let index = plate.axis as usize;
+            plate.is_touched(self.axes[index].carriage.place_steps(), self.mechanics.steps_per_mm[index])
+        });
+        self.set_hand_input(Wire::Probe, touches);
     }
 
     /// Gives the limit switch of `axis` a fault, or takes it.
@@ -314,6 +354,9 @@ impl World {
             self.bouncer.take().into_iter().for_each(Waker::wake);
         }
         self.refresh_switch(axis);
+        if self.plate.is_some_and(|plate| plate.axis == axis) {
+            self.refresh_probe();
+        }
     }
 
     fn refresh_switch(&mut self, axis: Axis) {
@@ -408,6 +451,9 @@ fn input_index(wire: Wire) -> usize {
     match wire {
         Wire::Limit(axis) => axis as usize,
         Wire::EmergencyStop => AXES,
+        Wire::Probe => AXES + 1,
+        Wire::Hold => AXES + 2,
+        Wire::Start => AXES + 3,
         Wire::Step(_) | Wire::Dir(_) | Wire::Enable => unreachable!("an output of the controller"),
     }
 }
