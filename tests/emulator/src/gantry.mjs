@@ -5,10 +5,12 @@ import { LimitSwitch, seededRandom } from './limit-switch.mjs';
 import { AXES, ENABLE_PIN, ESTOP_PIN, PINS } from './pins.mjs';
 import { StepStatistics } from './statistics.mjs';
 import { Stops } from './stops.mjs';
+import { ToolOutputs } from './tool.mjs';
+import { ToolStops } from './tool-stops.mjs';
 
 const HIGH = 1;
 
-/** The plant: three drivers, carriages and switches, wired to the chip's pins. */
+/** The plant: three drivers, carriages and switches, and what hangs on the tool's outputs, wired to the chip's pins. */
 export class Gantry {
   /**
    * @param {import('./clock.mjs').MachineClock} clock
@@ -19,7 +21,9 @@ export class Gantry {
     this.clock = clock;
     this.timing = new DriverTiming(DRIVERS[options.driver ?? 'drv8825']);
     this.statistics = new StepStatistics();
-    this.stops = new Stops(clock);
+    this.tool = new ToolOutputs(clock);
+    this.stops = new Stops(clock, this.tool.offTimes);
+    this.toolStops = new ToolStops(clock, this.tool.offTimes);
     this.levels = new Map([[ESTOP_PIN, true]]);
     this.directions = {};
     this.carriages = {};
@@ -35,7 +39,7 @@ export class Gantry {
     const onLevel = (high) => {
       this.#drive(pin, high);
       // A contact that bounces as it is left says nothing new.
-      if (!high && limitSwitch.held) this.stops.told(`${axis}_LIMIT`);
+      if (!high && limitSwitch.held) this.#stop(`${axis}_LIMIT`);
     };
     const limitSwitch = new LimitSwitch(this.clock, { bounceMicros, random, onLevel });
     this.carriages[axis] = new Carriage(startMm, limitSwitch);
@@ -46,6 +50,7 @@ export class Gantry {
   /** Solders the gantry to a chip that has just been powered or reset. */
   attach(chip) {
     this.chip = chip;
+    this.tool.attach(chip);
     for (const [pin, high] of this.levels) chip.gpio[pin].setInputValue(high);
     for (const axis of AXES) {
       chip.gpio[PINS[axis].step].addListener((state, before) => this.#onStepPin(axis, state === HIGH, before === HIGH));
@@ -58,7 +63,13 @@ export class Gantry {
 
   pressEstop(pressed) {
     this.#drive(ESTOP_PIN, !pressed);
-    if (pressed) this.stops.told('ESTOP');
+    if (pressed) this.#stop('ESTOP');
+  }
+
+  /** A reset byte has come. */
+  reset() {
+    this.stops.reset();
+    this.toolStops.told('RESET');
   }
 
   /** Input pins that float when their switch is open: the firmware has not switched the pull-up on. */
@@ -73,6 +84,11 @@ export class Gantry {
 
   get #nanos() {
     return this.clock.cycles * NANOS_PER_CYCLE;
+  }
+
+  #stop(input) {
+    this.stops.told(input);
+    this.toolStops.told(input);
   }
 
   #drive(pin, high) {
@@ -91,6 +107,7 @@ export class Gantry {
     this.stops.step(axis, cycles);
     if (this.timing.rise(axis, nanos)) carriage.step(direction);
     this.statistics.step(axis, this.clock);
+    this.tool.step(cycles);
     for (const watch of this.stepWatchers) watch(cycles, axis, direction, carriage.positionSteps);
   }
 

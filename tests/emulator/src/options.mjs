@@ -35,9 +35,11 @@ The machine
 What to write
   --trace FILE         every rising edge of STEP: t_ns,axis,direction,position_steps
   --edges FILE         the same in eight bytes an edge: cycle * 8 + axis (0, 1, 2) * 2 + (1 if DIR is up), little-endian
+  --outputs FILE       every change of the tool's outputs: t_ns,output,value (pwm as a duty from 0 to 1, enable, direction, flood
+                       and mist as 0 or 1); all are 0 before their first
   --transcript FILE    every line sent and received, with its machine time
   --json FILE          the summary
-  --vcd FILE           STEP, DIR, ENABLE and LED, for a wave viewer
+  --vcd FILE           STEP, DIR, ENABLE, LED and the tool's outputs, for a wave viewer
   --progress           a line of progress on stderr each second, even if stderr is no terminal
   --help               this text
 
@@ -76,6 +78,7 @@ const SPEC = {
   'miss-factor': { type: 'string' },
   trace: { type: 'string' },
   edges: { type: 'string' },
+  outputs: { type: 'string' },
   transcript: { type: 'string' },
   json: { type: 'string' },
   vcd: { type: 'string' },

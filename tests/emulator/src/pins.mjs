@@ -8,6 +8,8 @@ export const PINS = {
 export const ENABLE_PIN = 8;
 export const ESTOP_PIN = 12;
 export const LED_PIN = 25;
+/** What the chip tells the tool. */
+export const TOOL_OUTPUTS = { pwm: 13, enable: 14, direction: 15, flood: 16, mist: 17 };
 export const STEPS_PER_MM = 50;
 
 /** Every pin worth a wave, by name. */
@@ -18,4 +20,5 @@ export const NAMED_PINS = new Map([
   ]),
   [ENABLE_PIN, 'ENABLE_n'],
   [LED_PIN, 'LED'],
+  ...Object.entries(TOOL_OUTPUTS).map(([output, pin]) => [pin, `TOOL_${output.toUpperCase()}`]),
 ]);

@@ -1,74 +1,12 @@
 import assert from 'node:assert/strict';
 import test from 'node:test';
-import { buildChip } from '../src/chip.mjs';
-import { MachineClock } from '../src/clock.mjs';
+import { ALIAS, CC, CSR, CTR, DIV, PIN, PwmBench, SLICE_BIT, TOP } from '../support/pwm-bench.mjs';
 
-const PWM = 0x40050000;
-const [XOR, SET, CLEAR] = [0x1000, 0x2000, 0x3000];
-const [SLICE, SLICE_BYTES, PIN] = [6, 0x14, 13];
-const [CSR, DIV, CTR, CC, TOP] = [0x00, 0x04, 0x08, 0x0c, 0x10].map((register) => SLICE * SLICE_BYTES + register);
 const [EN, INTR, INTE, INTF, INTS] = [0xa0, 0xa4, 0xa8, 0xac, 0xb0];
-const [GPIO_CTRL, FUNCTION_PWM, IRQ_PWM_WRAP] = [0x40014004, 4, 4];
-const BIT = 1 << SLICE;
-
-/** A chip whose core stands still while time passes by cycles. */
-class Bench {
-  constructor() {
-    this.clock = new MachineClock();
-    this.warnings = [];
-    const nothing = () => {};
-    Object.assign(this, buildChip(this.clock, { onWatchdog: nothing, onUartByte: nothing, onWarning: (text) => this.warnings.push(text) }));
-    this.writeAt(GPIO_CTRL + 8 * PIN, FUNCTION_PWM);
-  }
-
-  get pin() {
-    return this.chip.gpio[PIN];
-  }
-
-  get duty() {
-    return this.chip.pwm.dutyOf(PIN);
-  }
-
-  runTo(cycle) {
-    while (this.clock.next <= cycle) {
-      this.core.cycles = this.clock.next;
-      this.clock.fireDue();
-    }
-    this.core.cycles = cycle;
-  }
-
-  writeAt(address, value) {
-    this.bus.write32(address | 0, value);
-  }
-
-  write(register, value, alias = 0) {
-    this.writeAt(PWM + alias + register, value);
-  }
-
-  read(register) {
-    return this.bus.read32((PWM + register) | 0) >>> 0;
-  }
-
-  /** Sets the slice going on this cycle. */
-  start({ div = 1, cc, top }) {
-    this.write(DIV, div * 16);
-    this.write(TOP, top);
-    this.write(CC, cc << 16);
-    this.write(CSR, 1);
-  }
-
-  /** Its level on each of so many cycles from now on. */
-  levels(count) {
-    return Array.from({ length: count }, () => {
-      const high = this.pin.outputValue;
-      this.runTo(this.core.cycles + 1);
-      return Number(high);
-    }).join('');
-  }
-}
+const IRQ_PWM_WRAP = 4;
 
 test('an output is high while the counter is below its compare value, from 0 to TOP', () => {
-  const bench = new Bench();
+  const bench = new PwmBench();
   bench.start({ cc: 3, top: 4 });
   assert.equal(bench.levels(12), '111001110011');
   assert.equal(bench.read(CTR), 12 % 5);
@@ -76,7 +14,7 @@ test('an output is high while the counter is below its compare value, from 0 to 
 });
 
 test('nothing is due while nobody changes anything', () => {
-  const bench = new Bench();
+  const bench = new PwmBench();
   bench.start({ cc: 3, top: 4 });
   assert.equal(bench.clock.next, Infinity);
   bench.runTo(10_000_000_002);
@@ -84,16 +22,16 @@ test('nothing is due while nobody changes anything', () => {
 });
 
 test('a compare value of 0 is always low, one beyond TOP always high', () => {
-  const low = new Bench();
+  const low = new PwmBench();
   low.start({ cc: 0, top: 2 });
   assert.deepEqual([low.levels(6), low.duty], ['000000', 0]);
-  const high = new Bench();
+  const high = new PwmBench();
   high.start({ cc: 3, top: 2 });
   assert.deepEqual([high.levels(6), high.duty], ['111111', 1]);
 });
 
 test('what is written comes into force with the next wrap, on its cycle', () => {
-  const bench = new Bench();
+  const bench = new PwmBench();
   bench.start({ cc: 1, top: 9 });
   bench.runTo(4);
   bench.write(CC, 5 << 16);
@@ -107,7 +45,7 @@ test('what is written comes into force with the next wrap, on its cycle', () => 
 });
 
 test('what is written back before the wrap changes nothing', () => {
-  const bench = new Bench();
+  const bench = new PwmBench();
   bench.start({ cc: 1, top: 9 });
   bench.write(CC, 5 << 16);
   bench.write(CC, 1 << 16);
@@ -115,7 +53,7 @@ test('what is written back before the wrap changes nothing', () => {
 });
 
 test('a counter set to TOP wraps with the next tick, and a new period begins', () => {
-  const bench = new Bench();
+  const bench = new PwmBench();
   bench.start({ div: 2, cc: 5, top: 999 });
   bench.runTo(8);
   bench.write(CC, 0);
@@ -130,7 +68,7 @@ test('a counter set to TOP wraps with the next tick, and a new period begins', (
 });
 
 test('a wrap that an instruction overtakes comes before what it writes', () => {
-  const bench = new Bench();
+  const bench = new PwmBench();
   bench.start({ cc: 1, top: 9 });
   bench.write(CC, 5 << 16);
   bench.core.cycles = 12;
@@ -140,7 +78,7 @@ test('a wrap that an instruction overtakes comes before what it writes', () => {
 });
 
 test('a counter beyond TOP counts on through all its bits', () => {
-  const bench = new Bench();
+  const bench = new PwmBench();
   bench.start({ cc: 1, top: 9 });
   bench.write(CTR, 0xfffe);
   bench.runTo(1);
@@ -150,7 +88,7 @@ test('a counter beyond TOP counts on through all its bits', () => {
 });
 
 test('a fraction of the divider spreads the ticks, on the whole part of N times the period', () => {
-  const bench = new Bench();
+  const bench = new PwmBench();
   bench.start({ div: 2.5, cc: 1, top: 99 });
   const ticks = [];
   for (let cycle = 0, before = 0; cycle <= 15; cycle++) {
@@ -162,7 +100,7 @@ test('a fraction of the divider spreads the ticks, on the whole part of N times 
 });
 
 test('a divider of 0 divides by 256', () => {
-  const bench = new Bench();
+  const bench = new PwmBench();
   bench.start({ div: 0, cc: 1, top: 99 });
   bench.runTo(255);
   assert.equal(bench.read(CTR), 0);
@@ -171,66 +109,66 @@ test('a divider of 0 divides by 256', () => {
 });
 
 test('a halted slice keeps its count and its level, and takes what is written at once', () => {
-  const bench = new Bench();
+  const bench = new PwmBench();
   bench.start({ cc: 5, top: 9 });
   bench.runTo(2);
-  bench.write(CSR, 1, CLEAR);
+  bench.write(CSR, 1, ALIAS.clear);
   bench.runTo(100);
   assert.deepEqual([bench.read(CTR), bench.duty], [2, 1]);
   bench.write(CC, 0);
   assert.equal(bench.duty, 1);
-  bench.write(CSR, 1, SET);
+  bench.write(CSR, 1, ALIAS.set);
   assert.deepEqual([bench.duty, bench.pin.outputValue], [0, false]);
   bench.runTo(101);
   assert.equal(bench.read(CTR), 3);
 });
 
 test('EN starts slices together, and its aliases change single bits', () => {
-  const bench = new Bench();
-  bench.write(EN, BIT | 1);
-  assert.equal(bench.read(EN), BIT | 1);
+  const bench = new PwmBench();
+  bench.write(EN, SLICE_BIT | 1);
+  assert.equal(bench.read(EN), SLICE_BIT | 1);
   assert.equal(bench.read(CSR), 1);
-  bench.write(EN, 1, XOR);
-  assert.equal(bench.read(EN), BIT);
+  bench.write(EN, 1, ALIAS.xor);
+  assert.equal(bench.read(EN), SLICE_BIT);
   bench.write(CSR, 0);
   assert.equal(bench.read(EN), 0);
 });
 
 test('an inverted output is high for the rest of its time', () => {
-  const bench = new Bench();
+  const bench = new PwmBench();
   bench.start({ cc: 1, top: 3 });
-  bench.write(CSR, 1 << 3, SET);
+  bench.write(CSR, 1 << 3, ALIAS.set);
   assert.deepEqual([bench.levels(5), bench.duty], ['01110', 0.75]);
 });
 
 test('channel A and the upper pins of a slice have their own', () => {
-  const bench = new Bench();
+  const bench = new PwmBench();
   bench.start({ cc: 3, top: 3 });
-  bench.write(CC, 1, SET);
+  bench.write(CC, 1, ALIAS.set);
   bench.runTo(4);
   assert.deepEqual([12, 13, 28, 29].map((pin) => bench.chip.pwm.dutyOf(pin)), [0.25, 0.75, 0.25, 0.75]);
 });
 
 test('a wrap raises its flag, and an interrupt if that is enabled', () => {
-  const bench = new Bench();
+  const bench = new PwmBench();
   bench.start({ cc: 1, top: 9 });
   const pending = () => ((bench.core.pendingInterrupts >>> IRQ_PWM_WRAP) & 1) !== 0;
   bench.runTo(10);
-  assert.deepEqual([bench.read(INTR), bench.read(INTS), pending()], [BIT, 0, false]);
-  bench.write(INTR, BIT);
-  bench.write(INTE, BIT);
+  assert.deepEqual([bench.read(INTR), bench.read(INTS), pending()], [SLICE_BIT, 0, false]);
+  bench.write(INTR, SLICE_BIT);
+  bench.write(INTE, SLICE_BIT);
   bench.runTo(19);
   assert.deepEqual([bench.read(INTR), pending()], [0, false]);
   bench.runTo(20);
-  assert.deepEqual([bench.read(INTS), pending()], [BIT, true]);
-  bench.write(INTR, BIT);
+  assert.deepEqual([bench.read(INTS), pending()], [SLICE_BIT, true]);
+  bench.write(INTR, SLICE_BIT);
   assert.equal(pending(), false);
   bench.write(INTF, 1);
   assert.deepEqual([bench.read(INTS), pending()], [1, true]);
 });
 
 test('the edges at a pin come on their cycles once they are to be shown', () => {
-  const bench = new Bench();
+  const bench = new PwmBench();
   const edges = [];
   bench.start({ cc: 3, top: 9 });
   bench.chip.pwm.showEdges(PIN);
@@ -245,7 +183,7 @@ test('the edges at a pin come on their cycles once they are to be shown', () => 
 });
 
 test('other modes are refused with a warning', () => {
-  const bench = new Bench();
+  const bench = new PwmBench();
   bench.write(CSR, 0x13);
   assert.equal(bench.read(CSR), 1);
   assert.deepEqual(bench.warnings, ['PWM: CSR 0x13: slices run free and trailing-edge only']);
