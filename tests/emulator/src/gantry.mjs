@@ -2,7 +2,8 @@ import { Carriage } from './carriage.mjs';
 import { NANOS_PER_CYCLE } from './clock.mjs';
 import { DRIVERS, DriverTiming } from './driver-timing.mjs';
 import { LimitSwitch, seededRandom } from './limit-switch.mjs';
-import { AXES, ENABLE_PIN, ESTOP_PIN, PINS } from './pins.mjs';
+import { AXES, ENABLE_PIN, ESTOP_PIN, PINS, TOOL_INPUTS } from './pins.mjs';
+import { Probe } from './probe.mjs';
 import { StepStatistics } from './statistics.mjs';
 import { Stops } from './stops.mjs';
 import { ToolOutputs } from './tool.mjs';
@@ -10,12 +11,12 @@ import { ToolStops } from './tool-stops.mjs';
 
 const HIGH = 1;
 
-/** The plant: three drivers, carriages and switches, and what hangs on the tool's outputs, wired to the chip's pins. */
+/** The plant: three drivers, carriages and switches, the tool, its probe and the buttons, wired to the chip's pins. */
 export class Gantry {
   /**
    * @param {import('./clock.mjs').MachineClock} clock
    * @param {{startMm: number[], bounceMicros: number, seed: number, switches: Record<string, string>,
-   *   driver?: string}} options
+   *   driver?: string, probePlate?: import('./probe-plate.mjs').ProbePlate | null}} options
    */
   constructor(clock, options) {
     this.clock = clock;
@@ -24,13 +25,16 @@ export class Gantry {
     this.tool = new ToolOutputs(clock);
     this.stops = new Stops(clock, this.tool.offTimes);
     this.toolStops = new ToolStops(clock, this.tool.offTimes);
-    this.levels = new Map([[ESTOP_PIN, true]]);
+    this.levels = new Map([ESTOP_PIN, ...Object.values(TOOL_INPUTS)].map((pin) => [pin, true]));
+    this.inputWatchers = new Set();
     this.directions = {};
     this.carriages = {};
     /** Called with (cycle, axis, direction, positionSteps) at every step. */
     this.stepWatchers = new Set();
     const random = seededRandom(options.seed);
     AXES.forEach((axis, index) => this.#addAxis(axis, options.startMm[index], options, random));
+    this.probe = new Probe(clock, this.carriages, (high) => this.#drive(TOOL_INPUTS.probe, high));
+    this.probe.setPlate(options.probePlate ?? null);
   }
 
   #addAxis(axis, startMm, { bounceMicros, switches }, random) {
@@ -66,10 +70,21 @@ export class Gantry {
     if (pressed) this.#stop('ESTOP');
   }
 
+  /** @param {'hold' | 'start'} button */
+  pressButton(button, pressed) {
+    this.#drive(TOOL_INPUTS[button], !pressed);
+  }
+
   /** A reset byte has come. */
   reset() {
     this.stops.reset();
     this.toolStops.told('RESET');
+  }
+
+  /** Shows the watcher the levels of all inputs, and every change: (pin, high). */
+  watchInputs(watcher) {
+    this.inputWatchers.add(watcher);
+    for (const [pin, high] of this.levels) watcher(pin, high);
   }
 
   /** Input pins that float when their switch is open: the firmware has not switched the pull-up on. */
@@ -94,6 +109,7 @@ export class Gantry {
   #drive(pin, high) {
     this.levels.set(pin, high);
     this.chip?.gpio[pin].setInputValue(high);
+    for (const watch of this.inputWatchers) watch(pin, high);
   }
 
   #onStepPin(axis, high, wasHigh) {
@@ -106,6 +122,7 @@ export class Gantry {
     // Before the carriage, whose switch may say stop.
     this.stops.step(axis, cycles);
     if (this.timing.rise(axis, nanos)) carriage.step(direction);
+    this.probe.step(axis);
     this.statistics.step(axis, this.clock);
     this.tool.step(cycles);
     for (const watch of this.stepWatchers) watch(cycles, axis, direction, carriage.positionSteps);

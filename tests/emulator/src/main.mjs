@@ -9,7 +9,7 @@ import { programLines } from './lines.mjs';
 import { Live, serve } from './live.mjs';
 import { HELP, parseOptions } from './options.mjs';
 import { OutputTrace } from './output-trace.mjs';
-import { NAMED_PINS, TOOL_OUTPUTS } from './pins.mjs';
+import { NAMED_INPUTS, NAMED_OUTPUTS, TOOL_OUTPUTS } from './pins.mjs';
 import { ProgramRun } from './program.mjs';
 import { Progress } from './progress.mjs';
 import { readable, summary } from './report.mjs';
@@ -123,11 +123,12 @@ function record(board, options) {
     board.gantry.tool.watchers.add((cycle, output, value) => recorders.outputs.change(cycle * NANOS_PER_CYCLE, output, value));
   }
   if (options.vcd) {
-    recorders.waveform = new Waveform(NAMED_PINS);
+    recorders.waveform = new Waveform(NAMED_OUTPUTS, NAMED_INPUTS);
     board.watchChips((chip) => {
       chip.pwm.showEdges(TOOL_OUTPUTS.pwm);
       recorders.waveform.attach(chip, () => board.nanos);
     });
+    board.gantry.watchInputs((pin, high) => recorders.waveform.input(board.nanos, pin, high));
   }
   return recorders;
 }

@@ -2,6 +2,7 @@ import { parseArgs } from 'node:util';
 import { DRIVERS } from './driver-timing.mjs';
 import { SWITCH_MODES } from './limit-switch.mjs';
 import { AXES } from './pins.mjs';
+import { PLATE_SIDES, ProbePlate } from './probe-plate.mjs';
 import { COMMANDS } from './script.mjs';
 
 export const HELP = `Runs the firmware, unmodified, on an emulated Raspberry Pi Pico that drives three carriages.
@@ -25,6 +26,9 @@ The machine
   --driver NAME        ${Object.keys(DRIVERS).join(' or ')}: whose least times every edge is held to (default drv8825)
   --start X,Y,Z        millimetres above the limit switches at power-up (default 35,40,15)
   --switch X=MODE      ${SWITCH_MODES.join(', ')}; may be given for each axis
+  --probe-plate AXIS,MM,SIDE
+                       a plate that closes the probe's contact while the axis is at its place, in millimetres above the
+                       limit switch, or beyond it: ${PLATE_SIDES.join(' or ')}, such as Z,12.5,below
   --bounce-us N        the switches' contacts bounce for N microseconds (default 0)
   --seed N             of the bounces (default 1)
   --flash FILE         what flash holds beside the firmware: read from FILE at the start if it exists, written there at the
@@ -39,7 +43,7 @@ What to write
                        and mist as 0 or 1); all are 0 before their first
   --transcript FILE    every line sent and received, with its machine time
   --json FILE          the summary
-  --vcd FILE           STEP, DIR, ENABLE, LED and the tool's outputs, for a wave viewer
+  --vcd FILE           STEP, DIR, ENABLE, LED, the tool's outputs and inputs, for a wave viewer
   --progress           a line of progress on stderr each second, even if stderr is no terminal
   --help               this text
 
@@ -71,6 +75,7 @@ const SPEC = {
   driver: { type: 'string', default: 'drv8825' },
   start: { type: 'string', default: '35,40,15' },
   switch: { type: 'string', multiple: true, default: [] },
+  'probe-plate': { type: 'string' },
   'bounce-us': { type: 'string', default: '0' },
   seed: { type: 'string', default: '1' },
   flash: { type: 'string' },
@@ -104,6 +109,7 @@ export function parseOptions(args) {
     driver: choice('--driver', Object.keys(DRIVERS), values.driver),
     startMm: places(values.start),
     switches: Object.fromEntries(values.switch.map(switchOption)),
+    probePlate: values['probe-plate'] === undefined ? null : plateOption(values['probe-plate']),
     bounceMicros: number('--bounce-us', values['bounce-us'], 0, 1e6),
     seed: number('--seed', values.seed, 0, 2 ** 32 - 1),
     missFactor: missFactor(values['ideal-flash'], values['miss-factor']),
@@ -141,4 +147,11 @@ function places(text) {
 function switchOption(text) {
   const [axis, mode] = text.split('=');
   return [choice('--switch axis', AXES, axis), choice('--switch mode', SWITCH_MODES, mode)];
+}
+
+function plateOption(text) {
+  const [axis, mm, side, ...more] = text.split(',');
+  if (side === undefined || more.length > 0) throw new Error(`--probe-plate ${text}: give an axis, a place in mm and a side, such as Z,12.5,below`);
+  const place = number('--probe-plate place', mm, -1000, 1000);
+  return new ProbePlate(choice('--probe-plate axis', AXES, axis), place, choice('--probe-plate side', PLATE_SIDES, side));
 }

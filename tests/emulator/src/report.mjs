@@ -27,6 +27,7 @@ export function summary(board, console, error) {
     },
     stops: gantry.stops.summary(),
     tool: { ...gantry.tool.summary(), stops: gantry.toolStops.summary() },
+    probe: gantry.probe.summary(),
     hard_faults: board.faults,
     watchdog_resets: board.resets,
     power_cycles: board.powerCycles,

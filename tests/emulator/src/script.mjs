@@ -3,6 +3,7 @@ import { cyclesOfMicros } from './clock.mjs';
 import { differences } from './position-check.mjs';
 import { SWITCH_MODES } from './limit-switch.mjs';
 import { AXES } from './pins.mjs';
+import { PLATE_SIDES, ProbePlate } from './probe-plate.mjs';
 
 const STATUS_REQUEST = Uint8Array.of(0x3f);
 
@@ -23,7 +24,11 @@ export const COMMANDS = {
   'check-position': { usage: 'check-position', parse: nothing, run: (script) => script.checkPosition() },
   'cold-cache': { usage: 'cold-cache', parse: nothing, run: (script) => script.board.cache.empty() },
   switch: { usage: `switch X|Y|Z ${SWITCH_MODES.join('|')}`, parse: switchMode, run: (script, [axis, mode]) => script.board.gantry.carriages[axis].limitSwitch.setMode(mode) },
-  estop: { usage: 'estop pressed|released', parse: (rest) => oneOf(['pressed', 'released'], rest), run: (script, state) => script.board.gantry.pressEstop(state === 'pressed') },
+  estop: { usage: 'estop pressed|released', parse: pressed, run: (script, down) => script.board.gantry.pressEstop(down) },
+  probe: { usage: 'probe pressed|released', parse: pressed, run: (script, down) => script.board.gantry.probe.press(down) },
+  'probe-plate': { usage: 'probe-plate X|Y|Z MM below|above, or probe-plate none', parse: plate, run: (script, plate) => script.board.gantry.probe.setPlate(plate) },
+  hold: { usage: 'hold pressed|released', parse: pressed, run: (script, down) => script.board.gantry.pressButton('hold', down) },
+  start: { usage: 'start pressed|released', parse: pressed, run: (script, down) => script.board.gantry.pressButton('start', down) },
   motors: { usage: 'motors on|off', parse: onOff, run: (script, on) => script.expectMotors(on) },
   crash: { usage: 'crash', parse: nothing, run: (script) => script.board.crash() },
   dtr: { usage: 'dtr on|off', parse: onOff, run: (script, on) => script.board.cable.setDtr(on) },
@@ -190,6 +195,19 @@ function oneOf(allowed, word) {
 
 function onOff(rest) {
   return oneOf(['on', 'off'], rest) === 'on';
+}
+
+function pressed(rest) {
+  return oneOf(['pressed', 'released'], rest) === 'pressed';
+}
+
+/** Places in millimetres above the limit switch; null for none. */
+function plate(rest) {
+  if (rest.trim() === 'none') return null;
+  const [axis, mm, side, ...more] = rest.trim().split(/\s+/);
+  nothing(more.join(' '));
+  if (mm === undefined || !Number.isFinite(Number(mm))) throw new Error(`${mm ?? 'nothing'} is no place in mm`);
+  return new ProbePlate(oneOf(AXES, axis), Number(mm), oneOf(PLATE_SIDES, side ?? ''));
 }
 
 function switchMode(rest) {
