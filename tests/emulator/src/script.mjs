@@ -2,7 +2,7 @@ import { kindOf } from './console.mjs';
 import { cyclesOfMicros } from './clock.mjs';
 import { differences } from './position-check.mjs';
 import { SWITCH_MODES } from './limit-switch.mjs';
-import { AXES } from './pins.mjs';
+import { AXES, TOOL_OUTPUTS } from './pins.mjs';
 import { PLATE_SIDES, ProbePlate } from './probe-plate.mjs';
 
 const STATUS_REQUEST = Uint8Array.of(0x3f);
@@ -21,6 +21,7 @@ export const COMMANDS = {
   'wait-ms': { usage: 'wait-ms MILLISECONDS', parse: positive, run: (script, millis) => script.waitMicros(millis * 1000) },
   'wait-us': { usage: 'wait-us MICROSECONDS', parse: positive, run: (script, micros) => script.waitMicros(micros) },
   'wait-edge': { usage: 'wait-edge', parse: nothing, run: (script) => script.waitEdge() },
+  'wait-output': { usage: `wait-output ${Object.keys(TOOL_OUTPUTS).join('|')} on|off`, parse: outputState, run: (script, [output, on]) => script.waitOutput(output, on) },
   'check-position': { usage: 'check-position', parse: nothing, run: (script) => script.checkPosition() },
   'cold-cache': { usage: 'cold-cache', parse: nothing, run: (script) => script.board.cache.empty() },
   switch: { usage: `switch X|Y|Z ${SWITCH_MODES.join('|')}`, parse: switchMode, run: (script, [axis, mode]) => script.board.gantry.carriages[axis].limitSwitch.setMode(mode) },
@@ -126,6 +127,28 @@ export class ScriptRun {
     }
   }
 
+  /** Until an output of the tool is on or off; a wait that follows counts from the change itself. */
+  waitOutput(output, on) {
+    const { board } = this;
+    const { tool } = board.gantry;
+    let cycleSeen = this.#isOn(output) === on ? board.clock.cycles : null;
+    const watch = (cycle) => {
+      if (this.#isOn(output) !== on) return;
+      cycleSeen ??= cycle;
+      board.pause();
+    };
+    tool.watchers.add(watch);
+    try {
+      this.edgeCycle = this.console.waitFor(`output ${output} ${on ? 'on' : 'off'}`, () => cycleSeen, this.timeoutSeconds);
+    } finally {
+      tool.watchers.delete(watch);
+    }
+  }
+
+  #isOn(output) {
+    return this.board.gantry.tool.values[output] > 0;
+  }
+
   /** Asks for the position and holds it against the edges that left; what moved in between may be either. */
   checkPosition() {
     const counted = () => AXES.map((axis) => this.board.gantry.carriages[axis].positionSteps);
@@ -208,6 +231,11 @@ function plate(rest) {
   nothing(more.join(' '));
   if (mm === undefined || !Number.isFinite(Number(mm))) throw new Error(`${mm ?? 'nothing'} is no place in mm`);
   return new ProbePlate(oneOf(AXES, axis), Number(mm), oneOf(PLATE_SIDES, side ?? ''));
+}
+
+function outputState(rest) {
+  const [output, state] = rest.trim().split(/\s+/);
+  return [oneOf(Object.keys(TOOL_OUTPUTS), output ?? ''), onOff(state ?? '')];
 }
 
 function switchMode(rest) {

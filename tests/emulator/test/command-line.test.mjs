@@ -29,6 +29,8 @@ test('contacts are closed by hand, and a plate is put in the way of an axis', ()
   assert.deepEqual(script.map(({ argument }) => argument), [true, false, new ProbePlate('Z', 12.5, 'below'), null]);
   assert.throws(() => parseScript('probe-plate Z 12.5'), /nothing is none of below, above; write: probe-plate X/);
   assert.throws(() => parseScript('probe-plate Z high above'), /high is no place in mm/);
+  assert.deepEqual(parseScript('wait-output pwm off')[0].argument, ['pwm', false]);
+  assert.throws(() => parseScript('wait-output laser on'), /none of pwm, enable/);
   assert.throws(() => parseScript('start'), /none of pressed, released/);
   const option = (text) => parseOptions(['--elf', 'a', '--live', '--probe-plate', text]).probePlate;
   assert.deepEqual(option('X,-1.5,above'), new ProbePlate('X', -1.5, 'above'));
