@@ -85,6 +85,7 @@ export class Board {
   /** Sends the core astray, as a wild jump would: its next fetch is from where there is no memory. */
   crash() {
     this.crashes += 1;
+    this.gantry.toolStops.told('CRASH');
     this.core.waiting = false;
     this.core.PC = 0xf0000000;
   }
@@ -92,6 +93,7 @@ export class Board {
   /** Takes power away and gives it back at once: all is new but flash, and the carriages stay where they are. */
   powerCycle() {
     this.powerCycles.push({ t_ns: this.nanos });
+    this.gantry.toolStops.told('POWER');
     this.#renew();
     this.#start();
     this.pause();
@@ -111,7 +113,7 @@ export class Board {
 
   /** Bytes have reached the firmware. */
   #delivered(bytes) {
-    if (bytes.includes(RESET_BYTE)) this.gantry.stops.reset();
+    if (bytes.includes(RESET_BYTE)) this.gantry.reset();
     this.onDelivered();
   }
 
@@ -162,6 +164,7 @@ export class Board {
 
   /** A watchdog reset: a fresh chip in the same place, with memory, scratch registers and the reason kept. */
   #reset(reason) {
+    this.gantry.toolStops.told('WATCHDOG');
     this.resets.push({ t_ns: this.nanos, reason: reason === RESET_FORCED ? 'forced' : 'timed out' });
     this.#restart(reason);
   }
@@ -179,6 +182,7 @@ export class Board {
   /** The ROM takes over: the pins go, the cable is dead. It keeps what it is told in scratch registers. */
   #enterBootsel(hints) {
     const { watchdog } = this;
+    this.gantry.toolStops.told('BOOTSEL');
     this.bootsel = { t_ns: this.nanos, energised: this.gantry.timing.energised };
     this.#renew();
     this.watchdog.scratch.set([...hints, ...watchdog.scratch.subarray(hints.length)]);
@@ -198,6 +202,7 @@ export class Board {
 
   #faulted(fault) {
     const pc = enterHardFault(this.core, fault);
+    this.gantry.toolStops.told('FAULT');
     this.faults.push({ t_ns: this.nanos, pc: `0x${pc.toString(16)}`, what: fault.message });
     this.pause();
   }

@@ -95,6 +95,14 @@ export class MachineClock {
     this.lockstep.catchUp();
   }
 
+  /** Does what the core's instruction under way has overtaken, with its own cycle on the clock. */
+  at(cycle, action) {
+    const { past } = this;
+    this.past = cycle;
+    action();
+    this.past = past;
+  }
+
   /** Makes the run loop look up before the next instruction, as an alarm would. */
   interrupt() {
     this.next = 0;

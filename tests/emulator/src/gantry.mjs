@@ -2,31 +2,39 @@ import { Carriage } from './carriage.mjs';
 import { NANOS_PER_CYCLE } from './clock.mjs';
 import { DRIVERS, DriverTiming } from './driver-timing.mjs';
 import { LimitSwitch, seededRandom } from './limit-switch.mjs';
-import { AXES, ENABLE_PIN, ESTOP_PIN, PINS } from './pins.mjs';
+import { AXES, ENABLE_PIN, ESTOP_PIN, PINS, TOOL_INPUTS } from './pins.mjs';
+import { Probe } from './probe.mjs';
 import { StepStatistics } from './statistics.mjs';
 import { Stops } from './stops.mjs';
+import { ToolOutputs } from './tool.mjs';
+import { ToolStops } from './tool-stops.mjs';
 
 const HIGH = 1;
 
-/** The plant: three drivers, carriages and switches, wired to the chip's pins. */
+/** The plant: three drivers, carriages and switches, the tool, its probe and the buttons, wired to the chip's pins. */
 export class Gantry {
   /**
    * @param {import('./clock.mjs').MachineClock} clock
    * @param {{startMm: number[], bounceMicros: number, seed: number, switches: Record<string, string>,
-   *   driver?: string}} options
+   *   driver?: string, probePlate?: import('./probe-plate.mjs').ProbePlate | null}} options
    */
   constructor(clock, options) {
     this.clock = clock;
     this.timing = new DriverTiming(DRIVERS[options.driver ?? 'drv8825']);
     this.statistics = new StepStatistics();
-    this.stops = new Stops(clock);
-    this.levels = new Map([[ESTOP_PIN, true]]);
+    this.tool = new ToolOutputs(clock);
+    this.stops = new Stops(clock, this.tool.offTimes);
+    this.toolStops = new ToolStops(clock, this.tool.offTimes);
+    this.levels = new Map([ESTOP_PIN, ...Object.values(TOOL_INPUTS)].map((pin) => [pin, true]));
+    this.inputWatchers = new Set();
     this.directions = {};
     this.carriages = {};
     /** Called with (cycle, axis, direction, positionSteps) at every step. */
     this.stepWatchers = new Set();
     const random = seededRandom(options.seed);
     AXES.forEach((axis, index) => this.#addAxis(axis, options.startMm[index], options, random));
+    this.probe = new Probe(clock, this.carriages, (high) => this.#drive(TOOL_INPUTS.probe, high));
+    this.probe.setPlate(options.probePlate ?? null);
   }
 
   #addAxis(axis, startMm, { bounceMicros, switches }, random) {
@@ -35,7 +43,7 @@ export class Gantry {
     const onLevel = (high) => {
       this.#drive(pin, high);
       // A contact that bounces as it is left says nothing new.
-      if (!high && limitSwitch.held) this.stops.told(`${axis}_LIMIT`);
+      if (!high && limitSwitch.held) this.#stop(`${axis}_LIMIT`);
     };
     const limitSwitch = new LimitSwitch(this.clock, { bounceMicros, random, onLevel });
     this.carriages[axis] = new Carriage(startMm, limitSwitch);
@@ -46,6 +54,7 @@ export class Gantry {
   /** Solders the gantry to a chip that has just been powered or reset. */
   attach(chip) {
     this.chip = chip;
+    this.tool.attach(chip);
     for (const [pin, high] of this.levels) chip.gpio[pin].setInputValue(high);
     for (const axis of AXES) {
       chip.gpio[PINS[axis].step].addListener((state, before) => this.#onStepPin(axis, state === HIGH, before === HIGH));
@@ -58,7 +67,24 @@ export class Gantry {
 
   pressEstop(pressed) {
     this.#drive(ESTOP_PIN, !pressed);
-    if (pressed) this.stops.told('ESTOP');
+    if (pressed) this.#stop('ESTOP');
+  }
+
+  /** @param {'hold' | 'start'} button */
+  pressButton(button, pressed) {
+    this.#drive(TOOL_INPUTS[button], !pressed);
+  }
+
+  /** A reset byte has come. */
+  reset() {
+    this.stops.reset();
+    this.toolStops.told('RESET');
+  }
+
+  /** Shows the watcher the levels of all inputs, and every change: (pin, high). */
+  watchInputs(watcher) {
+    this.inputWatchers.add(watcher);
+    for (const [pin, high] of this.levels) watcher(pin, high);
   }
 
   /** Input pins that float when their switch is open: the firmware has not switched the pull-up on. */
@@ -75,9 +101,15 @@ export class Gantry {
     return this.clock.cycles * NANOS_PER_CYCLE;
   }
 
+  #stop(input) {
+    this.stops.told(input);
+    this.toolStops.told(input);
+  }
+
   #drive(pin, high) {
     this.levels.set(pin, high);
     this.chip?.gpio[pin].setInputValue(high);
+    for (const watch of this.inputWatchers) watch(pin, high);
   }
 
   #onStepPin(axis, high, wasHigh) {
@@ -90,7 +122,9 @@ export class Gantry {
     // Before the carriage, whose switch may say stop.
     this.stops.step(axis, cycles);
     if (this.timing.rise(axis, nanos)) carriage.step(direction);
+    this.probe.step(axis);
     this.statistics.step(axis, this.clock);
+    this.tool.step(cycles);
     for (const watch of this.stepWatchers) watch(cycles, axis, direction, carriage.positionSteps);
   }
 

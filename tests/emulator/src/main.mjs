@@ -8,7 +8,8 @@ import { readFlashFile, writeFlashFile } from './flash-file.mjs';
 import { programLines } from './lines.mjs';
 import { Live, serve } from './live.mjs';
 import { HELP, parseOptions } from './options.mjs';
-import { NAMED_PINS } from './pins.mjs';
+import { OutputTrace } from './output-trace.mjs';
+import { NAMED_INPUTS, NAMED_OUTPUTS, TOOL_OUTPUTS } from './pins.mjs';
 import { ProgramRun } from './program.mjs';
 import { Progress } from './progress.mjs';
 import { readable, summary } from './report.mjs';
@@ -75,6 +76,7 @@ function finish(options, board, transcript, recorders, result) {
   write(options.transcript, transcript);
   recorders.trace?.close();
   recorders.edges?.close();
+  recorders.outputs?.close();
   write(options.vcd, recorders.waveform);
   if (options.flash) writeFlashFile(options.flash, board.flash.bytes, firmware(options.elf));
   write(options.json, JSON.stringify(result, null, 2) + '\n');
@@ -116,9 +118,17 @@ function record(board, options) {
     recorders.edges = opened(options.edges, EdgeFile);
     board.gantry.stepWatchers.add((cycle, axis, direction) => recorders.edges.step(cycle, axis, direction));
   }
+  if (options.outputs) {
+    recorders.outputs = opened(options.outputs, OutputTrace);
+    board.gantry.tool.watchers.add((cycle, output, value) => recorders.outputs.change(cycle * NANOS_PER_CYCLE, output, value));
+  }
   if (options.vcd) {
-    recorders.waveform = new Waveform(NAMED_PINS);
-    board.watchChips((chip) => recorders.waveform.attach(chip, () => board.nanos));
+    recorders.waveform = new Waveform(NAMED_OUTPUTS, NAMED_INPUTS);
+    board.watchChips((chip) => {
+      chip.pwm.showEdges(TOOL_OUTPUTS.pwm);
+      recorders.waveform.attach(chip, () => board.nanos);
+    });
+    board.gantry.watchInputs((pin, high) => recorders.waveform.input(board.nanos, pin, high));
   }
   return recorders;
 }

@@ -2,6 +2,7 @@ import { parseArgs } from 'node:util';
 import { DRIVERS } from './driver-timing.mjs';
 import { SWITCH_MODES } from './limit-switch.mjs';
 import { AXES } from './pins.mjs';
+import { PLATE_SIDES, ProbePlate } from './probe-plate.mjs';
 import { COMMANDS } from './script.mjs';
 
 export const HELP = `Runs the firmware, unmodified, on an emulated Raspberry Pi Pico that drives three carriages.
@@ -25,6 +26,9 @@ The machine
   --driver NAME        ${Object.keys(DRIVERS).join(' or ')}: whose least times every edge is held to (default drv8825)
   --start X,Y,Z        millimetres above the limit switches at power-up (default 35,40,15)
   --switch X=MODE      ${SWITCH_MODES.join(', ')}; may be given for each axis
+  --probe-plate AXIS,MM,SIDE
+                       a plate that closes the probe's contact while the axis is at its place, in millimetres above the
+                       limit switch, or beyond it: ${PLATE_SIDES.join(' or ')}, such as Z,12.5,below
   --bounce-us N        the switches' contacts bounce for N microseconds (default 0)
   --seed N             of the bounces (default 1)
   --flash FILE         what flash holds beside the firmware: read from FILE at the start if it exists, written there at the
@@ -35,9 +39,11 @@ The machine
 What to write
   --trace FILE         every rising edge of STEP: t_ns,axis,direction,position_steps
   --edges FILE         the same in eight bytes an edge: cycle * 8 + axis (0, 1, 2) * 2 + (1 if DIR is up), little-endian
+  --outputs FILE       every change of the tool's outputs: t_ns,output,value (pwm as a duty from 0 to 1, enable, direction, flood
+                       and mist as 0 or 1); all are 0 before their first
   --transcript FILE    every line sent and received, with its machine time
   --json FILE          the summary
-  --vcd FILE           STEP, DIR, ENABLE and LED, for a wave viewer
+  --vcd FILE           STEP, DIR, ENABLE, LED, the tool's outputs and inputs, for a wave viewer
   --progress           a line of progress on stderr each second, even if stderr is no terminal
   --help               this text
 
@@ -45,7 +51,7 @@ A script has a command a line; # begins a comment:
 ${Object.values(COMMANDS).map(({ usage }) => `  ${usage}`).join('\n')}
 Each begins when the one before is done. expect takes the next reply (ok, error:N) or the next status (<...), which must
 begin with the prefix; for anything else (Grbl, ALARM:, [MSG:) it waits until such a line comes. wait-edge waits for the next
-STEP, and a wait right after it counts from that edge; check-position holds MPos against the counted steps; cold-cache
+STEP, wait-output until an output of the tool is so, and a wait right after it counts from that instant; check-position holds MPos against the counted steps; cold-cache
 empties flash's cache, so that what runs next waits for flash. An example:
   expect Grbl
   send $H
@@ -69,6 +75,7 @@ const SPEC = {
   driver: { type: 'string', default: 'drv8825' },
   start: { type: 'string', default: '35,40,15' },
   switch: { type: 'string', multiple: true, default: [] },
+  'probe-plate': { type: 'string' },
   'bounce-us': { type: 'string', default: '0' },
   seed: { type: 'string', default: '1' },
   flash: { type: 'string' },
@@ -76,6 +83,7 @@ const SPEC = {
   'miss-factor': { type: 'string' },
   trace: { type: 'string' },
   edges: { type: 'string' },
+  outputs: { type: 'string' },
   transcript: { type: 'string' },
   json: { type: 'string' },
   vcd: { type: 'string' },
@@ -101,6 +109,7 @@ export function parseOptions(args) {
     driver: choice('--driver', Object.keys(DRIVERS), values.driver),
     startMm: places(values.start),
     switches: Object.fromEntries(values.switch.map(switchOption)),
+    probePlate: values['probe-plate'] === undefined ? null : plateOption(values['probe-plate']),
     bounceMicros: number('--bounce-us', values['bounce-us'], 0, 1e6),
     seed: number('--seed', values.seed, 0, 2 ** 32 - 1),
     missFactor: missFactor(values['ideal-flash'], values['miss-factor']),
@@ -138,4 +147,11 @@ function places(text) {
 function switchOption(text) {
   const [axis, mode] = text.split('=');
   return [choice('--switch axis', AXES, axis), choice('--switch mode', SWITCH_MODES, mode)];
+}
+
+function plateOption(text) {
+  const [axis, mm, side, ...more] = text.split(',');
+  if (side === undefined || more.length > 0) throw new Error(`--probe-plate ${text}: give an axis, a place in mm and a side, such as Z,12.5,below`);
+  const place = number('--probe-plate place', mm, -1000, 1000);
+  return new ProbePlate(choice('--probe-plate axis', AXES, axis), place, choice('--probe-plate side', PLATE_SIDES, side));
 }

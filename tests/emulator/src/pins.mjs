@@ -8,14 +8,22 @@ export const PINS = {
 export const ENABLE_PIN = 8;
 export const ESTOP_PIN = 12;
 export const LED_PIN = 25;
+/** What the chip tells the tool. */
+export const TOOL_OUTPUTS = { pwm: 13, enable: 14, direction: 15, flood: 16, mist: 17 };
+/** Contacts to ground: the tool's probe, and the buttons for feed hold and cycle start. */
+export const TOOL_INPUTS = { probe: 18, hold: 19, start: 20 };
 export const STEPS_PER_MM = 50;
 
-/** Every pin worth a wave, by name. */
-export const NAMED_PINS = new Map([
+/** Every output worth a wave, by name. */
+export const NAMED_OUTPUTS = new Map([
   ...AXES.flatMap((axis) => [
     [PINS[axis].step, `${axis}_STEP`],
     [PINS[axis].dir, `${axis}_DIR`],
   ]),
   [ENABLE_PIN, 'ENABLE_n'],
   [LED_PIN, 'LED'],
+  ...Object.entries(TOOL_OUTPUTS).map(([output, pin]) => [pin, `TOOL_${output.toUpperCase()}`]),
 ]);
+
+/** The inputs worth a wave, by name. */
+export const NAMED_INPUTS = new Map(Object.entries(TOOL_INPUTS).map(([input, pin]) => [pin, `${input.toUpperCase()}_n`]));

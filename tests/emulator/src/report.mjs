@@ -26,6 +26,8 @@ export function summary(board, console, error) {
       interrupt_cycles_per_edge: ratio(moving.handlerCycles, moving.edges),
     },
     stops: gantry.stops.summary(),
+    tool: { ...gantry.tool.summary(), stops: gantry.toolStops.summary() },
+    probe: gantry.probe.summary(),
     hard_faults: board.faults,
     watchdog_resets: board.resets,
     power_cycles: board.powerCycles,
@@ -90,6 +92,7 @@ export function readable(result) {
     `Cycles       ${Math.round(moving.interrupt_cycles_per_edge)} a step in interrupts, ${Math.round(moving.awake_cycles_per_edge)} with planning and console`,
     ...result.stops.slice(0, SHOWN).map(stopLine),
     ...(result.stops.length > SHOWN ? [slowestStopLine(result.stops)] : []),
+    ...toolLines(result.tool),
     ...result.hard_faults.map(({ t_ns, pc, what }) => `Hard fault   at ${(t_ns / 1e9).toFixed(6)} s, pc ${pc}: ${what}. The line: addr2line -f -i -e ELF ${pc}`),
     ...result.watchdog_resets.map(({ t_ns, reason }) => `Watchdog     reset at ${(t_ns / 1e9).toFixed(6)} s (${reason})`),
     ...result.power_cycles.map(({ t_ns }) => `Power        off and on at ${(t_ns / 1e9).toFixed(6)} s`),
@@ -127,6 +130,20 @@ function stopLine({ input, t_ns: toldNanos, latency_ns: latencyNanos, edges_afte
 function slowestStopLine(stops) {
   const slowest = stops.reduce((worst, stop) => (stop.latency_ns > worst.latency_ns ? stop : worst));
   return `             of ${stops.length} stops the slowest: ${slowest.input}, ${(slowest.latency_ns / 1000).toFixed(2)} us`;
+}
+
+/** Nothing of a tool that nobody has used. */
+function toolLines({ changes, on_s: on, on_at_standstill_s: still, stops }) {
+  if (changes === 0) return [];
+  return [
+    `Tool         on for ${on.toFixed(6)} s, ${still.toFixed(6)} s of it at standstill; ${changes} changes of its outputs`,
+    ...stops.slice(0, SHOWN).map(toolStopLine),
+  ];
+}
+
+function toolStopLine({ input, t_ns: toldNanos, outputs_off_ns: offNanos }) {
+  const off = offNanos === null ? 'not off until the end' : `off ${(offNanos / 1000).toFixed(2)} us later`;
+  return `             ${input} at ${(toldNanos / 1e9).toFixed(6)} s: ${off}`;
 }
 
 function axisLine([axis, { edges, place_mm: place, position_steps: position, highest_rate_steps_per_s: rate }]) {

@@ -2,7 +2,8 @@ import { kindOf } from './console.mjs';
 import { cyclesOfMicros } from './clock.mjs';
 import { differences } from './position-check.mjs';
 import { SWITCH_MODES } from './limit-switch.mjs';
-import { AXES } from './pins.mjs';
+import { AXES, TOOL_OUTPUTS } from './pins.mjs';
+import { PLATE_SIDES, ProbePlate } from './probe-plate.mjs';
 
 const STATUS_REQUEST = Uint8Array.of(0x3f);
 
@@ -20,10 +21,15 @@ export const COMMANDS = {
   'wait-ms': { usage: 'wait-ms MILLISECONDS', parse: positive, run: (script, millis) => script.waitMicros(millis * 1000) },
   'wait-us': { usage: 'wait-us MICROSECONDS', parse: positive, run: (script, micros) => script.waitMicros(micros) },
   'wait-edge': { usage: 'wait-edge', parse: nothing, run: (script) => script.waitEdge() },
+  'wait-output': { usage: `wait-output ${Object.keys(TOOL_OUTPUTS).join('|')} on|off`, parse: outputState, run: (script, [output, on]) => script.waitOutput(output, on) },
   'check-position': { usage: 'check-position', parse: nothing, run: (script) => script.checkPosition() },
   'cold-cache': { usage: 'cold-cache', parse: nothing, run: (script) => script.board.cache.empty() },
   switch: { usage: `switch X|Y|Z ${SWITCH_MODES.join('|')}`, parse: switchMode, run: (script, [axis, mode]) => script.board.gantry.carriages[axis].limitSwitch.setMode(mode) },
-  estop: { usage: 'estop pressed|released', parse: (rest) => oneOf(['pressed', 'released'], rest), run: (script, state) => script.board.gantry.pressEstop(state === 'pressed') },
+  estop: { usage: 'estop pressed|released', parse: pressed, run: (script, down) => script.board.gantry.pressEstop(down) },
+  probe: { usage: 'probe pressed|released', parse: pressed, run: (script, down) => script.board.gantry.probe.press(down) },
+  'probe-plate': { usage: 'probe-plate X|Y|Z MM below|above, or probe-plate none', parse: plate, run: (script, plate) => script.board.gantry.probe.setPlate(plate) },
+  hold: { usage: 'hold pressed|released', parse: pressed, run: (script, down) => script.board.gantry.pressButton('hold', down) },
+  start: { usage: 'start pressed|released', parse: pressed, run: (script, down) => script.board.gantry.pressButton('start', down) },
   motors: { usage: 'motors on|off', parse: onOff, run: (script, on) => script.expectMotors(on) },
   crash: { usage: 'crash', parse: nothing, run: (script) => script.board.crash() },
   dtr: { usage: 'dtr on|off', parse: onOff, run: (script, on) => script.board.cable.setDtr(on) },
@@ -121,6 +127,28 @@ export class ScriptRun {
     }
   }
 
+  /** Until an output of the tool is on or off; a wait that follows counts from the change itself. */
+  waitOutput(output, on) {
+    const { board } = this;
+    const { tool } = board.gantry;
+    let cycleSeen = this.#isOn(output) === on ? board.clock.cycles : null;
+    const watch = (cycle) => {
+      if (this.#isOn(output) !== on) return;
+      cycleSeen ??= cycle;
+      board.pause();
+    };
+    tool.watchers.add(watch);
+    try {
+      this.edgeCycle = this.console.waitFor(`output ${output} ${on ? 'on' : 'off'}`, () => cycleSeen, this.timeoutSeconds);
+    } finally {
+      tool.watchers.delete(watch);
+    }
+  }
+
+  #isOn(output) {
+    return this.board.gantry.tool.values[output] > 0;
+  }
+
   /** Asks for the position and holds it against the edges that left; what moved in between may be either. */
   checkPosition() {
     const counted = () => AXES.map((axis) => this.board.gantry.carriages[axis].positionSteps);
@@ -190,6 +218,24 @@ function oneOf(allowed, word) {
 
 function onOff(rest) {
   return oneOf(['on', 'off'], rest) === 'on';
+}
+
+function pressed(rest) {
+  return oneOf(['pressed', 'released'], rest) === 'pressed';
+}
+
+/** Places in millimetres above the limit switch; null for none. */
+function plate(rest) {
+  if (rest.trim() === 'none') return null;
+  const [axis, mm, side, ...more] = rest.trim().split(/\s+/);
+  nothing(more.join(' '));
+  if (mm === undefined || !Number.isFinite(Number(mm))) throw new Error(`${mm ?? 'nothing'} is no place in mm`);
+  return new ProbePlate(oneOf(AXES, axis), Number(mm), oneOf(PLATE_SIDES, side ?? ''));
+}
+
+function outputState(rest) {
+  const [output, state] = rest.trim().split(/\s+/);
+  return [oneOf(Object.keys(TOOL_OUTPUTS), output ?? ''), onOff(state ?? '')];
 }
 
 function switchMode(rest) {

@@ -9,9 +9,13 @@ const REST_INTERVALS = 4;
 
 /** How long the machine goes on stepping after something told it to stop: a switch, the E-stop, a reset. */
 export class Stops {
-  /** @param {import('./clock.mjs').MachineClock} clock */
-  constructor(clock) {
+  /**
+   * @param {import('./clock.mjs').MachineClock} clock
+   * @param {import('./off-times.mjs').OffTimes} offTimes of the tool's outputs
+   */
+  constructor(clock, offTimes) {
     this.clock = clock;
+    this.offTimes = offTimes;
     /** Finished ones and those whose end is not known yet, in order. */
     this.all = [];
     this.open = [];
@@ -31,7 +35,7 @@ export class Stops {
   told(input) {
     const { cycles } = this.clock;
     if (cycles - this.lastCycle >= PAUSE_CYCLES || this.open.some((stop) => stop.input === input)) return;
-    const stop = { input, cycle: cycles, lastCycle: this.lastCycle, edgesAfter: 0 };
+    const stop = { input, cycle: cycles, lastCycle: this.lastCycle, edgesAfter: 0, mark: this.offTimes.mark() };
     this.all.push(stop);
     this.open.push(stop);
   }
@@ -50,14 +54,18 @@ export class Stops {
     this.#rested();
   }
 
-  /** @returns {{input: string, t_ns: number, last_edge_ns: number, latency_ns: number, edges_after: number}[]} */
+  /**
+   * @returns {{input: string, t_ns: number, last_edge_ns: number, latency_ns: number, edges_after: number,
+   *   outputs_off_ns: number | null, outputs_on_again_ns: number | null}[]}
+   */
   summary() {
-    return this.all.map(({ input, cycle, lastCycle, edgesAfter }) => ({
+    return this.all.map(({ input, cycle, lastCycle, edgesAfter, mark }) => ({
       input,
       t_ns: cycle * NANOS_PER_CYCLE,
       last_edge_ns: lastCycle * NANOS_PER_CYCLE,
       latency_ns: Math.max(0, lastCycle - cycle) * NANOS_PER_CYCLE,
       edges_after: edgesAfter,
+      ...mark.summary(),
     }));
   }
 

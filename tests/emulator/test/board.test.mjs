@@ -1,6 +1,9 @@
 import assert from 'node:assert/strict';
 import test from 'node:test';
 import { Board } from '../src/board.mjs';
+import { Console } from '../src/console.mjs';
+import { parseScript, ScriptRun } from '../src/script.mjs';
+import { Transcript } from '../src/transcript.mjs';
 import { CONDITION, irqWait, jmp, set, TO } from '../support/pio-assembly.mjs';
 
 const OPTIONS = { console: 'uart', startMm: [35, 40, 15], bounceMicros: 0, seed: 1, switches: {}, missFactor: null };
@@ -62,6 +65,50 @@ test('a bad address is a hard fault, told with its instruction', () => {
   assert.equal(board.faults[0].pc, '0x10000202');
   assert.match(board.faults[0].what, /unaligned read of address 0x3/);
   assert.equal(board.core.IPSR, 3);
+});
+
+/**
+ * Drives the tool's enable (GP14) high on cycle 14: ldr 2, movs 1, a peripheral write of 5, ldr 2, movs 1, lsls 1, and SIO's
+ * single cycles.
+ */
+const ENABLES = [
+  0x4804, // ldr r0, =IO_BANK0 GPIO14_CTRL
+  0x2105, // movs r1, #5: SIO drives the pin
+  0x6001, // str r1, [r0]
+  0x4804, // ldr r0, =SIO
+  0x2101, // movs r1, #1
+  0x0389, // lsls r1, r1, #14
+  0x6241, // str r1, [r0, #0x24]: an output
+  0x6141, // str r1, [r0, #0x14]: high
+  0xe7fe, // b .
+  0xbf00,
+  ...word(0x40014074),
+  ...word(0xd0000000),
+];
+
+test('an output that a crash leaves on is on until the chip is reset', () => {
+  const board = new Board(firmware(ENABLES), OPTIONS);
+  const changes = [];
+  board.gantry.tool.watchers.add((...change) => changes.push(change));
+  board.run(1000);
+  board.crash();
+  board.run(2000);
+  board.run(3000);
+  board.powerCycle();
+  assert.deepEqual(changes.map(([, ...change]) => change), [['enable', 1], ['enable', 0]]);
+  assert.equal(changes[0][0], 14);
+  const [crash, fault, power] = board.gantry.toolStops.summary();
+  assert.deepEqual([crash, fault, power].map(({ input }) => input), ['CRASH', 'FAULT', 'POWER']);
+  assert.deepEqual([crash.t_ns + crash.outputs_off_ns, power.outputs_off_ns], [board.nanos, 0]);
+});
+
+test('a script waits for an output of the tool, and counts on from its change', () => {
+  const board = new Board(firmware(ENABLES), OPTIONS);
+  const commands = parseScript('wait-output enable on\nwait-us 10\nwait-output enable on\nwait-output mist off\n');
+  new ScriptRun(new Console(board, new Transcript()), commands, { pollHz: 0, timeoutSeconds: 1 }).run();
+  assert.ok(board.clock.cycles >= 14 + 1250 && board.clock.cycles < 14 + 1250 + 3);
+  const never = new ScriptRun(new Console(board, new Transcript()), parseScript('wait-output mist on'), { pollHz: 0, timeoutSeconds: 0.001 });
+  assert.throws(() => never.run(), /no output mist on within 0.001 s/);
 });
 
 test('a sleeping core is woken by PIO on the cycle of its flag, and the edges between are told with theirs', () => {

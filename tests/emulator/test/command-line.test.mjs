@@ -3,6 +3,7 @@ import test from 'node:test';
 import { kindOf } from '../src/console.mjs';
 import { HELP, parseOptions } from '../src/options.mjs';
 import { differences } from '../src/position-check.mjs';
+import { ProbePlate } from '../src/probe-plate.mjs';
 import { COMMANDS, parseScript } from '../src/script.mjs';
 
 test('a script is commands with checked arguments', () => {
@@ -21,6 +22,21 @@ test('the reported position is held against the counted steps, and may be any th
   assert.deepEqual(differences(status, [52, -2, 0], [52, -2, 0]), ['X is reported at 51 steps, and 52 left the pin']);
   assert.deepEqual(differences(status, [51, -5, 0], [51, -3, 0]), ['Y is reported at -2 steps, and -5 to -3 left the pin']);
   assert.deepEqual(differences('<Idle>', [], []), ['no MPos in <Idle>']);
+});
+
+test('contacts are closed by hand, and a plate is put in the way of an axis', () => {
+  const script = parseScript('probe pressed\nhold released\nprobe-plate Z 12.5 below\nprobe-plate none\n');
+  assert.deepEqual(script.map(({ argument }) => argument), [true, false, new ProbePlate('Z', 12.5, 'below'), null]);
+  assert.throws(() => parseScript('probe-plate Z 12.5'), /nothing is none of below, above; write: probe-plate X/);
+  assert.throws(() => parseScript('probe-plate Z high above'), /high is no place in mm/);
+  assert.deepEqual(parseScript('wait-output pwm off')[0].argument, ['pwm', false]);
+  assert.throws(() => parseScript('wait-output laser on'), /none of pwm, enable/);
+  assert.throws(() => parseScript('start'), /none of pressed, released/);
+  const option = (text) => parseOptions(['--elf', 'a', '--live', '--probe-plate', text]).probePlate;
+  assert.deepEqual(option('X,-1.5,above'), new ProbePlate('X', -1.5, 'above'));
+  assert.equal(parseOptions(['--elf', 'a', '--live']).probePlate, null);
+  assert.throws(() => option('X,1'), /give an axis, a place in mm and a side/);
+  assert.throws(() => option('W,1,below'), /choose X or Y or Z/);
 });
 
 test('a wrong script line says which, what and how', () => {

@@ -8,6 +8,7 @@ import { cyclesOfMicros, MachineClock } from '../src/clock.mjs';
 import { DRIVERS, DriverTiming } from '../src/driver-timing.mjs';
 import { EdgeFile } from '../src/edge-file.mjs';
 import { LimitSwitch, seededRandom } from '../src/limit-switch.mjs';
+import { OffTimes } from '../src/off-times.mjs';
 import { HEADER, StepTrace } from '../src/step-trace.mjs';
 import { Stops } from '../src/stops.mjs';
 
@@ -124,7 +125,7 @@ function stepping(stops, clock, cycle, interval, count) {
 
 test('a stop is told with the last step before rest', () => {
   const clock = new MachineClock();
-  const stops = new Stops(clock);
+  const stops = new Stops(clock, new OffTimes(clock));
   stops.told('ESTOP');
   stepping(stops, clock, 1000, 1000, 10);
   clock.core.cycles = 10_500;
@@ -133,12 +134,12 @@ test('a stop is told with the last step before rest', () => {
   stepping(stops, clock, 11_000, 1000, 2);
   stepping(stops, clock, 1_000_000, 1000, 2);
   const nanos = (cycle) => cycle * 8;
-  assert.deepEqual(stops.summary(), [{ input: 'X_LIMIT', t_ns: nanos(10_500), last_edge_ns: nanos(12_000), latency_ns: nanos(1500), edges_after: 2 }]);
+  assert.deepEqual(stops.summary(), [{ input: 'X_LIMIT', t_ns: nanos(10_500), last_edge_ns: nanos(12_000), latency_ns: nanos(1500), edges_after: 2, outputs_off_ns: 0, outputs_on_again_ns: null }]);
 });
 
 test('a reset byte says stop if the machine still brakes for another', () => {
   const clock = new MachineClock();
-  const stops = new Stops(clock);
+  const stops = new Stops(clock, new OffTimes(clock));
   const reset = (cycle) => {
     clock.core.cycles = cycle;
     stops.reset();
@@ -157,7 +158,7 @@ test('a reset byte says stop if the machine still brakes for another', () => {
 
 test('an axis that turns has stopped before', () => {
   const clock = new MachineClock();
-  const stops = new Stops(clock);
+  const stops = new Stops(clock, new OffTimes(clock));
   stepping(stops, clock, 1000, 1000, 10);
   stops.told('RESET');
   stops.turn();

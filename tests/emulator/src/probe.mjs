@@ -1,0 +1,73 @@
+import { NANOS_PER_CYCLE } from './clock.mjs';
+import { AXES } from './pins.mjs';
+
+/** The probe: a contact to ground that a plate closes, or a hand. It keeps the steps at which it closed and opened. */
+export class Probe {
+  #clock;
+  #carriages;
+  #onLevel;
+  #plate = null;
+  #touched = false;
+  #pressed = false;
+  #closed = false;
+  #contacts = [];
+  #releases = [];
+  #last = null;
+
+  /**
+   * @param {import('./clock.mjs').MachineClock} clock
+   * @param {Record<string, import('./carriage.mjs').Carriage>} carriages
+   * @param {(high: boolean) => void} onLevel
+   */
+  constructor(clock, carriages, onLevel) {
+    this.#clock = clock;
+    this.#carriages = carriages;
+    this.#onLevel = onLevel;
+  }
+
+  /** Puts a plate where it is to be touched, or takes it away. @param {import('./probe-plate.mjs').ProbePlate | null} plate */
+  setPlate(plate) {
+    this.#plate = plate;
+    this.#touch(plate?.axis ?? null);
+  }
+
+  /** Closes the contact by hand, or lets go of it. */
+  press(pressed) {
+    this.#pressed = pressed;
+    this.#settle(null);
+  }
+
+  /** A carriage has moved by a step. */
+  step(axis) {
+    if (this.#plate === null) return;
+    // Another axis may step on the cycle of a contact.
+    if (this.#last?.cycle === this.#clock.cycles) this.#last.position = this.#positions();
+    if (axis === this.#plate.axis) this.#touch(axis);
+  }
+
+  summary() {
+    return { closed: this.#closed, plate: this.#plate, contacts: this.#contacts.map(changeSummary), releases: this.#releases.map(changeSummary) };
+  }
+
+  #touch(axis) {
+    this.#touched = this.#plate !== null && this.#plate.touches(this.#carriages[this.#plate.axis].placeMm);
+    this.#settle(axis);
+  }
+
+  #settle(axis) {
+    const closed = this.#touched || this.#pressed;
+    if (closed === this.#closed) return;
+    this.#closed = closed;
+    this.#last = { cycle: this.#clock.cycles, axis, position: this.#positions() };
+    (closed ? this.#contacts : this.#releases).push(this.#last);
+    this.#onLevel(!closed);
+  }
+
+  #positions() {
+    return AXES.map((axis) => this.#carriages[axis].positionSteps);
+  }
+}
+
+function changeSummary({ cycle, axis, position }) {
+  return { t_ns: cycle * NANOS_PER_CYCLE, axis, position_steps: position };
+}

@@ -1,0 +1,77 @@
+import { OffTimes } from './off-times.mjs';
+import { OnTime } from './on-time.mjs';
+import { TOOL_OUTPUTS } from './pins.mjs';
+import { FUNCTION_PWM } from './pwm.mjs';
+
+const OVERRIDE = { none: 0, invert: 1, low: 2 };
+/** A duty is told to a millionth. */
+const PARTS = 1e6;
+
+/** What hangs on the tool's outputs sees of them: what the chip's pads say. A pad that the chip does not drive is off. */
+export class ToolOutputs {
+  #clock;
+  #chip = null;
+  #changes = 0;
+  #values = Object.fromEntries(Object.keys(TOOL_OUTPUTS).map((output) => [output, 0]));
+  #onTime = new OnTime();
+
+  /** @param {import('./clock.mjs').MachineClock} clock */
+  constructor(clock) {
+    this.#clock = clock;
+    this.offTimes = new OffTimes(clock);
+    /** Called with (cycle, output, value) at every change: a duty from 0 to 1, or 0 or 1. */
+    this.watchers = new Set();
+  }
+
+  /** Solders the tool to a chip that has just been powered or reset. */
+  attach(chip) {
+    this.#chip = chip;
+    for (const [output, index] of Object.entries(TOOL_OUTPUTS)) this.#follow(output, chip.gpio[index]);
+  }
+
+  /** A rising edge of STEP. */
+  step(cycle) {
+    this.#onTime.step(cycle);
+  }
+
+  /** The values as they are now, by name. */
+  get values() {
+    return { ...this.#values };
+  }
+
+  summary() {
+    return { changes: this.#changes, ...this.#onTime.summary(this.#clock.cycles), ...this.#values };
+  }
+
+  /** A pin's level may stay as it is when its duty changes, so every reason to look is one here. */
+  #follow(output, pin) {
+    const { checkForUpdates } = pin;
+    const look = () => this.#look(output, pin);
+    pin.checkForUpdates = () => {
+      checkForUpdates.call(pin);
+      look();
+    };
+    // PIO shows its levels past checkForUpdates.
+    pin.addListener(look);
+    look();
+  }
+
+  #look(output, pin) {
+    const value = Math.round(this.#dutyOf(pin) * PARTS) / PARTS;
+    if (value === this.#values[output]) return;
+    const { cycles } = this.#clock;
+    this.#values[output] = value;
+    this.#changes += 1;
+    if (output === 'pwm') this.#onTime.set(value > 0, cycles);
+    this.offTimes.set(Object.values(this.#values).some((each) => each > 0), cycles);
+    for (const watch of this.watchers) watch(cycles, output, value);
+  }
+
+  #dutyOf(pin) {
+    if (!pin.outputEnable || pin.outputDisable) return 0;
+    if (pin.functionSelect !== FUNCTION_PWM) return Number(pin.outputValue);
+    const duty = this.#chip.pwm.dutyOf(pin.index);
+    if (pin.outputOverride === OVERRIDE.none) return duty;
+    return pin.outputOverride === OVERRIDE.invert ? 1 - duty : Number(pin.outputOverride !== OVERRIDE.low);
+  }
+}
