@@ -1,4 +1,4 @@
-//! A firmware that cannot go on, or makes way for another, leaves the machine still: no step, motors off, then a restart.
+//! A firmware that cannot go on, or makes way for another, leaves the machine still: no step, motors and tool off, then a restart.
 //!
 //! # Design
 //! The state machines are halted, and STEP given back to SIO, whose latches take effect in one cycle and need no owner,
@@ -13,7 +13,7 @@ use core::sync::atomic::{AtomicBool, Ordering};
 use cortex_m_rt::{ExceptionFrame, exception};
 use embassy_rp::{pac, rom_data};
 
-use crate::pins;
+use crate::{pins, tool};
 
 /// Why the chip restarted.
 #[derive(Clone, Copy, PartialEq, Eq, defmt::Format)]
@@ -68,9 +68,10 @@ const MARK_RUNNING: u32 = 0x52_55_4E_53;
 /// Of the boot loader: the drive, and picotool's.
 const ALL_INTERFACES: u32 = 0;
 
-/// STEP low and ENABLE off, without asking who owns the pins.
-fn stop_motors() {
+/// STEP low, ENABLE and the tool off, without asking who owns the pins.
+fn stop_all() {
     cortex_m::interrupt::disable();
+    tool::brake(true);
     pac::PIO0.ctrl().write_value(pac::pio::regs::Ctrl(0));
     let latch = pac::SIO.gpio_out(0);
     latch.value_clr().write_value(pins::STEP_MASK);
@@ -88,7 +89,7 @@ fn mark(cause: u32) {
 
 /// Leaves for the boot loader in the ROM, which restarts the chip with all pins free and is the USB drive RPI-RP2 then.
 pub fn start_boot_loader() -> ! {
-    stop_motors();
+    stop_all();
     rom_data::reset_to_usb_boot(pins::LED_MASK, ALL_INTERFACES);
     await_watchdog()
 }
@@ -101,7 +102,7 @@ fn await_watchdog() -> ! {
 
 #[panic_handler]
 fn panic(info: &PanicInfo) -> ! {
-    stop_motors();
+    stop_all();
     mark(MARK_PANIC);
     defmt::error!("{}", defmt::Display2Format(info));
     await_watchdog()
@@ -110,7 +111,7 @@ fn panic(info: &PanicInfo) -> ! {
 // SAFETY: the handler reads the frame it is given, writes registers and never returns.
 #[exception]
 unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
-    stop_motors();
+    stop_all();
     mark(MARK_HARD_FAULT);
     defmt::error!("hard fault at {=u32:#010x}, called from {=u32:#010x}", frame.pc(), frame.lr());
     await_watchdog()

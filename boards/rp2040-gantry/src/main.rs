@@ -22,6 +22,7 @@ mod priority;
 mod reset_listener;
 #[cfg(feature = "timer-port")]
 mod timer_port;
+mod tool;
 mod touch;
 mod uart;
 mod usb;
@@ -60,6 +61,7 @@ async fn main(spawner: Spawner) {
     // Before anything looks at the settings, or moves.
     controller.load().await;
     motion::spawn_switches(switches, machine, board.switches);
+    motion::spawn_tool(switches, machine, board.tool, board.controls);
     motion::spawn_coordinator(spawner, machine, board.enable);
     console::spawn(spawner, controller, restart, usb::open(spawner, board.usb), uart::open(board.uart));
     spawner.spawn(boot::make_way(machine, controller).unwrap());

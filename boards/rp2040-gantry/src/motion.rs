@@ -3,15 +3,16 @@
 use embassy_executor::{SendSpawner, Spawner};
 use embassy_rp::gpio::{Input, Output};
 use isostep_motion::coordinator::{self, Path};
-use isostep_motion::{Axis, DriverTiming, Event, Machine, axis, limit};
+use isostep_motion::{Axis, DriverTiming, Event, Machine, axis, buttons, limit, tool};
 use static_cell::ConstStaticCell;
 
 use crate::guard;
-use crate::pins::{StepPins, SwitchPins};
+use crate::pins::{ControlPins, StepPins, SwitchPins, ToolPins};
 #[cfg(not(feature = "timer-port"))]
 use crate::pio_port as port;
 #[cfg(feature = "timer-port")]
 use crate::timer_port as port;
+use crate::tool::Tool;
 
 /// The drivers on the gantry.
 const DRIVERS: DriverTiming = if cfg!(feature = "tmc2209") { DriverTiming::TMC2209 } else { DriverTiming::DRV8825 };
@@ -32,6 +33,14 @@ pub fn spawn_switches(spawner: SendSpawner, machine: &'static Machine, pins: Swi
     guard::start(machine, pins.pio);
 }
 
+/// Spawns what switches the tool, and hears the probe and the buttons.
+pub fn spawn_tool(spawner: SendSpawner, machine: &'static Machine, pins: ToolPins, controls: ControlPins) {
+    spawner.spawn(run_tool(machine, Tool::new(pins)).unwrap());
+    spawner.spawn(watch_probe(machine, controls.probe).unwrap());
+    spawner.spawn(watch_hold(machine, controls.hold).unwrap());
+    spawner.spawn(watch_start(machine, controls.start).unwrap());
+}
+
 /// Spawns what plans ahead, in thread mode.
 pub fn spawn_coordinator(spawner: Spawner, machine: &'static Machine, enable: Output<'static>) {
     spawner.spawn(coordinate(machine, enable).unwrap());
@@ -50,6 +59,26 @@ async fn watch_limit(machine: &'static Machine, axis: Axis, input: Input<'static
 #[embassy_executor::task]
 async fn watch_emergency_stop(machine: &'static Machine, input: Input<'static>) -> ! {
     limit::watch_emergency_stop(machine, input).await
+}
+
+#[embassy_executor::task]
+async fn run_tool(machine: &'static Machine, port: Tool) -> ! {
+    tool::run(machine, port).await
+}
+
+#[embassy_executor::task]
+async fn watch_probe(machine: &'static Machine, input: Input<'static>) -> ! {
+    buttons::watch_probe(machine, input).await
+}
+
+#[embassy_executor::task]
+async fn watch_hold(machine: &'static Machine, input: Input<'static>) -> ! {
+    buttons::watch_hold(machine, input).await
+}
+
+#[embassy_executor::task]
+async fn watch_start(machine: &'static Machine, input: Input<'static>) -> ! {
+    buttons::watch_start(machine, input).await
 }
 
 #[embassy_executor::task]

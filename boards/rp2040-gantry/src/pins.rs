@@ -6,7 +6,7 @@ use embassy_rp::gpio::{Input, Level, Output, Pull};
 #[cfg(not(feature = "timer-port"))]
 use embassy_rp::peripherals::{DMA_CH0, DMA_CH1, DMA_CH2, DMA_CH3, DMA_CH4, DMA_CH5, PIO0};
 use embassy_rp::peripherals::{
-    FLASH, PIN_0, PIN_1, PIN_2, PIN_3, PIN_4, PIN_5, PIN_6, PIN_7, PIO1, UART0, USB, WATCHDOG,
+    FLASH, PIN_0, PIN_1, PIN_2, PIN_3, PIN_4, PIN_5, PIN_6, PIN_7, PIN_13, PIO1, PWM_SLICE6, UART0, USB, WATCHDOG,
 };
 use isostep_motion::AXES;
 
@@ -17,6 +17,12 @@ pub const STEP_MASK: u32 = 1 << STEP[0] | 1 << STEP[1] | 1 << STEP[2];
 pub const LIMIT_X: u8 = 9;
 /// GP8, active low.
 pub const ENABLE_MASK: u32 = 1 << 8;
+/// GP13: of PWM slice 6, the second output.
+pub const TOOL_PWM: usize = 13;
+/// GP14 to GP17: the other outputs of the tool.
+pub const TOOL_SWITCHES: core::ops::Range<usize> = 14..18;
+/// GP18.
+pub const PROBE: usize = 18;
 /// GP25.
 pub const LED_MASK: u32 = 1 << 25;
 
@@ -56,6 +62,23 @@ pub struct SwitchPins {
     pub pio: Peri<'static, PIO1>,
 }
 
+/// The outputs of the tool, active high.
+pub struct ToolPins {
+    pub slice: Peri<'static, PWM_SLICE6>,
+    pub pwm: Peri<'static, PIN_13>,
+    pub enable: Output<'static>,
+    pub direction: Output<'static>,
+    pub flood: Output<'static>,
+    pub mist: Output<'static>,
+}
+
+/// Inputs to ground: the probe, and the buttons of feed hold and cycle start.
+pub struct ControlPins {
+    pub probe: Input<'static>,
+    pub hold: Input<'static>,
+    pub start: Input<'static>,
+}
+
 /// The wired console.
 pub struct UartPins {
     pub uart: Peri<'static, UART0>,
@@ -69,6 +92,8 @@ pub struct Board {
     pub switches: SwitchPins,
     /// Low energises the motors.
     pub enable: Output<'static>,
+    pub tool: ToolPins,
+    pub controls: ControlPins,
     pub led: Output<'static>,
     pub usb: Peri<'static, USB>,
     pub uart: UartPins,
@@ -77,7 +102,7 @@ pub struct Board {
 }
 
 impl Board {
-    /// Motors off, no step, switches pulled up.
+    /// Motors off, no step, the tool off, switches pulled up.
     pub fn new(p: Peripherals) -> Self {
         Self {
             // First, so that the drivers are off as early as can be.
@@ -98,6 +123,19 @@ impl Board {
                 limits: [Input::new(p.PIN_9, Pull::Up), Input::new(p.PIN_10, Pull::Up), Input::new(p.PIN_11, Pull::Up)],
                 emergency_stop: Input::new(p.PIN_12, Pull::Up),
                 pio: p.PIO1,
+            },
+            tool: ToolPins {
+                slice: p.PWM_SLICE6,
+                pwm: p.PIN_13,
+                enable: Output::new(p.PIN_14, Level::Low),
+                direction: Output::new(p.PIN_15, Level::Low),
+                flood: Output::new(p.PIN_16, Level::Low),
+                mist: Output::new(p.PIN_17, Level::Low),
+            },
+            controls: ControlPins {
+                probe: Input::new(p.PIN_18, Pull::Up),
+                hold: Input::new(p.PIN_19, Pull::Up),
+                start: Input::new(p.PIN_20, Pull::Up),
             },
             led: Output::new(p.PIN_25, Level::Low),
             usb: p.USB,

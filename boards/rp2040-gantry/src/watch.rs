@@ -13,7 +13,7 @@ use embassy_rp::watchdog::Watchdog;
 use embassy_time::{Duration, Timer};
 use isostep_motion::Machine;
 
-use crate::fail_still;
+use crate::{fail_still, tool};
 
 /// Many times what planning or a full console holds the thread-mode executor for.
 const TIMEOUT: Duration = Duration::from_millis(1_000);
@@ -45,7 +45,9 @@ async fn feed(machine: &'static Machine, mut watchdog: Watchdog) -> ! {
     let mut seen = BEATS.load(Ordering::Relaxed);
     loop {
         Timer::after(CHECK).await;
-        fail_still::set_enable_inverted(machine.config().enable_inverted);
+        let config = machine.config();
+        fail_still::set_enable_inverted(config.enable_inverted);
+        tool::pull_probe_up(config.probe_pulled_up);
         let beats = BEATS.load(Ordering::Relaxed);
         if beats != seen {
             watchdog.feed(TIMEOUT);

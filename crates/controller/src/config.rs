@@ -12,6 +12,7 @@ const IDLE_DELAY_FOREVER_MS: u16 = 255;
 
 /// Of `$6`.
 const PROBE_INVERTED: u16 = 1;
+const PROBE_NOT_PULLED_UP: u16 = 2;
 
 /// What `settings` mean to the coordinator. Whether they work is [`Config::check`]'s to say.
 #[must_use]
@@ -33,6 +34,7 @@ pub fn config(settings: &Settings) -> Config {
             .then(|| Duration::from_millis(settings.idle_delay_ms.into())),
         tool: crate::tool::config(settings),
         probe_inverted: settings.probe_mask & PROBE_INVERTED != 0,
+        probe_pulled_up: settings.probe_mask & PROBE_NOT_PULLED_UP == 0,
         hold_is_door: settings.hold_input_is_door,
         homing: HomingConfig {
             order: settings.homing_order().map(|index| Axis::ALL[index]),

@@ -38,6 +38,8 @@ pub struct Config {
     pub tool: ToolConfig,
     /// The probe's input is high, rather than low, while it touches.
     pub probe_inverted: bool,
+    /// The board pulls the probe's input up; otherwise the probe drives both levels.
+    pub probe_pulled_up: bool,
     /// The input of the feed hold is the safety door's switch, low while the door is open.
     pub hold_is_door: bool,
     /// How to home.

@@ -311,6 +311,7 @@ impl Machine {
 
     /// What it is doing.
     #[must_use]
+    #[inline(never)]
     pub fn state(&self) -> State {
         self.state.try_get().unwrap_or(State::Idle)
     }
@@ -523,18 +524,23 @@ impl Machine {
         self.with(|inner| {
             let (state, pending) = (self.state(), inner.pending);
             let (next, result) = change(inner, state);
-            let is_emptied = pending > 0 && inner.pending == 0 && !matches!(next, State::Alarm(_));
-            if next != state || is_emptied {
-                self.set_state(next);
-            }
-            if next != state || is_emptied {
-                if next != state && matches!(next, State::Alarm(_)) {
-                    self.cut_outputs(inner);
-                }
-                self.tool.ask();
-            }
+            self.enter(inner, next, next != state, pending > 0 && inner.pending == 0);
             result
         })
+    }
+
+    /// The state is `next`, which is another or is not; nothing is pending any more. Not inlined: it would be once for each of
+    /// those who change the state.
+    #[inline(never)]
+    fn enter(&self, inner: &mut Inner, next: State, is_other: bool, is_emptied: bool) {
+        let is_alarm = matches!(next, State::Alarm(_));
+        if is_other || is_emptied && !is_alarm {
+            self.set_state(next);
+            self.tool.ask();
+        }
+        if is_other && is_alarm {
+            self.cut_outputs(inner);
+        }
     }
 
     /// In a critical section. Not inlined: on a chip the caller's code may lie in slow memory, and this crate's does not.

@@ -1,0 +1,105 @@
+//! The tool's outputs: a PWM slice, four pins, and a brake that needs neither.
+//!
+//! # Design
+//! A pad can be forced low whatever drives it. That is the brake: five registers, written in any context, after which nothing
+//! that the slice or a task does reaches the tool, until it is released. A core that hangs keeps its outputs as they are until
+//! the watchdog resets the chip: a second at most.
+//!
+//! Duty is buffered by the hardware until the period ends. For a level that belongs to a step that is too late, up to 200 us at
+//! 5 kHz: so the period is ended there and then, by setting the counter to its end.
+
+use embassy_rp::gpio::Output;
+use embassy_rp::pac;
+use embassy_rp::pac::io::vals::Outover;
+use embassy_rp::pwm::{Config, Pwm};
+use isostep_motion::{Brake, Switches, ToolPort};
+
+use crate::pins::{self, ToolPins};
+
+const CLOCK_HZ: u32 = 125_000_000;
+const SLICE: usize = 6;
+/// What a counter of 16 bits, compared with one more than its end, leaves room for.
+const PERIOD_MAX: u32 = 65_535;
+
+/// Of a pin: SIO drives it, or the PWM slice.
+const SIO_FUNCTION: u8 = 5;
+const PWM_FUNCTION: u8 = 4;
+
+/// The outputs of the tool.
+pub struct Tool {
+    _slice: Pwm<'static>,
+    enable: Output<'static>,
+    direction: Output<'static>,
+    flood: Output<'static>,
+    mist: Output<'static>,
+    /// Of the counter, ticks.
+    period: u32,
+    duty: u16,
+}
+
+impl Tool {
+    /// All off.
+    pub fn new(pins: ToolPins) -> Self {
+        let ToolPins { slice, pwm, enable, direction, flood, mist } = pins;
+        let config = Config::default();
+        let period = u32::from(config.top) + 1;
+        let slice = Pwm::new_output_b(slice, pwm, config);
+        Self { _slice: slice, enable, direction, flood, mist, period, duty: 0 }
+    }
+
+    fn compare(&self) {
+        // Full is one more than the counter's end: always high.
+        let ticks = (self.period * u32::from(self.duty)).div_ceil(u32::from(u16::MAX));
+        pac::PWM.ch(SLICE).cc().write(|compare| compare.set_b(ticks as u16));
+    }
+}
+
+impl ToolPort for Tool {
+    fn brake(&self) -> Brake {
+        brake
+    }
+
+    fn switch(&mut self, switches: Switches) {
+        let Switches { enable, counter_clockwise, flood, mist } = switches;
+        // The direction before what turns.
+        self.direction.set_level(counter_clockwise.into());
+        self.enable.set_level(enable.into());
+        self.flood.set_level(flood.into());
+        self.mist.set_level(mist.into());
+    }
+
+    fn set_frequency(&mut self, hz: u32) {
+        let divider = CLOCK_HZ.div_ceil(hz * PERIOD_MAX).clamp(1, 255);
+        self.period = (CLOCK_HZ / (divider * hz)).clamp(1, PERIOD_MAX);
+        let slice = pac::PWM.ch(SLICE);
+        slice.div().write(|div| div.set_int(divider as u8));
+        slice.top().write(|top| top.set_top((self.period - 1) as u16));
+        self.compare();
+    }
+
+    fn set_duty(&mut self, duty: u16, anew: bool) {
+        self.duty = duty;
+        self.compare();
+        if anew {
+            pac::PWM.ch(SLICE).ctr().write(|counter| counter.set_ctr((self.period - 1) as u16));
+        }
+    }
+}
+
+/// Forces all outputs of the tool low, or no more. Callers take turns: it is called in critical sections.
+pub fn brake(engaged: bool) {
+    let over = if engaged { Outover::LOW } else { Outover::NORMAL };
+    let force = |pin: usize, function| {
+        pac::IO_BANK0.gpio(pin).ctrl().write(|ctrl| {
+            ctrl.set_funcsel(function);
+            ctrl.set_outover(over);
+        });
+    };
+    force(pins::TOOL_PWM, PWM_FUNCTION);
+    pins::TOOL_SWITCHES.for_each(|pin| force(pin, SIO_FUNCTION));
+}
+
+/// Pulls the probe's input up, or leaves it to the probe.
+pub fn pull_probe_up(up: bool) {
+    pac::PADS_BANK0.gpio(pins::PROBE).modify(|pad| pad.set_pue(up));
+}
