@@ -12,6 +12,7 @@ use embassy_rp::gpio::Output;
 use embassy_rp::pac;
 use embassy_rp::pac::io::vals::Outover;
 use embassy_rp::pwm::{Config, Pwm};
+use embassy_time::Duration;
 use isostep_motion::{Brake, Switches, ToolPort};
 
 use crate::pins::{self, ToolPins};
@@ -20,6 +21,9 @@ const CLOCK_HZ: u32 = 125_000_000;
 const SLICE: usize = 6;
 /// What a counter of 16 bits, compared with one more than its end, leaves room for.
 const PERIOD_MAX: u32 = 65_535;
+
+/// From the alarm to the duty, 8 to 15 us in the emulator: the least of it.
+const LEAD: Duration = Duration::from_micros(8);
 
 /// Of a pin: SIO drives it, or the PWM slice.
 const SIO_FUNCTION: u8 = 5;
@@ -75,6 +79,10 @@ impl ToolPort for Tool {
         slice.div().write(|div| div.set_int(divider as u8));
         slice.top().write(|top| top.set_top((self.period - 1) as u16));
         self.compare();
+    }
+
+    fn lead(&self) -> Duration {
+        LEAD
     }
 
     fn set_duty(&mut self, duty: u16, anew: bool) {

@@ -96,6 +96,9 @@ pub trait ToolPort {
     /// Gives the PWM output another frequency, Hz; its duty stays.
     fn set_frequency(&mut self, hz: u32);
 
+    /// How long before an instant its task is to be woken, so that a duty changes at it: what waking takes on the whole.
+    fn lead(&self) -> Duration;
+
     /// Gives the PWM output another duty, of 65,535. `anew` begins a period with it now; otherwise the present one ends first.
     fn set_duty(&mut self, duty: u16, anew: bool);
 }
@@ -119,7 +122,7 @@ pub(crate) type StretchQueue = Channel<CriticalSectionRawMutex, Stretch, QUEUE_S
 const UPDATE: Duration = Duration::from_micros(500);
 
 /// A stretch begins a PWM period if it holds so many of them: a shorter one would make it brighter.
-const PERIODS_MIN: u64 = 2;
+const PERIODS_MIN: u32 = 2;
 
 /// Does with the outputs what the machine's state says, for ever. Spawn it at a priority that few delay: a level is as late as
 /// this task is. A miss makes a move's first steps with the level before, and no more.
@@ -132,14 +135,12 @@ pub async fn run(machine: &Machine, mut port: impl ToolPort) -> ! {
     loop {
         let wanted = machine.tool_wanted();
         state.switch(&wanted, &mut port);
-        if !wanted.config.laser {
-            state.set(wanted.level(wanted.outputs.level), true, &wanted, machine, &mut port);
-        } else if state.stretch.is_none() || wanted.outputs.spindle == Spindle::Off {
-            state.set(Level::ZERO, true, &wanted, machine, &mut port);
-        }
+        // Of a laser only what is told of a move.
+        let asked = if wanted.config.laser { state.asked } else { wanted.outputs.level };
+        state.set(asked, &wanted, machine, &mut port);
         machine.release_tool(wanted.stops);
         if wanted.config.laser {
-            select(machine.wait_tool(), shine(machine, &mut state, &mut port)).await;
+            select(machine.wait_tool(), shine(&wanted, machine, &mut state, &mut port)).await;
         } else {
             machine.wait_tool().await;
         }
@@ -170,7 +171,9 @@ struct Driven {
     switches: Switches,
     pwm_hz: u32,
     duty: u16,
-    /// The stretch under way.
+    /// The level that was asked for.
+    asked: Level,
+    /// The stretch under way, or the next.
     stretch: Option<Stretch>,
 }
 
@@ -193,8 +196,13 @@ impl Driven {
         }
     }
 
-    fn set(&mut self, level: Level, anew: bool, wanted: &ToolWanted, machine: &Machine, port: &mut impl ToolPort) {
-        let duty = wanted.config.duties.duty(level);
+    fn set(&mut self, asked: Level, wanted: &ToolWanted, machine: &Machine, port: &mut impl ToolPort) {
+        self.give(Prepared::of(asked, wanted), true, machine, port);
+    }
+
+    fn give(&mut self, prepared: Prepared, anew: bool, machine: &Machine, port: &mut impl ToolPort) {
+        let Prepared { asked, level, duty } = prepared;
+        self.asked = asked;
         if self.duty != duty {
             self.duty = duty;
             port.set_duty(duty, anew);
@@ -203,47 +211,49 @@ impl Driven {
     }
 }
 
-/// Makes the stretches of a laser.
+/// A level that is asked for, what becomes of it, and its duty.
+struct Prepared {
+    asked: Level,
+    level: Level,
+    duty: u16,
+}
+
+impl Prepared {
+    fn of(asked: Level, wanted: &ToolWanted) -> Self {
+        let level = wanted.level(asked);
+        Self { asked, level, duty: wanted.config.duties.duty(level) }
+    }
+}
+
+/// Makes the stretches of a laser. What it needs for a level is reckoned before its instant.
 ///
 /// # Cancellation
-/// Safe: the one under way is kept, and goes on with the next call.
-async fn shine(machine: &Machine, state: &mut Driven, port: &mut impl ToolPort) {
+/// Safe: the stretch under way is kept, and goes on with the next call.
+async fn shine(wanted: &ToolWanted, machine: &Machine, state: &mut Driven, port: &mut impl ToolPort) {
+    let lead = port.lead();
+    let lasting = Duration::from_hz(u64::from(wanted.config.pwm_hz)) * PERIODS_MIN;
     loop {
         let stretch = match state.stretch {
             Some(stretch) => stretch,
             None => *state.stretch.insert(machine.stretches().receive().await),
         };
-        Timer::at(stretch.begin).await;
-        let wanted = machine.tool_wanted();
-        let period = Duration::from_hz(u64::from(wanted.config.pwm_hz));
-        let anew = stretch.end >= stretch.begin + period * PERIODS_MIN as u32;
-        make(&stretch, &wanted, anew, machine, state, port).await;
-        state.stretch = machine.stretches().try_receive().ok();
-        if state.stretch.is_none_or(|next| next.begin > stretch.end) {
-            state.set(Level::ZERO, true, &wanted, machine, port);
+        let mut from = Instant::now().max(stretch.begin);
+        let mut anew = from == stretch.begin && stretch.end >= stretch.begin + lasting;
+        while from < stretch.end {
+            // A level that changes is set to what it is in the midst of the time that it is set for.
+            let until = if stretch.from == stretch.to { stretch.end } else { stretch.end.min(from + UPDATE) };
+            let asked = stretch.level_at(from + (until - from) / 2);
+            let prepared = Prepared::of(asked, wanted);
+            Timer::at(from - lead).await;
+            state.give(prepared, anew, machine, port);
+            (from, anew) = (until, false);
         }
-    }
-}
-
-async fn make(
-    stretch: &Stretch,
-    wanted: &ToolWanted,
-    anew: bool,
-    machine: &Machine,
-    state: &mut Driven,
-    port: &mut impl ToolPort,
-) {
-    let mut anew = anew;
-    loop {
-        let now = Instant::now().max(stretch.begin);
-        if now >= stretch.end {
-            return;
+        let next = machine.stretches().try_receive().ok();
+        if next.is_none_or(|next| next.begin > stretch.end) {
+            Timer::at(stretch.end - lead).await;
+            state.set(Level::ZERO, wanted, machine, port);
         }
-        // A level that changes is set to what it is in the midst of the time that it is set for.
-        let until = if stretch.from == stretch.to { stretch.end } else { stretch.end.min(now + UPDATE) };
-        state.set(wanted.level(stretch.level_at(now + (until - now) / 2)), anew, wanted, machine, port);
-        anew = false;
-        Timer::at(until).await;
+        state.stretch = next;
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use embassy_time::Duration;
 use isostep_motion::{Axis, Brake, Switches, ToolPort};
 
 use crate::world::Shared;
@@ -88,6 +89,10 @@ impl ToolPort for SimTool {
     }
 
     fn set_frequency(&mut self, _hz: u32) {}
+
+    fn lead(&self) -> Duration {
+        Duration::MIN
+    }
 
     fn set_duty(&mut self, duty: u16, _anew: bool) {
         self.set(ToolOutput::Pwm, duty);

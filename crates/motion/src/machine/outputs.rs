@@ -31,7 +31,8 @@ impl ToolLink {
         }
     }
 
-    /// Has the task look at what is asked of the outputs.
+    /// Has the task look at what is asked of the outputs. Not inlined, as [`Machine::with`].
+    #[inline(never)]
     pub fn ask(&self) {
         self.asked.signal(());
     }
