@@ -90,7 +90,11 @@ impl<F: NorFlash> Controller<'_, F> {
             yield_now().await;
         }
         match command {
-            Command::Block(block) | Command::SetStartup { block, .. } => self.block(block, text, out).await?,
+            Command::Block(block) => {
+                self.block(block, text, out).await?;
+                return Ok(After::NextLine);
+            }
+            Command::SetStartup { block, .. } => self.block(block, text, out).await?,
             Command::Jog(jog) => self.jog(jog).await?,
             Command::Home { axis } => self.home(axis, out).await?,
             Command::Buzz { axis } => self.buzz(Axis::ALL[axis], text).await?,

@@ -18,6 +18,13 @@ use crate::output::{Message, Output};
 const BUZZES: usize = 10;
 const BUZZ_MM_S: f64 = 5.0;
 
+/// A place of an axis that is outside its travel, steps.
+#[derive(Clone, Copy)]
+pub(crate) struct Beyond {
+    axis: Axis,
+    place_steps: i32,
+}
+
 impl<F: NorFlash> Controller<'_, F> {
     /// Carries out a block that the interpreter has taken. `text` is empty: what there is to say before the answer is left in it.
     pub(crate) async fn block(&self, block: Block, text: &mut Message, out: &Output) -> Result<(), Error> {
@@ -153,7 +160,11 @@ impl<F: NorFlash> Controller<'_, F> {
 
     async fn go_to(&self, leg: Move, line: u32, checks: bool, text: &mut Message) -> Result<(), Error> {
         let Move { target_mm, rate, arc, exact_stop } = leg;
-        let target_steps = self.target_steps(target_mm, arc, text).await?;
+        let (target_steps, beyond) = self.target_steps(target_mm, arc);
+        if let Some(beyond) = beyond {
+            let mut refusal = pin!(self.refuse_target(beyond, arc.is_some(), text));
+            return Err(poll_fn(|context| poll_aside(refusal.as_mut(), context)).await);
+        }
         if checks {
             return Ok(());
         }
@@ -168,27 +179,23 @@ impl<F: NorFlash> Controller<'_, F> {
         }
     }
 
-    /// A target in steps, if the way there is within the travel.
-    pub(crate) async fn target_steps(
-        &self,
-        target_mm: [f32; AXES],
-        arc: Option<Arc>,
-        text: &mut Message,
-    ) -> Result<[i32; AXES], Error> {
+    /// A target in steps; and what of the way there is outside the travel.
+    pub(crate) fn target_steps(&self, target_mm: [f32; AXES], arc: Option<Arc>) -> ([i32; AXES], Option<Beyond>) {
         let target_steps = self.steps(target_mm);
         // A straight way is within the travel if its end is, an arc if its box is.
         let places_steps = arc.map_or([target_steps; 2], |arc| self.bounds_steps(&arc));
-        let beyond = places_steps.into_iter().find_map(|place| self.beyond_travel(place).map(|axis| (axis, place)));
-        if let Some((axis, place_steps)) = beyond {
-            // Locks the machine once the moves before it have ended: they are good, and so no step is lost.
-            self.settled().await?;
-            self.refuse_target(axis, place_steps[axis as usize], arc.is_some(), text);
-            return Err(Error::Locked);
-        }
-        Ok(target_steps)
+        let beyond = places_steps.into_iter().find_map(|place_steps| {
+            self.beyond_travel(place_steps).map(|axis| Beyond { axis, place_steps: place_steps[axis as usize] })
+        });
+        (target_steps, beyond)
     }
 
-    fn refuse_target(&self, axis: Axis, place_steps: i32, is_of_arc: bool, text: &mut Message) {
+    /// Locks the machine once the moves before have ended: they are good, and so no step is lost.
+    pub(crate) async fn refuse_target(&self, beyond: Beyond, is_of_arc: bool, text: &mut Message) -> Error {
+        let Beyond { axis, place_steps } = beyond;
+        if let Err(error) = self.settled().await {
+            return error;
+        }
         self.machine.raise(Alarm::SoftLimit { axis });
         self.follow_machine();
         let config = self.machine.config();
@@ -199,6 +206,7 @@ impl<F: NorFlash> Controller<'_, F> {
         text.tell(format_args!(
             "{whose}{axis}{asked} is outside the travel, {min} to {max} mm: correct the program, then $X"
         ));
+        Error::Locked
     }
 
     fn steps(&self, target_mm: [f32; AXES]) -> [i32; AXES] {

@@ -113,7 +113,10 @@ impl<F: NorFlash> Controller<'_, F> {
     /// that ends in an alarm.
     pub(crate) async fn probe(&self, probe: Probe, line: u32, checks: bool, text: &mut Message) -> Result<(), Error> {
         let Probe { target_mm, mm_min, away, must } = probe;
-        let target_steps = self.target_steps(target_mm, None, text).await?;
+        let (target_steps, beyond) = self.target_steps(target_mm, None);
+        if let Some(beyond) = beyond {
+            return Err(self.refuse_target(beyond, false, text).await);
+        }
         if checks {
             return Ok(());
         }
