@@ -26,6 +26,30 @@ pub struct Run {
     pub figures: Value,
     /// Every STEP edge.
     pub edges: Vec<Edge>,
+    /// Every change of the tool's outputs.
+    pub outputs: Vec<OutputChange>,
+}
+
+/// A change of one of the tool's outputs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OutputChange {
+    /// When, since power-up.
+    pub t_ns: f64,
+    /// `pwm`, `enable`, `direction`, `flood` or `mist`.
+    pub output: String,
+    /// The duty of `pwm`, of the others 0 or 1.
+    pub value: f64,
+}
+
+impl OutputChange {
+    /// Of a row below the header.
+    fn read(row: &str) -> Self {
+        let mut fields = row.split(',');
+        let mut next = || fields.next().expect("three fields");
+        let (t_ns, output, value) = (next(), next(), next());
+        let number = |text: &str| text.parse().expect("a number");
+        Self { t_ns: number(t_ns), output: output.to_owned(), value: number(value) }
+    }
 }
 
 impl Board {
@@ -81,17 +105,21 @@ impl Board {
     }
 
     fn run(&mut self, what: &str, path: &Path) -> Run {
-        let (trace, figures) = (self.folder.join("trace.csv"), self.folder.join("figures.json"));
+        let file = |name: &str| self.folder.join(name);
+        let (trace, outputs, figures) = (file("trace.csv"), file("outputs.csv"), file("figures.json"));
         // What the run before left must not be taken for this one's.
         let _ = fs::remove_file(&figures);
         self.command.arg(what).arg(path).arg("--trace").arg(&trace).arg("--json").arg(&figures);
+        self.command.arg("--outputs").arg(&outputs);
         let output = self.command.output().expect("node runs");
         let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
         let figures = fs::read(figures).unwrap_or_else(|error| panic!("{error}: {}", text(&output.stderr)));
         let figures = serde_json::from_slice(&figures).expect("JSON");
         self.assert_deadlines_need_no_flash(&figures);
         let edges = compare::read(fs::File::open(trace).expect("the run's trace")).expect("a step trace");
-        Run { ok: output.status.success(), printed: text(&output.stdout), figures, edges }
+        let outputs = fs::read_to_string(outputs).expect("the run's outputs");
+        let outputs = outputs.lines().skip(1).map(OutputChange::read).collect();
+        Run { ok: output.status.success(), printed: text(&output.stdout), figures, edges, outputs }
     }
 
     /// What comes from flash may be late by as much as flash takes. So nothing does in interrupts, nor while all of them are

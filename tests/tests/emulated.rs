@@ -9,6 +9,8 @@ mod boot;
 mod flowing;
 #[path = "emulated/linked.rs"]
 mod linked;
+#[path = "emulated/tool.rs"]
+mod tool;
 
 use std::fs;
 use std::path::PathBuf;

@@ -82,9 +82,10 @@ impl Machine {
 
 /// For those who hear a switch, or a byte, before the tasks that see to it do: an interrupt of the board's own.
 impl Machine {
-    /// A reset byte has come, of which [`reset`](Self::reset) will be told later. If the machine still brakes for another,
-    /// it stops at once. Any number of times, from any context.
+    /// A reset byte has come, of which [`reset`](Self::reset) will be told later. The tool's outputs are off at once, and if the
+    /// machine still brakes for another, it stops at once. Any number of times, from any context.
     pub fn reset_heard(&self) {
+        self.cut();
         if self.with(|inner| inner.forget == Forget::All) {
             self.stop(Cause::Reset);
         }
