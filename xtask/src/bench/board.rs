@@ -42,6 +42,17 @@ enum Job<'a> {
     Program(&'a str),
 }
 
+/// A change of one of the tool's outputs.
+#[derive(Clone, Debug, Deserialize)]
+pub struct OutputChange {
+    /// When, since power-up.
+    pub t_ns: f64,
+    /// `pwm`, `enable`, `direction`, `flood` or `mist`.
+    pub output: String,
+    /// The duty of `pwm`, of the others 0 or 1.
+    pub value: f64,
+}
+
 /// The emulator's own account, as far as it is of use here.
 #[derive(Debug, Deserialize)]
 pub struct Summary {
@@ -172,6 +183,19 @@ impl<'a> Board<'a> {
         self.run_with_edges(Job::Program(program), moving_s)
     }
 
+    /// The same, and keeps the changes of the tool's outputs too.
+    pub fn stream_for_outputs(
+        &self,
+        program: &str,
+        moving_s: f64,
+    ) -> Result<Measured<(Summary, Vec<Edge>, Vec<OutputChange>)>> {
+        let ran = self.run_with_edges(Job::Program(program), moving_s)?;
+        let path = self.file("outputs");
+        let outputs = csv::Reader::from_path(&path).and_then(|file| file.into_deserialize().collect::<Result<_, _>>());
+        let outputs = outputs.with_context(|| format!("the outputs in {} cannot be read", path.display()))?;
+        Ok(ran.map(|(summary, edges)| (summary, edges, outputs)))
+    }
+
     fn run_with_edges(&self, job: Job, moving_s: f64) -> Result<Measured<(Summary, Vec<Edge>)>> {
         self.run_recorded(job, moving_s, |summary, path| {
             let edges = open(path).map(edges::read)?.collect::<Result<_, _>>();
@@ -187,7 +211,9 @@ impl<'a> Board<'a> {
         judge: impl FnOnce(Summary, &Path) -> Result<T>,
     ) -> Result<Measured<T>> {
         let edges = self.file("edges");
-        let judged = match self.run_with(job, moving_s, &["--edges".as_ref(), edges.as_os_str()])? {
+        let outputs = self.file("outputs");
+        let more = ["--edges".as_ref(), edges.as_os_str(), "--outputs".as_ref(), outputs.as_os_str()];
+        let judged = match self.run_with(job, moving_s, &more)? {
             Measured::Figure(summary) => judge(summary, &edges).map(Measured::Figure),
             Measured::Missing { why_not } => Ok(Measured::Missing { why_not }),
         };

@@ -5,6 +5,7 @@ use serde::Serialize;
 use super::accuracy::AccuracyFigures;
 use super::candidate;
 use super::laws;
+use super::levels::LevelFigures;
 use super::load::LoadFigures;
 use super::micro::MicroFigures;
 use super::moves::{self, MoveFigures};
@@ -99,6 +100,7 @@ pub struct PortFigures {
     pub stops: Vec<StopMeasurement>,
     pub starts: Vec<StartMeasurement>,
     pub moves: MoveFigures,
+    pub levels: LevelFigures,
 }
 
 /// A figure beside what was aimed at.

@@ -24,6 +24,7 @@ mod figures;
 mod flow;
 mod follow;
 mod laws;
+mod levels;
 mod load;
 mod measured;
 mod micro;
@@ -69,6 +70,8 @@ What is measured, of PioPort and of TimerPort, three axes stepping at once and s
   starts    from the arrival of a line to the first edge, less what the plan itself takes to its first step: flash's cache
             empty (cold) and right after a move of the same kind (warm); at 5,000,000 steps/s2,
             TimerPort at 1,000,000 to 20,000 steps/s
+  levels    lines of pixels of 0.1 mm: how far a laser's level changes from the step that it begins with, at 1,000 moves/s; and how
+            many pixels a second are carried, with constant levels (M3) and with levels by speed (M4)
 And what the mathematics of a move costs on the chip, beside the step generators of the literature over the same ramp:
 cycles to plan, to compile a segment and to replay a step under each speed law, and how far their speeds are off; and cycles of
 a move of 0.2 mm of three axes that flows in a full chain: to read its line, to push it, to tell its plan and to compile that.
@@ -166,7 +169,9 @@ fn measure(candidate: &Candidate, chip: Chip, folder: &Path, effort: &Effort) ->
     let starts = starts::measure(&board, port, effort)?;
     begin("moves");
     let moves = moves::measure(&board, port, effort)?;
-    Ok(PortFigures { port, rates, accuracy, load, stops, starts, moves })
+    begin("levels");
+    let levels = levels::measure(&board, port, effort)?;
+    Ok(PortFigures { port, rates, accuracy, load, stops, starts, moves, levels })
 }
 
 fn mathematics(chip: Chip, folder: &Path) -> Result<MicroFigures> {

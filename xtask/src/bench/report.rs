@@ -13,7 +13,7 @@ use super::progress::grouped;
 use super::starts::{Delay, StartMeasurement};
 use super::stops::Latency;
 use super::table;
-use super::{flow, laws};
+use super::{flow, laws, levels};
 
 const TITLE: &str = "Step ports on the emulated board";
 
@@ -27,6 +27,7 @@ pub fn files(figures: &Figures) -> Vec<(String, String)> {
         stops(figures),
         starts(figures),
         moves(figures),
+        levels(figures),
     ];
     let (chip, ideal) = (figures.chip.mathematics.as_ref(), figures.ideal_flash.mathematics.as_ref());
     let mathematics = chip
@@ -252,6 +253,23 @@ fn moves(figures: &Figures) -> Section {
                that the core can hardly keep: how many a second are made in the middle half of the stream."
             .to_owned(),
         table: Some(rows(&["port", "moves", "how many", "carried"], both(figures, row, 2))),
+        ..Section::default()
+    }
+}
+
+fn levels(figures: &Figures) -> Section {
+    let row = |port: &PortFigures| {
+        let levels = &port.levels;
+        let rates = [&levels.carried_constant, &levels.carried_by_speed].map(|rate| rate.words(levels::rate_words));
+        vec![[vec![port.port.name().to_owned(), levels.distances.words(levels::words)], rates.to_vec()].concat()]
+    };
+    Section {
+        heading: "Levels of a laser".to_owned(),
+        text: "Lines of pixels of 0.1 mm: how far the change of a level is from the middle between the two steps that it belongs \
+               between, at 1,000 moves a second; and how many pixels a second are carried, with constant levels (M3) and \
+               with levels by speed (M4)."
+            .to_owned(),
+        table: Some(rows(&["port", "from their steps", "carried, M3", "carried, M4"], both(figures, row, 1))),
         ..Section::default()
     }
 }

@@ -12,7 +12,7 @@ use super::moves::{self, Carried};
 use super::progress::grouped;
 use super::starts::Delay;
 use super::stops::{Latency, StopMeasurement};
-use super::{flow, laws};
+use super::{flow, laws, levels};
 
 /// How to read the figures of the ideal chip.
 pub const BESIDE: &str =
@@ -35,6 +35,7 @@ pub fn table(figures: &Figures) -> String {
             (STOPS, stops),
             (STARTS, starts),
             (MOVES, moves),
+            (LEVELS, levels),
         ] {
             text += &section(heading, rows(port), ideal.port(port.port).map_or(Rows::new(), rows));
         }
@@ -52,6 +53,8 @@ const LOAD: &str = "load of the core";
 const STOPS: &str = "from an input to the last edge";
 const STARTS: &str = "from the arrival of a line to the first edge, less the plan's own time to its first step";
 const MOVES: &str = "short moves carried, of a sender that counts characters";
+
+const LEVELS: &str = "levels of a laser, in lines of pixels of 0.1 mm";
 
 /// A heading and its rows, the ideal chip's beneath those that differ.
 fn section(heading: &str, rows: Rows, ideal: Rows) -> String {
@@ -144,6 +147,15 @@ fn starts(port: &PortFigures) -> Rows {
 
 fn moves(port: &PortFigures) -> Rows {
     vec![row(moves::name(&port.moves), port.moves.carried.words(Carried::words))]
+}
+
+fn levels(port: &PortFigures) -> Rows {
+    let levels = &port.levels;
+    vec![
+        row("from their steps, at 1,000 moves/s", levels.distances.words(levels::words)),
+        row("carried, constant (M3)", levels.carried_constant.words(levels::rate_words)),
+        row("carried, by speed (M4)", levels.carried_by_speed.words(levels::rate_words)),
+    ]
 }
 
 fn row(name: impl Into<String>, words: impl Into<String>) -> Vec<String> {

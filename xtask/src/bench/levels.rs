@@ -1,0 +1,163 @@
+//! How far the level of a laser is from the step that it begins with, in lines of pixels of 0.1 mm; and how many of them a second
+//! the firmware carries, offered faster than it could.
+
+use anyhow::Result;
+use serde::Serialize;
+
+use super::board::{Board, OutputChange, Summary};
+use super::edges::{Edge, NS_PER_CYCLE};
+use super::effort::Effort;
+use super::measured::Measured;
+use super::progress::{Case, grouped};
+use super::statistics::{ErrorFigures, Errors};
+use crate::variant::Port;
+
+/// Of X, steps/mm.
+const STEPS_PER_MM: usize = 80;
+const PIXEL_STEPS: usize = STEPS_PER_MM / 10;
+/// Before and behind the pixels.
+const RUN_UP_MM: usize = 5;
+/// The levels of the pixels, percent: none is beside its like.
+const LEVELS_PERCENT: [u32; 5] = [20, 80, 50, 100, 10];
+/// A line at this speed has a thousand moves a second.
+const STEADY_MM_S: f64 = 100.0;
+/// Faster than any is carried.
+const HASTY_MM_S: f64 = 400.0;
+/// A core that makes fewer than this is not waited for.
+const SLOWEST_PIXELS_S: f64 = 100.0;
+
+/// What became of some lines of pixels.
+#[derive(Clone, Debug, Serialize)]
+pub struct LevelFigures {
+    /// In each line.
+    pub pixels: usize,
+    /// From the middle between the two steps between which a level is to begin, at 1,000 moves a second.
+    pub distances: Measured<ErrorFigures>,
+    /// The most carried with constant levels (M3), and with levels by speed (M4), moves/s.
+    pub carried_constant: Measured<f64>,
+    pub carried_by_speed: Measured<f64>,
+}
+
+/// Lines of `pixels` each.
+pub fn measure(board: &Board, port: Port, effort: &Effort) -> Result<LevelFigures> {
+    let pixels = effort.moves;
+    let case = Case::named(board.chip, port, &format!("{} pixels of 0.1 mm at 1,000 a second", grouped(pixels as u64)));
+    let distances = run(board, "M3", STEADY_MM_S, pixels)?.and_then(|line| line.distances().into());
+    case.end(&distances.words(words));
+    let [carried_constant, carried_by_speed] = ["M3", "M4"].map(|mode| {
+        let case = Case::named(board.chip, port, &format!("{} pixels by {mode}, hasty", grouped(pixels as u64)));
+        let carried = run(board, mode, HASTY_MM_S, pixels)?.and_then(|line| line.rate_pixels_s().into());
+        case.end(&carried.words(rate_words));
+        Ok::<_, anyhow::Error>(carried)
+    });
+    Ok(LevelFigures { pixels, distances, carried_constant: carried_constant?, carried_by_speed: carried_by_speed? })
+}
+
+pub fn words(distances: &ErrorFigures) -> String {
+    let [median, p99, max] = [distances.median_ns, distances.p99_ns, distances.max_ns].map(|ns| ns * 1e-3);
+    format!("median {median:.1}, p99 {p99:.1}, max {max:.1} us")
+}
+
+pub fn rate_words(pixels_s: &f64) -> String {
+    format!("{} pixels/s", grouped(*pixels_s as u64))
+}
+
+fn run(board: &Board, mode: &str, feed_mm_s: f64, pixels: usize) -> Result<Measured<Line>> {
+    let ran = board.stream_for_outputs(&program(mode, feed_mm_s, pixels), pixels as f64 / SLOWEST_PIXELS_S)?;
+    Ok(ran.map(|(_, edges, outputs): (Summary, _, _)| Line { pixels, edges, outputs }))
+}
+
+fn program(mode: &str, feed_mm_s: f64, pixels: usize) -> String {
+    let mut text = format!(
+        "$32=1\n$30=1000\n$100={STEPS_PER_MM}\n$110=60000\n$120=10000\nG21G91\n{mode}S0\nG1F{}X{RUN_UP_MM}\n",
+        feed_mm_s * 60.0
+    );
+    for percent in LEVELS_PERCENT.iter().cycle().take(pixels) {
+        text += &format!("X0.1S{}\n", percent * 10);
+    }
+    text + &format!("X{RUN_UP_MM}S0\nM5\nM2\n")
+}
+
+/// A line of pixels as it was made.
+struct Line {
+    pixels: usize,
+    edges: Vec<Edge>,
+    outputs: Vec<OutputChange>,
+}
+
+impl Line {
+    /// The middle between the last step before that pixel and the first of it, ns.
+    fn begin_ns(&self, pixel: usize) -> Option<f64> {
+        let last = RUN_UP_MM * STEPS_PER_MM + pixel * PIXEL_STEPS - 1;
+        let [before, after] = [last, last + 1].map(|index| self.edges.get(index));
+        Some((before?.cycle + after?.cycle) as f64 / 2.0 * NS_PER_CYCLE)
+    }
+
+    fn distances(&self) -> Result<ErrorFigures, String> {
+        let mut errors = Errors::default();
+        for pixel in 0..self.pixels {
+            let begin_ns = self.begin_ns(pixel).ok_or_else(|| format!("{} edges", self.edges.len()))?;
+            let share = f64::from(LEVELS_PERCENT[pixel % LEVELS_PERCENT.len()]) / 100.0;
+            let is_its = |change: &&OutputChange| change.output == "pwm" && (change.value - share).abs() < 1e-3;
+            let after = self.outputs.partition_point(|change| change.t_ns < begin_ns);
+            let near = &self.outputs[after.saturating_sub(LEVELS_PERCENT.len())..];
+            let distance_ns = |change: &OutputChange| change.t_ns - begin_ns;
+            let all = near.iter().take(2 * LEVELS_PERCENT.len()).filter(is_its).map(distance_ns);
+            let nearest_ns = all.min_by(|a, b| a.abs().total_cmp(&b.abs()));
+            errors.add(nearest_ns.ok_or_else(|| format!("pixel {pixel} never had its level"))?);
+        }
+        Ok(errors.figures())
+    }
+
+    /// In the middle half.
+    fn rate_pixels_s(&self) -> Result<f64, String> {
+        let [from, to] = [self.pixels / 4, self.pixels * 3 / 4].map(|pixel| self.begin_ns(pixel).map(|ns| (pixel, ns)));
+        let (Some((from, from_ns)), Some((to, to_ns))) = (from, to) else {
+            return Err(format!("{} edges", self.edges.len()));
+        };
+        Ok((to - from) as f64 / (to_ns - from_ns) * 1e9)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Steps of 1,000 cycles; each level `late_ns` after the middle between the steps.
+    fn line(pixels: usize, late_ns: f64) -> Line {
+        let steps = (2 * RUN_UP_MM * STEPS_PER_MM + pixels * PIXEL_STEPS) as u64;
+        let edges = (0..steps).map(|step| Edge { cycle: 1_000 * step, axis: 0, direction: 1 }).collect();
+        let mut line = Line { pixels, edges, outputs: Vec::new() };
+        for pixel in 0..pixels {
+            let value = f64::from(LEVELS_PERCENT[pixel % LEVELS_PERCENT.len()]) / 100.0;
+            let t_ns = line.begin_ns(pixel).unwrap() + late_ns;
+            line.outputs.push(OutputChange { t_ns, output: "pwm".to_owned(), value });
+        }
+        line
+    }
+
+    #[test]
+    fn distances_are_from_the_middle_between_steps() {
+        let figures = line(100, 3_000.0).distances().unwrap();
+        assert_eq!([figures.median_ns, figures.max_ns, figures.edges as f64], [3_000.0, 3_000.0, 100.0]);
+        let mut short = line(100, 0.0);
+        short.outputs.remove(50);
+        assert!(short.distances().unwrap().max_ns > 30_000.0, "another one of its like is far off");
+        short.edges.truncate(500);
+        assert_eq!(short.distances(), Err("500 edges".to_owned()));
+    }
+
+    #[test]
+    fn rates_are_of_the_middle_half() {
+        // 8 us a step.
+        assert!((line(400, 0.0).rate_pixels_s().unwrap() - 1e6 / 64.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_program_has_a_level_for_each_pixel() {
+        let text = program("M4", 100.0, 6);
+        let lines: Vec<_> = text.lines().skip(6).collect();
+        assert_eq!(lines[..4], ["M4S0", "G1F6000X5", "X0.1S200", "X0.1S800"]);
+        assert_eq!(lines[7..], ["X0.1S200", "X5S0", "M5", "M2"]);
+    }
+}
