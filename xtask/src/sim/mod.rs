@@ -321,7 +321,7 @@ fn write_files(args: &Args, outcome: &Outcome, figures: &Figures) -> Result<()> 
         let html = isostep_sim::report::page(outcome, figures);
         write_file(&page, |out| out.write_all(html.as_bytes()))?;
         for (name, picture) in isostep_sim::report::files(outcome) {
-            write_file(&folder.join(name), |out| out.write_all(picture.as_bytes()))?;
+            write_file(&folder.join(name), |out| out.write_all(&picture))?;
         }
     }
     Ok(())
