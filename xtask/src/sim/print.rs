@@ -182,7 +182,7 @@ mod tests {
     fn what_the_tool_did_is_told_if_it_was_used() {
         assert_eq!(words("G0 X1\n"), "");
         assert_eq!(words("M8\nG4 P0.5\nM9\n"), "\ntool\n  coolant: flood for 0.500 s, mist for 0.000 s\n");
-        let laser = words("$32=1\nG91 G1 F600 M3 S500\nX6\nM5\n");
+        let laser = words("$32=1\nG91 G1 F600 M3 S500\nX6\nG4 P0.1\nM5\n");
         assert!(laser.contains("PWM at 50.0 to 50.0 % (mean 50.0 %), 2 changes"), "{laser}");
         assert!(laser.contains("its beam made 6.000 mm of path in "), "{laser}");
         assert!(laser.contains("begin with another level: 1; it changes within 0."), "{laser}");
