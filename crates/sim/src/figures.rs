@@ -12,6 +12,7 @@ use crate::outcome::Outcome;
 use crate::pace::Pace;
 use crate::record::Loss;
 use crate::stream::{Pause, Refusal};
+use crate::tool::figures::ToolFigures;
 use crate::verify::{self, Findings, MoveCheck, Verdict};
 
 /// One move of the program.
@@ -120,6 +121,9 @@ pub struct Figures {
     pub axes: [AxisFigures; AXES],
     /// How its time is spent, and what keeps it from being faster.
     pub pace: Pace,
+    /// What the tool did; not there if it was not used.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tool: Option<ToolFigures>,
     /// Every promise, and whether it was kept.
     pub verdicts: Vec<Verdict>,
     /// How many edges a driver may misread.
@@ -166,6 +170,7 @@ impl Figures {
             moves_total: findings.moves(),
             lengths: Lengths::of(outcome),
             pace: Pace::new(outcome, &sources),
+            tool: ToolFigures::of(outcome, &sources),
             moves: moves
                 .into_iter()
                 .map(|(number, index)| move_figures(number, lines[index], outcome, verify::check(outcome, index)))

@@ -1,8 +1,8 @@
 //! Which line of the program each move is of, and what the line asks for. No move says so: the lines are read again, and
 //! moves are told by where they end.
 
-use isostep_console::{Command, Interpreter, Move, Rate, State};
-use isostep_motion::{AXES, whole_steps};
+use isostep_console::{Command, Interpreter, Modal, Move, Rate, Settings, Spindle, State};
+use isostep_motion::{AXES, Level, Power, whole_steps};
 
 use crate::outcome::Outcome;
 use crate::program::stripped;
@@ -21,6 +21,8 @@ pub struct Source {
     pub exact_stop: bool,
     /// Whether it is a chord of an arc that goes on behind it: its end is no corner of the program.
     pub in_arc: bool,
+    /// How strongly a laser is to shine in it.
+    pub power: Power,
 }
 
 /// Of each of [`Outcome::moves`] its source. `None` for homing, and where moves end elsewhere than their lines say: after a
@@ -29,6 +31,7 @@ pub fn of_moves(outcome: &Outcome) -> Vec<Option<Source>> {
     let mut reader = Reader {
         outcome,
         interpreter: Interpreter::new(),
+        settings: outcome.config.settings,
         next: 0,
         misses: 0,
         sources: vec![None; outcome.moves.len()],
@@ -83,6 +86,8 @@ fn is_limit(number: u16) -> bool {
 struct Reader<'a> {
     outcome: &'a Outcome,
     interpreter: Interpreter,
+    /// Those that are in force.
+    settings: Settings,
     /// The first move whose line has not been read.
     next: usize,
     misses: usize,
@@ -92,7 +97,7 @@ struct Reader<'a> {
 impl Reader<'_> {
     fn read(&mut self, number: usize, text: &[u8]) {
         let Ok(line) = stripped(text) else { return };
-        match self.interpreter.interpret(&line, State::Idle, &self.outcome.config.settings) {
+        match self.interpreter.interpret(&line, State::Idle, &self.settings) {
             Ok(Command::Block(block)) => {
                 let exact_stop = block.motion.is_some_and(|motion| motion.exact_stop);
                 let via = block.via_mm.map(|target_mm| Move { target_mm, rate: Rate::Rapid, arc: None, exact_stop });
@@ -106,7 +111,22 @@ impl Reader<'_> {
                 self.interpreter.set_position_mm(jog.target_mm);
             }
             Ok(Command::Home { .. }) => self.home(),
+            Ok(Command::SetSetting { number, value }) => {
+                self.settings.set(number, value);
+            }
             _ => {}
+        }
+    }
+
+    /// As the controller asks for it, but for a line that ends the program, too.
+    fn power(&self, rate: Rate) -> Power {
+        let Modal { spindle, speed_rpm, .. } = *self.interpreter.modal();
+        let level = Level::of_share(speed_rpm / self.settings.spindle_max_rpm);
+        match spindle {
+            _ if !self.settings.laser_mode || rate == Rate::Rapid => Power::Off,
+            Spindle::Off => Power::Off,
+            Spindle::Clockwise => Power::Constant(level),
+            Spindle::CounterClockwise => Power::BySpeed(level),
         }
     }
 
@@ -127,8 +147,9 @@ impl Reader<'_> {
             return;
         };
         let last = self.next + others;
-        self.sources[self.next..last].fill(Some(Source { line, rate, exact_stop: false, in_arc: true }));
-        self.sources[last] = Some(Source { line, rate, exact_stop, in_arc: false });
+        let source = Source { line, rate, exact_stop, in_arc: false, power: self.power(rate) };
+        self.sources[self.next..last].fill(Some(Source { exact_stop: false, in_arc: true, ..source }));
+        self.sources[last] = Some(source);
         self.next = last + 1;
     }
 
@@ -184,6 +205,16 @@ mod tests {
         let (last, others) = chords.split_last().unwrap();
         assert_eq!(asked(last), Some((feed, false, false)));
         assert!(others.len() > 5 && others.iter().all(|chord| asked(chord) == Some((feed, false, true))), "{others:?}");
+    }
+
+    #[test]
+    fn a_laser_shines_in_feed_moves_as_m3_m4_and_s_say() {
+        let found =
+            sources("G21 G91\nM3 S500\nG1 X1 F600\nG4 P0\n$32=1\nX1\nG4 P0\n$30=2000\nM4 X1\nG0 X1\nM5 G1 X1\n");
+        let level = |share| Level::of_share(share);
+        let powers: Vec<_> = found.iter().map(|source| source.unwrap().power).collect();
+        let expected = [Power::Off, Power::Constant(level(0.5)), Power::BySpeed(level(0.25)), Power::Off, Power::Off];
+        assert_eq!(powers, expected);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! What a run left behind.
 
-use isostep_motion::{AXES, Event, Machine, State};
+use isostep_motion::{AXES, Event, Machine, State, ToolConfig};
 use isostep_profile::{Limits, SpeedLaw};
 
 use crate::config::Config;
@@ -8,6 +8,7 @@ use crate::driver::Violation;
 pub use crate::moves::MoveRecord;
 use crate::record::{Edge, Loss, Record, Wave};
 use crate::stream::{Dialogue, Pause, Program, Refusal, Said};
+use crate::tool::ToolChange;
 use crate::world::World;
 
 /// What a run left behind: all that was seen, and where everything stands.
@@ -19,6 +20,10 @@ pub struct Outcome {
     pub edges: Vec<Edge>,
     /// Every change of every wire, in order.
     pub waves: Vec<Wave>,
+    /// Every change of the tool's outputs, in order.
+    pub tool: Vec<ToolChange>,
+    /// What the tool is at the end.
+    pub tool_config: ToolConfig,
     /// The levels of the limit inputs at power-up.
     pub limits_high_at_start: [bool; AXES],
     /// Every move that ended, in order.
@@ -94,6 +99,8 @@ impl Outcome {
             moves: with_edges(record.moves.into_records(), &record.edges),
             edges: record.edges,
             waves: record.waves,
+            tool: record.tool,
+            tool_config: machine_config.tool,
             events: record.events,
             program,
             lines_sent: dialogue.sent,

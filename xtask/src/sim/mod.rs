@@ -11,6 +11,7 @@ use isostep_sim::flash::FLASH_BYTES;
 use isostep_sim::motor::PullOutCurve;
 use isostep_sim::stream::Program;
 use isostep_sim::survey::Survey;
+use isostep_sim::tool::Plate;
 use isostep_sim::{Config, Figures, Flash, Listed, Outcome, Port, SwitchFault, settings};
 
 use crate::laws::Laws;
@@ -34,6 +35,7 @@ Examples:
   cargo xtask sim programs/square.nc --law thirds          accelerate, cruise and decelerate for a third of the time each
   cargo xtask sim programs/square.nc --speed-law s-curve       ramps of limited jerk
   cargo xtask sim programs/parking.nc --switch X=stuck-open    homing fails with its alarm
+  cargo xtask sim my.nc --probe-plate Z,12.5,below         G38 finds a plate 12.5 mm above the switch of Z
   cargo xtask sim my.nc --settings my.txt --start 5,5,5    a machine as its settings say: see below
   cargo xtask sim my.nc --flash my.flash                       $n=v and G10 hold in the next run too
   cargo xtask sim --pty                                    the machine itself, for any sender: see below";
@@ -56,7 +58,11 @@ pub struct Args {
     /// Write every STEP edge as CSV: t_ns,axis,direction,position_steps
     #[arg(long, value_name = "OUT.csv")]
     trace: Option<PathBuf>,
-    /// Write every wire's waveform as a Value Change Dump
+    /// Write every change of the tool's outputs as CSV: t_ns,output,value (pwm as a duty from 0 to 1, enable, direction, flood and
+    /// mist as 0 or 1)
+    #[arg(long, value_name = "OUT.csv")]
+    outputs: Option<PathBuf>,
+    /// Write every wire's waveform, and those of the tool's outputs, as a Value Change Dump
     #[arg(long, value_name = "OUT.vcd")]
     vcd: Option<PathBuf>,
     /// Write a page of pictures and tables into this folder
@@ -74,6 +80,10 @@ pub struct Args {
     /// A faulty limit switch: X, Y or Z = stuck-open or stuck-closed
     #[arg(long, value_name = "AXIS=FAULT", value_parser = switch)]
     switch: Vec<(usize, SwitchFault)>,
+    /// A plate that the probe touches: an axis, the plate's place in mm above that axis's limit switch, and the side on which it
+    /// is touched, there and beyond: below (nearer to the switch) or above. Such as Z,12.5,below
+    #[arg(long, value_name = "AXIS,MM,SIDE", allow_hyphen_values = true)]
+    probe_plate: Option<Plate>,
     /// The machine's settings: $n=v lines, as senders save them; see below
     #[arg(long, value_name = "FILE")]
     settings: Option<PathBuf>,
@@ -166,7 +176,7 @@ fn tell_beforehand(program: &Program, config: &Config) {
 /// The machine on a pseudo-terminal. What it did is kept only if a file wants it.
 #[cfg(unix)]
 fn live(args: &Args) -> Result<()> {
-    let files = [&args.trace, &args.vcd, &args.report, &args.json];
+    let files = [&args.trace, &args.outputs, &args.vcd, &args.report, &args.json];
     let config = Config { keep_record: files.iter().any(|file| file.is_some()), ..config(args)? };
     config.check()?;
     tell_weak_motors(&config, &config.settings);
@@ -235,6 +245,7 @@ fn config(args: &Args) -> Result<Config> {
     for &(axis, fault) in &args.switch {
         config.switches[axis] = fault;
     }
+    config.plate = args.probe_plate;
     Ok(config)
 }
 
@@ -290,8 +301,13 @@ fn write_files(args: &Args, outcome: &Outcome, figures: &Figures) -> Result<()> 
     if let Some(path) = &args.trace {
         write_file(path, |out| isostep_sim::trace::write(&outcome.edges, out))?;
     }
+    if let Some(path) = &args.outputs {
+        write_file(path, |out| isostep_sim::tool::trace::write(&outcome.tool, out))?;
+    }
     if let Some(path) = &args.vcd {
-        write_file(path, |out| isostep_sim::vcd::write(&outcome.waves, outcome.limits_high_at_start, out))?;
+        write_file(path, |out| {
+            isostep_sim::vcd::write(&outcome.waves, &outcome.tool, outcome.limits_high_at_start, out)
+        })?;
     }
     if let Some(path) = &args.json {
         write_file(path, |out| Ok(serde_json::to_writer_pretty(out, figures)?))?;
@@ -305,7 +321,7 @@ fn write_files(args: &Args, outcome: &Outcome, figures: &Figures) -> Result<()> 
         let html = isostep_sim::report::page(outcome, figures);
         write_file(&page, |out| out.write_all(html.as_bytes()))?;
         for (name, picture) in isostep_sim::report::files(outcome) {
-            write_file(&folder.join(name), |out| out.write_all(picture.as_bytes()))?;
+            write_file(&folder.join(name), |out| out.write_all(&picture))?;
         }
     }
     Ok(())

@@ -2,6 +2,7 @@
 
 use isostep_sim::kinematics::{AxisFigures, JumpFigures, OfLimit};
 use isostep_sim::pace::Pace;
+use isostep_sim::tool::figures::{BeamFigures, ToolFigures};
 use isostep_sim::{Figures, MoveFigures};
 
 use crate::pace;
@@ -22,6 +23,9 @@ pub fn print(figures: &Figures, all_moves: bool) {
         }
         print_axes(&figures.axes);
         print_pace(&figures.pace);
+    }
+    if let Some(tool) = &figures.tool {
+        print!("{}", tool_words(tool));
     }
     print_checks(figures);
     let [x, y, z] = figures.position_mm;
@@ -122,6 +126,37 @@ fn print_pace(pace: &Pace) {
     }
 }
 
+/// What the tool did.
+fn tool_words(tool: &ToolFigures) -> String {
+    let mut text = "\ntool\n".to_owned();
+    if let Some(duty) = tool.duty {
+        let [least, most, mean] = [duty.least, duty.most, duty.mean].map(|share| share * 100.0);
+        let name = if tool.laser { "laser shone" } else { "spindle on" };
+        let times = format!("{} changes", tool.duty_changes);
+        text +=
+            &format!("  {name} for {:.3} s, PWM at {least:.1} to {most:.1} % (mean {mean:.1} %), {times}\n", tool.on_s);
+    }
+    text += &tool.beam.as_ref().map_or(String::new(), beam_words);
+    if tool.flood_s + tool.mist_s > 0.0 {
+        text += &format!("  coolant: flood for {:.3} s, mist for {:.3} s\n", tool.flood_s, tool.mist_s);
+    }
+    text
+}
+
+fn beam_words(beam: &BeamFigures) -> String {
+    let mut text = format!(
+        "  its beam made {:.3} mm of path in {:.3} s, and stood for {:.6} s\n",
+        beam.path_mm, beam.path_s, beam.still_s
+    );
+    if let Some(found) = beam.beginnings {
+        text += &format!(
+            "  moves of constant power that begin with another level: {}; it changes within {:.2} us of there, 99 % within {:.2} us\n",
+            found.total, found.most_us, found.p99_us
+        );
+    }
+    text
+}
+
 fn place_words(jump: &JumpFigures) -> String {
     format!("to move {}{}", jump.move_number, line_words(jump.line))
 }
@@ -132,4 +167,25 @@ fn line_words(line: Option<usize>) -> String {
 
 fn seconds(ns: u64) -> f64 {
     ns as f64 * 1e-9
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn words(program: &str) -> String {
+        let outcome = isostep_sim::run(program.as_bytes(), &isostep_sim::Config::default()).unwrap();
+        Figures::new("test", &outcome).tool.as_ref().map_or(String::new(), tool_words)
+    }
+
+    #[test]
+    fn what_the_tool_did_is_told_if_it_was_used() {
+        assert_eq!(words("G0 X1\n"), "");
+        assert_eq!(words("M8\nG4 P0.5\nM9\n"), "\ntool\n  coolant: flood for 0.500 s, mist for 0.000 s\n");
+        let laser = words("$32=1\nG91 G1 F600 M3 S500\nX6\nG4 P0.1\nM5\n");
+        assert!(laser.contains("PWM at 50.0 to 50.0 % (mean 50.0 %), 2 changes"), "{laser}");
+        assert!(laser.contains("its beam made 6.000 mm of path in "), "{laser}");
+        assert!(laser.contains("begin with another level: 1; it changes within 0."), "{laser}");
+        assert!(words("M3 S500\nG4 P1\nM5\n").contains("spindle on for "));
+    }
 }

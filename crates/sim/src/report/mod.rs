@@ -1,7 +1,8 @@
-//! A page of pictures and tables about a run: one HTML file, nothing loaded from elsewhere, the same bytes for the
-//! same run.
+//! A page of pictures and tables about a run: one HTML file, nothing loaded from elsewhere but what a laser engraved, which is a
+//! picture beside it; the same bytes for the same run.
 
 pub mod bench;
+mod engraving;
 mod errors;
 mod kinematics;
 mod moves;

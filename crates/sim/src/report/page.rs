@@ -4,7 +4,7 @@ use isostep_console::{SETTING_TABLE, report};
 use maud::{Markup, PreEscaped, html};
 
 use super::theme::{self, AXIS_NAMES};
-use super::{errors, kinematics, moves, path, speed, time};
+use super::{engraving, errors, kinematics, moves, path, speed, time};
 use crate::figures::Figures;
 use crate::kinematics::OfLimit;
 use crate::lines_of_moves;
@@ -18,6 +18,9 @@ const PICTURES_MAX: usize = 8;
 const PICTURES_OF_LONG: usize = 4;
 /// Moves of a long program.
 const LONG: usize = 100;
+
+/// The picture of what a laser engraved, beside the page.
+const ENGRAVING: &str = "engraving.png";
 
 /// The whole page.
 pub fn page(outcome: &Outcome, figures: &Figures) -> String {
@@ -78,6 +81,10 @@ fn body_of_moves(outcome: &Outcome, figures: &Figures) -> Markup {
     let sources = lines_of_moves::of_moves(outcome);
     html! {
         (path_of(path::picture(outcome, &sources), figures))
+        @if let Some(picture) = engraving::picture(outcome) {
+            h2 { "Engraving" }
+            figure { img src=(ENGRAVING) alt="What the laser engraved"; figcaption { (picture.caption()) } }
+        }
         h2 { "Speed along the program" }
         figure { (PreEscaped(speed::picture(outcome, &sources, [figures.pace.slowest_second, figures.pace.busiest_second]))) figcaption {
             span.key style="background: var(--x)" {} "planned speed along the path: the line is the mean of each span of time, the band its lowest to highest. "
@@ -141,15 +148,17 @@ fn shown(outcome: &Outcome) -> Vec<(usize, &MoveRecord)> {
     longest
 }
 
-/// The page's pictures of path, speed and moves as files of their own, by name: SVG in light colours.
-pub fn files(outcome: &Outcome) -> Vec<(String, String)> {
+/// The page's pictures of path, speed and moves as files of their own, by name: SVG in light colours. And what a laser
+/// engraved, a PNG that the page shows.
+pub fn files(outcome: &Outcome) -> Vec<(String, Vec<u8>)> {
     let moves = shown(outcome).into_iter();
     let moves = moves.map(|(number, record)| (format!("move-{number}.svg"), kinematics::of_move(outcome, record)));
     let sources = lines_of_moves::of_moves(outcome);
     let path = ("path.svg".to_owned(), path::picture(outcome, &sources).svg);
     let seconds = pace::extreme_seconds(outcome, &sources);
     let speed = ("speed.svg".to_owned(), speed::picture(outcome, &sources, seconds));
-    moves.chain([path, speed]).map(|(name, picture)| (name, theme::standalone(&picture))).collect()
+    let drawn = moves.chain([path, speed]).map(|(name, picture)| (name, theme::standalone(&picture).into_bytes()));
+    drawn.chain(engraving::picture(outcome).map(|picture| (ENGRAVING.to_owned(), picture.png))).collect()
 }
 
 /// Which colour is which axis.

@@ -19,7 +19,7 @@ fn files(config: &Config) -> [Vec<u8>; 4] {
     let figures = Figures::new("parking.nc", &outcome);
     let (mut csv, mut wires) = (Vec::new(), Vec::new());
     trace::write(&outcome.edges, &mut csv).unwrap();
-    vcd::write(&outcome.waves, outcome.limits_high_at_start, &mut wires).unwrap();
+    vcd::write(&outcome.waves, &outcome.tool, outcome.limits_high_at_start, &mut wires).unwrap();
     [csv, wires, serde_json::to_vec(&figures).unwrap(), report::page(&outcome, &figures).into_bytes()]
 }
 

@@ -1,0 +1,44 @@
+//! Where a beam shone, and how long: the places between the edges, and the spells of the tool.
+
+use crate::outcome::Outcome;
+use crate::tool::spells::Spell;
+
+/// The carriage stands between two steps of X or Y.
+struct Stand {
+    since_ns: u64,
+    steps: [i32; 2],
+}
+
+/// Calls `take` with every place at which the beam shone, X and Y in steps, and with the dose there: its duty times s. In the
+/// order of time.
+pub fn places(outcome: &Outcome, spells: &[Spell], take: &mut impl FnMut([i32; 2], f64)) {
+    let mut stands = stands(outcome).peekable();
+    let mut spells = spells.iter().peekable();
+    while let Some(Stand { since_ns, steps }) = stands.next() {
+        let until_ns = stands.peek().map_or(u64::MAX, |next| next.since_ns);
+        while let Some(spell) = spells.peek() {
+            let (begin_ns, end_ns) = (spell.begin_ns.max(since_ns), spell.end_ns.min(until_ns));
+            if begin_ns < end_ns {
+                take(steps, (end_ns - begin_ns) as f64 * 1e-9 * spell.share);
+            }
+            if spell.end_ns > until_ns {
+                break;
+            }
+            spells.next();
+        }
+    }
+}
+
+/// All of the program, in order: homing places the origin anew.
+fn stands(outcome: &Outcome) -> impl Iterator<Item = Stand> {
+    outcome.moves.iter().filter(|record| !record.homing).flat_map(|record| {
+        let [x, y, _] = record.origin_steps;
+        let mut steps = [x, y];
+        let edges = outcome.edges[record.edges.clone()].iter().filter(|edge| edge.axis < 2);
+        let after = edges.map(move |edge| {
+            steps[edge.axis] += edge.direction;
+            Stand { since_ns: edge.t_ns, steps }
+        });
+        std::iter::once(Stand { since_ns: record.begin_ns(), steps: [x, y] }).chain(after)
+    })
+}

@@ -1,0 +1,107 @@
+//! When a tool worked, and how strongly: the changes of its outputs as spells of one duty.
+
+use super::{ToolChange, ToolOutput};
+
+/// A time in which an output stays as it is, and is on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spell {
+    /// When it begins, ns since power-up.
+    pub begin_ns: u64,
+    /// When it ends.
+    pub end_ns: u64,
+    /// Duty of the PWM output, from 0 to 1.
+    pub share: f64,
+}
+
+impl Spell {
+    /// How long it lasts, s.
+    pub fn span_s(&self) -> f64 {
+        (self.end_ns - self.begin_ns) as f64 * 1e-9
+    }
+}
+
+/// When the spindle was enabled, or when a laser shone, until `end_ns` at the latest. In order, and none is empty.
+pub fn of_spindle(changes: &[ToolChange], is_laser: bool, end_ns: u64) -> Vec<Spell> {
+    let (mut share, mut enabled) = (0.0, false);
+    let works = |share: f64, enabled: bool| enabled && (share > 0.0 || !is_laser);
+    let mut spells = Vec::new();
+    let mut begin_ns = 0;
+    for change in changes {
+        if works(share, enabled) {
+            add(&mut spells, Spell { begin_ns, end_ns: change.t_ns, share });
+        }
+        begin_ns = change.t_ns;
+        match change.output {
+            ToolOutput::Pwm => share = change.share(),
+            ToolOutput::Enable => enabled = change.duty > 0,
+            _ => {}
+        }
+    }
+    if works(share, enabled) {
+        add(&mut spells, Spell { begin_ns, end_ns, share });
+    }
+    spells
+}
+
+/// One that goes on with the same duty is no other.
+fn add(spells: &mut Vec<Spell>, spell: Spell) {
+    match spells.last_mut() {
+        _ if spell.begin_ns >= spell.end_ns => {}
+        Some(last) if last.end_ns == spell.begin_ns && last.share == spell.share => last.end_ns = spell.end_ns,
+        _ => spells.push(spell),
+    }
+}
+
+/// How long an output was on until `end_ns`, s.
+pub fn on_s(changes: &[ToolChange], output: ToolOutput, end_ns: u64) -> f64 {
+    let mut since_ns = None;
+    let mut total_ns = 0;
+    for change in changes.iter().filter(|change| change.output == output) {
+        total_ns += since_ns.take().map_or(0, |since_ns| change.t_ns - since_ns);
+        since_ns = (change.duty > 0).then_some(change.t_ns);
+    }
+    total_ns += since_ns.map_or(0, |since_ns| end_ns.saturating_sub(since_ns));
+    total_ns as f64 * 1e-9
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FULL: u16 = u16::MAX;
+
+    fn changes() -> Vec<ToolChange> {
+        let change = |t_ns, output, duty| ToolChange { t_ns, output, duty };
+        vec![
+            change(1_000, ToolOutput::Enable, FULL),
+            change(2_000, ToolOutput::Pwm, FULL),
+            change(2_000, ToolOutput::Mist, FULL),
+            change(5_000, ToolOutput::Pwm, 0),
+            change(6_000, ToolOutput::Pwm, FULL),
+            change(7_000, ToolOutput::Enable, 0),
+        ]
+    }
+
+    fn spans(is_laser: bool) -> Vec<(u64, u64, f64)> {
+        let spells = of_spindle(&changes(), is_laser, 9_000);
+        spells.iter().map(|spell| (spell.begin_ns, spell.end_ns, spell.share)).collect()
+    }
+
+    #[test]
+    fn a_laser_shines_while_it_is_enabled_and_has_a_duty() {
+        assert_eq!(spans(true), [(2_000, 5_000, 1.0), (6_000, 7_000, 1.0)]);
+    }
+
+    #[test]
+    fn a_spindle_is_on_while_it_is_enabled() {
+        let all = [(1_000, 2_000, 0.0), (2_000, 5_000, 1.0), (5_000, 6_000, 0.0), (6_000, 7_000, 1.0)];
+        assert_eq!(spans(false), all);
+    }
+
+    #[test]
+    fn what_stays_on_is_on_to_the_end() {
+        assert!((on_s(&changes(), ToolOutput::Mist, 9_000) - 7e-6).abs() < 1e-12);
+        assert!((on_s(&changes(), ToolOutput::Enable, 9_000) - 6e-6).abs() < 1e-12);
+        assert_eq!(on_s(&changes(), ToolOutput::Flood, 9_000), 0.0);
+    }
+}

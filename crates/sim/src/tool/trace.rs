@@ -1,0 +1,64 @@
+//! The trace of the tool's outputs: one row of CSV per change.
+
+use std::io;
+
+use super::{ToolChange, ToolOutput};
+
+/// A duty is told to a millionth.
+const PARTS: f64 = 1e6;
+
+/// Writes `t_ns,output,value`: integer nanoseconds since power-up, `pwm|enable|direction|flood|mist`, and the duty of PWM as a
+/// fraction of up to six decimals, of the others 1 for on and 0 for off. All are 0 before their first row.
+///
+/// # Errors
+/// Those of `out`.
+pub fn write(changes: &[ToolChange], out: impl io::Write) -> io::Result<()> {
+    let mut csv = csv::Writer::from_writer(out);
+    csv.write_record(["t_ns", "output", "value"])?;
+    for change in changes {
+        csv.write_record([change.t_ns.to_string(), change.output.to_string(), value(*change)])?;
+    }
+    csv.flush()
+}
+
+fn value(change: ToolChange) -> String {
+    match change.output {
+        // As short as it can be: no digit is added to what is a millionth already.
+        ToolOutput::Pwm => ((change.share() * PARTS).round() / PARTS).to_string(),
+        _ => u8::from(change.duty > 0).to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// So does the emulated board write them, and its rows are compared with these.
+    #[test]
+    fn rows_come_back_as_they_were() {
+        let change = |t_ns, output, duty| ToolChange { t_ns, output, duty };
+        let changes = [
+            change(1_500, ToolOutput::Enable, u16::MAX),
+            change(1_500, ToolOutput::Pwm, 32_768),
+            change(2_500, ToolOutput::Pwm, 1),
+            change(2_750, ToolOutput::Pwm, u16::MAX),
+            change(3_000_000_000, ToolOutput::Pwm, 0),
+            change(3_000_000_001, ToolOutput::Mist, u16::MAX),
+            change(3_000_000_001, ToolOutput::Direction, 0),
+        ];
+        let mut out = Vec::new();
+        write(&changes, &mut out).unwrap();
+        let expected = "t_ns,output,value\n1500,enable,1\n1500,pwm,0.500008\n2500,pwm,0.000015\n2750,pwm,1\n\
+                        3000000000,pwm,0\n3000000001,mist,1\n3000000001,direction,0\n";
+        assert_eq!(String::from_utf8(out.clone()).unwrap(), expected);
+        let mut reader = csv::Reader::from_reader(&out[..]);
+        let read = reader.deserialize().map(|row| row.unwrap());
+        let back: Vec<ToolChange> = read
+            .map(|(t_ns, name, share): (u64, String, f64)| {
+                let output = ToolOutput::ALL.into_iter().find(|output| output.to_string() == name).unwrap();
+                change(t_ns, output, (share * f64::from(u16::MAX)).round() as u16)
+            })
+            .collect();
+        assert_eq!(back, changes);
+    }
+}
