@@ -126,14 +126,9 @@ impl<F: NorFlash> Controller<'_, F> {
             State::Alarm(alarm) => Some(alarm),
             _ => None,
         };
-        let probed = self.machine.probed();
-        let place_mm = position_mm(probed.position_steps, &self.machine.config());
-        self.with(|program| {
-            program.interpreter.set_touched(place_mm, probed.touched);
-            if alarm != Some(Alarm::ProbeInitial) {
-                text.print(|text| report::probed(text, &program.interpreter, program.settings.report_inches));
-            }
-        });
+        if matches!(alarm, None | Some(Alarm::ProbeContact)) {
+            self.tell_probed(text);
+        }
         match alarm {
             Some(Alarm::ProbeInitial | Alarm::ProbeContact) => {
                 // The alarm is told first.
@@ -142,5 +137,14 @@ impl<F: NorFlash> Controller<'_, F> {
             }
             _ => result,
         }
+    }
+
+    fn tell_probed(&self, text: &mut Message) {
+        let probed = self.machine.probed();
+        let place_mm = position_mm(probed.position_steps, &self.machine.config());
+        self.with(|program| {
+            program.interpreter.set_touched(place_mm, probed.touched);
+            text.print(|text| report::probed(text, &program.interpreter, program.settings.report_inches));
+        });
     }
 }

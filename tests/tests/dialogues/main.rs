@@ -7,6 +7,7 @@ mod commands;
 mod consoles;
 mod errors;
 mod motion;
+mod probe;
 mod real_time;
 mod reports;
 mod senders;
