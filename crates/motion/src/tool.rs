@@ -131,6 +131,11 @@ pub async fn run(machine: &Machine, mut port: impl ToolPort) -> ! {
     let mut state = Driven::default();
     loop {
         let wanted = machine.tool_wanted();
+        if state.stops != wanted.stops {
+            // The motion that they belong to is over, or shines no more.
+            (state.stops, state.stretch) = (wanted.stops, None);
+            machine.stretches().clear();
+        }
         state.switch(&wanted, &mut port);
         if !wanted.config.laser {
             state.set(wanted.level(wanted.outputs.level), true, &wanted, machine, &mut port);
@@ -170,6 +175,8 @@ struct Driven {
     switches: Switches,
     pwm_hz: u32,
     duty: u16,
+    /// How often the brake had been put on.
+    stops: u32,
     /// The stretch under way.
     stretch: Option<Stretch>,
 }
@@ -199,7 +206,7 @@ impl Driven {
             self.duty = duty;
             port.set_duty(duty, anew);
         }
-        machine.note_level(level);
+        machine.note_level(wanted.config.duties.made(level));
     }
 }
 
