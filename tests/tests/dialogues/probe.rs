@@ -24,7 +24,8 @@ fn with_plate(z_mm: f64) -> Sim {
 fn steps_at_contact(sim: &Sim, falls: bool) -> [i32; 3] {
     let outcome = sim.outcome();
     let wave = outcome.waves.iter().rfind(|wave| wave.wire == Wire::Probe && wave.high != falls).expect("a contact");
-    let homed_ns = outcome.events.iter().rfind(|(_, event)| matches!(event, Event::Homed { .. })).map_or(0, |each| each.0);
+    let homed_ns =
+        outcome.events.iter().rfind(|(_, event)| matches!(event, Event::Homed { .. })).map_or(0, |each| each.0);
     let edges = outcome.edges.iter().filter(|edge| (homed_ns..=wave.t_ns).contains(&edge.t_ns));
     let mut steps = [0; 3];
     edges.for_each(|edge| steps[edge.axis] = edge.position_steps);
