@@ -1,6 +1,7 @@
 //! Laser mode, row by row of the table of the tool in docs/console.md.
 
 use embassy_time::Duration;
+use isostep_motion::State;
 use isostep_sim::{MoveRecord, Outcome, Port, Sim};
 
 use crate::talk::{LOOK_US, ON, assert_at, begin, bytes, duty, field, homed, say, state, watch};
@@ -87,10 +88,11 @@ fn m4_of_a_laser_follows_the_speed() {
         assert_eq!(say(&mut sim, &format!("$910=60\n$911=60\n$912=60\n$940={law}\nM4 S800")), ["ok"; 5]);
         sim.send(b"G1 X10 F1200\nX14 Y3\nX10 Y8\n");
         let mut looks = Vec::new();
-        for _ in 0..25_000 {
+        while looks.len() < 100 || sim.machine().state() == State::Run {
             sim.run_for(Duration::from_micros(200)).unwrap();
             looks.push((sim.now_ns(), f64::from(sim.tool()[0]) / f64::from(ON)));
         }
+        sim.run_until_idle().unwrap();
         assert_eq!(sim.tool(), DARK);
         let outcome = sim.outcome();
         let speeds = looks.iter().filter_map(|&(t_ns, level)| Some((level, speed_mm_s(&outcome, t_ns)?)));
@@ -99,7 +101,7 @@ fn m4_of_a_laser_follows_the_speed() {
         assert!(off.len() > 6_000, "{} looks", off.len());
         assert!(highest < 0.004, "law {law}: {highest} off");
         let brightest = looks.iter().map(|look| look.1).fold(0.0, f64::max);
-        assert!((0.5..0.801).contains(&brightest), "law {law}: {brightest}");
+        assert!((0.3..0.801).contains(&brightest), "law {law}: {brightest}");
     }
 }
 

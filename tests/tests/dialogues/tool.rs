@@ -1,7 +1,7 @@
 //! Spindle and coolant, row by row of the table of the tool in docs/console.md.
 
 use embassy_time::Duration;
-use isostep_motion::Axis;
+use isostep_motion::{Axis, Level, Outputs, Spindle};
 use isostep_sim::plant::SwitchFault;
 use isostep_sim::{Config, Sim};
 
@@ -337,6 +337,21 @@ fn a_stop_puts_all_outputs_off_at_once() {
     all_off(|sim| sim.set_switch(Axis::Y, SwitchFault::StuckClosed), true, "limit switch");
     all_off(|sim| sim.send(b"\x18"), false, "reset");
     all_off(|sim| sim.send(b"\x18\x18"), true, "two resets");
+}
+
+/// Whoever asks for them.
+#[test]
+fn outputs_stay_off_while_a_reset_brakes() {
+    let mut sim = homed();
+    begin(&mut sim, "M3 S1000\nG1 X50 F1200", Duration::from_secs(1));
+    bytes(&mut sim, b"\x18");
+    assert_eq!(state(&mut sim), "Hold:1");
+    let on = Outputs { spindle: Spindle::Clockwise, level: Level::FULL, ..Outputs::OFF };
+    assert!(sim.machine().set_outputs(on).is_err() && sim.machine().set_coolant(true, false).is_err());
+    assert_eq!(sim.machine().set_outputs(Outputs::OFF), Ok(()));
+    sim.run_until_idle().unwrap();
+    assert_eq!((state(&mut sim).as_str(), sim.tool()), ("Idle", OFF));
+    assert_eq!(sim.machine().set_outputs(on), Ok(()));
 }
 
 /// At rest, too.
