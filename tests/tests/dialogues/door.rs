@@ -18,7 +18,8 @@ fn with_door() -> Sim {
     sim
 }
 
-/// Presses a button, or lets it go, with contacts that bounce for 2 ms; then it is quiet for longer than the debounce time.
+/// Presses a button, or lets it go, with contacts that bounce for 2 ms; then it is quiet for longer than the debounce
+/// time.
 fn bounce(sim: &mut Sim, wire: Wire, pressed: bool) {
     for flips in 0..4 {
         sim.set_hand_input(wire, pressed == (flips % 2 == 0));
@@ -88,8 +89,8 @@ fn the_cycle_start_button_resumes() {
     assert_eq!(pins(&mut sim).as_deref(), Some("HS"));
 }
 
-/// Door:2 while it brakes, with the spindle on; Door:1 while it is open, all off; Door:0 when it is closed; Door:3 while the
-/// spindle gets its speed.
+/// Door:2 while it brakes, with the spindle on; Door:1 while it is open, all off; Door:0 when it is closed; Door:3 while
+/// the spindle gets its speed.
 #[test]
 fn the_door_holds_and_puts_all_off() {
     let mut sim = with_door();

@@ -165,7 +165,8 @@ fn a_jog_with_a_laser_is_dark() {
     assert_eq!((sim.tool(), state(&mut sim).as_str()), (DARK, "Idle"));
 }
 
-/// M5 behind moves: they shine to their end, and then it is off; unless M3 comes before that. Coolant has nothing to do with it.
+/// M5 behind moves: they shine to their end, and then it is off; unless M3 comes before that. Coolant has nothing to do
+/// with it.
 #[test]
 fn m5_of_a_laser_lets_the_moves_before_it_shine() {
     for (behind, expected) in [("", &[FULL, DARK, OFF][..]), ("M3\n", &[FULL, DARK])] {

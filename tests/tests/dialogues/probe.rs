@@ -217,7 +217,8 @@ fn a_probe_is_held_and_goes_on() {
     }
 }
 
-/// The hold and the contact within the same milliseconds, whichever comes first: 20 mm at 20 mm/s are reached after 1.2 s.
+/// The hold and the contact within the same milliseconds, whichever comes first: 20 mm at 20 mm/s are reached after
+/// 1.2 s.
 #[test]
 fn a_contact_while_it_brakes_for_a_hold_is_exact() {
     let mut brakes_first = 0;
