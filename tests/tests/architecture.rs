@@ -99,12 +99,9 @@ fn no_task_has_a_twin_for_tests() {
     for package in ["motion", "controller"] {
         for path in sources(&root().join("crates").join(package).join("src")) {
             let text = fs::read_to_string(&path).unwrap();
-            let shipped = text.replace("#[cfg(test)]\nmod tests {", "");
-            assert!(
-                !shipped.contains("cfg(test)"),
-                "{}: the code that is tested is the code that ships",
-                path.display()
-            );
+            // Tests of a function, behind all else, are not in its place.
+            let ships = text.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default();
+            assert!(!ships.contains("cfg(test)"), "{}: the code that is tested is the code that ships", path.display());
         }
     }
 }

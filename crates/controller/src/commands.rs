@@ -137,6 +137,7 @@ impl<F: NorFlash> Controller<'_, F> {
     fn at_once(&self, command: &Command<'_>, state: Word, text: &mut Message) -> Result<After, Error> {
         match *command {
             Command::Unlock if state == Word::Alarm => {
+                self.closed_door()?;
                 self.machine.unlock().map_err(|Busy(_)| Error::Locked)?;
                 self.with(|program| program.mode = Mode::Normal);
                 self.stop_tool();
@@ -198,6 +199,7 @@ impl<F: NorFlash> Controller<'_, F> {
 
     /// Homes every axis, or one. The start-up lines are for a machine that is homed wholly.
     async fn home(&self, axis: Option<usize>, out: &Output) -> Result<(), Error> {
+        self.closed_door()?;
         if self.state() == Word::Alarm {
             self.stop_tool();
         }
@@ -252,6 +254,10 @@ impl<F: NorFlash> Controller<'_, F> {
     fn put_in_force(&self, settings: Settings) -> Result<(), &'static str> {
         let config = config(&settings);
         self.machine.configure(config).map_err(|refused| words(&refused))?;
+        if settings.laser_mode != self.with(|program| program.settings.laser_mode) {
+            // What a laser does in moves alone a spindle would do at once.
+            self.stop_tool();
+        }
         self.with(|program| (program.settings, program.geometry) = (settings, Geometry::of(&config)));
         self.follow_machine();
         Ok(())

@@ -140,7 +140,10 @@ impl<'a, F: NorFlash> Controller<'a, F> {
     pub(crate) fn state(&self) -> Word {
         match (self.machine.state(), self.with(|program| program.mode)) {
             (_, Mode::Left) => Word::Sleep,
-            (State::Alarm(_), _) | (State::Idle, Mode::Slept) => Word::Alarm,
+            (State::Alarm(_), _) => Word::Alarm,
+            // A hold of nothing changes nothing about it.
+            (State::Idle | State::Hold { .. }, Mode::Slept) => Word::Alarm,
+            (State::Idle | State::Hold { .. }, Mode::Sleep) => Word::Sleep,
             (State::Home, _) => Word::Home,
             (State::Jog, _) => Word::Jog,
             (State::Hold { .. } | State::Run, _) if self.machine.door().is_about() => Word::Door(self.door()),
@@ -148,7 +151,6 @@ impl<'a, F: NorFlash> Controller<'a, F> {
             (State::Hold { still }, _) => Word::Hold { stopping: !still },
             (State::Idle, Mode::Normal) => Word::Idle,
             (State::Idle, Mode::Check) => Word::Check,
-            (State::Idle, Mode::Sleep) => Word::Sleep,
         }
     }
 
@@ -216,7 +218,6 @@ impl<'a, F: NorFlash> Controller<'a, F> {
     pub(crate) fn restart_program(&self) {
         self.with(|program| {
             program.interpreter.reset();
-            program.spindle = Spindle::Off;
             program.overrides = Overrides::DEFAULT;
             program.startup_due = true;
             program.mode = match program.mode {
@@ -225,6 +226,7 @@ impl<'a, F: NorFlash> Controller<'a, F> {
                 Mode::Normal | Mode::Check => Mode::Normal,
             };
         });
+        self.stop_tool();
         self.override_machine();
         self.follow_machine();
         self.woken.signal(());

@@ -70,7 +70,9 @@ impl<F: NorFlash> Controller<'_, F> {
         if block.ends_program {
             self.with(|program| program.overrides = Overrides::DEFAULT);
             self.override_machine();
-            self.stop_tool();
+            if !checks {
+                self.stop_tool();
+            }
             text.tell(messages::PROGRAM_END);
         }
         Ok(())
@@ -110,6 +112,7 @@ impl<F: NorFlash> Controller<'_, F> {
 
     /// Begins a jog. Outside the travel it never begins, and nothing is locked.
     pub(crate) async fn jog(&self, jog: Jog) -> Result<(), Error> {
+        self.closed_door()?;
         let target_steps = self.steps(jog.target_mm);
         if self.beyond_travel(target_steps).is_some() {
             return Err(Error::TravelExceeded);
@@ -120,6 +123,11 @@ impl<F: NorFlash> Controller<'_, F> {
             program.jogged = true;
         });
         Ok(())
+    }
+
+    /// Nobody reaches into the machine, as far as it knows.
+    pub(crate) fn closed_door(&self) -> Result<(), Error> {
+        if self.machine.door().is_open { Err(Error::DoorOpen) } else { Ok(()) }
     }
 
     /// Asks for a motion.

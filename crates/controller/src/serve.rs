@@ -145,6 +145,9 @@ impl<F: NorFlash> Controller<'_, F> {
         if self.with(|program| program.settings.hard_limits) && self.machine.status().pressed.contains(&true) {
             text.tell(messages::CHECK_LIMITS);
         }
+        if self.machine.door().is_open {
+            text.tell(messages::CHECK_DOOR);
+        }
         if let Some(loss) = self.with(|program| program.loss) {
             text.tell(loss);
         }
@@ -153,7 +156,7 @@ impl<F: NorFlash> Controller<'_, F> {
             text.tell(messages::HOW_TO_UNLOCK);
         }
         output.send(&text).await;
-        let is_ready = matches!(state, Word::Idle | Word::Hold { .. });
+        let is_ready = matches!(state, Word::Idle | Word::Hold { .. } | Word::Door(_));
         if self.with(|program| core::mem::take(&mut program.startup_due)) && is_ready {
             let _turn = self.turn.lock().await;
             self.start_up(output).await;

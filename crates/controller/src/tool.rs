@@ -3,7 +3,7 @@
 use embassy_futures::yield_now;
 use embedded_storage_async::nor_flash::NorFlash;
 use isostep_console::report;
-use isostep_console::{Coolant, Error, Modal, Probe, Rate, Realtime, Settings, Spindle as Word};
+use isostep_console::{Coolant, Error, Modal, Probe, Rate, Realtime, Settings, Spindle as Switched, State as Word};
 use isostep_motion::{Alarm, Duties, Level, Motion, Outputs, Power, ProbeMove, Spindle, State, ToolConfig};
 
 use crate::controller::{Controller, Program};
@@ -23,11 +23,11 @@ pub(crate) fn config(settings: &Settings) -> ToolConfig {
 }
 
 /// The console's word for how the spindle is switched.
-pub(crate) fn word(spindle: Spindle) -> Word {
+pub(crate) fn word(spindle: Spindle) -> Switched {
     match spindle {
-        Spindle::Off => Word::Off,
-        Spindle::Clockwise => Word::Clockwise,
-        Spindle::CounterClockwise => Word::CounterClockwise,
+        Spindle::Off => Switched::Off,
+        Spindle::Clockwise => Switched::Clockwise,
+        Spindle::CounterClockwise => Switched::CounterClockwise,
     }
 }
 
@@ -51,9 +51,9 @@ impl Program {
     fn outputs(&self) -> Outputs {
         let Modal { spindle, coolant, .. } = *self.interpreter.modal();
         let (spindle, level) = match spindle {
-            Word::Off => (Spindle::Off, Level::ZERO),
-            Word::Clockwise => (Spindle::Clockwise, self.level()),
-            Word::CounterClockwise => (Spindle::CounterClockwise, self.level()),
+            Switched::Off => (Spindle::Off, Level::ZERO),
+            Switched::Clockwise => (Spindle::Clockwise, self.level()),
+            Switched::CounterClockwise => (Spindle::CounterClockwise, self.level()),
         };
         Outputs { spindle, level, flood: coolant.flood(), mist: coolant.mist() }
     }
@@ -92,20 +92,19 @@ impl<F: NorFlash> Controller<'_, F> {
 
     /// Obeys a real-time byte about the tool.
     pub(crate) fn override_tool(&self, realtime: Realtime) {
-        let takes = self.state().takes_gcode().is_ok();
+        let takes = matches!(self.state(), Word::Idle | Word::Run | Word::Hold { .. });
+        let Outputs { flood, mist, .. } = self.machine.outputs();
         match realtime {
             Realtime::SpindleStop => self.machine.toggle_spindle(),
-            Realtime::Flood if takes => self.toggle_coolant(|outputs| outputs.flood = !outputs.flood),
-            Realtime::Mist if takes => self.toggle_coolant(|outputs| outputs.mist = !outputs.mist),
+            Realtime::Flood if takes => self.set_coolant(!flood, mist),
+            Realtime::Mist if takes => self.set_coolant(flood, !mist),
             _ => {}
         }
     }
 
-    fn toggle_coolant(&self, toggle: fn(&mut Outputs)) {
-        let mut outputs = self.machine.outputs();
-        toggle(&mut outputs);
-        if self.machine.set_outputs(outputs).is_ok() {
-            self.with(|program| program.interpreter.set_coolant(Coolant::of(outputs.flood, outputs.mist)));
+    fn set_coolant(&self, flood: bool, mist: bool) {
+        if self.machine.set_coolant(flood, mist).is_ok() {
+            self.with(|program| program.interpreter.set_coolant(Coolant::of(flood, mist)));
         }
     }
 
@@ -129,14 +128,9 @@ impl<F: NorFlash> Controller<'_, F> {
             State::Alarm(alarm) => Some(alarm),
             _ => None,
         };
-        let probed = self.machine.probed();
-        let place_mm = position_mm(probed.position_steps, &self.machine.config());
-        self.with(|program| {
-            program.interpreter.set_touched(place_mm, probed.touched);
-            if alarm != Some(Alarm::ProbeInitial) {
-                text.print(|text| report::probed(text, &program.interpreter, program.settings.report_inches));
-            }
-        });
+        if matches!(alarm, None | Some(Alarm::ProbeContact)) {
+            self.tell_probed(text);
+        }
         match alarm {
             Some(Alarm::ProbeInitial | Alarm::ProbeContact) => {
                 // The alarm is told first.
@@ -145,5 +139,14 @@ impl<F: NorFlash> Controller<'_, F> {
             }
             _ => result,
         }
+    }
+
+    fn tell_probed(&self, text: &mut Message) {
+        let probed = self.machine.probed();
+        let place_mm = position_mm(probed.position_steps, &self.machine.config());
+        self.with(|program| {
+            program.interpreter.set_touched(place_mm, probed.touched);
+            text.print(|text| report::probed(text, &program.interpreter, program.settings.report_inches));
+        });
     }
 }

@@ -16,19 +16,12 @@ use crate::machine::Machine;
 pub async fn watch_hold<I: InputPin<Error = Infallible> + Wait>(machine: &Machine, mut input: I) -> ! {
     loop {
         wait_level(&mut input, true).await;
-        let is_door = machine.config().hold_is_door;
         // At once: a false one costs less than a late one.
-        if is_door {
-            machine.set_door(true)
-        } else {
-            machine.hold()
-        };
-        machine.set_button(0, !is_door);
+        machine.set_hold_input(true);
         while debounced_low(&mut input, machine.config().homing.debounce).await {
             wait_level(&mut input, false).await;
         }
-        machine.set_door(false);
-        machine.set_button(0, false);
+        machine.set_hold_input(false);
     }
 }
 
@@ -44,14 +37,14 @@ pub async fn watch_start<I: InputPin<Error = Infallible> + Wait>(machine: &Machi
             continue;
         }
         machine.resume();
-        machine.set_button(1, true);
+        machine.set_start_button(true);
         loop {
             wait_level(&mut input, false).await;
             if !debounced_low(&mut input, machine.config().homing.debounce).await {
                 break;
             }
         }
-        machine.set_button(1, false);
+        machine.set_start_button(false);
     }
 }
 

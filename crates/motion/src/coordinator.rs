@@ -147,6 +147,10 @@ where
             Motion::Home { axes } => (self.home(axes).await, 1),
         };
         self.machine.set_room(CHAIN_MOVES);
+        if result.is_ok() && self.machine.config().tool.laser {
+            // It shines to the end of the plan, half a step after the last edge.
+            self.machine.is_stopped_before(self.standstill).await;
+        }
         let state = self.machine.conclude(result, motions);
         self.tell_state(state);
     }

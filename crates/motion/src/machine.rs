@@ -191,9 +191,7 @@ impl Inner {
         let last = self.pending == 0;
         if last {
             (self.cause, self.forget) = (None, Forget::Nothing);
-            if let Some(outputs) = self.outputs.at_rest.take() {
-                self.outputs.asked = outputs;
-            }
+            self.rest_outputs();
         }
         last
     }
@@ -263,7 +261,12 @@ impl Machine {
     /// What cannot work is refused and nothing changes.
     pub fn configure(&self, config: Config) -> Result<(), ConfigError> {
         config.check(self.capabilities())?;
-        self.with(|inner| inner.config = config);
+        let is_low = self.with(|inner| {
+            inner.config = config;
+            inner.buttons[0] || inner.door.is_open
+        });
+        // It may mean something else from now on.
+        self.set_hold_input(is_low);
         self.tool.ask();
         Ok(())
     }
@@ -291,7 +294,7 @@ impl Machine {
     pub fn status(&self) -> Status {
         let (homed, emergency_stop, underway) = self.with(|inner| (inner.homed, inner.emergency, inner.underway));
         let room = self.with(|inner| if inner.is_to_brake() { 0 } else { inner.room });
-        let (outputs, door, buttons) = self.with(|inner| (inner.effective(self.state()), inner.door, inner.buttons));
+        let (outputs, buttons) = self.with(|inner| (inner.effective(self.state()), inner.buttons));
         Status {
             state: self.state(),
             position_steps: self.position_steps(),
@@ -304,7 +307,7 @@ impl Machine {
             outputs,
             level: self.tool.level(),
             probe_touches: self.probe_touches(),
-            door,
+            door: self.door(),
             buttons,
         }
     }
@@ -332,7 +335,7 @@ impl Machine {
     ///
     /// # Errors
     /// In alarm nothing but homing is taken, and not even that while the emergency stop is pressed. While it jogs, only
-    /// jogs are. While a reset brakes, nothing; and what waited for room then is forgotten.
+    /// jogs are. While the safety door is open, neither homing nor jogs; what else is waits for it. While a reset brakes, nothing; and what waited for room then is forgotten.
     ///
     /// # Cancellation
     /// Safe: the motion is either in the queue or was never asked for.
@@ -342,15 +345,13 @@ impl Machine {
                 return (state, Err(Busy(state)));
             }
             let is_otherwise = (state == State::Jog) != matches!(motion, Motion::Jog { .. }) && state != State::Idle;
-            if is_otherwise || inner.forget == Forget::All {
+            // By hand, or on the way to a switch, nothing is to wait for a door.
+            let is_barred = inner.door.is_open && matches!(motion, Motion::Jog { .. } | Motion::Home { .. });
+            if is_otherwise || is_barred || inner.forget == Forget::All {
                 return (state, Err(Busy(state)));
             }
             inner.pending += 1;
-            if inner.door.is_open && state == State::Idle && !matches!(motion, Motion::Home { .. }) {
-                // It waits for the door.
-                (inner.held, inner.door.is_held) = (true, true);
-                return (State::Hold { still: true }, Ok(inner.resets));
-            }
+            let state = inner.wait_for_door(state);
             let next = match (state, motion) {
                 (State::Idle | State::Alarm(_), Motion::Home { .. }) => State::Home,
                 (State::Idle, Motion::Jog { .. }) => State::Jog,

@@ -24,18 +24,21 @@ where
     pub(crate) async fn probe(&mut self, probe: ProbeMove) -> Result<(), Alarm> {
         let ProbeMove { target_steps, feed_mm_s, away, must, line } = probe;
         let origin_steps = self.machine.position_steps();
+        let steps = core::array::from_fn(|axis| target_steps[axis].wrapping_sub(origin_steps[axis]));
+        if let Some(axis) = self.machine.onto_switch(steps) {
+            return Err(Alarm::HardLimit { axis });
+        }
         self.machine.set_probed(Probed { touched: false, position_steps: origin_steps });
         if !self.machine.seek_contact(!away) {
             return Err(Alarm::ProbeInitial);
         }
-        let steps = core::array::from_fn(|axis| target_steps[axis].wrapping_sub(origin_steps[axis]));
         self.contact_steps = None;
         let finish = if steps == [0; AXES] {
             Finish::Done
         } else {
             self.begin_chain(Purpose::Probe);
             self.push(steps, Some(feed_mm_s), true, u64::from(line))?;
-            let finish = self.make(Purpose::Probe).await;
+            let finish = self.seek(origin_steps).await;
             self.chain.clear();
             finish
         };
@@ -54,12 +57,30 @@ where
         }
     }
 
+    /// Makes the way, however often it is held, until the contact.
+    async fn seek(&mut self, origin_steps: [i32; AXES]) -> Finish {
+        loop {
+            let finish = self.make(Purpose::Probe).await;
+            let goes_on = finish == Finish::Held && self.contact_steps.is_none() && self.machine.outlast_hold().await;
+            if !goes_on {
+                return finish;
+            }
+            if self.machine.contact_at().is_some() {
+                // It came while the machine stood still.
+                let position_steps = self.machine.position_steps();
+                self.contact_steps = Some(core::array::from_fn(|axis| position_steps[axis] - origin_steps[axis]));
+                return finish;
+            }
+        }
+    }
+
     /// Looks whether the contact has come in the run that started at `start`: the steps that each axis had made by then.
     pub(crate) fn note_contact(&mut self, start: Instant) -> bool {
         if self.contact_steps.is_none()
             && let Some(at) = self.machine.contact_at()
         {
-            let t_s = at.saturating_duration_since(start).as_micros() as f64 * 1e-6;
+            // Instants are cut to whole microseconds: the step that made the contact came before the next.
+            let t_s = (at.saturating_duration_since(start).as_micros() + 1) as f64 * 1e-6;
             self.contact_steps = Some(made_steps(self.legs, t_s));
         }
         self.contact_steps.is_some()

@@ -225,10 +225,11 @@ where
 
     /// Passes on to the chain what has been asked for.
     fn obey(&mut self, purpose: Purpose, start: Instant) {
+        // While it is held, too: what tells of the place is forgotten when it is over.
+        let is_found = purpose == Purpose::Probe && self.note_contact(start);
         if purpose == Purpose::Homing || self.chain.is_held() {
             return;
         }
-        let is_found = purpose == Purpose::Probe && self.note_contact(start);
         if is_found || self.machine.is_to_brake() {
             self.chain.hold();
         } else if self.is_overridden(purpose) {

@@ -134,6 +134,11 @@ pub async fn run(machine: &Machine, mut port: impl ToolPort) -> ! {
     let mut state = Driven::default();
     loop {
         let wanted = machine.tool_wanted();
+        if state.stops != wanted.stops {
+            // The motion that they belong to is over, or shines no more.
+            (state.stops, state.asked, state.stretch) = (wanted.stops, Level::ZERO, None);
+            machine.stretches().clear();
+        }
         state.switch(&wanted, &mut port);
         // Of a laser only what is told of a move.
         let asked = if wanted.config.laser { state.asked } else { wanted.outputs.level };
@@ -171,6 +176,8 @@ struct Driven {
     switches: Switches,
     pwm_hz: u32,
     duty: u16,
+    /// How often the brake had been put on.
+    stops: u32,
     /// The level that was asked for.
     asked: Level,
     /// The stretch under way, or the next.
@@ -221,7 +228,8 @@ struct Prepared {
 impl Prepared {
     fn of(asked: Level, wanted: &ToolWanted) -> Self {
         let level = wanted.level(asked);
-        Self { asked, level, duty: wanted.config.duties.duty(level) }
+        let duties = wanted.config.duties;
+        Self { asked, level: duties.made(level), duty: duties.duty(level) }
     }
 }
 

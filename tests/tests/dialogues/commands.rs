@@ -86,7 +86,7 @@ fn command_build_names_grbl() {
     let heard = say(&mut powered_up(&Config::default()), "$I");
     assert!(heard[0].starts_with("[VER:1.1h.20190830:") && heard[0].contains("grbl"), "{heard:?}");
     // As many blocks as a status report's Bf tells at rest.
-    assert_eq!(heard[1..], [format!("[OPT:NMZHL,{},128]", isostep_motion::MOVES_AHEAD), "ok".to_owned()]);
+    assert_eq!(heard[1..], [format!("[OPT:VNMZHL,{},128]", isostep_motion::MOVES_AHEAD), "ok".to_owned()]);
 }
 
 #[test]
@@ -340,7 +340,7 @@ fn command_explain_says_what_an_alarm_means() {
     for alarm in isostep_console::Alarm::ALL {
         assert_eq!(say(&mut sim, &format!("$a{}", alarm.code())), [format!("[MSG:{alarm}]"), "ok".into()]);
     }
-    refused(&mut sim, "$A4", 3);
+    refused(&mut sim, "$A11", 3);
 }
 
 #[test]

@@ -132,7 +132,7 @@ fn error_20_unsupported() {
     );
     let mut sim = homed();
     for (line, told) in [
-        ("G38.2 Z-1", "G38.2: no probe here: remove it"),
+        ("G38.6 Z-1", "G38.6: probing is G38.2 to G38.5: give one of them"),
         ("G0 X1 G42 D1", "G42: no cutter compensation here: let the CAM program compensate"),
         ("M100 Q1", "M100: unknown here: remove it"),
         ("G0 X1 A-2.5 M62", "A: three axes only, X Y Z: remove it"),
@@ -146,13 +146,16 @@ fn error_20_unsupported() {
 
 #[test]
 fn error_21_modal_clash() {
-    refused_and_unchanged(&["G20 G21", "G90 G91", "G17 G19", "G54 G56", "G93 G94", "M3 M4", "M7 M8", "M2 M30"], 21);
+    refused_and_unchanged(
+        &["G20 G21", "G90 G91", "G17 G19", "G54 G56", "G93 G94", "M3 M4", "M7 M8", "M2 M30", "G38.2 G17 G18 X5"],
+        21,
+    );
 }
 
 #[test]
 fn error_22_no_feed() {
     let mut sim = homed();
-    for line in ["G1 X1", "G1", "G1 X1 F.5", "G2 X1 I1", "$J=X1", "$J=X1 F0", "G93 G1 X1", "G93 G3 X1 I1"] {
+    for line in ["G1 X1", "G1", "G1 X1 F.5", "G2 X1 I1", "$J=X1", "$J=X1 F0", "G93 G1 X1", "G93 G3 X1 I1", "G38.2 X1"] {
         refused(&mut sim, line, 22);
     }
 }
@@ -164,7 +167,10 @@ fn error_23_integer_required() {
 
 #[test]
 fn error_24_axis_conflict() {
-    refused_and_unchanged(&["G0 G1 X1", "G28 G0 X1", "G1 G92 X1", "G43.1 G0 Z1", "G10 G28 L2 P1 X1"], 24);
+    refused_and_unchanged(
+        &["G0 G1 X1", "G28 G0 X1", "G1 G92 X1", "G43.1 G0 Z1", "G10 G28 L2 P1 X1", "G38.2 G0 X1"],
+        24,
+    );
 }
 
 #[test]
@@ -174,7 +180,7 @@ fn error_25_repeated_word() {
 
 #[test]
 fn error_26_axis_words_missing() {
-    refused_and_unchanged(&["G10 L2 P1", "G92", "$J=F100", "G2", "G3 I5"], 26);
+    refused_and_unchanged(&["G10 L2 P1", "G92", "$J=F100", "G2", "G3 I5", "G38.2"], 26);
 }
 
 #[test]
@@ -197,6 +203,7 @@ fn error_30_absolute_needs_motion() {
     let mut sim = homed();
     assert_eq!(say(&mut sim, "G80"), ["ok"]);
     refused(&mut sim, "G53 X1", 30);
+    refused(&mut sim, "G53 G38.2 X1 F100", 30);
     assert_eq!(say(&mut sim, "G53 G0 X1"), ["ok"]);
 }
 
@@ -217,7 +224,16 @@ fn error_32_plane_axes_missing() {
 fn error_33_invalid_target() {
     refused_and_unchanged(&["G2 X10 I4.99", "G3 X0 Y0 R5", "G2 X9000 R-9000"], 33);
     refused_and_unchanged(
-        &["X10001", "G20 X400", "$J=X20000 F1", "G10 L2 P1 X10001", "G92 X-10002", "G43.1 Z10001"],
+        &[
+            "X10001",
+            "G20 X400",
+            "$J=X20000 F1",
+            "G10 L2 P1 X10001",
+            "G92 X-10002",
+            "G43.1 Z10001",
+            "G38.2 X0",
+            "G91 G38.3 Z0",
+        ],
         33,
     );
 }

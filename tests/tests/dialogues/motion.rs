@@ -2,7 +2,7 @@
 
 use embassy_futures::block_on;
 use embassy_time::Duration;
-use isostep_motion::{Alarm, Axis, Event, Finish, HomingPhase, Motion, State};
+use isostep_motion::{Alarm, Axis, Event, Finish, HomingPhase, Motion, Power, State};
 use isostep_sim::plant::SwitchFault;
 use isostep_sim::{Config, Port, Sim};
 
@@ -223,7 +223,7 @@ fn a_reset_in_a_dwell_forgets_what_waits_and_keeps_the_position() {
     let target_steps = [500, 0, 0];
     for motion in [
         Motion::Dwell(Duration::from_secs(1)),
-        Motion::Move { target_steps, feed_mm_s: None, exact_stop: false, line: 0 },
+        Motion::Move { target_steps, feed_mm_s: None, exact_stop: false, line: 0, power: Power::Off },
     ] {
         block_on(sim.machine().submit(motion)).unwrap();
     }

@@ -80,16 +80,12 @@ fn byte_18_cuts_no_line() {
     }
 }
 
+/// In the middle of a line, which is carried out once it is resumed.
 #[test]
 fn byte_21_holds_the_move_under_way() {
-    holds(b'!');
-}
-
-/// In the middle of a line, which is carried out once it is resumed.
-fn holds(byte: u8) {
     let mut sim = homed();
     assert_eq!(say(&mut sim, "G0 X2"), ["ok"]);
-    sim.send(&[b"G0 X4", &[byte][..], b"0\n"].concat());
+    sim.send(b"G0 X4!0\n");
     sim.run_until_idle().unwrap();
     assert_eq!(sim.replies(), ["ok"], "the line is taken; its move waits");
     assert_eq!(status(&mut sim), "<Hold:0|MPos:2.000,0.000,0.000");
@@ -97,7 +93,7 @@ fn holds(byte: u8) {
     sim.run_until_idle().unwrap();
     assert_eq!(status(&mut sim), "<Idle|MPos:40.000,0.000,0.000");
     begin(&mut sim, "G0 X0", Duration::from_millis(500));
-    assert_eq!(bytes(&mut sim, &[byte]), [""; 0]);
+    assert_eq!(bytes(&mut sim, b"!"), [""; 0]);
     assert_eq!(state(&mut sim), "Hold:1");
     sim.run_until_idle().unwrap();
     let held = status(&mut sim);
@@ -125,11 +121,6 @@ fn byte_7e_resumes_from_a_program_pause() {
     say(&mut sim, "M0");
     bytes(&mut sim, b"\x18");
     assert_eq!(state(&mut sim), "Idle", "a reset ends a pause too, and is no alarm");
-}
-
-#[test]
-fn byte_84_holds_the_move_under_way() {
-    holds(0x84);
 }
 
 #[test]
@@ -220,7 +211,7 @@ fn byte_9d_lowers_the_spindle_by_one() {
 /// In the middle of a line, where they must leave it whole.
 #[test]
 fn bytes_without_a_meaning_are_dropped() {
-    let meaning = |byte: u8| matches!(byte, 0x84 | 0x85 | 0x90..=0x97 | 0x99..=0x9D);
+    let meaning = |byte: u8| matches!(byte, 0x84 | 0x85 | 0x90..=0x97 | 0x99..=0x9E | 0xA0 | 0xA1);
     let dropped: Vec<u8> = (0x80..=0xFF).filter(|&byte| !meaning(byte)).collect();
     let mut sim = within_a_line(&dropped);
     assert_eq!(field(&mut sim, "Ov"), "100,100,100");

@@ -3,6 +3,7 @@
 use embassy_time::Duration;
 use isostep_motion::Axis;
 use isostep_sim::plant::SwitchFault;
+use isostep_sim::world::Wire;
 use isostep_sim::{Config, Sim};
 
 use crate::talk::{begin, bytes, field, homed, powered_up, report, say};
@@ -97,7 +98,9 @@ fn report_speed_along_the_path() {
     let mut sim = homed();
     assert_eq!(field(&mut sim, "FS"), "0,0");
     begin(&mut sim, "M3 S1000 G1 X60 Y80 F1200", Duration::from_secs(1));
-    assert_eq!(field(&mut sim, "FS"), "1200,0", "no spindle turns");
+    assert_eq!(field(&mut sim, "FS"), "1200,1000");
+    bytes(&mut sim, &[0x9B]);
+    assert_eq!(field(&mut sim, "FS"), "1200,900", "as overridden");
 }
 
 #[test]
@@ -115,6 +118,10 @@ fn report_pins_when_pressed() {
     assert_eq!(pins(&mut sim), "XYZ");
     sim.set_emergency_stop(true);
     assert_eq!(pins(&mut sim), "XYZR");
+    let inputs = [Wire::Probe, Wire::Hold, Wire::Start];
+    inputs.iter().for_each(|&wire| sim.set_hand_input(wire, true));
+    assert_eq!(pins(&mut sim), "PXYZRHS");
+    inputs.iter().for_each(|&wire| sim.set_hand_input(wire, false));
     for axis in Axis::ALL {
         sim.set_switch(axis, SwitchFault::None);
     }
@@ -155,4 +162,21 @@ fn report_offset_and_overrides_take_turns() {
         (busy.match_indices('w').map(|(at, _)| at).collect(), busy.match_indices('o').map(|(at, _)| at).collect());
     assert_eq!(offsets[1] - offsets[0], 30, "{busy}");
     assert_eq!(overrides[2] - overrides[1], 20, "{busy}");
+}
+
+/// In the very next report, and then with the overrides.
+#[test]
+fn report_accessories_that_are_on() {
+    let mut sim = homed();
+    extras(&mut sim, 2);
+    for (line, told) in [("M3 S1000", "|A:S>"), ("M8", "|A:SF>"), ("M4 M7", "|A:CFM>"), ("M5", "|A:FM>"), ("M9", "0>")]
+    {
+        assert_eq!(say(&mut sim, line), ["ok"]);
+        let report = report(&mut sim);
+        assert!(report.contains("|Ov:100,100,100") && report.ends_with(told), "{line}: {report}");
+    }
+    assert_eq!(say(&mut sim, "M3"), ["ok"]);
+    let reports: Vec<_> = (0..21).map(|_| report(&mut sim)).collect();
+    assert_eq!(reports.iter().filter(|report| report.contains("|A:S")).count(), 3, "{reports:?}");
+    assert!(reports.iter().all(|report| report.contains("|A:S") == report.contains("|Ov:")), "{reports:?}");
 }

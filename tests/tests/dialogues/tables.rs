@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use isostep_console::{Alarm, Command, Error, Realtime, SETTING_TABLE, SettingError, Settings, State, realtime};
+use isostep_console::{Alarm, Command, Door, Error, Realtime, SETTING_TABLE, SettingError, Settings, State, realtime};
 use isostep_profile::SpeedLaw;
 use isostep_tests::root;
 
@@ -31,7 +31,18 @@ fn sources(folder: &Path) -> Vec<PathBuf> {
 fn every_row_names_a_test_that_exists() {
     let folders = ["tests/tests", "crates/console/tests"].map(|folder| sources(&root().join(folder)));
     let code: String = folders.iter().flatten().map(|path| fs::read_to_string(path).unwrap()).collect();
-    for heading in ["Real-time bytes", "`$` commands", "Errors", "Alarms", "States", "Status reports", "Senders"] {
+    for heading in [
+        "Real-time bytes",
+        "`$` commands",
+        "Spindle, laser and coolant",
+        "Probing",
+        "Buttons and the safety door",
+        "Errors",
+        "Alarms",
+        "States",
+        "Status reports",
+        "Senders",
+    ] {
         for row in table(heading) {
             let test = row.last().unwrap().trim_matches('`');
             if row[1].starts_with("never") && test.is_empty() {
@@ -76,7 +87,11 @@ fn every_state_has_a_row() {
         State::Idle => Some(State::Run),
         State::Run => Some(State::Hold { stopping: false }),
         State::Hold { stopping: false } => Some(State::Hold { stopping: true }),
-        State::Hold { stopping: true } => Some(State::Jog),
+        State::Hold { stopping: true } => Some(State::Door(Door::Closed)),
+        State::Door(Door::Closed) => Some(State::Door(Door::Open)),
+        State::Door(Door::Open) => Some(State::Door(Door::Stopping)),
+        State::Door(Door::Stopping) => Some(State::Door(Door::Resuming)),
+        State::Door(Door::Resuming) => Some(State::Jog),
         State::Jog => Some(State::Home),
         State::Home => Some(State::Alarm),
         State::Alarm => Some(State::Check),
@@ -93,8 +108,7 @@ fn every_real_time_byte_has_a_row() {
     let name = |byte: u8| if byte.is_ascii_graphic() { char::from(byte).to_string() } else { format!("0x{byte:02X}") };
     let acts = |&byte: &u8| realtime::classify(byte).is_some_and(|realtime| realtime != Realtime::Ignored);
     let mut known: BTreeSet<_> = (0..=0xFF).filter(acts).map(name).collect();
-    // What Grbl knows and the gantry has no use for.
-    known.extend(["0x9E", "0xA0", "0xA1", "others from 0x80 up"].map(str::to_owned));
+    known.insert("others from 0x80 up".to_owned());
     assert_eq!(codes("Real-time bytes"), known);
 }
 
@@ -129,10 +143,11 @@ fn row(command: &Command<'_>) -> &'static str {
 
 #[test]
 fn every_command_has_a_row_with_its_states() {
-    const ALL: [State; 8] = [
+    const ALL: [State; 9] = [
         State::Idle,
         State::Run,
         State::Hold { stopping: false },
+        State::Door(Door::Closed),
         State::Jog,
         State::Home,
         State::Alarm,

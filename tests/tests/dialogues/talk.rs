@@ -86,3 +86,36 @@ pub fn refused(sim: &mut Sim, line: &str, code: u8) {
     assert_eq!(*last, format!("error:{code}"), "{line}: {heard:?}");
     assert!(before.iter().all(|line| line.starts_with("[MSG:")), "{line}: {heard:?}");
 }
+
+/// An output of the tool that is on.
+pub const ON: u16 = u16::MAX;
+
+/// The duty of a share of the full one.
+pub fn duty(share: f64) -> u16 {
+    (share * f64::from(ON)).round() as u16
+}
+
+/// How fine [`watch`] looks, us.
+pub const LOOK_US: u64 = 10;
+
+/// What the tool's outputs became in some time, each with its instant in us since power-up: it came no more than
+/// [`LOOK_US`] before.
+pub fn watch(sim: &mut Sim, time: Duration) -> Vec<(u64, [u16; 5])> {
+    let mut changes = Vec::new();
+    let mut before = sim.tool();
+    for _ in 0..time.as_micros() / LOOK_US {
+        sim.run_for(Duration::from_micros(LOOK_US)).unwrap();
+        if sim.tool() != before {
+            before = sim.tool();
+            changes.push((sim.now().as_micros(), before));
+        }
+    }
+    changes
+}
+
+/// An instant of the record is that of a change that was seen by [`watch`].
+pub fn assert_at(seen_us: u64, at_ns: u64, what: &str) {
+    let at_us = at_ns as f64 * 1e-3;
+    let late_us = seen_us as f64 - at_us;
+    assert!((-1.0..=LOOK_US as f64 + 1.0).contains(&late_us), "{what}: at {at_us} us, seen at {seen_us} us");
+}

@@ -1,5 +1,7 @@
 //! The safety door: a hold with all outputs off.
 
+use embassy_time::Instant;
+
 use super::{Cause, Forget, Inner, Machine};
 use crate::event::State;
 
@@ -51,7 +53,10 @@ impl Machine {
     /// What the safety door has done.
     #[must_use]
     pub fn door(&self) -> Door {
-        self.with(|inner| inner.door)
+        self.with(|inner| {
+            let is_resuming = inner.door.is_resuming && Instant::now() < inner.outputs.ready_at;
+            Door { is_resuming, ..inner.door }
+        })
     }
 
     /// The safety door is open, or closed, debounced. While it is open nothing resumes.
@@ -65,13 +70,33 @@ impl Machine {
 }
 
 impl Machine {
-    /// The button of the feed hold (0) or of the cycle start (1) is pressed, or not, for [`Status`](super::Status).
-    pub(crate) fn set_button(&self, button: usize, is_pressed: bool) {
-        self.with(|inner| inner.buttons[button] = is_pressed);
+    /// The input of the feed hold is low, debounced, or high: a button that is pressed, or, if the configuration says so, the
+    /// safety door's switch, low while that is open.
+    pub(crate) fn set_hold_input(&self, is_low: bool) {
+        let is_door = self.config().hold_is_door;
+        let was_pressed = self.with(|inner| core::mem::replace(&mut inner.buttons[0], is_low && !is_door));
+        if is_low && !is_door && !was_pressed {
+            self.hold();
+        }
+        self.set_door(is_low && is_door);
+    }
+
+    /// The button of the cycle start is pressed, or not, for [`Status`](super::Status).
+    pub(crate) fn set_start_button(&self, is_pressed: bool) {
+        self.with(|inner| inner.buttons[1] = is_pressed);
     }
 }
 
 impl Inner {
+    /// With the door open an idle machine is held rather than do what is asked of it: what it is in then.
+    pub(super) fn wait_for_door(&mut self, state: State) -> State {
+        if !self.door.is_open || state != State::Idle {
+            return state;
+        }
+        self.door.is_held = true;
+        self.begin_hold(state)
+    }
+
     /// Holds a machine in `state`: what it is in then. A jog is cancelled.
     pub(super) fn begin_hold(&mut self, state: State) -> State {
         match state {

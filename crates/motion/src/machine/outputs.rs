@@ -8,7 +8,7 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use embassy_time::Instant;
 
-use super::{Busy, Inner, Machine};
+use super::{Busy, Forget, Inner, Machine};
 use crate::event::State;
 use crate::port::Brake;
 use crate::tool::{Level, Outputs, Spindle, StretchQueue, ToolWanted};
@@ -48,6 +48,7 @@ impl ToolLink {
 }
 
 /// What is asked of the outputs, and what keeps them off.
+#[derive(Clone, Copy)]
 pub(super) struct OutputsAsked {
     pub asked: Outputs,
     /// Of the spindle's level, percent.
@@ -56,15 +57,22 @@ pub(super) struct OutputsAsked {
     pub is_stopped: bool,
     /// When the spindle has its speed: nothing moves before.
     pub ready_at: Instant,
-    /// What is to be asked once no motion is pending.
-    pub at_rest: Option<Outputs>,
+    /// The spindle, or the laser, is to be off once no motion is pending.
+    pub stops_at_rest: bool,
     /// How often all were put off.
     pub stops: u32,
 }
 
 impl OutputsAsked {
     pub const fn new() -> Self {
-        Self { asked: Outputs::OFF, percent: 100, is_stopped: false, ready_at: Instant::MIN, at_rest: None, stops: 0 }
+        Self {
+            asked: Outputs::OFF,
+            percent: 100,
+            is_stopped: false,
+            ready_at: Instant::MIN,
+            stops_at_rest: false,
+            stops: 0,
+        }
     }
 }
 
@@ -73,29 +81,43 @@ impl Machine {
     /// its speed.
     ///
     /// # Errors
-    /// In an alarm they stay off.
+    /// In an alarm, and while a stop or a reset is under way, they stay off.
     pub fn set_outputs(&self, outputs: Outputs) -> Result<(), Busy> {
+        self.change_outputs(|asked| (asked.asked, asked.stops_at_rest) = (outputs, false))
+    }
+
+    /// Changes the coolant alone.
+    ///
+    /// # Errors
+    /// As [`set_outputs`](Self::set_outputs).
+    pub fn set_coolant(&self, flood: bool, mist: bool) -> Result<(), Busy> {
+        self.change_outputs(|asked| (asked.asked.flood, asked.asked.mist) = (flood, mist))
+    }
+
+    fn change_outputs(&self, change: impl FnOnce(&mut OutputsAsked)) -> Result<(), Busy> {
         self.transition(|inner, state| {
-            if matches!(state, State::Alarm(_)) && outputs != Outputs::OFF {
+            let (before, mut outputs) = (inner.effective(state).spindle, inner.outputs);
+            change(&mut outputs);
+            let is_off = outputs.asked == Outputs::OFF;
+            let is_stopping = inner.cause.is_some() || inner.forget == Forget::All;
+            if !is_off && (is_stopping || matches!(state, State::Alarm(_))) {
                 return (state, Err(Busy(state)));
             }
-            let before = inner.effective(state).spindle;
-            (inner.outputs.asked, inner.outputs.at_rest) = (outputs, None);
-            inner.spin_up(before, state);
+            inner.outputs = outputs;
+            let next = if is_off { state } else { inner.wait_for_door(state) };
+            inner.spin_up(before, next);
             self.tool.ask();
-            (state, Ok(()))
+            (next, Ok(()))
         })
     }
 
     /// Puts spindle or laser off once no motion is pending.
     pub fn stop_spindle_at_rest(&self) {
         self.transition(|inner, state| {
-            let outputs = inner.outputs.asked.without_spindle();
-            if inner.pending > 0 {
-                inner.outputs.at_rest = Some(outputs)
-            } else {
-                inner.outputs.asked = outputs
-            }
+            let before = inner.effective(state).spindle;
+            inner.outputs.stops_at_rest = true;
+            inner.rest_outputs();
+            inner.spin_up(before, state);
             self.tool.ask();
             (state, ())
         });
@@ -142,8 +164,16 @@ impl Inner {
     /// Where the spindle turns otherwise than `before`, what follows waits until it has its speed.
     pub(super) fn spin_up(&mut self, before: Spindle, state: State) {
         let spindle = self.effective(state).spindle;
-        if spindle != before && spindle != Spindle::Off && !self.config.tool.laser {
-            self.outputs.ready_at = Instant::now() + self.config.tool.spin_up;
+        if spindle != before && !self.config.tool.laser {
+            let turns = spindle != Spindle::Off;
+            self.outputs.ready_at = if turns { Instant::now() + self.config.tool.spin_up } else { Instant::MIN };
+        }
+    }
+
+    /// Does what was to be done once no motion is pending, if none is.
+    pub(super) fn rest_outputs(&mut self) {
+        if self.pending == 0 && core::mem::take(&mut self.outputs.stops_at_rest) {
+            self.outputs.asked = self.outputs.asked.without_spindle();
         }
     }
 }

@@ -85,10 +85,10 @@ impl Machine {
     /// A reset byte has come, of which [`reset`](Self::reset) will be told later. The tool's outputs are off at once, and if the
     /// machine still brakes for another, it stops at once. Any number of times, from any context.
     pub fn reset_heard(&self) {
-        self.cut();
         if self.with(|inner| inner.forget == Forget::All) {
             self.stop(Cause::Reset);
         }
+        self.cut();
     }
 
     /// A limit input has changed, and is low or high. The first edge of a press stops a running machine at once, if
@@ -150,7 +150,6 @@ impl Machine {
             (State::Alarm(_), _) | (State::Home, Cause::Limit(_)) => (state, false),
             _ if inner.pending > 0 => {
                 inner.cause = inner.cause.or(Some(cause));
-                self.cut_outputs(inner);
                 (state, true)
             }
             (_, Cause::EmergencyStop) => {
@@ -160,7 +159,9 @@ impl Machine {
             _ => (state, false),
         });
         if moving {
+            // The steps first: the outputs stand still meanwhile, and while there is a cause nothing switches them on.
             self.halt();
+            self.cut();
             self.stopped.signal(());
         }
     }

@@ -21,6 +21,12 @@ impl Duties {
         Self { least, least_duty, full_duty, gain }
     }
 
+    /// What becomes of `level`: none is slower than the least, but for none.
+    #[must_use]
+    pub fn made(&self, level: Level) -> Level {
+        if level == Level::ZERO { level } else { level.max(self.least) }
+    }
+
     /// The duty that makes `level`, of 65,535. Below the least level it is that of the least.
     #[must_use]
     pub fn duty(&self, level: Level) -> u16 {

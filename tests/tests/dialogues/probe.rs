@@ -1,0 +1,312 @@
+//! G38.2 to G38.5 of the table of G-code in docs/console.md, against the record of the edges.
+
+use embassy_time::Duration;
+use isostep_motion::{Axis, Event, State};
+use isostep_sim::tool::Plate;
+use isostep_sim::world::Wire;
+use isostep_sim::{Config, Port, Sim};
+
+use crate::talk::{begin, bytes, field, homed, powered_up, refused, say, state, status};
+
+/// A plate that Z reaches from below, at a place above its switch.
+fn plate(place_mm: f64) -> Option<Plate> {
+    Some(Plate { axis: Axis::Z, place_mm, is_below: false })
+}
+
+/// Homed, 2 mm above the switch of Z, with a plate at Z20, or somewhere else.
+fn with_plate(z_mm: f64) -> Sim {
+    let mut sim = homed();
+    sim.set_plate(plate(z_mm + 2.0));
+    sim
+}
+
+/// The counts of all axes when the probe's wire last changed, by the edges up to then.
+fn steps_at_contact(sim: &Sim, falls: bool) -> [i32; 3] {
+    let outcome = sim.outcome();
+    let wave = outcome.waves.iter().rfind(|wave| wave.wire == Wire::Probe && wave.high != falls).expect("a contact");
+    let homed_ns =
+        outcome.events.iter().rfind(|(_, event)| matches!(event, Event::Homed { .. })).map_or(0, |each| each.0);
+    let edges = outcome.edges.iter().filter(|edge| (homed_ns..=wave.t_ns).contains(&edge.t_ns));
+    let mut steps = [0; 3];
+    edges.for_each(|edge| steps[edge.axis] = edge.position_steps);
+    steps
+}
+
+fn prb(steps: [i32; 3], touched: u8) -> String {
+    let [x, y, z] = steps.map(|steps| f64::from(steps) / 50.0);
+    format!("[PRB:{x:.3},{y:.3},{z:.3}:{touched}]")
+}
+
+/// It is told, it is in `$#`, the machine stands a little behind it, and what follows goes on from there.
+#[test]
+fn g38_2_stops_at_the_contact() {
+    let mut sim = with_plate(20.0);
+    assert_eq!(say(&mut sim, "G38.2 Z40 F300"), ["[PRB:0.000,0.000,20.000:1]", "ok"]);
+    assert_eq!(steps_at_contact(&sim, true), [0, 0, 1_000]);
+    let behind = sim.counted_steps()[2];
+    // 5 mm/s are braked within 0.25 mm, and some 20 ms pass before.
+    assert!((1_001..1_040).contains(&behind), "{behind} steps");
+    assert!(say(&mut sim, "$#").contains(&"[PRB:0.000,0.000,20.000:1]".to_owned()));
+    assert_eq!(field(&mut sim, "Pn"), "P");
+    assert_eq!(status(&mut sim), format!("<Idle|MPos:0.000,0.000,{:.3}", f64::from(behind) / 50.0));
+    assert_eq!(say(&mut sim, "G91 G0 Z-1"), ["ok"]);
+    assert_eq!(sim.counted_steps(), [0, 0, behind - 50]);
+    assert_eq!(say(&mut sim, "$13=1\n$#")[11], "[PRB:0.0000,0.0000,0.7874:1]");
+    assert_eq!(say(&mut sim, "$G")[0], "[GC:G0 G54 G17 G21 G91 G94 M5 M9 T0 F11.8 S0]");
+    assert_eq!(say(&mut sim, "G90 G0 Z0\nG38.2 Z40"), ["ok", "[PRB:0.0000,0.0000,0.7874:1]", "ok"]);
+}
+
+/// Of both ports, under every law, from the slowest to the top speed, along one axis and along three.
+#[test]
+fn a_contact_is_exact_to_the_step() {
+    for (port, law) in Port::ALL.into_iter().flat_map(|port| (0..7).map(move |law| (port, law))) {
+        let mut sim = powered_up(&Config { port, ..Config::default() });
+        let settings = format!("$910=60\n$911=60\n$912=60\n$940={law}\n$H");
+        assert!(say(&mut sim, &settings).iter().all(|answer| answer == "ok"));
+        sim.set_plate(plate(22.34));
+        for (way, feed) in [("Z40", 60), ("Z40", 600), ("Z90", 2_880), ("X60 Y35 Z90", 5_000), ("X13 Z21", 777)] {
+            let heard = say(&mut sim, &format!("G38.2 {way} F{feed}"));
+            let contact = steps_at_contact(&sim, true);
+            assert_eq!(contact[2], 1_017, "{port} {law} {way}");
+            assert_eq!(heard, [prb(contact, 1), "ok".to_owned()], "{port} {law} {way} F{feed}");
+            let away = say(&mut sim, &format!("G38.4 X0 Y0 Z0 F{feed}"));
+            assert_eq!(away, [prb(steps_at_contact(&sim, false), 1), "ok".to_owned()], "{port} {law} back, F{feed}");
+            assert_eq!(say(&mut sim, "G0 X0 Y0 Z0"), ["ok"]);
+        }
+    }
+}
+
+#[test]
+fn g38_3_needs_no_contact() {
+    let mut sim = with_plate(20.0);
+    assert_eq!(say(&mut sim, "G38.3 Z19.98 F600"), ["[PRB:0.000,0.000,19.980:0]", "ok"]);
+    assert_eq!(status(&mut sim), "<Idle|MPos:0.000,0.000,19.980");
+    assert_eq!(say(&mut sim, "Z25"), ["[PRB:0.000,0.000,20.000:1]", "ok"], "the mode stays in force");
+    assert_eq!(say(&mut sim, "$G")[0], "[GC:G38.3 G54 G17 G21 G90 G94 M5 M9 T0 F600 S0]");
+}
+
+#[test]
+fn g38_4_stops_where_the_contact_ends() {
+    let mut sim = with_plate(20.0);
+    assert_eq!(say(&mut sim, "G0 Z25"), ["ok"]);
+    assert_eq!(say(&mut sim, "G38.4 Z0 F300"), ["[PRB:0.000,0.000,19.980:1]", "ok"]);
+    assert!(!crate::talk::report(&mut sim).contains("Pn:"));
+    assert_eq!(say(&mut sim, "G0 Z25"), ["ok"]);
+    alarmed(&mut sim, "G38.4 Z24", 5, Some("[PRB:0.000,0.000,24.000:0]"));
+}
+
+#[test]
+fn g38_5_needs_no_end_of_the_contact() {
+    let mut sim = with_plate(20.0);
+    assert_eq!(say(&mut sim, "G0 Z25"), ["ok"]);
+    assert_eq!(say(&mut sim, "G38.5 Z24 F300"), ["[PRB:0.000,0.000,24.000:0]", "ok"]);
+    assert_eq!(say(&mut sim, "G38.5 Z0"), ["[PRB:0.000,0.000,19.980:1]", "ok"]);
+}
+
+/// The line is accepted, as by Grbl; the machine is locked, and its position is trusted.
+fn alarmed(sim: &mut Sim, line: &str, code: u8, told: Option<&str>) {
+    let heard = say(sim, line);
+    let alarm = format!("ALARM:{code}");
+    let of_alarm: Vec<_> = heard.iter().filter(|line| !line.starts_with("[MSG:")).map(String::as_str).collect();
+    let expected: Vec<_> = [Some(alarm.as_str()), told, Some("ok")].into_iter().flatten().collect();
+    assert_eq!(of_alarm, expected, "{line}: {heard:?}");
+    assert_eq!(state(sim), "Alarm");
+    refused(sim, "G0 X1", 9);
+    assert_eq!(sim.machine().status().homed, [true; 3]);
+    assert_eq!(say(sim, "$X"), ["[MSG:Caution: Unlocked]", "ok"]);
+}
+
+/// It touches already where it is to look for that, or touches nothing where it is to come free.
+#[test]
+fn alarm_4_probe_initial() {
+    let mut sim = with_plate(20.0);
+    assert_eq!(say(&mut sim, "G0 Z25 F600"), ["ok"]);
+    for line in ["G38.2 Z30", "G38.3 Z30"] {
+        alarmed(&mut sim, line, 4, None);
+    }
+    assert_eq!(say(&mut sim, "G0 Z5"), ["ok"]);
+    for line in ["G38.4 Z0", "G38.5 Z0"] {
+        alarmed(&mut sim, line, 4, None);
+    }
+    assert_eq!(sim.counted_steps(), [0, 0, 250], "nothing moved");
+    assert_eq!(say(&mut sim, "G91 G0 Z1\n$E22").first().map(String::as_str), Some("ok"));
+    assert_eq!(sim.counted_steps(), [0, 0, 300]);
+}
+
+#[test]
+fn alarm_5_probe_contact() {
+    let mut sim = with_plate(20.0);
+    alarmed(&mut sim, "G38.2 Z19 F600", 5, Some("[PRB:0.000,0.000,19.000:0]"));
+    assert_eq!(status(&mut sim), "<Idle|MPos:0.000,0.000,19.000");
+    assert_eq!(say(&mut sim, "G91 G38.2 Z2"), ["[PRB:0.000,0.000,20.000:1]", "ok"]);
+}
+
+#[test]
+fn a_probe_is_refused_as_grbl_does() {
+    let mut sim = with_plate(20.0);
+    refused(&mut sim, "G38.2 Z10", 22);
+    assert_eq!(say(&mut sim, "F100"), ["ok"]);
+    for (line, code) in [
+        ("G38.2", 26),
+        ("G38.2 Z0", 33),
+        ("G53 G38.2 Z10", 30),
+        ("G38.2 Z10 P1", 36),
+        ("G38.2 G0 Z10", 24),
+        ("G38.6 Z10", 20),
+        ("$J=G38.2 Z10 F100", 16),
+        ("G93 G38.2 Z10", 22),
+    ] {
+        refused(&mut sim, line, code);
+    }
+    assert_eq!((sim.counted_steps(), state(&mut sim).as_str()), ([0; 3], "Idle"));
+}
+
+/// The soft limits are for its target, and for nothing that it meets before.
+#[test]
+fn a_probe_keeps_to_the_travel() {
+    let mut sim = with_plate(20.0);
+    let heard = say(&mut sim, "G38.2 Z100.02 F600");
+    assert!(heard.contains(&"ALARM:2".to_owned()) && heard.contains(&"error:9".to_owned()), "{heard:?}");
+    assert_eq!(sim.counted_steps(), [0; 3]);
+}
+
+/// A move onto a limit switch that is closed gives no edge of it.
+#[test]
+fn a_probe_onto_a_closed_limit_switch_never_begins() {
+    let mut sim = crate::talk::switched_on(&Config { start_mm: [-0.5, 40.0, 15.0], ..Config::default() });
+    sim.replies();
+    let heard = say(&mut sim, "G91 G38.2 X-1 F100");
+    assert!(heard.contains(&"ALARM:1".to_owned()) && heard.contains(&"error:9".to_owned()), "{heard:?}");
+    assert_eq!(sim.counted_steps(), [0; 3]);
+}
+
+#[test]
+fn the_probe_may_be_inverted() {
+    let mut config = Config { plate: plate(22.0), ..Config::default() };
+    config.settings.probe_mask = 1;
+    let mut sim = powered_up(&config);
+    assert_eq!(say(&mut sim, "$H"), ["ok"]);
+    assert!(!crate::talk::report(&mut sim).contains("Pn:"));
+    assert_eq!(say(&mut sim, "G38.2 Z40 F600"), ["[PRB:0.000,0.000,20.000:1]", "ok"]);
+    assert_eq!(field(&mut sim, "Pn"), "P");
+    // As if it were wired otherwise.
+    assert_eq!(say(&mut sim, "$6=0"), ["ok"]);
+    alarmed(&mut sim, "G38.4 Z0", 4, None);
+}
+
+/// Held as often as one likes, on its way, and resumed: the place is the same.
+#[test]
+fn a_probe_is_held_and_goes_on() {
+    for hold_ms in (100..1_230).step_by(70) {
+        let mut sim = with_plate(20.0);
+        assert_eq!(begin(&mut sim, "G38.2 X10 Z40 F1200", Duration::from_millis(hold_ms)), [""; 0]);
+        for _ in 0..2 {
+            sim.send(b"!");
+            sim.run_until_idle().unwrap();
+            assert_eq!(sim.machine().state(), State::Hold { still: true }, "{hold_ms} ms");
+            sim.send(b"~");
+            sim.run_for(Duration::from_millis(150)).unwrap();
+        }
+        sim.run_until_idle().unwrap();
+        let contact = steps_at_contact(&sim, true);
+        assert_eq!(contact[2], 1_000);
+        assert_eq!(sim.replies(), [prb(contact, 1), "ok".to_owned()], "{hold_ms} ms");
+        let outcome = sim.outcome();
+        assert_eq!(outcome.counted_steps, outcome.position_steps);
+        assert_eq!(state(&mut sim), "Idle");
+    }
+}
+
+/// The hold and the contact within the same milliseconds, whichever comes first: 20 mm at 20 mm/s are reached after
+/// 1.2 s.
+#[test]
+fn a_contact_while_it_brakes_for_a_hold_is_exact() {
+    let mut brakes_first = 0;
+    for hold_us in (1_120_000..1_230_000).step_by(1_357) {
+        let mut sim = with_plate(20.0);
+        assert_eq!(begin(&mut sim, "G38.2 Z40 F1200", Duration::from_micros(hold_us)), [""; 0]);
+        let is_before = sim.counted_steps()[2] < 1_000;
+        sim.send(b"!");
+        sim.run_until_idle().unwrap();
+        brakes_first += u32::from(is_before && sim.counted_steps()[2] >= 1_000);
+        assert_eq!((state(&mut sim).as_str(), sim.replies()), ("Hold:0", vec![]), "{hold_us} us");
+        sim.send(b"~");
+        sim.run_until_idle().unwrap();
+        assert_eq!(sim.replies(), ["[PRB:0.000,0.000,20.000:1]", "ok"], "{hold_us} us");
+        assert_eq!(state(&mut sim), "Idle");
+    }
+    assert!(brakes_first > 5, "{brakes_first} of them braked before they touched");
+}
+
+/// The plate is put under the probe by hand: the place is where it stands.
+#[test]
+fn a_contact_that_comes_while_it_is_held_ends_the_probe() {
+    let mut sim = homed();
+    assert_eq!(begin(&mut sim, "G38.2 Z40 F600", Duration::from_secs(1)), [""; 0]);
+    bytes(&mut sim, b"!");
+    sim.run_until_idle().unwrap();
+    let held = sim.counted_steps();
+    sim.set_hand_input(Wire::Probe, true);
+    sim.run_for(Duration::from_millis(10)).unwrap();
+    sim.set_hand_input(Wire::Probe, false);
+    sim.send(b"~");
+    sim.run_until_idle().unwrap();
+    assert_eq!(sim.replies(), [prb(held, 1), "ok".to_owned()]);
+    assert_eq!(sim.counted_steps(), held);
+}
+
+/// It brakes, and what `$#` told before it tells still.
+#[test]
+fn a_reset_ends_a_probe() {
+    let mut sim = with_plate(20.0);
+    assert_eq!(say(&mut sim, "G38.2 Z40 F600\nG0 Z0"), ["[PRB:0.000,0.000,20.000:1]", "ok", "ok"]);
+    assert_eq!(begin(&mut sim, "G38.2 Z40 F600", Duration::from_secs(1)), [""; 0]);
+    sim.send(b"\x18");
+    sim.run_until_idle().unwrap();
+    assert_eq!(sim.replies(), ["Grbl 1.1h ['$' for help]"]);
+    assert_eq!((state(&mut sim).as_str(), sim.machine().status().homed), ("Idle", [true; 3]));
+    let stands = sim.counted_steps()[2];
+    assert!((100..1_000).contains(&stands), "{stands}");
+    assert!(say(&mut sim, "$#").contains(&"[PRB:0.000,0.000,20.000:1]".to_owned()));
+    assert_eq!(say(&mut sim, "G91 G0 Z1"), ["ok"]);
+    assert_eq!(sim.counted_steps()[2], stands + 50);
+}
+
+#[test]
+fn an_emergency_stop_ends_a_probe() {
+    let mut sim = with_plate(20.0);
+    assert_eq!(begin(&mut sim, "G38.2 Z40 F600", Duration::from_secs(1)), [""; 0]);
+    sim.set_emergency_stop(true);
+    sim.run_until_idle().unwrap();
+    let heard = sim.replies();
+    assert!(heard.contains(&"ALARM:10".to_owned()) && heard.contains(&"error:9".to_owned()), "{heard:?}");
+    assert!(!heard.iter().any(|line| line.starts_with("[PRB")), "{heard:?}");
+    assert_eq!(sim.machine().status().homed, [false; 3]);
+}
+
+#[test]
+fn a_probe_in_check_mode_moves_nothing() {
+    let mut sim = with_plate(20.0);
+    assert_eq!(say(&mut sim, "$C\nG38.2 Z40 F600\nG38.4 Z10\nG0 X1"), ["[MSG:Enabled]", "ok", "ok", "ok", "ok"]);
+    assert_eq!((state(&mut sim).as_str(), sim.counted_steps()), ("Check", [0; 3]));
+}
+
+/// The moves before it end first, no override of the feed counts for it, and its line number is told.
+#[test]
+fn a_probe_comes_behind_the_moves_before_it() {
+    let mut sim = with_plate(20.0);
+    bytes(&mut sim, &[0x91; 5]);
+    sim.send(b"G1 X5 F600\nN7 G38.2 X10 Z40\nG1 X5\n");
+    sim.run_for(Duration::from_millis(1_500)).unwrap();
+    assert_eq!((field(&mut sim, "FS").as_str(), field(&mut sim, "Ln").as_str()), ("600,0", "7"));
+    sim.run_until_idle().unwrap();
+    let heard = sim.replies();
+    assert_eq!((heard.len(), heard[0].as_str()), (3, prb(steps_at_contact(&sim, true), 1).as_str()), "{heard:?}");
+    assert_eq!(sim.counted_steps()[0], 250);
+}
+
+#[test]
+fn a_startup_line_may_probe() {
+    let mut sim = with_plate(20.0);
+    assert_eq!(say(&mut sim, "$N0=G38.2 Z40 F600"), ["[PRB:0.000,0.000,20.000:1]", "ok"]);
+}
