@@ -13,7 +13,7 @@ mod beam;
 mod duty;
 mod power;
 
-use embassy_futures::select::select;
+use embassy_futures::select::{Either, select};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use embassy_time::{Duration, Instant, Timer};
@@ -131,7 +131,7 @@ const PERIODS_MIN: u32 = 2;
 /// Dropping it leaves the outputs as they are until a stop puts on their brake; nothing moves.
 pub async fn run(machine: &Machine, mut port: impl ToolPort) -> ! {
     machine.fit_tool(port.brake());
-    let mut state = Driven::default();
+    let mut state = Driven::NEW;
     loop {
         let wanted = machine.tool_wanted();
         if state.stops != wanted.stops {
@@ -171,7 +171,6 @@ impl ToolWanted {
 }
 
 /// What the port was told last.
-#[derive(Default)]
 struct Driven {
     switches: Switches,
     pwm_hz: u32,
@@ -180,11 +179,24 @@ struct Driven {
     stops: u32,
     /// The level that was asked for.
     asked: Level,
+    /// Until when that is for, of a laser.
+    lit_until: Instant,
     /// The stretch under way, or the next.
     stretch: Option<Stretch>,
 }
 
 impl Driven {
+    /// All off.
+    const NEW: Self = Self {
+        switches: Switches { enable: false, counter_clockwise: false, flood: false, mist: false },
+        pwm_hz: 0,
+        duty: 0,
+        stops: 0,
+        asked: Level::ZERO,
+        lit_until: Instant::MIN,
+        stretch: None,
+    };
+
     fn switch(&mut self, wanted: &ToolWanted, port: &mut impl ToolPort) {
         let ToolWanted { config, outputs, .. } = wanted;
         if self.pwm_hz != config.pwm_hz {
@@ -200,6 +212,26 @@ impl Driven {
         if self.switches != switches {
             self.switches = switches;
             port.switch(switches);
+        }
+    }
+
+    /// The stretch under way, or the next; dark where none is.
+    async fn next_stretch(&mut self, wanted: &ToolWanted, machine: &Machine, port: &mut impl ToolPort) -> Stretch {
+        loop {
+            let is_lit = self.asked != Level::ZERO;
+            let goes_out = Timer::at(self.lit_until.saturating_sub(port.lead()));
+            match self.stretch {
+                Some(stretch) if !is_lit || stretch.begin <= self.lit_until => return stretch,
+                Some(_) => {
+                    goes_out.await;
+                    self.set(Level::ZERO, wanted, machine, port);
+                }
+                None if !is_lit => self.stretch = Some(machine.stretches().receive().await),
+                None => match select(machine.stretches().receive(), goes_out).await {
+                    Either::First(stretch) => self.stretch = Some(stretch),
+                    Either::Second(()) => self.set(Level::ZERO, wanted, machine, port),
+                },
+            }
         }
     }
 
@@ -241,10 +273,7 @@ async fn shine(wanted: &ToolWanted, machine: &Machine, state: &mut Driven, port:
     let lead = port.lead();
     let lasting = Duration::from_hz(u64::from(wanted.config.pwm_hz)) * PERIODS_MIN;
     loop {
-        let stretch = match state.stretch {
-            Some(stretch) => stretch,
-            None => *state.stretch.insert(machine.stretches().receive().await),
-        };
+        let stretch = state.next_stretch(wanted, machine, port).await;
         let mut from = Instant::now().max(stretch.begin);
         let mut anew = from == stretch.begin && stretch.end >= stretch.begin + lasting;
         while from < stretch.end {
@@ -252,16 +281,11 @@ async fn shine(wanted: &ToolWanted, machine: &Machine, state: &mut Driven, port:
             let until = if stretch.from == stretch.to { stretch.end } else { stretch.end.min(from + UPDATE) };
             let asked = stretch.level_at(from + (until - from) / 2);
             let prepared = Prepared::of(asked, wanted);
-            Timer::at(from - lead).await;
+            Timer::at(from.saturating_sub(lead)).await;
             state.give(prepared, anew, machine, port);
-            (from, anew) = (until, false);
+            (state.lit_until, from, anew) = (until, until, false);
         }
-        let next = machine.stretches().try_receive().ok();
-        if next.is_none_or(|next| next.begin > stretch.end) {
-            Timer::at(stretch.end - lead).await;
-            state.set(Level::ZERO, wanted, machine, port);
-        }
-        state.stretch = next;
+        state.stretch = None;
     }
 }
 

@@ -98,7 +98,12 @@ fn a_pixel_has_its_level_from_its_first_half_step_on() {
         assert_eq!(duty_at(&duties, begin_ns + LATE_NS), own, "pixel {pixel}, behind its beginning");
         before = own;
     }
-    assert_eq!(duty_at(&duties, outcome.moves[PIXELS - 1].end_ns + LATE_NS), 0);
+    // It goes out with the plan, half a step after the last edge.
+    let last = &outcome.moves[PIXELS - 1];
+    let end_s = last.parts.last().unwrap_or(&last.plan).end_s();
+    let end_ns = last.start_ns + (end_s * 1e9) as u64;
+    assert_eq!(duty_at(&duties, end_ns - LATE_NS), before);
+    assert_eq!(duty_at(&duties, end_ns + LATE_NS), 0);
     let found = Figures::new("raster", &outcome).tool.unwrap().beam.unwrap().beginnings.unwrap();
     assert!(found.total == PIXELS - 1 && found.most_us < 1.0, "the first pixel has none: {found:?}");
 }

@@ -2,6 +2,7 @@
 
 use embassy_time::Duration;
 use isostep_motion::State;
+use isostep_sim::tool::ToolOutput;
 use isostep_sim::{MoveRecord, Outcome, Port, Sim};
 
 use crate::talk::{LOOK_US, ON, assert_at, begin, bytes, duty, field, homed, say, state, watch};
@@ -68,6 +69,9 @@ fn m3_of_a_laser_shines_evenly_while_it_feeds() {
         assert_at(change.0, ends_ns(moves[index], end), &format!("move {index}, {:?}", change.1));
     }
     assert_eq!(field(&mut sim, "FS"), "0,0");
+    // Not even for an instant it was anything else.
+    let levels = outcome.tool.iter().filter(|change| change.output == ToolOutput::Pwm).map(|change| change.duty);
+    assert_eq!(levels.collect::<Vec<_>>(), [FULL, DARK, HALF, DARK, HALF, DARK].map(|outputs| outputs[0]));
 }
 
 /// The speed along the path by the plan of the move under way, mm/s.
