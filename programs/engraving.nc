@@ -1,40 +1,29 @@
-; A target that a laser engraves: squares in each other, from 20 % to full power. Needs no homing and no switches.
-; cargo xtask sim programs/engraving.nc --report report
-; From here on the tool is a laser, and S is the level of each move.
-$32=1
+; A car of 54 x 19 mm, drawn by a laser from wherever the machine stands: needs no homing and no switches.
+; First tell the machine that its tool is a laser: $32=1. S1000 is the laser's full power ($30).
 G21 G91 G94           ; millimetres, relative, feed in mm/min
-M4 S0                 ; the level follows the speed, so that corners are no darker
+M4 S0                 ; power by speed: where the machine slows down, at corners, it burns no more than elsewhere
+G0 X2 Y5              ; the laser is dark in every G0
 
-G1 F1200
-S200
-X40
-Y40
-X-40
-Y-40
-G0 X4 Y4              ; dark, as every rapid move
-G1 S400
-X32
-Y32
-X-32
-Y-32
-G0 X4 Y4
-G1 S600
-X24
-Y24
-X-24
-Y-24
-G0 X4 Y4
-G1 S800
-X16
-Y16
-X-16
-Y-16
-G0 X4 Y4
-G1 S1000
-X8
-Y8
-X-8
-Y-8
-M5
-G0 X-16 Y-16
+; The body in one stroke, clockwise from the rear bumper: wheel arches, bonnet, roof. Its windows are faint.
+G1 X6 F1200 S900
+G2 X12 I6
+G1 X18
+G2 X12 I6
+G1 X6
+G1 Y7
+G1 X-12 Y2 S700
+G1 X-8 Y6 S300
+G1 X-19 S700
+G1 X-8 Y-6 S300
+G1 X-7 Y-2 S700
+G1 Y-7 S900
+
+; The wheels.
+G0 X8
+G2 X0 I4 S600
+G0 X30
+G2 X0 I4
+
+M5                    ; laser off
+G0 X-40 Y-5           ; to where it began
 M2

@@ -1,11 +1,13 @@
 #!/usr/bin/env node
-// Drives cncjs as its web page does, over HTTP and socket.io: sign in, open the port, home, load a program, run it, hold it on
-// the way by either of the page's buttons and resume it.
+// Drives cncjs as its web page does, over HTTP and socket.io: sign in, open the port, home, load programs and run them,
+// hold each on the way and resume it.
 //
-//     cncjs.mjs INSTALLED PORT PROGRAM X,Y,Z
+//     cncjs.mjs INSTALLED PORT PROGRAMS X,Y,Z
 //
-// INSTALLED is the folder with cncjs in its node_modules. It fails unless the machine stands still in each hold, goes on from
-// there, every line of the program is answered with ok and the machine stands at X,Y,Z mm at the end.
+// INSTALLED is the folder with cncjs in its node_modules. Of the folder PROGRAMS parking.nc is held by either of the
+// page's buttons, engraving.nc with a laser ($32=1), square.nc with a spindle at S500 ($32=0). It fails unless the
+// machine stands still in each hold and goes on from there; a laser is off while held and on again after it, a spindle
+// keeps turning; every line is answered with ok, and the machine stands at X,Y,Z mm at the end of each program, all off.
 
 import { spawn } from 'node:child_process';
 import { readFileSync, writeFileSync } from 'node:fs';
@@ -15,12 +17,15 @@ import { join } from 'node:path';
 
 const PATIENCE_MS = 60_000;
 const POLL_MS = 50;
-/** How long a held machine is watched: with its speed, seconds of the machine's. */
-const HELD_MS = 500;
+/** How often a status report is asked for. */
+const REPORT_MS = 20;
+/** So many a machine is asked for at rest, where every tenth tells what is on. */
+const REPORTS_AT_REST = 12;
+const SPINDLE_S = 500;
 
-if (process.argv.length !== 6) fail('give INSTALLED PORT PROGRAM X,Y,Z');
-const [installed, port, program, place] = process.argv.slice(2);
-const wanted = place.split(',').map(Number);
+if (process.argv.length !== 6) fail('give INSTALLED PORT PROGRAMS X,Y,Z');
+const [installed, port, programs, end] = process.argv.slice(2);
+const wanted = end.split(',').map(Number);
 const require = createRequire(join(installed, 'node_modules', 'cncjs', 'package.json'));
 const said = [];
 let server;
@@ -53,50 +58,150 @@ async function main() {
   await until('end of homing', () => seen.state === 'Idle');
   console.log(`homed, at ${seen.place}`);
 
-  const refusedBefore = said.filter((line) => line.startsWith('error:'));
-  if (refusedBefore.length > 0) console.log(`refused while connecting: ${refusedBefore}`);
-  socket.emit('command', port, 'gcode:load', 'program', readFileSync(program, 'utf8'), {});
-  await until('program loaded', () => seen.sender.total > 0);
-  socket.emit('command', port, 'gcode:start');
-  await until('program running', () => seen.workflow === 'running');
-  // Its buttons for the machine, which leave the program running, then those for the program.
-  await holdAndResume(socket, 'feedhold', 'cyclestart', ([x, y, z]) => x > 10 && z === 0);
-  await holdAndResume(socket, 'gcode:pause', 'gcode:resume', ([x, y]) => x > 175 && y > 50);
-  await until('end of the program', () => seen.workflow === 'idle');
-  await until(`Idle at ${wanted}`, () => seen.state === 'Idle' && seen.place.every((mm, axis) => mm === wanted[axis]));
-  const refused = said.filter((line) => line.startsWith('error:')).length - refusedBefore.length;
-  const { total, received } = seen.sender;
-  if (refused > 0 || received !== total) throw new Error(`${received} of ${total} lines answered, ${refused} refused`);
-  console.log(`${total} lines answered with ok; Idle at ${seen.place}`);
+  if (refusals().length > 0) console.log(`refused while connecting: ${refusals()}`);
+  await park(socket, seen);
+  await engrave(socket, seen);
+  await mill(socket, seen);
   await new Promise((resolve) => socket.emit('close', port, resolve));
 }
 
-/** Holds the machine once it runs and has come as far as `isThere` says; it must stand still, and go on when it is resumed. */
-async function holdAndResume(socket, hold, resume, isThere) {
-  const place = (report) => /MPos:([^|>]+)/.exec(report)[1];
-  await reported(socket, `Run on the way to ${hold}`, (report) => report.startsWith('<Run|') && isThere(place(report).split(',').map(Number)));
-  socket.emit('command', port, hold);
-  const held = await reported(socket, `Hold:0 after ${hold}`, (report) => report.startsWith('<Hold:0|'));
-  await new Promise((resolve) => setTimeout(resolve, HELD_MS));
-  const later = await reported(socket, 'report in the hold', () => true);
-  if (!later.startsWith('<Hold:0|') || place(later) !== place(held)) throw new Error(`held: ${held}, and yet ${later}`);
-  console.log(`held by ${hold} at ${place(held)}`);
-  socket.emit('command', port, resume);
-  await reported(socket, `Run after ${resume}`, (report) => report.startsWith('<Run|') && place(report) !== place(held));
+async function park(socket, seen) {
+  await run(socket, seen, 'parking.nc', source('parking.nc'), async () => {
+    // Its buttons for the machine, which leave the program running, then those for the program.
+    const isUnderWay = (report) => place(report)[0] > 10 && place(report)[2] === 0;
+    await holdAndResume(socket, ['feedhold', 'cyclestart'], isUnderWay, 0);
+    const isCarrying = (report) => place(report)[0] > 175 && place(report)[1] > 50;
+    await holdAndResume(socket, ['gcode:pause', 'gcode:resume'], isCarrying, 0);
+  });
 }
 
-/** Asks for status reports, as the page's terminal does, until one is as wanted. @returns {Promise<string>} that one */
-async function reported(socket, what, isWanted) {
-  let next = said.length;
-  let found;
-  await until(what, () => {
-    const reports = said.slice(next).filter((line) => line.startsWith('<'));
-    next = said.length;
-    found = reports.find(isWanted);
-    if (!found) socket.emit('write', port, '?');
-    return found !== undefined;
+async function engrave(socket, seen) {
+  await set(socket, seen, '$32', '1');
+  await run(socket, seen, 'engraving.nc', source('engraving.nc'), async () => {
+    const begin = await holdAndResume(socket, ['feedhold', 'cyclestart'], (report) => s(report) > 0, 0);
+    await asked(socket, 'laser on again', () => {
+      const reports = reportsFrom(begin);
+      return reports.some(isOn) && reports.some((report) => s(report) > 0);
+    });
   });
-  return found;
+}
+
+async function mill(socket, seen) {
+  await set(socket, seen, '$32', '0');
+  await run(socket, seen, 'square.nc', `M3 S${SPINDLE_S}\n${source('square.nc')}\nM5\n`, async () => {
+    const turns = (report) => s(report) === SPINDLE_S;
+    const begin = await holdAndResume(socket, ['gcode:pause', 'gcode:resume'], turns, SPINDLE_S);
+    checkTool('when resumed', reportsFrom(begin), SPINDLE_S);
+  });
+}
+
+/** Types a setting into the page's console, and reads it back. */
+async function set(socket, seen, name, value) {
+  const answers = () => said.filter((line) => line === 'ok').length;
+  for (const line of [`${name}=${value}`, '$$']) {
+    const before = answers();
+    socket.emit('writeln', port, line);
+    await until(`ok to ${line}`, () => answers() > before);
+  }
+  await until(`${name} read as ${value}`, () => seen.settings[name] === value);
+}
+
+/** Loads a program, runs it and meanwhile does what `meanwhile` does. Every line must be answered with ok, and the
+ * machine rest where it is to, all off. */
+async function run(socket, seen, name, gcode, meanwhile) {
+  const refusedBefore = refusals().length;
+  socket.emit('command', port, 'gcode:load', name, gcode, {});
+  await until(`${name} loaded`, () => seen.sender.name === name);
+  socket.emit('command', port, 'gcode:start');
+  await until('program running', () => seen.workflow === 'running');
+  await meanwhile();
+  // It forgets them at the end.
+  const { total } = seen.sender;
+  await until('answer to every line', () => seen.sender.received === total);
+  await until('end of the program', () => seen.workflow === 'idle');
+  const isThere = () => seen.place.every((mm, axis) => mm === wanted[axis]);
+  await until(`Idle at ${wanted}`, () => seen.state === 'Idle' && isThere());
+  checkTool(`after ${name}`, await restReports(socket, said.length), 0);
+  const refused = refusals().length - refusedBefore;
+  if (refused > 0) throw new Error(`${refused} of ${total} lines refused`);
+  console.log(`${total} lines of ${name} answered with ok; Idle at ${seen.place}`);
+}
+
+/** Holds the machine once it runs and reports what `isThere` looks for; it must stand still, its spindle or laser at
+ * `heldS`, and go on when it is resumed. @returns {Promise<number>} how much was said before that */
+async function holdAndResume(socket, [hold, resume], isThere, heldS) {
+  await reported(socket, `Run on the way to ${hold}`, (report) => report.startsWith('<Run|') && isThere(report));
+  socket.emit('command', port, hold);
+  const held = await reported(socket, `Hold:0 after ${hold}`, (report) => report.startsWith('<Hold:0|'));
+  const all = await restReports(socket, said.indexOf(held));
+  const moved = all.find((report) => !report.startsWith('<Hold:0|') || String(place(report)) !== String(place(held)));
+  if (moved) throw new Error(`held: ${held}, and yet ${moved}`);
+  checkTool(`after ${hold}`, all, heldS);
+  console.log(`held by ${hold} at ${place(held)}, S${heldS}`);
+  const begin = said.length;
+  socket.emit('command', port, resume);
+  const isOnTheWay = (report) => report.startsWith('<Run|') && String(place(report)) !== String(place(held));
+  await reported(socket, `Run after ${resume}`, isOnTheWay);
+  return begin;
+}
+
+/** Asks for so many reports that one tells what is on. @returns {Promise<string[]>} all from line `begin` on */
+async function restReports(socket, begin) {
+  await asked(socket, 'reports at rest', () => {
+    const reports = reportsFrom(begin);
+    return reports.length >= REPORTS_AT_REST && reports.some((report) => isOn(report) !== undefined);
+  });
+  return reportsFrom(begin);
+}
+
+/** Asks for status reports, as the page's terminal does, until it is so. */
+async function asked(socket, what, condition) {
+  const ask = () => {
+    if (condition()) return true;
+    socket.emit('write', port, '?');
+    return false;
+  };
+  await until(what, ask, REPORT_MS);
+}
+
+/** All of the reports must tell this S, and that spindle or laser is on if that is above 0. */
+function checkTool(when, reports, wantedS) {
+  const wrong = reports.find((report) => s(report) !== wantedS || (isOn(report) ?? wantedS > 0) !== wantedS > 0);
+  if (wrong) throw new Error(`S${wantedS} ${when}, and yet ${wrong}`);
+}
+
+function source(name) {
+  return readFileSync(join(programs, name), 'utf8');
+}
+
+function refusals() {
+  return said.filter((line) => line.startsWith('error:'));
+}
+
+/** The status reports from line `begin` of what was said. */
+function reportsFrom(begin) {
+  return said.slice(begin).filter((line) => line.startsWith('<'));
+}
+
+function place(report) {
+  return /MPos:([^|>]+)/.exec(report)[1].split(',').map(Number);
+}
+
+function s(report) {
+  return Number(/\|FS:[^,]+,(\d+)/.exec(report)[1]);
+}
+
+/** Whether spindle or laser is on: S is M3's letter, C is M4's. @returns {boolean | undefined} nothing where untold */
+function isOn(report) {
+  const told = /\|Ov:[^|>]+(\|A:[SCFM]+)?/.exec(report);
+  return told ? /[SC]/.test(told[1] ?? '') : undefined;
+}
+
+/** Asks for status reports until one is as wanted. @returns {Promise<string>} that one */
+async function reported(socket, what, isWanted) {
+  const begin = said.length;
+  await asked(socket, what, () => reportsFrom(begin).some(isWanted));
+  return reportsFrom(begin).find(isWanted);
 }
 
 /** Starts the server, with the port among those that its page offers. @returns {Promise<string>} its address */
@@ -136,13 +241,13 @@ function watch(socket) {
   return seen;
 }
 
-async function until(what, condition) {
+async function until(what, condition, pollMs = POLL_MS) {
   const end = Date.now() + PATIENCE_MS;
   while (!(await condition())) {
     const alarm = said.find((line) => line.startsWith('ALARM'));
     if (alarm) throw new Error(`${alarm}, waiting for ${what}`);
     if (Date.now() > end) throw new Error(`no ${what} within ${PATIENCE_MS / 1000} s`);
-    await new Promise((resolve) => setTimeout(resolve, POLL_MS));
+    await new Promise((resolve) => setTimeout(resolve, pollMs));
   }
 }
 

@@ -1,18 +1,22 @@
 #!/usr/bin/env python3
-"""Drives grbl-streamer, a sender of its own make, as its users do: connect, read the settings, home, stream a program,
-hold it in the middle and resume it.
+"""Drives grbl-streamer, a sender of its own make, as its users do: connect, read the settings, home, and stream
+programs, each held in the middle and resumed.
 
-    stream.py PORT PROGRAM X,Y,Z RESULT.json
+    stream.py PORT PROGRAMS X,Y,Z RESULT.json
 
-It fails unless the machine stands still in the hold and goes on from there, every line of the program is accepted and the
-machine stands at X,Y,Z mm at the end. What it sent is written to RESULT.json, for the machine's side to be held against.
+Of the folder PROGRAMS these are parking.nc, engraving.nc with a laser ($32=1) and square.nc with a spindle at S500
+($32=0). It fails unless the machine stands still in each hold and goes on from there; a laser is off while held and on
+again after it, a spindle keeps turning; every line is accepted, and the machine stands at X,Y,Z mm at the end of each
+program, all off. What it sent is written to RESULT.json, for the machine's side to be held against.
 """
 
 import json
 import os
+import re
 import sys
 import threading
 import time
+from pathlib import Path
 
 import grbl_streamer
 from grbl_streamer.interface import Interface
@@ -20,6 +24,21 @@ from grbl_streamer.interface import Interface
 PATIENCE_S = 30
 POLL_S = 0.02
 RESET = "\x18"
+# So many at least in a hold: at rest every tenth tells what is on, and one more when that changes.
+REPORTS_IN_HOLD = 12
+SPINDLE_S = 500
+
+
+class Report:
+    """What a status report tells of spindle or laser: grbl-streamer passes none of that on."""
+
+    def __init__(self, line):
+        self.line = line
+        self.state = line[1:].partition("|")[0]
+        self.s = int(re.search(r"\|FS:[^,]+,(\d+)", line)[1])
+        on = re.search(r"\|Ov:[^|>]+(?:\|A:([SCFM]+))?", line)
+        # Letter S is M3's, C is M4's. None where the report does not tell.
+        self.is_on = on and bool(re.search("[SC]", on[1] or ""))
 
 
 class Wire(Interface):
@@ -39,6 +58,12 @@ class Wire(Interface):
     def _handle_data(self, data):
         Wire.heard += data
         super()._handle_data(data)
+
+    @staticmethod
+    def reports(begin):
+        """The status reports that came after the first `begin` bytes."""
+        lines = Wire.heard[begin:].decode("ascii").split("\r\n")[:-1]
+        return [Report(line) for line in lines if line.startswith("<") and line.endswith(">")]
 
     @staticmethod
     def is_answered():
@@ -109,50 +134,139 @@ class Sender:
             time.sleep(POLL_S)
 
 
-def main(port, program, place, result):
+    def connect(self):
+        self.wait("welcome after the reset", self.booted.is_set)
+        self.grbl.poll_start()
+        self.wait("settings", lambda: 132 in self.settings)
+        print(f"connected; {len(self.settings)} settings read, {self.settings[100]} steps/mm in X")
+        self.wait("status Idle", lambda: self.grbl.cmode == "Idle")
+
+    def home(self):
+        grbl = self.grbl
+        grbl.homing()
+        self.wait("status Home", lambda: grbl.cmode == "Home")
+        self.wait("end of homing", lambda: grbl.cmode == "Idle")
+        if grbl.cmpos != (0, 0, 0):
+            sys.exit(f"homed, and yet at {grbl.cmpos}")
+        print("homed")
+
+    def set(self, number, value):
+        """Gives the machine a setting, and reads it back."""
+        self.wait("answers to what it asks by itself", self.grbl.is_quiet)
+        self.grbl.send_immediately(f"${number}={value}")
+        self.wait("answer to a setting", Wire.is_answered)
+        del self.settings[number]
+        self.grbl.request_settings()
+        self.wait("settings", lambda: number in self.settings and Wire.is_answered())
+        if self.errors or self.settings[number] != value:
+            sys.exit(f"${number} was to be {value} and is {self.settings[number]}; {self.errors}")
+
+    def begin(self, program):
+        if self.errors:
+            sys.exit(f"refused before the program: {self.errors}")
+        grbl = self.grbl
+        self.wait("answers to what it asks by itself", grbl.is_quiet)
+        grbl.job_new()
+        grbl.write(program)
+        self.completed.clear()
+        self.accepted = 0
+        grbl.job_run()
+
+    def hold(self, is_there):
+        """Holds the machine once it runs and its last report is as `is_there` says: it must stand still. Returns its
+        reports from there."""
+        grbl = self.grbl
+        begin = len(Wire.heard)
+        last = lambda: Wire.reports(begin)[-1:]
+        self.wait("status Run, to be held", lambda: grbl.cmode == "Run" and any(map(is_there, last())))
+        begin = len(Wire.heard)
+        grbl.hold()
+        self.wait("status Hold:0", lambda: grbl.cmode == "Hold:0")
+        place = grbl.cmpos
+        held = lambda: [report for report in Wire.reports(begin) if report.state == "Hold:0"]
+        self.wait("reports in the hold", lambda: len(held()) >= REPORTS_IN_HOLD and tells_what_is_on(held()))
+        if (grbl.cmode, grbl.cmpos) != ("Hold:0", place):
+            sys.exit(f"held at {place}, and yet {grbl.cmode} at {grbl.cmpos}")
+        return held()
+
+    def resume(self, is_as_before):
+        """Resumes the held machine: it must go on, and tell what `is_as_before` looks for."""
+        grbl, place, begin = self.grbl, self.grbl.cmpos, len(Wire.heard)
+        grbl.resume()
+        self.wait("status Run away from the hold", lambda: grbl.cmode == "Run" and grbl.cmpos != place)
+        self.wait("spindle or laser as before the hold", lambda: is_as_before(Wire.reports(begin)))
+
+    def end(self, name, place):
+        """Waits for the end of the program: every line must be accepted, and the machine rest at the place, all off."""
+        grbl = self.grbl
+        self.wait("end of the program", lambda: self.completed.is_set() or self.errors)
+        if self.errors or self.accepted != grbl.buffer_size:
+            sys.exit(f"{self.accepted} of {grbl.buffer_size} lines of {name} accepted; {self.errors}")
+        self.wait(f"Idle at {place}", lambda: grbl.cmode == "Idle" and grbl.cmpos == place)
+        begin = len(Wire.heard)
+        self.wait("report of what is on", lambda: tells_what_is_on(Wire.reports(begin)))
+        check_tool(f"after {name}", Wire.reports(begin), 0)
+        print(f"{self.accepted} lines of {name} accepted; Idle at {grbl.cmpos}")
+
+
+def tells_what_is_on(reports):
+    return any(report.is_on is not None for report in reports)
+
+
+def is_on(reports):
+    """They tell of a spindle or laser that is on, and of its S."""
+    return any(report.is_on for report in reports) and reports[-1].s > 0
+
+
+def check_tool(when, reports, s):
+    """All of them tell this S, and that spindle or laser is on if that is above 0; some must tell the latter."""
+    wrong = [report.line for report in reports if report.s != s or report.is_on not in (None, s > 0)]
+    if wrong or not tells_what_is_on(reports):
+        sys.exit(f"S{s} {when}, and yet {wrong or [report.line for report in reports]}")
+
+
+def park(sender, programs, place):
+    sender.begin((programs / "parking.nc").read_text())
+    held = sender.hold(lambda _: sender.grbl.cmpos[0] > 10)
+    check_tool("held with nothing on", held, 0)
+    print(f"held at {sender.grbl.cmpos}")
+    sender.resume(lambda _: True)
+    sender.end("parking.nc", place)
+
+
+def engrave(sender, programs, place):
+    sender.set(32, "1")
+    sender.begin((programs / "engraving.nc").read_text())
+    held = sender.hold(lambda report: report.s > 0)
+    check_tool("held with a laser", held, 0)
+    print(f"held at {sender.grbl.cmpos}, its laser off")
+    sender.resume(is_on)
+    sender.end("engraving.nc", place)
+
+
+def mill(sender, programs, place):
+    sender.set(32, "0")
+    sender.begin(f"M3 S{SPINDLE_S}\n{(programs / 'square.nc').read_text()}\nM5\n")
+    held = sender.hold(lambda report: report.s == SPINDLE_S)
+    check_tool("held with a spindle", held, SPINDLE_S)
+    print(f"held at {sender.grbl.cmpos}, its spindle at S{held[-1].s}")
+    sender.resume(is_on)
+    sender.end("square.nc", place)
+
+
+def main(port, programs, place, result):
+    programs, place = Path(programs), tuple(float(mm) for mm in place.split(","))
     sender = Sender(port)
-    grbl = sender.grbl
-    sender.wait("welcome after the reset", sender.booted.is_set)
-    grbl.poll_start()
-    sender.wait("settings", lambda: 132 in sender.settings)
-    print(f"connected; {len(sender.settings)} settings read, {sender.settings[100]} steps/mm in X")
-
-    sender.wait("status Idle", lambda: grbl.cmode == "Idle")
-    grbl.homing()
-    sender.wait("status Home", lambda: grbl.cmode == "Home")
-    sender.wait("end of homing", lambda: grbl.cmode == "Idle")
-    if grbl.cmpos != (0, 0, 0):
-        sys.exit(f"homed, and yet at {grbl.cmpos}")
-    print("homed")
-
-    if sender.errors:
-        sys.exit(f"refused while connecting: {sender.errors}")
-    sender.wait("answers to what it asks by itself", grbl.is_quiet)
-    grbl.job_new()
-    grbl.load_file(program)
-    sender.completed.clear()
-    grbl.job_run()
-    sender.wait("status Run away from the origin", lambda: grbl.cmode == "Run" and grbl.cmpos[0] > 10)
-    grbl.hold()
-    sender.wait("status Hold:0", lambda: grbl.cmode == "Hold:0")
-    held = grbl.cmpos
-    time.sleep(10 * POLL_S)
-    if (grbl.cmode, grbl.cmpos) != ("Hold:0", held):
-        sys.exit(f"held at {held}, and yet {grbl.cmode} at {grbl.cmpos}")
-    print(f"held at {held}")
-    grbl.resume()
-    sender.wait("status Run away from the hold", lambda: grbl.cmode == "Run" and grbl.cmpos != held)
-    sender.wait("end of the program", lambda: sender.completed.is_set() or sender.errors)
-    if sender.errors or sender.accepted != grbl.buffer_size:
-        sys.exit(f"{sender.accepted} of {grbl.buffer_size} lines accepted; {sender.errors}")
-    wanted = tuple(float(mm) for mm in place.split(","))
-    sender.wait(f"Idle at {wanted}", lambda: grbl.cmode == "Idle" and grbl.cmpos == wanted)
-    print(f"{sender.accepted} lines of {program} accepted; Idle at {grbl.cmpos}")
-
-    grbl.poll_stop()
+    sender.connect()
+    sender.home()
+    lines = 0
+    for job in (park, engrave, mill):
+        job(sender, programs, place)
+        lines += sender.accepted
+    sender.grbl.poll_stop()
     with open(result, "w") as out:
-        json.dump({"lines": sender.accepted, "bytes_sent": Wire.bytes_sent}, out)
-    grbl.disconnect()
+        json.dump({"lines": lines, "bytes_sent": Wire.bytes_sent}, out)
+    sender.grbl.disconnect()
 
 
 if __name__ == "__main__":

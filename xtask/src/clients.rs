@@ -24,7 +24,7 @@ const CNCJS: &str = "cncjs@1.11.5";
 const SIMULATED_SPEED: f64 = 20.0;
 const EMULATED_SPEED: f64 = 10.0;
 const PATIENCE: Duration = Duration::from_secs(120);
-/// Where programs/parking.nc ends, mm.
+/// Where programs/parking.nc ends, mm. The others that are sent begin and end where the machine stands.
 const PARKING_END_MM: [f64; 3] = [175.0, 40.0, 0.0];
 
 /// The scripts, and what they need.
@@ -82,14 +82,14 @@ fn installed_cncjs() -> Result<PathBuf> {
     Ok(dir)
 }
 
-/// A stage of `cargo xtask test`: grbl-streamer homes a machine, streams the parking program, holds it on the way and resumes
-/// it; first the simulated one, then the firmware on the emulated board.
+/// A stage of `cargo xtask test`: grbl-streamer homes a machine and streams programs with no tool, a laser and a spindle,
+/// each of which it holds on the way and resumes; first the simulated one, then the firmware on the emulated board.
 pub fn grbl_streamer() -> Result<()> {
     let python = installed_python()?;
     let result = installed_dir().join("stream.json");
     let script = |port: &Path| {
         let mut script = Command::new(&python);
-        script.arg(dir().join("stream.py")).arg(port).args(job()).arg(&result);
+        script.arg(dir().join("stream.py")).arg(port).args(jobs()).arg(&result);
         script
     };
     let none_lost = |tally: Tally| -> Result<()> {
@@ -99,11 +99,11 @@ pub fn grbl_streamer() -> Result<()> {
         Ok(())
     };
     announce("grbl-streamer, simulated machine");
-    none_lost(parks_the_car(SIMULATED_SPEED, || Ok(Simulated::default()), script)?)?;
+    none_lost(ends_in_place(SIMULATED_SPEED, || Ok(Simulated::default()), script)?)?;
     build::firmware(Variant::default())?;
     node::prepare()?;
     announce("grbl-streamer, emulated board");
-    none_lost(parks_the_car(EMULATED_SPEED, emulated_board, script)?)
+    none_lost(ends_in_place(EMULATED_SPEED, emulated_board, script)?)
 }
 
 /// The same with cncjs, by the ways of its web page.
@@ -111,15 +111,15 @@ pub fn cncjs() -> Result<()> {
     let installed = installed_cncjs()?;
     let script = |port: &Path| {
         let mut script = Command::new("node");
-        script.arg(dir().join("cncjs.mjs")).arg(&installed).arg(port).args(job());
+        script.arg(dir().join("cncjs.mjs")).arg(&installed).arg(port).args(jobs());
         script
     };
     announce("cncjs, simulated machine");
-    parks_the_car(SIMULATED_SPEED, || Ok(Simulated::default()), script)?;
+    ends_in_place(SIMULATED_SPEED, || Ok(Simulated::default()), script)?;
     build::firmware(Variant::default())?;
     node::prepare()?;
     announce("cncjs, emulated board");
-    parks_the_car(EMULATED_SPEED, emulated_board, script)?;
+    ends_in_place(EMULATED_SPEED, emulated_board, script)?;
     Ok(())
 }
 
@@ -130,15 +130,14 @@ fn emulated_board() -> Result<Emulated> {
     Emulated::start(&mut command, true, &[])
 }
 
-/// The parking program, and where it ends.
-fn job() -> [OsString; 2] {
-    let program = workspace::root().join("programs").join("parking.nc");
-    [program.into(), PARKING_END_MM.map(|mm| mm.to_string()).join(",").into()]
+/// The folder of the programs that a script sends, and where each of them ends.
+fn jobs() -> [OsString; 2] {
+    [workspace::root().join("programs").into(), PARKING_END_MM.map(|mm| mm.to_string()).join(",").into()]
 }
 
 /// Runs the script that `script` makes for a port, on that machine; what went over it. The sender keeps within Grbl's buffer,
-/// every line has its answer, no byte of the machine's is lost, and it stands where the program ends.
-fn parks_the_car<M: Machine>(
+/// every line has its answer, no byte of the machine's is lost, and it stands where the programs end.
+fn ends_in_place<M: Machine>(
     speed: f64,
     power_up: impl FnOnce() -> Result<M> + Send + 'static,
     script: impl FnOnce(&Path) -> Command,

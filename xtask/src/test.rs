@@ -21,8 +21,8 @@ The stages stop at the first that fails:
   emulator tests   the emulated board's own, and the step program on it as on a published emulator
   firmware         its build, and its size budgets
   emulated board   the firmware, unmodified, in an emulated RP2040
-  real senders     grbl-streamer from PyPI streams a program to the simulated machine and to the emulated board, as over a
-                   serial port; skipped without Python 3, unless it is asked for by --senders
+  real senders     grbl-streamer from PyPI streams programs to the simulated machine and to the emulated board, as over a
+                   serial port, with a laser and a spindle too; skipped without Python 3, unless --senders asks for it
 
 Examples:
   cargo xtask test --fast                the host tests alone
