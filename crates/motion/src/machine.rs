@@ -301,7 +301,7 @@ impl Machine {
             pressed: Axis::ALL.map(|axis| self.switch(axis).is_pressed()),
             emergency_stop,
             homed,
-            queue_free: self.queue.free_capacity() + room,
+            queue_free: self.queue_free() + room,
             speed_mm_s: underway.map_or(0.0, |underway| underway.speed_mm_s()),
             line: underway.map_or(0, |underway| Tag::unpack(underway.leg.tag).line),
             outputs,
@@ -512,6 +512,12 @@ impl Machine {
                 return Poll::Pending;
             }
         }
+    }
+
+    /// Room in the queue. Not inlined, as [`with`](Self::with).
+    #[inline(never)]
+    fn queue_free(&self) -> usize {
+        self.queue.free_capacity()
     }
 
     /// Whether no other motion can be asked for without waiting.

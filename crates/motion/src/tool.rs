@@ -6,7 +6,7 @@
 //! outputs' brake, in whatever context it comes from, and the task takes the brake off when it has switched them off itself.
 //!
 //! A spindle turns at one speed until another is asked for. A laser is dark but in a move, of which it is told beforehand, as
-//! the ports are told of steps, by stretches of time ([`Stretch`]). Where no stretch is, it is dark: so whatever goes wrong, it
+//! the ports are told of steps, by stretches of time (`Stretch`). Where no stretch is, it is dark: so whatever goes wrong, it
 //! goes out at the end of what was planned.
 
 mod beam;

@@ -38,6 +38,22 @@ fn a_touch_by_the_timer_port_stops_the_move_and_leads_to_the_boot_loader() {
     a_touch_stops_the_move(Port::Timer, "touch-timer");
 }
 
+/// Spindle, laser and coolant are off before the boot loader takes over.
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn a_touch_puts_the_tool_off() {
+    let run = Board::new("touch-tool").script(&format!(
+        "expect Grbl\nsend $32=1\nexpect ok\nsend M3S800M8G91G1F600X40\nexpect ok\nwait-output pwm on\nwait-ms 100\n\
+         {TOUCH}expect-bootsel\n"
+    ));
+    assert!(run.ok, "{}", run.printed);
+    for output in ["pwm", "enable", "flood"] {
+        let last = run.outputs.iter().rfind(|change| change.output == output).expect("it was on");
+        assert_eq!(last.value, 0.0, "{output}");
+        assert!((last.t_ns as u64) < left_ns(&run) - REST_NS, "{output}: {last:?}");
+    }
+}
+
 /// The rate alone is no touch, nor is a closed port; both are, in either order.
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]

@@ -183,17 +183,13 @@ impl<'a> Board<'a> {
         self.run_with_edges(Job::Program(program), moving_s)
     }
 
-    /// The same, and keeps the changes of the tool's outputs too.
-    pub fn stream_for_outputs(
-        &self,
-        program: &str,
-        moving_s: f64,
-    ) -> Result<Measured<(Summary, Vec<Edge>, Vec<OutputChange>)>> {
+    /// The same; keeps the edges and the changes of the tool's outputs.
+    pub fn stream_for_outputs(&self, program: &str, moving_s: f64) -> Result<Measured<(Vec<Edge>, Vec<OutputChange>)>> {
         let ran = self.run_with_edges(Job::Program(program), moving_s)?;
         let path = self.file("outputs");
         let outputs = csv::Reader::from_path(&path).and_then(|file| file.into_deserialize().collect::<Result<_, _>>());
         let outputs = outputs.with_context(|| format!("the outputs in {} cannot be read", path.display()))?;
-        Ok(ran.map(|(summary, edges)| (summary, edges, outputs)))
+        Ok(ran.map(|(_, edges)| (edges, outputs)))
     }
 
     fn run_with_edges(&self, job: Job, moving_s: f64) -> Result<Measured<(Summary, Vec<Edge>)>> {

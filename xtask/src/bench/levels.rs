@@ -4,7 +4,7 @@
 use anyhow::Result;
 use serde::Serialize;
 
-use super::board::{Board, OutputChange, Summary};
+use super::board::{Board, OutputChange};
 use super::edges::{Edge, NS_PER_CYCLE};
 use super::effort::Effort;
 use super::measured::Measured;
@@ -64,7 +64,7 @@ pub fn rate_words(pixels_s: &f64) -> String {
 
 fn run(board: &Board, mode: &str, feed_mm_s: f64, pixels: usize) -> Result<Measured<Line>> {
     let ran = board.stream_for_outputs(&program(mode, feed_mm_s, pixels), pixels as f64 / SLOWEST_PIXELS_S)?;
-    Ok(ran.map(|(_, edges, outputs): (Summary, _, _)| Line { pixels, edges, outputs }))
+    Ok(ran.map(|(edges, outputs)| Line { pixels, edges, outputs }))
 }
 
 fn program(mode: &str, feed_mm_s: f64, pixels: usize) -> String {
