@@ -20,8 +20,15 @@ const CRATES_IN_RAM: [&str; 10] = [
     "rp2040_gantry",
     "libm",
 ];
-/// What serves the consoles, in thread mode, and what runs once before anything moves.
-const MAY_WAIT: [&str; 3] = ["isostep_console", "isostep_controller", "____embassy_main_task"];
+/// What serves the consoles, in thread mode, their reports and arcs, and what runs once before anything moves.
+const MAY_WAIT: [&str; 6] = [
+    "isostep_console",
+    "isostep_controller",
+    "isostep_motion7machine7Machine6status",
+    "libm4math5atan2",
+    "libm4math4atan",
+    "____embassy_main_task",
+];
 const HANDLERS: [&str; 9] = [
     "TIMER_IRQ_0",
     "PIO1_IRQ_1",
