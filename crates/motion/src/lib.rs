@@ -5,6 +5,7 @@
 //! - [`axis::run`] three times, at a high priority: hands each run to its [`StepPort`], which takes compiled segments from
 //!   the axis's queue and makes the edges.
 //! - [`limit::watch`] and [`limit::watch_emergency_stop`], at the highest priority: debounce a switch and stop the axes.
+//! - [`tool::run`] and those of [`buttons`], as high: spindle, laser and coolant; probe, feed hold, cycle start, safety door.
 //! - [`coordinator::run`], at a lower priority: plans moves that follow each other, compiles them into the axes' queues ahead of
 //!   time, starts all axes of a run at one instant, homes, and keeps the machine's state.
 //!
