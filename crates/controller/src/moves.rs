@@ -88,7 +88,10 @@ impl<F: NorFlash> Controller<'_, F> {
         }
         out.send(text).await;
         text.clear();
-        self.pause().await
+        self.machine.hold();
+        // Somebody reaches for it. The resume has it turn again first.
+        self.machine.toggle_spindle();
+        self.settled().await
     }
 
     /// M3 to M5, S, M7 to M9.

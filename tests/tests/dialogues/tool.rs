@@ -257,6 +257,22 @@ fn byte_9e_stops_the_spindle_while_held() {
     assert!((1_000..1_100).contains(&((first.t_ns - resumed) / 1_000_000)), "{first:?} from {stands:?}");
 }
 
+/// A person puts a hand to it.
+#[test]
+fn the_spindle_stands_for_a_tool_change() {
+    let mut sim = homed();
+    assert_eq!(say(&mut sim, "$394=1\nM3 S1000 M8\nG1 X1 F600"), ["ok"; 3]);
+    assert_eq!(say(&mut sim, "T2 M6"), ["[MSG:M6: put in tool 2, then resume with ~]"]);
+    assert_eq!(sim.tool(), [0, 0, 0, ON, 0]);
+    let asked_ns = sim.now_ns();
+    sim.send(b"~G1 X2\n");
+    sim.run_for(Duration::from_millis(1)).unwrap();
+    assert_eq!(sim.tool(), [ON, ON, 0, ON, 0]);
+    sim.run_until_idle().unwrap();
+    let first = sim.outcome().edges.into_iter().find(|edge| edge.t_ns >= asked_ns).unwrap();
+    assert!(first.t_ns - asked_ns >= 1_000_000_000, "{} ns", first.t_ns - asked_ns);
+}
+
 fn toggles(byte: u8, output: usize, word: &str) {
     let mut sim = homed();
     let all = |on: bool| std::array::from_fn(|index| if on && index == output { ON } else { 0 });
