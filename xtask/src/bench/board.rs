@@ -53,6 +53,22 @@ pub struct OutputChange {
     pub value: f64,
 }
 
+/// What the tool did.
+#[derive(Debug, Default, Deserialize)]
+pub struct ToolFigures {
+    /// What came while an output was on, and stops the machine.
+    pub stops: Vec<ToolStop>,
+}
+
+/// One of them.
+#[derive(Debug, Deserialize)]
+pub struct ToolStop {
+    /// What it was: `X_LIMIT`, `ESTOP`, `RESET`, `CRASH` or another.
+    pub input: String,
+    /// From it to the last output off; null if one stayed on.
+    pub outputs_off_ns: Option<f64>,
+}
+
 /// The emulator's own account, as far as it is of use here.
 #[derive(Debug, Deserialize)]
 pub struct Summary {
@@ -67,6 +83,8 @@ pub struct Summary {
     pub stops: Vec<Stop>,
     #[serde(default)]
     pub replies: Vec<Line>,
+    #[serde(default)]
+    pub tool: ToolFigures,
     flash_cache: FlashCache,
 }
 

@@ -7,8 +7,10 @@ use super::candidate;
 use super::laws;
 use super::levels::LevelFigures;
 use super::load::LoadFigures;
+use super::measured::Measured;
 use super::micro::MicroFigures;
 use super::moves::{self, MoveFigures};
+use super::outputs::OffFigures;
 use super::progress::grouped;
 use super::rates::{self, RateFigures};
 use super::starts::StartMeasurement;
@@ -101,6 +103,7 @@ pub struct PortFigures {
     pub starts: Vec<StartMeasurement>,
     pub moves: MoveFigures,
     pub levels: LevelFigures,
+    pub outputs: Measured<OffFigures>,
 }
 
 /// A figure beside what was aimed at.

@@ -29,6 +29,7 @@ mod load;
 mod measured;
 mod micro;
 mod moves;
+mod outputs;
 mod progress;
 mod rates;
 mod report;
@@ -72,6 +73,7 @@ What is measured, of PioPort and of TimerPort, three axes stepping at once and s
             TimerPort at 1,000,000 to 20,000 steps/s
   levels    lines of pixels of 0.1 mm: how far a laser's level changes from the step that it begins with, at 1,000 moves/s; and how
             many pixels a second are carried, with constant levels (M3) and with levels by speed (M4)
+  outputs   from a stop to the last output of the tool off, with a laser that shines and coolant on
 And what the mathematics of a move costs on the chip, beside the step generators of the literature over the same ramp:
 cycles to plan, to compile a segment and to replay a step under each speed law, and how far their speeds are off; and cycles of
 a move of 0.2 mm of three axes that flows in a full chain: to read its line, to push it, to tell its plan and to compile that.
@@ -171,7 +173,9 @@ fn measure(candidate: &Candidate, chip: Chip, folder: &Path, effort: &Effort) ->
     let moves = moves::measure(&board, port, effort)?;
     begin("levels");
     let levels = levels::measure(&board, port, effort)?;
-    Ok(PortFigures { port, rates, accuracy, load, stops, starts, moves, levels })
+    begin("outputs");
+    let outputs = outputs::measure(&board, port, effort)?;
+    Ok(PortFigures { port, rates, accuracy, load, stops, starts, moves, levels, outputs })
 }
 
 fn mathematics(chip: Chip, folder: &Path) -> Result<MicroFigures> {

@@ -9,6 +9,7 @@ use super::chip::Chip;
 use super::figures::{Figures, PortFigures, Target, together};
 use super::micro::{GeneratorFigures, MicroFigures};
 use super::moves::{self, Carried};
+use super::outputs::OffFigures;
 use super::progress::grouped;
 use super::starts::{Delay, StartMeasurement};
 use super::stops::Latency;
@@ -261,7 +262,11 @@ fn levels(figures: &Figures) -> Section {
     let row = |port: &PortFigures| {
         let levels = &port.levels;
         let rates = [&levels.carried_constant, &levels.carried_by_speed].map(|rate| rate.words(levels::rate_words));
-        vec![[vec![port.port.name().to_owned(), levels.distances.words(levels::words)], rates.to_vec()].concat()]
+        let off = port.outputs.words(OffFigures::words);
+        vec![
+            [vec![port.port.name().to_owned(), levels.distances.words(levels::words)], rates.to_vec(), vec![off]]
+                .concat(),
+        ]
     };
     Section {
         heading: "Levels of a laser".to_owned(),
@@ -269,7 +274,7 @@ fn levels(figures: &Figures) -> Section {
                between, at 1,000 moves a second; and how many pixels a second are carried, with constant levels (M3) and \
                with levels by speed (M4)."
             .to_owned(),
-        table: Some(rows(&["port", "from their steps", "carried, M3", "carried, M4"], both(figures, row, 1))),
+        table: Some(rows(&["port", "from their steps", "carried, M3", "carried, M4", "from a stop to dark"], both(figures, row, 1))),
         ..Section::default()
     }
 }

@@ -9,6 +9,7 @@ use super::chip::Chip;
 use super::figures::{ChipFigures, Conditions, Figures, PortFigures, Target, together};
 use super::micro::{GeneratorFigures, MicroFigures, RampFigures};
 use super::moves::{self, Carried};
+use super::outputs::OffFigures;
 use super::progress::grouped;
 use super::starts::Delay;
 use super::stops::{Latency, StopMeasurement};
@@ -155,6 +156,7 @@ fn levels(port: &PortFigures) -> Rows {
         row("from their steps, at 1,000 moves/s", levels.distances.words(levels::words)),
         row("carried, constant (M3)", levels.carried_constant.words(levels::rate_words)),
         row("carried, by speed (M4)", levels.carried_by_speed.words(levels::rate_words)),
+        row("from a stop to dark, coolant off", port.outputs.words(OffFigures::words)),
     ]
 }
 
