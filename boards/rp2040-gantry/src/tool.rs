@@ -73,8 +73,9 @@ impl ToolPort for Tool {
     }
 
     fn set_frequency(&mut self, hz: u32) {
-        let divider = CLOCK_HZ.div_ceil(hz * PERIOD_MAX).clamp(1, 255);
-        self.period = (CLOCK_HZ / (divider * hz)).clamp(1, PERIOD_MAX);
+        let ticks = CLOCK_HZ / hz.max(1);
+        let divider = ticks.div_ceil(PERIOD_MAX).clamp(1, 255);
+        self.period = (ticks / divider).clamp(1, PERIOD_MAX);
         let slice = pac::PWM.ch(SLICE);
         slice.div().write(|div| div.set_int(divider as u8));
         slice.top().write(|top| top.set_top((self.period - 1) as u16));

@@ -119,6 +119,7 @@ impl Config {
             positive("travel, mm", self.travel_mm[axis as usize])?;
         }
         not_negative("junction deviation, mm", self.junction_deviation_mm)?;
+        positive("PWM frequency, Hz", self.tool.pwm_hz.into())?;
         positive("homing seek, mm/s", self.homing.seek_mm_s)?;
         positive("homing latch, mm/s", self.homing.latch_mm_s)?;
         positive("homing pull-off, mm", self.homing.pull_off_mm)?;

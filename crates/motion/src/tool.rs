@@ -32,7 +32,7 @@ pub struct ToolConfig {
     pub laser: bool,
     /// Which duty makes which level.
     pub duties: Duties,
-    /// PWM frequency, Hz.
+    /// PWM frequency, Hz; above 0.
     pub pwm_hz: u32,
     /// How long a spindle takes to its speed: so long nothing moves.
     pub spin_up: Duration,

@@ -146,6 +146,21 @@ fn places_of_contact_are_exact_to_the_step() {
     }
 }
 
+/// From the slowest that `$33` takes to the fastest, which a period's ticks must not overflow at; and kept over a power cycle.
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn every_frequency_has_its_duty() {
+    let mut script = "expect Grbl\nsend M3 S500\nexpect ok\nwait-ms 250\n".to_owned();
+    for hz in [10, 1_000, 65_537, 65_538, 100_000] {
+        writeln!(script, "send M5\nexpect ok\nsend $33={hz}\nexpect ok\nsend M3 S500\nexpect ok\nwait-ms 250").unwrap();
+    }
+    script += "power-cycle\nexpect Grbl\nsend M3 S500\nexpect ok\nwait-ms 250\n";
+    let run = Board::new("frequencies").script(&script);
+    assert!(run.ok, "{}", run.printed);
+    let on: Vec<_> = levels(&run).into_iter().map(|level| level.1).filter(|&duty| duty > 0.0).collect();
+    assert!(on.len() == 7 && on.iter().all(|duty| (duty - 0.5).abs() < 1e-3), "{on:?}");
+}
+
 /// What stops the machine, and what it takes to go on.
 const STOPS: [&str; 5] = [
     "switch X stuck-closed\nexpect ALARM:1\nswitch X normal\nwait-ms 12\nsend $X\nexpect ok",
