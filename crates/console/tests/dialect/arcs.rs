@@ -1,12 +1,7 @@
 //! Arcs as Grbl reads them: where each leads, round which box, or why it is refused.
 
-use crate::talk::Talk;
-use expect_test::{Expect, expect};
-use isostep_console::State;
-
-fn check(program: &str, heard: Expect) {
-    heard.assert_eq(&Talk::new(State::Idle).send(program));
-}
+use crate::talk::check;
+use expect_test::expect;
 
 #[test]
 fn both_ways_round_by_centre_and_by_radius() {

@@ -3,6 +3,8 @@
 mod arcs;
 mod bad_input;
 mod gcode;
+mod probe;
 mod status;
 mod system;
 mod talk;
+mod tool;

@@ -2,12 +2,18 @@
 
 use std::fmt::Write as _;
 
+use expect_test::Expect;
 use isostep_console::{
     Block, Command, Coordinates, Error, Interpreter, Jog, LineAssembler, Move, Overrides, Probe, Rate, Realtime,
     Refusal, Settings, Spindle, State, Status, StatusReporter,
     parameters::{STARTUP_LINES, StoredLine},
     realtime, report,
 };
+
+/// What is heard of a program that is sent to an idle machine.
+pub fn check(program: &str, heard: Expect) {
+    heard.assert_eq(&Talk::new(State::Idle).send(program));
+}
 
 /// The port of this machine carries 30,000 steps/s, or a pulse and a pause as long.
 pub fn carries(pulse_us: u16) -> f32 {
