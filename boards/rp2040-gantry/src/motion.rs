@@ -3,7 +3,7 @@
 use embassy_executor::{SendSpawner, Spawner};
 use embassy_rp::gpio::{Input, Output};
 use isostep_motion::coordinator::{self, Path};
-use isostep_motion::{Axis, DriverTiming, Event, Machine, axis, buttons, limit, tool};
+use isostep_motion::{Axis, DriverTiming, Event, Machine, axis, buttons, limit, probing, tool};
 use static_cell::ConstStaticCell;
 
 use crate::guard;
@@ -68,7 +68,7 @@ async fn run_tool(machine: &'static Machine, port: Tool) -> ! {
 
 #[embassy_executor::task]
 async fn watch_probe(machine: &'static Machine, input: Input<'static>) -> ! {
-    buttons::watch_probe(machine, input).await
+    probing::watch(machine, input).await
 }
 
 #[embassy_executor::task]

@@ -47,17 +47,3 @@ pub async fn watch_start<I: InputPin<Error = Infallible> + Wait>(machine: &Machi
         machine.set_start_button(false);
     }
 }
-
-/// Watches the probe for ever, whose input is low or high while it touches, as configured. The place of a contact is as exact
-/// as this task is soon.
-///
-/// # Cancellation
-/// Dropping it leaves the probe unwatched: a motion that probes goes on to its end.
-pub async fn watch_probe<I: InputPin<Error = Infallible> + Wait>(machine: &Machine, mut input: I) -> ! {
-    let Ok(mut is_low) = input.is_low();
-    loop {
-        machine.probe_edge(is_low);
-        is_low = !is_low;
-        wait_level(&mut input, is_low).await;
-    }
-}

@@ -5,7 +5,8 @@
 //! - [`axis::run`] three times, at a high priority: hands each run to its [`StepPort`], which takes compiled segments from
 //!   the axis's queue and makes the edges.
 //! - [`limit::watch`] and [`limit::watch_emergency_stop`], at the highest priority: debounce a switch and stop the axes.
-//! - [`tool::run`] and those of [`buttons`], as high: spindle, laser and coolant; probe, feed hold, cycle start, safety door.
+//! - [`tool::run`], [`probing::watch`] and those of [`buttons`], as high: spindle, laser and coolant; the probe; feed hold, cycle
+//!   start and safety door.
 //! - [`coordinator::run`], at a lower priority: plans moves that follow each other, compiles them into the axes' queues ahead of
 //!   time, starts all axes of a run at one instant, homes, and keeps the machine's state.
 //!
@@ -28,7 +29,7 @@ pub mod limit;
 mod link;
 mod machine;
 mod port;
-mod probing;
+pub mod probing;
 mod run;
 mod start_line;
 mod switch;

@@ -6,14 +6,30 @@
 use core::convert::Infallible;
 
 use embassy_time::Instant;
-use embedded_hal::digital::OutputPin;
+use embedded_hal::digital::{InputPin, OutputPin};
+use embedded_hal_async::digital::Wait;
 
 use crate::axes::AXES;
 use crate::coordinator::Coordinator;
 use crate::event::{Alarm, Finish};
 use crate::flow::Purpose;
 use crate::legs::Legs;
-use crate::machine::{ProbeMove, Probed};
+use crate::limit::wait_level;
+use crate::machine::{Machine, ProbeMove, Probed};
+
+/// Watches the probe for ever, whose input is low or high while it touches, as configured. The place of a contact is as exact
+/// as this task is soon.
+///
+/// # Cancellation
+/// Dropping it leaves the probe unwatched: a motion that probes goes on to its end.
+pub async fn watch<I: InputPin<Error = Infallible> + Wait>(machine: &Machine, mut input: I) -> ! {
+    let Ok(mut is_low) = input.is_low();
+    loop {
+        machine.probe_edge(is_low);
+        is_low = !is_low;
+        wait_level(&mut input, is_low).await;
+    }
+}
 
 impl<E, F> Coordinator<'_, E, F>
 where

@@ -10,7 +10,7 @@ use embassy_time::{Duration, Instant};
 use embedded_io_async::{Read, Write};
 use isostep_controller::{Controller, Store};
 use isostep_motion::coordinator::{self, Path};
-use isostep_motion::{Axis, Machine, State, axis, buttons, limit, tool};
+use isostep_motion::{Axis, Machine, State, axis, buttons, limit, probing, tool};
 
 use crate::config::{Config, StartOutside};
 use crate::executor::{Executor, Rest, RunError};
@@ -384,7 +384,7 @@ fn spawn_tool(executor: &mut Executor, world: &Shared, machine: &'static Machine
     });
     let [probe, hold, start] = [Wire::Probe, Wire::Hold, Wire::Start].map(|wire| Input::new(world, wire));
     executor.spawn("probe", async move {
-        buttons::watch_probe(machine, probe).await;
+        probing::watch(machine, probe).await;
     });
     executor.spawn("feed hold", async move {
         buttons::watch_hold(machine, hold).await;

@@ -95,11 +95,9 @@ impl<'a> BeamFeeder<'a> {
 /// Of a move that shines with `level` where it is as fast as was asked for.
 fn level_at(leg: &Leg<AXES>, level: Level, t_s: f64) -> Level {
     let part = &leg.part;
-    // Rounding must not lead out of the profile, where nothing moves.
-    let speed_steps_s = if t_s + NOTHING_S > part.end_s() {
-        part.profile.exit_speed_steps_s()
-    } else {
-        part.speed_at(t_s.max(part.begin_s()))
-    };
+    // A little later: rounding must not lead out of the profile, where nothing moves.
+    let inside_s = t_s + NOTHING_S;
+    let is_end = inside_s > part.end_s();
+    let speed_steps_s = if is_end { part.profile.exit_speed_steps_s() } else { part.speed_at(inside_s) };
     Level::of_share((speed_steps_s / leg.asked_steps_s) as f32 * level.share())
 }
