@@ -7,6 +7,7 @@ use isostep_console::Settings;
 use isostep_motion::{AXES, Axis, DriverTiming};
 use isostep_profile::fit_error_max_ticks;
 
+use crate::faults::Fault;
 use crate::mechanics::Mechanics;
 use crate::motor::PullOutCurve;
 use crate::plant::SwitchFault;
@@ -107,6 +108,13 @@ pub struct Config {
     pub time_limit: Duration,
     /// The console's baud rate, 8N1: a byte each way takes its time on the wire. Without one, none.
     pub baud: Option<u32>,
+    /// There is a second console, as a board has USB and a UART.
+    pub second_console: bool,
+    /// Tasks interrupt each other, as on a chip, at the end of every critical section; and a thread's code takes up to so long from
+    /// one to the next, ns, at random. Without it a task runs undisturbed until it waits, and takes no time.
+    pub section_max_ns: Option<u32>,
+    /// What goes wrong, and when.
+    pub faults: Vec<Fault>,
     /// Keep every edge, every change of a wire and every event. A machine that runs for hours had better only count.
     pub keep_record: bool,
     /// Of what is kept, keep every change of a wire: most of the record of a long program.
@@ -133,6 +141,9 @@ impl Default for Config {
             poll_every: None,
             time_limit: Duration::from_secs(24 * 3600),
             baud: None,
+            second_console: false,
+            section_max_ns: None,
+            faults: Vec::new(),
             keep_record: true,
             keep_waves: true,
             only_time: false,
@@ -200,6 +211,9 @@ impl Config {
         }
         if self.port != default.port {
             line += &format!(" --port {}", self.port);
+        }
+        for fault in &self.faults {
+            line += &format!(" --fault {fault}");
         }
         line
     }

@@ -3,15 +3,25 @@
 //! Tasks are spawned once, by name. Of the tasks that are ready, the one spawned first runs first, as
 //! a higher interrupt priority would on the chip; when none is ready time jumps to the next deadline. Nothing
 //! here reads a wall clock, a thread's schedule or an address, so a run is a function of its tasks.
+//!
+//! # Preemption
+//! A task is polled without interruption, unless [`Executor::preempt`] says otherwise. Then what may come between two instructions on a
+//! chip may come here at the end of each of the task's critical sections (see [`isostep_host`]): a stimulus that was asked
+//! for, and every task of a higher [`Priority`] that is ready. Code of threads may take time, too, in which other tasks become due.
 
+use std::cell::{Cell, RefCell};
+use std::collections::BTreeMap;
 use std::fmt;
-use std::future::Future;
+use std::future::{Future, ready};
 use std::pin::Pin;
+use std::rc::Rc;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::task::{Context, Poll, Wake, Waker};
+use std::task::{Context, Wake, Waker};
 
 use embassy_time::{Duration, Instant};
+use isostep_host::{Interruption, at_section_ends};
+use oorandom::Rand64;
 
 use crate::time::{self, Clock};
 
@@ -56,13 +66,39 @@ pub enum Rest {
     Horizon,
 }
 
+/// What comes before what, on a processor that several tasks want. Of what is ready the highest runs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Priority {
+    /// The coordinator and the consoles, which everything interrupts.
+    #[default]
+    Thread,
+    /// The axes.
+    P2,
+    /// Switches, buttons, the tool.
+    P1,
+    /// What is no task of the chip's.
+    World,
+}
+
+/// How tasks are interrupted.
+pub struct Preemption {
+    /// Whether that is possible at the end of this critical section: not while somebody changes what no chip has, the world.
+    pub open: Box<dyn Fn() -> bool>,
+    /// As long does the code take that a thread runs from one critical section to the next, at most, ns; it is random.
+    pub section_max_ns: u32,
+    /// Seed of how long it takes.
+    pub seed: u64,
+}
+
 struct Task {
     name: &'static str,
+    priority: Priority,
     ready: Arc<Ready>,
     waker: Waker,
-    future: Option<Pin<Box<dyn Future<Output = ()>>>>,
+    future: RefCell<Pin<Box<dyn Future<Output = ()>>>>,
+    has_ended: Cell<bool>,
     /// When it is through with the blocking delays of its last poll, since power-up.
-    free_ns: u64,
+    free_ns: Cell<u64>,
 }
 
 struct Ready(AtomicBool);
@@ -76,8 +112,29 @@ impl Wake for Ready {
 /// Named tasks and the clock they live by.
 #[derive(Default)]
 pub struct Executor {
+    core: Rc<Core>,
+    interruption: Option<Interruption>,
+}
+
+/// What an interruption needs of the executor that is being interrupted.
+#[derive(Default)]
+struct Core {
     clock: Clock,
-    tasks: Vec<Task>,
+    tasks: RefCell<Vec<Rc<Task>>>,
+    /// The priority of the task being polled.
+    running: Cell<Option<Priority>>,
+    /// Time does not pass beyond, ns since power-up.
+    horizon_ns: Cell<u64>,
+    interrupts: RefCell<Option<Interrupts>>,
+    /// Critical sections that have ended, since tasks may be interrupted.
+    sections: Cell<u64>,
+}
+
+struct Interrupts {
+    preemption: Preemption,
+    random: Rand64,
+    /// By the number of the section at whose end they come, and their own.
+    stimuli: BTreeMap<(u64, usize), Box<dyn FnOnce()>>,
 }
 
 impl Executor {
@@ -88,14 +145,59 @@ impl Executor {
 
     /// The clock its tasks live by.
     pub fn clock(&self) -> &Clock {
-        &self.clock
+        &self.core.clock
     }
 
-    /// Adds a task; those spawned earlier go first when several are ready.
+    /// Adds a task that everything interrupts; of those that are ready, the one spawned earlier goes first.
     pub fn spawn(&mut self, name: &'static str, future: impl Future<Output = ()> + 'static) {
+        self.spawn_at(Priority::default(), name, future);
+    }
+
+    /// Adds a task of that priority, which counts where tasks are interrupted.
+    pub fn spawn_at(
+        &mut self,
+        priority: Priority,
+        name: &'static str,
+        future: impl Future<Output = ()> + 'static,
+    ) {
         let ready = Arc::new(Ready(AtomicBool::new(true)));
-        let waker = Waker::from(ready.clone());
-        self.tasks.push(Task { name, ready, waker, future: Some(Box::pin(future)), free_ns: 0 });
+        let (waker, future) = (Waker::from(ready.clone()), RefCell::new(Box::pin(future) as Pin<Box<_>>));
+        let (has_ended, free_ns) = (Cell::new(false), Cell::new(0));
+        self.core.tasks.borrow_mut().push(Rc::new(Task { name, priority, ready, waker, future, has_ended, free_ns }));
+    }
+
+    /// From now on tasks are interrupted.
+    pub fn preempt(&mut self, preemption: Preemption) {
+        let (random, stimuli) = (Rand64::new(preemption.seed.into()), BTreeMap::new());
+        self.core.interrupts.replace(Some(Interrupts { preemption, random, stimuli }));
+        let core = Rc::downgrade(&self.core);
+        self.interruption = Some(Rc::new(move || core.upgrade().into_iter().for_each(|core| core.section_ended())));
+    }
+
+    /// How many critical sections have ended at which something may have interrupted.
+    pub fn sections(&self) -> u64 {
+        self.core.sections.get()
+    }
+
+    /// Has `stimulus` come when so many more have ended.
+    ///
+    /// # Panics
+    /// Where tasks are not interrupted.
+    pub fn after_sections(&mut self, sections: u64, stimulus: impl FnOnce() + 'static) {
+        let mut interrupts = self.core.interrupts.borrow_mut();
+        let stimuli = &mut interrupts.as_mut().expect("tasks are interrupted").stimuli;
+        stimuli.insert((self.core.sections.get() + sections, stimuli.len()), Box::new(stimulus));
+    }
+
+    /// What keeps all tasks of threads from being polled until an instant, ns since power-up.
+    pub fn starver(&self) -> Rc<dyn Fn(u64)> {
+        let core = Rc::downgrade(&self.core);
+        Rc::new(move |until_ns| {
+            let Some(core) = core.upgrade() else { return };
+            for task in core.tasks.borrow().iter().filter(|task| task.priority == Priority::Thread) {
+                task.free_ns.set(until_ns);
+            }
+        })
     }
 
     /// Runs until `done` holds (looked at whenever no task is ready), not beyond `limit`.
@@ -107,19 +209,21 @@ impl Executor {
     }
 
     fn run_until_ns(&mut self, limit_ns: u64, mut done: impl FnMut() -> bool) -> Result<(), RunError> {
-        let _current = self.clock.clone().enter();
+        let _current = self.clock().clone().enter();
+        let _interrupted = Interrupted::by(self.interruption.clone());
+        self.core.horizon_ns.set(limit_ns);
         loop {
-            self.run_ready()?;
+            self.core.run_ready()?;
             if done() {
                 return Ok(());
             }
-            match self.next_ns() {
-                None => return Err(RunError::Deadlock { at: self.clock.now(), waiting: self.waiting() }),
+            match self.core.next_ns() {
+                None => return Err(RunError::Deadlock { at: self.clock().now(), waiting: self.waiting() }),
                 Some(at_ns) if at_ns > limit_ns => {
                     let limit = Instant::from_nanos(limit_ns);
                     return Err(RunError::TimeLimit { limit, waiting: self.waiting() });
                 }
-                Some(at_ns) => self.clock.advance_to(at_ns),
+                Some(at_ns) => self.clock().advance_to(at_ns),
             }
         }
     }
@@ -146,7 +250,7 @@ impl Executor {
     /// # Errors
     /// [`RunError::Livelock`].
     pub fn run_for(&mut self, duration: Duration) -> Result<(), RunError> {
-        self.run_to(self.clock.now_ns() + duration.as_nanos())
+        self.run_to(self.clock().now_ns() + duration.as_nanos())
     }
 
     /// Runs to `at_ns` since power-up, where the clock then stands; not at all when that is past.
@@ -155,46 +259,135 @@ impl Executor {
     /// [`RunError::Livelock`].
     pub fn run_to(&mut self, at_ns: u64) -> Result<(), RunError> {
         self.run_until_quiescent_ns(at_ns)?;
-        self.clock.advance_to(at_ns);
+        self.clock().advance_to(at_ns);
         Ok(())
     }
 
     /// The names of the tasks that have not ended.
     pub fn waiting(&self) -> Vec<&'static str> {
-        self.tasks.iter().filter(|task| task.future.is_some()).map(|task| task.name).collect()
+        self.core.tasks.borrow().iter().filter(|task| !task.has_ended.get()).map(|task| task.name).collect()
+    }
+}
+
+impl Core {
+    fn run_ready(&self) -> Result<(), RunError> {
+        for _ in 0..POLLS_PER_INSTANT_MAX {
+            let Some(task) = self.first_ready(|_| true) else { return Ok(()) };
+            self.poll(&task);
+        }
+        let task = self.tasks.borrow().iter().find(|task| task.is_awake()).map_or("none", |task| task.name);
+        Err(RunError::Livelock { at: self.clock.now(), task })
     }
 
-    fn run_ready(&mut self) -> Result<(), RunError> {
-        for _ in 0..POLLS_PER_INSTANT_MAX {
-            let now_ns = self.clock.now_ns();
-            let Some(task) = self.tasks.iter_mut().find(|task| task.is_awake() && task.free_ns <= now_ns) else {
-                return Ok(());
-            };
-            task.poll();
-            task.free_ns = self.clock.end_poll();
-        }
-        let task = self.tasks.iter().find(|task| task.is_awake()).map_or("none", |task| task.name);
-        Err(RunError::Livelock { at: self.clock.now(), task })
+    /// The task spawned first of those that can run and for which `wanted` holds.
+    fn first_ready(&self, wanted: impl Fn(&Task) -> bool) -> Option<Rc<Task>> {
+        let now_ns = self.clock.now_ns();
+        let tasks = self.tasks.borrow();
+        tasks.iter().find(|task| task.is_awake() && task.free_ns.get() <= now_ns && wanted(task)).cloned()
+    }
+
+    fn poll(&self, task: &Task) {
+        let interrupted = self.running.replace(Some(task.priority));
+        let spent_ns = self.clock.set_spent_ns(0);
+        task.poll();
+        // It may have been starved meanwhile.
+        task.free_ns.set(self.clock.end_poll().max(task.free_ns.get()));
+        self.clock.set_spent_ns(spent_ns);
+        self.running.set(interrupted);
     }
 
     /// When something happens next, since power-up: a deadline, or a task that was woken while in a blocking delay is
     /// through with it.
     fn next_ns(&self) -> Option<u64> {
-        let delayed = self.tasks.iter().filter(|task| task.is_awake()).map(|task| task.free_ns);
-        self.clock.next_deadline_ns().into_iter().chain(delayed).min()
+        let tasks = self.tasks.borrow();
+        let now_ns = self.clock.now_ns();
+        let delayed = tasks.iter().filter(|task| task.is_awake()).map(|task| task.free_ns.get());
+        self.clock.next_deadline_ns().into_iter().chain(delayed.filter(|&free_ns| free_ns > now_ns)).min()
+    }
+
+    /// The task being polled has left a critical section: what interrupts it does so now.
+    fn section_ended(&self) {
+        // The outside interrupts nobody.
+        let Some(priority) = self.running.get() else { return };
+        if !self.interrupts.borrow().as_ref().is_some_and(|interrupts| (interrupts.preemption.open)()) {
+            return;
+        }
+        self.sections.set(self.sections.get() + 1);
+        while let Some(stimulus) = self.due_stimulus() {
+            let interrupted = self.running.take();
+            stimulus();
+            self.running.set(interrupted);
+        }
+        if priority == Priority::Thread {
+            self.let_code_take_time();
+        }
+        self.poll_above(priority);
+    }
+
+    fn due_stimulus(&self) -> Option<Box<dyn FnOnce()>> {
+        let mut interrupts = self.interrupts.borrow_mut();
+        let stimuli = &mut interrupts.as_mut()?.stimuli;
+        let first = stimuli.first_entry()?;
+        (first.key().0 <= self.sections.get()).then(|| first.remove())
+    }
+
+    fn let_code_take_time(&self) {
+        let took_ns = self.interrupts.borrow_mut().as_mut().map_or(0, |interrupts| {
+            let most_ns = u64::from(interrupts.preemption.section_max_ns);
+            if most_ns == 0 { 0 } else { interrupts.random.rand_range(0..most_ns) }
+        });
+        if took_ns == 0 {
+            return;
+        }
+        let until_ns = self.horizon_ns.get().min(self.clock.now_ns() + took_ns);
+        while let Some(at_ns) = self.next_ns().filter(|&at_ns| at_ns <= until_ns) {
+            self.clock.advance_to(at_ns);
+            self.poll_above(Priority::Thread);
+        }
+        self.clock.advance_to(until_ns);
+    }
+
+    /// Polls what is ready and of a higher priority, the highest first.
+    fn poll_above(&self, priority: Priority) {
+        for _ in 0..POLLS_PER_INSTANT_MAX {
+            let highest = [Priority::World, Priority::P1, Priority::P2]
+                .into_iter()
+                .take_while(|&higher| higher > priority)
+                .find_map(|higher| self.first_ready(|task| task.priority == higher));
+            match highest {
+                Some(task) => self.poll(&task),
+                None => return,
+            }
+        }
+    }
+}
+
+/// As long as it lives, this thread is interrupted.
+struct Interrupted(Option<Interruption>);
+
+impl Interrupted {
+    fn by(interruption: Option<Interruption>) -> Self {
+        Self(at_section_ends(interruption))
+    }
+}
+
+impl Drop for Interrupted {
+    fn drop(&mut self) {
+        at_section_ends(self.0.take());
     }
 }
 
 impl Task {
     fn is_awake(&self) -> bool {
-        self.future.is_some() && self.ready.0.load(Ordering::Relaxed)
+        !self.has_ended.get() && self.ready.0.load(Ordering::Relaxed)
     }
 
-    fn poll(&mut self) {
+    fn poll(&self) {
         self.ready.0.store(false, Ordering::Relaxed);
-        let Some(future) = &mut self.future else { return };
-        if let Poll::Ready(()) = future.as_mut().poll(&mut Context::from_waker(&self.waker)) {
-            self.future = None;
+        let mut future = self.future.borrow_mut();
+        if future.as_mut().poll(&mut Context::from_waker(&self.waker)).is_ready() {
+            self.has_ended.set(true);
+            *future = Box::pin(ready(()));
         }
     }
 }

@@ -19,12 +19,36 @@ pub struct Pipe(Rc<RefCell<State>>);
 struct State {
     bytes: VecDeque<u8>,
     reader: Option<Waker>,
+    /// Nobody takes what is written.
+    is_stalled: bool,
+    writer: Option<Waker>,
 }
 
 impl Pipe {
     /// Empty.
     pub fn new() -> Self {
         Self::default()
+    }
+
+    /// From now on nobody takes what is written, or somebody does again: a host that does not read, by an end of the link that keeps
+    /// nothing.
+    pub fn stall(&self, is_stalled: bool) {
+        let mut state = self.0.borrow_mut();
+        state.is_stalled = is_stalled;
+        state.writer.take().into_iter().for_each(Waker::wake);
+    }
+
+    /// Waits until what is written is taken.
+    async fn flowing(&self) {
+        poll_fn(|context| {
+            let mut state = self.0.borrow_mut();
+            if !state.is_stalled {
+                return Poll::Ready(());
+            }
+            state.writer = Some(context.waker().clone());
+            Poll::Pending
+        })
+        .await;
     }
 
     /// Appends bytes and wakes the reader.
@@ -85,7 +109,10 @@ impl Read for Pipe {
 }
 
 impl Write for Pipe {
+    /// # Cancellation
+    /// Safe: nothing was written.
     async fn write(&mut self, bytes: &[u8]) -> Result<usize, Infallible> {
+        self.flowing().await;
         self.push(bytes);
         Ok(bytes.len())
     }
@@ -144,6 +171,7 @@ impl Write for Uart {
     /// Safe: the byte on its way was not written.
     async fn write(&mut self, bytes: &[u8]) -> Result<usize, Infallible> {
         let Some(first) = bytes.get(..1) else { return Ok(0) };
+        self.pipe.flowing().await;
         self.carry().await;
         self.pipe.write(first).await
     }

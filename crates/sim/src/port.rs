@@ -15,7 +15,7 @@ use isostep_motion::{
 use isostep_profile::Segment;
 
 use crate::config::{Config, PIO_TICK_HZ, Port};
-use crate::executor::Executor;
+use crate::executor::{Executor, Priority};
 use crate::pin::{Delay, Output};
 use crate::record::Wire;
 use crate::time::{self, Clock};
@@ -52,7 +52,7 @@ impl AxisPort {
                 // It lives for ever, as a board's static does.
                 let bank: &'static TimerBank<AXES> = Box::leak(Box::new(TimerBank::new()));
                 let delay = Delay::new(&clock);
-                executor.spawn("steps", async move {
+                executor.spawn_at(Priority::P2, "steps", async move {
                     // Waking up takes no time here, so no edge is made ahead of the others' clock.
                     bank.drive(pins, delay, Duration::MIN).await;
                 });

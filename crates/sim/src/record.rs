@@ -61,6 +61,8 @@ pub enum LossCause {
     Disabled,
     /// The carriage stood against its end stop.
     EndStop,
+    /// Something held the motor, as was asked for.
+    Stalled,
     /// The motor was asked for more than its pull-out curve allows.
     PullOut {
         /// The rate asked for.
@@ -95,6 +97,7 @@ impl fmt::Display for Loss {
         match self.cause {
             LossCause::Disabled => write!(f, "the driver is not enabled"),
             LossCause::EndStop => write!(f, "the carriage stands against its end stop"),
+            LossCause::Stalled => write!(f, "something held the motor"),
             LossCause::PullOut { asked_steps_s, asked_steps_s2 } => {
                 write!(f, "the motor pulled out at {asked_steps_s:.0} steps/s and {asked_steps_s2:.0} steps/s²")
             }

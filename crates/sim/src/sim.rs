@@ -2,9 +2,10 @@
 
 mod silence;
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
+use embassy_futures::join::join;
 use embassy_futures::select::select;
 use embassy_time::{Duration, Instant};
 use embedded_io_async::{Read, Write};
@@ -13,7 +14,8 @@ use isostep_motion::coordinator::{self, Path};
 use isostep_motion::{Axis, Machine, State, axis, buttons, limit, probing, tool};
 
 use crate::config::{Config, StartOutside};
-use crate::executor::{Executor, Rest, RunError};
+use crate::executor::{Executor, Preemption, Priority, Rest, RunError};
+use crate::faults;
 use crate::flash::{FLASH_BYTES, Flash};
 use crate::link::{Lines, Pipe, Uart};
 use crate::outcome::Outcome;
@@ -27,6 +29,8 @@ use crate::tool::{Plate, SimTool};
 use crate::world::{self, Shared, World};
 
 pub use self::silence::Silencer;
+
+const RESET: u8 = 0x18;
 
 /// How often a run tells of its progress, in virtual time.
 const WATCHED_EVERY: Duration = Duration::from_secs(1);
@@ -123,6 +127,32 @@ pub struct Sim {
     world: Shared,
     machine: &'static Machine,
     config: Config,
+    consoles: Vec<Console>,
+}
+
+/// What may come between two critical sections.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Stimulus {
+    /// The emergency stop is pressed.
+    EmergencyStop,
+    /// The limit switch of an axis gets a fault: stuck closed, it is as if somebody pressed it.
+    Switch(Axis, SwitchFault),
+    /// Bytes arrive at the first console. A reset among them is heard at once.
+    Bytes(Vec<u8>),
+}
+
+/// A stimulus has come.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Came {
+    /// When, ns since power-up.
+    pub at_ns: u64,
+    /// What the machine was doing.
+    pub state: State,
+}
+
+/// A console's link, as its host has it.
+#[derive(Default)]
+struct Console {
     to_controller: Pipe,
     from_controller: Pipe,
     /// A byte for every time that a host opens the console.
@@ -149,47 +179,92 @@ impl Sim {
         let _current = executor.clock().clone().enter();
         let world = Rc::new(RefCell::new(World::new(executor.clock().clone(), config)));
         let machine = spawn_motion(&mut executor, &world, config);
-        let (to_controller, from_controller, opened) = (Pipe::new(), Pipe::new(), Pipe::new());
-        let (rx, tx) = (to_controller.clone(), from_controller.clone());
+        let consoles: Vec<_> = (0..=usize::from(config.second_console)).map(|_| Console::default()).collect();
+        // What is wrong from the start is so before anybody says a word.
+        let hosts = consoles.iter().map(|console| console.from_controller.clone()).collect();
+        faults::spawn(&mut executor, config, &world, hosts);
         let store = Store::new(flash, 0..FLASH_BYTES as u32, config.settings);
-        match config.baud {
-            None => executor.spawn("console", serve(machine, store, rx, tx, opened.clone())),
-            Some(baud) => {
-                let uart = |pipe| Uart::new(pipe, executor.clock().clone(), baud);
-                let (rx, tx) = (uart(rx), uart(tx));
-                executor.spawn("console", serve(machine, store, rx, tx, opened.clone()));
-            }
+        spawn_consoles(&mut executor, machine, store, &consoles, config.baud);
+        executor.spawn_at(Priority::World, "bounce", world::bounce(world.clone()));
+        if let Some(section_max_ns) = config.section_max_ns {
+            let changed = world.clone();
+            // A task that changes the world is no code of the chip's.
+            let open = Box::new(move || changed.try_borrow_mut().is_ok());
+            executor.preempt(Preemption { open, section_max_ns, seed: config.seed });
         }
-        executor.spawn("bounce", world::bounce(world.clone()));
-        let (config, heard) = (config.clone(), Lines::default());
-        Self { executor, world, machine, config, to_controller, from_controller, opened, heard }
+        Self { executor, world, machine, config: config.clone(), consoles }
     }
 
     /// Puts bytes on the console's wire.
     pub fn send(&mut self, bytes: &[u8]) {
-        self.to_controller.push(bytes);
+        self.send_to(0, bytes);
+    }
+
+    /// The same on that of the console with this index: the second is 1.
+    ///
+    /// # Panics
+    /// When there is none, as all that asks for a console.
+    pub fn send_to(&mut self, console: usize, bytes: &[u8]) {
+        self.consoles[console].to_controller.push(bytes);
     }
 
     /// How many of them the controller has not read yet.
     pub fn unread(&self) -> usize {
-        self.to_controller.len()
+        self.consoles[0].to_controller.len()
     }
 
     /// A host opens the console, as when DTR rises: it begins anew with the welcome, and what was on the wires is gone.
     pub fn open_console(&mut self) {
-        self.to_controller.take();
-        self.from_controller.take();
-        self.opened.push(&[0]);
+        let console = &self.consoles[0];
+        console.to_controller.take();
+        console.from_controller.take();
+        console.opened.push(&[0]);
     }
 
     /// The bytes that came from the controller since the last call.
     pub fn received(&mut self) -> Vec<u8> {
-        self.from_controller.take()
+        self.consoles[0].from_controller.take()
     }
 
     /// The lines that the controller completed since the last call; empty ones left out.
     pub fn replies(&mut self) -> Vec<String> {
-        self.heard.push(&self.from_controller.take())
+        self.replies_of(0)
+    }
+
+    /// The same of the console with this index.
+    pub fn replies_of(&mut self, console: usize) -> Vec<String> {
+        let Console { heard, from_controller, .. } = &mut self.consoles[console];
+        heard.push(&from_controller.take())
+    }
+
+    /// How many critical sections have ended, where tasks are interrupted: see [`Config::section_max_ns`].
+    pub fn sections(&self) -> u64 {
+        self.executor.sections()
+    }
+
+    /// Has `stimulus` come when so many more have ended. What is returned tells of it, once it has come.
+    ///
+    /// # Panics
+    /// Where tasks are not interrupted.
+    pub fn after_sections(&mut self, sections: u64, stimulus: Stimulus) -> Rc<Cell<Option<Came>>> {
+        let came = Rc::new(Cell::new(None));
+        let (told, machine, clock) = (came.clone(), self.machine, self.executor.clock().clone());
+        let (world, pipe) = (self.world.clone(), self.consoles[0].to_controller.clone());
+        self.executor.after_sections(sections, move || {
+            told.set(Some(Came { at_ns: clock.now_ns(), state: machine.state() }));
+            match stimulus {
+                Stimulus::EmergencyStop => world.borrow_mut().set_hand_input(Wire::EmergencyStop, true),
+                Stimulus::Switch(axis, fault) => world.borrow_mut().set_switch(axis, fault),
+                Stimulus::Bytes(bytes) => {
+                    // As a board's interrupt does.
+                    if bytes.contains(&RESET) {
+                        machine.reset_heard();
+                    }
+                    pipe.push(&bytes);
+                }
+            }
+        });
+        came
     }
 
     /// Runs for a duration, exactly.
@@ -295,13 +370,13 @@ impl Sim {
     fn stream(mut self, program: Program, watch: &mut dyn FnMut(Progress)) -> Result<Outcome, SimError> {
         let dialogue = Rc::new(RefCell::new(Dialogue::default()));
         let clock = self.executor.clock().clone();
-        let pipes = (self.to_controller.clone(), self.from_controller.clone());
+        let pipes = (self.consoles[0].to_controller.clone(), self.consoles[0].from_controller.clone());
         let sender = Sender::new(clock, self.config.clone(), pipes, program.clone(), dialogue.clone());
-        self.executor.spawn("sender", sender.run());
+        self.executor.spawn_at(Priority::World, "sender", sender.run());
         self.run_to_rest(&mut |t_ns| watch(Progress { answered: dialogue.borrow().answered, t_ns }))?;
         while dialogue.borrow().waiting_line().is_some() && self.machine.state() == (State::Hold { still: true }) {
             dialogue.borrow_mut().note_pause(&program, self.now_ns());
-            self.to_controller.push(b"~");
+            self.send(b"~");
             self.run_to_rest(&mut |t_ns| watch(Progress { answered: dialogue.borrow().answered, t_ns }))?;
         }
         let dialogue = dialogue.take();
@@ -353,18 +428,18 @@ fn spawn_motion(executor: &mut Executor, world: &Shared, config: &Config) -> &'s
     world.borrow_mut().follow(machine);
     let ports = AxisPort::all(config, executor, world);
     for ((axis, name), port) in Axis::ALL.into_iter().zip(["axis X", "axis Y", "axis Z"]).zip(ports) {
-        executor.spawn(name, async move {
+        executor.spawn_at(Priority::P2, name, async move {
             axis::run(machine, axis, port).await;
         });
     }
     for (axis, name) in Axis::ALL.into_iter().zip(["limit X", "limit Y", "limit Z"]) {
         let input = Input::new(world, Wire::Limit(axis));
-        executor.spawn(name, async move {
+        executor.spawn_at(Priority::P1, name, async move {
             limit::watch(machine, axis, input).await;
         });
     }
     let input = Input::new(world, Wire::EmergencyStop);
-    executor.spawn("emergency stop", async move {
+    executor.spawn_at(Priority::P1, "emergency stop", async move {
         limit::watch_emergency_stop(machine, input).await;
     });
     spawn_tool(executor, world, machine);
@@ -379,31 +454,57 @@ fn spawn_motion(executor: &mut Executor, world: &Shared, config: &Config) -> &'s
 /// What has to do with the tool, the probe and the buttons.
 fn spawn_tool(executor: &mut Executor, world: &Shared, machine: &'static Machine) {
     let port = SimTool::new(world);
-    executor.spawn("tool", async move {
+    executor.spawn_at(Priority::P1, "tool", async move {
         tool::run(machine, port).await;
     });
     let [probe, hold, start] = [Wire::Probe, Wire::Hold, Wire::Start].map(|wire| Input::new(world, wire));
-    executor.spawn("probe", async move {
+    executor.spawn_at(Priority::P1, "probe", async move {
         probing::watch(machine, probe).await;
     });
-    executor.spawn("feed hold", async move {
+    executor.spawn_at(Priority::P1, "feed hold", async move {
         buttons::watch_hold(machine, hold).await;
     });
-    executor.spawn("cycle start", async move {
+    executor.spawn_at(Priority::P1, "cycle start", async move {
         buttons::watch_start(machine, start).await;
     });
 }
 
-/// The console's task: a session after the other, as on a board whose host opens and closes the port.
-async fn serve(
+/// The task of the consoles.
+fn spawn_consoles(
+    executor: &mut Executor,
     machine: &'static Machine,
     store: Store<Flash>,
-    mut rx: impl Read,
-    mut tx: impl Write,
-    mut opened: Pipe,
+    consoles: &[Console],
+    baud: Option<u32>,
 ) {
+    let pipes = consoles.iter().map(|console| (&console.to_controller, &console.from_controller, &console.opened));
+    match baud {
+        None => {
+            let links = pipes.map(|(rx, tx, opened)| (rx.clone(), tx.clone(), opened.clone())).collect();
+            executor.spawn("console", serve_all(machine, store, links));
+        }
+        Some(baud) => {
+            let uart = |pipe: &Pipe| Uart::new(pipe.clone(), executor.clock().clone(), baud);
+            let links = pipes.map(|(rx, tx, opened)| (uart(rx), uart(tx), opened.clone())).collect();
+            executor.spawn("console", serve_all(machine, store, links));
+        }
+    }
+}
+
+/// Serves one console, or two.
+async fn serve_all(machine: &'static Machine, store: Store<Flash>, links: Vec<(impl Read, impl Write, Pipe)>) {
     let controller = Controller::new(machine, store.kept().settings, store);
     controller.load().await;
+    let mut links = links.into_iter().map(|link| serve(&controller, link));
+    match (links.next(), links.next()) {
+        (Some(first), Some(second)) => drop(join(first, second).await),
+        (Some(only), None) => only.await,
+        _ => {}
+    }
+}
+
+/// Serves one console, a session after the other, as on a board whose host opens and closes the port.
+async fn serve(controller: &Controller<'_, Flash>, (mut rx, mut tx, mut opened): (impl Read, impl Write, Pipe)) {
     loop {
         // The link cannot fail, so nothing but an opening ends a session.
         select(controller.serve(&mut rx, &mut tx), opened.read(&mut [0])).await;

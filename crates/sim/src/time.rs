@@ -66,6 +66,12 @@ impl Clock {
         self.0.borrow_mut().spent_ns += ns;
     }
 
+    /// Has the task being polled have spent `ns` in blocking delays; returns what it was before. An interrupt delays what it
+    /// interrupts by none of its own.
+    pub(crate) fn set_spent_ns(&self, ns: u64) -> u64 {
+        std::mem::replace(&mut self.0.borrow_mut().spent_ns, ns)
+    }
+
     /// Waits until `at_ns` since power-up, to the nanosecond.
     ///
     /// # Cancellation

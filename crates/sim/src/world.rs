@@ -30,6 +30,8 @@ struct AxisWorld {
     /// Where the carriage stood when the count was zero.
     zero_steps: i32,
     losing: bool,
+    /// Its motor makes no step.
+    is_stalled: bool,
 }
 
 /// An input of the controller.
@@ -211,6 +213,11 @@ impl World {
     pub fn set_switch(&mut self, axis: Axis, fault: SwitchFault) {
         self.axes[axis as usize].switch.set_fault(fault);
         self.refresh_switch(axis);
+    }
+
+    /// The motor of `axis` makes no step from now on, or does again.
+    pub fn set_stalled(&mut self, axis: Axis, is_stalled: bool) {
+        self.axes[axis as usize].is_stalled = is_stalled;
     }
 
     /// Takes note of what the coordinator says.
@@ -401,6 +408,7 @@ impl AxisWorld {
             counted_steps: 0,
             zero_steps: place_steps,
             losing: false,
+            is_stalled: false,
         }
     }
 
@@ -421,6 +429,9 @@ impl AxisWorld {
     fn turn(&mut self, t_ns: u64, direction: i32) -> Result<(), LossCause> {
         if !self.inputs.is_enabled() {
             return Err(LossCause::Disabled);
+        }
+        if self.is_stalled {
+            return Err(LossCause::Stalled);
         }
         if let Response::Lost { asked_steps_s, asked_steps_s2 } = self.motor.step(t_ns, direction) {
             return Err(LossCause::PullOut { asked_steps_s, asked_steps_s2 });

@@ -1,0 +1,131 @@
+//! The host as a board: what a chip does by masking interrupts.
+//!
+//! # Design
+//! On a chip an interrupt may come between any two instructions, except in a critical section. What tasks and interrupts share
+//! they reach in critical sections alone, so all that an interrupt can do to a task it can do at the end of one of the task's
+//! critical sections. [`at_section_ends`] has a function called there: a simulator lets its interrupts happen in it.
+
+use std::cell::{Cell, RefCell};
+use std::rc::Rc;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use critical_section::RawRestoreState;
+
+/// Held by the thread that is in a critical section.
+static MASKED: Mutex<()> = Mutex::new(());
+
+thread_local! {
+    /// How many critical sections of this thread lie in each other.
+    static DEPTH: Cell<u32> = const { Cell::new(0) };
+    static GUARD: RefCell<Option<MutexGuard<'static, ()>>> = const { RefCell::new(None) };
+    static AT_SECTION_ENDS: RefCell<Option<Interruption>> = const { RefCell::new(None) };
+}
+
+/// What is called at the end of critical sections.
+pub type Interruption = Rc<dyn Fn()>;
+
+/// From now on `interruption` is called when this thread leaves a critical section that lies in no other, as an interrupt
+/// that was masked until then. It may enter critical sections, at whose ends it is called too. Returns what was called before.
+pub fn at_section_ends(interruption: Option<Interruption>) -> Option<Interruption> {
+    AT_SECTION_ENDS.replace(interruption)
+}
+
+struct Host;
+
+critical_section::set_impl!(Host);
+
+#[expect(unsafe_code, reason = "a board must say how interrupts are masked")]
+// SAFETY: one thread at a time holds `MASKED`, from its outermost `acquire` to the `release` that belongs to it; in between
+// `Interruption`s are not called, so nothing else of that thread runs either.
+unsafe impl critical_section::Impl for Host {
+    unsafe fn acquire() -> RawRestoreState {
+        let depth = DEPTH.get();
+        if depth == 0 {
+            // A test that panics in a critical section ends alone.
+            let guard = MASKED.lock().unwrap_or_else(PoisonError::into_inner);
+            GUARD.set(Some(guard));
+        }
+        DEPTH.set(depth + 1);
+    }
+
+    unsafe fn release((): RawRestoreState) {
+        let depth = DEPTH.get() - 1;
+        DEPTH.set(depth);
+        if depth == 0 {
+            GUARD.take();
+            // A panic drops what it unwinds, which is no task that an interrupt could come to.
+            let interruption = if std::thread::panicking() { None } else { AT_SECTION_ENDS.with_borrow(Clone::clone) };
+            interruption.into_iter().for_each(|interrupt| interrupt());
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::panic::catch_unwind;
+    use std::thread;
+
+    use embassy_sync::blocking_mutex::CriticalSectionMutex;
+
+    use super::*;
+
+    #[test]
+    fn an_interruption_comes_at_the_end_of_outermost_sections_alone() {
+        let calls = Rc::new(Cell::new(0));
+        let counted = calls.clone();
+        assert!(at_section_ends(Some(Rc::new(move || counted.set(counted.get() + 1)))).is_none());
+        critical_section::with(|_| {
+            critical_section::with(|_| assert_eq!(calls.get(), 0));
+            assert_eq!(calls.get(), 0);
+        });
+        assert_eq!(calls.get(), 1);
+        critical_section::with(|_| {});
+        assert_eq!(calls.get(), 2);
+        assert!(at_section_ends(None).is_some());
+        critical_section::with(|_| {});
+        assert_eq!(calls.get(), 2);
+    }
+
+    #[test]
+    fn an_interruption_may_enter_sections_of_its_own() {
+        let depths = Rc::new(RefCell::new(Vec::new()));
+        let (seen, nested) = (depths.clone(), Cell::new(0));
+        at_section_ends(Some(Rc::new(move || {
+            seen.borrow_mut().push(nested.get());
+            if nested.get() < 2 {
+                nested.set(nested.get() + 1);
+                critical_section::with(|_| {});
+            }
+        })));
+        critical_section::with(|_| {});
+        at_section_ends(None);
+        assert_eq!(*depths.borrow(), [0, 1, 2]);
+    }
+
+    #[test]
+    fn one_thread_at_a_time_is_in_a_section() {
+        static SUM: CriticalSectionMutex<Cell<u64>> = CriticalSectionMutex::new(Cell::new(0));
+        let add = || {
+            for _ in 0..10_000 {
+                SUM.lock(|sum| {
+                    let was = sum.get();
+                    thread::yield_now();
+                    sum.set(was + 1);
+                });
+            }
+        };
+        thread::scope(|scope| {
+            for _ in 0..4 {
+                scope.spawn(add);
+            }
+        });
+        assert_eq!(SUM.lock(Cell::get), 40_000);
+    }
+
+    #[test]
+    fn a_panic_in_a_section_ends_it() {
+        assert!(catch_unwind(|| critical_section::with(|_| panic!("on purpose"))).is_err());
+        critical_section::with(|_| {});
+        assert_eq!(DEPTH.get(), 0);
+    }
+}

@@ -1,0 +1,263 @@
+//! What goes wrong around the controller, and when: faults that can be combined, each told in one word.
+
+use std::fmt;
+use std::rc::Rc;
+use std::str::FromStr;
+
+use isostep_motion::Axis;
+use oorandom::Rand64;
+
+use crate::config::Config;
+use crate::executor::{Executor, Priority};
+use crate::link::Pipe;
+use crate::plant::SwitchFault;
+use crate::record::Wire;
+use crate::time::Clock;
+use crate::world::Shared;
+
+/// From one change of a contact that chatters to the next, at most, ns.
+const CHATTER_MAX_NS: u64 = 3_000_000;
+const NS_PER_S: f64 = 1e9;
+/// A fault comes within a day.
+const LATEST_S: f64 = 86_400.0;
+
+/// What goes wrong.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Trouble {
+    /// The emergency stop is pressed.
+    EmergencyStop,
+    /// Something presses the limit switch of an axis.
+    Limit(Axis),
+    /// The wire of an axis's limit switch is broken: it never closes.
+    Broken(Axis),
+    /// The contact of an axis's limit switch opens and closes, without anything touching it.
+    Chatter(Axis),
+    /// The button of the feed hold is pressed; where that input is the safety door's, the door is open.
+    Hold,
+    /// The button of the cycle start is pressed.
+    Start,
+    /// The probe touches something.
+    Probe,
+    /// The motor of an axis makes no step.
+    Stall(Axis),
+    /// Consoles and coordinator get no time of the processor.
+    Starve,
+    /// The host does not read.
+    Deaf,
+}
+
+/// What goes wrong, when, and for how long. As text `WHAT@SECONDS`, or `WHAT@SECONDS+SECONDS` for one that ends: `limit:X@1.5+0.2`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Fault {
+    /// What.
+    pub trouble: Trouble,
+    /// When, ns since power-up.
+    pub at_ns: u64,
+    /// How long, ns; for good without.
+    pub lasts_ns: Option<u64>,
+}
+
+/// No fault is told like that.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "`{0}` is no fault: it is told as WHAT@SECONDS or WHAT@SECONDS+SECONDS, such as limit:X@1.5+0.2, where WHAT is one of {kinds}",
+    kinds = KINDS.join(", ")
+)]
+pub struct UnknownFault(String);
+
+/// What comes before the `@`.
+const KINDS: [&str; 10] =
+    ["e-stop", "limit:AXIS", "broken:AXIS", "chatter:AXIS", "hold", "start", "probe", "stall:AXIS", "starve", "deaf"];
+
+impl fmt::Display for Trouble {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::EmergencyStop => f.write_str("e-stop"),
+            Self::Limit(axis) => write!(f, "limit:{axis}"),
+            Self::Broken(axis) => write!(f, "broken:{axis}"),
+            Self::Chatter(axis) => write!(f, "chatter:{axis}"),
+            Self::Hold => f.write_str("hold"),
+            Self::Start => f.write_str("start"),
+            Self::Probe => f.write_str("probe"),
+            Self::Stall(axis) => write!(f, "stall:{axis}"),
+            Self::Starve => f.write_str("starve"),
+            Self::Deaf => f.write_str("deaf"),
+        }
+    }
+}
+
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}@{}", self.trouble, self.at_ns as f64 / NS_PER_S)?;
+        self.lasts_ns.map_or(Ok(()), |ns| write!(f, "+{}", ns as f64 / NS_PER_S))
+    }
+}
+
+impl FromStr for Fault {
+    type Err = UnknownFault;
+
+    fn from_str(text: &str) -> Result<Self, UnknownFault> {
+        let parsed = text.split_once('@').and_then(|(what, when)| {
+            let (at, lasts) = when.split_once('+').map_or((when, None), |(at, lasts)| (at, Some(lasts)));
+            let lasts_ns = match lasts {
+                Some(lasts) => Some(nanoseconds(lasts)?),
+                None => None,
+            };
+            Some(Self { trouble: trouble(what)?, at_ns: nanoseconds(at)?, lasts_ns })
+        });
+        parsed.ok_or_else(|| UnknownFault(text.to_owned()))
+    }
+}
+
+fn nanoseconds(seconds: &str) -> Option<u64> {
+    let seconds: f64 = seconds.parse().ok()?;
+    (0.0..=LATEST_S).contains(&seconds).then_some((seconds * NS_PER_S).round() as u64)
+}
+
+fn trouble(what: &str) -> Option<Trouble> {
+    let (kind, axis) = what.split_once(':').unwrap_or((what, ""));
+    let of = Axis::ALL.into_iter().find(|of| of.to_string() == axis);
+    match (kind, of) {
+        ("limit", Some(axis)) => Some(Trouble::Limit(axis)),
+        ("broken", Some(axis)) => Some(Trouble::Broken(axis)),
+        ("chatter", Some(axis)) => Some(Trouble::Chatter(axis)),
+        ("stall", Some(axis)) => Some(Trouble::Stall(axis)),
+        _ if axis.is_empty() => match what {
+            "e-stop" => Some(Trouble::EmergencyStop),
+            "hold" => Some(Trouble::Hold),
+            "start" => Some(Trouble::Start),
+            "probe" => Some(Trouble::Probe),
+            "starve" => Some(Trouble::Starve),
+            "deaf" => Some(Trouble::Deaf),
+            _ => None,
+        },
+        _ => None,
+    }
+}
+
+/// Has the faults of `config` come and go; `hosts` are what hosts read from.
+pub(crate) fn spawn(executor: &mut Executor, config: &Config, world: &Shared, hosts: Vec<Pipe>) {
+    for (index, &fault) in config.faults.iter().enumerate() {
+        let surroundings = Surroundings {
+            clock: executor.clock().clone(),
+            world: world.clone(),
+            hosts: hosts.clone(),
+            starve: executor.starver(),
+            random: Rand64::new(u128::from(config.seed) << 64 | index as u128),
+        };
+        executor.spawn_at(Priority::World, "fault", surroundings.suffer(fault));
+    }
+}
+
+/// What a fault is done to.
+struct Surroundings {
+    clock: Clock,
+    world: Shared,
+    hosts: Vec<Pipe>,
+    starve: Rc<dyn Fn(u64)>,
+    random: Rand64,
+}
+
+impl Surroundings {
+    async fn suffer(mut self, Fault { trouble, at_ns, lasts_ns }: Fault) {
+        self.clock.until(at_ns).await;
+        let end_ns = lasts_ns.map_or(u64::MAX, |ns| at_ns.saturating_add(ns));
+        match trouble {
+            Trouble::Chatter(axis) => self.chatter(axis, end_ns).await,
+            Trouble::Starve => (self.starve)(end_ns),
+            _ => self.set(trouble, true),
+        }
+        if lasts_ns.is_some() {
+            self.clock.until(end_ns).await;
+            self.set(trouble, false);
+        }
+    }
+
+    async fn chatter(&mut self, axis: Axis, end_ns: u64) {
+        let mut is_closed = true;
+        while self.clock.now_ns() < end_ns {
+            let fault = if is_closed { SwitchFault::StuckClosed } else { SwitchFault::None };
+            self.world.borrow_mut().set_switch(axis, fault);
+            let next_ns = self.clock.now_ns() + 1 + self.random.rand_range(0..CHATTER_MAX_NS);
+            self.clock.until(next_ns.min(end_ns)).await;
+            is_closed = !is_closed;
+        }
+    }
+
+    fn set(&self, trouble: Trouble, is_on: bool) {
+        let mut world = self.world.borrow_mut();
+        let fault = |fault| if is_on { fault } else { SwitchFault::None };
+        match trouble {
+            Trouble::EmergencyStop => world.set_hand_input(Wire::EmergencyStop, is_on),
+            Trouble::Hold => world.set_hand_input(Wire::Hold, is_on),
+            Trouble::Start => world.set_hand_input(Wire::Start, is_on),
+            Trouble::Probe => world.set_hand_input(Wire::Probe, is_on),
+            Trouble::Limit(axis) => world.set_switch(axis, fault(SwitchFault::StuckClosed)),
+            Trouble::Broken(axis) => world.set_switch(axis, fault(SwitchFault::StuckOpen)),
+            Trouble::Chatter(axis) => world.set_switch(axis, SwitchFault::None),
+            Trouble::Stall(axis) => world.set_stalled(axis, is_on),
+            Trouble::Deaf => self.hosts.iter().for_each(|host| host.stall(is_on)),
+            Trouble::Starve => {}
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use isostep_motion::{Alarm, State};
+
+    use super::*;
+    use crate::sim::Sim;
+
+    #[test]
+    fn faults_are_told_as_they_are_read() {
+        let told = ["e-stop@1", "limit:X@1.5+0.2", "broken:Y@0", "chatter:Z@0.001+0.05", "hold@2+0.3", "start@2+0.3"];
+        for text in told.into_iter().chain(["probe@3+1", "stall:X@2+0.01", "starve@4+0.05", "deaf@5+2"]) {
+            assert_eq!(text.parse::<Fault>().map(|fault| fault.to_string()).as_deref(), Ok(text));
+        }
+        for text in ["limit@1", "limit:W@1", "deaf:X@1", "deaf", "deaf@-1", "deaf@1+x", "deaf@1+1+1", "deaf@1e9", ""] {
+            let error = text.parse::<Fault>().unwrap_err().to_string();
+            assert!(error.contains("such as limit:X@1.5+0.2"), "{text}: {error}");
+        }
+    }
+
+    /// Runs `line` for some seconds with a fault.
+    fn machine_with(fault: &str, line: &str, seconds: u64) -> Sim {
+        let config = Config { faults: vec![fault.parse().unwrap()], ..Config::default() };
+        let mut sim = Sim::new(&config);
+        sim.send(format!("{line}\n").as_bytes());
+        sim.run_for(embassy_time::Duration::from_secs(seconds)).unwrap();
+        sim
+    }
+
+    #[test]
+    fn each_fault_has_its_effect() {
+        let line = "G1 X20 F600";
+        assert_eq!(machine_with("e-stop@0.5+0.1", line, 1).machine().state(), State::Alarm(Alarm::EmergencyStop));
+        for limit in ["limit:Y@0.5+0.1", "chatter:Y@0.5+0.1"] {
+            let hard = machine_with(limit, &format!("$21=1\n{line}"), 1).machine().state();
+            assert_eq!(hard, State::Alarm(Alarm::HardLimit { axis: Axis::Y }), "{limit}");
+        }
+        assert_eq!(machine_with("hold@0.5+0.1", line, 3).machine().state(), State::Hold { still: true });
+        let lost = machine_with("stall:X@0.5+0.1", line, 4).outcome();
+        assert!(lost.drift_steps[0] < 0 && lost.losses.len() == 1, "{:?}", lost.losses);
+        let homed = machine_with("broken:Z@0", "$H", 60).machine().state();
+        assert_eq!(homed, State::Alarm(Alarm::SwitchNotFound { axis: Axis::Z }));
+    }
+
+    #[test]
+    fn who_is_starved_feeds_no_axis() {
+        let sim = machine_with("starve@0.5+1", "G1 X20 F600", 1);
+        assert_eq!(sim.machine().state(), State::Run, "nobody could say otherwise");
+        let sim = machine_with("starve@0.5+1", "G1 X20 F600", 2);
+        assert_eq!(sim.machine().state(), State::Alarm(Alarm::Underrun { axis: Axis::X }));
+    }
+
+    #[test]
+    fn a_deaf_host_hears_what_waited_when_it_reads_again() {
+        let mut sim = machine_with("deaf@0+2", "G1 X1 F600", 1);
+        assert_eq!(sim.replies(), [""; 0]);
+        sim.run_for(embassy_time::Duration::from_secs(2)).unwrap();
+        assert_eq!(sim.replies(), ["Grbl 1.1h ['$' for help]", "ok"]);
+    }
+}

@@ -1,0 +1,135 @@
+//! A stop that comes between any two critical sections of a task, as an interrupt may, is never lost: in virtual time, swept
+//! over every critical section that ends while something happens.
+
+use embassy_time::Duration;
+use isostep_motion::{Alarm, Axis, State};
+use isostep_sim::{Came, Config, Outcome, Port, Sim, Stimulus, SwitchFault};
+
+/// How far a step may come behind its stop where a task makes it, ns: the pulse that is under way.
+const REACTION_NS: u64 = 10_000;
+
+/// What happens to a machine, and what a stop is swept over.
+struct Sweep {
+    name: &'static str,
+    /// What is sent before, and how long it is left alone then, us.
+    before: (&'static str, u64),
+    /// Bytes, one after the other, and how long it is left alone after each, us: what the stop is swept over.
+    during: &'static [(&'static str, u64)],
+}
+
+const SWEEPS: [Sweep; 7] = [
+    Sweep { name: "a move begins", before: ("", 10_000), during: &[("G1 X5 Y3 F1200\n", 30_000)] },
+    Sweep {
+        name: "moves flow",
+        before: ("G1 X5 F1200\nY2\nX0\nY0\n", 200_000),
+        during: &[("X5\nY2\n", 40_000)],
+    },
+    Sweep { name: "a hold", before: ("G1 X5 F1200\nY2\n", 100_000), during: &[("!", 120_000)] },
+    Sweep { name: "a resume", before: ("G1 X5 F1200\nY2\n!", 600_000), during: &[("~", 40_000)] },
+    Sweep { name: "an override", before: ("G1 X5 F1200\nY2\n", 100_000), during: &[("\u{91}\u{91}", 80_000)] },
+    Sweep { name: "a jog", before: ("", 10_000), during: &[("$J=X5 F1200\n", 30_000), ("\u{85}", 60_000)] },
+    Sweep { name: "a dwell ends", before: ("G4 P0.05\nG1 X5 F1200\n", 40_000), during: &[("", 40_000)] },
+];
+
+/// A machine on which `sweep` is about to happen.
+fn ready(sweep: &Sweep, port: Port) -> Sim {
+    let mut config = Config { port, section_max_ns: Some(0), bounce_us: 0, keep_waves: false, ..Config::default() };
+    config.settings.hard_limits = true;
+    let mut sim = Sim::new(&config);
+    send(&mut sim, sweep.before.0);
+    sim.run_for(Duration::from_micros(sweep.before.1)).unwrap();
+    sim
+}
+
+/// Sends text as Latin-1.
+fn send(sim: &mut Sim, text: &str) {
+    sim.send(&text.chars().map(|c| u8::try_from(u32::from(c)).unwrap()).collect::<Vec<_>>());
+}
+
+fn happen(sim: &mut Sim, sweep: &Sweep) {
+    for (text, us) in sweep.during {
+        send(sim, text);
+        sim.run_for(Duration::from_micros(*us)).unwrap();
+    }
+}
+
+/// A stop that comes when so many critical sections more have ended, and the machine at rest after it.
+fn stopped(sweep: &Sweep, port: Port, section: u64, stop: &Stimulus) -> (Sim, Came) {
+    let mut sim = ready(sweep, port);
+    let came = sim.after_sections(section, stop.clone());
+    happen(&mut sim, sweep);
+    sim.run_until_idle().unwrap();
+    (sim, came.get().expect("as many sections end as did without it"))
+}
+
+/// Sweeps a stop over all that happens; how many instants these were.
+fn swept(sweep: &Sweep, port: Port, stop: &Stimulus, check: fn(&Outcome, Came) -> Result<(), String>) -> u64 {
+    let mut sim = ready(sweep, port);
+    let first = sim.sections();
+    happen(&mut sim, sweep);
+    let sections = sim.sections() - first;
+    for section in 1..=sections {
+        let (sim, came) = stopped(sweep, port, section, stop);
+        let outcome = sim.outcome();
+        let counts = (outcome.position_steps == outcome.counted_steps).then_some(());
+        let found = counts.ok_or("the count is not that of the edges".to_owned()).and_then(|()| check(&outcome, came));
+        if let Err(error) = found {
+            panic!("{stop:?} at the end of section {section} of {sections} while {} ({port}): {error}", sweep.name);
+        }
+    }
+    sections
+}
+
+/// No step is made later than the pulse under way.
+fn stands_still(outcome: &Outcome, came: Came) -> Result<(), String> {
+    let late = outcome.edges.iter().find(|edge| edge.t_ns > came.at_ns + REACTION_NS);
+    late.map_or(Ok(()), |edge| Err(format!("it was stopped at {} ns, and {edge:?}", came.at_ns)))
+}
+
+fn all(stop: Stimulus, check: fn(&Outcome, Came) -> Result<(), String>) {
+    let swept = SWEEPS.iter().flat_map(|sweep| Port::ALL.map(|port| swept(sweep, port, &stop, check)));
+    println!("{stop:?} came at the end of {} critical sections", swept.sum::<u64>());
+}
+
+#[test]
+fn no_emergency_stop_is_lost() {
+    all(Stimulus::EmergencyStop, |outcome, came| {
+        stands_still(outcome, came)?;
+        let locked = State::Alarm(Alarm::EmergencyStop);
+        if outcome.state == locked { Ok(()) } else { Err(format!("the machine is in {:?}", outcome.state)) }
+    });
+}
+
+/// One that closes while nothing is asked for stops nothing.
+#[test]
+fn no_limit_switch_is_lost() {
+    all(Stimulus::Switch(Axis::Z, SwitchFault::StuckClosed), |outcome, came| {
+        if came.state == State::Idle {
+            return Ok(());
+        }
+        stands_still(outcome, came)?;
+        let locked = State::Alarm(Alarm::HardLimit { axis: Axis::Z });
+        if outcome.state == locked { Ok(()) } else { Err(format!("the machine is in {:?}", outcome.state)) }
+    });
+}
+
+/// The first brakes on the path; the machine is ready then.
+#[test]
+fn no_reset_is_lost() {
+    all(Stimulus::Bytes(vec![0x18]), |outcome, _| match outcome.state {
+        State::Idle if outcome.losses.is_empty() => Ok(()),
+        state => Err(format!("the machine is in {state:?}, and lost {:?}", outcome.losses)),
+    });
+}
+
+/// The second stops at once, unless the machine stands by then.
+#[test]
+fn no_second_reset_is_lost() {
+    all(Stimulus::Bytes(vec![0x18, 0x18]), |outcome, came| {
+        stands_still(outcome, came)?;
+        match outcome.state {
+            State::Alarm(Alarm::ResetInMotion) | State::Idle => Ok(()),
+            state => Err(format!("the machine is in {state:?}")),
+        }
+    });
+}
