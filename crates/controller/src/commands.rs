@@ -1,6 +1,8 @@
 //! One line at a time: interpret, carry out, answer.
 
 use core::fmt::Write;
+use core::future::poll_fn;
+use core::pin::pin;
 
 use embassy_futures::yield_now;
 use embedded_storage_async::nor_flash::NorFlash;
@@ -10,6 +12,7 @@ use isostep_motion::{AXES, Axis, Busy, ConfigError, Motion, Wiring};
 
 use crate::config::{Geometry, config, pulse_ns};
 use crate::controller::{Controller, Mode, Unsaved};
+use crate::moves::poll_aside;
 use crate::output::{Message, Output};
 use crate::store::{Loss, NotStored};
 
@@ -33,6 +36,11 @@ impl<F: NorFlash> Controller<'_, F> {
     /// Safe: a motion is either in the machine's queue or was never asked for. The caller resets the machine.
     pub(crate) async fn line(&self, line: Result<&str, Error>, out: &Output) -> After {
         let _turn = self.turn.lock().await;
+        if self.is_restarting() {
+            // Another console's reset: what this line means is not known before it is over.
+            let mut restart = pin!(self.end_restart());
+            poll_fn(|context| poll_aside(restart.as_mut(), context)).await;
+        }
         let mut text = Message::new();
         let answer = match line {
             Ok(line) => self.carry_out(line, &mut text, out).await,

@@ -50,6 +50,8 @@ pub(crate) struct Program {
     pub jogged: bool,
     /// The start-up lines have not run since power-up or the last reset.
     pub startup_due: bool,
+    /// A reset has come: the program does not begin anew before nothing moves, and nothing moves before it has.
+    pub restarting: bool,
     /// What may have changed since it was stored.
     pub unsaved: Unsaved,
     /// What was stored is not in force, and has not been replaced yet.
@@ -96,6 +98,7 @@ impl<'a, F: NorFlash> Controller<'a, F> {
             spindle: Spindle::Off,
             jogged: false,
             startup_due: true,
+            restarting: false,
             unsaved: Unsaved::default(),
             loss: None,
         };
@@ -140,10 +143,9 @@ impl<'a, F: NorFlash> Controller<'a, F> {
     pub(crate) fn state(&self) -> Word {
         match (self.machine.state(), self.with(|program| program.mode)) {
             (_, Mode::Left) => Word::Sleep,
-            (State::Alarm(_), _) => Word::Alarm,
-            // A hold of nothing changes nothing about it.
-            (State::Idle | State::Hold { .. }, Mode::Slept) => Word::Alarm,
-            (State::Idle | State::Hold { .. }, Mode::Sleep) => Word::Sleep,
+            // Neither an alarm nor a hold of nothing wakes it: that takes a reset.
+            (State::Idle | State::Hold { .. } | State::Alarm(_), Mode::Sleep) => Word::Sleep,
+            (State::Alarm(_), _) | (State::Idle | State::Hold { .. }, Mode::Slept) => Word::Alarm,
             (State::Home, _) => Word::Home,
             (State::Jog, _) => Word::Jog,
             (State::Hold { .. } | State::Run, _) if self.machine.door().is_about() => Word::Door(self.door()),
@@ -214,9 +216,20 @@ impl<'a, F: NorFlash> Controller<'a, F> {
         self.machine.set_spindle_percent(overrides.spindle_percent);
     }
 
+    /// A reset has come.
+    pub(crate) fn begin_restart(&self) {
+        self.with(|program| program.restarting = true);
+    }
+
+    /// A reset has come, and the program has not begun anew yet.
+    pub(crate) fn is_restarting(&self) -> bool {
+        self.with(|program| program.restarting)
+    }
+
     /// The modal state and the overrides of power-up, at the place where the machine stands.
     pub(crate) fn restart_program(&self) {
         self.with(|program| {
+            program.restarting = false;
             program.interpreter.reset();
             program.overrides = Overrides::DEFAULT;
             program.startup_due = true;

@@ -133,8 +133,11 @@ impl<F: NorFlash> Controller<'_, F> {
         if self.machine.door().is_open { Err(Error::DoorOpen) } else { Ok(()) }
     }
 
-    /// Asks for a motion.
+    /// Asks for a motion. None that was meant before a reset is made after it.
     pub(crate) async fn submit(&self, motion: Motion) -> Result<(), Error> {
+        if self.is_restarting() {
+            return Err(Error::Locked);
+        }
         self.machine.submit(motion).await.map_err(|Busy(_)| {
             self.follow_machine();
             Error::Locked
@@ -244,6 +247,6 @@ impl<F: NorFlash> Controller<'_, F> {
 /// Polls what few lines of a program do. It is not inlined, so that the other lines pass through less of the flash: with its cache
 /// cold that cost 4 % of the short moves a second.
 #[inline(never)]
-fn poll_aside<F: Future>(future: Pin<&mut F>, context: &mut Context<'_>) -> Poll<F::Output> {
+pub(crate) fn poll_aside<F: Future>(future: Pin<&mut F>, context: &mut Context<'_>) -> Poll<F::Output> {
     future.poll(context)
 }

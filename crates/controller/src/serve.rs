@@ -89,6 +89,7 @@ impl<F: NorFlash> Controller<'_, F> {
                     Some(Realtime::Status) => self.offer_report(console, &mut reporter),
                     Some(Realtime::Reset) => {
                         self.machine.reset();
+                        self.begin_restart();
                         console.input.clear();
                         console.reset.signal(());
                         reporter = StatusReporter::new();
@@ -110,12 +111,23 @@ impl<F: NorFlash> Controller<'_, F> {
         loop {
             if select(console.reset.wait(), self.execute(console)).await.is_second() {
                 // A line asked for the reset: what came behind it is forgotten as after a reset byte.
+                self.begin_restart();
                 console.input.clear();
             }
-            // It brakes, or has been stopped; the coordinator says how that ended.
-            self.machine.emptied().await;
-            // An alarm is told before the welcome.
-            yield_now().await;
+            self.end_restart().await;
+        }
+    }
+
+    /// Ends the restart that a reset has begun, once nothing moves. Another console may have done so before.
+    ///
+    /// # Cancellation
+    /// Safe: the next line, of whatever console, does so.
+    pub(crate) async fn end_restart(&self) {
+        // It brakes, or has been stopped; the coordinator says how that ended.
+        self.machine.emptied().await;
+        // An alarm is told before the welcome.
+        yield_now().await;
+        if self.is_restarting() {
             self.restart_program();
         }
     }

@@ -189,6 +189,11 @@ impl Executor {
         stimuli.insert((self.core.sections.get() + sections, stimuli.len()), Box::new(stimulus));
     }
 
+    /// What was to come after more sections does not.
+    pub fn forget_stimuli(&mut self) {
+        self.core.interrupts.borrow_mut().iter_mut().for_each(|interrupts| interrupts.stimuli.clear());
+    }
+
     /// What keeps all tasks of threads from being polled until an instant, ns since power-up.
     pub fn starver(&self) -> Rc<dyn Fn(u64)> {
         let core = Rc::downgrade(&self.core);

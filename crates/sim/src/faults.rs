@@ -7,7 +7,6 @@ use std::str::FromStr;
 use isostep_motion::Axis;
 use oorandom::Rand64;
 
-use crate::config::Config;
 use crate::executor::{Executor, Priority};
 use crate::link::Pipe;
 use crate::plant::SwitchFault;
@@ -135,18 +134,16 @@ fn trouble(what: &str) -> Option<Trouble> {
     }
 }
 
-/// Has the faults of `config` come and go; `hosts` are what hosts read from.
-pub(crate) fn spawn(executor: &mut Executor, config: &Config, world: &Shared, hosts: Vec<Pipe>) {
-    for (index, &fault) in config.faults.iter().enumerate() {
-        let surroundings = Surroundings {
-            clock: executor.clock().clone(),
-            world: world.clone(),
-            hosts: hosts.clone(),
-            starve: executor.starver(),
-            random: Rand64::new(u128::from(config.seed) << 64 | index as u128),
-        };
-        executor.spawn_at(Priority::World, "fault", surroundings.suffer(fault));
-    }
+/// Has `fault` come and go; `hosts` are what hosts read from. What is random about it goes by the seed, and by when it comes.
+pub(crate) fn spawn(executor: &mut Executor, fault: Fault, seed: u64, world: &Shared, hosts: Vec<Pipe>) {
+    let surroundings = Surroundings {
+        clock: executor.clock().clone(),
+        world: world.clone(),
+        hosts,
+        starve: executor.starver(),
+        random: Rand64::new(u128::from(seed) << 64 | u128::from(fault.at_ns)),
+    };
+    executor.spawn_at(Priority::World, "fault", surroundings.suffer(fault));
 }
 
 /// What a fault is done to.
@@ -204,9 +201,11 @@ impl Surroundings {
 
 #[cfg(test)]
 mod tests {
+    use embassy_time::Duration;
     use isostep_motion::{Alarm, State};
 
     use super::*;
+    use crate::config::Config;
     use crate::sim::Sim;
 
     #[test]
@@ -226,7 +225,7 @@ mod tests {
         let config = Config { faults: vec![fault.parse().unwrap()], ..Config::default() };
         let mut sim = Sim::new(&config);
         sim.send(format!("{line}\n").as_bytes());
-        sim.run_for(embassy_time::Duration::from_secs(seconds)).unwrap();
+        sim.run_for(Duration::from_secs(seconds)).unwrap();
         sim
     }
 
@@ -257,7 +256,7 @@ mod tests {
     fn a_deaf_host_hears_what_waited_when_it_reads_again() {
         let mut sim = machine_with("deaf@0+2", "G1 X1 F600", 1);
         assert_eq!(sim.replies(), [""; 0]);
-        sim.run_for(embassy_time::Duration::from_secs(2)).unwrap();
+        sim.run_for(Duration::from_secs(2)).unwrap();
         assert_eq!(sim.replies(), ["Grbl 1.1h ['$' for help]", "ok"]);
     }
 }

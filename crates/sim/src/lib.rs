@@ -60,6 +60,7 @@ pub mod settings;
 mod sim;
 pub mod stream;
 pub mod survey;
+pub mod swarm;
 pub mod time;
 pub mod tool;
 pub mod trace;

@@ -15,7 +15,7 @@ use isostep_motion::{Axis, Machine, State, axis, buttons, limit, probing, tool};
 
 use crate::config::{Config, StartOutside};
 use crate::executor::{Executor, Preemption, Priority, Rest, RunError};
-use crate::faults;
+use crate::faults::{self, Fault};
 use crate::flash::{FLASH_BYTES, Flash};
 use crate::link::{Lines, Pipe, Uart};
 use crate::outcome::Outcome;
@@ -181,8 +181,10 @@ impl Sim {
         let machine = spawn_motion(&mut executor, &world, config);
         let consoles: Vec<_> = (0..=usize::from(config.second_console)).map(|_| Console::default()).collect();
         // What is wrong from the start is so before anybody says a word.
-        let hosts = consoles.iter().map(|console| console.from_controller.clone()).collect();
-        faults::spawn(&mut executor, config, &world, hosts);
+        let hosts: Vec<_> = consoles.iter().map(|console| console.from_controller.clone()).collect();
+        for &fault in &config.faults {
+            faults::spawn(&mut executor, fault, config.seed, &world, hosts.clone());
+        }
         let store = Store::new(flash, 0..FLASH_BYTES as u32, config.settings);
         spawn_consoles(&mut executor, machine, store, &consoles, config.baud);
         executor.spawn_at(Priority::World, "bounce", world::bounce(world.clone()));
@@ -267,6 +269,11 @@ impl Sim {
         came
     }
 
+    /// What was to come after more sections does not.
+    pub fn forget_stimuli(&mut self) {
+        self.executor.forget_stimuli();
+    }
+
     /// Runs for a duration, exactly.
     ///
     /// # Errors
@@ -324,6 +331,12 @@ impl Sim {
     /// Gives the limit switch of `axis` a fault, or takes it: stuck closed, it is as if somebody pressed it.
     pub fn set_switch(&mut self, axis: Axis, fault: SwitchFault) {
         self.world.borrow_mut().set_switch(axis, fault);
+    }
+
+    /// Has a fault come, and go.
+    pub fn suffer(&mut self, fault: Fault) {
+        let hosts = self.consoles.iter().map(|console| console.from_controller.clone()).collect();
+        faults::spawn(&mut self.executor, fault, self.config.seed, &self.world, hosts);
     }
 
     /// The present instant.

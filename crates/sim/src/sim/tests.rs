@@ -237,3 +237,40 @@ fn a_line_behind_one_that_silences_the_console_names_it() {
         assert_eq!(error, expected, "{program}");
     }
 }
+
+/// Two consoles, one of which resets while the other's line begins to move.
+#[test]
+fn a_reset_leaves_no_console_with_another_idea_of_the_place() {
+    for section_max_ns in [None, Some(0), Some(20_000), Some(200_000)] {
+        let mut sim = Sim::new(&Config { second_console: true, section_max_ns, ..Config::default() });
+        sim.run_until_idle().unwrap();
+        sim.send_to(0, &[RESET]);
+        sim.send_to(1, b"G1 X5 Y2 F600\n");
+        sim.run_until_idle().unwrap();
+        let [x, y, z] = sim.machine().position_steps();
+        sim.send_to(1, b"G91 G1 X1 F600\n");
+        sim.run_until_idle().unwrap();
+        assert_eq!(sim.machine().position_steps(), [x + 50, y, z], "{section_max_ns:?}");
+    }
+}
+
+#[test]
+fn an_alarm_wakes_no_sleeping_machine() {
+    let mut sim = Sim::new(&Config::default());
+    sim.send(b"$SLP\n");
+    sim.run_until_idle().unwrap();
+    sim.set_emergency_stop(true);
+    sim.run_until_idle().unwrap();
+    sim.set_emergency_stop(false);
+    sim.run_until_idle().unwrap();
+    sim.replies();
+    sim.send(b"?");
+    sim.run_until_idle().unwrap();
+    assert!(sim.replies()[0].starts_with("<Sleep|"), "what it is told waits for a reset");
+    sim.send(&[RESET]);
+    sim.run_until_idle().unwrap();
+    sim.replies();
+    sim.send(b"$X\nG0 X1\n");
+    sim.run_until_idle().unwrap();
+    assert_eq!(sim.replies(), ["[MSG:Caution: Unlocked]", "ok", "ok"]);
+}

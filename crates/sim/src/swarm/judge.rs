@@ -1,0 +1,90 @@
+//! What the record of a run must show, whatever was done to the machine.
+
+use isostep_motion::{Axis, Finish};
+
+use crate::outcome::Outcome;
+use crate::record::LossCause;
+use crate::verify;
+
+/// A promise that was not kept, and what was found instead.
+type Broken = (&'static str, String);
+
+/// Judges a run at whose end those axes count as homed. Where switches or motors have deceived it, the machine cannot know that it
+/// is not where it believes.
+pub(super) fn judge(outcome: &Outcome, homed: [bool; 3], is_deceived: bool) -> Result<(), Broken> {
+    timing(outcome)?;
+    if outcome.position_steps != outcome.counted_steps {
+        let found = format!("says {:?}, made {:?}", outcome.position_steps, outcome.counted_steps);
+        return Err(("counts are those of the edges", found));
+    }
+    moves(outcome)?;
+    if is_deceived { Ok(()) } else { losses(outcome).and_then(|()| positions(outcome, homed)) }
+}
+
+/// No driver may misread an edge, at any instant.
+pub(super) fn timing(outcome: &Outcome) -> Result<(), Broken> {
+    match outcome.violations.first() {
+        Some(violation) => Err(("driver timing kept", violation.to_string())),
+        None => Ok(()),
+    }
+}
+
+/// Every edge is where the closed form has it, counts are exact, paths straight, axes equal, and moves as long as their plans.
+fn moves(outcome: &Outcome) -> Result<(), Broken> {
+    let tolerance_ns = outcome.config.port.tolerance_ns();
+    for check in verify::moves(outcome) {
+        let record = &outcome.moves[check.index];
+        let at = || format!("move {} from {:.6} s", check.index + 1, record.begin_ns() as f64 * 1e-9);
+        if !check.exact && matches!(record.finish, Finish::Done | Finish::Held) {
+            let found = format!("{:?} of {:?} steps of {}", check.emitted_steps, record.planned_steps(), at());
+            return Err(("steps are made as planned", found));
+        }
+        if check.error_max_ns() > tolerance_ns {
+            return Err(("every step at its instant", format!("{:.0} ns off in {}", check.error_max_ns(), at())));
+        }
+        if !check.is_straight() {
+            return Err(("paths straight within half a step", format!("{:?} in {}", check.path_deviation, at())));
+        }
+        if !check.is_equal() {
+            return Err(("equal intervals on every axis", format!("{:?} s apart in {}", check.apart_s(), at())));
+        }
+    }
+    let whole = |pair: &&[crate::MoveRecord]| matches!(pair[0].finish, Finish::Done | Finish::Held);
+    for pair in outcome.moves.windows(2).filter(whole) {
+        let (pause_ns, flows) = (pair[0].pause_ns(&pair[1]), pair[0].run == pair[1].run);
+        // A plan's end is reckoned in floating point.
+        if pause_ns <= -1.0 || flows && pause_ns >= 1.0 {
+            let found = format!("{pause_ns} ns from one to the next at {:.6} s", pair[1].begin_ns() as f64 * 1e-9);
+            return Err(("every move as long as its plan", found));
+        }
+    }
+    Ok(())
+}
+
+/// Steps are lost by abrupt stops alone, and at the end stops of a machine that does not know where they are.
+fn losses(outcome: &Outcome) -> Result<(), Broken> {
+    let is_inexcusable = |cause: &LossCause| matches!(cause, LossCause::PullOut { .. } | LossCause::Disabled | LossCause::Stalled);
+    match outcome.losses.iter().find(|loss| is_inexcusable(&loss.cause)) {
+        Some(loss) => Err(("no step lost", loss.to_string())),
+        None => Ok(()),
+    }
+}
+
+/// An axis that counts as homed is where the machine says.
+fn positions(outcome: &Outcome, homed: [bool; 3]) -> Result<(), Broken> {
+    // Without soft limits it may have been sent to an end stop.
+    let at_end_stop = |axis: Axis| {
+        let mut losses = outcome.losses.iter().filter(|loss| loss.axis == axis as usize);
+        !outcome.config.settings.soft_limits && losses.any(|loss| loss.cause == LossCause::EndStop)
+    };
+    let is_elsewhere = |axis: &Axis| {
+        homed[*axis as usize] && outcome.drift_steps[*axis as usize] != 0 && !at_end_stop(*axis)
+    };
+    match Axis::ALL.into_iter().find(is_elsewhere) {
+        Some(axis) => {
+            let found = format!("{axis} is {} steps from where it should be", outcome.drift_steps[axis as usize]);
+            Err(("an axis that counts as homed is where it says", found))
+        }
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,374 @@
+//! Carries out a scenario, looks at the world meanwhile, and leads the machine on afterwards.
+
+use embassy_time::Duration;
+use isostep_motion::{Axis, Direction, State};
+
+use super::scenario::{Act, Scenario};
+use super::{Amount, Failure, judge};
+use crate::config::Config;
+use crate::executor::RunError;
+use crate::faults::{Fault, Trouble};
+use crate::flash::Flash;
+use crate::plant::SwitchFault;
+use crate::record::Wire;
+use crate::sim::Sim;
+use crate::tool::ToolOutput;
+
+/// Between two looks at the world, us.
+const LOOK_US: u64 = 20_000;
+/// So long does an act of rest wait, at most, us.
+const REST_US: u64 = 10_000_000;
+/// So long does a sender wait for room, us, and as many bytes does it keep unanswered.
+const ROOM_US: u64 = 2_000_000;
+const WINDOW_BYTES: usize = 128;
+/// For as long a fault lasts at most, us.
+const FAULT_MAX_US: u64 = 600_000;
+/// What the machine has still to do may take so long.
+const LIMIT: Duration = Duration::from_secs(3_600);
+/// So often is a machine led on: there may be many M0 among the lines that wait.
+const LEADS: u32 = 60;
+/// The move that shows that it moves, mm.
+const SMALL_MM: f64 = 0.5;
+
+/// What a console was sent, and what it said.
+#[derive(Default)]
+pub(super) struct Talk {
+    /// The lengths of lines that have not been answered.
+    unanswered: std::collections::VecDeque<usize>,
+    /// Bytes of a line that has no end yet.
+    partial: usize,
+    /// Lines may have been forgotten: there was a reset, or a host opened it.
+    forgets: bool,
+    /// It has said the welcome.
+    is_greeted: bool,
+}
+
+pub(super) struct Runner<'a> {
+    scenario: &'a Scenario,
+    sim: Sim,
+    flash: Flash,
+    talks: Vec<Talk>,
+    amount: Amount,
+    /// Bytes may have been lost on a link: the machine may have been told anything.
+    is_spoilt: bool,
+    /// What switches and motors did may have been untrue.
+    pub has_deceived: bool,
+    act: Option<usize>,
+}
+
+impl<'a> Runner<'a> {
+    pub fn new(scenario: &'a Scenario) -> Self {
+        let flash = Flash::blank();
+        let config = Config { time_limit: LIMIT, ..scenario.config.clone() };
+        let sim = Sim::with_flash(&config, flash.clone());
+        let talks = (0..=usize::from(config.second_console)).map(|_| Talk::default()).collect();
+        let amount = Amount::default();
+        Self { scenario, sim, flash, talks, amount, is_spoilt: false, has_deceived: false, act: None }
+    }
+
+    pub fn run(mut self) -> Result<Amount, Failure> {
+        for (index, act) in self.scenario.acts.iter().enumerate() {
+            self.act = Some(index);
+            self.amount.faults += u64::from(act.is_fault());
+            self.carry_out(act)?;
+        }
+        self.act = None;
+        self.end_world()?;
+        Ok(self.amount)
+    }
+
+    fn failure(&self, promise: &'static str, found: impl Into<String>) -> Failure {
+        Failure { promise, found: found.into(), act: self.act }
+    }
+
+    fn carry_out(&mut self, act: &Act) -> Result<(), Failure> {
+        match act {
+            Act::Line(console, line) => self.send_line(*console, line),
+            Act::Bytes(console, bytes) => {
+                self.is_spoilt |= bytes.ends_with(b"\n");
+                self.send(*console, bytes);
+                Ok(())
+            }
+            Act::Wait(us) => self.wait(*us),
+            Act::Rest => self.rest(),
+            Act::Fault(trouble, us) => {
+                self.suffer(*trouble, *us);
+                Ok(())
+            }
+            Act::Between(sections, stimulus) => {
+                // What is heard then may be a reset.
+                self.talks.iter_mut().for_each(|talk| talk.forgets = true);
+                self.has_deceived = true;
+                self.sim.after_sections(*sections, stimulus.clone());
+                Ok(())
+            }
+            Act::Open => {
+                self.hear()?;
+                self.sim.open_console();
+                self.talks[0] = Talk { forgets: true, ..Talk::default() };
+                self.hear()
+            }
+            Act::PowerCut(operations) => self.cut_power(*operations),
+        }
+    }
+
+    fn suffer(&mut self, trouble: Trouble, us: u64) {
+        // Where switches and motors deceive it, a machine cannot know where it is.
+        self.has_deceived |= !matches!(
+            trouble,
+            Trouble::EmergencyStop | Trouble::Hold | Trouble::Start | Trouble::Starve | Trouble::Deaf
+        );
+        self.sim.suffer(Fault { trouble, at_ns: self.sim.now_ns(), lasts_ns: Some(us * 1_000) });
+    }
+
+    fn send(&mut self, console: usize, bytes: &[u8]) {
+        let talk = &mut self.talks[console];
+        talk.forgets |= bytes.contains(&0x18);
+        for &byte in bytes {
+            talk.partial += 1;
+            if byte == b'\n' || byte == b'\r' {
+                talk.unanswered.push_back(std::mem::take(&mut talk.partial));
+            }
+        }
+        self.sim.send_to(console, bytes);
+    }
+
+    /// Sends a line when there is room for it, as senders do; none, if that does not come.
+    fn send_line(&mut self, console: usize, line: &str) -> Result<(), Failure> {
+        let mut waited_us = 0;
+        while self.talks[console].unanswered.iter().sum::<usize>() + line.len() + 1 > WINDOW_BYTES
+            && !self.talks[console].unanswered.is_empty()
+        {
+            if waited_us >= ROOM_US {
+                return Ok(());
+            }
+            self.wait(LOOK_US)?;
+            waited_us += LOOK_US;
+        }
+        self.amount.lines += 1;
+        self.send(console, format!("{line}\n").as_bytes());
+        Ok(())
+    }
+
+    fn hear(&mut self) -> Result<(), Failure> {
+        for console in 0..self.talks.len() {
+            for line in self.sim.replies_of(console) {
+                let talk = &mut self.talks[console];
+                if line.starts_with("Grbl ") && std::mem::replace(&mut talk.is_greeted, true) {
+                    // What it had not answered by then it has forgotten, up to what came behind the reset.
+                    talk.forgets = true;
+                    talk.unanswered.clear();
+                }
+                let is_answer = line == "ok" || line.starts_with("error:");
+                if is_answer && talk.unanswered.pop_front().is_none() && !talk.forgets {
+                    return Err(self.failure("one answer for each line", format!("console {console}: one more `{line}`")));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Lets time pass, and looks at the world.
+    fn wait(&mut self, us: u64) -> Result<(), Failure> {
+        let mut left_us = us;
+        while left_us > 0 {
+            let before = self.look()?;
+            let slice_us = left_us.min(LOOK_US);
+            let ran = self.sim.run_for(Duration::from_micros(slice_us));
+            self.ran(ran)?;
+            left_us -= slice_us;
+            let after = self.look()?;
+            self.compare(before, after)?;
+            self.hear()?;
+        }
+        Ok(())
+    }
+
+    fn ran(&self, ran: Result<(), RunError>) -> Result<(), Failure> {
+        ran.map_err(|error| self.failure("everything comes to an end", error.to_string()))
+    }
+
+    fn rest(&mut self) -> Result<(), Failure> {
+        for _ in 0..REST_US / LOOK_US {
+            if matches!(self.sim.machine().state(), State::Idle | State::Alarm(_) | State::Hold { still: true }) {
+                return Ok(());
+            }
+            self.wait(LOOK_US)?;
+        }
+        Ok(())
+    }
+
+    /// What can be said of the world at any instant.
+    fn look(&self) -> Result<(State, [u64; 3]), Failure> {
+        let (state, tool) = (self.sim.machine().state(), self.sim.tool());
+        if matches!(state, State::Alarm(_)) && tool != [0; 5] {
+            return Err(self.failure("in an alarm all outputs are off", format!("{tool:?} in {state:?}")));
+        }
+        let config = self.sim.machine().config();
+        let is_at_rest = matches!(state, State::Idle | State::Hold { still: true });
+        if config.tool.laser && is_at_rest && tool[ToolOutput::Pwm as usize] != 0 {
+            return Err(self.failure("a laser is dark at rest", format!("{tool:?} in {state:?}")));
+        }
+        self.look_at_travel(state)?;
+        Ok((state, self.sim.steps()))
+    }
+
+    /// An axis that is homed is within its travel.
+    fn look_at_travel(&self, state: State) -> Result<(), Failure> {
+        let machine = self.sim.machine();
+        if !self.scenario.config.settings.soft_limits || !matches!(state, State::Run | State::Jog) || self.is_spoilt {
+            return Ok(());
+        }
+        let (homed, position_steps, config) = (machine.homed(), machine.position_steps(), machine.config());
+        for axis in Axis::ALL.into_iter().filter(|axis| homed[*axis as usize]) {
+            let (at, travel) = (position_steps[axis as usize], config.travel_steps(axis));
+            if !travel.contains(&at) {
+                return Err(self.failure("a homed axis stays within its travel", format!("{axis} at {at} of {travel:?}")));
+            }
+        }
+        Ok(())
+    }
+
+    /// What is locked or held stands still.
+    fn compare(&self, before: (State, [u64; 3]), after: (State, [u64; 3])) -> Result<(), Failure> {
+        let stands = |state| matches!(state, State::Alarm(_) | State::Hold { still: true });
+        if stands(before.0) && before.0 == after.0 && before.1 != after.1 {
+            return Err(self.failure("what is locked or held stands still", format!("{before:?}, then {after:?}")));
+        }
+        Ok(())
+    }
+
+    /// The power goes: another machine starts with what the flash holds.
+    fn cut_power(&mut self, operations: u64) -> Result<(), Failure> {
+        self.flash.cut_power_after(operations, self.scenario.config.seed);
+        self.wait(200_000)?;
+        self.take_stock()?;
+        self.flash.mend();
+        let config = Config { time_limit: LIMIT, ..self.scenario.config.clone() };
+        self.sim = Sim::with_flash(&config, self.flash.clone());
+        self.talks.iter_mut().for_each(|talk| *talk = Talk::default());
+        self.has_deceived = false;
+        self.wait(1_000)
+    }
+
+    /// All faults go, and the machine is led on until it moves.
+    fn end_world(&mut self) -> Result<(), Failure> {
+        self.sim.forget_stimuli();
+        self.wait(FAULT_MAX_US)?;
+        for wire in [Wire::EmergencyStop, Wire::Hold, Wire::Start, Wire::Probe] {
+            self.sim.set_hand_input(wire, false);
+        }
+        self.sim.set_plate(None);
+        for axis in Axis::ALL {
+            self.sim.set_switch(axis, SwitchFault::None);
+        }
+        self.lead_on()?;
+        self.check_answers()?;
+        self.move_a_little()?;
+        self.take_stock()
+    }
+
+    /// Runs until nothing can happen any more.
+    fn run_out(&mut self) -> Result<(), Failure> {
+        let ran = self.sim.run_until_idle();
+        self.ran(ran)?;
+        self.look()?;
+        self.hear()
+    }
+
+    /// From wherever it is to idle, by the means that a person has.
+    fn lead_on(&mut self) -> Result<(), Failure> {
+        // What is left of a line that had no end.
+        (0..self.talks.len()).for_each(|console| self.send(console, b"\n"));
+        for _ in 0..LEADS {
+            self.run_out()?;
+            let word = self.word()?;
+            match word.as_str() {
+                "Idle" => return Ok(()),
+                "Hold:0" | "Door:0" => self.send(0, b"~"),
+                "Alarm" => self.send(0, b"$X\n"),
+                "Check" => self.send(0, b"$C\n"),
+                "Sleep" => self.send(0, &[0x18]),
+                _ => return Err(self.failure("every wait ends", format!("it rests in {word}"))),
+            }
+        }
+        let word = self.word()?;
+        Err(self.failure("whatever can be resumed can be resumed", format!("it stays in {word}")))
+    }
+
+    /// The state as a report names it.
+    fn word(&mut self) -> Result<String, Failure> {
+        self.hear()?;
+        self.send(0, b"?");
+        self.talks[0].partial = 0;
+        self.run_out_for_report()
+    }
+
+    fn run_out_for_report(&mut self) -> Result<String, Failure> {
+        let ran = self.sim.run_until_idle();
+        self.ran(ran)?;
+        let mut word = None;
+        for line in self.sim.replies_of(0) {
+            if let Some(report) = line.strip_prefix('<') {
+                word = report.split(['|', '>']).next().map(str::to_owned);
+            }
+        }
+        word.ok_or_else(|| self.failure("a report is given whenever asked for", "none came".to_owned()))
+    }
+
+    fn check_answers(&self) -> Result<(), Failure> {
+        for (console, talk) in self.talks.iter().enumerate() {
+            if !talk.forgets && !talk.unanswered.is_empty() {
+                let found = format!("console {console}: {} lines have none", talk.unanswered.len());
+                return Err(self.failure("every line is answered", found));
+            }
+        }
+        Ok(())
+    }
+
+    /// It moves where it is told, from wherever it is.
+    fn move_a_little(&mut self) -> Result<(), Failure> {
+        let machine = self.sim.machine();
+        let config = machine.config();
+        let was_steps = machine.position_steps();
+        // Away from the nearer end of the first axis, as it is in truth.
+        let place_mm = config.mm(Axis::X, self.sim.places_steps()[0]);
+        let away = if place_mm < config.travel_mm[0] / 2.0 { SMALL_MM } else { -SMALL_MM };
+        let mm = if config.homing.towards[0] == Direction::Negative { away } else { -away };
+        self.hear()?;
+        self.send(0, format!("G21 G91 G94 G1 X{mm} F300\n").as_bytes());
+        let ran = self.sim.run_until_idle();
+        self.ran(ran)?;
+        let said = self.sim.replies_of(0);
+        let wanted = was_steps[0] + config.steps(Axis::X, mm);
+        let is_at = self.sim.machine().position_steps();
+        if self.is_spoilt && said.iter().any(|line| line.starts_with("ALARM") || line.starts_with("error")) {
+            // Who knows what it was told that it is.
+            return Ok(());
+        }
+        if said.last().map(String::as_str) != Some("ok") || is_at != [wanted, was_steps[1], was_steps[2]] {
+            let found = format!("X{mm} from {was_steps:?} led to {is_at:?}, and it said {said:?}");
+            return Err(self.failure("at last it moves where it is told", found));
+        }
+        Ok(())
+    }
+
+    /// Judges all that was recorded of this machine.
+    fn take_stock(&mut self) -> Result<(), Failure> {
+        let outcome = self.sim.outcome();
+        let machine = self.sim.machine();
+        let is_moving = !matches!(machine.state(), State::Idle | State::Alarm(_) | State::Hold { still: true });
+        self.amount = self.amount.and(Amount {
+            virtual_ns: outcome.duration_ns,
+            steps: outcome.edges.len() as u64,
+            sections: self.sim.sections(),
+            ..Amount::default()
+        });
+        let found = if is_moving {
+            judge::timing(&outcome)
+        } else {
+            judge::judge(&outcome, machine.homed(), self.has_deceived || self.is_spoilt)
+        };
+        found.map_err(|(promise, found)| self.failure(promise, found))
+    }
+}

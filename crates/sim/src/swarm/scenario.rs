@@ -1,0 +1,259 @@
+//! What a seed makes: a machine, and what is done to it.
+
+use std::fmt;
+
+use isostep_console::Settings;
+use isostep_motion::Axis;
+use oorandom::Rand64;
+
+use super::lines::Lines;
+use crate::config::{Config, Port};
+use crate::faults::Trouble;
+use crate::plant::SwitchFault;
+use crate::sim::Stimulus;
+use crate::tool::Plate;
+
+/// Acts of a scenario.
+const ACTS: std::ops::Range<u64> = 8..60;
+
+/// One thing that is done, to the machine or to what is around it.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Act {
+    /// A line is sent, by the console with that index.
+    Line(usize, String),
+    /// Bytes come in one packet: real-time bytes, or what a bad link has left of a line.
+    Bytes(usize, Vec<u8>),
+    /// Time passes, us.
+    Wait(u64),
+    /// Time passes until the machine is at rest, or for some seconds.
+    Rest,
+    /// Something goes wrong for so long, us.
+    Fault(Trouble, u64),
+    /// Something comes when so many more critical sections have ended, where tasks are interrupted.
+    Between(u64, Stimulus),
+    /// A host opens the first console.
+    Open,
+    /// The power goes: in the midst of programming or erasing the flash, if that many operations more come within some time.
+    PowerCut(u64),
+}
+
+impl Act {
+    /// Whether it is a fault, rather than what machines are for.
+    pub(super) fn is_fault(&self) -> bool {
+        match self {
+            Self::Fault(..) | Self::Between(..) | Self::Open | Self::PowerCut(_) => true,
+            Self::Bytes(_, bytes) => bytes.contains(&0x18) || bytes.ends_with(b"\n"),
+            Self::Line(..) | Self::Wait(_) | Self::Rest => false,
+        }
+    }
+}
+
+impl fmt::Display for Act {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Line(console, line) => write!(f, "console {console} sends {line}"),
+            Self::Bytes(console, bytes) => write!(f, "console {console} sends bytes {}", bytes.escape_ascii()),
+            Self::Wait(us) => write!(f, "wait {us} us"),
+            Self::Rest => write!(f, "wait until it rests"),
+            Self::Fault(trouble, us) => write!(f, "{trouble} for {us} us"),
+            Self::Between(sections, stimulus) => write!(f, "after {sections} critical sections {stimulus:?}"),
+            Self::Open => write!(f, "a host opens console 0"),
+            Self::PowerCut(operations) => write!(f, "the power goes, after {operations} operations of the flash at most"),
+        }
+    }
+}
+
+/// A machine, and what is done to it.
+#[derive(Clone, Debug)]
+pub struct Scenario {
+    /// The machine.
+    pub config: Config,
+    /// What is done, in this order.
+    pub acts: Vec<Act>,
+}
+
+impl Scenario {
+    /// What that seed makes.
+    #[must_use]
+    pub fn new(seed: u64) -> Self {
+        let mut random = Random(Rand64::new(seed.into()));
+        let config = random.config(seed);
+        let acts = random.acts(&config);
+        Self { config, acts }
+    }
+
+    /// The same with these of its acts alone, by index.
+    #[must_use]
+    pub fn keeping(&self, kept: &[usize]) -> Self {
+        let acts = kept.iter().filter_map(|&index| self.acts.get(index).cloned()).collect();
+        Self { config: self.config.clone(), acts }
+    }
+}
+
+/// Random numbers, in the words that a scenario needs.
+pub(super) struct Random(pub Rand64);
+
+impl Random {
+    pub fn below(&mut self, end: u64) -> u64 {
+        self.0.rand_range(0..end)
+    }
+
+    /// Whether one in so many cases is now.
+    pub fn one_in(&mut self, cases: u64) -> bool {
+        self.below(cases) == 0
+    }
+
+    pub fn of<T: Copy>(&mut self, choices: &[T]) -> T {
+        choices[self.below(choices.len() as u64) as usize]
+    }
+
+    /// From `least` to `most`, as likely to be small as large.
+    pub fn between(&mut self, least: f64, most: f64) -> f64 {
+        least * (most / least).powf(self.0.rand_float())
+    }
+
+    fn axis(&mut self) -> Axis {
+        self.of(&Axis::ALL)
+    }
+
+    fn config(&mut self, seed: u64) -> Config {
+        let port = self.of(&[Port::Pio, Port::Pio, Port::Timer]);
+        let settings = self.settings(port);
+        let start_mm = std::array::from_fn(|axis| f64::from(settings.travel_mm[axis]) * (0.3 + 0.4 * self.0.rand_float()));
+        let plate_mm = f64::from(settings.travel_mm[2]) * 0.2;
+        Config {
+            settings,
+            start_mm,
+            port,
+            seed,
+            plate: self.one_in(2).then_some(Plate { axis: Axis::Z, place_mm: plate_mm, is_below: true }),
+            bounce_us: self.of(&[0, 500, 1_000]),
+            baud: self.of(&[None, None, Some(115_200)]),
+            second_console: self.one_in(3),
+            section_max_ns: self.of(&[None, Some(0), Some(2_000), Some(20_000)]),
+            keep_waves: false,
+            ..Config::default()
+        }
+    }
+
+    /// Of a machine small enough to be homed soon.
+    fn settings(&mut self, port: Port) -> Settings {
+        let fastest_mm_s = if port == Port::Pio { 200.0 } else { 60.0 };
+        let mut settings = Settings {
+            junction_deviation_mm: self.of(&[0.0, 0.01, 0.05]),
+            soft_limits: !self.one_in(4),
+            hard_limits: !self.one_in(4),
+            homing_direction_mask: self.below(8) as u16,
+            homing_latch_mm_min: 120.0,
+            homing_seek_mm_min: 1_200.0,
+            homing_pull_off_mm: self.of(&[0.5, 1.0, 2.0]),
+            direction_invert_mask: self.below(8) as u16,
+            limit_invert: self.one_in(4),
+            enable_invert: self.one_in(4),
+            idle_delay_ms: self.of(&[255, 255, 25, 25]),
+            laser_mode: self.one_in(3),
+            hold_input_is_door: self.one_in(3),
+            spin_up_s: self.of(&[0.0, 0.0, 0.1]),
+            interval_thirds: self.one_in(4),
+            speed_law: self.of(&[0, 0, 0, 1, 2, 3, 4, 5, 6]),
+            report_mask: self.of(&[1, 3]),
+            ..Settings::DEFAULT
+        };
+        for axis in 0..3 {
+            settings.steps_per_mm[axis] = self.of(&[50.0, 80.0, 160.0]);
+            settings.travel_mm[axis] = self.of(&[12.0, 20.0, 40.0]);
+            settings.max_rate_mm_min[axis] = (self.between(10.0, fastest_mm_s) * 60.0).round() as f32;
+            settings.accel_mm_s2[axis] = self.between(50.0, 2_000.0).round() as f32;
+            settings.decel_or_0_mm_s2[axis] = self.of(&[0.0, 0.0, 300.0]);
+            settings.jerk_or_0_mm_s3[axis] = self.of(&[0.0, 2_000.0, 50_000.0]);
+            settings.start_rate_mm_min[axis] = self.of(&[0.0, 60.0]);
+        }
+        if settings.speed_law >= 3 {
+            settings.start_rate_mm_min = [60.0; 3];
+        }
+        settings
+    }
+
+    fn acts(&mut self, config: &Config) -> Vec<Act> {
+        let mut lines = Lines::new(&config.settings);
+        let mut acts = Vec::new();
+        if !self.one_in(5) {
+            acts.push(Act::Line(0, "$H".to_owned()));
+            if !self.one_in(4) {
+                acts.push(Act::Rest);
+                lines.is_homed = true;
+            }
+        }
+        for _ in 0..self.0.rand_range(ACTS) {
+            self.act(config, &mut lines, &mut acts);
+        }
+        acts
+    }
+
+    fn act(&mut self, config: &Config, lines: &mut Lines, acts: &mut Vec<Act>) {
+        let console = usize::from(config.second_console && self.one_in(3));
+        match self.below(32) {
+            0..14 => acts.push(Act::Line(console, lines.next(self))),
+            14..19 => acts.push(Act::Wait(self.between(1.0, 2e6) as u64)),
+            19 => acts.push(Act::Rest),
+            20..25 => acts.push(Act::Bytes(console, self.real_time())),
+            25 => acts.push(Act::Bytes(console, self.spoilt(lines))),
+            26..29 => acts.push(self.fault(config)),
+            29 if config.section_max_ns.is_some() => acts.push(self.stimulus()),
+            30 if self.one_in(3) => acts.push(Act::Open),
+            31 if self.one_in(3) => acts.push(Act::PowerCut(self.below(6))),
+            _ => acts.push(Act::Bytes(console, b"~".to_vec())),
+        }
+    }
+
+    /// Real-time bytes in any order, some in one packet.
+    fn real_time(&mut self) -> Vec<u8> {
+        let common = b"!!~~~??\x18\x85\x84\x90\x91\x92\x93\x94\x95\x96\x97\x99\x9a\x9b\x9e\xa0\xa1";
+        let count = self.of(&[1, 1, 1, 2, 3]);
+        (0..count).map(|_| self.of(common)).collect()
+    }
+
+    /// A line of which a link has dropped, doubled or changed bytes.
+    fn spoilt(&mut self, lines: &mut Lines) -> Vec<u8> {
+        let way = self.below(3);
+        let mut spoilt = Vec::new();
+        for byte in lines.next(self).bytes() {
+            let hit = self.one_in(5);
+            match way {
+                0 if hit => {}
+                1 if hit => spoilt.extend([byte, byte]),
+                2 if hit => spoilt.push(byte ^ 1 << self.below(8)),
+                _ => spoilt.push(byte),
+            }
+        }
+        spoilt.push(b'\n');
+        spoilt
+    }
+
+    fn fault(&mut self, config: &Config) -> Act {
+        let trouble = match self.below(20) {
+            0..4 => Trouble::EmergencyStop,
+            4..7 => Trouble::Limit(self.axis()),
+            7 => Trouble::Broken(self.axis()),
+            8..10 => Trouble::Chatter(self.axis()),
+            10..13 => Trouble::Hold,
+            13 => Trouble::Start,
+            14 => Trouble::Probe,
+            15 => Trouble::Stall(self.axis()),
+            16 => Trouble::Starve,
+            _ => Trouble::Deaf,
+        };
+        let longest_us = if trouble == Trouble::Starve { 50_000.0 } else { 500_000.0 };
+        let _ = config;
+        Act::Fault(trouble, self.between(10.0, longest_us) as u64)
+    }
+
+    fn stimulus(&mut self) -> Act {
+        let stimulus = match self.below(6) {
+            0 => Stimulus::EmergencyStop,
+            1 => Stimulus::Switch(self.axis(), SwitchFault::StuckClosed),
+            _ => Stimulus::Bytes(self.real_time()),
+        };
+        Act::Between(self.between(1.0, 3_000.0) as u64, stimulus)
+    }
+}
