@@ -19,11 +19,7 @@ struct Sweep {
 
 const SWEEPS: [Sweep; 7] = [
     Sweep { name: "a move begins", before: ("", 10_000), during: &[("G1 X5 Y3 F1200\n", 30_000)] },
-    Sweep {
-        name: "moves flow",
-        before: ("G1 X5 F1200\nY2\nX0\nY0\n", 200_000),
-        during: &[("X5\nY2\n", 40_000)],
-    },
+    Sweep { name: "moves flow", before: ("G1 X5 F1200\nY2\nX0\nY0\n", 200_000), during: &[("X5\nY2\n", 40_000)] },
     Sweep { name: "a hold", before: ("G1 X5 F1200\nY2\n", 100_000), during: &[("!", 120_000)] },
     Sweep { name: "a resume", before: ("G1 X5 F1200\nY2\n!", 600_000), during: &[("~", 40_000)] },
     Sweep { name: "an override", before: ("G1 X5 F1200\nY2\n", 100_000), during: &[("\u{91}\u{91}", 80_000)] },

@@ -31,6 +31,7 @@ mod setup;
 mod sim;
 mod size;
 mod stopwatch;
+mod swarm;
 mod test;
 mod times;
 mod timing;
@@ -66,6 +67,7 @@ Examples:
   cargo xtask bench --quick                              rates, edge errors, load and stops of the step ports
   cargo xtask profile --help                             speed laws: a table, every step as CSV, curves over time
   cargo xtask papers                                     what the papers print beside what comes out here
+  cargo xtask swarm                                      random machines, programs and faults: none may break a promise
   cargo xtask times parts grbl.csv                       how long programs take, beside Grbl's times for them
 
 Every verb prepares what it needs by itself; `cargo xtask setup` does only that.";
@@ -85,6 +87,7 @@ enum Verb {
     Profile(profile::Args),
     Papers(papers::Args),
     Times(times::Args),
+    Swarm(swarm::Args),
     Lint(lint::Args),
 }
 
@@ -103,6 +106,7 @@ fn main() -> ExitCode {
         Verb::Profile(args) => profile::run(args),
         Verb::Papers(args) => papers::run(args),
         Verb::Times(args) => times::run(args),
+        Verb::Swarm(args) => swarm::run(args),
         Verb::Lint(args) => lint::run(args),
     };
     // Not `fn main() -> Result`: that prints a backtrace where RUST_BACKTRACE is set, which no user of a tool wants.

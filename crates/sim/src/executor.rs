@@ -154,12 +154,7 @@ impl Executor {
     }
 
     /// Adds a task of that priority, which counts where tasks are interrupted.
-    pub fn spawn_at(
-        &mut self,
-        priority: Priority,
-        name: &'static str,
-        future: impl Future<Output = ()> + 'static,
-    ) {
+    pub fn spawn_at(&mut self, priority: Priority, name: &'static str, future: impl Future<Output = ()> + 'static) {
         let ready = Arc::new(Ready(AtomicBool::new(true)));
         let (waker, future) = (Waker::from(ready.clone()), RefCell::new(Box::pin(future) as Pin<Box<_>>));
         let (has_ended, free_ns) = (Cell::new(false), Cell::new(0));

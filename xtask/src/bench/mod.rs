@@ -57,6 +57,8 @@ use crate::process::announce;
 use crate::variant::Port;
 use crate::{node, workspace};
 
+pub use self::progress::grouped;
+
 /// Measure the firmware's step ports on the emulated board
 #[derive(clap::Args)]
 #[command(after_help = "\

@@ -12,7 +12,7 @@ use isostep_sim::motor::PullOutCurve;
 use isostep_sim::stream::Program;
 use isostep_sim::survey::Survey;
 use isostep_sim::tool::Plate;
-use isostep_sim::{Config, Figures, Flash, Listed, Outcome, Port, SwitchFault, settings};
+use isostep_sim::{Config, Fault, Figures, Flash, Listed, Outcome, Port, SwitchFault, settings};
 
 use crate::laws::Laws;
 use crate::stopwatch::Stopwatch;
@@ -35,6 +35,7 @@ Examples:
   cargo xtask sim programs/square.nc --law thirds          accelerate, cruise and decelerate for a third of the time each
   cargo xtask sim programs/square.nc --speed-law s-curve       ramps of limited jerk
   cargo xtask sim programs/parking.nc --switch X=stuck-open    homing fails with its alarm
+  cargo xtask sim --fault limit:X@30+0.2 --fault deaf@20+5     somebody presses a switch; a host does not read
   cargo xtask sim my.nc --probe-plate Z,12.5,below         G38 finds a plate 12.5 mm above the switch of Z
   cargo xtask sim my.nc --settings my.txt --start 5,5,5    a machine as its settings say: see below
   cargo xtask sim my.nc --flash my.flash                       $n=v and G10 hold in the next run too
@@ -80,6 +81,10 @@ pub struct Args {
     /// A faulty limit switch: X, Y or Z = stuck-open or stuck-closed
     #[arg(long, value_name = "AXIS=FAULT", value_parser = switch)]
     switch: Vec<(usize, SwitchFault)>,
+    /// What goes wrong, and when, any number of times: WHAT@SECONDS, or WHAT@SECONDS+SECONDS for what ends again, where WHAT is
+    /// e-stop, limit:X, broken:X, chatter:X, stall:X, hold, start, probe, starve or deaf. Such as limit:X@1.5+0.2
+    #[arg(long, value_name = "WHAT@S+S")]
+    fault: Vec<Fault>,
     /// A plate that the probe touches: an axis, the plate's place in mm above that axis's limit switch, and the side on which it
     /// is touched, there and beyond: below (nearer to the switch) or above. Such as Z,12.5,below
     #[arg(long, value_name = "AXIS,MM,SIDE", allow_hyphen_values = true)]
@@ -246,6 +251,7 @@ fn config(args: &Args) -> Result<Config> {
         config.switches[axis] = fault;
     }
     config.plate = args.probe_plate;
+    config.faults.clone_from(&args.fault);
     Ok(config)
 }
 

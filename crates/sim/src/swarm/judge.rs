@@ -63,7 +63,8 @@ fn moves(outcome: &Outcome) -> Result<(), Broken> {
 
 /// Steps are lost by abrupt stops alone, and at the end stops of a machine that does not know where they are.
 fn losses(outcome: &Outcome) -> Result<(), Broken> {
-    let is_inexcusable = |cause: &LossCause| matches!(cause, LossCause::PullOut { .. } | LossCause::Disabled | LossCause::Stalled);
+    let is_inexcusable =
+        |cause: &LossCause| matches!(cause, LossCause::PullOut { .. } | LossCause::Disabled | LossCause::Stalled);
     match outcome.losses.iter().find(|loss| is_inexcusable(&loss.cause)) {
         Some(loss) => Err(("no step lost", loss.to_string())),
         None => Ok(()),
@@ -77,9 +78,8 @@ fn positions(outcome: &Outcome, homed: [bool; 3]) -> Result<(), Broken> {
         let mut losses = outcome.losses.iter().filter(|loss| loss.axis == axis as usize);
         !outcome.config.settings.soft_limits && losses.any(|loss| loss.cause == LossCause::EndStop)
     };
-    let is_elsewhere = |axis: &Axis| {
-        homed[*axis as usize] && outcome.drift_steps[*axis as usize] != 0 && !at_end_stop(*axis)
-    };
+    let is_elsewhere =
+        |axis: &Axis| homed[*axis as usize] && outcome.drift_steps[*axis as usize] != 0 && !at_end_stop(*axis);
     match Axis::ALL.into_iter().find(is_elsewhere) {
         Some(axis) => {
             let found = format!("{axis} is {} steps from where it should be", outcome.drift_steps[axis as usize]);

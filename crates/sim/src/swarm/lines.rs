@@ -41,7 +41,9 @@ impl Lines {
             33..35 => random.of(&["$$", "$#", "$G", "$I", "$N", "?", "$", "(what)", "", "%", "$X"]).to_owned(),
             35 => setting(random),
             36 => random.of(&["M0", "M1", "M2", "M30", "M6 T1", "$C", "$SLP", "$RST=#"]).to_owned(),
-            37 => random.of(&["G1", "G2 X1", "X1e9", "G0 X-", "$999=1", "$J=", "G5", "$N0=G0X0", "G10 L2", "$J=X1"]).to_owned(),
+            37 => random
+                .of(&["G1", "G2 X1", "X1e9", "G0 X-", "$999=1", "$J=", "G5", "$N0=G0X0", "G10 L2", "$J=X1"])
+                .to_owned(),
             38 => "G1 X1 ".repeat(1 + random.below(30) as usize),
             _ => format!("N{} {}", random.below(10_000_000), self.movement(random)),
         }

@@ -15,9 +15,9 @@ mod shrink;
 use std::fmt;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
+use self::runner::Runner;
 pub use self::scenario::{Act, Scenario};
 pub use self::shrink::shrink;
-use self::runner::Runner;
 
 /// What was not as it must be.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -161,7 +161,9 @@ impl<'a> Runner<'a> {
                 }
                 let is_answer = line == "ok" || line.starts_with("error:");
                 if is_answer && talk.unanswered.pop_front().is_none() && !talk.forgets {
-                    return Err(self.failure("one answer for each line", format!("console {console}: one more `{line}`")));
+                    return Err(
+                        self.failure("one answer for each line", format!("console {console}: one more `{line}`"))
+                    );
                 }
             }
         }
@@ -223,7 +225,9 @@ impl<'a> Runner<'a> {
         for axis in Axis::ALL.into_iter().filter(|axis| homed[*axis as usize]) {
             let (at, travel) = (position_steps[axis as usize], config.travel_steps(axis));
             if !travel.contains(&at) {
-                return Err(self.failure("a homed axis stays within its travel", format!("{axis} at {at} of {travel:?}")));
+                return Err(
+                    self.failure("a homed axis stays within its travel", format!("{axis} at {at} of {travel:?}"))
+                );
             }
         }
         Ok(())

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use isostep_console::Settings;
+use isostep_console::{SETTING_TABLE, Settings};
 use isostep_motion::Axis;
 use oorandom::Rand64;
 
@@ -58,7 +58,9 @@ impl fmt::Display for Act {
             Self::Fault(trouble, us) => write!(f, "{trouble} for {us} us"),
             Self::Between(sections, stimulus) => write!(f, "after {sections} critical sections {stimulus:?}"),
             Self::Open => write!(f, "a host opens console 0"),
-            Self::PowerCut(operations) => write!(f, "the power goes, after {operations} operations of the flash at most"),
+            Self::PowerCut(operations) => {
+                write!(f, "the power goes, after {operations} operations of the flash at most")
+            }
         }
     }
 }
@@ -80,6 +82,24 @@ impl Scenario {
         let config = random.config(seed);
         let acts = random.acts(&config);
         Self { config, acts }
+    }
+
+    /// What the machine is, in a line: the settings that differ from the default machine's, as `$n=v`.
+    #[must_use]
+    pub fn machine(&self) -> String {
+        let Config { settings, port, baud, second_console, section_max_ns, bounce_us, .. } = &self.config;
+        let mut text = format!("machine: {port} port, switches bounce {bounce_us} us");
+        text += if *second_console { ", two consoles" } else { ", one console" };
+        text += &baud.map_or(String::new(), |baud| format!(" at {baud} baud"));
+        text += &section_max_ns
+            .map_or(String::new(), |ns| format!(", tasks interrupt each other (up to {ns} ns a section)"));
+        for number in SETTING_TABLE.iter().flat_map(|setting| setting.numbers()) {
+            let (value, default) = (settings.get(number), Settings::DEFAULT.get(number));
+            if let Some(value) = value.filter(|_| value != default) {
+                text += &format!(" ${number}={value}");
+            }
+        }
+        text
     }
 
     /// The same with these of its acts alone, by index.
@@ -119,7 +139,8 @@ impl Random {
     fn config(&mut self, seed: u64) -> Config {
         let port = self.of(&[Port::Pio, Port::Pio, Port::Timer]);
         let settings = self.settings(port);
-        let start_mm = std::array::from_fn(|axis| f64::from(settings.travel_mm[axis]) * (0.3 + 0.4 * self.0.rand_float()));
+        let start_mm =
+            std::array::from_fn(|axis| f64::from(settings.travel_mm[axis]) * (0.3 + 0.4 * self.0.rand_float()));
         let plate_mm = f64::from(settings.travel_mm[2]) * 0.2;
         Config {
             settings,
@@ -198,7 +219,7 @@ impl Random {
             19 => acts.push(Act::Rest),
             20..25 => acts.push(Act::Bytes(console, self.real_time())),
             25 => acts.push(Act::Bytes(console, self.spoilt(lines))),
-            26..29 => acts.push(self.fault(config)),
+            26..29 => acts.push(self.fault()),
             29 if config.section_max_ns.is_some() => acts.push(self.stimulus()),
             30 if self.one_in(3) => acts.push(Act::Open),
             31 if self.one_in(3) => acts.push(Act::PowerCut(self.below(6))),
@@ -230,7 +251,7 @@ impl Random {
         spoilt
     }
 
-    fn fault(&mut self, config: &Config) -> Act {
+    fn fault(&mut self) -> Act {
         let trouble = match self.below(20) {
             0..4 => Trouble::EmergencyStop,
             4..7 => Trouble::Limit(self.axis()),
@@ -244,7 +265,6 @@ impl Random {
             _ => Trouble::Deaf,
         };
         let longest_us = if trouble == Trouble::Starve { 50_000.0 } else { 500_000.0 };
-        let _ = config;
         Act::Fault(trouble, self.between(10.0, longest_us) as u64)
     }
 
