@@ -1,10 +1,10 @@
-//! The commands of the project, run as `cargo xtask VERB`. One file per verb; `workspace`, `toolchain`, `node`,
+//! The commands of the project, run as `cargo xtask VERB`. One file per verb; `screen`, `files`, `workspace`, `toolchain`, `node`,
 //! `firmware`, `flight`, `footprint`, `laws`, `pace`, `parallel`, `remarks`, `uf2`, `variant`, `process`, `stopwatch` and `timing` are
 //! what the verbs share.
 
-// A verb whose reader has gone, as `head` goes, does what was asked of it unread: the standard macros would panic.
-#[macro_use(eprintln, print, println)]
-extern crate anstream;
+// First, as its macros are what all of them print with.
+#[macro_use]
+mod screen;
 
 mod bench;
 mod build;
@@ -13,6 +13,7 @@ mod check;
 mod clients;
 mod console;
 mod emulate;
+mod files;
 mod firmware;
 mod flash;
 mod flight;
@@ -106,7 +107,7 @@ fn main() -> ExitCode {
         Verb::Lint(args) => lint::run(args),
     };
     // Not `fn main() -> Result`: that prints a backtrace where RUST_BACKTRACE is set, which no user of a tool wants.
-    match outcome {
+    match outcome.and_then(|()| screen::finish()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("error: {error:#}");
