@@ -6,6 +6,7 @@
 #[macro_use]
 mod screen;
 
+mod audit;
 mod bench;
 mod build;
 mod check;
@@ -18,6 +19,7 @@ mod firmware;
 mod flash;
 mod flight;
 mod footprint;
+mod homing;
 mod laws;
 mod lint;
 mod node;
@@ -68,6 +70,7 @@ Examples:
   cargo xtask profile --help                             speed laws: a table, every step as CSV, curves over time
   cargo xtask papers                                     what the papers print beside what comes out here
   cargo xtask times parts grbl.csv                       how long programs take, beside Grbl's times for them
+  cargo xtask homing                                     how well homing finds the same place again
 
 Every verb prepares what it needs by itself; `cargo xtask setup` does only that.";
 
@@ -86,7 +89,9 @@ enum Verb {
     Profile(profile::Args),
     Papers(papers::Args),
     Times(times::Args),
+    Homing(homing::Args),
     Lint(lint::Args),
+    Audit(audit::Args),
 }
 
 fn main() -> ExitCode {
@@ -104,7 +109,9 @@ fn main() -> ExitCode {
         Verb::Profile(args) => profile::run(args),
         Verb::Papers(args) => papers::run(args),
         Verb::Times(args) => times::run(args),
+        Verb::Homing(args) => homing::run(args),
         Verb::Lint(args) => lint::run(args),
+        Verb::Audit(args) => audit::run(args),
     };
     // Not `fn main() -> Result`: that prints a backtrace where RUST_BACKTRACE is set, which no user of a tool wants.
     match outcome.and_then(|()| screen::finish()) {

@@ -82,7 +82,7 @@ fn an_option_that_would_be_passed_over_is_refused() {
         ("emulate my.nc --speed 2", "--speed goes with --pty"),
         ("emulate my.nc -- --trace a", "--trace is an option of this verb: give it before the --"),
         ("check my.nc my.nc --all", "--all lists the refused lines of one program"),
-        ("profile --law sine --steps 9 --derivatives differences", "--plot"),
+        ("profile --law sine --steps 9 --derivatives paper", "--plot"),
         ("console --list port", "--list"),
     ] {
         let told = desk.refuses(line);
