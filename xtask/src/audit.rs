@@ -16,7 +16,7 @@ const FETCH_PATIENCE: Duration = Duration::from_secs(120);
 /// Hold the dependencies against deny.toml: licences, sources, duplicates and advisories
 #[derive(clap::Args)]
 #[command(after_help = "\
-What deny.toml allows is held by cargo-deny, which is compiled from crates.io into target/tools when it is not there: some 300
+What deny.toml allows is held by cargo-deny, which is compiled from crates.io into target/tools when it is not there: some 200
 packages, minutes on a fast computer and much more on a slow one. Its advisories come from the RustSec database on GitHub, which
 is fetched; where it cannot be, a line says so, and that is an error only with --advisories.
 
