@@ -4,10 +4,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, bail, ensure};
 use isostep_sim::Config;
 use isostep_sim::compare::{self, Comparison, Jitter, MoveComparison};
 
+use crate::files::Files;
 use crate::laws::Laws;
 use crate::process::{self, announce};
 use crate::variant::{Port, Variant};
@@ -74,6 +75,9 @@ pub struct Args {
 }
 
 pub fn run(args: Args) -> Result<()> {
+    args.live.check()?;
+    let trace = args.trace.clone().unwrap_or_else(|| workspace::target_dir().join("emulated.csv"));
+    files(&args, &trace)?.check()?;
     let Some(path) = &args.program else { return live(&args) };
     let name = path.display();
     let program = fs::read(path)
@@ -82,7 +86,6 @@ pub fn run(args: Args) -> Result<()> {
     node::prepare()?;
     build::firmware(args.variant)?;
     announce(&format!("{name} on the emulated board"));
-    let trace = args.trace.clone().unwrap_or_else(|| workspace::target_dir().join("emulated.csv"));
     let mut command = command(&args);
     command.arg("--program").arg(path).arg("--trace").arg(&trace);
     command.args(
@@ -92,6 +95,32 @@ pub fn run(args: Args) -> Result<()> {
     let comparison = compare(&program, &trace, &args)?;
     print!("{}", table(&comparison));
     check_lasting(&comparison)
+}
+
+/// What is read and written; every run writes a trace, which is held against the simulation.
+fn files(args: &Args, trace: &PathBuf) -> Result<Files> {
+    let more = |option: &str| more_file(&args.more, option);
+    for own in ["--trace", "--vcd", "--json", "--transcript"] {
+        ensure!(more(own).is_none(), "{own} is an option of this verb: give it before the --");
+    }
+    Ok(Files::default()
+        .read("FILE.nc", &args.program)
+        .written("--trace", [trace])
+        .written("--vcd", &args.vcd)
+        .written("--json", &args.json)
+        .written("--transcript", &args.transcript)
+        .written("--edges", &more("--edges"))
+        .written("--outputs", &more("--outputs"))
+        .written("--flash", &more("--flash"))
+        .link("--link", &args.live.link))
+}
+
+/// The file of an option among those for the emulator itself.
+fn more_file(more: &[String], option: &str) -> Option<PathBuf> {
+    let at = more
+        .iter()
+        .position(|word| word.strip_prefix(option).is_some_and(|rest| rest.is_empty() || rest.starts_with('=')))?;
+    more[at].split_once('=').map(|(_, path)| path).or(more.get(at + 1).map(String::as_str)).map(PathBuf::from)
 }
 
 /// Every move lasts as long as its plan. Where the first step of either is off, so is what is known of its start.

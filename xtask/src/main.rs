@@ -1,11 +1,12 @@
-//! The commands of the project, run as `cargo xtask VERB`. One file per verb; `workspace`, `toolchain`, `node`,
+//! The commands of the project, run as `cargo xtask VERB`. One file per verb; `screen`, `files`, `workspace`, `toolchain`, `node`,
 //! `firmware`, `flight`, `footprint`, `laws`, `pace`, `parallel`, `remarks`, `uf2`, `variant`, `process`, `stopwatch` and `timing` are
 //! what the verbs share.
 
-// A verb whose reader has gone, as `head` goes, does what was asked of it unread: the standard macros would panic.
-#[macro_use(eprintln, print, println)]
-extern crate anstream;
+// First, as its macros are what all of them print with.
+#[macro_use]
+mod screen;
 
+mod audit;
 mod bench;
 mod build;
 mod check;
@@ -13,10 +14,12 @@ mod check;
 mod clients;
 mod console;
 mod emulate;
+mod files;
 mod firmware;
 mod flash;
 mod flight;
 mod footprint;
+mod homing;
 mod laws;
 mod lint;
 mod node;
@@ -69,6 +72,7 @@ Examples:
   cargo xtask papers                                     what the papers print beside what comes out here
   cargo xtask swarm                                      random machines, programs and faults: none may break a promise
   cargo xtask times parts grbl.csv                       how long programs take, beside Grbl's times for them
+  cargo xtask homing                                     how well homing finds the same place again
 
 Every verb prepares what it needs by itself; `cargo xtask setup` does only that.";
 
@@ -88,7 +92,9 @@ enum Verb {
     Papers(papers::Args),
     Times(times::Args),
     Swarm(swarm::Args),
+    Homing(homing::Args),
     Lint(lint::Args),
+    Audit(audit::Args),
 }
 
 fn main() -> ExitCode {
@@ -107,10 +113,12 @@ fn main() -> ExitCode {
         Verb::Papers(args) => papers::run(args),
         Verb::Times(args) => times::run(args),
         Verb::Swarm(args) => swarm::run(args),
+        Verb::Homing(args) => homing::run(args),
         Verb::Lint(args) => lint::run(args),
+        Verb::Audit(args) => audit::run(args),
     };
     // Not `fn main() -> Result`: that prints a backtrace where RUST_BACKTRACE is set, which no user of a tool wants.
-    match outcome {
+    match outcome.and_then(|()| screen::finish()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("error: {error:#}");

@@ -92,7 +92,9 @@ pub struct Config {
     pub plate: Option<Plate>,
     /// How long the contacts of a switch may bounce, us; 0 is never.
     pub bounce_us: u32,
-    /// Seed of everything random: the bounces.
+    /// How far from its place a limit switch may close, mm to either side: another place for each approach.
+    pub switch_scatter_mm: f64,
+    /// Seed of everything random: the bounces, and where a switch closes.
     pub seed: u64,
     /// The motors of all axes; without one, each axis has one that fits its settings.
     pub motor: Option<PullOutCurve>,
@@ -133,6 +135,7 @@ impl Default for Config {
             switches: [SwitchFault::None; AXES],
             plate: None,
             bounce_us: 1_000,
+            switch_scatter_mm: 0.0,
             seed: 1,
             motor: None,
             port: Port::default(),

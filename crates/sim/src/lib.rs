@@ -18,6 +18,7 @@
 //!   intervals of each axis again from its edges alone, and how near it came to its limits; [`corners`] tells by how much
 //!   its speed jumps from move to move, [`pace`] what keeps a program from being faster.
 //! - [`trace`], [`vcd`], [`Figures`] and [`report`] write it all down, byte for byte the same for the same run.
+//! - [`homing`] homes an axis many times, to see how well its zero is found again.
 //! - [`analysis`] takes derivatives, and models what a profile's acceleration does to a carriage that rings.
 //!
 //! [`run`] runs a whole program; [`Sim`] is the same machine to be run in steps, for dialogues.
@@ -41,6 +42,7 @@ pub mod executor;
 pub mod faults;
 mod figures;
 pub mod flash;
+pub mod homing;
 pub mod kinematics;
 pub mod lines_of_moves;
 pub mod link;
@@ -69,7 +71,7 @@ pub mod verify;
 pub mod world;
 
 pub use isostep_console::Error as ConsoleError;
-pub use isostep_motion::State;
+pub use isostep_motion::{Axis, State};
 
 pub use config::{Config, Port, StartOutside, Streaming};
 pub use executor::RunError;

@@ -80,11 +80,18 @@ impl Carriage {
     }
 }
 
-/// A normally open switch that is closed from place 0 downwards, and bounces.
+/// A normally open switch that is closed from place 0 downwards, or from nearby, and bounces.
+///
+/// A mechanical one does not close at quite the same place each time: with a scatter each approach has a place of its own, drawn
+/// evenly, once the carriage has left all of them.
 #[derive(Debug)]
 pub struct Switch {
     fault: SwitchFault,
     bounce_ns: u32,
+    scatter_steps: i32,
+    closes_at_steps: i32,
+    is_drawn: bool,
+    closed_at_steps: i32,
     touched: bool,
     flips_ns: VecDeque<u64>,
 }
@@ -92,7 +99,33 @@ pub struct Switch {
 impl Switch {
     /// With the carriage at `place_steps`; its contacts bounce for up to `bounce_ns`.
     pub fn new(place_steps: i32, fault: SwitchFault, bounce_ns: u32) -> Self {
-        Self { fault, bounce_ns, touched: place_steps <= 0, flips_ns: VecDeque::new() }
+        Self {
+            fault,
+            bounce_ns,
+            scatter_steps: 0,
+            closes_at_steps: 0,
+            is_drawn: false,
+            closed_at_steps: 0,
+            touched: place_steps <= 0,
+            flips_ns: VecDeque::new(),
+        }
+    }
+
+    /// The same that closes up to so many steps to either side of its place.
+    pub fn scattering(self, scatter_steps: i32) -> Self {
+        Self { scatter_steps, ..self }
+    }
+
+    /// Where the carriage was when it closed last.
+    pub fn closed_at_steps(&self) -> i32 {
+        self.closed_at_steps
+    }
+
+    /// From now on what was a step is `scale` of them: it scatters by as many mm.
+    pub fn rescale(&mut self, scale: f64) {
+        for steps in [&mut self.scatter_steps, &mut self.closes_at_steps, &mut self.closed_at_steps] {
+            *steps = (f64::from(*steps) * scale).round() as i32;
+        }
     }
 
     /// From now on it has this fault, or none.
@@ -111,11 +144,25 @@ impl Switch {
 
     /// The carriage has moved to `place_steps` at `now_ns`.
     pub fn follow(&mut self, place_steps: i32, now_ns: u64, random: &mut Rand32) {
-        let touched = place_steps <= 0;
+        self.draw(place_steps, random);
+        let touched = place_steps <= self.closes_at_steps;
         if touched != self.touched {
+            if touched {
+                self.closed_at_steps = place_steps;
+            }
             self.touched = touched;
             self.flips_ns = self.bounce(now_ns, random);
         }
+    }
+
+    /// Where it closes next. Without a scatter nothing is drawn, so that the bounces are the same.
+    fn draw(&mut self, place_steps: i32, random: &mut Rand32) {
+        let is_clear = place_steps > self.scatter_steps;
+        if is_clear && !self.is_drawn && self.scatter_steps > 0 {
+            let places = 2 * self.scatter_steps.unsigned_abs() + 1;
+            self.closes_at_steps = random.rand_range(0..places) as i32 - self.scatter_steps;
+        }
+        self.is_drawn = is_clear;
     }
 
     /// The next instant at which its contacts bounce.
@@ -179,6 +226,26 @@ mod tests {
             switch.follow(place, 0, &mut random);
             assert_eq!(switch.is_closed(), closed, "at {place}");
         }
+    }
+
+    #[test]
+    fn a_switch_that_scatters_closes_elsewhere_each_time_and_once_an_approach() {
+        let mut random = Rand32::new(3);
+        let mut switch = Switch::new(5, SwitchFault::None, 0).scattering(2);
+        let mut closed_at = [0; 5];
+        for _ in 0..1_000 {
+            let mut closings = 0;
+            for place in (-4..=5).rev().chain(-3..=4) {
+                let before = switch.is_closed();
+                switch.follow(place, 0, &mut random);
+                closings += u32::from(switch.is_closed() && !before);
+            }
+            assert_eq!(closings, 1);
+            closed_at[(switch.closed_at_steps() + 2) as usize] += 1;
+        }
+        assert!(closed_at.iter().all(|&times| (150..250).contains(&times)), "{closed_at:?}");
+        switch.rescale(2.0);
+        assert_eq!(switch.scatter_steps, 4);
     }
 
     #[test]

@@ -369,6 +369,11 @@ impl Sim {
         self.world.borrow().places_steps()
     }
 
+    /// Where each carriage was when its limit switch closed last, steps from the switch's place.
+    pub fn closed_at_steps(&self) -> [i32; 3] {
+        self.world.borrow().closed_at_steps()
+    }
+
     /// All that was seen so far.
     pub fn outcome(&self) -> Outcome {
         self.world.borrow_mut().settle();

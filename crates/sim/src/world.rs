@@ -255,6 +255,11 @@ impl World {
         std::array::from_fn(|axis| self.axes[axis].carriage.place_steps())
     }
 
+    /// Where each carriage was when its switch closed last, in steps from the switch's place.
+    pub fn closed_at_steps(&self) -> [i32; AXES] {
+        std::array::from_fn(|axis| self.axes[axis].switch.closed_at_steps())
+    }
+
     /// The steps counted per axis, from power-up or since it was homed.
     pub fn counted_steps(&self) -> [i32; AXES] {
         std::array::from_fn(|axis| self.axes[axis].counted_steps)
@@ -399,12 +404,14 @@ impl World {
 impl AxisWorld {
     fn new(axis: usize, config: &Config, mechanics: &Mechanics, wiring: &Wiring) -> Self {
         let place_steps = config.start_steps(axis);
+        let scatter_steps = (config.switch_scatter_mm * mechanics.steps_per_mm[axis]).round() as i32;
+        let switch = Switch::new(place_steps, config.switches[axis], config.bounce_us * 1_000);
         Self {
             inputs: DriverInputs::new(axis, config.driver),
             away: wiring.away[axis],
             motor: Motor::new(mechanics.motors[axis]),
             carriage: Carriage::new(place_steps, mechanics.end_stops_steps[axis]),
-            switch: Switch::new(place_steps, config.switches[axis], config.bounce_us * 1_000),
+            switch: switch.scattering(scatter_steps),
             counted_steps: 0,
             zero_steps: place_steps,
             losing: false,
@@ -422,6 +429,7 @@ impl AxisWorld {
         let drift_steps = self.drift_steps();
         self.motor.replace(motor);
         self.carriage.rescale(scale, end_stops_steps);
+        self.switch.rescale(scale);
         self.zero_steps = self.carriage.place_steps() - self.away * (self.counted_steps + drift_steps);
     }
 

@@ -68,10 +68,10 @@ const SPEC = {
   script: { type: 'string' },
   live: { type: 'boolean', default: false },
   console: { type: 'string', default: 'usb' },
-  stream: { type: 'string', default: 'wait' },
+  stream: { type: 'string' },
   'poll-hz': { type: 'string' },
   set: { type: 'string', multiple: true, default: [] },
-  'timeout-s': { type: 'string', default: '300' },
+  'timeout-s': { type: 'string' },
   driver: { type: 'string', default: 'drv8825' },
   start: { type: 'string', default: '35,40,15' },
   switch: { type: 'string', multiple: true, default: [] },
@@ -99,13 +99,17 @@ export function parseOptions(args) {
   const jobs = [values.program, values.script, values.live || undefined].filter((job) => job !== undefined);
   if (jobs.length !== 1) throw new Error('give either --program FILE, --script FILE or --live (--help shows them)');
   if (values.set.length > 0 && values.program === undefined) throw new Error('--set goes with --program: others send their own settings');
+  if (values.live) {
+    const idle = ['stream', 'poll-hz', 'timeout-s', 'progress'].find((name) => values[name]);
+    if (idle !== undefined) throw new Error(`--${idle} is for a program or a script: who drives a live board sends and polls as it likes`);
+  }
   return {
     ...values,
     console: choice('--console', ['usb', 'uart'], values.console),
-    stream: choice('--stream', ['wait', 'counting'], values.stream),
+    stream: choice('--stream', ['wait', 'counting'], values.stream ?? 'wait'),
     settings: values.set.map(settingLine),
     pollHz: number('--poll-hz', values['poll-hz'] ?? (values.program ? '10' : '0'), 0, 1000),
-    timeoutSeconds: number('--timeout-s', values['timeout-s'], 0.001, 1e6),
+    timeoutSeconds: number('--timeout-s', values['timeout-s'] ?? '300', 0.001, 1e6),
     driver: choice('--driver', Object.keys(DRIVERS), values.driver),
     startMm: places(values.start),
     switches: Object.fromEntries(values.switch.map(switchOption)),

@@ -58,6 +58,10 @@ test('options are checked, and default to the bench', () => {
   assert.equal(parseOptions(['--elf', 'a', '--script', 'b']).pollHz, 0);
   assert.throws(() => parseOptions(['--program', 'b']), /cargo xtask build/);
   assert.throws(() => parseOptions(['--elf', 'a']), /either --program/);
+  assert.equal(parseOptions(['--elf', 'a', '--live']).stream, 'wait');
+  for (const idle of [['--stream', 'counting'], ['--poll-hz', '4'], ['--timeout-s', '1'], ['--progress']]) {
+    assert.throws(() => parseOptions(['--elf', 'a', '--live', ...idle]), new RegExp(`${idle[0]} is for a program or a script`));
+  }
   assert.throws(() => parseOptions(['--elf', 'a', '--script', 'b', '--start', '1,2']), /three places/);
   assert.throws(() => parseOptions(['--elf', 'a', '--script', 'b', '--console', 'wifi']), /usb or uart/);
   assert.throws(() => parseOptions(['--elf', 'a', '--script', 'b', '--driver', 'a4988']), /drv8825 or tmc2209/);

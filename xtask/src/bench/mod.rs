@@ -53,6 +53,7 @@ use self::effort::Effort;
 use self::figures::{ChipFigures, Conditions, Figures, PortFigures};
 use self::micro::MicroFigures;
 use self::trial::{ACCEL_MAX_STEPS_S2, AXES};
+use crate::files::Files;
 use crate::process::announce;
 use crate::variant::Port;
 use crate::{node, workspace};
@@ -113,6 +114,7 @@ pub struct Args {
 
 /// Runs the verb.
 pub fn run(args: Args) -> Result<()> {
+    Files::default().page("--report", &args.report).written("--json", &args.json).check()?;
     let ports = args.port.map_or(Port::ALL.to_vec(), |port| vec![port]);
     let folder = workspace::target_dir().join("bench");
     fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;

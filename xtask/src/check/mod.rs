@@ -10,6 +10,7 @@ use isostep_console::Settings;
 use isostep_sim::Config;
 
 use self::look::{Checked, Machine};
+use crate::files::Files;
 use crate::{parallel, sim};
 
 const HELP: &str = "\
@@ -42,7 +43,7 @@ pub struct Args {
     /// Where the carriages stand at first, in mm from their switches [default: where the program fits]
     #[arg(long, value_name = "X,Y,Z", value_parser = sim::places, allow_hyphen_values = true)]
     start: Option<[f64; 3]>,
-    /// Tell up to 1,000 refused lines, not the first ten
+    /// Tell up to 1,000 refused lines, not the first ten; of one program
     #[arg(long)]
     all: bool,
     /// Programs that are looked at at a time
@@ -55,6 +56,12 @@ pub struct Args {
 
 /// Runs the verb.
 pub fn run(args: Args) -> Result<()> {
+    ensure!(
+        !args.all || args.programs.len() == 1,
+        "--all lists the refused lines of one program: name one, or leave it out"
+    );
+    let files = Files::default().read("FILE", &args.programs).read("--settings", &args.settings);
+    files.written("--json", &args.json).check()?;
     let machines = machines(&args)?;
     let checked: Vec<Checked> =
         parallel::map(&args.programs, args.jobs.into(), |path| look::check(path, &machines, args.start));

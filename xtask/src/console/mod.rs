@@ -54,7 +54,7 @@ pub struct Args {
     #[arg(long, value_name = "N", default_value_t = 115_200, value_parser = clap::value_parser!(u32).range(300..=4_000_000))]
     baud: u32,
     /// List the ports, and end
-    #[arg(long)]
+    #[arg(long, exclusive = true)]
     list: bool,
 }
 

@@ -25,6 +25,7 @@ use isostep_sim::report::papers::{self, Section, Table};
 use serde::Serialize;
 
 use self::row::{Paper, Row};
+use crate::files::Files;
 use crate::workspace;
 
 /// Reproduce what the three papers print, side by side with ours
@@ -76,9 +77,10 @@ const BASIS: &str = "All figures are computed or simulated on a computer; nothin
 
 /// Runs the verb.
 pub fn run(args: Args) -> Result<()> {
+    let folder = args.report.unwrap_or_else(|| workspace::target_dir().join("papers"));
+    Files::default().page("--report", [&folder]).written("--json", &args.json).check()?;
     let report = report()?;
     print!("{}", screen::table(&report));
-    let folder = args.report.unwrap_or_else(|| workspace::target_dir().join("papers"));
     write_page(&folder, &report)?;
     args.json.map_or(Ok(()), |path| write(&path, &json(&report)?))
 }

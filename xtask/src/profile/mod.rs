@@ -29,6 +29,7 @@ use self::frequency::FrequencyArgs;
 use self::kinematics::Derivatives;
 use self::machine::MachineArgs;
 use self::number::steps;
+use crate::files::Files;
 use crate::laws::speed_laws;
 
 /// Compare speed laws: a table, every step as CSV, curves over time
@@ -69,7 +70,7 @@ pub struct Args {
     #[arg(long, value_name = "OUT.svg|OUT.html")]
     plot: Option<PathBuf>,
     /// How the picture's derivatives are taken
-    #[arg(long, value_name = "HOW", default_value = "exact")]
+    #[arg(long, value_name = "HOW", default_value = "exact", requires = "plot")]
     derivatives: Derivatives,
     #[command(flatten)]
     frequency: FrequencyArgs,
@@ -79,6 +80,7 @@ pub struct Args {
 
 /// Runs the verb.
 pub fn run(args: Args) -> Result<()> {
+    Files::default().written("--csv", &args.csv).written("--plot", &args.plot).check()?;
     let kind = args.plot.as_deref().map(PlotKind::of).transpose()?;
     let (curves, summary) = plan(&args)?;
     if let (Some(_), 2..) = (&args.csv, curves.len()) {

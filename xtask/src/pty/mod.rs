@@ -32,6 +32,8 @@ pub mod tests;
 
 use std::path::PathBuf;
 
+use anyhow::{Result, bail};
+
 #[cfg(unix)]
 pub use bridge::{Drive, Tally};
 #[cfg(unix)]
@@ -50,14 +52,30 @@ pub struct Live {
     #[arg(long)]
     pub pty: bool,
     /// With --pty: a symbolic link to the pseudo-terminal, removed at the end
-    #[arg(long, value_name = "PATH", requires = "pty")]
-    link: Option<PathBuf>,
+    #[arg(long, value_name = "PATH")]
+    pub link: Option<PathBuf>,
     /// With --pty: end after N seconds of machine time
-    #[arg(long, value_name = "N", requires = "pty", value_parser = seconds)]
+    #[arg(long, value_name = "N", value_parser = seconds)]
     for_s: Option<f64>,
-    /// With --pty: seconds of the machine in a second
-    #[arg(long, value_name = "N", requires = "pty", default_value_t = 1.0, value_parser = speed)]
-    speed: f64,
+    /// With --pty: seconds of the machine in a second [default: 1]
+    #[arg(long, value_name = "N", value_parser = speed)]
+    speed: Option<f64>,
+}
+
+impl Live {
+    /// Not clap's `requires`: that is silent where a program is named, as a program excludes --pty.
+    ///
+    /// # Errors
+    /// An option of a pseudo-terminal without one.
+    pub fn check(&self) -> Result<()> {
+        let given =
+            [("--link", self.link.is_some()), ("--for-s", self.for_s.is_some()), ("--speed", self.speed.is_some())];
+        let Some((option, _)) = given.iter().find(|(_, is_given)| *is_given && !self.pty) else { return Ok(()) };
+        bail!(
+            "{option} goes with --pty, a machine in real time that a sender feeds: add --pty and leave the program out, or leave \
+             {option} out, as a program runs without a port and as fast as it can"
+        )
+    }
 }
 
 /// What the help of `sim` and `emulate` says about it.
@@ -81,19 +99,22 @@ mod run {
     use anyhow::{Result, ensure};
 
     use super::{Drive, Ending, Live, Machine, Pty, bridge, summary};
+    use crate::screen;
 
     /// Opens the pseudo-terminal and says so.
     pub fn open(args: &Live) -> Result<Pty> {
         let pty = Pty::open(args.link.as_deref())?;
         println!("console: {}", pty.path().display());
         print!("{}", summary::hints(args.link.as_deref().unwrap_or(pty.path())));
+        // A port that nobody hears of is of no use.
+        screen::finish()?;
         Ok(pty)
     }
 
     /// Runs the machine on it until somebody ends it, and prints what came of it.
     pub fn serve(args: &Live, mut pty: Pty, machine: &mut impl Machine) -> Result<()> {
         let end_ns = args.for_s.map_or(u64::MAX, |for_s| (for_s * 1e9) as u64);
-        let drive = Drive { speed: args.speed, end_ns };
+        let drive = Drive { speed: args.speed.unwrap_or(1.0), end_ns };
         let tally = bridge::run(machine, &mut pty, drive, &Ending::by_signal()?)?;
         let duration_ns = machine.now_ns();
         let closing = machine.close()?;

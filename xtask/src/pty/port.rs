@@ -192,17 +192,25 @@ struct Link {
 impl Link {
     fn new(link: &Path, path: &Path) -> Result<Self> {
         if let Ok(there) = fs::symlink_metadata(link) {
-            ensure!(
-                there.file_type().is_symlink(),
-                "{} is there already and is no symbolic link: choose another --link",
-                link.display()
-            );
-            // One that a killed run has left.
-            fs::remove_file(link).with_context(|| format!("{} cannot be replaced", link.display()))?;
+            make_way(link, &there, path)?;
         }
         symlink(path, link).with_context(|| format!("{} cannot be made", link.display()))?;
         Ok(Self { link: link.to_owned(), path: path.to_owned() })
     }
+}
+
+/// Takes away a link that a killed run has left: one whose end is gone, or is this terminal, as numbers are given anew.
+fn make_way(link: &Path, there: &fs::Metadata, path: &Path) -> Result<()> {
+    let shown = link.display();
+    ensure!(there.file_type().is_symlink(), "{shown} is there already and is no symbolic link: choose another --link");
+    let end = fs::read_link(link).with_context(|| format!("{shown} cannot be read"))?;
+    ensure!(
+        end == path || !link.exists(),
+        "{shown} is another's: it points to {}, which is there. Choose another --link, or end the machine behind it; remove the \
+         link if there is none",
+        end.display()
+    );
+    fs::remove_file(link).with_context(|| format!("{shown} cannot be replaced"))
 }
 
 impl Drop for Link {
@@ -210,5 +218,20 @@ impl Drop for Link {
         if fs::read_link(&self.link).is_ok_and(|path| path == self.path) {
             let _ = fs::remove_file(&self.link);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A run was killed, and the next is given the same number.
+    #[test]
+    fn a_stale_link_to_this_very_terminal_is_replaced() {
+        let pty = Pty::open(None).unwrap();
+        let link = std::env::temp_dir().join(format!("isostep-stale-{}", std::process::id()));
+        symlink(pty.path(), &link).unwrap();
+        drop(Link::new(&link, pty.path()).unwrap());
+        assert!(fs::symlink_metadata(&link).is_err());
     }
 }

@@ -157,8 +157,29 @@ fn a_link_lives_as_long_as_the_port_and_takes_no_file_s_place() {
     assert_eq!(fs::read_link(&link).unwrap(), pty.path());
     drop(pty);
     assert!(fs::symlink_metadata(&link).is_err());
+    symlink("not-there", &link).unwrap();
+    drop(Pty::open(Some(&link)).unwrap());
     fs::write(&link, "mine").unwrap();
     let refused = Pty::open(Some(&link)).err().unwrap().to_string();
     assert!(refused.contains("no symbolic link: choose another --link"), "{refused}");
+    fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
+fn a_link_of_a_machine_that_runs_is_its_own() {
+    let folder = folder("second");
+    let link = folder.join("port");
+    let first = Pty::open(Some(&link)).unwrap();
+    let refused = Pty::open(Some(&link)).err().unwrap().to_string();
+    let told = format!("{} is another's: it points to {}, which is there. ", link.display(), first.path().display());
+    assert!(refused.starts_with(&told), "{refused}");
+    assert_eq!(fs::read_link(&link).unwrap(), first.path());
+    drop(first);
+    Pty::open(Some(&link)).unwrap();
+    let mine = folder.join("mine");
+    fs::write(&mine, "mine").unwrap();
+    symlink(&mine, &link).unwrap();
+    assert!(Pty::open(Some(&link)).is_err());
+    assert_eq!(fs::read_to_string(&link).unwrap(), "mine");
     fs::remove_dir_all(folder).unwrap();
 }

@@ -14,6 +14,7 @@ use isostep_sim::survey::Survey;
 use isostep_sim::tool::Plate;
 use isostep_sim::{Config, Fault, Figures, Flash, Listed, Outcome, Port, SwitchFault, settings};
 
+use crate::files::Files;
 use crate::laws::Laws;
 use crate::stopwatch::Stopwatch;
 use crate::{process, pty, remarks, timing, workspace};
@@ -114,10 +115,12 @@ pub struct Args {
 
 /// Runs the verb.
 pub fn run(args: Args) -> Result<()> {
+    args.live.check()?;
+    let path = args.program.clone().unwrap_or_else(|| workspace::root().join("programs").join("parking.nc"));
+    files(&args, &path).check()?;
     if args.live.pty {
         return live(&args);
     }
-    let path = args.program.clone().unwrap_or_else(|| workspace::root().join("programs").join("parking.nc"));
     let name = workspace::shown(&path);
     let program = lines(&path)?;
     let config = config(&args)?;
@@ -140,6 +143,20 @@ pub fn run(args: Args) -> Result<()> {
     }
     tell_effort(&stopwatch);
     judge::judge(&figures, &outcome)
+}
+
+/// What is read and written.
+fn files(args: &Args, program: &PathBuf) -> Files {
+    Files::default()
+        .read("FILE.nc", [program])
+        .read("--settings", &args.settings)
+        .written("--trace", &args.trace)
+        .written("--outputs", &args.outputs)
+        .written("--vcd", &args.vcd)
+        .written("--json", &args.json)
+        .written("--flash", &args.flash)
+        .page("--report", &args.report)
+        .link("--link", &args.live.link)
 }
 
 /// What it took of this computer, where that is more than a moment.

@@ -15,6 +15,7 @@ use isostep_sim::Config;
 use self::ratios::{Bounds, Report};
 use self::simulate::{Job, Timed};
 use self::table::Table;
+use crate::files::Files;
 use crate::{sim, workspace};
 
 const HELP: &str = "\
@@ -79,12 +80,23 @@ pub fn run(args: Args) -> Result<()> {
 
 fn report(args: &Args) -> Result<Report> {
     let table = Table::read(&args.table)?.only(&args.only)?;
+    files(args, &table).check()?;
     let machines = table.machines().into_iter().map(|name| Ok((name.clone(), machine_settings(&name, &args.machine)?)));
     let machines: Vec<(String, Settings)> = machines.collect::<Result<_>>()?;
     unused(&args.machine, &machines)?;
     let jobs = jobs(&args.folder, &table, &machines)?;
     let timed: Vec<Timed> = simulate::all(&jobs, args.jobs.into());
     Ok(Report::new(&table, machines, timed, Bounds { median: args.median, each: args.each }))
+}
+
+/// What is read and written.
+fn files(args: &Args, table: &Table) -> Files {
+    let programs: Vec<PathBuf> = table.rows.iter().map(|row| args.folder.join(&row.program)).collect();
+    Files::default()
+        .read("TABLE.csv", [&args.table])
+        .read("the program", &programs)
+        .read("--machine", args.machine.iter().map(|(_, path)| path))
+        .written("--json", &args.json)
 }
 
 /// A run for each time in the table, column by column.

@@ -1,0 +1,73 @@
+//! `cargo xtask audit`: what the project depends on, against deny.toml and the RustSec advisories.
+
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+use anyhow::{Context, Result, bail};
+
+use crate::process::{self, announce};
+use crate::workspace;
+
+/// Of cargo-deny; another may read deny.toml otherwise.
+const VERSION: &str = "0.20.2";
+const FETCH_PATIENCE: Duration = Duration::from_secs(120);
+
+/// Hold the dependencies against deny.toml: licences, sources, duplicates and advisories
+#[derive(clap::Args)]
+#[command(after_help = "\
+What deny.toml allows is held by cargo-deny, which is compiled from crates.io into target/tools when it is not there: some 200
+packages, minutes on a fast computer and much more on a slow one. Its advisories come from the RustSec database on GitHub, which
+is fetched; where it cannot be, a line says so, and that is an error only with --advisories.
+
+`cargo xtask test` holds licences, sources and duplicates by itself, without cargo-deny. docs/security.md: what is known of
+packages that nobody maintains.
+
+Examples:
+  cargo xtask audit                 all that can be looked at here
+  cargo xtask audit --advisories    and fail if the advisories cannot be")]
+pub struct Args {
+    /// Fail where the database of advisories cannot be fetched
+    #[arg(long)]
+    advisories: bool,
+}
+
+/// Runs the verb.
+pub fn run(args: Args) -> Result<()> {
+    install()?;
+    announce("licences, sources and duplicates");
+    process::run(deny().args(["check", "bans", "licenses", "sources"]))?;
+    announce("advisories");
+    let mut fetch = deny();
+    fetch.args(["fetch", "db"]).stdout(Stdio::null()).stderr(Stdio::null());
+    if process::run_within(&mut fetch, FETCH_PATIENCE).is_ok() {
+        return process::run(deny().args(["check", "--disable-fetch", "advisories"]));
+    }
+    let unknown = "the RustSec database cannot be fetched from github.com, so advisories were not looked at";
+    if args.advisories {
+        bail!("{unknown}: run it where GitHub can be reached");
+    }
+    println!("{unknown}");
+    Ok(())
+}
+
+fn folder() -> PathBuf {
+    workspace::target_dir().join("tools")
+}
+
+fn deny() -> Command {
+    let mut deny = Command::new(folder().join("bin").join("cargo-deny"));
+    deny.current_dir(workspace::root());
+    deny
+}
+
+/// Installs cargo-deny, unless it is there in its version.
+fn install() -> Result<()> {
+    if process::printed(deny().arg("--version")).is_some_and(|printed| printed == format!("cargo-deny {VERSION}")) {
+        return Ok(());
+    }
+    announce(&format!("cargo-deny {VERSION} from crates.io into {}: it is compiled now", workspace::shown(&folder())));
+    let mut install = Command::new("cargo");
+    install.current_dir(workspace::root()).args(["install", "--locked", "--version", VERSION, "--root"]);
+    process::run(install.arg(folder()).arg("cargo-deny")).context("crates.io is needed once")
+}

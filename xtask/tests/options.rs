@@ -1,0 +1,91 @@
+//! Options that cannot go together: refused with what to do, before anything runs or is written.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+/// A folder of a test's own with a program in it, and verbs that run there.
+struct Desk(PathBuf);
+
+impl Desk {
+    fn new(name: &str) -> Self {
+        let folder = std::env::temp_dir().join(format!("isostep-options-{name}-{}", std::process::id()));
+        fs::create_dir_all(&folder).unwrap();
+        fs::write(folder.join("my.nc"), "G0 X1\nM2\n").unwrap();
+        Self(folder)
+    }
+
+    /// What the verb says when it refuses. Nothing may have been printed or written.
+    #[track_caller]
+    fn refuses(&self, line: &str) -> String {
+        let before = names(&self.0);
+        let mut verb = Command::new(env!("CARGO_BIN_EXE_xtask"));
+        verb.args(line.split(' ')).current_dir(&self.0).stdin(Stdio::null());
+        let output = verb.output().unwrap();
+        let told = String::from_utf8(output.stderr).unwrap();
+        assert!(!output.status.success() && output.stdout.is_empty(), "`{line}` was not refused: {told}");
+        assert_eq!(names(&self.0), before, "`{line}` wrote something");
+        assert_eq!(fs::read_to_string(self.0.join("my.nc")).unwrap(), "G0 X1\nM2\n", "`{line}`");
+        told
+    }
+}
+
+impl Drop for Desk {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let mut names: Vec<_> =
+        fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn files_are_not_written_over_each_other() {
+    let desk = Desk::new("files");
+    for [line, one, other] in [
+        ["sim my.nc --trace a --json ./a", "--trace a", "--json ./a"],
+        ["sim my.nc --outputs a --vcd a", "--outputs a", "--vcd a"],
+        ["sim my.nc --json my.nc", "--json my.nc", "FILE.nc my.nc"],
+        ["sim my.nc --flash a --trace a", "--flash a", "--trace a"],
+        ["sim --pty --link a --trace a", "--link a", "--trace a"],
+        ["sim my.nc --report a --json a", "--report a", "--json a"],
+        ["sim my.nc --settings s --json s", "--settings s", "--json s"],
+        ["emulate my.nc --trace a --json a", "--trace a", "--json a"],
+        ["emulate my.nc --vcd a --transcript a", "--vcd a", "--transcript a"],
+        ["emulate my.nc --json a -- --edges a", "--json a", "--edges a"],
+        ["emulate my.nc --transcript my.nc", "--transcript my.nc", "FILE.nc my.nc"],
+        ["check my.nc --json my.nc", "--json my.nc", "FILE my.nc"],
+        ["profile --law sine --steps 9 --csv a.svg --plot a.svg", "--csv a.svg", "--plot a.svg"],
+        ["papers --report . --json index.html", "--report .", "--json index.html"],
+        ["bench --report . --json index.html", "--report .", "--json index.html"],
+    ] {
+        let told = desk.refuses(line);
+        assert!(told.contains(one) && told.contains(other), "{line}: {told}");
+    }
+    fs::write(desk.0.join("grbl.csv"), "program,A_s\nmy.nc,1\n").unwrap();
+    let told = desk.refuses("times . grbl.csv --json my.nc");
+    assert!(told.contains("--json my.nc would be written over the program ./my.nc"), "{told}");
+}
+
+#[test]
+fn an_option_that_would_be_passed_over_is_refused() {
+    let desk = Desk::new("passed-over");
+    for (line, words) in [
+        ("sim my.nc --link a", "--link goes with --pty"),
+        ("sim --link a", "--link goes with --pty"),
+        ("sim my.nc --for-s 1", "--for-s goes with --pty"),
+        ("emulate my.nc --link a", "--link goes with --pty"),
+        ("emulate my.nc --speed 2", "--speed goes with --pty"),
+        ("emulate my.nc -- --trace a", "--trace is an option of this verb: give it before the --"),
+        ("check my.nc my.nc --all", "--all lists the refused lines of one program"),
+        ("profile --law sine --steps 9 --derivatives paper", "--plot"),
+        ("console --list port", "--list"),
+    ] {
+        let told = desk.refuses(line);
+        assert!(told.contains(words), "{line}: {told}");
+    }
+}
