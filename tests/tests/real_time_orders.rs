@@ -23,7 +23,7 @@ const PULL_OFF_STEPS: i32 = 20;
 
 /// In 0.5 s to 3 mm and in 0.4 s back to 1 mm: to 10 mm/s it takes 0.2 s, and as long to rest.
 const PROGRAM: &str = "G1 X3 F600\nG1 X1";
-/// In 0.4 s to 1 mm; then it waits, and its last line with it.
+/// In 0.3 s to 1 mm; then it waits for as long, and its last line with it.
 const DWELL: &str = "G1 X1 F600\nG4 P0.3\nG1 X2";
 
 /// A machine whose X is homed, next to its switch, and what its console has said.
@@ -303,8 +303,9 @@ fn ending() {
 #[test]
 fn dwelling() {
     all_orders("dwelling", 3, |bench| {
-        bench.begin(DWELL, 600);
+        bench.begin(DWELL, 400);
         bench.expect(State::Run);
+        assert_eq!(bench.x(), MM, "it stands still");
         Some(2)
     });
 }
@@ -361,7 +362,7 @@ fn held_before_a_move() {
 #[test]
 fn held_in_a_dwell() {
     all_orders("held_in_a_dwell", 3, |bench| {
-        bench.begin(DWELL, 600);
+        bench.begin(DWELL, 400);
         bench.send(b"!", 1_000);
         bench.expect(HELD);
         Some(2)
@@ -372,7 +373,7 @@ fn held_in_a_dwell() {
 #[test]
 fn held_in_a_dwell_for_long() {
     all_orders("held_in_a_dwell_for_long", 3, |bench| {
-        bench.begin(DWELL, 600);
+        bench.begin(DWELL, 400);
         bench.send(b"!", 500_000);
         bench.expect(HELD);
         Some(2)
@@ -383,7 +384,7 @@ fn held_in_a_dwell_for_long() {
 #[test]
 fn held_in_a_long_dwell() {
     all_orders("held_in_a_long_dwell", 3, |bench| {
-        bench.begin("G1 X1 F600\nG4 P15\nG1 X2", 600);
+        bench.begin("G1 X1 F600\nG4 P15\nG1 X2", 400);
         bench.send(b"!", 1_000);
         bench.expect(HELD);
         Some(2)

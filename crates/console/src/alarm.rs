@@ -33,7 +33,11 @@ impl Alarm {
 /// What happened, and what to do.
 impl fmt::Display for Alarm {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let what = if *self == Self::Unplannable { "the move cannot be planned - a message with the alarm says why" } else { "axis" };
+        let what = if *self == Self::Unplannable {
+            "the move cannot be planned - a message with the alarm says why"
+        } else {
+            "axis"
+        };
         self.about(what).fmt(f)
     }
 }

@@ -264,7 +264,11 @@ mod tests {
             refusal("$27=30\n$130=30\n$131=40\n"),
             "my.txt:2: `$130=30`: $27=30 is not below the travel of X, $130=30 mm: lower $27 or raise $130"
         );
-        assert_eq!(read("$27=100\n$130=200\n$132=200\n").unwrap().homing_pull_off_mm, 100.0, "another line puts it right");
+        assert_eq!(
+            read("$27=100\n$130=200\n$132=200\n").unwrap().homing_pull_off_mm,
+            100.0,
+            "another line puts it right"
+        );
         assert!(refusal("$22=0\n$20=1").starts_with("my.txt:2: `$20=1`: $20=1 needs a homed machine"));
         assert!(refusal("$100=80\nG0 X1\n").starts_with("my.txt:2: `G0 X1`: this is no setting"));
         assert!(refusal("$H").contains("this is no setting"));

@@ -69,8 +69,7 @@ fn a_pull_off_as_long_as_the_travel_is_refused() {
     let mut sim = powered_up(&Config::default());
     assert_eq!(say(&mut sim, "$130=30"), ["ok"]);
     for pull_off in ["30", "100"] {
-        let words =
-            format!("[MSG:$27={pull_off} is not below the travel of X, $130=30 mm: lower $27 or raise $130]");
+        let words = format!("[MSG:$27={pull_off} is not below the travel of X, $130=30 mm: lower $27 or raise $130]");
         assert_eq!(say(&mut sim, &format!("$27={pull_off}")), [words.as_str(), "error:2"]);
     }
     assert_eq!(say(&mut sim, "$27=29.9"), ["ok"]);
@@ -100,7 +99,8 @@ fn a_stored_pull_off_beyond_the_travel_is_not_put_in_force() {
     let mut sim = Sim::with_flash(&small, flash);
     sim.run_until_idle().unwrap();
     let heard = sim.replies();
-    let words = "[MSG:stored settings refused, $27=50 is not below the travel of Y, $131=45 mm: lower $27 or raise $131";
+    let words =
+        "[MSG:stored settings refused, $27=50 is not below the travel of Y, $131=45 mm: lower $27 or raise $131";
     assert!(heard.iter().any(|line| line.starts_with(words)), "no `{words}` in {heard:?}");
     assert!(say(&mut sim, "$$").contains(&"$27=2.000".to_owned()), "the defaults are in force");
 }

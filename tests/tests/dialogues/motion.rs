@@ -449,8 +449,11 @@ fn motors_are_freed_no_sooner_than_their_drivers_take_it() {
                 }
             }
             sim.run_until_idle().unwrap();
+            // While it is held they are not freed.
+            sim.send(b"~");
+            sim.run_until_idle().unwrap();
             let outcome = sim.outcome();
-            assert!(outcome.violations.is_empty(), "{case}: {}", outcome.violations[0]);
+            assert_eq!(outcome.violations.first().map(ToString::to_string), None, "{case}");
             let freed = outcome.waves.iter().rfind(|wave| wave.wire == isostep_sim::world::Wire::Enable).unwrap();
             assert!(freed.high, "{case}: the motors are free in the end");
             let last = outcome.moves.last().unwrap();

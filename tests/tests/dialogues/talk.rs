@@ -92,7 +92,10 @@ pub fn refused(sim: &mut Sim, line: &str, code: u8) {
     let heard = say(sim, line);
     assert_eq!(heard.last_line(), format!("error:{code}"), "{heard:?}");
     let before = &heard[..heard.len() - 1];
-    assert!(before.iter().all(|line| line.starts_with("[MSG:")), "{heard:?}, where messages and an error were expected");
+    assert!(
+        before.iter().all(|line| line.starts_with("[MSG:")),
+        "{heard:?}, where messages and an error were expected"
+    );
 }
 
 /// An output of the tool that is on.
