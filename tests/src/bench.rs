@@ -15,6 +15,8 @@ use oorandom::Rand64;
 
 use isostep_sim::measure::limits::{self, Ends, Shares};
 
+use crate::rig::first_of;
+
 /// A machine that need not be homed, under a law, and its random numbers.
 pub struct Bench {
     /// The machine.
@@ -88,9 +90,12 @@ impl Bench {
     pub fn hear(&mut self) -> bool {
         let heard = self.sim.replies();
         let is_welcome = |line: &&String| line.starts_with("Grbl 1.1h");
-        assert!(heard.iter().all(|line| line == "ok" || is_welcome(&line)), "{heard:?}");
+        let other = heard.iter().find(|line| *line != "ok" && !is_welcome(line));
+        assert_eq!(other, None, "neither ok nor a welcome, in {:?}", self.state());
         let welcomes = heard.iter().filter(is_welcome).count();
-        self.unanswered.drain(..heard.len() - welcomes);
+        let (answers, lines) = (heard.len() - welcomes, self.unanswered.len());
+        assert!(answers <= lines, "{answers} answers came to {lines} lines, in {:?}", self.state());
+        self.unanswered.drain(..answers);
         welcomes > 0
     }
 
@@ -209,7 +214,8 @@ impl Bench {
     fn corner_share(&self, moves: [&MoveRecord; 2]) -> f64 {
         let [[_, out_mm_s], [in_mm_s, _]] = moves.map(|record| self.speeds_mm_s(record));
         let stops = self.is_rest(moves[0], out_mm_s) && self.is_rest(moves[1], in_mm_s);
-        assert!(stops || (out_mm_s / in_mm_s - 1.0).abs() < 1e-6, "{out_mm_s} mm/s to {in_mm_s} mm/s: {moves:#?}");
+        let is_one = stops || (out_mm_s / in_mm_s - 1.0).abs() < 1e-6;
+        assert!(is_one, "{out_mm_s} mm/s to {in_mm_s} mm/s, from {} to {}", brief(moves[0]), brief(moves[1]));
         if stops { 0.0 } else { in_mm_s / self.corner_mm_s(moves.map(|record| record.plan.steps)) }
     }
 
@@ -285,6 +291,17 @@ pub fn steps_of(place_mm: [f64; 3]) -> [i32; 3] {
     place_mm.map(|mm| (mm * STEPS_PER_MM).round() as i32)
 }
 
+/// A move in a line: what it was to be, from where, when and in which run, and what became of it.
+fn brief(record: &MoveRecord) -> String {
+    let MoveRecord { plan, origin_steps, end_steps, run, finish, parts, .. } = record;
+    let at_s = record.begin_ns() as f64 * 1e-9;
+    format!(
+        "the move of {:?} steps from {origin_steps:?} at {at_s:.6} s in run {run}, {} parts, {finish:?} at {end_steps:?}",
+        plan.steps,
+        1 + parts.len()
+    )
+}
+
 /// Every move's edges are where the closed form has them, counts exact, paths straight.
 ///
 /// # Panics
@@ -293,20 +310,23 @@ pub fn check(outcome: &Outcome, case: u64) {
     for check in verify::moves(outcome) {
         let record = &outcome.moves[check.index];
         let ends = matches!(record.finish, Finish::Done | Finish::Held);
-        assert!(check.exact || !ends, "case {case}: {:?} in {record:?}", check.emitted_steps);
+        assert!(check.exact || !ends, "case {case}: {:?} steps were made in {}", check.emitted_steps, brief(record));
         let off_ns = check.error_max_ns.into_iter().flatten().fold(0.0, f64::max);
-        assert!(off_ns <= outcome.config.port.tolerance_ns(), "case {case}: {off_ns} ns off in {record:?}");
-        assert!(check.is_straight(), "case {case}: {:?} of half a step apart in {record:?}", check.path_deviation);
+        assert!(off_ns <= outcome.config.port.tolerance_ns(), "case {case}: {off_ns} ns off in {}", brief(record));
+        let apart = check.path_deviation;
+        assert!(check.is_straight(), "case {case}: {apart:?} of half a step apart in {}", brief(record));
     }
     for pair in outcome.moves.windows(2).filter(|pair| matches!(pair[0].finish, Finish::Done | Finish::Held)) {
         // A plan's end is reckoned in floating point.
         let (pause_ns, flows) = (pair[0].pause_ns(&pair[1]), pair[0].run == pair[1].run);
         assert!(
             pause_ns > -1.0 && (!flows || pause_ns < 1.0),
-            "case {case}: {pause_ns} ns from one to the other of {pair:?}"
+            "case {case}: {pause_ns} ns from {} to {}",
+            brief(&pair[0]),
+            brief(&pair[1])
         );
     }
-    assert!(outcome.violations.is_empty(), "case {case}: {:?}", outcome.violations);
+    assert_eq!(first_of(&outcome.violations), None, "case {case}");
     assert_eq!(outcome.counted_steps, outcome.position_steps, "case {case}");
 }
 
@@ -486,8 +506,9 @@ impl Moves {
         let mut next = 0;
         let found = records.iter().map(|record| {
             let index = next;
-            let asked = self.asked.get(index).unwrap_or_else(|| panic!("nobody asked for {record:?}"));
-            assert!(asked.steps.is_none_or(|steps| steps == record.plan.steps), "{asked:?} was made as {record:?}");
+            let asked = self.asked.get(index).unwrap_or_else(|| panic!("nobody asked for {}", brief(record)));
+            let is_same = asked.steps.is_none_or(|steps| steps == record.plan.steps);
+            assert!(is_same, "{asked:?} was made as {}", brief(record));
             let is_whole =
                 (0..AXES).all(|axis| record.step_numbers(axis).end == record.plan.steps[axis].unsigned_abs() + 1);
             if is_whole && record.end_steps == asked.end_steps {

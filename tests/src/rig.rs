@@ -169,7 +169,8 @@ impl Simulated {
                     // It is answered when it is over, and begins when the plan before it has ended.
                     sim.run_until_idle().unwrap();
                 }
-                assert_eq!(sim.replies().last().map(String::as_str), Some("ok"), "{line}");
+                let heard = sim.replies();
+                assert_eq!(heard.last().map(String::as_str), Some("ok"), "`{line}` was answered with {heard:?}");
             }
             Act::WaitUs(us) => sim.run_for(Duration::from_micros((*us).into())).unwrap(),
             Act::WaitIdle => sim.run_until_idle().unwrap(),
@@ -180,7 +181,9 @@ impl Simulated {
                     Stop::Reset => sim.send(b"\x18\x18"),
                 }
                 sim.run_for(SOON).unwrap();
-                assert!(sim.replies().iter().any(|line| line.starts_with("ALARM:")), "{stop:?}");
+                let heard = sim.replies();
+                let is_locked = heard.iter().any(|line| line.starts_with("ALARM:"));
+                assert!(is_locked, "{stop:?} was answered with {heard:?}, where an alarm was expected");
             }
             Act::Release(Stop::Limit(axis)) => sim.set_switch(*axis, SwitchFault::None),
             Act::Release(Stop::Emergency) => sim.set_emergency_stop(false),
@@ -221,7 +224,7 @@ impl Rig for Simulated {
             }
         }
         let outcome = sim.outcome();
-        assert!(outcome.violations.is_empty(), "{self}: {:?}", outcome.violations);
+        assert_eq!(first_of(&outcome.violations), None, "{self}");
         Seen { edges: outcome.edges, reports }
     }
 }
@@ -279,7 +282,7 @@ impl Rig for Emulated {
 
     fn carry_out(&self, case: &str, acts: &[Act]) -> Seen {
         let run = Board::stepped_by(self.0, &Self::folder(case, self.0)).script(&Self::script(acts));
-        assert!(run.ok, "{self}, case {case}:\n{}", run.printed);
+        assert!(run.ok, "{self}, case {case}:\n{}", end_of(&run.printed));
         let reports = reports(&run.printed);
         Seen { edges: run.edges, reports }
     }
@@ -289,6 +292,18 @@ impl fmt::Display for Emulated {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "emulated board, {} port (target/emulated/CASE-{0}/script.txt has the script)", self.0)
     }
+}
+
+/// How many there are, and the first of them.
+pub(crate) fn first_of<T: fmt::Display>(faults: &[T]) -> Option<String> {
+    faults.first().map(|first| format!("{} of them, the first: {first}", faults.len()))
+}
+
+/// What a board said last: how it failed.
+fn end_of(transcript: &str) -> String {
+    const LINES: usize = 30;
+    let lines: Vec<_> = transcript.lines().collect();
+    lines[lines.len().saturating_sub(LINES)..].join("\n")
 }
 
 /// The answers to [`Act::Report`] in a transcript; [`Act::Ask`] and waiting for idle ask too, and expect nothing.

@@ -203,6 +203,13 @@ fn a_host_that_stops_reading_does_not_stop_the_machine() {
     let run = Board::new("deaf-host").script(&script);
     assert!(run.ok, "{}", run.printed);
     assert_eq!(run.edges.len(), 1_000);
+    // The one report that it heard half of is ended once, and whatever comes behind it is whole, on lines of its own.
+    let heard: Vec<_> = run.printed.lines().filter_map(|line| line.split_once(" < ")).map(|(_, heard)| heard).collect();
+    let is_half = |line: &&&str| line.starts_with('<') && !(line.ends_with('>') && line.matches('<').count() == 1);
+    let halves: Vec<_> = heard.iter().filter(is_half).collect();
+    assert!(halves.len() == 1 && !halves[0][1..].contains('<'), "half a line: {halves:?}");
+    assert_eq!(heard.iter().filter(|line| **line == "ok").count(), 2, "the answers to G0 and $X");
+    assert!(heard.iter().all(|line| !line.is_empty()), "an empty line");
 }
 
 /// A wild jump in mid-move: no step after it, motors off, a restart by the watchdog that says why, and a machine that

@@ -18,7 +18,7 @@ codes! {
         SwitchNotFound = 9, "* limit switch never closed: check its wiring, the direction ($23) and the travel ($130-$132)";
         EmergencyStop = 10, "emergency stop pressed: release it, then $X and $H";
         LateStep = 20, "a step of * came too late: lower the rate ($110-$112), then $H";
-        Unplannable = 21, "this move cannot be planned, as *; nothing moved: check its feed, $110-$122 and $910, then $X";
+        Unplannable = 21, "nothing moved: *, then $X";
         Underrun = 22, "the step port of * ran dry: lower the rate or the acceleration ($110-$122), then $H";
     }
 }
@@ -33,7 +33,11 @@ impl Alarm {
 /// What happened, and what to do.
 impl fmt::Display for Alarm {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let what = if *self == Self::Unplannable { "the settings do not allow it" } else { "axis" };
+        let what = if *self == Self::Unplannable {
+            "the move cannot be planned - a message with the alarm says why"
+        } else {
+            "axis"
+        };
         self.about(what).fmt(f)
     }
 }

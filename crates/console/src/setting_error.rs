@@ -29,6 +29,8 @@ pub enum SettingError {
     LeastSpeedNotBelowFull { least_rpm: f32, full_rpm: f32 },
     /// `$35` is to be no more than `$36`.
     LeastDutyAboveFull { least_percent: f32, full_percent: f32 },
+    /// The pull-off, `$27`, is to be below the travel of every axis.
+    PullOffNotBelowTravel { axis: usize, pull_off_mm: f32, travel_mm: f32 },
     /// The top speed of an axis is more than the step outputs carry with this pulse.
     RateTooHigh { axis: usize, asked_mm_min: f32, max_mm_min: f32, steps_per_mm: f32, pulse_us: u16 },
     /// An axis would start faster than its top speed.
@@ -47,9 +49,10 @@ impl SettingError {
             Self::TooLow { .. } | Self::TooHigh { .. } | Self::HomingOrder { .. } => Error::BadNumber,
             Self::SoftLimitsNeedHoming => Error::SoftLimitsNeedHoming,
             Self::RateTooHigh { .. } | Self::StartAboveTop { .. } => Error::RateTooHigh,
-            Self::LeastSpeedNotBelowFull { .. } | Self::LeastDutyAboveFull { .. } | Self::LawNeedsStart { .. } => {
-                Error::BadNumber
-            }
+            Self::LeastSpeedNotBelowFull { .. }
+            | Self::LeastDutyAboveFull { .. }
+            | Self::PullOffNotBelowTravel { .. }
+            | Self::LawNeedsStart { .. } => Error::BadNumber,
         }
     }
 }
@@ -96,6 +99,14 @@ impl fmt::Display for SettingError {
             Self::LeastDutyAboveFull { least_percent, full_percent } => {
                 let (least, full) = (plain(least_percent), plain(full_percent));
                 write!(f, "$35={least} is above the duty at $30, $36={full} %: lower $35 or raise $36")
+            }
+            Self::PullOffNotBelowTravel { axis, pull_off_mm, travel_mm } => {
+                let (letter, travel) = (["X", "Y", "Z"][axis], 130 + axis);
+                let (asked, most) = (plain(pull_off_mm), plain(travel_mm));
+                write!(
+                    f,
+                    "$27={asked} is not below the travel of {letter}, ${travel}={most} mm: lower $27 or raise ${travel}"
+                )
             }
             Self::RateTooHigh { axis, asked_mm_min, max_mm_min, steps_per_mm, pulse_us } => {
                 let (rate, scale) = (110 + axis, 100 + axis);

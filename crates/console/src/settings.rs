@@ -48,7 +48,7 @@ pub struct Settings {
     pub homing_seek_mm_min: f32,
     /// `$26`: a switch must be steady for this long.
     pub homing_debounce_ms: u16,
-    /// `$27`: distance from the switch to the zero.
+    /// `$27`: distance from the switch to the zero; below the travel of every axis.
     pub homing_pull_off_mm: f32,
     /// `$30`: the S at which spindle or laser have their full duty, `$36`.
     pub spindle_max_rpm: f32,
@@ -190,8 +190,9 @@ impl Settings {
     ///
     /// # Errors
     /// The first rule broken: soft limits without homing, a homing order that is not one of X, Y and Z each once,
-    /// an S at least duty that is not below that at full duty, a least duty above the full one, a step rate above what
-    /// the step outputs carry, a start speed above the top speed, or none for a speed law that needs one.
+    /// an S at least duty that is not below that at full duty, a least duty above the full one, a pull-off as long as the
+    /// travel, a step rate above what the step outputs carry, a start speed above the top speed, or none for a speed law that
+    /// needs one.
     pub fn check(&self, carries: Carries<'_>) -> Result<(), SettingError> {
         if self.soft_limits && !self.homing {
             return Err(SettingError::SoftLimitsNeedHoming);
@@ -216,6 +217,10 @@ impl Settings {
     }
 
     fn check_axis(&self, axis: usize, carries: Carries<'_>) -> Result<(), SettingError> {
+        let (pull_off_mm, travel_mm) = (self.homing_pull_off_mm, self.travel_mm[axis]);
+        if pull_off_mm >= travel_mm {
+            return Err(SettingError::PullOffNotBelowTravel { axis, pull_off_mm, travel_mm });
+        }
         let asked_mm_min = self.max_rate_mm_min[axis];
         let steps_per_mm = self.steps_per_mm[axis];
         let max_mm_min = carries(self.pulse_us) * 60.0 / steps_per_mm;

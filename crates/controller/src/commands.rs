@@ -1,6 +1,6 @@
 //! One line at a time: interpret, carry out, answer.
 
-use core::fmt::Write;
+use core::fmt::{self, Write};
 use core::future::poll_fn;
 use core::pin::pin;
 
@@ -251,11 +251,17 @@ impl<F: NorFlash> Controller<'_, F> {
     }
 
     fn adopt(&self, settings: Settings, text: &mut Message) -> Result<(), Error> {
+        let before = self.machine.homed();
         self.put_in_force(settings).map_err(|refused| {
             text.tell(refused);
             Error::BadNumber
         })?;
         self.with(|program| program.unsaved.settings = true);
+        let homed = self.machine.homed();
+        let lost = core::array::from_fn(|axis| before[axis] && !homed[axis]);
+        if lost.contains(&true) {
+            text.tell(format_args!("what the position of{} means has changed: home again with $H", Axes(lost)));
+        }
         Ok(())
     }
 
@@ -309,6 +315,16 @@ impl<F: NorFlash> Controller<'_, F> {
     }
 }
 
+/// Some of the axes, by their letters, a space before each.
+struct Axes([bool; AXES]);
+
+impl fmt::Display for Axes {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut named = Axis::ALL.into_iter().filter(|&axis| self.0[axis as usize]);
+        named.try_for_each(|axis| write!(f, " {axis}"))
+    }
+}
+
 /// A refusal in steps, told by the settings to look at: printing floats would cost the chip kilobytes of flash.
 fn words(refused: &ConfigError) -> &'static str {
     match refused {
@@ -319,6 +335,7 @@ fn words(refused: &ConfigError) -> &'static str {
         ConfigError::NotPositive { .. } => {
             "a resolution, travel or homing value is not above 0: see $24-$27, $100-$132"
         }
+        ConfigError::PullOff { .. } => "the homing pull-off is not below the travel of every axis: see $27, $130-$132",
         ConfigError::Negative { .. } => "the junction deviation is below 0: see $11",
         ConfigError::HomingOrder => "the homing order must name each axis once: see $901",
     }

@@ -30,14 +30,14 @@ pub(crate) fn code(alarm: Alarm) -> (Code, &'static str) {
 
 fn why_not(reason: Unplannable) -> &'static str {
     match reason {
-        Unplannable::NoSteps => "it has no steps",
-        Unplannable::Limits { axis: Axis::X } => "X has no speed or acceleration",
-        Unplannable::Limits { axis: Axis::Y } => "Y has no speed or acceleration",
-        Unplannable::Limits { axis: Axis::Z } => "Z has no speed or acceleration",
-        Unplannable::Feed => "the feed is below a step in 1,000 s, or above 10,000,000 steps/s",
-        Unplannable::TooLong => "it would last longer than 1,000,000 s",
-        Unplannable::Standstill => "the speed law ($940) needs a start speed ($910-$912)",
-        Unplannable::Ends => "its speeds do not fit its length",
+        Unplannable::NoSteps => "the move has no steps - correct its target",
+        Unplannable::Limits { axis: Axis::X } => "X has no speed or acceleration - set $110 and $120",
+        Unplannable::Limits { axis: Axis::Y } => "Y has no speed or acceleration - set $111 and $121",
+        Unplannable::Limits { axis: Axis::Z } => "Z has no speed or acceleration - set $112 and $122",
+        Unplannable::Feed => "the feed is below a step in 2,000 s - raise F",
+        Unplannable::TooLong => "the move would last longer than 1,000,000 s - raise F, or make it shorter",
+        Unplannable::Standstill => "the speed law ($940) needs a start speed - set $910-$912",
+        Unplannable::Ends => "the speeds of the move do not fit its length - check $910-$912",
     }
 }
 

@@ -58,7 +58,9 @@ pub struct HomingConfig {
     pub seek_mm_s: f64,
     /// Speed of the latch, mm/s; above 0, slow enough that the motor stops without losing a step.
     pub latch_mm_s: f64,
-    /// From the switch to the axis's zero, mm; above 0.
+    /// From the switch to the axis's zero, mm; above 0, and below the travel of every axis. An axis leaves its switch by so much
+    /// before it has a zero, whichever end it homes to, and what room there is behind the switch is known by the travel alone: a
+    /// pull-off as long as that would end at the far end of the axis, where no travel is left, or beyond.
     pub pull_off_mm: f64,
     /// A switch counts as changed once it has been steady this long.
     pub debounce: Duration,
@@ -99,6 +101,15 @@ pub enum ConfigError {
         /// What was asked.
         asked: f64,
     },
+    /// The homing pull-off is as long as the travel of an axis, or longer, mm.
+    PullOff {
+        /// Which axis.
+        axis: Axis,
+        /// What was asked.
+        asked_mm: f64,
+        /// The travel, which it must be below.
+        travel_mm: f64,
+    },
     /// The homing order does not name every axis once.
     HomingOrder,
 }
@@ -123,6 +134,7 @@ impl Config {
         positive("homing seek, mm/s", self.homing.seek_mm_s)?;
         positive("homing latch, mm/s", self.homing.latch_mm_s)?;
         positive("homing pull-off, mm", self.homing.pull_off_mm)?;
+        Axis::ALL.into_iter().try_for_each(|axis| self.check_pull_off(axis))?;
         if Axis::ALL.iter().any(|axis| !self.homing.order.contains(axis)) {
             return Err(ConfigError::HomingOrder);
         }
@@ -136,6 +148,22 @@ impl Config {
             return Err(ConfigError::Rate { axis, asked, max, pulse_ns: port.pulse_ns(wiring) });
         }
         Ok(())
+    }
+
+    fn check_pull_off(&self, axis: Axis) -> Result<(), ConfigError> {
+        let (asked_mm, travel_mm) = (self.homing.pull_off_mm, self.travel_mm[axis as usize]);
+        if asked_mm < travel_mm { Ok(()) } else { Err(ConfigError::PullOff { axis, asked_mm, travel_mm }) }
+    }
+
+    /// Whether a position of `axis` means the same place as by `other`, with the zero where it was: the same direction, the same
+    /// side of the switch, and as long a step. The travel and the pull-off do not matter: they say how far it goes from that
+    /// zero, and where another homing will find one.
+    pub(crate) fn has_places_of(&self, other: &Self, axis: Axis) -> bool {
+        let i = axis as usize;
+        let direction = |config: &Self| config.wiring[i].direction_inverted;
+        direction(self) == direction(other)
+            && self.homing.towards[i] == other.homing.towards[i]
+            && self.steps_per_mm[i] == other.steps_per_mm[i]
     }
 
     /// The positions an axis may take once homed, steps: zero and its travel away from the switch.
@@ -204,6 +232,10 @@ impl fmt::Display for ConfigError {
             ),
             Self::NotPositive { what, asked } => write!(f, "{what}: {asked} must be above 0"),
             Self::Negative { what, asked } => write!(f, "{what}: {asked} must be 0 or more"),
+            Self::PullOff { axis, asked_mm, travel_mm } => write!(
+                f,
+                "{axis}: a homing pull-off of {asked_mm} mm is not below the travel of {travel_mm} mm: lower it, or raise the travel"
+            ),
             Self::HomingOrder => write!(f, "the homing order must name each axis once"),
         }
     }

@@ -115,18 +115,26 @@ where
             return motion;
         }
         loop {
-            let delay = self.machine.config().idle_delay.filter(|_| self.energised);
-            let idle = async {
-                match delay {
-                    Some(delay) => Timer::after(delay).await,
-                    None => pending().await,
-                }
-            };
-            match select(self.machine.next_motion(), select(idle, self.machine.wait_released())).await {
+            match select(self.machine.next_motion(), self.rested()).await {
                 Either::First(motion) => return motion,
-                Either::Second(_) => self.energise(false),
+                Either::Second(()) => self.energise(false),
             }
         }
+    }
+
+    /// Waits until the motors are to be freed, and may be: the plan of the last run is over, and ENABLE has been held for as long
+    /// as the drivers ask. A step may have risen at this very instant, the last one of a run or of what was stopped.
+    async fn rested(&self) {
+        let now = Instant::now();
+        let delay = self.machine.config().idle_delay.filter(|_| self.energised);
+        let idle = async {
+            match delay {
+                Some(delay) => Timer::at(now + delay).await,
+                None => pending().await,
+            }
+        };
+        select(idle, self.machine.wait_released()).await;
+        Timer::at(self.standstill.max(now) + self.machine.longest_pulse()).await;
     }
 
     async fn carry_out(&mut self, motion: Motion) {
@@ -155,10 +163,17 @@ where
         self.tell_state(state);
     }
 
+    /// Stands still for that long. While it is held its time stands still, too.
     async fn dwell(&mut self, duration: Duration) -> Result<(), Alarm> {
-        let end = self.standstill.max(Instant::now()) + duration;
-        // What stopped it, if anything, is judged with every other motion's end.
-        select(self.machine.wait_stopped(), Timer::at(end)).await;
+        let (mut begin, mut left) = (self.standstill.max(Instant::now()), duration);
+        while select(self.machine.wait_interrupted(), Timer::at(begin + left)).await.is_first() {
+            left -= Instant::now().saturating_duration_since(begin).min(left);
+            if !self.machine.outlast_hold().await {
+                // What stopped it, if anything, is judged with every other motion's end.
+                break;
+            }
+            begin = begin.max(Instant::now());
+        }
         Ok(())
     }
 

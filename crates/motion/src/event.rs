@@ -102,7 +102,7 @@ pub enum Unplannable {
         /// Which.
         axis: Axis,
     },
-    /// The feed is slower than a step in 1,000 s, or faster than can be planned.
+    /// The feed is slower than a step in 2,000 s.
     Feed,
     /// It would last longer than can be planned.
     TooLong,
@@ -242,7 +242,7 @@ impl fmt::Display for Unplannable {
         match self {
             Self::NoSteps => write!(f, "it has no steps"),
             Self::Limits { axis } => write!(f, "the rates or accelerations of {axis} do not work"),
-            Self::Feed => write!(f, "its feed is too slow or too fast"),
+            Self::Feed => write!(f, "its feed is too slow"),
             Self::TooLong => write!(f, "it would last too long"),
             Self::Standstill => write!(f, "the speed law needs a start speed"),
             Self::Ends => write!(f, "its speeds do not fit its length"),

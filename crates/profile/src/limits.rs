@@ -2,8 +2,9 @@
 
 use core::fmt;
 
-/// Slowest top speed that can be planned, steps/s: a step every 1,000 s.
-pub const SPEED_MIN_STEPS_S: f64 = 1e-3;
+/// Slowest top speed, and feed, that can be planned, steps/s: a step every 2,000 s. 1 mm/min at 0.1 steps/mm, along the diagonal
+/// of three axes, is twice as fast.
+pub const SPEED_MIN_STEPS_S: f64 = 5e-4;
 /// Fastest speed that can be planned, steps/s: four times what the fastest known port on an RP2040 carries.
 pub const SPEED_MAX_STEPS_S: f64 = 1e7;
 /// Largest acceleration or deceleration that can be planned, steps/s².

@@ -5,7 +5,7 @@ use core::ops::Range;
 
 use crate::compile::{Course, Lane, NEAREST_STEPS, PhaseBounds, Segments, Stretch};
 use crate::law::{IntervalLaw, SpeedLaw};
-use crate::limits::{LimitError, Limits, SPEED_MAX_STEPS_S, SPEED_MIN_STEPS_S};
+use crate::limits::{LimitError, Limits, SPEED_MIN_STEPS_S};
 use crate::profile::{Profile, ProfileError};
 
 /// A synchronised move of `N` axes: one profile over the longest axis's steps, and a signed step count per axis.
@@ -42,14 +42,12 @@ pub enum PlanError {
         /// What is wrong with them.
         error: LimitError,
     },
-    /// The asked speed along the path is too slow, too fast or not a number, steps/s of the longest axis.
+    /// The asked speed along the path is too slow or not a number, steps/s of the longest axis.
     PathSpeed {
         /// What was asked.
         asked: f64,
         /// The slowest that works.
         min: f64,
-        /// The fastest that works.
-        max: f64,
     },
     /// The profile could not be planned.
     Profile(ProfileError),
@@ -65,7 +63,7 @@ impl<const N: usize> SyncMove<N> {
     /// Plans a move from rest to rest; it starts and ends at the start speed.
     ///
     /// Each axis's limits are scaled onto the longest axis and the tightest hold, so no axis exceeds its own.
-    /// `path_speed_steps_s` lowers the top speed further: the feed rate, in steps/s of the longest axis.
+    /// `path_speed_steps_s` lowers the top speed further: the feed rate, in steps/s of the longest axis, however high.
     ///
     /// # Errors
     /// Names the limit that was crossed; an axis that does not move is not checked.
@@ -264,13 +262,10 @@ pub(crate) fn tightest<const N: usize>(
     shared
 }
 
-/// The speed along the path that was asked for, steps/s of the longest axis, if it can be planned.
+/// The speed along the path that was asked for, steps/s of the longest axis, if it can be planned. None is too fast: it is the
+/// most that is wanted, and the limits hold besides.
 pub(crate) fn path_speed(asked: f64) -> Result<f64, PlanError> {
-    if (SPEED_MIN_STEPS_S..=SPEED_MAX_STEPS_S).contains(&asked) {
-        Ok(asked)
-    } else {
-        Err(PlanError::PathSpeed { asked, min: SPEED_MIN_STEPS_S, max: SPEED_MAX_STEPS_S })
-    }
+    if asked >= SPEED_MIN_STEPS_S { Ok(asked) } else { Err(PlanError::PathSpeed { asked, min: SPEED_MIN_STEPS_S }) }
 }
 
 impl From<ProfileError> for PlanError {
@@ -284,9 +279,7 @@ impl fmt::Display for PlanError {
         match *self {
             Self::NoSteps => write!(f, "no axis moves"),
             Self::Limits { axis, error } => write!(f, "axis {axis}: {error}"),
-            Self::PathSpeed { asked, min, max } => {
-                write!(f, "path speed {asked} steps/s is outside {min} to {max} steps/s")
-            }
+            Self::PathSpeed { asked, min } => write!(f, "path speed {asked} steps/s is below {min} steps/s"),
             Self::Profile(error) => error.fmt(f),
             Self::NoRoom => write!(f, "the chain of moves is full"),
         }

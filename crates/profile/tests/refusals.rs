@@ -66,6 +66,7 @@ fn moves_that_are_no_move() {
     assert_eq!(plan([5, 1], &[GOOD, bad], None), Err(PlanError::Limits { axis: 1, error }));
     assert!(plan([5, 0], &[GOOD, bad], None).is_ok(), "an axis that does not move is not asked");
     assert!(matches!(plan([5, 1], &[GOOD; 2], Some(0.0)), Err(PlanError::PathSpeed { .. })));
+    assert_eq!(plan([5, 1], &[GOOD; 2], Some(1e300)), plan([5, 1], &[GOOD; 2], None), "the most that is wanted");
     let slow = plan([i32::MIN, 0], &[GOOD; 2], Some(0.001));
     assert!(matches!(slow, Err(PlanError::Profile(ProfileError::TooLong { .. }))), "{slow:?}");
 }

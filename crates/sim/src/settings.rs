@@ -148,7 +148,8 @@ fn set(mut settings: Settings, number: u16, value: f32) -> Result<Settings, Sett
             | SettingError::StartAboveTop { .. }
             | SettingError::LawNeedsStart { .. }
             | SettingError::LeastSpeedNotBelowFull { .. }
-            | SettingError::LeastDutyAboveFull { .. },
+            | SettingError::LeastDutyAboveFull { .. }
+            | SettingError::PullOffNotBelowTravel { .. },
         ) => {
             // Another line may still put that right.
             settings.set(number, value);
@@ -168,6 +169,7 @@ fn involved(error: &SettingError) -> Vec<u16> {
         SettingError::LawNeedsStart { axis, .. } => vec![910 + axis as u16, 940],
         SettingError::LeastSpeedNotBelowFull { .. } => vec![30, 31],
         SettingError::LeastDutyAboveFull { .. } => vec![35, 36],
+        SettingError::PullOffNotBelowTravel { axis, .. } => vec![27, 130 + axis as u16],
         _ => vec![],
     }
 }
@@ -257,6 +259,15 @@ mod tests {
             refusal("$100=400\n$110=60000 (fast)\n$120=100\n"),
             "my.txt:2: `$110=60000 (fast)`: $110=60000 is above the 37202 mm/min that the step outputs carry with $0=2 at $100=400 \
              steps/mm: lower one of the three"
+        );
+        assert_eq!(
+            refusal("$27=30\n$130=30\n$131=40\n"),
+            "my.txt:2: `$130=30`: $27=30 is not below the travel of X, $130=30 mm: lower $27 or raise $130"
+        );
+        assert_eq!(
+            read("$27=100\n$130=200\n$132=200\n").unwrap().homing_pull_off_mm,
+            100.0,
+            "another line puts it right"
         );
         assert!(refusal("$22=0\n$20=1").starts_with("my.txt:2: `$20=1`: $20=1 needs a homed machine"));
         assert!(refusal("$100=80\nG0 X1\n").starts_with("my.txt:2: `G0 X1`: this is no setting"));

@@ -120,19 +120,19 @@ fn alarm_10_emergency_stop() {
     assert_eq!(state(&mut sim), "Idle");
 }
 
-/// 1 mm/min along a diagonal of three axes, on 0.1 steps/mm, is less than the 0.001 steps/s that can be planned.
+/// 17 m along the diagonal at 1 mm/min are 12 days and more than can be planned. Nothing has moved, so what is homed stays so.
 #[test]
 fn alarm_21_unplannable() {
-    let mut sim = powered_up(&Config::default());
-    for line in ["$100=0.1", "$101=0.1", "$102=0.1"] {
-        assert_eq!(say(&mut sim, line), ["ok"]);
-    }
-    let heard = say(&mut sim, "G1 X100 Y100 Z100 F1");
-    let words = "this move cannot be planned, as the feed is below a step in 1,000 s, or above 10,000,000 steps/s; \
-                 nothing moved: check its feed, $110-$122 and $910, then $X]";
+    let mut config = Config::default();
+    config.settings.travel_mm = [10_000.0; 3];
+    let mut sim = powered_up(&config);
+    assert_eq!(say(&mut sim, "$H\nG0 X1"), ["ok", "ok"]);
+    let heard = say(&mut sim, "G1 X10000 Y10000 Z10000 F1");
+    let words = "nothing moved: the move would last longer than 1,000,000 s - raise F, or make it shorter, then $X]";
     alarmed(&mut sim, &heard, 21, words);
-    unlock(&mut sim, false);
-    assert_eq!(sim.counted_steps(), [0; 3]);
+    assert_eq!((sim.counted_steps(), sim.machine().homed()), ([50, 0, 0], [true; 3]));
+    unlock(&mut sim, true);
+    assert!(say(&mut sim, "G0 X-1").contains(&"ALARM:2".to_owned()), "soft limits are where they were");
 }
 
 /// The line that leaves the alarm waits already when it is raised.

@@ -112,7 +112,7 @@ fn command_set_build_keeps_a_text() {
     assert_eq!(say(&mut sim, &format!("$I={longest}")), ["ok"]);
     assert_eq!(say(&mut sim, "$I")[0], format!("[VER:1.1h.20190830:{longest}]"));
     refused(&mut sim, &format!("$I={longest}A"), 11);
-    assert_eq!(say(&mut sim, "$I=\n$I").split_off(1), own);
+    assert_eq!(say(&mut sim, "$I=\n$I").split_off(1), *own);
     refused(&mut sim, "$IX", 3);
 }
 

@@ -184,7 +184,7 @@ fn the_door_may_be_opened_at_any_time() {
         sim.replies();
     }
     assert_eq!(sim.counted_steps(), [500, 0, 0]);
-    // In a dwell, whose time runs on.
+    // In a dwell, whose time stands still.
     begin(&mut sim, "G4 P2", Duration::from_millis(100));
     bounce(&mut sim, Wire::Hold, true);
     assert_eq!((state(&mut sim).as_str(), sim.tool()), ("Door:1", OFF));

@@ -6,7 +6,7 @@ use isostep_motion::{Alarm, Axis, Event, Finish, HomingPhase, Motion, Power, Sta
 use isostep_sim::plant::SwitchFault;
 use isostep_sim::{Config, Port, Sim};
 
-use crate::talk::{begin, homed, powered_up, say, status, switched_on};
+use crate::talk::{begin, homed, powered_up, report, say, status, switched_on};
 
 #[test]
 fn a_bare_machine_is_idle_and_moves() {
@@ -78,9 +78,7 @@ fn homing_is_repeatable_to_the_step() {
 fn homing_from_a_pressed_switch_backs_off_first() {
     let mut sim = switched_on(&Config { start_mm: [0.0, 40.0, -1.0], ..Config::default() });
     assert_eq!(sim.replies(), ["Grbl 1.1h ['$' for help]", "[MSG:Check Limits]"]);
-    sim.send(b"?");
-    sim.run_for(Duration::from_millis(1)).unwrap();
-    assert!(sim.replies()[0].contains("|Pn:XZ"), "both are pressed at power-up");
+    assert!(report(&mut sim).contains("|Pn:XZ"), "both are pressed at power-up");
     assert_eq!(say(&mut sim, "$H"), ["ok"]);
     let phases = sim
         .outcome()
@@ -420,6 +418,51 @@ fn motors_rest_when_the_idle_delay_says_so() {
     let rested_ns = off_ns - on_ns - moved_ns;
     assert!((99_999_000..=100_000_000).contains(&rested_ns), "{rested_ns} ns");
     assert!(sim.outcome().violations.is_empty());
+}
+
+/// A step may have risen just then: ENABLE is held as long as its driver asks, and the plan is over, half a step later.
+#[test]
+fn motors_are_freed_no_sooner_than_their_drivers_take_it() {
+    // A move that ends, one that is held, and one that is stopped.
+    for (port, law) in Port::ALL.into_iter().flat_map(|port| [0, 1].map(|law| (port, law))) {
+        for (settings, end) in
+            [("$1=0", ""), ("$1=0", "!"), ("$1=0", "\x18\x18"), ("$1=0", "stop"), ("$1=1", ""), ("$1=255", "sleep")]
+        {
+            let case = format!("{port}, law {law}, {settings}, {end:?}");
+            let mut sim = powered_up(&Config { port, ..Config::default() });
+            assert_eq!(say(&mut sim, &format!("$940={law}\n{settings}\n$910=600")), ["ok"; 3], "{case}");
+            sim.send(b"G0 X1 Y0.5\n");
+            match end {
+                "sleep" => {
+                    // In the very instant in which the move ends.
+                    sim.run_until_state(|state| state == State::Run).unwrap();
+                    sim.run_until_state(|state| state == State::Idle).unwrap();
+                    sim.send(b"$SLP\n");
+                }
+                "stop" => {
+                    sim.run_for(Duration::from_millis(150)).unwrap();
+                    sim.set_switch(Axis::Z, SwitchFault::StuckClosed);
+                }
+                bytes => {
+                    sim.run_for(Duration::from_millis(150)).unwrap();
+                    sim.send(bytes.as_bytes());
+                }
+            }
+            sim.run_until_idle().unwrap();
+            // While it is held they are not freed.
+            sim.send(b"~");
+            sim.run_until_idle().unwrap();
+            let outcome = sim.outcome();
+            assert_eq!(outcome.violations.first().map(ToString::to_string), None, "{case}");
+            let freed = outcome.waves.iter().rfind(|wave| wave.wire == isostep_sim::world::Wire::Enable).unwrap();
+            assert!(freed.high, "{case}: the motors are free in the end");
+            let last = outcome.moves.last().unwrap();
+            if last.finish == Finish::Done {
+                let over_ns = last.start_ns + (last.plan_s * 1e9) as u64;
+                assert!(freed.t_ns >= over_ns, "{case}: freed {} ns before the plan is over", over_ns - freed.t_ns);
+            }
+        }
+    }
 }
 
 /// Paper 004 on its own machine: 20,000 steps of Y in thirds of 4.5 s, where the paper measured 4.5 / 4.725 / 6.8 s and

@@ -34,6 +34,7 @@ fn every_row_names_a_test_that_exists() {
     for heading in [
         "Real-time bytes",
         "`$` commands",
+        "Feeds, dwells and places",
         "Spindle, laser and coolant",
         "Probing",
         "Buttons and the safety door",

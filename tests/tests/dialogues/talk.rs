@@ -3,6 +3,8 @@
 use embassy_time::Duration;
 use isostep_sim::{Config, Sim};
 
+use crate::heard::Heard;
+
 /// A machine 50 ms after power-up; what it said so far is still to be heard.
 pub fn switched_on(config: &Config) -> Sim {
     let mut sim = Sim::new(config);
@@ -25,66 +27,75 @@ pub fn homed() -> Sim {
 }
 
 /// Sends a line and returns what was heard until nothing moves.
-pub fn say(sim: &mut Sim, line: &str) -> Vec<String> {
+#[track_caller]
+pub fn say(sim: &mut Sim, line: &str) -> Heard {
     sim.send(line.as_bytes());
     sim.send(b"\n");
-    sim.run_until_idle().unwrap();
-    sim.replies()
+    sim.run_until_idle().unwrap_or_else(|error| panic!("`{line}` came to no rest: {error}"));
+    Heard::new(line.as_bytes(), sim.replies())
 }
 
 /// Sends a line and returns what was heard a little later.
-pub fn begin(sim: &mut Sim, line: &str, wait: Duration) -> Vec<String> {
+pub fn begin(sim: &mut Sim, line: &str, wait: Duration) -> Heard {
     sim.send(line.as_bytes());
     sim.send(b"\n");
     sim.run_for(wait).unwrap();
-    sim.replies()
+    Heard::new(line.as_bytes(), sim.replies())
 }
 
 /// The first part of a status report: state and position.
+#[track_caller]
 pub fn status(sim: &mut Sim) -> String {
-    sim.send(b"?");
-    sim.run_for(Duration::from_millis(1)).unwrap();
-    let reply = sim.replies().pop().expect("a status report");
-    reply.split('|').take(2).collect::<Vec<_>>().join("|")
+    let heard = bytes(sim, b"?");
+    heard.last_line().split('|').take(2).collect::<Vec<_>>().join("|")
 }
 
 /// Sends bytes and returns what was heard a millisecond later.
-pub fn bytes(sim: &mut Sim, bytes: &[u8]) -> Vec<String> {
+pub fn bytes(sim: &mut Sim, bytes: &[u8]) -> Heard {
     sim.send(bytes);
     sim.run_for(Duration::from_millis(1)).unwrap();
-    sim.replies()
+    Heard::new(bytes, sim.replies())
 }
 
 /// The next status report, whole.
+#[track_caller]
 pub fn report(sim: &mut Sim) -> String {
-    let replies = bytes(sim, b"?");
-    replies.into_iter().find(|line| line.starts_with('<')).expect("a status report")
+    let heard = bytes(sim, b"?");
+    let report = heard.iter().find(|line| line.starts_with('<'));
+    report.unwrap_or_else(|| panic!("{heard:?}, where a status report was expected")).clone()
 }
 
 /// What the machine calls its state.
+#[track_caller]
 pub fn state(sim: &mut Sim) -> String {
     let report = report(sim);
     report[1..].split('|').next().unwrap().to_owned()
 }
 
 /// The value of a field of the status reports, in the first one that has it.
+#[track_caller]
 pub fn field(sim: &mut Sim, name: &str) -> String {
+    let mut last = String::new();
     for _ in 0..40 {
-        let report = report(sim);
-        let fields = report.trim_end_matches('>').split('|');
+        last = report(sim);
+        let fields = last.trim_end_matches('>').split('|');
         if let Some(value) = fields.filter_map(|field| field.strip_prefix(name)).next() {
             return value.trim_start_matches(':').to_owned();
         }
     }
-    panic!("no report has {name}");
+    panic!("no report has {name}: the last of 40 is {last}");
 }
 
 /// Sends a line that is answered with the error, and with nothing but messages before it.
+#[track_caller]
 pub fn refused(sim: &mut Sim, line: &str, code: u8) {
     let heard = say(sim, line);
-    let (last, before) = heard.split_last().unwrap_or_else(|| panic!("{line}: silence"));
-    assert_eq!(*last, format!("error:{code}"), "{line}: {heard:?}");
-    assert!(before.iter().all(|line| line.starts_with("[MSG:")), "{line}: {heard:?}");
+    assert_eq!(heard.last_line(), format!("error:{code}"), "{heard:?}");
+    let before = &heard[..heard.len() - 1];
+    assert!(
+        before.iter().all(|line| line.starts_with("[MSG:")),
+        "{heard:?}, where messages and an error were expected"
+    );
 }
 
 /// An output of the tool that is on.

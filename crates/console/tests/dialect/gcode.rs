@@ -70,6 +70,31 @@ fn dwell_comes_before_motion_and_the_end_after_it() {
     );
 }
 
+/// A way counts from where it begins: no shift of the zero, and no offset, is in it.
+#[test]
+fn an_incremental_way_is_as_long_under_every_offset() {
+    check(
+        "G0 X5 Y6 Z7\nG92 X100 Y-20 Z0\nG91 G0 X1 Y1 Z1\nG10 L2 P1 X3 Y4\nX1 Y1 Z1\nG55\nX1\nG43.1 Z2\nZ1\nG92.1\nX1 Y1 Z1\n$J=G91 X1 F100\nG90 X0\n$J=G91 X1 F100\nG91 G28 X1",
+        expect![[r#"
+            G0 X5 Y6 Z7 -> (rapid [5.0, 6.0, 7.0]) ok
+            G92 X100 Y-20 Z0 -> ok
+            G91 G0 X1 Y1 Z1 -> (rapid [6.0, 7.0, 8.0]) ok
+            G10 L2 P1 X3 Y4 -> ok
+            X1 Y1 Z1 -> (rapid [7.0, 8.0, 9.0]) ok
+            G55 -> ok
+            X1 -> (rapid [8.0, 8.0, 9.0]) ok
+            G43.1 Z2 -> ok
+            Z1 -> (rapid [8.0, 8.0, 10.0]) ok
+            G92.1 -> ok
+            X1 Y1 Z1 -> (rapid [9.0, 9.0, 11.0]) ok
+            $J=G91 X1 F100 -> (jog 100 [10.0, 9.0, 11.0]) ok
+            G90 X0 -> (rapid [0.0, 9.0, 11.0]) ok
+            $J=G91 X1 F100 -> (jog 100 [1.0, 9.0, 11.0]) ok
+            G91 G28 X1 -> (via [2.0, 9.0, 11.0]) (rapid [0.0, 9.0, 11.0]) ok
+        "#]],
+    );
+}
+
 #[test]
 fn the_end_of_a_program_puts_back_modes_but_not_units_and_feed() {
     check(

@@ -218,6 +218,26 @@ fn a_refused_setting_names_value_limit_and_remedy() {
     );
 }
 
+/// Whichever of the two is changed.
+#[test]
+fn a_pull_off_is_below_the_travel_of_every_axis() {
+    check(
+        State::Idle,
+        "$27=100\n$27=99.5\n$132=99.5\n$131=50\n$132=99.6\n$132=1\n$27=0.5\n$132=1\n$27=1",
+        expect![[r#"
+            $27=100 -> [MSG:$27=100 is not below the travel of Z, $132=100 mm: lower $27 or raise $132] error:2
+            $27=99.5 -> ok
+            $132=99.5 -> [MSG:$27=99.500 is not below the travel of Z, $132=99.500 mm: lower $27 or raise $132] error:2
+            $131=50 -> [MSG:$27=99.500 is not below the travel of Y, $131=50 mm: lower $27 or raise $131] error:2
+            $132=99.6 -> ok
+            $132=1 -> [MSG:$27=99.500 is not below the travel of Z, $132=1 mm: lower $27 or raise $132] error:2
+            $27=0.5 -> ok
+            $132=1 -> ok
+            $27=1 -> [MSG:$27=1 is not below the travel of Z, $132=1 mm: lower $27 or raise $132] error:2
+        "#]],
+    );
+}
+
 #[test]
 fn least_speed_and_duty_are_not_above_full() {
     check(

@@ -96,6 +96,13 @@ impl Machine {
         self.asked.wait().await;
     }
 
+    /// Waits until what is under way is held, or is to be forgotten.
+    pub(crate) async fn wait_interrupted(&self) {
+        while !self.with(|inner| inner.is_to_brake() || inner.cause.is_some()) {
+            select(self.asked.wait(), self.stopped.wait()).await;
+        }
+    }
+
     /// A run begins, or has ended: so whether a hold finds the machine still is known whenever it comes.
     pub(crate) fn set_moving(&self, moving: bool) {
         self.transition(|inner, state| {

@@ -210,10 +210,6 @@ impl Machine {
         true
     }
 
-    pub(crate) async fn wait_stopped(&self) {
-        self.stopped.wait().await;
-    }
-
     pub(crate) fn forget_stopped(&self) {
         self.stopped.reset();
     }

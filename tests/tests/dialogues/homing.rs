@@ -1,0 +1,176 @@
+//! Homing towards either end of an axis, what a place means after it, and what makes it mean nothing any more.
+
+use isostep_motion::{AXES, Axis, ConfigError};
+use isostep_sim::{Config, Flash, Sim};
+
+use crate::talk::{powered_up, refused, say, status};
+
+/// A machine whose axes of this mask have their switches at the negative end, homed.
+fn homed_towards(negative: u16) -> Sim {
+    let mut config = Config::default();
+    config.settings.homing_direction_mask = negative;
+    let mut sim = powered_up(&config);
+    assert_eq!(say(&mut sim, "$H"), ["ok"], "$23={negative}");
+    sim
+}
+
+/// The way away from its switch that an axis has, mm: positive if the switch is at the negative end.
+fn travel_mm(negative: u16, axis: usize) -> f64 {
+    let travel_mm = f64::from(Config::default().settings.travel_mm[axis]);
+    if negative & (1 << axis) == 0 { -travel_mm } else { travel_mm }
+}
+
+/// Whichever end each axis homes to.
+#[test]
+fn zero_is_the_pull_off_from_the_switch_at_either_end() {
+    for negative in 0..8 {
+        let sim = homed_towards(negative);
+        let now = sim.machine().status();
+        assert_eq!((now.position_steps, now.homed), ([0; AXES], [true; AXES]), "$23={negative}");
+        // 2 mm, less what a switch is debounced for.
+        let places = sim.places_steps();
+        assert!(places.iter().all(|place| (99..=100).contains(place)), "$23={negative}: {places:?} from the switches");
+    }
+}
+
+#[test]
+fn the_travel_is_away_from_the_switch_at_either_end() {
+    for negative in 0..8 {
+        let mut sim = homed_towards(negative);
+        let from = sim.places_steps();
+        let far: [f64; AXES] = std::array::from_fn(|axis| travel_mm(negative, axis));
+        let [x, y, z] = far;
+        assert_eq!(say(&mut sim, &format!("G0 X{x} Y{y} Z{z}")), ["ok"], "$23={negative}");
+        assert_eq!(status(&mut sim), format!("<Idle|MPos:{x:.3},{y:.3},{z:.3}"));
+        let went: [i32; AXES] = std::array::from_fn(|axis| sim.places_steps()[axis] - from[axis]);
+        assert_eq!(went, far.map(|mm| (mm.abs() * 50.0) as i32), "$23={negative}: away from the switches");
+        for axis in Axis::ALL {
+            let mm = far[axis as usize];
+            let (low, high) = (mm.min(0.0), mm.max(0.0));
+            // A step beyond either end.
+            for beyond in [low - 0.02, high + 0.02] {
+                let heard = say(&mut sim, &format!("G0 {axis}{beyond:.2}"));
+                let words = format!(
+                    "[MSG:{axis}{beyond:.3} is outside the travel, {low:.3} to {high:.3} mm: correct the program, then $X]"
+                );
+                assert!(heard.contains(&words), "$23={negative}: no `{words}` in {heard:?}");
+                say(&mut sim, "$X");
+            }
+        }
+        assert_eq!(say(&mut sim, "G0 X0 Y0 Z0"), ["ok"], "$23={negative}");
+        let outcome = sim.outcome();
+        assert_eq!((outcome.places_steps, outcome.drift_steps), (from, [0; AXES]), "$23={negative}");
+    }
+}
+
+/// The carriage would be at its far end before it had a zero.
+#[test]
+fn a_pull_off_as_long_as_the_travel_is_refused() {
+    let mut sim = powered_up(&Config::default());
+    assert_eq!(say(&mut sim, "$130=30"), ["ok"]);
+    for pull_off in ["30", "100"] {
+        let words = format!("[MSG:$27={pull_off} is not below the travel of X, $130=30 mm: lower $27 or raise $130]");
+        assert_eq!(say(&mut sim, &format!("$27={pull_off}")), [words.as_str(), "error:2"]);
+    }
+    assert_eq!(say(&mut sim, "$27=29.9"), ["ok"]);
+    for (axis, travel) in [(1, "29.9"), (2, "5")] {
+        let setting = 130 + axis;
+        let words = format!(
+            "[MSG:$27=29.900 is not below the travel of {}, ${setting}={} mm: lower $27 or raise ${setting}]",
+            Axis::ALL[axis],
+            if travel == "5" { "5" } else { "29.900" }
+        );
+        assert_eq!(say(&mut sim, &format!("${setting}={travel}")), [words.as_str(), "error:2"]);
+    }
+    // What was refused has changed nothing.
+    assert_eq!(say(&mut sim, "$H"), ["ok"]);
+    let outcome = sim.outcome();
+    assert!(outcome.losses.is_empty(), "{:?}", outcome.losses);
+}
+
+/// The settings of another build, whose defaults are other ones.
+#[test]
+fn a_stored_pull_off_beyond_the_travel_is_not_put_in_force() {
+    let flash = Flash::blank();
+    let mut sim = Sim::with_flash(&Config::default(), flash.clone());
+    assert_eq!(say(&mut sim, "$27=50").last().map(String::as_str), Some("ok"));
+    let mut small = Config::default();
+    small.settings.travel_mm[1] = 45.0;
+    let mut sim = Sim::with_flash(&small, flash);
+    sim.run_until_idle().unwrap();
+    let heard = sim.replies();
+    let words =
+        "[MSG:stored settings refused, $27=50 is not below the travel of Y, $131=45 mm: lower $27 or raise $131";
+    assert!(heard.iter().any(|line| line.starts_with(words)), "no `{words}` in {heard:?}");
+    assert!(say(&mut sim, "$$").contains(&"$27=2.000".to_owned()), "the defaults are in force");
+}
+
+/// Whoever has no console is refused as well.
+#[test]
+fn a_configuration_with_a_pull_off_beyond_the_travel_is_refused() {
+    let mut config = isostep_controller::config(&Config::default().settings);
+    assert_eq!(config.check([None; AXES]), Ok(()));
+    config.homing.pull_off_mm = 100.0;
+    let refused = config.check([None; AXES]);
+    assert_eq!(refused, Err(ConfigError::PullOff { axis: Axis::Z, asked_mm: 100.0, travel_mm: 100.0 }));
+    let words = "Z: a homing pull-off of 100 mm is not below the travel of 100 mm: lower it, or raise the travel";
+    assert_eq!(refused.unwrap_err().to_string(), words);
+}
+
+/// What each change leaves of `$H`, and the axes whose places it is said of.
+#[test]
+fn a_setting_that_changes_what_a_place_means_takes_the_zero_away() {
+    let cases = [
+        // DIR the other way round: what was ahead is behind.
+        ("$3=2", [true, false, true], "Y"),
+        ("$3=5", [false, true, false], "X Z"),
+        // The switch at the other end, and the travel on the other side of zero.
+        ("$23=3", [true, true, false], "Z"),
+        // Another length of a step: the count is as it was, and so another place.
+        ("$100=80", [false, true, true], "X"),
+        ("$102=49.9", [true, true, false], "Z"),
+        ("$RST=$", [true; AXES], ""),
+        // The zero is where it was: how far an axis goes from it, how it was found and how it will be found is another matter.
+        ("$130=300", [true; AXES], ""),
+        ("$27=3", [true; AXES], ""),
+        ("$901=123", [true; AXES], ""),
+        ("$5=1", [true; AXES], ""),
+        ("$110=2000", [true; AXES], ""),
+        // As it is already.
+        ("$3=0", [true; AXES], ""),
+        ("$100=50", [true; AXES], ""),
+    ];
+    for (line, homed, axes) in cases {
+        let mut sim = homed_towards(7);
+        assert_eq!(say(&mut sim, "G0 X10 Y10 Z10"), ["ok"]);
+        let heard = say(&mut sim, line);
+        assert_eq!(sim.machine().homed(), homed, "{line}: {heard:?}");
+        let words = format!("[MSG:what the position of {axes} means has changed: home again with $H]");
+        assert_eq!(heard.contains(&words), !axes.is_empty(), "{line}: {heard:?}");
+        assert!(heard.contains(&"ok".to_owned()), "{line}: {heard:?}");
+    }
+}
+
+/// Back to the defaults from settings by which the machine was homed.
+#[test]
+fn restored_settings_take_the_zero_of_what_they_change_away() {
+    let mut config = Config::default();
+    config.settings.steps_per_mm[0] = 80.0;
+    let mut sim = powered_up(&config);
+    assert_eq!(say(&mut sim, "$H"), ["ok"]);
+    let heard = say(&mut sim, "$RST=$");
+    assert_eq!(sim.machine().homed(), [false, true, true], "{heard:?}");
+}
+
+/// The soft limits are where they are said to be: not on the wrong side of the zero of before.
+#[test]
+fn soft_limits_are_off_until_it_is_homed_anew() {
+    let mut sim = homed_towards(7);
+    assert_eq!(say(&mut sim, "$3=1").last().map(String::as_str), Some("ok"));
+    assert_eq!(say(&mut sim, "G0 X-5"), ["ok"]);
+    assert_eq!(say(&mut sim, "$3=0").last().map(String::as_str), Some("ok"));
+    assert_eq!(say(&mut sim, "$H"), ["ok"]);
+    assert!(say(&mut sim, "G0 X-5").contains(&"ALARM:2".to_owned()));
+    say(&mut sim, "$X");
+    refused(&mut sim, "$J=X-5 F100", 15);
+}

@@ -1,0 +1,187 @@
+//! Stops at any instant, and what they leave.
+
+use embassy_futures::block_on;
+use embassy_time::Duration;
+use isostep_motion::{AXES, Alarm, Axis, Motion, Power, ProbeMove, State};
+use isostep_sim::plant::SwitchFault;
+use isostep_sim::{Config, Port, Sim};
+
+use crate::talk::{begin, bytes, field, homed, powered_up, say};
+
+/// Presses the emergency stop, looks whether anything moves in spite of it, and unlocks.
+fn stop(sim: &mut Sim, case: &str) {
+    let before = sim.steps();
+    sim.set_emergency_stop(true);
+    sim.run_for(Duration::from_millis(100)).unwrap();
+    assert_eq!(sim.machine().state(), State::Alarm(Alarm::EmergencyStop), "{case}");
+    let heard = sim.replies();
+    assert!(heard.contains(&"ALARM:10".to_owned()), "{case}: {heard:?}");
+    assert_eq!(sim.steps(), before, "{case}: a step after the stop");
+    sim.set_emergency_stop(false);
+    sim.run_until_idle().unwrap();
+    assert_eq!(say(sim, "$X"), ["[MSG:Caution: Unlocked]", "ok"], "{case}");
+    assert_eq!((sim.steps(), sim.machine().state()), (before, State::Idle), "{case}: the move is forgotten");
+}
+
+/// From the last byte of a line to the first step of its move, at every microsecond of the trapezoid's; and before the byte.
+#[test]
+fn an_emergency_stop_between_a_line_and_its_first_step_lets_nothing_move() {
+    for (port, law) in Port::ALL.into_iter().flat_map(|port| [0, 1].map(|law| (port, law))) {
+        let mut config = Config { port, keep_record: false, ..Config::default() };
+        config.settings.speed_law = law;
+        let mut sim = powered_up(&config);
+        let mut begun = 0;
+        for at_us in (0..).step_by(1 + 12 * usize::from(law)) {
+            let (case, steps) = (format!("{port}, law {law}, {at_us} us"), sim.steps());
+            sim.send(b"G91 G0 X5 Y-3 Z1\n");
+            sim.run_for(Duration::from_micros(at_us)).unwrap();
+            if sim.steps() != steps {
+                begun = at_us;
+                sim.run_until_idle().unwrap();
+                break;
+            }
+            stop(&mut sim, &case);
+        }
+        assert!(begun > 100, "{port}, law {law}: the first step came after {begun} us");
+        sim.replies();
+        // Pressed before the line comes, it is an alarm at rest, and the line is refused.
+        let steps = sim.steps();
+        sim.set_emergency_stop(true);
+        sim.send(b"G91 G0 X5\n");
+        sim.run_for(Duration::from_millis(100)).unwrap();
+        assert_eq!((sim.steps(), sim.machine().state()), (steps, State::Alarm(Alarm::EmergencyStop)));
+    }
+}
+
+/// An interrupt hears the stop before the coordinator has looked at what was asked for; or it comes while that waits for a spindle to
+/// get its speed.
+#[test]
+fn an_emergency_stop_behind_a_motion_that_has_not_begun_lets_nothing_move() {
+    let (target_steps, feed_mm_s) = ([500, 0, 0], 10.0);
+    let motions = [
+        Motion::Move { target_steps, feed_mm_s: None, exact_stop: false, line: 0, power: Power::Off },
+        Motion::Jog { target_steps, feed_mm_s },
+        Motion::Probe(ProbeMove { target_steps, feed_mm_s, away: false, must: false, line: 0 }),
+        Motion::Home { axes: [true; AXES] },
+    ];
+    for (motion, port) in motions.into_iter().flat_map(|motion| Port::ALL.map(|port| (motion, port))) {
+        let mut sim = powered_up(&Config { port, keep_record: false, ..Config::default() });
+        block_on(sim.machine().submit(motion)).unwrap();
+        sim.machine().emergency_stop_edge(true);
+        sim.run_for(Duration::from_millis(500)).unwrap();
+        assert_eq!(sim.machine().state(), State::Alarm(Alarm::EmergencyStop), "{motion:?}, {port}");
+        assert_eq!(sim.steps(), [0; AXES], "{motion:?}, {port}");
+    }
+    let mut config = Config::default();
+    config.settings.spin_up_s = 1.0;
+    let mut sim = powered_up(&config);
+    assert_eq!(begin(&mut sim, "M3 S1000\nG0 X5", Duration::from_millis(500)), ["ok", "ok"]);
+    sim.set_emergency_stop(true);
+    sim.run_for(Duration::from_secs(2)).unwrap();
+    assert_eq!((sim.machine().state(), sim.steps()), (State::Alarm(Alarm::EmergencyStop), [0; AXES]));
+}
+
+/// The run of a move that comes late gets ready while the plan of the one before it ends, and waits for that.
+#[test]
+fn an_emergency_stop_while_a_run_waits_for_the_one_before_lets_it_not_begin() {
+    for port in Port::ALL {
+        let mut waited = 0;
+        for at_us in (0..4_000).step_by(97) {
+            let mut sim = powered_up(&Config { port, keep_record: false, ..Config::default() });
+            begin(&mut sim, "G91 G1 X1 F600", Duration::from_millis(10));
+            // Its last step, half a step before the end of its plan.
+            while sim.counted_steps()[0] < 50 {
+                sim.run_for(Duration::from_micros(5)).unwrap();
+            }
+            sim.send(b"G0 X1\n");
+            sim.run_for(Duration::from_micros(at_us)).unwrap();
+            if sim.counted_steps()[0] == 50 {
+                stop(&mut sim, &format!("{port}, {at_us} us"));
+                waited += 1;
+            }
+        }
+        assert!(waited > 10, "{port}: {waited} stops before the first step");
+    }
+}
+
+#[test]
+fn the_speed_told_in_an_alarm_is_none() {
+    for stop in ["switch", "emergency stop", "resets"] {
+        let mut sim = homed();
+        begin(&mut sim, "G1 X100 F1200", Duration::from_secs(1));
+        assert_eq!(field(&mut sim, "FS"), "1200,0");
+        match stop {
+            "switch" => sim.set_switch(Axis::Y, SwitchFault::StuckClosed),
+            "resets" => sim.send(b"\x18\x18"),
+            _ => sim.set_emergency_stop(true),
+        }
+        sim.run_for(Duration::from_millis(1)).unwrap();
+        for wait_ms in [0, 1, 50, 5_000] {
+            sim.run_for(Duration::from_millis(wait_ms)).unwrap();
+            assert!(matches!(sim.machine().state(), State::Alarm(_)), "{stop}");
+            assert_eq!(field(&mut sim, "FS"), "0,0", "{stop}, {wait_ms} ms later");
+        }
+    }
+}
+
+/// Only the one under way has begun; those that are planned ahead, and those that wait behind them, never do.
+#[test]
+fn a_jog_cancel_forgets_every_jog_that_waits() {
+    // As many as are planned ahead, and more.
+    for waiting in [0, 1, 4, 75] {
+        let mut sim = homed();
+        assert_eq!(begin(&mut sim, "$J=X100 F1200", Duration::from_millis(500)), ["ok"]);
+        for jog in 0..waiting {
+            let line = format!("$J=X{} Y{} F1200", 110 + jog % 2, 5 + jog % 3);
+            assert_eq!(begin(&mut sim, &line, Duration::from_millis(1)), ["ok"], "jog {jog} of {waiting}");
+        }
+        assert_eq!(bytes(&mut sim, b"\x85"), [""; 0], "{waiting} wait");
+        sim.run_until_idle().unwrap();
+        assert_eq!((sim.replies(), sim.machine().state()), (vec![], State::Idle), "{waiting} wait");
+        let [x, y, z] = sim.counted_steps();
+        assert!((1..5_000).contains(&x) && (y, z) == (0, 0), "{waiting} wait: {x}, {y}, {z}");
+        let outcome = sim.outcome();
+        let begun = outcome.moves.iter().filter(|record| !record.homing).count();
+        assert_eq!((begun, outcome.position_steps), (1, [x, 0, 0]), "{waiting} wait");
+        assert_eq!(sim.machine().status().queue_free, isostep_motion::MOVES_AHEAD, "{waiting} wait");
+        // What follows counts from there.
+        assert_eq!(say(&mut sim, "G91 G0 X1 Y2"), ["ok"]);
+        assert_eq!(sim.counted_steps(), [x + 50, 100, 0], "{waiting} wait");
+    }
+}
+
+/// From twice the feed to a tenth of it, and back to the feed before that has come about: it is never slower than the feed.
+#[test]
+fn an_override_asked_for_while_another_one_brakes_counts_at_once() {
+    let mut sim = powered_up(&Config::default());
+    begin(&mut sim, "G1 X300 F600", Duration::from_secs(1));
+    bytes(&mut sim, &[0x91; 10]);
+    sim.run_for(Duration::from_secs(1)).unwrap();
+    assert_eq!(field(&mut sim, "FS"), "1200,0");
+    // By 50 mm/s2 it takes 0.18 s to 660 mm/min, and 0.38 s to a tenth.
+    bytes(&mut sim, &[0x92; 19]);
+    sim.run_for(Duration::from_millis(120)).unwrap();
+    let braking = speed(&mut sim);
+    assert!((660.0..1_150.0).contains(&braking), "it brakes: {braking}");
+    bytes(&mut sim, &[0x90]);
+    let told: Vec<_> = (0..100)
+        .map(|_| {
+            sim.run_for(Duration::from_millis(5)).unwrap();
+            speed(&mut sim)
+        })
+        .collect();
+    assert!(told.iter().all(|&speed| speed >= 600.0), "{told:?}");
+    assert_eq!(told.last(), Some(&600.0), "{told:?}");
+    let outcome = {
+        sim.run_until_idle().unwrap();
+        sim.outcome()
+    };
+    assert_eq!((outcome.counted_steps, outcome.position_steps), ([15_000, 0, 0], [15_000, 0, 0]));
+    assert_eq!(outcome.drift_steps, [0; AXES]);
+}
+
+/// The speed that a status report tells, mm/min.
+fn speed(sim: &mut Sim) -> f64 {
+    let told = field(sim, "FS");
+    told.split(',').next().and_then(|speed| speed.parse().ok()).unwrap_or_else(|| panic!("FS:{told}"))
+}
