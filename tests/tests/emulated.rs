@@ -5,10 +5,14 @@
 
 #[path = "emulated/boot.rs"]
 mod boot;
+#[path = "emulated/contract.rs"]
+mod contract;
 #[path = "emulated/flowing.rs"]
 mod flowing;
 #[path = "emulated/linked.rs"]
 mod linked;
+#[path = "emulated/sweep.rs"]
+mod sweep;
 #[path = "emulated/tool.rs"]
 mod tool;
 

@@ -117,14 +117,14 @@ impl Machine {
         self.with(|inner| inner.cause)
     }
 
-    /// The first axis that `steps` would take further onto its switch, which is pressed already: no edge would tell of that.
+    /// The first axis that `steps` would take further onto its switch, which has closed already: no edge would tell of that.
     pub(crate) fn onto_switch(&self, steps: [i32; AXES]) -> Option<Axis> {
         let Config { hard_limits, homing, .. } = self.config();
         let is_towards = |axis: Axis| {
             let steps = steps[axis as usize];
             steps != 0 && Direction::of(steps) == homing.towards[axis as usize]
         };
-        Axis::ALL.into_iter().find(|&axis| hard_limits && self.switch(axis).is_pressed() && is_towards(axis))
+        Axis::ALL.into_iter().find(|&axis| hard_limits && self.switch(axis).may_be_pressed() && is_towards(axis))
     }
 
     pub(crate) fn set_emergency(&self, pressed: bool) {
