@@ -203,13 +203,13 @@ pub const CASES: [Case; 29] = [
     },
     Case::restart(
         "hard fault",
-        "UNDER_WAY\ncrash\nwait-ms 1\nmotors off\nwait-reset\nexpect [MSG:Restarted after a hard fault\nexpect Grbl\n",
+        "UNDER_WAY\ncrash\nstop-within 20\nwait-ms 1\nmotors off\nwait-reset\ncheck-stopped\nexpect [MSG:Restarted after a hard fault\nexpect Grbl\n",
     ),
     Case::restart(
         "panic",
-        "UNDER_WAY\npanic PANIC\nwait-ms 1\nmotors off\nwait-reset\nexpect [MSG:Restarted after a panic\nexpect Grbl\n",
+        "UNDER_WAY\npanic PANIC\nstop-within 20\nwait-ms 1\nmotors off\nwait-reset\ncheck-stopped\nexpect [MSG:Restarted after a panic\nexpect Grbl\n",
     ),
-    Case::restart("watchdog", "UNDER_WAY\nhang\nwait-reset\nexpect [MSG:Restarted by the watchdog\nexpect Grbl\n"),
+    Case::restart("watchdog", "UNDER_WAY\nhang\nstop-within 100000\nwait-reset\ncheck-stopped\nexpect [MSG:Restarted by the watchdog\nexpect Grbl\n"),
     Case::restart("power cut", "UNDER_WAY\npower-cycle\nexpect Grbl\n"),
 ];
 
@@ -235,6 +235,45 @@ impl Case {
         script += "send $J=G90G53X-1F60\n";
         script += if trusted { "expect error:15\n" } else { "expect ok\nbytes 85\nwait-idle\nsend $HX\nexpect ok\n" };
         script + "send M5M9\nexpect ok\n"
+    }
+}
+
+impl Case {
+    /// Its row in the table of `docs/position.md`.
+    #[must_use]
+    pub fn row(&self) -> String {
+        let Self { name, count, trusted, happens, outputs, motors, on, .. } = *self;
+        let count = match count {
+            Count::Exact => "exact",
+            Count::Zero => "begins at 0",
+        };
+        let trusted = if trusted { "trusted" } else { "not trusted" };
+        let alarm = happens.split_once("ALARM:").and_then(|(_, rest)| rest.lines().next());
+        let state = alarm.map_or(format!("`{}`", self.state), |number| format!("`ALARM:{number}`"));
+        let cleared = self.clearing();
+        let outputs = match outputs {
+            Outputs::Stay => "as they were",
+            Outputs::Paused => "off, on again with `~`",
+            Outputs::Off => "off",
+        };
+        let motors = if motors { "on" } else { "free" };
+        let on = match on {
+            On::Every => "simulator, board",
+            On::Board => "board",
+            On::BoardBy(Port::Pio) => "board, `PioPort`",
+            On::BoardBy(Port::Timer) => "board, `TimerPort`",
+        };
+        format!("| {name} | {count} | {trusted} | {state} | {cleared} | {outputs} | {motors} | {on} |")
+    }
+
+    /// What clears it, in words.
+    fn clearing(&self) -> &'static str {
+        match self.cleared {
+            _ if self.happens.contains("RELEASE_ESTOP") => "let go, `$X`",
+            _ if self.cleared.contains("UNLOCK") => "`$X`",
+            _ if self.cleared.contains("bytes 7e") => "`~`",
+            _ => "",
+        }
     }
 }
 

@@ -17,8 +17,10 @@ const SEED: u64 = 21;
 const EVERY_US: &str = "ISOSTEP_SWEEP_EVERY_US";
 /// From the last byte of a line to well behind the first step of its move, which is some 5 ms later.
 const LINE_US: u32 = 6_500;
-/// From a byte that changes what moves to where that has come about.
+/// From a byte that changes what moves to where that has come about; and of that, where every microsecond is asked for, what
+/// the firmware does first.
 const CHANGE_US: u32 = 80_000;
+const CHANGE_BEGINS_US: u32 = 2_000;
 
 /// What stops the machine, the latest that a step may follow in microseconds, and how it goes on. Nothing moves any more,
 /// unlocked or not.
@@ -67,13 +69,14 @@ fn settings(top_mm_min: u32) -> String {
     script
 }
 
-/// The instants that are tried, us: all whole ones, or so many at random, to a hundredth.
-fn instants(until_us: u32, count: u32) -> Vec<f64> {
+/// The instants that are tried, us: so many at random, or, if asked for, all whole ones below `every_us`.
+fn instants(until_us: u32, count: u32, every_us: u32) -> Vec<f64> {
     if env::var_os(EVERY_US).is_some() {
-        return (0..until_us).map(f64::from).collect();
+        return (1..=every_us).map(f64::from).collect();
     }
     let mut random = Rand32::new(SEED);
-    (0..count).map(|_| f64::from(random.rand_range(0..100 * until_us)) / 100.0).collect()
+    // To a hundredth, and not at once: a wait of nothing is none.
+    (0..count).map(|_| f64::from(random.rand_range(1..100 * until_us)) / 100.0).collect()
 }
 
 /// The longest that a step may follow a stop, us. The timer port's task hears USB only between steps.
@@ -86,7 +89,7 @@ fn within_us(port: Port, stop: &Stop) -> u32 {
 
 /// Carries out a script of that many stops.
 fn held(port: Port, name: &str, stops: usize, script: &str) {
-    let run = Board::stepped_by(port, name).with(&["--start", "900,900,900"]).script(script);
+    let run = Board::stepped_by(port, name).with(&["--start", "3000,3000,3000"]).script(script);
     let found = run.printed.lines().find(|line| line.starts_with("FAILED")).unwrap_or_default();
     assert!(run.ok, "{found}: target/emulated/{name}/script.txt, SEED={SEED}, has what was done before");
     println!("{name}: stopped at {stops} instants, no step and no alarm lost");
@@ -95,10 +98,10 @@ fn held(port: Port, name: &str, stops: usize, script: &str) {
 /// Stops while a line becomes a move onto the switches: wherever it has got, nothing goes further.
 fn while_a_line_becomes_a_move(port: Port, count: u32) {
     for stop in &STOPS {
-        let instants = instants(LINE_US, count);
+        let instants = instants(LINE_US, count, LINE_US);
         let mut script = settings(12_000);
         for at_us in &instants {
-            writeln!(script, "send M8\nsend G91G0X-2Y-2Z-2\nwait-arrival\nwait-us {}", at_us + 0.01).unwrap();
+            writeln!(script, "send M8\nsend G91G0X-2Y-2Z-2\nwait-arrival\nwait-us {at_us}").unwrap();
             script += &(stop.script)(within_us(port, stop));
         }
         held(port, &format!("sweep-line-{}-{port}", stop.name), instants.len(), &script);
@@ -117,21 +120,27 @@ fn no_stop_of_the_timer_port_is_lost_while_a_line_becomes_a_move() {
     while_a_line_becomes_a_move(Port::Timer, 60);
 }
 
-/// What changes two moves with a corner between them, the byte that asks for it.
-const CHANGES: [(&str, &str); 4] =
-    [("hold", "bytes 21\n"), ("override", "bytes 91 91 91\n"), ("cancel", "bytes 18\n"), ("corner", "")];
+/// What changes two moves with a corner between them: the bytes that ask for it, and what stops them then. Once a reset has
+/// braked, a limit switch stops nothing.
+const CHANGES: [(&str, &str, &[Stop]); 5] = [
+    ("hold", "bytes 21\n", &STOPS),
+    ("resume", "bytes 21\nwait-ms 100\nbytes 7e\n", &STOPS),
+    ("override", "bytes 91 91 91\n", &STOPS),
+    ("reset", "bytes 18\n", STOPS.split_at(1).1),
+    ("corner", "", &STOPS),
+];
 
 /// Stops while moves of some 130 ms, with a corner between them, are held, sped up, reset or left alone.
 fn while_moves_change(port: Port, count: u32) {
-    for (change, byte) in CHANGES {
-        let instants = instants(CHANGE_US, count);
+    for (change, bytes, stops) in CHANGES {
+        let instants = instants(CHANGE_US, count, CHANGE_BEGINS_US);
         let mut script = settings(12_000);
         for (index, at_us) in instants.iter().enumerate() {
-            let (stop, sign) = (&STOPS[index % STOPS.len()], if index % 2 == 0 { "-" } else { "" });
+            let (stop, sign) = (&stops[index % stops.len()], if index % 2 == 0 { "-" } else { "" });
             let ways = [format!("X{sign}4Y{sign}2"), format!("X{sign}2Y{sign}4Z{sign}2")];
             writeln!(script, "send M8\nsend G91G1{}F3000\nsend G1{}\nwait-edge\nwait-us 9100", ways[0], ways[1])
                 .unwrap();
-            writeln!(script, "{byte}wait-us {}", at_us + 0.01).unwrap();
+            writeln!(script, "{bytes}wait-us {at_us}").unwrap();
             script += &(stop.script)(within_us(port, stop));
         }
         held(port, &format!("sweep-{change}-{port}"), instants.len(), &script);
