@@ -209,7 +209,10 @@ pub const CASES: [Case; 29] = [
         "panic",
         "UNDER_WAY\npanic PANIC\nstop-within 20\nwait-ms 1\nmotors off\nwait-reset\ncheck-stopped\nexpect [MSG:Restarted after a panic\nexpect Grbl\n",
     ),
-    Case::restart("watchdog", "UNDER_WAY\nhang\nstop-within 100000\nwait-reset\ncheck-stopped\nexpect [MSG:Restarted by the watchdog\nexpect Grbl\n"),
+    Case::restart(
+        "watchdog",
+        "UNDER_WAY\nhang\nstop-within 100000\nwait-reset\ncheck-stopped\nexpect [MSG:Restarted by the watchdog\nexpect Grbl\n",
+    ),
     Case::restart("power cut", "UNDER_WAY\npower-cycle\nexpect Grbl\n"),
 ];
 
