@@ -66,10 +66,7 @@ impl Board {
     /// # Panics
     /// When `ISOSTEP_ELF`, or `ISOSTEP_TIMER_PORT_ELF`, does not say where that firmware is.
     pub fn stepped_by(port: Port, test: &str) -> Self {
-        let variable = match port {
-            Port::Pio => "ISOSTEP_ELF",
-            Port::Timer => "ISOSTEP_TIMER_PORT_ELF",
-        };
+        let variable = Self::elf_variable(port);
         let elf = env::var_os(variable);
         let elf = elf.unwrap_or_else(|| panic!("{variable} names the firmware: run these by `cargo xtask test`"));
         let folder = root().join("target/emulated").join(test);
@@ -77,6 +74,15 @@ impl Board {
         let mut command = Command::new("node");
         command.arg(root().join("tests/emulator/run.mjs")).arg("--elf").arg(elf);
         Self { folder, command }
+    }
+
+    /// The environment variable that names the firmware that steps by `port`.
+    #[must_use]
+    pub fn elf_variable(port: Port) -> &'static str {
+        match port {
+            Port::Pio => "ISOSTEP_ELF",
+            Port::Timer => "ISOSTEP_TIMER_PORT_ELF",
+        }
     }
 
     /// More of the emulator's options.

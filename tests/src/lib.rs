@@ -5,6 +5,8 @@ use std::path::Path;
 
 pub mod bench;
 pub mod cases;
+pub mod contract;
+pub mod desk;
 pub mod emulated;
 pub mod laws;
 pub mod rig;

@@ -5,10 +5,14 @@
 
 #[path = "emulated/boot.rs"]
 mod boot;
+#[path = "emulated/contract.rs"]
+mod contract;
 #[path = "emulated/flowing.rs"]
 mod flowing;
 #[path = "emulated/linked.rs"]
 mod linked;
+#[path = "emulated/sweep.rs"]
+mod sweep;
 #[path = "emulated/tool.rs"]
 mod tool;
 
@@ -185,16 +189,6 @@ fn the_highest_rate_the_port_takes_is_made() {
 
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
-fn the_emergency_stop_locks_until_it_is_released() {
-    let run = Board::new("emergency-stop").script(
-        "expect Grbl\nsend G0 X50\nexpect ok\nwait-ms 800\nestop pressed\nexpect ALARM:10\nexpect [MSG:emergency\n\
-         send $X\nexpect error:9\nestop released\nwait-ms 20\nsend $X\nexpect ok\nsend G0 X0\nexpect ok\nwait-idle\n",
-    );
-    assert!(run.ok, "{}", run.printed);
-}
-
-#[test]
-#[ignore = "needs the firmware: cargo xtask test"]
 fn a_host_that_stops_reading_does_not_stop_the_machine() {
     let mut script = "expect Grbl\nsend G0 X20\nexpect ok\nreading off\n".to_owned();
     // Far more status reports than the firmware has room for.
@@ -210,21 +204,6 @@ fn a_host_that_stops_reading_does_not_stop_the_machine() {
     assert!(halves.len() == 1 && !halves[0][1..].contains('<'), "half a line: {halves:?}");
     assert_eq!(heard.iter().filter(|line| **line == "ok").count(), 2, "the answers to G0 and $X");
     assert!(heard.iter().all(|line| !line.is_empty()), "an empty line");
-}
-
-/// A wild jump in mid-move: no step after it, motors off, a restart by the watchdog that says why, and a machine that
-/// works again.
-#[test]
-#[ignore = "needs the firmware: cargo xtask test"]
-fn a_crash_leaves_the_machine_still() {
-    let run = Board::new("crash").script(
-        "expect Grbl\nsend G0 X50 Y50\nexpect ok\nwait-ms 700\nmotors on\ncrash\nwait-ms 1\nmotors off\nwait-reset\n\
-         expect [MSG:Restarted after a hard fault\nexpect Grbl\nsend G0 X1\nexpect ok\nwait-idle\nmotors on\n\
-         bytes 3f\nexpect <Idle|MPos:1.000,0.000,0.000\n",
-    );
-    assert!(run.ok, "{}", run.printed);
-    let gap_ns = run.edges.windows(2).map(|pair| pair[1].t_ns - pair[0].t_ns).max().unwrap();
-    assert!(gap_ns > 500_000_000, "not one step between the crash and the restart a second later: {gap_ns} ns");
 }
 
 /// More steps than the core can make one by one: an alarm that says so and an exact count, never a silent stretch.

@@ -13,6 +13,7 @@ use core::future::pending;
 
 use embassy_futures::join::join_array;
 use embassy_futures::select::{Either, select};
+use embassy_futures::yield_now;
 use embassy_time::{Duration, Instant, Timer};
 use embedded_hal::digital::OutputPin;
 use isostep_profile::chain::Chain;
@@ -49,7 +50,7 @@ impl Default for Path {
 ///
 /// # Cancellation
 /// Dropping it mid-move starves the axes: each stops after the segments already queued, its position exact, and the
-/// state stays as it was. Nothing moves until another `run` is spawned.
+/// state stays as it was. Nothing moves until another `run` is spawned, which begins where they stand.
 pub async fn run<E, F>(machine: &Machine, path: &mut Path, enable: E, on_event: F) -> !
 where
     E: OutputPin<Error = Infallible>,
@@ -73,6 +74,9 @@ where
         on_event,
     };
     coordinator.energise(false);
+    // An axis may still be in a run of a coordinator that was dropped, waiting for more of it.
+    machine.halt();
+    yield_now().await;
     loop {
         let motion = coordinator.next().await;
         coordinator.carry_out(motion).await;

@@ -26,12 +26,13 @@ where
         let config = machine.config();
         let awaited_low = pressed == config.switches_inverted;
         wait_level(&mut input, awaited_low).await;
-        machine.limit_edge(axis, awaited_low);
-        let now = debounced_low(&mut input, config.homing.debounce).await != config.switches_inverted;
-        if now != pressed {
-            pressed = now;
-            switch.publish(pressed);
+        if !pressed {
+            // At rest it stops nothing, and what is asked for before it is debounced must not go further onto it.
+            switch.touch();
         }
+        machine.limit_edge(axis, awaited_low);
+        pressed = debounced_low(&mut input, config.homing.debounce).await != config.switches_inverted;
+        switch.publish(pressed);
     }
 }
 

@@ -163,6 +163,8 @@ struct Inner {
     forget: Forget,
     /// How often all was to be forgotten.
     resets: u32,
+    /// A reset byte has come, of which the console has not told yet.
+    reset_heard: bool,
     outputs: OutputsAsked,
     door: Door,
     probe: Probe,
@@ -190,7 +192,7 @@ impl Inner {
         self.pending -= motions;
         let last = self.pending == 0;
         if last {
-            (self.cause, self.forget) = (None, Forget::Nothing);
+            (self.cause, self.forget, self.reset_heard) = (None, Forget::Nothing, false);
             self.rest_outputs();
         }
         last
@@ -241,6 +243,7 @@ impl Machine {
                 held: false,
                 forget: Forget::Nothing,
                 resets: 0,
+                reset_heard: false,
                 outputs: OutputsAsked::new(),
                 door: Door::CLOSED,
                 probe: Probe::new(),

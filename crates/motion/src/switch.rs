@@ -8,21 +8,35 @@ use embassy_sync::signal::Signal;
 /// A limit switch, debounced.
 pub(crate) struct Switch {
     pressed: AtomicBool,
+    /// It has closed, and is not known to be open again.
+    touched: AtomicBool,
     changed: Signal<CriticalSectionRawMutex, ()>,
 }
 
 impl Switch {
     /// Not pressed.
     pub const fn new() -> Self {
-        Self { pressed: AtomicBool::new(false), changed: Signal::new() }
+        Self { pressed: AtomicBool::new(false), touched: AtomicBool::new(false), changed: Signal::new() }
     }
 
     pub fn is_pressed(&self) -> bool {
         self.pressed.load(Ordering::Relaxed)
     }
 
+    /// Whether it is pressed, or may be: its first edge has come, and is not debounced yet.
+    pub fn may_be_pressed(&self) -> bool {
+        self.is_pressed() || self.touched.load(Ordering::Relaxed)
+    }
+
+    /// The first edge of a press has come.
+    pub fn touch(&self) {
+        self.touched.store(true, Ordering::Relaxed);
+    }
+
+    /// Its debounced level.
     pub fn publish(&self, pressed: bool) {
         self.pressed.store(pressed, Ordering::Relaxed);
+        self.touched.store(false, Ordering::Relaxed);
         self.changed.signal(());
     }
 

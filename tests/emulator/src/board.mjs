@@ -1,3 +1,4 @@
+import { callPanic, hang, jumpAstray } from './astray.mjs';
 import { buildChip, loadInto } from './chip.mjs';
 import { MachineClock, NANOS_PER_CYCLE } from './clock.mjs';
 import { run } from './core.mjs';
@@ -86,8 +87,18 @@ export class Board {
   crash() {
     this.crashes += 1;
     this.gantry.toolStops.told('CRASH');
-    this.core.waiting = false;
-    this.core.PC = 0xf0000000;
+    jumpAstray(this.core);
+  }
+
+  /** Has the core hang with its interrupts masked: only the watchdog ends that. */
+  hang() {
+    hang(this.core, this.chip.sram);
+  }
+
+  /** Has the firmware panic, by its function at that address. */
+  panic(address) {
+    this.gantry.toolStops.told('PANIC');
+    callPanic(this.core, this.chip.sram, address);
   }
 
   /** Takes power away and gives it back at once: all is new but flash, and the carriages stay where they are. */

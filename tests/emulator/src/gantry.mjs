@@ -57,6 +57,8 @@ export class Gantry {
     this.tool.attach(chip);
     for (const [pin, high] of this.levels) chip.gpio[pin].setInputValue(high);
     for (const axis of AXES) {
+      // A chip that has just been reset drives no pin: the driver's own pull-down holds DIR low.
+      this.directions[axis] = -1;
       chip.gpio[PINS[axis].step].addListener((state, before) => this.#onStepPin(axis, state === HIGH, before === HIGH));
       chip.gpio[PINS[axis].dir].addListener((state, before) => this.#onDirPin(axis, state === HIGH, before === HIGH));
     }

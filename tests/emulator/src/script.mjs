@@ -4,6 +4,7 @@ import { differences } from './position-check.mjs';
 import { SWITCH_MODES } from './limit-switch.mjs';
 import { AXES, TOOL_OUTPUTS } from './pins.mjs';
 import { PLATE_SIDES, ProbePlate } from './probe-plate.mjs';
+import { Stillness } from './stillness.mjs';
 
 const STATUS_REQUEST = Uint8Array.of(0x3f);
 
@@ -22,6 +23,9 @@ export const COMMANDS = {
   'wait-us': { usage: 'wait-us MICROSECONDS', parse: positive, run: (script, micros) => script.waitMicros(micros) },
   'wait-edge': { usage: 'wait-edge', parse: nothing, run: (script) => script.waitEdge() },
   'wait-output': { usage: `wait-output ${Object.keys(TOOL_OUTPUTS).join('|')} on|off`, parse: outputState, run: (script, [output, on]) => script.waitOutput(output, on) },
+  'wait-arrival': { usage: 'wait-arrival', parse: nothing, run: (script) => script.waitArrival() },
+  'stop-within': { usage: 'stop-within MICROSECONDS', parse: positive, run: (script, micros) => script.stopWithin(micros) },
+  'check-stopped': { usage: 'check-stopped', parse: nothing, run: (script) => script.checkStopped() },
   'check-position': { usage: 'check-position', parse: nothing, run: (script) => script.checkPosition() },
   'cold-cache': { usage: 'cold-cache', parse: nothing, run: (script) => script.board.cache.empty() },
   switch: { usage: `switch X|Y|Z ${SWITCH_MODES.join('|')}`, parse: switchMode, run: (script, [axis, mode]) => script.board.gantry.carriages[axis].limitSwitch.setMode(mode) },
@@ -32,6 +36,8 @@ export const COMMANDS = {
   start: { usage: 'start pressed|released', parse: pressed, run: (script, down) => script.board.gantry.pressButton('start', down) },
   motors: { usage: 'motors on|off', parse: onOff, run: (script, on) => script.expectMotors(on) },
   crash: { usage: 'crash', parse: nothing, run: (script) => script.board.crash() },
+  hang: { usage: 'hang', parse: nothing, run: (script) => script.board.hang() },
+  panic: { usage: 'panic HEX, the address of a function that panics', parse: address, run: (script, at) => script.board.panic(at) },
   dtr: { usage: 'dtr on|off', parse: onOff, run: (script, on) => script.board.cable.setDtr(on) },
   'usb-line-coding': { usage: 'usb-line-coding BAUD', parse: baud, run: (script, rate) => script.board.cable.setLineCoding(rate) },
   reading: { usage: 'reading on|off', parse: onOff, run: (script, on) => script.board.cable.setReading(on) },
@@ -62,7 +68,7 @@ function parseLine({ number, source }) {
 /** Runs a script against the board: each command at the machine time at which the one before it was done. */
 export class ScriptRun {
   constructor(console, commands, { pollHz, timeoutSeconds }) {
-    Object.assign(this, { console, commands, pollHz, timeoutSeconds, board: console.board, resetsSeen: 0, bootselSeen: false, edgeCycle: null });
+    Object.assign(this, { console, commands, pollHz, timeoutSeconds, board: console.board, resetsSeen: 0, bootselSeen: false, edgeCycle: null, stillness: null });
   }
 
   run() {
@@ -149,6 +155,34 @@ export class ScriptRun {
     return this.board.gantry.tool.values[output] > 0;
   }
 
+  /** Until all that was sent has reached the chip; a wait that follows counts from that instant. */
+  waitArrival() {
+    const { board } = this;
+    const { onDelivered } = board;
+    let cycle = board.cable.unsent === 0 ? board.clock.cycles : null;
+    board.onDelivered = () => {
+      onDelivered();
+      if (board.cable.unsent === 0) cycle ??= board.clock.cycles;
+      board.pause();
+    };
+    try {
+      this.edgeCycle = this.console.waitFor('arrival of what was sent', () => cycle, this.timeoutSeconds);
+    } finally {
+      board.onDelivered = onDelivered;
+    }
+  }
+
+  /** Later than so much from now, or from what was just waited for, no step may come. */
+  stopWithin(micros) {
+    this.stillness ??= new Stillness(this.board.gantry);
+    this.stillness.from(this.from + cyclesOfMicros(micros));
+  }
+
+  checkStopped() {
+    const breach = this.stillness === null ? 'nothing was to be still: stop-within first' : this.stillness.end();
+    if (breach !== null) throw new Error(breach);
+  }
+
   /** Asks for the position and holds it against the edges that left; what moved in between may be either. */
   checkPosition() {
     const counted = () => AXES.map((axis) => this.board.gantry.carriages[axis].positionSteps);
@@ -209,6 +243,11 @@ function hexBytes(rest) {
   const words = rest.trim().split(/\s+/);
   if (!words.every((word) => /^[0-9a-f]{2}$/i.test(word))) throw new Error(`${rest || 'nothing'} is not bytes of two hexadecimal digits`);
   return Uint8Array.from(words, (word) => parseInt(word, 16));
+}
+
+function address(rest) {
+  if (!/^[0-9a-f]{1,8}$/i.test(rest.trim())) throw new Error(`${rest || 'nothing'} is no address in hexadecimal`);
+  return parseInt(rest, 16);
 }
 
 function oneOf(allowed, word) {

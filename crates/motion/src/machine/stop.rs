@@ -40,6 +40,7 @@ impl Machine {
     pub fn reset(&self) {
         self.cut();
         let brakes = self.transition(|inner, state| match state {
+            _ if core::mem::take(&mut inner.reset_heard) && inner.cause.is_some() => (state, false),
             State::Run | State::Jog | State::Hold { .. } if inner.forget != Forget::All => {
                 inner.held = false;
                 if inner.pending == 0 {
@@ -83,9 +84,13 @@ impl Machine {
 /// For those who hear a switch, or a byte, before the tasks that see to it do: an interrupt of the board's own.
 impl Machine {
     /// A reset byte has come, of which [`reset`](Self::reset) will be told later. The tool's outputs are off at once, and if the
-    /// machine still brakes for another, it stops at once. Any number of times, from any context.
+    /// machine still brakes for another, or has not been told of that yet, it stops at once. Once for a byte, from any context.
     pub fn reset_heard(&self) {
-        if self.with(|inner| inner.forget == Forget::All) {
+        let is_second = self.with(|inner| {
+            let was_heard = core::mem::replace(&mut inner.reset_heard, inner.pending > 0);
+            was_heard || inner.forget == Forget::All
+        });
+        if is_second {
             self.stop(Cause::Reset);
         }
         self.cut();
@@ -117,14 +122,14 @@ impl Machine {
         self.with(|inner| inner.cause)
     }
 
-    /// The first axis that `steps` would take further onto its switch, which is pressed already: no edge would tell of that.
+    /// The first axis that `steps` would take further onto its switch, which has closed already: no edge would tell of that.
     pub(crate) fn onto_switch(&self, steps: [i32; AXES]) -> Option<Axis> {
         let Config { hard_limits, homing, .. } = self.config();
         let is_towards = |axis: Axis| {
             let steps = steps[axis as usize];
             steps != 0 && Direction::of(steps) == homing.towards[axis as usize]
         };
-        Axis::ALL.into_iter().find(|&axis| hard_limits && self.switch(axis).is_pressed() && is_towards(axis))
+        Axis::ALL.into_iter().find(|&axis| hard_limits && self.switch(axis).may_be_pressed() && is_towards(axis))
     }
 
     pub(crate) fn set_emergency(&self, pressed: bool) {

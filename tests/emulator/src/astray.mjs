@@ -1,0 +1,44 @@
+/** Ways in which a core leaves its program. Each writes below the stack, where nothing of worth is. */
+
+const [R0, SP, LR, PC] = [0, 13, 14, 15];
+const RAM_START = 0x20000000;
+const FLASH_START = 0x10000000;
+/** Where there is no memory. */
+const NOWHERE = 0xf0000000;
+const BRANCH_TO_ITSELF = 0xe7fe;
+/** Room for what is written, a multiple of 8 as the stack's alignment asks. */
+const ROOM_BYTES = 64;
+
+/** A wild jump: the next fetch is from where there is no memory. */
+export function jumpAstray(core) {
+  core.waiting = false;
+  core.PC = NOWHERE;
+}
+
+/** Goes round in a loop for ever, with all interrupts masked. */
+export function hang(core, sram) {
+  const at = belowStack(core);
+  new DataView(sram.buffer, sram.byteOffset).setUint16(at - RAM_START, BRANCH_TO_ITSELF, true);
+  core.waiting = false;
+  core.PM = true;
+  core.registers[PC] = at;
+}
+
+/**
+ * Calls a function of Rust's that panics and takes nothing but the place to blame, as `Option::unwrap` does of nothing:
+ * the file's name is a byte of flash, line and column are 1.
+ */
+export function callPanic(core, sram, address) {
+  const location = belowStack(core);
+  const view = new DataView(sram.buffer, sram.byteOffset);
+  [FLASH_START, 1, 1, 1].forEach((word, index) => view.setUint32(location - RAM_START + 4 * index, word, true));
+  core.waiting = false;
+  core.registers[SP] = location;
+  core.registers[R0] = location;
+  core.registers[LR] = NOWHERE | 1;
+  core.registers[PC] = address & ~1;
+}
+
+function belowStack(core) {
+  return ((core.registers[SP] >>> 0) - ROOM_BYTES) & ~7;
+}

@@ -1,0 +1,144 @@
+//! Scripts of the emulated board, carried out by a simulated machine: those commands that it has a use for.
+
+use std::collections::VecDeque;
+
+use embassy_time::Duration;
+use isostep_motion::Axis;
+use isostep_sim::tool::ToolOutput;
+use isostep_sim::world::Wire;
+use isostep_sim::{Sim, State, SwitchFault};
+
+/// How often it looks for what a command waits for.
+const LOOK_EVERY: Duration = Duration::from_micros(100);
+/// How long it waits.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// A simulated machine, and what it has said.
+pub struct Desk {
+    sim: Sim,
+    replies: VecDeque<String>,
+    statuses: VecDeque<String>,
+    messages: VecDeque<String>,
+}
+
+impl Desk {
+    /// With a machine that has said nothing yet.
+    #[must_use]
+    pub fn new(sim: Sim) -> Self {
+        Self { sim, replies: VecDeque::new(), statuses: VecDeque::new(), messages: VecDeque::new() }
+    }
+
+    /// Carries out a script.
+    ///
+    /// # Panics
+    /// At the first line that is not as it says, or that is no command here.
+    pub fn carry_out(&mut self, script: &str) {
+        let mut case = "";
+        for (number, line) in (1..).zip(script.lines()) {
+            if let Some(name) = line.strip_prefix("# case: ") {
+                case = name;
+                continue;
+            }
+            let (word, rest) = line.split_once(' ').unwrap_or((line, ""));
+            if let Err(error) = self.carry_out_command(word, rest) {
+                panic!("case {case}, line {number} ({line}): {error}");
+            }
+        }
+    }
+
+    fn carry_out_command(&mut self, word: &str, rest: &str) -> Result<(), String> {
+        match word {
+            "send" => self.sim.send(format!("{rest}\n").as_bytes()),
+            "bytes" => self.sim.send(&bytes(rest)?),
+            "expect" => return self.expect(rest),
+            "wait-ms" => self.run_for(Duration::from_millis(rest.parse().map_err(|error| format!("{error}"))?)),
+            "wait-idle" => return self.wait_idle(),
+            "wait-output" => return self.wait_output(rest),
+            "check-position" => return self.check_position(),
+            "motors" => return self.check_motors(rest),
+            "switch" => return self.set_switch(rest),
+            "estop" => self.sim.set_emergency_stop(rest == "pressed"),
+            "probe" => self.sim.set_hand_input(Wire::Probe, rest == "pressed"),
+            _ => return Err("no command of a simulated machine".to_owned()),
+        }
+        Ok(())
+    }
+
+    fn run_for(&mut self, time: Duration) {
+        self.sim.run_for(time).expect("no livelock");
+        for line in self.sim.replies() {
+            match &line {
+                _ if line == "ok" || line.starts_with("error:") => self.replies.push_back(line),
+                _ if line.starts_with('<') => self.statuses.push_back(line),
+                _ => self.messages.push_back(line),
+            }
+        }
+    }
+
+    /// Runs until there is what `look` looks for.
+    fn wait_for<T>(&mut self, what: &str, mut look: impl FnMut(&mut Self) -> Option<T>) -> Result<T, String> {
+        let end = self.sim.now() + PATIENCE;
+        loop {
+            if let Some(found) = look(self) {
+                return Ok(found);
+            }
+            if self.sim.now() >= end {
+                return Err(format!("no {what}; the last messages are {:?}", self.messages));
+            }
+            self.run_for(LOOK_EVERY);
+        }
+    }
+
+    /// The next reply or status must begin so; other messages are searched for it.
+    fn expect(&mut self, prefix: &str) -> Result<(), String> {
+        let next = |desk: &mut Self| match prefix {
+            _ if prefix.starts_with("ok") || prefix.starts_with("error") => desk.replies.pop_front(),
+            _ if prefix.starts_with('<') => desk.statuses.pop_front(),
+            _ => {
+                let index = desk.messages.iter().position(|line| line.starts_with(prefix))?;
+                desk.messages.drain(..=index).next_back()
+            }
+        };
+        let found = self.wait_for(prefix, next)?;
+        if found.starts_with(prefix) { Ok(()) } else { Err(format!("got {found}")) }
+    }
+
+    fn wait_idle(&mut self) -> Result<(), String> {
+        let is_idle = |desk: &mut Self| (desk.sim.machine().state() == State::Idle).then_some(());
+        self.wait_for("state Idle", is_idle)
+    }
+
+    fn wait_output(&mut self, rest: &str) -> Result<(), String> {
+        let (name, state) = rest.split_once(' ').ok_or("which output, and on or off?")?;
+        let index = ToolOutput::ALL.iter().position(|output| output.to_string() == name).ok_or("no such output")?;
+        self.wait_for(rest, |desk| ((desk.sim.tool()[index] > 0) == (state == "on")).then_some(()))
+    }
+
+    fn check_position(&mut self) -> Result<(), String> {
+        let (told, counted) = (self.sim.machine().position_steps(), self.sim.counted_steps());
+        if told == counted { Ok(()) } else { Err(format!("it says {told:?}, and {counted:?} left the pins")) }
+    }
+
+    fn check_motors(&mut self, state: &str) -> Result<(), String> {
+        let waves = self.sim.outcome().waves;
+        // The drivers take ENABLE low.
+        let on = waves.iter().rfind(|wave| wave.wire == Wire::Enable).is_some_and(|wave| !wave.high);
+        if on == (state == "on") { Ok(()) } else { Err(format!("the motors are energised: {on}")) }
+    }
+
+    fn set_switch(&mut self, rest: &str) -> Result<(), String> {
+        let (axis, fault) = match rest {
+            "X stuck-closed" => (Axis::X, SwitchFault::StuckClosed),
+            "X normal" => (Axis::X, SwitchFault::None),
+            _ => return Err("no fault of this switch here".to_owned()),
+        };
+        self.sim.set_switch(axis, fault);
+        Ok(())
+    }
+}
+
+fn bytes(hex: &str) -> Result<Vec<u8>, String> {
+    hex.split_whitespace()
+        .map(|byte| u8::from_str_radix(byte, 16).map_err(|error| format!("{byte}: {error}")))
+        .collect()
+}

@@ -1,0 +1,122 @@
+//! The position contract in the simulator, by either step port; and the tables of `docs/position.md` against it.
+
+use std::cell::RefCell;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+
+use embassy_futures::select::select;
+use embassy_time::{Duration, Instant, Timer};
+use isostep_motion::coordinator::{self, Path as MotionPath};
+use isostep_motion::{AXES, Axis, Machine, Motion, Power, State, axis};
+use isostep_sim::executor::Executor;
+use isostep_sim::motor::PullOutCurve;
+use isostep_sim::pin::Output;
+use isostep_sim::port::AxisPort;
+use isostep_sim::world::{Shared, Wire, World};
+use isostep_sim::{Config, Port, Sim};
+use isostep_tests::contract::{CASES, On, START_MM, script};
+use isostep_tests::desk::Desk;
+use isostep_tests::root;
+
+/// Motors so strong that they follow any edge.
+fn config(port: Port) -> Config {
+    let motor = Some(PullOutCurve { pull_in_steps_s: 1e9, ..PullOutCurve::default() });
+    Config { port, motor, start_mm: [START_MM, 40.0, 15.0], ..Config::default() }
+}
+
+#[test]
+fn every_way_to_end_keeps_the_contract() {
+    for port in Port::ALL {
+        Desk::new(Sim::new(&config(port))).carry_out(&script(|on| on == On::Every, ""));
+    }
+}
+
+/// The rows of the table under a heading.
+fn rows(heading: &str) -> Vec<String> {
+    let page = fs::read_to_string(root().join("docs/position.md")).unwrap();
+    let section = page.split("\n## ").find(|section| section.starts_with(heading)).expect(heading);
+    section.lines().filter(|line| line.starts_with('|')).skip(2).map(str::to_owned).collect()
+}
+
+#[test]
+fn the_table_says_what_the_cases_hold() {
+    let held: Vec<_> = CASES.iter().map(|case| case.row()).collect();
+    assert_eq!(rows("How a motion ends").join("\n"), held.join("\n"), "docs/position.md beside tests/src/contract.rs");
+}
+
+fn sources(folder: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    entries.flat_map(|path| if path.is_dir() { sources(&path) } else { vec![path] }).collect()
+}
+
+#[test]
+fn what_tests_of_their_own_hold_names_them() {
+    let code: String =
+        sources(&root().join("tests/tests")).iter().map(|path| fs::read_to_string(path).unwrap()).collect();
+    let rows = rows("What tests of their own hold");
+    assert!(rows.len() >= 5, "{rows:?}");
+    for row in rows {
+        let test = row.trim_end_matches([' ', '|']).rsplit('|').next().unwrap_or_default().trim().trim_matches('`');
+        assert!(code.contains(&format!("\nfn {test}() {{")), "{row}");
+    }
+}
+
+/// A machine of tasks alone, whose coordinator is dropped once and then begun anew.
+fn with_dropped_coordinator(executor: &mut Executor, world: &Shared, config: &Config) -> &'static Machine {
+    let machine: &'static Machine = Box::leak(Box::new(Machine::new(isostep_controller::config(&config.settings))));
+    for (axis, port) in Axis::ALL.into_iter().zip(AxisPort::all(config, executor, world)) {
+        executor.spawn("axis", async move {
+            axis::run(machine, axis, port).await;
+        });
+    }
+    let enables = [(); 2].map(|()| Output::new(world, Wire::Enable));
+    executor.spawn("coordinator", async move {
+        for (enable, until) in enables.into_iter().zip([DROPPED_AT, REST * 60]) {
+            let mut path = Box::new(MotionPath::new());
+            let run = coordinator::run(machine, &mut path, enable, |_event| {});
+            select(run, Timer::after(until)).await;
+            Timer::after(REST).await;
+        }
+    });
+    machine
+}
+
+/// In mid-move.
+const DROPPED_AT: Duration = Duration::from_millis(700);
+/// Longer than what the axes have been given lasts.
+const REST: Duration = Duration::from_secs(1);
+
+fn submit(executor: &mut Executor, machine: &'static Machine, target_steps: [i32; AXES]) {
+    executor.spawn("sender", async move {
+        let motion =
+            Motion::Move { target_steps, feed_mm_s: Some(30.0), exact_stop: false, line: 0, power: Power::Off };
+        machine.submit(motion).await.expect("a machine that takes moves");
+    });
+}
+
+#[test]
+fn a_dropped_coordinator_starves_the_axes_and_the_count_is_exact() {
+    const TARGET_STEPS: [i32; AXES] = [2_000, -1_300, 400];
+    for port in Port::ALL {
+        let mut executor = Executor::new();
+        let _current = executor.clock().enter();
+        let config = config(port);
+        let world = Rc::new(RefCell::new(World::new(executor.clock().clone(), &config)));
+        let machine = with_dropped_coordinator(&mut executor, &world, &config);
+        let counted = || world.borrow().counted_steps();
+        submit(&mut executor, machine, TARGET_STEPS);
+        executor.run_for(DROPPED_AT + REST / 2).unwrap();
+        let stopped_at = counted();
+        assert_eq!(machine.position_steps(), stopped_at, "{port}");
+        assert!((1..TARGET_STEPS[0]).contains(&stopped_at[0]), "{port}: {stopped_at:?}");
+        assert_eq!(machine.state(), State::Run, "{port}: as it was");
+        executor.run_for(REST / 4).unwrap();
+        assert_eq!(counted(), stopped_at, "{port}: nothing moves");
+
+        executor.run_for(REST).unwrap();
+        submit(&mut executor, machine, TARGET_STEPS);
+        executor.run_until_quiescent(Instant::from_secs(60)).unwrap();
+        assert_eq!((machine.position_steps(), counted()), (TARGET_STEPS, TARGET_STEPS), "{port}");
+    }
+}

@@ -1,0 +1,39 @@
+//! The position contract on the emulated board: the cases that are the simulator's too, and those of a chip.
+
+use std::{env, fs};
+
+use isostep_sim::Port;
+use isostep_tests::contract::{self, On, START_MM};
+use isostep_tests::emulated::Board;
+use object::{Object, ObjectSymbol};
+
+/// Of the standard library: panics, and takes nothing but the place to blame.
+const PANICS: &str = "4core6option13unwrap_failed";
+
+/// The address of a function that panics, in hexadecimal.
+fn panic_address(port: Port) -> String {
+    let elf = fs::read(env::var_os(Board::elf_variable(port)).expect("the firmware: cargo xtask test")).unwrap();
+    let elf = object::File::parse(&*elf).unwrap();
+    let symbol = elf.symbols().find(|symbol| symbol.name().is_ok_and(|name| name.contains(PANICS)));
+    format!("{:x}", symbol.expect("a function that panics").address())
+}
+
+fn held_to_the_contract(port: Port) {
+    let script =
+        contract::script(|on| matches!(on, On::Every | On::Board) || on == On::BoardBy(port), &panic_address(port));
+    let start = format!("{START_MM},40,15");
+    let run = Board::stepped_by(port, &format!("contract-{port}")).with(&["--start", &start]).script(&script);
+    assert!(run.ok, "{}", run.printed);
+}
+
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn every_way_to_end_keeps_the_contract() {
+    held_to_the_contract(Port::Pio);
+}
+
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn every_way_to_end_keeps_the_contract_by_the_timer_port() {
+    held_to_the_contract(Port::Timer);
+}
