@@ -171,7 +171,7 @@ impl Random {
             direction_invert_mask: self.below(8) as u16,
             limit_invert: self.one_in(4),
             enable_invert: self.one_in(4),
-            idle_delay_ms: self.of(&[255, 255, 25, 25]),
+            idle_delay_ms: self.of(&[255, 255, 0, 25]),
             laser_mode: self.one_in(3),
             hold_input_is_door: self.one_in(3),
             spin_up_s: self.of(&[0.0, 0.0, 0.1]),
