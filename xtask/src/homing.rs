@@ -81,7 +81,7 @@ const COLUMNS: &str = "     min      max     mean deviation";
 
 fn row(axis: Axis, negative: bool, latches: &[Latch], steps_per_mm: f64) -> String {
     let zero: Vec<f64> = latches.iter().map(|latch| f64::from(latch.set_steps)).collect();
-    let controller: Vec<f64> = latches.iter().map(|latch| -f64::from(latch.late_steps())).collect();
+    let controller: Vec<f64> = latches.iter().map(|latch| f64::from(-latch.late_steps())).collect();
     let (least, most) = range(&zero);
     format!(
         "{:<17} {}   {}  {:.3} to {:.3}, deviation {:.4}",

@@ -404,7 +404,7 @@ impl World {
 impl AxisWorld {
     fn new(axis: usize, config: &Config, mechanics: &Mechanics, wiring: &Wiring) -> Self {
         let place_steps = config.start_steps(axis);
-        let scatter_steps = (config.switch_scatter_mm * mechanics.steps_per_mm[axis]).round() as i32;
+        let scatter_steps = (config.switch_scatter_mm * mechanics.steps_per_mm[axis]) as i32;
         let switch = Switch::new(place_steps, config.switches[axis], config.bounce_us * 1_000);
         Self {
             inputs: DriverInputs::new(axis, config.driver),
