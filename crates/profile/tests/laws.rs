@@ -259,11 +259,11 @@ fn laws_over_displacement_never_leave_standstill() {
             let plan = Profile::plan(10_000.0, entry, exit, &LIMITS, IntervalLaw::Fastest, law);
             let wanted = format!(
                 "the {law} law cannot start or end at 0 steps/s, it never leaves standstill: set a start speed of at least \
-                 0.001 steps/s, or take another law"
+                 0.0005 steps/s, or take another law"
             );
             assert_eq!(plan.unwrap_err().to_string(), wanted);
         }
-        let slowest = plan(10_000.0, 1e-3, 1e-3, &LIMITS, law);
+        let slowest = plan(10_000.0, 5e-4, 5e-4, &LIMITS, law);
         assert!(slowest.t_accel_s() > 0.0 && slowest.t_accel_s().is_finite());
     }
 }
