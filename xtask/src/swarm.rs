@@ -13,6 +13,8 @@ use crate::stopwatch::Stopwatch;
 
 /// Worlds between two lines that tell how far it is.
 const BATCH: u64 = 500;
+/// Failures that are made small.
+const MADE_SMALL: usize = 3;
 const NS_PER_H: f64 = 3.6e12;
 
 const HELP: &str = "\
@@ -109,7 +111,10 @@ fn many(args: &Args) -> Result<()> {
         eprintln!("    seeds {} to {}: {} failed ({:.0} s)", args.first, next - 1, failed.len(), stopwatch.elapsed_s());
     }
     println!("{}", summary(next - args.first, amount, stopwatch.elapsed_s()));
-    for (seed, failure) in failed.iter().take(3) {
+    for (seed, failure) in &failed {
+        println!("seed {seed}: {failure}");
+    }
+    for (seed, failure) in failed.iter().take(MADE_SMALL) {
         tell_small(*seed, failure);
     }
     match failed.len() {

@@ -36,10 +36,9 @@ impl<F: NorFlash> Controller<'_, F> {
     /// Safe: a motion is either in the machine's queue or was never asked for. The caller resets the machine.
     pub(crate) async fn line(&self, line: Result<&str, Error>, out: &Output) -> After {
         let _turn = self.turn.lock().await;
-        if self.is_restarting() {
-            // Another console's reset: what this line means is not known before it is over.
-            let mut restart = pin!(self.end_restart());
-            poll_fn(|context| poll_aside(restart.as_mut(), context)).await;
+        if self.begin_line() {
+            let mut catch_up = pin!(self.catch_up());
+            poll_fn(|context| poll_aside(catch_up.as_mut(), context)).await;
         }
         let mut text = Message::new();
         let answer = match line {
@@ -65,7 +64,21 @@ impl<F: NorFlash> Controller<'_, F> {
             After::Boot => self.boot(),
             After::NextLine | After::Restart => {}
         }
+        self.with(|program| program.in_line = false);
         after
+    }
+
+    /// A line begins. Whether it has to catch up with the machine first: the line before it was dropped, or a reset has come, and what
+    /// the line means is not known before that is over.
+    fn begin_line(&self) -> bool {
+        self.with(|program| core::mem::replace(&mut program.in_line, true) || program.restarting)
+    }
+
+    /// Waits until the machine has done what it was asked for before, and goes on from where it stands.
+    async fn catch_up(&self) {
+        self.end_restart().await;
+        self.follow_machine();
+        self.with(|program| program.in_line = true);
     }
 
     /// Carries out the start-up lines after power-up, a reset or homing, and answers each.

@@ -52,6 +52,8 @@ pub(crate) struct Program {
     pub startup_due: bool,
     /// A reset has come: the program does not begin anew before nothing moves, and nothing moves before it has.
     pub restarting: bool,
+    /// A line is being carried out, or was dropped with its console: then nobody has followed what it has asked for.
+    pub in_line: bool,
     /// What may have changed since it was stored.
     pub unsaved: Unsaved,
     /// What was stored is not in force, and has not been replaced yet.
@@ -99,6 +101,7 @@ impl<'a, F: NorFlash> Controller<'a, F> {
             jogged: false,
             startup_due: true,
             restarting: false,
+            in_line: false,
             unsaved: Unsaved::default(),
             loss: None,
         };
@@ -229,7 +232,7 @@ impl<'a, F: NorFlash> Controller<'a, F> {
     /// The modal state and the overrides of power-up, at the place where the machine stands.
     pub(crate) fn restart_program(&self) {
         self.with(|program| {
-            program.restarting = false;
+            (program.restarting, program.in_line) = (false, false);
             program.interpreter.reset();
             program.overrides = Overrides::DEFAULT;
             program.startup_due = true;

@@ -155,7 +155,8 @@ impl Moves {
             (Event::RunEnd { finish, held_at_steps, plan_s, position_steps }, &mut Some(run)) => {
                 self.open = None;
                 if finish != Finish::Done && finish != Finish::Held {
-                    self.forget_begun_after(run, (t_ns - run.start_ns) as f64 * 1e-9);
+                    // A run starts on a whole microsecond, and may be stopped before it comes.
+                    self.forget_begun_after(run, (t_ns as f64 - run.start_ns as f64) * 1e-9);
                 }
                 end(&mut self.records[run.first..], finish, (held_at_steps, plan_s), position_steps, t_ns);
             }

@@ -364,6 +364,11 @@ impl Sim {
         self.world.borrow().steps()
     }
 
+    /// How many events but those of moves and runs have been recorded.
+    pub fn events(&self) -> usize {
+        self.world.borrow().record().events.len()
+    }
+
     /// Where each carriage really is, steps from where its limit switch closes.
     pub fn places_steps(&self) -> [i32; 3] {
         self.world.borrow().places_steps()

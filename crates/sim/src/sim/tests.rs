@@ -274,3 +274,21 @@ fn an_alarm_wakes_no_sleeping_machine() {
     sim.run_until_idle().unwrap();
     assert_eq!(sim.replies(), ["[MSG:Caution: Unlocked]", "ok", "ok"]);
 }
+
+/// A host that opens the console anew forgets the line that homes, or probes; the machine does not.
+#[test]
+fn a_host_that_comes_back_finds_the_machine_where_it_stands() {
+    let plate = Some("Z,10,below".parse().unwrap());
+    for line in ["$HX", "G38.2 Z-10 F600", "G2 X0 Y0 I2 F600"] {
+        let mut sim = Sim::new(&Config { plate, ..Config::default() });
+        sim.send(format!("{line}\n").as_bytes());
+        sim.run_for(Duration::from_millis(300)).unwrap();
+        assert!(sim.steps() != [0; 3], "{line}");
+        sim.open_console();
+        sim.run_until_idle().unwrap();
+        let [x, y, z] = sim.machine().position_steps();
+        sim.send(b"G91 G1 X1 F600\n");
+        sim.run_until_idle().unwrap();
+        assert_eq!(sim.machine().position_steps(), [x + 50, y, z], "{line}");
+    }
+}

@@ -43,6 +43,14 @@ pub(super) struct Talk {
     is_greeted: bool,
 }
 
+/// What was seen at an instant.
+#[derive(Clone, Copy, Debug)]
+struct Look {
+    state: State,
+    steps: [u64; 3],
+    events: usize,
+}
+
 pub(super) struct Runner<'a> {
     scenario: &'a Scenario,
     sim: Sim,
@@ -187,7 +195,11 @@ impl<'a> Runner<'a> {
     }
 
     fn ran(&self, ran: Result<(), RunError>) -> Result<(), Failure> {
-        ran.map_err(|error| self.failure("everything comes to an end", error.to_string()))
+        match ran {
+            // It may have been told to wait for that long.
+            Err(RunError::TimeLimit { .. }) if self.is_spoilt => Ok(()),
+            ran => ran.map_err(|error| self.failure("everything comes to an end", error.to_string())),
+        }
     }
 
     fn rest(&mut self) -> Result<(), Failure> {
@@ -201,7 +213,7 @@ impl<'a> Runner<'a> {
     }
 
     /// What can be said of the world at any instant.
-    fn look(&self) -> Result<(State, [u64; 3]), Failure> {
+    fn look(&self) -> Result<Look, Failure> {
         let (state, tool) = (self.sim.machine().state(), self.sim.tool());
         if matches!(state, State::Alarm(_)) && tool != [0; 5] {
             return Err(self.failure("in an alarm all outputs are off", format!("{tool:?} in {state:?}")));
@@ -212,7 +224,7 @@ impl<'a> Runner<'a> {
             return Err(self.failure("a laser is dark at rest", format!("{tool:?} in {state:?}")));
         }
         self.look_at_travel(state)?;
-        Ok((state, self.sim.steps()))
+        Ok(Look { state, steps: self.sim.steps(), events: self.sim.events() })
     }
 
     /// An axis that is homed is within its travel.
@@ -234,9 +246,10 @@ impl<'a> Runner<'a> {
     }
 
     /// What is locked or held stands still.
-    fn compare(&self, before: (State, [u64; 3]), after: (State, [u64; 3])) -> Result<(), Failure> {
-        let stands = |state| matches!(state, State::Alarm(_) | State::Hold { still: true });
-        if stands(before.0) && before.0 == after.0 && before.1 != after.1 {
+    fn compare(&self, before: Look, after: Look) -> Result<(), Failure> {
+        let stands = matches!(before.state, State::Alarm(_) | State::Hold { still: true });
+        let is_unchanged = before.state == after.state && before.events == after.events;
+        if stands && is_unchanged && before.steps != after.steps {
             return Err(self.failure("what is locked or held stands still", format!("{before:?}, then {after:?}")));
         }
         Ok(())
@@ -343,13 +356,13 @@ impl<'a> Runner<'a> {
         self.send(0, format!("G21 G91 G94 G1 X{mm} F300\n").as_bytes());
         let ran = self.sim.run_until_idle();
         self.ran(ran)?;
+        if self.is_spoilt {
+            // Who knows what it was told that it is, and where it may go.
+            return Ok(());
+        }
         let said = self.sim.replies_of(0);
         let wanted = was_steps[0] + config.steps(Axis::X, mm);
         let is_at = self.sim.machine().position_steps();
-        if self.is_spoilt && said.iter().any(|line| line.starts_with("ALARM") || line.starts_with("error")) {
-            // Who knows what it was told that it is.
-            return Ok(());
-        }
         if said.last().map(String::as_str) != Some("ok") || is_at != [wanted, was_steps[1], was_steps[2]] {
             let found = format!("X{mm} from {was_steps:?} led to {is_at:?}, and it said {said:?}");
             return Err(self.failure("at last it moves where it is told", found));
