@@ -1,5 +1,5 @@
 //! The commands of the project, run as `cargo xtask VERB`. One file per verb; `workspace`, `toolchain`, `node`,
-//! `firmware`, `flight`, `footprint`, `laws`, `pace`, `parallel`, `remarks`, `uf2`, `variant`, `process`, `stopwatch` and `timing` are
+//! `firmware`, `flight`, `footprint`, `laws`, `pace`, `parallel`, `remarks`, `uf2`, `variant`, `process`, `stopwatch`, `timing` and `tools` are
 //! what the verbs share.
 
 // A verb whose reader has gone, as `head` goes, does what was asked of it unread: the standard macros would panic.
@@ -17,8 +17,10 @@ mod firmware;
 mod flash;
 mod flight;
 mod footprint;
+mod fuzz;
 mod laws;
 mod lint;
+mod mutants;
 mod node;
 mod pace;
 mod papers;
@@ -35,6 +37,7 @@ mod test;
 mod times;
 mod timing;
 mod toolchain;
+mod tools;
 mod touch;
 mod uf2;
 mod variant;
@@ -67,6 +70,8 @@ Examples:
   cargo xtask profile --help                             speed laws: a table, every step as CSV, curves over time
   cargo xtask papers                                     what the papers print beside what comes out here
   cargo xtask times parts grbl.csv                       how long programs take, beside Grbl's times for them
+  cargo xtask fuzz console --minutes 10                  look for bytes that break the console
+  cargo xtask mutants console --sample 20                see whether the tests notice 20 wrong consoles
 
 Every verb prepares what it needs by itself; `cargo xtask setup` does only that.";
 
@@ -86,6 +91,8 @@ enum Verb {
     Papers(papers::Args),
     Times(times::Args),
     Lint(lint::Args),
+    Fuzz(fuzz::Args),
+    Mutants(mutants::Args),
 }
 
 fn main() -> ExitCode {
@@ -104,6 +111,8 @@ fn main() -> ExitCode {
         Verb::Papers(args) => papers::run(args),
         Verb::Times(args) => times::run(args),
         Verb::Lint(args) => lint::run(args),
+        Verb::Fuzz(args) => fuzz::run(args),
+        Verb::Mutants(args) => mutants::run(args),
     };
     // Not `fn main() -> Result`: that prints a backtrace where RUST_BACKTRACE is set, which no user of a tool wants.
     match outcome {
