@@ -115,7 +115,14 @@ impl Fuzzer {
     fn run(&self, target: Target) -> Command {
         let mut command = Command::new(&self.cargo_fuzz);
         // Without a sanitizer, as those need a nightly compiler, and all that they would find is in unsafe code.
-        command.current_dir(workspace::root()).args(["run", "--sanitizer", "none", "--fuzz-dir", "fuzz", "--target-dir"]);
+        command.current_dir(workspace::root()).args([
+            "run",
+            "--sanitizer",
+            "none",
+            "--fuzz-dir",
+            "fuzz",
+            "--target-dir",
+        ]);
         command.arg(workspace::target_dir().join("fuzz")).arg(target.name());
         command
     }

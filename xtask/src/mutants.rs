@@ -87,19 +87,24 @@ impl Package {
 
     /// The fastest first: what one does not catch, the next tries.
     fn suites(self) -> &'static [Suite] {
-        const OWN: &str = "isostep-tests";
         match self {
-            Self::Profile => &[suite(&["isostep-profile"], &[], 300), suite(&[OWN], &["corpus"], 60)],
-            Self::Console => &[suite(&["isostep-console"], &[], 120), suite(&[OWN], &["dialogues", "corpus"], 180)],
-            Self::Motion => &[
-                suite(&[OWN], &["dialogues"], 180),
-                suite(&[OWN], &["chains", "hold", "step_port", "real_time_orders"], 600),
-                suite(&["isostep-motion"], &[], 60),
-            ],
-            Self::Controller => &[suite(&[OWN], &["dialogues"], 180), suite(&[OWN], &["store", "corpus", "programs"], 300)],
+            Self::Profile => PROFILE,
+            Self::Motion => MOTION,
+            Self::Console => CONSOLE,
+            Self::Controller => CONTROLLER,
         }
     }
 }
+
+const WHOLE: &[&str] = &["isostep-tests"];
+const PROFILE: &[Suite] = &[suite(&["isostep-profile"], &[], 300), suite(WHOLE, &["corpus", "chains"], 120)];
+const CONSOLE: &[Suite] = &[suite(&["isostep-console"], &[], 120), suite(WHOLE, &["corpus", "dialogues"], 180)];
+const MOTION: &[Suite] = &[
+    suite(WHOLE, &["dialogues"], 180),
+    suite(WHOLE, &["chains", "hold", "step_port", "real_time_orders"], 600),
+    suite(&["isostep-motion"], &[], 60),
+];
+const CONTROLLER: &[Suite] = &[suite(WHOLE, &["dialogues"], 180), suite(WHOLE, &["corpus", "store", "programs"], 300)];
 
 pub fn run(args: Args) -> Result<()> {
     let tool = Tool { binary: tools::installed("cargo-mutants", CARGO_MUTANTS)?, package: args.package };
@@ -132,7 +137,8 @@ fn sample(names: Vec<String>, most: usize, seed: u64) -> Vec<String> {
     // The first places of a shuffle.
     let most = most.min(chosen.len());
     for place in 0..most {
-        chosen.swap(place, random.rand_range(place as u64..chosen.len() as u64) as usize);
+        let other = random.rand_range(place as u64..chosen.len() as u64);
+        chosen.swap(place, other as usize);
     }
     chosen.truncate(most);
     chosen.sort();
@@ -166,20 +172,35 @@ impl Tool {
         command.env("CARGO_TARGET_DIR", folder.join("build")).env("CARGO_PROFILE_DEV_DEBUG", "0");
         command.args(["--no-shuffle", "--cap-lints=true", "--colors=never", "--output"]).arg(&output);
         command.args(["--timeout", &suite.timeout_s.to_string()]);
-        suite.packages.iter().for_each(|package| drop(command.args(["--test-package", package])));
-        suite.tests.iter().for_each(|test| drop(command.arg(format!("--cargo-arg=--test={test}"))));
-        names.iter().for_each(|name| drop(command.arg("--re").arg(format!("^{}$", escaped(name)))));
+        command.args(suite.packages.iter().map(|package| format!("--test-package={package}")));
+        command.args(suite.tests.iter().map(|test| format!("--cargo-arg=--test={test}")));
+        command.args(names.iter().map(|name| format!("--re=^{}$", escaped(name))));
         let status = command.status().context("cargo-mutants")?;
         if !status.code().is_some_and(|code| DONE.contains(&code)) {
             bail!("cargo-mutants failed ({status}); what it says is in {}", workspace::shown(&output));
         }
-        Found::read(&output.join("mutants.out"))
+        let found = Found::read(&output.join("mutants.out"), names)?;
+        if found.count() != names.len() {
+            bail!(
+                "cargo-mutants has tried {} mutants of {}: the sources have changed meanwhile",
+                found.count(),
+                names.len()
+            );
+        }
+        Ok(found)
     }
 }
 
-/// A regular expression for just that text.
+/// A regular expression for just that text. Not every sign may be escaped: `\<` is where a word begins.
 fn escaped(text: &str) -> String {
-    text.chars().flat_map(|char| [(!char.is_alphanumeric() && !char.is_whitespace()).then_some('\\'), Some(char)]).flatten().collect()
+    let mut escaped = String::new();
+    for char in text.chars() {
+        if r"\.+*?()|[]{}^$".contains(char) {
+            escaped.push('\\');
+        }
+        escaped.push(char);
+    }
+    escaped
 }
 
 /// What became of mutants, by their names.
@@ -193,14 +214,20 @@ struct Found {
 }
 
 impl Found {
-    fn read(folder: &Path) -> Result<Self> {
-        let names = |file: &str| -> Result<Vec<String>> {
+    fn count(&self) -> usize {
+        [&self.caught, &self.missed, &self.timeouts, &self.unviable].map(Vec::len).iter().sum()
+    }
+
+    /// Of those names; cargo-mutants tries fields left out of an expression whether they are asked for or not.
+    fn read(folder: &Path, names: &[String]) -> Result<Self> {
+        let of = |file: &str| -> Result<Vec<String>> {
             let path = folder.join(file);
             let text = fs::read_to_string(&path).with_context(|| path.display().to_string())?;
-            Ok(text.lines().map(str::to_owned).collect())
+            let is_asked_for = |name: &&str| names.iter().any(|asked| asked == name);
+            Ok(text.lines().filter(is_asked_for).map(str::to_owned).collect())
         };
-        let (caught, missed) = (names("caught.txt")?, names("missed.txt")?);
-        Ok(Self { caught, missed, timeouts: names("timeout.txt")?, unviable: names("unviable.txt")? })
+        let (caught, missed) = (of("caught.txt")?, of("missed.txt")?);
+        Ok(Self { caught, missed, timeouts: of("timeout.txt")?, unviable: of("unviable.txt")? })
     }
 }
 
@@ -247,7 +274,10 @@ mod tests {
 
     #[test]
     fn a_name_is_taken_as_it_is() {
-        assert_eq!(escaped("a.rs:1:2: replace a -> b"), r"a\.rs\:1\:2\: replace a \-\> b");
+        assert_eq!(
+            escaped("a.rs:1:2: replace <a>::f(b) -> [c] with x"),
+            r"a\.rs:1:2: replace <a>::f\(b\) -> \[c\] with x"
+        );
     }
 
     #[test]

@@ -195,7 +195,9 @@ impl Console {
         }
         if let Some(arc) = arc {
             let most_mm = f64::from(MAX_COORDINATE_MM) * (1.0 + 1e-6);
-            assert!(arc.bounds_mm().iter().all(|[least, most]| -most_mm <= *least && least <= most && *most <= most_mm));
+            assert!(
+                arc.bounds_mm().iter().all(|[least, most]| -most_mm <= *least && least <= most && *most <= most_mm)
+            );
             assert!(arc.length_mm().is_finite() && arc.length_mm() >= 0.0);
             let chords = arc.chords(f64::from(self.settings.arc_tolerance_mm));
             chords.take(CHORDS).for_each(|chord_mm| is_a_place(chord_mm.map(|mm| (mm * (1.0 - 1e-6)) as f32)));
@@ -231,7 +233,8 @@ impl Console {
     }
 
     fn report(&mut self) {
-        let [probe_touched, x, y, z, door_open, emergency_stop] = core::array::from_fn(|bit| self.inputs >> bit & 1 == 1);
+        let [probe_touched, x, y, z, door_open, emergency_stop] =
+            core::array::from_fn(|bit| self.inputs >> bit & 1 == 1);
         let modal = self.interpreter.modal();
         let share = f32::from(self.overrides.spindle_percent) / 100.0;
         let status = Status {

@@ -23,7 +23,8 @@ pub fn run(bytes: &[u8]) {
     config.settings.max_rate_mm_min = [12_000.0; 3];
     config.settings.accel_mm_s2 = [1_000.0; 3];
     config.settings.homing_seek_mm_min = 3_000.0;
-    let mut bench = Bench { sim: Sim::new(&config), lines: 0, answers: 0, is_pressed: [false; 6], left_us: LIFE_MS * 1_000 };
+    let mut bench =
+        Bench { sim: Sim::new(&config), lines: 0, answers: 0, is_pressed: [false; 6], left_us: LIFE_MS * 1_000 };
     for &byte in bytes {
         bench.happens(byte);
     }

@@ -145,7 +145,9 @@ fn compiles(case: &Case, events: &[Event], tick_hz: u32) {
     let mut compiled = Compiled { tick_hz, axes: array::from_fn(|_| Made::default()) };
     let mut left = case.moves.iter();
     let mut push = |chain: &mut Chain<AXES, 4>| {
-        while !chain.is_full() && let Some(wanted) = left.next() {
+        while !chain.is_full()
+            && let Some(wanted) = left.next()
+        {
             assert_eq!(chain.push(*wanted), Ok(()));
         }
     };

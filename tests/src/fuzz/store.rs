@@ -19,7 +19,7 @@ const ERASED: u8 = 0xFF;
 ///
 /// # Panics
 /// Where an item is neither what it was nor what it was to be, flash that cannot be read is not as if blank, or a change
-/// cannot be kept.
+/// is refused.
 pub fn run(bytes: &[u8]) {
     let mut bytes = Unstructured::new(bytes);
     // The bytes have an end, and so has what they tell.
@@ -52,10 +52,14 @@ fn scribble(flash: &Flash, bytes: &mut Unstructured<'_>) -> Result<()> {
         let times = bytes.int_in_range(1..=32)?;
         let sector = bytes.int_in_range(0..=5)?;
         // Where anything is told is mostly at the beginning of a sector.
-        let place = if bytes.ratio(1, 2)? { bytes.int_in_range(0..=64)? } else { bytes.int_in_range(0..=SECTOR_BYTES)? };
+        let place =
+            if bytes.ratio(1, 2)? { bytes.int_in_range(0..=64)? } else { bytes.int_in_range(0..=SECTOR_BYTES)? };
         flash.change(|cells| {
             let from = (sector * SECTOR_BYTES + place) % cells.len();
-            cells[from..].iter_mut().zip(run.iter().cycle().take(times * run.len())).for_each(|(cell, byte)| *cell = *byte);
+            cells[from..]
+                .iter_mut()
+                .zip(run.iter().cycle().take(times * run.len()))
+                .for_each(|(cell, byte)| *cell = *byte);
         });
     }
     Ok(())
@@ -66,7 +70,7 @@ struct Life {
     store: Store<Flash>,
     /// What may be kept, item by item: what was kept last, and all that has been tried since.
     may_be: Vec<Kept>,
-    /// Bytes were changed since it was read last.
+    /// Bytes were changed while it was in use: what is where the log goes on may be lost, and that is not looked at.
     is_damaged: bool,
 }
 
@@ -84,7 +88,10 @@ impl Life {
     fn opened(flash: &Flash) -> Store<Flash> {
         let bytes = flash.bytes().len() as u32;
         let mut store = Store::new(flash.clone(), 0..bytes, Settings::DEFAULT);
-        let loaded = block_on(store.load()); if std::env::var("DBG").is_ok() { eprintln!("loaded {loaded:?}"); }
+        let loaded = block_on(store.load());
+        if std::env::var("DBG").is_ok() {
+            eprintln!("loaded {loaded:?}");
+        }
         if loaded.is_err() {
             assert_eq!(store.kept(), &defaults(), "what cannot be read is as if blank");
         }
@@ -92,7 +99,10 @@ impl Life {
     }
 
     fn happens(&mut self, bytes: &mut Unstructured<'_>) -> Result<()> {
-        let what = bytes.int_in_range(0..=7)?; if std::env::var("DBG").is_ok() { eprintln!("event {what}"); }
+        let what = bytes.int_in_range(0..=7)?;
+        if std::env::var("DBG").is_ok() {
+            eprintln!("event {what}");
+        }
         match what {
             0..=2 => self.keeps_a_change_of(bytes)?,
             3 => self.opens(),
@@ -130,7 +140,7 @@ impl Life {
             let value = kept.value(item);
             assert!(self.may_be.iter().any(|kept| kept.value(item) == value), "{item:?} is {value:?}");
         }
-        (self.may_be, self.is_damaged) = (vec![kept.clone()], false);
+        self.may_be = vec![kept.clone()];
     }
 
     fn keeps_a_change_of(&mut self, bytes: &mut Unstructured<'_>) -> Result<()> {
