@@ -157,15 +157,16 @@ fn a_change_that_was_dropped_and_taken_back_is_taken_back_in_flash_too() {
         assert!(save(&mut store, &old));
         assert_eq!(opened(&flash, 4).0.kept(), &old, "after {polls} polls");
     }
-    for operations in 0..4 {
+    for (operations, seed) in (0..4).flat_map(|operations| (0..200).map(move |seed| (operations, seed))) {
         let flash = Flash::blank();
         let (mut store, _) = opened(&flash, 4);
         assert!(save(&mut store, &old));
-        flash.cut_power_after(operations, 1);
+        // Now and then all of it has arrived.
+        flash.cut_power_after(operations, seed);
         let _ = save(&mut store, &new);
         flash.mend();
         assert!(save(&mut store, &old));
-        assert_eq!(opened(&flash, 4).0.kept(), &old, "refused after {operations} operations");
+        assert_eq!(opened(&flash, 4).0.kept(), &old, "refused after {operations} operations, {seed}");
     }
 }
 

@@ -172,6 +172,10 @@ impl Tool {
         command.env("CARGO_TARGET_DIR", folder.join("build")).env("CARGO_PROFILE_DEV_DEBUG", "0");
         command.args(["--no-shuffle", "--cap-lints=true", "--colors=never", "--output"]).arg(&output);
         command.args(["--timeout", &suite.timeout_s.to_string()]);
+        if suite.tests.is_empty() {
+            // All but the documentation's examples: each is linked by itself.
+            command.arg("--cargo-arg=--tests");
+        }
         command.args(suite.packages.iter().map(|package| format!("--test-package={package}")));
         command.args(suite.tests.iter().map(|test| format!("--cargo-arg=--test={test}")));
         command.args(names.iter().map(|name| format!("--re=^{}$", escaped(name))));
