@@ -1,5 +1,5 @@
-//! What the end-to-end tests share: the project's folder, the firmware on the emulated board, and cases for machines of
-//! every make.
+//! What the end-to-end tests share: the project's folder, the firmware on the emulated board, cases for machines of
+//! every make, and what the fuzzers do.
 
 use std::path::Path;
 
@@ -8,6 +8,7 @@ pub mod cases;
 pub mod contract;
 pub mod desk;
 pub mod emulated;
+pub mod fuzz;
 pub mod laws;
 pub mod rig;
 

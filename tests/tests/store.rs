@@ -3,6 +3,8 @@
 //! The same in every run; a failure prints the line that runs its case alone.
 
 use std::env;
+use std::pin::pin;
+use std::task::{Context, Waker};
 
 use embassy_futures::block_on;
 use embassy_time::Duration;
@@ -133,6 +135,39 @@ fn a_change_of_one_item_writes_one_item() {
     assert_eq!(flash.operations() - before, 2);
     assert!(save(&mut store, &wanted));
     assert_eq!(flash.operations() - before, 2, "nothing has changed");
+}
+
+/// Wherever a change is dropped or refused on its way, taking it back is a change too.
+#[test]
+fn a_change_that_was_dropped_and_taken_back_is_taken_back_in_flash_too() {
+    let old = defaults();
+    let mut new = defaults();
+    new.settings.set(110, 1234.0);
+    for polls in 1..8 {
+        let flash = Flash::blank();
+        let (mut store, _) = opened(&flash, 4);
+        let mut other = defaults();
+        other.settings.set(111, 999.0);
+        assert!(save(&mut store, &other));
+        {
+            let mut dropped = pin!(store.save(true, |item| new.value(item)));
+            let mut context = Context::from_waker(Waker::noop());
+            (0..polls).any(|_| dropped.as_mut().poll(&mut context).is_ready());
+        }
+        assert!(save(&mut store, &old));
+        assert_eq!(opened(&flash, 4).0.kept(), &old, "after {polls} polls");
+    }
+    for (operations, seed) in (0..4).flat_map(|operations| (0..200).map(move |seed| (operations, seed))) {
+        let flash = Flash::blank();
+        let (mut store, _) = opened(&flash, 4);
+        assert!(save(&mut store, &old));
+        // Now and then all of it has arrived.
+        flash.cut_power_after(operations, seed);
+        let _ = save(&mut store, &new);
+        flash.mend();
+        assert!(save(&mut store, &old));
+        assert_eq!(opened(&flash, 4).0.kept(), &old, "refused after {operations} operations, {seed}");
+    }
 }
 
 /// The log's sum over an item: CRC-32C from 0xEEEEEEEE on, its first byte never 0x00 or 0xFF.

@@ -1,13 +1,12 @@
 //! `cargo xtask audit`: what the project depends on, against deny.toml and the RustSec advisories.
 
-use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 
 use crate::process::{self, announce};
-use crate::workspace;
+use crate::{tools, workspace};
 
 /// Of cargo-deny; another may read deny.toml otherwise.
 const VERSION: &str = "0.20.2";
@@ -34,7 +33,12 @@ pub struct Args {
 
 /// Runs the verb.
 pub fn run(args: Args) -> Result<()> {
-    install()?;
+    let cargo_deny = tools::installed("cargo-deny", VERSION)?;
+    let deny = || {
+        let mut deny = Command::new(&cargo_deny);
+        deny.current_dir(workspace::root());
+        deny
+    };
     announce("licences, sources and duplicates");
     process::run(deny().args(["check", "bans", "licenses", "sources"]))?;
     announce("advisories");
@@ -49,25 +53,4 @@ pub fn run(args: Args) -> Result<()> {
     }
     println!("{unknown}");
     Ok(())
-}
-
-fn folder() -> PathBuf {
-    workspace::target_dir().join("tools")
-}
-
-fn deny() -> Command {
-    let mut deny = Command::new(folder().join("bin").join("cargo-deny"));
-    deny.current_dir(workspace::root());
-    deny
-}
-
-/// Installs cargo-deny, unless it is there in its version.
-fn install() -> Result<()> {
-    if process::printed(deny().arg("--version")).is_some_and(|printed| printed == format!("cargo-deny {VERSION}")) {
-        return Ok(());
-    }
-    announce(&format!("cargo-deny {VERSION} from crates.io into {}: it is compiled now", workspace::shown(&folder())));
-    let mut install = Command::new("cargo");
-    install.current_dir(workspace::root()).args(["install", "--locked", "--version", VERSION, "--root"]);
-    process::run(install.arg(folder()).arg("cargo-deny")).context("crates.io is needed once")
 }

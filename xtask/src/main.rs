@@ -1,6 +1,6 @@
-//! The commands of the project, run as `cargo xtask VERB`. One file per verb; `screen`, `files`, `workspace`, `toolchain`, `node`,
-//! `firmware`, `flight`, `footprint`, `laws`, `pace`, `parallel`, `remarks`, `uf2`, `variant`, `process`, `stopwatch` and `timing` are
-//! what the verbs share.
+//! The commands of the project, run as `cargo xtask VERB`. One file per verb; `screen`, `files`, `workspace`, `toolchain`, `tools`,
+//! `node`, `firmware`, `flight`, `footprint`, `laws`, `pace`, `parallel`, `remarks`, `uf2`, `variant`, `process`, `stopwatch` and
+//! `timing` are what the verbs share.
 
 // First, as its macros are what all of them print with.
 #[macro_use]
@@ -19,9 +19,11 @@ mod firmware;
 mod flash;
 mod flight;
 mod footprint;
+mod fuzz;
 mod homing;
 mod laws;
 mod lint;
+mod mutants;
 mod node;
 mod pace;
 mod papers;
@@ -39,6 +41,7 @@ mod test;
 mod times;
 mod timing;
 mod toolchain;
+mod tools;
 mod touch;
 mod uf2;
 mod variant;
@@ -73,6 +76,8 @@ Examples:
   cargo xtask swarm                                      random machines, programs and faults: none may break a promise
   cargo xtask times parts grbl.csv                       how long programs take, beside Grbl's times for them
   cargo xtask homing                                     how well homing finds the same place again
+  cargo xtask fuzz console --minutes 10                  look for bytes that break the console
+  cargo xtask mutants console --sample 20                see whether the tests notice 20 wrong consoles
 
 Every verb prepares what it needs by itself; `cargo xtask setup` does only that.";
 
@@ -95,6 +100,8 @@ enum Verb {
     Homing(homing::Args),
     Lint(lint::Args),
     Audit(audit::Args),
+    Fuzz(fuzz::Args),
+    Mutants(mutants::Args),
 }
 
 fn main() -> ExitCode {
@@ -116,6 +123,8 @@ fn main() -> ExitCode {
         Verb::Homing(args) => homing::run(args),
         Verb::Lint(args) => lint::run(args),
         Verb::Audit(args) => audit::run(args),
+        Verb::Fuzz(args) => fuzz::run(args),
+        Verb::Mutants(args) => mutants::run(args),
     };
     // Not `fn main() -> Result`: that prints a backtrace where RUST_BACKTRACE is set, which no user of a tool wants.
     match outcome.and_then(|()| screen::finish()) {

@@ -136,6 +136,8 @@ mod tests {
         assert_eq!(value("100000000"), None);
         assert_eq!(value("1000000000000000000000000"), None);
         assert_eq!(value("0.1000000000000000000000000001"), Some(0.1));
+        // One digit more than there is room for, of which ten count.
+        assert_eq!(value("0.000000009999999999"), Some(1e-8));
     }
 
     proptest! {

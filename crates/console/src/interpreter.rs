@@ -143,7 +143,7 @@ impl Interpreter {
 
     /// What follows `$J=`.
     pub(crate) fn jog(&self, line: &str) -> Result<Jog, Error> {
-        let modal = Modal { motion: MotionMode::Linear, inverse_time: false, ..self.modal };
+        let modal = Modal { motion: MotionMode::Linear, ..self.modal };
         let mut words = Words::read(&mut line.as_bytes(), modal)?;
         words.line_number()?;
         let mm_min = in_mm(words.take(b'F').ok_or(Error::NoFeed)?, &words.modal);

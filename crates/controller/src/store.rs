@@ -51,6 +51,8 @@ pub struct Store<F: NorFlash> {
     anew: bool,
     /// What has been put into the log since the last copy of all that is kept, bytes.
     since_copy: usize,
+    /// It may be in the log with another value than it is kept with: putting it there was refused, or dropped.
+    doubtful: Option<Item>,
 }
 
 /// What the flash holds; defaults where it holds nothing.
@@ -89,7 +91,7 @@ impl<F: NorFlash> Store<F> {
         let sectors = Sectors::new(flash, range);
         let config = QueueConfig::new(0..sectors.bytes());
         let log = Log::new(sectors, config, Cache::new_uncached());
-        Self { log, defaults, kept: Kept::new(defaults), anew: true, since_copy: 0 }
+        Self { log, defaults, kept: Kept::new(defaults), anew: true, since_copy: 0, doubtful: None }
     }
 
     /// What the flash holds, after [`load`](Self::load).
@@ -118,7 +120,7 @@ impl<F: NorFlash> Store<F> {
 
     /// The version of what there is; `None` if it makes no sense.
     async fn read(&mut self) -> Option<u32> {
-        (self.kept, self.since_copy) = (Kept::new(self.defaults), 0);
+        (self.kept, self.since_copy, self.doubtful) = (Kept::new(self.defaults), 0, None);
         let mut understood = self.log.flash().open().await.ok()?;
         let mut version = NOTHING;
         let mut buffer = [0; READ_BYTES];
@@ -161,7 +163,10 @@ impl<F: NorFlash> Store<F> {
     async fn write(&mut self, settings: bool, now: &impl Fn(Item) -> Value) -> Result<(), LogError<F::Error>> {
         if self.anew {
             self.log.erase_all().await?;
-            self.kept = Kept::new(self.defaults);
+            (self.kept, self.doubtful) = (Kept::new(self.defaults), None);
+        }
+        if let Some(item) = self.doubtful {
+            self.push(item, &self.kept.value(item)).await?;
         }
         if self.anew || self.since_copy > self.log.flash_range().len() / 2 {
             self.copy().await?;
@@ -172,7 +177,6 @@ impl<F: NorFlash> Store<F> {
             let value = now(item);
             if (settings || !item.is_setting()) && value != self.kept.value(item) {
                 self.push(item, &value).await?;
-                self.kept.set(item, &value);
             }
         }
         Ok(())
@@ -193,13 +197,17 @@ impl<F: NorFlash> Store<F> {
         Ok(())
     }
 
+    /// Puts an item into the log, and keeps it.
     async fn push(&mut self, item: Item, value: &[u8]) -> Result<(), LogError<F::Error>> {
         let mut entry = Vec::<_, ENTRY_BYTES>::new();
         // There is room for the longest.
         let _ = entry.extend_from_slice(&item.0.to_le_bytes());
         let _ = entry.extend_from_slice(value);
         self.since_copy += log_bytes(&entry);
+        self.doubtful = (item != VERSION_ITEM).then_some(item);
         self.log.push(&entry, true).await?;
+        self.kept.set(item, value);
+        self.doubtful = None;
         yield_now().await;
         Ok(())
     }

@@ -5,9 +5,9 @@ use isostep_profile::chain::{Chain, Leg, LegKind};
 use proptest::prelude::*;
 use proptest::test_runner::TestCaseResult;
 
-use crate::case::{AXES, Case};
-use crate::follow::Follower;
-use crate::model::{Move, Shares, fastest};
+use super::case::{AXES, Case};
+use super::follow::Follower;
+use super::model::{Move, Shares, fastest};
 
 #[derive(Clone, Copy, Debug)]
 pub enum Event {

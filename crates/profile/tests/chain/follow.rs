@@ -5,8 +5,8 @@ use isostep_profile::{IntervalLaw, Profile, ProfileError, SpeedLaw, SyncMove};
 use proptest::prelude::*;
 use proptest::test_runner::TestCaseResult;
 
-use crate::case::{AXES, Case};
-use crate::model::{Move, Shares, corner};
+use super::case::{AXES, Case};
+use super::model::{Move, Shares, corner};
 
 /// Rounding, as a share.
 const SAME: f64 = 1e-6;

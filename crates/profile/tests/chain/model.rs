@@ -3,7 +3,7 @@
 use isostep_profile::chain::Wanted;
 use isostep_profile::{IntervalLaw, Limits, SPEED_MIN_STEPS_S, SpeedLaw};
 
-use crate::case::{AXES, Case};
+use super::case::{AXES, Case};
 
 /// The shares of feeds and rapids.
 #[derive(Clone, Copy, Debug)]

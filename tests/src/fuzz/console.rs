@@ -1,0 +1,302 @@
+//! Bytes to a console without a machine behind it: each line is carried out at once.
+
+use std::fmt::{self, Write};
+
+use isostep_console::parameters::{STORED_LINE_CHARS, StoredLine};
+use isostep_console::{
+    Block, Command, Coordinates, Door, Error, Interpreter, Jog, LineAssembler, MAX_COORDINATE_MM, MIN_FEED_MM_MIN,
+    Move, Overrides, Rate, Realtime, Refusal, SETTING_TABLE, Settings, Spindle, State, Status, StatusReporter,
+    realtime, report, stopped_at,
+};
+
+/// The states that a machine may be asked in.
+const STATES: [State; 13] = [
+    State::Idle,
+    State::Run,
+    State::Hold { stopping: false },
+    State::Hold { stopping: true },
+    State::Door(Door::Closed),
+    State::Door(Door::Open),
+    State::Door(Door::Stopping),
+    State::Door(Door::Resuming),
+    State::Jog,
+    State::Home,
+    State::Alarm,
+    State::Check,
+    State::Sleep,
+];
+
+/// What a controller has room for, bytes; and what the reports say that they take at most.
+const MESSAGE_BYTES: usize = 256;
+const STATUS_BYTES: usize = 145;
+const SETTING_BYTES: usize = 64;
+/// Chords of an arc that are looked at: there may be very many.
+const CHORDS: usize = 32;
+
+/// Sends `bytes` to a console. Those that it ignores say what else there is to report: 0xB0 to 0xBC the state from there on, 0xC0
+/// to 0xFF which inputs are pressed.
+///
+/// # Panics
+/// Where a line does not get one answer, a refused line changes anything, a report is longer than it may be, or anything
+/// is not finite or too far out.
+pub fn run(bytes: &[u8]) {
+    let mut console = Console::new();
+    for &byte in bytes {
+        console.byte(byte);
+    }
+    console.report();
+    let ends = bytes.iter().filter(|byte| matches!(byte, b'\r' | b'\n')).count();
+    assert_eq!(console.answers, ends, "a line has one answer");
+}
+
+/// The step outputs carry a pulse and a pause as long, to 1 MHz.
+fn carries(pulse_us: u16) -> f32 {
+    (1e6 / (2.0 * f32::from(pulse_us))).min(1e6)
+}
+
+struct Console {
+    lines: LineAssembler,
+    interpreter: Interpreter,
+    settings: Settings,
+    overrides: Overrides,
+    reporter: StatusReporter,
+    state: State,
+    inputs: u8,
+    /// The last N, and the last feed.
+    line_number: u32,
+    feed_mm_min: f32,
+    startup: [StoredLine; 2],
+    build_text: StoredLine,
+    answers: usize,
+}
+
+impl Console {
+    fn new() -> Self {
+        Self {
+            lines: LineAssembler::new(),
+            interpreter: Interpreter::new(),
+            settings: Settings::DEFAULT,
+            overrides: Overrides::DEFAULT,
+            reporter: StatusReporter::new(),
+            state: State::Idle,
+            inputs: 0,
+            line_number: 0,
+            feed_mm_min: 0.0,
+            startup: Default::default(),
+            build_text: StoredLine::new(),
+            answers: 0,
+        }
+    }
+
+    fn byte(&mut self, byte: u8) {
+        match realtime::classify(byte) {
+            Some(Realtime::Status) => self.report(),
+            Some(Realtime::Reset) => {
+                self.lines.reset();
+                self.interpreter.reset();
+                self.reporter = StatusReporter::new();
+            }
+            Some(Realtime::Override(byte)) => self.overrides.apply(byte),
+            Some(Realtime::Ignored) => match byte {
+                0xB0..0xBD => self.state = STATES[usize::from(byte - 0xB0)],
+                0xC0.. => self.inputs = byte - 0xC0,
+                _ => {}
+            },
+            Some(_) => {}
+            None => self.part_of_a_line(byte),
+        }
+    }
+
+    fn part_of_a_line(&mut self, byte: u8) {
+        let Some(line) = self.lines.push(byte) else { return };
+        let line = line.map(str::to_owned);
+        let answer = match &line {
+            Ok(line) => self.line(line),
+            Err(error) => Err(*error),
+        };
+        let mut said = Limited::new(MESSAGE_BYTES);
+        report::answer(&mut said, answer).expect("an answer fits");
+        assert!(said.text.ends_with("\r\n") && said.text.matches("\r\n").count() == 1);
+        self.answers += 1;
+        self.is_sound();
+    }
+
+    /// Carries a line out; nothing has changed if it is refused.
+    fn line(&mut self, line: &str) -> Result<(), Error> {
+        let before = (self.interpreter, self.settings);
+        let command = self.interpreter.interpret(line, self.state, &self.settings);
+        if matches!(command, Ok(Command::Jog(_))) {
+            assert_eq!(self.interpreter, before.0, "{line}");
+        }
+        let answer = command.and_then(|command| self.carry_out(command));
+        if let Err(error) = answer {
+            assert_eq!((self.interpreter, self.settings), before, "{line}: {error}");
+            stopped_at(line).inspect(|range| assert!(!line[range.clone()].is_empty(), "{line}"));
+            tells(report::message, Refusal::of(line));
+        }
+        answer
+    }
+
+    fn carry_out(&mut self, command: Command<'_>) -> Result<(), Error> {
+        match command {
+            Command::Block(block) => self.block(&block),
+            Command::Jog(Jog { target_mm, mm_min }) => {
+                is_a_place(target_mm);
+                is_a_feed(mm_min);
+                self.interpreter.set_position_mm(target_mm);
+            }
+            Command::SetSetting { number, value } => {
+                assert!(value.is_finite());
+                self.settings = self.settings.with(number, value, &carries).map_err(|why| {
+                    tells(report::message, why);
+                    why.error()
+                })?;
+            }
+            Command::SetStartup { index, block, line } => {
+                self.block(&block);
+                self.startup[index] = line.try_into().expect("a line that is stored fits");
+            }
+            Command::SetBuild { text } => self.build_text = text.try_into().expect("a text that is stored fits"),
+            Command::Restore { settings, parameters } => {
+                if settings {
+                    self.settings = Settings::DEFAULT;
+                }
+                if parameters {
+                    self.interpreter.set_coordinates(Coordinates::default());
+                    self.startup = Default::default();
+                }
+            }
+            Command::Home { axis } => assert!(axis.is_none_or(|axis| axis < 3)),
+            Command::Buzz { axis } => assert!(axis < 3),
+            Command::ExplainError(error) => tells(report::message, error),
+            Command::ExplainAlarm(alarm) => tells(report::message, alarm),
+            Command::ShowSettings | Command::ShowParameters | Command::ShowBuild => self.list(),
+            Command::ShowModal | Command::ShowStartup | Command::Help => self.list(),
+            Command::Unlock | Command::ToggleCheck | Command::Sleep | Command::Boot => {}
+        }
+        Ok(())
+    }
+
+    fn block(&mut self, block: &Block) {
+        self.line_number = block.line_number;
+        assert!(block.dwell_s.is_none_or(|dwell_s| dwell_s >= 0.0 && dwell_s.is_finite()), "{block:?}");
+        block.via_mm.into_iter().for_each(is_a_place);
+        if let Some(probe) = block.probe {
+            is_a_place(probe.target_mm);
+            is_a_feed(probe.mm_min);
+            self.interpreter.set_touched(probe.target_mm, probe.must);
+        }
+        let Some(Move { target_mm, rate, arc, .. }) = block.motion else { return };
+        is_a_place(target_mm);
+        assert_eq!(self.interpreter.position_mm(), target_mm);
+        if let Rate::Feed { mm_min } = rate {
+            is_a_feed(mm_min);
+            self.feed_mm_min = mm_min;
+        }
+        if let Some(arc) = arc {
+            let most_mm = f64::from(MAX_COORDINATE_MM) * (1.0 + 1e-6);
+            assert!(
+                arc.bounds_mm().iter().all(|[least, most]| -most_mm <= *least && least <= most && *most <= most_mm)
+            );
+            assert!(arc.length_mm().is_finite() && arc.length_mm() >= 0.0);
+            let chords = arc.chords(f64::from(self.settings.arc_tolerance_mm));
+            chords.take(CHORDS).for_each(|chord_mm| is_a_place(chord_mm.map(|mm| (mm * (1.0 - 1e-6)) as f32)));
+        }
+    }
+
+    /// What every answered line leaves.
+    fn is_sound(&self) {
+        is_a_place(self.interpreter.position_mm());
+        let offset_mm = self.interpreter.work_offset_mm();
+        // A system, a shift and a tool's length.
+        assert!(offset_mm.iter().all(|mm| mm.abs() <= 3.0 * MAX_COORDINATE_MM), "{offset_mm:?}");
+        assert!(self.interpreter.modal().feed.is_finite() && self.interpreter.modal().speed_rpm.is_finite());
+        assert_eq!(self.settings.check(&carries), Ok(()));
+        assert_eq!(self.settings.check_ranges(), Ok(()));
+    }
+
+    /// Everything that can be listed.
+    fn list(&self) {
+        let inches = self.settings.report_inches;
+        for row in SETTING_TABLE {
+            fits(SETTING_BYTES, |out| report::setting(out, row, &self.settings));
+        }
+        for line in 0..report::PARAMETERS {
+            fits(MESSAGE_BYTES, |out| report::parameter(out, line, &self.interpreter, inches));
+        }
+        fits(MESSAGE_BYTES, |out| report::modal(out, &self.interpreter, inches));
+        fits(MESSAGE_BYTES, |out| report::build(out, &self.build_text));
+        for (index, line) in self.startup.iter().enumerate() {
+            assert!(line.len() <= STORED_LINE_CHARS);
+            fits(MESSAGE_BYTES, |out| report::startup(out, index, line));
+        }
+    }
+
+    fn report(&mut self) {
+        let [probe_touched, x, y, z, door_open, emergency_stop] =
+            core::array::from_fn(|bit| self.inputs >> bit & 1 == 1);
+        let modal = self.interpreter.modal();
+        let share = f32::from(self.overrides.spindle_percent) / 100.0;
+        let status = Status {
+            state: self.state,
+            position_mm: self.interpreter.position_mm(),
+            work_offset_mm: self.interpreter.work_offset_mm(),
+            line_number: self.line_number,
+            feed_mm_min: self.feed_mm_min,
+            spindle_rpm: if modal.spindle == Spindle::Off { 0.0 } else { modal.speed_rpm * share },
+            spindle: modal.spindle,
+            coolant: modal.coolant,
+            probe_touched,
+            limits_pressed: [x, y, z],
+            door_open,
+            hold_pressed: door_open,
+            start_pressed: probe_touched,
+            emergency_stop,
+            free_blocks: 15,
+            free_bytes: 1024,
+            overrides: self.overrides,
+        };
+        fits(STATUS_BYTES, |out| self.reporter.write(out, &status, &self.settings));
+    }
+}
+
+fn is_a_place(mm: [f32; 3]) {
+    assert!(mm.iter().all(|mm| mm.abs() <= MAX_COORDINATE_MM), "{mm:?}");
+}
+
+fn is_a_feed(mm_min: f32) {
+    assert!(mm_min.is_finite() && mm_min >= MIN_FEED_MM_MIN, "{mm_min}");
+}
+
+/// Room for so many bytes, as a controller has it.
+struct Limited {
+    text: String,
+    most: usize,
+}
+
+impl Limited {
+    fn new(most: usize) -> Self {
+        Self { text: String::new(), most }
+    }
+}
+
+impl Write for Limited {
+    fn write_str(&mut self, text: &str) -> fmt::Result {
+        self.text += text;
+        if self.text.len() > self.most { Err(fmt::Error) } else { Ok(()) }
+    }
+}
+
+/// What is written takes so many bytes at most, whole lines of text.
+fn fits(most: usize, write: impl FnOnce(&mut Limited) -> fmt::Result) {
+    let mut said = Limited::new(most);
+    let written = write(&mut said);
+    assert!(written.is_ok(), "more than {most} bytes: {}", said.text);
+    assert!(said.text.ends_with("\r\n") && said.text.bytes().all(|byte| matches!(byte, b'\r' | b'\n' | b' '..=b'~')));
+    assert!(!said.text.contains("NaN") && !said.text.contains("inf"), "{}", said.text);
+}
+
+fn tells<T: fmt::Display>(message: fn(&mut Limited, T) -> fmt::Result, text: T) {
+    let mut said = Limited::new(MESSAGE_BYTES);
+    assert!(message(&mut said, text).is_ok(), "more than {MESSAGE_BYTES} bytes: {}", said.text);
+}

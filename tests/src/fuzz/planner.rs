@@ -1,0 +1,220 @@
+//! Machines, moves, and what happens while they are made, held to all that the chain's own tests hold random ones to.
+
+#[path = "../../../crates/profile/tests/chain/case.rs"]
+#[allow(dead_code, missing_docs, reason = "the tests of the profile's chain: what else they have is not of use here")]
+mod case;
+#[path = "../../../crates/profile/tests/chain/drive.rs"]
+#[allow(dead_code, missing_docs, reason = "as above")]
+mod drive;
+#[path = "../../../crates/profile/tests/chain/follow.rs"]
+#[allow(dead_code, missing_docs, reason = "as above")]
+mod follow;
+#[path = "../../../crates/profile/tests/chain/model.rs"]
+#[allow(dead_code, missing_docs, reason = "as above")]
+mod model;
+
+use std::array;
+
+use arbitrary::{Result, Unstructured};
+use isostep_profile::chain::{Chain, Leg, LegKind, Wanted};
+use isostep_profile::{IntervalLaw, Limits, SpeedLaw};
+
+use self::case::{AXES, Case};
+use self::drive::{Event, drive};
+use self::model::Shares;
+
+const MOVES: usize = 24;
+const EVENTS: usize = 40;
+/// The rates of both step ports.
+const RATES_HZ: [u32; 2] = [1_000_000, 125_000_000];
+/// Cases of more steps are not compiled: it would take too long.
+const COMPILED_STEPS: u32 = 20_000;
+
+/// Plans and makes the moves of `bytes`.
+///
+/// # Panics
+/// Where a leg does not meet the one before, a limit is not kept, a step is not made, or made twice, or it does not come to rest;
+/// the message is the case.
+pub fn run(bytes: &[u8]) {
+    let mut bytes = Unstructured::new(bytes);
+    // The bytes have an end, and so has what they tell.
+    let Ok((case, events, is_short)) = read(&mut bytes) else { return };
+    let driven = if is_short { drive::<4>(&case, &events) } else { drive::<64>(&case, &events) };
+    if let Err(error) = driven {
+        panic!("{error}\n{case:?}\n{events:?}");
+    }
+    if case.moves.iter().flat_map(|wanted| wanted.steps).map(i32::unsigned_abs).sum::<u32>() <= COMPILED_STEPS {
+        RATES_HZ.into_iter().for_each(|tick_hz| compiles(&case, &events, tick_hz));
+    }
+}
+
+fn read(bytes: &mut Unstructured<'_>) -> Result<(Case, Vec<Event>, bool)> {
+    let law = *bytes.choose(&SpeedLaw::ALL)?;
+    let interval_law = if bytes.ratio(1, 16)? { IntervalLaw::Thirds } else { IntervalLaw::Fastest };
+    let deviation_mm = if bytes.ratio(1, 8)? { 0.0 } else { log(bytes, 1e-3, 0.1)? };
+    let is_short = bytes.arbitrary()?;
+    let axes = [axis(bytes, law)?, axis(bytes, law)?, axis(bytes, law)?];
+    let (limits, mm_per_step) = (axes.map(|axis| axis.0), axes.map(|axis| axis.1));
+    let mut moves: Vec<Wanted<AXES>> = Vec::new();
+    for tag in 0..bytes.int_in_range(1..=MOVES)? {
+        let last = moves.last().copied();
+        moves.push(Wanted { tag: tag as u64, ..wanted(bytes, last)? });
+    }
+    let mut events = Vec::new();
+    while !bytes.is_empty() && events.len() < EVENTS {
+        events.push(event(bytes)?);
+    }
+    Ok((Case { limits, mm_per_step, deviation_mm, interval_law, law, moves }, events, is_short))
+}
+
+/// A share from 0 to 1.
+fn share(bytes: &mut Unstructured<'_>) -> Result<f64> {
+    Ok(f64::from(bytes.arbitrary::<u16>()?) / f64::from(u16::MAX))
+}
+
+fn log(bytes: &mut Unstructured<'_>, from: f64, to: f64) -> Result<f64> {
+    Ok(from * (to / from).powf(share(bytes)?))
+}
+
+/// Of a machine as people have it, as in the chain's tests.
+fn axis(bytes: &mut Unstructured<'_>, law: SpeedLaw) -> Result<(Limits, f64)> {
+    let per_mm = log(bytes, 10.0, 400.0)?;
+    let (top, accel) = (log(bytes, 1.0, 500.0)? * per_mm, log(bytes, 5.0, 5e3)? * per_mm);
+    let decel = if bytes.arbitrary()? { 1.0 } else { log(bytes, 0.5, 2.0)? };
+    let start = if bytes.arbitrary()? { 0.0 } else { 0.3 * share(bytes)? };
+    let least = if law.is_over_displacement() { 0.01 } else { 0.0 };
+    let jerk = if bytes.ratio(1, 4)? { f64::INFINITY } else { log(bytes, 0.1, 100.0)? };
+    let limits = Limits {
+        start_speed_steps_s: top * start.max(least),
+        top_speed_steps_s: top,
+        accel_steps_s2: accel,
+        decel_steps_s2: accel * decel,
+        jerk_steps_s3: jerk * accel * accel / top,
+    };
+    Ok((limits, 1.0 / per_mm))
+}
+
+/// A move by itself, one more in the direction of the one before, or back, or one that bends a little.
+fn wanted(bytes: &mut Unstructured<'_>, last: Option<Wanted<AXES>>) -> Result<Wanted<AXES>> {
+    let before = last.map_or([1, 0, 0], |last| last.steps);
+    let steps = match bytes.int_in_range(0..=3)? {
+        0 => {
+            let by: [i8; AXES] = bytes.arbitrary()?;
+            by.map(i32::from)
+        }
+        1 => {
+            let by: [i16; AXES] = bytes.arbitrary()?;
+            by.map(|steps| i32::from(steps) / 4)
+        }
+        2 => {
+            let times = bytes.int_in_range(-1..=3)?;
+            before.map(|steps| (steps * times).clamp(-10_000, 10_000))
+        }
+        _ => {
+            let by = [bytes.int_in_range(-2..=2)?, bytes.int_in_range(-2..=2)?, bytes.int_in_range(-2..=2)?];
+            array::from_fn(|axis| before[axis] + by[axis])
+        }
+    };
+    let steps = if steps == [0; AXES] { [1, 0, 0] } else { steps };
+    let feed_mm_s = match (bytes.int_in_range(0..=3)?, last) {
+        (0, _) => None,
+        (1, _) | (_, None) => Some(log(bytes, 1.0 / 60.0, 500.0)?),
+        (_, Some(last)) => last.feed_mm_s,
+    };
+    Ok(Wanted { steps, feed_mm_s, stops: bytes.ratio(1, 12)?, tag: 0 })
+}
+
+fn event(bytes: &mut Unstructured<'_>) -> Result<Event> {
+    Ok(match bytes.int_in_range(0..=7)? {
+        0 => Event::Push(bytes.int_in_range(1..=20)?),
+        1 => Event::Advance(bytes.int_in_range(1..=5)?, f64::INFINITY),
+        2 | 3 => Event::Advance(bytes.int_in_range(1..=5)?, log(bytes, 1e-3, 1.0)?),
+        4 => Event::Hold,
+        5 => Event::Settle,
+        6 => Event::Start,
+        _ => {
+            let (feed, rapid) = (0.1 + 1.9 * share(bytes)?, 0.25 + 0.75 * share(bytes)?);
+            Event::Override(Shares { feed, rapid })
+        }
+    })
+}
+
+/// Makes the case once more, compiled at `tick_hz`: the steps of an axis come one after the other, whatever happens.
+fn compiles(case: &Case, events: &[Event], tick_hz: u32) {
+    let mut chain = Chain::<AXES, 4>::new(case.terms());
+    let mut compiled = Compiled { tick_hz, axes: array::from_fn(|_| Made::default()) };
+    let mut left = case.moves.iter();
+    let mut push = |chain: &mut Chain<AXES, 4>| {
+        while !chain.is_full()
+            && let Some(wanted) = left.next()
+        {
+            assert_eq!(chain.push(*wanted), Ok(()));
+        }
+    };
+    let finish = Event::Advance(usize::MAX, f64::INFINITY);
+    for event in events.iter().chain([&Event::Start, &finish]) {
+        push(&mut chain);
+        match *event {
+            Event::Push(_) => {}
+            Event::Advance(legs, most_s) => {
+                for _ in 0..legs {
+                    let Some(leg) = chain.advance(most_s) else { break };
+                    compiled.goes_on(&leg);
+                    push(&mut chain);
+                }
+            }
+            Event::Hold => chain.hold(),
+            Event::Settle => {
+                chain.hold();
+                while let Some(leg) = chain.advance(f64::INFINITY) {
+                    compiled.goes_on(&leg);
+                }
+                compiled.starts(&mut chain);
+            }
+            Event::Start => compiled.starts(&mut chain),
+            Event::Override(Shares { feed, rapid }) => chain.override_speed(feed, rapid),
+        }
+    }
+    assert!(chain.is_empty() && left.len() == 0);
+}
+
+struct Compiled {
+    tick_hz: u32,
+    axes: [Made; AXES],
+}
+
+/// What is made of an axis.
+#[derive(Default)]
+struct Made {
+    /// The instants of what is left of the part.
+    left: Option<Box<dyn Iterator<Item = u64>>>,
+    /// The number of its last step in the move, and the tick of it on the run's clock.
+    steps: u32,
+    last_ticks: Option<u64>,
+}
+
+impl Compiled {
+    /// From rest on another clock; in motion on the same.
+    fn starts(&mut self, chain: &mut Chain<AXES, 4>) {
+        let begins = chain.is_at_rest();
+        chain.start();
+        self.axes.iter_mut().filter(|_| begins).for_each(|axis| axis.last_ticks = None);
+    }
+
+    fn goes_on(&mut self, leg: &Leg<AXES>) {
+        for (index, made) in self.axes.iter_mut().enumerate() {
+            if leg.kind != LegKind::Further {
+                let segments: Vec<_> = leg.part.segments(index, self.tick_hz).collect();
+                made.left = Some(Box::new(segments.into_iter().flat_map(|segment| segment.ticks())));
+                made.steps = leg.part.step_numbers(index).start - 1;
+            }
+            let until = leg.part.steps_before(index, leg.until_steps);
+            let left = made.left.get_or_insert_with(|| Box::new(std::iter::empty()));
+            for ticks in left.take((until - made.steps) as usize) {
+                assert!(made.last_ticks < Some(ticks), "axis {index}: {ticks} after {:?}", made.last_ticks);
+                (made.last_ticks, made.steps) = (Some(ticks), made.steps + 1);
+            }
+            assert_eq!(made.steps, until, "axis {index}");
+        }
+    }
+}

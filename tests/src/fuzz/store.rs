@@ -1,0 +1,207 @@
+//! Flash that holds anything, changes to be kept in it, and power that goes at any time.
+
+use std::pin::pin;
+use std::task::{Context, Poll, Waker};
+
+use arbitrary::{Result, Unstructured};
+use embassy_futures::block_on;
+use isostep_console::{SETTING_TABLE, Settings};
+use isostep_controller::Parameters;
+use isostep_controller::store::{Item, Kept, Store};
+use isostep_sim::Flash;
+use isostep_sim::flash::SECTOR_BYTES;
+
+/// So many things happen to a flash at most.
+const EVENTS: usize = 64;
+const ERASED: u8 = 0xFF;
+
+/// Has a flash live through what `bytes` say.
+///
+/// # Panics
+/// Where an item is neither what it was nor what it was to be, flash that cannot be read is not as if blank, or a change
+/// is refused.
+pub fn run(bytes: &[u8]) {
+    let mut bytes = Unstructured::new(bytes);
+    // The bytes have an end, and so has what they tell.
+    let _ = live(&mut bytes);
+}
+
+fn live(bytes: &mut Unstructured<'_>) -> Result<()> {
+    let sectors = bytes.int_in_range(4..=6)?;
+    let flash = Flash::with(vec![ERASED; sectors * SECTOR_BYTES]);
+    scribble(&flash, bytes)?;
+    let mut life = Life::begin(flash);
+    for _ in 0..EVENTS {
+        if bytes.is_empty() {
+            break;
+        }
+        life.happens(bytes)?;
+    }
+    life.keeps_a_change();
+    Ok(())
+}
+
+/// Runs of bytes here and there, or of one byte everywhere.
+fn scribble(flash: &Flash, bytes: &mut Unstructured<'_>) -> Result<()> {
+    if bytes.ratio(1, 8)? {
+        let all = bytes.arbitrary()?;
+        flash.change(|cells| cells.fill(all));
+    }
+    for _ in 0..bytes.int_in_range(0..=8)? {
+        let run: [u8; 8] = bytes.arbitrary()?;
+        let times = bytes.int_in_range(1..=32)?;
+        let sector = bytes.int_in_range(0..=5)?;
+        // Where anything is told is mostly at the beginning of a sector.
+        let place =
+            if bytes.ratio(1, 2)? { bytes.int_in_range(0..=64)? } else { bytes.int_in_range(0..=SECTOR_BYTES)? };
+        flash.change(|cells| {
+            let from = (sector * SECTOR_BYTES + place) % cells.len();
+            cells[from..]
+                .iter_mut()
+                .zip(run.iter().cycle().take(times * run.len()))
+                .for_each(|(cell, byte)| *cell = *byte);
+        });
+    }
+    Ok(())
+}
+
+struct Life {
+    flash: Flash,
+    store: Store<Flash>,
+    /// What may be kept, item by item: what was kept last, and all that has been tried since.
+    may_be: Vec<Kept>,
+    /// Bytes were changed while it was in use: what is where the log goes on may be lost, and that is not looked at.
+    is_damaged: bool,
+}
+
+fn defaults() -> Kept {
+    Kept { settings: Settings::DEFAULT, parameters: Parameters::default() }
+}
+
+impl Life {
+    fn begin(flash: Flash) -> Self {
+        let store = Self::opened(&flash);
+        let may_be = vec![store.kept().clone()];
+        Self { flash, store, may_be, is_damaged: false }
+    }
+
+    fn opened(flash: &Flash) -> Store<Flash> {
+        let bytes = flash.bytes().len() as u32;
+        let mut store = Store::new(flash.clone(), 0..bytes, Settings::DEFAULT);
+        let loaded = block_on(store.load());
+        if std::env::var("DBG").is_ok() {
+            eprintln!("loaded {loaded:?}");
+        }
+        if loaded.is_err() {
+            assert_eq!(store.kept(), &defaults(), "what cannot be read is as if blank");
+        }
+        store
+    }
+
+    fn happens(&mut self, bytes: &mut Unstructured<'_>) -> Result<()> {
+        let what = bytes.int_in_range(0..=7)?;
+        if std::env::var("DBG").is_ok() {
+            eprintln!("event {what}");
+        }
+        match what {
+            0..=2 => self.keeps_a_change_of(bytes)?,
+            3 => self.opens(),
+            4 => {
+                self.flash.cut_power_after(bytes.int_in_range(0..=40)?, u64::from(bytes.arbitrary::<u16>()?));
+                let _ = self.tries(bytes, usize::MAX)?;
+                self.flash.mend();
+                self.opens();
+            }
+            5 => {
+                // The power goes while it is read, when something may have to be put right.
+                self.flash.cut_power_after(bytes.int_in_range(0..=2)?, u64::from(bytes.arbitrary::<u16>()?));
+                let _ = Self::opened(&self.flash);
+                self.flash.mend();
+                self.opens();
+            }
+            6 => {
+                let polls = bytes.int_in_range(0..=8)?;
+                let _ = self.tries(bytes, polls)?;
+            }
+            _ => {
+                scribble(&self.flash, bytes)?;
+                self.is_damaged = true;
+                self.opens();
+            }
+        }
+        Ok(())
+    }
+
+    /// As after power-up.
+    fn opens(&mut self) {
+        self.store = Self::opened(&self.flash);
+        let kept = self.store.kept();
+        for item in Item::all().filter(|_| !self.is_damaged) {
+            let value = kept.value(item);
+            assert!(self.may_be.iter().any(|kept| kept.value(item) == value), "{item:?} is {value:?}");
+        }
+        self.may_be = vec![kept.clone()];
+    }
+
+    fn keeps_a_change_of(&mut self, bytes: &mut Unstructured<'_>) -> Result<()> {
+        assert!(self.tries(bytes, usize::MAX)?, "a change is not kept");
+        self.may_be.drain(..self.may_be.len() - 1);
+        Ok(())
+    }
+
+    /// Changes something, and has that kept, unless it is dropped after so many polls; whether it is.
+    fn tries(&mut self, bytes: &mut Unstructured<'_>, polls: usize) -> Result<bool> {
+        let mut wanted = self.may_be.last().cloned().unwrap_or_else(defaults);
+        change(&mut wanted, bytes)?;
+        self.may_be.push(wanted.clone());
+        let mut save = pin!(self.store.save(true, |item| wanted.value(item)));
+        let mut context = Context::from_waker(Waker::noop());
+        for _ in 0..polls {
+            if let Poll::Ready(saved) = save.as_mut().poll(&mut context) {
+                return Ok(saved.is_ok());
+            }
+        }
+        Ok(false)
+    }
+
+    /// Whatever has happened, what is stored now is there at the next power-up.
+    fn keeps_a_change(mut self) {
+        let mut wanted = defaults();
+        wanted.settings.set(111, 999.0);
+        let saved = block_on(self.store.save(true, |item| wanted.value(item)));
+        assert_eq!(saved, Ok(()));
+        self.may_be = vec![wanted];
+        self.opens();
+    }
+}
+
+fn change(kept: &mut Kept, bytes: &mut Unstructured<'_>) -> Result<()> {
+    match bytes.int_in_range(0..=7)? {
+        0 => *kept = defaults(),
+        1 => {
+            let line = "G1X9F".repeat(bytes.int_in_range(0..=15)?);
+            let line = line.as_str().try_into().expect("15 times 5 characters fit");
+            match bytes.int_in_range(0..=2)? {
+                2 => kept.parameters.build_text = line,
+                index => kept.parameters.startup[index] = line,
+            }
+        }
+        2 | 3 => {
+            let place = kept.parameters.coordinates.place_mut(bytes.int_in_range(0..=7)?);
+            place.fill(f32::from(bytes.arbitrary::<i8>()?));
+        }
+        // Of many settings at once: a copy of all that is kept is long then.
+        4 => {
+            let value = f32::from(bytes.arbitrary::<u8>()?);
+            let numbers = SETTING_TABLE.iter().flat_map(|row| row.numbers());
+            for number in numbers {
+                kept.settings.set(number, value);
+            }
+        }
+        _ => {
+            let row = bytes.choose(SETTING_TABLE)?;
+            kept.settings.set(row.number, f32::from(bytes.arbitrary::<u16>()?));
+        }
+    }
+    Ok(())
+}

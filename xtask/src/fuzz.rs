@@ -1,0 +1,131 @@
+//! `cargo xtask fuzz`: bytes that nobody would send, chosen by what code they reach.
+
+use std::fs;
+use std::path::PathBuf;
+use std::process::Command;
+
+use anyhow::{Context, Result};
+use clap::ValueEnum;
+
+use crate::process::{self, announce};
+use crate::{tools, workspace};
+
+const CARGO_FUZZ: &str = "0.13.2";
+/// An input that takes longer is a finding, s.
+const TIMEOUT_S: u32 = 30;
+/// The simulated machine leaks some of its memory, as a board's lives for ever: this is what a long run takes, MB.
+const MEMORY_MB: u32 = 6_000;
+
+/// Look for bytes that break console, store, planner or machine
+#[derive(clap::Args)]
+#[command(after_help = "\
+libFuzzer makes up bytes, and keeps those that reach code that no others have reached. It begins with fuzz/corpus; what it finds
+goes to target/fuzz/corpus, and what breaks something to fuzz/artifacts. It works with the stable toolchain and a C++ compiler, on
+Linux and macOS. cargo-fuzz is installed under target/tools. fuzz/README.md tells what each target checks.
+
+`cargo test -p isostep-tests --test corpus` puts fuzz/corpus to the same targets without a fuzzer.
+
+Examples:
+  cargo xtask fuzz                                        five minutes each
+  cargo xtask fuzz planner --minutes 60
+  cargo xtask fuzz planner --file fuzz/artifacts/planner/crash-0123     again what broke it
+  cargo xtask fuzz planner --keep                         put what reaches anything new into fuzz/corpus")]
+pub struct Args {
+    /// What is fuzzed; without it all, one after the other
+    target: Option<Target>,
+    /// How long each is fuzzed, minutes
+    #[arg(long, default_value_t = 5)]
+    minutes: u64,
+    /// Only put the bytes of a file to it, once
+    #[arg(long, requires = "target")]
+    file: Option<PathBuf>,
+    /// Do not fuzz: keep in fuzz/corpus the fewest files that reach all that was reached
+    #[arg(long, conflicts_with = "file")]
+    keep: bool,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Target {
+    /// Bytes to the console's lines, words, settings and reports
+    Console,
+    /// What flash holds, changes of it, and power cuts
+    Store,
+    /// Moves that flow, holds and overrides
+    Planner,
+    /// Bytes, time and switches to the whole machine in the simulator
+    Machine,
+}
+
+impl Target {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Console => "console",
+            Self::Store => "store",
+            Self::Planner => "planner",
+            Self::Machine => "machine",
+        }
+    }
+
+    /// Longer inputs find hardly more, bytes.
+    fn bytes_max(self) -> u32 {
+        match self {
+            Self::Console | Self::Store => 1_024,
+            Self::Planner => 768,
+            Self::Machine => 256,
+        }
+    }
+}
+
+pub fn run(args: Args) -> Result<()> {
+    let fuzzer = Fuzzer { cargo_fuzz: tools::installed("cargo-fuzz", CARGO_FUZZ)? };
+    let Some(target) = args.target else {
+        return Target::value_variants().iter().try_for_each(|target| fuzzer.fuzzes(*target, &args));
+    };
+    match &args.file {
+        Some(file) => process::run(fuzzer.run(target).arg(file.canonicalize().context(file.display().to_string())?)),
+        None => fuzzer.fuzzes(target, &args),
+    }
+}
+
+struct Fuzzer {
+    cargo_fuzz: PathBuf,
+}
+
+impl Fuzzer {
+    fn fuzzes(&self, target: Target, args: &Args) -> Result<()> {
+        let kept = workspace::root().join("fuzz/corpus").join(target.name());
+        let found = workspace::target_dir().join("fuzz/corpus").join(target.name());
+        fs::create_dir_all(&found).with_context(|| found.display().to_string())?;
+        let mut command = self.run(target);
+        if args.keep {
+            announce(&format!("{}: what reaches anything new goes to {}", target.name(), workspace::shown(&kept)));
+            command.args([&kept, &found]).args(["--", "-set_cover_merge=1"]);
+            // By what is reached, not by how often: a few files rather than a thousand.
+            return process::run(command.args(["-use_counters=0", "-use_cmp=0"]));
+        }
+        announce(&format!("{}: {} min", target.name(), args.minutes));
+        // What is new goes to the first.
+        command.args([&found, &kept]).arg("--");
+        command.arg(format!("-max_total_time={}", 60 * args.minutes));
+        command.arg(format!("-max_len={}", target.bytes_max()));
+        command.arg(format!("-timeout={TIMEOUT_S}"));
+        command.arg(format!("-rss_limit_mb={MEMORY_MB}"));
+        process::run(command.arg("-print_final_stats=1"))
+    }
+
+    /// The target with files or folders of bytes to come.
+    fn run(&self, target: Target) -> Command {
+        let mut command = Command::new(&self.cargo_fuzz);
+        // Without a sanitizer, as those need a nightly compiler, and all that they would find is in unsafe code.
+        command.current_dir(workspace::root()).args([
+            "run",
+            "--sanitizer",
+            "none",
+            "--fuzz-dir",
+            "fuzz",
+            "--target-dir",
+        ]);
+        command.arg(workspace::target_dir().join("fuzz")).arg(target.name());
+        command
+    }
+}

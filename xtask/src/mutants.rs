@@ -1,0 +1,297 @@
+//! `cargo xtask mutants`: whether the tests notice when the code is wrong.
+
+use std::collections::BTreeSet;
+use std::fmt;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use anyhow::{Context, Result, bail};
+use clap::ValueEnum;
+use oorandom::Rand64;
+
+use crate::process::{self, announce};
+use crate::{tools, workspace};
+
+const CARGO_MUTANTS: &str = "27.1.0";
+/// What cargo-mutants ends with when it has done its work, and found nothing, what is missed, or what takes too long.
+const DONE: [i32; 3] = [0, 2, 3];
+
+/// Change the code in small ways, one at a time, and see whether the tests notice
+#[derive(clap::Args)]
+#[command(after_help = "\
+Each mutant is a small change: a function that does nothing, a < for a <=, a + for a -. The tests of its crate are to fail by
+it; those that they do not catch are put to slower tests. What is excluded, and why, is in .cargo/mutants.toml.
+
+cargo-mutants is installed under target/tools, works in a copy of the sources, and compiles it under target/mutants. A sample is
+drawn from a seed: the same command tries the same mutants as long as the crate is the same. docs/testing.md has the scores.
+
+Examples:
+  cargo xtask mutants console --sample 50       50 of the console's, by chance
+  cargo xtask mutants profile                   all of them: hours
+  cargo xtask mutants console --only 'arc.rs'   those whose line in the list has that in it
+  cargo xtask mutants console --list            what would be tried")]
+pub struct Args {
+    /// Whose code is changed
+    package: Package,
+    /// So many of its mutants, chosen by chance; without it all
+    #[arg(long)]
+    sample: Option<usize>,
+    /// What the chance goes by
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Of those only the ones whose name has this in it
+    #[arg(long)]
+    only: Option<String>,
+    /// Only print their names
+    #[arg(long)]
+    list: bool,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Package {
+    Profile,
+    Motion,
+    Console,
+    Controller,
+}
+
+/// Tests that are built and run together: of these packages, and only these binaries if there are any named.
+struct Suite {
+    packages: &'static [&'static str],
+    tests: &'static [&'static str],
+    /// Of one test binary after the other, s: what lasts longer has come to a halt.
+    timeout_s: u32,
+}
+
+const fn suite(packages: &'static [&'static str], tests: &'static [&'static str], timeout_s: u32) -> Suite {
+    Suite { packages, tests, timeout_s }
+}
+
+impl fmt::Display for Suite {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "by the tests of {}", self.packages.join(", "))?;
+        if self.tests.is_empty() { Ok(()) } else { write!(f, ": {}", self.tests.join(", ")) }
+    }
+}
+
+impl Package {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Profile => "isostep-profile",
+            Self::Motion => "isostep-motion",
+            Self::Console => "isostep-console",
+            Self::Controller => "isostep-controller",
+        }
+    }
+
+    /// The fastest first: what one does not catch, the next tries.
+    fn suites(self) -> &'static [Suite] {
+        match self {
+            Self::Profile => PROFILE,
+            Self::Motion => MOTION,
+            Self::Console => CONSOLE,
+            Self::Controller => CONTROLLER,
+        }
+    }
+}
+
+const WHOLE: &[&str] = &["isostep-tests"];
+const PROFILE: &[Suite] = &[suite(&["isostep-profile"], &[], 300), suite(WHOLE, &["corpus", "chains"], 120)];
+const CONSOLE: &[Suite] = &[suite(&["isostep-console"], &[], 120), suite(WHOLE, &["corpus", "dialogues"], 180)];
+const MOTION: &[Suite] = &[
+    suite(WHOLE, &["dialogues"], 180),
+    suite(WHOLE, &["chains", "hold", "step_port", "real_time_orders"], 600),
+    suite(&["isostep-motion"], &[], 60),
+];
+const CONTROLLER: &[Suite] = &[suite(WHOLE, &["dialogues"], 180), suite(WHOLE, &["corpus", "store", "programs"], 300)];
+
+pub fn run(args: Args) -> Result<()> {
+    let tool = Tool { binary: tools::installed("cargo-mutants", CARGO_MUTANTS)?, package: args.package };
+    let mut names = tool.list()?;
+    let all = names.len();
+    names = sample(names, args.sample.unwrap_or(all), args.seed);
+    names.retain(|name| args.only.as_ref().is_none_or(|only| name.contains(only)));
+    if args.list {
+        names.iter().for_each(|name| println!("{name}"));
+        return Ok(());
+    }
+    let mut tally = Tally::default();
+    for (index, suite) in args.package.suites().iter().enumerate() {
+        if names.is_empty() {
+            break;
+        }
+        announce(&format!("{} mutants of {} of {}, {suite}", names.len(), all, args.package.name()));
+        let found = tool.tries(&names, suite, index)?;
+        names = found.missed.clone();
+        tally.add(found);
+    }
+    print!("{}", tally.table(args.package.name(), &names));
+    if names.is_empty() { Ok(()) } else { bail!("{} of the mutants were not caught", names.len()) }
+}
+
+/// `most` of them by chance, in their order.
+fn sample(names: Vec<String>, most: usize, seed: u64) -> Vec<String> {
+    let mut random = Rand64::new(seed.into());
+    let mut chosen: Vec<_> = names.into_iter().enumerate().collect();
+    // The first places of a shuffle.
+    let most = most.min(chosen.len());
+    for place in 0..most {
+        let other = random.rand_range(place as u64..chosen.len() as u64);
+        chosen.swap(place, other as usize);
+    }
+    chosen.truncate(most);
+    chosen.sort();
+    chosen.into_iter().map(|(_, name)| name).collect()
+}
+
+struct Tool {
+    binary: PathBuf,
+    package: Package,
+}
+
+impl Tool {
+    fn command(&self) -> Command {
+        let mut command = Command::new(&self.binary);
+        command.current_dir(workspace::root()).args(["mutants", "--package", self.package.name()]);
+        command
+    }
+
+    fn list(&self) -> Result<Vec<String>> {
+        let names = process::output(self.command().arg("--list"), "cargo xtask installs it")?;
+        Ok(names.lines().map(str::to_owned).collect())
+    }
+
+    /// Puts the mutants of these names to the tests.
+    fn tries(&self, names: &[String], suite: &Suite, index: usize) -> Result<Found> {
+        let folder = workspace::target_dir().join("mutants");
+        let output = folder.join(format!("{}-{}", self.package.name(), index + 1));
+        fs::create_dir_all(&output).with_context(|| output.display().to_string())?;
+        let mut command = self.command();
+        // Where everything but the mutant has been compiled before; without debug information it links sooner.
+        command.env("CARGO_TARGET_DIR", folder.join("build")).env("CARGO_PROFILE_DEV_DEBUG", "0");
+        command.args(["--no-shuffle", "--cap-lints=true", "--colors=never", "--output"]).arg(&output);
+        command.args(["--timeout", &suite.timeout_s.to_string()]);
+        if suite.tests.is_empty() {
+            // All but the documentation's examples: each is linked by itself.
+            command.arg("--cargo-arg=--tests");
+        }
+        command.args(suite.packages.iter().map(|package| format!("--test-package={package}")));
+        command.args(suite.tests.iter().map(|test| format!("--cargo-arg=--test={test}")));
+        command.args(names.iter().map(|name| format!("--re=^{}$", escaped(name))));
+        let status = command.status().context("cargo-mutants")?;
+        if !status.code().is_some_and(|code| DONE.contains(&code)) {
+            bail!("cargo-mutants failed ({status}); what it says is in {}", workspace::shown(&output));
+        }
+        let found = Found::read(&output.join("mutants.out"), names)?;
+        if found.count() != names.len() {
+            bail!(
+                "cargo-mutants has tried {} mutants of {}: the sources have changed meanwhile",
+                found.count(),
+                names.len()
+            );
+        }
+        Ok(found)
+    }
+}
+
+/// A regular expression for just that text. Not every sign may be escaped: `\<` is where a word begins.
+fn escaped(text: &str) -> String {
+    let mut escaped = String::new();
+    for char in text.chars() {
+        if r"\.+*?()|[]{}^$".contains(char) {
+            escaped.push('\\');
+        }
+        escaped.push(char);
+    }
+    escaped
+}
+
+/// What became of mutants, by their names.
+struct Found {
+    caught: Vec<String>,
+    missed: Vec<String>,
+    /// They never come to an end, which is noticed.
+    timeouts: Vec<String>,
+    /// They do not compile.
+    unviable: Vec<String>,
+}
+
+impl Found {
+    fn count(&self) -> usize {
+        [&self.caught, &self.missed, &self.timeouts, &self.unviable].map(Vec::len).iter().sum()
+    }
+
+    /// Of those names; cargo-mutants tries fields left out of an expression whether they are asked for or not.
+    fn read(folder: &Path, names: &[String]) -> Result<Self> {
+        let of = |file: &str| -> Result<Vec<String>> {
+            let path = folder.join(file);
+            let text = fs::read_to_string(&path).with_context(|| path.display().to_string())?;
+            let is_asked_for = |name: &&str| names.iter().any(|asked| asked == name);
+            Ok(text.lines().filter(is_asked_for).map(str::to_owned).collect())
+        };
+        let (caught, missed) = (of("caught.txt")?, of("missed.txt")?);
+        Ok(Self { caught, missed, timeouts: of("timeout.txt")?, unviable: of("unviable.txt")? })
+    }
+}
+
+/// What became of them in all suites.
+#[derive(Default)]
+struct Tally {
+    caught: BTreeSet<String>,
+    timeouts: BTreeSet<String>,
+    unviable: BTreeSet<String>,
+}
+
+impl Tally {
+    fn add(&mut self, found: Found) {
+        self.caught.extend(found.caught);
+        self.timeouts.extend(found.timeouts);
+        self.unviable.extend(found.unviable);
+    }
+
+    fn table(&self, package: &str, missed: &[String]) -> String {
+        let (caught, timeouts) = (self.caught.len(), self.timeouts.len());
+        let viable = caught + timeouts + missed.len();
+        let score = 100.0 * (caught + timeouts) as f64 / viable.max(1) as f64;
+        let mut table = String::from("crate                viable  caught  timeouts  missed  unviable   score\n");
+        table += &format!("{package:<20} {viable:>6}  {caught:>6}  {timeouts:>8}  {:>6}", missed.len());
+        table += &format!("  {:>8}  {score:>5.1} %\n", self.unviable.len());
+        missed.iter().for_each(|name| table += &format!("missed: {name}\n"));
+        table
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sample_is_of_its_seed_and_in_order() {
+        let names: Vec<_> = (0..100).map(|number| format!("{number:02}")).collect();
+        let first = sample(names.clone(), 10, 1);
+        assert_eq!(first, sample(names.clone(), 10, 1));
+        assert_ne!(first, sample(names.clone(), 10, 2));
+        assert!(first.len() == 10 && first.is_sorted() && first.windows(2).all(|pair| pair[0] != pair[1]));
+        assert_eq!(sample(names.clone(), 200, 1), names);
+    }
+
+    #[test]
+    fn a_name_is_taken_as_it_is() {
+        assert_eq!(
+            escaped("a.rs:1:2: replace <a>::f(b) -> [c] with x"),
+            r"a\.rs:1:2: replace <a>::f\(b\) -> \[c\] with x"
+        );
+    }
+
+    #[test]
+    fn a_timeout_counts_as_caught_and_what_does_not_compile_not_at_all() {
+        let of = |count: usize| (0..count).map(|number| number.to_string()).collect::<Vec<_>>();
+        let mut tally = Tally::default();
+        tally.add(Found { caught: of(17), missed: of(2), timeouts: vec!["t".into()], unviable: of(5) });
+        let table = tally.table("a", &["m".into(), "n".into()]);
+        let row = table.lines().nth(1).unwrap().split_whitespace().collect::<Vec<_>>().join(" ");
+        assert_eq!(row, "a 20 17 1 2 5 90.0 %");
+        assert!(table.ends_with("missed: m\nmissed: n\n"));
+    }
+}

@@ -1,0 +1,26 @@
+//! Tools from crates.io, in one version, under `target/tools`.
+
+use std::path::PathBuf;
+use std::process::Command;
+
+use anyhow::Result;
+
+use crate::process::{self, announce};
+use crate::workspace;
+
+/// The binary of a tool whose package has its name, installed if it is not there in that version.
+pub fn installed(name: &str, version: &str) -> Result<PathBuf> {
+    let root = workspace::target_dir().join("tools");
+    let binary = root.join("bin").join(name).with_extension(std::env::consts::EXE_EXTENSION);
+    // Beside it, as not every tool tells its version.
+    let marker = root.join(format!("{name}-{version}"));
+    if binary.is_file() && marker.is_file() {
+        return Ok(binary);
+    }
+    announce(&format!("cargo install {name}@{version}, into {} (some minutes, once)", workspace::shown(&root)));
+    let mut install = Command::new("cargo");
+    install.args(["install", &format!("{name}@{version}"), "--locked", "--force", "--root"]).arg(&root);
+    process::run(&mut install)?;
+    std::fs::write(&marker, "")?;
+    Ok(binary)
+}
