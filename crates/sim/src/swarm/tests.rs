@@ -1,6 +1,27 @@
-//! The swarm itself: that it is the same in every run, and that it sees what is wrong.
+//! The swarm itself: that it is the same in every run, and that it sees what is wrong; and some of its worlds.
+
+use isostep_motion::Axis;
 
 use super::*;
+use crate::config::Config;
+use crate::faults::Trouble;
+use crate::motor::PullOutCurve;
+
+const WORLDS: u64 = 100;
+
+#[test]
+fn no_promise_is_broken_in_some_worlds() {
+    let mut amount = Amount::default();
+    for seed in 0..WORLDS {
+        match run(&Scenario::new(seed)) {
+            Ok(more) => amount = amount.and(more),
+            Err(failure) => panic!("{failure}; again: cargo xtask swarm --seed {seed}"),
+        }
+    }
+    let least = Amount { virtual_ns: 300_000_000_000, faults: 300, lines: 1_000, steps: 200_000, sections: 1_000_000 };
+    assert!(amount.virtual_ns > least.virtual_ns && amount.faults > least.faults, "{amount:?}");
+    assert!(amount.lines > least.lines && amount.steps > least.steps && amount.sections > least.sections, "{amount:?}");
+}
 
 #[test]
 fn a_seed_is_the_same_world_every_time() {
@@ -10,4 +31,35 @@ fn a_seed_is_the_same_world_every_time() {
         assert_eq!(run(&one), run(&other));
         assert_ne!(one.acts, Scenario::new(seed + 2).acts);
     }
+}
+
+fn lines(lines: &[&str]) -> Vec<Act> {
+    lines.iter().map(|line| Act::Line(0, (*line).to_owned())).collect()
+}
+
+/// A motor that cannot do what the settings ask of it.
+#[test]
+fn a_failure_is_made_small() {
+    let mut config = Config { motor: Some(PullOutCurve::default()), ..Config::default() };
+    config.settings.accel_mm_s2 = [1_000.0; 3];
+    let acts = lines(&["$$", "G4 P0.1", "G1 X0.1 F60", "G0 X100", "$G", "G4 P0.1", "G1 Y1 F60"]);
+    let scenario = Scenario { config, acts };
+    let failure = run(&scenario).expect_err("it pulls out");
+    assert_eq!(failure.promise, "no step lost");
+    let kept = shrink(&scenario, &failure);
+    assert_eq!(kept, [3]);
+    assert!(scenario.keeping(&kept).acts[0].to_string().ends_with("G0 X100"));
+}
+
+/// What a fault excuses, it excuses alone.
+#[test]
+fn a_motor_that_is_held_is_no_failure() {
+    let config = Config { start_mm: [35.0, 40.0, 15.0], ..Config::default() };
+    let acts = vec![
+        Act::Line(0, "G1 X20 F600".to_owned()),
+        Act::Wait(500_000),
+        Act::Fault(Trouble::Stall(Axis::X), 100_000),
+        Act::Rest,
+    ];
+    assert!(run(&Scenario { config, acts }).is_ok());
 }
