@@ -25,6 +25,9 @@ use crate::legs::Legs;
 use crate::machine::{CHAIN_MOVES, Cause, Machine, Motion, Overrides};
 use crate::port::PortFault;
 
+/// No pulse lasts so long, and no driver wants ENABLE to be held for longer behind a step: `$0` is 20 us at most.
+const PULSE_MAX: Duration = Duration::from_millis(1);
+
 /// What is known of the path ahead. It is large: on a chip, a static.
 pub struct Path {
     chain: Chain<AXES, CHAIN_MOVES>,
@@ -138,7 +141,7 @@ where
             }
         };
         select(idle, self.machine.wait_released()).await;
-        Timer::at(self.standstill.max(now) + self.machine.longest_pulse()).await;
+        Timer::at(self.standstill.max(now) + PULSE_MAX).await;
     }
 
     async fn carry_out(&mut self, motion: Motion) {

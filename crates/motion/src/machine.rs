@@ -265,9 +265,12 @@ impl Machine {
     /// What cannot work is refused and nothing changes.
     pub fn configure(&self, config: Config) -> Result<(), ConfigError> {
         config.check(self.capabilities())?;
+        let before = self.config();
+        // Reckoned outside: only while nothing moves is this asked for, and nothing becomes homed.
+        let keeps_places = Axis::ALL.map(|axis| config.has_places_of(&before, axis));
         let is_low = self.with(|inner| {
             for axis in Axis::ALL {
-                inner.homed[axis as usize] &= config.has_places_of(&inner.config, axis);
+                inner.homed[axis as usize] &= keeps_places[axis as usize];
             }
             inner.config = config;
             inner.buttons[0] || inner.door.is_open
@@ -442,16 +445,6 @@ impl Machine {
     /// The tick rate in which the axis's port reads segments, Hz.
     pub(crate) fn tick_hz(&self, axis: Axis) -> u32 {
         self.with(|inner| inner.capabilities[axis as usize].map_or(crate::TICK_HZ, |port| port.tick_hz))
-    }
-
-    /// How long a pulse may last that rises now: as long as a driver wants ENABLE to be held after the rise, at least. An instant
-    /// is cut to a whole microsecond, which is one more.
-    pub(crate) fn longest_pulse(&self) -> Duration {
-        let pulse_ns = self.with(|inner| {
-            let ports = inner.capabilities.iter().zip(inner.config.wiring);
-            ports.filter_map(|(port, wiring)| Some((*port)?.pulse_ns(wiring))).max()
-        });
-        Duration::from_micros(u64::from(pulse_ns.unwrap_or(0).div_ceil(1_000)) + 1)
     }
 
     pub(crate) fn set_underway(&self, underway: Option<Underway>) {
