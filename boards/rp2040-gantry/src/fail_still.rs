@@ -68,11 +68,16 @@ const MARK_RUNNING: u32 = 0x52_55_4E_53;
 /// Of the boot loader: the drive, and picotool's.
 const ALL_INTERFACES: u32 = 0;
 
+/// No driver needs a pulse of STEP to be longer: 2 us of the chip's clock.
+const PULSE_CYCLES: u32 = 250;
+
 /// STEP low, ENABLE and the tool off, without asking who owns the pins.
 fn stop_all() {
     cortex_m::interrupt::disable();
     tool::brake(true);
     pac::PIO0.ctrl().write_value(pac::pio::regs::Ctrl(0));
+    // A pulse that has just begun is made whole: its level stays.
+    cortex_m::asm::delay(PULSE_CYCLES);
     let latch = pac::SIO.gpio_out(0);
     latch.value_clr().write_value(pins::STEP_MASK);
     pac::SIO.gpio_oe(0).value_set().write_value(pins::STEP_MASK);
