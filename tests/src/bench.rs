@@ -13,7 +13,7 @@ use isostep_profile::SpeedLaw;
 use isostep_sim::{Config, MoveRecord, Outcome, Port, Sim, verify};
 use oorandom::Rand64;
 
-use isostep_sim::measure::limits::{self, Ends, Shares};
+use isostep_sim::measure::{kept, limits::Shares};
 
 use crate::rig::first_of;
 
@@ -152,94 +152,19 @@ impl Bench {
             self.highest_overrides(planned_ns, record.begin_ns() + (t_s * 1e9) as u64);
         let top = config.limits[axis].top_speed_steps_s;
         let Some(feed) = feed_mm_min else { return top * f64::from(rapid_percent) / 100.0 };
-        let of_axis = f64::from(record.plan.steps[axis].unsigned_abs()) / self.path_mm(record.plan.steps);
+        let of_axis = f64::from(record.plan.steps[axis].unsigned_abs()) / kept::path_mm(record.plan.steps, &config);
         top.min(feed / 60.0 * f64::from(feed_percent) / 100.0 * of_axis)
-    }
-
-    /// The length of a move, mm.
-    fn path_mm(&self, steps: [i32; AXES]) -> f64 {
-        let steps_per_mm = self.sim.machine().config().steps_per_mm;
-        (0..AXES).map(|axis| (f64::from(steps[axis]) / steps_per_mm[axis]).powi(2)).sum::<f64>().sqrt()
     }
 
     /// How near each axis came to its limits, by its edges; and corners, by the speeds that they are taken at.
     pub fn shares(&self, outcome: &Outcome, feed_mm_min: impl Fn(&MoveRecord) -> Option<f64>) -> Shares {
-        let config = self.sim.machine().config();
-        let off_s = outcome.config.port.tolerance_ns() * 1e-9;
-        let mut highest = Shares::default();
-        for record in &outcome.moves {
-            let times_s = verify::axis_times_s(record, &outcome.edges[record.edges.clone()]);
-            let [begins, ends] = self.speeds_mm_s(record).map(|speed_mm_s| self.is_rest(record, speed_mm_s));
+        let speed_limit = |record: &MoveRecord, axis: usize, t_s: f64| {
             // A run gets ready when the last step of the one before it has been made, and as long as it takes at rest.
             let before = outcome.edges.partition_point(|edge| edge.t_ns < record.start_ns).checked_sub(1);
             let planned_ns = before.map_or(u64::MAX, |last| outcome.edges[last].t_ns).min(record.start_ns - 1_000_000);
-            for (axis, times_s) in times_s.iter().enumerate() {
-                let speed_at = |t_s: f64| self.speed_limit(record, axis, feed_mm_min(record), planned_ns, t_s);
-                let own = &config.limits[axis];
-                // A stop is abrupt.
-                let ends = Ends { at_rest: [begins, ends && matches!(record.finish, Finish::Done | Finish::Held)] };
-                highest = highest.max(limits::shares(times_s, off_s, own, config.speed_law, ends, speed_at));
-            }
-        }
-        let corners = outcome.moves.windows(2).filter(|pair| pair[0].run == pair[1].run);
-        let corner = corners.map(|pair| self.corner_share([&pair[0], &pair[1]])).fold(0.0, f64::max);
-        Shares { corner, ..highest }
-    }
-
-    /// How fast a move begins and ends, along its path.
-    #[must_use]
-    pub fn speeds_mm_s(&self, record: &MoveRecord) -> [f64; 2] {
-        let mm_per_step = self.path_mm(record.plan.steps) / record.plan.way_steps();
-        let last = record.parts.last().unwrap_or(&record.plan);
-        [record.plan.speed_at(record.plan.begin_s()), last.profile.exit_speed_steps_s()]
-            .map(|steps| steps * mm_per_step)
-    }
-
-    /// Whether that is no more than a stop is left with.
-    #[must_use]
-    pub fn is_rest(&self, record: &MoveRecord, speed_mm_s: f64) -> bool {
-        speed_mm_s <= self.start_mm_s(record.plan.steps) * (1.0 + 1e-6)
-    }
-
-    /// The start speed along a path.
-    fn start_mm_s(&self, steps: [i32; AXES]) -> f64 {
-        let (limits, path_mm) = (self.sim.machine().config().limits, self.path_mm(steps));
-        let moving = (0..AXES).filter(|axis| steps[*axis] != 0);
-        let starts =
-            moving.map(|axis| limits[axis].start_speed_steps_s * path_mm / f64::from(steps[axis].unsigned_abs()));
-        starts.fold(f64::INFINITY, f64::min)
-    }
-
-    /// By Grbl's rule; both moves go round it at one speed, or stop there.
-    fn corner_share(&self, moves: [&MoveRecord; 2]) -> f64 {
-        let [[_, out_mm_s], [in_mm_s, _]] = moves.map(|record| self.speeds_mm_s(record));
-        let stops = self.is_rest(moves[0], out_mm_s) && self.is_rest(moves[1], in_mm_s);
-        let is_one = stops || (out_mm_s / in_mm_s - 1.0).abs() < 1e-6;
-        assert!(is_one, "{out_mm_s} mm/s to {in_mm_s} mm/s, from {} to {}", brief(moves[0]), brief(moves[1]));
-        if stops { 0.0 } else { in_mm_s / self.corner_mm_s(moves.map(|record| record.plan.steps)) }
-    }
-
-    /// How fast the corner between two moves may be taken.
-    fn corner_mm_s(&self, moves: [[i32; AXES]; 2]) -> f64 {
-        let config = self.sim.machine().config();
-        let [before, after] = moves.map(|steps| {
-            let path_mm = self.path_mm(steps);
-            steps.map(|steps| f64::from(steps) / STEPS_PER_MM / path_mm)
-        });
-        let across: [f64; AXES] = std::array::from_fn(|axis| after[axis] - before[axis]);
-        let length = across.iter().map(|part| part * part).sum::<f64>().sqrt();
-        // No slower than a stop would leave it.
-        let start_mm_s = self.start_mm_s(moves[0]).min(self.start_mm_s(moves[1]));
-        if length < 1e-9 {
-            return f64::INFINITY;
-        }
-        let accels = across.iter().zip(&config.limits).filter(|(part, _)| **part != 0.0).map(|(part, limits)| {
-            limits.accel_steps_s2.min(limits.decel_steps_s2) / STEPS_PER_MM * length / part.abs()
-        });
-        let accel_mm_s2 = accels.fold(f64::INFINITY, f64::min);
-        // The sine of half the angle that the paths enclose.
-        let sine = (1.0 - length * length / 4.0).max(0.0).sqrt();
-        (accel_mm_s2 * config.junction_deviation_mm * sine / (1.0 - sine)).sqrt().max(start_mm_s)
+            self.speed_limit(record, axis, feed_mm_min(record), planned_ns, t_s)
+        };
+        kept::shares(outcome, speed_limit)
     }
 
     /// A random place, mm.

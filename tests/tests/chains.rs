@@ -4,6 +4,7 @@
 
 use embassy_time::Duration;
 use isostep_motion::{Alarm, Axis, Finish, State};
+use isostep_sim::measure::kept;
 use isostep_sim::plant::SwitchFault;
 use isostep_sim::{MoveRecord, Outcome};
 use isostep_tests::bench::{Bench, Highest, Kind, Moves, all_cases, check};
@@ -36,8 +37,9 @@ fn check_chain(bench: &mut Bench, outcome: &Outcome, first: usize, moves: &Moves
     for (pair, index) in records.windows(2).zip(&found) {
         if moves.asked[*index].stops && pair[0].end_steps == moves.asked[*index].end_steps && pair[0].run == pair[1].run
         {
-            let [_, exit_mm_s] = bench.speeds_mm_s(&pair[0]);
-            assert!(bench.is_rest(&pair[0], exit_mm_s), "case {case}: {exit_mm_s} mm/s at an exact stop");
+            let config = outcome.config_of(&pair[0]);
+            let [_, exit_mm_s] = kept::speeds_mm_s(&pair[0], config);
+            assert!(kept::are_rests(&pair[0], config)[1], "case {case}: {exit_mm_s} mm/s at an exact stop");
         }
     }
     let since = Outcome { moves: records.to_vec(), ..outcome.clone() };
@@ -263,8 +265,8 @@ fn a_host_that_stops_for_a_while_stops_the_machine_where_its_lines_end() {
         let shares = bench.shares(&outcome, |_| Some(60.0 * SPEED_MM_S));
         assert!(shares.are_within(), "case {case}: {shares:?}");
         let is_rest = |index: usize| {
-            let [_, exit_mm_s] = bench.speeds_mm_s(&outcome.moves[index]);
-            bench.is_rest(&outcome.moves[index], exit_mm_s)
+            let record = &outcome.moves[index];
+            kept::are_rests(record, outcome.config_of(record))[1]
         };
         let rests: Vec<_> = (0..40).filter(|index| is_rest(*index)).collect();
         let [before, after] = [&outcome.moves[19], &outcome.moves[20]];

@@ -106,6 +106,7 @@ fn ten_thousand_power_cuts_leave_every_item_old_or_new() {
     }
 }
 
+/// And no more than they have to: 16 bytes each, they fill the flash 2.4 times, and copies of all there is come once in half of it.
 #[test]
 fn changes_wear_all_sectors_alike() {
     let flash = Flash::blank();
@@ -116,8 +117,7 @@ fn changes_wear_all_sectors_alike() {
         assert!(save(&mut store, &wanted));
     }
     let erases = flash.erases();
-    let (least, most) = (erases.iter().min().unwrap(), erases.iter().max().unwrap());
-    assert!(*least >= 2 && most - least <= 1, "{erases:?}");
+    assert!(erases.iter().all(|erases| (2..=3).contains(erases)), "{erases:?}");
     assert_eq!(opened(&flash, 16).0.kept(), &wanted);
 }
 

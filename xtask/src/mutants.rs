@@ -97,7 +97,11 @@ impl Package {
 }
 
 const WHOLE: &[&str] = &["isostep-tests"];
-const PROFILE: &[Suite] = &[suite(&["isostep-profile"], &[], 300), suite(WHOLE, &["corpus", "chains"], 120)];
+const PROFILE: &[Suite] = &[
+    suite(&["isostep-profile"], &["chain", "generators", "laws", "papers", "refusals", "staircase"], 90),
+    suite(&["isostep-profile"], &[], 300),
+    suite(WHOLE, &["corpus", "chains"], 120),
+];
 const CONSOLE: &[Suite] = &[suite(&["isostep-console"], &[], 120), suite(WHOLE, &["corpus", "dialogues"], 180)];
 const MOTION: &[Suite] = &[
     suite(WHOLE, &["dialogues"], 180),

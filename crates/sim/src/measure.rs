@@ -20,6 +20,7 @@
 //! So a measurement comes with its resolution, and two that differ by less are equal.
 
 mod by_shape;
+pub mod kept;
 mod least_squares;
 pub mod limits;
 

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use isostep_motion::{AXES, Event, Finish, State};
+use isostep_motion::{AXES, Config, Event, Finish, State};
 use isostep_profile::{IntervalLaw, Limits, Profile, SpeedLaw, SyncMove};
 
 /// Instants nearer than that are the same.
@@ -117,6 +117,8 @@ impl MoveRecord {
 pub struct Moves {
     /// Those so far, in order; of a run under way, what is known by now.
     records: Vec<MoveRecord>,
+    /// What they were planned by: each from the run of that number on.
+    configs: Vec<(usize, Config)>,
     open: Option<OpenRun>,
     runs: usize,
     homing: bool,
@@ -170,9 +172,16 @@ impl Moves {
         self.records.truncate(run.first + begun);
     }
 
-    /// All of them, without their edges.
-    pub fn into_records(self) -> Vec<MoveRecord> {
-        self.records
+    /// The next run is planned by `config`.
+    pub fn plan_by(&mut self, config: Config) {
+        if self.configs.last().is_none_or(|(_, last)| *last != config) {
+            self.configs.push((self.runs, config));
+        }
+    }
+
+    /// All of them, without their edges; and what they were planned by, each from the run of that number on.
+    pub fn into_records(self) -> (Vec<MoveRecord>, Vec<(usize, Config)>) {
+        (self.records, self.configs)
     }
 }
 

@@ -28,6 +28,8 @@ pub struct Outcome {
     pub limits_high_at_start: [bool; AXES],
     /// Every move that ended, in order.
     pub moves: Vec<MoveRecord>,
+    /// What they were planned by: each from the run of that number on.
+    pub configs: Vec<(usize, isostep_motion::Config)>,
     /// Every event but those that tell of moves, with its instant in ns since power-up.
     pub events: Vec<(u64, Event)>,
     /// The lines of the program.
@@ -93,10 +95,12 @@ impl Outcome {
             record.edges.sort_by_key(|edge| edge.t_ns);
         }
         let machine_config = machine.config();
+        let (moves, configs) = record.moves.into_records();
         let position_steps = machine.position_steps();
         Self {
             config: config.clone(),
-            moves: with_edges(record.moves.into_records(), &record.edges),
+            moves: with_edges(moves, &record.edges),
+            configs,
             edges: record.edges,
             waves: record.waves,
             tool: record.tool,
@@ -128,6 +132,15 @@ impl Outcome {
             duration_ns,
             motion_s: world.motion_s(),
         }
+    }
+
+    /// What a move was planned by.
+    ///
+    /// # Panics
+    /// When it is a move of another outcome.
+    pub fn config_of(&self, record: &MoveRecord) -> &isostep_motion::Config {
+        let known = self.configs.partition_point(|(run, _)| *run <= record.run);
+        &self.configs[known - 1].1
     }
 
     /// The words that the controller said in a `[MSG:...]`, in order.

@@ -11,7 +11,7 @@ use embassy_time::{Duration, Instant};
 use embedded_io_async::{Read, Write};
 use isostep_controller::{Controller, Store};
 use isostep_motion::coordinator::{self, Path};
-use isostep_motion::{Axis, Machine, State, axis, buttons, limit, probing, tool};
+use isostep_motion::{Axis, Event, Machine, State, axis, buttons, limit, probing, tool};
 
 use crate::config::{Config, StartOutside};
 use crate::executor::{Executor, Preemption, Priority, Rest, RunError};
@@ -469,7 +469,13 @@ fn spawn_motion(executor: &mut Executor, world: &Shared, config: &Config) -> &'s
     let (enable, world) = (Output::new(world, Wire::Enable), world.clone());
     executor.spawn("coordinator", async move {
         let mut path = Box::new(Path::new());
-        coordinator::run(machine, &mut path, enable, move |event| world.borrow_mut().on_event(event)).await;
+        let on_event = move |event| {
+            let config = matches!(event, Event::Run { .. }).then(|| machine.config());
+            let mut world = world.borrow_mut();
+            config.into_iter().for_each(|config| world.on_config(config));
+            world.on_event(event);
+        };
+        coordinator::run(machine, &mut path, enable, on_event).await;
     });
     machine
 }

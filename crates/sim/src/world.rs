@@ -237,6 +237,13 @@ impl World {
         }
     }
 
+    /// The configuration that the next run is planned by.
+    pub fn on_config(&mut self, config: isostep_motion::Config) {
+        if self.keep_record {
+            self.record.moves.plan_by(config);
+        }
+    }
+
     fn note_event(&mut self, event: Event) {
         let t_ns = self.clock.now_ns();
         self.record.moves.take(t_ns, event);

@@ -33,6 +33,33 @@ fn zero_is_the_pull_off_from_the_switch_at_either_end() {
     }
 }
 
+/// The switch opens 50 ms before the end of the way back, and is debounced for 250: that is waited for.
+#[test]
+fn a_switch_that_opens_late_on_the_way_back_is_not_stuck() {
+    let mut config = Config::default();
+    config.settings.homing_debounce_ms = 250;
+    (config.settings.homing_seek_mm_min, config.settings.homing_latch_mm_min) = (60.0, 60.0);
+    config.settings.homing_pull_off_mm = 0.3;
+    config.start_mm = [1.0; AXES];
+    let mut sim = powered_up(&config);
+    assert_eq!(say(&mut sim, "$H"), ["ok"]);
+}
+
+/// It is closed from the start: no edge tells of it.
+#[test]
+fn a_closed_switch_bars_the_way_onto_it_at_either_end() {
+    for negative in [0, 7] {
+        let mut config = Config { start_mm: [-0.5, 40.0, 15.0], ..Config::default() };
+        (config.settings.homing_direction_mask, config.settings.hard_limits) = (negative, true);
+        let mut sim = powered_up(&config);
+        let away = travel_mm(negative, 0).signum();
+        say(&mut sim, &format!("G91 G0 X{}", -away)).expect("ALARM:1");
+        assert_eq!(sim.counted_steps(), [0; AXES], "$23={negative}: onto it");
+        say(&mut sim, "$X");
+        assert_eq!(say(&mut sim, &format!("G91 G0 X{away}")), ["ok"], "$23={negative}: off it");
+    }
+}
+
 #[test]
 fn the_travel_is_away_from_the_switch_at_either_end() {
     for negative in 0..8 {

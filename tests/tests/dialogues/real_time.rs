@@ -246,6 +246,18 @@ fn the_feed_override_counts_for_moves_and_not_for_jogs() {
     assert_eq!(field(&mut sim, "Ov"), "100,100,100");
 }
 
+/// A move that begins at 100 % and brakes is too fast for a moment.
+#[test]
+fn an_override_counts_from_the_first_step() {
+    let mut sim = homed();
+    assert_eq!(say(&mut sim, "$120=2000"), ["ok"]);
+    bytes(&mut sim, &[0x92; 9]);
+    begin(&mut sim, "G1 X50 F600", Duration::from_millis(100));
+    let [made_steps, ..] = sim.counted_steps();
+    // A tenth of 10 mm/s, which it would have in 5 ms, at 50 steps/mm.
+    assert!((1..=5).contains(&made_steps), "{made_steps} steps in 0.1 s at 50 steps/s");
+}
+
 /// They are told as 100 %, and are.
 #[test]
 fn a_reset_puts_the_overrides_back() {

@@ -37,7 +37,7 @@ pub struct Shares {
     pub decel: f64,
     /// Of the jerk, under a law that keeps to it.
     pub jerk: f64,
-    /// Of the speed that a corner may be taken at; not measured here.
+    /// Of the speed that a corner may be taken at; by its plan, and not measured here.
     pub corner: f64,
 }
 

@@ -2,6 +2,8 @@
 
 use isostep_motion::{Axis, Finish};
 
+use crate::measure::kept;
+use crate::moves::MoveRecord;
 use crate::outcome::Outcome;
 use crate::record::LossCause;
 use crate::verify;
@@ -18,6 +20,7 @@ pub(super) fn judge(outcome: &Outcome, homed: [bool; 3], is_deceived: bool) -> R
         return Err(("counts are those of the edges", found));
     }
     moves(outcome)?;
+    limits(outcome)?;
     if is_deceived { Ok(()) } else { losses(outcome).and_then(|()| positions(outcome, homed)) }
 }
 
@@ -59,6 +62,13 @@ fn moves(outcome: &Outcome) -> Result<(), Broken> {
         }
     }
     Ok(())
+}
+
+/// Each axis keeps within its speed, acceleration and jerk, as its edges alone tell, and corners are taken no faster than they may.
+fn limits(outcome: &Outcome) -> Result<(), Broken> {
+    let top = |record: &MoveRecord, axis: usize, _t_s: f64| outcome.config_of(record).limits[axis].top_speed_steps_s;
+    let shares = kept::shares(outcome, top);
+    if shares.are_within() { Ok(()) } else { Err(("limits kept, by the edges", format!("{shares:?} of them"))) }
 }
 
 /// Steps are lost by abrupt stops alone, and at the end stops of a machine that does not know where they are.

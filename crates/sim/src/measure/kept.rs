@@ -1,0 +1,100 @@
+//! How near the moves of a run came to the limits in force: each axis by its edges and nothing else, corners by the speeds that
+//! they are planned to be taken at.
+
+use isostep_motion::{AXES, Config, Finish};
+
+use super::limits::{self, Ends, Shares};
+use crate::moves::MoveRecord;
+use crate::outcome::Outcome;
+use crate::verify;
+
+/// What a float may lose.
+const ROUNDING: f64 = 1e-6;
+
+/// How near all moves came to their limits. `speed_limit` is the speed that an axis keeps to in a move, so many seconds from the
+/// start of its run, steps/s; it never falls.
+pub fn shares(outcome: &Outcome, speed_limit: impl Fn(&MoveRecord, usize, f64) -> f64) -> Shares {
+    let off_s = outcome.config.port.tolerance_ns() * 1e-9;
+    let mut highest = Shares::default();
+    for record in &outcome.moves {
+        let config = outcome.config_of(record);
+        let times_s = verify::axis_times_s(record, &outcome.edges[record.edges.clone()]);
+        let [begins, ends] = are_rests(record, config);
+        // A stop is abrupt.
+        let ends = Ends { at_rest: [begins, ends && matches!(record.finish, Finish::Done | Finish::Held)] };
+        for (axis, times_s) in times_s.iter().enumerate() {
+            let (own, law) = (&config.limits[axis], config.speed_law);
+            highest = highest.max(limits::shares(times_s, off_s, own, law, ends, |t_s| speed_limit(record, axis, t_s)));
+        }
+    }
+    let corners = outcome.moves.windows(2).filter(|pair| pair[0].run == pair[1].run);
+    let corner =
+        corners.map(|pair| corner_share([&pair[0], &pair[1]], outcome.config_of(&pair[0]))).fold(0.0, f64::max);
+    Shares { corner, ..highest }
+}
+
+/// The length of a way of so many steps, mm.
+pub fn path_mm(steps: [i32; AXES], config: &Config) -> f64 {
+    in_mm(steps, config).into_iter().map(|mm| mm * mm).sum::<f64>().sqrt()
+}
+
+/// How fast a move begins and ends, along its path.
+pub fn speeds_mm_s(record: &MoveRecord, config: &Config) -> [f64; 2] {
+    let mm_per_step = path_mm(record.plan.steps, config) / record.plan.way_steps();
+    let last = record.parts.last().unwrap_or(&record.plan);
+    [record.plan.speed_at(record.plan.begin_s()), last.profile.exit_speed_steps_s()].map(|steps| steps * mm_per_step)
+}
+
+/// Whether a move begins and ends no faster than a stop leaves it.
+pub fn are_rests(record: &MoveRecord, config: &Config) -> [bool; 2] {
+    let start_mm_s = start_mm_s(record.plan.steps, config);
+    speeds_mm_s(record, config).map(|speed_mm_s| speed_mm_s <= start_mm_s * (1.0 + ROUNDING))
+}
+
+fn in_mm(steps: [i32; AXES], config: &Config) -> [f64; AXES] {
+    std::array::from_fn(|axis| f64::from(steps[axis]) / config.steps_per_mm[axis])
+}
+
+/// The start speed along a path.
+fn start_mm_s(steps: [i32; AXES], config: &Config) -> f64 {
+    let path_mm = path_mm(steps, config);
+    let moving = (0..AXES).filter(|axis| steps[*axis] != 0);
+    let starts =
+        moving.map(|axis| config.limits[axis].start_speed_steps_s * path_mm / f64::from(steps[axis].unsigned_abs()));
+    starts.fold(f64::INFINITY, f64::min)
+}
+
+/// By Grbl's rule; both moves go round it at one speed, or stop there: otherwise the share is infinite.
+fn corner_share(moves: [&MoveRecord; 2], config: &Config) -> f64 {
+    let [[_, out_mm_s], [in_mm_s, _]] = moves.map(|record| speeds_mm_s(record, config));
+    let [[_, stops], [starts, _]] = moves.map(|record| are_rests(record, config));
+    if stops && starts {
+        return 0.0;
+    }
+    let is_one = (out_mm_s / in_mm_s - 1.0).abs() < ROUNDING;
+    if is_one { in_mm_s / corner_mm_s(moves.map(|record| record.plan.steps), config) } else { f64::INFINITY }
+}
+
+/// How fast the corner between two moves may be taken.
+fn corner_mm_s(moves: [[i32; AXES]; 2], config: &Config) -> f64 {
+    let [before, after] = moves.map(|steps| {
+        let path_mm = path_mm(steps, config);
+        in_mm(steps, config).map(|mm| mm / path_mm)
+    });
+    let across: [f64; AXES] = std::array::from_fn(|axis| after[axis] - before[axis]);
+    let length = across.iter().map(|part| part * part).sum::<f64>().sqrt();
+    if length < 1e-9 {
+        return f64::INFINITY;
+    }
+    let moving = (0..AXES).filter(|axis| across[*axis] != 0.0);
+    let accels = moving.map(|axis| {
+        let limits = &config.limits[axis];
+        limits.accel_steps_s2.min(limits.decel_steps_s2) / config.steps_per_mm[axis] * length / across[axis].abs()
+    });
+    let accel_mm_s2 = accels.fold(f64::INFINITY, f64::min);
+    // The sine of half the angle that the paths enclose.
+    let sine = (1.0 - length * length / 4.0).max(0.0).sqrt();
+    // No slower than a stop would leave it.
+    let start_mm_s = moves.map(|steps| start_mm_s(steps, config)).into_iter().fold(f64::INFINITY, f64::min);
+    (accel_mm_s2 * config.junction_deviation_mm * sine / (1.0 - sine)).sqrt().max(start_mm_s)
+}
