@@ -3,8 +3,9 @@
 use embassy_futures::block_on;
 use embassy_time::Duration;
 use isostep_motion::{AXES, Alarm, Axis, Motion, Power, ProbeMove, State};
+use isostep_sim::faults::Trouble;
 use isostep_sim::plant::SwitchFault;
-use isostep_sim::{Config, Port, Sim};
+use isostep_sim::{Config, Fault, Port, Sim};
 
 use crate::talk::{begin, bytes, field, homed, powered_up, say};
 
@@ -184,4 +185,41 @@ fn an_override_asked_for_while_another_one_brakes_counts_at_once() {
 fn speed(sim: &mut Sim) -> f64 {
     let told = field(sim, "FS");
     told.split(',').next().and_then(|speed| speed.parse().ok()).unwrap_or_else(|| panic!("FS:{told}"))
+}
+
+/// The host that sent it was gone before the console had read it: once all has ended, that counts no more.
+#[test]
+fn a_reset_byte_that_was_heard_and_never_read_makes_the_next_no_second_one() {
+    let mut sim = homed();
+    begin(&mut sim, "G0 X10", Duration::from_millis(200));
+    sim.machine().reset_heard();
+    sim.run_until_idle().unwrap();
+    sim.replies();
+    begin(&mut sim, "G0 X100", Duration::from_secs(1));
+    sim.send(b"\x18");
+    sim.run_until_idle().unwrap();
+    assert_eq!(sim.replies(), ["Grbl 1.1h ['$' for help]"], "it brakes, and no alarm is told");
+    assert_eq!(sim.machine().state(), State::Idle);
+    assert_eq!(sim.machine().homed(), [true; AXES]);
+}
+
+/// The coordinator gets no time until after X has run dry, and perhaps before Y has.
+#[test]
+fn an_axis_that_runs_dry_stops_the_others() {
+    let mut alarms = 0;
+    for starved_ms in 25..70 {
+        let mut sim = homed();
+        begin(&mut sim, "G1 X100 Y3 F2400", Duration::from_secs(2));
+        let (at_ns, lasts_ns) = (sim.now_ns(), starved_ms * 1_000_000);
+        sim.suffer(Fault { trouble: Trouble::Starve, at_ns, lasts_ns: Some(lasts_ns) });
+        sim.run_until_idle().unwrap();
+        let outcome = sim.outcome();
+        if let State::Alarm(alarm) = outcome.state {
+            assert!(matches!(alarm, Alarm::Underrun { .. }), "{alarm:?} after {starved_ms} ms");
+            let late = outcome.edges.iter().find(|edge| edge.t_ns > at_ns + lasts_ns + 1_000_000);
+            assert_eq!(late, None, "a step after {starved_ms} ms without time and an alarm");
+            alarms += 1;
+        }
+    }
+    assert!(alarms > 10, "an axis ran dry {alarms} times");
 }
