@@ -3,7 +3,7 @@
 use isostep_motion::{AXES, Axis, ConfigError};
 use isostep_sim::{Config, Flash, Sim};
 
-use crate::talk::{powered_up, refused, say, status};
+use crate::talk::{powered_up, refused, say, status, switched_on};
 
 /// A machine whose axes of this mask have their switches at the negative end, homed.
 fn homed_towards(negative: u16) -> Sim {
@@ -51,7 +51,7 @@ fn a_closed_switch_bars_the_way_onto_it_at_either_end() {
     for negative in [0, 7] {
         let mut config = Config { start_mm: [-0.5, 40.0, 15.0], ..Config::default() };
         (config.settings.homing_direction_mask, config.settings.hard_limits) = (negative, true);
-        let mut sim = powered_up(&config);
+        let mut sim = switched_on(&config);
         let away = travel_mm(negative, 0).signum();
         say(&mut sim, &format!("G91 G0 X{}", -away)).expect("ALARM:1");
         assert_eq!(sim.counted_steps(), [0; AXES], "$23={negative}: onto it");
