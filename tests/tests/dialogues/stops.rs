@@ -196,6 +196,7 @@ fn a_reset_byte_that_was_heard_and_never_read_makes_the_next_no_second_one() {
     sim.run_until_idle().unwrap();
     sim.replies();
     begin(&mut sim, "G0 X100", Duration::from_secs(1));
+    sim.machine().reset_heard();
     sim.send(b"\x18");
     sim.run_until_idle().unwrap();
     assert_eq!(sim.replies(), ["Grbl 1.1h ['$' for help]"], "it brakes, and no alarm is told");
