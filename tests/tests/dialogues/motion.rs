@@ -487,3 +487,20 @@ fn paper_004_moves_in_three_equal_intervals_without_losing_a_step() {
     }
     assert!(check.apart_s().unwrap() < 8e-9, "equal to the tick on both axes: {check:?}");
 }
+
+/// Each axis brakes by a limit of its own, `$920` to `$922`; at 0 by that of its acceleration.
+#[test]
+fn an_axis_brakes_by_its_own_limit() {
+    for axis in Axis::ALL {
+        let (mut sim, number) = (homed(), axis as usize);
+        say(&mut sim, "$120=400\n$121=400\n$122=400");
+        for (decel_mm_s2, share) in [("100", 4.0), ("0", 1.0)] {
+            assert_eq!(say(&mut sim, &format!("$92{number}={decel_mm_s2}")), ["ok"]);
+            assert_eq!(say(&mut sim, &format!("G91 G0 {axis}20")), ["ok"]);
+            let outcome = sim.outcome();
+            let profile = outcome.moves.last().expect("it moved").plan.profile;
+            let found = profile.t_decel_s() / profile.t_accel_s();
+            assert!((found - share).abs() < 1e-6, "{axis}, $92{number}={decel_mm_s2}: it brakes {found} times as long");
+        }
+    }
+}

@@ -238,7 +238,10 @@ fn the_feed_override_counts_for_moves_and_not_for_jogs() {
     sim.run_until_idle().unwrap();
     sim.replies();
     assert_eq!(speed(&mut sim, "G1 X0"), "600");
-    bytes(&mut sim, &[0x92]);
+    bytes(&mut sim, &[0x94; 3]);
+    assert_eq!(speed(&mut sim, "G1 X50"), "582");
+    assert_eq!(speed(&mut sim, "G1 X0"), "582");
+    bytes(&mut sim, &[0x90, 0x92]);
     assert_eq!(speed(&mut sim, "G1 X50"), "540");
     assert_eq!(speed(&mut sim, "$J=X0 F600"), "600");
     assert_eq!(speed(&mut sim, "G93 G1 X50 F12"), "540", "12 a minute is 600 mm/min");
