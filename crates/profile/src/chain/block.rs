@@ -172,15 +172,16 @@ impl<const N: usize> Block<N> {
     }
 
     /// The one before it has ended by `exit`, and might have stopped from `start`: it begins as fast, or from rest.
-    pub(super) fn begin_after(&mut self, exit: Square, start: Square) {
+    pub(super) fn begin_after(&mut self, exit: Square, start: Square, terms: &Terms<N>) {
         if self.flows && exit <= self.entry {
             self.entry = exit;
         } else if (self.flows || exit > start)
             && let Some(corner) = self.corner
         {
-            // It could not brake to what it should be by now. But for rounding it is no faster than the corner allows, if it
-            // was not to stop there at another feed.
-            self.flows = exit <= corner + (corner >> 24);
+            // It could not brake to what it should be by now. But for rounding it is no faster than the corner allows, and
+            // than this one may ever be, if it was not to stop there at another feed.
+            let most = corner.min(terms.scale.of_speed(self.limits.top_speed_steps_s * self.mm_per_step));
+            self.flows = exit <= most + (most >> 24);
             self.entry = if self.flows { exit } else { self.start };
         }
     }

@@ -113,7 +113,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         self.settled = self.settled.saturating_sub(1);
         let Some(next) = self.blocks.get_mut(0) else { return };
         let expected = next.entry;
-        next.begin_after(exit, start);
+        next.begin_after(exit, start, &self.terms);
         let is_expected = next.entry == expected;
         if next.flows {
             self.settled = self.settled.max(1);

@@ -89,6 +89,26 @@ fn one_step_of_the_slowest_ramp_on_the_fastest_axis_has_its_time() {
     assert!((leg.until_s - expected_s).abs() < 1e-6, "{}", leg.until_s);
 }
 
+/// It needs no ramp, and has no room left to brake to a lower override: so it does not stop where it was to. The corner would take
+/// its speed, and the other axis of the next move would not.
+#[test]
+fn a_move_that_is_not_to_stop_any_more_flows_into_none_that_is_slower() {
+    for law in SpeedLaw::ALL {
+        let axes = [limits(300.0, 1e3, 1e4), limits(9.0, 40.0, 1e3), limits(9.0, 40.0, 1e3)];
+        let mut chain = Chain::<AXES, 4>::new(Terms::new(axes, [0.04; AXES], 0.1, IntervalLaw::Fastest, law));
+        // 200 steps/s; of the second no more than 120.
+        let feed = |steps, tag| Wanted { feed_mm_s: Some(8.0), ..wanted(steps, tag) };
+        chain.push(feed([20, 0, 0], 0)).unwrap();
+        chain.push(feed([30, 10, 0], 1)).unwrap();
+        chain.advance(0.0995).unwrap();
+        chain.override_speed(0.3, 1.0);
+        while let Some(leg) = chain.advance(f64::INFINITY) {
+            let fastest = leg.part.profile.entry_speed_steps_s().max(leg.part.profile.cruise_speed_steps_s());
+            assert!(leg.tag == 0 || fastest <= 120.0 + 1e-6, "{law}: {fastest} steps/s");
+        }
+    }
+}
+
 #[test]
 fn a_hold_brakes_and_a_start_goes_on() {
     let mut chain = straight(2, 1_000);
