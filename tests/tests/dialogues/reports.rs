@@ -6,7 +6,7 @@ use isostep_sim::plant::SwitchFault;
 use isostep_sim::world::Wire;
 use isostep_sim::{Config, Sim};
 
-use crate::talk::{begin, bytes, field, homed, powered_up, report, say};
+use crate::talk::{begin, bytes, field, homed, powered_up, report, say, state};
 
 #[test]
 fn report_positions_go_by_the_mask() {
@@ -66,6 +66,23 @@ fn report_buffers_when_asked() {
     sim.run_for(Duration::from_millis(10)).unwrap();
     let bytes: u16 = field(&mut sim, "Bf").split(',').nth(1).unwrap().parse().unwrap();
     assert!(bytes < 128, "{bytes}");
+}
+
+/// What waits is not planned then: there is room in the queue alone.
+#[test]
+fn report_buffers_in_a_hold() {
+    let mut sim = homed();
+    assert_eq!(say(&mut sim, "$10=3"), ["ok"]);
+    begin(&mut sim, "G0 X100", Duration::from_millis(800));
+    for state_now in ["Hold:1", "Hold:0"] {
+        sim.send(b"!");
+        sim.run_for(Duration::from_millis(100)).unwrap();
+        assert_eq!((state(&mut sim).as_str(), field(&mut sim, "Bf").as_str()), (state_now, "15,128"));
+        sim.run_until_idle().unwrap();
+    }
+    (0..20).for_each(|_| sim.send(b"G0 X1\nX2\n"));
+    sim.run_for(Duration::from_millis(10)).unwrap();
+    assert_eq!(sim.replies().len(), 15);
 }
 
 #[test]

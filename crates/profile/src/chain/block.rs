@@ -13,6 +13,9 @@ use crate::sync::{PlanError, longest, path_speed};
 /// A square of as many units is told to less than 1e-7 of it.
 const FINE: Square = 1 << 24;
 
+/// Speeds that differ by less, as a share, are the same but for rounding.
+const SAME: f64 = 1e-7;
+
 /// One move.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Block<const N: usize> {
@@ -180,8 +183,8 @@ impl<const N: usize> Block<N> {
         {
             // It could not brake to what it should be by now. But for rounding it is no faster than the corner allows, and
             // than this one may ever be, if it was not to stop there at another feed.
-            let most = corner.min(terms.scale.of_speed(self.limits.top_speed_steps_s * self.mm_per_step));
-            self.flows = exit <= most + (most >> 24);
+            let is_allowed = self.speed_steps_s(exit, terms) <= self.limits.top_speed_steps_s * (1.0 + SAME);
+            self.flows = is_allowed && exit <= corner + (corner >> 24);
             self.entry = if self.flows { exit } else { self.start };
         }
     }
