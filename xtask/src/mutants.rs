@@ -104,7 +104,7 @@ const WHOLE: &[&str] = &["isostep-tests"];
 const PROFILE: &[Suite] = &[
     suite(&["isostep-profile"], &["chain", "generators", "laws", "papers", "refusals", "staircase"], 90),
     suite(&["isostep-profile"], &[], 300),
-    suite(WHOLE, &["corpus", "chains"], 120),
+    suite(WHOLE, &["corpus", "chains", "hold"], 300),
 ];
 const CONSOLE: &[Suite] = &[suite(&["isostep-console"], &[], 120), suite(WHOLE, &["corpus", "dialogues"], 180)];
 const SIMULATED: Suite = suite(&["isostep-sim"], &[], 90);

@@ -404,6 +404,18 @@ fn g92_and_the_tool_length_end_with_a_reset_and_offsets_do_not() {
     assert_eq!(talk.interpreter.work_offset_mm(), [1.0, 0.0, 0.0]);
 }
 
+/// The tip of the tool stands where they say; X has no length.
+#[test]
+fn g92_and_g10_l20_count_from_the_tip_of_the_tool() {
+    for zero in ["G92 X3 Z7", "G10 L20 P1 X3 Z7"] {
+        let mut talk = Talk::new(State::Idle);
+        talk.send(&format!("G0 X10 Z30\nG43.1 Z5\n{zero}"));
+        let (position_mm, offset_mm) = (talk.interpreter.position_mm(), talk.interpreter.work_offset_mm());
+        let [x, _, z] = [0, 1, 2].map(|axis| position_mm[axis] - offset_mm[axis]);
+        assert_eq!((x, z), (3.0, 7.0), "{zero}");
+    }
+}
+
 #[test]
 fn the_tool_length_moves_z_alone() {
     check(
