@@ -106,7 +106,7 @@ const PROFILE: &[Suite] = &[
     suite(&["isostep-profile"], &[], 300),
     suite(WHOLE, &["corpus", "chains", "hold"], 300),
 ];
-const CONSOLE: &[Suite] = &[suite(&["isostep-console"], &[], 120), suite(WHOLE, &["corpus", "dialogues"], 180)];
+const CONSOLE: &[Suite] = &[suite(&["isostep-console"], &[], 30), suite(WHOLE, &["corpus", "dialogues"], 180)];
 const SIMULATED: Suite = suite(&["isostep-sim"], &[], 90);
 const MOTION: &[Suite] = &[
     SIMULATED,

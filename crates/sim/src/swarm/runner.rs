@@ -306,6 +306,8 @@ impl<'a> Runner<'a> {
                 "Alarm" => self.send(0, b"$X\n"),
                 "Check" => self.send(0, b"$C\n"),
                 "Sleep" => self.send(0, &[0x18]),
+                // It may have been told to move for hours.
+                "Run" | "Jog" if self.is_spoilt => self.send(0, &[0x18]),
                 _ => return Err(self.failure("every wait ends", format!("it rests in {word}"))),
             }
         }
