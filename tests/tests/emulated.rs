@@ -308,10 +308,14 @@ fn every_stop_takes_less_than_10_us() {
     }
     let stops = [
         "switch X stuck-closed\nexpect ALARM:1\nswitch X normal",
+        "switch Y stuck-closed\nexpect ALARM:1\nswitch Y normal",
+        "switch Z stuck-closed\nexpect ALARM:1\nswitch Z normal",
         "estop pressed\nexpect ALARM:10\nestop released",
         "bytes 18\nwait-ms 5\nbytes 18\nexpect ALARM:3\nexpect Grbl",
+        // Behind another byte, in one packet.
+        "bytes 18\nwait-ms 5\nbytes 3f 18\nexpect ALARM:3\nexpect Grbl",
     ];
-    for (index, stop) in stops.iter().cycle().take(60).enumerate() {
+    for (index, stop) in stops.iter().cycle().take(90).enumerate() {
         let (target_mm, wait_us) = (if index % 2 == 0 { 900 } else { 0 }, 60_000 + 997 * index);
         script += &format!("send G0 X{target_mm} Y{target_mm} Z{target_mm}\nexpect ok\nwait-us {wait_us}.3\n");
         script += &format!("{stop}\nwait-ms 20\nsend $X\nexpect ok\ncheck-position\n");

@@ -72,6 +72,30 @@ const fn suite(packages: &'static [&'static str], tests: &'static [&'static str]
     Suite { packages, tests, timeout_s }
 }
 
+impl Suite {
+    /// Which tests of the packages, for cargo.
+    fn choice(&self) -> Vec<String> {
+        match self.tests {
+            // All but the documentation's examples: each is linked by itself.
+            [] => vec!["--tests".to_owned()],
+            tests => tests.iter().map(|test| format!("--test={test}")).collect(),
+        }
+    }
+
+    fn without_mutant(&self, target: &Path) -> Command {
+        let mut command = Command::new("cargo");
+        compiles_into(&mut command, target);
+        command.current_dir(workspace::root()).args(["test", "--quiet"]);
+        command.args(self.packages.iter().map(|package| format!("--package={package}"))).args(self.choice());
+        command
+    }
+}
+
+/// Where everything but the mutant has been compiled before; without debug information it links sooner.
+fn compiles_into(command: &mut Command, target: &Path) {
+    command.env("CARGO_TARGET_DIR", target).env("CARGO_PROFILE_DEV_DEBUG", "0");
+}
+
 impl fmt::Display for Suite {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "by the tests of {}", self.packages.join(", "))?;
@@ -187,20 +211,20 @@ impl Tool {
         let folder = workspace::target_dir().join("mutants");
         let output = folder.join(format!("{}-{}", self.package.name(), index + 1));
         fs::create_dir_all(&output).with_context(|| output.display().to_string())?;
+        let target = folder.join("build").join(self.package.name());
         let mut command = self.command();
-        // Where everything but the mutant has been compiled before; without debug information it links sooner.
-        command
-            .env("CARGO_TARGET_DIR", folder.join("build").join(self.package.name()))
-            .env("CARGO_PROFILE_DEV_DEBUG", "0");
+        compiles_into(&mut command, &target);
         command.args(["--no-shuffle", "--cap-lints=true", "--colors=never", "--output"]).arg(&output);
         command.args(["--timeout", &suite.timeout_s.to_string()]);
-        if suite.tests.is_empty() {
-            // All but the documentation's examples: each is linked by itself.
-            command.arg("--cargo-arg=--tests");
-        }
         command.args(suite.packages.iter().map(|package| format!("--test-package={package}")));
-        command.args(suite.tests.iter().map(|test| format!("--cargo-arg=--test={test}")));
+        command.args(suite.choice().iter().map(|choice| format!("--cargo-arg={choice}")));
         command.args(names.iter().map(|name| format!("--re=^{}$", escaped(name))));
+        if suite.packages != [self.package.name()] {
+            // Without a mutant cargo-mutants looks for the tests in the package that it changes.
+            announce("the same tests without a mutant");
+            process::run(&mut suite.without_mutant(&target))?;
+            command.arg("--baseline=skip");
+        }
         let status = command.status().context("cargo-mutants")?;
         if !status.code().is_some_and(|code| DONE.contains(&code)) {
             bail!("cargo-mutants failed ({status}); what it says is in {}", workspace::shown(&output));
