@@ -122,7 +122,7 @@ impl Case {
 }
 
 /// Every way, but those that a test of their own holds: see the table.
-pub const CASES: [Case; 29] = [
+pub const CASES: [Case; 30] = [
     Case::new("it is complete", "AWAY\n"),
     Case {
         state: "Hold:0",
@@ -220,6 +220,11 @@ pub const CASES: [Case; 29] = [
     Case::restart(
         "watchdog",
         "UNDER_WAY\nhang\nstop-within 100000\nwait-reset\ncheck-stopped\nexpect [MSG:Restarted by the watchdog\nexpect Grbl\n",
+    ),
+    // SWI_IRQ_2, of the executor of the axes: what is below goes on, and only their beats fail to come.
+    Case::restart(
+        "watchdog of the axes",
+        "UNDER_WAY\nmask-irq 28\nstop-within 100000\nwait-reset\ncheck-stopped\nexpect [MSG:Restarted by the watchdog\nexpect Grbl\n",
     ),
     Case::restart("power cut", "UNDER_WAY\npower-cycle\nexpect Grbl\n"),
 ];

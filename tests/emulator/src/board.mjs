@@ -95,6 +95,11 @@ export class Board {
     hang(this.core, this.chip.sram);
   }
 
+  /** Masks an interrupt, and so has whatever runs in it stand still: what is below it goes on. */
+  maskIrq(number) {
+    this.core.enabledInterrupts &= ~(1 << number);
+  }
+
   /** Has the firmware panic, by its function at that address. */
   panic(address) {
     this.gantry.toolStops.told('PANIC');

@@ -37,6 +37,7 @@ export const COMMANDS = {
   motors: { usage: 'motors on|off', parse: onOff, run: (script, on) => script.expectMotors(on) },
   crash: { usage: 'crash', parse: nothing, run: (script) => script.board.crash() },
   hang: { usage: 'hang', parse: nothing, run: (script) => script.board.hang() },
+  'mask-irq': { usage: 'mask-irq NUMBER, an interrupt of the chip', parse: irq, run: (script, number) => script.board.maskIrq(number) },
   panic: { usage: 'panic HEX, the address of a function that panics', parse: address, run: (script, at) => script.board.panic(at) },
   dtr: { usage: 'dtr on|off', parse: onOff, run: (script, on) => script.board.cable.setDtr(on) },
   'usb-line-coding': { usage: 'usb-line-coding BAUD', parse: baud, run: (script, rate) => script.board.cable.setLineCoding(rate) },
@@ -236,6 +237,11 @@ function positive(rest) {
 
 function baud(rest) {
   if (!/^[1-9]\d{0,9}$/.test(rest.trim()) || Number(rest) > 0xffffffff) throw new Error(`${rest || 'nothing'} is not a baud rate from 1 to 4294967295`);
+  return Number(rest);
+}
+
+function irq(rest) {
+  if (!/^\d{1,2}$/.test(rest.trim()) || Number(rest) > 31) throw new Error(`${rest || 'nothing'} is not an interrupt from 0 to 31`);
   return Number(rest);
 }
 
