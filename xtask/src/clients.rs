@@ -8,13 +8,13 @@ use std::time::Duration;
 
 use anyhow::{Context, Result, ensure};
 
-use crate::flight::WINDOW_BYTES;
+use crate::emulate::Emulated;
 use crate::process::{self, announce};
-use crate::pty::emulated::Emulated;
-use crate::pty::simulated::Simulated;
-use crate::pty::{self, Machine, Tally};
 use crate::variant::Variant;
 use crate::{build, node, workspace};
+use isostep::flight::WINDOW_BYTES;
+use isostep::pty::simulated::Simulated;
+use isostep::pty::{self, Machine, Tally};
 
 const REMEDY: &str = "the tests with real senders need Python 3 with venv: https://python.org, or on Debian \
                       `apt-get install python3 python3-venv`";

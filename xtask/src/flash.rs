@@ -10,9 +10,9 @@ use std::time::Duration;
 use anyhow::{Context, Result, bail};
 
 use crate::process::{self, announce};
-use crate::stopwatch::Stopwatch;
 use crate::variant::Variant;
 use crate::{build, touch, workspace};
+use isostep::stopwatch::Stopwatch;
 
 const CHIP: &str = "RP2040";
 /// A board takes up to two seconds to leave, and a desktop some more to mount what appears.

@@ -1,45 +1,28 @@
-//! The commands of the project, run as `cargo xtask VERB`. One file per verb; `screen`, `files`, `workspace`, `toolchain`, `tools`,
-//! `node`, `firmware`, `flight`, `footprint`, `laws`, `pace`, `parallel`, `remarks`, `uf2`, `variant`, `process`, `stopwatch` and
-//! `timing` are what the verbs share.
+//! The commands of the project, run as `cargo xtask VERB`. One file or folder for each verb that needs the sources: those that
+//! build, flash, emulate, test and measure. Those that do not are the package `isostep`. `workspace`, `toolchain`, `tools`, `node`,
+//! `firmware`, `footprint`, `touch`, `uf2`, `variant` and `process` are what the verbs share.
 
-// First, as its macros are what all of them print with.
+// Its macros are what all of them print with.
 #[macro_use]
-mod screen;
+extern crate isostep;
 
 mod audit;
 mod bench;
 mod build;
-mod check;
 #[cfg(unix)]
 mod clients;
-mod console;
 mod emulate;
-mod files;
 mod firmware;
 mod flash;
-mod flight;
 mod footprint;
 mod fuzz;
-mod homing;
-mod laws;
 mod lint;
 mod mutants;
 mod node;
-mod pace;
-mod papers;
-mod parallel;
 mod process;
-mod profile;
-mod pty;
-mod remarks;
 mod setup;
-mod sim;
 mod size;
-mod stopwatch;
-mod swarm;
 mod test;
-mod times;
-mod timing;
 mod toolchain;
 mod tools;
 mod touch;
@@ -83,21 +66,16 @@ Every verb prepares what it needs by itself; `cargo xtask setup` does only that.
 
 #[derive(Subcommand)]
 enum Verb {
+    /// Those of the installable tool.
+    #[command(flatten)]
+    Tool(isostep::Verb),
     Setup(setup::Args),
     Build(build::Args),
     Flash(flash::Args),
     Size(size::Args),
-    Sim(sim::Args),
-    Check(check::Args),
     Emulate(emulate::Args),
-    Console(console::Args),
     Test(test::Args),
     Bench(bench::Args),
-    Profile(profile::Args),
-    Papers(papers::Args),
-    Times(times::Args),
-    Swarm(swarm::Args),
-    Homing(homing::Args),
     Lint(lint::Args),
     Audit(audit::Args),
     Fuzz(fuzz::Args),
@@ -105,33 +83,18 @@ enum Verb {
 }
 
 fn main() -> ExitCode {
-    let outcome = match Cli::parse().verb {
+    isostep::exit(match isostep::name::parse::<Cli>("cargo xtask").verb {
         Verb::Setup(args) => setup::run(args),
         Verb::Build(args) => build::run(args),
         Verb::Flash(args) => flash::run(args),
         Verb::Size(args) => size::run(args),
-        Verb::Sim(args) => sim::run(args),
-        Verb::Check(args) => check::run(args),
         Verb::Emulate(args) => emulate::run(args),
-        Verb::Console(args) => console::run(args),
         Verb::Test(args) => test::run(args),
         Verb::Bench(args) => bench::run(args),
-        Verb::Profile(args) => profile::run(args),
-        Verb::Papers(args) => papers::run(args),
-        Verb::Times(args) => times::run(args),
-        Verb::Swarm(args) => swarm::run(args),
-        Verb::Homing(args) => homing::run(args),
         Verb::Lint(args) => lint::run(args),
         Verb::Audit(args) => audit::run(args),
         Verb::Fuzz(args) => fuzz::run(args),
         Verb::Mutants(args) => mutants::run(args),
-    };
-    // Not `fn main() -> Result`: that prints a backtrace where RUST_BACKTRACE is set, which no user of a tool wants.
-    match outcome.and_then(|()| screen::finish()) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("error: {error:#}");
-            ExitCode::FAILURE
-        }
-    }
+        Verb::Tool(verb) => verb.run(),
+    })
 }

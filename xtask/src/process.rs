@@ -14,13 +14,6 @@ pub fn announce(step: &str) {
     eprintln!("==> {step}");
 }
 
-/// The most memory that this process has had so far, MB, where the system tells: on Linux.
-pub fn peak_memory_mb() -> Option<u64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let kb = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?.trim().strip_suffix("kB")?;
-    kb.trim().parse::<u64>().ok().map(|kb| kb / 1_000)
-}
-
 /// Runs `command` with its output passed through.
 pub fn run(command: &mut Command) -> Result<()> {
     let status = command.status().map_err(|error| explain(command, &error, "install it, and have it on PATH"))?;

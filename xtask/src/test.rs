@@ -8,10 +8,10 @@ use anyhow::{Result, anyhow};
 use crate::clients::{cncjs, grbl_streamer, missing};
 use crate::footprint::Footprint;
 use crate::process::{self, announce};
-use crate::stopwatch::Stopwatch;
 use crate::toolchain::cargo;
 use crate::variant::{Driver, Port, Variant};
 use crate::{build, node, workspace};
+use isostep::stopwatch::Stopwatch;
 
 /// Run the tests: host, emulator, firmware size, emulated board, real senders
 #[derive(clap::Args)]

@@ -3,7 +3,7 @@
 use anyhow::{Context, Result};
 use serialport::{SerialPortInfo, SerialPortType};
 
-use crate::console::port;
+use isostep::console::port;
 
 /// The serial number in boards/rp2040-gantry/src/usb.rs. The USB ids alone are those of any firmware on an RP2040 that has a
 /// serial port, and another's is not to be overwritten.

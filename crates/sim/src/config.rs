@@ -184,7 +184,7 @@ impl Config {
     /// The command that runs `program` like this again, for what the command line can say.
     pub fn replay(&self, program: &str) -> String {
         let default = Self::default();
-        let mut line = format!("cargo xtask sim {program} --seed {}", self.seed);
+        let mut line = format!("isostep sim {program} --seed {}", self.seed);
         let mut said = default.settings;
         if let Some((file, settings)) = &self.settings_file {
             line += &format!(" --settings {file}");
@@ -247,18 +247,18 @@ mod tests {
     #[test]
     fn the_replay_line_names_what_differs() {
         let mut config = Config { seed: 7, ..Config::default() };
-        assert_eq!(config.replay("a.nc"), "cargo xtask sim a.nc --seed 7");
+        assert_eq!(config.replay("a.nc"), "isostep sim a.nc --seed 7");
         config.start_mm = [1.5, 2.0, 3.0];
         config.switches[1] = SwitchFault::StuckOpen;
         config.settings.interval_thirds = true;
         config.settings.speed_law = 1;
         config.port = Port::Timer;
-        let line = "cargo xtask sim a.nc --seed 7 --start 1.5,2,3 --switch Y=stuck-open --law thirds --speed-law s-curve \
+        let line = "isostep sim a.nc --seed 7 --start 1.5,2,3 --switch Y=stuck-open --law thirds --speed-law s-curve \
                     --port timer";
         assert_eq!(config.replay("a.nc"), line);
         let settings_file = Some(("m.txt".to_owned(), Settings { speed_law: 1, ..Settings::DEFAULT }));
         let config = Config { settings_file, motor: Some(PullOutCurve::default()), ..Config::default() };
-        let line = "cargo xtask sim a.nc --seed 1 --settings m.txt --motor 800,6000,20000 --speed-law trapezoid";
+        let line = "isostep sim a.nc --seed 1 --settings m.txt --motor 800,6000,20000 --speed-law trapezoid";
         assert_eq!(config.replay("a.nc"), line);
     }
 

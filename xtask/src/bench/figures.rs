@@ -11,12 +11,12 @@ use super::measured::Measured;
 use super::micro::MicroFigures;
 use super::moves::{self, MoveFigures};
 use super::outputs::OffFigures;
-use super::progress::grouped;
 use super::rates::{self, RateFigures};
 use super::starts::StartMeasurement;
 use super::stops::{Input, StopMeasurement};
 use super::trial::AXES;
 use crate::variant::Port;
+use isostep::screen::grouped;
 
 /// From an input to the last edge.
 const STOP_MAX_US: f64 = 10.0;

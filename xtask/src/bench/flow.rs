@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::board::CLOCK_HZ;
 use super::micro::Lines;
-use super::progress::grouped;
+use isostep::screen::grouped;
 
 /// Of one of the [`FLOW_CASES`], in emulated cycles of the core a move.
 #[derive(Clone, Debug, Serialize)]

@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::board::CLOCK_HZ;
 use super::figures::Target;
 use super::micro::{AXES, CompileFigures, Lines};
-use super::progress::grouped;
+use isostep::screen::grouped;
 
 /// What a plan may take, ms.
 const PLAN_MAX_MS: f64 = 1.0;

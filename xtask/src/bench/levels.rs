@@ -8,7 +8,9 @@ use super::board::{Board, OutputChange};
 use super::edges::{Edge, NS_PER_CYCLE};
 use super::effort::Effort;
 use super::measured::Measured;
-use super::progress::{Case, grouped};
+use isostep::screen::grouped;
+
+use super::progress::Case;
 use super::statistics::{ErrorFigures, Errors};
 use crate::variant::Port;
 

@@ -53,12 +53,10 @@ use self::effort::Effort;
 use self::figures::{ChipFigures, Conditions, Figures, PortFigures};
 use self::micro::MicroFigures;
 use self::trial::{ACCEL_MAX_STEPS_S2, AXES};
-use crate::files::Files;
 use crate::process::announce;
 use crate::variant::Port;
 use crate::{node, workspace};
-
-pub use self::progress::grouped;
+use isostep::files::Files;
 
 /// Measure the firmware's step ports on the emulated board
 #[derive(clap::Args)]

@@ -9,7 +9,9 @@ use super::board::{Board, Summary};
 use super::edges::{Edge, NS_PER_CYCLE};
 use super::effort::Effort;
 use super::measured::Measured;
-use super::progress::{Case, grouped};
+use isostep::screen::grouped;
+
+use super::progress::Case;
 use super::trial::AXES;
 use crate::variant::Port;
 

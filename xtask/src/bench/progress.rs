@@ -1,8 +1,10 @@
 //! A line for each case: what runs, what came of it, and how long the user waited.
 
+use isostep::screen::grouped;
+
 use super::chip::Chip;
-use crate::stopwatch::Stopwatch;
 use crate::variant::Port;
+use isostep::stopwatch::Stopwatch;
 
 /// A case under way. Its line is told at its end and in one piece, as cases of several chips are under way at once.
 pub struct Case {
@@ -23,26 +25,5 @@ impl Case {
 
     pub fn end(self, outcome: &str) {
         eprintln!("{}: {outcome} ({:.1} s)", self.line, self.stopwatch.elapsed_s());
-    }
-}
-
-/// A whole number with its thousands apart.
-pub fn grouped(number: u64) -> String {
-    let digits = number.to_string();
-    let first = (digits.len() + 2) % 3 + 1;
-    let (head, tail) = digits.split_at(first.min(digits.len()));
-    let groups = tail.as_bytes().chunks(3).map(|group| format!(",{}", String::from_utf8_lossy(group)));
-    head.to_owned() + &groups.collect::<String>()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::grouped;
-
-    #[test]
-    fn thousands_are_set_apart() {
-        for (number, text) in [(0, "0"), (999, "999"), (1_000, "1,000"), (30_000, "30,000"), (1_200_000, "1,200,000")] {
-            assert_eq!(grouped(number), text);
-        }
     }
 }

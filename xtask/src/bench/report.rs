@@ -10,11 +10,11 @@ use super::figures::{Figures, PortFigures, Target, together};
 use super::micro::{GeneratorFigures, MicroFigures};
 use super::moves::{self, Carried};
 use super::outputs::OffFigures;
-use super::progress::grouped;
 use super::starts::{Delay, StartMeasurement};
 use super::stops::Latency;
 use super::table;
 use super::{flow, laws, levels};
+use isostep::screen::grouped;
 
 const TITLE: &str = "Step ports on the emulated board";
 

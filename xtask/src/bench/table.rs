@@ -10,10 +10,10 @@ use super::figures::{ChipFigures, Conditions, Figures, PortFigures, Target, toge
 use super::micro::{GeneratorFigures, MicroFigures, RampFigures};
 use super::moves::{self, Carried};
 use super::outputs::OffFigures;
-use super::progress::grouped;
 use super::starts::Delay;
 use super::stops::{Latency, StopMeasurement};
 use super::{flow, laws, levels};
+use isostep::screen::grouped;
 
 /// How to read the figures of the ideal chip.
 pub const BESIDE: &str =

@@ -1,0 +1,100 @@
+//! `isostep check`: what would become of programs, before anything moves.
+
+mod look;
+mod print;
+
+use std::path::PathBuf;
+
+use anyhow::{Result, ensure};
+use isostep_console::Settings;
+use isostep_sim::Config;
+
+use self::look::{Checked, Machine};
+use crate::files::Files;
+use crate::{parallel, sim};
+
+const HELP: &str = "\
+Each program is read as the controller reads it, and then made in virtual time without its edges. Nothing moves and nothing is
+written. Lines that would be refused are left out of extents and times; a program that waits for a person is resumed at once.
+
+Extents are of its moves, from where it begins, or from zero if it homes. It fits if there is a place to begin at from which it
+stays within the travel: the middle of the travel, or another that is told; with --start it must stay within it from there.
+Times are from the start of the first move to the end of the last, without homing.
+
+The exit status is 0 if every line of every program is accepted, each fits, and none ends in an alarm, on every machine.
+
+Examples:
+  isostep check my.nc                                      one program on the default machine, in detail
+  isostep check my.nc --settings my.txt --start 5,5,20     on yours, from where it stands (isostep sim --help)
+  isostep check parts/*.nc                                 many, a line each
+  isostep check parts/*.nc --settings a.txt b.txt          how long they take on two machines
+  isostep check my.nc --all --json my.json                 more refused lines; every figure";
+
+/// Say what would become of programs: refused lines, extents, times and what limits them; nothing moves
+#[derive(clap::Args)]
+#[command(after_help = HELP)]
+pub struct Args {
+    /// G-code programs
+    #[arg(value_name = "FILE", required = true)]
+    programs: Vec<PathBuf>,
+    /// Settings of machines: $n=v lines, a file for each [default: the parking gantry]
+    #[arg(long, value_name = "FILE", num_args = 1..)]
+    settings: Vec<PathBuf>,
+    /// Where the carriages stand at first, in mm from their switches [default: where the program fits]
+    #[arg(long, value_name = "X,Y,Z", value_parser = sim::places, allow_hyphen_values = true)]
+    start: Option<[f64; 3]>,
+    /// Tell up to 1,000 refused lines, not the first ten; of one program
+    #[arg(long)]
+    all: bool,
+    /// Programs that are looked at at a time
+    #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u8).range(1..))]
+    jobs: u8,
+    /// Write every figure as JSON
+    #[arg(long, value_name = "OUT.json")]
+    json: Option<PathBuf>,
+}
+
+/// Runs the verb.
+pub fn run(args: Args) -> Result<()> {
+    ensure!(
+        !args.all || args.programs.len() == 1,
+        "--all lists the refused lines of one program: name one, or leave it out"
+    );
+    let files = Files::default().read("FILE", &args.programs).read("--settings", &args.settings);
+    files.written("--json", &args.json).check()?;
+    let machines = machines(&args)?;
+    let checked: Vec<Checked> =
+        parallel::map(&args.programs, args.jobs.into(), |path| look::check(path, &machines, args.start));
+    match &checked[..] {
+        [one] => print!("{}", print::detail(one, args.all)),
+        _ => print!("{}", print::table(&checked, &machines)),
+    }
+    if let Some(path) = &args.json {
+        sim::write_file(path, |out| Ok(serde_json::to_writer_pretty(out, &checked)?))?;
+    }
+    let bad: Vec<_> = checked.iter().filter(|one| !one.is_good()).collect();
+    ensure!(bad.is_empty(), "{}", verdict(bad.len(), checked.len()));
+    Ok(())
+}
+
+fn verdict(bad: usize, of: usize) -> String {
+    match of {
+        1 => "it would not run as it is".to_owned(),
+        _ => format!("{bad} of {of} programs would not run as they are"),
+    }
+}
+
+fn machines(args: &Args) -> Result<Vec<Machine>> {
+    if args.settings.is_empty() {
+        return Ok(vec![Machine { name: "the default machine".to_owned(), settings: Settings::DEFAULT }]);
+    }
+    let read = args.settings.iter().map(|path| {
+        let stem =
+            path.file_stem().map_or_else(|| path.display().to_string(), |stem| stem.to_string_lossy().into_owned());
+        Ok(Machine { name: stem, settings: sim::read_settings(path, &Config::default())? })
+    });
+    read.collect()
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,79 @@
+//! `isostep console`: a terminal for a board, or for anything else that speaks Grbl's dialect.
+//!
+//! ```text
+//! port (board, or pseudo-terminal) -- reader thread --+
+//!                                                     +-- Session: counts bytes, polls the status
+//! prompt thread, where a person types ----------------+      |
+//!                                             interactive, piped or stream: what is sent next
+//! ```
+
+mod interactive;
+mod meaning;
+mod piped;
+pub mod port;
+mod prompt;
+mod session;
+mod status;
+mod stream;
+mod talk;
+#[cfg(all(test, unix))]
+mod tests;
+
+use std::io::{self, IsTerminal};
+use std::path::PathBuf;
+
+use anyhow::Result;
+
+use self::session::Session;
+use crate::name::as_called;
+
+/// Talk to the board, or stream a program to it
+#[derive(clap::Args)]
+#[command(after_help = "\
+Lines go to the machine as they are; what it says is printed, errors and alarms with their meaning. While you type, these
+act at once: Ctrl-X resets; on an empty line ! holds, ~ resumes, ? reports. Arrow keys bring back earlier lines; Ctrl-D ends.
+
+Examples:
+  isostep console                                   the board: the one USB device 2e8a:000a
+  isostep console --list                            what ports there are
+  isostep console /dev/ttyACM0                      this port
+  isostep console COM5 --stream programs/square.nc  a whole program, with its progress; Ctrl-C ends it
+  isostep console /tmp/isostep                      the machine of `isostep sim --pty --link /tmp/isostep`
+  echo '$$' | isostep console                       each line of stdin sent and answered
+  printf '$H\\nG0 X10\\n' | isostep console           exit code 1 if an error or an alarm came
+
+A line of stdin that is ! or ~ or ? alone acts at once there too. Without a terminal, and with --stream, it ends once the
+machine is at rest.")]
+pub struct Args {
+    /// The port: a device, or what it is called on Windows [default: the board on USB]
+    #[arg(value_name = "PORT")]
+    port: Option<String>,
+    /// Stream this program, and end
+    #[arg(long, value_name = "FILE.nc")]
+    stream: Option<PathBuf>,
+    /// Bits a second; a USB port has its own
+    #[arg(long, value_name = "N", default_value_t = 115_200, value_parser = clap::value_parser!(u32).range(300..=4_000_000))]
+    baud: u32,
+    /// List the ports, and end
+    #[arg(long, exclusive = true)]
+    list: bool,
+}
+
+/// Runs the verb.
+pub fn run(args: Args) -> Result<()> {
+    if args.list {
+        print!("{}", as_called(&port::listed(&port::all()?)));
+        return Ok(());
+    }
+    let program = args.stream.as_deref().map(stream::Program::read).transpose()?;
+    let name = args.port.map_or_else(port::find_board, Ok)?;
+    let mut session = Session::open(&name, args.baud)?;
+    for line in session.greet()? {
+        println!("{}", meaning::explained(&line));
+    }
+    match program {
+        Some(program) => stream::run(&mut session, &program),
+        None if io::stdin().is_terminal() && io::stdout().is_terminal() => interactive::run(session, &name),
+        None => piped::run(&mut session, io::BufReader::new(io::stdin()), |line| println!("{line}")),
+    }
+}

@@ -1,0 +1,130 @@
+//! Finding a serial port, and opening it.
+
+use std::io::ErrorKind as Io;
+use std::time::Duration;
+
+use anyhow::{Result, anyhow, bail};
+use serialport::{Error, ErrorKind, SerialPort, SerialPortInfo, SerialPortType, UsbPortInfo};
+
+/// The ids in boards/rp2040-gantry/src/usb.rs: Raspberry Pi's for a serial port on an RP2040.
+const BOARD: (u16, u16) = (0x2E8A, 0x000A);
+/// How long a read waits.
+const PATIENCE: Duration = Duration::from_millis(20);
+const WITHOUT_HARDWARE: &str = "without hardware: `isostep sim --pty` in another terminal, and the port it prints";
+
+/// The serial ports of this computer, by name. Those of macOS come twice: the one for calling out is kept.
+pub fn all() -> Result<Vec<SerialPortInfo>> {
+    let mut ports =
+        serialport::available_ports().map_err(|error| anyhow!("the serial ports cannot be listed: {error}"))?;
+    ports.retain(|port| !port.port_name.starts_with("/dev/tty."));
+    ports.sort_by(|one, other| one.port_name.cmp(&other.port_name));
+    Ok(ports)
+}
+
+/// The ports, a line each.
+pub fn listed(ports: &[SerialPortInfo]) -> String {
+    if ports.is_empty() {
+        return format!("there is no serial port; {WITHOUT_HARDWARE}\n");
+    }
+    ports.iter().map(|port| format!("  {:<20} {}\n", port.port_name, kind(port))).collect()
+}
+
+fn kind(port: &SerialPortInfo) -> String {
+    match &port.port_type {
+        SerialPortType::UsbPort(usb) => {
+            let name = usb.product.as_deref().unwrap_or("no name");
+            format!("USB {:04x}:{:04x}, {name}", usb.vid, usb.pid)
+        }
+        SerialPortType::BluetoothPort => "Bluetooth".to_owned(),
+        SerialPortType::PciPort => "PCI".to_owned(),
+        SerialPortType::Unknown => "built in, or a converter".to_owned(),
+    }
+}
+
+/// The port of the only board there is.
+pub fn find_board() -> Result<String> {
+    choose(&all()?)
+}
+
+fn choose(ports: &[SerialPortInfo]) -> Result<String> {
+    let boards: Vec<_> = ports.iter().filter(|port| is_board(port)).collect();
+    match boards.as_slice() {
+        [board] => Ok(board.port_name.clone()),
+        [] => bail!(
+            "no board is on USB ({:04x}:{:04x}): plug it in (with a data cable, not a charging one), or name a port\n{}",
+            BOARD.0,
+            BOARD.1,
+            if ports.is_empty() { format!("  {WITHOUT_HARDWARE}") } else { listed(ports).trim_end().to_owned() }
+        ),
+        several => bail!("{} boards are there: name the port\n{}", several.len(), listed(ports).trim_end()),
+    }
+}
+
+fn is_board(port: &SerialPortInfo) -> bool {
+    matches!(&port.port_type, SerialPortType::UsbPort(UsbPortInfo { vid, pid, .. }) if (*vid, *pid) == BOARD)
+}
+
+/// Opens the port, DTR up. Nobody else may use it meanwhile.
+pub fn open(name: &str, baud: u32) -> Result<Box<dyn SerialPort>> {
+    let open = |baud| serialport::new(name, baud).timeout(PATIENCE).dtr_on_open(true).open();
+    // On macOS a pseudo-terminal refuses every baud rate; 0 leaves it alone.
+    let opened = open(baud).or_else(|error| if cfg!(target_os = "macos") { open(0) } else { Err(error) });
+    opened.map_err(|error| anyhow!("{name}: {}", trouble(&error)))
+}
+
+/// Why a port cannot be opened, and what to do.
+fn trouble(error: &Error) -> String {
+    match error.kind() {
+        ErrorKind::Io(Io::NotFound) => {
+            format!("there is no such port: `isostep console --list` shows them; {WITHOUT_HARDWARE}")
+        }
+        ErrorKind::Io(Io::PermissionDenied) if cfg!(windows) => {
+            "another program has it: close that first (a sender, a serial monitor)".to_owned()
+        }
+        ErrorKind::Io(Io::PermissionDenied) => {
+            "you may not use it: join the group that owns it (`sudo usermod -aG dialout \
+                                                $USER`, on Arch uucp), then log in anew"
+                .to_owned()
+        }
+        // On Unix these are locks that another program holds, on Windows a port that is gone.
+        ErrorKind::NoDevice if cfg!(unix) => {
+            "another program has it: close that first (a sender, a serial monitor)".to_owned()
+        }
+        ErrorKind::NoDevice => {
+            format!("there is no such port: `isostep console --list` shows them; {WITHOUT_HARDWARE}")
+        }
+        _ => format!("it cannot be opened as a serial port: {error}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn port(name: &str, vid: u16, pid: u16) -> SerialPortInfo {
+        let usb = UsbPortInfo { vid, pid, serial_number: None, manufacturer: None, product: Some("A thing".into()) };
+        SerialPortInfo { port_name: name.into(), port_type: SerialPortType::UsbPort(usb) }
+    }
+
+    #[test]
+    fn the_only_board_is_found_among_other_things() {
+        let (board, other) = (port("/dev/ttyACM1", 0x2E8A, 0x000A), port("/dev/ttyUSB0", 0x1A86, 0x7523));
+        assert_eq!(choose(&[other.clone(), board.clone()]).unwrap(), "/dev/ttyACM1");
+        let none = choose(&[other]).unwrap_err().to_string();
+        assert!(none.contains("no board is on USB (2e8a:000a)") && none.contains("/dev/ttyUSB0"), "{none}");
+        let two = choose(&[board.clone(), board]).unwrap_err().to_string();
+        assert!(two.contains("2 boards") && two.contains("/dev/ttyACM1"), "{two}");
+        assert!(choose(&[]).unwrap_err().to_string().contains("isostep sim --pty"));
+    }
+
+    #[test]
+    fn each_trouble_has_its_remedy() {
+        let remedy = |kind| trouble(&Error::new(kind, "x"));
+        assert!(remedy(ErrorKind::Io(Io::NotFound)).contains("no such port"));
+        if cfg!(unix) {
+            assert!(remedy(ErrorKind::Io(Io::PermissionDenied)).contains("dialout"));
+            assert!(remedy(ErrorKind::NoDevice).contains("another program has it"));
+        }
+        assert!(remedy(ErrorKind::Unknown).contains("cannot be opened"));
+    }
+}

@@ -1,0 +1,78 @@
+//! What a user of Isostep runs on a computer: programs on a machine in virtual time, a terminal for a board, speed laws and the
+//! papers' figures. The binary `isostep` is a thin one; `cargo xtask` hands the same verbs on.
+//!
+//! One file or folder for each verb of [`Verb`]. The rest is what they share.
+
+// First, as its macros are what all of them print with.
+#[macro_use]
+pub mod screen;
+
+pub mod check;
+pub mod console;
+pub mod files;
+pub mod flight;
+pub mod homing;
+pub mod laws;
+pub mod name;
+mod pace;
+pub mod papers;
+pub mod parallel;
+pub mod profile;
+mod project;
+pub mod pty;
+mod remarks;
+pub mod sim;
+pub mod stopwatch;
+pub mod swarm;
+pub mod times;
+mod timing;
+
+use std::process::ExitCode;
+
+use anyhow::Result;
+use clap::Subcommand;
+
+/// What can be done without the sources of the firmware.
+#[derive(Subcommand)]
+#[expect(missing_docs, reason = "clap shows what is said of the arguments, where each verb is")]
+pub enum Verb {
+    Sim(sim::Args),
+    Check(check::Args),
+    Console(console::Args),
+    Profile(profile::Args),
+    Papers(papers::Args),
+    Times(times::Args),
+    Homing(homing::Args),
+    Swarm(swarm::Args),
+}
+
+impl Verb {
+    /// Carries it out, in words on the standard output and in the files that it was given.
+    ///
+    /// # Errors
+    /// What went wrong, and what to do about it.
+    pub fn run(self) -> Result<()> {
+        match self {
+            Self::Sim(args) => sim::run(args),
+            Self::Check(args) => check::run(args),
+            Self::Console(args) => console::run(args),
+            Self::Profile(args) => profile::run(args),
+            Self::Papers(args) => papers::run(args),
+            Self::Times(args) => times::run(args),
+            Self::Homing(args) => homing::run(args),
+            Self::Swarm(args) => swarm::run(args),
+        }
+    }
+}
+
+/// How a process ends whose verb came to this. Not `fn main() -> Result`: that prints a backtrace where `RUST_BACKTRACE` is set,
+/// which no user of a tool wants.
+pub fn exit(outcome: Result<()>) -> ExitCode {
+    match outcome.and_then(|()| screen::finish()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("{}", name::as_called(&format!("error: {error:#}")));
+            ExitCode::FAILURE
+        }
+    }
+}

@@ -1,0 +1,55 @@
+//! How the user calls this tool. Inside the repository that is `cargo xtask`, which hands the verbs on.
+
+use std::borrow::Cow;
+use std::sync::OnceLock;
+
+use clap::{Command, CommandFactory, FromArgMatches, Subcommand};
+
+use crate::Verb;
+
+/// The name of the installed binary, which texts are written with.
+pub const BINARY: &str = "isostep";
+
+static CALLED: OnceLock<&str> = OnceLock::new();
+
+/// Parses the command line of a tool that is called `name` and has these verbs. From then on every text names the verbs as the
+/// user calls them.
+pub fn parse<P: CommandFactory + FromArgMatches>(name: &'static str) -> P {
+    CALLED.get_or_init(|| name);
+    let matches = named(P::command()).get_matches();
+    P::from_arg_matches(&matches).unwrap_or_else(|error| error.exit())
+}
+
+/// `text` with its verbs as the user calls them.
+pub fn as_called(text: &str) -> Cow<'_, str> {
+    CALLED.get().filter(|name| **name != BINARY).map_or(text.into(), |name| renamed(text, name).into())
+}
+
+fn renamed(text: &str, name: &str) -> String {
+    let verbs = Verb::augment_subcommands(Command::new(BINARY));
+    verbs.get_subcommands().fold(text.to_owned(), |text, verb| {
+        text.replace(&format!("{BINARY} {}", verb.get_name()), &format!("{name} {}", verb.get_name()))
+    })
+}
+
+/// The help of all its verbs, as the user calls them.
+fn named(command: Command) -> Command {
+    let after = command.get_after_help().map(|help| as_called(&help.to_string()).into_owned());
+    let command = command.after_help(after.unwrap_or_default());
+    command.mut_subcommands(named).mut_args(|arg| {
+        let help = arg.get_help().map(|help| as_called(&help.to_string()).into_owned());
+        arg.help(help.unwrap_or_default())
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::renamed;
+
+    #[test]
+    fn only_verbs_are_renamed() {
+        let text = "isostep sim --pty --link /tmp/isostep   for `isostep console /tmp/isostep`";
+        let expected = text.replace("isostep sim", "cargo xtask sim").replace("isostep console", "cargo xtask console");
+        assert_eq!(renamed(text, "cargo xtask"), expected);
+    }
+}

@@ -1,0 +1,127 @@
+//! `isostep profile`: any speed law, as a table, a file of its steps, and a picture.
+//!
+//! # Design
+//! ```text
+//! frequency: paper 000's N, p_N, periods ---+
+//!                                           +--> curve: steps and phases --> table, files
+//! machine: speeds, accelerations, jerk -----+      |
+//!    generator: paper 002's             kinematics: differences; exact: the closed form
+//! ```
+
+mod curve;
+mod exact;
+mod files;
+mod frequency;
+mod generator;
+mod kinematics;
+mod machine;
+mod number;
+mod table;
+
+use std::path::PathBuf;
+
+use anyhow::{Context, Result, bail, ensure};
+use isostep_profile::SpeedLaw;
+
+use self::curve::Curve;
+use self::files::PlotKind;
+use self::frequency::FrequencyArgs;
+use self::kinematics::Derivatives;
+use self::machine::MachineArgs;
+use self::number::steps;
+use crate::files::Files;
+use crate::laws::speed_laws;
+
+/// Compare speed laws: a table, every step as CSV, curves over time
+#[derive(clap::Args)]
+#[command(after_help = "\
+A law is planned either as paper 000 does, from periods and steps of a ramp, or as the machine does, from speeds and
+accelerations; which one, the options say. Paper 000's four laws can be either: of frequency over the step index, or of
+speed over displacement, as the ramp of a synchronised move (which needs a start speed above 0).
+
+Several laws, or several generators, stand side by side in the table and one over the other in the picture.
+
+CSV: step,t_us,period_us,frequency_hz, with as many decimals as it takes to lose nothing.
+  t_us          the instant of the step's rising edge, the first at 0
+  period_us     to the next rising edge. Paper 000's last step has a period too, of the lowest frequency; of other laws
+                the last step has none, and the field is empty
+  frequency_hz  1e6/period_us
+
+Examples:
+  isostep profile --law linear --steps 120 --ramp-steps 24 --max-period-us 4000 --min-period-us 1500
+  isostep profile --law linear,quadratic,sinusoidal,logarithmic --steps 120 --ramp-steps 24 \\
+      --max-period-us 4000 --min-period-us 1500 --plot laws.html         paper 000, table 1: all four laws
+  isostep profile --law logarithmic --steps 120 --ramp-steps 24 --max-period-us 4000 --min-period-us 1500 \\
+      --truncated --csv steps.csv                                        as the paper's program makes it
+  isostep profile --law trapezoid,s-curve,sine --steps 4000 --top-speed 2400 --accel 2500 --jerk 12500 --plot a.svg
+  isostep profile --law trapezoid --generator exact,time-per-step,time-per-step-corrected,steps-per-time \\
+      --steps 4096 --start-speed 326 --top-speed 1304 --accel 1304 --decel 652     paper 002's motor")]
+pub struct Args {
+    /// The law, or several
+    #[arg(long, value_name = "LAW", value_delimiter = ',', value_parser = speed_laws())]
+    law: Vec<SpeedLaw>,
+    /// Steps of the move (N)
+    #[arg(long, value_name = "N", value_parser = steps, allow_negative_numbers = true)]
+    steps: Option<u32>,
+    /// Write every step as CSV; of one law
+    #[arg(long, value_name = "OUT.csv")]
+    csv: Option<PathBuf>,
+    /// Draw position, speed, acceleration and jerk over time: a picture, or a page with the table
+    #[arg(long, value_name = "OUT.svg|OUT.html")]
+    plot: Option<PathBuf>,
+    /// How the picture's derivatives are taken
+    #[arg(long, value_name = "HOW", default_value = "exact", requires = "plot")]
+    derivatives: Derivatives,
+    #[command(flatten)]
+    frequency: FrequencyArgs,
+    #[command(flatten)]
+    machine: MachineArgs,
+}
+
+/// Runs the verb.
+pub fn run(args: Args) -> Result<()> {
+    Files::default().written("--csv", &args.csv).written("--plot", &args.plot).check()?;
+    let kind = args.plot.as_deref().map(PlotKind::of).transpose()?;
+    let (curves, summary) = plan(&args)?;
+    if let (Some(_), 2..) = (&args.csv, curves.len()) {
+        bail!("--csv holds the steps of one law, and {} were asked for: name one", curves.len());
+    }
+    println!("{summary}\n\n{}", table::table(&curves));
+    if let (Some(path), [curve]) = (&args.csv, curves.as_slice()) {
+        let mut text = Vec::new();
+        files::write_csv(curve, &mut text)?;
+        files::write(path, &text)?;
+    }
+    if let (Some(path), Some(kind)) = (&args.plot, &kind) {
+        let text = files::plot(kind, &curves, args.derivatives, &summary, &command());
+        files::write(path, text.as_bytes())?;
+    }
+    Ok(())
+}
+
+/// Every law, and what was asked in words.
+fn plan(args: &Args) -> Result<(Vec<Curve>, String)> {
+    ensure!(!args.law.is_empty(), "which law? Name one, such as --law linear, or several, such as --law linear,sine");
+    let steps = args.steps.context("how many steps? Give --steps N, such as --steps 120")?;
+    let (paper, machine) = (args.frequency.given(), args.machine.given());
+    if let (Some(paper), Some(machine)) = (paper, machine) {
+        bail!("{paper} plans as paper 000 does and {machine} as the machine does: give the options of one of them");
+    }
+    let of_the_paper = args.law.iter().all(|&law| frequency::law_of_paper(law).is_some());
+    if paper.is_some() || (machine.is_none() && of_the_paper) {
+        let curves = args.law.iter().map(|&law| args.frequency.plan(law, steps)).collect::<Result<_>>()?;
+        return Ok((curves, args.frequency.summary(steps)));
+    }
+    args.machine.check(&args.law)?;
+    let curves = args.law.iter().map(|&law| args.machine.plan(law, steps)).collect::<Result<Vec<_>>>()?;
+    Ok((curves.into_iter().flatten().collect(), args.machine.summary(steps)))
+}
+
+/// What prints it again.
+fn command() -> String {
+    let words = std::env::args().skip(1).collect::<Vec<_>>();
+    format!("isostep {}", words.join(" "))
+}
+
+#[cfg(test)]
+mod tests;

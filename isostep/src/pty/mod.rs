@@ -1,0 +1,143 @@
+//! A machine behind a pseudo-terminal, in time with the wall clock: what any sender of G-code can open as if it were a
+//! board. `sim` and `emulate` take the same options for it.
+//!
+//! ```text
+//! sender -- /dev/pts/N -- port -- bridge -- Machine: simulated, or emulated in a Node process
+//!                                   |
+//!                       pace (wall clock), flight (unanswered bytes), ending (Ctrl-C)
+//! ```
+
+#[cfg(unix)]
+mod bridge;
+#[cfg(unix)]
+mod ending;
+#[cfg(unix)]
+mod machine;
+#[cfg(unix)]
+mod pace;
+#[cfg(unix)]
+mod port;
+#[cfg(unix)]
+mod presence;
+#[cfg(unix)]
+mod serving;
+#[cfg(unix)]
+pub mod simulated;
+#[cfg(unix)]
+mod summary;
+#[cfg(all(test, unix))]
+pub mod tests;
+
+use std::path::PathBuf;
+
+use anyhow::{Result, bail};
+
+#[cfg(unix)]
+pub use bridge::{Drive, Tally};
+#[cfg(unix)]
+pub use ending::Ending;
+#[cfg(unix)]
+pub use machine::{Closing, Machine};
+#[cfg(unix)]
+pub use port::Pty;
+#[cfg(unix)]
+pub use serving::while_running;
+
+/// The options of a machine on a pseudo-terminal.
+#[derive(clap::Args, Debug)]
+pub struct Live {
+    /// Run in real time behind a pseudo-terminal, for any sender, until Ctrl-C
+    #[arg(long)]
+    pub pty: bool,
+    /// With --pty: a symbolic link to the pseudo-terminal, removed at the end
+    #[arg(long, value_name = "PATH")]
+    pub link: Option<PathBuf>,
+    /// With --pty: end after N seconds of machine time
+    #[arg(long, value_name = "N", value_parser = seconds)]
+    for_s: Option<f64>,
+    /// With --pty: seconds of the machine in a second [default: 1]
+    #[arg(long, value_name = "N", value_parser = speed)]
+    speed: Option<f64>,
+}
+
+impl Live {
+    /// Not clap's `requires`: that is silent where a program is named, as a program excludes --pty.
+    ///
+    /// # Errors
+    /// An option of a pseudo-terminal without one.
+    pub fn check(&self) -> Result<()> {
+        let given =
+            [("--link", self.link.is_some()), ("--for-s", self.for_s.is_some()), ("--speed", self.speed.is_some())];
+        let Some((option, _)) = given.iter().find(|(_, is_given)| *is_given && !self.pty) else { return Ok(()) };
+        bail!(
+            "{option} goes with --pty, a machine in real time that a sender feeds: add --pty and leave the program out, or leave \
+             {option} out, as a program runs without a port and as fast as it can"
+        )
+    }
+}
+
+/// What the help of `sim` and `emulate` says about it.
+pub const HELP: &str = "\
+With --pty any sender can use the machine as if it were a board. The first line printed is its port; senders that list
+ports do not find it, so give them the path, or one of your choice by --link:
+  isostep sim --pty --link /tmp/isostep
+  isostep console /tmp/isostep                                  a terminal
+  python3 -m serial.tools.miniterm --eol LF /tmp/isostep 115200     another
+  python3 -c \"p = open('/tmp/isostep', 'r+b', 0); p.write(b'$$\\n'); print(*iter(p.readline, b'ok\\r\\n'))\"
+  python3 -m bCNC -s /tmp/isostep -b 115200                         bCNC
+  cncjs     in ~/.cncrc: { \"ports\": [{ \"path\": \"/tmp/isostep\" }] }; then this port, Grbl, 115200
+  UGS       Grbl, 115200, the path typed into the port's box
+On the command line of this verb: Ctrl-C ends it, and it says what the machine and the sender did.";
+
+#[cfg(unix)]
+pub use run::{open, serve};
+
+#[cfg(unix)]
+mod run {
+    use anyhow::{Result, ensure};
+
+    use super::{Drive, Ending, Live, Machine, Pty, bridge, summary};
+    use crate::name::as_called;
+    use crate::screen;
+
+    /// Opens the pseudo-terminal and says so.
+    pub fn open(args: &Live) -> Result<Pty> {
+        let pty = Pty::open(args.link.as_deref())?;
+        println!("console: {}", pty.path().display());
+        print!("{}", as_called(&summary::hints(args.link.as_deref().unwrap_or(pty.path()))));
+        // A port that nobody hears of is of no use.
+        screen::finish()?;
+        Ok(pty)
+    }
+
+    /// Runs the machine on it until somebody ends it, and prints what came of it.
+    pub fn serve(args: &Live, mut pty: Pty, machine: &mut impl Machine) -> Result<()> {
+        let end_ns = args.for_s.map_or(u64::MAX, |for_s| (for_s * 1e9) as u64);
+        let drive = Drive { speed: args.speed.unwrap_or(1.0), end_ns };
+        let tally = bridge::run(machine, &mut pty, drive, &Ending::by_signal()?)?;
+        let duration_ns = machine.now_ns();
+        let closing = machine.close()?;
+        print!("{}", summary::text(duration_ns, &tally, &closing));
+        ensure!(closing.timing_violations == 0, "{} edges broke the driver's timing", closing.timing_violations);
+        Ok(())
+    }
+}
+
+/// Says that there are none here.
+#[cfg(not(unix))]
+pub fn refuse() -> anyhow::Result<()> {
+    anyhow::bail!("Windows has no pseudo-terminals: use --pty in WSL, or run a program with `isostep sim FILE.nc`")
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    number(text, 0.001, 1e6)
+}
+
+fn speed(text: &str) -> Result<f64, String> {
+    number(text, 0.01, 1000.0)
+}
+
+fn number(text: &str, min: f64, max: f64) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|number| (min..=max).contains(number));
+    number.ok_or_else(|| format!("a number from {min} to {max}"))
+}

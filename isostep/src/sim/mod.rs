@@ -1,0 +1,388 @@
+//! `isostep sim`: a G-code program on the controller in virtual time, every edge checked.
+
+use std::fs::{self, File};
+use std::io::{BufWriter, ErrorKind, Write};
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, anyhow, bail, ensure};
+use indicatif::{ProgressBar, ProgressStyle};
+use isostep_console::Settings;
+use isostep_sim::flash::FLASH_BYTES;
+use isostep_sim::motor::PullOutCurve;
+use isostep_sim::stream::Program;
+use isostep_sim::survey::Survey;
+use isostep_sim::tool::Plate;
+use isostep_sim::{Config, Fault, Figures, Flash, Listed, Outcome, Port, SwitchFault, settings};
+
+use crate::files::Files;
+use crate::laws::Laws;
+use crate::name::as_called;
+use crate::stopwatch::Stopwatch;
+use crate::{project, pty, remarks, timing};
+
+mod judge;
+mod print;
+
+/// What is run when no program is named.
+const PARKING: &str = "programs/parking.nc";
+/// From so long on the user is told how long it took.
+const LONG_S: f64 = 1.0;
+
+const EXAMPLES: &str = "\
+The tasks are those of the firmware; motors, carriages and switches are simulated, and every STEP edge is checked
+against the closed form of its move and the driver's datasheet. Equal runs write equal files, to the byte.
+
+Examples:
+  isostep sim                                          the parking gantry: programs/parking.nc
+  isostep sim programs/diagonal.nc --report report     pictures: open report/index.html
+  isostep sim programs/parking.nc --trace a.csv --vcd a.vcd --json a.json
+  isostep sim programs/square.nc --law thirds          accelerate, cruise and decelerate for a third of the time each
+  isostep sim programs/square.nc --speed-law s-curve       ramps of limited jerk
+  isostep sim programs/parking.nc --switch X=stuck-open    homing fails with its alarm
+  isostep sim --fault limit:X@30+0.2 --fault deaf@20+5     somebody presses a switch; a host does not read
+  isostep sim my.nc --probe-plate Z,12.5,below         G38 finds a plate 12.5 mm above the switch of Z
+  isostep sim my.nc --settings my.txt --start 5,5,5    a machine as its settings say: see below
+  isostep sim my.nc --flash my.flash                       $n=v and G10 hold in the next run too
+  isostep sim --pty                                    the machine itself, for any sender: see below";
+
+const SETTINGS_HELP: &str = "\
+--settings FILE takes $n=v lines, as senders save them and as `$$` prints them, with blank lines and comments in () or after
+a semicolon; what is not in it is as on the default machine. The simulated machine is the one that the settings describe:
+  $100-$102, $130-$132, $27   carriages, switches and end stops
+  $110-$112, $120-$122        motors: torque for 8 times the acceleration at standstill, and some up to 2.5 times the top speed
+  $3, $4, $5, $23             how drivers and switches are wired
+The first two rows follow $n=v lines of the program too. With --motor the motors are as that says, and do not follow.";
+
+/// Run a program on the controller in virtual time, or be a machine for any sender
+#[derive(clap::Args)]
+#[command(after_help = format!("{EXAMPLES}\n\n{SETTINGS_HELP}\n\n{}", pty::HELP))]
+pub struct Args {
+    /// The G-code program [default: programs/parking.nc]
+    #[arg(value_name = "FILE.nc", conflicts_with = "pty")]
+    program: Option<PathBuf>,
+    /// Write every STEP edge as CSV: t_ns,axis,direction,position_steps
+    #[arg(long, value_name = "OUT.csv")]
+    trace: Option<PathBuf>,
+    /// Write every change of the tool's outputs as CSV: t_ns,output,value (pwm as a duty from 0 to 1, enable, direction, flood and
+    /// mist as 0 or 1)
+    #[arg(long, value_name = "OUT.csv")]
+    outputs: Option<PathBuf>,
+    /// Write every wire's waveform, and those of the tool's outputs, as a Value Change Dump
+    #[arg(long, value_name = "OUT.vcd")]
+    vcd: Option<PathBuf>,
+    /// Write a page of pictures and tables into this folder
+    #[arg(long, value_name = "DIR")]
+    report: Option<PathBuf>,
+    /// Write the figures of the run as JSON
+    #[arg(long, value_name = "OUT.json")]
+    json: Option<PathBuf>,
+    /// Seed of everything random: the bounces of the limit switches
+    #[arg(long, value_name = "N", default_value_t = Config::default().seed)]
+    seed: u64,
+    /// Where the carriages stand at power-up, in mm from their switches [default: 35,40,15, at most half the travel]
+    #[arg(long, value_name = "X,Y,Z", value_parser = places, allow_hyphen_values = true)]
+    start: Option<[f64; 3]>,
+    /// A faulty limit switch: X, Y or Z = stuck-open or stuck-closed
+    #[arg(long, value_name = "AXIS=FAULT", value_parser = switch)]
+    switch: Vec<(usize, SwitchFault)>,
+    /// What goes wrong, and when, any number of times: WHAT@SECONDS, or WHAT@SECONDS+SECONDS for what ends again, where WHAT is
+    /// e-stop, limit:X, broken:X, chatter:X, stall:X, hold, start, probe, starve or deaf. Such as limit:X@1.5+0.2
+    #[arg(long, value_name = "WHAT@S+S")]
+    fault: Vec<Fault>,
+    /// A plate that the probe touches: an axis, the plate's place in mm above that axis's limit switch, and the side on which it
+    /// is touched, there and beyond: below (nearer to the switch) or above. Such as Z,12.5,below
+    #[arg(long, value_name = "AXIS,MM,SIDE", allow_hyphen_values = true)]
+    probe_plate: Option<Plate>,
+    /// The machine's settings: $n=v lines, as senders save them; see below
+    #[arg(long, value_name = "FILE")]
+    settings: Option<PathBuf>,
+    /// Motors that do not follow the settings: steps/s from which they start and stop at once, steps/s at which no torque is
+    /// left, and steps/s2 that they have at standstill. The default machine's: 800,6000,20000
+    #[arg(long, value_name = "START,MAX,ACCEL", value_parser = motor)]
+    motor: Option<PullOutCurve>,
+    /// The flash that settings are stored in: read at the start if it exists, written at the end, so that they outlive the run.
+    /// What it holds is in force rather than what --settings says
+    #[arg(long, value_name = "FILE", conflicts_with = "pty")]
+    flash: Option<PathBuf>,
+    /// List every move, here and in the JSON, however many there are
+    #[arg(long, conflicts_with = "pty")]
+    moves: bool,
+    #[command(flatten)]
+    laws: Laws,
+    /// What makes the edges: hardware in ticks of 8 ns, or tasks in ticks of 1 us
+    #[arg(long, value_parser = ["pio", "timer"], default_value = "pio")]
+    port: String,
+    #[command(flatten)]
+    live: pty::Live,
+}
+
+/// Runs the verb.
+pub fn run(args: Args) -> Result<()> {
+    args.live.check()?;
+    let path = args.program.clone().unwrap_or_else(|| project::file(PARKING));
+    files(&args, &path).check()?;
+    if args.live.pty {
+        return live(&args);
+    }
+    let name = project::shown(&path);
+    let program = lines(&path)?;
+    let config = config(&args)?;
+    println!("{name} in virtual time\nSEED={}  again: {}", config.seed, as_called(&config.replay(&name)));
+    let flash = args.flash.as_deref().map_or(Ok(Flash::blank()), stored)?;
+    config.check()?;
+    // What an earlier run has stored is in force, and is not known here.
+    match &args.flash {
+        Some(path) if path.exists() => tell_weak_motors(&config, &config.settings),
+        _ => tell_beforehand(&program, &config),
+    }
+    let stopwatch = Stopwatch::start();
+    let outcome = run_shown(program, &config, flash.clone()).with_context(|| name.clone())?;
+    let figures = Figures::listing(&name, &outcome, if args.moves { Listed::All } else { Listed::Some });
+    print::print(&figures, args.moves);
+    judge::print(&outcome);
+    write_files(&args, &outcome, &figures)?;
+    if let Some(path) = &args.flash {
+        write_file(path, |out| out.write_all(&flash.bytes()))?;
+    }
+    tell_effort(&stopwatch);
+    judge::judge(&figures, &outcome)
+}
+
+/// What is read and written.
+fn files(args: &Args, program: &PathBuf) -> Files {
+    Files::default()
+        .read("FILE.nc", [program])
+        .read("--settings", &args.settings)
+        .written("--trace", &args.trace)
+        .written("--outputs", &args.outputs)
+        .written("--vcd", &args.vcd)
+        .written("--json", &args.json)
+        .written("--flash", &args.flash)
+        .page("--report", &args.report)
+        .link("--link", &args.live.link)
+}
+
+/// What it took of this computer, where that is more than a moment.
+fn tell_effort(stopwatch: &Stopwatch) {
+    let elapsed_s = stopwatch.elapsed_s();
+    if elapsed_s >= LONG_S {
+        let memory = peak_memory_mb().map_or(String::new(), |mb| format!(" and {mb} MB of memory"));
+        eprintln!("    it took {elapsed_s:.1} s{memory}");
+    }
+}
+
+/// The most memory that this process has had so far, MB, where the system tells: on Linux.
+fn peak_memory_mb() -> Option<u64> {
+    let status = fs::read_to_string("/proc/self/status").ok()?;
+    let kb = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?.trim().strip_suffix("kB")?;
+    kb.trim().parse::<u64>().ok().map(|kb| kb / 1_000)
+}
+
+/// Runs it, and shows how far it has come where that takes long.
+fn run_shown(program: Program, config: &Config, flash: Flash) -> Result<Outcome, isostep_sim::SimError> {
+    let bar = ProgressBar::new(program.len() as u64).with_style(
+        ProgressStyle::with_template("  {bar:20} line {pos} of {len}, {msg} of machine time")
+            .expect("a template of ours"),
+    );
+    let outcome = isostep_sim::run_watched(program, config, flash, &mut |progress| {
+        bar.set_position(progress.answered as u64);
+        bar.set_message(format!("{:.0} s", progress.t_ns as f64 * 1e-9));
+    });
+    bar.finish_and_clear();
+    outcome
+}
+
+/// Says what of a program will not do on this machine before it is run there, and what a person would have to do.
+fn tell_beforehand(program: &Program, config: &Config) {
+    let survey = Survey::of(program, &config.settings, config.start_mm);
+    tell_weak_motors(config, &survey.settings);
+    if let Some(outside) = &survey.outside {
+        eprintln!("warning: {}", remarks::outside(outside));
+    }
+    if survey.moves > 0 && survey.ends_at.is_none() {
+        let tool = if survey.leaves_tool_on { ", and leaves the spindle on (M3, M4)" } else { "" };
+        println!("note: it ends without M2 or M30, so its modes stay in force{tool}");
+    }
+}
+
+/// The machine on a pseudo-terminal. What it did is kept only if a file wants it.
+#[cfg(unix)]
+fn live(args: &Args) -> Result<()> {
+    let files = [&args.trace, &args.outputs, &args.vcd, &args.report, &args.json];
+    let config = Config { keep_record: files.iter().any(|file| file.is_some()), ..config(args)? };
+    config.check()?;
+    tell_weak_motors(&config, &config.settings);
+    let mut machine = pty::simulated::Simulated::new(config);
+    pty::serve(&args.live, pty::open(&args.live)?, &mut machine)?;
+    let outcome = machine.sim().outcome();
+    if !outcome.config.keep_record {
+        return Ok(());
+    }
+    let mut figures = Figures::new("what the senders sent", &outcome);
+    // The senders are not ours: what was refused is for them to say.
+    figures.verdicts.retain(|verdict| !verdict.promise.starts_with("every line accepted"));
+    print::print_checks(&figures);
+    write_files(args, &outcome, &figures)
+}
+
+#[cfg(not(unix))]
+fn live(_args: &Args) -> Result<()> {
+    pty::refuse()
+}
+
+/// The lines of a program.
+pub fn lines(path: &Path) -> Result<Program> {
+    Ok(isostep_sim::program::lines(&read(path)?).with_context(|| project::shown(path))?.into())
+}
+
+/// A program.
+pub fn read(path: &Path) -> Result<Vec<u8>> {
+    let shown = path.display();
+    ensure!(!path.is_dir(), "{shown} is a folder: name a G-code program in it");
+    fs::read(path).map_err(|error| match error.kind() {
+        ErrorKind::NotFound => anyhow!("{shown} does not exist: name a G-code program, such as programs/parking.nc"),
+        _ => anyhow!("{shown} cannot be read: {error}"),
+    })
+}
+
+/// What an earlier run has stored; nothing if there was none.
+fn stored(path: &Path) -> Result<Flash> {
+    let shown = path.display();
+    match fs::read(path) {
+        Ok(bytes) if bytes.len() == FLASH_BYTES => Ok(Flash::with(bytes)),
+        Ok(bytes) => bail!(
+            "{shown}: {} bytes, but the flash of settings has {FLASH_BYTES}: give a file that an earlier run wrote, or a new name",
+            bytes.len()
+        ),
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(Flash::blank()),
+        Err(error) => Err(anyhow!("{shown} cannot be read: {error}")),
+    }
+}
+
+fn config(args: &Args) -> Result<Config> {
+    let mut config = Config { seed: args.seed, motor: args.motor, keep_waves: args.vcd.is_some(), ..Config::default() };
+    config.port = if args.port == "timer" { Port::Timer } else { Port::Pio };
+    let machine = match &args.settings {
+        None => config.settings,
+        Some(path) => {
+            let settings = read_settings(path, &config)?;
+            config.settings_file = Some((project::shown(path), settings));
+            settings
+        }
+    };
+    config.settings = args.laws.over(machine).context("--speed-law")?;
+    let middle_mm = timing::middle_mm(&config.settings);
+    config.start_mm =
+        args.start.unwrap_or_else(|| std::array::from_fn(|axis| config.start_mm[axis].min(middle_mm[axis])));
+    for &(axis, fault) in &args.switch {
+        config.switches[axis] = fault;
+    }
+    config.plate = args.probe_plate;
+    config.faults.clone_from(&args.fault);
+    Ok(config)
+}
+
+/// The settings in a file, for a machine stepped as `config` says.
+pub fn read_settings(path: &Path, config: &Config) -> Result<Settings> {
+    let name = project::shown(path);
+    let text = fs::read(path).map_err(|error| match error.kind() {
+        ErrorKind::NotFound => anyhow!("{name} does not exist: name a file of $n=v lines, such as $$ prints them"),
+        _ => anyhow!("{name} cannot be read: {error}"),
+    })?;
+    ensure!(text.len() != FLASH_BYTES, "{name} is the flash of an earlier run: give it with --flash");
+    Ok(settings::read(&name, &text, config.port, config.driver)?)
+}
+
+/// Says beforehand which axes are configured for more than the motors can that were asked for, by the settings at first or by
+/// those that a program leaves.
+fn tell_weak_motors(config: &Config, left: &Settings) {
+    let Some(motor) = config.motor else { return };
+    let mut told = settings::beyond_motor(&config.settings, motor);
+    told.extend(settings::beyond_motor(left, motor));
+    told.sort_unstable();
+    told.dedup();
+    told.iter().for_each(|told| eprintln!("warning: {told}"));
+}
+
+fn motor(text: &str) -> Result<PullOutCurve, String> {
+    let [pull_in_steps_s, speed_max_steps_s, accel_at_rest_steps_s2] =
+        numbers(text).ok_or("three numbers, such as 800,6000,20000")?;
+    let motor = PullOutCurve { pull_in_steps_s, speed_max_steps_s, accel_at_rest_steps_s2, ..PullOutCurve::default() };
+    let is_motor = pull_in_steps_s > 0.0 && speed_max_steps_s > pull_in_steps_s && accel_at_rest_steps_s2 > 0.0;
+    is_motor.then_some(motor).ok_or_else(|| "all above 0, and MAX above START, as in 800,6000,20000".to_owned())
+}
+
+fn numbers(text: &str) -> Option<[f64; 3]> {
+    let number = |text: &str| text.trim().parse().ok().filter(|number: &f64| number.is_finite());
+    let numbers: Option<Vec<f64>> = text.split(',').map(number).collect();
+    numbers?.try_into().ok()
+}
+
+/// Three numbers of mm, as `--start` takes them.
+pub fn places(text: &str) -> Result<[f64; 3], String> {
+    numbers(text).ok_or_else(|| "three numbers of mm, such as 35,40,15".to_owned())
+}
+
+fn switch(text: &str) -> Result<(usize, SwitchFault), String> {
+    let (axis, fault) = text.split_once('=').ok_or("an axis and its fault, such as X=stuck-open")?;
+    let index = remarks::AXES.iter().position(|name| name.eq_ignore_ascii_case(axis));
+    let index = index.ok_or_else(|| format!("`{axis}` is no axis: use X, Y or Z"))?;
+    fault.parse().map(|fault| (index, fault)).map_err(|error: isostep_sim::plant::UnknownFault| error.to_string())
+}
+
+fn write_files(args: &Args, outcome: &Outcome, figures: &Figures) -> Result<()> {
+    if let Some(path) = &args.trace {
+        write_file(path, |out| isostep_sim::trace::write(&outcome.edges, out))?;
+    }
+    if let Some(path) = &args.outputs {
+        write_file(path, |out| isostep_sim::tool::trace::write(&outcome.tool, out))?;
+    }
+    if let Some(path) = &args.vcd {
+        write_file(path, |out| {
+            isostep_sim::vcd::write(&outcome.waves, &outcome.tool, outcome.limits_high_at_start, out)
+        })?;
+    }
+    if let Some(path) = &args.json {
+        write_file(path, |out| Ok(serde_json::to_writer_pretty(out, figures)?))?;
+        if figures.moves.len() < figures.moves_total {
+            println!("  with {} of its {} moves; --moves has all", figures.moves.len(), figures.moves_total);
+        }
+    }
+    if let Some(folder) = &args.report {
+        let page = folder.join("index.html");
+        fs::create_dir_all(folder).with_context(|| format!("{} cannot be made", folder.display()))?;
+        let html = isostep_sim::report::page(outcome, figures);
+        write_file(&page, |out| out.write_all(html.as_bytes()))?;
+        for (name, picture) in isostep_sim::report::files(outcome) {
+            write_file(&folder.join(name), |out| out.write_all(&picture))?;
+        }
+    }
+    Ok(())
+}
+
+/// Writes a file and says so.
+pub fn write_file(path: &Path, write: impl FnOnce(&mut BufWriter<File>) -> std::io::Result<()>) -> Result<()> {
+    let cannot = || format!("{} cannot be written", path.display());
+    let mut out = BufWriter::new(File::create(path).with_context(cannot)?);
+    write(&mut out).with_context(cannot)?;
+    out.flush().with_context(cannot)?;
+    println!("wrote {}", path.display());
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn places_and_switches_are_read() {
+        assert_eq!(places("1, 2.5,-3"), Ok([1.0, 2.5, -3.0]));
+        assert!(places("1,2").unwrap_err().contains("35,40,15") && places("nan,1,1").is_err());
+        assert_eq!(switch("y=stuck-closed"), Ok((1, SwitchFault::StuckClosed)));
+        assert!(switch("Q=stuck-open").unwrap_err().contains("use X, Y or Z"));
+        let motor = |text: &str| motor(text).map(|motor| (motor.pull_in_steps_s, motor.accel_at_rest_steps_s2));
+        assert_eq!(motor("800, 6000,20000"), Ok((800.0, 20_000.0)));
+        assert!(motor("6000,800,1").unwrap_err().contains("MAX above START") && motor("1,2").is_err());
+        assert!(switch("X=loose").unwrap_err().contains("use stuck-open"));
+    }
+}

@@ -1,0 +1,165 @@
+//! `isostep swarm`: random machines, programs and faults in virtual time, and what must be true in all of them.
+
+use std::num::NonZero;
+use std::panic;
+use std::thread::available_parallelism;
+
+use anyhow::{Result, bail};
+use isostep_sim::swarm::{Amount, Failure, Scenario, run as carry_out, shrink};
+
+use crate::name::as_called;
+use crate::parallel;
+use crate::screen::grouped;
+use crate::stopwatch::Stopwatch;
+
+/// Worlds between two lines that tell how far it is.
+const BATCH: u64 = 500;
+/// Failures that are made small.
+const MADE_SMALL: usize = 3;
+const NS_PER_H: f64 = 3.6e12;
+
+const HELP: &str = "\
+Each seed makes a machine (settings, speed law, step port, one console or two), and what is done to it: lines, arcs, jogs, homing, probing,
+bytes that hold, reset and override at any instant and between any two critical sections, switches that bounce, stick, break and
+chatter, motors that stall, links that spoil lines, hosts that do not read, power cuts, a processor that is kept from its tasks.
+In all of them: drivers are never misled, counts are those of the edges, every edge of a move is where the closed form has it, paths are
+straight and axes equal, homed axes are where they say and within their travel, every line is answered once, every wait ends, outputs
+are off when they must be, and at last the machine moves where it is told. A failure is made small, and told as the line that
+shows it again.
+
+Examples:
+  isostep swarm                          1,000 worlds
+  isostep swarm --minutes 60             as many as come in an hour
+  isostep swarm --seed 17                one of them, and what happens in it
+  isostep swarm --seed 17 --keep 0,4,9   the same with these of its acts alone";
+
+/// Random machines, programs and faults in virtual time: none may break a promise
+#[derive(clap::Args)]
+#[command(after_help = HELP)]
+pub struct Args {
+    /// How many worlds
+    #[arg(long, value_name = "N", default_value_t = 1_000, conflicts_with = "seed")]
+    seeds: u64,
+    /// The first of their seeds
+    #[arg(long, value_name = "SEED", default_value_t = 0, conflicts_with = "seed")]
+    first: u64,
+    /// As many worlds as come in so many minutes, rather than a number of them
+    #[arg(long, value_name = "M", conflicts_with_all = ["seeds", "seed"])]
+    minutes: Option<f64>,
+    /// One world alone, told act by act
+    #[arg(long, value_name = "SEED")]
+    seed: Option<u64>,
+    /// Of that world these acts alone, by number
+    #[arg(long, value_name = "N,N,...", value_delimiter = ',', requires = "seed")]
+    keep: Option<Vec<usize>>,
+}
+
+/// Runs the verb.
+pub fn run(args: Args) -> Result<()> {
+    // A panic of the controller's is a finding, told as the others are.
+    panic::set_hook(Box::new(|_| {}));
+    match args.seed {
+        Some(seed) => one(seed, args.keep),
+        None => many(&args),
+    }
+}
+
+fn one(seed: u64, keep: Option<Vec<usize>>) -> Result<()> {
+    let whole = Scenario::new(seed);
+    let kept = keep.unwrap_or_else(|| (0..whole.acts.len()).collect());
+    let scenario = whole.keeping(&kept);
+    print!("{}", story(&scenario, &kept));
+    match carry_out(&scenario) {
+        Ok(amount) => {
+            println!("no promise broken in {:.3} s of virtual time", amount.virtual_ns as f64 * 1e-9);
+            Ok(())
+        }
+        Err(failure) => bail!("{}", told(&failure, &kept)),
+    }
+}
+
+/// What happens in a world, act by act.
+fn story(scenario: &Scenario, kept: &[usize]) -> String {
+    let acts = kept.iter().zip(&scenario.acts).map(|(index, act)| format!("{index:>4}  {act}\n"));
+    format!("{}\n{}", scenario.machine(), acts.collect::<String>())
+}
+
+fn told(failure: &Failure, kept: &[usize]) -> String {
+    let after =
+        failure.act.and_then(|act| kept.get(act)).map_or("at the end".to_owned(), |act| format!("in act {act}"));
+    format!("{failure} ({after})")
+}
+
+fn many(args: &Args) -> Result<()> {
+    let cores = available_parallelism().map_or(1, NonZero::get);
+    let stopwatch = Stopwatch::start();
+    let is_over = |next: u64| match args.minutes {
+        Some(minutes) => stopwatch.elapsed_s() >= minutes * 60.0,
+        None => next >= args.first + args.seeds,
+    };
+    let (mut amount, mut next) = (Amount::default(), args.first);
+    let mut failed = Vec::new();
+    while !is_over(next) {
+        let end = if args.minutes.is_some() { next + BATCH } else { (args.first + args.seeds).min(next + BATCH) };
+        let seeds: Vec<u64> = (next..end).collect();
+        for (seed, result) in seeds.iter().zip(parallel::map(&seeds, cores, |seed| carry_out(&Scenario::new(*seed)))) {
+            match result {
+                Ok(more) => amount = amount.and(more),
+                Err(failure) => failed.push((*seed, failure)),
+            }
+        }
+        next = end;
+        eprintln!("    seeds {} to {}: {} failed ({:.0} s)", args.first, next - 1, failed.len(), stopwatch.elapsed_s());
+    }
+    println!("{}", summary(next - args.first, amount, stopwatch.elapsed_s()));
+    for (seed, failure) in &failed {
+        println!("seed {seed}: {failure}");
+    }
+    for (seed, failure) in failed.iter().take(MADE_SMALL) {
+        tell_small(*seed, failure);
+    }
+    match failed.len() {
+        0 => Ok(()),
+        failures => bail!("{failures} worlds in which a promise was broken"),
+    }
+}
+
+fn summary(worlds: u64, amount: Amount, took_s: f64) -> String {
+    let Amount { virtual_ns, faults, lines, steps, sections } = amount;
+    let hours = virtual_ns as f64 / NS_PER_H;
+    format!(
+        "{} worlds: {hours:.1} hours of machine time in {took_s:.0} s, {:.0} times as fast as real time (simulated)\n\
+         {} lines, {} steps, {} faults, stops and resets; tasks could interrupt each other at {} critical sections",
+        grouped(worlds),
+        hours * 3_600.0 / took_s,
+        grouped(lines),
+        grouped(steps),
+        grouped(faults),
+        grouped(sections),
+    )
+}
+
+/// Makes a failure small, and tells it.
+fn tell_small(seed: u64, failure: &Failure) {
+    let whole = Scenario::new(seed);
+    let kept = shrink(&whole, failure);
+    let scenario = whole.keeping(&kept);
+    let failure = carry_out(&scenario).err().unwrap_or_else(|| failure.clone());
+    let acts: Vec<_> = kept.iter().map(ToString::to_string).collect();
+    println!("\nseed {seed}: {}\n{}", told(&failure, &kept), story(&scenario, &kept));
+    println!("again: {}", as_called(&format!("isostep swarm --seed {seed} --keep {}", acts.join(","))));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_world_is_told_act_by_act_under_its_numbers() {
+        let whole = Scenario::new(1);
+        let text = story(&whole.keeping(&[0, 3]), &[0, 3]);
+        let acts: Vec<_> = text.lines().rev().take(2).collect();
+        assert_eq!(acts, [format!("   3  {}", whole.acts[3]), format!("   0  {}", whole.acts[0])]);
+        assert!(text.starts_with("machine: "), "{text}");
+    }
+}

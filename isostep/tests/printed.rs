@@ -1,0 +1,73 @@
+//! Verbs whose output nobody reads to its end, as with `| head`, and those whose output cannot be written.
+
+use std::process::{Command, Stdio};
+
+const PARKING: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../programs/parking.nc");
+const TABLE: [&str; 5] = ["profile", "--law=trapezoid", "--steps=400", "--top-speed=2400", "--accel=2500"];
+
+fn verb(arguments: &[&str]) -> Command {
+    let mut verb = Command::new(env!("CARGO_BIN_EXE_isostep"));
+    verb.args(arguments).stdin(Stdio::null());
+    verb
+}
+
+/// Runs the verb with both outputs into a pipe whose reader has gone.
+fn ends_well_unread(arguments: &[&str]) {
+    let (reader, writer) = std::io::pipe().unwrap();
+    drop(reader);
+    let status = verb(arguments).stdout(writer.try_clone().unwrap()).stderr(writer).status().unwrap();
+    assert!(status.success(), "{arguments:?}: {status}");
+}
+
+#[test]
+fn a_table_that_nobody_reads() {
+    ends_well_unread(&TABLE);
+}
+
+#[test]
+fn a_run_of_a_program_that_nobody_watches() {
+    ends_well_unread(&["sim", PARKING]);
+}
+
+#[test]
+fn a_list_that_nobody_reads() {
+    ends_well_unread(&["console", "--list"]);
+}
+
+/// Runs the verb with its output onto a disk that is full.
+#[cfg(target_os = "linux")]
+#[track_caller]
+fn says_that_the_disk_is_full(arguments: &[&str]) {
+    let full = std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+    let output = verb(arguments).stdout(full).stderr(Stdio::piped()).output().unwrap();
+    let told = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{arguments:?}: {told}");
+    let error =
+        "error: what is printed here cannot be written to standard output: No space left on device (os error 28)\n";
+    assert!(told.ends_with(error), "{arguments:?}: {told}");
+    assert!(!told.contains("panicked"), "{arguments:?}: {told}");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_is_told_by_every_verb_that_prints() {
+    let folder = std::env::temp_dir().join(format!("isostep-full-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let file = |name: &str| folder.join(name).to_str().unwrap().to_owned();
+    std::fs::write(file("grbl.csv"), "program,A_s\nshort.nc,100\n").unwrap();
+    std::fs::write(file("short.nc"), "G0 X1\nM2\n").unwrap();
+    says_that_the_disk_is_full(&TABLE);
+    says_that_the_disk_is_full(&["sim", PARKING]);
+    says_that_the_disk_is_full(&["check", PARKING]);
+    says_that_the_disk_is_full(&["times", folder.to_str().unwrap(), &file("grbl.csv")]);
+    says_that_the_disk_is_full(&["papers", "--report", folder.to_str().unwrap()]);
+    says_that_the_disk_is_full(&["console", "--list"]);
+    std::fs::remove_dir_all(folder).unwrap();
+}
+
+/// Nobody would know its port.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_machine_whose_port_cannot_be_told_does_not_start() {
+    says_that_the_disk_is_full(&["sim", "--pty", "--for-s", "1000000"]);
+}
