@@ -126,7 +126,7 @@ impl Package {
 
 const WHOLE: &[&str] = &["isostep-tests"];
 const PROFILE: &[Suite] = &[
-    suite(&["isostep-profile"], &["chain", "generators", "laws", "papers", "refusals", "staircase"], 90),
+    suite(&["isostep-profile"], &["chain", "laws", "papers", "refusals"], 90),
     suite(&["isostep-profile"], &[], 300),
     suite(WHOLE, &["corpus", "chains", "hold"], 300),
 ];

@@ -31,7 +31,7 @@ pub use flow::{
     Checksums, FLOW_CASES, FlowCase, MOVE_MM, Path, START_MM, STEPS_PER_MM, Stage, TIMED_MOVES, Text, Timer, Untimed,
     flow,
 };
-use isostep_profile::generators::{Avr446, Correction, GeneratorError, StepsPerTime, TimePerStep};
+use isostep_generators::{Avr446, Correction, GeneratorError, StepsPerTime, TimePerStep};
 use isostep_profile::{IntervalLaw, Limits, PlanError, Segment, SpeedLaw, SyncMove};
 
 /// Rate of the ticks: the chip's stock clock.

@@ -41,7 +41,6 @@
 pub mod chain;
 mod compile;
 mod fixed;
-pub mod generators;
 mod law;
 mod limits;
 mod newton;

@@ -1,8 +1,8 @@
 //! Paper 000's laws of frequency over the step index.
 
 use anyhow::{Result, bail};
+use isostep_generators::{FrequencyError, FrequencyLaw, FrequencyProfile, TruncatedProfile};
 use isostep_profile::SpeedLaw;
-use isostep_profile::generators::{FrequencyError, FrequencyLaw, FrequencyProfile, TruncatedProfile};
 
 use super::curve::{Curve, Step};
 use super::number::{count, needed};

@@ -3,8 +3,8 @@
 use std::iter::once;
 
 use clap::ValueEnum;
+use isostep_generators::{Correction, GeneratorError, StepsPerTime, TimePerStep};
 use isostep_profile::Limits;
-use isostep_profile::generators::{Correction, GeneratorError, StepsPerTime, TimePerStep};
 
 /// What turns a plan into steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

@@ -1,7 +1,7 @@
 //! The verb as its user meets it, but for the shell.
 
 use clap::Parser;
-use isostep_profile::generators::{FrequencyLaw, FrequencyProfile};
+use isostep_generators::{FrequencyLaw, FrequencyProfile};
 use isostep_profile::{IntervalLaw, Limits, Profile, SpeedLaw};
 
 use super::*;

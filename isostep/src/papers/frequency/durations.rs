@@ -1,7 +1,7 @@
 //! How long each law takes, exact and as printed, and what the logarithmic one saves.
 
 use anyhow::Result;
-use isostep_profile::generators::FrequencyLaw;
+use isostep_generators::FrequencyLaw;
 use isostep_sim::report::papers::Table;
 
 use super::parameters::{Parameters, TABLE_1, TABLE_2, TABLES};

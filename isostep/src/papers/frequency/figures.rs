@@ -1,7 +1,7 @@
 //! Paper 000's figures 7, 10, 11 and 12, simulated as the paper simulates them, and without its truncation.
 
 use anyhow::Result;
-use isostep_profile::generators::FrequencyLaw;
+use isostep_generators::FrequencyLaw;
 use isostep_sim::report::papers::{Chart, Curve, Picture, Style, Table, charts};
 
 use super::kinematics::{Kinematics, normalised, peak};

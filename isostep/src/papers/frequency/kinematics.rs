@@ -1,6 +1,6 @@
 //! Position, speed, acceleration and jerk over time, as paper 000 takes them (sections II.B and VI.A).
 
-use isostep_profile::generators::{FrequencyProfile, TruncatedProfile};
+use isostep_generators::{FrequencyProfile, TruncatedProfile};
 use isostep_sim::analysis::gradient;
 
 /// Samples at the end of each step: eq 9's theta\[i\] = i theta_s over the sum of the first i periods.
@@ -57,7 +57,7 @@ pub fn normalised(values: &[f64]) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
-    use isostep_profile::generators::FrequencyLaw;
+    use isostep_generators::FrequencyLaw;
 
     use super::super::parameters::TABLE_1;
     use super::*;

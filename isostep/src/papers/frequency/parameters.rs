@@ -1,6 +1,6 @@
 //! Paper 000's tables of parameters.
 
-use isostep_profile::generators::{FrequencyError, FrequencyLaw, FrequencyProfile, TruncatedProfile};
+use isostep_generators::{FrequencyError, FrequencyLaw, FrequencyProfile, TruncatedProfile};
 
 /// What one of the tables prints.
 #[derive(Clone, Copy, Debug)]

@@ -1,7 +1,7 @@
 //! When the vibration is greatest, and which law has most power (paper 000, section VI.F, figure 13): a model.
 
 use anyhow::Result;
-use isostep_profile::generators::FrequencyLaw;
+use isostep_generators::FrequencyLaw;
 use isostep_sim::analysis::Oscillator;
 
 use super::parameters::TABLE_6;

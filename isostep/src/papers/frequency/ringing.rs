@@ -1,7 +1,7 @@
 //! Paper 000's Table 7 and figure 13 beside the model's.
 
 use anyhow::Result;
-use isostep_profile::generators::FrequencyLaw;
+use isostep_generators::FrequencyLaw;
 use isostep_sim::analysis::{Oscillator, Spectrum};
 use isostep_sim::report::papers::{Chart, Curve, Picture, Scale, Style, Table, charts};
 

@@ -1,7 +1,7 @@
 //! Why the linear law's speed is no straight line over time (paper 000, section VI.A).
 
 use anyhow::Result;
-use isostep_profile::generators::FrequencyLaw;
+use isostep_generators::FrequencyLaw;
 use isostep_sim::report::papers::{Chart, Curve, Picture, Style, charts};
 
 use super::parameters::{Parameters, TABLE_1};

@@ -1,7 +1,7 @@
 //! What the laws leave ringing (paper 000, section VI.F, Tables 5 to 7, figure 13): a model.
 
 use anyhow::Result;
-use isostep_profile::generators::{FrequencyLaw, FrequencyProfile};
+use isostep_generators::{FrequencyLaw, FrequencyProfile};
 use isostep_sim::analysis::{Oscillator, Spectrum, mean, welch};
 
 use super::parameters::TABLE_6;

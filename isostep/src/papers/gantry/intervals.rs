@@ -1,7 +1,7 @@
 //! Paper 004's Table 1: the intervals of the staircase, of its timers, and ours.
 
 use anyhow::Result;
-use isostep_profile::generators::{Preload, PreloadTimer, Staircase, TimedStaircase, TimedTread};
+use isostep_generators::{Preload, PreloadTimer, Staircase, TimedStaircase, TimedTread};
 use isostep_profile::{IntervalLaw, Limits, SpeedLaw, SyncMove};
 use isostep_sim::report::papers::{Chart, Curve, Picture, Style, Table, charts};
 

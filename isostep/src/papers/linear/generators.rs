@@ -1,7 +1,7 @@
 //! Paper 002, section 3: the generators, and the linear law that they are held against.
 
 use anyhow::Result;
-use isostep_profile::generators::{Correction, StepsPerTime, TimePerStep};
+use isostep_generators::{Correction, StepsPerTime, TimePerStep};
 use isostep_profile::{IntervalLaw, Limits, Profile, SpeedLaw, SyncMove};
 
 use super::motor::{STEPS_PER_REV, limits};

@@ -4,7 +4,7 @@ use core::fmt;
 use core::iter::once;
 
 use super::TimerError;
-use crate::limits::{SPEED_MAX_STEPS_S, SPEED_MIN_STEPS_S};
+use isostep_profile::{SPEED_MAX_STEPS_S, SPEED_MIN_STEPS_S};
 
 /// Intervals of a ramp, and levels of speed (paper 004, section 3.2).
 const INTERVALS: u32 = 20;

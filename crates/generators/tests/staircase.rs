@@ -1,6 +1,6 @@
 //! Paper 004's staircase and timers against the paper's numbers and numbers worked by hand.
 
-use isostep_profile::generators::{PreloadTimer, Staircase, StaircaseError, TimedStaircase, TimerError};
+use isostep_generators::{PreloadTimer, Staircase, StaircaseError, TimedStaircase, TimerError};
 use proptest::prelude::*;
 
 /// The longest move of the paper, 20,000 steps at t_1 = 4.5 s (its eqs 4-7). It does not print the steps of figure 9.

@@ -1,8 +1,8 @@
 //! "Steps per time" (paper 002, section 3.2): speed and position summed at a fixed rate.
 
 use super::{GeneratorError, check_start_speed, check_top_speed, profile};
-use crate::limits::Limits;
-use crate::profile::StepCounts;
+use isostep_profile::Limits;
+use isostep_profile::StepCounts;
 
 /// Sums are fractions of a step: the position's overflow is the next step.
 const ONE_STEP: f64 = 18_446_744_073_709_551_616.0;

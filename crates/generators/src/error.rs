@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use crate::profile::ProfileError;
+use isostep_profile::ProfileError;
 
 /// Why a generator could not be planned. Each variant names the value and the limit it crossed.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,7 +2,7 @@
 
 use core::f64::consts::TAU;
 
-use isostep_profile::generators::{Avr446, Correction, Float, GeneratorError, StepsPerTime, TimePerStep};
+use isostep_generators::{Avr446, Correction, Float, GeneratorError, StepsPerTime, TimePerStep};
 use isostep_profile::{IntervalLaw, LimitError, Limits, Profile, ProfileError, SpeedLaw};
 use proptest::prelude::*;
 

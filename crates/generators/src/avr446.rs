@@ -4,7 +4,7 @@
 use libm::sqrt;
 
 use super::{GeneratorError, check_top_speed, profile};
-use crate::limits::Limits;
+use isostep_profile::Limits;
 
 /// The exact first interval is f sqrt(2/a); the series is 44 % off at its first term, which this makes good for the rest.
 const FIRST_INTERVAL_FACTOR: f64 = 0.676;

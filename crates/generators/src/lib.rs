@@ -1,4 +1,4 @@
-//! Step generators of the literature, written from their equations: what [`Segments`](crate::Segments) is compared with.
+//! Step generators of the literature, written from their equations: what [`Segments`](isostep_profile::Segments) is compared with.
 //!
 //! | generator | method | arithmetic a step |
 //! |---|---|---|
@@ -16,6 +16,8 @@
 //! |---|---|---|
 //! | paper 000, eqs 5-8: frequency over the step index, by a [`FrequencyLaw`] | [`FrequencyProfile`] | [`TruncatedProfile`], in even microseconds |
 //! | paper 004, eqs 8-14: ramps in 20 stairs | [`Staircase`] | [`TimedStaircase`], on timers with whole preloads |
+#![no_std]
+#![forbid(unsafe_code)]
 
 mod avr446;
 mod error;
@@ -43,9 +45,7 @@ pub use timed_staircase::{Preload, TimedStaircase, TimedTread};
 pub use timer_preload::{PreloadTimer, TimerError};
 pub use truncated_profile::TruncatedProfile;
 
-use crate::law::{IntervalLaw, SpeedLaw};
-use crate::limits::Limits;
-use crate::profile::Profile;
+use isostep_profile::{IntervalLaw, Limits, Profile, SpeedLaw};
 
 /// The phases of a move of one axis, in steps (paper 002, section 2): every generator here begins with them.
 fn profile(steps: u32, limits: &Limits) -> Result<Profile, GeneratorError> {

@@ -4,7 +4,7 @@ use libm::floor;
 
 use super::frequency_profile::{check_fit, check_periods};
 use super::{FrequencyError, FrequencyLaw, FrequencyProfile};
-use crate::StepCounts;
+use isostep_profile::StepCounts;
 
 /// Shortest period of which a half is still a microsecond, us.
 const TRUNCATED_PERIOD_MIN_US: f64 = 2.0;

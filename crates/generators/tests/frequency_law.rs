@@ -2,7 +2,7 @@
 
 use core::f64::consts::PI;
 
-use isostep_profile::generators::{FrequencyError, FrequencyLaw, FrequencyProfile, TruncatedProfile};
+use isostep_generators::{FrequencyError, FrequencyLaw, FrequencyProfile, TruncatedProfile};
 use proptest::prelude::*;
 
 use FrequencyLaw::{Linear, Logarithmic, Quadratic, Sinusoidal};

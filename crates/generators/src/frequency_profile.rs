@@ -1,11 +1,11 @@
 //! Paper 000's profiles, exact: the equations without their truncation to microseconds.
 
 use super::{FrequencyError, FrequencyLaw};
-use crate::StepCounts;
+use isostep_profile::StepCounts;
 
-/// Shortest period that can be planned, us: [`SPEED_MAX_STEPS_S`](crate::SPEED_MAX_STEPS_S).
+/// Shortest period that can be planned, us: [`SPEED_MAX_STEPS_S`](isostep_profile::SPEED_MAX_STEPS_S).
 pub const PERIOD_MIN_US: f64 = 0.1;
-/// Longest period that can be planned, us: [`SPEED_MIN_STEPS_S`](crate::SPEED_MIN_STEPS_S).
+/// Longest period that can be planned, us: [`SPEED_MIN_STEPS_S`](isostep_profile::SPEED_MIN_STEPS_S).
 pub const PERIOD_MAX_US: f64 = 1e9;
 /// Every law divides by p_N - 1 or by ln p_N.
 const RAMP_MIN_STEPS: u32 = 2;
@@ -17,13 +17,13 @@ const RAMP_MIN_STEPS: u32 = 2;
 /// to [`TruncatedProfile`](super::TruncatedProfile) alone.
 ///
 /// ```
-/// use isostep_profile::generators::{FrequencyLaw, FrequencyProfile};
+/// use isostep_generators::{FrequencyLaw, FrequencyProfile};
 ///
 /// // The paper's Table 1: 27 degrees of 1600 steps a revolution, a ramp of a fifth, 4000 to 1500 us.
 /// let total_s = |law| FrequencyProfile::plan(law, 120, 24, 4_000.0, 1_500.0).map(|plan| plan.duration_s());
 /// let saved = 1.0 - total_s(FrequencyLaw::Logarithmic)? / total_s(FrequencyLaw::Linear)?;
 /// assert!((0.099..0.100).contains(&saved), "the paper: almost 10 %");
-/// # Ok::<(), isostep_profile::generators::FrequencyError>(())
+/// # Ok::<(), isostep_generators::FrequencyError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrequencyProfile {

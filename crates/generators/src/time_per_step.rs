@@ -3,8 +3,8 @@
 use libm::sqrt;
 
 use super::{Float, GeneratorError, check_start_speed, check_top_speed, profile};
-use crate::limits::Limits;
-use crate::profile::StepCounts;
+use isostep_profile::Limits;
+use isostep_profile::StepCounts;
 
 /// Whether the intervals of the first and last five steps are lengthened (paper 002, eq 14).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
