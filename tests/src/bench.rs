@@ -13,7 +13,7 @@ use isostep_profile::SpeedLaw;
 use isostep_sim::{Config, MoveRecord, Outcome, Port, Sim, verify};
 use oorandom::Rand64;
 
-use isostep_sim::measure::{kept, limits::Shares};
+use isostep_sim::measure::{kept, limits::LimitRatios};
 
 use crate::rig::first_of;
 
@@ -157,14 +157,14 @@ impl Bench {
     }
 
     /// How near each axis came to its limits, by its edges; and corners, by the speeds that they are taken at.
-    pub fn shares(&self, outcome: &Outcome, feed_mm_min: impl Fn(&MoveRecord) -> Option<f64>) -> Shares {
+    pub fn ratios(&self, outcome: &Outcome, feed_mm_min: impl Fn(&MoveRecord) -> Option<f64>) -> LimitRatios {
         let speed_limit = |record: &MoveRecord, axis: usize, t_s: f64| {
             // A run gets ready when the last step of the one before it has been made, and as long as it takes at rest.
             let before = outcome.edges.partition_point(|edge| edge.t_ns < record.start_ns).checked_sub(1);
             let planned_ns = before.map_or(u64::MAX, |last| outcome.edges[last].t_ns).min(record.start_ns - 1_000_000);
             self.speed_limit(record, axis, feed_mm_min(record), planned_ns, t_s)
         };
-        kept::shares(outcome, speed_limit)
+        kept::ratios(outcome, speed_limit)
     }
 
     /// A random place, mm.
@@ -257,16 +257,16 @@ pub fn check(outcome: &Outcome, case: u64) {
 
 /// The highest of many cases.
 #[derive(Default)]
-pub struct Highest(Shares);
+pub struct Highest(LimitRatios);
 
 impl Highest {
     /// One more, which keeps to every limit.
     ///
     /// # Panics
     /// When it does not.
-    pub fn add(&mut self, shares: Shares, case: u64) {
-        assert!(shares.are_within(), "case {case}: {shares:?}");
-        self.0 = self.0.max(shares);
+    pub fn add(&mut self, ratios: LimitRatios, case: u64) {
+        assert!(ratios.are_within(), "case {case}: {ratios:?}");
+        self.0 = self.0.max(ratios);
     }
 
     /// They come near to every limit that there is; but moves alone to none of a corner.
@@ -274,9 +274,9 @@ impl Highest {
     /// # Panics
     /// When they do not.
     pub fn tell(&self) {
-        let Shares { speed, ends, accel, decel, jerk, .. } = self.0;
+        let LimitRatios { speed, ends, accel, decel, jerk, .. } = self.0;
         println!("at most, as shares of the limits, by the edges: {:?}", self.0);
-        assert!([speed, accel, decel, jerk].into_iter().all(|share| share > 0.98) && ends > 0.5, "{:?}", self.0);
+        assert!([speed, accel, decel, jerk].into_iter().all(|ratio| ratio > 0.98) && ends > 0.5, "{:?}", self.0);
     }
 
     /// The highest share of what corners allow.

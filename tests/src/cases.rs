@@ -115,9 +115,9 @@ impl Start {
 
     /// Most rests are short, some nearly a second.
     fn random(random: &mut Rand32, index: usize) -> Self {
-        let share = f64::from(random.rand_float());
+        let ratio = f64::from(random.rand_float());
         let steps = std::array::from_fn(|_| random.rand_range(1..600) as i32 - 300);
-        Self { rest_us: (1e6 * share.powi(4)) as u32 + 1, steps, index }
+        Self { rest_us: (1e6 * ratio.powi(4)) as u32 + 1, steps, index }
     }
 
     fn acts(&self) -> Vec<Act> {

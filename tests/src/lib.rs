@@ -6,11 +6,11 @@ use std::path::Path;
 pub mod bench;
 pub mod cases;
 pub mod contract;
-pub mod desk;
 pub mod emulated;
 pub mod fuzz;
 pub mod laws;
 pub mod rig;
+pub mod script_runner;
 
 /// The project's folder.
 ///

@@ -44,7 +44,7 @@ fn check_chain(bench: &mut Bench, outcome: &Outcome, first: usize, moves: &Moves
     }
     let since = Outcome { moves: records.to_vec(), ..outcome.clone() };
     let at = |record: &MoveRecord| records.iter().position(|each| each == record).expect("one of them");
-    highest.add(bench.shares(&since, |record| moves.asked[found[at(record)]].feed_mm_min), case);
+    highest.add(bench.ratios(&since, |record| moves.asked[found[at(record)]].feed_mm_min), case);
 }
 
 fn ends_at(outcome: &Outcome, moves: &Moves, case: u64) {
@@ -262,8 +262,8 @@ fn a_host_that_stops_for_a_while_stops_the_machine_where_its_lines_end() {
         let outcome = bench.outcome();
         check(&outcome, case);
         assert_eq!((outcome.counted_steps, outcome.moves.len()), ([2_000, 0, 0], 40), "case {case}");
-        let shares = bench.shares(&outcome, |_| Some(60.0 * SPEED_MM_S));
-        assert!(shares.are_within(), "case {case}: {shares:?}");
+        let ratios = bench.ratios(&outcome, |_| Some(60.0 * SPEED_MM_S));
+        assert!(ratios.are_within(), "case {case}: {ratios:?}");
         let is_rest = |index: usize| {
             let record = &outcome.moves[index];
             kept::are_rests(record, outcome.config_of(record))[1]
@@ -317,7 +317,7 @@ fn exact_stops_and_no_deviation_stop_at_corners() {
     let path = |word: &str| format!("G91 {word} G1 F1200 X4\nY4\nY4\nX4 Y4\nX-4 Y-4\n");
     let flowing = corner_gaps_s(&path("G61"));
     assert!(!flowing[..3].iter().any(stops) && stops(&flowing[3]), "{flowing:?}");
-    // A circle that strays from the corner by 0.01 mm, at 50 mm/s² across for each axis: 1.307 mm/s, steps of 0.02 mm.
+    // A circle that deviates from the corner by 0.01 mm, at 50 mm/s² across for each axis: 1.307 mm/s, steps of 0.02 mm.
     assert!((flowing[0] - 0.0137).abs() < 0.0005, "{flowing:?}");
     assert!(flowing[1] < 0.002, "straight on it is no slower than by the way to brake: {flowing:?}");
     let exact = corner_gaps_s(&path("G61.1"));

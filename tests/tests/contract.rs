@@ -16,8 +16,8 @@ use isostep_sim::port::AxisPort;
 use isostep_sim::world::{Shared, Wire, World};
 use isostep_sim::{Config, Port, Sim};
 use isostep_tests::contract::{CASES, On, START_MM, script};
-use isostep_tests::desk::Desk;
 use isostep_tests::root;
+use isostep_tests::script_runner::ScriptRunner;
 
 /// Motors so strong that they follow any edge.
 fn config(port: Port) -> Config {
@@ -28,7 +28,7 @@ fn config(port: Port) -> Config {
 #[test]
 fn every_way_to_end_keeps_the_contract() {
     for port in Port::ALL {
-        Desk::new(Sim::new(&config(port))).carry_out(&script(|on| on == On::Every, ""));
+        ScriptRunner::new(Sim::new(&config(port))).carry_out(&script(|on| on == On::Every, ""));
     }
 }
 

@@ -42,7 +42,7 @@ fn holds_at_any_instant_lose_nothing() {
         );
         check(&outcome, case);
         let is_feed = |record: &MoveRecord| record.plan.steps == steps_of(place);
-        highest.add(bench.shares(&outcome, |record| is_feed(record).then_some(feed)), case);
+        highest.add(bench.ratios(&outcome, |record| is_feed(record).then_some(feed)), case);
         held += outcome.moves.iter().filter(|record| record.finish == Finish::Held).count();
     }
     println!("{HOLDS} random programs were held in mid-move {held} times");
@@ -71,7 +71,7 @@ fn overrides_at_any_instant_lose_nothing() {
         let outcome = bench.outcome();
         assert_eq!(outcome.counted_steps, steps_of(place), "case {case}");
         check(&outcome, case);
-        highest.add(bench.shares(&outcome, |_| feed), case);
+        highest.add(bench.ratios(&outcome, |_| feed), case);
         changed += outcome.moves.iter().filter(|record| !record.parts.is_empty()).count();
     }
     println!("of {HOLDS} random moves {changed} went on at another speed");
@@ -104,7 +104,7 @@ fn overrides_in_quick_succession_lose_nothing() {
         let outcome = bench.outcome();
         assert_eq!(outcome.counted_steps, steps_of(place), "case {case}");
         check(&outcome, case);
-        highest.add(bench.shares(&outcome, |_| Some(1_500.0)), case);
+        highest.add(bench.ratios(&outcome, |_| Some(1_500.0)), case);
     }
     highest.tell();
 }
@@ -129,7 +129,7 @@ fn jogs_are_cancelled_at_any_instant() {
         assert_eq!(outcome.counted_steps, [still[0] + 50, still[1], still[2]], "case {case}");
         check(&outcome, case);
         let is_rapid = |record: &MoveRecord| record.plan.steps == [50, 0, 0];
-        highest.add(bench.shares(&outcome, |record| (!is_rapid(record)).then_some(1_500.0)), case);
+        highest.add(bench.ratios(&outcome, |record| (!is_rapid(record)).then_some(1_500.0)), case);
     }
     highest.tell();
 }
@@ -169,7 +169,7 @@ fn resets_at_any_instant_keep_the_position() {
         assert_eq!(outcome.counted_steps, [still[0] + 50, still[1], still[2]], "case {case}");
         check(&outcome, case);
         let is_feed = |record: &MoveRecord| [steps_of(place), [-250, 0, 0]].contains(&record.plan.steps);
-        highest.add(bench.shares(&outcome, |record| is_feed(record).then_some(feed)), case);
+        highest.add(bench.ratios(&outcome, |record| is_feed(record).then_some(feed)), case);
         braked += u64::from(outcome.moves.iter().any(|record| record.finish == Finish::Held));
     }
     println!("of {} resets {braked} had a move brake", HOLDS / 2);

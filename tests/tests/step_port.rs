@@ -10,7 +10,9 @@ use std::rc::Rc;
 use embassy_futures::join::join;
 use embassy_futures::select::{Either, select};
 use embassy_time::{Duration, Instant, Timer};
-use isostep_motion::{AXES, Axis, ConfigError, Feed, Odometer, PortFault, SegmentQueue, StartLine, StepPort, Wiring};
+use isostep_motion::{
+    AXES, Axis, ConfigError, Odometer, PortFault, SegmentQueue, StartLine, StepPort, StreamItem, Wiring,
+};
 use isostep_profile::{ACCEL_MAX_STEPS_S2, Limits};
 use isostep_sim::time;
 use isostep_sim::world::{Edge, Wire};
@@ -111,8 +113,8 @@ fn a_port_starts_when_it_can_keep_its_first_step() {
         let world = rig.run(|mut port, _| async move {
             for plan in plans {
                 let (queue, start_line) = (SegmentQueue::new(), StartLine::new());
-                for feed in plan.feeds(port.capabilities().tick_hz).chain([Feed::End]) {
-                    queue.try_send(feed).unwrap();
+                for item in plan.items(port.capabilities().tick_hz).chain([StreamItem::End]) {
+                    queue.try_send(item).unwrap();
                 }
                 let odometer = Odometer::new();
                 let run = port.run(WIRED, &start_line, &queue, &odometer);
@@ -161,17 +163,17 @@ fn running_dry_is_a_fault_and_nothing_rises_after_it() {
         let (start, plan) = (Instant::from_millis(1), Plan::new(500));
         let world = rig.run(|mut port, _| async move {
             let (queue, start_line, odometer) = (SegmentQueue::new(), StartLine::new(), Odometer::new());
-            let mut feeds = plan.feeds(port.capabilities().tick_hz);
-            let fed: i32 = feeds.by_ref().take(3).inspect(|feed| queue.try_send(*feed).unwrap()).map(steps_of).sum();
-            let feed = async {
+            let mut items = plan.items(port.capabilities().tick_hz);
+            let fed: i32 = items.by_ref().take(3).inspect(|item| queue.try_send(*item).unwrap()).map(steps_of).sum();
+            let item = async {
                 let_go(&start_line, start).await;
                 Timer::after_secs(1).await;
-                for feed in feeds {
-                    queue.send(feed).await;
+                for item in items {
+                    queue.send(item).await;
                 }
                 pending::<Infallible>().await
             };
-            let Either::First(result) = select(port.run(WIRED, &start_line, &queue, &odometer), feed).await;
+            let Either::First(result) = select(port.run(WIRED, &start_line, &queue, &odometer), item).await;
             assert!(matches!(result, Err(PortFault::Underrun | PortFault::Late { .. })), "{rig}: {result:?}");
             assert_eq!(odometer.position_steps(), fed, "{rig}");
         });
@@ -260,10 +262,10 @@ fn moves_there_and_back_in_one_run_are_exact() {
         let mut random = Rand32::new(SEED);
         for steps in [1, 2, 16, 100] {
             let chain = Chain::random(&mut random, &rig.capabilities(), steps);
-            let (start, feeds, net) = (Instant::from_millis(1), chain.feeds(), chain.steps());
+            let (start, items, net) = (Instant::from_millis(1), chain.items(), chain.steps());
             let world = rig.run(|mut port, _| async move {
                 let odometer = Odometer::new();
-                carry_out_all(&mut port, feeds, (start, Wiring::default()), &odometer).await.unwrap();
+                carry_out_all(&mut port, items, (start, Wiring::default()), &odometer).await.unwrap();
                 assert_eq!(odometer.position_steps(), net, "{rig}, SEED={SEED}");
             });
             rig.hold_to(&edges(&world), chain.instants_ns(start));
@@ -279,10 +281,10 @@ fn steps_to_and_fro_may_be_as_close_as_others() {
         for pulse_ns in [0, 3_000] {
             let wiring = Wiring { pulse_ns, ..Wiring::default() };
             let chain = Chain::to_and_fro(capabilities.tick_hz, 1_001, capabilities.period_min_ticks(wiring));
-            let (start, feeds) = (Instant::from_millis(1), chain.feeds());
+            let (start, items) = (Instant::from_millis(1), chain.items());
             let world = rig.run(|mut port, _| async move {
                 let odometer = Odometer::new();
-                carry_out_all(&mut port, feeds, (start, wiring), &odometer).await.unwrap();
+                carry_out_all(&mut port, items, (start, wiring), &odometer).await.unwrap();
                 assert_eq!(odometer.position_steps(), 1, "{rig}");
             });
             rig.hold_to(&edges(&world), chain.instants_ns(start));
@@ -297,12 +299,12 @@ fn steps_to_and_fro_that_are_too_close_are_refused() {
         let capabilities = rig.capabilities();
         let period_ticks = capabilities.period_min_ticks(Wiring::default()) * 3 / 4;
         let chain = Chain::to_and_fro(capabilities.tick_hz, 2_000, period_ticks);
-        let (start, feeds) = (Instant::from_millis(1), chain.feeds());
+        let (start, items) = (Instant::from_millis(1), chain.items());
         let counted = Rc::new(RefCell::new(0));
         let told = counted.clone();
         let world = rig.run(|mut port, _| async move {
             let odometer = Odometer::new();
-            let result = carry_out_all(&mut port, feeds, (start, Wiring::default()), &odometer).await;
+            let result = carry_out_all(&mut port, items, (start, Wiring::default()), &odometer).await;
             assert!(matches!(result, Err(PortFault::TooFast { .. } | PortFault::Late { .. })), "{rig}: {result:?}");
             told.replace(odometer.position_steps());
         });
@@ -319,7 +321,7 @@ fn stopping_it_between_reversals_leaves_the_exact_count() {
             let chain = Chain::random(&mut random, &rig.capabilities(), 12);
             let start = Instant::from_millis(1);
             let lasts_ns = (1_000_000_000 * chain.end_ticks / u64::from(chain.tick_hz)) as u32;
-            let (stop_ns, feeds) = (time::ns(start) + u64::from(random.rand_range(0..lasts_ns)), chain.feeds());
+            let (stop_ns, items) = (time::ns(start) + u64::from(random.rand_range(0..lasts_ns)), chain.items());
             let inverted = i % 2 == 1;
             let wiring = Wiring { direction_inverted: inverted, ..Wiring::default() };
             let world = rig.run(|mut port, clock| async move {
@@ -328,7 +330,7 @@ fn stopping_it_between_reversals_leaves_the_exact_count() {
                     clock.until(stop_ns).await;
                     brake(true);
                 };
-                select(carry_out_all(&mut port, feeds, (start, wiring), &odometer), cut).await;
+                select(carry_out_all(&mut port, items, (start, wiring), &odometer), cut).await;
                 let stopped_at = odometer.position_steps();
                 Timer::after_millis(1).await;
                 assert_eq!(odometer.position_steps(), stopped_at, "{rig}, SEED={SEED}, stop {i}");
@@ -349,7 +351,7 @@ fn the_count_follows_through_reversals() {
     for rig in Rig::all() {
         let mut random = Rand32::new(SEED);
         let chain = Chain::random(&mut random, &rig.capabilities(), 60);
-        let (start, feeds) = (Instant::from_millis(1), chain.feeds());
+        let (start, items) = (Instant::from_millis(1), chain.items());
         let looks = Rc::new(RefCell::new(Vec::new()));
         let noted = looks.clone();
         let world = rig.run(|mut port, _| async move {
@@ -360,7 +362,7 @@ fn the_count_follows_through_reversals() {
                     noted.borrow_mut().push((time::ns(Instant::now()), odometer.position_steps()));
                 }
             };
-            let run = carry_out_all(&mut port, feeds, (start, Wiring::default()), &odometer);
+            let run = carry_out_all(&mut port, items, (start, Wiring::default()), &odometer);
             let Either::First(result) = select(run, look).await;
             result.unwrap();
         });
@@ -384,16 +386,16 @@ fn an_axis_may_rest_throughout_its_run() {
     const STEP_AT_S: u64 = 120;
     for rig in Rig::all() {
         let tick_hz = u64::from(rig.capabilities().tick_hz);
-        let rests = |count: u64| (1..=count).map(move |k| Feed::Rest { until_ticks: k * tick_hz * 15 / 1_000 });
-        let step = Plan::new(-1).feeds(tick_hz as u32).map(|feed| delayed(feed, STEP_AT_S * tick_hz));
+        let rests = |count: u64| (1..=count).map(move |k| StreamItem::Rest { until_ticks: k * tick_hz * 15 / 1_000 });
+        let step = Plan::new(-1).items(tick_hz as u32).map(|item| delayed(item, STEP_AT_S * tick_hz));
         let late = rests(STEP_AT_S * 66).chain(step).collect::<Vec<_>>();
         let start = Instant::from_secs(1);
-        for feeds in [vec![], rests(1).collect(), rests(1_000).collect(), late.clone(), vec![]] {
-            let makes = feeds.iter().copied().map(steps_of).sum::<i32>();
+        for items in [vec![], rests(1).collect(), rests(1_000).collect(), late.clone(), vec![]] {
+            let makes = items.iter().copied().map(steps_of).sum::<i32>();
             let world = rig.run(|mut port, _| async move {
                 let odometer = Odometer::new();
-                let feeds = feeds.into_iter().chain([Feed::End]).collect();
-                carry_out_all(&mut port, feeds, (start, Wiring::default()), &odometer).await.unwrap();
+                let items = items.into_iter().chain([StreamItem::End]).collect();
+                carry_out_all(&mut port, items, (start, Wiring::default()), &odometer).await.unwrap();
                 assert!(Instant::now() >= start, "{rig}: it ended before it began");
                 assert_eq!(odometer.position_steps(), makes, "{rig}");
                 // And another, which turns.

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 /// A folder of a test's own with a program in it, and verbs that run there.
-struct Desk(PathBuf);
+struct TestFolder(PathBuf);
 
-impl Desk {
+impl TestFolder {
     fn new(name: &str) -> Self {
         let folder = std::env::temp_dir().join(format!("isostep-options-{name}-{}", std::process::id()));
         fs::create_dir_all(&folder).unwrap();
@@ -30,7 +30,7 @@ impl Desk {
     }
 }
 
-impl Drop for Desk {
+impl Drop for TestFolder {
     fn drop(&mut self) {
         let _ = fs::remove_dir_all(&self.0);
     }
@@ -45,7 +45,7 @@ fn names(folder: &Path) -> Vec<String> {
 
 #[test]
 fn files_are_not_written_over_each_other() {
-    let desk = Desk::new("files");
+    let folder = TestFolder::new("files");
     for [line, one, other] in [
         ["sim my.nc --trace a --json ./a", "--trace a", "--json ./a"],
         ["sim my.nc --outputs a --vcd a", "--outputs a", "--vcd a"],
@@ -63,17 +63,17 @@ fn files_are_not_written_over_each_other() {
         ["papers --report . --json index.html", "--report .", "--json index.html"],
         ["bench --report . --json index.html", "--report .", "--json index.html"],
     ] {
-        let told = desk.refuses(line);
+        let told = folder.refuses(line);
         assert!(told.contains(one) && told.contains(other), "{line}: {told}");
     }
-    fs::write(desk.0.join("grbl.csv"), "program,A_s\nmy.nc,1\n").unwrap();
-    let told = desk.refuses("times . grbl.csv --json my.nc");
+    fs::write(folder.0.join("grbl.csv"), "program,A_s\nmy.nc,1\n").unwrap();
+    let told = folder.refuses("times . grbl.csv --json my.nc");
     assert!(told.contains("--json my.nc would be written over the program ./my.nc"), "{told}");
 }
 
 #[test]
 fn an_option_that_would_be_passed_over_is_refused() {
-    let desk = Desk::new("passed-over");
+    let folder = TestFolder::new("passed-over");
     for (line, words) in [
         ("sim my.nc --link a", "--link goes with --pty"),
         ("sim --link a", "--link goes with --pty"),
@@ -85,7 +85,7 @@ fn an_option_that_would_be_passed_over_is_refused() {
         ("profile --law sine --steps 9 --derivatives paper", "--plot"),
         ("console --list port", "--list"),
     ] {
-        let told = desk.refuses(line);
+        let told = folder.refuses(line);
         assert!(told.contains(words), "{line}: {told}");
     }
 }

@@ -5,8 +5,8 @@
 
 use core::fmt::{self, Write};
 
-use isostep_console::{Block, Command, Interpreter, LineAssembler, Settings, State};
-use isostep_profile::chain::{Chain, Leg, Terms, Wanted};
+use isostep_console::{Block, Command, Interpreter, LineAssembler, ReportedState, Settings};
+use isostep_profile::chain::{Chain, ChainConfig, Chunk, Request};
 use isostep_profile::{Course, IntervalLaw, Limits, SpeedLaw};
 
 use crate::{AXES, Checksum, TICK_HZ};
@@ -21,8 +21,8 @@ pub const MOVE_MM: f64 = 0.2;
 pub const START_MM: f64 = 500.0;
 /// After so many moves the path turns, where it has corners.
 const CORNER_MOVES: u32 = 24;
-/// No leg is shorter than the rest of its plan.
-const LEG_MAX_S: f64 = 1.0;
+/// No chunk is shorter than the rest of its plan.
+const CHUNK_MAX_S: f64 = 1.0;
 
 /// Of machine C of `programs/machines`, as what follows.
 pub const STEPS_PER_MM: f64 = 80.0;
@@ -95,11 +95,11 @@ pub type Checksums = [Checksum; Stage::ALL.len()];
 /// Streams the moves of `case` through all stages. Only those are timed that meet a full chain.
 pub fn flow(case: &FlowCase, timer: &mut impl Timer) -> Checksums {
     let mm_per_step = [1.0 / STEPS_PER_MM; AXES];
-    let terms = Terms::new([LIMITS; AXES], mm_per_step, CORNER_DEVIATION_MM, IntervalLaw::Fastest, case.law);
+    let config = ChainConfig::new([LIMITS; AXES], mm_per_step, CORNER_DEVIATION_MM, IntervalLaw::Fastest, case.law);
     let mut flow = Flow {
         path: Path::new(case),
         interpreter: Interpreter::new(),
-        chain: Chain::new(terms),
+        chain: Chain::new(config),
         steps: [whole_steps(START_MM); AXES],
         course: Course::empty(),
         checksums: Checksums::default(),
@@ -137,7 +137,7 @@ struct Flow {
     chain: Chain<AXES, CHAIN_MOVES>,
     /// Where the last move ends.
     steps: [i32; AXES],
-    /// Of the leg that was compiled last.
+    /// Of the chunk that was compiled last.
     course: Course,
     checksums: Checksums,
 }
@@ -154,8 +154,8 @@ impl Flow {
         let target_steps = target_mm.map(|mm| whole_steps(mm.into()));
         let steps = [0, 1, 2].map(|axis| target_steps[axis] - self.steps[axis]);
         self.steps = target_steps;
-        let wanted = Wanted { steps, feed_mm_s: Some(FEED_MM_S), stops: false, tag: 0 };
-        let pushed = timer.time(Stage::Push, (&mut self.chain, wanted), |(chain, wanted)| chain.push(wanted));
+        let request = Request { steps, feed_mm_s: Some(FEED_MM_S), stops: false, tag: 0 };
+        let pushed = timer.time(Stage::Push, (&mut self.chain, request), |(chain, request)| chain.push(request));
         self.note(Stage::Push, u32::from(pushed.is_ok()));
     }
 
@@ -163,12 +163,12 @@ impl Flow {
     fn leave(&mut self, timer: &mut impl Timer) {
         let before = self.chain.len();
         while self.chain.len() == before {
-            let leg = timer.time(Stage::Tell, &mut self.chain, |chain| chain.advance(LEG_MAX_S));
-            let Some(leg) = leg else { return };
-            self.note(Stage::Tell, (leg.until_s * f64::from(TICK_HZ)) as u64 as u32);
+            let chunk = timer.time(Stage::Tell, &mut self.chain, |chain| chain.advance(CHUNK_MAX_S));
+            let Some(chunk) = chunk else { return };
+            self.note(Stage::Tell, (chunk.until_s * f64::from(TICK_HZ)) as u64 as u32);
             let mut compiled = Checksum::default();
-            let stage = (&leg, &mut self.course, &mut compiled);
-            timer.time(Stage::Compile, stage, |(leg, course, compiled)| compile(leg, course, compiled));
+            let stage = (&chunk, &mut self.course, &mut compiled);
+            timer.time(Stage::Compile, stage, |(chunk, course, compiled)| compile(chunk, course, compiled));
             self.note(Stage::Compile, compiled.value());
         }
     }
@@ -186,15 +186,15 @@ fn read(interpreter: &mut Interpreter, bytes: &[u8]) -> Option<Block> {
         let _ = assembler.push(*byte);
     }
     let line = assembler.push(*end)?.ok()?;
-    match interpreter.interpret(line, State::Run, &Settings::DEFAULT) {
+    match interpreter.interpret(line, ReportedState::Run, &Settings::DEFAULT) {
         Ok(Command::Block(block)) => Some(block),
         _ => None,
     }
 }
 
-fn compile(leg: &Leg<AXES>, course: &mut Course, compiled: &mut Checksum) {
-    leg.part.lay(course, TICK_HZ);
-    let mut lanes = [0, 1, 2].map(|axis| leg.part.lane(axis, course));
+fn compile(chunk: &Chunk<AXES>, course: &mut Course, compiled: &mut Checksum) {
+    chunk.plan.lay(course, TICK_HZ);
+    let mut lanes = [0, 1, 2].map(|axis| chunk.plan.lane(axis, course));
     let mut fed_ticks = [Some(0); AXES];
     // The axis first that has the least, as the firmware feeds them.
     while let Some(axis) = (0..AXES).filter(|axis| fed_ticks[*axis].is_some()).min_by_key(|axis| fed_ticks[*axis]) {

@@ -4,7 +4,7 @@
 //! While a page is programmed (0.7 ms) or a sector erased (45 ms, by its datasheet 400 ms at most) the flash cannot be read, and
 //! nearly all code is in it: the HAL masks every interrupt and waits in RAM. A step that is due then would be late, and a switch
 //! be heard late. So the controller stores only while nothing moves; and between two operations the other tasks run, so that
-//! the watchdog is fed. Motors stay energised, and USB's hardware holds its host off; a UART loses what does not fit its
+//! the watchdog is refreshed. Motors stay energised, and USB's hardware holds its host off; a UART loses what does not fit its
 //! 32 bytes.
 
 use embassy_embedded_hal::adapter::BlockingAsync;

@@ -92,7 +92,7 @@ async fn coordinate(machine: &'static Machine, enable: Output<'static>) -> ! {
 /// comes with every move, or in its midst, is not logged unless asked for.
 fn log(event: Event) {
     match event {
-        Event::Run { .. } | Event::Move { .. } | Event::Part { .. } | Event::RunEnd { .. } => {
+        Event::Run { .. } | Event::Move { .. } | Event::Replan { .. } | Event::RunEnd { .. } => {
             defmt::debug!("{}", event);
         }
         _ => defmt::info!("{}", event),

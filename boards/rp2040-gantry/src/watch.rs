@@ -1,8 +1,8 @@
 //! The watchdog.
 //!
 //! # Design
-//! The executor of the axes counts up while it runs; a thread-mode task feeds the watchdog only when that count has moved.
-//! So it runs out when any executor stands still: the axes no longer count, or thread mode no longer feeds.
+//! The executor of the axes counts up while it runs; a thread-mode task refreshes the watchdog only when that count has moved.
+//! So it runs out when any executor stands still: the axes no longer count, or thread mode no longer refreshes it.
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
@@ -28,7 +28,7 @@ pub fn spawn(axes: SendSpawner, thread: Spawner, machine: &'static Machine, watc
     watchdog.pause_on_debug(true);
     watchdog.start(TIMEOUT);
     axes.spawn(beat().unwrap());
-    thread.spawn(feed(machine, watchdog).unwrap());
+    thread.spawn(refresh(machine, watchdog).unwrap());
 }
 
 #[embassy_executor::task]
@@ -41,7 +41,7 @@ async fn beat() -> ! {
 }
 
 #[embassy_executor::task]
-async fn feed(machine: &'static Machine, mut watchdog: Watchdog) -> ! {
+async fn refresh(machine: &'static Machine, mut watchdog: Watchdog) -> ! {
     let mut seen = BEATS.load(Ordering::Relaxed);
     loop {
         Timer::after(CHECK).await;

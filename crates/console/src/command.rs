@@ -23,7 +23,7 @@ pub enum Command<'l> {
     },
     /// `$X`: leave Alarm without homing; nothing to do in any other state.
     Unlock,
-    /// `$C`: begin to check G-code without moving, or, in [`State::Check`], end that by a reset.
+    /// `$C`: begin to check G-code without moving, or, in [`ReportedState::Check`], end that by a reset.
     ToggleCheck,
     /// `$SLP`: sleep until a reset.
     Sleep,
@@ -168,7 +168,7 @@ pub enum Door {
 
 /// The machine's state, as a status report names it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum State {
+pub enum ReportedState {
     /// At rest, ready.
     Idle,
     /// Moving, or dwelling.
@@ -192,7 +192,7 @@ pub enum State {
     Sleep,
 }
 
-impl State {
+impl ReportedState {
     /// Nothing moves and nothing waits to.
     pub const fn at_rest(self) -> bool {
         matches!(self, Self::Idle | Self::Alarm | Self::Check | Self::Sleep)
@@ -211,7 +211,7 @@ impl State {
     }
 }
 
-impl fmt::Display for State {
+impl fmt::Display for ReportedState {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Idle => "Idle",

@@ -5,7 +5,8 @@ mod coordinates;
 mod probes;
 
 use crate::{
-    AXES, Arc, Block, Command, Coolant, Coordinates, Error, Modal, MotionMode, Move, Rate, Settings, Spindle, State,
+    AXES, Arc, Block, Command, Coolant, Coordinates, Error, Modal, MotionMode, Move, Rate, ReportedState, Settings,
+    Spindle,
     block::{AxisCommand, NonModal, Words},
     command::Jog,
     path,
@@ -116,7 +117,12 @@ impl Interpreter {
     ///
     /// # Errors
     /// Grbl's reason; then nothing has changed.
-    pub fn interpret<'l>(&mut self, line: &'l str, state: State, settings: &Settings) -> Result<Command<'l>, Error> {
+    pub fn interpret<'l>(
+        &mut self,
+        line: &'l str,
+        state: ReportedState,
+        settings: &Settings,
+    ) -> Result<Command<'l>, Error> {
         match line.strip_prefix('$') {
             Some(statement) => self.statement(statement, state, settings),
             // % stands where a program begins and where it ends.
@@ -183,7 +189,7 @@ impl Interpreter {
             go_to.or(self.motion(&mut words)?)
         };
         if words.blends {
-            // How far G64 may stray from the path: $11 says that here.
+            // How far G64 may deviate from the path: $11 says that here.
             words.take(b'P');
         }
         words.check_all_used()?;

@@ -6,16 +6,16 @@
 //! real-time byte -> Overrides
 //! ```
 //!
-//! Nothing here reads a clock, awaits or allocates: the caller brings the bytes, the machine's [`State`] and
+//! Nothing here reads a clock, awaits or allocates: the caller brings the bytes, the machine's [`ReportedState`] and
 //! the [`Settings`]. A line that ends in an error leaves every modal value as it was.
 //!
 //! ```
-//! use isostep_console::{Block, Command, Interpreter, LineAssembler, Move, Rate, Settings, State};
+//! use isostep_console::{Block, Command, Interpreter, LineAssembler, Move, Rate, Settings, ReportedState};
 //!
 //! let (mut lines, mut interpreter) = (LineAssembler::new(), Interpreter::new());
 //! for &byte in b"g1 x10 (a comment) f600\n" {
 //!     let Some(line) = lines.push(byte) else { continue };
-//!     let command = line.and_then(|line| interpreter.interpret(line, State::Idle, &Settings::DEFAULT));
+//!     let command = line.and_then(|line| interpreter.interpret(line, ReportedState::Idle, &Settings::DEFAULT));
 //!     let rate = Rate::Feed { mm_min: 600.0 };
 //!     let motion = Some(Move { target_mm: [10.0, 0.0, 0.0], rate, arc: None, exact_stop: false });
 //!     assert_eq!(command, Ok(Command::Block(Block { motion, ..Block::default() })));
@@ -53,7 +53,7 @@ mod words;
 
 pub use alarm::Alarm;
 pub use arc::{Arc, Chords, Ends};
-pub use command::{Block, Command, Door, Jog, Move, Probe, Rate, State};
+pub use command::{Block, Command, Door, Jog, Move, Probe, Rate, ReportedState};
 pub use error::Error;
 pub use fixed::Fixed;
 pub use interpreter::{Interpreter, MAX_COORDINATE_MM, MIN_FEED_MM_MIN};

@@ -110,7 +110,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::{Error, Interpreter, Settings, State};
+    use crate::{Error, Interpreter, ReportedState, Settings};
 
     #[test]
     fn reading_stops_at_the_first_word_that_cannot_be() {
@@ -141,7 +141,7 @@ mod tests {
             ("X1T256", 38, "T256"),
         ];
         for &(line, code, word) in rows {
-            let answer = Interpreter::new().interpret(line, State::Idle, &Settings::DEFAULT);
+            let answer = Interpreter::new().interpret(line, ReportedState::Idle, &Settings::DEFAULT);
             assert_eq!(answer.map_err(Error::code), Err(code), "{line}");
             assert_eq!(stopped_at(line).map(|range| &line[range]), Some(word), "{line}");
         }

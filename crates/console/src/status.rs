@@ -2,13 +2,13 @@
 
 use core::fmt::{Result, Write};
 
-use crate::{AXES, Coolant, Fixed, Overrides, Settings, Spindle, State};
+use crate::{AXES, Coolant, Fixed, Overrides, ReportedState, Settings, Spindle};
 
 /// What a status report tells.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Status {
     /// What the machine does.
-    pub state: State,
+    pub state: ReportedState,
     /// Machine position.
     pub position_mm: [f32; AXES],
     /// Work zero in machine coordinates.

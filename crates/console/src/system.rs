@@ -1,24 +1,26 @@
 //! `$` lines, which are not G-code: what they ask for, and in which state.
 
-use crate::{Alarm, Command, Error, Interpreter, Settings, State, decimal::Decimal, parameters::STARTUP_LINES};
+use crate::{Alarm, Command, Error, Interpreter, ReportedState, Settings, decimal::Decimal, parameters::STARTUP_LINES};
 
 impl Interpreter {
     /// Understands what follows the `$` of a stripped, upper-case line.
     pub(crate) fn statement<'l>(
         &mut self,
         statement: &'l str,
-        state: State,
+        state: ReportedState,
         settings: &Settings,
     ) -> Result<Command<'l>, Error> {
         match statement {
             "" => Ok(Command::Help),
-            "$" if matches!(state, State::Run | State::Hold { .. } | State::Door(_)) => Err(Error::NotIdle),
+            "$" if matches!(state, ReportedState::Run | ReportedState::Hold { .. } | ReportedState::Door(_)) => {
+                Err(Error::NotIdle)
+            }
             "$" => Ok(Command::ShowSettings),
             "G" => Ok(Command::ShowModal),
             "X" => Ok(Command::Unlock),
-            "C" if matches!(state, State::Idle | State::Check) => Ok(Command::ToggleCheck),
+            "C" if matches!(state, ReportedState::Idle | ReportedState::Check) => Ok(Command::ToggleCheck),
             "C" => Err(Error::NotIdle),
-            "BUZZ=X" | "BUZZ=Y" | "BUZZ=Z" if state != State::Idle => Err(Error::NotIdle),
+            "BUZZ=X" | "BUZZ=Y" | "BUZZ=Z" if state != ReportedState::Idle => Err(Error::NotIdle),
             "BUZZ=X" => Ok(Command::Buzz { axis: 0 }),
             "BUZZ=Y" => Ok(Command::Buzz { axis: 1 }),
             "BUZZ=Z" => Ok(Command::Buzz { axis: 2 }),
@@ -26,26 +28,26 @@ impl Interpreter {
                 Some(("J", jog)) => self.begin_jog(jog, state),
                 Some(("E", code)) => explain(code, Error::from_code).map(Command::ExplainError),
                 Some(("A", code)) => explain(code, Alarm::from_code).map(Command::ExplainAlarm),
-                _ if !matches!(state, State::Idle | State::Alarm) => Err(Error::NotIdle),
+                _ if !matches!(state, ReportedState::Idle | ReportedState::Alarm) => Err(Error::NotIdle),
                 Some(("N", startup)) => self.startup(startup, state),
                 _ => at_rest(statement, settings),
             },
         }
     }
 
-    fn begin_jog<'l>(&self, jog: &str, state: State) -> Result<Command<'l>, Error> {
-        if !matches!(state, State::Idle | State::Jog) {
+    fn begin_jog<'l>(&self, jog: &str, state: ReportedState) -> Result<Command<'l>, Error> {
+        if !matches!(state, ReportedState::Idle | ReportedState::Jog) {
             return Err(Error::NotIdle);
         }
         self.jog(jog.strip_prefix('=').ok_or(Error::BadJog)?).map(Command::Jog)
     }
 
     /// A start-up line is carried out first, to see that it works: not in Alarm.
-    fn startup<'l>(&mut self, startup: &'l str, state: State) -> Result<Command<'l>, Error> {
+    fn startup<'l>(&mut self, startup: &'l str, state: ReportedState) -> Result<Command<'l>, Error> {
         let Some((index, line)) = startup.split_once('=') else {
             return if startup.is_empty() { Ok(Command::ShowStartup) } else { Err(Error::UnknownStatement) };
         };
-        if state != State::Idle {
+        if state != ReportedState::Idle {
             return Err(Error::NotIdle);
         }
         let index = usize::from(number(index).ok_or(Error::BadNumber)?);

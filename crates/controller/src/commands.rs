@@ -7,7 +7,7 @@ use core::pin::pin;
 use embassy_futures::yield_now;
 use embedded_storage_async::nor_flash::NorFlash;
 use isostep_console::report::{self, messages};
-use isostep_console::{Command, Coordinates, Error, Refusal, SETTING_TABLE, Settings, State as Word};
+use isostep_console::{Command, Coordinates, Error, Refusal, ReportedState, SETTING_TABLE, Settings};
 use isostep_motion::{AXES, Axis, Busy, ConfigError, Motion, Wiring};
 
 use crate::config::{Geometry, config, pulse_ns};
@@ -102,11 +102,11 @@ impl<F: NorFlash> Controller<'_, F> {
     /// What there is to say before `ok` or the error is left in `text`.
     async fn carry_out(&self, line: &str, text: &mut Message, out: &Output) -> Result<After, Error> {
         let state = self.state();
-        if state != Word::Jog && self.with(|program| program.jogged) {
+        if state != ReportedState::Jog && self.with(|program| program.jogged) {
             self.follow_machine();
         }
         let command = self.with(|program| program.interpreter.interpret(line, state, &program.settings))?;
-        if state == Word::Alarm && matches!(command, Command::Unlock | Command::Home { .. }) {
+        if state == ReportedState::Alarm && matches!(command, Command::Unlock | Command::Home { .. }) {
             // An alarm is told before it is left: the line may have waited when it was raised.
             yield_now().await;
         }
@@ -155,9 +155,9 @@ impl<F: NorFlash> Controller<'_, F> {
     /// What takes no time.
     // Not inlined, and nor is `page`: lines of a program have no use for them, and pass through less of the flash.
     #[inline(never)]
-    fn at_once(&self, command: &Command<'_>, state: Word, text: &mut Message) -> Result<After, Error> {
+    fn at_once(&self, command: &Command<'_>, state: ReportedState, text: &mut Message) -> Result<After, Error> {
         match *command {
-            Command::Unlock if state == Word::Alarm => {
+            Command::Unlock if state == ReportedState::Alarm => {
                 self.closed_door()?;
                 self.machine.unlock().map_err(|Busy(_)| Error::Locked)?;
                 self.with(|program| program.mode = Mode::Normal);
@@ -165,7 +165,7 @@ impl<F: NorFlash> Controller<'_, F> {
                 self.follow_machine();
                 text.tell(messages::UNLOCKED);
             }
-            Command::ToggleCheck if state == Word::Check => {
+            Command::ToggleCheck if state == ReportedState::Check => {
                 text.tell(messages::NOT_CHECKING);
                 return Ok(After::Restart);
             }
@@ -221,7 +221,7 @@ impl<F: NorFlash> Controller<'_, F> {
     /// Homes every axis, or one. The start-up lines are for a machine that is homed wholly.
     async fn home(&self, axis: Option<usize>, out: &Output) -> Result<(), Error> {
         self.closed_door()?;
-        if self.state() == Word::Alarm {
+        if self.state() == ReportedState::Alarm {
             self.stop_tool();
         }
         self.with(|program| program.mode = Mode::Normal);

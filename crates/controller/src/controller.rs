@@ -8,7 +8,7 @@ use embassy_sync::signal::Signal;
 use embedded_storage_async::nor_flash::NorFlash;
 use isostep_console::parameters::{STARTUP_LINES, StoredLine};
 use isostep_console::{
-    AXES, Coolant, Door, Interpreter, Overrides, Parameters, Realtime, Settings, State as Word, Status as Report,
+    AXES, Coolant, Door, Interpreter, Overrides, Parameters, Realtime, ReportedState, Settings, Status as Report,
 };
 use isostep_motion::{Machine, Overrides as Overridden, Spindle, State};
 
@@ -143,19 +143,19 @@ impl<'a, F: NorFlash> Controller<'a, F> {
     }
 
     /// What the machine does, as a console calls it.
-    pub(crate) fn state(&self) -> Word {
+    pub(crate) fn state(&self) -> ReportedState {
         match (self.machine.state(), self.with(|program| program.mode)) {
-            (_, Mode::Left) => Word::Sleep,
+            (_, Mode::Left) => ReportedState::Sleep,
             // Neither an alarm nor a hold of nothing wakes it: that takes a reset.
-            (State::Idle | State::Hold { .. } | State::Alarm(_), Mode::Sleep) => Word::Sleep,
-            (State::Alarm(_), _) | (State::Idle | State::Hold { .. }, Mode::Slept) => Word::Alarm,
-            (State::Home, _) => Word::Home,
-            (State::Jog, _) => Word::Jog,
-            (State::Hold { .. } | State::Run, _) if self.machine.door().is_about() => Word::Door(self.door()),
-            (State::Run, _) => Word::Run,
-            (State::Hold { still }, _) => Word::Hold { stopping: !still },
-            (State::Idle, Mode::Normal) => Word::Idle,
-            (State::Idle, Mode::Check) => Word::Check,
+            (State::Idle | State::Hold { .. } | State::Alarm(_), Mode::Sleep) => ReportedState::Sleep,
+            (State::Alarm(_), _) | (State::Idle | State::Hold { .. }, Mode::Slept) => ReportedState::Alarm,
+            (State::Home, _) => ReportedState::Home,
+            (State::Jog, _) => ReportedState::Jog,
+            (State::Hold { .. } | State::Run, _) if self.machine.door().is_about() => ReportedState::Door(self.door()),
+            (State::Run, _) => ReportedState::Run,
+            (State::Hold { still }, _) => ReportedState::Hold { stopping: !still },
+            (State::Idle, Mode::Normal) => ReportedState::Idle,
+            (State::Idle, Mode::Check) => ReportedState::Check,
         }
     }
 
@@ -180,7 +180,7 @@ impl<'a, F: NorFlash> Controller<'a, F> {
             work_offset_mm,
             line_number: machine.line,
             feed_mm_min: (machine.speed_mm_s * 60.0) as f32,
-            spindle_rpm: machine.level.share() * max_rpm,
+            spindle_rpm: machine.level.ratio() * max_rpm,
             spindle: tool::word(machine.outputs.spindle),
             coolant: Coolant::of(machine.outputs.flood, machine.outputs.mist),
             probe_touched: machine.probe_touches,

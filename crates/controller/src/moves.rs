@@ -53,8 +53,8 @@ impl<F: NorFlash> Controller<'_, F> {
         }
         let exact_stop = block.motion.is_some_and(|motion| motion.exact_stop);
         let via = block.via_mm.map(|target_mm| Move { target_mm, rate: Rate::Rapid, arc: None, exact_stop });
-        for leg in [via, block.motion].into_iter().flatten() {
-            self.go_to(leg, block.line_number, checks, text).await?;
+        for chunk in [via, block.motion].into_iter().flatten() {
+            self.go_to(chunk, block.line_number, checks, text).await?;
         }
         if let Some(probe) = block.probe {
             let mut probing = pin!(self.probe(probe, block.line_number, checks, text));
@@ -172,8 +172,8 @@ impl<F: NorFlash> Controller<'_, F> {
         Ok(())
     }
 
-    async fn go_to(&self, leg: Move, line: u32, checks: bool, text: &mut Message) -> Result<(), Error> {
-        let Move { target_mm, rate, arc, exact_stop } = leg;
+    async fn go_to(&self, chunk: Move, line: u32, checks: bool, text: &mut Message) -> Result<(), Error> {
+        let Move { target_mm, rate, arc, exact_stop } = chunk;
         let (target_steps, beyond) = self.target_steps(target_mm, arc);
         if let Some(beyond) = beyond {
             let mut refusal = pin!(self.refuse_target(beyond, arc.is_some(), text));

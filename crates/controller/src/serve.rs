@@ -15,7 +15,7 @@ use embassy_sync::pipe::Pipe;
 use embassy_sync::signal::Signal;
 use embedded_io_async::{Read, Write};
 use embedded_storage_async::nor_flash::NorFlash;
-use isostep_console::State as Word;
+use isostep_console::ReportedState;
 use isostep_console::report::{self, messages};
 use isostep_console::{LineAssembler, Realtime, StatusReporter, realtime};
 use isostep_motion::State;
@@ -164,11 +164,11 @@ impl<F: NorFlash> Controller<'_, F> {
             text.tell(loss);
         }
         let state = self.state();
-        if state == Word::Alarm {
+        if state == ReportedState::Alarm {
             text.tell(messages::HOW_TO_UNLOCK);
         }
         output.send(&text).await;
-        let is_ready = matches!(state, Word::Idle | Word::Hold { .. } | Word::Door(_));
+        let is_ready = matches!(state, ReportedState::Idle | ReportedState::Hold { .. } | ReportedState::Door(_));
         if self.with(|program| core::mem::take(&mut program.startup_due)) && is_ready {
             let _turn = self.turn.lock().await;
             self.start_up(output).await;

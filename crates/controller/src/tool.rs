@@ -3,7 +3,7 @@
 use embassy_futures::yield_now;
 use embedded_storage_async::nor_flash::NorFlash;
 use isostep_console::report;
-use isostep_console::{Coolant, Error, Modal, Probe, Rate, Realtime, Settings, Spindle as Switched, State as Word};
+use isostep_console::{Coolant, Error, Modal, Probe, Rate, Realtime, ReportedState, Settings, Spindle as Switched};
 use isostep_motion::{Alarm, Duties, Level, Motion, Outputs, Power, ProbeMove, Spindle, State, ToolConfig};
 
 use crate::controller::{Controller, Program};
@@ -12,8 +12,8 @@ use crate::status::position_mm;
 
 /// What `settings` mean to the tool.
 pub(crate) fn config(settings: &Settings) -> ToolConfig {
-    let duty = |percent: f32| Level::of_share(percent / 100.0).of_65535();
-    let least = Level::of_share(settings.spindle_min_rpm / settings.spindle_max_rpm);
+    let duty = |percent: f32| Level::of_ratio(percent / 100.0).of_65535();
+    let least = Level::of_ratio(settings.spindle_min_rpm / settings.spindle_max_rpm);
     ToolConfig {
         laser: settings.laser_mode,
         duties: Duties::new(least, duty(settings.pwm_least_percent), duty(settings.pwm_full_percent)),
@@ -34,7 +34,7 @@ pub(crate) fn word(spindle: Spindle) -> Switched {
 impl Program {
     /// The level of the S in force.
     fn level(&self) -> Level {
-        Level::of_share(self.interpreter.modal().speed_rpm / self.settings.spindle_max_rpm)
+        Level::of_ratio(self.interpreter.modal().speed_rpm / self.settings.spindle_max_rpm)
     }
 
     /// How strongly a laser shines in a move of this rate.
@@ -92,7 +92,7 @@ impl<F: NorFlash> Controller<'_, F> {
 
     /// Obeys a real-time byte about the tool.
     pub(crate) fn override_tool(&self, realtime: Realtime) {
-        let takes = matches!(self.state(), Word::Idle | Word::Run | Word::Hold { .. });
+        let takes = matches!(self.state(), ReportedState::Idle | ReportedState::Run | ReportedState::Hold { .. });
         let Outputs { flood, mist, .. } = self.machine.outputs();
         match realtime {
             Realtime::SpindleStop => self.machine.toggle_spindle(),

@@ -82,7 +82,7 @@ impl Avr446 {
         match self.phase {
             Phase::Accel => {
                 self.n += 1;
-                let faster = self.interval - self.share(4 * self.n + 1);
+                let faster = self.interval - self.ratio(4 * self.n + 1);
                 if self.made >= self.decel_start {
                     self.decelerate();
                     faster
@@ -100,7 +100,7 @@ impl Avr446 {
             Phase::Cruise => self.cruise,
             Phase::Decel => {
                 self.n -= 1;
-                self.interval + self.share(4 * self.n - 1)
+                self.interval + self.ratio(4 * self.n - 1)
             }
         }
     }
@@ -110,7 +110,7 @@ impl Avr446 {
     }
 
     /// (2 c + rest) / `divisor`; keeps the remainder.
-    fn share(&mut self, divisor: u32) -> u32 {
+    fn ratio(&mut self, divisor: u32) -> u32 {
         let dividend = 2 * self.interval + self.rest;
         self.rest = dividend % divisor;
         dividend / divisor

@@ -9,7 +9,7 @@ use libm::{cos, log};
 
 /// Frequency over the step index on a ramp of p_N steps (paper 000, eqs 5-8).
 ///
-/// The paper writes each law with its own constants a0 to a8. All are the same sentence: a share of the span from f_min
+/// The paper writes each law with its own constants a0 to a8. All are the same sentence: a fraction of the span from f_min
 /// to f_max, which grows from 0 at the first step to 1 at step p_N and falls from 1 at step N - p_N to 0 at step N.
 ///
 /// These are the equations. The listings in the paper's appendices are meant to be the same and differ:
@@ -53,7 +53,7 @@ impl FrequencyLaw {
     }
 
     /// Share of the span at step `i` = 1 to `ramp_steps` of the acceleration, 0 to 1; `ramp_steps` is at least 2.
-    pub(super) fn rising_share(self, i: u32, ramp_steps: u32) -> f64 {
+    pub(super) fn rising_ratio(self, i: u32, ramp_steps: u32) -> f64 {
         let (i, p) = (f64::from(i), f64::from(ramp_steps));
         match self {
             Self::Linear => (i - 1.0) / (p - 1.0),
@@ -64,7 +64,7 @@ impl FrequencyLaw {
     }
 
     /// Share of the span `left` = N - i steps before the last one, 0 to 1; `left` is at most `ramp_steps`.
-    pub(super) fn falling_share(self, left: u32, ramp_steps: u32) -> f64 {
+    pub(super) fn falling_ratio(self, left: u32, ramp_steps: u32) -> f64 {
         let (left, p) = (f64::from(left), f64::from(ramp_steps));
         match self {
             Self::Linear => left / p,

@@ -86,15 +86,15 @@ impl FrequencyProfile {
     pub fn frequency_hz(&self, i: u32) -> f64 {
         let i = i.clamp(1, self.steps);
         let left = self.steps - i;
-        let share = if i <= self.ramp_steps {
-            self.law.rising_share(i, self.ramp_steps)
+        let ratio = if i <= self.ramp_steps {
+            self.law.rising_ratio(i, self.ramp_steps)
         } else if left > self.ramp_steps {
             1.0
         } else {
-            self.law.falling_share(left, self.ramp_steps)
+            self.law.falling_ratio(left, self.ramp_steps)
         };
         // Exact at either end, which f_min + share * span is not.
-        self.min_hz * (1.0 - share) + self.max_hz * share
+        self.min_hz * (1.0 - ratio) + self.max_hz * ratio
     }
 
     /// 1/f\[i\], s, of step `i` = 1 to N: from its rising edge to the next; that of step N ends the move.

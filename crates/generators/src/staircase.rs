@@ -128,10 +128,10 @@ impl Staircase {
     /// The 20 intervals of the acceleration, the cruise, and the 20 of the deceleration.
     pub fn treads(&self) -> impl Iterator<Item = Tread> + use<> {
         let plan = *self;
-        levels().scan((0, 0), move |(intervals_before, shares_before), (level, intervals)| {
-            let tread = plan.tread((*intervals_before, *shares_before), (level, intervals));
+        levels().scan((0, 0), move |(intervals_before, ratios_before), (level, intervals)| {
+            let tread = plan.tread((*intervals_before, *ratios_before), (level, intervals));
             *intervals_before += intervals;
-            *shares_before += level * intervals;
+            *ratios_before += level * intervals;
             Some(tread)
         })
     }
@@ -139,7 +139,7 @@ impl Staircase {
     fn tread(&self, before: (u32, u32), stair: (u32, u32)) -> Tread {
         let (level, intervals) = stair;
         let time_s = |intervals: u32| self.t1_s * f64::from(intervals) / f64::from(INTERVALS);
-        let displacement = |shares: u32| f64::from(self.steps) * f64::from(shares) / f64::from(SHARES);
+        let displacement = |ratios: u32| f64::from(self.steps) * f64::from(ratios) / f64::from(SHARES);
         Tread {
             level,
             intervals,

@@ -117,14 +117,14 @@ fn a_million_instants_keep_what_each_sum_rounds_off() {
 /// Half of 1e6/f in whole numbers, for the laws that are rational.
 fn rational_half_us(law: FrequencyLaw, (n, p, max, min): (u32, u32, u32, u32), i: u32) -> u64 {
     let [n, p, max, min, i] = [n, p, max, min, i].map(u64::from);
-    let (share, whole) = match law {
+    let (ratio, whole) = match law {
         Linear if i <= p => (i - 1, p - 1),
         Linear => (p.min(n - i), p),
         _ if i <= p => (i * i - 1, p * p - 1),
         _ => (p.min(n - i).pow(2), p * p),
     };
     // f = 1e6 (1/max + (1/min - 1/max) share/whole).
-    max * min * whole / (2 * (min * whole + (max - min) * share))
+    max * min * whole / (2 * (min * whole + (max - min) * ratio))
 }
 
 #[test]

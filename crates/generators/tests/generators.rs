@@ -1,4 +1,4 @@
-//! The generators of the literature: their equations by hand, and how far they stray from the closed form.
+//! The generators of the literature: their equations by hand, and how far they deviate from the closed form.
 
 use core::f64::consts::TAU;
 

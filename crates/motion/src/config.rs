@@ -18,7 +18,7 @@ pub struct Config {
     pub steps_per_mm: [f64; AXES],
     /// How far each axis travels from its zero, mm; above 0.
     pub travel_mm: [f64; AXES],
-    /// Corners between moves are taken as fast as a circle that strays from them by so much, mm; 0 stops at every one.
+    /// Corners between moves are taken as fast as a circle that deviates from them by so much, mm; 0 stops at every one.
     pub junction_deviation_mm: f64,
     /// How moves are split into intervals.
     pub interval_law: IntervalLaw,

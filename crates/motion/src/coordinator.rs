@@ -19,9 +19,9 @@ use embedded_hal::digital::OutputPin;
 use isostep_profile::chain::Chain;
 
 use crate::axes::{AXES, Axis};
+use crate::chunks::Chunks;
 use crate::event::{Alarm, Event, Finish, State};
 use crate::flow::Purpose;
-use crate::legs::Legs;
 use crate::machine::{CHAIN_MOVES, Cause, Machine, Motion, Overrides};
 use crate::port::PortFault;
 
@@ -31,14 +31,14 @@ const PULSE_MAX: Duration = Duration::from_millis(1);
 /// What is known of the path ahead. It is large: on a chip, a static.
 pub struct Path {
     chain: Chain<AXES, CHAIN_MOVES>,
-    legs: Legs,
+    chunks: Chunks,
 }
 
 impl Path {
     /// Nothing.
     #[must_use]
     pub const fn new() -> Self {
-        Self { chain: Chain::empty(), legs: Legs::new() }
+        Self { chain: Chain::empty(), chunks: Chunks::new() }
     }
 }
 
@@ -59,11 +59,11 @@ where
     E: OutputPin<Error = Infallible>,
     F: FnMut(Event),
 {
-    let Path { chain, legs } = path;
+    let Path { chain, chunks } = path;
     let mut coordinator = Coordinator {
         machine,
         chain,
-        legs,
+        chunks,
         overrides: Overrides::NONE,
         planned_steps: [0; AXES],
         is_curved: false,
@@ -89,7 +89,7 @@ where
 pub(crate) struct Coordinator<'a, E, F> {
     pub(crate) machine: &'a Machine,
     pub(crate) chain: &'a mut Chain<AXES, CHAIN_MOVES>,
-    pub(crate) legs: &'a mut Legs,
+    pub(crate) chunks: &'a mut Chunks,
     /// The overrides that the chain goes by.
     pub(crate) overrides: Overrides,
     /// Where the chain ends.

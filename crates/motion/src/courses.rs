@@ -1,43 +1,43 @@
-//! What the axes of a leg have in common when they are compiled, for the legs that are being compiled.
+//! What the axes of a chunk have in common when they are compiled, for the chunks that are being compiled.
 
 use isostep_profile::Course;
-use isostep_profile::chain::Leg;
+use isostep_profile::chain::Chunk;
 
 use crate::axes::AXES;
 
-/// The courses of the last legs that were asked for: as many as there are axes, each of which is fed with one leg at a time.
+/// The courses of the last chunks that were asked for: as many as there are axes, each of which streams one chunk at a time.
 pub(crate) struct Courses {
-    places: [Place; AXES],
+    slots: [Slot; AXES],
 }
 
-struct Place {
-    /// The number of the leg, and the rate.
+struct Slot {
+    /// The number of the chunk, and the rate.
     key: Option<(u32, u32)>,
     course: Course,
 }
 
 impl Courses {
     pub const fn new() -> Self {
-        Self { places: [const { Place { key: None, course: Course::empty() } }; AXES] }
+        Self { slots: [const { Slot { key: None, course: Course::empty() } }; AXES] }
     }
 
     /// Of another run.
     pub fn clear(&mut self) {
-        self.places.iter_mut().for_each(|place| place.key = None);
+        self.slots.iter_mut().for_each(|slot| slot.key = None);
     }
 
-    /// That of `leg`, whose number is `number`, at `tick_hz`.
-    pub fn of(&mut self, number: u32, leg: &Leg<AXES>, tick_hz: u32) -> &mut Course {
+    /// That of `chunk`, whose number is `number`, at `tick_hz`.
+    pub fn of(&mut self, number: u32, chunk: &Chunk<AXES>, tick_hz: u32) -> &mut Course {
         let key = Some((number, tick_hz));
-        let known = self.places.iter().position(|place| place.key == key);
+        let known = self.slots.iter().position(|slot| slot.key == key);
         let index = known.unwrap_or_else(|| {
-            // An empty place, or else that of the earliest leg.
-            let oldest = (0..AXES).min_by_key(|index| self.places[*index].key).unwrap_or(0);
-            let place = &mut self.places[oldest];
-            leg.part.lay(&mut place.course, tick_hz);
-            place.key = key;
+            // An empty slot, or else that of the earliest chunk.
+            let oldest = (0..AXES).min_by_key(|index| self.slots[*index].key).unwrap_or(0);
+            let slot = &mut self.slots[oldest];
+            chunk.plan.lay(&mut slot.course, tick_hz);
+            slot.key = key;
             oldest
         });
-        &mut self.places[index].course
+        &mut self.slots[index].course
     }
 }

@@ -176,7 +176,7 @@ pub enum Event {
         plan: SyncMove<AXES>,
     },
     /// The move told of last goes on otherwise: by this part of it, from its first step on.
-    Part {
+    Replan {
         /// The plan of all axes.
         plan: SyncMove<AXES>,
     },

@@ -3,7 +3,7 @@
 use core::convert::Infallible;
 
 use embedded_hal::digital::OutputPin;
-use isostep_profile::chain::{Terms, Wanted};
+use isostep_profile::chain::{ChainConfig, Request};
 use isostep_profile::{IntervalLaw, SpeedLaw};
 
 use crate::axes::AXES;
@@ -100,7 +100,7 @@ where
         let interval_law = if purpose == Purpose::Homing { IntervalLaw::Fastest } else { config.interval_law };
         let mm_per_step = steps_per_mm.map(|steps| 1.0 / steps);
         self.chain.clear();
-        self.chain.set_terms(Terms::new(limits, mm_per_step, junction_deviation_mm, interval_law, speed_law));
+        self.chain.set_config(ChainConfig::new(limits, mm_per_step, junction_deviation_mm, interval_law, speed_law));
         self.is_curved = speed_law != SpeedLaw::Trapezoid;
         self.overrides = Overrides::NONE;
         self.planned_steps = self.machine.position_steps();
@@ -169,8 +169,8 @@ where
         stops: bool,
         tag: u64,
     ) -> Result<(), Alarm> {
-        let wanted = Wanted { steps, feed_mm_s, stops, tag };
-        self.chain.push(wanted).map_err(|error| Alarm::Unplannable { reason: error.into() })
+        let request = Request { steps, feed_mm_s, stops, tag };
+        self.chain.push(request).map_err(|error| Alarm::Unplannable { reason: error.into() })
     }
 
     /// Whether the moves are planned with other overrides than are in force.
@@ -182,8 +182,8 @@ where
     pub(crate) fn override_chain(&mut self, purpose: Purpose) {
         if purpose == Purpose::Program {
             self.overrides = self.machine.overrides();
-            let share = |percent: u8| f64::from(percent) / 100.0;
-            self.chain.override_speed(share(self.overrides.feed_percent), share(self.overrides.rapid_percent));
+            let ratio = |percent: u8| f64::from(percent) / 100.0;
+            self.chain.override_speed(ratio(self.overrides.feed_percent), ratio(self.overrides.rapid_percent));
         }
     }
 }

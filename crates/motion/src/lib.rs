@@ -17,14 +17,13 @@
 mod axes;
 pub mod axis;
 pub mod buttons;
+mod chunks;
 mod config;
 pub mod coordinator;
 mod courses;
 mod event;
-mod feeder;
 mod flow;
 mod homing;
-mod legs;
 pub mod limit;
 mod link;
 mod machine;
@@ -32,6 +31,7 @@ mod port;
 pub mod probing;
 mod run;
 mod start_line;
+mod stream;
 mod switch;
 mod timer_port;
 pub mod tool;
@@ -41,7 +41,7 @@ pub use config::{Config, ConfigError, HomingConfig, whole_steps};
 pub use event::{Alarm, Event, Finish, HomingPhase, State, Unplannable};
 pub use machine::{Busy, Door, MOVES_AHEAD, Machine, Motion, Overrides, ProbeMove, Probed, Status};
 pub use port::{
-    Brake, Capabilities, Direction, DriverTiming, Feed, Odometer, PortFault, Run, SegmentQueue, StepPort, Wiring,
+    Brake, Capabilities, Direction, DriverTiming, Odometer, PortFault, Run, SegmentQueue, StepPort, StreamItem, Wiring,
     ticks_covering,
 };
 pub use start_line::StartLine;

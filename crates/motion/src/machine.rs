@@ -16,7 +16,7 @@ use embassy_sync::channel::Channel;
 use embassy_sync::signal::Signal;
 use embassy_sync::watch::{DynReceiver, Watch};
 use embassy_time::{Duration, Instant, Timer};
-use isostep_profile::chain::Leg;
+use isostep_profile::chain::Chunk;
 
 pub use self::door::Door;
 pub use self::hold::Overrides;
@@ -128,18 +128,18 @@ pub struct Busy(pub State);
 
 /// What is under way, for [`Status`]; up to date to within 15 ms.
 #[derive(Clone, Copy)]
-pub(crate) struct Underway {
+pub(crate) struct CurrentChunk {
     pub start: Instant,
-    pub leg: Leg<AXES>,
+    pub chunk: Chunk<AXES>,
 }
 
-impl Underway {
+impl CurrentChunk {
     /// Speed along the path now, mm/s.
     fn speed_mm_s(&self) -> f64 {
-        let Leg { part, mm_per_step, .. } = &self.leg;
+        let Chunk { plan, mm_per_step, .. } = &self.chunk;
         let t_s = Instant::now().saturating_duration_since(self.start).as_micros() as f64 * 1e-6;
         // It is known a little before it begins, and may have ended.
-        part.speed_at(t_s.max(part.begin_s()).min(part.end_s())) * mm_per_step
+        plan.speed_at(t_s.max(plan.begin_s()).min(plan.end_s())) * mm_per_step
     }
 }
 
@@ -150,7 +150,7 @@ struct Inner {
     homed: [bool; AXES],
     cause: Option<Cause>,
     emergency: bool,
-    underway: Option<Underway>,
+    current: Option<CurrentChunk>,
     /// Motions that the coordinator would take off the queue at once.
     room: usize,
     /// Motions asked for and not finished.
@@ -235,7 +235,7 @@ impl Machine {
                 homed: [false; AXES],
                 cause: None,
                 emergency: false,
-                underway: None,
+                current: None,
                 room: CHAIN_MOVES,
                 pending: 0,
                 overrides: Overrides::NONE,
@@ -302,7 +302,7 @@ impl Machine {
     /// What it is doing, where, and how fast.
     #[must_use]
     pub fn status(&self) -> Status {
-        let (homed, emergency_stop, underway) = self.with(|inner| (inner.homed, inner.emergency, inner.underway));
+        let (homed, emergency_stop, current) = self.with(|inner| (inner.homed, inner.emergency, inner.current));
         let room = self.with(|inner| if inner.is_to_brake() { 0 } else { inner.room });
         let (outputs, buttons) = self.with(|inner| (inner.effective(self.state()), inner.buttons));
         Status {
@@ -312,8 +312,8 @@ impl Machine {
             emergency_stop,
             homed,
             queue_free: self.queue_free() + room,
-            speed_mm_s: underway.map_or(0.0, |underway| underway.speed_mm_s()),
-            line: underway.map_or(0, |underway| Tag::unpack(underway.leg.tag).line),
+            speed_mm_s: current.map_or(0.0, |current| current.speed_mm_s()),
+            line: current.map_or(0, |current| Tag::unpack(current.chunk.tag).line),
             outputs,
             level: self.tool.level(),
             probe_touches: self.probe_touches(),
@@ -370,7 +370,7 @@ impl Machine {
             };
             (next, Ok(inner.resets))
         })?;
-        let mut place = Place { machine: self, taken: false };
+        let mut place = QueueSlot { machine: self, taken: false };
         poll_fn(|context| self.poll_enqueue(context, motion)).await;
         place.taken = true;
         // A reset while it waited for room has it forgotten.
@@ -447,8 +447,8 @@ impl Machine {
         self.with(|inner| inner.capabilities[axis as usize].map_or(crate::TICK_HZ, |port| port.tick_hz))
     }
 
-    pub(crate) fn set_underway(&self, underway: Option<Underway>) {
-        self.with(|inner| inner.underway = underway);
+    pub(crate) fn set_current(&self, current: Option<CurrentChunk>) {
+        self.with(|inner| inner.current = current);
     }
 
     /// So many motions would be taken off the queue at once, if nothing is to brake.
@@ -568,12 +568,12 @@ impl Machine {
 }
 
 /// A place in the queue that is given back if the motion never enters it.
-struct Place<'a> {
+struct QueueSlot<'a> {
     machine: &'a Machine,
     taken: bool,
 }
 
-impl Drop for Place<'_> {
+impl Drop for QueueSlot<'_> {
     fn drop(&mut self) {
         if !self.taken {
             self.machine.pass_over();

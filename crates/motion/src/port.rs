@@ -156,7 +156,7 @@ const QUEUE_SEGMENTS: usize = 32;
 
 /// What a port is given, in order.
 #[derive(Clone, Copy, Debug)]
-pub enum Feed {
+pub enum StreamItem {
     /// The next steps, all in one direction. The first of them rises as long after the step before, whichever way that
     /// went, as [`Capabilities::period_min_ticks`] says, at least.
     Steps {
@@ -176,7 +176,7 @@ pub enum Feed {
 }
 
 /// An axis's steps on their way to its port.
-pub type SegmentQueue = Channel<CriticalSectionRawMutex, Feed, QUEUE_SEGMENTS>;
+pub type SegmentQueue = Channel<CriticalSectionRawMutex, StreamItem, QUEUE_SEGMENTS>;
 
 /// An axis's part of a run, from standstill to standstill: it may turn on its way, and may have no step at all.
 #[derive(Clone, Copy, Debug)]
@@ -227,7 +227,7 @@ pub trait StepPort {
     /// Waits for the first of `segments` and gets ready for it. Then it waits at the `start_line`; let go, it begins at an
     /// instant that it can keep, and says which: DIR's set-up time is over before the first step, however soon that is. It
     /// emits the steps as `segments` has them, each at its instant from that start, and turns DIR between those of
-    /// different directions: after the hold time, and the set-up time ahead. It returns after [`Feed::End`], when the last
+    /// different directions: after the hold time, and the set-up time ahead. It returns after [`StreamItem::End`], when the last
     /// has risen. Each is counted in `odometer`; at the latest when this ends the count is exact.
     ///
     /// # Errors

@@ -10,10 +10,10 @@ use embedded_hal::digital::{InputPin, OutputPin};
 use embedded_hal_async::digital::Wait;
 
 use crate::axes::AXES;
+use crate::chunks::Chunks;
 use crate::coordinator::Coordinator;
 use crate::event::{Alarm, Finish};
 use crate::flow::Purpose;
-use crate::legs::Legs;
 use crate::limit::wait_level;
 use crate::machine::{Machine, ProbeMove, Probed};
 
@@ -97,18 +97,18 @@ where
         {
             // Instants are cut to whole microseconds: the step that made the contact came before the next.
             let t_s = (at.saturating_duration_since(start).as_micros() + 1) as f64 * 1e-6;
-            self.contact_steps = Some(made_steps(self.legs, t_s));
+            self.contact_steps = Some(made_steps(self.chunks, t_s));
         }
         self.contact_steps.is_some()
     }
 }
 
 /// The signed steps of each axis that the plan of a run's only move has made by `t_s`.
-fn made_steps(legs: &Legs, t_s: f64) -> [i32; AXES] {
-    let Some(leg) = legs.under_way_at(t_s) else { return [0; AXES] };
-    let place_steps = leg.part.place_at(t_s);
+fn made_steps(chunks: &Chunks, t_s: f64) -> [i32; AXES] {
+    let Some(chunk) = chunks.under_way_at(t_s) else { return [0; AXES] };
+    let place_steps = chunk.plan.place_at(t_s);
     core::array::from_fn(|axis| {
-        let made = leg.part.steps_before(axis, place_steps) as i32;
-        made * leg.part.steps[axis].signum()
+        let made = chunk.plan.steps_before(axis, place_steps) as i32;
+        made * chunk.plan.steps[axis].signum()
     })
 }

@@ -2,7 +2,7 @@
 //!
 //! # Design
 //! The chain of moves knows the path ahead; a run makes it, on one clock. It has the chain tell as much as the ports are to
-//! have, as legs, and feeds the axes with their steps. Meanwhile it takes moves as they come, and what is asked for: a
+//! have, as chunks, and streams the steps of the axes. Meanwhile it takes moves as they come, and what is asked for: a
 //! hold, other overrides. They count from what has been told on: nothing that was given is taken back.
 //!
 //! The run ends where the chain comes to rest and no move has come in time to go on. After a hold what is left of the chain
@@ -20,16 +20,16 @@ use embassy_futures::select::{Either, select};
 use embassy_futures::yield_now;
 use embassy_time::{Duration, Instant, Timer, with_timeout};
 use embedded_hal::digital::OutputPin;
-use isostep_profile::chain::{Leg, LegKind};
+use isostep_profile::chain::{Chunk, ChunkKind};
 
 use crate::axes::{AXES, Axis};
 use crate::coordinator::{Coordinator, all_armed, all_done, begun};
 use crate::event::{Event, Finish};
-use crate::feeder::{AHEAD, Feeder, PIECE, feed};
 use crate::flow::Purpose;
-use crate::machine::Underway;
+use crate::machine::CurrentChunk;
 use crate::port::Run;
-use crate::tool::BeamFeeder;
+use crate::stream::{AHEAD, PIECE, SegmentStream, fill_queues};
+use crate::tool::BeamStream;
 
 /// Motion compiled per axis before a run starts, as far as there is room: near standstill compiling is slowest against
 /// moving, by curved laws many times slower than by the trapezoid.
@@ -50,14 +50,14 @@ const LOOK_AGAIN: Duration = Duration::from_millis(1);
 /// So often while enough is known: moves that come meanwhile are taken together.
 const GATHER: Duration = Duration::from_millis(4);
 
-/// As many moves are taken at once: planning more would take too long beside a port that is to be fed.
+/// As many moves are taken at once: planning more would take too long beside a port that is to be progress.
 const TAKEN_AT_ONCE: usize = 8;
 
-/// While a port has less than that to go on with, feeding it comes before all else in thread mode.
-const HUNGRY: Duration = Duration::from_millis(15);
+/// While a port has less than that to go on with, filling its queue comes before all else in thread mode.
+const LOW: Duration = Duration::from_millis(15);
 
-/// The feeders of all axes.
-type Feeders<'a> = [Feeder<'a>; AXES];
+/// The streams of all axes.
+type Streams<'a> = [SegmentStream<'a>; AXES];
 
 impl<E, F> Coordinator<'_, E, F>
 where
@@ -69,12 +69,12 @@ where
         self.energise(true);
         let machine = self.machine;
         let origin_steps = machine.position_steps();
-        self.legs.clear();
+        self.chunks.clear();
         for axis in Axis::ALL {
             machine.ready(axis);
         }
-        let mut feeders = Axis::ALL.map(|axis| Feeder::new(machine, axis));
-        self.prepare(&mut feeders).await;
+        let mut streams = Axis::ALL.map(|axis| SegmentStream::new(machine, axis));
+        self.prepare(&mut streams).await;
         if machine.cause().is_some() {
             // Stopped before it started. A stop after this check finds its halt signal standing.
             return self.end_run(Finish::Stopped);
@@ -85,16 +85,16 @@ where
         }
         let mut done = pin!(all_done(machine));
         // It comes first: a short run may have ended before this task gets to know of its start.
-        let start = match select(self.start(&mut feeders), done.as_mut()).await {
+        let start = match select(self.start(&mut streams), done.as_mut()).await {
             Either::First(start) => start,
             Either::Second(finish) => return self.end_run(finish),
         };
         self.tell(Event::Run { start, origin_steps });
         for number in 0.. {
-            let Some(leg) = self.legs.get(number).copied() else { break };
-            self.tell_leg(&leg);
+            let Some(chunk) = self.chunks.get(number).copied() else { break };
+            self.tell_chunk(&chunk);
         }
-        let finish = match select(done, self.keep_going(start, purpose, &mut feeders)).await {
+        let finish = match select(done, self.keep_going(start, purpose, &mut streams)).await {
             Either::First(finish) => finish,
             Either::Second(never) => match never {},
         };
@@ -103,7 +103,7 @@ where
             self.note_contact(start);
         }
         if finish == Finish::Done {
-            self.standstill = instant(start, self.legs.end_s());
+            self.standstill = instant(start, self.chunks.end_s());
         }
         // It stands still only some time after its last step.
         let is_held = self.chain.is_held();
@@ -117,24 +117,24 @@ where
 
     /// Starts the axes, which have been told of their run, once all are armed and it is time: the instant that their
     /// segments count from. Until then it gets them as ready as they can be.
-    async fn start(&mut self, feeders: &mut Feeders<'_>) -> Instant {
+    async fn start(&mut self, streams: &mut Streams<'_>) -> Instant {
         let machine = self.machine;
         all_armed(machine).await;
         // Arming has taken the first segments off the queues.
-        self.prepare(feeders).await;
+        self.prepare(streams).await;
         Timer::at(self.standstill).await;
         machine.let_go();
         begun(machine).await
     }
 
     /// Compiles what the run begins with.
-    async fn prepare(&mut self, feeders: &mut Feeders<'_>) {
+    async fn prepare(&mut self, streams: &mut Streams<'_>) {
         let time = if self.is_curved { COMPILED_BEFORE_CURVED_START } else { COMPILED_BEFORE_START };
-        while let Some(leg) = self.next_leg(seconds(time), TOLD) {
-            self.legs.push(leg);
+        while let Some(chunk) = self.next_chunk(seconds(time), TOLD) {
+            self.chunks.push(chunk);
         }
-        for feeder in feeders {
-            feeder.prepare(self.legs, time);
+        for stream in streams {
+            stream.prepare(self.chunks, time);
             yield_now().await;
         }
     }
@@ -143,8 +143,8 @@ where
     ///
     /// # Cancellation
     /// Safe: the axes go on to the end of what they have been given.
-    async fn keep_going(&mut self, start: Instant, purpose: Purpose, feeders: &mut Feeders<'_>) -> Infallible {
-        let mut beam = BeamFeeder::new(self.machine, start);
+    async fn keep_going(&mut self, start: Instant, purpose: Purpose, streams: &mut Streams<'_>) -> Infallible {
+        let mut beam = BeamStream::new(self.machine, start);
         loop {
             self.obey(purpose, start);
             let passed = Instant::now().saturating_duration_since(start);
@@ -158,20 +158,21 @@ where
                 self.tell_until(enough, purpose);
             }
             if let Some(beam) = &mut beam {
-                beam.feed(self.legs, seconds(enough));
+                beam.fill_queue(self.chunks, seconds(enough));
             }
-            let fed = feed(feeders, self.legs, enough);
-            let is_hungry = feeders.iter().any(|feeder| feeder.is_hungry(passed + HUNGRY));
-            if fed.has_given && is_hungry {
-                // What is known comes first: were it fed too late, the ports would run dry.
+            let progress = fill_queues(streams, self.chunks, enough);
+            let is_low = streams.iter().any(|stream| stream.is_low(passed + LOW));
+            if progress.has_queued && is_low {
+                // What is known comes first: were it queued too late, the ports would run dry.
                 continue;
             }
-            let fed_leg = feeders.iter().map(Feeder::leg).chain(beam.iter().map(BeamFeeder::leg)).min().unwrap_or(0);
-            self.follow(start, passed, fed_leg);
-            if is_due && !self.is_short_of(enough) || fed.has_worked {
+            let oldest_chunk =
+                streams.iter().map(SegmentStream::chunk).chain(beam.iter().map(BeamStream::chunk)).min().unwrap_or(0);
+            self.follow(start, passed, oldest_chunk);
+            if is_due && !self.is_short_of(enough) || progress.has_worked {
                 yield_now().await;
             } else {
-                self.wait(feeders, is_hungry, enough).await;
+                self.wait(streams, is_low, enough).await;
             }
         }
     }
@@ -179,10 +180,10 @@ where
     /// Whether more of the path is to be told for what is to be known until `enough` from the start of the run. Some is
     /// gathered, so that moves which come one by one are planned together.
     fn is_short_of(&self, enough: Duration) -> bool {
-        !self.legs.is_closed() && self.legs.end_s() <= seconds(enough - GATHER)
+        !self.chunks.is_closed() && self.chunks.end_s() <= seconds(enough - GATHER)
     }
 
-    /// Takes the moves that wait, some at a time: planning them takes long, and what is known is to be fed meanwhile.
+    /// Takes the moves that wait, some at a time: planning them takes long, and what is known must be queued meanwhile.
     fn take_some(&mut self, purpose: Purpose) {
         for _ in 0..TAKEN_AT_ONCE {
             if !self.take_next(purpose) {
@@ -194,32 +195,32 @@ where
     /// Has the chain tell of its path until then, as far as there is room for it, and tells of that.
     fn tell_until(&mut self, until: Duration, purpose: Purpose) {
         let told = if purpose == Purpose::Probe { PROBED_TOLD } else { TOLD };
-        while let Some(leg) = self.next_leg(seconds(until), told) {
-            self.tell_leg(&leg);
-            self.legs.push(leg);
+        while let Some(chunk) = self.next_chunk(seconds(until), told) {
+            self.tell_chunk(&chunk);
+            self.chunks.push(chunk);
         }
     }
 
     /// What the chain tells of its path, if what is known ends before `until_s` and there is room for more.
-    fn next_leg(&mut self, until_s: f64, told: Duration) -> Option<Leg<AXES>> {
-        if self.legs.is_closed() || !self.legs.has_room() || self.legs.end_s() > until_s {
+    fn next_chunk(&mut self, until_s: f64, told: Duration) -> Option<Chunk<AXES>> {
+        if self.chunks.is_closed() || !self.chunks.has_room() || self.chunks.end_s() > until_s {
             return None;
         }
         // Of a curved law compiling is slow near standstill: what follows is got ready before it starts.
-        let is_over = self.is_curved && self.legs.last().is_some() && self.chain.is_at_rest();
-        let leg = if is_over { None } else { self.chain.advance(seconds(told)) };
-        if leg.is_none() {
-            self.legs.close();
+        let is_over = self.is_curved && self.chunks.last().is_some() && self.chain.is_at_rest();
+        let chunk = if is_over { None } else { self.chain.advance(seconds(told)) };
+        if chunk.is_none() {
+            self.chunks.close();
         }
-        leg
+        chunk
     }
 
-    fn tell_leg(&mut self, leg: &Leg<AXES>) {
-        let plan = leg.part;
-        match leg.kind {
-            LegKind::Move => self.tell(Event::Move { plan }),
-            LegKind::Part => self.tell(Event::Part { plan }),
-            LegKind::Further => {}
+    fn tell_chunk(&mut self, chunk: &Chunk<AXES>) {
+        let plan = chunk.plan;
+        match chunk.kind {
+            ChunkKind::Move => self.tell(Event::Move { plan }),
+            ChunkKind::Replan => self.tell(Event::Replan { plan }),
+            ChunkKind::Continuation => {}
         }
     }
 
@@ -238,19 +239,19 @@ where
     }
 
     /// Says what is under way, and forgets what is over.
-    fn follow(&mut self, start: Instant, passed: Duration, fed_leg: u32) {
-        self.legs.forget(fed_leg, seconds(passed));
-        if let Some(leg) = self.legs.newly_under_way(seconds(passed)) {
-            self.machine.set_underway(Some(Underway { start, leg: *leg }));
+    fn follow(&mut self, start: Instant, passed: Duration, oldest_chunk: u32) {
+        self.chunks.forget(oldest_chunk, seconds(passed));
+        if let Some(chunk) = self.chunks.newly_under_way(seconds(passed)) {
+            self.machine.set_current(Some(CurrentChunk { start, chunk: *chunk }));
         }
     }
 
     /// Waits for something to do.
-    async fn wait(&self, feeders: &Feeders<'_>, is_hungry: bool, enough: Duration) {
+    async fn wait(&self, streams: &Streams<'_>, is_low: bool, enough: Duration) {
         let machine = self.machine;
         let is_short = self.is_short_of(enough);
-        let is_full = feeders.iter().any(|feeder| feeder.is_wanting() && feeder.queue().is_full());
-        let look_again = if is_short || is_hungry || is_full { LOOK_AGAIN } else { GATHER };
+        let is_full = streams.iter().any(|stream| stream.is_short() && stream.queue().is_full());
+        let look_again = if is_short || is_low || is_full { LOOK_AGAIN } else { GATHER };
         let takes = is_short && self.takes();
         let has_motion = poll_fn(|context| if takes { machine.poll_motion(context) } else { Poll::Pending });
         // Not at an instant reckoned from a step's: it would be another step's, again and again.
@@ -258,9 +259,9 @@ where
     }
 
     fn end_run(&mut self, finish: Finish) -> Finish {
-        self.machine.set_underway(None);
+        self.machine.set_current(None);
         let position_steps = self.machine.position_steps();
-        let (held_at_steps, plan_s) = self.legs.last().map_or((0.0, 0.0), |leg| (leg.until_steps, leg.until_s));
+        let (held_at_steps, plan_s) = self.chunks.last().map_or((0.0, 0.0), |chunk| (chunk.until_steps, chunk.until_s));
         self.tell(Event::RunEnd { finish, held_at_steps, plan_s, position_steps });
         finish
     }

@@ -18,7 +18,7 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use embassy_time::{Duration, Instant, Timer};
 
-pub(crate) use self::beam::BeamFeeder;
+pub(crate) use self::beam::BeamStream;
 pub use self::duty::Duties;
 pub(crate) use self::power::Tag;
 pub use self::power::{Level, Power};

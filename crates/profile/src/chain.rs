@@ -16,7 +16,7 @@
 //! A block may always end at its start speed, as there it may stop. So where what follows is not as fast as that, it does
 //! stop there, and what follows begins at its own start speed; else a move more could make a speed too fast that was told.
 //!
-//! What is to be made next is told as [`Leg`]s, each a stretch of a [`SyncMove`] on the run's clock, no further ahead than
+//! What is to be made next is told as [`Chunk`]s, each a stretch of a [`SyncMove`] on the run's clock, no further ahead than
 //! is asked for: what has been told is made, come what may. Whatever comes between (another block, a [`hold`](Chain::hold),
 //! other [overrides](Chain::override_speed)) counts from there on. A plan goes on for as long as it is the right one; where it
 //! is not, it is cut, and another part of the same path follows it at the same speed. Steps keep their numbers in the move.
@@ -27,24 +27,24 @@
 //! once, by the S-curve through the second half of a ramp that is all jerk.
 
 mod block;
+mod config;
 mod corner;
 mod passes;
 mod plan;
 mod ring;
-mod terms;
 
 use self::block::Block;
+pub use self::config::ChainConfig;
 use self::plan::Plan;
 use self::ring::Ring;
-pub use self::terms::Terms;
 use crate::sync::{PlanError, SyncMove};
 
 /// The most that a feed is overridden by: what may be gained is reckoned for it.
-pub const FEED_SHARE_MAX: f64 = 2.0;
+pub const FEED_RATIO_MAX: f64 = 2.0;
 
 /// A move that is to be made.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Wanted<const N: usize> {
+pub struct Request<const N: usize> {
     /// Steps of each axis, signed by direction; not all 0.
     pub steps: [i32; N],
     /// Speed along the path, mm/s, above 0; `None` is as fast as the limits allow.
@@ -57,9 +57,9 @@ pub struct Wanted<const N: usize> {
 
 /// What is to be made next: a stretch of a plan.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Leg<const N: usize> {
+pub struct Chunk<const N: usize> {
     /// The plan.
-    pub part: SyncMove<N>,
+    pub plan: SyncMove<N>,
     /// Where on the path the stretch ends, steps of the longest axis from the beginning of the move.
     pub until_steps: f64,
     /// When that is, s from the start of the run.
@@ -71,25 +71,25 @@ pub struct Leg<const N: usize> {
     /// Of the move.
     pub tag: u64,
     /// Where in its plan and its move it is.
-    pub kind: LegKind,
+    pub kind: ChunkKind,
 }
 
-/// How a leg goes on from the one before.
+/// How a chunk goes on from the one before.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LegKind {
+pub enum ChunkKind {
     /// Another move begins, or goes on from rest after a hold.
     Move,
     /// The move goes on by another part.
-    Part,
+    Replan,
     /// The part goes on.
-    Further,
+    Continuation,
 }
 
 /// Moves that follow each other, at most `LEN` of them.
 // Nothing of an empty one is anything but 0, so that a chip need not keep it where it keeps its program.
 #[derive(Clone, Debug)]
 pub struct Chain<const N: usize, const LEN: usize> {
-    terms: Terms<N>,
+    config: ChainConfig<N>,
     /// The first does not flow if it begins, or goes on, from rest.
     blocks: Ring<Block<N>, LEN>,
     /// So many blocks have been looked at by a pass. Those that came since have no entries yet.
@@ -107,15 +107,15 @@ pub struct Chain<const N: usize, const LEN: usize> {
 }
 
 impl<const N: usize, const LEN: usize> Chain<N, LEN> {
-    /// No moves, at rest, by these terms.
+    /// No moves, at rest, by these config.
     #[must_use]
-    pub fn new(terms: Terms<N>) -> Self {
-        Self { terms, ..Self::empty() }
+    pub fn new(config: ChainConfig<N>) -> Self {
+        Self { config, ..Self::empty() }
     }
 
-    /// Has moves planned by these terms. There are none yet.
-    pub fn set_terms(&mut self, terms: Terms<N>) {
-        self.terms = terms;
+    /// Has moves planned by these config. There are none yet.
+    pub fn set_config(&mut self, config: ChainConfig<N>) {
+        self.config = config;
     }
 
     /// Braking to rest, or held there.
@@ -124,11 +124,11 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         self.is_held
     }
 
-    /// No moves, at rest, and no terms to plan any by: see [`set_terms`](Self::set_terms).
+    /// No moves, at rest, and no config to plan any by: see [`set_config`](Self::set_config).
     #[must_use]
     pub const fn empty() -> Self {
         Self {
-            terms: Terms::NONE,
+            config: ChainConfig::NONE,
             blocks: Ring::new(Block::NONE),
             passed: 0,
             settled: 0,
@@ -167,10 +167,10 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
     ///
     /// # Errors
     /// A move that cannot be planned, or for which there is no room, changes nothing.
-    pub fn push(&mut self, wanted: Wanted<N>) -> Result<(), PlanError> {
-        let mut block = Block::new(wanted, &self.terms)?;
+    pub fn push(&mut self, request: Request<N>) -> Result<(), PlanError> {
+        let mut block = Block::new(request, &self.config)?;
         if let Some(before) = self.blocks.last() {
-            block.follow(before, &self.terms);
+            block.follow(before, &self.config);
         }
         if self.blocks.push(block) { Ok(()) } else { Err(PlanError::NoRoom) }
     }
@@ -210,15 +210,15 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         self.reckon();
     }
 
-    /// Has feeds, and rapids, be so large a share of what they are without: above 0, to [`FEED_SHARE_MAX`] and to 1. What
+    /// Has feeds, and rapids, be so large a fraction of what they are without: above 0, to [`FEED_RATIO_MAX`] and to 1. What
     /// is faster than it is to be brakes to that, if need be over more moves than one.
-    pub fn override_speed(&mut self, feed_share: f64, rapid_share: f64) {
-        self.terms.set_shares(feed_share, rapid_share);
+    pub fn override_speed(&mut self, feed_ratio: f64, rapid_ratio: f64) {
+        self.config.set_ratios(feed_ratio, rapid_ratio);
         self.plan.is_stale = true;
         let mut before = None;
         for index in 0..self.blocks.len() {
             let Some(block) = self.blocks.get_mut(index) else { break };
-            block.respeed(&self.terms);
+            block.respeed(&self.config);
             before.into_iter().for_each(|before| block.set_cap(before));
             before = Some(block.pace());
         }
@@ -233,7 +233,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
 
     /// What follows all that was told, of the first move, for `most_s` at most. `None` at rest: all moves have been told, or it
     /// is held.
-    pub fn advance(&mut self, most_s: f64) -> Option<Leg<N>> {
+    pub fn advance(&mut self, most_s: f64) -> Option<Chunk<N>> {
         while !(self.is_empty() || self.is_held && self.is_at_rest()) {
             self.look();
             match self.sound_until_s() {

@@ -14,13 +14,13 @@
 //! - decelerating: by the first, from the other end and backwards in time.
 //!
 //! So each of these is a line in the odd number 2 k + 1 (`wide`, 96 bits), its root taken on a ramp (`root`, 64 bits). A ramp
-//! that hardly accelerates, where C would swallow the rest, is left to floats (`gentle`).
+//! that hardly accelerates, where C would swallow the rest, is left to floats (`small_accel`).
 //!
 //! Where the acceleration changes, the instants are those of a polynomial of the seventh degree over many segments
-//! (`spans`): some floats a span give it from the law itself (`septic`), and the instants come in fixed point (`curve`).
+//! (`spans`): some floats a span give it from the law itself (`hermite`), and the instants come in fixed point (`curve`).
 //!
 //! # Segments
-//! A quadratic through the steps 0, n/2 and n of a ramp strays between them by t''' (n/2)³/(9 √3) at most, t''' being
+//! A quadratic through the steps 0, n/2 and n of a ramp deviates between them by t''' (n/2)³/(9 √3) at most, t''' being
 //! the third derivative at the slow end. n is a power of two that keeps this within the error allowed, found by
 //! logarithms (`ramp`), so that the fit is all shifts (`fit`). Step n begins the next segment: two roots a segment. A
 //! ramp's last segment may reach beyond it, where the formula goes on smoothly, and hold fewer steps.
@@ -42,29 +42,29 @@
 mod course;
 mod curve;
 mod fit;
-mod gentle;
+mod fixed_ramp;
+mod hermite;
 mod phase;
-mod ramp;
 mod root;
-mod septic;
 mod setup;
+mod small_accel;
 mod spans;
-mod wide;
+mod u96;
 
 pub use self::course::Course;
+use self::fixed_ramp::Knot;
 use self::phase::Phase;
-use self::ramp::Knot;
 use self::setup::View;
 use self::spans::Spans;
 use crate::profile::Profile;
 use crate::segment::Segment;
 
-/// How far a segment's quadratic may stray from the closed form, ticks. Rounding to a whole tick adds up to half.
+/// How far a segment's quadratic may deviate from the closed form, ticks. Rounding to a whole tick adds up to half.
 pub const FIT_ERROR_MAX_TICKS: f64 = 0.125;
-/// How far it may stray if that is more, s, in a segment that would last less than [`BRIEF_S`] otherwise: a fast axis
+/// How far it may deviate if that is more, s, in a segment that would last less than [`BRIEF_S`] otherwise: a fast axis
 /// leaves less time to compile.
 pub const FIT_ERROR_MAX_S: f64 = 20e-9;
-/// Segments that would last less than this may stray by [`FIT_ERROR_MAX_S`], s; they then last some twice of it at
+/// Segments that would last less than this may deviate by [`FIT_ERROR_MAX_S`], s; they then last some twice of it at
 /// most.
 pub const BRIEF_S: f64 = 1e-3;
 
@@ -72,7 +72,7 @@ pub const BRIEF_S: f64 = 1e-3;
 /// standstill has no end of instants.
 pub(crate) const NEAREST_STEPS: f64 = 1e-6;
 
-/// How far any segment's quadratic may stray from the closed form at `tick_hz` (ticks/s), ticks.
+/// How far any segment's quadratic may deviate from the closed form at `tick_hz` (ticks/s), ticks.
 #[must_use]
 pub fn fit_error_max_ticks(tick_hz: u32) -> f64 {
     FIT_ERROR_MAX_TICKS.max(FIT_ERROR_MAX_S * f64::from(tick_hz))
@@ -162,7 +162,7 @@ pub struct Lane {
     ends: [u32; 3],
     /// Index of the phase of the next step.
     index: usize,
-    part: Part,
+    phase: PhaseSteps,
     /// Steps already compiled.
     done: u32,
     /// The next step, if the last segment told.
@@ -171,9 +171,9 @@ pub struct Lane {
 
 /// The steps of one phase.
 #[derive(Clone, Debug)]
-enum Part {
+enum PhaseSteps {
     /// At constant speed or acceleration.
-    Even(Phase),
+    ConstantAccel(Phase),
     /// At an acceleration that changes.
     Curved(Spans),
 }
@@ -181,7 +181,7 @@ enum Part {
 impl Lane {
     pub(crate) fn new(stretch: Stretch, course: &Course) -> Self {
         let ends = stretch.phase_ends(&course.frame.bounds);
-        Self { stretch, ends, index: 0, part: Part::Even(Phase::empty()), done: 0, next: None }
+        Self { stretch, ends, index: 0, phase: PhaseSteps::ConstantAccel(Phase::empty()), done: 0, next: None }
     }
 
     /// How many steps there are.
@@ -205,28 +205,28 @@ impl Lane {
             while self.ends[self.index] <= self.done {
                 self.index += 1;
             }
-            self.begin_part(course);
+            self.begin_phase(course);
         }
-        let segment = match &mut self.part {
-            Part::Even(phase) => {
+        let segment = match &mut self.phase {
+            PhaseSteps::ConstantAccel(phase) => {
                 let (segment, next) = phase.segment(self.done, self.next.take());
                 self.next = next;
                 segment
             }
-            Part::Curved(spans) => spans.segment(self.done, &self.stretch, course),
+            PhaseSteps::Curved(spans) => spans.segment(self.done, &self.stretch, course),
         };
         self.done += segment.steps();
         Some(segment)
     }
 
-    fn begin_part(&mut self, course: &mut Course) {
+    fn begin_phase(&mut self, course: &mut Course) {
         let end = self.ends[self.index];
         let view = View { frame: &course.frame, stretch: &self.stretch };
-        self.part = match (self.index, &course.frame.accel, &course.frame.decel) {
-            (0, Some(ramp), _) => Part::Even(Phase::accelerating(ramp, view, end)),
-            (1, ..) => Part::Even(Phase::cruising(view, end)),
-            (2, _, Some(ramp)) => Part::Even(Phase::decelerating(ramp, view, end)),
-            (index, ..) => Part::Curved(Spans::new(course, index != 0, (self.done, end))),
+        self.phase = match (self.index, &course.frame.accel, &course.frame.decel) {
+            (0, Some(ramp), _) => PhaseSteps::ConstantAccel(Phase::accelerating(ramp, view, end)),
+            (1, ..) => PhaseSteps::ConstantAccel(Phase::cruising(view, end)),
+            (2, _, Some(ramp)) => PhaseSteps::ConstantAccel(Phase::decelerating(ramp, view, end)),
+            (index, ..) => PhaseSteps::Curved(Spans::new(course, index != 0, (self.done, end))),
         };
         self.next = None;
     }

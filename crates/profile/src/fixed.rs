@@ -22,7 +22,7 @@ pub(crate) fn times(value: u64, times: u32) -> u64 {
 
 /// `value` y, with `y` in 2^-64, rounded down.
 #[inline(always)]
-fn share(value: i64, y: u64) -> i64 {
+fn ratio(value: i64, y: u64) -> i64 {
     // In two's complement a negative value is one of 2^64 less.
     (upper(value as u64, y) as i64).wrapping_sub(if value < 0 { y as i64 } else { 0 })
 }
@@ -38,14 +38,14 @@ fn upper(a: u64, b: u64) -> u64 {
 
 /// Σ c_i y^i, i from 0 on, with `y` in 2^-64, in the units of the coefficients. No partial sum may overflow.
 pub(crate) fn polynomial(coefficients: &[i64], y: u64) -> i64 {
-    coefficients.iter().rev().fold(0, |sum, &coefficient| share(sum, y).wrapping_add(coefficient))
+    coefficients.iter().rev().fold(0, |sum, &coefficient| ratio(sum, y).wrapping_add(coefficient))
 }
 
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
 
-    use super::{polynomial, product, share, times};
+    use super::{polynomial, product, ratio, times};
 
     proptest! {
         #![proptest_config(ProptestConfig { cases: 10_000, failure_persistence: None, ..ProptestConfig::default() })]
@@ -61,8 +61,8 @@ mod tests {
         }
 
         #[test]
-        fn shares_are_rounded_down(value: i64, y: u64) {
-            prop_assert_eq!(share(value, y), ((i128::from(value) * i128::from(y)) >> 64) as i64);
+        fn ratios_are_rounded_down(value: i64, y: u64) {
+            prop_assert_eq!(ratio(value, y), ((i128::from(value) * i128::from(y)) >> 64) as i64);
         }
     }
 

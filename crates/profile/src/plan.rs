@@ -7,7 +7,7 @@ use crate::profile::{Profile, ProfileError};
 use crate::ramp::{Bounds, Ramp};
 use crate::root::sqrt;
 
-/// The last step of the search for a cruise speed, as a share of the speed gained. What is left then is less than a
+/// The last step of the search for a cruise speed, as a fraction of the speed gained. What is left then is less than a
 /// quarter of its square.
 const PEAK_TOLERANCE: f64 = 1e-6;
 /// The same for thirds of a law over displacement: they are slower than they might be by 1e-5 at most.
@@ -126,7 +126,8 @@ impl Ends {
 
     fn trapezoid(&self, cruise: f64, ends: (f64, f64), cruise_s: f64) -> Profile {
         let (accel_end, cruise_end) = ends;
-        let ramp = |slow, bounds: &Bounds, steps| Ramp::even(slow, cruise - slow, bounds.accel_steps_s2, steps);
+        let ramp =
+            |slow, bounds: &Bounds, steps| Ramp::constant_accel(slow, cruise - slow, bounds.accel_steps_s2, steps);
         Profile {
             distance_steps: self.distance_steps,
             cruise_steps_s: cruise,
@@ -140,43 +141,43 @@ impl Ends {
 
     /// Gains as much over the faster end as both ramps have room for. No law is faster than the trapezoid.
     fn fastest_by_search(&self) -> Profile {
-        let lengths = |gain: f64| {
-            let (accel, decel) = self.lengths(gain);
+        let lengths = |delta_v2: f64| {
+            let (accel, decel) = self.lengths(delta_v2);
             (accel.0 + decel.0, accel.1 + decel.1)
         };
         let room = self.top_steps_s - self.fast_end();
         let most = room.min(self.peak_of_triangle() - self.fast_end());
-        let gain = if self.entry_steps_s != self.exit_steps_s {
-            self.gain_by_newton(most, most, ROOT_TOLERANCE, &lengths)
-        } else if let Some(gain) = self.gain_by_quadratic() {
-            gain.min(most)
+        let delta_v2 = if self.entry_steps_s != self.exit_steps_s {
+            self.delta_v2_by_newton(most, most, ROOT_TOLERANCE, &lengths)
+        } else if let Some(delta_v2) = self.delta_v2_by_quadratic() {
+            delta_v2.min(most)
         } else {
-            self.gain_by_powers(most, most, PEAK_TOLERANCE, &lengths)
+            self.delta_v2_by_powers(most, most, PEAK_TOLERANCE, &lengths)
         };
-        self.profile(gain, self.ramps(gain))
+        self.profile(delta_v2, self.ramps(delta_v2))
     }
 
     /// Paper 004, eqs 1-7: all three intervals last t1, so s = t1 (v_accel + v + v_decel) with the mean speeds of the
     /// ramps. The cruise speed v is the highest at which neither ramp exceeds its limits.
     pub(crate) fn thirds(&self) -> Result<Profile, ProfileError> {
-        let gain = match self.law {
+        let delta_v2 = match self.law {
             SpeedLaw::Trapezoid => self.highest_of_thirds() - self.fast_end(),
-            _ => self.gain_of_thirds(),
+            _ => self.delta_v2_by_thirds(),
         };
-        let highest = self.fast_end() + gain;
+        let highest = self.fast_end() + delta_v2;
         if highest < self.entry_steps_s {
             return Err(ProfileError::EntrySpeed { asked: self.entry_steps_s, max: highest });
         }
         if highest < self.exit_steps_s {
             return Err(ProfileError::ExitSpeed { asked: self.exit_steps_s, max: highest });
         }
-        let (accel_mean, decel_mean) = self.means(gain);
+        let (accel_mean, decel_mean) = self.means(delta_v2);
         let third_s = self.distance_steps / (accel_mean + highest + decel_mean);
         let ramps = (
-            self.accel.lasting(third_s, self.entry_steps_s, self.accel_rise(gain), accel_mean),
-            self.decel.lasting(third_s, self.exit_steps_s, self.decel_rise(gain), decel_mean),
+            self.accel.lasting(third_s, self.entry_steps_s, self.accel_rise(delta_v2), accel_mean),
+            self.decel.lasting(third_s, self.exit_steps_s, self.decel_rise(delta_v2), decel_mean),
         );
-        Ok(Profile { cruise_s: third_s, ..self.profile(gain, ramps) })
+        Ok(Profile { cruise_s: third_s, ..self.profile(delta_v2, ramps) })
     }
 
     /// With k = (v_entry + v_exit)/2, (v - v_end)/t1 <= a is (v - v_end)(2 v + k) <= a s.
@@ -188,7 +189,7 @@ impl Ends {
             (sqrt(b * b - 8.0 * c) - b) / 4.0
         };
         let accel = highest(self.entry_steps_s, self.accel.accel_steps_s2);
-        let decel = match self.decel_share() {
+        let decel = match self.decel_ratio() {
             Some(1.0) => accel,
             _ => highest(self.exit_steps_s, self.decel.accel_steps_s2),
         };
@@ -196,7 +197,7 @@ impl Ends {
     }
 
     /// By search; below 0 if the faster end is too fast for its own ramp.
-    fn gain_of_thirds(&self) -> f64 {
+    fn delta_v2_by_thirds(&self) -> f64 {
         let fast = self.fast_end();
         if self.entry_steps_s != self.exit_steps_s && self.needed_by_thirds(0.0).0 > self.distance_steps {
             let excess = |end| (self.with_fast_end(end).needed_by_thirds(0.0).0 - self.distance_steps, f64::NAN);
@@ -205,20 +206,20 @@ impl Ends {
         }
         let room = self.top_steps_s - fast;
         // By what a trapezoid has room for; between unequal ends that may be none.
-        let from = self.accel.gain_near(fast, self.highest_of_thirds() - fast);
+        let from = self.accel.delta_v2_near(fast, self.highest_of_thirds() - fast);
         let from = if from > 0.0 { from.min(room) } else { room };
-        let needed = |gain| self.needed_by_thirds(gain);
+        let needed = |delta_v2| self.needed_by_thirds(delta_v2);
         if self.entry_steps_s == self.exit_steps_s {
             let tolerance = if self.law.is_over_displacement() { THIRDS_TOLERANCE } else { PEAK_TOLERANCE };
-            return self.gain_by_powers(from, room, tolerance, &needed);
+            return self.delta_v2_by_powers(from, room, tolerance, &needed);
         }
-        let gain = self.gain_by_newton(from, room, ROOT_TOLERANCE, &needed);
+        let delta_v2 = self.delta_v2_by_newton(from, room, ROOT_TOLERANCE, &needed);
         // On the safe side of where the search ends.
-        if gain < room { gain * (1.0 - 2.0 * ROOT_TOLERANCE) } else { room }
+        if delta_v2 < room { delta_v2 * (1.0 - 2.0 * ROOT_TOLERANCE) } else { room }
     }
 
     /// The gain over which both ramps are as long as the way, from equal ends, if their length is a quadratic in it.
-    fn gain_by_quadratic(&self) -> Option<f64> {
+    fn delta_v2_by_quadratic(&self) -> Option<f64> {
         let (constant, square) = self.accel.quadratic_length()?;
         let per_accel = 1.0 / self.accel.accel_steps_s2 + 1.0 / self.decel.accel_steps_s2;
         let (slow, way) = (self.entry_steps_s, self.distance_steps / (constant * per_accel));
@@ -227,9 +228,9 @@ impl Ends {
     }
 
     /// The gain, `most` at most, over which `needed` is the way. Begins at `from`.
-    fn gain_by_newton(&self, from: f64, most: f64, tolerance: f64, needed: Needed<'_>) -> f64 {
-        let over = |gain| {
-            let (steps, growth) = needed(gain);
+    fn delta_v2_by_newton(&self, from: f64, most: f64, tolerance: f64, needed: Needed<'_>) -> f64 {
+        let over = |delta_v2| {
+            let (steps, growth) = needed(delta_v2);
             (steps - self.distance_steps, growth)
         };
         if over(most).0 <= 0.0 {
@@ -243,51 +244,51 @@ impl Ends {
     /// There what is needed is near a power of the gain, s^p, p being 1/2 to 2 or so. Hence by Newton's method on the
     /// logarithms of both, that is by (way/needed)^(1/p), for which a fraction of two lines is near enough. The result is
     /// on the safe side of where that ends.
-    fn gain_by_powers(&self, from: f64, most: f64, tolerance: f64, needed: Needed<'_>) -> f64 {
+    fn delta_v2_by_powers(&self, from: f64, most: f64, tolerance: f64, needed: Needed<'_>) -> f64 {
         if most <= 0.0 {
             return most;
         }
-        let mut gain = from;
+        let mut delta_v2 = from;
         for _ in 0..ITERATIONS_MAX {
-            let (steps, slope) = needed(gain);
+            let (steps, slope) = needed(delta_v2);
             // (1 + h + h/p)/(1 + h - h/p) with h = (way/needed - 1)/2 and p = gain slope/needed, by one division.
             let (sum, difference) =
-                ((self.distance_steps + steps) * slope * gain, (self.distance_steps - steps) * steps);
+                ((self.distance_steps + steps) * slope * delta_v2, (self.distance_steps - steps) * steps);
             let factor = (sum + difference) / (sum - difference);
             // Where far too much or little is needed, the fraction is too small or large, or below 0.
             let (low, high) = if difference > 0.0 { (1.0, FACTOR_MAX) } else { (1.0 / FACTOR_MAX, 1.0) };
             let factor = if (low..=high).contains(&factor) { factor } else { low * high };
             // Not where a step leads there that is too long.
-            if gain >= most && factor >= 1.0 {
+            if delta_v2 >= most && factor >= 1.0 {
                 return most;
             }
-            gain *= factor;
+            delta_v2 *= factor;
             let step = factor - 1.0;
             if step.abs() <= tolerance {
-                return (gain * (1.0 - step * step / 4.0)).min(most);
+                return (delta_v2 * (1.0 - step * step / 4.0)).min(most);
             }
-            gain = gain.min(most);
+            delta_v2 = delta_v2.min(most);
         }
-        gain
+        delta_v2
     }
 
     /// A ramp of mean speed m that is x long at its shortest has its time if x/m <= t1. How long the way has to
     /// be for that, and how much longer for each step/s more.
-    fn needed_by_thirds(&self, gain: f64) -> (f64, f64) {
-        let accel = self.accel.length_and_mean(self.entry_steps_s, self.accel_rise(gain));
-        let decel = match self.decel_share() {
-            Some(share) => ((accel.0.0 * share, accel.0.1 * share), accel.1),
-            None => self.decel.length_and_mean(self.exit_steps_s, self.decel_rise(gain)),
+    fn needed_by_thirds(&self, delta_v2: f64) -> (f64, f64) {
+        let accel = self.accel.length_and_mean(self.entry_steps_s, self.accel_rise(delta_v2));
+        let decel = match self.decel_ratio() {
+            Some(ratio) => ((accel.0.0 * ratio, accel.0.1 * ratio), accel.1),
+            None => self.decel.length_and_mean(self.exit_steps_s, self.decel_rise(delta_v2)),
         };
-        let sum = accel.1.0 + self.fast_end() + gain + decel.1.0;
+        let sum = accel.1.0 + self.fast_end() + delta_v2 + decel.1.0;
         let sum_growth = accel.1.1 + 1.0 + decel.1.1;
         let needed = |((steps, growth), (mean, mean_growth)): ((f64, f64), (f64, f64))| {
-            let share = sum / mean;
-            (steps * share, growth * share + steps * (sum_growth - share * mean_growth) / mean)
+            let ratio = sum / mean;
+            (steps * ratio, growth * ratio + steps * (sum_growth - ratio * mean_growth) / mean)
         };
         // Of ramps that differ by their length alone, the longer one.
-        match self.decel_share() {
-            Some(share) if share <= 1.0 => needed(accel),
+        match self.decel_ratio() {
+            Some(ratio) if ratio <= 1.0 => needed(accel),
             Some(_) => needed(decel),
             None => {
                 let (accel, decel) = (needed(accel), needed(decel));
@@ -297,42 +298,42 @@ impl Ends {
     }
 
     /// The lengths of both ramps at their shortest, steps, and how much longer each is for each step/s more.
-    fn lengths(&self, gain: f64) -> ((f64, f64), (f64, f64)) {
-        let accel = self.accel.length(self.entry_steps_s, self.accel_rise(gain));
-        match self.decel_share() {
-            Some(share) => (accel, (accel.0 * share, accel.1 * share)),
-            None => (accel, self.decel.length(self.exit_steps_s, self.decel_rise(gain))),
+    fn lengths(&self, delta_v2: f64) -> ((f64, f64), (f64, f64)) {
+        let accel = self.accel.length(self.entry_steps_s, self.accel_rise(delta_v2));
+        match self.decel_ratio() {
+            Some(ratio) => (accel, (accel.0 * ratio, accel.1 * ratio)),
+            None => (accel, self.decel.length(self.exit_steps_s, self.decel_rise(delta_v2))),
         }
     }
 
     /// The mean speeds of both ramps.
-    fn means(&self, gain: f64) -> (f64, f64) {
-        let accel = self.accel.mean_steps_s(self.entry_steps_s, self.accel_rise(gain));
-        match self.decel_share() {
+    fn means(&self, delta_v2: f64) -> (f64, f64) {
+        let accel = self.accel.mean_steps_s(self.entry_steps_s, self.accel_rise(delta_v2));
+        match self.decel_ratio() {
             Some(_) => (accel, accel),
-            None => (accel, self.decel.mean_steps_s(self.exit_steps_s, self.decel_rise(gain))),
+            None => (accel, self.decel.mean_steps_s(self.exit_steps_s, self.decel_rise(delta_v2))),
         }
     }
 
     /// Both ramps at their shortest.
-    fn ramps(&self, gain: f64) -> (Ramp, Ramp) {
-        let accel = self.accel.shortest(self.entry_steps_s, self.accel_rise(gain));
-        match self.decel_share() {
-            Some(share) => (accel, accel.shortened(share)),
-            None => (accel, self.decel.shortest(self.exit_steps_s, self.decel_rise(gain))),
+    fn ramps(&self, delta_v2: f64) -> (Ramp, Ramp) {
+        let accel = self.accel.shortest(self.entry_steps_s, self.accel_rise(delta_v2));
+        match self.decel_ratio() {
+            Some(ratio) => (accel, accel.shortened(ratio)),
+            None => (accel, self.decel.shortest(self.exit_steps_s, self.decel_rise(delta_v2))),
         }
     }
 
-    /// By what share the decelerating ramp is shorter than the other one, if nothing else differs.
-    fn decel_share(&self) -> Option<f64> {
+    /// By what fraction the decelerating ramp is shorter than the other one, if nothing else differs.
+    fn decel_ratio(&self) -> Option<f64> {
         let (a, d) = (self.accel.accel_steps_s2, self.decel.accel_steps_s2);
         let is_alike = self.entry_steps_s == self.exit_steps_s && (self.law != SpeedLaw::SCurve || a == d);
         is_alike.then(|| if a == d { 1.0 } else { a / d })
     }
 
     /// With ramps that gain so much over the faster end.
-    fn profile(&self, gain: f64, (accel, decel): (Ramp, Ramp)) -> Profile {
-        let cruise_steps_s = self.fast_end() + gain;
+    fn profile(&self, delta_v2: f64, (accel, decel): (Ramp, Ramp)) -> Profile {
+        let cruise_steps_s = self.fast_end() + delta_v2;
         let accel_end_steps = accel.steps().min(self.distance_steps);
         let cruise_end_steps = (self.distance_steps - decel.steps()).max(accel_end_steps);
         Profile {
@@ -358,11 +359,11 @@ impl Ends {
 
     // As sums, in which a small gain is not lost.
 
-    fn accel_rise(&self, gain: f64) -> f64 {
-        self.fast_end() - self.entry_steps_s + gain
+    fn accel_rise(&self, delta_v2: f64) -> f64 {
+        self.fast_end() - self.entry_steps_s + delta_v2
     }
 
-    fn decel_rise(&self, gain: f64) -> f64 {
-        self.fast_end() - self.exit_steps_s + gain
+    fn decel_rise(&self, delta_v2: f64) -> f64 {
+        self.fast_end() - self.exit_steps_s + delta_v2
     }
 }

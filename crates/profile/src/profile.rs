@@ -101,7 +101,7 @@ impl Profile {
 
     /// Some of it is at an acceleration that changes.
     pub(crate) fn is_curved(&self) -> bool {
-        self.accel.even_accel_steps_s2().is_none() || self.decel.even_accel_steps_s2().is_none()
+        self.accel.constant_accel_steps_s2().is_none() || self.decel.constant_accel_steps_s2().is_none()
     }
 
     /// Plans `distance_steps` from `entry_steps_s` to `exit_steps_s` within `limits`.
@@ -150,7 +150,12 @@ impl Profile {
 
     /// From one speed to another and to a third, over so many steps each at the acceleration of `limits`; between, at the
     /// second one.
-    pub(crate) fn even(distance_steps: f64, speeds_steps_s: [f64; 3], ramps_steps: [f64; 2], limits: &Limits) -> Self {
+    pub(crate) fn constant_accel(
+        distance_steps: f64,
+        speeds_steps_s: [f64; 3],
+        ramps_steps: [f64; 2],
+        limits: &Limits,
+    ) -> Self {
         let ([entry, cruise, exit], [accel_steps, decel_steps]) = (speeds_steps_s, ramps_steps);
         let accel_steps = if accel_steps < distance_steps { accel_steps } else { distance_steps };
         let left_steps = distance_steps - accel_steps;

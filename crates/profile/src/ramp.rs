@@ -3,7 +3,7 @@
 mod logarithmic;
 mod over_displacement;
 mod over_time;
-mod quarter;
+mod trig;
 
 use self::over_displacement::OverDisplacement;
 use self::over_time::OverTime;
@@ -23,7 +23,7 @@ pub(crate) struct Ramp {
 /// How its speed rises.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Shape {
-    Even { accel_steps_s2: f64 },
+    ConstantAccel { accel_steps_s2: f64 },
     OverTime(OverTime),
     OverDisplacement(OverDisplacement),
 }
@@ -58,7 +58,7 @@ impl Bounds {
         let (slow, rise) = (slow_steps_s, rise_steps_s);
         let (shape, accel) = self.shape(rise);
         match shape {
-            Shape::Even { .. } => Ramp::even(slow, rise, accel, rise * (slow + rise / 2.0) / accel),
+            Shape::ConstantAccel { .. } => Ramp::constant_accel(slow, rise, accel, rise * (slow + rise / 2.0) / accel),
             Shape::OverTime(law) => {
                 let duration_s = rise * law.peak() / accel;
                 Ramp { shape, slow_steps_s, rise_steps_s, steps: (slow + rise / 2.0) * duration_s, duration_s }
@@ -75,8 +75,8 @@ impl Bounds {
     pub(crate) fn lasting(&self, duration_s: f64, slow_steps_s: f64, rise_steps_s: f64, mean_steps_s: f64) -> Ramp {
         let shape = match self.shape(rise_steps_s).0 {
             // Over a short ramp rounding must not lift it above its limit. Without a rise it is a cruise.
-            Shape::Even { accel_steps_s2 } => {
-                Shape::Even { accel_steps_s2: accel_steps_s2.min(rise_steps_s / duration_s) }
+            Shape::ConstantAccel { accel_steps_s2 } => {
+                Shape::ConstantAccel { accel_steps_s2: accel_steps_s2.min(rise_steps_s / duration_s) }
             }
             other => other,
         };
@@ -85,29 +85,34 @@ impl Bounds {
 
     /// How long the shortest ramp is, steps, and how much longer for each step/s more.
     pub(crate) fn length(&self, slow: f64, rise: f64) -> (f64, f64) {
-        let even = (rise * (slow + rise / 2.0) * self.per_accel, (slow + rise) * self.per_accel);
+        let trapezoid = (rise * (slow + rise / 2.0) * self.per_accel, (slow + rise) * self.per_accel);
         match self.shape_of_law() {
-            Shape::OverTime(OverTime::Sine) => (even.0 * OverTime::Sine.peak(), even.1 * OverTime::Sine.peak()),
+            Shape::OverTime(OverTime::Sine) => {
+                (trapezoid.0 * OverTime::Sine.peak(), trapezoid.1 * OverTime::Sine.peak())
+            }
             Shape::OverTime(OverTime::SCurve { .. }) => self.s_curve_length(slow, rise),
             Shape::OverDisplacement(law) if rise > 0.0 => {
                 let (length, growth) = law.length(slow, rise);
                 (length * self.per_accel, growth * self.per_accel)
             }
             // Without a rise no law has a length.
-            Shape::Even { .. } | Shape::OverDisplacement(_) => even,
+            Shape::ConstantAccel { .. } | Shape::OverDisplacement(_) => trapezoid,
         }
     }
 
-    /// About what its thirds gain over `slow` where a trapezoid's gain `even`: to begin a search with.
-    pub(crate) fn gain_near(&self, slow: f64, even: f64) -> f64 {
-        even * match self.law {
-            SpeedLaw::Trapezoid => 1.0,
-            SpeedLaw::SCurve | SpeedLaw::Sine => 0.78,
-            SpeedLaw::Linear | SpeedLaw::Sinusoidal => 0.6,
-            SpeedLaw::Quadratic => 0.38,
-            // The faster it begins, the worse its steep beginning suits it.
-            SpeedLaw::Logarithmic => 0.14 + 0.64 * even * even / (even * even + 3.0 * slow * (even + slow)),
-        }
+    /// About what its thirds gain over `slow` where those of a trapezoid gain `trapezoid`: to begin a search with.
+    pub(crate) fn delta_v2_near(&self, slow: f64, trapezoid: f64) -> f64 {
+        trapezoid
+            * match self.law {
+                SpeedLaw::Trapezoid => 1.0,
+                SpeedLaw::SCurve | SpeedLaw::Sine => 0.78,
+                SpeedLaw::Linear | SpeedLaw::Sinusoidal => 0.6,
+                SpeedLaw::Quadratic => 0.38,
+                // The faster it begins, the worse its steep beginning suits it.
+                SpeedLaw::Logarithmic => {
+                    0.14 + 0.64 * trapezoid * trapezoid / (trapezoid * trapezoid + 3.0 * slow * (trapezoid + slow))
+                }
+            }
     }
 
     /// c and e if that length is c rise (slow + e rise)/a.
@@ -161,7 +166,7 @@ impl Bounds {
     fn shape(&self, rise: f64) -> (Shape, f64) {
         match self.shape_of_law() {
             // No ramp is of any shape.
-            _ if rise == 0.0 => (Shape::Even { accel_steps_s2: self.accel_steps_s2 }, self.accel_steps_s2),
+            _ if rise == 0.0 => (Shape::ConstantAccel { accel_steps_s2: self.accel_steps_s2 }, self.accel_steps_s2),
             Shape::OverTime(OverTime::SCurve { .. }) => self.s_curve(rise),
             shape => (shape, self.accel_steps_s2),
         }
@@ -170,8 +175,8 @@ impl Bounds {
     /// The shape of the law's ramps; of an S-curve, the one that is all jerk.
     fn shape_of_law(&self) -> Shape {
         match self.law {
-            SpeedLaw::Trapezoid => Shape::Even { accel_steps_s2: self.accel_steps_s2 },
-            SpeedLaw::SCurve => Shape::OverTime(OverTime::SCurve { share: 0.5 }),
+            SpeedLaw::Trapezoid => Shape::ConstantAccel { accel_steps_s2: self.accel_steps_s2 },
+            SpeedLaw::SCurve => Shape::OverTime(OverTime::SCurve { ratio: 0.5 }),
             SpeedLaw::Sine => Shape::OverTime(OverTime::Sine),
             SpeedLaw::Linear => Shape::OverDisplacement(OverDisplacement::Linear),
             SpeedLaw::Quadratic => Shape::OverDisplacement(OverDisplacement::Quadratic),
@@ -184,14 +189,14 @@ impl Bounds {
     fn s_curve(&self, rise: f64) -> (Shape, f64) {
         let (limit, per_time) = (self.accel_steps_s2, self.jerk_steps_s3 * rise);
         if !self.reaches_accel(rise) {
-            return (Shape::OverTime(OverTime::SCurve { share: 0.5 }), sqrt(per_time));
+            return (Shape::OverTime(OverTime::SCurve { ratio: 0.5 }), sqrt(per_time));
         }
-        let share = limit * limit / (per_time + limit * limit);
+        let ratio = limit * limit / (per_time + limit * limit);
         // Without a limit of the jerk, or where it does not matter.
-        let shape = if share < SHARE_MIN {
-            Shape::Even { accel_steps_s2: limit }
+        let shape = if ratio < REACH_RATIO_MIN {
+            Shape::ConstantAccel { accel_steps_s2: limit }
         } else {
-            Shape::OverTime(OverTime::SCurve { share })
+            Shape::OverTime(OverTime::SCurve { ratio })
         };
         (shape, limit)
     }
@@ -199,56 +204,56 @@ impl Bounds {
 
 /// What the square of a speed may gain over `steps` at that acceleration, whatever the speed, up to `top_steps_s`: for the
 /// trapezoid all it can.
-pub(crate) fn gain(law: SpeedLaw, accel_steps_s2: f64, jerk_steps_s3: f64, steps: f64, top_steps_s: f64) -> f64 {
-    let even = 2.0 * accel_steps_s2 * steps;
+pub(crate) fn delta_v2(law: SpeedLaw, accel_steps_s2: f64, jerk_steps_s3: f64, steps: f64, top_steps_s: f64) -> f64 {
+    let trapezoid = 2.0 * accel_steps_s2 * steps;
     match law {
-        SpeedLaw::Trapezoid => even,
-        SpeedLaw::SCurve => s_curve_gain(accel_steps_s2, jerk_steps_s3, steps, top_steps_s),
-        SpeedLaw::Sine => even / OverTime::Sine.peak() * LESS,
-        SpeedLaw::Linear => even / OverDisplacement::Linear.longest() * LESS,
-        SpeedLaw::Quadratic => even / OverDisplacement::Quadratic.longest() * LESS,
-        SpeedLaw::Sinusoidal => even / OverDisplacement::Sinusoidal.longest() * LESS,
-        SpeedLaw::Logarithmic => even / OverDisplacement::Logarithmic.longest() * LESS,
+        SpeedLaw::Trapezoid => trapezoid,
+        SpeedLaw::SCurve => s_curve_delta_v2(accel_steps_s2, jerk_steps_s3, steps, top_steps_s),
+        SpeedLaw::Sine => trapezoid / OverTime::Sine.peak() * LESS,
+        SpeedLaw::Linear => trapezoid / OverDisplacement::Linear.longest() * LESS,
+        SpeedLaw::Quadratic => trapezoid / OverDisplacement::Quadratic.longest() * LESS,
+        SpeedLaw::Sinusoidal => trapezoid / OverDisplacement::Sinusoidal.longest() * LESS,
+        SpeedLaw::Logarithmic => trapezoid / OverDisplacement::Logarithmic.longest() * LESS,
     }
 }
 
 /// A ramp of mean speed m that gains 2 m r, r being its rise, is m (r/a + a/j) long, or 2 m √(r/j): for each gain
 /// longest at the highest m.
-fn s_curve_gain(accel_steps_s2: f64, jerk_steps_s3: f64, steps: f64, top_steps_s: f64) -> f64 {
+fn s_curve_delta_v2(accel_steps_s2: f64, jerk_steps_s3: f64, steps: f64, top_steps_s: f64) -> f64 {
     let eases_s = accel_steps_s2 / jerk_steps_s3;
     let constant = 2.0 * accel_steps_s2 * (steps - top_steps_s * eases_s);
-    let gain = if constant >= 2.0 * top_steps_s * accel_steps_s2 * eases_s {
+    let delta_v2 = if constant >= 2.0 * top_steps_s * accel_steps_s2 * eases_s {
         constant
     } else {
         steps * steps * jerk_steps_s3 / (2.0 * top_steps_s)
     };
-    gain * LESS
+    delta_v2 * LESS
 }
 
 /// Rounding must not make a ramp too long.
 const LESS: f64 = 1.0 - 1e-9;
 
 /// Less of the time is none: rounding takes as much.
-const SHARE_MIN: f64 = 1e-12;
+const REACH_RATIO_MIN: f64 = 1e-12;
 
 impl Ramp {
     /// Of nothing. Nothing of it is anything but 0, in memory either: the first shape of the largest kind is told by that.
     pub(crate) const NONE: Self = Self {
-        shape: Shape::OverTime(OverTime::SCurve { share: 0.0 }),
+        shape: Shape::OverTime(OverTime::SCurve { ratio: 0.0 }),
         slow_steps_s: 0.0,
         rise_steps_s: 0.0,
         steps: 0.0,
         duration_s: 0.0,
     };
 
-    pub(crate) fn even(slow_steps_s: f64, rise_steps_s: f64, accel_steps_s2: f64, steps: f64) -> Self {
+    pub(crate) fn constant_accel(slow_steps_s: f64, rise_steps_s: f64, accel_steps_s2: f64, steps: f64) -> Self {
         let duration_s = even_time_s(steps, slow_steps_s, accel_steps_s2);
-        Self { shape: Shape::Even { accel_steps_s2 }, slow_steps_s, rise_steps_s, steps, duration_s }
+        Self { shape: Shape::ConstantAccel { accel_steps_s2 }, slow_steps_s, rise_steps_s, steps, duration_s }
     }
 
     /// Without a rise: no ramp.
     pub(crate) fn none(speed_steps_s: f64) -> Self {
-        Self::even(speed_steps_s, 0.0, 0.0, 0.0)
+        Self::constant_accel(speed_steps_s, 0.0, 0.0, 0.0)
     }
 
     /// The one that comes to `fast_steps_s` over `steps`, as it does at that acceleration.
@@ -257,23 +262,23 @@ impl Ramp {
             return Self::none(slow_steps_s);
         }
         let (rise_steps_s, duration_s) = (fast_steps_s - slow_steps_s, 2.0 * steps / (slow_steps_s + fast_steps_s));
-        Self { shape: Shape::Even { accel_steps_s2 }, slow_steps_s, rise_steps_s, steps, duration_s }
+        Self { shape: Shape::ConstantAccel { accel_steps_s2 }, slow_steps_s, rise_steps_s, steps, duration_s }
     }
 
     /// The one that rises so far at this jerk, and at it backwards.
     pub(crate) fn all_jerk(slow_steps_s: f64, rise_steps_s: f64, jerk_steps_s3: f64) -> Self {
-        let shape = Shape::OverTime(OverTime::SCurve { share: 0.5 });
+        let shape = Shape::OverTime(OverTime::SCurve { ratio: 0.5 });
         let duration_s = 2.0 * sqrt(rise_steps_s / jerk_steps_s3);
         Self { shape, slow_steps_s, rise_steps_s, steps: (slow_steps_s + rise_steps_s / 2.0) * duration_s, duration_s }
     }
 
     /// The same between the same speeds over `share` of its way, at as much higher an acceleration.
-    pub(crate) fn shortened(self, share: f64) -> Self {
+    pub(crate) fn shortened(self, ratio: f64) -> Self {
         let shape = match self.shape {
-            Shape::Even { accel_steps_s2 } => Shape::Even { accel_steps_s2: accel_steps_s2 / share },
+            Shape::ConstantAccel { accel_steps_s2 } => Shape::ConstantAccel { accel_steps_s2: accel_steps_s2 / ratio },
             other => other,
         };
-        Self { shape, steps: self.steps * share, duration_s: self.duration_s * share, ..self }
+        Self { shape, steps: self.steps * ratio, duration_s: self.duration_s * ratio, ..self }
     }
 
     pub(crate) fn steps(&self) -> f64 {
@@ -289,9 +294,9 @@ impl Ramp {
     }
 
     /// Its constant acceleration, if it is of that shape.
-    pub(crate) fn even_accel_steps_s2(&self) -> Option<f64> {
+    pub(crate) fn constant_accel_steps_s2(&self) -> Option<f64> {
         match self.shape {
-            Shape::Even { accel_steps_s2 } => Some(accel_steps_s2),
+            Shape::ConstantAccel { accel_steps_s2 } => Some(accel_steps_s2),
             _ => None,
         }
     }
@@ -299,7 +304,7 @@ impl Ramp {
     /// When it is at `steps`.
     pub(crate) fn time_at(&self, steps: f64) -> f64 {
         match self.shape {
-            Shape::Even { accel_steps_s2 } => even_time_s(steps.max(0.0), self.slow_steps_s, accel_steps_s2),
+            Shape::ConstantAccel { accel_steps_s2 } => even_time_s(steps.max(0.0), self.slow_steps_s, accel_steps_s2),
             _ if steps <= 0.0 => 0.0,
             _ if steps >= self.steps => self.duration_s,
             Shape::OverTime(law) => {
@@ -360,7 +365,7 @@ impl Ramp {
     pub(crate) fn at_time(&self, t_s: f64) -> State {
         let t_s = t_s.max(0.0).min(self.duration_s);
         match self.shape {
-            Shape::Even { accel_steps_s2 } => State {
+            Shape::ConstantAccel { accel_steps_s2 } => State {
                 t_s,
                 steps: t_s * (self.slow_steps_s + accel_steps_s2 * t_s / 2.0),
                 speed_steps_s: self.slow_steps_s + accel_steps_s2 * t_s,
@@ -407,7 +412,7 @@ impl Ramp {
     /// Its jerk in `state`, steps/s³; where that jumps, the one on the side of `parameter`.
     pub(crate) fn jerk(&self, state: &State, parameter: f64) -> f64 {
         match self.shape {
-            Shape::Even { .. } => 0.0,
+            Shape::ConstantAccel { .. } => 0.0,
             Shape::OverTime(law) => {
                 let per_s = 1.0 / self.duration_s;
                 self.rise_steps_s * per_s * per_s * law.bend(state.t_s * per_s, parameter * per_s)

@@ -63,8 +63,8 @@ fn inverse_root(m: u32) -> u32 {
     // What m y² lacks to 1, in units of 2^-32; what is near a whole number needs no digits before its point.
     let lack = (m >> 14).wrapping_mul(seed * seed).wrapping_neg() as i32;
     let lack_squared = (lack >> 16) * (lack >> 16);
-    let gain = (lack >> 4).wrapping_add(lack_squared.wrapping_mul(3) >> 6);
-    let y = (seed << 8).wrapping_add_signed((seed as i32).wrapping_mul(gain) >> 21);
+    let delta_v2 = (lack >> 4).wrapping_add(lack_squared.wrapping_mul(3) >> 6);
+    let y = (seed << 8).wrapping_add_signed((seed as i32).wrapping_mul(delta_v2) >> 21);
     let lack = ((product(m, y.wrapping_mul(y)) >> 30) as u32).wrapping_neg() as i32;
     // One less, since what m y² lacks was rounded up.
     (y << 16).wrapping_add_signed((y as i32).wrapping_mul(lack >> 3) >> 14).wrapping_sub(1)

@@ -165,7 +165,7 @@ impl Intervals {
 struct Series {
     fraction: u32,
     /// The interval, its upper half with the bias and less the growth's upper half. So that half can be added with each
-    /// carry, where a register with 0 would be wanted else.
+    /// carry, where a register with 0 would be request else.
     held: u64,
     growth: u64,
     bias: u32,

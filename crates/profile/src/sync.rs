@@ -141,7 +141,7 @@ impl<const N: usize> SyncMove<N> {
 
     /// The profile is that of the whole move, not of a part.
     fn is_whole(&self) -> bool {
-        self.origin_steps == 0.0 && self.from_steps == 0.0 && self.profile.distance_steps() == self.way_steps()
+        self.origin_steps == 0.0 && self.from_steps == 0.0 && self.profile.distance_steps() == self.distance_steps()
     }
 
     /// The numbers of the steps that the axis with index `axis` makes here, counted from 1 at the beginning of the whole
@@ -208,7 +208,7 @@ impl<const N: usize> SyncMove<N> {
 
     /// The length of the whole move, steps of the longest axis.
     #[must_use]
-    pub fn way_steps(&self) -> f64 {
+    pub fn distance_steps(&self) -> f64 {
         f64::from(longest(&self.steps))
     }
 }
@@ -263,7 +263,7 @@ pub(crate) fn tightest<const N: usize>(
 }
 
 /// The speed along the path that was asked for, steps/s of the longest axis, if it can be planned. None is too fast: it is the
-/// most that is wanted, and the limits hold besides.
+/// most that is request, and the limits hold besides.
 pub(crate) fn path_speed(asked: f64) -> Result<f64, PlanError> {
     if asked >= SPEED_MIN_STEPS_S { Ok(asked) } else { Err(PlanError::PathSpeed { asked, min: SPEED_MIN_STEPS_S }) }
 }

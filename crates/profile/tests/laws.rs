@@ -135,13 +135,13 @@ fn times_over_displacement_are_the_quadrature_of_its_speed() {
             let limits = Limits { start_speed_steps_s: start, ..LIMITS };
             let profile = plan(10_000.0, start, start, &limits, law);
             let length = profile.accel_end_steps();
-            for share in [0.01, 0.3, 1.0] {
+            for ratio in [0.01, 0.3, 1.0] {
                 let slowness = |u: f64| length / (start + (TOP - start) * speed(law, u));
-                let wanted_s = integral(slowness, share);
-                let got_s = profile.time_at(length * share);
+                let wanted_s = integral(slowness, ratio);
+                let got_s = profile.time_at(length * ratio);
                 assert!(
                     (got_s / wanted_s - 1.0).abs() < 1e-9,
-                    "{law} from {start} to {share}: {got_s} for {wanted_s} s"
+                    "{law} from {start} to {ratio}: {got_s} for {wanted_s} s"
                 );
             }
         }
@@ -188,8 +188,8 @@ fn the_peak_acceleration_is_the_limit() {
 fn peaks(profile: &Profile) -> [f64; 2] {
     let accel_at = |steps: f64| profile.accel_at(profile.time_at(steps));
     let decel_steps = profile.distance_steps() - profile.cruise_end_steps();
-    let up = highest(|share| accel_at(profile.accel_end_steps() * share));
-    let down = highest(|share| -accel_at(profile.distance_steps() - decel_steps * share));
+    let up = highest(|ratio| accel_at(profile.accel_end_steps() * ratio));
+    let down = highest(|ratio| -accel_at(profile.distance_steps() - decel_steps * ratio));
     [up, down]
 }
 
@@ -206,12 +206,12 @@ fn highest(function: impl Fn(f64) -> f64) -> f64 {
 /// Away from corners, as the S-curve's at a third of its ramp (0.1 of 0.3 s) and at a ninth (0.05 of 0.45 s).
 #[test]
 fn each_derivative_is_the_difference_of_what_it_derives_from() {
-    let shares = [0.02, 0.2, 0.4, 0.5, 0.62, 0.8, 0.97];
+    let ratios = [0.02, 0.2, 0.4, 0.5, 0.62, 0.8, 0.97];
     for law in SpeedLaw::ALL {
         let profile = long(law);
         let decel_start_s = profile.duration_s() - profile.t_decel_s();
-        let accelerating = shares.map(|share| share * profile.t_accel_s());
-        let decelerating = shares.map(|share| decel_start_s + share * profile.t_decel_s());
+        let accelerating = ratios.map(|ratio| ratio * profile.t_accel_s());
+        let decelerating = ratios.map(|ratio| decel_start_s + ratio * profile.t_decel_s());
         for t_s in accelerating.into_iter().chain(decelerating) {
             let derivative = |function: fn(&Profile, f64) -> f64| five_points(|t_s| function(&profile, t_s), t_s);
             close(law.name(), derivative(Profile::position_at), profile.speed_at(t_s), 1e-6);

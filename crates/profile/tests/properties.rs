@@ -12,7 +12,7 @@ const TICK_HZ: u32 = 1_000_000;
 const EDGE_ERROR_MAX_TICKS: f64 = 0.5 + FIT_ERROR_MAX_TICKS + 0.01;
 
 fn limits() -> impl Strategy<Value = Limits> {
-    // Speeds to 200,000 steps/s, five ticks a step; the start speed a share of the top speed; the top speed's ramp in
+    // Speeds to 200,000 steps/s, five ticks a step; the start speed a fraction of the top speed; the top speed's ramp in
     // jerk alone, hardly any, or none.
     let log = |from: f64, to: f64| (from.ln()..to.ln()).prop_map(f64::exp);
     let jerk = prop_oneof![4 => log(0.01, 1e3), 1 => Just(f64::INFINITY)];
@@ -122,19 +122,19 @@ proptest! {
         let plan = SyncMove::plan(steps, &limits, law, speed_law, None).unwrap();
         let profile = &plan.profile;
         for axis in (0..3).filter(|&axis| steps[axis] != 0) {
-            let share = f64::from(steps[axis].unsigned_abs()) / profile.distance_steps();
+            let ratio = f64::from(steps[axis].unsigned_abs()) / profile.distance_steps();
             let own = &limits[axis];
             let slack = 1.0 + 1e-9;
-            prop_assert!(profile.cruise_speed_steps_s() * share <= own.top_speed_steps_s * slack);
-            prop_assert!(profile.entry_speed_steps_s() * share <= own.start_speed_steps_s * slack);
+            prop_assert!(profile.cruise_speed_steps_s() * ratio <= own.top_speed_steps_s * slack);
+            prop_assert!(profile.entry_speed_steps_s() * ratio <= own.start_speed_steps_s * slack);
             for i in 0..=64 {
-                let accel = profile.accel_at(profile.duration_s() * f64::from(i) / 64.0) * share;
+                let accel = profile.accel_at(profile.duration_s() * f64::from(i) / 64.0) * ratio;
                 prop_assert!(accel <= own.accel_steps_s2 * slack);
                 prop_assert!(-accel <= own.decel_steps_s2 * slack);
             }
             if speed_law == SpeedLaw::SCurve {
                 for i in 0..=64 {
-                    let jerk = profile.jerk_at(profile.duration_s() * f64::from(i) / 64.0) * share;
+                    let jerk = profile.jerk_at(profile.duration_s() * f64::from(i) / 64.0) * ratio;
                     prop_assert!(jerk.abs() <= own.jerk_steps_s3 * slack);
                 }
             }
@@ -151,11 +151,11 @@ proptest! {
         prop_assume!(steps != [0; 3]);
         let shared = SyncMove::plan(steps, &limits, law, SpeedLaw::Trapezoid, None).unwrap().profile;
         for &n in steps.iter().filter(|&&n| n != 0) {
-            let share = f64::from(n.unsigned_abs()) / shared.distance_steps();
-            let ramp = |accel: f64, t_s: f64| if t_s > 0.0 { accel * share } else { 1.0 };
+            let ratio = f64::from(n.unsigned_abs()) / shared.distance_steps();
+            let ramp = |accel: f64, t_s: f64| if t_s > 0.0 { accel * ratio } else { 1.0 };
             let own = Limits {
-                start_speed_steps_s: shared.entry_speed_steps_s() * share,
-                top_speed_steps_s: shared.cruise_speed_steps_s() * share,
+                start_speed_steps_s: shared.entry_speed_steps_s() * ratio,
+                top_speed_steps_s: shared.cruise_speed_steps_s() * ratio,
                 accel_steps_s2: ramp(shared.accel_at(0.0), shared.t_accel_s()),
                 decel_steps_s2: ramp(-shared.accel_at(shared.duration_s()), shared.t_decel_s()),
                 jerk_steps_s3: f64::INFINITY,

@@ -30,7 +30,7 @@ fn moving(speed_law: SpeedLaw, limits: Limits) -> Limits {
 }
 
 /// A share of the top speed: none, any, almost all, all.
-fn start_share() -> impl Strategy<Value = f64> {
+fn start_ratio() -> impl Strategy<Value = f64> {
     prop_oneof![Just(0.0), 0.0..1.0, log(1e-17, 1e-3).prop_map(|less| 1.0 - less), Just(1.0)]
 }
 
@@ -39,15 +39,15 @@ prop_compose! {
         top_speed_steps_s in log(top.0, top.1),
         accel_steps_s2 in log(accel.0, accel.1),
         decel_steps_s2 in log(accel.0, accel.1),
-        jerk_share in log(0.01, 1e3),
-        share in start_share(),
+        jerk_ratio in log(0.01, 1e3),
+        ratio in start_ratio(),
     ) -> Limits {
         Limits {
-            start_speed_steps_s: top_speed_steps_s * share,
+            start_speed_steps_s: top_speed_steps_s * ratio,
             top_speed_steps_s,
             accel_steps_s2,
             decel_steps_s2,
-            jerk_steps_s3: jerk_share * accel_steps_s2 * decel_steps_s2 / top_speed_steps_s,
+            jerk_steps_s3: jerk_ratio * accel_steps_s2 * decel_steps_s2 / top_speed_steps_s,
         }
     }
 }
@@ -147,11 +147,11 @@ proptest! {
     /// Speeds from a step in 33 minutes to ten a microsecond, ramps of a day, ramps that hardly are, two billion steps.
     #[test]
     fn so_are_those_of_extreme_moves(
-        limits in limits((5e-4, 1e7), (1e-9, 1e9)), steps in log(1.0, 2e9), share in log(1e-9, 1.0), law in law(),
+        limits in limits((5e-4, 1e7), (1e-9, 1e9)), steps in log(1.0, 2e9), ratio in log(1e-9, 1.0), law in law(),
         speed_law in speed_law(),
     ) {
         let limits = moving(speed_law, limits);
-        let steps = [steps as i32, -(steps * share) as i32];
+        let steps = [steps as i32, -(steps * ratio) as i32];
         let Ok(plan) = SyncMove::plan(steps, &[limits; 2], law, speed_law, None) else { return Ok(()) };
         check_all(&plan)?;
     }
@@ -253,7 +253,7 @@ fn nothing_drifts() {
 
 /// Axes of one move cruise over the same interval: their steps begin and end it within one period of each.
 #[test]
-fn axes_share_their_intervals() {
+fn axes_ratio_their_intervals() {
     let plan = fastest([120_000, -70_001, 33_333], limits_of(1e6, 1e7));
     let (from_s, to_s) = (plan.profile.t_accel_s(), plan.profile.t_accel_s() + plan.profile.t_cruise_s());
     for (axis, n) in plan.steps.iter().enumerate() {

@@ -76,7 +76,7 @@ pub struct MoveComparison {
     #[serde(flatten)]
     pub jitter: Jitter,
     /// How far apart the accelerating, cruising and decelerating intervals of its axes are, each measured from the axis's
-    /// own edges, ns; `None` when the edges of fewer than two axes resolve 10 us, or one strays too far from its instant.
+    /// own edges, ns; `None` when the edges of fewer than two axes resolve 10 us, or one deviates too far from its instant.
     pub apart_ns: Option<f64>,
     /// How long after the end of the plan before it this one started, ns, both reckoned from their first edges: less than
     /// nothing if that one was cut short. `None` for the first.

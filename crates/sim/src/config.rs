@@ -43,7 +43,7 @@ impl Port {
         1e9 / f64::from(self.tick_hz())
     }
 
-    /// How far a step may be from its closed-form instant, ns: half a tick, and what a segment may stray from the form.
+    /// How far a step may be from its closed-form instant, ns: half a tick, and what a segment may deviate from the form.
     pub fn tolerance_ns(self) -> f64 {
         (0.5 + fit_error_max_ticks(self.tick_hz())) * self.tick_ns()
     }

@@ -59,7 +59,7 @@ fn jumps_mm_s(outcome: &Outcome, [before, after]: [&MoveRecord; 2]) -> [f64; AXE
 
 /// Of each axis while the longest one has this speed.
 fn velocity_steps_s(record: &MoveRecord, speed_steps_s: f64) -> [f64; AXES] {
-    record.plan.steps.map(|steps| speed_steps_s * f64::from(steps) / record.plan.way_steps())
+    record.plan.steps.map(|steps| speed_steps_s * f64::from(steps) / record.plan.distance_steps())
 }
 
 #[cfg(test)]

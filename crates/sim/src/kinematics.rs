@@ -4,7 +4,7 @@ use isostep_motion::{AXES, Axis};
 use serde::Serialize;
 
 use crate::corners;
-use crate::measure::limits::{self, Ends, Shares};
+use crate::measure::limits::{self, Ends, LimitRatios};
 use crate::outcome::Outcome;
 
 /// A figure and its limit, both in one unit.
@@ -48,7 +48,7 @@ pub struct AxisFigures {
 
 /// Of every axis, beside the limits at the end of the run; `lines` are those of all moves.
 pub fn axes(outcome: &Outcome, lines: &[Option<usize>]) -> [AxisFigures; AXES] {
-    let (shares, jumps) = (shares(outcome), corners::largest_jumps(outcome));
+    let (ratios, jumps) = (ratios(outcome), corners::largest_jumps(outcome));
     std::array::from_fn(|axis| {
         let (limits, steps_per_mm) = (outcome.limits[axis], outcome.steps_per_mm[axis]);
         let of = |share: f64, limit_steps: f64| {
@@ -57,9 +57,9 @@ pub fn axes(outcome: &Outcome, lines: &[Option<usize>]) -> [AxisFigures; AXES] {
         };
         AxisFigures {
             axis: Axis::ALL[axis].to_string(),
-            speed_mm_s: of(shares[axis].speed, limits.top_speed_steps_s),
-            accel_mm_s2: of(shares[axis].accel, limits.accel_steps_s2),
-            decel_mm_s2: of(shares[axis].decel, limits.decel_steps_s2),
+            speed_mm_s: of(ratios[axis].speed, limits.top_speed_steps_s),
+            accel_mm_s2: of(ratios[axis].accel, limits.accel_steps_s2),
+            decel_mm_s2: of(ratios[axis].decel, limits.decel_steps_s2),
             jump: jumps[axis].map(|jump| JumpFigures {
                 mm_s: jump.mm_s,
                 mm_min: jump.mm_s * 60.0,
@@ -71,18 +71,18 @@ pub fn axes(outcome: &Outcome, lines: &[Option<usize>]) -> [AxisFigures; AXES] {
     })
 }
 
-/// The highest of all moves of the program, each as a share of its limit.
-fn shares(outcome: &Outcome) -> [Shares; AXES] {
+/// The highest of all moves of the program, each as a fraction of its limit.
+fn ratios(outcome: &Outcome) -> [LimitRatios; AXES] {
     let off_s = outcome.config.port.tolerance_ns() * 1e-9;
-    let mut highest = [Shares::default(); AXES];
+    let mut highest = [LimitRatios::default(); AXES];
     for record in outcome.moves.iter().filter(|record| !record.homing) {
         let times_s = crate::verify::axis_times_s(record, &outcome.edges[record.edges.clone()]);
         for (axis, times_s) in times_s.iter().enumerate() {
             let own = &outcome.limits[axis];
             // What a move begins and ends with is for the corners.
             let ends = Ends { at_rest: [false; 2] };
-            let shares = limits::shares(times_s, off_s, own, outcome.speed_law, ends, |_| own.top_speed_steps_s);
-            highest[axis] = highest[axis].max(shares);
+            let ratios = limits::ratios(times_s, off_s, own, outcome.speed_law, ends, |_| own.top_speed_steps_s);
+            highest[axis] = highest[axis].max(ratios);
         }
     }
     highest

@@ -1,7 +1,7 @@
 //! Which line of the program each move is of, and what the line asks for. No move says so: the lines are read again, and
 //! moves are told by where they end.
 
-use isostep_console::{Command, Interpreter, Modal, Move, Rate, Settings, Spindle, State};
+use isostep_console::{Command, Interpreter, Modal, Move, Rate, ReportedState, Settings, Spindle};
 use isostep_motion::{AXES, Level, Power, whole_steps};
 
 use crate::outcome::Outcome;
@@ -60,7 +60,7 @@ pub(crate) fn sets_limits_on_the_way(outcome: &Outcome) -> bool {
     accepted_lines(outcome).any(|(_, text)| {
         let Ok(line) = stripped(text) else { return false };
         let from_mm = interpreter.position_mm();
-        match interpreter.interpret(&line, State::Idle, &outcome.config.settings) {
+        match interpreter.interpret(&line, ReportedState::Idle, &outcome.config.settings) {
             Ok(Command::Block(block)) => {
                 let moves = |motion: Move| motion.arc.is_some() || motion.target_mm != from_mm;
                 has_moved |= block.via_mm.is_some() || block.motion.is_some_and(moves);
@@ -97,7 +97,7 @@ struct Reader<'a> {
 impl Reader<'_> {
     fn read(&mut self, number: usize, text: &[u8]) {
         let Ok(line) = stripped(text) else { return };
-        match self.interpreter.interpret(&line, State::Idle, &self.settings) {
+        match self.interpreter.interpret(&line, ReportedState::Idle, &self.settings) {
             Ok(Command::Block(block)) => {
                 let exact_stop = block.motion.is_some_and(|motion| motion.exact_stop);
                 let via = block.via_mm.map(|target_mm| Move { target_mm, rate: Rate::Rapid, arc: None, exact_stop });
@@ -121,7 +121,7 @@ impl Reader<'_> {
     /// As the controller asks for it, but for a line that ends the program, too.
     fn power(&self, rate: Rate) -> Power {
         let Modal { spindle, speed_rpm, .. } = *self.interpreter.modal();
-        let level = Level::of_share(speed_rpm / self.settings.spindle_max_rpm);
+        let level = Level::of_ratio(speed_rpm / self.settings.spindle_max_rpm);
         match spindle {
             _ if !self.settings.laser_mode || rate == Rate::Rapid => Power::Off,
             Spindle::Off => Power::Off,
@@ -211,7 +211,7 @@ mod tests {
     fn a_laser_shines_in_feed_moves_as_m3_m4_and_s_say() {
         let found =
             sources("G21 G91\nM3 S500\nG1 X1 F600\nG4 P0\n$32=1\nX1\nG4 P0\n$30=2000\nM4 X1\nG0 X1\nM5 G1 X1\n");
-        let level = |share| Level::of_share(share);
+        let level = |share| Level::of_ratio(share);
         let powers: Vec<_> = found.iter().map(|source| source.unwrap().power).collect();
         let expected = [Power::Off, Power::Constant(level(0.5)), Power::BySpeed(level(0.25)), Power::Off, Power::Off];
         assert_eq!(powers, expected);

@@ -16,7 +16,7 @@
 //! t_cruise = sqrt(T² - 2 n (1/a + 1/d)). Of the two ways the one that resolves more is taken.
 //!
 //! How much that is follows from the grain, the width of the band in which instants lie about their line: it shifts a
-//! line over a span s by a share of about grain/s. The grain is a tick, or what the edges of the ramps are seen to stray.
+//! line over a span s by a fraction of about grain/s. The grain is a tick, or what the edges of the ramps are seen to deviate.
 //! So a measurement comes with its resolution, and two that differ by less are equal.
 
 mod by_shape;

@@ -107,7 +107,7 @@ impl MoveRecord {
                 (whole.time_at(f64::from(k) - 0.5) - made_s).abs() < SAME_S
             })
         };
-        let by = |law| Profile::plan(self.plan.way_steps(), entry, exit, &limits, IntervalLaw::Fastest, law).ok();
+        let by = |law| Profile::plan(self.plan.distance_steps(), entry, exit, &limits, IntervalLaw::Fastest, law).ok();
         SpeedLaw::ALL.into_iter().filter_map(by).find(is_it)
     }
 }
@@ -146,7 +146,7 @@ impl Moves {
                 self.runs += 1;
             }
             (Event::Move { plan }, Some(run)) => self.records.push(run.begin(plan, self.homing)),
-            (Event::Part { plan }, Some(_)) => {
+            (Event::Replan { plan }, Some(_)) => {
                 if let Some(record) = self.records.last_mut() {
                     // Nearly always the only one: of 200,000 moves each has its part.
                     record.parts.reserve_exact(1);
@@ -199,7 +199,7 @@ impl OpenRun {
             origin_steps,
             end_steps: self.place_steps,
             finish: Finish::Done,
-            held_at_steps: plan.way_steps(),
+            held_at_steps: plan.distance_steps(),
             plan_s: plan.end_s(),
             homing,
             edges: 0..0,

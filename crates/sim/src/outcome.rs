@@ -68,7 +68,7 @@ pub struct Outcome {
     pub travel_mm: [f64; AXES],
     /// Its limits at the end.
     pub limits: [Limits; AXES],
-    /// How far the circle strays that says how fast a corner is taken, at the end, mm.
+    /// How far the circle deviates that says how fast a corner is taken, at the end, mm.
     pub junction_deviation_mm: f64,
     /// Its speed law at the end.
     pub speed_law: SpeedLaw,

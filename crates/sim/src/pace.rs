@@ -73,7 +73,7 @@ pub struct AxisPace {
     pub highest_mm_s: f64,
     /// Its top speed: `$110`-`$112`, mm/s.
     pub top_mm_s: f64,
-    /// The one as a share of the other.
+    /// The one as a fraction of the other.
     pub share: f64,
     /// How long it is the axis that limits the acceleration on ramps, s.
     pub ramps_s: f64,

@@ -9,8 +9,8 @@
 use embassy_time::{Duration, Instant};
 use embedded_hal::digital::OutputPin;
 use isostep_motion::{
-    AXES, Axis, Brake, Capabilities, Direction, DriverTiming, Feed, Odometer, PortFault, Run, SegmentQueue, StartLine,
-    StepPort, TimerBank, TimerPort, Wiring, ticks_covering,
+    AXES, Axis, Brake, Capabilities, Direction, DriverTiming, Odometer, PortFault, Run, SegmentQueue, StartLine,
+    StepPort, StreamItem, TimerBank, TimerPort, Wiring, ticks_covering,
 };
 use isostep_profile::Segment;
 
@@ -125,8 +125,8 @@ impl SimPort {
     }
 
     /// Gets ready for what comes first, and waits for its start: the instant, ns since power-up.
-    async fn start(&mut self, first: &Feed, run: &Run, start_line: &StartLine) -> u64 {
-        if let Feed::Steps { direction, .. } = first {
+    async fn start(&mut self, first: &StreamItem, run: &Run, start_line: &StartLine) -> u64 {
+        if let StreamItem::Steps { direction, .. } = first {
             self.face(*direction, run.wiring);
         }
         self.clock.until(self.ready_ns).await;
@@ -177,13 +177,13 @@ impl StepPort for SimPort {
         segments: &SegmentQueue,
         odometer: &Odometer,
     ) -> Result<(), PortFault> {
-        let mut feed = segments.receive().await;
-        let start_ns = self.start(&feed, &run, start_line).await;
+        let mut item = segments.receive().await;
+        let start_ns = self.start(&item, &run, start_line).await;
         let mut last_ticks = None;
         let at_ns = |ticks: u64| start_ns + ticks * NS_PER_TICK;
         loop {
-            match feed {
-                Feed::Steps { segment, direction } => {
+            match item {
+                StreamItem::Steps { segment, direction } => {
                     self.check_speed(last_ticks, &segment, run.wiring)?;
                     if self.only_time {
                         self.pass(at_ns(segment.last_ticks()), &segment, direction, &run, odometer).await;
@@ -195,11 +195,11 @@ impl StepPort for SimPort {
                     }
                     last_ticks = Some(segment.last_ticks());
                 }
-                Feed::Rest { until_ticks } => self.clock.until(at_ns(until_ticks)).await,
-                Feed::End => return Ok(()),
+                StreamItem::Rest { until_ticks } => self.clock.until(at_ns(until_ticks)).await,
+                StreamItem::End => return Ok(()),
             }
             // The wait for the next step has begun: it must be known.
-            feed = segments.try_receive().map_err(|_| PortFault::Underrun)?;
+            item = segments.try_receive().map_err(|_| PortFault::Underrun)?;
         }
     }
 }

@@ -7,7 +7,7 @@
 //! any order.
 
 use embassy_time::Duration;
-use isostep_console::{Command, Error, Interpreter, SettingError, Settings, State};
+use isostep_console::{Command, Error, Interpreter, ReportedState, SettingError, Settings};
 use isostep_motion::{AXES, Axis, Capabilities, ConfigError, DriverTiming, Wiring};
 use isostep_profile::Limits;
 
@@ -132,7 +132,7 @@ fn setting(text: &str) -> Result<Option<(u16, f32)>, Reason> {
     if !line.starts_with('$') {
         return Err(Reason::NoSetting);
     }
-    match Interpreter::new().interpret(&line, State::Idle, &Settings::DEFAULT).map_err(Reason::Line)? {
+    match Interpreter::new().interpret(&line, ReportedState::Idle, &Settings::DEFAULT).map_err(Reason::Line)? {
         Command::SetSetting { number, value } => Ok(Some((number, value))),
         _ => Err(Reason::NoSetting),
     }

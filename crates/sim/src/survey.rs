@@ -12,7 +12,7 @@ mod room;
 use std::collections::BTreeMap;
 
 use isostep_console::{
-    Command, Coordinates, Error, Interpreter, Move, Rate, Refusal, SettingError, Settings, Spindle, State,
+    Command, Coordinates, Error, Interpreter, Move, Rate, Refusal, ReportedState, SettingError, Settings, Spindle,
 };
 use isostep_motion::{AXES, Axis, Direction};
 use serde::Serialize;
@@ -257,7 +257,7 @@ impl Reader {
             }
         }
         let from_mm = self.interpreter.position_mm();
-        let state = if self.checks_from_mm.is_some() { State::Check } else { State::Idle };
+        let state = if self.checks_from_mm.is_some() { ReportedState::Check } else { ReportedState::Idle };
         match self.interpreter.interpret(&line, state, &self.settings) {
             Err(error) => self.refuse(&line, error, None),
             Ok(Command::SetSetting { number, value }) => self.set(&line, number, value),

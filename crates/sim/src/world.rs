@@ -247,7 +247,7 @@ impl World {
     fn note_event(&mut self, event: Event) {
         let t_ns = self.clock.now_ns();
         self.record.moves.take(t_ns, event);
-        if !matches!(event, Event::Run { .. } | Event::Move { .. } | Event::Part { .. } | Event::RunEnd { .. }) {
+        if !matches!(event, Event::Run { .. } | Event::Move { .. } | Event::Replan { .. } | Event::RunEnd { .. }) {
             self.record.events.push((t_ns, event));
         }
     }

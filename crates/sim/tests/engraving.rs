@@ -92,7 +92,7 @@ fn a_pixel_has_its_level_from_its_first_half_step_on() {
     let duties = duties(&outcome);
     let mut before = 0;
     for (pixel, record) in outcome.moves.iter().enumerate() {
-        let own = outcome.tool_config.duties.duty(Level::of_share(level(pixel) as f32 / 1_000.0));
+        let own = outcome.tool_config.duties.duty(Level::of_ratio(level(pixel) as f32 / 1_000.0));
         let begin_ns = record.begin_ns();
         assert_eq!(duty_at(&duties, begin_ns - LATE_NS), before, "pixel {pixel}, before");
         assert_eq!(duty_at(&duties, begin_ns + LATE_NS), own, "pixel {pixel}, behind its beginning");

@@ -5,25 +5,25 @@ use std::fmt::{self, Write};
 use isostep_console::parameters::{STORED_LINE_CHARS, StoredLine};
 use isostep_console::{
     Block, Command, Coordinates, Door, Error, Interpreter, Jog, LineAssembler, MAX_COORDINATE_MM, MIN_FEED_MM_MIN,
-    Move, Overrides, Rate, Realtime, Refusal, SETTING_TABLE, Settings, Spindle, State, Status, StatusReporter,
+    Move, Overrides, Rate, Realtime, Refusal, ReportedState, SETTING_TABLE, Settings, Spindle, Status, StatusReporter,
     realtime, report, stopped_at,
 };
 
 /// The states that a machine may be asked in.
-const STATES: [State; 13] = [
-    State::Idle,
-    State::Run,
-    State::Hold { stopping: false },
-    State::Hold { stopping: true },
-    State::Door(Door::Closed),
-    State::Door(Door::Open),
-    State::Door(Door::Stopping),
-    State::Door(Door::Resuming),
-    State::Jog,
-    State::Home,
-    State::Alarm,
-    State::Check,
-    State::Sleep,
+const STATES: [ReportedState; 13] = [
+    ReportedState::Idle,
+    ReportedState::Run,
+    ReportedState::Hold { stopping: false },
+    ReportedState::Hold { stopping: true },
+    ReportedState::Door(Door::Closed),
+    ReportedState::Door(Door::Open),
+    ReportedState::Door(Door::Stopping),
+    ReportedState::Door(Door::Resuming),
+    ReportedState::Jog,
+    ReportedState::Home,
+    ReportedState::Alarm,
+    ReportedState::Check,
+    ReportedState::Sleep,
 ];
 
 /// What a controller has room for, bytes; and what the reports say that they take at most.
@@ -60,7 +60,7 @@ struct Console {
     settings: Settings,
     overrides: Overrides,
     reporter: StatusReporter,
-    state: State,
+    state: ReportedState,
     inputs: u8,
     /// The last N, and the last feed.
     line_number: u32,
@@ -78,7 +78,7 @@ impl Console {
             settings: Settings::DEFAULT,
             overrides: Overrides::DEFAULT,
             reporter: StatusReporter::new(),
-            state: State::Idle,
+            state: ReportedState::Idle,
             inputs: 0,
             line_number: 0,
             feed_mm_min: 0.0,
@@ -236,14 +236,14 @@ impl Console {
         let [probe_touched, x, y, z, door_open, emergency_stop] =
             core::array::from_fn(|bit| self.inputs >> bit & 1 == 1);
         let modal = self.interpreter.modal();
-        let share = f32::from(self.overrides.spindle_percent) / 100.0;
+        let ratio = f32::from(self.overrides.spindle_percent) / 100.0;
         let status = Status {
             state: self.state,
             position_mm: self.interpreter.position_mm(),
             work_offset_mm: self.interpreter.work_offset_mm(),
             line_number: self.line_number,
             feed_mm_min: self.feed_mm_min,
-            spindle_rpm: if modal.spindle == Spindle::Off { 0.0 } else { modal.speed_rpm * share },
+            spindle_rpm: if modal.spindle == Spindle::Off { 0.0 } else { modal.speed_rpm * ratio },
             spindle: modal.spindle,
             coolant: modal.coolant,
             probe_touched,

@@ -16,12 +16,12 @@ mod model;
 use std::array;
 
 use arbitrary::{Result, Unstructured};
-use isostep_profile::chain::{Chain, Leg, LegKind, Wanted};
+use isostep_profile::chain::{Chain, Chunk, ChunkKind, Request};
 use isostep_profile::{IntervalLaw, Limits, SpeedLaw};
 
 use self::case::{AXES, Case};
 use self::drive::{Event, drive};
-use self::model::Shares;
+use self::model::LimitRatios;
 
 const MOVES: usize = 24;
 const EVENTS: usize = 40;
@@ -33,7 +33,7 @@ const COMPILED_STEPS: u32 = 20_000;
 /// Plans and makes the moves of `bytes`.
 ///
 /// # Panics
-/// Where a leg does not meet the one before, a limit is not kept, a step is not made, or made twice, or it does not come to rest;
+/// Where a chunk does not meet the one before, a limit is not kept, a step is not made, or made twice, or it does not come to rest;
 /// the message is the case.
 pub fn run(bytes: &[u8]) {
     let mut bytes = Unstructured::new(bytes);
@@ -55,10 +55,10 @@ fn read(bytes: &mut Unstructured<'_>) -> Result<(Case, Vec<Event>, bool)> {
     let is_short = bytes.arbitrary()?;
     let axes = [axis(bytes, law)?, axis(bytes, law)?, axis(bytes, law)?];
     let (limits, mm_per_step) = (axes.map(|axis| axis.0), axes.map(|axis| axis.1));
-    let mut moves: Vec<Wanted<AXES>> = Vec::new();
+    let mut moves: Vec<Request<AXES>> = Vec::new();
     for tag in 0..bytes.int_in_range(1..=MOVES)? {
         let last = moves.last().copied();
-        moves.push(Wanted { tag: tag as u64, ..wanted(bytes, last)? });
+        moves.push(Request { tag: tag as u64, ..wanted(bytes, last)? });
     }
     let mut events = Vec::new();
     while !bytes.is_empty() && events.len() < EVENTS {
@@ -68,12 +68,12 @@ fn read(bytes: &mut Unstructured<'_>) -> Result<(Case, Vec<Event>, bool)> {
 }
 
 /// A share from 0 to 1.
-fn share(bytes: &mut Unstructured<'_>) -> Result<f64> {
+fn ratio(bytes: &mut Unstructured<'_>) -> Result<f64> {
     Ok(f64::from(bytes.arbitrary::<u16>()?) / f64::from(u16::MAX))
 }
 
 fn log(bytes: &mut Unstructured<'_>, from: f64, to: f64) -> Result<f64> {
-    Ok(from * (to / from).powf(share(bytes)?))
+    Ok(from * (to / from).powf(ratio(bytes)?))
 }
 
 /// Of a machine as people have it, as in the chain's tests.
@@ -81,7 +81,7 @@ fn axis(bytes: &mut Unstructured<'_>, law: SpeedLaw) -> Result<(Limits, f64)> {
     let per_mm = log(bytes, 10.0, 400.0)?;
     let (top, accel) = (log(bytes, 1.0, 500.0)? * per_mm, log(bytes, 5.0, 5e3)? * per_mm);
     let decel = if bytes.arbitrary()? { 1.0 } else { log(bytes, 0.5, 2.0)? };
-    let start = if bytes.arbitrary()? { 0.0 } else { 0.3 * share(bytes)? };
+    let start = if bytes.arbitrary()? { 0.0 } else { 0.3 * ratio(bytes)? };
     let least = if law.is_over_displacement() { 0.01 } else { 0.0 };
     let jerk = if bytes.ratio(1, 4)? { f64::INFINITY } else { log(bytes, 0.1, 100.0)? };
     let limits = Limits {
@@ -95,7 +95,7 @@ fn axis(bytes: &mut Unstructured<'_>, law: SpeedLaw) -> Result<(Limits, f64)> {
 }
 
 /// A move by itself, one more in the direction of the one before, or back, or one that bends a little.
-fn wanted(bytes: &mut Unstructured<'_>, last: Option<Wanted<AXES>>) -> Result<Wanted<AXES>> {
+fn wanted(bytes: &mut Unstructured<'_>, last: Option<Request<AXES>>) -> Result<Request<AXES>> {
     let before = last.map_or([1, 0, 0], |last| last.steps);
     let steps = match bytes.int_in_range(0..=3)? {
         0 => {
@@ -121,7 +121,7 @@ fn wanted(bytes: &mut Unstructured<'_>, last: Option<Wanted<AXES>>) -> Result<Wa
         (1, _) | (_, None) => Some(log(bytes, 1.0 / 60.0, 500.0)?),
         (_, Some(last)) => last.feed_mm_s,
     };
-    Ok(Wanted { steps, feed_mm_s, stops: bytes.ratio(1, 12)?, tag: 0 })
+    Ok(Request { steps, feed_mm_s, stops: bytes.ratio(1, 12)?, tag: 0 })
 }
 
 fn event(bytes: &mut Unstructured<'_>) -> Result<Event> {
@@ -133,15 +133,15 @@ fn event(bytes: &mut Unstructured<'_>) -> Result<Event> {
         5 => Event::Settle,
         6 => Event::Start,
         _ => {
-            let (feed, rapid) = (0.1 + 1.9 * share(bytes)?, 0.25 + 0.75 * share(bytes)?);
-            Event::Override(Shares { feed, rapid })
+            let (feed, rapid) = (0.1 + 1.9 * ratio(bytes)?, 0.25 + 0.75 * ratio(bytes)?);
+            Event::Override(LimitRatios { feed, rapid })
         }
     })
 }
 
 /// Makes the case once more, compiled at `tick_hz`: the steps of an axis come one after the other, whatever happens.
 fn compiles(case: &Case, events: &[Event], tick_hz: u32) {
-    let mut chain = Chain::<AXES, 4>::new(case.terms());
+    let mut chain = Chain::<AXES, 4>::new(case.config());
     let mut compiled = Compiled { tick_hz, axes: array::from_fn(|_| Made::default()) };
     let mut left = case.moves.iter();
     let mut push = |chain: &mut Chain<AXES, 4>| {
@@ -156,23 +156,23 @@ fn compiles(case: &Case, events: &[Event], tick_hz: u32) {
         push(&mut chain);
         match *event {
             Event::Push(_) => {}
-            Event::Advance(legs, most_s) => {
-                for _ in 0..legs {
-                    let Some(leg) = chain.advance(most_s) else { break };
-                    compiled.goes_on(&leg);
+            Event::Advance(chunks, most_s) => {
+                for _ in 0..chunks {
+                    let Some(chunk) = chain.advance(most_s) else { break };
+                    compiled.goes_on(&chunk);
                     push(&mut chain);
                 }
             }
             Event::Hold => chain.hold(),
             Event::Settle => {
                 chain.hold();
-                while let Some(leg) = chain.advance(f64::INFINITY) {
-                    compiled.goes_on(&leg);
+                while let Some(chunk) = chain.advance(f64::INFINITY) {
+                    compiled.goes_on(&chunk);
                 }
                 compiled.starts(&mut chain);
             }
             Event::Start => compiled.starts(&mut chain),
-            Event::Override(Shares { feed, rapid }) => chain.override_speed(feed, rapid),
+            Event::Override(LimitRatios { feed, rapid }) => chain.override_speed(feed, rapid),
         }
     }
     assert!(chain.is_empty() && left.len() == 0);
@@ -201,14 +201,14 @@ impl Compiled {
         self.axes.iter_mut().filter(|_| begins).for_each(|axis| axis.last_ticks = None);
     }
 
-    fn goes_on(&mut self, leg: &Leg<AXES>) {
+    fn goes_on(&mut self, chunk: &Chunk<AXES>) {
         for (index, made) in self.axes.iter_mut().enumerate() {
-            if leg.kind != LegKind::Further {
-                let segments: Vec<_> = leg.part.segments(index, self.tick_hz).collect();
+            if chunk.kind != ChunkKind::Continuation {
+                let segments: Vec<_> = chunk.plan.segments(index, self.tick_hz).collect();
                 made.left = Some(Box::new(segments.into_iter().flat_map(|segment| segment.ticks())));
-                made.steps = leg.part.step_numbers(index).start - 1;
+                made.steps = chunk.plan.step_numbers(index).start - 1;
             }
-            let until = leg.part.steps_before(index, leg.until_steps);
+            let until = chunk.plan.steps_before(index, chunk.until_steps);
             let left = made.left.get_or_insert_with(|| Box::new(std::iter::empty()));
             for ticks in left.take((until - made.steps) as usize) {
                 assert!(made.last_ticks < Some(ticks), "axis {index}: {ticks} after {:?}", made.last_ticks);

@@ -81,7 +81,7 @@ fn speed_mm_s(outcome: &Outcome, t_ns: u64) -> Option<f64> {
     let t_s = (t_ns - record.start_ns) as f64 * 1e-9;
     let part = record.parts.iter().rfind(|part| part.begin_s() <= t_s).unwrap_or(&record.plan);
     let path_mm = record.plan.steps.iter().map(|steps| (f64::from(*steps) / 50.0).powi(2)).sum::<f64>().sqrt();
-    Some(part.speed_at(t_s) * path_mm / record.plan.way_steps())
+    Some(part.speed_at(t_s) * path_mm / record.plan.distance_steps())
 }
 
 /// As fast as it is, of what was asked for: at every instant, ramps and corners included.

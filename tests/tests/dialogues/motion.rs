@@ -494,13 +494,13 @@ fn an_axis_brakes_by_its_own_limit() {
     for axis in Axis::ALL {
         let (mut sim, number) = (homed(), axis as usize);
         say(&mut sim, "$120=400\n$121=400\n$122=400");
-        for (decel_mm_s2, share) in [("100", 4.0), ("0", 1.0)] {
+        for (decel_mm_s2, ratio) in [("100", 4.0), ("0", 1.0)] {
             assert_eq!(say(&mut sim, &format!("$92{number}={decel_mm_s2}")), ["ok"]);
             assert_eq!(say(&mut sim, &format!("G91 G0 {axis}20")), ["ok"]);
             let outcome = sim.outcome();
             let profile = outcome.moves.last().expect("it moved").plan.profile;
             let found = profile.t_decel_s() / profile.t_accel_s();
-            assert!((found - share).abs() < 1e-6, "{axis}, $92{number}={decel_mm_s2}: it brakes {found} times as long");
+            assert!((found - ratio).abs() < 1e-6, "{axis}, $92{number}={decel_mm_s2}: it brakes {found} times as long");
         }
     }
 }

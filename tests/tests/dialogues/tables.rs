@@ -4,7 +4,9 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use isostep_console::{Alarm, Command, Door, Error, Realtime, SETTING_TABLE, SettingError, Settings, State, realtime};
+use isostep_console::{
+    Alarm, Command, Door, Error, Realtime, ReportedState, SETTING_TABLE, SettingError, Settings, realtime,
+};
 use isostep_profile::SpeedLaw;
 use isostep_tests::root;
 
@@ -85,22 +87,22 @@ fn every_alarm_has_a_row() {
 fn every_state_has_a_row() {
     // A new state does not compile here until it has been added.
     let next = |state| match state {
-        State::Idle => Some(State::Run),
-        State::Run => Some(State::Hold { stopping: false }),
-        State::Hold { stopping: false } => Some(State::Hold { stopping: true }),
-        State::Hold { stopping: true } => Some(State::Door(Door::Closed)),
-        State::Door(Door::Closed) => Some(State::Door(Door::Open)),
-        State::Door(Door::Open) => Some(State::Door(Door::Stopping)),
-        State::Door(Door::Stopping) => Some(State::Door(Door::Resuming)),
-        State::Door(Door::Resuming) => Some(State::Jog),
-        State::Jog => Some(State::Home),
-        State::Home => Some(State::Alarm),
-        State::Alarm => Some(State::Check),
-        State::Check => Some(State::Sleep),
-        State::Sleep => None,
+        ReportedState::Idle => Some(ReportedState::Run),
+        ReportedState::Run => Some(ReportedState::Hold { stopping: false }),
+        ReportedState::Hold { stopping: false } => Some(ReportedState::Hold { stopping: true }),
+        ReportedState::Hold { stopping: true } => Some(ReportedState::Door(Door::Closed)),
+        ReportedState::Door(Door::Closed) => Some(ReportedState::Door(Door::Open)),
+        ReportedState::Door(Door::Open) => Some(ReportedState::Door(Door::Stopping)),
+        ReportedState::Door(Door::Stopping) => Some(ReportedState::Door(Door::Resuming)),
+        ReportedState::Door(Door::Resuming) => Some(ReportedState::Jog),
+        ReportedState::Jog => Some(ReportedState::Home),
+        ReportedState::Home => Some(ReportedState::Alarm),
+        ReportedState::Alarm => Some(ReportedState::Check),
+        ReportedState::Check => Some(ReportedState::Sleep),
+        ReportedState::Sleep => None,
     };
     let known: BTreeSet<_> =
-        std::iter::successors(Some(State::Idle), |&state| next(state)).map(|state| state.to_string()).collect();
+        std::iter::successors(Some(ReportedState::Idle), |&state| next(state)).map(|state| state.to_string()).collect();
     assert_eq!(codes("States"), known);
 }
 
@@ -144,16 +146,16 @@ fn row(command: &Command<'_>) -> &'static str {
 
 #[test]
 fn every_command_has_a_row_with_its_states() {
-    const ALL: [State; 9] = [
-        State::Idle,
-        State::Run,
-        State::Hold { stopping: false },
-        State::Door(Door::Closed),
-        State::Jog,
-        State::Home,
-        State::Alarm,
-        State::Check,
-        State::Sleep,
+    const ALL: [ReportedState; 9] = [
+        ReportedState::Idle,
+        ReportedState::Run,
+        ReportedState::Hold { stopping: false },
+        ReportedState::Door(Door::Closed),
+        ReportedState::Jog,
+        ReportedState::Home,
+        ReportedState::Alarm,
+        ReportedState::Check,
+        ReportedState::Sleep,
     ];
     let lines = [
         "$", "$$", "$1=5", "$#", "$G", "$I", "$I=A", "$N", "$N0=G21", "$C", "$X", "$H", "$HY", "$J=X1F1", "$BUZZ=Z",
@@ -173,7 +175,7 @@ fn every_command_has_a_row_with_its_states() {
                 Err(error) => assert_eq!(error, Error::NotIdle, "{line} in {state}"),
             }
         }
-        let names = |states: &[State]| {
+        let names = |states: &[ReportedState]| {
             let names = states.iter().map(|state| state.to_string().trim_end_matches(":0").to_owned());
             names.collect::<Vec<_>>().join(", ")
         };

@@ -101,9 +101,9 @@ pub fn refused(sim: &mut Sim, line: &str, code: u8) {
 /// An output of the tool that is on.
 pub const ON: u16 = u16::MAX;
 
-/// The duty of a share of the full one.
-pub fn duty(share: f64) -> u16 {
-    (share * f64::from(ON)).round() as u16
+/// The duty of a fraction of the full one.
+pub fn duty(ratio: f64) -> u16 {
+    (ratio * f64::from(ON)).round() as u16
 }
 
 /// How fine [`watch`] looks, us.

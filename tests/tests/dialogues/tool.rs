@@ -51,7 +51,7 @@ fn s_is_linear_from_the_least_to_the_full_duty() {
     let mut sim = homed();
     assert_eq!(say(&mut sim, "$30=24000\n$31=6000\n$36=90\n$35=20\n$33=20000\nM3"), ["ok"; 6]);
     assert_eq!((sim.tool(), field(&mut sim, "FS").as_str()), ([0, ON, 0, 0, 0], "0,0"), "S0");
-    for (speed, share, told) in [
+    for (speed, ratio, told) in [
         ("1", 0.2, "0,6000"),
         ("6000", 0.2, "0,6000"),
         ("10500", 0.375, "0,10500"),
@@ -61,7 +61,7 @@ fn s_is_linear_from_the_least_to_the_full_duty() {
         ("0", 0.0, "0,0"),
     ] {
         assert_eq!(say(&mut sim, &format!("S{speed}")), ["ok"]);
-        assert!(sim.tool()[0].abs_diff(duty(share)) <= 1, "S{speed}: {:?}", sim.tool());
+        assert!(sim.tool()[0].abs_diff(duty(ratio)) <= 1, "S{speed}: {:?}", sim.tool());
         assert_eq!((sim.tool()[1], field(&mut sim, "FS").as_str()), (ON, told), "S{speed}");
     }
     refused(&mut sim, "$31=24000", 2);

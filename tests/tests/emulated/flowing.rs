@@ -67,7 +67,7 @@ impl Program {
         for _ in 0..moves {
             let turn = f64::from(self.moves) / 400.0 * TAU;
             let (rise, flat) = (0.6 * (1.7 * turn).sin()).sin_cos();
-            self.line([turn.cos() * flat, turn.sin() * flat, rise].map(|share| share * MOVE_MM));
+            self.line([turn.cos() * flat, turn.sin() * flat, rise].map(|ratio| ratio * MOVE_MM));
             self.moves += 1;
         }
     }

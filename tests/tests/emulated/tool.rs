@@ -98,14 +98,14 @@ fn a_level_by_speed_follows_the_steps() {
     let mut compared = 0;
     for pair in run.edges.windows(2) {
         let (from_ns, to_ns) = (pair[0].t_ns as f64, pair[1].t_ns as f64);
-        let share = 1e9 / (to_ns - from_ns) / full_steps_s;
+        let ratio = 1e9 / (to_ns - from_ns) / full_steps_s;
         // Near rest a step takes longer than the level stays.
-        if share < 0.1 {
+        if ratio < 0.1 {
             continue;
         }
         let at = levels.partition_point(|level| level.0 <= (from_ns + to_ns) / 2.0);
         let level = levels[at - 1].1;
-        assert!((level - share).abs() < 0.01, "at {from_ns} ns: {level} for {share}");
+        assert!((level - ratio).abs() < 0.01, "at {from_ns} ns: {level} for {ratio}");
         compared += 1;
     }
     assert!(compared > 1_500, "{compared}");

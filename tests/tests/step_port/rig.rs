@@ -12,7 +12,8 @@ use embassy_futures::select::{Either, select};
 use embassy_time::{Instant, Timer};
 use embedded_hal::digital::OutputPin;
 use isostep_motion::{
-    Capabilities, Direction, DriverTiming, Feed, Odometer, PortFault, Run, SegmentQueue, StartLine, StepPort, Wiring,
+    Capabilities, Direction, DriverTiming, Odometer, PortFault, Run, SegmentQueue, StartLine, StepPort, StreamItem,
+    Wiring,
 };
 use isostep_profile::{IntervalLaw, Limits, SpeedLaw, SyncMove};
 use isostep_sim::executor::Executor;
@@ -119,9 +120,9 @@ impl Plan {
     }
 
     /// Its steps, as a port of this tick rate is given them.
-    pub fn feeds(&self, tick_hz: u32) -> impl Iterator<Item = Feed> + use<> {
+    pub fn items(&self, tick_hz: u32) -> impl Iterator<Item = StreamItem> + use<> {
         let direction = Direction::of(self.steps());
-        self.0.segments(1, tick_hz).map(move |segment| Feed::Steps { segment, direction })
+        self.0.segments(1, tick_hz).map(move |segment| StreamItem::Steps { segment, direction })
     }
 
     /// In closed form, ns since power-up, and the direction.
@@ -136,10 +137,10 @@ impl Plan {
 pub const WIRED: Run = Run { wiring: Wiring { direction_inverted: false, pulse_ns: 0 } };
 
 /// What it is given moves it so far.
-pub fn steps_of(feed: Feed) -> i32 {
-    match feed {
-        Feed::Steps { segment, direction } => segment.steps() as i32 * direction.sign(),
-        Feed::Rest { .. } | Feed::End => 0,
+pub fn steps_of(item: StreamItem) -> i32 {
+    match item {
+        StreamItem::Steps { segment, direction } => segment.steps() as i32 * direction.sign(),
+        StreamItem::Rest { .. } | StreamItem::End => 0,
     }
 }
 
@@ -203,12 +204,12 @@ impl Chain {
     }
 
     /// As a port is given them, to the end.
-    pub fn feeds(&self) -> Vec<Feed> {
+    pub fn items(&self) -> Vec<StreamItem> {
         let later = |(begin_ticks, plan): &(u64, Plan)| {
             let begin_ticks = *begin_ticks;
-            plan.feeds(self.tick_hz).map(move |feed| delayed(feed, begin_ticks))
+            plan.items(self.tick_hz).map(move |item| delayed(item, begin_ticks))
         };
-        self.moves.iter().flat_map(later).chain([Feed::End]).collect()
+        self.moves.iter().flat_map(later).chain([StreamItem::End]).collect()
     }
 
     /// In closed form, ns since power-up, and the direction.
@@ -221,11 +222,11 @@ impl Chain {
     }
 }
 
-pub fn delayed(feed: Feed, ticks: u64) -> Feed {
-    match feed {
-        Feed::Steps { segment, direction } => Feed::Steps { segment: segment.delayed(ticks), direction },
-        Feed::Rest { until_ticks } => Feed::Rest { until_ticks: until_ticks + ticks },
-        Feed::End => Feed::End,
+pub fn delayed(item: StreamItem, ticks: u64) -> StreamItem {
+    match item {
+        StreamItem::Steps { segment, direction } => StreamItem::Steps { segment: segment.delayed(ticks), direction },
+        StreamItem::Rest { until_ticks } => StreamItem::Rest { until_ticks: until_ticks + ticks },
+        StreamItem::End => StreamItem::End,
     }
 }
 
@@ -236,25 +237,25 @@ pub async fn carry_out(
     at: (Instant, Wiring),
     odometer: &Odometer,
 ) -> Result<(), PortFault> {
-    let feeds = plan.feeds(port.capabilities().tick_hz).chain([Feed::End]).collect();
-    carry_out_all(port, feeds, at, odometer).await
+    let items = plan.items(port.capabilities().tick_hz).chain([StreamItem::End]).collect();
+    carry_out_all(port, items, at, odometer).await
 }
 
 /// The same, of whatever the port is given.
 pub async fn carry_out_all(
     port: &mut AxisPort,
-    feeds: Vec<Feed>,
+    items: Vec<StreamItem>,
     (start, wiring): (Instant, Wiring),
     odometer: &Odometer,
 ) -> Result<(), PortFault> {
     let (queue, start_line) = (SegmentQueue::new(), StartLine::new());
-    let feed = async {
-        for feed in feeds {
-            queue.send(feed).await;
+    let item = async {
+        for item in items {
+            queue.send(item).await;
         }
         pending::<Infallible>().await
     };
-    let side = join(let_go(&start_line, start), feed);
+    let side = join(let_go(&start_line, start), item);
     match select(port.run(Run { wiring }, &start_line, &queue, odometer), side).await {
         Either::First(result) => result,
         Either::Second((_, never)) => match never {},

@@ -33,7 +33,7 @@ pub struct MoveErrors {
     pub errors: ErrorFigures,
     /// Over the move.
     pub drift: DriftFigures,
-    /// The middle of each bin, ns, and the share of the edges in it.
+    /// The middle of each bin, ns, and the fraction of the edges in it.
     pub histogram: Vec<(f64, f64)>,
 }
 

@@ -25,7 +25,7 @@ use crate::{build, workspace};
 pub(super) const AXES: f64 = 3.0;
 /// Machine time that the firmware may take, s; it takes a quarter of it.
 const PATIENCE_S: u32 = 60;
-/// Below this share of the top speed an interval is long, and its error short-lived.
+/// Below this fraction of the top speed an interval is long, and its error short-lived.
 const SLOW: f64 = 0.1;
 
 /// What everything costs, in emulated cycles of the core.

@@ -36,8 +36,8 @@ use embassy_rp::peripherals::PIO0;
 use embassy_rp::pio::{Config, Direction as PinDirection, FifoJoin, LoadedProgram, Pin, Pio, ShiftDirection};
 use embassy_time::{Duration, with_timeout};
 use isostep_motion::{
-    AXES, Brake, Capabilities, Direction, DriverTiming, Feed, Odometer, PortFault, Run, SegmentQueue, StartLine,
-    StepPort, ticks_covering,
+    AXES, Brake, Capabilities, Direction, DriverTiming, Odometer, PortFault, Run, SegmentQueue, StartLine, StepPort,
+    StreamItem, ticks_covering,
 };
 use isostep_profile::Segment;
 
@@ -137,10 +137,10 @@ impl StepPort for PioPort {
         odometer: &Odometer,
     ) -> Result<(), PortFault> {
         {
-            let mut underway = Underway::new(self, run, start_line, odometer);
-            underway.feed(segments).await?;
+            let mut active = ActiveRun::new(self, run, start_line, odometer);
+            active.emit(segments).await?;
             // Until the state machine has halted, by itself or because of a fault.
-            underway.until(|_| false).await;
+            active.until(|_| false).await;
         }
         if self.risen == self.tally.written_edges() { Ok(()) } else { Err(PortFault::Underrun) }
     }
@@ -158,7 +158,7 @@ impl PioPort {
 }
 
 /// One run. However it ends, or is dropped, the state machine is stopped and its edges are counted.
-struct Underway<'a> {
+struct ActiveRun<'a> {
     port: &'a mut PioPort,
     direction_inverted: bool,
     start_line: &'a StartLine,
@@ -179,7 +179,7 @@ struct Underway<'a> {
     reported_steps: i32,
 }
 
-impl<'a> Underway<'a> {
+impl<'a> ActiveRun<'a> {
     /// The state machine waits at the gate.
     fn new(port: &'a mut PioPort, run: Run, start_line: &'a StartLine, odometer: &'a Odometer) -> Self {
         let capabilities = port.capabilities;
@@ -209,16 +209,16 @@ impl<'a> Underway<'a> {
     }
 
     /// Writes all that the run is given.
-    async fn feed(&mut self, segments: &SegmentQueue) -> Result<(), PortFault> {
-        let mut feed = segments.receive().await;
+    async fn emit(&mut self, segments: &SegmentQueue) -> Result<(), PortFault> {
+        let mut item = segments.receive().await;
         loop {
-            match feed {
-                Feed::Steps { segment, direction } => self.write(&segment, direction).await?,
-                Feed::Rest { until_ticks } => self.rest_until(until_ticks).await?,
-                Feed::End => break,
+            match item {
+                StreamItem::Steps { segment, direction } => self.write(&segment, direction).await?,
+                StreamItem::Rest { until_ticks } => self.rest_until(until_ticks).await?,
+                StreamItem::End => break,
             }
-            feed = match segments.try_receive() {
-                Ok(feed) => feed,
+            item = match segments.try_receive() {
+                Ok(item) => item,
                 Err(_) => self.wait_for_more(segments).await?,
             };
         }
@@ -228,18 +228,18 @@ impl<'a> Underway<'a> {
     }
 
     /// What comes next, when it is not there yet.
-    async fn wait_for_more(&mut self, segments: &SegmentQueue) -> Result<Feed, PortFault> {
+    async fn wait_for_more(&mut self, segments: &SegmentQueue) -> Result<StreamItem, PortFault> {
         // What is written must not wait for what is not compiled yet.
         self.port.stream.hand_over();
         self.start().await;
         loop {
-            let feed = with_timeout(REPORT_EVERY, segments.receive()).await;
+            let item = with_timeout(REPORT_EVERY, segments.receive()).await;
             self.report();
-            match feed {
-                Ok(Feed::End) => return Ok(Feed::End),
+            match item {
+                Ok(StreamItem::End) => return Ok(StreamItem::End),
                 // It comes too late.
                 Ok(_) if self.port.machine.has_halted() => return Err(PortFault::Underrun),
-                Ok(feed) => return Ok(feed),
+                Ok(item) => return Ok(item),
                 Err(_) => {}
             }
         }
@@ -388,7 +388,7 @@ impl<'a> Underway<'a> {
     }
 }
 
-impl Drop for Underway<'_> {
+impl Drop for ActiveRun<'_> {
     fn drop(&mut self) {
         self.stop();
     }

@@ -1,7 +1,7 @@
 //! Words on their way to a state machine: two blocks in RAM and two DMA channels in ping-pong.
 //!
 //! # Design
-//! While DMA feeds one block to the FIFO, the other is filled. A block that is handed over is armed in its own
+//! While DMA sends one block to the FIFO, the other is filled. A block that is handed over is armed in its own
 //! channel and chained behind the running one, so the FIFO sees no gap. A channel that nothing is chained to stops
 //! after its block: what was never written is never sent.
 

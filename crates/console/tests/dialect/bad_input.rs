@@ -1,8 +1,8 @@
 //! Whatever arrives: one answer a line, and after an error everything is as before.
 
 use isostep_console::{
-    Alarm, Command, Door, Error, Interpreter, LineAssembler, MAX_COORDINATE_MM, Realtime, Refusal, SETTING_TABLE,
-    Settings, State, realtime, report, stopped_at,
+    Alarm, Command, Door, Error, Interpreter, LineAssembler, MAX_COORDINATE_MM, Realtime, Refusal, ReportedState,
+    SETTING_TABLE, Settings, realtime, report, stopped_at,
 };
 use proptest::prelude::*;
 
@@ -15,20 +15,20 @@ const FRAGMENTS: &str = "G M N G0 G1 G1 G2 G3 G4 G10 G17 G18 G20 G21 G28 G28.1 G
     $J=G91X1F100 $J $E $E22 $A1 $A99 $100= $110=1e9 $20=1 $22=0 $13=1 $6=3 $30=1 $31=1 $31=999 $35=9 $36=1 $902=1 = - + . 0 1 99999999 123456789 ( ) ; / % (note) g1x1f9 e q ? ! ~ \x00 \x18 \x7F \
     XXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXX";
 
-const STATES: &[State] = &[
-    State::Idle,
-    State::Run,
-    State::Hold { stopping: false },
-    State::Hold { stopping: true },
-    State::Door(Door::Closed),
-    State::Door(Door::Open),
-    State::Door(Door::Stopping),
-    State::Door(Door::Resuming),
-    State::Jog,
-    State::Home,
-    State::Alarm,
-    State::Check,
-    State::Sleep,
+const STATES: &[ReportedState] = &[
+    ReportedState::Idle,
+    ReportedState::Run,
+    ReportedState::Hold { stopping: false },
+    ReportedState::Hold { stopping: true },
+    ReportedState::Door(Door::Closed),
+    ReportedState::Door(Door::Open),
+    ReportedState::Door(Door::Stopping),
+    ReportedState::Door(Door::Resuming),
+    ReportedState::Jog,
+    ReportedState::Home,
+    ReportedState::Alarm,
+    ReportedState::Check,
+    ReportedState::Sleep,
 ];
 
 fn bytes() -> impl Strategy<Value = Vec<u8>> {
@@ -45,7 +45,7 @@ fn bytes() -> impl Strategy<Value = Vec<u8>> {
 }
 
 /// What a caller does with one line: the answer, with everything unchanged if it is an error.
-fn answer(line: Result<&str, Error>, state: State, interpreter: &mut Interpreter, settings: &mut Settings) {
+fn answer(line: Result<&str, Error>, state: ReportedState, interpreter: &mut Interpreter, settings: &mut Settings) {
     let before = (*interpreter, *settings);
     let answer = line.and_then(|line| match interpreter.interpret(line, state, settings)? {
         Command::SetSetting { number, value } => {

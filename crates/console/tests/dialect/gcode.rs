@@ -2,7 +2,7 @@
 
 use crate::talk::{Talk, check};
 use expect_test::expect;
-use isostep_console::State;
+use isostep_console::ReportedState;
 
 #[test]
 fn motion_is_modal_and_needs_a_feed() {
@@ -137,14 +137,14 @@ fn a_line_that_is_only_a_percent_sign_is_an_empty_line() {
         "#]],
     );
     for state in [
-        State::Run,
-        State::Hold { stopping: false },
-        State::Hold { stopping: true },
-        State::Jog,
-        State::Home,
-        State::Alarm,
-        State::Check,
-        State::Sleep,
+        ReportedState::Run,
+        ReportedState::Hold { stopping: false },
+        ReportedState::Hold { stopping: true },
+        ReportedState::Jog,
+        ReportedState::Home,
+        ReportedState::Alarm,
+        ReportedState::Check,
+        ReportedState::Sleep,
     ] {
         let mut talk = Talk::new(state);
         assert_eq!(talk.bytes(b"%\n"), talk.bytes(b"\n"), "{state}");
@@ -318,7 +318,7 @@ fn numbers_have_limits() {
 
 #[test]
 fn a_refused_line_changes_nothing() {
-    let mut talk = Talk::new(State::Idle);
+    let mut talk = Talk::new(ReportedState::Idle);
     talk.send("G1 X5 F100");
     let before = talk.interpreter;
     for line in [
@@ -338,7 +338,7 @@ fn a_refused_line_changes_nothing() {
 
 #[test]
 fn in_alarm_and_while_homing_g_code_is_refused_and_changes_nothing() {
-    for (state, error) in [(State::Alarm, "error:9"), (State::Home, "error:8")] {
+    for (state, error) in [(ReportedState::Alarm, "error:9"), (ReportedState::Home, "error:8")] {
         let mut talk = Talk::new(state);
         assert_eq!(talk.bytes(b"G20 X1\n"), error);
         assert_eq!(talk.interpreter, Talk::new(state).interpreter);
@@ -348,7 +348,7 @@ fn in_alarm_and_while_homing_g_code_is_refused_and_changes_nothing() {
 
 #[test]
 fn the_position_follows_what_the_caller_says() {
-    let mut talk = Talk::new(State::Idle);
+    let mut talk = Talk::new(ReportedState::Idle);
     talk.interpreter.set_position_mm([1.0, 2.0, 3.0]);
     assert_eq!(talk.bytes(b"G91 X1\n"), "(rapid [2.0, 2.0, 3.0]) ok");
     talk.interpreter.reset();
@@ -397,7 +397,7 @@ fn g10_l20_and_g92_make_the_place_where_it_stands_what_they_say() {
 
 #[test]
 fn g92_and_the_tool_length_end_with_a_reset_and_offsets_do_not() {
-    let mut talk = Talk::new(State::Idle);
+    let mut talk = Talk::new(ReportedState::Idle);
     talk.send("G10 L2 P1 X1\nG92 Y2\nG43.1 Z3\nG55");
     assert_eq!(talk.interpreter.work_offset_mm(), [0.0, -2.0, 3.0]);
     talk.interpreter.reset();
@@ -408,7 +408,7 @@ fn g92_and_the_tool_length_end_with_a_reset_and_offsets_do_not() {
 #[test]
 fn g92_and_g10_l20_count_from_the_tip_of_the_tool() {
     for zero in ["G92 X3 Z7", "G10 L20 P1 X3 Z7"] {
-        let mut talk = Talk::new(State::Idle);
+        let mut talk = Talk::new(ReportedState::Idle);
         talk.send(&format!("G0 X10 Z30\nG43.1 Z5\n{zero}"));
         let (position_mm, offset_mm) = (talk.interpreter.position_mm(), talk.interpreter.work_offset_mm());
         let [x, _, z] = [0, 1, 2].map(|axis| position_mm[axis] - offset_mm[axis]);

@@ -2,7 +2,7 @@
 
 use crate::talk::{Talk, check};
 use expect_test::expect;
-use isostep_console::{State, report};
+use isostep_console::{ReportedState, report};
 
 #[test]
 fn a_probe_is_modal_and_the_program_goes_on_from_its_target() {
@@ -99,7 +99,7 @@ fn a_probe_takes_an_inverse_time() {
 
 #[test]
 fn what_a_probe_touched_outlives_a_reset() {
-    let mut talk = Talk::new(State::Idle);
+    let mut talk = Talk::new(ReportedState::Idle);
     let prb = |talk: &mut Talk| {
         let heard = talk.bytes(b"$#\n");
         heard.split(' ').find(|line| line.starts_with("[PRB")).map(str::to_owned).unwrap()

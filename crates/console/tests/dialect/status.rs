@@ -2,7 +2,9 @@
 
 use crate::talk::Talk;
 use expect_test::expect;
-use isostep_console::{Coolant, Door, Move, Overrides, Settings, Spindle, State, Status, StatusReporter, report};
+use isostep_console::{
+    Coolant, Door, Move, Overrides, ReportedState, Settings, Spindle, Status, StatusReporter, report,
+};
 use proptest::prelude::*;
 
 /// What [`StatusReporter::write`] promises.
@@ -10,7 +12,7 @@ const LONGEST_BYTES: usize = 145;
 
 /// A machine at rest, nothing on and nothing pressed.
 const QUIET: Status = Status {
-    state: State::Idle,
+    state: ReportedState::Idle,
     position_mm: [0.0; 3],
     work_offset_mm: [0.0; 3],
     line_number: 0,
@@ -41,13 +43,13 @@ fn literals_are_grbls() {
 
 #[test]
 fn a_report_inside_a_line_leaves_the_line_whole() {
-    let heard = Talk::new(State::Idle).bytes(b"G0 X1\x900.\xC2?5\n");
+    let heard = Talk::new(ReportedState::Idle).bytes(b"G0 X1\x900.\xC2?5\n");
     expect!["<Idle|MPos:0.000,0.000,0.000|FS:0,0|WCO:0.000,0.000,0.000> (rapid [10.5, 0.0, 0.0]) ok"].assert_eq(&heard);
 }
 
 #[test]
 fn offset_and_overrides_take_turns() {
-    let mut talk = Talk::new(State::Idle);
+    let mut talk = Talk::new(ReportedState::Idle);
     let mut kinds = |state, count| {
         talk.state = state;
         (0..count)
@@ -60,14 +62,14 @@ fn offset_and_overrides_take_turns() {
             })
             .collect::<String>()
     };
-    assert_eq!(kinds(State::Idle, 22), "wo........wo........wo");
-    assert_eq!(kinds(State::Run, 50), "........wo...................o........w..........o");
+    assert_eq!(kinds(ReportedState::Idle, 22), "wo........wo........wo");
+    assert_eq!(kinds(ReportedState::Run, 50), "........wo...................o........w..........o");
 }
 
 #[test]
 fn the_mask_chooses_fields_and_inches_scale() {
     let status = Status {
-        state: State::Alarm,
+        state: ReportedState::Alarm,
         position_mm: [25.4, -0.0002, -10_000.0],
         work_offset_mm: [0.0, 50.8, -10_000.0],
         line_number: 10_000_000,
@@ -102,7 +104,7 @@ fn the_mask_chooses_fields_and_inches_scale() {
 #[test]
 fn the_longest_report_is_as_long_as_promised() {
     let status = Status {
-        state: State::Door(Door::Resuming),
+        state: ReportedState::Door(Door::Resuming),
         position_mm: [-10_000.0; 3],
         work_offset_mm: [-30_000.0, 30_000.0, -30_000.0],
         line_number: 10_000_000,
@@ -172,7 +174,7 @@ fn pins_are_told_in_grbls_order() {
 
 #[test]
 fn spindle_and_coolant_are_told_with_the_overrides_and_when_they_change() {
-    let mut talk = Talk::new(State::Idle);
+    let mut talk = Talk::new(ReportedState::Idle);
     let extras = |talk: &mut Talk, sent: &[u8]| {
         talk.bytes(sent);
         let heard = [(); 3].map(|()| talk.bytes(b"?"));
@@ -196,19 +198,19 @@ fn spindle_and_coolant_are_told_with_the_overrides_and_when_they_change() {
 #[test]
 fn states_print_as_grbl_prints_them() {
     let states = [
-        (State::Idle, "Idle"),
-        (State::Run, "Run"),
-        (State::Hold { stopping: false }, "Hold:0"),
-        (State::Hold { stopping: true }, "Hold:1"),
-        (State::Door(Door::Closed), "Door:0"),
-        (State::Door(Door::Open), "Door:1"),
-        (State::Door(Door::Stopping), "Door:2"),
-        (State::Door(Door::Resuming), "Door:3"),
-        (State::Jog, "Jog"),
-        (State::Home, "Home"),
-        (State::Alarm, "Alarm"),
-        (State::Check, "Check"),
-        (State::Sleep, "Sleep"),
+        (ReportedState::Idle, "Idle"),
+        (ReportedState::Run, "Run"),
+        (ReportedState::Hold { stopping: false }, "Hold:0"),
+        (ReportedState::Hold { stopping: true }, "Hold:1"),
+        (ReportedState::Door(Door::Closed), "Door:0"),
+        (ReportedState::Door(Door::Open), "Door:1"),
+        (ReportedState::Door(Door::Stopping), "Door:2"),
+        (ReportedState::Door(Door::Resuming), "Door:3"),
+        (ReportedState::Jog, "Jog"),
+        (ReportedState::Home, "Home"),
+        (ReportedState::Alarm, "Alarm"),
+        (ReportedState::Check, "Check"),
+        (ReportedState::Sleep, "Sleep"),
     ];
     for (state, name) in states {
         let heard = Talk::new(state).bytes(b"?");
@@ -218,7 +220,7 @@ fn states_print_as_grbl_prints_them() {
 
 #[test]
 fn a_changed_offset_unit_or_override_is_told_at_once() {
-    let mut talk = Talk::new(State::Idle);
+    let mut talk = Talk::new(ReportedState::Idle);
     let extras = |talk: &mut Talk, sent: &[u8]| {
         talk.bytes(sent);
         let heard = [(); 3].map(|()| talk.bytes(b"?"));
@@ -237,7 +239,7 @@ proptest! {
     fn any_bytes_get_one_reply_a_line_and_finite_targets(
         bytes in prop::collection::vec(prop_oneof![any::<u8>(), prop::sample::select(&b"GMXYZFNT$=.-0123459 \n\r"[..])], 0..600)
     ) {
-        let mut talk = Talk::new(State::Idle);
+        let mut talk = Talk::new(ReportedState::Idle);
         let heard = talk.bytes(&bytes);
         let replies = heard.split(' ').filter(|word| *word == "ok" || word.starts_with("error:")).count();
         prop_assert_eq!(replies, bytes.iter().filter(|byte| matches!(byte, b'\r' | b'\n')).count());
@@ -249,7 +251,7 @@ proptest! {
     fn targets_are_read_exactly(mm in -9999.999f32..9999.999) {
         let mut interpreter = isostep_console::Interpreter::new();
         let line = format!("X{mm}");
-        let command = interpreter.interpret(&line, State::Idle, &Settings::DEFAULT);
+        let command = interpreter.interpret(&line, ReportedState::Idle, &Settings::DEFAULT);
         let isostep_console::Command::Block(block) = command.unwrap() else { panic!("a block") };
         let Some(Move { target_mm, .. }) = block.motion else { panic!("a move") };
         prop_assert_eq!(target_mm[0], mm);

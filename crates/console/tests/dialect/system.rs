@@ -2,9 +2,9 @@
 
 use crate::talk::{Talk, carries};
 use expect_test::{Expect, expect};
-use isostep_console::{Door, SETTING_TABLE, Settings, State};
+use isostep_console::{Door, ReportedState, SETTING_TABLE, Settings};
 
-fn check(state: State, text: &str, heard: Expect) {
+fn check(state: ReportedState, text: &str, heard: Expect) {
     heard.assert_eq(&Talk::new(state).send(text));
 }
 
@@ -13,7 +13,7 @@ const COMMANDS: &str = "$\n$G\n$I\n$100=60\n$H\n$HY\n$HA\n$HXY\n$X\n$$$\n$#\n$N\
 #[test]
 fn commands_when_idle() {
     check(
-        State::Idle,
+        ReportedState::Idle,
         COMMANDS,
         expect![[r#"
             $ -> [HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x] [MSG:$En and $An explain a refusal or an alarm by its number n, $BUZZ=X moves X to and fro, $BOOT makes way for new firmware] ok
@@ -48,7 +48,7 @@ fn commands_when_idle() {
 #[test]
 fn commands_when_running() {
     check(
-        State::Run,
+        ReportedState::Run,
         "$\n$G\n$I\n$100=60\n$H\n$BOOT\n$X\n$$\nX1",
         expect![[r#"
             $ -> [HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x] [MSG:$En and $An explain a refusal or an alarm by its number n, $BUZZ=X moves X to and fro, $BOOT makes way for new firmware] ok
@@ -68,10 +68,10 @@ fn commands_when_running() {
 fn commands_when_the_door_was_opened() {
     let commands = "$\n$G\n$$\n$#\n$I\n$100=60\n$H\n$C\n$SLP\n$X\n$J=X1 F1\n$N0=G0\nM3 S1\nX1\nG38.2 Z-1 F1";
     let heard = [Door::Closed, Door::Open, Door::Stopping, Door::Resuming].map(|door| {
-        assert!(!State::Door(door).at_rest());
-        Talk::new(State::Door(door)).send(commands)
+        assert!(!ReportedState::Door(door).at_rest());
+        Talk::new(ReportedState::Door(door)).send(commands)
     });
-    assert_eq!(heard, [(); 4].map(|()| Talk::new(State::Hold { stopping: false }).send(commands)));
+    assert_eq!(heard, [(); 4].map(|()| Talk::new(ReportedState::Hold { stopping: false }).send(commands)));
     expect![[r#"
         $ -> [HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x] [MSG:$En and $An explain a refusal or an alarm by its number n, $BUZZ=X moves X to and fro, $BOOT makes way for new firmware] ok
         $G -> [GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0] ok
@@ -94,7 +94,7 @@ fn commands_when_the_door_was_opened() {
 #[test]
 fn commands_in_alarm() {
     check(
-        State::Alarm,
+        ReportedState::Alarm,
         "$\n$G\n$100=60\n$H\n$X\nX1",
         expect![[r#"
             $ -> [HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x] [MSG:$En and $An explain a refusal or an alarm by its number n, $BUZZ=X moves X to and fro, $BOOT makes way for new firmware] ok
@@ -109,7 +109,7 @@ fn commands_in_alarm() {
 
 #[test]
 fn settings_print_as_grbl_prints_them() {
-    let heard = Talk::new(State::Idle).bytes(b"$$\n").replace(' ', "\n");
+    let heard = Talk::new(ReportedState::Idle).bytes(b"$$\n").replace(' ', "\n");
     expect![[r#"
         $0=2
         $1=255
@@ -169,7 +169,7 @@ fn settings_print_as_grbl_prints_them() {
 #[test]
 fn a_refused_setting_names_value_limit_and_remedy() {
     check(
-        State::Idle,
+        ReportedState::Idle,
         "$0=-1\n$0=2.5\n$2=8\n$20=2\n$22=0\n$20=1\n$22=1\n$H\n$27=0\n$11=-0.01\n$11=0\n$12=0\n$12=-1\n$12=200\n$100=-1\n$100=100000\n$102=5000\n$110=90000000\n$0=200\n$901=311\n$901=321\n$911=3000\n$920=5\n$6=4\n$6=3\n$30=100001\n$30=100000\n$31=-1\n$31=99999.5\n$32=0.5\n$32=1\n$33=9\n$33=100001\n$33=1000\n$34=1\n$35=101\n$36=100.5\n$37=0\n$394=61\n$394=60\n$902=2\n$902=1",
         expect![[r#"
             $0=-1 -> [MSG:$0=-1 is negative: give 0 or more] error:4
@@ -222,7 +222,7 @@ fn a_refused_setting_names_value_limit_and_remedy() {
 #[test]
 fn a_pull_off_is_below_the_travel_of_every_axis() {
     check(
-        State::Idle,
+        ReportedState::Idle,
         "$27=100\n$27=99.5\n$132=99.5\n$131=50\n$132=99.6\n$132=1\n$27=0.5\n$132=1\n$27=1",
         expect![[r#"
             $27=100 -> [MSG:$27=100 is not below the travel of Z, $132=100 mm: lower $27 or raise $132] error:2
@@ -241,7 +241,7 @@ fn a_pull_off_is_below_the_travel_of_every_axis() {
 #[test]
 fn least_speed_and_duty_are_not_above_full() {
     check(
-        State::Idle,
+        ReportedState::Idle,
         "$31=1000\n$31=1000.5\n$31=999\n$30=999\n$30=500\n$30=1000.5\n$31=0\n$30=0\n$30=0.5\n$35=60\n$36=59.5\n$36=60\n$35=60.001\n$36=100\n$35=100\n$35=100.5",
         expect![[r#"
             $31=1000 -> [MSG:$31=1000 is not below the S at full duty, $30=1000 rpm: lower $31 or raise $30] error:2
@@ -267,7 +267,7 @@ fn least_speed_and_duty_are_not_above_full() {
 #[test]
 fn a_law_over_displacement_needs_a_start_speed_on_every_axis() {
     check(
-        State::Idle,
+        ReportedState::Idle,
         "$940=2\n$940=3\n$910=120\n$940=6\n$911=120\n$912=120\n$940=6\n$912=0\n$940=0\n$912=0",
         expect![[r#"
             $940=2 -> ok
@@ -287,7 +287,7 @@ fn a_law_over_displacement_needs_a_start_speed_on_every_axis() {
 #[test]
 fn a_refused_law_or_jerk_names_value_limit_and_remedy() {
     check(
-        State::Idle,
+        ReportedState::Idle,
         "$940=7\n$940=1.5\n$940=-1\n$930=-1\n$932=0\n$933=1",
         expect![[r#"
         $940=7 -> [MSG:$940=7 is above the most, 6: lower it] error:2
@@ -302,7 +302,7 @@ fn a_refused_law_or_jerk_names_value_limit_and_remedy() {
 
 #[test]
 fn homing_switched_off_refuses_to_home_and_drops_soft_limits() {
-    let mut talk = Talk::new(State::Idle);
+    let mut talk = Talk::new(ReportedState::Idle);
     assert_eq!(talk.bytes(b"$22=0\n$H\n"), "ok error:5");
     assert!(!talk.settings.soft_limits);
 }
@@ -320,10 +320,10 @@ fn the_highest_rate_named_is_accepted() {
 
 #[test]
 fn what_is_printed_can_be_sent_back() {
-    let mut sent = Talk::new(State::Idle);
+    let mut sent = Talk::new(ReportedState::Idle);
     sent.send("$0=10\n$3=5\n$6=2\n$22=0\n$27=1.235\n$30=24000\n$31=0.5\n$32=1\n$33=20000\n$35=5.5\n$36=60\n$394=1.25\n$902=1\n$11=0\n$12=0.05\n$101=80.125\n$121=0.1\n$131=9999.999\n$900=1\n$901=213\n$922=7\n$931=1234.5\n$940=1");
     let listing = sent.bytes(b"$$\n");
-    let mut restored = Talk::new(State::Alarm);
+    let mut restored = Talk::new(ReportedState::Alarm);
     for line in listing.split(' ').filter(|line| line.starts_with('$')) {
         assert_eq!(restored.bytes(format!("{line}\n").as_bytes()), "ok", "{line}");
     }

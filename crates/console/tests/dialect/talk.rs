@@ -5,14 +5,14 @@ use std::fmt::Write as _;
 use expect_test::Expect;
 use isostep_console::{
     Block, Command, Coordinates, Error, Interpreter, Jog, LineAssembler, Move, Overrides, Probe, Rate, Realtime,
-    Refusal, Settings, Spindle, State, Status, StatusReporter,
+    Refusal, ReportedState, Settings, Spindle, Status, StatusReporter,
     parameters::{STARTUP_LINES, StoredLine},
     realtime, report,
 };
 
 /// What is heard of a program that is sent to an idle machine.
 pub fn check(program: &str, heard: Expect) {
-    heard.assert_eq(&Talk::new(State::Idle).send(program));
+    heard.assert_eq(&Talk::new(ReportedState::Idle).send(program));
 }
 
 /// The port of this machine carries 30,000 steps/s, or a pulse and a pause as long.
@@ -24,7 +24,7 @@ pub struct Talk {
     lines: LineAssembler,
     pub interpreter: Interpreter,
     pub settings: Settings,
-    pub state: State,
+    pub state: ReportedState,
     pub overrides: Overrides,
     pub emergency_stop: bool,
     pub probe_touched: bool,
@@ -35,7 +35,7 @@ pub struct Talk {
 }
 
 impl Talk {
-    pub fn new(state: State) -> Self {
+    pub fn new(state: ReportedState) -> Self {
         Self {
             lines: LineAssembler::new(),
             interpreter: Interpreter::new(),

@@ -2,7 +2,7 @@
 
 use crate::talk::{Talk, check};
 use expect_test::expect;
-use isostep_console::{Coolant, State};
+use isostep_console::{Coolant, ReportedState};
 
 #[test]
 fn spindle_speed_and_coolant_are_told_when_they_change() {
@@ -70,7 +70,7 @@ fn a_tool_change_comes_before_the_spindle_and_a_pause_after_both() {
 
 #[test]
 fn a_caller_turns_the_tool_off_and_switches_coolant() {
-    let mut talk = Talk::new(State::Idle);
+    let mut talk = Talk::new(ReportedState::Idle);
     talk.send("M4 S100 M8");
     talk.interpreter.set_coolant(Coolant::of(true, true));
     assert_eq!(talk.bytes(b"$G\n"), "[GC:G0 G54 G17 G21 G90 G94 M4 M7 M8 T0 F0 S100] ok");

@@ -9,13 +9,13 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use embassy_time::{Duration, Instant};
 
-use crate::port::{Feed, PortFault};
+use crate::port::{PortFault, StreamItem};
 
 /// What the [`TimerPort`](super::TimerPort)s of `N` axes share with the task that makes their edges. A static of the
 /// board's, so that its brakes are plain functions.
 pub struct TimerBank<const N: usize> {
-    pub(super) desks: [Desk; N],
-    pub(super) bell: Doorbell,
+    pub(super) mailboxes: [Mailbox; N],
+    pub(super) wake: WakeSignal,
     /// The gate at which the axes of a run wait for their start: opened once for all of them, and closed when taken.
     pub(super) gate: Flag,
 }
@@ -24,7 +24,7 @@ impl<const N: usize> TimerBank<N> {
     /// All axes at rest.
     #[must_use]
     pub const fn new() -> Self {
-        Self { desks: [const { Desk::new() }; N], bell: Doorbell::new(), gate: Flag::new() }
+        Self { mailboxes: [const { Mailbox::new() }; N], wake: WakeSignal::new(), gate: Flag::new() }
     }
 
     /// Engages or releases the brake of an axis, in any context. See [`Brake`](crate::Brake).
@@ -32,7 +32,7 @@ impl<const N: usize> TimerBank<N> {
     /// # Panics
     /// When there is no such axis.
     pub fn brake(&self, axis: usize, engaged: bool) {
-        self.desks[axis].brake(engaged);
+        self.mailboxes[axis].brake(engaged);
     }
 }
 
@@ -66,12 +66,12 @@ impl Flag {
 }
 
 /// Calls the driving task.
-pub(super) struct Doorbell {
+pub(super) struct WakeSignal {
     rung: Flag,
     wakes: Signal<CriticalSectionRawMutex, ()>,
 }
 
-impl Doorbell {
+impl WakeSignal {
     const fn new() -> Self {
         Self { rung: Flag::new(), wakes: Signal::new() }
     }
@@ -94,7 +94,7 @@ impl Doorbell {
 
 /// A run as the driving task needs it.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Order {
+pub(super) struct RunRequest {
     pub direction_inverted: bool,
     /// From a change of DIR to a rise.
     pub setup: Duration,
@@ -105,66 +105,66 @@ pub(super) struct Order {
 }
 
 /// Where a port and the driving task leave things for each other.
-pub(super) struct Desk {
-    papers: Mutex<CriticalSectionRawMutex, Papers>,
+pub(super) struct Mailbox {
+    contents: Mutex<CriticalSectionRawMutex, Contents>,
     room: Signal<CriticalSectionRawMutex, ()>,
     begun: Signal<CriticalSectionRawMutex, Instant>,
     end: Signal<CriticalSectionRawMutex, Result<(), PortFault>>,
 }
 
-struct Papers {
+struct Contents {
     /// Not taken yet.
-    order: Cell<Option<Order>>,
-    /// The order was taken, and is neither done nor given up.
+    request: Cell<Option<RunRequest>>,
+    /// The request was taken, and is neither done nor given up.
     live: Cell<bool>,
     braked: Cell<bool>,
     /// The one that follows what the driving task has.
-    next: Cell<Option<Feed>>,
+    next: Cell<Option<StreamItem>>,
     /// The driving task waits for it.
     wanted: Cell<bool>,
     /// Steps of the run that have risen, those back less.
     travelled: Cell<i32>,
 }
 
-impl Desk {
+impl Mailbox {
     const fn new() -> Self {
-        let papers = Papers {
-            order: Cell::new(None),
+        let contents = Contents {
+            request: Cell::new(None),
             live: Cell::new(false),
             braked: Cell::new(false),
             next: Cell::new(None),
             wanted: Cell::new(false),
             travelled: Cell::new(0),
         };
-        Self { papers: Mutex::new(papers), room: Signal::new(), begun: Signal::new(), end: Signal::new() }
+        Self { contents: Mutex::new(contents), room: Signal::new(), begun: Signal::new(), end: Signal::new() }
     }
 
     fn brake(&self, engaged: bool) {
-        self.papers.lock(|papers| papers.braked.set(engaged));
+        self.contents.lock(|contents| contents.braked.set(engaged));
     }
 }
 
 /// For the port.
-impl Desk {
+impl Mailbox {
     /// Asks for a run.
-    pub fn ask(&self, order: Order) {
-        self.papers.lock(|papers| {
+    pub fn ask(&self, request: RunRequest) {
+        self.contents.lock(|contents| {
             self.room.reset();
             self.begun.reset();
             self.end.reset();
-            papers.order.set(Some(order));
-            papers.travelled.set(0);
+            contents.request.set(Some(request));
+            contents.travelled.set(0);
         });
     }
 
     /// Lays down what comes next, if there is room; whether it was taken, and whether it is waited for.
-    pub fn offer(&self, feed: Feed) -> (bool, bool) {
-        self.papers.lock(|papers| {
-            let room = papers.next.get().is_none();
+    pub fn offer(&self, item: StreamItem) -> (bool, bool) {
+        self.contents.lock(|contents| {
+            let room = contents.next.get().is_none();
             if room {
-                papers.next.set(Some(feed));
+                contents.next.set(Some(item));
             }
-            (room, papers.wanted.get())
+            (room, contents.wanted.get())
         })
     }
 
@@ -188,27 +188,27 @@ impl Desk {
 
     /// Steps of the run that have risen: those in the positive direction, less those in the negative.
     pub fn travelled(&self) -> i32 {
-        self.papers.lock(|papers| papers.travelled.get())
+        self.contents.lock(|contents| contents.travelled.get())
     }
 
     /// Ends the run, if it has not ended: no further step rises.
     pub fn close(&self) {
-        self.papers.lock(|papers| {
-            papers.order.set(None);
-            papers.next.set(None);
-            papers.live.set(false);
+        self.contents.lock(|contents| {
+            contents.request.set(None);
+            contents.next.set(None);
+            contents.live.set(false);
         });
     }
 }
 
 /// For the driving task.
-impl Desk {
+impl Mailbox {
     /// A run asked for, which thereby goes live.
-    pub fn take_order(&self) -> Option<Order> {
-        self.papers.lock(|papers| {
-            let order = papers.order.take()?;
-            papers.live.set(true);
-            Some(order)
+    pub fn take_request(&self) -> Option<RunRequest> {
+        self.contents.lock(|contents| {
+            let request = contents.request.take()?;
+            contents.live.set(true);
+            Some(request)
         })
     }
 
@@ -218,14 +218,14 @@ impl Desk {
     }
 
     /// What comes next, if it is there and the run has not ended.
-    pub fn take(&self) -> Option<Feed> {
-        self.papers.lock(|papers| {
-            let feed = if papers.live.get() { papers.next.take() } else { None };
-            papers.wanted.set(feed.is_none());
-            if feed.is_some() {
+    pub fn take(&self) -> Option<StreamItem> {
+        self.contents.lock(|contents| {
+            let item = if contents.live.get() { contents.next.take() } else { None };
+            contents.wanted.set(item.is_none());
+            if item.is_some() {
                 self.room.signal(());
             }
-            feed
+            item
         })
     }
 
@@ -233,21 +233,21 @@ impl Desk {
     /// its steps would be late; the port is to be stopped too.
     #[inline(always)]
     pub fn step(&self, section: CriticalSection<'_>, sign: i32, rise: impl FnOnce()) -> bool {
-        let papers = self.papers.borrow(section);
-        let may = papers.live.get() && !papers.braked.get();
+        let contents = self.contents.borrow(section);
+        let may = contents.live.get() && !contents.braked.get();
         if may {
             rise();
-            papers.travelled.set(papers.travelled.get().wrapping_add(sign));
+            contents.travelled.set(contents.travelled.get().wrapping_add(sign));
         } else {
-            papers.live.set(false);
+            contents.live.set(false);
         }
         may
     }
 
     /// Ends the run, unless its port has.
     pub fn conclude(&self, result: Result<(), PortFault>) {
-        self.papers.lock(|papers| {
-            if papers.live.replace(false) {
+        self.contents.lock(|contents| {
+            if contents.live.replace(false) {
                 self.end.signal(result);
             }
         });

@@ -9,8 +9,8 @@ use embedded_hal::digital::OutputPin;
 use isostep_profile::Ticks;
 
 use super::LATE_MAX;
-use super::bank::{Desk, Doorbell, Flag, Order, TimerBank};
-use crate::port::{Direction, Feed, PortFault};
+use super::bank::{Flag, Mailbox, RunRequest, TimerBank, WakeSignal};
+use crate::port::{Direction, PortFault, StreamItem};
 
 /// Between two looks at the clock while waiting for a step, ns.
 const LOOK_EVERY_NS: u32 = 50;
@@ -36,8 +36,8 @@ impl<const N: usize> TimerBank<N> {
         W: DelayNs,
     {
         let mut axes = 0..N;
-        let lanes = pins.map(|pins| Lane::new(&self.desks[axes.next().unwrap_or_default()], pins));
-        let mut drive = Drive { bell: &self.bell, gate: &self.gate, wake_up: wake_up.as_ticks(), lanes, delay };
+        let lanes = pins.map(|pins| Lane::new(&self.mailboxes[axes.next().unwrap_or_default()], pins));
+        let mut drive = Drive { wake: &self.wake, gate: &self.gate, wake_up: wake_up.as_ticks(), lanes, delay };
         loop {
             drive.look();
             let at = drive.next_rise();
@@ -45,16 +45,16 @@ impl<const N: usize> TimerBank<N> {
             if wake_at <= Instant::now().as_ticks() {
                 drive.step(at);
             } else if at >= AT_GATE {
-                self.bell.wait().await;
+                self.wake.wait().await;
             } else {
-                select(Timer::at(Instant::from_ticks(wake_at)), self.bell.wait()).await;
+                select(Timer::at(Instant::from_ticks(wake_at)), self.wake.wait()).await;
             }
         }
     }
 }
 
 struct Drive<'a, S, D, W, const N: usize> {
-    bell: &'a Doorbell,
+    wake: &'a WakeSignal,
     gate: &'a Flag,
     /// What a wake-up takes, ticks.
     wake_up: u64,
@@ -64,7 +64,7 @@ struct Drive<'a, S, D, W, const N: usize> {
 
 /// One axis's pins and what it is to do next. Instants are in ticks since power-up.
 struct Lane<'a, S, D> {
-    desk: &'a Desk,
+    mailbox: &'a Mailbox,
     step: S,
     dir: D,
     dir_high: bool,
@@ -108,7 +108,7 @@ where
     /// Takes runs that were asked for, goes on with those that had no segment, and starts those at the gate once it opens.
     #[inline(always)]
     fn look(&mut self) {
-        if self.bell.take() {
+        if self.wake.take() {
             self.lanes.iter_mut().for_each(Lane::look);
             if self.gate.take() {
                 self.start();
@@ -187,8 +187,8 @@ where
         // One section for all: the last of them waits for what each takes.
         critical_section::with(|section| {
             for lane in self.lanes.iter_mut().filter(|lane| lane.level == Level::Due) {
-                let Lane { desk, step, sign, .. } = lane;
-                let risen = desk.step(section, *sign, || {
+                let Lane { mailbox, step, sign, .. } = lane;
+                let risen = mailbox.step(section, *sign, || {
                     let Ok(()) = step.set_high();
                 });
                 lane.level = if risen { Level::High } else { Level::Low };
@@ -225,11 +225,11 @@ where
     D: OutputPin<Error = Infallible>,
 {
     /// Drives STEP and DIR low.
-    fn new(desk: &'a Desk, (mut step, mut dir): (S, D)) -> Self {
+    fn new(mailbox: &'a Mailbox, (mut step, mut dir): (S, D)) -> Self {
         let Ok(()) = step.set_low();
         let Ok(()) = dir.set_low();
         Self {
-            desk,
+            mailbox,
             step,
             dir,
             dir_high: false,
@@ -250,8 +250,8 @@ where
 
     #[inline(never)]
     fn look(&mut self) {
-        if let Some(order) = self.desk.take_order() {
-            self.begin(&order);
+        if let Some(request) = self.mailbox.take_request() {
+            self.begin(&request);
         }
         if self.at == NEVER && self.is_fed {
             self.refill();
@@ -259,9 +259,9 @@ where
     }
 
     /// Goes to the gate.
-    fn begin(&mut self, order: &Order) {
-        (self.pulse_ns, self.low_min) = (order.pulse_ns, order.low_min.as_ticks());
-        (self.direction_inverted, self.setup) = (order.direction_inverted, order.setup.as_ticks());
+    fn begin(&mut self, request: &RunRequest) {
+        (self.pulse_ns, self.low_min) = (request.pulse_ns, request.low_min.as_ticks());
+        (self.direction_inverted, self.setup) = (request.direction_inverted, request.setup.as_ticks());
         (self.start, self.due, self.at, self.is_fed) = (AT_GATE, NEVER, NEVER, true);
     }
 
@@ -291,29 +291,29 @@ where
             self.due = self.due - AT_GATE + start;
             self.at = self.due.max(self.ready);
         }
-        self.desk.begin(Instant::from_ticks(start));
+        self.mailbox.begin(Instant::from_ticks(start));
         if !self.is_fed && self.at == NEVER {
             // It had no step to make.
-            self.desk.conclude(Ok(()));
+            self.mailbox.conclude(Ok(()));
         }
     }
 
     /// At the end of a segment: the next, if it is there, or the end of the run. No run ends before it has started.
     #[inline(never)]
     fn refill(&mut self) {
-        match self.desk.take() {
-            Some(Feed::Steps { segment, direction }) => {
+        match self.mailbox.take() {
+            Some(StreamItem::Steps { segment, direction }) => {
                 self.face(direction);
                 self.ticks = Some(segment.ticks());
                 self.advance();
             }
-            Some(Feed::End) => {
+            Some(StreamItem::End) => {
                 self.is_fed = false;
                 if !self.is_at_gate() {
-                    self.desk.conclude(Ok(()));
+                    self.mailbox.conclude(Ok(()));
                 }
             }
-            Some(Feed::Rest { .. }) | None => {}
+            Some(StreamItem::Rest { .. }) | None => {}
         }
     }
 
@@ -330,7 +330,7 @@ where
     fn refuse_late(&mut self, now: u64) {
         if self.level == Level::Due && now - self.due > LATE_MAX.as_ticks() {
             self.level = Level::Low;
-            self.desk.conclude(Err(PortFault::Late { late: Duration::from_ticks(now - self.due), max: LATE_MAX }));
+            self.mailbox.conclude(Err(PortFault::Late { late: Duration::from_ticks(now - self.due), max: LATE_MAX }));
         }
     }
 }

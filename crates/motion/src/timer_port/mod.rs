@@ -2,7 +2,7 @@
 //!
 //! # Design
 //! ```text
-//! axis task: TimerPort --order, segments, gate--> TimerBank --> TimerBank::drive: STEP and DIR of all axes
+//! axis task: TimerPort --request, segments, gate--> TimerBank --> TimerBank::drive: STEP and DIR of all axes
 //!                      <---start, count, end-----
 //! ```
 //! Waking a task costs far more than making a step. So the ports of a machine share a [`TimerBank`], and one task, above
@@ -37,10 +37,10 @@ use embassy_futures::select::{Either4, select4};
 use embassy_time::{Duration, Timer};
 
 pub use self::bank::TimerBank;
-use self::bank::{Desk, Doorbell, Flag, Order};
+use self::bank::{Flag, Mailbox, RunRequest, WakeSignal};
 use crate::TICK_HZ;
 use crate::port::{
-    Brake, Capabilities, DriverTiming, Feed, Odometer, PortFault, Run, SegmentQueue, StepPort, ticks_covering,
+    Brake, Capabilities, DriverTiming, Odometer, PortFault, Run, SegmentQueue, StepPort, StreamItem, ticks_covering,
 };
 use crate::start_line::StartLine;
 
@@ -54,8 +54,8 @@ const STAGGER: Duration = Duration::from_micros(300);
 
 /// One axis of a [`TimerBank`].
 pub struct TimerPort<'a> {
-    desk: &'a Desk,
-    bell: &'a Doorbell,
+    mailbox: &'a Mailbox,
+    wake: &'a WakeSignal,
     gate: &'a Flag,
     capabilities: Capabilities,
     brake: Brake,
@@ -68,21 +68,21 @@ impl<const N: usize> TimerBank<N> {
     pub fn ports(&self, timing: DriverTiming, brakes: [Brake; N]) -> [TimerPort<'_>; N] {
         // A reading of the clock may be almost a tick old. DIR changes with the end of the pulse.
         let capabilities = Capabilities { tick_hz: TICK_HZ, timing, margin_ticks: 1, turn_ticks: 0 };
-        let (bell, gate) = (&self.bell, &self.gate);
+        let (wake, gate) = (&self.wake, &self.gate);
         let mut report_every = REPORT_EVERY;
         array::from_fn(|axis| {
             report_every -= STAGGER;
-            TimerPort { desk: &self.desks[axis], bell, gate, capabilities, brake: brakes[axis], report_every }
+            TimerPort { mailbox: &self.mailboxes[axis], wake, gate, capabilities, brake: brakes[axis], report_every }
         })
     }
 }
 
 impl TimerPort<'_> {
-    fn order(&self, run: &Run) -> Order {
+    fn request(&self, run: &Run) -> RunRequest {
         let Capabilities { timing, margin_ticks, .. } = self.capabilities;
         let ticks = |ns| Duration::from_ticks((ticks_covering(ns, TICK_HZ) + margin_ticks).into());
         let pulse_ns = self.capabilities.pulse_ns(run.wiring);
-        Order {
+        RunRequest {
             direction_inverted: run.wiring.direction_inverted,
             setup: ticks(timing.setup_ns),
             pulse_ns,
@@ -107,11 +107,11 @@ impl StepPort for TimerPort<'_> {
         segments: &SegmentQueue,
         odometer: &Odometer,
     ) -> Result<(), PortFault> {
-        let underway = Underway::new(self, &run, odometer);
+        let active = ActiveRun::new(self, &run, odometer);
         let first = segments.receive().await;
         self.hand_over(first).await;
         // The start comes first: a short run may have ended before it was polled.
-        match select4(self.start(start_line), self.desk.end(), self.feed(segments), underway.report()).await {
+        match select4(self.start(start_line), self.mailbox.end(), self.hand_over_all(segments), active.report()).await {
             Either4::Second(result) => result,
             Either4::First(never) | Either4::Third(never) | Either4::Fourth(never) => match never {},
         }
@@ -123,53 +123,53 @@ impl TimerPort<'_> {
     async fn start(&self, start_line: &StartLine) -> Infallible {
         start_line.armed().await;
         // Another axis may have opened it for all.
-        if !self.desk.has_begun() {
+        if !self.mailbox.has_begun() {
             self.gate.set();
-            self.bell.ring();
+            self.wake.ring();
         }
-        start_line.begun(self.desk.begun().await);
+        start_line.begun(self.mailbox.begun().await);
         pending().await
     }
 
     /// Hands over what a run is given, until it ends.
-    async fn feed(&self, segments: &SegmentQueue) -> Infallible {
+    async fn hand_over_all(&self, segments: &SegmentQueue) -> Infallible {
         loop {
             self.hand_over(segments.receive().await).await;
         }
     }
 
-    async fn hand_over(&self, feed: Feed) {
-        if matches!(feed, Feed::Rest { .. }) {
+    async fn hand_over(&self, item: StreamItem) {
+        if matches!(item, StreamItem::Rest { .. }) {
             // It is nothing to a port that waits for its steps one by one.
             return;
         }
         loop {
-            let (taken, wanted) = self.desk.offer(feed);
+            let (taken, wanted) = self.mailbox.offer(item);
             if wanted {
-                self.bell.ring();
+                self.wake.ring();
             }
             if taken {
                 return;
             }
-            self.desk.room().await;
+            self.mailbox.room().await;
         }
     }
 }
 
 /// A run in the hands of the driving task. Dropped, it is over: no further step rises, and all that rose are counted.
-struct Underway<'a> {
-    desk: &'a Desk,
+struct ActiveRun<'a> {
+    mailbox: &'a Mailbox,
     odometer: &'a Odometer,
     report_every: Duration,
     /// Steps that the odometer knows of, those back less.
     counted: Cell<i32>,
 }
 
-impl<'a> Underway<'a> {
+impl<'a> ActiveRun<'a> {
     fn new(port: &TimerPort<'a>, run: &Run, odometer: &'a Odometer) -> Self {
-        port.desk.ask(port.order(run));
-        port.bell.ring();
-        Self { desk: port.desk, odometer, report_every: port.report_every, counted: Cell::new(0) }
+        port.mailbox.ask(port.request(run));
+        port.wake.ring();
+        Self { mailbox: port.mailbox, odometer, report_every: port.report_every, counted: Cell::new(0) }
     }
 
     async fn report(&self) -> Infallible {
@@ -180,14 +180,14 @@ impl<'a> Underway<'a> {
     }
 
     fn count(&self) {
-        let travelled = self.desk.travelled();
+        let travelled = self.mailbox.travelled();
         self.odometer.advance(travelled.wrapping_sub(self.counted.replace(travelled)));
     }
 }
 
-impl Drop for Underway<'_> {
+impl Drop for ActiveRun<'_> {
     fn drop(&mut self) {
-        self.desk.close();
+        self.mailbox.close();
         self.count();
     }
 }

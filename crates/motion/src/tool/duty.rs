@@ -48,21 +48,21 @@ mod tests {
     #[test]
     fn duties_are_even_between_the_least_and_the_full() {
         let plain = Duties::new(Level::ZERO, 0, u16::MAX);
-        let levels = [0.0, 0.001, 0.25, 0.5, 1.0].map(Level::of_share);
+        let levels = [0.0, 0.001, 0.25, 0.5, 1.0].map(Level::of_ratio);
         for level in levels {
             assert!(plain.duty(level).abs_diff(level.of_65535()) <= 1, "{level:?}");
         }
         // A spindle of 24,000 rpm that turns from 6,000 on, at 20 %, and is at its full speed at 90 %.
-        let spindle = Duties::new(Level::of_share(0.25), 13_107, 58_982);
+        let spindle = Duties::new(Level::of_ratio(0.25), 13_107, 58_982);
         assert_eq!(levels.map(|level| spindle.duty(level)), [0, 13_107, 13_107, 28_398, 58_982]);
     }
 
     #[test]
     fn nothing_is_off_and_no_duty_is_above_the_full_one() {
-        for least in [0.0, 0.3, 0.999, 1.0].map(Level::of_share) {
+        for least in [0.0, 0.3, 0.999, 1.0].map(Level::of_ratio) {
             let duties = Duties::new(least, 1_000, 50_000);
             assert_eq!(duties.duty(Level::ZERO), 0);
-            let all = (1..=1_000).map(|share| duties.duty(Level::of_share(share as f32 / 1_000.0)));
+            let all = (1..=1_000).map(|ratio| duties.duty(Level::of_ratio(ratio as f32 / 1_000.0)));
             assert!(all.is_sorted() && duties.duty(Level::FULL) == 50_000, "{least:?}");
         }
     }

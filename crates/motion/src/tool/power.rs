@@ -11,16 +11,16 @@ impl Level {
     /// All.
     pub const FULL: Self = Self(u16::MAX);
 
-    /// The level that is nearest to a share of the full one; below 0 it is none, above 1 it is full.
+    /// The level that is nearest to a fraction of the full one; below 0 it is none, above 1 it is full.
     #[must_use]
-    pub fn of_share(share: f32) -> Self {
+    pub fn of_ratio(ratio: f32) -> Self {
         // The cast keeps to the range.
-        Self((share * f32::from(u16::MAX) + 0.5) as u16)
+        Self((ratio * f32::from(u16::MAX) + 0.5) as u16)
     }
 
     /// The same, from 0 to 1.
     #[must_use]
-    pub fn share(self) -> f32 {
+    pub fn ratio(self) -> f32 {
         f32::from(self.0) / f32::from(u16::MAX)
     }
 
@@ -123,9 +123,9 @@ mod tests {
     }
 
     #[test]
-    fn shares_are_to_the_nearest_and_within_the_range() {
+    fn ratios_are_to_the_nearest_and_within_the_range() {
         assert_eq!(
-            [-1.0, 0.0, 0.5, 1.0, 3.0, f32::NAN].map(|share| Level::of_share(share).0),
+            [-1.0, 0.0, 0.5, 1.0, 3.0, f32::NAN].map(|ratio| Level::of_ratio(ratio).0),
             [0, 0, 32_768, 65_535, 65_535, 0]
         );
         assert_eq!([10, 100, 200].map(|percent| Level(40_000).times(percent).0), [4_000, 40_000, 65_535]);

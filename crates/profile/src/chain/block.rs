@@ -1,33 +1,33 @@
 //! A move of a chain, as compact as the passes over the chain want it.
 
+use super::config::{ChainConfig, Square};
 use super::corner;
-use super::terms::{Square, Terms};
-use super::{FEED_SHARE_MAX, Wanted};
+use super::{FEED_RATIO_MAX, Request};
 use crate::law::IntervalLaw;
 use crate::limits::{Limits, SPEED_MIN_STEPS_S};
 use crate::profile::{Profile, ProfileError};
-use crate::ramp::gain;
+use crate::ramp::delta_v2;
 use crate::root::sqrt;
 use crate::sync::{PlanError, longest, path_speed};
 
 /// A square of as many units is told to less than 1e-7 of it.
 const FINE: Square = 1 << 24;
 
-/// Speeds that differ by less, as a share, are the same but for rounding.
+/// Speeds that differ by less, as a fraction, are the same but for rounding.
 const SAME: f64 = 1e-7;
 
 /// One move.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Block<const N: usize> {
-    pub(super) wanted: Wanted<N>,
+    pub(super) request: Request<N>,
     /// Steps of the longest axis.
-    pub(super) way_steps: f64,
+    pub(super) distance_steps: f64,
     /// Path length of a step of the longest axis.
     pub(super) mm_per_step: f64,
     pub(super) steps_per_mm: f64,
     /// Of the longest axis, so that no axis exceeds its own; the top speed is the machine's, whatever the feed.
     limits: Limits,
-    /// Each axis's share of the direction.
+    /// Each axis's fraction of the direction.
     direction: [f64; N],
     /// The squared speed at which the corner before it may be taken; `None` where it stops exactly.
     pub(super) corner: Option<Square>,
@@ -39,8 +39,8 @@ pub(super) struct Block<const N: usize> {
     /// The speed that needs no ramp, squared.
     pub(super) start: Square,
     /// What its squared speed gains or loses at most over the whole of it.
-    pub(super) accel_gain: Square,
-    pub(super) decel_gain: Square,
+    pub(super) accel_delta_v2: Square,
+    pub(super) decel_delta_v2: Square,
     /// The fastest at which it may begin, flowing.
     pub(super) cap: Square,
     /// How fast it begins.
@@ -52,8 +52,8 @@ pub(super) struct Block<const N: usize> {
 impl<const N: usize> Block<N> {
     /// None.
     pub(super) const NONE: Self = Self {
-        wanted: Wanted { steps: [0; N], feed_mm_s: None, stops: false, tag: 0 },
-        way_steps: 0.0,
+        request: Request { steps: [0; N], feed_mm_s: None, stops: false, tag: 0 },
+        distance_steps: 0.0,
         mm_per_step: 0.0,
         steps_per_mm: 0.0,
         limits: Limits::NONE,
@@ -63,92 +63,93 @@ impl<const N: usize> Block<N> {
         nominal_steps_s: 0.0,
         nominal: 0,
         start: 0,
-        accel_gain: 0,
-        decel_gain: 0,
+        accel_delta_v2: 0,
+        decel_delta_v2: 0,
         cap: 0,
         entry: 0,
         flows: false,
     };
 
-    pub(super) fn new(wanted: Wanted<N>, terms: &Terms<N>) -> Result<Self, PlanError> {
-        let limits = terms.shared_limits(&wanted.steps)?;
-        let way_steps = f64::from(longest(&wanted.steps));
+    pub(super) fn new(request: Request<N>, config: &ChainConfig<N>) -> Result<Self, PlanError> {
+        let limits = config.shared_limits(&request.steps)?;
+        let distance_steps = f64::from(longest(&request.steps));
         let mut mm = [0.0; N];
-        for axis in (0..N).filter(|&axis| wanted.steps[axis] != 0) {
-            mm[axis] = f64::from(wanted.steps[axis]) * terms.mm_per_step[axis];
+        for axis in (0..N).filter(|&axis| request.steps[axis] != 0) {
+            mm[axis] = f64::from(request.steps[axis]) * config.mm_per_step[axis];
         }
         let length_mm = length(&mm);
         let per_mm = 1.0 / length_mm;
-        let steps_per_mm = way_steps * per_mm;
-        let asked_steps_s = match wanted.feed_mm_s {
+        let steps_per_mm = distance_steps * per_mm;
+        let asked_steps_s = match request.feed_mm_s {
             Some(feed_mm_s) => path_speed(feed_mm_s * steps_per_mm)?,
             None => limits.top_speed_steps_s,
         };
         let mut block = Self {
-            wanted,
-            way_steps,
-            mm_per_step: length_mm / way_steps,
+            request,
+            distance_steps,
+            mm_per_step: length_mm / distance_steps,
             steps_per_mm,
             limits,
             direction: mm.map(|mm| mm * per_mm),
             asked_steps_s,
             ..Self::NONE
         };
-        block.respeed(terms);
-        block.set_gains(way_steps, terms);
-        block.check(terms)?;
+        block.respeed(config);
+        block.set_delta_v2(distance_steps, config);
+        block.check(config)?;
         Ok(block)
     }
 
     /// What would keep it from being planned, whatever comes before and after it.
-    fn check(&self, terms: &Terms<N>) -> Result<(), PlanError> {
+    fn check(&self, config: &ChainConfig<N>) -> Result<(), PlanError> {
         let slowest = self.start_steps_s();
         let is_too_slow = slowest < SPEED_MIN_STEPS_S && slowest < self.nominal_steps_s;
-        if terms.speed_law.is_over_displacement() && is_too_slow {
-            let standstill = ProfileError::Standstill { law: terms.speed_law, asked: slowest, min: SPEED_MIN_STEPS_S };
+        if config.speed_law.is_over_displacement() && is_too_slow {
+            let standstill = ProfileError::Standstill { law: config.speed_law, asked: slowest, min: SPEED_MIN_STEPS_S };
             return Err(PlanError::Profile(standstill));
         }
         // No more than that, by far the most moves are far from what is too long.
-        if self.way_steps > self.nominal_steps_s * terms.easily_s {
+        if self.distance_steps > self.nominal_steps_s * config.easily_s {
             let limits = self.limits_now();
-            Profile::plan(self.way_steps, slowest, slowest, &limits, terms.interval_law, terms.speed_law)?;
+            Profile::plan(self.distance_steps, slowest, slowest, &limits, config.interval_law, config.speed_law)?;
         }
         Ok(())
     }
 
     /// Takes on the overrides in force.
-    pub(super) fn respeed(&mut self, terms: &Terms<N>) {
+    pub(super) fn respeed(&mut self, config: &ChainConfig<N>) {
         let top_steps_s = self.limits.top_speed_steps_s;
-        let (mut steps_s, mut mm_s) = match self.wanted.feed_mm_s {
+        let (mut steps_s, mut mm_s) = match self.request.feed_mm_s {
             // Moves of one feed have one square.
-            Some(feed_mm_s) => (self.asked_steps_s * terms.feed_share, feed_mm_s * terms.feed_share),
-            None => (top_steps_s * terms.rapid_share, 0.0),
+            Some(feed_mm_s) => (self.asked_steps_s * config.feed_ratio, feed_mm_s * config.feed_ratio),
+            None => (top_steps_s * config.rapid_ratio, 0.0),
         };
         let is_bound = steps_s < SPEED_MIN_STEPS_S || steps_s > top_steps_s;
         if is_bound {
             steps_s = if steps_s > top_steps_s { top_steps_s } else { SPEED_MIN_STEPS_S };
         }
-        if is_bound || self.wanted.feed_mm_s.is_none() {
+        if is_bound || self.request.feed_mm_s.is_none() {
             mm_s = steps_s * self.mm_per_step;
         }
         self.nominal_steps_s = steps_s;
-        self.nominal = terms.scale.of_speed(mm_s);
-        let start = terms.scale.of_speed(self.limits.start_speed_steps_s * self.mm_per_step);
+        self.nominal = config.scale.of_speed(mm_s);
+        let start = config.scale.of_speed(self.limits.start_speed_steps_s * self.mm_per_step);
         self.start = start.min(self.nominal);
     }
 
     /// Reckons what its last `steps` (of the longest axis) gain and lose.
-    pub(super) fn set_gains(&mut self, steps: f64, terms: &Terms<N>) {
+    pub(super) fn set_delta_v2(&mut self, steps: f64, config: &ChainConfig<N>) {
         let Limits { accel_steps_s2, decel_steps_s2, jerk_steps_s3, top_speed_steps_s, .. } = self.limits;
-        let most_steps_s = FEED_SHARE_MAX * self.asked_steps_s;
+        let most_steps_s = FEED_RATIO_MAX * self.asked_steps_s;
         let top_steps_s = if most_steps_s < top_speed_steps_s { most_steps_s } else { top_speed_steps_s };
         let mm2_per_step2 = self.mm_per_step * self.mm_per_step;
-        let gain = |accel_steps_s2| {
-            let gain = gain(terms.speed_law, accel_steps_s2, jerk_steps_s3, steps, top_steps_s);
-            terms.scale.square(gain * mm2_per_step2)
+        let delta_v2 = |accel_steps_s2| {
+            let delta_v2 = delta_v2(config.speed_law, accel_steps_s2, jerk_steps_s3, steps, top_steps_s);
+            config.scale.square(delta_v2 * mm2_per_step2)
         };
-        self.accel_gain = gain(accel_steps_s2);
-        self.decel_gain = if accel_steps_s2 == decel_steps_s2 { self.accel_gain } else { gain(decel_steps_s2) };
+        self.accel_delta_v2 = delta_v2(accel_steps_s2);
+        self.decel_delta_v2 =
+            if accel_steps_s2 == decel_steps_s2 { self.accel_delta_v2 } else { delta_v2(decel_steps_s2) };
     }
 
     /// The speed that needs no ramp.
@@ -163,9 +164,9 @@ impl<const N: usize> Block<N> {
     }
 
     /// Makes it follow `before`: how fast the corner between them may be taken.
-    pub(super) fn follow(&mut self, before: &Self, terms: &Terms<N>) {
-        let stops = before.wanted.stops || terms.interval_law == IntervalLaw::Thirds;
-        self.corner = if stops { None } else { corner::square(&before.direction, &self.direction, terms) };
+    pub(super) fn follow(&mut self, before: &Self, config: &ChainConfig<N>) {
+        let stops = before.request.stops || config.interval_law == IntervalLaw::Thirds;
+        self.corner = if stops { None } else { corner::square(&before.direction, &self.direction, config) };
         self.set_cap(before.pace());
     }
 
@@ -175,7 +176,7 @@ impl<const N: usize> Block<N> {
     }
 
     /// The one before it has ended by `exit`, and might have stopped from `start`: it begins as fast, or from rest.
-    pub(super) fn begin_after(&mut self, exit: Square, start: Square, terms: &Terms<N>) {
+    pub(super) fn begin_after(&mut self, exit: Square, start: Square, config: &ChainConfig<N>) {
         if self.flows && exit <= self.entry {
             self.entry = exit;
         } else if (self.flows || exit > start)
@@ -183,7 +184,7 @@ impl<const N: usize> Block<N> {
         {
             // It could not brake to what it should be by now. But for rounding it is no faster than the corner allows, and
             // than this one may ever be, if it was not to stop there at another feed.
-            let is_allowed = self.speed_steps_s(exit, terms) <= self.limits.top_speed_steps_s * (1.0 + SAME);
+            let is_allowed = self.speed_steps_s(exit, config) <= self.limits.top_speed_steps_s * (1.0 + SAME);
             self.flows = is_allowed && exit <= corner + (corner >> 24);
             self.entry = if self.flows { exit } else { self.start };
         }
@@ -196,12 +197,12 @@ impl<const N: usize> Block<N> {
 
     /// The highest and the lowest speed that it comes to at its end.
     pub(super) fn reach(&self) -> (Square, Square) {
-        (self.entry + self.accel_gain, self.entry.saturating_sub(self.decel_gain))
+        (self.entry + self.accel_delta_v2, self.entry.saturating_sub(self.decel_delta_v2))
     }
 
     /// What it gains and loses are so many units that their rounding does not matter.
-    pub(super) fn has_fine_gains(&self) -> bool {
-        self.accel_gain.min(self.decel_gain) >= FINE
+    pub(super) fn has_fine_delta_v2(&self) -> bool {
+        self.accel_delta_v2.min(self.decel_delta_v2) >= FINE
     }
 
     /// The highest square on the way to `exit` at constant accelerations; no higher than `top` where the ends are not.
@@ -209,7 +210,7 @@ impl<const N: usize> Block<N> {
     /// What it gains over its share of the way, and what it loses over the rest, make the difference of its ends: the peak p
     /// is where (p - entry)/(2 a) and (p - exit)/(2 d) are the way in all.
     fn peak(&self, exit: Square, top: Square) -> Square {
-        let (entry, highest, from) = (self.entry, self.entry + self.accel_gain, exit + self.decel_gain);
+        let (entry, highest, from) = (self.entry, self.entry + self.accel_delta_v2, exit + self.decel_delta_v2);
         let Limits { accel_steps_s2: a, decel_steps_s2: d, .. } = self.limits;
         // By the gain that is the smaller: the other may be too large to be told.
         let peak = if a == d {
@@ -231,29 +232,29 @@ impl<const N: usize> Block<N> {
         entry_steps_s: f64,
         (exit, exit_steps_s): (Square, f64),
         top: Square,
-        terms: &Terms<N>,
+        config: &ChainConfig<N>,
     ) -> Profile {
         let peak = self.peak(exit, top);
         let peak_steps_s = match peak {
             _ if peak == self.entry => entry_steps_s,
             _ if peak == exit => exit_steps_s,
-            _ => self.speed_steps_s(peak, terms),
+            _ => self.speed_steps_s(peak, config),
         };
-        let steps = |rise: Square, gain: Square, slow_steps_s: f64, accel_steps_s2: f64| match rise {
+        let steps = |rise: Square, delta_v2: Square, slow_steps_s: f64, accel_steps_s2: f64| match rise {
             0 => 0.0,
-            _ if rise >= gain => left_steps,
+            _ if rise >= delta_v2 => left_steps,
             _ => (peak_steps_s - slow_steps_s) * (peak_steps_s + slow_steps_s) / (2.0 * accel_steps_s2),
         };
         let Limits { accel_steps_s2, decel_steps_s2, .. } = self.limits;
-        let accel_steps = steps(peak - self.entry, self.accel_gain, entry_steps_s, accel_steps_s2);
-        let decel_steps = steps(peak - exit, self.decel_gain, exit_steps_s, decel_steps_s2);
+        let accel_steps = steps(peak - self.entry, self.accel_delta_v2, entry_steps_s, accel_steps_s2);
+        let decel_steps = steps(peak - exit, self.decel_delta_v2, exit_steps_s, decel_steps_s2);
         let speeds_steps_s = [entry_steps_s, peak_steps_s, exit_steps_s];
-        Profile::even(left_steps, speeds_steps_s, [accel_steps, decel_steps], &self.limits)
+        Profile::constant_accel(left_steps, speeds_steps_s, [accel_steps, decel_steps], &self.limits)
     }
 
     /// The fastest at which it may begin if it ends by `exit`, and whether that is as fast as `before` ends.
     pub(super) fn fastest_entry(&self, exit: Square, before: Option<Pace>) -> (Square, bool) {
-        let most = exit + self.decel_gain;
+        let most = exit + self.decel_delta_v2;
         let flowing = self.cap.min(most);
         match (self.corner, before) {
             (Some(_), Some(before)) if flowing >= before.start => (flowing, true),
@@ -274,13 +275,13 @@ impl<const N: usize> Block<N> {
     }
 
     /// How fast a square is on it, steps/s of the longest axis.
-    pub(super) fn speed_steps_s(&self, square: Square, terms: &Terms<N>) -> f64 {
-        // As it is wanted, to the last digit.
+    pub(super) fn speed_steps_s(&self, square: Square, config: &ChainConfig<N>) -> f64 {
+        // As it is request, to the last digit.
         match square {
             _ if square == self.nominal => self.nominal_steps_s,
             _ if square == self.start => self.start_steps_s(),
             _ => {
-                let speed_steps_s = terms.scale.speed_mm_s(square) * self.steps_per_mm;
+                let speed_steps_s = config.scale.speed_mm_s(square) * self.steps_per_mm;
                 let is_above = square < self.nominal && speed_steps_s > self.nominal_steps_s;
                 if is_above { self.nominal_steps_s } else { speed_steps_s }
             }
@@ -289,9 +290,9 @@ impl<const N: usize> Block<N> {
 
     /// Whether all its steps are due before the longest axis is at `place_steps`.
     pub(super) fn has_no_step_after(&self, place_steps: f64) -> bool {
-        self.wanted.steps.iter().all(|steps| {
+        self.request.steps.iter().all(|steps| {
             let steps = steps.unsigned_abs();
-            (place_steps / self.way_steps * f64::from(steps) + 0.5) as u32 >= steps
+            (place_steps / self.distance_steps * f64::from(steps) + 0.5) as u32 >= steps
         })
     }
 }

@@ -2,7 +2,7 @@
 
 use super::Chain;
 use super::block::Block;
-use super::terms::Square;
+use super::config::Square;
 
 impl<const N: usize, const LEN: usize> Chain<N, LEN> {
     /// Sees to it that how fast the first block ends is known, as far as it can be.
@@ -45,7 +45,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
             && self.place_steps > 0.0
             && let Some(first) = self.blocks.get_mut(0)
         {
-            first.set_gains(first.way_steps - self.place_steps, &self.terms);
+            first.set_delta_v2(first.distance_steps - self.place_steps, &self.config);
         }
         self.settled = if self.is_at_rest() { 0 } else { 1 };
         self.passed = 0;

@@ -1,8 +1,8 @@
 //! What the first block of a chain is made by, and what of that is told.
 
 use super::block::Block;
-use super::terms::Square;
-use super::{Chain, Leg, LegKind, Wanted};
+use super::config::Square;
+use super::{Chain, Chunk, ChunkKind, Request};
 use crate::law::{IntervalLaw, SpeedLaw};
 use crate::limits::Limits;
 use crate::profile::Profile;
@@ -13,7 +13,7 @@ use crate::sync::SyncMove;
 pub(super) struct Plan<const N: usize> {
     /// There is one.
     pub(super) is_made: bool,
-    part: SyncMove<N>,
+    sync_move: SyncMove<N>,
     /// When it ends, s from the start of the run.
     end_s: f64,
     /// From when on it slows down, likewise.
@@ -24,25 +24,25 @@ pub(super) struct Plan<const N: usize> {
     ends_block: bool,
     /// What it was made for has changed.
     pub(super) is_stale: bool,
-    /// Of the next leg by it.
-    kind: LegKind,
+    /// Of the next chunk by it.
+    kind: ChunkKind,
 }
 
 impl<const N: usize> Plan<N> {
     /// None.
     pub(super) const NONE: Self = Self {
         is_made: false,
-        part: SyncMove::NONE,
+        sync_move: SyncMove::NONE,
         end_s: 0.0,
         slows_s: 0.0,
         exit: 0,
         ends_block: false,
         is_stale: false,
-        kind: LegKind::Move,
+        kind: ChunkKind::Move,
     };
 }
 
-/// Nothing is left of a move, steps; and as a share of its way, where rounding is more than that.
+/// Nothing is left of a move, steps; and as a fraction of its way, where rounding is more than that.
 const NOTHING_STEPS: f64 = 1e-6;
 const NOTHING_SHARE: f64 = 1e-14;
 
@@ -55,13 +55,13 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
     /// Until when the plan is what the first block is made by. `None` if there has to be another one from here on.
     pub(super) fn sound_until_s(&self) -> Option<f64> {
         let plan = &self.plan;
-        if !plan.is_made || plan.kind == LegKind::Further && self.at_s >= plan.end_s {
+        if !plan.is_made || plan.kind == ChunkKind::Continuation && self.at_s >= plan.end_s {
             return None;
         }
         if !plan.is_stale && (!plan.ends_block || plan.exit == self.exit()) {
             return Some(plan.end_s);
         }
-        let is_bound = self.at_s > plan.slows_s && self.terms.speed_law != SpeedLaw::Trapezoid
+        let is_bound = self.at_s > plan.slows_s && self.config.speed_law != SpeedLaw::Trapezoid
             || plan.ends_block && self.has_nothing_left();
         if is_bound {
             return Some(plan.end_s);
@@ -71,23 +71,24 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
     }
 
     /// Tells the plan until then.
-    pub(super) fn tell(&mut self, until_s: f64) -> Option<Leg<N>> {
+    pub(super) fn tell(&mut self, until_s: f64) -> Option<Chunk<N>> {
         let (block, plan) = (self.blocks.get(0)?, &mut self.plan);
         let is_end = until_s >= plan.end_s;
-        let until_steps = if is_end { plan.part.end_steps() } else { plan.part.place_at(until_s) };
-        let Block { mm_per_step, asked_steps_s, wanted: Wanted { tag, .. }, .. } = *block;
-        let leg = Leg { part: plan.part, until_steps, until_s, mm_per_step, asked_steps_s, tag, kind: plan.kind };
-        plan.kind = LegKind::Further;
+        let until_steps = if is_end { plan.sync_move.end_steps() } else { plan.sync_move.place_at(until_s) };
+        let Block { mm_per_step, asked_steps_s, request: Request { tag, .. }, .. } = *block;
+        let chunk =
+            Chunk { plan: plan.sync_move, until_steps, until_s, mm_per_step, asked_steps_s, tag, kind: plan.kind };
+        plan.kind = ChunkKind::Continuation;
         (self.at_s, self.place_steps) = (until_s, until_steps);
         if is_end && plan.ends_block {
             self.end_block(self.plan.exit);
         } else if is_end && self.is_held {
             let start_steps_s = block.limits_now().start_speed_steps_s;
-            if is_no_faster(leg.part.profile.exit_speed_steps_s(), start_steps_s) {
+            if is_no_faster(chunk.plan.profile.exit_speed_steps_s(), start_steps_s) {
                 self.rest();
             }
         }
-        Some(leg)
+        Some(chunk)
     }
 
     /// At rest where it is.
@@ -113,7 +114,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         self.settled = self.settled.saturating_sub(1);
         let Some(next) = self.blocks.get_mut(0) else { return };
         let expected = next.entry;
-        next.begin_after(exit, start, &self.terms);
+        next.begin_after(exit, start, &self.config);
         let is_expected = next.entry == expected;
         if next.flows {
             self.settled = self.settled.max(1);
@@ -128,13 +129,13 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
     pub(super) fn replan(&mut self) {
         let Some(block) = self.blocks.get(0) else { return };
         let (speed_steps_s, accel_steps_s2) = self.motion(block);
-        let left_steps = block.way_steps - self.place_steps;
+        let left_steps = block.distance_steps - self.place_steps;
         if self.has_nothing_left() {
             let exit = self.square_of(speed_steps_s, block);
             return self.end_block(exit);
         }
         let limits = block.limits_now();
-        if self.terms.speed_law == SpeedLaw::SCurve && accel_steps_s2 > 0.0 && limits.jerk_steps_s3.is_finite() {
+        if self.config.speed_law == SpeedLaw::SCurve && accel_steps_s2 > 0.0 && limits.jerk_steps_s3.is_finite() {
             return self.ease(speed_steps_s, accel_steps_s2, limits.jerk_steps_s3);
         }
         if self.is_held && is_no_faster(speed_steps_s, limits.start_speed_steps_s) {
@@ -151,8 +152,8 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         // Of what has not begun all is left.
         self.place_steps > 0.0
             && self.blocks.get(0).is_none_or(|first| {
-                let left_steps = first.way_steps - self.place_steps;
-                left_steps <= NOTHING_STEPS || left_steps <= NOTHING_SHARE * first.way_steps
+                let left_steps = first.distance_steps - self.place_steps;
+                left_steps <= NOTHING_STEPS || left_steps <= NOTHING_SHARE * first.distance_steps
             })
     }
 
@@ -164,10 +165,10 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         if is_slow || is_no_faster(speed_steps_s, slow_steps_s) {
             return false;
         }
-        let braking = |fast, slow| Profile::braking(fast, slow, limits, self.terms.speed_law);
+        let braking = |fast, slow| Profile::braking(fast, slow, limits, self.config.speed_law);
         let slower = braking(speed_steps_s, slow_steps_s);
         let mut needed_steps = slower.distance_steps() + NOTHING_STEPS;
-        let exit_steps_s = first.speed_steps_s(self.exit(), &self.terms);
+        let exit_steps_s = first.speed_steps_s(self.exit(), &self.config);
         if !self.is_held && exit_steps_s < slow_steps_s {
             needed_steps += braking(slow_steps_s, exit_steps_s).distance_steps();
         }
@@ -182,12 +183,12 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
     fn end(&mut self, speed_steps_s: f64, left_steps: f64, limits: &Limits) {
         let Some(first) = self.blocks.get(0) else { return };
         let exit = self.exit();
-        let exit_steps_s = first.speed_steps_s(exit, &self.terms);
-        let is_fastest = self.terms.interval_law == IntervalLaw::Fastest || !self.is_at_rest();
-        let law = self.terms.speed_law;
-        let profile = if is_fastest && law == SpeedLaw::Trapezoid && first.has_fine_gains() {
+        let exit_steps_s = first.speed_steps_s(exit, &self.config);
+        let is_fastest = self.config.interval_law == IntervalLaw::Fastest || !self.is_at_rest();
+        let law = self.config.speed_law;
+        let profile = if is_fastest && law == SpeedLaw::Trapezoid && first.has_fine_delta_v2() {
             let top = if self.is_held { 0 } else { first.nominal };
-            first.trapezoid(left_steps, speed_steps_s, (exit, exit_steps_s), top, &self.terms)
+            first.trapezoid(left_steps, speed_steps_s, (exit, exit_steps_s), top, &self.config)
         } else {
             let top_steps_s = if self.is_held { 0.0 } else { limits.top_speed_steps_s };
             let limits = Limits { top_speed_steps_s: top_steps_s.max(speed_steps_s).max(exit_steps_s), ..*limits };
@@ -201,16 +202,16 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
     fn motion(&self, block: &Block<N>) -> (f64, f64) {
         let plan = &self.plan;
         if !plan.is_made {
-            (block.speed_steps_s(block.entry, &self.terms), 0.0)
+            (block.speed_steps_s(block.entry, &self.config), 0.0)
         } else if self.at_s >= plan.end_s {
-            (plan.part.profile.exit_speed_steps_s(), 0.0)
+            (plan.sync_move.profile.exit_speed_steps_s(), 0.0)
         } else {
-            plan.part.motion_at(self.at_s)
+            plan.sync_move.motion_at(self.at_s)
         }
     }
 
     fn square_of(&self, speed_steps_s: f64, block: &Block<N>) -> Square {
-        self.terms.scale.of_speed(speed_steps_s * block.mm_per_step)
+        self.config.scale.of_speed(speed_steps_s * block.mm_per_step)
     }
 
     /// The first block is from now on what its plan has left of it.
@@ -220,8 +221,8 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         }
         self.pass();
         let Some(first) = self.blocks.get_mut(0) else { return };
-        first.entry = self.terms.scale.of_speed(speed_steps_s * first.mm_per_step);
-        first.set_gains(left_steps, &self.terms);
+        first.entry = self.config.scale.of_speed(speed_steps_s * first.mm_per_step);
+        first.set_delta_v2(left_steps, &self.config);
         self.keep_promise(self.plan.exit, speed_steps_s, left_steps);
         self.forward(0);
     }
@@ -231,17 +232,17 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
     /// to brake to a little more.
     fn keep_promise(&mut self, promised: Square, speed_steps_s: f64, left_steps: f64) {
         let Some(first) = self.blocks.get(0) else { return };
-        let (wanted, lowest) = (self.exit_of(0, first), first.reach().1);
-        if wanted >= lowest {
+        let (request, lowest) = (self.exit_of(0, first), first.reach().1);
+        if request >= lowest {
             return;
         }
-        let has_room = wanted == promised || {
-            let wanted_steps_s = first.speed_steps_s(wanted, &self.terms);
+        let has_room = request == promised || {
+            let wanted_steps_s = first.speed_steps_s(request, &self.config);
             let limits = first.limits_now();
-            let braking = Profile::braking(speed_steps_s, wanted_steps_s, &limits, self.terms.speed_law);
+            let braking = Profile::braking(speed_steps_s, wanted_steps_s, &limits, self.config.speed_law);
             braking.distance_steps() <= left_steps
         };
-        let exit = if has_room { wanted } else { promised };
+        let exit = if has_room { request } else { promised };
         if exit >= lowest {
             return;
         }
@@ -250,7 +251,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
             _ => self.blocks.get_mut(0).into_iter().for_each(|first| first.start = first.start.min(exit)),
         }
         if let Some(first) = self.blocks.get_mut(0) {
-            first.decel_gain = first.entry - exit;
+            first.decel_delta_v2 = first.entry - exit;
         }
     }
 
@@ -259,28 +260,28 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         let profile = Profile::easing(speed_steps_s, accel_steps_s2, jerk_steps_s3);
         let half_s = profile.duration_s() / 2.0;
         let plan = &mut self.plan;
-        plan.part = SyncMove {
+        plan.sync_move = SyncMove {
             profile,
-            steps: plan.part.steps,
+            steps: plan.sync_move.steps,
             from_steps: self.place_steps,
             origin_steps: self.place_steps - profile.position_at(half_s),
             origin_s: self.at_s - half_s,
         };
         // Nothing changes it; and it is no faster, and no further on, than the plan would be that it leaves.
-        (plan.end_s, plan.slows_s) = (plan.part.end_s(), f64::NEG_INFINITY);
-        (plan.ends_block, plan.is_stale, plan.kind) = (false, false, LegKind::Part);
+        (plan.end_s, plan.slows_s) = (plan.sync_move.end_s(), f64::NEG_INFINITY);
+        (plan.ends_block, plan.is_stale, plan.kind) = (false, false, ChunkKind::Replan);
     }
 
     /// Goes on by `profile` from where it is.
     fn begin(&mut self, profile: Profile, ends_block: bool) {
         let Some(block) = self.blocks.get(0) else { return };
         let (place_steps, exit, origin_s) = (self.place_steps, self.exit(), self.at_s);
-        let steps = block.wanted.steps;
-        let part = SyncMove { profile, steps, from_steps: place_steps, origin_steps: place_steps, origin_s };
-        let end_s = part.end_s();
+        let steps = block.request.steps;
+        let sync_move = SyncMove { profile, steps, from_steps: place_steps, origin_steps: place_steps, origin_s };
+        let end_s = sync_move.end_s();
         let slows_s = end_s - profile.t_decel_s();
-        let kind = if self.plan.is_made { LegKind::Part } else { LegKind::Move };
+        let kind = if self.plan.is_made { ChunkKind::Replan } else { ChunkKind::Move };
         self.settled = self.settled.max(1);
-        self.plan = Plan { is_made: true, part, end_s, slows_s, exit, ends_block, is_stale: false, kind };
+        self.plan = Plan { is_made: true, sync_move, end_s, slows_s, exit, ends_block, is_stale: false, kind };
     }
 }

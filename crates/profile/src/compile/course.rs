@@ -1,7 +1,7 @@
 //! A plan in the ticks of the ports: what its axes have in common when they are compiled.
 
-use super::ramp::log2_of;
-use super::setup::{Cruise, EvenRamp};
+use super::fixed_ramp::log2_of;
+use super::setup::{ConstantAccelRamp, Cruise};
 use super::spans::SharedSpans;
 use super::{PhaseBounds, Stretch};
 use crate::profile::Profile;
@@ -28,8 +28,8 @@ pub(super) struct Frame {
     pub(super) begin_ticks: f64,
     pub(super) end_ticks: f64,
     /// Its ramps, where they are at constant acceleration.
-    pub(super) accel: Option<EvenRamp>,
-    pub(super) decel: Option<EvenRamp>,
+    pub(super) accel: Option<ConstantAccelRamp>,
+    pub(super) decel: Option<ConstantAccelRamp>,
     /// Its cruise, unless it is none but for rounding.
     pub(super) cruise: Option<Cruise>,
     /// Where its ramps are curved, how far it is at the first step of any axis, and how far it goes on after the last.
@@ -88,7 +88,7 @@ impl Frame {
     fn new(plan: &Profile, is_whole: bool, begin_s: f64, tick_hz: u32) -> Self {
         let hz = f64::from(tick_hz);
         let begin_ticks = begin_s * hz;
-        let accel = EvenRamp::of(&plan.accel, hz, None);
+        let accel = ConstantAccelRamp::of(&plan.accel, hz, None);
         Self {
             plan: *plan,
             is_whole,
@@ -97,7 +97,7 @@ impl Frame {
             hz_log2: log2_of(hz),
             begin_ticks,
             end_ticks: (begin_s + plan.duration_s()) * hz,
-            decel: EvenRamp::of(&plan.decel, hz, accel.as_ref()),
+            decel: ConstantAccelRamp::of(&plan.decel, hz, accel.as_ref()),
             accel,
             cruise: (plan.t_cruise_s() > 0.0).then(|| Cruise::of(plan, begin_ticks, hz)),
             begin_steps: 0.0,

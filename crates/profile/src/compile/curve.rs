@@ -1,26 +1,26 @@
 //! The steps of one axis on a span's polynomial, in fixed point.
 
 use super::fit::Quadratic;
-use super::ramp::LENGTH_MAX;
-use super::septic::{Septic, TERMS};
+use super::fixed_ramp::LENGTH_MAX;
+use super::hermite::{Hermite, TERMS};
 use super::setup::View;
-use super::spans::STRAY_MAX_TICKS;
-use super::wide::exponent;
+use super::spans::ERROR_MAX_TICKS;
+use super::u96::exponent;
 use super::{BRIEF_S, FIT_ERROR_MAX_TICKS, fit_error_max_ticks};
 use crate::fixed::{TWO_TO_64, polynomial};
 use crate::segment::Segment;
 
 /// Instants are in units of 2^-24 tick, or coarser ones in a move too long for that.
 const POINT_MAX: u8 = 24;
-/// y is 1 beyond the span, where its last segment may reach: at this share of it.
-const UNIT_SHARE: f64 = 1.5;
+/// y is 1 beyond the span, where its last segment may reach: at this fraction of it.
+const UNIT_RATIO: f64 = 1.5;
 /// A span has at least so many segments, so that the last one does not reach far beyond it.
 const SEGMENTS_MIN: u32 = 4;
-/// A quadratic over n steps strays by t''' n³/(72 √3), t''' being the third derivative.
-const STRAY_DIVISOR: f64 = 124.707_658_144_959_16;
+/// A quadratic over n steps deviates by t''' n³/(72 √3), t''' being the third derivative.
+const ERROR_DIVISOR: f64 = 124.707_658_144_959_16;
 
 /// The steps of a span.
-pub(super) struct Place {
+pub(super) struct StepRange {
     /// The first.
     pub(super) step: u32,
     /// How many steps after the beginning of the span that is.
@@ -50,27 +50,27 @@ impl Curve {
         Self { coefficients: [0; TERMS], point: 0, length: 0, first: 0, begin: 0, per_step: 0 }
     }
 
-    /// Of the steps of `place`. If `is_backwards`, times are counted back from the end of the move.
-    pub(super) fn new(septic: &Septic, view: View, is_backwards: bool, place: Place) -> Self {
+    /// Of the steps of `range`. If `is_backwards`, times are counted back from the end of the move.
+    pub(super) fn new(hermite: &Hermite, view: View, is_backwards: bool, range: StepRange) -> Self {
         let point = view.point().min(POINT_MAX);
         let unit_hz = f64::from(1u32 << point);
         let View { frame, stretch } = view;
         let mut factor = if is_backwards { -frame.tick_hz * unit_hz } else { frame.tick_hz * unit_hz };
-        let mut coefficients = septic.coefficients.map(|coefficient| {
-            // Rounded either way: a unit is far less than what a polynomial strays.
+        let mut coefficients = hermite.coefficients.map(|coefficient| {
+            // Rounded either way: a unit is far less than what a polynomial deviates.
             let fixed = (coefficient * factor) as i64;
-            factor *= UNIT_SHARE;
+            factor *= UNIT_RATIO;
             fixed
         });
         let origin_ticks = if is_backwards { frame.end_ticks } else { frame.begin_ticks };
         coefficients[0] = coefficients[0].wrapping_add((origin_ticks * unit_hz) as i64);
-        let per_step = stretch.stride / (septic.steps.abs() * UNIT_SHARE);
+        let per_step = stretch.stride / (hermite.steps.abs() * UNIT_RATIO);
         Self {
             coefficients,
             point,
-            length: length(septic, view, place.count),
-            first: place.step,
-            begin: (place.steps_after_begin * per_step * TWO_TO_64) as u64,
+            length: length(hermite, view, range.count),
+            first: range.step,
+            begin: (range.steps_after_begin * per_step * TWO_TO_64) as u64,
             per_step: (per_step * TWO_TO_64) as u64,
         }
     }
@@ -100,17 +100,17 @@ impl Curve {
 }
 
 /// log2 of the steps that a quadratic may hold anywhere on the span.
-fn length(septic: &Septic, view: View, count: u32) -> u8 {
+fn length(hermite: &Hermite, view: View, count: u32) -> u8 {
     let tick_hz = view.frame.tick_hz;
-    let steps = septic.steps.abs() / view.stretch.stride;
+    let steps = hermite.steps.abs() / view.stretch.stride;
     let per_step = tick_hz / steps;
-    let bend = septic.third_derivative_max() * per_step / (steps * steps * STRAY_DIVISOR);
+    let bend = hermite.third_derivative_max() * per_step / (steps * steps * ERROR_DIVISOR);
     // log2 n of the most steps n with n³ bend <= E.
-    let held = |stray_ticks: f64| (exponent(stray_ticks / bend)).div_euclid(3);
-    let strict = held(FIT_ERROR_MAX_TICKS - STRAY_MAX_TICKS);
-    let loose = held(fit_error_max_ticks(tick_hz as u32) - STRAY_MAX_TICKS);
+    let held = |error_ticks: f64| (exponent(error_ticks / bend)).div_euclid(3);
+    let strict = held(FIT_ERROR_MAX_TICKS - ERROR_MAX_TICKS);
+    let loose = held(fit_error_max_ticks(tick_hz as u32) - ERROR_MAX_TICKS);
     // A segment that is brief may double.
-    let brief = exponent(BRIEF_S * tick_hz / (septic.slope_max() * per_step)) + 1;
+    let brief = exponent(BRIEF_S * tick_hz / (hermite.slope_max() * per_step)) + 1;
     // Three steps always have a quadratic.
     let most = exponent(f64::from(count / SEGMENTS_MIN)).min(LENGTH_MAX as i32);
     strict.max(loose.min(brief)).max(1).min(most).max(0) as u8

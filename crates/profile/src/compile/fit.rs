@@ -1,6 +1,6 @@
 //! A segment from the quadratic through three steps, by shifts alone.
 
-use super::wide::{joined, left, right, right_signed};
+use super::u96::{joined, left, right, right_signed};
 use crate::segment::{SPAN_MAX_TICKS, Segment};
 
 /// Instants t(j) on a quadratic, in units of 2^-point tick.

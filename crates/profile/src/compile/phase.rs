@@ -1,9 +1,9 @@
 //! A phase of a move as one axis sees it: when its steps are due, and how many of them make a segment.
 
 use super::fit::Quadratic;
-use super::gentle::Gentle;
-use super::ramp::{Knot, Ramp};
-use super::wide::Line;
+use super::fixed_ramp::{FixedRamp, Knot};
+use super::small_accel::SmallAccel;
+use super::u96::Line;
 use crate::segment::Segment;
 
 /// Consecutive steps of an axis that share a law. Steps count from 0.
@@ -28,11 +28,11 @@ pub(super) struct Phase {
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Law {
     /// At constant speed.
-    Even(Line),
+    ConstantSpeed(Line),
     /// At constant acceleration.
-    Ramp(Ramp),
+    Ramp(FixedRamp),
     /// At an acceleration too small to tell from none by the root's formula.
-    Gentle(Gentle),
+    SmallAccel(SmallAccel),
 }
 
 impl Phase {
@@ -41,9 +41,9 @@ impl Phase {
         let from_origin = if self.backwards { self.reach.wrapping_sub(step) } else { step };
         let half_steps = from_origin.wrapping_mul(2) | 1;
         let Knot { instant, level } = match &self.law {
-            Law::Even(line) => Knot { instant: line.at(half_steps).upper(), level: 0 },
+            Law::ConstantSpeed(line) => Knot { instant: line.at(half_steps).upper(), level: 0 },
             Law::Ramp(ramp) => ramp.knot(half_steps),
-            Law::Gentle(gentle) => Knot { instant: gentle.time(half_steps), level: 0 },
+            Law::SmallAccel(small_accel) => Knot { instant: small_accel.time(half_steps), level: 0 },
         };
         let instant =
             if self.backwards { self.origin.wrapping_sub(instant) } else { self.origin.wrapping_add(instant) };
@@ -71,7 +71,7 @@ impl Phase {
             far = self.knot_after(step, fit.length);
             fit.rise = far.instant.wrapping_sub(first.instant);
         }
-        if fit.length > 0 && !matches!(self.law, Law::Even(_)) {
+        if fit.length > 0 && !matches!(self.law, Law::ConstantSpeed(_)) {
             let middle = self.knot_after(step, fit.length - 1);
             let half_rise = middle.instant.wrapping_sub(first.instant);
             fit.bend = fit.rise.wrapping_sub(half_rise).wrapping_sub(half_rise) as i64;

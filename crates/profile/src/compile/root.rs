@@ -1,6 +1,6 @@
 //! Square root and binary logarithm of a 96-bit number.
 
-use super::wide::{Wide, right};
+use super::u96::{U96, right};
 use crate::root::root_of_mantissa;
 
 /// A number's root and logarithm.
@@ -18,7 +18,7 @@ pub(super) const LOG2_SHORT_MAX: i32 = 5_702;
 impl Root {
     /// Of `x`, which is above 0.
     #[inline(always)]
-    pub(super) fn of(x: Wide) -> Self {
+    pub(super) fn of(x: U96) -> Self {
         let (zeros, mantissa) = x.normalised();
         let root = root_of_mantissa(mantissa);
         let halved = zeros / 2;
@@ -41,7 +41,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::Root;
-    use crate::compile::wide::Wide;
+    use crate::compile::u96::U96;
 
     /// √(2^32 x) rounded down.
     fn exact(x: u128) -> u64 {
@@ -49,7 +49,7 @@ mod tests {
     }
 
     fn check(x: u128) {
-        let got = Root::of(Wide::new(x));
+        let got = Root::of(U96::new(x));
         let short = i128::from(exact(x)) - i128::from(got.root);
         let bound = i128::from(exact(x) >> 54) + 1;
         assert!((0..=bound).contains(&short), "{x:#x}: {:#x} for {:#x}", got.root, exact(x));

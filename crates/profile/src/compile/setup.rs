@@ -1,10 +1,10 @@
-//! What a phase needs to know, out of the plan's floats, once a phase; what the axes have in common, once a leg.
+//! What a phase needs to know, out of the plan's floats, once a phase; what the axes have in common, once a chunk.
 
 use super::course::Frame;
-use super::gentle::Gentle;
+use super::fixed_ramp::{FixedRamp, LENGTH_MAX, log2_of};
 use super::phase::{Law, Phase};
-use super::ramp::{LENGTH_MAX, Ramp, log2_of};
-use super::wide::{Line, Wide, exponent, fixed, short_fixed};
+use super::small_accel::SmallAccel;
+use super::u96::{Line, U96, exponent, fixed, short_fixed};
 use super::{NEAREST_STEPS, NO_RAMP_S, Stretch};
 use crate::fixed::product;
 use crate::profile::Profile;
@@ -13,9 +13,9 @@ use crate::ramp::Ramp as SpeedRamp;
 /// Steps have numbers below this.
 const STEPS_END: u32 = 1 << 31;
 /// A segment's interval is rounded to 2^-32 tick: 2^-10 tick over so many steps, log2.
-const EVEN_LENGTH_MAX: u32 = 22;
-/// log2 of the lead from which on a ramp is [`Gentle`], ticks: 13 days at 125 MHz.
-const GENTLE_LEAD_LOG2: i32 = 47;
+const CRUISE_LENGTH_MAX: u32 = 22;
+/// log2 of the lead from which on a ramp is [`SmallAccel`], ticks: 13 days at 125 MHz.
+const SMALL_ACCEL_LEAD_LOG2: i32 = 47;
 
 /// An axis of a plan: its steps count from 0, its instants from the start of the run.
 #[derive(Clone, Copy, Debug)]
@@ -26,7 +26,7 @@ pub(super) struct View<'a> {
 
 /// A ramp at constant acceleration, in ticks and steps of the longest axis.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct EvenRamp {
+pub(super) struct ConstantAccelRamp {
     pub(super) slow_steps_s: f64,
     pub(super) accel_steps_s2: f64,
     /// f/a.
@@ -46,7 +46,7 @@ pub(super) struct Cruise {
 }
 
 /// A ramp in an axis's steps and ticks.
-struct Shape {
+struct AxisRamp {
     /// C.
     lead_ticks: f64,
     /// B/2.
@@ -56,30 +56,30 @@ struct Shape {
 impl Phase {
     /// No steps.
     pub(super) fn empty() -> Self {
-        let line = Line { start: Wide::default(), slope: Wide::default() };
-        Self { law: Law::Even(line), origin: 0, end: 0, reach: 0, backwards: false, point: 0, length: 0 }
+        let line = Line { start: U96::default(), slope: U96::default() };
+        Self { law: Law::ConstantSpeed(line), origin: 0, end: 0, reach: 0, backwards: false, point: 0, length: 0 }
     }
 
     /// Accelerates from the first step to the one before `end`.
-    pub(super) fn accelerating(ramp: &EvenRamp, view: View, end: u32) -> Self {
+    pub(super) fn accelerating(ramp: &ConstantAccelRamp, view: View, end: u32) -> Self {
         let (frame, more) = (view.frame, -2.0 * view.stretch.ahead);
-        let shape = view.shape(ramp);
-        if shape.is_gentle() {
-            let (law, point, length) = gentle(ramp, view, more);
+        let axis_ramp = view.axis_ramp(ramp);
+        if axis_ramp.has_small_accel() {
+            let (law, point, length) = small_accel(ramp, view, more);
             let reach = beyond(end, length);
             let origin = fixed(frame.begin_ticks, point.into()) as u64;
             return Self { law, origin, end, reach, backwards: false, point, length: length as u8 };
         }
         let reach = beyond(end, LENGTH_MAX);
-        let mut exponent_max = shape.exponent_at(reach);
+        let mut exponent_max = axis_ramp.exponent_at(reach);
         if frame.begin_ticks > 0.0 {
             exponent_max = exponent_max.max(exponent(frame.begin_ticks)) + 1;
         }
         let point = point_for(exponent_max);
-        let (lead, slope) = (shape.lead(point), shape.slope(point));
-        let start = shape.start(point, (squared(lead), slope), more);
+        let (lead, slope) = (axis_ramp.lead(point), axis_ramp.slope(point));
+        let start = axis_ramp.start(point, (squared(lead), slope), more);
         let law =
-            Law::Ramp(shape.ramp(Line { start: Wide::new(start), slope: Wide::new(slope) }, point, frame.hz_log2));
+            Law::Ramp(axis_ramp.ramp(Line { start: U96::new(start), slope: U96::new(slope) }, point, frame.hz_log2));
         let origin = short_fixed(frame.begin_ticks, point).wrapping_sub(lead);
         Self { law, origin, end, reach, backwards: false, point, length: 0 }
     }
@@ -94,42 +94,42 @@ impl Phase {
         // The first 64 of the 96 bits are the instant; a half step is half a period.
         // Where the profile is ahead of the first step, the line begins a little before the run; modulo 2^96, as lines are.
         let before = fixed((-start_ticks).max(0.0), i32::from(point) + 32);
-        let start = Wide::new(fixed(start_ticks.max(0.0), i32::from(point) + 32).wrapping_sub(before));
-        let slope = Wide::new(fixed(period_ticks, i32::from(point) + 31));
-        let length = length_held(period_ticks, EVEN_LENGTH_MAX);
-        let law = Law::Even(Line { start, slope });
+        let start = U96::new(fixed(start_ticks.max(0.0), i32::from(point) + 32).wrapping_sub(before));
+        let slope = U96::new(fixed(period_ticks, i32::from(point) + 31));
+        let length = length_held(period_ticks, CRUISE_LENGTH_MAX);
+        let law = Law::ConstantSpeed(Line { start, slope });
         Self { law, origin: 0, end, reach: beyond(end, length), backwards: false, point, length: length as u8 }
     }
 
     /// Decelerates to the last of the axis's steps, the one before `end`.
-    pub(super) fn decelerating(ramp: &EvenRamp, view: View, end: u32) -> Self {
+    pub(super) fn decelerating(ramp: &ConstantAccelRamp, view: View, end: u32) -> Self {
         let (frame, more) = (view.frame, 2.0 * view.stretch.beyond);
-        let shape = view.shape(ramp);
-        if shape.is_gentle() {
-            let (law, point, length) = gentle(ramp, view, more);
+        let axis_ramp = view.axis_ramp(ramp);
+        if axis_ramp.has_small_accel() {
+            let (law, point, length) = small_accel(ramp, view, more);
             let origin = fixed(frame.end_ticks, point.into()) as u64;
             return Self { law, origin, end, reach: end - 1, backwards: true, point, length: length as u8 };
         }
-        let point = point_for(exponent(shape.lead_ticks).max(exponent(frame.end_ticks)) + 1);
-        let (lead, slope) = (shape.lead(point), shape.slope(point));
-        let spare_log2 = shape.spare_steps_log2();
+        let point = point_for(exponent(axis_ramp.lead_ticks).max(exponent(frame.end_ticks)) + 1);
+        let (lead, slope) = (axis_ramp.lead(point), axis_ramp.slope(point));
+        let spare_log2 = axis_ramp.spare_steps_log2();
         let spare = spare_log2.map_or(0, |log2| (1 << log2).min(STEPS_END - end));
         let spared = match spare_log2 {
             Some(log2) if spare == 1 << log2 => slope << (log2 + 1),
             _ => slope * u128::from(2 * spare),
         };
-        let start = shape.start(point, (squared(lead).saturating_sub(spared), slope), more);
+        let start = axis_ramp.start(point, (squared(lead).saturating_sub(spared), slope), more);
         let law =
-            Law::Ramp(shape.ramp(Line { start: Wide::new(start), slope: Wide::new(slope) }, point, frame.hz_log2));
+            Law::Ramp(axis_ramp.ramp(Line { start: U96::new(start), slope: U96::new(slope) }, point, frame.hz_log2));
         let origin = short_fixed(frame.end_ticks, point).wrapping_add(lead);
         Self { law, origin, end, reach: end - 1 + spare, backwards: true, point, length: LENGTH_MAX as u8 }
     }
 }
 
-impl EvenRamp {
+impl ConstantAccelRamp {
     /// `None` if its acceleration changes, or it is none. `other` may be at the same acceleration.
     pub(super) fn of(ramp: &SpeedRamp, tick_hz: f64, other: Option<&Self>) -> Option<Self> {
-        let (slow_steps_s, accel_steps_s2) = (ramp.slow_steps_s(), ramp.even_accel_steps_s2()?);
+        let (slow_steps_s, accel_steps_s2) = (ramp.slow_steps_s(), ramp.constant_accel_steps_s2()?);
         if ramp.duration_s() <= NO_RAMP_S {
             return None;
         }
@@ -159,14 +159,14 @@ impl View<'_> {
         point_for(exponent(self.frame.end_ticks))
     }
 
-    fn shape(&self, ramp: &EvenRamp) -> Shape {
-        Shape { lead_ticks: ramp.lead_ticks, slope_ticks2: ramp.slope_ticks2 * self.stretch.stride }
+    fn axis_ramp(&self, ramp: &ConstantAccelRamp) -> AxisRamp {
+        AxisRamp { lead_ticks: ramp.lead_ticks, slope_ticks2: ramp.slope_ticks2 * self.stretch.stride }
     }
 }
 
-impl Shape {
-    fn is_gentle(&self) -> bool {
-        exponent(self.lead_ticks) >= GENTLE_LEAD_LOG2
+impl AxisRamp {
+    fn has_small_accel(&self) -> bool {
+        exponent(self.lead_ticks) >= SMALL_ACCEL_LEAD_LOG2
     }
 
     /// In units of 2^-`point` tick.
@@ -190,10 +190,10 @@ impl Shape {
         square.wrapping_add(first).wrapping_sub(slope)
     }
 
-    fn ramp(&self, radicand: Line, point: u8, hz_log2: i32) -> Ramp {
+    fn ramp(&self, radicand: Line, point: u8, hz_log2: i32) -> FixedRamp {
         // In the radicand's units.
         let slope_log2 = log2_of(self.slope_ticks2) + ((2 * i32::from(point) - 32) << 16);
-        Ramp::new(radicand, slope_log2, point, hz_log2)
+        FixedRamp::new(radicand, slope_log2, point, hz_log2)
     }
 
     /// At least log2 of the time from standstill to the step `reach`, ticks, rounded down.
@@ -213,13 +213,17 @@ impl Shape {
     }
 }
 
-/// The law, its point, and the length of its segments, over which a quadratic strays by 2^-6 tick at most. Its first half
+/// The law, its point, and the length of its segments, over which a quadratic deviates by 2^-6 tick at most. Its first half
 /// step is `more` longer.
-fn gentle(ramp: &EvenRamp, view: View, more: f64) -> (Law, u8, u32) {
+fn small_accel(ramp: &ConstantAccelRamp, view: View, more: f64) -> (Law, u8, u32) {
     let point = view.point();
     let (tick_hz, stride) = (view.frame.tick_hz, view.stretch.stride);
     let slowest_ticks = tick_hz / ramp.slow_steps_s * stride;
-    (Law::Gentle(Gentle::new(ramp, stride, more, tick_hz, point)), point, length_held(slowest_ticks, LENGTH_MAX))
+    (
+        Law::SmallAccel(SmallAccel::new(ramp, stride, more, tick_hz, point)),
+        point,
+        length_held(slowest_ticks, LENGTH_MAX),
+    )
 }
 
 /// log2 of how many periods at least are less than 2^31 ticks, `max` at most; 0 also if one is not.

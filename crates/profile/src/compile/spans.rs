@@ -2,7 +2,7 @@
 //!
 //! No law is inverted for a segment. A span reaches from one state of the ramp to another; each state is a time, a
 //! displacement, a speed, an acceleration and a jerk in closed form, and over the span the time is the polynomial in the
-//! displacement that has all of these at both ends. The state midway tells how far the polynomial strays, and so how long
+//! displacement that has all of these at both ends. The state midway tells how far the polynomial deviates, and so how long
 //! the span, if that is too far, or the next one should be. The ramp's corners, where the jerk jumps, end a span too. So a
 //! state is as near to the law as floats are, and nothing accumulates.
 //!
@@ -12,34 +12,34 @@
 //! Segments come from the polynomial in fixed point ([`Curve`]), which is the axis's own.
 
 use super::course::{Course, Frame};
-use super::curve::{Curve, Place};
-use super::septic::Septic;
+use super::curve::{Curve, StepRange};
+use super::hermite::Hermite;
 use super::setup::View;
 use super::{NEAREST_STEPS, Stretch};
 use crate::newton::rough_root;
 use crate::ramp::{Ramp, State};
 use crate::segment::Segment;
 
-/// How far a polynomial may stray from the law, ticks: a quarter of what a segment may.
-pub(super) const STRAY_MAX_TICKS: f64 = 1.0 / 32.0;
-/// A span tried aims at this share of the longest: the next that fails costs as much.
-const SAFE_SHARE: f64 = 0.9;
-/// It is not less than this share of the one tried before,
-const SHARE_LEAST: f64 = 0.1;
+/// How far a polynomial may deviate from the law, ticks: a quarter of what a segment may.
+pub(super) const ERROR_MAX_TICKS: f64 = 1.0 / 32.0;
+/// A span tried aims at this fraction of the longest: the next that fails costs as much.
+const SAFE_RATIO: f64 = 0.9;
+/// It is not less than this fraction of the one tried before,
+const RATIO_MIN: f64 = 0.1;
 /// nor more than this one.
-const SHARE_MOST: f64 = 4.0;
+const RATIO_MAX: f64 = 4.0;
 /// Longest span, ticks: half of what a segment may last.
 const SPAN_MAX_TICKS: f64 = 1_073_741_824.0;
-/// What the laws' floats may lose of a time, as a share of it: 2^-48.
+/// What the laws' floats may lose of a time, as a fraction of it: 2^-48.
 const ROUNDING: f64 = 3.552_713_678_800_501e-15;
-/// At first, the share of the ramp that a span tries at most.
-const FIRST_SHARE: f64 = 1.0 / 16.0;
+/// At first, the fraction of the ramp that a span tries at most.
+const FIRST_RATIO: f64 = 1.0 / 16.0;
 /// And of that over which the speed would double, which is what is right near standstill.
-const DOUBLING_SHARE: f64 = 0.18;
-/// Spans begin and end a little nearer to standstill than the first and last step: at this share of their way.
+const DOUBLING_RATIO: f64 = 0.18;
+/// Spans begin and end a little nearer to standstill than the first and last step: at this fraction of their way.
 const BEFORE_STEP: f64 = 0.98;
-/// Shorter spans, as shares of the ramp, are not tried: only rounding would be left to see.
-const SHARE_MIN: f64 = 1e-12;
+/// Shorter spans, as fractions of the ramp, are not tried: only rounding would be left to see.
+const REACH_RATIO_MIN: f64 = 1e-12;
 
 /// As many spans are kept for other axes: near standstill a slow axis makes no step over several.
 const SHARED: usize = 8;
@@ -70,7 +70,7 @@ pub(super) struct SharedSpans {
 /// A polynomial, and where it ends.
 #[derive(Clone, Copy, Debug)]
 struct Span {
-    septic: Septic,
+    hermite: Hermite,
     end: Reached,
     /// Its number on its ramp, and which that is.
     number: u32,
@@ -117,7 +117,7 @@ impl SharedSpans {
 }
 
 impl Span {
-    const NONE: Self = Self { septic: Septic::NONE, end: Reached::NONE, number: 0, is_backwards: false };
+    const NONE: Self = Self { hermite: Hermite::NONE, end: Reached::NONE, number: 0, is_backwards: false };
 }
 
 impl Reached {
@@ -156,16 +156,16 @@ impl Spans {
     #[inline(never)]
     fn next_span(&mut self, step: u32, stretch: &Stretch, course: &mut Course) {
         self.count += 1;
-        let septic = match course.spans.find(self.is_backwards, self.count) {
+        let hermite = match course.spans.find(self.is_backwards, self.count) {
             Some(span) => {
                 self.reached = span.end;
-                span.septic
+                span.hermite
             }
             None => {
-                let septic = course.frame.path(self.is_backwards).next(&mut self.reached);
+                let hermite = course.frame.path(self.is_backwards).next(&mut self.reached);
                 let (end, number, is_backwards) = (self.reached, self.count, self.is_backwards);
-                course.spans.keep(Span { septic, end, number, is_backwards });
-                septic
+                course.spans.keep(Span { hermite, end, number, is_backwards });
+                hermite
             }
         };
         let is_last = self.reached.parameter >= self.reached.last;
@@ -174,9 +174,9 @@ impl Spans {
         if self.curve_end == step {
             return;
         }
-        let steps_after_begin = self.steps_after(&septic, step, stretch);
-        let place = Place { step, count: self.curve_end.wrapping_sub(step), steps_after_begin };
-        self.curve = Curve::new(&septic, View { frame: &course.frame, stretch }, self.is_backwards, place);
+        let steps_after_begin = self.steps_after(&hermite, step, stretch);
+        let range = StepRange { step, count: self.curve_end.wrapping_sub(step), steps_after_begin };
+        self.curve = Curve::new(&hermite, View { frame: &course.frame, stretch }, self.is_backwards, range);
     }
 
     /// How many steps are due before the ramp is at `ramp_steps`.
@@ -190,8 +190,8 @@ impl Spans {
     }
 
     /// How many steps after the span's beginning `step` is due; rounding may leave it a little before.
-    fn steps_after(&self, septic: &Septic, step: u32, stretch: &Stretch) -> f64 {
-        let begin = septic.begin_steps / stretch.stride;
+    fn steps_after(&self, hermite: &Hermite, step: u32, stretch: &Stretch) -> f64 {
+        let begin = hermite.begin_steps / stretch.stride;
         let after = if self.is_backwards {
             begin - (f64::from(self.end - step) - 0.5 + stretch.beyond).max(NEAREST_STEPS)
         } else {
@@ -201,12 +201,12 @@ impl Spans {
     }
 }
 
-/// By what share longer a span should be that strays by `stray` of what is allowed: over twice as long a polynomial
-/// strays 2^8 times as much.
-fn better_share(stray: f64) -> f64 {
-    let share = SAFE_SHARE / rough_root(stray, 8);
+/// By what fraction longer a span should be that deviates by `deviate` of what is allowed: over twice as long a polynomial
+/// deviates 2^8 times as much.
+fn better_ratio(stray: f64) -> f64 {
+    let ratio = SAFE_RATIO / rough_root(stray, 8);
     // Not `clamp`: its panic would print floats, for which the chip has no room.
-    if share < SHARE_LEAST { SHARE_LEAST } else { share.min(SHARE_MOST) }
+    if ratio < RATIO_MIN { RATIO_MIN } else { ratio.min(RATIO_MAX) }
 }
 
 impl Frame {
@@ -226,12 +226,12 @@ impl Path<'_> {
             (self.ramp.parameter_before(frame.begin_steps * BEFORE_STEP), end)
         };
         let state = self.state(first);
-        let reach = ((last - first) * FIRST_SHARE).min(self.ramp.doubling(&state) * DOUBLING_SHARE);
+        let reach = ((last - first) * FIRST_RATIO).min(self.ramp.doubling(&state) * DOUBLING_RATIO);
         Reached { parameter: first, state, reach, last }
     }
 
     /// Goes on by as much as a polynomial holds.
-    fn next(&self, reached: &mut Reached) -> Septic {
+    fn next(&self, reached: &mut Reached) -> Hermite {
         let Reached { parameter, state: begin, last, .. } = *reached;
         let mut to = (parameter + reached.reach).min(self.ramp.next_corner(parameter)).min(last);
         let mut is_cut = to < parameter + reached.reach;
@@ -241,27 +241,27 @@ impl Path<'_> {
             let half = parameter + reach / 2.0;
             let middle = self.state(half);
             let jerk = |state| (state, self.jerk(state, half));
-            let septic = Septic::between(jerk(&begin), jerk(&end));
-            let stray = self.stray(&septic, [&begin, &middle, &end]);
-            let better = reach * better_share(stray);
-            if stray <= 1.0 || reach <= SHARE_MIN * last {
+            let hermite = Hermite::between(jerk(&begin), jerk(&end));
+            let stray = self.stray(&hermite, [&begin, &middle, &end]);
+            let better = reach * better_ratio(stray);
+            if stray <= 1.0 || reach <= REACH_RATIO_MIN * last {
                 // Where a corner cut it short, the one tried before was better.
                 let reach = if better > reached.reach || !is_cut { better } else { reached.reach };
                 *reached = Reached { parameter: to, state: end, reach, last };
-                return septic;
+                return hermite;
             }
             (reached.reach, to, is_cut) = (better, parameter + better, false);
             end = self.state(to);
         }
     }
 
-    /// How far the polynomial strays, or, if it is too long, more than that, as a share of what is allowed.
-    fn stray(&self, septic: &Septic, [begin, middle, end]: [&State; 3]) -> f64 {
-        let stray_ticks = septic.stray_s(middle) * self.tick_hz;
+    /// How far the polynomial deviates, or, if it is too long, more than that, as a fraction of what is allowed.
+    fn stray(&self, hermite: &Hermite, [begin, middle, end]: [&State; 3]) -> f64 {
+        let error_ticks = hermite.error_s(middle) * self.tick_hz;
         // No nearer than 64-bit floats tell in a very long move.
-        let allowed_ticks = STRAY_MAX_TICKS.max(middle.t_s * self.tick_hz * ROUNDING);
+        let allowed_ticks = ERROR_MAX_TICKS.max(middle.t_s * self.tick_hz * ROUNDING);
         let ticks = (end.t_s - begin.t_s).abs() * self.tick_hz;
-        if ticks > SPAN_MAX_TICKS { f64::INFINITY } else { stray_ticks / allowed_ticks }
+        if ticks > SPAN_MAX_TICKS { f64::INFINITY } else { error_ticks / allowed_ticks }
     }
 
     fn state(&self, parameter: f64) -> State {

@@ -6,7 +6,7 @@ use core::f64::consts::PI;
 use libm::{atan, log1p};
 
 use super::logarithmic::{self, Pole};
-use super::quarter::sin_cos;
+use super::trig::sin_cos;
 use crate::newton::rising_root;
 use crate::root::sqrt;
 
@@ -136,11 +136,11 @@ impl OverDisplacement {
     /// By what it shrinks for each share that `slow` grows by: `slow` times the slope of `whole_time`, which is
     /// `time` there, over `slow`.
     pub(super) fn whole_time_growth(self, slow: f64, time: f64) -> f64 {
-        let share = 1.0 / (slow + 1.0);
+        let ratio = 1.0 / (slow + 1.0);
         match self {
-            Self::Linear => -share,
-            Self::Quadratic => -(share + time) / 2.0,
-            Self::Sinusoidal => time * (share / 2.0 - 1.0),
+            Self::Linear => -ratio,
+            Self::Quadratic => -(ratio + time) / 2.0,
+            Self::Sinusoidal => time * (ratio / 2.0 - 1.0),
             Self::Logarithmic => logarithmic::whole_time_growth(slow, time),
         }
     }
@@ -192,7 +192,7 @@ mod tests {
             for i in -40..40 {
                 let slow = f64::from(i).mul_add(0.25, 0.1).exp2();
                 let (step, time) = (1e-5, law.whole_time(slow));
-                let beside = |share: f64| law.whole_time(slow * share);
+                let beside = |ratio: f64| law.whole_time(slow * ratio);
                 let difference = (beside(1.0 + step) - beside(1.0 - step)) / (2.0 * step);
                 let growth = law.whole_time_growth(slow, time);
                 assert!((growth - difference).abs() <= 1e-6 * time, "{law:?} {slow}: {growth} and {difference}");

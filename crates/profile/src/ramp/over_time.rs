@@ -2,7 +2,7 @@
 
 use core::f64::consts::PI;
 
-use super::quarter::sin_cos;
+use super::trig::sin_cos;
 use crate::newton::{rising_root, rough_root};
 
 /// The law of a ramp. It is steepest in the middle, and symmetrical: s(1 - t) = 1 - s(t).
@@ -11,7 +11,7 @@ pub(crate) enum OverTime {
     /// The jerk is constant for `share` of the time, 0 for a while, and the first backwards for `share` again.
     SCurve {
         /// Above 0, to 1/2.
-        share: f64,
+        ratio: f64,
     },
     /// s(t) = (1 - cos π t)/2.
     Sine,
@@ -24,7 +24,7 @@ impl OverTime {
     /// The steepest slope.
     pub(super) fn peak(self) -> f64 {
         match self {
-            Self::SCurve { share } => 1.0 / (1.0 - share),
+            Self::SCurve { ratio } => 1.0 / (1.0 - ratio),
             Self::Sine => PI / 2.0,
         }
     }
@@ -32,7 +32,7 @@ impl OverTime {
     /// How it is at `t`.
     pub(super) fn at(self, t: f64) -> At {
         match self {
-            Self::SCurve { share } => s_curve_at(share, t),
+            Self::SCurve { ratio } => s_curve_at(ratio, t),
             Self::Sine => sine_at(t),
         }
     }
@@ -40,8 +40,8 @@ impl OverTime {
     /// s''(`t`); where it jumps, that on the side of `beside`.
     pub(super) fn bend(self, t: f64, beside: f64) -> f64 {
         match self {
-            Self::SCurve { share } if beside < share => 1.0 / (share * (1.0 - share)),
-            Self::SCurve { share } if 1.0 - beside < share => -1.0 / (share * (1.0 - share)),
+            Self::SCurve { ratio } if beside < ratio => 1.0 / (ratio * (1.0 - ratio)),
+            Self::SCurve { ratio } if 1.0 - beside < ratio => -1.0 / (ratio * (1.0 - ratio)),
             Self::SCurve { .. } => 0.0,
             Self::Sine => {
                 let (sine, _) = sin_cos(t);
@@ -55,7 +55,7 @@ impl OverTime {
         // Rounding may leave a `t` that was a corner a little before it.
         let is_ahead = |corner: &f64| t < corner * (1.0 - CORNER_TOLERANCE);
         match self {
-            Self::SCurve { share } => [share, 1.0 - share].into_iter().find(is_ahead).unwrap_or(1.0),
+            Self::SCurve { ratio } => [ratio, 1.0 - ratio].into_iter().find(is_ahead).unwrap_or(1.0),
             Self::Sine => 1.0,
         }
     }
@@ -74,7 +74,7 @@ impl OverTime {
     fn search(self, slow: f64, way: f64, tolerance: f64) -> f64 {
         // While the jerk is as at first the travel is a cube.
         let cube = match self {
-            Self::SCurve { share } => 6.0 * share * (1.0 - share) * way,
+            Self::SCurve { ratio } => 6.0 * ratio * (1.0 - ratio) * way,
             Self::Sine => 12.0 / (PI * PI) * way,
         };
         let from = rough_root(cube, 3).min(way / slow).min(1.0);
@@ -92,18 +92,18 @@ pub(super) struct At {
     pub(super) slope: f64,
 }
 
-fn s_curve_at(share: f64, t: f64) -> At {
+fn s_curve_at(ratio: f64, t: f64) -> At {
     let left = 1.0 - t;
-    let steepest = 1.0 / (1.0 - share);
-    if t > share && left > share {
-        let travel = steepest * (t * (t - share) + share * share / 3.0) / 2.0;
-        return At { travel, speed: steepest * (t - share / 2.0), slope: steepest };
+    let steepest = 1.0 / (1.0 - ratio);
+    if t > ratio && left > ratio {
+        let travel = steepest * (t * (t - ratio) + ratio * ratio / 3.0) / 2.0;
+        return At { travel, speed: steepest * (t - ratio / 2.0), slope: steepest };
     }
     let from_end = t.min(left);
-    let slope = steepest * from_end / share;
+    let slope = steepest * from_end / ratio;
     let speed = slope * from_end / 2.0;
     let travel = speed * from_end / 3.0;
-    if t <= share { At { travel, speed, slope } } else { At { travel: 0.5 - left + travel, speed: 1.0 - speed, slope } }
+    if t <= ratio { At { travel, speed, slope } } else { At { travel: 0.5 - left + travel, speed: 1.0 - speed, slope } }
 }
 
 /// s = sin² (π t/2), not (1 - cos π t)/2, which cancels near standstill. Its travel, (t - sin(π t)/π)/2, does so, too:

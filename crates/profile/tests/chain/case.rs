@@ -1,6 +1,6 @@
 //! Random machines and the moves that they are to make.
 
-use isostep_profile::chain::{Terms, Wanted};
+use isostep_profile::chain::{ChainConfig, Request};
 use isostep_profile::{IntervalLaw, Limits, SpeedLaw};
 use proptest::prelude::*;
 
@@ -14,12 +14,12 @@ pub struct Case {
     pub deviation_mm: f64,
     pub interval_law: IntervalLaw,
     pub law: SpeedLaw,
-    pub moves: Vec<Wanted<AXES>>,
+    pub moves: Vec<Request<AXES>>,
 }
 
 impl Case {
-    pub fn terms(&self) -> Terms<AXES> {
-        Terms::new(self.limits, self.mm_per_step, self.deviation_mm, self.interval_law, self.law)
+    pub fn config(&self) -> ChainConfig<AXES> {
+        ChainConfig::new(self.limits, self.mm_per_step, self.deviation_mm, self.interval_law, self.law)
     }
 }
 
@@ -70,7 +70,7 @@ fn course() -> impl Strategy<Value = Course> {
 }
 
 /// Feeds from 1 mm/min on.
-fn wanted() -> impl Strategy<Value = (Course, Option<f64>, bool)> {
+fn request() -> impl Strategy<Value = (Course, Option<f64>, bool)> {
     let feed =
         prop_oneof![2 => Just(None), 3 => log(1.0, 500.0).prop_map(Some), 1 => log(1.0 / 60.0, 1.0).prop_map(Some)];
     let stops = prop_oneof![12 => Just(false), 1 => Just(true)];
@@ -78,8 +78,8 @@ fn wanted() -> impl Strategy<Value = (Course, Option<f64>, bool)> {
 }
 
 /// The moves, at the feed of the one before mostly.
-fn moves(all: Vec<(Course, Option<f64>, bool)>) -> Vec<Wanted<AXES>> {
-    let mut moves: Vec<Wanted<AXES>> = Vec::new();
+fn moves(all: Vec<(Course, Option<f64>, bool)>) -> Vec<Request<AXES>> {
+    let mut moves: Vec<Request<AXES>> = Vec::new();
     for (index, (course, feed, stops)) in all.into_iter().enumerate() {
         let last = moves.last().copied();
         let before = last.map_or([1, 0, 0], |last| last.steps);
@@ -95,7 +95,7 @@ fn moves(all: Vec<(Course, Option<f64>, bool)>) -> Vec<Wanted<AXES>> {
             (0, _) | (_, None) => feed,
             (_, Some(last)) => last.feed_mm_s,
         };
-        moves.push(Wanted { steps, feed_mm_s, stops, tag: index as u64 });
+        moves.push(Request { steps, feed_mm_s, stops, tag: index as u64 });
     }
     moves
 }
@@ -105,8 +105,8 @@ pub fn case(law: impl Strategy<Value = SpeedLaw>, most: usize) -> impl Strategy<
     law.prop_flat_map(move |law| {
         let deviation = prop_oneof![1 => Just(0.0), 8 => log(1e-3, 0.1)];
         let interval = prop_oneof![15 => Just(IntervalLaw::Fastest), 1 => Just(IntervalLaw::Thirds)];
-        let wanted = prop::collection::vec(wanted(), 1..=most);
-        ([axis(law), axis(law), axis(law)], deviation, interval, wanted).prop_map(
+        let request = prop::collection::vec(request(), 1..=most);
+        ([axis(law), axis(law), axis(law)], deviation, interval, request).prop_map(
             move |(axes, deviation_mm, interval_law, all)| {
                 let (limits, mm_per_step) = (axes.map(|axis| axis.0), axes.map(|axis| axis.1));
                 let moves = moves(all);

@@ -1,38 +1,38 @@
 //! Whatever happens to a chain while it is made, in random order.
 
 use isostep_profile::SpeedLaw;
-use isostep_profile::chain::{Chain, Leg, LegKind};
+use isostep_profile::chain::{Chain, Chunk, ChunkKind};
 use proptest::prelude::*;
 use proptest::test_runner::TestCaseResult;
 
 use super::case::{AXES, Case};
 use super::follow::Follower;
-use super::model::{Move, Shares, fastest};
+use super::model::{LimitRatios, Move, fastest};
 
 #[derive(Clone, Copy, Debug)]
 pub enum Event {
     /// So many moves more, if there is room.
     Push(usize),
-    /// So many legs, each so long at most.
+    /// So many chunks, each so long at most.
     Advance(usize, f64),
-    /// A hold; the rest of the braking, if wanted; a start.
+    /// A hold; the rest of the braking, if request; a start.
     Hold,
     Settle,
     Start,
-    Override(Shares),
+    Override(LimitRatios),
 }
 
-/// Some legs: mostly of 1 ms to 1 s, some as long as they can be.
+/// Some chunks: mostly of 1 ms to 1 s, some as long as they can be.
 fn advance() -> impl Strategy<Value = Event> {
     let most_s = prop_oneof![4 => (-3.0..0.0f64).prop_map(|log| 10f64.powf(log)), 1 => Just(f64::INFINITY)];
-    (1..6usize, most_s).prop_map(|(legs, most_s)| Event::Advance(legs, most_s))
+    (1..6usize, most_s).prop_map(|(chunks, most_s)| Event::Advance(chunks, most_s))
 }
 
 fn push() -> impl Strategy<Value = Event> {
     prop_oneof![3 => 1..3usize, 1 => 1..20usize].prop_map(Event::Push)
 }
 
-/// Pushes and legs.
+/// Pushes and chunks.
 pub fn pushes() -> impl Strategy<Value = Vec<Event>> {
     prop::collection::vec(prop_oneof![push(), advance()], 0..40)
 }
@@ -45,15 +45,15 @@ pub fn holds() -> impl Strategy<Value = Vec<Event>> {
 
 /// And overrides.
 pub fn overrides() -> impl Strategy<Value = Vec<Event>> {
-    let shares = (0.1..2.0f64, 0.25..1.0f64).prop_map(|(feed, rapid)| Event::Override(Shares { feed, rapid }));
+    let ratios = (0.1..2.0f64, 0.25..1.0f64).prop_map(|(feed, rapid)| Event::Override(LimitRatios { feed, rapid }));
     let hold = prop_oneof![1 => Just(Event::Hold), 2 => Just(Event::Settle), 1 => Just(Event::Start)];
-    prop::collection::vec(prop_oneof![2 => push(), 4 => advance(), 1 => hold, 2 => shares], 0..40)
+    prop::collection::vec(prop_oneof![2 => push(), 4 => advance(), 1 => hold, 2 => ratios], 0..40)
 }
 
 /// Makes the case as the events have it, and what is left then.
 pub fn drive<const LEN: usize>(case: &Case, events: &[Event]) -> TestCaseResult {
     let mut drive = Drive::<LEN> {
-        chain: Chain::new(case.terms()),
+        chain: Chain::new(case.config()),
         follower: Follower::new(case),
         known: 0,
         is_plain: case.law == SpeedLaw::Trapezoid,
@@ -87,8 +87,8 @@ impl<const LEN: usize> Drive<'_, LEN> {
     fn happens(&mut self, event: Event) -> TestCaseResult {
         match event {
             Event::Push(count) => self.push(count)?,
-            Event::Advance(legs, most_s) => {
-                for _ in 0..legs {
+            Event::Advance(chunks, most_s) => {
+                for _ in 0..chunks {
                     if !self.advance(most_s)? {
                         break;
                     }
@@ -103,10 +103,10 @@ impl<const LEN: usize> Drive<'_, LEN> {
                 self.start()?;
             }
             Event::Start => self.start()?,
-            Event::Override(shares) => {
+            Event::Override(ratios) => {
                 (self.is_plain, self.follower.has_changed) = (false, true);
-                self.follower.shares = shares;
-                self.chain.override_speed(shares.feed, shares.rapid);
+                self.follower.ratios = ratios;
+                self.chain.override_speed(ratios.feed, ratios.rapid);
             }
         }
         Ok(())
@@ -141,36 +141,36 @@ impl<const LEN: usize> Drive<'_, LEN> {
     /// False at rest.
     fn advance(&mut self, most_s: f64) -> Result<bool, TestCaseError> {
         let before_s = self.chain.at_s();
-        let Some(leg) = self.chain.advance(most_s) else {
+        let Some(chunk) = self.chain.advance(most_s) else {
             prop_assert!(self.chain.is_at_rest());
             self.follower.rests()?;
             return Ok(false);
         };
-        prop_assert!(leg.until_s <= before_s + most_s * (1.0 + 1e-9));
-        prop_assert_eq!(self.chain.at_s(), leg.until_s);
-        self.follower.follow(leg)?;
+        prop_assert!(chunk.until_s <= before_s + most_s * (1.0 + 1e-9));
+        prop_assert_eq!(self.chain.at_s(), chunk.until_s);
+        self.follower.follow(chunk)?;
         if self.is_plain {
-            self.is_as_fast_as_known(&leg)?;
+            self.is_as_fast_as_known(&chunk)?;
         }
         Ok(true)
     }
 
     /// A move ends at least as fast as could be known when it began, and at most as fast as could when it ended.
-    fn is_as_fast_as_known(&mut self, leg: &Leg<AXES>) -> TestCaseResult {
-        let tag = leg.tag as usize;
+    fn is_as_fast_as_known(&mut self, chunk: &Chunk<AXES>) -> TestCaseResult {
+        let tag = chunk.tag as usize;
         let best = |entry| {
             let case = self.follower.case;
-            let moves = case.moves[tag..self.known].iter().map(|wanted| Move::new(case, *wanted, Shares::ALL));
+            let moves = case.moves[tag..self.known].iter().map(|request| Move::new(case, *request, LimitRatios::ALL));
             fastest(case, &moves.collect::<Vec<_>>(), Some(entry))[0].exit
         };
-        if leg.kind == LegKind::Move {
+        if chunk.kind == ChunkKind::Move {
             self.least = None;
         }
         let (entry, least) = *self.least.get_or_insert_with(|| {
-            let entry = leg.part.profile.entry_speed_steps_s() * leg.mm_per_step;
+            let entry = chunk.plan.profile.entry_speed_steps_s() * chunk.mm_per_step;
             (entry * entry, best(entry * entry))
         });
-        if leg.until_s >= leg.part.end_s() && leg.until_steps >= leg.part.way_steps() - 1e-5 {
+        if chunk.until_s >= chunk.plan.end_s() && chunk.until_steps >= chunk.plan.distance_steps() - 1e-5 {
             let (exit, slack) = (self.follower.speed_mm_s(), self.follower.unit_mm_s());
             prop_assert!(exit >= least.sqrt() * (1.0 - 1e-6) - slack, "move {tag}: {exit} for {}", least.sqrt());
             let most = best(entry).sqrt();

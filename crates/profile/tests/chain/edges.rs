@@ -1,6 +1,6 @@
 //! What is rare: the largest and smallest limits and moves, refusals, and holds one by one.
 
-use isostep_profile::chain::{Chain, LegKind, Terms, Wanted};
+use isostep_profile::chain::{Chain, ChainConfig, ChunkKind, Request};
 use isostep_profile::{IntervalLaw, Limits, PlanError, ProfileError, SpeedLaw};
 use proptest::prelude::*;
 
@@ -17,17 +17,17 @@ fn limits(start: f64, top: f64, accel: f64) -> Limits {
     }
 }
 
-fn wanted(steps: [i32; AXES], tag: u64) -> Wanted<AXES> {
-    Wanted { steps, feed_mm_s: None, stops: false, tag }
+fn request(steps: [i32; AXES], tag: u64) -> Request<AXES> {
+    Request { steps, feed_mm_s: None, stops: false, tag }
 }
 
 /// 10 mm/s, 100 mm/s², 100 steps/mm, straight on.
 fn straight(moves: i32, steps: i32) -> Chain<AXES, 4> {
-    let terms =
-        Terms::new([limits(0.0, 1e3, 1e4); AXES], [0.01; AXES], 0.01, IntervalLaw::Fastest, SpeedLaw::Trapezoid);
-    let mut chain = Chain::new(terms);
+    let config =
+        ChainConfig::new([limits(0.0, 1e3, 1e4); AXES], [0.01; AXES], 0.01, IntervalLaw::Fastest, SpeedLaw::Trapezoid);
+    let mut chain = Chain::new(config);
     for tag in 0..moves {
-        chain.push(wanted([steps, 0, 0], tag as u64)).unwrap();
+        chain.push(request([steps, 0, 0], tag as u64)).unwrap();
     }
     chain
 }
@@ -35,11 +35,11 @@ fn straight(moves: i32, steps: i32) -> Chain<AXES, 4> {
 #[test]
 fn a_full_chain_refuses_and_changes_nothing() {
     let mut chain = straight(4, 100);
-    assert_eq!(chain.push(wanted([1, 0, 0], 4)), Err(PlanError::NoRoom));
+    assert_eq!(chain.push(request([1, 0, 0], 4)), Err(PlanError::NoRoom));
     assert!(chain.is_full() && chain.len() == 4);
     let mut ends = Vec::new();
-    while let Some(leg) = chain.advance(f64::INFINITY) {
-        ends.push((leg.tag, leg.until_s));
+    while let Some(chunk) = chain.advance(f64::INFINITY) {
+        ends.push((chunk.tag, chunk.until_s));
     }
     assert_eq!(ends.iter().map(|end| end.0).collect::<Vec<_>>(), [0, 1, 2, 3]);
     // 400 steps at 1,000 steps/s, and 0.1 s for the ramps.
@@ -49,44 +49,44 @@ fn a_full_chain_refuses_and_changes_nothing() {
 #[test]
 fn what_cannot_be_planned_is_refused() {
     let slow = |law, start| {
-        let terms = Terms::new([limits(start, 1e3, 1e4); AXES], [0.01; AXES], 0.01, IntervalLaw::Fastest, law);
-        Chain::<AXES, 4>::new(terms)
+        let config = ChainConfig::new([limits(start, 1e3, 1e4); AXES], [0.01; AXES], 0.01, IntervalLaw::Fastest, law);
+        Chain::<AXES, 4>::new(config)
     };
-    assert_eq!(slow(SpeedLaw::Trapezoid, 0.0).push(wanted([0; AXES], 0)), Err(PlanError::NoSteps));
-    let standstill = slow(SpeedLaw::Linear, 0.0).push(wanted([1, 0, 0], 0));
+    assert_eq!(slow(SpeedLaw::Trapezoid, 0.0).push(request([0; AXES], 0)), Err(PlanError::NoSteps));
+    let standstill = slow(SpeedLaw::Linear, 0.0).push(request([1, 0, 0], 0));
     assert!(matches!(standstill, Err(PlanError::Profile(ProfileError::Standstill { .. }))));
-    let crawling = Wanted { feed_mm_s: Some(1e-6), ..wanted([1, 0, 0], 0) };
+    let crawling = Request { feed_mm_s: Some(1e-6), ..request([1, 0, 0], 0) };
     assert!(matches!(slow(SpeedLaw::Trapezoid, 0.0).push(crawling), Err(PlanError::PathSpeed { .. })));
-    // Too fast there is nothing: it is the most that is wanted.
+    // Too fast there is nothing: it is the most that is request.
     for feed_mm_s in [1e5, 1e300, f64::INFINITY] {
         let mut fast = slow(SpeedLaw::Trapezoid, 0.0);
-        fast.push(Wanted { feed_mm_s: Some(feed_mm_s), ..wanted([1_000, 0, 0], 0) }).unwrap();
-        let leg = fast.advance(f64::INFINITY).unwrap();
-        assert!((leg.until_s - 1.1).abs() < 1e-9, "{feed_mm_s} mm/s: {} s", leg.until_s);
+        fast.push(Request { feed_mm_s: Some(feed_mm_s), ..request([1_000, 0, 0], 0) }).unwrap();
+        let chunk = fast.advance(f64::INFINITY).unwrap();
+        assert!((chunk.until_s - 1.1).abs() < 1e-9, "{feed_mm_s} mm/s: {} s", chunk.until_s);
     }
-    let nothing = Wanted { feed_mm_s: Some(f64::NAN), ..wanted([1, 0, 0], 0) };
+    let nothing = Request { feed_mm_s: Some(f64::NAN), ..request([1, 0, 0], 0) };
     assert!(matches!(slow(SpeedLaw::Trapezoid, 0.0).push(nothing), Err(PlanError::PathSpeed { .. })));
-    let long = Wanted { feed_mm_s: Some(1e-3), ..wanted([1_000_000, 0, 0], 0) };
+    let long = Request { feed_mm_s: Some(1e-3), ..request([1_000_000, 0, 0], 0) };
     let too_long = slow(SpeedLaw::Trapezoid, 0.0).push(long);
     assert!(matches!(too_long, Err(PlanError::Profile(ProfileError::TooLong { .. }))));
     // By its ramps alone.
-    let terms =
-        Terms::new([limits(0.0, 1e3, 1e-9); AXES], [0.01; AXES], 0.01, IntervalLaw::Fastest, SpeedLaw::Trapezoid);
-    let too_long = Chain::<AXES, 4>::new(terms).push(wanted([1_000_000, 0, 0], 0));
+    let config =
+        ChainConfig::new([limits(0.0, 1e3, 1e-9); AXES], [0.01; AXES], 0.01, IntervalLaw::Fastest, SpeedLaw::Trapezoid);
+    let too_long = Chain::<AXES, 4>::new(config).push(request([1_000_000, 0, 0], 0));
     assert!(matches!(too_long, Err(PlanError::Profile(ProfileError::TooLong { .. }))));
 }
 
 /// The square of what a step gains is less than a unit.
 #[test]
 fn one_step_of_the_slowest_ramp_on_the_fastest_axis_has_its_time() {
-    let terms =
-        Terms::new([limits(0.0, 1e7, 1e-5); AXES], [0.01; AXES], 0.01, IntervalLaw::Fastest, SpeedLaw::Trapezoid);
-    let mut chain = Chain::<AXES, 4>::new(terms);
-    chain.push(wanted([1, 0, 0], 0)).unwrap();
+    let config =
+        ChainConfig::new([limits(0.0, 1e7, 1e-5); AXES], [0.01; AXES], 0.01, IntervalLaw::Fastest, SpeedLaw::Trapezoid);
+    let mut chain = Chain::<AXES, 4>::new(config);
+    chain.push(request([1, 0, 0], 0)).unwrap();
     // Half a step each way, x = a t²/2.
     let expected_s = 2.0 * (1.0f64 / 1e-5).sqrt();
-    let leg = chain.advance(f64::INFINITY).unwrap();
-    assert!((leg.until_s - expected_s).abs() < 1e-6, "{}", leg.until_s);
+    let chunk = chain.advance(f64::INFINITY).unwrap();
+    assert!((chunk.until_s - expected_s).abs() < 1e-6, "{}", chunk.until_s);
 }
 
 /// It needs no ramp, and has no room left to brake to a lower override: so it does not stop where it was to. The corner would take
@@ -95,16 +95,16 @@ fn one_step_of_the_slowest_ramp_on_the_fastest_axis_has_its_time() {
 fn a_move_that_is_not_to_stop_any_more_flows_into_none_that_is_slower() {
     for law in SpeedLaw::ALL {
         let axes = [limits(300.0, 1e3, 1e4), limits(9.0, 40.0, 1e3), limits(9.0, 40.0, 1e3)];
-        let mut chain = Chain::<AXES, 4>::new(Terms::new(axes, [0.04; AXES], 0.1, IntervalLaw::Fastest, law));
+        let mut chain = Chain::<AXES, 4>::new(ChainConfig::new(axes, [0.04; AXES], 0.1, IntervalLaw::Fastest, law));
         // 200 steps/s; of the second no more than 120.
-        let feed = |steps, tag| Wanted { feed_mm_s: Some(8.0), ..wanted(steps, tag) };
+        let feed = |steps, tag| Request { feed_mm_s: Some(8.0), ..request(steps, tag) };
         chain.push(feed([20, 0, 0], 0)).unwrap();
         chain.push(feed([30, 10, 0], 1)).unwrap();
         chain.advance(0.0995).unwrap();
         chain.override_speed(0.3, 1.0);
-        while let Some(leg) = chain.advance(f64::INFINITY) {
-            let fastest = leg.part.profile.entry_speed_steps_s().max(leg.part.profile.cruise_speed_steps_s());
-            assert!(leg.tag == 0 || fastest <= 120.0 + 1e-6, "{law}: {fastest} steps/s");
+        while let Some(chunk) = chain.advance(f64::INFINITY) {
+            let fastest = chunk.plan.profile.entry_speed_steps_s().max(chunk.plan.profile.cruise_speed_steps_s());
+            assert!(chunk.tag == 0 || fastest <= 120.0 + 1e-6, "{law}: {fastest} steps/s");
         }
     }
 }
@@ -117,15 +117,15 @@ fn a_hold_brakes_and_a_start_goes_on() {
     chain.hold();
     let braking = chain.advance(f64::INFINITY).unwrap();
     // v²/2a = 50 steps, 0.1 s.
-    assert_eq!(braking.kind, LegKind::Part);
+    assert_eq!(braking.kind, ChunkKind::Replan);
     assert!((braking.until_s - 0.6).abs() < 1e-9 && (braking.until_steps - 500.0).abs() < 1e-6, "{braking:?}");
     assert_eq!(chain.advance(f64::INFINITY), None);
     assert_eq!(chain.advance(f64::INFINITY), None);
     assert!(chain.is_at_rest());
     chain.start();
     let rest = chain.advance(f64::INFINITY).unwrap();
-    assert_eq!((rest.kind, rest.part.begin_s(), rest.tag), (LegKind::Move, 0.0, 0));
-    assert_eq!(rest.part.begin_steps(), braking.until_steps);
+    assert_eq!((rest.kind, rest.plan.begin_s(), rest.tag), (ChunkKind::Move, 0.0, 0));
+    assert_eq!(rest.plan.begin_steps(), braking.until_steps);
     assert_eq!(chain.advance(f64::INFINITY).unwrap().tag, 1);
     assert_eq!(chain.advance(f64::INFINITY), None);
 }
@@ -145,7 +145,7 @@ fn a_resume_begins_where_the_hold_ended_to_the_last_digit() {
         let place = accel * told_s * told_s;
         assert!((braking.until_steps / place - 1.0).abs() < 1e-13, "{} not {place}", braking.until_steps);
         chain.start();
-        let rest = chain.advance(f64::INFINITY).unwrap().part;
+        let rest = chain.advance(f64::INFINITY).unwrap().plan;
         assert_eq!(rest.begin_steps(), braking.until_steps);
         let first = rest.step_numbers(0).start;
         assert_eq!(first, (place + 0.5).floor() as u32 + 1, "held at {place}");
@@ -165,16 +165,16 @@ fn a_hold_taken_back_goes_on_by_the_same_clock() {
     chain.advance(0.5).unwrap();
     chain.hold();
     chain.start();
-    let leg = chain.advance(f64::INFINITY).unwrap();
-    assert_eq!((leg.kind, leg.part.begin_s()), (LegKind::Part, 0.5));
-    assert!((leg.until_s - 1.1).abs() < 1e-9);
+    let chunk = chain.advance(f64::INFINITY).unwrap();
+    assert_eq!((chunk.kind, chunk.plan.begin_s()), (ChunkKind::Replan, 0.5));
+    assert!((chunk.until_s - 1.1).abs() < 1e-9);
 }
 
 #[test]
 fn at_rest_a_hold_holds() {
     let mut chain = straight(0, 1);
     chain.hold();
-    chain.push(wanted([100, 0, 0], 0)).unwrap();
+    chain.push(request([100, 0, 0], 0)).unwrap();
     assert_eq!(chain.advance(1.0), None);
     chain.start();
     assert!(chain.advance(1.0).is_some());
@@ -204,20 +204,21 @@ fn a_chain_cleared_is_a_new_one() {
     chain.advance(1.0).unwrap();
     chain.clear();
     assert!(chain.is_empty() && chain.is_at_rest());
-    chain.push(wanted([100, 0, 0], 7)).unwrap();
-    let leg = chain.advance(f64::INFINITY).unwrap();
-    assert_eq!((leg.tag, leg.kind, leg.part.begin_s(), leg.part.begin_steps()), (7, LegKind::Move, 0.0, 0.0));
-    assert!((leg.until_s - 0.2).abs() < 1e-9);
+    chain.push(request([100, 0, 0], 7)).unwrap();
+    let chunk = chain.advance(f64::INFINITY).unwrap();
+    assert_eq!((chunk.tag, chunk.kind, chunk.plan.begin_s(), chunk.plan.begin_steps()), (7, ChunkKind::Move, 0.0, 0.0));
+    assert!((chunk.until_s - 0.2).abs() < 1e-9);
 }
 
 #[test]
 fn thirds_go_from_rest_to_rest() {
-    let terms = Terms::new([limits(0.0, 1e3, 1e4); AXES], [0.01; AXES], 0.01, IntervalLaw::Thirds, SpeedLaw::Trapezoid);
-    let mut chain = Chain::<AXES, 4>::new(terms);
-    chain.push(wanted([1_000, 0, 0], 0)).unwrap();
-    chain.push(wanted([1_000, 0, 0], 1)).unwrap();
-    while let Some(leg) = chain.advance(f64::INFINITY) {
-        let profile = leg.part.profile;
+    let config =
+        ChainConfig::new([limits(0.0, 1e3, 1e4); AXES], [0.01; AXES], 0.01, IntervalLaw::Thirds, SpeedLaw::Trapezoid);
+    let mut chain = Chain::<AXES, 4>::new(config);
+    chain.push(request([1_000, 0, 0], 0)).unwrap();
+    chain.push(request([1_000, 0, 0], 1)).unwrap();
+    while let Some(chunk) = chain.advance(f64::INFINITY) {
+        let profile = chunk.plan.profile;
         assert_eq!((profile.entry_speed_steps_s(), profile.exit_speed_steps_s()), (0.0, 0.0));
         assert!((profile.t_accel_s() - profile.t_cruise_s()).abs() < 1e-9);
     }
@@ -245,10 +246,10 @@ prop_compose! {
             decel_steps_s2: accel,
             jerk_steps_s3: if has_jerk { 10f64.powf(jerk_log) * accel * accel / top } else { f64::INFINITY },
         });
-        let moves = steps.iter().enumerate().map(|(tag, shares)| {
-            let steps = shares.map(|share| (10f64.powf(log) * share) as i32);
+        let moves = steps.iter().enumerate().map(|(tag, ratios)| {
+            let steps = ratios.map(|ratio| (10f64.powf(log) * ratio) as i32);
             let steps = if steps == [0; AXES] { [1, 0, 0] } else { steps };
-            wanted(steps, tag as u64)
+            request(steps, tag as u64)
         });
         Case {
             limits, mm_per_step: [0.01, 0.001, 0.02], deviation_mm: 0.01, interval_law: IntervalLaw::Fastest, law,
@@ -271,21 +272,21 @@ proptest! {
 #[test]
 fn a_step_between_two_parts_is_in_time() {
     let limits = Limits { jerk_steps_s3: 5e5, ..limits(50.0, 2_400.0, 5e4) };
-    let terms = Terms::new([limits; AXES], [0.02; AXES], 0.01, IntervalLaw::Fastest, SpeedLaw::SCurve);
-    let mut chain = Chain::<AXES, 4>::new(terms);
-    chain.push(wanted([41, 1, 2], 0)).unwrap();
+    let config = ChainConfig::new([limits; AXES], [0.02; AXES], 0.01, IntervalLaw::Fastest, SpeedLaw::SCurve);
+    let mut chain = Chain::<AXES, 4>::new(config);
+    chain.push(request([41, 1, 2], 0)).unwrap();
     let whole = chain.advance(0.06).unwrap();
     // The half of the way that speeds up is all jerk; of its second half another part is made, which ends where it does.
     chain.hold();
     chain.start();
     let mut parts = Vec::new();
-    while let Some(leg) = chain.advance(f64::INFINITY) {
-        parts.push(leg.part);
+    while let Some(chunk) = chain.advance(f64::INFINITY) {
+        parts.push(chunk.plan);
     }
     assert_eq!(parts.len(), 2);
     assert!((parts[0].end_steps() - 20.5).abs() < 1e-9, "{parts:?}");
     let part = parts.iter().find(|part| part.step_numbers(1).contains(&1)).unwrap();
-    let [is_s, wanted_s] = [part, &whole.part].map(|part| part.step_time_s(1, 1));
+    let [is_s, wanted_s] = [part, &whole.plan].map(|part| part.step_time_s(1, 1));
     assert!((is_s - wanted_s).abs() < 1e-9, "{is_s} for {wanted_s}");
     let ticks: Vec<_> = part.segments(1, 125_000_000).flat_map(|segment| segment.ticks()).collect();
     assert!((ticks[0] as f64 - wanted_s * 125e6).abs() < 1.0, "{ticks:?} for {wanted_s}");

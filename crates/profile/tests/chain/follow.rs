@@ -1,17 +1,17 @@
-//! Follows the legs of a chain, and checks whatever holds for all of them.
+//! Follows the chunks of a chain, and checks whatever holds for all of them.
 
-use isostep_profile::chain::{Leg, LegKind};
+use isostep_profile::chain::{Chunk, ChunkKind};
 use isostep_profile::{IntervalLaw, Profile, ProfileError, SpeedLaw, SyncMove};
 use proptest::prelude::*;
 use proptest::test_runner::TestCaseResult;
 
 use super::case::{AXES, Case};
-use super::model::{Move, Shares, corner};
+use super::model::{LimitRatios, Move, corner};
 
-/// Rounding, as a share.
+/// Rounding, as a fraction.
 const SAME: f64 = 1e-6;
 const LIMIT_SLACK: f64 = 1.0 + 1e-6;
-/// A leg is looked at so often.
+/// A chunk is looked at so often.
 const LOOKS: u32 = 5;
 /// Of its steps so many first and last ones are.
 const STEPS_LOOKED_AT: u32 = 4;
@@ -20,14 +20,14 @@ const STEPS_LOOKED_AT: u32 = 4;
 pub struct Follower<'a> {
     pub case: &'a Case,
     /// Overrides in force.
-    pub shares: Shares,
+    pub ratios: LimitRatios,
     /// It was asked to hold.
     pub is_held: bool,
     /// It was faster than it is to be when overrides changed.
     pub has_changed: bool,
     /// Speeds in squares are told by units of about this one, mm/s.
     unit_mm_s: f64,
-    last: Option<Leg<AXES>>,
+    last: Option<Chunk<AXES>>,
     at_s: f64,
     /// It begins from rest.
     is_at_rest: bool,
@@ -41,7 +41,7 @@ impl<'a> Follower<'a> {
         let fastest = tops.map(|top| top * top).sum::<f64>().sqrt();
         Self {
             case,
-            shares: Shares::ALL,
+            ratios: LimitRatios::ALL,
             is_held: false,
             has_changed: false,
             unit_mm_s: 1e-8 * fastest,
@@ -55,12 +55,12 @@ impl<'a> Follower<'a> {
 
     /// The move with that tag.
     pub fn one(&self, tag: u64) -> Move {
-        Move::new(self.case, self.case.moves[tag as usize], self.shares)
+        Move::new(self.case, self.case.moves[tag as usize], self.ratios)
     }
 
     /// How fast what has been told ends, mm/s.
     pub fn speed_mm_s(&self) -> f64 {
-        self.last.as_ref().map_or(0.0, |leg| end_speed(leg) * leg.mm_per_step)
+        self.last.as_ref().map_or(0.0, |chunk| end_speed(chunk) * chunk.mm_per_step)
     }
 
     /// The speed that may be lost in units of squares, mm/s.
@@ -96,58 +96,60 @@ impl<'a> Follower<'a> {
 
     /// All moves up to the one with that tag have been made.
     pub fn ends(&self, tag: usize) -> TestCaseResult {
-        prop_assert_eq!(self.last.as_ref().map(|leg| leg.tag as usize), Some(tag));
+        prop_assert_eq!(self.last.as_ref().map(|chunk| chunk.tag as usize), Some(tag));
         self.rests()?;
         self.has_made_all()
     }
 
     fn has_made_all(&self) -> TestCaseResult {
         if let Some(last) = &self.last {
-            prop_assert_eq!(self.made, last.part.steps.map(i32::unsigned_abs), "move {}", last.tag);
+            prop_assert_eq!(self.made, last.plan.steps.map(i32::unsigned_abs), "move {}", last.tag);
         }
         Ok(())
     }
 
-    pub fn follow(&mut self, leg: Leg<AXES>) -> TestCaseResult {
-        prop_assert!(leg.until_s.is_finite() && leg.until_steps.is_finite(), "{leg:?}");
-        let one = self.one(leg.tag);
-        prop_assert_eq!(leg.part.steps, one.wanted.steps);
-        prop_assert!((leg.mm_per_step / one.mm_per_step - 1.0).abs() <= 1e-12);
-        let from_steps = match leg.kind {
-            LegKind::Move => self.begins(&leg, &one)?,
-            LegKind::Part | LegKind::Further => self.goes_on(&leg)?,
+    pub fn follow(&mut self, chunk: Chunk<AXES>) -> TestCaseResult {
+        prop_assert!(chunk.until_s.is_finite() && chunk.until_steps.is_finite(), "{chunk:?}");
+        let one = self.one(chunk.tag);
+        prop_assert_eq!(chunk.plan.steps, one.request.steps);
+        prop_assert!((chunk.mm_per_step / one.mm_per_step - 1.0).abs() <= 1e-12);
+        let from_steps = match chunk.kind {
+            ChunkKind::Move => self.begins(&chunk, &one)?,
+            ChunkKind::Replan | ChunkKind::Continuation => self.goes_on(&chunk)?,
         };
-        prop_assert!(leg.until_s >= self.at_s && leg.until_steps >= from_steps, "{} {}", self.at_s, from_steps);
-        prop_assert!((leg.part.place_at(leg.until_s) - leg.until_steps).abs() <= 1e-6 + 1e-12 * leg.until_steps);
-        prop_assert!(leg.until_steps <= one.way_steps + 1e-5);
-        if leg.kind != LegKind::Further {
-            self.could_be_planned(&leg, &one)?;
+        prop_assert!(chunk.until_s >= self.at_s && chunk.until_steps >= from_steps, "{} {}", self.at_s, from_steps);
+        prop_assert!(
+            (chunk.plan.place_at(chunk.until_s) - chunk.until_steps).abs() <= 1e-6 + 1e-12 * chunk.until_steps
+        );
+        prop_assert!(chunk.until_steps <= one.distance_steps + 1e-5);
+        if chunk.kind != ChunkKind::Continuation {
+            self.could_be_planned(&chunk, &one)?;
         }
-        self.keeps_limits(&leg, &one)?;
-        self.makes_steps(&leg, &one)?;
-        self.at_s = leg.until_s;
+        self.keeps_limits(&chunk, &one)?;
+        self.makes_steps(&chunk, &one)?;
+        self.at_s = chunk.until_s;
         self.is_at_rest = false;
-        self.last = Some(leg);
+        self.last = Some(chunk);
         Ok(())
     }
 
     /// Another move, or the same from rest. Where it begins, steps.
-    fn begins(&mut self, leg: &Leg<AXES>, one: &Move) -> Result<f64, TestCaseError> {
-        prop_assert_eq!(leg.part.begin_s(), self.at_s);
-        let speed_mm_s = begin_speed(leg, self.at_s) * leg.mm_per_step;
-        let goes_on = self.last.is_some_and(|last| last.tag == leg.tag);
+    fn begins(&mut self, chunk: &Chunk<AXES>, one: &Move) -> Result<f64, TestCaseError> {
+        prop_assert_eq!(chunk.plan.begin_s(), self.at_s);
+        let speed_mm_s = begin_speed(chunk, self.at_s) * chunk.mm_per_step;
+        let goes_on = self.last.is_some_and(|last| last.tag == chunk.tag);
         let start_mm_s = one.start_mm_s * LIMIT_SLACK + self.unit_mm_s;
         if goes_on {
             prop_assert!(self.is_at_rest && speed_mm_s <= start_mm_s, "{speed_mm_s}");
             let place_steps = self.last.map_or(0.0, |last| last.until_steps);
-            prop_assert_eq!(leg.part.begin_steps(), place_steps);
+            prop_assert_eq!(chunk.plan.begin_steps(), place_steps);
             return Ok(place_steps);
         }
-        prop_assert_eq!(leg.part.begin_steps(), 0.0);
-        prop_assert_eq!(leg.tag, self.last.map_or(0, |last| last.tag + 1));
+        prop_assert_eq!(chunk.plan.begin_steps(), 0.0);
+        prop_assert_eq!(chunk.tag, self.last.map_or(0, |last| last.tag + 1));
         self.has_made_all()?;
         self.made = [0; AXES];
-        let corner = match leg.tag.checked_sub(1) {
+        let corner = match chunk.tag.checked_sub(1) {
             Some(before) if !self.is_at_rest => corner(self.case, &self.one(before), one),
             _ => None,
         };
@@ -155,7 +157,7 @@ impl<'a> Follower<'a> {
         let is_same = (speed_mm_s - before_mm_s).abs() <= SAME * before_mm_s + self.unit_mm_s;
         match corner {
             Some(corner) if is_same => {
-                let before = self.one(leg.tag - 1);
+                let before = self.one(chunk.tag - 1);
                 let nominal = before.nominal_mm_s.min(one.nominal_mm_s);
                 // What was told of a faster feed may be as fast as a stop would leave it.
                 let (nominal, start) = match self.has_changed {
@@ -177,40 +179,40 @@ impl<'a> Follower<'a> {
     }
 
     /// The same move. From where on, steps.
-    fn goes_on(&self, leg: &Leg<AXES>) -> Result<f64, TestCaseError> {
+    fn goes_on(&self, chunk: &Chunk<AXES>) -> Result<f64, TestCaseError> {
         let Some(last) = self.last else { return Err(TestCaseError::fail("a move has not begun")) };
-        prop_assert_eq!(last.tag, leg.tag);
+        prop_assert_eq!(last.tag, chunk.tag);
         prop_assert!(!self.is_at_rest);
-        if leg.kind == LegKind::Further {
-            prop_assert_eq!(last.part, leg.part);
+        if chunk.kind == ChunkKind::Continuation {
+            prop_assert_eq!(last.plan, chunk.plan);
         } else {
-            prop_assert_eq!(leg.part.begin_steps(), last.until_steps);
-            prop_assert!((leg.part.begin_s() - self.at_s).abs() <= 1e-9 * (self.at_s + 1.0), "{}", self.at_s);
-            let (before, speed) = (end_speed(&last), begin_speed(leg, self.at_s));
-            let unit = self.unit_mm_s / leg.mm_per_step;
+            prop_assert_eq!(chunk.plan.begin_steps(), last.until_steps);
+            prop_assert!((chunk.plan.begin_s() - self.at_s).abs() <= 1e-9 * (self.at_s + 1.0), "{}", self.at_s);
+            let (before, speed) = (end_speed(&last), begin_speed(chunk, self.at_s));
+            let unit = self.unit_mm_s / chunk.mm_per_step;
             prop_assert!((speed - before).abs() <= SAME * before + unit, "{speed} after {before} steps/s");
         }
         Ok(last.until_steps)
     }
 
     /// Every part between two speeds is one that could be planned.
-    fn could_be_planned(&self, leg: &Leg<AXES>, one: &Move) -> TestCaseResult {
-        let profile = leg.part.profile;
-        let is_easing = leg.part.end_steps() - profile.distance_steps() < leg.part.begin_steps() - 1e-9;
+    fn could_be_planned(&self, chunk: &Chunk<AXES>, one: &Move) -> TestCaseResult {
+        let profile = chunk.plan.profile;
+        let is_easing = chunk.plan.end_steps() - profile.distance_steps() < chunk.plan.begin_steps() - 1e-9;
         if is_easing || self.case.interval_law == IntervalLaw::Thirds {
             return Ok(());
         }
         let (entry, exit) = (profile.entry_speed_steps_s(), profile.exit_speed_steps_s());
-        let nominal = one.nominal_mm_s / leg.mm_per_step;
+        let nominal = one.nominal_mm_s / chunk.mm_per_step;
         let top = nominal.max(entry).max(exit).max(profile.cruise_speed_steps_s());
-        let limits = one.limits(top * leg.mm_per_step);
+        let limits = one.limits(top * chunk.mm_per_step);
         let law = self.case.law;
         // Places far on are rounded.
-        let distance_steps = profile.distance_steps() + 1e-15 * one.way_steps;
+        let distance_steps = profile.distance_steps() + 1e-15 * one.distance_steps;
         match Profile::plan(distance_steps, entry, exit, &limits, IntervalLaw::Fastest, law) {
             Ok(_) => Ok(()),
             Err(ProfileError::EntrySpeed { asked, max } | ProfileError::ExitSpeed { asked, max })
-                if asked <= max * (1.0 + 1e-9) + 1e-2 * self.unit_mm_s / leg.mm_per_step =>
+                if asked <= max * (1.0 + 1e-9) + 1e-2 * self.unit_mm_s / chunk.mm_per_step =>
             {
                 Ok(())
             }
@@ -218,17 +220,17 @@ impl<'a> Follower<'a> {
         }
     }
 
-    fn keeps_limits(&self, leg: &Leg<AXES>, one: &Move) -> TestCaseResult {
-        let profile = leg.part.profile;
-        let origin_s = leg.part.end_s() - profile.duration_s();
+    fn keeps_limits(&self, chunk: &Chunk<AXES>, one: &Move) -> TestCaseResult {
+        let profile = chunk.plan.profile;
+        let origin_s = chunk.plan.end_s() - profile.duration_s();
         let limits = one.limits(one.top_mm_s);
-        let nominal = one.nominal_mm_s / leg.mm_per_step;
+        let nominal = one.nominal_mm_s / chunk.mm_per_step;
         let is_trapezoid = self.case.law == SpeedLaw::Trapezoid;
         // Thirds of a law over displacement are found to 1e-5.
         let slack = if self.case.interval_law == IntervalLaw::Thirds { 1.0 + 1e-5 } else { LIMIT_SLACK };
         for look in 0..LOOKS {
-            let share = (f64::from(look) + 0.5) / f64::from(LOOKS);
-            let t_s = self.at_s + (leg.until_s - self.at_s) * share - origin_s;
+            let ratio = (f64::from(look) + 0.5) / f64::from(LOOKS);
+            let t_s = self.at_s + (chunk.until_s - self.at_s) * ratio - origin_s;
             let (speed, accel) = (profile.speed_at(t_s), profile.accel_at(t_s));
             prop_assert!(speed <= limits.top_speed_steps_s * LIMIT_SLACK, "{speed} steps/s");
             prop_assert!(accel <= limits.accel_steps_s2 * slack, "{accel} steps/s2");
@@ -237,8 +239,8 @@ impl<'a> Follower<'a> {
             let has_jerk = self.case.law == SpeedLaw::SCurve;
             prop_assert!(!has_jerk || jerk <= limits.jerk_steps_s3 * LIMIT_SLACK, "{jerk} steps/s3");
             let brakes = -accel >= limits.decel_steps_s2 * (1.0 - SAME);
-            // What is left in a leg of no length is rounding.
-            let is_short = leg.until_s - self.at_s <= 1e-9 * self.at_s || profile.distance_steps() < 1e-4;
+            // What is left in a chunk of no length is rounding.
+            let is_short = chunk.until_s - self.at_s <= 1e-9 * self.at_s || profile.distance_steps() < 1e-4;
             if is_trapezoid && self.is_held && !is_short {
                 prop_assert!(brakes, "held, {speed} steps/s, {accel} steps/s2");
             }
@@ -252,23 +254,26 @@ impl<'a> Follower<'a> {
     }
 
     /// Every step once, in order, one after the other.
-    fn makes_steps(&mut self, leg: &Leg<AXES>, one: &Move) -> TestCaseResult {
+    fn makes_steps(&mut self, chunk: &Chunk<AXES>, one: &Move) -> TestCaseResult {
         // A place that rounding moves near standstill.
         let slack_s = 1e-9 * self.at_s + 2.0 * (1e-8 * one.mm_per_step / one.accel_mm_s2.min(one.decel_mm_s2)).sqrt();
         for axis in 0..AXES {
-            let last = leg.part.steps_before(axis, leg.until_steps);
+            let last = chunk.plan.steps_before(axis, chunk.until_steps);
             let first = self.made[axis] + 1;
             prop_assert!(last + 1 >= first, "axis {axis}: {last} after {first}");
-            if leg.kind != LegKind::Further {
-                prop_assert_eq!(leg.part.step_numbers(axis).start, first, "axis {}", axis);
+            if chunk.kind != ChunkKind::Continuation {
+                prop_assert_eq!(chunk.plan.step_numbers(axis).start, first, "axis {}", axis);
             }
-            prop_assert!(last < leg.part.step_numbers(axis).end);
+            prop_assert!(last < chunk.plan.step_numbers(axis).end);
             let early = first..(first + STEPS_LOOKED_AT).min(last + 1);
             let late = early.end.max((last + 1).saturating_sub(STEPS_LOOKED_AT))..last + 1;
             for k in early.chain(late) {
-                let t_s = leg.part.step_time_s(axis, k);
+                let t_s = chunk.plan.step_time_s(axis, k);
                 prop_assert!(t_s > self.made_s[axis], "axis {axis} step {k}: {t_s} after {}", self.made_s[axis]);
-                prop_assert!(t_s >= self.at_s - slack_s && t_s <= leg.until_s + slack_s, "axis {axis} step {k}: {t_s}");
+                prop_assert!(
+                    t_s >= self.at_s - slack_s && t_s <= chunk.until_s + slack_s,
+                    "axis {axis} step {k}: {t_s}"
+                );
                 self.made_s[axis] = t_s;
             }
             self.made[axis] = last;
@@ -281,13 +286,17 @@ fn begin_s(part: &SyncMove<AXES>) -> f64 {
     part.end_s() - part.profile.duration_s()
 }
 
-/// How fast a leg ends, steps/s.
-fn end_speed(leg: &Leg<AXES>) -> f64 {
-    if leg.until_s >= leg.part.end_s() { leg.part.profile.exit_speed_steps_s() } else { leg.part.speed_at(leg.until_s) }
+/// How fast a chunk ends, steps/s.
+fn end_speed(chunk: &Chunk<AXES>) -> f64 {
+    if chunk.until_s >= chunk.plan.end_s() {
+        chunk.plan.profile.exit_speed_steps_s()
+    } else {
+        chunk.plan.speed_at(chunk.until_s)
+    }
 }
 
-/// How fast a leg begins that begins there, steps/s.
-fn begin_speed(leg: &Leg<AXES>, at_s: f64) -> f64 {
-    let begins = (begin_s(&leg.part) - at_s).abs() <= 1e-12 * (at_s + leg.part.profile.duration_s());
-    if begins { leg.part.profile.entry_speed_steps_s() } else { leg.part.speed_at(at_s) }
+/// How fast a chunk begins that begins there, steps/s.
+fn begin_speed(chunk: &Chunk<AXES>, at_s: f64) -> f64 {
+    let begins = (begin_s(&chunk.plan) - at_s).abs() <= 1e-12 * (at_s + chunk.plan.profile.duration_s());
+    if begins { chunk.plan.profile.entry_speed_steps_s() } else { chunk.plan.speed_at(at_s) }
 }

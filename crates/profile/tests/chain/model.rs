@@ -1,26 +1,26 @@
 //! What the moves of a chain may do, reckoned anew in floats: shared limits, corners, and the fastest speeds between.
 
-use isostep_profile::chain::Wanted;
+use isostep_profile::chain::Request;
 use isostep_profile::{IntervalLaw, Limits, SPEED_MIN_STEPS_S, SpeedLaw};
 
 use super::case::{AXES, Case};
 
 /// The shares of feeds and rapids.
 #[derive(Clone, Copy, Debug)]
-pub struct Shares {
+pub struct LimitRatios {
     pub feed: f64,
     pub rapid: f64,
 }
 
-impl Shares {
+impl LimitRatios {
     pub const ALL: Self = Self { feed: 1.0, rapid: 1.0 };
 }
 
 /// A move, in mm.
 #[derive(Clone, Copy, Debug)]
 pub struct Move {
-    pub wanted: Wanted<AXES>,
-    pub way_steps: f64,
+    pub request: Request<AXES>,
+    pub distance_steps: f64,
     pub mm_per_step: f64,
     pub length_mm: f64,
     pub direction: [f64; AXES],
@@ -36,27 +36,27 @@ pub struct Move {
 }
 
 impl Move {
-    pub fn new(case: &Case, wanted: Wanted<AXES>, shares: Shares) -> Self {
-        let mm: [f64; AXES] = core::array::from_fn(|axis| f64::from(wanted.steps[axis]) * case.mm_per_step[axis]);
+    pub fn new(case: &Case, request: Request<AXES>, ratios: LimitRatios) -> Self {
+        let mm: [f64; AXES] = core::array::from_fn(|axis| f64::from(request.steps[axis]) * case.mm_per_step[axis]);
         let length_mm = mm.iter().map(|mm| mm * mm).sum::<f64>().sqrt();
         let direction = mm.map(|mm| mm / length_mm);
         let least = |limit: fn(&Limits) -> f64| {
-            let axes = (0..AXES).filter(|&axis| wanted.steps[axis] != 0);
+            let axes = (0..AXES).filter(|&axis| request.steps[axis] != 0);
             axes.map(|axis| limit(&case.limits[axis]) * case.mm_per_step[axis] / direction[axis].abs())
                 .fold(f64::INFINITY, f64::min)
         };
         let top_mm_s = least(|limits| limits.top_speed_steps_s);
         let free_mm_s = least(|limits| limits.start_speed_steps_s);
-        let way_steps = f64::from(wanted.steps.iter().map(|steps| steps.unsigned_abs()).max().unwrap());
-        let mm_per_step = length_mm / way_steps;
-        let (asked_mm_s, share) =
-            wanted.feed_mm_s.map_or((top_mm_s, shares.rapid), |feed_mm_s| (feed_mm_s, shares.feed));
+        let distance_steps = f64::from(request.steps.iter().map(|steps| steps.unsigned_abs()).max().unwrap());
+        let mm_per_step = length_mm / distance_steps;
+        let (asked_mm_s, ratio) =
+            request.feed_mm_s.map_or((top_mm_s, ratios.rapid), |feed_mm_s| (feed_mm_s, ratios.feed));
         // No override makes it slower than can be planned.
         let slowest_mm_s = asked_mm_s.min(SPEED_MIN_STEPS_S * mm_per_step);
-        let nominal_mm_s = (asked_mm_s * share).max(slowest_mm_s).min(top_mm_s);
+        let nominal_mm_s = (asked_mm_s * ratio).max(slowest_mm_s).min(top_mm_s);
         Self {
-            wanted,
-            way_steps,
+            request,
+            distance_steps,
             mm_per_step,
             length_mm,
             direction,
@@ -100,7 +100,7 @@ impl Move {
 
     /// The gain that takes no longer a way than there is, at the highest mean speed there may be, by bisection.
     fn s_curve_gain(&self, accel_mm_s2: f64) -> f64 {
-        let mean_mm_s = self.wanted.feed_mm_s.map_or(self.top_mm_s, |feed_mm_s| (2.0 * feed_mm_s).min(self.top_mm_s));
+        let mean_mm_s = self.request.feed_mm_s.map_or(self.top_mm_s, |feed_mm_s| (2.0 * feed_mm_s).min(self.top_mm_s));
         let way_mm = |gain: f64| {
             let rise = gain / (2.0 * mean_mm_s);
             let eased = accel_mm_s2 / self.jerk_mm_s3;
@@ -126,14 +126,14 @@ impl Move {
 
 /// The squared speed, (mm/s)², at which Grbl takes the corner between two moves; `None` if it stops.
 pub fn corner(case: &Case, before: &Move, after: &Move) -> Option<f64> {
-    if before.wanted.stops || case.interval_law == IntervalLaw::Thirds {
+    if before.request.stops || case.interval_law == IntervalLaw::Thirds {
         return None;
     }
     let pairs = || before.direction.iter().zip(&after.direction);
     // Of the way in, and of the way out, reversed: 1 where it goes back.
     let cosine = -pairs().map(|(a, b)| a * b).sum::<f64>();
     let across: [f64; AXES] = core::array::from_fn(|axis| after.direction[axis] - before.direction[axis]);
-    let length = across.iter().map(|share| share * share).sum::<f64>().sqrt();
+    let length = across.iter().map(|ratio| ratio * ratio).sum::<f64>().sqrt();
     if length < 1e-9 {
         return Some(f64::INFINITY);
     }

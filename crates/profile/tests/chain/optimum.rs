@@ -1,38 +1,38 @@
 //! All moves are known before the first begins: every one begins and ends as fast as limits and corners allow.
 
-use isostep_profile::chain::{Chain, LegKind};
+use isostep_profile::chain::{Chain, ChunkKind};
 use proptest::prelude::*;
 use proptest::test_runner::TestCaseResult;
 
 use crate::case::{AXES, Case, case, curved, trapezoid};
 use crate::follow::Follower;
-use crate::model::{Ends, Move, Shares, fastest};
+use crate::model::{Ends, LimitRatios, Move, fastest};
 
 fn is_the_fastest(case: &Case) -> TestCaseResult {
-    let mut chain = Chain::<AXES, 64>::new(case.terms());
-    for wanted in &case.moves {
-        chain.push(*wanted).unwrap();
+    let mut chain = Chain::<AXES, 64>::new(case.config());
+    for request in &case.moves {
+        chain.push(*request).unwrap();
     }
-    let moves: Vec<Move> = case.moves.iter().map(|wanted| Move::new(case, *wanted, Shares::ALL)).collect();
+    let moves: Vec<Move> = case.moves.iter().map(|request| Move::new(case, *request, LimitRatios::ALL)).collect();
     let speeds = fastest(case, &moves, None);
     let mut follower = Follower::new(case);
     let unit =
         1e-9 * case.limits.iter().zip(case.mm_per_step).map(|(limits, mm)| limits.top_speed_steps_s * mm).sum::<f64>();
-    let mut legs = 0;
-    while let Some(leg) = chain.advance(f64::INFINITY) {
-        follower.follow(leg)?;
-        prop_assert_eq!(leg.kind, LegKind::Move);
-        let Ends { entry, exit, .. } = speeds[leg.tag as usize];
+    let mut chunks = 0;
+    while let Some(chunk) = chain.advance(f64::INFINITY) {
+        follower.follow(chunk)?;
+        prop_assert_eq!(chunk.kind, ChunkKind::Move);
+        let Ends { entry, exit, .. } = speeds[chunk.tag as usize];
         for (speed, square) in
-            [(leg.part.profile.entry_speed_steps_s(), entry), (leg.part.profile.exit_speed_steps_s(), exit)]
+            [(chunk.plan.profile.entry_speed_steps_s(), entry), (chunk.plan.profile.exit_speed_steps_s(), exit)]
         {
-            let (speed, wanted) = (speed * leg.mm_per_step, square.sqrt());
-            // Near standstill the units are larger than the share.
-            prop_assert!((speed - wanted).abs() <= 1e-6 * wanted + unit, "move {}: {speed} for {wanted}", leg.tag);
+            let (speed, request) = (speed * chunk.mm_per_step, square.sqrt());
+            // Near standstill the units are larger than the fraction.
+            prop_assert!((speed - request).abs() <= 1e-6 * request + unit, "move {}: {speed} for {request}", chunk.tag);
         }
-        legs += 1;
+        chunks += 1;
     }
-    prop_assert_eq!(legs, case.moves.len());
+    prop_assert_eq!(chunks, case.moves.len());
     prop_assert!(chain.is_at_rest());
     follower.ends(case.moves.len() - 1)
 }

@@ -128,8 +128,8 @@ pub fn over_cases<T: Default + Send>(count: u64, check: impl Fn(&mut T, &Case) +
         return vec![gather(&mut std::iter::once(number))];
     }
     thread::scope(|scope| {
-        let share = |first| scope.spawn(move || gather(&mut (first..count).step_by(THREADS as usize)));
-        let threads: Vec<_> = (0..THREADS).map(share).collect();
+        let ratio = |first| scope.spawn(move || gather(&mut (first..count).step_by(THREADS as usize)));
+        let threads: Vec<_> = (0..THREADS).map(ratio).collect();
         threads.into_iter().map(|thread| thread.join().unwrap_or_else(|panic| resume_unwind(panic))).collect()
     })
 }

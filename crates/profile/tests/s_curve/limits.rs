@@ -9,7 +9,7 @@ use crate::phases::Phases;
 use crate::shape::Shape;
 
 const CASES: u64 = 1_000_000;
-/// What rounding may take, as a share.
+/// What rounding may take, as a fraction.
 const TOLERANCE: f64 = 1e-9;
 /// Each shape must occur so often.
 const OCCURRENCES_MIN: u64 = 100;
@@ -69,7 +69,7 @@ fn instants_s(phases: &Phases, duration_s: f64) -> impl Iterator<Item = f64> {
     phases.0.into_iter().flat_map(move |(time_s, _)| {
         let from_s = start_s;
         start_s += time_s;
-        [0.0, 0.5, 1.0].map(|share| (from_s + share * time_s).min(duration_s))
+        [0.0, 0.5, 1.0].map(|ratio| (from_s + ratio * time_s).min(duration_s))
     })
 }
 

@@ -84,8 +84,8 @@ impl Compared {
         self.ratios.sort_by(f64::total_cmp);
         let last = self.ratios.len() - 1;
         println!("Duration over Ruckig's, less 1, of {} random S-curves (computed on the host):", self.ratios.len());
-        for (name, share) in [("least", 0.0), ("1 %", 0.01), ("median", 0.5), ("99 %", 0.99), ("most", 1.0)] {
-            println!("{name:>8} {:+.1e}", self.ratios[(last as f64 * share) as usize] - 1.0);
+        for (name, ratio) in [("least", 0.0), ("1 %", 0.01), ("median", 0.5), ("99 %", 0.99), ("most", 1.0)] {
+            println!("{name:>8} {:+.1e}", self.ratios[(last as f64 * ratio) as usize] - 1.0);
         }
         println!("missed by Ruckig: {} longer by more than {TOLERANCE:e}, {} not found", self.longer, self.not_found);
     }

@@ -2,9 +2,9 @@
 
 use isostep_profile::{Limits, Profile};
 
-/// A ramp of less than this share of the speed is none.
+/// A ramp of less than this fraction of the speed is none.
 const RISE_MIN: f64 = 1e-9;
-/// A cruise of less than this share of the duration is what the search for the peak left.
+/// A cruise of less than this fraction of the duration is what the search for the peak left.
 const CRUISE_MIN: f64 = 1e-9;
 
 /// How a ramp is made.

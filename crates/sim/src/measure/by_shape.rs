@@ -1,9 +1,9 @@
 //! The intervals of an axis whose ramps have the shape of a plan's.
 //!
 //! # Method
-//! The plan says which share of a ramp's way takes which share of its time, and no more of it is believed. How long each
+//! The plan says which fraction of a ramp's way takes which fraction of its time, and no more of it is believed. How long each
 //! interval lasts, and when the move begins, are four unknowns; the distance gives the cruise speed,
-//! v = n/(m_a t_a + t_v + m_d t_d), where m is the mean speed of a ramp as a share of v. They are fitted to the axis's
+//! v = n/(m_a t_a + t_v + m_d t_d), where m is the mean speed of a ramp as a fraction of v. They are fitted to the axis's
 //! own edges by least squares (Gauss and Newton). An unknown is then a weighted sum of the edges' instants, so instants
 //! that are off by e at most leave it off by e times the sum of the weights' magnitudes: that is its resolution.
 
@@ -17,7 +17,7 @@ use crate::config::Port;
 const EDGES_MAX: usize = 2_000;
 /// More than enough: from the plan each takes most of the digits that are left.
 const ITERATIONS: usize = 8;
-/// For the derivatives, as a share of the duration: what rounding and what curvature spoil is then 1e-10 of them.
+/// For the derivatives, as a fraction of the duration: what rounding and what curvature spoil is then 1e-10 of them.
 const NUDGE: f64 = 1e-5;
 /// Of the duration: edges that resolve no more than that tell nothing. So it is without a cruise, where to cruise a little
 /// and to ramp as much shorter changes next to nothing.
@@ -69,7 +69,7 @@ struct Curve<'a> {
     profile: &'a Profile,
     /// Of this axis.
     steps: f64,
-    /// Mean speed of the ramps as a share of the cruise's: m_a and m_d.
+    /// Mean speed of the ramps as a fraction of the cruise's: m_a and m_d.
     means: [f64; 2],
 }
 
@@ -77,8 +77,8 @@ impl<'a> Curve<'a> {
     /// Unless a ramp has too few of the `edges`.
     fn new(profile: &'a Profile, edges: usize) -> Option<Self> {
         let decel_steps = profile.distance_steps() - profile.cruise_end_steps();
-        let share = edges as f64 / profile.distance_steps();
-        let is_known = |ramp_steps: f64| ramp_steps * share >= EDGES_MIN as f64;
+        let ratio = edges as f64 / profile.distance_steps();
+        let is_known = |ramp_steps: f64| ramp_steps * ratio >= EDGES_MIN as f64;
         let mean = |steps: f64, duration_s: f64| steps / (duration_s * profile.cruise_speed_steps_s());
         let means = [mean(profile.accel_end_steps(), profile.t_accel_s()), mean(decel_steps, profile.t_decel_s())];
         (is_known(profile.accel_end_steps()) && is_known(decel_steps)).then_some(Self {
@@ -99,21 +99,21 @@ impl<'a> Curve<'a> {
         let (accel_way, decel_way, left) =
             (speed * mean_accel * accel_s, speed * mean_decel * decel_s, self.steps - way);
         if way <= accel_way {
-            start_s + accel_s * self.accel_share(way / accel_way)
+            start_s + accel_s * self.accel_ratio(way / accel_way)
         } else if left <= decel_way {
-            start_s + accel_s + cruise_s + decel_s * (1.0 - self.decel_share(left / decel_way))
+            start_s + accel_s + cruise_s + decel_s * (1.0 - self.decel_ratio(left / decel_way))
         } else {
             start_s + accel_s + (way - accel_way) / speed
         }
     }
 
-    /// The share of its time in which the accelerating ramp covers a share of its way.
-    fn accel_share(&self, way: f64) -> f64 {
+    /// The share of its time in which the accelerating ramp covers a fraction of its way.
+    fn accel_ratio(&self, way: f64) -> f64 {
         self.profile.time_at(way * self.profile.accel_end_steps()) / self.profile.t_accel_s()
     }
 
     /// The same of the decelerating ramp, both from its end.
-    fn decel_share(&self, left: f64) -> f64 {
+    fn decel_ratio(&self, left: f64) -> f64 {
         let (distance, cruise_end) = (self.profile.distance_steps(), self.profile.cruise_end_steps());
         let t_s = self.profile.time_at(distance - left * (distance - cruise_end));
         (self.profile.duration_s() - t_s) / self.profile.t_decel_s()

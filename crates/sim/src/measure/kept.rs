@@ -3,7 +3,7 @@
 
 use isostep_motion::{AXES, Config, Finish};
 
-use super::limits::{self, Ends, Shares};
+use super::limits::{self, Ends, LimitRatios};
 use crate::moves::MoveRecord;
 use crate::outcome::Outcome;
 use crate::verify;
@@ -13,9 +13,9 @@ const ROUNDING: f64 = 1e-6;
 
 /// How near all moves came to their limits. `speed_limit` is the speed that an axis keeps to in a move, so many seconds from the
 /// start of its run, steps/s; it never falls.
-pub fn shares(outcome: &Outcome, speed_limit: impl Fn(&MoveRecord, usize, f64) -> f64) -> Shares {
+pub fn ratios(outcome: &Outcome, speed_limit: impl Fn(&MoveRecord, usize, f64) -> f64) -> LimitRatios {
     let off_s = outcome.config.port.tolerance_ns() * 1e-9;
-    let mut highest = Shares::default();
+    let mut highest = LimitRatios::default();
     for record in &outcome.moves {
         let config = outcome.config_of(record);
         let times_s = verify::axis_times_s(record, &outcome.edges[record.edges.clone()]);
@@ -24,13 +24,13 @@ pub fn shares(outcome: &Outcome, speed_limit: impl Fn(&MoveRecord, usize, f64) -
         let ends = Ends { at_rest: [begins, ends && matches!(record.finish, Finish::Done | Finish::Held)] };
         for (axis, times_s) in times_s.iter().enumerate() {
             let (own, law) = (&config.limits[axis], config.speed_law);
-            highest = highest.max(limits::shares(times_s, off_s, own, law, ends, |t_s| speed_limit(record, axis, t_s)));
+            highest = highest.max(limits::ratios(times_s, off_s, own, law, ends, |t_s| speed_limit(record, axis, t_s)));
         }
     }
     let corners = outcome.moves.windows(2).filter(|pair| pair[0].run == pair[1].run);
     let corner =
-        corners.map(|pair| corner_share([&pair[0], &pair[1]], outcome.config_of(&pair[0]))).fold(0.0, f64::max);
-    Shares { corner, ..highest }
+        corners.map(|pair| corner_ratio([&pair[0], &pair[1]], outcome.config_of(&pair[0]))).fold(0.0, f64::max);
+    LimitRatios { corner, ..highest }
 }
 
 /// The length of a way of so many steps, mm.
@@ -40,7 +40,7 @@ pub fn path_mm(steps: [i32; AXES], config: &Config) -> f64 {
 
 /// How fast a move begins and ends, along its path.
 pub fn speeds_mm_s(record: &MoveRecord, config: &Config) -> [f64; 2] {
-    let mm_per_step = path_mm(record.plan.steps, config) / record.plan.way_steps();
+    let mm_per_step = path_mm(record.plan.steps, config) / record.plan.distance_steps();
     let last = record.parts.last().unwrap_or(&record.plan);
     [record.plan.speed_at(record.plan.begin_s()), last.profile.exit_speed_steps_s()].map(|steps| steps * mm_per_step)
 }
@@ -65,7 +65,7 @@ fn start_mm_s(steps: [i32; AXES], config: &Config) -> f64 {
 }
 
 /// By Grbl's rule; both moves go round it at one speed, or stop there: otherwise the share is infinite.
-fn corner_share(moves: [&MoveRecord; 2], config: &Config) -> f64 {
+fn corner_ratio(moves: [&MoveRecord; 2], config: &Config) -> f64 {
     let [[_, out_mm_s], [in_mm_s, _]] = moves.map(|record| speeds_mm_s(record, config));
     let [[_, stops], [starts, _]] = moves.map(|record| are_rests(record, config));
     if stops && starts {

@@ -18,15 +18,15 @@
 
 use isostep_profile::{Limits, SpeedLaw};
 
-/// By what share a measurement may be above a limit that is kept.
+/// By what fraction a measurement may be above a limit that is kept.
 pub const GRAIN: f64 = 0.01;
 
 /// Speed, acceleration and jerk.
 const ORDERS: usize = 3;
 
-/// The highest that was measured, each as a share of its limit.
+/// The highest that was measured, each as a fraction of its limit.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Shares {
+pub struct LimitRatios {
     /// Of the speed in force.
     pub speed: f64,
     /// Of the start speed, at either end of a run.
@@ -48,7 +48,7 @@ pub struct Ends {
     pub at_rest: [bool; 2],
 }
 
-impl Shares {
+impl LimitRatios {
     /// The higher of both, each.
     #[must_use]
     pub fn max(self, other: Self) -> Self {
@@ -67,21 +67,21 @@ impl Shares {
     pub fn are_within(&self) -> bool {
         [self.speed, self.ends, self.accel, self.decel, self.jerk, self.corner]
             .into_iter()
-            .all(|share| share <= 1.0 + GRAIN)
+            .all(|ratio| ratio <= 1.0 + GRAIN)
     }
 }
 
 /// Measures one axis over one stretch in which it goes one way: `times_s` are all its edges, each off by `off_s` at most;
 /// `speed_at` is the speed that holds for it at an instant, steps/s, which never falls.
-pub fn shares(
+pub fn ratios(
     times_s: &[f64],
     off_s: f64,
     limits: &Limits,
     law: SpeedLaw,
     ends: Ends,
     speed_at: impl Fn(f64) -> f64,
-) -> Shares {
-    let (Some(&first_s), Some(&last_s)) = (times_s.first(), times_s.last()) else { return Shares::default() };
+) -> LimitRatios {
+    let (Some(&first_s), Some(&last_s)) = (times_s.first(), times_s.last()) else { return LimitRatios::default() };
     let top = speed_at(last_s);
     // How far apart edges must be for a derivative of that limit.
     let spacing_s = |order: i32, limit: f64| 2.0 * (off_s * top / (GRAIN * limit)).powf(1.0 / f64::from(order));
@@ -94,7 +94,7 @@ pub fn shares(
         }
         _ => 0.0,
     };
-    Shares {
+    LimitRatios {
         speed: highest(speed),
         ends: highest(
             [
@@ -103,7 +103,7 @@ pub fn shares(
             ]
             .into_iter()
             .zip(ends.at_rest)
-            .filter_map(|(share, is_at_rest)| share.filter(|_| is_at_rest)),
+            .filter_map(|(ratio, is_at_rest)| ratio.filter(|_| is_at_rest)),
         ),
         accel: highest(accels(limits.accel_steps_s2)) / limits.accel_steps_s2,
         decel: highest(accels(limits.decel_steps_s2).map(|mean| -mean)) / limits.decel_steps_s2,
@@ -171,11 +171,11 @@ mod tests {
     };
 
     /// Of a move planned within `limits`, its instants rounded to the port's tick.
-    fn measured(limits: Limits, law: SpeedLaw, port: Port) -> Shares {
+    fn measured(limits: Limits, law: SpeedLaw, port: Port) -> LimitRatios {
         let plan = SyncMove::plan([30_000], &[limits], IntervalLaw::Fastest, law, None).unwrap();
         let tick_s = port.tick_ns() * 1e-9;
         let times_s: Vec<_> = (1..=30_000).map(|k| (plan.step_time_s(0, k) / tick_s).round() * tick_s).collect();
-        shares(&times_s, port.tolerance_ns() * 1e-9, &LIMITS, law, Ends { at_rest: [true; 2] }, |_| {
+        ratios(&times_s, port.tolerance_ns() * 1e-9, &LIMITS, law, Ends { at_rest: [true; 2] }, |_| {
             LIMITS.top_speed_steps_s
         })
     }
@@ -183,10 +183,10 @@ mod tests {
     #[test]
     fn limits_that_are_kept_are_measured_so() {
         for (law, port) in SpeedLaw::ALL.into_iter().flat_map(|law| Port::ALL.map(|port| (law, port))) {
-            let shares = measured(LIMITS, law, port);
-            assert!(shares.are_within(), "{law}, {port}: {shares:?}");
-            assert!(shares.speed > 0.99 && shares.accel > 0.97 && shares.decel > 0.97, "{law}, {port}: {shares:?}");
-            assert!(law != SpeedLaw::SCurve || shares.jerk > 0.97, "{port}: {shares:?}");
+            let ratios = measured(LIMITS, law, port);
+            assert!(ratios.are_within(), "{law}, {port}: {ratios:?}");
+            assert!(ratios.speed > 0.99 && ratios.accel > 0.97 && ratios.decel > 0.97, "{law}, {port}: {ratios:?}");
+            assert!(law != SpeedLaw::SCurve || ratios.jerk > 0.97, "{port}: {ratios:?}");
         }
     }
 
@@ -207,8 +207,8 @@ mod tests {
                 (SpeedLaw::SCurve, exceeded(|limits| limits.jerk_steps_s3 *= 1.05)),
                 (SpeedLaw::Trapezoid, exceeded(|limits| limits.start_speed_steps_s *= 3.0)),
             ] {
-                let shares = measured(limits, law, port);
-                assert!(!shares.are_within(), "{law}, {port}, {limits:?}: {shares:?}");
+                let ratios = measured(limits, law, port);
+                assert!(!ratios.are_within(), "{law}, {port}, {limits:?}: {ratios:?}");
             }
         }
     }

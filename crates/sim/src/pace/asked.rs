@@ -7,7 +7,7 @@ use crate::lines_of_moves::Source;
 use crate::moves::MoveRecord;
 use crate::outcome::Outcome;
 
-/// Speeds are the same if they differ by less, as a share of the faster one.
+/// Speeds are the same if they differ by less, as a fraction of the faster one.
 const SAME: f64 = 1e-6;
 /// Half the difference of two directions: less is no corner, but rounding.
 const STRAIGHT: f64 = 1e-12;
@@ -40,7 +40,7 @@ impl Asked {
         let way_mm: [f64; AXES] = outcome.mm(record.plan.steps);
         let length_mm = way_mm.iter().map(|mm| mm * mm).sum::<f64>().sqrt();
         let direction = way_mm.map(|mm| mm / length_mm);
-        let mm_per_step = length_mm / record.plan.way_steps();
+        let mm_per_step = length_mm / record.plan.distance_steps();
         let tops = (0..AXES).filter(|&axis| direction[axis] != 0.0);
         let tops = tops.map(|axis| (top_mm_s(outcome, axis) / direction[axis].abs(), axis));
         let (top_mm_s, axis) = tops.min_by(|one, other| one.0.total_cmp(&other.0)).unwrap_or((f64::INFINITY, 0));

@@ -18,7 +18,7 @@ use crate::outcome::Outcome;
 pub const LEAST_TOLD_S: f64 = 0.0005;
 /// How many places are kept one by one.
 const WORST: usize = 10;
-/// A corner is taken as fast as it may be if it is taken at this share of that.
+/// A corner is taken as fast as it may be if it is taken at this fraction of that.
 const FULL: f64 = 0.98;
 /// What is no faster stands, mm/s.
 const REST_MM_S: f64 = 1e-6;

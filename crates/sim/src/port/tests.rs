@@ -28,7 +28,7 @@ fn steady(steps: i32, speed_steps_s: f64) -> SyncMove<1> {
 fn queue_of(plan: &SyncMove<1>) -> SegmentQueue {
     let queue = SegmentQueue::new();
     let direction = Direction::of(plan.steps[0]);
-    plan.segments(0, TICK_HZ).for_each(|segment| queue.try_send(Feed::Steps { segment, direction }).unwrap());
+    plan.segments(0, TICK_HZ).for_each(|segment| queue.try_send(StreamItem::Steps { segment, direction }).unwrap());
     queue
 }
 
@@ -65,7 +65,7 @@ where
 fn edges_rise_within_the_drivers_tick() {
     let edges = edges_ns(|mut port| async move {
         let queue = queue_of(&steady(3, 48_000.0));
-        queue.try_send(Feed::End).unwrap();
+        queue.try_send(StreamItem::End).unwrap();
         port.run(run(), &open_line(), &queue, &Odometer::new()).await.unwrap();
     });
     // DIR's 650 ns to the next microsecond, half a step, then whole ones, of 20,833.3 ns, to the nearest 8.

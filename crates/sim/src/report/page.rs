@@ -142,7 +142,7 @@ fn shown(outcome: &Outcome) -> Vec<(usize, &MoveRecord)> {
         return candidates.take(PICTURES_MAX).collect();
     }
     let mut longest: Vec<_> = candidates.collect();
-    longest.sort_by(|(_, one), (_, other)| other.plan.way_steps().total_cmp(&one.plan.way_steps()));
+    longest.sort_by(|(_, one), (_, other)| other.plan.distance_steps().total_cmp(&one.plan.distance_steps()));
     longest.truncate(PICTURES_OF_LONG);
     longest.sort_by_key(|&(number, _)| number);
     longest

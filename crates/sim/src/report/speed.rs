@@ -13,7 +13,7 @@ const SPANS: usize = 760;
 const FINE: u32 = 4;
 /// The asked speed is shown up to so many times the highest.
 const ASKED_MAX: f64 = 1.5;
-/// A second is at least this share of the picture.
+/// A second is at least this fraction of the picture.
 const SEEN: f64 = 0.004;
 
 /// The picture; `sources` are those of all moves, `seconds` the slowest and the busiest.

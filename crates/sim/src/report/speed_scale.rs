@@ -6,7 +6,7 @@ use crate::pace::course::Phase;
 
 /// How many classes there are: `--speed-1` to `--speed-8` of the style sheet.
 pub const CLASSES: usize = 8;
-/// If half the way is slower than this share of the fastest, each class is twice as fast as the one before.
+/// If half the way is slower than this fraction of the fastest, each class is twice as fast as the one before.
 const MOSTLY_SLOW: f64 = 0.25;
 /// Mean speeds are told apart by an eighth of an octave, from 2^-16 mm/s on.
 const BINS: usize = 256;

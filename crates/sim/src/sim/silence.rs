@@ -1,6 +1,6 @@
 //! Which line of a program made the console fall silent.
 
-use isostep_console::{Command, Interpreter, Settings, State};
+use isostep_console::{Command, Interpreter, ReportedState, Settings};
 
 use crate::program::stripped;
 use crate::stream::Dialogue;
@@ -31,7 +31,7 @@ pub fn silencer(program: &[Vec<u8>], dialogue: &Dialogue) -> Option<Silencer> {
 /// What a line does that silences; `checks` is whether G-code is only checked, `$C`.
 fn effect(text: &[u8], checks: &mut bool) -> Option<&'static str> {
     let line = stripped(text).ok()?;
-    match Interpreter::new().interpret(&line, State::Idle, &Settings::DEFAULT).ok()? {
+    match Interpreter::new().interpret(&line, ReportedState::Idle, &Settings::DEFAULT).ok()? {
         Command::Sleep => Some("puts the machine to sleep"),
         Command::Restore { .. } => Some("resets the console"),
         Command::ToggleCheck => {

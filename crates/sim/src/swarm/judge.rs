@@ -67,8 +67,8 @@ fn moves(outcome: &Outcome) -> Result<(), Broken> {
 /// Each axis keeps within its speed, acceleration and jerk, as its edges alone tell, and corners are taken no faster than they may.
 fn limits(outcome: &Outcome) -> Result<(), Broken> {
     let top = |record: &MoveRecord, axis: usize, _t_s: f64| outcome.config_of(record).limits[axis].top_speed_steps_s;
-    let shares = kept::shares(outcome, top);
-    if shares.are_within() { Ok(()) } else { Err(("limits kept, by the edges", format!("{shares:?} of them"))) }
+    let ratios = kept::ratios(outcome, top);
+    if ratios.are_within() { Ok(()) } else { Err(("limits kept, by the edges", format!("{ratios:?} of them"))) }
 }
 
 /// Steps are lost by abrupt stops alone, and at the end stops of a machine that does not know where they are.

@@ -15,7 +15,7 @@ pub struct Parameters {
     pub max_period_us: f64,
     /// tau_min, us.
     pub min_period_us: f64,
-    /// p_N as a share of N.
+    /// p_N as a fraction of N.
     pub ramp_share: f64,
 }
 

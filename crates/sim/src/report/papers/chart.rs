@@ -10,7 +10,7 @@ use super::super::theme::{self, Area, CURVE, Drawn, GRID, INK, INTERVAL};
 const FINE: u32 = 4;
 /// Width of a picture, pixels.
 const WIDTH: u32 = 860;
-/// A chart that begins nearer to 0 than this share of its end begins at 0.
+/// A chart that begins nearer to 0 than this fraction of its end begins at 0.
 const NEAR: f64 = 0.06;
 /// More columns than this are not told apart.
 const COLUMNS: usize = 1_200;

@@ -4,13 +4,13 @@ use crate::fixed::product;
 
 /// A 96-bit number, by its 32-bit digits. Sums and products are modulo 2^96.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Wide {
+pub(super) struct U96 {
     pub(super) top: u32,
     pub(super) middle: u32,
     pub(super) bottom: u32,
 }
 
-impl Wide {
+impl U96 {
     pub(super) fn new(value: u128) -> Self {
         Self { top: (value >> 64) as u32, middle: (value >> 32) as u32, bottom: value as u32 }
     }
@@ -88,20 +88,20 @@ fn lower_of_right(upper: u32, lower: u32, bits: u32) -> u32 {
 /// start + slope x, for whole x.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Line {
-    pub(super) start: Wide,
-    pub(super) slope: Wide,
+    pub(super) start: U96,
+    pub(super) slope: U96,
 }
 
 impl Line {
     #[inline(always)]
-    pub(super) fn at(&self, x: u32) -> Wide {
+    pub(super) fn at(&self, x: u32) -> U96 {
         let Self { start, slope } = self;
         let bottom = product(slope.bottom, x);
         let middle = product(slope.middle, x);
         let (sum, carry) = start.lower().overflowing_add(bottom);
         let (sum, carry_too) = sum.overflowing_add(middle << 32);
         let top = start.top.wrapping_add(slope.top.wrapping_mul(x)).wrapping_add((middle >> 32) as u32);
-        Wide {
+        U96 {
             top: top.wrapping_add(u32::from(carry)).wrapping_add(u32::from(carry_too)),
             middle: (sum >> 32) as u32,
             bottom: sum as u32,
@@ -136,9 +136,9 @@ pub(super) fn exponent(x: f64) -> i32 {
 mod tests {
     use proptest::prelude::*;
 
-    use super::{Line, Wide, fixed, left, right, right_signed, short_fixed};
+    use super::{Line, U96, fixed, left, right, right_signed, short_fixed};
 
-    fn value(wide: Wide) -> u128 {
+    fn value(wide: U96) -> u128 {
         u128::from(wide.upper()) << 32 | u128::from(wide.bottom)
     }
 
@@ -152,14 +152,14 @@ mod tests {
 
         #[test]
         fn lines_are_exact(start in any_length(), slope in any_length(), x: u32) {
-            let line = Line { start: Wide::new(start), slope: Wide::new(slope) };
+            let line = Line { start: U96::new(start), slope: U96::new(slope) };
             let exact = start.wrapping_add(slope.wrapping_mul(u128::from(x))) & ((1 << 96) - 1);
             prop_assert_eq!(value(line.at(x)), exact);
         }
 
         #[test]
         fn normalised_numbers_start_in_their_first_two_bits(bits in any_length()) {
-            let (zeros, mantissa) = Wide::new(bits).normalised();
+            let (zeros, mantissa) = U96::new(bits).normalised();
             prop_assert_eq!(zeros, ((bits << 32).leading_zeros() & !1).min(94));
             prop_assert_eq!(mantissa, (bits << zeros >> 32) as u64);
         }

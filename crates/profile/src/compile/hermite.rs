@@ -6,7 +6,7 @@ use crate::ramp::State;
 
 /// t = Σ c_i z^i, with z from 0 at one state to 1 at the other.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Septic {
+pub(super) struct Hermite {
     /// s.
     pub(super) coefficients: [f64; TERMS],
     /// Where z is 0, steps.
@@ -24,7 +24,7 @@ pub(super) const TERMS: usize = 8;
 /// A state and its jerk, steps/s³, inside the span: at a corner of the ramp it has two.
 pub(super) type End<'a> = (&'a State, f64);
 
-impl Septic {
+impl Hermite {
     /// Of no span.
     pub(super) const NONE: Self = Self { coefficients: [0.0; TERMS], begin_steps: 0.0, steps: 0.0 };
 
@@ -33,7 +33,7 @@ impl Septic {
         let steps = end.0.steps - begin.0.steps;
         let ([slope, bend, twist], [end_slope, end_bend, end_twist]) =
             (derivatives(begin, steps), derivatives(end, steps));
-        // What the end has beyond the first four terms.
+        // What the end has beyond the first four config.
         let value = end.0.t_s - begin.0.t_s - slope - bend / 2.0 - twist / 6.0;
         let more_slope = end_slope - slope - bend - twist / 2.0;
         let more_bend = (end_bend - bend - twist) / 2.0;
@@ -51,11 +51,11 @@ impl Septic {
         Self { coefficients, begin_steps: begin.0.steps, steps }
     }
 
-    /// How far it strays from a ramp at most, s, if `middle` is the ramp's state about midway.
+    /// How far it deviates from a ramp at most, s, if `middle` is the ramp's state about midway.
     ///
-    /// It strays by (z - z²)⁴ d⁸t/dz⁸/8!. If the eighth derivative is even about the middle, that is most there; if it is
+    /// It deviates by (z - z²)⁴ d⁸t/dz⁸/8!. If the eighth derivative is even about the middle, that is most there; if it is
     /// odd, nothing there, but its slope tells: the most is 0.10 of that.
-    pub(super) fn stray_s(&self, middle: &State) -> f64 {
+    pub(super) fn error_s(&self, middle: &State) -> f64 {
         let z = (middle.steps - self.begin_steps) / self.steps;
         let (mut time_s, mut slope) = (0.0, 0.0);
         for coefficient in self.coefficients.iter().rev() {

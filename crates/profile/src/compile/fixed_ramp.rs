@@ -1,7 +1,7 @@
 //! A ramp at constant acceleration, in whole numbers.
 
 use super::root::{LOG2_SHORT_MAX, Root};
-use super::wide::{Line, exponent};
+use super::u96::{Line, exponent};
 
 /// Logarithms are in units of 2^-16.
 const ONE: i32 = 1 << 16;
@@ -30,18 +30,18 @@ pub(super) fn log2_of(x: f64) -> i32 {
 pub(super) struct Knot {
     /// When it is due, units of 2^-point tick from the start of the move.
     pub(super) instant: u64,
-    /// How fast the axis is there: see [`Ramp`].
+    /// How fast the axis is there: see [`FixedRamp`].
     pub(super) level: i32,
 }
 
 /// The time from standstill to the x-th half step from the slow end is √(start + slope x).
 ///
 /// # Lengths
-/// With the time t = √Q, Q = start + 2 slope k after k steps, t''' = 3 slope³/Q^(5/2). A quadratic over n steps strays
+/// With the time t = √Q, Q = start + 2 slope k after k steps, t''' = 3 slope³/Q^(5/2). A quadratic over n steps deviates
 /// by t''' (n/2)³/(9 √3), so an error of E ticks holds n³ = 24 √3 E Q^(5/2)/slope³. Q and the slope are in units of u
 /// ticks², hence 6 log2 n = 2 log2(24 √3 E) + 5 log2 Q - 6 log2 slope - log2 u, the first being log2 27 for E = 1/8.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Ramp {
+pub(super) struct FixedRamp {
     radicand: Line,
     /// log2 of the slope, never too small.
     slope: i32,
@@ -53,7 +53,7 @@ pub(super) struct Ramp {
     brief: i32,
 }
 
-impl Ramp {
+impl FixedRamp {
     /// Times are in units of 2^-`point` tick, the radicand in units of 2^(32 - 2 `point`) ticks². `slope_log2` is of its slope,
     /// `hz_log2` of the ticks/s, both by [`log2_of`].
     pub(super) fn new(radicand: Line, slope_log2: i32, point: u8, hz_log2: i32) -> Self {
@@ -107,11 +107,11 @@ impl Ramp {
     #[inline(always)]
     fn loss(&self, length: i32, level: i32) -> i32 {
         // Two half steps a step.
-        let share = self.slope.wrapping_add(ONE * (length + 1)).wrapping_sub(level);
-        if share > -ONE {
+        let ratio = self.slope.wrapping_add(ONE * (length + 1)).wrapping_sub(level);
+        if ratio > -ONE {
             return EVERYTHING;
         }
-        let doubled = share + ONE;
+        let doubled = ratio + ONE;
         // 2^(i + f) is 2^i (1 + f) at most.
         (ONE + (doubled & (ONE - 1))).wrapping_shr((-(doubled >> 16)).min(31) as u32)
     }

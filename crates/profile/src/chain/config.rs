@@ -1,6 +1,6 @@
 //! How the moves of a chain are planned, and what of that is the same for all of them.
 
-use super::FEED_SHARE_MAX;
+use super::FEED_RATIO_MAX;
 use crate::law::{IntervalLaw, SpeedLaw};
 use crate::limits::Limits;
 use crate::profile::DURATION_MAX_S;
@@ -20,13 +20,13 @@ const EASILY: f64 = 1.0 / 64.0;
 
 /// How the moves of a chain are planned.
 #[derive(Clone, Copy, Debug)]
-pub struct Terms<const N: usize> {
+pub struct ChainConfig<const N: usize> {
     limits: [Limits; N],
     pub(super) mm_per_step: [f64; N],
     pub(super) interval_law: IntervalLaw,
     pub(super) speed_law: SpeedLaw,
-    pub(super) feed_share: f64,
-    pub(super) rapid_share: f64,
+    pub(super) feed_ratio: f64,
+    pub(super) rapid_ratio: f64,
     pub(super) scale: Scale,
     /// Whose limits work.
     works: [bool; N],
@@ -34,21 +34,21 @@ pub struct Terms<const N: usize> {
     is_looser: [[bool; N]; N],
     /// The inverse of what an axis may do across a corner, s²/mm.
     pub(super) corner_s2_mm: [f32; N],
-    /// Twice what a circle may stray from a corner.
+    /// Twice what a circle may deviate from a corner.
     pub(super) twice_deviation_mm: f32,
     /// Whoever cruises no longer than that does not last too long.
     pub(super) easily_s: f64,
 }
 
-impl<const N: usize> Terms<N> {
+impl<const N: usize> ChainConfig<N> {
     /// By which nothing can be planned.
     pub(super) const NONE: Self = Self {
         limits: [Limits::NONE; N],
         mm_per_step: [0.0; N],
         interval_law: IntervalLaw::Fastest,
         speed_law: SpeedLaw::Trapezoid,
-        feed_share: 0.0,
-        rapid_share: 0.0,
+        feed_ratio: 0.0,
+        rapid_ratio: 0.0,
         scale: Scale::NONE,
         works: [false; N],
         is_looser: [[false; N]; N],
@@ -58,7 +58,7 @@ impl<const N: usize> Terms<N> {
     };
 
     /// For axes of these limits and resolutions. `corner_deviation_mm`, 0 or more, says how fast corners are taken: as
-    /// fast as a circle that strays from the corner by so much.
+    /// fast as a circle that deviates from the corner by so much.
     #[must_use]
     pub fn new(
         limits: [Limits; N],
@@ -83,8 +83,8 @@ impl<const N: usize> Terms<N> {
             mm_per_step,
             interval_law,
             speed_law,
-            feed_share: 1.0,
-            rapid_share: 1.0,
+            feed_ratio: 1.0,
+            rapid_ratio: 1.0,
             scale: Scale::of(tops_mm_s.map(|mm_s| mm_s * mm_s).sum()),
             works,
             is_looser: core::array::from_fn(|axis| limits.each_ref().map(|other| limits[axis].is_looser(other))),
@@ -97,10 +97,10 @@ impl<const N: usize> Terms<N> {
         }
     }
 
-    /// So large a share of feeds, and of rapids.
-    pub(super) fn set_shares(&mut self, feed_share: f64, rapid_share: f64) {
-        self.feed_share = feed_share.min(FEED_SHARE_MAX);
-        self.rapid_share = rapid_share.min(1.0);
+    /// So large a fraction of feeds, and of rapids.
+    pub(super) fn set_ratios(&mut self, feed_ratio: f64, rapid_ratio: f64) {
+        self.feed_ratio = feed_ratio.min(FEED_RATIO_MAX);
+        self.rapid_ratio = rapid_ratio.min(1.0);
     }
 
     /// What holds for the longest axis of a move, so that none exceeds its own.

@@ -14,14 +14,14 @@ const LOOK_EVERY: Duration = Duration::from_micros(100);
 const PATIENCE: Duration = Duration::from_secs(60);
 
 /// A simulated machine, and what it has said.
-pub struct Desk {
+pub struct ScriptRunner {
     sim: Sim,
     replies: VecDeque<String>,
     statuses: VecDeque<String>,
     messages: VecDeque<String>,
 }
 
-impl Desk {
+impl ScriptRunner {
     /// With a machine that has said nothing yet.
     #[must_use]
     pub fn new(sim: Sim) -> Self {
@@ -91,12 +91,12 @@ impl Desk {
 
     /// The next reply or status must begin so; other messages are searched for it.
     fn expect(&mut self, prefix: &str) -> Result<(), String> {
-        let next = |desk: &mut Self| match prefix {
-            _ if prefix.starts_with("ok") || prefix.starts_with("error") => desk.replies.pop_front(),
-            _ if prefix.starts_with('<') => desk.statuses.pop_front(),
+        let next = |runner: &mut Self| match prefix {
+            _ if prefix.starts_with("ok") || prefix.starts_with("error") => runner.replies.pop_front(),
+            _ if prefix.starts_with('<') => runner.statuses.pop_front(),
             _ => {
-                let index = desk.messages.iter().position(|line| line.starts_with(prefix))?;
-                desk.messages.drain(..=index).next_back()
+                let index = runner.messages.iter().position(|line| line.starts_with(prefix))?;
+                runner.messages.drain(..=index).next_back()
             }
         };
         let found = self.wait_for(prefix, next)?;
@@ -104,14 +104,14 @@ impl Desk {
     }
 
     fn wait_idle(&mut self) -> Result<(), String> {
-        let is_idle = |desk: &mut Self| (desk.sim.machine().state() == State::Idle).then_some(());
+        let is_idle = |runner: &mut Self| (runner.sim.machine().state() == State::Idle).then_some(());
         self.wait_for("state Idle", is_idle)
     }
 
     fn wait_output(&mut self, rest: &str) -> Result<(), String> {
         let (name, state) = rest.split_once(' ').ok_or("which output, and on or off?")?;
         let index = ToolOutput::ALL.iter().position(|output| output.to_string() == name).ok_or("no such output")?;
-        self.wait_for(rest, |desk| ((desk.sim.tool()[index] > 0) == (state == "on")).then_some(()))
+        self.wait_for(rest, |runner| ((runner.sim.tool()[index] > 0) == (state == "on")).then_some(()))
     }
 
     fn check_position(&mut self) -> Result<(), String> {

@@ -1,14 +1,14 @@
 //! A ramp that hardly accelerates.
 
 use super::NEAREST_STEPS;
-use super::setup::EvenRamp;
-use super::wide::fixed;
+use super::setup::ConstantAccelRamp;
+use super::u96::fixed;
 use crate::ramp::even_time_s;
 
 /// Where the acceleration is so small beside the speed that √(C² + B x) - C would lose its digits, or there is none: in
 /// floats, by a formula in which nothing cancels. It is slow, and its segments are long.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Gentle {
+pub(super) struct SmallAccel {
     slow_steps_s: f64,
     accel_steps_s2: f64,
     /// Half a step of the axis, in steps of the master.
@@ -19,11 +19,11 @@ pub(super) struct Gentle {
     point: u8,
 }
 
-impl Gentle {
+impl SmallAccel {
     /// Of an axis that makes a step per `stride` steps of the master, ticks/s, in units of 2^-`point` tick.
     /// The first half step is `more` longer.
-    pub(super) fn new(ramp: &EvenRamp, stride: f64, more: f64, tick_hz: f64, point: u8) -> Self {
-        let EvenRamp { slow_steps_s, accel_steps_s2, .. } = *ramp;
+    pub(super) fn new(ramp: &ConstantAccelRamp, stride: f64, more: f64, tick_hz: f64, point: u8) -> Self {
+        let ConstantAccelRamp { slow_steps_s, accel_steps_s2, .. } = *ramp;
         Self { slow_steps_s, accel_steps_s2, half_step: stride / 2.0, more, tick_hz, point }
     }
 

@@ -1,0 +1,120 @@
+//! The chunks of a run: what has been told of its path, and not passed yet.
+
+use heapless::Deque;
+use isostep_profile::chain::{Chunk, ChunkKind};
+
+use crate::axes::{AXES, Axis};
+use crate::courses::Courses;
+
+/// How many there may be at once: of moves of a millisecond, more than is queued ahead.
+const CHUNKS: usize = 64;
+/// Of these, those that are still to be streamed have so many for themselves.
+const CHUNKS_TO_STREAM: usize = 48;
+
+/// The chunks of a run, in order. Each keeps its number, which counts from the beginning of the run.
+pub(crate) struct Chunks {
+    known: Deque<Chunk<AXES>, CHUNKS>,
+    /// The number of the first that is still known.
+    first: u32,
+    /// The number of the one that was under way when it was last asked.
+    under_way: Option<u32>,
+    /// None follows.
+    is_closed: bool,
+    courses: Courses,
+}
+
+impl Chunks {
+    pub const fn new() -> Self {
+        Self { known: Deque::new(), first: 0, under_way: None, is_closed: false, courses: Courses::new() }
+    }
+
+    /// Of another run.
+    pub fn clear(&mut self) {
+        self.known.clear();
+        self.courses.clear();
+        (self.first, self.under_way, self.is_closed) = (0, None, false);
+    }
+
+    /// The chunk with this number, if it has been told.
+    pub fn get(&self, number: u32) -> Option<&Chunk<AXES>> {
+        self.known.get(number.checked_sub(self.first)? as usize)
+    }
+
+    /// The same, to compile it.
+    pub fn get_with_courses(&mut self, number: u32) -> Option<(&Chunk<AXES>, &mut Courses)> {
+        let chunk = self.known.get(number.checked_sub(self.first)? as usize)?;
+        Some((chunk, &mut self.courses))
+    }
+
+    pub fn last(&self) -> Option<&Chunk<AXES>> {
+        self.known.back()
+    }
+
+    /// Whether another follows the one with this number.
+    pub fn has_next(&self, number: u32) -> bool {
+        number.wrapping_sub(self.first) + 1 < self.known.len() as u32
+    }
+
+    pub fn has_room(&self) -> bool {
+        !self.known.is_full()
+    }
+
+    /// Another stretch, for which there is room.
+    pub fn push(&mut self, chunk: Chunk<AXES>) {
+        match (chunk.kind, self.known.back_mut()) {
+            (ChunkKind::Continuation, Some(last)) => {
+                (last.until_steps, last.until_s) = (chunk.until_steps, chunk.until_s)
+            }
+            _ => _ = self.known.push_back(chunk),
+        }
+    }
+
+    /// None follows those there are: the run ends with the last.
+    pub fn close(&mut self) {
+        self.is_closed = true;
+    }
+
+    pub fn is_closed(&self) -> bool {
+        self.is_closed
+    }
+
+    /// When the last ends, s from the start of the run.
+    pub fn end_s(&self) -> f64 {
+        self.last().map_or(0.0, |chunk| chunk.until_s)
+    }
+
+    /// The chunk that is under way at `t_s`, or else the last.
+    pub fn under_way_at(&self, t_s: f64) -> Option<&Chunk<AXES>> {
+        self.known.iter().find(|chunk| chunk.until_s > t_s).or(self.known.back())
+    }
+
+    /// The chunk that is under way at `now_s`, if it is another one than when it was last asked.
+    pub fn newly_under_way(&mut self, now_s: f64) -> Option<&Chunk<AXES>> {
+        let mut number = self.under_way.map_or(self.first, |number| number.max(self.first));
+        while self.has_next(number) && self.get(number).is_some_and(|chunk| chunk.until_s <= now_s) {
+            number += 1;
+        }
+        if self.under_way == Some(number) {
+            return None;
+        }
+        self.under_way = self.get(number).map(|_| number);
+        self.get(number)
+    }
+
+    /// Forgets those before the one with the number `oldest` that have ended by `now_s`, or take up too much room.
+    pub fn forget(&mut self, oldest: u32, now_s: f64) {
+        while self.first < oldest
+            && self.known.front().is_some_and(|chunk| {
+                chunk.until_s < now_s || (oldest - self.first) as usize > CHUNKS - CHUNKS_TO_STREAM
+            })
+        {
+            let _ = self.known.pop_front();
+            self.first += 1;
+        }
+    }
+}
+
+/// The last step of the axis in the chunk, or before it.
+pub(crate) fn last_step(chunk: &Chunk<AXES>, axis: Axis) -> u32 {
+    chunk.plan.steps_before(axis as usize, chunk.until_steps)
+}
