@@ -11,6 +11,7 @@ mod bench;
 mod build;
 #[cfg(unix)]
 mod clients;
+mod dist;
 mod emulate;
 mod firmware;
 mod flash;
@@ -48,6 +49,7 @@ Examples:
   cargo xtask check my.nc                                what would become of a program; nothing moves
   cargo xtask build                                      firmware as ELF and UF2, and its sizes
   cargo xtask flash                                      put it on a Pico
+  cargo xtask dist                                       UF2 files for others, with checksums and licences
   cargo xtask emulate programs/parking.nc --trace b.csv  run a program on the emulated board
   cargo xtask sim --pty                                  a machine without hardware, for any sender of G-code
   cargo xtask console                                    talk to the board, or to that machine
@@ -73,6 +75,7 @@ enum Verb {
     Build(build::Args),
     Flash(flash::Args),
     Size(size::Args),
+    Dist(dist::Args),
     Emulate(emulate::Args),
     Test(test::Args),
     Bench(bench::Args),
@@ -88,6 +91,7 @@ fn main() -> ExitCode {
         Verb::Build(args) => build::run(args),
         Verb::Flash(args) => flash::run(args),
         Verb::Size(args) => size::run(args),
+        Verb::Dist(args) => dist::run(args),
         Verb::Emulate(args) => emulate::run(args),
         Verb::Test(args) => test::run(args),
         Verb::Bench(args) => bench::run(args),

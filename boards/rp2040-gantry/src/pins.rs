@@ -1,4 +1,4 @@
-//! Which pin does what; the table of README's wiring section.
+//! The use of each pin; see the table in the README's wiring section.
 
 use embassy_rp::Peri;
 use embassy_rp::Peripherals;
@@ -10,14 +10,14 @@ use embassy_rp::peripherals::{
 };
 use isostep_motion::AXES;
 
-/// GP2, GP4, GP6, for those who must reach the pins without owning them.
+/// GP2, GP4, GP6, for code that must reach the pins without owning them.
 pub const STEP: [usize; AXES] = [2, 4, 6];
 pub const STEP_MASK: u32 = 1 << STEP[0] | 1 << STEP[1] | 1 << STEP[2];
-/// GP9; the limits of Y and Z and the emergency stop are on the three pins behind it.
+/// GP9. The limits of Y and Z and the emergency stop are on the three pins after it.
 pub const LIMIT_X: u8 = 9;
 /// GP8, active low.
 pub const ENABLE_MASK: u32 = 1 << 8;
-/// GP13: of PWM slice 6, the second output.
+/// GP13: the second output of PWM slice 6.
 pub const TOOL_PWM: usize = 13;
 /// GP14 to GP17: the other outputs of the tool.
 pub const TOOL_SWITCHES: core::ops::Range<usize> = 14..18;
@@ -26,7 +26,7 @@ pub const PROBE: usize = 18;
 /// GP25.
 pub const LED_MASK: u32 = 1 << 25;
 
-/// What makes steps: the pins, and the hardware that a hardware-timed port drives them with.
+/// The pins for steps, and the hardware that drives them for a hardware-timed port.
 pub struct StepPins {
     pub x: Peri<'static, PIN_2>,
     pub y: Peri<'static, PIN_4>,
@@ -37,7 +37,7 @@ pub struct StepPins {
     pub z_dir: Peri<'static, PIN_7>,
     #[cfg(not(feature = "timer-port"))]
     pub pio: Peri<'static, PIO0>,
-    /// Two a axis; who holds this holds them.
+    /// Two channels for each axis. Holding these values reserves the channels.
     #[cfg(not(feature = "timer-port"))]
     pub channels: DmaChannels,
 }
@@ -53,12 +53,12 @@ pub type DmaChannels = (
     Peri<'static, DMA_CH5>,
 );
 
-/// What stops the machine, to ground when pressed.
+/// Inputs that stop the machine; they are connected to ground when pressed.
 pub struct SwitchPins {
     /// X, Y, Z.
     pub limits: [Input<'static>; AXES],
     pub emergency_stop: Input<'static>,
-    /// What listens to all of them.
+    /// The PIO block that watches all of them.
     pub pio: Peri<'static, PIO1>,
 }
 
@@ -72,7 +72,7 @@ pub struct ToolPins {
     pub mist: Output<'static>,
 }
 
-/// Inputs to ground: the probe, and the buttons of feed hold and cycle start.
+/// Inputs that switch to ground: the probe, and the buttons of feed hold and cycle start.
 pub struct ControlPins {
     pub probe: Input<'static>,
     pub hold: Input<'static>,
@@ -102,10 +102,10 @@ pub struct Board {
 }
 
 impl Board {
-    /// Motors off, no step, the tool off, switches pulled up.
+    /// Takes the pins: motors off, no step, tool off, switches pulled up.
     pub fn new(p: Peripherals) -> Self {
         Self {
-            // First, so that the drivers are off as early as can be.
+            // First, so that the drivers are switched off as early as possible.
             enable: Output::new(p.PIN_8, Level::High),
             steps: StepPins {
                 x: p.PIN_2,

@@ -1,0 +1,230 @@
+//! `cargo xtask dist`: what a release carries for those who have no toolchain.
+
+use std::collections::BTreeSet;
+use std::fmt::Write as _;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use anyhow::{Context, Result};
+use clap::ValueEnum;
+use serde::Deserialize;
+use sha2::{Digest, Sha256};
+
+use crate::process;
+use crate::variant::{Driver, Port, Variant};
+use crate::{build, workspace};
+
+/// Make the files of a release: UF2 files, checksums, licences
+#[derive(clap::Args)]
+#[command(after_help = "\
+The files, in target/dist:
+  isostep-VERSION-PORT-DRIVER.uf2    one for each step port and driver; copied onto the boot drive of a Pico
+  LICENCES.txt                       of the project, and of every package that is linked into the firmware
+  SHA256SUMS                         of the files above; `sha256sum --check SHA256SUMS` compares them
+
+The same sources and the same compiler make the same bytes.")]
+pub struct Args {}
+
+pub fn run(Args {}: Args) -> Result<()> {
+    let folder = workspace::target_dir().join("dist");
+    if folder.exists() {
+        fs::remove_dir_all(&folder).with_context(|| format!("{} cannot be emptied", folder.display()))?;
+    }
+    fs::create_dir_all(&folder).with_context(|| format!("{} cannot be made", folder.display()))?;
+    let mut files = Vec::new();
+    for &port in Port::value_variants() {
+        for &driver in Driver::value_variants() {
+            let variant = Variant { port, driver };
+            build::firmware(variant)?;
+            let uf2 = fs::read(workspace::firmware_uf2())?;
+            files.push(written(&folder, &name(variant), &uf2)?);
+        }
+    }
+    files.push(written(&folder, "LICENCES.txt", licences(&linked()?)?.as_bytes())?);
+    let sums = files.iter().map(|path| checksum(path)).collect::<Result<String>>()?;
+    written(&folder, "SHA256SUMS", sums.as_bytes())?;
+    Ok(())
+}
+
+fn name(Variant { port, driver }: Variant) -> String {
+    let word = |value: clap::builder::PossibleValue| value.get_name().to_owned();
+    let (port, driver) = (port.to_possible_value().map(word), driver.to_possible_value().map(word));
+    format!("isostep-{}-{}-{}.uf2", env!("CARGO_PKG_VERSION"), port.unwrap_or_default(), driver.unwrap_or_default())
+}
+
+fn written(folder: &Path, name: &str, bytes: &[u8]) -> Result<PathBuf> {
+    let path = folder.join(name);
+    fs::write(&path, bytes).with_context(|| format!("{} cannot be written", path.display()))?;
+    println!("{}", workspace::shown(&path));
+    Ok(path)
+}
+
+/// A line as sha256sum writes it.
+fn checksum(path: &Path) -> Result<String> {
+    let digest = Sha256::digest(fs::read(path)?);
+    let hex = digest.iter().fold(String::new(), |mut hex, byte| {
+        let _ = write!(hex, "{byte:02x}");
+        hex
+    });
+    let name = path.file_name().context("a file has a name")?.to_string_lossy();
+    Ok(format!("{hex}  {name}\n"))
+}
+
+/// What `cargo metadata` prints, as far as it is used here.
+#[derive(Deserialize)]
+struct Metadata {
+    packages: Vec<Package>,
+    resolve: Resolve,
+}
+
+#[derive(Deserialize)]
+struct Package {
+    id: String,
+    name: String,
+    version: String,
+    license: Option<String>,
+    manifest_path: PathBuf,
+    /// None of a package of this workspace.
+    source: Option<String>,
+    targets: Vec<Target>,
+}
+
+#[derive(Deserialize)]
+struct Target {
+    kind: Vec<String>,
+}
+
+#[derive(Deserialize)]
+struct Resolve {
+    nodes: Vec<Node>,
+}
+
+#[derive(Deserialize)]
+struct Node {
+    id: String,
+    deps: Vec<Dependency>,
+}
+
+#[derive(Deserialize)]
+struct Dependency {
+    pkg: String,
+    dep_kinds: Vec<DependencyKind>,
+}
+
+#[derive(Deserialize)]
+struct DependencyKind {
+    /// None of what is linked in; of others `dev` or `build`.
+    kind: Option<String>,
+}
+
+impl Package {
+    /// It runs in the compiler, and nothing of it is linked in.
+    fn is_macro(&self) -> bool {
+        self.targets.iter().any(|target| target.kind.iter().any(|kind| kind == "proc-macro"))
+    }
+}
+
+/// The packages of others that are linked into the firmware, by name.
+fn linked() -> Result<Vec<Package>> {
+    let mut command = Command::new("cargo");
+    command.current_dir(workspace::root()).args(["metadata", "--format-version=1", "--filter-platform"]);
+    let json = process::output(command.arg(workspace::FIRMWARE_TARGET), "cargo comes with Rust")?;
+    let Metadata { mut packages, resolve } = serde_json::from_str(&json).context("cargo metadata")?;
+    let firmware = packages.iter().find(|package| package.name == workspace::FIRMWARE);
+    let mut waiting = vec![firmware.context("the firmware is a package of this workspace")?.id.clone()];
+    let mut seen = BTreeSet::new();
+    while let Some(id) = waiting.pop() {
+        let is_macro = packages.iter().any(|package| package.id == id && package.is_macro());
+        if is_macro || !seen.insert(id.clone()) {
+            continue;
+        }
+        let node = resolve.nodes.iter().find(|node| node.id == id);
+        let used = node.into_iter().flat_map(|node| &node.deps);
+        let used = used.filter(|used| used.dep_kinds.iter().any(|kind| kind.kind.is_none()));
+        waiting.extend(used.map(|used| used.pkg.clone()));
+    }
+    packages.retain(|package| package.source.is_some() && seen.contains(&package.id));
+    packages.sort_by(|one, other| (&one.name, &one.version).cmp(&(&other.name, &other.version)));
+    Ok(packages)
+}
+
+/// All of them, and then the text of each licence, once.
+fn licences(packages: &[Package]) -> Result<String> {
+    let mut text = String::from(
+        "Isostep is under MIT or Apache-2.0, as you like. Linked into its firmware is Rust's core library, under MIT or\n\
+         Apache-2.0, and these packages of crates.io:\n\n",
+    );
+    let mut texts: Vec<(String, Vec<String>)> = Vec::new();
+    for license in ["LICENSE-MIT", "LICENSE-APACHE"] {
+        texts.push((fs::read_to_string(workspace::root().join(license))?, vec![format!("isostep: {license}")]));
+    }
+    for package in packages {
+        let Package { name, version, license, .. } = package;
+        let license = license.as_deref().with_context(|| format!("{name} does not name its licence"))?;
+        writeln!(text, "  {name} {version}: {license}")?;
+        for (file, words) in license_files(package)? {
+            let whose = format!("{name} {version}: {file}");
+            match texts.iter_mut().find(|(known, _)| *known == words) {
+                Some((_, names)) => names.push(whose),
+                None => texts.push((words, vec![whose])),
+            }
+        }
+    }
+    for (words, names) in texts {
+        write!(text, "\n{}\n{}\n\n{}\n", "-".repeat(80), names.join("\n"), words.trim_end())?;
+    }
+    Ok(text)
+}
+
+/// The licences that come with a package, in the order of their names.
+fn license_files(package: &Package) -> Result<Vec<(String, String)>> {
+    let folder = package.manifest_path.parent().context("a manifest lies in a folder")?;
+    let entries = fs::read_dir(folder).with_context(|| format!("{} cannot be read", folder.display()))?;
+    let names = entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
+    let is_license = |name: &String| {
+        let name = name.to_uppercase();
+        ["LICENSE", "LICENCE", "COPYING", "NOTICE"].iter().any(|word| name.starts_with(word))
+    };
+    let names: BTreeSet<String> = names.filter(is_license).collect();
+    let files: Vec<_> = names.into_iter().filter(|name| folder.join(name).is_file()).collect();
+    files.into_iter().map(|name| Ok((name.clone(), fs::read_to_string(folder.join(name))?))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_linked_package_is_named_with_its_licence() {
+        let packages = linked().unwrap();
+        let names: Vec<&str> = packages.iter().map(|package| package.name.as_str()).collect();
+        assert!(names.contains(&"embassy-rp") && names.contains(&"libm"), "{names:?}");
+        // In the compiler, on the host, and our own.
+        assert!(!["syn", "clap", "isostep-motion", "embassy-executor-macros"].iter().any(|name| names.contains(name)));
+        let text = licences(&packages).unwrap();
+        for name in names {
+            assert!(text.contains(&format!("\n  {name} ")), "{name}");
+        }
+        assert!(text.contains("Permission is hereby granted"));
+    }
+
+    #[test]
+    fn a_checksum_is_as_sha256sum_writes_it() {
+        let path = std::env::temp_dir().join(format!("isostep-sum-{}", std::process::id()));
+        fs::write(&path, "abc").unwrap();
+        let line = checksum(&path).unwrap();
+        fs::remove_file(&path).unwrap();
+        // FIPS 180-4, appendix B.1.
+        assert!(
+            line.starts_with("ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad  isostep-sum-"),
+            "{line}"
+        );
+    }
+
+    #[test]
+    fn a_file_says_what_it_is_for() {
+        let name = name(Variant { port: Port::Timer, driver: Driver::Tmc2209 });
+        assert_eq!(name, format!("isostep-{}-timer-tmc2209.uf2", env!("CARGO_PKG_VERSION")));
+    }
+}
