@@ -1,4 +1,4 @@
-//! Hands the linker the memory map and the linker scripts of the runtime and the HAL.
+//! Passes the memory map and the linker scripts of the runtime and the HAL to the linker.
 
 use std::{env, fs, path::Path};
 

@@ -1,4 +1,4 @@
-//! Hands the linker the memory map and the linker scripts of the runtime, the HAL and defmt.
+//! Passes the memory map and the linker scripts of the runtime, the HAL and defmt to the linker.
 
 use std::{env, fs, path::Path};
 

@@ -1,9 +1,10 @@
-//! The host as a board: what a chip does by masking interrupts.
+//! The host as a board: critical sections, which a chip implements by masking interrupts.
 //!
 //! # Design
-//! On a chip an interrupt may come between any two instructions, except in a critical section. What tasks and interrupts share
-//! they reach in critical sections alone, so all that an interrupt can do to a task it can do at the end of one of the task's
-//! critical sections. [`at_section_ends`] has a function called there: a simulator lets its interrupts happen in it.
+//! On a chip an interrupt may come between any two instructions, except in a critical section. Tasks and interrupts
+//! reach what they share in critical sections only. So every effect that an interrupt can have on a task, it can also
+//! have at the end of one of the task's critical sections. [`at_section_ends`] sets a function that is called there. A
+//! simulator runs its interrupts in this function.
 
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
@@ -15,17 +16,18 @@ use critical_section::RawRestoreState;
 static MASKED: Mutex<()> = Mutex::new(());
 
 thread_local! {
-    /// How many critical sections of this thread lie in each other.
+    /// Nesting depth of this thread's critical sections.
     static DEPTH: Cell<u32> = const { Cell::new(0) };
     static GUARD: RefCell<Option<MutexGuard<'static, ()>>> = const { RefCell::new(None) };
     static AT_SECTION_ENDS: RefCell<Option<Interruption>> = const { RefCell::new(None) };
 }
 
-/// What is called at the end of critical sections.
+/// A function that is called at the end of critical sections.
 pub type Interruption = Rc<dyn Fn()>;
 
-/// From now on `interruption` is called when this thread leaves a critical section that lies in no other, as an interrupt
-/// that was masked until then. It may enter critical sections, at whose ends it is called too. Returns what was called before.
+/// From now on `interruption` is called when this thread leaves an outermost critical section, like an interrupt that
+/// was masked until then. It may enter critical sections itself; it is called again at their ends. Returns the previous
+/// function.
 pub fn at_section_ends(interruption: Option<Interruption>) -> Option<Interruption> {
     AT_SECTION_ENDS.replace(interruption)
 }
@@ -35,13 +37,13 @@ struct Host;
 critical_section::set_impl!(Host);
 
 #[expect(unsafe_code, reason = "a board must say how interrupts are masked")]
-// SAFETY: one thread at a time holds `MASKED`, from its outermost `acquire` to the `release` that belongs to it; in between
-// `Interruption`s are not called, so nothing else of that thread runs either.
+// SAFETY: one thread at a time holds `MASKED`, from its outermost `acquire` to the matching `release`. In between no
+// `Interruption` is called, so no other code of that thread runs either.
 unsafe impl critical_section::Impl for Host {
     unsafe fn acquire() -> RawRestoreState {
         let depth = DEPTH.get();
         if depth == 0 {
-            // A test that panics in a critical section ends alone.
+            // The lock is poisoned if a test panicked in a critical section. Other tests need not fail for that.
             let guard = MASKED.lock().unwrap_or_else(PoisonError::into_inner);
             GUARD.set(Some(guard));
         }
@@ -53,7 +55,7 @@ unsafe impl critical_section::Impl for Host {
         DEPTH.set(depth);
         if depth == 0 {
             GUARD.take();
-            // A panic drops what it unwinds, which is no task that an interrupt could come to.
+            // During a panic, sections end while values are dropped. No interrupt is simulated there.
             let interruption = if std::thread::panicking() { None } else { AT_SECTION_ENDS.with_borrow(Clone::clone) };
             interruption.into_iter().for_each(|interrupt| interrupt());
         }

@@ -1,7 +1,8 @@
-//! What a short move costs that flows with others, from the bytes of its line to the segments of its axes: all that is
-//! computed for it, stage by stage, in a chain that is as long as the firmware's.
+//! The cost of a short move in a sequence of moves without stops, from the bytes of its line to the segments of its
+//! axes. All computations for the move are timed, stage by stage, with a chain as long as the firmware's.
 //!
-//! What is not in it: the tasks that hand a move on, its queue, millimetres to steps, and the steps themselves.
+//! Not included: the tasks that pass a move on, its queue, the conversion of millimetres to steps, and the steps
+//! themselves.
 
 use core::fmt::{self, Write};
 
@@ -11,20 +12,20 @@ use isostep_profile::{Course, IntervalLaw, Limits, SpeedLaw};
 
 use crate::{AXES, Checksum, TICK_HZ};
 
-/// The moves that a chain holds.
+/// Capacity of the chain, in moves.
 const CHAIN_MOVES: usize = 64;
-/// Moves that are timed, once the chain is full.
+/// Number of timed moves. They are timed once the chain is full.
 pub const TIMED_MOVES: u32 = 192;
-/// The length of a move.
+/// Length of a move.
 pub const MOVE_MM: f64 = 0.2;
-/// Where the moves begin, on every axis: all coordinates stay above 0.
+/// Where the moves begin, on every axis. It is large enough to keep all coordinates above 0.
 pub const START_MM: f64 = 500.0;
-/// After so many moves the path turns, where it has corners.
+/// In the case with corners, the path turns after this many moves.
 const CORNER_MOVES: u32 = 24;
-/// No chunk is shorter than the rest of its plan.
+/// So long that every chunk is all the rest of its plan.
 const CHUNK_MAX_S: f64 = 1.0;
 
-/// Of machine C of `programs/machines`, as what follows.
+/// This constant and the next ones are those of machine C of `programs/machines`.
 pub const STEPS_PER_MM: f64 = 80.0;
 const CORNER_DEVIATION_MM: f64 = 0.01;
 const FEED_MM_S: f64 = 200.0;
@@ -36,24 +37,24 @@ const LIMITS: Limits = Limits {
     jerk_steps_s3: 100_000.0 * STEPS_PER_MM,
 };
 
-/// What is done for a move, in this order.
+/// The stages of the work for a move, in order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
-    /// The bytes of its line to what it asks for.
+    /// Interpret the bytes of the line.
     Read,
-    /// Into the chain, which reckons how fast all may be.
+    /// Push the move into the chain, which updates the speeds at its corners.
     Push,
-    /// Planned, when its turn has come.
+    /// Plan the move when its turn has come, and hand out a chunk.
     Tell,
-    /// The segments of all axes.
+    /// Compile the segments of all axes.
     Compile,
 }
 
 impl Stage {
-    /// All, in order.
+    /// All stages, in order.
     pub const ALL: [Self; 4] = [Self::Read, Self::Push, Self::Tell, Self::Compile];
 
-    /// In the firmware's lines.
+    /// The name in the firmware's output lines.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -65,34 +66,35 @@ impl Stage {
     }
 }
 
-/// Moves of 0.2 mm that flow.
+/// A sequence of moves of 0.2 mm without stops.
 #[derive(Clone, Copy, Debug)]
 pub struct FlowCase {
-    /// In the firmware's lines.
+    /// The name in the firmware's output lines.
     pub name: &'static str,
-    /// How their speed changes.
+    /// How the speed changes.
     pub law: SpeedLaw,
-    /// Right angles in the path; else it is a curve.
+    /// Whether the path has right angles; otherwise it is a curve.
     has_corners: bool,
 }
 
-/// At full speed; on ramps all the way; and by a law whose ramps lie within a move, so that each move has some.
+/// The first case is at full speed, the second always on ramps. The law of the third has its ramps within a move, so
+/// every move has ramps.
 pub const FLOW_CASES: [FlowCase; 3] = [
     FlowCase { name: "trapezoid.curve", law: SpeedLaw::Trapezoid, has_corners: false },
     FlowCase { name: "trapezoid.corners", law: SpeedLaw::Trapezoid, has_corners: true },
     FlowCase { name: "s-curve.curve", law: SpeedLaw::SCurve, has_corners: false },
 ];
 
-/// Times the stages, or only has them done.
+/// Times the stages, or only runs them.
 pub trait Timer {
-    /// What `work` makes of `input`, which is a `stage` of a move, or goes on with it.
+    /// Runs `work` on `input` and returns its result. The work is `stage` of a move, or a part of that stage.
     fn time<I, R>(&mut self, stage: Stage, input: I, work: impl FnOnce(I) -> R) -> R;
 }
 
-/// What each stage came to, in order.
+/// The checksum of each stage's results, in order.
 pub type Checksums = [Checksum; Stage::ALL.len()];
 
-/// Streams the moves of `case` through all stages. Only those are timed that meet a full chain.
+/// Streams the moves of `case` through all stages. Only moves that meet a full chain are timed.
 pub fn flow(case: &FlowCase, timer: &mut impl Timer) -> Checksums {
     let mm_per_step = [1.0 / STEPS_PER_MM; AXES];
     let config = ChainConfig::new([LIMITS; AXES], mm_per_step, CORNER_DEVIATION_MM, IntervalLaw::Fastest, case.law);
@@ -109,7 +111,7 @@ pub fn flow(case: &FlowCase, timer: &mut impl Timer) -> Checksums {
     for _ in 0..CHAIN_MOVES {
         flow.enter(&mut Untimed);
     }
-    // From rest to its speed.
+    // Let the machine accelerate from rest.
     for _ in 0..CHAIN_MOVES {
         flow.leave(&mut Untimed);
         flow.enter(&mut Untimed);
@@ -122,7 +124,7 @@ pub fn flow(case: &FlowCase, timer: &mut impl Timer) -> Checksums {
     flow.checksums
 }
 
-/// Nobody looks at the clock.
+/// A timer that only runs the work.
 pub struct Untimed;
 
 impl Timer for Untimed {
@@ -135,15 +137,15 @@ struct Flow {
     path: Path,
     interpreter: Interpreter,
     chain: Chain<AXES, CHAIN_MOVES>,
-    /// Where the last move ends.
+    /// End position of the last move.
     steps: [i32; AXES],
-    /// Of the chunk that was compiled last.
+    /// The course of the last compiled chunk.
     course: Course,
     checksums: Checksums,
 }
 
 impl Flow {
-    /// Another move: its line is read, and it is the chain's last.
+    /// Reads the line of the next move and pushes the move to the end of the chain.
     fn enter(&mut self, timer: &mut impl Timer) {
         let line = self.path.next_line();
         let interpreter = &mut self.interpreter;
@@ -159,7 +161,7 @@ impl Flow {
         self.note(Stage::Push, u32::from(pushed.is_ok()));
     }
 
-    /// The chain's first move is made, to its end.
+    /// Hands out the first move of the chain to its end, and compiles it.
     fn leave(&mut self, timer: &mut impl Timer) {
         let before = self.chain.len();
         while self.chain.len() == before {
@@ -178,7 +180,7 @@ impl Flow {
     }
 }
 
-/// A line as it comes from a console, byte by byte.
+/// Reads a line byte by byte, as it comes from a console.
 fn read(interpreter: &mut Interpreter, bytes: &[u8]) -> Option<Block> {
     let mut assembler = LineAssembler::new();
     let (end, text) = bytes.split_last()?;
@@ -196,7 +198,7 @@ fn compile(chunk: &Chunk<AXES>, course: &mut Course, compiled: &mut Checksum) {
     chunk.plan.lay(course, TICK_HZ);
     let mut lanes = [0, 1, 2].map(|axis| chunk.plan.lane(axis, course));
     let mut fed_ticks = [Some(0); AXES];
-    // The axis first that has the least, as the firmware feeds them.
+    // The axis with the least motion compiled is next, as in the firmware.
     while let Some(axis) = (0..AXES).filter(|axis| fed_ticks[*axis].is_some()).min_by_key(|axis| fed_ticks[*axis]) {
         let segment = lanes[axis].next(course);
         if let Some(segment) = segment {
@@ -207,36 +209,36 @@ fn compile(chunk: &Chunk<AXES>, course: &mut Course, compiled: &mut Checksum) {
     }
 }
 
-/// To the nearest, above 0.
+/// Rounds a value above 0 to the nearest step.
 fn whole_steps(mm: f64) -> i32 {
     (mm * STEPS_PER_MM + 0.5) as i32
 }
 
-/// The moves of a case, one after the other.
+/// The moves of a case, in order.
 pub struct Path {
     has_corners: bool,
     made: u32,
     place_mm: [f64; AXES],
-    /// Along X and Y, and how far Z leans: each turns slowly.
+    /// Direction in X and Y, and the angle by which Z leans; both are unit vectors that turn slowly.
     heading: [f64; 2],
     lean: [f64; 2],
 }
 
 impl Path {
-    /// From its beginning, [`START_MM`] on every axis.
+    /// A path that begins at [`START_MM`] on every axis.
     #[must_use]
     pub fn new(case: &FlowCase) -> Self {
         let has_corners = case.has_corners;
         Self { has_corners, made: 0, place_mm: [START_MM; AXES], heading: [1.0, 0.0], lean: [1.0, 0.0] }
     }
 
-    /// Where the last move ends that there was a line for, at [`STEPS_PER_MM`].
+    /// End position of the last move whose line was made, in steps of [`STEPS_PER_MM`].
     #[must_use]
     pub fn place_steps(&self) -> [i32; AXES] {
         self.place_mm.map(|mm| whole_steps(f64::from(thousandths(mm)) / 1_000.0))
     }
 
-    /// The line of the next move, of [`MOVE_MM`].
+    /// The line of the next move, whose length is [`MOVE_MM`].
     pub fn next_line(&mut self) -> Text {
         self.made += 1;
         self.heading = turned(self.heading, [0.9998, 0.02]);
@@ -251,17 +253,17 @@ impl Path {
     }
 }
 
-/// By the angle of which that is the cosine and the sine.
+/// Rotates a vector by the angle with this cosine and sine.
 fn turned([x, y]: [f64; 2], [cos, sin]: [f64; 2]) -> [f64; 2] {
     [x * cos - y * sin, x * sin + y * cos]
 }
 
-/// A line tells millimetres to the thousandth.
+/// Whole thousandths of a millimetre, the resolution of a line.
 fn thousandths(mm: f64) -> u32 {
     (mm * 1_000.0 + 0.5) as u32
 }
 
-/// A line of a program, with its end.
+/// A line of a program, including its line end.
 pub struct Text {
     bytes: [u8; 48],
     len: usize,
@@ -272,14 +274,14 @@ impl Text {
         let mut line = Self { bytes: [0; 48], len: 0 };
         for (axis, mm) in ["G1X", "Y", "Z"].into_iter().zip(place_mm) {
             let thousandths = thousandths(mm);
-            // It is shorter than its room.
+            // The line always fits into the buffer.
             let _ = write!(line, "{axis}{}.{:03}", thousandths / 1_000, thousandths % 1_000);
         }
         let _ = line.write_str("\n");
         line
     }
 
-    /// With its end.
+    /// The bytes of the line, including its line end.
     #[must_use]
     pub fn bytes(&self) -> &[u8] {
         &self.bytes[..self.len]

@@ -1,6 +1,6 @@
-//! Times the mathematics of a move, and its peers, on an RP2040: what is timed and printed is in the library.
+//! Times the mathematics of a move, and the other generators, on an RP2040. The library says what is timed and printed.
 //!
-//! Nothing but the work itself runs: one core, no interrupt.
+//! Nothing else runs: one core, no interrupts.
 #![no_std]
 #![no_main]
 
@@ -34,7 +34,7 @@ fn main() -> ! {
     }
 }
 
-/// The fault shows: the host waits for a line `end` that never comes.
+/// A fault makes itself known: the host waits for a line `end` that never comes.
 #[panic_handler]
 fn panic(_: &PanicInfo) -> ! {
     cortex_m::asm::udf()

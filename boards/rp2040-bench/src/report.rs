@@ -1,30 +1,30 @@
-//! The figures, a line each, on UART0.
+//! Prints the figures on UART0, one line each.
 
 use core::fmt::{self, Display, Write};
 
 use embassy_rp::uart::{Blocking, UartTx};
 use rp2040_bench::Checksum;
 
-/// Cycles, and the results they made.
+/// Cycles, and the number of results they made.
 #[derive(Clone, Copy, Default)]
 pub struct Figure {
-    /// Of all results.
+    /// Cycles of all pieces of work.
     pub cycles: u64,
-    /// Of the slowest piece of work.
+    /// Cycles of the slowest piece of work.
     pub cycles_max: u32,
-    /// Results.
+    /// Number of results.
     pub count: u32,
 }
 
 impl Figure {
-    /// One piece of work that made one result.
+    /// The figure of one piece of work that made one result.
     pub fn one(cycles: u32) -> Self {
         let mut figure = Self::default();
         figure.add(cycles, 1);
         figure
     }
 
-    /// A piece of work that took `cycles` and made `count` results.
+    /// Adds a piece of work that took `cycles` and made `count` results.
     pub fn add(&mut self, cycles: u32, count: u32) {
         self.cycles += u64::from(cycles);
         self.cycles_max = self.cycles_max.max(cycles);
@@ -32,7 +32,7 @@ impl Figure {
     }
 }
 
-/// Where the lines go.
+/// Writes the lines to the UART.
 pub struct Report {
     uart: Text,
 }
@@ -50,17 +50,17 @@ impl Report {
         Self { uart: Text(uart) }
     }
 
-    /// The sum over all results.
+    /// Prints the sum over all results.
     pub fn sum(&mut self, name: impl Display, figure: Figure, checksum: Checksum) {
         self.line(format_args!("{name},{},{},{}", figure.cycles, figure.count, checksum.value()));
     }
 
-    /// The slowest piece of work.
+    /// Prints the slowest piece of work.
     pub fn max(&mut self, name: impl Display, figure: Figure, checksum: Checksum) {
         self.line(format_args!("{name}.max,{},{},{}", figure.cycles_max, figure.count, checksum.value()));
     }
 
-    /// Nothing comes after it.
+    /// Prints the last line.
     pub fn end(&mut self) {
         self.line(format_args!("end"));
     }

@@ -1,4 +1,4 @@
-//! Cycles of the core, counted by SysTick: 24 bits, 134 ms at 125 MHz.
+//! Counts cycles of the core with SysTick: 24 bits, 134 ms at 125 MHz.
 
 use core::hint::black_box;
 
@@ -7,9 +7,9 @@ use cortex_m::peripheral::syst::SystClkSource;
 
 const RANGE: u32 = 0x00FF_FFFF;
 
-/// Times pieces of work that are shorter than its range.
+/// Times pieces of work that are shorter than the counter's range.
 pub struct Stopwatch {
-    /// What timing nothing takes.
+    /// Cycles that the measurement of no work takes.
     overhead: u32,
 }
 
@@ -26,10 +26,10 @@ impl Stopwatch {
         stopwatch
     }
 
-    /// What `work` makes of `input`, and the cycles it took.
+    /// The result of `work` on `input`, and the cycles it took.
     pub fn time<I, R>(&self, input: I, work: impl FnOnce(I) -> R) -> (R, u32) {
         let begin = SYST::get_current();
-        // Hidden, so that no part of the work moves out of the two readings.
+        // Hidden from the optimiser, so that it moves no part of the work before the first or after the second reading.
         let result = black_box(work(black_box(input)));
         let end = SYST::get_current();
         (result, (begin.wrapping_sub(end) & RANGE) - self.overhead)

@@ -1,4 +1,4 @@
-//! The pieces of work, timed.
+//! The timed pieces of work.
 
 use core::fmt::Arguments;
 use core::hint::black_box;
@@ -13,14 +13,14 @@ use rp2040_bench::{
 use crate::report::{Figure, Report};
 use crate::stopwatch::Stopwatch;
 
-/// The checksums are of the intervals themselves.
+/// A bias of 0: the checksums are those of the intervals themselves.
 const BIAS: u32 = 0;
 const CONSTANTS_WORK: &str = "the limits are constants that work";
 
-/// Where a port's DMA would read.
+/// The buffer from which a port's DMA would read.
 static BLOCK: [AtomicU32; BLOCK_WORDS] = [const { AtomicU32::new(0) }; BLOCK_WORDS];
 
-/// Moves of three axes, and their first segments.
+/// Times the plans of moves of three axes, and their first segments.
 pub fn plan(stopwatch: &Stopwatch, report: &mut Report) {
     for law in SpeedLaw::ALL {
         for case in &PLAN_CASES {
@@ -32,7 +32,7 @@ pub fn plan(stopwatch: &Stopwatch, report: &mut Report) {
     }
 }
 
-/// The segments of one axis through the ramp, then through those of every law.
+/// Times the segments of one axis through the ramp, then through those of every law.
 pub fn compile(stopwatch: &Stopwatch, report: &mut Report) {
     compile_ramp(stopwatch, report, &ramp().expect(CONSTANTS_WORK), format_args!("compile"));
     for law in SpeedLaw::ALL {
@@ -42,7 +42,7 @@ pub fn compile(stopwatch: &Stopwatch, report: &mut Report) {
     }
 }
 
-/// Until a few steps have left: where a ramp begins its segments hold fewest.
+/// Times the segments of the first few steps: at the beginning of a ramp, segments have the fewest steps.
 fn first(stopwatch: &Stopwatch, report: &mut Report, law: SpeedLaw, ramp: &SyncMove<1>) {
     let (mut figure, mut checksum) = (Figure::default(), Checksum::default());
     let mut steps = 0;
@@ -56,7 +56,7 @@ fn first(stopwatch: &Stopwatch, report: &mut Report, law: SpeedLaw, ramp: &SyncM
     report.sum(format_args!("compile.{law}.first"), figure, checksum);
 }
 
-/// Segments by the phase they begin in.
+/// Times segments, by the phase in which they begin.
 fn compile_ramp(stopwatch: &Stopwatch, report: &mut Report, ramp: &SyncMove<1>, name: Arguments) {
     let mut segments = ramp.segments(0, TICK_HZ);
     let mut phases = phases(ramp).map(|(phase, steps)| (phase, steps, Figure::default(), Checksum::default()));
@@ -85,9 +85,9 @@ fn compile_ramp(stopwatch: &Stopwatch, report: &mut Report, ramp: &SyncMove<1>, 
     queue_lead.report(format_args!("{name}.lead.queue"), report);
 }
 
-/// The `N` segments in a row whose motion is over soonest for the cycles they took.
+/// Finds the `N` segments in a row with the fewest ticks of motion per cycle of computing them.
 struct Lead<const N: usize> {
-    /// Cycles and ticks of the last `N`, oldest overwritten.
+    /// Cycles and ticks of the last `N` segments; the oldest are overwritten.
     last: [(u32, u32); N],
     seen: usize,
     worst: (u32, u32),
@@ -100,7 +100,7 @@ impl<const N: usize> Default for Lead<N> {
 }
 
 impl<const N: usize> Lead<N> {
-    /// A segment that took `cycles`, and `ticks` from its first step to the next one's.
+    /// Adds a segment that took `cycles` to compute and lasts `ticks`, from its first step to that of the next segment.
     fn add(&mut self, cycles: u32, ticks: u32) {
         self.last[self.seen % N] = (cycles, ticks);
         self.seen += 1;
@@ -118,7 +118,7 @@ impl<const N: usize> Lead<N> {
     }
 }
 
-/// Short moves that flow, stage by stage.
+/// Times short moves without stops, stage by stage.
 pub fn flow(stopwatch: &Stopwatch, report: &mut Report) {
     for case in &FLOW_CASES {
         let mut timed = TimedStages { stopwatch, cycles: [0; Stage::ALL.len()] };
@@ -143,7 +143,7 @@ impl Timer for TimedStages<'_> {
     }
 }
 
-/// The loop that runs per step, over the ramp and over those of every law.
+/// Times the loop that runs per step, over the ramp and over those of every law.
 pub fn fill(stopwatch: &Stopwatch, report: &mut Report) {
     fill_ramp(stopwatch, report, &ramp().expect(CONSTANTS_WORK), format_args!("fill"));
     for law in SpeedLaw::ALL {
@@ -164,7 +164,7 @@ fn fill_ramp(stopwatch: &Stopwatch, report: &mut Report, ramp: &SyncMove<1>, nam
     report.sum(name, figure, checksum);
 }
 
-/// The generators of the literature.
+/// Times the generators of the literature.
 pub fn peers(stopwatch: &Stopwatch, report: &mut Report) {
     generators(&mut Timed { stopwatch, report }).expect(CONSTANTS_WORK);
 }
@@ -184,7 +184,7 @@ impl Visitor for Timed<'_> {
 }
 
 impl Timed<'_> {
-    /// As they would be generated ahead of a DMA channel.
+    /// Times a block of intervals at once, as when they are generated ahead of a DMA channel.
     fn by_block<I: Iterator<Item = u32>>(&self, mut intervals: I) -> (Figure, Checksum) {
         let (mut figure, mut checksum) = (Figure::default(), Checksum::default());
         loop {
@@ -197,7 +197,7 @@ impl Timed<'_> {
         }
     }
 
-    /// As they would be generated in each step's interrupt.
+    /// Times each interval, as when it is generated in the interrupt of each step.
     fn one_by_one<I: Iterator<Item = u32>>(&self, mut intervals: I) -> (Figure, Checksum) {
         let (mut figure, mut checksum) = (Figure::default(), Checksum::default());
         while let (Some(interval), cycles) = self.stopwatch.time(&mut intervals, Iterator::next) {
@@ -208,7 +208,7 @@ impl Timed<'_> {
     }
 }
 
-/// How many intervals there were for the block.
+/// Fills the block and returns the number of intervals written.
 fn fill_from<I: Iterator<Item = u32>>(intervals: &mut I) -> usize {
     let words = BLOCK.iter().zip(intervals);
     words.map(|(word, interval)| word.store(interval, Ordering::Relaxed)).count()

@@ -10,7 +10,7 @@ use crate::fail_still::Cause;
 use crate::flash::Flash;
 use crate::{uart, usb};
 
-/// Serves both consoles; each session begins with the cause of the last restart, if it was not the user's wish.
+/// Serves both consoles. Each session begins with the cause of the last restart, if the user did not cause it.
 pub fn spawn(
     spawner: Spawner,
     controller: &'static Controller<'static, Flash>,
@@ -42,10 +42,10 @@ async fn serve_uart(
     }
 }
 
-/// Until the link fails.
+/// Serves a console until the link fails.
 async fn session<R: Read, W: Write>(controller: &Controller<'_, Flash>, restart: Option<Cause>, rx: R, mut tx: W) {
     if let Some(cause) = restart {
-        // A link that fails here fails again below.
+        // If the link fails here, it fails again below.
         let _ = tx.write_all(cause.message().as_bytes()).await;
     }
     if controller.serve(rx, tx).await.is_err() {

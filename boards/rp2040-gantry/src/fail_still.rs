@@ -1,10 +1,11 @@
-//! A firmware that cannot go on, or makes way for another, leaves the machine still: no step, motors and tool off, then a restart.
+//! When the firmware cannot continue, or starts the boot loader, the machine is left still: no step, motors and tool
+//! off. Then the chip restarts.
 //!
 //! # Design
-//! The state machines are halted, and STEP given back to SIO, whose latches take effect in one cycle and need no owner,
-//! no clock and no interrupt: so this works whatever state the rest is in. The cause goes into a watchdog scratch register, which
-//! survives the restart, and is reported after it. The watchdog, not the handler, restarts the chip: a probe has its
-//! time-out to fetch the log.
+//! The state machines are halted, and STEP is given back to SIO. Its latches take effect in one cycle and need no
+//! owner, no clock and no interrupt. So this works whatever state the rest is in. The cause is written to a watchdog
+//! scratch register, which survives the restart, and is reported after it. The watchdog restarts the chip, not the
+//! handler: so a debug probe has the watchdog's time-out to read the log.
 #![expect(unsafe_code, reason = "cortex-m-rt has fault handlers declared unsafe")]
 
 use core::panic::PanicInfo;
@@ -27,7 +28,8 @@ pub enum Cause {
 }
 
 impl Cause {
-    /// What the previous run ended with; `None` after power-up, the reset pin, a probe or the boot loader. Forgets it.
+    /// The cause that ended the previous run, which this call clears. `None` after power-up, or after a restart by the
+    /// reset pin, a debug probe or the boot loader.
     pub fn of_last_restart() -> Option<Self> {
         let reason = pac::WATCHDOG.reason().read();
         let last = pac::WATCHDOG.scratch0().read();
@@ -38,12 +40,12 @@ impl Cause {
             MARK_PANIC => Some(Self::Panic),
             MARK_HARD_FAULT => Some(Self::HardFault),
             MARK_RUNNING => Some(Self::Stall),
-            // The boot loader restarts the chip by the watchdog too, after it has used the register for itself.
+            // The boot loader also restarts the chip by the watchdog, after it has used this register itself.
             _ => None,
         }
     }
 
-    /// What a console says of it.
+    /// The message for the consoles.
     pub fn message(self) -> &'static str {
         match self {
             Self::Panic => "[MSG:Restarted after a panic, position lost: home, and report what the log says]\r\n",
@@ -55,28 +57,28 @@ impl Cause {
 
 static ENABLE_INVERTED: AtomicBool = AtomicBool::new(false);
 
-/// Which level of ENABLE frees the motors: setting `$4`, which a handler has no safe way to look up.
+/// Sets which level of ENABLE frees the motors. This is setting `$4`, which a fault handler cannot look up safely.
 pub fn set_enable_inverted(inverted: bool) {
     ENABLE_INVERTED.store(inverted, Ordering::Relaxed);
 }
 
-/// Any of a pin's functions lists SIO by the same number.
+/// The number of the function SIO, which is the same for every pin.
 const SIO_FUNCTION: u8 = 5;
 const MARK_PANIC: u32 = 0x50_41_4E_49;
 const MARK_HARD_FAULT: u32 = 0x46_41_55_4C;
 const MARK_RUNNING: u32 = 0x52_55_4E_53;
-/// Of the boot loader: the drive, and picotool's.
+/// Parameter of the boot loader: offer both the USB drive and picotool's interface.
 const ALL_INTERFACES: u32 = 0;
 
-/// No driver needs a pulse of STEP to be longer: 2 us of the chip's clock.
+/// 2 us of the chip's clock. No driver needs a longer pulse of STEP.
 const PULSE_CYCLES: u32 = 250;
 
-/// STEP low, ENABLE and the tool off, without asking who owns the pins.
+/// Sets STEP low and switches the motors and the tool off, whoever owns the pins.
 fn stop_all() {
     cortex_m::interrupt::disable();
     tool::brake(true);
     pac::PIO0.ctrl().write_value(pac::pio::regs::Ctrl(0));
-    // A pulse that has just begun is made whole: its level stays.
+    // Keeps the present level, so that a pulse that has just begun has its full length.
     cortex_m::asm::delay(PULSE_CYCLES);
     let latch = pac::SIO.gpio_out(0);
     latch.value_clr().write_value(pins::STEP_MASK);
@@ -92,7 +94,8 @@ fn mark(cause: u32) {
     pac::WATCHDOG.scratch0().write_value(cause);
 }
 
-/// Leaves for the boot loader in the ROM, which restarts the chip with all pins free and is the USB drive RPI-RP2 then.
+/// Starts the boot loader in the ROM. It restarts the chip with all pins free, and the board becomes the USB drive
+/// RPI-RP2.
 pub fn start_boot_loader() -> ! {
     stop_all();
     rom_data::reset_to_usb_boot(pins::LED_MASK, ALL_INTERFACES);
@@ -113,7 +116,7 @@ fn panic(info: &PanicInfo) -> ! {
     await_watchdog()
 }
 
-// SAFETY: the handler reads the frame it is given, writes registers and never returns.
+// SAFETY: the handler only reads the frame that it is given, writes registers, and never returns.
 #[exception]
 unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
     stop_all();

@@ -1,11 +1,11 @@
-//! Where settings are stored: the last 64 KiB of the flash, which `memory.x` keeps the firmware out of.
+//! The flash in which settings are stored: its last 64 KiB, which `memory.x` keeps free of firmware.
 //!
 //! # Design
-//! While a page is programmed (0.7 ms) or a sector erased (45 ms, by its datasheet 400 ms at most) the flash cannot be read, and
-//! nearly all code is in it: the HAL masks every interrupt and waits in RAM. A step that is due then would be late, and a switch
-//! be heard late. So the controller stores only while nothing moves; and between two operations the other tasks run, so that
-//! the watchdog is refreshed. Motors stay energised, and USB's hardware holds its host off; a UART loses what does not fit its
-//! 32 bytes.
+//! While a page is programmed (0.7 ms) or a sector erased (45 ms, at most 400 ms by its datasheet) the flash cannot be
+//! read, and nearly all code is in it. So the HAL masks every interrupt and waits in RAM. A step that is due then would
+//! be late, and a switch would be noticed late. So the controller stores only while nothing moves. Between two
+//! operations the other tasks run, so that the watchdog is refreshed. Motors stay energised. The USB hardware makes its
+//! host wait, but a UART loses what does not fit into its 32 bytes.
 
 use embassy_embedded_hal::adapter::BlockingAsync;
 use embassy_rp::Peri;
@@ -13,15 +13,15 @@ use embassy_rp::flash::{self, Blocking};
 use embassy_rp::peripherals::FLASH;
 use isostep_controller::{Settings, Store};
 
-/// Of a Pico.
+/// Flash size of a Pico.
 const FLASH_BYTES: usize = 2 * 1024 * 1024;
-/// As `memory.x` has it.
+/// Size of the store, as in `memory.x`.
 const STORE_BYTES: usize = 64 * 1024;
 
-/// The chip's flash, which holds the core while it works: no future that waits for it ever waits.
+/// The chip's flash. It blocks the core while it works, so a future that waits for it is always ready at once.
 pub type Flash = BlockingAsync<flash::Flash<'static, FLASH, Blocking, FLASH_BYTES>>;
 
-/// What the flash keeps; not read yet.
+/// Opens the store in the flash, without reading it yet.
 pub fn open(flash: Peri<'static, FLASH>) -> Store<Flash> {
     let flash = BlockingAsync::new(flash::Flash::new_blocking(flash));
     Store::new(flash, (FLASH_BYTES - STORE_BYTES) as u32..FLASH_BYTES as u32, Settings::DEFAULT)

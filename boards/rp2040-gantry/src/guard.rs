@@ -1,10 +1,10 @@
-//! Limit switches and the emergency stop, heard before anyone else gets to run.
+//! Reacts to limit switches and the emergency stop before any other code runs.
 //!
 //! # Design
-//! By way of the HAL's GPIO interrupt, an executor and a task an edge takes 9 us to stop the steps, and longer while the
-//! core is busy. So a state machine of PIO1 listens to each input and raises an interrupt of its own at every edge, above
-//! all other interrupts, and its handler tells the machine, which puts on the brake there and then. Only a critical section
-//! delays it. The tasks that watch the same inputs do the rest: debouncing, and what takes time.
+//! Through the HAL's GPIO interrupt, an executor and a task, an edge takes 9 us to stop the steps, and longer while the
+//! core is busy. So a state machine of PIO1 watches each input. At every edge it raises an interrupt that has the
+//! highest priority. The handler reports the edge to the machine, which engages the brake immediately. Only a critical
+//! section delays it. The tasks that watch the same inputs do the rest: debouncing, and what takes time.
 
 use core::cell::Cell;
 
@@ -19,7 +19,8 @@ use isostep_motion::{AXES, Axis, Machine};
 
 use crate::{pins, priority};
 
-/// The axes' limit switches, then the emergency stop, on neighbouring pins: a state machine each.
+/// Number of inputs: the axes' limit switches, then the emergency stop. They are on consecutive pins, with a state
+/// machine each.
 const INPUTS: usize = AXES + 1;
 const EMERGENCY_STOP: usize = AXES;
 
@@ -53,11 +54,11 @@ pub fn start(machine: &'static Machine, pio: Peri<'static, peripherals::PIO1>) {
     PIO1.irqs(1).inte().write_value(regs::Intr(flags_of_all() << 8));
     PIO1.ctrl().write(|ctrl| ctrl.set_sm_enable(flags_of_all() as u8));
     priority::enable_guard();
-    // It is ours for ever.
+    // The guard keeps the PIO for ever.
     let _ = pio;
 }
 
-/// A reset byte has come, of which the console will tell the machine.
+/// A reset byte has arrived. The console will report it to the machine later.
 pub fn reset_heard() {
     if let Some(machine) = GUARDED.lock(Cell::get) {
         machine.reset_heard();
@@ -68,7 +69,7 @@ const fn flags_of_all() -> u32 {
     (1 << INPUTS) - 1
 }
 
-/// Edges; an input that has changed again meanwhile raises its flag again.
+/// Handles edges. An input that changes again in the meantime sets its flag again.
 #[interrupt]
 fn PIO1_IRQ_1() {
     let changed = PIO1.irq().read().irq();

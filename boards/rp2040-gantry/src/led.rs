@@ -1,4 +1,4 @@
-//! The Pico's LED: a short flash each second when idle, lit in motion, blinking slowly when held, fast in alarm.
+//! The Pico's LED. Idle: a short flash each second; in motion: on; held: blinks slowly; alarm: blinks fast.
 
 use embassy_rp::gpio::{Level, Output};
 use embassy_time::{Duration, Ticker};

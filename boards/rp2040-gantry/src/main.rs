@@ -1,10 +1,11 @@
-//! Firmware of the parking gantry on a Raspberry Pi Pico: pins, priorities and consoles for the tasks of
-//! `isostep-motion` and `isostep-controller`, which run in simulation just the same.
+//! Firmware of the parking gantry on a Raspberry Pi Pico. It provides pins, priorities and consoles for the tasks of
+//! `isostep-motion` and `isostep-controller`. The same tasks run in the simulator.
 //!
 //! # Design
-//! Three executors share the core. Two run in interrupts: the limit switches and the emergency stop, and below them
-//! the three axes. The third runs in thread mode: the coordinator, which plans ahead of the axes, the consoles, the LED
-//! and the watchdog. `priority` says who may delay whom, `fail_still` what happens when the firmware cannot go on.
+//! Three executors share the core. Two run in interrupts: that of the limit switches and the emergency stop, and below
+//! it that of the three axes. The third runs in thread mode: the coordinator, which plans ahead of the axes, the
+//! consoles, the LED and the watchdog. `priority` says what may delay what, `fail_still` what happens when the firmware
+//! cannot continue.
 #![no_std]
 #![no_main]
 
@@ -58,7 +59,7 @@ async fn main(spawner: Spawner) {
     let (switches, axes) = priority::start_executors();
     watch::spawn(axes, spawner, machine, board.watchdog);
     motion::spawn_axes(axes, machine, board.steps);
-    // Before anything looks at the settings, or moves.
+    // Must be done before anything reads the settings or moves.
     controller.load().await;
     motion::spawn_switches(switches, machine, board.switches);
     motion::spawn_tool(switches, machine, board.tool, board.controls);

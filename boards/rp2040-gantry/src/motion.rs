@@ -14,17 +14,17 @@ use crate::pio_port as port;
 use crate::timer_port as port;
 use crate::tool::Tool;
 
-/// The drivers on the gantry.
+/// The stepper drivers of the gantry.
 const DRIVERS: DriverTiming = if cfg!(feature = "tmc2209") { DriverTiming::TMC2209 } else { DriverTiming::DRV8825 };
 
-/// Spawns the axes.
+/// Spawns the axis tasks.
 pub fn spawn_axes(spawner: SendSpawner, machine: &'static Machine, pins: StepPins) {
     for (axis, port) in Axis::ALL.into_iter().zip(port::open(pins, DRIVERS)) {
         spawner.spawn(run_axis(machine, axis, port).unwrap());
     }
 }
 
-/// Spawns those who stop the axes, and the guard that does so first.
+/// Spawns the tasks that stop the axes, and starts the guard that engages the brake before them.
 pub fn spawn_switches(spawner: SendSpawner, machine: &'static Machine, pins: SwitchPins) {
     for (axis, limit) in Axis::ALL.into_iter().zip(pins.limits) {
         spawner.spawn(watch_limit(machine, axis, limit).unwrap());
@@ -33,7 +33,7 @@ pub fn spawn_switches(spawner: SendSpawner, machine: &'static Machine, pins: Swi
     guard::start(machine, pins.pio);
 }
 
-/// Spawns what switches the tool, and hears the probe and the buttons.
+/// Spawns the tasks for the tool, the probe and the buttons.
 pub fn spawn_tool(spawner: SendSpawner, machine: &'static Machine, pins: ToolPins, controls: ControlPins) {
     spawner.spawn(run_tool(machine, Tool::new(pins)).unwrap());
     spawner.spawn(watch_probe(machine, controls.probe).unwrap());
@@ -41,7 +41,7 @@ pub fn spawn_tool(spawner: SendSpawner, machine: &'static Machine, pins: ToolPin
     spawner.spawn(watch_start(machine, controls.start).unwrap());
 }
 
-/// Spawns what plans ahead, in thread mode.
+/// Spawns the coordinator, which plans ahead, in thread mode.
 pub fn spawn_coordinator(spawner: Spawner, machine: &'static Machine, enable: Output<'static>) {
     spawner.spawn(coordinate(machine, enable).unwrap());
 }
@@ -88,8 +88,8 @@ async fn coordinate(machine: &'static Machine, enable: Output<'static>) -> ! {
     coordinator::run(machine, PATH.take(), enable, log).await
 }
 
-/// A log line closes the door to every interrupt while it is encoded: a move's plan for 85 us, its end for 26 us. So what
-/// comes with every move, or in its midst, is not logged unless asked for.
+/// While a log line is encoded, it masks every interrupt: a move's plan for 85 us, its end for 26 us. So events that
+/// come with every move, or during moves, are logged only if asked for.
 fn log(event: Event) {
     match event {
         Event::Run { .. } | Event::Move { .. } | Event::Replan { .. } | Event::RunEnd { .. } => {

@@ -1,24 +1,24 @@
-//! Who may interrupt whom, and the executors for what must not be late.
+//! The interrupt priorities, and the executors for what must not be late.
 //!
 //! # Design
 //! The RP2040 has four priorities:
 //!
 //! | priority | interrupt | why there |
 //! |---|---|---|
-//! | P0 | `TIMER_IRQ_0` | the time driver's alarm: it wakes whose instant has come, and does nothing else |
-//! | P0 | `PIO1_IRQ_1` | a switch's edge: it puts on the brake |
-//! | P1 | `IO_IRQ_BANK0` | the same edge: it wakes the one who watches, and does nothing else |
-//! | P1 | `SWI_IRQ_1` | the executor of the switches: polls what the edge woke |
-//! | P2 | `SWI_IRQ_2` | the executor of the axes: writes the next block of steps; with `TimerPort` at P3, it hands on segments |
-//! | P2 | `SWI_IRQ_3` | with `TimerPort`, the executor of the task that makes the steps, which may wait for one without sleeping |
+//! | P0 | `TIMER_IRQ_0` | the time driver's alarm: it only wakes tasks whose time has come |
+//! | P0 | `PIO1_IRQ_1` | an edge of a switch: it engages the brake |
+//! | P1 | `IO_IRQ_BANK0` | the same edge: it only wakes the task that watches the switch |
+//! | P1 | `SWI_IRQ_1` | the executor of the switches: it polls the tasks that the edge woke |
+//! | P2 | `SWI_IRQ_2` | the executor of the axes: writes the next block of steps; at P3 with `TimerPort`, passes on segments |
+//! | P2 | `SWI_IRQ_3` | with `TimerPort`: the executor of the task that makes the steps, which may wait without sleeping |
 //! | P2 | `DMA_IRQ_1`, `PIO0_IRQ_1` | a block was sent, a state machine has halted: they wake the axis |
-//! | P1 | `USBCTRL_IRQ` | hears a second reset byte; with `TimerPort`, whose steps it would delay, P3 |
-//! | P3 | `UART0_IRQ` | wakes the console, and may wait as long as axes are at work |
+//! | P1 | `USBCTRL_IRQ` | detects a second reset byte; at P3 with `TimerPort`, whose steps it would delay |
+//! | P3 | `UART0_IRQ` | wakes the console; it can wait while axes are at work |
 //! | thread | the rest | coordinator, console, LED, watchdog |
 //!
-//! Above all of them are critical sections, which close the door to every interrupt: the timer queue, channels and wakers
-//! hold one for microseconds, a log line for as long as defmt takes to encode it. Hence nothing is logged at each step,
-//! and the log never waits for a probe.
+//! Critical sections are above all of them, because they mask every interrupt. The timer queue, channels and wakers
+//! hold one for microseconds, a log line for as long as defmt takes to encode it. So nothing is logged at each step,
+//! and the log never waits for a debug probe.
 #![expect(unsafe_code, reason = "an executor may be run from its own interrupt only, and interrupts are unmasked")]
 
 use embassy_executor::{InterruptExecutor, SendSpawner};
@@ -46,17 +46,18 @@ pub fn start_executors() -> (SendSpawner, SendSpawner) {
     (SWITCHES.start(interrupt::SWI_IRQ_1), AXES.start(interrupt::SWI_IRQ_2))
 }
 
-/// Lets through what hardware-timed ports are told by.
+/// Enables the interrupts that hardware-timed ports need.
 #[cfg(not(feature = "timer-port"))]
 pub fn enable_pio_port() {
-    // SAFETY: their handlers exist, and nobody counts on them being masked.
+    // SAFETY: their handlers exist, and no code relies on these interrupts being masked.
     unsafe {
         interrupt::DMA_IRQ_1.enable();
         interrupt::PIO0_IRQ_1.enable();
     }
 }
 
-/// Starts the executor of the task that makes steps, and lowers the axes' own to where it does not interrupt them.
+/// Starts the executor of the task that makes steps, and lowers the axes' executor to a priority at which it does not
+/// interrupt that task.
 #[cfg(feature = "timer-port")]
 pub fn start_step_executor() -> SendSpawner {
     interrupt::SWI_IRQ_2.set_priority(Priority::P3);
@@ -64,15 +65,15 @@ pub fn start_step_executor() -> SendSpawner {
     STEPS.start(interrupt::SWI_IRQ_3)
 }
 
-/// Lets through what the guard is told by.
+/// Enables the interrupt that the guard needs.
 pub fn enable_guard() {
-    // SAFETY: its handler exists, and nobody counts on it being masked.
+    // SAFETY: its handler exists, and no code relies on this interrupt being masked.
     unsafe { interrupt::PIO1_IRQ_1.enable() }
 }
 
 #[interrupt]
 fn SWI_IRQ_1() {
-    // SAFETY: this is the executor's interrupt, which `start` unmasks and only a started executor pends.
+    // SAFETY: this is the executor's interrupt. `start` unmasks it, and only a started executor pends it.
     unsafe { SWITCHES.on_interrupt() }
 }
 

@@ -1,11 +1,11 @@
-//! A second reset byte from the USB host, heard before the console gets to run.
+//! Detects a second reset byte from the USB host before the console runs.
 //!
 //! # Design
-//! The console reads in thread mode, and waits there while the axes write their blocks: up to 0.1 ms at full speed. But a
-//! packet lies in the USB controller's memory from the moment it has come until the driver has read it. So this looks
-//! for the byte in the interrupt that tells of the packet, and if the machine still brakes for a reset before it, stops it
-//! there and then. The console comes upon the same byte later and does the rest; a machine that has been stopped does not
-//! mind.
+//! The console reads in thread mode, and waits while the axes write their blocks: up to 0.1 ms at full speed. But a
+//! packet is in the USB controller's memory from its arrival until the driver has read it. So this searches for the
+//! byte in the interrupt that reports the packet. If the machine is still braking for an earlier reset, it is stopped
+//! at once. The console reads the same byte later and does the rest. A machine that has already been stopped is not
+//! affected by that.
 #![expect(unsafe_code, reason = "interrupt handlers are unsafe, and a packet is read where the hardware has put it")]
 
 use embassy_rp::interrupt::typelevel::{Handler, USBCTRL_IRQ};
@@ -16,15 +16,15 @@ use crate::guard;
 
 /// Grbl's soft reset, ctrl-X.
 const RESET: u8 = 0x18;
-/// Endpoint 0 carries no data, and there are fifteen others.
+/// Endpoint 0 carries no data; there are fifteen others.
 const ENDPOINTS: core::ops::Range<usize> = 1..16;
 const PACKET_BYTES: usize = 64;
 
-/// To be bound before the driver's own handler, which takes note of the packets.
+/// Must be bound before the driver's own handler, which acknowledges the packets.
 pub struct ResetListener;
 
 impl Handler<USBCTRL_IRQ> for ResetListener {
-    // SAFETY: only reads registers and packets, and tells the machine, which may be told from any context.
+    // SAFETY: it only reads registers and packets, and reports to the machine, which is allowed in any context.
     unsafe fn on_interrupt() {
         let arrived = USB.buff_status().read();
         if ENDPOINTS.filter(|&endpoint| arrived.ep_out(endpoint)).any(carries_reset) {

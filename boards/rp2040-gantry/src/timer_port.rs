@@ -1,4 +1,4 @@
-//! `TimerPort` on this board: STEP and DIR by the processor, the steps of all axes by one task.
+//! `TimerPort` on this board: the processor drives STEP and DIR, and one task makes the steps of all axes.
 
 use embassy_rp::Peri;
 use embassy_rp::gpio::{AnyPin, Level, Output};
@@ -13,12 +13,12 @@ pub type Port = TimerPort<'static>;
 
 static BANK: TimerBank<AXES> = TimerBank::new();
 
-/// From the timer's alarm to the task's first look at the clock, 6 us, and most of what others close the door for meanwhile.
-/// That is up to 9 us, and more where several timers expire at once; to be always awake for it would leave too little time for
-/// the rest.
+/// From the timer's alarm to the task's first reading of the clock takes 6 us, plus most of the time for which others
+/// mask interrupts. That makes up to 9 us, and more if several timers expire at once. A margin that is always enough
+/// would leave too little time for everything else.
 const WAKE_UP: Duration = Duration::from_micros(10);
 
-/// The ports of all axes, at rest, STEP and DIR low.
+/// The ports of all axes, at rest, with STEP and DIR low.
 pub fn open(pins: StepPins, timing: DriverTiming) -> [Port; AXES] {
     let pins: [[Peri<'static, AnyPin>; 2]; AXES] =
         [[pins.x.into(), pins.x_dir.into()], [pins.y.into(), pins.y_dir.into()], [pins.z.into(), pins.z_dir.into()]];
@@ -36,14 +36,14 @@ fn brake<const AXIS: usize>(engaged: bool) {
     BANK.brake(AXIS, engaged);
 }
 
-/// Blocks for the width of a pulse.
+/// A delay that blocks, for the width of a pulse.
 #[derive(Debug)]
 struct CoreDelay;
 
 impl DelayNs for CoreDelay {
     fn delay_ns(&mut self, ns: u32) {
-        // `delay(n)` goes n + 1 times round a loop of 3 cycles, 24 ns at 125 MHz. 2,731 / 65,536 asks for a turn each
-        // 23.997 ns: never too short, and no division, of which this core has none.
+        // `delay(n)` runs n + 1 times through a loop of 3 cycles, 24 ns at 125 MHz. 2,731 / 65,536 gives one loop per
+        // 23.997 ns. So the delay is never too short and needs no division, for which this core has no instruction.
         const LONGEST_NS: u32 = u32::MAX / 2_731;
         let mut left_ns = ns;
         while left_ns > LONGEST_NS {

@@ -1,12 +1,12 @@
-//! The tool's outputs: a PWM slice, four pins, and a brake that needs neither.
+//! The tool's outputs: a PWM slice, four pins, and a brake that does not depend on them.
 //!
 //! # Design
-//! A pad can be forced low whatever drives it. That is the brake: five registers, written in any context, after which nothing
-//! that the slice or a task does reaches the tool, until it is released. A core that hangs keeps its outputs as they are until
-//! the watchdog resets the chip: a second at most.
+//! A pad can be forced low whatever drives it. That is the brake: five registers, written in any context. Until it is
+//! released, nothing that the slice or a task does reaches the tool. If the core hangs, the outputs keep their state
+//! until the watchdog resets the chip: a second at most.
 //!
-//! Duty is buffered by the hardware until the period ends. For a level that belongs to a step that is too late, up to 200 us at
-//! 5 kHz: so the period is ended there and then, by setting the counter to its end.
+//! The hardware buffers the duty until the period ends, which takes up to 200 us at 5 kHz. That is too late for a level
+//! that belongs to a step. So a change of the duty ends the period at once, by setting the counter to its end.
 
 use embassy_rp::gpio::Output;
 use embassy_rp::pac;
@@ -19,13 +19,13 @@ use crate::pins::{self, ToolPins};
 
 const CLOCK_HZ: u32 = 125_000_000;
 const SLICE: usize = 6;
-/// What a counter of 16 bits, compared with one more than its end, leaves room for.
+/// The longest period: the counter has 16 bits and is compared with a value that may be one more than its end.
 const PERIOD_MAX: u32 = 65_535;
 
-/// From the alarm to the duty, 8 to 15 us in the emulator: the least of it.
+/// The least time from the alarm to the change of the duty: it takes 8 to 15 us in the emulator.
 const LEAD: Duration = Duration::from_micros(8);
 
-/// Of a pin: SIO drives it, or the PWM slice.
+/// Function numbers of a pin: it is driven by SIO or by the PWM slice.
 const SIO_FUNCTION: u8 = 5;
 const PWM_FUNCTION: u8 = 4;
 
@@ -36,13 +36,13 @@ pub struct Tool {
     direction: Output<'static>,
     flood: Output<'static>,
     mist: Output<'static>,
-    /// Of the counter, ticks.
+    /// Period of the counter, ticks.
     period: u32,
     duty: u16,
 }
 
 impl Tool {
-    /// All off.
+    /// Takes the pins, with all outputs off.
     pub fn new(pins: ToolPins) -> Self {
         let ToolPins { slice, pwm, enable, direction, flood, mist } = pins;
         let config = Config::default();
@@ -52,7 +52,7 @@ impl Tool {
     }
 
     fn compare(&self) {
-        // Full is one more than the counter's end: always high.
+        // Full duty is one more than the counter's end: always high.
         let ticks = (self.period * u32::from(self.duty)).div_ceil(u32::from(u16::MAX));
         pac::PWM.ch(SLICE).cc().write(|compare| compare.set_b(ticks as u16));
     }
@@ -65,7 +65,7 @@ impl ToolPort for Tool {
 
     fn switch(&mut self, switches: Switches) {
         let Switches { enable, counter_clockwise, flood, mist } = switches;
-        // The direction before what turns.
+        // Set the direction before the spindle turns.
         self.direction.set_level(counter_clockwise.into());
         self.enable.set_level(enable.into());
         self.flood.set_level(flood.into());
@@ -95,7 +95,8 @@ impl ToolPort for Tool {
     }
 }
 
-/// Forces all outputs of the tool low, or no more. Callers take turns: it is called in critical sections.
+/// Forces all outputs of the tool low, or releases them. It is called in critical sections only, so calls never
+/// overlap.
 pub fn brake(engaged: bool) {
     let over = if engaged { Outover::LOW } else { Outover::NORMAL };
     let force = |pin: usize, function| {
@@ -108,7 +109,7 @@ pub fn brake(engaged: bool) {
     pins::TOOL_SWITCHES.for_each(|pin| force(pin, SIO_FUNCTION));
 }
 
-/// Pulls the probe's input up, or leaves it to the probe.
+/// Enables or disables the pull-up of the probe's input.
 pub fn pull_probe_up(up: bool) {
     pac::PADS_BANK0.gpio(pins::PROBE).modify(|pad| pad.set_pue(up));
 }

@@ -1,12 +1,13 @@
 //! The 1200-baud touch: how flashing tools ask a board on USB for its boot loader.
 //!
 //! # Design
-//! A tool opens the port at 1200 baud and closes it. So the touch is 1200 baud *and* DTR down, whichever comes last, as
-//! arduino-pico has it; pico-sdk takes the rate alone, and tools for it close the port as well. It is the safer one of the two:
-//! a port that a program holds open has DTR up, so nobody pulls the machine from under a sender, and one who opens a
-//! terminal at the wrong rate can still change it. After a bus reset, a cable pulled out, there is no rate.
+//! A tool opens the port at 1200 baud and closes it. So the touch is 1200 baud *and* DTR low, in either order, as in
+//! arduino-pico. pico-sdk needs the rate only, but the tools for it also close the port. Requiring both is safer: a
+//! port that a program holds open has DTR high, so no other program can restart the machine under a sender. Someone who
+//! opens a terminal at the wrong rate can still change it. After a bus reset, as when a cable was pulled out, there is
+//! no rate.
 //!
-//! The CDC-ACM class tells of the rate only to those who own its endpoints, which the console does: hence a handler of
+//! The CDC-ACM class reports the rate only to the owner of its endpoints, which is the console. So this is a handler of
 //! our own, which looks at the requests and leaves them to the class.
 
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
@@ -14,7 +15,7 @@ use embassy_sync::signal::Signal;
 use embassy_usb::Handler;
 use embassy_usb::control::{OutResponse, Recipient, Request, RequestType};
 
-/// No sender uses this rate, and every tool knows it.
+/// No sender uses this rate, and every flashing tool knows it.
 const TOUCH_BAUD: u32 = 1200;
 const SET_LINE_CODING: u8 = 0x20;
 const SET_CONTROL_LINE_STATE: u8 = 0x22;
@@ -25,19 +26,19 @@ static TOUCHED: Signal<CriticalSectionRawMutex, ()> = Signal::new();
 /// Waits for a touch.
 ///
 /// # Cancellation
-/// Safe: a touch that comes meanwhile is known to the next call.
+/// Safe: the next call returns for a touch that comes in between.
 pub async fn touched() {
     TOUCHED.wait().await;
 }
 
-/// Looks at what the host asks of the serial port.
+/// Observes the host's requests to the serial port.
 pub struct Touch {
     baud: u32,
     dtr: bool,
 }
 
 impl Touch {
-    /// No rate yet.
+    /// Initially there is no rate.
     pub const fn new() -> Self {
         Self { baud: 0, dtr: false }
     }

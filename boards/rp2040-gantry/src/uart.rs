@@ -12,15 +12,15 @@ bind_interrupts!(struct Irqs {
     UART0_IRQ => BufferedInterruptHandler<UART0>;
 });
 
-/// A sender that counts characters keeps up to 128 unanswered: ample room for one that overshoots.
+/// A sender that counts characters keeps at most 128 unanswered, so there is ample room for one that sends more.
 const RX_BYTES: usize = 1024;
-/// Some ten status reports; a longer reply waits for the line to take it.
+/// Room for some ten status reports; a longer reply waits for the line.
 const TX_BYTES: usize = 1024;
 
-/// What arrives.
+/// Receives bytes.
 pub struct Rx(BufferedUartRx);
 
-/// The two directions of the port.
+/// Opens both directions of the port.
 pub fn open(pins: UartPins) -> (Rx, BufferedUartTx) {
     static RX: StaticCell<[u8; RX_BYTES]> = StaticCell::new();
     static TX: StaticCell<[u8; TX_BYTES]> = StaticCell::new();
@@ -28,7 +28,7 @@ pub fn open(pins: UartPins) -> (Rx, BufferedUartTx) {
     // 115200 8N1 is the driver's default.
     let (tx, rx) =
         BufferedUart::new(pins.uart, pins.tx, pins.rx, Irqs, tx_buffer, rx_buffer, uart::Config::default()).split();
-    // An idle line is high. With nothing connected, noise would read as commands.
+    // An idle line is high. With nothing connected, noise would be read as commands.
     pac::PADS_BANK0.gpio(1).modify(|pad| pad.set_pue(true));
     (Rx(rx), tx)
 }
@@ -38,7 +38,7 @@ impl ErrorType for Rx {
 }
 
 impl Read for Rx {
-    /// A disturbed byte is logged and left out: the line it belongs to will be refused.
+    /// A byte with an error is logged and dropped: the line it belongs to will be refused.
     async fn read(&mut self, buffer: &mut [u8]) -> Result<usize, uart::Error> {
         loop {
             match self.0.read(buffer).await {

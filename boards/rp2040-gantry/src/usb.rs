@@ -1,10 +1,10 @@
 //! The console on USB: a CDC-ACM serial port.
 //!
 //! # Design
-//! A serial port has no idea whether anyone listens, and Grbl never waits for its reader. So a host that stops reading
-//! costs the console one time-out, after which replies are discarded until the endpoint is free again. Replies are also
-//! discarded before the port is opened (DTR) or spoken to, so that whoever opens it finds the welcome line and nothing
-//! stale.
+//! A serial port does not know whether anyone is listening, and Grbl never waits for its reader. So a host that stops
+//! reading costs the console one time-out. After that, replies are discarded until the endpoint is free again. Replies
+//! are also discarded until the port is opened (DTR) or written to, so that whoever opens it finds the welcome line and
+//! nothing old.
 
 use core::sync::atomic::{AtomicBool, Ordering};
 
@@ -27,16 +27,16 @@ bind_interrupts!(struct Irqs {
 
 type RpDriver = Driver<'static, USB>;
 
-/// Raspberry Pi's ids for a serial port on an RP2040: senders and udev rules know them.
+/// Raspberry Pi's ids for a serial port on an RP2040, which senders and udev rules know.
 const VENDOR_ID: u16 = 0x2E8A;
 const PRODUCT_ID: u16 = 0x000A;
 const PACKET_BYTES: usize = 64;
-/// A full packet would have to be followed by an empty one to reach the host's program.
+/// After a full packet, an empty one would be needed before the data reaches the host's program.
 const CHUNK_BYTES: usize = PACKET_BYTES - 1;
-/// A host polls the endpoint every millisecond; one that has not for this long is gone.
+/// A host polls the endpoint every millisecond. One that has not done so for this long is gone.
 const HOST_PATIENCE: Duration = Duration::from_millis(200);
 
-/// Somebody has opened the port, or spoken to it.
+/// A program has opened the port or written to it.
 static IS_OPEN: AtomicBool = AtomicBool::new(false);
 
 /// The serial port: both directions and the modem lines.
@@ -46,7 +46,7 @@ pub struct Port {
     pub lines: Lines,
 }
 
-/// Starts the device; the port it offers.
+/// Starts the device and returns its port.
 pub fn open(spawner: Spawner, usb: Peri<'static, USB>) -> Port {
     static DESCRIPTORS: StaticCell<[[u8; 128]; 3]> = StaticCell::new();
     static RX: StaticCell<[u8; PACKET_BYTES]> = StaticCell::new();
@@ -54,7 +54,7 @@ pub fn open(spawner: Spawner, usb: Peri<'static, USB>) -> Port {
     static TOUCH: StaticCell<Touch> = StaticCell::new();
     let [configuration, bos, control] = DESCRIPTORS.init([[0; 128]; 3]);
     let mut builder = Builder::new(Driver::new(usb, Irqs), config(), configuration, bos, &mut [], control);
-    // Before the class, which keeps requests to itself.
+    // Before the class, which does not pass requests on.
     builder.handler(TOUCH.init(Touch::new()));
     let class = CdcAcmClass::new(&mut builder, STATE.init(State::new()), PACKET_BYTES as u16);
     let (sender, receiver, control) = class.split_with_control();
@@ -76,7 +76,7 @@ fn config() -> Config<'static> {
     config
 }
 
-/// What the host sends.
+/// Receives what the host sends.
 pub struct Rx {
     receiver: BufferedReceiver<'static, RpDriver>,
 }
@@ -85,7 +85,7 @@ impl Rx {
     /// Waits until the host has configured the device.
     ///
     /// # Cancellation
-    /// Safe: it only looks.
+    /// Safe: it changes nothing.
     pub async fn wait_connection(&mut self) {
         self.receiver.wait_connection().await;
     }
@@ -103,10 +103,10 @@ impl Read for Rx {
     }
 }
 
-/// What the host reads, if it does.
+/// Sends to the host, if the host reads.
 pub struct Tx {
     sender: Sender<'static, RpDriver>,
-    /// The last packet was discarded.
+    /// Whether the last packet was discarded.
     stalled: bool,
 }
 
@@ -122,12 +122,12 @@ impl ErrorType for Tx {
 }
 
 impl Write for Tx {
-    /// Never waits longer than the host's patience; what the host does not take counts as written.
+    /// Never waits longer than `HOST_PATIENCE`. What the host does not take counts as written.
     async fn write(&mut self, bytes: &[u8]) -> Result<usize, CdcAcmError> {
         let chunk = &bytes[..bytes.len().min(CHUNK_BYTES)];
         if IS_OPEN.load(Ordering::Relaxed) {
             if self.stalled {
-                // A host that reads again has half a line: end it, so that the next one is whole.
+                // The host reads again but has half a line: end it, so that the next one is whole.
                 self.stalled = !self.send(b"\r\n", Duration::MIN).await;
             }
             self.stalled = self.stalled || !self.send(chunk, HOST_PATIENCE).await;
@@ -140,7 +140,7 @@ impl Write for Tx {
     }
 }
 
-/// The modem lines.
+/// The modem control lines.
 pub struct Lines {
     control: ControlChanged<'static>,
 }
@@ -149,7 +149,7 @@ impl Lines {
     /// Waits until a program opens the port: DTR rises.
     ///
     /// # Cancellation
-    /// Safe: a rise that comes meanwhile is not seen by the next call.
+    /// Safe, but the next call does not see a rise that comes in between.
     pub async fn dtr_rises(&self) {
         let mut was_high = self.control.dtr();
         loop {

@@ -1,8 +1,9 @@
 //! The watchdog.
 //!
 //! # Design
-//! The executor of the axes counts up while it runs; a thread-mode task refreshes the watchdog only when that count has moved.
-//! So it runs out when any executor stands still: the axes no longer count, or thread mode no longer refreshes it.
+//! The executor of the axes increments a counter while it runs. A thread-mode task refreshes the watchdog only if the
+//! counter has changed. So the watchdog resets the chip when any executor stops: either the axes no longer count, or
+//! thread mode no longer refreshes.
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
@@ -15,14 +16,14 @@ use isostep_motion::Machine;
 
 use crate::{fail_still, tool};
 
-/// Many times what planning or a full console holds the thread-mode executor for.
+/// Much longer than planning or a full console occupies the thread-mode executor.
 const TIMEOUT: Duration = Duration::from_millis(1_000);
 const BEAT: Duration = Duration::from_millis(100);
 const CHECK: Duration = Duration::from_millis(250);
 
 static BEATS: AtomicU32 = AtomicU32::new(0);
 
-/// Starts the watchdog over the executors. One that stands still keeps those below it from running.
+/// Starts the watchdog over the executors. An executor that stops keeps those with a lower priority from running.
 pub fn spawn(axes: SendSpawner, thread: Spawner, machine: &'static Machine, watchdog: Peri<'static, WATCHDOG>) {
     let mut watchdog = Watchdog::new(watchdog);
     watchdog.pause_on_debug(true);
@@ -34,7 +35,7 @@ pub fn spawn(axes: SendSpawner, thread: Spawner, machine: &'static Machine, watc
 #[embassy_executor::task]
 async fn beat() -> ! {
     loop {
-        // One writer, so load and store need no atomic read-modify-write.
+        // There is only one writer, so load and store need no atomic read-modify-write.
         BEATS.store(BEATS.load(Ordering::Relaxed).wrapping_add(1), Ordering::Relaxed);
         Timer::after(BEAT).await;
     }

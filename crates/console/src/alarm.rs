@@ -1,11 +1,11 @@
-//! What `ALARM:N` means, and what to do about it, with a `*` where the axis, or the reason, is named.
+//! What each `ALARM:N` means and what to do about it. A `*` in a text stands for the axis or the reason.
 
 use core::fmt;
 
 use crate::codes::codes;
 
 codes! {
-    /// Why the machine locked itself, by Grbl's numbers; from 20 on by our own.
+    /// Why the machine locked itself. Numbers below 20 are Grbl's, from 20 on they are our own.
     Alarm {
         HardLimit = 1, "* limit switch closed, steps may be lost: $X, move off it, then $H";
         SoftLimit = 2, "* target outside the travel ($130-$132), nothing moved: correct the program or the travel, then $X";
@@ -24,7 +24,7 @@ codes! {
 }
 
 impl Alarm {
-    /// What happened, and what to do, with the name of the axis that it happened to, or the reason.
+    /// What happened and what to do, with `what`, the affected axis or the reason, in place of the `*`.
     pub const fn about(self, what: &'static str) -> impl fmt::Display {
         About(self.words(), what)
     }
@@ -42,7 +42,7 @@ impl fmt::Display for Alarm {
     }
 }
 
-/// An alarm and what it is about.
+/// The text of an alarm, and what to put in place of its `*`.
 struct About(&'static str, &'static str);
 
 impl fmt::Display for About {

@@ -1,4 +1,4 @@
-//! An arc between two places: its circle, its box, its length. Pure geometry, in mm and radians.
+//! An arc between two points: its circle, its bounding box and its length. Pure geometry, in mm and radians.
 
 mod chords;
 
@@ -8,56 +8,57 @@ use core::f64::consts::{PI, TAU};
 
 use crate::{AXES, Error};
 
-/// The axes of a plane, first to second the short way counter-clockwise, and the one across: G17, G18, G19.
+/// The axes of the planes G17, G18 and G19. The first two span the plane: the quarter turn from first to second is
+/// counter-clockwise. The third is perpendicular to it.
 pub(crate) const PLANES: [[usize; AXES]; 3] = [[0, 1, 2], [2, 0, 1], [1, 2, 0]];
-/// An arc that turns less than this is a full circle: Grbl's, radians.
+/// An arc that turns by less than this is a full circle, rad. Grbl's value.
 const FULL_CIRCLE_RAD: f64 = 5e-7;
-/// By how much start and target may lie on different circles: Grbl's. The first is allowed in any case, the second never,
-/// and between them a part of the radius.
+/// How much the distances of start and target from the centre may differ, as in Grbl. Up to `MISFIT_MM` is always
+/// allowed and more than `MISFIT_MAX_MM` never; in between, up to `MISFIT_OF_RADIUS` of the radius is allowed.
 const MISFIT_MM: f64 = 0.005;
 const MISFIT_MAX_MM: f64 = 0.5;
 const MISFIT_OF_RADIUS: f64 = 0.001;
 
-/// Where an arc begins and ends, and which way round it goes.
+/// Where an arc begins and ends, and its direction of rotation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ends {
-    /// Where it begins.
+    /// Start point.
     pub start_mm: [f32; AXES],
-    /// Where it ends.
+    /// End point.
     pub target_mm: [f32; AXES],
     /// 0 for G17, 1 for G18, 2 for G19.
     pub plane: u8,
-    /// G2 rather than G3.
+    /// G2 if true, G3 if false.
     pub clockwise: bool,
 }
 
 impl Ends {
-    /// The plane's two axes and the one across.
+    /// The two axes of the plane, then the perpendicular one.
     fn axes(&self) -> [usize; AXES] {
         PLANES[usize::from(self.plane)]
     }
 
-    /// From start to target along `axis`.
+    /// Signed distance from start to target along `axis`.
     fn way_mm(&self, axis: usize) -> f64 {
         f64::from(self.target_mm[axis]) - f64::from(self.start_mm[axis])
     }
 
-    /// From start to target in the plane.
+    /// The vector from start to target in the plane.
     fn chord_mm(&self) -> [f64; 2] {
         let [first, second, _] = self.axes();
         [self.way_mm(first), self.way_mm(second)]
     }
 
-    /// By how much rounding may have moved start and target apart.
+    /// How much rounding may have changed the distance between start and target.
     fn rounding_mm(&self) -> f64 {
         let farthest_mm = self.start_mm.iter().chain(&self.target_mm).fold(0.0, |most: f32, mm| most.max(mm.abs()));
         2.0 * f64::from(f32::EPSILON * farthest_mm)
     }
 }
 
-/// Part of a circle in a plane, or all of it; a helix if start and target differ across the plane.
+/// An arc or a full circle in a plane. It is a helix if start and target differ along the perpendicular axis.
 ///
-/// Where start and target are not quite as far from the centre, the radius changes evenly on the way.
+/// If the distances of start and target from the centre differ slightly, the radius changes evenly along the arc.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Arc {
     ends: Ends,
@@ -65,15 +66,16 @@ pub struct Arc {
     offset_mm: [f64; 2],
     radius_mm: f64,
     target_radius_mm: f64,
-    /// Counter-clockwise is positive.
+    /// Positive is counter-clockwise.
     travel_rad: f64,
 }
 
 impl Arc {
-    /// The arc around the place that is `offset_mm` from its start. Where it ends as it begins, it is a full circle.
+    /// The arc around the centre that is `offset_mm` from its start. It is a full circle if start and target are the
+    /// same.
     ///
     /// # Errors
-    /// [`Error::InvalidTarget`]: the target is not as far from the centre as the start.
+    /// [`Error::InvalidTarget`]: the distances of start and target from the centre differ too much.
     pub fn around(ends: Ends, offset_mm: [f64; 2]) -> Result<Self, Error> {
         let arc = Self::new(ends, offset_mm);
         let misfit_mm = (arc.target_radius_mm - arc.radius_mm).abs();
@@ -81,10 +83,11 @@ impl Arc {
         if misfit_mm > most_mm { Err(Error::InvalidTarget) } else { Ok(arc) }
     }
 
-    /// The arc of this radius; below zero, the one that turns by more than half a circle.
+    /// The arc with this radius. A negative radius means the arc of more than half a circle.
     ///
     /// # Errors
-    /// [`Error::InvalidTarget`]: start and target are one place, so it could be any circle. [`Error::RadiusTooSmall`].
+    /// [`Error::InvalidTarget`]: start and target are the same, so the circle is undefined. [`Error::RadiusTooSmall`]:
+    /// no circle of this radius reaches both.
     pub fn of_radius(ends: Ends, radius_mm: f64) -> Result<Self, Error> {
         let chord_mm @ [first_mm, second_mm] = ends.chord_mm();
         let length_mm = length(chord_mm);
@@ -95,7 +98,7 @@ impl Arc {
         if length_mm > diameter_mm + ends.rounding_mm() {
             return Err(Error::RadiusTooSmall);
         }
-        // The centre is beside the middle of the chord: so far, in halves of the chord.
+        // Distance of the centre from the middle of the chord, in units of half the chord.
         let square = (diameter_mm * diameter_mm - length_mm * length_mm).max(0.0);
         let aside = libm::sqrt(square) / length_mm;
         let to_the_left = ends.clockwise == (radius_mm < 0.0);
@@ -111,25 +114,25 @@ impl Arc {
         arc
     }
 
-    /// The chords of an arc, none of which is farther from it than `tolerance_mm`, above 0.
+    /// The chords that replace the arc. None deviates from it by more than `tolerance_mm`, which is above 0.
     #[must_use]
     pub fn chords(&self, tolerance_mm: f64) -> Chords {
         Chords::new(self, tolerance_mm)
     }
 
-    /// The plane's two axes, and the one across, along which it is straight.
+    /// The two axes of the plane, then the perpendicular one, along which the motion is linear.
     #[must_use]
     pub fn axes(&self) -> [usize; AXES] {
         self.ends.axes()
     }
 
-    /// Where it begins.
+    /// Start point.
     #[must_use]
     pub fn start_mm(&self) -> [f32; AXES] {
         self.ends.start_mm
     }
 
-    /// How long it is, a helix with its rise.
+    /// Length of the path, including the rise of a helix.
     #[must_use]
     pub fn length_mm(&self) -> f64 {
         let [.., across] = self.axes();
@@ -137,7 +140,7 @@ impl Arc {
         length([around_mm, self.ends.way_mm(across)])
     }
 
-    /// The least and the greatest coordinate on its way, axis by axis.
+    /// The least and the greatest coordinate on the arc, axis by axis.
     #[must_use]
     pub fn bounds_mm(&self) -> [[f64; 2]; AXES] {
         let Ends { start_mm, target_mm, .. } = self.ends;
@@ -160,11 +163,11 @@ impl Arc {
         bounds_mm
     }
 
-    /// Whether it has a point in this direction from its centre.
+    /// Whether the arc has a point in this direction from its centre.
     fn passes(&self, direction: [f64; 2]) -> bool {
         let turn_rad = self.travel_rad.abs();
         let [from, to] = self.radii_mm();
-        // Counter-clockwise from `first` to `last`.
+        // The arc runs counter-clockwise from `first` to `last`.
         let (first, last) = if self.travel_rad < 0.0 { (to, from) } else { (from, to) };
         let is_full_circle = turn_rad > TAU - 2.0 * FULL_CIRCLE_RAD;
         if turn_rad <= PI {
@@ -174,19 +177,19 @@ impl Arc {
         }
     }
 
-    /// In the plane.
+    /// The centre, in the plane.
     fn centre_mm(&self) -> [f64; 2] {
         core::array::from_fn(|index| f64::from(self.ends.start_mm[self.axes()[index]]) + self.offset_mm[index])
     }
 
-    /// From the centre to start and target.
+    /// The vectors from the centre to start and target.
     fn radii_mm(&self) -> [[f64; 2]; 2] {
         let (chord_mm, offset_mm) = (self.ends.chord_mm(), self.offset_mm);
         [offset_mm.map(|mm| -mm), core::array::from_fn(|index| chord_mm[index] - offset_mm[index])]
     }
 }
 
-/// How far it is from one direction to the other; what is next to nothing is a full circle, as in Grbl.
+/// Signed angle from one direction to the other. As in Grbl, an angle close to zero counts as a full circle.
 fn travel_rad(from: [f64; 2], to: [f64; 2], clockwise: bool) -> f64 {
     let rad = libm::atan2(cross(from, to), from[0] * to[0] + from[1] * to[1]);
     match clockwise {
@@ -196,7 +199,7 @@ fn travel_rad(from: [f64; 2], to: [f64; 2], clockwise: bool) -> f64 {
     }
 }
 
-/// Above zero where `b` is to the left of `a`.
+/// The cross product: positive if `b` is to the left of `a`.
 fn cross(a: [f64; 2], b: [f64; 2]) -> f64 {
     a[0] * b[1] - a[1] * b[0]
 }

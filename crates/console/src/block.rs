@@ -1,4 +1,5 @@
-//! One block of G-code: its words sorted by modal group and by letter, clashes refused, in Grbl's order of checking.
+//! One block of G-code. Sorts its words by modal group and by letter, and refuses conflicts, in Grbl's order of
+//! checking.
 
 use crate::{
     Error, Modal,
@@ -6,7 +7,7 @@ use crate::{
     words::{self, Word},
 };
 
-/// Letters that Grbl knows as values; those that no code here uses end as [`Error::UnusedWords`].
+/// Letters that Grbl reads as values. Those that no code of the block uses end as [`Error::UnusedWords`].
 const VALUE_LETTERS: u32 = letters(b"FIJKLNPRSTXYZ");
 const AXIS_LETTERS: u32 = letters(b"XYZ");
 /// Letters whose value must not be negative.
@@ -14,7 +15,7 @@ const UNSIGNED_LETTERS: u32 = letters(b"FNPST");
 const MAX_LINE_NUMBER: f32 = 10_000_000.0;
 const MAX_TOOL: f32 = 255.0;
 
-/// A set of letters, a bit each.
+/// A set of letters, one bit for each.
 const fn letters(mut those: &[u8]) -> u32 {
     let mut set = 0;
     while let [letter, others @ ..] = those {
@@ -28,7 +29,7 @@ const fn bit(letter: u8) -> u32 {
     1 << (letter - b'A')
 }
 
-/// Modal groups, by the names of RS274/NGC; at most one code of each may stand in a block.
+/// Modal groups, named as in RS274/NGC. A block may have at most one code of each group.
 #[derive(Clone, Copy)]
 enum Group {
     NonModal,
@@ -54,10 +55,10 @@ impl Group {
     }
 }
 
-/// The groups that a jog may use, of group 0 only G53.
+/// The groups that a jog may use. Of group 0 it may only use G53.
 const JOG_GROUPS: u16 = Group::NonModal.bit() | Group::Distance.bit() | Group::Units.bit();
 
-/// A code of group 0: acts once, changes no mode. A place is 0 for G28's and 1 for G30's.
+/// A code of group 0: it acts once and changes no mode. The `usize` is 0 for G28 and 1 for G30.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum NonModal {
     /// G4.
@@ -87,20 +88,20 @@ pub(crate) enum AxisCommand {
     ToolLength,
 }
 
-/// The words of a block, each at most once.
+/// The words of a block, each letter at most once.
 #[derive(Debug)]
 pub(crate) struct Words {
     claimed_groups: u16,
-    /// The letters whose value was given and has not been used.
+    /// The letters that were given a value which has not been used yet.
     given: u32,
     values: [f32; 26],
-    /// The modes in force in the block: those before it, and its own.
+    /// The modes in force in the block: those before it, changed by its own codes.
     pub(crate) modal: Modal,
     pub(crate) non_modal: Option<NonModal>,
     pub(crate) axis_command: Option<AxisCommand>,
-    /// G43.1 rather than G49.
+    /// G43.1 if true, G49 if false.
     pub(crate) lengthens_tool: bool,
-    /// G64, which may have a P.
+    /// G64, which may have a P word.
     pub(crate) blends: bool,
     /// M6.
     pub(crate) changes_tool: bool,
@@ -111,7 +112,7 @@ pub(crate) struct Words {
 }
 
 impl Words {
-    /// Reads a line on top of the modes in force. Where it cannot be read, what is left of it begins with the word at fault.
+    /// Reads a line, starting from the modes in force. If it fails, `line` is left at the word that caused the error.
     pub(crate) fn read(line: &mut &[u8], modal: Modal) -> Result<Self, Error> {
         let mut block = Self {
             claimed_groups: 0,
@@ -131,14 +132,14 @@ impl Words {
             Word::M(hundredths) => block.miscellaneous(hundredths),
             Word::Value(letter, value) => block.value(letter, value),
         })?;
-        // Bare axis words mean the motion mode.
+        // Axis words without a code that uses them belong to the motion mode.
         if block.has_axes() {
             block.axis_command.get_or_insert(AxisCommand::Motion);
         }
         Ok(block)
     }
 
-    /// The value of `letter`, which counts as used from now on.
+    /// The value of `letter`, which then counts as used.
     pub(crate) fn take(&mut self, letter: u8) -> Option<f32> {
         let value = self.value_of(letter);
         self.given &= !bit(letter);
@@ -154,7 +155,7 @@ impl Words {
         b"XYZ".map(|letter| self.value_of(letter))
     }
 
-    /// I, J and K, each of which counts as used from now on.
+    /// I, J and K, which then count as used.
     pub(crate) fn take_offsets(&mut self) -> [Option<f32>; 3] {
         b"IJK".map(|letter| self.take(letter))
     }
@@ -175,12 +176,12 @@ impl Words {
         }
     }
 
-    /// Every value but those of the axes has been taken, or the block is refused.
+    /// Refuses the block unless all its values except the axes have been used.
     pub(crate) fn check_all_used(&self) -> Result<(), Error> {
         if self.given & !AXIS_LETTERS == 0 { Ok(()) } else { Err(Error::UnusedWords) }
     }
 
-    /// Whether a jog may have the block's codes.
+    /// Whether all codes of the block are allowed in a jog.
     pub(crate) fn may_jog(&self) -> bool {
         self.claimed_groups & !JOG_GROUPS == 0 && matches!(self.non_modal, None | Some(NonModal::MachineCoordinates))
     }
@@ -232,7 +233,7 @@ impl Words {
         self.claim(group)
     }
 
-    /// M1, the optional stop, passes.
+    /// M1, the optional stop, is accepted and does nothing.
     #[rustfmt::skip]
     fn miscellaneous(&mut self, hundredths: u32) -> Result<(), Error> {
         let modal = &mut self.modal;

@@ -1,26 +1,26 @@
-//! Numbers that senders know, each with words of ours.
+//! Numbered codes that senders know, each with a text of our own.
 
-/// An enum of such numbers: `Name = number, "words";`.
+/// Defines an enum of such codes from entries of the form `Name = number, "text";`.
 macro_rules! codes {
     ($(#[$doc:meta])* $codes:ident { $($name:ident = $code:literal, $words:literal;)* }) => {
         $(#[$doc])*
         #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-        // A whole word: what follows it in a result is copied by words then, not byte by byte.
+        // 32 bits: then the compiler copies what follows it in a `Result` word by word, not byte by byte.
         #[repr(u32)]
         pub enum $codes {
             $(#[doc = $words] $name = $code,)*
         }
 
         impl $codes {
-            /// All of them, by rising number.
+            /// All codes, in ascending order.
             pub const ALL: &[Self] = &[$(Self::$name),*];
 
-            /// The number.
+            /// The number of this code.
             pub const fn code(self) -> u8 {
                 self as u8
             }
 
-            /// The one with this number.
+            /// The code with this number.
             pub fn from_code(code: u8) -> Option<Self> {
                 Self::ALL.iter().copied().find(|one| one.code() == code)
             }

@@ -1,39 +1,39 @@
-//! What a line asks for, and the states that a machine may be asked in.
+//! What a line asks for, and the states in which a machine may be asked.
 
 use core::fmt;
 
 use crate::{AXES, Alarm, Arc, Error};
 
-/// A line, understood; `'l` is the line's.
+/// A line that has been interpreted; it borrows texts from the line (`'l`).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Command<'l> {
-    /// G-code; an empty line is an empty block, and so is one that is only `%`.
+    /// G-code. An empty line, or one that is only `%`, is an empty block.
     Block(Block),
-    /// `$J=`: begin a jog, or [`Error::TravelExceeded`].
+    /// `$J=`: begin a jog. The machine may refuse it with [`Error::TravelExceeded`].
     Jog(Jog),
     /// `$H`: home every axis. `$HX`, `$HY`, `$HZ`: home one.
     Home {
-        /// Its index; none for every axis.
+        /// Axis index; `None` for every axis.
         axis: Option<usize>,
     },
-    /// `$BUZZ=`: move an axis to and fro, to see that it is wired well.
+    /// `$BUZZ=`: move an axis back and forth, to check its wiring.
     Buzz {
-        /// Its index.
+        /// Axis index.
         axis: usize,
     },
-    /// `$X`: leave Alarm without homing; nothing to do in any other state.
+    /// `$X`: leave Alarm without homing; does nothing in any other state.
     Unlock,
-    /// `$C`: begin to check G-code without moving, or, in [`ReportedState::Check`], end that by a reset.
+    /// `$C`: begin to check G-code without moving. In [`ReportedState::Check`]: end the check by a reset.
     ToggleCheck,
     /// `$SLP`: sleep until a reset.
     Sleep,
-    /// `$BOOT`: make way for new firmware, if there is a boot loader.
+    /// `$BOOT`: start the boot loader, if there is one, to load new firmware.
     Boot,
     /// `$`: list the `$` commands.
     Help,
     /// `$$`: list the settings.
     ShowSettings,
-    /// `$#`: list offsets and places.
+    /// `$#`: list work offsets and stored positions.
     ShowParameters,
     /// `$n=v`: change a setting, by [`Settings::with`](crate::Settings::with).
     SetSetting {
@@ -42,16 +42,16 @@ pub enum Command<'l> {
         /// The value, finite, not yet checked against the setting's range.
         value: f32,
     },
-    /// `$RST=`: put back defaults, and reset. `*` forgets the text of `$I=`, too.
+    /// `$RST=`: restore defaults, then reset. `*` also clears the text of `$I=`.
     Restore {
-        /// `$` and `*`: the settings.
+        /// Restore the settings: `$` and `*`.
         settings: bool,
-        /// `#` and `*`: the [`Parameters`](crate::Parameters).
+        /// Restore the [`Parameters`](crate::Parameters): `#` and `*`.
         parameters: bool,
     },
-    /// `$I`: name the build.
+    /// `$I`: report the build.
     ShowBuild,
-    /// `$I=`: keep a text for `$I` to tell.
+    /// `$I=`: store a text that `$I` reports.
     SetBuild {
         /// At most [`STORED_LINE_CHARS`](crate::parameters::STORED_LINE_CHARS) long; empty for none.
         text: &'l str,
@@ -60,74 +60,74 @@ pub enum Command<'l> {
     ShowModal,
     /// `$N`: list the start-up lines.
     ShowStartup,
-    /// `$N0=`, `$N1=`: carry out a block, then keep its line to be carried out after every reset and homing.
+    /// `$N0=`, `$N1=`: execute a block, then store its line, to be executed after every reset and homing.
     SetStartup {
-        /// Which of them.
+        /// Index of the start-up line: 0 or 1.
         index: usize,
-        /// The block; the interpreter is there already.
+        /// The block; the interpreter has already taken over its modes and position.
         block: Block,
         /// Its line, at most [`STORED_LINE_CHARS`](crate::parameters::STORED_LINE_CHARS) long.
         line: &'l str,
     },
-    /// `$En`: say what `error:n` means.
+    /// `$En`: explain `error:n`.
     ExplainError(Error),
-    /// `$An`: say what `ALARM:n` means.
+    /// `$An`: explain `ALARM:n`.
     ExplainAlarm(Alarm),
 }
 
-/// What one line of G-code does, in the order of the fields.
+/// What one line of G-code does. The machine acts on the fields in their order.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Block {
     /// N; 0 without one.
     pub line_number: u32,
-    /// M6: first of all hold until a resume, for this tool to be put in; 0 where none was named.
+    /// M6: before anything else, hold until a resume, so that this tool can be put in; 0 if no tool was named.
     pub tool_change: Option<u8>,
-    /// M3, M4 or M5 other than in force before the line: the modal state tells which.
+    /// M3, M4 or M5 changed the spindle's state; the new one is in the modal state.
     pub switches_spindle: bool,
-    /// S other than in force before the line: the modal state tells it, in rpm.
+    /// S changed; the new value is in the modal state, in rpm.
     pub changes_speed: bool,
-    /// M7, M8 or M9 that change what was in force before the line: the modal state tells what is on.
+    /// M7, M8 or M9 changed the coolant; the new state is in the modal state.
     pub switches_coolant: bool,
-    /// G4: wait this long, 0 s or more.
+    /// G4: dwell for this time, 0 s or more.
     pub dwell_s: Option<f32>,
-    /// G28, G30 with axis words: rapid there first.
+    /// G28, G30 with axis words: first a rapid to this point.
     pub via_mm: Option<[f32; AXES]>,
-    /// G0 to G3, G28, G30.
+    /// The move of G0 to G3, G28 or G30.
     pub motion: Option<Move>,
-    /// G38.2 to G38.5: probe, in place of a motion.
+    /// G38.2 to G38.5: a probe instead of a move.
     pub probe: Option<Probe>,
-    /// M0: when all this is done, hold until a resume; not a second time where M6 is all that was done.
+    /// M0: when the block is done, hold until a resume. Not set if M6 has held already and nothing else was done.
     pub pauses: bool,
-    /// G10, G28.1, G30.1: work offsets or places are others than before it.
+    /// G10, G28.1, G30.1: work offsets or stored positions have changed.
     pub changes_coordinates: bool,
-    /// M2, M30: the program is over (`[MSG:Pgm End]`); the modal state is already back to its defaults.
+    /// M2, M30: the program ends (`[MSG:Pgm End]`); the modal state has already been reset to its defaults.
     pub ends_program: bool,
 }
 
-/// A move, straight or along an arc. Targets are machine coordinates, each finite and within
-/// [`MAX_COORDINATE_MM`](crate::MAX_COORDINATE_MM) of zero, as is all of an arc.
+/// A move, straight or along an arc. Targets are machine coordinates. They are finite and within
+/// [`MAX_COORDINATE_MM`](crate::MAX_COORDINATE_MM) of zero, and so is every point of an arc.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Move {
-    /// Where every axis ends.
+    /// End position of every axis.
     pub target_mm: [f32; AXES],
-    /// How fast.
+    /// Its speed.
     pub rate: Rate,
-    /// The way there, if it is not straight.
+    /// The path, if it is not straight.
     pub arc: Option<Arc>,
-    /// G61.1: it ends in a stop, whatever comes next. G61 and G64: it does not.
+    /// G61.1: the move ends in a stop, whatever follows. Not set for G61 and G64.
     pub exact_stop: bool,
 }
 
-/// A straight way at the feed that ends where the probe's contact changes, or at the target.
+/// A straight probing move at the feed. It ends where the probe's contact changes, or at the target.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Probe {
-    /// Where every axis ends if the contact does not change, in machine coordinates; never where it begins.
+    /// End position of every axis if the contact does not change, in machine coordinates; never equal to the start.
     pub target_mm: [f32; AXES],
-    /// Along the path; at least [`MIN_FEED_MM_MIN`](crate::MIN_FEED_MM_MIN).
+    /// Feed along the path; at least [`MIN_FEED_MM_MIN`](crate::MIN_FEED_MM_MIN).
     pub mm_min: f32,
-    /// G38.4, G38.5: until the contact opens rather than closes.
+    /// G38.4, G38.5: probe until the contact opens; otherwise until it closes.
     pub away: bool,
-    /// G38.2, G38.4: no change of the contact on the way is an alarm.
+    /// G38.2, G38.4: raise an alarm if the contact does not change.
     pub must: bool,
 }
 
@@ -136,33 +136,33 @@ pub struct Probe {
 pub enum Rate {
     /// As fast as the axes allow.
     Rapid,
-    /// Along the path, but no faster than the axes allow.
+    /// Feed along the path, limited to what the axes allow.
     Feed {
         /// At least [`MIN_FEED_MM_MIN`](crate::MIN_FEED_MM_MIN).
         mm_min: f32,
     },
 }
 
-/// A straight move that a jog cancel may end, and that no override touches.
+/// A straight move that a jog cancel may end, and that overrides do not affect.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Jog {
-    /// Where every axis ends, in machine coordinates.
+    /// End position of every axis, in machine coordinates.
     pub target_mm: [f32; AXES],
-    /// Along the path; at least [`MIN_FEED_MM_MIN`](crate::MIN_FEED_MM_MIN).
+    /// Feed along the path; at least [`MIN_FEED_MM_MIN`](crate::MIN_FEED_MM_MIN).
     pub mm_min: f32,
 }
 
-/// How far a machine is whose safety door was opened; its value is the number that a status report gives it.
+/// Progress of the stop and resume after the safety door was opened. The values are the numbers in a status report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Door {
-    /// At rest, the door closed again: ready to resume.
+    /// At rest and the door is closed again: ready to resume.
     Closed = 0,
-    /// At rest, the door open.
+    /// At rest and the door is open.
     Open = 1,
-    /// Braking, or the outputs going off.
+    /// Braking, or switching the outputs off.
     Stopping = 2,
-    /// The door closed and the machine resuming: the spindle is spinning up.
+    /// The door is closed and the machine resumes: the spindle is spinning up.
     Resuming = 3,
 }
 
@@ -173,12 +173,12 @@ pub enum ReportedState {
     Idle,
     /// Moving, or dwelling.
     Run,
-    /// Held, or still braking for that.
+    /// Held, or still braking for the hold.
     Hold {
-        /// Not at rest yet.
+        /// The machine is not at rest yet.
         stopping: bool,
     },
-    /// Held as by a feed hold, spindle and coolant off: the safety door was opened.
+    /// The safety door was opened: held as by a feed hold, with spindle and coolant off.
     Door(Door),
     /// Jogging.
     Jog,
@@ -193,12 +193,13 @@ pub enum ReportedState {
 }
 
 impl ReportedState {
-    /// Nothing moves and nothing waits to.
+    /// Whether nothing moves and no motion is waiting.
     pub const fn at_rest(self) -> bool {
         matches!(self, Self::Idle | Self::Alarm | Self::Check | Self::Sleep)
     }
 
-    /// G-code queues up behind a move, but not behind homing, which changes what its coordinates mean.
+    /// Whether the machine accepts G-code. It is queued behind a move, but not behind homing, which changes the meaning
+    /// of coordinates.
     ///
     /// # Errors
     /// [`Error::NotIdle`], or [`Error::Locked`] in Alarm and while jogging.

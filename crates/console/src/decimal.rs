@@ -1,40 +1,41 @@
-//! Plain decimals, as G-code and settings write them: no exponent, no infinity.
+//! Plain decimals, as in G-code and settings: no exponent, no infinity.
 //!
-//! The standard library would read them too, with a table of powers that takes 13 KiB of a chip's flash.
+//! The standard library could parse them too, but its table of powers takes 13 KiB of the chip's flash.
 
-/// A value must be less than this: Grbl, too, reads 8 digits before the point.
+/// Values must be less than this. Grbl also reads 8 digits before the decimal point.
 const VALUE_BOUND: f64 = 1e8;
-/// So many digits a `u32` holds, whatever they are.
+/// A `u32` holds any number of this many digits.
 const HALF_DIGITS: u32 = 9;
-/// More than a value resolves; further decimals are read and dropped.
+/// Digits that are kept, which is more than a value can resolve. Further decimals are read and dropped.
 const DIGITS_MAX: u32 = 2 * HALF_DIGITS;
-/// So many digits an `f32` holds exactly, whatever they are, and so a power of ten as long.
+/// An `f32` holds any number of this many digits exactly, and therefore also these powers of ten.
 const SHORT_DIGITS: u32 = 7;
 static POWERS: [f32; SHORT_DIGITS as usize + 1] = [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7];
-/// Grbl, too, reads 8 digits before the point; it cuts the rest off in silence.
+/// Grbl also reads 8 digits before the decimal point, but it silently cuts off the rest.
 const CODE_DIGITS_MAX: u32 = 8;
 
-/// A number as it is written: `digits` digits without their point, of which `decimals` stand behind it.
+/// A number as written: `digits` digits without the point, the last `decimals` of them after the point.
 ///
-/// Small chips multiply 32 bits by 32 at once, but have to call for 64, or to see whether a product overflows. So nothing
-/// here does either, nor a double's arithmetic, for a number as short as those of a program.
+/// The chip multiplies 32 by 32 bits at once, but calls a routine for 64 bits or for an overflow check. So numbers as
+/// short as those in usual programs are read without either, and without arithmetic in doubles.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Decimal {
     signed: bool,
     negative: bool,
-    /// The first half of the digits there is room for.
+    /// The digits up to `HALF_DIGITS`, as a number.
     first: u32,
-    /// The second half.
+    /// The digits after those, as a number.
     second: u32,
     digits: u32,
     decimals: u32,
     has_point: bool,
-    /// More digits before the point than can be held.
+    /// There are more digits before the point than can be held.
     overflown: bool,
 }
 
 impl Decimal {
-    /// Reads the number that `text` begins with; what comes after it. `None` if it begins with none.
+    /// Reads the number at the beginning of `text`; also returns the text after it. `None` if `text` does not begin
+    /// with one.
     pub fn read(text: &[u8]) -> Option<(Self, &[u8])> {
         let signed = matches!(text, [b'+' | b'-', ..]);
         let mut rest = &text[usize::from(signed)..];
@@ -70,14 +71,13 @@ impl Decimal {
         }
     }
 
-    /// `None` if it is too large.
+    /// The value; `None` if it is too large.
     pub fn value(&self) -> Option<f32> {
         let magnitude = if self.digits <= SHORT_DIGITS { self.short() } else { self.long()? };
         Some(if self.negative { -magnitude } else { magnitude })
     }
 
-    /// The number of a code in hundredths, rounded, if it is written without a sign and with at most 8 digits before
-    /// the point.
+    /// A code's number in hundredths, rounded. `None` if it has a sign or more than 8 digits before the point.
     pub fn code_hundredths(&self) -> Option<u32> {
         let plain = !self.signed && self.digits - self.decimals <= CODE_DIGITS_MAX;
         plain.then(|| match self.decimals {
@@ -86,18 +86,18 @@ impl Decimal {
         })
     }
 
-    /// A short number without its sign. Both are exact, so the quotient is the nearest there is.
+    /// The magnitude of a short number. Numerator and denominator are exact, so the quotient is correctly rounded.
     fn short(&self) -> f32 {
         self.first as f32 / POWERS[self.decimals as usize]
     }
 
-    /// A number without its sign, rounded twice; `None` if it is too large.
+    /// The magnitude of a longer number, rounded twice; `None` if it is too large.
     fn long(&self) -> Option<f32> {
         let magnitude = self.magnitude();
         (magnitude < VALUE_BOUND && !self.overflown).then_some(magnitude as f32)
     }
 
-    /// Both are exact in a double up to 2^53 and 10^22, so the quotient is the nearest there is.
+    /// Integers up to 2^53 and powers of ten up to 10^22 are exact in a double, so the quotient is correctly rounded.
     fn magnitude(&self) -> f64 {
         let seconds = self.digits.saturating_sub(HALF_DIGITS);
         let mantissa = u64::from(self.first) * 10u64.pow(seconds) + u64::from(self.second);
@@ -136,7 +136,7 @@ mod tests {
         assert_eq!(value("100000000"), None);
         assert_eq!(value("1000000000000000000000000"), None);
         assert_eq!(value("0.1000000000000000000000000001"), Some(0.1));
-        // One digit more than there is room for, of which ten count.
+        // One digit more than are kept; ten of them are significant.
         assert_eq!(value("0.000000009999999999"), Some(1e-8));
     }
 

@@ -1,4 +1,4 @@
-//! What `error:N` means, and what to do about it.
+//! What each `error:N` means and what to do about it.
 
 use core::fmt;
 

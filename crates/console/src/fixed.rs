@@ -1,13 +1,13 @@
-//! Decimals through integers: `core::fmt` of floats would cost the chip some kilobytes of flash.
+//! Prints decimals with integer arithmetic: `core::fmt` for floats would cost some kilobytes of the chip's flash.
 
 use core::fmt;
 
-/// Prints with a fixed number of decimals, rounded half away from zero; never `-0.000`.
+/// Prints a value with a fixed number of decimals, rounded half away from zero; never `-0.000`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fixed {
     /// What to print; NaN prints as 0.
     pub value: f32,
-    /// 0 to 4.
+    /// Number of decimals, 0 to 4.
     pub decimals: usize,
 }
 

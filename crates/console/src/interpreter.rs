@@ -1,4 +1,4 @@
-//! Lines to commands: the modal state and where the program believes the machine to be.
+//! Turns lines into commands. Keeps the modal state and the position at which the program expects the machine.
 
 mod arcs;
 mod coordinates;
@@ -12,7 +12,7 @@ use crate::{
     path,
 };
 
-/// No target may lie farther from zero on any axis: an `f32` still tells 0.001 mm apart there.
+/// Targets must be within this distance of zero on every axis. An `f32` still resolves 0.001 mm there.
 pub const MAX_COORDINATE_MM: f32 = 10_000.0;
 /// The slowest feed.
 pub const MIN_FEED_MM_MIN: f32 = 1.0;
@@ -20,19 +20,19 @@ pub const MIN_FEED_MM_MIN: f32 = 1.0;
 const INCH_MM: f32 = 25.4;
 const Z: usize = 2;
 
-/// Understands one line at a time.
+/// Interprets one line at a time.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Interpreter {
     coordinates: Coordinates,
     modal: Modal,
     position_mm: [f32; AXES],
-    /// G92.
+    /// Offset of G92.
     shift_mm: [f32; AXES],
-    /// G43.1, along Z.
+    /// Offset of G43.1, along Z.
     tool_length_mm: f32,
-    /// Where the last probe ended.
+    /// Position at which the last probe ended.
     touched_mm: [f32; AXES],
-    /// Whether its contact changed there.
+    /// Whether the probe's contact changed there.
     touched: bool,
 }
 
@@ -42,17 +42,17 @@ impl Interpreter {
         Self::default()
     }
 
-    /// The modal state in force after the last line accepted.
+    /// The modal state after the last accepted line.
     pub fn modal(&self) -> &Modal {
         &self.modal
     }
 
-    /// Work offsets and places.
+    /// Work offsets and stored positions.
     pub fn coordinates(&self) -> &Coordinates {
         &self.coordinates
     }
 
-    /// Restores work offsets and places, or puts them back.
+    /// Replaces the work offsets and stored positions.
     pub fn set_coordinates(&mut self, coordinates: Coordinates) {
         self.coordinates = coordinates;
     }
@@ -75,48 +75,49 @@ impl Interpreter {
         offset_mm
     }
 
-    /// Where the last move accepted ends, in machine coordinates.
+    /// End position of the last accepted move, in machine coordinates.
     pub fn position_mm(&self) -> [f32; AXES] {
         self.position_mm
     }
 
-    /// Says where the machine will be: after a jog taken, homing, a reset, or a move refused or cut short.
+    /// Sets the position: after an accepted jog, after homing or a reset, or when a move was refused or cut short.
     pub fn set_position_mm(&mut self, position_mm: [f32; AXES]) {
         self.position_mm = position_mm;
     }
 
-    /// Where the last probe ended, in machine coordinates, and whether its contact changed there; at first zero and no.
+    /// Where the last probe ended, in machine coordinates, and whether its contact changed there. At first zero and
+    /// `false`.
     pub fn touched(&self) -> ([f32; AXES], bool) {
         (self.touched_mm, self.touched)
     }
 
-    /// Says where a probe has ended, in machine coordinates, and whether its contact changed there.
+    /// Sets where a probe has ended, in machine coordinates, and whether its contact changed there.
     pub fn set_touched(&mut self, place_mm: [f32; AXES], touched: bool) {
         (self.touched_mm, self.touched) = (place_mm, touched);
     }
 
-    /// Turns spindle and coolant off in the modal state, as M5 and M9 do: after an alarm.
+    /// Switches spindle and coolant off in the modal state, as M5 and M9 do. For use after an alarm.
     pub fn stop_tool(&mut self) {
         (self.modal.spindle, self.modal.coolant) = (Spindle::Off, Coolant::Off);
     }
 
-    /// Says which coolant is on, after an override has switched it.
+    /// Sets which coolant is on, after an override has switched it.
     pub fn set_coolant(&mut self, coolant: Coolant) {
         self.modal.coolant = coolant;
     }
 
-    /// Puts the modal state back to that of power-up, without G92 and G43.1; position, coordinates and what a probe
-    /// touched stay.
+    /// Resets the modal state to that of power-up and clears G92 and G43.1. Keeps the position, the coordinates and the
+    /// result of the last probe.
     pub fn reset(&mut self) {
         (self.modal, self.shift_mm, self.tool_length_mm) = (Modal::default(), [0.0; AXES], 0.0);
     }
 
-    /// Understands a line of [`LineAssembler`](crate::LineAssembler), if the machine may be asked in `state`.
-    /// On success, takes over its modal state, its coordinates and the position it ends at; but a [`Command::Jog`]
-    /// changes nothing, and whoever begins it says so with [`set_position_mm`](Self::set_position_mm).
+    /// Interprets a line from [`LineAssembler`](crate::LineAssembler), if `state` allows it. On success, takes over its
+    /// modal state, its coordinates and its end position. A [`Command::Jog`] changes nothing: the caller that begins
+    /// the jog sets the position with [`set_position_mm`](Self::set_position_mm).
     ///
     /// # Errors
-    /// Grbl's reason; then nothing has changed.
+    /// Grbl's reason. Nothing has changed then.
     pub fn interpret<'l>(
         &mut self,
         line: &'l str,
@@ -125,7 +126,7 @@ impl Interpreter {
     ) -> Result<Command<'l>, Error> {
         match line.strip_prefix('$') {
             Some(statement) => self.statement(statement, state, settings),
-            // % stands where a program begins and where it ends.
+            // % marks the beginning and the end of a program.
             None if matches!(line.as_bytes(), [] | [b'%']) => Ok(Command::Block(Block::default())),
             None => {
                 state.takes_gcode()?;
@@ -134,7 +135,7 @@ impl Interpreter {
         }
     }
 
-    /// Understands a line of G-code, whatever the state.
+    /// Interprets a line of G-code in any state.
     ///
     /// # Errors
     /// As [`interpret`](Self::interpret).
@@ -147,7 +148,7 @@ impl Interpreter {
         block
     }
 
-    /// What follows `$J=`.
+    /// Interprets what follows `$J=`.
     pub(crate) fn jog(&self, line: &str) -> Result<Jog, Error> {
         let modal = Modal { motion: MotionMode::Linear, ..self.modal };
         let mut words = Words::read(&mut line.as_bytes(), modal)?;
@@ -160,13 +161,13 @@ impl Interpreter {
         if mm_min < MIN_FEED_MM_MIN {
             return Err(Error::NoFeed);
         }
-        // Grbl looks at an arc before it refuses to jog along one.
+        // Grbl checks an arc's words before it refuses to jog along an arc.
         self.arc(&mut words)?;
         words.check_all_used()?;
         if words.may_jog() { Ok(Jog { target_mm, mm_min }) } else { Err(Error::BadJog) }
     }
 
-    /// Applies a block to this state, in Grbl's order of checking; the caller puts the state back if that fails.
+    /// Applies a block to this state, in Grbl's order of checking. On failure, the caller restores the state.
     fn block(&mut self, mut words: Words) -> Result<Block, Error> {
         let line_number = words.line_number()?;
         let switches_spindle = words.modal.spindle != self.modal.spindle;
@@ -189,7 +190,7 @@ impl Interpreter {
             go_to.or(self.motion(&mut words)?)
         };
         if words.blends {
-            // How far G64 may deviate from the path: $11 says that here.
+            // P is the tolerance of G64. It is ignored: `$11` sets the tolerance here.
             words.take(b'P');
         }
         words.check_all_used()?;
@@ -200,7 +201,7 @@ impl Interpreter {
         if ends_program {
             self.modal.end_program();
         }
-        // Where M6 has held already, M0 holds once more only if there was something to do between them.
+        // If M6 has already held, M0 holds again only if something was done in between.
         let switches = switches_spindle || changes_speed || switches_coolant;
         let acts = switches || dwell_s.is_some() || motion.is_some() || probe.is_some();
         let pauses = pauses && (tool_change.is_none() || acts);
@@ -220,7 +221,7 @@ impl Interpreter {
         })
     }
 
-    /// Takes over the modes of the block and its values that stay in force; whether S is another.
+    /// Takes over the modes of the block and the values that stay in force. Returns whether S changed.
     fn modes(&mut self, words: &mut Words) -> Result<bool, Error> {
         let Modal { inverse_time: was_inverse, feed: before, .. } = self.modal;
         self.modal = words.modal;
@@ -228,12 +229,12 @@ impl Interpreter {
         self.modal.feed = match given {
             Some(feed) if self.modal.inverse_time => feed,
             Some(feed) => in_mm(feed, &self.modal),
-            // An inverse time holds for its block alone.
+            // An inverse-time feed holds for its own block only.
             None if self.modal.inverse_time || was_inverse => 0.0,
             None => before,
         };
         let speed_rpm = words.take(b'S');
-        // Compared where there is one: most lines have none.
+        // Compared only if S is present: most lines have none.
         let changes_speed = speed_rpm.is_some_and(|speed_rpm| speed_rpm != self.modal.speed_rpm);
         self.modal.speed_rpm = speed_rpm.unwrap_or(self.modal.speed_rpm);
         self.modal.tool = words.take(b'T').map_or(self.modal.tool, |tool| tool as u8);
@@ -252,7 +253,7 @@ impl Interpreter {
         Ok(())
     }
 
-    /// The way of a block whose motion mode is no probe.
+    /// The move of a block whose motion mode is not a probe.
     fn motion(&self, words: &mut Words) -> Result<Option<Move>, Error> {
         let Modal { motion: mode, exact_stop, .. } = self.modal;
         if mode == MotionMode::Cancelled && words.has_axes() {
@@ -273,7 +274,7 @@ impl Interpreter {
         Ok(Some(Move { target_mm, rate, arc, exact_stop }))
     }
 
-    /// Whether there is a feed to move at.
+    /// Checks that a usable feed is in force.
     fn check_feed(&self) -> Result<(), Error> {
         let least = if self.modal.inverse_time { f32::MIN_POSITIVE } else { MIN_FEED_MM_MIN };
         if self.modal.feed < least { Err(Error::NoFeed) } else { Ok(()) }
@@ -290,12 +291,12 @@ impl Interpreter {
     }
 }
 
-/// A length in the units in force.
+/// Converts a length from the units in force to mm.
 fn in_mm(length: f32, modal: &Modal) -> f32 {
     if modal.inches { length * INCH_MM } else { length }
 }
 
-/// A coordinate that is not too far out.
+/// Checks that a coordinate is within the allowed range.
 fn within(mm: f32) -> Result<f32, Error> {
     if mm.abs() <= MAX_COORDINATE_MM { Ok(mm) } else { Err(Error::InvalidTarget) }
 }

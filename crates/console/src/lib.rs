@@ -70,3 +70,8 @@ pub use status::{Status, StatusReporter};
 
 /// Axes of the machine, in the order X, Y, Z.
 pub const AXES: usize = 3;
+
+/// The examples of the README are run as those here are.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -1,10 +1,10 @@
-//! Bytes to lines, as Grbl strips them.
+//! Assembles bytes to lines and strips them as Grbl does.
 
 use heapless::String;
 
 use crate::Error;
 
-/// The longest line, in characters left after spaces and comments are stripped.
+/// The longest line, in characters that remain after spaces and comments have been stripped.
 pub const MAX_LINE_CHARS: usize = 79;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -14,7 +14,8 @@ enum Comment {
     ToEndOfLine,
 }
 
-/// Collects bytes until CR or LF ends the line; strips spaces, tabs, `/`, `(...)` and `;...`, and upper-cases.
+/// Collects bytes until CR or LF ends the line. Strips spaces, tabs, `/`, `(...)` and `;...`, and converts to upper
+/// case.
 #[derive(Debug, Clone)]
 pub struct LineAssembler {
     text: String<MAX_LINE_CHARS>,
@@ -24,17 +25,17 @@ pub struct LineAssembler {
 }
 
 impl LineAssembler {
-    /// Waits for the first byte of a line.
+    /// An assembler at the beginning of a line.
     pub const fn new() -> Self {
         Self { text: String::new(), comment: Comment::None, fault: None, ended: false }
     }
 
-    /// Forgets the line begun, as a reset does.
+    /// Discards the unfinished line, as a reset does.
     pub fn reset(&mut self) {
         *self = Self::new();
     }
 
-    /// Takes the next byte; gives the line that it ends.
+    /// Takes the next byte. Returns the line if this byte ends it.
     ///
     /// # Errors
     /// Once per line, when the line ends: [`Error::LineTooLong`] above [`MAX_LINE_CHARS`], or
@@ -65,7 +66,7 @@ impl LineAssembler {
         }
     }
 
-    /// The first fault of a line is the one reported.
+    /// Only the first fault of a line is reported.
     fn fail(&mut self, error: Error) {
         self.fault.get_or_insert(error);
     }

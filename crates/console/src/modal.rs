@@ -1,7 +1,7 @@
 //! What stays in force from one block to the next.
 
-/// The mode that bare axis words move by; its value is the G-code's number, and for G38.2 to G38.5 Grbl's own, 140 to
-/// 143.
+/// The mode by which axis words without another code move. Its value is the G-code's number; G38.2 to G38.5 have Grbl's
+/// numbers 140 to 143.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(u8)]
 pub enum MotionMode {
@@ -14,15 +14,15 @@ pub enum MotionMode {
     ClockwiseArc = 2,
     /// G3.
     CounterClockwiseArc = 3,
-    /// G80: none; axis words are refused.
+    /// G80: no motion mode; axis words are refused.
     Cancelled = 80,
-    /// G38.2: probe until the contact closes, which it must.
+    /// G38.2: probe until the contact closes; it must close.
     ProbeToward = 140,
-    /// G38.3: the same, if it closes at all.
+    /// G38.3: probe until the contact closes; it need not close.
     ProbeTowardIfAny = 141,
-    /// G38.4: probe until the contact opens, which it must.
+    /// G38.4: probe until the contact opens; it must open.
     ProbeAway = 142,
-    /// G38.5: the same, if it opens at all.
+    /// G38.5: probe until the contact opens; it need not open.
     ProbeAwayIfAny = 143,
 }
 
@@ -36,22 +36,22 @@ impl MotionMode {
         !matches!(self, Self::Rapid | Self::Cancelled)
     }
 
-    /// G38.2 to G38.5.
+    /// Whether it is one of G38.2 to G38.5.
     pub(crate) const fn probes(self) -> bool {
         self as u8 >= Self::ProbeToward as u8
     }
 
-    /// G38.4, G38.5: until the contact opens rather than closes.
+    /// G38.4, G38.5: whether the contact must open instead of close.
     pub(crate) const fn probes_away(self) -> bool {
         matches!(self, Self::ProbeAway | Self::ProbeAwayIfAny)
     }
 
-    /// G38.2, G38.4: no contact is an alarm.
+    /// G38.2, G38.4: whether it is an alarm if the contact does not change.
     pub(crate) const fn must_touch(self) -> bool {
         matches!(self, Self::ProbeToward | Self::ProbeAway)
     }
 
-    /// The number after G, as `$G` prints it: the whole part, then the decimal if there is one.
+    /// The number after G, as `$G` prints it: the integer part, then the decimals, if any.
     pub(crate) const fn number(self) -> (u8, &'static str) {
         match self {
             Self::ProbeToward => (38, ".2"),
@@ -63,7 +63,7 @@ impl MotionMode {
     }
 }
 
-/// How the program has the spindle, or the laser; its value is the M-code's number.
+/// How the program has switched the spindle or the laser. The value is the M-code's number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(u8)]
 pub enum Spindle {
@@ -76,7 +76,7 @@ pub enum Spindle {
     Off = 5,
 }
 
-/// Which coolant the program has on.
+/// Which coolant the program has switched on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Coolant {
     /// M9.
@@ -91,7 +91,7 @@ pub enum Coolant {
 }
 
 impl Coolant {
-    /// What is on, of the two.
+    /// The coolant state with flood and mist each on or off.
     pub const fn of(flood: bool, mist: bool) -> Self {
         match (flood, mist) {
             (false, false) => Self::Off,
@@ -101,12 +101,12 @@ impl Coolant {
         }
     }
 
-    /// M8: flood is on.
+    /// M8: whether flood is on.
     pub const fn flood(self) -> bool {
         matches!(self, Self::Flood | Self::Both)
     }
 
-    /// M7: mist is on.
+    /// M7: whether mist is on.
     pub const fn mist(self) -> bool {
         matches!(self, Self::Mist | Self::Both)
     }
@@ -120,13 +120,13 @@ impl Coolant {
         }
     }
 
-    /// M7 and M8 add to each other.
+    /// Combines both: M7 and M8 add to each other.
     pub(crate) const fn and(self, other: Self) -> Self {
         Self::of(self.flood() || other.flood(), self.mist() || other.mist())
     }
 }
 
-/// The modal state, by default as after power-up or reset. G40 and G91.1 are always in force.
+/// The modal state. Its default is that after power-up or reset. G40 and G91.1 are always in force.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Modal {
     /// G0 to G3, G38.2 to G38.5 or G80.
@@ -135,15 +135,16 @@ pub struct Modal {
     pub system: u8,
     /// The plane of arcs: 0 for G17, 1 for G18, 2 for G19.
     pub plane: u8,
-    /// G20 rather than G21.
+    /// G20 if true, G21 if false.
     pub inches: bool,
-    /// G91 rather than G90.
+    /// G91 if true, G90 if false.
     pub incremental: bool,
-    /// G93 rather than G94: F is how many of the move fit into a minute, and holds for its block alone.
+    /// G93 if true, G94 if false. With G93, F is the reciprocal of the duration of the move in minutes, and holds for
+    /// its block only.
     pub inverse_time: bool,
-    /// G61.1 rather than G61 or G64: every move ends in a stop.
+    /// G61.1 if true, G61 or G64 if false: every move ends in a stop.
     pub exact_stop: bool,
-    /// F, mm/min, or 1/min with G93; 0 until one was given.
+    /// F, in mm/min, or with G93 in 1/min; 0 until one is given.
     pub feed: f32,
     /// M3, M4 or M5.
     pub spindle: Spindle,
@@ -151,12 +152,12 @@ pub struct Modal {
     pub speed_rpm: f32,
     /// M7, M8 or M9.
     pub coolant: Coolant,
-    /// T: M6 tells the person to put it in.
+    /// T: M6 asks the operator to put it in.
     pub tool: u8,
 }
 
 impl Modal {
-    /// What M2 and M30 put back; units, feed, speed and tool stay.
+    /// Resets what M2 and M30 reset; units, feed, speed and tool stay.
     pub(crate) fn end_program(&mut self) {
         let Self { inches, feed, speed_rpm, tool, .. } = *self;
         *self = Self { motion: MotionMode::Linear, inches, feed, speed_rpm, tool, ..Self::default() };

@@ -1,24 +1,24 @@
-//! How much faster or slower than programmed, by the operator's real-time bytes.
+//! Overrides: how much faster or slower than programmed the machine runs, set by the operator's real-time bytes.
 
-/// The least and the most of an override of the feed or the spindle, %.
+/// Least and greatest override of the feed or the spindle, %.
 const LIMITS_PERCENT: (u8, u8) = (10, 200);
 
-/// The overrides in force, %; by default 100.
+/// The overrides in force, %; all are 100 by default.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Overrides {
-    /// Of feeds, 10 to 200.
+    /// Override of feeds, 10 to 200.
     pub feed_percent: u8,
-    /// Of rapids: 100, 50 or 25.
+    /// Override of rapids: 100, 50 or 25.
     pub rapid_percent: u8,
-    /// Of the spindle's speed, or the laser's power, 10 to 200.
+    /// Override of the spindle's speed, or of the laser's power, 10 to 200.
     pub spindle_percent: u8,
 }
 
 impl Overrides {
-    /// As programmed.
+    /// No override: everything as programmed.
     pub const DEFAULT: Self = Self { feed_percent: 100, rapid_percent: 100, spindle_percent: 100 };
 
-    /// Obeys a byte of [`Realtime::Override`](crate::Realtime::Override); any other changes nothing.
+    /// Applies a byte of [`Realtime::Override`](crate::Realtime::Override); any other byte changes nothing.
     pub fn apply(&mut self, byte: u8) {
         match byte {
             0x90..=0x94 => step(&mut self.feed_percent, byte - 0x90),
@@ -37,7 +37,7 @@ impl Default for Overrides {
     }
 }
 
-/// Five bytes in a row: back to 100 %, 10 % more, 10 % less, 1 % more, 1 % less.
+/// The meaning of five consecutive bytes: 100 %, 10 % more, 10 % less, 1 % more, 1 % less.
 fn step(percent: &mut u8, which: u8) {
     let (least, most) = LIMITS_PERCENT;
     *percent = match which {

@@ -1,4 +1,5 @@
-//! What outlives a reset beside the settings: work offsets, places to go to, start-up lines, a text of the user's.
+//! What survives a reset in addition to the settings: work offsets, stored positions, start-up lines, and a text of the
+//! user.
 
 use heapless::String;
 
@@ -8,26 +9,26 @@ use crate::AXES;
 pub const WORK_SYSTEMS: usize = 6;
 /// Start-up lines, `$N0` and `$N1`.
 pub const STARTUP_LINES: usize = 2;
-/// The longest that is kept: what is left of a line of [`MAX_LINE_CHARS`](crate::MAX_LINE_CHARS) after `$I=`.
+/// The longest text that is stored: what a line of [`MAX_LINE_CHARS`](crate::MAX_LINE_CHARS) has left after `$I=`.
 pub const STORED_LINE_CHARS: usize = crate::MAX_LINE_CHARS - 3;
 
-/// A start-up line or a text, as [`LineAssembler`](crate::LineAssembler) strips it; empty for none.
+/// A start-up line or a text, stripped by [`LineAssembler`](crate::LineAssembler); empty for none.
 pub type StoredLine = String<STORED_LINE_CHARS>;
 
-/// Work offsets and places, in machine coordinates; by default all zero.
+/// Work offsets and stored positions, in machine coordinates; by default all zero.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Coordinates {
     /// The origins of G54 to G59.
     pub work_offsets_mm: [[f32; AXES]; WORK_SYSTEMS],
-    /// Where G28 and G30 go to.
+    /// The positions of G28 and G30.
     pub places_mm: [[f32; AXES]; 2],
 }
 
 impl Coordinates {
-    /// The origin of G54 to G59, then where G28 and G30 go to.
+    /// The origins of G54 to G59, then the positions of G28 and G30.
     ///
     /// # Panics
-    /// Beyond them.
+    /// If `index` is beyond them.
     #[must_use]
     pub fn place(&self, index: usize) -> &[f32; AXES] {
         match index.checked_sub(WORK_SYSTEMS) {
@@ -36,10 +37,10 @@ impl Coordinates {
         }
     }
 
-    /// The same, to be changed.
+    /// As [`place`](Self::place), but mutable.
     ///
     /// # Panics
-    /// Beyond them.
+    /// If `index` is beyond them.
     pub fn place_mut(&mut self, index: usize) -> &mut [f32; AXES] {
         match index.checked_sub(WORK_SYSTEMS) {
             None => &mut self.work_offsets_mm[index],
@@ -48,13 +49,13 @@ impl Coordinates {
     }
 }
 
-/// Plain data, by default all zero and empty. `$RST=#` puts that back, the text apart.
+/// Stored parameters; by default all zero and empty. `$RST=#` restores the defaults, except for the text.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Parameters {
-    /// Work offsets and places.
+    /// Work offsets and stored positions.
     pub coordinates: Coordinates,
-    /// What `$N0=` and `$N1=` have stored.
+    /// The lines of `$N0=` and `$N1=`.
     pub startup: [StoredLine; STARTUP_LINES],
-    /// What `$I=` has stored.
+    /// The text of `$I=`.
     pub build_text: StoredLine,
 }

@@ -1,19 +1,19 @@
-//! The length of a straight path, by arithmetic that `core` has.
+//! The length of a straight path, using only arithmetic that `core` has.
 
-/// The square root's exponent, and a mantissa that is at most 3.5 % off.
+/// Halves the exponent of a float in its bits, and yields a mantissa whose error is at most 3.5 %.
 const HALF_BIAS: u32 = 0x1FBD_1DF5;
 
-/// The length of a vector, to a few parts in ten million.
+/// The length of a vector. The relative error is a few parts in ten million.
 pub(crate) fn length(vector: [f32; 3]) -> f32 {
     square_root(vector.iter().map(|part| part * part).sum())
 }
 
-/// Of a normal number or 0.
+/// The square root of a normal number or 0.
 fn square_root(square: f32) -> f32 {
     if square < f32::MIN_POSITIVE {
         return 0.0;
     }
-    // Newton's method squares the error at each step: 3.5e-2, 6e-4, 2e-7.
+    // Each step of Newton's method squares the relative error: 3.5e-2, 6e-4, 2e-7.
     let rough = f32::from_bits((square.to_bits() >> 1) + HALF_BIAS);
     (0..3).fold(rough, |root, _| 0.5 * (root + square / root))
 }

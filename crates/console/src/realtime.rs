@@ -1,15 +1,15 @@
-//! Real-time bytes: acted on as they arrive, never part of a line, never answered with `ok`.
+//! Real-time bytes. They act as soon as they arrive, are never part of a line, and never get an `ok`.
 
 /// What a real-time byte asks for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Realtime {
     /// `?`: send a status report.
     Status,
-    /// 0x18 (ctrl-x): stop, forget the queue, start afresh.
+    /// 0x18 (ctrl-x): stop, discard the queue and start again.
     Reset,
     /// `!`: feed hold.
     Hold,
-    /// 0x84: as if the safety door were opened.
+    /// 0x84: act as if the safety door were opened.
     Door,
     /// `~`: resume from a feed hold.
     Resume,
@@ -17,19 +17,19 @@ pub enum Realtime {
     JogCancel,
     /// 0x90-0x97 and 0x99-0x9D: for [`Overrides::apply`](crate::Overrides::apply).
     Override(u8),
-    /// 0x9E: in a feed hold, spindle off, or on again.
+    /// 0x9E: in a feed hold, toggle the spindle.
     SpindleStop,
-    /// 0xA0: flood on, or off again.
+    /// 0xA0: toggle flood coolant.
     Flood,
-    /// 0xA1: mist on, or off again.
+    /// 0xA1: toggle mist coolant.
     Mist,
-    /// Any other byte from 0x80 up, dropped in silence. 0xC2 comes before every real-time byte of a sender that encodes
-    /// them as UTF-8.
+    /// Any other byte from 0x80 up, which is ignored silently. A sender that encodes real-time bytes as UTF-8 sends
+    /// 0xC2 before each of them.
     Ignored,
 }
 
-/// Sorts a byte: `Some` if it is a real-time byte, `None` if it belongs to a line.
-// Inlined: it is asked of every byte.
+/// Classifies a byte: `Some` for a real-time byte, `None` for a byte that belongs to a line.
+// Inlined because it is called for every byte.
 #[inline]
 pub const fn classify(byte: u8) -> Option<Realtime> {
     match byte {

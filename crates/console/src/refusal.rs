@@ -1,12 +1,12 @@
-//! At which word of a line reading stopped, and what to say of one that the machine does not know.
+//! Finds the word of a line at which reading stopped, and says what to do about a word that the machine does not know.
 
 use core::{fmt, ops::Range};
 
 use crate::{Modal, block::Words, decimal::Decimal};
 
-/// Words that many machines know and this one does not: the letter, its numbers from and to, without decimals, and what to do.
-/// Other letters than G and M count as number 0.
-// Not a static: so it has no name, and what has none stays in the chip's flash.
+/// Words that many machines know but this one does not: the letter, the first and the last of its numbers without
+/// decimals, and what to do. Letters other than G and M count as number 0.
+// A constant rather than a static: then it has no symbol name, and data without a name stays in the chip's flash.
 const REMEDIES: &[(u8, u8, u8, &str)] = &[
     (b'G', 5, 5, "no splines here: let the CAM program give lines and arcs"),
     (b'G', 33, 33, "no threads here, the spindle does not say where it stands: remove it"),
@@ -35,11 +35,11 @@ const TOOLS: &str = "no tool table here: remove G43 and its H, keep Z, and set w
 const CYCLES: &str = "no canned cycles here: let the post-processor expand them";
 const AXES: &str = "three axes only, X Y Z: remove it";
 
-/// Where the words of `line` cannot be read: the bytes of the word at which reading stops, from left to right. `line` is as
-/// [`LineAssembler`](crate::LineAssembler) gives it: G-code, `$J=`, `$N0=` or `$N1=`.
+/// The bytes of the word at which reading `line` from left to right stops. `line` is as from
+/// [`LineAssembler`](crate::LineAssembler): G-code, `$J=`, `$N0=` or `$N1=`.
 ///
-/// That is the word to look at for [`Error`](crate::Error)s 1, 20, 21, 23, 24, 25, 38, and for 2, 4 and 29 of words. `None` if all
-/// words can be read, whatever else may be wrong with them together, and for other lines.
+/// This is the word at fault for the [`Error`](crate::Error)s 1, 20, 21, 23, 24, 25 and 38, and for 2, 4 and 29 if a
+/// word caused them. `None` if all words can be read, even if they do not work together, and for other lines.
 ///
 /// ```
 /// assert_eq!(isostep_console::stopped_at("G1X5Q7F100"), Some(4..6));
@@ -58,7 +58,7 @@ pub fn stopped_at(line: &str) -> Option<Range<usize>> {
     Some(begin..begin + word_len(left))
 }
 
-/// How long the word is that `left` begins with: its number ends it, and where it has none, the next letter.
+/// Length of the word that `left` begins with. It ends after its number, or before the next letter if it has no number.
 fn word_len(left: &[u8]) -> usize {
     let number = left.get(1..).unwrap_or_default();
     let rest = match Decimal::read(number) {
@@ -68,8 +68,8 @@ fn word_len(left: &[u8]) -> usize {
     left.len() - rest
 }
 
-/// What to tell of a line that was refused as [`Error::Unsupported`](crate::Error::Unsupported): the word, and what to do. Prints
-/// as the text of a `[MSG:...]`.
+/// What to report of a line that was refused with [`Error::Unsupported`](crate::Error::Unsupported): the word and what
+/// to do. Displays as the text of a `[MSG:...]`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Refusal<'l> {
     word: &'l str,
@@ -77,10 +77,10 @@ pub struct Refusal<'l> {
 }
 
 impl<'l> Refusal<'l> {
-    /// Of a line as for [`stopped_at`].
+    /// The refusal of `line`, which may be any line that [`stopped_at`] accepts.
     pub fn of(line: &'l str) -> Self {
         let Some(range) = stopped_at(line) else {
-            // All its words are known, and one code alone looks at what they say.
+            // All its words are known. G10 is the only code that refuses the values of its words with this error.
             return Self { word: "G10", remedy: "L2 or L20 here, without a rotation: correct L, remove R" };
         };
         let word = line.get(range).unwrap_or_default();

@@ -9,35 +9,36 @@ use crate::{Alarm, Coordinates, Error, Fixed, Interpreter, SETTING_TABLE, Settin
 pub const WELCOME: &str = "\r\nGrbl 1.1h ['$' for help]\r\n";
 /// A line was accepted.
 pub const OK: &str = "ok\r\n";
-/// The reply to `$`, before `ok`: Grbl's, and our own.
+/// The reply to `$`, before `ok`: Grbl's line and one of our own.
 pub const HELP: &str = "[HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x]\r\n\
     [MSG:$En and $An explain a refusal or an alarm by its number n, $BUZZ=X moves X to and fro, \
     $BOOT makes way for new firmware]\r\n";
-/// Names the build. Senders look for "grbl" in the reply to `$I`.
+/// The name of the build. Senders look for "grbl" in the reply to `$I`.
 const BUILD: &str = concat!("Isostep ", env!("CARGO_PKG_VERSION"), " (grbl dialect)");
-/// The letters are Grbl's: V varies the spindle's speed, N knows line numbers, M takes M7, Z reads 0 where it rests after homing, H homes one axis, L is
-/// not locked at power-up. Then the blocks and bytes that a sender may count on.
+/// The letters are Grbl's: V: variable spindle speed, N: line numbers, M: M7 works, Z: the position after homing reads
+/// 0, H: homing of single axes, L: not locked at power-up. Then the numbers of blocks and bytes that a sender may rely
+/// on.
 const OPTIONS: &str = "[OPT:VNMZHL,79,128]";
 
-/// Texts of `[MSG:...]` that senders know.
+/// Texts of `[MSG:...]` that senders recognise.
 pub mod messages {
-    /// At the welcome, when the machine is locked.
+    /// Sent after the welcome if the machine is locked.
     pub const HOW_TO_UNLOCK: &str = "'$H'|'$X' to unlock";
-    /// `$X` left Alarm.
+    /// `$X` has left Alarm.
     pub const UNLOCKED: &str = "Caution: Unlocked";
-    /// A limit switch is pressed where none should be.
+    /// A limit switch is pressed that should not be.
     pub const CHECK_LIMITS: &str = "Check Limits";
-    /// The safety door is open where it should be closed.
+    /// The safety door is open but should be closed.
     pub const CHECK_DOOR: &str = "Check Door";
-    /// A resume turns the spindle on again that 0x9E has turned off.
+    /// A resume switches the spindle on again after 0x9E has switched it off.
     pub const RESTORING_SPINDLE: &str = "Restoring spindle";
-    /// M6, where T has named no tool.
+    /// M6 when T has named no tool.
     pub const CHANGE_TOOL: &str = "M6: change the tool, then resume with ~";
     /// M2 or M30.
     pub const PROGRAM_END: &str = "Pgm End";
-    /// `$C` began to check.
+    /// `$C` has begun to check G-code.
     pub const CHECKING: &str = "Enabled";
-    /// `$C` ended that.
+    /// `$C` has ended the check.
     pub const NOT_CHECKING: &str = "Disabled";
     /// `$RST=`.
     pub const RESTORING: &str = "Restoring defaults";
@@ -45,7 +46,7 @@ pub mod messages {
     pub const SLEEPING: &str = "Sleeping";
     /// `$BOOT`, on a board.
     pub const BOOTING: &str = "The board becomes the USB drive RPI-RP2: copy new firmware to it, or switch off and on";
-    /// `$BOOT`, where nothing takes the place of this program.
+    /// `$BOOT` where there is no boot loader.
     pub const NO_BOOT_LOADER: &str = "There is no boot loader here: $BOOT is for a board";
 }
 
@@ -61,7 +62,7 @@ pub fn error(out: &mut impl Write, error: Error) -> Result {
     write!(out, "error:{}\r\n", error.code())
 }
 
-/// `ok` or `error:N`: every line gets one of them.
+/// `ok` or `error:N`: every line gets one of the two.
 pub fn answer(out: &mut impl Write, answer: core::result::Result<(), Error>) -> Result {
     match answer {
         Ok(()) => out.write_str(OK),
@@ -74,14 +75,15 @@ pub fn alarm(out: &mut impl Write, alarm: Alarm) -> Result {
     write!(out, "ALARM:{}\r\n", alarm.code())
 }
 
-/// `[MSG:...]`: one of [`messages`], an [`Error`], an [`Alarm`], a [`SettingError`](crate::SettingError), a
-/// [`Refusal`](crate::Refusal), or other words, but never `ok`, `error` or `ALARM`: some senders take every line with one of them in it for the answer to
-/// theirs.
+/// `[MSG:...]` with one of [`messages`], an [`Error`], an [`Alarm`], a [`SettingError`](crate::SettingError), a
+/// [`Refusal`](crate::Refusal) or another text. The text must not contain `ok`, `error` or `ALARM`: some senders take
+/// every line with one of these in it as the answer to their own line.
 pub fn message(out: &mut impl Write, text: impl core::fmt::Display) -> Result {
     write!(out, "[MSG:{text}]\r\n")
 }
 
-/// The reply to `$$`, before `ok`: about 700 bytes. A caller with a smaller buffer prints row by row with [`setting`].
+/// The reply to `$$`, before `ok`: about 700 bytes. A caller with a smaller buffer prints it row by row with
+/// [`setting`].
 pub fn settings(out: &mut impl Write, settings: &Settings) -> Result {
     SETTING_TABLE.iter().try_for_each(|row| setting(out, row, settings))
 }
@@ -98,7 +100,7 @@ pub fn modal(out: &mut impl Write, interpreter: &Interpreter, inches: bool) -> R
     let units = 21 - u8::from(modal.inches);
     let distance = 90 + u8::from(modal.incremental);
     let feed_mode = 94 - u8::from(modal.inverse_time);
-    // Grbl knows no other path control than G61, and never tells it; G64 is the same here.
+    // The only path control mode that Grbl knows is G61, which it never reports. G64 is the same here.
     let exact_stop = if modal.exact_stop { " G61.1" } else { "" };
     write!(out, "[GC:G{motion}{decimal} G{system} G{plane} G{units} G{distance} G{feed_mode}{exact_stop}")?;
     write!(out, " M{}", modal.spindle as u8)?;
@@ -106,11 +108,11 @@ pub fn modal(out: &mut impl Write, interpreter: &Interpreter, inches: bool) -> R
     write!(out, " {} T{} F{feed} S{speed}]\r\n", modal.coolant.word(), modal.tool)
 }
 
-/// How many lines [`parameter`] has.
+/// Number of lines that [`parameter`] has.
 pub const PARAMETERS: usize = PARAMETER_NAMES.len() + 2;
 const PARAMETER_NAMES: [&str; 9] = ["G54", "G55", "G56", "G57", "G58", "G59", "G28", "G30", "G92"];
 
-/// Line `index` of the reply to `$#`, below [`PARAMETERS`]; then comes `ok`.
+/// Line `index`, below [`PARAMETERS`], of the reply to `$#`. `ok` follows the last one.
 pub fn parameter(out: &mut impl Write, index: usize, interpreter: &Interpreter, inches: bool) -> Result {
     let Coordinates { work_offsets_mm, places_mm } = interpreter.coordinates();
     let coordinates_mm = work_offsets_mm.iter().chain(places_mm).copied();
@@ -125,8 +127,8 @@ pub fn parameter(out: &mut impl Write, index: usize, interpreter: &Interpreter, 
     }
 }
 
-/// `[PRB:x,y,z:n]`, in machine coordinates: where the last probe ended, and 1 if its contact changed there. A line of
-/// `$#`, and sent unasked after a probe.
+/// `[PRB:x,y,z:n]`: where the last probe ended, in machine coordinates, and 1 if its contact changed there. A line of
+/// the reply to `$#`; also sent after each probe.
 pub fn probed(out: &mut impl Write, interpreter: &Interpreter, inches: bool) -> Result {
     let (place_mm, touched) = interpreter.touched();
     out.write_str("[PRB:")?;

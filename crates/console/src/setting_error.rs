@@ -4,12 +4,13 @@ use core::fmt;
 
 use crate::{Error, Fixed};
 
-/// Why a setting was refused; nothing has changed. Prints as the text of a `[MSG:...]`.
+/// Why a setting was refused. Nothing has changed then. Displays as the text of a `[MSG:...]`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[expect(
     missing_docs,
     reason = "the fields are the setting's number, the value asked for, and the limit with its unit"
 )]
+#[non_exhaustive]
 pub enum SettingError {
     /// There is no such setting.
     Unknown { number: u16 },
@@ -21,26 +22,26 @@ pub enum SettingError {
     TooLow { number: u16, value: f32, min: f32, unit: &'static str },
     /// The value is above the setting's range, or not a number.
     TooHigh { number: u16, value: f32, max: f32, unit: &'static str },
-    /// `$20=1` asks for `$22=1`.
+    /// `$20=1` requires `$22=1`.
     SoftLimitsNeedHoming,
-    /// `$901` names each of 1, 2 and 3 once.
+    /// `$901` must name each of 1, 2 and 3 once.
     HomingOrder { digits: u16 },
-    /// `$31` is to be below `$30`.
+    /// `$31` must be below `$30`.
     LeastSpeedNotBelowFull { least_rpm: f32, full_rpm: f32 },
-    /// `$35` is to be no more than `$36`.
+    /// `$35` must not be above `$36`.
     LeastDutyAboveFull { least_percent: f32, full_percent: f32 },
-    /// The pull-off, `$27`, is to be below the travel of every axis.
+    /// The pull-off, `$27`, must be below the travel of every axis.
     PullOffNotBelowTravel { axis: usize, pull_off_mm: f32, travel_mm: f32 },
-    /// The top speed of an axis is more than the step outputs carry with this pulse.
+    /// The top speed of an axis needs a higher step rate than the step outputs support with this pulse width.
     RateTooHigh { axis: usize, asked_mm_min: f32, max_mm_min: f32, steps_per_mm: f32, pulse_us: u16 },
-    /// An axis would start faster than its top speed.
+    /// The start speed of an axis is above its top speed.
     StartAboveTop { axis: usize, start_mm_min: f32, top_mm_min: f32 },
-    /// The speed law with the number `law`, `$940`, needs a start speed, which an axis has not.
+    /// Speed law number `law`, `$940`, needs a start speed, but an axis has none.
     LawNeedsStart { axis: usize, law: u16 },
 }
 
 impl SettingError {
-    /// The error that Grbl would give, or the nearest.
+    /// Grbl's error for this, or the most similar one.
     pub const fn error(&self) -> Error {
         match self {
             Self::Unknown { .. } => Error::UnknownStatement,
@@ -57,7 +58,7 @@ impl SettingError {
     }
 }
 
-/// As people write it: whole numbers without decimals.
+/// Formats a value as people write it: whole numbers without decimals.
 fn plain(value: f32) -> Fixed {
     Fixed { value, decimals: if value % 1.0 == 0.0 { 0 } else { 3 } }
 }
@@ -111,7 +112,7 @@ impl fmt::Display for SettingError {
             Self::RateTooHigh { axis, asked_mm_min, max_mm_min, steps_per_mm, pulse_us } => {
                 let (rate, scale) = (110 + axis, 100 + axis);
                 let (asked, steps) = (plain(asked_mm_min), plain(steps_per_mm));
-                // Cut, not rounded: the figure named must itself be accepted.
+                // Truncated, not rounded, so that the value in the message is itself acceptable.
                 let most = max_mm_min as u32;
                 write!(
                     f,

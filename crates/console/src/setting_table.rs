@@ -1,4 +1,4 @@
-//! One table drives `$$`, `$n=v` and the documentation of the settings.
+//! The table that drives `$$`, `$n=v` and the documentation of the settings.
 
 use core::fmt;
 
@@ -9,7 +9,7 @@ pub(crate) const HOMING: u16 = 22;
 /// A row: one setting, or one for each axis.
 #[derive(Debug, Clone, Copy)]
 pub struct Setting {
-    /// The number after `$`; of X where there is one for each axis.
+    /// The number after `$`; for a setting with one value for each axis, that of X.
     pub number: u16,
     /// The unit, empty for flags and masks.
     pub unit: &'static str,
@@ -30,7 +30,7 @@ enum Field {
 
 use Field::{Flag, Float, Int, PerAxis};
 
-/// A setting and what it means.
+/// A setting and its meaning.
 const fn row(
     number: u16,
     unit: &'static str,
@@ -83,9 +83,10 @@ const ROWS: &[(Setting, &str)] = &[
     row(940, "", "speed law: 0 trapezoid, 1 s-curve, 2 sine, 3 linear, 4 quadratic, 5 sinusoidal, 6 logarithmic", 0.0, 6.0, Int(|s| &mut s.speed_law)),
 ];
 
-/// Every setting, by rising number: sent back as listed, each works with those before it.
+/// Every setting, by ascending number. If a listing is sent back in this order, each setting works with those before
+/// it.
 pub static TABLE: &[Setting] = &settings();
-/// What each of them means. Apart, so that a controller that never says so need not store it.
+/// The meaning of each setting. Kept apart from the table, so that a controller that never prints it need not store it.
 static MEANINGS: [&str; ROWS.len()] = meanings();
 
 const fn settings() -> [Setting; ROWS.len()] {
@@ -123,7 +124,7 @@ impl Setting {
         self.number..self.number + count
     }
 
-    /// What it means.
+    /// The meaning of the setting.
     pub fn meaning(&self) -> &'static str {
         let rows = TABLE.iter().zip(MEANINGS);
         rows.filter(|(row, _)| row.number == self.number).map(|(_, meaning)| meaning).next().unwrap_or("")
@@ -134,7 +135,7 @@ impl Setting {
         matches!(self.field, Flag(_) | Int(_))
     }
 
-    /// Checks a value against the row, for setting `number`.
+    /// Checks `value` for setting `number` against the range of this row.
     pub(crate) fn check(&self, number: u16, value: f32) -> Result<(), SettingError> {
         let Self { unit, min, max, .. } = *self;
         if value < 0.0 {

@@ -1,36 +1,36 @@
-//! The machine's settings, and what must hold between them.
+//! The machine's settings, and the rules between them.
 
 use crate::{AXES, SettingError, setting_table};
 
-/// The highest rate that the step outputs carry with pulses of so many us (0: as short as they can be), steps/s.
+/// Maps a pulse width in us (0: as short as possible) to the highest step rate that the step outputs support, steps/s.
 pub type Carries<'a> = &'a dyn Fn(u16) -> f32;
 
-/// From this `$940` on, speed is a law over displacement, which never leaves standstill. The laws are the profile's, which
-/// is not known here: a test holds this to them.
+/// Laws from this `$940` on define speed over displacement, so they can never leave standstill. The laws are defined by
+/// the profile crate, which this crate does not know; a test checks that this number fits them.
 const FIRST_LAW_OVER_DISPLACEMENT: u16 = 3;
 
-/// Every setting, as `$$` lists them; per-axis values in the order X, Y, Z. Masks have bit 0 for X.
+/// Every setting, as `$$` lists them. Values per axis are in the order X, Y, Z. Bit 0 of a mask is X.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
     /// `$0`: STEP is high for this long, or as long as the driver needs if that is longer.
     pub pulse_us: u16,
-    /// `$1`: the motors stay energised for this long after a move; 255 for ever.
+    /// `$1`: the motors stay energised for this long after a move; 255 means always.
     pub idle_delay_ms: u16,
     /// `$2`: axes whose STEP is active low.
     pub step_invert_mask: u16,
-    /// `$3`: axes whose DIR is low for positive.
+    /// `$3`: axes whose DIR is low for the positive direction.
     pub direction_invert_mask: u16,
     /// `$4`: ENABLE is active high.
     pub enable_invert: bool,
     /// `$5`: the limit switches open when pressed.
     pub limit_invert: bool,
-    /// `$6`: of the probe's input, bit 0: the contact is high rather than low, bit 1: it has no pull-up.
+    /// `$6`: the probe's input. Bit 0: the contact is high, not low. Bit 1: the input has no pull-up.
     pub probe_mask: u16,
-    /// `$10`: bit 0 reports machine rather than work position, bit 1 adds the free buffers.
+    /// `$10`: bit 0 reports machine position instead of work position, bit 1 adds the free buffers.
     pub report_mask: u16,
     /// `$11`: how far a corner may be rounded; 0 stops at every corner.
     pub junction_deviation_mm: f32,
-    /// `$12`: how far the chords of an arc may be from it.
+    /// `$12`: how far the chords of an arc may deviate from it.
     pub arc_tolerance_mm: f32,
     /// `$13`: report positions and feeds in inches.
     pub report_inches: bool,
@@ -50,17 +50,17 @@ pub struct Settings {
     pub homing_debounce_ms: u16,
     /// `$27`: distance from the switch to the zero; below the travel of every axis.
     pub homing_pull_off_mm: f32,
-    /// `$30`: the S at which spindle or laser have their full duty, `$36`.
+    /// `$30`: the S at which spindle or laser have full duty, `$36`.
     pub spindle_max_rpm: f32,
-    /// `$31`: the S up to which they have their least duty, `$35`; below `$30`.
+    /// `$31`: the S up to which spindle or laser have least duty, `$35`; below `$30`.
     pub spindle_min_rpm: f32,
     /// `$32`: the spindle is a laser.
     pub laser_mode: bool,
-    /// `$33`: how often a second the pulse-width modulation (PWM) of spindle or laser repeats.
+    /// `$33`: frequency of the pulse-width modulation (PWM) of spindle or laser.
     pub spindle_pwm_hz: f32,
-    /// `$35`: the part of a PWM period that is on at `$31`; at most `$36`.
+    /// `$35`: PWM duty at `$31`; at most `$36`.
     pub pwm_least_percent: f32,
-    /// `$36`: the part of a PWM period that is on at `$30`.
+    /// `$36`: PWM duty at `$30`.
     pub pwm_full_percent: f32,
     /// `$100`-`$102`.
     pub steps_per_mm: [f32; AXES],
@@ -68,23 +68,24 @@ pub struct Settings {
     pub max_rate_mm_min: [f32; AXES],
     /// `$120`-`$122`.
     pub accel_mm_s2: [f32; AXES],
-    /// `$130`-`$132`: an axis travels from 0 to this.
+    /// `$130`-`$132`: travel of an axis, which is from 0 to this.
     pub travel_mm: [f32; AXES],
-    /// `$394`: the spindle takes this long to reach its speed; motion waits for it.
+    /// `$394`: the time that the spindle takes to reach its speed; motion waits for it.
     pub spin_up_s: f32,
-    /// `$900`: accelerate, cruise and brake over three equal times (thirds), not as fast as the limits allow.
+    /// `$900`: accelerate, cruise and brake for three equal times (thirds) instead of as fast as the limits allow.
     pub interval_thirds: bool,
-    /// `$940`: how speed changes on a ramp, by number: trapezoid, S-curve, sine, linear, quadratic, sinusoidal, logarithmic.
+    /// `$940`: how speed changes on a ramp, as a number: trapezoid, S-curve, sine, linear, quadratic, sinusoidal,
+    /// logarithmic.
     pub speed_law: u16,
     /// `$901`: the axes in the order they home, as digits; see [`Settings::homing_order`].
     pub homing_order_digits: u16,
-    /// `$902`: the feed-hold input is a safety door's switch, not a button.
+    /// `$902`: the feed-hold input is the switch of a safety door instead of a button.
     pub hold_input_is_door: bool,
-    /// `$910`-`$912`: the speed that an axis starts and stops at without a ramp.
+    /// `$910`-`$912`: the speed at which an axis can start and stop without a ramp.
     pub start_rate_mm_min: [f32; AXES],
-    /// `$920`-`$922`: 0 for the acceleration; see [`Settings::decel_mm_s2`].
+    /// `$920`-`$922`: deceleration; 0 means equal to the acceleration, see [`Settings::decel_mm_s2`].
     pub decel_or_0_mm_s2: [f32; AXES],
-    /// `$930`-`$932`: of the S-curve; 0 for no limit.
+    /// `$930`-`$932`: jerk limit of the S-curve; 0 for none.
     pub jerk_or_0_mm_s3: [f32; AXES],
 }
 
@@ -130,7 +131,7 @@ impl Settings {
         jerk_or_0_mm_s3: [500.0; AXES],
     };
 
-    /// Deceleration per axis: its own, or the acceleration where that is 0.
+    /// Deceleration per axis. Where the setting is 0, it is the acceleration.
     pub fn decel_mm_s2(&self) -> [f32; AXES] {
         core::array::from_fn(|axis| match self.decel_or_0_mm_s2[axis] {
             0.0 => self.accel_mm_s2[axis],
@@ -144,17 +145,17 @@ impl Settings {
         [digits / 100, digits / 10 % 10, digits % 10].map(|digit| usize::from(digit).saturating_sub(1))
     }
 
-    /// The value of setting `number`, as `$$` prints it, flags as 0 or 1.
+    /// The value of setting `number`, as `$$` prints it; flags are 0 or 1.
     pub fn get(&self, number: u16) -> Option<f32> {
         let (setting, axis) = setting_table::find(number)?;
         Some(setting.value(self, axis))
     }
 
-    /// These settings with one changed, if all of them still work together, on step outputs that carry `carries`.
-    /// `$22=0` turns `$20` off too, as Grbl does.
+    /// These settings with one of them changed, if all of them still work together with step outputs that support
+    /// `carries`. `$22=0` also turns off `$20`, as in Grbl.
     ///
     /// # Errors
-    /// What is wrong with the value, or between it and another setting.
+    /// What is wrong with the value, or with its combination with another setting.
     pub fn with(mut self, number: u16, value: f32, carries: Carries<'_>) -> Result<Self, SettingError> {
         let (setting, axis) = setting_table::find(number).ok_or(SettingError::Unknown { number })?;
         setting.check(number, value)?;
@@ -166,7 +167,7 @@ impl Settings {
         Ok(self)
     }
 
-    /// Sets setting `number` to what was kept of it, unchecked; false if there is none. See
+    /// Sets setting `number` to a stored value without checking it; returns `false` if there is no such setting. See
     /// [`check_ranges`](Self::check_ranges).
     pub fn set(&mut self, number: u16, value: f32) -> bool {
         setting_table::find(number).is_some_and(|(setting, axis)| {
@@ -175,10 +176,11 @@ impl Settings {
         })
     }
 
-    /// Whether every value is in its row's range; [`with`](Self::with) sees to that, [`set`](Self::set) does not.
+    /// Checks that every value is in the range of its row. [`with`](Self::with) ensures that, [`set`](Self::set) does
+    /// not.
     ///
     /// # Errors
-    /// The first that is not.
+    /// The first value that is out of range.
     pub fn check_ranges(&self) -> Result<(), SettingError> {
         setting_table::TABLE.iter().try_for_each(|setting| {
             let mut numbers = setting.numbers().enumerate();
@@ -186,13 +188,13 @@ impl Settings {
         })
     }
 
-    /// What must hold between settings.
+    /// Checks the rules between settings.
     ///
     /// # Errors
-    /// The first rule broken: soft limits without homing, a homing order that is not one of X, Y and Z each once,
-    /// an S at least duty that is not below that at full duty, a least duty above the full one, a pull-off as long as the
-    /// travel, a step rate above what the step outputs carry, a start speed above the top speed, or none for a speed law that
-    /// needs one.
+    /// The first broken rule: soft limits need homing; the homing order names X, Y and Z once each; the S at least duty
+    /// is below the S at full duty; the least duty is not above the full duty; the pull-off is below the travel; the
+    /// step outputs support the step rate; the start speed is not above the top speed; a speed law that needs a start
+    /// speed has one.
     pub fn check(&self, carries: Carries<'_>) -> Result<(), SettingError> {
         if self.soft_limits && !self.homing {
             return Err(SettingError::SoftLimitsNeedHoming);

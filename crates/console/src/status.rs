@@ -1,13 +1,13 @@
-//! The status report, and Grbl's rule for what it adds now and then.
+//! The status report, and Grbl's rule for the fields that it adds only in some reports.
 
 use core::fmt::{Result, Write};
 
 use crate::{AXES, Coolant, Fixed, Overrides, ReportedState, Settings, Spindle};
 
-/// What a status report tells.
+/// The content of a status report.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Status {
-    /// What the machine does.
+    /// The machine's state.
     pub state: ReportedState,
     /// Machine position.
     pub position_mm: [f32; AXES],
@@ -15,15 +15,15 @@ pub struct Status {
     pub work_offset_mm: [f32; AXES],
     /// The line number, N, of the move under way; 0 for none.
     pub line_number: u32,
-    /// The speed along the path now.
+    /// The present speed along the path.
     pub feed_mm_min: f32,
-    /// The S in force, as overridden; 0 with the spindle off.
+    /// The S in force, after the override; 0 if the spindle is off.
     pub spindle_rpm: f32,
-    /// How the spindle, or the laser, is switched now.
+    /// The present state of the spindle, or the laser.
     pub spindle: Spindle,
-    /// Which coolant is on now.
+    /// Which coolant is on at present.
     pub coolant: Coolant,
-    /// The probe's contact is as after G38.2; reported as P.
+    /// The probe's contact is in the state that ends G38.2; reported as P.
     pub probe_touched: bool,
     /// Limit switches pressed.
     pub limits_pressed: [bool; AXES],
@@ -35,9 +35,9 @@ pub struct Status {
     pub hold_pressed: bool,
     /// The cycle-start button is pressed; reported as S.
     pub start_pressed: bool,
-    /// Moves that the queue has room for.
+    /// Free places in the queue of moves.
     pub free_blocks: u8,
-    /// Bytes that the console has room for.
+    /// Free bytes in the buffer of the console.
     pub free_bytes: u16,
     /// The overrides in force.
     pub overrides: Overrides,
@@ -46,19 +46,19 @@ pub struct Status {
 const REPORT_MACHINE_POSITION: u16 = 1;
 const REPORT_BUFFERS: u16 = 2;
 
-/// Writes reports, and counts them: the work offset, and the overrides with what of spindle and coolant is on, are told
-/// now and then, and when they have changed, never both at once.
+/// Writes reports and counts them. The work offset is added in some reports only, at regular intervals and whenever it
+/// has changed. The same applies to the overrides, together with the state of spindle and coolant. No report has both.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StatusReporter {
     reports_to_offset: u8,
     reports_to_overrides: u8,
-    /// The work offset, and whether in inches.
+    /// The last reported work offset, and whether it was in inches.
     offset_told: ([f32; AXES], bool),
     overrides_told: (Overrides, Spindle, Coolant),
 }
 
 impl StatusReporter {
-    /// As after a reset: the next report tells the work offset, the one after it the overrides.
+    /// The state after a reset: the next report has the work offset, the one after it the overrides.
     pub const fn new() -> Self {
         Self {
             reports_to_offset: 0,
@@ -119,7 +119,7 @@ impl Default for StatusReporter {
     }
 }
 
-/// Counts down; true, and counting anew, once per `period`.
+/// Counts down. Returns true once per `period` and then starts again.
 fn due(reports_left: &mut u8, period: u8) -> bool {
     let due = *reports_left == 0;
     *reports_left = if due { period - 1 } else { *reports_left - 1 };
@@ -147,7 +147,7 @@ fn write_pins(out: &mut impl Write, status: &Status) -> Result {
     write_letters(out, "|Pn:", &pins)
 }
 
-/// What of spindle and coolant is on.
+/// Writes which of spindle and coolant are on.
 fn write_accessories(out: &mut impl Write, status: &Status) -> Result {
     let Status { spindle, coolant, .. } = *status;
     let accessories = [
@@ -159,7 +159,7 @@ fn write_accessories(out: &mut impl Write, status: &Status) -> Result {
     write_letters(out, "|A:", &accessories)
 }
 
-/// The letters of what is on, behind `prefix`; nothing at all if nothing is.
+/// Writes the letters of what is on, after `prefix`; writes nothing if nothing is on.
 fn write_letters(out: &mut impl Write, mut prefix: &str, letters: &[(bool, &str)]) -> Result {
     for (_, letter) in letters.iter().filter(|(is_on, _)| *is_on) {
         out.write_str(prefix)?;

@@ -1,9 +1,9 @@
-//! `$` lines, which are not G-code: what they ask for, and in which state.
+//! `$` lines, which are not G-code: what they ask for, and in which states they are allowed.
 
 use crate::{Alarm, Command, Error, Interpreter, ReportedState, Settings, decimal::Decimal, parameters::STARTUP_LINES};
 
 impl Interpreter {
-    /// Understands what follows the `$` of a stripped, upper-case line.
+    /// Interprets what follows the `$` of a stripped, upper-case line.
     pub(crate) fn statement<'l>(
         &mut self,
         statement: &'l str,
@@ -42,7 +42,7 @@ impl Interpreter {
         self.jog(jog.strip_prefix('=').ok_or(Error::BadJog)?).map(Command::Jog)
     }
 
-    /// A start-up line is carried out first, to see that it works: not in Alarm.
+    /// A start-up line is executed before it is stored, to check that it works. So it needs the Idle state.
     fn startup<'l>(&mut self, startup: &'l str, state: ReportedState) -> Result<Command<'l>, Error> {
         let Some((index, line)) = startup.split_once('=') else {
             return if startup.is_empty() { Ok(Command::ShowStartup) } else { Err(Error::UnknownStatement) };
@@ -58,7 +58,7 @@ impl Interpreter {
     }
 }
 
-/// The statements for a machine at rest.
+/// The statements that need a machine at rest.
 fn at_rest<'l>(statement: &'l str, settings: &Settings) -> Result<Command<'l>, Error> {
     match statement {
         "#" => Ok(Command::ShowParameters),
@@ -92,12 +92,12 @@ fn explain<T>(code: &str, from_code: fn(u8) -> Option<T>) -> Result<T, Error> {
     code.and_then(from_code).ok_or(Error::UnknownStatement)
 }
 
-/// Digits and nothing else.
+/// Parses digits and nothing else.
 fn number(text: &str) -> Option<u16> {
     text.bytes().all(|byte| byte.is_ascii_digit()).then(|| text.parse().ok())?
 }
 
-/// A plain decimal and nothing else.
+/// Parses a plain decimal and nothing else.
 fn decimal(text: &str) -> Result<f32, Error> {
     match Decimal::read(text.as_bytes()) {
         Some((number, [])) => number.value().ok_or(Error::BadNumber),

@@ -1,4 +1,4 @@
-//! G-code words: a letter and a number each.
+//! G-code words: each is a letter and a number.
 
 use crate::Error;
 use crate::decimal::Decimal;
@@ -14,10 +14,11 @@ pub(crate) enum Word {
     Value(u8, f32),
 }
 
-/// Calls `take` for each word of `line`, until it refuses one; what is left then begins with that word.
+/// Calls `take` for each word of `line` until it refuses one. `line` then begins with that word.
 ///
 /// # Errors
-/// [`Error::LetterMissing`] or [`Error::BadNumber`] where the line is not words; else what `take` says.
+/// [`Error::LetterMissing`] or [`Error::BadNumber`] where the line does not consist of words; otherwise the error of
+/// `take`.
 pub(crate) fn for_each(line: &mut &[u8], mut take: impl FnMut(Word) -> Result<(), Error>) -> Result<(), Error> {
     while let [letter, number @ ..] = *line {
         if !letter.is_ascii_alphabetic() {

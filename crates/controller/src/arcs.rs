@@ -1,4 +1,4 @@
-//! Arcs to the machine's motions, chord by chord.
+//! From arcs to the machine's motions, chord by chord.
 
 use embassy_futures::yield_now;
 use embedded_storage_async::nor_flash::NorFlash;
@@ -7,8 +7,8 @@ use isostep_motion::{AXES, Motion, Power, whole_steps};
 
 use crate::controller::Controller;
 
-/// Chords any finer would not move the machine otherwise.
-const FINEST_STEPS: f64 = 0.25;
+/// The greatest error of a chord, steps of the finer axis. Smaller errors would not change the motion.
+const CHORD_ERROR_MAX_STEPS: f64 = 0.25;
 
 /// What the chords of an arc have in common.
 #[derive(Clone, Copy)]
@@ -21,7 +21,7 @@ pub(crate) struct Chord {
 }
 
 impl<F: NorFlash> Controller<'_, F> {
-    /// Asks for an arc that is within the travel. Whatever ends the program ends it, too.
+    /// Asks for an arc that is within the travel. Anything that ends the program ends the arc, too.
     pub(crate) async fn follow(&self, arc: &Arc, like: Chord) -> Result<(), Error> {
         let Chord { feed_mm_s, exact_stop, line, power } = like;
         let steps_per_mm = self.machine.config().steps_per_mm;
@@ -29,7 +29,7 @@ impl<F: NorFlash> Controller<'_, F> {
             core::array::from_fn::<_, AXES, _>(|axis| whole_steps(place_mm[axis], steps_per_mm[axis]))
         };
         let mut place_steps = steps(arc.start_mm().map(f64::from));
-        // A chord is asked for when the next is known: the last one alone is where the arc ends.
+        // A chord is asked for only when the next one is known, because only the last one makes the exact stop.
         let mut ahead = None;
         for end_mm in arc.chords(self.tolerance_mm(arc, steps_per_mm)) {
             let target_steps = steps(end_mm);
@@ -39,7 +39,7 @@ impl<F: NorFlash> Controller<'_, F> {
             place_steps = target_steps;
             if let Some(target_steps) = ahead.replace(target_steps) {
                 self.submit(Motion::Move { target_steps, feed_mm_s, exact_stop: false, line, power }).await?;
-                // However many chords there are, motion is fed between them.
+                // The ports' queues are filled between chords, however many chords there are.
                 yield_now().await;
             }
         }
@@ -49,7 +49,7 @@ impl<F: NorFlash> Controller<'_, F> {
         }
     }
 
-    /// The least and the greatest place of every axis on an arc.
+    /// The least and the greatest place of every axis on an arc, steps.
     pub(crate) fn bounds_steps(&self, arc: &Arc) -> [[i32; AXES]; 2] {
         let (bounds_mm, steps_per_mm) = (arc.bounds_mm(), self.machine.config().steps_per_mm);
         [0, 1].map(|end| core::array::from_fn(|axis| whole_steps(bounds_mm[axis][end], steps_per_mm[axis])))
@@ -57,7 +57,7 @@ impl<F: NorFlash> Controller<'_, F> {
 
     fn tolerance_mm(&self, arc: &Arc, steps_per_mm: [f64; AXES]) -> f64 {
         let [first, second, _] = arc.axes();
-        let finest_mm = FINEST_STEPS / steps_per_mm[first].max(steps_per_mm[second]);
+        let finest_mm = CHORD_ERROR_MAX_STEPS / steps_per_mm[first].max(steps_per_mm[second]);
         self.with(|program| f64::from(program.settings.arc_tolerance_mm)).min(finest_mm)
     }
 }

@@ -1,4 +1,4 @@
-//! Making way for new firmware: what a board asks of its consoles before it leaves for a boot loader.
+//! Preparing for new firmware: what a board asks of its consoles before it goes to a boot loader.
 
 use embassy_time::Timer;
 use embedded_storage_async::nor_flash::NorFlash;
@@ -6,34 +6,36 @@ use embedded_storage_async::nor_flash::NorFlash;
 use crate::controller::{Controller, Mode};
 
 impl<F: NorFlash> Controller<'_, F> {
-    /// There is a boot loader, and who waits for [`boot_asked`](Self::boot_asked) starts it. Without, `$BOOT` is refused.
+    /// Says that there is a boot loader, which is started by the caller of [`boot_asked`](Self::boot_asked). Without
+    /// one `$BOOT` is refused.
     #[must_use]
     pub fn with_boot_loader(mut self) -> Self {
         self.has_boot_loader = true;
         self
     }
 
-    /// Waits for `$BOOT`. Then the machine is at rest and nothing can begin any more, all is stored, and the answer is on its
-    /// way to the host.
+    /// Waits for `$BOOT`. When it returns, the machine is at rest and nothing can begin any more, everything is stored,
+    /// and the answer is being sent to the host.
     ///
     /// # Cancellation
-    /// Safe: what was asked for meanwhile is known to the next call.
+    /// Safe: if `$BOOT` comes meanwhile, the next call returns at once.
     pub async fn boot_asked(&self) {
         self.boot.wait().await;
     }
 
-    /// Brings about the same without being asked, whatever goes on: brakes, as a reset does, and waits until what has changed
-    /// is stored.
+    /// Brings the machine to the same state without `$BOOT`, whatever it is doing: brakes, as a reset does, and waits
+    /// until all changes are stored.
     ///
     /// # Cancellation
-    /// It brakes from the first poll on, and only what a line had begun by then may follow. Before the end something may
-    /// move, and what has changed may not be stored.
+    /// It brakes from the first poll on, and after that only what a line had begun by then may follow. If it is dropped
+    /// before its end, something may still move, and changes may not be stored.
     pub async fn retire(&self) {
         self.machine.reset();
         self.leave();
         self.woken.signal(());
         self.machine.emptied().await;
-        // A line stores what it changes while it has its turn; where a reset has cut one short, the next welcome does.
+        // A line stores its changes while it has its turn. If a reset has ended a line early, the next welcome stores
+        // its changes.
         while self.turn.try_lock().is_err() || self.with(|program| program.unsaved.any()) {
             Timer::after_millis(1).await;
         }
@@ -42,13 +44,13 @@ impl<F: NorFlash> Controller<'_, F> {
         self.machine.emptied().await;
     }
 
-    /// `$BOOT` has been answered.
+    /// Goes to the boot loader, after `$BOOT` has been answered.
     pub(crate) fn boot(&self) {
         self.leave();
         self.boot.signal(());
     }
 
-    /// Takes no line any more that moves or changes anything.
+    /// From now on refuses every line that moves or changes anything.
     fn leave(&self) {
         self.with(|program| program.mode = Mode::Left);
     }

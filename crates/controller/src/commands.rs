@@ -25,7 +25,7 @@ pub(crate) enum After {
     Restart,
     /// Nothing until a reset.
     Sleep,
-    /// Only what moves and changes nothing.
+    /// Only lines that move nothing and change nothing.
     Boot,
 }
 
@@ -46,17 +46,17 @@ impl<F: NorFlash> Controller<'_, F> {
             Err(error) => Err(error),
         };
         if let (Err(Error::Unsupported), Ok(line)) = (&answer, line) {
-            text.tell(Refusal::of(line));
+            text.say(Refusal::of(line));
         }
         let saved = if self.with(|program| program.unsaved.any()) { self.save(&mut text).await } else { Ok(()) };
         let answer = answer.and_then(|after| saved.map(|()| after));
         if answer == Ok(After::Boot) {
-            text.tell(messages::BOOTING);
+            text.say(messages::BOOTING);
         }
         text.answer(answer.map(|_| ()));
         let after = answer.unwrap_or(After::NextLine);
         if after == After::Sleep {
-            text.tell(messages::SLEEPING);
+            text.say(messages::SLEEPING);
         }
         out.send(&text).await;
         match after {
@@ -68,13 +68,13 @@ impl<F: NorFlash> Controller<'_, F> {
         after
     }
 
-    /// A line begins. Whether it has to catch up with the machine first: the line before it was dropped, or a reset has come, and what
-    /// the line means is not known before that is over.
+    /// Begins a line. Returns whether it has to catch up with the machine first: if the line before it was dropped, or
+    /// a reset has come, the meaning of the line is not known until that is over.
     fn begin_line(&self) -> bool {
         self.with(|program| core::mem::replace(&mut program.in_line, true) || program.restarting)
     }
 
-    /// Waits until the machine has done what it was asked for before, and goes on from where it stands.
+    /// Waits until the machine has done what it was asked for before, and has the program go on from where it stands.
     async fn catch_up(&self) {
         self.end_restart().await;
         self.follow_machine();
@@ -99,7 +99,7 @@ impl<F: NorFlash> Controller<'_, F> {
         }
     }
 
-    /// What there is to say before `ok` or the error is left in `text`.
+    /// Carries out a line. Messages that come before `ok` or the error are left in `text`.
     async fn carry_out(&self, line: &str, text: &mut Message, out: &Output) -> Result<After, Error> {
         let state = self.state();
         if state != ReportedState::Jog && self.with(|program| program.jogged) {
@@ -107,7 +107,7 @@ impl<F: NorFlash> Controller<'_, F> {
         }
         let command = self.with(|program| program.interpreter.interpret(line, state, &program.settings))?;
         if state == ReportedState::Alarm && matches!(command, Command::Unlock | Command::Home { .. }) {
-            // An alarm is told before it is left: the line may have waited when it was raised.
+            // `notify` has to report an alarm before it is left: the line may have waited when the alarm was raised.
             yield_now().await;
         }
         match command {
@@ -130,7 +130,7 @@ impl<F: NorFlash> Controller<'_, F> {
         self.at_once(&command, state, text)
     }
 
-    /// Prints part `page` of a long reply; false behind the last.
+    /// Prints page `page` of a long reply; false after the last page.
     #[inline(never)]
     fn page(&self, command: &Command<'_>, page: usize, text: &mut Message) -> bool {
         self.with(|program| {
@@ -152,8 +152,8 @@ impl<F: NorFlash> Controller<'_, F> {
         })
     }
 
-    /// What takes no time.
-    // Not inlined, and nor is `page`: lines of a program have no use for them, and pass through less of the flash.
+    /// Carries out a command that takes no time.
+    // Not inlined, as `page` is not: lines of a program do not need them, and so run through less code in flash.
     #[inline(never)]
     fn at_once(&self, command: &Command<'_>, state: ReportedState, text: &mut Message) -> Result<After, Error> {
         match *command {
@@ -163,20 +163,20 @@ impl<F: NorFlash> Controller<'_, F> {
                 self.with(|program| program.mode = Mode::Normal);
                 self.stop_tool();
                 self.follow_machine();
-                text.tell(messages::UNLOCKED);
+                text.say(messages::UNLOCKED);
             }
             Command::ToggleCheck if state == ReportedState::Check => {
-                text.tell(messages::NOT_CHECKING);
+                text.say(messages::NOT_CHECKING);
                 return Ok(After::Restart);
             }
             Command::ToggleCheck => {
                 self.with(|program| program.mode = Mode::Check);
-                text.tell(messages::CHECKING);
+                text.say(messages::CHECKING);
             }
             Command::Sleep => return Ok(After::Sleep),
             Command::Boot if self.has_boot_loader => return Ok(After::Boot),
             Command::Boot => {
-                text.tell(messages::NO_BOOT_LOADER);
+                text.say(messages::NO_BOOT_LOADER);
                 return Err(Error::UnknownStatement);
             }
             Command::Help => text.print(|text| text.push_str(report::HELP)),
@@ -186,7 +186,7 @@ impl<F: NorFlash> Controller<'_, F> {
                 text.print(|text| report::modal(text, &program.interpreter, program.settings.report_inches));
             }),
             Command::SetStartup { index, line, .. } => self.with(|program| {
-                // A line is no longer than what it is kept in.
+                // There is room: a line is no longer than a stored line.
                 program.startup[index] = line.try_into().unwrap_or_default();
                 program.unsaved.parameters = true;
             }),
@@ -208,17 +208,17 @@ impl<F: NorFlash> Controller<'_, F> {
                         program.unsaved.parameters = true;
                     });
                 }
-                text.tell(messages::RESTORING);
+                text.say(messages::RESTORING);
                 return Ok(After::Restart);
             }
-            Command::ExplainError(error) => text.tell(error),
-            Command::ExplainAlarm(alarm) => text.tell(alarm),
+            Command::ExplainError(error) => text.say(error),
+            Command::ExplainAlarm(alarm) => text.say(alarm),
             _ => {}
         }
         Ok(After::NextLine)
     }
 
-    /// Homes every axis, or one. The start-up lines are for a machine that is homed wholly.
+    /// Homes every axis, or one. The start-up lines are for a machine of which all axes are homed.
     async fn home(&self, axis: Option<usize>, out: &Output) -> Result<(), Error> {
         self.closed_door()?;
         if self.state() == ReportedState::Alarm {
@@ -249,7 +249,7 @@ impl<F: NorFlash> Controller<'_, F> {
         self.with(|program| text.print(|text| report::build(text, &program.build_text)));
         let [x, y, z] = self.machine.faults();
         if [x, y, z] != [0; AXES] {
-            text.tell(format_args!("step ports faulted since power-up: X {x}, Y {y}, Z {z} times"));
+            text.say(format_args!("step ports faulted since power-up: X {x}, Y {y}, Z {z} times"));
         }
     }
 
@@ -257,7 +257,7 @@ impl<F: NorFlash> Controller<'_, F> {
         match self.settings().with(number, value, &|pulse_us| self.carries_steps_s(pulse_us)) {
             Ok(settings) => self.adopt(settings, text),
             Err(refused) => {
-                text.tell(refused);
+                text.say(refused);
                 Err(refused.error())
             }
         }
@@ -266,14 +266,14 @@ impl<F: NorFlash> Controller<'_, F> {
     fn adopt(&self, settings: Settings, text: &mut Message) -> Result<(), Error> {
         let before = self.machine.homed();
         self.put_in_force(settings).map_err(|refused| {
-            text.tell(refused);
+            text.say(refused);
             Error::BadNumber
         })?;
         self.with(|program| program.unsaved.settings = true);
         let homed = self.machine.homed();
         let lost = core::array::from_fn(|axis| before[axis] && !homed[axis]);
         if lost.contains(&true) {
-            text.tell(format_args!("what the position of{} means has changed: home again with $H", Axes(lost)));
+            text.say(format_args!("what the position of{} means has changed: home again with $H", Axes(lost)));
         }
         Ok(())
     }
@@ -282,7 +282,7 @@ impl<F: NorFlash> Controller<'_, F> {
         let config = config(&settings);
         self.machine.configure(config).map_err(|refused| words(&refused))?;
         if settings.laser_mode != self.with(|program| program.settings.laser_mode) {
-            // What a laser does in moves alone a spindle would do at once.
+            // What switches a laser on in moves only would switch a spindle on at once.
             self.stop_tool();
         }
         self.with(|program| (program.settings, program.geometry) = (settings, Geometry::of(&config)));
@@ -290,37 +290,37 @@ impl<F: NorFlash> Controller<'_, F> {
         Ok(())
     }
 
-    /// Puts settings in force that were stored, if they work.
+    /// Puts stored settings in force, if they work.
     pub(crate) fn put_back(&self, settings: Settings) -> Result<(), Loss> {
         settings.check_ranges().map_err(Loss::Refused)?;
         settings.check(&|pulse_us| self.carries_steps_s(pulse_us)).map_err(Loss::Refused)?;
         self.put_in_force(settings).map_err(Loss::Unworkable)
     }
 
-    /// Stores what has changed, as soon as nothing moves: the flash keeps the core to itself. The caller has
+    /// Stores what has changed, as soon as nothing moves, because programming the flash stops the core. The caller has
     /// the turn, so that nothing begins to move meanwhile.
     ///
     /// # Errors
-    /// [`Error::NotStored`], told in `text`.
+    /// [`Error::NotStored`], with a message in `text`.
     ///
     /// # Cancellation
-    /// Safe: what is not stored is known, and will be by the next line or after the reset.
+    /// Safe: what is not stored stays marked, and the next line stores it, or the welcome after the reset.
     pub(crate) async fn save(&self, text: &mut Message) -> Result<(), Error> {
         self.machine.emptied().await;
         let settings = self.with(|program| program.unsaved.settings);
         let saved = self.store.lock().await.save(settings, |item| self.with(|program| program.value(item))).await;
         self.with(|program| {
-            // What the flash has refused it is not asked again with every line to come.
+            // If the flash has refused, it is not asked again with every line that follows.
             program.unsaved = Unsaved::default();
             program.loss.take_if(|loss| saved.is_ok() && (settings || !loss.is_of_settings()));
         });
         saved.map_err(|NotStored| {
-            text.tell(Error::NotStored);
+            text.say(Error::NotStored);
             Error::NotStored
         })
     }
 
-    /// The step rate that every axis's port carries with pulses of `pulse_us`, steps/s.
+    /// The highest step rate that every axis's port carries with pulses of `pulse_us`, steps/s.
     fn carries_steps_s(&self, pulse_us: u16) -> f32 {
         let wiring = Wiring { pulse_ns: pulse_ns(pulse_us), ..Wiring::default() };
         let ports = self.machine.capabilities();
@@ -328,7 +328,7 @@ impl<F: NorFlash> Controller<'_, F> {
     }
 }
 
-/// Some of the axes, by their letters, a space before each.
+/// Some of the axes. Prints their letters, each after a space.
 struct Axes([bool; AXES]);
 
 impl fmt::Display for Axes {
@@ -338,7 +338,8 @@ impl fmt::Display for Axes {
     }
 }
 
-/// A refusal in steps, told by the settings to look at: printing floats would cost the chip kilobytes of flash.
+/// The message for a refused configuration. It names the settings to look at instead of the values in steps: printing
+/// floats would cost the chip kilobytes of flash.
 fn words(refused: &ConfigError) -> &'static str {
     match refused {
         ConfigError::Limits { .. } => {

@@ -1,20 +1,20 @@
-//! Settings, in a maker's units, to the coordinator's configuration.
+//! From the settings, in the user's units, to the coordinator's configuration.
 
 use core::ops::RangeInclusive;
 
 use embassy_time::Duration;
 use isostep_console::Settings;
-use isostep_motion::{AXES, Axis, Config, Direction, HomingConfig, Wiring, whole_steps};
+use isostep_motion::{AXES, Axis, Config, Direction, Duties, HomingConfig, Level, ToolConfig, Wiring, whole_steps};
 use isostep_profile::{IntervalLaw, Limits, SpeedLaw};
 
 /// `$1=255`: the motors stay energised.
 const IDLE_DELAY_FOREVER_MS: u16 = 255;
 
-/// Of `$6`.
+/// Bits of `$6`.
 const PROBE_INVERTED: u16 = 1;
 const PROBE_NOT_PULLED_UP: u16 = 2;
 
-/// What `settings` mean to the coordinator. Whether they work is [`Config::check`]'s to say.
+/// The coordinator's configuration from `settings`. Whether it works is decided by [`Config::check`].
 #[must_use]
 pub fn config(settings: &Settings) -> Config {
     let masked = |mask: u16| Axis::ALL.map(|axis| mask & (1 << axis as u16) != 0);
@@ -32,7 +32,7 @@ pub fn config(settings: &Settings) -> Config {
         switches_inverted: settings.limit_invert,
         idle_delay: (settings.idle_delay_ms != IDLE_DELAY_FOREVER_MS)
             .then(|| Duration::from_millis(settings.idle_delay_ms.into())),
-        tool: crate::tool::config(settings),
+        tool: tool_config(settings),
         probe_inverted: settings.probe_mask & PROBE_INVERTED != 0,
         probe_pulled_up: settings.probe_mask & PROBE_NOT_PULLED_UP == 0,
         hold_is_door: settings.hold_input_is_door,
@@ -45,6 +45,18 @@ pub fn config(settings: &Settings) -> Config {
             pull_off_mm: settings.homing_pull_off_mm.into(),
             debounce: Duration::from_millis(settings.homing_debounce_ms.into()),
         },
+    }
+}
+
+/// The tool's configuration from `settings`.
+fn tool_config(settings: &Settings) -> ToolConfig {
+    let duty = |percent: f32| Level::of_ratio(percent / 100.0).of_65535();
+    let least = Level::of_ratio(settings.spindle_min_rpm / settings.spindle_max_rpm);
+    ToolConfig {
+        laser: settings.laser_mode,
+        duties: Duties::new(least, duty(settings.pwm_least_percent), duty(settings.pwm_full_percent)),
+        pwm_hz: settings.spindle_pwm_hz as u32,
+        spin_up: Duration::from_millis((settings.spin_up_s * 1e3) as u64),
     }
 }
 
@@ -69,11 +81,11 @@ fn limits(settings: &Settings, axis: usize) -> Limits {
     }
 }
 
-/// What every line needs of a configuration, which itself would be long to copy.
+/// What every line needs of a configuration. A whole configuration would take long to copy.
 #[derive(Clone)]
 pub(crate) struct Geometry {
     steps_per_mm: [f64; AXES],
-    /// The places that each axis can go to, once it is homed.
+    /// The places that each axis can go to once it is homed, steps.
     pub travel_steps: [RangeInclusive<i32>; AXES],
 }
 
@@ -82,7 +94,7 @@ impl Geometry {
         Self { steps_per_mm: config.steps_per_mm, travel_steps: Axis::ALL.map(|axis| config.travel_steps(axis)) }
     }
 
-    /// A place in whole steps, to the nearest.
+    /// A place in whole steps, rounded to the nearest.
     pub fn steps(&self, place_mm: [f32; AXES]) -> [i32; AXES] {
         core::array::from_fn(|axis| whole_steps(place_mm[axis].into(), self.steps_per_mm[axis]))
     }

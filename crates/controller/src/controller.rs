@@ -1,4 +1,4 @@
-//! What all consoles share, and what acts on it at once.
+//! What all consoles share, and what changes it at once.
 
 use core::cell::RefCell;
 
@@ -15,18 +15,17 @@ use isostep_motion::{Machine, Overrides as Overridden, Spindle, State};
 use crate::config::Geometry;
 use crate::status::{self, position_mm};
 use crate::store::{Item, Kept, Loss, Store, Value};
-use crate::tool;
 
 /// Settings, modal state and the machine they move.
 ///
-/// It stays on one executor, so what its consoles share needs no critical section, in which reading a line would hold
-/// up every interrupt.
+/// It stays on one executor, so what its consoles share needs no critical section. In a critical section, reading a
+/// line would hold up every interrupt.
 pub struct Controller<'a, F: NorFlash> {
     pub(crate) machine: &'a Machine,
     program: RefCell<Program>,
     /// Consoles take turns, a line each, so that a move starts where the one before it ends.
     pub(crate) turn: Mutex<NoopRawMutex, ()>,
-    /// Ends a sleep, in which a line keeps its turn.
+    /// Ends a sleep. During a sleep the line that asked for it keeps its turn.
     pub(crate) woken: Signal<NoopRawMutex, ()>,
     pub(crate) store: Mutex<NoopRawMutex, Store<F>>,
     pub(crate) has_boot_loader: bool,
@@ -36,31 +35,33 @@ pub struct Controller<'a, F: NorFlash> {
 pub(crate) struct Program {
     pub interpreter: Interpreter,
     pub settings: Settings,
-    /// That of the machine's configuration.
+    /// The geometry of the machine's configuration.
     pub geometry: Geometry,
     pub startup: [StoredLine; STARTUP_LINES],
     pub build_text: StoredLine,
     pub overrides: Overrides,
-    /// The work offset of the motion under way: the interpreter's is ahead.
+    /// The work offset of the motion under way. The interpreter's may already be that of a later motion.
     pub work_offset_mm: [f32; AXES],
     pub mode: Mode,
-    /// How spindle or laser are switched: the interpreter has that of M2 already when the moves of its line are asked for.
+    /// How spindle or laser are switched for the moves that are asked for. The interpreter is ahead: when a line
+    /// contains M2 it has switched them off before the line's moves are asked for.
     pub spindle: Spindle,
     /// The last motion was a jog, which may have ended short of its target.
     pub jogged: bool,
     /// The start-up lines have not run since power-up or the last reset.
     pub startup_due: bool,
-    /// A reset has come: the program does not begin anew before nothing moves, and nothing moves before it has.
+    /// A reset has come. The program restarts when nothing moves any more, and nothing moves before it has restarted.
     pub restarting: bool,
-    /// A line is being carried out, or was dropped with its console: then nobody has followed what it has asked for.
+    /// A line is being carried out, or was dropped with its console. After a dropped line the program does not know yet
+    /// what the machine made of it.
     pub in_line: bool,
     /// What may have changed since it was stored.
     pub unsaved: Unsaved,
-    /// What was stored is not in force, and has not been replaced yet.
+    /// Why the stored data is not in force, until it has been replaced.
     pub loss: Option<Loss>,
 }
 
-/// What there is to store.
+/// What has to be stored.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Unsaved {
     pub settings: bool,
@@ -68,24 +69,24 @@ pub(crate) struct Unsaved {
     pub parameters: bool,
 }
 
-/// What a machine that stands still is for.
+/// What the machine does while it is at rest.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Mode {
-    /// To be moved.
+    /// Takes lines that move it.
     Normal,
-    /// To check G-code.
+    /// Checks G-code.
     Check,
-    /// To be reset.
+    /// Sleeps until it is reset.
     Sleep,
-    /// To be unlocked or homed: the motors were free while it slept.
+    /// Waits to be unlocked or homed, because the motors were free while it slept.
     Slept,
-    /// To be restarted.
+    /// Waits to be restarted, into the boot loader.
     Left,
 }
 
 impl<'a, F: NorFlash> Controller<'a, F> {
-    /// A controller of `machine`, which should have been made with the [`config`](crate::config()) of the same settings. They hold until
-    /// [`load`](Self::load).
+    /// A controller of `machine`, which should have been made with the [`config`](crate::config()) of the same
+    /// settings. These settings are in force until [`load`](Self::load).
     #[must_use]
     pub fn new(machine: &'a Machine, settings: Settings, store: Store<F>) -> Self {
         let program = Program {
@@ -110,8 +111,9 @@ impl<'a, F: NorFlash> Controller<'a, F> {
         Self { machine, program: RefCell::new(program), turn, woken, store, has_boot_loader: false, boot }
     }
 
-    /// Puts in force what was stored. Call it once, after the axes' tasks have run, which tell what the step outputs carry,
-    /// and before anything else is served. What is wrong shows after the welcome; then the defaults stay.
+    /// Puts the stored data in force. Call it once, before anything else is served, and after the axes' tasks have run,
+    /// because they publish what the step outputs carry. If something is wrong, a message after the welcome says so,
+    /// and the defaults stay in force.
     pub async fn load(&self) {
         let mut store = self.store.lock().await;
         let loss = store.load().await.err();
@@ -142,11 +144,11 @@ impl<'a, F: NorFlash> Controller<'a, F> {
         })
     }
 
-    /// What the machine does, as a console calls it.
+    /// What the machine does, in the console's terms.
     pub(crate) fn state(&self) -> ReportedState {
         match (self.machine.state(), self.with(|program| program.mode)) {
             (_, Mode::Left) => ReportedState::Sleep,
-            // Neither an alarm nor a hold of nothing wakes it: that takes a reset.
+            // Neither an alarm nor a hold without a motion wakes it; only a reset does.
             (State::Idle | State::Hold { .. } | State::Alarm(_), Mode::Sleep) => ReportedState::Sleep,
             (State::Alarm(_), _) | (State::Idle | State::Hold { .. }, Mode::Slept) => ReportedState::Alarm,
             (State::Home, _) => ReportedState::Home,
@@ -159,7 +161,7 @@ impl<'a, F: NorFlash> Controller<'a, F> {
         }
     }
 
-    /// What the safety door does, as a console calls it.
+    /// What the safety door does, in the console's terms.
     fn door(&self) -> Door {
         match (self.machine.state(), self.machine.door().is_open) {
             (State::Hold { still: false }, _) => Door::Stopping,
@@ -169,7 +171,7 @@ impl<'a, F: NorFlash> Controller<'a, F> {
         }
     }
 
-    /// What a status report tells, to a console with room for so many bytes.
+    /// The contents of a status report, for a console whose input has room for `free_bytes` bytes.
     pub(crate) fn report(&self, free_bytes: usize) -> Report {
         let machine = self.machine.status();
         let (overrides, work_offset_mm, max_rpm) =
@@ -181,7 +183,7 @@ impl<'a, F: NorFlash> Controller<'a, F> {
             line_number: machine.line,
             feed_mm_min: (machine.speed_mm_s * 60.0) as f32,
             spindle_rpm: machine.level.ratio() * max_rpm,
-            spindle: tool::word(machine.outputs.spindle),
+            spindle: status::spindle(machine.outputs.spindle),
             coolant: Coolant::of(machine.outputs.flood, machine.outputs.mist),
             probe_touched: machine.probe_touches,
             door_open: machine.door.is_open,
@@ -195,7 +197,7 @@ impl<'a, F: NorFlash> Controller<'a, F> {
         }
     }
 
-    /// Obeys a real-time byte that is neither a report nor a reset.
+    /// Obeys a real-time byte that is neither a status request nor a reset.
     pub(crate) fn real_time(&self, realtime: Realtime) {
         match realtime {
             Realtime::Override(byte) => {
@@ -211,7 +213,7 @@ impl<'a, F: NorFlash> Controller<'a, F> {
         }
     }
 
-    /// Tells the machine of the overrides in force.
+    /// Passes the overrides in force on to the machine.
     pub(crate) fn override_machine(&self) {
         let overrides = self.with(|program| program.overrides);
         self.machine
@@ -219,17 +221,18 @@ impl<'a, F: NorFlash> Controller<'a, F> {
         self.machine.set_spindle_percent(overrides.spindle_percent);
     }
 
-    /// A reset has come.
+    /// Notes that a reset has come.
     pub(crate) fn begin_restart(&self) {
         self.with(|program| program.restarting = true);
     }
 
-    /// A reset has come, and the program has not begun anew yet.
+    /// Whether a reset has come and the program has not restarted yet.
     pub(crate) fn is_restarting(&self) -> bool {
         self.with(|program| program.restarting)
     }
 
-    /// The modal state and the overrides of power-up, at the place where the machine stands.
+    /// Restarts the program: sets the modal state and the overrides as at power-up, at the place where the machine
+    /// stands.
     pub(crate) fn restart_program(&self) {
         self.with(|program| {
             (program.restarting, program.in_line) = (false, false);
@@ -248,7 +251,7 @@ impl<'a, F: NorFlash> Controller<'a, F> {
         self.woken.signal(());
     }
 
-    /// After anything but a finished move the program goes on from where the machine stands.
+    /// Has the program go on from where the machine stands. This is needed after everything except a finished move.
     pub(crate) fn follow_machine(&self) {
         let position = position_mm(self.machine.position_steps(), &self.machine.config());
         self.with(|program| {
@@ -270,7 +273,7 @@ impl Unsaved {
 }
 
 impl Program {
-    /// The value of what is stored, as it is now.
+    /// The value of an item, as it is now.
     pub fn value(&self, item: Item) -> Value {
         item.value((&self.settings, self.interpreter.coordinates(), &self.startup, &self.build_text))
     }

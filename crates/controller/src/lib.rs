@@ -1,4 +1,4 @@
-//! The console and the motion made one machine.
+//! Makes one machine of the console and the motion.
 //!
 //! A [`Controller`] holds the settings and the program's modal state; [`Controller::serve`] runs one console (USB, a
 //! UART, the simulator's link) against the [`Machine`](isostep_motion::Machine). Several consoles may be served at

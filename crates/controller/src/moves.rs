@@ -1,4 +1,4 @@
-//! Blocks and jogs to the machine's motions.
+//! From G-code blocks and jogs to the machine's motions.
 
 use core::future::poll_fn;
 use core::pin::{Pin, pin};
@@ -14,8 +14,9 @@ use crate::arcs::Chord;
 use crate::controller::{Controller, Mode};
 use crate::output::{Message, Output};
 
-/// How often an axis is moved to and fro to see that it is wired well, and how fast.
+/// How often an axis is moved to and fro to check its wiring.
 const BUZZES: usize = 10;
+/// How fast it is moved, mm/s.
 const BUZZ_MM_S: f64 = 5.0;
 
 /// A place of an axis that is outside its travel, steps.
@@ -26,7 +27,8 @@ pub(crate) struct Beyond {
 }
 
 impl<F: NorFlash> Controller<'_, F> {
-    /// Carries out a block that the interpreter has taken. `text` is empty: what there is to say before the answer is left in it.
+    /// Carries out a G-code block that the interpreter has accepted. `text` is empty; messages that come before the
+    /// answer are left in it.
     pub(crate) async fn block(&self, block: Block, text: &mut Message, out: &Output) -> Result<(), Error> {
         let (checks, offset_mm) = self.with(|program| {
             program.unsaved.parameters |= block.changes_coordinates;
@@ -46,15 +48,15 @@ impl<F: NorFlash> Controller<'_, F> {
             self.submit(dwell).await?;
         }
         if dwell_s.is_some() || offset_mm != self.with(|program| program.work_offset_mm) {
-            // A dwell is answered when it is over: senders use it to wait for the end of motion. And were a new offset
-            // to count before the moves before it have ended, their work position would jump.
+            // A dwell is answered when it is over, because senders use it to wait for the end of motion. A new offset
+            // counts only once the moves before it have ended; otherwise their work position would jump.
             self.settled().await?;
             self.with(|program| program.work_offset_mm = offset_mm);
         }
         let exact_stop = block.motion.is_some_and(|motion| motion.exact_stop);
         let via = block.via_mm.map(|target_mm| Move { target_mm, rate: Rate::Rapid, arc: None, exact_stop });
-        for chunk in [via, block.motion].into_iter().flatten() {
-            self.go_to(chunk, block.line_number, checks, text).await?;
+        for motion in [via, block.motion].into_iter().flatten() {
+            self.go_to(motion, block.line_number, checks, text).await?;
         }
         if let Some(probe) = block.probe {
             let mut probing = pin!(self.probe(probe, block.line_number, checks, text));
@@ -73,23 +75,23 @@ impl<F: NorFlash> Controller<'_, F> {
             if !checks {
                 self.stop_tool();
             }
-            text.tell(messages::PROGRAM_END);
+            text.say(messages::PROGRAM_END);
         }
         Ok(())
     }
 
-    /// M6: when the moves before it have ended, holds for the tool to be put in, and says so at once: the answer to the line
-    /// comes after the resume.
+    /// M6: when the moves before it have ended, holds the machine so that the tool can be put in, and sends a message
+    /// about it at once. The answer to the line comes after the resume.
     async fn change_tool(&self, tool: u8, text: &mut Message, out: &Output) -> Result<(), Error> {
         self.settled().await?;
         match tool {
-            0 => text.tell(messages::CHANGE_TOOL),
-            _ => text.tell(format_args!("M6: put in tool {tool}, then resume with ~")),
+            0 => text.say(messages::CHANGE_TOOL),
+            _ => text.say(format_args!("M6: put in tool {tool}, then resume with ~")),
         }
         out.send(text).await;
         text.clear();
         self.machine.hold();
-        // Somebody reaches for it. The resume has it turn again first.
+        // Somebody reaches for the tool, so the spindle is stopped. The resume has it turn again first.
         self.machine.toggle_spindle();
         self.settled().await
     }
@@ -97,7 +99,7 @@ impl<F: NorFlash> Controller<'_, F> {
     /// M3 to M5, S, M7 to M9.
     async fn switch(&self, block: &Block) -> Result<(), Error> {
         let is_of_laser = self.with(|program| program.settings.laser_mode);
-        // The S of a spindle that stands still waits for M3, that of a laser is each move's.
+        // The S of a spindle that stands still waits for M3. The S of a laser belongs to each move.
         let changes_speed = block.changes_speed
             && !is_of_laser
             && self.with(|program| program.interpreter.modal().spindle) != Spindle::Off;
@@ -113,7 +115,7 @@ impl<F: NorFlash> Controller<'_, F> {
         self.settled().await
     }
 
-    /// Begins a jog. Outside the travel it never begins, and nothing is locked.
+    /// Begins a jog. A jog to a place outside the travel does not begin, and locks nothing.
     pub(crate) async fn jog(&self, jog: Jog) -> Result<(), Error> {
         self.closed_door()?;
         let target_steps = self.steps(jog.target_mm);
@@ -128,12 +130,13 @@ impl<F: NorFlash> Controller<'_, F> {
         Ok(())
     }
 
-    /// Nobody reaches into the machine, as far as it knows.
+    /// Refuses if the safety door is open, because somebody may be reaching into the machine.
     pub(crate) fn closed_door(&self) -> Result<(), Error> {
         if self.machine.door().is_open { Err(Error::DoorOpen) } else { Ok(()) }
     }
 
-    /// Asks for a motion. None that was meant before a reset is made after it.
+    /// Asks for a motion. It refuses until a reset is complete, so that no motion from before the reset is made after
+    /// it.
     pub(crate) async fn submit(&self, motion: Motion) -> Result<(), Error> {
         if self.is_restarting() {
             return Err(Error::Locked);
@@ -166,14 +169,12 @@ impl<F: NorFlash> Controller<'_, F> {
             self.submit(Motion::Move { target_steps, feed_mm_s, exact_stop: true, line: 0, power }).await?;
         }
         self.settled().await?;
-        text.tell(format_args!(
-            "{axis} should have moved 1 mm to and fro {BUZZES} times: if not, see docs/bring-up.md"
-        ));
+        text.say(format_args!("{axis} should have moved 1 mm to and fro {BUZZES} times: if not, see docs/bring-up.md"));
         Ok(())
     }
 
-    async fn go_to(&self, chunk: Move, line: u32, checks: bool, text: &mut Message) -> Result<(), Error> {
-        let Move { target_mm, rate, arc, exact_stop } = chunk;
+    async fn go_to(&self, motion: Move, line: u32, checks: bool, text: &mut Message) -> Result<(), Error> {
+        let Move { target_mm, rate, arc, exact_stop } = motion;
         let (target_steps, beyond) = self.target_steps(target_mm, arc);
         if let Some(beyond) = beyond {
             let mut refusal = pin!(self.refuse_target(beyond, arc.is_some(), text));
@@ -193,10 +194,10 @@ impl<F: NorFlash> Controller<'_, F> {
         }
     }
 
-    /// A target in steps; and what of the way there is outside the travel.
+    /// A target in steps, and a place on the path to it that is outside the travel, if there is one.
     pub(crate) fn target_steps(&self, target_mm: [f32; AXES], arc: Option<Arc>) -> ([i32; AXES], Option<Beyond>) {
         let target_steps = self.steps(target_mm);
-        // A straight way is within the travel if its end is, an arc if its box is.
+        // A straight move is within the travel if its end is, an arc if its bounding box is.
         let places_steps = arc.map_or([target_steps; 2], |arc| self.bounds_steps(&arc));
         let beyond = places_steps.into_iter().find_map(|place_steps| {
             self.beyond_travel(place_steps).map(|axis| Beyond { axis, place_steps: place_steps[axis as usize] })
@@ -204,7 +205,8 @@ impl<F: NorFlash> Controller<'_, F> {
         (target_steps, beyond)
     }
 
-    /// Locks the machine once the moves before have ended: they are good, and so no step is lost.
+    /// Locks the machine once the moves before have ended. These moves are good, and they must end first so that no
+    /// step is lost.
     pub(crate) async fn refuse_target(&self, beyond: Beyond, is_of_arc: bool, text: &mut Message) -> Error {
         let Beyond { axis, place_steps } = beyond;
         if let Err(error) = self.settled().await {
@@ -217,7 +219,7 @@ impl<F: NorFlash> Controller<'_, F> {
         let mm = |steps: i32| Fixed { value: config.mm(axis, steps) as f32, decimals: 3 };
         let (asked, min, max) = (mm(place_steps), mm(*range.start()), mm(*range.end()));
         let whose = if is_of_arc { "the arc's " } else { "" };
-        text.tell(format_args!(
+        text.say(format_args!(
             "{whose}{axis}{asked} is outside the travel, {min} to {max} mm: correct the program, then $X"
         ));
         Error::Locked
@@ -244,8 +246,8 @@ impl<F: NorFlash> Controller<'_, F> {
     }
 }
 
-/// Polls what few lines of a program do. It is not inlined, so that the other lines pass through less of the flash: with its cache
-/// cold that cost 4 % of the short moves a second.
+/// Polls a future that only few lines of a program need. It is not inlined, so that the other lines run through less
+/// code in flash: when it was inlined, with the flash cache cold, there were 4 % fewer short moves a second.
 #[inline(never)]
 pub(crate) fn poll_aside<F: Future>(future: Pin<&mut F>, context: &mut Context<'_>) -> Poll<F::Output> {
     future.poll(context)

@@ -1,4 +1,4 @@
-//! What a console sends, whole message by whole message.
+//! What a console sends, in whole messages.
 
 use core::fmt::{self, Display};
 use core::ops::Deref;
@@ -14,7 +14,8 @@ const BYTES: usize = 1024;
 /// The longest message: a `[MSG:...]` with a refused setting's value, limit and remedy.
 const MESSAGE_BYTES: usize = 256;
 
-/// Lines that are sent together. What does not fit is cut: better than nothing, and no message of ours is that long.
+/// Lines that are sent together. Text that does not fit is cut off: that is better than nothing, and no message of ours
+/// is so long.
 pub(crate) struct Message(String<MESSAGE_BYTES>);
 
 impl Message {
@@ -31,7 +32,7 @@ impl Message {
     }
 
     /// `[MSG:...]`.
-    pub fn tell(&mut self, words: impl Display) {
+    pub fn say(&mut self, words: impl Display) {
         let _ = report::message(&mut self.0, words);
     }
 
@@ -49,7 +50,7 @@ impl Deref for Message {
     }
 }
 
-/// Bytes on their way to one console.
+/// The bytes that wait to be sent to one console.
 pub(crate) struct Output {
     pipe: Pipe<NoopRawMutex, BYTES>,
     turn: Mutex<NoopRawMutex, ()>,
@@ -65,7 +66,7 @@ impl Output {
     /// Sends one message, waiting for room. It is never mixed with another.
     ///
     /// # Cancellation
-    /// Safe: the message is sent whole or not at all. A reset cuts none.
+    /// Safe: the message is sent whole or not at all. A reset cuts no message short.
     pub async fn send(&self, message: &Message) {
         let _turn = self.turn.lock().await;
         while self.pipe.free_capacity() < message.len() {
@@ -74,7 +75,8 @@ impl Output {
         self.put(message);
     }
 
-    /// Sends one message if there is room at once; a status report that is late is worth nothing.
+    /// Sends one message if there is room at once; otherwise it is dropped, because a late status report is worth
+    /// nothing.
     pub fn offer(&self, write: impl FnOnce(&mut String<MESSAGE_BYTES>) -> fmt::Result) {
         let mut message = String::new();
         if write(&mut message).is_err() || self.pipe.free_capacity() < message.len() {

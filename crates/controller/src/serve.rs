@@ -1,9 +1,9 @@
 //! One console: bytes in, bytes out, real-time bytes at once.
 //!
 //! # Design
-//! Four futures run side by side. `receive` never waits for a move: it acts on real-time bytes as they arrive and
-//! puts the rest into a pipe, larger than the window senders are told of. `execute` takes lines from the pipe, one
-//! at a time. `notify` tells of alarms. `transmit` alone waits for the host.
+//! Four futures run side by side. `receive` never waits for a move: it acts on real-time bytes as they arrive and puts
+//! the rest into a pipe, which is larger than the window that is advertised to senders. `execute` takes lines from the
+//! pipe, one at a time. `notify` reports alarms. Only `transmit` waits for the host.
 
 use core::convert::Infallible;
 use core::fmt;
@@ -25,7 +25,7 @@ use crate::controller::Controller;
 use crate::output::{Message, Output};
 use crate::status;
 
-/// Eight times the window senders are told of.
+/// Eight times the window that is advertised to senders.
 const INPUT_BYTES: usize = 1024;
 const CHUNK_BYTES: usize = 64;
 
@@ -47,7 +47,7 @@ struct Console {
 }
 
 impl<F: NorFlash> Controller<'_, F> {
-    /// Serves one console until its link fails. Call it anew when a host opens the link: it begins with the welcome.
+    /// Serves one console until its link fails. Call it again when a host opens the link: it begins with the welcome.
     ///
     /// # Errors
     /// The link's own error.
@@ -60,7 +60,7 @@ impl<F: NorFlash> Controller<'_, F> {
             self.receive(&console, rx),
             self.session(&console),
             self.notify(&console.output),
-            // Last, so that a reply leaves in the poll that wrote it.
+            // It is polled last, so that a reply leaves in the poll that wrote it.
             transmit(&console.output, tx),
         );
         match ended.await {
@@ -70,7 +70,8 @@ impl<F: NorFlash> Controller<'_, F> {
         }
     }
 
-    /// `Err(None)` is the end of the link.
+    /// Acts on real-time bytes and puts the rest into the pipe, until the link ends. `Err(None)` means that the other
+    /// side ended it.
     async fn receive<R: Read>(&self, console: &Console, mut rx: R) -> Result<Infallible, Option<R::Error>> {
         let mut reporter = StatusReporter::new();
         let mut bytes = [0; CHUNK_BYTES];
@@ -106,11 +107,11 @@ impl<F: NorFlash> Controller<'_, F> {
         console.output.offer(|text| reporter.write(text, &report, &self.settings()));
     }
 
-    /// From one welcome to the next reset, again and again.
+    /// Runs from one welcome to the next reset, again and again.
     async fn session(&self, console: &Console) -> Infallible {
         loop {
             if select(console.reset.wait(), self.execute(console)).await.is_second() {
-                // A line asked for the reset: what came behind it is forgotten as after a reset byte.
+                // A line asked for the reset: the bytes behind it are forgotten, as after a reset byte.
                 self.begin_restart();
                 console.input.clear();
             }
@@ -118,21 +119,21 @@ impl<F: NorFlash> Controller<'_, F> {
         }
     }
 
-    /// Ends the restart that a reset has begun, once nothing moves. Another console may have done so before.
+    /// Ends the restart that a reset has begun, once nothing moves. Another console may have ended it before.
     ///
     /// # Cancellation
-    /// Safe: the next line, of whatever console, does so.
+    /// Safe: the next line of any console ends it.
     pub(crate) async fn end_restart(&self) {
-        // It brakes, or has been stopped; the coordinator says how that ended.
+        // The machine brakes, or has been stopped; the coordinator has to end that first.
         self.machine.emptied().await;
-        // An alarm is told before the welcome.
+        // `notify` has to report an alarm before the welcome.
         yield_now().await;
         if self.is_restarting() {
             self.restart_program();
         }
     }
 
-    /// Until a line asks for a reset.
+    /// Carries out lines, until one asks for a reset.
     async fn execute(&self, console: &Console) {
         self.greet(&console.output).await;
         let mut assembler = LineAssembler::new();
@@ -144,28 +145,29 @@ impl<F: NorFlash> Controller<'_, F> {
                 if self.line(line, &console.output).await == After::Restart {
                     return;
                 }
-                // However many lines there are, motion is fed between them.
+                // The ports' queues are filled between lines, however many lines there are.
                 yield_now().await;
             }
         }
     }
 
-    /// The welcome, and what follows it: what to look at, what is not as it was stored, how to unlock, or what came of the start-up lines.
+    /// Sends the welcome, and what follows it: what to look at, what is not as it was stored, how to unlock, or the
+    /// results of the start-up lines.
     async fn greet(&self, output: &Output) {
         let mut text = Message::new();
         text.print(|text| text.push_str(report::WELCOME));
         if self.with(|program| program.settings.hard_limits) && self.machine.status().pressed.contains(&true) {
-            text.tell(messages::CHECK_LIMITS);
+            text.say(messages::CHECK_LIMITS);
         }
         if self.machine.door().is_open {
-            text.tell(messages::CHECK_DOOR);
+            text.say(messages::CHECK_DOOR);
         }
         if let Some(loss) = self.with(|program| program.loss) {
-            text.tell(loss);
+            text.say(loss);
         }
         let state = self.state();
         if state == ReportedState::Alarm {
-            text.tell(messages::HOW_TO_UNLOCK);
+            text.say(messages::HOW_TO_UNLOCK);
         }
         output.send(&text).await;
         let is_ready = matches!(state, ReportedState::Idle | ReportedState::Hold { .. } | ReportedState::Door(_));
@@ -173,7 +175,7 @@ impl<F: NorFlash> Controller<'_, F> {
             let _turn = self.turn.lock().await;
             self.start_up(output).await;
         }
-        // A reset may have cut short a line before what it changed was stored.
+        // A reset may have ended a line before its changes were stored.
         if self.with(|program| program.unsaved.any()) {
             let _turn = self.turn.lock().await;
             text.clear();
@@ -183,14 +185,15 @@ impl<F: NorFlash> Controller<'_, F> {
     }
 
     async fn notify(&self, output: &Output) -> Infallible {
-        // Beyond the consoles a machine has room for, alarms still show in every status report.
+        // The machine has room for a limited number of watching consoles. A console beyond them still shows alarms in
+        // every status report.
         let Some(mut states) = self.machine.watch_state() else { core::future::pending().await };
         loop {
             if let State::Alarm(alarm) = states.changed().await {
                 let (code, axis) = status::code(alarm);
                 let mut text = Message::new();
                 text.print(|text| report::alarm(text, code));
-                text.tell(code.about(axis));
+                text.say(code.about(axis));
                 output.send(&text).await;
             }
         }

@@ -1,14 +1,14 @@
-//! The machine's words for the console.
+//! From the machine's alarms and positions to the console's.
 
 use isostep_console::Alarm as Code;
-use isostep_motion::{AXES, Alarm, Axis, Config, Unplannable};
+use isostep_motion::{AXES, Alarm, Axis, Config, Spindle, Unplannable};
 
-/// The window that senders count on, bytes; a console keeps more.
+/// The window that is advertised to senders, bytes; a console has room for more.
 pub(crate) const ADVERTISED_BYTES: usize = 128;
 
 const NAMES: [&str; AXES] = ["X", "Y", "Z"];
 
-/// The alarm by its number, and what it is about: the axis, or what keeps a move from being planned.
+/// The console's alarm, and what it is about: the axis, or the reason why a move cannot be planned.
 pub(crate) fn code(alarm: Alarm) -> (Code, &'static str) {
     let (code, axis) = match alarm {
         Alarm::HardLimit { axis } => (Code::HardLimit, axis),
@@ -43,4 +43,13 @@ fn why_not(reason: Unplannable) -> &'static str {
 
 pub(crate) fn position_mm(steps: [i32; AXES], config: &Config) -> [f32; AXES] {
     Axis::ALL.map(|axis| config.mm(axis, steps[axis as usize]) as f32)
+}
+
+/// How the spindle is switched, in the console's terms.
+pub(crate) fn spindle(spindle: Spindle) -> isostep_console::Spindle {
+    match spindle {
+        Spindle::Off => isostep_console::Spindle::Off,
+        Spindle::Clockwise => isostep_console::Spindle::Clockwise,
+        Spindle::CounterClockwise => isostep_console::Spindle::CounterClockwise,
+    }
 }

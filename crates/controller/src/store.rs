@@ -1,13 +1,14 @@
-//! Settings, work offsets, places, start-up lines and a text of the user's in flash: what outlives a power cycle.
+//! What survives a power cycle, in flash: settings, work offsets, places, start-up lines and a text of the user's.
 //!
 //! # Design
-//! A log, the queue of `sequential-storage`: each change puts one item behind the ones before it, and what comes last holds. It
-//! goes round through all sectors, the oldest giving way to the newest, so that all of them wear alike; and each time that half
-//! of them is full, all that is kept is put into it once more, so that nothing in the oldest ones is needed. Below are
-//! `Sectors`, so that whenever the power goes every item has its old value or its new one.
+//! The data is a log, the queue of `sequential-storage`: each change appends one item, and the last value of an item
+//! counts. The log goes round through all sectors, and the newest items take the place of the oldest, so all sectors
+//! wear alike. Each time half of the sectors have been filled, all kept items are appended once more, so nothing in the
+//! oldest sectors is needed. Below the log are `Sectors`. They make sure that every item has its old value or its new
+//! one, whenever the power fails.
 //!
-//! Programming and erasing may stop everything else for as long as they take, so whoever calls [`Store::save`] sees to it that
-//! nothing moves. Between operations the other tasks run.
+//! Programming and erasing may stop everything else for as long as they take, so the caller of [`Store::save`] has to
+//! make sure that nothing moves. Between operations the other tasks run.
 
 mod item;
 mod sectors;
@@ -27,12 +28,13 @@ use sequential_storage::queue::{QueueConfig, QueueStorage};
 pub use item::{Item, Value};
 use sectors::{Sectors, WORD_BYTES};
 
-/// The format. It has a key of its own, and ends every copy of all that is kept. Another format is not read.
+/// The version of the format. It is an item with a key of its own, which ends every copy of all kept items. A log of
+/// another version is not read.
 const VERSION: u32 = 1;
 const NOTHING: u32 = 0;
 const VERSION_ITEM: Item = Item(u16::MAX);
 const KEY_BYTES: usize = 2;
-/// Of the log, beside an item's own: a word.
+/// What the log adds to the bytes of an item: a word.
 const HEADER_BYTES: usize = WORD_BYTES;
 
 /// The longest item with its key.
@@ -47,11 +49,12 @@ pub struct Store<F: NorFlash> {
     log: Log<F>,
     defaults: Settings,
     kept: Kept,
-    /// The log is to be begun anew: it holds nothing, or nothing that can be built upon.
+    /// The log has to be begun again: it holds nothing, or nothing that can be continued.
     anew: bool,
-    /// What has been put into the log since the last copy of all that is kept, bytes.
+    /// Bytes appended to the log since the last copy of all kept items.
     since_copy: usize,
-    /// It may be in the log with another value than it is kept with: putting it there was refused, or dropped.
+    /// An item that may be in the log with another value than the kept one, because appending it was refused or
+    /// dropped.
     doubtful: Option<Item>,
 }
 
@@ -66,10 +69,11 @@ pub struct Kept {
 
 /// Why what was stored is not in force. Prints as the text of a `[MSG:...]`.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Loss {
-    /// It is damaged, or something else.
+    /// The data is damaged, or is something else.
     Unreadable,
-    /// It has another format.
+    /// The data has another format.
     OtherVersion,
     /// The settings do not work together.
     Refused(SettingError),
@@ -77,12 +81,13 @@ pub enum Loss {
     Unworkable(&'static str),
 }
 
-/// The flash has refused: what was to be kept is as it was.
+/// The flash has refused: what was to be changed has its old value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NotStored;
 
 impl<F: NorFlash> Store<F> {
-    /// Keeps items in `range` of `flash`. Whatever it does not hold is as in `defaults`, and all zero and empty.
+    /// Keeps items in `range` of `flash`. Settings that it does not hold are as in `defaults`; other items are zero or
+    /// empty.
     ///
     /// # Panics
     /// When `range` is not 4 to 32 whole sectors of the flash.
@@ -100,11 +105,11 @@ impl<F: NorFlash> Store<F> {
         &self.kept
     }
 
-    /// Reads all there is. Changes nothing, but ends what a power cut has left half done.
+    /// Reads all items. It changes nothing, except that it completes what a power cut has left half done.
     ///
     /// # Errors
-    /// [`Loss::Unreadable`] or [`Loss::OtherVersion`]: then defaults are what it holds, and the next
-    /// [`save`](Self::save) begins anew.
+    /// [`Loss::Unreadable`] or [`Loss::OtherVersion`]: then it holds the defaults, and the next [`save`](Self::save)
+    /// begins a new log.
     pub async fn load(&mut self) -> Result<(), Loss> {
         let version = self.read().await;
         self.anew = version != Some(VERSION);
@@ -118,7 +123,7 @@ impl<F: NorFlash> Store<F> {
         }
     }
 
-    /// The version of what there is; `None` if it makes no sense.
+    /// Reads the log. Returns its version; `None` if it makes no sense.
     async fn read(&mut self) -> Option<u32> {
         (self.kept, self.since_copy, self.doubtful) = (Kept::new(self.defaults), 0, None);
         let mut understood = self.log.flash().open().await.ok()?;
@@ -139,20 +144,20 @@ impl<F: NorFlash> Store<F> {
         (understood || !matches!(version, NOTHING | VERSION)).then_some(version)
     }
 
-    /// Keeps every item that is not kept already, without `settings` all but these; `now` tells its value. Call it while
-    /// nothing moves.
+    /// Stores every item whose value is not stored yet; settings only with `settings`. `now` returns the present value
+    /// of an item. Call it while nothing moves.
     ///
     /// # Errors
-    /// [`NotStored`]; what could be stored is.
+    /// [`NotStored`]; the items that could be stored are stored.
     ///
     /// # Cancellation
-    /// As a power cut: each item has its old value or its new one. Save again.
+    /// As a power cut: each item has its old value or its new one. Call it again.
     pub async fn save(&mut self, mut settings: bool, now: impl Fn(Item) -> Value) -> Result<(), NotStored> {
         let mut again = true;
         loop {
             match self.write(settings, &now).await {
                 Err(LogError::Corrupted { .. }) if again => {
-                    // Nothing to build upon; but all that is in force is known, and is written anew.
+                    // The log cannot be continued. But everything that is in force is known, and is written again.
                     (self.anew, settings, again) = (true, true, false);
                 }
                 written => return written.map_err(|_| NotStored),
@@ -182,7 +187,7 @@ impl<F: NorFlash> Store<F> {
         Ok(())
     }
 
-    /// Puts all that is kept into the log once more.
+    /// Appends all kept items to the log once more.
     async fn copy(&mut self) -> Result<(), LogError<F::Error>> {
         let mut items = 0;
         while let Some(item) = Item::at(items) {
@@ -197,7 +202,7 @@ impl<F: NorFlash> Store<F> {
         Ok(())
     }
 
-    /// Puts an item into the log, and keeps it.
+    /// Appends an item to the log, and keeps its value.
     async fn push(&mut self, item: Item, value: &[u8]) -> Result<(), LogError<F::Error>> {
         let mut entry = Vec::<_, ENTRY_BYTES>::new();
         // There is room for the longest.
@@ -213,7 +218,7 @@ impl<F: NorFlash> Store<F> {
     }
 }
 
-/// What an entry takes of the log.
+/// Bytes that an entry takes in the log.
 fn log_bytes(entry: &[u8]) -> usize {
     HEADER_BYTES + entry.len().next_multiple_of(WORD_BYTES)
 }
@@ -236,7 +241,7 @@ impl Kept {
 }
 
 impl Loss {
-    /// The settings are to blame, and nothing else is lost.
+    /// Whether only the settings are lost.
     pub(crate) fn is_of_settings(&self) -> bool {
         matches!(self, Self::Refused(_) | Self::Unworkable(_))
     }

@@ -3,33 +3,12 @@
 use embassy_futures::yield_now;
 use embedded_storage_async::nor_flash::NorFlash;
 use isostep_console::report;
-use isostep_console::{Coolant, Error, Modal, Probe, Rate, Realtime, ReportedState, Settings, Spindle as Switched};
-use isostep_motion::{Alarm, Duties, Level, Motion, Outputs, Power, ProbeMove, Spindle, State, ToolConfig};
+use isostep_console::{Coolant, Error, Modal, Probe, Rate, Realtime, ReportedState, Spindle as Switched};
+use isostep_motion::{Alarm, Level, Motion, Outputs, Power, ProbeMove, Spindle, State};
 
 use crate::controller::{Controller, Program};
 use crate::output::Message;
 use crate::status::position_mm;
-
-/// What `settings` mean to the tool.
-pub(crate) fn config(settings: &Settings) -> ToolConfig {
-    let duty = |percent: f32| Level::of_ratio(percent / 100.0).of_65535();
-    let least = Level::of_ratio(settings.spindle_min_rpm / settings.spindle_max_rpm);
-    ToolConfig {
-        laser: settings.laser_mode,
-        duties: Duties::new(least, duty(settings.pwm_least_percent), duty(settings.pwm_full_percent)),
-        pwm_hz: settings.spindle_pwm_hz as u32,
-        spin_up: embassy_time::Duration::from_millis((settings.spin_up_s * 1e3) as u64),
-    }
-}
-
-/// The console's word for how the spindle is switched.
-pub(crate) fn word(spindle: Spindle) -> Switched {
-    match spindle {
-        Spindle::Off => Switched::Off,
-        Spindle::Clockwise => Switched::Clockwise,
-        Spindle::CounterClockwise => Switched::CounterClockwise,
-    }
-}
 
 impl Program {
     /// The level of the S in force.
@@ -60,8 +39,8 @@ impl Program {
 }
 
 impl<F: NorFlash> Controller<'_, F> {
-    /// Has the outputs be as the modes in force say: once the moves before have ended, but of a laser at once, as each move has a
-    /// level of its own.
+    /// Sets the outputs to what the modes in force say, once the moves before have ended. A laser does not wait for
+    /// these moves, because each move has a level of its own.
     pub(crate) async fn switch_tool(&self, switches_coolant: bool) -> Result<(), Error> {
         if switches_coolant || !self.with(|program| program.settings.laser_mode) {
             self.settled().await?;
@@ -80,13 +59,13 @@ impl<F: NorFlash> Controller<'_, F> {
         self.machine.set_outputs(outputs).map_err(|_| Error::Locked)
     }
 
-    /// Puts all outputs off, and says so to the program.
+    /// Switches all outputs off, in the program's modal state, too.
     pub(crate) fn stop_tool(&self) {
         self.with(|program| {
             program.interpreter.stop_tool();
             program.spindle = Spindle::Off;
         });
-        // Off is never refused.
+        // Switching off is never refused.
         let _ = self.machine.set_outputs(Outputs::OFF);
     }
 
@@ -108,8 +87,8 @@ impl<F: NorFlash> Controller<'_, F> {
         }
     }
 
-    /// G38: goes on until the probe finds what it looks for, and tells where that was. As in Grbl the line is accepted even where
-    /// that ends in an alarm.
+    /// G38: moves until the probe finds what it looks for, and reports where that was. As in Grbl, the line is accepted
+    /// even if the motion ends in an alarm.
     pub(crate) async fn probe(&self, probe: Probe, line: u32, checks: bool, text: &mut Message) -> Result<(), Error> {
         let Probe { target_mm, mm_min, away, must } = probe;
         let (target_steps, beyond) = self.target_steps(target_mm, None);
@@ -129,11 +108,11 @@ impl<F: NorFlash> Controller<'_, F> {
             _ => None,
         };
         if matches!(alarm, None | Some(Alarm::ProbeContact)) {
-            self.tell_probed(text);
+            self.report_probed(text);
         }
         match alarm {
             Some(Alarm::ProbeInitial | Alarm::ProbeContact) => {
-                // The alarm is told first.
+                // `notify` has to report the alarm first.
                 yield_now().await;
                 Ok(())
             }
@@ -141,7 +120,7 @@ impl<F: NorFlash> Controller<'_, F> {
         }
     }
 
-    fn tell_probed(&self, text: &mut Message) {
+    fn report_probed(&self, text: &mut Message) {
         let probed = self.machine.probed();
         let place_mm = position_mm(probed.position_steps, &self.machine.config());
         self.with(|program| {

@@ -6,6 +6,7 @@ use isostep_profile::ProfileError;
 
 /// Why a generator could not be planned. Each variant names the value and the limit it crossed.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum GeneratorError {
     /// No generator can run this move: there are no steps, or the limits do not work.
     Profile(ProfileError),

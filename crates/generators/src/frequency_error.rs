@@ -5,6 +5,7 @@ use core::fmt;
 /// Why a frequency profile could not be planned. Each variant names the value and the bound it crossed; a NaN is
 /// outside every range.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum FrequencyError {
     /// There are no steps.
     NoSteps,

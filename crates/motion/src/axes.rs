@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-/// How many axes a machine has.
+/// Number of axes of a machine.
 pub const AXES: usize = 3;
 
 /// An axis of the gantry.
@@ -18,7 +18,7 @@ pub enum Axis {
 }
 
 impl Axis {
-    /// All of them, in order.
+    /// All axes, in order.
     pub const ALL: [Self; AXES] = [Self::X, Self::Y, Self::Z];
 }
 

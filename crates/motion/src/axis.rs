@@ -7,17 +7,17 @@ use crate::event::Finish;
 use crate::machine::Machine;
 use crate::port::StepPort;
 
-/// Runs `axis` by `port` for ever. Spawn one per axis, at a priority nothing delays for long.
+/// Runs `axis` through `port` for ever. Spawn one for each axis, at a priority that nothing delays for long.
 ///
 /// # Cancellation
-/// Dropping it stops the axis at once; the position stays exact, and nothing moves the axis until another
-/// `run` is spawned.
+/// Dropping it stops the axis at once. The position stays exact, and nothing moves the axis until another `run` is
+/// spawned.
 pub async fn run(machine: &Machine, axis: Axis, mut port: impl StepPort) -> ! {
     let link = machine.link(axis);
     machine.publish_port(axis, &port);
     loop {
         let run = link.run.wait().await;
-        // The halt is polled first: once it is there, no further step rises.
+        // The halt is polled first, so no step rises once a halt has been signalled.
         let finish =
             match select(link.halt.wait(), port.run(run, &link.start_line, &link.segments, &link.odometer)).await {
                 Either::First(()) => Finish::Stopped,

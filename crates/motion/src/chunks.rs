@@ -1,4 +1,4 @@
-//! The chunks of a run: what has been told of its path, and not passed yet.
+//! The chunks of a run that have been handed out and are still needed.
 
 use heapless::Deque;
 use isostep_profile::chain::{Chunk, ChunkKind};
@@ -6,19 +6,19 @@ use isostep_profile::chain::{Chunk, ChunkKind};
 use crate::axes::{AXES, Axis};
 use crate::courses::Courses;
 
-/// How many there may be at once: of moves of a millisecond, more than is queued ahead.
+/// How many chunks are kept at once: with moves of a millisecond, more than is queued ahead.
 const CHUNKS: usize = 64;
-/// Of these, those that are still to be streamed have so many for themselves.
+/// How many of these places are kept free for chunks that are still to be streamed.
 const CHUNKS_TO_STREAM: usize = 48;
 
 /// The chunks of a run, in order. Each keeps its number, which counts from the beginning of the run.
 pub(crate) struct Chunks {
     known: Deque<Chunk<AXES>, CHUNKS>,
-    /// The number of the first that is still known.
+    /// The number of the first chunk that is still kept.
     first: u32,
-    /// The number of the one that was under way when it was last asked.
+    /// The number of the chunk that was under way at the last call of [`newly_under_way`](Self::newly_under_way).
     under_way: Option<u32>,
-    /// None follows.
+    /// No chunk follows those that are known.
     is_closed: bool,
     courses: Courses,
 }
@@ -28,19 +28,19 @@ impl Chunks {
         Self { known: Deque::new(), first: 0, under_way: None, is_closed: false, courses: Courses::new() }
     }
 
-    /// Of another run.
+    /// Forgets all chunks, for another run.
     pub fn clear(&mut self) {
         self.known.clear();
         self.courses.clear();
         (self.first, self.under_way, self.is_closed) = (0, None, false);
     }
 
-    /// The chunk with this number, if it has been told.
+    /// The chunk with this number, if it is known.
     pub fn get(&self, number: u32) -> Option<&Chunk<AXES>> {
         self.known.get(number.checked_sub(self.first)? as usize)
     }
 
-    /// The same, to compile it.
+    /// The same, with the courses by which it is compiled.
     pub fn get_with_courses(&mut self, number: u32) -> Option<(&Chunk<AXES>, &mut Courses)> {
         let chunk = self.known.get(number.checked_sub(self.first)? as usize)?;
         Some((chunk, &mut self.courses))
@@ -50,7 +50,7 @@ impl Chunks {
         self.known.back()
     }
 
-    /// Whether another follows the one with this number.
+    /// Whether another chunk follows the one with this number.
     pub fn has_next(&self, number: u32) -> bool {
         number.wrapping_sub(self.first) + 1 < self.known.len() as u32
     }
@@ -59,7 +59,7 @@ impl Chunks {
         !self.known.is_full()
     }
 
-    /// Another stretch, for which there is room.
+    /// Adds a chunk, for which there is room. A continuation extends the last chunk.
     pub fn push(&mut self, chunk: Chunk<AXES>) {
         match (chunk.kind, self.known.back_mut()) {
             (ChunkKind::Continuation, Some(last)) => {
@@ -69,7 +69,7 @@ impl Chunks {
         }
     }
 
-    /// None follows those there are: the run ends with the last.
+    /// No chunk follows any more: the run ends with the last one.
     pub fn close(&mut self) {
         self.is_closed = true;
     }
@@ -78,17 +78,17 @@ impl Chunks {
         self.is_closed
     }
 
-    /// When the last ends, s from the start of the run.
+    /// When the last chunk ends, s from the start of the run.
     pub fn end_s(&self) -> f64 {
         self.last().map_or(0.0, |chunk| chunk.until_s)
     }
 
-    /// The chunk that is under way at `t_s`, or else the last.
+    /// The chunk that is under way at `t_s`, or the last one if all have ended.
     pub fn under_way_at(&self, t_s: f64) -> Option<&Chunk<AXES>> {
         self.known.iter().find(|chunk| chunk.until_s > t_s).or(self.known.back())
     }
 
-    /// The chunk that is under way at `now_s`, if it is another one than when it was last asked.
+    /// The chunk that is under way at `now_s`, if it is not the same as at the last call.
     pub fn newly_under_way(&mut self, now_s: f64) -> Option<&Chunk<AXES>> {
         let mut number = self.under_way.map_or(self.first, |number| number.max(self.first));
         while self.has_next(number) && self.get(number).is_some_and(|chunk| chunk.until_s <= now_s) {
@@ -101,7 +101,7 @@ impl Chunks {
         self.get(number)
     }
 
-    /// Forgets those before the one with the number `oldest` that have ended by `now_s`, or take up too much room.
+    /// Forgets the chunks before number `oldest` that have ended by `now_s`, or take up too much room.
     pub fn forget(&mut self, oldest: u32, now_s: f64) {
         while self.first < oldest
             && self.known.front().is_some_and(|chunk| {
@@ -114,7 +114,7 @@ impl Chunks {
     }
 }
 
-/// The last step of the axis in the chunk, or before it.
+/// The axis's last step before the end of the chunk, by its number in the move.
 pub(crate) fn last_step(chunk: &Chunk<AXES>, axis: Axis) -> u32 {
     chunk.plan.steps_before(axis as usize, chunk.until_steps)
 }

@@ -1,4 +1,4 @@
-//! What the coordinator must know of the machine, checked as a whole.
+//! The machine's properties that the coordinator needs, checked as a whole.
 
 use core::fmt;
 
@@ -18,11 +18,12 @@ pub struct Config {
     pub steps_per_mm: [f64; AXES],
     /// How far each axis travels from its zero, mm; above 0.
     pub travel_mm: [f64; AXES],
-    /// Corners between moves are taken as fast as a circle that deviates from them by so much, mm; 0 stops at every one.
+    /// Junction deviation, mm: a corner between moves is taken as fast as a circle that deviates from the corner by
+    /// this much. 0 stops at every corner.
     pub junction_deviation_mm: f64,
     /// How moves are split into intervals.
     pub interval_law: IntervalLaw,
-    /// How speed changes on their ramps.
+    /// How the speed changes on the ramps of a move.
     pub speed_law: SpeedLaw,
     /// A limit switch that closes outside homing stops the machine.
     pub hard_limits: bool,
@@ -58,9 +59,10 @@ pub struct HomingConfig {
     pub seek_mm_s: f64,
     /// Speed of the latch, mm/s; above 0, slow enough that the motor stops without losing a step.
     pub latch_mm_s: f64,
-    /// From the switch to the axis's zero, mm; above 0, and below the travel of every axis. An axis leaves its switch by so much
-    /// before it has a zero, whichever end it homes to, and what room there is behind the switch is known by the travel alone: a
-    /// pull-off as long as that would end at the far end of the axis, where no travel is left, or beyond.
+    /// Distance from the switch to the axis's zero, mm; above 0, and below the travel of every axis. An axis moves off
+    /// its switch by this distance before it has a zero, whichever end it homes to, and only the travel says how much
+    /// room there is. A pull-off as long as the travel would end at the far end of the axis, where no travel is left,
+    /// or beyond it.
     pub pull_off_mm: f64,
     /// A switch counts as changed once it has been steady this long.
     pub debounce: Duration,
@@ -76,7 +78,7 @@ pub enum ConfigError {
         /// What is wrong.
         error: LimitError,
     },
-    /// An axis's top speed is above what its step port carries with its pulses, steps/s.
+    /// An axis's top speed is above the step rate that its port can make with these pulses, steps/s.
     Rate {
         /// Which axis.
         axis: Axis,
@@ -84,19 +86,19 @@ pub enum ConfigError {
         asked: f64,
         /// The highest that works.
         max: f64,
-        /// The pulses, ns.
+        /// Width of the pulses, ns.
         pulse_ns: u32,
     },
     /// A length, resolution or homing speed is not a positive number.
     NotPositive {
-        /// What it is, with its unit.
+        /// Name of the value, with its unit.
         what: &'static str,
         /// What was asked.
         asked: f64,
     },
     /// A length is below 0, or not a number.
     Negative {
-        /// What it is, with its unit.
+        /// Name of the value, with its unit.
         what: &'static str,
         /// What was asked.
         asked: f64,
@@ -115,7 +117,8 @@ pub enum ConfigError {
 }
 
 impl Config {
-    /// Refuses what cannot work with step ports of these capabilities; one that is not known is taken to carry all.
+    /// Refuses a configuration that cannot work with step ports of these capabilities. A port whose capabilities are
+    /// not known is assumed to carry every rate.
     ///
     /// # Errors
     /// Names the first value that does not work and the limit it crossed.
@@ -155,9 +158,9 @@ impl Config {
         if asked_mm < travel_mm { Ok(()) } else { Err(ConfigError::PullOff { axis, asked_mm, travel_mm }) }
     }
 
-    /// Whether a position of `axis` means the same place as by `other`, with the zero where it was: the same direction, the same
-    /// side of the switch, and as long a step. The travel and the pull-off do not matter: they say how far it goes from that
-    /// zero, and where another homing will find one.
+    /// Whether a position of `axis` means the same place as it does with `other`, if the zero stays where it was. It
+    /// does if the direction, the side of the switch and the length of a step are the same. The travel and the pull-off
+    /// do not matter: they only say how far the axis goes from that zero, and where the next homing will find one.
     pub(crate) fn has_places_of(&self, other: &Self, axis: Axis) -> bool {
         let i = axis as usize;
         let direction = |config: &Self| config.wiring[i].direction_inverted;
@@ -166,7 +169,7 @@ impl Config {
             && self.steps_per_mm[i] == other.steps_per_mm[i]
     }
 
-    /// The positions an axis may take once homed, steps: zero and its travel away from the switch.
+    /// The positions that an axis may take once it is homed, steps: from zero to its travel, away from the switch.
     #[must_use]
     pub fn travel_steps(&self, axis: Axis) -> core::ops::RangeInclusive<i32> {
         let i = axis as usize;
@@ -177,31 +180,31 @@ impl Config {
         }
     }
 
-    /// A number of `steps` of `axis`, mm.
+    /// Length of `steps` steps of `axis`, mm.
     #[must_use]
     pub fn mm(&self, axis: Axis, steps: i32) -> f64 {
         f64::from(steps) / self.steps_per_mm[axis as usize]
     }
 
-    /// `mm` along `axis` in whole steps, to the nearest.
+    /// `mm` along `axis` in whole steps, rounded to the nearest.
     #[must_use]
     pub fn steps(&self, axis: Axis, mm: f64) -> i32 {
         whole_steps(mm, self.steps_per_mm[axis as usize])
     }
 }
 
-/// `mm` in whole steps, to the nearest.
+/// `mm` in whole steps, rounded to the nearest.
 #[must_use]
 pub fn whole_steps(mm: f64, steps_per_mm: f64) -> i32 {
     nearest(mm * steps_per_mm)
 }
 
-/// The nearest whole number, halves away from zero: [`libm::round`] and a cast, without the sum and the comparisons of doubles
-/// that small chips have to call for.
+/// The nearest whole number, halves rounded away from zero. The result is that of [`libm::round`] and a cast, but
+/// without the sum and the comparisons of doubles, which are function calls on small chips.
 fn nearest(value: f64) -> i32 {
     let bits = value.to_bits();
     let exponent = ((bits >> 52) & 0x7FF) as i32 - 1023;
-    // The leading 32 digits of the mantissa; it is in [1, 2).
+    // The leading 32 bits of the mantissa, which is in [1, 2).
     let leading = 1 << 31 | (bits >> 21) as u32;
     match 30 - exponent {
         shift @ 1..32 => {
@@ -209,7 +212,7 @@ fn nearest(value: f64) -> i32 {
             if value.is_sign_negative() { -magnitude } else { magnitude }
         }
         32.. => 0,
-        // Too large, or no number.
+        // Too large, or not a number.
         _ => libm::round(value) as i32,
     }
 }

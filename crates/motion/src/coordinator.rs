@@ -1,12 +1,12 @@
 //! Carries out one motion after another.
 //!
 //! # Design
-//! Planning is float work and compiling takes roots, both far longer than a step may wait, so this task runs below the
-//! axis tasks, which only add. Moves that follow each other go into a chain (`flow`), and the chain is made by runs of all
-//! axes (`run`).
+//! Planning is float work and compiling takes roots. Both take far longer than a step may wait, so this task runs at a
+//! lower priority than the axis tasks, which only add. Moves that follow each other go into a chain (`flow`), and runs
+//! of all axes make the moves of the chain (`run`).
 //!
-//! Stops come from anywhere ([`Machine::reset`], a limit switch): the axes halt first, at their own priority, and
-//! this task finds out from their answers, reads the exact positions and decides what the machine's state is.
+//! A stop may come from any context ([`Machine::reset`], a limit switch). The axes halt first, at their own priority.
+//! This task learns of the stop from their answers, reads the exact positions and decides the machine's state.
 
 use core::convert::Infallible;
 use core::future::pending;
@@ -21,21 +21,21 @@ use isostep_profile::chain::Chain;
 use crate::axes::{AXES, Axis};
 use crate::chunks::Chunks;
 use crate::event::{Alarm, Event, Finish, State};
-use crate::flow::Purpose;
 use crate::machine::{CHAIN_MOVES, Cause, Machine, Motion, Overrides};
 use crate::port::PortFault;
 
-/// No pulse lasts so long, and no driver wants ENABLE to be held for longer behind a step: `$0` is 20 us at most.
+/// Longer than any pulse lasts (`$0` is 20 us at most), and longer than any driver requires ENABLE to be held after a
+/// step.
 const PULSE_MAX: Duration = Duration::from_millis(1);
 
-/// What is known of the path ahead. It is large: on a chip, a static.
+/// What is known of the path ahead. It is large: on a chip, put it into a static.
 pub struct Path {
     chain: Chain<AXES, CHAIN_MOVES>,
     chunks: Chunks,
 }
 
 impl Path {
-    /// Nothing.
+    /// Nothing is known of the path yet.
     #[must_use]
     pub const fn new() -> Self {
         Self { chain: Chain::empty(), chunks: Chunks::new() }
@@ -48,12 +48,13 @@ impl Default for Path {
     }
 }
 
-/// Carries out the motions asked of `machine` for ever. `path` is room to plan in; `enable` is the drivers' ENABLE, active
-/// low; every [`Event`] goes to `on_event` as it happens.
+/// Carries out the motions asked of `machine` for ever. `path` is memory to plan in; `enable` is the drivers' ENABLE,
+/// active low; every [`Event`] goes to `on_event` as it happens.
 ///
 /// # Cancellation
-/// Dropping it mid-move starves the axes: each stops after the segments already queued, its position exact, and the
-/// state stays as it was. Nothing moves until another `run` is spawned, which begins where they stand.
+/// Dropping it in the middle of a move starves the axes: each stops after the segments already queued, its position
+/// exact, and the state stays as it was. Nothing moves until another `run` is spawned, which begins where the axes
+/// stand.
 pub async fn run<E, F>(machine: &Machine, path: &mut Path, enable: E, on_event: F) -> !
 where
     E: OutputPin<Error = Infallible>,
@@ -73,11 +74,11 @@ where
         enable,
         energised: true,
         standstill: Instant::MIN,
-        told: State::Idle,
+        reported: State::Idle,
         on_event,
     };
     coordinator.energise(false);
-    // An axis may still be in a run of a coordinator that was dropped, waiting for more of it.
+    // An axis may still be in a run of a coordinator that was dropped, waiting for more items.
     machine.halt();
     yield_now().await;
     loop {
@@ -86,28 +87,41 @@ where
     }
 }
 
+/// What moves are for, which decides what may change them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Purpose {
+    /// A program: it can be held, and its speed overridden.
+    Program,
+    /// A jog: it can be cancelled.
+    Jog,
+    /// Probing: a contact ends it, and it can be held.
+    Probe,
+    /// Homing: nothing changes it.
+    Homing,
+}
+
 pub(crate) struct Coordinator<'a, E, F> {
     pub(crate) machine: &'a Machine,
     pub(crate) chain: &'a mut Chain<AXES, CHAIN_MOVES>,
     pub(crate) chunks: &'a mut Chunks,
-    /// The overrides that the chain goes by.
+    /// The overrides that the chain is planned with.
     pub(crate) overrides: Overrides,
-    /// Where the chain ends.
+    /// Where the chain ends, steps.
     pub(crate) planned_steps: [i32; AXES],
     /// Ramps are curved.
     pub(crate) is_curved: bool,
-    /// Motions that have gone into the chain since it was begun.
+    /// How many motions have gone into the chain since it was begun.
     pub(crate) taken: usize,
     /// The steps that each axis of a probing motion had made at the contact.
     pub(crate) contact_steps: Option<[i32; AXES]>,
-    /// A motion that cannot follow the others without a stop.
+    /// A motion that cannot follow the others without a stop, and waits until they have ended.
     pub(crate) waiting: Option<Motion>,
     enable: E,
     energised: bool,
-    /// When the plan of the last run ends, half a step after its last edge. Nothing moves before.
+    /// When the plan of the last run ends, half a step after its last edge. No motion begins before then.
     pub(crate) standstill: Instant,
-    /// The state last told as an event.
-    told: State,
+    /// The state that was reported last as an event.
+    reported: State,
     on_event: F,
 }
 
@@ -116,7 +130,7 @@ where
     E: OutputPin<Error = Infallible>,
     F: FnMut(Event),
 {
-    /// The next motion; while there is none the motors are freed when they are to be, or when the idle delay runs out.
+    /// Waits for the next motion. Meanwhile it frees the motors, when that is asked for or when the idle delay is over.
     async fn next(&mut self) -> Motion {
         if let Some(motion) = self.waiting.take() {
             return motion;
@@ -129,8 +143,9 @@ where
         }
     }
 
-    /// Waits until the motors are to be freed, and may be: the plan of the last run is over, and ENABLE has been held for as long
-    /// as the drivers ask. A step may have risen at this very instant, the last one of a run or of what was stopped.
+    /// Waits until the motors are to be freed, and may be: the plan of the last run is over, and ENABLE has been held
+    /// for as long as the drivers require. The latter is needed because the last step of a run, or of a stopped motion,
+    /// may have risen at this very instant.
     async fn rested(&self) {
         let now = Instant::now();
         let delay = self.machine.config().idle_delay.filter(|_| self.energised);
@@ -146,14 +161,14 @@ where
 
     async fn carry_out(&mut self, motion: Motion) {
         if matches!(self.machine.state(), State::Alarm(_)) {
-            // It was waiting when the machine locked itself.
+            // The motion was waiting when the machine locked itself.
             self.machine.pass_over();
             return;
         }
         self.machine.forget_stopped();
         self.machine.set_room(0);
         let (result, motions) = match motion {
-            // Stopped or cancelled before it began.
+            // The motion was stopped or cancelled before it began.
             _ if self.machine.cause().is_some() || !self.machine.outlast_hold().await => (Ok(()), 1),
             Motion::Move { .. } => self.flow(motion, Purpose::Program).await,
             Motion::Jog { .. } => self.flow(motion, Purpose::Jog).await,
@@ -163,20 +178,20 @@ where
         };
         self.machine.set_room(CHAIN_MOVES);
         if result.is_ok() && self.machine.config().tool.laser {
-            // It shines to the end of the plan, half a step after the last edge.
+            // The laser shines to the end of the plan, half a step after the last edge.
             self.machine.is_stopped_before(self.standstill).await;
         }
         let state = self.machine.conclude(result, motions);
-        self.tell_state(state);
+        self.report_state(state);
     }
 
-    /// Stands still for that long. While it is held its time stands still, too.
+    /// Stands still for `duration`. While the machine is held that time does not pass.
     async fn dwell(&mut self, duration: Duration) -> Result<(), Alarm> {
         let (mut begin, mut left) = (self.standstill.max(Instant::now()), duration);
         while select(self.machine.wait_interrupted(), Timer::at(begin + left)).await.is_first() {
             left -= Instant::now().saturating_duration_since(begin).min(left);
             if !self.machine.outlast_hold().await {
-                // What stopped it, if anything, is judged with every other motion's end.
+                // If a stop ended it, `Machine::conclude` judges that at the end, as for every motion.
                 break;
             }
             begin = begin.max(Instant::now());
@@ -184,29 +199,30 @@ where
         Ok(())
     }
 
-    /// What a stop in the middle of a move means. Only a cause, or homing on purpose, halts the axes.
+    /// The alarm for a stop in the middle of a move. Only a cause, or homing on purpose, halts the axes.
     pub(crate) fn stop_alarm(&self) -> Alarm {
         self.machine.cause().unwrap_or(Cause::Reset).alarm(self.machine.state())
     }
 
-    /// What a fault of a port means.
+    /// The alarm for a fault of a port. It also counts the fault.
     pub(crate) fn fault_alarm(&self, axis: Axis, fault: PortFault) -> Alarm {
         self.machine.count_fault(axis);
         match fault {
-            // Either way a step could not be made at its instant, in mid-move: the position is not trusted.
+            // In both cases a step could not be made at its instant in the middle of a move, so the position is not
+            // trusted.
             PortFault::Late { .. } | PortFault::TooFast { .. } => Alarm::LateStep { axis },
             PortFault::Underrun => Alarm::Underrun { axis },
         }
     }
 
-    pub(crate) fn tell_state(&mut self, state: State) {
-        if self.told != state {
-            self.told = state;
+    pub(crate) fn report_state(&mut self, state: State) {
+        if self.reported != state {
+            self.reported = state;
             (self.on_event)(Event::State(state));
         }
     }
 
-    pub(crate) fn tell(&mut self, event: Event) {
+    pub(crate) fn report(&mut self, event: Event) {
         (self.on_event)(event);
     }
 
@@ -219,7 +235,7 @@ where
     }
 }
 
-/// The output of `main`, with `side` running beside it for as long as it lasts.
+/// The output of `main`. `side` runs beside it for as long as `main` lasts.
 pub(crate) async fn alongside<T>(main: impl Future<Output = T>, side: impl Future) -> T {
     let side = async {
         side.await;
@@ -238,7 +254,7 @@ pub(crate) async fn all_armed(machine: &Machine) {
     }
 }
 
-/// Waits until the axes have started: the instant that their segments count from.
+/// Waits until the axes have started. Returns the instant from which their segments count.
 pub(crate) async fn begun(machine: &Machine) -> Instant {
     let mut start = Instant::MIN;
     for axis in Axis::ALL {
@@ -247,7 +263,7 @@ pub(crate) async fn begun(machine: &Machine) -> Instant {
     start
 }
 
-/// Waits for every axis. One whose port faults halts the others.
+/// Waits until every axis has ended its run. An axis whose port faults halts the others.
 pub(crate) async fn all_done(machine: &Machine) -> Finish {
     let answers = join_array(Axis::ALL.map(|axis| async move {
         let finish = machine.link(axis).done.wait().await;

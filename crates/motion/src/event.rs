@@ -33,8 +33,8 @@ pub enum State {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Alarm {
-    /// A limit switch closed outside homing, and the stop was abrupt; or it was closed, and a move would have gone further
-    /// onto it. The position is no longer trusted.
+    /// A limit switch closed outside homing, and the stop was abrupt; or it had closed already, and a move would have
+    /// gone further onto it. The position is no longer trusted.
     HardLimit {
         /// Whose switch.
         axis: Axis,
@@ -71,9 +71,10 @@ pub enum Alarm {
         /// Whose port.
         axis: Axis,
     },
-    /// The probe touched already before it moved, or did not where it was to move off; nothing moved.
+    /// The probe touched already before the move, or did not touch before a move that was to end the contact; nothing
+    /// moved.
     ProbeInitial,
-    /// The probe found nothing on its way.
+    /// The probe found nothing up to the end of its move.
     ProbeContact,
     /// The safety door was opened while homing.
     HomingDoor,
@@ -85,13 +86,13 @@ pub enum Alarm {
 }
 
 impl Alarm {
-    /// Whether what is homed stays homed: every step was made as it was planned.
+    /// Whether the homed axes stay homed: every step was made as it was planned.
     pub(crate) fn leaves_position(self) -> bool {
         matches!(self, Self::Unplannable { .. } | Self::ProbeInitial | Self::ProbeContact)
     }
 }
 
-/// Why a move could not be planned: what the planner's error means to who asked for the move.
+/// Why a move could not be planned: what the planner's error means for the move that was asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Unplannable {
@@ -120,21 +121,22 @@ impl From<PlanError> for Unplannable {
             PlanError::PathSpeed { .. } => Self::Feed,
             PlanError::Profile(ProfileError::TooLong { .. }) => Self::TooLong,
             PlanError::Profile(ProfileError::Standstill { .. }) => Self::Standstill,
-            // The limits of each axis have been checked, shared ones lie between them; and a move waits for room.
+            // The other errors of a profile are about its ends: the limits of each axis have been checked, and the
+            // shared limits lie between them. The chain has room, because a move waits for it.
             PlanError::Profile(_) | PlanError::NoRoom => Self::Ends,
         }
     }
 }
 
-/// How a move ended.
+/// How a run ended, for one axis or for all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Finish {
-    /// Every step left.
+    /// Every step was made.
     Done,
     /// It was stopped before its end; the position says where.
     Stopped,
-    /// It braked on its path, before its end, as a hold, a jog cancel or a reset asked it to.
+    /// It braked on its path, before its end, for a hold, a jog cancel or a reset.
     Held,
     /// The step port of this axis faulted, so all axes were stopped.
     Fault {
@@ -145,7 +147,7 @@ pub enum Finish {
     },
 }
 
-/// The parts of homing one axis, in order.
+/// The phases of homing one axis, in order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum HomingPhase {
@@ -162,40 +164,42 @@ pub enum HomingPhase {
 /// One thing that happened.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum Event {
-    /// A run began: from now until all stand still again moves count from one instant.
+    /// A run began: until all axes stand still again, the instants of its moves count from one instant.
     Run {
         /// That instant.
         start: Instant,
         /// Where each axis stood.
         origin_steps: [i32; AXES],
     },
-    /// In the run another move will be made, when its plan begins; the one before it ends then.
+    /// Another move will be made in the run. It begins when its plan does, and the move before it ends then.
     Move {
         /// The plan of all axes.
         plan: SyncMove<AXES>,
     },
-    /// The move told of last goes on otherwise: by this part of it, from its first step on.
+    /// The move that was reported last goes on by another plan, from the first step of that plan on.
     Replan {
         /// The plan of all axes.
         plan: SyncMove<AXES>,
     },
     /// The run ended.
     RunEnd {
-        /// How.
+        /// How it ended.
         finish: Finish,
-        /// Where the move told of last was to stop, steps of the longest axis from its beginning: its end, unless it was held.
+        /// Where the move that was reported last was to stop, steps of the longest axis from its beginning: its end,
+        /// unless it was held.
         held_at_steps: f64,
         /// When that is, s from the start of the run: half a step after the last edge. No other run starts before.
         plan_s: f64,
         /// Where each axis stands.
         position_steps: [i32; AXES],
     },
-    /// A part of homing begins.
+    /// A phase of homing begins.
     Homing {
-        /// Of this axis.
+        /// The axis that is being homed.
         axis: Axis,
-        /// The part.
+        /// The phase.
         phase: HomingPhase,
     },
     /// This axis stands at its zero.

@@ -1,4 +1,4 @@
-//! Moves that follow each other: from the queue into the chain, and runs of what is in it.
+//! Moves that follow each other: takes them from the queue into the chain, and makes the chain by runs.
 
 use core::convert::Infallible;
 
@@ -8,29 +8,16 @@ use isostep_profile::{IntervalLaw, SpeedLaw};
 
 use crate::axes::AXES;
 use crate::config::Config;
-use crate::coordinator::Coordinator;
+use crate::coordinator::{Coordinator, Purpose};
 use crate::event::{Alarm, Event, Finish};
 use crate::machine::{CHAIN_MOVES, Motion, Overrides};
 use crate::tool::{Power, Tag};
 
-/// What moves are for: that decides what changes them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Purpose {
-    /// A program: it is held, and its speed overridden.
-    Program,
-    /// A jog: it is cancelled.
-    Jog,
-    /// Probing: a contact ends it, and it is held.
-    Probe,
-    /// Homing: nothing.
-    Homing,
-}
-
-/// What became of a motion that was looked at.
+/// What became of a motion that was to be taken into the chain.
 enum Taken {
-    /// It is in the chain, or goes nowhere.
+    /// It is in the chain, or has no steps.
     In,
-    /// It has to wait until what is in the chain has been made.
+    /// It has to wait until the moves in the chain have been made.
     Waits,
     /// It cannot be made.
     Refused(Alarm),
@@ -41,7 +28,8 @@ where
     E: OutputPin<Error = Infallible>,
     F: FnMut(Event),
 {
-    /// Makes `motion`, a move or a jog, and those that follow it without a stop. How many motions that were, and how it ended.
+    /// Makes `motion`, a move or a jog, and the motions that follow it without a stop. Returns how it ended, and how
+    /// many motions that were.
     pub(crate) async fn flow(&mut self, motion: Motion, purpose: Purpose) -> (Result<(), Alarm>, usize) {
         self.begin_chain(purpose);
         self.taken = 0;
@@ -56,7 +44,7 @@ where
             match self.make(purpose).await {
                 Finish::Done => {}
                 Finish::Held if self.machine.outlast_hold().await => {}
-                // What was held and not resumed is forgotten.
+                // A motion that was held and not resumed is forgotten.
                 Finish::Held => break Ok(()),
                 Finish::Stopped => break Err(self.stop_alarm()),
                 Finish::Fault { axis, fault } => break Err(self.fault_alarm(axis, fault)),
@@ -76,11 +64,11 @@ where
         Ok(finish)
     }
 
-    /// One run.
+    /// Makes one run of the chain.
     pub(crate) async fn make(&mut self, purpose: Purpose) -> Finish {
         self.chain.start();
         if self.chain.is_empty() {
-            // No step was left of what was held.
+            // No step was left of the move that was held.
             return Finish::Done;
         }
         if self.is_overridden(purpose) {
@@ -96,7 +84,8 @@ where
     pub(crate) fn begin_chain(&mut self, purpose: Purpose) {
         let config = self.machine.config();
         let Config { limits, steps_per_mm, junction_deviation_mm, speed_law, .. } = config;
-        // Homing stops at switches, wherever they are: thirds of the way to them would be thirds of nothing.
+        // Homing stops at a switch, whose distance is not known, so a move cannot be divided into thirds of that
+        // distance.
         let interval_law = if purpose == Purpose::Homing { IntervalLaw::Fastest } else { config.interval_law };
         let mm_per_step = steps_per_mm.map(|steps| 1.0 / steps);
         self.chain.clear();
@@ -106,25 +95,25 @@ where
         self.planned_steps = self.machine.position_steps();
     }
 
-    /// Takes the motions that wait, as far as they can follow.
+    /// Takes the waiting motions into the chain, for as long as they can follow.
     fn take_waiting(&mut self, purpose: Purpose) {
         while self.take_next(purpose) {}
     }
 
-    /// Takes the next motion, if it waits and can follow; false if there is nothing to take.
+    /// Takes the next motion, if one waits and may follow; false if there is nothing to take.
     pub(crate) fn take_next(&mut self, purpose: Purpose) -> bool {
         let motion = if self.takes() { self.machine.try_motion() } else { None };
         if let Some(motion) = motion
             && !matches!(self.take(motion, purpose), Taken::In)
         {
-            // What is wrong with it is said when it is alone.
+            // If it cannot be made it is refused later, when no moves before it are left.
             self.waiting = Some(motion);
         }
         self.machine.set_room(if self.waiting.is_none() { CHAIN_MOVES - self.chain.len() } else { 0 });
         motion.is_some()
     }
 
-    /// Whether another motion may follow: not where it is to brake.
+    /// Whether another motion may follow; none may while the machine is to brake.
     pub(crate) fn takes(&self) -> bool {
         self.waiting.is_none() && !self.chain.is_full() && !self.machine.is_to_brake()
     }
@@ -157,7 +146,7 @@ where
         }
     }
 
-    /// What is wrong with a motion, unless it has to wait until it is alone.
+    /// Refuses a motion with `alarm`, or has it wait until no moves before it are left.
     fn refuse(&self, alarm: Alarm) -> Taken {
         if self.chain.is_empty() && self.taken == 0 { Taken::Refused(alarm) } else { Taken::Waits }
     }
@@ -173,12 +162,12 @@ where
         self.chain.push(request).map_err(|error| Alarm::Unplannable { reason: error.into() })
     }
 
-    /// Whether the moves are planned with other overrides than are in force.
+    /// Whether the overrides in force are not those that the moves are planned with.
     pub(crate) fn is_overridden(&self, purpose: Purpose) -> bool {
         purpose == Purpose::Program && self.machine.overrides() != self.overrides
     }
 
-    /// Has the chain go by the overrides in force.
+    /// Plans the chain with the overrides in force.
     pub(crate) fn override_chain(&mut self, purpose: Purpose) {
         if purpose == Purpose::Program {
             self.overrides = self.machine.overrides();

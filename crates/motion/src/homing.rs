@@ -1,7 +1,7 @@
 //! Limit-switch homing, axis by axis: seek, back off, latch, pull off.
 //!
-//! The seek may stop roughly, for only the slow latch measures. Both searches are bounded (Grbl's factors): a switch
-//! that is missing, stuck or wired wrongly is an alarm that names it.
+//! The seek may stop abruptly, because only the slow latch measures. Both searches are bounded (by Grbl's factors): a
+//! switch that is missing, stuck or wired wrongly raises an alarm that names it.
 
 use core::convert::Infallible;
 use core::pin::pin;
@@ -24,10 +24,10 @@ where
     E: OutputPin<Error = Infallible>,
     F: FnMut(Event),
 {
-    /// Homes these axes in the configured order; each stands at its zero, a pull-off away from its switch.
+    /// Homes these axes in the configured order. Each then stands at its zero, a pull-off away from its switch.
     pub(crate) async fn home(&mut self, axes: [bool; AXES]) -> Result<(), Alarm> {
         self.machine.set_state(State::Home);
-        self.tell_state(State::Home);
+        self.report_state(State::Home);
         let asked = |axis: &Axis| axes[*axis as usize];
         for axis in Axis::ALL.into_iter().filter(asked) {
             self.machine.set_homed(axis, false);
@@ -54,12 +54,12 @@ where
         self.retreat(axis, homing.latch_mm_s).await?;
         self.machine.link(axis).odometer.zero();
         self.machine.set_homed(axis, true);
-        self.tell(Event::Homed { axis });
+        self.report(Event::Homed { axis });
         Ok(())
     }
 
     fn phase(&mut self, axis: Axis, phase: HomingPhase) {
-        self.tell(Event::Homing { axis, phase });
+        self.report(Event::Homing { axis, phase });
     }
 
     /// Moves towards the switch until it is pressed.
@@ -69,9 +69,10 @@ where
             machine.switch(axis).wait_pressed().await;
             machine.halt();
         };
-        // The move always answers, for the switch's halt ends it: it is never dropped half-way.
+        // The move always answers, because the switch's halt ends it: it is never dropped half-way.
         let finish = {
-            // It is large: pinned, it has a place in the task once, and not again in what it is handed to.
+            // The future is large. Pinned here it takes room in the task once, and not again in the future that it is
+            // handed to.
             let moving = pin!(self.along(axis, distance_mm, true, speed_mm_s));
             alongside(moving, pressed).await?
         };
@@ -83,13 +84,13 @@ where
         }
     }
 
-    /// Moves away by the pull-off; the switch must open.
+    /// Moves away from the switch by the pull-off; the switch must open.
     async fn retreat(&mut self, axis: Axis, speed_mm_s: f64) -> Result<(), Alarm> {
         let homing = self.machine.config().homing;
         match self.along(axis, homing.pull_off_mm, false, speed_mm_s).await? {
             Finish::Fault { axis, fault } => return Err(self.fault_alarm(axis, fault)),
             Finish::Stopped => return Err(self.stop_alarm()),
-            // Homing is not held.
+            // Homing is never held.
             Finish::Done | Finish::Held => {}
         }
         // Long enough for the debounced level to follow.

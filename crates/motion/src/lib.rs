@@ -2,13 +2,14 @@
 //!
 //! One shared [`Machine`] ties a handful of never-ending tasks together. A board, or the simulator, spawns:
 //!
-//! - [`axis::run`] three times, at a high priority: hands each run to its [`StepPort`], which takes compiled segments from
-//!   the axis's queue and makes the edges.
-//! - [`limit::watch`] and [`limit::watch_emergency_stop`], at the highest priority: debounce a switch and stop the axes.
-//! - [`tool::run`], [`probing::watch`] and those of [`buttons`], as high: spindle, laser and coolant; the probe; feed hold, cycle
-//!   start and safety door.
-//! - [`coordinator::run`], at a lower priority: plans moves that follow each other, compiles them into the axes' queues ahead of
-//!   time, starts all axes of a run at one instant, homes, and keeps the machine's state.
+//! - [`axis::run`], once for each axis, at a high priority: it hands each run to the axis's [`StepPort`], which takes
+//!   compiled segments from the axis's queue and makes the edges.
+//! - [`limit::watch`] and [`limit::watch_emergency_stop`], at the highest priority: they debounce a switch and stop the
+//!   axes.
+//! - [`tool::run`], [`probing::watch`] and the tasks of [`buttons`], at the highest priority too: they serve spindle,
+//!   laser and coolant; the probe; feed hold, cycle start and safety door.
+//! - [`coordinator::run`], at a lower priority: it plans moves that follow each other, compiles them into the axes'
+//!   queues ahead of time, starts all axes of a run at one instant, homes, and keeps the machine's state.
 //!
 //! Other tasks ask for motion through [`Machine`]. No task allocates, and none knows its executor or chip.
 #![no_std]
@@ -48,5 +49,5 @@ pub use start_line::StartLine;
 pub use timer_port::{TimerBank, TimerPort};
 pub use tool::{Duties, Level, Outputs, Power, Spindle, Switches, ToolConfig, ToolPort};
 
-/// The instants of steps are compiled in the time driver's ticks, unless a port has others.
+/// Tick rate of the time driver, Hz. Step instants are compiled in these ticks, unless a port has another tick rate.
 pub(crate) const TICK_HZ: u32 = embassy_time::TICK_HZ as u32;

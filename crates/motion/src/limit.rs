@@ -1,4 +1,4 @@
-//! Limit switches and the emergency stop: debounced, and quick to stop.
+//! Limit switches and the emergency stop: they are debounced, and yet stop the machine at once.
 
 use core::convert::Infallible;
 
@@ -9,12 +9,12 @@ use embedded_hal_async::digital::Wait;
 use crate::axes::Axis;
 use crate::machine::Machine;
 
-/// Watches the limit switch of `axis` for ever: to ground with a pull-up, so low is pressed (unless the configuration
-/// says inverted). The first edge of a press stops a running machine at once; the debounced level is what homing and
-/// the status see.
+/// Watches the limit switch of `axis` for ever. It is wired to ground with a pull-up, so low is pressed (unless the
+/// configuration inverts that). The first edge of a press stops a running machine at once. Homing and the status see
+/// the debounced level.
 ///
 /// # Cancellation
-/// Dropping it leaves the switch's last debounced level standing and the axis unwatched; nothing moves.
+/// Dropping it leaves the last debounced level of the switch in place and the axis unwatched; nothing moves.
 pub async fn watch<I>(machine: &Machine, axis: Axis, mut input: I) -> !
 where
     I: InputPin<Error = Infallible> + Wait,
@@ -27,7 +27,8 @@ where
         let awaited_low = pressed == config.switches_inverted;
         wait_level(&mut input, awaited_low).await;
         if !pressed {
-            // At rest it stops nothing, and what is asked for before it is debounced must not go further onto it.
+            // At rest this edge stops nothing. But a motion that is asked for before the switch is debounced must not
+            // go further onto it.
             switch.touch();
         }
         machine.limit_edge(axis, awaited_low);
@@ -36,8 +37,8 @@ where
     }
 }
 
-/// Watches the emergency stop for ever: to ground with a pull-up, so low is pressed. Its first edge stops the
-/// machine and locks it; the motors stay energised, so that nothing falls.
+/// Watches the emergency stop for ever. It is wired to ground with a pull-up, so low is pressed. Its first edge stops
+/// the machine and locks it. The motors stay energised, so that nothing falls.
 ///
 /// # Cancellation
 /// Dropping it leaves the emergency stop unwatched; nothing moves.

@@ -1,4 +1,4 @@
-//! Between the coordinator and one axis task.
+//! What the coordinator and one axis task share.
 
 use core::cell::Cell;
 
@@ -10,7 +10,7 @@ use crate::event::Finish;
 use crate::port::{Brake, Odometer, Run, SegmentQueue};
 use crate::start_line::StartLine;
 
-/// Between the coordinator and one axis task.
+/// What the coordinator and one axis task share.
 pub(crate) struct AxisLink {
     pub odometer: Odometer,
     pub segments: SegmentQueue,

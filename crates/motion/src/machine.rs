@@ -32,16 +32,16 @@ use crate::port::{Capabilities, StepPort};
 use crate::switch::Switch;
 use crate::tool::{Level, Outputs, Power, Tag};
 
-/// Moves that are planned ahead, so that they flow.
+/// How many moves are planned ahead, so that they follow each other without a stop.
 pub(crate) const CHAIN_MOVES: usize = 64;
-/// Motions that wait before they are: Grbl's planner has as many blocks in all.
+/// How many motions wait in the queue before the chain takes them. Grbl's planner has as many blocks in all.
 const QUEUE_MOVES: usize = 15;
-/// Moves that can be asked for at rest without waiting.
+/// How many moves can be asked for at rest without waiting.
 pub const MOVES_AHEAD: usize = CHAIN_MOVES + QUEUE_MOVES;
-/// Tasks that may watch the state at once.
+/// How many tasks may watch the state at once.
 const WATCHERS: usize = 8;
 
-/// One thing to do, in the order asked.
+/// A motion. Motions are carried out in the order in which they are asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Motion {
     /// Go to a place in a straight line.
@@ -50,9 +50,9 @@ pub enum Motion {
         target_steps: [i32; AXES],
         /// Speed along the path, mm/s; `None` is as fast as the limits allow.
         feed_mm_s: Option<f64>,
-        /// It ends at rest, rather than flow into the next.
+        /// It ends at rest, instead of flowing into the next move.
         exact_stop: bool,
-        /// The line of the program it is from, for [`Status::line`]; 0 for none.
+        /// The program line that it comes from, for [`Status::line`]; 0 for none.
         line: u32,
         /// How strongly a laser shines meanwhile.
         power: Power,
@@ -68,30 +68,30 @@ pub enum Motion {
     Probe(ProbeMove),
     /// Stand still.
     Dwell(Duration),
-    /// Find the zero of these axes, one after the other in the configured order. In an alarm it unlocks the machine, with the
-    /// other axes as trusted as the alarm left them; when it fails, no axis is.
+    /// Find the zero of these axes, one after the other in the configured order. In an alarm this unlocks the machine,
+    /// and the other axes are as trusted as the alarm left them. If it fails, no axis is trusted.
     Home {
         /// Which.
         axes: [bool; AXES],
     },
 }
 
-/// A straight way until the probe touches, or touches no more.
+/// A straight move until the probe touches, or until it no longer touches.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProbeMove {
-    /// Where it ends at last, steps.
+    /// Where it ends if the probe finds nothing, steps.
     pub target_steps: [i32; AXES],
     /// Speed along the path, mm/s.
     pub feed_mm_s: f64,
     /// It looks for the end of the contact.
     pub away: bool,
-    /// To find nothing is an alarm.
+    /// Finding nothing is an alarm.
     pub must: bool,
-    /// The line of the program it is from; 0 for none.
+    /// The program line that it comes from; 0 for none.
     pub line: u32,
 }
 
-/// What the machine would say if asked.
+/// The machine's status at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Status {
     /// What it is doing.
@@ -104,21 +104,21 @@ pub struct Status {
     pub emergency_stop: bool,
     /// Which axes have been homed and not lost their position since.
     pub homed: [bool; AXES],
-    /// Moves, or jogs, that can be asked for without waiting: [`MOVES_AHEAD`] at most.
+    /// How many moves, or jogs, can be asked for without waiting: [`MOVES_AHEAD`] at most.
     pub queue_free: usize,
     /// Speed along the path at this instant, mm/s.
     pub speed_mm_s: f64,
     /// The line of the move under way; 0 for none.
     pub line: u32,
-    /// What the outputs are: off where a hold or a door keeps them so.
+    /// What the outputs are; off where a hold or the safety door keeps them off.
     pub outputs: Outputs,
-    /// The level that the PWM output has, overridden: of a laser, now.
+    /// The level that the PWM output has now, with the override applied.
     pub level: Level,
     /// The probe touches.
     pub probe_touches: bool,
     /// What the safety door has done.
     pub door: Door,
-    /// The button of the feed hold, and that of the cycle start, are pressed.
+    /// The button of the feed hold, and that of the cycle start, are pressed, in this order.
     pub buttons: [bool; 2],
 }
 
@@ -126,7 +126,7 @@ pub struct Status {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Busy(pub State);
 
-/// What is under way, for [`Status`]; up to date to within 15 ms.
+/// The chunk under way, for [`Status`]; at most 15 ms out of date.
 #[derive(Clone, Copy)]
 pub(crate) struct CurrentChunk {
     pub start: Instant,
@@ -138,7 +138,7 @@ impl CurrentChunk {
     fn speed_mm_s(&self) -> f64 {
         let Chunk { plan, mm_per_step, .. } = &self.chunk;
         let t_s = Instant::now().saturating_duration_since(self.start).as_micros() as f64 * 1e-6;
-        // It is known a little before it begins, and may have ended.
+        // The chunk is known a little before it begins, and may have ended.
         plan.speed_at(t_s.max(plan.begin_s()).min(plan.end_s())) * mm_per_step
     }
 }
@@ -151,9 +151,9 @@ struct Inner {
     cause: Option<Cause>,
     emergency: bool,
     current: Option<CurrentChunk>,
-    /// Motions that the coordinator would take off the queue at once.
+    /// How many motions the coordinator would take off the queue at once.
     room: usize,
-    /// Motions asked for and not finished.
+    /// How many motions have been asked for and are not finished.
     pending: usize,
     overrides: Overrides,
     /// A run is under way: axes may move.
@@ -161,9 +161,9 @@ struct Inner {
     /// Nothing moves until [`Machine::resume`].
     held: bool,
     forget: Forget,
-    /// How often all was to be forgotten.
+    /// How many resets have had all motions forgotten.
     resets: u32,
-    /// A reset byte has come, of which the console has not told yet.
+    /// A reset byte has been heard, and the console has not reported it yet.
     reset_heard: bool,
     outputs: OutputsAsked,
     door: Door,
@@ -171,23 +171,24 @@ struct Inner {
     buttons: [bool; 2],
 }
 
-/// What is to be forgotten of the motions asked for; the one under way brakes.
+/// Which of the motions asked for are to be forgotten; the one under way brakes.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Forget {
     Nothing,
-    /// The jogs there are.
+    /// All jogs.
     Jogs,
-    /// All, for a reset.
+    /// All motions, for a reset.
     All,
 }
 
 impl Inner {
-    /// The move under way is to brake, and none follows.
+    /// Whether the move under way is to brake, and no other may follow.
     fn is_to_brake(&self) -> bool {
         self.held || self.forget != Forget::Nothing
     }
 
-    /// So many motions less pending; whether they were the last, with which every wish that concerned them has come true.
+    /// Takes `motions` motions off those that are pending. Returns whether none is left; if so, the stop, jog cancel or
+    /// reset that concerned them has been obeyed, and is forgotten.
     fn end(&mut self, motions: usize) -> bool {
         self.pending -= motions;
         let last = self.pending == 0;
@@ -199,7 +200,7 @@ impl Inner {
     }
 }
 
-/// What the tasks of one machine share. Everyone holds a `&Machine`; nobody holds a lock across an await.
+/// What the tasks of one machine share. Every task holds a `&Machine`; none holds a lock across an await.
 pub struct Machine {
     links: [AxisLink; AXES],
     switches: [Switch; AXES],
@@ -207,9 +208,10 @@ pub struct Machine {
     state: Watch<CriticalSectionRawMutex, State, WATCHERS>,
     /// Wakes the coordinator from a wait that no axis ends.
     stopped: Signal<CriticalSectionRawMutex, ()>,
-    /// Tells it of a hold, a resume, or other overrides; and of more motions than there is room for.
+    /// Wakes the coordinator for a hold, a resume, or other overrides, and when more motions are asked for than there
+    /// is room for.
     asked: Signal<CriticalSectionRawMutex, ()>,
-    /// Has it free the motors.
+    /// Has the coordinator free the motors.
     released: Signal<CriticalSectionRawMutex, ()>,
     tool: ToolLink,
     inner: Mutex<CriticalSectionRawMutex, RefCell<Inner>>,
@@ -258,15 +260,17 @@ impl Machine {
         self.with(|inner| inner.config)
     }
 
-    /// Takes a new configuration; moves that wait will be planned with it, so ask while idle. An axis whose positions mean other
-    /// places by it - its direction, the side of its switch or its resolution is another - is not homed any more.
+    /// Puts a new configuration in force. Waiting moves will be planned with it, so call this while idle. If an axis's
+    /// direction, the side of its switch or its resolution changes, its positions mean other places, and it is not
+    /// homed any more.
     ///
     /// # Errors
-    /// What cannot work is refused and nothing changes.
+    /// A configuration that cannot work is refused, and nothing changes.
     pub fn configure(&self, config: Config) -> Result<(), ConfigError> {
         config.check(self.capabilities())?;
         let before = self.config();
-        // Reckoned outside: only while nothing moves is this asked for, and nothing becomes homed.
+        // Computed outside the critical section: this is called only while nothing moves, so no axis becomes homed
+        // meanwhile.
         let keeps_places = Axis::ALL.map(|axis| config.has_places_of(&before, axis));
         let is_low = self.with(|inner| {
             for axis in Axis::ALL {
@@ -275,7 +279,7 @@ impl Machine {
             inner.config = config;
             inner.buttons[0] || inner.door.is_open
         });
-        // It may mean something else from now on.
+        // The input of the feed hold may have another meaning from now on.
         self.set_hold_input(is_low);
         self.tool.ask();
         Ok(())
@@ -299,7 +303,7 @@ impl Machine {
         self.with(|inner| inner.faults)
     }
 
-    /// What it is doing, where, and how fast.
+    /// What the machine is doing, where it is, and how fast it moves.
     #[must_use]
     pub fn status(&self) -> Status {
         let (homed, emergency_stop, current) = self.with(|inner| (inner.homed, inner.emergency, inner.current));
@@ -322,14 +326,14 @@ impl Machine {
         }
     }
 
-    /// What it is doing.
+    /// What the machine is doing.
     #[must_use]
     #[inline(never)]
     pub fn state(&self) -> State {
         self.state.try_get().unwrap_or(State::Idle)
     }
 
-    /// Tells of every change of state from now on; `None` when too many watch already.
+    /// Reports every change of state from now on; `None` if too many tasks watch already.
     #[must_use]
     pub fn watch_state(&self) -> Option<DynReceiver<'_, State>> {
         self.state.dyn_receiver()
@@ -344,8 +348,12 @@ impl Machine {
     /// Asks for a motion; waits while the queue is full.
     ///
     /// # Errors
-    /// In alarm nothing but homing is taken, and not even that while the emergency stop is pressed. While it jogs, only
-    /// jogs are. While the safety door is open, neither homing nor jogs; what else is waits for it. While a reset brakes, nothing; and what waited for room then is forgotten.
+    /// [`Busy`], if the machine does not take the motion now:
+    /// - In an alarm it takes homing only, and not even that while the emergency stop is pressed.
+    /// - While it jogs it takes jogs only, and while it does anything else it takes no jog.
+    /// - While the safety door is open it takes neither homing nor jogs. Other motions are taken, and wait for the
+    ///   door.
+    /// - While a reset brakes it takes nothing. A motion that waits for room at that time is forgotten.
     ///
     /// # Cancellation
     /// Safe: the motion is either in the queue or was never asked for.
@@ -355,7 +363,7 @@ impl Machine {
                 return (state, Err(Busy(state)));
             }
             let is_otherwise = (state == State::Jog) != matches!(motion, Motion::Jog { .. }) && state != State::Idle;
-            // By hand, or on the way to a switch, nothing is to wait for a door.
+            // Jogs and homing never wait for a door.
             let is_barred = inner.door.is_open && matches!(motion, Motion::Jog { .. } | Motion::Home { .. });
             if is_otherwise || is_barred || inner.forget == Forget::All {
                 return (state, Err(Busy(state)));
@@ -373,24 +381,25 @@ impl Machine {
         let mut place = QueueSlot { machine: self, taken: false };
         poll_fn(|context| self.poll_enqueue(context, motion)).await;
         place.taken = true;
-        // A reset while it waited for room has it forgotten.
+        // If a reset came while the motion waited for room, the motion is forgotten.
         if self.with(|inner| inner.resets) == resets { Ok(()) } else { Err(Busy(self.state())) }
     }
 
-    /// Frees the motors, as soon as nothing moves and nothing waits to. The next motion energises them again.
-    // Not inlined, as `with`.
+    /// Frees the motors, as soon as nothing moves and no motion waits. The next motion energises them again.
+    // Not inlined: see `with`.
     #[inline(never)]
     pub fn release(&self) {
         self.released.signal(());
     }
 
-    /// Waits until nothing is under way: idle, or an alarm, which is returned as the error. A hold is under way.
+    /// Waits until nothing is under way: until the machine is idle, or in an alarm, which is returned as the error. A
+    /// hold counts as under way.
     ///
     /// # Errors
     /// The alarm the machine is in.
     ///
     /// # Cancellation
-    /// Safe: it only looks.
+    /// Safe: it only reads the state.
     pub async fn settled(&self) -> Result<(), Alarm> {
         self.until(|_, state| matches!(state, State::Idle | State::Alarm(_))).await;
         match self.state() {
@@ -399,10 +408,11 @@ impl Machine {
         }
     }
 
-    /// Waits until no motion is under way or waits, or for an alarm. A hold of nothing is rest, too: it may never be resumed.
+    /// Waits until no motion is under way or waits, or for an alarm. A hold without a motion counts as rest: it may
+    /// never be resumed.
     ///
     /// # Cancellation
-    /// Safe: it only looks.
+    /// Safe: it only reads the state.
     pub async fn emptied(&self) {
         self.until(|inner, state| inner.pending == 0 || matches!(state, State::Alarm(_))).await;
     }
@@ -412,7 +422,7 @@ impl Machine {
         while !self.with(|inner| wanted(inner, self.state())) {
             match &mut states {
                 Some(states) => _ = states.changed().await,
-                // More tasks watch than the machine has room for: look instead.
+                // More tasks watch than the machine has room for, so poll instead.
                 None => Timer::after_millis(1).await,
             }
         }
@@ -442,7 +452,7 @@ impl Machine {
         self.with(|inner| inner.faults[axis as usize] += 1);
     }
 
-    /// The tick rate in which the axis's port reads segments, Hz.
+    /// The tick rate of the segments that the axis's port reads, Hz.
     pub(crate) fn tick_hz(&self, axis: Axis) -> u32 {
         self.with(|inner| inner.capabilities[axis as usize].map_or(crate::TICK_HZ, |port| port.tick_hz))
     }
@@ -451,7 +461,7 @@ impl Machine {
         self.with(|inner| inner.current = current);
     }
 
-    /// So many motions would be taken off the queue at once, if nothing is to brake.
+    /// Sets how many motions would be taken off the queue at once, if nothing is to brake.
     pub(crate) fn set_room(&self, room: usize) {
         self.with(|inner| inner.room = room);
     }
@@ -465,13 +475,14 @@ impl Machine {
         self.queue.receive().await
     }
 
-    /// The next motion asked for, if there is one. Not inlined, as [`with`](Self::with).
+    /// The next motion asked for, if there is one. Not inlined: see [`with`](Self::with).
     #[inline(never)]
     pub(crate) fn try_motion(&self) -> Option<Motion> {
         self.queue.try_receive().ok()
     }
 
-    /// Whether there is one; if not, the caller is woken when there is. Not inlined, as [`with`](Self::with).
+    /// Whether a motion waits; if none does, the caller is woken when there is one. Not inlined: see
+    /// [`with`](Self::with).
     #[inline(never)]
     pub(crate) fn poll_motion(&self, context: &mut Context<'_>) -> Poll<()> {
         self.queue.poll_ready_to_receive(context)
@@ -482,7 +493,7 @@ impl Machine {
         self.released.wait().await;
     }
 
-    /// One motion less pending, without having been carried out.
+    /// Takes one motion off those that are pending, without having carried it out.
     pub(crate) fn pass_over(&self) {
         self.transition(|inner, state| {
             let ends = inner.end(1) && !inner.held && !matches!(state, State::Alarm(_));
@@ -490,7 +501,7 @@ impl Machine {
         });
     }
 
-    /// Makes an axis ready for a run: nothing queued, no halt standing, the brake off.
+    /// Makes an axis ready for a run: nothing queued, no halt signalled, the brake off.
     pub(crate) fn ready(&self, axis: Axis) {
         let link = self.link(axis);
         link.segments.clear();
@@ -500,7 +511,8 @@ impl Machine {
         link.brake(false);
     }
 
-    /// Lets the axes of a run go, all of which are armed: all, before any of their tasks is polled.
+    /// Lets the axes of a run go, all of which are armed. The critical section makes sure that none of their tasks is
+    /// polled before all have been let go.
     pub(crate) fn let_go(&self) {
         self.with(|_| {
             for axis in Axis::ALL {
@@ -509,7 +521,7 @@ impl Machine {
         });
     }
 
-    /// Puts a motion into the queue, or has the caller woken when there is room. Not inlined, as [`with`](Self::with).
+    /// Puts a motion into the queue, or has the caller woken when there is room. Not inlined: see [`with`](Self::with).
     #[inline(never)]
     fn poll_enqueue(&self, context: &mut Context<'_>, motion: Motion) -> Poll<()> {
         loop {
@@ -517,14 +529,14 @@ impl Machine {
                 return Poll::Ready(());
             }
             if self.queue.poll_ready_to_send(context).is_pending() {
-                // The coordinator may gather what comes for a while; here is all there is room for.
+                // The coordinator may wait a while to gather motions, but no more fit, so wake it.
                 self.ask();
                 return Poll::Pending;
             }
         }
     }
 
-    /// Room in the queue. Not inlined, as [`with`](Self::with).
+    /// Room in the queue. Not inlined: see [`with`](Self::with).
     #[inline(never)]
     fn queue_free(&self) -> usize {
         self.queue.free_capacity()
@@ -535,8 +547,9 @@ impl Machine {
         self.queue.is_full()
     }
 
-    /// Changes the state, and what goes with it, in one critical section: a stop that came between looking and changing
-    /// would be lost. Who watches the state is told, and told as well that nothing is pending any more: an alarm but once.
+    /// Changes the state, and what goes with it, in one critical section: a stop that came between reading and changing
+    /// the state would be lost. The tasks that watch the state are notified of a change, and also when nothing is
+    /// pending any more; an alarm is notified only once.
     fn transition<R>(&self, change: impl FnOnce(&mut Inner, State) -> (State, R)) -> R {
         self.with(|inner| {
             let (state, pending) = (self.state(), inner.pending);
@@ -546,8 +559,8 @@ impl Machine {
         })
     }
 
-    /// The state is `next`, which is another or is not; nothing is pending any more. Not inlined: it would be once for each of
-    /// those who change the state.
+    /// The state becomes `next`. `is_other`: it is another one than before. `is_emptied`: nothing is pending any more.
+    /// Not inlined, so that it is not copied into every caller of `transition`.
     #[inline(never)]
     fn enter(&self, inner: &mut Inner, next: State, is_other: bool, is_emptied: bool) {
         let is_alarm = matches!(next, State::Alarm(_));
@@ -560,7 +573,8 @@ impl Machine {
         }
     }
 
-    /// In a critical section. Not inlined: on a chip the caller's code may lie in slow memory, and this crate's does not.
+    /// Calls `f` in a critical section. Not inlined: on a chip the caller's code may be in slow memory, and this
+    /// crate's is not.
     #[inline(never)]
     fn with<R>(&self, f: impl FnOnce(&mut Inner) -> R) -> R {
         self.inner.lock(|inner| f(&mut inner.borrow_mut()))

@@ -1,4 +1,4 @@
-//! How an instant becomes an edge.
+//! Step ports: how an instant becomes an edge.
 
 use core::sync::atomic::{AtomicI32, Ordering};
 
@@ -9,7 +9,7 @@ use isostep_profile::Segment;
 
 use crate::start_line::StartLine;
 
-/// Which way an axis moves.
+/// The direction in which an axis moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Direction {
     /// The position grows. DIR is high, unless the axis is inverted.
@@ -19,7 +19,7 @@ pub enum Direction {
 }
 
 impl Direction {
-    /// Of a signed number of steps; zero is positive.
+    /// The direction of a signed number of steps; zero counts as positive.
     #[must_use]
     pub fn of(steps: i32) -> Self {
         if steps < 0 { Self::Negative } else { Self::Positive }
@@ -35,14 +35,14 @@ impl Direction {
     }
 }
 
-/// What a stepper driver needs of its inputs, ns.
+/// The timing that a stepper driver requires at its inputs, ns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DriverTiming {
     /// STEP stays high at least this long.
     pub step_high_ns: u32,
     /// STEP stays low at least this long.
     pub step_low_ns: u32,
-    /// From one rise of STEP to the next, at least.
+    /// Shortest time from one rise of STEP to the next.
     pub period_ns: u32,
     /// DIR and ENABLE are steady this long before STEP rises, and after.
     pub setup_ns: u32,
@@ -52,17 +52,18 @@ impl DriverTiming {
     /// TI DRV8825 datasheet (SLVSA73F), timing requirements: t_WH = t_WL = 1.9 us, f_STEP = 250 kHz, t_SU = t_H = 650 ns.
     pub const DRV8825: Self = Self { step_high_ns: 1_900, step_low_ns: 1_900, period_ns: 4_000, setup_ns: 650 };
 
-    /// Trinamic TMC2209 datasheet, STEP/DIR interface timing: 100 ns high and low (the input filter's), or a period of
-    /// its 12 MHz clock and 20 ns more: 104 ns; DIR 20 ns before and after.
+    /// Trinamic TMC2209 datasheet, STEP/DIR interface timing: STEP is high and low for 100 ns each (the input filter's
+    /// time) or for a period of the 12 MHz clock plus 20 ns (104 ns), whichever is longer. DIR is steady 20 ns before
+    /// and after.
     pub const TMC2209: Self = Self { step_high_ns: 104, step_low_ns: 104, period_ns: 208, setup_ns: 20 };
 }
 
 /// How a driver is wired and configured.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Wiring {
-    /// DIR is low for positive.
+    /// DIR is low for the positive direction.
     pub direction_inverted: bool,
-    /// STEP stays high this long, or as long as the driver's own timing asks if that is longer, ns.
+    /// STEP stays high this long, ns, or as long as the driver's own timing requires if that is longer.
     pub pulse_ns: u32,
 }
 
@@ -73,28 +74,28 @@ pub struct Capabilities {
     pub tick_hz: u32,
     /// What the driver behind it needs.
     pub timing: DriverTiming,
-    /// What the port itself needs between two rises beyond what the driver does, ticks.
+    /// Time that the port itself needs between two rises, in addition to what the driver needs, ticks.
     pub margin_ticks: u32,
-    /// From the end of a pulse to a change of DIR that the next step asks for, at most, ticks; what the pulse is longer
-    /// than asked for is part of it.
+    /// Longest time from the end of a pulse until the port changes DIR for the next step, ticks. If the port makes a
+    /// pulse longer than asked for, the extra time is part of it.
     pub turn_ticks: u32,
 }
 
 impl Capabilities {
-    /// How long STEP stays high with this wiring, ns: never shorter than the driver needs, and than DIR is to be held, so
-    /// that it may change as soon as a pulse is over.
+    /// How long STEP stays high with this wiring, ns. It is never shorter than the driver's minimum or than DIR's hold
+    /// time, so DIR may change as soon as a pulse is over.
     #[must_use]
     pub fn pulse_ns(&self, wiring: Wiring) -> u32 {
         self.timing.step_high_ns.max(self.timing.setup_ns).max(wiring.pulse_ns)
     }
 
-    /// Highest step rate that pulse, low time, period and a reversal leave room for with this wiring, steps/s.
+    /// Highest step rate with this wiring that leaves room for pulse, low time, period and a reversal, steps/s.
     #[must_use]
     pub fn rate_max_steps_s(&self, wiring: Wiring) -> u32 {
         self.tick_hz / self.period_min_ticks(wiring)
     }
 
-    /// From one rise of STEP to the next, in the same direction or the other, at least, ticks.
+    /// Shortest time from one rise of STEP to the next, in the same direction or the other, ticks.
     #[must_use]
     pub fn period_min_ticks(&self, wiring: Wiring) -> u32 {
         let pulse_ns = self.pulse_ns(wiring);
@@ -108,7 +109,8 @@ impl Capabilities {
 /// The fewest ticks of `tick_hz` that cover `ns`.
 #[must_use]
 pub fn ticks_covering(ns: u32, tick_hz: u32) -> u32 {
-    // Of two 32-bit numbers, over 10^9: it fits for whatever is shorter than a second.
+    // The product of two 32-bit numbers fits 64 bits, and the quotient fits 32 bits for every time shorter than a
+    // second.
     (u64::from(ns) * u64::from(tick_hz)).div_ceil(1_000_000_000) as u32
 }
 
@@ -121,7 +123,7 @@ pub struct Odometer {
 }
 
 impl Odometer {
-    /// At zero.
+    /// An odometer at zero.
     #[must_use]
     pub const fn new() -> Self {
         Self { position_steps: AtomicI32::new(0) }
@@ -138,47 +140,50 @@ impl Odometer {
         self.advance(direction.sign());
     }
 
-    /// Counts steps that have risen: those in the positive direction, less those in the negative. For ports.
+    /// Adds steps that have risen: those in the positive direction minus those in the negative direction. For ports.
     pub fn advance(&self, steps: i32) {
-        // One writer, so load and store need no atomic read-modify-write, which a Cortex-M0+ lacks.
+        // There is one writer only, so a load and a store are enough. An atomic read-modify-write is not needed, and a
+        // Cortex-M0+ has none.
         let position = self.position_steps.load(Ordering::Relaxed);
         self.position_steps.store(position.wrapping_add(steps), Ordering::Relaxed);
     }
 
-    /// Makes the place where the axis rests its zero.
+    /// Makes the place where the axis stands its zero.
     pub(crate) fn zero(&self) {
         self.position_steps.store(0, Ordering::Relaxed);
     }
 }
 
-/// Segments queued per axis: 30 ms of a thousand short moves a second, of which each is a segment.
+/// Segments queued per axis: enough for 30 ms of a thousand short moves a second, each of which is one segment.
 const QUEUE_SEGMENTS: usize = 32;
 
-/// What a port is given, in order.
+/// An item of the stream that a port is given, in order.
 #[derive(Clone, Copy, Debug)]
 pub enum StreamItem {
-    /// The next steps, all in one direction. The first of them rises as long after the step before, whichever way that
-    /// went, as [`Capabilities::period_min_ticks`] says, at least.
+    /// The next steps, all in one direction. The first of them is due at least [`Capabilities::period_min_ticks`] after
+    /// the step before, whichever direction that step had.
     Steps {
-        /// When.
+        /// When the steps are due.
         segment: Segment,
-        /// Which way.
+        /// Their direction.
         direction: Direction,
     },
-    /// No step until then, ticks from the start of the run: a port that must know what follows need not be told of a step
-    /// long before it is due, which then may never come.
+    /// There is no step until this instant. Some ports must know what comes next. With rests, such a port need not be
+    /// given a step long before it is due: a step that it has not been given can still be changed or cancelled.
     Rest {
-        /// Until when; before the next step by as long as a step takes, at least.
+        /// When the rest ends, ticks from the start of the run: at least one shortest step period before the next step.
         until_ticks: u64,
     },
-    /// No step any more: the run ends with those before. Every run ends so, unless it is stopped.
+    /// There are no more steps: the run ends with the steps before this item. Every run ends with it, unless it is
+    /// stopped.
     End,
 }
 
-/// An axis's steps on their way to its port.
+/// The queue of stream items for an axis's port.
 pub type SegmentQueue = Channel<CriticalSectionRawMutex, StreamItem, QUEUE_SEGMENTS>;
 
-/// An axis's part of a run, from standstill to standstill: it may turn on its way, and may have no step at all.
+/// A run, as one axis's port is asked for it, from standstill to standstill. The axis may reverse in it, and may have
+/// no step at all.
 #[derive(Clone, Copy, Debug)]
 pub struct Run {
     /// How the driver is wired.
@@ -188,17 +193,19 @@ pub struct Run {
 /// Why a port stopped before its last step. Every step that rose is counted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum PortFault {
-    /// A step would have left so late that catching up would ask for speed the plan does not have.
+    /// A step would have risen so late that catching up would need a higher speed than the plan has.
     Late {
         /// How late it was.
         late: Duration,
-        /// The latest that is still emitted.
+        /// The greatest lateness at which a step is still made.
         max: Duration,
     },
-    /// The port had emitted all it was given before it was given more. Nothing was stretched: no step rose after that.
+    /// The port had made all the steps that it was given before it was given more. No interval was stretched: no step
+    /// rose after that.
     Underrun,
-    /// Steps are closer than pulse and low time allow, ticks. The step did not rise.
+    /// Two steps are closer together than pulse and low time allow, ticks. The second one did not rise.
     TooFast {
         /// From one step to the next.
         interval: u32,
@@ -209,8 +216,8 @@ pub enum PortFault {
 
 /// Engages (`true`) or releases the brake of a port.
 ///
-/// Engaged, no further step rises, from that instant and for as long as it is; a pulse that has begun is finished. It
-/// may be called in any context, interrupts included.
+/// From the instant at which it is engaged until it is released no further step rises; a pulse that has begun is
+/// finished. It may be called in any context, interrupts included.
 pub type Brake = fn(engaged: bool);
 
 /// Makes the step edges of one axis.
@@ -219,22 +226,26 @@ pub trait StepPort {
     /// What this port can do.
     fn capabilities(&self) -> Capabilities;
 
-    /// For a port whose edges do not wait for its task; one whose do stops with the task and needs none.
+    /// The brake of this port. It is for a port that makes edges without waiting for its task. A port whose edges wait
+    /// for its task stops when the task does, and needs no brake.
     fn brake(&self) -> Brake {
         |_engaged| {}
     }
 
-    /// Waits for the first of `segments` and gets ready for it. Then it waits at the `start_line`; let go, it begins at an
-    /// instant that it can keep, and says which: DIR's set-up time is over before the first step, however soon that is. It
-    /// emits the steps as `segments` has them, each at its instant from that start, and turns DIR between those of
-    /// different directions: after the hold time, and the set-up time ahead. It returns after [`StreamItem::End`], when the last
-    /// has risen. Each is counted in `odometer`; at the latest when this ends the count is exact.
+    /// Waits for the first of `segments` and gets ready for it, then waits at the `start_line`. When it is let go, it
+    /// starts at an instant that it can keep, and reports that instant. DIR's set-up time is over before the first
+    /// step, however soon that step is due.
+    ///
+    /// It makes the steps of `segments`, each at its instant counted from the start. Between steps of different
+    /// directions it changes DIR, when the hold time is over and with the set-up time left before the next step. It
+    /// returns after [`StreamItem::End`], when the last step has risen. It counts every step in `odometer`; when it
+    /// returns, at the latest, the count is exact.
     ///
     /// # Errors
     /// No step rises after a fault.
     ///
     /// # Cancellation
-    /// Safe: no further step rises, none is cut short, and the count is exact.
+    /// Safe: no further step rises, no pulse is cut short, and the count is exact.
     async fn run(
         &mut self,
         run: Run,

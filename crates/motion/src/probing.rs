@@ -1,7 +1,7 @@
-//! Probing: a straight way until a contact closes, or opens.
+//! Probing: a straight move until a contact closes, or opens.
 //!
-//! The instant of the contact is known, and so, from the plan, is the step at which it came: edges are where the plan has
-//! them. Behind it the machine brakes on its path, so the place where it stands is another.
+//! The instant of the contact is known. From it the plan gives the step at which the contact came, because edges are
+//! where the plan has them. After the contact the machine brakes on its path, so it stands at another place.
 
 use core::convert::Infallible;
 
@@ -12,16 +12,16 @@ use embedded_hal_async::digital::Wait;
 use crate::axes::AXES;
 use crate::chunks::Chunks;
 use crate::coordinator::Coordinator;
+use crate::coordinator::Purpose;
 use crate::event::{Alarm, Finish};
-use crate::flow::Purpose;
 use crate::limit::wait_level;
 use crate::machine::{Machine, ProbeMove, Probed};
 
-/// Watches the probe for ever, whose input is low or high while it touches, as configured. The place of a contact is as exact
-/// as this task is soon.
+/// Watches the probe for ever. Its input is low or high while it touches, as configured. The later this task runs after
+/// an edge, the larger is the error of the contact's place.
 ///
 /// # Cancellation
-/// Dropping it leaves the probe unwatched: a motion that probes goes on to its end.
+/// Dropping it leaves the probe unwatched: a probing motion goes on to its end.
 pub async fn watch<I: InputPin<Error = Infallible> + Wait>(machine: &Machine, mut input: I) -> ! {
     let Ok(mut is_low) = input.is_low();
     loop {
@@ -36,7 +36,7 @@ where
     E: OutputPin<Error = Infallible>,
     F: FnMut(crate::event::Event),
 {
-    /// Goes on the way until the contact, and stands a little behind it.
+    /// Moves until the contact, and stops a little behind it.
     pub(crate) async fn probe(&mut self, probe: ProbeMove) -> Result<(), Alarm> {
         let ProbeMove { target_steps, feed_mm_s, away, must, line } = probe;
         let origin_steps = self.machine.position_steps();
@@ -73,7 +73,7 @@ where
         }
     }
 
-    /// Makes the way, however often it is held, until the contact.
+    /// Makes the move until the contact, however often it is held.
     async fn seek(&mut self, origin_steps: [i32; AXES]) -> Finish {
         loop {
             let finish = self.make(Purpose::Probe).await;
@@ -82,7 +82,7 @@ where
                 return finish;
             }
             if self.machine.contact_at().is_some() {
-                // It came while the machine stood still.
+                // The contact came while the machine stood still.
                 let position_steps = self.machine.position_steps();
                 self.contact_steps = Some(core::array::from_fn(|axis| position_steps[axis] - origin_steps[axis]));
                 return finish;
@@ -90,12 +90,14 @@ where
         }
     }
 
-    /// Looks whether the contact has come in the run that started at `start`: the steps that each axis had made by then.
+    /// Looks whether the contact has come in the run that started at `start`, and if so notes the steps that each axis
+    /// had made by then. Returns whether it has come.
     pub(crate) fn note_contact(&mut self, start: Instant) -> bool {
         if self.contact_steps.is_none()
             && let Some(at) = self.machine.contact_at()
         {
-            // Instants are cut to whole microseconds: the step that made the contact came before the next.
+            // Instants are rounded down to whole microseconds: the step that made the contact came before the next
+            // microsecond.
             let t_s = (at.saturating_duration_since(start).as_micros() + 1) as f64 * 1e-6;
             self.contact_steps = Some(made_steps(self.chunks, t_s));
         }
@@ -103,7 +105,7 @@ where
     }
 }
 
-/// The signed steps of each axis that the plan of a run's only move has made by `t_s`.
+/// The signed steps that each axis has made by `t_s`, by the plan of a run's only move.
 fn made_steps(chunks: &Chunks, t_s: f64) -> [i32; AXES] {
     let Some(chunk) = chunks.under_way_at(t_s) else { return [0; AXES] };
     let place_steps = chunk.plan.place_at(t_s);

@@ -1,15 +1,15 @@
 //! A run: what all axes do from standstill to standstill, over any number of moves.
 //!
 //! # Design
-//! The chain of moves knows the path ahead; a run makes it, on one clock. It has the chain tell as much as the ports are to
-//! have, as chunks, and streams the steps of the axes. Meanwhile it takes moves as they come, and what is asked for: a
-//! hold, other overrides. They count from what has been told on: nothing that was given is taken back.
+//! The chain knows the path ahead; a run makes it, on one clock. The run has the chain hand out as much of the path as
+//! the ports are to have, as chunks, and streams the steps of the axes. Meanwhile it takes moves as they arrive, and
+//! obeys holds and overrides. These take effect where the last chunk ends: what has been handed out is not taken back.
 //!
-//! The run ends where the chain comes to rest and no move has come in time to go on. After a hold what is left of the chain
-//! is another run.
+//! The run ends where the chain comes to rest, unless another move arrives in time. After a hold, another run makes
+//! what is left of the chain.
 //!
-//! A run starts when every port is armed and the last run's plan is over, whichever comes later. So the last half step of
-//! a plan, in which no edge falls, is not cut off, and the next run gets ready in it.
+//! A run starts when every port is armed and the last run's plan is over, whichever comes later. So the last half step
+//! of a plan, in which no edge falls, is not cut off. The next run gets ready during that half step.
 
 use core::convert::Infallible;
 use core::future::poll_fn;
@@ -23,37 +23,38 @@ use embedded_hal::digital::OutputPin;
 use isostep_profile::chain::{Chunk, ChunkKind};
 
 use crate::axes::{AXES, Axis};
-use crate::coordinator::{Coordinator, all_armed, all_done, begun};
+use crate::coordinator::{Coordinator, Purpose, all_armed, all_done, begun};
 use crate::event::{Event, Finish};
-use crate::flow::Purpose;
 use crate::machine::CurrentChunk;
 use crate::port::Run;
 use crate::stream::{AHEAD, PIECE, SegmentStream, fill_queues};
 use crate::tool::BeamStream;
 
-/// Motion compiled per axis before a run starts, as far as there is room: near standstill compiling is slowest against
-/// moving, by curved laws many times slower than by the trapezoid.
+/// How much motion is compiled per axis before a run starts, as far as there is room. Near standstill compiling is
+/// slowest compared with moving, and with curved laws it is many times slower than with the trapezoid.
 const COMPILED_BEFORE_START: Duration = Duration::from_millis(10);
 const COMPILED_BEFORE_CURVED_START: Duration = Duration::from_millis(20);
 
-/// So much is told ahead of the ports at a time: as long as a change may have to wait for more.
-const TOLD: Duration = Duration::from_millis(15);
+/// The longest chunk that the chain hands out at a time. A change may have to wait for the end of such a chunk.
+const CHUNK: Duration = Duration::from_millis(15);
 
-/// So much is known ahead while probing: what is given is made, and bends the probe. Nothing else is planned meanwhile.
+/// How far ahead the path is known while probing. It is less than otherwise, because what has been handed out is made
+/// after the contact, too, and bends the probe. It is enough, because nothing else is planned meanwhile.
 const PROBED_AHEAD: Duration = Duration::from_millis(10);
-const PROBED_TOLD: Duration = Duration::from_millis(5);
+/// The longest chunk while probing.
+const PROBED_CHUNK: Duration = Duration::from_millis(5);
 
-/// More is looked for so often while little is known, unless a move wakes; and while the queues are full: a port takes longer
-/// to empty one.
+/// Longest wait before the run looks for more to do, while little is known (a new move ends this wait early), or while
+/// a queue is full (a port takes longer than this to empty one).
 const LOOK_AGAIN: Duration = Duration::from_millis(1);
 
-/// So often while enough is known: moves that come meanwhile are taken together.
+/// Longest wait while enough is known. Moves that arrive meanwhile are taken together.
 const GATHER: Duration = Duration::from_millis(4);
 
-/// As many moves are taken at once: planning more would take too long beside a port that is to be progress.
+/// How many moves are taken at once. To plan more would take too long while a port's queue has to be filled.
 const TAKEN_AT_ONCE: usize = 8;
 
-/// While a port has less than that to go on with, filling its queue comes before all else in thread mode.
+/// While a port has less motion queued than this, filling its queue comes before everything else in thread mode.
 const LOW: Duration = Duration::from_millis(15);
 
 /// The streams of all axes.
@@ -64,7 +65,8 @@ where
     E: OutputPin<Error = Infallible>,
     F: FnMut(Event),
 {
-    /// Makes the moves of the chain, and those that come in time, up to where it comes to rest, or is held, or stopped.
+    /// Makes the moves of the chain, and those that arrive in time, until the chain comes to rest, is held or is
+    /// stopped.
     pub(crate) async fn run(&mut self, purpose: Purpose) -> Finish {
         self.energise(true);
         let machine = self.machine;
@@ -76,7 +78,8 @@ where
         let mut streams = Axis::ALL.map(|axis| SegmentStream::new(machine, axis));
         self.prepare(&mut streams).await;
         if machine.cause().is_some() {
-            // Stopped before it started. A stop after this check finds its halt signal standing.
+            // The run was stopped before it started. If a stop comes after this check, the axis tasks find the halt
+            // signal set.
             return self.end_run(Finish::Stopped);
         }
         let wiring = machine.config().wiring;
@@ -84,28 +87,28 @@ where
             machine.link(axis).run.signal(Run { wiring: wiring[axis as usize] });
         }
         let mut done = pin!(all_done(machine));
-        // It comes first: a short run may have ended before this task gets to know of its start.
+        // The start is polled first: a short run may have ended before this task learns of its start.
         let start = match select(self.start(&mut streams), done.as_mut()).await {
             Either::First(start) => start,
             Either::Second(finish) => return self.end_run(finish),
         };
-        self.tell(Event::Run { start, origin_steps });
+        self.report(Event::Run { start, origin_steps });
         for number in 0.. {
             let Some(chunk) = self.chunks.get(number).copied() else { break };
-            self.tell_chunk(&chunk);
+            self.report_chunk(&chunk);
         }
         let finish = match select(done, self.keep_going(start, purpose, &mut streams)).await {
             Either::First(finish) => finish,
             Either::Second(never) => match never {},
         };
         if purpose == Purpose::Probe {
-            // It may have come with the last step.
+            // The contact may have come with the last step.
             self.note_contact(start);
         }
         if finish == Finish::Done {
             self.standstill = instant(start, self.chunks.end_s());
         }
-        // It stands still only some time after its last step.
+        // The machine stands still only when the plan is over, some time after the last step.
         let is_held = self.chain.is_held();
         let finish = match finish {
             Finish::Done if is_held && machine.is_stopped_before(self.standstill).await => Finish::Stopped,
@@ -115,22 +118,22 @@ where
         self.end_run(finish)
     }
 
-    /// Starts the axes, which have been told of their run, once all are armed and it is time: the instant that their
-    /// segments count from. Until then it gets them as ready as they can be.
+    /// Starts the axes, which already have their run, once all are armed and the plan of the run before is over. Until
+    /// then it compiles as much as it can. Returns the instant from which their segments count.
     async fn start(&mut self, streams: &mut Streams<'_>) -> Instant {
         let machine = self.machine;
         all_armed(machine).await;
-        // Arming has taken the first segments off the queues.
+        // Arming has taken the first segments off the queues, so there is room for more.
         self.prepare(streams).await;
         Timer::at(self.standstill).await;
         machine.let_go();
         begun(machine).await
     }
 
-    /// Compiles what the run begins with.
+    /// Compiles the beginning of the run.
     async fn prepare(&mut self, streams: &mut Streams<'_>) {
         let time = if self.is_curved { COMPILED_BEFORE_CURVED_START } else { COMPILED_BEFORE_START };
-        while let Some(chunk) = self.next_chunk(seconds(time), TOLD) {
+        while let Some(chunk) = self.next_chunk(seconds(time), CHUNK) {
             self.chunks.push(chunk);
         }
         for stream in streams {
@@ -139,10 +142,11 @@ where
         }
     }
 
-    /// Takes what comes, and gives what the ports want, each piece in its time, for as long as the run lasts.
+    /// Takes moves as they arrive, obeys holds and overrides, and keeps the ports' queues filled, for as long as the
+    /// run lasts.
     ///
     /// # Cancellation
-    /// Safe: the axes go on to the end of what they have been given.
+    /// Safe: the axes go on to the end of what has been queued for them.
     async fn keep_going(&mut self, start: Instant, purpose: Purpose, streams: &mut Streams<'_>) -> Infallible {
         let mut beam = BeamStream::new(self.machine, start);
         loop {
@@ -151,11 +155,11 @@ where
             let enough = passed + ahead(purpose);
             let is_due = self.is_short_of(enough);
             if is_due || self.machine.is_crowded() {
-                // First: without another move the run would end with what is known.
+                // Moves are taken first: without another move the run would end where the known path ends.
                 self.take_some(purpose);
             }
             if is_due {
-                self.tell_until(enough, purpose);
+                self.commit_until(enough, purpose);
             }
             if let Some(beam) = &mut beam {
                 beam.fill_queue(self.chunks, seconds(enough));
@@ -163,7 +167,7 @@ where
             let progress = fill_queues(streams, self.chunks, enough);
             let is_low = streams.iter().any(|stream| stream.is_low(passed + LOW));
             if progress.has_queued && is_low {
-                // What is known comes first: were it queued too late, the ports would run dry.
+                // Queueing what is known comes first: if it were queued too late, the ports would run out of steps.
                 continue;
             }
             let oldest_chunk =
@@ -177,13 +181,14 @@ where
         }
     }
 
-    /// Whether more of the path is to be told for what is to be known until `enough` from the start of the run. Some is
-    /// gathered, so that moves which come one by one are planned together.
+    /// Whether the chain has to hand out more, so that the path is known until `enough` from the start of the run. It
+    /// has to only when [`GATHER`] or more is missing, so that moves which arrive one by one are planned together.
     fn is_short_of(&self, enough: Duration) -> bool {
         !self.chunks.is_closed() && self.chunks.end_s() <= seconds(enough - GATHER)
     }
 
-    /// Takes the moves that wait, some at a time: planning them takes long, and what is known must be queued meanwhile.
+    /// Takes some of the waiting moves. It does not take all at once, because planning takes long and what is known
+    /// must be queued meanwhile.
     fn take_some(&mut self, purpose: Purpose) {
         for _ in 0..TAKEN_AT_ONCE {
             if !self.take_next(purpose) {
@@ -192,41 +197,43 @@ where
         }
     }
 
-    /// Has the chain tell of its path until then, as far as there is room for it, and tells of that.
-    fn tell_until(&mut self, until: Duration, purpose: Purpose) {
-        let told = if purpose == Purpose::Probe { PROBED_TOLD } else { TOLD };
-        while let Some(chunk) = self.next_chunk(seconds(until), told) {
-            self.tell_chunk(&chunk);
+    /// Has the chain hand out its path up to `until`, as far as there is room, and reports the chunks as events.
+    fn commit_until(&mut self, until: Duration, purpose: Purpose) {
+        let most = if purpose == Purpose::Probe { PROBED_CHUNK } else { CHUNK };
+        while let Some(chunk) = self.next_chunk(seconds(until), most) {
+            self.report_chunk(&chunk);
             self.chunks.push(chunk);
         }
     }
 
-    /// What the chain tells of its path, if what is known ends before `until_s` and there is room for more.
-    fn next_chunk(&mut self, until_s: f64, told: Duration) -> Option<Chunk<AXES>> {
+    /// The next chunk that the chain hands out, if the known path ends before `until_s` and there is room for more.
+    fn next_chunk(&mut self, until_s: f64, most: Duration) -> Option<Chunk<AXES>> {
         if self.chunks.is_closed() || !self.chunks.has_room() || self.chunks.end_s() > until_s {
             return None;
         }
-        // Of a curved law compiling is slow near standstill: what follows is got ready before it starts.
+        // With a curved law compiling is slow near standstill. So the moves after a standstill become another run,
+        // which is prepared before it starts.
         let is_over = self.is_curved && self.chunks.last().is_some() && self.chain.is_at_rest();
-        let chunk = if is_over { None } else { self.chain.advance(seconds(told)) };
+        let chunk = if is_over { None } else { self.chain.advance(seconds(most)) };
         if chunk.is_none() {
             self.chunks.close();
         }
         chunk
     }
 
-    fn tell_chunk(&mut self, chunk: &Chunk<AXES>) {
+    fn report_chunk(&mut self, chunk: &Chunk<AXES>) {
         let plan = chunk.plan;
         match chunk.kind {
-            ChunkKind::Move => self.tell(Event::Move { plan }),
-            ChunkKind::Replan => self.tell(Event::Replan { plan }),
+            ChunkKind::Move => self.report(Event::Move { plan }),
+            ChunkKind::Replan => self.report(Event::Replan { plan }),
             ChunkKind::Continuation => {}
         }
     }
 
-    /// Passes on to the chain what has been asked for.
+    /// Passes holds and overrides on to the chain.
     fn obey(&mut self, purpose: Purpose, start: Instant) {
-        // While it is held, too: what tells of the place is forgotten when it is over.
+        // Also while it is held: the place of the contact comes from the chunks, which are forgotten when they are
+        // over.
         let is_found = purpose == Purpose::Probe && self.note_contact(start);
         if purpose == Purpose::Homing || self.chain.is_held() {
             return;
@@ -238,7 +245,7 @@ where
         }
     }
 
-    /// Says what is under way, and forgets what is over.
+    /// Publishes the chunk under way for the status, and forgets the chunks that are over.
     fn follow(&mut self, start: Instant, passed: Duration, oldest_chunk: u32) {
         self.chunks.forget(oldest_chunk, seconds(passed));
         if let Some(chunk) = self.chunks.newly_under_way(seconds(passed)) {
@@ -254,7 +261,8 @@ where
         let look_again = if is_short || is_low || is_full { LOOK_AGAIN } else { GATHER };
         let takes = is_short && self.takes();
         let has_motion = poll_fn(|context| if takes { machine.poll_motion(context) } else { Poll::Pending });
-        // Not at an instant reckoned from a step's: it would be another step's, again and again.
+        // The wait does not end at an instant that is computed from a step's instant: it would coincide with another
+        // step again and again.
         let _ = with_timeout(look_again, select(has_motion, machine.wait_asked())).await;
     }
 
@@ -262,12 +270,12 @@ where
         self.machine.set_current(None);
         let position_steps = self.machine.position_steps();
         let (held_at_steps, plan_s) = self.chunks.last().map_or((0.0, 0.0), |chunk| (chunk.until_steps, chunk.until_s));
-        self.tell(Event::RunEnd { finish, held_at_steps, plan_s, position_steps });
+        self.report(Event::RunEnd { finish, held_at_steps, plan_s, position_steps });
         finish
     }
 }
 
-/// How much is to be known ahead of the ports.
+/// How far ahead the path is to be known.
 fn ahead(purpose: Purpose) -> Duration {
     if purpose == Purpose::Probe { PROBED_AHEAD } else { AHEAD + PIECE }
 }
@@ -276,7 +284,7 @@ fn seconds(time: Duration) -> f64 {
     time.as_micros() as f64 * 1e-6
 }
 
-/// `t_s` from the start of a run, to the next whole microsecond.
+/// The instant `t_s` after the start of a run, rounded up to a whole microsecond.
 fn instant(start: Instant, t_s: f64) -> Instant {
     start + Duration::from_micros(libm::ceil(t_s * 1e6) as u64)
 }

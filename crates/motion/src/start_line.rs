@@ -1,9 +1,9 @@
 //! How the axes of a run start together, and never late.
 //!
 //! # Design
-//! A port gets ready in its own time: it takes its first steps, if there are any, and sees to DIR's set-up time before them,
-//! and then waits here. Only when all ports of the run wait is the start instant chosen, by the ports themselves, so nothing that has still to
-//! be done can make it late.
+//! A port gets ready in its own time: it takes its first steps, if there are any, makes sure of DIR's set-up time
+//! before them, and then waits here. When all ports of the run wait, they choose the start instant themselves. So
+//! nothing that still has to be done can make the start late.
 //!
 //! ```text
 //! coordinator --run--> axis task: port gets ready
@@ -16,7 +16,7 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use embassy_time::Instant;
 
-/// An axis's place at the start line: between its port and whoever starts the run.
+/// An axis's place at the start line, shared by its port and the task that starts the run.
 #[derive(Default)]
 pub struct StartLine {
     armed: Signal<CriticalSectionRawMutex, ()>,
@@ -26,7 +26,8 @@ pub struct StartLine {
 
 /// For ports.
 impl StartLine {
-    /// Says that the port is ready to make its first step at any moment, and waits to be let go with the other axes.
+    /// Reports that the port is ready to make its first step at any moment, and waits until it is let go with the other
+    /// axes.
     ///
     /// # Cancellation
     /// Safe: the run does not start.
@@ -35,15 +36,16 @@ impl StartLine {
         self.go.wait().await;
     }
 
-    /// Says from which instant the segments of the run count. Ports that start at one gate say the same.
+    /// Reports the instant from which the segments of the run count. Ports that start at one gate report the same
+    /// instant.
     pub fn begun(&self, at: Instant) {
         self.begun.signal(at);
     }
 }
 
-/// For whoever starts a run.
+/// For the task that starts a run.
 impl StartLine {
-    /// Nobody waits.
+    /// A start line at which nobody waits.
     #[must_use]
     pub const fn new() -> Self {
         Self { armed: Signal::new(), go: Signal::new(), begun: Signal::new() }
@@ -59,20 +61,20 @@ impl StartLine {
     /// Waits until the port is armed.
     ///
     /// # Cancellation
-    /// Safe: a port that has armed meanwhile is known to the next call.
+    /// Safe: if the port arms meanwhile, the next call returns at once.
     pub async fn wait_armed(&self) {
         self.armed.wait().await;
     }
 
-    /// Lets the port go: now, as nothing is left to be done.
+    /// Lets the port go. It starts now, as nothing is left to be done.
     pub fn go(&self) {
         self.go.signal(());
     }
 
-    /// Waits until the run has begun: the instant from which its segments count.
+    /// Waits until the run has begun. Returns the instant from which its segments count.
     ///
     /// # Cancellation
-    /// Safe: an instant told meanwhile is known to the next call.
+    /// Safe: the next call returns an instant that was reported meanwhile.
     pub async fn wait_begun(&self) -> Instant {
         self.begun.wait().await
     }

@@ -1,13 +1,14 @@
 //! Streams the steps of a run to the port of one axis, as far ahead as is useful.
 //!
 //! # Design
-//! What a port has been queued is made, come what may. So that a hold, or another speed, takes effect soon, a port is
-//! queued [`AHEAD`] of motion and little more, in pieces of [`PIECE`] at most: long segments are split, and a long wait for
-//! a step is told as rests. While an axis stands still it rests for as long as is known that it does.
+//! Steps that are queued for a port are committed: they will be made. So that a hold, or another speed, takes effect
+//! soon, a port is queued [`AHEAD`] of motion and little more, in pieces of [`PIECE`] at most: long segments are split,
+//! and a long wait for a step is queued as rests. While an axis stands still, rests are queued for as long as it is
+//! known to stand still.
 //!
-//! Of a curved ramp near standstill a segment takes longer to compile than it lasts. So while no port wants anything, what
-//! comes next of the same part is compiled and kept in [`COMPILED_MAX`]: in a cruise most of the ramp at its end. That may still be
-//! changed.
+//! On a curved ramp near standstill a segment takes longer to compile than it lasts. So while no port needs anything,
+//! the next segments of the same plan are compiled ahead, up to [`COMPILED_MAX`] of them. In a cruise these are most of
+//! the ramp at its end. What is compiled beyond the chunks handed out can still be discarded.
 
 use embassy_time::{Duration, Instant};
 use heapless::Deque;
@@ -19,17 +20,18 @@ use crate::chunks::{Chunks, last_step};
 use crate::machine::Machine;
 use crate::port::{Direction, SegmentQueue, StreamItem};
 
-/// How much motion a port is queued ahead of time, at least.
+/// How much motion is queued for a port ahead of time, at least.
 pub(crate) const AHEAD: Duration = Duration::from_millis(30);
-/// A piece of motion lasts no longer, unless it is a single step; an eighth longer where a crumb would be left.
+/// Longest piece of motion. A single step may last longer, and a piece may last an eighth longer if only a very short
+/// piece would be left after it.
 pub(crate) const PIECE: Duration = Duration::from_millis(15);
-/// An axis that stands still is not told of shorter rests, and not told up to the last of what is known: its next step may
-/// follow at once.
+/// Shortest rest that is queued for an axis that stands still. Its rests also end this long before the end of what is
+/// known, because its next step may follow at once.
 const REST_MIN: Duration = Duration::from_millis(2);
-/// Feeding goes on so long at a time, unless a piece takes longer. Waking up takes as long as to compile several pieces of a
-/// trapezoid's.
+/// How long the queues are filled at a time, unless a piece takes longer. A wake-up takes as long as compiling several
+/// pieces of a trapezoid.
 const TURN: Duration = Duration::from_micros(500);
-/// Segments that are compiled before a port wants them.
+/// How many segments are compiled before a port needs them.
 const COMPILED_MAX: usize = 64;
 
 /// Streams the steps of a run to one axis.
@@ -39,58 +41,60 @@ pub(crate) struct SegmentStream<'a> {
     tick_hz: u32,
     piece_ticks: u64,
     rest_min_ticks: u64,
-    /// Until when its queue is to be filled, ticks from the start of the run.
+    /// Up to when its queue is to be filled, ticks from the start of the run.
     target_ticks: u64,
     /// The number of the chunk that it streams.
     chunk: u32,
-    /// What that is, once it is under way.
+    /// The steps of that chunk's plan, once the stream has reached it.
     plan: Option<PlanSteps>,
-    /// Compiled of it and not queued yet.
+    /// Segments of that plan that are compiled and not queued yet.
     compiled: Deque<Segment, COMPILED_MAX>,
-    /// Until when its queue has been filled, ticks from the start of the run.
+    /// Up to when its queue has been filled, ticks from the start of the run.
     queued_ticks: u64,
-    /// All has been queued, and the end told.
+    /// Everything has been queued, the end included.
     is_done: bool,
 }
 
-/// The steps of a part of a move.
+/// One axis's steps of a plan. Steps have their numbers in the move.
 struct PlanSteps {
     direction: Direction,
-    /// None of an axis that has no steps in it.
+    /// `None` if the axis has no steps in the plan.
     lane: Option<Lane>,
-    /// The last step that has been compiled, and queued: by their numbers in the move.
+    /// The last step that has been compiled.
     compiled: u32,
+    /// The last step that has been queued.
     queued: u32,
-    /// The last of the whole part, of which more may be told.
+    /// The last step of the whole plan, which may be longer than the chunk known so far.
     last: u32,
-    /// Up to where it has been told, steps of the longest axis, and the last step before that.
+    /// Where the known chunk ends, steps of the longest axis.
     until_steps: f64,
+    /// The last step before that place.
     end: u32,
 }
 
-/// What a turn of filling the queues came to.
+/// What one turn of filling the queues has done.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Progress {
-    /// A port was queued something.
+    /// Something was queued for a port.
     pub has_queued: bool,
     /// Something was queued, or compiled ahead.
     pub has_worked: bool,
 }
 
-/// What an axis can be queued next.
+/// What can be queued next for an axis.
 enum Next {
     /// Steps of the chunk under way.
     Steps,
-    /// Nothing until then, ticks from the start of the run.
+    /// A rest until this instant, ticks from the start of the run.
     Rest(u64),
     /// The end of the run.
     End,
-    /// It is not known yet.
+    /// What comes next is not known yet.
     Unknown,
 }
 
-/// Gives the ports what they want until `enough` from the start of the run, for one turn. Each piece goes to the axis that
-/// has the least.
+/// Fills the ports' queues up to `enough` from the start of the run, for one turn. Each piece goes to the axis whose
+/// queue ends first.
 pub(crate) fn fill_queues(streams: &mut [SegmentStream<'_>; AXES], chunks: &mut Chunks, enough: Duration) -> Progress {
     let end = Instant::now() + TURN;
     streams.iter_mut().for_each(|stream| stream.set_target(enough));
@@ -107,16 +111,16 @@ pub(crate) fn fill_queues(streams: &mut [SegmentStream<'_>; AXES], chunks: &mut 
     }
 }
 
-/// Gives one piece; false if none is wanted, or known.
+/// Queues one piece; false if no port needs one, or nothing more is known.
 fn give(streams: &mut [SegmentStream<'_>; AXES], chunks: &mut Chunks) -> bool {
-    // Those of which nothing is known are passed over.
+    // Axes for which nothing more is known are passed over.
     let mut stuck = [false; AXES];
     loop {
         let wanting = streams
             .iter_mut()
             .zip(&mut stuck)
             .filter(|(stream, is_stuck)| !**is_stuck && stream.is_short() && !stream.queue().is_full());
-        // All tick at one rate, or nearly: it is only for what comes first.
+        // All tick rates are equal, or nearly so, and the comparison only decides which axis comes first.
         let Some((stream, is_stuck)) = wanting.min_by_key(|(stream, _)| stream.queued_ticks) else { return false };
         if stream.queue_one(chunks) {
             return true;
@@ -125,7 +129,7 @@ fn give(streams: &mut [SegmentStream<'_>; AXES], chunks: &mut Chunks) -> bool {
     }
 }
 
-/// Compiles a segment ahead; false if there is none, or no room.
+/// Compiles a segment ahead; false if there is none to compile, or no room.
 fn compile(streams: &mut [SegmentStream<'_>; AXES], chunks: &mut Chunks) -> bool {
     let able = streams.iter_mut().filter(|stream| stream.can_compile());
     able.min_by_key(|stream| stream.compiled.len()).map(|stream| stream.compile(chunks)).is_some()
@@ -149,7 +153,7 @@ impl<'a> SegmentStream<'a> {
         }
     }
 
-    /// Compiles what there is of the first chunks, up to `time`, and gives what the queue takes. Before the run starts.
+    /// Before the run starts: compiles the first chunks up to `time`, and queues as much of them as the queue takes.
     pub fn prepare(&mut self, chunks: &mut Chunks, time: Duration) {
         self.set_target(time);
         while self.is_short() && !self.queue().is_full() && self.queue_one(chunks) {}
@@ -160,7 +164,7 @@ impl<'a> SegmentStream<'a> {
         }
     }
 
-    /// Its queue is to be filled until `enough` from the start of the run.
+    /// Sets up to when its queue is to be filled: `enough` from the start of the run.
     pub fn set_target(&mut self, enough: Duration) {
         self.target_ticks = ticks(enough, self.tick_hz);
     }
@@ -175,7 +179,7 @@ impl<'a> SegmentStream<'a> {
         !self.is_done && self.queued_ticks <= self.target_ticks
     }
 
-    /// Whether it has no more than until `time` from the start of the run.
+    /// Whether its queue ends at `time` from the start of the run, or earlier.
     pub fn is_low(&self, time: Duration) -> bool {
         !self.is_done && self.queued_ticks <= ticks(time, self.tick_hz)
     }
@@ -184,7 +188,7 @@ impl<'a> SegmentStream<'a> {
         &self.machine.link(self.axis).segments
     }
 
-    /// Gives one piece, for which there is room; false if nothing is known to give.
+    /// Queues one piece, for which there is room; false if nothing more is known.
     fn queue_one(&mut self, chunks: &mut Chunks) -> bool {
         let item = match self.next(chunks) {
             Next::Steps => self.steps(chunks),
@@ -204,13 +208,14 @@ impl<'a> SegmentStream<'a> {
         true
     }
 
-    /// Goes over to the chunk of the next step, if there is one.
+    /// Moves on to the chunk of the next step, if there is one, and says what can be queued.
     fn next(&mut self, chunks: &mut Chunks) -> Next {
         loop {
             let Some((chunk, courses)) = chunks.get_with_courses(self.chunk) else { return self.rest(chunks) };
             let plan = self.plan.get_or_insert_with(|| {
                 self.compiled.clear();
-                // An axis that stands still is ahead of the others: it must not lay courses that they do not want yet.
+                // An axis that stands still is ahead of the others. It must not have courses computed that the others
+                // do not need yet.
                 let lane = (chunk.plan.steps[self.axis as usize] != 0)
                     .then(|| chunk.plan.lane(self.axis as usize, courses.of(self.chunk, chunk, self.tick_hz)));
                 PlanSteps::of(chunk, self.axis, lane)
@@ -229,14 +234,14 @@ impl<'a> SegmentStream<'a> {
         }
     }
 
-    /// It stands still for as long as is known.
+    /// A rest for as long as the axis is known to stand still.
     fn rest(&self, chunks: &Chunks) -> Next {
         if chunks.is_closed() {
             return Next::End;
         }
         let known_ticks = ((chunks.end_s() * f64::from(self.tick_hz)) as u64).saturating_sub(self.queued_ticks);
         let rest_ticks = (known_ticks - self.rest_min_ticks.min(known_ticks / 2)).min(self.piece_ticks);
-        // A port waits for something before it starts.
+        // A port needs an item before it can start, so the first rest may be short.
         let is_worth_it = rest_ticks >= self.rest_min_ticks || self.queued_ticks == 0 && rest_ticks > 0;
         if is_worth_it { Next::Rest(self.queued_ticks + rest_ticks) } else { Next::Unknown }
     }
@@ -254,13 +259,13 @@ impl<'a> SegmentStream<'a> {
         let last_ticks = segment.last_ticks();
         let lasts_ticks = last_ticks - segment.first_ticks();
         let fitting = if lasts_ticks > piece_ticks {
-            // Less than the steps there are; what a ramp makes of it need not be exact.
+            // Fewer than the segment has. On a ramp they last more or less than a piece, which does not matter.
             ((u64::from(segment.steps()) * piece_ticks / lasts_ticks) as u32).max(1)
         } else {
             segment.steps()
         };
         let known = segment.steps().min(plan.end - plan.queued);
-        // No crumb is left: a port takes as long over it as over a whole piece.
+        // No very short piece is left over: it would take a port as long as a whole piece.
         let steps = if known <= fitting + fitting / 8 { known } else { fitting };
         plan.queued += steps;
         let direction = plan.direction;
@@ -269,13 +274,13 @@ impl<'a> SegmentStream<'a> {
             return Some(StreamItem::Steps { segment, direction });
         }
         let (segment, others) = segment.split(steps);
-        // There is room: the whole was taken from there, or came when there was nothing.
+        // There is room in `compiled`: the whole segment came from there, or `compiled` was empty.
         let _ = self.compiled.push_front(others);
         self.queued_ticks = segment.last_ticks();
         Some(StreamItem::Steps { segment, direction })
     }
 
-    /// Whether something of the part under way is still to be compiled, and there is room for it.
+    /// Whether some of the plan under way is still to be compiled, and there is room for it.
     fn can_compile(&self) -> bool {
         self.plan.as_ref().is_some_and(|plan| plan.compiled < plan.last) && !self.compiled.is_full()
     }
@@ -288,7 +293,7 @@ impl<'a> SegmentStream<'a> {
         }
     }
 
-    /// The segment after all that has been compiled of the part under way.
+    /// Compiles the next segment of the plan under way.
     fn next_compiled(&mut self, chunks: &mut Chunks) -> Option<Segment> {
         let plan = self.plan.as_mut()?;
         let (chunk, courses) = chunks.get_with_courses(self.chunk)?;
@@ -310,6 +315,6 @@ impl PlanSteps {
 }
 
 fn ticks(time: Duration, tick_hz: u32) -> u64 {
-    // Of a port with a whole number of ticks a microsecond, exactly; of another, a little less.
+    // Exact for a port with a whole number of ticks per microsecond; a little too small for others.
     time.as_micros() * u64::from(tick_hz / 1_000_000)
 }

@@ -8,13 +8,13 @@ use embassy_sync::signal::Signal;
 /// A limit switch, debounced.
 pub(crate) struct Switch {
     pressed: AtomicBool,
-    /// It has closed, and is not known to be open again.
+    /// It has closed, and is not known to have opened again.
     touched: AtomicBool,
     changed: Signal<CriticalSectionRawMutex, ()>,
 }
 
 impl Switch {
-    /// Not pressed.
+    /// A switch that is not pressed.
     pub const fn new() -> Self {
         Self { pressed: AtomicBool::new(false), touched: AtomicBool::new(false), changed: Signal::new() }
     }
@@ -28,19 +28,19 @@ impl Switch {
         self.is_pressed() || self.touched.load(Ordering::Relaxed)
     }
 
-    /// The first edge of a press has come.
+    /// Notes the first edge of a press.
     pub fn touch(&self) {
         self.touched.store(true, Ordering::Relaxed);
     }
 
-    /// Its debounced level.
+    /// Sets its debounced level.
     pub fn publish(&self, pressed: bool) {
         self.pressed.store(pressed, Ordering::Relaxed);
         self.touched.store(false, Ordering::Relaxed);
         self.changed.signal(());
     }
 
-    /// Waits until it is pressed. Only the coordinator waits.
+    /// Waits until it is pressed. Only the coordinator may wait: the signal has room for one waiter.
     pub async fn wait_pressed(&self) {
         while !self.is_pressed() {
             self.changed.wait().await;

@@ -1,13 +1,14 @@
-//! The tool: a spindle or a laser by a PWM output, its enable and direction, and coolant.
+//! The tool: a spindle or a laser with its PWM output, enable and direction, and coolant.
 //!
 //! # Design
-//! What the outputs are to be is part of the machine's state, and changes in one critical section with it: an alarm and a
-//! reset put all of them off. One task ([`run`]) does what the state says. A stop does not wait for that task: it puts on the
-//! outputs' brake, in whatever context it comes from, and the task takes the brake off when it has switched them off itself.
+//! What the outputs are to be is part of the machine's state, and changes in one critical section with it: an alarm and
+//! a reset switch all of them off. One task ([`run`]) sets the outputs to what the state says. A stop does not wait for
+//! that task. It engages the outputs' brake, in whatever context it comes from, and the task releases the brake when it
+//! has switched the outputs off itself.
 //!
-//! A spindle turns at one speed until another is asked for. A laser is dark but in a move, of which it is told beforehand, as
-//! the ports are told of steps, by stretches of time (`Stretch`). Where no stretch is, it is dark: so whatever goes wrong, it
-//! goes out at the end of what was planned.
+//! A spindle turns at one speed until another is asked for. A laser shines only in moves. As steps are queued for the
+//! ports, strokes of time with a level (`Stroke`) are queued for the laser ahead of time. Where there is no stroke
+//! it is dark. So if anything goes wrong, the laser goes out at the end of what was planned.
 
 mod beam;
 mod duty;
@@ -34,19 +35,19 @@ pub struct ToolConfig {
     pub duties: Duties,
     /// PWM frequency, Hz; above 0.
     pub pwm_hz: u32,
-    /// How long a spindle takes to its speed: so long nothing moves.
+    /// How long a spindle takes to reach its speed. Nothing moves during that time.
     pub spin_up: Duration,
 }
 
-/// Whether a spindle turns, and which way.
+/// Whether a spindle turns, and in which direction.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Spindle {
     /// It stands still.
     #[default]
     Off,
-    /// M3. Of a laser: its level is as asked for.
+    /// M3. The level of a laser is as asked for.
     Clockwise,
-    /// M4. Of a laser: its level follows the speed along the path.
+    /// M4. The level of a laser follows the speed along the path.
     CounterClockwise,
 }
 
@@ -55,7 +56,7 @@ pub enum Spindle {
 pub struct Outputs {
     /// Enable and direction.
     pub spindle: Spindle,
-    /// The spindle's speed; a laser's is each move's own ([`Power`]).
+    /// The spindle's speed. The level of a laser belongs to each move ([`Power`]).
     pub level: Level,
     /// Flood coolant.
     pub flood: bool,
@@ -87,60 +88,65 @@ pub struct Switches {
 
 /// The outputs of a tool.
 pub trait ToolPort {
-    /// Puts all outputs off (`true`), whatever is asked of them, until it is released. In any context, interrupts included.
+    /// The brake of all outputs. Engaged (`true`) it keeps them off, whatever is asked of them, until it is released.
+    /// It may be called in any context, interrupts included.
     fn brake(&self) -> Brake;
 
     /// Switches outputs.
     fn switch(&mut self, switches: Switches);
 
-    /// Gives the PWM output another frequency, Hz; its duty stays.
+    /// Sets the frequency of the PWM output, Hz; its duty stays.
     fn set_frequency(&mut self, hz: u32);
 
-    /// How long before an instant its task is to be woken, so that a duty changes at it: what waking takes on the whole.
+    /// How long before an instant the tool's task has to be woken, so that a duty changes at that instant: the time
+    /// that the wake-up takes.
     fn lead(&self) -> Duration;
 
-    /// Gives the PWM output another duty, of 65,535. `anew` begins a period with it now; otherwise the present one ends first.
-    fn set_duty(&mut self, duty: u16, anew: bool);
+    /// Sets the duty of the PWM output, of 65,535. With `new_period` a new period begins with it now; otherwise the present
+    /// period ends first.
+    fn set_duty(&mut self, duty: u16, new_period: bool);
 }
 
-/// How strongly a laser shines for some time: from one level evenly to another.
+/// How strongly a laser shines for some time: its level changes linearly from one to another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Stretch {
+pub(crate) struct Stroke {
     pub begin: Instant,
     pub end: Instant,
     pub from: Level,
     pub to: Level,
 }
 
-/// Stretches queued: 30 ms of a thousand short moves a second, of which each may have two.
-const QUEUE_STRETCHES: usize = 64;
+/// Strokes queued: enough for 30 ms of a thousand short moves a second, each of which may have two.
+const QUEUE_STROKES: usize = 64;
 
-/// A laser's stretches on their way to its task.
-pub(crate) type StretchQueue = Channel<CriticalSectionRawMutex, Stretch, QUEUE_STRETCHES>;
+/// The queue of a laser's strokes for the tool's task.
+pub(crate) type StrokeQueue = Channel<CriticalSectionRawMutex, Stroke, QUEUE_STROKES>;
 
-/// While a level changes evenly it is set anew so often.
+/// How often a level that changes linearly is set.
 const UPDATE: Duration = Duration::from_micros(500);
 
-/// A stretch begins a PWM period if it holds so many of them: a shorter one would make it brighter.
+/// A stroke begins a PWM period of its own if it lasts at least this many periods. A shorter stroke would be brighter
+/// by that.
 const PERIODS_MIN: u32 = 2;
 
-/// Does with the outputs what the machine's state says, for ever. Spawn it at a priority that few delay: a level is as late as
-/// this task is. A miss makes a move's first steps with the level before, and no more.
+/// Sets the outputs to what the machine's state says, for ever. Spawn it at a priority that few tasks delay: a level is
+/// as late as this task is. If it is late, the first steps of a move are made with the level before, and nothing else
+/// goes wrong.
 ///
 /// # Cancellation
-/// Dropping it leaves the outputs as they are until a stop puts on their brake; nothing moves.
+/// Dropping it leaves the outputs as they are until a stop engages their brake; nothing moves.
 pub async fn run(machine: &Machine, mut port: impl ToolPort) -> ! {
     machine.fit_tool(port.brake());
     let mut state = Driven::NEW;
     loop {
         let wanted = machine.tool_wanted();
         if state.stops != wanted.stops {
-            // The motion that they belong to is over, or shines no more.
-            (state.stops, state.asked, state.stretch) = (wanted.stops, Level::ZERO, None);
-            machine.stretches().clear();
+            // The motion that the strokes belong to is over, or is not to shine any more.
+            (state.stops, state.asked, state.stroke) = (wanted.stops, Level::ZERO, None);
+            machine.strokes().clear();
         }
         state.switch(&wanted, &mut port);
-        // Of a laser only what is told of a move.
+        // The level of a laser comes from the strokes of its moves only.
         let asked = if wanted.config.laser { state.asked } else { wanted.outputs.level };
         state.set(asked, &wanted, machine, &mut port);
         machine.release_tool(wanted.stops);
@@ -157,32 +163,32 @@ pub async fn run(machine: &Machine, mut port: impl ToolPort) -> ! {
 pub(crate) struct ToolWanted {
     pub config: ToolConfig,
     pub outputs: Outputs,
-    /// Of a level, percent.
+    /// The override of a level, percent.
     pub percent: u8,
-    /// How often the brake was put on.
+    /// How often the brake was engaged.
     pub stops: u32,
 }
 
 impl ToolWanted {
-    /// What becomes of a level that is asked for.
+    /// The level that is made when `level` is asked for.
     fn level(&self, level: Level) -> Level {
         if self.outputs.spindle == Spindle::Off { Level::ZERO } else { level.times(self.percent) }
     }
 }
 
-/// What the port was told last.
+/// What was set at the port last.
 struct Driven {
     switches: Switches,
     pwm_hz: u32,
     duty: u16,
-    /// How often the brake had been put on.
+    /// How often the brake had been engaged.
     stops: u32,
     /// The level that was asked for.
     asked: Level,
-    /// Until when that is for, of a laser.
+    /// When the time for that level ends. For a laser.
     lit_until: Instant,
-    /// The stretch under way, or the next.
-    stretch: Option<Stretch>,
+    /// The stroke under way, or the next.
+    stroke: Option<Stroke>,
 }
 
 impl Driven {
@@ -194,7 +200,7 @@ impl Driven {
         stops: 0,
         asked: Level::ZERO,
         lit_until: Instant::MIN,
-        stretch: None,
+        stroke: None,
     };
 
     fn switch(&mut self, wanted: &ToolWanted, port: &mut impl ToolPort) {
@@ -215,20 +221,20 @@ impl Driven {
         }
     }
 
-    /// The stretch under way, or the next; dark where none is.
-    async fn next_stretch(&mut self, wanted: &ToolWanted, machine: &Machine, port: &mut impl ToolPort) -> Stretch {
+    /// The stroke under way, or the next one. While there is none the laser is made dark.
+    async fn next_stroke(&mut self, wanted: &ToolWanted, machine: &Machine, port: &mut impl ToolPort) -> Stroke {
         loop {
             let is_lit = self.asked != Level::ZERO;
             let goes_out = Timer::at(self.lit_until.saturating_sub(port.lead()));
-            match self.stretch {
-                Some(stretch) if !is_lit || stretch.begin <= self.lit_until => return stretch,
+            match self.stroke {
+                Some(stroke) if !is_lit || stroke.begin <= self.lit_until => return stroke,
                 Some(_) => {
                     goes_out.await;
                     self.set(Level::ZERO, wanted, machine, port);
                 }
-                None if !is_lit => self.stretch = Some(machine.stretches().receive().await),
-                None => match select(machine.stretches().receive(), goes_out).await {
-                    Either::First(stretch) => self.stretch = Some(stretch),
+                None if !is_lit => self.stroke = Some(machine.strokes().receive().await),
+                None => match select(machine.strokes().receive(), goes_out).await {
+                    Either::First(stroke) => self.stroke = Some(stroke),
                     Either::Second(()) => self.set(Level::ZERO, wanted, machine, port),
                 },
             }
@@ -239,18 +245,18 @@ impl Driven {
         self.give(Prepared::of(asked, wanted), true, machine, port);
     }
 
-    fn give(&mut self, prepared: Prepared, anew: bool, machine: &Machine, port: &mut impl ToolPort) {
+    fn give(&mut self, prepared: Prepared, new_period: bool, machine: &Machine, port: &mut impl ToolPort) {
         let Prepared { asked, level, duty } = prepared;
         self.asked = asked;
         if self.duty != duty {
             self.duty = duty;
-            port.set_duty(duty, anew);
+            port.set_duty(duty, new_period);
         }
         machine.note_level(level);
     }
 }
 
-/// A level that is asked for, what becomes of it, and its duty.
+/// A level that is asked for, the level that is made, and its duty.
 struct Prepared {
     asked: Level,
     level: Level,
@@ -265,31 +271,31 @@ impl Prepared {
     }
 }
 
-/// Makes the stretches of a laser. What it needs for a level is reckoned before its instant.
+/// Makes the strokes of a laser. The duty for a level is computed before its instant.
 ///
 /// # Cancellation
-/// Safe: the stretch under way is kept, and goes on with the next call.
+/// Safe: the stroke under way is kept, and goes on with the next call.
 async fn shine(wanted: &ToolWanted, machine: &Machine, state: &mut Driven, port: &mut impl ToolPort) {
     let lead = port.lead();
     let lasting = Duration::from_hz(u64::from(wanted.config.pwm_hz)) * PERIODS_MIN;
     loop {
-        let stretch = state.next_stretch(wanted, machine, port).await;
-        let mut from = Instant::now().max(stretch.begin);
-        let mut anew = from == stretch.begin && stretch.end >= stretch.begin + lasting;
-        while from < stretch.end {
-            // A level that changes is set to what it is in the midst of the time that it is set for.
-            let until = if stretch.from == stretch.to { stretch.end } else { stretch.end.min(from + UPDATE) };
-            let asked = stretch.level_at(from + (until - from) / 2);
+        let stroke = state.next_stroke(wanted, machine, port).await;
+        let mut from = Instant::now().max(stroke.begin);
+        let mut new_period = from == stroke.begin && stroke.end >= stroke.begin + lasting;
+        while from < stroke.end {
+            // A changing level is set to what it is in the middle of the time that it is set for.
+            let until = if stroke.from == stroke.to { stroke.end } else { stroke.end.min(from + UPDATE) };
+            let asked = stroke.level_at(from + (until - from) / 2);
             let prepared = Prepared::of(asked, wanted);
             Timer::at(from.saturating_sub(lead)).await;
-            state.give(prepared, anew, machine, port);
-            (state.lit_until, from, anew) = (until, until, false);
+            state.give(prepared, new_period, machine, port);
+            (state.lit_until, from, new_period) = (until, until, false);
         }
-        state.stretch = None;
+        state.stroke = None;
     }
 }
 
-impl Stretch {
+impl Stroke {
     fn level_at(&self, at: Instant) -> Level {
         let (passed, lasts) = ((at - self.begin).as_micros(), (self.end - self.begin).as_micros());
         self.from.towards(self.to, passed as u32, lasts as u32)

@@ -57,3 +57,8 @@ pub use limits::{ACCEL_MAX_STEPS_S2, LimitError, Limits, SPEED_MAX_STEPS_S, SPEE
 pub use profile::{DURATION_MAX_S, Profile, ProfileError, StepCounts};
 pub use segment::{Intervals, Segment, Ticks};
 pub use sync::{PlanError, SyncMove};
+
+/// The examples of the README are run as those here are.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -28,6 +28,7 @@ pub struct Limits {
 
 /// Why limits were refused. A NaN is outside every range.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum LimitError {
     /// The top speed is outside its range, steps/s.
     TopSpeed {

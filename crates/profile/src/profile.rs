@@ -17,6 +17,7 @@ pub const DURATION_MAX_S: f64 = 1e6;
 
 /// Why a profile could not be planned.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum ProfileError {
     /// The limits themselves do not work.
     Limits(LimitError),

@@ -1,8 +1,9 @@
-//! Another machine's step trace against the plans of a simulated run: the emulated board's, or a logic analyser's.
+//! Compares another machine's step trace with the plans of a simulated run: that of the emulated board, or of a logic
+//! analyser.
 //!
-//! Homing ends at a switch, at each machine's own instant, so only the moves after the last homing are compared. Of
-//! these every step must be there, with its direction and position. Instants count from the first step of the run
-//! on either side, so a latency that all steps share does not show; what remains is jitter.
+//! Homing ends at a switch, at a different instant on each machine, so only the moves after the last homing are
+//! compared. Every step of these moves must be present, with its direction and position. On both sides, instants count
+//! from the first step of the run. So a latency that is common to all steps does not show; what remains is jitter.
 
 use std::io;
 
@@ -15,18 +16,18 @@ use crate::moves::MoveRecord;
 use crate::outcome::Outcome;
 use crate::record::Edge;
 
-/// Why a trace is not that of the run.
+/// Why a trace does not match the run.
 #[derive(Debug, thiserror::Error)]
 pub enum Mismatch {
     /// The file cannot be read as a trace.
     #[error("not a step trace with the header t_ns,axis,direction,position_steps: {0}")]
     Csv(#[from] csv::Error),
-    /// A row names an axis there is not.
+    /// A row names an axis that does not exist.
     #[error("row {row}: there is no axis `{axis}`")]
     Axis {
-        /// Which row after the header, from 1.
+        /// Number of the row after the header, from 1.
         row: usize,
-        /// What it says.
+        /// The name in the row.
         axis: String,
     },
     /// An axis made fewer or more steps than the program has.
@@ -34,61 +35,62 @@ pub enum Mismatch {
     Count {
         /// Which axis.
         axis: Axis,
-        /// Steps in the trace; steps of homing count where the program homes.
+        /// Steps in the trace. If the program homes, this includes the steps of homing.
         traced: usize,
         /// Steps in the program after homing.
         planned: usize,
     },
-    /// A step goes elsewhere.
+    /// A step has another direction or position.
     #[error("move {number}, {axis} step {k}: direction {}, position {} in the trace, {} and {} in the program",
         .traced.direction, .traced.position_steps, .planned.0, .planned.1)]
     Step {
-        /// Which move of the program after homing, from 1.
+        /// Number of the move among those after homing, from 1.
         number: usize,
         /// Which axis.
         axis: Axis,
-        /// Which of its steps, from 1.
+        /// Number of the step in its move, from 1.
         k: u32,
-        /// What the trace says.
+        /// The step in the trace.
         traced: Edge,
         /// Direction and position in the program.
         planned: (i32, i32),
     },
 }
 
-/// How far the steps of a move, or of all, were from their closed-form instants, ns.
+/// Distances of the steps from their closed-form instants, ns, for one move or for all.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Jitter {
-    /// How many steps.
+    /// Number of steps.
     pub steps: usize,
-    /// Half of them were no further off.
+    /// The median distance.
     pub median_ns: f64,
-    /// 99 of 100 were no further off.
+    /// 99 of 100 distances are no larger.
     pub p99_ns: f64,
-    /// None was further off.
+    /// The largest distance.
     pub max_ns: f64,
 }
 
-/// One move of a trace.
+/// The comparison of one move.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct MoveComparison {
-    /// Its steps against their closed form.
+    /// Its steps, compared with their closed form.
     #[serde(flatten)]
     pub jitter: Jitter,
-    /// How far apart the accelerating, cruising and decelerating intervals of its axes are, each measured from the axis's
-    /// own edges, ns; `None` when the edges of fewer than two axes resolve 10 us, or one deviates too far from its instant.
+    /// The largest difference between axes in the duration of acceleration, cruise or deceleration, each measured from
+    /// the axis's own edges, ns. `None` if the edges of fewer than two axes resolve 10 us, or if one deviates too far
+    /// from its instant.
     pub apart_ns: Option<f64>,
-    /// How long after the end of the plan before it this one started, ns, both reckoned from their first edges: less than
-    /// nothing if that one was cut short. `None` for the first.
+    /// The time from the end of the previous plan to the start of this one, both computed from the first edges of their
+    /// runs, ns. Negative if the previous move was cut short. `None` for the first move.
     pub pause_ns: Option<f64>,
 }
 
-/// A trace that is that of the run.
+/// The comparison of a trace that matches the run.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Comparison {
-    /// Each move after the last homing.
+    /// The moves after the last homing.
     pub moves: Vec<MoveComparison>,
-    /// All of them together.
+    /// All these moves together.
     pub all: Jitter,
 }
 
@@ -108,7 +110,7 @@ pub fn read(input: impl io::Read) -> Result<Vec<Edge>, Mismatch> {
     .collect()
 }
 
-/// Holds `trace` against the plans of `outcome`.
+/// Compares `trace` with the plans of `outcome`.
 ///
 /// # Errors
 /// The first step that differs.
@@ -122,7 +124,7 @@ pub fn compare(outcome: &Outcome, trace: &[Edge]) -> Result<Comparison, Mismatch
     let mut under_way = None;
     for (index, record) in moves.iter().enumerate() {
         let instants = instants_of(index + 1, record, &mut left)?;
-        // All moves of a run count from one instant.
+        // All moves of a run count from the same instant.
         let start_ns = match under_way {
             Some((run, start_ns)) if run == record.run => start_ns,
             _ => start_of(&instants),
@@ -133,7 +135,7 @@ pub fn compare(outcome: &Outcome, trace: &[Edge]) -> Result<Comparison, Mismatch
         plan_end_ns = Some(start_ns + record.plan_s * 1e9);
         all_ns.extend_from_slice(&errors_ns);
         let (jitter, port) = (Jitter::of(errors_ns), outcome.config.port);
-        // A ramp with an edge further off than that is not recognised as one.
+        // If an edge is further off than this, its ramp cannot be measured.
         let is_measurable = jitter.max_ns <= measure::stray_max_ns(port);
         compared.push(MoveComparison {
             jitter,
@@ -147,7 +149,7 @@ pub fn compare(outcome: &Outcome, trace: &[Edge]) -> Result<Comparison, Mismatch
     Ok(Comparison { moves: compared, all: Jitter::of(all_ns) })
 }
 
-/// Each axis's edges that belong to `moves`: the last ones.
+/// The edges of each axis that belong to `moves`, which are the last ones. Returned in reverse order.
 fn split<'a>(trace: &'a [Edge], moves: &[MoveRecord], homed: bool) -> Result<[Vec<&'a Edge>; AXES], Mismatch> {
     let mut edges: [Vec<&Edge>; AXES] = Default::default();
     for edge in trace {
@@ -160,14 +162,14 @@ fn split<'a>(trace: &'a [Edge], moves: &[MoveRecord], homed: bool) -> Result<[Ve
         if traced < planned || (traced > planned && !homed) {
             return Err(Mismatch::Count { axis, traced, planned });
         }
-        // In order of use from the back.
+        // Reversed, so that the next edge is taken from the end.
         edges.reverse();
         edges.truncate(planned);
     }
     Ok(edges)
 }
 
-/// Of each axis: the instants of its edges in the trace and in closed form, ns.
+/// For each axis, the instants of its edges in the trace and in closed form, ns.
 type Instants = [Vec<(f64, f64)>; AXES];
 
 fn instants_of(number: usize, record: &MoveRecord, left: &mut [Vec<&Edge>; AXES]) -> Result<Instants, Mismatch> {
@@ -194,23 +196,23 @@ fn first_of(instants: &Instants) -> (f64, f64) {
     all.reduce(|first, next| if next.1 < first.1 { next } else { first }).unwrap_or_default()
 }
 
-/// When the run started, by its first edge, ns.
+/// The start of the run, computed from its first edge, ns.
 fn start_of(instants: &Instants) -> f64 {
     let (traced, exact) = first_of(instants);
     traced - exact
 }
 
-/// How late each edge was, in a run that started then.
+/// How late each edge was in a run that started at `start_ns`, ns.
 fn errors_of(instants: &Instants, start_ns: f64) -> Vec<f64> {
     instants.iter().flatten().map(|(traced, exact)| (traced - start_ns) - exact).collect()
 }
 
-/// Intervals that are known no finer than this say nothing of their being equal, s.
+/// If intervals are not resolved at least this well, a comparison says nothing, s.
 const RESOLUTION_MAX_S: f64 = 10e-6;
 
 fn apart_ns(profile: &Profile, instants: &Instants, port: Port) -> Option<f64> {
     let measured = instants.iter().filter_map(|edges| {
-        // From the first edge on, so that no digit is spent on the hours before.
+        // Counted from the first edge, so that no digits are lost to a large offset.
         let (first_ns, _) = *edges.first()?;
         let times_s: Vec<_> = edges.iter().map(|(traced_ns, _)| (traced_ns - first_ns) * 1e-9).collect();
         measure::intervals_of(profile, &times_s, port)

@@ -1,4 +1,4 @@
-//! What is simulated: the machine, its faults, and how its console is used.
+//! The configuration of a simulation: the machine, its faults, and how its console is used.
 
 use std::fmt;
 
@@ -13,14 +13,14 @@ use crate::motor::PullOutCurve;
 use crate::plant::SwitchFault;
 use crate::tool::Plate;
 
-/// The clock of an RP2040.
+/// Clock of an RP2040.
 pub(crate) const PIO_TICK_HZ: u32 = 125_000_000;
 
-/// By which step port the axes are stepped.
+/// The step port that drives the axes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Port {
-    /// [`SimPort`](crate::port::SimPort), as the firmware's default, `PioPort`: ticks of 8 ns.
+    /// [`SimPort`](crate::port::SimPort), which stands for the firmware's default, `PioPort`: ticks of 8 ns.
     #[default]
     Pio,
     /// [`TimerPort`](isostep_motion::TimerPort): ticks of 1 us.
@@ -28,7 +28,7 @@ pub enum Port {
 }
 
 impl Port {
-    /// Both.
+    /// Both ports.
     pub const ALL: [Self; 2] = [Self::Pio, Self::Timer];
 
     fn tick_hz(self) -> u32 {
@@ -38,12 +38,12 @@ impl Port {
         }
     }
 
-    /// What instants are rounded to, ns.
+    /// Length of a tick, to which instants are rounded, ns.
     pub fn tick_ns(self) -> f64 {
         1e9 / f64::from(self.tick_hz())
     }
 
-    /// How far a step may be from its closed-form instant, ns: half a tick, and what a segment may deviate from the form.
+    /// The largest distance of a step from its closed-form instant, ns: half a tick plus the error of a segment.
     pub fn tolerance_ns(self) -> f64 {
         (0.5 + fit_error_max_ticks(self.tick_hz())) * self.tick_ns()
     }
@@ -62,11 +62,11 @@ impl fmt::Display for Port {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Streaming {
-    /// One line at a time, each after the reply to the one before.
+    /// One line at a time, each after the reply to the previous one.
     SendAndWait,
-    /// Ahead, as long as the bytes not yet replied to stay within this many: as most senders do.
+    /// As most senders do: lines are sent ahead while the bytes without a reply stay within this many.
     CharacterCounting {
-        /// The controller's receive buffer, bytes.
+        /// Size of the controller's receive buffer, bytes.
         window_bytes: usize,
     },
 }
@@ -76,53 +76,55 @@ impl Streaming {
     pub const GRBL: Self = Self::CharacterCounting { window_bytes: 128 };
 }
 
-/// A simulated machine and a way to use it. Equal configurations and programs give equal runs, to the byte.
+/// A simulated machine and how it is used. Equal configurations and programs give identical runs, to the byte.
 #[derive(Clone, Debug)]
 pub struct Config {
-    /// The controller's settings at power-up. The machine is built by them, and rebuilt when a program changes them: see
-    /// [`mechanics`](crate::mechanics).
+    /// The controller's settings at power-up. The machine's mechanics follow them, also when a program changes them:
+    /// see [`mechanics`](crate::mechanics).
     pub settings: Settings,
-    /// The file that they come from, for [`replay`](Self::replay): its name, and what it says.
+    /// The file that the settings come from, for [`replay`](Self::replay): its name and the settings in it.
     pub settings_file: Option<(String, Settings)>,
-    /// Where each carriage stands at power-up, mm from where its limit switch closes.
+    /// Position of each carriage at power-up, mm from where its limit switch closes.
     pub start_mm: [f64; AXES],
-    /// What is wrong with each limit switch.
+    /// Faults of the limit switches.
     pub switches: [SwitchFault; AXES],
-    /// What the probe touches.
+    /// The plate that the probe touches.
     pub plate: Option<Plate>,
-    /// How long the contacts of a switch may bounce, us; 0 is never.
+    /// How long the contacts of a switch may bounce, us; 0 for no bounce.
     pub bounce_us: u32,
-    /// How far from its place a limit switch may close, mm to either side: another place for each approach.
+    /// Largest deviation of a limit switch from its nominal position, mm to either side. It differs in each approach.
     pub switch_scatter_mm: f64,
-    /// Seed of everything random: the bounces, and where a switch closes.
+    /// Seed of everything random: contact bounce, and where switches close.
     pub seed: u64,
-    /// The motors of all axes; without one, each axis has one that fits its settings.
+    /// The motor of all axes. If `None`, each axis has one that fits its settings.
     pub motor: Option<PullOutCurve>,
-    /// What makes the edges.
+    /// The port that makes the edges.
     pub port: Port,
-    /// What the drivers need.
+    /// Timing requirements of the drivers.
     pub driver: DriverTiming,
     /// How a program is sent.
     pub streaming: Streaming,
-    /// Asks for the status this often while a program runs.
+    /// Interval between status requests while a program runs.
     pub poll_every: Option<Duration>,
-    /// Virtual time after which a run is given up.
+    /// Virtual time after which a run is aborted.
     pub time_limit: Duration,
-    /// The console's baud rate, 8N1: a byte each way takes its time on the wire. Without one, none.
+    /// Baud rate of the console, 8N1: a byte takes its time on the wire in both directions. If `None`, it takes no
+    /// time.
     pub baud: Option<u32>,
-    /// There is a second console, as a board has USB and a UART.
+    /// Whether there is a second console, as a board has USB and a UART.
     pub second_console: bool,
-    /// Tasks interrupt each other, as on a chip, at the end of every critical section; and a thread's code takes up to so long from
-    /// one to the next, ns, at random. Without it a task runs undisturbed until it waits, and takes no time.
+    /// If set, tasks interrupt each other at the end of every critical section, as on a chip. Code of threads takes a
+    /// random time of up to this many ns between two critical sections. If `None`, a task runs undisturbed until it
+    /// waits, and takes no time.
     pub section_max_ns: Option<u32>,
-    /// What goes wrong, and when.
+    /// Faults and their times.
     pub faults: Vec<Fault>,
-    /// Keep every edge, every change of a wire and every event. A machine that runs for hours had better only count.
+    /// Keep every edge, every change of a wire and every event. Not useful for a machine that runs for hours.
     pub keep_record: bool,
-    /// Of what is kept, keep every change of a wire: most of the record of a long program.
+    /// If a record is kept, keep every change of a wire in it. These are most of the record of a long program.
     pub keep_waves: bool,
-    /// No edge is made, and nothing moves: the ports only take the time that the steps of each segment take. Of use for how
-    /// long a program takes; what is checked edge by edge is not checked. For [`Port::Pio`] alone.
+    /// No edges are made and nothing moves: the ports only wait for the duration of each segment. Useful to find how
+    /// long a program takes; edges are not checked. For [`Port::Pio`] only.
     pub only_time: bool,
 }
 
@@ -155,7 +157,7 @@ impl Default for Config {
 }
 
 impl Config {
-    /// Where the carriage of `axis` stands at power-up, steps from where its switch closes.
+    /// Position of the carriage of `axis` at power-up, steps from where its switch closes.
     pub fn start_steps(&self, axis: usize) -> i32 {
         self.steps(axis, self.start_mm[axis])
     }
@@ -165,10 +167,10 @@ impl Config {
         Mechanics::of(&isostep_controller::config(&self.settings), self.motor).end_stops_steps[axis]
     }
 
-    /// Refuses start places that the carriage cannot be at.
+    /// Checks that every carriage can be at its start position.
     ///
     /// # Errors
-    /// [`StartOutside`] with the range that works.
+    /// [`StartOutside`] with the valid range.
     pub fn check(&self) -> Result<(), StartOutside> {
         for axis in 0..AXES {
             let (low, high) = self.end_stops_steps(axis);
@@ -181,7 +183,7 @@ impl Config {
         Ok(())
     }
 
-    /// The command that runs `program` like this again, for what the command line can say.
+    /// The command line that repeats this run of `program`, as far as the command line has options for it.
     pub fn replay(&self, program: &str) -> String {
         let default = Self::default();
         let mut line = format!("isostep sim {program} --seed {}", self.seed);
@@ -226,13 +228,13 @@ impl Config {
     }
 }
 
-/// A carriage cannot start beyond its end stops.
+/// The start position of a carriage is beyond its end stops.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error("{}: start place {asked_mm} mm is beyond the end stops at {min_mm} and {max_mm} mm from its switch", Axis::ALL[*.axis])]
 pub struct StartOutside {
     /// Index of the axis.
     pub axis: usize,
-    /// What was asked.
+    /// The start position asked for.
     pub asked_mm: f64,
     /// The lower end stop.
     pub min_mm: f64,

@@ -1,31 +1,31 @@
-//! Corners: by how much the speed of an axis jumps where one move follows another without a stop.
+//! Corners: how much the speed of an axis jumps where one move follows another without a stop.
 //!
-//! # The most that the rule lets it jump
-//! A corner is taken at v² = a δ s/(1 - s), where δ is `$11`, s the sine of half the angle between the way back and the way
-//! on, and a the acceleration that the axes have across the corner (`chain::corner` of the profile). With Δ, the
-//! difference of both directions, of length D = 2 √(1 - s²), axis i jumps by v |Δᵢ|, and a is at most Aᵢ D/|Δᵢ| for the
-//! acceleration Aᵢ that it has. So
+//! # The largest jump that the rule allows
+//! A corner is taken at v² = a δ s/(1 - s). Here δ is `$11`, s is the sine of half the angle between the reversed
+//! direction of the first move and the direction of the second, and a is the acceleration that the axes have across the
+//! corner (`chain::corner` of the profile). Let Δ be the difference of both directions. Its length is D = 2 √(1 - s²).
+//! Axis i jumps by v |Δᵢ|, and a is at most Aᵢ D/|Δᵢ| for the acceleration Aᵢ of the axis. So
 //!
 //! (v |Δᵢ|)² ≤ Aᵢ δ D |Δᵢ| s/(1 - s) ≤ Aᵢ δ D² s/(1 - s) = 4 Aᵢ δ s (1 + s) ≤ 8 Aᵢ δ.
 //!
-//! A machine with a start speed may stop from it and begin with it, and takes corners no slower: that may turn an axis from
-//! one way at its start speed to the other.
+//! A machine with a start speed may stop from it and begin with it, and takes corners no slower. There an axis may
+//! change from its start speed in one direction to its start speed in the other.
 
 use isostep_motion::AXES;
 
 use crate::moves::MoveRecord;
 use crate::outcome::Outcome;
 
-/// Where the speed of an axis jumps.
+/// A jump of an axis's speed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Jump {
-    /// By how much, mm/s.
+    /// Size of the jump, mm/s.
     pub mm_s: f64,
-    /// At the beginning of the move with this index in [`Outcome::moves`].
+    /// Index in [`Outcome::moves`] of the move at whose beginning the speed jumps.
     pub index: usize,
 }
 
-/// The largest jump of each axis in the program, as its moves were planned; `None` where no move follows another.
+/// The largest planned jump of each axis in the program; `None` if no move follows another without a stop.
 pub fn largest_jumps(outcome: &Outcome) -> [Option<Jump>; AXES] {
     let mut largest = [None::<Jump>; AXES];
     for (before, pair) in outcome.moves.windows(2).enumerate() {
@@ -41,7 +41,7 @@ pub fn largest_jumps(outcome: &Outcome) -> [Option<Jump>; AXES] {
     largest
 }
 
-/// The most that an axis may jump by the settings at the end of the run, mm/s: see above.
+/// The largest jump of an axis that the settings at the end of the run allow, mm/s: see above.
 pub fn most_mm_s(outcome: &Outcome, axis: usize) -> f64 {
     let (limits, steps_per_mm) = (outcome.limits[axis], outcome.steps_per_mm[axis]);
     let accel_mm_s2 = limits.accel_steps_s2.min(limits.decel_steps_s2) / steps_per_mm;
@@ -49,7 +49,7 @@ pub fn most_mm_s(outcome: &Outcome, axis: usize) -> f64 {
     (8.0 * accel_mm_s2 * outcome.junction_deviation_mm).sqrt().max(to_and_fro_mm_s)
 }
 
-/// Of each axis, from the end of one move to the beginning of the next.
+/// The jump of each axis from the end of one move to the beginning of the next.
 fn jumps_mm_s(outcome: &Outcome, [before, after]: [&MoveRecord; 2]) -> [f64; AXES] {
     let last = before.parts.last().unwrap_or(&before.plan).profile;
     let from = velocity_steps_s(before, last.exit_speed_steps_s());
@@ -57,7 +57,7 @@ fn jumps_mm_s(outcome: &Outcome, [before, after]: [&MoveRecord; 2]) -> [f64; AXE
     std::array::from_fn(|axis| (to[axis] - from[axis]).abs() / outcome.steps_per_mm[axis])
 }
 
-/// Of each axis while the longest one has this speed.
+/// The velocity of each axis when the longest one has this speed.
 fn velocity_steps_s(record: &MoveRecord, speed_steps_s: f64) -> [f64; AXES] {
     record.plan.steps.map(|steps| speed_steps_s * f64::from(steps) / record.plan.distance_steps())
 }
@@ -67,7 +67,7 @@ mod tests {
     use super::*;
     use crate::{Config, run};
 
-    /// All axes 2,000 mm/s², 80 steps/mm, to 200 mm/s.
+    /// All axes have 2,000 mm/s², 80 steps/mm and 200 mm/s.
     fn simulated(program: &str) -> Outcome {
         let mut config = Config::default();
         let settings = &mut config.settings;
@@ -92,7 +92,7 @@ mod tests {
         assert_eq!((x.index, y.index, z.mm_s), (2, 2, 0.0));
     }
 
-    /// Where Y bends by little, nearly all of what the rule allows: s is nearly 1.
+    /// If Y bends only a little, s is nearly 1 and the jump is nearly all that the rule allows.
     #[test]
     fn the_least_bend_jumps_by_the_most() {
         let outcome = simulated("G91 G1 F12000 X20 Y0.1\nX20 Y-0.1\n");
@@ -101,7 +101,7 @@ mod tests {
         assert_near(most_mm_s, (8.0_f64 * 2_000.0 * 0.01).sqrt());
         // At full speed: 200 mm/s * 2 * 0.005.
         assert!(y.mm_s < most_mm_s && y.mm_s > 1.99, "{y:?}");
-        // The rule, not the feed, makes this one.
+        // Here the rule limits the jump, not the feed.
         let outcome = simulated("G91 G1 F12000 X20 Y1\nX20 Y-1\n");
         let [_, y, _] = largest_jumps(&outcome).map(Option::unwrap);
         assert!(y.mm_s < most_mm_s && y.mm_s > 0.99 * most_mm_s, "{y:?} of {most_mm_s}");
@@ -122,7 +122,7 @@ mod tests {
         assert_eq!(largest_jumps(&outcome), [None; AXES]);
     }
 
-    /// A reversal at the start speed: twice that.
+    /// At a reversal, the jump is twice the start speed.
     #[test]
     fn a_start_speed_turns_an_axis_at_once() {
         let outcome = simulated("$910=300\nG91 G1 F6000 X5\nX-5\n");

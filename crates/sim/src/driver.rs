@@ -1,4 +1,4 @@
-//! A stepper driver's inputs: every edge checked against its datasheet.
+//! The inputs of a stepper driver. Every edge is checked against its datasheet.
 
 use std::fmt;
 
@@ -27,7 +27,7 @@ pub enum Rule {
 }
 
 impl Rule {
-    /// All of them.
+    /// All rules.
     pub const ALL: [Self; 8] = [
         Self::StepHigh,
         Self::StepLow,
@@ -39,7 +39,7 @@ impl Rule {
         Self::Enabled,
     ];
 
-    /// The least that `timing` asks for, ns.
+    /// The least value that `timing` requires, ns.
     pub fn min_ns(self, timing: &DriverTiming) -> u64 {
         match self {
             Self::StepHigh => timing.step_high_ns.into(),
@@ -69,15 +69,15 @@ impl fmt::Display for Rule {
 /// An edge that the driver may misread.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Violation {
-    /// When, since power-up.
+    /// Time since power-up.
     pub t_ns: u64,
-    /// Whose driver: the index of the axis.
+    /// Index of the axis.
     pub axis: usize,
-    /// What was not kept.
+    /// The broken rule.
     pub rule: Rule,
-    /// What was measured.
+    /// The measured value.
     pub value_ns: u64,
-    /// The least that was needed.
+    /// The required minimum.
     pub min_ns: u64,
 }
 
@@ -107,7 +107,7 @@ pub struct DriverInputs {
 }
 
 impl DriverInputs {
-    /// STEP low, DIR low, disabled.
+    /// Inputs with STEP low, DIR low, disabled.
     pub fn new(axis: usize, timing: DriverTiming) -> Self {
         Self {
             axis,
@@ -132,7 +132,7 @@ impl DriverInputs {
         self.enabled
     }
 
-    /// Drives STEP; returns whether it rose.
+    /// Sets STEP; returns whether it rose.
     pub fn set_step(&mut self, t_ns: u64, high: bool, violations: &mut Vec<Violation>) -> bool {
         if high == self.step_high {
             return false;
@@ -155,7 +155,7 @@ impl DriverInputs {
         true
     }
 
-    /// Drives DIR.
+    /// Sets DIR.
     pub fn set_dir(&mut self, t_ns: u64, high: bool, violations: &mut Vec<Violation>) {
         if high != self.dir_high {
             self.dir_high = high;
@@ -164,7 +164,7 @@ impl DriverInputs {
         }
     }
 
-    /// Energises the motor, or lets it go.
+    /// Energises or releases the motor.
     pub fn set_enabled(&mut self, t_ns: u64, enabled: bool, violations: &mut Vec<Violation>) {
         if enabled != self.enabled {
             self.enabled = enabled;
@@ -192,7 +192,7 @@ mod tests {
     }
 
     impl Bench {
-        /// Enabled at 0 ns.
+        /// A driver that is enabled at 0 ns.
         fn new() -> Self {
             let mut bench = Self { inputs: DriverInputs::new(1, DriverTiming::DRV8825), seen: Vec::new() };
             bench.inputs.set_enabled(0, true, &mut bench.seen);

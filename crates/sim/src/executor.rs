@@ -1,13 +1,14 @@
 //! A deterministic executor in virtual time.
 //!
-//! Tasks are spawned once, by name. Of the tasks that are ready, the one spawned first runs first, as
-//! a higher interrupt priority would on the chip; when none is ready time jumps to the next deadline. Nothing
-//! here reads a wall clock, a thread's schedule or an address, so a run is a function of its tasks.
+//! Tasks are spawned once, by name. Of the tasks that are ready, the one spawned first runs first, as a higher
+//! interrupt priority would on the chip. When none is ready, time jumps to the next deadline. Nothing here depends on a
+//! wall clock, a thread's schedule or an address, so a run is a function of its tasks.
 //!
 //! # Preemption
-//! A task is polled without interruption, unless [`Executor::preempt`] says otherwise. Then what may come between two instructions on a
-//! chip may come here at the end of each of the task's critical sections (see [`isostep_host`]): a stimulus that was asked
-//! for, and every task of a higher [`Priority`] that is ready. Code of threads may take time, too, in which other tasks become due.
+//! A task is polled without interruption, unless [`Executor::preempt`] is called. Then interruptions happen at the end
+//! of each of the task's critical sections (see [`isostep_host`]), where on a chip they may come between any two
+//! instructions. An interruption is a stimulus that was asked for, or a task of a higher [`Priority`] that is ready.
+//! Code of threads may also take time, in which other tasks become due.
 
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
@@ -25,39 +26,40 @@ use oorandom::Rand64;
 
 use crate::time::{self, Clock};
 
-/// Polls without time moving on that no honest set of tasks needs: beyond, they wake each other for ever.
+/// Limit of polls without time moving on. No correct set of tasks needs as many: beyond it, tasks wake each other for
+/// ever.
 const POLLS_PER_INSTANT_MAX: u32 = 1_000_000;
 
-/// Why [`Executor::run_until`] gave up.
+/// Why [`Executor::run_until`] ended early.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum RunError {
-    /// Nothing is ready and nothing waits for an instant: only the outside could move this on.
+    /// Nothing is ready and no deadline is pending: only an event from outside could continue the run.
     #[error("deadlock at {}: nothing is due, and these tasks wait: {}", Seconds(*.at), .waiting.join(", "))]
     Deadlock {
-        /// When the last task went to sleep.
+        /// When the last task began to wait.
         at: Instant,
         /// The tasks that have not ended, in the order they were spawned.
         waiting: Vec<&'static str>,
     },
-    /// The virtual time allowed is used up.
+    /// The limit of virtual time has been reached.
     #[error("not done at {}, the limit of virtual time: is there a dwell or a move that long?", Seconds(*.limit))]
     TimeLimit {
-        /// The instant that was not to be passed.
+        /// The limit.
         limit: Instant,
         /// The tasks that have not ended, in the order they were spawned.
         waiting: Vec<&'static str>,
     },
-    /// Tasks keep waking each other without letting time pass.
+    /// Tasks keep waking each other and no time passes.
     #[error("livelock at {}: {POLLS_PER_INSTANT_MAX} polls and no time passed, the last of task {task}", Seconds(*.at))]
     Livelock {
-        /// Where time stands still.
+        /// The instant at which time stands still.
         at: Instant,
         /// The task polled last.
         task: &'static str,
     },
 }
 
-/// How a run came to rest.
+/// How a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rest {
     /// Nothing is ready and no deadline is pending.
@@ -66,27 +68,29 @@ pub enum Rest {
     Horizon,
 }
 
-/// What comes before what, on a processor that several tasks want. Of what is ready the highest runs.
+/// Priority of a task on a processor that several tasks share. Of the ready tasks, the one with the highest priority
+/// runs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Priority {
-    /// The coordinator and the consoles, which everything interrupts.
+    /// The coordinator and the consoles, which all other tasks interrupt.
     #[default]
     Thread,
     /// The axes.
     P2,
     /// Switches, buttons, the tool.
     P1,
-    /// What is no task of the chip's.
+    /// Simulated surroundings, which are no task of the chip.
     World,
 }
 
 /// How tasks are interrupted.
 pub struct Preemption {
-    /// Whether that is possible at the end of this critical section: not while somebody changes what no chip has, the world.
+    /// Whether an interruption is possible at the end of this critical section. It is not while the simulated world,
+    /// which no chip has, is being changed.
     pub open: Box<dyn Fn() -> bool>,
-    /// As long does the code take that a thread runs from one critical section to the next, at most, ns; it is random.
+    /// Longest time between two critical sections of a thread, ns; the time is random.
     pub section_max_ns: u32,
-    /// Seed of how long it takes.
+    /// Seed of these times.
     pub seed: u64,
 }
 
@@ -97,7 +101,7 @@ struct Task {
     waker: Waker,
     future: RefCell<Pin<Box<dyn Future<Output = ()>>>>,
     has_ended: Cell<bool>,
-    /// When it is through with the blocking delays of its last poll, since power-up.
+    /// When the blocking delays of its last poll are over, ns since power-up.
     free_ns: Cell<u64>,
 }
 
@@ -109,31 +113,31 @@ impl Wake for Ready {
     }
 }
 
-/// Named tasks and the clock they live by.
+/// Named tasks and their clock.
 #[derive(Default)]
 pub struct Executor {
     core: Rc<Core>,
     interruption: Option<Interruption>,
 }
 
-/// What an interruption needs of the executor that is being interrupted.
+/// The part of the executor that an interruption needs.
 #[derive(Default)]
 struct Core {
     clock: Clock,
     tasks: RefCell<Vec<Rc<Task>>>,
     /// The priority of the task being polled.
     running: Cell<Option<Priority>>,
-    /// Time does not pass beyond, ns since power-up.
+    /// Time does not pass beyond this, ns since power-up.
     horizon_ns: Cell<u64>,
     interrupts: RefCell<Option<Interrupts>>,
-    /// Critical sections that have ended, since tasks may be interrupted.
+    /// Number of critical sections that have ended since preemption was turned on.
     sections: Cell<u64>,
 }
 
 struct Interrupts {
     preemption: Preemption,
     random: Rand64,
-    /// By the number of the section at whose end they come, and their own.
+    /// Keys: the number of the section at whose end the stimulus comes, and a serial number.
     stimuli: BTreeMap<(u64, usize), Box<dyn FnOnce()>>,
 }
 
@@ -143,17 +147,18 @@ impl Executor {
         Self::default()
     }
 
-    /// The clock its tasks live by.
+    /// The clock of its tasks.
     pub fn clock(&self) -> &Clock {
         &self.core.clock
     }
 
-    /// Adds a task that everything interrupts; of those that are ready, the one spawned earlier goes first.
+    /// Adds a task of the lowest priority, which all others interrupt. Of the ready tasks, the one spawned first runs
+    /// first.
     pub fn spawn(&mut self, name: &'static str, future: impl Future<Output = ()> + 'static) {
         self.spawn_at(Priority::default(), name, future);
     }
 
-    /// Adds a task of that priority, which counts where tasks are interrupted.
+    /// Adds a task of this priority. The priority matters only if preemption is turned on.
     pub fn spawn_at(&mut self, priority: Priority, name: &'static str, future: impl Future<Output = ()> + 'static) {
         let ready = Arc::new(Ready(AtomicBool::new(true)));
         let (waker, future) = (Waker::from(ready.clone()), RefCell::new(Box::pin(future) as Pin<Box<_>>));
@@ -161,7 +166,7 @@ impl Executor {
         self.core.tasks.borrow_mut().push(Rc::new(Task { name, priority, ready, waker, future, has_ended, free_ns }));
     }
 
-    /// From now on tasks are interrupted.
+    /// Turns preemption on.
     pub fn preempt(&mut self, preemption: Preemption) {
         let (random, stimuli) = (Rand64::new(preemption.seed.into()), BTreeMap::new());
         self.core.interrupts.replace(Some(Interrupts { preemption, random, stimuli }));
@@ -169,27 +174,27 @@ impl Executor {
         self.interruption = Some(Rc::new(move || core.upgrade().into_iter().for_each(|core| core.section_ended())));
     }
 
-    /// How many critical sections have ended at which something may have interrupted.
+    /// Number of critical sections at whose end an interruption was possible.
     pub fn sections(&self) -> u64 {
         self.core.sections.get()
     }
 
-    /// Has `stimulus` come when so many more have ended.
+    /// Applies `stimulus` at the end of the critical section that is `sections` later.
     ///
     /// # Panics
-    /// Where tasks are not interrupted.
+    /// If preemption is not turned on.
     pub fn after_sections(&mut self, sections: u64, stimulus: impl FnOnce() + 'static) {
         let mut interrupts = self.core.interrupts.borrow_mut();
         let stimuli = &mut interrupts.as_mut().expect("tasks are interrupted").stimuli;
         stimuli.insert((self.core.sections.get() + sections, stimuli.len()), Box::new(stimulus));
     }
 
-    /// What was to come after more sections does not.
+    /// Discards the stimuli that have not come yet.
     pub fn forget_stimuli(&mut self) {
         self.core.interrupts.borrow_mut().iter_mut().for_each(|interrupts| interrupts.stimuli.clear());
     }
 
-    /// What keeps all tasks of threads from being polled until an instant, ns since power-up.
+    /// A function that keeps all tasks of threads from being polled until an instant, ns since power-up.
     pub fn starver(&self) -> Rc<dyn Fn(u64)> {
         let core = Rc::downgrade(&self.core);
         Rc::new(move |until_ns| {
@@ -200,10 +205,10 @@ impl Executor {
         })
     }
 
-    /// Runs until `done` holds (looked at whenever no task is ready), not beyond `limit`.
+    /// Runs until `done` returns true, which is checked whenever no task is ready, but not beyond `limit`.
     ///
     /// # Errors
-    /// [`RunError`]: deadlock, time limit or livelock, whichever comes before `done`.
+    /// [`RunError`] for a deadlock, the time limit or a livelock before `done`.
     pub fn run_until(&mut self, limit: Instant, done: impl FnMut() -> bool) -> Result<(), RunError> {
         self.run_until_ns(time::ns(limit), done)
     }
@@ -228,7 +233,7 @@ impl Executor {
         }
     }
 
-    /// Runs until nothing can happen any more without the outside, or until `horizon`.
+    /// Runs until nothing can happen without an event from outside, or until `horizon`.
     ///
     /// # Errors
     /// [`RunError::Livelock`].
@@ -245,7 +250,7 @@ impl Executor {
         }
     }
 
-    /// Runs for `duration`: the clock stands exactly that much later afterwards.
+    /// Runs for `duration`; the clock advances by exactly that.
     ///
     /// # Errors
     /// [`RunError::Livelock`].
@@ -253,7 +258,7 @@ impl Executor {
         self.run_to(self.clock().now_ns() + duration.as_nanos())
     }
 
-    /// Runs to `at_ns` since power-up, where the clock then stands; not at all when that is past.
+    /// Runs to `at_ns` since power-up, and sets the clock to that. Does not run if that is in the past.
     ///
     /// # Errors
     /// [`RunError::Livelock`].
@@ -279,7 +284,7 @@ impl Core {
         Err(RunError::Livelock { at: self.clock.now(), task })
     }
 
-    /// The task spawned first of those that can run and for which `wanted` holds.
+    /// Of the tasks that can run and for which `wanted` is true, the one spawned first.
     fn first_ready(&self, wanted: impl Fn(&Task) -> bool) -> Option<Rc<Task>> {
         let now_ns = self.clock.now_ns();
         let tasks = self.tasks.borrow();
@@ -290,14 +295,14 @@ impl Core {
         let interrupted = self.running.replace(Some(task.priority));
         let spent_ns = self.clock.set_spent_ns(0);
         task.poll();
-        // It may have been starved meanwhile.
+        // The task may have been starved during the poll.
         task.free_ns.set(self.clock.end_poll().max(task.free_ns.get()));
         self.clock.set_spent_ns(spent_ns);
         self.running.set(interrupted);
     }
 
-    /// When something happens next, since power-up: a deadline, or a task that was woken while in a blocking delay is
-    /// through with it.
+    /// The time of the next event, ns since power-up. This is a deadline, or the end of the blocking delay of a task
+    /// that was woken during it.
     fn next_ns(&self) -> Option<u64> {
         let tasks = self.tasks.borrow();
         let now_ns = self.clock.now_ns();
@@ -305,9 +310,9 @@ impl Core {
         self.clock.next_deadline_ns().into_iter().chain(delayed.filter(|&free_ns| free_ns > now_ns)).min()
     }
 
-    /// The task being polled has left a critical section: what interrupts it does so now.
+    /// Called when the task being polled has left a critical section: runs what interrupts it.
     fn section_ended(&self) {
-        // The outside interrupts nobody.
+        // Code outside all tasks is not interrupted.
         let Some(priority) = self.running.get() else { return };
         if !self.interrupts.borrow().as_ref().is_some_and(|interrupts| (interrupts.preemption.open)()) {
             return;
@@ -347,7 +352,7 @@ impl Core {
         self.clock.advance_to(until_ns);
     }
 
-    /// Polls what is ready and of a higher priority, the highest first.
+    /// Polls ready tasks of a higher priority, the highest first.
     fn poll_above(&self, priority: Priority) {
         for _ in 0..POLLS_PER_INSTANT_MAX {
             let highest = [Priority::World, Priority::P1, Priority::P2]
@@ -362,7 +367,7 @@ impl Core {
     }
 }
 
-/// As long as it lives, this thread is interrupted.
+/// Preemption of this thread is on as long as this value lives.
 struct Interrupted(Option<Interruption>);
 
 impl Interrupted {
@@ -392,7 +397,7 @@ impl Task {
     }
 }
 
-/// An instant as seconds since power-up, for people.
+/// Displays an instant as seconds since power-up.
 struct Seconds(Instant);
 
 impl fmt::Display for Seconds {

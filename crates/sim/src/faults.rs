@@ -1,4 +1,4 @@
-//! What goes wrong around the controller, and when: faults that can be combined, each told in one word.
+//! Faults around the controller and their times. They can be combined, and each is written in one word.
 
 use std::fmt;
 use std::rc::Rc;
@@ -14,13 +14,13 @@ use crate::record::Wire;
 use crate::time::Clock;
 use crate::world::Shared;
 
-/// From one change of a contact that chatters to the next, at most, ns.
+/// The longest time between two changes of a contact that chatters, ns.
 const CHATTER_MAX_NS: u64 = 3_000_000;
 const NS_PER_S: f64 = 1e9;
-/// A fault comes within a day.
+/// A fault must begin within a day.
 const LATEST_S: f64 = 86_400.0;
 
-/// What goes wrong.
+/// A kind of fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Trouble {
     /// The emergency stop is pressed.
@@ -29,9 +29,9 @@ pub enum Trouble {
     Limit(Axis),
     /// The wire of an axis's limit switch is broken: it never closes.
     Broken(Axis),
-    /// The contact of an axis's limit switch opens and closes, without anything touching it.
+    /// The contact of an axis's limit switch opens and closes although nothing touches it.
     Chatter(Axis),
-    /// The button of the feed hold is pressed; where that input is the safety door's, the door is open.
+    /// The button of the feed hold is pressed. If this input is a safety door, the door is open.
     Hold,
     /// The button of the cycle start is pressed.
     Start,
@@ -39,24 +39,25 @@ pub enum Trouble {
     Probe,
     /// The motor of an axis makes no step.
     Stall(Axis),
-    /// Consoles and coordinator get no time of the processor.
+    /// Consoles and coordinator get no processor time.
     Starve,
     /// The host does not read.
     Deaf,
 }
 
-/// What goes wrong, when, and for how long. As text `WHAT@SECONDS`, or `WHAT@SECONDS+SECONDS` for one that ends: `limit:X@1.5+0.2`.
+/// A fault: what, when, and for how long. As text `WHAT@SECONDS`, or `WHAT@SECONDS+SECONDS` for one that ends:
+/// `limit:X@1.5+0.2`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Fault {
-    /// What.
+    /// The kind of fault.
     pub trouble: Trouble,
-    /// When, ns since power-up.
+    /// When it begins, ns since power-up.
     pub at_ns: u64,
-    /// How long, ns; for good without.
+    /// How long it lasts, ns; `None` for ever.
     pub lasts_ns: Option<u64>,
 }
 
-/// No fault is told like that.
+/// A text that does not describe a fault.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
     "`{0}` is no fault: it is told as WHAT@SECONDS or WHAT@SECONDS+SECONDS, such as limit:X@1.5+0.2, where WHAT is one of {kinds}",
@@ -64,7 +65,7 @@ pub struct Fault {
 )]
 pub struct UnknownFault(String);
 
-/// What comes before the `@`.
+/// The part before the `@`.
 const KINDS: [&str; 10] =
     ["e-stop", "limit:AXIS", "broken:AXIS", "chatter:AXIS", "hold", "start", "probe", "stall:AXIS", "starve", "deaf"];
 
@@ -134,7 +135,8 @@ fn trouble(what: &str) -> Option<Trouble> {
     }
 }
 
-/// Has `fault` come and go; `hosts` are what hosts read from. What is random about it goes by the seed, and by when it comes.
+/// Spawns a task that begins and ends `fault`; hosts read from the pipes `hosts`. Randomness depends on the seed and on
+/// the time of the fault.
 pub(crate) fn spawn(executor: &mut Executor, fault: Fault, seed: u64, world: &Shared, hosts: Vec<Pipe>) {
     let surroundings = Surroundings {
         clock: executor.clock().clone(),
@@ -146,7 +148,7 @@ pub(crate) fn spawn(executor: &mut Executor, fault: Fault, seed: u64, world: &Sh
     executor.spawn_at(Priority::World, "fault", surroundings.suffer(fault));
 }
 
-/// What a fault is done to.
+/// What a fault acts on.
 struct Surroundings {
     clock: Clock,
     world: Shared,
@@ -220,7 +222,7 @@ mod tests {
         }
     }
 
-    /// Runs `line` for some seconds with a fault.
+    /// Runs `line` for `seconds` on a machine with a fault.
     fn machine_with(fault: &str, line: &str, seconds: u64) -> Sim {
         let config = Config { faults: vec![fault.parse().unwrap()], ..Config::default() };
         let mut sim = Sim::new(&config);

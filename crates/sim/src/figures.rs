@@ -1,4 +1,4 @@
-//! The figures of a run as one value: what the command line prints, the report shows and `--json` writes.
+//! The figures of a run as one value, for the output of the command line, the report and `--json`.
 
 use isostep_motion::AXES;
 use serde::Serialize;
@@ -18,39 +18,39 @@ use crate::verify::{self, Findings, MoveCheck, Verdict};
 /// One move of the program.
 #[derive(Clone, Debug, Serialize)]
 pub struct MoveFigures {
-    /// From 1, in the order made.
+    /// Number of the move, from 1, in the order made.
     pub number: usize,
-    /// Its line of the program, from 1; null where that is not known.
+    /// Its line of the program, from 1; null if unknown.
     pub line: Option<usize>,
     /// When it began, ns since power-up.
     pub start_ns: u64,
-    /// Where it began.
+    /// Its start position.
     pub from_mm: [f64; AXES],
-    /// Where it ended.
+    /// Its end position.
     pub to_mm: [f64; AXES],
-    /// Signed.
+    /// Steps of each axis, signed.
     pub steps: [i32; AXES],
-    /// Of every axis, as planned.
+    /// Planned intervals, the same for every axis.
     pub planned: Intervals,
-    /// Per axis, from its edges alone; null for an axis at rest or with too few edges.
+    /// Intervals of each axis, measured from its edges alone; null for an axis at rest or with too few edges.
     pub measured: [Option<Measured>; AXES],
-    /// The most that measured intervals of two axes differ, s.
+    /// Largest difference between the measured intervals of two axes, s.
     pub apart_s: Option<f64>,
     /// Per axis, the largest distance of an edge from its closed-form instant, ns.
     pub error_max_ns: [Option<f64>; AXES],
-    /// 1 is the bound of half a step of either axis.
+    /// Deviation from the straight path; 1 is the bound of half a step of both axes.
     pub path_deviation: Option<f64>,
-    /// Whether all and only the planned steps left.
+    /// Whether exactly the planned steps were made.
     pub exact: bool,
 }
 
 impl MoveFigures {
-    /// How long it lasts, as planned, s.
+    /// Planned duration, s.
     pub fn duration_s(&self) -> f64 {
         self.planned.accel_s + self.planned.cruise_s + self.planned.decel_s
     }
 
-    /// The most that a step of any axis is off its closed-form instant, ns.
+    /// The largest distance of a step of any axis from its closed-form instant, ns.
     pub fn error_max_ns(&self) -> f64 {
         self.error_max_ns.iter().flatten().copied().fold(0.0, f64::max)
     }
@@ -61,82 +61,82 @@ impl MoveFigures {
 pub enum Listed {
     /// All of them.
     All,
-    /// All of a short program. Of a long one the first 1,000, the 500 that last longest and the 500 whose steps are farthest
-    /// from their instants, so that a file of figures stays below 5 MB.
+    /// All of a short program. Of a long one the first 1,000, the 500 of the longest duration, and the 500 with the
+    /// largest errors of their steps, so that a file of figures stays below 5 MB.
     Some,
 }
 
-/// Of so many moves all are listed.
+/// Up to this number, all moves are listed.
 const MOVES_MAX: usize = 2_000;
 const FIRST_MOVES: usize = 1_000;
 const MOST_MOVES: usize = 500;
-/// Of steps lost and of edges that a driver may misread no more are listed, since many are alike.
+/// Largest number of listed losses, and of listed edges that a driver may misread, since many are alike.
 const TROUBLES_MAX: usize = 1_000;
 
-/// How long the moves of a program are, straight from where each begins to where it ends.
+/// Lengths of the moves of a program, each straight from its start to its end.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Lengths {
     /// The shortest.
     pub least_mm: f64,
-    /// As many are shorter as are longer.
+    /// The median.
     pub median_mm: f64,
     /// The longest.
     pub most_mm: f64,
-    /// All together.
+    /// The sum.
     pub total_mm: f64,
 }
 
-/// A run in figures.
+/// The figures of a run.
 #[derive(Clone, Debug, Serialize)]
 pub struct Figures {
-    /// What was run.
+    /// Name of the program.
     pub program: String,
-    /// The line that runs it again, to the byte.
+    /// The command line that repeats the run, to the byte.
     pub replay: String,
     /// Seed of everything random.
     pub seed: u64,
-    /// What made the edges.
+    /// The port that made the edges.
     pub port: Port,
-    /// What it rounds instants to, ns.
+    /// Its tick length, to which instants are rounded, ns.
     pub tick_ns: f64,
     /// Virtual time from power-up to rest, ns.
     pub duration_ns: u64,
-    /// Of which homing, ns.
+    /// The part of it that was homing, ns.
     pub homing_ns: u64,
     /// Steps of all axes, homing included.
     pub steps_total: usize,
     /// The controller's final position.
     pub position_steps: [i32; AXES],
-    /// The same.
+    /// The same in mm.
     pub position_mm: [f64; AXES],
-    /// Where each carriage really is, mm from where its limit switch closes.
+    /// True position of each carriage, mm from where its limit switch closes.
     pub carriage_mm: [f64; AXES],
-    /// How many moves the program has.
+    /// Number of moves of the program.
     pub moves_total: usize,
-    /// How long they are.
+    /// Lengths of the moves.
     pub lengths: Lengths,
-    /// Its moves, those that are [`Listed`].
+    /// The moves that are [`Listed`].
     pub moves: Vec<MoveFigures>,
-    /// How fast each axis was, within moves and at corners.
+    /// Speed and acceleration of each axis, within moves and at corners.
     pub axes: [AxisFigures; AXES],
-    /// How its time is spent, and what keeps it from being faster.
+    /// How the time is spent, and what limits the speed.
     pub pace: Pace,
-    /// What the tool did; not there if it was not used.
+    /// What the tool did; left out if it was not used.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tool: Option<ToolFigures>,
     /// Every promise, and whether it was kept.
     pub verdicts: Vec<Verdict>,
-    /// How many edges a driver may misread.
+    /// Number of edges that a driver may misread.
     pub violations_total: usize,
-    /// They, up to 1,000.
+    /// The first 1,000 of them.
     pub violations: Vec<Violation>,
-    /// How often steps were lost.
+    /// Number of times that steps were lost.
     pub losses_total: usize,
-    /// Steps that no carriage made, up to 1,000 times.
+    /// The first 1,000 of these losses.
     pub losses: Vec<Loss>,
     /// The lines that the controller refused.
     pub refusals: Vec<Refusal>,
-    /// The lines that waited for a person, and were resumed at once.
+    /// The lines that waited for the operator. They were resumed at once.
     pub pauses: Vec<Pause>,
     /// The number after `ALARM:`.
     pub alarm: Option<u8>,
@@ -148,7 +148,7 @@ impl Figures {
         Self::listing(program, outcome, Listed::Some)
     }
 
-    /// The same with the moves that are `listed`.
+    /// As [`new`](Self::new), with the moves that are `listed`.
     pub fn listing(program: &str, outcome: &Outcome, listed: Listed) -> Self {
         let (findings, moves) = look_at(outcome, listed);
         let sources = lines_of_moves::of_moves(outcome);
@@ -206,10 +206,10 @@ impl Lengths {
     }
 }
 
-/// Checks every move; and the moves that are listed, each as its number from 1 and its index in [`Outcome::moves`].
+/// Checks every move. Also returns the listed moves, each as its number from 1 and its index in [`Outcome::moves`].
 fn look_at(outcome: &Outcome, listed: Listed) -> (Findings, Vec<(usize, usize)>) {
     let mut findings = Findings::default();
-    // Duration and error of each move, which has a number and an index.
+    // For each move its duration, its error, and its number and index.
     let mut moves: Vec<(f64, f64, (usize, usize))> = Vec::new();
     for (number, check) in (1..).zip(verify::moves(outcome)) {
         findings.add(&check);

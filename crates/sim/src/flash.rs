@@ -1,4 +1,4 @@
-//! Flash that outlives a simulated machine: NOR cells, the wear of its sectors, and power that goes when told to.
+//! Flash that survives a simulated machine: NOR cells, wear of its sectors, and power cuts on request.
 
 use std::cell::RefCell;
 use std::fmt;
@@ -7,15 +7,15 @@ use std::rc::Rc;
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
 use oorandom::Rand64;
 
-/// As in the chip of a Pico.
+/// Sector size in the chip of a Pico.
 pub const SECTOR_BYTES: usize = 4096;
-/// Programming never goes on from one page to the next by itself.
+/// Page size. An operation never programs across the end of a page.
 const PAGE_BYTES: usize = 256;
-/// What the firmware keeps its settings in.
+/// Size of the firmware's store for settings.
 pub const FLASH_BYTES: usize = 16 * SECTOR_BYTES;
 const ERASED: u8 = 0xFF;
 
-/// A flash, by a handle: clones are the same one.
+/// A handle to a flash; clones refer to the same flash.
 #[derive(Clone)]
 pub struct Flash(Rc<RefCell<Cells>>);
 
@@ -26,47 +26,47 @@ struct Cells {
     fault: Option<Fault>,
 }
 
-/// What happens at a programming or erasing of a page or sector.
+/// A fault while a page is programmed or a sector erased.
 struct Fault {
-    /// When so many have been carried out.
+    /// Number of completed operations after which it comes.
     at_operation: u64,
-    /// How far this one gets; without it the flash refuses.
+    /// If set, the operation stops at a random point. If `None`, the flash refuses it.
     torn: Option<Rand64>,
 }
 
-/// Why an operation was not carried out.
+/// Why an operation failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FlashError {
-    /// Not whole sectors.
+    /// The range is not whole sectors.
     Unaligned,
-    /// Beyond the end.
+    /// The range is beyond the end.
     OutOfBounds,
-    /// A fault that was asked for.
+    /// A fault was injected.
     Refused,
 }
 
 impl Flash {
-    /// All erased.
+    /// A flash that is completely erased.
     pub fn blank() -> Self {
         Self::with(vec![ERASED; FLASH_BYTES])
     }
 
-    /// With these contents.
+    /// A flash with these contents.
     ///
     /// # Panics
-    /// When they are not whole sectors.
+    /// If `bytes` are not whole sectors.
     pub fn with(bytes: Vec<u8>) -> Self {
         assert!(bytes.len().is_multiple_of(SECTOR_BYTES), "{} bytes are not whole sectors", bytes.len());
         let erases = vec![0; bytes.len() / SECTOR_BYTES];
         Self(Rc::new(RefCell::new(Cells { bytes, erases, operations: 0, fault: None })))
     }
 
-    /// What it holds.
+    /// The contents.
     pub fn bytes(&self) -> Vec<u8> {
         self.0.borrow().bytes.clone()
     }
 
-    /// Changes what it holds, without its rules.
+    /// Changes the contents directly, without the rules of a flash.
     pub fn change(&self, change: impl FnOnce(&mut [u8])) {
         change(&mut self.0.borrow_mut().bytes);
     }
@@ -81,8 +81,8 @@ impl Flash {
         self.0.borrow().operations
     }
 
-    /// The power goes in the midst of the operation after `operations` more, at a place that `seed` chooses: nothing works
-    /// until [`mend`](Self::mend).
+    /// Cuts the power during the operation after `operations` more. `seed` chooses the point at which that operation
+    /// stops. After that nothing works until [`mend`](Self::mend).
     pub fn cut_power_after(&self, operations: u64, seed: u64) {
         self.fault_after(operations, Some(Rand64::new(seed.into())));
     }
@@ -92,7 +92,7 @@ impl Flash {
         self.fault_after(0, None);
     }
 
-    /// Works again.
+    /// Removes the fault.
     pub fn mend(&self) {
         self.0.borrow_mut().fault = None;
     }
@@ -112,7 +112,7 @@ impl Cells {
         if aligned { Ok(()) } else { Err(FlashError::Unaligned) }
     }
 
-    /// Brings the cells from `from` on to `wanted`, or as far as a fault lets it.
+    /// Changes the cells from index `from` on to `wanted`, or as far as a fault allows.
     fn operate(&mut self, from: usize, wanted: &[u8]) -> Result<(), FlashError> {
         let cells = &mut self.bytes[from..from + wanted.len()];
         match &mut self.fault {
@@ -129,8 +129,8 @@ impl Cells {
     }
 }
 
-/// Leaves cells on their way: some of the bytes, from the front, from the back or here and there, or some of the bits have arrived.
-/// An erase brings all of them to 0 first.
+/// Leaves cells in an intermediate state: only some bytes have changed (from the front, from the back or at random), or
+/// only some bits. An erase may first set them all to 0.
 fn tear(cells: &mut [u8], wanted: &[u8], random: &mut Rand64) {
     let erases = cells.iter().zip(wanted).any(|(&is, &to)| is & to != to);
     let to_zero = erases && random.rand_range(0..3) == 0;
@@ -150,7 +150,7 @@ fn tear(cells: &mut [u8], wanted: &[u8], random: &mut Rand64) {
     }
 }
 
-/// All bits of a byte, or none.
+/// All bits of a byte if it has changed, otherwise none.
 fn whole(arrived: bool) -> u8 {
     if arrived { 0xFF } else { 0 }
 }
@@ -196,7 +196,7 @@ impl NorFlash for Flash {
         let mut left = bytes;
         while !left.is_empty() {
             let (part, rest) = left.split_at(left.len().min(PAGE_BYTES - from % PAGE_BYTES));
-            // Bits go from 1 to 0, none the other way.
+            // Programming changes bits from 1 to 0 only.
             let wanted: Vec<u8> = cells.bytes[from..].iter().zip(part).map(|(&is, &to)| is & to).collect();
             cells.operate(from, &wanted)?;
             (from, left) = (from + part.len(), rest);

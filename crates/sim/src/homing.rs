@@ -1,4 +1,4 @@
-//! How well homing finds the same place again: one axis homed many times, from other places each time.
+//! Measures the repeatability of homing: homes one axis many times, each time from another position.
 
 use isostep_console::Settings;
 use isostep_motion::Axis;
@@ -8,50 +8,50 @@ use crate::config::Config;
 use crate::executor::RunError;
 use crate::sim::Sim;
 
-/// The most that a carriage stands away from its zero before it homes, mm.
+/// Largest distance of a carriage from its zero before it homes, mm.
 const AWAY_MAX_MM: f32 = 5.0;
 
-/// Where one homing ended.
+/// The result of one homing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Latch {
-    /// Where the switch closed for it, steps from the switch's place; negative is beyond it.
+    /// Where the switch closed, steps from the switch's nominal position; negative is beyond it.
     pub closed_steps: i32,
-    /// Where the latch ended, from which the pull-off to zero is counted: steps from the switch's place.
+    /// Where the latch ended, steps from the switch's nominal position. The pull-off to zero counts from there.
     pub set_steps: i32,
 }
 
 impl Latch {
-    /// How much later than the switch's closing the latch ended: what the controller adds, steps.
+    /// Distance from the closing of the switch to the end of the latch, steps. The controller's reaction adds this.
     pub fn late_steps(&self) -> i32 {
         self.closed_steps - self.set_steps
     }
 }
 
-/// Why there are no latches.
+/// Why there are no results.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum HomingError {
     /// The machine did not come to rest.
     #[error(transparent)]
     Run(#[from] RunError),
-    /// It answered otherwise than with ok.
+    /// It gave another answer than ok.
     #[error("latch {latch} of {axis}: the machine says `{reply}`")]
     Refused {
-        /// Which one, from 1.
+        /// Number of the latch, from 1.
         latch: u32,
-        /// Of which axis.
+        /// The axis.
         axis: Axis,
-        /// Its words.
+        /// The answer.
         reply: String,
     },
 }
 
-/// `config` with every switch at the low end of its axis, or at the high end (`$23`).
+/// A copy of `config` with every switch at the low end of its axis if `negative`, otherwise at the high end (`$23`).
 pub fn towards(config: &Config, negative: bool) -> Config {
     let homing_direction_mask = if negative { 0b111 } else { 0 };
     Config { settings: Settings { homing_direction_mask, ..config.settings }, ..config.clone() }
 }
 
-/// Homes `axis` so many times on the machine of `config`.
+/// Homes `axis` `count` times on the machine of `config`.
 ///
 /// # Errors
 /// [`HomingError`].

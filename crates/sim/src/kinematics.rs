@@ -1,4 +1,5 @@
-//! How fast each axis was, and how it accelerated, beside its limits: within moves from its edges alone, and at corners.
+//! Speed, acceleration and speed jumps of each axis, compared with their limits. Measured from the edges within moves;
+//! jumps at corners are as planned.
 
 use isostep_motion::{AXES, Axis};
 use serde::Serialize;
@@ -7,46 +8,46 @@ use crate::corners;
 use crate::measure::limits::{self, Ends, LimitRatios};
 use crate::outcome::Outcome;
 
-/// A figure and its limit, both in one unit.
+/// A value and its limit, both in the same unit.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct OfLimit {
-    /// The highest.
+    /// The highest value found.
     pub found: f64,
-    /// What it may be.
+    /// Its limit.
     pub limit: f64,
 }
 
-/// Where the speed of an axis jumps most.
+/// The largest jump of an axis's speed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct JumpFigures {
-    /// By how much, mm/s.
+    /// Size of the jump, mm/s.
     pub mm_s: f64,
     /// The same, mm/min.
     pub mm_min: f64,
-    /// At the beginning of this move of the program, from 1.
+    /// Number of the move at whose beginning it is, from 1.
     pub move_number: usize,
-    /// Which is of this line of the program, from 1, if that is known.
+    /// The line of this move in the program, from 1, if known.
     pub line: Option<usize>,
 }
 
-/// The motion of an axis in a program. Homing, which stops abruptly at switches, is not looked at.
+/// The motion of an axis in a program. Homing is excluded because it stops abruptly at switches.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct AxisFigures {
-    /// Its name.
+    /// Name of the axis.
     pub axis: String,
-    /// Measured from the edges within each move, so corners apart, to 1 %: mm/s.
+    /// Speed, measured from the edges within each move, that is without corners; accurate to 1 %: mm/s.
     pub speed_mm_s: OfLimit,
-    /// Likewise, mm/s².
+    /// Acceleration, measured in the same manner, mm/s².
     pub accel_mm_s2: OfLimit,
-    /// Likewise, mm/s².
+    /// Deceleration, measured in the same manner, mm/s².
     pub decel_mm_s2: OfLimit,
-    /// At a corner, as planned; null where no move follows another without a stop.
+    /// Largest planned jump at a corner; null if no move follows another without a stop.
     pub jump: Option<JumpFigures>,
-    /// The most that the corner rule lets it jump: [`corners`]. mm/s.
+    /// Largest jump that the corner rule allows, mm/s: see [`corners`].
     pub jump_limit_mm_s: f64,
 }
 
-/// Of every axis, beside the limits at the end of the run; `lines` are those of all moves.
+/// The figures of every axis, compared with the limits at the end of the run; `lines` are the lines of all moves.
 pub fn axes(outcome: &Outcome, lines: &[Option<usize>]) -> [AxisFigures; AXES] {
     let (ratios, jumps) = (ratios(outcome), corners::largest_jumps(outcome));
     std::array::from_fn(|axis| {
@@ -71,7 +72,7 @@ pub fn axes(outcome: &Outcome, lines: &[Option<usize>]) -> [AxisFigures; AXES] {
     })
 }
 
-/// The highest of all moves of the program, each as a fraction of its limit.
+/// The highest values over all moves of the program, each as a fraction of its limit.
 fn ratios(outcome: &Outcome) -> [LimitRatios; AXES] {
     let off_s = outcome.config.port.tolerance_ns() * 1e-9;
     let mut highest = [LimitRatios::default(); AXES];
@@ -79,7 +80,7 @@ fn ratios(outcome: &Outcome) -> [LimitRatios; AXES] {
         let times_s = crate::verify::axis_times_s(record, &outcome.edges[record.edges.clone()]);
         for (axis, times_s) in times_s.iter().enumerate() {
             let own = &outcome.limits[axis];
-            // What a move begins and ends with is for the corners.
+            // The entry and exit speeds of a move are checked as corners.
             let ends = Ends { at_rest: [false; 2] };
             let ratios = limits::ratios(times_s, off_s, own, outcome.speed_law, ends, |_| own.top_speed_steps_s);
             highest[axis] = highest[axis].max(ratios);
@@ -93,7 +94,7 @@ mod tests {
     use super::*;
     use crate::{Config, Figures, run};
 
-    /// To 40 mm/s at 50 mm/s², corners by `$11=0.01`.
+    /// Moves at 40 mm/s with 50 mm/s², corners by `$11=0.01`.
     #[test]
     fn an_axis_comes_to_its_limits_and_jumps_at_its_corner() {
         let program = b"G91 G1 F2400 X40\nX40\n(an edge)\nY30\n";

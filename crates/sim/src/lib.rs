@@ -1,4 +1,4 @@
-//! The controller on the host, in virtual time, with a world around it that can be trusted to object.
+//! The controller on the host, in virtual time, in a simulated world that detects its errors.
 //!
 //! # Design
 //! ```text
@@ -13,15 +13,16 @@
 //!          violations     lost steps   end stops                  what they must not
 //! ```
 //! - [`executor`] and [`time`] make a run a function of its tasks: no wall clock, no threads, no hash order.
-//! - [`world`] judges every edge as it happens: the [`driver`]'s timing, the [`motor`]'s torque, the [`plant`]'s ends.
-//! - [`verify`] judges every move afterwards, against the closed form of its plan; [`measure`] finds the
-//!   intervals of each axis again from its edges alone, and how near it came to its limits; [`corners`] tells by how much
-//!   its speed jumps from move to move, [`pace`] what keeps a program from being faster.
-//! - [`trace`], [`vcd`], [`Figures`] and [`report`] write it all down, byte for byte the same for the same run.
-//! - [`homing`] homes an axis many times, to see how well its zero is found again.
-//! - [`analysis`] takes derivatives, and models what a profile's acceleration does to a carriage that rings.
+//! - [`world`] checks every edge as it happens: the timing of the [`driver`], the torque of the [`motor`], the end
+//!   stops of the [`plant`].
+//! - [`verify`] checks every move afterwards, against the closed form of its plan. [`measure`] finds the intervals of
+//!   each axis from its edges alone, and how close it came to its limits. [`corners`] computes how much its speed jumps
+//!   from move to move, and [`pace`] what limits the speed of a program.
+//! - [`trace`], [`vcd`], [`Figures`] and [`report`] write the results; equal runs give equal bytes.
+//! - [`homing`] homes an axis many times, to measure how accurately its zero is found.
+//! - [`analysis`] computes derivatives, and models what a profile's acceleration does to a carriage that oscillates.
 //!
-//! [`run`] runs a whole program; [`Sim`] is the same machine to be run in steps, for dialogues.
+//! [`run`] runs a whole program. [`Sim`] is the same machine, run step by step for dialogues.
 //!
 //! ```
 //! use isostep_sim::{Config, Figures, run};
@@ -82,3 +83,8 @@ pub use moves::MoveRecord;
 pub use outcome::Outcome;
 pub use plant::SwitchFault;
 pub use sim::{Came, Progress, Silencer, Sim, SimError, Stimulus, run, run_watched, run_with};
+
+/// The examples of the README are run as those here are.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -1,5 +1,5 @@
-//! Which line of the program each move is of, and what the line asks for. No move says so: the lines are read again, and
-//! moves are told by where they end.
+//! Finds the line of the program that each move comes from, and what this line asks for. Moves do not record their
+//! line, so the lines are read again, and moves are recognised by their end positions.
 
 use isostep_console::{Command, Interpreter, Modal, Move, Rate, ReportedState, Settings, Spindle};
 use isostep_motion::{AXES, Level, Power, whole_steps};
@@ -7,26 +7,26 @@ use isostep_motion::{AXES, Level, Power, whole_steps};
 use crate::outcome::Outcome;
 use crate::program::stripped;
 
-/// Lines of which no move is found, before the search is given up: each search looks at all moves that are left.
+/// The search ends after this many lines for which no move was found, because each search looks at all remaining moves.
 const MISSES_MAX: usize = 100;
 
-/// Where a move comes from.
+/// The origin of a move in the program.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Source {
     /// Its line of the program, from 1.
     pub line: usize,
     /// The speed that the line asks for.
     pub rate: Rate,
-    /// Whether the line asks for a stop at its end.
+    /// Whether the line asks for an exact stop.
     pub exact_stop: bool,
-    /// Whether it is a chord of an arc that goes on behind it: its end is no corner of the program.
+    /// Whether it is a chord that is not the last of its arc. Its end is then not a corner of the program.
     pub in_arc: bool,
-    /// How strongly a laser is to shine in it.
+    /// The power of the laser during the move.
     pub power: Power,
 }
 
-/// Of each of [`Outcome::moves`] its source. `None` for homing, and where moves end elsewhere than their lines say: after a
-/// program that changes `$100`, or in which a jog was cancelled.
+/// The source of each of [`Outcome::moves`]. `None` for homing, and where moves do not end where their lines say: after
+/// a program that changes `$100`, or if a jog was cancelled.
 pub fn of_moves(outcome: &Outcome) -> Vec<Option<Source>> {
     let mut reader = Reader {
         outcome,
@@ -49,9 +49,9 @@ pub(crate) fn accepted_lines(outcome: &Outcome) -> impl Iterator<Item = (usize, 
     sent.filter(move |&(number, _)| refusals.next_if_eq(&number).is_none())
 }
 
-/// Whether the program sets steps/mm or anything that limits speed behind its first move; homing is none.
+/// Whether the program sets steps/mm or anything that limits speed after its first move (homing is not a move).
 pub(crate) fn sets_limits_on_the_way(outcome: &Outcome) -> bool {
-    // Few programs set anything, and to understand all lines takes time.
+    // Few programs set anything, and interpreting all lines takes time.
     if !accepted_lines(outcome).any(|(_, text)| text.contains(&b'$')) {
         return false;
     }
@@ -77,7 +77,7 @@ pub(crate) fn sets_limits_on_the_way(outcome: &Outcome) -> bool {
     })
 }
 
-/// Whether the setting says how long a step is, or how fast a move or a corner may be.
+/// Whether the setting defines the length of a step, or limits the speed of a move or a corner.
 fn is_limit(number: u16) -> bool {
     let of_axes = matches!(number, 100..=102 | 110..=112 | 120..=122 | 910..=912 | 920..=922 | 930..=932);
     of_axes || matches!(number, 11 | 900 | 940)
@@ -86,9 +86,9 @@ fn is_limit(number: u16) -> bool {
 struct Reader<'a> {
     outcome: &'a Outcome,
     interpreter: Interpreter,
-    /// Those that are in force.
+    /// The settings in force.
     settings: Settings,
-    /// The first move whose line has not been read.
+    /// Index of the first move whose line has not been read.
     next: usize,
     misses: usize,
     sources: Vec<Option<Source>>,
@@ -118,7 +118,7 @@ impl Reader<'_> {
         }
     }
 
-    /// As the controller asks for it, but for a line that ends the program, too.
+    /// The power that the controller asks for, except in a line that also ends the program.
     fn power(&self, rate: Rate) -> Power {
         let Modal { spindle, speed_rpm, .. } = *self.interpreter.modal();
         let level = Level::of_ratio(speed_rpm / self.settings.spindle_max_rpm);
@@ -130,14 +130,14 @@ impl Reader<'_> {
         }
     }
 
-    /// The moves up to the first that ends there are of this line: one, or the chords of an arc.
+    /// Assigns the moves up to the first that ends at the target to this line: one move, or the chords of an arc.
     fn take(&mut self, line: usize, motion: Move) {
         let Move { target_mm, rate, arc, exact_stop } = motion;
         let steps_per_mm = self.outcome.steps_per_mm;
         let target_steps: [i32; AXES] =
             std::array::from_fn(|axis| whole_steps(target_mm[axis].into(), steps_per_mm[axis]));
         let left = &self.outcome.moves[self.next..];
-        // A straight way to where it stands is no move.
+        // A straight move to the present position is not made at all.
         let is_there = left.first().is_none_or(|record| record.origin_steps == target_steps);
         if (is_there && arc.is_none()) || self.misses > MISSES_MAX {
             return;

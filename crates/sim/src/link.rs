@@ -1,4 +1,4 @@
-//! A byte link in memory: what USB or a UART is to a board.
+//! A byte link in memory, which stands for USB or a UART.
 
 use std::cell::RefCell;
 use std::collections::VecDeque;
@@ -11,7 +11,7 @@ use embedded_io_async::{ErrorType, Read, Write};
 
 use crate::time::Clock;
 
-/// Bytes one way, unbounded: flow control is the sender's affair, as with a real console.
+/// Bytes in one direction, unbounded. Flow control is left to the sender, as with a real console.
 #[derive(Clone, Default)]
 pub struct Pipe(Rc<RefCell<State>>);
 
@@ -19,26 +19,26 @@ pub struct Pipe(Rc<RefCell<State>>);
 struct State {
     bytes: VecDeque<u8>,
     reader: Option<Waker>,
-    /// Nobody takes what is written.
+    /// Nobody takes the written bytes.
     is_stalled: bool,
     writer: Option<Waker>,
 }
 
 impl Pipe {
-    /// Empty.
+    /// An empty pipe.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// From now on nobody takes what is written, or somebody does again: a host that does not read, by an end of the link that keeps
-    /// nothing.
+    /// Stops or resumes taking written bytes. A stalled pipe is a host that does not read, and the pipe has no buffer
+    /// for it.
     pub fn stall(&self, is_stalled: bool) {
         let mut state = self.0.borrow_mut();
         state.is_stalled = is_stalled;
         state.writer.take().into_iter().for_each(Waker::wake);
     }
 
-    /// Waits until what is written is taken.
+    /// Waits until the pipe is not stalled.
     async fn flowing(&self) {
         poll_fn(|context| {
             let mut state = self.0.borrow_mut();
@@ -58,22 +58,22 @@ impl Pipe {
         state.reader.take().into_iter().for_each(Waker::wake);
     }
 
-    /// Takes what is there.
+    /// Takes all bytes.
     pub fn take(&self) -> Vec<u8> {
         self.0.borrow_mut().bytes.drain(..).collect()
     }
 
-    /// How many bytes are there.
+    /// Number of bytes in the pipe.
     pub fn len(&self) -> usize {
         self.0.borrow().bytes.len()
     }
 
-    /// Whether everything was read.
+    /// Whether all bytes have been read.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Waits until there is something.
+    /// Waits until the pipe has bytes.
     async fn filled(&self) {
         poll_fn(|context| {
             let mut state = self.0.borrow_mut();
@@ -122,26 +122,26 @@ impl Write for Pipe {
     }
 }
 
-/// Start bit, eight bits, stop bit.
+/// One start bit, eight data bits and one stop bit.
 const BITS_PER_BYTE: u64 = 10;
 
-/// A UART's end of one wire: what is read from the pipe, or written to it, takes the wire's time, byte by byte. A byte
-/// sets out when it is asked for, as at once by a reader that never does anything else.
+/// A UART's end of one wire. Each byte that is read from the pipe or written to it takes its time on the wire. A byte
+/// is sent when it is asked for; a reader that does nothing but read asks at once.
 pub struct Uart {
     pipe: Pipe,
     clock: Clock,
     byte_ns: u64,
-    /// When the wire is through with its last byte.
+    /// When the last byte has left the wire.
     free_ns: u64,
 }
 
 impl Uart {
-    /// The end of a wire of `baud`, which must not be zero; the rest of the wire is the pipe.
+    /// The end of a wire of `baud`, which must not be zero. The pipe is the rest of the wire.
     pub fn new(pipe: Pipe, clock: Clock, baud: u32) -> Self {
         Self { pipe, clock, byte_ns: BITS_PER_BYTE * 1_000_000_000 / u64::from(baud), free_ns: 0 }
     }
 
-    /// Waits until the wire has carried one more byte, which goes on it now if it is free.
+    /// Waits until the wire has transferred one more byte, which begins now or when the wire is free.
     async fn carry(&mut self) {
         let at_ns = self.free_ns.max(self.clock.now_ns()) + self.byte_ns;
         self.clock.until(at_ns).await;
@@ -155,7 +155,7 @@ impl ErrorType for Uart {
 
 impl Read for Uart {
     /// # Cancellation
-    /// Safe: no byte is lost; one that was on its way starts anew.
+    /// Safe: no byte is lost; a byte that was on its way is sent again from its start.
     async fn read(&mut self, buffer: &mut [u8]) -> Result<usize, Infallible> {
         if buffer.is_empty() {
             return Ok(0);
@@ -168,7 +168,7 @@ impl Read for Uart {
 
 impl Write for Uart {
     /// # Cancellation
-    /// Safe: the byte on its way was not written.
+    /// Safe: a byte on its way was not written.
     async fn write(&mut self, bytes: &[u8]) -> Result<usize, Infallible> {
         let Some(first) = bytes.get(..1) else { return Ok(0) };
         self.pipe.flowing().await;
@@ -181,12 +181,12 @@ impl Write for Uart {
     }
 }
 
-/// Cuts a stream of bytes into lines.
+/// Splits a stream of bytes into lines.
 #[derive(Debug, Default)]
 pub struct Lines(Vec<u8>);
 
 impl Lines {
-    /// Adds bytes; returns the lines they complete, without line ends and without empty ones.
+    /// Adds bytes and returns the lines that they complete, without line ends and without empty lines.
     pub fn push(&mut self, bytes: &[u8]) -> Vec<String> {
         self.0.extend(bytes);
         let Some(end) = self.0.iter().rposition(|&byte| byte == b'\n') else { return Vec::new() };

@@ -1,23 +1,25 @@
-//! The intervals of an axis, measured from the instants of its own edges and nothing else.
+//! Measures the intervals of an axis from the instants of its own edges and nothing else.
 //!
 //! # Method
-//! This is for constant acceleration from and to rest; moves of any other kind are fitted by the shape of their ramps
-//! (`by_shape`). The k-th step of n leaves at displacement x = k - 1/2. From rest at constant acceleration its instant is a straight
-//! line over the square root of x; at constant speed, over x; at constant deceleration to rest, over the square root
-//! of n - x. So:
+//! This is for constant acceleration from rest and to rest; all other moves are fitted by the shape of their ramps
+//! (`by_shape`). The k-th step of n is made at displacement x = k - 1/2. At constant acceleration from rest, its
+//! instant is a linear function of the square root of x; at constant speed, of x; at constant deceleration to rest, of
+//! the square root of n - x. So:
 //!
-//! 1. From the front, fit t = t_start + c sqrt(x) by least squares and take in edge after edge while the next
-//!    lies close to the line; the acceleration is a = 2/c². The same from the back gives the deceleration d and the
-//!    end, hence the whole duration T.
-//! 2. What lies between, less a tenth at each side for what crept into the ramps, is fitted by t = t_0 + x/v.
-//! 3. t_accel = v/a, t_decel = v/d, and t_cruise is what they leave of T.
+//! 1. From the front, fit t = t_start + c sqrt(x) by least squares, and add edge after edge while the next lies close
+//!    to the line. The acceleration is a = 2/c². The same from the back gives the deceleration d and the end, and so
+//!    the total duration T.
+//! 2. The edges in between are fitted by t = t_0 + x/v. A tenth at each end is left out, because these edges may belong
+//!    to the ramps.
+//! 3. t_accel = v/a, t_decel = v/d, and t_cruise is the rest of T.
 //!
-//! With few steps between the ramps, v follows better from the distance: n = v T - v²/2 (1/a + 1/d), whose root is
-//! t_cruise = sqrt(T² - 2 n (1/a + 1/d)). Of the two ways the one that resolves more is taken.
+//! With few steps between the ramps, v is better computed from the distance: n = v T - v²/2 (1/a + 1/d), whose root is
+//! t_cruise = sqrt(T² - 2 n (1/a + 1/d)). The method with the finer resolution is used.
 //!
-//! How much that is follows from the grain, the width of the band in which instants lie about their line: it shifts a
-//! line over a span s by a fraction of about grain/s. The grain is a tick, or what the edges of the ramps are seen to deviate.
-//! So a measurement comes with its resolution, and two that differ by less are equal.
+//! The resolution follows from the grain, the width of the band in which the instants lie about their line. The grain
+//! shifts a line over a span s by a fraction of about grain/s. It is one tick, or the observed deviation of the edges
+//! of the ramps if that is more. So a measurement comes with its resolution, and two that differ by less count as
+//! equal.
 
 mod by_shape;
 pub mod kept;
@@ -28,66 +30,66 @@ use isostep_profile::Profile;
 
 use crate::config::Port;
 
-/// The next edge still belongs to a ramp while it is this many times what an instant may be off from the line: the line
-/// through few points is itself off by several times that.
+/// The next edge still belongs to a ramp if its distance from the line is at most this many times the tolerance of an
+/// instant: a line through few points is itself off by several times the tolerance.
 const STRAY_MAX: f64 = 6.0;
-/// Fewer edges than this do not make a line worth trusting.
+/// With fewer edges than this, a line is not reliable.
 const EDGES_MIN: usize = 4;
 
-/// How long an axis accelerates, cruises and decelerates, s.
+/// Durations of acceleration, cruise and deceleration of an axis, s.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Intervals {
-    /// Accelerating.
+    /// Acceleration.
     pub accel_s: f64,
-    /// At constant speed.
+    /// Constant speed.
     pub cruise_s: f64,
-    /// Decelerating.
+    /// Deceleration.
     pub decel_s: f64,
 }
 
 impl Intervals {
-    /// The largest difference between an interval here and there, s.
+    /// The largest difference between corresponding intervals, s.
     pub fn apart_s(&self, other: &Self) -> f64 {
         let accel_s = (self.accel_s - other.accel_s).abs();
         accel_s.max((self.cruise_s - other.cruise_s).abs()).max((self.decel_s - other.decel_s).abs())
     }
 }
 
-/// Intervals and how finely they are known.
+/// Intervals and their resolution.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Measured {
-    /// What was found.
+    /// The measured intervals.
     #[serde(flatten)]
     pub intervals: Intervals,
-    /// What each may be off, s.
+    /// How far each of them may be off, s.
     pub resolution_s: f64,
 }
 
 impl Measured {
-    /// Whether both may be the same intervals.
+    /// Whether both may be the same intervals, within their resolution.
     pub fn agrees(&self, other: &Self) -> bool {
         self.intervals.apart_s(&other.intervals) <= self.resolution_s + other.resolution_s
     }
 }
 
-/// How far an edge made by `port` may be from its instant to be measured by, ns.
+/// The largest distance of an edge made by `port` from its instant at which it can still be measured, ns.
 pub fn stray_max_ns(port: Port) -> f64 {
     STRAY_MAX * port.tolerance_ns()
 }
 
-/// Measures an axis of a move planned as `profile`; `times_s` are all its edges, made by `port`. `None` when they do not
-/// tell.
+/// Measures an axis of a move planned as `profile`; `times_s` are all its edges, made by `port`. `None` if they are not
+/// sufficient.
 pub fn intervals_of(profile: &Profile, times_s: &[f64], port: Port) -> Option<Measured> {
     if is_even_from_rest(profile) { intervals(times_s, port) } else { by_shape::intervals(times_s, profile, port) }
 }
 
-/// Of all laws only constant acceleration begins without jerk.
+/// Whether it is constant acceleration from rest to rest. Of all laws, only this one begins without jerk.
 fn is_even_from_rest(profile: &Profile) -> bool {
     let [begin, end] = [0.0, profile.duration_s()].map(|t_s| profile.jerk_at(t_s));
     profile.entry_speed_steps_s() == 0.0 && profile.exit_speed_steps_s() == 0.0 && begin == 0.0 && end == 0.0
 }
 
-/// Measures an axis that moves from rest to rest; `times_s` are all its edges, made by `port`. `None` when a ramp has too
+/// Measures an axis that moves from rest to rest; `times_s` are all its edges, made by `port`. `None` if a ramp has too
 /// few of them.
 pub fn intervals(times_s: &[f64], port: Port) -> Option<Measured> {
     let n = times_s.len();
@@ -102,17 +104,17 @@ pub fn intervals(times_s: &[f64], port: Port) -> Option<Measured> {
     let speed = by_line.filter(|line| line.resolution_s < by_distance.resolution_s).unwrap_or(by_distance);
     let (accel_s, decel_s) = (speed.value / forward.accel, speed.value / backward.accel);
     let intervals = Intervals { accel_s, cruise_s: duration_s - accel_s - decel_s, decel_s };
-    // The fits of two ramps and of the duration add their grains.
+    // The errors of the fits of two ramps and of the duration add up.
     Some(Measured { intervals, resolution_s: speed.resolution_s + 6.0 * grain_s })
 }
 
-/// A cruise speed, and what it leaves open of an interval.
+/// A cruise speed, and the resolution of an interval that follows from it.
 struct Speed {
     value: f64,
     resolution_s: f64,
 }
 
-/// A ramp is at most the whole duration, and off by as large a share as the speed.
+/// A ramp is no longer than the total duration, and its relative error is that of the speed.
 fn speed_by_line(times_s: &[f64], between: std::ops::Range<usize>, duration_s: f64, grain_s: f64) -> Option<Speed> {
     let margin = between.len().div_ceil(10);
     let inner = between.start + margin..between.end.saturating_sub(margin);
@@ -127,7 +129,8 @@ fn speed_by_line(times_s: &[f64], between: std::ops::Range<usize>, duration_s: f
     Some(Speed { value: 1.0 / sums.line().slope, resolution_s: duration_s * grain_s / span_s })
 }
 
-/// The root resolves little near zero: the square of the cruise is known to a few grains' share of the ramps.
+/// Near zero the root has a poor resolution: the relative error of the squared cruise is a few times grain/ramp
+/// duration.
 fn speed_by_distance(n: f64, duration_s: f64, ramps: [&Ramp; 2], grain_s: f64) -> Speed {
     let per_speed_s: f64 = ramps.iter().map(|ramp| 1.0 / ramp.accel).sum();
     let shortest_s = ramps[0].span_s().min(ramps[1].span_s());
@@ -143,12 +146,12 @@ struct Ramp {
     accel: f64,
     line: Line,
     edges: usize,
-    /// The width of the band about the line that would hold its edges if they were spread evenly.
+    /// Width of the band about the line that holds its edges, if they are evenly distributed in it.
     grain_s: f64,
 }
 
 impl Ramp {
-    /// The time it covers.
+    /// The duration of the ramp.
     fn span_s(&self) -> f64 {
         self.line.slope * (self.edges as f64).sqrt()
     }
@@ -164,11 +167,11 @@ impl Ramp {
         }
         let (line, edges) = (sums.line(), sums.count);
         let strays_s = points.take(edges).map(|(root, t_s)| line.stray_s(root, t_s));
-        // Fewer points than the least were no ramp if they are not on a line themselves.
+        // Fewer points than the minimum are not a ramp, nor are points that are not on a line.
         if edges < EDGES_MIN || strays_s.clone().any(|stray_s| stray_s > stray_max_s) {
             return None;
         }
-        // In a band of that width the mean distance from its middle is a quarter of it.
+        // In such a band the mean distance from its middle is a quarter of its width.
         let grain_s = 4.0 * strays_s.sum::<f64>() / edges as f64;
         Some(Self { accel: 2.0 / line.slope.powi(2), line, edges, grain_s })
     }
@@ -185,13 +188,13 @@ impl Line {
         self.offset + self.slope * x
     }
 
-    /// How far a point is from it.
+    /// Distance of a point from the line.
     fn stray_s(&self, x: f64, t_s: f64) -> f64 {
         (self.at(x) - t_s).abs()
     }
 }
 
-/// Running sums of a least-squares line, centred on the first point so that little cancels.
+/// Running sums of a least-squares line, relative to the first point to reduce cancellation.
 #[derive(Default)]
 struct Sums {
     count: usize,
@@ -229,13 +232,13 @@ mod tests {
 
     use super::*;
 
-    /// Instants of an axis, rounded to the port's tick as the simulator's are.
+    /// Instants of an axis, rounded to the port's tick as in the simulator.
     fn ticked(plan: &SyncMove<2>, axis: usize, port: Port) -> Vec<f64> {
         let tick_s = port.tick_ns() * 1e-9;
         (1..=plan.steps[axis].unsigned_abs()).map(|k| (plan.step_time_s(axis, k) / tick_s).round() * tick_s).collect()
     }
 
-    /// Of each axis that can be measured: how far it is from the plan, and how far it may be; ticks.
+    /// For each axis that can be measured: its difference from the plan and the tolerance, both in ticks.
     fn apart_ticks(steps: [i32; 2], accels: (f64, f64), law: IntervalLaw, port: Port) -> Vec<(f64, f64)> {
         let limits = Limits {
             start_speed_steps_s: 0.0,
@@ -270,7 +273,7 @@ mod tests {
 
     #[test]
     fn what_is_measured_is_right_within_its_resolution() {
-        // Triangles, a cruise of a few steps, and few steps at all.
+        // Triangles, cruises of a few steps, and moves of few steps.
         for long in [14, 150, 1_000, 2_304, 2_310, 2_330, 2_400, 2_500, 3_000] {
             for short in [12, 100, long / 2, long] {
                 for law in [IntervalLaw::Fastest, IntervalLaw::Thirds] {

@@ -1,16 +1,18 @@
-//! What of the machine is as its settings say: its motors, its resolution, its end stops and its wiring.
+//! The parts of the machine that follow its settings: motors, resolution and end stops. Also its wiring, which does
+//! not.
 
 use isostep_motion::{AXES, Config, Direction};
 
 use crate::motor::PullOutCurve;
 
-/// From a limit switch to the end stop behind it, and from the far end of the travel to the one there, mm.
+/// Distance from a limit switch to the end stop behind it, and from the other end of the travel to the end stop there,
+/// mm.
 const END_STOP_MARGIN_MM: f64 = 3.0;
 
-/// What follows the settings when they change: whoever changes them has built another machine.
+/// The mechanics that follow the settings: whoever changes these settings has built another machine.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mechanics {
-    /// Microsteps that move a carriage by a millimetre.
+    /// Microsteps per millimetre.
     pub steps_per_mm: [f64; AXES],
     /// The motors.
     pub motors: [PullOutCurve; AXES],
@@ -19,7 +21,8 @@ pub struct Mechanics {
 }
 
 impl Mechanics {
-    /// Those of a machine that `config` describes, with `motor` for every axis; without one, each axis has one that fits.
+    /// The mechanics of a machine that `config` describes, with `motor` for every axis. If `None`, each axis has one
+    /// that fits.
     pub fn of(config: &Config, motor: Option<PullOutCurve>) -> Self {
         let end_stops_mm = |axis: usize| {
             let far_mm = config.homing.pull_off_mm + config.travel_mm[axis];
@@ -42,12 +45,12 @@ pub fn fitting(config: &Config, axis: usize) -> PullOutCurve {
     PullOutCurve::fitting(&config.limits[axis], config.homing.seek_mm_s * config.steps_per_mm[axis])
 }
 
-/// How the machine is wired: as its settings are at power-up. To set them otherwise later does not move a wire.
+/// The wiring of the machine, as in its settings at power-up. Changing these settings later does not change the wiring.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Wiring {
-    /// 1 where an axis moves towards positive while its DIR is high, otherwise -1.
+    /// 1 where an axis moves in the positive direction while its DIR is high, otherwise -1.
     pub dir_high: [i32; AXES],
-    /// 1 where positive is away from an axis's limit switch, otherwise -1.
+    /// 1 where the positive direction is away from an axis's limit switch, otherwise -1.
     pub away: [i32; AXES],
     /// The drivers are enabled while ENABLE is high.
     pub enable_high: bool,
@@ -58,7 +61,7 @@ pub struct Wiring {
 }
 
 impl Wiring {
-    /// Those of a machine that `config` describes.
+    /// The wiring of a machine that `config` describes.
     pub fn of(config: &Config) -> Self {
         let sign = |is_positive: bool| if is_positive { 1 } else { -1 };
         Self {

@@ -1,58 +1,58 @@
-//! A stepper motor that loses steps when asked for more than its pull-out curve allows.
+//! A stepper motor that loses steps when it is driven beyond its pull-out curve.
 //!
 //! # Model
-//! - Within the *pull-in* (start-stop) rate the rotor follows any edge, jumps and reversals included.
-//! - Above it, the acceleration that torque has to spare falls linearly from `accel_at_rest_steps_s2` at standstill
-//!   to zero at `speed_max_steps_s`. Asked for more, up or down, the rotor pulls out: it stalls, and loses
-//!   every step until the rate asked is back within the pull-in rate.
-//! - Edges that cease, or reverse, above the pull-in rate leave the rotor coasting: it overshoots by the way that its
-//!   best deceleration needs down to the pull-in rate.
+//! - Up to the *pull-in* (start-stop) rate the rotor follows any edge, including jumps and reversals.
+//! - Above it, the acceleration that the torque allows falls linearly from `accel_at_rest_steps_s2` at standstill to
+//!   zero at `speed_max_steps_s`. If more is asked for, up or down, the rotor pulls out: it stalls and loses every step
+//!   until the rate is again within the pull-in rate.
+//! - If edges cease or reverse above the pull-in rate, the rotor continues to turn. It overshoots by the distance that
+//!   its best deceleration needs down to the pull-in rate.
 //!
-//! Rates are averaged over one electrical period, four full steps: within it the rotor's inertia swallows the jitter of
-//! microsteps, so one tick of a timer is not taken for an acceleration.
+//! Rates are averaged over one electrical period, four full steps. Within it, the rotor's inertia smooths the jitter of
+//! microsteps, so one tick of a timer does not count as acceleration.
 //!
-//! Left out: resonance, load that varies with place, and that a real rotor slips by whole electrical periods.
+//! Not modelled: resonance, load that depends on position, and that a real rotor slips by whole electrical periods.
 
 use std::collections::VecDeque;
 
 use isostep_profile::Limits;
 
-/// What a motor can do, in microsteps as the driver counts them.
+/// The capability of a motor, in microsteps as the driver counts them.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct PullOutCurve {
-    /// The rate up to which it starts, stops and reverses at once.
+    /// The rate up to which it starts, stops and reverses without a ramp.
     pub pull_in_steps_s: f64,
     /// The speed at which no torque is left.
     pub speed_max_steps_s: f64,
-    /// The acceleration it can give at standstill.
+    /// The acceleration that it can produce at standstill.
     pub accel_at_rest_steps_s2: f64,
     /// Microsteps per full step.
     pub microsteps: usize,
 }
 
 impl Default for PullOutCurve {
-    /// Carries the default machine (2,400 steps/s, 2,500 steps/s²) with a margin of more than four: at 2,400 steps/s
-    /// it has 20,000 (1 - 2,400/6,000) = 12,000 steps/s² to spare. Homing stops abruptly from 500 steps/s.
+    /// Drives the default machine (2,400 steps/s, 2,500 steps/s²) with a margin of more than four: at 2,400 steps/s it
+    /// can accelerate at 20,000 (1 - 2,400/6,000) = 12,000 steps/s². Homing stops abruptly from 500 steps/s.
     fn default() -> Self {
         Self { pull_in_steps_s: 800.0, speed_max_steps_s: 6_000.0, accel_at_rest_steps_s2: 20_000.0, microsteps: 8 }
     }
 }
 
-/// What [`PullOutCurve::default`] is the motor for: the default machine's top speed and acceleration, steps/s and steps/s2, and
-/// the seek speed at which its homing stops at once, steps/s.
+/// The default machine's top speed and acceleration, steps/s and steps/s², and the seek speed from which its homing
+/// stops abruptly, steps/s. [`PullOutCurve::default`] is a motor for these.
 const DEFAULT_TOP_STEPS_S: f64 = 2_400.0;
 const DEFAULT_ACCEL_STEPS_S2: f64 = 2_500.0;
 const DEFAULT_SEEK_STEPS_S: f64 = 500.0;
 
 impl PullOutCurve {
-    /// A motor as comfortably able of `limits`, and of a homing seek at `seek_steps_s`, as the default motor is of the default
-    /// machine: it has torque left up to 2.5 times the top speed, at standstill for 8 times the acceleration or deceleration,
-    /// whichever is more, and it starts and stops at once from a third of the top speed and from 1.6 times the seek speed and
-    /// the start speed.
+    /// A motor that has the same margins for `limits`, and for a homing seek at `seek_steps_s`, as the default motor
+    /// has for the default machine. It has torque up to 2.5 times the top speed, at standstill for 8 times the
+    /// acceleration or deceleration, whichever is higher. Its pull-in rate is at least a third of the top speed and 1.6
+    /// times the seek speed and the start speed.
     pub fn fitting(limits: &Limits, seek_steps_s: f64) -> Self {
         let default = Self::default();
         let (top, accel) = (limits.top_speed_steps_s, limits.accel_steps_s2.max(limits.decel_steps_s2));
-        // No move is faster than the top speed, homing's neither.
+        // No move is faster than the top speed, not even in homing.
         let abrupt = seek_steps_s.max(limits.start_speed_steps_s).min(top);
         let times = (top / DEFAULT_TOP_STEPS_S).max(abrupt / DEFAULT_SEEK_STEPS_S);
         Self {
@@ -63,7 +63,7 @@ impl PullOutCurve {
         }
     }
 
-    /// The acceleration to spare at `speed_steps_s`, steps/s²; 0 from the maximum speed on.
+    /// The possible acceleration at `speed_steps_s`, steps/s²; 0 from the maximum speed on.
     pub fn accel_at(&self, speed_steps_s: f64) -> f64 {
         self.accel_at_rest_steps_s2 * (1.0 - speed_steps_s / self.speed_max_steps_s).max(0.0)
     }
@@ -73,18 +73,18 @@ impl PullOutCurve {
         4 * self.microsteps
     }
 
-    /// Edges further apart than this belong to different motions: half the pull-in rate.
+    /// Edges farther apart than this belong to different motions: the interval at half the pull-in rate.
     fn standstill_ns(&self) -> u64 {
         (2e9 / self.pull_in_steps_s) as u64
     }
 }
 
-/// What became of one step.
+/// The result of one step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Response {
     /// The rotor made it.
     Followed,
-    /// It is pulled out.
+    /// The rotor has pulled out.
     Lost {
         /// The rate asked for.
         asked_steps_s: f64,
@@ -93,7 +93,7 @@ pub enum Response {
     },
 }
 
-/// The rotor ran on after the edges ceased.
+/// The rotor continued to turn after the edges had ceased.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Overshoot {
     /// Signed by direction.
@@ -102,7 +102,7 @@ pub struct Overshoot {
     pub from_steps_s: f64,
 }
 
-/// One motor. Time is given to it; it knows no clock.
+/// One motor. It has no clock: callers pass the time.
 #[derive(Debug)]
 pub struct Motor {
     curve: PullOutCurve,
@@ -113,22 +113,22 @@ pub struct Motor {
 }
 
 impl Motor {
-    /// At standstill.
+    /// A motor at standstill.
     pub fn new(curve: PullOutCurve) -> Self {
         Self { curve, edges_ns: VecDeque::new(), direction: 1, stalled: false }
     }
 
-    /// Another motor takes its place, at standstill.
+    /// Replaces it by another motor at standstill.
     pub fn replace(&mut self, curve: PullOutCurve) {
         *self = Self::new(curve);
     }
 
-    /// Whether it stands still, as far as was settled.
+    /// Whether it stands still, as of the last [`settle`](Self::settle) or step.
     pub fn is_at_rest(&self) -> bool {
         self.edges_ns.is_empty()
     }
 
-    /// Asks for one step in `direction` (1 or -1) at `t_ns`. Call [`settle`](Self::settle) first.
+    /// Makes one step in `direction` (1 or -1) at `t_ns`. Call [`settle`](Self::settle) first.
     pub fn step(&mut self, t_ns: u64, direction: i32) -> Response {
         self.direction = direction;
         self.edges_ns.push_back(t_ns);
@@ -145,7 +145,7 @@ impl Motor {
         if self.stalled { Response::Lost { asked_steps_s: now, asked_steps_s2: accel } } else { Response::Followed }
     }
 
-    /// Starts afresh once the rate is within the pull-in rate.
+    /// Ends the stall once the rate is within the pull-in rate.
     fn recover(&mut self, now_steps_s: f64) {
         self.stalled = now_steps_s > self.curve.pull_in_steps_s;
         if !self.stalled {
@@ -154,7 +154,7 @@ impl Motor {
         }
     }
 
-    /// Lets the motion so far end, if it has: because no edge came for long, or the next (if any) reverses it.
+    /// Ends the motion so far if no edge has come for long, or if the next edge, if any, reverses it.
     pub fn settle(&mut self, now_ns: u64, next_direction: Option<i32>) -> Option<Overshoot> {
         let last_ns = *self.edges_ns.back()?;
         let reverses = next_direction.is_some_and(|next| next != self.direction);
@@ -173,7 +173,8 @@ impl Motor {
         (shed / (2.0 * self.curve.accel_at_rest_steps_s2)).ceil() as i32
     }
 
-    /// The rate over the electrical period before the last, over the last, and the acceleration between.
+    /// The rate over the electrical period before the last one, the rate over the last one, and the acceleration
+    /// between them.
     fn demand(&self) -> (f64, f64, f64) {
         let last = self.edges_ns.len() - 1;
         let middle = last.saturating_sub(self.curve.period_steps());
@@ -181,7 +182,7 @@ impl Motor {
         let rate =
             |from: usize, to: usize| if to > from { (to - from) as f64 / span_s(from, to).max(1e-9) } else { 0.0 };
         let (before, now) = (rate(0, middle), rate(middle, last));
-        // From the middle of one average to the middle of the other.
+        // The time from the middle of one average to the middle of the other.
         let apart_s = (span_s(0, last) / 2.0).max(1e-9);
         (before, now, (now - before) / apart_s)
     }
@@ -191,7 +192,7 @@ impl Motor {
 mod tests {
     use super::*;
 
-    /// Steps lost over a ramp from rest at `accel` up to `top`, instants rounded to whole microseconds.
+    /// Steps lost over a ramp from rest at `accel` up to `top`, with instants rounded to whole microseconds.
     fn lost_on_ramp(accel: f64, top: f64, steps: u32) -> u32 {
         let mut motor = Motor::new(PullOutCurve::default());
         let ramp_steps = top * top / (2.0 * accel);

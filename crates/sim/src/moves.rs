@@ -1,16 +1,16 @@
-//! The moves of a program, each as planned and as ended, put together from what the coordinator says.
+//! The moves of a program, each with its plan and its end, assembled from the coordinator's events.
 
 use std::ops::Range;
 
 use isostep_motion::{AXES, Config, Event, Finish, State};
 use isostep_profile::{IntervalLaw, Limits, Profile, SpeedLaw, SyncMove};
 
-/// Instants nearer than that are the same.
+/// Instants with a smaller difference count as the same.
 const SAME_S: f64 = 1e-9;
-/// Steps of a move that are looked at.
+/// Number of steps of a move that are checked.
 const PROBES: u32 = 64;
 
-/// One move, as planned and as ended.
+/// One move, with its plan and its end.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MoveRecord {
     /// The instant the plan counts from: the start of its run, ns since power-up.
@@ -21,21 +21,21 @@ pub struct MoveRecord {
     pub run: usize,
     /// The plan.
     pub plan: SyncMove<AXES>,
-    /// The parts by which it went on otherwise, in the order in which that was decided.
+    /// The replans of the move, in the order in which they were made.
     pub parts: Vec<SyncMove<AXES>>,
-    /// Where it began, steps.
+    /// Start position, steps.
     pub origin_steps: [i32; AXES],
-    /// Where it ended, steps.
+    /// End position, steps.
     pub end_steps: [i32; AXES],
     /// How it ended.
     pub finish: Finish,
-    /// If it was held, where on its path, steps of the longest axis.
+    /// Where it was held, if it was, in steps of the longest axis along the path.
     pub held_at_steps: f64,
     /// When its plan ended, s from the start of its run.
     pub plan_s: f64,
-    /// Whether it was a part of homing.
+    /// Whether it belongs to homing.
     pub homing: bool,
-    /// Its edges, up to the beginning of the next move: a range of [`Outcome::edges`](crate::Outcome::edges).
+    /// Its edges, up to the beginning of the next move, as a range of [`Outcome::edges`](crate::Outcome::edges).
     pub edges: Range<usize>,
 }
 
@@ -44,7 +44,7 @@ impl MoveRecord {
     pub fn step_numbers(&self, axis: usize) -> Range<u32> {
         let last = match self.finish {
             Finish::Held => self.plan.steps_before(axis, self.held_at_steps),
-            // Its first plan may be to somewhere before its end.
+            // The first plan may end before the end of the move.
             _ => self.plan.steps[axis].unsigned_abs(),
         };
         self.plan.step_numbers(axis).start..last + 1
@@ -55,31 +55,32 @@ impl MoveRecord {
         std::array::from_fn(|axis| self.plan.steps[axis].signum() * self.step_numbers(axis).len() as i32)
     }
 
-    /// When the step `k` of the axis with index `axis` was due, s from the start: the closed form.
+    /// When step `k` of the axis with index `axis` was due in closed form, s from the start of the run.
     pub fn step_time_s(&self, axis: usize, k: u32) -> f64 {
-        // What was decided later holds.
+        // The latest plan that contains the step applies.
         let part = self.parts.iter().rev().find(|part| part.step_numbers(axis).contains(&k));
         part.unwrap_or(&self.plan).step_time_s(axis, k)
     }
 
-    /// How long after the end of its plan the `next` move began, ns: less than nothing if it was cut short.
+    /// Time from the end of this move's plan to the beginning of the `next` move, ns; negative if this one was cut
+    /// short.
     pub fn pause_ns(&self, next: &Self) -> f64 {
-        // The difference of the instants first, which may be large.
+        // First the difference of the instants as integers, because they may be large.
         (next.start_ns - self.start_ns) as f64 + (next.plan.begin_s() - self.plan_s) * 1e9
     }
 
-    /// How long it lasts, as it was made, s.
+    /// Duration as it was made, s.
     pub fn duration_s(&self) -> f64 {
         self.plan_s - self.plan.begin_s()
     }
 
-    /// When its plan begins, ns since power-up, to the nearest.
+    /// When its plan begins, rounded to ns since power-up.
     pub fn begin_ns(&self) -> u64 {
         self.start_ns + (self.plan.begin_s() * 1e9).round() as u64
     }
 
-    /// The one profile by which the whole move was made, if it was: as it was planned at first, or with its braking put off
-    /// or left out, because what follows came to be known only later.
+    /// The single profile of the whole move, if there is one. This may be the first plan, or the first plan with its
+    /// braking later or left out, because the moves after it became known only later.
     pub fn profile(&self) -> Option<Profile> {
         let is_whole = (0..AXES).all(|axis| self.plan.step_numbers(axis).start == 1);
         if self.finish != Finish::Done || !is_whole {
@@ -87,7 +88,7 @@ impl MoveRecord {
         }
         let first = self.plan.profile;
         let Some(last) = self.parts.last() else { return Some(first) };
-        // In the middle of a ramp over time the acceleration is highest.
+        // For ramps over time, the acceleration is highest in the middle of the ramp.
         let accel_steps_s2 = first.accel_at(first.t_accel_s() / 2.0);
         let decel_steps_s2 = -last.profile.accel_at(last.profile.duration_s() - last.profile.t_decel_s() / 2.0);
         let jerk_steps_s3 = first.jerk_at(0.0);
@@ -112,31 +113,31 @@ impl MoveRecord {
     }
 }
 
-/// Puts moves together, event by event.
+/// Assembles moves from events.
 #[derive(Clone, Debug, Default)]
 pub struct Moves {
-    /// Those so far, in order; of a run under way, what is known by now.
+    /// The moves so far, in order. For a run in progress, what is known of its moves.
     records: Vec<MoveRecord>,
-    /// What they were planned by: each from the run of that number on.
+    /// Configurations that the moves were planned with; each applies from the run with that number on.
     configs: Vec<(usize, Config)>,
     open: Option<OpenRun>,
     runs: usize,
     homing: bool,
 }
 
-/// What is known of a run under way.
+/// A run in progress.
 #[derive(Clone, Copy, Debug)]
 struct OpenRun {
     start_ns: u64,
     number: usize,
-    /// Where the next move begins, steps.
+    /// Start position of the next move, steps.
     place_steps: [i32; AXES],
-    /// The moves of it, from this one on.
+    /// Index of its first move.
     first: usize,
 }
 
 impl Moves {
-    /// Takes note of an event.
+    /// Processes an event.
     pub fn take(&mut self, t_ns: u64, event: Event) {
         match (event, &mut self.open) {
             (Event::State(state), _) => self.homing = state == State::Home,
@@ -148,7 +149,7 @@ impl Moves {
             (Event::Move { plan }, Some(run)) => self.records.push(run.begin(plan, self.homing)),
             (Event::Replan { plan }, Some(_)) => {
                 if let Some(record) = self.records.last_mut() {
-                    // Nearly always the only one: of 200,000 moves each has its part.
+                    // Most moves with a replan have only one: exact capacity saves memory with 200,000 moves.
                     record.parts.reserve_exact(1);
                     record.parts.push(plan);
                     record.plan_s = plan.end_s();
@@ -157,7 +158,7 @@ impl Moves {
             (Event::RunEnd { finish, held_at_steps, plan_s, position_steps }, &mut Some(run)) => {
                 self.open = None;
                 if finish != Finish::Done && finish != Finish::Held {
-                    // A run starts on a whole microsecond, and may be stopped before it comes.
+                    // A run starts on a whole microsecond, and may be stopped before that.
                     self.forget_begun_after(run, (t_ns as f64 - run.start_ns as f64) * 1e-9);
                 }
                 end(&mut self.records[run.first..], finish, (held_at_steps, plan_s), position_steps, t_ns);
@@ -166,20 +167,21 @@ impl Moves {
         }
     }
 
-    /// Moves that had been planned and did not begin.
+    /// Discards moves that were planned but did not begin.
     fn forget_begun_after(&mut self, run: OpenRun, stopped_s: f64) {
         let begun = self.records[run.first..].iter().filter(|record| record.plan.begin_s() <= stopped_s).count();
         self.records.truncate(run.first + begun);
     }
 
-    /// The next run is planned by `config`.
+    /// Notes that the next run is planned with `config`.
     pub fn plan_by(&mut self, config: Config) {
         if self.configs.last().is_none_or(|(_, last)| *last != config) {
             self.configs.push((self.runs, config));
         }
     }
 
-    /// All of them, without their edges; and what they were planned by, each from the run of that number on.
+    /// All moves, without their edges, and the configurations they were planned with, each from the run with that
+    /// number on.
     pub fn into_records(self) -> (Vec<MoveRecord>, Vec<(usize, Config)>) {
         (self.records, self.configs)
     }
@@ -207,7 +209,7 @@ impl OpenRun {
     }
 }
 
-/// The moves of a run have ended: all but the last where the next began.
+/// Ends the moves of a run. All but the last end where the next begins.
 fn end(moves: &mut [MoveRecord], finish: Finish, (held_at_steps, plan_s): (f64, f64), place: [i32; AXES], t_ns: u64) {
     for record in moves.iter_mut() {
         record.end_ns = record.start_ns + (record.plan_s * 1e9).round() as u64;

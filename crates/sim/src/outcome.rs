@@ -1,4 +1,4 @@
-//! What a run left behind.
+//! The result of a run.
 
 use isostep_motion::{AXES, Event, Machine, State, ToolConfig};
 use isostep_profile::{Limits, SpeedLaw};
@@ -11,10 +11,10 @@ use crate::stream::{Dialogue, Pause, Program, Refusal, Said};
 use crate::tool::ToolChange;
 use crate::world::World;
 
-/// What a run left behind: all that was seen, and where everything stands.
+/// The result of a run: everything recorded, and the final state.
 #[derive(Clone, Debug)]
 pub struct Outcome {
-    /// What was simulated.
+    /// The configuration that was simulated.
     pub config: Config,
     /// Every step, in order.
     pub edges: Vec<Edge>,
@@ -22,43 +22,43 @@ pub struct Outcome {
     pub waves: Vec<Wave>,
     /// Every change of the tool's outputs, in order.
     pub tool: Vec<ToolChange>,
-    /// What the tool is at the end.
+    /// Configuration of the tool at the end.
     pub tool_config: ToolConfig,
     /// The levels of the limit inputs at power-up.
     pub limits_high_at_start: [bool; AXES],
     /// Every move that ended, in order.
     pub moves: Vec<MoveRecord>,
-    /// What they were planned by: each from the run of that number on.
+    /// Configurations that the moves were planned with; each applies from the run with that number on.
     pub configs: Vec<(usize, isostep_motion::Config)>,
-    /// Every event but those that tell of moves, with its instant in ns since power-up.
+    /// Every event except those about moves, with its instant in ns since power-up.
     pub events: Vec<(u64, Event)>,
     /// The lines of the program.
     pub program: Program,
-    /// How many of them were sent.
+    /// Number of lines sent.
     pub lines_sent: usize,
-    /// All that the controller said to the sender but `ok` and `error:N`.
+    /// Everything that the controller sent to the sender except `ok` and `error:N`.
     pub said: Vec<Said>,
     /// The lines that the controller refused.
     pub refusals: Vec<Refusal>,
-    /// The lines that waited for a person, and were resumed.
+    /// The lines that waited for the operator and were resumed.
     pub pauses: Vec<Pause>,
-    /// The number after `ALARM:`, if the console said so.
+    /// The number after `ALARM:`, if the console reported one.
     pub alarm_code: Option<u8>,
     /// Whether sending stopped before the program's end.
     pub cut_short: bool,
     /// Every edge that a driver may misread.
     pub violations: Vec<Violation>,
-    /// Every step that no carriage made.
+    /// Every step that a carriage did not make.
     pub losses: Vec<Loss>,
-    /// Where the controller says each axis stands, steps.
+    /// Each axis's position according to the controller, steps.
     pub position_steps: [i32; AXES],
-    /// The count of edges per axis, from power-up or since it was homed.
+    /// The number of edges per axis, from power-up or since it was homed.
     pub counted_steps: [i32; AXES],
     /// The controller's position in mm.
     pub position_mm: [f64; AXES],
-    /// Where each carriage really is, steps from where its limit switch closes.
+    /// True position of each carriage, steps from where its limit switch closes.
     pub places_steps: [i32; AXES],
-    /// How far each carriage is from where the count of edges says it is, steps.
+    /// Distance of each carriage from its position by the count of edges, steps.
     pub drift_steps: [i32; AXES],
     /// The machine's final state.
     pub state: State,
@@ -68,13 +68,14 @@ pub struct Outcome {
     pub travel_mm: [f64; AXES],
     /// Its limits at the end.
     pub limits: [Limits; AXES],
-    /// How far the circle deviates that says how fast a corner is taken, at the end, mm.
+    /// `$11` at the end: the deviation of the circle that determines the speed at a corner, mm.
     pub junction_deviation_mm: f64,
     /// Its speed law at the end.
     pub speed_law: SpeedLaw,
     /// Virtual time from power-up to rest.
     pub duration_ns: u64,
-    /// From the start of the first move to the end of the last one's plan, pauses and homing included, s; 0 without a move.
+    /// Time from the start of the first move to the end of the last one's plan, including pauses and homing, s; 0
+    /// without a move.
     pub motion_s: f64,
 }
 
@@ -87,7 +88,8 @@ impl Outcome {
         (program, dialogue): (Program, Dialogue),
         duration_ns: u64,
     ) -> Self {
-        // A task's blocking delay runs ahead of the tasks polled after it. To sort what is in order would take memory.
+        // With its blocking delay, a task runs ahead of the tasks polled after it, so waves may be out of order. They
+        // are usually in order, and sorting would take memory.
         if !record.waves.is_sorted_by_key(|wave| wave.t_ns) {
             record.waves.sort_by_key(|wave| wave.t_ns);
         }
@@ -134,16 +136,16 @@ impl Outcome {
         }
     }
 
-    /// What a move was planned by.
+    /// The configuration that a move was planned with.
     ///
     /// # Panics
-    /// When it is a move of another outcome.
+    /// If the move is from another outcome.
     pub fn config_of(&self, record: &MoveRecord) -> &isostep_motion::Config {
         let known = self.configs.partition_point(|(run, _)| *run <= record.run);
         &self.configs[known - 1].1
     }
 
-    /// The words that the controller said in a `[MSG:...]`, in order.
+    /// The texts that the controller sent in `[MSG:...]`, in order.
     pub fn messages(&self) -> impl Iterator<Item = &str> {
         self.said.iter().filter_map(|said| said.text.strip_prefix("[MSG:")?.strip_suffix(']'))
     }
@@ -162,13 +164,13 @@ impl Outcome {
         total_ns
     }
 
-    /// A place in steps as mm.
+    /// Converts a position from steps to mm.
     pub fn mm(&self, steps: [i32; AXES]) -> [f64; AXES] {
         std::array::from_fn(|axis| f64::from(steps[axis]) / self.steps_per_mm[axis])
     }
 }
 
-/// To each move, all edges from its beginning to that of the next: also one that should not have risen.
+/// Assigns to each move all edges from its beginning to that of the next, including any that should not have risen.
 fn with_edges(mut moves: Vec<MoveRecord>, edges: &[Edge]) -> Vec<MoveRecord> {
     let mut last = edges.len();
     for record in moves.iter_mut().rev() {

@@ -1,8 +1,8 @@
-//! The pace of a program: how its time is spent, and what keeps it from being faster.
+//! The pace of a program: how its time is spent, and what limits its speed.
 //!
-//! Everything comes from the plans of the moves, none of it from edges, so it is there with [`Config::only_time`] too. Homing is left
-//! out. Limits are those at the end of the run; of a program that sets them on the way nothing is told that needs them:
-//! [`Pace::limits_changed`].
+//! Everything is computed from the plans of the moves and nothing from edges, so it is also available with
+//! [`Config::only_time`]. Homing is left out. The limits are those at the end of the run. If a program changes limits
+//! during the run, results that need limits are left out: [`Pace::limits_changed`].
 //!
 //! [`Config::only_time`]: crate::Config::only_time
 
@@ -26,29 +26,29 @@ pub use self::samples::{Sample, Way, samples, ways};
 pub use self::seconds::Second;
 pub use self::slow::{LEAST_TOLD_S, SlowKind, SlowPlace, SlowPlaces, Why};
 
-/// The time of a program by what limits it, s. The sum is all of it: [`Pace::total_s`].
+/// The time of a program, divided by what limits it, s. The sum is the total: [`Pace::total_s`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Shares {
-    /// At the feed that the lines ask for, and on ramps from feed to feed.
+    /// At the feed that the lines ask for, and on ramps between feeds.
     pub feed_s: f64,
-    /// At the top speed of X, Y or Z, `$110`-`$112`: rapids, and feeds above it.
+    /// At the top speed of X, Y or Z, `$110`-`$112`: rapids, and feeds above the top speed.
     pub top_speed_s: [f64; AXES],
-    /// On ramps to and from corners, those of arcs included.
+    /// On ramps to and from corners, including those of arcs.
     pub corners_s: f64,
     /// On ramps to and from standstill.
     pub standstill_s: f64,
     /// On ramps of a curved speed law over short moves: [`Why::SpeedLaw`].
     pub speed_law_s: f64,
-    /// On ramps to and from places behind which not enough was known: [`Why::LookAhead`].
+    /// On ramps to and from places where the look-ahead was too short: [`Why::LookAhead`].
     pub look_ahead_s: f64,
-    /// Standing between moves.
+    /// At standstill between moves.
     pub standing_s: f64,
-    /// In motion, where what limits it is not known: [`Pace::limits_changed`].
+    /// In motion, if what limits it is not known: [`Pace::limits_changed`].
     pub unknown_s: f64,
 }
 
 impl Shares {
-    /// All together, s.
+    /// The sum, s.
     pub fn sum_s(&self) -> f64 {
         let top_speed_s: f64 = self.top_speed_s.iter().sum();
         let ramps_s = self.corners_s + self.standstill_s + self.speed_law_s + self.look_ahead_s;
@@ -56,7 +56,7 @@ impl Shares {
     }
 }
 
-/// The slowest and the busiest second alone, as in [`Pace`], which takes longer to find.
+/// Only the slowest and the busiest second, as in [`Pace`], which takes longer to compute.
 pub(crate) fn extreme_seconds(outcome: &Outcome, sources: &[Option<Source>]) -> [Option<Second>; 2] {
     if lines_of_moves::sets_limits_on_the_way(outcome) {
         return [None; 2];
@@ -69,42 +69,42 @@ pub(crate) fn extreme_seconds(outcome: &Outcome, sources: &[Option<Source>]) -> 
 /// The pace of an axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct AxisPace {
-    /// Its highest speed, as planned, mm/s.
+    /// Its highest planned speed, mm/s.
     pub highest_mm_s: f64,
     /// Its top speed: `$110`-`$112`, mm/s.
     pub top_mm_s: f64,
-    /// The one as a fraction of the other.
+    /// The highest speed as a fraction of the top speed.
     pub share: f64,
-    /// How long it is the axis that limits the acceleration on ramps, s.
+    /// Time during which it is the axis that limits the acceleration on ramps, s.
     pub ramps_s: f64,
 }
 
 /// The pace of a program.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Pace {
-    /// Whether the program sets steps/mm, or anything that limits speed, behind its first move. Then the times in motion and
-    /// standing are told, but not what limits it: [`slow`](Self::slow) is empty, [`axes`](Self::axes) are 0, and there is no
-    /// second and no fastest axis.
+    /// Whether the program sets steps/mm, or anything that limits speed, after its first move. Then the times in motion
+    /// and at standstill are given, but not what limits them: [`slow`](Self::slow) is empty, [`axes`](Self::axes) are
+    /// 0, and there is no second and no fastest axis.
     pub limits_changed: bool,
-    /// How many moves it has.
+    /// Number of moves.
     pub moves: usize,
-    /// Their way along the path, mm; 0 if limits changed.
+    /// Distance along the path, mm; 0 if limits changed.
     pub way_mm: f64,
-    /// In motion, s.
+    /// Time in motion, s.
     pub moving_s: f64,
-    /// Standing between the first move and the last one, s; homing is no part of it.
+    /// Time at standstill between the first move and the last one, without homing, s.
     pub standing_s: f64,
-    /// The same time by what limits it.
+    /// The total time, divided by what limits it.
     pub shares: Shares,
-    /// Where it is slow and what that costs.
+    /// Where the program is slow, and how much time that costs.
     pub slow: SlowPlaces,
-    /// Of all seconds under way the one with the least way; null for a program that has none.
+    /// Of all seconds in progress, the one with the shortest distance; null if there is none.
     pub slowest_second: Option<Second>,
-    /// The one in which most moves begin; null for a program of less than a second.
+    /// The second in which most moves begin; null for a program of less than a second.
     pub busiest_second: Option<Second>,
-    /// Of X, Y and Z.
+    /// The pace of X, Y and Z.
     pub axes: [AxisPace; AXES],
-    /// The index of the axis that comes nearest to its top speed; null without a move.
+    /// Index of the axis that comes closest to its top speed; null without a move.
     pub fastest_axis: Option<usize>,
 }
 
@@ -114,13 +114,13 @@ impl Pace {
         Self::new(outcome, &lines_of_moves::of_moves(outcome))
     }
 
-    /// The pace of `outcome`, whose moves have these sources.
+    /// The pace of `outcome`, for moves with these sources.
     pub fn new(outcome: &Outcome, sources: &[Option<Source>]) -> Self {
         let pace = Self::by_last_limits(outcome, sources);
         if lines_of_moves::sets_limits_on_the_way(outcome) { pace.without_limits() } else { pace }
     }
 
-    /// What holds whatever the limits were.
+    /// Keeps only what does not depend on the limits.
     fn without_limits(self) -> Self {
         let Self { moves, moving_s, standing_s, .. } = self;
         Self {
@@ -138,7 +138,7 @@ impl Pace {
         }
     }
 
-    /// As if the limits at the end had held all the time.
+    /// The pace as if the limits at the end had been in force all the time.
     fn by_last_limits(outcome: &Outcome, sources: &[Option<Source>]) -> Self {
         let mut finder = Finder::new(outcome, sources);
         let mut clock = Clock::default();
@@ -186,7 +186,7 @@ impl Pace {
         }
     }
 
-    /// From the start of the first move to the end of the last one, homing left out, s.
+    /// Time from the start of the first move to the end of the last one, without homing, s.
     pub fn total_s(&self) -> f64 {
         self.moving_s + self.standing_s
     }

@@ -1,4 +1,4 @@
-//! The controller's pins: `embedded-hal` at one end, the [`World`](crate::world::World) at the other.
+//! The controller's pins. They implement `embedded-hal`, and are connected to the [`World`](crate::world::World).
 
 use std::convert::Infallible;
 use std::future::poll_fn;
@@ -12,14 +12,14 @@ use crate::record::Wire;
 use crate::time::Clock;
 use crate::world::Shared;
 
-/// A pin that the controller drives.
+/// An output pin of the controller.
 pub struct Output {
     world: Shared,
     wire: Wire,
 }
 
 impl Output {
-    /// Drives `wire`.
+    /// The output that drives `wire`.
     pub fn new(world: &Shared, wire: Wire) -> Self {
         Self { world: world.clone(), wire }
     }
@@ -41,13 +41,13 @@ impl OutputPin for Output {
     }
 }
 
-/// Blocking delays of the task that owns it.
+/// A delay that blocks the task that owns it.
 pub struct Delay {
     clock: Clock,
 }
 
 impl Delay {
-    /// Delays in the time of `clock`.
+    /// Delays on the time of `clock`.
     pub fn new(clock: &Clock) -> Self {
         Self { clock: clock.clone() }
     }
@@ -59,14 +59,14 @@ impl DelayNs for Delay {
     }
 }
 
-/// A pin that the controller reads, with a pull-up.
+/// An input pin of the controller, with a pull-up.
 pub struct Input {
     world: Shared,
     wire: Wire,
 }
 
 impl Input {
-    /// Reads `wire`.
+    /// The input that reads `wire`.
     pub fn new(world: &Shared, wire: Wire) -> Self {
         Self { world: world.clone(), wire }
     }
@@ -105,7 +105,7 @@ impl InputPin for Input {
     }
 }
 
-/// Edges count from the call on, so one that comes before the task is polled again is not missed.
+/// Edges count from the moment of the call, so an edge that comes before the task is polled again is not missed.
 impl Wait for Input {
     async fn wait_for_high(&mut self) -> Result<(), Infallible> {
         let (rises, _) = self.flanks();
@@ -151,7 +151,7 @@ mod tests {
     use crate::executor::Executor;
     use crate::world::World;
 
-    /// What a task that waits for edges sees while another walks X onto its switch, 3 steps away, and back off it.
+    /// What a task that waits for edges sees while another task moves X onto its switch, 3 steps away, and back off it.
     #[test]
     fn edges_reach_the_task_that_waits_for_them() {
         let mut executor = Executor::new();

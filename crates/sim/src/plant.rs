@@ -1,7 +1,7 @@
 //! The mechanics of one axis: a carriage between two end stops, and a limit switch.
 //!
-//! Places are microsteps from where the limit switch closes, growing away from it: the truth, which the
-//! controller knows only through the switch.
+//! Positions are microsteps from where the limit switch closes, positive away from it. They are the true positions,
+//! which the controller knows only through the switch.
 
 use std::collections::VecDeque;
 use std::fmt;
@@ -9,11 +9,11 @@ use std::str::FromStr;
 
 use oorandom::Rand32;
 
-/// What is wrong with a limit switch.
+/// A fault of a limit switch.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum SwitchFault {
-    /// Nothing.
+    /// No fault.
     #[default]
     None,
     /// It never closes: a broken wire.
@@ -41,12 +41,12 @@ impl FromStr for SwitchFault {
     }
 }
 
-/// No switch fails like that.
+/// A text that names no fault of a switch.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("`{0}` is no fault of a switch: use stuck-open, stuck-closed or none")]
 pub struct UnknownFault(String);
 
-/// A carriage that knows where it is.
+/// A carriage and its true position.
 #[derive(Debug)]
 pub struct Carriage {
     place_steps: i32,
@@ -54,25 +54,25 @@ pub struct Carriage {
 }
 
 impl Carriage {
-    /// At `place_steps`, between end stops at `stops_steps`.
+    /// A carriage at `place_steps`, between end stops at `stops_steps`.
     pub fn new(place_steps: i32, stops_steps: (i32, i32)) -> Self {
         Self { place_steps: place_steps.clamp(stops_steps.0, stops_steps.1), stops_steps }
     }
 
-    /// Where it is.
+    /// Its position.
     pub fn place_steps(&self) -> i32 {
         self.place_steps
     }
 
-    /// From now on what was a step is `scale` of them: it stays where it is, in mm, and so does the side of the switch that
-    /// it is on. The end stops are at `stops_steps`, or at the carriage if that is beyond.
+    /// Changes the resolution: a step becomes `scale` steps. The carriage keeps its position in mm, and the side of the
+    /// switch it is on. The end stops are then at `stops_steps`, or at the carriage if it is beyond them.
     pub fn rescale(&mut self, scale: f64, stops_steps: (i32, i32)) {
         let place_steps = (f64::from(self.place_steps) * scale).round() as i32;
         self.place_steps = if self.place_steps > 0 { place_steps.max(1) } else { place_steps };
         self.stops_steps = (stops_steps.0.min(self.place_steps), stops_steps.1.max(self.place_steps));
     }
 
-    /// Pushes it by `steps`; returns how many of them an end stop refused.
+    /// Moves it by `steps`; returns how many of them an end stop blocked.
     pub fn shift(&mut self, steps: i32) -> u32 {
         let wanted = self.place_steps + steps;
         self.place_steps = wanted.clamp(self.stops_steps.0, self.stops_steps.1);
@@ -80,10 +80,10 @@ impl Carriage {
     }
 }
 
-/// A normally open switch that is closed from place 0 downwards, or from nearby, and bounces.
+/// A normally open switch with bounce. It is closed from position 0, or from near it, downwards.
 ///
-/// A mechanical one does not close at quite the same place each time: with a scatter each approach has a place of its own, drawn
-/// evenly, once the carriage has left all of them.
+/// A mechanical switch does not always close at exactly the same position. With a scatter, each approach has its own
+/// position. It is drawn from a uniform distribution when the carriage has left the whole scatter range.
 #[derive(Debug)]
 pub struct Switch {
     fault: SwitchFault,
@@ -97,7 +97,7 @@ pub struct Switch {
 }
 
 impl Switch {
-    /// With the carriage at `place_steps`; its contacts bounce for up to `bounce_ns`.
+    /// A switch with the carriage at `place_steps`; its contacts bounce for up to `bounce_ns`.
     pub fn new(place_steps: i32, fault: SwitchFault, bounce_ns: u32) -> Self {
         Self {
             fault,
@@ -111,24 +111,24 @@ impl Switch {
         }
     }
 
-    /// The same that closes up to so many steps to either side of its place.
+    /// The same switch, but it closes up to `scatter_steps` to either side of its nominal position.
     pub fn scattering(self, scatter_steps: i32) -> Self {
         Self { scatter_steps, ..self }
     }
 
-    /// Where the carriage was when it closed last.
+    /// Position of the carriage when the switch last closed.
     pub fn closed_at_steps(&self) -> i32 {
         self.closed_at_steps
     }
 
-    /// From now on what was a step is `scale` of them: it scatters by as many mm.
+    /// Changes the resolution: a step becomes `scale` steps. The scatter in mm stays the same.
     pub fn rescale(&mut self, scale: f64) {
         for steps in [&mut self.scatter_steps, &mut self.closes_at_steps, &mut self.closed_at_steps] {
             *steps = (f64::from(*steps) * scale).round() as i32;
         }
     }
 
-    /// From now on it has this fault, or none.
+    /// Sets or clears its fault.
     pub fn set_fault(&mut self, fault: SwitchFault) {
         self.fault = fault;
     }
@@ -142,7 +142,7 @@ impl Switch {
         }
     }
 
-    /// The carriage has moved to `place_steps` at `now_ns`.
+    /// Notes that the carriage has moved to `place_steps` at `now_ns`.
     pub fn follow(&mut self, place_steps: i32, now_ns: u64, random: &mut Rand32) {
         self.draw(place_steps, random);
         let touched = place_steps <= self.closes_at_steps;
@@ -155,7 +155,7 @@ impl Switch {
         }
     }
 
-    /// Where it closes next. Without a scatter nothing is drawn, so that the bounces are the same.
+    /// Draws where it closes next. Without a scatter no random number is used, so that the bounces stay the same.
     fn draw(&mut self, place_steps: i32, random: &mut Rand32) {
         let is_clear = place_steps > self.scatter_steps;
         if is_clear && !self.is_drawn && self.scatter_steps > 0 {
@@ -170,14 +170,14 @@ impl Switch {
         self.flips_ns.front().copied()
     }
 
-    /// Lets every bounce up to `now_ns` happen.
+    /// Applies every bounce up to `now_ns`.
     pub fn settle(&mut self, now_ns: u64) {
         while self.next_flip_ns().is_some_and(|at_ns| at_ns <= now_ns) {
             self.flips_ns.pop_front();
         }
     }
 
-    /// Zero to three pairs of flips, so that it ends as it began.
+    /// Zero to three pairs of flips, so that the contact has the new state in the end.
     fn bounce(&self, now_ns: u64, random: &mut Rand32) -> VecDeque<u64> {
         if self.bounce_ns == 0 {
             return VecDeque::new();

@@ -1,10 +1,10 @@
 //! The simulator's step ports: the firmware's `TimerPort`, and [`SimPort`], which stands for its `PioPort`.
 //!
 //! # Design
-//! `PioPort` leaves the edges to hardware, and so does this: a step rises at its own instant whatever the tasks do. It
-//! has the same tick rate, so the same plans compile into the same segments, and it faults where `PioPort` does: when it
-//! has made all it was given and has no more, and when steps are too close. DIR
-//! changes with the end of a pulse, a few cycles sooner than there.
+//! `PioPort` leaves the edges to hardware, and this port does the same: a step rises at its own instant whatever the
+//! tasks do. It has the same tick rate, so equal plans compile into equal segments. It also has the same faults: when
+//! it has made all its steps and gets no more, and when steps are too close. DIR changes with the end of a pulse, a few
+//! cycles earlier than with `PioPort`.
 
 use embassy_time::{Duration, Instant};
 use embedded_hal::digital::OutputPin;
@@ -23,9 +23,9 @@ use crate::world::Shared;
 
 const TICK_HZ: u32 = PIO_TICK_HZ;
 const NS_PER_TICK: u64 = 1_000_000_000 / TICK_HZ as u64;
-/// An interval may be shorter than planned: by the rounding of both its ends, and by the fit of its segment.
+/// How much shorter than planned an interval may be, because both its ends are rounded and its segment is fitted.
 const MARGIN_TICKS: u32 = 4;
-/// As many cycles as `PioPort` takes to it.
+/// From the fall of STEP to the change of DIR. `PioPort` takes as many cycles.
 const TURN_TICKS: u32 = 4;
 
 /// The step port of one axis.
@@ -37,8 +37,8 @@ pub enum AxisPort {
 }
 
 impl AxisPort {
-    /// The ports of all axes that `config` asks for, and on `executor` what they need beside the axes' tasks: spawn those
-    /// later.
+    /// The ports of all axes for `config`. Tasks that the ports need are spawned on `executor`; spawn the axes' tasks
+    /// after them.
     pub fn all(config: &Config, executor: &mut Executor, world: &Shared) -> [Self; AXES] {
         let timing = config.driver;
         let clock = executor.clock().clone();
@@ -49,14 +49,14 @@ impl AxisPort {
                 Self::Pio(SimPort { only_time: config.only_time, ..port })
             }),
             Port::Timer => {
-                // It lives for ever, as a board's static does.
+                // It lives for ever, like a static on a board.
                 let bank: &'static TimerBank<AXES> = Box::leak(Box::new(TimerBank::new()));
                 let delay = Delay::new(&clock);
                 executor.spawn_at(Priority::P2, "steps", async move {
-                    // Waking up takes no time here, so no edge is made ahead of the others' clock.
+                    // Waking up takes no time here, so no edge needs to be made ahead of time.
                     bank.drive(pins, delay, Duration::MIN).await;
                 });
-                // Nor does a stop: an axis's task is there at once.
+                // A stop takes no time either: an axis's task runs at once, so no brake is needed.
                 bank.ports(timing, [|_engaged| {}; AXES]).map(Self::Timer)
             }
         }
@@ -92,7 +92,7 @@ impl StepPort for AxisPort {
     }
 }
 
-/// STEP and DIR of one axis of the [`World`](crate::world::World), edges as exact as the clock of an RP2040.
+/// Drives STEP and DIR of one axis of the [`World`](crate::world::World) with edges as exact as the clock of an RP2040.
 pub struct SimPort {
     clock: Clock,
     step: Output,
@@ -101,19 +101,19 @@ pub struct SimPort {
     capabilities: Capabilities,
     /// When STEP may rise next, ns since power-up.
     ready_ns: u64,
-    /// No edge is made: see [`Config::only_time`].
+    /// Whether no edges are made: see [`Config::only_time`].
     only_time: bool,
 }
 
 impl SimPort {
-    /// On two pins, in the time of `clock`, for drivers that need `timing`.
+    /// A port on two pins, in the time of `clock`, for drivers that need `timing`.
     pub fn new(step: Output, dir: Output, clock: &Clock, timing: DriverTiming) -> Self {
         let capabilities =
             Capabilities { tick_hz: TICK_HZ, timing, margin_ticks: MARGIN_TICKS, turn_ticks: TURN_TICKS };
         Self { clock: clock.clone(), step, dir, dir_high: false, capabilities, ready_ns: 0, only_time: false }
     }
 
-    /// Sets DIR. The last pulse is over, so its hold time is too.
+    /// Sets DIR. The last pulse has ended, and so has the hold time of DIR.
     fn face(&mut self, direction: Direction, wiring: Wiring) {
         let high = (direction == Direction::Positive) != wiring.direction_inverted;
         if high != self.dir_high {
@@ -124,20 +124,21 @@ impl SimPort {
         }
     }
 
-    /// Gets ready for what comes first, and waits for its start: the instant, ns since power-up.
+    /// Prepares for the first item and waits for the start of the run; returns its instant, ns since power-up.
     async fn start(&mut self, first: &StreamItem, run: &Run, start_line: &StartLine) -> u64 {
         if let StreamItem::Steps { direction, .. } = first {
             self.face(*direction, run.wiring);
         }
         self.clock.until(self.ready_ns).await;
         start_line.armed().await;
-        // All axes are let go at once. The machine's clock counts whole microseconds.
+        // All axes start at once. The machine's clock counts whole microseconds.
         let start = Instant::from_micros(self.clock.now_ns().div_ceil(1_000));
         start_line.begun(start);
         time::ns(start)
     }
 
-    /// Compares the segment's intervals, the one from the step before at `last_ticks` included, with what the driver takes.
+    /// Checks the segment's intervals, including the one since the previous step at `last_ticks`, against the driver's
+    /// limit.
     fn check_speed(&self, last_ticks: Option<u64>, segment: &Segment, wiring: Wiring) -> Result<(), PortFault> {
         let min = self.capabilities.period_min_ticks(wiring) - MARGIN_TICKS;
         let gap = last_ticks.map(|last| u32::try_from(segment.first_ticks() - last).unwrap_or(u32::MAX));
@@ -147,7 +148,7 @@ impl SimPort {
         }
     }
 
-    /// Lets the time of a whole segment pass, and counts its steps.
+    /// Waits for the duration of a whole segment, and counts its steps.
     async fn pass(&mut self, until_ns: u64, segment: &Segment, direction: Direction, run: &Run, odometer: &Odometer) {
         self.clock.until(until_ns).await;
         self.ready_ns = until_ns + u64::from(self.capabilities.period_min_ticks(run.wiring)) * NS_PER_TICK;
@@ -159,7 +160,7 @@ impl SimPort {
         self.ready_ns = at_ns + u64::from(self.capabilities.period_min_ticks(run.wiring)) * NS_PER_TICK;
         let Ok(()) = self.step.set_high();
         odometer.count(direction);
-        // Nothing is awaited within the pulse, so no stop cuts it short.
+        // Nothing is awaited during the pulse, so no stop cuts it short.
         self.clock.spend(self.capabilities.pulse_ns(run.wiring).into());
         let Ok(()) = self.step.set_low();
     }
@@ -198,7 +199,7 @@ impl StepPort for SimPort {
                 StreamItem::Rest { until_ticks } => self.clock.until(at_ns(until_ticks)).await,
                 StreamItem::End => return Ok(()),
             }
-            // The wait for the next step has begun: it must be known.
+            // The wait for the next step has begun, so the next item must be there.
             item = segments.try_receive().map_err(|_| PortFault::Underrun)?;
         }
     }

@@ -1,60 +1,60 @@
-//! A program as a sender reads it: lines, with what must not be sent refused.
+//! A program as a sender reads it: its lines, after a check that nothing in them must not be sent.
 
 use isostep_console::{Error, LineAssembler};
 
 /// Why a file is not a program.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ProgramError {
-    /// There is nothing in it.
+    /// It has no content.
     #[error("the program is empty: it needs at least one line of G-code")]
     Empty,
-    /// A byte that no text has.
+    /// It contains a byte that text cannot contain.
     #[error("line {line}: byte 0x{byte:02x} is not text: {}", remedy(*.byte))]
     Binary {
-        /// Which line, from 1.
+        /// Line number, from 1.
         line: usize,
         /// The byte.
         byte: u8,
     },
-    /// A byte that the controller would obey at once, outside a comment.
+    /// It contains a byte outside a comment that the controller would execute at once.
     #[error("line {line}: '{}' is a real-time command, obeyed the moment it arrives: take it out of the program", char::from(*.byte))]
     RealTime {
-        /// Which line, from 1.
+        /// Line number, from 1.
         line: usize,
         /// The byte.
         byte: u8,
     },
 }
 
-/// What to do about a byte that no text has.
+/// What to do about a byte that text cannot contain.
 fn remedy(byte: u8) -> &'static str {
     match byte {
-        // A file of UTF-16 begins with them, and UTF-8 has none.
+        // A UTF-16 file begins with these bytes, and UTF-8 never has them.
         0xfe.. => "save the file as plain text (UTF-8)",
         0x80.. => "remove it, or put it in a comment",
         _ => "is this a G-code file?",
     }
 }
 
-/// A line as the controller's interpreter takes it: without blanks and comments, in capitals.
+/// A line as the controller's interpreter takes it: without spaces and comments, in upper case.
 ///
 /// # Errors
 /// As [`LineAssembler::push`].
 pub fn stripped(line: &[u8]) -> Result<String, Error> {
     let mut assembler = LineAssembler::new();
-    // It is to be told from what was borrowed of the assembler.
+    // Owned, because the result of `push` borrows from the assembler.
     let line = line.iter().chain(b"\n").find_map(|&byte| assembler.push(byte).map(|line| line.map(str::to_owned)));
     line.unwrap_or(Ok(String::new()))
 }
 
-/// The lines of `program` without their line ends: LF, CR, CR LF, and CR CR LF, which a file has whose line ends were converted
-/// twice. What old systems put at the end of a file, 0x1a and NULs, is dropped.
+/// The lines of `program` without their line ends, which are LF, CR, CR LF, or CR CR LF (a file whose line ends were
+/// converted twice). Characters that old systems put at the end of a file, 0x1a and NULs, are dropped.
 ///
-/// Comments stay, but their real-time characters (`?`, `!`, `~`) and whatever is not ASCII become blanks, as a careful
-/// sender does: the controller would obey the first and may drop the second anywhere in the stream.
+/// Comments stay, but their real-time characters (`?`, `!`, `~`) and non-ASCII characters become spaces, as in a
+/// careful sender. The controller would execute the former anywhere in the stream, and may drop the latter.
 ///
 /// # Errors
-/// [`ProgramError`] with the line to look at.
+/// [`ProgramError`] with the line at fault.
 pub fn lines(program: &[u8]) -> Result<Vec<Vec<u8>>, ProgramError> {
     let text = program.strip_prefix(b"\xef\xbb\xbf").unwrap_or(program);
     let end = text.iter().rposition(|byte| !matches!(byte, 0x1a | 0)).map_or(0, |last| last + 1);
@@ -65,8 +65,8 @@ pub fn lines(program: &[u8]) -> Result<Vec<Vec<u8>>, ProgramError> {
     split(text).into_iter().enumerate().map(|(index, line)| clean(index + 1, line)).collect()
 }
 
-/// The lines of a text without their line ends: LF, CR, CR LF and CR CR LF end one each, so that lines have the numbers that
-/// editors show.
+/// The lines of a text without their line ends. LF, CR, CR LF and CR CR LF each end one line, so line numbers are those
+/// of editors.
 pub(crate) fn split(text: &[u8]) -> Vec<&[u8]> {
     let mut lines = Vec::new();
     let mut rest = text;

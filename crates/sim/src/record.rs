@@ -1,4 +1,4 @@
-//! What is seen during a run, as it is kept.
+//! What is recorded during a run.
 
 use std::fmt;
 
@@ -13,7 +13,7 @@ use crate::tool::ToolChange;
 pub enum Wire {
     /// STEP of an axis: a rising edge is a step.
     Step(Axis),
-    /// DIR of an axis: high is positive.
+    /// DIR of an axis: high is positive, unless inverted.
     Dir(Axis),
     /// ENABLE of all drivers: active low.
     Enable,
@@ -32,24 +32,24 @@ pub enum Wire {
 /// One change of a wire's level.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Wave {
-    /// When, since power-up.
+    /// Time since power-up.
     pub t_ns: u64,
-    /// Which wire.
+    /// The wire.
     pub wire: Wire,
-    /// Its new level.
+    /// The new level.
     pub high: bool,
 }
 
 /// One step: a rising edge of STEP.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Edge {
-    /// When, since power-up.
+    /// Time since power-up.
     pub t_ns: u64,
     /// Index of the axis.
     pub axis: usize,
-    /// 1 or -1, as DIR says.
+    /// 1 or -1, according to DIR.
     pub direction: i32,
-    /// Steps counted after this one, from power-up or since the axis was homed.
+    /// Position after this step, counted from power-up or since the axis was homed.
     pub position_steps: i32,
 }
 
@@ -61,32 +61,32 @@ pub enum LossCause {
     Disabled,
     /// The carriage stood against its end stop.
     EndStop,
-    /// Something held the motor, as was asked for.
+    /// Something blocked the motor, as requested.
     Stalled,
-    /// The motor was asked for more than its pull-out curve allows.
+    /// More was asked for than the motor's pull-out curve allows.
     PullOut {
         /// The rate asked for.
         asked_steps_s: f64,
         /// The acceleration asked for.
         asked_steps_s2: f64,
     },
-    /// The edges ceased above the pull-in rate, and the rotor ran on.
+    /// The edges ceased above the pull-in rate, and the rotor continued to turn.
     Overshoot {
-        /// The rate at which they ceased.
+        /// The rate at which the edges ceased.
         from_steps_s: f64,
     },
 }
 
-/// Steps lost in a row, for one reason.
+/// Consecutive steps lost for one reason.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Loss {
-    /// When the first was lost, since power-up.
+    /// When the first step was lost, since power-up.
     pub t_ns: u64,
     /// Index of the axis.
     pub axis: usize,
-    /// Why.
+    /// The reason.
     pub cause: LossCause,
-    /// How many.
+    /// Number of steps.
     pub steps: u32,
 }
 
@@ -106,7 +106,7 @@ impl fmt::Display for Loss {
     }
 }
 
-/// What was seen during a run.
+/// What was recorded during a run.
 #[derive(Clone, Debug, Default)]
 pub struct Record {
     /// Every step.
@@ -115,12 +115,12 @@ pub struct Record {
     pub waves: Vec<Wave>,
     /// Every change of the tool's outputs.
     pub tool: Vec<ToolChange>,
-    /// Every event but those that tell of moves and runs, with its instant in ns since power-up.
+    /// Every event except those about moves and runs, with its instant in ns since power-up.
     pub events: Vec<(u64, Event)>,
-    /// What those tell.
+    /// The moves, assembled from the events about moves and runs.
     pub moves: Moves,
     /// Every edge that a driver may misread.
     pub violations: Vec<Violation>,
-    /// Every step that no carriage made.
+    /// Every step that a carriage did not make.
     pub losses: Vec<Loss>,
 }

@@ -1,10 +1,10 @@
-//! Settings from a file of `$n=v` lines, as senders save them and as `$$` prints them.
+//! Reads settings from a file of `$n=v` lines, as senders save them and as `$$` prints them.
 //!
 //! # Design
-//! A line is understood as the controller's console would, comments, blanks and capitals included. What a terminal has caught
-//! beside `$$` is passed over: its `ok`, the welcome, reports and messages. A value is held against its own range where it
-//! stands, but what must hold between settings is looked at in the end, as with settings from the flash: so a file works in
-//! any order.
+//! A line is interpreted as by the controller's console, including comments, spaces and upper case. Other lines that a
+//! terminal captures with `$$` are skipped: its `ok`, the welcome, reports and messages. A value is checked against its
+//! own range at its line. The rules between settings are checked at the end, as with settings from the flash, so the
+//! lines may have any order.
 
 use embassy_time::Duration;
 use isostep_console::{Command, Error, Interpreter, ReportedState, SettingError, Settings};
@@ -16,13 +16,13 @@ use crate::motor::PullOutCurve;
 use crate::program;
 use crate::sim::Sim;
 
-/// Why a file of settings was refused: nothing of it is in force.
+/// Why a file of settings was refused. None of its settings is in force.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{file}{}: {reason}", .line.as_ref().map_or(String::new(), |(number, text)| format!(":{number}: `{text}`")))]
 pub struct Refused {
-    /// Its name.
+    /// Name of the file.
     pub file: String,
-    /// Which line, from 1, and its text; `None` where it is no single one.
+    /// Line number, from 1, and its text; `None` if the reason is not a single line.
     pub line: Option<(usize, String)>,
     /// The value, the limit and the remedy.
     pub reason: Reason,
@@ -31,28 +31,28 @@ pub struct Refused {
 /// What is wrong with a file of settings.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Reason {
-    /// A value cannot be.
+    /// A value is not allowed.
     #[error(transparent)]
     Setting(SettingError),
-    /// The settings do not work in steps.
+    /// The settings do not work when converted to steps.
     #[error("{0}")]
     Config(ConfigError),
     /// The console does not understand the line.
     #[error("error:{code}: {0}", code = .0.code())]
     Line(Error),
-    /// The line is something else.
+    /// The line is not a setting.
     #[error("this is no setting: a file of settings has $n=v lines, such as $110=2880, and comments")]
     NoSetting,
-    /// There is no setting in it.
+    /// There is no setting in the file.
     #[error("there is no $n=v line in it: save what $$ prints, or write one such as $110=2880")]
     Empty,
 }
 
-/// The default machine with the settings of `text`, a file called `file`, for a machine stepped by `port`, with drivers that need
-/// `timing`.
+/// The default machine with the settings of `text`, the contents of `file`. The machine is stepped by `port`, with
+/// drivers that need `timing`.
 ///
 /// # Errors
-/// [`Refused`] with the first line that cannot be.
+/// [`Refused`] with the first line that is not allowed.
 pub fn read(file: &str, text: &[u8], port: Port, timing: DriverTiming) -> Result<Settings, Refused> {
     let mut reading = Reading::new(file);
     for (number, line) in (1..).zip(lines(text)) {
@@ -61,21 +61,21 @@ pub fn read(file: &str, text: &[u8], port: Port, timing: DriverTiming) -> Result
     reading.end(capabilities(port, timing))
 }
 
-/// The lines of a text, whatever ends them.
+/// The lines of a text, with any line ends.
 fn lines(text: &[u8]) -> Vec<String> {
     let text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text);
     program::split(text).into_iter().map(|line| String::from_utf8_lossy(line).trim().to_owned()).collect()
 }
 
-/// What the ports of such a machine can do, as they tell when their tasks have run.
+/// The capabilities that the ports of such a machine report once their tasks have run.
 fn capabilities(port: Port, driver: DriverTiming) -> [Option<Capabilities>; AXES] {
     let mut sim = Sim::new(&Config { port, driver, keep_record: false, ..Config::default() });
-    // No task of a machine at power-up wakes another for ever.
+    // At power-up, no task of a machine wakes another for ever.
     sim.run_for(Duration::from_micros(1)).expect("a machine at power-up comes to rest");
     sim.machine().capabilities()
 }
 
-/// A file, as far as it was read.
+/// A file, as far as it has been read.
 struct Reading<'f> {
     file: &'f str,
     settings: Settings,
@@ -113,14 +113,14 @@ impl<'f> Reading<'f> {
         Ok(self.settings)
     }
 
-    /// The last line that sets one of these.
+    /// The last line that sets one of `settings`.
     fn line_of(&self, settings: &[u16]) -> Option<(usize, String)> {
         let last = self.taken.iter().rfind(|(_, _, setting)| settings.contains(setting));
         last.map(|(number, text, _)| (*number, text.clone()))
     }
 }
 
-/// The setting and value of a line; `None` for one that sets nothing.
+/// The setting and value of a line; `None` if it sets nothing.
 fn setting(text: &str) -> Result<Option<(u16, f32)>, Reason> {
     if text == "ok" || text == "$$" || text.starts_with(['<', '[']) || text.starts_with("Grbl ") {
         return Ok(None);
@@ -138,7 +138,7 @@ fn setting(text: &str) -> Result<Option<(u16, f32)>, Reason> {
     }
 }
 
-/// These settings with one changed, whether or not all of them still work together.
+/// These settings with one changed, even if they do not work together.
 fn set(mut settings: Settings, number: u16, value: f32) -> Result<Settings, SettingError> {
     match settings.with(number, value, &|_| f32::INFINITY) {
         Ok(settings) => Ok(settings),
@@ -151,7 +151,7 @@ fn set(mut settings: Settings, number: u16, value: f32) -> Result<Settings, Sett
             | SettingError::LeastDutyAboveFull { .. }
             | SettingError::PullOffNotBelowTravel { .. },
         ) => {
-            // Another line may still put that right.
+            // A later line may still correct that.
             settings.set(number, value);
             Ok(settings)
         }
@@ -159,7 +159,7 @@ fn set(mut settings: Settings, number: u16, value: f32) -> Result<Settings, Sett
     }
 }
 
-/// The settings between which something is wrong.
+/// The settings that are involved in an error.
 fn involved(error: &SettingError) -> Vec<u16> {
     match *error {
         SettingError::SoftLimitsNeedHoming => vec![20, 22],
@@ -174,13 +174,13 @@ fn involved(error: &SettingError) -> Vec<u16> {
     }
 }
 
-/// The step rate that every port carries with pulses of `pulse_us`, steps/s.
+/// The step rate that every port supports with pulses of `pulse_us`, steps/s.
 fn carries_steps_s(ports: [Option<Capabilities>; AXES], pulse_us: u16) -> f32 {
     let wiring = Wiring { pulse_ns: u32::from(pulse_us) * 1_000, ..Wiring::default() };
     ports.iter().flatten().map(|port| port.rate_max_steps_s(wiring) as f32).fold(f32::INFINITY, f32::min)
 }
 
-/// Where `motor` cannot do what an axis is configured for, told with the numbers.
+/// One text with figures for each axis whose limits `motor` cannot reach.
 pub fn beyond_motor(settings: &Settings, motor: PullOutCurve) -> Vec<String> {
     let limits = isostep_controller::config(settings).limits;
     Axis::ALL.into_iter().zip(limits).filter_map(|(axis, limits)| beyond(axis, &limits, motor)).collect()

@@ -32,7 +32,7 @@ pub use self::silence::Silencer;
 
 const RESET: u8 = 0x18;
 
-/// How often a run tells of its progress, in virtual time.
+/// How often a run reports its progress, in virtual time.
 const WATCHED_EVERY: Duration = Duration::from_secs(1);
 
 /// Why a run has no outcome.
@@ -41,37 +41,37 @@ pub enum SimError {
     /// The file is not a program.
     #[error(transparent)]
     Program(#[from] ProgramError),
-    /// A carriage cannot start there.
+    /// A carriage cannot start at the given position.
     #[error(transparent)]
     Start(#[from] StartOutside),
-    /// The run did not come to its end.
+    /// The run did not end.
     #[error(transparent)]
     Run(#[from] RunError),
-    /// The controller fell silent.
+    /// The controller did not answer.
     #[error("line {line} `{text}` was never answered; these tasks wait: {}", .waiting.join(", "))]
     Unanswered {
-        /// Which line of the program, from 1.
+        /// Line number in the program, from 1.
         line: usize,
         /// Its text.
         text: String,
         /// The tasks that have not ended.
         waiting: Vec<&'static str>,
     },
-    /// A line of the program silenced the controller.
+    /// The controller did not answer because of an earlier line of the program.
     #[error("line {line} `{text}` was never answered, as line {} `{}` {}: take it out of the program", .by.line, .by.text, .by.effect)]
     Silenced {
-        /// Which line of the program was not answered, from 1.
+        /// Number of the line without an answer, from 1.
         line: usize,
         /// Its text.
         text: String,
-        /// The one that silenced it.
+        /// The line that caused it.
         by: Silencer,
     },
 }
 
-/// Streams `program` to a machine fresh from power-up and runs until all is answered and at rest.
+/// Streams `program` to a machine just after power-up, and runs until everything is answered and at rest.
 ///
-/// A refused line or an alarm is not an error here: the outcome tells.
+/// A refused line or an alarm is not an error here: see the outcome.
 ///
 /// # Errors
 /// [`SimError`].
@@ -79,7 +79,7 @@ pub fn run(program: &[u8], config: &Config) -> Result<Outcome, SimError> {
     run_with(program, config, Flash::blank())
 }
 
-/// The same with a flash, whose settings hold where it has any.
+/// As [`run`], with a flash. Settings in the flash are in force.
 ///
 /// # Errors
 /// [`SimError`].
@@ -87,7 +87,7 @@ pub fn run_with(program: &[u8], config: &Config, flash: Flash) -> Result<Outcome
     run_watched(program::lines(program)?.into(), config, flash, &mut |_| {})
 }
 
-/// The same of a program's lines, and tells `watch` every second of virtual time how far it has come.
+/// As [`run_with`], for the lines of a program. Calls `watch` every second of virtual time with the progress.
 ///
 /// # Errors
 /// [`SimError`].
@@ -101,7 +101,7 @@ pub fn run_watched(
     Sim::with_flash(config, flash).stream(program, watch)
 }
 
-/// How far a program has come.
+/// Progress of a program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Progress {
     /// Lines answered.
@@ -110,7 +110,7 @@ pub struct Progress {
     pub t_ns: u64,
 }
 
-/// A simulated machine, to be run in steps: `send`, run, look at `replies`.
+/// A simulated machine for step-by-step use: call `send`, run, then check `replies`.
 ///
 /// ```
 /// use isostep_sim::{Config, Sim};
@@ -130,46 +130,46 @@ pub struct Sim {
     consoles: Vec<Console>,
 }
 
-/// What may come between two critical sections.
+/// An event that can be made to come between two critical sections.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Stimulus {
     /// The emergency stop is pressed.
     EmergencyStop,
-    /// The limit switch of an axis gets a fault: stuck closed, it is as if somebody pressed it.
+    /// The limit switch of an axis gets a fault; stuck closed is the same as pressed.
     Switch(Axis, SwitchFault),
-    /// Bytes arrive at the first console. A reset among them is heard at once.
+    /// Bytes arrive at the first console. A reset byte among them is detected at once.
     Bytes(Vec<u8>),
 }
 
-/// A stimulus has come.
+/// When a stimulus came.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Came {
-    /// When, ns since power-up.
+    /// Time, ns since power-up.
     pub at_ns: u64,
-    /// What the machine was doing.
+    /// The state of the machine then.
     pub state: State,
 }
 
-/// A console's link, as its host has it.
+/// The host's end of a console's link.
 #[derive(Default)]
 struct Console {
     to_controller: Pipe,
     from_controller: Pipe,
-    /// A byte for every time that a host opens the console.
+    /// Gets one byte each time a host opens the console.
     opened: Pipe,
     heard: Lines,
 }
 
 impl Sim {
-    /// A machine at power-up, for the first time.
+    /// A machine at its first power-up.
     ///
     /// # Panics
-    /// When a carriage cannot start where `config` says: see [`Config::check`].
+    /// If a carriage cannot start at the position in `config`: see [`Config::check`].
     pub fn new(config: &Config) -> Self {
         Self::with_flash(config, Flash::blank())
     }
 
-    /// A machine at power-up, its flash as an earlier one has left it. What that does not hold is as in `config`.
+    /// A machine at power-up with the flash of an earlier machine. What is not in the flash comes from `config`.
     ///
     /// # Panics
     /// As [`new`](Self::new).
@@ -180,7 +180,7 @@ impl Sim {
         let world = Rc::new(RefCell::new(World::new(executor.clock().clone(), config)));
         let machine = spawn_motion(&mut executor, &world, config);
         let consoles: Vec<_> = (0..=usize::from(config.second_console)).map(|_| Console::default()).collect();
-        // What is wrong from the start is so before anybody says a word.
+        // Faults that exist from the start must be there before the controller runs.
         let hosts: Vec<_> = consoles.iter().map(|console| console.from_controller.clone()).collect();
         for &fault in &config.faults {
             faults::spawn(&mut executor, fault, config.seed, &world, hosts.clone());
@@ -190,32 +190,33 @@ impl Sim {
         executor.spawn_at(Priority::World, "bounce", world::bounce(world.clone()));
         if let Some(section_max_ns) = config.section_max_ns {
             let changed = world.clone();
-            // A task that changes the world is no code of the chip's.
+            // While a task changes the simulated world, no code of the chip runs.
             let open = Box::new(move || changed.try_borrow_mut().is_ok());
             executor.preempt(Preemption { open, section_max_ns, seed: config.seed });
         }
         Self { executor, world, machine, config: config.clone(), consoles }
     }
 
-    /// Puts bytes on the console's wire.
+    /// Sends bytes to the first console.
     pub fn send(&mut self, bytes: &[u8]) {
         self.send_to(0, bytes);
     }
 
-    /// The same on that of the console with this index: the second is 1.
+    /// Sends bytes to the console with this index; the second console is 1.
     ///
     /// # Panics
-    /// When there is none, as all that asks for a console.
+    /// If there is no such console. The same applies to all functions with a console's index.
     pub fn send_to(&mut self, console: usize, bytes: &[u8]) {
         self.consoles[console].to_controller.push(bytes);
     }
 
-    /// How many of them the controller has not read yet.
+    /// Number of sent bytes that the controller has not read yet.
     pub fn unread(&self) -> usize {
         self.consoles[0].to_controller.len()
     }
 
-    /// A host opens the console, as when DTR rises: it begins anew with the welcome, and what was on the wires is gone.
+    /// Opens the console, as a host does when DTR rises. It starts again with the welcome, and bytes on the wires are
+    /// lost.
     pub fn open_console(&mut self) {
         let console = &self.consoles[0];
         console.to_controller.take();
@@ -228,26 +229,26 @@ impl Sim {
         self.consoles[0].from_controller.take()
     }
 
-    /// The lines that the controller completed since the last call; empty ones left out.
+    /// The lines that the controller completed since the last call, without empty ones.
     pub fn replies(&mut self) -> Vec<String> {
         self.replies_of(0)
     }
 
-    /// The same of the console with this index.
+    /// As [`replies`](Self::replies), for the console with this index.
     pub fn replies_of(&mut self, console: usize) -> Vec<String> {
         let Console { heard, from_controller, .. } = &mut self.consoles[console];
         heard.push(&from_controller.take())
     }
 
-    /// How many critical sections have ended, where tasks are interrupted: see [`Config::section_max_ns`].
+    /// Number of critical sections that have ended, if tasks are interrupted: see [`Config::section_max_ns`].
     pub fn sections(&self) -> u64 {
         self.executor.sections()
     }
 
-    /// Has `stimulus` come when so many more have ended. What is returned tells of it, once it has come.
+    /// Applies `stimulus` after this many more critical sections. The returned cell is set when it has come.
     ///
     /// # Panics
-    /// Where tasks are not interrupted.
+    /// If tasks are not interrupted.
     pub fn after_sections(&mut self, sections: u64, stimulus: Stimulus) -> Rc<Cell<Option<Came>>> {
         let came = Rc::new(Cell::new(None));
         let (told, machine, clock) = (came.clone(), self.machine, self.executor.clock().clone());
@@ -258,7 +259,7 @@ impl Sim {
                 Stimulus::EmergencyStop => world.borrow_mut().set_hand_input(Wire::EmergencyStop, true),
                 Stimulus::Switch(axis, fault) => world.borrow_mut().set_switch(axis, fault),
                 Stimulus::Bytes(bytes) => {
-                    // As a board's interrupt does.
+                    // A board does this in an interrupt.
                     if bytes.contains(&RESET) {
                         machine.reset_heard();
                     }
@@ -269,12 +270,12 @@ impl Sim {
         came
     }
 
-    /// What was to come after more sections does not.
+    /// Discards the stimuli that have not come yet.
     pub fn forget_stimuli(&mut self) {
         self.executor.forget_stimuli();
     }
 
-    /// Runs for a duration, exactly.
+    /// Runs for exactly `duration`.
     ///
     /// # Errors
     /// [`RunError::Livelock`].
@@ -282,7 +283,7 @@ impl Sim {
         self.executor.run_for(duration)
     }
 
-    /// Runs to `at_ns` since power-up, exactly; not at all when that is past.
+    /// Runs to exactly `at_ns` since power-up. Does not run if that is in the past.
     ///
     /// # Errors
     /// [`RunError::Livelock`].
@@ -290,7 +291,7 @@ impl Sim {
         self.executor.run_to(at_ns)
     }
 
-    /// Runs until nothing can happen any more unless something is sent or pressed.
+    /// Runs until nothing can happen unless something is sent or pressed.
     ///
     /// # Errors
     /// [`RunError::TimeLimit`] when that takes longer than the configuration allows; [`RunError::Livelock`].
@@ -298,10 +299,10 @@ impl Sim {
         self.run_to_rest(&mut |_| {})
     }
 
-    /// Runs until the machine is in a state for which `wanted` holds.
+    /// Runs until the machine is in a state for which `wanted` is true.
     ///
     /// # Errors
-    /// [`RunError`]: also a deadlock, when it never comes to that.
+    /// [`RunError`]; a deadlock if the machine never reaches such a state.
     pub fn run_until_state(&mut self, wanted: impl Fn(State) -> bool) -> Result<(), RunError> {
         let limit = self.now() + self.config.time_limit;
         let machine = self.machine;
@@ -313,27 +314,28 @@ impl Sim {
         self.set_hand_input(Wire::EmergencyStop, pressed);
     }
 
-    /// Presses or releases a button, opens or closes the safety door, or has the probe touch by hand.
+    /// Presses or releases a button, opens or closes the safety door, or sets the probe's contact by hand.
     pub fn set_hand_input(&mut self, wire: Wire, pressed: bool) {
         self.world.borrow_mut().set_hand_input(wire, pressed);
     }
 
-    /// Puts a plate where the probe touches it, or takes it away.
+    /// Sets or removes the plate that the probe can touch.
     pub fn set_plate(&mut self, plate: Option<Plate>) {
         self.world.borrow_mut().set_plate(plate);
     }
 
-    /// The duties of the tool's outputs now, of 65,535, in the order of [`ToolOutput::ALL`](crate::tool::ToolOutput::ALL).
+    /// The present duties of the tool's outputs, of 65,535, in the order of
+    /// [`ToolOutput::ALL`](crate::tool::ToolOutput::ALL).
     pub fn tool(&self) -> [u16; 5] {
         self.world.borrow().tool()
     }
 
-    /// Gives the limit switch of `axis` a fault, or takes it: stuck closed, it is as if somebody pressed it.
+    /// Sets or clears a fault of the limit switch of `axis`; stuck closed is the same as pressed.
     pub fn set_switch(&mut self, axis: Axis, fault: SwitchFault) {
         self.world.borrow_mut().set_switch(axis, fault);
     }
 
-    /// Has a fault come, and go.
+    /// Applies a fault, which also ends by itself if it has a duration.
     pub fn suffer(&mut self, fault: Fault) {
         let hosts = self.consoles.iter().map(|console| console.from_controller.clone()).collect();
         faults::spawn(&mut self.executor, fault, self.config.seed, &self.world, hosts);
@@ -344,49 +346,49 @@ impl Sim {
         self.executor.clock().now()
     }
 
-    /// The same in nanoseconds since power-up.
+    /// The present time in nanoseconds since power-up.
     pub fn now_ns(&self) -> u64 {
         self.executor.clock().now_ns()
     }
 
-    /// What the controller's tasks share.
+    /// The state that the controller's tasks share.
     pub fn machine(&self) -> &'static Machine {
         self.machine
     }
 
-    /// The steps seen per axis, from power-up or since it was homed.
+    /// The steps counted per axis, from power-up or since it was homed.
     pub fn counted_steps(&self) -> [i32; 3] {
         self.world.borrow().counted_steps()
     }
 
-    /// The steps made per axis, both ways, since power-up.
+    /// The steps made per axis in both directions, since power-up.
     pub fn steps(&self) -> [u64; 3] {
         self.world.borrow().steps()
     }
 
-    /// How many events but those of moves and runs have been recorded.
+    /// Number of recorded events, except those of moves and runs.
     pub fn events(&self) -> usize {
         self.world.borrow().record().events.len()
     }
 
-    /// Where each carriage really is, steps from where its limit switch closes.
+    /// True position of each carriage, steps from where its limit switch closes.
     pub fn places_steps(&self) -> [i32; 3] {
         self.world.borrow().places_steps()
     }
 
-    /// Where each carriage was when its limit switch closed last, steps from the switch's place.
+    /// Position of each carriage when its limit switch last closed, steps from the switch's nominal position.
     pub fn closed_at_steps(&self) -> [i32; 3] {
         self.world.borrow().closed_at_steps()
     }
 
-    /// All that was seen so far.
+    /// Everything recorded so far, and the present state.
     pub fn outcome(&self) -> Outcome {
         self.world.borrow_mut().settle();
         let record = self.world.borrow().record().clone();
         self.outcome_of(record, Default::default())
     }
 
-    /// Streams a program to its end, from the present state on. Where it waits for a person it is resumed at once.
+    /// Streams a program to its end, from the present state on. If it waits for the operator, it is resumed at once.
     ///
     /// # Errors
     /// [`SimError::Run`], [`SimError::Silenced`] and [`SimError::Unanswered`].
@@ -421,12 +423,12 @@ impl Sim {
         }
     }
 
-    /// As [`run_until_idle`](Self::run_until_idle), and tells `watch` the instant every second of it.
+    /// As [`run_until_idle`](Self::run_until_idle); also calls `watch` with the time once per second of virtual time.
     fn run_to_rest(&mut self, watch: &mut dyn FnMut(u64)) -> Result<(), RunError> {
         let mut next = self.now();
         let limit = next + self.config.time_limit;
         loop {
-            // Not from now on: the clock stays at what happened last while nothing is due.
+            // Not relative to the present time: while nothing is due, the clock stays at the last event.
             next = limit.min(next + WATCHED_EVERY);
             match self.executor.run_until_quiescent(next)? {
                 Rest::Quiescent => return Ok(()),
@@ -444,9 +446,9 @@ impl Sim {
     }
 }
 
-/// The tasks that a board runs at high priority, then its coordinator.
+/// Spawns the tasks that run at high priority on a board, then the coordinator.
 fn spawn_motion(executor: &mut Executor, world: &Shared, config: &Config) -> &'static Machine {
-    // The tasks want a machine that lives for ever, as a board's static does.
+    // The tasks need a machine that lives for ever, like a static on a board.
     let machine: &'static Machine = Box::leak(Box::new(Machine::new(isostep_controller::config(&config.settings))));
     world.borrow_mut().follow(machine);
     let ports = AxisPort::all(config, executor, world);
@@ -480,7 +482,7 @@ fn spawn_motion(executor: &mut Executor, world: &Shared, config: &Config) -> &'s
     machine
 }
 
-/// What has to do with the tool, the probe and the buttons.
+/// Spawns the tasks for the tool, the probe and the buttons.
 fn spawn_tool(executor: &mut Executor, world: &Shared, machine: &'static Machine) {
     let port = SimTool::new(world);
     executor.spawn_at(Priority::P1, "tool", async move {
@@ -498,7 +500,7 @@ fn spawn_tool(executor: &mut Executor, world: &Shared, machine: &'static Machine
     });
 }
 
-/// The task of the consoles.
+/// Spawns the task of the consoles.
 fn spawn_consoles(
     executor: &mut Executor,
     machine: &'static Machine,
@@ -532,10 +534,10 @@ async fn serve_all(machine: &'static Machine, store: Store<Flash>, links: Vec<(i
     }
 }
 
-/// Serves one console, a session after the other, as on a board whose host opens and closes the port.
+/// Serves one console, session after session, as on a board whose host opens and closes the port.
 async fn serve(controller: &Controller<'_, Flash>, (mut rx, mut tx, mut opened): (impl Read, impl Write, Pipe)) {
     loop {
-        // The link cannot fail, so nothing but an opening ends a session.
+        // The link cannot fail, so a session ends only when the console is opened again.
         select(controller.serve(&mut rx, &mut tx), opened.read(&mut [0])).await;
     }
 }

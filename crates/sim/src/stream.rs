@@ -1,4 +1,4 @@
-//! A sender: streams a program to the controller's console as real ones do, and keeps the dialogue.
+//! A sender: streams a program to the controller's console as real senders do, and records the dialogue.
 
 use std::cell::RefCell;
 use std::collections::VecDeque;
@@ -16,53 +16,53 @@ use crate::time::Clock;
 /// The lines of a program, without their line ends.
 pub type Program = Arc<[Vec<u8>]>;
 
-/// What the controller said beside the answers to lines.
+/// What the controller sent in addition to the answers to lines.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Said {
     /// When it was complete, ns since power-up.
     pub t_ns: u64,
-    /// The first line of the program that had not been answered by then, from 1.
+    /// The first line of the program that had not been answered then, from 1.
     pub line: usize,
-    /// Without its line end.
+    /// The text without its line end.
     pub text: String,
 }
 
 /// A line that the controller refused.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Refusal {
-    /// Which line of the program, from 1.
+    /// Line number in the program, from 1.
     pub line: usize,
     /// Its text.
     pub text: String,
     /// The number after `error:`.
     pub code: u8,
-    /// What the controller said about this line, if it said more than the number.
+    /// The controller's message about this line, if there was one in addition to the number.
     pub words: Option<String>,
 }
 
-/// A line at which the machine waited for a person: M0, or M6.
+/// A line at which the machine waited for the operator: M0 or M6.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Pause {
-    /// Which line of the program, from 1.
+    /// Line number in the program, from 1.
     pub line: usize,
     /// Its text.
     pub text: String,
     /// When it was resumed, ns since power-up.
     pub t_ns: u64,
-    /// What the controller said about it, such as which tool it wants.
+    /// The controller's message about it, such as the tool to put in.
     pub words: Option<String>,
 }
 
-/// What came of streaming a program.
+/// The dialogue of streaming a program.
 #[derive(Clone, Debug, Default)]
 pub struct Dialogue {
-    /// All that the controller said but `ok` and `error:N`.
+    /// Everything that the controller sent except `ok` and `error:N`.
     pub said: Vec<Said>,
     /// The lines that were refused.
     pub refusals: Vec<Refusal>,
-    /// The lines that waited for a person.
+    /// The lines that waited for the operator.
     pub pauses: Vec<Pause>,
-    /// The number after `ALARM:`, of the first.
+    /// The number after the first `ALARM:`.
     pub alarm: Option<u8>,
     /// Lines sent.
     pub sent: usize,
@@ -72,19 +72,19 @@ pub struct Dialogue {
     pub cut_short: bool,
     /// Whether the sender has nothing left to do.
     pub done: bool,
-    /// The words of messages about the line that is answered next.
+    /// Messages about the line that is answered next.
     about_line: Vec<String>,
-    /// The next message is about the alarm told before it.
+    /// Whether the next message is about the preceding alarm.
     about_alarm: bool,
 }
 
 impl Dialogue {
-    /// The line that waits for its answer, from 1, if one does.
+    /// Number of the line that waits for its answer, from 1, if there is one.
     pub fn waiting_line(&self) -> Option<usize> {
         (self.answered < self.sent).then_some(self.answered + 1)
     }
 
-    /// Takes note that the line that waits is waiting for a person.
+    /// Notes that the line without an answer waits for the operator.
     pub fn note_pause(&mut self, program: &Program, t_ns: u64) {
         let (line, text) = self.next_line(program);
         let words = self.words();
@@ -101,7 +101,7 @@ impl Dialogue {
         (self.answered + 1, text)
     }
 
-    /// What was said about the line that is answered next. A message comes before the answer that it belongs to.
+    /// The messages about the line that is answered next. A message comes before the answer it belongs to.
     fn words(&mut self) -> Option<String> {
         let words = std::mem::take(&mut self.about_line);
         (!words.is_empty()).then(|| words.join("; "))
@@ -129,7 +129,7 @@ impl Dialogue {
     }
 }
 
-/// Streams `lines` and returns when each was answered. After a refusal or an alarm no further line is sent.
+/// Streams lines, each no earlier than the streaming mode allows. Sends no further line after a refusal or an alarm.
 pub struct Sender {
     clock: Clock,
     config: Config,
@@ -137,14 +137,14 @@ pub struct Sender {
     rx: Pipe,
     partial: Lines,
     program: Program,
-    /// Length of each line not yet answered, and its end; and of all together.
+    /// Length of each line without an answer, including its line end; and the sum of all.
     in_flight: VecDeque<usize>,
     in_flight_bytes: usize,
     dialogue: Rc<RefCell<Dialogue>>,
 }
 
 impl Sender {
-    /// Sends by `tx`, listens at `rx`, notes in `dialogue`.
+    /// A sender that writes to `tx`, reads from `rx`, and records in `dialogue`.
     pub fn new(
         clock: Clock,
         config: Config,
@@ -156,10 +156,10 @@ impl Sender {
         Self { clock, config, tx, rx, partial, program, in_flight, in_flight_bytes: 0, dialogue }
     }
 
-    /// The task: sends the program and notes what is said, until all is answered or a line is refused.
+    /// The task: sends the program and records the dialogue, until all lines are answered or one is refused.
     ///
     /// # Cancellation
-    /// Dropping it stops the sending; what was sent is carried out, and the axes go on to its end.
+    /// Dropping it stops the sending. The controller executes what was sent to its end.
     pub async fn run(mut self) {
         loop {
             self.fill();
@@ -180,7 +180,7 @@ impl Sender {
             let length = line.len() + 1;
             let room = match self.config.streaming {
                 Streaming::SendAndWait => self.in_flight.is_empty(),
-                // A line longer than the window goes alone.
+                // A line longer than the window is sent alone.
                 Streaming::CharacterCounting { window_bytes } => {
                     self.in_flight.is_empty() || self.in_flight_bytes + length <= window_bytes
                 }
@@ -237,7 +237,8 @@ mod tests {
     use super::*;
     use crate::executor::Executor;
 
-    /// A console that answers every line after 1 ms, and repeats it: `bad` with error:20, `crash` with an alarm.
+    /// A console that answers every line after 1 ms and repeats it. It answers `bad` with error:20 and `crash` with an
+    /// alarm.
     async fn console(mut rx: Pipe, tx: Pipe, most_waiting: Rc<RefCell<usize>>) {
         let mut lines = Lines::default();
         let mut buffer = [0; 1024];

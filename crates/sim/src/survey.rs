@@ -1,11 +1,13 @@
-//! A program read from its first line to its last without a machine: which lines would be refused, where it goes, and
-//! what it asks of a person.
+//! Reads a program from its first line to its last without a machine, to find which lines would be refused, where the
+//! program goes, and what it asks of the operator.
 //!
 //! # Design
-//! Each line goes to the interpreter that the controller has, in the state of a machine at rest. So what is refused here is
-//! refused there, with the same number. What only a machine can know is left to it: switches, alarms and the flash.
+//! Each line goes to the same interpreter as in the controller, in the state of a machine at rest. So a line that is
+//! refused here is also refused there, with the same number. What only a machine can know is left out: switches, alarms
+//! and the flash.
 //!
-//! A refused line changes nothing, here as there; but a sender stops at it, and a survey goes on, as if it had been taken out.
+//! A refused line changes nothing, neither here nor in the controller. A sender stops at it, but a survey continues as
+//! if the line had been removed.
 
 mod room;
 
@@ -22,94 +24,95 @@ pub use room::{Bounds, Fit, Room};
 use crate::program::stripped;
 use crate::stream::Program;
 
-/// Of lines that are alike no more are listed one by one.
+/// At most this many lines of one kind are listed one by one.
 pub const LISTED_MAX: usize = 1_000;
-/// Where a place is compared with the travel, half of the finest step that `$100` allows.
+/// Tolerance for comparing a position with the travel: half of the finest step that `$100` allows.
 const SAME_MM: f64 = 0.5e-4;
 
 /// A line that the controller would refuse.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Refused {
-    /// Which line of the program, from 1.
+    /// Line number in the program, from 1.
     pub line: usize,
     /// Its text.
     pub text: String,
     /// The number after `error:`.
     pub code: u8,
-    /// The word at which it stopped, if it was one.
+    /// The word at which reading stopped, if it was a word.
     pub word: Option<String>,
-    /// What is wrong, and what to do.
+    /// What is wrong and what to do about it.
     pub remedy: String,
 }
 
 /// The first move that leaves the travel.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Outside {
-    /// Which line of the program, from 1.
+    /// Line number in the program, from 1.
     pub line: usize,
     /// Its text.
     pub text: String,
     /// The axis.
     pub axis: String,
-    /// Where it goes, machine coordinates.
+    /// Its target, in machine coordinates.
     pub place_mm: f64,
-    /// The nearest place within reach.
+    /// The nearest position within the travel.
     pub nearest_mm: f64,
-    /// Whether the axis is homed by then, so that the machine itself refuses to go there.
+    /// Whether the axis is homed then, so that the machine itself refuses the move.
     pub homed: bool,
-    /// Whether the whole program fits if it begins elsewhere, and where.
+    /// Whether the whole program would fit with another start, and with which.
     pub fit: Fit,
 }
 
-/// What is known of a program without running it.
+/// What is known about a program without running it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Survey {
-    /// Lines, empty ones included.
+    /// Number of lines, including empty ones.
     pub lines: usize,
-    /// Of which G-code.
+    /// Lines of G-code among them.
     pub blocks: usize,
-    /// Of which `$` lines.
+    /// `$` lines among them.
     pub statements: usize,
-    /// Of which comments or nothing.
+    /// Lines without content, or with comments only, among them.
     pub empty: usize,
-    /// How many lines are refused.
+    /// Number of refused lines.
     pub refused_total: usize,
-    /// They, up to [`LISTED_MAX`].
+    /// The refused lines, at most [`LISTED_MAX`].
     pub refused: Vec<Refused>,
-    /// The numbers of all of them.
+    /// The numbers of all refused lines.
     #[serde(skip)]
     refused_lines: Vec<usize>,
-    /// How many are refused, by what is wrong with them.
+    /// Number of refused lines for each cause.
     pub refused_by_word: BTreeMap<String, usize>,
     /// Lines that move something.
     pub moves: usize,
-    /// Of which arcs.
+    /// Arcs among them.
     pub arcs: usize,
-    /// Where its moves begin, go and end, from where it begins or has been homed; `None` if nothing moves.
+    /// The range of its moves, including their starts, relative to where the program begins or has been homed; `None`
+    /// if nothing moves.
     pub extents_mm: Option<Bounds>,
-    /// The least and the greatest feed that is asked for, mm/min.
+    /// The least and the greatest feed asked for, mm/min.
     pub feeds_mm_min: Option<(f32, f32)>,
-    /// How many lines wait for a person: M0 and M6.
+    /// Number of lines that wait for the operator: M0 and M6.
     pub pauses_total: usize,
-    /// They, up to [`LISTED_MAX`].
+    /// The numbers of these lines, at most [`LISTED_MAX`].
     pub pauses: Vec<usize>,
-    /// The tools that it asks for by M6, each with the first line that does; 0 for none in particular.
+    /// The tools that M6 asks for, each with the first line that does; 0 if no tool is named.
     pub tools: BTreeMap<u8, usize>,
-    /// Whether it homes.
+    /// Whether the program homes.
     pub homes: bool,
-    /// The line at which it says that it ends: M2 or M30.
+    /// The line at which the program ends: M2 or M30.
     pub ends_at: Option<usize>,
-    /// The settings that are in force behind its last line.
+    /// The settings in force after the last line.
     #[serde(skip)]
     pub settings: Settings,
-    /// Whether a spindle or a laser is still on behind its last line.
+    /// Whether a spindle or a laser is still on after the last line.
     pub leaves_tool_on: bool,
     /// The first move that leaves the travel.
     pub outside: Option<Outside>,
 }
 
 impl Survey {
-    /// Reads a program for a machine with these settings whose carriages stand at `start_mm` from their switches.
+    /// Reads a program for a machine with these settings whose carriages are at `start_mm` from their switches.
     pub fn of(program: &[Vec<u8>], settings: &Settings, start_mm: [f64; AXES]) -> Self {
         let mut reader = read(program, settings, start_mm, Interpreter::new());
         if let Some(mut outside) = reader.survey.outside.take() {
@@ -119,7 +122,7 @@ impl Survey {
         reader.survey
     }
 
-    /// The program with empty lines for those that are refused.
+    /// The program with empty lines in place of the refused ones.
     pub fn accepted(&self, program: &Program) -> Program {
         if self.refused_lines.is_empty() {
             return program.clone();
@@ -151,7 +154,7 @@ fn read(program: &[Vec<u8>], settings: &Settings, start_mm: [f64; AXES], interpr
     reader
 }
 
-/// Where the program fits that `reader` has read: before homing the carriages may stand elsewhere, behind it the origin may.
+/// Where the program that `reader` has read would fit. Before homing, the carriages can be moved; after it, the origin.
 fn fit(program: &[Vec<u8>], settings: &Settings, reader: &Reader, homed: bool) -> Fit {
     let start_mm = reader.start_mm;
     let room = if homed { Room::homed(&reader.settings) } else { Room::before_homing(&reader.settings, start_mm) };
@@ -170,7 +173,7 @@ fn fit(program: &[Vec<u8>], settings: &Settings, reader: &Reader, homed: bool) -
     if fits { fit } else { Fit::Nowhere }
 }
 
-/// With the origin of G54 there.
+/// An interpreter with the origin of G54 at `origin_mm`.
 fn with_origin(origin_mm: [f64; AXES]) -> Interpreter {
     let mut coordinates = Coordinates::default();
     coordinates.work_offsets_mm[0] = origin_mm.map(|mm| mm as f32);
@@ -179,7 +182,7 @@ fn with_origin(origin_mm: [f64; AXES]) -> Interpreter {
     interpreter
 }
 
-/// Where carriages stand from which all places are shifted, mm from their switches.
+/// Start positions of the carriages that shift all positions by `shifts_mm`, mm from their switches.
 fn moved_mm(settings: &Settings, start_mm: [f64; AXES], shifts_mm: [f64; AXES]) -> [f64; AXES] {
     let towards = isostep_controller::config(settings).homing.towards;
     std::array::from_fn(|axis| {
@@ -188,7 +191,7 @@ fn moved_mm(settings: &Settings, start_mm: [f64; AXES], shifts_mm: [f64; AXES]) 
     })
 }
 
-/// The word at which the reading of a line stops, if it is one.
+/// The word at which the reading of a line stops, if it is a word.
 pub fn stopping_word(line: &str) -> Option<String> {
     word(&stripped(line.as_bytes()).ok()?)
 }
@@ -197,7 +200,7 @@ fn word(stripped: &str) -> Option<String> {
     isostep_console::stopped_at(stripped).map(|range| stripped[range].to_owned())
 }
 
-/// What is wrong, as lines that are alike are counted: of a G or an M its number too, of other letters not what follows them.
+/// The cause by which refused lines are counted. For G and M it includes the number, for other letters only the letter.
 pub fn kind(word: Option<&str>, error: Error) -> String {
     let named = word.map(|word| if word.starts_with(['G', 'M']) { word } else { word.get(..1).unwrap_or(word) });
     match named {
@@ -217,20 +220,20 @@ fn remedy(line: &str, word: Option<&str>, error: Error) -> String {
     format!("{named}{error}")
 }
 
-/// A program, as far as it was read.
+/// A program, as far as it has been read.
 struct Reader {
     survey: Survey,
     interpreter: Interpreter,
     settings: Settings,
     start_mm: [f64; AXES],
     homed: [bool; AXES],
-    /// Where the axes can go by now.
+    /// Where the axes can go at present.
     room: Room,
-    /// The least and the greatest place of each axis before it is homed, and behind that.
+    /// The least and the greatest position of each axis before it is homed, and after that.
     reach_mm: [[Option<(f64, f64)>; AXES]; 2],
-    /// In check mode, where it began: nothing moves.
+    /// In check mode, the position at which it began: nothing moves.
     checks_from_mm: Option<[f32; AXES]>,
-    /// The line being read.
+    /// The line that is being read.
     number: usize,
     text: String,
 }
@@ -252,7 +255,7 @@ impl Reader {
             [b'$', ..] => self.survey.statements += 1,
             _ => {
                 self.survey.blocks += 1;
-                // It has not ended if something follows.
+                // The program has not ended if another block follows.
                 self.survey.ends_at = None;
             }
         }
@@ -296,7 +299,7 @@ impl Reader {
         }
     }
 
-    /// At this line it waits for a person, who puts in a tool, or looks.
+    /// Notes that this line waits for the operator, to change a tool or to look.
     fn wait(&mut self) {
         self.survey.pauses_total += 1;
         if self.survey.pauses.len() < LISTED_MAX {
@@ -304,7 +307,7 @@ impl Reader {
         }
     }
 
-    /// Check mode ends by a reset, where it began.
+    /// Ends or begins check mode. It ends with a reset, at the position at which it began.
     fn toggle_check(&mut self, position_mm: [f32; AXES]) {
         match self.checks_from_mm.take() {
             None => self.checks_from_mm = Some(position_mm),
@@ -315,7 +318,7 @@ impl Reader {
         }
     }
 
-    /// The settings, or what is homed, are others.
+    /// Updates the room after a change of the settings or of the homed axes.
     fn measure_room(&mut self) {
         let (before, behind) = (Room::before_homing(&self.settings, self.start_mm), Room::homed(&self.settings));
         let mm = |axis: usize| if self.homed[axis] { behind.mm[axis] } else { before.mm[axis] };
@@ -332,7 +335,7 @@ impl Reader {
         }
     }
 
-    /// The axes stand at zero from now on, and the travel is where it is said to be.
+    /// Notes that the axes are at zero, so that their travel is now known.
     fn home(&mut self, axis: Option<usize>) {
         self.survey.homes = true;
         let mut position_mm = self.interpreter.position_mm();

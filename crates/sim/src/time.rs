@@ -1,21 +1,19 @@
-//! Virtual time: an Embassy time driver whose clock moves only when the executor says so.
+//! Virtual time: an Embassy time driver whose clock is moved only by the executor.
 //!
 //! # Design
-//! The clock counts nanoseconds; Embassy sees the microseconds of it, and what is finer waits by [`Clock::until`].
+//! The clock counts nanoseconds. Embassy sees microseconds; finer waits use [`Clock::until`].
 //!
-//! Embassy reaches its time driver through two free functions, hence through a static. Here that static
-//! holds nothing: every thread has a *current* [`Clock`], installed by [`Clock::enter`] for as long as
-//! an executor runs. So tests run in parallel, two simulations may take turns on one thread, and none
-//! sees another's time.
+//! Embassy reaches its time driver through two free functions, and therefore through a static. Here this static has no
+//! state: every thread has a *current* [`Clock`], set by [`Clock::enter`] for as long as an executor runs. So tests run
+//! in parallel, two simulations can alternate on one thread, and none sees another's time.
 //!
-//! Deadlines are ordered by (instant, sequence number): two that fall on the same instant wake their tasks
-//! in the order in which they were asked for. As with Embassy's own queue a task has one deadline, its
-//! earliest; a woken task polls all its timers again, and so asks again for what it still needs.
-//! That also keeps abandoned timers from piling up.
+//! Deadlines are ordered by (instant, sequence number): deadlines at the same instant wake their tasks in the order in
+//! which they were set. As in Embassy's own queue, a task has one deadline, its earliest. A woken task polls all its
+//! timers again, and so sets those again that it still needs. This also keeps abandoned timers from piling up.
 //!
-//! Code takes no time here, but a blocking delay does, for the task that makes it alone: as if every task had a core of
-//! its own. [`Clock::spend`] moves that task's time on until its poll is over, and the executor polls it
-//! again only when the others have caught up.
+//! Code takes no time here, but a blocking delay does, for its own task only, as if every task had its own core.
+//! [`Clock::spend`] advances that task's time until its poll is over. The executor polls the task again only when the
+//! others have caught up.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -30,44 +28,44 @@ thread_local! {
     static CURRENT: RefCell<Option<Clock>> = const { RefCell::new(None) };
 }
 
-/// A virtual clock with its queue of deadlines. Clones share the same time.
+/// A virtual clock with its queue of deadlines. Clones share one time.
 #[derive(Clone, Default)]
 pub struct Clock(Rc<RefCell<State>>);
 
 #[derive(Default)]
 struct State {
     now_ns: u64,
-    /// What the task being polled has spent in blocking delays.
+    /// Time that the task being polled has spent in blocking delays.
     spent_ns: u64,
     sequence: u64,
-    /// By instant, ns, and sequence number.
+    /// Keys: instant, ns, and sequence number.
     deadlines: BTreeMap<(u64, u64), Waker>,
 }
 
 impl Clock {
-    /// A clock that stands at zero: power-up.
+    /// A clock at zero, which is power-up.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// The present instant, of the task being polled.
+    /// The present instant for the task being polled.
     pub fn now(&self) -> Instant {
         Instant::from_ticks(self.now_ns() / NS_PER_TICK)
     }
 
-    /// Nanoseconds since power-up, of the task being polled.
+    /// Nanoseconds since power-up for the task being polled.
     pub fn now_ns(&self) -> u64 {
         let state = self.0.borrow();
         state.now_ns + state.spent_ns
     }
 
-    /// The task being polled spends `ns` in a blocking delay.
+    /// Spends `ns` of the polled task's time in a blocking delay.
     pub fn spend(&self, ns: u64) {
         self.0.borrow_mut().spent_ns += ns;
     }
 
-    /// Has the task being polled have spent `ns` in blocking delays; returns what it was before. An interrupt delays what it
-    /// interrupts by none of its own.
+    /// Sets the time that the task being polled has spent in blocking delays; returns the previous value. With this,
+    /// the delays of an interrupt do not delay the interrupted task.
     pub(crate) fn set_spent_ns(&self, ns: u64) -> u64 {
         std::mem::replace(&mut self.0.borrow_mut().spent_ns, ns)
     }
@@ -87,14 +85,14 @@ impl Clock {
         .await;
     }
 
-    /// The poll is over, and the next task starts at the common time; returns when this one is through with its delays,
-    /// ns since power-up.
+    /// Ends a poll: the next task starts at the common time. Returns when the delays of this task are over, ns since
+    /// power-up.
     pub fn end_poll(&self) -> u64 {
         let mut state = self.0.borrow_mut();
         state.now_ns + std::mem::take(&mut state.spent_ns)
     }
 
-    /// Makes this the clock of the current thread's `embassy_time`, until the guard is dropped.
+    /// Makes this the clock of `embassy_time` on the current thread, until the guard is dropped.
     pub fn enter(&self) -> Entered {
         Entered(CURRENT.replace(Some(self.clone())))
     }
@@ -106,10 +104,10 @@ impl Clock {
         Some(at_ns)
     }
 
-    /// Moves time forward to `at_ns` since power-up (never back) and wakes, in order, every task whose deadline has come.
+    /// Advances time to `at_ns` since power-up, never backwards, and wakes in order every task whose deadline has come.
     pub fn advance_to(&self, at_ns: u64) {
         let due = self.0.borrow_mut().advance_to(at_ns);
-        // Woken outside the borrow: a waker may ask for the time.
+        // Woken outside the borrow, because a waker may read the time.
         due.into_values().for_each(Waker::wake);
     }
 }
@@ -134,7 +132,7 @@ impl State {
     }
 }
 
-/// Keeps a [`Clock`] current; gives the thread back its previous one when dropped.
+/// Keeps a [`Clock`] current; restores the thread's previous clock when dropped.
 #[must_use = "the clock is current only while this guard lives"]
 pub struct Entered(Option<Clock>);
 
@@ -154,7 +152,7 @@ pub fn ns(instant: Instant) -> u64 {
 struct ThreadClock;
 
 impl Driver for ThreadClock {
-    /// Zero where no clock is current: Embassy asks that this never fails.
+    /// Zero if no clock is current: Embassy requires that this never fails.
     fn now(&self) -> u64 {
         CURRENT.with_borrow(|clock| clock.as_ref().map_or(0, |clock| clock.now().as_ticks()))
     }
@@ -162,7 +160,7 @@ impl Driver for ThreadClock {
     fn schedule_wake(&self, at: u64, waker: &Waker) {
         CURRENT.with_borrow(|clock| {
             let clock = clock.as_ref().expect("a Timer is awaited outside the simulated executor");
-            // Embassy asks for the end of time when it waits for nothing.
+            // Embassy passes the end of time when it waits for nothing.
             clock.0.borrow_mut().schedule(at.saturating_mul(NS_PER_TICK), waker);
         });
     }

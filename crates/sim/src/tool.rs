@@ -1,4 +1,4 @@
-//! The tool's outputs as the world sees them, and the plate that the probe touches.
+//! The tool's outputs as seen by the simulated world, and the plate that the probe touches.
 
 mod beginnings;
 pub mod figures;
@@ -19,7 +19,7 @@ use crate::world::Shared;
 pub enum ToolOutput {
     /// Pulse-width modulation of spindle or laser.
     Pwm,
-    /// The spindle is to turn, or the laser may shine.
+    /// Enables the spindle or the laser.
     Enable,
     /// The spindle's direction: on for counter-clockwise.
     Direction,
@@ -30,7 +30,7 @@ pub enum ToolOutput {
 }
 
 impl ToolOutput {
-    /// All of them.
+    /// All outputs.
     pub const ALL: [Self; 5] = [Self::Pwm, Self::Enable, Self::Direction, Self::Flood, Self::Mist];
 }
 
@@ -49,23 +49,23 @@ impl fmt::Display for ToolOutput {
 /// One change of one output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ToolChange {
-    /// When, since power-up.
+    /// Time since power-up.
     pub t_ns: u64,
-    /// Which.
+    /// The output.
     pub output: ToolOutput,
-    /// Duty of the PWM output, of 65,535; of the others 65,535 for on, 0 for off.
+    /// Duty of 65,535. The outputs other than PWM have 65,535 for on and 0 for off.
     pub duty: u16,
 }
 
 impl ToolChange {
-    /// The same, from 0 to 1.
+    /// The duty as a fraction from 0 to 1.
     pub fn share(self) -> f64 {
         f64::from(self.duty) / f64::from(u16::MAX)
     }
 }
 
-/// The tool's port in the simulator: changes happen at once, and a stop needs no brake, as the task that has to do with it is
-/// there at the same instant.
+/// The tool's port in the simulator. Changes happen at once. A stop needs no brake, because the tool's task runs at the
+/// same instant.
 pub struct SimTool {
     world: Shared,
 }
@@ -105,19 +105,20 @@ impl ToolPort for SimTool {
     }
 }
 
-/// A conducting plate across an axis: the probe touches it from a place on.
+/// A conducting plate across an axis, which the probe touches from a certain position on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plate {
-    /// Which axis goes there.
+    /// The axis that moves towards the plate.
     pub axis: Axis,
-    /// Where it is, mm above the limit switch.
+    /// Its position, mm above the limit switch.
     pub place_mm: f64,
-    /// It is touched at that place and nearer to the switch, rather than farther from it.
+    /// If true, it is touched at this position and closer to the switch, otherwise at this position and farther from
+    /// it.
     pub is_below: bool,
 }
 
 impl Plate {
-    /// Whether the probe touches it where the axis is.
+    /// Whether the probe touches it at this position of the axis.
     pub fn is_touched(&self, place_steps: i32, steps_per_mm: f64) -> bool {
         let plate_steps = (self.place_mm * steps_per_mm).round() as i32;
         if self.is_below { place_steps <= plate_steps } else { place_steps >= plate_steps }
@@ -151,16 +152,16 @@ impl FromStr for Plate {
     }
 }
 
-/// What is said is no plate.
+/// A text that does not describe a plate.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NoPlate {
-    /// It has other parts than a plate has.
+    /// It does not have the parts of a plate.
     #[error("`{0}` is not an axis, a place and a side: say it as Z,12.5,below")]
     Parts(String),
     /// There is no such axis.
     #[error("`{0}` is no axis: use X, Y or Z")]
     Axis(String),
-    /// The place is no number.
+    /// The position is not a number.
     #[error("`{0}` is no place: give mm above the axis's limit switch, such as 12.5")]
     Place(String),
     /// There is no such side.

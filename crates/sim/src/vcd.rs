@@ -9,22 +9,22 @@ use vcd::{IdCode, SimulationCommand, TimescaleUnit, VarType, Writer};
 use crate::record::{Wave, Wire};
 use crate::tool::{ToolChange, ToolOutput};
 
-/// What is in a dump.
+/// A signal of a dump.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Signal {
     Wire(Wire),
     Tool(ToolOutput),
 }
 
-/// A change of one of them.
+/// A change of a signal.
 #[derive(Clone, Copy)]
 enum Change {
     Wire(Wave),
     Tool(ToolChange),
 }
 
-/// Writes `waves` and the changes of the `tool` from power-up on, both in order; the limit switches start as `limits_high` says,
-/// and the tool is off. The duty of PWM is a real number from 0 to 1.
+/// Writes `waves` and the changes of the `tool` since power-up, both in order. `limits_high` are the initial levels of
+/// the limit switches. The tool is off initially. The duty of PWM is a real number from 0 to 1.
 ///
 /// # Errors
 /// Those of `out`.
@@ -80,7 +80,7 @@ fn set_tool(change: ToolChange, ids: &Ids, vcd: &mut Writer<impl io::Write>) -> 
     }
 }
 
-/// All of both in the order of time.
+/// All changes of both in order of time.
 fn merged(waves: &[Wave], tool: &[ToolChange]) -> impl Iterator<Item = Change> {
     let mut waves = waves.iter().copied().peekable();
     let mut tool = tool.iter().copied().peekable();

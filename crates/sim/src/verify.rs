@@ -1,4 +1,4 @@
-//! The promises, checked edge by edge: exact counts, instants as the closed form says, straight paths, equal intervals.
+//! Checks the promises edge by edge: exact counts, instants by the closed form, straight paths, equal intervals.
 
 use isostep_motion::{AXES, Axis, Finish, State};
 
@@ -8,25 +8,26 @@ use crate::moves::MoveRecord;
 use crate::outcome::Outcome;
 use crate::record::Edge;
 
-/// What was found out about one move.
+/// The results for one move.
 #[derive(Clone, Debug)]
 pub struct MoveCheck {
     /// Index in [`Outcome::moves`].
     pub index: usize,
-    /// Steps that left, signed.
+    /// Steps that were made, signed.
     pub emitted_steps: [i32; AXES],
-    /// Whether all and only the planned steps left.
+    /// Whether exactly the planned steps were made.
     pub exact: bool,
-    /// Per axis, the largest distance of an edge from its closed-form instant, ns; `None` for an axis at rest.
+    /// For each axis, the largest distance of an edge from its closed-form instant, ns; `None` for an axis at rest.
     pub error_max_ns: [Option<f64>; AXES],
-    /// The most that two axes were apart, in units of half a step of each: 1 is the bound
-    /// |x/nx - y/ny| <= 1/2 (1/nx + 1/ny). `None` with fewer than two axes moving.
+    /// The largest distance of two axes from the straight line, in units of half a step of each: 1 is the bound |x/nx -
+    /// y/ny| <= 1/2 (1/nx + 1/ny). `None` if fewer than two axes move.
     pub path_deviation: Option<f64>,
-    /// As planned: one profile, so the same for every axis.
+    /// Planned intervals. There is one profile, so they are the same for every axis.
     pub planned: Intervals,
-    /// Per axis, measured from its own edges ([`measure`]); `None` for an axis at rest or with too few edges.
+    /// For each axis, intervals measured from its own edges ([`measure`]); `None` for an axis at rest or with too few
+    /// edges.
     pub measured: [Option<Measured>; AXES],
-    /// What instants that are off as far as they may be add to `path_deviation`.
+    /// How much the tolerance of the instants can add to `path_deviation`.
     path_slack: f64,
 }
 
@@ -36,12 +37,12 @@ impl MoveCheck {
         self.error_max_ns.iter().flatten().copied().fold(0.0, f64::max)
     }
 
-    /// Whether the path kept within half a step of either axis.
+    /// Whether the path stayed within half a step of both axes.
     pub fn is_straight(&self) -> bool {
         self.path_deviation.is_none_or(|deviation| deviation <= 1.0 + self.path_slack)
     }
 
-    /// The most by which measured intervals of two axes differ, s; `None` with fewer than two measured.
+    /// The largest difference between measured intervals of two axes, s; `None` if fewer than two were measured.
     pub fn apart_s(&self) -> Option<f64> {
         let measured: Vec<_> = self.measured.iter().flatten().collect();
         let (first, rest) = measured.split_first()?;
@@ -54,14 +55,14 @@ impl MoveCheck {
         self.measured.iter().flatten().map(|measured| measured.resolution_s).reduce(f64::max)
     }
 
-    /// Whether the measured intervals of all axes are equal, as finely as their edges resolve them.
+    /// Whether the measured intervals of all axes are equal, within the resolution of their edges.
     pub fn is_equal(&self) -> bool {
         let measured: Vec<_> = self.measured.iter().flatten().collect();
         measured.iter().enumerate().all(|(index, one)| measured[index + 1..].iter().all(|other| one.agrees(other)))
     }
 }
 
-/// Checks every move of the program; those of homing end at a switch, so they are left out.
+/// Checks every move of the program. Moves of homing are left out because they end at a switch.
 pub fn moves(outcome: &Outcome) -> impl Iterator<Item = MoveCheck> {
     let program = outcome.moves.iter().enumerate().filter(|(_, record)| !record.homing);
     program.map(|(index, _)| check(outcome, index))
@@ -111,21 +112,22 @@ pub fn axis_times_s(record: &MoveRecord, edges: &[Edge]) -> [Vec<f64>; AXES] {
     times_s
 }
 
-/// Each edge's instant from the beginning of the move, s, and how much later than the closed form it was, ns.
+/// For each edge, its instant from the beginning of the move, s, and how much later than the closed form it was, ns.
 pub fn errors_ns(record: &MoveRecord, axis: usize, times_s: &[f64]) -> impl Iterator<Item = (f64, f64)> {
     let numbers = record.step_numbers(axis);
     let begin_s = record.plan.begin_s();
     times_s.iter().zip(numbers).map(move |(&t_s, k)| (t_s, (t_s - (record.step_time_s(axis, k) - begin_s)) * 1e9))
 }
 
-/// The largest distance between two axes' shares of their way, and what instants that are off may add to it.
+/// The largest difference between two axes' fractions of their distances, and how much the tolerance of the instants
+/// may add to it.
 fn path(record: &MoveRecord, edges: &[Edge], port: Port) -> (Option<f64>, f64) {
     let n = record.plan.steps.map(|n| f64::from(n.unsigned_abs()));
     let pairs: Vec<_> = [(0, 1), (0, 2), (1, 2)].into_iter().filter(|&(i, j)| n[i] > 0.0 && n[j] > 0.0).collect();
-    // A move that was held goes on where it was.
+    // A move that was held continues where it was held.
     let mut made: [f64; AXES] = std::array::from_fn(|axis| f64::from(record.plan.step_numbers(axis).start - 1));
     let mut deviation = 0.0_f64;
-    // Edges of one instant belong together: between them no time passes.
+    // Edges at the same instant belong together.
     for together in edges.chunk_by(|one, next| one.t_ns == next.t_ns) {
         for edge in together {
             made[edge.axis] += 1.0;
@@ -136,7 +138,7 @@ fn path(record: &MoveRecord, edges: &[Edge], port: Port) -> (Option<f64>, f64) {
         }
     }
     let profile = record.plan.profile;
-    // One axis early, the other late.
+    // One axis may be early while the other is late.
     let apart_s = 2.0 * port.tolerance_ns() * 1e-9;
     let share = profile.cruise_speed_steps_s() * apart_s / profile.distance_steps();
     let slack = pairs.iter().map(|&(i, j)| share / (0.5 / n[i] + 0.5 / n[j])).fold(0.0, f64::max);
@@ -146,25 +148,25 @@ fn path(record: &MoveRecord, edges: &[Edge], port: Port) -> (Option<f64>, f64) {
 /// One promise, and whether it was kept.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Verdict {
-    /// What was promised.
+    /// The promise.
     pub promise: &'static str,
     /// Whether it was kept.
     pub kept: bool,
-    /// The figures.
+    /// Figures on how it was kept or broken.
     pub detail: String,
 }
 
-/// What was found out about many moves.
+/// The results for many moves.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Findings {
     moves: usize,
     exact: usize,
     error_max_ns: f64,
-    /// Moves of several axes, and how far from straight the worst was.
+    /// Number of moves of several axes, their largest deviation from the straight line, and how many exceed the bound.
     paths: usize,
     path_deviation: f64,
     bent: usize,
-    /// Moves whose intervals could be measured on several axes, and how far apart they were.
+    /// Number of moves whose intervals were measured on several axes, their largest difference, and its resolution.
     measured: usize,
     apart_s: f64,
     resolution_s: f64,
@@ -172,12 +174,12 @@ pub struct Findings {
 }
 
 impl Findings {
-    /// How many moves were looked at.
+    /// Number of moves checked.
     pub fn moves(&self) -> usize {
         self.moves
     }
 
-    /// Adds those of a move.
+    /// Adds the results for one move.
     pub fn add(&mut self, check: &MoveCheck) {
         self.moves += 1;
         self.exact += usize::from(check.exact);
@@ -204,7 +206,7 @@ impl FromIterator<MoveCheck> for Findings {
     }
 }
 
-/// Every promise of a run.
+/// All promises of a run, with their results.
 pub fn verdicts(outcome: &Outcome, findings: &Findings) -> Vec<Verdict> {
     vec![
         program(outcome),
@@ -274,7 +276,7 @@ fn lasting(outcome: &Outcome) -> Verdict {
         }
         None => "no move after another".to_owned(),
     };
-    // A plan's end is reckoned in floating point.
+    // The end of a plan is computed in floating point.
     Verdict { promise: "every move as long as its plan", kept: shortest_ns.is_none_or(|ns| ns > -1.0), detail }
 }
 

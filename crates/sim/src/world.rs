@@ -1,4 +1,5 @@
-//! The world around the controller: wires into drivers, motors, carriages and switches, and a record of it all.
+//! The simulated world around the controller: wires, drivers, motors, carriages and switches, and a record of all
+//! events.
 
 use std::cell::RefCell;
 use std::future::poll_fn;
@@ -18,19 +19,19 @@ pub use crate::record::{Edge, Loss, LossCause, Record, Wave, Wire};
 use crate::time::Clock;
 use crate::tool::{Plate, ToolChange, ToolOutput};
 
-/// One axis from its driver to its switch.
+/// One axis, from its driver to its switch.
 struct AxisWorld {
     inputs: DriverInputs,
-    /// 1 where positive is away from the switch, otherwise -1.
+    /// 1 if the positive direction is away from the switch, otherwise -1.
     away: i32,
     motor: Motor,
     carriage: Carriage,
     switch: Switch,
     counted_steps: i32,
-    /// Where the carriage stood when the count was zero.
+    /// Position of the carriage where the count was zero.
     zero_steps: i32,
     losing: bool,
-    /// Its motor makes no step.
+    /// Whether its motor is blocked.
     is_stalled: bool,
 }
 
@@ -43,14 +44,14 @@ struct Input {
     wakers: Vec<Waker>,
 }
 
-/// The inputs that belong to no axis.
+/// The inputs that do not belong to an axis.
 const HAND_INPUTS: [Wire; 4] = [Wire::EmergencyStop, Wire::Probe, Wire::Hold, Wire::Start];
 
-/// See the module. Shared by pins, tasks and the simulation as [`Shared`].
+/// The world; see the module. Pins, tasks and the simulation share it as [`Shared`].
 pub struct World {
     clock: Clock,
     axes: [AxisWorld; AXES],
-    /// Limit switches in the axes' order, then the others in the order of [`HAND_INPUTS`].
+    /// Limit switches in the order of the axes, then the others in the order of [`HAND_INPUTS`].
     inputs: [Input; AXES + HAND_INPUTS.len()],
     limits_high_at_start: [bool; AXES],
     plate: Option<Plate>,
@@ -64,9 +65,9 @@ pub struct World {
     steps: [u64; AXES],
     mechanics: Mechanics,
     wiring: Wiring,
-    /// What the mechanics follow.
+    /// The machine whose configuration the mechanics follow.
     machine: Option<&'static Machine>,
-    /// The motors of all axes, if they are not to follow.
+    /// The motor of all axes, if the motors do not follow the configuration.
     motor: Option<PullOutCurve>,
     motion: Motion,
 }
@@ -78,15 +79,15 @@ struct Motion {
     first_ns: Option<u64>,
     /// The start of the last one.
     last_ns: u64,
-    /// When the plan of the last one that ended was over, s after the start of the first.
+    /// End of the plan of the last move that ended, s after the start of the first.
     lasted_s: f64,
 }
 
-/// The one world of a simulation.
+/// The world of a simulation, shared.
 pub type Shared = Rc<RefCell<World>>;
 
 impl World {
-    /// Carriages and switches as `config` places them, drivers disabled.
+    /// A world with carriages and switches as `config` places them, and drivers disabled.
     pub fn new(clock: Clock, config: &Config) -> Self {
         let machine_config = isostep_controller::config(&config.settings);
         let (mechanics, wiring) = (Mechanics::of(&machine_config, config.motor), Wiring::of(&machine_config));
@@ -123,12 +124,12 @@ impl World {
         world
     }
 
-    /// From now on the mechanics are as `machine` is configured: they are looked at when an axis begins to move.
+    /// Makes the mechanics follow the configuration of `machine`, which is checked each time an axis begins to move.
     pub fn follow(&mut self, machine: &'static Machine) {
         self.machine = Some(machine);
     }
 
-    /// Drives an output of the controller.
+    /// Sets an output of the controller.
     pub fn drive(&mut self, wire: Wire, high: bool) {
         let t_ns = self.clock.now_ns();
         let violations = &mut self.record.violations;
@@ -147,7 +148,7 @@ impl World {
         self.note_wave(Wave { t_ns, wire, high });
     }
 
-    /// Drives an output of the tool.
+    /// Sets an output of the tool.
     pub fn drive_tool(&mut self, output: ToolOutput, duty: u16) {
         if std::mem::replace(&mut self.tool[output as usize], duty) != duty && self.keep_record {
             self.record.tool.push(ToolChange { t_ns: self.clock.now_ns(), output, duty });
@@ -189,13 +190,13 @@ impl World {
         }
     }
 
-    /// Presses or releases the emergency stop, or a button; or has the probe touch something, or nothing, by hand.
+    /// Presses or releases the emergency stop or a button, or sets the probe's contact by hand.
     pub fn set_hand_input(&mut self, wire: Wire, pressed: bool) {
         let opens = wire == Wire::Probe && self.wiring.probe_opens;
         self.set_input(input_index(wire), pressed == opens);
     }
 
-    /// Puts a plate where the probe touches it, or takes it away.
+    /// Sets or removes the plate that the probe can touch.
     pub fn set_plate(&mut self, plate: Option<Plate>) {
         self.plate = plate;
         self.refresh_probe();
@@ -209,18 +210,18 @@ impl World {
         self.set_hand_input(Wire::Probe, touches);
     }
 
-    /// Gives the limit switch of `axis` a fault, or takes it.
+    /// Sets or clears a fault of the limit switch of `axis`.
     pub fn set_switch(&mut self, axis: Axis, fault: SwitchFault) {
         self.axes[axis as usize].switch.set_fault(fault);
         self.refresh_switch(axis);
     }
 
-    /// The motor of `axis` makes no step from now on, or does again.
+    /// Blocks the motor of `axis`, so that it makes no step, or releases it.
     pub fn set_stalled(&mut self, axis: Axis, is_stalled: bool) {
         self.axes[axis as usize].is_stalled = is_stalled;
     }
 
-    /// Takes note of what the coordinator says.
+    /// Notes an event of the coordinator.
     pub fn on_event(&mut self, event: Event) {
         if self.keep_record {
             self.note_event(event);
@@ -237,7 +238,7 @@ impl World {
         }
     }
 
-    /// The configuration that the next run is planned by.
+    /// Notes the configuration that the next run is planned with.
     pub fn on_config(&mut self, config: isostep_motion::Config) {
         if self.keep_record {
             self.record.moves.plan_by(config);
@@ -252,17 +253,17 @@ impl World {
         }
     }
 
-    /// From the start of the first move to the end of the last one's plan, s.
+    /// Time from the start of the first move to the end of the last one's plan, s.
     pub fn motion_s(&self) -> f64 {
         self.motion.lasted_s
     }
 
-    /// Where each carriage really is, in steps from where its switch closes.
+    /// True position of each carriage, in steps from where its switch closes.
     pub fn places_steps(&self) -> [i32; AXES] {
         std::array::from_fn(|axis| self.axes[axis].carriage.place_steps())
     }
 
-    /// Where each carriage was when its switch closed last, in steps from the switch's place.
+    /// Position of each carriage when its switch last closed, in steps from the switch's nominal position.
     pub fn closed_at_steps(&self) -> [i32; AXES] {
         std::array::from_fn(|axis| self.axes[axis].switch.closed_at_steps())
     }
@@ -272,7 +273,7 @@ impl World {
         std::array::from_fn(|axis| self.axes[axis].counted_steps)
     }
 
-    /// How far each carriage is from where the count says it is.
+    /// Distance of each carriage from its position by the count.
     pub fn drift_steps(&self) -> [i32; AXES] {
         std::array::from_fn(|axis| {
             let axis = &self.axes[axis];
@@ -280,22 +281,22 @@ impl World {
         })
     }
 
-    /// The steps made per axis, both ways, since power-up.
+    /// The steps made per axis in both directions, since power-up.
     pub fn steps(&self) -> [u64; AXES] {
         self.steps
     }
 
-    /// What was seen so far.
+    /// Everything recorded so far.
     pub fn record(&self) -> &Record {
         &self.record
     }
 
-    /// The same, for good: the world goes on with none.
+    /// Takes the record; the world continues with an empty one.
     pub fn take_record(&mut self) -> Record {
         std::mem::take(&mut self.record)
     }
 
-    /// Lets motions that have ended end, so that an abrupt stop's overshoot is seen.
+    /// Ends motions that are over, so that the overshoot of an abrupt stop is recorded.
     pub fn settle(&mut self) {
         let t_ns = self.clock.now_ns();
         for axis in Axis::ALL {
@@ -304,7 +305,7 @@ impl World {
         self.refit();
     }
 
-    /// Has the mechanics follow the machine's configuration, which changes only while nothing moves.
+    /// Makes the mechanics follow the machine's configuration, which changes only while nothing moves.
     fn refit(&mut self) {
         let Some(machine) = self.machine else { return };
         let mechanics = Mechanics::of(&machine.config(), self.motor);
@@ -352,7 +353,7 @@ impl World {
         self.carriage_moved(t_ns, axis);
     }
 
-    /// Steps lost in a row for one reason are one entry.
+    /// Records lost steps. Consecutive ones of an axis become one entry.
     fn lose(&mut self, t_ns: u64, axis: Axis, cause: LossCause, steps: u32) {
         let index = axis as usize;
         let continues = self.axes[index].losing;
@@ -426,12 +427,13 @@ impl AxisWorld {
         }
     }
 
-    /// How far the carriage is from where the count says it is.
+    /// Distance of the carriage from its position by the count.
     fn drift_steps(&self) -> i32 {
         self.away * (self.carriage.place_steps() - self.zero_steps) - self.counted_steps
     }
 
-    /// What was a step is `scale` of them from now on. The controller counts on as it did, so that steps lost stay lost.
+    /// Changes the resolution: a step becomes `scale` steps. The controller's count continues unchanged, so that lost
+    /// steps stay lost.
     fn refit(&mut self, scale: f64, motor: PullOutCurve, end_stops_steps: (i32, i32)) {
         let drift_steps = self.drift_steps();
         self.motor.replace(motor);
@@ -440,7 +442,7 @@ impl AxisWorld {
         self.zero_steps = self.carriage.place_steps() - self.away * (self.counted_steps + drift_steps);
     }
 
-    /// One microstep of the motor and what hangs on it.
+    /// Makes one microstep of the motor and moves the carriage.
     fn turn(&mut self, t_ns: u64, direction: i32) -> Result<(), LossCause> {
         if !self.inputs.is_enabled() {
             return Err(LossCause::Disabled);
@@ -484,10 +486,10 @@ fn input_index(wire: Wire) -> usize {
     }
 }
 
-/// The task that lets switches bounce. Never ends.
+/// The task that makes switches bounce. Never ends.
 ///
 /// # Cancellation
-/// Dropping it freezes the contacts as they are; no axis is touched.
+/// Dropping it freezes the contacts in their present state; no axis is affected.
 pub async fn bounce(world: Shared) {
     let clock = world.borrow().clock.clone();
     loop {
@@ -496,7 +498,7 @@ pub async fn bounce(world: Shared) {
             bounce_begins(&world).await;
             continue;
         };
-        // A new bounce may come sooner than the one awaited.
+        // A new bounce may come earlier than the awaited one.
         select(clock.until(at_ns), bounce_begins(&world)).await;
         world.borrow_mut().flip();
     }

@@ -1,4 +1,4 @@
-//! A laser's raster: each pixel at its place, as strong as it is to be, and the picture of it.
+//! A laser's raster: each pixel is at its position with its power; also the picture of it.
 
 use isostep_motion::{Finish, Level};
 use isostep_sim::tool::ToolOutput;
@@ -9,16 +9,16 @@ mod gradient;
 
 const PIXELS: usize = 600;
 const STEPS_PER_PIXEL: usize = 8;
-/// The speed that is asked for, which is the top speed of the axes too.
+/// The feed asked for, which is also the top speed of the axes.
 const FEED_STEPS_S: f64 = 16_000.0;
-/// At 5,000 mm/s2 from 200 mm/s it takes 4 mm to the stop at the end.
+/// Pixels on the ramp to the stop at the end: 4 mm at 5,000 mm/s² from 200 mm/s.
 const RAMP_PIXELS: usize = 41;
-/// It sets off with the pixels that have come by then, and is at its speed for good once many more have come.
+/// Motion starts with the pixels known by then. The speed is constant only after many more have arrived.
 const FIRST_PIXELS: usize = 80;
-/// A level is in force no later, or earlier, than this from the beginning of its move.
+/// The largest time between the beginning of a move and the change to its level.
 const LATE_NS: u64 = 1_000;
 
-/// A fast machine whose tool is a laser.
+/// A fast machine with a laser.
 fn machine() -> Config {
     let mut config = Config { keep_waves: false, start_mm: [5.0; 3], ..Config::default() };
     let settings = &mut config.settings;
@@ -37,12 +37,12 @@ fn made(program: &str) -> Outcome {
     outcome
 }
 
-/// S of a pixel, of 1,000: neighbours differ much.
+/// S of a pixel, of 1,000; neighbours differ a lot.
 fn level(pixel: usize) -> usize {
     pixel * 373 % 1_001
 }
 
-/// One line of pixels, M3 or M4.
+/// One raster line of pixels, with M3 or M4.
 fn line(word: &str) -> Outcome {
     let pixels = (0..PIXELS).map(|pixel| format!("X{}.{} S{}\n", (pixel + 1) / 10, (pixel + 1) % 10, level(pixel)));
     let outcome = made(&format!("G21 G90\n{word} S0\nG1 F12000\n{}M5\n", pixels.collect::<String>()));
@@ -50,7 +50,7 @@ fn line(word: &str) -> Outcome {
     outcome
 }
 
-/// Duties of the PWM output, in order, each with the instant from which it holds.
+/// Duties of the PWM output in order, each with the instant from which it is in force.
 fn duties(outcome: &Outcome) -> Vec<(u64, u16)> {
     let pwm = outcome.tool.iter().filter(|change| change.output == ToolOutput::Pwm);
     pwm.map(|change| (change.t_ns, change.duty)).collect()
@@ -60,16 +60,17 @@ fn duty_at(duties: &[(u64, u16)], t_ns: u64) -> u16 {
     duties[..duties.partition_point(|&(from_ns, _)| from_ns <= t_ns)].last().map_or(0, |&(_, duty)| duty)
 }
 
-/// The speed at an instant within a move, steps/s: what was decided later holds.
+/// The speed at an instant within a move, steps/s; the latest plan applies.
 fn speed_steps_s(record: &MoveRecord, t_ns: u64) -> f64 {
     let t_s = (t_ns - record.start_ns) as f64 * 1e-9;
     let part = record.parts.iter().rev().find(|part| part.begin_s() <= t_s);
     part.unwrap_or(&record.plan).speed_at(t_s)
 }
 
-/// In the middle of the line each pixel takes 0.5 ms, from half a step before its first step on, and none is behind a stop.
+/// In the middle of the line each pixel takes 0.5 ms, beginning half a step before its first step, and there is no
+/// stop.
 fn is_at_speed_in_the_middle(outcome: &Outcome) {
-    // The first one is made before the others have come.
+    // The first one is made before the others have arrived.
     for (pixel, pair) in outcome.moves.windows(2).enumerate().skip(1) {
         assert!(pair[0].run == pair[1].run && pair[0].finish == Finish::Done, "{pixel}");
         assert!(pair[0].pause_ns(&pair[1]).abs() < 1.0, "{pixel}");
@@ -98,7 +99,7 @@ fn a_pixel_has_its_level_from_its_first_half_step_on() {
         assert_eq!(duty_at(&duties, begin_ns + LATE_NS), own, "pixel {pixel}, behind its beginning");
         before = own;
     }
-    // It goes out with the plan, half a step after the last edge.
+    // The laser goes out at the end of the plan, half a step after the last edge.
     let last = &outcome.moves[PIXELS - 1];
     let end_s = last.parts.last().unwrap_or(&last.plan).end_s();
     let end_ns = last.start_ns + (end_s * 1e9) as u64;
@@ -108,8 +109,8 @@ fn a_pixel_has_its_level_from_its_first_half_step_on() {
     assert!(found.total == PIXELS - 1 && found.most_us < 1.0, "the first pixel has none: {found:?}");
 }
 
-/// Between two changes of the duty the speed rises or falls only, so the instants beside them, and beside the ends of moves,
-/// are those at which it is farthest off.
+/// Between two changes of the duty the speed only rises or only falls. So the largest deviation is next to these
+/// instants, or to the ends of moves.
 #[test]
 fn a_level_by_speed_follows_the_speed_within_a_hundredth() {
     let outcome = line("M4");
@@ -138,7 +139,7 @@ fn columns(outcome: &Outcome) -> Vec<f64> {
     let mut greys = vec![0; reader.output_buffer_size().unwrap()];
     let info = reader.next_frame(&mut greys).unwrap();
     let (width, height) = (info.width as usize, info.height as usize);
-    // Without the rims, on which only a part of the spot falls.
+    // The rims are left out, because only a part of the spot falls on them.
     let rows = 8..height - 8;
     let mean = |column| rows.clone().map(|row| f64::from(greys[row * width + column])).sum::<f64>() / rows.len() as f64;
     (0..width).map(mean).collect()

@@ -1,4 +1,4 @@
-//! The examples do what they say.
+//! Tests that the examples do what they say.
 
 #[path = "../examples/1_machine_with_a_fault.rs"]
 mod machine_with_a_fault;

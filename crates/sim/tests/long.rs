@@ -1,4 +1,4 @@
-//! A program of many lines: what is written about it stays small, and says what it leaves out.
+//! A program of many lines: the output about it stays small and says what it leaves out.
 
 use isostep_sim::{Config, Figures, Listed, MoveFigures, report, run};
 
@@ -6,14 +6,14 @@ use isostep_sim::{Config, Figures, Listed, MoveFigures, report, run};
 mod raster;
 
 const LINES: usize = 20_000;
-/// What a page and a file of figures may have, bytes.
+/// The largest size of a page and of a file of figures, bytes.
 const BYTES_MAX: usize = 5_000_000;
 
 #[test]
 fn of_a_long_program_little_is_written() {
     let mut program = Vec::new();
     raster::write(LINES - 1, &mut program).unwrap();
-    // Behind all the short ones.
+    // After all the short moves.
     program.extend(b"X90\n");
     assert_eq!(program.iter().filter(|byte| **byte == b'\n').count(), LINES);
     let mut config = Config { keep_waves: false, start_mm: [5.0; 3], ..Config::default() };

@@ -121,6 +121,9 @@ mod tests {
     #[test]
     fn the_build_names_its_optimisation() {
         let options = build_options();
-        assert!(options.starts_with("opt-level s, lto fat; opt-level 3 for isostep-generators, isostep-profile, "), "{options}");
+        assert!(
+            options.starts_with("opt-level s, lto fat; opt-level 3 for isostep-generators, isostep-profile, "),
+            "{options}"
+        );
     }
 }

@@ -14,6 +14,7 @@ use super::outputs::OffFigures;
 use super::rates::{self, RateFigures};
 use super::starts::StartMeasurement;
 use super::stops::{Input, StopMeasurement};
+use super::target::Target;
 use super::trial::AXES;
 use crate::variant::Port;
 use isostep::screen::grouped;
@@ -106,35 +107,6 @@ pub struct PortFigures {
     pub outputs: Measured<OffFigures>,
 }
 
-/// A figure beside what was aimed at.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Target {
-    /// What it is.
-    pub what: String,
-    /// What was measured, if it was.
-    pub measured: Option<f64>,
-    /// What was aimed at.
-    pub target: f64,
-    /// Whether more is better, rather than less.
-    pub at_least: bool,
-    /// Of both.
-    pub unit: &'static str,
-    /// Whether it was reached.
-    pub met: bool,
-}
-
-impl Target {
-    pub fn at_least(what: String, measured: Option<f64>, target: f64, unit: &'static str) -> Self {
-        let met = measured.is_some_and(|measured| measured >= target);
-        Self { what, measured, target, at_least: true, unit, met }
-    }
-
-    pub fn at_most(what: String, measured: Option<f64>, target: f64, unit: &'static str) -> Self {
-        let met = measured.is_some_and(|measured| measured <= target);
-        Self { what, measured, target, at_least: false, unit, met }
-    }
-}
-
 impl PortFigures {
     /// What is aimed at with this port.
     pub fn targets(&self) -> Vec<Target> {
@@ -191,17 +163,4 @@ fn mathematics_targets(figures: &MicroFigures) -> Vec<Target> {
 /// A rate of all axes at once.
 pub fn together(rate_steps_s: u32) -> String {
     format!("{AXES} x {} steps/s", grouped(rate_steps_s.into()))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_target_is_met_at_its_limit_and_not_without_a_figure() {
-        assert!(Target::at_least(String::new(), Some(5.0), 5.0, "").met);
-        assert!(!Target::at_least(String::new(), Some(4.9), 5.0, "").met);
-        assert!(!Target::at_most(String::new(), Some(5.1), 5.0, "").met);
-        assert!(!Target::at_most(String::new(), None, 5.0, "").met);
-    }
 }

@@ -5,7 +5,7 @@ use rp2040_bench::{FLOW_CASES, FlowCase, Stage, Untimed};
 use serde::Serialize;
 
 use super::board::CLOCK_HZ;
-use super::micro::Lines;
+use super::lines::Lines;
 use isostep::screen::grouped;
 
 /// Of one of the [`FLOW_CASES`], in emulated cycles of the core a move.

@@ -6,8 +6,8 @@ use rp2040_bench::{Checksum, FIRST_STEPS, PLAN_CASES, PlanCase, TICK_HZ};
 use serde::Serialize;
 
 use super::board::CLOCK_HZ;
-use super::figures::Target;
-use super::micro::{AXES, CompileFigures, Lines};
+use super::lines::{AXES, CompileFigures, Lines};
+use super::target::Target;
 use isostep::screen::grouped;
 
 /// What a plan may take, ms.

@@ -6,23 +6,21 @@
 //! checksum held against the chip's, and every interval against the closed form: so that cycles and errors are figures
 //! of one and the same arithmetic.
 
-use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use anyhow::{Context, Result, bail, ensure};
-use isostep_profile::{IntervalLaw, Limits, Profile, SpeedLaw, SyncMove};
+use anyhow::{Context, Result, bail};
+use isostep_profile::{IntervalLaw, Limits, Profile, SpeedLaw};
 use rp2040_bench::{Checksum, LIMITS, Peer, STEPS, StandsFor, TICK_HZ, Visitor};
 use serde::Serialize;
 
 use super::chip::Chip;
 use super::flow::{self, FlowFigures};
 use super::laws::{self, LawFigures};
+use super::lines::{AXES, CompileFigures, Lines};
 use crate::{build, workspace};
 
-/// Axes that step at once.
-pub(super) const AXES: f64 = 3.0;
 /// Machine time that the firmware may take, s; it takes a quarter of it.
 const PATIENCE_S: u32 = 60;
 /// Below this fraction of the top speed an interval is long, and its error short-lived.
@@ -57,15 +55,6 @@ pub struct RampFigures {
     pub top_speed_steps_s: f64,
     pub accel_steps_s2: f64,
     pub tick_hz: u32,
-}
-
-/// Cycles of a segment.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub struct CompileFigures {
-    pub phase: &'static str,
-    pub segments: u32,
-    pub cycles_mean: f64,
-    pub cycles_max: u64,
 }
 
 /// What a generator costs, and how true it is.
@@ -113,7 +102,7 @@ pub fn measure(chip: Chip, folder: &Path) -> Result<MicroFigures> {
         lead_ticks_per_cycle: lines.of("compile.lead")?.results_per_cycle() / AXES,
         queue_lead_ticks_per_cycle: lines.queue_lead("compile")?,
         fill_cycles_per_step: lines.fill("fill", &rp2040_bench::ramp()?)?,
-        generators: lines.generators()?,
+        generators: generators(&lines)?,
     })
 }
 
@@ -132,118 +121,29 @@ fn run(chip: Chip, folder: &Path) -> Result<String> {
     fs::read_to_string(&transcript).with_context(|| format!("cannot read {}", transcript.display()))
 }
 
-/// A line of the firmware.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Line {
-    pub(super) cycles: u64,
-    count: u32,
-    checksum: u32,
+/// Isostep, and the generators of the literature.
+fn generators(lines: &Lines) -> Result<Vec<GeneratorFigures>> {
+    let mut found = Found { lines, figures: vec![isostep(lines)] };
+    rp2040_bench::generators(&mut found)?;
+    found.figures.into_iter().collect()
 }
 
-impl Line {
-    /// `cycles,count,checksum`.
-    fn parse(text: &str) -> Option<Self> {
-        let mut numbers = text.split(',');
-        let line = Self {
-            cycles: numbers.next()?.parse().ok()?,
-            count: numbers.next()?.parse().ok()?,
-            checksum: numbers.next()?.parse().ok()?,
-        };
-        numbers.next().is_none().then_some(line)
-    }
-
-    pub(super) fn cycles_per_result(&self) -> f64 {
-        self.cycles as f64 / f64::from(self.count)
-    }
-
-    fn results_per_cycle(&self) -> f64 {
-        f64::from(self.count) / self.cycles as f64
-    }
-}
-
-/// The firmware's lines by name.
-pub(super) struct Lines(BTreeMap<String, Line>);
-
-impl Lines {
-    /// From a transcript of the emulated board: `<time> < <line>`.
-    fn parse(transcript: &str) -> Result<Self> {
-        let said = transcript.lines().filter_map(|line| line.split_once(" < ")).map(|(_, said)| said);
-        let figures = said.take_while(|said| *said != "end").map(|said| {
-            let (name, figure) = said.split_once(',').unwrap_or((said, ""));
-            let line =
-                Line::parse(figure).with_context(|| format!("the firmware said `{said}`, which is no figure"))?;
-            Ok((name.to_owned(), line))
-        });
-        figures.collect::<Result<_>>().map(Self)
-    }
-
-    fn of(&self, name: &str) -> Result<&Line> {
-        self.0.get(name).with_context(|| format!("the firmware said nothing of {name}"))
-    }
-
-    /// The line, if its results are those that were found here.
-    pub(super) fn proven(&self, name: &str, checksum: Checksum) -> Result<&Line> {
-        let line = self.of(name)?;
-        ensure!(line.checksum == checksum.value(), "{name}: the chip's results are not this computer's");
-        Ok(line)
-    }
-
-    /// Of a full queue's segments; `name` begins the lines' names.
-    pub(super) fn queue_lead(&self, name: &str) -> Result<f64> {
-        Ok(self.of(&format!("{name}.lead.queue"))?.results_per_cycle() / AXES)
-    }
-
-    /// Cycles a step.
-    pub(super) fn fill(&self, name: &str, ramp: &SyncMove<1>) -> Result<f64> {
-        let mut checksum = Checksum::default();
-        for interval in ramp.segments(0, TICK_HZ).flat_map(|segment| segment.intervals()) {
-            checksum.add(interval);
-        }
-        Ok(self.proven(name, checksum)?.cycles_per_result())
-    }
-
-    /// By phase; `name` begins the lines' names.
-    pub(super) fn compile(&self, name: &str, ramp: &SyncMove<1>) -> Result<Vec<CompileFigures>> {
-        let mut segments = ramp.segments(0, TICK_HZ);
-        let phases = rp2040_bench::phases(ramp).into_iter().map(|(phase, steps)| {
-            let mut checksum = Checksum::default();
-            let mut left = steps;
-            while left > 0 {
-                let Some(segment) = segments.next() else { break };
-                left = left.saturating_sub(segment.steps());
-                checksum.add(segment.steps());
-            }
-            let sum = self.proven(&format!("{name}.{phase}"), checksum)?;
-            let slowest = self.of(&format!("{name}.{phase}.max"))?;
-            let cycles_mean = sum.cycles_per_result();
-            Ok(CompileFigures { phase, segments: sum.count, cycles_mean, cycles_max: slowest.cycles })
-        });
-        phases.collect()
-    }
-
-    fn generators(&self) -> Result<Vec<GeneratorFigures>> {
-        let mut found = Found { lines: self, figures: vec![self.isostep()] };
-        rp2040_bench::generators(&mut found)?;
-        found.figures.into_iter().collect()
-    }
-
-    fn isostep(&self) -> Result<GeneratorFigures> {
-        let ramp = rp2040_bench::ramp()?;
-        let fill_cycles = self.fill("fill", &ramp)?;
-        let phases = rp2040_bench::phases(&ramp);
-        let compiled = phases.iter().map(|(phase, _)| self.of(&format!("compile.{phase}")).map(|line| line.cycles));
-        let compile_cycles: u64 = compiled.sum::<Result<_>>()?;
-        let instants: Vec<u64> = ramp.segments(0, TICK_HZ).flat_map(|segment| segment.ticks()).collect();
-        let intervals = instants.windows(2).map(|pair| (pair[1] - pair[0]) as u32);
-        let half = StandsFor::TimeBetweenSteps { first_steps: 0.5 };
-        Ok(GeneratorFigures {
-            name: "isostep",
-            cycles_mean: fill_cycles + compile_cycles as f64 / f64::from(STEPS),
-            cycles_max: None,
-            start_speed_steps_s: LIMITS.start_speed_steps_s,
-            truth: truth(intervals, &closed_form(&LIMITS)?, half),
-        })
-    }
+fn isostep(lines: &Lines) -> Result<GeneratorFigures> {
+    let ramp = rp2040_bench::ramp()?;
+    let fill_cycles = lines.fill("fill", &ramp)?;
+    let phases = rp2040_bench::phases(&ramp);
+    let compiled = phases.iter().map(|(phase, _)| lines.of(&format!("compile.{phase}")).map(|line| line.cycles));
+    let compile_cycles: u64 = compiled.sum::<Result<_>>()?;
+    let instants: Vec<u64> = ramp.segments(0, TICK_HZ).flat_map(|segment| segment.ticks()).collect();
+    let intervals = instants.windows(2).map(|pair| (pair[1] - pair[0]) as u32);
+    let half = StandsFor::TimeBetweenSteps { first_steps: 0.5 };
+    Ok(GeneratorFigures {
+        name: "isostep",
+        cycles_mean: fill_cycles + compile_cycles as f64 / f64::from(STEPS),
+        cycles_max: None,
+        start_speed_steps_s: LIMITS.start_speed_steps_s,
+        truth: truth(intervals, &closed_form(&LIMITS)?, half),
+    })
 }
 
 /// The literature's, as they come.
@@ -309,17 +209,6 @@ fn truth(intervals: impl Iterator<Item = u32>, profile: &Profile, stands_for: St
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn lines_are_read_from_a_transcript_up_to_the_end() {
-        let lines =
-            Lines::parse("    0.0 # expect end\n    0.1 < fill,700,20,5\n    0.2 < end\n    0.3 < noise").unwrap();
-        assert_eq!(*lines.of("fill").unwrap(), Line { cycles: 700, count: 20, checksum: 5 });
-        assert!((lines.of("fill").unwrap().cycles_per_result() - 35.0).abs() < 1e-12);
-        assert!(lines.of("avr446").is_err());
-        assert!(Lines::parse("0.1 < panicked at").is_err());
-        assert!(Lines::parse("0.1 < fill,1,2,3,4").is_err());
-    }
 
     /// 120,000 steps from rest, top 1e6 steps/s, 1e7 steps/s2: a tick late in each interval of 125 is 0.8 %.
     #[test]

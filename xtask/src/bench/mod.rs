@@ -25,6 +25,7 @@ mod flow;
 mod follow;
 mod laws;
 mod levels;
+mod lines;
 mod load;
 mod measured;
 mod micro;
@@ -38,6 +39,7 @@ mod starts;
 mod statistics;
 mod stops;
 mod table;
+mod target;
 mod trial;
 
 use std::fs;

@@ -6,13 +6,14 @@ use super::accuracy::MoveErrors;
 use super::beside::beside;
 use super::board::Moving;
 use super::chip::Chip;
-use super::figures::{Figures, PortFigures, Target, together};
+use super::figures::{Figures, PortFigures, together};
 use super::micro::{GeneratorFigures, MicroFigures};
 use super::moves::{self, Carried};
 use super::outputs::OffFigures;
 use super::starts::{Delay, StartMeasurement};
 use super::stops::Latency;
 use super::table;
+use super::target::Target;
 use super::{flow, laws, levels};
 use isostep::screen::grouped;
 

@@ -6,12 +6,13 @@ use super::accuracy::MoveErrors;
 use super::beside::beside;
 use super::board::Moving;
 use super::chip::Chip;
-use super::figures::{ChipFigures, Conditions, Figures, PortFigures, Target, together};
+use super::figures::{ChipFigures, Conditions, Figures, PortFigures, together};
 use super::micro::{GeneratorFigures, MicroFigures, RampFigures};
 use super::moves::{self, Carried};
 use super::outputs::OffFigures;
 use super::starts::Delay;
 use super::stops::{Latency, StopMeasurement};
+use super::target::Target;
 use super::{flow, laws, levels};
 use isostep::screen::grouped;
 

@@ -1,4 +1,4 @@
-//! The gate and the brake of the step program, by the flags of PIO0.
+//! The gate and the brake of the step program, which are flags of PIO0.
 
 use core::cell::Cell;
 
@@ -9,12 +9,13 @@ use embassy_time::Instant;
 
 use crate::pio_port::program::{BRAKE, GATE};
 
-/// Keeps every state machine that is started from now on from its first word.
+/// Closes the gate: every state machine that is started from now on waits before its first word.
 pub fn close_gate() {
     PIO0.irq_force().write(|flags| flags.set_irq_force(GATE));
 }
 
-/// Lets them all go, on one cycle, unless they have gone already: since when.
+/// Opens the gate, so that all state machines start on the same cycle. Returns when it was opened, which may have been
+/// earlier.
 pub fn open_gate() -> Instant {
     static OPENED: Mutex<CriticalSectionRawMutex, Cell<Instant>> = Mutex::new(Cell::new(Instant::MIN));
 
@@ -27,7 +28,7 @@ pub fn open_gate() -> Instant {
     })
 }
 
-/// No edge rises while it is engaged.
+/// Engages or releases the brake. No edge rises while it is engaged.
 pub fn brake(engaged: bool) {
     if engaged {
         PIO0.irq_force().write(|flags| flags.set_irq_force(BRAKE));

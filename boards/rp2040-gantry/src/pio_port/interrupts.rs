@@ -1,7 +1,7 @@
-//! Whom a block that was sent, or a state machine that has halted, wakes.
+//! The interrupts that wake an axis task: a block has been sent, or a state machine has halted.
 //!
-//! The handlers have the priority of the axis tasks, so neither interrupts the other, and what both change (which
-//! interrupts are enabled) needs no lock.
+//! The handlers have the priority of the axis tasks, so neither interrupts the other. What both change (which
+//! interrupts are enabled) therefore needs no lock.
 
 use embassy_rp::interrupt;
 use embassy_rp::pac::{DMA, PIO0};
@@ -14,20 +14,20 @@ bind_interrupts!(pub struct Irqs {
     PIO0_IRQ_0 => pio::InterruptHandler<peripherals::PIO0>;
 });
 
-/// The task of each axis.
+/// Wakers of the axis tasks.
 pub static WAKERS: [AtomicWaker; AXES] = [const { AtomicWaker::new() }; AXES];
 
-/// Has the axis woken once when its state machine halts.
+/// Enables one interrupt for the halt of the axis's state machine, which wakes the axis.
 pub fn expect_halt(axis: usize) {
     PIO0.irqs(1).inte().modify(|enabled| enabled.0 |= halt_bit(axis));
 }
 
 fn halt_bit(axis: usize) -> u32 {
-    // The state machines' flags follow the levels of eight FIFOs.
+    // In this register the flags of the state machines come after the eight levels of the FIFOs.
     1 << (8 + axis)
 }
 
-/// Blocks sent: each tells once, and is told of again when it is armed again.
+/// Blocks have been sent. Each raises the interrupt once; arming the block enables it again.
 #[interrupt]
 fn DMA_IRQ_1() {
     let sent = DMA.ints(1).read();
@@ -39,7 +39,7 @@ fn DMA_IRQ_1() {
     }
 }
 
-/// State machines halted.
+/// State machines have halted.
 #[interrupt]
 fn PIO0_IRQ_1() {
     let halted = PIO0.irqs(1).ints().read().0;

@@ -1,24 +1,24 @@
-//! A step port whose edges leave by hardware: DMA carries a word per step, a PIO state machine times it.
+//! A step port whose edges are made by hardware: DMA transfers one word per step, and a PIO state machine times it.
 //!
 //! # Design
-//! The processor only adds: it turns segments into waits, a block ahead. `stream` hands the blocks to DMA without a gap,
-//! `program` makes edges of them, exact to the clock cycle. A state machine is armed with its first words in its FIFO. All
-//! axes of a run wait so at one gate, and begin on the cycle on which it opens.
+//! The processor only adds: it turns segments into waits, one block ahead. `stream` passes the blocks to DMA without a
+//! gap, and `program` turns them into edges, exact to the clock cycle. A state machine is armed when its first words
+//! are in its FIFO. All axes of a run wait at one gate in this state, and begin on the cycle on which it opens.
 //!
 //! # Deadline
-//! A block must be written before the one before it has been sent: 256 us at 1,000,000 steps/s. Missing it starves the
-//! state machine, which halts by itself before its next edge: a fault ([`PortFault::Underrun`]), never a stretched
-//! interval.
+//! A block must be written before the previous one has been sent: 256 us at 1,000,000 steps/s. If it is late, the state
+//! machine runs out of words and halts by itself before its next edge. That is a fault ([`PortFault::Underrun`]), never
+//! a stretched interval.
 //!
 //! # Where the steps are
-//! The state machine counts every edge as it makes it. While it runs that count is out of reach; the odometer then
-//! follows what DMA has sent and the FIFO still holds, a step behind at most, and looks at least every
-//! [`REPORT_EVERY`]. Once the machine is stopped, the count is read and is exact. Which way the edges go it does not count:
-//! that is in the words, of which `tally` knows those on their way.
+//! The state machine counts every edge as it makes it. While it runs, this count cannot be read. The odometer is then
+//! derived from what DMA has sent and the FIFO still holds. It lags by one step at most and is updated at least every
+//! [`REPORT_EVERY`]. Once the machine has stopped, the count is read and is exact. The count does not include the
+//! direction of the edges. The direction is in the words, and `tally` keeps it for those on their way.
 //!
 //! # Set-up times
-//! DIR changes with a step's word, after the last pulse, so what is left of the interval is its set-up time. Before the first
-//! step of a run there is a lead, from the opening of the gate to the start of the run, as long as that.
+//! DIR changes with a step's word, after the last pulse, so the rest of the interval is its set-up time. Before the
+//! first step of a run there is a lead of the same length, from the opening of the gate to the start of the run.
 
 mod gate;
 mod interrupts;
@@ -53,35 +53,36 @@ pub use PioPort as Port;
 /// The state machines count cycles of the system clock.
 const TICK_HZ: u32 = 125_000_000;
 const TICKS_PER_US: u64 = TICK_HZ as u64 / 1_000_000;
-/// An interval may be shorter than planned: by the rounding of both its ends, and by the fit of its segment.
+/// How much shorter than planned an interval may be, because both its ends are rounded and its segment is fitted.
 const MARGIN_TICKS: u32 = 4;
-/// A block is handed over when it is full, or holds as much motion as this. Less would leave too little time for the next.
+/// A block is handed over when it is full or holds this much motion. With less, there would be too little time for the
+/// next.
 const BLOCK_SPAN_TICKS: u64 = TICK_HZ as u64 / 500;
-/// The odometer is at most this old.
+/// The odometer is never older than this.
 const REPORT_EVERY: Duration = Duration::from_millis(10);
-/// Where intervals are shorter, all that is on its way has gone by then, and every block that is sent is an occasion to
-/// report. Half of that, as a segment's intervals are looked at in the mean.
+/// Where intervals are shorter than this, all words on their way are sent within `REPORT_EVERY`. Then the end of each
+/// block is often enough to report. The factor 2 is there because only the mean interval of a segment is checked.
 const QUICK_TICKS: u64 = REPORT_EVERY.as_micros() * TICKS_PER_US / (2 * IN_FLIGHT_MAX_WORDS as u64);
 
 const _: () =
     assert!(AXES <= program::AXES_MAX, "a PIO block has four state machines: step the other axes by a TimerPort");
 
-// One more is in work, which may not have risen.
+// One more word is in the state machine; its edge may not have risen yet.
 const _: () = assert!(IN_FLIGHT_MAX_WORDS < tally::IN_FLIGHT_MAX);
 
-/// STEP and DIR of one axis by a state machine of PIO0.
+/// Drives STEP and DIR of one axis with a state machine of PIO0.
 pub struct PioPort {
     axis: usize,
     machine: StateMachine,
     stream: Stream,
     capabilities: Capabilities,
-    /// What the last run was given.
+    /// What was written for the last run.
     tally: Tally,
-    /// Edges of it that rose.
+    /// Edges of the last run that rose.
     risen: u32,
 }
 
-/// The ports of all axes, at rest, STEP and DIR low.
+/// The ports of all axes, at rest, with STEP and DIR low.
 pub fn open(pins: StepPins, timing: DriverTiming) -> [PioPort; AXES] {
     static BLOCKS: [Blocks; AXES] = [const { [const { [const { AtomicU32::new(0) }; BLOCK_WORDS] }; 2] }; AXES];
 
@@ -99,14 +100,14 @@ pub fn open(pins: StepPins, timing: DriverTiming) -> [PioPort; AXES] {
     sm0.set_pin_dirs(PinDirection::Out, &[&x, &x_dir]);
     sm1.set_pin_dirs(PinDirection::Out, &[&y, &y_dir]);
     sm2.set_pin_dirs(PinDirection::Out, &[&z, &z_dir]);
-    // Taken for ever: dropping the first four would give the pins back.
+    // Never dropped: dropping the first four would release the pins.
     core::mem::forget((common, sm0, sm1, sm2, pins.channels));
     priority::enable_pio_port();
 
     [0, 1, 2].map(|axis| PioPort::new(axis, &BLOCKS[axis], timing))
 }
 
-/// Of a state machine that steps on these pins.
+/// Configuration of a state machine that drives these pins.
 fn config(
     program: &LoadedProgram<'static, PIO0>,
     step: &Pin<'static, PIO0>,
@@ -139,7 +140,7 @@ impl StepPort for PioPort {
         {
             let mut active = ActiveRun::new(self, run, start_line, odometer);
             active.emit(segments).await?;
-            // Until the state machine has halted, by itself or because of a fault.
+            // Wait until the state machine has halted, by itself or because of a fault.
             active.until(|_| false).await;
         }
         if self.risen == self.tally.written_edges() { Ok(()) } else { Err(PortFault::Underrun) }
@@ -150,14 +151,14 @@ impl PioPort {
     fn new(axis: usize, blocks: &'static Blocks, timing: DriverTiming) -> Self {
         let machine = StateMachine::new(axis);
         let stream = Stream::new(axis, machine.fifo_address(), blocks);
-        // A pulse is whole cycles.
+        // A pulse is a whole number of cycles.
         let (margin_ticks, turn_ticks) = (MARGIN_TICKS, program::TURN_CYCLES + 1);
         let capabilities = Capabilities { tick_hz: TICK_HZ, timing, margin_ticks, turn_ticks };
         Self { axis, machine, stream, capabilities, tally: Tally::new(), risen: 0 }
     }
 }
 
-/// One run. However it ends, or is dropped, the state machine is stopped and its edges are counted.
+/// One run. When it ends or is dropped, for any reason, the state machine is stopped and its edges are counted.
 struct ActiveRun<'a> {
     port: &'a mut PioPort,
     direction_inverted: bool,
@@ -165,22 +166,22 @@ struct ActiveRun<'a> {
     odometer: &'a Odometer,
     words: Words,
     period_min_ticks: u32,
-    /// From the opening of the gate to the start of the run: DIR's set-up time.
+    /// From the opening of the gate to the start of the run: the set-up time of DIR.
     lead: Duration,
     has_started: bool,
-    /// How many of the last words are steps of segments whose intervals are below [`QUICK_TICKS`], but for the segment under
-    /// way; and whether all that is on its way is of that kind, that segment included: it needs no timer for each block then.
+    /// How many of the last words are steps of consecutive segments whose mean interval is below [`QUICK_TICKS`]; and
+    /// whether that holds for all words on their way. Then blocks end so often that the odometer needs no timer.
     quick_words: u32,
     is_quick: bool,
-    /// Instant of the last step or rest written; at first, of the opening of the gate, modulo 2^64.
+    /// Instant of the last written step or rest, modulo 2^64. At first, that of the opening of the gate.
     last_ticks: u64,
-    /// Edges that the odometer knows of, and where they have led.
+    /// Edges that the odometer has counted, and the position in steps that they lead to.
     reported: u32,
     reported_steps: i32,
 }
 
 impl<'a> ActiveRun<'a> {
-    /// The state machine waits at the gate.
+    /// Arms the state machine, which then waits at the gate.
     fn new(port: &'a mut PioPort, run: Run, start_line: &'a StartLine, odometer: &'a Odometer) -> Self {
         let capabilities = port.capabilities;
         let words = Words::with_pulse(ticks_covering(capabilities.pulse_ns(run.wiring), TICK_HZ));
@@ -208,7 +209,7 @@ impl<'a> ActiveRun<'a> {
         }
     }
 
-    /// Writes all that the run is given.
+    /// Writes all items of the run.
     async fn emit(&mut self, segments: &SegmentQueue) -> Result<(), PortFault> {
         let mut item = segments.receive().await;
         loop {
@@ -227,9 +228,9 @@ impl<'a> ActiveRun<'a> {
         Ok(())
     }
 
-    /// What comes next, when it is not there yet.
+    /// Waits for the next item when it is not there yet.
     async fn wait_for_more(&mut self, segments: &SegmentQueue) -> Result<StreamItem, PortFault> {
-        // What is written must not wait for what is not compiled yet.
+        // Words that are written must not wait for segments that are not compiled yet.
         self.port.stream.hand_over();
         self.start().await;
         loop {
@@ -237,7 +238,7 @@ impl<'a> ActiveRun<'a> {
             self.report();
             match item {
                 Ok(StreamItem::End) => return Ok(StreamItem::End),
-                // It comes too late.
+                // The item comes too late.
                 Ok(_) if self.port.machine.has_halted() => return Err(PortFault::Underrun),
                 Ok(item) => return Ok(item),
                 Err(_) => {}
@@ -245,8 +246,8 @@ impl<'a> ActiveRun<'a> {
         }
     }
 
-    /// Waits with the other axes until the run is started, unless it has been: its first words are with DMA. The first
-    /// axis that is let go opens the gate of all.
+    /// Waits with the other axes until the run is started; returns at once if it has been. The first words are with DMA
+    /// by then. The first axis that continues opens the gate for all.
     async fn start(&mut self) {
         if self.has_started {
             return;
@@ -279,7 +280,7 @@ impl<'a> ActiveRun<'a> {
             self.wrote_steps(direction, wrote);
         }
         self.last_ticks = segment.last_ticks();
-        // About what the open block spans: near enough to tell enough from too little.
+        // An estimate of the time that the open block lasts, which is accurate enough for this decision.
         if u64::from(self.port.stream.filled()) * u64::from(wait) >= BLOCK_SPAN_TICKS {
             self.port.stream.hand_over();
         }
@@ -298,7 +299,7 @@ impl<'a> ActiveRun<'a> {
         self.port.tally.write_steps(direction == Direction::Negative, words as u32);
     }
 
-    /// Makes no step until then.
+    /// Makes no step until `ticks`.
     async fn rest_until(&mut self, ticks: u64) -> Result<(), PortFault> {
         let wait = self.rest(ticks.wrapping_sub(self.last_ticks)).await?;
         self.push_rest(wait).await?;
@@ -307,7 +308,7 @@ impl<'a> ActiveRun<'a> {
         Ok(())
     }
 
-    /// Rests until what is left of the ticks up to the next step fits into its word.
+    /// Writes rests until the remaining ticks up to the next step fit into its word; returns these.
     async fn rest(&mut self, mut ticks: u64) -> Result<u32, PortFault> {
         while ticks > u64::from(program::WAIT_MAX_CYCLES) {
             self.push_rest(program::WAIT_MAX_CYCLES / 2).await?;
@@ -317,7 +318,7 @@ impl<'a> ActiveRun<'a> {
     }
 
     fn check(&self, interval: u32) -> Result<(), PortFault> {
-        // The margin is for intervals that rounding and fit make shorter than planned.
+        // The margin allows for intervals that rounding and fit make shorter than planned.
         let min = self.period_min_ticks - MARGIN_TICKS;
         if interval < min { Err(PortFault::TooFast { interval, min }) } else { Ok(()) }
     }
@@ -331,7 +332,7 @@ impl<'a> ActiveRun<'a> {
         Ok(())
     }
 
-    /// Waits for a place to write to.
+    /// Waits for a free place to write to.
     async fn await_room(&mut self) -> Result<(), PortFault> {
         if self.port.stream.is_full() {
             self.port.stream.hand_over();
@@ -343,7 +344,7 @@ impl<'a> ActiveRun<'a> {
         if self.until(Stream::has_room).await { Ok(()) } else { Err(PortFault::Underrun) }
     }
 
-    /// Waits until `holds`, which is true, or the state machine has halted, which is false.
+    /// Waits until `holds` returns true (returns true), or the state machine has halted (returns false).
     async fn until(&mut self, holds: fn(&mut Stream) -> bool) -> bool {
         loop {
             let axis = self.port.axis;
@@ -362,7 +363,8 @@ impl<'a> ActiveRun<'a> {
         }
     }
 
-    /// Tells the odometer what must have risen: all that was sent, but what the FIFO holds and the one in work.
+    /// Reports to the odometer the edges that must have risen: all words sent, except those in the FIFO and the one in
+    /// the state machine.
     fn report(&mut self) {
         let sent = self.port.stream.sent_words();
         let done = sent.saturating_sub(self.port.machine.queued_words() + 1);
@@ -370,7 +372,7 @@ impl<'a> ActiveRun<'a> {
     }
 
     fn count(&mut self, risen: u32) {
-        // Two looks at registers do not happen at once: it may seem fewer.
+        // The registers are not read at the same instant, so the count may seem to decrease.
         if risen.wrapping_sub(self.reported) as i32 > 0 {
             let steps = self.port.tally.steps_after(risen);
             self.odometer.advance(steps.wrapping_sub(self.reported_steps));
@@ -378,7 +380,7 @@ impl<'a> ActiveRun<'a> {
         }
     }
 
-    /// No further edge; a pulse that has begun is finished. Then the count is exact.
+    /// Stops further edges and lets a pulse that has begun finish. Then the count is exact.
     fn stop(&mut self) {
         self.port.machine.disable();
         self.port.stream.clear();

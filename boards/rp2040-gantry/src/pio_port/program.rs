@@ -1,51 +1,54 @@
-//! The step program, its words, and what they cost in cycles.
+//! The step program, its words, and their cost in cycles.
 //!
 //! # Design
-//! One state machine makes the edges of one axis. It takes a word per step, sets DIR as the word says, waits as many cycles
-//! as it says, and raises STEP; Y counts the step with the very instruction that raises it, so the count is exact wherever
-//! the machine is stopped. It counts down, from -1, without an end. Three things may keep it from the next edge:
+//! One state machine makes the edges of one axis. It takes a word per step, sets DIR as the word says, waits as many
+//! cycles as it says, and raises STEP. The instruction that raises STEP also counts the step in Y, so the count is
+//! exact wherever the machine is stopped. Y counts down from -1 and wraps around. Three things can keep the machine
+//! from the next edge:
 //!
-//! - **the gate**, before the first word: opened once for all axes, which so start on the same cycle;
-//! - **the brake**, before every edge: set by whoever stops the machine; pulses stay whole;
-//! - **an empty FIFO**: the machine flags it and halts. It never stretches an interval. So a run ends, too: who has given it
-//!   the last word knows which it is.
+//! - **the gate**, before the first word: it is opened once for all axes, which therefore start on the same cycle;
+//! - **the brake**, before every edge: it is set by whatever stops the machine; pulses keep their full length;
+//! - **an empty FIFO**: the machine raises a flag and halts; it never stretches an interval. A run also ends like this.
+//!   Whoever wrote the last word knows whether it is the end or a fault.
 //!
 //! DIR changes a fixed number of cycles after the fall of STEP ([`TURN_CYCLES`]), and the rest of the interval is its
-//! set-up time. A rest leaves it as it is.
+//! set-up time. A rest leaves DIR unchanged.
 //!
-//! An empty FIFO yields what X holds (RP2040 datasheet, 3.4.7), all ones: the word to halt on, for which no cycle is spent
-//! but the one that makes X so. Emulators differ in what a loop leaves in X, so it is not left to the loop.
+//! A pull from an empty FIFO yields the content of X (RP2040 datasheet, 3.4.7). It is all ones, which is the word to
+//! halt on, so the check for an empty FIFO costs only the cycle that sets X. Emulators differ in what a loop leaves in
+//! X, so the program sets it explicitly.
 //!
-//! Gate and brake are flags of the PIO block, which every state machine of it sees.
+//! Gate and brake are flags of the PIO block, which all its state machines see.
 //!
-//! Nothing here touches the chip: the tests run this very file's program and words on emulators.
+//! Nothing here accesses the chip: the tests run this file's program and words on emulators.
 
 use pio::{InstructionOperands, JmpCondition, MovDestination, MovOperation, MovSource, Program};
 
-/// How many axes a PIO block can step: it has four state machines.
+/// How many axes one PIO block can drive: it has four state machines.
 pub const AXES_MAX: usize = 4;
 
-/// Flag of the gate. The flags below 4 are the state machines' own, raised by one that has halted.
+/// Flag of the gate. The flags below 4 belong to the state machines; each raises its own when it halts.
 pub const GATE: u8 = 1 << 6;
 pub const BRAKE: u8 = 1 << 7;
 
-/// Set in a word that only waits; clear in one that ends in a step.
+/// Set in a word that only waits, clear in one that ends with a step.
 const REST: u32 = 1 << 31;
-/// The level of DIR, in the word of a step. In a rest it would be a halt.
+/// The level of DIR, in the word of a step. In a rest this bit would mean a halt.
 const DIR: u32 = 1 << 30;
-/// The longest that a word waits, cycles: half the range, so that a rest leaves a whole wait behind it.
+/// The longest wait of a word, cycles. It is half the range of a wait, so that splitting off a rest always leaves a
+/// valid wait.
 pub const WAIT_MAX_CYCLES: u32 = 1 << 29;
 
-/// A pulse of 0 loops.
+/// The shortest pulse: its loop runs 0 times.
 const PULSE_MIN_CYCLES: u32 = 4;
-/// From one rise to the next when pulse and wait are of 0 loops.
+/// From one rise to the next when the loops of pulse and wait run 0 times.
 const STEP_CYCLES: u32 = 11;
-/// What a rest takes when it waits for 0 loops.
+/// Duration of a rest whose loop runs 0 times.
 const REST_CYCLES: u32 = 9;
-/// From the fall of STEP to the change of DIR that the next step asks for.
+/// From the fall of STEP to the change of DIR for the next step.
 pub const TURN_CYCLES: u32 = 3;
 
-/// Twenty of the block's 32 instructions; at address 0, so that labels are addresses.
+/// The program: twenty of the block's 32 instructions, at address 0 so that labels are addresses.
 pub fn steps() -> Program<{ pio::RP2040_MAX_PROGRAM_SIZE }> {
     let assembled = pio::pio_asm!(
         ".origin 0",
@@ -54,7 +57,7 @@ pub fn steps() -> Program<{ pio::RP2040_MAX_PROGRAM_SIZE }> {
         "    wait 0 irq 6        side 0", // the gate
         ".wrap_target",
         "fetch:",
-        "    pull noblock        side 0", // X, all ones, when the FIFO is empty
+        "    pull noblock        side 0", // X, all ones, if the FIFO is empty
         "    out x, 1            side 0",
         "    jmp !x step         side 0",
         "    out x, 1            side 0",
@@ -85,16 +88,16 @@ pub fn steps() -> Program<{ pio::RP2040_MAX_PROGRAM_SIZE }> {
     assembled.program
 }
 
-/// Instructions forced upon a halted state machine. All of them hold STEP low.
+/// Instructions that are forced on a halted state machine. All of them keep STEP low.
 pub mod forced {
     use super::*;
 
     pub const GO_TO_START: u16 = InstructionOperands::JMP { condition: JmpCondition::Always, address: 0 }.encode();
     pub const PULL: u16 = InstructionOperands::PULL { if_empty: false, block: false }.encode();
     pub const SET_PULSE: u16 = mov(MovDestination::ISR, MovSource::OSR);
-    /// From -1 down.
+    /// Sets the count to -1, from which it decreases.
     pub const CLEAR_COUNT: u16 = mov_inverted(MovDestination::Y, MovSource::NULL);
-    /// So many are gone from there.
+    /// Gets the number of steps counted down from there.
     pub const GET_COUNT: u16 = mov_inverted(MovDestination::ISR, MovSource::Y);
     pub const PUSH: u16 = InstructionOperands::PUSH { if_full: false, block: false }.encode();
 
@@ -107,14 +110,14 @@ pub mod forced {
     }
 }
 
-/// What turns instants into words, for one pulse width.
+/// Turns instants into words, for one pulse width.
 #[derive(Clone, Copy)]
 pub struct Words {
     pulse_loops: u32,
 }
 
 impl Words {
-    /// For a pulse of at least `cycles`.
+    /// Words for a pulse of at least `cycles`.
     pub fn with_pulse(cycles: u32) -> Self {
         Self { pulse_loops: cycles.saturating_sub(PULSE_MIN_CYCLES) }
     }
@@ -123,28 +126,28 @@ impl Words {
         self.pulse_loops + PULSE_MIN_CYCLES
     }
 
-    /// What ISR holds.
+    /// The content of ISR.
     pub fn pulse_loops(self) -> u32 {
         self.pulse_loops
     }
 
-    /// What to add to the cycles from one step to the next, which DIR is `high` for.
+    /// The value to add to the cycles between two steps to get the word of the second, whose DIR level is `high`.
     pub fn bias(self, high: bool) -> u32 {
         dir(high).wrapping_sub(STEP_CYCLES + self.pulse_loops)
     }
 
-    /// The word of a step `cycles` after the one before, with DIR `high` or low.
+    /// The word of a step `cycles` after the previous one, with DIR `high` or low.
     pub fn step(self, cycles: u32, high: bool) -> u32 {
         cycles.wrapping_add(self.bias(high))
     }
 
-    /// The word of the first step of a run, `cycles` after the gate has opened, and some more that are the same for every
-    /// axis. DIR changes before those `cycles`, which are its set-up time.
+    /// The word of the first step of a run. It comes `cycles` after the opening of the gate, plus a few cycles that are
+    /// the same for every axis. DIR changes before those `cycles`, which are its set-up time.
     pub fn first_step(self, cycles: u32, high: bool) -> u32 {
         dir(high) | cycles
     }
 
-    /// A wait of `cycles` without a step.
+    /// The word for a wait of `cycles` without a step.
     pub fn rest(self, cycles: u32) -> u32 {
         REST | (cycles - REST_CYCLES)
     }

@@ -1,12 +1,12 @@
-//! One state machine of PIO0, by its registers.
+//! Controls one state machine of PIO0 through its registers.
 
 use embassy_rp::pac;
 use embassy_rp::pac::PIO0;
 
 use crate::pio_port::program::forced;
 
-/// The state machine of the axis with the same index. There is one of each, in the axis's port; all are used at one
-/// priority, so what they share needs no lock.
+/// The state machine with the index of its axis. There is one value for each, owned by the axis's port. All are used at
+/// one priority, so what they share needs no lock.
 pub struct StateMachine {
     index: usize,
 }
@@ -16,7 +16,8 @@ impl StateMachine {
         Self { index }
     }
 
-    /// At the start of the program, halted and with an empty FIFO: the next pulses will be of `pulse_loops`.
+    /// Resets the state machine to the start of the program, halted and with an empty FIFO. The next pulses have
+    /// `pulse_loops`.
     pub fn load(&self, pulse_loops: u32) {
         self.disable();
         PIO0.ctrl().modify(|ctrl| ctrl.set_sm_restart(self.bit()));
@@ -33,13 +34,13 @@ impl StateMachine {
         PIO0.ctrl().modify(|ctrl| ctrl.set_sm_enable(ctrl.sm_enable() | self.bit()));
     }
 
-    /// No further edge. STEP stays as it is, until an instruction is forced.
+    /// Stops further edges. STEP keeps its level until an instruction is forced.
     pub fn disable(&self) {
         PIO0.ctrl().modify(|ctrl| ctrl.set_sm_enable(ctrl.sm_enable() & !self.bit()));
     }
 
-    /// How many edges have risen since it was loaded, modulo 2^32. Lowers STEP and drops what the FIFO holds; disable it
-    /// first.
+    /// How many edges have risen since it was loaded, modulo 2^32. Lowers STEP and drops the content of the FIFO, so
+    /// disable the state machine first.
     pub fn risen(&self) -> u32 {
         self.share_fifo(false);
         self.force(forced::GET_COUNT);
@@ -47,7 +48,7 @@ impl StateMachine {
         PIO0.rxf(self.index).read()
     }
 
-    /// It has run out of words.
+    /// Whether it has run out of words.
     pub fn has_halted(&self) -> bool {
         PIO0.irq().read().irq() & self.bit() != 0
     }
@@ -56,17 +57,17 @@ impl StateMachine {
         PIO0.irq().write(|flags| flags.set_irq(self.bit()));
     }
 
-    /// Words that wait in the FIFO.
+    /// Number of words in the FIFO.
     pub fn queued_words(&self) -> u32 {
         PIO0.flevel().read().0 >> (8 * self.index) & 0xF
     }
 
-    /// Where DMA writes its words.
+    /// The address that DMA writes words to.
     pub fn fifo_address(&self) -> u32 {
         PIO0.txf(self.index).as_ptr() as u32
     }
 
-    /// All eight places for words, or four each way. Either drops what the FIFOs hold.
+    /// Gives all eight places to words, or four to each direction. Both drop the content of the FIFOs.
     fn share_fifo(&self, words_only: bool) {
         self.registers().shiftctrl().modify(|shift| shift.set_fjoin_tx(!words_only));
         self.registers().shiftctrl().modify(|shift| shift.set_fjoin_tx(words_only));

@@ -1,9 +1,9 @@
 //! Words on their way to a state machine: two blocks in RAM and two DMA channels in ping-pong.
 //!
 //! # Design
-//! While DMA sends one block to the FIFO, the other is filled. A block that is handed over is armed in its own
-//! channel and chained behind the running one, so the FIFO sees no gap. A channel that nothing is chained to stops
-//! after its block: what was never written is never sent.
+//! While DMA sends one block to the FIFO, the other is filled. A block that is handed over is armed in its own channel,
+//! and the running channel is chained to it, so the FIFO sees no gap. A channel that is not chained to another stops
+//! after its block, so nothing is sent that was not written.
 
 use core::sync::atomic::AtomicU32;
 
@@ -12,28 +12,28 @@ use embassy_rp::pac::dma::Channel;
 use embassy_rp::pac::dma::regs::CtrlTrig;
 use embassy_rp::pac::dma::vals::{DataSize, TreqSel};
 
-/// Words of a block: at 1,000,000 steps/s it is filled every 256 us.
+/// Words per block: at 1,000,000 steps/s a block is filled every 256 us.
 pub const BLOCK_WORDS: usize = 256;
 
-/// Words that are written and not begun, at most: two blocks, and a FIFO.
+/// The most words that can be written but not begun: two blocks and a FIFO.
 pub const IN_FLIGHT_MAX_WORDS: u32 = 2 * BLOCK_WORDS as u32 + 8;
 
-/// What DMA reads; atomics, because it reads beside us.
+/// The blocks that DMA reads. They are atomics because DMA reads them concurrently.
 pub type Blocks = [[AtomicU32; BLOCK_WORDS]; 2];
 
-/// The words of one axis.
+/// The stream of words of one axis.
 pub struct Stream {
-    /// The even one of its two DMA channels; the registers of both, and the bits of both in DMA's own.
+    /// The even one of the two DMA channels, the registers of both, and their bits in the shared registers of DMA.
     channel: usize,
     channels: [Channel; 2],
     bits: [u32; 2],
-    /// Where the words go, and at whose pace.
+    /// The address of the FIFO, and the request signal that paces the transfers.
     fifo_address: u32,
     pace: TreqSel,
     blocks: &'static Blocks,
-    /// Words of each block that its channel has been armed with.
+    /// The number of words that each block's channel has been armed with.
     armed: [Option<u32>; 2],
-    /// Which block is being filled, and how far.
+    /// Which block is being filled, and the number of its words so far.
     filling: usize,
     filled: usize,
     /// Words handed over since the stream was cleared.
@@ -41,7 +41,7 @@ pub struct Stream {
 }
 
 impl Stream {
-    /// By channels `2 * axis` and the next, into the FIFO of the state machine `axis`.
+    /// A stream from channels `2 * axis` and `2 * axis + 1` to the FIFO of state machine `axis`.
     pub fn new(axis: usize, fifo_address: u32, blocks: &'static Blocks) -> Self {
         let pace = TreqSel::from_bits(TreqSel::PIO0_TX0 as u8 + axis as u8);
         let (armed, filling, filled, handed_over) = ([None; 2], 0, 0, 0);
@@ -50,7 +50,7 @@ impl Stream {
         Self { channel, channels, bits, fifo_address, pace, blocks, armed, filling, filled, handed_over }
     }
 
-    /// Stops both channels and forgets all words.
+    /// Stops both channels and discards all words.
     pub fn clear(&mut self) {
         let mask = self.bits[0] | self.bits[1];
         DMA.inte(1).modify(|enabled| *enabled &= !mask);
@@ -59,12 +59,12 @@ impl Stream {
         }
         DMA.chan_abort().write(|abort| abort.set_chan_abort(mask as u16));
         while u32::from(DMA.chan_abort().read().chan_abort()) & mask != 0 {}
-        // An aborted channel may say that it is done (erratum RP2040-E13).
+        // An aborted channel may raise its completion interrupt (erratum RP2040-E13).
         DMA.intr(0).write_value(mask);
         (self.armed, self.filling, self.filled, self.handed_over) = ([None; 2], 0, 0, 0);
     }
 
-    /// Whether there is a free place to write to; if not, the axis's waker is woken when there is.
+    /// Whether there is a free place to write to. If not, the axis's waker is woken when there is one.
     pub fn has_room(&mut self) -> bool {
         if self.armed[self.filling].is_some() && self.is_sent(self.filling) {
             DMA.intr(0).write_value(self.bits[self.filling]);
@@ -73,7 +73,7 @@ impl Stream {
         self.armed[self.filling].is_none() && self.filled < BLOCK_WORDS
     }
 
-    /// The free places, to be written in order; say [`wrote`](Self::wrote) afterwards.
+    /// The free places, to be written in order; call [`wrote`](Self::wrote) afterwards.
     pub fn room(&self) -> &'static [AtomicU32] {
         &self.blocks[self.filling][self.filled..]
     }
@@ -82,7 +82,7 @@ impl Stream {
         self.filled += words;
     }
 
-    /// Words written since the last were handed over.
+    /// Words written since the last block was handed over.
     pub fn filled(&self) -> u32 {
         self.filled as u32
     }
@@ -91,7 +91,7 @@ impl Stream {
         self.filled == BLOCK_WORDS
     }
 
-    /// Hands over what has been written, if anything.
+    /// Hands over the words that have been written, if any.
     pub fn hand_over(&mut self) {
         if self.filled == 0 {
             return;
@@ -101,7 +101,7 @@ impl Stream {
         if self.armed[other].is_some() {
             self.channels[other].al1_ctrl().write_value(self.control(other, Some(block)).0);
         }
-        // The other may have ended before it was told to go on; then nothing has started this one.
+        // The other channel may have finished before it was chained to this one. Then nothing has started this one.
         if !self.is_busy(other) && !self.is_busy(block) && !self.is_sent(block) {
             DMA.multi_chan_trigger().write(|trigger| trigger.set_multi_chan_trigger(self.bits[block] as u16));
         }
@@ -117,12 +117,12 @@ impl Stream {
         channel.trans_count().write_value(words);
         channel.al1_ctrl().write_value(self.control(block, None).0);
         self.armed[block] = Some(words);
-        // The words must be in RAM before DMA looks.
+        // The words must be in RAM before DMA reads them.
         cortex_m::asm::dmb();
         DMA.inte(1).modify(|enabled| *enabled |= self.bits[block]);
     }
 
-    /// How the channel of `block` works, and which block it starts when it ends.
+    /// The control word of `block`'s channel, which starts the channel of block `next` when it ends.
     fn control(&self, block: usize, next: Option<usize>) -> CtrlTrig {
         let mut control = CtrlTrig(0);
         control.set_en(true);
@@ -130,12 +130,12 @@ impl Stream {
         control.set_data_size(DataSize::SIZE_WORD);
         control.set_incr_read(true);
         control.set_treq_sel(self.pace);
-        // A channel chained to itself starts none.
+        // A channel that is chained to itself starts no other.
         control.set_chain_to((self.channel + next.unwrap_or(block)) as u8);
         control
     }
 
-    /// Words that have reached the FIFO since the stream was cleared. Never more than have.
+    /// Words that have reached the FIFO since the stream was cleared. Never more than the true number.
     pub fn sent_words(&self) -> u32 {
         let waiting = |block: usize| match self.armed[block] {
             None => 0,

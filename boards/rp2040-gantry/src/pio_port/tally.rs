@@ -1,43 +1,42 @@
-//! How far an axis has come, by how many of its words or edges are gone.
+//! Computes the position of an axis from the number of words or edges that are done.
 //!
 //! # Design
-//! The state machine counts edges whatever their direction, and DMA and FIFO tell how many words are begun. So it is kept
-//! here which of the words on their way are rests, and which of the edges go back: a bit each, for as many as can be on
-//! their way. There is always room then, however often an axis turns, where a list of its turns could be full and would have
-//! to wait until some have risen.
+//! The state machine counts edges in either direction, and DMA and FIFO only show how many words are begun. So this
+//! keeps two bits for each word on its way: whether it is a rest, and whether its edge goes back. There is always room,
+//! however often an axis turns. A list of turns could be full and would have to wait until some edges have risen.
 //!
-//! Nothing here touches the chip: the tests take this very file.
+//! Nothing here accesses the chip: the tests use this file directly.
 
-/// Words that are written and not begun, at most.
+/// The most words that can be written but not begun.
 pub const IN_FLIGHT_MAX: u32 = MARKS;
 
 const MARKS: u32 = 1024;
 const WORD_BITS: u32 = u32::BITS;
 
-/// What has been written of a run. All counts are modulo 2^32.
+/// What has been written for a run. All counts are modulo 2^32.
 pub struct Tally {
     /// Which words are rests.
     rests: Marks,
     /// Which edges go back.
     back: Marks,
-    /// Where the last edge goes to, from where the run began.
+    /// Position after the last written edge, relative to the start of the run.
     written_steps: i32,
     rests_written: u32,
 }
 
 impl Tally {
-    /// Of a run of which nothing has been written.
+    /// The tally of a run for which nothing has been written.
     pub const fn new() -> Self {
         Self { rests: Marks::new(), back: Marks::new(), written_steps: 0, rests_written: 0 }
     }
 
-    /// A word that is a rest has been written.
+    /// Notes a written word that is a rest.
     pub fn write_rest(&mut self) {
         self.rests.push(true, 1);
         self.rests_written = self.rests_written.wrapping_add(1);
     }
 
-    /// Words of so many steps have been written, of the same direction.
+    /// Notes written words of `steps` steps in one direction.
     pub fn write_steps(&mut self, back: bool, steps: u32) {
         self.rests.push(false, steps);
         self.back.push(back, steps);
@@ -45,7 +44,7 @@ impl Tally {
         self.written_steps = self.written_steps.wrapping_add(moved as i32);
     }
 
-    /// Edges that have been written.
+    /// Number of edges that have been written.
     pub fn written_edges(&self) -> u32 {
         self.back.pushed
     }
@@ -56,7 +55,7 @@ impl Tally {
         words.wrapping_sub(rests)
     }
 
-    /// Where the first `edges` edges lead, from where the run began.
+    /// Position after the first `edges` edges, relative to the start of the run.
     pub fn steps_after(&self, edges: u32) -> i32 {
         let to_come = self.back.pushed.wrapping_sub(edges);
         let back = self.back.count_from(edges);
@@ -64,13 +63,13 @@ impl Tally {
     }
 }
 
-/// The last so many of a row of marks, set or not.
+/// The last `MARKS` marks of a sequence; each is set or not.
 struct Marks {
     bits: [u32; (MARKS / WORD_BITS) as usize],
-    /// How many there have been.
+    /// How many marks have been appended.
     pushed: u32,
-    /// Whether the last is set, and how many in a row at the end are like it, the last included; [`MARKS`] at most. While an
-    /// axis neither turns nor rests that says everything.
+    /// Whether the last mark is set, and how many marks at the end equal it, including itself; at most [`MARKS`]. While
+    /// an axis neither turns nor rests, these two say everything, and the bits are not written.
     last: bool,
     alike: u32,
 }
@@ -80,7 +79,7 @@ impl Marks {
         Self { bits: [0; (MARKS / WORD_BITS) as usize], pushed: 0, last: false, alike: MARKS }
     }
 
-    /// Appends `count` equal marks, as many as there is room for at most.
+    /// Appends `count` equal marks, at most as many as there is room for.
     fn push(&mut self, is_set: bool, count: u32) {
         if is_set != self.last {
             (self.last, self.alike) = (is_set, 0);
@@ -99,7 +98,7 @@ impl Marks {
         }
     }
 
-    /// How many are set, from the one with this number on.
+    /// How many marks are set, from number `first` to the last.
     fn count_from(&self, first: u32) -> u32 {
         let count = self.pushed.wrapping_sub(first);
         if count <= self.alike {
@@ -109,7 +108,7 @@ impl Marks {
     }
 }
 
-/// The marks from `first` on, word by word: its index, and which of its bits.
+/// The bits of `count` marks from number `first`, word by word: the word's index and a mask of its bits.
 fn pieces(first: u32, count: u32) -> impl Iterator<Item = (usize, u32)> {
     let (mut at, mut left) = (first % MARKS, count);
     core::iter::from_fn(move || {

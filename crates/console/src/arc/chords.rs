@@ -1,23 +1,23 @@
-//! The chords of an arc, one after the other.
+//! Splits an arc into chords, one after the other.
 
 use super::Arc;
 use crate::AXES;
 
-/// The series of sine and cosine end at a term that no sum notices.
+/// The series of sine and cosine end at the first term that is too small to change the sum.
 const NEGLIGIBLE: f64 = 1e-18;
-/// A radius that changes by more than this part is so small that the last chord may make up for it.
+/// If the radius changes by more than this fraction, the arc is so small that the last chord may absorb the change.
 const EVEN_CHANGE_MAX: f64 = 0.1;
 
-/// Where each chord ends; the last at the target itself. See [`Arc::chords`].
+/// Iterates over the end points of the chords. The last one is the target itself. See [`Arc::chords`].
 ///
-/// The radius is turned by the same angle from chord to chord: nine operations each, no sine.
+/// The radius vector is turned by the same angle for each chord: nine operations per chord, and no sine.
 #[derive(Debug, Clone)]
 pub struct Chords {
     left: u32,
     axes: [usize; AXES],
     centre_mm: [f64; 2],
     radius_mm: [f64; 2],
-    /// Cosine and sine of a chord's angle; times what the radius changes by.
+    /// Cosine and sine of the angle of a chord, both times the factor by which the radius grows per chord.
     turn: [f64; 2],
     across_mm: f64,
     rise_mm: f64,
@@ -73,25 +73,26 @@ impl Iterator for Chords {
 
 impl ExactSizeIterator for Chords {}
 
-/// The least number of equal chords that are within the tolerance.
+/// The least number of equal chords that stay within the tolerance.
 fn count(arc: &Arc, tolerance_mm: f64) -> u32 {
     let radius_mm = arc.radius_mm.max(arc.target_radius_mm);
     if 2.0 * radius_mm <= tolerance_mm {
         return 1;
     }
-    // Half a chord's length is the sine of half its angle, and what is left of the radius beside it the cosine.
+    // Half the chord and the distance from the centre to the chord are the sine and the cosine of half its angle, times
+    // the radius.
     let half_mm = libm::sqrt(tolerance_mm * (2.0 * radius_mm - tolerance_mm));
     let half_rad = libm::atan2(half_mm, radius_mm - tolerance_mm);
     libm::ceil(arc.travel_rad.abs() / (2.0 * half_rad)) as u32
 }
 
-/// The part by which the radius changes from start to target.
+/// The relative change of the radius from start to target.
 fn change(arc: &Arc) -> f64 {
     let change_mm = arc.target_radius_mm - arc.radius_mm;
     if change_mm.abs() < EVEN_CHANGE_MAX * arc.radius_mm { change_mm / arc.radius_mm } else { 0.0 }
 }
 
-/// By their series, which are short for the angle of a chord.
+/// Cosine and sine by their power series, which need few terms for the small angle of a chord.
 fn cos_sin(rad: f64) -> [f64; 2] {
     let (mut cos, mut sin) = (0.0, 0.0);
     let (mut term, mut power) = (1.0, 0.0);

@@ -4,7 +4,7 @@ use proptest::prelude::*;
 
 use super::*;
 
-/// A circle and a part of it, in f64, before its ends are rounded to what an interpreter keeps.
+/// An arc in f64, before its ends are rounded to the f32 that an interpreter keeps.
 #[derive(Debug, Clone, Copy)]
 struct Drawn {
     centre_mm: [f64; 2],
@@ -53,7 +53,7 @@ fn drawn() -> impl Strategy<Value = Drawn> {
     )
 }
 
-/// Start and chord ends.
+/// The start point, then the end points of the chords.
 fn corners(arc: &Arc, tolerance_mm: f64) -> std::vec::Vec<[f64; AXES]> {
     [arc.start_mm().map(f64::from)].into_iter().chain(arc.chords(tolerance_mm)).collect()
 }
@@ -188,7 +188,7 @@ proptest! {
     #[test]
     fn a_radius_means_the_circle_that_its_centre_does(drawn in drawn()) {
         let radius_mm = if drawn.travel_rad.abs() > PI { -drawn.radius_mm } else { drawn.radius_mm };
-        // Next to a diameter the centre hardly depends on the radius.
+        // Where the chord is close to a diameter, rounding of the radius moves the centre a lot.
         prop_assume!((drawn.travel_rad.abs() - PI).abs() > 0.3 && drawn.travel_rad.abs() < 6.0);
         prop_assume!(drawn.travel_rad.abs() > 0.3);
         let arc = Arc::of_radius(drawn.ends(), radius_mm).unwrap();
@@ -198,7 +198,7 @@ proptest! {
         prop_assert!((arc.travel_rad - drawn.travel_rad).abs() * drawn.radius_mm < 5e-3);
     }
 
-    /// Where the centre was rounded, the arc still ends where it shall, and nowhere bends more for it.
+    /// If the centre was rounded, the arc still ends at its target, and no chord has to absorb the whole error.
     #[test]
     fn what_does_not_fit_is_spread_over_all_chords(drawn in drawn(), wrong in -0.00099..0.00099f64) {
         let wrong_mm = if drawn.radius_mm < 1.0 { 0.0 } else { wrong * drawn.radius_mm.min(400.0) };

@@ -1,4 +1,4 @@
-//! What the words of an arc mean.
+//! Interprets the words of an arc.
 
 use super::{Interpreter, in_mm, within};
 use crate::{
@@ -8,7 +8,7 @@ use crate::{
 };
 
 impl Interpreter {
-    /// The way to the target, if the motion mode of the block is an arc; checked in Grbl's order.
+    /// The arc to the target, if the block's motion mode is an arc; checked in Grbl's order.
     pub(super) fn arc(&self, words: &mut Words) -> Result<Option<Arc>, Error> {
         let (mode, plane) = (words.modal.motion, words.modal.plane);
         if !mode.is_arc() {
@@ -30,7 +30,7 @@ impl Interpreter {
             }
             Arc::around(ends, offsets.map(|offset| in_mm(offset.unwrap_or(0.0), &words.modal).into()))?
         };
-        // However far its ends are, its middle must not be too far out.
+        // The middle of an arc may be out of range even if both ends are within it.
         arc.bounds_mm().iter().flatten().try_for_each(|&mm| within(mm as f32).map(|_| ()))?;
         Ok(Some(arc))
     }

@@ -1,4 +1,4 @@
-//! Work offsets, kept places, and what axis words mean by them.
+//! Work offsets, stored positions, and how axis words refer to them.
 
 use super::{Interpreter, Z, in_mm, within};
 use crate::{
@@ -7,12 +7,12 @@ use crate::{
     parameters::WORK_SYSTEMS,
 };
 
-/// G10 L2 gives the offset itself, G10 L20 what the work position shall be.
+/// G10 L2 gives the offset itself. G10 L20 gives the work position that the current position shall have.
 const OFFSET: f32 = 2.0;
 const WORK_POSITION: f32 = 20.0;
 
 impl Interpreter {
-    /// Carries out a code of group 0; G28 and G30 move, perhaps by way of another place.
+    /// Executes a code of group 0. G28 and G30 move, perhaps via another point.
     pub(super) fn non_modal(&mut self, words: &mut Words) -> Result<(Option<[f32; AXES]>, Option<Move>), Error> {
         match words.non_modal {
             Some(NonModal::SetWorkOffset) => self.set_work_offset(words)?,
@@ -43,7 +43,7 @@ impl Interpreter {
             number @ 1..=WORK_SYSTEMS => number - 1,
             _ => return Err(Error::UnsupportedSystem),
         };
-        // Grbl, too, knows no rotation, R.
+        // Like Grbl, this does not support a rotation (R).
         if meaning != WORK_POSITION && (meaning != OFFSET || words.take(b'R').is_some()) {
             return Err(Error::Unsupported);
         }
@@ -66,12 +66,12 @@ impl Interpreter {
         Ok(())
     }
 
-    /// Where zero of an axis would be if the position were `mm`, the tool's length taken off.
+    /// Where the zero of an axis would be if the work position were `mm`, with the tool length subtracted.
     fn zero_mm(&self, axis: usize, mm: f32) -> f32 {
         self.position_mm[axis] - mm - if axis == Z { self.tool_length_mm } else { 0.0 }
     }
 
-    /// G28, G30. With axis words only the axes named go there, by way of the target that the words give.
+    /// G28, G30. With axis words, only the named axes move to the stored position, via the target of those words.
     fn go_to(&self, place: usize, words: &Words) -> Result<(Option<[f32; AXES]>, Option<Move>), Error> {
         let mut target_mm = self.coordinates.places_mm[place];
         let via_mm = if words.has_axes() { Some(self.target_mm(words)?) } else { None };
@@ -84,7 +84,7 @@ impl Interpreter {
         Ok((via_mm, Some(Move { target_mm, rate: Rate::Rapid, arc: None, exact_stop })))
     }
 
-    /// Where the axis words lead; axes without one stay.
+    /// The target of the axis words; axes without a word keep their position.
     pub(super) fn target_mm(&self, words: &Words) -> Result<[f32; AXES], Error> {
         let mut target_mm = self.position_mm;
         let offset_mm = self.work_offset_mm();
@@ -99,7 +99,7 @@ impl Interpreter {
     }
 }
 
-/// The axes named, with their values in mm.
+/// The named axes, with their values in mm.
 fn given_mm(words: &Words) -> impl Iterator<Item = (usize, f32)> {
     let axes = words.axes().into_iter().enumerate();
     axes.filter_map(|(axis, value)| value.map(|value| (axis, in_mm(value, &words.modal))))

@@ -1,4 +1,4 @@
-//! What G38.2 to G38.5 mean.
+//! Interprets G38.2 to G38.5.
 
 use super::Interpreter;
 use crate::{
@@ -8,9 +8,9 @@ use crate::{
 };
 
 impl Interpreter {
-    /// The probe of a block whose motion mode is one, if its axis words are for that; checked in Grbl's order. The program
-    /// goes on from its target.
-    // Written in place: returned, it would be copied on every line.
+    /// The probe of a block whose motion mode is one, if its axis words are for that mode; checked in Grbl's order. The
+    /// program's position afterwards is the probe's target.
+    // Writes to `probe` in place: a returned value would be copied on every line.
     #[cold]
     pub(super) fn probe(&mut self, words: &Words, probe: &mut Option<Probe>) -> Result<(), Error> {
         if words.axis_command != Some(AxisCommand::Motion) {

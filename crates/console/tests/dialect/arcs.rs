@@ -1,4 +1,4 @@
-//! Arcs as Grbl reads them: where each leads, round which box, or why it is refused.
+//! Arcs as Grbl reads them: the target and the bounding box of each, or why it is refused.
 
 use crate::talk::check;
 use expect_test::expect;
@@ -188,7 +188,7 @@ fn exact_stop_is_modal_and_told_while_it_is_on() {
     );
 }
 
-/// Every arc that the examples of others hold in one line or another.
+/// Every form of an arc that occurs in example programs of others.
 #[test]
 fn arcs_as_programs_write_them() {
     check(

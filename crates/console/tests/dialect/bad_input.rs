@@ -1,4 +1,4 @@
-//! Whatever arrives: one answer a line, and after an error everything is as before.
+//! Arbitrary input: every line gets one answer, and an error changes nothing.
 
 use isostep_console::{
     Alarm, Command, Door, Error, Interpreter, LineAssembler, MAX_COORDINATE_MM, Realtime, Refusal, ReportedState,
@@ -8,7 +8,7 @@ use proptest::prelude::*;
 
 use crate::talk::carries;
 
-/// What lines are made of, right and wrong.
+/// Parts to build lines from, valid and invalid.
 const FRAGMENTS: &str = "G M N G0 G1 G1 G2 G3 G4 G10 G17 G18 G20 G21 G28 G28.1 G30 G38.2 G38.3 G38.5 G38.6 G43.1 G49 G53 G54 G59 G59.1 G80 \
     G90 G91 G91.1 G92 G92.1 G93 G94 M0 M1 M2 M3 M4 M6 M7 M8 M9 M30 X X1 Y-2.5 Z.5 X10000 Z-9999 F100 F S1 T1 T300 P1 P9 L2 L20 R2 \
     G43 G64 G42 A B0 H1 I1 R-9 J-3 K.5 G61 G61.1 N7 N10000001 A1 $ $$ $# $G $I $N $N0= $N1= $N2= $X $H $C $SLP $BOOT $RST= * # $J= \
@@ -44,7 +44,7 @@ fn bytes() -> impl Strategy<Value = Vec<u8>> {
     prop::collection::vec(line, 1..8).prop_map(|lines| lines.concat())
 }
 
-/// What a caller does with one line: the answer, with everything unchanged if it is an error.
+/// Does what a caller does with one line. Checks that nothing has changed if the answer is an error.
 fn answer(line: Result<&str, Error>, state: ReportedState, interpreter: &mut Interpreter, settings: &mut Settings) {
     let before = (*interpreter, *settings);
     let answer = line.and_then(|line| match interpreter.interpret(line, state, settings)? {
@@ -72,7 +72,7 @@ fn answer(line: Result<&str, Error>, state: ReportedState, interpreter: &mut Int
         if let Ok(line) = line {
             let word = stopped_at(line).map(|range| &line[range]);
             assert!(word.is_none_or(|word| !word.is_empty()), "{line}");
-            // A word by whose error reading stops is found, as far as a line was read at all.
+            // For an error that stops reading at a word, that word is found, if reading got that far.
             let is_of_words =
                 matches!(error, Error::ModalClash | Error::AxisConflict | Error::RepeatedWord | Error::ToolNumber);
             assert!(word.is_some() || !is_of_words, "{line}: {error}");
@@ -80,7 +80,7 @@ fn answer(line: Result<&str, Error>, state: ReportedState, interpreter: &mut Int
         }
     }
     assert!(interpreter.position_mm().iter().all(|mm| mm.abs() <= MAX_COORDINATE_MM));
-    // A system, a shift and a tool's length.
+    // The offset is the sum of a work coordinate system, a shift and a tool length.
     assert!(interpreter.work_offset_mm().iter().all(|mm| mm.abs() <= 3.0 * MAX_COORDINATE_MM));
     assert_eq!(settings.check(&carries), Ok(()));
 }
@@ -115,7 +115,7 @@ proptest! {
     }
 }
 
-/// Some senders take every line with these words in it for the answer to one of theirs, or for an alarm.
+/// Some senders take every line that contains one of these words as the answer to their own line, or as an alarm.
 #[test]
 fn no_words_of_ours_read_like_an_answer() {
     let mut build = String::new();

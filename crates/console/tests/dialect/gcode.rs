@@ -70,7 +70,7 @@ fn dwell_comes_before_motion_and_the_end_after_it() {
     );
 }
 
-/// A way counts from where it begins: no shift of the zero, and no offset, is in it.
+/// An incremental distance counts from the start of the move: neither a shift of the zero nor an offset affects it.
 #[test]
 fn an_incremental_way_is_as_long_under_every_offset() {
     check(
@@ -355,7 +355,7 @@ fn the_position_follows_what_the_caller_says() {
     assert_eq!(talk.bytes(b"Y5\n"), "(rapid [2.0, 5.0, 3.0]) ok");
 }
 
-/// Work coordinates are machine coordinates less the work offset, G92's shift and, along Z, the tool's length.
+/// Work coordinates are machine coordinates minus the work offset, G92's shift and, along Z, the tool length.
 #[test]
 fn work_offsets_shift_what_absolute_words_mean() {
     check(
@@ -404,7 +404,7 @@ fn g92_and_the_tool_length_end_with_a_reset_and_offsets_do_not() {
     assert_eq!(talk.interpreter.work_offset_mm(), [1.0, 0.0, 0.0]);
 }
 
-/// The tip of the tool stands where they say; X has no length.
+/// Both codes set the position of the tool's tip. Only Z has a tool length, X has none.
 #[test]
 fn g92_and_g10_l20_count_from_the_tip_of_the_tool() {
     for zero in ["G92 X3 Z7", "G10 L20 P1 X3 Z7"] {
@@ -477,7 +477,7 @@ fn g10_and_g92_want_their_words() {
 
 #[test]
 fn inverse_time_is_for_its_block_alone() {
-    // 3-4-0 is a path of 5 mm: twice a minute are 10 mm/min.
+    // The path of 3 and 4 mm is 5 mm long; twice a minute is 10 mm/min.
     check(
         "G93 G1 X3 Y4 F2\nX0\nG1 X1\nX1 Y4 F.1\nG0 X0 Y0\n$G\nF7\n$G\nG94 G1 X5\nG94 X5 F100\nX6\nG93\nG94 G1 X7\nG20 G93 G1 X1 F1\nG94 G1 X0 F1",
         expect![[r#"

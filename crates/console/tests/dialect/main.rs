@@ -1,4 +1,4 @@
-//! The dialect as dialogues: what a sender sends, what it hears, and what the machine is asked to do.
+//! Tests of the dialect as dialogues: what a sender sends, what it receives, and what the machine is asked to do.
 
 mod arcs;
 mod bad_input;

@@ -1,4 +1,4 @@
-//! G38 as Grbl reads it: where it goes, why it is refused, and what it tells.
+//! G38 as Grbl reads it: where it goes, why it is refused, and what it reports.
 
 use crate::talk::{Talk, check};
 use expect_test::expect;
@@ -83,7 +83,7 @@ fn a_probe_needs_a_feed_an_axis_and_a_way() {
 
 #[test]
 fn a_probe_takes_an_inverse_time() {
-    // 3-4-0 is a way of 5 mm: twice a minute are 10 mm/min.
+    // The path of 3 and 4 mm is 5 mm long; twice a minute is 10 mm/min.
     check(
         "G93 G38.2 X3 Y4 F2\nX0\nG38.2 X0\nX0 F.01\nG94 G38.3 X1\nG94 G38.3 X1 F5",
         expect![[r#"

@@ -1,4 +1,4 @@
-//! Status reports, and the lines that any byte stream gives.
+//! Status reports, and the lines that result from arbitrary bytes.
 
 use crate::talk::Talk;
 use expect_test::expect;
@@ -7,10 +7,10 @@ use isostep_console::{
 };
 use proptest::prelude::*;
 
-/// What [`StatusReporter::write`] promises.
+/// The limit that [`StatusReporter::write`] documents.
 const LONGEST_BYTES: usize = 145;
 
-/// A machine at rest, nothing on and nothing pressed.
+/// A machine at rest, with nothing switched on and nothing pressed.
 const QUIET: Status = Status {
     state: ReportedState::Idle,
     position_mm: [0.0; 3],
@@ -99,8 +99,8 @@ fn the_mask_chooses_fields_and_inches_scale() {
     .assert_eq(&heard.replace('\r', ""));
 }
 
-/// Every field as long as it can be: a work position is off by a system, a shift and a tool's length; a feed along three
-/// axes at the highest `$110` has 9 digits, and so has twice the greatest S.
+/// Every field has its greatest length: the work position includes a system, a shift and a tool length; the feed along
+/// three axes at the highest `$110` has 9 digits, and so has twice the greatest S.
 #[test]
 fn the_longest_report_is_as_long_as_promised() {
     let status = Status {

@@ -1,4 +1,4 @@
-//! `$` commands and reports: what they answer, and when.
+//! `$` commands and reports: their answers, and the states in which they are allowed.
 
 use crate::talk::{Talk, carries};
 use expect_test::{Expect, expect};
@@ -218,7 +218,7 @@ fn a_refused_setting_names_value_limit_and_remedy() {
     );
 }
 
-/// Whichever of the two is changed.
+/// The rule holds whether the pull-off or the travel is changed.
 #[test]
 fn a_pull_off_is_below_the_travel_of_every_axis() {
     check(

@@ -1,4 +1,4 @@
-//! A machine that carries out every command at once and says so, to read dialogues by.
+//! A simple machine that executes every command at once and prints it, for tests in the form of dialogues.
 
 use std::fmt::Write as _;
 
@@ -10,12 +10,12 @@ use isostep_console::{
     realtime, report,
 };
 
-/// What is heard of a program that is sent to an idle machine.
+/// Checks what a sender receives when it sends `program` to an idle machine.
 pub fn check(program: &str, heard: Expect) {
     heard.assert_eq(&Talk::new(ReportedState::Idle).send(program));
 }
 
-/// The port of this machine carries 30,000 steps/s, or a pulse and a pause as long.
+/// The step outputs of this machine support 30,000 steps/s, or fewer if pulse and pause take longer.
 pub fn carries(pulse_us: u16) -> f32 {
     (1e6 / (2.0 * f32::from(pulse_us))).min(30_000.0)
 }
@@ -51,12 +51,12 @@ impl Talk {
         }
     }
 
-    /// Sends the text and gives everything heard for it, one `sent -> heard` a line.
+    /// Sends the text and returns everything received for it, one `sent -> heard` per line.
     pub fn send(&mut self, text: &str) -> String {
         text.lines().map(|line| format!("{line} -> {}\n", self.bytes(format!("{line}\n").as_bytes()))).collect()
     }
 
-    /// Sends bytes; gives the replies on one line.
+    /// Sends bytes; returns the replies on one line.
     pub fn bytes(&mut self, bytes: &[u8]) -> String {
         self.heard.clear();
         for &byte in bytes {

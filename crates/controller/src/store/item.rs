@@ -1,4 +1,4 @@
-//! What is kept, item by item, and the bytes of each.
+//! The items that are kept, and the bytes of each.
 
 use heapless::Vec;
 use isostep_console::parameters::{STARTUP_LINES, STORED_LINE_CHARS, StoredLine, WORK_SYSTEMS};
@@ -7,18 +7,20 @@ use isostep_console::{AXES, Coordinates, MAX_COORDINATE_MM, Parameters, SETTING_
 /// The bytes of an item: numbers as 32-bit floats, little-endian; a line as its characters.
 pub type Value = Vec<u8, STORED_LINE_CHARS>;
 
-/// One thing that a line can change, by its key: a setting's is its number, and those end at 999. A key is never another's
-/// in any version.
+/// One thing that a line can change, by its key. The key of a setting is its number, 999 at most. A key never means
+/// another item, in any version.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Item(pub(super) u16);
 
-/// The origins of G54 to G59, where G28 and G30 go to, the start-up lines, then the user's text.
+/// The keys of the places: the origins of G54 to G59, then where G28 and G30 go to.
 const FIRST_PLACE: u16 = 0x4000;
+/// The keys of the start-up lines.
 const FIRST_LINE: u16 = FIRST_PLACE + WORK_SYSTEMS as u16 + 2;
+/// The key of the user's text.
 const TEXT: u16 = FIRST_LINE + STARTUP_LINES as u16;
 const END: u16 = TEXT + 1;
 
-/// What is kept, wherever it is.
+/// References to all that is kept.
 pub(crate) type Place<'a> = (&'a Settings, &'a Coordinates, &'a [StoredLine; STARTUP_LINES], &'a StoredLine);
 
 impl Item {
@@ -27,7 +29,7 @@ impl Item {
         (0..).map_while(Self::at)
     }
 
-    /// The items by rising keys; `None` behind the last.
+    /// The item with this index, in the order of the keys; `None` after the last.
     pub(super) fn at(index: u16) -> Option<Self> {
         let mut left = index;
         for row in SETTING_TABLE {
@@ -44,7 +46,7 @@ impl Item {
         self.0 < FIRST_PLACE
     }
 
-    /// Its value among these.
+    /// Its value, from these data.
     pub(crate) fn value(self, (settings, coordinates, startup, text): Place<'_>) -> Value {
         let mut value = Value::new();
         let mut put = |bytes: &[u8]| {
@@ -63,7 +65,8 @@ impl Item {
         value
     }
 
-    /// Sets it to a value; false if that is none of its. What another version kept has no effect.
+    /// Sets it to a value; false if the value is not valid for it. An item that only another version knows has no
+    /// effect.
     pub(super) fn set(self, value: &[u8], settings: &mut Settings, parameters: &mut Parameters) -> bool {
         let understood = match self.0 {
             TEXT => line(value).map(|line| parameters.build_text = line),

@@ -1,27 +1,28 @@
-//! Sectors that are erased wholly or not at all, whenever the power goes.
+//! Sectors that are erased wholly or not at all, whenever the power fails.
 //!
 //! # Design
-//! The log above takes a sector for erased, or for in use, by its first and last byte. But an erase that was cut short may
-//! leave any of the bytes in between, or none: flash brings all bits to 0 before it brings them to 1. So every sector
-//! begins with a stamp: a mark, a blank, and the mark again.
+//! The log above judges by the first and the last byte of a sector whether it is erased or in use. But an erase that
+//! was cut short may have changed any of the bytes in between, or none: flash brings all bits to 0 before it brings
+//! them to 1. So every sector begins with a stamp: a mark, a blank, and the mark again.
 //!
 //! | stamp | the sector |
 //! |---|---|
-//! | mark, blank, mark | is what it reads as |
-//! | anything else | is erased, whatever is in it |
+//! | mark, blank, mark | counts as what it reads as |
+//! | anything else | counts as erased, whatever is in it |
 //!
-//! To erase a sector is to program the blank, which takes a moment and no erase. The chip's own erase comes when the sector
-//! is next written to, and only when it has succeeded is the stamp put on again.
+//! A sector is erased by programming the blank, which takes a moment and needs no erase. The chip's own erase comes
+//! when the sector is next written to. Only when it has succeeded is the stamp written again.
 //!
-//! All is read and written by whole words, as long as a header of the log. Where the power went in the midst of a header, the log
-//! looks for the next one a word behind it, and that is where it is. Were it to look at every byte, it would look at many places
-//! that are none, and now and then take one for a header: what follows would be lost.
+//! Everything is read and written in whole words, which are as long as a header of the log. If the power fails in the
+//! middle of a header, the log looks for the next header one word behind it, which is where it is. If the log looked at
+//! every byte, it would look at many places that are no header, and now and then take one for a header; everything
+//! behind it would be lost.
 
 use core::ops::Range;
 
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 
-/// Another where the words of the log are of another length.
+/// It has to be another one if the words of the log have another length.
 const MARK: [u8; 8] = *b"isostep2";
 const BLANK: [u8; 8] = [ERASED; 8];
 const CONDEMNED: [u8; 8] = [0; 8];
@@ -29,7 +30,7 @@ const STAMP_BYTES: usize = 24;
 const ERASED: u8 = 0xFF;
 /// As long as a header of the log.
 pub(super) const WORD_BYTES: usize = 8;
-/// One bit for each sector.
+/// At most as many as `live` has bits.
 const SECTORS_MAX: u32 = 32;
 
 /// Part of a flash.
@@ -58,15 +59,15 @@ impl<F: NorFlash> Sectors<F> {
         Self { flash, range, live: 0 }
     }
 
-    /// How many bytes there are.
+    /// How many bytes the log has.
     pub fn bytes(&self) -> u32 {
         self.count() * Self::SIZE as u32
     }
 
-    /// Looks at the stamps. False if there is something, but nothing of ours.
+    /// Reads the stamps. False if there is something in the flash, but nothing of ours.
     ///
     /// # Errors
-    /// The flash's.
+    /// The flash's error.
     pub async fn open(&mut self) -> Result<bool, F::Error> {
         self.live = 0;
         let mut strange = false;
@@ -94,7 +95,8 @@ impl<F: NorFlash> Sectors<F> {
         self.range.start + sector * F::ERASE_SIZE as u32 + offset
     }
 
-    /// The sector of an offset, and where in the flash the offset is. The log never asks for bytes of two sectors at once.
+    /// The sector of an offset, and the address of the offset in the flash. The log never asks for bytes of two sectors
+    /// at once.
     fn locate(&self, offset: u32) -> (u32, u32) {
         let size = Self::SIZE as u32;
         let sector = offset / size;
@@ -110,7 +112,7 @@ impl<F: NorFlash> Sectors<F> {
     }
 }
 
-/// A stamp with `middle` between its marks: an erase that comes from either end takes a mark first.
+/// A stamp with `middle` between its marks. There are two, so that an erase from either end destroys a mark first.
 fn stamp_of(middle: [u8; 8]) -> [u8; STAMP_BYTES] {
     let mut stamp = [0; STAMP_BYTES];
     stamp[..8].copy_from_slice(&MARK);

@@ -10,17 +10,17 @@ use crate::event::State;
 pub struct Door {
     /// It is open now.
     pub is_open: bool,
-    /// It was opened, and the machine is held for that.
+    /// It was opened, and the machine is held because of that.
     pub is_held: bool,
-    /// That hold is over, and the spindle gets its speed.
+    /// That hold is over, and the spindle is getting its speed.
     pub is_resuming: bool,
 }
 
 impl Door {
-    /// It has done nothing, and is closed.
+    /// The door is closed, and nothing is held because of it.
     pub(super) const CLOSED: Self = Self { is_open: false, is_held: false, is_resuming: false };
 
-    /// The machine is held for it, or gets going again.
+    /// The machine is held because of the door, or is resuming after that hold.
     #[must_use]
     pub fn is_about(self) -> bool {
         self.is_held || self.is_resuming
@@ -32,8 +32,8 @@ impl Door {
 }
 
 impl Machine {
-    /// The safety door has been opened, or somebody says so: holds as [`hold`](Self::hold) does, with all outputs off once it
-    /// stands still; a laser goes out at once. Homing is stopped.
+    /// The safety door has been opened, or a console says so. The machine holds as with [`hold`](Self::hold), and all
+    /// outputs are off once it stands still; a laser goes out at once. Homing is stopped.
     pub fn open_door(&self) {
         let homes = self.transition(|inner, state| match state {
             State::Alarm(_) => (state, false),
@@ -59,7 +59,7 @@ impl Machine {
         })
     }
 
-    /// The safety door is open, or closed, debounced. While it is open nothing resumes.
+    /// Sets whether the safety door is open, debounced. While it is open nothing resumes.
     pub fn set_door(&self, is_open: bool) {
         let opens = self.with(|inner| core::mem::replace(&mut inner.door.is_open, is_open) != is_open && is_open);
         if opens {
@@ -70,8 +70,8 @@ impl Machine {
 }
 
 impl Machine {
-    /// The input of the feed hold is low, debounced, or high: a button that is pressed, or, if the configuration says so, the
-    /// safety door's switch, low while that is open.
+    /// Sets whether the input of the feed hold is low, debounced. Low means that the button is pressed or, if the
+    /// configuration says so, that the safety door is open.
     pub(crate) fn set_hold_input(&self, is_low: bool) {
         let is_door = self.config().hold_is_door;
         let was_pressed = self.with(|inner| core::mem::replace(&mut inner.buttons[0], is_low && !is_door));
@@ -81,14 +81,15 @@ impl Machine {
         self.set_door(is_low && is_door);
     }
 
-    /// The button of the cycle start is pressed, or not, for [`Status`](super::Status).
+    /// Sets whether the button of the cycle start is pressed, for [`Status`](super::Status).
     pub(crate) fn set_start_button(&self, is_pressed: bool) {
         self.with(|inner| inner.buttons[1] = is_pressed);
     }
 }
 
 impl Inner {
-    /// With the door open an idle machine is held rather than do what is asked of it: what it is in then.
+    /// With the door open an idle machine is held instead of doing what is asked of it. Returns the state that it is in
+    /// then.
     pub(super) fn wait_for_door(&mut self, state: State) -> State {
         if !self.door.is_open || state != State::Idle {
             return state;
@@ -97,7 +98,7 @@ impl Inner {
         self.begin_hold(state)
     }
 
-    /// Holds a machine in `state`: what it is in then. A jog is cancelled.
+    /// Holds a machine in `state`, and cancels a jog. Returns the state that it is in then.
     pub(super) fn begin_hold(&mut self, state: State) -> State {
         match state {
             State::Idle | State::Run | State::Hold { .. } => {

@@ -1,4 +1,4 @@
-//! Holds, jog cancels and overrides: what is asked of the coordinator while it moves.
+//! Holds, jog cancels and overrides: what is asked of the coordinator while the machine moves.
 
 use embassy_futures::select::select;
 use embassy_time::{Instant, Timer};
@@ -6,23 +6,24 @@ use embassy_time::{Instant, Timer};
 use super::{Door, Forget, Inner, Machine};
 use crate::event::State;
 
-/// How fast to move, of what is asked for; never faster than the limits.
+/// How fast to move, in percent of what is asked for; never faster than the limits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Overrides {
-    /// Of a feed, percent, above 0.
+    /// Percentage of a feed, above 0.
     pub feed_percent: u8,
-    /// Of the limits' speed where no feed was asked for, percent, 1 to 100.
+    /// Percentage of the limits' speed where no feed was asked for, 1 to 100.
     pub rapid_percent: u8,
 }
 
 impl Overrides {
-    /// As asked for.
+    /// No override.
     pub const NONE: Self = Self { feed_percent: 100, rapid_percent: 100 };
 }
 
 impl Machine {
-    /// Brakes the move under way, on its path, and holds what waits until [`resume`](Self::resume): some 60 ms after this
-    /// it brakes as fast as the limits allow. A jog is cancelled instead. Homing goes on; nothing to do in an alarm.
+    /// Brakes the move under way on its path, as fast as the limits allow, and holds the waiting motions until
+    /// [`resume`](Self::resume). Braking begins some 60 ms after this call. A jog is cancelled instead. Homing goes on,
+    /// and in an alarm nothing happens.
     pub fn hold(&self) {
         self.transition(|inner, state| match state {
             State::Hold { .. } => (state, ()),
@@ -31,8 +32,8 @@ impl Machine {
         self.ask();
     }
 
-    /// Goes on after a [`hold`](Self::hold), once the machine stands still and the safety door is closed. A spindle that was
-    /// stopped meanwhile gets its speed first.
+    /// Goes on after a [`hold`](Self::hold), if the machine stands still and the safety door is closed. A spindle that
+    /// was stopped meanwhile reaches its speed first.
     pub fn resume(&self) {
         self.transition(|inner, state| match state {
             State::Hold { still: true } if !inner.door.is_open => (inner.end_hold(state), ()),
@@ -41,7 +42,7 @@ impl Machine {
         self.ask();
     }
 
-    /// Brakes a jog on its path, and forgets the jogs that wait. Nothing to do in any other state.
+    /// Brakes a jog on its path, and forgets the waiting jogs. In any other state nothing happens.
     pub fn cancel_jog(&self) {
         self.transition(|inner, state| {
             if state == State::Jog {
@@ -52,7 +53,7 @@ impl Machine {
         self.ask();
     }
 
-    /// Changes the speed of moves, the one under way included, some 60 ms after this.
+    /// Changes the speed of moves, the one under way included, some 60 ms after this call.
     pub fn set_overrides(&self, overrides: Overrides) {
         self.with(|inner| inner.overrides = overrides);
         self.ask();
@@ -66,7 +67,7 @@ impl Machine {
 }
 
 impl Inner {
-    /// Holds no more: what the machine is then.
+    /// Ends a hold. Returns the state that the machine is in then.
     fn end_hold(&mut self, state: State) -> State {
         let before = self.effective(state).spindle;
         self.held = false;
@@ -80,7 +81,7 @@ impl Inner {
 
 /// For the coordinator.
 impl Machine {
-    /// Tells the coordinator that something has been asked of it. Not inlined, as [`with`](Self::with).
+    /// Wakes the coordinator, because something has been asked of it. Not inlined: see [`with`](Self::with).
     #[inline(never)]
     pub(super) fn ask(&self) {
         self.asked.signal(());
@@ -96,14 +97,14 @@ impl Machine {
         self.asked.wait().await;
     }
 
-    /// Waits until what is under way is held, or is to be forgotten.
+    /// Waits until the motion under way is held, stopped, or to be forgotten.
     pub(crate) async fn wait_interrupted(&self) {
         while !self.with(|inner| inner.is_to_brake() || inner.cause.is_some()) {
             select(self.asked.wait(), self.stopped.wait()).await;
         }
     }
 
-    /// A run begins, or has ended: so whether a hold finds the machine still is known whenever it comes.
+    /// Notes that a run begins or has ended. So it is known at any time whether a hold finds the machine at rest.
     pub(crate) fn set_moving(&self, moving: bool) {
         self.transition(|inner, state| {
             inner.moving = moving;
@@ -115,7 +116,7 @@ impl Machine {
         });
     }
 
-    /// Waits, standing still, until a hold is over and the spindle has its speed; false if what was held is to be forgotten.
+    /// Waits at rest until a hold is over and the spindle has its speed; false if the held motion is to be forgotten.
     pub(crate) async fn outlast_hold(&self) -> bool {
         loop {
             if self.is_to_forget() {
@@ -134,7 +135,7 @@ impl Machine {
         }
     }
 
-    /// Whether what is held, or under way, is to be forgotten.
+    /// Whether the motion that is held or under way is to be forgotten.
     pub(crate) fn is_to_forget(&self) -> bool {
         self.with(|inner| inner.forget != Forget::Nothing || inner.cause.is_some())
     }

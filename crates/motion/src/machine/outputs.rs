@@ -1,4 +1,4 @@
-//! What the tool's outputs are to be, and what puts them off.
+//! What the tool's outputs are to be, and what switches them off.
 
 use core::cell::Cell;
 use core::sync::atomic::{AtomicU16, Ordering};
@@ -11,11 +11,11 @@ use embassy_time::Instant;
 use super::{Busy, Forget, Inner, Machine};
 use crate::event::State;
 use crate::port::Brake;
-use crate::tool::{Level, Outputs, Spindle, StretchQueue, ToolWanted};
+use crate::tool::{Level, Outputs, Spindle, StrokeQueue, ToolWanted};
 
-/// Between the machine and its tool's task.
+/// What the machine and its tool's task share.
 pub(super) struct ToolLink {
-    stretches: StretchQueue,
+    strokes: StrokeQueue,
     asked: Signal<CriticalSectionRawMutex, ()>,
     level: AtomicU16,
     brake: Mutex<CriticalSectionRawMutex, Cell<Brake>>,
@@ -24,20 +24,20 @@ pub(super) struct ToolLink {
 impl ToolLink {
     pub const fn new() -> Self {
         Self {
-            stretches: StretchQueue::new(),
+            strokes: StrokeQueue::new(),
             asked: Signal::new(),
             level: AtomicU16::new(0),
             brake: Mutex::new(Cell::new(|_engaged| {})),
         }
     }
 
-    /// Has the task look at what is asked of the outputs. Not inlined, as [`Machine::with`].
+    /// Has the task look at what is asked of the outputs. Not inlined: see [`Machine::with`].
     #[inline(never)]
     pub fn ask(&self) {
         self.asked.signal(());
     }
 
-    /// The level that the PWM output has now, overridden.
+    /// The level that the PWM output has now, with the override applied.
     pub fn level(&self) -> Level {
         Level::from_65535ths(self.level.load(Ordering::Relaxed))
     }
@@ -51,7 +51,7 @@ impl ToolLink {
 #[derive(Clone, Copy)]
 pub(super) struct OutputsAsked {
     pub asked: Outputs,
-    /// Of the spindle's level, percent.
+    /// The override of the spindle's level, percent.
     pub percent: u8,
     /// The spindle was stopped in a hold, by hand.
     pub is_stopped: bool,
@@ -59,7 +59,7 @@ pub(super) struct OutputsAsked {
     pub ready_at: Instant,
     /// The spindle, or the laser, is to be off once no motion is pending.
     pub stops_at_rest: bool,
-    /// How often all were put off.
+    /// How often all outputs have been switched off at once.
     pub stops: u32,
 }
 
@@ -77,11 +77,11 @@ impl OutputsAsked {
 }
 
 impl Machine {
-    /// Changes the outputs. A spindle that begins to turn, or turns the other way, has the motions that follow wait until it has
-    /// its speed.
+    /// Changes the outputs. If the spindle begins to turn, or turns in the other direction, the motions that follow
+    /// wait until it has its speed.
     ///
     /// # Errors
-    /// In an alarm, and while a stop or a reset is under way, they stay off.
+    /// In an alarm, and while a stop or a reset is under way, the outputs stay off.
     pub fn set_outputs(&self, outputs: Outputs) -> Result<(), Busy> {
         self.change_outputs(|asked| (asked.asked, asked.stops_at_rest) = (outputs, false))
     }
@@ -89,7 +89,7 @@ impl Machine {
     /// Changes the coolant alone.
     ///
     /// # Errors
-    /// As [`set_outputs`](Self::set_outputs).
+    /// The same as for [`set_outputs`](Self::set_outputs).
     pub fn set_coolant(&self, flood: bool, mist: bool) -> Result<(), Busy> {
         self.change_outputs(|asked| (asked.asked.flood, asked.asked.mist) = (flood, mist))
     }
@@ -111,7 +111,7 @@ impl Machine {
         })
     }
 
-    /// Puts spindle or laser off once no motion is pending.
+    /// Switches the spindle or the laser off once no motion is pending.
     pub fn stop_spindle_at_rest(&self) {
         self.transition(|inner, state| {
             let before = inner.effective(state).spindle;
@@ -123,19 +123,19 @@ impl Machine {
         });
     }
 
-    /// What was asked of the outputs last, unless all have been put off since.
+    /// What was asked of the outputs last, unless all have been switched off since.
     #[must_use]
     pub fn outputs(&self) -> Outputs {
         self.with(|inner| inner.outputs.asked)
     }
 
-    /// The spindle's speed, or the laser's level, is to be so many percent of what it is without, at once.
+    /// Sets the spindle's speed, or the laser's level, to `percent` of what it is without an override, at once.
     pub fn set_spindle_percent(&self, percent: u8) {
         self.with(|inner| inner.outputs.percent = percent);
         self.tool.ask();
     }
 
-    /// While held, stops the spindle, or has it turn again. It turns again with the resume, too.
+    /// While the machine is held, stops the spindle, or has it turn again. It turns again with the resume, too.
     pub fn toggle_spindle(&self) {
         self.transition(|inner, state| {
             if matches!(state, State::Hold { still: true }) {
@@ -150,7 +150,7 @@ impl Machine {
 }
 
 impl Inner {
-    /// What the outputs are now: not all that is asked of them where a hold, or a door, keeps them off.
+    /// What the outputs are now: what is asked of them, except for what a hold or the safety door keeps off.
     pub(super) fn effective(&self, state: State) -> Outputs {
         let (outputs, laser) = (self.outputs.asked, self.config.tool.laser);
         let is_guarded = self.door.keeps_off() && (laser || !self.moving);
@@ -161,7 +161,7 @@ impl Inner {
         if is_dark || self.outputs.is_stopped { outputs.without_spindle() } else { outputs }
     }
 
-    /// Where the spindle turns otherwise than `before`, what follows waits until it has its speed.
+    /// If the spindle turns otherwise than `before`, the motions that follow wait until it has its speed.
     pub(super) fn spin_up(&mut self, before: Spindle, state: State) {
         let spindle = self.effective(state).spindle;
         if spindle != before && !self.config.tool.laser {
@@ -170,7 +170,7 @@ impl Inner {
         }
     }
 
-    /// Does what was to be done once no motion is pending, if none is.
+    /// Switches the spindle or the laser off, if that is to be done once no motion is pending, and none is.
     pub(super) fn rest_outputs(&mut self) {
         if self.pending == 0 && core::mem::take(&mut self.outputs.stops_at_rest) {
             self.outputs.asked = self.outputs.asked.without_spindle();
@@ -180,7 +180,7 @@ impl Inner {
 
 /// For the tasks of this crate.
 impl Machine {
-    /// Puts all outputs off at once. In a critical section with what is the reason.
+    /// Switches all outputs off at once. It is called in one critical section with the change that is the reason.
     pub(super) fn cut_outputs(&self, inner: &mut Inner) {
         let OutputsAsked { percent, stops, .. } = inner.outputs;
         inner.outputs = OutputsAsked { percent, stops: stops.wrapping_add(1), ..OutputsAsked::new() };
@@ -189,7 +189,7 @@ impl Machine {
         self.tool.ask();
     }
 
-    /// The same, for a step port that has faulted.
+    /// The same, in a critical section of its own.
     pub(crate) fn cut(&self) {
         self.with(|inner| self.cut_outputs(inner));
     }
@@ -208,7 +208,8 @@ impl Machine {
         })
     }
 
-    /// Takes the brake off the outputs, which are as they are to be, unless it has been put on more often than `stops` times.
+    /// Releases the brake of the outputs, which are now as they are to be. It does nothing if the brake has been
+    /// engaged again since then: more than `stops` times in all.
     pub(crate) fn release_tool(&self, stops: u32) {
         self.with(|inner| {
             if inner.outputs.stops == stops {
@@ -222,8 +223,8 @@ impl Machine {
         self.tool.asked.wait().await;
     }
 
-    pub(crate) fn stretches(&self) -> &StretchQueue {
-        &self.tool.stretches
+    pub(crate) fn strokes(&self) -> &StrokeQueue {
+        &self.tool.strokes
     }
 
     pub(crate) fn note_level(&self, level: Level) {

@@ -5,12 +5,12 @@ use embassy_time::Instant;
 use super::Machine;
 use crate::axes::AXES;
 
-/// What came of the last motion that probed.
+/// The result of the last motion that probed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Probed {
-    /// The contact changed on the way.
+    /// The contact changed during the motion.
     pub touched: bool,
-    /// Where it did, or where the way ended, steps.
+    /// Where it changed, or where the motion ended, steps.
     pub position_steps: [i32; AXES],
 }
 
@@ -19,9 +19,9 @@ pub struct Probed {
 pub(super) struct Probe {
     /// The input is low.
     is_low: bool,
-    /// Looked for: contact, or its end.
+    /// What is looked for: contact (`true`) or its end (`false`).
     sought: Option<bool>,
-    /// When it came.
+    /// When that was found.
     found: Option<Instant>,
     last: Probed,
 }
@@ -37,8 +37,9 @@ impl Probe {
 }
 
 impl Machine {
-    /// The probe's input has changed, and is low or high. Any number of times, from any context, and once at power-up. The
-    /// instant counts as that of the contact: a delay is as much of an error.
+    /// The probe's input has changed, and is now low or high. It may be called any number of times, from any context,
+    /// and has to be called once at power-up. The instant of the call counts as that of the contact, so a delay of the
+    /// call is an error of the measured place.
     pub fn probe_edge(&self, is_low: bool) {
         let now = Instant::now();
         let is_found = self.with(|inner| {
@@ -61,7 +62,7 @@ impl Machine {
         self.with(|inner| inner.probe.touches(inner.config.probe_inverted))
     }
 
-    /// What came of the last motion that probed.
+    /// The result of the last motion that probed.
     #[must_use]
     pub fn probed(&self) -> Probed {
         self.with(|inner| inner.probe.last)
@@ -70,7 +71,8 @@ impl Machine {
 
 /// For the coordinator.
 impl Machine {
-    /// Looks for contact (`true`) or for its end from now on; false if that is so already.
+    /// Looks for contact (`true`) or for its end (`false`) from now on; returns false if the probe is in that state
+    /// already.
     pub(crate) fn seek_contact(&self, contact: bool) -> bool {
         self.with(|inner| {
             let is_there = inner.probe.touches(inner.config.probe_inverted) == contact;
@@ -79,12 +81,12 @@ impl Machine {
         })
     }
 
-    /// When what is looked for came.
+    /// When what is looked for was found.
     pub(crate) fn contact_at(&self) -> Option<Instant> {
         self.with(|inner| inner.probe.found)
     }
 
-    /// Looks for contact no more.
+    /// Ends the search for a contact, with this result.
     pub(crate) fn set_probed(&self, probed: Probed) {
         self.with(|inner| (inner.probe.sought, inner.probe.last) = (None, probed));
     }

@@ -1,4 +1,4 @@
-//! Stops: their causes, what the machine is after them, and the way out of an alarm.
+//! Stops: their causes, the state after them, and how an alarm is left.
 
 use embassy_futures::select::select;
 use embassy_time::{Instant, Timer};
@@ -20,7 +20,7 @@ pub(crate) enum Cause {
 }
 
 impl Cause {
-    /// What it means when it stopped a machine in `state`.
+    /// The alarm for a machine that this cause stopped in `state`.
     pub fn alarm(self, state: State) -> Alarm {
         match (self, state) {
             (Self::Limit(axis), _) => Alarm::HardLimit { axis },
@@ -33,10 +33,10 @@ impl Cause {
 }
 
 impl Machine {
-    /// Forgets what waits, and brakes the move under way on its path, as a [`hold`](Self::hold) does: then the machine is
-    /// idle, its position trusted. Asked a second time before that, or while homing, it stops everything within one pulse,
-    /// and an alarm says that the position is not trusted. At rest it ends a hold, and nothing else. The tool's outputs are off
-    /// at once.
+    /// Forgets the waiting motions, and brakes the move under way on its path, as a [`hold`](Self::hold) does. Then the
+    /// machine is idle, its position trusted. A second reset before that, or a reset while homing, stops everything
+    /// within one pulse, and an alarm says that the position is not trusted. At rest a reset ends a hold, and nothing
+    /// else. The tool's outputs are off at once.
     pub fn reset(&self) {
         self.cut();
         let brakes = self.transition(|inner, state| match state {
@@ -60,7 +60,7 @@ impl Machine {
         }
     }
 
-    /// Locks the machine, unless it is locked already. For what is found before anything moves.
+    /// Locks the machine with `alarm`, unless it is locked already. It is for what is found before anything moves.
     pub fn raise(&self, alarm: Alarm) {
         self.transition(|_, state| match state {
             State::Alarm(_) => (state, ()),
@@ -71,7 +71,7 @@ impl Machine {
     /// Leaves an alarm; the position is as trusted as the alarm left it.
     ///
     /// # Errors
-    /// While the emergency stop is pressed the alarm stands.
+    /// While the emergency stop is pressed the machine stays in the alarm.
     pub fn unlock(&self) -> Result<(), Busy> {
         self.transition(|inner, state| match state {
             _ if inner.emergency => (state, Err(Busy(state))),
@@ -81,10 +81,11 @@ impl Machine {
     }
 }
 
-/// For those who hear a switch, or a byte, before the tasks that see to it do: an interrupt of the board's own.
+/// For an interrupt of the board that notices a switch, or a byte, before the task that handles it does.
 impl Machine {
-    /// A reset byte has come, of which [`reset`](Self::reset) will be told later. The tool's outputs are off at once, and if the
-    /// machine still brakes for another, or has not been told of that yet, it stops at once. Once for a byte, from any context.
+    /// A reset byte has been heard, which [`reset`](Self::reset) will report later. The tool's outputs are off at once.
+    /// If the machine still brakes for an earlier reset byte, or that one has not been reported yet, the machine stops
+    /// at once. Call it once for each byte, from any context.
     pub fn reset_heard(&self) {
         let is_second = self.with(|inner| {
             let was_heard = core::mem::replace(&mut inner.reset_heard, inner.pending > 0);
@@ -96,18 +97,18 @@ impl Machine {
         self.cut();
     }
 
-    /// A limit input has changed, and is low or high. The first edge of a press stops a running machine at once, if
-    /// hard limits are on. Any number of times, from any context.
+    /// A limit input has changed, and is now low or high. The first edge of a press stops a running machine at once, if
+    /// hard limits are on. It may be called any number of times, from any context.
     pub fn limit_edge(&self, axis: Axis, is_low: bool) {
         let is_press = self.with(|inner| inner.config.hard_limits && is_low != inner.config.switches_inverted);
-        // A switch that is pressed and being left bounces; that is no press.
+        // A pressed switch bounces when it is left; that is no press.
         if is_press && !self.switch(axis).is_pressed() {
             self.stop(Cause::Limit(axis));
         }
     }
 
-    /// The emergency-stop input has changed, and is low or high. The first edge of a press stops the machine at once.
-    /// Any number of times, from any context.
+    /// The emergency-stop input has changed, and is now low or high. The first edge of a press stops the machine at
+    /// once. It may be called any number of times, from any context.
     pub fn emergency_stop_edge(&self, is_low: bool) {
         if is_low {
             self.set_emergency(true);
@@ -117,12 +118,13 @@ impl Machine {
 
 /// For the tasks of this crate.
 impl Machine {
-    /// A stop asked for and not yet answered by the coordinator.
+    /// The cause of a stop that was asked for and that the coordinator has not answered yet.
     pub(crate) fn cause(&self) -> Option<Cause> {
         self.with(|inner| inner.cause)
     }
 
-    /// The first axis that `steps` would take further onto its switch, which has closed already: no edge would tell of that.
+    /// The first axis that `steps` would take further onto its switch. The switch has closed already, so no edge would
+    /// report it.
     pub(crate) fn onto_switch(&self, steps: [i32; AXES]) -> Option<Axis> {
         let Config { hard_limits, homing, .. } = self.config();
         let is_towards = |axis: Axis| {
@@ -149,7 +151,8 @@ impl Machine {
         }
     }
 
-    /// Stops everything and says why; the first cause stands. A limit switch is what homing looks for.
+    /// Stops everything and notes the cause; the first cause is kept. While homing a limit switch stops nothing here,
+    /// because homing looks for it.
     pub(crate) fn stop(&self, cause: Cause) {
         let moving = self.transition(|inner, state| match (state, cause) {
             (State::Alarm(_), _) | (State::Home, Cause::Limit(_)) => (state, false),
@@ -164,24 +167,26 @@ impl Machine {
             _ => (state, false),
         });
         if moving {
-            // The steps first: the outputs stand still meanwhile, and while there is a cause nothing switches them on.
+            // The steps are stopped first. Meanwhile the outputs stay as they are: nothing switches them on while there
+            // is a cause.
             self.halt();
             self.cut();
             self.stopped.signal(());
         }
     }
 
-    /// What the machine is after so many `motions` that ended with `result`, which no stop asked for meanwhile gets lost in.
+    /// Ends `motions` motions with `result`, and returns the state that the machine is in then. No stop that comes
+    /// meanwhile is lost, because state and cause change in one critical section.
     ///
     /// A stop that found nothing moving any more is judged here. After a reset the machine is ready, its position
-    /// trusted; but its cause stands until every motion that waited has been passed over.
+    /// trusted, but the cause remains until every waiting motion has been passed over.
     pub(crate) fn conclude(&self, result: Result<(), Alarm>, motions: usize) -> State {
         self.transition(|inner, state| {
             let cause = inner.cause;
             let last = inner.end(motions);
             let next = match (result, cause) {
                 (Err(alarm), _) => State::Alarm(alarm),
-                // Pressed after a reset, whose cause stands.
+                // The emergency stop was pressed after a reset, whose cause was kept.
                 (Ok(()), _) if inner.emergency => State::Alarm(Alarm::EmergencyStop),
                 (Ok(()), Some(cause @ (Cause::Limit(_) | Cause::EmergencyStop | Cause::Door))) => {
                     State::Alarm(cause.alarm(state))
@@ -196,8 +201,8 @@ impl Machine {
             }
             // A stop ends a hold; what was held is forgotten.
             inner.held &= matches!(next, State::Hold { .. });
-            // Nothing has moved that could not be planned, and a probe brakes on its way; after any other alarm the motors may
-            // have overshot.
+            // A move that could not be planned has not begun, and a probing move brakes on its path. After any other
+            // alarm the motors may have overshot.
             if matches!(next, State::Alarm(alarm) if !alarm.leaves_position()) {
                 inner.homed = [false; AXES];
             }
@@ -205,7 +210,7 @@ impl Machine {
         })
     }
 
-    /// Waits until `end`, or until everything is stopped, whatever else wakes it.
+    /// Waits until `end`, or until everything is stopped; true if it was stopped.
     pub(crate) async fn is_stopped_before(&self, end: Instant) -> bool {
         while self.cause().is_none() {
             if select(self.stopped.wait(), Timer::at(end)).await.is_second() {

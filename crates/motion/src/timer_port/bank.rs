@@ -1,4 +1,4 @@
-//! Between the ports and the task that makes their edges.
+//! What the ports share with the task that makes their edges.
 
 use core::cell::Cell;
 use core::sync::atomic::{AtomicBool, Ordering};
@@ -11,12 +11,13 @@ use embassy_time::{Duration, Instant};
 
 use crate::port::{PortFault, StreamItem};
 
-/// What the [`TimerPort`](super::TimerPort)s of `N` axes share with the task that makes their edges. A static of the
-/// board's, so that its brakes are plain functions.
+/// What the [`TimerPort`](super::TimerPort)s of `N` axes share with the task that makes their edges. It has to be a
+/// static of the board, so that the brakes can be plain functions.
 pub struct TimerBank<const N: usize> {
     pub(super) mailboxes: [Mailbox; N],
     pub(super) wake: WakeSignal,
-    /// The gate at which the axes of a run wait for their start: opened once for all of them, and closed when taken.
+    /// The gate at which the axes of a run wait for their start. It is opened once for all of them, and closes when the
+    /// driving task takes it.
     pub(super) gate: Flag,
 }
 
@@ -42,7 +43,7 @@ impl<const N: usize> Default for TimerBank<N> {
     }
 }
 
-/// Something that one task sets and another takes: a load, where a signal is a critical section.
+/// A flag that one task sets and another takes. To take it costs a load, where a signal would cost a critical section.
 pub(super) struct Flag(AtomicBool);
 
 impl Flag {
@@ -54,7 +55,7 @@ impl Flag {
         self.0.store(true, Ordering::Release);
     }
 
-    /// Whether it was set since the last look.
+    /// Whether it was set since the last call.
     #[inline(always)]
     pub fn take(&self) -> bool {
         let is_set = self.0.load(Ordering::Acquire);
@@ -65,7 +66,7 @@ impl Flag {
     }
 }
 
-/// Calls the driving task.
+/// Wakes the driving task.
 pub(super) struct WakeSignal {
     rung: Flag,
     wakes: Signal<CriticalSectionRawMutex, ()>,
@@ -81,7 +82,7 @@ impl WakeSignal {
         self.wakes.signal(());
     }
 
-    /// Whether it was rung since the last look.
+    /// Whether it was rung since the last call.
     #[inline(always)]
     pub fn take(&self) -> bool {
         self.rung.take()
@@ -92,19 +93,19 @@ impl WakeSignal {
     }
 }
 
-/// A run as the driving task needs it.
+/// A run as the port asks the driving task for it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RunRequest {
     pub direction_inverted: bool,
-    /// From a change of DIR to a rise.
+    /// Shortest time from a change of DIR to a rise of STEP.
     pub setup: Duration,
     /// STEP stays high at least this long, ns.
     pub pulse_ns: u32,
-    /// From a fall of STEP to its next rise, at least.
+    /// Shortest time from a fall of STEP to its next rise.
     pub low_min: Duration,
 }
 
-/// Where a port and the driving task leave things for each other.
+/// What one port and the driving task share: here they leave things for each other.
 pub(super) struct Mailbox {
     contents: Mutex<CriticalSectionRawMutex, Contents>,
     room: Signal<CriticalSectionRawMutex, ()>,
@@ -113,16 +114,16 @@ pub(super) struct Mailbox {
 }
 
 struct Contents {
-    /// Not taken yet.
+    /// The run request that the driving task has not taken yet.
     request: Cell<Option<RunRequest>>,
-    /// The request was taken, and is neither done nor given up.
+    /// A run is under way: its request was taken, and the run has neither ended nor been dropped.
     live: Cell<bool>,
     braked: Cell<bool>,
-    /// The one that follows what the driving task has.
+    /// The stream item that follows what the driving task has.
     next: Cell<Option<StreamItem>>,
-    /// The driving task waits for it.
+    /// The driving task waits for the next item.
     wanted: Cell<bool>,
-    /// Steps of the run that have risen, those back less.
+    /// Steps of the run that have risen, positive minus negative.
     travelled: Cell<i32>,
 }
 
@@ -146,7 +147,7 @@ impl Mailbox {
 
 /// For the port.
 impl Mailbox {
-    /// Asks for a run.
+    /// Leaves a run request.
     pub fn ask(&self, request: RunRequest) {
         self.contents.lock(|contents| {
             self.room.reset();
@@ -157,7 +158,8 @@ impl Mailbox {
         });
     }
 
-    /// Lays down what comes next, if there is room; whether it was taken, and whether it is waited for.
+    /// Leaves the next item, if there is room. Returns whether there was, and whether the driving task waits for an
+    /// item.
     pub fn offer(&self, item: StreamItem) -> (bool, bool) {
         self.contents.lock(|contents| {
             let room = contents.next.get().is_none();
@@ -177,7 +179,7 @@ impl Mailbox {
         self.begun.signaled()
     }
 
-    /// The instant from which the segments of the run count, once it has begun.
+    /// Waits until the run has begun. Returns the instant from which its segments count.
     pub async fn begun(&self) -> Instant {
         self.begun.wait().await
     }
@@ -186,7 +188,7 @@ impl Mailbox {
         self.end.wait().await
     }
 
-    /// Steps of the run that have risen: those in the positive direction, less those in the negative.
+    /// Steps of the run that have risen: those in the positive direction minus those in the negative direction.
     pub fn travelled(&self) -> i32 {
         self.contents.lock(|contents| contents.travelled.get())
     }
@@ -203,7 +205,7 @@ impl Mailbox {
 
 /// For the driving task.
 impl Mailbox {
-    /// A run asked for, which thereby goes live.
+    /// Takes the run request, if there is one. The run is under way from then on.
     pub fn take_request(&self) -> Option<RunRequest> {
         self.contents.lock(|contents| {
             let request = contents.request.take()?;
@@ -212,12 +214,12 @@ impl Mailbox {
         })
     }
 
-    /// Says that the run counts from then.
+    /// Reports that the run counts from `at`.
     pub fn begin(&self, at: Instant) {
         self.begun.signal(at);
     }
 
-    /// What comes next, if it is there and the run has not ended.
+    /// Takes the next item, if there is one and the run has not ended.
     pub fn take(&self) -> Option<StreamItem> {
         self.contents.lock(|contents| {
             let item = if contents.live.get() { contents.next.take() } else { None };
@@ -229,8 +231,8 @@ impl Mailbox {
         })
     }
 
-    /// Has a step rise and counts it, by its `sign`, if the run has not ended and the brake is off. A brake ends the run:
-    /// its steps would be late; the port is to be stopped too.
+    /// Raises a step and counts it, by its `sign`, if the run has not ended and the brake is off. A brake ends the run,
+    /// because its next steps would be late; the port has to be stopped, too.
     #[inline(always)]
     pub fn step(&self, section: CriticalSection<'_>, sign: i32, rise: impl FnOnce()) -> bool {
         let contents = self.contents.borrow(section);
@@ -244,7 +246,7 @@ impl Mailbox {
         may
     }
 
-    /// Ends the run, unless its port has.
+    /// Ends the run with `result`, unless the port has ended it already.
     pub fn conclude(&self, result: Result<(), PortFault>) {
         self.contents.lock(|contents| {
             if contents.live.replace(false) {

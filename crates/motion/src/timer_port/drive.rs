@@ -12,23 +12,26 @@ use super::LATE_MAX;
 use super::bank::{Flag, Mailbox, RunRequest, TimerBank, WakeSignal};
 use crate::port::{Direction, PortFault, StreamItem};
 
-/// Between two looks at the clock while waiting for a step, ns.
+/// Time between two readings of the clock while waiting for a step, ns.
 const LOOK_EVERY_NS: u32 = 50;
-/// Between two looks at the clock in a pulse, ns. A tick is a multiple of it.
+/// Time between two readings of the clock during a pulse, ns. A tick is a multiple of it.
 const PULSE_SLICE_NS: u32 = 250;
 
-/// When an axis rises that has no step to make, ticks.
+/// The next rise of an axis that has no step to make, ticks.
 const NEVER: u64 = u64::MAX;
-/// What the instants of a run count from as long as it waits at the gate, ticks: they do not come before it starts.
+/// The start instant of a run for as long as it waits at the gate, ticks. It is so late that no instant of the run
+/// comes before the run has started.
 const AT_GATE: u64 = u64::MAX / 2;
 
 impl<const N: usize> TimerBank<N> {
-    /// Makes the edges of all axes on their pins, STEP and DIR, for ever. `delay` blocks for the width of a pulse;
-    /// `wake_up` is what a wake-up of this task takes, with all that may come between: it wakes so much earlier than a
-    /// step is due. Spawn it above the axes: while steps are closer than that it does not sleep, and nothing below runs.
+    /// Makes the edges of all axes on their pins, STEP and DIR, for ever. `delay` blocks for the width of a pulse.
+    /// `wake_up` is the time that a wake-up of this task takes, including everything that may delay it; the task wakes
+    /// up that long before a step is due. Spawn it at a higher priority than the axis tasks. While steps are closer
+    /// together than `wake_up` it does not sleep, and no task of a lower priority runs.
     ///
     /// # Cancellation
-    /// Dropping it stops all axes at once, no pulse is cut short, the counts are exact; the runs wait for ever.
+    /// Dropping it stops all axes at once. No pulse is cut short, and the counts are exact. The runs then wait for
+    /// ever.
     pub async fn drive<S, D, W>(&self, pins: [(S, D); N], delay: W, wake_up: Duration) -> !
     where
         S: OutputPin<Error = Infallible>,
@@ -56,7 +59,7 @@ impl<const N: usize> TimerBank<N> {
 struct Drive<'a, S, D, W, const N: usize> {
     wake: &'a WakeSignal,
     gate: &'a Flag,
-    /// What a wake-up takes, ticks.
+    /// Time that a wake-up takes, ticks.
     wake_up: u64,
     lanes: [Lane<'a, S, D>; N],
     delay: W,
@@ -68,29 +71,30 @@ struct Lane<'a, S, D> {
     step: S,
     dir: D,
     dir_high: bool,
-    /// Of the segment under way, and which way that goes: 1 or -1.
+    /// The instants of the segment under way.
     ticks: Option<Ticks>,
+    /// The direction of that segment: 1 or -1.
     sign: i32,
-    /// From which segments count; [`AT_GATE`] before.
+    /// The instant from which segments count; [`AT_GATE`] until the run starts.
     start: u64,
     /// When the next step is due.
     due: u64,
-    /// When it rises: then, or as soon as the driver takes it.
+    /// When the next step rises: when it is due, or as soon as the driver can take it.
     at: u64,
     /// When STEP may rise.
     ready: u64,
-    /// From a fall of STEP to its next rise, at least.
+    /// Shortest time from a fall of STEP to its next rise, ticks.
     low_min: u64,
     pulse_ns: u32,
     direction_inverted: bool,
-    /// From a change of DIR to a rise.
+    /// Shortest time from a change of DIR to a rise of STEP, ticks.
     setup: u64,
-    /// Of a run under way more is to come.
-    is_fed: bool,
+    /// A run is under way, and more items of it are to come.
+    has_run: bool,
     level: Level,
 }
 
-/// Of STEP.
+/// The level of STEP.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Level {
     Low,
@@ -105,7 +109,7 @@ where
     D: OutputPin<Error = Infallible>,
     W: DelayNs,
 {
-    /// Takes runs that were asked for, goes on with those that had no segment, and starts those at the gate once it opens.
+    /// Takes new run requests, goes on with runs that had no segment, and starts the runs at the gate once it opens.
     #[inline(always)]
     fn look(&mut self) {
         if self.wake.take() {
@@ -129,8 +133,8 @@ where
         self.lanes.iter().fold(NEVER, |earliest, lane| earliest.min(lane.at))
     }
 
-    /// Waits until `at`, and makes the steps that are to rise then. One that comes due while a pulse lasts does not wait for
-    /// its end.
+    /// Waits until `at`, and makes the steps that are to rise then. A step that comes due during a pulse does not wait
+    /// for the end of that pulse.
     #[inline(always)]
     fn step(&mut self, at: u64) {
         let oldest = self.call(at);
@@ -151,7 +155,8 @@ where
         }
     }
 
-    /// Marks whose step is to rise at `at` or before; returns which was due first.
+    /// Marks the axes whose step is to rise at `at` or before. Returns the earliest instant at which one of these steps
+    /// was due.
     #[inline(always)]
     fn call(&mut self, at: u64) -> u64 {
         let mut oldest = at;
@@ -172,19 +177,19 @@ where
             if now >= at {
                 return now;
             }
-            // Not only to wait: where time stands still otherwise, it passes.
+            // The delay also lets time pass where it would stand still otherwise.
             self.delay.delay_ns(LOOK_EVERY_NS);
         }
     }
 
-    /// Raises STEP of those called; returns the widest of their pulses, ns.
+    /// Raises STEP of the marked axes; returns the width of their widest pulse, ns.
     #[inline(always)]
     fn raise(&mut self, now: u64, oldest: u64) -> u32 {
         if now - oldest > LATE_MAX.as_ticks() {
             self.lanes.iter_mut().for_each(|lane| lane.refuse_late(now));
         }
         let mut pulse_ns = 0;
-        // One section for all: the last of them waits for what each takes.
+        // One critical section for all axes: with one for each, the last axis would wait for all of them.
         critical_section::with(|section| {
             for lane in self.lanes.iter_mut().filter(|lane| lane.level == Level::Due) {
                 let Lane { mailbox, step, sign, .. } = lane;
@@ -198,7 +203,7 @@ where
         pulse_ns
     }
 
-    /// Ends the pulses and turns to the steps that follow.
+    /// Ends the pulses and goes on to the steps that follow.
     #[inline(always)]
     fn lower(&mut self) {
         for lane in &mut self.lanes {
@@ -243,7 +248,7 @@ where
             pulse_ns: 0,
             direction_inverted: false,
             setup: 0,
-            is_fed: false,
+            has_run: false,
             level: Level::Low,
         }
     }
@@ -253,19 +258,19 @@ where
         if let Some(request) = self.mailbox.take_request() {
             self.begin(&request);
         }
-        if self.at == NEVER && self.is_fed {
+        if self.at == NEVER && self.has_run {
             self.refill();
         }
     }
 
-    /// Goes to the gate.
+    /// Takes up a run, which then waits at the gate.
     fn begin(&mut self, request: &RunRequest) {
         (self.pulse_ns, self.low_min) = (request.pulse_ns, request.low_min.as_ticks());
         (self.direction_inverted, self.setup) = (request.direction_inverted, request.setup.as_ticks());
-        (self.start, self.due, self.at, self.is_fed) = (AT_GATE, NEVER, NEVER, true);
+        (self.start, self.due, self.at, self.has_run) = (AT_GATE, NEVER, NEVER, true);
     }
 
-    /// Sets DIR; if that changes it, the next step waits for the set-up time.
+    /// Sets DIR. If DIR changes, the next step waits for the set-up time.
     fn face(&mut self, direction: Direction) {
         self.sign = direction.sign();
         let high = (direction == Direction::Positive) != self.direction_inverted;
@@ -281,7 +286,7 @@ where
         self.start == AT_GATE
     }
 
-    /// From now on the run, if it waits at the gate, counts from `start`.
+    /// If the run waits at the gate, it starts: its segments count from `start`.
     fn start(&mut self, start: u64) {
         if !self.is_at_gate() {
             return;
@@ -292,13 +297,13 @@ where
             self.at = self.due.max(self.ready);
         }
         self.mailbox.begin(Instant::from_ticks(start));
-        if !self.is_fed && self.at == NEVER {
-            // It had no step to make.
+        if !self.has_run && self.at == NEVER {
+            // The run has no step to make.
             self.mailbox.conclude(Ok(()));
         }
     }
 
-    /// At the end of a segment: the next, if it is there, or the end of the run. No run ends before it has started.
+    /// At the end of a segment: takes the next one, if it is there, or ends the run. No run ends before it has started.
     #[inline(never)]
     fn refill(&mut self) {
         match self.mailbox.take() {
@@ -308,7 +313,7 @@ where
                 self.advance();
             }
             Some(StreamItem::End) => {
-                self.is_fed = false;
+                self.has_run = false;
                 if !self.is_at_gate() {
                     self.mailbox.conclude(Ok(()));
                 }
@@ -317,7 +322,7 @@ where
         }
     }
 
-    /// Turns to the next step of the segment, if there is one.
+    /// Goes on to the next step of the segment; false if there is none.
     #[inline(always)]
     fn advance(&mut self) -> bool {
         let Some(ticks) = self.ticks.as_mut().and_then(Iterator::next) else { return false };

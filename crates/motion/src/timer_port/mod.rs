@@ -5,25 +5,26 @@
 //! axis task: TimerPort --request, segments, gate--> TimerBank --> TimerBank::drive: STEP and DIR of all axes
 //!                      <---start, count, end-----
 //! ```
-//! Waking a task costs far more than making a step. So the ports of a machine share a [`TimerBank`], and one task, above
-//! the axes', makes the edges of all: steps due on the same tick rise together, for one wake-up.
+//! Waking a task costs far more than making a step. So the ports of a machine share a [`TimerBank`], and one task, at a
+//! higher priority than the axis tasks, makes the edges of all axes: steps due on the same tick rise together, for one
+//! wake-up.
 //!
-//! The axes of a run wait at the bank's gate, their first steps loaded. The driving task chooses the start instant when it
-//! finds the gate open: so soon as it can make a step then.
+//! The axes of a run wait at the bank's gate, with their first steps loaded. When the driving task finds the gate open
+//! it chooses the start instant: the earliest at which it can make a step.
 //!
-//! DIR changes when an axis turns to a segment of the other direction: after the pulse of its last step, which lasts as long
-//! as DIR is to be held, and the next step waits for the set-up time.
+//! DIR changes when an axis goes on to a segment of the other direction. It changes after the pulse of the last step,
+//! which lasts at least as long as DIR has to be held. The next step then waits for the set-up time.
 //!
 //! # Deadline
-//! A step is due at its tick. The driving task wakes up early by what a wake-up takes and waits out the rest, so that what
-//! delays a wake-up delays no edge; when the next step is nearer than that, it waits for it without sleeping. A step that
-//! is late makes no later one late: the next instant comes from the profile. Lateness beyond [`LATE_MAX`] is a fault,
-//! because the steps behind would be bunched.
+//! A step is due at its tick. The driving task wakes up early, by the time that a wake-up takes, and waits for the step
+//! without sleeping. So a delayed wake-up delays no edge. If the next step is nearer than a wake-up takes, the task
+//! does not sleep at all. A late step makes no later step late, because the next instant comes from the profile.
+//! Lateness beyond [`LATE_MAX`] is a fault, because the steps behind would be bunched.
 //!
 //! # Where the steps are
-//! The driving task counts a step as it raises it, in one critical section, in which it also looks whether the step may
-//! rise: so a brake or a dropped run stops the edges at once, and the count is exact. Meanwhile the odometer follows that
-//! count at least every [`REPORT_EVERY`].
+//! In one critical section the driving task checks whether a step may rise, raises it and counts it. So a brake or a
+//! dropped run stops the edges at once, and the count is exact. During a run the odometer follows that count at least
+//! every [`REPORT_EVERY`].
 
 mod bank;
 mod drive;
@@ -46,10 +47,10 @@ use crate::start_line::StartLine;
 
 /// A step later than this is a fault: half a step period at 2,400 steps/s, the default machine's top speed.
 pub const LATE_MAX: Duration = Duration::from_micros(208);
-/// The odometer is at most this old.
+/// The odometer is at most this much behind.
 const REPORT_EVERY: Duration = Duration::from_millis(10);
-/// Each axis looks by so much more often than the one before it. Else all of their timers would expire at once, again and
-/// again, and a step that is due just then would have to wait until all are woken.
+/// Each axis reports more often than the one before it, by this difference. Otherwise all of their timers would expire
+/// at once, again and again, and a step that is due just then would have to wait until all are woken.
 const STAGGER: Duration = Duration::from_micros(300);
 
 /// One axis of a [`TimerBank`].
@@ -63,10 +64,11 @@ pub struct TimerPort<'a> {
 }
 
 impl<const N: usize> TimerBank<N> {
-    /// The ports, for drivers that need `timing`. Each brake is to call [`TimerBank::brake`] for its axis; where no edge is
-    /// made between a stop and the axis task's answer to it, it may do nothing.
+    /// The ports, for drivers that need `timing`. Each brake has to call [`TimerBank::brake`] for its axis. It may do
+    /// nothing if no edge can be made between a stop and the axis task's answer to it.
     pub fn ports(&self, timing: DriverTiming, brakes: [Brake; N]) -> [TimerPort<'_>; N] {
-        // A reading of the clock may be almost a tick old. DIR changes with the end of the pulse.
+        // A reading of the clock may be almost a tick old, hence the margin of one tick. DIR changes when the pulse
+        // ends.
         let capabilities = Capabilities { tick_hz: TICK_HZ, timing, margin_ticks: 1, turn_ticks: 0 };
         let (wake, gate) = (&self.wake, &self.gate);
         let mut report_every = REPORT_EVERY;
@@ -110,7 +112,7 @@ impl StepPort for TimerPort<'_> {
         let active = ActiveRun::new(self, &run, odometer);
         let first = segments.receive().await;
         self.hand_over(first).await;
-        // The start comes first: a short run may have ended before it was polled.
+        // The start is polled first: a short run may have ended before that poll.
         match select4(self.start(start_line), self.mailbox.end(), self.hand_over_all(segments), active.report()).await {
             Either4::Second(result) => result,
             Either4::First(never) | Either4::Third(never) | Either4::Fourth(never) => match never {},
@@ -119,10 +121,10 @@ impl StepPort for TimerPort<'_> {
 }
 
 impl TimerPort<'_> {
-    /// Waits for its start with the other axes, and says when it was.
+    /// Waits to start with the other axes, and reports the start instant.
     async fn start(&self, start_line: &StartLine) -> Infallible {
         start_line.armed().await;
-        // Another axis may have opened it for all.
+        // Another axis may have opened the gate for all.
         if !self.mailbox.has_begun() {
             self.gate.set();
             self.wake.ring();
@@ -131,7 +133,7 @@ impl TimerPort<'_> {
         pending().await
     }
 
-    /// Hands over what a run is given, until it ends.
+    /// Hands over the stream items of the run, until it ends.
     async fn hand_over_all(&self, segments: &SegmentQueue) -> Infallible {
         loop {
             self.hand_over(segments.receive().await).await;
@@ -140,7 +142,7 @@ impl TimerPort<'_> {
 
     async fn hand_over(&self, item: StreamItem) {
         if matches!(item, StreamItem::Rest { .. }) {
-            // It is nothing to a port that waits for its steps one by one.
+            // A port that waits for its steps one by one does not need rests.
             return;
         }
         loop {
@@ -156,12 +158,13 @@ impl TimerPort<'_> {
     }
 }
 
-/// A run in the hands of the driving task. Dropped, it is over: no further step rises, and all that rose are counted.
+/// A run that the driving task makes. When this is dropped the run is over: no further step rises, and all that rose
+/// are counted.
 struct ActiveRun<'a> {
     mailbox: &'a Mailbox,
     odometer: &'a Odometer,
     report_every: Duration,
-    /// Steps that the odometer knows of, those back less.
+    /// Steps of the run that the odometer has counted, positive minus negative.
     counted: Cell<i32>,
 }
 

@@ -1,19 +1,21 @@
-//! Levels to duties of the PWM output.
+//! From levels to duties of the PWM output.
 
 use super::Level;
 
-/// Which duty makes which level: none for none, and from the least level to the full one evenly from the least duty to the full.
+/// Which duty makes which level. Level zero has duty zero. From the least level to the full one the duty rises
+/// linearly, from the least duty to the full one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Duties {
     least: Level,
     least_duty: u16,
     full_duty: u16,
-    /// Duty a level, times 65,536.
+    /// Duty per level, times 65,536.
     gain: u32,
 }
 
 impl Duties {
-    /// The duties, both of 65,535, of the least level, which is the slowest that a spindle turns, and of the full one.
+    /// `least` is the least level, the slowest at which a spindle turns. `least_duty` and `full_duty` are the duties of
+    /// the least and of the full level, both of 65,535.
     #[must_use]
     pub fn new(least: Level, least_duty: u16, full_duty: u16) -> Self {
         let (duties, levels) = (full_duty.saturating_sub(least_duty), u16::MAX - least.of_65535());
@@ -21,13 +23,13 @@ impl Duties {
         Self { least, least_duty, full_duty, gain }
     }
 
-    /// What becomes of `level`: none is slower than the least, but for none.
+    /// The level that is made when `level` is asked for: zero, or the least level or more.
     #[must_use]
     pub fn made(&self, level: Level) -> Level {
         if level == Level::ZERO { level } else { level.max(self.least) }
     }
 
-    /// The duty that makes `level`, of 65,535. Below the least level it is that of the least.
+    /// The duty that makes `level`, of 65,535. Below the least level it is the duty of the least level.
     #[must_use]
     pub fn duty(&self, level: Level) -> u16 {
         match level {
@@ -52,7 +54,7 @@ mod tests {
         for level in levels {
             assert!(plain.duty(level).abs_diff(level.of_65535()) <= 1, "{level:?}");
         }
-        // A spindle of 24,000 rpm that turns from 6,000 on, at 20 %, and is at its full speed at 90 %.
+        // A spindle of 24,000 rpm, which turns from 6,000 rpm on, at a duty of 20 %, and has its full speed at 90 %.
         let spindle = Duties::new(Level::of_ratio(0.25), 13_107, 58_982);
         assert_eq!(levels.map(|level| spindle.duty(level)), [0, 13_107, 13_107, 28_398, 58_982]);
     }

@@ -1,24 +1,24 @@
 //! How strongly a tool works.
 
-/// A share of the most that a tool does.
+/// A fraction of the full output of a tool.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Level(u16);
 
 impl Level {
-    /// Nothing.
+    /// Zero.
     pub const ZERO: Self = Self(0);
-    /// All.
+    /// The full output.
     pub const FULL: Self = Self(u16::MAX);
 
-    /// The level that is nearest to a fraction of the full one; below 0 it is none, above 1 it is full.
+    /// The level that is nearest to a fraction of the full one; zero below 0, and full above 1.
     #[must_use]
     pub fn of_ratio(ratio: f32) -> Self {
-        // The cast keeps to the range.
+        // The cast saturates.
         Self((ratio * f32::from(u16::MAX) + 0.5) as u16)
     }
 
-    /// The same, from 0 to 1.
+    /// The level as a fraction, from 0 to 1.
     #[must_use]
     pub fn ratio(self) -> f32 {
         f32::from(self.0) / f32::from(u16::MAX)
@@ -28,26 +28,26 @@ impl Level {
         Self(level)
     }
 
-    /// The same, of 65,535.
+    /// The level, of 65,535.
     #[must_use]
     pub const fn of_65535(self) -> u16 {
         self.0
     }
 
-    /// So many percent of it; full at most.
+    /// `percent` of the level; full at most.
     pub(crate) fn times(self, percent: u8) -> Self {
         let level = (u32::from(self.0) * u32::from(percent) + 50) / 100;
         Self(level.min(u16::MAX.into()) as u16)
     }
 
-    /// Where it is when `passed` of `lasts`, both µs and below 65,536, have passed on the even way to `other`.
+    /// The level when `passed` of `lasts` have passed, both µs and below 65,536, while it changes linearly to `other`.
     pub(crate) fn towards(self, other: Self, passed: u32, lasts: u32) -> Self {
         if lasts == 0 {
             return other;
         }
-        let way = i32::from(other.0) - i32::from(self.0);
-        let done = way.unsigned_abs() * passed.min(lasts) / lasts;
-        Self((i32::from(self.0) + way.signum() * done as i32) as u16)
+        let rise = i32::from(other.0) - i32::from(self.0);
+        let done = rise.unsigned_abs() * passed.min(lasts) / lasts;
+        Self((i32::from(self.0) + rise.signum() * done as i32) as u16)
     }
 }
 
@@ -60,12 +60,12 @@ pub enum Power {
     Off,
     /// At this level (M3).
     Constant(Level),
-    /// At this level where the move is as fast as was asked for, and elsewhere at its share of that (M4): every millimetre gets
-    /// as much light.
+    /// At this level where the move is as fast as was asked for, and elsewhere in proportion to the speed (M4): every
+    /// millimetre gets as much light.
     BySpeed(Level),
 }
 
-/// What the chain of moves carries with each: the line that it is from, and its power.
+/// What the chain carries with each move: the program line that it comes from, and its power.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Tag {
     pub line: u32,

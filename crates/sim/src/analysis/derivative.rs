@@ -1,13 +1,14 @@
-//! Derivatives of samples that are not equally far apart.
+//! Derivatives of samples with unequal spacing.
 
-/// The slope dy/dt at each of the samples (`t`, `y`), in the order and number of the samples.
+/// The slope dy/dt at each of the samples (`t`, `y`), in their order.
 ///
-/// Inside, the slope at a sample of the parabola through it and its neighbours: exact to second order, whatever the
-/// spacing. At either end the slope to the only neighbour, exact to first order: `numpy.gradient(y, t)` with its default,
-/// `edge_order=1`, which is how paper 000, section VI.A, takes speed from position, acceleration from speed and jerk
-/// from acceleration. So the first and the last value of each derivative are coarser than the others.
+/// Inside, it is the slope at the sample of the parabola through it and its neighbours: exact to second order for any
+/// spacing. At each end it is the slope to the only neighbour, exact to first order. This is `numpy.gradient(y, t)`
+/// with its default, `edge_order=1`. Paper 000, section VI.A, uses it to take speed from position, acceleration from
+/// speed and jerk from acceleration. So the first and the last value of each derivative are less accurate than the
+/// others.
 ///
-/// `t` must rise from sample to sample. One sample alone has no slope: its derivative is given as 0.
+/// `t` must rise from sample to sample. A single sample has no slope: its derivative is given as 0.
 ///
 /// ```
 /// use isostep_sim::analysis::gradient;
@@ -17,7 +18,7 @@
 /// ```
 ///
 /// # Panics
-/// If there are not as many `t` as `y`.
+/// If `t` and `y` differ in length.
 pub fn gradient(t: &[f64], y: &[f64]) -> Vec<f64> {
     assert_eq!(t.len(), y.len(), "a derivative needs as many instants as values");
     let last = t.len().saturating_sub(1);
@@ -26,7 +27,7 @@ pub fn gradient(t: &[f64], y: &[f64]) -> Vec<f64> {
         _ if last == 0 => 0.0,
         0 => slope(0, 1),
         k if k == last => slope(k - 1, k),
-        // The parabola's slope: that of each side, weighted by the length of the other.
+        // The parabola's slope: the slope of each side, weighted by the length of the other side.
         k => {
             let (before, after) = (t[k] - t[k - 1], t[k + 1] - t[k]);
             (after * slope(k - 1, k) + before * slope(k, k + 1)) / (before + after)
@@ -54,7 +55,8 @@ mod tests {
         close(&slopes[1..6], &[-0.7, 0.0, 0.1, 2.5, 2.6].map(|t| 6.0 * t - 2.0));
     }
 
-    /// By hand, and what `numpy.gradient([1, 2, 4, 7, 11, 16], [0, 1, 1.5, 3.5, 4, 6])` prints (NumPy's manual).
+    /// Computed by hand, and what `numpy.gradient([1, 2, 4, 7, 11, 16], [0, 1, 1.5, 3.5, 4, 6])` prints (NumPy's
+    /// manual).
     #[test]
     fn values_of_numpys_manual() {
         let slopes = gradient(&[0.0, 1.0, 1.5, 3.5, 4.0, 6.0], &[1.0, 2.0, 4.0, 7.0, 11.0, 16.0]);

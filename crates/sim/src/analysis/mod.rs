@@ -1,9 +1,10 @@
-//! What a profile does to the machine: derivatives of sampled curves, the ringing of a carriage, and its spectrum.
+//! The effect of a profile on the machine: derivatives of sampled curves, the oscillation of a carriage, and its
+//! spectrum.
 //!
 //! | item | what | after |
 //! |---|---|---|
 //! | [`gradient`] | derivative of samples at unequal spacing | `numpy.gradient`, as paper 000, section VI.A used it |
-//! | [`Oscillator`] | a carriage on a spring, driven by the acceleration of a profile; a **model** | paper 000, section VI.F measured one |
+//! | [`Oscillator`] | **model** of a carriage on a spring, driven by a profile's acceleration | paper 000, section VI.F |
 //! | [`welch()`] | power spectral density | `scipy.signal.welch` and its defaults, as paper 000, section VI.F used it |
 //! | [`mean`], [`deviation`] | average and standard deviation | paper 000, Table 7 |
 

@@ -1,14 +1,14 @@
-//! A carriage that rings: one mass on a damped spring, whose foot follows a profile.
+//! A carriage that oscillates: one mass on a damped spring, whose foot follows a profile.
 //!
 //! # Model
-//! The displacement x of the mass from its foot obeys x'' + 2 ζ ω x' + ω² x = -a(t), with the natural frequency
-//! ω/2π, the damping ratio ζ, and the acceleration a of the foot. One mode, linear, no noise: what a profile alone puts
-//! into a structure. It is a model of no particular machine.
+//! The displacement x of the mass from its foot obeys x'' + 2 ζ ω x' + ω² x = -a(t), with the natural frequency ω/2π,
+//! the damping ratio ζ, and the acceleration a of the foot. It has one mode, is linear and has no noise: it shows what
+//! the profile alone excites in a structure. It does not model a particular machine.
 //!
 //! # Method
-//! While a changes in a straight line, the solution is known in closed form: a straight line that x follows, and a
-//! damped oscillation about it. [`Oscillator::advance`] goes from one bend to the next by that form, so the
-//! instants may be as far apart as they like and nothing but the rounding of a float is lost.
+//! While a changes linearly, the solution is known in closed form: x follows a straight line with a damped oscillation
+//! about it. [`Oscillator::advance`] uses this form from one bend of a to the next. So the instants may be any distance
+//! apart, and the only error is rounding.
 
 use std::f64::consts::TAU;
 
@@ -27,29 +27,29 @@ pub enum OscillatorError {
     /// The natural frequency is not a positive number, Hz.
     #[error("natural frequency {asked} Hz must be a number above 0")]
     NaturalFrequency {
-        /// What was asked.
+        /// The value asked for.
         asked: f64,
     },
-    /// The damping is negative, or such that nothing oscillates.
+    /// The damping is negative, or so strong that nothing oscillates.
     #[error("damping ratio {asked} is outside 0 to below 1: from 1 on nothing oscillates")]
     DampingRatio {
-        /// What was asked.
+        /// The value asked for.
         asked: f64,
     },
 }
 
-/// Where the mass is, in the units of its foot's profile; at rest by default.
+/// The state of the mass, in the units of its foot's profile; at rest by default.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Ringing {
-    /// From its place on the foot.
+    /// Displacement from its rest position on the foot.
     pub displacement: f64,
     /// Relative to the foot, per s.
     pub speed: f64,
 }
 
 impl Oscillator {
-    /// An oscillator of `natural_hz` (above 0) without damping, and of the fraction `damping_ratio` (0 to below 1) of
-    /// the damping that just prevents oscillation.
+    /// An oscillator with the frequency `natural_hz` (above 0) when undamped. `damping_ratio` (0 to below 1) is the
+    /// damping as a fraction of that which just prevents oscillation.
     ///
     /// # Errors
     /// The value that is out of range, with the range.
@@ -68,23 +68,23 @@ impl Oscillator {
         self.natural_hz
     }
 
-    /// Share of the damping that just prevents oscillation.
+    /// Damping as a fraction of that which just prevents oscillation.
     pub fn damping_ratio(&self) -> f64 {
         self.damping_ratio
     }
 
-    /// What becomes of `from` in `duration_s` while the foot's acceleration goes in a straight line from `accel` to
-    /// `accel_end`, per s².
+    /// The state `from` after `duration_s`, while the foot's acceleration changes linearly from `accel` to `accel_end`,
+    /// per s².
     #[must_use]
     pub fn advance(&self, from: Ringing, duration_s: f64, accel: f64, accel_end: f64) -> Ringing {
         if duration_s <= 0.0 {
             return from;
         }
         let (w, z) = (TAU * self.natural_hz, self.damping_ratio);
-        // The straight line that solves the equation: x = level + slope t.
+        // The linear solution of the equation: x = level + slope t.
         let slope = -(accel_end - accel) / duration_s / (w * w);
         let level = -accel / (w * w) - 2.0 * z / w * slope;
-        // And the oscillation about it.
+        // The oscillation about it.
         let (x, v) = (from.displacement - level, from.speed - slope);
         let damped = w * (1.0 - z * z).sqrt();
         let (sin, cos) = (damped * duration_s).sin_cos();
@@ -96,16 +96,16 @@ impl Oscillator {
         }
     }
 
-    /// The acceleration of the mass relative to its foot, per s², while the foot's is `accel`: what a sensor reads that
-    /// feels the oscillation alone.
+    /// The acceleration of the mass relative to its foot, per s², while the foot's acceleration is `accel`. A sensor
+    /// that measures the oscillation alone reads this.
     pub fn relative_accel(&self, at: Ringing, accel: f64) -> f64 {
         let w = TAU * self.natural_hz;
         -accel - 2.0 * self.damping_ratio * w * at.speed - w * w * at.displacement
     }
 
-    /// The relative acceleration at each of `instants_s`, which must not fall, when the foot's speed goes in straight lines
-    /// from corner to corner of `speeds`, (s, per s), and is 0 before and after. A speed that begins or ends above 0 is a jump,
-    /// as is one between corners at the same instant; the foot stands before the first corner.
+    /// The relative acceleration at each of `instants_s`, which must not decrease. The foot's speed is linear between
+    /// the corners `speeds`, (s, per s), and 0 before and after them. A speed above 0 at the first or the last corner
+    /// is a jump, and so are two corners at the same instant.
     pub fn ring(&self, speeds: &[(f64, f64)], instants_s: &[f64]) -> Vec<f64> {
         let mut now = Driven { oscillator: self, mass: Ringing::default(), t_s: f64::NEG_INFINITY, foot: 0.0 };
         let mut left = speeds;
@@ -123,7 +123,7 @@ impl Oscillator {
     }
 }
 
-/// A mass and its foot at an instant.
+/// A mass and its foot at one instant.
 struct Driven<'a> {
     oscillator: &'a Oscillator,
     mass: Ringing,
@@ -133,7 +133,8 @@ struct Driven<'a> {
 }
 
 impl Driven<'_> {
-    /// On to a corner of the foot's speed: in a straight line, or by a jump from standstill or within no time.
+    /// Advances to a corner of the foot's speed: linearly, or by a jump from standstill or between corners at the same
+    /// instant.
     fn move_to(&mut self, corner_s: f64, speed: f64) {
         if self.t_s == f64::NEG_INFINITY || corner_s <= self.t_s {
             self.jump(speed);
@@ -145,13 +146,13 @@ impl Driven<'_> {
         self.t_s = corner_s;
     }
 
-    /// The foot changes its speed in no time: the mass stays behind by as much.
+    /// Changes the foot's speed in an instant. The speed of the mass relative to it changes by the opposite.
     fn jump(&mut self, speed: f64) {
         self.mass.speed -= speed - self.foot;
         self.foot = speed;
     }
 
-    /// The relative acceleration at `t_s`, on the way to `next`.
+    /// The relative acceleration at `t_s`, between the last corner and `next`.
     fn reading(&self, t_s: f64, next: Option<(f64, f64)>) -> f64 {
         if self.t_s == f64::NEG_INFINITY {
             return 0.0;
@@ -170,7 +171,7 @@ mod tests {
         assert!((got - wanted).abs() <= tolerance, "{got} is not {wanted} within {tolerance}");
     }
 
-    /// From rest, undamped, under a constant acceleration a: x = -a/ω² (1 - cos ωt).
+    /// From rest, undamped, with a constant acceleration a: x = -a/ω² (1 - cos ωt).
     #[test]
     fn a_step_of_acceleration_rings_about_its_place() {
         let oscillator = Oscillator::new(1.0 / TAU, 0.0).unwrap();
@@ -182,7 +183,7 @@ mod tests {
         }
     }
 
-    /// After n periods a free oscillation is smaller by exp(-2 pi n ζ/sqrt(1 - ζ²)): the logarithmic decrement.
+    /// After n periods, a free oscillation has decreased by exp(-2 pi n ζ/sqrt(1 - ζ²)): the logarithmic decrement.
     #[test]
     fn a_free_oscillation_decays_by_its_logarithmic_decrement() {
         let oscillator = Oscillator::new(45.0, 0.02).unwrap();
@@ -192,7 +193,7 @@ mod tests {
         close(after.speed, 0.0, 1e-10);
     }
 
-    /// One long step and a thousand short ones are the same: nothing accumulates.
+    /// One long step and a thousand short ones give the same result: no error accumulates.
     #[test]
     fn steps_may_be_of_any_length() {
         let oscillator = Oscillator::new(45.0, 0.02).unwrap();
@@ -203,7 +204,7 @@ mod tests {
         close(parts.speed, whole.speed, 1e-13);
     }
 
-    /// Against Runge and Kutta's method in small steps.
+    /// Compared with the Runge-Kutta method in small steps.
     #[test]
     fn a_ramp_of_acceleration_solves_the_equation() {
         let (oscillator, accel) = (Oscillator::new(3.0, 0.3).unwrap(), |t_s: f64| 5.0 - 20.0 * t_s);
@@ -224,7 +225,7 @@ mod tests {
         close(mass.speed, v, 1e-10);
     }
 
-    /// A speed v from standstill in no time: x = -v/ω sin ωt, so x'' = v ω sin ωt.
+    /// With a jump of the speed from 0 to v: x = -v/ω sin ωt, so x'' = v ω sin ωt.
     #[test]
     fn a_start_at_speed_rings_by_the_speed_times_the_frequency() {
         let oscillator = Oscillator::new(1.0 / TAU, 0.0).unwrap();
@@ -237,7 +238,7 @@ mod tests {
         }
     }
 
-    /// A ramp as long as a period leaves no ringing behind: what it puts in at its start it takes out at its end.
+    /// A ramp of one period leaves no oscillation: its end cancels what its start excites.
     #[test]
     fn a_ramp_of_one_period_leaves_nothing() {
         let oscillator = Oscillator::new(10.0, 0.0).unwrap();

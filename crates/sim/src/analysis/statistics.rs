@@ -1,11 +1,11 @@
 //! Average and standard deviation.
 
-/// The average; 0 of nothing.
+/// The average; 0 for no values.
 pub fn mean(values: &[f64]) -> f64 {
     if values.is_empty() { 0.0 } else { values.iter().sum::<f64>() / values.len() as f64 }
 }
 
-/// The standard deviation of all there is, not of a sample from more (`numpy.std`); 0 of nothing.
+/// The standard deviation of a whole population, not of a sample (`numpy.std`); 0 for no values.
 pub fn deviation(values: &[f64]) -> f64 {
     let middle = mean(values);
     let squares: Vec<f64> = values.iter().map(|value| (value - middle) * (value - middle)).collect();

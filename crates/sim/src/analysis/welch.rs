@@ -7,22 +7,22 @@ use realfft::RealFftPlanner;
 /// The longest segment, samples: SciPy's default.
 pub const SEGMENT_MAX: usize = 256;
 
-/// How the power of a signal is spread over frequency.
+/// The power of a signal over frequency.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Spectrum {
-    /// Frequencies, Hz: from 0 to half the sampling rate, equally far apart.
+    /// Frequencies, Hz: from 0 to half the sampling rate, with equal spacing.
     pub frequencies_hz: Vec<f64>,
-    /// Power at each, the signal's unit squared per Hz, of positive and negative frequency together.
+    /// Power density at each frequency, the signal's unit squared per Hz, for positive and negative frequency together.
     pub densities: Vec<f64>,
 }
 
 impl Spectrum {
-    /// The power in all, the signal's unit squared: the density summed over frequency.
+    /// The total power, the signal's unit squared: the integral of the density over frequency.
     pub fn power(&self) -> f64 {
         self.densities.iter().sum::<f64>() * self.spacing_hz()
     }
 
-    /// The frequency of the highest density, Hz; 0 of an empty spectrum.
+    /// The frequency with the highest density, Hz; 0 for an empty spectrum.
     pub fn peak_hz(&self) -> f64 {
         let highest = self.densities.iter().copied().fold(0.0, f64::max);
         let at = self.densities.iter().position(|density| *density == highest);
@@ -35,11 +35,11 @@ impl Spectrum {
 }
 
 /// The power spectral density of `samples` taken at `sample_hz`, by Welch's method (1967) with the defaults of
-/// `scipy.signal.welch`, which paper 000, section VI.F, used: segments of [`SEGMENT_MAX`] samples, or one of all if there
-/// are fewer, that overlap by half; the mean is taken out of each, a Hann window put over it, and the squared
-/// magnitudes of all segments are averaged. Samples after the last whole segment are left out.
+/// `scipy.signal.welch`, which paper 000, section VI.F, used. Segments have [`SEGMENT_MAX`] samples, or one segment has
+/// all if there are fewer, and overlap by half. The mean of each segment is subtracted, a Hann window is applied, and
+/// the squared magnitudes of all segments are averaged. Samples after the last whole segment are left out.
 ///
-/// Of no samples, and of a single one, the spectrum is empty.
+/// With no samples or a single one, the spectrum is empty.
 pub fn welch(samples: &[f64], sample_hz: f64) -> Spectrum {
     let length = samples.len().min(SEGMENT_MAX);
     if length < 2 {
@@ -56,19 +56,19 @@ pub fn welch(samples: &[f64], sample_hz: f64) -> Spectrum {
     }
     let scale = 1.0 / (sample_hz * window.iter().map(|weight| weight * weight).sum::<f64>());
     for (k, density) in densities.iter_mut().enumerate() {
-        // 0 Hz, and half the sampling rate of an even length, are their own mirror images.
+        // 0 Hz and, for an even length, half the sampling rate have no separate negative frequency.
         *density *= if k == 0 || 2 * k == length { scale } else { 2.0 * scale };
     }
     let frequencies_hz = (0..densities.len()).map(|k| k as f64 * sample_hz / length as f64).collect();
     Spectrum { frequencies_hz, densities }
 }
 
-/// Hann's window for spectra: one period of a raised cosine, its last zero left to the next period.
+/// Hann's window for spectra: one period of a raised cosine. The final zero belongs to the next period.
 fn hann(length: usize) -> Vec<f64> {
     (0..length).map(|n| 0.5 - 0.5 * (TAU * n as f64 / length as f64).cos()).collect()
 }
 
-/// The squared magnitudes of the Fourier transform of `segment` without its mean, under `window`.
+/// The squared magnitudes of the Fourier transform of `segment`, with its mean subtracted and `window` applied.
 fn powers(segment: &[f64], window: &[f64]) -> Vec<f64> {
     let mean = super::mean(segment);
     let mut weighted: Vec<f64> = segment.iter().zip(window).map(|(sample, weight)| (sample - mean) * weight).collect();
@@ -86,7 +86,7 @@ mod tests {
         (0..count).map(|n| amplitude * (TAU * hz * n as f64 / sample_hz).sin()).collect()
     }
 
-    /// Uniform numbers from -0.5 to 0.5: a variance of 1/12.
+    /// Uniformly distributed numbers from -0.5 to 0.5: their variance is 1/12.
     fn noise(count: usize) -> Vec<f64> {
         let mut random = oorandom::Rand64::new(1);
         (0..count).map(|_| random.rand_float() - 0.5).collect()
@@ -97,7 +97,7 @@ mod tests {
         let spectrum = welch(&sine(4096, 3.0, 25.0, 200.0), 200.0);
         assert!((spectrum.power() - 4.5).abs() < 1e-9, "{}", spectrum.power());
         assert_eq!(spectrum.peak_hz(), 25.0);
-        // A Hann window spreads a line over three bins, by 1/4, 1, 1/4 of its amplitude: 1/6, 4/6, 1/6 of its power.
+        // A Hann window spreads a line over three bins: 1/4, 1, 1/4 of its amplitude, so 1/6, 4/6, 1/6 of its power.
         let bin = 200.0 / 256.0;
         for (k, share) in [(31, 1.0 / 6.0), (32, 4.0 / 6.0), (33, 1.0 / 6.0), (35, 0.0)] {
             assert!((spectrum.densities[k] * bin - 4.5 * share).abs() < 1e-9, "bin {k}");
@@ -108,7 +108,8 @@ mod tests {
     fn white_noise_is_level_and_keeps_its_variance() {
         let spectrum = welch(&noise(256 * 400), 100.0);
         assert!((spectrum.power() * 12.0 - 1.0).abs() < 0.01, "{}", spectrum.power());
-        // Variance over the band of 50 Hz, in each quarter of it; the lowest bins lack the mean that was taken out.
+        // The density is the variance over the band of 50 Hz, in each quarter of it. The lowest bins lack the
+        // subtracted mean.
         for quarter in spectrum.densities[3..127].chunks(31) {
             assert!((crate::analysis::mean(quarter) * 12.0 * 50.0 - 1.0).abs() < 0.02);
         }

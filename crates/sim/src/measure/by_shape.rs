@@ -1,11 +1,12 @@
-//! The intervals of an axis whose ramps have the shape of a plan's.
+//! Measures the intervals of an axis whose ramps have the same shape as a plan's.
 //!
 //! # Method
-//! The plan says which fraction of a ramp's way takes which fraction of its time, and no more of it is believed. How long each
-//! interval lasts, and when the move begins, are four unknowns; the distance gives the cruise speed,
-//! v = n/(m_a t_a + t_v + m_d t_d), where m is the mean speed of a ramp as a fraction of v. They are fitted to the axis's
-//! own edges by least squares (Gauss and Newton). An unknown is then a weighted sum of the edges' instants, so instants
-//! that are off by e at most leave it off by e times the sum of the weights' magnitudes: that is its resolution.
+//! Of the plan, only the shape of the ramps is used: which fraction of a ramp's distance takes which fraction of its
+//! time. The durations of the three intervals and the start of the move are four unknowns. The distance gives the
+//! cruise speed, v = n/(m_a t_a + t_v + m_d t_d), where m is the mean speed of a ramp as a fraction of v. The unknowns
+//! are fitted to the axis's own edges by least squares (Gauss-Newton). An unknown is then a weighted sum of the edges'
+//! instants. If the instants are off by at most e, an unknown is off by at most e times the sum of the weights'
+//! magnitudes: that is its resolution.
 
 use isostep_profile::Profile;
 
@@ -13,21 +14,22 @@ use super::least_squares::{self, UNKNOWNS};
 use super::{EDGES_MIN, Intervals, Measured, stray_max_ns};
 use crate::config::Port;
 
-/// Of more edges, that many evenly spread ones tell as much.
+/// If there are more edges, about this many evenly distributed ones are used, which give the same information.
 const EDGES_MAX: usize = 2_000;
-/// More than enough: from the plan each takes most of the digits that are left.
+/// More than enough: from the plan as start, each iteration removes most of the remaining error.
 const ITERATIONS: usize = 8;
-/// For the derivatives, as a fraction of the duration: what rounding and what curvature spoil is then 1e-10 of them.
+/// Step for numerical derivatives, as a fraction of the duration. The errors by rounding and by curvature are then
+/// 1e-10 of the derivatives.
 const NUDGE: f64 = 1e-5;
-/// Of the duration: edges that resolve no more than that tell nothing. So it is without a cruise, where to cruise a little
-/// and to ramp as much shorter changes next to nothing.
+/// The coarsest resolution that is accepted, as a fraction of the duration. It is exceeded without a cruise, where a
+/// short cruise and ramps shorter by the same amount change the instants very little.
 const RESOLUTION_MAX: f64 = 0.01;
 
-/// When the move begins, and how long it accelerates, cruises and decelerates, s.
+/// When the move begins, and the durations of acceleration, cruise and deceleration, s.
 type Unknowns = [f64; UNKNOWNS];
 
-/// Measures an axis by all its edges, made by `port` of the plan `profile`. `None` when they do not resolve its intervals
-/// or do not lie on such a curve.
+/// Measures an axis by all its edges, made by `port` with the plan `profile`. `None` if they do not resolve its
+/// intervals or do not lie on such a curve.
 pub(super) fn intervals(times_s: &[f64], profile: &Profile, port: Port) -> Option<Measured> {
     let curve = Curve::new(profile, times_s.len())?;
     let points = points(times_s);
@@ -46,7 +48,8 @@ fn points(times_s: &[f64]) -> Vec<(f64, f64)> {
     times_s.iter().enumerate().step_by(stride).map(|(index, &t_s)| (index as f64 + 0.5, t_s)).collect()
 }
 
-/// The unknowns, the largest sum of the weights of an interval, and the farthest that an instant lies from the curve, s.
+/// The unknowns, the largest sum of the weights of an interval, and the largest distance of an instant from the curve,
+/// s.
 fn fit(curve: &Curve, points: &[(f64, f64)]) -> Option<(Unknowns, f64, f64)> {
     let mut unknowns = curve.planned();
     unknowns[0] = points[0].1 - curve.instant_s(&unknowns, points[0].0);
@@ -64,17 +67,17 @@ fn fit(curve: &Curve, points: &[(f64, f64)]) -> Option<(Unknowns, f64, f64)> {
     None
 }
 
-/// Instants over displacement.
+/// Instants as a function of displacement.
 struct Curve<'a> {
     profile: &'a Profile,
-    /// Of this axis.
+    /// Steps of this axis.
     steps: f64,
-    /// Mean speed of the ramps as a fraction of the cruise's: m_a and m_d.
+    /// Mean speed of the ramps as a fraction of the cruise speed: m_a and m_d.
     means: [f64; 2],
 }
 
 impl<'a> Curve<'a> {
-    /// Unless a ramp has too few of the `edges`.
+    /// `None` if a ramp has too few of the `edges`.
     fn new(profile: &'a Profile, edges: usize) -> Option<Self> {
         let decel_steps = profile.distance_steps() - profile.cruise_end_steps();
         let ratio = edges as f64 / profile.distance_steps();
@@ -92,7 +95,7 @@ impl<'a> Curve<'a> {
         [0.0, self.profile.t_accel_s(), self.profile.t_cruise_s(), self.profile.t_decel_s()]
     }
 
-    /// When the axis is at `way`, steps.
+    /// When the axis is at the displacement `way`, steps.
     fn instant_s(&self, &[start_s, accel_s, cruise_s, decel_s]: &Unknowns, way: f64) -> f64 {
         let [mean_accel, mean_decel] = self.means;
         let speed = self.steps / (mean_accel * accel_s + cruise_s + mean_decel * decel_s);
@@ -107,19 +110,19 @@ impl<'a> Curve<'a> {
         }
     }
 
-    /// The share of its time in which the accelerating ramp covers a fraction of its way.
+    /// The fraction of its time in which the accelerating ramp covers the fraction `way` of its distance.
     fn accel_ratio(&self, way: f64) -> f64 {
         self.profile.time_at(way * self.profile.accel_end_steps()) / self.profile.t_accel_s()
     }
 
-    /// The same of the decelerating ramp, both from its end.
+    /// The same for the decelerating ramp, with both fractions counted from its end.
     fn decel_ratio(&self, left: f64) -> f64 {
         let (distance, cruise_end) = (self.profile.distance_steps(), self.profile.cruise_end_steps());
         let t_s = self.profile.time_at(distance - left * (distance - cruise_end));
         (self.profile.duration_s() - t_s) / self.profile.t_decel_s()
     }
 
-    /// How the instant at `way` changes with each unknown.
+    /// The derivatives of the instant at `way` with respect to the unknowns.
     fn slopes(&self, unknowns: &Unknowns, way: f64) -> [f64; UNKNOWNS] {
         let nudge_s = NUDGE * self.profile.duration_s();
         std::array::from_fn(|index| {
@@ -150,7 +153,7 @@ mod tests {
         SyncMove::plan(steps, &[limits; 2], interval_law, law, None).unwrap()
     }
 
-    /// Instants of an axis, rounded to the port's tick as the simulator's are, from any instant on.
+    /// Instants of an axis that begins at an arbitrary instant, rounded to the port's tick as in the simulator.
     fn ticked(plan: &SyncMove<2>, axis: usize, port: Port) -> Vec<f64> {
         let tick_s = port.tick_ns() * 1e-9;
         (1..=plan.steps[axis].unsigned_abs())
@@ -194,12 +197,12 @@ mod tests {
         }
     }
 
-    /// What the plan says of durations is not believed.
+    /// The durations of the plan have no influence.
     #[test]
     fn another_acceleration_than_planned_shows() {
         for law in SpeedLaw::ALL {
             let [asked, made] = [2_500.0, 2_475.0].map(|accel| plan(law, IntervalLaw::Fastest, [20_000, 3_000], accel));
-            // An S-curve's shape depends on its acceleration, so the edges do not lie on the planned curve.
+            // The shape of an S-curve depends on its acceleration, so the edges do not lie on the planned curve.
             let Some(found) = intervals(&ticked(&made, 1, Port::Pio), &asked.profile, Port::Pio) else {
                 assert_eq!(law, SpeedLaw::SCurve);
                 continue;

@@ -1,5 +1,5 @@
-//! How near the moves of a run came to the limits in force: each axis by its edges and nothing else, corners by the speeds that
-//! they are planned to be taken at.
+//! How close the moves of a run came to the limits in force. Each axis is measured by its edges alone; corners are
+//! checked by their planned speeds.
 
 use isostep_motion::{AXES, Config, Finish};
 
@@ -8,11 +8,11 @@ use crate::moves::MoveRecord;
 use crate::outcome::Outcome;
 use crate::verify;
 
-/// What a float may lose.
+/// Tolerance for floating-point rounding.
 const ROUNDING: f64 = 1e-6;
 
-/// How near all moves came to their limits. `speed_limit` is the speed that an axis keeps to in a move, so many seconds from the
-/// start of its run, steps/s; it never falls.
+/// How close all moves came to their limits. `speed_limit` is the speed limit of an axis in a move at a time in s from
+/// the start of its run, steps/s; it never decreases.
 pub fn ratios(outcome: &Outcome, speed_limit: impl Fn(&MoveRecord, usize, f64) -> f64) -> LimitRatios {
     let off_s = outcome.config.port.tolerance_ns() * 1e-9;
     let mut highest = LimitRatios::default();
@@ -20,7 +20,7 @@ pub fn ratios(outcome: &Outcome, speed_limit: impl Fn(&MoveRecord, usize, f64) -
         let config = outcome.config_of(record);
         let times_s = verify::axis_times_s(record, &outcome.edges[record.edges.clone()]);
         let [begins, ends] = are_rests(record, config);
-        // A stop is abrupt.
+        // A stopped move ends abruptly, not at rest.
         let ends = Ends { at_rest: [begins, ends && matches!(record.finish, Finish::Done | Finish::Held)] };
         for (axis, times_s) in times_s.iter().enumerate() {
             let (own, law) = (&config.limits[axis], config.speed_law);
@@ -33,19 +33,19 @@ pub fn ratios(outcome: &Outcome, speed_limit: impl Fn(&MoveRecord, usize, f64) -
     LimitRatios { corner, ..highest }
 }
 
-/// The length of a way of so many steps, mm.
+/// The length of a path of these steps, mm.
 pub fn path_mm(steps: [i32; AXES], config: &Config) -> f64 {
     in_mm(steps, config).into_iter().map(|mm| mm * mm).sum::<f64>().sqrt()
 }
 
-/// How fast a move begins and ends, along its path.
+/// The speed of a move at its start and its end, along its path.
 pub fn speeds_mm_s(record: &MoveRecord, config: &Config) -> [f64; 2] {
     let mm_per_step = path_mm(record.plan.steps, config) / record.plan.distance_steps();
     let last = record.parts.last().unwrap_or(&record.plan);
     [record.plan.speed_at(record.plan.begin_s()), last.profile.exit_speed_steps_s()].map(|steps| steps * mm_per_step)
 }
 
-/// Whether a move begins and ends no faster than a stop leaves it.
+/// Whether a move begins and ends at the start speed or slower.
 pub fn are_rests(record: &MoveRecord, config: &Config) -> [bool; 2] {
     let start_mm_s = start_mm_s(record.plan.steps, config);
     speeds_mm_s(record, config).map(|speed_mm_s| speed_mm_s <= start_mm_s * (1.0 + ROUNDING))
@@ -64,7 +64,8 @@ fn start_mm_s(steps: [i32; AXES], config: &Config) -> f64 {
     starts.fold(f64::INFINITY, f64::min)
 }
 
-/// By Grbl's rule; both moves go round it at one speed, or stop there: otherwise the share is infinite.
+/// The speed at a corner as a fraction of that allowed by Grbl's rule. Both moves must have the same speed there, or
+/// both must be at rest. Otherwise the result is infinite.
 fn corner_ratio(moves: [&MoveRecord; 2], config: &Config) -> f64 {
     let [[_, out_mm_s], [in_mm_s, _]] = moves.map(|record| speeds_mm_s(record, config));
     let [[_, stops], [starts, _]] = moves.map(|record| are_rests(record, config));
@@ -75,7 +76,7 @@ fn corner_ratio(moves: [&MoveRecord; 2], config: &Config) -> f64 {
     if is_one { in_mm_s / corner_mm_s(moves.map(|record| record.plan.steps), config) } else { f64::INFINITY }
 }
 
-/// How fast the corner between two moves may be taken.
+/// The highest speed at which the corner between two moves may be taken.
 fn corner_mm_s(moves: [[i32; AXES]; 2], config: &Config) -> f64 {
     let [before, after] = moves.map(|steps| {
         let path_mm = path_mm(steps, config);
@@ -92,9 +93,9 @@ fn corner_mm_s(moves: [[i32; AXES]; 2], config: &Config) -> f64 {
         limits.accel_steps_s2.min(limits.decel_steps_s2) / config.steps_per_mm[axis] * length / across[axis].abs()
     });
     let accel_mm_s2 = accels.fold(f64::INFINITY, f64::min);
-    // The sine of half the angle that the paths enclose.
+    // The sine of half the angle between the reversed first path and the second path.
     let sine = (1.0 - length * length / 4.0).max(0.0).sqrt();
-    // No slower than a stop would leave it.
+    // A corner may always be taken at the start speed.
     let start_mm_s = moves.map(|steps| start_mm_s(steps, config)).into_iter().fold(f64::INFINITY, f64::min);
     (accel_mm_s2 * config.junction_deviation_mm * sine / (1.0 - sine)).sqrt().max(start_mm_s)
 }

@@ -1,10 +1,10 @@
 //! Linear least squares with few unknowns.
 
-/// As many as are fitted.
+/// Number of unknowns that are fitted.
 pub(super) const UNKNOWNS: usize = 4;
 
-/// The weights by which the points add up to each unknown: (JᵀJ)⁻¹ Jᵀ for the rows J. `None` when the points do not tell
-/// the unknowns apart.
+/// The weights with which the points add up to each unknown: (JᵀJ)⁻¹ Jᵀ for the rows J. `None` if the points do not
+/// determine the unknowns.
 pub(super) fn weights(rows: &[[f64; UNKNOWNS]]) -> Option<[Vec<f64>; UNKNOWNS]> {
     let inverse = inverse(normal(rows))?;
     Some(inverse.map(|of_unknown| {
@@ -14,7 +14,7 @@ pub(super) fn weights(rows: &[[f64; UNKNOWNS]]) -> Option<[Vec<f64>; UNKNOWNS]> 
 
 type Square = [[f64; UNKNOWNS]; UNKNOWNS];
 
-/// JᵀJ.
+/// The matrix JᵀJ.
 fn normal(rows: &[[f64; UNKNOWNS]]) -> Square {
     let mut sums = Square::default();
     for row in rows {
@@ -25,7 +25,7 @@ fn normal(rows: &[[f64; UNKNOWNS]]) -> Square {
     sums
 }
 
-/// By Gauss and Jordan; the matrix is symmetric and positive, so no pivot need be sought.
+/// Inverts by Gauss-Jordan elimination. The matrix is symmetric and positive definite, so no pivoting is needed.
 fn inverse(mut left: Square) -> Option<Square> {
     let mut right = Square::default();
     (0..UNKNOWNS).for_each(|index| right[index][index] = 1.0);
@@ -52,7 +52,7 @@ fn inverse(mut left: Square) -> Option<Square> {
 mod tests {
     use super::*;
 
-    /// A cubic through points of one: y = 3 - x + 0.5 x³.
+    /// A cubic through points that lie on one: y = 3 - x + 0.5 x³.
     #[test]
     fn a_cubic_is_found_again() {
         let xs = [-2.0, -1.0, 0.0, 1.0, 2.0, 3.0];

@@ -1,55 +1,57 @@
-//! How near an axis came to its limits, measured from its edges and nothing else.
+//! How close an axis came to its limits, measured from its edges and nothing else.
 //!
 //! # Method
-//! The edge of step k says that the axis is at k - 1/2 (of a step, and of a place) at that instant, give or take the way
-//! that it makes in the time by which an edge may be off: off v. Of m + 1 edges, m! times the divided difference of their
-//! places is a mean of the m-th derivative over the time between them, with weights that are all positive (a B-spline). So
-//! while the speed, the acceleration or the jerk keeps within a limit, however it jumps, so does that mean: there is no
-//! bias to allow for.
+//! The edge of step k means that the axis is at k - 1/2 steps at that instant. The position is uncertain by off v, the
+//! distance that the axis makes in the time `off` by which an edge may be off. For m + 1 edges, m! times the divided
+//! difference of their positions is a mean of the m-th derivative over the time between them, with weights that are all
+//! positive (a B-spline). So if the speed, the acceleration or the jerk stays within a limit, this mean does too, even
+//! if the derivative jumps: the measurement has no bias.
 //!
-//! What remains is how far edges are off. Edges that are h apart, or more, spoil the mean by at most 2^m off v/h^m, since
-//! the sum of 1/((m - k)! k!) over k is 2^m/m!. Windows are as wide as makes that [`GRAIN`] of the limit: for the default
-//! gantry at its top speed an acceleration is measured over twice 3 ms, or with ticks of 1 us over twice 16 ms, a jerk over
-//! three times 12 or 36 ms; where steps are farther apart than that, over as many steps. So what keeps within its limits is
-//! measured within 1 + [`GRAIN`] of them.
+//! The remaining error comes from the uncertainty of the edges. If edges are at least h apart, the error of the mean is
+//! at most 2^m off v/h^m, since the sum of 1/((m - k)! k!) over k is 2^m/m!. Windows are chosen so wide that this is
+//! [`GRAIN`] of the limit. For the default gantry at its top speed, an acceleration is measured over twice 3 ms, or
+//! with ticks of 1 us over twice 16 ms; a jerk is measured over three times 12 or 36 ms. If steps are farther apart
+//! than that, the windows are two or three steps. So an axis that stays within its limits is measured within 1 +
+//! [`GRAIN`] of them.
 //!
-//! Speed alone jumps: from rest to the start speed v_s, and back. The first edge is less than a step from where a run
-//! begins, so that the speed at it is at most √(v_s² + 2 a), and the second comes no sooner than that and a let it.
+//! Only the speed jumps: from rest to the start speed v_s, and back. The first edge is less than a step from the start
+//! of a run, so the speed at this edge is at most √(v_s² + 2 a). The second edge comes no earlier than this speed and
+//! the acceleration a allow.
 
 use isostep_profile::{Limits, SpeedLaw};
 
-/// By what fraction a measurement may be above a limit that is kept.
+/// By what fraction a measurement may exceed a limit that is kept.
 pub const GRAIN: f64 = 0.01;
 
-/// Speed, acceleration and jerk.
+/// The measured derivatives: speed, acceleration and jerk.
 const ORDERS: usize = 3;
 
-/// The highest that was measured, each as a fraction of its limit.
+/// The highest measured values, each as a fraction of its limit.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LimitRatios {
-    /// Of the speed in force.
+    /// Fraction of the speed limit in force.
     pub speed: f64,
-    /// Of the start speed, at either end of a run.
+    /// Fraction of the start speed, at either end of a run.
     pub ends: f64,
-    /// Of the acceleration.
+    /// Fraction of the acceleration limit.
     pub accel: f64,
-    /// Of the deceleration.
+    /// Fraction of the deceleration limit.
     pub decel: f64,
-    /// Of the jerk, under a law that keeps to it.
+    /// Fraction of the jerk limit, for a law that has one.
     pub jerk: f64,
-    /// Of the speed that a corner may be taken at; by its plan, and not measured here.
+    /// Fraction of the allowed speed at a corner. By the plan, not measured here.
     pub corner: f64,
 }
 
-/// Whether a stretch begins, and ends, at rest.
+/// Whether a motion begins and ends at rest.
 #[derive(Clone, Copy, Debug)]
 pub struct Ends {
-    /// Each.
+    /// Its start and its end.
     pub at_rest: [bool; 2],
 }
 
 impl LimitRatios {
-    /// The higher of both, each.
+    /// The higher value of both, for each limit.
     #[must_use]
     pub fn max(self, other: Self) -> Self {
         Self {
@@ -71,8 +73,8 @@ impl LimitRatios {
     }
 }
 
-/// Measures one axis over one stretch in which it goes one way: `times_s` are all its edges, each off by `off_s` at most;
-/// `speed_at` is the speed that holds for it at an instant, steps/s, which never falls.
+/// Measures one axis over one motion in one direction. `times_s` are all its edges, each off by `off_s` at most.
+/// `speed_at` is its speed limit at an instant, steps/s, which never decreases.
 pub fn ratios(
     times_s: &[f64],
     off_s: f64,
@@ -83,7 +85,7 @@ pub fn ratios(
 ) -> LimitRatios {
     let (Some(&first_s), Some(&last_s)) = (times_s.first(), times_s.last()) else { return LimitRatios::default() };
     let top = speed_at(last_s);
-    // How far apart edges must be for a derivative of that limit.
+    // The spacing of edges needed to measure the derivative of this order against this limit.
     let spacing_s = |order: i32, limit: f64| 2.0 * (off_s * top / (GRAIN * limit)).powf(1.0 / f64::from(order));
     let speed = means::<2>(times_s, 2.0 * off_s / GRAIN).map(|(t_s, mean)| mean / speed_at(t_s));
     let accels = |limit| means::<3>(times_s, spacing_s(2, limit)).map(|(_, mean)| mean);
@@ -112,8 +114,8 @@ pub fn ratios(
     }
 }
 
-/// Means of a derivative over windows of `N` edges that are `spacing_s` apart or more, each with its end: the derivative of
-/// order `N` - 1.
+/// Means of the derivative of order `N` - 1 over windows of `N` edges that are at least `spacing_s` apart, each with
+/// the end of its window.
 fn means<const N: usize>(times_s: &[f64], spacing_s: f64) -> impl Iterator<Item = (f64, f64)> {
     const { assert!(N >= 2 && N <= ORDERS + 1) };
     let mut next = 0;
@@ -134,7 +136,7 @@ fn means<const N: usize>(times_s: &[f64], spacing_s: f64) -> impl Iterator<Item 
     })
 }
 
-/// N! times the divided difference of the places.
+/// (N - 1)! times the divided difference of the positions.
 fn derivative<const N: usize>(times_s: [f64; N], mut places: [f64; N]) -> f64 {
     for order in 1..N {
         for k in 0..N - order {
@@ -144,7 +146,8 @@ fn derivative<const N: usize>(times_s: [f64; N], mut places: [f64; N]) -> f64 {
     places[0]
 }
 
-/// What share of the step that follows the first edge could not have been made by then. Seen from either end.
+/// The fraction of the step after the first edge that cannot have been made by the second edge. The other end is
+/// measured in reversed time.
 fn end(mut times_s: impl Iterator<Item = f64>, start_steps_s: f64, accel_steps_s2: f64) -> Option<f64> {
     let between_s = -(times_s.next()? - times_s.next()?);
     let speed_steps_s = (start_steps_s * start_steps_s + 2.0 * accel_steps_s2).sqrt();
@@ -170,7 +173,7 @@ mod tests {
         jerk_steps_s3: 25_000.0,
     };
 
-    /// Of a move planned within `limits`, its instants rounded to the port's tick.
+    /// Measures a move planned within `limits`, with its instants rounded to the port's tick.
     fn measured(limits: Limits, law: SpeedLaw, port: Port) -> LimitRatios {
         let plan = SyncMove::plan([30_000], &[limits], IntervalLaw::Fastest, law, None).unwrap();
         let tick_s = port.tick_ns() * 1e-9;
@@ -190,7 +193,7 @@ mod tests {
         }
     }
 
-    /// By a twentieth, each alone.
+    /// Each limit alone is exceeded by a twentieth.
     #[test]
     fn a_limit_that_is_exceeded_shows() {
         let exceeded = |change: fn(&mut Limits)| {

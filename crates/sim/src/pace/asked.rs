@@ -1,4 +1,4 @@
-//! What a move asks for: its direction, its speed, and how fast the corner to the next one may be taken.
+//! What a move asks for: its direction, its speed, and the allowed speed at the corner to the next move.
 
 use isostep_console::Rate;
 use isostep_motion::AXES;
@@ -7,12 +7,12 @@ use crate::lines_of_moves::Source;
 use crate::moves::MoveRecord;
 use crate::outcome::Outcome;
 
-/// Speeds are the same if they differ by less, as a fraction of the faster one.
+/// Speeds are equal if they differ by less than this fraction of the faster one.
 const SAME: f64 = 1e-6;
-/// Half the difference of two directions: less is no corner, but rounding.
+/// Half the difference of two directions. If it is less than this, it is rounding and not a corner.
 const STRAIGHT: f64 = 1e-12;
 
-/// What limits a speed.
+/// What limits the speed of a move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Limit {
     /// The feed that the line asks for.
@@ -24,18 +24,18 @@ pub enum Limit {
 /// What a move asks for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Asked {
-    /// Of length 1.
+    /// Unit vector of the path.
     pub direction: [f64; AXES],
-    /// The way along the path for a step of the longest axis, mm.
+    /// Distance along the path per step of the longest axis, mm.
     pub mm_per_step: f64,
-    /// The speed along the path that it would have without a ramp, mm/s.
+    /// The speed along the path that it would have without ramps, mm/s.
     pub mm_s: f64,
-    /// Why it is no faster.
+    /// What limits this speed.
     pub limit: Limit,
 }
 
 impl Asked {
-    /// Of one of the moves of `outcome`. Without a source as fast as it was planned, or as its axes may be.
+    /// What a move of `outcome` asks for. Without a source, its speed is the planned one, or as fast as its axes allow.
     pub fn new(outcome: &Outcome, record: &MoveRecord, source: Option<&Source>) -> Self {
         let way_mm: [f64; AXES] = outcome.mm(record.plan.steps);
         let length_mm = way_mm.iter().map(|mm| mm * mm).sum::<f64>().sqrt();
@@ -54,18 +54,18 @@ impl Asked {
         Self { direction, mm_per_step, mm_s, limit }
     }
 
-    /// Whether it is not slower than asked for.
+    /// Whether `mm_s` is no slower than the speed asked for.
     pub fn is_reached(&self, mm_s: f64) -> bool {
         mm_s >= self.mm_s * (1.0 - SAME)
     }
 
-    /// By how much the path turns to that of the next move, degrees.
+    /// The angle by which the path turns from this move to the next, degrees.
     pub fn turn_deg(&self, next: &Self) -> f64 {
-        // Exact for small angles, which a cosine is not.
+        // Accurate for small angles; a computation from the cosine is not.
         2.0 * self.half_difference(next).min(1.0).asin().to_degrees()
     }
 
-    /// How fast the corner to the next move may be taken, by the rule that [`corners`](crate::corners) tells, mm/s.
+    /// The allowed speed at the corner to the next move, by the rule in [`corners`](crate::corners), mm/s.
     pub fn corner_mm_s(&self, next: &Self, outcome: &Outcome) -> f64 {
         let half = self.half_difference(next);
         if half < STRAIGHT {
@@ -87,7 +87,7 @@ impl Asked {
         squares.sum::<f64>().sqrt() / 2.0
     }
 
-    /// The axis that limits the acceleration, and the deceleration.
+    /// The axis that limits the acceleration if `speeds_up`, otherwise the deceleration.
     pub fn weakest_axis(&self, outcome: &Outcome, speeds_up: bool) -> usize {
         let mm_s2 = |axis: usize| {
             let limits = outcome.limits[axis];
@@ -104,7 +104,7 @@ pub fn top_mm_s(outcome: &Outcome, axis: usize) -> f64 {
     outcome.limits[axis].top_speed_steps_s / outcome.steps_per_mm[axis]
 }
 
-/// The speed of the longest axis while it cruises, if it does, steps/s.
+/// The speed of the longest axis while it cruises, steps/s; `None` if it does not.
 fn cruise_steps_s(record: &MoveRecord) -> Option<f64> {
     let profiles = record.parts.iter().chain([&record.plan]).map(|plan| plan.profile);
     let cruising = profiles.filter(|profile| profile.t_cruise_s() > 0.0);

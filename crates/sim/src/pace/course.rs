@@ -1,6 +1,7 @@
-//! The course of a program: all its moves as they were planned, as phases in which the speed rises, stays or falls.
+//! The course of a program: all its moves as planned, divided into phases in which the speed rises, stays constant or
+//! falls.
 //!
-//! A move follows its plan until a part replaces it, from where that part begins. Homing is left out.
+//! A move follows its plan until a replan replaces it, from the start of that plan on. Homing is left out.
 
 use isostep_motion::{AXES, Finish};
 use isostep_profile::{Profile, SyncMove};
@@ -15,33 +16,33 @@ use crate::outcome::Outcome;
 pub enum Change {
     /// It rises.
     Up,
-    /// It stays.
+    /// It stays constant.
     Level,
     /// It falls.
     Down,
 }
 
-/// A time in which the speed of one move rises, stays or falls.
+/// A time in which the speed of one move rises, stays constant or falls.
 #[derive(Clone, Copy, Debug)]
 pub struct Phase<'a> {
     /// Index of its move in [`Outcome::moves`].
     pub index: usize,
     /// What its move asks for.
     pub asked: Asked,
-    /// Which of the three.
+    /// How the speed changes.
     pub change: Change,
     /// When it begins, s from the start of the first move.
     pub begin_s: f64,
-    /// How long it lasts, s: above 0.
+    /// Its duration, s: above 0.
     pub span_s: f64,
-    /// The speed along the path at its begin and its end, mm/s.
+    /// The speeds along the path at its start and its end, mm/s.
     pub speeds_mm_s: [f64; 2],
-    /// Its way along the path, mm.
+    /// Its distance along the path, mm.
     pub way_mm: f64,
-    /// Where it begins and ends, steps of the longest axis from the beginning of the whole move.
+    /// Where it begins and ends, in steps of the longest axis from the beginning of the whole move.
     pub places_steps: [f64; 2],
     profile: &'a Profile,
-    /// When it begins, s from the start of the profile, and where.
+    /// When it begins, s from the start of the profile, and at which step of the profile.
     from_s: f64,
     from_steps: f64,
 }
@@ -52,7 +53,7 @@ impl Phase<'_> {
         self.begin_s + self.span_s
     }
 
-    /// The speed along the path at `t_s` from the start of the first move, which is within the phase, mm/s.
+    /// The speed along the path at `t_s` from the start of the first move, mm/s. The instant must be within the phase.
     pub fn speed_mm_s(&self, t_s: f64) -> f64 {
         let [begin, end] = self.speeds_mm_s;
         if self.change == Change::Level || t_s <= self.begin_s {
@@ -64,7 +65,7 @@ impl Phase<'_> {
         }
     }
 
-    /// How much of its way is made at `t_s` from the start of the first move, mm.
+    /// The distance made in this phase until `t_s` from the start of the first move, mm.
     pub fn made_mm(&self, t_s: f64) -> f64 {
         if t_s <= self.begin_s {
             0.0
@@ -76,7 +77,7 @@ impl Phase<'_> {
         }
     }
 
-    /// Where the path is when so much of its way is made, mm.
+    /// Position after the distance `made_mm` of this phase, mm.
     pub fn place_mm(&self, outcome: &Outcome, made_mm: f64) -> [f64; AXES] {
         let record = &outcome.moves[self.index];
         let origin_mm = outcome.mm(record.origin_steps);
@@ -104,16 +105,17 @@ pub fn end_s(outcome: &Outcome) -> Option<f64> {
     pieces(last).last().map(|piece| run_s(first, last) + piece.to_s)
 }
 
-/// When the run of a move began, s from the start of the `first` one, whose first plan may begin after its run.
+/// When the run of a move began, s from the start of the `first` move's plan, which may be later than the start of its
+/// run.
 fn run_s(first: &MoveRecord, record: &MoveRecord) -> f64 {
     (record.start_ns - first.start_ns) as f64 * 1e-9 - first.plan.begin_s()
 }
 
-/// A plan and how long the move follows it.
+/// A plan and the time in which the move follows it.
 #[derive(Clone, Copy)]
 struct Piece<'a> {
     plan: &'a SyncMove<AXES>,
-    /// s from the start of the run.
+    /// Seconds from the start of the run.
     from_s: f64,
     to_s: f64,
 }
@@ -127,7 +129,7 @@ fn pieces(record: &MoveRecord) -> impl Iterator<Item = Piece<'_>> {
         }
         plans.push((part, begin_s));
     }
-    // What was stopped abruptly did not come to the end of its plan.
+    // A move that was stopped abruptly did not reach the end of its plan.
     let stop_s = match record.finish {
         Finish::Done | Finish::Held => f64::INFINITY,
         _ => (record.end_ns - record.start_ns) as f64 * 1e-9,
@@ -137,7 +139,7 @@ fn pieces(record: &MoveRecord) -> impl Iterator<Item = Piece<'_>> {
     pieces.map(move |((plan, from_s), to_s)| Piece { plan, from_s, to_s: to_s.min(plan.end_s()).min(stop_s) })
 }
 
-/// An instant of a profile.
+/// The state of a profile at an instant.
 #[derive(Clone, Copy)]
 struct Knot {
     t_s: f64,
@@ -153,7 +155,7 @@ impl<'a> Piece<'a> {
         let at = |t_s: f64| Knot { t_s, steps: profile.position_at(t_s), steps_s: profile.speed_at(t_s) };
         let knots = knots(profile);
         let (from_s, to_s) = (self.from_s - origin_s, self.to_s - origin_s);
-        // Most pieces are whole.
+        // For most pieces, both ends are knots of the profile.
         let from = if from_s > 0.0 { at(from_s) } else { knots[0] };
         let to = if to_s < knots[3].t_s { at(to_s) } else { knots[3] };
         let changes = [Change::Up, Change::Level, Change::Down];
@@ -178,7 +180,7 @@ impl<'a> Piece<'a> {
     }
 }
 
-/// Where the phases of a profile begin, and where the last one ends.
+/// The instants at which the phases of a profile begin, and the end of the last phase.
 fn knots(profile: &Profile) -> [Knot; 4] {
     let cruise_steps_s = profile.cruise_speed_steps_s();
     let accel_s = profile.t_accel_s();

@@ -1,4 +1,4 @@
-//! The speed along the path over time, and along it, for pictures.
+//! Samples for pictures: the speed along the path over time, and the mean speed of each move.
 
 use isostep_motion::AXES;
 
@@ -6,7 +6,7 @@ use super::course::{Phase, end_s, phases};
 use crate::lines_of_moves::Source;
 use crate::outcome::Outcome;
 
-/// The speed along the path in a span of time, mm/s. While the machine stands it is 0, and so is the speed asked for.
+/// The speed along the path in a span of time, mm/s. At standstill it is 0, and so is the speed asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
     /// When the span begins, s from the start of the first move.
@@ -23,20 +23,21 @@ pub struct Sample {
     pub asked_mm_s: f64,
 }
 
-/// A move of the program as a straight way.
+/// A move of the program as a straight line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Way {
     /// Index of the move in [`Outcome::moves`].
     pub index: usize,
-    /// Where it begins, mm.
+    /// Start position, mm.
     pub from_mm: [f64; AXES],
-    /// Where it ends, mm.
+    /// End position, mm.
     pub to_mm: [f64; AXES],
     /// Its mean speed along the path, mm/s.
     pub mean_mm_s: f64,
 }
 
-/// The speed in `bins` equal spans of time, from the start of the first move to the end of the last one; none without a move.
+/// The speed in `bins` equal spans of time, from the start of the first move to the end of the last one; empty without
+/// a move.
 pub fn samples(outcome: &Outcome, sources: &[Option<Source>], bins: usize) -> Vec<Sample> {
     let Some(total_s) = end_s(outcome) else { return Vec::new() };
     let bin_s = total_s / bins as f64;
@@ -55,7 +56,7 @@ pub fn samples(outcome: &Outcome, sources: &[Option<Source>], bins: usize) -> Ve
     sums.iter().enumerate().map(|(number, sum)| sum.sample(number, bin_s)).collect()
 }
 
-/// The moves of the program as ways, in order.
+/// The moves of the program as straight lines, in order.
 pub fn ways<'a>(outcome: &'a Outcome, sources: &'a [Option<Source>]) -> impl Iterator<Item = Way> + 'a {
     let mut spans = phases(outcome, sources).map(|phase| (phase.index, phase.way_mm, phase.span_s)).peekable();
     std::iter::from_fn(move || {
@@ -69,7 +70,7 @@ pub fn ways<'a>(outcome: &'a Outcome, sources: &'a [Option<Source>]) -> impl Ite
     })
 }
 
-/// What is known of a bin.
+/// The values of a span so far.
 #[derive(Clone, Copy, Debug, Default)]
 struct Sum {
     moving_s: f64,
@@ -85,7 +86,7 @@ impl Sum {
         self.moving_s += span_s;
         self.way_mm += way_mm;
         self.asked_mm_s = self.asked_mm_s.max(phase.asked.mm_s);
-        // A phase rises, stays or falls: its ends are its lowest and its highest.
+        // In a phase the speed rises, stays constant or falls, so its extremes are at the ends.
         let [one, other] = [from_s, to_s].map(|t_s| phase.speed_mm_s(t_s));
         self.lowest_mm_s = Some(self.lowest_mm_s.unwrap_or(f64::INFINITY).min(one).min(other));
         self.highest_mm_s = self.highest_mm_s.max(one).max(other);

@@ -7,11 +7,11 @@ use serde::Serialize;
 use super::course::Phase;
 use crate::lines_of_moves::Source;
 
-/// Seconds are compared that begin at multiples of this, s.
+/// The seconds that are compared begin at multiples of this, s.
 const GRID_S: f64 = 0.1;
-/// So many make a second.
+/// Number of cells in a second.
 const CELLS: usize = 10;
-/// Of a second that is under way all of it, less than so much may be missing by rounding, s.
+/// A second counts as all in motion if less than this is missing, because of rounding, s.
 const MISSING_S: f64 = 1e-6;
 
 /// A second of a program.
@@ -21,37 +21,37 @@ pub struct Second {
     pub start_s: f64,
     /// Its mean speed along the path, mm/s.
     pub mean_mm_s: f64,
-    /// How many moves begin in it.
+    /// Number of moves that begin in it.
     pub moves_begun: usize,
-    /// The lines of its first and its last move, from 1, if they are known.
+    /// The lines of its first and its last move, from 1, if known.
     pub lines: [Option<usize>; 2],
 }
 
-/// The least part of a second that is looked at.
+/// A tenth of a second, the unit of the search.
 #[derive(Clone, Copy, Debug, Default)]
 struct Cell {
     way_mm: f64,
     moving_s: f64,
     begun: usize,
-    /// The first and the last move in it.
+    /// Indices of the first and the last move in it.
     moves: Option<[usize; 2]>,
 }
 
-/// Finds both among phases that come in order.
+/// Finds the slowest and the busiest second from phases that come in order.
 #[derive(Default)]
 pub struct Clock {
-    /// The last ones; the newest is being filled.
+    /// The cells of the last second; the newest is being filled.
     cells: VecDeque<Cell>,
-    /// The number of the newest.
+    /// The number of the newest cell.
     newest: usize,
-    /// The move that began last.
+    /// Index of the move that began last.
     last_move: Option<usize>,
     slowest: Option<(Second, [usize; 2])>,
     busiest: Option<(Second, [usize; 2])>,
 }
 
 impl Clock {
-    /// The next phase.
+    /// Adds the next phase.
     pub fn take(&mut self, phase: &Phase) {
         self.advance_to(number(phase.begin_s));
         if self.last_move != Some(phase.index) {
@@ -73,9 +73,9 @@ impl Clock {
         }
     }
 
-    /// The slowest and the busiest second; `None` for a program that has none.
+    /// The slowest and the busiest second; `None` if there is no such second.
     pub fn finish(mut self, sources: &[Option<Source>]) -> [Option<Second>; 2] {
-        // The last cell is whole but for rounding, or no second ends with it.
+        // If the last cell is not complete, except for rounding, no second ends with it.
         let last = self.cells.back().copied().unwrap_or_default();
         if last.moving_s >= GRID_S - MISSING_S {
             self.judge();
@@ -104,7 +104,7 @@ impl Clock {
         }
     }
 
-    /// The second that ends with the newest cell.
+    /// Judges the second that ends with the newest cell.
     fn judge(&mut self) {
         if self.cells.len() < CELLS {
             return;

@@ -1,9 +1,11 @@
-//! The slow places of a program: where the speed is lowest between two faster stretches, why, and what that costs.
+//! The slow places of a program: where the speed is lowest between two faster stretches, why, and how much time that
+//! costs.
 //!
-//! A ramp belongs to the slow place that it leads to or comes from. A place is a corner, an arc as a whole, or a standstill. A ramp
-//! from or to a stretch at the speed asked for belongs to whatever asks for so little there. The chain plans as fast as corners,
-//! feeds, ends and what it knows ahead allow, so what none of the others explains is for the last; by a curved law it is not, as that
-//! ramps anew in each move.
+//! A ramp belongs to the slow place that it leads to or comes from. A place is a corner, a whole arc, or a standstill.
+//! A ramp from or to a stretch at the speed asked for belongs to whatever limits the speed of the slower stretch. The
+//! chain plans as fast as corners, feeds, ends and its look-ahead allow. So a slow place that the first three do not
+//! explain is assigned to the look-ahead. With a curved law it is assigned to the law instead, because the law has
+//! separate ramps in each move.
 
 use isostep_motion::AXES;
 use isostep_profile::SpeedLaw;
@@ -14,44 +16,44 @@ use super::course::{Change, Phase};
 use crate::lines_of_moves::Source;
 use crate::outcome::Outcome;
 
-/// What costs less is not worth telling people, s.
+/// Losses below this are not reported, s.
 pub const LEAST_TOLD_S: f64 = 0.0005;
-/// How many places are kept one by one.
+/// Number of places that are listed one by one.
 const WORST: usize = 10;
-/// A corner is taken as fast as it may be if it is taken at this fraction of that.
+/// A corner counts as taken at full speed if its speed is at least this fraction of the allowed one.
 const FULL: f64 = 0.98;
-/// What is no faster stands, mm/s.
+/// Speeds up to this count as standstill, mm/s.
 const REST_MM_S: f64 = 1e-6;
-/// A path that turns by more goes back the way it came, and stops: by a cosine of -0.999999.
+/// A path that turns by more than this reverses, and stops: a cosine of -0.999999.
 const BACK_DEG: f64 = 179.9;
-/// Between two runs a pause that is longer was asked for, s.
+/// A pause between two runs that is longer than this was asked for, s.
 const PAUSE_S: f64 = 0.01;
 
 /// Why a place is slow.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Why {
-    /// The path turns, and `$11` lets it be no faster.
+    /// The path turns, and `$11` allows no higher speed.
     Corner,
-    /// The path bends from chord to chord of an arc, and `$11` lets it be no faster.
+    /// The path bends from chord to chord of an arc, and `$11` allows no higher speed.
     Arc,
     /// The line asks for an exact stop: G61 or G61.1.
     ExactStop,
-    /// By the thirds law every move is from rest to rest: `$900`.
+    /// With the thirds law every move goes from rest to rest: `$900`.
     Thirds,
-    /// The machine stands: a dwell, M0, a line that waits for standstill, the sender, a hold.
+    /// The machine is at standstill: a dwell, M0, a line that waits for standstill, the sender, or a hold.
     Stop,
-    /// A curved speed law ramps anew in each move, so it gains and loses little speed over short ones: `$940`.
+    /// A curved speed law has separate ramps in each move, so it changes the speed little over short moves: `$940`.
     SpeedLaw,
-    /// What follows was not known early enough: moves so short that the look-ahead is no longer than the way to brake, or a late
-    /// sender; or an override.
+    /// What follows was not known early enough: the moves are so short that the whole look-ahead is needed for braking,
+    /// or the sender was late. Also an override.
     LookAhead,
-    /// The first move begins or the last one ends, or homing does.
+    /// The start of the first move, the end of the last one, or homing.
     Ends,
 }
 
 impl Why {
-    /// All of them, in the order of [`SlowPlaces::kinds`].
+    /// All reasons, in the order of [`SlowPlaces::kinds`].
     pub const ALL: [Self; 8] = [
         Self::Corner,
         Self::Arc,
@@ -63,7 +65,7 @@ impl Why {
         Self::Ends,
     ];
 
-    /// In words.
+    /// The reason in words.
     pub const fn words(self) -> &'static str {
         match self {
             Self::Corner => "corner",
@@ -77,7 +79,7 @@ impl Why {
         }
     }
 
-    /// Whether it is a standstill.
+    /// Whether the machine is at standstill there.
     pub const fn is_standstill(self) -> bool {
         matches!(self, Self::ExactStop | Self::Thirds | Self::Stop | Self::Ends)
     }
@@ -86,62 +88,64 @@ impl Why {
 /// A place where the program is slow.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct SlowPlace {
-    /// Why.
+    /// The reason.
     pub why: Why,
     /// When the speed is lowest, s from the start of the first move.
     pub at_s: f64,
-    /// Where that is, mm.
+    /// Position at that instant, mm.
     pub place_mm: [f64; AXES],
-    /// Indices in [`Outcome::moves`] of the move that ends there and of the one that begins there; the same if it is within one.
+    /// Indices in [`Outcome::moves`] of the move that ends there and of the one that begins there. They are equal if
+    /// the place is within one move.
     pub moves: [usize; 2],
-    /// Their lines of the program, from 1, if they are known.
+    /// Their lines of the program, from 1, if known.
     pub lines: [Option<usize>; 2],
     /// The lowest speed, mm/s.
     pub taken_mm_s: f64,
-    /// What both moves ask for, the lower of the two, mm/s.
+    /// The lower one of the speeds that the two moves ask for, mm/s.
     pub asked_mm_s: f64,
-    /// By how much the path turns there, degrees; of an arc by all of it.
+    /// The angle by which the path turns there, degrees; for an arc, that of the whole arc.
     pub turn_deg: f64,
-    /// How long the machine stands there, s.
+    /// Duration of the standstill there, s.
     pub standing_s: f64,
-    /// How much longer the ramps to and from it take than the same way at the speed asked for, s.
+    /// The additional time of the ramps to and from it, compared with the same distance at the speed asked for, s.
     pub lost_s: f64,
 }
 
-/// All places that are slow for one reason.
+/// All slow places with one reason.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct SlowKind {
-    /// Why.
+    /// The reason.
     pub why: Why,
-    /// How many.
+    /// Number of places.
     pub count: usize,
-    /// How long the ramps to and from them take, and slow stretches between these, s.
+    /// Total time of the ramps to and from them, including slow stretches between these ramps, s.
     pub ramps_s: f64,
-    /// How much longer that is than the same way at the speed asked for, s.
+    /// The additional time, compared with the same distance at the speed asked for, s.
     pub lost_s: f64,
 }
 
 /// The slow places of a program.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SlowPlaces {
-    /// Of each reason.
+    /// The places by reason.
     pub kinds: [SlowKind; Why::ALL.len()],
-    /// Those that cost most, the worst first: ten at most. Begin and end, which each program has, are not among them.
+    /// The places with the highest loss, the worst first: ten at most. The start and the end, which every program has,
+    /// are left out.
     pub worst: Vec<SlowPlace>,
 }
 
 impl SlowPlaces {
-    /// None.
+    /// No slow places.
     pub(super) fn new() -> Self {
         Self { kinds: Why::ALL.map(|why| SlowKind { why, count: 0, ramps_s: 0.0, lost_s: 0.0 }), worst: Vec::new() }
     }
 
-    /// All that are slow for this reason.
+    /// The places with this reason.
     pub fn of(&self, why: Why) -> &SlowKind {
         &self.kinds[why as usize]
     }
 
-    /// Lost at all places but begin and end, s.
+    /// The time lost at all places except the start and the end, s.
     pub fn lost_s(&self) -> f64 {
         self.kinds.iter().filter(|kind| kind.why != Why::Ends).map(|kind| kind.lost_s).sum()
     }
@@ -162,61 +166,61 @@ impl SlowPlaces {
     }
 }
 
-/// Whether the machine stands at a place.
+/// Whether the machine is at standstill at a place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Stand {
-    /// It goes on.
+    /// It does not stop.
     Flows,
-    /// For so long, s.
+    /// It is at standstill for this time, s.
     Stood(f64),
-    /// It has not moved before, or does not move afterwards: but by homing.
+    /// It has not moved before or does not move afterwards, except for homing.
     Ends,
 }
 
-/// A place that is being looked at.
+/// A place that is not complete yet.
 #[derive(Clone, Copy, Debug)]
 struct Open {
     at_s: f64,
     place_mm: [f64; AXES],
-    /// The moves on both sides, and what they ask for.
+    /// The move before and the move after, and what they ask for.
     before: Option<(usize, Asked)>,
     after: Option<(usize, Asked)>,
     taken_mm_s: f64,
     stand: Stand,
-    /// As [`SlowKind`] has them.
+    /// As in [`SlowKind`].
     ramps_s: f64,
     lost_s: f64,
 }
 
-/// Where the time of a program goes.
+/// How the time of a program is spent.
 pub struct Found {
     /// Its slow places.
     pub places: SlowPlaces,
-    /// At the feed asked for, and on ramps between such stretches, s.
+    /// Time at the feed asked for, and on ramps between such stretches, s.
     pub feed_s: f64,
-    /// Likewise at the top speed of each axis, s.
+    /// Time at the top speed of each axis, with such ramps, s.
     pub top_speed_s: [f64; AXES],
-    /// Stood, s.
+    /// Time at standstill, s.
     pub standing_s: f64,
 }
 
-/// Finds the slow places of phases that come in order.
+/// Finds the slow places from phases that come in order.
 pub struct Finder<'a> {
     outcome: &'a Outcome,
     sources: &'a [Option<Source>],
     open: Option<Open>,
-    /// The speed falls to the open place, and has not risen since.
+    /// The speed has fallen towards the open place, and has not risen since.
     falls: bool,
-    /// What limits the stretch that has just been left, if it was as fast as asked for.
+    /// What limited the last stretch that was as fast as asked for.
     level: Limit,
     last: Option<Phase<'a>>,
-    /// The places on an arc so far, and the ramps to and from them.
+    /// The place of the current arc so far, and the time of its ramps.
     arc: Option<(SlowPlace, f64)>,
     found: Found,
 }
 
 impl<'a> Finder<'a> {
-    /// Which has found nothing.
+    /// A finder that has found nothing yet.
     pub fn new(outcome: &'a Outcome, sources: &'a [Option<Source>]) -> Self {
         Self {
             outcome,
@@ -230,7 +234,7 @@ impl<'a> Finder<'a> {
         }
     }
 
-    /// The next phase.
+    /// Processes the next phase.
     pub fn take(&mut self, phase: &Phase<'a>) {
         match self.last {
             None => self.begin_run(phase, None),
@@ -252,7 +256,7 @@ impl<'a> Finder<'a> {
         self.last = Some(*phase);
     }
 
-    /// All that was found, after the last phase.
+    /// The results, after the last phase.
     pub fn finish(mut self) -> Found {
         if let Some(last) = self.last {
             self.end_run(&last);
@@ -268,7 +272,8 @@ impl<'a> Finder<'a> {
         self.found
     }
 
-    /// A run begins after the machine stood: at the beginning of the program, and after homing, nobody asks for how long.
+    /// Processes the start of a run after a standstill of `stood_s`. This is `None` at the beginning of the program and
+    /// after homing, where the time does not count.
     fn begin_run(&mut self, phase: &Phase<'a>, stood_s: Option<f64>) {
         if stood_s.is_none() {
             self.close();
@@ -279,7 +284,7 @@ impl<'a> Finder<'a> {
         self.falls = false;
     }
 
-    /// A run has ended with this phase.
+    /// Processes the end of a run with this phase.
     fn end_run(&mut self, last: &Phase<'a>) {
         if !self.falls {
             self.close();
@@ -308,7 +313,7 @@ impl<'a> Finder<'a> {
         self.sink(phase);
     }
 
-    /// The open place is at the end of this phase, or behind it.
+    /// Moves the open place to the end of this phase; it may move on with later phases.
     fn sink(&mut self, phase: &Phase<'a>) {
         let end = Open::at_end(self.outcome, phase);
         let open = self.open.get_or_insert(end);
@@ -317,7 +322,7 @@ impl<'a> Finder<'a> {
         self.falls = true;
     }
 
-    /// As fast as asked for.
+    /// Processes a phase at the speed asked for.
     fn cruise(&mut self, phase: &Phase<'a>) {
         if self.falls
             && let Some(open) = self.open.take()
@@ -329,7 +334,7 @@ impl<'a> Finder<'a> {
         self.spend(phase.asked.limit, phase.span_s);
     }
 
-    /// Slower than asked for, and not on a ramp: at a peak of its law, or by an override.
+    /// Processes a phase at a constant lower speed, which is at the peak between two ramps, or due to an override.
     fn crawl(&mut self, phase: &Phase<'a>) {
         match &mut self.open {
             Some(open) if !self.falls => open.add(phase),
@@ -348,7 +353,7 @@ impl<'a> Finder<'a> {
         }
     }
 
-    /// The open place is complete.
+    /// Completes the open place.
     fn close(&mut self) {
         self.falls = false;
         let Some(open) = self.open.take() else { return };
@@ -374,7 +379,7 @@ impl<'a> Finder<'a> {
         self.put(place, open.ramps_s);
     }
 
-    /// Why it is slow; `None` if it is as fast as both moves ask for.
+    /// The reason for a place; `None` if it is as fast as one of its moves asks for.
     fn why(&self, open: &Open, [(before, from), (after, to)]: [(usize, &Asked); 2]) -> Option<Why> {
         let exact_stop = self.source(before).is_some_and(|source| source.exact_stop);
         let thirds = self.outcome.config.settings.interval_thirds;
@@ -386,7 +391,7 @@ impl<'a> Finder<'a> {
         match open.stand {
             Stand::Ends => return Some(Why::Ends),
             Stand::Stood(stood_s) if stood_s > PAUSE_S => return Some(Why::Stop),
-            // It would have stopped there in any case, and what followed had not come when the run was told to end.
+            // A reversal needs a stop in any case. The next move was not known when the run ended.
             Stand::Stood(_) if from.turn_deg(to) > BACK_DEG => return Some(stops(Why::Corner)),
             Stand::Stood(_) => return Some(stops(Why::Stop)),
             Stand::Flows => {}
@@ -411,7 +416,7 @@ impl<'a> Finder<'a> {
         })
     }
 
-    /// The speed at which such a move may begin and stop, mm/s.
+    /// The speed at which such a move may start and stop without a ramp, mm/s.
     fn start_mm_s(&self, asked: &Asked) -> f64 {
         let own = |axis: usize| {
             let start_mm_s = self.outcome.limits[axis].start_speed_steps_s / self.outcome.steps_per_mm[axis];
@@ -421,7 +426,7 @@ impl<'a> Finder<'a> {
         slowest_mm_s.fold(f64::INFINITY, f64::min) * (1.0 + 1e-6)
     }
 
-    /// Places on one arc are one place.
+    /// Adds a place. Places on one arc are combined.
     fn put(&mut self, place: SlowPlace, ramps_s: f64) {
         if place.why != Why::Arc {
             self.close_arc();
@@ -446,7 +451,7 @@ impl<'a> Finder<'a> {
         }
     }
 
-    /// By how much the path turns within the whole arc that the place is on, degrees.
+    /// The angle by which the path turns within the whole arc of `place`, degrees.
     fn turned_deg(&self, place: &SlowPlace) -> f64 {
         let goes_on = |index: usize| {
             self.source(index).is_some_and(|source| source.in_arc && Some(source.line) == place.lines[0])

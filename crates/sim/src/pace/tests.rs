@@ -3,7 +3,7 @@ use isostep_console::Settings;
 use super::*;
 use crate::{Config, run};
 
-/// All axes 2,000 mm/s², 80 steps/mm, to 200 mm/s.
+/// All axes have 2,000 mm/s², 80 steps/mm and 200 mm/s.
 fn machine() -> Config {
     let mut config = Config::default();
     let settings = &mut config.settings;
@@ -34,7 +34,7 @@ fn assert_sums(pace: &Pace) {
     assert!(ramps_s <= pace.moving_s * (1.0 + 1e-9));
 }
 
-/// 40 mm at 100 mm/s: 0.05 s and 2.5 mm a ramp, 35 mm between.
+/// 40 mm at 100 mm/s: each ramp takes 0.05 s and 2.5 mm, with 35 mm in between.
 #[test]
 fn one_move_is_a_trapezoid() {
     let pace = pace("G91 G1 F6000 X40\n");
@@ -46,7 +46,7 @@ fn one_move_is_a_trapezoid() {
     assert_eq!((pace.moves, pace.standing_s, pace.shares.corners_s, pace.fastest_axis), (1, 0.0, 0.0, Some(0)));
     assert_near(pace.axes[0].share, 0.5);
     assert_near(pace.axes[0].ramps_s, 0.1);
-    // Ramps at half the speed on the mean.
+    // The mean speed on a ramp is half the speed.
     let ends = pace.slow.of(Why::Ends);
     assert_eq!(ends.count, 2);
     assert_near(ends.lost_s, 0.05);
@@ -55,7 +55,7 @@ fn one_move_is_a_trapezoid() {
     assert_sums(&pace);
 }
 
-/// v² = a δ s/(1 - s), with √2 of the acceleration of an axis across the corner.
+/// v² = a δ s/(1 - s), where a is √2 times the acceleration of one axis.
 #[test]
 fn a_right_angle_costs_what_its_ramps_take_longer() {
     let pace = pace("G91 G1 F6000 X40\nY40\n");
@@ -96,7 +96,7 @@ fn an_exact_stop_is_told_from_a_stop_and_from_a_corner() {
     let thirds = outcome("G91 G1 F6000 X4\nX4\n", |settings| settings.interval_thirds = true);
     let pace = Pace::of(&thirds);
     assert_eq!(pace.slow.worst.iter().map(|place| place.why).collect::<Vec<_>>(), [Why::Thirds]);
-    // A third of the time at a speed that nothing but the law limits.
+    // For a third of the time, only the interval law limits the speed.
     assert_near(pace.shares.standstill_s, pace.moving_s);
     assert_sums(&pace);
 }
@@ -105,7 +105,7 @@ fn an_exact_stop_is_told_from_a_stop_and_from_a_corner() {
 fn a_rapid_is_limited_by_the_axis_that_is_slowest_along_it() {
     let slow_y = outcome("G91 G0 X40 Y40\n", |settings| settings.max_rate_mm_min[1] = 3_000.0);
     let pace = Pace::of(&slow_y);
-    // Both to 50 mm/s at 2,000 mm/s²: 0.025 s and 0.625 mm a ramp.
+    // Both accelerate to 50 mm/s at 2,000 mm/s²: each ramp takes 0.025 s and 0.625 mm.
     assert_near(pace.shares.top_speed_s[1], 38.75 / 50.0);
     assert_near(pace.shares.standstill_s, 0.05);
     assert_eq!((pace.shares.feed_s, pace.shares.top_speed_s[0], pace.fastest_axis), (0.0, 0.0, Some(1)));
@@ -134,7 +134,7 @@ fn an_arc_is_one_slow_place() {
     assert_sums(&pace);
 }
 
-/// 400 moves of 0.1 mm: braking over the 64 that are known, it comes to √(2 · 2,000 · 6.4) mm/s at most.
+/// 400 moves of 0.1 mm. With braking over the 64 known moves, the speed is √(2 · 2,000 · 6.4) mm/s at most.
 #[test]
 fn short_moves_on_a_straight_line_wait_for_what_follows() {
     let pace = pace(&format!("G91 G1 F12000\n{}", "X0.1\n".repeat(400)));
@@ -144,7 +144,7 @@ fn short_moves_on_a_straight_line_wait_for_what_follows() {
     assert_sums(&pace);
 }
 
-/// Each bend may be taken as fast as the feed; the trapezoid does.
+/// Each bend allows the full feed, which the trapezoid reaches.
 #[test]
 fn a_curved_law_is_slow_over_short_moves() {
     let program = format!("G91 G1 F1500 X2 Y2\n{}Y2\nX2\n", "X0.4 Y0.1\nX0.4\n".repeat(30));
@@ -199,7 +199,7 @@ fn samples_have_the_whole_way_and_its_speeds() {
     assert_near(ways[0].mean_mm_s, 40.0 / 0.45);
 }
 
-/// The sums are the total, and the total is the time from the first start to the last end, whatever the program.
+/// For any program, the sums equal the total, and the total is the time from the first start to the last end.
 #[test]
 fn random_programs_are_accounted_for() {
     for seed in 1..=6 {
@@ -237,7 +237,7 @@ fn random_programs_are_accounted_for() {
     }
 }
 
-/// Whether limits changed, after looking at what is told nevertheless.
+/// Whether limits changed, after a check of the results that are available in any case.
 fn limits_changed(program: &str) -> bool {
     let pace = pace(program);
     assert_sums(&pace);

@@ -1,4 +1,4 @@
-//! What the simulator needs of its own port; `tests/tests/step_port.rs` holds what every port promises.
+//! Tests of what the simulator needs from its own port. `tests/tests/step_port.rs` tests what all ports promise.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -11,7 +11,7 @@ use crate::config::Config;
 use crate::executor::Executor;
 use crate::world::World;
 
-/// At one speed all along.
+/// A move at one constant speed.
 fn steady(steps: i32, speed_steps_s: f64) -> SyncMove<1> {
     let (start_speed_steps_s, top_speed_steps_s) = (speed_steps_s, speed_steps_s);
     let limits = Limits {
@@ -24,7 +24,7 @@ fn steady(steps: i32, speed_steps_s: f64) -> SyncMove<1> {
     SyncMove::plan([steps], &[limits], IntervalLaw::Fastest, SpeedLaw::Trapezoid, None).unwrap()
 }
 
-/// A queue of all its steps.
+/// A queue with all its steps.
 fn queue_of(plan: &SyncMove<1>) -> SegmentQueue {
     let queue = SegmentQueue::new();
     let direction = Direction::of(plan.steps[0]);
@@ -32,19 +32,19 @@ fn queue_of(plan: &SyncMove<1>) -> SegmentQueue {
     queue
 }
 
-/// Wired as usual.
+/// A run with the default wiring.
 fn run() -> Run {
     Run { wiring: Wiring::default() }
 }
 
-/// Where a port is let go as soon as it is armed.
+/// A start line that lets a port go as soon as it is armed.
 fn open_line() -> StartLine {
     let line = StartLine::new();
     line.go();
     line
 }
 
-/// Runs `task` with X's port, its driver energised; the instants of the edges, ns.
+/// Runs `task` with X's port, with its driver energised; returns the instants of the edges, ns.
 fn edges_ns<F, T>(task: F) -> Vec<u64>
 where
     F: FnOnce(SimPort) -> T,
@@ -68,7 +68,8 @@ fn edges_rise_within_the_drivers_tick() {
         queue.try_send(StreamItem::End).unwrap();
         port.run(run(), &open_line(), &queue, &Odometer::new()).await.unwrap();
     });
-    // DIR's 650 ns to the next microsecond, half a step, then whole ones, of 20,833.3 ns, to the nearest 8.
+    // The 650 ns of DIR are rounded up to a microsecond. Then comes half a step, then whole steps of 20,833.3 ns,
+    // rounded to multiples of 8.
     assert_eq!(edges, [11_416, 32_248, 53_080]);
 }
 

@@ -1,4 +1,4 @@
-//! What a laser engraved: the dose of its beam on the XY plane, dark where it was strong.
+//! What a laser engraved: the dose of its beam in the XY plane, dark where it is high.
 
 mod lit;
 mod sheet;
@@ -9,23 +9,23 @@ use self::sheet::Sheet;
 use crate::outcome::Outcome;
 use crate::tool::spells;
 
-/// A picture, and how it is to be read.
+/// A picture and its scale.
 pub struct Picture {
     /// The PNG file.
     pub png: Vec<u8>,
     /// Width and height, pixels.
     pub size: [usize; 2],
-    /// The side of a pixel.
+    /// The side of a pixel, mm.
     pub pixel_mm: f64,
-    /// The width of the beam.
+    /// The width of the beam, mm.
     pub spot_mm: f64,
-    /// The dose that is black, s of full duty on a mm2.
+    /// The dose that is drawn black, in s of full duty per mm².
     pub black_s_mm2: f64,
-    /// The least and greatest places at which it shone: X and Y.
+    /// The least and greatest positions at which the beam was on: X and Y.
     pub extent_mm: [(f64, f64); 2],
 }
 
-/// The picture, if the tool is a laser at the end of the run, has shone, and the run has edges.
+/// The picture, if the tool is a laser at the end of the run, the beam was on, and the run has edges.
 pub fn picture(outcome: &Outcome) -> Option<Picture> {
     if !outcome.tool_config.laser || outcome.edges.is_empty() {
         return None;
@@ -52,7 +52,7 @@ fn mm(outcome: &Outcome, [x, y]: [i32; 2]) -> [f64; 2] {
     [x_mm, y_mm]
 }
 
-/// `None` if it shone nowhere.
+/// The extent in which the beam was on; `None` if it never was.
 fn extent_mm(outcome: &Outcome, spells: &[spells::Spell]) -> Option<[(f64, f64); 2]> {
     let mut extent: Option<[(i32, i32); 2]> = None;
     lit::places(outcome, spells, &mut |steps, _| {
@@ -79,7 +79,7 @@ fn encoded(sheet: &Sheet, strong: f32) -> Result<Vec<u8>, EncodingError> {
 }
 
 impl Picture {
-    /// What it shows and how it is to be read, as sentences.
+    /// What the picture shows and how to read it, in sentences.
     pub fn caption(&self) -> String {
         let [x, y] = self.extent_mm.map(|(low, high)| format!("{:.2} to {:.2}", low + 0.0, high + 0.0));
         let Self { size: [width, height], pixel_mm, spot_mm, black_s_mm2, .. } = self;
@@ -102,7 +102,7 @@ mod tests {
         picture(&outcome)
     }
 
-    /// The grey at a place.
+    /// The grey value at a position.
     fn grey(picture: &Picture, at_mm: [f64; 2]) -> u8 {
         let mut reader = png::Decoder::new(std::io::Cursor::new(&picture.png)).read_info().unwrap();
         let mut greys = vec![0; reader.output_buffer_size().unwrap()];
@@ -116,7 +116,7 @@ mod tests {
         greys[(height - 1 - row) * width + column]
     }
 
-    /// An L upside down, its bar lighter than its stem.
+    /// An L upside down; its bar is lighter than its stem.
     const PROGRAM: &str = "$32=1\nG21 G91 F600\nM4 S1000\nG1 Y10\nS400\nX5\nM5\nG1 Y-10\nM2\n";
 
     #[test]
@@ -127,7 +127,7 @@ mod tests {
             [[0.0, 5.0], [3.0, 10.0], [2.0, 5.0], [5.0, 5.0]].map(|at_mm| grey(&picture, at_mm));
         assert!(stem < 10 && (140..165).contains(&bar), "{stem} {bar}");
         assert_eq!((inside, back), (255, 255));
-        // 10 mm/s on a width of 0.1 mm.
+        // 10 mm/s with a width of 0.1 mm.
         assert!((picture.black_s_mm2 - 1.0).abs() < 0.1, "{}", picture.black_s_mm2);
         assert!(picture.caption().contains("X 0.00 to 5.00, Y 0.00 to 10.00 mm"), "{}", picture.caption());
     }

@@ -1,4 +1,4 @@
-//! How far every step was from its closed-form instant.
+//! The distance of every step from its closed-form instant.
 
 use isostep_motion::AXES;
 use plotters::prelude::*;
@@ -7,10 +7,10 @@ use super::theme::{self, AXIS, Area, BOUND, Drawn, GRID, INK};
 use crate::outcome::Outcome;
 use crate::verify;
 
-/// Columns of the picture: each spans an axis's steps from the earliest to the latest.
+/// Columns of the picture. Each shows an axis's range of errors, from the earliest step to the latest.
 const COLUMNS: usize = 240;
 
-/// The picture.
+/// Draws the picture.
 pub fn picture(outcome: &Outcome) -> String {
     theme::svg((860, 340), "Distance of each step from its closed-form instant", |area| draw(area, outcome))
 }
@@ -46,7 +46,7 @@ fn draw(area: &Area, outcome: &Outcome) -> Drawn {
         chart.draw_series(DashedLineSeries::new(line, 6, 5, BOUND.stroke_width(2)))?;
     }
     let width_s = (to_s - from_s).max(1e-9) / COLUMNS as f64;
-    // A single step is still seen.
+    // The height that makes a single step visible.
     let least_ns = tick_ns / 100.0;
     for (columns, colour) in columns.iter().zip(AXIS) {
         let spans = columns.iter().enumerate().filter_map(|(number, span)| span.map(|span| (number, span)));
@@ -58,13 +58,13 @@ fn draw(area: &Area, outcome: &Outcome) -> Drawn {
     Ok(())
 }
 
-/// From the beginning of the first move of the program to the end of the last one, s from power-up.
+/// From the beginning of the first move of the program to the end of the last one, s since power-up.
 fn span_s(outcome: &Outcome) -> (f64, f64) {
     let program = outcome.moves.iter().filter(|record| !record.homing);
     theme::range(program.flat_map(|record| [record.begin_ns(), record.end_ns]).map(|ns| ns as f64 * 1e-9))
 }
 
-/// Of each axis and column the least and the greatest error, ns, if the axis has steps there.
+/// For each axis and column, the least and the greatest error, ns; `None` without steps.
 fn columns(outcome: &Outcome, from_s: f64, to_s: f64) -> [[Option<(f64, f64)>; COLUMNS]; AXES] {
     let mut columns = [[None; COLUMNS]; AXES];
     let per_s = COLUMNS as f64 / (to_s - from_s).max(1e-9);

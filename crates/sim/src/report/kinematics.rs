@@ -1,4 +1,4 @@
-//! Speed and acceleration of each axis over time: planned as lines, measured from the edges as dots.
+//! Speed and acceleration of each axis over time: planned values as lines, values measured from the edges as dots.
 
 use plotters::prelude::*;
 
@@ -7,12 +7,12 @@ use crate::moves::MoveRecord;
 use crate::outcome::Outcome;
 use crate::verify;
 
-/// Dots per axis of one move.
+/// Dots per axis and move.
 const DOTS: usize = 80;
-/// Pieces of a planned line: as many as it has pixels, nearly.
+/// Segments of a planned line: about as many as it has pixels.
 const CURVE_POINTS: u32 = 400;
 
-/// The picture of one move: speed above, acceleration below, the three intervals shaded behind both.
+/// The picture of one move: speed above, acceleration below, with the three intervals shaded.
 pub fn of_move(outcome: &Outcome, record: &MoveRecord) -> String {
     let axes = moving(outcome, record);
     theme::svg((860, 560), "Speed and acceleration of each axis over time", |area| {
@@ -22,12 +22,12 @@ pub fn of_move(outcome: &Outcome, record: &MoveRecord) -> String {
     })
 }
 
-/// What a panel shows of an axis.
+/// The quantity that a panel shows.
 struct Quantity {
     name: &'static str,
     planned: fn(&MovingAxis, f64) -> f64,
     measured: fn(&MovingAxis) -> &[(f64, f64)],
-    /// The time axis is named below the lower panel only, the intervals above the upper one.
+    /// Whether it is the upper panel, which names the intervals. The lower one names the time axis.
     upper: bool,
 }
 
@@ -46,11 +46,11 @@ impl Quantity {
     };
 }
 
-/// An axis that takes part in a move.
+/// An axis that moves.
 struct MovingAxis {
     index: usize,
     plan: isostep_profile::Profile,
-    /// What this axis covers while the master makes one step; signed.
+    /// Signed distance of this axis per step of the master axis.
     mm_per_master_step: f64,
     /// Instants, s, and speeds, mm/s.
     speeds: Vec<(f64, f64)>,
@@ -77,7 +77,7 @@ fn moving(outcome: &Outcome, record: &MoveRecord) -> Vec<MovingAxis> {
     .collect()
 }
 
-/// Places of an axis, mm, at about as many instants as there are to be dots, evenly spread in time.
+/// Positions of an axis, mm, at about `DOTS` instants, evenly distributed in time.
 fn spread(times_s: &[f64], mm_per_step: f64) -> Vec<(f64, f64)> {
     let (from_s, to_s) = theme::range(times_s.iter().copied());
     let slot = |t_s: f64| ((t_s - from_s) / (to_s - from_s).max(1e-9) * DOTS as f64) as usize;
@@ -86,7 +86,7 @@ fn spread(times_s: &[f64], mm_per_step: f64) -> Vec<(f64, f64)> {
     places.filter(|&(t_s, _)| last.replace(slot(t_s)) != Some(slot(t_s))).collect()
 }
 
-/// Mean slopes between neighbours, at the middle of each two.
+/// Mean slopes between neighbours, each at the middle of the two.
 fn slopes(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let pairs = points.windows(2).filter(|pair| pair[1].0 > pair[0].0);
     pairs.map(|pair| ((pair[0].0 + pair[1].0) / 2.0, (pair[1].1 - pair[0].1) / (pair[1].0 - pair[0].0))).collect()
@@ -133,7 +133,7 @@ fn panel(area: &Area, record: &MoveRecord, axes: &[MovingAxis], quantity: &Quant
     Ok(())
 }
 
-/// The planned line: evenly spread instants, and its corners, both sides of the ends of each interval.
+/// The planned line: at equidistant instants, and on both sides of the ends of each interval, where it has corners.
 fn planned(axis: &MovingAxis, duration_s: f64, value: fn(&MovingAxis, f64) -> f64) -> Vec<(f64, f64)> {
     let (accel_s, decel_s) = (axis.plan.t_accel_s(), duration_s - axis.plan.t_decel_s());
     let aside_s = duration_s * 1e-6;
@@ -145,7 +145,7 @@ fn planned(axis: &MovingAxis, duration_s: f64, value: fn(&MovingAxis, f64) -> f6
     instants_s.into_iter().map(|t_s| (t_s, value(axis, t_s))).collect()
 }
 
-/// Begin and end of the three intervals, s.
+/// Start and end of each interval, s.
 fn spans(record: &MoveRecord) -> [(f64, f64); 3] {
     let profile = record.profile().unwrap_or(record.plan.profile);
     let (accel_s, decel_s) = (profile.t_accel_s(), profile.duration_s() - profile.t_decel_s());
@@ -157,7 +157,7 @@ fn intervals(record: &MoveRecord, low: f64, high: f64) -> impl Iterator<Item = R
     coloured.map(move |((from_s, to_s), colour)| Rectangle::new([(from_s, low), (to_s, high)], colour.filled()))
 }
 
-/// Room for all values, and for the names above.
+/// A range with room for all values, and for the names above.
 fn extent(axes: &[MovingAxis], duration_s: f64, quantity: &Quantity) -> (f64, f64) {
     let values = axes.iter().flat_map(|axis| planned(axis, duration_s, quantity.planned)).map(|(_, value)| value);
     let (low, high) = theme::range(values.chain([0.0]));

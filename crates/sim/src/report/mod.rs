@@ -1,5 +1,5 @@
-//! A page of pictures and tables about a run: one HTML file, nothing loaded from elsewhere but what a laser engraved, which is a
-//! picture beside it; the same bytes for the same run.
+//! A page of pictures and tables about a run: one HTML file, which loads nothing except the picture of what a laser
+//! engraved, a file beside it. The same run gives the same bytes.
 
 pub mod bench;
 mod engraving;

@@ -1,4 +1,4 @@
-//! The table of moves: all of them, or of many those that tell most.
+//! The table of moves: all of them, or a selection of the most interesting if there are many.
 
 use maud::{Markup, html};
 
@@ -6,12 +6,13 @@ use super::theme::AXIS_NAMES;
 use crate::figures::{Figures, MoveFigures};
 use crate::measure::Intervals;
 
-/// Moves of a program that are all in the table.
+/// Up to this number, all moves of a program are in the table.
 const ALL_MAX: usize = 100;
-/// Otherwise so many first ones, so many of the longest, and so many of those with the largest error.
+/// Otherwise the table has this many first moves, this many of the longest, and this many of those with the largest
+/// error.
 const SOME: usize = 20;
 
-/// The moves.
+/// The tables of moves.
 pub fn table(figures: &Figures) -> Markup {
     html! {
         h2 { "Moves" }
@@ -36,7 +37,7 @@ pub fn table(figures: &Figures) -> Markup {
     }
 }
 
-/// Those of which `value` is greatest, the greatest first.
+/// The moves with the greatest `value`, the greatest first.
 fn most(moves: &[MoveFigures], value: fn(&MoveFigures) -> f64) -> Vec<&MoveFigures> {
     let mut most: Vec<&MoveFigures> = Vec::with_capacity(SOME + 1);
     for one in moves {
@@ -49,7 +50,7 @@ fn most(moves: &[MoveFigures], value: fn(&MoveFigures) -> f64) -> Vec<&MoveFigur
     most
 }
 
-/// How many different moves are in the tables.
+/// Number of different moves in the tables.
 fn shown(moves: &[MoveFigures], others: &[&[&MoveFigures]]) -> usize {
     let mut numbers: Vec<_> = moves.iter().take(SOME).map(|one| one.number).collect();
     numbers.extend(others.iter().flat_map(|others| others.iter().map(|one| one.number)));

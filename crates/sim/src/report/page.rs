@@ -1,4 +1,4 @@
-//! The page around the pictures.
+//! The HTML page with the pictures.
 
 use isostep_console::{SETTING_TABLE, report};
 use maud::{Markup, PreEscaped, html};
@@ -12,14 +12,14 @@ use crate::moves::MoveRecord;
 use crate::outcome::Outcome;
 use crate::pace;
 
-/// Moves shown as pictures.
+/// Number of moves shown as pictures.
 const PICTURES_MAX: usize = 8;
-/// Of a program of more than [`LONG`] moves.
+/// The same for a program of more than [`LONG`] moves.
 const PICTURES_OF_LONG: usize = 4;
-/// Moves of a long program.
+/// A program with more moves than this is long.
 const LONG: usize = 100;
 
-/// The picture of what a laser engraved, beside the page.
+/// File name of the picture of what a laser engraved, which is stored beside the page.
 const ENGRAVING: &str = "engraving.png";
 
 /// The whole page.
@@ -132,7 +132,8 @@ fn pictures(outcome: &Outcome, figures: &Figures) -> Markup {
     }
 }
 
-/// The moves shown as pictures, with their numbers: those of several axes, if there are any; of a long program the longest.
+/// The moves shown as pictures, with their numbers. Moves of several axes are preferred; for a long program, the
+/// longest moves.
 fn shown(outcome: &Outcome) -> Vec<(usize, &MoveRecord)> {
     let program = || (1..).zip(outcome.moves.iter().filter(|record| !record.homing));
     let axes = |record: &MoveRecord| record.plan.steps.iter().filter(|n| **n != 0).count();
@@ -148,8 +149,8 @@ fn shown(outcome: &Outcome) -> Vec<(usize, &MoveRecord)> {
     longest
 }
 
-/// The page's pictures of path, speed and moves as files of their own, by name: SVG in light colours. And what a laser
-/// engraved, a PNG that the page shows.
+/// The page's pictures of path, speed and moves as separate files, by name: SVG in light colours. Also the picture of
+/// what a laser engraved, a PNG that the page shows.
 pub fn files(outcome: &Outcome) -> Vec<(String, Vec<u8>)> {
     let moves = shown(outcome).into_iter();
     let moves = moves.map(|(number, record)| (format!("move-{number}.svg"), kinematics::of_move(outcome, record)));
@@ -161,7 +162,7 @@ pub fn files(outcome: &Outcome) -> Vec<(String, Vec<u8>)> {
     drawn.chain(engraving::picture(outcome).map(|picture| (ENGRAVING.to_owned(), picture.png))).collect()
 }
 
-/// Which colour is which axis.
+/// The key of axes and colours.
 fn key(axes: &[usize]) -> Markup {
     html! {
         @for &axis in axes {

@@ -13,41 +13,43 @@ use crate::moves::MoveRecord;
 use crate::outcome::Outcome;
 use crate::pace::course::{Change, Phase, phases};
 
-/// Of a program of no more moves the path is drawn through its edges.
+/// Up to this number of moves, the path is drawn through the edges.
 const MOVES_BY_EDGES: usize = 5_000;
-/// Points drawn of one move then.
+/// Number of points per move in this case.
 const POINTS_PER_MOVE: usize = 200;
-/// Of a program of no more moves, ends of moves are dots.
+/// Up to this number of moves, the ends of moves are drawn as dots.
 const MOVES_WITH_DOTS: usize = 200;
-/// Pieces of a ramp at most, each of one colour.
+/// The largest number of pieces of a ramp, each with one colour.
 const PIECES_PER_RAMP: usize = 24;
-/// The lines of the path take no more, bytes: they are in the page and in a file of their own.
+/// Limit of the size of the path's lines, bytes: they are in the page and in a separate file.
 const BYTES_MAX: usize = 1_500_000;
-/// Lengths that are drawn as one are doubled up to this, fine pixels; then pieces are left out.
+/// To reach the limit, the length below which pieces are drawn as one is doubled up to this, in fine pixels. After
+/// that, pieces are left out.
 const LEAST_MAX: f64 = 16.0;
 
-/// plotters places points on whole pixels, which would dent straight lines: drawn this much larger, none is seen.
+/// plotters rounds points to whole pixels, which would distort straight lines. Drawn at this scale, the error is not
+/// visible.
 const FINE: u32 = 4;
-/// Inside the labels, in fine pixels.
+/// Size of the area inside the labels, in fine pixels.
 const INNER: (f64, f64) = (2_704.0, 2_592.0);
-/// Room for the key above, pixels.
+/// Height of the key above, pixels.
 const KEY: u32 = 40;
 
-/// A picture, and how it was drawn.
+/// A picture and how it was drawn.
 pub struct Picture {
     /// The SVG element.
     pub svg: String,
-    /// Drawn through the edges, not as planned.
+    /// Whether it was drawn through the edges and not from the plans.
     pub by_edges: bool,
-    /// Ends of moves are dots.
+    /// Whether ends of moves are drawn as dots.
     pub with_dots: bool,
-    /// What was left out so that it is not too large, if anything was; a sentence.
+    /// A sentence about what was left out to limit the size, if anything was.
     pub simplified: Option<String>,
-    /// The least and greatest places, mm: X and Y.
+    /// The least and greatest positions, mm: X and Y.
     pub extent_mm: [(f64, f64); 2],
 }
 
-/// The picture; `sources` are those of all moves.
+/// Draws the picture; `sources` are those of all moves.
 pub fn picture(outcome: &Outcome, sources: &[Option<Source>]) -> Picture {
     let course = || phases(outcome, sources);
     let moves = outcome.moves.iter().filter(|record| !record.homing).count();
@@ -71,7 +73,7 @@ pub fn picture(outcome: &Outcome, sources: &[Option<Source>]) -> Picture {
     Picture { svg, by_edges, with_dots, simplified, extent_mm }
 }
 
-/// Where millimetres are in the picture.
+/// Converts millimetres to positions in the picture.
 struct Plane {
     homed: bool,
     /// Whether the machine is the parking gantry, whose rack is shown.
@@ -84,7 +86,7 @@ struct Plane {
 const CORNER: Point = [((12 + 60) * FINE) as f64, ((12 + KEY) * FINE) as f64];
 
 impl Plane {
-    /// What is shown, at the same scale both ways.
+    /// Chooses the area that is shown, with the same scale in both directions.
     fn new(outcome: &Outcome, [mut x, mut y]: [(f64, f64); 2]) -> Self {
         let homed = outcome.moves.iter().any(|record| record.homing);
         let has_rack = homed && rack::is_of(outcome);
@@ -111,7 +113,7 @@ impl Plane {
     }
 }
 
-/// The lines, simplified until they are small enough, and what that took.
+/// The lines, simplified until they are small enough, and a sentence about the simplification.
 fn lines(
     moves: usize,
     scale: SpeedScale,
@@ -144,7 +146,7 @@ fn simplified(pixels: f64, stride: usize) -> Option<String> {
     }
 }
 
-/// The phases as planned, ramps in pieces of about one colour.
+/// The phases as planned, with ramps divided into pieces of about one colour.
 fn pieces<'a>(
     outcome: &'a Outcome,
     phases: impl Iterator<Item = Phase<'a>>,
@@ -169,7 +171,7 @@ fn pieces<'a>(
     }
 }
 
-/// Where the edges say the path is, with the planned speed.
+/// The path by the positions of the edges, with the planned speed.
 fn pieces_by_edges<'a>(
     outcome: &'a Outcome,
     phases: impl Iterator<Item = Phase<'a>>,
@@ -188,13 +190,13 @@ fn pieces_by_edges<'a>(
             let middle_s = begin_s + (pair[0].0 + pair[1].0) / 2.0;
             let phase = phases.iter().find(|phase| middle_s < phase.end_s()).unwrap_or(&phases[phases.len() - 1]);
             let [from, to] = [pair[0].1, pair[1].1].map(|mm| plane.point(mm));
-            // The plan's speed, not that of edges, whose steps are not even.
+            // The planned speed is used because the steps of the edges are not even.
             take(&Piece { from, to, way_mm: phase.speed_mm_s(middle_s), span_s: 1.0 });
         }
     }
 }
 
-/// Instants from the beginning of a move, s, and the places at its edges, mm.
+/// Instants from the beginning of a move, s, and the positions at its edges, mm.
 fn points(outcome: &Outcome, record: &MoveRecord) -> Vec<(f64, [f64; 3])> {
     let edges = &outcome.edges[record.edges.clone()];
     let stride = edges.len().div_ceil(POINTS_PER_MOVE).max(1);
@@ -210,7 +212,7 @@ fn points(outcome: &Outcome, record: &MoveRecord) -> Vec<(f64, [f64; 3])> {
     points
 }
 
-/// The ends of moves, if they are wanted, and the start.
+/// Dots for the start and, if wanted, the ends of moves.
 fn dots(outcome: &Outcome, plane: &Plane, with_ends: bool) -> String {
     let mut svg = String::new();
     let program = outcome.moves.iter().filter(|record| !record.homing);
@@ -272,7 +274,7 @@ fn draw(area: &Area, outcome: &Outcome, plane: &Plane) -> Drawn {
     Ok(())
 }
 
-/// The least and greatest X and Y of moves that move these, mm.
+/// The range of X and Y over the moves that move X or Y, mm.
 fn extent_mm(outcome: &Outcome) -> [(f64, f64); 2] {
     let program = outcome.moves.iter().filter(|record| !record.homing);
     let moved = program.filter(|record| record.origin_steps[..2] != record.end_steps[..2]);
@@ -297,7 +299,7 @@ mod tests {
         picture(&outcome, &lines_of_moves::of_moves(&outcome))
     }
 
-    /// Long lines to and fro, which no least length makes fewer.
+    /// Long lines back and forth, whose number is not reduced by a least length.
     #[test]
     fn however_many_long_lines_there_are_the_picture_is_bounded() {
         let outcome = outcome("G91 G1 F600 X10\n");
@@ -338,7 +340,7 @@ mod tests {
         assert!((1..=8).contains(&picture.svg.matches("<path").count()), "{}", picture.svg);
     }
 
-    /// By the edges and as planned the same lines are drawn, but for what a step is.
+    /// Edges and plans give the same lines, within one step.
     #[test]
     fn edges_and_plans_draw_the_same_path() {
         let outcome = outcome("G91 G1 F1200 X20 Y10\nX-5 Y20\n");

@@ -1,4 +1,4 @@
-//! Speed along the path over time, beside the speed asked for.
+//! Speed along the path over time, compared with the speed asked for.
 
 use plotters::prelude::*;
 
@@ -7,16 +7,16 @@ use crate::lines_of_moves::Source;
 use crate::outcome::Outcome;
 use crate::pace::{Sample, Second, samples};
 
-/// Spans of time, each of which has its lowest and its highest speed.
+/// Number of time spans, each with its lowest and its highest speed.
 const SPANS: usize = 760;
-/// plotters places points on whole pixels: drawn this much larger, none is seen.
+/// plotters rounds points to whole pixels. Drawn at this scale, the error is not visible.
 const FINE: u32 = 4;
-/// The asked speed is shown up to so many times the highest.
+/// The speed asked for is shown up to this multiple of the highest speed.
 const ASKED_MAX: f64 = 1.5;
-/// A second is at least this fraction of the picture.
+/// The mark of a second is at least this fraction of the picture wide.
 const SEEN: f64 = 0.004;
 
-/// The picture; `sources` are those of all moves, `seconds` the slowest and the busiest.
+/// Draws the picture; `sources` are those of all moves, `seconds` are the slowest and the busiest.
 pub fn picture(outcome: &Outcome, sources: &[Option<Source>], seconds: [Option<Second>; 2]) -> String {
     let samples = samples(outcome, sources, SPANS);
     theme::svg((860 * FINE, 340 * FINE), "Speed along the path over time", |area| draw(area, &samples, seconds))
@@ -67,12 +67,12 @@ fn draw(area: &Area, samples: &[Sample], extremes: [Option<Second>; 2]) -> Drawn
     Ok(())
 }
 
-/// Where the mark of a second ends: it is wide enough to be seen.
+/// Where the mark of a second ends, so that it is wide enough to be visible.
 fn mark_end_s(from_s: f64, end_s: f64) -> f64 {
     (from_s + (SEEN * end_s).max(1.0)).min(end_s)
 }
 
-/// The seconds that are marked: their names, beginnings and colours.
+/// The seconds that are marked: names, starts and colours.
 fn marks([slowest, busiest]: [Option<Second>; 2]) -> Vec<(&'static str, f64, RGBAColor)> {
     let slowest = slowest.map(|second| ("slowest second", second.start_s, CURVE[4].mix(0.25)));
     let busiest = busiest.map(|second| ("busiest second", second.start_s, AXIS[2].mix(0.25)));

@@ -1,17 +1,18 @@
-//! Speeds as colours: eight classes, from the slowest to the fastest, and the key that tells them.
+//! Speeds as colours: eight classes, from the slowest to the fastest, and their key.
 
 use std::fmt::Write;
 
 use crate::pace::course::Phase;
 
-/// How many classes there are: `--speed-1` to `--speed-8` of the style sheet.
+/// Number of classes: `--speed-1` to `--speed-8` of the style sheet.
 pub const CLASSES: usize = 8;
-/// If half the way is slower than this fraction of the fastest, each class is twice as fast as the one before.
+/// If half the distance is slower than this fraction of the fastest speed, the classes are logarithmic: each is twice
+/// as fast as the one before.
 const MOSTLY_SLOW: f64 = 0.25;
-/// Mean speeds are told apart by an eighth of an octave, from 2^-16 mm/s on.
+/// Bins for mean speeds, each an eighth of an octave wide, from 2^-16 mm/s on.
 const BINS: usize = 256;
 
-/// Which speeds are of which class.
+/// The range of speeds of each class.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpeedScale {
     /// The highest speed of each class, mm/s.
@@ -19,7 +20,7 @@ pub struct SpeedScale {
 }
 
 impl SpeedScale {
-    /// For these phases.
+    /// The scale for these phases.
     pub fn of<'a>(phases: impl Iterator<Item = Phase<'a>>) -> Self {
         let mut top_mm_s = 1e-3_f64;
         let mut ways_mm = [0.0; BINS];
@@ -44,7 +45,7 @@ impl SpeedScale {
         self.tops_mm_s.partition_point(|top_mm_s| *top_mm_s < mm_s).min(CLASSES - 1)
     }
 
-    /// The key as SVG, its upper left corner at `x`, `y`; `unit` is what a pixel is.
+    /// The key as SVG, with its upper left corner at `x`, `y`; `unit` is the size of a pixel.
     pub fn key(&self, [x, y]: [u32; 2], unit: u32) -> String {
         let (width, height) = (56 * unit, 10 * unit);
         let mut svg = String::new();
@@ -75,7 +76,7 @@ fn bin(mm_s: f64) -> usize {
     (((mm_s.log2() + 16.0) * 8.0).max(0.0) as usize).min(BINS - 1)
 }
 
-/// A speed in about three digits.
+/// A speed with about three digits.
 fn short(mm_s: f64) -> String {
     let decimals = match mm_s {
         0.0..1.0 => 2,

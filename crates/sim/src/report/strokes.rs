@@ -1,31 +1,31 @@
-//! Coloured lines as compact SVG: one element for all lines of a class of speed, in whole units of the picture.
+//! Coloured lines as compact SVG: one element for all lines of a speed class, in whole units of the picture.
 //!
-//! What cannot be seen is left out: pieces shorter than the least length are drawn together, with the colour of their mean speed,
-//! and points on a straight line between others of their colour are dropped.
+//! Invisible details are left out: pieces shorter than the least length are drawn as one, with the colour of their mean
+//! speed, and points on a straight line between others of their colour are dropped.
 
 use std::fmt::Write;
 
 use super::speed_scale::{CLASSES, SpeedScale};
 
-/// Points on one straight line that are checked together.
+/// The largest number of points on one straight line that are checked together.
 const CHECKED: usize = 32;
-/// A dropped point is no farther from the line, units.
+/// The largest distance of a dropped point from the line, units.
 const ASIDE: f64 = 1.0;
 
-/// A place in the picture, units.
+/// A point in the picture, units.
 pub type Point = [f64; 2];
 type Node = [i32; 2];
 
 /// A straight piece of a path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Piece {
-    /// Where it begins.
+    /// Where it begins, units.
     pub from: Point,
-    /// Where it ends.
+    /// Where it ends, units.
     pub to: Point,
-    /// Its way, mm.
+    /// Its distance, mm.
     pub way_mm: f64,
-    /// How long it takes, s.
+    /// Its duration, s.
     pub span_s: f64,
 }
 
@@ -33,34 +33,34 @@ pub struct Piece {
 struct Line {
     class: usize,
     anchor: Node,
-    /// On the line from the anchor to the end.
+    /// Points on the line from the anchor to the end.
     dropped: Vec<Node>,
     end: Node,
 }
 
-/// Draws pieces that come in order.
+/// Draws pieces in the given order.
 pub struct Strokes {
     scale: SpeedScale,
     least: f64,
-    /// Of each class the data of its path element.
+    /// The data of the path element of each class.
     paths: [String; CLASSES],
-    /// Too short to be drawn alone.
+    /// A piece that is too short to be drawn alone.
     waiting: Option<Piece>,
     line: Option<Line>,
 }
 
 impl Strokes {
-    /// In the colours of `scale`; nothing shorter than `least` units is drawn alone.
+    /// Draws in the colours of `scale`. Pieces shorter than `least` units are drawn together.
     pub fn new(scale: SpeedScale, least: f64) -> Self {
         Self { scale, least, paths: [const { String::new() }; CLASSES], waiting: None, line: None }
     }
 
-    /// How much has been written, bytes.
+    /// Size of the output so far, bytes.
     pub fn bytes(&self) -> usize {
         self.paths.iter().map(String::len).sum()
     }
 
-    /// The next piece.
+    /// Adds the next piece.
     pub fn take(&mut self, piece: &Piece) {
         if self.waiting.is_some_and(|waiting| far(waiting.to, piece.from) > self.least) {
             self.flush();
@@ -80,7 +80,8 @@ impl Strokes {
         }
     }
 
-    /// As SVG, `width` units wide, the slow over the fast: slow places are what one looks for.
+    /// The SVG, with lines `width` units wide. Slow lines are on top of fast ones, because readers look for slow
+    /// places.
     pub fn finish(mut self, width: u32) -> String {
         self.flush();
         self.end_line();
@@ -120,7 +121,7 @@ impl Strokes {
 }
 
 impl Line {
-    /// Whether all between the anchor and `to` could be dropped.
+    /// Whether all points between the anchor and `to` can be dropped.
     fn goes_straight_to(&self, to: Node) -> bool {
         let [x, y] = [0, 1].map(|at| f64::from(to[at] - self.anchor[at]));
         let length = x.hypot(y);
@@ -132,11 +133,11 @@ impl Line {
         self.dropped.len() < CHECKED && self.dropped.iter().chain([&self.end]).all(is_beside)
     }
 
-    /// Draws what there is; the line goes on in another direction.
+    /// Writes the line so far; it continues in another direction.
     fn turn(&mut self, path: &mut String) {
         for at in [0, 1] {
             let by = self.end[at] - self.anchor[at];
-            // A sign parts numbers as well as a space.
+            // A minus sign separates numbers as well as a space does.
             let gap = if by < 0 || path.ends_with('l') { "" } else { " " };
             let _ = write!(path, "{gap}{by}");
         }
@@ -192,7 +193,7 @@ mod tests {
         assert!(drawn(&points, 2.0).contains("M0 0l10 0\""));
     }
 
-    /// A circle of small pieces loses points, and stays round.
+    /// A circle of small pieces loses points, but stays round.
     #[test]
     fn a_curve_does_not_become_straight() {
         let on_circle = |i: i32| (f64::from(i) * 0.01).sin_cos();

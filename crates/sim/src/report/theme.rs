@@ -1,7 +1,7 @@
 //! Colours and common parts of the pictures.
 //!
-//! The pictures stand inline in the page and take their colours from its style sheet, so they follow the reader's
-//! light or dark mode: plotters draws in a few signal colours, which [`svg`] replaces by CSS variables.
+//! The pictures are inline in the page and take their colours from its style sheet, so they follow the reader's light
+//! or dark mode. plotters draws in a few signal colours, which [`svg`] replaces with CSS variables.
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use plotters::coord::Shift;
@@ -20,7 +20,7 @@ pub const INTERVAL: [RGBColor; 3] = [RGBColor(1, 0, 7), RGBColor(1, 0, 8), RGBCo
 pub const BOUND: RGBColor = RGBColor(1, 0, 10);
 /// The rack.
 pub const RACK: RGBColor = RGBColor(1, 0, 11);
-/// Curves over each other, in the order drawn.
+/// Curves that overlap, in the order drawn.
 pub const CURVE: [RGBColor; 7] =
     [AXIS[0], AXIS[1], AXIS[2], RACK, RGBColor(1, 0, 12), RGBColor(1, 0, 13), RGBColor(1, 0, 14)];
 
@@ -40,7 +40,7 @@ const VARIABLES: [(RGBColor, &str); 13] = [
     (CURVE[6], "--curve-7"),
 ];
 
-/// The page's style sheet, which has the colours.
+/// The page's style sheet, which defines the colours.
 const STYLE_SHEET: &str = include_str!("style.css");
 
 /// Names of the axes.
@@ -48,13 +48,13 @@ pub const AXIS_NAMES: [&str; 3] = ["X", "Y", "Z"];
 
 /// A drawing into memory.
 pub type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-/// What drawing into memory gives: it cannot fail but for arithmetic of the library's own.
+/// The result of drawing into memory. It fails only if the library's own arithmetic fails.
 pub type Drawn = Result<(), DrawingAreaErrorKind<std::io::Error>>;
 
 /// Draws a picture of `size` pixels and returns it as an SVG element for the page.
 ///
 /// # Panics
-/// Never on memory: a failure would be a defect of the drawing code.
+/// Never in normal use: a failure would be a defect of the drawing code.
 pub fn svg(size: (u32, u32), title: &str, draw: impl FnOnce(&Area) -> Drawn) -> String {
     let mut text = String::new();
     {
@@ -65,7 +65,7 @@ pub fn svg(size: (u32, u32), title: &str, draw: impl FnOnce(&Area) -> Drawn) -> 
         let RGBColor(r, g, b) = colour;
         text = text.replace(&format!("#{r:02X}{g:02X}{b:02X}"), &format!("var({variable})"));
     }
-    // It scales with the page, and says what it shows to those who cannot see it.
+    // It scales with the page, and has a title for readers who cannot see it.
     let (width, height) = size;
     text.replace(
         &format!("<svg width=\"{width}\" height=\"{height}\""),
@@ -73,12 +73,12 @@ pub fn svg(size: (u32, u32), title: &str, draw: impl FnOnce(&Area) -> Drawn) -> 
     )
 }
 
-/// The page's name of one of the colours here, for a key outside a picture.
+/// The CSS variable of one of these colours, for a key outside a picture.
 pub fn variable(colour: RGBColor) -> &'static str {
     VARIABLES.iter().find(|known| known.0 == colour).map_or("--ink", |known| known.1)
 }
 
-/// A picture that stands by itself, in the light colours of the page's style sheet.
+/// A picture as a separate file, in the light colours of the page's style sheet.
 pub fn standalone(picture: &str) -> String {
     let text = picture.replacen('>', "><rect width=\"100%\" height=\"100%\" fill=\"var(--paper)\"/>", 1);
     STYLE_SHEET
@@ -87,28 +87,28 @@ pub fn standalone(picture: &str) -> String {
         .fold(text, |text, (variable, colour)| text.replace(&format!("var({variable})"), colour))
 }
 
-/// `--x: light-dark(#1f6feb, #6cb0ff);` as `--x` and its light colour.
+/// Splits `--x: light-dark(#1f6feb, #6cb0ff);` into `--x` and its light colour.
 fn light_colour(line: &str) -> Option<(&str, &str)> {
     let (variable, value) = line.trim().split_once(": light-dark(")?;
     Some((variable, value.split(',').next()?))
 }
 
-/// Text of `size` pixels.
+/// A text style of `size` pixels.
 pub fn font<'a>(size: u32) -> TextStyle<'a> {
     ("sans-serif", size).into_font().color(&INK)
 }
 
-/// Text centred on its place.
+/// A text style centred on its position.
 pub fn centred<'a>(size: u32) -> TextStyle<'a> {
     font(size).pos(Pos::new(HPos::Center, VPos::Center))
 }
 
-/// The place of text that begins or, if not `left`, ends where it stands, below it.
+/// A text position below a point; the text begins there if `left`, otherwise it ends there.
 pub fn beside(left: bool) -> Pos {
     Pos::new(if left { HPos::Left } else { HPos::Right }, VPos::Top)
 }
 
-/// The widest range of `values`, or 0 to 1 when there are none.
+/// The range from the least to the greatest of `values`, or 0 to 1 if there are none.
 pub fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
     values
         .fold(None, |range: Option<(f64, f64)>, value| match range {
@@ -118,12 +118,12 @@ pub fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
         .unwrap_or((0.0, 1.0))
 }
 
-/// Decimals that tell a tenth of `span` apart.
+/// Number of decimals that resolve a tenth of `span`.
 pub fn decimals_of(span: f64) -> usize {
     (1.0 - span.log10()).ceil().clamp(0.0, 6.0) as usize
 }
 
-/// A page of its own around `body`.
+/// A complete page around `body`.
 pub fn document(title: &str, body: &Markup) -> String {
     html! {
         (DOCTYPE)

@@ -1,4 +1,4 @@
-//! Where the time of a program goes, and where it is lost: tables.
+//! Tables of how the time of a program is spent, and where it is lost.
 
 use isostep_motion::AXES;
 use maud::{Markup, html};
@@ -6,14 +6,14 @@ use maud::{Markup, html};
 use super::theme::AXIS_NAMES;
 use crate::pace::{LEAST_TOLD_S, Pace, Second, SlowPlace, Why};
 
-/// A share of the time: its name, its colour and how long it is, s.
+/// A fraction of the time: its name, its colour and its duration, s.
 struct Share {
     name: String,
     colour: &'static str,
     s: f64,
 }
 
-/// Where time goes.
+/// The table of how the time is spent.
 pub fn shares(pace: &Pace) -> Markup {
     let total_s = pace.total_s().max(1e-9);
     let shares: Vec<_> = of(pace).into_iter().filter(|share| share.s > 0.0).collect();
@@ -61,7 +61,7 @@ fn of(pace: &Pace) -> Vec<Share> {
     [feed].into_iter().chain(axes).chain(others).collect()
 }
 
-/// Which axis limits the acceleration.
+/// A sentence on the axes that limit the acceleration.
 fn ramps(pace: &Pace) -> Markup {
     let ramps_s: f64 = pace.axes.iter().map(|axis| axis.ramps_s).sum();
     let axes = pace.axes.iter().zip(AXIS_NAMES).filter(|(axis, _)| axis.ramps_s > 0.0);
@@ -95,7 +95,7 @@ fn seconds(pace: &Pace) -> Markup {
     }
 }
 
-/// Where time is lost; nothing if limits changed.
+/// The tables of where time is lost; empty if limits changed.
 pub fn slow_places(pace: &Pace) -> Markup {
     let kinds: Vec<_> = pace.slow.kinds.iter().filter(|kind| kind.lost_s >= LEAST_TOLD_S).collect();
     let worst: Vec<_> = pace.slow.worst.iter().filter(|place| place.lost_s >= LEAST_TOLD_S).collect();
@@ -158,7 +158,7 @@ fn lines([first, last]: [Option<usize>; 2]) -> String {
     }
 }
 
-/// A time that people read.
+/// A duration for people.
 fn duration(s: f64) -> String {
     match s {
         0.0..60.0 => format!("{s:.3} s"),

@@ -1,22 +1,22 @@
-//! Which line of a program made the console fall silent.
+//! Finds the line of a program after which the console stopped answering.
 
 use isostep_console::{Command, Interpreter, ReportedState, Settings};
 
 use crate::program::stripped;
 use crate::stream::Dialogue;
 
-/// A line behind which lines are not answered.
+/// A line after which lines are not answered.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Silencer {
-    /// Which line of the program, from 1.
+    /// Line number in the program, from 1.
     pub line: usize,
     /// Its text.
     pub text: String,
-    /// What it does, as the end of a sentence that begins with it.
+    /// Its effect, as the end of a sentence that begins with the line.
     pub effect: &'static str,
 }
 
-/// The last line that was answered, not refused, and puts the console to sleep or resets it.
+/// The last line that was answered and not refused, and that puts the console to sleep or resets it.
 pub fn silencer(program: &[Vec<u8>], dialogue: &Dialogue) -> Option<Silencer> {
     let is_refused = |line: usize| dialogue.refusals.binary_search_by_key(&line, |refusal| refusal.line).is_ok();
     let answered = (1..).zip(program).take(dialogue.answered).filter(|&(line, _)| !is_refused(line));
@@ -28,7 +28,7 @@ pub fn silencer(program: &[Vec<u8>], dialogue: &Dialogue) -> Option<Silencer> {
     silencers.last()
 }
 
-/// What a line does that silences; `checks` is whether G-code is only checked, `$C`.
+/// The effect of a line that silences the console. `checks` is whether G-code is only checked, `$C`.
 fn effect(text: &[u8], checks: &mut bool) -> Option<&'static str> {
     let line = stripped(text).ok()?;
     match Interpreter::new().interpret(&line, ReportedState::Idle, &Settings::DEFAULT).ok()? {

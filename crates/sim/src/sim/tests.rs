@@ -1,4 +1,4 @@
-//! Whole machines: what a good one does, and that a bad one is seen through.
+//! Tests of whole machines: what a good one does, and that faults of a bad one are detected.
 
 use isostep_motion::Alarm;
 
@@ -13,7 +13,7 @@ fn parking() -> &'static [u8] {
     include_bytes!("../../../../programs/parking.nc")
 }
 
-/// Everything that a run writes.
+/// All files that a run writes.
 fn files(config: &Config) -> [Vec<u8>; 4] {
     let outcome = run(parking(), config).unwrap();
     let figures = Figures::new("parking.nc", &outcome);
@@ -92,7 +92,7 @@ fn a_refused_line_ends_the_program_there() {
     assert_eq!(outcome.position_mm[0], 1.0);
 }
 
-/// Longer than progress is told of, and waiting for a person.
+/// The dwells are longer than the interval of progress reports, and the pauses wait for the operator.
 #[test]
 fn dwells_and_pauses_are_played_through() {
     let mut told = Vec::new();
@@ -132,7 +132,7 @@ fn an_abrupt_stop_at_speed_overshoots() {
     assert!(outcome.drift_steps[0] > 100, "{:?}", outcome.drift_steps);
 }
 
-/// The third move begins after 2.1 s, and was told of 45 ms ahead.
+/// The third move begins after 2.1 s, and was handed out 45 ms earlier.
 #[test]
 fn of_moves_that_a_stop_forestalls_there_is_no_record() {
     let mut sim = Sim::new(&Config::default());
@@ -145,7 +145,7 @@ fn of_moves_that_a_stop_forestalls_there_is_no_record() {
     assert_eq!(outcome.moves[1].end_steps, outcome.position_steps);
 }
 
-/// A machine unlike the default one, and unlike on each axis.
+/// A machine that differs from the default one, with different axes.
 const FAST: &str = "$100=80\n$101=160\n$102=400\n$110=12000\n$111=9000\n$112=1500\n$120=2000\n$121=800\n$122=300\n\
                     $130=200\n$131=120\n$132=60\n";
 
@@ -153,10 +153,10 @@ fn fast() -> isostep_console::Settings {
     crate::settings::read("fast", FAST.as_bytes(), Port::Pio, isostep_motion::DriverTiming::DRV8825).unwrap()
 }
 
-/// Homes, and goes to the ends of the travel and back, each axis at its top speed.
+/// Homes, then moves to the ends of the travel and back, each axis at its top speed.
 const ENDS: &str = "$H\nG0 X200\nG0 Y120\nG0 Z60\nG0 X0 Y0 Z0\n";
 
-/// From each switch by the pull-off of 2 mm, but for the steps that its bounce took.
+/// Whether each axis is at the pull-off of 2 mm from its switch, within the steps that were made during its bounce.
 fn stands_at_zero(outcome: &Outcome) -> bool {
     outcome.places_steps.iter().zip([160, 320, 800]).all(|(&place, zero)| place.abs_diff(zero) <= 5)
 }
@@ -203,7 +203,7 @@ fn drivers_and_switches_are_wired_as_the_settings_say() {
     for (number, value) in [(3, 5.0), (4, 1.0), (5, 1.0), (23, 5.0)] {
         assert!(config.settings.set(number, value));
     }
-    // Y homes towards positive.
+    // Y homes in the positive direction.
     let outcome = run(b"$H\nG0 X20 Y-30 Z5\n", &config).unwrap();
     assert_eq!(broken(&outcome), [""; 0]);
     assert_eq!(outcome.mm(outcome.places_steps), [22.0, 32.0, 7.0]);
@@ -238,7 +238,7 @@ fn a_line_behind_one_that_silences_the_console_names_it() {
     }
 }
 
-/// Two consoles, one of which resets while the other's line begins to move.
+/// Two consoles, one of which resets while the line of the other begins to move.
 #[test]
 fn a_reset_leaves_no_console_with_another_idea_of_the_place() {
     for section_max_ns in [None, Some(0), Some(20_000), Some(200_000)] {
@@ -275,7 +275,7 @@ fn an_alarm_wakes_no_sleeping_machine() {
     assert_eq!(sim.replies(), ["[MSG:Caution: Unlocked]", "ok", "ok"]);
 }
 
-/// A host that opens the console anew forgets the line that homes, or probes; the machine does not.
+/// A host that opens the console again discards the line that homes or probes; the machine does not.
 #[test]
 fn a_host_that_comes_back_finds_the_machine_where_it_stands() {
     let plate = Some("Z,10,below".parse().unwrap());

@@ -1,37 +1,37 @@
-//! Where a machine's carriages can go, and whether a program that leaves it would fit if it began elsewhere.
+//! Where a machine's carriages can go, and whether a program that leaves this range would fit if it began elsewhere.
 
 use isostep_console::Settings;
 use isostep_motion::{AXES, Axis, Direction};
 use serde::Serialize;
 
-/// How far from the ends of the travel a program is moved if there is room.
+/// Distance that a moved program keeps from the ends of the travel if there is room.
 const MARGIN_MM: f64 = 1.0;
-/// Places are told to this.
+/// Positions are rounded to this.
 const GRAIN_MM: f64 = 0.1;
-/// The switch is at 0: nearest to it that a carriage can be without pressing it.
+/// The switch is at 0. This is the nearest position at which a carriage does not press it.
 const OFF_SWITCH_MM: f64 = 0.001;
 
-/// The least and the greatest place of each axis, mm.
+/// The range of positions of each axis, mm.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Bounds {
-    /// The least.
+    /// The least positions.
     pub low_mm: [f64; AXES],
-    /// The greatest.
+    /// The greatest positions.
     pub high_mm: [f64; AXES],
 }
 
 impl Bounds {
-    /// Of one place.
+    /// The bounds of one position.
     pub fn at(place_mm: [f64; AXES]) -> Self {
         Self { low_mm: place_mm, high_mm: place_mm }
     }
 
-    /// Takes in another place.
+    /// Extends the bounds to include a position.
     pub fn add(&mut self, place_mm: [f64; AXES]) {
         self.join(&Self::at(place_mm));
     }
 
-    /// Takes in others.
+    /// Extends the bounds to include others.
     pub fn join(&mut self, other: &Self) {
         for axis in 0..AXES {
             self.low_mm[axis] = self.low_mm[axis].min(other.low_mm[axis]);
@@ -39,21 +39,21 @@ impl Bounds {
         }
     }
 
-    /// How wide they are.
+    /// The size of the range.
     pub fn size_mm(&self) -> [f64; AXES] {
         std::array::from_fn(|axis| self.high_mm[axis] - self.low_mm[axis])
     }
 }
 
-/// The places that each axis can be at, machine coordinates, mm.
+/// The positions that each axis can reach, machine coordinates, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Room {
-    /// The least and the greatest of each axis.
+    /// The least and the greatest position of each axis.
     pub mm: [(f64, f64); AXES],
 }
 
 impl Room {
-    /// Of a machine that counts from where it stands, `start_mm` from its switches.
+    /// The room of a machine that counts from its present position, `start_mm` from its switches.
     pub fn before_homing(settings: &Settings, start_mm: [f64; AXES]) -> Self {
         let config = isostep_controller::config(settings);
         Self {
@@ -68,7 +68,7 @@ impl Room {
         }
     }
 
-    /// Of a machine that is homed.
+    /// The room of a homed machine.
     pub fn homed(settings: &Settings) -> Self {
         let config = isostep_controller::config(settings);
         Self {
@@ -79,7 +79,8 @@ impl Room {
         }
     }
 
-    /// Where `way` leaves it on this axis by more than `same_mm`: how far it goes, and the nearest place that is in it.
+    /// Where the range `way` leaves the room on this axis by more than `same_mm`: the position outside, and the nearest
+    /// position inside.
     pub fn beyond(&self, axis: usize, way: &Bounds, same_mm: f64) -> Option<(f64, f64)> {
         let ((low, high), (least, most)) = (self.mm[axis], (way.low_mm[axis], way.high_mm[axis]));
         match (low - least, most - high) {
@@ -90,22 +91,21 @@ impl Room {
     }
 }
 
-/// Where a program would fit.
+/// How a program would fit.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Fit {
-    /// If the carriages stand here at first, mm from their switches.
+    /// It fits if the carriages start here, mm from their switches.
     StartAt([f64; AXES]),
-    /// If the origin of G54 is here, machine coordinates, mm.
+    /// It fits if the origin of G54 is here, machine coordinates, mm.
     OriginAt([f64; AXES]),
-    /// If it were no wider than this on that axis, mm: its index, how wide it is, and the travel.
+    /// It would have to be smaller on one axis: its index, the size of the program, and the travel, mm.
     TooWide(usize, f64, f64),
-    /// Not that was found: it goes to machine coordinates, or has offsets of its own.
+    /// No fit was found: the program uses machine coordinates, or has its own offsets.
     Nowhere,
 }
 
-/// By how much to move what reaches from the least to the greatest of `reach_mm` on each axis, so that it is in the room: not at
-/// all where it is already.
+/// The shifts that move the ranges `reach_mm` into the room, for each axis; 0 where the range is already inside.
 ///
 /// # Errors
 /// [`Fit::TooWide`].
@@ -118,7 +118,7 @@ pub(super) fn shifts_mm(reach_mm: [Option<(f64, f64)>; AXES], room: &Room) -> Re
     Ok(shifts_mm)
 }
 
-/// By how much to move what goes from `least` to `most` so that it is between `low` and `high`: not at all if it is already.
+/// The shift that moves the range from `least` to `most` between `low` and `high`; 0 if it is already there.
 fn shift(least: f64, most: f64, low: f64, high: f64) -> Option<f64> {
     let (lowest, highest) = (low - least, high - most);
     if lowest > highest {
@@ -133,7 +133,7 @@ fn shift(least: f64, most: f64, low: f64, high: f64) -> Option<f64> {
     Some(if (lowest..=highest).contains(&rounded) { rounded } else { asked })
 }
 
-/// Without the dust of binary fractions.
+/// Rounds off the error of binary fractions.
 pub(super) fn rounded(mm: f64) -> f64 {
     (mm * 1e4).round() / 1e4
 }

@@ -1,4 +1,4 @@
-//! What is found in small programs.
+//! What a survey finds in small programs.
 
 use super::*;
 use crate::{Config, program};
@@ -20,7 +20,7 @@ fn lines_are_counted_by_what_they_are() {
     assert!(!found.leaves_tool_on && found.outside.is_none(), "{found:?}");
 }
 
-/// From (0, 0) to (10, 0), then half a circle about (5, 0) below it.
+/// From (0, 0) to (10, 0), then the half circle below with the centre (5, 0).
 #[test]
 fn extents_take_in_arcs_and_where_it_begins() {
     let bounds = survey("G1 X10 F600\nG2 X0 I-5\n").extents_mm.unwrap();
@@ -54,7 +54,7 @@ fn pauses_and_a_tool_that_stays_on_are_found() {
     assert!(!survey("M3 S1000\nM30\n").leaves_tool_on);
 }
 
-/// The carriages stand at 35, 40 and 15 mm from their switches; X can be anywhere up to 352 mm from its own.
+/// The carriages are at 35, 40 and 15 mm from their switches; X can be up to 352 mm from its switch.
 #[test]
 fn a_program_that_leaves_the_travel_is_told_where_it_fits() {
     let found = survey("G0 X10\nG0 X-40 Z-5\n").outside.unwrap();
@@ -77,7 +77,7 @@ fn behind_homing_the_origin_moves() {
     assert_eq!(survey("$HY\nG0 X-1\n").outside, None, "X is not homed");
 }
 
-/// `G0 X-40` before it is homed, and `X340` behind it, are in different coordinates.
+/// `G0 X-40` before homing and `X340` after it are in different coordinates.
 #[test]
 fn before_and_behind_homing_are_different_places() {
     let text = "G0 X-40\nG4 P0.1\n$H\nG0 X340\n";

@@ -8,11 +8,11 @@ use crate::outcome::Outcome;
 use crate::record::LossCause;
 use crate::verify;
 
-/// A promise that was not kept, and what was found instead.
+/// A broken promise, and what was found instead.
 type Broken = (&'static str, String);
 
-/// Judges a run at whose end those axes count as homed. Where switches or motors have deceived it, the machine cannot know that it
-/// is not where it believes.
+/// Judges a run at whose end the axes in `homed` count as homed. If faults of switches or motors have deceived the
+/// machine, it cannot know that its position is wrong.
 pub(super) fn judge(outcome: &Outcome, homed: [bool; 3], is_deceived: bool) -> Result<(), Broken> {
     timing(outcome)?;
     if outcome.position_steps != outcome.counted_steps {
@@ -32,7 +32,8 @@ pub(super) fn timing(outcome: &Outcome) -> Result<(), Broken> {
     }
 }
 
-/// Every edge is where the closed form has it, counts are exact, paths straight, axes equal, and moves as long as their plans.
+/// Every edge is at its closed-form instant, counts are exact, paths straight, axes equal, and moves as long as their
+/// plans.
 fn moves(outcome: &Outcome) -> Result<(), Broken> {
     let tolerance_ns = outcome.config.port.tolerance_ns();
     for check in verify::moves(outcome) {
@@ -55,7 +56,7 @@ fn moves(outcome: &Outcome) -> Result<(), Broken> {
     let whole = |pair: &&[crate::MoveRecord]| matches!(pair[0].finish, Finish::Done | Finish::Held);
     for pair in outcome.moves.windows(2).filter(whole) {
         let (pause_ns, flows) = (pair[0].pause_ns(&pair[1]), pair[0].run == pair[1].run);
-        // A plan's end is reckoned in floating point.
+        // The end of a plan is computed in floating point.
         if pause_ns <= -1.0 || flows && pause_ns >= 1.0 {
             let found = format!("{pause_ns} ns from one to the next at {:.6} s", pair[1].begin_ns() as f64 * 1e-9);
             return Err(("every move as long as its plan", found));
@@ -64,14 +65,15 @@ fn moves(outcome: &Outcome) -> Result<(), Broken> {
     Ok(())
 }
 
-/// Each axis keeps within its speed, acceleration and jerk, as its edges alone tell, and corners are taken no faster than they may.
+/// Each axis stays within its speed, acceleration and jerk, measured by its edges alone, and corners are not taken too
+/// fast.
 fn limits(outcome: &Outcome) -> Result<(), Broken> {
     let top = |record: &MoveRecord, axis: usize, _t_s: f64| outcome.config_of(record).limits[axis].top_speed_steps_s;
     let ratios = kept::ratios(outcome, top);
     if ratios.are_within() { Ok(()) } else { Err(("limits kept, by the edges", format!("{ratios:?} of them"))) }
 }
 
-/// Steps are lost by abrupt stops alone, and at the end stops of a machine that does not know where they are.
+/// Steps are lost only by abrupt stops, and at the end stops if the machine does not know its position.
 fn losses(outcome: &Outcome) -> Result<(), Broken> {
     let is_inexcusable =
         |cause: &LossCause| matches!(cause, LossCause::PullOut { .. } | LossCause::Disabled | LossCause::Stalled);
@@ -81,9 +83,9 @@ fn losses(outcome: &Outcome) -> Result<(), Broken> {
     }
 }
 
-/// An axis that counts as homed is where the machine says.
+/// An axis that counts as homed is at the position that the machine reports.
 fn positions(outcome: &Outcome, homed: [bool; 3]) -> Result<(), Broken> {
-    // Without soft limits it may have been sent to an end stop.
+    // Without soft limits, the axis may have been sent to an end stop.
     let at_end_stop = |axis: Axis| {
         let mut losses = outcome.losses.iter().filter(|loss| loss.axis == axis as usize);
         !outcome.config.settings.soft_limits && losses.any(|loss| loss.cause == LossCause::EndStop)

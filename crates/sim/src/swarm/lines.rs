@@ -1,4 +1,4 @@
-//! Random lines: what people send to a machine, most of which works, and some of which does not.
+//! Random lines as people send them to a machine. Most of them are valid, some are not.
 
 use std::fmt::Write;
 
@@ -7,12 +7,12 @@ use isostep_motion::AXES;
 
 use super::scenario::Random;
 
-/// Lines for one machine.
+/// Generates lines for one machine.
 pub(super) struct Lines {
-    /// The machine was homed before them: places are known.
+    /// Whether the machine was homed before, so that positions are known.
     pub is_homed: bool,
     travel_mm: [f64; AXES],
-    /// 1 where the travel is above zero, otherwise -1.
+    /// 1 if the travel is above zero, otherwise -1.
     side: [f64; AXES],
 }
 
@@ -26,7 +26,7 @@ impl Lines {
         }
     }
 
-    /// The next line, without its end.
+    /// The next line, without its line end.
     pub fn next(&mut self, random: &mut Random) -> String {
         match random.below(40) {
             0..18 => self.movement(random),
@@ -51,11 +51,11 @@ impl Lines {
 
     fn place(&self, axis: usize, random: &mut Random) -> f64 {
         if self.is_homed {
-            // A little of them is outside the travel.
+            // A few targets are outside the travel.
             let far = if random.one_in(60) { 1.2 } else { 1.0 };
             self.side[axis] * self.travel_mm[axis] * far * random.0.rand_float()
         } else {
-            // About where it began, in the midst of the travel.
+            // Around the start position, in the middle of the travel.
             self.travel_mm[axis] * 0.25 * (random.0.rand_float() * 2.0 - 1.0)
         }
     }
@@ -117,7 +117,7 @@ fn offset(random: &mut Random) -> String {
     }
 }
 
-/// Of settings that may change at any time, and mean the same machine.
+/// A setting that may change at any time without making it another machine.
 fn setting(random: &mut Random) -> String {
     let axis = random.below(3);
     match random.below(7) {

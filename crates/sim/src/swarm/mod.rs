@@ -1,10 +1,11 @@
 //! A swarm of worlds: random machines, programs and faults, each from one seed, and what must be true in all of them.
 //!
 //! # Design
-//! A seed makes a [`Scenario`]: a machine, and acts one after the other, on the whole controller with its consoles. While they are
-//! carried out the world is looked at, and when all faults have gone the machine is led on to where it moves again: what can be
-//! resumed must be resumable. What is not as it must be is a [`Failure`]. A failure is made small by leaving out acts, as long as the
-//! same goes wrong; the seed and the acts that are kept say all of it, in one line.
+//! A seed makes a [`Scenario`]: a machine and a sequence of acts on the whole controller with its consoles. While the
+//! acts are executed, the world is checked. When all faults have ended, the machine is brought to where it moves again,
+//! because it must always be possible to resume. Anything that is not as it must be is a [`Failure`]. A failure is
+//! reduced by leaving out acts as long as the same promise is broken. The seed and the remaining acts describe the
+//! failure completely, in one line.
 
 mod judge;
 mod lines;
@@ -19,14 +20,14 @@ use self::runner::Runner;
 pub use self::scenario::{Act, Scenario};
 pub use self::shrink::shrink;
 
-/// What was not as it must be.
+/// A broken promise.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Failure {
-    /// The promise that was not kept: failures of one kind are told alike.
+    /// The promise. Failures of one kind have the same text.
     pub promise: &'static str,
     /// What was found instead.
     pub found: String,
-    /// The act after which it was found, an index.
+    /// Index of the act after which it was found.
     pub act: Option<usize>,
 }
 
@@ -36,23 +37,24 @@ impl fmt::Display for Failure {
     }
 }
 
-/// How much was simulated.
+/// The amount that was simulated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Amount {
     /// Virtual time, ns.
     pub virtual_ns: u64,
-    /// Faults that came: of switches, links, power, motors, the processor; and stops, resets and stimuli between critical sections.
+    /// Number of faults: of switches, links, power, motors and the processor; and stops, resets and stimuli between
+    /// critical sections.
     pub faults: u64,
     /// Lines sent.
     pub lines: u64,
     /// Steps made.
     pub steps: u64,
-    /// Critical sections at whose ends tasks may have been interrupted.
+    /// Critical sections at whose ends an interruption was possible.
     pub sections: u64,
 }
 
 impl Amount {
-    /// Both together.
+    /// The sum of both.
     #[must_use]
     pub fn and(self, other: Self) -> Self {
         Self {
@@ -65,10 +67,10 @@ impl Amount {
     }
 }
 
-/// Carries out a scenario.
+/// Executes a scenario.
 ///
 /// # Errors
-/// What was not as it must be, first; a panic of the controller's is a failure, too.
+/// The first failure. A panic of the controller is a failure too.
 pub fn run(scenario: &Scenario) -> Result<Amount, Failure> {
     match catch_unwind(AssertUnwindSafe(|| Runner::new(scenario).run())) {
         Ok(result) => result,

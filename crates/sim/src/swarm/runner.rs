@@ -1,4 +1,4 @@
-//! Carries out a scenario, looks at the world meanwhile, and leads the machine on afterwards.
+//! Executes a scenario, checks the world meanwhile, and brings the machine back to motion afterwards.
 
 use embassy_time::Duration;
 use isostep_motion::{Axis, Direction, State};
@@ -14,36 +14,36 @@ use crate::record::Wire;
 use crate::sim::Sim;
 use crate::tool::ToolOutput;
 
-/// Between two looks at the world, us.
+/// Time between two checks of the world, us.
 const LOOK_US: u64 = 20_000;
-/// So long does an act of rest wait, at most, us.
+/// The longest wait of an act of rest, us.
 const REST_US: u64 = 10_000_000;
-/// So long does a sender wait for room, us, and as many bytes does it keep unanswered.
+/// The longest time that a sender waits for room, us, and the most bytes that it keeps unanswered.
 const ROOM_US: u64 = 2_000_000;
 const WINDOW_BYTES: usize = 128;
-/// For as long a fault lasts at most, us.
+/// The longest duration of a fault, us.
 const FAULT_MAX_US: u64 = 600_000;
-/// What the machine has still to do may take so long.
+/// The longest time that the machine may need to finish.
 const LIMIT: Duration = Duration::from_secs(3_600);
-/// So often is a machine led on: there may be many M0 among the lines that wait.
+/// Attempts to bring a machine back to idle: there may be many M0 among the waiting lines.
 const LEADS: u32 = 60;
-/// The move that shows that it moves, mm.
+/// Length of the final test move, mm.
 const SMALL_MM: f64 = 0.5;
 
-/// What a console was sent, and what it said.
+/// The state of the dialogue on a console.
 #[derive(Default)]
 pub(super) struct Talk {
-    /// The lengths of lines that have not been answered.
+    /// Lengths of the lines that have not been answered.
     unanswered: std::collections::VecDeque<usize>,
     /// Bytes of a line that has no end yet.
     partial: usize,
-    /// Lines may have been forgotten: there was a reset, or a host opened it.
+    /// Whether lines may have been discarded: by a reset, or because a host opened the console.
     forgets: bool,
-    /// It has said the welcome.
+    /// Whether the welcome has been received.
     is_greeted: bool,
 }
 
-/// What was seen at an instant.
+/// What was observed at one instant.
 #[derive(Clone, Copy, Debug)]
 struct Look {
     state: State,
@@ -57,9 +57,9 @@ pub(super) struct Runner<'a> {
     flash: Flash,
     talks: Vec<Talk>,
     amount: Amount,
-    /// Bytes may have been lost on a link: the machine may have been told anything.
+    /// Whether bytes may have been lost on a link. Then the machine may have received any command.
     is_spoilt: bool,
-    /// What switches and motors did may have been untrue.
+    /// Whether switches or motors may have misled the machine.
     pub has_deceived: bool,
     act: Option<usize>,
 }
@@ -104,7 +104,7 @@ impl<'a> Runner<'a> {
                 Ok(())
             }
             Act::Between(sections, stimulus) => {
-                // What is heard then may be a reset.
+                // Bytes of the stimulus may be a reset.
                 self.talks.iter_mut().for_each(|talk| talk.forgets = true);
                 self.has_deceived = true;
                 self.sim.after_sections(*sections, stimulus.clone());
@@ -121,7 +121,7 @@ impl<'a> Runner<'a> {
     }
 
     fn suffer(&mut self, trouble: Trouble, us: u64) {
-        // Where switches and motors deceive it, a machine cannot know where it is.
+        // If switches and motors mislead it, a machine cannot know its position.
         self.has_deceived |= !matches!(
             trouble,
             Trouble::EmergencyStop | Trouble::Hold | Trouble::Start | Trouble::Starve | Trouble::Deaf
@@ -141,7 +141,7 @@ impl<'a> Runner<'a> {
         self.sim.send_to(console, bytes);
     }
 
-    /// Sends a line when there is room for it, as senders do; none, if that does not come.
+    /// Sends a line when there is room for it, as senders do. Does not send it if there is no room in time.
     fn send_line(&mut self, console: usize, line: &str) -> Result<(), Failure> {
         let mut waited_us = 0;
         while self.talks[console].unanswered.iter().sum::<usize>() + line.len() + 1 > WINDOW_BYTES
@@ -163,7 +163,7 @@ impl<'a> Runner<'a> {
             for line in self.sim.replies_of(console) {
                 let talk = &mut self.talks[console];
                 if line.starts_with("Grbl ") && std::mem::replace(&mut talk.is_greeted, true) {
-                    // What it had not answered by then it has forgotten, up to what came behind the reset.
+                    // A reset discards the lines without an answer, up to those that came after the reset.
                     talk.forgets = true;
                     talk.unanswered.clear();
                 }
@@ -178,7 +178,7 @@ impl<'a> Runner<'a> {
         Ok(())
     }
 
-    /// Lets time pass, and looks at the world.
+    /// Lets time pass and checks the world.
     fn wait(&mut self, us: u64) -> Result<(), Failure> {
         let mut left_us = us;
         while left_us > 0 {
@@ -196,7 +196,7 @@ impl<'a> Runner<'a> {
 
     fn ran(&self, ran: Result<(), RunError>) -> Result<(), Failure> {
         match ran {
-            // It may have been told to wait for that long.
+            // A damaged command may have asked for a wait this long.
             Err(RunError::TimeLimit { .. }) if self.is_spoilt => Ok(()),
             ran => ran.map_err(|error| self.failure("everything comes to an end", error.to_string())),
         }
@@ -212,7 +212,7 @@ impl<'a> Runner<'a> {
         Ok(())
     }
 
-    /// What can be said of the world at any instant.
+    /// Checks what must be true at any instant.
     fn look(&self) -> Result<Look, Failure> {
         let (state, tool) = (self.sim.machine().state(), self.sim.tool());
         if matches!(state, State::Alarm(_)) && tool != [0; 5] {
@@ -227,7 +227,7 @@ impl<'a> Runner<'a> {
         Ok(Look { state, steps: self.sim.steps(), events: self.sim.events() })
     }
 
-    /// An axis that is homed is within its travel.
+    /// A homed axis must be within its travel.
     fn look_at_travel(&self, state: State) -> Result<(), Failure> {
         let machine = self.sim.machine();
         if !self.scenario.config.settings.soft_limits || !matches!(state, State::Run | State::Jog) || self.is_spoilt {
@@ -245,7 +245,7 @@ impl<'a> Runner<'a> {
         Ok(())
     }
 
-    /// What is locked or held stands still.
+    /// A machine that is locked or held must not move.
     fn compare(&self, before: Look, after: Look) -> Result<(), Failure> {
         let stands = matches!(before.state, State::Alarm(_) | State::Hold { still: true });
         let is_unchanged = before.state == after.state && before.events == after.events;
@@ -255,7 +255,7 @@ impl<'a> Runner<'a> {
         Ok(())
     }
 
-    /// The power goes: another machine starts with what the flash holds.
+    /// Cuts the power: another machine starts with the contents of the flash.
     fn cut_power(&mut self, operations: u64) -> Result<(), Failure> {
         self.flash.cut_power_after(operations, self.scenario.config.seed);
         self.wait(200_000)?;
@@ -268,7 +268,7 @@ impl<'a> Runner<'a> {
         self.wait(1_000)
     }
 
-    /// All faults go, and the machine is led on until it moves.
+    /// Ends all faults and brings the machine back to motion.
     fn end_world(&mut self) -> Result<(), Failure> {
         self.sim.forget_stimuli();
         self.wait(FAULT_MAX_US)?;
@@ -293,9 +293,9 @@ impl<'a> Runner<'a> {
         self.hear()
     }
 
-    /// From wherever it is to idle, by the means that a person has.
+    /// Brings the machine from any state to idle, by what an operator can do.
     fn lead_on(&mut self) -> Result<(), Failure> {
-        // What is left of a line that had no end.
+        // End a line that may have no end.
         (0..self.talks.len()).for_each(|console| self.send(console, b"\n"));
         for _ in 0..LEADS {
             self.run_out()?;
@@ -306,7 +306,7 @@ impl<'a> Runner<'a> {
                 "Alarm" => self.send(0, b"$X\n"),
                 "Check" => self.send(0, b"$C\n"),
                 "Sleep" => self.send(0, &[0x18]),
-                // It may have been told to move for hours.
+                // A damaged command may have asked for hours of motion.
                 "Run" | "Jog" if self.is_spoilt => self.send(0, &[0x18]),
                 _ => return Err(self.failure("every wait ends", format!("it rests in {word}"))),
             }
@@ -315,7 +315,7 @@ impl<'a> Runner<'a> {
         Err(self.failure("whatever can be resumed can be resumed", format!("it stays in {word}")))
     }
 
-    /// The state as a report names it.
+    /// The state as named in a status report.
     fn word(&mut self) -> Result<String, Failure> {
         self.hear()?;
         self.send(0, b"?");
@@ -345,12 +345,12 @@ impl<'a> Runner<'a> {
         Ok(())
     }
 
-    /// It moves where it is told, from wherever it is.
+    /// The machine must execute a move from its present position.
     fn move_a_little(&mut self) -> Result<(), Failure> {
         let machine = self.sim.machine();
         let config = machine.config();
         let was_steps = machine.position_steps();
-        // Away from the nearer end of the first axis, as it is in truth.
+        // Away from the nearer end of the first axis, by its true position.
         let place_mm = config.mm(Axis::X, self.sim.places_steps()[0]);
         let away = if place_mm < config.travel_mm[0] / 2.0 { SMALL_MM } else { -SMALL_MM };
         let mm = if config.homing.towards[0] == Direction::Negative { away } else { -away };
@@ -359,7 +359,7 @@ impl<'a> Runner<'a> {
         let ran = self.sim.run_until_idle();
         self.ran(ran)?;
         if self.is_spoilt {
-            // Who knows what it was told that it is, and where it may go.
+            // A damaged command may have changed its position and its travel.
             return Ok(());
         }
         let said = self.sim.replies_of(0);
@@ -372,7 +372,7 @@ impl<'a> Runner<'a> {
         Ok(())
     }
 
-    /// Judges all that was recorded of this machine.
+    /// Judges the whole record of this machine.
     fn take_stock(&mut self) -> Result<(), Failure> {
         let outcome = self.sim.outcome();
         let machine = self.sim.machine();

@@ -1,4 +1,4 @@
-//! What a seed makes: a machine, and what is done to it.
+//! Makes a scenario from a seed: a machine, and what is done to it.
 
 use std::fmt;
 
@@ -13,32 +13,32 @@ use crate::plant::SwitchFault;
 use crate::sim::Stimulus;
 use crate::tool::Plate;
 
-/// Acts of a scenario.
+/// Number of acts of a scenario.
 const ACTS: std::ops::Range<u64> = 8..60;
 
-/// One thing that is done, to the machine or to what is around it.
+/// An act on the machine or its surroundings.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Act {
-    /// A line is sent, by the console with that index.
+    /// Sends a line on the console with this index.
     Line(usize, String),
-    /// Bytes come in one packet: real-time bytes, or what a bad link has left of a line.
+    /// Sends bytes in one packet: real-time bytes, or a line damaged by a bad link.
     Bytes(usize, Vec<u8>),
-    /// Time passes, us.
+    /// Lets time pass, us.
     Wait(u64),
-    /// Time passes until the machine is at rest, or for some seconds.
+    /// Lets time pass until the machine is at rest, at most some seconds.
     Rest,
-    /// Something goes wrong for so long, us.
+    /// Applies a fault for this time, us.
     Fault(Trouble, u64),
-    /// Something comes when so many more critical sections have ended, where tasks are interrupted.
+    /// Applies a stimulus after this many more critical sections, if tasks are interrupted.
     Between(u64, Stimulus),
-    /// A host opens the first console.
+    /// Opens the first console, as a host does.
     Open,
-    /// The power goes: in the midst of programming or erasing the flash, if that many operations more come within some time.
+    /// Cuts the power: during an operation of the flash, if this many more operations begin within some time.
     PowerCut(u64),
 }
 
 impl Act {
-    /// Whether it is a fault, rather than what machines are for.
+    /// Whether it is a fault and not normal use.
     pub(super) fn is_fault(&self) -> bool {
         match self {
             Self::Fault(..) | Self::Between(..) | Self::Open | Self::PowerCut(_) => true,
@@ -65,17 +65,17 @@ impl fmt::Display for Act {
     }
 }
 
-/// A machine, and what is done to it.
+/// A machine and what is done to it.
 #[derive(Clone, Debug)]
 pub struct Scenario {
     /// The machine.
     pub config: Config,
-    /// What is done, in this order.
+    /// The acts, in order.
     pub acts: Vec<Act>,
 }
 
 impl Scenario {
-    /// What that seed makes.
+    /// The scenario of this seed.
     #[must_use]
     pub fn new(seed: u64) -> Self {
         let mut random = Random(Rand64::new(seed.into()));
@@ -84,7 +84,7 @@ impl Scenario {
         Self { config, acts }
     }
 
-    /// What the machine is, in a line: the settings that differ from the default machine's, as `$n=v`.
+    /// The machine in one line: the settings that differ from the default machine's, as `$n=v`.
     #[must_use]
     pub fn machine(&self) -> String {
         let Config { settings, port, baud, second_console, section_max_ns, bounce_us, .. } = &self.config;
@@ -102,7 +102,7 @@ impl Scenario {
         text
     }
 
-    /// The same with these of its acts alone, by index.
+    /// The same scenario with only these acts, by index.
     #[must_use]
     pub fn keeping(&self, kept: &[usize]) -> Self {
         let acts = kept.iter().filter_map(|&index| self.acts.get(index).cloned()).collect();
@@ -110,7 +110,7 @@ impl Scenario {
     }
 }
 
-/// Random numbers, in the words that a scenario needs.
+/// Random numbers in the forms that a scenario needs.
 pub(super) struct Random(pub Rand64);
 
 impl Random {
@@ -118,7 +118,7 @@ impl Random {
         self.0.rand_range(0..end)
     }
 
-    /// Whether one in so many cases is now.
+    /// True in one of `cases` cases.
     pub fn one_in(&mut self, cases: u64) -> bool {
         self.below(cases) == 0
     }
@@ -127,7 +127,7 @@ impl Random {
         choices[self.below(choices.len() as u64) as usize]
     }
 
-    /// From `least` to `most`, as likely to be small as large.
+    /// A number from `least` to `most`, with a logarithmic distribution.
     pub fn between(&mut self, least: f64, most: f64) -> f64 {
         least * (most / least).powf(self.0.rand_float())
     }
@@ -157,7 +157,7 @@ impl Random {
         }
     }
 
-    /// Of a machine small enough to be homed soon.
+    /// Settings of a machine small enough to be homed quickly.
     fn settings(&mut self, port: Port) -> Settings {
         let fastest_mm_s = if port == Port::Pio { 200.0 } else { 60.0 };
         let mut settings = Settings {
@@ -227,7 +227,7 @@ impl Random {
         }
     }
 
-    /// Real-time bytes in any order, some in one packet.
+    /// Real-time bytes in any order, some of them in one packet.
     fn real_time(&mut self) -> Vec<u8> {
         let common = b"!!~~~??\x18\x85\x84\x90\x91\x92\x93\x94\x95\x96\x97\x99\x9a\x9b\x9e\xa0\xa1";
         let count = self.of(&[1, 1, 1, 2, 3]);

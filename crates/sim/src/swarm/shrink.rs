@@ -1,11 +1,11 @@
-//! Makes a failure small: leaves out acts, as long as the same goes wrong.
+//! Reduces a failure: leaves out acts as long as the same promise is broken.
 
 use super::{Failure, Scenario, run};
 
-/// Runs of a scenario that may be spent.
+/// The largest number of runs of a scenario for this.
 const RUNS_MAX: u32 = 300;
 
-/// The fewest acts found, by index, that break the promise which all of them together do.
+/// The smallest set of acts found, by index, that breaks the same promise as all acts together.
 #[must_use]
 pub fn shrink(scenario: &Scenario, failure: &Failure) -> Vec<usize> {
     let mut kept: Vec<usize> = (0..failure.act.map_or(scenario.acts.len(), |act| act + 1)).collect();
@@ -16,7 +16,7 @@ pub fn shrink(scenario: &Scenario, failure: &Failure) -> Vec<usize> {
         (runs, again.is_err_and(|other| other.promise == failure.promise))
     };
     if !breaks(&kept).1 {
-        // What comes behind it makes it fail.
+        // The failure needs acts that come after the one at which it was found.
         kept = (0..scenario.acts.len()).collect();
     }
     let mut size = kept.len().div_ceil(2);
@@ -31,7 +31,7 @@ pub fn shrink(scenario: &Scenario, failure: &Failure) -> Vec<usize> {
                 (_, false) => from += size,
             }
         }
-        // With few acts it is tried until none can be left out any more.
+        // With single acts, repeat until none can be left out.
         size = if size == 1 && kept.len() < before { 1 } else { size / 2 };
     }
     kept

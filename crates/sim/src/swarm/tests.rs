@@ -1,4 +1,4 @@
-//! The swarm itself: that it is the same in every run, and that it sees what is wrong; and some of its worlds.
+//! Tests of the swarm: runs are reproducible and failures are detected; also some of its worlds.
 
 use isostep_motion::Axis;
 
@@ -37,7 +37,7 @@ fn lines(lines: &[&str]) -> Vec<Act> {
     lines.iter().map(|line| Act::Line(0, (*line).to_owned())).collect()
 }
 
-/// A motor that cannot do what the settings ask of it.
+/// A motor that cannot do what the settings require.
 #[test]
 fn a_failure_is_made_small() {
     let mut config = Config { motor: Some(PullOutCurve::default()), ..Config::default() };
@@ -51,7 +51,7 @@ fn a_failure_is_made_small() {
     assert!(scenario.keeping(&kept).acts[0].to_string().ends_with("G0 X100"));
 }
 
-/// What a fault excuses, it excuses alone.
+/// A fault excuses its own consequences only.
 #[test]
 fn a_motor_that_is_held_is_no_failure() {
     let config = Config { start_mm: [35.0, 40.0, 15.0], ..Config::default() };

@@ -1,7 +1,7 @@
-//! How far a laser's changes of level are from the beginnings of the moves that they belong to.
+//! How far a laser's changes of level are from the beginnings of their moves.
 //!
-//! A move of constant power (M3) has one level. Where it begins, and has another level than was in force before, the duty must
-//! change: the change that is nearest to its beginning is looked for. What follows the speed (M4) changes all the time, and is
+//! A move of constant power (M3) has one level. Where it begins with another level than before, the duty must change.
+//! The change nearest to its beginning is searched for. Power that follows the speed (M4) changes all the time, and is
 //! left out.
 
 use isostep_motion::Power;
@@ -15,15 +15,15 @@ use crate::outcome::Outcome;
 /// The distances of changes of level from the beginnings of their moves.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Beginnings {
-    /// How many moves have another level than was in force before.
+    /// Number of moves with another level than before.
     pub total: usize,
-    /// Of 99 % of them a change is no farther, us.
+    /// The 99th percentile of the distance to the nearest change, us.
     pub p99_us: f64,
-    /// Nor is it of any, us.
+    /// The largest distance, us.
     pub most_us: f64,
 }
 
-/// Of the moves of a run with these `sources`; `None` if the level has to change at none.
+/// The distances in a run whose moves have these `sources`; `None` if the level never has to change.
 pub fn of(outcome: &Outcome, sources: &[Option<Source>]) -> Option<Beginnings> {
     let changes_ns: Vec<u64> =
         outcome.tool.iter().filter(|change| change.output == ToolOutput::Pwm).map(|change| change.t_ns).collect();
@@ -42,7 +42,7 @@ fn changing<'a>(outcome: &'a Outcome, sources: &'a [Option<Source>]) -> impl Ite
         Power::Constant(level) => Some(duties.duty(level)),
         Power::BySpeed(_) => None,
     };
-    // In the order made, each with its run and its duty; at the end of a run it is dark.
+    // In the order made, each with its run and its duty. At the end of a run the laser is dark.
     let mut last = (None, Some(0));
     outcome.moves.iter().zip(sources).filter_map(move |(record, source)| {
         let before = if last.0 == Some(record.run) { last.1 } else { Some(0) };
@@ -52,7 +52,7 @@ fn changing<'a>(outcome: &'a Outcome, sources: &'a [Option<Source>]) -> impl Ite
     })
 }
 
-/// How far the nearest change is from the beginning of a move, us.
+/// Distance of the nearest change from the beginning of a move, us.
 fn nearest_us(record: &MoveRecord, changes_ns: &[u64]) -> f64 {
     let next = changes_ns.partition_point(|&t_ns| t_ns < record.begin_ns());
     let begin_us = record.plan.begin_s() * 1e6;
@@ -86,7 +86,7 @@ mod tests {
         outcome.moves.iter().position(|other| std::ptr::eq(other, record)).unwrap()
     }
 
-    /// Were a level late, or never made, it would be seen.
+    /// A change of level that is late or missing is detected.
     #[test]
     fn a_late_change_is_as_far_as_it_is_late() {
         let mut outcome = outcome();

@@ -1,4 +1,4 @@
-//! What the tool did in a run, as figures.
+//! Figures of what the tool did in a run.
 
 use serde::Serialize;
 
@@ -12,15 +12,15 @@ use crate::pace::course::{Phase, phases};
 /// What the tool did.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ToolFigures {
-    /// Whether it is a laser at the end of the run.
+    /// Whether the tool is a laser at the end of the run.
     pub laser: bool,
-    /// How long the spindle was enabled, or the laser shone, s.
+    /// How long the spindle was enabled, or the laser on, s.
     pub on_s: f64,
-    /// The duty of the PWM output meanwhile; null if it never was on.
+    /// The duty of the PWM output during that time; null if it was never on.
     pub duty: Option<DutyFigures>,
-    /// How often the duty changed.
+    /// Number of changes of the duty.
     pub duty_changes: usize,
-    /// What a laser's beam did; null if it is none.
+    /// Figures of a laser's beam; null for a spindle.
     pub beam: Option<BeamFigures>,
     /// How long flood coolant was on, s.
     pub flood_s: f64,
@@ -35,25 +35,25 @@ pub struct DutyFigures {
     pub least: f64,
     /// The most.
     pub most: f64,
-    /// Its mean over the time.
+    /// The mean over the time.
     pub mean: f64,
 }
 
-/// What a beam did.
+/// What a laser's beam did.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct BeamFigures {
-    /// The length of the path that it made, mm.
+    /// Length of the path with the beam on, mm.
     pub path_mm: f64,
-    /// The time in which it made that, s.
+    /// Time on this path, s.
     pub path_s: f64,
-    /// How long it shone while no axis moved, s.
+    /// How long the beam was on while no axis moved, s.
     pub still_s: f64,
-    /// How far changes of level are from the beginnings of the moves that they belong to; null if there were none.
+    /// Distances of the changes of level from the beginnings of their moves; null if there were none.
     pub beginnings: Option<Beginnings>,
 }
 
 impl ToolFigures {
-    /// Of a run whose moves have these `sources`; `None` if the tool was not used.
+    /// The figures of a run whose moves have these `sources`; `None` if the tool was not used.
     pub fn of(outcome: &Outcome, sources: &[Option<Source>]) -> Option<Self> {
         if outcome.tool.is_empty() {
             return None;
@@ -99,7 +99,8 @@ impl BeamFigures {
     }
 }
 
-/// Each spell, as its begin and end, s from the start of the first move, with each phase of the program in which it falls.
+/// For each spell its start and end, s from the start of the first move, with each phase of the program that overlaps
+/// it.
 fn together<'a>(
     outcome: &'a Outcome,
     sources: &'a [Option<Source>],

@@ -1,8 +1,8 @@
-//! When a tool worked, and how strongly: the changes of its outputs as spells of one duty.
+//! When a tool was on, and with which duty: the changes of its outputs as spells of constant duty.
 
 use super::{ToolChange, ToolOutput};
 
-/// A time in which an output stays as it is, and is on.
+/// A time in which an output is on and does not change.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spell {
     /// When it begins, ns since power-up.
@@ -14,13 +14,13 @@ pub struct Spell {
 }
 
 impl Spell {
-    /// How long it lasts, s.
+    /// Its duration, s.
     pub fn span_s(&self) -> f64 {
         (self.end_ns - self.begin_ns) as f64 * 1e-9
     }
 }
 
-/// When the spindle was enabled, or when a laser shone, until `end_ns` at the latest. In order, and none is empty.
+/// When the spindle was enabled or a laser on, up to `end_ns`. The spells are in order, and none is empty.
 pub fn of_spindle(changes: &[ToolChange], is_laser: bool, end_ns: u64) -> Vec<Spell> {
     let (mut share, mut enabled) = (0.0, false);
     let works = |share: f64, enabled: bool| enabled && (share > 0.0 || !is_laser);
@@ -43,7 +43,7 @@ pub fn of_spindle(changes: &[ToolChange], is_laser: bool, end_ns: u64) -> Vec<Sp
     spells
 }
 
-/// One that goes on with the same duty is no other.
+/// Adds a spell. If it continues the last one with the same duty, they become one.
 fn add(spells: &mut Vec<Spell>, spell: Spell) {
     match spells.last_mut() {
         _ if spell.begin_ns >= spell.end_ns => {}
@@ -52,7 +52,7 @@ fn add(spells: &mut Vec<Spell>, spell: Spell) {
     }
 }
 
-/// How long an output was on until `end_ns`, s.
+/// How long an output was on, up to `end_ns`, s.
 pub fn on_s(changes: &[ToolChange], output: ToolOutput, end_ns: u64) -> f64 {
     let mut since_ns = None;
     let mut total_ns = 0;

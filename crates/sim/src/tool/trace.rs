@@ -4,11 +4,12 @@ use std::io;
 
 use super::{ToolChange, ToolOutput};
 
-/// A duty is told to a millionth.
+/// Duties are written in millionths.
 const PARTS: f64 = 1e6;
 
-/// Writes `t_ns,output,value`: integer nanoseconds since power-up, `pwm|enable|direction|flood|mist`, and the duty of PWM as a
-/// fraction of up to six decimals, of the others 1 for on and 0 for off. All are 0 before their first row.
+/// Writes `t_ns,output,value`: integer nanoseconds since power-up, `pwm|enable|direction|flood|mist`, and the value.
+/// For PWM this is the duty as a fraction with up to six decimals, otherwise 1 for on and 0 for off. All are 0 before
+/// their first row.
 ///
 /// # Errors
 /// Those of `out`.
@@ -23,7 +24,7 @@ pub fn write(changes: &[ToolChange], out: impl io::Write) -> io::Result<()> {
 
 fn value(change: ToolChange) -> String {
     match change.output {
-        // As short as it can be: no digit is added to what is a millionth already.
+        // The shortest text of the rounded value, without digits that are not significant.
         ToolOutput::Pwm => ((change.share() * PARTS).round() / PARTS).to_string(),
         _ => u8::from(change.duty > 0).to_string(),
     }
@@ -33,7 +34,7 @@ fn value(change: ToolChange) -> String {
 mod tests {
     use super::*;
 
-    /// So does the emulated board write them, and its rows are compared with these.
+    /// The emulated board writes the same format, and its rows are compared with these.
     #[test]
     fn rows_come_back_as_they_were() {
         let change = |t_ns, output, duty| ToolChange { t_ns, output, duty };

@@ -6,14 +6,14 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use super::super::theme::{self, Area, Drawn, GRID, INK};
 use super::{Series, colour, decades, label, short};
 
-/// Part of a group's width that its bars take.
+/// The fraction of a group's width that its bars take.
 const FILLED: f64 = 0.72;
 
 /// Height of a line under a group.
 const LINE_PX: i32 = 18;
 
-/// The picture: in each of `groups`, whose names may have several lines, one bar of every series, its value above it;
-/// `None` and what is not above 0 is left out.
+/// Draws the picture: in each of `groups`, whose names may have several lines, one bar for every series with its value
+/// above it. Values that are `None` or not above 0 are left out.
 pub fn bars(title: &str, value_name: &str, groups: &[String], series: &[Series<Option<f64>>]) -> String {
     theme::svg((860, 340), title, |area| draw(area, value_name, groups, series))
 }
@@ -22,7 +22,7 @@ fn draw(area: &Area, value_name: &str, groups: &[String], series: &[Series<Optio
     let shown = |value: &Option<f64>| value.filter(|value| *value > 0.0);
     let (low, high) = decades(series.iter().flat_map(|one| one.values.iter().filter_map(shown)));
     let lines = groups.iter().map(|name| name.lines().count()).max().unwrap_or(0) as i32;
-    // Room for the number above the highest bar.
+    // Leaves room for the number above the highest bar.
     let high = high * 2.0;
     let mut chart = ChartBuilder::on(area)
         .margin(8)

@@ -1,11 +1,11 @@
-//! Measured points, joined, over a logarithmic scale.
+//! Measured points, connected by lines, over a logarithmic scale.
 
 use plotters::prelude::*;
 
 use super::super::theme::{self, Area, Drawn, GRID, INK};
 use super::{Series, colour, label, short};
 
-/// The picture: a curve with a dot at each (x, y) of every series; x above 0, y from 0 on.
+/// Draws the picture: a curve with a dot at each (x, y) of every series; x is above 0, y is 0 or more.
 pub fn curves(title: &str, x_name: &str, y_name: &str, series: &[Series<(f64, f64)>]) -> String {
     theme::svg((860, 340), title, |area| draw(area, x_name, y_name, series))
 }

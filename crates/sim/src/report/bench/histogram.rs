@@ -1,12 +1,13 @@
-//! How often an error was how large.
+//! A histogram of errors.
 
 use plotters::prelude::*;
 
 use super::super::theme::{self, Area, BOUND, Drawn, GRID, INK};
 use super::{colour, label, short};
 
-/// The picture: a bar for each of `bins`, the middle of its errors, ns, and their share of all, over a logarithmic scale,
-/// so that the rare ones are seen too; dashed lines at `bound_ns` on either side. `index` is the colour's.
+/// Draws the picture: one bar for each of `bins`, which are the middle of the bin, ns, and its fraction of all errors.
+/// The scale is logarithmic, so that rare errors are visible too. Dashed lines are at `bound_ns` on either side.
+/// `index` is that of the colour.
 pub fn histogram(title: &str, bins: &[(f64, f64)], bound_ns: f64, index: usize) -> String {
     theme::svg((860, 320), title, |area| draw(area, bins, bound_ns, index))
 }

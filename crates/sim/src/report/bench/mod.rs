@@ -14,27 +14,27 @@ use plotters::style::RGBColor;
 
 use super::theme::AXIS;
 
-/// Values that belong together, under one name and in one colour.
+/// A series of values with one name and one colour.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Series<T> {
-    /// What the key calls them.
+    /// Its name in the key.
     pub name: String,
-    /// In the order drawn.
+    /// The values, in the order drawn.
     pub values: Vec<T>,
 }
 
-/// The colour of the series with this index; of more than three some share it.
+/// The colour of the series with this index. Colours repeat if there are more than three series.
 fn colour(index: usize) -> RGBColor {
     AXIS[index % AXIS.len()]
 }
 
-/// The powers of ten around positive `values`, the lower one below all of them.
+/// The powers of ten around positive `values`; the lower one is below all of them.
 fn decades(values: impl Iterator<Item = f64>) -> (f64, f64) {
     let (low, high) = super::theme::range(values.map(f64::log10));
     (10_f64.powf(low.ceil() - 1.0), 10_f64.powf(high.ceil()))
 }
 
-/// A label of a logarithmic scale: those in between would stand too close.
+/// A label of a logarithmic scale. Some values have none because the labels would be too close.
 fn label(value: f64) -> String {
     let leading = value / 10_f64.powf(value.log10().floor());
     if [1.0, 2.0, 5.0].iter().any(|digit| (leading - digit).abs() < 0.01) { short(value) } else { String::new() }
@@ -52,7 +52,7 @@ pub(super) fn short(value: f64) -> String {
     }
 }
 
-/// Three digits, and no zeros at the end of decimals.
+/// Three significant digits, without zeros at the end of decimals.
 fn trimmed(value: f64) -> String {
     if value == 0.0 {
         return "0".to_owned();

@@ -4,28 +4,28 @@ use maud::{Markup, PreEscaped, html};
 
 use super::super::theme::{self, AXIS_NAMES};
 
-/// A cell of more bytes is broken into lines.
+/// Cells with more bytes than this are broken into lines.
 const LONG: usize = 40;
 
-/// A part of the page.
+/// A section of the page.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Section {
     /// Its heading.
     pub heading: String,
     /// What is measured, and how.
     pub text: String,
-    /// In the order shown.
+    /// The pictures, in the order shown.
     pub pictures: Vec<Picture>,
-    /// The numbers.
+    /// The figures.
     pub table: Option<Table>,
 }
 
-/// A picture and what is said about it.
+/// A picture and its caption.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
-    /// The name of its file, without the extension.
+    /// Name of its file, without the extension.
     pub name: String,
-    /// As one of this module's functions drew it.
+    /// The SVG, drawn by one of this module's functions.
     pub svg: String,
     /// The names of its series, in the order of their colours.
     pub key: Vec<String>,
@@ -36,13 +36,13 @@ pub struct Picture {
 /// A table of text.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Table {
-    /// Its columns.
+    /// The headings of its columns.
     pub head: Vec<String>,
-    /// As many cells each.
+    /// The rows, each with one cell per column.
     pub rows: Vec<Vec<String>>,
 }
 
-/// The whole page; `conditions` is what every figure depends on, and `command` what prints them.
+/// The whole page; `conditions` are those of all figures, and `command` is the command that prints them.
 pub fn page(title: &str, conditions: &str, command: &str, sections: &[Section]) -> String {
     let body = html! {
         h1 { (title) }
@@ -53,7 +53,7 @@ pub fn page(title: &str, conditions: &str, command: &str, sections: &[Section]) 
     theme::document(title, &body)
 }
 
-/// Every picture as a file of its own, by name: SVG in light colours.
+/// Every picture as a separate file, by name: SVG in light colours.
 pub fn files(sections: &[Section]) -> Vec<(String, String)> {
     let pictures = sections.iter().flat_map(|section| &section.pictures);
     pictures.map(|picture| (format!("{}.svg", picture.name), theme::standalone(&picture.svg))).collect()

@@ -1,16 +1,16 @@
-//! Where a beam shone, and how long: the places between the edges, and the spells of the tool.
+//! Where the beam was on, and for how long: combines the positions between the edges with the spells of the tool.
 
 use crate::outcome::Outcome;
 use crate::tool::spells::Spell;
 
-/// The carriage stands between two steps of X or Y.
+/// The position of the carriage between two steps of X or Y.
 struct Stand {
     since_ns: u64,
     steps: [i32; 2],
 }
 
-/// Calls `take` with every place at which the beam shone, X and Y in steps, and with the dose there: its duty times s. In the
-/// order of time.
+/// Calls `take` with every position at which the beam was on, X and Y in steps, and with the dose there, which is duty
+/// times s. In order of time.
 pub fn places(outcome: &Outcome, spells: &[Spell], take: &mut impl FnMut([i32; 2], f64)) {
     let mut stands = stands(outcome).peekable();
     let mut spells = spells.iter().peekable();
@@ -29,7 +29,7 @@ pub fn places(outcome: &Outcome, spells: &[Spell], take: &mut impl FnMut([i32; 2
     }
 }
 
-/// All of the program, in order: homing places the origin anew.
+/// All positions of the program, in order. Homing is left out because it resets the origin.
 fn stands(outcome: &Outcome) -> impl Iterator<Item = Stand> {
     outcome.moves.iter().filter(|record| !record.homing).flat_map(|record| {
         let [x, y, _] = record.origin_steps;

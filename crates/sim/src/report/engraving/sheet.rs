@@ -1,31 +1,32 @@
-//! A sheet of pixels that keeps what dose each has had.
+//! A sheet of pixels that adds up the dose of each.
 
-/// No side has many more pixels.
+/// Approximate limit of the number of pixels per side.
 const PIXELS_MAX: f64 = 1_600.0;
-/// No pixel is smaller, mm.
+/// The smallest side of a pixel, mm.
 const PIXEL_MM_MIN: f64 = 0.05;
-/// The beam is taken to be so wide where it is half as strong as in its middle, mm, or a pixel if that is more: rows as far apart
-/// as a common diode's beam is wide engrave an area without gaps.
+/// The assumed width of the beam at half its maximum, mm; at least one pixel. With rows at a distance of a common diode
+/// laser's beam width, an area is engraved without gaps.
 const SPOT_MM: f64 = 0.1;
-/// Pixels in a row that a spot lights at most.
+/// The largest number of pixels in a row that a spot covers.
 const LIT_MAX: usize = 4;
 
-/// See the module.
+/// A sheet of pixels; see the module.
 pub struct Sheet {
-    /// Row by row from the least Y on, duty times s.
+    /// Doses, duty times s, row by row from the least Y on.
     doses: Vec<f32>,
     width: usize,
     height: usize,
-    /// The middle of the first pixel, X and Y.
+    /// The centre of the first pixel, X and Y.
     corner_mm: [f64; 2],
-    /// The side of a pixel.
+    /// The side of a pixel, mm.
     pub pixel_mm: f64,
-    /// From its middle to where a spot ends, pixels.
+    /// The radius of a spot, pixels.
     spot: f64,
 }
 
 impl Sheet {
-    /// A blank one for all within `extent_mm` of X and of Y, and the spots around; no pixel is smaller than `step_mm`.
+    /// A blank sheet for all positions within `extent_mm` of X and Y, including the spots around them. No pixel is
+    /// smaller than `step_mm`.
     pub fn new(extent_mm: [(f64, f64); 2], step_mm: f64) -> Self {
         let [wide_mm, high_mm] = extent_mm.map(|(low, high)| high - low);
         let pixel_mm = (wide_mm.max(high_mm) / PIXELS_MAX).max(PIXEL_MM_MIN).max(step_mm);
@@ -46,7 +47,7 @@ impl Sheet {
         self.spot * self.pixel_mm
     }
 
-    /// Adds a dose around a place: evenly less from the spot's middle to its end, both ways.
+    /// Adds a dose around a position. It decreases linearly from the centre of the spot to its edge in both directions.
     pub fn add(&mut self, place_mm: [f64; 2], dose: f64) {
         let [(left, columns), (low, rows)] =
             [0, 1].map(|at| self.shares((place_mm[at] - self.corner_mm[at]) / self.pixel_mm));
@@ -58,7 +59,8 @@ impl Sheet {
         }
     }
 
-    /// The first pixel that a spot with this middle lights, and the shares of it and of those behind it: 1 together.
+    /// The first pixel that a spot with this centre covers, and the fractions of the dose for it and the pixels after
+    /// it; their sum is 1.
     fn shares(&self, middle: f64) -> (usize, [f64; LIT_MAX]) {
         let first = (middle - self.spot).floor() + 1.0;
         let shares: [f64; LIT_MAX] =
@@ -67,14 +69,14 @@ impl Sheet {
         (first as usize, shares.map(|share| share / whole))
     }
 
-    /// The dose that 99 % of the pixels that were lit do not exceed.
+    /// The 99th percentile of the dose of all pixels with a dose.
     pub fn strong(&self) -> f32 {
         let mut lit: Vec<f32> = self.doses.iter().copied().filter(|&dose| dose > 0.0).collect();
         let Some(last) = lit.len().checked_sub(1) else { return 0.0 };
         *lit.select_nth_unstable_by(last * 99 / 100, f32::total_cmp).1
     }
 
-    /// Row by row from the top: white where no dose was, black where it was `strong` or more.
+    /// Grey values row by row from the top: white without a dose, black with a dose of `strong` or more.
     pub fn greys(&self, strong: f32) -> Vec<u8> {
         let grey = |&dose: &f32| 255 - (dose / strong * 255.0).min(255.0).round() as u8;
         self.doses.chunks(self.width).rev().flatten().map(grey).collect()
@@ -96,7 +98,7 @@ mod tests {
         assert!((whole - 100.0).abs() < 1e-3, "{whole}");
     }
 
-    /// Of steps and rows that do not fit the pixels an even grey comes.
+    /// The grey is even although steps and rows do not fit the pixels.
     #[test]
     fn rows_as_far_apart_as_the_spot_is_wide_are_an_even_area() {
         let mut sheet = Sheet::new([(0.0, 8.0), (0.0, 8.0)], 0.0);

@@ -1,4 +1,4 @@
-//! Charts of curves, several to a picture.
+//! Charts of curves, one or several in a picture.
 
 use plotters::prelude::*;
 
@@ -6,44 +6,45 @@ use super::super::bench::short;
 use super::super::profile::thin::thin;
 use super::super::theme::{self, Area, CURVE, Drawn, GRID, INK, INTERVAL};
 
-/// plotters places points on whole pixels, which would dent smooth curves: drawn this much larger, none is seen.
+/// plotters rounds points to whole pixels, which would distort smooth curves. Drawn at this scale, the error is not
+/// visible.
 const FINE: u32 = 4;
 /// Width of a picture, pixels.
 const WIDTH: u32 = 860;
-/// A chart that begins nearer to 0 than this fraction of its end begins at 0.
+/// A chart begins at 0 if its first x is less than this fraction of its last.
 const NEAR: f64 = 0.06;
-/// More columns than this are not told apart.
+/// The largest number of columns that are distinguished.
 const COLUMNS: usize = 1_200;
 
 /// One chart of a picture.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Chart {
-    /// What is along, with its unit.
+    /// Name of the x axis, with its unit.
     pub x_name: String,
-    /// What is up, with its unit.
+    /// Name of the y axis, with its unit.
     pub y_name: String,
-    /// Drawn in this order, the later ones on top.
+    /// The curves in the order drawn; later ones are on top.
     pub curves: Vec<Curve>,
-    /// Stretches of x that are shaded.
+    /// Ranges of x that are shaded.
     pub bands: Vec<Band>,
-    /// How values become heights.
+    /// The scale of the y axis.
     pub scale: Scale,
-    /// The lowest and the highest value that are shown; those of the curves if none are given.
+    /// The lowest and the highest value shown; if `None`, those of the curves.
     pub range: Option<(f64, f64)>,
 }
 
-/// Points, and how they are drawn.
+/// Points and their style.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curve {
-    /// Which of the seven colours of curves, from 0.
+    /// Index of one of the seven colours of curves.
     pub colour: usize,
-    /// How it looks.
+    /// The style.
     pub style: Style,
-    /// (x, y), in the order they are joined.
+    /// (x, y), in the order in which they are connected.
     pub points: Vec<(f64, f64)>,
 }
 
-/// How a curve looks.
+/// Style of a curve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Style {
     /// A line.
@@ -56,22 +57,22 @@ pub enum Style {
     Dots,
 }
 
-/// A shaded stretch: accelerating (0), cruising (1) or decelerating (2).
+/// A shaded range of x; the third value means accelerating (0), cruising (1) or decelerating (2).
 pub type Band = (f64, f64, usize);
 
-/// How values become heights.
+/// The scale of the y axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Scale {
-    /// Equal distances are equal differences.
+    /// Linear: equal distances are equal differences.
     #[default]
     Linear,
-    /// Equal distances are equal factors; values must be above 0.
+    /// Logarithmic: equal distances are equal factors; values must be above 0.
     Decades,
-    /// As linear, and the heights mean nothing: they have no labels.
+    /// Linear, but without labels because the values have no meaning.
     Levels,
 }
 
-/// A picture of `charts`, `columns` to a row, each `height` pixels high.
+/// A picture of `charts`, with `columns` charts per row, each `height` pixels high.
 ///
 /// # Panics
 /// If `columns` is 0.
@@ -129,7 +130,7 @@ fn draw(area: &Area, chart: &Chart) -> Drawn {
     Ok(())
 }
 
-/// The points of a curve as they are drawn: as many as can be told apart, none outside the chart.
+/// The points of a curve as drawn: as many as can be distinguished, and none outside the chart.
 fn visible(curve: &Curve, scale: Scale, x: (f64, f64), y: (f64, f64)) -> Vec<(f64, f64)> {
     let points: Vec<_> = curve.points.iter().map(|&(x, value)| (x, height(scale, value).clamp(y.0, y.1))).collect();
     thin(&points, x.0, x.1, COLUMNS)
@@ -142,14 +143,14 @@ fn height(scale: Scale, value: f64) -> f64 {
     }
 }
 
-/// From the first to the last, and from 0 if it is near.
+/// From the first x to the last; begins at 0 if the first is close to it.
 fn extent_x(chart: &Chart) -> (f64, f64) {
     let (from, to) = theme::range(chart.curves.iter().flat_map(|curve| curve.points.iter().map(|point| point.0)));
     let from = if from > 0.0 && from < to * NEAR { 0.0 } else { from };
     if to > from { (from, to) } else { (from - 0.5, from + 0.5) }
 }
 
-/// Room for all values, or for those asked for.
+/// The range of y: room for all values, or the range asked for.
 fn extent_y(chart: &Chart) -> (f64, f64) {
     let values = || chart.curves.iter().flat_map(|curve| curve.points.iter().map(|point| point.1));
     let (low, high) = chart.range.unwrap_or_else(|| theme::range(values()));
@@ -158,7 +159,7 @@ fn extent_y(chart: &Chart) -> (f64, f64) {
     if high > low { (low - room, high + room) } else { (low - 0.5, low + 0.5) }
 }
 
-/// A height as the value it stands for; of decades the whole ones only.
+/// Converts a height to the label of its value; for decades, only whole ones have labels.
 fn label(scale: Scale, height: f64) -> String {
     match scale {
         Scale::Linear => short(if height.abs() < 1e-9 { 0.0 } else { height }),
@@ -167,7 +168,7 @@ fn label(scale: Scale, height: f64) -> String {
     }
 }
 
-/// A place along the chart, with the decimals that tell it from its neighbours.
+/// A value of x, with enough decimals to distinguish it from its neighbours.
 fn tidy(value: f64, extent: (f64, f64)) -> String {
     let decimals = theme::decimals_of(extent.1 - extent.0);
     let text = format!("{value:.decimals$}");

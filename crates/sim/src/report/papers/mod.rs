@@ -1,4 +1,4 @@
-//! Pictures and a page that put the papers' figures beside ours: plain data in, SVG and HTML out.
+//! Pictures and a page that compare the papers' figures with ours: plain data in, SVG and HTML out.
 
 mod chart;
 mod page;

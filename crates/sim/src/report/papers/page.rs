@@ -1,78 +1,78 @@
-//! The page around the pictures.
+//! The HTML page with the pictures.
 
 use maud::{Markup, PreEscaped, html};
 
 use super::super::theme;
 
-/// A cell of more bytes is broken into lines.
+/// Cells with more bytes than this are broken into lines.
 const LONG: usize = 24;
 
-/// All that is on the page.
+/// The content of the page.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Page {
     /// Its title.
     pub title: String,
-    /// What it is about, and what its figures depend on.
+    /// Introduction: its subject, and what its figures depend on.
     pub lead: Vec<String>,
-    /// What prints it.
+    /// The command that prints it.
     pub command: String,
-    /// In the order shown.
+    /// The sections, in the order shown.
     pub sections: Vec<Section>,
 }
 
-/// A part of the page.
+/// A section of the page.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Section {
     /// Its heading.
     pub heading: String,
     /// What is compared, and how.
     pub text: Vec<String>,
-    /// Figures side by side.
+    /// Figures that are compared.
     pub comparisons: Vec<Comparison>,
-    /// In the order shown.
+    /// The pictures, in the order shown.
     pub pictures: Vec<Picture>,
-    /// The numbers.
+    /// The tables.
     pub tables: Vec<Table>,
 }
 
-/// A paper's figure and ours, in text.
+/// A figure of a paper and our figure, as text.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Comparison {
-    /// What it is.
+    /// The quantity.
     pub figure: String,
-    /// Where it stands in the paper.
+    /// Where it is in the paper.
     pub place: String,
-    /// The paper's.
+    /// The paper's value.
     pub theirs: String,
-    /// Where that comes from.
+    /// How the paper obtained this value.
     pub basis: String,
-    /// Ours.
+    /// Our value.
     pub ours: String,
-    /// How far apart they are.
+    /// The difference.
     pub difference: String,
 }
 
-/// A picture and what it teaches.
+/// A picture and its caption.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Picture {
-    /// The name of its file, without the extension.
+    /// Name of its file, without the extension.
     pub name: String,
-    /// As [`charts`](super::charts) drew it.
+    /// The SVG, drawn by [`charts`](super::charts).
     pub svg: String,
-    /// Colours, as a [`Curve`](super::Curve) numbers them, and what they stand for.
+    /// Colours, by their index in [`Curve`](super::Curve), and their meanings.
     pub key: Vec<(usize, String)>,
-    /// What it shows.
+    /// The caption.
     pub caption: String,
 }
 
 /// A table of text.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
 pub struct Table {
-    /// What it holds.
+    /// The caption.
     pub caption: String,
-    /// Its columns.
+    /// The headings of its columns.
     pub head: Vec<String>,
-    /// As many cells each.
+    /// The rows, each with one cell per column.
     pub rows: Vec<Vec<String>>,
 }
 
@@ -90,7 +90,7 @@ pub fn page(page: &Page) -> String {
     theme::document(&page.title, &body)
 }
 
-/// Every picture of `page` as a file of its own, by name: SVG in light colours.
+/// Every picture of `page` as a separate file, by name: SVG in light colours.
 pub fn files(page: &Page) -> Vec<(String, String)> {
     let pictures = page.sections.iter().flat_map(|section| &section.pictures);
     pictures.map(|picture| (format!("{}.svg", picture.name), theme::standalone(&picture.svg))).collect()
@@ -134,12 +134,12 @@ fn table(table: &Table) -> Markup {
     }
 }
 
-/// The class of a cell that is broken into lines.
+/// The CSS class of a cell that is broken into lines.
 fn wraps(cell: &str) -> Option<&'static str> {
     (cell.len() > LONG).then_some("found")
 }
 
-/// A line of its own above the caption.
+/// The key, in a separate line above the caption.
 fn key(names: &[(usize, String)]) -> Markup {
     html! {
         @for (colour, name) in names {

@@ -1,4 +1,4 @@
-//! Position, speed, acceleration and jerk of several profiles over time, one over the other: plain data in, SVG out.
+//! Position, speed, acceleration and jerk of several profiles over time in one picture: plain data in, SVG out.
 
 mod panel;
 pub(super) mod thin;
@@ -7,10 +7,10 @@ use super::theme::{self, Area, CURVE, Drawn};
 use panel::Panel;
 use plotters::prelude::*;
 
-/// What a profile does over time, s. A curve without points is not drawn.
+/// The curves of a profile over time, s. A curve without points is not drawn.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Curve {
-    /// What the key calls it.
+    /// Its name in the key.
     pub name: String,
     /// Instants, s, and positions, steps.
     pub position: Vec<(f64, f64)>,
@@ -22,17 +22,17 @@ pub struct Curve {
     pub jerk: Vec<(f64, f64)>,
 }
 
-/// Places of a drawing are whole numbers: with four to a pixel, a slow curve has no stairs.
+/// Coordinates of a drawing are whole numbers: with four per pixel, a slow curve has no visible steps.
 const FINE: u32 = 4;
 const WIDTH: u32 = 860 * FINE;
 const KEY_HEIGHT: u32 = 34 * FINE;
 const PANEL_HEIGHT: u32 = 232 * FINE;
-/// Room for the name of the time axis.
+/// Height for the name of the time axis.
 const FOOT: u32 = 26 * FINE;
 
-/// The picture: four panels over one time axis, and a key above them; the first curve lies on top.
-/// Points that share a column of the picture are drawn
-/// as its first, lowest, highest and last, so no peak is lost.
+/// Draws the picture: four panels over one time axis, and a key above them; the first curve is on top. If several
+/// points fall into one column of the picture, the first, the lowest, the highest and the last are drawn, so no peak is
+/// lost.
 #[must_use]
 pub fn picture(title: &str, curves: &[Curve]) -> String {
     let panels = Panel::ALL;
@@ -49,18 +49,18 @@ pub fn picture(title: &str, curves: &[Curve]) -> String {
     })
 }
 
-/// The picture as a file of its own: SVG in light colours.
+/// The picture as a separate file: SVG in light colours.
 #[must_use]
 pub fn file(title: &str, curves: &[Curve]) -> String {
     theme::standalone(&picture(title, curves))
 }
 
-/// The colour of the curve with this index; of more than seven some share it.
+/// The colour of the curve with this index. Colours repeat if there are more than seven curves.
 fn colour(index: usize) -> RGBColor {
     CURVE[index % CURVE.len()]
 }
 
-/// A line of each colour and its name, side by side.
+/// The key: a line of each colour and its name, side by side.
 fn key(area: &Area, curves: &[Curve]) -> Drawn {
     let fine = |pixels: usize| pixels as i32 * FINE as i32;
     let share = (WIDTH as i32 - fine(80)) / curves.len().max(1) as i32;

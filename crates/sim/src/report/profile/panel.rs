@@ -1,4 +1,4 @@
-//! One quantity of all profiles.
+//! The panel of one quantity of all profiles.
 
 use plotters::prelude::*;
 
@@ -7,22 +7,22 @@ use super::super::theme::{self, Area, Drawn, GRID, INK};
 use super::thin::thin;
 use super::{Curve, FINE, colour};
 
-/// As many columns as the widest line has pixels.
+/// Number of columns: the pixels of the widest line.
 const COLUMNS: usize = 760;
-/// Length of the marks on the axes, pixels.
+/// Length of the tick marks on the axes, pixels.
 const MARK: u32 = 5;
 
-/// One quantity.
+/// The panel of one quantity.
 #[derive(Clone, Copy)]
 pub struct Panel {
     name: &'static str,
     points: fn(&Curve) -> &[(f64, f64)],
-    /// The time axis is named below it.
+    /// Whether it is the lowest panel, which names the time axis.
     last: bool,
 }
 
 impl Panel {
-    /// From position to jerk.
+    /// All panels, from position to jerk.
     pub const ALL: [Self; 4] = [
         Self { name: "position, steps", points: |curve| &curve.position, last: false },
         Self { name: "speed, steps/s", points: |curve| &curve.speed, last: false },
@@ -30,7 +30,7 @@ impl Panel {
         Self { name: "jerk, steps/s³", points: |curve| &curve.jerk, last: true },
     ];
 
-    /// Whether it is the lowest.
+    /// Whether it is the lowest panel.
     pub fn is_last(self) -> bool {
         self.last
     }
@@ -63,7 +63,7 @@ impl Panel {
         Ok(())
     }
 
-    /// Room for all values and for 0.
+    /// A range with room for all values and for 0.
     fn extent(self, curves: &[Curve]) -> (f64, f64) {
         let values = curves.iter().flat_map(|curve| (self.points)(curve)).map(|point| point.1);
         let (low, high) = theme::range(values.chain([0.0]));
@@ -72,7 +72,7 @@ impl Panel {
     }
 }
 
-/// From 0 to the last instant of all curves: all panels have one time axis.
+/// From 0 to the last instant of all curves: all panels have the same time axis.
 fn times(curves: &[Curve]) -> (f64, f64) {
     let lists = curves.iter().flat_map(|curve| [&curve.position, &curve.speed, &curve.accel, &curve.jerk]);
     let (from_s, to_s) = theme::range(lists.flatten().map(|point| point.0).chain([0.0]));

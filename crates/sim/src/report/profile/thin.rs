@@ -1,7 +1,7 @@
-//! Fewer points, and no peak lost.
+//! Reduces the number of points without losing a peak.
 
-/// The points as a line over `columns` columns shows them: of each column the first, the lowest, the highest and the
-/// last, in the order of time.
+/// The points needed to draw a line over `columns` columns: of each column the first, the lowest, the highest and the
+/// last, in order of time.
 pub fn thin(points: &[(f64, f64)], from: f64, to: f64, columns: usize) -> Vec<(f64, f64)> {
     let width = ((to - from) / columns as f64).max(f64::MIN_POSITIVE);
     let column = |point: &(f64, f64)| ((point.0 - from) / width).floor();
