@@ -95,14 +95,49 @@ fn chip_crates_neither_allocate_nor_await_where_they_must_not() {
     }
 }
 
+/// What may be there for tests alone: unit tests, the standard library for them, the README's examples.
+const FOR_TESTS: [&str; 4] = ["mod tests", "extern crate std;", "#[path = ", "#[doc = include_str!"];
+
+/// A task, or anything that a task uses, must not have a twin that only the tests know: the code that is tested is the code that
+/// ships. Unit tests inside a crate are welcome.
 #[test]
 fn no_task_has_a_twin_for_tests() {
-    for package in ["motion", "controller"] {
+    for package in ["profile", "motion", "console", "controller"] {
         for path in sources(&root().join("crates").join(package).join("src")) {
             let text = fs::read_to_string(&path).unwrap();
-            // Tests of a function, behind all else, are not in its place.
-            let ships = text.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default();
-            assert!(!ships.contains("cfg(test)"), "{}: the code that is tested is the code that ships", path.display());
+            for line in twins(&text) {
+                panic!(
+                    "{}: `{line}` is there in tests alone, or not in tests: tests are to see the code that ships",
+                    path.display()
+                );
+            }
         }
     }
+}
+
+/// The lines that a condition on tests includes or excludes, but for those that may be.
+fn twins(text: &str) -> impl Iterator<Item = &str> {
+    let lines = text.lines().zip(text.lines().skip(1).chain([""]));
+    lines.filter_map(|(line, next)| {
+        let (line, next) = (line.trim(), next.trim());
+        let is_attribute =
+            line.starts_with("#[cfg(test") || line.starts_with("#[cfg(doctest") || line.starts_with("#[cfg(all(test");
+        if is_attribute && FOR_TESTS.iter().any(|allowed| next.starts_with(allowed)) {
+            return None;
+        }
+        let is_comment = line.starts_with("//");
+        let is_conditional = ["cfg(test", "cfg(not(test", "cfg!(test", "cfg_attr(test", "cfg(doctest"]
+            .iter()
+            .any(|word| line.contains(word));
+        (is_conditional && !is_comment).then_some(line)
+    })
+}
+
+#[test]
+fn a_twin_is_found_and_unit_tests_are_not() {
+    let found = |text| twins(text).count();
+    assert_eq!(found("#[cfg(test)]\nmod tests {\n    use super::*;\n}\n"), 0);
+    assert_eq!(found("#[cfg(test)]\nmod tests;\n\nfn more() {}\n"), 0);
+    assert_eq!(found("#[cfg(test)]\nasync fn run() {}\n#[cfg(not(test))]\nasync fn run() {}\n"), 2);
+    assert_eq!(found("let wait = if cfg!(test) { 0 } else { 1 };"), 1);
 }

@@ -1,7 +1,7 @@
 //! Speed, acceleration and jerk of a law, by differences and in closed form.
 
 use clap::ValueEnum;
-use isostep_sim::analysis::gradient;
+use isostep_sim::analysis::{gradient, mean_derivative};
 use isostep_sim::report::profile as picture;
 
 use super::curve::Curve;
@@ -42,4 +42,16 @@ pub fn differences(curve: &Curve) -> picture::Curve {
 /// The largest value of either sign.
 pub fn peak(points: &[(f64, f64)]) -> f64 {
     points.iter().map(|point| point.1.abs()).fold(0.0, f64::max)
+}
+
+/// The largest mean, of either sign, of the derivative of order `N` - 1 over `N` steps that follow each other.
+///
+/// Near standstill steps are far apart, and there differences of differences may show half as much again as a law has. A mean
+/// over steps shows no more than that, ever.
+pub fn peak_mean<const N: usize>(curve: &Curve) -> f64 {
+    let means = curve.samples.windows(N).map(|samples| {
+        let sample = |index: usize| samples[index];
+        mean_derivative(std::array::from_fn::<_, N, _>(|k| sample(k).0), std::array::from_fn(|k| sample(k).1))
+    });
+    means.map(f64::abs).fold(0.0, f64::max)
 }

@@ -6,7 +6,7 @@ use isostep_sim::report::profile as picture;
 
 use super::curve::{Curve, Step};
 use super::exact::Exact;
-use super::kinematics::{differences, peak};
+use super::kinematics::{differences, peak, peak_mean};
 
 /// Steps shown from either end of a single law.
 const ENDS: usize = 5;
@@ -47,27 +47,28 @@ pub fn rows(curves: &[Curve]) -> Vec<Row> {
     rows
 }
 
-/// Peak acceleration and jerk: in closed form, if a law has one, and by differences.
+/// Peak acceleration and jerk. With a closed form there are its peaks, and those of the mean over a few steps, which the law's
+/// own limits hold for. Without any there are those by differences, as the papers take them.
 fn peaks(curves: &[Curve]) -> Vec<Row> {
-    let slopes: Vec<_> = curves.iter().map(differences).collect();
-    let exact = |name, value: fn(&Exact) -> f64| {
-        let cell = |curve: &Curve| curve.exact.as_ref().map_or("-".to_owned(), |exact| digits(value(exact)));
-        Row { name, cells: curves.iter().map(cell).collect() }
-    };
-    let steps = |name, points: fn(&picture::Curve) -> &[(f64, f64)]| Row {
+    let row = |name, value: &dyn Fn(&Curve) -> Option<f64>| Row {
         name,
-        cells: slopes.iter().map(|slopes| digits(peak(points(slopes)))).collect(),
+        cells: curves.iter().map(|curve| value(curve).map_or("-".to_owned(), digits)).collect(),
     };
-    let mut rows = vec![
-        exact("peak acceleration, steps/s2", Exact::peak_accel),
-        steps("peak acceleration by differences, steps/s2", |slopes| &slopes.accel),
-        exact("peak jerk, steps/s3", Exact::peak_jerk),
-        steps("peak jerk by differences, steps/s3", |slopes| &slopes.jerk),
-    ];
     if curves.iter().all(|curve| curve.exact.is_none()) {
-        rows.retain(|row| row.name.contains("differences"));
+        let slopes =
+            |curve: &Curve, points: fn(&picture::Curve) -> &[(f64, f64)]| Some(peak(points(&differences(curve))));
+        return vec![
+            row("peak acceleration by differences, steps/s2", &|curve| slopes(curve, |slopes| &slopes.accel)),
+            row("peak jerk by differences, steps/s3", &|curve| slopes(curve, |slopes| &slopes.jerk)),
+        ];
     }
-    rows
+    let exact = |curve: &Curve, value: fn(&Exact) -> f64| curve.exact.as_ref().map(value);
+    vec![
+        row("peak acceleration, steps/s2", &|curve| exact(curve, Exact::peak_accel)),
+        row("  mean over 3 steps, at most", &|curve| Some(peak_mean::<3>(curve))),
+        row("peak jerk, steps/s3", &|curve| exact(curve, Exact::peak_jerk)),
+        row("  mean over 4 steps, at most", &|curve| Some(peak_mean::<4>(curve))),
+    ]
 }
 
 /// The table, and the ends of a law that stands alone.

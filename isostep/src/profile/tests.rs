@@ -4,6 +4,7 @@ use clap::Parser;
 use isostep_generators::{FrequencyLaw, FrequencyProfile};
 use isostep_profile::{IntervalLaw, Limits, Profile, SpeedLaw};
 
+use super::kinematics::{differences, peak, peak_mean};
 use super::*;
 
 #[derive(Parser)]
@@ -227,4 +228,20 @@ fn help_teaches_with_lines_that_work() {
             words.take_while(|word| word.starts_with("--") || !["paper", "as"].contains(word)).collect();
         curves(&words.join(" "));
     }
+}
+
+/// Near standstill steps are far apart: differences of differences show a jerk that the law does not have, means over steps do not.
+#[test]
+fn the_table_shows_no_jerk_that_a_law_does_not_have() {
+    let curves = curves("--law s-curve,sine --steps 4000 --top-speed 2400 --accel 2500 --jerk 12500");
+    for curve in &curves {
+        let exact = curve.exact.as_ref().unwrap();
+        let (accel, jerk) = (peak_mean::<3>(curve), peak_mean::<4>(curve));
+        assert!((0.99..=1.0 + 1e-5).contains(&(accel / exact.peak_accel())), "{}: {accel}", curve.name);
+        assert!((0.99..=1.0 + 1e-5).contains(&(jerk / exact.peak_jerk())), "{}: {jerk}", curve.name);
+        assert!(peak(&differences(curve).jerk) > 1.4 * exact.peak_jerk());
+    }
+    let text = table::table(&curves);
+    let line = text.lines().find(|line| line.contains("mean over 4 steps")).unwrap();
+    assert!(line.contains("12500"), "{text}");
 }

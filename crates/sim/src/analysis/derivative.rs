@@ -36,6 +36,27 @@ pub fn gradient(t: &[f64], y: &[f64]) -> Vec<f64> {
     (0..t.len()).map(at).collect()
 }
 
+/// The mean of the derivative of order `N` - 1 over `N` samples: (N - 1)! times their divided difference.
+///
+/// It is a weighted mean of the derivative between the first and the last of them, so it is never above the highest value that
+/// the derivative has there. Differences of differences ([`gradient`]) promise no such thing where samples are far apart.
+///
+/// ```
+/// use isostep_sim::analysis::mean_derivative;
+///
+/// // y = t²
+/// assert_eq!(mean_derivative([0.0, 1.0, 3.0], [0.0, 1.0, 9.0]), 2.0);
+/// ```
+#[must_use]
+pub fn mean_derivative<const N: usize>(t: [f64; N], mut y: [f64; N]) -> f64 {
+    for order in 1..N {
+        for k in 0..N - order {
+            y[k] = order as f64 * (y[k + 1] - y[k]) / (t[k + order] - t[k]);
+        }
+    }
+    y[0]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -13,7 +13,7 @@ mod oscillator;
 mod statistics;
 mod welch;
 
-pub use derivative::gradient;
+pub use derivative::{gradient, mean_derivative};
 pub use oscillator::{Oscillator, OscillatorError, Ringing};
 pub use statistics::{deviation, mean};
 pub use welch::{SEGMENT_MAX, Spectrum, welch};

@@ -20,6 +20,8 @@
 
 use isostep_profile::{Limits, SpeedLaw};
 
+use crate::analysis::mean_derivative;
+
 /// By what fraction a measurement may exceed a limit that is kept.
 pub const GRAIN: f64 = 0.01;
 
@@ -132,18 +134,8 @@ fn means<const N: usize>(times_s: &[f64], spacing_s: f64) -> impl Iterator<Item 
             edges[k] = *after.get(edges[k - 1])?;
         }
         let end_s = *times_s.get(edges[N - 1])?;
-        Some((end_s, derivative(edges.map(|edge| times_s[edge]), edges.map(|edge| edge as f64))))
+        Some((end_s, mean_derivative(edges.map(|edge| times_s[edge]), edges.map(|edge| edge as f64))))
     })
-}
-
-/// (N - 1)! times the divided difference of the positions.
-fn derivative<const N: usize>(times_s: [f64; N], mut places: [f64; N]) -> f64 {
-    for order in 1..N {
-        for k in 0..N - order {
-            places[k] = order as f64 * (places[k + 1] - places[k]) / (times_s[k + order] - times_s[k]);
-        }
-    }
-    places[0]
 }
 
 /// The fraction of the step after the first edge that cannot have been made by the second edge. The other end is
