@@ -21,13 +21,14 @@ const CRATES_IN_RAM: [&str; 10] = [
     "libm",
 ];
 /// What serves the consoles, in thread mode, their reports and arcs, and what runs once before anything moves.
-const MAY_WAIT: [&str; 6] = [
+const MAY_WAIT: [&str; 7] = [
     "isostep_console",
     "isostep_controller",
     "isostep_motion7machine7Machine6status",
     "libm4math5atan2",
     "libm4math4atan",
     "____embassy_main_task",
+    "embassy_usb7builder",
 ];
 const HANDLERS: [&str; 9] = [
     "TIMER_IRQ_0",
