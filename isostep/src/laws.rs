@@ -37,10 +37,10 @@ fn about(law: SpeedLaw) -> &'static str {
         SpeedLaw::Trapezoid => "Constant acceleration",
         SpeedLaw::SCurve => "Limited jerk",
         SpeedLaw::Sine => "Half a wave of a cosine over time",
-        SpeedLaw::Linear => "Paper 000, eq 5",
-        SpeedLaw::Quadratic => "Paper 000, eq 6",
-        SpeedLaw::Sinusoidal => "Paper 000, eq 7",
-        SpeedLaw::Logarithmic => "Paper 000, eq 8",
+        SpeedLaw::Linear => "Fonseca-Campos 2023, eq 5",
+        SpeedLaw::Quadratic => "Fonseca-Campos 2023, eq 6",
+        SpeedLaw::Sinusoidal => "Fonseca-Campos 2023, eq 7",
+        SpeedLaw::Logarithmic => "Fonseca-Campos 2023, eq 8",
     }
 }
 

@@ -42,9 +42,9 @@ fn absent() -> Section {
     Section {
         heading: "Not reproduced".to_owned(),
         text: vec![
-            "Paper 000: figures 8 and 9 (motors without load against frequency, and steps in excess at 300 us), the measured \
-             dots of figures 10 to 13, and the averages of Table 7, which are gravity. Paper 002: its section 4 names a motor and \
-             prints no measurement. Paper 004: figures 7, 8 and 10 (the prototype, its drawing, the memory it takes). All need \
+            "Fonseca-Campos 2023: figures 8 and 9 (motors without load against frequency, and steps in excess at 300 us), the measured \
+             dots of figures 10 to 13, and the averages of Table 7, which are gravity. Stoychitch 2018: its section 4 names a motor and \
+             prints no measurement. Forero 2023: figures 7, 8 and 10 (the prototype, its drawing, the memory it takes). All need \
              the papers' hardware."
                 .to_owned(),
         ],

@@ -6,13 +6,13 @@ use serde::Serialize;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub enum Paper {
     /// Frequency over the step index.
-    #[serde(rename = "000")]
+    #[serde(rename = "Fonseca-Campos 2023")]
     Frequency,
     /// Linear speed over time.
-    #[serde(rename = "002")]
+    #[serde(rename = "Stoychitch 2018")]
     Linear,
     /// The parking gantry.
-    #[serde(rename = "004")]
+    #[serde(rename = "Forero 2023")]
     Gantry,
 }
 
@@ -21,12 +21,14 @@ impl Paper {
     pub fn title(self) -> &'static str {
         match self {
             Self::Frequency => {
-                "Paper 000: Fonseca-Campos and others (2023), Implementation in Microcontrollers of an Algorithm for the \
+                "Fonseca-Campos 2023: Fonseca-Campos and others (2023), Implementation in Microcontrollers of an Algorithm for the \
                  Simple Generation of Speed Profiles in a Stepper Motor"
             }
-            Self::Linear => "Paper 002: Stoychitch (2018), Generate stepper motor linear speed profile in real time",
+            Self::Linear => {
+                "Stoychitch 2018: Stoychitch (2018), Generate stepper motor linear speed profile in real time"
+            }
             Self::Gantry => {
-                "Paper 004: Forero, Ramírez and Blanco (2023), Design of a Trapezoidal Motion Profile to the Physical \
+                "Forero 2023: Forero, Ramírez and Blanco (2023), Design of a Trapezoidal Motion Profile to the Physical \
                  Implementation of a 3P Cartesian Robot Prototype"
             }
         }
@@ -198,6 +200,9 @@ mod tests {
     fn json_has_numbers_as_numbers() {
         let row = Paper::Frequency.asks("VI.G", "saved").number("%", 2).printed(10.0, 9.91);
         let json = serde_json::to_value(&row).unwrap();
-        assert_eq!((&json["paper"], &json["theirs"], &json["basis"]), (&"000".into(), &10.0.into(), &"printed".into()));
+        assert_eq!(
+            (&json["paper"], &json["theirs"], &json["basis"]),
+            (&"Fonseca-Campos 2023".into(), &10.0.into(), &"printed".into())
+        );
     }
 }

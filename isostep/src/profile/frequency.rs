@@ -1,4 +1,4 @@
-//! Paper 000's laws of frequency over the step index.
+//! Fonseca-Campos's laws of frequency over the step index.
 
 use anyhow::{Result, bail};
 use isostep_generators::{FrequencyError, FrequencyLaw, FrequencyProfile, TruncatedProfile};
@@ -8,7 +8,9 @@ use super::curve::{Curve, Step};
 use super::number::{count, needed};
 
 #[derive(clap::Args, Clone, Copy, Debug, Default)]
-#[command(next_help_heading = "Paper 000: frequency over the step index (linear, quadratic, sinusoidal, logarithmic)")]
+#[command(
+    next_help_heading = "Fonseca-Campos 2023: frequency over the step index (linear, quadratic, sinusoidal, logarithmic)"
+)]
 pub struct FrequencyArgs {
     /// Steps of each ramp (p_N), 2 to half of the steps
     #[arg(long, value_name = "P", value_parser = count, allow_negative_numbers = true)]
@@ -41,7 +43,7 @@ impl FrequencyArgs {
         let [ramp, max, min] = [self.ramp_steps.map(f64::from), self.max_period_us, self.min_period_us]
             .map(|value| value.map_or(String::new(), |value| value.to_string()));
         let how = if self.truncated { "as printed: half periods of whole us" } else { "exact" };
-        format!("N = {steps}, p_N = {ramp}, periods {max} to {min} us and back; {how} (paper 000, eqs 5-8)")
+        format!("N = {steps}, p_N = {ramp}, periods {max} to {min} us and back; {how} (Fonseca-Campos 2023, eqs 5-8)")
     }
 
     /// Plans `law`.
@@ -88,7 +90,7 @@ fn truncated(law: FrequencyLaw, n: u32, ramp: u32, max_us: f64, min_us: f64) -> 
     Ok(Curve::of_steps(law.name(), steps, plan.step_counts(), Some(plan.duration_us() as f64 * 1e-6)))
 }
 
-/// The law as paper 000's of frequency, if it is one of the four.
+/// The law as Fonseca-Campos's of frequency, if it is one of the four.
 pub fn law_of_paper(law: SpeedLaw) -> Option<FrequencyLaw> {
     FrequencyLaw::ALL.into_iter().find(|of_paper| of_paper.name() == law.name())
 }

@@ -1,4 +1,4 @@
-//! The step generators of paper 002, beside the exact one.
+//! The step generators of Stoychitch 2018, beside the exact one.
 
 use std::iter::once;
 
@@ -11,7 +11,7 @@ use isostep_profile::Limits;
 pub enum Generator {
     /// Each step at the instant of the closed form
     Exact,
-    /// Each interval from the last one: paper 002, eqs 11-13
+    /// Each interval from the last one: Stoychitch 2018, eqs 11-13
     TimePerStep,
     /// The same with the first and last five intervals corrected: eq 14
     TimePerStepCorrected,

@@ -23,7 +23,7 @@ pub fn curves(curve: &Curve, derivatives: Derivatives) -> picture::Curve {
     }
 }
 
-/// Speed, acceleration and jerk by differences of what comes before each (paper 000, section VI.A).
+/// Speed, acceleration and jerk by differences of what comes before each (Fonseca-Campos 2023, section VI.A).
 pub fn differences(curve: &Curve) -> picture::Curve {
     let (t_s, position): (Vec<f64>, Vec<f64>) = curve.samples.iter().copied().unzip();
     let speed = gradient(&t_s, &position);

@@ -26,7 +26,7 @@ pub struct MachineArgs {
     /// Jerk never exceeded, steps/s3: of the s-curve
     #[arg(long, value_name = "STEPS/S3", allow_negative_numbers = true)]
     jerk: Option<f64>,
-    /// Accelerate, cruise and decelerate for a third of the time each (paper 004)
+    /// Accelerate, cruise and decelerate for a third of the time each (Forero 2023)
     #[arg(long)]
     thirds: bool,
     /// What makes the steps of a trapezoid [default: exact]

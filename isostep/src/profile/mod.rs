@@ -2,10 +2,10 @@
 //!
 //! # Design
 //! ```text
-//! frequency: paper 000's N, p_N, periods ---+
+//! frequency: Fonseca-Campos's N, p_N, periods ---+
 //!                                           +--> curve: steps and phases --> table, files
 //! machine: speeds, accelerations, jerk -----+      |
-//!    generator: paper 002's             kinematics: differences; exact: the closed form
+//!    generator: Stoychitch's             kinematics: differences; exact: the closed form
 //! ```
 
 mod curve;
@@ -35,27 +35,27 @@ use crate::laws::speed_laws;
 /// Compare speed laws: a table, every step as CSV, curves over time
 #[derive(clap::Args)]
 #[command(after_help = "\
-A law is planned either as paper 000 does, from periods and steps of a ramp, or as the machine does, from speeds and
-accelerations; which one, the options say. Paper 000's four laws can be either: of frequency over the step index, or of
+A law is planned either as Fonseca-Campos 2023 does, from periods and steps of a ramp, or as the machine does, from speeds and
+accelerations; which one, the options say. Fonseca-Campos's four laws can be either: of frequency over the step index, or of
 speed over displacement, as the ramp of a synchronised move (which needs a start speed above 0).
 
 Several laws, or several generators, stand side by side in the table and one over the other in the picture.
 
 CSV: step,t_us,period_us,frequency_hz, with as many decimals as it takes to lose nothing.
   t_us          the instant of the step's rising edge, the first at 0
-  period_us     to the next rising edge. Paper 000's last step has a period too, of the lowest frequency; of other laws
+  period_us     to the next rising edge. Fonseca-Campos's last step has a period too, of the lowest frequency; of other laws
                 the last step has none, and the field is empty
   frequency_hz  1e6/period_us
 
 Examples:
   isostep profile --law linear --steps 120 --ramp-steps 24 --max-period-us 4000 --min-period-us 1500
   isostep profile --law linear,quadratic,sinusoidal,logarithmic --steps 120 --ramp-steps 24 \\
-      --max-period-us 4000 --min-period-us 1500 --plot laws.html         paper 000, table 1: all four laws
+      --max-period-us 4000 --min-period-us 1500 --plot laws.html         Fonseca-Campos 2023, table 1: all four laws
   isostep profile --law logarithmic --steps 120 --ramp-steps 24 --max-period-us 4000 --min-period-us 1500 \\
       --truncated --csv steps.csv                                        as the paper's program makes it
   isostep profile --law trapezoid,s-curve,sine --steps 4000 --top-speed 2400 --accel 2500 --jerk 12500 --plot a.svg
   isostep profile --law trapezoid --generator exact,time-per-step,time-per-step-corrected,steps-per-time \\
-      --steps 4096 --start-speed 326 --top-speed 1304 --accel 1304 --decel 652     paper 002's motor")]
+      --steps 4096 --start-speed 326 --top-speed 1304 --accel 1304 --decel 652     Stoychitch's motor")]
 pub struct Args {
     /// The law, or several
     #[arg(long, value_name = "LAW", value_delimiter = ',', value_parser = speed_laws())]
@@ -105,7 +105,9 @@ fn plan(args: &Args) -> Result<(Vec<Curve>, String)> {
     let steps = args.steps.context("how many steps? Give --steps N, such as --steps 120")?;
     let (paper, machine) = (args.frequency.given(), args.machine.given());
     if let (Some(paper), Some(machine)) = (paper, machine) {
-        bail!("{paper} plans as paper 000 does and {machine} as the machine does: give the options of one of them");
+        bail!(
+            "{paper} plans as Fonseca-Campos 2023 does and {machine} as the machine does: give the options of one of them"
+        );
     }
     let of_the_paper = args.law.iter().all(|&law| frequency::law_of_paper(law).is_some());
     if paper.is_some() || (machine.is_none() && of_the_paper) {

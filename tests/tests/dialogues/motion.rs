@@ -465,10 +465,10 @@ fn motors_are_freed_no_sooner_than_their_drivers_take_it() {
     }
 }
 
-/// Paper 004 on its own machine: 20,000 steps of Y in thirds of 4.5 s, where the paper measured 4.5 / 4.725 / 6.8 s and
+/// Forero 2023 on its own machine: 20,000 steps of Y in thirds of 4.5 s, where the paper measured 4.5 / 4.725 / 6.8 s and
 /// lost steps on the way. 9.8766 mm/s2 are the paper's V_c/t1 = 2,222.2/4.5 steps/s2 at 50 steps/mm.
 #[test]
-fn paper_004_moves_in_three_equal_intervals_without_losing_a_step() {
+fn forero_2023_moves_in_three_equal_intervals_without_losing_a_step() {
     let mut sim = homed();
     for line in ["$900=1", "$120=9.8766", "$121=9.8766", "G0 X150 Y400"] {
         assert_eq!(say(&mut sim, line), ["ok"]);

@@ -4,7 +4,7 @@
 ///
 /// Inside, it is the slope at the sample of the parabola through it and its neighbours: exact to second order for any
 /// spacing. At each end it is the slope to the only neighbour, exact to first order. This is `numpy.gradient(y, t)`
-/// with its default, `edge_order=1`. Paper 000, section VI.A, uses it to take speed from position, acceleration from
+/// with its default, `edge_order=1`. Fonseca-Campos 2023, section VI.A, uses it to take speed from position, acceleration from
 /// speed and jerk from acceleration. So the first and the last value of each derivative are less accurate than the
 /// others.
 ///

@@ -3,10 +3,10 @@
 //!
 //! | item | what | after |
 //! |---|---|---|
-//! | [`gradient`] | derivative of samples at unequal spacing | `numpy.gradient`, as paper 000, section VI.A used it |
-//! | [`Oscillator`] | **model** of a carriage on a spring, driven by a profile's acceleration | paper 000, section VI.F |
-//! | [`welch()`] | power spectral density | `scipy.signal.welch` and its defaults, as paper 000, section VI.F used it |
-//! | [`mean`], [`deviation`] | average and standard deviation | paper 000, Table 7 |
+//! | [`gradient`] | derivative of samples at unequal spacing | `numpy.gradient`, as Fonseca-Campos 2023, section VI.A used it |
+//! | [`Oscillator`] | **model** of a carriage on a spring, driven by a profile's acceleration | Fonseca-Campos 2023, section VI.F |
+//! | [`welch()`] | power spectral density | `scipy.signal.welch` and its defaults, as Fonseca-Campos 2023, section VI.F used it |
+//! | [`mean`], [`deviation`] | average and standard deviation | Fonseca-Campos 2023, Table 7 |
 
 mod derivative;
 mod oscillator;

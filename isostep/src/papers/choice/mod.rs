@@ -15,8 +15,8 @@ const ADVICE: [&str; 7] = [
     "gentler still and nothing to set; its ramps are pi/2 times as long as a trapezoid's",
     "gentle at low speed, hardest at the top, where a stepper has least torque; jolts at the top speed",
     "the same, more so: a long creep before a short burst",
-    "no jolt: the gentlest of paper 000's; slow to leave the start speed",
-    "hardest at low speed, where a stepper has most torque: the fastest of paper 000's; jolts at start and end",
+    "no jolt: the gentlest of Fonseca-Campos's; slow to leave the start speed",
+    "hardest at low speed, where a stepper has most torque: the fastest of Fonseca-Campos's; jolts at start and end",
 ];
 
 /// The whole section.
@@ -28,7 +28,7 @@ pub fn section() -> Result<Section> {
             format!(
                 "One move of {STEPS} steps by every law that Isostep can be set to, each as fast as the same limits allow: \
                  {} steps/s2 and {} steps/s, from a start speed of {} steps/s, and {} steps/s3 for the S-curve. Trapezoid, \
-                 S-curve and sine are laws over time. The others are paper 000's, over displacement: from standstill they would \
+                 S-curve and sine are laws over time. The others are Fonseca-Campos's, over displacement: from standstill they would \
                  never start, and the slower the start speed, the longer they take.",
                 LIMITS.accel_steps_s2, LIMITS.top_speed_steps_s, LIMITS.start_speed_steps_s, LIMITS.jerk_steps_s3
             ),

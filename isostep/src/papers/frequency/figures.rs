@@ -1,4 +1,4 @@
-//! Paper 000's figures 7, 10, 11 and 12, simulated as the paper simulates them, and without its truncation.
+//! Fonseca-Campos's figures 7, 10, 11 and 12, simulated as the paper simulates them, and without its truncation.
 
 use anyhow::Result;
 use isostep_generators::FrequencyLaw;
@@ -128,7 +128,7 @@ fn figure_7() -> Result<Picture> {
         chart("jerk, deg/s³", |curve| &curve.jerk),
     ];
     Ok(Picture {
-        name: "000-figure-7".to_owned(),
+        name: "fonseca-campos-2023-figure-7".to_owned(),
         svg: charts("Position, speed, acceleration and jerk of the four laws of Table 1", 2, 300, &panels),
         key: key(),
         caption: "Figure 7: Table 1, a ramp of 24 of 120 steps. Lines: exact periods; dots: the program's even \
@@ -152,7 +152,7 @@ fn figure_10() -> Result<Picture> {
         }
     });
     Ok(Picture {
-        name: "000-figure-10".to_owned(),
+        name: "fonseca-campos-2023-figure-10".to_owned(),
         svg: charts("Position over time of the four laws of Table 1", 2, 220, &charts_of.collect::<Vec<_>>()),
         key: Vec::new(),
         caption: "Figure 10: position over time by Table 1, the paper's simulated curves. Its measured dots need its \
@@ -174,7 +174,7 @@ fn figure_11() -> Result<Picture> {
         ..Chart::default()
     };
     Ok(Picture {
-        name: "000-figure-11".to_owned(),
+        name: "fonseca-campos-2023-figure-11".to_owned(),
         svg: charts("Normalised speed of the four laws of Table 2", 1, 320, &[chart]),
         key: key(),
         caption: "Figure 11: speed by Table 2, normalised as the paper does, over each other instead of side by side. A move \
@@ -203,7 +203,7 @@ fn figure_12() -> Result<Picture> {
         }
     });
     Ok(Picture {
-        name: "000-figure-12".to_owned(),
+        name: "fonseca-campos-2023-figure-12".to_owned(),
         svg: charts("Normalised acceleration of the four laws of Table 4", 2, 260, &charts_of.collect::<Vec<_>>()),
         key: key().into_iter().chain([(4, "as printed, even microseconds".to_owned())]).collect(),
         caption: "Figure 12: acceleration by Table 4, in shares of the exact law's highest. At 300 us a microsecond more or \

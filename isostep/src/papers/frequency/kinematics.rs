@@ -1,4 +1,4 @@
-//! Position, speed, acceleration and jerk over time, as paper 000 takes them (sections II.B and VI.A).
+//! Position, speed, acceleration and jerk over time, as Fonseca-Campos 2023 takes them (sections II.B and VI.A).
 
 use isostep_generators::{FrequencyProfile, TruncatedProfile};
 use isostep_sim::analysis::gradient;

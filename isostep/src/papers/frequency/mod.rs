@@ -1,4 +1,4 @@
-//! Paper 000: frequency over the step index.
+//! Fonseca-Campos 2023: frequency over the step index.
 
 mod durations;
 mod figures;

@@ -1,4 +1,4 @@
-//! Paper 000's tables of parameters.
+//! Fonseca-Campos's tables of parameters.
 
 use isostep_generators::{FrequencyError, FrequencyLaw, FrequencyProfile, TruncatedProfile};
 

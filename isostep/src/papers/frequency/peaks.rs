@@ -1,4 +1,4 @@
-//! When the vibration is greatest, and which law has most power (paper 000, section VI.F, figure 13): a model.
+//! When the vibration is greatest, and which law has most power (Fonseca-Campos 2023, section VI.F, figure 13): a model.
 
 use anyhow::Result;
 use isostep_generators::FrequencyLaw;

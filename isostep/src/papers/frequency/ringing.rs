@@ -1,4 +1,4 @@
-//! Paper 000's Table 7 and figure 13 beside the model's.
+//! Fonseca-Campos's Table 7 and figure 13 beside the model's.
 
 use anyhow::Result;
 use isostep_generators::FrequencyLaw;
@@ -105,7 +105,7 @@ fn waveform_picture(laws: &[Modelled], scale: f64) -> Result<Picture> {
     };
     let panels: Vec<Chart> = laws.iter().enumerate().map(one).collect();
     Ok(Picture {
-        name: "000-figure-13-time".to_owned(),
+        name: "fonseca-campos-2023-figure-13-time".to_owned(),
         svg: charts("Modelled vibration of the four laws of Table 6 over time", 2, 240, &panels),
         key: Vec::new(),
         caption: "Figure 13, in the model: what a sensor on the carriage reads, 180 samples of 10 ms, here of a carriage of \
@@ -132,7 +132,7 @@ fn spectrum_picture(laws: &[Modelled], scale: f64) -> Result<Picture> {
         ..Chart::default()
     };
     Ok(Picture {
-        name: "000-figure-13-spectrum".to_owned(),
+        name: "fonseca-campos-2023-figure-13-spectrum".to_owned(),
         svg: charts("Power spectral density of the modelled vibration", 1, 320, &[chart]),
         key: key(),
         caption: format!(
@@ -159,7 +159,7 @@ fn sweep_picture(laws: &[Modelled]) -> Result<Picture> {
         ..Chart::default()
     };
     Ok(Picture {
-        name: "000-natural-frequency".to_owned(),
+        name: "fonseca-campos-2023-natural-frequency".to_owned(),
         svg: charts("Vibration over the natural frequency of the carriage", 1, 320, &[chart]),
         key: key(),
         caption: "The same moves on carriages of 10 to 100 Hz. The logarithmic law rings most up to about 75 Hz; the paper's four \

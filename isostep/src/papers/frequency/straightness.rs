@@ -1,4 +1,4 @@
-//! Why the linear law's speed is no straight line over time (paper 000, section VI.A).
+//! Why the linear law's speed is no straight line over time (Fonseca-Campos 2023, section VI.A).
 
 use anyhow::Result;
 use isostep_generators::FrequencyLaw;
@@ -93,7 +93,7 @@ pub fn picture() -> Result<Picture> {
     let over_steps = chart("step", &exact.steps(), &truncated.steps());
     let key = [(0, "exact"), (1, "as printed, even microseconds"), (6, "straight line")];
     Ok(Picture {
-        name: "000-linear-ramp".to_owned(),
+        name: "fonseca-campos-2023-linear-ramp".to_owned(),
         svg: charts("Acceleration of the linear law over time and over steps", 2, 300, &[over_time, over_steps]),
         key: key.map(|(colour, name)| (colour, name.to_owned())).to_vec(),
         caption: "Table 1's linear law while it accelerates. Its frequency rises by the same amount every step (right), and \

@@ -1,4 +1,4 @@
-//! What the laws leave ringing (paper 000, section VI.F, Tables 5 to 7, figure 13): a model.
+//! What the laws leave ringing (Fonseca-Campos 2023, section VI.F, Tables 5 to 7, figure 13): a model.
 
 use anyhow::Result;
 use isostep_generators::{FrequencyLaw, FrequencyProfile};
@@ -11,11 +11,11 @@ use super::parameters::TABLE_6;
 pub const NATURAL_HZ: [f64; 11] = [40.0, 41.0, 42.0, 43.0, 44.0, 45.0, 46.0, 47.0, 48.0, 49.0, 50.0];
 /// Of the damping that just prevents oscillation: a lightly damped metal structure.
 pub const DAMPING_RATIO: f64 = 0.02;
-/// Samples of a waveform (paper 000, section VI.F).
+/// Samples of a waveform (Fonseca-Campos 2023, section VI.F).
 pub const SAMPLES: usize = 180;
-/// Waveforms of a law (paper 000, section VI.F): here each begins a tenth of a sample later than the one before.
+/// Waveforms of a law (Fonseca-Campos 2023, section VI.F): here each begins a tenth of a sample later than the one before.
 pub const WAVEFORMS: usize = 10;
-/// t_s (paper 000, Table 5).
+/// t_s (Fonseca-Campos 2023, Table 5).
 pub const SAMPLE_HZ: f64 = 100.0;
 
 /// Speed over time, (s, steps/s), from corner to corner.

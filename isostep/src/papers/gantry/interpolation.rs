@@ -1,4 +1,4 @@
-//! Paper 004's figure 9: two axes at once, and how straight they go.
+//! Forero's figure 9: two axes at once, and how straight they go.
 
 use anyhow::Result;
 use isostep_sim::report::papers::{Chart, Curve, Picture, Style, charts};
@@ -96,7 +96,7 @@ pub fn picture() -> Result<Picture> {
         ..Chart::default()
     };
     Ok(Picture {
-        name: "004-figure-9".to_owned(),
+        name: "forero-2023-figure-9".to_owned(),
         svg: charts("Two axes: position, and distance from the straight line, over time", 1, 300, &[position, stray]),
         key: vec![
             (1, "paper, 20,000 steps".to_owned()),

@@ -1,4 +1,4 @@
-//! Paper 004's Table 1: the intervals of the staircase, of its timers, and ours.
+//! Forero's Table 1: the intervals of the staircase, of its timers, and ours.
 
 use anyhow::Result;
 use isostep_generators::{Preload, PreloadTimer, Staircase, TimedStaircase, TimedTread};
@@ -142,7 +142,7 @@ pub fn picture() -> Result<Picture> {
         ..Chart::default()
     };
     Ok(Picture {
-        name: "004-figure-2".to_owned(),
+        name: "forero-2023-figure-2".to_owned(),
         svg: charts("Speed over time: the staircase and ours", 1, 340, &[chart]),
         key: vec![(1, "the paper's staircase".to_owned()), (0, "Isostep, thirds (shaded)".to_owned())],
         caption: "Figure 2: 20,000 steps with t_1 = 4.5 s. A stair is as high as the ramp where the ramp is lower, so a ramp of \

@@ -1,4 +1,4 @@
-//! Paper 004: the parking gantry.
+//! Forero 2023: the parking gantry.
 
 mod interpolation;
 mod intervals;

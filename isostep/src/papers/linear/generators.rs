@@ -1,4 +1,4 @@
-//! Paper 002, section 3: the generators, and the linear law that they are held against.
+//! Stoychitch 2018, section 3: the generators, and the linear law that they are held against.
 
 use anyhow::Result;
 use isostep_generators::{Correction, StepsPerTime, TimePerStep};
@@ -8,7 +8,7 @@ use super::motor::{STEPS_PER_REV, limits};
 
 /// The timer of "time per step" and of our segments, Hz: the paper does not print one.
 pub const TICK_HZ: u32 = 1_000_000;
-/// The interrupts of "steps per time", Hz (paper 002, appendix).
+/// The interrupts of "steps per time", Hz (Stoychitch 2018, appendix).
 pub const SERVICE_HZ: u32 = 10_000;
 
 /// What the generators are called, in the order of [`generators`].
@@ -27,7 +27,7 @@ pub struct Generator {
 /// What an interval is held against.
 #[derive(Clone, Copy)]
 enum Truth {
-    /// The speed that the law has at step i, counted from 0 (paper 002, eqs 9 and 10).
+    /// The speed that the law has at step i, counted from 0 (Stoychitch 2018, eqs 9 and 10).
     SpeedAtStep,
     /// The time that the law takes from one step's displacement to the next's; the first step's is given.
     TimeFrom(f64),

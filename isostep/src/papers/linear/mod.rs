@@ -1,4 +1,4 @@
-//! Paper 002: linear speed over time.
+//! Stoychitch 2018: linear speed over time.
 
 mod generators;
 mod motor;

@@ -1,4 +1,4 @@
-//! Paper 002's motor: the defaults of its appendix.
+//! Stoychitch's motor: the defaults of its appendix.
 
 use std::f64::consts::TAU;
 

@@ -1,4 +1,4 @@
-//! Paper 002, section 2: trajectory planning, step by step as its flow chart has it.
+//! Stoychitch 2018, section 2: trajectory planning, step by step as its flow chart has it.
 
 use anyhow::Result;
 use isostep_profile::{IntervalLaw, Profile, SpeedLaw};
@@ -79,7 +79,7 @@ pub fn picture() -> Result<Picture> {
     let (triangle, trapezoid) = (panels.remove(0), panels.remove(0));
     let rows: Vec<Chart> = triangle.into_iter().zip(trapezoid).flat_map(|(one, other)| [one, other]).collect();
     Ok(Picture {
-        name: "002-figures-1-and-3".to_owned(),
+        name: "stoychitch-2018-figures-1-and-3".to_owned(),
         svg: charts("Position, speed and acceleration of a triangle and a trapezoid", 2, 230, &rows),
         key: Vec::new(),
         caption: "Figures 1 and 3: the paper's motor over half a radian (left, a triangle: the top speed is not reached) and over \

@@ -1,4 +1,4 @@
-//! Paper 002's figures 2 and 5: the first steps.
+//! Stoychitch's figures 2 and 5: the first steps.
 
 use anyhow::Result;
 use isostep_sim::report::papers::{Chart, Curve, Picture, Scale, Style, charts};
@@ -27,7 +27,7 @@ pub fn steps() -> Result<Picture> {
         ..Chart::default()
     };
     Ok(Picture {
-        name: "002-figure-2".to_owned(),
+        name: "stoychitch-2018-figure-2".to_owned(),
         svg: charts("Steps at constant speed and while accelerating", 1, 220, &[chart]),
         key: vec![(1, "constant speed".to_owned()), (0, "accelerating".to_owned())],
         caption: "Figure 2: twelve steps in the same time. Speed that rises in a straight line means intervals that shrink, \
@@ -61,7 +61,7 @@ pub fn stairs() -> Result<Picture> {
     curves.push(Curve { colour: 6, style: Style::Dashed, points: line.collect() });
     let chart = Chart { x_name: "time, s".to_owned(), y_name: "speed, rad/s".to_owned(), curves, ..Chart::default() };
     Ok(Picture {
-        name: "002-figure-5".to_owned(),
+        name: "stoychitch-2018-figure-5".to_owned(),
         svg: charts("Speed of the first steps of each generator", 1, 360, &[chart]),
         key: speed_error::key().into_iter().chain([(6, "the linear law".to_owned())]).collect(),
         caption: "Figure 5: each stair is an interval, as high as its speed. Exact intervals cross the law in their middle. Time \

@@ -97,7 +97,7 @@ pub fn picture() -> Result<Picture> {
     let near = curves.iter().filter(|curve| curve.colour != STEPS_PER_TIME).cloned().collect();
     let panels = [chart(curves, None), chart(near, Some((-0.3, 0.3)))];
     Ok(Picture {
-        name: "002-speed-error".to_owned(),
+        name: "stoychitch-2018-speed-error".to_owned(),
         svg: charts("Speed error of each generator over the steps of a revolution", 1, 260, &panels),
         key: key(),
         caption: "One revolution of the paper's motor from v_s = 0.5 rad/s; below, the same seen closer. Steps per time can \
