@@ -135,9 +135,18 @@ mod tests {
         assert_eq!(value("99999999.9"), Some(1e8), "rounded to the nearest there is");
         assert_eq!(value("100000000"), None);
         assert_eq!(value("1000000000000000000000000"), None);
+        // The digit that counts is one of those that are not kept: it must not read as 0.
+        assert_eq!(value("00000000000000000005"), None);
         assert_eq!(value("0.1000000000000000000000000001"), Some(0.1));
         // One digit more than are kept; ten of them are significant.
         assert_eq!(value("0.000000009999999999"), Some(1e-8));
+    }
+
+    #[test]
+    fn a_code_may_have_many_decimals_and_few_digits_before_them() {
+        let code = |text: &str| Decimal::read(text.as_bytes()).unwrap().0.code_hundredths();
+        assert_eq!((code("38.2"), code("1.00000000"), code("12345678")), (Some(3_820), Some(100), Some(1_234_567_800)));
+        assert_eq!((code("123456789"), code("-1"), code("+1")), (None, None, None));
     }
 
     proptest! {
