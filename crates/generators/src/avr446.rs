@@ -1,32 +1,34 @@
-//! The integer ramp of Austin (2005), *Generate stepper-motor speed profiles in real time*, as Atmel's application note
-//! AVR446, *Linear speed control of stepper motor*, runs it.
+//! The integer ramp of Austin (2005), *Generate stepper-motor speed profiles in real time*, in the form that Atmel's
+//! application note AVR446, *Linear speed control of stepper motor*, gives it.
 
 use libm::sqrt;
 
 use super::{GeneratorError, check_top_speed, profile};
 use isostep_profile::Limits;
 
-/// The exact first interval is f sqrt(2/a); the series is 44 % off at its first term, which this makes good for the rest.
+/// The exact first interval is f sqrt(2/a). The first term of the series is 44 % off; this factor corrects the terms
+/// after it.
 const FIRST_INTERVAL_FACTOR: f64 = 0.676;
-/// So that twice an interval and a remainder together fit 31 bits.
+/// The limit at which twice an interval plus a remainder still fits 31 bits.
 const FIRST_INTERVAL_MAX_TICKS: f64 = 536_870_912.0;
-/// So that 4 n, the divisor, fits 30 bits.
+/// The limit at which the divisor, 4 n, fits 30 bits.
 const STEPS_MAX: u32 = 1 << 28;
 
 /// c_n = c_(n-1) - (2 c_(n-1) + rest)/(4 n + 1) in integers, with c_0 = 0.676 f sqrt(2/a), and the remainder of each
 /// division carried into the next. Yields the intervals c_0 to c_(N-2) of N steps, ticks.
 ///
-/// Its closed form, from rest, is c_n = f sqrt(2/a) (sqrt(n + 1) - sqrt(n)): step n, counted from 0, at displacement n.
-/// Deceleration runs n down to 0, with the divisor 4 n - 1. The cruise interval is the whole number of ticks below f/v.
+/// Its closed form, from rest, is c_n = f sqrt(2/a) (sqrt(n + 1) - sqrt(n)): step n, counted from 0, is at displacement
+/// n. The deceleration counts n down to 0, with the divisor 4 n - 1. The cruise interval is f/v, rounded down to whole
+/// ticks.
 #[derive(Clone, Copy, Debug)]
 pub struct Avr446 {
     phase: Phase,
     interval: u32,
     rest: u32,
-    /// Steps from the beginning of the acceleration, or to the end of the deceleration.
+    /// Number of steps from the beginning of the acceleration, or to the end of the deceleration.
     n: u32,
     cruise: u32,
-    /// The interval that the deceleration sets out from.
+    /// The interval with which the deceleration begins.
     last_accel: u32,
     /// Steps already made.
     made: u32,
@@ -45,7 +47,7 @@ impl Avr446 {
     /// Plans `steps` steps from rest to rest, in ticks of `tick_hz`.
     ///
     /// # Errors
-    /// Names the value that does not work and its limit. The start speed is 0, the top speed at most `tick_hz`, the
+    /// The value that does not work, and its limit. The start speed must be 0, the top speed at most `tick_hz`, the
     /// steps at most 2^28, and acceleration and deceleration such that an interval is at most 2^29 ticks.
     pub fn plan(steps: u32, limits: &Limits, tick_hz: u32) -> Result<Self, GeneratorError> {
         profile(steps, limits)?;
@@ -82,7 +84,7 @@ impl Avr446 {
         match self.phase {
             Phase::Accel => {
                 self.n += 1;
-                let faster = self.interval - self.ratio(4 * self.n + 1);
+                let faster = self.interval - self.quotient(4 * self.n + 1);
                 if self.made >= self.decel_start {
                     self.decelerate();
                     faster
@@ -100,7 +102,7 @@ impl Avr446 {
             Phase::Cruise => self.cruise,
             Phase::Decel => {
                 self.n -= 1;
-                self.interval + self.ratio(4 * self.n - 1)
+                self.interval + self.quotient(4 * self.n - 1)
             }
         }
     }
@@ -109,8 +111,8 @@ impl Avr446 {
         (self.phase, self.n) = (Phase::Decel, self.steps - self.decel_start);
     }
 
-    /// (2 c + rest) / `divisor`; keeps the remainder.
-    fn ratio(&mut self, divisor: u32) -> u32 {
+    /// (2 c + rest) / `divisor`. The remainder is kept for the next division.
+    fn quotient(&mut self, divisor: u32) -> u32 {
         let dividend = 2 * self.interval + self.rest;
         self.rest = dividend % divisor;
         dividend / divisor
@@ -121,7 +123,8 @@ impl Avr446 {
 fn decel_steps(steps: u32, limits: &Limits) -> u32 {
     let (a, d) = (limits.accel_steps_s2, limits.decel_steps_s2);
     let top = limits.top_speed_steps_s;
-    // Where the top speed is reached, and where the deceleration has to begin if it is not.
+    // The step at which the top speed is reached, and the step at which the deceleration has to begin if it is not
+    // reached.
     let to_top = ((top * top / (2.0 * a)) as u32).max(1);
     let to_peak = ((f64::from(steps) * d / (a + d)) as u32).max(1);
     let decel = if to_peak <= to_top { steps - to_peak.min(steps) } else { (f64::from(to_top) * a / d) as u32 };
@@ -137,7 +140,7 @@ impl Iterator for Avr446 {
         }
         let interval = self.interval;
         self.made += 1;
-        // The interval after the last one is nobody's, and its divisor would be 4 * 0 - 1.
+        // The interval after the last one is not used, and its divisor would be 4 * 0 - 1.
         if self.made + 1 < self.steps {
             self.interval = self.next_interval();
         }

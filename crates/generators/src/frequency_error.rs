@@ -1,4 +1,4 @@
-//! Why a profile of paper 000 was refused.
+//! Why a profile of Fonseca-Campos 2023 was refused.
 
 use core::fmt;
 
@@ -16,7 +16,7 @@ pub enum FrequencyError {
         /// The fewest that work.
         min: u32,
     },
-    /// Both ramps do not fit: 2 p_N > N.
+    /// The two ramps do not fit: 2 p_N > N.
     LongRamp {
         /// What was asked, steps.
         asked: u32,

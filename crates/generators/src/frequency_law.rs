@@ -1,5 +1,5 @@
-//! How paper 000 lets the step frequency rise and fall over the step index (Fonseca-Campos and others, 2023,
-//! *Implementation in Microcontrollers of an Algorithm for the Simple Generation of Speed Profiles in a Stepper
+//! How the step frequency rises and falls over the step index in Fonseca-Campos 2023 (Fonseca-Campos and others,
+//! 2023, *Implementation in Microcontrollers of an Algorithm for the Simple Generation of Speed Profiles in a Stepper
 //! Motor*).
 
 use core::f64::consts::PI;
@@ -7,24 +7,25 @@ use core::fmt;
 
 use libm::{cos, log};
 
-/// Frequency over the step index on a ramp of p_N steps (paper 000, eqs 5-8).
+/// Frequency over the step index on a ramp of p_N steps (Fonseca-Campos 2023, eqs 5-8).
 ///
-/// The paper writes each law with its own constants a0 to a8. All are the same sentence: a fraction of the span from f_min
-/// to f_max, which grows from 0 at the first step to 1 at step p_N and falls from 1 at step N - p_N to 0 at step N.
+/// The paper writes each law with its own constants a0 to a8. All of them have the same form: a fraction of the span
+/// from f_min to f_max, which grows from 0 at the first step to 1 at step p_N, and falls from 1 at step N - p_N to 0 at
+/// step N.
 ///
-/// These are the equations. The listings in the paper's appendices are meant to be the same and differ:
+/// These are the equations. The listings in the paper's appendices are meant to be the same, but differ:
 ///
 /// - Arduino, quadratic: `a2*(i*1) + a3` instead of a2 i² + a3. The ramp is straight, ends at
 ///   f_min + (f_max - f_min)/(p_N + 1), and jumps to f_max.
 /// - MicroPython, logarithmic: a8 has `f_max + f_min` instead of f_max - f_min. The deceleration begins at
 ///   f_max + 2 f_min, above the top frequency.
-/// - MicroPython, all laws: below 20 steps one pulse instead of N.
-/// - MicroPython, p_N = 0 or 1, as `int(s*.2)` gives below 10 steps: a division by zero, before the rule for short
-///   moves is asked. In C the quotient is infinite or not a number, and unused if N < 20.
+/// - MicroPython, all laws: a move of fewer than 20 steps makes one pulse instead of N.
+/// - MicroPython, p_N = 0 or 1, which `int(s*.2)` gives below 10 steps: a division by zero happens before the rule for
+///   short moves is applied. In C the quotient is infinite or not a number, and is not used if N < 20.
 /// - Arduino: the pins given to the constructor are never stored in `_dirPin` and `_stepPin`.
 /// - Arduino: `pN*pN` overflows where an `int` has 16 bits and p_N > 181.
 ///
-/// MicroPython's sinusoidal law is printed with a broken line; it is read here as Arduino's.
+/// MicroPython's sinusoidal law is printed with a broken line. It is read here like Arduino's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FrequencyLaw {
     /// Eq 5.
@@ -52,7 +53,8 @@ impl FrequencyLaw {
         }
     }
 
-    /// Share of the span at step `i` = 1 to `ramp_steps` of the acceleration, 0 to 1; `ramp_steps` is at least 2.
+    /// The fraction of the span at step `i` = 1 to `ramp_steps` of the acceleration, 0 to 1; `ramp_steps` is at
+    /// least 2.
     pub(super) fn rising_ratio(self, i: u32, ramp_steps: u32) -> f64 {
         let (i, p) = (f64::from(i), f64::from(ramp_steps));
         match self {
@@ -63,7 +65,7 @@ impl FrequencyLaw {
         }
     }
 
-    /// Share of the span `left` = N - i steps before the last one, 0 to 1; `left` is at most `ramp_steps`.
+    /// The fraction of the span at `left` = N - i steps before the last one, 0 to 1; `left` is at most `ramp_steps`.
     pub(super) fn falling_ratio(self, left: u32, ramp_steps: u32) -> f64 {
         let (left, p) = (f64::from(left), f64::from(ramp_steps));
         match self {
@@ -75,7 +77,7 @@ impl FrequencyLaw {
     }
 }
 
-/// From 0 to 1 as -cos goes from -1 to 1.
+/// Rises from 0 to 1 while x goes from 0 to 1, as half a wave of a cosine.
 fn half_wave(x: f64) -> f64 {
     (1.0 - cos(PI * x)) / 2.0
 }

@@ -1,4 +1,4 @@
-//! Paper 000's profiles, exact: the equations without their truncation to microseconds.
+//! Fonseca-Campos's profiles by the exact equations, without the truncation to microseconds.
 
 use super::{FrequencyError, FrequencyLaw};
 use isostep_profile::StepCounts;
@@ -10,11 +10,11 @@ pub const PERIOD_MAX_US: f64 = 1e9;
 /// Every law divides by p_N - 1 or by ln p_N.
 const RAMP_MIN_STEPS: u32 = 2;
 
-/// A move of N steps whose frequency rises over p_N steps from f_min to f_max, stays, and falls over the last p_N
-/// (paper 000, eqs 5-8), with absolute instants and nothing truncated.
+/// A move of N steps whose frequency rises over p_N steps from f_min to f_max, is constant, and falls over the last p_N
+/// steps (Fonseca-Campos 2023, eqs 5-8). Its instants are absolute, and nothing is truncated.
 ///
-/// The rule that a move of fewer than 20 steps runs at f_min is the printed program's, not the equations': it belongs
-/// to [`TruncatedProfile`](super::TruncatedProfile) alone.
+/// The rule that a move of fewer than 20 steps runs at f_min is part of the printed program, not of the equations. Only
+/// [`TruncatedProfile`](super::TruncatedProfile) follows it.
 ///
 /// ```
 /// use isostep_generators::{FrequencyLaw, FrequencyProfile};
@@ -39,7 +39,7 @@ impl FrequencyProfile {
     /// f_min) down to `min_period_us` (tau_min, of f_max) and back. Periods are [`PERIOD_MIN_US`] to [`PERIOD_MAX_US`].
     ///
     /// # Errors
-    /// Names the value and the bound: N = 0, p_N < 2, 2 p_N > N, a period out of range, tau_min above tau_max.
+    /// The value and the bound: N = 0, p_N < 2, 2 p_N > N, a period out of range, tau_min above tau_max.
     pub fn plan(
         law: FrequencyLaw,
         steps: u32,
@@ -71,8 +71,8 @@ impl FrequencyProfile {
         self.ramp_steps
     }
 
-    /// Steps of each branch of the equations: p_N, those between, and p_N + 1, as step N - p_N already belongs to the last.
-    /// Without any between, where 2 p_N = N, that step is the acceleration's.
+    /// Steps of each branch of the equations: p_N; those between; and p_N + 1, because step N - p_N already belongs to
+    /// the last branch. If there are none between, because 2 p_N = N, that step belongs to the acceleration.
     #[must_use]
     pub fn step_counts(&self) -> StepCounts {
         let accel = self.ramp_steps;
@@ -80,8 +80,8 @@ impl FrequencyProfile {
         StepCounts { accel, cruise: self.steps - accel - decel, decel }
     }
 
-    /// f\[i\], Hz, of step `i` = 1 to N (clamped to them). Step p_N is the last of the acceleration, step N - p_N the
-    /// first of the deceleration; both have f_max.
+    /// f\[i\], Hz, of step `i` = 1 to N (clamped to this range). Step p_N is the last of the acceleration, step N - p_N
+    /// the first of the deceleration; both have f_max.
     #[must_use]
     pub fn frequency_hz(&self, i: u32) -> f64 {
         let i = i.clamp(1, self.steps);
@@ -93,11 +93,11 @@ impl FrequencyProfile {
         } else {
             self.law.falling_ratio(left, self.ramp_steps)
         };
-        // Exact at either end, which f_min + share * span is not.
+        // This is exact at both ends, unlike f_min + ratio * span.
         self.min_hz * (1.0 - ratio) + self.max_hz * ratio
     }
 
-    /// 1/f\[i\], s, of step `i` = 1 to N: from its rising edge to the next; that of step N ends the move.
+    /// 1/f\[i\], s, of step `i` = 1 to N: the time from its rising edge to the next. That of step N ends the move.
     #[must_use]
     pub fn period_s(&self, i: u32) -> f64 {
         1.0 / self.frequency_hz(i)
@@ -109,7 +109,7 @@ impl FrequencyProfile {
         FrequencyEdges { profile: *self, given: 0, sum_s: 0.0, rest_s: 0.0 }
     }
 
-    /// The sum of all N periods, s. Adds them up: its cost grows with N.
+    /// The sum of all N periods, s. It is computed by a loop, so its cost grows with N.
     #[must_use]
     pub fn duration_s(&self) -> f64 {
         let mut edges = self.edges_s();
@@ -119,7 +119,7 @@ impl FrequencyProfile {
 }
 
 /// The rising edges of a [`FrequencyProfile`], s. The sum carries what each addition rounds off (Kahan and Babuska), so
-/// that the millionth instant is as good as the first.
+/// the millionth instant is as accurate as the first.
 #[derive(Clone, Copy, Debug)]
 pub struct FrequencyEdges {
     profile: FrequencyProfile,

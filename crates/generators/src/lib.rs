@@ -1,21 +1,22 @@
-//! Step generators of the literature, written from their equations: what [`Segments`](isostep_profile::Segments) is compared with.
+//! Step generators of the literature, written from their equations. [`Segments`](isostep_profile::Segments) is compared
+//! with them.
 //!
 //! | generator | method | arithmetic a step |
 //! |---|---|---|
-//! | [`TimePerStep`] | paper 002, eqs 11-14: the next interval from the last one | two products, a sum and a quotient of floats |
-//! | [`StepsPerTime`] | paper 002, eq 17: speed and position summed at a fixed rate | two sums and a comparison, as often as the rate says |
+//! | [`TimePerStep`] | Stoychitch 2018, eqs 11-14: the next interval from the last | two products, a sum and a quotient of floats |
+//! | [`StepsPerTime`] | Stoychitch 2018, eq 17: speed and position summed at a fixed rate | two sums and a comparison at that rate |
 //! | [`Avr446`] | Austin (2005) and Atmel's AVR446: the square root's series | one integer division |
 //!
-//! Each is planned from the steps of one axis and its [`Limits`], from the start speed to the start speed, and is an
-//! iterator over the intervals between its steps, in ticks: one fewer than there are steps. All of them carry a
-//! rounded interval or sum from step to step, so what they lose, they keep.
+//! Each is planned from the steps of one axis and its [`Limits`]. It begins and ends at the start speed, and is an
+//! iterator over the intervals between its steps, in ticks: one fewer than there are steps. All of them carry a rounded
+//! interval or sum from step to step, so a rounding error is never made up for.
 //!
-//! And two whole methods, with inputs of their own and no limits on acceleration:
+//! There are also two whole methods, with inputs of their own and without limits on acceleration:
 //!
 //! | method | exact | as its paper makes it |
 //! |---|---|---|
-//! | paper 000, eqs 5-8: frequency over the step index, by a [`FrequencyLaw`] | [`FrequencyProfile`] | [`TruncatedProfile`], in even microseconds |
-//! | paper 004, eqs 8-14: ramps in 20 stairs | [`Staircase`] | [`TimedStaircase`], on timers with whole preloads |
+//! | Fonseca-Campos 2023, eqs 5-8: frequency by a [`FrequencyLaw`] | [`FrequencyProfile`] | [`TruncatedProfile`], in even microseconds |
+//! | Forero 2023, eqs 8-14: ramps in 20 stairs | [`Staircase`] | [`TimedStaircase`], on timers with whole preloads |
 #![no_std]
 #![forbid(unsafe_code)]
 
@@ -47,14 +48,14 @@ pub use truncated_profile::TruncatedProfile;
 
 use isostep_profile::{IntervalLaw, Limits, Profile, SpeedLaw};
 
-/// The phases of a move of one axis, in steps (paper 002, section 2): every generator here begins with them.
+/// The phases of a move of one axis, in steps (Stoychitch 2018, section 2). Every generator here begins with them.
 fn profile(steps: u32, limits: &Limits) -> Result<Profile, GeneratorError> {
     let start = limits.start_speed_steps_s;
     Profile::plan(f64::from(steps), start, start, limits, IntervalLaw::Fastest, SpeedLaw::Trapezoid)
         .map_err(GeneratorError::Profile)
 }
 
-/// Refuses a top speed above `max_steps_s`, the fastest that the generator's clock can tell apart.
+/// Refuses a top speed above `max_steps_s`, the fastest that the generator's clock can resolve.
 fn check_top_speed(limits: &Limits, max_steps_s: f64) -> Result<(), GeneratorError> {
     let asked = limits.top_speed_steps_s;
     if asked <= max_steps_s { Ok(()) } else { Err(GeneratorError::TopSpeed { asked, max: max_steps_s }) }

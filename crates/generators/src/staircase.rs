@@ -1,4 +1,4 @@
-//! Paper 004's staircase (Forero, Ramírez and Blanco, 2023, section 3.2): each ramp in 20 intervals of constant speed.
+//! Forero's staircase (Forero, Ramírez and Blanco, 2023, section 3.2): each ramp in 20 intervals of constant speed.
 
 use core::fmt;
 use core::iter::once;
@@ -6,29 +6,29 @@ use core::iter::once;
 use super::TimerError;
 use isostep_profile::{SPEED_MAX_STEPS_S, SPEED_MIN_STEPS_S};
 
-/// Intervals of a ramp, and levels of speed (paper 004, section 3.2).
+/// Intervals of a ramp, and levels of speed (Forero 2023, section 3.2).
 const INTERVALS: u32 = 20;
-/// The cruise, in intervals of a ramp: t_vc = 21/20 t_1 (paper 004, eq 12).
+/// The cruise, in intervals of a ramp: t_vc = 21/20 t_1 (Forero 2023, eq 12).
 const CRUISE_INTERVALS: u32 = 21;
-/// Steps, in what one level emits in one interval: 2 (1 + 2 + ... + 19) + 20 * 21.
-const SHARES: u32 = 800;
+/// The whole move, in units of the steps that one level makes in one interval: 2 (1 + 2 + ... + 19) + 20 * 21.
+const RATIOS: u32 = 800;
 
-/// A ramp up, a cruise and a ramp down in stairs; a stair is a twentieth of the cruise speed high and, on the ramps, a
-/// twentieth of t_1 long (paper 004, eqs 8-12).
+/// A ramp up, a cruise and a ramp down in stairs. A stair is a twentieth of the cruise speed high and, on the ramps, a
+/// twentieth of t_1 long (Forero 2023, eqs 8-12).
 ///
-/// What the 20 intervals of a ramp must be follows from the sum of eq 10, which has 19 rectangles A_i = i t_1 V_c/400,
-/// i = 1 to 19: the speeds are 0, 1/20, ..., 19/20 of V_c going up and 19/20, ..., 1/20, 0 coming down, so the first
-/// and the last interval stand still. Then both ramps together have 19/20 t_1 V_c steps, the cruise of eq 12 has 21/20
-/// t_1 V_c, and the sum is the 2 t_1 V_c of eq 7: exact. It is also what the paper's Table 1 timed, an acceleration of
-/// 4.5 s before a cruise of 4.725 s.
+/// The 20 intervals of a ramp follow from the sum of eq 10, which has 19 rectangles A_i = i t_1 V_c/400, i = 1 to 19.
+/// The speeds are 0, 1/20, ..., 19/20 of V_c going up and 19/20, ..., 1/20, 0 coming down, so nothing moves in the
+/// first and in the last interval. Both ramps together then have 19/20 t_1 V_c steps, the cruise of eq 12 has 21/20 t_1
+/// V_c, and the sum is exactly the 2 t_1 V_c of eq 7. It is also what the paper's Table 1 measured: an acceleration
+/// of 4.5 s before a cruise of 4.725 s.
 ///
-/// The text calls this the end point while accelerating and the start point while decelerating. Read so, the 20 speeds
-/// are 1/20, ..., 20/20 of V_c and the last of them is already the cruise's; eq 10 leaves it out of the sum and eq 12
-/// counts it as cruise. That is the same staircase with 19 intervals a ramp, without the stands: 0.45 s shorter at
-/// t_1 = 4.5 s.
+/// The paper's text takes the speed of an interval at its end point while accelerating and at its start point while
+/// decelerating. By that reading the 20 speeds are 1/20, ..., 20/20 of V_c, and the last of them is already that of the
+/// cruise: eq 10 leaves it out of the sum, and eq 12 counts it as cruise. That is the same staircase with 19 intervals
+/// a ramp, without the two intervals at standstill: 0.45 s shorter at t_1 = 4.5 s.
 ///
-/// Displacement is continuous here. What a microcontroller's timers make of it is
-/// [`TimedStaircase`](super::TimedStaircase).
+/// Displacement is continuous here. [`TimedStaircase`](super::TimedStaircase) is what a microcontroller's timers make
+/// of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Staircase {
     steps: u32,
@@ -68,7 +68,7 @@ pub enum StaircaseError {
         /// The longest that works for these steps.
         max: f64,
     },
-    /// The timers cannot make it.
+    /// The timers cannot make the staircase.
     Timer(TimerError),
 }
 
@@ -77,7 +77,7 @@ impl Staircase {
     /// [`SPEED_MAX_STEPS_S`].
     ///
     /// # Errors
-    /// Names the value and the bound: no steps, or a t_1 out of range.
+    /// The value and the bound: no steps, or a t_1 out of range.
     pub fn plan(steps: u32, t1_s: f64) -> Result<Self, StaircaseError> {
         if steps == 0 {
             return Err(StaircaseError::NoSteps);
@@ -107,19 +107,19 @@ impl Staircase {
         self.t1_s / f64::from(INTERVALS)
     }
 
-    /// V_c, steps/s (paper 004, eq 7).
+    /// V_c, steps/s (Forero 2023, eq 7).
     #[must_use]
     pub fn cruise_speed_steps_s(&self) -> f64 {
         f64::from(self.steps) / (2.0 * self.t1_s)
     }
 
-    /// t_vc, the duration of the lengthened cruise, s (paper 004, eq 12).
+    /// t_vc, the duration of the lengthened cruise, s (Forero 2023, eq 12).
     #[must_use]
     pub fn t_cruise_s(&self) -> f64 {
         self.t1_s * f64::from(CRUISE_INTERVALS) / f64::from(INTERVALS)
     }
 
-    /// Both ramps and the cruise, s, the stands at either end included.
+    /// The duration of both ramps and the cruise, s, including the standstill at both ends.
     #[must_use]
     pub fn duration_s(&self) -> f64 {
         2.0 * self.t1_s + self.t_cruise_s()
@@ -139,7 +139,7 @@ impl Staircase {
     fn tread(&self, before: (u32, u32), stair: (u32, u32)) -> Tread {
         let (level, intervals) = stair;
         let time_s = |intervals: u32| self.t1_s * f64::from(intervals) / f64::from(INTERVALS);
-        let displacement = |ratios: u32| f64::from(self.steps) * f64::from(ratios) / f64::from(SHARES);
+        let displacement = |ratios: u32| f64::from(self.steps) * f64::from(ratios) / f64::from(RATIOS);
         Tread {
             level,
             intervals,
@@ -151,7 +151,7 @@ impl Staircase {
         }
     }
 
-    /// Speed at `t_s`, steps/s; 0 outside the move. On the edge of two stairs, the later one's.
+    /// Speed at `t_s`, steps/s; 0 outside the move. On the edge between two stairs it is the later one's.
     #[must_use]
     pub fn speed_at(&self, t_s: f64) -> f64 {
         if t_s < 0.0 {

@@ -1,4 +1,4 @@
-//! "Time per step" (paper 002, section 3.1): each interval from the one before.
+//! "Time per step" (Stoychitch 2018, section 3.1): each interval is computed from the one before.
 
 use libm::sqrt;
 
@@ -6,27 +6,28 @@ use super::{Float, GeneratorError, check_start_speed, check_top_speed, profile};
 use isostep_profile::Limits;
 use isostep_profile::StepCounts;
 
-/// Whether the intervals of the first and last five steps are lengthened (paper 002, eq 14).
+/// Whether the intervals of the first and last five steps are lengthened (Stoychitch 2018, eq 14).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Correction {
     /// Eqs 11 and 12 alone.
     Without,
-    /// Eq 14 on the interval that is emitted. The recurrence goes on from the uncorrected one: fed back, the five
-    /// factors would multiply, and leave the paper's own motor a sixth too slow after five steps.
+    /// Eq 14 on the interval that is returned. The recurrence goes on from the uncorrected interval: if the corrected
+    /// one were fed back, the five factors would multiply, and the paper's own motor would be a sixth too slow after
+    /// five steps.
     With,
 }
 
-/// 1 + 0.08/i for i = 1 to 5 (paper 002, eq 14).
+/// 1 + 0.08/i for i = 1 to 5 (Stoychitch 2018, eq 14).
 const CORRECTIONS: [f64; 5] = [1.08, 1.04, 1.0 + 0.08 / 3.0, 1.02, 1.016];
 
 /// The recurrence c_i = c_(i-1) / (1 + R c_(i-1)²), with R = a/f² while accelerating, -d/f² while decelerating and
-/// c_m = f/v_M between (paper 002, eqs 11 to 13). Yields the intervals c_0 to c_(N-2) of N steps, ticks.
+/// c_m = f/v_M between (Stoychitch 2018, eqs 11 to 13). Yields the intervals c_0 to c_(N-2) of N steps, ticks.
 ///
-/// c_i stands for the speed f/c_i at step i, counted from 0, so its closed form is sqrt(v_s² + 2 a i). The recurrence
-/// leaves out the term (a/v)² of that square and runs ahead, most where the speed is least.
+/// c_i stands for the speed f/c_i at step i, counted from 0, so the closed form of this speed is sqrt(v_s² + 2 a i).
+/// The recurrence leaves out the term (a/v)² of that square, so it runs ahead, most where the speed is lowest.
 ///
-/// The paper asks for double precision, `TimePerStep<f64>`; the `double` of the 8-bit controllers it was written for
-/// is `TimePerStep<f32>`.
+/// The paper asks for double precision, which is `TimePerStep<f64>`. The `double` of the 8-bit controllers that it was
+/// written for is `TimePerStep<f32>`.
 #[derive(Clone, Copy, Debug)]
 pub struct TimePerStep<F> {
     counter: F,
@@ -45,8 +46,8 @@ impl<F: Float> TimePerStep<F> {
     /// Plans `steps` steps in ticks of `tick_hz`, from the start speed to the start speed.
     ///
     /// # Errors
-    /// Names the value that does not work and its limit. The top speed is at most `tick_hz`. The start speed is at
-    /// least what one step from rest gains, sqrt(2 a) and sqrt(2 d), below which the recurrence diverges.
+    /// The value that does not work, and its limit. The top speed must be at most `tick_hz`. The start speed must be at
+    /// least the speed that one step from rest reaches, sqrt(2 a) and sqrt(2 d); below it the recurrence diverges.
     pub fn plan(steps: u32, limits: &Limits, correction: Correction, tick_hz: u32) -> Result<Self, GeneratorError> {
         let StepCounts { accel, cruise, .. } = profile(steps, limits)?.step_counts();
         let f = f64::from(tick_hz);
@@ -77,7 +78,7 @@ impl<F: Float> TimePerStep<F> {
         };
     }
 
-    /// c_i by eq 14.
+    /// c_i, corrected by eq 14.
     fn corrected(&self, i: u32) -> F {
         let from_end = i.min(self.steps - i);
         match (self.correction, from_end) {
@@ -87,7 +88,7 @@ impl<F: Float> TimePerStep<F> {
     }
 }
 
-/// Paper 002, eqs 11 and 12.
+/// Stoychitch 2018, eqs 11 and 12.
 fn recur<F: Float>(counter: F, r: F) -> F {
     counter / (F::ONE + r * (counter * counter))
 }

@@ -1,25 +1,25 @@
-//! Paper 004's staircase on its microcontroller's timers, whose preloads are whole numbers.
+//! Forero's staircase on its microcontroller's timers, whose preloads are whole numbers.
 
 use super::{PreloadTimer, Staircase, StaircaseError, Tread};
 
-/// The index of the deceleration's last interval, which makes up for what was lost.
+/// The index of the deceleration's last interval, which makes up for lost steps.
 const LAST_TREAD: usize = 40;
 
-/// A [`Staircase`] as a PIC18F4550 makes it (paper 004, sections 3.2 and 4): TMR0 interrupts after every interval, TMR1
-/// after every half period of STEP, which it toggles. Both begin at a preload cut down to a whole number (eq 14), so
-/// every half period is up to a count of 2 us too long, and steps are missing at the end of each interval. "The last
-/// interval is used to correct the steps that may have been lost."
+/// A [`Staircase`] as a PIC18F4550 makes it (Forero 2023, sections 3.2 and 4). TMR0 interrupts after every interval. TMR1
+/// interrupts after every half period of STEP and toggles it. Both begin at a preload that is cut down to a whole
+/// number (eq 14), so every half period is up to a count of 2 us too long, and steps are missing at the end of each
+/// interval. "The last interval is used to correct the steps that may have been lost."
 ///
 /// Eq 13, T_int = V_int/2, has its fraction upside down: half a step period is T_int = 1/(2 V_int).
 ///
-/// The paper's flow charts are pictures, so what follows is this model's, and is assumed:
+/// The paper's flow charts are pictures, so the following rules are assumptions of this model:
 ///
-/// - When the speed changes, TMR1 begins anew: the half period under way is lost, and STEP keeps its level. The
-///   cruise's 21 intervals are one stretch. An overflow on the very end of an interval still counts.
-/// - The last interval, whose own speed is 0, goes on at the lowest one, V_c/20, for as long as steps are missing. With
-///   none missing it stands still.
-/// - TMR1 counts from its preload without delay, unless `reload_ticks` says how many counts pass from an overflow to
-///   the writing of the preload. The paper does not say; 0 shows truncation alone.
+/// - When the speed changes, TMR1 starts again: the half period under way is lost, and STEP keeps its level. The
+///   cruise's 21 intervals are one stretch. An overflow exactly at the end of an interval still counts.
+/// - The last interval, whose own speed is 0, continues at the lowest speed, V_c/20, for as long as steps are missing.
+///   If none are missing, nothing moves in it.
+/// - TMR1 counts from its preload without delay, unless `reload_ticks` says how many counts pass between an overflow
+///   and the writing of the preload. The paper does not give this number; 0 shows the effect of truncation alone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TimedStaircase {
     staircase: Staircase,
@@ -30,15 +30,15 @@ pub struct TimedStaircase {
 /// One stretch of a [`TimedStaircase`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TimedTread {
-    /// What it should have been.
+    /// The stretch of the ideal staircase.
     pub ideal: Tread,
     /// When it begins, s.
     pub start_s: f64,
-    /// Its length, s: its intervals, or longer if it is the last and steps are missing.
+    /// Its length, s: that of its intervals, or more if it is the last one and steps are missing.
     pub duration_s: f64,
     /// Steps whose rising edge lies in it.
     pub steps: u32,
-    /// What TMR1 begins at; nothing while it stands still.
+    /// The preload from which TMR1 counts; `None` while it stands still.
     pub preload: Option<Preload>,
     start_ticks: u64,
     half_ticks: u64,
@@ -49,9 +49,9 @@ pub struct TimedTread {
 /// A preload of TMR1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Preload {
-    /// By eq 14.
+    /// The exact value by eq 14.
     pub exact: f64,
-    /// As it fits the register.
+    /// The value that fits the register.
     pub truncated: u32,
 }
 
@@ -59,8 +59,8 @@ impl TimedStaircase {
     /// The staircase on TMR0 and TMR1, with `reload_ticks` counts of 2 us lost at every overflow of TMR1.
     ///
     /// # Errors
-    /// An interval or a half period is longer or shorter than its timer can count. t_1 is at most 5.24 s; at 4.5 s
-    /// there are at least 687 steps.
+    /// An interval or a half period is longer or shorter than its timer can count. t_1 is at most 5.24 s. At t_1 = 4.5
+    /// s there must be at least 687 steps.
     pub fn plan(staircase: Staircase, reload_ticks: u32) -> Result<Self, StaircaseError> {
         let count = |timer: PreloadTimer, interval_s| {
             timer.preload(interval_s).map(|preload| timer.ticks(preload)).map_err(StaircaseError::Timer)
@@ -73,7 +73,7 @@ impl TimedStaircase {
         Ok(Self { staircase, reload_ticks, interval_ticks })
     }
 
-    /// What it should have been.
+    /// The ideal staircase.
     #[must_use]
     pub fn staircase(&self) -> Staircase {
         self.staircase
@@ -94,7 +94,7 @@ impl TimedStaircase {
     fn tread(&self, index: usize, ideal: Tread, before: &Progress) -> TimedTread {
         let is_last = index == LAST_TREAD;
         let ticks = self.interval_ticks * u64::from(ideal.intervals);
-        // Up and down.
+        // Toggles that are left: each step has two, up and down.
         let left = 2 * u64::from(self.staircase.steps()) - before.toggles;
         let level = if is_last && left > 0 { 1 } else { ideal.level };
         let preload = (level > 0).then(|| self.preload(level));
@@ -117,7 +117,7 @@ impl TimedStaircase {
 
     fn preload(&self, level: u32) -> Preload {
         let half_s = half_period_s(&self.staircase, level);
-        // `plan` has seen to it that the longest and the shortest fit.
+        // `plan` has checked that the longest and the shortest half period fit.
         let truncated = PreloadTimer::TMR1.preload(half_s).unwrap_or(0);
         Preload { exact: PreloadTimer::TMR1.exact_preload(half_s), truncated }
     }
@@ -131,7 +131,7 @@ impl TimedStaircase {
         self.treads().flat_map(|tread| tread.edges_s())
     }
 
-    /// Steps that are missing when the last interval begins.
+    /// How many steps are missing when the last interval begins.
     #[must_use]
     pub fn lost_steps(&self) -> u32 {
         self.staircase.steps() - self.treads().take(LAST_TREAD).map(|tread| tread.steps).sum::<u32>()
@@ -149,7 +149,8 @@ impl TimedStaircase {
         self.treads().skip(20).take(1).map(|tread| tread.duration_s).sum()
     }
 
-    /// Duration of the deceleration, s, until the last step's falling edge if it has to make up for lost steps.
+    /// Duration of the deceleration, s. If it has to make up for lost steps, it ends with the falling edge of the last
+    /// step.
     #[must_use]
     pub fn t_decel_s(&self) -> f64 {
         self.treads().skip(21).map(|tread| tread.duration_s).sum()
@@ -165,20 +166,20 @@ impl TimedTread {
     }
 }
 
-/// What lies behind.
+/// What has been made before a stretch.
 #[derive(Clone, Copy, Default)]
 struct Progress {
     intervals: u32,
     toggles: u64,
 }
 
-/// Half a step period at `level` twentieths of V_c, s: eq 13 the right way up.
+/// Half a step period at `level` twentieths of V_c, s: eq 13 with its fraction corrected.
 fn half_period_s(staircase: &Staircase, level: u32) -> f64 {
     let speed = staircase.cruise_speed_steps_s() * f64::from(level) / 20.0;
     1.0 / (2.0 * speed)
 }
 
-/// Rising edges among the first `toggles`.
+/// How many rising edges are among the first `toggles`.
 fn rises(toggles: u64) -> u64 {
     toggles.div_ceil(2)
 }

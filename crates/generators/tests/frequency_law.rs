@@ -1,4 +1,4 @@
-//! Paper 000's laws against its equations as they are printed, and against numbers worked by hand.
+//! Fonseca-Campos's laws, compared with its equations as they are printed, and with numbers worked out by hand.
 
 use core::f64::consts::PI;
 
@@ -7,7 +7,7 @@ use proptest::prelude::*;
 
 use FrequencyLaw::{Linear, Logarithmic, Quadratic, Sinusoidal};
 
-/// N, p_N, tau_max and tau_min of paper 000's tables 1, 2, 4 and 6.
+/// N, p_N, tau_max and tau_min of Fonseca-Campos's tables 1, 2, 4 and 6.
 const TABLES: [(u32, u32, u32, u32); 4] =
     [(120, 24, 4000, 1500), (1666, 166, 4000, 400), (2000, 300, 5000, 300), (2000, 400, 3000, 300)];
 
@@ -91,7 +91,8 @@ fn the_exact_total_is_the_sum_of_all_periods() {
     }
 }
 
-/// Table 1, by the equations in another language: the paper's "almost 10 %" and "18 %" are 9.9 and 17.7.
+/// Table 1, computed from the equations by a program in another language. The paper's "almost 10 %" and "18 %" are 9.9
+/// and 17.7.
 #[test]
 fn the_laws_of_table_1_are_as_far_apart_as_the_paper_says() {
     let total_s = FrequencyLaw::ALL.map(|law| exact(law, TABLES[0]).duration_s());
@@ -103,7 +104,8 @@ fn the_laws_of_table_1_are_as_far_apart_as_the_paper_says() {
     assert_eq!(saved.map(|percent| (10.0 * percent).round() / 10.0), [9.9, 11.7, 17.7]);
 }
 
-/// In whole numbers of 10^-21 s, which no sum of floats comes near; a plain sum is 3e-8 s off here.
+/// The instants are compared with whole numbers of 10^-21 s, which no sum of floats can match. A plain sum would be
+/// 3e-8 s off here.
 #[test]
 fn a_million_instants_keep_what_each_sum_rounds_off() {
     let plan = FrequencyProfile::plan(Linear, 1_000_000, 2, 3_000.0, 3_000.0).unwrap();
@@ -123,7 +125,7 @@ fn rational_half_us(law: FrequencyLaw, (n, p, max, min): (u32, u32, u32, u32), i
         _ if i <= p => (i * i - 1, p * p - 1),
         _ => (p.min(n - i).pow(2), p * p),
     };
-    // f = 1e6 (1/max + (1/min - 1/max) share/whole).
+    // f = 1e6 (1/max + (1/min - 1/max) ratio/whole).
     max * min * whole / (2 * (min * whole + (max - min) * ratio))
 }
 
@@ -144,14 +146,14 @@ fn the_truncated_total_is_the_sum_of_whole_periods() {
     }
 }
 
-/// The paper's listing in another language.
+/// The totals are those of the paper's listing, written in another language.
 #[test]
 fn the_truncated_totals_of_table_1() {
     let total_us = FrequencyLaw::ALL.map(|law| truncated(law, TABLES[0]).duration_us());
     assert_eq!(total_us, [222_632, 243_660, 227_080, 200_564]);
 }
 
-/// Table 2, step 66: f = 250 + 2250 * 65/165 Hz, of which floats make 879.9999999999999 us.
+/// Table 2, step 66: f = 250 + 2250 * 65/165 Hz, whose period is 879.9999999999999 us in floats.
 #[test]
 fn a_whole_period_stays_whole() {
     let plan = truncated(Linear, TABLES[1]);
@@ -162,7 +164,7 @@ fn a_whole_period_stays_whole() {
     assert!((odd.period_s(1) - 3_001e-6).abs() < 1e-15);
 }
 
-/// The rule is the program's. The equations know nothing of it.
+/// The rule belongs to the program. The equations do not have it.
 #[test]
 fn below_20_steps_the_program_has_no_ramp() {
     let short = |steps, ramp| TruncatedProfile::plan(Logarithmic, steps, ramp, 4_001.0, 1_500.0).unwrap();
@@ -174,7 +176,7 @@ fn below_20_steps_the_program_has_no_ramp() {
     assert_eq!(exact.frequency_hz(2), 1e6 / 1500.0);
 }
 
-/// Eqs 5-8: i <= p_N, p_N < i < N - p_N, and N - p_N <= i, of which the first that holds.
+/// Eqs 5-8: i <= p_N, p_N < i < N - p_N, and N - p_N <= i. The first condition that holds decides.
 #[test]
 fn every_step_belongs_to_one_branch() {
     let counts = |steps, ramp| {
@@ -218,7 +220,7 @@ fn cases() -> impl Iterator<Item = (FrequencyLaw, (u32, u32, u32, u32))> {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 1_000, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// Whatever the parameters, frequencies stay between f_min and f_max, and rise, stay and fall.
+    /// With any parameters, frequencies stay between f_min and f_max, and first rise, then are constant, then fall.
     #[test]
     fn frequencies_rise_stay_and_fall(law in 0..4_usize, n in 4..3_000_u32, p in 0.0..1.0, max in 1.0..1e6, ratio in 0.01..1.0) {
         let p = 2 + (p * f64::from(n / 2 - 1)) as u32;

@@ -1,4 +1,4 @@
-//! The generators of the literature: their equations by hand, and how far they deviate from the closed form.
+//! The generators of the literature: their equations worked out by hand, and how far they deviate from the closed form.
 
 use core::f64::consts::TAU;
 
@@ -8,8 +8,8 @@ use proptest::prelude::*;
 
 const TICK_HZ: u32 = 1_000_000;
 
-/// Paper 002's motor: 4096 steps/rev, v_s = 0.5 rad/s, v_M = 2 rad/s, a = 2 rad/s², d = 1 rad/s².
-fn paper_002() -> Limits {
+/// Stoychitch's motor: 4096 steps/rev, v_s = 0.5 rad/s, v_M = 2 rad/s, a = 2 rad/s², d = 1 rad/s².
+fn stoychitch_2018() -> Limits {
     let steps_per_rad = 4096.0 / TAU;
     Limits {
         start_speed_steps_s: 0.5 * steps_per_rad,
@@ -29,14 +29,16 @@ fn closed_form(steps: u32, limits: &Limits) -> Profile {
     Profile::plan(f64::from(steps), start, start, limits, IntervalLaw::Fastest, SpeedLaw::Trapezoid).unwrap()
 }
 
-/// Each interval's speed over the closed form's at step i, less 1: what a time-per-step counter stands for.
+/// The speed of each interval divided by the closed form's at step i, less 1: a counter of a time per step stands for
+/// that speed.
 fn errors_at_steps(intervals: &[u32], profile: &Profile) -> Vec<f64> {
     let speed_at = |steps: f64| profile.speed_at(profile.time_at(steps));
     let with_index = intervals.iter().zip(0..);
     with_index.map(|(&c, i)| f64::from(TICK_HZ) / f64::from(c) / speed_at(f64::from(i)) - 1.0).collect()
 }
 
-/// Each interval's speed over the closed form's mean from one step to the next, less 1; the first step at `first`.
+/// The speed of each interval divided by the closed form's mean speed from one step to the next, less 1. The first step
+/// is at `first`.
 fn errors_between_steps(intervals: &[u32], profile: &Profile, first: f64) -> Vec<f64> {
     let between = |x: f64| (profile.time_at(x + 1.0) - profile.time_at(x)) * f64::from(TICK_HZ);
     let with_index = intervals.iter().zip(0..);
@@ -63,58 +65,58 @@ fn avr446(steps: u32, limits: &Limits) -> Vec<u32> {
     Avr446::plan(steps, limits, TICK_HZ).unwrap().collect()
 }
 
-/// By hand, eq 13: c_0 = 1e6 / 325.949 = 3067.96, c_m = 1e6 / 1303.797 = 766.99.
-/// Eq 11, R_a = 1303.797e-12: c_1 = 3067.96 / (1 + 0.0122718) = 3030.77, c_2 = 3030.77 / 1.0119761 = 2994.90.
-/// Step 612 (N_a = 611, N_v = 2263: eq 8) cruises; 2875 is the first that eq 12 slows, R_d = -651.899e-12:
-/// 766.99 / (1 - 3.83495e-4) = 767.28, and 2881 the seventh: about 766.99 / (1 - 7 * 3.835e-4) = 769.06.
+/// By hand, eq 13: c_0 = 1e6 / 325.949 = 3067.96, c_m = 1e6 / 1303.797 = 766.99. Eq 11, R_a = 1303.797e-12:
+/// c_1 = 3067.96 / (1 + 0.0122718) = 3030.77, c_2 = 3030.77 / 1.0119761 = 2994.90. Step 612 (N_a = 611, N_v = 2263:
+/// eq 8) cruises. Step 2875 is the first that eq 12 slows down, by R_d = -651.899e-12: its interval is 766.99 /
+/// (1 - 3.83495e-4) = 767.28. Step 2881 is the seventh: about 766.99 / (1 - 7 * 3.835e-4) = 769.06.
 #[test]
-fn paper_002_recurrence_by_hand() {
-    let intervals = time_per_step::<f64>(4096, &paper_002(), Correction::Without);
+fn stoychitch_2018_recurrence_by_hand() {
+    let intervals = time_per_step::<f64>(4096, &stoychitch_2018(), Correction::Without);
     assert_eq!(intervals.len(), 4095);
     assert_eq!(intervals[..3], [3068, 3031, 2995]);
     assert_eq!([intervals[612], intervals[2874], intervals[2875], intervals[2881]], [767, 767, 767, 769]);
 }
 
-/// Eq 14 by hand: c_1 = 3030.77 * 1.08 = 3273.23, c_5 = 2894.98 * 1.016 = 2941.30, c_6 as without. The paper's own motor
-/// starts at a speed that needs no correction: it is worst where it is corrected.
+/// Eq 14 by hand: c_1 = 3030.77 * 1.08 = 3273.23, c_5 = 2894.98 * 1.016 = 2941.30, and c_6 is not corrected. The
+/// paper's own motor starts at a speed that needs no correction, so its errors are largest where it is corrected.
 #[test]
-fn paper_002_correction_by_hand() {
-    let without = time_per_step::<f64>(4096, &paper_002(), Correction::Without);
-    let with = time_per_step::<f64>(4096, &paper_002(), Correction::With);
+fn stoychitch_2018_correction_by_hand() {
+    let without = time_per_step::<f64>(4096, &stoychitch_2018(), Correction::Without);
+    let with = time_per_step::<f64>(4096, &stoychitch_2018(), Correction::With);
     assert_eq!([with[0], with[1], with[5], with[6]], [3068, 3273, 2941, without[6]]);
     let corrected = |i: usize| (1..=5).contains(&i) || (1..=5).contains(&(4096 - i));
     for i in 0..with.len() {
         assert!(corrected(i) || with[i] == without[i], "step {i}");
     }
-    let profile = closed_form(4096, &paper_002());
+    let profile = closed_form(4096, &stoychitch_2018());
     assert!(worst(&errors_at_steps(&without, &profile)) < 0.007);
     assert!((0.07..0.08).contains(&worst(&errors_at_steps(&with, &profile))));
 }
 
-/// From sqrt(2 a), the speed that one step from rest gains, v_1 is 1.5 times v_0 where the closed form has sqrt(2): 6.1 %
-/// too fast, and 1.8 % too slow with eq 14. So near standstill the correction earns its place, at either end.
+/// From sqrt(2 a), the speed that one step from rest reaches, v_1 is 1.5 times v_0, where the closed form has
+/// sqrt(2): 6.1 % too fast, and 1.8 % too slow with eq 14. So near standstill the correction is useful, at both ends.
 #[test]
-fn paper_002_correction_helps_a_slow_start() {
+fn stoychitch_2018_correction_helps_a_slow_start() {
     let limits = Limits { start_speed_steps_s: 2_000_f64.sqrt(), ..from_rest(2_000.0, 1_000.0, 1_000.0) };
     let profile = closed_form(6_000, &limits);
     let errors = |correction| errors_at_steps(&time_per_step::<f64>(6_000, &limits, correction), &profile);
     let (without, with) = (errors(Correction::Without), errors(Correction::With));
     assert!((without[1] - (1.5 / 2_f64.sqrt() - 1.0)).abs() < 1e-4);
     assert!((with[1] - (1.5 / 1.08 / 2_f64.sqrt() - 1.0)).abs() < 1e-4);
-    // The deceleration begins ahead of the closed form, and runs further ahead.
+    // The deceleration begins ahead of the closed form and gets further ahead.
     assert!((0.22..0.23).contains(&worst(&without)) && (0.17..0.18).contains(&worst(&with)));
 }
 
 /// By hand, F = 10 kHz as in the paper's program: V_s = 0.0325949 and A = 1.303797e-5 steps/T_s². After k services the
 /// position is V_s k + A k (k + 1)/2: 1 after 30.5 -> 31, 2 after 60.7 -> 61, 3 after 90.2 -> 91, 4 after 119.5 -> 120.
 #[test]
-fn paper_002_sums_by_hand() {
-    let intervals = steps_per_time(4096, &paper_002(), 100);
+fn stoychitch_2018_sums_by_hand() {
+    let intervals = steps_per_time(4096, &stoychitch_2018(), 100);
     assert_eq!(intervals.len(), 4095);
     assert_eq!(intervals[..3], [3_000, 3_000, 2_900]);
     // In the cruise, 7.67 services a step.
     assert!(intervals[700..2_800].iter().all(|interval| [700, 800].contains(interval)));
-    let profile = closed_form(4096, &paper_002());
+    let profile = closed_form(4096, &stoychitch_2018());
     let exact_s = profile.time_at(4096.0) - profile.time_at(1.0);
     assert!((total_s(&intervals) - exact_s).abs() < 2e-4, "no drift: within two services");
 }
@@ -131,14 +133,14 @@ fn avr446_by_hand() {
     assert_eq!(intervals[10_100..14_900], [500; 4_800]);
     let errors = errors_between_steps(&intervals, &closed_form(20_000, &limits), 0.0);
     assert!((0.479..0.480).contains(&errors[0]) && (0.0022..0.0023).contains(&errors[4]));
-    // A tick of 500 is 0.2 %, and a truncated interval passes its error on.
+    // One tick of 500 is 0.2 %, and a truncated interval passes its error on to the next.
     assert!(worst(&errors[5..19_900]) < 0.004);
 }
 
 #[test]
 fn a_single_step_has_no_interval() {
-    assert_eq!(time_per_step::<f32>(1, &paper_002(), Correction::With), []);
-    assert_eq!(steps_per_time(1, &paper_002(), 100), []);
+    assert_eq!(time_per_step::<f32>(1, &stoychitch_2018(), Correction::With), []);
+    assert_eq!(steps_per_time(1, &stoychitch_2018(), 100), []);
     assert_eq!(avr446(1, &from_rest(2_000.0, 200.0, 400.0)), []);
 }
 
@@ -193,7 +195,7 @@ prop_compose! {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 2_000, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// Whatever the move, a generator ends, with the steps it was asked for, and never stands still nor skips.
+    /// For every move, a generator ends with the steps it was asked for, and no interval is zero or too long.
     #[test]
     fn every_generator_gives_every_interval((steps, rest) in moves(), start in 0.0..1.0, service_ticks in 1..5_u32) {
         let slowest = (2.0 * rest.accel_steps_s2.max(rest.decel_steps_s2)).sqrt();

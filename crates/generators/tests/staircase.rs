@@ -1,9 +1,10 @@
-//! Paper 004's staircase and timers against the paper's numbers and numbers worked by hand.
+//! Forero's staircase and timers, compared with the paper's numbers and with numbers worked out by hand.
 
 use isostep_generators::{PreloadTimer, Staircase, StaircaseError, TimedStaircase, TimerError};
 use proptest::prelude::*;
 
-/// The longest move of the paper, 20,000 steps at t_1 = 4.5 s (its eqs 4-7). It does not print the steps of figure 9.
+/// The longest move of the paper, 20,000 steps at t_1 = 4.5 s (its eqs 4-7). The paper does not print the steps of
+/// figure 9.
 fn paper() -> Staircase {
     Staircase::plan(20_000, 4.5).unwrap()
 }
@@ -61,9 +62,10 @@ fn preloads_by_hand() {
     assert_eq!(PreloadTimer::TMR1.ticks(top.truncated), 113);
 }
 
-/// By hand, an interval is 112,500 counts. Level 4: 562.5 counts become 563, 199 toggles fit, 100 rising edges.
-/// Level 7: 321.4 become 322, 349 toggles; the one before ended high, so 174. Level 19: 118.4 become 119, 945 toggles,
-/// 473 or 472. The cruise: 2,362,500/113 = 20,907 toggles, 10,453 of 10,500 steps.
+/// By hand, an interval is 112,500 counts. Level 4: 562.5 counts become 563, so 199 toggles fit, with 100 rising edges.
+/// Level 7: 321.4 become 322, with 349 toggles; the level before ended high, so there are 174 rising edges. Level
+/// 19: 118.4 become 119, with 945 toggles and 473 or 472 rising edges. The cruise: 2,362,500/113 = 20,907 toggles,
+/// 10,453 of 10,500 steps.
 #[test]
 fn every_interval_loses_steps_to_truncation() {
     let plan = on_timers(20_000, 0);
@@ -76,13 +78,13 @@ fn every_interval_loses_steps_to_truncation() {
     assert_eq!(steps[40], 73);
 }
 
-/// The paper's Table 1 measured 4.5, 4.725 and 6.8 s. In the model truncation alone makes the deceleration 4.94 s; a
-/// timer that loses one or two counts a toggle, 6.28 or 7.57 s.
+/// The paper's Table 1 measured 4.5, 4.725 and 6.8 s. In the model, truncation alone makes the deceleration 4.94 s; a
+/// timer that loses one or two counts at each toggle makes it 6.28 or 7.57 s.
 #[test]
 fn the_last_interval_is_long() {
     let plan = on_timers(20_000, 0);
     assert!((plan.t_accel_s() - 4.5).abs() < 1e-9 && (plan.t_cruise_s() - 4.725).abs() < 1e-9);
-    // 19 intervals, and 146 half periods of 4.5 ms but one: the level before ended high.
+    // 19 intervals, and 147 half periods of 4.5 ms: 73 steps have 146, and the level before ended high, which adds one.
     assert!((plan.t_decel_s() - (19.0 * 0.225 + 147.0 * 0.0045)).abs() < 1e-9, "{}", plan.t_decel_s());
     assert_eq!([1, 2].map(|reload| on_timers(20_000, reload).lost_steps()), [222, 365]);
     assert!((on_timers(20_000, 1).t_decel_s() - 6.278_39).abs() < 1e-5);
@@ -109,7 +111,8 @@ fn what_the_timers_cannot_make_is_refused_with_the_bound() {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 300, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// Whatever the move: all its steps in the end, in order, none before the ideal staircase has come within one of it.
+    /// For every move, all its steps are made in the end, in order, and none before the ideal staircase has come within
+    /// one step of it.
     #[test]
     fn every_step_is_made_in_the_end(steps in 3_000..100_000_u32, t1_s in 1.0..5.2, reload_ticks in 0..4_u32) {
         let ideal = Staircase::plan(steps, t1_s).unwrap();

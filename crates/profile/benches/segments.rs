@@ -1,5 +1,5 @@
-//! What planning and compiling cost on the host: `cargo bench -p isostep-profile`. The chip's figures are those of
-//! `cargo xtask bench`.
+//! What planning and compiling cost on the host: `cargo bench -p isostep-profile`. `cargo xtask bench` gives the
+//! figures of the chip.
 
 use std::hint::black_box;
 use std::sync::atomic::AtomicU32;
@@ -32,7 +32,7 @@ fn ramp() -> SyncMove<3> {
     plan_of([STEPS, 0, 0], IntervalLaw::Fastest)
 }
 
-/// A move of three axes, and their segments begun.
+/// Plans a move of three axes and compiles the first segment of each axis.
 #[divan::bench(args = [IntervalLaw::Fastest, IntervalLaw::Thirds])]
 fn plan(law: IntervalLaw) -> u64 {
     let plan = plan_of(black_box([STEPS, -70_001, 33_333]), law);
@@ -48,7 +48,7 @@ fn compile(bencher: Bencher) {
     bencher.counter(ItemsCount::new(segments().count())).bench(|| segments().map(|segment| segment.last_ticks()).max());
 }
 
-/// All intervals of an axis, a buffer at a time: what runs per step.
+/// All intervals of an axis, a buffer at a time: the work that is done per step.
 #[divan::bench]
 fn fill(bencher: Bencher) {
     let segments: Vec<Segment> = ramp().segments(0, TICK_HZ).collect();

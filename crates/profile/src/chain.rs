@@ -1,30 +1,40 @@
-//! Moves that follow each other without a stop: how fast each may begin and end, and the parts that are made of them.
+//! Moves that follow each other without a stop: how fast each may begin and end, and the plans that they are made by.
 //!
 //! # Design
-//! A chain is what is known of the path ahead: blocks, a move each, in order. It may always brake to rest within what it
-//! knows, and is as fast as its limits allow then. Between two blocks it goes round the corner at a speed that both of
-//! them, and the corner, allow.
+//! A chain holds the moves that are known ahead, in order, as one block each. It can always brake to rest within what
+//! it knows; on this condition it is as fast as its limits allow. From one block to the next it takes the corner at a
+//! speed that both blocks and the corner allow.
 //!
-//! Speeds where blocks meet are kept squared, in whole units: over a block at constant acceleration a square gains or
-//! loses 2 a d at most, which a block knows. So a pass over the chain is an addition and a comparison a block, and exact:
-//! backwards from rest at the end, `entry = min(cap, exit + loss)`, and forwards from where it is, `exit = min(exit, entry +
-//! gain)`. What a pass has found final, whatever comes, is not looked at again; and a pass is made only when something is asked
-//! for that is not final yet. Laws with curved ramps gain less; each of their ramps lies within a block, and has no acceleration
-//! where blocks meet. How fast a stop is left depends on what follows, too: where a start speed is high and a move short, the
-//! corner after it may not be reached so fast.
+//! The speeds where blocks meet are kept squared, in whole units. Over a block of length d at a constant acceleration
+//! a, the squared speed changes by 2 a d at most. Each block stores this delta v². So a pass over the chain costs an
+//! addition and a comparison a block, and is exact. It goes backwards from rest at the end,
+//! `entry = min(cap, exit + decel delta v²)`, and forwards from the current place,
+//! `exit = min(exit, entry + accel delta v²)`. A speed that no later move can change is final, and no pass looks at it
+//! again. A pass is made only when a speed is needed that is not final yet.
 //!
-//! A block may always end at its start speed, as there it may stop. So where what follows is not as fast as that, it does
-//! stop there, and what follows begins at its own start speed; else a move more could make a speed too fast that was told.
+//! Laws with curved ramps have a smaller delta v². Each of their ramps lies within a block, and the acceleration is
+//! zero where blocks meet.
 //!
-//! What is to be made next is told as [`Chunk`]s, each a stretch of a [`SyncMove`] on the run's clock, no further ahead than
-//! is asked for: what has been told is made, come what may. Whatever comes between (another block, a [`hold`](Chain::hold),
-//! other [overrides](Chain::override_speed)) counts from there on. A plan goes on for as long as it is the right one; where it
-//! is not, it is cut, and another part of the same path follows it at the same speed. Steps keep their numbers in the move.
-//! A plan promises how fast its block ends: until it slows down, braking to that is possible from anywhere on it. So what
-//! is left of a block can always be ended by what was promised, even where its gain, which is a bound, says less.
+//! The speed at the beginning of a block after a stop depends on what follows, too: if the start speed is high and the
+//! block short, the block might not be able to brake to the speed of the next corner.
 //!
-//! A trapezoid is cut anywhere. Of a curved law, a ramp that slows down is made to its end; one that speeds up is left at
-//! once, by the S-curve through the second half of a ramp that is all jerk.
+//! A block may always end at its start speed, because it may stop from that speed. If the next block cannot begin that
+//! fast, the block does stop there, and the next block begins at its own start speed. Otherwise one more move could
+//! make a speed too fast that is already committed.
+//!
+//! The chain hands out [`Chunk`]s. Each is a stretch of a [`SyncMove`] on the run's clock, no longer than the caller
+//! asks for, because a chunk is committed: it will be made. A change (another block, a [`hold`](Chain::hold), other
+//! [overrides](Chain::override_speed)) takes effect after the last chunk. A plan is used for as long as it is right.
+//! When it is not, it is cut, and a replan of the same block follows it at the same speed. Steps keep their numbers in
+//! the move.
+//!
+//! A plan promises how fast its block ends: until the plan slows down, it can brake to that speed from anywhere. So
+//! what is left of a block can always end at the promised speed, even where its delta v², which is only a bound, is too
+//! small for that.
+//!
+//! A trapezoid can be cut anywhere. A curved ramp that slows down is made to its end. A curved ramp that speeds up is
+//! left at once; the S-curve leaves it by the second half of a ramp of jerk alone, which brings the acceleration to
+//! zero.
 
 mod block;
 mod config;
@@ -39,92 +49,92 @@ use self::plan::Plan;
 use self::ring::Ring;
 use crate::sync::{PlanError, SyncMove};
 
-/// The most that a feed is overridden by: what may be gained is reckoned for it.
+/// The highest override of feeds, as a ratio. The delta v² of a block holds for feeds up to this.
 pub const FEED_RATIO_MAX: f64 = 2.0;
 
-/// A move that is to be made.
+/// What a move asks for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Request<const N: usize> {
     /// Steps of each axis, signed by direction; not all 0.
     pub steps: [i32; N],
     /// Speed along the path, mm/s, above 0; `None` is as fast as the limits allow.
     pub feed_mm_s: Option<f64>,
-    /// It ends at rest, whatever comes next.
+    /// Whether it ends at rest even if another move follows.
     pub stops: bool,
-    /// Whatever whoever wants it wants to know of it again; it changes nothing.
+    /// A value for the caller, which every chunk of the move returns. The chain does not use it.
     pub tag: u64,
 }
 
-/// What is to be made next: a stretch of a plan.
+/// A stretch of a plan that the chain has handed out: it will be made next.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Chunk<const N: usize> {
     /// The plan.
     pub plan: SyncMove<N>,
     /// Where on the path the stretch ends, steps of the longest axis from the beginning of the move.
     pub until_steps: f64,
-    /// When that is, s from the start of the run.
+    /// When the stretch ends, s from the start of the run.
     pub until_s: f64,
     /// Path length of a step of the longest axis.
     pub mm_per_step: f64,
-    /// The speed that was asked for the move, not overridden and not limited, of the longest axis.
+    /// The requested speed of the longest axis, steps/s, without overrides and limits.
     pub asked_steps_s: f64,
-    /// Of the move.
+    /// The tag of the move's request.
     pub tag: u64,
-    /// Where in its plan and its move it is.
+    /// Whether it begins a move, begins a plan or goes on.
     pub kind: ChunkKind,
 }
 
-/// How a chunk goes on from the one before.
+/// How a chunk follows the one before.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ChunkKind {
-    /// Another move begins, or goes on from rest after a hold.
+    /// Another move begins, or a move goes on from rest after a hold.
     Move,
-    /// The move goes on by another part.
+    /// The same move goes on by another plan.
     Replan,
-    /// The part goes on.
+    /// The same plan goes on.
     Continuation,
 }
 
 /// Moves that follow each other, at most `LEN` of them.
-// Nothing of an empty one is anything but 0, so that a chip need not keep it where it keeps its program.
+// An empty chain is all zeros in memory, so that a chip needs no copy of it in flash.
 #[derive(Clone, Debug)]
 pub struct Chain<const N: usize, const LEN: usize> {
     config: ChainConfig<N>,
-    /// The first does not flow if it begins, or goes on, from rest.
+    /// The first block does not flow if it begins, or goes on, from rest.
     blocks: Ring<Block<N>, LEN>,
-    /// So many blocks have been looked at by a pass. Those that came since have no entries yet.
+    /// How many blocks a pass has looked at. Those that came later have no entry speeds yet.
     passed: usize,
-    /// Of so many blocks the entries are final, unless the first one's is changed.
+    /// How many blocks have final entry speeds, unless the first block's entry is changed.
     settled: usize,
-    /// Up to where the first block has been told, steps of its longest axis.
+    /// Up to where the first block is committed, steps of its longest axis.
     place_steps: f64,
-    /// When that is, s from the start of the run.
+    /// When that place is reached, s from the start of the run.
     at_s: f64,
-    /// What the first block is made by there. None where a block begins, and at rest.
+    /// The plan of the first block at that place. There is none where a block begins, and at rest.
     plan: Plan<N>,
-    /// It is braking to rest, or at rest until it is started.
+    /// Whether a hold is in force: the chain brakes to rest, or rests until it is started.
     is_held: bool,
 }
 
 impl<const N: usize, const LEN: usize> Chain<N, LEN> {
-    /// No moves, at rest, by these config.
+    /// A chain without moves, at rest, with this configuration.
     #[must_use]
     pub fn new(config: ChainConfig<N>) -> Self {
         Self { config, ..Self::empty() }
     }
 
-    /// Has moves planned by these config. There are none yet.
+    /// Sets the configuration by which moves are planned. The chain must not have any moves yet.
     pub fn set_config(&mut self, config: ChainConfig<N>) {
         self.config = config;
     }
 
-    /// Braking to rest, or held there.
+    /// Whether a hold is in force: the chain brakes to rest, or rests until it is started.
     #[must_use]
     pub fn is_held(&self) -> bool {
         self.is_held
     }
 
-    /// No moves, at rest, and no config to plan any by: see [`set_config`](Self::set_config).
+    /// A chain without moves, at rest, and without a configuration to plan any: see [`set_config`](Self::set_config).
     #[must_use]
     pub const fn empty() -> Self {
         Self {
@@ -139,34 +149,34 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         }
     }
 
-    /// How many moves have not been told to their end.
+    /// How many moves are not committed to their end.
     #[must_use]
     pub fn len(&self) -> usize {
         self.blocks.len()
     }
 
-    /// No move is left.
+    /// Whether no move is left.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// No other move fits.
+    /// Whether there is no room for another move.
     #[must_use]
     pub fn is_full(&self) -> bool {
         self.blocks.is_full()
     }
 
-    /// What has been told ends at rest.
+    /// Whether everything that is committed ends at rest.
     #[must_use]
     pub fn is_at_rest(&self) -> bool {
         !self.plan.is_made && self.blocks.get(0).is_none_or(|first| !first.flows)
     }
 
-    /// Puts a move behind the last.
+    /// Appends a move.
     ///
     /// # Errors
-    /// A move that cannot be planned, or for which there is no room, changes nothing.
+    /// If the move cannot be planned, or if there is no room for it, nothing is changed.
     pub fn push(&mut self, request: Request<N>) -> Result<(), PlanError> {
         let mut block = Block::new(request, &self.config)?;
         if let Some(before) = self.blocks.last() {
@@ -175,7 +185,8 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         if self.blocks.push(block) { Ok(()) } else { Err(PlanError::NoRoom) }
     }
 
-    /// Forgets all moves, and is at rest on another clock. What has been told is not taken back; a hold is.
+    /// Forgets all moves and ends a hold. The chain is then at rest, on a new clock. What is committed is not taken
+    /// back.
     pub fn clear(&mut self) {
         self.blocks.clear();
         (self.passed, self.settled) = (0, 0);
@@ -183,7 +194,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         (self.is_held, self.at_s) = (false, 0.0);
     }
 
-    /// Brakes to rest from what has been told on, and stays there until [`start`](Self::start).
+    /// Brakes to rest, beginning after what is committed, and stays there until [`start`](Self::start).
     pub fn hold(&mut self) {
         if !self.is_held {
             self.is_held = true;
@@ -191,8 +202,9 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         }
     }
 
-    /// Begins from rest, on another clock; after a hold from where it is. What is left of a move is forgotten if no step is.
-    /// While it moves it only takes a hold back: it goes on from what has been told, on the same clock.
+    /// Begins from rest on a new clock; after a hold, from the place where the chain rests. If no step is left of the
+    /// first move, the rest of that move is forgotten. While the chain moves, this only ends a hold: it goes on after
+    /// what is committed, on the same clock.
     pub fn start(&mut self) {
         if !self.is_at_rest() {
             if self.is_held {
@@ -210,8 +222,8 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         self.reckon();
     }
 
-    /// Has feeds, and rapids, be so large a fraction of what they are without: above 0, to [`FEED_RATIO_MAX`] and to 1. What
-    /// is faster than it is to be brakes to that, if need be over more moves than one.
+    /// Overrides feeds and rapids by these ratios. Both are above 0; feeds go up to [`FEED_RATIO_MAX`], rapids up to 1.
+    /// What is then too fast brakes to the new speed, over several moves if necessary.
     pub fn override_speed(&mut self, feed_ratio: f64, rapid_ratio: f64) {
         self.config.set_ratios(feed_ratio, rapid_ratio);
         self.plan.is_stale = true;
@@ -225,14 +237,14 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         self.reckon();
     }
 
-    /// When what has been told ends, s from the start of the run.
+    /// When what is committed ends, s from the start of the run.
     #[must_use]
     pub fn at_s(&self) -> f64 {
         self.at_s
     }
 
-    /// What follows all that was told, of the first move, for `most_s` at most. `None` at rest: all moves have been told, or it
-    /// is held.
+    /// Commits what follows, and hands it out: a stretch of the first move that lasts `most_s` at most. `None` at rest:
+    /// all moves are committed to their ends, or the chain is held.
     pub fn advance(&mut self, most_s: f64) -> Option<Chunk<N>> {
         while !(self.is_empty() || self.is_held && self.is_at_rest()) {
             self.look();

@@ -1,43 +1,48 @@
 //! Compiles an axis of a move into segments, in whole numbers.
 //!
-//! The plan is in 64-bit floats, of which a Cortex-M0+ spends tens of thousands of cycles on an instant. So an axis
-//! takes the few numbers of a phase from it, once a phase (`setup`); from these and from a step's own number its
-//! instant comes in fixed point. Nothing accumulates, neither from step to step nor from segment to segment.
+//! The plan is in 64-bit floats, in which a Cortex-M0+ would spend tens of thousands of cycles on an instant. So an
+//! axis takes a few numbers from the plan once a phase (`setup`). From these and from a step's own number, the step's
+//! instant is computed in fixed point. No error accumulates, neither from step to step nor from segment to segment.
 //!
 //! # Instants
-//! With f ticks/s, the step after k others is due at the axis's displacement k + 1/2, in ticks from the start of the
-//! move
+//! With f ticks/s, the step after k others is due at the axis's displacement k + 1/2. In ticks from the start of the
+//! move, that is
 //!
 //! - accelerating at a from the speed v: at √(C² + B (k + 1/2)) - C, where C = f v/a and B = 2 f²/a, with the axis's
-//!   own a and v (paper 002, section 2: s = v t + a t²/2, solved for t);
+//!   own a and v (Stoychitch 2018, section 2: s = v t + a t²/2, solved for t);
 //! - cruising: on a line;
-//! - decelerating: by the first, from the other end and backwards in time.
+//! - decelerating: by the first formula, from the other end and backwards in time.
 //!
-//! So each of these is a line in the odd number 2 k + 1 (`wide`, 96 bits), its root taken on a ramp (`root`, 64 bits). A ramp
-//! that hardly accelerates, where C would swallow the rest, is left to floats (`small_accel`).
+//! So each of these is a linear function of the odd number 2 k + 1 (`u96`, 96 bits); on a ramp, its root is taken
+//! (`root`, 64 bits). On a ramp that hardly accelerates, C would be so large that the difference loses its digits. Such
+//! a ramp is computed in floats (`small_accel`).
 //!
-//! Where the acceleration changes, the instants are those of a polynomial of the seventh degree over many segments
-//! (`spans`): some floats a span give it from the law itself (`hermite`), and the instants come in fixed point (`curve`).
+//! Where the acceleration changes, the instants follow polynomials of the seventh degree, each over many segments
+//! (`spans`). A few float operations a span derive the polynomial from the law itself (`hermite`); the instants are
+//! computed from it in fixed point (`curve`).
 //!
 //! # Segments
-//! A quadratic through the steps 0, n/2 and n of a ramp deviates between them by t''' (n/2)³/(9 √3) at most, t''' being
-//! the third derivative at the slow end. n is a power of two that keeps this within the error allowed, found by
-//! logarithms (`ramp`), so that the fit is all shifts (`fit`). Step n begins the next segment: two roots a segment. A
-//! ramp's last segment may reach beyond it, where the formula goes on smoothly, and hold fewer steps.
+//! A quadratic through the steps 0, n/2 and n of a ramp deviates between them by t''' (n/2)³/(9 √3) at most, where t'''
+//! is the third derivative at the slow end. n is a power of two that keeps this within the error allowed. It is found
+//! by logarithms (`fixed_ramp`), and as a power of two it reduces the fit to shifts (`fit`). Step n begins the next
+//! segment, so a segment costs two roots. The last segment of a ramp may reach beyond the ramp's end, where the formula
+//! goes on smoothly, and hold fewer steps.
 //!
 //! # Errors
-//! Against the closed form, in ticks: half a tick of rounding; the fit, [`FIT_ERROR_MAX_TICKS`] or, where a segment
-//! would last less than [`BRIEF_S`], [`FIT_ERROR_MAX_S`]; and 0.02 of fixed point at most (the growth of intervals is
-//! rounded to 2^-32 tick, a root to 2^-54 of itself). At 125 MHz that is 5 ns for slow steps and 24 ns for fast ones.
-//! `cargo test -p isostep-profile --test segments` holds 10,000 random moves to it, and 2,000 extreme ones.
+//! The error against the closed form, in ticks, is the sum of three parts: half a tick of rounding; the error of the
+//! fit, [`FIT_ERROR_MAX_TICKS`] or, if a segment would last less than [`BRIEF_S`], [`FIT_ERROR_MAX_S`]; and at
+//! most 0.02 of fixed point (the growth of intervals is rounded to 2^-32 tick, a root to 2^-54 of itself). At 125 MHz
+//! the sum is 5 ns for slow steps and 24 ns for fast ones. `cargo test -p isostep-profile --test segments` checks
+//! 10,000 random moves and 2,000 extreme ones.
 //!
 //! # Cost
-//! On a Cortex-M0+ 1,540 cycles a segment of a ramp, most of them for its two roots, and 8.5 a step to fill a buffer
-//! (`cargo xtask bench`, emulated). From rest to 1,000,000 steps/s at 10,000,000 steps/s², three axes are compiled in less
-//! than half the time they move, at the worst place.
+//! On a Cortex-M0+ a segment of a ramp costs 1,540 cycles, most of them for its two roots, and to fill a buffer
+//! costs 8.5 cycles a step (`cargo xtask bench`, emulated). From rest to 1,000,000 steps/s at 10,000,000 steps/s²,
+//! three axes are compiled in less than half the time they move, even at the worst place.
 //!
-//! By the curved laws a segment costs 7,400 to 33,000 cycles on average, in floats of the RP2040's ROM. Most of that is for
-//! spans: each is reckoned once for all axes and all its segments, but near standstill a span has few.
+//! By the curved laws a segment costs 7,400 to 33,000 cycles on average, with the float routines in the RP2040's ROM.
+//! Most of that is for spans. A span is computed once for all axes and for all its segments, but near standstill it has
+//! only a few segments.
 
 mod course;
 mod curve;
@@ -61,15 +66,15 @@ use crate::segment::Segment;
 
 /// How far a segment's quadratic may deviate from the closed form, ticks. Rounding to a whole tick adds up to half.
 pub const FIT_ERROR_MAX_TICKS: f64 = 0.125;
-/// How far it may deviate if that is more, s, in a segment that would last less than [`BRIEF_S`] otherwise: a fast axis
-/// leaves less time to compile.
+/// How far it may deviate instead, s, if that is more and the segment would otherwise last less than [`BRIEF_S`]: a
+/// fast axis leaves less time to compile.
 pub const FIT_ERROR_MAX_S: f64 = 20e-9;
-/// Segments that would last less than this may deviate by [`FIT_ERROR_MAX_S`], s; they then last some twice of it at
+/// A segment that would last less than this, s, may deviate by [`FIT_ERROR_MAX_S`]. It then lasts about twice this at
 /// most.
 pub const BRIEF_S: f64 = 1e-3;
 
-/// A step of a ramp that is nearer to its slow end, where the profile begins or ends, is taken to be that near, steps:
-/// standstill has no end of instants.
+/// The smallest distance of a step from the slow end of a ramp where the profile begins or ends, steps. A nearer step
+/// is taken to be at this distance, because near standstill the instant changes without bound over the displacement.
 pub(crate) const NEAREST_STEPS: f64 = 1e-6;
 
 /// How far any segment's quadratic may deviate from the closed form at `tick_hz` (ticks/s), ticks.
@@ -78,7 +83,7 @@ pub fn fit_error_max_ticks(tick_hz: u32) -> f64 {
     FIT_ERROR_MAX_TICKS.max(FIT_ERROR_MAX_S * f64::from(tick_hz))
 }
 
-/// A ramp as brief is what rounding has left where there is none, s: no step is of it.
+/// A ramp that lasts no longer than this, s, is a rounding error and counts as none. No step lies on it.
 const NO_RAMP_S: f64 = 1e-12;
 
 /// Which steps of an axis a profile makes.
@@ -90,14 +95,14 @@ pub(crate) struct Stretch {
     pub(crate) before: u32,
     /// How many steps there are.
     pub(crate) steps: u32,
-    /// By how much less than half a step of the axis the profile is at the first of them; 0 where a move begins.
+    /// The first of them is due when the profile has gone 1/2 - `ahead` steps of the axis; 0 where a move begins.
     pub(crate) ahead: f64,
-    /// By how much more than half a step it goes on after the last; 0 where a move ends.
+    /// The profile goes on for 1/2 + `beyond` steps of the axis after the last of them; 0 where a move ends.
     pub(crate) beyond: f64,
 }
 
 impl Stretch {
-    /// The steps before the end of each phase.
+    /// How many steps come before the end of each phase.
     pub(crate) fn phase_ends(&self, bounds: &PhaseBounds) -> [u32; 3] {
         let Self { stride, steps, ahead, .. } = *self;
         let steps_before = |bound: Bound| match bound {
@@ -109,12 +114,12 @@ impl Stretch {
         [accel_end, steps_before(bounds.cruise_end).max(accel_end), steps]
     }
 
-    /// How far the profile is at the first step, at the rate of the longest axis; not nothing.
+    /// How far the profile is at the first step, steps of the longest axis; above 0.
     pub(crate) fn begin_steps(&self) -> f64 {
         (0.5 - self.ahead).max(NEAREST_STEPS) * self.stride
     }
 
-    /// How far it goes on after the last step, likewise.
+    /// How far the profile goes on after the last step, steps of the longest axis; above 0.
     pub(crate) fn end_steps(&self) -> f64 {
         (0.5 + self.beyond).max(NEAREST_STEPS) * self.stride
     }
@@ -131,13 +136,13 @@ pub(crate) struct PhaseBounds {
 #[derive(Clone, Copy, Debug)]
 enum Bound {
     Begin,
-    /// Steps of the longest axis from its beginning.
+    /// In steps of the longest axis from the beginning of the profile.
     Within(f64),
     End,
 }
 
 impl PhaseBounds {
-    /// Of no plan.
+    /// The bounds of no plan.
     pub(crate) const NONE: Self = Self { accel_end: Bound::Begin, cruise_end: Bound::Begin };
 
     pub(crate) fn of(plan: &Profile) -> Self {
@@ -154,18 +159,18 @@ impl PhaseBounds {
 
 /// Compiles one axis of a [`Course`] into segments.
 ///
-/// Step k of the axis (k = 1 to `steps`) is due when the longest axis has covered (k - 1/2)/`steps` of the way.
+/// Step k of the axis (k = 1 to `steps`) is due when the longest axis has covered (k - 1/2)/`steps` of the distance.
 #[derive(Clone, Debug)]
 pub struct Lane {
     stretch: Stretch,
-    /// The steps before the end of each phase.
+    /// How many steps come before the end of each phase.
     ends: [u32; 3],
     /// Index of the phase of the next step.
     index: usize,
     phase: PhaseSteps,
     /// Steps already compiled.
     done: u32,
-    /// The next step, if the last segment told.
+    /// The next step, if it is known from the last segment.
     next: Option<Knot>,
 }
 
@@ -196,7 +201,7 @@ impl Lane {
         self.stretch.before
     }
 
-    /// The next segment; `None` after the last. `course` is the one it is a lane of.
+    /// The next segment; `None` after the last. `course` must be the one that this lane belongs to.
     pub fn next(&mut self, course: &mut Course) -> Option<Segment> {
         if self.done == self.ends[2] {
             return None;
@@ -232,7 +237,7 @@ impl Lane {
     }
 }
 
-/// The segments of one axis of a plan, one per call of `next`: a [`Lane`] and a [`Course`] of its own.
+/// The segments of one axis of a plan, one per call of `next`. It has a [`Lane`] and a [`Course`] of its own.
 #[derive(Clone, Debug)]
 pub struct Segments {
     course: Course,

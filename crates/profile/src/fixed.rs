@@ -1,10 +1,10 @@
-//! Products of fixed-point numbers, and polynomials of them: a third of what software floats cost a Cortex-M0+.
+//! Products and polynomials of fixed-point numbers. On a Cortex-M0+ they cost a third of what software floats cost.
 
-/// What a fraction in 2^-64 has for 1.
+/// The value 1 in units of 2^-64.
 pub(crate) const TWO_TO_64: f64 = 18_446_744_073_709_551_616.0;
 
-/// The product of two 32-bit numbers. By halves, since a Cortex-M0+ multiplies 32 bits to 32 and the compiler would
-/// call a routine that multiplies 64 by 64.
+/// The product of two 32-bit numbers, from their 16-bit halves. A Cortex-M0+ multiplies 32 by 32 bits to 32 bits, and
+/// the compiler would call a routine that multiplies 64 by 64 bits.
 #[inline(always)]
 pub(crate) fn product(a: u32, b: u32) -> u64 {
     let (a_low, a_high, b_low, b_high) = (a & 0xffff, a >> 16, b & 0xffff, b >> 16);
@@ -13,21 +13,21 @@ pub(crate) fn product(a: u32, b: u32) -> u64 {
     outer.wrapping_add(inner)
 }
 
-/// `value` `times` over, modulo 2^64: the compiler's own routine takes thrice as long.
+/// `value` times `times`, modulo 2^64. The compiler's own routine takes three times as long.
 #[inline]
 pub(crate) fn times(value: u64, times: u32) -> u64 {
     let upper = ((value >> 32) as u32).wrapping_mul(times);
     product(value as u32, times).wrapping_add(u64::from(upper) << 32)
 }
 
-/// `value` y, with `y` in 2^-64, rounded down.
+/// `value` times `y`, rounded down. `y` is in units of 2^-64.
 #[inline(always)]
-fn ratio(value: i64, y: u64) -> i64 {
-    // In two's complement a negative value is one of 2^64 less.
+fn fraction_of(value: i64, y: u64) -> i64 {
+    // As an unsigned number, a negative value is too large by 2^64.
     (upper(value as u64, y) as i64).wrapping_sub(if value < 0 { y as i64 } else { 0 })
 }
 
-/// The upper half of a product.
+/// The upper 64 bits of a product.
 #[inline(always)]
 fn upper(a: u64, b: u64) -> u64 {
     let (a_low, a_high, b_low, b_high) = (a as u32, (a >> 32) as u32, b as u32, (b >> 32) as u32);
@@ -36,16 +36,16 @@ fn upper(a: u64, b: u64) -> u64 {
     product(a_high, b_high).wrapping_add(middle >> 32).wrapping_add(other >> 32)
 }
 
-/// Σ c_i y^i, i from 0 on, with `y` in 2^-64, in the units of the coefficients. No partial sum may overflow.
+/// Σ c_i y^i with i from 0, in the units of the coefficients. `y` is in units of 2^-64. No partial sum may overflow.
 pub(crate) fn polynomial(coefficients: &[i64], y: u64) -> i64 {
-    coefficients.iter().rev().fold(0, |sum, &coefficient| ratio(sum, y).wrapping_add(coefficient))
+    coefficients.iter().rev().fold(0, |sum, &coefficient| fraction_of(sum, y).wrapping_add(coefficient))
 }
 
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
 
-    use super::{polynomial, product, ratio, times};
+    use super::{fraction_of, polynomial, product, times};
 
     proptest! {
         #![proptest_config(ProptestConfig { cases: 10_000, failure_persistence: None, ..ProptestConfig::default() })]
@@ -62,7 +62,7 @@ mod tests {
 
         #[test]
         fn ratios_are_rounded_down(value: i64, y: u64) {
-            prop_assert_eq!(ratio(value, y), ((i128::from(value) * i128::from(y)) >> 64) as i64);
+            prop_assert_eq!(fraction_of(value, y), ((i128::from(value) * i128::from(y)) >> 64) as i64);
         }
     }
 

@@ -5,33 +5,33 @@ use core::fmt;
 /// How a move's duration is split into its three intervals.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum IntervalLaw {
-    /// As fast as the limits allow: with a cruise, or without where the distance is short (paper 002, eqs 1-8).
+    /// As fast as the limits allow: with a cruise, or without one if the distance is short (Stoychitch 2018, eqs 1-8).
     #[default]
     Fastest,
-    /// Three equal intervals, as short as the limits allow (paper 004, eqs 1-7). From rest to rest on a trapezoid a
-    /// quarter of the way is spent accelerating, half cruising, a quarter decelerating.
+    /// Three equal intervals, as short as the limits allow (Forero 2023, eqs 1-7). A trapezoid from rest to rest then
+    /// accelerates over a quarter of the distance, cruises over half of it and decelerates over a quarter.
     Thirds,
 }
 
 /// How speed changes on a ramp. The first three are laws over time, the others over displacement.
 ///
-/// A decelerating ramp is an accelerating one backwards in time.
+/// A decelerating ramp is an accelerating ramp seen backwards in time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SpeedLaw {
-    /// Linear over time: constant acceleration (paper 002).
+    /// Linear over time: constant acceleration (Stoychitch 2018).
     #[default]
     Trapezoid,
-    /// Limited jerk: the acceleration rises and falls at constant jerk, and is constant between.
+    /// Limited jerk: the acceleration rises and falls at constant jerk, and is constant in between.
     SCurve,
     /// Half a wave of a cosine over time: jerk without jumps inside the ramp.
     Sine,
-    /// Linear over displacement (paper 000, eq 5).
+    /// Linear over displacement (Fonseca-Campos 2023, eq 5).
     Linear,
-    /// Quadratic over displacement (paper 000, eq 6).
+    /// Quadratic over displacement (Fonseca-Campos 2023, eq 6).
     Quadratic,
-    /// Half a wave of a cosine over displacement (paper 000, eq 7).
+    /// Half a wave of a cosine over displacement (Fonseca-Campos 2023, eq 7).
     Sinusoidal,
-    /// Logarithmic over displacement (paper 000, eq 8).
+    /// Logarithmic over displacement (Fonseca-Campos 2023, eq 8).
     Logarithmic,
 }
 
@@ -40,7 +40,7 @@ impl SpeedLaw {
     pub const ALL: [Self; 7] =
         [Self::Trapezoid, Self::SCurve, Self::Sine, Self::Linear, Self::Quadratic, Self::Sinusoidal, Self::Logarithmic];
 
-    /// What people call it, as commands take it.
+    /// The usual name of the law, which commands accept.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {

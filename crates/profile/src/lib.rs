@@ -1,20 +1,20 @@
 //! The mathematics of a move, in closed form.
 //!
-//! A move has **one** profile, the displacement of its longest (master) axis over time. Every axis reads its
-//! step instants from that profile, so all axes accelerate, cruise and decelerate over the same intervals.
+//! A move has **one** profile: the displacement of its longest axis over time. Every axis computes its step instants
+//! from that profile, so all axes accelerate, cruise and decelerate over the same intervals.
 //!
 //! The stages, one file each:
 //!
 //! 1. [`Limits`]: what an axis may do, checked once.
-//! 2. [`Profile`]: limits, distance, end speeds, an [`IntervalLaw`] and a [`SpeedLaw`] become a profile.
-//! 3. [`SyncMove`]: the limits of several axes are scaled onto the master; each axis keeps its signed step count.
-//!    Moves that follow each other without a stop are planned by a [`chain`], as parts of such moves.
-//! 4. [`Segments`]: an axis's step instants as short runs ([`Segment`]) that are replayed by additions alone. [`Course`] and
-//!    [`Lane`] are the same for several axes, with what they have in common reckoned once.
+//! 2. [`Profile`]: planned from limits, distance, end speeds, an [`IntervalLaw`] and a [`SpeedLaw`].
+//! 3. [`SyncMove`]: the limits of several axes are scaled onto the longest axis; each axis keeps its signed step count.
+//!    A [`chain`] plans moves that follow each other without a stop; its plans are `SyncMove`s, too.
+//! 4. [`Segments`]: an axis's step instants as short [`Segment`]s, which are replayed by additions alone. [`Course`]
+//!    and [`Lane`] do the same for several axes, and compute only once what the axes have in common.
 //!
-//! This crate knows no clock, no pin and no executor; it allocates nothing and cannot await. Distances are steps,
-//! times are seconds, speeds are steps/s, accelerations steps/s²; ticks appear only in segments, at the rate
-//! their reader names.
+//! This crate knows no clock, no pin and no executor. It allocates nothing and cannot await. Distances are in steps,
+//! times in seconds, speeds in steps/s, accelerations in steps/s². Only segments are in ticks, at a rate that the
+//! caller chooses.
 //!
 //! ```
 //! use isostep_profile::{IntervalLaw, Limits, SpeedLaw, SyncMove};
@@ -58,7 +58,7 @@ pub use profile::{DURATION_MAX_S, Profile, ProfileError, StepCounts};
 pub use segment::{Intervals, Segment, Ticks};
 pub use sync::{PlanError, SyncMove};
 
-/// The examples of the README are run as those here are.
+/// Runs the examples of the README as doc tests.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;

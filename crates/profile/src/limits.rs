@@ -1,28 +1,27 @@
-//! What an axis may do.
+//! The limits of an axis.
 
 use core::fmt;
 
-/// Slowest top speed, and feed, that can be planned, steps/s: a step every 2,000 s. 1 mm/min at 0.1 steps/mm, along the diagonal
-/// of three axes, is twice as fast.
+/// Slowest top speed and slowest feed that can be planned, steps/s: one step every 2,000 s. A feed of 1 mm/min at 0.1
+/// steps/mm, along the diagonal of three axes, is still twice as fast.
 pub const SPEED_MIN_STEPS_S: f64 = 5e-4;
-/// Fastest speed that can be planned, steps/s: four times what the fastest known port on an RP2040 carries.
+/// Fastest speed that can be planned, steps/s: four times what the fastest known port on an RP2040 can make.
 pub const SPEED_MAX_STEPS_S: f64 = 1e7;
 /// Largest acceleration or deceleration that can be planned, steps/s².
 pub const ACCEL_MAX_STEPS_S2: f64 = 1e9;
 
-/// Limits of one axis. Acceleration and deceleration are apart: paper 002 calls their ratio m = a/d.
+/// Limits of one axis. Acceleration and deceleration are separate: Stoychitch 2018 calls their ratio m = a/d.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
-    /// Speed the motor takes from rest in no time, steps/s; 0 to `top_speed_steps_s` (paper 002: v_s).
+    /// Speed to which the motor can jump from rest, steps/s; 0 to `top_speed_steps_s` (Stoychitch 2018: v_s).
     pub start_speed_steps_s: f64,
-    /// Speed never exceeded, steps/s; [`SPEED_MIN_STEPS_S`] to [`SPEED_MAX_STEPS_S`] (paper 002: v_M).
+    /// Speed never exceeded, steps/s; [`SPEED_MIN_STEPS_S`] to [`SPEED_MAX_STEPS_S`] (Stoychitch 2018: v_M).
     pub top_speed_steps_s: f64,
-    /// Acceleration never exceeded, steps/s²; above 0, to [`ACCEL_MAX_STEPS_S2`] (paper 002: a_M).
+    /// Acceleration never exceeded, steps/s²; above 0, to [`ACCEL_MAX_STEPS_S2`] (Stoychitch 2018: a_M).
     pub accel_steps_s2: f64,
     /// Deceleration never exceeded, steps/s², as a positive number; above 0, to [`ACCEL_MAX_STEPS_S2`].
     pub decel_steps_s2: f64,
-    /// Jerk never exceeded by the S-curve, steps/s³; above 0, [`f64::INFINITY`] for no limit. The other laws do not look
-    /// at it.
+    /// Jerk never exceeded by the S-curve, steps/s³; above 0, [`f64::INFINITY`] for no limit. The other laws ignore it.
     pub jerk_steps_s3: f64,
 }
 
@@ -68,7 +67,7 @@ pub enum LimitError {
 }
 
 impl Limits {
-    /// Within which nothing moves: they are refused.
+    /// Limits of zero, which [`check`](Self::check) refuses.
     pub(crate) const NONE: Self = Self {
         start_speed_steps_s: 0.0,
         top_speed_steps_s: 0.0,
@@ -114,7 +113,7 @@ impl Limits {
         }
     }
 
-    /// No limit is lower than the other's.
+    /// Whether no limit is lower than that of `other`.
     #[must_use]
     pub(crate) fn is_looser(&self, other: &Self) -> bool {
         self.tighter(other) == *other
@@ -123,7 +122,7 @@ impl Limits {
     /// The tighter of both, limit by limit.
     #[must_use]
     pub(crate) fn tighter(&self, other: &Self) -> Self {
-        // None is NaN, which f64::min takes thrice the time to look for.
+        // No limit is NaN. `f64::min` checks for NaN, and takes three times as long.
         let lower = |a: f64, b: f64| if a < b { a } else { b };
         Self {
             start_speed_steps_s: lower(self.start_speed_steps_s, other.start_speed_steps_s),

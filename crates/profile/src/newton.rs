@@ -1,12 +1,15 @@
-//! Roots: of rising functions, and rough ones to begin a search with.
+//! Zeros of rising functions, and rough n-th roots to begin a search with.
 
-/// More than any of ours takes; then rounding is all that is left to improve.
+/// More iterations than any search takes. After so many, only rounding could still improve.
 const ITERATIONS_MAX: u32 = 100;
 
-/// Where a rising function is 0, between `low`, where it is not above 0, and `high`, where it is not below. `function`
-/// gives value and slope. By Newton's method from `from`, by bisection where that leaves the bracket by more than
-/// `tolerance` of the result: by less it is only that an end of it is as good as the root. Ends with a step of `tolerance`
-/// at most; by Newton's method the result then is within the square of that, as far as floats go.
+/// The zero of a rising function between `low`, where it is not above 0, and `high`, where it is not below 0.
+/// `function` returns value and slope. The search begins at `from`.
+///
+/// Each iteration is a Newton step. It bisects instead if that step leaves the bracket by more than `tolerance` of the
+/// result; if the step leaves it by less, the end of the bracket is as good as the zero. The search ends after a step
+/// of at most `tolerance`, as a fraction of the result. If that was a Newton step, the error is within the square of
+/// that, as far as floats allow.
 pub(crate) fn rising_root(
     (mut low, mut high): (f64, f64),
     from: f64,
@@ -30,14 +33,14 @@ pub(crate) fn rising_root(
     x
 }
 
-/// The `n`-th root of `x`, to 6.2 %: so much of the logarithm, as a float's bits have it: log2(1 + f) as f, of
-/// which 2^f is short by 6.15 % at most.
+/// The `n`-th root of `x`, to 6.2 %. It divides the bits of the float, which are nearly its logarithm: they have f in
+/// place of log2(1 + f), and 2^f is short of 1 + f by 6.15 % at most.
 #[inline(always)]
 pub(crate) fn rough_root(x: f64, n: u64) -> f64 {
     f64::from_bits(x.to_bits() / n + ONE_BITS / n * (n - 1))
 }
 
-/// 1 as a float.
+/// The bits of the float 1.
 const ONE_BITS: u64 = 0x3ff0_0000_0000_0000;
 
 #[cfg(test)]

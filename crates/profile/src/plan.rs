@@ -1,4 +1,4 @@
-//! Where a move's ramps meet: how fast it can cruise.
+//! How fast a move can cruise, and where its ramps end.
 
 use crate::law::SpeedLaw;
 use crate::limits::{Limits, SPEED_MIN_STEPS_S};
@@ -7,22 +7,22 @@ use crate::profile::{Profile, ProfileError};
 use crate::ramp::{Bounds, Ramp};
 use crate::root::sqrt;
 
-/// The last step of the search for a cruise speed, as a fraction of the speed gained. What is left then is less than a
-/// quarter of its square.
+/// The search for a cruise speed ends with a step of this size, as a fraction of the rise over the faster end. The
+/// error left is less than a quarter of the square of this fraction.
 const PEAK_TOLERANCE: f64 = 1e-6;
-/// The same for thirds of a law over displacement: they are slower than they might be by 1e-5 at most.
+/// The same for thirds of a law over displacement. Their cruise is slower than the optimum by 1e-5 at most.
 const THIRDS_TOLERANCE: f64 = 6e-3;
-/// The same where the ends differ; what is left is far less.
+/// The same for a move whose end speeds differ. Newton's method then leaves a far smaller error.
 const ROOT_TOLERANCE: f64 = 1e-10;
-/// By how much a search by powers changes a gain at most, at a time.
+/// A search by powers changes the rise by this factor at most in one iteration.
 const FACTOR_MAX: f64 = 10.0;
-/// More than any search takes.
+/// More iterations than any search takes.
 const ITERATIONS_MAX: u32 = 100;
 
-/// How many steps a gain needs, and how many more for each step/s more.
+/// The steps that a rise over the faster end needs, and how many more for each step/s more.
 type Needed<'a> = &'a dyn Fn(f64) -> (f64, f64);
 
-/// The two ends of a profile, the way between them, and what its ramps must keep to.
+/// The two end speeds of a profile, the distance between them, and the limits of its ramps.
 pub(crate) struct Ends {
     distance_steps: f64,
     entry_steps_s: f64,
@@ -53,7 +53,7 @@ impl Ends {
         }
     }
 
-    /// Refuses speeds at the ends that the law or the way between cannot do.
+    /// Refuses end speeds that are impossible by the law or over the distance.
     pub(crate) fn check(&self) -> Result<(), ProfileError> {
         let (entry, exit) = (self.entry_steps_s, self.exit_steps_s);
         let max = if entry > exit { self.highest_from(exit, self.decel) } else { self.top_steps_s };
@@ -71,7 +71,7 @@ impl Ends {
         Ok(())
     }
 
-    /// The highest speed that one ramp from `slow` comes to over the whole way.
+    /// The highest speed that one ramp from `slow` reaches over the whole distance.
     fn highest_from(&self, slow: f64, bounds: Bounds) -> f64 {
         let room = self.top_steps_s - slow;
         let short = |rise: f64| {
@@ -86,11 +86,12 @@ impl Ends {
         }
         let rise = rising_root((0.0, room), room, ROOT_TOLERANCE, short);
         let highest = slow + rise;
-        // Over a short way, an end too fast by its rounding is too fast by far.
+        // Over a short distance the rise is so small beside the speed that rounding the sum up makes the end far too
+        // fast.
         if highest - slow > rise { highest.next_down() } else { highest }
     }
 
-    /// As fast as the limits allow.
+    /// The fastest profile that the limits allow.
     pub(crate) fn fastest(&self) -> Profile {
         match self.law {
             SpeedLaw::Trapezoid => self.fastest_trapezoid(),
@@ -98,14 +99,15 @@ impl Ends {
         }
     }
 
-    /// Paper 002, eqs 1-8, with entry and exit apart. The peak of the triangle follows from
-    /// (v² - v_entry²)/2a + (v² - v_exit²)/2d = s.
+    /// Stoychitch 2018, eqs 1-8, with separate entry and exit speeds. The triangle's peak v follows from (v² - v_entry²)/2a +
+    /// (v² - v_exit²)/2d = s.
     fn fastest_trapezoid(&self) -> Profile {
         let (a, d) = (self.accel.accel_steps_s2, self.decel.accel_steps_s2);
         let (entry, exit) = (self.entry_steps_s, self.exit_steps_s);
         let peak = self.peak_of_triangle();
         if peak <= self.top_steps_s {
-            // Where both ramps have the same speed; as a difference of the peak's square it would cancel.
+            // The place where both ramps reach the same speed. Computed from the peak's square, it would lose digits by
+            // cancellation.
             let meeting = (2.0 * d * self.distance_steps + exit * exit - entry * entry) / (2.0 * (a + d));
             let accel_steps = meeting.max(0.0).min(self.distance_steps);
             return self.trapezoid(peak, (accel_steps, accel_steps), 0.0);
@@ -139,48 +141,50 @@ impl Ends {
         }
     }
 
-    /// Gains as much over the faster end as both ramps have room for. No law is faster than the trapezoid.
+    /// The cruise speed is as far above the faster end as both ramps have room for. No law is faster than the
+    /// trapezoid, so the trapezoid's peak is an upper bound.
     fn fastest_by_search(&self) -> Profile {
-        let lengths = |delta_v2: f64| {
-            let (accel, decel) = self.lengths(delta_v2);
+        let lengths = |speed_rise: f64| {
+            let (accel, decel) = self.lengths(speed_rise);
             (accel.0 + decel.0, accel.1 + decel.1)
         };
         let room = self.top_steps_s - self.fast_end();
         let most = room.min(self.peak_of_triangle() - self.fast_end());
-        let delta_v2 = if self.entry_steps_s != self.exit_steps_s {
-            self.delta_v2_by_newton(most, most, ROOT_TOLERANCE, &lengths)
-        } else if let Some(delta_v2) = self.delta_v2_by_quadratic() {
-            delta_v2.min(most)
+        let speed_rise = if self.entry_steps_s != self.exit_steps_s {
+            self.speed_rise_by_newton(most, most, ROOT_TOLERANCE, &lengths)
+        } else if let Some(speed_rise) = self.speed_rise_by_quadratic() {
+            speed_rise.min(most)
         } else {
-            self.delta_v2_by_powers(most, most, PEAK_TOLERANCE, &lengths)
+            self.speed_rise_by_powers(most, most, PEAK_TOLERANCE, &lengths)
         };
-        self.profile(delta_v2, self.ramps(delta_v2))
+        self.profile(speed_rise, self.ramps(speed_rise))
     }
 
-    /// Paper 004, eqs 1-7: all three intervals last t1, so s = t1 (v_accel + v + v_decel) with the mean speeds of the
-    /// ramps. The cruise speed v is the highest at which neither ramp exceeds its limits.
+    /// Forero 2023, eqs 1-7: all three intervals last t1, so s = t1 (v_accel + v + v_decel), where v_accel and v_decel
+    /// are the mean speeds of the ramps. The cruise speed v is the highest at which neither ramp exceeds its limits.
     pub(crate) fn thirds(&self) -> Result<Profile, ProfileError> {
-        let delta_v2 = match self.law {
+        let speed_rise = match self.law {
             SpeedLaw::Trapezoid => self.highest_of_thirds() - self.fast_end(),
-            _ => self.delta_v2_by_thirds(),
+            _ => self.speed_rise_by_thirds(),
         };
-        let highest = self.fast_end() + delta_v2;
+        let highest = self.fast_end() + speed_rise;
         if highest < self.entry_steps_s {
             return Err(ProfileError::EntrySpeed { asked: self.entry_steps_s, max: highest });
         }
         if highest < self.exit_steps_s {
             return Err(ProfileError::ExitSpeed { asked: self.exit_steps_s, max: highest });
         }
-        let (accel_mean, decel_mean) = self.means(delta_v2);
+        let (accel_mean, decel_mean) = self.means(speed_rise);
         let third_s = self.distance_steps / (accel_mean + highest + decel_mean);
         let ramps = (
-            self.accel.lasting(third_s, self.entry_steps_s, self.accel_rise(delta_v2), accel_mean),
-            self.decel.lasting(third_s, self.exit_steps_s, self.decel_rise(delta_v2), decel_mean),
+            self.accel.lasting(third_s, self.entry_steps_s, self.accel_rise(speed_rise), accel_mean),
+            self.decel.lasting(third_s, self.exit_steps_s, self.decel_rise(speed_rise), decel_mean),
         );
-        Ok(Profile { cruise_s: third_s, ..self.profile(delta_v2, ramps) })
+        Ok(Profile { cruise_s: third_s, ..self.profile(speed_rise, ramps) })
     }
 
-    /// With k = (v_entry + v_exit)/2, (v - v_end)/t1 <= a is (v - v_end)(2 v + k) <= a s.
+    /// The highest cruise speed of a trapezoid in thirds. (v - v_end)/t1 <= a becomes (v - v_end)(2 v + k) <= a s with
+    /// k = (v_entry + v_exit)/2.
     fn highest_of_thirds(&self) -> f64 {
         let k = (self.entry_steps_s + self.exit_steps_s) / 2.0;
         let highest = |end: f64, accel: f64| {
@@ -196,8 +200,8 @@ impl Ends {
         self.top_steps_s.min(accel).min(decel)
     }
 
-    /// By search; below 0 if the faster end is too fast for its own ramp.
-    fn delta_v2_by_thirds(&self) -> f64 {
+    /// The rise over the faster end in thirds, by search. It is below 0 if the faster end is too fast for its own ramp.
+    fn speed_rise_by_thirds(&self) -> f64 {
         let fast = self.fast_end();
         if self.entry_steps_s != self.exit_steps_s && self.needed_by_thirds(0.0).0 > self.distance_steps {
             let excess = |end| (self.with_fast_end(end).needed_by_thirds(0.0).0 - self.distance_steps, f64::NAN);
@@ -205,32 +209,33 @@ impl Ends {
             return rising_root((slow, fast), fast, ROOT_TOLERANCE, excess) - fast;
         }
         let room = self.top_steps_s - fast;
-        // By what a trapezoid has room for; between unequal ends that may be none.
-        let from = self.accel.delta_v2_near(fast, self.highest_of_thirds() - fast);
+        // The search begins near the rise that a trapezoid has room for. Between unequal ends that may not be above 0.
+        let from = self.accel.speed_rise_near(fast, self.highest_of_thirds() - fast);
         let from = if from > 0.0 { from.min(room) } else { room };
-        let needed = |delta_v2| self.needed_by_thirds(delta_v2);
+        let needed = |speed_rise| self.needed_by_thirds(speed_rise);
         if self.entry_steps_s == self.exit_steps_s {
             let tolerance = if self.law.is_over_displacement() { THIRDS_TOLERANCE } else { PEAK_TOLERANCE };
-            return self.delta_v2_by_powers(from, room, tolerance, &needed);
+            return self.speed_rise_by_powers(from, room, tolerance, &needed);
         }
-        let delta_v2 = self.delta_v2_by_newton(from, room, ROOT_TOLERANCE, &needed);
-        // On the safe side of where the search ends.
-        if delta_v2 < room { delta_v2 * (1.0 - 2.0 * ROOT_TOLERANCE) } else { room }
+        let speed_rise = self.speed_rise_by_newton(from, room, ROOT_TOLERANCE, &needed);
+        // The search may end on either side of the root, so the result is lowered to the safe side.
+        if speed_rise < room { speed_rise * (1.0 - 2.0 * ROOT_TOLERANCE) } else { room }
     }
 
-    /// The gain over which both ramps are as long as the way, from equal ends, if their length is a quadratic in it.
-    fn delta_v2_by_quadratic(&self) -> Option<f64> {
+    /// The rise at which both ramps together are as long as the distance, for equal ends, if the length of a ramp is a
+    /// quadratic in the rise.
+    fn speed_rise_by_quadratic(&self) -> Option<f64> {
         let (constant, square) = self.accel.quadratic_length()?;
         let per_accel = 1.0 / self.accel.accel_steps_s2 + 1.0 / self.decel.accel_steps_s2;
         let (slow, way) = (self.entry_steps_s, self.distance_steps / (constant * per_accel));
-        // slow r + square r² = way, without cancelling.
+        // Solves slow r + square r² = `way` for r, in a form that does not cancel.
         Some(2.0 * way / (slow + sqrt(slow * slow + 4.0 * square * way)))
     }
 
-    /// The gain, `most` at most, over which `needed` is the way. Begins at `from`.
-    fn delta_v2_by_newton(&self, from: f64, most: f64, tolerance: f64, needed: Needed<'_>) -> f64 {
-        let over = |delta_v2| {
-            let (steps, growth) = needed(delta_v2);
+    /// The rise, `most` at most, at which `needed` equals the distance. The search begins at `from`.
+    fn speed_rise_by_newton(&self, from: f64, most: f64, tolerance: f64, needed: Needed<'_>) -> f64 {
+        let over = |speed_rise| {
+            let (steps, growth) = needed(speed_rise);
             (steps - self.distance_steps, growth)
         };
         if over(most).0 <= 0.0 {
@@ -239,54 +244,56 @@ impl Ends {
         rising_root((0.0, most), from, tolerance, over)
     }
 
-    /// The same from equal ends.
+    /// The same for equal ends.
     ///
-    /// There what is needed is near a power of the gain, s^p, p being 1/2 to 2 or so. Hence by Newton's method on the
-    /// logarithms of both, that is by (way/needed)^(1/p), for which a fraction of two lines is near enough. The result is
-    /// on the safe side of where that ends.
-    fn delta_v2_by_powers(&self, from: f64, most: f64, tolerance: f64, needed: Needed<'_>) -> f64 {
+    /// For equal ends, the needed distance is nearly a power of the rise, rise^p, with p from 1/2 to 2 or so. So the
+    /// search is Newton's method on the logarithms of both: each iteration multiplies the rise by
+    /// (distance/needed)^(1/p), for which a quotient of two linear functions is accurate enough. The result is lowered
+    /// to the safe side.
+    fn speed_rise_by_powers(&self, from: f64, most: f64, tolerance: f64, needed: Needed<'_>) -> f64 {
         if most <= 0.0 {
             return most;
         }
-        let mut delta_v2 = from;
+        let mut speed_rise = from;
         for _ in 0..ITERATIONS_MAX {
-            let (steps, slope) = needed(delta_v2);
-            // (1 + h + h/p)/(1 + h - h/p) with h = (way/needed - 1)/2 and p = gain slope/needed, by one division.
+            let (steps, slope) = needed(speed_rise);
+            // (1 + h + h/p)/(1 + h - h/p) with h = (distance/needed - 1)/2 and p = rise slope/needed, by one division.
             let (sum, difference) =
-                ((self.distance_steps + steps) * slope * delta_v2, (self.distance_steps - steps) * steps);
+                ((self.distance_steps + steps) * slope * speed_rise, (self.distance_steps - steps) * steps);
             let factor = (sum + difference) / (sum - difference);
-            // Where far too much or little is needed, the fraction is too small or large, or below 0.
+            // If the needed distance is far off, the quotient is too small, too large or negative.
             let (low, high) = if difference > 0.0 { (1.0, FACTOR_MAX) } else { (1.0 / FACTOR_MAX, 1.0) };
             let factor = if (low..=high).contains(&factor) { factor } else { low * high };
-            // Not where a step leads there that is too long.
-            if delta_v2 >= most && factor >= 1.0 {
+            // The search ends at `most` only if the rise would still grow there: a step that was too long may also have
+            // led to `most`.
+            if speed_rise >= most && factor >= 1.0 {
                 return most;
             }
-            delta_v2 *= factor;
+            speed_rise *= factor;
             let step = factor - 1.0;
             if step.abs() <= tolerance {
-                return (delta_v2 * (1.0 - step * step / 4.0)).min(most);
+                return (speed_rise * (1.0 - step * step / 4.0)).min(most);
             }
-            delta_v2 = delta_v2.min(most);
+            speed_rise = speed_rise.min(most);
         }
-        delta_v2
+        speed_rise
     }
 
-    /// A ramp of mean speed m that is x long at its shortest has its time if x/m <= t1. How long the way has to
-    /// be for that, and how much longer for each step/s more.
-    fn needed_by_thirds(&self, delta_v2: f64) -> (f64, f64) {
-        let accel = self.accel.length_and_mean(self.entry_steps_s, self.accel_rise(delta_v2));
+    /// The distance that the move needs so that each ramp fits into a third of its duration, and how much longer it is
+    /// for each step/s more. A ramp of mean speed m fits if its shortest length x satisfies x/m <= t1.
+    fn needed_by_thirds(&self, speed_rise: f64) -> (f64, f64) {
+        let accel = self.accel.length_and_mean(self.entry_steps_s, self.accel_rise(speed_rise));
         let decel = match self.decel_ratio() {
             Some(ratio) => ((accel.0.0 * ratio, accel.0.1 * ratio), accel.1),
-            None => self.decel.length_and_mean(self.exit_steps_s, self.decel_rise(delta_v2)),
+            None => self.decel.length_and_mean(self.exit_steps_s, self.decel_rise(speed_rise)),
         };
-        let sum = accel.1.0 + self.fast_end() + delta_v2 + decel.1.0;
+        let sum = accel.1.0 + self.fast_end() + speed_rise + decel.1.0;
         let sum_growth = accel.1.1 + 1.0 + decel.1.1;
         let needed = |((steps, growth), (mean, mean_growth)): ((f64, f64), (f64, f64))| {
             let ratio = sum / mean;
             (steps * ratio, growth * ratio + steps * (sum_growth - ratio * mean_growth) / mean)
         };
-        // Of ramps that differ by their length alone, the longer one.
+        // If the ramps differ in their length alone, the longer one decides.
         match self.decel_ratio() {
             Some(ratio) if ratio <= 1.0 => needed(accel),
             Some(_) => needed(decel),
@@ -297,43 +304,43 @@ impl Ends {
         }
     }
 
-    /// The lengths of both ramps at their shortest, steps, and how much longer each is for each step/s more.
-    fn lengths(&self, delta_v2: f64) -> ((f64, f64), (f64, f64)) {
-        let accel = self.accel.length(self.entry_steps_s, self.accel_rise(delta_v2));
+    /// The lengths of the shortest ramps, steps, and how much longer each is for each step/s more.
+    fn lengths(&self, speed_rise: f64) -> ((f64, f64), (f64, f64)) {
+        let accel = self.accel.length(self.entry_steps_s, self.accel_rise(speed_rise));
         match self.decel_ratio() {
             Some(ratio) => (accel, (accel.0 * ratio, accel.1 * ratio)),
-            None => (accel, self.decel.length(self.exit_steps_s, self.decel_rise(delta_v2))),
+            None => (accel, self.decel.length(self.exit_steps_s, self.decel_rise(speed_rise))),
         }
     }
 
     /// The mean speeds of both ramps.
-    fn means(&self, delta_v2: f64) -> (f64, f64) {
-        let accel = self.accel.mean_steps_s(self.entry_steps_s, self.accel_rise(delta_v2));
+    fn means(&self, speed_rise: f64) -> (f64, f64) {
+        let accel = self.accel.mean_steps_s(self.entry_steps_s, self.accel_rise(speed_rise));
         match self.decel_ratio() {
             Some(_) => (accel, accel),
-            None => (accel, self.decel.mean_steps_s(self.exit_steps_s, self.decel_rise(delta_v2))),
+            None => (accel, self.decel.mean_steps_s(self.exit_steps_s, self.decel_rise(speed_rise))),
         }
     }
 
-    /// Both ramps at their shortest.
-    fn ramps(&self, delta_v2: f64) -> (Ramp, Ramp) {
-        let accel = self.accel.shortest(self.entry_steps_s, self.accel_rise(delta_v2));
+    /// The shortest ramps.
+    fn ramps(&self, speed_rise: f64) -> (Ramp, Ramp) {
+        let accel = self.accel.shortest(self.entry_steps_s, self.accel_rise(speed_rise));
         match self.decel_ratio() {
             Some(ratio) => (accel, accel.shortened(ratio)),
-            None => (accel, self.decel.shortest(self.exit_steps_s, self.decel_rise(delta_v2))),
+            None => (accel, self.decel.shortest(self.exit_steps_s, self.decel_rise(speed_rise))),
         }
     }
 
-    /// By what fraction the decelerating ramp is shorter than the other one, if nothing else differs.
+    /// The ratio of the decelerating ramp's length to that of the accelerating ramp, if nothing else differs.
     fn decel_ratio(&self) -> Option<f64> {
         let (a, d) = (self.accel.accel_steps_s2, self.decel.accel_steps_s2);
         let is_alike = self.entry_steps_s == self.exit_steps_s && (self.law != SpeedLaw::SCurve || a == d);
         is_alike.then(|| if a == d { 1.0 } else { a / d })
     }
 
-    /// With ramps that gain so much over the faster end.
-    fn profile(&self, delta_v2: f64, (accel, decel): (Ramp, Ramp)) -> Profile {
-        let cruise_steps_s = self.fast_end() + delta_v2;
+    /// The profile with these ramps, whose cruise speed is `speed_rise` above the faster end.
+    fn profile(&self, speed_rise: f64, (accel, decel): (Ramp, Ramp)) -> Profile {
+        let cruise_steps_s = self.fast_end() + speed_rise;
         let accel_end_steps = accel.steps().min(self.distance_steps);
         let cruise_end_steps = (self.distance_steps - decel.steps()).max(accel_end_steps);
         Profile {
@@ -351,19 +358,19 @@ impl Ends {
         self.entry_steps_s.max(self.exit_steps_s)
     }
 
-    /// The same, but that neither end is faster than `speed_steps_s`.
+    /// The same move, with both end speeds limited to `speed_steps_s`.
     fn with_fast_end(&self, speed_steps_s: f64) -> Self {
         let (entry, exit) = (self.entry_steps_s, self.exit_steps_s);
         Self { entry_steps_s: entry.min(speed_steps_s), exit_steps_s: exit.min(speed_steps_s), ..*self }
     }
 
-    // As sums, in which a small gain is not lost.
+    // The rises of the ramps are computed as sums, so that a small `speed_rise` keeps its digits.
 
-    fn accel_rise(&self, delta_v2: f64) -> f64 {
-        self.fast_end() - self.entry_steps_s + delta_v2
+    fn accel_rise(&self, speed_rise: f64) -> f64 {
+        self.fast_end() - self.entry_steps_s + speed_rise
     }
 
-    fn decel_rise(&self, delta_v2: f64) -> f64 {
-        self.fast_end() - self.exit_steps_s + delta_v2
+    fn decel_rise(&self, speed_rise: f64) -> f64 {
+        self.fast_end() - self.exit_steps_s + speed_rise
     }
 }

@@ -1,7 +1,7 @@
 //! The profile of a move: accelerate, cruise, decelerate.
 //!
-//! Its ramps are of one [`SpeedLaw`]; a short move has no cruise. Entry and exit speeds are parameters; paper 002 has
-//! both equal to the start speed v_s, paper 004 both zero.
+//! Both ramps follow one [`SpeedLaw`]. A short move has no cruise. Entry and exit speeds are parameters: in Stoychitch 2018
+//! both equal the start speed v_s, in Forero 2023 both are zero.
 
 use core::fmt;
 
@@ -26,14 +26,14 @@ pub enum ProfileError {
         /// What was asked.
         asked: f64,
     },
-    /// The entry speed is negative, above the top speed, or cannot be shed over the distance, steps/s.
+    /// The entry speed is negative, above the top speed, or too high to brake from over the distance, steps/s.
     EntrySpeed {
         /// What was asked.
         asked: f64,
         /// The highest that works.
         max: f64,
     },
-    /// The exit speed is negative, above the top speed, or cannot be reached over the distance, steps/s.
+    /// The exit speed is negative, above the top speed, or too high to reach over the distance, steps/s.
     ExitSpeed {
         /// What was asked.
         asked: f64,
@@ -58,7 +58,7 @@ pub enum ProfileError {
     },
 }
 
-/// Steps of each phase: those whose instants lie in it (paper 002, eqs 5 and 8: N_a, N_v, N_d).
+/// Steps of each phase. A step belongs to the phase in which its instant lies (Stoychitch 2018, eqs 5 and 8: N_a, N_v, N_d).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StepCounts {
     /// Steps that leave while accelerating.
@@ -69,18 +69,18 @@ pub struct StepCounts {
     pub decel: u32,
 }
 
-/// Displacement of one axis over time: a ramp, constant speed, and a ramp backwards.
+/// Displacement of one axis over time: an accelerating ramp, a cruise and a decelerating ramp.
 ///
-/// Displacement is continuous: 0 to `distance_steps`. Which instants become steps is [`SyncMove`](crate::SyncMove)'s
-/// affair.
+/// Displacement is continuous, from 0 to `distance_steps`. [`SyncMove`](crate::SyncMove) decides which instants become
+/// steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Profile {
     pub(crate) distance_steps: f64,
     pub(crate) cruise_steps_s: f64,
     pub(crate) cruise_s: f64,
-    /// From the entry on.
+    /// The accelerating ramp, from the entry on.
     pub(crate) accel: Ramp,
-    /// Back from the exit.
+    /// The decelerating ramp, seen backwards in time from the exit.
     pub(crate) decel: Ramp,
     /// Where the acceleration ends.
     pub(crate) accel_end_steps: f64,
@@ -89,7 +89,7 @@ pub struct Profile {
 }
 
 impl Profile {
-    /// No way.
+    /// A profile of no distance.
     pub(crate) const NONE: Self = Self {
         distance_steps: 0.0,
         cruise_steps_s: 0.0,
@@ -100,7 +100,7 @@ impl Profile {
         cruise_end_steps: 0.0,
     };
 
-    /// Some of it is at an acceleration that changes.
+    /// Whether the acceleration changes within a ramp.
     pub(crate) fn is_curved(&self) -> bool {
         self.accel.constant_accel_steps_s2().is_none() || self.decel.constant_accel_steps_s2().is_none()
     }
@@ -108,7 +108,7 @@ impl Profile {
     /// Plans `distance_steps` from `entry_steps_s` to `exit_steps_s` within `limits`.
     ///
     /// # Errors
-    /// Names the first parameter that cannot work and the bound it crossed.
+    /// The first parameter that cannot work, and the bound that it crosses.
     pub fn plan(
         distance_steps: f64,
         entry_steps_s: f64,
@@ -133,7 +133,8 @@ impl Profile {
         Ok(plan)
     }
 
-    /// The way between two speeds that are known to fit: as fast as the limits allow, or by thirds if these are.
+    /// The profile between two speeds that are known to fit the distance. If thirds are asked for but impossible, it is
+    /// the fastest profile.
     pub(crate) fn between(
         distance_steps: f64,
         entry_steps_s: f64,
@@ -149,8 +150,8 @@ impl Profile {
         }
     }
 
-    /// From one speed to another and to a third, over so many steps each at the acceleration of `limits`; between, at the
-    /// second one.
+    /// A profile of constant accelerations from the first speed to the second and then to the third. The ramps are
+    /// `ramps_steps` long at the accelerations of `limits`. Between them it cruises at the second speed.
     pub(crate) fn constant_accel(
         distance_steps: f64,
         speeds_steps_s: [f64; 3],
@@ -161,21 +162,21 @@ impl Profile {
         let accel_steps = if accel_steps < distance_steps { accel_steps } else { distance_steps };
         let left_steps = distance_steps - accel_steps;
         let cruise_steps = left_steps - decel_steps;
-        // Of a triangle what is left is rounding.
+        // A triangle leaves only a rounding error for the cruise.
         let has_cruise = cruise_steps > 0.0;
         let decel_steps = if has_cruise { decel_steps } else { left_steps };
         Self {
             distance_steps,
             cruise_steps_s: cruise,
             cruise_s: if has_cruise { cruise_steps / cruise } else { 0.0 },
-            accel: Ramp::even_to(entry, cruise, limits.accel_steps_s2, accel_steps),
-            decel: Ramp::even_to(exit, cruise, limits.decel_steps_s2, decel_steps),
+            accel: Ramp::constant_accel_to(entry, cruise, limits.accel_steps_s2, accel_steps),
+            decel: Ramp::constant_accel_to(exit, cruise, limits.decel_steps_s2, decel_steps),
             accel_end_steps: accel_steps,
             cruise_end_steps: if has_cruise { accel_steps + cruise_steps } else { accel_steps },
         }
     }
 
-    /// Brakes from one speed to a slower one, as fast as `limits` allow: over as long as that takes.
+    /// Brakes from one speed to a slower one as fast as `limits` allow. The distance follows from that.
     pub(crate) fn braking(fast_steps_s: f64, slow_steps_s: f64, limits: &Limits, law: SpeedLaw) -> Self {
         let bounds = Bounds::new(law, limits.decel_steps_s2, limits.jerk_steps_s3);
         let decel = bounds.shortest(slow_steps_s, fast_steps_s - slow_steps_s);
@@ -190,7 +191,8 @@ impl Profile {
         }
     }
 
-    /// A ramp that is all jerk, up and down again; in its middle it has this speed and this acceleration, which is above 0.
+    /// A ramp of jerk alone: the acceleration rises from 0 and falls back to 0. In its middle the ramp has this speed
+    /// and this acceleration, which is above 0.
     pub(crate) fn easing(speed_steps_s: f64, accel_steps_s2: f64, jerk_steps_s3: f64) -> Self {
         let half_rise_steps_s = accel_steps_s2 * accel_steps_s2 / (2.0 * jerk_steps_s3);
         let accel = Ramp::all_jerk(speed_steps_s - half_rise_steps_s, 2.0 * half_rise_steps_s, jerk_steps_s3);
@@ -230,25 +232,25 @@ impl Profile {
         self.decel.slow_steps_s()
     }
 
-    /// Duration of the acceleration, s (paper 002: t_a).
+    /// Duration of the acceleration, s (Stoychitch 2018: t_a).
     #[must_use]
     pub fn t_accel_s(&self) -> f64 {
         self.accel.duration_s()
     }
 
-    /// Duration of the cruise, s; 0 for a triangle (paper 002: t_v).
+    /// Duration of the cruise, s; 0 for a triangle (Stoychitch 2018: t_v).
     #[must_use]
     pub fn t_cruise_s(&self) -> f64 {
         self.cruise_s
     }
 
-    /// Duration of the deceleration, s (paper 002: t_d).
+    /// Duration of the deceleration, s (Stoychitch 2018: t_d).
     #[must_use]
     pub fn t_decel_s(&self) -> f64 {
         self.decel.duration_s()
     }
 
-    /// Duration of the whole, s (paper 002: T).
+    /// Duration of the whole, s (Stoychitch 2018: T).
     #[must_use]
     pub fn duration_s(&self) -> f64 {
         self.accel.duration_s() + self.cruise_s + self.decel.duration_s()
@@ -267,7 +269,7 @@ impl Profile {
     }
 
     /// Steps per phase. The k-th step leaves at displacement k - 1/2, so a phase boundary rounds to the nearest
-    /// step, as the brackets of paper 002 (eqs 5 and 8) do.
+    /// step, as the brackets of Stoychitch 2018 (eqs 5 and 8) do.
     #[must_use]
     pub fn step_counts(&self) -> StepCounts {
         let nearest = |steps: f64| floor(steps + 0.5) as u32;
@@ -323,8 +325,8 @@ impl Profile {
         }
     }
 
-    /// Displacement, speed and acceleration at `t_s` within the move: at the cost of one of them, which is milliseconds on a
-    /// small chip where a law over displacement is inverted.
+    /// Displacement, speed and acceleration at `t_s` within the move. All three together cost as much as one of them.
+    /// For a law over displacement that is milliseconds on a small chip, because the law has to be inverted.
     pub(crate) fn motion_at(&self, t_s: f64) -> (f64, f64, f64) {
         match self.interval_at(t_s) {
             Interval::Accel(t_s) => {
@@ -340,13 +342,13 @@ impl Profile {
         }
     }
 
-    /// Signed jerk at `t_s`, steps/s³; 0 in the cruise and outside the move. Where the acceleration jumps, the jerk is
-    /// that on one side of it.
+    /// Signed jerk at `t_s`, steps/s³; 0 in the cruise and outside the move. Where the acceleration jumps, it is the
+    /// jerk on one side of the jump.
     #[must_use]
     pub fn jerk_at(&self, t_s: f64) -> f64 {
         match self.interval_at(t_s) {
             Interval::Accel(t_s) => self.accel.jerk_at(t_s),
-            // Backwards in time, speed and jerk keep their signs.
+            // Seen backwards in time, speed and jerk keep their signs.
             Interval::Decel(left_s) => self.decel.jerk_at(left_s),
             Interval::Cruise(_) | Interval::Outside => 0.0,
         }
@@ -366,7 +368,7 @@ impl Profile {
     }
 }
 
-/// What a log has room for.
+/// Logs only distance and duration, because a log has no room for more.
 #[cfg(feature = "defmt")]
 impl defmt::Format for Profile {
     fn format(&self, f: defmt::Formatter) {
@@ -374,7 +376,8 @@ impl defmt::Format for Profile {
     }
 }
 
-/// An instant by the interval it is in: time from the interval's start, or to the end of the move.
+/// The interval in which an instant lies. The value is the time since the interval began; for the deceleration it is
+/// the time left to the end of the move.
 enum Interval {
     Accel(f64),
     Cruise(f64),

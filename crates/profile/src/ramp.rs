@@ -1,4 +1,4 @@
-//! A ramp: the way from a slow to a fast speed. A decelerating ramp is one seen backwards in time.
+//! A ramp from a slow to a fast speed. A decelerating ramp is an accelerating one seen backwards in time.
 
 mod logarithmic;
 mod over_displacement;
@@ -10,7 +10,7 @@ use self::over_time::OverTime;
 use crate::law::SpeedLaw;
 use crate::root::sqrt;
 
-/// An accelerating ramp. Times and displacements count from its slow end and are clamped to it.
+/// An accelerating ramp. Times and displacements count from its slow end and are clamped to the ramp.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Ramp {
     shape: Shape,
@@ -20,7 +20,7 @@ pub(crate) struct Ramp {
     duration_s: f64,
 }
 
-/// How its speed rises.
+/// How the speed of a ramp rises.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Shape {
     ConstantAccel { accel_steps_s2: f64 },
@@ -37,13 +37,14 @@ pub(crate) struct State {
     pub(crate) accel_steps_s2: f64,
 }
 
-/// What a ramp must keep to.
+/// The law and the limits of a ramp.
 #[derive(Clone, Copy)]
 pub(crate) struct Bounds {
     law: SpeedLaw,
     pub(crate) accel_steps_s2: f64,
     jerk_steps_s3: f64,
-    // Their inverses: a search for a speed takes them often, and a division costs as much as three products.
+    // The inverses of both limits. A search for a speed uses them often, and a division costs as much as three
+    // products.
     per_accel: f64,
     per_jerk: f64,
 }
@@ -71,10 +72,11 @@ impl Bounds {
         }
     }
 
-    /// The ramp that rises so far in `duration_s`, with that mean speed.
+    /// The ramp with this rise, this duration and this mean speed.
     pub(crate) fn lasting(&self, duration_s: f64, slow_steps_s: f64, rise_steps_s: f64, mean_steps_s: f64) -> Ramp {
         let shape = match self.shape(rise_steps_s).0 {
-            // Over a short ramp rounding must not lift it above its limit. Without a rise it is a cruise.
+            // On a short ramp, rounding must not lift the acceleration above its limit. Without a rise the ramp is a
+            // cruise.
             Shape::ConstantAccel { accel_steps_s2 } => {
                 Shape::ConstantAccel { accel_steps_s2: accel_steps_s2.min(rise_steps_s / duration_s) }
             }
@@ -83,7 +85,7 @@ impl Bounds {
         Ramp { shape, slow_steps_s, rise_steps_s, steps: mean_steps_s * duration_s, duration_s }
     }
 
-    /// How long the shortest ramp is, steps, and how much longer for each step/s more.
+    /// The length of the shortest ramp, steps, and how much longer it is for each step/s more.
     pub(crate) fn length(&self, slow: f64, rise: f64) -> (f64, f64) {
         let trapezoid = (rise * (slow + rise / 2.0) * self.per_accel, (slow + rise) * self.per_accel);
         match self.shape_of_law() {
@@ -95,27 +97,28 @@ impl Bounds {
                 let (length, growth) = law.length(slow, rise);
                 (length * self.per_accel, growth * self.per_accel)
             }
-            // Without a rise no law has a length.
+            // Without a rise the length is 0 by every law.
             Shape::ConstantAccel { .. } | Shape::OverDisplacement(_) => trapezoid,
         }
     }
 
-    /// About what its thirds gain over `slow` where those of a trapezoid gain `trapezoid`: to begin a search with.
-    pub(crate) fn delta_v2_near(&self, slow: f64, trapezoid: f64) -> f64 {
+    /// A rough rise over `slow` in thirds by this law, if that of a trapezoid in thirds is `trapezoid`. A search begins
+    /// with it.
+    pub(crate) fn speed_rise_near(&self, slow: f64, trapezoid: f64) -> f64 {
         trapezoid
             * match self.law {
                 SpeedLaw::Trapezoid => 1.0,
                 SpeedLaw::SCurve | SpeedLaw::Sine => 0.78,
                 SpeedLaw::Linear | SpeedLaw::Sinusoidal => 0.6,
                 SpeedLaw::Quadratic => 0.38,
-                // The faster it begins, the worse its steep beginning suits it.
+                // The faster the ramp begins, the longer it is because of its steep beginning.
                 SpeedLaw::Logarithmic => {
                     0.14 + 0.64 * trapezoid * trapezoid / (trapezoid * trapezoid + 3.0 * slow * (trapezoid + slow))
                 }
             }
     }
 
-    /// c and e if that length is c rise (slow + e rise)/a.
+    /// c and e, if the length of the shortest ramp is c rise (slow + e rise)/a.
     pub(crate) fn quadratic_length(&self) -> Option<(f64, f64)> {
         match self.shape_of_law() {
             Shape::OverTime(OverTime::Sine) => Some((OverTime::Sine.peak(), 0.5)),
@@ -125,7 +128,8 @@ impl Bounds {
         }
     }
 
-    /// It lasts rise/a + a/j, or 2 √(rise/j) where the acceleration is not reached.
+    /// The length of the shortest S-curve, and how much longer it is for each step/s more. The ramp lasts rise/a + a/j,
+    /// or 2 √(rise/j) if the acceleration is not reached.
     fn s_curve_length(&self, slow: f64, rise: f64) -> (f64, f64) {
         let (duration_s, growth_s) = if self.reaches_accel(rise) {
             (rise * self.per_accel + self.accel_steps_s2 * self.per_jerk, self.per_accel)
@@ -141,7 +145,7 @@ impl Bounds {
         self.accel_steps_s2 * self.accel_steps_s2 <= self.jerk_steps_s3 * rise
     }
 
-    /// The mean speed on any of its ramps with this rise, however long.
+    /// The mean speed of a ramp with this rise, which does not depend on its length.
     pub(crate) fn mean_steps_s(&self, slow: f64, rise: f64) -> f64 {
         match self.shape_of_law() {
             Shape::OverDisplacement(law) if rise > 0.0 => rise / law.whole_time(slow / rise),
@@ -149,7 +153,8 @@ impl Bounds {
         }
     }
 
-    /// The length of the shortest ramp, and the mean speed of any; how much more of each for each step/s more.
+    /// The length of the shortest ramp and the mean speed of any ramp, each with how much more it is for each step/s
+    /// more.
     pub(crate) fn length_and_mean(&self, slow: f64, rise: f64) -> ((f64, f64), (f64, f64)) {
         match self.shape_of_law() {
             Shape::OverDisplacement(law) if rise > 0.0 => {
@@ -165,14 +170,14 @@ impl Bounds {
     /// The shape of the shortest ramp, and the acceleration it reaches.
     fn shape(&self, rise: f64) -> (Shape, f64) {
         match self.shape_of_law() {
-            // No ramp is of any shape.
+            // A ramp without a rise may have any shape.
             _ if rise == 0.0 => (Shape::ConstantAccel { accel_steps_s2: self.accel_steps_s2 }, self.accel_steps_s2),
             Shape::OverTime(OverTime::SCurve { .. }) => self.s_curve(rise),
             shape => (shape, self.accel_steps_s2),
         }
     }
 
-    /// The shape of the law's ramps; of an S-curve, the one that is all jerk.
+    /// The shape of the law's ramps; for an S-curve, that of jerk alone.
     fn shape_of_law(&self) -> Shape {
         match self.law {
             SpeedLaw::Trapezoid => Shape::ConstantAccel { accel_steps_s2: self.accel_steps_s2 },
@@ -185,14 +190,15 @@ impl Bounds {
         }
     }
 
-    /// The jerk lasts a/j of rise/a + a/j; half of the time where the acceleration a is not reached.
+    /// The shape of the shortest S-curve, and its highest acceleration. Each of its two jerks lasts a/j of rise/a +
+    /// a/j, or half of the time if the acceleration a is not reached.
     fn s_curve(&self, rise: f64) -> (Shape, f64) {
         let (limit, per_time) = (self.accel_steps_s2, self.jerk_steps_s3 * rise);
         if !self.reaches_accel(rise) {
             return (Shape::OverTime(OverTime::SCurve { ratio: 0.5 }), sqrt(per_time));
         }
         let ratio = limit * limit / (per_time + limit * limit);
-        // Without a limit of the jerk, or where it does not matter.
+        // The jerk has no limit, or the limit does not matter.
         let shape = if ratio < REACH_RATIO_MIN {
             Shape::ConstantAccel { accel_steps_s2: limit }
         } else {
@@ -202,8 +208,8 @@ impl Bounds {
     }
 }
 
-/// What the square of a speed may gain over `steps` at that acceleration, whatever the speed, up to `top_steps_s`: for the
-/// trapezoid all it can.
+/// The delta v² that is possible over `steps` at this acceleration, from any speed, with speeds up to `top_steps_s`. It
+/// is exact for the trapezoid, and a safe bound for the other laws.
 pub(crate) fn delta_v2(law: SpeedLaw, accel_steps_s2: f64, jerk_steps_s3: f64, steps: f64, top_steps_s: f64) -> f64 {
     let trapezoid = 2.0 * accel_steps_s2 * steps;
     match law {
@@ -217,8 +223,8 @@ pub(crate) fn delta_v2(law: SpeedLaw, accel_steps_s2: f64, jerk_steps_s3: f64, s
     }
 }
 
-/// A ramp of mean speed m that gains 2 m r, r being its rise, is m (r/a + a/j) long, or 2 m √(r/j): for each gain
-/// longest at the highest m.
+/// A ramp with rise r and mean speed m has a delta v² of 2 m r. It is m (r/a + a/j) long, or 2 m √(r/j). For a given
+/// delta v² it is longest at the highest m.
 fn s_curve_delta_v2(accel_steps_s2: f64, jerk_steps_s3: f64, steps: f64, top_steps_s: f64) -> f64 {
     let eases_s = accel_steps_s2 / jerk_steps_s3;
     let constant = 2.0 * accel_steps_s2 * (steps - top_steps_s * eases_s);
@@ -230,14 +236,14 @@ fn s_curve_delta_v2(accel_steps_s2: f64, jerk_steps_s3: f64, steps: f64, top_ste
     delta_v2 * LESS
 }
 
-/// Rounding must not make a ramp too long.
+/// A little less than 1, so that rounding cannot make a ramp too long.
 const LESS: f64 = 1.0 - 1e-9;
 
-/// Less of the time is none: rounding takes as much.
+/// A smaller fraction of the time counts as none, because rounding errors are as large.
 const REACH_RATIO_MIN: f64 = 1e-12;
 
 impl Ramp {
-    /// Of nothing. Nothing of it is anything but 0, in memory either: the first shape of the largest kind is told by that.
+    /// No ramp, all zeros in memory. Its shape is the first one of the largest kind, because that is stored as 0.
     pub(crate) const NONE: Self = Self {
         shape: Shape::OverTime(OverTime::SCurve { ratio: 0.0 }),
         slow_steps_s: 0.0,
@@ -247,17 +253,18 @@ impl Ramp {
     };
 
     pub(crate) fn constant_accel(slow_steps_s: f64, rise_steps_s: f64, accel_steps_s2: f64, steps: f64) -> Self {
-        let duration_s = even_time_s(steps, slow_steps_s, accel_steps_s2);
+        let duration_s = constant_accel_time_s(steps, slow_steps_s, accel_steps_s2);
         Self { shape: Shape::ConstantAccel { accel_steps_s2 }, slow_steps_s, rise_steps_s, steps, duration_s }
     }
 
-    /// Without a rise: no ramp.
+    /// No ramp: at this speed, without a rise and without a length.
     pub(crate) fn none(speed_steps_s: f64) -> Self {
         Self::constant_accel(speed_steps_s, 0.0, 0.0, 0.0)
     }
 
-    /// The one that comes to `fast_steps_s` over `steps`, as it does at that acceleration.
-    pub(crate) fn even_to(slow_steps_s: f64, fast_steps_s: f64, accel_steps_s2: f64, steps: f64) -> Self {
+    /// The ramp of constant acceleration between these speeds. `steps` is the distance that it takes at this
+    /// acceleration.
+    pub(crate) fn constant_accel_to(slow_steps_s: f64, fast_steps_s: f64, accel_steps_s2: f64, steps: f64) -> Self {
         if steps == 0.0 {
             return Self::none(slow_steps_s);
         }
@@ -265,14 +272,14 @@ impl Ramp {
         Self { shape: Shape::ConstantAccel { accel_steps_s2 }, slow_steps_s, rise_steps_s, steps, duration_s }
     }
 
-    /// The one that rises so far at this jerk, and at it backwards.
+    /// A ramp of jerk alone with this rise: the first half has this jerk, the second half the negative of it.
     pub(crate) fn all_jerk(slow_steps_s: f64, rise_steps_s: f64, jerk_steps_s3: f64) -> Self {
         let shape = Shape::OverTime(OverTime::SCurve { ratio: 0.5 });
         let duration_s = 2.0 * sqrt(rise_steps_s / jerk_steps_s3);
         Self { shape, slow_steps_s, rise_steps_s, steps: (slow_steps_s + rise_steps_s / 2.0) * duration_s, duration_s }
     }
 
-    /// The same between the same speeds over `share` of its way, at as much higher an acceleration.
+    /// A ramp between the same speeds with `ratio` of the length, at an acceleration that is 1/`ratio` times as high.
     pub(crate) fn shortened(self, ratio: f64) -> Self {
         let shape = match self.shape {
             Shape::ConstantAccel { accel_steps_s2 } => Shape::ConstantAccel { accel_steps_s2: accel_steps_s2 / ratio },
@@ -293,7 +300,7 @@ impl Ramp {
         self.slow_steps_s
     }
 
-    /// Its constant acceleration, if it is of that shape.
+    /// Its acceleration, if that is constant.
     pub(crate) fn constant_accel_steps_s2(&self) -> Option<f64> {
         match self.shape {
             Shape::ConstantAccel { accel_steps_s2 } => Some(accel_steps_s2),
@@ -301,10 +308,12 @@ impl Ramp {
         }
     }
 
-    /// When it is at `steps`.
+    /// When it is at `steps`, s.
     pub(crate) fn time_at(&self, steps: f64) -> f64 {
         match self.shape {
-            Shape::ConstantAccel { accel_steps_s2 } => even_time_s(steps.max(0.0), self.slow_steps_s, accel_steps_s2),
+            Shape::ConstantAccel { accel_steps_s2 } => {
+                constant_accel_time_s(steps.max(0.0), self.slow_steps_s, accel_steps_s2)
+            }
             _ if steps <= 0.0 => 0.0,
             _ if steps >= self.steps => self.duration_s,
             Shape::OverTime(law) => {
@@ -318,8 +327,8 @@ impl Ramp {
         }
     }
 
-    /// What its law is over, time, s, or displacement, steps, where it is at `steps` or a little before.
-    /// It rises from 0.
+    /// The parameter of its law, which is time, s, or displacement, steps, at `steps` or a little before. It counts
+    /// from 0.
     pub(crate) fn parameter_before(&self, steps: f64) -> f64 {
         match self.shape {
             Shape::OverTime(law) => {
@@ -330,12 +339,13 @@ impl Ramp {
         }
     }
 
-    /// The same at the fast end.
+    /// The parameter at the fast end.
     pub(crate) fn parameter_end(&self) -> f64 {
         if self.is_over_displacement() { self.steps } else { self.duration_s }
     }
 
-    /// The same where the jerk jumps next. Seen from the fast end, too.
+    /// The parameter at which the jerk jumps next. The jumps are symmetrical, so this holds for a parameter counted
+    /// from the fast end, too.
     pub(crate) fn next_corner(&self, parameter: f64) -> f64 {
         match self.shape {
             Shape::OverTime(law) => self.duration_s * law.next_corner(parameter / self.duration_s),
@@ -343,13 +353,13 @@ impl Ramp {
         }
     }
 
-    /// Over how much of the parameter the speed would double from `state` on, at its acceleration there.
+    /// The range of the parameter over which the speed would double, from `state` on and at the acceleration there.
     pub(crate) fn doubling(&self, state: &State) -> f64 {
         let doubling_s = state.speed_steps_s / state.accel_steps_s2;
         if self.is_over_displacement() { doubling_s * state.speed_steps_s } else { doubling_s }
     }
 
-    /// How it is at a parameter.
+    /// Its state at a parameter.
     pub(crate) fn at_parameter(&self, parameter: f64) -> State {
         match self.shape {
             Shape::OverDisplacement(law) => self.over_displacement(law, parameter / self.steps),
@@ -361,7 +371,7 @@ impl Ramp {
         matches!(self.shape, Shape::OverDisplacement(_))
     }
 
-    /// How it is at `t_s`.
+    /// Its state at `t_s`.
     pub(crate) fn at_time(&self, t_s: f64) -> State {
         let t_s = t_s.max(0.0).min(self.duration_s);
         match self.shape {
@@ -409,7 +419,7 @@ impl Ramp {
         self.jerk(&state, if self.is_over_displacement() { state.steps } else { t_s })
     }
 
-    /// Its jerk in `state`, steps/s³; where that jumps, the one on the side of `parameter`.
+    /// Its jerk in `state`, steps/s³. Where the jerk jumps, it is the one on the side of `parameter`.
     pub(crate) fn jerk(&self, state: &State, parameter: f64) -> f64 {
         match self.shape {
             Shape::ConstantAccel { .. } => 0.0,
@@ -427,7 +437,7 @@ impl Ramp {
         }
     }
 
-    /// What a law over displacement has for 1.
+    /// The unit of time of a law over displacement, s.
     fn displacement_s(&self) -> f64 {
         self.steps / self.rise_steps_s
     }
@@ -435,7 +445,7 @@ impl Ramp {
 
 /// Time to cover `steps` from speed `v` at acceleration `a`: (sqrt(v² + 2 a x) - v)/a, written so that nothing
 /// cancels and a = 0 is a plain cruise.
-pub(crate) fn even_time_s(steps: f64, speed_steps_s: f64, accel_steps_s2: f64) -> f64 {
+pub(crate) fn constant_accel_time_s(steps: f64, speed_steps_s: f64, accel_steps_s2: f64) -> f64 {
     if steps == 0.0 {
         return 0.0;
     }

@@ -1,20 +1,21 @@
-//! Square roots, for a core that neither divides nor multiplies to 64 bits.
+//! Square roots for a core that has no divider and whose products have 32 bits.
 //!
-//! They go by way of y = 1/√m, m being the number scaled into 1/4 to 1: a seed of 7 bits from a table, a
-//! third-order step (y (1 + r/2 + 3 r²/8) with r = 1 - m y²) to 15 bits, a Newton step to 28. Then s = m y is the root
-//! to as many, and s + (m - s²) y/2 to twice as many. Every step but the third-order one errs to below, so m - s² is
-//! never negative.
+//! The number is scaled to an m from 1/4 to 1, and y = 1/√m is computed: a table gives a seed of 7 bits, a third-order
+//! step (y (1 + r/2 + 3 r²/8) with r = 1 - m y²) makes 15 bits of it, and a Newton step 28 bits. Then s = m y is the
+//! root to 28 bits, and s + (m - s²) y/2 is the root to twice as many. Every step except the third-order one errs
+//! downwards, so m - s² is never negative.
 
 use crate::fixed::product;
 
-/// The seeds: y in units of 2^-7 for each m that starts with the seven bits of the index. An m below 1/4 has none.
+/// The seeds: y in units of 2^-7 for each m that starts with the seven bits of the index. There is none for an m below
+/// 1/4.
 static SEEDS: [u8; 128] = seeds();
 
 const fn seeds() -> [u8; 128] {
     let mut seeds = [0; 128];
     let mut index = 32;
     while index < seeds.len() {
-        // 2^7/√((index + 1/2)/2^7), doubled to round it.
+        // 2^7/√((index + 1/2)/2^7), doubled so that it can be rounded.
         let doubled = ((1 << 24) / (2 * index as u32 + 1)).isqrt();
         seeds[index] = if doubled > 510 { 255 } else { doubled.div_ceil(2) as u8 };
         index += 1;
@@ -22,51 +23,52 @@ const fn seeds() -> [u8; 128] {
     seeds
 }
 
-/// The square root of a float, rounded to the nearest: `libm`'s to the last bit, in a tenth of the time.
+/// The square root of a float, rounded to the nearest. It equals `libm`'s to the last bit, and takes a tenth of the
+/// time.
 pub(crate) fn sqrt(x: f64) -> f64 {
     let bits = x.to_bits();
     if !(f64::MIN_POSITIVE.to_bits()..f64::INFINITY.to_bits()).contains(&bits) {
-        // What is rare, or has no root.
+        // These numbers are rare or have no root: zeros, subnormal and negative numbers, infinity and NaN.
         return libm::sqrt(x);
     }
-    // In 1/4 to 1, by an even number of powers of 2.
+    // The mantissa, scaled by an even power of 2 to the range from 1/4 to 1.
     let is_even = (bits >> 52) as u32 & 1 == 1;
     let mantissa = (bits | 1 << 52) << 11;
     let m = if is_even { mantissa >> 1 } else { mantissa };
     let below = root_of_mantissa(m) >> 11;
-    // The root is less than 1.5 more. So what m has more than the square is below 2^64, and its lower digits are all of it;
-    // and the root is nearer to the next number where it is more than s: (s + 1/2)² is s² + s + 1/4.
+    // The root is above `below` by less than 1.5. So m less the square is below 2^64, and its lower 64 bits are all of
+    // it. The root is nearer to the next number if this rest is more than s, because (s + 1/2)² is s² + s + 1/4.
     let (upper, lower) = ((below >> 32) as u32, below as u32);
     let square = product(lower, lower).wrapping_add(u64::from(upper.wrapping_mul(lower)) << 33);
     let rest = (m << 42).wrapping_sub(square);
     let nearest = below + u64::from(rest > below);
-    // The first bit of the nearest adds the one that this lacks.
+    // This exponent is one too small; the first bit of `nearest` adds the missing one.
     let exponent = (bits >> 53) + 510 + u64::from(is_even);
     f64::from_bits((exponent << 52) + nearest)
 }
 
-/// 2^32 √m of an m that starts in its first two bits, at most 2^-54 of it too small.
+/// 2^32 √m, at most 2^-54 of it too small. The first two bits of m must not both be 0.
 #[inline(always)]
 pub(crate) fn root_of_mantissa(m: u64) -> u64 {
     let high = (m >> 32) as u32;
     let y = inverse_root(high);
     let s = (product(high, y) >> 32) as u32;
-    // In units of 2^-64; below 2^38.
+    // The rest is in units of 2^-64 and below 2^38.
     let rest = m.wrapping_sub(product(s, s) << 2);
     (u64::from(s) << 33).wrapping_add(product((rest >> 6) as u32, y) >> 26)
 }
 
-/// 2^31/√(m/2^32) of an m from 2^30 up, at most 2^-27 too small and never too large.
+/// 2^31/√(m/2^32) for an m of 2^30 or more, at most 2^-27 too small and never too large.
 #[inline(always)]
 fn inverse_root(m: u32) -> u32 {
     let seed = u32::from(SEEDS[(m >> 25) as usize]);
-    // What m y² lacks to 1, in units of 2^-32; what is near a whole number needs no digits before its point.
+    // 1 - m y², in units of 2^-32. m y² is near 1, so the digits before its point are not needed.
     let lack = (m >> 14).wrapping_mul(seed * seed).wrapping_neg() as i32;
     let lack_squared = (lack >> 16) * (lack >> 16);
-    let delta_v2 = (lack >> 4).wrapping_add(lack_squared.wrapping_mul(3) >> 6);
-    let y = (seed << 8).wrapping_add_signed((seed as i32).wrapping_mul(delta_v2) >> 21);
+    let correction = (lack >> 4).wrapping_add(lack_squared.wrapping_mul(3) >> 6);
+    let y = (seed << 8).wrapping_add_signed((seed as i32).wrapping_mul(correction) >> 21);
     let lack = ((product(m, y.wrapping_mul(y)) >> 30) as u32).wrapping_neg() as i32;
-    // One less, since what m y² lacks was rounded up.
+    // One less, because 1 - m y² was rounded up.
     (y << 16).wrapping_add_signed((y as i32).wrapping_mul(lack >> 3) >> 14).wrapping_sub(1)
 }
 
@@ -83,7 +85,7 @@ mod tests {
     #[test]
     fn roots_of_squares_and_their_neighbours_are_rounded_to_the_nearest() {
         for root in (1..1 << 20).map(f64::from).chain((0..1 << 16).map(|less| f64::from(u32::MAX - less))) {
-            // Of 53 bits at most, so that it is a square.
+            // The square must have 53 bits at most, so that it is exact.
             let root = if root < 67_108_864.0 { root } else { (root / 64.0).trunc() };
             assert_eq!(sqrt(root * root), root);
             check((root * root).next_up());
@@ -99,7 +101,7 @@ mod tests {
         assert!(sqrt(-1.0).is_nan() && sqrt(f64::NAN).is_nan() && sqrt(f64::NEG_INFINITY).is_nan());
     }
 
-    /// Each seed's whole range, at a stride that hits every seed some 13,000 times.
+    /// The whole range of each seed, at a stride that hits every seed some 13,000 times.
     #[test]
     fn inverse_roots_are_never_too_large() {
         for m in (1 << 30..=u32::MAX).step_by(2_503).chain([1 << 30, u32::MAX]) {
@@ -117,7 +119,7 @@ mod tests {
             check(f64::from_bits(bits));
         }
 
-        /// Half way between two floats, or near it.
+        /// Roots that are halfway between two floats, or nearly so.
         #[test]
         fn roots_near_half_a_unit_are_rounded_to_the_nearest(root in 1.0..4.0f64, off in -2..=2i64) {
             let half_up = root * root + root * f64::EPSILON / 2.0;

@@ -1,22 +1,24 @@
-//! Runs of step instants that are replayed by additions.
+//! Short sequences of step instants, which are replayed by additions.
 //!
-//! Over a few steps the instant is a quadratic in the step number, to a bounded error ([`compile`](crate::compile) says
-//! how the bound is kept). What is left per step is two additions of 64 bits, the same for every shape of profile: the
-//! interval grows by a constant, and its fraction is carried over, so that no rounding accumulates.
+//! Over a few steps the instants are a quadratic in the step number, within a bounded error
+//! ([`compile`](crate::compile) explains the bound). A step then costs two additions of 64 bits, for every shape of
+//! profile: the interval grows by a constant, and its fraction is carried into the next one, so that no rounding error
+//! accumulates.
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
 use crate::fixed::times;
 
-/// What a segment spans is less than this, so any interval of it has 30 bits: a port's word has two more to say.
+/// A segment lasts less than this, ticks. So each of its intervals fits into 30 bits, and a port's word has two bits
+/// left for other uses.
 pub(crate) const SPAN_MAX_TICKS: u32 = (1 << 30) - 64;
 
-/// A run of steps of one axis. Made by [`Segments`](crate::Segments); replayed as instants by
-/// [`ticks`](Segment::ticks), as intervals by [`intervals`](Segment::intervals).
+/// A few consecutive steps of one axis, made by [`Segments`](crate::Segments). [`ticks`](Segment::ticks) replays it as
+/// instants, [`intervals`](Segment::intervals) as intervals.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Segment {
     steps: u32,
-    /// What the rounded first instant leaves over, 2^-32 tick.
+    /// The fraction of the first instant plus half a tick, in units of 2^-32 tick.
     fraction: u32,
     first_ticks: u64,
     /// From the first step to the second, Q32.32 ticks.
@@ -38,13 +40,15 @@ impl Segment {
         self.first_ticks
     }
 
-    /// When its last step is due, ticks from the start of the move, rounded to the nearest. No loop: a closed sum.
+    /// When its last step is due, ticks from the start of the move, rounded to the nearest. It is computed as a closed
+    /// sum, without a loop.
     #[must_use]
     pub fn last_ticks(&self) -> u64 {
         self.first_ticks + (self.sum(self.steps - 1) >> 32)
     }
 
-    /// Its first `steps` steps, fewer than it holds and at least 1, and the others, each at the same instants.
+    /// Splits it into its first `steps` steps and the others; all instants stay the same. `steps` is at least 1 and
+    /// less than the number of steps it holds.
     #[must_use]
     pub fn split(&self, steps: u32) -> (Self, Self) {
         let sum = self.sum(steps);
@@ -58,9 +62,9 @@ impl Segment {
         (Self { steps, ..*self }, others)
     }
 
-    /// Its first `n` intervals and what the first instant leaves over, 2^-32 tick.
+    /// The sum of its first `n` intervals and of `fraction`, in units of 2^-32 tick.
     fn sum(&self, n: u32) -> u64 {
-        // n (n - 1)/2 growths, the half of the even one of both.
+        // The growth counts n (n - 1)/2 times; the even one of n and n - 1 is halved.
         let (half, other) = if n.is_multiple_of(2) { (n / 2, n.wrapping_sub(1)) } else { (n, n / 2) };
         let grown = times(times(self.growth, half), other);
         times(self.interval, n).wrapping_add(grown).wrapping_add(u64::from(self.fraction))
@@ -72,8 +76,8 @@ impl Segment {
         Self { first_ticks: self.first_ticks + ticks, ..*self }
     }
 
-    /// The shortest of its intervals, ticks, rounded down; `None` for a single step. Intervals grow or shrink evenly, so it
-    /// is the first or the last.
+    /// The shortest of its intervals, ticks, rounded down; `None` for a single step. Intervals grow or shrink by a
+    /// constant, so the first or the last is the shortest.
     #[must_use]
     pub fn interval_min_ticks(&self) -> Option<u32> {
         let last = self.interval.wrapping_add(times(self.growth, self.steps.checked_sub(2)?));
@@ -86,15 +90,15 @@ impl Segment {
         Ticks { next: Some(self.first_ticks), intervals: self.intervals() }
     }
 
-    /// The ticks from each of its steps to the next: one fewer than it has steps. They add up to its last instant less
-    /// its first, exactly.
+    /// The ticks from each of its steps to the next: one interval fewer than it has steps. Their sum is exactly its
+    /// last instant less its first.
     #[inline]
     #[must_use]
     pub fn intervals(&self) -> Intervals {
         Intervals { left: self.steps - 1, fraction: self.fraction, interval: self.interval, growth: self.growth }
     }
 
-    /// `first`: the first instant, in ticks and 2^-32 tick, plus half a tick.
+    /// `first` is the first instant plus half a tick, in ticks and in units of 2^-32 tick.
     pub(crate) fn new(steps: u32, first: (u64, u32), interval: u64, growth: u64) -> Self {
         Self { steps, fraction: first.1, first_ticks: first.0, interval, growth }
     }
@@ -135,8 +139,9 @@ pub struct Intervals {
 }
 
 impl Intervals {
-    /// Writes as many intervals as there are left and `words` holds, each plus `bias` (modulo 2^32), and returns how
-    /// many: 8 cycles a word on a Cortex-M0+ in RAM. Not inlined, as it needs all registers for itself.
+    /// Writes intervals into `words`, each plus `bias` (modulo 2^32), until `words` is full or no interval is left.
+    /// Returns how many it has written. On a Cortex-M0+, in RAM, this takes 8 cycles a word. It is not inlined, because
+    /// it needs all registers for itself.
     #[inline(never)]
     pub fn fill(&mut self, words: &[AtomicU32], bias: u32) -> usize {
         let count = words.len().min(self.left as usize);
@@ -161,11 +166,12 @@ impl Intervals {
     }
 }
 
-/// Intervals plus a bias, held so that a Cortex-M0+ has registers enough.
+/// Intervals plus a bias, in a form for which a Cortex-M0+ has enough registers.
 struct Series {
     fraction: u32,
-    /// The interval, its upper half with the bias and less the growth's upper half. So that half can be added with each
-    /// carry, where a register with 0 would be request else.
+    /// The interval, whose upper half also has the bias added and the upper half of the growth subtracted. So the upper
+    /// half of the growth can be added together with each carry; otherwise adding the carry would need a register that
+    /// holds 0.
     held: u64,
     growth: u64,
     bias: u32,

@@ -10,11 +10,11 @@ use crate::profile::{Profile, ProfileError};
 
 /// A synchronised move of `N` axes: one profile over the longest axis's steps, and a signed step count per axis.
 ///
-/// Step k of an axis with n steps is due when the profile has covered (k - 1/2)/n of its way. So every axis has the
-/// profile's intervals, and the path keeps within half a step of the straight line on each axis.
+/// Step k of an axis with n steps is due when the profile has covered (k - 1/2)/n of its distance. So every axis has
+/// the intervals of the profile, and the path stays within half a step of the straight line on each axis.
 ///
-/// It may also be a part of such a move, from where another part of it ends: see [`chain`](crate::chain). Its steps
-/// keep the numbers and the places that they have in the whole.
+/// It may also be a replan of such a move, which begins where an earlier plan was cut: see [`chain`](crate::chain).
+/// Steps keep the numbers and the places that they have in the whole move.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct SyncMove<const N: usize> {
@@ -22,9 +22,9 @@ pub struct SyncMove<const N: usize> {
     pub profile: Profile,
     /// Steps of each axis in the whole move, signed by direction.
     pub steps: [i32; N],
-    /// Where this part begins, steps of the longest axis from the beginning of the whole.
+    /// Where this plan begins, steps of the longest axis from the beginning of the whole move.
     pub(crate) from_steps: f64,
-    /// Where the profile begins, likewise.
+    /// Where the profile begins, in the same steps. That may be before the plan begins.
     pub(crate) origin_steps: f64,
     /// When the profile begins, s from the start of the run.
     pub(crate) origin_s: f64,
@@ -42,7 +42,7 @@ pub enum PlanError {
         /// What is wrong with them.
         error: LimitError,
     },
-    /// The asked speed along the path is too slow or not a number, steps/s of the longest axis.
+    /// The requested speed along the path is too slow or not a number, steps/s of the longest axis.
     PathSpeed {
         /// What was asked.
         asked: f64,
@@ -56,17 +56,18 @@ pub enum PlanError {
 }
 
 impl<const N: usize> SyncMove<N> {
-    /// Of nothing.
+    /// A plan of no move.
     pub(crate) const NONE: Self =
         Self { profile: Profile::NONE, steps: [0; N], from_steps: 0.0, origin_steps: 0.0, origin_s: 0.0 };
 
     /// Plans a move from rest to rest; it starts and ends at the start speed.
     ///
-    /// Each axis's limits are scaled onto the longest axis and the tightest hold, so no axis exceeds its own.
-    /// `path_speed_steps_s` lowers the top speed further: the feed rate, in steps/s of the longest axis, however high.
+    /// The limits of every axis are scaled onto the longest axis, and the tightest apply, so no axis exceeds its own.
+    /// `path_speed_steps_s` is the feed rate, in steps/s of the longest axis. It lowers the top speed further, and has
+    /// no upper bound.
     ///
     /// # Errors
-    /// Names the limit that was crossed; an axis that does not move is not checked.
+    /// The limit that was crossed. An axis that does not move is not checked.
     pub fn plan(
         steps: [i32; N],
         limits: &[Limits; N],
@@ -80,14 +81,14 @@ impl<const N: usize> SyncMove<N> {
         Ok(Self { profile, steps, from_steps: 0.0, origin_steps: 0.0, origin_s: 0.0 })
     }
 
-    /// When the `k`-th step of the axis with index `axis` leaves, s from the start of the run: the closed form.
-    /// `k` counts from 1 to the axis's steps, in a part of a move over [`step_numbers`](Self::step_numbers).
+    /// When the `k`-th step of the axis with index `axis` is due, s from the start of the run, by the closed form. `k`
+    /// counts from 1 to the axis's steps; in a replan it is one of [`step_numbers`](Self::step_numbers).
     #[must_use]
     pub fn step_time_s(&self, axis: usize, k: u32) -> f64 {
         let stretch = self.stretch(axis, self.is_whole());
         let steps = (f64::from(k) - 0.5) * stretch.stride - self.origin_steps;
         let nearest = NEAREST_STEPS * stretch.stride;
-        // The steps before it here.
+        // How many steps of this plan come before step `k`.
         let before = k.saturating_sub(self.step_numbers(axis).start);
         let steps = match stretch.phase_ends(&PhaseBounds::of(&self.profile)) {
             [accel_end, ..] if before < accel_end => steps.max(nearest),
@@ -97,8 +98,8 @@ impl<const N: usize> SyncMove<N> {
         self.origin_s + self.profile.time_at(steps)
     }
 
-    /// The steps of the axis with index `axis` as segments, in ticks of which a second has `tick_hz` (above 0). Most of the work
-    /// with floats is done here; some is left for each phase, and for each span of a curved ramp.
+    /// The steps of the axis with index `axis` as segments, in ticks of 1/`tick_hz` s; `tick_hz` is above 0. Most of
+    /// the float operations are done in this call. A few follow with each phase, and with each span of a curved ramp.
     #[must_use]
     pub fn segments(&self, axis: usize, tick_hz: u32) -> Segments {
         let mut course = Course::empty();
@@ -107,8 +108,8 @@ impl<const N: usize> SyncMove<N> {
         Segments::new(course, lane)
     }
 
-    /// Has `course` be what the axes of this move have in common, in ticks of which a second has `tick_hz` (above 0). By it
-    /// all of them together are compiled with less work than each by its [`segments`](Self::segments).
+    /// Makes `course` hold what the axes of this move have in common, in ticks of 1/`tick_hz` s; `tick_hz` is above 0.
+    /// Compiling all axes from it is less work than compiling each by its [`segments`](Self::segments).
     pub fn lay(&self, course: &mut Course, tick_hz: u32) {
         course.set(&self.profile, self.is_whole(), self.origin_s, tick_hz);
         if course.is_curved() {
@@ -118,7 +119,7 @@ impl<const N: usize> SyncMove<N> {
         }
     }
 
-    /// The axis with index `axis` on the course that was laid by this move.
+    /// The axis with index `axis`, on the course that [`lay`](Self::lay) has made from this move.
     #[must_use]
     pub fn lane(&self, axis: usize, course: &Course) -> Lane {
         Lane::new(self.stretch(axis, course.is_whole()), course)
@@ -126,7 +127,7 @@ impl<const N: usize> SyncMove<N> {
 
     fn stretch(&self, axis: usize, is_whole: bool) -> Stretch {
         let (way, total) = (longest(&self.steps), self.steps[axis].unsigned_abs());
-        // Of no steps any will do.
+        // An axis without steps may have any stride.
         let is_alike = total == way || total == 0;
         let stride = if is_alike { 1.0 } else { f64::from(way) / f64::from(total) };
         if is_whole {
@@ -139,19 +140,20 @@ impl<const N: usize> SyncMove<N> {
         Stretch { stride, before, steps: end - before, ahead, beyond }
     }
 
-    /// The profile is that of the whole move, not of a part.
+    /// Whether the profile is that of the whole move, not of a replan.
     fn is_whole(&self) -> bool {
         self.origin_steps == 0.0 && self.from_steps == 0.0 && self.profile.distance_steps() == self.distance_steps()
     }
 
-    /// The numbers of the steps that the axis with index `axis` makes here, counted from 1 at the beginning of the whole
-    /// move.
+    /// The numbers of the steps that the axis with index `axis` makes in this plan, counted from 1 at the beginning of
+    /// the whole move.
     #[must_use]
     pub fn step_numbers(&self, axis: usize) -> Range<u32> {
         self.steps_before(axis, self.from_steps) + 1..self.steps_before(axis, self.end_steps()) + 1
     }
 
-    /// How many steps of the axis with index `axis` are due before the longest is at `place_steps` of the whole move.
+    /// How many steps of the axis with index `axis` are due before the longest axis is at `place_steps` of the whole
+    /// move.
     #[must_use]
     pub fn steps_before(&self, axis: usize, place_steps: f64) -> u32 {
         let (way, total) = (longest(&self.steps), self.steps[axis].unsigned_abs());
@@ -182,7 +184,7 @@ impl<const N: usize> SyncMove<N> {
         (speed_steps_s, accel_steps_s2)
     }
 
-    /// When this part begins, s from the start of the run.
+    /// When this plan begins, s from the start of the run.
     #[must_use]
     pub fn begin_s(&self) -> f64 {
         self.origin_s + self.profile.time_at(self.from_steps - self.origin_steps)
@@ -194,13 +196,13 @@ impl<const N: usize> SyncMove<N> {
         self.origin_s + self.profile.duration_s()
     }
 
-    /// Where this part begins, steps of the longest axis from the beginning of the whole move.
+    /// Where this plan begins, steps of the longest axis from the beginning of the whole move.
     #[must_use]
     pub fn begin_steps(&self) -> f64 {
         self.from_steps
     }
 
-    /// Where it ends, steps of the longest axis from the beginning of the whole move.
+    /// Where this plan ends, steps of the longest axis from the beginning of the whole move.
     #[must_use]
     pub fn end_steps(&self) -> f64 {
         self.origin_steps + self.profile.distance_steps()
@@ -218,7 +220,7 @@ pub(crate) fn longest(steps: &[i32]) -> u32 {
     steps.iter().map(|n| n.unsigned_abs()).max().unwrap_or(0)
 }
 
-/// What holds for the longest axis, so that none exceeds its own.
+/// The limits of the longest axis at which no axis exceeds its own.
 fn shared_limits<const N: usize>(
     steps: &[i32; N],
     limits: &[Limits; N],
@@ -233,7 +235,7 @@ fn shared_limits<const N: usize>(
     Ok(shared)
 }
 
-/// Refuses a move of no step, or by an axis of which `check` does not approve.
+/// Refuses a move without steps, and a moving axis that `check` refuses.
 pub(crate) fn check_moving<const N: usize>(
     steps: &[i32; N],
     check: impl Fn(usize) -> Result<(), LimitError>,
@@ -243,8 +245,8 @@ pub(crate) fn check_moving<const N: usize>(
     moving.try_for_each(|axis| check(axis).map_err(|error| PlanError::Limits { axis, error }))
 }
 
-/// The tightest limits of the axes that move, as seen from the longest. `is_looser` knows of an axis that has no limit lower
-/// than another one has: nothing lower is seen from that one, if it is longer.
+/// The tightest limits of the axes that move, as seen from the longest axis. `is_looser(a, b)` says that no limit of
+/// axis `a` is lower than that of axis `b`. If `b` is the longest axis, then `a` cannot tighten the limits.
 pub(crate) fn tightest<const N: usize>(
     steps: &[i32; N],
     limits: &[Limits; N],
@@ -262,8 +264,8 @@ pub(crate) fn tightest<const N: usize>(
     shared
 }
 
-/// The speed along the path that was asked for, steps/s of the longest axis, if it can be planned. None is too fast: it is the
-/// most that is request, and the limits hold besides.
+/// The requested speed along the path, steps/s of the longest axis, if it can be planned. No speed is too fast: it is
+/// an upper bound, and the limits apply as well.
 pub(crate) fn path_speed(asked: f64) -> Result<f64, PlanError> {
     if asked >= SPEED_MIN_STEPS_S { Ok(asked) } else { Err(PlanError::PathSpeed { asked, min: SPEED_MIN_STEPS_S }) }
 }

@@ -1,4 +1,4 @@
-//! Every speed law against numbers worked by hand, against quadrature, and against its own derivatives.
+//! Every speed law, compared with numbers worked out by hand, with quadrature, and with its own derivatives.
 
 use core::f64::consts::{FRAC_PI_2, PI};
 
@@ -7,10 +7,10 @@ use isostep_profile::{IntervalLaw, Limits, Profile, SpeedLaw, SyncMove};
 const START: f64 = 100.0;
 const TOP: f64 = 500.0;
 const ACCEL: f64 = 2_000.0;
-/// Half of the acceleration: a ramp that takes longer by it takes twice as long.
+/// Half of the acceleration, so that the decelerating ramp of most laws takes twice as long.
 const DECEL: f64 = 1_000.0;
 const JERK: f64 = 20_000.0;
-/// As the logarithmic law has it: ln(1 + 23 u)/ln 24.
+/// K of the logarithmic law: ln(1 + 23 u)/ln 24.
 const LOGARITHMIC: f64 = 23.0;
 
 const LIMITS: Limits = Limits {
@@ -28,7 +28,7 @@ fn plan(distance_steps: f64, entry: f64, exit: f64, limits: &Limits, law: SpeedL
     Profile::plan(distance_steps, entry, exit, limits, IntervalLaw::Fastest, law).unwrap()
 }
 
-/// Long enough to cruise.
+/// A move that is long enough to cruise.
 fn long(law: SpeedLaw) -> Profile {
     plan(10_000.0, START, START, &LIMITS, law)
 }
@@ -71,7 +71,7 @@ fn ramps_by_hand() {
     }
 }
 
-/// At half of the acceleration a ramp takes twice as long; that of the S-curve 400/1000 + 1000/20000 = 0.45 s.
+/// At half of the acceleration a ramp takes twice as long; that of the S-curve takes 400/1000 + 1000/20000 = 0.45 s.
 #[test]
 fn the_decelerating_ramp_has_its_own_limit() {
     for law in SpeedLaw::ALL {
@@ -117,8 +117,8 @@ fn short_moves_peak_where_the_ramps_meet() {
     }
 }
 
-/// By hand: 2000²/5000 = 800 steps/s would be gained before the acceleration is reached, 400 are: t = 2 sqrt(400/5000) =
-/// 0.5656854 s, the acceleration sqrt(5000 * 400) = 1414.2136 steps/s² at most.
+/// By hand: the acceleration would be reached at a rise of 2000²/5000 = 800 steps/s, but the rise is 400. So the
+/// duration is 2 sqrt(400/5000) = 0.5656854 s, and the acceleration is sqrt(5000 * 400) = 1414.2136 steps/s² at most.
 #[test]
 fn an_s_curve_that_does_not_reach_its_acceleration() {
     let limits = Limits { jerk_steps_s3: 5_000.0, ..LIMITS };
@@ -130,7 +130,7 @@ fn an_s_curve_that_does_not_reach_its_acceleration() {
 #[test]
 fn times_over_displacement_are_the_quadrature_of_its_speed() {
     for law in OVER_DISPLACEMENT {
-        // From hardly moving to hardly gaining.
+        // From almost standstill to almost no rise.
         for start in [0.5, 10.0, START, 300.0, 499.9] {
             let limits = Limits { start_speed_steps_s: start, ..LIMITS };
             let profile = plan(10_000.0, start, start, &limits, law);
@@ -148,7 +148,7 @@ fn times_over_displacement_are_the_quadrature_of_its_speed() {
     }
 }
 
-/// The laws in a unit square (paper 000, eqs 5-8).
+/// The laws in a unit square (Fonseca-Campos 2023, eqs 5-8).
 fn speed(law: SpeedLaw, u: f64) -> f64 {
     match law {
         SpeedLaw::Linear => u,
@@ -159,7 +159,8 @@ fn speed(law: SpeedLaw, u: f64) -> f64 {
     }
 }
 
-/// From 0 to `end`, by Simpson's rule over the fourth root: the function is steep where the ramp is slow.
+/// The integral from 0 to `end`, by Simpson's rule over the fourth root, because the function is steep where the ramp
+/// is slow.
 fn integral(function: impl Fn(f64) -> f64, end: f64) -> f64 {
     const INTERVALS: u32 = 200_000;
     let width = end.sqrt().sqrt() / f64::from(INTERVALS);
@@ -184,7 +185,7 @@ fn the_peak_acceleration_is_the_limit() {
     }
 }
 
-/// The largest acceleration and deceleration, looked for over the displacement.
+/// The largest acceleration and deceleration, found by a search over the displacement.
 fn peaks(profile: &Profile) -> [f64; 2] {
     let accel_at = |steps: f64| profile.accel_at(profile.time_at(steps));
     let decel_steps = profile.distance_steps() - profile.cruise_end_steps();
@@ -193,7 +194,7 @@ fn peaks(profile: &Profile) -> [f64; 2] {
     [up, down]
 }
 
-/// Of a function that rises, and then falls, from 0 to almost 1: by thirds.
+/// The maximum, between 0 and almost 1, of a function that rises and then falls: by ternary search.
 fn highest(function: impl Fn(f64) -> f64) -> f64 {
     let (mut low, mut high) = (0.0, 1.0 - 1e-12);
     for _ in 0..60 {
@@ -203,7 +204,8 @@ fn highest(function: impl Fn(f64) -> f64) -> f64 {
     function(low)
 }
 
-/// Away from corners, as the S-curve's at a third of its ramp (0.1 of 0.3 s) and at a ninth (0.05 of 0.45 s).
+/// The instants are away from corners. The S-curve has corners at a third of its accelerating ramp (0.1 of 0.3 s) and
+/// at a ninth of its decelerating ramp (0.05 of 0.45 s).
 #[test]
 fn each_derivative_is_the_difference_of_what_it_derives_from() {
     let ratios = [0.02, 0.2, 0.4, 0.5, 0.62, 0.8, 0.97];
@@ -228,8 +230,8 @@ fn five_points(function: impl Fn(f64) -> f64, t: f64) -> f64 {
     (8.0 * odd(H) - odd(2.0 * H)) / (12.0 * H)
 }
 
-/// By hand, 400 steps/s gained at 2,000 steps/s². S-curve: ±20,000, 0 in its middle third. Sine: 400/2 (pi/t)² at the
-/// start with t = pi/10 s: 20,000 steps/s³. Linear: a = 4 v, so j = 16 v: 1,600 at the start.
+/// By hand, for a rise of 400 steps/s at 2,000 steps/s². S-curve: ±20,000, and 0 in its middle third. Sine: 400/2
+/// (pi/t)² at the start with t = pi/10 s: 20,000 steps/s³. Linear: a = 4 v, so j = 16 v: 1,600 at the start.
 #[test]
 fn jerks_by_hand() {
     let s_curve = long(SpeedLaw::SCurve);
@@ -243,7 +245,7 @@ fn jerks_by_hand() {
     assert_eq!(long(SpeedLaw::Trapezoid).jerk_at(0.1), 0.0);
 }
 
-/// From rest at the acceleration alone, t = 500/2000; the sine takes pi/2 of that, the S-curve 2000/20000 s more.
+/// From rest, the trapezoid takes t = 500/2000 s. The sine takes pi/2 times as long, the S-curve 2000/20000 s longer.
 #[test]
 fn laws_over_time_start_from_rest() {
     let by_hand = [(SpeedLaw::Trapezoid, 0.25), (SpeedLaw::SCurve, 0.35), (SpeedLaw::Sine, FRAC_PI_2 * 0.25)];
@@ -291,7 +293,7 @@ fn without_ramps_there_is_no_acceleration() {
     }
 }
 
-/// A top speed just above what thirds come to is none that they may have.
+/// Thirds must not use a top speed that is just above what their accelerations allow.
 #[test]
 fn thirds_keep_to_their_accelerations_whatever_the_top_speed() {
     let limits = Limits {

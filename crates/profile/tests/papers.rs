@@ -1,4 +1,4 @@
-//! The papers' own examples against numbers worked out by hand.
+//! The papers' own examples, compared with numbers worked out by hand.
 
 use core::f64::consts::TAU;
 
@@ -8,8 +8,8 @@ fn close(got: f64, wanted: f64, tolerance: f64) {
     assert!((got - wanted).abs() <= tolerance, "{got} is not {wanted} within {tolerance}");
 }
 
-/// Paper 002's motor, in the paper's footnote's units: 1 step/s = 2 pi / K rad/s.
-fn paper_002_limits(steps_per_rad: f64) -> Limits {
+/// Stoychitch's motor, in the units of its footnote: 1 step/s = 2 pi / K rad/s.
+fn stoychitch_2018_limits(steps_per_rad: f64) -> Limits {
     Limits {
         start_speed_steps_s: 0.5 * steps_per_rad,
         top_speed_steps_s: 2.0 * steps_per_rad,
@@ -19,15 +19,15 @@ fn paper_002_limits(steps_per_rad: f64) -> Limits {
     }
 }
 
-/// Paper 002, appendix: K = 4096 steps/rev, one revolution, v_s = 0.5 rad/s, v_M = 2 rad/s, a_M = 2 rad/s², m = 2.
+/// Stoychitch 2018, appendix: K = 4096 steps/rev, one revolution, v_s = 0.5 rad/s, v_M = 2 rad/s, a_M = 2 rad/s², m = 2.
 ///
 /// By hand, eq 4: T = -0.75 + sqrt(0.5625 + 6 pi) = 3.656 s, t_a = 1.219 s, v = 2.937 rad/s > v_M: a trapezoid.
 /// t_a = 1.5/2 = 0.75 s, t_d = m t_a = 1.5 s; eq 6: s_ad = 0.5 * 2.25 + 2 * 2.25²/6 = 2.8125 rad;
 /// eq 7: t_v = (2 pi - 2.8125)/2 = 1.735343 s, T = 3.985343 s;
 /// eq 8: N_ad = 2.8125 * 4096/(2 pi) = 1833.46, N_a = 1833.46/3 = 611.15, N_v = 4096 - 1833.46 = 2262.54.
 #[test]
-fn paper_002_revolution_is_a_trapezoid() {
-    let limits = paper_002_limits(4096.0 / TAU);
+fn stoychitch_2018_revolution_is_a_trapezoid() {
+    let limits = stoychitch_2018_limits(4096.0 / TAU);
     let start = limits.start_speed_steps_s;
     let plan = Profile::plan(4096.0, start, start, &limits, IntervalLaw::Fastest, SpeedLaw::Trapezoid).unwrap();
     close(plan.t_accel_s(), 0.75, 1e-12);
@@ -44,9 +44,9 @@ fn paper_002_revolution_is_a_trapezoid() {
 /// By hand, eq 4 with s = 326 * 2 pi/4096 = 0.500078 rad: T = -0.75 + sqrt(0.5625 + 3 s) = 0.686222 s;
 /// t_a = T/3 = 0.228741 s, t_d = 0.457481 s, v = 0.5 + 2 t_a = 0.957481 rad/s; eq 5: N_a = 326/3 = 108.67 -> 109.
 #[test]
-fn paper_002_half_a_radian_is_a_triangle() {
+fn stoychitch_2018_half_a_radian_is_a_triangle() {
     let steps_per_rad = 4096.0 / TAU;
-    let limits = paper_002_limits(steps_per_rad);
+    let limits = stoychitch_2018_limits(steps_per_rad);
     let start = limits.start_speed_steps_s;
     let plan = Profile::plan(326.0, start, start, &limits, IntervalLaw::Fastest, SpeedLaw::Trapezoid).unwrap();
     close(plan.duration_s(), 0.686_222, 1e-6);
@@ -57,10 +57,10 @@ fn paper_002_half_a_radian_is_a_triangle() {
     assert_eq!(plan.step_counts(), StepCounts { accel: 109, cruise: 0, decel: 217 });
 }
 
-/// Paper 004, eqs 1-7: 20,000 steps, t1 = 4.5 s, so V_c = 20000/9 = 2,222.2 steps/s, below f_max = 2,400 steps/s, and
+/// Forero 2023, eqs 1-7: 20,000 steps, t1 = 4.5 s, so V_c = 20000/9 = 2,222.2 steps/s, below f_max = 2,400 steps/s, and
 /// a = V_c/t1 = 493.827 steps/s². The paper's staircase measured 4.5 / 4.725 / 6.8 s (its Table 1).
 #[test]
-fn paper_004_has_three_equal_intervals_and_loses_no_step() {
+fn forero_2023_has_three_equal_intervals_and_loses_no_step() {
     let limit = |top, accel| Limits {
         start_speed_steps_s: 0.0,
         top_speed_steps_s: top,
@@ -81,9 +81,9 @@ fn paper_004_has_three_equal_intervals_and_loses_no_step() {
     }
 }
 
-/// Paper 004, eq 5: at f_max itself the shortest t1 is 20000/(2 * 2400) = 4.1667 s, given acceleration enough.
+/// Forero 2023, eq 5: at f_max itself the shortest t1 is 20000/(2 * 2400) = 4.1667 s, if the acceleration is high enough.
 #[test]
-fn paper_004_shortest_interval_is_bound_by_the_top_speed() {
+fn forero_2023_shortest_interval_is_bound_by_the_top_speed() {
     let limits = Limits {
         start_speed_steps_s: 0.0,
         top_speed_steps_s: 2_400.0,

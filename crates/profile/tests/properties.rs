@@ -1,5 +1,6 @@
-//! Random moves and limits: 10,000 cases a property, the same in every run. A failure prints the smallest case, and the
-//! same command fails again; `PROPTEST_RNG_SEED=n cargo test -p isostep-profile --test properties` tries others.
+//! Random moves and limits: 10,000 cases for each property. Every run tries the same cases. A failure prints the
+//! smallest case, and the same command fails again;
+//! `PROPTEST_RNG_SEED=n cargo test -p isostep-profile --test properties` tries others.
 
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -8,12 +9,12 @@ use proptest::prelude::*;
 
 const TICK_HZ: u32 = 1_000_000;
 
-/// Instants round to the nearest tick, after the fit's own error and what 64-bit floats lose on the way.
+/// The error of an instant: rounding to the nearest tick, the error of the fit, and what 64-bit floats lose.
 const EDGE_ERROR_MAX_TICKS: f64 = 0.5 + FIT_ERROR_MAX_TICKS + 0.01;
 
 fn limits() -> impl Strategy<Value = Limits> {
-    // Speeds to 200,000 steps/s, five ticks a step; the start speed a fraction of the top speed; the top speed's ramp in
-    // jerk alone, hardly any, or none.
+    // Speeds are up to 200,000 steps/s, five ticks a step. The start speed is a fraction of the top speed. The ramp to
+    // the top speed is jerk alone, or hardly any of it is, or there is no limit of the jerk.
     let log = |from: f64, to: f64| (from.ln()..to.ln()).prop_map(f64::exp);
     let jerk = prop_oneof![4 => log(0.01, 1e3), 1 => Just(f64::INFINITY)];
     let start = prop_oneof![Just(0.0), 0.0..1.0];
@@ -36,7 +37,7 @@ fn speed_law() -> impl Strategy<Value = SpeedLaw> {
     prop::sample::select(&SpeedLaw::ALL[..])
 }
 
-/// The same limits, with a start speed that the law can start from.
+/// The same limits, with a start speed from which the law can start.
 fn moving(speed_law: SpeedLaw, limits: Limits) -> Limits {
     let least = if speed_law.is_over_displacement() { 1e-3 * limits.top_speed_steps_s } else { 0.0 };
     Limits { start_speed_steps_s: limits.start_speed_steps_s.max(least), ..limits }
@@ -71,7 +72,8 @@ fn filled(mut intervals: Intervals, piece: usize, bias: u32) -> Vec<u32> {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 10_000, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// Every axis: exact count, rising instants, each within the stated error of the closed form, none outside the move.
+    /// Every axis makes exactly its steps, at rising instants. Each instant is within the stated error of the closed
+    /// form, and none is outside the move.
     #[test]
     fn every_edge_is_the_closed_forms((steps, limits, law, speed_law) in moves()) {
         prop_assume!(steps != [0; 3]);
@@ -93,7 +95,7 @@ proptest! {
         }
     }
 
-    /// A segment's instants, its intervals, a buffer filled with them in pieces, and its closed sum: one and the same.
+    /// A segment's instants, its intervals, a buffer filled with them in pieces, and its closed sum all agree.
     #[test]
     fn intervals_are_the_instants_differences(
         (steps, limits, law, speed_law) in moves(), piece in 1..20usize, bias in any::<u32>(),
@@ -162,8 +164,8 @@ proptest! {
             };
             prop_assume!(own.top_speed_steps_s >= isostep_profile::SPEED_MIN_STEPS_S);
             let alone = SyncMove::plan([n], &[own], IntervalLaw::Fastest, SpeedLaw::Trapezoid, None).unwrap().profile;
-            // Rounding the top speed by one part in 1e15 moves a ramp's end by so much, and opens as much of a cruise
-            // at a triangle's peak.
+            // Rounding the top speed by one part in 1e15 moves the end of a ramp by this time, and makes a cruise of
+            // this time at the peak of a triangle.
             let ramps_s = own.top_speed_steps_s / own.accel_steps_s2 + own.top_speed_steps_s / own.decel_steps_s2;
             let tolerance_s = 1e-9 * shared.duration_s() + 1e-15 * ramps_s;
             prop_assert!((alone.t_accel_s() - shared.t_accel_s()).abs() <= tolerance_s);
@@ -183,7 +185,7 @@ proptest! {
         prop_assert!((half_way - profile.distance_steps() / 2.0).abs() <= 1e-9 * profile.distance_steps());
     }
 
-    /// With a = d a move run backwards is the same move.
+    /// If a = d, a move made backwards is the same move.
     #[test]
     fn equal_ramps_are_time_symmetric(
         n in 1..3_000i32, own in limits(), law in law(), speed_law in speed_law(),
@@ -197,8 +199,8 @@ proptest! {
         }
     }
 
-    /// Half of any limit never makes a move faster. Of the laws over displacement this holds for acceleration only: a ramp
-    /// to a lower top speed, or from a higher start speed, spends less time at low speeds.
+    /// Halving a limit never makes a move faster. For the laws over displacement this holds for acceleration only: a
+    /// ramp to a lower top speed, or from a higher start speed, spends less time at low speeds.
     #[test]
     fn a_tighter_limit_is_never_faster((steps, limits, law, speed_law) in moves(), axis in 0..3usize, which in 0..5) {
         prop_assume!(steps != [0; 3]);
@@ -220,7 +222,8 @@ proptest! {
         prop_assert!(duration_s(&tighter) >= duration_s(&limits) * (1.0 - slack));
     }
 
-    /// No law is faster than the trapezoid at its fastest. In thirds one with a higher mean speed can be.
+    /// With the fastest intervals, no law is faster than the trapezoid. In thirds, a law with a higher mean speed can
+    /// be.
     #[test]
     fn the_trapezoid_is_the_fastest((steps, limits, _, speed_law) in moves()) {
         prop_assume!(steps != [0; 3]);

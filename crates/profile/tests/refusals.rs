@@ -1,4 +1,4 @@
-//! What cannot be planned is refused with the bound it crossed.
+//! What cannot be planned is refused, and the error names the bound that it crosses.
 
 use isostep_profile::{
     ACCEL_MAX_STEPS_S2, IntervalLaw, LimitError, Limits, PlanError, Profile, ProfileError, SPEED_MAX_STEPS_S,
@@ -37,12 +37,12 @@ fn limits_out_of_range() {
 fn end_speeds_that_the_distance_does_not_allow() {
     let plan =
         |entry, exit| Profile::plan(9.0, entry, exit, &GOOD, IntervalLaw::Fastest, SpeedLaw::Trapezoid).unwrap_err();
-    // Over 9 steps at 50 steps/s², sqrt(2 * 50 * 9) = 30 steps/s can be shed or gained.
+    // Over 9 steps at 50 steps/s², a change between 0 and sqrt(2 * 50 * 9) = 30 steps/s is possible.
     assert_eq!(plan(31.0, 0.0), ProfileError::EntrySpeed { asked: 31.0, max: 30.0 });
     assert_eq!(plan(0.0, 31.0), ProfileError::ExitSpeed { asked: 31.0, max: 30.0 });
     assert!(matches!(plan(f64::NAN, 0.0), ProfileError::EntrySpeed { .. }));
     assert!(matches!(plan(-1.0, 0.0), ProfileError::EntrySpeed { .. }));
-    // Within the top speed, but three equal intervals would have to be shorter than the ramp.
+    // The entry speed is below the top speed, but three equal intervals would have to be shorter than the ramp.
     let thirds = Profile::plan(9.0, 29.0, 0.0, &GOOD, IntervalLaw::Thirds, SpeedLaw::Trapezoid).unwrap_err();
     assert!(matches!(thirds, ProfileError::EntrySpeed { asked: 29.0, max } if max < 29.0), "{thirds}");
 }

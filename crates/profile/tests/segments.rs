@@ -1,5 +1,5 @@
-//! Segments against the closed form at both ports' tick rates: 10,000 random moves and 2,000 extreme ones, the same in every run;
-//! `PROPTEST_RNG_SEED=n cargo test -p isostep-profile --test segments` tries others.
+//! Segments, compared with the closed form at the tick rates of both ports: 10,000 random moves and 2,000 extreme ones.
+//! Every run tries the same moves; `PROPTEST_RNG_SEED=n cargo test -p isostep-profile --test segments` tries others.
 
 use isostep_profile::{
     BRIEF_S, Course, FIT_ERROR_MAX_TICKS, IntervalLaw, Limits, Segment, Segments, SpeedLaw, SyncMove,
@@ -8,7 +8,7 @@ use isostep_profile::{
 use proptest::prelude::*;
 
 const RATES_HZ: [u32; 2] = [1_000_000, 125_000_000];
-/// What fixed point loses, ticks.
+/// The error of fixed point, ticks.
 const FIXED_POINT_ERROR_TICKS: f64 = 0.02;
 
 fn log(from: f64, to: f64) -> impl Strategy<Value = f64> {
@@ -23,13 +23,13 @@ fn speed_law() -> impl Strategy<Value = SpeedLaw> {
     prop::sample::select(&SpeedLaw::ALL[..])
 }
 
-/// The same limits, with a start speed that the law can start from.
+/// The same limits, with a start speed from which the law can start.
 fn moving(speed_law: SpeedLaw, limits: Limits) -> Limits {
     let least = if speed_law.is_over_displacement() { 1e-3 * limits.top_speed_steps_s } else { 0.0 };
     Limits { start_speed_steps_s: limits.start_speed_steps_s.max(least), ..limits }
 }
 
-/// A share of the top speed: none, any, almost all, all.
+/// The start speed as a fraction of the top speed: none, any, almost all, all.
 fn start_ratio() -> impl Strategy<Value = f64> {
     prop_oneof![Just(0.0), 0.0..1.0, log(1e-17, 1e-3).prop_map(|less| 1.0 - less), Just(1.0)]
 }
@@ -52,7 +52,7 @@ prop_compose! {
     }
 }
 
-/// An axis of a move, whose segments are held against the closed form.
+/// An axis of a move, whose segments are compared with the closed form.
 struct Axis<'a, const N: usize> {
     plan: &'a SyncMove<N>,
     axis: usize,
@@ -64,31 +64,33 @@ impl<const N: usize> Axis<'_, N> {
         self.plan.segments(self.axis, self.tick_hz)
     }
 
-    /// How far step `k`, from 1, is off at `tick`, ticks, if that is more than it may be with this error of the fit.
+    /// How far step `k`, counted from 1, is off at `tick`, ticks, if that is more than allowed with this error of the
+    /// fit.
     fn excess(&self, k: u32, tick: u64, fit_error: f64) -> Option<f64> {
         let exact_s = self.plan.step_time_s(self.axis, k);
         let hz = f64::from(self.tick_hz);
         let error = tick as f64 - exact_s * hz;
         let bound = fit_error + 0.5 + FIXED_POINT_ERROR_TICKS;
-        // Most need no allowance for floats, which takes as long to tell as the instant itself.
+        // Most steps need no allowance for floats, which takes as long to compute as the instant itself.
         let is_within = error.abs() <= bound || error.abs() <= bound + self.float_error_s(exact_s) * hz;
         (!is_within).then_some(error)
     }
 
-    /// What 64-bit floats lose: they round the closed form's instant some times, and the displacement it comes from.
+    /// What 64-bit floats lose. They round the closed form's instant a few times, and the displacement that it is
+    /// computed from.
     fn float_error_s(&self, exact_s: f64) -> f64 {
         let profile = &self.plan.profile;
         let displaced_s = profile.distance_steps() / profile.speed_at(exact_s);
         (24.0 * profile.duration_s() + 2.0 * displaced_s) * f64::EPSILON
     }
 
-    /// The first `most` steps of the segment that begins at step `k`, and its last.
+    /// Checks the first `most` steps of the segment that begins at step `k`, and its last step.
     fn check_segment(&self, k: u32, segment: Segment, most: usize) -> Result<(), TestCaseError> {
-        // A brief segment may double, which makes it twice as long.
+        // A brief segment may hold twice as many steps, and then lasts twice as long.
         let lasts_s = (segment.last_ticks() - segment.first_ticks()) as f64 / f64::from(self.tick_hz);
         let is_brief = lasts_s < 2.5 * BRIEF_S;
         let fit_error = if is_brief { fit_error_max_ticks(self.tick_hz) } else { FIT_ERROR_MAX_TICKS };
-        // Unless it is among the first.
+        // The last step, unless it is among the first ones.
         let last = (segment.steps() as usize > most).then(|| (k + (segment.steps() - 1), segment.last_ticks()));
         for (k, tick) in (k..).zip(segment.ticks().take(most)).chain(last) {
             if let Some(error) = self.excess(k, tick, fit_error) {
@@ -98,7 +100,8 @@ impl<const N: usize> Axis<'_, N> {
         Ok(())
     }
 
-    /// All segments: in order, complete, their steps where they belong. Of long moves it looks at a sample.
+    /// Checks that all segments are in order and complete, with their steps where they belong. Of long moves it checks
+    /// a sample.
     fn check(&self) -> Result<(), TestCaseError> {
         let mut done = 0;
         let mut last = None;
@@ -141,10 +144,11 @@ proptest! {
 }
 
 proptest! {
-    // Moves of millions of segments take their time.
+    // There are fewer cases, because moves of millions of segments take long.
     #![proptest_config(ProptestConfig { cases: 2_000, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// Speeds from a step in 33 minutes to ten a microsecond, ramps of a day, ramps that hardly are, two billion steps.
+    /// Speeds from one step in 33 minutes to ten steps a microsecond, ramps that last a day, ramps that are almost
+    /// none, two billion steps.
     #[test]
     fn so_are_those_of_extreme_moves(
         limits in limits((5e-4, 1e7), (1e-9, 1e9)), steps in log(1.0, 2e9), ratio in log(1e-9, 1.0), law in law(),
@@ -160,7 +164,7 @@ proptest! {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 500, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// Axes that share a course have the segments that each has alone, whichever is ahead, and by how much.
+    /// Axes that share a course have the same segments as each has alone, whichever axis is ahead, and by however much.
     #[test]
     fn a_course_has_the_same_segments_for_every_axis(
         limits in limits((1e2, 2e6), (1e2, 1e8)), steps in prop::array::uniform3(-3_000..3_000i32), law in law(),
@@ -169,13 +173,13 @@ proptest! {
     ) {
         prop_assume!(steps != [0; 3]);
         let plan = SyncMove::plan(steps, &[moving(speed_law, limits); 3], law, speed_law, None).unwrap();
-        // What it was laid for before must not show.
+        // What the course held before must make no difference.
         let mut course = Course::empty();
         fastest([900, 1, -7], limits_of(1e4, 1e6)).lay(&mut course, tick_hz);
         plan.lay(&mut course, tick_hz);
         let mut lanes = [0, 1, 2].map(|axis| plan.lane(axis, &course));
         let mut shared = [const { Vec::new() }; 3];
-        // Each turn one of them goes on a little; in the end all of them to their ends.
+        // In each turn one of the lanes goes on a little. In the end all of them go on to their ends.
         for (axis, count) in turns.into_iter().chain([0, 1, 2].map(|axis| (axis, usize::MAX))) {
             let lane = &mut lanes[axis];
             shared[axis].extend(std::iter::from_fn(|| lane.next(&mut course)).take(count));
@@ -215,16 +219,16 @@ fn an_axis_of_one_step_in_an_hour() {
     for tick_hz in RATES_HZ {
         let alone: Vec<Segment> = plan.segments(1, tick_hz).collect();
         let [only] = alone[..] else { panic!("{alone:?}") };
-        // In the middle of the move, which is symmetrical.
+        // The step is in the middle of the move, which is symmetrical.
         let middle_ticks = plan.profile.duration_s() / 2.0 * f64::from(tick_hz);
         assert_eq!((only.steps(), only.first_ticks()), (1, middle_ticks.round() as u64));
-        // Half an hour is more than an interval holds, even of 1 MHz: two lone steps.
+        // Half an hour is more than an interval can hold, even at 1 MHz, so these are two segments of one step.
         let steps: Vec<u32> = plan.segments(2, tick_hz).map(|segment| segment.steps()).collect();
         assert_eq!(steps, [1, 1]);
     }
 }
 
-/// Every interval inside a segment can be counted in 30 bits, with room for a port's own cycles.
+/// Every interval inside a segment fits into 30 bits, with room for a port's own cycles.
 #[test]
 fn intervals_have_30_bits() {
     for speed_steps_s in [0.04, 0.055, 0.06, 0.07, 0.1, 1.0] {
@@ -236,7 +240,7 @@ fn intervals_have_30_bits() {
     }
 }
 
-/// The error of the last step of ten seconds and of an hour is that of the first.
+/// After ten seconds and after an hour, the error of the last step is no larger than that of the first.
 #[test]
 fn nothing_drifts() {
     for (steps, limits) in [(9_900_000, limits_of(1e6, 1e7)), (360_000_000, limits_of(1e5, 1e6))] {
@@ -251,9 +255,10 @@ fn nothing_drifts() {
     }
 }
 
-/// Axes of one move cruise over the same interval: their steps begin and end it within one period of each.
+/// Axes of one move cruise over the same interval: the cruise of each begins and ends within one of its step periods of
+/// that interval.
 #[test]
-fn axes_ratio_their_intervals() {
+fn axes_share_their_intervals() {
     let plan = fastest([120_000, -70_001, 33_333], limits_of(1e6, 1e7));
     let (from_s, to_s) = (plan.profile.t_accel_s(), plan.profile.t_accel_s() + plan.profile.t_cruise_s());
     for (axis, n) in plan.steps.iter().enumerate() {
@@ -271,7 +276,7 @@ fn axes_ratio_their_intervals() {
     }
 }
 
-/// Of the fastest move and of the parking gantry's.
+/// The numbers of segments of the fastest move and of the parking gantry's move.
 #[test]
 fn segments_are_few() {
     let count = |steps, limits, tick_hz| fastest([steps], limits).segments(0, tick_hz).count();

@@ -51,7 +51,7 @@ const TABLE_1: &str = "--steps 120 --ramp-steps 24 --max-period-us 4000 --min-pe
 const MACHINE: &str = "--steps 4000 --top-speed 2400 --accel 2500";
 
 #[test]
-fn a_csv_of_paper_000_loses_nothing() {
+fn a_csv_of_fonseca_campos_2023_loses_nothing() {
     for (law, name) in FrequencyLaw::ALL.map(|law| (law, law.name())) {
         let profile = FrequencyProfile::plan(law, 120, 24, 4000.0, 1500.0).unwrap();
         let rows = read_csv(&curves(&format!("--law {name} {TABLE_1}"))[0]);
@@ -224,8 +224,9 @@ fn help_teaches_with_lines_that_work() {
     assert_eq!(examples.len(), 5, "{help}");
     for example in examples {
         let words = example.split_whitespace().skip(2);
-        let words: Vec<&str> =
-            words.take_while(|word| word.starts_with("--") || !["Fonseca-Campos", "Stoychitch's", "as"].contains(word)).collect();
+        let words: Vec<&str> = words
+            .take_while(|word| word.starts_with("--") || !["Fonseca-Campos", "Stoychitch's", "as"].contains(word))
+            .collect();
         curves(&words.join(" "));
     }
 }

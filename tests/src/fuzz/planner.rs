@@ -21,7 +21,7 @@ use isostep_profile::{IntervalLaw, Limits, SpeedLaw};
 
 use self::case::{AXES, Case};
 use self::drive::{Event, drive};
-use self::model::LimitRatios;
+use self::model::OverrideRatios;
 
 const MOVES: usize = 24;
 const EVENTS: usize = 40;
@@ -134,7 +134,7 @@ fn event(bytes: &mut Unstructured<'_>) -> Result<Event> {
         6 => Event::Start,
         _ => {
             let (feed, rapid) = (0.1 + 1.9 * ratio(bytes)?, 0.25 + 0.75 * ratio(bytes)?);
-            Event::Override(LimitRatios { feed, rapid })
+            Event::Override(OverrideRatios { feed, rapid })
         }
     })
 }
@@ -172,7 +172,7 @@ fn compiles(case: &Case, events: &[Event], tick_hz: u32) {
                 compiled.starts(&mut chain);
             }
             Event::Start => compiled.starts(&mut chain),
-            Event::Override(LimitRatios { feed, rapid }) => chain.override_speed(feed, rapid),
+            Event::Override(OverrideRatios { feed, rapid }) => chain.override_speed(feed, rapid),
         }
     }
     assert!(chain.is_empty() && left.len() == 0);

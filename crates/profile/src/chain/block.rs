@@ -1,4 +1,4 @@
-//! A move of a chain, as compact as the passes over the chain want it.
+//! A move in the chain, stored compactly for the passes over the chain.
 
 use super::config::{ChainConfig, Square};
 use super::corner;
@@ -10,10 +10,10 @@ use crate::ramp::delta_v2;
 use crate::root::sqrt;
 use crate::sync::{PlanError, longest, path_speed};
 
-/// A square of as many units is told to less than 1e-7 of it.
+/// A square of this many units has a resolution better than 1e-7 of it.
 const FINE: Square = 1 << 24;
 
-/// Speeds that differ by less, as a fraction, are the same but for rounding.
+/// Speeds that differ by a smaller fraction than this differ by rounding only.
 const SAME: f64 = 1e-7;
 
 /// One move.
@@ -25,32 +25,32 @@ pub(super) struct Block<const N: usize> {
     /// Path length of a step of the longest axis.
     pub(super) mm_per_step: f64,
     pub(super) steps_per_mm: f64,
-    /// Of the longest axis, so that no axis exceeds its own; the top speed is the machine's, whatever the feed.
+    /// Limits of the longest axis at which no axis exceeds its own. The top speed is the machine's, not the feed.
     limits: Limits,
-    /// Each axis's fraction of the direction.
+    /// The components of the unit vector along the path.
     direction: [f64; N],
-    /// The squared speed at which the corner before it may be taken; `None` where it stops exactly.
+    /// The squared speed at which the corner before it may be taken; `None` if the machine has to stop there.
     pub(super) corner: Option<Square>,
-    /// The speed that was asked for, steps/s.
+    /// The requested speed, steps/s of the longest axis.
     pub(super) asked_steps_s: f64,
-    /// How fast it is to be, overridden; and its square.
+    /// The nominal speed, which is the requested one with overrides and limits applied, steps/s; and its square.
     nominal_steps_s: f64,
     pub(super) nominal: Square,
-    /// The speed that needs no ramp, squared.
+    /// The square of the speed to which it can jump from rest.
     pub(super) start: Square,
-    /// What its squared speed gains or loses at most over the whole of it.
+    /// The largest delta v² over the whole block, speeding up and slowing down.
     pub(super) accel_delta_v2: Square,
     pub(super) decel_delta_v2: Square,
-    /// The fastest at which it may begin, flowing.
+    /// The highest squared speed at which it may begin without a stop.
     pub(super) cap: Square,
-    /// How fast it begins.
+    /// The squared speed at which it begins.
     pub(super) entry: Square,
-    /// It begins as fast as the one before it ends. Else it begins from rest.
+    /// Whether it begins at the speed at which the block before ends. Otherwise it begins from rest.
     pub(super) flows: bool,
 }
 
 impl<const N: usize> Block<N> {
-    /// None.
+    /// No block.
     pub(super) const NONE: Self = Self {
         request: Request { steps: [0; N], feed_mm_s: None, stops: false, tag: 0 },
         distance_steps: 0.0,
@@ -100,7 +100,7 @@ impl<const N: usize> Block<N> {
         Ok(block)
     }
 
-    /// What would keep it from being planned, whatever comes before and after it.
+    /// Refuses a block that could not be planned, whatever its neighbours are.
     fn check(&self, config: &ChainConfig<N>) -> Result<(), PlanError> {
         let slowest = self.start_steps_s();
         let is_too_slow = slowest < SPEED_MIN_STEPS_S && slowest < self.nominal_steps_s;
@@ -108,7 +108,7 @@ impl<const N: usize> Block<N> {
             let standstill = ProfileError::Standstill { law: config.speed_law, asked: slowest, min: SPEED_MIN_STEPS_S };
             return Err(PlanError::Profile(standstill));
         }
-        // No more than that, by far the most moves are far from what is too long.
+        // Only a long move needs the full check: most moves are far from lasting too long.
         if self.distance_steps > self.nominal_steps_s * config.easily_s {
             let limits = self.limits_now();
             Profile::plan(self.distance_steps, slowest, slowest, &limits, config.interval_law, config.speed_law)?;
@@ -116,11 +116,11 @@ impl<const N: usize> Block<N> {
         Ok(())
     }
 
-    /// Takes on the overrides in force.
+    /// Applies the overrides in force.
     pub(super) fn respeed(&mut self, config: &ChainConfig<N>) {
         let top_steps_s = self.limits.top_speed_steps_s;
         let (mut steps_s, mut mm_s) = match self.request.feed_mm_s {
-            // Moves of one feed have one square.
+            // The square is computed from the feed itself, so that moves of the same feed have the same square.
             Some(feed_mm_s) => (self.asked_steps_s * config.feed_ratio, feed_mm_s * config.feed_ratio),
             None => (top_steps_s * config.rapid_ratio, 0.0),
         };
@@ -137,7 +137,7 @@ impl<const N: usize> Block<N> {
         self.start = start.min(self.nominal);
     }
 
-    /// Reckons what its last `steps` (of the longest axis) gain and lose.
+    /// Computes the largest delta v² over its last `steps` (of the longest axis).
     pub(super) fn set_delta_v2(&mut self, steps: f64, config: &ChainConfig<N>) {
         let Limits { accel_steps_s2, decel_steps_s2, jerk_steps_s3, top_speed_steps_s, .. } = self.limits;
         let most_steps_s = FEED_RATIO_MAX * self.asked_steps_s;
@@ -152,67 +152,70 @@ impl<const N: usize> Block<N> {
             if accel_steps_s2 == decel_steps_s2 { self.accel_delta_v2 } else { delta_v2(decel_steps_s2) };
     }
 
-    /// The speed that needs no ramp.
+    /// The speed to which it can jump from rest, steps/s.
     fn start_steps_s(&self) -> f64 {
         let start_steps_s = self.limits.start_speed_steps_s;
         if start_steps_s < self.nominal_steps_s { start_steps_s } else { self.nominal_steps_s }
     }
 
-    /// The limits of the longest axis, as fast as it is to be now.
+    /// The limits of the longest axis, with the nominal speed as top speed.
     pub(super) fn limits_now(&self) -> Limits {
         Limits { top_speed_steps_s: self.nominal_steps_s, start_speed_steps_s: self.start_steps_s(), ..self.limits }
     }
 
-    /// Makes it follow `before`: how fast the corner between them may be taken.
+    /// Makes it follow `before`: computes how fast the corner between them may be taken.
     pub(super) fn follow(&mut self, before: &Self, config: &ChainConfig<N>) {
         let stops = before.request.stops || config.interval_law == IntervalLaw::Thirds;
         self.corner = if stops { None } else { corner::square(&before.direction, &self.direction, config) };
         self.set_cap(before.pace());
     }
 
-    /// It begins, or goes on, from rest.
+    /// Makes it begin, or go on, from rest.
     pub(super) fn stop(&mut self) {
         (self.corner, self.flows) = (None, false);
     }
 
-    /// The one before it has ended by `exit`, and might have stopped from `start`: it begins as fast, or from rest.
+    /// Begins after a block that ends at the squared speed `exit`, and that could have stopped from `start`. This block
+    /// begins at that speed or from rest.
     pub(super) fn begin_after(&mut self, exit: Square, start: Square, config: &ChainConfig<N>) {
         if self.flows && exit <= self.entry {
             self.entry = exit;
         } else if (self.flows || exit > start)
             && let Some(corner) = self.corner
         {
-            // It could not brake to what it should be by now. But for rounding it is no faster than the corner allows, and
-            // than this one may ever be, if it was not to stop there at another feed.
+            // The block before could not brake to the entry speed that is wanted now. Usually its end speed is still
+            // within the corner's speed and this block's top speed, apart from rounding. It can be above them if a stop
+            // was planned here before the overrides changed.
             let is_allowed = self.speed_steps_s(exit, config) <= self.limits.top_speed_steps_s * (1.0 + SAME);
             self.flows = is_allowed && exit <= corner + (corner >> 24);
             self.entry = if self.flows { exit } else { self.start };
         }
     }
 
-    /// Its entry is as high as it will ever be.
+    /// Whether its entry speed is as high as it can ever be.
     pub(super) fn has_final_entry(&self) -> bool {
         if self.flows { self.entry == self.cap } else { self.corner.is_none() && self.entry == self.start }
     }
 
-    /// The highest and the lowest speed that it comes to at its end.
+    /// The highest and the lowest squared speed that it can reach at its end.
     pub(super) fn reach(&self) -> (Square, Square) {
         (self.entry + self.accel_delta_v2, self.entry.saturating_sub(self.decel_delta_v2))
     }
 
-    /// What it gains and loses are so many units that their rounding does not matter.
+    /// Whether its delta v² has so many units that their rounding does not matter.
     pub(super) fn has_fine_delta_v2(&self) -> bool {
         self.accel_delta_v2.min(self.decel_delta_v2) >= FINE
     }
 
-    /// The highest square on the way to `exit` at constant accelerations; no higher than `top` where the ends are not.
+    /// The highest squared speed between the entry and `exit` at constant accelerations. It is no higher than `top`,
+    /// unless an end speed is.
     ///
-    /// What it gains over its share of the way, and what it loses over the rest, make the difference of its ends: the peak p
-    /// is where (p - entry)/(2 a) and (p - exit)/(2 d) are the way in all.
+    /// The ramps before and after the peak p are (p - entry)/(2 a) and (p - exit)/(2 d) long, and together as long as
+    /// the distance.
     fn peak(&self, exit: Square, top: Square) -> Square {
         let (entry, highest, from) = (self.entry, self.entry + self.accel_delta_v2, exit + self.decel_delta_v2);
         let Limits { accel_steps_s2: a, decel_steps_s2: d, .. } = self.limits;
-        // By the gain that is the smaller: the other may be too large to be told.
+        // The peak is computed from the smaller delta v², because the larger one may be cut off at the largest square.
         let peak = if a == d {
             (highest + exit) / 2
         } else if a < d {
@@ -220,12 +223,12 @@ impl<const N: usize> Block<N> {
         } else {
             ((a * from as f64 + d * entry as f64) / (a + d)) as Square
         };
-        // Rounding must not part what is one ramp.
+        // Rounding must not split a single ramp into two.
         peak.min(highest).min(from).min(top).max(entry).max(exit)
     }
 
-    /// The fastest way to `exit` at constant accelerations over what is left of it, where it has `entry_steps_s`; no faster than
-    /// `top` where the ends are not.
+    /// The fastest profile over what is left of it, at constant accelerations, from `entry_steps_s` to `exit`. It is no
+    /// faster than `top`, unless an end speed is.
     pub(super) fn trapezoid(
         &self,
         left_steps: f64,
@@ -252,7 +255,8 @@ impl<const N: usize> Block<N> {
         Profile::constant_accel(left_steps, speeds_steps_s, [accel_steps, decel_steps], &self.limits)
     }
 
-    /// The fastest at which it may begin if it ends by `exit`, and whether that is as fast as `before` ends.
+    /// The highest squared speed at which it may begin if it ends at `exit`, and whether it begins without a stop after
+    /// `before`.
     pub(super) fn fastest_entry(&self, exit: Square, before: Option<Pace>) -> (Square, bool) {
         let most = exit + self.decel_delta_v2;
         let flowing = self.cap.min(most);
@@ -262,21 +266,21 @@ impl<const N: usize> Block<N> {
         }
     }
 
-    /// What the cap of the block after it depends on.
+    /// The speeds on which the cap of the next block depends.
     pub(super) fn pace(&self) -> Pace {
         Pace { nominal: self.nominal, start: self.start }
     }
 
-    /// Reckons anew how fast it may begin after a block of that pace, flowing.
+    /// Computes how fast it may begin without a stop after a block with this pace.
     pub(super) fn set_cap(&mut self, before: Pace) {
         let fastest = self.corner.unwrap_or(0).min(self.nominal).min(before.nominal);
-        // No slower than a stop would leave it.
+        // The cap is not below the lower start speed, because even a stop would allow that.
         self.cap = fastest.max(self.start.min(before.start));
     }
 
-    /// How fast a square is on it, steps/s of the longest axis.
+    /// The speed of a square on this block, steps/s of the longest axis.
     pub(super) fn speed_steps_s(&self, square: Square, config: &ChainConfig<N>) -> f64 {
-        // As it is request, to the last digit.
+        // The nominal speed and the start speed are returned exactly, to the last digit.
         match square {
             _ if square == self.nominal => self.nominal_steps_s,
             _ if square == self.start => self.start_steps_s(),
@@ -297,7 +301,7 @@ impl<const N: usize> Block<N> {
     }
 }
 
-/// How fast a block is.
+/// The speeds of a block, squared.
 #[derive(Clone, Copy)]
 pub(super) struct Pace {
     nominal: Square,

@@ -1,4 +1,4 @@
-//! How the moves of a chain are planned, and what of that is the same for all of them.
+//! How the moves of a chain are planned, and what is the same for all of them.
 
 use super::FEED_RATIO_MAX;
 use crate::law::{IntervalLaw, SpeedLaw};
@@ -10,12 +10,12 @@ use crate::sync::{PlanError, check_moving, tightest};
 /// The square of a speed along the path, in whole units, so that sums of them are exact.
 pub(super) type Square = u64;
 
-/// No square is above this, so that the sum of two fits.
+/// The largest square. The sum of two of them still fits.
 pub(super) const SQUARE_MAX: f64 = 4.611_686_018_427_388e18;
-/// What a unit is, is chosen so that the square of the fastest path has so many.
+/// The unit is chosen so that the square of the fastest speed along a path has this many units.
 const SQUARE_OF_FASTEST: f64 = 1.152_921_504_606_847e18;
 
-/// A move that lasts so much of the longest at most by a trapezoid does not by any law last longer than it.
+/// If a move lasts at most this fraction of the longest duration by the trapezoid, it is not too long by any law.
 const EASILY: f64 = 1.0 / 64.0;
 
 /// How the moves of a chain are planned.
@@ -28,20 +28,20 @@ pub struct ChainConfig<const N: usize> {
     pub(super) feed_ratio: f64,
     pub(super) rapid_ratio: f64,
     pub(super) scale: Scale,
-    /// Whose limits work.
+    /// Whether the limits of each axis work.
     works: [bool; N],
-    /// Of each axis, than which ones it has no limit lower.
+    /// `is_looser[a][b]` says that no limit of axis `a` is lower than that of axis `b`.
     is_looser: [[bool; N]; N],
-    /// The inverse of what an axis may do across a corner, s²/mm.
+    /// The inverse of the acceleration that each axis may have across a corner, s²/mm.
     pub(super) corner_s2_mm: [f32; N],
-    /// Twice what a circle may deviate from a corner.
+    /// Twice the deviation of the circle from a corner, mm.
     pub(super) twice_deviation_mm: f32,
-    /// Whoever cruises no longer than that does not last too long.
+    /// A move that cruises no longer than this, s, does not last too long.
     pub(super) easily_s: f64,
 }
 
 impl<const N: usize> ChainConfig<N> {
-    /// By which nothing can be planned.
+    /// A configuration by which nothing can be planned.
     pub(super) const NONE: Self = Self {
         limits: [Limits::NONE; N],
         mm_per_step: [0.0; N],
@@ -57,8 +57,8 @@ impl<const N: usize> ChainConfig<N> {
         easily_s: 0.0,
     };
 
-    /// For axes of these limits and resolutions. `corner_deviation_mm`, 0 or more, says how fast corners are taken: as
-    /// fast as a circle that deviates from the corner by so much.
+    /// A configuration for axes with these limits and resolutions. `corner_deviation_mm`, 0 or more, sets the speed at
+    /// corners: that on a circle which deviates from the corner by this distance.
     #[must_use]
     pub fn new(
         limits: [Limits; N],
@@ -68,15 +68,15 @@ impl<const N: usize> ChainConfig<N> {
         speed_law: SpeedLaw,
     ) -> Self {
         let works = limits.map(|limits| limits.check().is_ok());
-        // An axis whose limits do not work moves nothing.
+        // An axis whose limits do not work never moves, so it does not count here.
         let working = || (0..N).filter(|&axis| works[axis]);
         let tops_mm_s = working().map(|axis| limits[axis].top_speed_steps_s * mm_per_step[axis]);
         let longest_s = |accel: fn(&Limits) -> f64| {
             let ramps_s = working().map(|axis| limits[axis].top_speed_steps_s / accel(&limits[axis]));
             ramps_s.fold(0.0, f64::max)
         };
-        // No ramp of several axes is longer than the longest of one: its top speed is no higher than that of the axis which
-        // limits its acceleration.
+        // No ramp of several axes lasts longer than the longest ramp of a single axis, because its top speed is no
+        // higher than that of the axis which limits its acceleration.
         let ramps_s = longest_s(|limits| limits.accel_steps_s2) + longest_s(|limits| limits.decel_steps_s2);
         Self {
             limits,
@@ -97,20 +97,20 @@ impl<const N: usize> ChainConfig<N> {
         }
     }
 
-    /// So large a fraction of feeds, and of rapids.
+    /// Sets the overrides of feeds and of rapids.
     pub(super) fn set_ratios(&mut self, feed_ratio: f64, rapid_ratio: f64) {
         self.feed_ratio = feed_ratio.min(FEED_RATIO_MAX);
         self.rapid_ratio = rapid_ratio.min(1.0);
     }
 
-    /// What holds for the longest axis of a move, so that none exceeds its own.
+    /// The limits of the longest axis of a move at which no axis exceeds its own.
     pub(super) fn shared_limits(&self, steps: &[i32; N]) -> Result<Limits, PlanError> {
         check_moving(steps, |axis| if self.works[axis] { Ok(()) } else { self.limits[axis].check() })?;
         Ok(tightest(steps, &self.limits, |axis, other| self.is_looser[axis][other]))
     }
 }
 
-/// How squares of speeds, (mm/s)², are told in whole units.
+/// Converts squared speeds between (mm/s)² and whole units.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Scale {
     per_mm2_s2: f64,
@@ -120,21 +120,21 @@ pub(super) struct Scale {
 impl Scale {
     const NONE: Self = Self { per_mm2_s2: 0.0, mm2_s2: 0.0 };
 
-    /// For paths as fast as that.
+    /// A scale for paths whose squared speed is at most this.
     fn of(fastest_mm2_s2: f64) -> Self {
         let mm2_s2 = fastest_mm2_s2 / SQUARE_OF_FASTEST;
         Self { per_mm2_s2: 1.0 / mm2_s2, mm2_s2 }
     }
 
-    /// Rounded down.
+    /// A squared speed in whole units, rounded down.
     pub(super) fn square(self, mm2_s2: f64) -> Square {
         let units = mm2_s2 * self.per_mm2_s2;
         if units < SQUARE_MAX { units as Square } else { SQUARE_MAX as Square }
     }
 
-    /// The square of a speed.
+    /// The square of a speed, in whole units.
     pub(super) fn of_speed(self, mm_s: f64) -> Square {
-        // Most machines start from nothing.
+        // Most machines have a start speed of 0, which saves the work.
         if mm_s == 0.0 { 0 } else { self.square(mm_s * mm_s) }
     }
 

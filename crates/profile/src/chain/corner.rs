@@ -3,17 +3,18 @@
 use super::config::{ChainConfig, SQUARE_MAX, Square};
 use crate::root::sqrt;
 
-/// Directions are the same if the square of half their difference is less: rounding, and no more.
+/// Directions count as the same if the square of half their difference is below this, which allows for rounding only.
 const SAME: f64 = 1e-24;
-/// They are opposite if it is nearer to 1: a cosine of -0.999999, as Grbl has it.
+/// Directions count as opposite if that square is nearer to 1 than this: a cosine of -0.999999, as in Grbl.
 const OPPOSITE: f64 = 5e-7;
 
-/// Grbl's rule: the speed at which a circle that deviates from the corner by the deviation asks for the acceleration
-/// that the axes have across the corner, squared. `None` if it has to stop there.
+/// The squared speed at a corner by Grbl's rule. On a circle that deviates from the corner by the configured distance,
+/// this speed needs the acceleration that the axes have across the corner. `None` if the machine has to stop there.
 ///
-/// v² = a deviation s/(1 - s), s being the sine of half the angle between the way in, reversed, and the way out. With q
-/// = 1 - s², the square of half the difference of both directions, s/(1 - s) is s (1 + s)/q, which does not cancel; and
-/// a is the least of what an axis may do, by its share of the difference.
+/// v² = a deviation s/(1 - s), where s is the sine of half the angle between the reversed direction before the corner
+/// and the direction after it. Let q = 1 - s², which is the square of half the difference of both directions. Then
+/// s/(1 - s) is s (1 + s)/q, which does not cancel. The acceleration a is the smallest of what the axes may do, each
+/// divided by its component of the difference's direction.
 pub(super) fn square<const N: usize>(before: &[f64; N], after: &[f64; N], config: &ChainConfig<N>) -> Option<Square> {
     let mut difference = [0.0; N];
     let mut four_squares = 0.0;
@@ -31,7 +32,7 @@ pub(super) fn square<const N: usize>(before: &[f64; N], after: &[f64; N], config
         return None;
     }
     let (sine, half) = (sqrt(sine_square) as f32, sqrt(square) as f32);
-    // The inverse of what the axes have across the corner.
+    // The inverse of the acceleration that the axes have across the corner.
     let mut across_s2_mm = 0.0;
     for (s2_mm, own) in config.corner_s2_mm.iter().zip(difference).filter(|(_, own)| *own != 0.0) {
         let own_s2_mm = s2_mm * own.abs() as f32;
@@ -39,7 +40,7 @@ pub(super) fn square<const N: usize>(before: &[f64; N], after: &[f64; N], config
             across_s2_mm = own_s2_mm;
         }
     }
-    // half/square, by the product of two roots. What is only a bound may be rounded to 24 bits.
+    // Dividing by `half` stands for half/square. 24 bits are enough, because the result is only a bound.
     let mm2_s2 = config.twice_deviation_mm * sine * (1.0 + sine) / (across_s2_mm * half);
     Some(config.scale.square(f64::from(mm2_s2)))
 }

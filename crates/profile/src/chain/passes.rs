@@ -1,19 +1,19 @@
-//! How fast the blocks of a chain may begin and end: the passes over them.
+//! The passes over the chain, which compute how fast its blocks may begin and end.
 
 use super::Chain;
 use super::block::Block;
 use super::config::Square;
 
 impl<const N: usize, const LEN: usize> Chain<N, LEN> {
-    /// Sees to it that how fast the first block ends is known, as far as it can be.
+    /// Makes sure that the end speed of the first block is known, as far as it can be.
     pub(super) fn look(&mut self) {
-        // A pass changes nothing that is final, and most often it can wait until many blocks have come.
+        // A pass changes nothing that is final. Usually it can wait until many blocks have come.
         if self.settled < 2 {
             self.pass();
         }
     }
 
-    /// Looks at what the blocks change that came since it last did.
+    /// Computes what the blocks change that came since the last pass.
     pub(super) fn pass(&mut self) {
         if self.passed < self.len() {
             let from = self.backward();
@@ -21,16 +21,16 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         }
     }
 
-    /// How fast the first block is to end; held, as slow as it can.
+    /// The squared speed at which the first block is to end. In a hold it is the lowest that is possible.
     pub(super) fn exit(&self) -> Square {
         let Some(first) = self.blocks.get(0) else { return 0 };
         let (highest, lowest) = first.reach();
-        // A start speed may be more than it comes to; or, at another speed, less.
+        // The start speed may be higher than the block can reach, or, after an override, lower than it can brake to.
         let exit = self.exit_of(0, first).min(highest).max(lowest);
         if self.is_held { lowest.max(first.start).min(exit) } else { exit }
     }
 
-    /// How fast the block with this index ends.
+    /// The squared speed at which the block with this index ends.
     pub(super) fn exit_of(&self, index: usize, block: &Block<N>) -> Square {
         match self.blocks.get(index + 1) {
             Some(next) if next.flows => next.entry,
@@ -38,8 +38,9 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         }
     }
 
-    /// Reckons all entries anew, but that of a first block under way. How far its plan has come is seen to when it is
-    /// replaced: until then it may end as slow, and as fast, as it might have where it began.
+    /// Computes all entry speeds again, except that of a first block under way. How far its plan has come is taken into
+    /// account when the plan is replaced: until then, the range of its end speeds is computed from where the plan
+    /// began.
     pub(super) fn reckon(&mut self) {
         if self.is_at_rest()
             && self.place_steps > 0.0
@@ -53,8 +54,9 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         self.forward(0);
     }
 
-    /// From the last block on, up to those whose entries are final, or to one that a pass had come by and whose entry does not
-    /// change: the block before the last one looked at.
+    /// The backward pass. It begins at the last block and ends at the blocks whose entries are final, or at a block
+    /// that an earlier pass has looked at and whose entry does not change. Returns the index of the block before the
+    /// last one it looked at.
     fn backward(&mut self) -> usize {
         let mut index = self.blocks.len();
         while index > self.settled {
@@ -73,9 +75,11 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         index.saturating_sub(1)
     }
 
-    /// No block begins faster than the one before it can end. Where that is too fast to brake, it is seen to when it ends.
+    /// The forward pass: no block begins faster than the block before it can end. If a block cannot brake to the entry
+    /// speed of the next one, that is handled when the block ends.
     ///
-    /// An entry at its cap is final, and so are all before it; one that is as high as the one before it allows, if that is.
+    /// An entry at its cap is final, and so are all entries before it. An entry that is as high as the block before can
+    /// reach is final if the entry of that block is.
     pub(super) fn forward(&mut self, from: usize) {
         let mut index = from;
         if index == 0 && self.blocks.get(0).is_some_and(Block::has_final_entry) {

@@ -1,4 +1,4 @@
-//! What the first block of a chain is made by, and what of that is told.
+//! The plan of the chain's first block, and the chunks that are handed out from it.
 
 use super::block::Block;
 use super::config::Square;
@@ -11,25 +11,25 @@ use crate::sync::SyncMove;
 /// A plan under way.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Plan<const N: usize> {
-    /// There is one.
+    /// Whether there is a plan.
     pub(super) is_made: bool,
     sync_move: SyncMove<N>,
     /// When it ends, s from the start of the run.
     end_s: f64,
-    /// From when on it slows down, likewise.
+    /// When it begins to slow down, s from the start of the run.
     slows_s: f64,
-    /// How fast the block ends by it, or can end after it.
+    /// The squared speed at which the block ends by this plan, or can end after it.
     exit: Square,
-    /// It ends where the block does.
+    /// Whether it ends where the block ends.
     ends_block: bool,
-    /// What it was made for has changed.
+    /// Whether the conditions it was made for have changed.
     pub(super) is_stale: bool,
-    /// Of the next chunk by it.
+    /// The kind of the next chunk of this plan.
     kind: ChunkKind,
 }
 
 impl<const N: usize> Plan<N> {
-    /// None.
+    /// No plan.
     pub(super) const NONE: Self = Self {
         is_made: false,
         sync_move: SyncMove::NONE,
@@ -42,17 +42,18 @@ impl<const N: usize> Plan<N> {
     };
 }
 
-/// Nothing is left of a move, steps; and as a fraction of its way, where rounding is more than that.
+/// A distance this short counts as none, steps. The second constant is the same as a fraction of the move's distance;
+/// it applies where rounding errors are larger than the first.
 const NOTHING_STEPS: f64 = 1e-6;
-const NOTHING_SHARE: f64 = 1e-14;
+const NOTHING_RATIO: f64 = 1e-14;
 
-/// But for rounding.
+/// Whether a speed is no higher than another, apart from rounding.
 fn is_no_faster(speed_steps_s: f64, than_steps_s: f64) -> bool {
     speed_steps_s <= than_steps_s * (1.0 + 1e-9)
 }
 
 impl<const N: usize, const LEN: usize> Chain<N, LEN> {
-    /// Until when the plan is what the first block is made by. `None` if there has to be another one from here on.
+    /// Until when the plan of the first block is right. `None` if another plan is needed from here on.
     pub(super) fn sound_until_s(&self) -> Option<f64> {
         let plan = &self.plan;
         if !plan.is_made || plan.kind == ChunkKind::Continuation && self.at_s >= plan.end_s {
@@ -66,11 +67,11 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         if is_bound {
             return Some(plan.end_s);
         }
-        // Up to there it is as fast as it can be.
+        // Until it slows down, the plan is as fast as it can be.
         (!plan.is_stale && self.at_s < plan.slows_s).then_some(plan.slows_s)
     }
 
-    /// Tells the plan until then.
+    /// Hands out the plan up to `until_s`, which commits it.
     pub(super) fn tell(&mut self, until_s: f64) -> Option<Chunk<N>> {
         let (block, plan) = (self.blocks.get(0)?, &mut self.plan);
         let is_end = until_s >= plan.end_s;
@@ -91,7 +92,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         Some(chunk)
     }
 
-    /// At rest where it is.
+    /// Comes to rest at the current place.
     pub(super) fn rest(&mut self) {
         self.plan.is_made = false;
         self.settled = 0;
@@ -101,7 +102,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         }
     }
 
-    /// Goes over to the next block, with the speed of `exit`.
+    /// Goes on to the next block, at the squared speed `exit`.
     fn end_block(&mut self, exit: Square) {
         let Some(start) = self.blocks.get(0).map(|first| first.start) else { return };
         let is_expected = self.blocks.get(1).is_some_and(|next| next.flows && next.entry == exit);
@@ -124,8 +125,8 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         }
     }
 
-    /// Plans what is left of the first block from where it is on, or a part of that; or finds that nothing is left, or
-    /// that it rests, held.
+    /// Plans what is left of the first block, or a first stretch of it. If nothing is left, it ends the block instead;
+    /// if a hold has come to rest, it stays at rest.
     pub(super) fn replan(&mut self) {
         let Some(block) = self.blocks.get(0) else { return };
         let (speed_steps_s, accel_steps_s2) = self.motion(block);
@@ -147,17 +148,18 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         }
     }
 
-    /// Nothing of the first block is left that could be planned.
+    /// Whether too little of the first block is left to be planned.
     fn has_nothing_left(&self) -> bool {
-        // Of what has not begun all is left.
+        // All of a block that has not begun is left.
         self.place_steps > 0.0
             && self.blocks.get(0).is_none_or(|first| {
                 let left_steps = first.distance_steps - self.place_steps;
-                left_steps <= NOTHING_STEPS || left_steps <= NOTHING_SHARE * first.distance_steps
+                left_steps <= NOTHING_STEPS || left_steps <= NOTHING_RATIO * first.distance_steps
             })
     }
 
-    /// Slows down to the start speed, held, or to the top speed, if it is faster and there is room. True if it does.
+    /// Plans to slow down to the start speed in a hold, or else to the top speed, if it is faster than that and there
+    /// is room. Returns whether it does.
     fn slow_down(&mut self, speed_steps_s: f64, left_steps: f64, limits: &Limits) -> bool {
         let Some(first) = self.blocks.get(0) else { return false };
         let slow_steps_s = if self.is_held { limits.start_speed_steps_s } else { limits.top_speed_steps_s };
@@ -179,7 +181,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         has_room
     }
 
-    /// Goes on to the end of the block.
+    /// Plans to the end of the block.
     fn end(&mut self, speed_steps_s: f64, left_steps: f64, limits: &Limits) {
         let Some(first) = self.blocks.get(0) else { return };
         let exit = self.exit();
@@ -198,7 +200,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         self.begin(profile, true);
     }
 
-    /// How it moves where it is, steps/s and steps/s² of the longest axis.
+    /// Speed and acceleration at the current place, steps/s and steps/s² of the longest axis.
     fn motion(&self, block: &Block<N>) -> (f64, f64) {
         let plan = &self.plan;
         if !plan.is_made {
@@ -214,7 +216,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         self.config.scale.of_speed(speed_steps_s * block.mm_per_step)
     }
 
-    /// The first block is from now on what its plan has left of it.
+    /// Shortens the first block to what its plan has left of it.
     fn cut(&mut self, speed_steps_s: f64, left_steps: f64) {
         if !self.plan.is_made {
             return;
@@ -227,22 +229,23 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         self.forward(0);
     }
 
-    /// Where the first block is to end slower than its gain allows, it can if there is room, and if that is what was
-    /// `promised`. Else it does what was promised, if that is slower than by its gain: with a limited jerk it takes longer
-    /// to brake to a little more.
+    /// Lets the first block end slower than its delta v² allows. It can do so if there is room to brake, or if this end
+    /// speed is what was `promised`. Otherwise it ends at the promised speed, if that is still slower than its delta v²
+    /// allows. There may be room for the promised speed only, because with limited jerk, braking to a slightly higher
+    /// speed can take a longer distance.
     fn keep_promise(&mut self, promised: Square, speed_steps_s: f64, left_steps: f64) {
         let Some(first) = self.blocks.get(0) else { return };
-        let (request, lowest) = (self.exit_of(0, first), first.reach().1);
-        if request >= lowest {
+        let (exit_asked, lowest) = (self.exit_of(0, first), first.reach().1);
+        if exit_asked >= lowest {
             return;
         }
-        let has_room = request == promised || {
-            let wanted_steps_s = first.speed_steps_s(request, &self.config);
+        let has_room = exit_asked == promised || {
+            let asked_steps_s = first.speed_steps_s(exit_asked, &self.config);
             let limits = first.limits_now();
-            let braking = Profile::braking(speed_steps_s, wanted_steps_s, &limits, self.config.speed_law);
+            let braking = Profile::braking(speed_steps_s, asked_steps_s, &limits, self.config.speed_law);
             braking.distance_steps() <= left_steps
         };
-        let exit = if has_room { request } else { promised };
+        let exit = if has_room { exit_asked } else { promised };
         if exit >= lowest {
             return;
         }
@@ -255,7 +258,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         }
     }
 
-    /// Goes on by the second half of a ramp that is all jerk, which brings the acceleration to nothing.
+    /// Plans the second half of a ramp of jerk alone, which brings the acceleration to zero.
     fn ease(&mut self, speed_steps_s: f64, accel_steps_s2: f64, jerk_steps_s3: f64) {
         let profile = Profile::easing(speed_steps_s, accel_steps_s2, jerk_steps_s3);
         let half_s = profile.duration_s() / 2.0;
@@ -267,12 +270,12 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
             origin_steps: self.place_steps - profile.position_at(half_s),
             origin_s: self.at_s - half_s,
         };
-        // Nothing changes it; and it is no faster, and no further on, than the plan would be that it leaves.
+        // Nothing may change this plan. It is never faster, nor further along the path, than the plan that it replaces.
         (plan.end_s, plan.slows_s) = (plan.sync_move.end_s(), f64::NEG_INFINITY);
         (plan.ends_block, plan.is_stale, plan.kind) = (false, false, ChunkKind::Replan);
     }
 
-    /// Goes on by `profile` from where it is.
+    /// Makes `profile` the plan from the current place on.
     fn begin(&mut self, profile: Profile, ends_block: bool) {
         let Some(block) = self.blocks.get(0) else { return };
         let (place_steps, exit, origin_s) = (self.place_steps, self.exit(), self.at_s);

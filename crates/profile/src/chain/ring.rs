@@ -1,6 +1,6 @@
-//! A ring of values in the order in which they came, of which any can be looked at.
+//! A ring buffer that gives access to each of its values, in the order in which they came.
 
-/// At most `LEN` values, which is above 0.
+/// At most `LEN` values; `LEN` is above 0.
 #[derive(Clone, Debug)]
 pub(super) struct Ring<T, const LEN: usize> {
     places: [T; LEN],
@@ -9,7 +9,7 @@ pub(super) struct Ring<T, const LEN: usize> {
 }
 
 impl<T: Copy, const LEN: usize> Ring<T, LEN> {
-    /// Of none; `nothing` is where there is none.
+    /// An empty ring; `nothing` fills the empty places.
     pub(super) const fn new(nothing: T) -> Self {
         Self { places: [nothing; LEN], first: 0, len: 0 }
     }
@@ -22,7 +22,7 @@ impl<T: Copy, const LEN: usize> Ring<T, LEN> {
         self.len == LEN
     }
 
-    /// Counted from the first; `None` beyond the last.
+    /// The value with this index, counted from the first; `None` beyond the last.
     #[inline(always)]
     pub(super) fn get(&self, index: usize) -> Option<&T> {
         if index < self.len { self.places.get(Self::wrap(self.first + index)) } else { None }
@@ -37,7 +37,7 @@ impl<T: Copy, const LEN: usize> Ring<T, LEN> {
         self.get(self.len.checked_sub(1)?)
     }
 
-    /// Puts one behind the last; false if there is no room.
+    /// Appends a value; returns false if there is no room.
     pub(super) fn push(&mut self, value: T) -> bool {
         let has_room = !self.is_full();
         if has_room {
@@ -47,7 +47,7 @@ impl<T: Copy, const LEN: usize> Ring<T, LEN> {
         has_room
     }
 
-    /// Forgets the first.
+    /// Removes the first value.
     pub(super) fn pop(&mut self) {
         if self.len > 0 {
             self.first = Self::wrap(self.first + 1);
@@ -59,7 +59,7 @@ impl<T: Copy, const LEN: usize> Ring<T, LEN> {
         self.len = 0;
     }
 
-    /// No remainder: a Cortex-M0+ has no divider. `index` is below 2 `LEN`.
+    /// `index` modulo `LEN`, without a division, because a Cortex-M0+ has no divider. `index` is below 2 `LEN`.
     #[inline(always)]
     fn wrap(index: usize) -> usize {
         if index >= LEN { index - LEN } else { index }

@@ -1,4 +1,4 @@
-//! A plan in the ticks of the ports: what its axes have in common when they are compiled.
+//! A plan in ticks: what its axes have in common when they are compiled.
 
 use super::fixed_ramp::log2_of;
 use super::setup::{ConstantAccelRamp, Cruise};
@@ -6,8 +6,8 @@ use super::spans::SharedSpans;
 use super::{PhaseBounds, Stretch};
 use crate::profile::Profile;
 
-/// What the axes of a plan have in common when they are compiled, reckoned once: the plan in ticks, and the spans of its
-/// curved ramps, which the axis that comes to them first leaves for the others.
+/// What the axes of a plan have in common when they are compiled, computed once: the plan in ticks, and the spans of
+/// its curved ramps. The axis that needs a span first computes it and leaves it here for the others.
 #[derive(Clone, Debug)]
 pub struct Course {
     pub(super) frame: Frame,
@@ -18,39 +18,40 @@ pub struct Course {
 #[derive(Clone, Debug)]
 pub(super) struct Frame {
     pub(super) plan: Profile,
-    /// It is that of a whole move.
+    /// Whether it is the plan of a whole move.
     pub(super) is_whole: bool,
     pub(super) bounds: PhaseBounds,
     pub(super) tick_hz: f64,
-    /// log2 of that, 2^-16.
+    /// log2 of `tick_hz`, in units of 2^-16.
     pub(super) hz_log2: i32,
-    /// When the profile begins, and ends.
+    /// When the profile begins and ends.
     pub(super) begin_ticks: f64,
     pub(super) end_ticks: f64,
-    /// Its ramps, where they are at constant acceleration.
+    /// Its ramps, if they are at constant acceleration.
     pub(super) accel: Option<ConstantAccelRamp>,
     pub(super) decel: Option<ConstantAccelRamp>,
-    /// Its cruise, unless it is none but for rounding.
+    /// Its cruise, if that lasts any time.
     pub(super) cruise: Option<Cruise>,
-    /// Where its ramps are curved, how far it is at the first step of any axis, and how far it goes on after the last.
+    /// For curved ramps: how far the profile is at the first step of any axis, and how far it goes on after the last
+    /// step of any axis.
     pub(super) begin_steps: f64,
     pub(super) end_steps: f64,
 }
 
 impl Course {
-    /// Of no plan.
+    /// A course of no plan.
     #[must_use]
     pub const fn empty() -> Self {
         Self { frame: Frame::EMPTY, spans: SharedSpans::NONE }
     }
 
-    /// Goes over to a profile that begins at `begin_s` from the start of the run, in ticks of which a second has `tick_hz`.
+    /// Changes to a profile that begins at `begin_s` from the start of the run, in ticks of 1/`tick_hz` s.
     pub(crate) fn set(&mut self, plan: &Profile, is_whole: bool, begin_s: f64, tick_hz: u32) {
         self.frame = Frame::new(plan, is_whole, begin_s, tick_hz);
         self.spans.clear();
     }
 
-    /// Its spans are to have the steps of all these.
+    /// Makes its spans include the steps of all these stretches.
     pub(crate) fn set_reach(&mut self, stretches: impl Iterator<Item = Stretch>) {
         let (mut begin, mut end) = (f64::INFINITY, f64::INFINITY);
         for stretch in stretches {
@@ -63,7 +64,7 @@ impl Course {
         self.frame.is_whole
     }
 
-    /// Some of it is at an acceleration that changes.
+    /// Whether the acceleration changes within a ramp.
     pub(crate) fn is_curved(&self) -> bool {
         self.frame.plan.is_curved()
     }

@@ -10,54 +10,54 @@ use super::{BRIEF_S, FIT_ERROR_MAX_TICKS, fit_error_max_ticks};
 use crate::fixed::{TWO_TO_64, polynomial};
 use crate::segment::Segment;
 
-/// Instants are in units of 2^-24 tick, or coarser ones in a move too long for that.
+/// Instants are in units of 2^-24 tick, or in coarser ones if the move is too long for that.
 const POINT_MAX: u8 = 24;
-/// y is 1 beyond the span, where its last segment may reach: at this fraction of it.
+/// y is 1 at this multiple of the span's length, because the last segment may reach beyond the span.
 const UNIT_RATIO: f64 = 1.5;
-/// A span has at least so many segments, so that the last one does not reach far beyond it.
+/// A span has at least this many segments, so that the last one does not reach far beyond it.
 const SEGMENTS_MIN: u32 = 4;
-/// A quadratic over n steps deviates by t''' n³/(72 √3), t''' being the third derivative.
+/// A quadratic over n steps deviates by t''' n³/(72 √3), where t''' is the third derivative. This is 72 √3.
 const ERROR_DIVISOR: f64 = 124.707_658_144_959_16;
 
 /// The steps of a span.
 pub(super) struct StepRange {
-    /// The first.
+    /// The first step.
     pub(super) step: u32,
-    /// How many steps after the beginning of the span that is.
+    /// How many steps after the beginning of the span the first step is.
     pub(super) steps_after_begin: f64,
-    /// How many there are.
+    /// How many steps there are.
     pub(super) count: u32,
 }
 
-/// Instants of steps that count from `first`: t = Σ c_i y^i.
+/// The instants of steps, t = Σ c_i y^i. Steps count from `first`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Curve {
-    /// Units of 2^-point tick.
+    /// In units of 2^-`point` tick.
     coefficients: [i64; TERMS],
     point: u8,
     /// log2 of the steps that a segment holds.
     length: u8,
     first: u32,
-    /// y of the first step, 2^-64.
+    /// y of the first step, in units of 2^-64.
     begin: u64,
-    /// From one step's y to the next one's.
+    /// The difference of y from one step to the next, in units of 2^-64.
     per_step: u64,
 }
 
 impl Curve {
-    /// No steps.
+    /// A curve of no steps.
     pub(super) fn empty() -> Self {
         Self { coefficients: [0; TERMS], point: 0, length: 0, first: 0, begin: 0, per_step: 0 }
     }
 
-    /// Of the steps of `range`. If `is_backwards`, times are counted back from the end of the move.
+    /// The instants of the steps of `range`. If `is_backwards`, times are counted back from the end of the move.
     pub(super) fn new(hermite: &Hermite, view: View, is_backwards: bool, range: StepRange) -> Self {
         let point = view.point().min(POINT_MAX);
         let unit_hz = f64::from(1u32 << point);
         let View { frame, stretch } = view;
         let mut factor = if is_backwards { -frame.tick_hz * unit_hz } else { frame.tick_hz * unit_hz };
         let mut coefficients = hermite.coefficients.map(|coefficient| {
-            // Rounded either way: a unit is far less than what a polynomial deviates.
+            // The direction of rounding does not matter, because a unit is far less than the deviation of a polynomial.
             let fixed = (coefficient * factor) as i64;
             factor *= UNIT_RATIO;
             fixed
@@ -75,7 +75,7 @@ impl Curve {
         }
     }
 
-    /// The segment that begins at `step`, the first of `left` that are left.
+    /// The segment that begins at `step`, which is the first of `left` steps that are left.
     pub(super) fn segment(&self, step: u32, left: u32) -> Segment {
         let first = self.instant(step);
         let mut fit = Quadratic { point: self.point.into(), length: self.length.into(), first, rise: 0, bend: 0 };
@@ -89,7 +89,7 @@ impl Curve {
             let half_rise = self.instant(step.wrapping_add(n / 2)).wrapping_sub(first);
             fit.bend = fit.rise.wrapping_sub(half_rise).wrapping_sub(half_rise) as i64;
         }
-        // The step at the far end is on the quadratic too.
+        // The step at the far end lies on the quadratic, too.
         fit.segment(if left.wrapping_sub(1) <= n { left } else { n })
     }
 
@@ -105,13 +105,13 @@ fn length(hermite: &Hermite, view: View, count: u32) -> u8 {
     let steps = hermite.steps.abs() / view.stretch.stride;
     let per_step = tick_hz / steps;
     let bend = hermite.third_derivative_max() * per_step / (steps * steps * ERROR_DIVISOR);
-    // log2 n of the most steps n with n³ bend <= E.
+    // log2 n for the largest n, a power of two, with n³ bend <= E.
     let held = |error_ticks: f64| (exponent(error_ticks / bend)).div_euclid(3);
     let strict = held(FIT_ERROR_MAX_TICKS - ERROR_MAX_TICKS);
     let loose = held(fit_error_max_ticks(tick_hz as u32) - ERROR_MAX_TICKS);
-    // A segment that is brief may double.
+    // A brief segment may become up to twice as long.
     let brief = exponent(BRIEF_S * tick_hz / (hermite.slope_max() * per_step)) + 1;
-    // Three steps always have a quadratic.
+    // There is always a quadratic through three steps.
     let most = exponent(f64::from(count / SEGMENTS_MIN)).min(LENGTH_MAX as i32);
     strict.max(loose.min(brief)).max(1).min(most).max(0) as u8
 }

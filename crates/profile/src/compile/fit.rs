@@ -18,21 +18,21 @@ pub(super) struct Quadratic {
 }
 
 impl Quadratic {
-    /// Whether it spans more than a segment may, to the precision of 2^32 units.
+    /// Whether it lasts longer than a segment may, to a precision of 2^32 units.
     pub(super) fn is_too_long(&self) -> bool {
         (self.rise >> 32) as u32 >= SPAN_MAX_TICKS.wrapping_shr(32 - self.point)
     }
 
-    /// The first `steps` of it.
+    /// The segment of its first `steps` steps.
     pub(super) fn segment(&self, steps: u32) -> Segment {
-        // To units of 2^-32 tick.
+        // The shift that converts to units of 2^-32 tick.
         let shift = 32 - self.point;
         let half_tick = (1u32 << 31).wrapping_shr(shift);
         let first = self.first.wrapping_add(half_tick.into());
         let (upper, lower) = ((first >> 32) as u32, first as u32);
         let first_ticks = u64::from(joined(0, upper, shift)) << 32 | u64::from(joined(upper, lower, shift));
         let fraction = lower.wrapping_shl(shift);
-        // t(j + 1) - t(j) grows by 4 bend/n² a step, by growth n (n - 1)/2 in n.
+        // t(j + 1) - t(j) grows by 4 bend/n² a step, which adds growth n (n - 1)/2 over n steps.
         let growth = right_signed(left(self.bend as u64, shift) as i64, (2 * self.length).saturating_sub(2));
         let grown = (left(growth as u64, self.length) as i64).wrapping_sub(growth) >> 1;
         let interval = right(left(self.rise, shift), self.length).wrapping_sub(grown as u64);

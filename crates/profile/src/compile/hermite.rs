@@ -1,4 +1,4 @@
-//! Hermite's polynomial of the seventh degree: the time over the displacement between two states of a ramp.
+//! Hermite's polynomial of the seventh degree: the time as a function of the displacement between two states of a ramp.
 
 use libm::fabs;
 
@@ -7,33 +7,33 @@ use crate::ramp::State;
 /// t = Σ c_i z^i, with z from 0 at one state to 1 at the other.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Hermite {
-    /// s.
+    /// In s.
     pub(super) coefficients: [f64; TERMS],
     /// Where z is 0, steps.
     pub(super) begin_steps: f64,
-    /// What z counts, steps; below 0 if it counts backwards.
+    /// The displacement from z = 0 to z = 1, steps; negative if it goes backwards.
     pub(super) steps: f64,
 }
 
-/// A quarter of a span beyond its end is reached at most.
+/// The last segment reaches beyond the end of a span by a quarter of the span at most. This z is halfway there.
 const REACH_MIDDLE: f64 = 1.125;
 
-/// Of the polynomial.
+/// Number of terms of the polynomial.
 pub(super) const TERMS: usize = 8;
 
-/// A state and its jerk, steps/s³, inside the span: at a corner of the ramp it has two.
+/// A state and its jerk, steps/s³. At a corner of the ramp there are two jerks; this is the one inside the span.
 pub(super) type End<'a> = (&'a State, f64);
 
 impl Hermite {
-    /// Of no span.
+    /// The polynomial of no span.
     pub(super) const NONE: Self = Self { coefficients: [0.0; TERMS], begin_steps: 0.0, steps: 0.0 };
 
-    /// With the time and its first three derivatives over the displacement at both ends.
+    /// The polynomial that has the time and its first three derivatives by the displacement at both ends.
     pub(super) fn between(begin: End, end: End) -> Self {
         let steps = end.0.steps - begin.0.steps;
         let ([slope, bend, twist], [end_slope, end_bend, end_twist]) =
             (derivatives(begin, steps), derivatives(end, steps));
-        // What the end has beyond the first four config.
+        // What the values at the end exceed the first four terms by.
         let value = end.0.t_s - begin.0.t_s - slope - bend / 2.0 - twist / 6.0;
         let more_slope = end_slope - slope - bend - twist / 2.0;
         let more_bend = (end_bend - bend - twist) / 2.0;
@@ -51,10 +51,11 @@ impl Hermite {
         Self { coefficients, begin_steps: begin.0.steps, steps }
     }
 
-    /// How far it deviates from a ramp at most, s, if `middle` is the ramp's state about midway.
+    /// How far it deviates from a ramp at most, s. `middle` is the ramp's state about midway.
     ///
-    /// It deviates by (z - z²)⁴ d⁸t/dz⁸/8!. If the eighth derivative is even about the middle, that is most there; if it is
-    /// odd, nothing there, but its slope tells: the most is 0.10 of that.
+    /// It deviates by (z - z²)⁴ d⁸t/dz⁸/8!. If the eighth derivative is an even function about the middle, the
+    /// deviation is largest there. If it is an odd function, the deviation is zero there, but its slope shows how large
+    /// it is: at most 0.10 of the slope.
     pub(super) fn error_s(&self, middle: &State) -> f64 {
         let z = (middle.steps - self.begin_steps) / self.steps;
         let (mut time_s, mut slope) = (0.0, 0.0);
@@ -65,14 +66,14 @@ impl Hermite {
         fabs(time_s - middle.t_s) + fabs(slope - self.steps / middle.speed_steps_s) / 8.0
     }
 
-    /// The greater dt/dz of the ends, without its sign.
+    /// The larger absolute dt/dz of both ends.
     pub(super) fn slope_max(&self) -> f64 {
         let [_, c1, c2, c3, c4, c5, c6, c7] = self.coefficients;
         fabs(c1).max(fabs(c1 + 2.0 * c2 + 3.0 * c3 + 4.0 * c4 + 5.0 * c5 + 6.0 * c6 + 7.0 * c7))
     }
 
-    /// The greatest d³t/dz³ of the beginning, the middle, and of half of how far the last segment reaches beyond the end,
-    /// without its sign. Over a span it changes little beside.
+    /// The largest absolute d³t/dz³ of three places: the beginning, the middle, and halfway to where the last segment
+    /// may reach beyond the end. Otherwise it changes little over a span.
     pub(super) fn third_derivative_max(&self) -> f64 {
         let [.., c3, c4, c5, c6, c7] = self.coefficients;
         let at = |z: f64| fabs(6.0 * c3 + z * (24.0 * c4 + z * (60.0 * c5 + z * (120.0 * c6 + z * (210.0 * c7)))));
@@ -80,7 +81,7 @@ impl Hermite {
     }
 }
 
-/// dt/dz, d²t/dz² and d³t/dz³: with z = x/h, h/v, -h² a/v³ and h³ (3 a²/v⁵ - j/v⁴).
+/// dt/dz, d²t/dz² and d³t/dz³. With z = x/h they are h/v, -h² a/v³ and h³ (3 a²/v⁵ - j/v⁴).
 fn derivatives((state, jerk_steps_s3): End, steps: f64) -> [f64; 3] {
     let per_speed = 1.0 / state.speed_steps_s;
     let slope = steps * per_speed;

@@ -1,4 +1,4 @@
-//! A phase of a move as one axis sees it: when its steps are due, and how many of them make a segment.
+//! A phase of a move for one axis: when its steps are due, and how many of them make a segment.
 
 use super::fit::Quadratic;
 use super::fixed_ramp::{FixedRamp, Knot};
@@ -10,17 +10,17 @@ use crate::segment::Segment;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Phase {
     pub(super) law: Law,
-    /// What the law's times are added to, or, backwards, subtracted from.
+    /// The instant to which the law's times are added, or from which they are subtracted if `backwards`.
     pub(super) origin: u64,
     /// The step after its last.
     pub(super) end: u32,
     /// The law goes on smoothly to this step, which may be beyond the phase.
     pub(super) reach: u32,
-    /// Decelerating: the law's times count back from the end of the move, its steps from `reach`.
+    /// Whether it decelerates: then the law's times count back from the end of the move, and its steps from `reach`.
     pub(super) backwards: bool,
-    /// Instants are in units of 2^-point tick; 32 at most, less for a move too long for that.
+    /// Instants are in units of 2^-`point` tick. It is 32, or less if the move is too long for that.
     pub(super) point: u8,
-    /// A segment holds 2^length steps, or those left.
+    /// A segment holds 2^`length` steps, or all that are left if they are fewer.
     pub(super) length: u8,
 }
 
@@ -31,7 +31,7 @@ pub(super) enum Law {
     ConstantSpeed(Line),
     /// At constant acceleration.
     Ramp(FixedRamp),
-    /// At an acceleration too small to tell from none by the root's formula.
+    /// At an acceleration so small that the formula with the root would lose it.
     SmallAccel(SmallAccel),
 }
 
@@ -50,8 +50,8 @@ impl Phase {
         Knot { instant, level }
     }
 
-    /// The segment that begins at the step with the number `step`, and the step after it, if it is known and not after
-    /// the phase's end. `first` is the step itself, if known.
+    /// The segment that begins at the step with the number `step`, and the step after that segment, if it is known.
+    /// `first` is the step itself, if known.
     pub(super) fn segment(&mut self, step: u32, first: Option<Knot>) -> (Segment, Option<Knot>) {
         let first = first.unwrap_or_else(|| self.knot(step));
         let left = self.end.wrapping_sub(step);

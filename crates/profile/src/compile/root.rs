@@ -6,9 +6,9 @@ use crate::root::root_of_mantissa;
 /// A number's root and logarithm.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Root {
-    /// √(2^32 x); at most 2^-54 of it too small.
+    /// √(2^32 x), at most 2^-54 of it too small.
     pub(super) root: u64,
-    /// log2 x in units of 2^-16; at most [`LOG2_SHORT_MAX`] too small.
+    /// log2 x in units of 2^-16, at most [`LOG2_SHORT_MAX`] too small.
     pub(super) log2: i32,
 }
 
@@ -16,7 +16,7 @@ pub(super) struct Root {
 pub(super) const LOG2_SHORT_MAX: i32 = 5_702;
 
 impl Root {
-    /// Of `x`, which is above 0.
+    /// The root and the logarithm of `x`, which is above 0.
     #[inline(always)]
     pub(super) fn of(x: U96) -> Self {
         let (zeros, mantissa) = x.normalised();
@@ -27,12 +27,12 @@ impl Root {
     }
 }
 
-/// By the bits of the number itself: log2(1 + f) is f at least and f + 0.087 at most (Mitchell 1962).
+/// log2 from the bits of the number itself: log2(1 + f) is at least f and at most f + 0.087 (Mitchell 1962).
 #[inline(always)]
 fn mitchell(zeros: u32, mantissa: u64) -> i32 {
     let leading = (mantissa >> 32) as u32;
     let odd = (leading >> 31) ^ 1;
-    // The first bit, which is 1, adds the one that 94 lacks.
+    // 94 is one too small; the first bit, which is 1, adds the missing one.
     ((94 - zeros as i32 - odd as i32) << 16) + (leading << odd >> 15) as i32
 }
 

@@ -1,4 +1,4 @@
-//! What a phase needs to know, out of the plan's floats, once a phase; what the axes have in common, once a chunk.
+//! Takes from the plan's floats what a phase needs, once a phase, and what the axes have in common, once a chunk.
 
 use super::course::Frame;
 use super::fixed_ramp::{FixedRamp, LENGTH_MAX, log2_of};
@@ -12,12 +12,13 @@ use crate::ramp::Ramp as SpeedRamp;
 
 /// Steps have numbers below this.
 const STEPS_END: u32 = 1 << 31;
-/// A segment's interval is rounded to 2^-32 tick: 2^-10 tick over so many steps, log2.
+/// log2 of the steps of the longest segment of a cruise. Its interval is rounded to 2^-32 tick, which makes 2^-10 tick
+/// over this many steps.
 const CRUISE_LENGTH_MAX: u32 = 22;
-/// log2 of the lead from which on a ramp is [`SmallAccel`], ticks: 13 days at 125 MHz.
+/// log2 of the lead, ticks, from which on a ramp is a [`SmallAccel`]: 13 days at 125 MHz.
 const SMALL_ACCEL_LEAD_LOG2: i32 = 47;
 
-/// An axis of a plan: its steps count from 0, its instants from the start of the run.
+/// An axis of a plan. Its steps count from 0, its instants from the start of the run.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct View<'a> {
     pub(super) frame: &'a Frame,
@@ -31,9 +32,9 @@ pub(super) struct ConstantAccelRamp {
     pub(super) accel_steps_s2: f64,
     /// f/a.
     ticks_per_speed: f64,
-    /// How long it takes from standstill to the ramp's slow end at the ramp's acceleration: C = f v/a.
+    /// The time from standstill to the ramp's slow end at the ramp's acceleration: C = f v/a.
     lead_ticks: f64,
-    /// What half a step adds to the time from standstill squared: B/2 = f²/a.
+    /// What half a step adds to the square of the time from standstill: B/2 = f²/a.
     slope_ticks2: f64,
 }
 
@@ -41,11 +42,11 @@ pub(super) struct ConstantAccelRamp {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Cruise {
     ticks_per_step: f64,
-    /// When the profile would have begun at that speed.
+    /// When the profile would have begun if all of it were at that speed.
     start_ticks: f64,
 }
 
-/// A ramp in an axis's steps and ticks.
+/// A ramp in ticks and in the steps of one axis.
 struct AxisRamp {
     /// C.
     lead_ticks: f64,
@@ -54,13 +55,13 @@ struct AxisRamp {
 }
 
 impl Phase {
-    /// No steps.
+    /// A phase of no steps.
     pub(super) fn empty() -> Self {
         let line = Line { start: U96::default(), slope: U96::default() };
         Self { law: Law::ConstantSpeed(line), origin: 0, end: 0, reach: 0, backwards: false, point: 0, length: 0 }
     }
 
-    /// Accelerates from the first step to the one before `end`.
+    /// A phase that accelerates from the first step to the one before `end`.
     pub(super) fn accelerating(ramp: &ConstantAccelRamp, view: View, end: u32) -> Self {
         let (frame, more) = (view.frame, -2.0 * view.stretch.ahead);
         let axis_ramp = view.axis_ramp(ramp);
@@ -84,15 +85,16 @@ impl Phase {
         Self { law, origin, end, reach, backwards: false, point, length: 0 }
     }
 
-    /// Keeps its speed up to the step before `end`.
+    /// A phase that keeps its speed up to the step before `end`.
     pub(super) fn cruising(view: View, end: u32) -> Self {
         let View { frame, stretch } = view;
         let cruise = frame.cruise.unwrap_or_else(|| Cruise::of(&frame.plan, frame.begin_ticks, frame.tick_hz));
         let period_ticks = cruise.ticks_per_step * stretch.stride;
         let start_ticks = cruise.start_ticks - period_ticks * stretch.ahead;
         let point = view.point();
-        // The first 64 of the 96 bits are the instant; a half step is half a period.
-        // Where the profile is ahead of the first step, the line begins a little before the run; modulo 2^96, as lines are.
+        // The first 64 of the 96 bits are the instant; a half step takes half a period. If the profile begins less than
+        // half a step before the first step, the line may begin a little before the run. That is negative, and taken
+        // modulo 2^96, as all lines are.
         let before = fixed((-start_ticks).max(0.0), i32::from(point) + 32);
         let start = U96::new(fixed(start_ticks.max(0.0), i32::from(point) + 32).wrapping_sub(before));
         let slope = U96::new(fixed(period_ticks, i32::from(point) + 31));
@@ -101,7 +103,7 @@ impl Phase {
         Self { law, origin: 0, end, reach: beyond(end, length), backwards: false, point, length: length as u8 }
     }
 
-    /// Decelerates to the last of the axis's steps, the one before `end`.
+    /// A phase that decelerates to the last of the axis's steps, the one before `end`.
     pub(super) fn decelerating(ramp: &ConstantAccelRamp, view: View, end: u32) -> Self {
         let (frame, more) = (view.frame, 2.0 * view.stretch.beyond);
         let axis_ramp = view.axis_ramp(ramp);
@@ -127,7 +129,8 @@ impl Phase {
 }
 
 impl ConstantAccelRamp {
-    /// `None` if its acceleration changes, or it is none. `other` may be at the same acceleration.
+    /// `None` if its acceleration changes, or if it is no ramp. `other` saves a division if it has the same
+    /// acceleration.
     pub(super) fn of(ramp: &SpeedRamp, tick_hz: f64, other: Option<&Self>) -> Option<Self> {
         let (slow_steps_s, accel_steps_s2) = (ramp.slow_steps_s(), ramp.constant_accel_steps_s2()?);
         if ramp.duration_s() <= NO_RAMP_S {
@@ -154,7 +157,7 @@ impl Cruise {
 }
 
 impl View<'_> {
-    /// For instants of the run.
+    /// The point for instants of the run.
     pub(super) fn point(&self) -> u8 {
         point_for(exponent(self.frame.end_ticks))
     }
@@ -169,34 +172,38 @@ impl AxisRamp {
         exponent(self.lead_ticks) >= SMALL_ACCEL_LEAD_LOG2
     }
 
-    /// In units of 2^-`point` tick.
+    /// The lead, in units of 2^-`point` tick.
     fn lead(&self, point: u8) -> u64 {
         short_fixed(self.lead_ticks, point)
     }
 
-    /// In units of radicands whose roots are in units of 2^-`point` tick: a root has 32 bits more than half of theirs.
+    /// The slope, in units of a radicand whose root is in units of 2^-`point` tick. The root is that of 2^32 times the
+    /// radicand, so the radicand has 2 `point` - 32 digits after its point.
     fn slope(&self, point: u8) -> u128 {
         fixed(self.slope_ticks2, 2 * i32::from(point) - 32)
     }
 
-    /// What a radicand of that slope begins with that would with `square`, if the first of its half steps were `more` longer.
+    /// The start of a radicand with this slope. It would be `square`, but the first half step is `more` half steps
+    /// longer.
     fn start(&self, point: u8, (square, slope): (u128, u128), more: f64) -> u128 {
         if more == 0.0 {
             return square;
         }
-        // So the first half step's radicand is never below the square, whatever rounding does.
+        // Computed in this order, the radicand of the first half step is never below the square, whatever rounding
+        // does.
         let first = fixed(self.slope_ticks2 * (1.0 + more).max(2.0 * NEAREST_STEPS), 2 * i32::from(point) - 32);
         // Modulo 2^96, as lines are.
         square.wrapping_add(first).wrapping_sub(slope)
     }
 
     fn ramp(&self, radicand: Line, point: u8, hz_log2: i32) -> FixedRamp {
-        // In the radicand's units.
+        // The slope in the radicand's units.
         let slope_log2 = log2_of(self.slope_ticks2) + ((2 * i32::from(point) - 32) << 16);
         FixedRamp::new(radicand, slope_log2, point, hz_log2)
     }
 
-    /// At least log2 of the time from standstill to the step `reach`, ticks, rounded down.
+    /// log2 of the time from standstill to the step `reach`, ticks, rounded down. It may be too large, but not too
+    /// small.
     fn exponent_at(&self, reach: u32) -> i32 {
         // 2 reach + 1 half steps are less than 2^(reach_log2 + 1).
         let reach_log2 = 32 - reach.leading_zeros() as i32;
@@ -205,16 +212,16 @@ impl AxisRamp {
         squares[0].max(squares[1]).div_euclid(2)
     }
 
-    /// log2 of the steps that the ramp would still make before standstill, or of fewer; `None` if there are none.
+    /// log2 of how many steps, or fewer, the ramp would still have before standstill; `None` if there are none.
     fn spare_steps_log2(&self) -> Option<u32> {
-        // At most C²/B, by the numbers' exponents.
+        // At most C²/B, computed from the exponents of both.
         let log2 = 2 * exponent(self.lead_ticks) - exponent(self.slope_ticks2) - 2;
         if log2 < 0 { None } else { Some(log2.min(LENGTH_MAX as i32) as u32) }
     }
 }
 
-/// The law, its point, and the length of its segments, over which a quadratic deviates by 2^-6 tick at most. Its first half
-/// step is `more` longer.
+/// The law of a ramp that hardly accelerates, its point, and log2 of the steps of its segments, over which a quadratic
+/// deviates by 2^-6 tick at most. Its first half step is `more` half steps longer.
 fn small_accel(ramp: &ConstantAccelRamp, view: View, more: f64) -> (Law, u8, u32) {
     let point = view.point();
     let (tick_hz, stride) = (view.frame.tick_hz, view.stretch.stride);
@@ -226,17 +233,18 @@ fn small_accel(ramp: &ConstantAccelRamp, view: View, more: f64) -> (Law, u8, u32
     )
 }
 
-/// log2 of how many periods at least are less than 2^31 ticks, `max` at most; 0 also if one is not.
+/// log2 of a number of periods that last less than 2^31 ticks together, `max` at most. It is 0 even if one period lasts
+/// longer.
 fn length_held(period_ticks: f64, max: u32) -> u32 {
     (30 - exponent(period_ticks)).clamp(0, max as i32) as u32
 }
 
-/// How far a segment can reach that begins before `end`.
+/// The last step that a segment of 2^`length` steps can reach if it begins before `end`.
 fn beyond(end: u32, length: u32) -> u32 {
     (end - 1).saturating_add(1 << length).min(STEPS_END - 1)
 }
 
-/// The point of the finest units of which 63 bits hold ticks below 2^(`exponent` + 1).
+/// The point of the finest units in which 63 bits hold ticks below 2^(`exponent` + 1).
 fn point_for(exponent: i32) -> u8 {
     (62 - exponent).clamp(1, 32) as u8
 }

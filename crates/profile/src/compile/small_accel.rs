@@ -3,34 +3,34 @@
 use super::NEAREST_STEPS;
 use super::setup::ConstantAccelRamp;
 use super::u96::fixed;
-use crate::ramp::even_time_s;
+use crate::ramp::constant_accel_time_s;
 
-/// Where the acceleration is so small beside the speed that √(C² + B x) - C would lose its digits, or there is none: in
-/// floats, by a formula in which nothing cancels. It is slow, and its segments are long.
+/// A ramp whose acceleration is zero, or so small beside the speed that √(C² + B x) - C would lose its digits. Its
+/// times are computed in floats, by a formula in which nothing cancels. That is slow, but its segments are long.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SmallAccel {
     slow_steps_s: f64,
     accel_steps_s2: f64,
-    /// Half a step of the axis, in steps of the master.
+    /// Half a step of the axis, in steps of the longest axis.
     half_step: f64,
-    /// By how many half steps the first is longer.
+    /// By how many half steps the first half step is longer.
     more: f64,
     tick_hz: f64,
     point: u8,
 }
 
 impl SmallAccel {
-    /// Of an axis that makes a step per `stride` steps of the master, ticks/s, in units of 2^-`point` tick.
-    /// The first half step is `more` longer.
+    /// For an axis that makes a step per `stride` steps of the longest axis. `tick_hz` is in ticks/s; times are in
+    /// units of 2^-`point` tick. The first half step is `more` half steps longer.
     pub(super) fn new(ramp: &ConstantAccelRamp, stride: f64, more: f64, tick_hz: f64, point: u8) -> Self {
         let ConstantAccelRamp { slow_steps_s, accel_steps_s2, .. } = *ramp;
         Self { slow_steps_s, accel_steps_s2, half_step: stride / 2.0, more, tick_hz, point }
     }
 
-    /// How long `half_steps` take from the slow end, in units of 2^-point tick.
+    /// The time that `half_steps` take from the slow end, in units of 2^-`point` tick.
     pub(super) fn time(&self, half_steps: u32) -> u64 {
         let steps = (f64::from(half_steps) + self.more).max(2.0 * NEAREST_STEPS) * self.half_step;
-        let time_s = even_time_s(steps, self.slow_steps_s, self.accel_steps_s2);
+        let time_s = constant_accel_time_s(steps, self.slow_steps_s, self.accel_steps_s2);
         fixed(time_s * self.tick_hz, self.point.into()) as u64
     }
 }

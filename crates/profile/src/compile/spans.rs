@@ -1,15 +1,16 @@
 //! A ramp whose acceleration changes, as spans of polynomials.
 //!
-//! No law is inverted for a segment. A span reaches from one state of the ramp to another; each state is a time, a
-//! displacement, a speed, an acceleration and a jerk in closed form, and over the span the time is the polynomial in the
-//! displacement that has all of these at both ends. The state midway tells how far the polynomial deviates, and so how long
-//! the span, if that is too far, or the next one should be. The ramp's corners, where the jerk jumps, end a span too. So a
-//! state is as near to the law as floats are, and nothing accumulates.
+//! A segment does not need the inverse of a law. A span reaches from one state of the ramp to another. Each state has a
+//! time, a displacement, a speed, an acceleration and a jerk in closed form. Over the span, the time is the polynomial
+//! in the displacement that has all of these at both ends. The state midway shows how far the polynomial deviates. From
+//! this follows how long the span should be if it deviates too far, and how long the next one should be. A span also
+//! ends at each of the ramp's corners, where the jerk jumps. So a state is as near to the law as floats are, and no
+//! error accumulates.
 //!
-//! The spans are those of the plan, the same for each of its axes. The axis that comes to one first reckons it and leaves it
-//! in [`SharedSpans`]; an axis that does not find it there any more reckons it anew, from the one before.
+//! The spans belong to the plan and are the same for each of its axes. The axis that needs a span first computes it and
+//! leaves it in [`SharedSpans`]. An axis that does not find it there any more computes it again, from the one before.
 //!
-//! Segments come from the polynomial in fixed point ([`Curve`]), which is the axis's own.
+//! Segments are computed from the polynomial in fixed point ([`Curve`]). Each axis has its own curve.
 
 use super::course::{Course, Frame};
 use super::curve::{Curve, StepRange};
@@ -22,35 +23,39 @@ use crate::segment::Segment;
 
 /// How far a polynomial may deviate from the law, ticks: a quarter of what a segment may.
 pub(super) const ERROR_MAX_TICKS: f64 = 1.0 / 32.0;
-/// A span tried aims at this fraction of the longest: the next that fails costs as much.
+/// A span aims at this fraction of the longest possible one, because one that deviates too far costs as much as one
+/// that does not.
 const SAFE_RATIO: f64 = 0.9;
-/// It is not less than this fraction of the one tried before,
+/// A span is tried with at least this ratio of the one tried before.
 const RATIO_MIN: f64 = 0.1;
-/// nor more than this one.
+/// A span is tried with at most this ratio of the one tried before.
 const RATIO_MAX: f64 = 4.0;
 /// Longest span, ticks: half of what a segment may last.
 const SPAN_MAX_TICKS: f64 = 1_073_741_824.0;
-/// What the laws' floats may lose of a time, as a fraction of it: 2^-48.
+/// What rounding may change in a time that a law computes in floats, as a fraction of it: 2^-48.
 const ROUNDING: f64 = 3.552_713_678_800_501e-15;
-/// At first, the fraction of the ramp that a span tries at most.
+/// The fraction of the ramp that the first span tries at most.
 const FIRST_RATIO: f64 = 1.0 / 16.0;
-/// And of that over which the speed would double, which is what is right near standstill.
+/// The fraction of the range over which the speed would double that the first span tries at most. It is the limit near
+/// standstill.
 const DOUBLING_RATIO: f64 = 0.18;
-/// Spans begin and end a little nearer to standstill than the first and last step: at this fraction of their way.
+/// Spans begin and end a little nearer to standstill than the first and last step: at this fraction of the
+/// displacement.
 const BEFORE_STEP: f64 = 0.98;
-/// Shorter spans, as fractions of the ramp, are not tried: only rounding would be left to see.
+/// The shortest span that is divided further, as a fraction of the ramp. The deviation of a shorter one is only
+/// rounding.
 const REACH_RATIO_MIN: f64 = 1e-12;
 
-/// As many spans are kept for other axes: near standstill a slow axis makes no step over several.
+/// How many spans are kept for other axes. Near standstill a slow axis has no step over several spans.
 const SHARED: usize = 8;
 
 /// One axis on the spans of a ramp.
 #[derive(Clone, Debug)]
 pub(super) struct Spans {
     is_backwards: bool,
-    /// How many spans it has come over.
+    /// How many spans it has come to.
     count: u32,
-    /// Where the last of them ends; where the first begins.
+    /// Where the last of them ends. Before the first one, it is where that begins.
     reached: Reached,
     curve: Curve,
     /// The step after the span's last.
@@ -59,11 +64,11 @@ pub(super) struct Spans {
     end: u32,
 }
 
-/// The last spans that were reckoned of a plan.
+/// The spans of a plan that were computed last.
 #[derive(Clone, Debug)]
 pub(super) struct SharedSpans {
     spans: [Span; SHARED],
-    /// How many have been reckoned.
+    /// How many have been computed.
     count: usize,
 }
 
@@ -72,7 +77,7 @@ pub(super) struct SharedSpans {
 struct Span {
     hermite: Hermite,
     end: Reached,
-    /// Its number on its ramp, and which that is.
+    /// Its number on its ramp, and which ramp that is.
     number: u32,
     is_backwards: bool,
 }
@@ -80,17 +85,18 @@ struct Span {
 /// How far the spans have come on a ramp.
 #[derive(Clone, Copy, Debug)]
 struct Reached {
-    /// The path's parameter and the ramp's state.
+    /// The parameter of the path and the state of the ramp at that place.
     parameter: f64,
     state: State,
-    /// How far the next span tries to reach, of the parameter.
+    /// How far the next span tries to reach, in units of the parameter.
     reach: f64,
-    /// Where the last span ends.
+    /// The parameter where the last span of the ramp ends.
     last: f64,
 }
 
-/// A ramp, from its slow to its fast end or backwards. Its parameter is what the law is over, time or displacement,
-/// from where the path begins. Its states are the ramp's, counted from the slow end: nothing cancels near standstill.
+/// A ramp from its slow to its fast end, or backwards. Its parameter is that of the law, time or displacement, counted
+/// from where the path begins. Its states are the ramp's, counted from the slow end, so that nothing cancels near
+/// standstill.
 #[derive(Clone, Copy, Debug)]
 struct Path<'a> {
     ramp: &'a Ramp,
@@ -130,9 +136,10 @@ impl Reached {
 }
 
 impl Spans {
-    /// Over the steps from `begin` on, before `end`: accelerating, or, if `is_backwards`, decelerating.
+    /// The spans over the steps from `begin` to the one before `end`: those of the accelerating ramp, or, if
+    /// `is_backwards`, of the decelerating one.
     pub(super) fn new(course: &mut Course, is_backwards: bool, (begin, end): (u32, u32)) -> Self {
-        // The first is where another axis finds where it begins, too.
+        // Span 0 has no polynomial. It is kept so that other axes find where the first span begins.
         let reached = match course.spans.find(is_backwards, 0) {
             Some(none) => none.end,
             None => {
@@ -152,7 +159,7 @@ impl Spans {
         self.curve.segment(step, self.curve_end.wrapping_sub(step))
     }
 
-    /// Goes on to a span whose first step, if it has any, is `step`.
+    /// Goes on to the next span. Its first step, if it has any, is `step`.
     #[inline(never)]
     fn next_span(&mut self, step: u32, stretch: &Stretch, course: &mut Course) {
         self.count += 1;
@@ -189,7 +196,7 @@ impl Spans {
         }
     }
 
-    /// How many steps after the span's beginning `step` is due; rounding may leave it a little before.
+    /// How many steps after the span's beginning `step` is due. If rounding puts it a little before, that is 0.
     fn steps_after(&self, hermite: &Hermite, step: u32, stretch: &Stretch) -> f64 {
         let begin = hermite.begin_steps / stretch.stride;
         let after = if self.is_backwards {
@@ -201,11 +208,11 @@ impl Spans {
     }
 }
 
-/// By what fraction longer a span should be that deviates by `deviate` of what is allowed: over twice as long a polynomial
-/// deviates 2^8 times as much.
-fn better_ratio(stray: f64) -> f64 {
-    let ratio = SAFE_RATIO / rough_root(stray, 8);
-    // Not `clamp`: its panic would print floats, for which the chip has no room.
+/// The ratio by which the length of a span should change if it deviates by `error_ratio` of what is allowed. A polynomial
+/// over twice the length deviates 2^8 times as much.
+fn better_ratio(error_ratio: f64) -> f64 {
+    let ratio = SAFE_RATIO / rough_root(error_ratio, 8);
+    // `clamp` is not used, because its panic would print floats, for which the chip has no room.
     if ratio < RATIO_MIN { RATIO_MIN } else { ratio.min(RATIO_MAX) }
 }
 
@@ -230,7 +237,7 @@ impl Path<'_> {
         Reached { parameter: first, state, reach, last }
     }
 
-    /// Goes on by as much as a polynomial holds.
+    /// Goes on to the end of the next span, which is as long as a polynomial allows.
     fn next(&self, reached: &mut Reached) -> Hermite {
         let Reached { parameter, state: begin, last, .. } = *reached;
         let mut to = (parameter + reached.reach).min(self.ramp.next_corner(parameter)).min(last);
@@ -242,10 +249,10 @@ impl Path<'_> {
             let middle = self.state(half);
             let jerk = |state| (state, self.jerk(state, half));
             let hermite = Hermite::between(jerk(&begin), jerk(&end));
-            let stray = self.stray(&hermite, [&begin, &middle, &end]);
-            let better = reach * better_ratio(stray);
-            if stray <= 1.0 || reach <= REACH_RATIO_MIN * last {
-                // Where a corner cut it short, the one tried before was better.
+            let error_ratio = self.error_ratio(&hermite, [&begin, &middle, &end]);
+            let better = reach * better_ratio(error_ratio);
+            if error_ratio <= 1.0 || reach <= REACH_RATIO_MIN * last {
+                // If a corner cut it short, the length tried before is better.
                 let reach = if better > reached.reach || !is_cut { better } else { reached.reach };
                 *reached = Reached { parameter: to, state: end, reach, last };
                 return hermite;
@@ -255,10 +262,10 @@ impl Path<'_> {
         }
     }
 
-    /// How far the polynomial deviates, or, if it is too long, more than that, as a fraction of what is allowed.
-    fn stray(&self, hermite: &Hermite, [begin, middle, end]: [&State; 3]) -> f64 {
+    /// How far the polynomial deviates, as a fraction of what is allowed; infinite if the span lasts too long.
+    fn error_ratio(&self, hermite: &Hermite, [begin, middle, end]: [&State; 3]) -> f64 {
         let error_ticks = hermite.error_s(middle) * self.tick_hz;
-        // No nearer than 64-bit floats tell in a very long move.
+        // In a very long move, 64-bit floats cannot resolve smaller deviations.
         let allowed_ticks = ERROR_MAX_TICKS.max(middle.t_s * self.tick_hz * ROUNDING);
         let ticks = (end.t_s - begin.t_s).abs() * self.tick_hz;
         if ticks > SPAN_MAX_TICKS { f64::INFINITY } else { error_ticks / allowed_ticks }
@@ -269,7 +276,7 @@ impl Path<'_> {
         self.ramp.at_parameter(from_slow_end)
     }
 
-    /// The ramp's jerk in `state`, on the side of `parameter` if that is a corner.
+    /// The ramp's jerk in `state`. If that is a corner, it is the jerk on the side of `parameter`.
     fn jerk(&self, state: &State, parameter: f64) -> f64 {
         let from_slow_end = if self.is_backwards { self.ramp.parameter_end() - parameter } else { parameter };
         self.ramp.jerk(state, from_slow_end)

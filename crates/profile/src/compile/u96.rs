@@ -1,4 +1,4 @@
-//! Unsigned numbers of 96 bits, as wide as the instants of a move need, and lines over them.
+//! Unsigned numbers of 96 bits, the width that the instants of a move need, and linear functions in them.
 
 use crate::fixed::product;
 
@@ -26,7 +26,8 @@ impl U96 {
         u64::from(self.middle) << 32 | u64::from(self.bottom)
     }
 
-    /// How many of its first bits are 0, one less if that is odd; 94 at most. And its first 64 bits without these.
+    /// How many of its first bits are 0, less one if that number is odd (94 at most), and its first 64 bits without
+    /// these.
     #[inline(always)]
     pub(super) fn normalised(self) -> (u32, u64) {
         let (skipped, [first, second, third]) = match self {
@@ -40,8 +41,8 @@ impl U96 {
     }
 }
 
-/// How many of its first bits are 0, one less if that is odd; 30 at most. Shorter than a call of the compiler's
-/// routine.
+/// How many of its first bits are 0, less one if that number is odd; 30 at most. This is shorter than a call of the
+/// compiler's routine.
 #[inline(always)]
 fn even_zeros(mut digit: u32) -> u32 {
     let mut zeros = 0;
@@ -54,13 +55,13 @@ fn even_zeros(mut digit: u32) -> u32 {
     zeros
 }
 
-/// The first 32 bits of two digits after leaving out `bits` of them; 31 at most.
+/// The first 32 bits of two digits after the first `bits` bits are dropped; `bits` is 31 at most.
 #[inline(always)]
 pub(super) fn joined(first: u32, second: u32, bits: u32) -> u32 {
     first.wrapping_shl(bits) | (second >> 1).wrapping_shr(31 ^ bits)
 }
 
-// Shifts of 64 bits by 31 at most: the compiler would call a routine that shifts by any number.
+// Shifts of 64 bits by 31 bits at most. The compiler would call a routine that shifts by any number.
 
 #[inline(always)]
 pub(super) fn left(value: u64, bits: u32) -> u64 {
@@ -109,7 +110,7 @@ impl Line {
     }
 }
 
-/// `value` in units of 2^-`point`, rounded down. It is 0 or positive, and below 2^128 of them.
+/// `value` in units of 2^-`point`, rounded down. `value` is 0 or above, and below 2^128 of these units.
 pub(super) fn fixed(value: f64, point: i32) -> u128 {
     let mantissa = value.to_bits() << 12 >> 12 | 1 << 52;
     let shift = exponent(value) - 52 + point;
@@ -120,14 +121,14 @@ pub(super) fn fixed(value: f64, point: i32) -> u128 {
     }
 }
 
-/// The same where it is below 2^64 of them, and the point is 0 or more.
+/// The same for a `value` below 2^64 units and a `point` of 0 or more.
 pub(super) fn short_fixed(value: f64, point: u8) -> u64 {
     let mantissa = value.to_bits() << 12 >> 12 | 1 << 52;
     let shift = exponent(value) - 52 + i32::from(point);
     if shift >= 0 { mantissa << shift } else { mantissa.checked_shr(shift.unsigned_abs()).unwrap_or(0) }
 }
 
-/// Of a normal number, the largest whole e with 2^e <= x. Of 0, -1023.
+/// The largest whole e with 2^e <= `x` for a normal number; -1023 for 0.
 pub(super) fn exponent(x: f64) -> i32 {
     (x.to_bits() >> 52 & 0x7ff) as i32 - 1_023
 }

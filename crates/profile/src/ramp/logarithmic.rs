@@ -1,7 +1,7 @@
-//! The logarithmic law's own numbers.
+//! The formulae of the logarithmic law.
 //!
-//! Paper 000 takes the logarithm of the step's number i, 1 to p_N: on a ramp of p_N steps, ln i is ln(1 + K u) with
-//! K = p_N - 1. So that a ramp of any length is of one shape, K is that of the paper's Table 1.
+//! Fonseca-Campos 2023 takes the logarithm of the step's number i, which is 1 to p_N. On a ramp of p_N steps, ln i is ln(1 + K u)
+//! with K = p_N - 1. Here K is always that of the paper's Table 1, so that ramps of any length have the same shape.
 
 use core::f64::consts::E;
 
@@ -19,7 +19,7 @@ pub(super) fn slope(u: f64) -> f64 {
     K / ((1.0 + K * u) * LN_END)
 }
 
-/// q = `slow` ln(1 + K) and exp(-q), from which all that a whole ramp has follows.
+/// q = `slow` ln(1 + K) and exp(-q), from which the length and the time of a whole ramp follow.
 #[derive(Clone, Copy)]
 pub(super) struct Pole {
     q: f64,
@@ -33,6 +33,8 @@ impl Pole {
     }
 }
 
+/// The length of a ramp, as `OverDisplacement::length` defines it, and its derivative.
+///
 /// With q of slow/rise and s = ln(1 + K u), (slow + rise v) rise v' is rise² (q + s) exp(-s) K/ln²(1 + K).
 pub(super) fn length(Pole { q, residue }: Pole, slow: f64, rise: f64) -> (f64, f64) {
     let (peak, slope) = if q < 1.0 {
@@ -48,32 +50,34 @@ pub(super) fn length(Pole { q, residue }: Pole, slow: f64, rise: f64) -> (f64, f
 
 /// ∫ du/(slow + ln(1 + K u)/ln(1 + K)) from 0 to `u`.
 ///
-/// With s = ln(1 + K u) and q = slow ln(1 + K) it is ln(1 + K)/K times ∫ exp(σ)/(q + σ) dσ from 0 to s: by the series of
-/// the exponential integral where q is small, by quadrature where the pole at -q is far.
+/// With s = ln(1 + K u) and q = slow ln(1 + K) it is ln(1 + K)/K times ∫ exp(σ)/(q + σ) dσ from 0 to s. It is computed
+/// by the series of the exponential integral if q is small, and by quadrature if the pole at -q is far.
 pub(super) fn time(slow: f64, u: f64) -> f64 {
     let (q, s) = (slow * LN_END, log1p(K * u));
     LN_END / K * if q < SERIES_END { by_series(q, s) } else { by_quadrature(q, s) }
 }
 
-/// The same to the end, where s = ln(1 + K).
+/// The time to the end of the ramp, where s = ln(1 + K).
 ///
-/// Less its pole, exp(-q)/(q + σ), whose integral is a logarithm, the function is smooth however near the pole is.
+/// The term of the pole, exp(-q)/(q + σ), has a logarithm as integral. Without it the function is smooth, however near
+/// the pole is.
 pub(super) fn whole_time(Pole { q, residue }: Pole) -> f64 {
     let smooth = |(sigma, weight, exp): &(f64, f64, f64)| weight * (exp - residue) / (q + sigma);
     LN_END / K * (residue * log1p(LN_END / q) + WHOLE_NODES.iter().map(smooth).sum::<f64>())
 }
 
-/// `slow` times the slope of that, which is `time` there, over `slow`.
+/// `slow` times the derivative of the whole time by `slow`. `time` is the whole time at `slow`.
 ///
-/// The slope of the integral is -∫ exp(σ)/(q + σ)² dσ from 0 to ln(1 + K): by parts, with the integral itself.
+/// The derivative of the integral is -∫ exp(σ)/(q + σ)² dσ from 0 to ln(1 + K). Integration by parts gives it from the
+/// integral itself.
 pub(super) fn whole_time_growth(slow: f64, time: f64) -> f64 {
     let ends = 1.0 - (1.0 + K) * slow / (slow + 1.0);
     -(LN_END / K * ends + slow * LN_END * time)
 }
 
-/// Above it, quadrature.
+/// The series is used for a q below this, quadrature above.
 const SERIES_END: f64 = 4.0;
-/// Of the series: the next is less than 2^-56 of the sum at q + s = 7.2.
+/// Number of terms of the series. The next one is less than 2^-56 of the sum at q + s = 7.2.
 const TERMS: usize = 37;
 
 /// exp(-q) (ln(1 + s/q) + S(q + s) - S(q)) with S(w) = Σ w^k/(k k!).
@@ -86,11 +90,11 @@ fn series(w: f64) -> f64 {
     polynomial(&COEFFICIENTS, (w * (TWO_TO_64 / W_END)) as u64) as f64 / UNITS
 }
 
-/// Of the coefficients in 1: S(8) is 436.
+/// How many units of the coefficients make 1. S(8) is 436, so the sum fits.
 const UNITS: f64 = 18_014_398_509_481_984.0;
 const W_END: f64 = 8.0;
 
-/// 8^k/(k k!): of the powers of w/8, the first of which has none.
+/// 8^k/(k k!), the coefficients of (w/8)^k. There is none for k = 0.
 static COEFFICIENTS: [i64; TERMS] = coefficients();
 
 const fn coefficients() -> [i64; TERMS] {
@@ -104,7 +108,7 @@ const fn coefficients() -> [i64; TERMS] {
     coefficients
 }
 
-/// Gauss and Legendre's nodes, as they stand right of the middle, and their weights.
+/// Gauss-Legendre nodes, those to the right of the middle, and their weights.
 const NODES: [(f64, f64); 5] = [
     (0.148_874_338_981_631_22, 0.295_524_224_714_752_87),
     (0.433_395_394_129_247_2, 0.269_266_719_309_996_35),
@@ -113,7 +117,7 @@ const NODES: [(f64, f64); 5] = [
     (0.973_906_528_517_171_7, 0.066_671_344_308_688_14),
 ];
 
-/// Gauss and Legendre's from 0 to ln(1 + K): the nodes σ, their weights, and exp(σ).
+/// Gauss-Legendre quadrature from 0 to ln(1 + K): the nodes σ, their weights, and exp(σ).
 const WHOLE_NODES: [(f64, f64, f64); 8] = [
     (0.063_100_486_830_835_79, 0.160_854_868_749_073_15, 1.065_133_865_780_424_1),
     (0.323_102_440_146_882_05, 0.353_369_449_170_642_6, 1.381_406_855_178_795_2),

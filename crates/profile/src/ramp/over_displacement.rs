@@ -1,5 +1,5 @@
-//! Ramps whose speed is a function of the displacement, in a unit square (paper 000): speed v from 0 to 1 above `slow`,
-//! which is above 0, displacement u from 0 to 1.
+//! Ramps whose speed is a function of the displacement, in a unit square (Fonseca-Campos 2023). The speed is `slow` + v, with v
+//! from 0 to 1 and `slow` above 0. The displacement u is from 0 to 1.
 
 use core::f64::consts::PI;
 
@@ -10,13 +10,14 @@ use super::trig::sin_cos;
 use crate::newton::rising_root;
 use crate::root::sqrt;
 
-/// Of a search for a displacement: Newton's method doubles the digits, so that the result is as good as floats are.
+/// The search for a displacement ends with a step this small. Newton's method doubles the digits, so the result is then
+/// as good as floats are.
 const TOLERANCE: f64 = 1e-8;
 
 /// The law of a ramp.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum OverDisplacement {
-    /// v = u (paper 000, eq 5).
+    /// v = u (Fonseca-Campos 2023, eq 5).
     Linear,
     /// v = u² (eq 6).
     Quadratic,
@@ -63,27 +64,27 @@ impl OverDisplacement {
         }
     }
 
-    /// The length of a ramp of `rise` that just reaches an acceleration of 1, and how much longer for each step/s more: the
-    /// most that (slow + rise v) rise v' becomes, and its slope over `rise`.
+    /// The length of a ramp of `rise` that just reaches an acceleration of 1, and how much longer it is for each step/s
+    /// more: the maximum of (slow + rise v) rise v', and its derivative by `rise`.
     pub(super) fn length(self, slow: f64, rise: f64) -> (f64, f64) {
         match self {
             Self::Linear => (rise * (slow + rise), slow + 2.0 * rise),
             Self::Quadratic => (2.0 * rise * (slow + rise), 2.0 * (slow + 2.0 * rise)),
             Self::Sinusoidal => {
-                // Where d/du is 0, with m = slow/rise + 1/2: cos² πu - m cos πu - 1/2 = 0.
+                // The maximum is where d/du is 0. With m = slow/rise + 1/2 that is cos² πu - m cos πu - 1/2 = 0.
                 let m = slow / rise + 0.5;
                 let cosine = -1.0 / (m + sqrt(m * m + 2.0));
                 let slope = PI / 2.0 * sqrt(1.0 - cosine * cosine);
                 let peak = rise * (m - cosine / 2.0) * slope;
-                // The peak's place does not move it.
+                // At the maximum, a small change of its place does not change the value.
                 (rise * peak, 2.0 * peak - slow * slope)
             }
             Self::Logarithmic => logarithmic::length(Pole::new(slow / rise), slow, rise),
         }
     }
 
-    /// How many times as long as one of constant acceleration a ramp is at most, whatever its speeds: of the logarithm where
-    /// it begins fast, of the others where it begins at standstill.
+    /// The length of the longest ramp of any speeds, as a multiple of a ramp of constant acceleration. A ramp of the
+    /// logarithmic law is longest if it begins fast, one of the other laws if it begins at standstill.
     pub(super) fn longest(self) -> f64 {
         match self {
             Self::Linear => 2.0,
@@ -94,7 +95,7 @@ impl OverDisplacement {
         }
     }
 
-    /// How long it takes to `u`: ∫ du/(slow + v).
+    /// The time to reach `u`: ∫ du/(slow + v).
     pub(super) fn time(self, slow: f64, u: f64) -> f64 {
         match self {
             Self::Linear => log1p(u / slow),
@@ -112,7 +113,7 @@ impl OverDisplacement {
         }
     }
 
-    /// How long it takes to the end.
+    /// The time to reach the end.
     pub(super) fn whole_time(self, slow: f64) -> f64 {
         match self {
             Self::Sinusoidal => 1.0 / sqrt(slow * (slow + 1.0)),
@@ -121,7 +122,7 @@ impl OverDisplacement {
         }
     }
 
-    /// Length and time, each with its slope: what a law computes for both it computes once.
+    /// Length and time, each with its derivative. What both need is computed once.
     pub(super) fn whole(self, slow: f64, rise: f64) -> ((f64, f64), (f64, f64)) {
         let ratio = slow / rise;
         let (length, time) = if let Self::Logarithmic = self {
@@ -133,8 +134,8 @@ impl OverDisplacement {
         (length, (time, self.whole_time_growth(ratio, time)))
     }
 
-    /// By what it shrinks for each share that `slow` grows by: `slow` times the slope of `whole_time`, which is
-    /// `time` there, over `slow`.
+    /// The relative derivative of the whole time: `slow` times the derivative of `whole_time` by `slow`, which is
+    /// negative. `time` is `whole_time` at `slow`.
     pub(super) fn whole_time_growth(self, slow: f64, time: f64) -> f64 {
         let ratio = 1.0 / (slow + 1.0);
         match self {
@@ -145,13 +146,13 @@ impl OverDisplacement {
         }
     }
 
-    /// Where it is at `time`.
+    /// The displacement at `time`.
     pub(super) fn displacement(self, slow: f64, time: f64) -> f64 {
         self.place(slow, time, |u| self.time(slow, u))
     }
 
     fn place(self, slow: f64, time: f64, time_of: impl Fn(f64) -> f64) -> f64 {
-        // No slower than at the start.
+        // The speed is nowhere lower than at the start, so the displacement is at least this.
         let least = (slow * time).min(1.0);
         rising_root((least, 1.0), least, TOLERANCE, |u| (time_of(u) - time, 1.0 / (slow + self.speed(u))))
     }
@@ -163,7 +164,7 @@ mod tests {
 
     use super::OverDisplacement;
 
-    /// A status report looks for one: on the chip an evaluation takes up to 0.2 ms.
+    /// A status report searches for a displacement, and on the chip an evaluation takes up to 0.2 ms.
     #[test]
     fn displacements_are_found_soon_and_well() {
         use OverDisplacement::{Linear, Logarithmic, Quadratic, Sinusoidal};

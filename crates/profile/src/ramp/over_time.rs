@@ -8,16 +8,16 @@ use crate::newton::{rising_root, rough_root};
 /// The law of a ramp. It is steepest in the middle, and symmetrical: s(1 - t) = 1 - s(t).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum OverTime {
-    /// The jerk is constant for `share` of the time, 0 for a while, and the first backwards for `share` again.
+    /// The jerk is constant for `ratio` of the time, then 0, and then the negative constant for `ratio` of the time.
     SCurve {
-        /// Above 0, to 1/2.
+        /// Above 0, up to 1/2.
         ratio: f64,
     },
     /// s(t) = (1 - cos π t)/2.
     Sine,
 }
 
-/// How far before a corner is at it.
+/// A time this close before a corner, as a fraction, counts as the corner.
 const CORNER_TOLERANCE: f64 = 1e-12;
 
 impl OverTime {
@@ -29,7 +29,7 @@ impl OverTime {
         }
     }
 
-    /// How it is at `t`.
+    /// Travel, speed and slope at `t`.
     pub(super) fn at(self, t: f64) -> At {
         match self {
             Self::SCurve { ratio } => s_curve_at(ratio, t),
@@ -37,7 +37,7 @@ impl OverTime {
         }
     }
 
-    /// s''(`t`); where it jumps, that on the side of `beside`.
+    /// s''(`t`). Where it jumps, it is the value on the side of `beside`.
     pub(super) fn bend(self, t: f64, beside: f64) -> f64 {
         match self {
             Self::SCurve { ratio } if beside < ratio => 1.0 / (ratio * (1.0 - ratio)),
@@ -52,7 +52,7 @@ impl OverTime {
 
     /// Where s'' jumps next, after `t`.
     pub(super) fn next_corner(self, t: f64) -> f64 {
-        // Rounding may leave a `t` that was a corner a little before it.
+        // Rounding may leave a `t` that stands for a corner a little before that corner.
         let is_ahead = |corner: &f64| t < corner * (1.0 - CORNER_TOLERANCE);
         match self {
             Self::SCurve { ratio } => [ratio, 1.0 - ratio].into_iter().find(is_ahead).unwrap_or(1.0),
@@ -60,19 +60,19 @@ impl OverTime {
         }
     }
 
-    /// When `slow` t + travel(t) is `way`.
+    /// The time t at which `slow` t + travel(t) is `way`.
     pub(super) fn time(self, slow: f64, way: f64) -> f64 {
         self.search(slow, way, 1e-8)
     }
 
-    /// The same or a little earlier, much faster.
+    /// That time or a little earlier; much faster to compute.
     pub(super) fn time_before(self, slow: f64, way: f64) -> f64 {
-        // By Newton's method it then is within the square of that.
+        // By Newton's method, the error is then within the square of the tolerance.
         self.search(slow, way, 0.03) * 0.99
     }
 
     fn search(self, slow: f64, way: f64, tolerance: f64) -> f64 {
-        // While the jerk is as at first the travel is a cube.
+        // While the jerk is that of the beginning, the travel is proportional to t³.
         let cube = match self {
             Self::SCurve { ratio } => 6.0 * ratio * (1.0 - ratio) * way,
             Self::Sine => 12.0 / (PI * PI) * way,
@@ -85,7 +85,7 @@ impl OverTime {
     }
 }
 
-/// The travel ∫ s from 0, 1/2 at 1; the speed s; and its slope s'.
+/// The travel ∫ s dt from 0 (1/2 at t = 1), the speed s, and its slope s'.
 pub(super) struct At {
     pub(super) travel: f64,
     pub(super) speed: f64,
@@ -106,8 +106,8 @@ fn s_curve_at(ratio: f64, t: f64) -> At {
     if t <= ratio { At { travel, speed, slope } } else { At { travel: 0.5 - left + travel, speed: 1.0 - speed, slope } }
 }
 
-/// s = sin² (π t/2), not (1 - cos π t)/2, which cancels near standstill. Its travel, (t - sin(π t)/π)/2, does so, too:
-/// there by the series in x = π t, x² t/12 (1 - x²/20 (1 - x²/42 (1 - ...))).
+/// The speed is s = sin² (π t/2), because (1 - cos π t)/2 cancels near standstill. The travel (t - sin(π t)/π)/2
+/// cancels there, too; with x = π t it is computed there by the series x² t/12 (1 - x²/20 (1 - x²/42 (1 - ...))).
 fn sine_at(t: f64) -> At {
     let (sine, cosine) = sin_cos(t);
     let product = sine * cosine;
@@ -121,8 +121,8 @@ fn sine_at(t: f64) -> At {
     At { travel, speed: sine * sine, slope: PI * product }
 }
 
-/// Beyond, cancelling costs less than two digits.
+/// The series is used up to this time. Beyond it, cancellation costs less than two digits.
 const SERIES_END: f64 = 0.25;
-/// 1/(4 5), 1/(6 7) and so on: what follows is 2^-57 of the sum at its end.
+/// 1/(4 5), 1/(6 7) and so on. At the end of the series' range, the first term left out is 2^-57 of the sum.
 const SERIES_FACTORS: [f64; 7] =
     [1.0 / 20.0, 1.0 / 42.0, 1.0 / 72.0, 1.0 / 110.0, 1.0 / 156.0, 1.0 / 210.0, 1.0 / 272.0];

@@ -1,6 +1,6 @@
 //! Sine and cosine of a quarter turn.
 //!
-//! libm's take any angle; what that costs in flash is a tenth of what the firmware has for all.
+//! libm's functions take any angle, which would cost a tenth of all the flash that the firmware has.
 
 use core::f64::consts::PI;
 
@@ -15,7 +15,7 @@ pub(super) fn sin_cos(t: f64) -> (f64, f64) {
     eighth(t)
 }
 
-/// By the series up to x^19, x = π/2 `t` being π/4 at most: what follows is less than 2^-63.
+/// Sine and cosine by their series up to x^19. x = π/2 `t` is at most π/4, so the terms left out are less than 2^-63.
 fn eighth(t: f64) -> (f64, f64) {
     let x = PI / 2.0 * t;
     let square = (x * x * TWO_TO_64) as u64;
@@ -23,9 +23,9 @@ fn eighth(t: f64) -> (f64, f64) {
     (x * series(&SINE), series(&COSINE))
 }
 
-/// Of the coefficients in 1.
+/// How many units of the coefficients make 1.
 const UNITS: f64 = 4_611_686_018_427_387_904.0;
-/// 1, -1/3!, 1/5! and so on: of the powers of x².
+/// 1, -1/3!, 1/5! and so on: the coefficients of the powers of x².
 static SINE: [i64; 10] = inverse_factorials(1);
 /// 1, -1/2!, 1/4! and so on.
 static COSINE: [i64; 10] = inverse_factorials(0);

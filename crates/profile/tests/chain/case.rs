@@ -1,4 +1,4 @@
-//! Random machines and the moves that they are to make.
+//! Random machines, and the moves that they make.
 
 use isostep_profile::chain::{ChainConfig, Request};
 use isostep_profile::{IntervalLaw, Limits, SpeedLaw};
@@ -6,7 +6,7 @@ use proptest::prelude::*;
 
 pub const AXES: usize = 3;
 
-/// What is made, and on what.
+/// A machine and its moves.
 #[derive(Clone, Debug)]
 pub struct Case {
     pub limits: [Limits; AXES],
@@ -27,8 +27,7 @@ fn log(from: f64, to: f64) -> impl Strategy<Value = f64> {
     (from.ln()..to.ln()).prop_map(f64::exp)
 }
 
-/// Of a machine as people have it: some 10 to 400 steps/mm, 1 to 500 mm/s, 5 to 5,000 mm/s². The start speed's share is
-/// mostly none.
+/// An axis of a usual machine: some 10 to 400 steps/mm, 1 to 500 mm/s, 5 to 5,000 mm/s². The start speed is mostly 0.
 fn axis(law: SpeedLaw) -> impl Strategy<Value = (Limits, f64)> {
     let start = prop_oneof![3 => Just(0.0), 2 => 0.0..0.3f64];
     let jerk = prop_oneof![3 => log(0.1, 100.0), 1 => Just(f64::INFINITY)];
@@ -53,40 +52,40 @@ fn count() -> impl Strategy<Value = i32> {
     prop_oneof![2 => Just(0), 1 => Just(1), 2 => -3..=3i32, 4 => -100..=100i32, 1 => -5_000..=5_000i32]
 }
 
-/// A move by itself, or one more in the direction of the one before, or back.
+/// A move of its own, one in the direction of the move before or back, or one at a small angle to it.
 #[derive(Clone, Debug)]
-enum Course {
+enum Follows {
     New([i32; AXES]),
     On(i32),
     Bend([i32; AXES]),
 }
 
-fn course() -> impl Strategy<Value = Course> {
+fn follows() -> impl Strategy<Value = Follows> {
     prop_oneof![
-        4 => [count(), count(), count()].prop_map(Course::New),
-        2 => prop_oneof![3 => 1..3i32, 1 => Just(-1)].prop_map(Course::On),
-        3 => [-2..=2i32, -2..=2i32, -2..=2i32].prop_map(Course::Bend),
+        4 => [count(), count(), count()].prop_map(Follows::New),
+        2 => prop_oneof![3 => 1..3i32, 1 => Just(-1)].prop_map(Follows::On),
+        3 => [-2..=2i32, -2..=2i32, -2..=2i32].prop_map(Follows::Bend),
     ]
 }
 
-/// Feeds from 1 mm/min on.
-fn request() -> impl Strategy<Value = (Course, Option<f64>, bool)> {
+/// The components of a request. Feeds begin at 1 mm/min.
+fn request() -> impl Strategy<Value = (Follows, Option<f64>, bool)> {
     let feed =
         prop_oneof![2 => Just(None), 3 => log(1.0, 500.0).prop_map(Some), 1 => log(1.0 / 60.0, 1.0).prop_map(Some)];
     let stops = prop_oneof![12 => Just(false), 1 => Just(true)];
-    (course(), feed, stops)
+    (follows(), feed, stops)
 }
 
-/// The moves, at the feed of the one before mostly.
-fn moves(all: Vec<(Course, Option<f64>, bool)>) -> Vec<Request<AXES>> {
+/// The requests. Most have the feed of the one before.
+fn moves(all: Vec<(Follows, Option<f64>, bool)>) -> Vec<Request<AXES>> {
     let mut moves: Vec<Request<AXES>> = Vec::new();
     for (index, (course, feed, stops)) in all.into_iter().enumerate() {
         let last = moves.last().copied();
         let before = last.map_or([1, 0, 0], |last| last.steps);
         let mut steps = match course {
-            Course::New(steps) => steps,
-            Course::On(times) => before.map(|steps| (steps * times).clamp(-10_000, 10_000)),
-            Course::Bend(by) => core::array::from_fn(|axis| before[axis] + by[axis]),
+            Follows::New(steps) => steps,
+            Follows::On(times) => before.map(|steps| (steps * times).clamp(-10_000, 10_000)),
+            Follows::Bend(by) => core::array::from_fn(|axis| before[axis] + by[axis]),
         };
         if steps == [0; AXES] {
             steps = [1, 0, 0];
@@ -100,13 +99,13 @@ fn moves(all: Vec<(Course, Option<f64>, bool)>) -> Vec<Request<AXES>> {
     moves
 }
 
-/// A chain of `most` moves at most by that law.
+/// A case of `most` moves at most, by this law.
 pub fn case(law: impl Strategy<Value = SpeedLaw>, most: usize) -> impl Strategy<Value = Case> {
     law.prop_flat_map(move |law| {
         let deviation = prop_oneof![1 => Just(0.0), 8 => log(1e-3, 0.1)];
         let interval = prop_oneof![15 => Just(IntervalLaw::Fastest), 1 => Just(IntervalLaw::Thirds)];
-        let request = prop::collection::vec(request(), 1..=most);
-        ([axis(law), axis(law), axis(law)], deviation, interval, request).prop_map(
+        let requests = prop::collection::vec(request(), 1..=most);
+        ([axis(law), axis(law), axis(law)], deviation, interval, requests).prop_map(
             move |(axes, deviation_mm, interval_law, all)| {
                 let (limits, mm_per_step) = (axes.map(|axis| axis.0), axes.map(|axis| axis.1));
                 let moves = moves(all);
@@ -121,7 +120,7 @@ pub fn trapezoid() -> impl Strategy<Value = SpeedLaw> {
     Just(SpeedLaw::Trapezoid)
 }
 
-/// All the others.
+/// All other laws.
 pub fn curved() -> impl Strategy<Value = SpeedLaw> {
     prop::sample::select(&SpeedLaw::ALL[1..])
 }

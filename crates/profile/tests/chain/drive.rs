@@ -1,4 +1,4 @@
-//! Whatever happens to a chain while it is made, in random order.
+//! Events in random order, which change a chain while it is made.
 
 use isostep_profile::SpeedLaw;
 use isostep_profile::chain::{Chain, Chunk, ChunkKind};
@@ -7,22 +7,22 @@ use proptest::test_runner::TestCaseResult;
 
 use super::case::{AXES, Case};
 use super::follow::Follower;
-use super::model::{LimitRatios, Move, fastest};
+use super::model::{Move, OverrideRatios, fastest};
 
 #[derive(Clone, Copy, Debug)]
 pub enum Event {
-    /// So many moves more, if there is room.
+    /// Pushes this many moves, if there is room.
     Push(usize),
-    /// So many chunks, each so long at most.
+    /// Asks for this many chunks, each of this duration at most, s.
     Advance(usize, f64),
-    /// A hold; the rest of the braking, if request; a start.
+    /// `Hold` asks for a hold, `Settle` also brakes to rest and starts again, `Start` only starts.
     Hold,
     Settle,
     Start,
-    Override(LimitRatios),
+    Override(OverrideRatios),
 }
 
-/// Some chunks: mostly of 1 ms to 1 s, some as long as they can be.
+/// Some chunks: mostly of 1 ms to 1 s, some as long as possible.
 fn advance() -> impl Strategy<Value = Event> {
     let most_s = prop_oneof![4 => (-3.0..0.0f64).prop_map(|log| 10f64.powf(log)), 1 => Just(f64::INFINITY)];
     (1..6usize, most_s).prop_map(|(chunks, most_s)| Event::Advance(chunks, most_s))
@@ -37,20 +37,20 @@ pub fn pushes() -> impl Strategy<Value = Vec<Event>> {
     prop::collection::vec(prop_oneof![push(), advance()], 0..40)
 }
 
-/// And holds.
+/// Pushes, chunks and holds.
 pub fn holds() -> impl Strategy<Value = Vec<Event>> {
     let hold = prop_oneof![2 => Just(Event::Hold), 2 => Just(Event::Settle), 1 => Just(Event::Start)];
     prop::collection::vec(prop_oneof![1 => push(), 2 => advance(), 1 => hold], 0..40)
 }
 
-/// And overrides.
+/// Pushes, chunks, holds and overrides.
 pub fn overrides() -> impl Strategy<Value = Vec<Event>> {
-    let ratios = (0.1..2.0f64, 0.25..1.0f64).prop_map(|(feed, rapid)| Event::Override(LimitRatios { feed, rapid }));
+    let ratios = (0.1..2.0f64, 0.25..1.0f64).prop_map(|(feed, rapid)| Event::Override(OverrideRatios { feed, rapid }));
     let hold = prop_oneof![1 => Just(Event::Hold), 2 => Just(Event::Settle), 1 => Just(Event::Start)];
     prop::collection::vec(prop_oneof![2 => push(), 4 => advance(), 1 => hold, 2 => ratios], 0..40)
 }
 
-/// Makes the case as the events have it, and what is left then.
+/// Makes the moves of the case with these events, and then all moves that are left.
 pub fn drive<const LEN: usize>(case: &Case, events: &[Event]) -> TestCaseResult {
     let mut drive = Drive::<LEN> {
         chain: Chain::new(case.config()),
@@ -75,11 +75,11 @@ pub fn drive<const LEN: usize>(case: &Case, events: &[Event]) -> TestCaseResult 
 struct Drive<'a, const LEN: usize> {
     chain: Chain<AXES, LEN>,
     follower: Follower<'a>,
-    /// So many moves have been pushed.
+    /// How many moves have been pushed.
     known: usize,
-    /// Nothing but pushes: it is as fast as what is known allows.
+    /// Whether there were only pushes so far. Then the chain must be as fast as the known moves allow.
     is_plain: bool,
-    /// How the move under way began, (mm/s)², and how fast it ends at least.
+    /// The squared speed at which the move under way began, (mm/s)², and the lowest at which it may end.
     least: Option<(f64, f64)>,
 }
 
@@ -138,7 +138,7 @@ impl<const LEN: usize> Drive<'_, LEN> {
         Ok(())
     }
 
-    /// False at rest.
+    /// Returns false at rest.
     fn advance(&mut self, most_s: f64) -> Result<bool, TestCaseError> {
         let before_s = self.chain.at_s();
         let Some(chunk) = self.chain.advance(most_s) else {
@@ -155,12 +155,14 @@ impl<const LEN: usize> Drive<'_, LEN> {
         Ok(true)
     }
 
-    /// A move ends at least as fast as could be known when it began, and at most as fast as could when it ended.
+    /// A move ends at least as fast as the moves known at its beginning allow, and at most as fast as those known at
+    /// its end.
     fn is_as_fast_as_known(&mut self, chunk: &Chunk<AXES>) -> TestCaseResult {
         let tag = chunk.tag as usize;
         let best = |entry| {
             let case = self.follower.case;
-            let moves = case.moves[tag..self.known].iter().map(|request| Move::new(case, *request, LimitRatios::ALL));
+            let moves =
+                case.moves[tag..self.known].iter().map(|request| Move::new(case, *request, OverrideRatios::ALL));
             fastest(case, &moves.collect::<Vec<_>>(), Some(entry))[0].exit
         };
         if chunk.kind == ChunkKind::Move {

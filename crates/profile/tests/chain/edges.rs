@@ -1,4 +1,4 @@
-//! What is rare: the largest and smallest limits and moves, refusals, and holds one by one.
+//! Rare cases: the largest and smallest limits and moves, refusals, and single holds.
 
 use isostep_profile::chain::{Chain, ChainConfig, ChunkKind, Request};
 use isostep_profile::{IntervalLaw, Limits, PlanError, ProfileError, SpeedLaw};
@@ -21,7 +21,7 @@ fn request(steps: [i32; AXES], tag: u64) -> Request<AXES> {
     Request { steps, feed_mm_s: None, stops: false, tag }
 }
 
-/// 10 mm/s, 100 mm/s², 100 steps/mm, straight on.
+/// A chain of moves in one direction, at 10 mm/s, 100 mm/s² and 100 steps/mm.
 fn straight(moves: i32, steps: i32) -> Chain<AXES, 4> {
     let config =
         ChainConfig::new([limits(0.0, 1e3, 1e4); AXES], [0.01; AXES], 0.01, IntervalLaw::Fastest, SpeedLaw::Trapezoid);
@@ -57,7 +57,7 @@ fn what_cannot_be_planned_is_refused() {
     assert!(matches!(standstill, Err(PlanError::Profile(ProfileError::Standstill { .. }))));
     let crawling = Request { feed_mm_s: Some(1e-6), ..request([1, 0, 0], 0) };
     assert!(matches!(slow(SpeedLaw::Trapezoid, 0.0).push(crawling), Err(PlanError::PathSpeed { .. })));
-    // Too fast there is nothing: it is the most that is request.
+    // No feed is too fast, because a feed is an upper bound.
     for feed_mm_s in [1e5, 1e300, f64::INFINITY] {
         let mut fast = slow(SpeedLaw::Trapezoid, 0.0);
         fast.push(Request { feed_mm_s: Some(feed_mm_s), ..request([1_000, 0, 0], 0) }).unwrap();
@@ -69,34 +69,35 @@ fn what_cannot_be_planned_is_refused() {
     let long = Request { feed_mm_s: Some(1e-3), ..request([1_000_000, 0, 0], 0) };
     let too_long = slow(SpeedLaw::Trapezoid, 0.0).push(long);
     assert!(matches!(too_long, Err(PlanError::Profile(ProfileError::TooLong { .. }))));
-    // By its ramps alone.
+    // The ramps alone last too long.
     let config =
         ChainConfig::new([limits(0.0, 1e3, 1e-9); AXES], [0.01; AXES], 0.01, IntervalLaw::Fastest, SpeedLaw::Trapezoid);
     let too_long = Chain::<AXES, 4>::new(config).push(request([1_000_000, 0, 0], 0));
     assert!(matches!(too_long, Err(PlanError::Profile(ProfileError::TooLong { .. }))));
 }
 
-/// The square of what a step gains is less than a unit.
+/// The delta v² of a step is less than one unit.
 #[test]
 fn one_step_of_the_slowest_ramp_on_the_fastest_axis_has_its_time() {
     let config =
         ChainConfig::new([limits(0.0, 1e7, 1e-5); AXES], [0.01; AXES], 0.01, IntervalLaw::Fastest, SpeedLaw::Trapezoid);
     let mut chain = Chain::<AXES, 4>::new(config);
     chain.push(request([1, 0, 0], 0)).unwrap();
-    // Half a step each way, x = a t²/2.
+    // Half a step up and half a step down, x = a t²/2.
     let expected_s = 2.0 * (1.0f64 / 1e-5).sqrt();
     let chunk = chain.advance(f64::INFINITY).unwrap();
     assert!((chunk.until_s - expected_s).abs() < 1e-6, "{}", chunk.until_s);
 }
 
-/// It needs no ramp, and has no room left to brake to a lower override: so it does not stop where it was to. The corner would take
-/// its speed, and the other axis of the next move would not.
+/// The first move is at a speed that needs no ramp, and has no room left to brake to a lower override. So it does not
+/// stop at its end, where a stop was planned. The corner would allow its speed, but the other axis of the next move
+/// would not.
 #[test]
 fn a_move_that_is_not_to_stop_any_more_flows_into_none_that_is_slower() {
     for law in SpeedLaw::ALL {
         let axes = [limits(300.0, 1e3, 1e4), limits(9.0, 40.0, 1e3), limits(9.0, 40.0, 1e3)];
         let mut chain = Chain::<AXES, 4>::new(ChainConfig::new(axes, [0.04; AXES], 0.1, IntervalLaw::Fastest, law));
-        // 200 steps/s; of the second no more than 120.
+        // 200 steps/s; the second move allows 120 at most.
         let feed = |steps, tag| Request { feed_mm_s: Some(8.0), ..request(steps, tag) };
         chain.push(feed([20, 0, 0], 0)).unwrap();
         chain.push(feed([30, 10, 0], 1)).unwrap();
@@ -130,18 +131,19 @@ fn a_hold_brakes_and_a_start_goes_on() {
     assert_eq!(chain.advance(f64::INFINITY), None);
 }
 
-/// Between two steps, and where exactly is in no whole number of anything: the steps that are left are where they would be.
+/// The hold ends between two steps, at a place that is not a whole number in any unit. The steps that are left must be
+/// where they would be without the hold.
 #[test]
 fn a_resume_begins_where_the_hold_ended_to_the_last_digit() {
     let accel = 1e4;
     for held_at in 0..200 {
         let mut chain = straight(1, 1_000);
-        // On the ramp, all of which is 0.1 s.
+        // A time on the ramp, which lasts 0.1 s.
         let told_s = 0.01 + 1.2e-4 * std::f64::consts::PI * f64::from(held_at);
         chain.advance(told_s).unwrap();
         chain.hold();
         let braking = chain.advance(f64::INFINITY).unwrap();
-        // As far to rest as from rest.
+        // Braking to rest takes as far as speeding up from rest did.
         let place = accel * told_s * told_s;
         assert!((braking.until_steps / place - 1.0).abs() < 1e-13, "{} not {place}", braking.until_steps);
         chain.start();
@@ -152,7 +154,7 @@ fn a_resume_begins_where_the_hold_ended_to_the_last_digit() {
         for k in first..first + 3 {
             let left_steps = f64::from(k) - 0.5 - place;
             let wanted_s = (2.0 * left_steps / accel).sqrt();
-            // Not even by a place that were rounded to a millionth of a step.
+            // Even a place that is rounded to a millionth of a step would be too inexact.
             let off_s = (rest.step_time_s(0, k) - wanted_s).abs();
             assert!(off_s * accel * wanted_s < 1e-9, "step {k} from {place}: {off_s} s off");
         }
@@ -178,7 +180,7 @@ fn at_rest_a_hold_holds() {
     assert_eq!(chain.advance(1.0), None);
     chain.start();
     assert!(chain.advance(1.0).is_some());
-    // With nothing left.
+    // A start with nothing left does nothing.
     chain.start();
     assert_eq!(chain.advance(1.0), None);
     assert_eq!(chain.at_s(), 0.0);
@@ -187,7 +189,7 @@ fn at_rest_a_hold_holds() {
 #[test]
 fn a_rest_without_a_step_is_forgotten() {
     let mut chain = straight(1, 1_000);
-    // It rests 0.3 steps before the end.
+    // It comes to rest 0.3 steps before the end.
     let brakes_s = 1.0 + (2.0 * 0.3 / 1e4f64).sqrt();
     chain.advance(1.1 - brakes_s.fract() - 1e-3).unwrap();
     chain.hold();
@@ -225,7 +227,7 @@ fn thirds_go_from_rest_to_rest() {
 }
 
 prop_compose! {
-    /// From a step in 2,000 s to 10 million a second, and to a billion steps.
+    /// Speeds from one step in 2,000 s to 10 million steps/s, and moves of up to a billion steps.
     fn extreme()(
         law in prop::sample::select(&SpeedLaw::ALL[..]), top_log in -3.3..7.0f64, accel_log in 0.0..1.0f64,
         ratios in [0.5..1.0f64, 0.5..1.0f64, 0.5..1.0f64], jerk_log in -1.0..3.0f64, start in 0.01..1.0f64,
@@ -233,10 +235,10 @@ prop_compose! {
         has_jerk in any::<bool>(),
     ) -> Case {
         let top = 10f64.powf(top_log);
-        // No move lasts longer than may be planned.
+        // No move may last longer than can be planned.
         let log = log.min(top_log + 5.0).max(0.0);
         let accel = 10f64.powf((top_log - 3.0).max(-6.0) * (1.0 - accel_log) + 9.0 * accel_log);
-        // Round a corner, the slowest speed of one axis is slower yet for another.
+        // At a corner, the slowest speed of one axis is even slower for another.
         let start = if law.is_over_displacement() { (start * top).max(0.5) } else { 0.0 };
         let top = top.max(start);
         let limits = ratios.map(|ratio| Limits {
@@ -267,8 +269,8 @@ proptest! {
     }
 }
 
-/// A step that is due just where one part goes over to another is due when the whole plan has it: there it has its speed, so
-/// it is not kept off as from standstill.
+/// A step that is due exactly where one plan follows another is due when the plan of the whole move has it. The axis is
+/// moving there, so the step must not be shifted as at standstill.
 #[test]
 fn a_step_between_two_parts_is_in_time() {
     let limits = Limits { jerk_steps_s3: 5e5, ..limits(50.0, 2_400.0, 5e4) };
@@ -276,7 +278,8 @@ fn a_step_between_two_parts_is_in_time() {
     let mut chain = Chain::<AXES, 4>::new(config);
     chain.push(request([41, 1, 2], 0)).unwrap();
     let whole = chain.advance(0.06).unwrap();
-    // The half of the way that speeds up is all jerk; of its second half another part is made, which ends where it does.
+    // The half of the distance that speeds up is jerk alone. The second half of that ramp becomes another plan, which
+    // ends at the same place.
     chain.hold();
     chain.start();
     let mut parts = Vec::new();

@@ -1,4 +1,4 @@
-//! Follows the chunks of a chain, and checks whatever holds for all of them.
+//! Follows the chunks of a chain, and checks what must hold for all of them.
 
 use isostep_profile::chain::{Chunk, ChunkKind};
 use isostep_profile::{IntervalLaw, Profile, ProfileError, SpeedLaw, SyncMove};
@@ -6,30 +6,30 @@ use proptest::prelude::*;
 use proptest::test_runner::TestCaseResult;
 
 use super::case::{AXES, Case};
-use super::model::{LimitRatios, Move, corner};
+use super::model::{Move, OverrideRatios, corner};
 
-/// Rounding, as a fraction.
+/// What rounding may change, as a fraction.
 const SAME: f64 = 1e-6;
 const LIMIT_SLACK: f64 = 1.0 + 1e-6;
-/// A chunk is looked at so often.
+/// How many instants of a chunk are checked.
 const LOOKS: u32 = 5;
-/// Of its steps so many first and last ones are.
+/// How many of its first, and of its last, steps are checked.
 const STEPS_LOOKED_AT: u32 = 4;
 
-/// What has been told so far.
+/// What has been handed out so far.
 pub struct Follower<'a> {
     pub case: &'a Case,
     /// Overrides in force.
-    pub ratios: LimitRatios,
-    /// It was asked to hold.
+    pub ratios: OverrideRatios,
+    /// Whether it was asked to hold.
     pub is_held: bool,
-    /// It was faster than it is to be when overrides changed.
+    /// Whether the overrides have changed: then it may be faster than its nominal speed.
     pub has_changed: bool,
-    /// Speeds in squares are told by units of about this one, mm/s.
+    /// The approximate resolution of speeds that are kept as squares, mm/s.
     unit_mm_s: f64,
     last: Option<Chunk<AXES>>,
     at_s: f64,
-    /// It begins from rest.
+    /// Whether the next chunk begins from rest.
     is_at_rest: bool,
     made: [u32; AXES],
     made_s: [f64; AXES],
@@ -41,7 +41,7 @@ impl<'a> Follower<'a> {
         let fastest = tops.map(|top| top * top).sum::<f64>().sqrt();
         Self {
             case,
-            ratios: LimitRatios::ALL,
+            ratios: OverrideRatios::ALL,
             is_held: false,
             has_changed: false,
             unit_mm_s: 1e-8 * fastest,
@@ -58,22 +58,22 @@ impl<'a> Follower<'a> {
         Move::new(self.case, self.case.moves[tag as usize], self.ratios)
     }
 
-    /// How fast what has been told ends, mm/s.
+    /// The speed at the end of the last chunk, mm/s.
     pub fn speed_mm_s(&self) -> f64 {
         self.last.as_ref().map_or(0.0, |chunk| end_speed(chunk) * chunk.mm_per_step)
     }
 
-    /// The speed that may be lost in units of squares, mm/s.
+    /// The speed that may be lost by the resolution of squares, mm/s.
     pub fn unit_mm_s(&self) -> f64 {
         self.unit_mm_s
     }
 
-    /// When it ends, s.
+    /// When the last chunk ends, s.
     pub fn at_s(&self) -> f64 {
         self.at_s
     }
 
-    /// It rests, and goes on from there on another clock.
+    /// Checks that it rests. It goes on from there on a new clock.
     pub fn restart(&mut self) -> TestCaseResult {
         self.rests()?;
         self.is_at_rest = true;
@@ -83,10 +83,11 @@ impl<'a> Follower<'a> {
         Ok(())
     }
 
-    /// What has been told ends at rest.
+    /// Checks that the last chunk ends at rest.
     pub fn rests(&self) -> TestCaseResult {
         if let Some(last) = &self.last {
-            // Or it would have gone round a corner at that speed, and does not turn into the move that follows.
+            // It may also rest at the start speed of the next move: it could have taken the corner at that speed, but
+            // does not go on.
             let next = (last.tag + 1).min(self.case.moves.len() as u64 - 1);
             let start_mm_s = self.one(last.tag).free_mm_s.max(self.one(next).free_mm_s);
             prop_assert!(self.speed_mm_s() <= start_mm_s * LIMIT_SLACK + self.unit_mm_s, "{}", self.speed_mm_s());
@@ -94,7 +95,7 @@ impl<'a> Follower<'a> {
         Ok(())
     }
 
-    /// All moves up to the one with that tag have been made.
+    /// Checks that all moves up to the one with that tag have been made.
     pub fn ends(&self, tag: usize) -> TestCaseResult {
         prop_assert_eq!(self.last.as_ref().map(|chunk| chunk.tag as usize), Some(tag));
         self.rests()?;
@@ -133,7 +134,7 @@ impl<'a> Follower<'a> {
         Ok(())
     }
 
-    /// Another move, or the same from rest. Where it begins, steps.
+    /// Checks the beginning of another move, or of the same move from rest. Returns where it begins, steps.
     fn begins(&mut self, chunk: &Chunk<AXES>, one: &Move) -> Result<f64, TestCaseError> {
         prop_assert_eq!(chunk.plan.begin_s(), self.at_s);
         let speed_mm_s = begin_speed(chunk, self.at_s) * chunk.mm_per_step;
@@ -159,7 +160,7 @@ impl<'a> Follower<'a> {
             Some(corner) if is_same => {
                 let before = self.one(chunk.tag - 1);
                 let nominal = before.nominal_mm_s.min(one.nominal_mm_s);
-                // What was told of a faster feed may be as fast as a stop would leave it.
+                // What was committed at a faster feed may be as fast as a stop would allow.
                 let (nominal, start) = match self.has_changed {
                     true => (f64::INFINITY, one.free_mm_s.min(before.free_mm_s)),
                     false => (nominal, one.start_mm_s.min(before.start_mm_s)),
@@ -178,7 +179,7 @@ impl<'a> Follower<'a> {
         Ok(0.0)
     }
 
-    /// The same move. From where on, steps.
+    /// Checks that the same move goes on. Returns from which place, steps.
     fn goes_on(&self, chunk: &Chunk<AXES>) -> Result<f64, TestCaseError> {
         let Some(last) = self.last else { return Err(TestCaseError::fail("a move has not begun")) };
         prop_assert_eq!(last.tag, chunk.tag);
@@ -195,7 +196,7 @@ impl<'a> Follower<'a> {
         Ok(last.until_steps)
     }
 
-    /// Every part between two speeds is one that could be planned.
+    /// Checks that [`Profile::plan`] accepts the plan, too, if it is one between two speeds.
     fn could_be_planned(&self, chunk: &Chunk<AXES>, one: &Move) -> TestCaseResult {
         let profile = chunk.plan.profile;
         let is_easing = chunk.plan.end_steps() - profile.distance_steps() < chunk.plan.begin_steps() - 1e-9;
@@ -207,7 +208,7 @@ impl<'a> Follower<'a> {
         let top = nominal.max(entry).max(exit).max(profile.cruise_speed_steps_s());
         let limits = one.limits(top * chunk.mm_per_step);
         let law = self.case.law;
-        // Places far on are rounded.
+        // Places far along the path are rounded.
         let distance_steps = profile.distance_steps() + 1e-15 * one.distance_steps;
         match Profile::plan(distance_steps, entry, exit, &limits, IntervalLaw::Fastest, law) {
             Ok(_) => Ok(()),
@@ -239,7 +240,7 @@ impl<'a> Follower<'a> {
             let has_jerk = self.case.law == SpeedLaw::SCurve;
             prop_assert!(!has_jerk || jerk <= limits.jerk_steps_s3 * LIMIT_SLACK, "{jerk} steps/s3");
             let brakes = -accel >= limits.decel_steps_s2 * (1.0 - SAME);
-            // What is left in a chunk of no length is rounding.
+            // A chunk of no length contains only rounding errors.
             let is_short = chunk.until_s - self.at_s <= 1e-9 * self.at_s || profile.distance_steps() < 1e-4;
             if is_trapezoid && self.is_held && !is_short {
                 prop_assert!(brakes, "held, {speed} steps/s, {accel} steps/s2");
@@ -253,9 +254,9 @@ impl<'a> Follower<'a> {
         Ok(())
     }
 
-    /// Every step once, in order, one after the other.
+    /// Checks that every step is made once, and in order.
     fn makes_steps(&mut self, chunk: &Chunk<AXES>, one: &Move) -> TestCaseResult {
-        // A place that rounding moves near standstill.
+        // Near standstill a rounding error of a place is a long time.
         let slack_s = 1e-9 * self.at_s + 2.0 * (1e-8 * one.mm_per_step / one.accel_mm_s2.min(one.decel_mm_s2)).sqrt();
         for axis in 0..AXES {
             let last = chunk.plan.steps_before(axis, chunk.until_steps);
@@ -286,7 +287,7 @@ fn begin_s(part: &SyncMove<AXES>) -> f64 {
     part.end_s() - part.profile.duration_s()
 }
 
-/// How fast a chunk ends, steps/s.
+/// The speed at the end of a chunk, steps/s.
 fn end_speed(chunk: &Chunk<AXES>) -> f64 {
     if chunk.until_s >= chunk.plan.end_s() {
         chunk.plan.profile.exit_speed_steps_s()
@@ -295,7 +296,7 @@ fn end_speed(chunk: &Chunk<AXES>) -> f64 {
     }
 }
 
-/// How fast a chunk begins that begins there, steps/s.
+/// The speed at the beginning of a chunk that begins at `at_s`, steps/s.
 fn begin_speed(chunk: &Chunk<AXES>, at_s: f64) -> f64 {
     let begins = (begin_s(&chunk.plan) - at_s).abs() <= 1e-12 * (at_s + chunk.plan.profile.duration_s());
     if begins { chunk.plan.profile.entry_speed_steps_s() } else { chunk.plan.speed_at(at_s) }

@@ -1,22 +1,23 @@
-//! What the moves of a chain may do, reckoned anew in floats: shared limits, corners, and the fastest speeds between.
+//! A second computation, in floats, of what the moves of a chain may do: shared limits, corners, and the fastest speeds
+//! between moves.
 
 use isostep_profile::chain::Request;
 use isostep_profile::{IntervalLaw, Limits, SPEED_MIN_STEPS_S, SpeedLaw};
 
 use super::case::{AXES, Case};
 
-/// The shares of feeds and rapids.
+/// The overrides of feeds and rapids, as ratios.
 #[derive(Clone, Copy, Debug)]
-pub struct LimitRatios {
+pub struct OverrideRatios {
     pub feed: f64,
     pub rapid: f64,
 }
 
-impl LimitRatios {
+impl OverrideRatios {
     pub const ALL: Self = Self { feed: 1.0, rapid: 1.0 };
 }
 
-/// A move, in mm.
+/// A move in mm.
 #[derive(Clone, Copy, Debug)]
 pub struct Move {
     pub request: Request<AXES>,
@@ -24,11 +25,11 @@ pub struct Move {
     pub mm_per_step: f64,
     pub length_mm: f64,
     pub direction: [f64; AXES],
-    /// Along the path, mm.
+    /// The limits along the path, from here on.
     pub top_mm_s: f64,
     pub nominal_mm_s: f64,
     pub start_mm_s: f64,
-    /// The same, however slow it is to be.
+    /// The start speed without the limit by the nominal speed.
     pub free_mm_s: f64,
     pub accel_mm_s2: f64,
     pub decel_mm_s2: f64,
@@ -36,7 +37,7 @@ pub struct Move {
 }
 
 impl Move {
-    pub fn new(case: &Case, request: Request<AXES>, ratios: LimitRatios) -> Self {
+    pub fn new(case: &Case, request: Request<AXES>, ratios: OverrideRatios) -> Self {
         let mm: [f64; AXES] = core::array::from_fn(|axis| f64::from(request.steps[axis]) * case.mm_per_step[axis]);
         let length_mm = mm.iter().map(|mm| mm * mm).sum::<f64>().sqrt();
         let direction = mm.map(|mm| mm / length_mm);
@@ -51,7 +52,7 @@ impl Move {
         let mm_per_step = length_mm / distance_steps;
         let (asked_mm_s, ratio) =
             request.feed_mm_s.map_or((top_mm_s, ratios.rapid), |feed_mm_s| (feed_mm_s, ratios.feed));
-        // No override makes it slower than can be planned.
+        // An override makes no move slower than can be planned.
         let slowest_mm_s = asked_mm_s.min(SPEED_MIN_STEPS_S * mm_per_step);
         let nominal_mm_s = (asked_mm_s * ratio).max(slowest_mm_s).min(top_mm_s);
         Self {
@@ -81,7 +82,7 @@ impl Move {
         }
     }
 
-    /// What the square of its speed may gain over its length at that acceleration, (mm/s)².
+    /// The delta v² that is possible over its length at that acceleration, (mm/s)².
     fn gain(&self, law: SpeedLaw, accel_mm_s2: f64) -> f64 {
         let even = 2.0 * accel_mm_s2 * self.length_mm;
         even / match law {
@@ -89,7 +90,8 @@ impl Move {
             SpeedLaw::SCurve => return self.s_curve_gain(accel_mm_s2),
             // The steepest slope of half a wave.
             SpeedLaw::Sine => core::f64::consts::FRAC_PI_2,
-            // The largest a on a ramp from standstill over v²/2x: v v' is u, 2 u³, (1 - cos πu) sin πu π/4.
+            // The largest acceleration on a ramp from standstill, divided by v²/2x. v v' is u, 2 u³, (1 - cos πu) sin
+            // πu π/4.
             SpeedLaw::Linear => 2.0,
             SpeedLaw::Quadratic => 4.0,
             SpeedLaw::Sinusoidal => 27f64.sqrt() * core::f64::consts::PI / 8.0,
@@ -98,7 +100,7 @@ impl Move {
         }
     }
 
-    /// The gain that takes no longer a way than there is, at the highest mean speed there may be, by bisection.
+    /// The largest delta v² whose ramp fits the length at the highest possible mean speed, by bisection.
     fn s_curve_gain(&self, accel_mm_s2: f64) -> f64 {
         let mean_mm_s = self.request.feed_mm_s.map_or(self.top_mm_s, |feed_mm_s| (2.0 * feed_mm_s).min(self.top_mm_s));
         let way_mm = |gain: f64| {
@@ -130,7 +132,7 @@ pub fn corner(case: &Case, before: &Move, after: &Move) -> Option<f64> {
         return None;
     }
     let pairs = || before.direction.iter().zip(&after.direction);
-    // Of the way in, and of the way out, reversed: 1 where it goes back.
+    // The cosine of the angle between one direction and the reverse of the other: 1 for a move back.
     let cosine = -pairs().map(|(a, b)| a * b).sum::<f64>();
     let across: [f64; AXES] = core::array::from_fn(|axis| after.direction[axis] - before.direction[axis]);
     let length = across.iter().map(|ratio| ratio * ratio).sum::<f64>().sqrt();
@@ -148,12 +150,12 @@ pub fn corner(case: &Case, before: &Move, after: &Move) -> Option<f64> {
             accel_steps_s2.min(decel_steps_s2) * case.mm_per_step[axis] * length / across[axis].abs()
         })
         .fold(f64::INFINITY, f64::min);
-    // 1 - sine, which cancels.
+    // 1 - sine, in a form that does not cancel.
     let rest = (1.0 + cosine) / 2.0 / (1.0 + sine);
     Some(accel_mm_s2 * case.deviation_mm * sine / rest)
 }
 
-/// The most that the entry of `after` may be squared; `None` if `before` ends at a stop.
+/// The highest squared speed at which `after` may begin; `None` if `before` ends at a stop.
 pub fn cap(case: &Case, before: &Move, after: &Move) -> Option<f64> {
     let corner = corner(case, before, after)?;
     let nominal = before.nominal_mm_s.min(after.nominal_mm_s);
@@ -161,25 +163,25 @@ pub fn cap(case: &Case, before: &Move, after: &Move) -> Option<f64> {
     Some(corner.min(nominal * nominal).max(start * start))
 }
 
-/// How fast a move begins and ends, (mm/s)².
+/// The squared speeds at which a move begins and ends, (mm/s)².
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Ends {
     pub entry: f64,
     pub exit: f64,
-    /// It begins as fast as the one before it ends.
+    /// Whether it begins at the speed at which the move before ends.
     pub flows: bool,
 }
 
-/// The ends of the moves: the fastest within all limits, from `entry` on (or from rest) to rest at the end. By brute force:
-/// each is reckoned from its neighbours until nothing changes. A move may end at its start speed, whatever follows: where
-/// that is too fast for what follows, it stops.
+/// The fastest ends of the moves within all limits, from `entry` (or from rest) to rest at the end. It is found by
+/// brute force: each end is computed from its neighbours until nothing changes. A move may always end at its start
+/// speed; if that is too fast for the next move, it stops.
 pub fn fastest(case: &Case, moves: &[Move], entry: Option<f64>) -> Vec<Ends> {
     let start = |index: usize| moves[index].start_mm_s * moves[index].start_mm_s;
     let gains: Vec<(f64, f64)> = moves.iter().map(|one| one.gains(case.law)).collect();
     let cap = |index: usize| index.checked_sub(1).and_then(|before| cap(case, &moves[before], &moves[index]));
     let caps: Vec<Option<f64>> = (0..moves.len()).map(cap).collect();
     let mut all = vec![Ends::default(); moves.len()];
-    // Backwards alone, what may be braked from; then forwards, what may be come to.
+    // First backwards, from which speeds it can brake; then forwards, which speeds it can reach.
     for is_forward in [false, true] {
         loop {
             let before = all.clone();

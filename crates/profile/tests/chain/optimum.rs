@@ -1,4 +1,4 @@
-//! All moves are known before the first begins: every one begins and ends as fast as limits and corners allow.
+//! If all moves are known before the first begins, every one begins and ends as fast as limits and corners allow.
 
 use isostep_profile::chain::{Chain, ChunkKind};
 use proptest::prelude::*;
@@ -6,14 +6,14 @@ use proptest::test_runner::TestCaseResult;
 
 use crate::case::{AXES, Case, case, curved, trapezoid};
 use crate::follow::Follower;
-use crate::model::{Ends, LimitRatios, Move, fastest};
+use crate::model::{Ends, Move, OverrideRatios, fastest};
 
 fn is_the_fastest(case: &Case) -> TestCaseResult {
     let mut chain = Chain::<AXES, 64>::new(case.config());
     for request in &case.moves {
         chain.push(*request).unwrap();
     }
-    let moves: Vec<Move> = case.moves.iter().map(|request| Move::new(case, *request, LimitRatios::ALL)).collect();
+    let moves: Vec<Move> = case.moves.iter().map(|request| Move::new(case, *request, OverrideRatios::ALL)).collect();
     let speeds = fastest(case, &moves, None);
     let mut follower = Follower::new(case);
     let unit =
@@ -26,9 +26,13 @@ fn is_the_fastest(case: &Case) -> TestCaseResult {
         for (speed, square) in
             [(chunk.plan.profile.entry_speed_steps_s(), entry), (chunk.plan.profile.exit_speed_steps_s(), exit)]
         {
-            let (speed, request) = (speed * chunk.mm_per_step, square.sqrt());
-            // Near standstill the units are larger than the fraction.
-            prop_assert!((speed - request).abs() <= 1e-6 * request + unit, "move {}: {speed} for {request}", chunk.tag);
+            let (speed, expected) = (speed * chunk.mm_per_step, square.sqrt());
+            // Near standstill the units of squares are larger than this fraction.
+            prop_assert!(
+                (speed - expected).abs() <= 1e-6 * expected + unit,
+                "move {}: {speed} for {expected}",
+                chunk.tag
+            );
         }
         chunks += 1;
     }

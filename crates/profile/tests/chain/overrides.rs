@@ -1,4 +1,4 @@
-//! Other speeds at any time, and holds between.
+//! Overrides at any time, with holds in between.
 
 use proptest::prelude::*;
 

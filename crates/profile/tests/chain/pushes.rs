@@ -1,4 +1,4 @@
-//! Moves come while others are made: none is faster than it can brake from, nor slower than it has to be.
+//! Moves that come while others are made: none is faster than it can brake from, nor slower than it has to be.
 
 use proptest::prelude::*;
 

@@ -1,4 +1,4 @@
-//! Random moves, each from its number.
+//! Random moves, each of which follows from its number.
 
 use std::ops::Range;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
@@ -7,9 +7,9 @@ use std::thread;
 use isostep_profile::{IntervalLaw, Limits, Profile, ProfileError, SpeedLaw};
 use oorandom::Rand64;
 
-/// Names the one case to try.
+/// The environment variable that names a single case to try.
 const CASE_VARIABLE: &str = "S_CURVE_CASE";
-/// The cases are split over so many threads.
+/// How many threads the cases are split over.
 const THREADS: u64 = 4;
 
 /// A move to plan.
@@ -52,7 +52,7 @@ impl Case {
         self.plan(SpeedLaw::SCurve).expect("a random move can be planned")
     }
 
-    /// A speed too high for the distance becomes the highest that works, or a lower one.
+    /// Replaces a speed that is too high for the distance by the highest that works, or by a lower one.
     fn made_possible(self, random: &mut Random) -> Self {
         match self.plan(SpeedLaw::SCurve) {
             Err(ProfileError::EntrySpeed { max, .. }) => {
@@ -77,8 +77,8 @@ impl Random {
         (range.start.ln() + self.0.rand_float() * (range.end / range.start).ln()).exp()
     }
 
-    /// Gaining the top speed takes 2 ms to 10 s at constant acceleration; reaching the acceleration takes a millionth
-    /// of that to ten thousand times as long.
+    /// Reaching the top speed takes 2 ms to 10 s at constant acceleration. Reaching the acceleration takes a millionth
+    /// of that to ten thousand times that.
     fn limits(&mut self) -> Limits {
         let top_speed_steps_s = self.log(1.0..1e4);
         let accel_s = self.log(2e-3..10.0);
@@ -89,7 +89,7 @@ impl Random {
         Limits { start_speed_steps_s: 0.0, top_speed_steps_s, accel_steps_s2, decel_steps_s2, jerk_steps_s3 }
     }
 
-    /// A ten-millionth of the way on which the top speed is about gained, to a thousand times as far.
+    /// From a ten-millionth of the distance in which the top speed is about reached, to a thousand times that distance.
     fn distance_steps(&mut self, limits: &Limits) -> f64 {
         let top = limits.top_speed_steps_s;
         let gained_s = top / limits.accel_steps_s2 + (top / limits.jerk_steps_s3).sqrt();
@@ -107,7 +107,7 @@ impl Random {
         }
     }
 
-    /// The higher one, almost, or any between.
+    /// The higher speed, almost the higher speed, or any speed between.
     fn speed_between(&mut self, low: f64, high: f64) -> f64 {
         match self.0.rand_range(0..4) {
             0 => high,
@@ -117,7 +117,7 @@ impl Random {
     }
 }
 
-/// What `check` gathers over the cases of each thread, or over the one case that is asked for.
+/// Runs `check` on the cases, or on the single one that is asked for. Returns what it gathers, for each thread.
 pub fn over_cases<T: Default + Send>(count: u64, check: impl Fn(&mut T, &Case) + Sync) -> Vec<T> {
     let gather = |numbers: &mut dyn Iterator<Item = u64>| {
         let mut gathered = T::default();
@@ -128,13 +128,13 @@ pub fn over_cases<T: Default + Send>(count: u64, check: impl Fn(&mut T, &Case) +
         return vec![gather(&mut std::iter::once(number))];
     }
     thread::scope(|scope| {
-        let ratio = |first| scope.spawn(move || gather(&mut (first..count).step_by(THREADS as usize)));
-        let threads: Vec<_> = (0..THREADS).map(ratio).collect();
+        let worker = |first| scope.spawn(move || gather(&mut (first..count).step_by(THREADS as usize)));
+        let threads: Vec<_> = (0..THREADS).map(worker).collect();
         threads.into_iter().map(|thread| thread.join().unwrap_or_else(|panic| resume_unwind(panic))).collect()
     })
 }
 
-/// Whether one case is tried alone; what is said of all cases then does not hold.
+/// Whether a single case is tried. Then what is expected of all cases together does not hold.
 pub fn is_one_case() -> bool {
     asked_case().is_some()
 }

@@ -1,4 +1,4 @@
-//! A million random moves: within their limits, at their ends where they should be, and as short as that allows.
+//! A million random moves: they are within their limits, end where they should, and are as short as that allows.
 
 use std::collections::BTreeMap;
 
@@ -9,9 +9,9 @@ use crate::phases::Phases;
 use crate::shape::Shape;
 
 const CASES: u64 = 1_000_000;
-/// What rounding may take, as a fraction.
+/// What rounding may change, as a fraction.
 const TOLERANCE: f64 = 1e-9;
-/// Each shape must occur so often.
+/// How often each shape must occur at least.
 const OCCURRENCES_MIN: u64 = 100;
 
 #[derive(Default)]
@@ -42,14 +42,15 @@ fn no_limit_is_a_gain() {
     });
 }
 
-/// It is a move, and the one that was asked for.
+/// Checks that it is the move that was asked for.
 pub fn is_right(case: &Case, profile: &Profile) {
     keeps_to_its_limits(case, profile);
     ends_where_it_should(case, profile);
     moves_as_its_phases(case, profile);
 }
 
-/// Speed, acceleration and jerk are monotone within a phase: their extremes are at its ends. The middle is for good measure.
+/// Speed, acceleration and jerk are monotone within a phase, so their extremes are at its ends. The middle is an extra
+/// check.
 fn keeps_to_its_limits(case: &Case, profile: &Profile) {
     let limits = &case.limits;
     let is_within = |name: &str, value: f64, low: f64, high: f64| {
@@ -73,7 +74,7 @@ fn instants_s(phases: &Phases, duration_s: f64) -> impl Iterator<Item = f64> {
     })
 }
 
-/// To the last bit, but the speed at the start where the move begins to decelerate at once.
+/// The ends are exact to the last bit, except the speed at the start if the move begins to decelerate at once.
 fn ends_where_it_should(case: &Case, profile: &Profile) {
     let end_s = profile.duration_s();
     assert_eq!(profile.position_at(0.0), 0.0);
@@ -89,12 +90,12 @@ fn ends_where_it_should(case: &Case, profile: &Profile) {
     }
 }
 
-/// Integrated from the entry on, the jerk of each phase comes to where the profile says, and to its end.
+/// The jerk of the phases, integrated from the entry on, leads to the places and speeds of the profile, and to its end.
 fn moves_as_its_phases(case: &Case, profile: &Profile) {
     let limits = &case.limits;
     let ends = Phases::of(profile, limits).ends(case);
     for at in ends {
-        // Rounding may leave the end a little beyond it.
+        // Rounding may put the end of a phase a little beyond the end of the profile.
         let t_s = at.t_s.min(profile.duration_s());
         close("position", profile.position_at(t_s), at.steps, case.distance_steps);
         close("speed", profile.speed_at(t_s), at.speed_steps_s, profile.cruise_speed_steps_s());
@@ -108,7 +109,7 @@ fn moves_as_its_phases(case: &Case, profile: &Profile) {
     }
 }
 
-/// And no faster than it with one.
+/// Checks that it is the trapezoid if the jerk has no limit, and is no faster than the trapezoid otherwise.
 fn is_the_trapezoid_without_limit_of_jerk(case: &Case, profile: &Profile) {
     let trapezoid = case.plan(SpeedLaw::Trapezoid).expect("it needs no more way than the S-curve");
     assert!(profile.duration_s() >= trapezoid.duration_s() * (1.0 - TOLERANCE), "faster than the trapezoid");
@@ -120,7 +121,8 @@ fn is_the_trapezoid_without_limit_of_jerk(case: &Case, profile: &Profile) {
     close("middle", free.position_at(middle_s), trapezoid.position_at(middle_s), case.distance_steps);
 }
 
-/// A limit halved makes the move no shorter, or is refused: an end may be too fast for it.
+/// Halving a limit does not make the move shorter. It may be refused, because an end speed may be too fast for the
+/// limit.
 fn no_tighter_limit_is_faster(case: &Case, profile: &Profile) {
     let limits = case.limits;
     let tighter = [

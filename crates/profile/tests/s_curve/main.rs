@@ -1,4 +1,4 @@
-//! The S-curve against its limits, and against a published planner, on random moves.
+//! The S-curve, compared with its limits and with a published planner, on random moves.
 //!
 //! Every random move follows from its number, so every run tries the same ones. A failure prints the move and the command
 //! that tries it alone: `S_CURVE_CASE=n cargo test -p isostep-profile --test s_curve`.

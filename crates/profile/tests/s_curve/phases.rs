@@ -1,10 +1,10 @@
-//! The seven phases of an S-curve, from its limits and how long its ramps last.
+//! The seven phases of an S-curve, computed from its limits and the durations of its ramps.
 
 use isostep_profile::{Limits, Profile};
 
 use crate::case::Case;
 
-/// Time of each phase, s, and its jerk, steps/s³.
+/// Duration of each phase, s, and its jerk, steps/s³.
 pub struct Phases(pub [(f64, f64); 7]);
 
 /// Where a move is, and how it moves.
@@ -54,7 +54,8 @@ impl State {
     }
 }
 
-/// Time of either jerk of a ramp, and of the constant acceleration between, which the jerk takes `reach_s` to reach.
+/// Duration of each jerk of a ramp, and of the constant acceleration between them. The jerk takes `reach_s` to reach
+/// the acceleration.
 fn ramp(duration_s: f64, reach_s: f64) -> (f64, f64) {
     let jerk_s = reach_s.min(duration_s / 2.0);
     (jerk_s, duration_s - 2.0 * jerk_s)

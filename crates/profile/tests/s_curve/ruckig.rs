@@ -1,9 +1,10 @@
-//! Durations beside those of Ruckig, a published planner of time-optimal moves with limited jerk (L. Berscheid and T.
-//! Kröger, "Jerk-limited Real-time Trajectory Generation with Arbitrary Target States", RSS 2021), as ported to Rust.
+//! Compares durations with those of Ruckig, a published planner of time-optimal moves with limited jerk (L. Berscheid
+//! and T. Kröger, "Jerk-limited Real-time Trajectory Generation with Arbitrary Target States", RSS 2021), as ported to
+//! Rust.
 //!
-//! None of ours may last longer. None can be shorter, either, unless one of both is wrong: ours then are shown to be right.
-//! Ruckig's solution is lost to rounding in moves of one ramp and hardly more, and it goes back and forth instead, or finds
-//! no move.
+//! No move of ours may last longer. If one is shorter, one of the two planners is wrong, and ours is then checked to be
+//! right. Rounding makes Ruckig lose its solution in moves that are hardly more than one ramp: it then goes back and
+//! forth, or finds no move.
 
 use isostep_profile::Profile;
 use rsruckig::daov_stack;
@@ -15,16 +16,16 @@ use crate::limits::is_right;
 const CASES: u64 = 1_000_000;
 /// Ruckig takes a position as reached within 1e-8 of about its distance.
 const TOLERANCE: f64 = 1e-6;
-/// No larger share of the moves may be missed by Ruckig.
+/// The largest fraction of the moves that Ruckig may miss.
 const MISSED_MAX: f64 = 0.01;
 
 #[derive(Default)]
 struct Compared {
-    /// Our duration over Ruckig's, where both have the same move.
+    /// Our duration divided by Ruckig's, where both have the same move.
     ratios: Vec<f64>,
-    /// Ruckig's move is longer.
+    /// How many of Ruckig's moves are longer.
     longer: usize,
-    /// Ruckig finds none.
+    /// How many moves Ruckig does not find.
     not_found: usize,
 }
 
@@ -59,8 +60,8 @@ fn compare(compared: &mut Compared, case: &Case) {
     }
 }
 
-/// Its tolerances are absolute, so it gets the move in units of about its distance and duration: powers of two, which
-/// change no digit.
+/// Ruckig's tolerances are absolute, so it gets the move in units of about its distance and duration. The units are
+/// powers of two, so no digit changes.
 fn ruckig_duration_s(case: &Case, profile: &Profile) -> Option<f64> {
     let per_step = case.distance_steps.log2().round().exp2().recip();
     let unit_s = profile.duration_s().log2().round().exp2();

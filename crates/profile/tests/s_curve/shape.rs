@@ -2,9 +2,9 @@
 
 use isostep_profile::{Limits, Profile};
 
-/// A ramp of less than this fraction of the speed is none.
+/// A ramp whose rise is less than this fraction of the speed counts as none.
 const RISE_MIN: f64 = 1e-9;
-/// A cruise of less than this fraction of the duration is what the search for the peak left.
+/// A shorter cruise, as a fraction of the duration, is left over from the search for the peak and counts as none.
 const CRUISE_MIN: f64 = 1e-9;
 
 /// How a ramp is made.
@@ -12,9 +12,9 @@ const CRUISE_MIN: f64 = 1e-9;
 pub enum RampShape {
     /// There is none.
     None,
-    /// Jerk and jerk back: its acceleration is not reached.
+    /// Two jerks: the acceleration is not reached.
     TwoPhases,
-    /// With constant acceleration between.
+    /// Two jerks with constant acceleration between them.
     ThreePhases,
 }
 
@@ -27,7 +27,7 @@ pub struct Shape {
 }
 
 impl Shape {
-    /// Every one but the move that has no phase at all.
+    /// Every shape except that of a move without any phase.
     pub fn all() -> impl Iterator<Item = Self> {
         let ramps = [RampShape::None, RampShape::TwoPhases, RampShape::ThreePhases];
         let pairs = ramps.into_iter().flat_map(move |accel| ramps.map(|decel| (accel, decel)));
