@@ -105,12 +105,12 @@ fn no_task_has_a_twin_for_tests() {
     for package in ["profile", "motion", "console", "controller"] {
         for path in sources(&root().join("crates").join(package).join("src")) {
             let text = fs::read_to_string(&path).unwrap();
-            for line in twins(&text) {
-                panic!(
-                    "{}: `{line}` is there in tests alone, or not in tests: tests are to see the code that ships",
-                    path.display()
-                );
-            }
+            let found: Vec<&str> = twins(&text).collect();
+            assert!(
+                found.is_empty(),
+                "{}: {found:?} differ in tests: tests are to see the code that ships",
+                path.display()
+            );
         }
     }
 }
