@@ -1,7 +1,7 @@
 //! The position contract: for every way in which a motion ends, what is left of the position, and what clears it.
 //!
 //! One list of cases, as rows of `docs/position.md`. Each is a script that a simulated machine and the firmware on the emulated
-//! board carry out alike: see [`crate::desk`].
+//! board carry out alike: see [`crate::script_runner`].
 
 use std::fmt::Write as _;
 use std::iter;
