@@ -1,12 +1,12 @@
-//! The files that a verb is given. Before it runs they are looked at together: none may be written over another, and each must
-//! be possible, as a long run whose result cannot be kept is lost.
+//! The files named by a verb's options. They are checked together before the verb runs: no file may overwrite another,
+//! and each must be writable where it is written, because otherwise the result of a long run would be lost.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail, ensure};
 
-/// What the options of a verb name.
+/// The files that the options of a verb name.
 #[derive(Default)]
 pub struct Files(Vec<Named>);
 
@@ -18,32 +18,32 @@ struct Named {
 
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Role {
-    /// Only read.
+    /// Read, never written.
     Read,
     Written,
-    /// A symbolic link, which is itself and not what it points to.
+    /// A symbolic link. It counts as a file of its own, separate from the file it points to.
     Link,
     /// A folder that a page and its pictures are written into.
     Page,
 }
 
 impl Files {
-    /// What is read.
+    /// Adds files that are read.
     pub fn read<'p>(self, option: &'static str, paths: impl IntoIterator<Item = &'p PathBuf>) -> Self {
         self.with(Role::Read, option, paths)
     }
 
-    /// A file that is written.
+    /// Adds files that are written.
     pub fn written<'p>(self, option: &'static str, paths: impl IntoIterator<Item = &'p PathBuf>) -> Self {
         self.with(Role::Written, option, paths)
     }
 
-    /// A symbolic link that is made.
+    /// Adds symbolic links that are created.
     pub fn link<'p>(self, option: &'static str, paths: impl IntoIterator<Item = &'p PathBuf>) -> Self {
         self.with(Role::Link, option, paths)
     }
 
-    /// A folder that a page and its pictures are written into.
+    /// Adds folders that a page and its pictures are written into.
     pub fn page<'p>(self, option: &'static str, paths: impl IntoIterator<Item = &'p PathBuf>) -> Self {
         self.with(Role::Page, option, paths)
     }
@@ -54,7 +54,7 @@ impl Files {
     }
 
     /// # Errors
-    /// One would be written over another, or cannot be written for want of its folder.
+    /// When one file would overwrite another, or when a file cannot be written because its folder does not exist.
     pub fn check(&self) -> Result<()> {
         for (index, one) in self.0.iter().enumerate() {
             one.check()?;
@@ -88,7 +88,8 @@ impl Named {
         Ok(())
     }
 
-    /// Where it is, links followed; what is not there yet, by its folder.
+    /// The canonical path, with links followed. For a file that does not exist yet, the canonical path of its folder
+    /// and its name.
     fn place(&self) -> PathBuf {
         let there = fs::canonicalize(&self.path).ok().filter(|_| self.role != Role::Link);
         there.unwrap_or_else(|| {
@@ -98,7 +99,7 @@ impl Named {
         })
     }
 
-    /// Whether its page or one of the page's pictures may be `other`.
+    /// Whether this is a page that may write `other`: its `index.html` or one of its pictures.
     fn covers(&self, other: &Self) -> bool {
         let place = other.place();
         let name = place.file_name().unwrap_or_default();
@@ -113,7 +114,8 @@ impl Named {
     }
 }
 
-/// Neither may take the other's place. What is only read may be read twice, and a device or a pipe holds nothing to be lost.
+/// Refuses two options that would overwrite each other. The same file may be read twice, and a device or a pipe has no
+/// contents that could be lost.
 fn apart(one: &Named, other: &Named) -> Result<()> {
     if one.role == Role::Read && other.role == Role::Read {
         return Ok(());
@@ -162,7 +164,7 @@ fn is_hard_link(_one: &Path, _other: &Path) -> bool {
 mod tests {
     use super::*;
 
-    /// A folder of this test's own, with a program in it.
+    /// A folder for this test alone, with a program in it.
     fn folder(name: &str) -> PathBuf {
         let folder = std::env::temp_dir().join(format!("isostep-files-{name}-{}", std::process::id()));
         fs::create_dir_all(folder.join("report")).unwrap();
@@ -235,7 +237,7 @@ mod tests {
         fs::remove_dir_all(folder).unwrap();
     }
 
-    /// A link that a killed run has left points to a terminal, which is not what is written.
+    /// A killed run can leave a link that points to a terminal. The link is replaced; the terminal is not written to.
     #[cfg(unix)]
     #[test]
     fn a_link_is_itself() {

@@ -1,39 +1,41 @@
-//! The bytes that a sender has sent and that are not answered yet: what it must keep within a controller's buffer. The
-//! console counts them so as to keep within it, a machine on a pseudo-terminal to say whether its sender did.
+//! Counts the bytes that a sender has sent and the controller has not answered yet. They must fit in the controller's
+//! buffer. The console counts them to stay within the buffer; a machine on a pseudo-terminal counts them to report
+//! whether its sender did.
 
 use std::collections::VecDeque;
 
 use isostep_console::realtime::{self, Realtime};
 
-/// Grbl's receive buffer, which senders count against. A pseudo-terminal itself never overflows.
+/// The size of Grbl's receive buffer, which senders rely on. A pseudo-terminal itself never overflows.
 pub const WINDOW_BYTES: usize = 128;
 
-/// What went over a console's wire, counted as a sender that counts characters does.
+/// The traffic of a console, counted in the way of senders that count characters.
 #[derive(Debug, Default)]
 pub struct Flight {
     /// Bytes of the line that has not ended yet.
     partial: usize,
-    /// Length of each line not yet answered, its end included.
+    /// Length of each unanswered line, its line end included.
     unanswered: VecDeque<usize>,
     in_flight: usize,
-    /// After a reset nothing sent before is answered: until the welcome comes, an `ok` belongs to no line.
+    /// Set between a reset and the welcome: nothing sent before the reset is answered, so an `ok` belongs to no line.
     restarting: bool,
-    /// The most bytes in flight at once.
+    /// The highest number of unanswered bytes.
     pub most: usize,
-    /// How often they grew beyond the window.
+    /// How often the unanswered bytes have exceeded the window.
     pub times_over: u32,
-    /// Lines sent; a reset forgets those not answered.
+    /// Lines sent. A reset subtracts those not answered.
     pub lines: u64,
     /// Lines answered, by `ok` or an error.
     pub answered: u64,
     /// Lines answered by an error.
     pub refused: u64,
-    /// Alarms told.
+    /// Alarms reported.
     pub alarms: u64,
 }
 
 impl Flight {
-    /// Bytes go to the machine. Real-time ones are acted on at once, and never answered.
+    /// Counts bytes that go to the machine. Real-time bytes do not count, because they act at once and are never
+    /// answered.
     pub fn sent(&mut self, bytes: &[u8]) {
         for &byte in bytes {
             match realtime::classify(byte) {
@@ -44,12 +46,13 @@ impl Flight {
         }
     }
 
-    /// The machine has said a line. Whether it answers one of ours: the one of number [`Self::answered`], from 1.
+    /// Takes a line that the machine has sent. Returns whether it answers one of our lines; that line's number, counted
+    /// from 1, is then [`Self::answered`].
     pub fn heard(&mut self, line: &str) -> bool {
         let refused = line.starts_with("error:");
         if line.starts_with("Grbl") {
             if !self.restarting {
-                // It has reset by itself.
+                // The machine has reset by itself.
                 self.restart();
             }
             self.restarting = false;
@@ -64,12 +67,13 @@ impl Flight {
         self.in_flight
     }
 
-    /// Whether a line of that length, its end included, keeps within the window. One longer than the window goes alone.
+    /// Whether a line of this length, its end included, fits in the window. A line longer than the window is sent when
+    /// no other is unanswered.
     pub fn has_room(&self, length: usize) -> bool {
         self.in_flight == 0 || self.in_flight + length <= WINDOW_BYTES
     }
 
-    /// The machine forgets what it has not carried out, and says its welcome.
+    /// Counts a reset: the machine discards what it has not carried out, and will send its welcome.
     pub fn restart(&mut self) {
         (self.partial, self.in_flight, self.restarting) = (0, 0, true);
         self.lines -= self.unanswered.len() as u64;

@@ -1,4 +1,4 @@
-//! `isostep homing`: how well homing finds the same place again.
+//! `isostep homing`: how exactly homing finds the same place each time.
 
 use std::path::PathBuf;
 
@@ -103,7 +103,7 @@ fn range(values: &[f64]) -> (f64, f64) {
     values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), &value| (least.min(value), most.max(value)))
 }
 
-/// Less than the default machine's pull-off, or a switch would never open.
+/// The scatter must be less than the default machine's pull-off, otherwise a switch would never open.
 fn scatter(text: &str) -> Result<f64, String> {
     let mm = text.parse().ok().filter(|mm| (0.0..=1.0).contains(mm));
     mm.ok_or_else(|| "give a number of mm from 0 to 1".to_owned())

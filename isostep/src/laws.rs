@@ -45,7 +45,7 @@ fn about(law: SpeedLaw) -> &'static str {
 }
 
 impl Laws {
-    /// What was asked for as settings, by number, in an order that the default machine accepts.
+    /// The requested settings by number, in an order that the default machine accepts.
     pub fn settings(&self) -> Vec<(u16, f32)> {
         let mut settings = Vec::new();
         if let Some(law) = &self.law {
@@ -59,15 +59,15 @@ impl Laws {
         settings
     }
 
-    /// The default machine under these laws.
+    /// The default machine with these laws.
     pub fn machine(&self) -> Settings {
         self.over(Settings::DEFAULT).expect("the default machine takes every law")
     }
 
-    /// A machine under these laws; one that has a start speed keeps it.
+    /// The given machine with these laws. A start speed that the machine already has is kept.
     ///
     /// # Errors
-    /// When it cannot start as fast as the law asks for.
+    /// When the law needs a start speed that the machine does not allow.
     pub fn over(&self, machine: Settings) -> Result<Settings, SettingError> {
         self.settings().into_iter().try_fold(machine, |settings, (number, value)| {
             let keeps = START_SPEEDS.contains(&number) && settings.get(number) > Some(0.0);

@@ -1,9 +1,10 @@
-//! What a user of Isostep runs on a computer: programs on a machine in virtual time, a terminal for a board, speed laws and the
-//! papers' figures. The binary `isostep` is a thin one; `cargo xtask` hands the same verbs on.
+//! The tool that users of Isostep run on a computer: programs on a machine in virtual time, a terminal for a board,
+//! speed laws and the papers' figures. The binary `isostep` only calls this library; `cargo xtask` offers the same
+//! verbs.
 //!
-//! One file or folder for each verb of [`Verb`]. The rest is what they share.
+//! Each verb of [`Verb`] has a file or folder. The other modules are shared by the verbs.
 
-// First, as its macros are what all of them print with.
+// Declared first, because all other modules print with its macros.
 #[macro_use]
 pub mod screen;
 
@@ -47,10 +48,10 @@ pub enum Verb {
 }
 
 impl Verb {
-    /// Carries it out, in words on the standard output and in the files that it was given.
+    /// Runs the verb. Results go to the standard output and to the files named in the arguments.
     ///
     /// # Errors
-    /// What went wrong, and what to do about it.
+    /// An error's text says what went wrong and what to do about it.
     pub fn run(self) -> Result<()> {
         match self {
             Self::Sim(args) => sim::run(args),
@@ -65,8 +66,8 @@ impl Verb {
     }
 }
 
-/// How a process ends whose verb came to this. Not `fn main() -> Result`: that prints a backtrace where `RUST_BACKTRACE` is set,
-/// which no user of a tool wants.
+/// Prints a verb's error, if any, and returns the exit code of the process. `fn main() -> Result` is not used because
+/// it prints a backtrace when `RUST_BACKTRACE` is set, which users of a tool do not need.
 pub fn exit(outcome: Result<()>) -> ExitCode {
     match outcome.and_then(|()| screen::finish()) {
         Ok(()) => ExitCode::SUCCESS,

@@ -1,4 +1,4 @@
-//! The binary: the verbs of the library, and nothing else.
+//! The binary. It only parses the arguments and runs a verb of the library.
 
 use std::process::ExitCode;
 

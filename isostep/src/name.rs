@@ -1,4 +1,5 @@
-//! How the user calls this tool. Inside the repository that is `cargo xtask`, which hands the verbs on.
+//! The name under which the user runs this tool. Inside the repository it is `cargo xtask`, which offers the same
+//! verbs.
 
 use std::borrow::Cow;
 use std::sync::OnceLock;
@@ -7,20 +8,20 @@ use clap::{Command, CommandFactory, FromArgMatches, Subcommand};
 
 use crate::Verb;
 
-/// The name of the installed binary, which texts are written with.
+/// The name of the installed binary. Texts in the sources use it.
 pub const BINARY: &str = "isostep";
 
 static CALLED: OnceLock<&str> = OnceLock::new();
 
-/// Parses the command line of a tool that is called `name` and has these verbs. From then on every text names the verbs as the
-/// user calls them.
+/// Parses the command line of a tool called `name` with these verbs. Afterwards [`as_called`] writes that name into
+/// every text.
 pub fn parse<P: CommandFactory + FromArgMatches>(name: &'static str) -> P {
     CALLED.get_or_init(|| name);
     let matches = named(P::command()).get_matches();
     P::from_arg_matches(&matches).unwrap_or_else(|error| error.exit())
 }
 
-/// `text` with its verbs as the user calls them.
+/// `text` with the binary's name replaced by the name under which the user runs this tool.
 pub fn as_called(text: &str) -> Cow<'_, str> {
     CALLED.get().filter(|name| **name != BINARY).map_or(text.into(), |name| renamed(text, name).into())
 }
@@ -32,7 +33,7 @@ fn renamed(text: &str, name: &str) -> String {
     })
 }
 
-/// The help of all its verbs, as the user calls them.
+/// The command and all its verbs, with the user's name for the tool in their help.
 fn named(command: Command) -> Command {
     let after = command.get_after_help().map(|help| as_called(&help.to_string()).into_owned());
     let command = command.after_help(after.unwrap_or_default());

@@ -1,15 +1,16 @@
-//! What keeps a program from going faster, as people read it.
+//! Says in words what keeps a program from going faster.
 
 use isostep_sim::pace::{LEAST_TOLD_S, Pace, Second, SlowPlace, Why};
 
 use crate::remarks::AXES;
 
-/// What holds for less of the time is left out.
+/// A limit that holds for a smaller part of the time is left out.
 const LEAST_TOLD_PERCENT: f64 = 0.05;
-/// So many slow places are told.
+/// How many slow places are printed.
 const WORST_TOLD: usize = 3;
 
-/// `the feed 62.0 %, corners 21.3 %`: what holds for longest first; what hardly ever holds is left out.
+/// `the feed 62.0 %, corners 21.3 %`: the limit that holds for longest comes first; limits that hardly ever hold are
+/// left out.
 pub fn limited_by(pace: &Pace) -> String {
     if pace.limits_changed {
         return "what is not told: the program changes its limits on the way".to_owned();
@@ -35,7 +36,7 @@ pub fn limited_by(pace: &Pace) -> String {
     told.collect::<Vec<_>>().join(", ")
 }
 
-/// `0.316 s at 94 corners, 0.114 s at 1 stop`; `None` where hardly any is lost.
+/// `0.316 s at 94 corners, 0.114 s at 1 stop`; `None` where hardly any time is lost.
 pub fn lost(pace: &Pace) -> Option<String> {
     let kinds = pace.slow.kinds.iter().filter(|kind| kind.lost_s >= LEAST_TOLD_S && kind.why != Why::Ends);
     let told: Vec<_> = kinds.map(|kind| format!("{:.3} s at {}", kind.lost_s, counted(kind.why, kind.count))).collect();
@@ -56,7 +57,7 @@ fn counted(why: Why, count: usize) -> String {
     format!("{count} {}", if count == 1 { one } else { many })
 }
 
-/// A line for each of the places that cost most; those that cost hardly anything are left out.
+/// A line for each of the places that cost the most time. Places that cost hardly any time are left out.
 pub fn worst(pace: &Pace) -> impl Iterator<Item = String> + '_ {
     pace.slow.worst.iter().filter(|place| place.lost_s >= LEAST_TOLD_S).take(WORST_TOLD).map(place)
 }
@@ -75,7 +76,7 @@ fn place(place: &SlowPlace) -> String {
     )
 }
 
-/// When it is, how fast, how many moves, and where in the program.
+/// When this second is, how fast the machine moves, how many moves it makes, and where in the program they are.
 pub fn second(second: &Second) -> String {
     let lines = match second.lines {
         [Some(first), Some(last)] if first != last => format!(", lines {first} to {last}"),

@@ -1,10 +1,10 @@
-//! Work on several processors at a time.
+//! Runs work on several processors at once.
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
-/// Does `work` for each of `jobs`, `at_a_time` of them at a time; what comes of them is in their order.
+/// Calls `work` for each of `jobs`, at most `at_a_time` of them at once. The results are in the order of the jobs.
 pub fn map<J: Sync, R: Send>(jobs: &[J], at_a_time: usize, work: impl Fn(&J) -> R + Sync) -> Vec<R> {
     let next = AtomicUsize::new(0);
     let done = Mutex::new(Vec::new());

@@ -1,9 +1,9 @@
-//! Files as the user names them, and those that come with the project.
+//! Finds the files of the project, and shortens paths for display.
 
 use std::env;
 use std::path::{Path, PathBuf};
 
-/// A file of the project that the current folder lies in; under its own name if there is none.
+/// The path of a file of the project that contains the current folder. Outside a project, `path` unchanged.
 pub fn file(path: &str) -> PathBuf {
     let here = env::current_dir().unwrap_or_default();
     here.ancestors().map(|folder| folder.join(path)).find(|path| path.exists()).unwrap_or_else(|| path.into())

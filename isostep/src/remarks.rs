@@ -1,17 +1,17 @@
-//! What there is to say of a program's lines, in words that verbs share.
+//! Remarks about a program's lines, in words that several verbs use.
 
 use std::collections::BTreeMap;
 
 use isostep_sim::ConsoleError;
 use isostep_sim::survey::{Fit, Outside};
 
-/// So many are told one by one.
+/// How many remarks are printed one by one.
 pub const TOLD_MAX: usize = 10;
 
 /// Names of the axes.
 pub const AXES: [&str; 3] = ["X", "Y", "Z"];
 
-/// A line without its comments, and not all of a very long one.
+/// A line without its comments, cut off if it is very long.
 pub fn shortened(text: &str) -> String {
     let (mut kept, mut in_comment) = (String::new(), false);
     for c in text.split(';').next().unwrap_or(text).chars() {
@@ -32,11 +32,11 @@ pub fn shortened(text: &str) -> String {
 /// What an `error:N` means for a line of a program.
 pub fn meaning(code: u8) -> String {
     let words = ConsoleError::from_code(code).map_or(String::new(), |error| error.to_string());
-    // A file cannot wait until `?` says Idle.
+    // A sender can wait until `?` reports Idle; a file cannot.
     if code == ConsoleError::NotIdle.code() { format!("{words} In a file, put G4 P0 before it.") } else { words }
 }
 
-/// `M6 x 12, G64`: the most frequent first, up to ten.
+/// `M6 x 12, G64`: the most frequent first, at most ten.
 pub fn by_word(counts: &BTreeMap<String, usize>) -> String {
     let mut counts: Vec<_> = counts.iter().collect();
     counts.sort_by_key(|&(_, count)| std::cmp::Reverse(count));
@@ -47,7 +47,7 @@ pub fn by_word(counts: &BTreeMap<String, usize>) -> String {
     if more > 0 { format!("{told} and {more} other kinds") } else { told }
 }
 
-/// Which move leaves the travel, by how much, and what would help.
+/// Which move leaves the travel, by how much, and how to fix it.
 pub fn outside(outside: &Outside) -> String {
     let Outside { line, axis, place_mm, nearest_mm, .. } = outside;
     let (text, beyond_mm) = (shortened(&outside.text), (place_mm - nearest_mm).abs());

@@ -1,5 +1,5 @@
-//! What a verb prints. The standard macros panic where it cannot be written; these note that, and the verb goes on: a reader
-//! that has gone, as `head` goes, wants no more, and whatever else is in the way is told at the end.
+//! Prints a verb's output. The standard macros panic when they cannot write. The macros here remember the error, and
+//! the verb goes on: a closed pipe, as with `head`, is no error, and any other error is reported at the end.
 
 use std::fmt::Arguments;
 use std::io::{self, ErrorKind, Write};
@@ -7,22 +7,22 @@ use std::sync::Mutex;
 
 use anyhow::{Result, bail};
 
-/// The first thing that was in the way.
+/// The first error that prevented printing.
 static FAILURE: Mutex<Option<io::Error>> = Mutex::new(None);
 
-/// As the standard one.
+/// Like `std::print!`, without its panic.
 #[macro_export]
 macro_rules! print {
     ($($words:tt)*) => { $crate::screen::show(format_args!($($words)*)) };
 }
 
-/// As the standard one.
+/// Like `std::println!`, without its panic.
 #[macro_export]
 macro_rules! println {
     ($($words:tt)*) => { $crate::screen::show(format_args!("{}\n", format_args!($($words)*))) };
 }
 
-/// As the standard one.
+/// Like `std::eprintln!`, without its panic.
 #[macro_export]
 macro_rules! eprintln {
     ($($words:tt)*) => { $crate::screen::tell(format_args!("{}\n", format_args!($($words)*))) };
@@ -31,13 +31,13 @@ macro_rules! eprintln {
 /// Writes to standard output.
 pub fn show(words: Arguments) {
     if cfg!(test) {
-        // Which the tests' harness captures.
+        // The test harness captures this.
         return std::print!("{words}");
     }
     note(io::stdout().lock().write_fmt(words));
 }
 
-/// Writes to standard error. If that cannot be written, there is nobody to be told.
+/// Writes to standard error. If that fails, there is nowhere to report it.
 pub fn tell(words: Arguments) {
     if cfg!(test) {
         return std::eprint!("{words}");
@@ -45,10 +45,10 @@ pub fn tell(words: Arguments) {
     let _ = io::stderr().lock().write_fmt(words);
 }
 
-/// Writes what is still kept back.
+/// Flushes the standard output.
 ///
 /// # Errors
-/// What was printed could not be written, though somebody was there to read it.
+/// When something printed could not be written, except because the reader has gone.
 pub fn finish() -> Result<()> {
     note(io::stdout().flush());
     match lock().take() {
@@ -69,7 +69,7 @@ fn lock() -> std::sync::MutexGuard<'static, Option<io::Error>> {
     FAILURE.lock().expect("nothing panics while it holds this")
 }
 
-/// A whole number with its thousands apart.
+/// A whole number with commas between the thousands.
 pub fn grouped(number: u64) -> String {
     let digits = number.to_string();
     let first = (digits.len() + 2) % 3 + 1;

@@ -1,18 +1,18 @@
-//! How long the user has waited. The only clock of the tools: nothing that is measured or simulated depends on it.
+//! Measures how long the user has waited. This is the tools' only clock: no measured or simulated result depends on it.
 #![expect(clippy::disallowed_types, reason = "durations shown to the user are wall-clock time")]
 
 use std::time::Instant;
 
-/// Started when made.
+/// A stopwatch that runs from its creation.
 pub struct Stopwatch(Instant);
 
 impl Stopwatch {
-    /// Begins now.
+    /// Starts now.
     pub fn start() -> Self {
         Self(Instant::now())
     }
 
-    /// How long ago that was, s.
+    /// Time since the start, s.
     pub fn elapsed_s(&self) -> f64 {
         self.0.elapsed().as_secs_f64()
     }

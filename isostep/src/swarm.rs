@@ -1,4 +1,5 @@
-//! `isostep swarm`: random machines, programs and faults in virtual time, and what must be true in all of them.
+//! `isostep swarm`: random machines, programs and faults in virtual time, with the checks that must hold in all of
+//! them.
 
 use std::num::NonZero;
 use std::panic;
@@ -12,9 +13,9 @@ use crate::parallel;
 use crate::screen::grouped;
 use crate::stopwatch::Stopwatch;
 
-/// Worlds between two lines that tell how far it is.
+/// Number of worlds between two progress lines.
 const BATCH: u64 = 500;
-/// Failures that are made small.
+/// How many failures are reduced to a small case.
 const MADE_SMALL: usize = 3;
 const NS_PER_H: f64 = 3.6e12;
 
@@ -56,7 +57,7 @@ pub struct Args {
 
 /// Runs the verb.
 pub fn run(args: Args) -> Result<()> {
-    // A panic of the controller's is a finding, told as the others are.
+    // A panic of the controller is a finding. It is printed like the other findings.
     panic::set_hook(Box::new(|_| {}));
     match args.seed {
         Some(seed) => one(seed, args.keep),
@@ -78,7 +79,7 @@ fn one(seed: u64, keep: Option<Vec<usize>>) -> Result<()> {
     }
 }
 
-/// What happens in a world, act by act.
+/// The machine and the acts of a world, one line per act.
 fn story(scenario: &Scenario, kept: &[usize]) -> String {
     let acts = kept.iter().zip(&scenario.acts).map(|(index, act)| format!("{index:>4}  {act}\n"));
     format!("{}\n{}", scenario.machine(), acts.collect::<String>())
@@ -139,7 +140,7 @@ fn summary(worlds: u64, amount: Amount, took_s: f64) -> String {
     )
 }
 
-/// Makes a failure small, and tells it.
+/// Reduces a failure to a small case and prints it.
 fn tell_small(seed: u64, failure: &Failure) {
     let whole = Scenario::new(seed);
     let kept = shrink(&whole, failure);

@@ -1,4 +1,4 @@
-//! Programs in virtual time for how long they take, not for their edges.
+//! Runs programs in virtual time only to find how long they take.
 
 use isostep_console::Settings;
 use isostep_sim::stream::Program;
@@ -6,15 +6,15 @@ use isostep_sim::{Config, Flash, Outcome, State};
 
 use crate::remarks::{meaning, shortened};
 
-/// The middle of the travel. Where no edge is made no carriage leaves it, so a switch is never met.
+/// The middle of the travel. Such runs make no edges, so the carriages stay there and never meet a switch.
 pub fn middle_mm(settings: &Settings) -> [f64; 3] {
     settings.travel_mm.map(|travel_mm| f64::from(travel_mm) / 2.0)
 }
 
-/// Makes a program to its end.
+/// Runs a program to its end.
 ///
 /// # Errors
-/// Why it does not come there, in words: an alarm, or the first line that was refused.
+/// Why the program does not reach its end, in words: an alarm, or the first line that was refused.
 pub fn made(program: Program, config: &Config) -> Result<Outcome, String> {
     let outcome = isostep_sim::run_watched(program, config, Flash::blank(), &mut |_| {});
     let outcome = outcome.map_err(|error| error.to_string())?;

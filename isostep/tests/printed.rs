@@ -1,4 +1,4 @@
-//! Verbs whose output nobody reads to its end, as with `| head`, and those whose output cannot be written.
+//! Verbs whose output is not read to its end, as with `| head`, and verbs whose output cannot be written.
 
 use std::process::{Command, Stdio};
 
@@ -11,7 +11,7 @@ fn verb(arguments: &[&str]) -> Command {
     verb
 }
 
-/// Runs the verb with both outputs into a pipe whose reader has gone.
+/// Runs the verb with both outputs going into a pipe that nobody reads any more.
 fn ends_well_unread(arguments: &[&str]) {
     let (reader, writer) = std::io::pipe().unwrap();
     drop(reader);
@@ -34,7 +34,7 @@ fn a_list_that_nobody_reads() {
     ends_well_unread(&["console", "--list"]);
 }
 
-/// Runs the verb with its output onto a disk that is full.
+/// Runs the verb with its output going to a full disk.
 #[cfg(target_os = "linux")]
 #[track_caller]
 fn says_that_the_disk_is_full(arguments: &[&str]) {
@@ -65,7 +65,7 @@ fn a_full_disk_is_told_by_every_verb_that_prints() {
     std::fs::remove_dir_all(folder).unwrap();
 }
 
-/// Nobody would know its port.
+/// The user could not know the port of such a machine.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_machine_whose_port_cannot_be_told_does_not_start() {

@@ -1,13 +1,14 @@
 #!/usr/bin/env node
-// Drives cncjs as its web page does, over HTTP and socket.io: sign in, open the port, home, load programs and run them,
-// hold each on the way and resume it.
+// Drives cncjs like its web page, over HTTP and socket.io: signs in, opens the port, homes, loads programs and runs
+// them, holds each of them and resumes it.
 //
 //     cncjs.mjs INSTALLED PORT PROGRAMS X,Y,Z
 //
-// INSTALLED is the folder with cncjs in its node_modules. Of the folder PROGRAMS parking.nc is held by either of the
-// page's buttons, engraving.nc with a laser ($32=1), square.nc with a spindle at S500 ($32=0). It fails unless the
-// machine stands still in each hold and goes on from there; a laser is off while held and on again after it, a spindle
-// keeps turning; every line is answered with ok, and the machine stands at X,Y,Z mm at the end of each program, all off.
+// INSTALLED is the folder with cncjs in its node_modules. Of the programs in the folder PROGRAMS, parking.nc is held by
+// either kind of button on the page, engraving.nc with a laser ($32=1), square.nc with a spindle at S500 ($32=0). The
+// script fails unless the machine stands still in each hold and continues from there. A laser must be off while held
+// and on again afterwards; a spindle must keep turning. Every line must be answered with ok, and at the end of each
+// program the machine must stand at X,Y,Z mm with all outputs off.
 
 import { spawn } from 'node:child_process';
 import { readFileSync, writeFileSync } from 'node:fs';
@@ -17,9 +18,9 @@ import { join } from 'node:path';
 
 const PATIENCE_MS = 60_000;
 const POLL_MS = 50;
-/** How often a status report is asked for. */
+/** How often a status report is requested. */
 const REPORT_MS = 20;
-/** So many a machine is asked for at rest, where every tenth tells what is on. */
+/** Number of reports requested at rest. Every tenth report says what is on. */
 const REPORTS_AT_REST = 12;
 const SPINDLE_S = 500;
 
@@ -67,7 +68,7 @@ async function main() {
 
 async function park(socket, seen) {
   await run(socket, seen, 'parking.nc', source('parking.nc'), async () => {
-    // Its buttons for the machine, which leave the program running, then those for the program.
+    // The page's buttons for the machine, which leave the program running; then those for the program.
     const isUnderWay = (report) => place(report)[0] > 10 && place(report)[2] === 0;
     await holdAndResume(socket, ['feedhold', 'cyclestart'], isUnderWay, 0);
     const isCarrying = (report) => place(report)[0] > 175 && place(report)[1] > 50;
@@ -115,7 +116,7 @@ async function run(socket, seen, name, gcode, meanwhile) {
   socket.emit('command', port, 'gcode:start');
   await until('program running', () => seen.workflow === 'running');
   await meanwhile();
-  // It forgets them at the end.
+  // cncjs resets its counts at the end.
   const { total } = seen.sender;
   await until('answer to every line', () => seen.sender.received === total);
   await until('end of the program', () => seen.workflow === 'idle');
@@ -154,7 +155,7 @@ async function restReports(socket, begin) {
   return reportsFrom(begin);
 }
 
-/** Asks for status reports, as the page's terminal does, until it is so. */
+/** Requests status reports, like the page's terminal, until the condition holds. */
 async function asked(socket, what, condition) {
   const ask = () => {
     if (condition()) return true;
@@ -164,7 +165,7 @@ async function asked(socket, what, condition) {
   await until(what, ask, REPORT_MS);
 }
 
-/** All of the reports must tell this S, and that spindle or laser is on if that is above 0. */
+/** All reports must contain this S, and spindle or laser must be on exactly if S is above 0. */
 function checkTool(when, reports, wantedS) {
   const wrong = reports.find((report) => s(report) !== wantedS || (isOn(report) ?? wantedS > 0) !== wantedS > 0);
   if (wrong) throw new Error(`S${wantedS} ${when}, and yet ${wrong}`);
@@ -178,7 +179,7 @@ function refusals() {
   return said.filter((line) => line.startsWith('error:'));
 }
 
-/** The status reports from line `begin` of what was said. */
+/** The status reports among the lines received since line `begin`. */
 function reportsFrom(begin) {
   return said.slice(begin).filter((line) => line.startsWith('<'));
 }
@@ -191,20 +192,20 @@ function s(report) {
   return Number(/\|FS:[^,]+,(\d+)/.exec(report)[1]);
 }
 
-/** Whether spindle or laser is on: S is M3's letter, C is M4's. @returns {boolean | undefined} nothing where untold */
+/** Whether spindle or laser is on: S is M3's letter, C is M4's. @returns {boolean | undefined} undefined if not reported */
 function isOn(report) {
   const told = /\|Ov:[^|>]+(\|A:[SCFM]+)?/.exec(report);
   return told ? /[SC]/.test(told[1] ?? '') : undefined;
 }
 
-/** Asks for status reports until one is as wanted. @returns {Promise<string>} that one */
+/** Requests status reports until one is as wanted. @returns {Promise<string>} that report */
 async function reported(socket, what, isWanted) {
   const begin = said.length;
   await asked(socket, what, () => reportsFrom(begin).some(isWanted));
   return reportsFrom(begin).find(isWanted);
 }
 
-/** Starts the server, with the port among those that its page offers. @returns {Promise<string>} its address */
+/** Starts the server, with the port in the list that its page offers. @returns {Promise<string>} its address */
 async function serve() {
   const config = join(installed, 'cncrc.json');
   writeFileSync(config, JSON.stringify({ ports: [{ path: port, manufacturer: 'Isostep' }], state: { checkForUpdates: false } }));
@@ -226,7 +227,7 @@ function freePort() {
   });
 }
 
-/** What cncjs tells its page. */
+/** Collects what cncjs sends to its page. */
 function watch(socket) {
   const seen = { ports: [], settings: {}, version: '', state: '', place: [], workflow: '', sender: {} };
   socket.on('serialport:list', (ports) => Object.assign(seen, { ports }));

@@ -1,6 +1,6 @@
-//! A simulated machine that is told to move and interfered with at random instants, and what must be true of all that was
-//! seen: every edge against the closed form, counts exact, paths straight, and each axis within its limits as its edges
-//! alone tell. The same in every run.
+//! A simulated machine that receives moves and is interfered with at random instants, and checks that must hold for
+//! everything that was seen: every edge matches the closed form, counts are exact, paths are straight, and each axis
+//! keeps its limits as computed from its edges alone. Every run is the same.
 
 use std::collections::VecDeque;
 use std::env;
@@ -17,29 +17,30 @@ use isostep_sim::measure::{kept, limits::LimitRatios};
 
 use crate::rig::first_of;
 
-/// A machine that need not be homed, under a law, and its random numbers.
+/// A machine with a speed law that moves without homing, and its random numbers.
 pub struct Bench {
     /// The machine.
     pub sim: Sim,
-    /// A number of its own for every case.
+    /// Random numbers, with a different seed for every case.
     pub random: Rand64,
-    /// The length of every line that has not been answered, without those that a reset has forgotten: none is refused.
+    /// The length of each line that was sent and not answered. Lines discarded by a reset are removed. No line may be
+    /// refused.
     unanswered: VecDeque<usize>,
-    /// From when on, ns since power-up, which were in force.
+    /// The overrides, and when they came into force, ns since power-up.
     overrides: Vec<(u64, Overrides)>,
 }
 
-/// Less than the console keeps.
+/// Less than the buffer of the console.
 const WINDOW_BYTES: usize = 400;
 
-/// Of the machine that [`Bench`] is: as it is by default.
+/// The default resolution, which [`Bench`] uses.
 pub const STEPS_PER_MM: f64 = 50.0;
 
 impl Bench {
-    /// The machine of a case: of either port, under any law.
+    /// The machine for a case. The case decides on the step port and the speed law.
     ///
     /// # Panics
-    /// When it refuses its settings, as all others here when it does not do what it must.
+    /// When the machine refuses its settings. All other functions here panic too when the machine misbehaves.
     #[must_use]
     pub fn new(case: u64) -> Self {
         let port = if case.is_multiple_of(2) { Port::Pio } else { Port::Timer };
@@ -49,26 +50,26 @@ impl Bench {
         let law = bench.random.rand_range(0..SpeedLaw::ALL.len() as u64);
         let thirds = bench.random.rand_range(0..2);
         bench.say(&format!("$910=60\n$911=60\n$912=60\n$900={thirds}\n$940={law}\n$X\n"));
-        // Y accelerates less; some brake otherwise than they accelerate.
+        // Y accelerates less, and some machines brake at another rate than they accelerate.
         let decel = [0, 35, 80][(case % 3) as usize];
         bench.say(&format!("$121=40\n$920={decel}\n$921={decel}\n$922={decel}\n"));
         bench.settle_settings();
         bench
     }
 
-    /// Lets settings be stored.
+    /// Waits until the settings are stored.
     pub fn settle_settings(&mut self) {
         self.sim.run_for(Duration::from_millis(100)).unwrap();
         self.outcome();
     }
 
-    /// Sends lines, or bytes that are none.
+    /// Sends lines, or bytes that are no lines.
     pub fn say(&mut self, text: &str) {
         self.unanswered.extend(text.split_inclusive('\n').filter(|line| line.ends_with('\n')).map(str::len));
         self.sim.send(text.as_bytes());
     }
 
-    /// Sends lines as there is room for them, so that bytes that are none are heard at once.
+    /// Sends each line when there is room for it, so that real-time bytes act at once.
     pub fn stream(&mut self, lines: &str) {
         for line in lines.split_inclusive('\n') {
             while self.unanswered.iter().sum::<usize>() + line.len() > WINDOW_BYTES {
@@ -79,14 +80,14 @@ impl Bench {
         }
     }
 
-    /// Sends a reset, which forgets lines not answered yet.
+    /// Sends a reset. It discards the lines not answered yet.
     pub fn reset(&mut self) {
         self.hear();
         self.unanswered.clear();
         self.sim.send(&[0x18]);
     }
 
-    /// Whether the welcome was among what it has said.
+    /// Reads the replies. Returns whether the welcome was among them.
     pub fn hear(&mut self) -> bool {
         let heard = self.sim.replies();
         let is_welcome = |line: &&String| line.starts_with("Grbl 1.1h");
@@ -99,20 +100,20 @@ impl Bench {
         welcomes > 0
     }
 
-    /// What it has said is not looked at: a stop, and what led on from it.
+    /// Discards the replies and the unanswered lines, after a stop and what follows it.
     pub fn forget_answers(&mut self) {
         self.sim.replies();
         self.unanswered.clear();
     }
 
-    /// All that was seen so far, when every line has been answered.
+    /// Everything seen so far. Every line must have been answered.
     pub fn outcome(&mut self) -> Outcome {
         self.hear();
         assert!(self.unanswered.is_empty(), "{} lines unanswered, in {:?}", self.unanswered.len(), self.state());
         self.sim.outcome()
     }
 
-    /// Sends real-time bytes that override speeds.
+    /// Sends real-time bytes that change overrides.
     pub fn override_by(&mut self, bytes: &[u8]) {
         let at_ns = self.sim.now_ns();
         self.sim.send(bytes);
@@ -120,7 +121,7 @@ impl Bench {
         self.note_overrides(at_ns);
     }
 
-    /// The overrides in force have changed.
+    /// Records the overrides that are in force from `at_ns` on.
     pub fn note_overrides(&mut self, at_ns: u64) {
         self.overrides.push((at_ns, self.sim.machine().overrides()));
     }
@@ -136,9 +137,9 @@ impl Bench {
         }
     }
 
-    /// The speed that an axis keeps to in a move, `t_s` from its beginning, steps/s. It has this feed, mm/min, or is a
-    /// rapid. A lower override is no limit until it has come about: the highest since the run was planned, at `planned_ns`,
-    /// is.
+    /// The speed that an axis must keep in a move, `t_s` from its beginning, steps/s. `feed_mm_min` is the move's feed;
+    /// `None` for a rapid. A lower override limits the speed only once it has taken effect, so the limit is computed
+    /// from the highest override since the run was planned, at `planned_ns`.
     fn speed_limit(
         &self,
         record: &MoveRecord,
@@ -156,10 +157,12 @@ impl Bench {
         top.min(feed / 60.0 * f64::from(feed_percent) / 100.0 * of_axis)
     }
 
-    /// How near each axis came to its limits, by its edges; and corners, by the speeds that they are taken at.
+    /// How near each axis came to its limits, computed from its edges, and how near corners came to theirs, computed
+    /// from the speed at which they are taken.
     pub fn ratios(&self, outcome: &Outcome, feed_mm_min: impl Fn(&MoveRecord) -> Option<f64>) -> LimitRatios {
         let speed_limit = |record: &MoveRecord, axis: usize, t_s: f64| {
-            // A run gets ready when the last step of the one before it has been made, and as long as it takes at rest.
+            // A run is prepared after the last step of the previous run, or, at rest, within the last millisecond
+            // before its start.
             let before = outcome.edges.partition_point(|edge| edge.t_ns < record.start_ns).checked_sub(1);
             let planned_ns = before.map_or(u64::MAX, |last| outcome.edges[last].t_ns).min(record.start_ns - 1_000_000);
             self.speed_limit(record, axis, feed_mm_min(record), planned_ns, t_s)
@@ -167,17 +170,17 @@ impl Bench {
         kept::ratios(outcome, speed_limit)
     }
 
-    /// A random place, mm.
+    /// A random position, mm.
     pub fn place(&mut self) -> [f64; 3] {
         [60.0, 60.0, 30.0].map(|most| (self.random.rand_float() * most * STEPS_PER_MM).round() / STEPS_PER_MM)
     }
 
-    /// One of them.
+    /// A random one of `values`.
     pub fn one_of<T: Copy>(&mut self, values: &[T]) -> T {
         values[self.random.rand_range(0..values.len() as u64) as usize]
     }
 
-    /// Lets time pass, some of that.
+    /// Lets a random time pass, at most `longest_s`.
     pub fn wait(&mut self, longest_s: f64) {
         let wait_us = (self.random.rand_float() * longest_s * 1e6) as u64;
         self.sim.run_for(Duration::from_micros(wait_us)).unwrap();
@@ -190,33 +193,33 @@ impl Bench {
             .unwrap();
     }
 
-    /// It stands still for some of that time.
+    /// Lets a random time pass, at most `longest_s`, and checks that the machine does not move.
     pub fn stays(&mut self, longest_s: f64) {
         let still = self.steps();
         self.wait(longest_s);
         assert_eq!(self.steps(), still, "it moved at rest");
     }
 
-    /// Where it says that it stands.
+    /// The position that the machine reports.
     #[must_use]
     pub fn steps(&self) -> [i32; 3] {
         self.sim.machine().position_steps()
     }
 
-    /// What it is doing.
+    /// The state of the machine.
     #[must_use]
     pub fn state(&self) -> State {
         self.sim.machine().state()
     }
 }
 
-/// A place of the default machine, steps.
+/// A position of the default machine in steps.
 #[must_use]
 pub fn steps_of(place_mm: [f64; 3]) -> [i32; 3] {
     place_mm.map(|mm| (mm * STEPS_PER_MM).round() as i32)
 }
 
-/// A move in a line: what it was to be, from where, when and in which run, and what became of it.
+/// A move in one line: its steps, where, when and in which run it began, and how it ended.
 fn brief(record: &MoveRecord) -> String {
     let MoveRecord { plan, origin_steps, end_steps, run, finish, parts, .. } = record;
     let at_s = record.begin_ns() as f64 * 1e-9;
@@ -227,10 +230,10 @@ fn brief(record: &MoveRecord) -> String {
     )
 }
 
-/// Every move's edges are where the closed form has them, counts exact, paths straight.
+/// Checks that the edges of every move match the closed form, that counts are exact and that paths are straight.
 ///
 /// # Panics
-/// When not.
+/// When a check fails.
 pub fn check(outcome: &Outcome, case: u64) {
     for check in verify::moves(outcome) {
         let record = &outcome.moves[check.index];
@@ -242,7 +245,7 @@ pub fn check(outcome: &Outcome, case: u64) {
         assert!(check.is_straight(), "case {case}: {apart:?} of half a step apart in {}", brief(record));
     }
     for pair in outcome.moves.windows(2).filter(|pair| matches!(pair[0].finish, Finish::Done | Finish::Held)) {
-        // A plan's end is reckoned in floating point.
+        // The end of a plan is computed in floating point.
         let (pause_ns, flows) = (pair[0].pause_ns(&pair[1]), pair[0].run == pair[1].run);
         assert!(
             pause_ns > -1.0 && (!flows || pause_ns < 1.0),
@@ -255,41 +258,43 @@ pub fn check(outcome: &Outcome, case: u64) {
     assert_eq!(outcome.counted_steps, outcome.position_steps, "case {case}");
 }
 
-/// The highest of many cases.
+/// The highest ratios over many cases.
 #[derive(Default)]
 pub struct Highest(LimitRatios);
 
 impl Highest {
-    /// One more, which keeps to every limit.
+    /// Adds a case, which must keep to every limit.
     ///
     /// # Panics
-    /// When it does not.
+    /// When the case exceeds a limit.
     pub fn add(&mut self, ratios: LimitRatios, case: u64) {
         assert!(ratios.are_within(), "case {case}: {ratios:?}");
         self.0 = self.0.max(ratios);
     }
 
-    /// They come near to every limit that there is; but moves alone to none of a corner.
+    /// Prints the ratios and checks that they come near to every limit. Corners are not checked, because single moves
+    /// have none.
     ///
     /// # Panics
-    /// When they do not.
+    /// When a ratio is too low.
     pub fn tell(&self) {
         let LimitRatios { speed, ends, accel, decel, jerk, .. } = self.0;
         println!("at most, as shares of the limits, by the edges: {:?}", self.0);
         assert!([speed, accel, decel, jerk].into_iter().all(|ratio| ratio > 0.98) && ends > 0.5, "{:?}", self.0);
     }
 
-    /// The highest share of what corners allow.
+    /// The highest ratio of a speed at a corner to the allowed one.
     #[must_use]
     pub fn corner(&self) -> f64 {
         self.0.corner
     }
 }
 
-/// Carries out so many cases, or the one that `CASE` names; whether these were all. A failure prints how to see it again.
+/// Runs `cases` cases, or only the case that `CASE` names. Returns whether it ran all. A failure prints the command
+/// that repeats it.
 ///
 /// # Panics
-/// When a case does.
+/// When a case panics.
 pub fn all_cases(file: &str, test: &str, cases: u64, mut carry_out: impl FnMut(u64)) -> bool {
     if let Ok(case) = env::var("CASE") {
         carry_out(case.parse().expect("CASE is a number"));
@@ -303,29 +308,29 @@ pub fn all_cases(file: &str, test: &str, cases: u64, mut carry_out: impl FnMut(u
     true
 }
 
-/// A move of a random chain, or an arc of it.
+/// A move of a random chain, or an arc.
 #[derive(Clone, Copy, Debug)]
 pub struct Asked {
-    /// Its way, unless it is an arc's.
+    /// The steps of the move; `None` for an arc.
     pub steps: Option<[i32; AXES]>,
-    /// Where it ends.
+    /// Where it ends, steps.
     pub end_steps: [i32; AXES],
-    /// Its feed, mm/min; or it is a rapid.
+    /// The feed, mm/min; `None` for a rapid.
     pub feed_mm_min: Option<f64>,
-    /// It ends in a stop.
+    /// Whether it ends in a stop.
     pub stops: bool,
 }
 
-/// Random moves that are asked for one after the other.
+/// Random moves, requested one after the other.
 #[derive(Clone, Debug, Default)]
 pub struct Moves {
-    /// As they were asked for, those that go nowhere left out.
+    /// The requested moves in order, without those of length zero.
     pub asked: Vec<Asked>,
     place_steps: [i32; AXES],
     last_steps: [i32; AXES],
 }
 
-/// How the random moves are asked for.
+/// How random moves are requested.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// As blocks of a program.
@@ -334,11 +339,11 @@ pub enum Kind {
     Jog,
 }
 
-/// The room that they keep within, steps.
+/// The room for the moves, steps.
 const ROOM_STEPS: [i32; AXES] = [3_000, 3_000, 1_500];
 
 impl Moves {
-    /// From that place on.
+    /// Moves that begin at this position.
     #[must_use]
     pub fn from(place_steps: [i32; AXES]) -> Self {
         Self { asked: Vec::new(), place_steps, last_steps: [0; AXES] }
@@ -350,7 +355,7 @@ impl Moves {
         self.place_steps
     }
 
-    /// The lines of so many more.
+    /// The lines of `count` more moves.
     pub fn more(&mut self, count: u64, kind: Kind, random: &mut Rand64) -> String {
         let mut lines = String::new();
         for _ in 0..count {
@@ -364,14 +369,14 @@ impl Moves {
 
     fn line(&mut self, lines: &mut String, kind: Kind, random: &mut Rand64) {
         let mut any = |most: f64| ((random.rand_float() * 2.0 - 1.0) * most).round() as i32;
-        // From a step to some millimetres.
+        // The longest distance of the move: from one step to some millimetres.
         let far = 1_000.0_f64.powf(f64::from(any(100.0).abs()) / 100.0);
         let mut steps = match any(5.0) {
             -5 | -4 => self.last_steps.map(|steps| -steps),
             -3 => self.last_steps,
             // Nearly straight on.
             -2 | -1 => self.last_steps.map(|steps| steps + any(2.0)),
-            // A single step, and none.
+            // A single step, possibly none.
             0 | 1 => [any(far), any(1.0), 0],
             2 => [any(1.0), any(1.0), any(1.0)],
             _ => [any(far), any(far), any(far / 2.0)],
@@ -400,7 +405,7 @@ impl Moves {
         }
     }
 
-    /// A quarter of a circle, or a whole one; false where there is no room for it.
+    /// Adds a quarter of a circle or a whole one. Returns false if there is no room for it.
     fn arc(&mut self, lines: &mut String, random: &mut Rand64) -> bool {
         let [x_steps, y_steps, z_steps] = self.place_steps;
         let radius_steps = random.rand_range(5..120) as i32;
@@ -421,11 +426,11 @@ impl Moves {
         true
     }
 
-    /// Finds out which of them each record is: they are in order, each is a whole or goes on where it was held, and of the
-    /// last ones some may be missing. Indices into `asked`.
+    /// For each record, the index in `asked` of the move that it belongs to. The records must be in order. Each is a
+    /// whole move or a part that continues where the move was held. Some of the last moves may have no record.
     ///
     /// # Panics
-    /// When they are not.
+    /// When the records do not match the requested moves.
     #[must_use]
     pub fn of(&self, records: &[MoveRecord]) -> Vec<usize> {
         let mut next = 0;

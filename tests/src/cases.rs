@@ -1,4 +1,4 @@
-//! What every machine must do, whatever steps it.
+//! Tests that every machine must pass, whatever makes its steps.
 
 use isostep_motion::{AXES, Axis};
 use isostep_profile::SpeedLaw;
@@ -8,13 +8,13 @@ use oorandom::Rand32;
 
 use crate::rig::{Act, Pace, Rig, Seen, Stop};
 
-/// Seed of the instants at which the moves are stopped, and of those at which they start.
+/// Seed of the random instants at which moves are stopped and at which they start.
 const SEED: u64 = 7;
-/// How many are.
+/// Number of stops.
 const STOPS: u32 = 200;
-/// Moves from rest, there and back each.
+/// Number of moves from rest, each there and back.
 const STARTS: usize = 150;
-/// So many go by one acceleration.
+/// Number of starts with the same acceleration.
 const STARTS_OF_A_PACE: usize = 15;
 
 fn relative(mm: [f64; AXES]) -> Act {
@@ -22,7 +22,8 @@ fn relative(mm: [f64; AXES]) -> Act {
     Act::Line(format!("G91 G0 X{x} Y{y} Z{z}"))
 }
 
-/// For a sender that does not wait, as that of the plans: settings are refused in motion.
+/// A wait until the machine is at rest. It is needed because settings are refused in motion, and the sender of the
+/// simulated plans does not wait by itself.
 fn rested() -> Act {
     Act::Line("G4 P0".to_owned())
 }
@@ -31,11 +32,12 @@ fn set(pace: Pace) -> Vec<Act> {
     pace.settings().into_iter().map(Act::Line).collect()
 }
 
-/// A move is stopped at 200 random instants, by turns by a limit switch, the emergency stop and two reset bytes. Each time
-/// the machine says where the edges have taken it, and goes back from there to where it began.
+/// A move is stopped at 200 random instants, in turn by a limit switch, the emergency stop and two reset bytes. Each
+/// time the machine must report the position that the edges have taken it to, and must return from there to where it
+/// began.
 ///
 /// # Panics
-/// When it does not.
+/// When a reported or final position is wrong.
 pub fn stops_leave_the_exact_count(rig: impl Rig) {
     let mut random = Rand32::new(SEED);
     let pace = rig.pace();
@@ -44,7 +46,7 @@ pub fn stops_leave_the_exact_count(rig: impl Rig) {
         let axis = Axis::ALL[(i / 3) as usize % AXES];
         let stop = [Stop::Limit(axis), Stop::Emergency, Stop::Reset][i as usize % 3];
         acts.extend([relative(pace.away_mm), Act::WaitUs(random.rand_range(2_000..pace.lasts_us)), Act::Press(stop)]);
-        // Longer than switches are debounced.
+        // Longer than the debounce of the switches.
         acts.extend([Act::WaitUs(20_000), Act::Report, Act::Release(stop), Act::WaitUs(20_000)]);
         acts.extend([Act::Line("$X".to_owned()), Act::Line("G90 G0 X0 Y0 Z0".to_owned()), Act::WaitIdle]);
     }
@@ -57,10 +59,11 @@ pub fn stops_leave_the_exact_count(rig: impl Rig) {
     assert_eq!(seen.counted_steps(u64::MAX), [0; AXES], "{rig}");
 }
 
-/// Single steps and many, of one axis and of all, there and back: each at its closed-form instant.
+/// Moves of single steps and of many, of one axis and of all, there and back. Each step must be at its closed-form
+/// instant.
 ///
 /// # Panics
-/// When one is not, or is not made.
+/// When a step is missing or is not at its instant.
 pub fn moves_there_and_back_are_exact(rig: impl Rig) {
     let away = rig.pace().away_mm;
     let ways = [away, [0.02, 0.0, 0.0], [0.0, -0.04, 0.02], [away[0], 0.02, 0.0], [0.02, -0.02, 0.02]];
@@ -77,11 +80,11 @@ pub fn moves_there_and_back_are_exact(rig: impl Rig) {
     assert!(comparison.all.max_ns <= rig.jitter_max_ns(), "{rig}: {comparison:#?}");
 }
 
-/// A move of `pace` and its way back under each speed law, as fast as the limits allow and in thirds by turns: every step at its
-/// closed-form instant.
+/// A move of `pace` there and back under each speed law, alternately as fast as the limits allow and in thirds. Every
+/// step must be at its closed-form instant.
 ///
 /// # Panics
-/// When one is not, or is not made.
+/// When a step is missing or is not at its instant.
 pub fn every_law_is_exact(rig: impl Rig, pace: Pace) {
     let mut acts = set(pace);
     for (number, law) in SpeedLaw::ALL.into_iter().enumerate() {
@@ -99,8 +102,8 @@ pub fn every_law_is_exact(rig: impl Rig, pace: Pace) {
     assert!(comparison.all.max_ns <= rig.jitter_max_ns(), "{rig}: {comparison:#?}");
 }
 
-/// A move of up to some hundred steps after a rest that ends with other work, among requests and lines that move nothing.
-/// One in three begins with a cold cache.
+/// A move of up to some hundred steps after a rest. Other work precedes it, and requests and lines without motion
+/// follow it. One move in three begins with a cold cache.
 struct Start {
     rest_us: u32,
     steps: [i32; AXES],
@@ -108,12 +111,12 @@ struct Start {
 }
 
 impl Start {
-    /// Whoever answers these has other things in its cache. They are refused in motion.
+    /// Answering these fills the cache with other code. They are refused in motion.
     const AT_REST: [&str; 5] = ["$$", "$#", "$I", "$G", "$N"];
-    /// Read while the move is being planned and started.
+    /// Lines that are read while the move is planned and started.
     const MEANWHILE: [&str; 5] = ["(as cold as it gets)", "G54", "G91", "G17 G21 G94", "F1000"];
 
-    /// Most rests are short, some nearly a second.
+    /// A random start. Most rests are short; some last nearly a second.
     fn random(random: &mut Rand32, index: usize) -> Self {
         let ratio = f64::from(random.rand_float());
         let steps = std::array::from_fn(|_| random.rand_range(1..600) as i32 - 300);
@@ -129,11 +132,12 @@ impl Start {
     }
 }
 
-/// Three hundred moves from rest, half of them as steep as the port is tested, after rests of up to a second and with the
-/// processor's cache cold: none starts late, every step is within `off_max_ns` of its closed-form instant.
+/// Three hundred moves from rest, half of them with the steepest acceleration for which the port is tested, after rests
+/// of up to a second and with a cold cache. None may start late: every step must be within `off_max_ns` of its
+/// closed-form instant.
 ///
 /// # Panics
-/// When one is not.
+/// When a step is not.
 pub fn cold_starts_are_exact(rig: impl Rig, off_max_ns: f64) {
     let mut random = Rand32::new(SEED);
     let mut acts = Vec::new();
@@ -156,7 +160,7 @@ pub fn cold_starts_are_exact(rig: impl Rig, off_max_ns: f64) {
     assert!(comparison.all.max_ns <= off_max_ns, "{rig}, SEED={SEED}: {:?}", comparison.all);
 }
 
-/// Every step against the plan of the same lines in simulation.
+/// Compares every step with the plan of the same lines in simulation.
 fn held_against_plans(rig: &impl Rig, acts: &[Act], seen: &Seen) -> Comparison {
     let program =
         acts.iter().filter_map(|act| if let Act::Line(line) = act { Some(format!("{line}\n")) } else { None });
@@ -165,11 +169,11 @@ fn held_against_plans(rig: &impl Rig, acts: &[Act], seen: &Seen) -> Comparison {
     compare::compare(&planned, &seen.edges).unwrap_or_else(|error| panic!("{rig}: {error}"))
 }
 
-/// Moves up to `top_mm_min`, the highest rate that its step port takes, by twenty accelerations: none is refused as too
-/// fast half-way.
+/// Moves up to `top_mm_min`, the highest rate that the step port accepts, at twenty accelerations. None may be refused
+/// half-way as too fast.
 ///
 /// # Panics
-/// When one is.
+/// When a move is refused.
 pub fn the_highest_rate_is_made(rig: impl Rig, top_mm_min: u32) {
     let mut acts = vec![Act::Line(format!("$110={top_mm_min}"))];
     for i in 0..20 {
@@ -182,12 +186,13 @@ pub fn the_highest_rate_is_made(rig: impl Rig, top_mm_min: u32) {
     assert_eq!(seen.edges.len(), 20 * 2 * 15_500, "{rig}");
 }
 
-/// Groups of single steps, so slow that half a step is 15 ms: each move lasts as long as its plan, and the next begins then.
+/// Groups of single steps, so slow that half a step takes 15 ms. Each move must last as long as its plan, and the next
+/// must begin then.
 ///
 /// # Panics
-/// When one begins before the plan of the one before has ended, or more than `late_max_us` after.
+/// When a move begins before the previous plan has ended, or more than `late_max_us` after.
 pub fn single_steps_take_as_long_as_planned(rig: impl Rig, late_max_us: f64) {
-    /// As many as wait at once, and the one under way.
+    /// As many moves as fit in the queue.
     const MOVES: usize = 15;
     const GROUPS: usize = 4;
     let step = Act::Line("G91 G1 X0.02 F40".to_owned());
@@ -198,7 +203,7 @@ pub fn single_steps_take_as_long_as_planned(rig: impl Rig, late_max_us: f64) {
     for (index, each) in comparison.moves.iter().enumerate().skip(1) {
         let pause_ns = each.pause_ns.expect("a move before it");
         assert!(pause_ns >= -rig.jitter_max_ns(), "{rig}: move {index} began {pause_ns} ns after the plan before it");
-        // The first of a group waited for its line.
+        // The first move of a group waited for its line, so it may begin late.
         assert!(index % MOVES == 0 || pause_ns <= late_max_us * 1e3, "{rig}: move {index} began {pause_ns} ns late");
     }
 }

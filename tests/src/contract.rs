@@ -1,79 +1,80 @@
-//! The position contract: for every way in which a motion ends, what is left of the position, and what clears it.
+//! The position contract: for every way in which a motion can end, what is known of the position afterwards, and what
+//! clears it.
 //!
-//! One list of cases, as rows of `docs/position.md`. Each is a script that a simulated machine and the firmware on the emulated
-//! board carry out alike: see [`crate::script_runner`].
+//! The cases are also the rows of `docs/position.md`. Each case is a script that a simulated machine and the firmware
+//! on the emulated board run alike: see [`crate::desk`].
 
 use std::fmt::Write as _;
 use std::iter;
 
 use isostep_sim::Port;
 
-/// What the tool's outputs are when the motion has ended.
+/// The state of the tool's outputs after the end of a motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outputs {
-    /// As they were.
+    /// The outputs stay as they were.
     Stay,
-    /// Off, and on again when the motion goes on.
+    /// The outputs are off, and are switched on again when the motion continues.
     Paused,
-    /// Off.
+    /// The outputs are off.
     Off,
 }
 
-/// The count of steps when the motion has ended.
+/// The step count after the end of a motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Count {
-    /// Of the edges that left.
+    /// The count is that of the edges that left.
     Exact,
-    /// It has begun anew, at 0.
+    /// The count has restarted at 0.
     Zero,
 }
 
-/// Which machines know this way to end.
+/// The machines on which a motion can end in this way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum On {
-    /// All.
+    /// All machines.
     Every,
-    /// The emulated board alone.
+    /// Only the emulated board.
     Board,
-    /// The emulated board that steps by this port.
+    /// Only the emulated board with this step port.
     BoardBy(Port),
 }
 
 /// A way in which a motion ends.
 #[derive(Clone, Copy, Debug)]
 pub struct Case {
-    /// Its row in the table.
+    /// The name in its row of the table.
     pub name: &'static str,
-    /// Which machines know it.
+    /// The machines that it applies to.
     pub on: On,
-    /// How it is brought about: from rest, with X homed, M3 and M8.
+    /// The script that makes it happen. It begins at rest, with X homed and with M3 and M8 on.
     pub happens: &'static str,
-    /// The count.
+    /// The step count afterwards.
     pub count: Count,
-    /// What is homed stays homed.
+    /// Whether homed axes stay homed.
     pub trusted: bool,
-    /// What a status report calls the state.
+    /// The name of the state in a status report.
     pub state: &'static str,
-    /// What leads from there to Idle.
+    /// The script that leads back to Idle.
     pub cleared: &'static str,
-    /// The tool.
+    /// The tool's outputs afterwards.
     pub outputs: Outputs,
-    /// The motors are energised.
+    /// Whether the motors are energised.
     pub motors: bool,
 }
 
-/// What lines of the scripts in capitals stand for.
+/// The commands that a word in capitals in the scripts stands for.
 fn meaning(word: &str) -> Option<String> {
     let lines = match word {
-        // A move of half a second, a fifth of a second after its line.
+        // A move of half a second, seen a fifth of a second after its line.
         "UNDER_WAY" => "send G91G1X20F3000\nexpect ok\nwait-ms 200\n",
         "AWAY" => "send G91G0X5\nexpect ok\nwait-idle\n",
-        // The seek, which takes longer.
+        // Homing while it seeks the switch. The seek takes longer than this wait.
         "HOMING" => "send $HX\nwait-ms 50\n",
         "RELEASE_ESTOP" => "send $X\nexpect error:9\nestop released\nwait-ms 5\n",
         "RELEASE_SWITCH" => "switch X normal\nwait-ms 5\n",
         "UNLOCK" => "send $X\nexpect ok\n",
-        // More steps than the processor makes one by one.
+        // More steps than the processor can make one by one.
         "TOO_FAST" => return Some(set(&[(110, 120_000), (120, 20_000)])),
         // A curved ramp so steep that it cannot be compiled fast enough.
         "TOO_STEEP" => return Some(set(&[(100, 1_000), (110, 14_880), (120, 100_000)]) + "send $940=2\nexpect ok\n"),
@@ -83,10 +84,10 @@ fn meaning(word: &str) -> Option<String> {
     Some(lines.to_owned())
 }
 
-/// Steps/mm, mm/min, mm/s² of each axis: such that its moves are short.
+/// Steps/mm, mm/min and mm/s² of each axis. With these values the moves are short.
 const GENTLE: [(u32, u32); 3] = [(100, 50), (110, 12_000), (120, 2_000)];
 
-/// Lines that set these, with the number for X, of all axes.
+/// Commands that set these settings for all axes. Each number is that of X.
 fn set(settings: &[(u32, u32)]) -> String {
     let of_axis = |axis: u32| settings.iter().map(move |(number, value)| format!("${}={value}", number + axis));
     (0..3).flat_map(of_axis).map(|line| format!("send {line}\nexpect ok\n")).collect()
@@ -107,13 +108,13 @@ impl Case {
         }
     }
 
-    /// It ends in this alarm, with all outputs off.
+    /// A case that ends in an alarm with all outputs off.
     const fn alarm(name: &'static str, happens: &'static str, trusted: bool) -> Self {
         let case = Self::new(name, happens);
         Self { trusted, state: "Alarm", cleared: "UNLOCK\n", outputs: Outputs::Off, ..case }
     }
 
-    /// The chip begins anew.
+    /// A case in which the chip restarts.
     const fn restart(name: &'static str, happens: &'static str) -> Self {
         let case = Self::new(name, happens);
         let (on, count) = (On::Board, Count::Zero);
@@ -121,7 +122,7 @@ impl Case {
     }
 }
 
-/// Every way, but those that a test of their own holds: see the table.
+/// Every way in which a motion can end, except those that have a test of their own: see the table.
 pub const CASES: [Case; 30] = [
     Case::new("it is complete", "AWAY\n"),
     Case {
@@ -176,7 +177,7 @@ pub const CASES: [Case; 30] = [
     Case::alarm("soft limit", "send G90G53G0X-1\nexpect ALARM:2\nexpect error:9\n", true),
     Case {
         cleared: "UNLOCK\nsend $130=350\nexpect ok\n",
-        // It would last for more than 1,000,000 s.
+        // This move would take more than 1,000,000 s.
         ..Case::alarm(
             "a move that cannot be planned",
             "send $130=10000\nexpect ok\nsend G91G1X9900Y9999Z9999F1\nexpect ALARM:21\nexpect ok\n",
@@ -195,13 +196,13 @@ pub const CASES: [Case; 30] = [
     ),
     Case {
         on: On::BoardBy(Port::Timer),
-        // Far from its switch: back by the count, so that homing finds it.
+        // The stop is far from the switch. The step count leads back to it, so that homing finds it.
         cleared: "UNLOCK\nsend G90G53G0X5\nexpect ok\nwait-idle\n",
         ..Case::alarm("a late step", "TOO_FAST\nsend G91G0X100Y99Z98\nexpect ok\nexpect ALARM:20\nGENTLE\n", false)
     },
     Case {
         on: On::BoardBy(Port::Pio),
-        // Far from its switch: back by the count, so that homing finds it.
+        // The stop is far from the switch. The step count leads back to it, so that homing finds it.
         cleared: "UNLOCK\nsend G90G53G0X5\nexpect ok\nwait-idle\n",
         ..Case::alarm(
             "a step port runs dry",
@@ -221,7 +222,8 @@ pub const CASES: [Case; 30] = [
         "watchdog",
         "UNDER_WAY\nhang\nstop-within 100000\nwait-reset\ncheck-stopped\nexpect [MSG:Restarted by the watchdog\nexpect Grbl\n",
     ),
-    // SWI_IRQ_2, of the executor of the axes: what is below goes on, and only their beats fail to come.
+    // 28 is SWI_IRQ_2, the interrupt of the axis executor. Lower priorities go on, and only the heartbeats of the axes
+    // are missing.
     Case::restart(
         "watchdog of the axes",
         "UNDER_WAY\nmask-irq 28\nstop-within 100000\nwait-reset\ncheck-stopped\nexpect [MSG:Restarted by the watchdog\nexpect Grbl\n",
@@ -230,7 +232,7 @@ pub const CASES: [Case; 30] = [
 ];
 
 impl Case {
-    /// Brings it about, and holds the machine to it; then X is homed again, if need be.
+    /// Makes the case happen and checks the machine afterwards. Then X is homed again if necessary.
     fn script(&self) -> String {
         let Self { name, happens, count, trusted, state, cleared, outputs, motors, .. } = *self;
         let on = |on: bool| if on { "on" } else { "off" };
@@ -247,7 +249,7 @@ impl Case {
         }
         _ = write!(script, "{cleared}bytes 3f\nexpect <Idle\n{check}");
         script += &coolant(outputs != Outputs::Off);
-        // Beyond the travel of a homed axis: whoever does not know where it is goes there.
+        // The target is beyond the travel of a homed axis. Only a machine that is not homed accepts it.
         script += "send $J=G90G53X-1F60\n";
         script += if trusted { "expect error:15\n" } else { "expect ok\nbytes 85\nwait-idle\nsend $HX\nexpect ok\n" };
         script + "send M5M9\nexpect ok\n"
@@ -255,7 +257,7 @@ impl Case {
 }
 
 impl Case {
-    /// Its row in the table of `docs/position.md`.
+    /// The case's row in the table of `docs/position.md`.
     #[must_use]
     pub fn row(&self) -> String {
         let Self { name, count, trusted, happens, outputs, motors, on, .. } = *self;
@@ -282,7 +284,7 @@ impl Case {
         format!("| {name} | {count} | {trusted} | {state} | {cleared} | {outputs} | {motors} | {on} |")
     }
 
-    /// What clears it, in words.
+    /// How to clear it, in words.
     fn clearing(&self) -> &'static str {
         match self.cleared {
             _ if self.happens.contains("RELEASE_ESTOP") => "let go, `$X`",
@@ -293,8 +295,8 @@ impl Case {
     }
 }
 
-/// All cases that a machine knows, one after the other from power-up with X [`START_MM`] above its switch. `panic` is the
-/// address of a function of the firmware that panics, in hexadecimal.
+/// A script of all cases for a machine, one after the other, from power-up with X [`START_MM`] above its switch.
+/// `panic` is the address of a firmware function that panics, in hexadecimal.
 #[must_use]
 pub fn script(knows: impl Fn(On) -> bool, panic: &str) -> String {
     let quick_homing = "send $26=1\nexpect ok\nsend $24=600\nexpect ok\nsend $25=2880\nexpect ok\n";
@@ -304,5 +306,5 @@ pub fn script(knows: impl Fn(On) -> bool, panic: &str) -> String {
     lines.lines().map(|line| meaning(line).unwrap_or_else(|| format!("{line}\n"))).collect()
 }
 
-/// Where X stands at first, mm above its switch: near, so that homing is short.
+/// Initial distance of X above its switch, mm. It is small so that homing is short.
 pub const START_MM: f64 = 3.0;

@@ -1,4 +1,4 @@
-//! The firmware, unmodified, in an emulated RP2040: `tests/emulator`, run as a program.
+//! Runs the unmodified firmware in an emulated RP2040: starts the program `tests/emulator`.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -10,19 +10,19 @@ use serde_json::Value;
 
 use crate::root;
 
-/// One run of the emulated board; its files are in a folder named after the test.
+/// One run of the emulated board. Its files are in a folder named after the test.
 pub struct Board {
     folder: PathBuf,
     command: Command,
 }
 
-/// What a run left behind.
+/// The results of a run.
 pub struct Run {
-    /// Whether everything went through.
+    /// Whether the run succeeded.
     pub ok: bool,
-    /// What it printed: the summary, and before it the transcript of a script.
+    /// The output of the emulator: the transcript if it ran a script, then the summary.
     pub printed: String,
-    /// Its figures.
+    /// The figures of the run.
     pub figures: Value,
     /// Every STEP edge.
     pub edges: Vec<Edge>,
@@ -33,16 +33,16 @@ pub struct Run {
 /// A change of one of the tool's outputs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OutputChange {
-    /// When, since power-up.
+    /// When the output changed, ns since power-up.
     pub t_ns: f64,
     /// `pwm`, `enable`, `direction`, `flood` or `mist`.
     pub output: String,
-    /// The duty of `pwm`, of the others 0 or 1.
+    /// The duty of `pwm`, 0 to 1; 0 or 1 for the others.
     pub value: f64,
 }
 
 impl OutputChange {
-    /// Of a row below the header.
+    /// Parses a row below the header.
     fn read(row: &str) -> Self {
         let mut fields = row.split(',');
         let mut next = || fields.next().expect("three fields");
@@ -56,7 +56,7 @@ impl Board {
     /// A board at power-up, with the firmware that `cargo xtask test` built.
     ///
     /// # Panics
-    /// When `ISOSTEP_ELF` does not say where the firmware is.
+    /// When `ISOSTEP_ELF` is not set to the path of the firmware.
     pub fn new(test: &str) -> Self {
         Self::stepped_by(Port::Pio, test)
     }
@@ -64,7 +64,7 @@ impl Board {
     /// A board at power-up, with the firmware that steps by `port`.
     ///
     /// # Panics
-    /// When `ISOSTEP_ELF`, or `ISOSTEP_TIMER_PORT_ELF`, does not say where that firmware is.
+    /// When `ISOSTEP_ELF` or, for the timer port, `ISOSTEP_TIMER_PORT_ELF` is not set to the path of that firmware.
     pub fn stepped_by(port: Port, test: &str) -> Self {
         let variable = Self::elf_variable(port);
         let elf = env::var_os(variable);
@@ -85,7 +85,7 @@ impl Board {
         }
     }
 
-    /// More of the emulator's options.
+    /// Adds options of the emulator.
     #[must_use]
     pub fn with(mut self, options: &[&str]) -> Self {
         self.command.args(options);
@@ -95,15 +95,15 @@ impl Board {
     /// Streams a program.
     ///
     /// # Panics
-    /// When something with a deadline came from flash.
+    /// When a handler or critical section used flash.
     pub fn program(mut self, path: &Path) -> Run {
         self.run("--program", path)
     }
 
-    /// Holds a dialogue: see `node tests/emulator/run.mjs --help`.
+    /// Runs a script: see `node tests/emulator/run.mjs --help`.
     ///
     /// # Panics
-    /// When something with a deadline came from flash.
+    /// When a handler or critical section used flash.
     pub fn script(mut self, script: &str) -> Run {
         let path = self.folder.join("script.txt");
         fs::write(&path, script).expect("the script");
@@ -113,7 +113,7 @@ impl Board {
     fn run(&mut self, what: &str, path: &Path) -> Run {
         let file = |name: &str| self.folder.join(name);
         let (trace, outputs, figures) = (file("trace.csv"), file("outputs.csv"), file("figures.json"));
-        // What the run before left must not be taken for this one's.
+        // The results of a previous run must not be taken for those of this one.
         let _ = fs::remove_file(&figures);
         self.command.arg(what).arg(path).arg("--trace").arg(&trace).arg("--json").arg(&figures);
         self.command.arg("--outputs").arg(&outputs);
@@ -128,11 +128,11 @@ impl Board {
         Run { ok: output.status.success(), printed: text(&output.stdout), figures, edges, outputs }
     }
 
-    /// What comes from flash may be late by as much as flash takes. So nothing does in interrupts, nor while all of them are
-    /// masked.
+    /// Checks that no interrupt handler and no code with all interrupts masked used flash, because reading flash may
+    /// delay it.
     ///
-    /// Left out is what has no deadline: data read in critical sections, which is that of log lines, written at rest only,
-    /// and handlers, once a fault has stopped the motors.
+    /// Two cases have no deadline and are not checked: data read in critical sections, which belongs to log lines and
+    /// is read only at rest; and handlers after a fault has stopped the motors.
     fn assert_deadlines_need_no_flash(&self, figures: &Value) {
         let handlers = ["flash_in_handlers", "flash_in_handlers_data"].map(Some);
         let handlers = handlers.map(|place| place.filter(|_| figures["hard_faults"] == Value::Array(Vec::new())));

@@ -1,4 +1,4 @@
-//! Every speed law as the machine is set to it.
+//! The default machine set to every speed law.
 
 use isostep_console::Settings;
 use isostep_profile::SpeedLaw;

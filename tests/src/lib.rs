@@ -1,5 +1,5 @@
-//! What the end-to-end tests share: the project's folder, the firmware on the emulated board, cases for machines of
-//! every make, and what the fuzzers do.
+//! Code shared by the end-to-end tests: the project's folder, the firmware on the emulated board, test cases for
+//! machines of every kind, and the fuzz targets.
 
 use std::path::Path;
 

@@ -1,5 +1,5 @@
-//! Machines of several makes that the same cases are put to: simulated, by either step port, or the firmware on the
-//! emulated board.
+//! Machines of several kinds that run the same cases: simulated with either step port, or the firmware on the emulated
+//! board.
 
 use std::fmt;
 
@@ -11,7 +11,7 @@ use isostep_sim::{Config, Port, Sim, SwitchFault};
 
 use crate::emulated::Board;
 
-/// What makes a machine stop at once.
+/// An input that stops a machine at once.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stop {
     /// The limit switch of an axis.
@@ -22,7 +22,7 @@ pub enum Stop {
     Reset,
 }
 
-/// One thing done to a machine.
+/// One action on a machine.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Act {
     /// Sends a line, which must be accepted.
@@ -31,29 +31,29 @@ pub enum Act {
     WaitUs(u32),
     /// Waits until all moves are done.
     WaitIdle,
-    /// Stops it, which must lock it.
+    /// Stops the machine by this input. The machine must lock itself.
     Press(Stop),
-    /// Lets go of what stopped it.
+    /// Releases the input.
     Release(Stop),
-    /// Asks where it stands, at rest.
+    /// Requests the position, at rest.
     Report,
-    /// Asks for its status, whatever it does, and does not wait for the answer.
+    /// Sends a status request in any state and does not wait for the answer.
     Ask,
-    /// Has its processor forget what it holds of its program, if it can.
+    /// Empties the processor's cache, if it has one.
     ColdCache,
 }
 
-/// What was seen of a machine.
+/// Everything observed of a machine.
 #[derive(Clone, Debug, Default)]
 pub struct Seen {
     /// Every STEP edge, in order.
     pub edges: Vec<Edge>,
-    /// Every report: when, ns since power-up, and where the machine says it stands, steps.
+    /// Every report: when it came, ns since power-up, and the reported position, steps.
     pub reports: Vec<(u64, [i32; AXES])>,
 }
 
 impl Seen {
-    /// Where the edges up to `t_ns` have taken the machine since power-up, steps.
+    /// The position to which the edges up to `t_ns` have taken the machine since power-up, steps.
     #[must_use]
     pub fn counted_steps(&self, t_ns: u64) -> [i32; AXES] {
         let mut counted = [0; AXES];
@@ -64,25 +64,25 @@ impl Seen {
     }
 }
 
-/// A way of moving that suits a machine, all axes alike.
+/// Limits and a move that suit a machine. All axes have the same limits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pace {
     /// Top speed, mm/min.
     pub top_mm_min: u32,
     /// Acceleration and deceleration, mm/s².
     pub accel_mm_s2: u32,
-    /// Of the S-curve: the acceleration is reached in a hundredth of a second or two, mm/s³.
+    /// Jerk of the S-curve, mm/s³. The acceleration is reached in a hundredth of a second or two.
     pub jerk_mm_s3: u32,
-    /// For the laws that need one, mm/min.
+    /// Start speed for the laws that need one, mm/min.
     pub start_mm_min: u32,
-    /// A move.
+    /// A move, mm.
     pub away_mm: [f64; AXES],
-    /// How long it takes at least, us.
+    /// A lower bound of its duration, us.
     pub lasts_us: u32,
 }
 
 impl Pace {
-    /// The parking gantry's. The laws over displacement start at 100 steps/s.
+    /// The parking gantry's limits. The laws over displacement start at 100 steps/s.
     pub const GANTRY: Self = Self {
         top_mm_min: 2_880,
         accel_mm_s2: 50,
@@ -91,7 +91,7 @@ impl Pace {
         away_mm: [40.0, -28.0, 12.0],
         lasts_us: 1_780_000,
     };
-    /// 63,000 steps/s at the most, at 2,000,000 steps/s².
+    /// At most 63,000 steps/s, at 2,000,000 steps/s².
     const HARDWARE: Self = Self {
         top_mm_min: 240_000,
         accel_mm_s2: 40_000,
@@ -100,7 +100,7 @@ impl Pace {
         lasts_us: 60_000,
         ..Self::GANTRY
     };
-    /// 10,000 steps/s at the most, at 100,000 steps/s².
+    /// At most 10,000 steps/s, at 100,000 steps/s².
     const TASKS: Self = Self {
         top_mm_min: 12_000,
         accel_mm_s2: 2_000,
@@ -117,7 +117,8 @@ impl Pace {
         }
     }
 
-    /// As steep as the port's starts are tested: at 5,000,000 steps/s², and at 1,000,000 where tasks make the steps.
+    /// The steepest limits for which the port's starts are tested: 5,000,000 steps/s², or 1,000,000 where tasks make
+    /// the steps.
     fn steep(port: Port) -> Self {
         let accel_mm_s2 = match port {
             Port::Pio => 100_000,
@@ -126,7 +127,7 @@ impl Pace {
         Self { accel_mm_s2, ..Self::of(port) }
     }
 
-    /// Lines that set the machine to it.
+    /// Lines that send these limits to the machine.
     #[must_use]
     pub fn settings(&self) -> Vec<String> {
         let Self { top_mm_min, accel_mm_s2, jerk_mm_s3, .. } = self;
@@ -135,30 +136,31 @@ impl Pace {
     }
 }
 
-/// A kind of machine. Its display says how to see it again.
+/// A kind of machine. Its display says how to repeat its test.
 pub trait Rig: fmt::Display {
-    /// A way of moving that suits it.
+    /// Limits and a move that suit the machine.
     fn pace(&self) -> Pace;
 
-    /// The same top speed, reached as soon as it can be.
+    /// The same top speed with the highest acceleration.
     fn steep_pace(&self) -> Pace;
 
-    /// How far a step may be from its closed-form instant, both counted from the first step of the move, ns.
+    /// The largest deviation of a step from its closed-form instant, ns. Both are counted from the first step of the
+    /// move.
     fn jitter_max_ns(&self) -> f64;
 
-    /// Does all that to one that was powered up afresh; `case` names it.
+    /// Performs all actions on a machine that was just powered up. `case` is the name of the test case.
     ///
     /// # Panics
     /// When a line is refused, a stop does not lock the machine, or an edge breaks the driver's timing.
     fn carry_out(&self, case: &str, acts: &[Act]) -> Seen;
 }
 
-/// The whole controller in virtual time, its motors so strong that they follow any edge.
+/// The whole controller in virtual time. Its motors are so strong that they follow any edge.
 #[derive(Clone, Copy, Debug)]
 pub struct Simulated(pub Port);
 
 impl Simulated {
-    /// Does one thing; a report's answer.
+    /// Performs one action. Returns the position for a report.
     fn act(sim: &mut Sim, act: &Act) -> Option<[i32; AXES]> {
         const SOON: Duration = Duration::from_millis(1);
         match act {
@@ -166,7 +168,7 @@ impl Simulated {
                 sim.send(format!("{line}\n").as_bytes());
                 sim.run_for(SOON).unwrap();
                 if line.starts_with("G4") {
-                    // It is answered when it is over, and begins when the plan before it has ended.
+                    // A dwell is answered at its end, and begins when the previous plan has ended.
                     sim.run_until_idle().unwrap();
                 }
                 let heard = sim.replies();
@@ -209,7 +211,7 @@ impl Rig for Simulated {
     }
 
     fn jitter_max_ns(&self) -> f64 {
-        // Of the step and of the first.
+        // The tolerance applies to the step and to the first step.
         2.0 * self.0.tolerance_ns()
     }
 
@@ -235,7 +237,7 @@ impl fmt::Display for Simulated {
     }
 }
 
-/// The firmware that steps by `port`, on the emulated board.
+/// The firmware with this step port on the emulated board.
 #[derive(Clone, Copy, Debug)]
 pub struct Emulated(pub Port);
 
@@ -275,7 +277,8 @@ impl Rig for Emulated {
     fn jitter_max_ns(&self) -> f64 {
         match self.0 {
             Port::Pio => 50.0,
-            // Who is due while another's step is made waits; and now and then a critical section delays the wake-up.
+            // A step that is due while another axis's step is made has to wait. Sometimes a critical section also
+            // delays the wake-up.
             Port::Timer => 10_000.0,
         }
     }
@@ -294,19 +297,20 @@ impl fmt::Display for Emulated {
     }
 }
 
-/// How many there are, and the first of them.
+/// The number of faults and the first one; `None` if there is none.
 pub(crate) fn first_of<T: fmt::Display>(faults: &[T]) -> Option<String> {
     faults.first().map(|first| format!("{} of them, the first: {first}", faults.len()))
 }
 
-/// What a board said last: how it failed.
+/// The last lines of a transcript, which say how the board failed.
 fn end_of(transcript: &str) -> String {
     const LINES: usize = 30;
     let lines: Vec<_> = transcript.lines().collect();
     lines[lines.len().saturating_sub(LINES)..].join("\n")
 }
 
-/// The answers to [`Act::Report`] in a transcript; [`Act::Ask`] and waiting for idle ask too, and expect nothing.
+/// The answers to [`Act::Report`] in a transcript. [`Act::Ask`] and waits for idle also send requests, but no `expect`
+/// follows those.
 fn reports(transcript: &str) -> Vec<(u64, [i32; AXES])> {
     let mut asked = false;
     let mut reports = Vec::new();
@@ -321,7 +325,7 @@ fn reports(transcript: &str) -> Vec<(u64, [i32; AXES])> {
     reports
 }
 
-/// The position in a status report, in steps of the default 50 to the mm.
+/// The position in a status report, in steps at the default 50 steps/mm.
 #[must_use]
 pub fn position_steps(report: &str) -> Option<[i32; AXES]> {
     let (_, position) = report.split_once("|MPos:")?;

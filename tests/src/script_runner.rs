@@ -1,4 +1,5 @@
-//! Scripts of the emulated board, carried out by a simulated machine: those commands that it has a use for.
+//! Runs scripts of the emulated board on a simulated machine. It supports the commands that apply to a simulated
+//! machine.
 
 use std::collections::VecDeque;
 
@@ -8,12 +9,12 @@ use isostep_sim::tool::ToolOutput;
 use isostep_sim::world::Wire;
 use isostep_sim::{Sim, State, SwitchFault};
 
-/// How often it looks for what a command waits for.
+/// How often a wait looks for its condition.
 const LOOK_EVERY: Duration = Duration::from_micros(100);
-/// How long it waits.
+/// How long a wait lasts at most.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// A simulated machine, and what it has said.
+/// A simulated machine, and the lines that it has sent.
 pub struct ScriptRunner {
     sim: Sim,
     replies: VecDeque<String>,
@@ -22,16 +23,16 @@ pub struct ScriptRunner {
 }
 
 impl ScriptRunner {
-    /// With a machine that has said nothing yet.
+    /// For a machine that has sent nothing yet.
     #[must_use]
     pub fn new(sim: Sim) -> Self {
         Self { sim, replies: VecDeque::new(), statuses: VecDeque::new(), messages: VecDeque::new() }
     }
 
-    /// Carries out a script.
+    /// Runs a script.
     ///
     /// # Panics
-    /// At the first line that is not as it says, or that is no command here.
+    /// At the first line that fails or is not a supported command.
     pub fn carry_out(&mut self, script: &str) {
         let mut case = "";
         for (number, line) in (1..).zip(script.lines()) {
@@ -75,7 +76,7 @@ impl ScriptRunner {
         }
     }
 
-    /// Runs until there is what `look` looks for.
+    /// Runs the machine until `look` finds something.
     fn wait_for<T>(&mut self, what: &str, mut look: impl FnMut(&mut Self) -> Option<T>) -> Result<T, String> {
         let end = self.sim.now() + PATIENCE;
         loop {
@@ -89,7 +90,7 @@ impl ScriptRunner {
         }
     }
 
-    /// The next reply or status must begin so; other messages are searched for it.
+    /// The next reply or status must begin with `prefix`. Other messages are searched for one that does.
     fn expect(&mut self, prefix: &str) -> Result<(), String> {
         let next = |runner: &mut Self| match prefix {
             _ if prefix.starts_with("ok") || prefix.starts_with("error") => runner.replies.pop_front(),
@@ -121,7 +122,7 @@ impl ScriptRunner {
 
     fn check_motors(&mut self, state: &str) -> Result<(), String> {
         let waves = self.sim.outcome().waves;
-        // The drivers take ENABLE low.
+        // The drivers are enabled by a low ENABLE.
         let on = waves.iter().rfind(|wave| wave.wire == Wire::Enable).is_some_and(|wave| !wave.high);
         if on == (state == "on") { Ok(()) } else { Err(format!("the motors are energised: {on}")) }
     }

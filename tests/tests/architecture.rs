@@ -1,4 +1,4 @@
-//! What must never be, held: see ARCHITECTURE.md.
+//! Tests for the section "What must never be" of ARCHITECTURE.md.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -8,7 +8,7 @@ use std::process::Command;
 use isostep_tests::root;
 use serde_json::Value;
 
-/// Each workspace package's own dependencies, dev-dependencies left out.
+/// The direct dependencies of each workspace package, without dev-dependencies.
 fn dependencies() -> BTreeMap<String, BTreeSet<String>> {
     let output = Command::new(env!("CARGO"))
         .args(["metadata", "--format-version=1", "--no-deps", "--offline"])
@@ -35,10 +35,10 @@ fn sources(folder: &Path) -> Vec<PathBuf> {
 #[test]
 fn packages_depend_on_nothing_but_these() {
     let allowed: &[(&str, &[&str])] = &[
-        // No clock, no pin, no executor.
+        // These need no clock, no pin and no executor.
         ("isostep-profile", &["defmt", "libm"]),
         ("isostep-generators", &["isostep-profile", "libm"]),
-        // No executor, no chip.
+        // This needs no executor and no chip.
         (
             "isostep-motion",
             &[
@@ -54,7 +54,7 @@ fn packages_depend_on_nothing_but_these() {
                 "libm",
             ],
         ),
-        // No input, no output, no motion.
+        // This needs no input, no output and no motion.
         ("isostep-console", &["heapless", "libm"]),
         (
             "isostep-controller",
@@ -95,11 +95,11 @@ fn chip_crates_neither_allocate_nor_await_where_they_must_not() {
     }
 }
 
-/// What may be there for tests alone: unit tests, the standard library for them, the README's examples.
+/// Lines that may depend on `cfg(test)`: unit tests, the standard library for them, the README's examples.
 const FOR_TESTS: [&str; 4] = ["mod tests", "extern crate std;", "#[path = ", "#[doc = include_str!"];
 
-/// A task, or anything that a task uses, must not have a twin that only the tests know: the code that is tested is the code that
-/// ships. Unit tests inside a crate are welcome.
+/// A task, and anything that a task uses, must not have a second version for tests: the tested code is the code that
+/// ships. Unit tests inside a crate are allowed.
 #[test]
 fn no_task_has_a_twin_for_tests() {
     for package in ["profile", "motion", "console", "controller"] {
@@ -115,7 +115,7 @@ fn no_task_has_a_twin_for_tests() {
     }
 }
 
-/// The lines that a condition on tests includes or excludes, but for those that may be.
+/// The lines that `cfg(test)` includes or excludes, except those that are allowed.
 fn twins(text: &str) -> impl Iterator<Item = &str> {
     let lines = text.lines().zip(text.lines().skip(1).chain([""]));
     lines.filter_map(|(line, next)| {

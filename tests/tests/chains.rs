@@ -1,6 +1,7 @@
-//! Random chains of moves, interfered with at random instants, in virtual time by both step ports: lines with reversals and
-//! single steps, arcs, rapids and feeds, in any number of bursts. Every edge against the closed form, counts exact, moves
-//! straight, and each axis within its limits, corners included. A failure prints the line that does it again.
+//! Random chains of moves, interfered with at random instants, in virtual time with both step ports. The lines have
+//! reversals and single steps, arcs, rapids and feeds, and come in any number of bursts. Every edge must match the
+//! closed form, counts must be exact, moves straight, and each axis within its limits, corners included. A failure
+//! prints the command that repeats it.
 
 use embassy_time::Duration;
 use isostep_motion::{Alarm, Axis, Finish, State};
@@ -9,12 +10,12 @@ use isostep_sim::plant::SwitchFault;
 use isostep_sim::{MoveRecord, Outcome};
 use isostep_tests::bench::{Bench, Highest, Kind, Moves, all_cases, check};
 
-/// Of each kind.
+/// Number of interferences of each kind.
 const INSTANTS: u64 = 1_000;
 const PER_CASE: u64 = 10;
 const CASES: u64 = INSTANTS / PER_CASE;
 
-/// A machine of a case: of any steepness, and any corners.
+/// The machine of a case, with any acceleration and any corner deviation.
 fn bench(case: u64) -> Bench {
     let mut bench = Bench::new(case);
     let deviation_mm = bench.one_of(&[0.0, 0.01, 0.05, 0.2]);
@@ -23,14 +24,15 @@ fn bench(case: u64) -> Bench {
         let accel = if axis == 1 { 40 * times } else { 50 * times };
         format!("$12{axis}={accel}\n$93{axis}={}\n", 500 * times)
     });
-    // Mostly as fast as can be.
+    // Most cases run as fast as possible.
     let thirds = u32::from(case.is_multiple_of(10));
     bench.say(&format!("$11={deviation_mm}\n$900={thirds}\n{}", axes.concat()));
     bench.settle_settings();
     bench
 }
 
-/// All that was seen since a number of moves had been made. They are `moves` in order, and those that should stop do.
+/// Checks everything seen since `first` moves had been made. They must be `moves` in order, and those that should stop
+/// must stop.
 fn check_chain(bench: &mut Bench, outcome: &Outcome, first: usize, moves: &Moves, highest: &mut Highest, case: u64) {
     let records = &outcome.moves[first..];
     let found = moves.of(records);
@@ -225,7 +227,7 @@ fn stops_at_any_instant_leave_the_exact_count() {
             assert_eq!(outcome.counted_steps, outcome.position_steps, "case {case}: {stop:?}");
             stopped += outcome.moves[first..].iter().filter(|record| record.finish == Finish::Stopped).count() as u64;
             check_chain(&mut bench, &outcome, first, &moves, &mut highest, case);
-            // It goes from there to where random moves have room.
+            // The machine moves to where the random moves have room.
             bench.say("G90 G0 X0 Y0 Z0\n");
             bench.sim.run_until_idle().unwrap();
             assert_eq!(bench.outcome().counted_steps, [0; 3], "case {case}");
@@ -240,8 +242,8 @@ fn stops_at_any_instant_leave_the_exact_count() {
     assert!(stopped > INSTANTS / 3, "{stopped}");
 }
 
-/// A host falls silent in the middle of a line: it is braked to rest at the end of what is known, and goes on when more
-/// comes; without a stop if that is in time.
+/// The host stops sending in the middle of a line. The machine must brake to rest at the end of the known moves and
+/// continue when more lines come; if they come in time, it must not stop.
 #[test]
 fn a_host_that_stops_for_a_while_stops_the_machine_where_its_lines_end() {
     const SPEED_MM_S: f64 = 20.0;
@@ -254,7 +256,7 @@ fn a_host_that_stops_for_a_while_stops_the_machine_where_its_lines_end() {
         let accel_mm_s2 = 50.0;
         let lines = |from: i32| (from + 1..=from + 20).map(|mm| format!("G90 G1 X{mm} F1200\n")).collect::<String>();
         bench.stream(&lines(0));
-        // 20 mm, by the slowest law in some 3 s.
+        // The first 20 mm take some 3 s with the slowest law.
         bench.wait(4.0);
         let came_ns = bench.sim.now_ns();
         bench.stream(&lines(20));
@@ -270,7 +272,8 @@ fn a_host_that_stops_for_a_while_stops_the_machine_where_its_lines_end() {
         };
         let rests: Vec<_> = (0..40).filter(|index| is_rest(*index)).collect();
         let [before, after] = [&outcome.moves[19], &outcome.moves[20]];
-        // Where it might have begun to brake to rest by the trapezoid, as late as any law does, and what is told ahead.
+        // The latest time at which braking can begin: for the trapezoid, which begins later than any other law, plus
+        // the time that is committed ahead.
         let braking_s = SPEED_MM_S / accel_mm_s2;
         if before.run == after.run {
             flowed += 1;
@@ -292,7 +295,7 @@ fn a_host_that_stops_for_a_while_stops_the_machine_where_its_lines_end() {
     assert!(rested > 5 && flowed > 20, "{rested}, {flowed}");
 }
 
-/// From the last edge before the end of each move to the next, s.
+/// The time from the last edge before the end of each move to the next edge, s.
 fn corner_gaps_s(lines: &str) -> Vec<f64> {
     let mut bench = Bench::new(0);
     bench.say("$900=0\n$910=0\n$911=0\n$912=0\n$940=0\n$121=50\n$920=0\n$921=0\n$922=0\n");
@@ -308,16 +311,17 @@ fn corner_gaps_s(lines: &str) -> Vec<f64> {
     outcome.moves.windows(2).map(gap_s).collect()
 }
 
-/// By the edges: from rest at 2,500 steps/s² half a step takes 20 ms, and as much to it.
+/// From the edges: from rest at 2,500 steps/s² half a step takes 20 ms, and stopping takes as long.
 #[test]
 fn exact_stops_and_no_deviation_stop_at_corners() {
     const STOP_S: f64 = 0.04;
     let stops = |gap_s: &f64| *gap_s > STOP_S - 1e-6;
-    // A corner, straight on, a corner of 45 degrees, and back.
+    // In order: a right angle, straight on, a corner of 45 degrees, and back.
     let path = |word: &str| format!("G91 {word} G1 F1200 X4\nY4\nY4\nX4 Y4\nX-4 Y-4\n");
     let flowing = corner_gaps_s(&path("G61"));
     assert!(!flowing[..3].iter().any(stops) && stops(&flowing[3]), "{flowing:?}");
-    // A circle that deviates from the corner by 0.01 mm, at 50 mm/s² across for each axis: 1.307 mm/s, steps of 0.02 mm.
+    // The corner is taken on a circle that deviates by 0.01 mm, at 50 mm/s² across for each axis. That gives 1.307
+    // mm/s, at steps of 0.02 mm.
     assert!((flowing[0] - 0.0137).abs() < 0.0005, "{flowing:?}");
     assert!(flowing[1] < 0.002, "straight on it is no slower than by the way to brake: {flowing:?}");
     let exact = corner_gaps_s(&path("G61.1"));
@@ -325,7 +329,7 @@ fn exact_stops_and_no_deviation_stop_at_corners() {
     let without = corner_gaps_s(&format!("$11=0\n{}", path("G61")));
     let at_corners: Vec<_> = without.iter().map(stops).collect();
     assert_eq!(at_corners, [true, false, true, true], "straight on there is no corner: {without:?}");
-    // Of a program only the moves from G61.1 to G61.
+    // Exact stops apply only to the moves from G61.1 to G61.
     let some = corner_gaps_s("G91 G1 F1200 X4\nG61.1 Y4\nG61 Y4\nY4\n");
     assert_eq!(some.iter().map(stops).collect::<Vec<_>>(), [false, true, false], "{some:?}");
 }

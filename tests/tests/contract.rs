@@ -1,4 +1,5 @@
-//! The position contract in the simulator, by either step port; and the tables of `docs/position.md` against it.
+//! Tests the position contract in the simulator with either step port, and compares the tables of `docs/position.md`
+//! with it.
 
 use std::cell::RefCell;
 use std::fs;
@@ -19,7 +20,7 @@ use isostep_tests::contract::{CASES, On, START_MM, script};
 use isostep_tests::root;
 use isostep_tests::script_runner::ScriptRunner;
 
-/// Motors so strong that they follow any edge.
+/// A machine whose motors are so strong that they follow any edge.
 fn config(port: Port) -> Config {
     let motor = Some(PullOutCurve { pull_in_steps_s: 1e9, ..PullOutCurve::default() });
     Config { port, motor, start_mm: [START_MM, 40.0, 15.0], ..Config::default() }
@@ -62,7 +63,7 @@ fn what_tests_of_their_own_hold_names_them() {
     }
 }
 
-/// A machine of tasks alone, whose coordinator is dropped once and then begun anew.
+/// A machine made of tasks alone. Its coordinator is dropped once and then restarted.
 fn with_dropped_coordinator(executor: &mut Executor, world: &Shared, config: &Config) -> &'static Machine {
     let machine: &'static Machine = Box::leak(Box::new(Machine::new(isostep_controller::config(&config.settings))));
     for (axis, port) in Axis::ALL.into_iter().zip(AxisPort::all(config, executor, world)) {
@@ -82,9 +83,9 @@ fn with_dropped_coordinator(executor: &mut Executor, world: &Shared, config: &Co
     machine
 }
 
-/// In mid-move.
+/// In the middle of a move.
 const DROPPED_AT: Duration = Duration::from_millis(700);
-/// Longer than what the axes have been given lasts.
+/// Longer than the motion that the axes have been given.
 const REST: Duration = Duration::from_secs(1);
 
 fn submit(executor: &mut Executor, machine: &'static Machine, target_steps: [i32; AXES]) {

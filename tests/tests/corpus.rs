@@ -1,4 +1,4 @@
-//! What the fuzzers have come upon and is kept, and what they ever failed by, without a fuzzer.
+//! Runs the inputs that the fuzzers have kept, including those that once failed, without a fuzzer.
 
 use std::fs;
 use std::panic::catch_unwind;
@@ -6,7 +6,7 @@ use std::panic::catch_unwind;
 use isostep_tests::fuzz::TARGETS;
 use isostep_tests::root;
 
-/// So many files at least: an empty folder tests nothing.
+/// Minimum number of files. An empty folder would test nothing.
 const FILES_MIN: usize = 10;
 
 fn replay(name: &str) {

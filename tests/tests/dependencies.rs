@@ -1,5 +1,5 @@
-//! What the project depends on, held against deny.toml: sources, licences and duplicates, as far as `cargo metadata` tells. What
-//! needs cargo-deny, which takes long to build, is for `cargo xtask audit`.
+//! Compares the dependencies with deny.toml: sources, licences and duplicates, as far as `cargo metadata` reports them.
+//! The other checks need cargo-deny, which takes long to build, and are made by `cargo xtask audit`.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -11,13 +11,13 @@ use serde_json::Value;
 struct Package {
     name: String,
     version: String,
-    /// As Cargo.toml has it.
+    /// The licence in its Cargo.toml.
     licence: String,
-    /// Nothing for the workspace's own.
+    /// `None` for packages of the workspace.
     source: Option<String>,
 }
 
-/// Every package of Cargo.lock, for every platform.
+/// Every package in Cargo.lock, for all platforms.
 fn packages() -> Vec<Package> {
     let mut metadata = Command::new(env!("CARGO"));
     metadata.args(["metadata", "--format-version=1", "--locked"]).current_dir(root());
@@ -43,7 +43,7 @@ fn listed(key: &str) -> BTreeSet<String> {
     lines.filter_map(|line| line.split('"').nth(1).map(str::to_owned)).collect()
 }
 
-/// Whether one may choose licences that are all allowed. A slash is an old way to write OR.
+/// Whether all licences that apply can be chosen from the allowed ones. A slash is an old way to write OR.
 fn is_allowed(licence: &str, allowed: &BTreeSet<String>) -> bool {
     let is_choice = |part: &str| {
         let part = part.trim_matches(['(', ')', ' ']).replace('/', " OR ");

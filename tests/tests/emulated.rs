@@ -1,7 +1,7 @@
-//! The firmware on the emulated board, held against the simulation and the closed form.
+//! Compares the firmware on the emulated board with the simulation and the closed form.
 //!
-//! Ignored by a plain `cargo test`: `cargo xtask test` builds the firmware, then runs these. Every figure here is
-//! emulated, at 125 MHz.
+//! A plain `cargo test` ignores these tests: `cargo xtask test` builds the firmware and then runs them. Every figure
+//! here is emulated, at 125 MHz.
 
 #[path = "emulated/boot.rs"]
 mod boot;
@@ -32,7 +32,7 @@ fn program(name: &str) -> PathBuf {
     root().join("programs").join(name)
 }
 
-/// Runs a program of the project on the board and in simulation; the same steps, or it panics.
+/// Runs a program of the project on the board and in simulation. Panics if the steps differ.
 fn held_against_simulation(board: Board, name: &str) -> (Run, Comparison) {
     let emulated = board.program(&program(name));
     assert!(emulated.ok, "{}", emulated.printed);
@@ -177,7 +177,8 @@ fn cold_starts_are_in_time_and_within_50_ns() {
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn cold_starts_by_the_timer_port_are_in_time_and_within_20_us() {
-    // Up to two steps of the other axes, and what masks interrupts while lines are read and answered. A step period is 50 us.
+    // A step may wait for two steps of the other axes and for code that masks interrupts while lines are read and
+    // answered. A step period is 50 us.
     cases::cold_starts_are_exact(Emulated(Port::Timer), 20_000.0);
 }
 
@@ -191,13 +192,14 @@ fn the_highest_rate_the_port_takes_is_made() {
 #[ignore = "needs the firmware: cargo xtask test"]
 fn a_host_that_stops_reading_does_not_stop_the_machine() {
     let mut script = "expect Grbl\nsend G0 X20\nexpect ok\nreading off\n".to_owned();
-    // Far more status reports than the firmware has room for.
+    // Many more status reports than the firmware has room for.
     script += &"bytes 3f 3f 3f 3f 3f 3f 3f 3f\nwait-ms 20\n".repeat(60);
     script += "reading on\nwait-ms 500\nsend $X\nexpect ok\nwait-idle\nbytes 3f\nexpect <Idle|MPos:20.000\n";
     let run = Board::new("deaf-host").script(&script);
     assert!(run.ok, "{}", run.printed);
     assert_eq!(run.edges.len(), 1_000);
-    // The one report that it heard half of is ended once, and whatever comes behind it is whole, on lines of its own.
+    // The report of which the host received half is ended once, and the reports after it are whole and on lines of
+    // their own.
     let heard: Vec<_> = run.printed.lines().filter_map(|line| line.split_once(" < ")).map(|(_, heard)| heard).collect();
     let is_half = |line: &&&str| line.starts_with('<') && !(line.ends_with('>') && line.matches('<').count() == 1);
     let halves: Vec<_> = heard.iter().filter(is_half).collect();
@@ -206,7 +208,8 @@ fn a_host_that_stops_reading_does_not_stop_the_machine() {
     assert!(heard.iter().all(|line| !line.is_empty()), "an empty line");
 }
 
-/// More steps than the core can make one by one: an alarm that says so and an exact count, never a silent stretch.
+/// More steps than the core can make one by one. The machine must raise an alarm that says so and keep an exact count,
+/// and must never silently stretch an interval.
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn steps_that_come_too_late_lock_the_machine() {
@@ -222,8 +225,8 @@ fn steps_that_come_too_late_lock_the_machine() {
     assert_eq!(position_steps(report), Some(seen), "{report}");
 }
 
-/// A curved ramp so steep that its segments cannot be compiled fast enough: the state machines halt rather than stretch an
-/// interval.
+/// A curved ramp so steep that its segments cannot be compiled fast enough. The state machines must halt and not
+/// stretch an interval.
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn a_port_that_runs_out_of_steps_locks_the_machine() {
@@ -237,7 +240,7 @@ fn a_port_that_runs_out_of_steps_locks_the_machine() {
     let run = Board::new("underrun").script(&script);
     assert!(run.ok, "{}", run.printed);
     let report = run.printed.lines().rfind(|line| line.contains("< <Alarm|")).unwrap();
-    // 1,000 steps to the mm: the three decimals of the report are steps.
+    // With 1,000 steps/mm the three decimals of the report are steps.
     let reported: Vec<i32> =
         report.split(['|', ':', ',']).skip(2).take(3).map(|mm| mm.replace('.', "").parse().unwrap()).collect();
     let seen = [0, 1, 2].map(|axis| run.edges.iter().filter(|edge| edge.axis == axis).count() as i32);
@@ -245,7 +248,8 @@ fn a_port_that_runs_out_of_steps_locks_the_machine() {
     assert!(seen.iter().all(|&steps| (1..100_000).contains(&steps)), "{seen:?}");
 }
 
-/// Settings and offsets in the chip's flash, programmed by its ROM. The emulator faults on code that runs from flash meanwhile.
+/// Settings and offsets are stored in the chip's flash, which its ROM programs. The emulator faults if code runs from
+/// flash meanwhile.
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn what_is_stored_outlives_a_power_cycle() {
@@ -258,8 +262,8 @@ fn what_is_stored_outlives_a_power_cycle() {
     assert!(run.ok, "{}", run.printed);
 }
 
-/// Offsets that change in mid-program are stored when the moves before them have ended: every edge of them is where a run
-/// without has it, and erasing a sector would hold one up by 45 ms.
+/// Offsets that change in the middle of a program are stored when the moves before them have ended. Every edge of those
+/// moves must be at the same instant as in a run without the change; erasing a sector would delay an edge by 45 ms.
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn nothing_is_stored_while_steps_are_made() {
@@ -273,11 +277,11 @@ fn nothing_is_stored_while_steps_are_made() {
         assert!(run.ok, "{}", run.printed);
         run.edges
     };
-    // Without the dwell both moves would be of one run, on one clock.
+    // Without the dwell, both moves would be in one run, on one clock.
     let rest = "send G4 P0\nexpect ok\n";
     let (plain, stored) = (moves("store-plain", rest, 0), moves("store-moving", "send G10 L2 P2 X5\nexpect ok\n", 5));
     assert_eq!(plain.len(), stored.len());
-    // Each move's edges from its first.
+    // The edges of each move are compared relative to its first edge.
     for half in [0..plain.len() / 2, plain.len() / 2..plain.len()] {
         let from_first = |edges: &[isostep_sim::world::Edge]| -> Vec<_> {
             edges[half.clone()].iter().map(|edge| (edge.t_ns - edges[half.start].t_ns, edge.axis)).collect()
@@ -286,7 +290,7 @@ fn nothing_is_stored_while_steps_are_made() {
     }
 }
 
-/// Three axes with the same way to go make each step on one clock cycle, from the first on.
+/// Three axes with the same distance must make each step on the same clock cycle, from the first step on.
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn all_axes_start_on_the_same_cycle() {
@@ -296,8 +300,8 @@ fn all_axes_start_on_the_same_cycle() {
     assert!(run.edges.chunks(3).all(|step| step.iter().all(|edge| edge.t_ns == step[0].t_ns)));
 }
 
-/// Three axes at 240,000 steps/s: whatever stops them, the last edge is no later. Without the brake it would be tens of
-/// microseconds, until their tasks run.
+/// Three axes at 240,000 steps/s. Whatever stops them, the last edge may come at most 10 us later. Without the brake it
+/// would take tens of microseconds, until the tasks of the axes run.
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn every_stop_takes_less_than_10_us() {
@@ -312,7 +316,7 @@ fn every_stop_takes_less_than_10_us() {
         "switch Z stuck-closed\nexpect ALARM:1\nswitch Z normal",
         "estop pressed\nexpect ALARM:10\nestop released",
         "bytes 18\nwait-ms 5\nbytes 18\nexpect ALARM:3\nexpect Grbl",
-        // Behind another byte, in one packet.
+        // The reset byte follows another byte in the same packet.
         "bytes 18\nwait-ms 5\nbytes 3f 18\nexpect ALARM:3\nexpect Grbl",
     ];
     for (index, stop) in stops.iter().cycle().take(90).enumerate() {
@@ -320,7 +324,7 @@ fn every_stop_takes_less_than_10_us() {
         script += &format!("send G0 X{target_mm} Y{target_mm} Z{target_mm}\nexpect ok\nwait-us {wait_us}.3\n");
         script += &format!("{stop}\nwait-ms 20\nsend $X\nexpect ok\ncheck-position\n");
     }
-    // A carriage that goes beyond its switch presses it: far from it there is none.
+    // A carriage that moves beyond its switch presses it. So the carriages start far from their switches.
     let run = Board::new("stop-latency").with(&["--start", "900,900,900"]).script(&script);
     assert!(run.ok, "{}", run.printed);
     let (_, slowest) = run.printed.rsplit_once("the slowest: ").expect("a line on the stops");
@@ -328,7 +332,7 @@ fn every_stop_takes_less_than_10_us() {
     assert!(slowest_us <= 10.0, "{slowest}");
 }
 
-/// Held, resumed and slowed down at some thirty instants of moves of three axes: no step lost, none out of place.
+/// Moves of three axes are held, resumed and slowed down at some thirty instants. No step may be lost or off the path.
 fn holds_and_overrides_lose_nothing(board: Board, law: u32) {
     let mut script = format!("expect Grbl\nsend $940={law}\nexpect ok\nsend G90\nexpect ok\n");
     for index in 0..10 {
@@ -341,7 +345,7 @@ fn holds_and_overrides_lose_nothing(board: Board, law: u32) {
     }
     let run = board.script(&(script + "bytes 3f\nexpect <Idle|MPos:0.000,0.000,0.000\n"));
     assert!(run.ok, "{}", run.printed);
-    // The way there and back, ten times.
+    // The distances there and back, ten times, in steps.
     let totals = [2_000.0, 1_150.0, 150.0];
     let mut made = [0_i64; 3];
     for together in run.edges.chunk_by(|one, next| next.t_ns - one.t_ns < 20_000) {
@@ -350,7 +354,7 @@ fn holds_and_overrides_lose_nothing(board: Board, law: u32) {
         }
         for (i, j) in [(0, 1), (0, 2), (1, 2)] {
             let apart = (made[i] as f64 / totals[i] - made[j] as f64 / totals[j]).abs();
-            // Half a step of each, and what a step's own time makes where edges fall together.
+            // The bound is half a step of each axis, plus what a step's duration adds where edges coincide.
             let bound = 0.5 / totals[i] + 0.5 / totals[j] + 0.1 / totals[0];
             assert!(apart <= bound, "{made:?} after {} ns: {apart} is more than {bound}", together[0].t_ns);
         }
@@ -376,7 +380,7 @@ fn holds_and_overrides_by_the_timer_port_lose_no_step() {
     holds_and_overrides_lose_nothing(Board::stepped_by(Port::Timer, "hold-timer"), 0);
 }
 
-/// In one packet: held again before anything has moved.
+/// Both bytes are in one packet: the machine is held again before anything has moved.
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn a_resume_and_a_hold_together_leave_a_hold_that_can_be_resumed() {
@@ -388,7 +392,7 @@ fn a_resume_and_a_hold_together_leave_a_hold_that_can_be_resumed() {
     assert_eq!(run.edges.len(), 500);
 }
 
-/// A program that is reset at speed brakes on its path, and the machine is ready for the next.
+/// A program that is reset at speed brakes on its path. Then the machine must be ready for the next program.
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn a_reset_in_motion_keeps_the_position() {
@@ -403,8 +407,8 @@ fn a_reset_in_motion_keeps_the_position() {
     assert!(run.ok, "{}", run.printed);
 }
 
-/// Three axes up to 200 mm/s at 4,000 mm/s2, the logarithmic law at 1,000: there segments take longer to compile than they
-/// last. From standstill where the law can.
+/// Three axes up to 200 mm/s at 4,000 mm/s2, the logarithmic law at 1,000. On these ramps segments take longer to
+/// compile than they last. The ramps begin at standstill for the laws that can.
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn steep_ramps_of_every_law_are_compiled_in_time() {
@@ -427,8 +431,8 @@ fn steep_ramps_of_every_law_are_compiled_in_time() {
     }
 }
 
-/// At 4,000 mm/s2, where a full queue is a few milliseconds of motion: overrides faster than they come about, and a hold
-/// before the last of them has.
+/// At 4,000 mm/s2, where a full queue is a few milliseconds of motion. Overrides come faster than they take effect, and
+/// a hold comes before the last of them has.
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn changes_in_quick_succession_lose_no_step() {
@@ -449,7 +453,7 @@ fn changes_in_quick_succession_lose_no_step() {
     assert_eq!(run.edges.len(), 10 * (3_000 + 2_750 + 2_500));
 }
 
-/// A jog that is cancelled at speed stops on its path, at once ready for the next.
+/// A jog that is cancelled at speed stops on its path, and the machine is ready for the next at once.
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn a_cancelled_jog_keeps_its_position() {

@@ -1,6 +1,6 @@
-//! Feed hold and resume, jog cancel and overrides at random instants of random moves, in virtual time: every edge against the
-//! closed form, counts exact, paths straight, and each axis within its limits as its edges alone tell. The same in every run;
-//! a failure names its case.
+//! Feed hold and resume, jog cancel and overrides at random instants of random moves, in virtual time. Every edge must
+//! match the closed form, counts must be exact, paths straight, and each axis within its limits as computed from its
+//! edges alone. Every run is the same; a failure names its case.
 
 use embassy_time::Duration;
 use isostep_motion::{Alarm, Finish, State};
@@ -20,7 +20,7 @@ fn holds_at_any_instant_lose_nothing() {
         bench.say(&format!("G90\nG1 X{x} Y{y} Z{z} F{feed}\nG0 X0 Y0 Z0\n"));
         for _ in 0..bench.random.rand_range(1..4) {
             bench.wait(2.5);
-            // Slower, or faster, and held before that has come about.
+            // An override makes the move slower or faster, and the hold comes before the override has taken effect.
             let byte = [0x90, 0x91, 0x92, 0x92][bench.random.rand_range(0..4) as usize];
             bench.override_by(&[byte; 3]);
             bench.wait(0.3);
@@ -79,13 +79,13 @@ fn overrides_at_any_instant_lose_nothing() {
     assert!(changed as u64 > HOLDS / 4, "only {changed} moves went on at another speed");
 }
 
-/// Faster than one of them comes about; then the move is held while the last does.
+/// Overrides come faster than they take effect. Then the move is held while the last one takes effect.
 #[test]
 fn overrides_in_quick_succession_lose_nothing() {
     let mut highest = Highest::default();
     for case in 0..HOLDS / 5 {
         let mut bench = Bench::new(case);
-        // So fast that a full queue is a few milliseconds of motion.
+        // At this acceleration a full queue is a few milliseconds of motion.
         bench.say(&[0, 1, 2].map(|axis| format!("$12{axis}=4000\n$93{axis}=80000\n")).concat());
         bench.sim.run_for(Duration::from_millis(100)).unwrap();
         let place = bench.place();
@@ -122,7 +122,7 @@ fn jogs_are_cancelled_at_any_instant() {
         let still = bench.steps();
         bench.wait(0.5);
         assert_eq!((bench.steps(), bench.sim.machine().state()), (still, State::Idle), "case {case}");
-        // What follows counts from where it stands.
+        // The next move is relative to where the machine stands.
         bench.say("G91\nG0 X1\n");
         bench.sim.run_until_idle().unwrap();
         let outcome = bench.outcome();
@@ -134,8 +134,8 @@ fn jogs_are_cancelled_at_any_instant() {
     highest.tell();
 }
 
-/// In the middle of moves, dwells and jogs, sometimes while they are held or about to be: no alarm, and the welcome once it
-/// stands still.
+/// Resets in the middle of moves, dwells and jogs, some of them during or just before a hold. There must be no alarm,
+/// and the welcome must come once the machine stands still.
 #[test]
 fn resets_at_any_instant_keep_the_position() {
     let (mut braked, mut highest) = (0, Highest::default());
@@ -162,7 +162,7 @@ fn resets_at_any_instant_keep_the_position() {
         bench.wait(0.5);
         assert_eq!((bench.steps(), bench.sim.machine().state()), (still, State::Idle), "case {case}");
         assert!(bench.hear(), "case {case}: no welcome");
-        // What follows counts from where it stands.
+        // The next move is relative to where the machine stands.
         bench.say("G91\nG0 X1\n");
         bench.sim.run_until_idle().unwrap();
         let outcome = bench.outcome();
@@ -224,7 +224,7 @@ fn a_hold_takes_effect_within_60_ms() {
     let before = bench.steps();
     bench.say("!");
     bench.at_rest();
-    // From 40 mm/s at 50 mm/s² it brakes over 16 mm; the start speed makes that a little less.
+    // From 40 mm/s at 50 mm/s² the machine brakes over 16 mm, and over a little less because of the start speed.
     let braking_steps = (40.0 * 40.0 - 1.0) / (2.0 * 50.0) * 50.0;
     let went_on_s = (f64::from(bench.steps()[0] - before[0]) - braking_steps) / 50.0 / 40.0;
     println!("a hold took effect {:.1} ms after its byte", went_on_s * 1e3);

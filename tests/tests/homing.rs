@@ -1,7 +1,9 @@
-//! How well homing finds the same place again, in every direction of every axis, with switches that bounce and scatter.
+//! How exactly homing finds the same place each time, in both directions of every axis, with switches that bounce and
+//! scatter.
 //!
-//! A latch ends when the switch has been steady for the debounce, D, which begins with the last bounce: up to B after the first
-//! contact. At v steps/s the carriage is then v D to v (D + B) behind the place of the contact, the last step whole or not begun.
+//! A latch ends when the switch has been steady for the debounce time D. D begins with the last bounce, which comes at
+//! most B after the first contact. At v steps/s the carriage is then between v D and v (D + B) behind the place of the
+//! contact. The last step may or may not have been made.
 
 use isostep_sim::homing::{Latch, latches, towards};
 use isostep_sim::{Axis, Config};
@@ -14,7 +16,7 @@ fn machine(latch_mm_s: f32, bounce_us: u32, switch_scatter_mm: f64) -> Config {
     config
 }
 
-/// The latches of every axis in both directions; each axis's own resolution is another one.
+/// The latches of every axis in both directions. Each axis has a different resolution.
 fn all(config: &Config) -> Vec<(String, f64, Vec<Latch>)> {
     let mut config = config.clone();
     config.settings.steps_per_mm = [50.0, 80.0, 400.0];
@@ -27,7 +29,7 @@ fn all(config: &Config) -> Vec<(String, f64, Vec<Latch>)> {
     all
 }
 
-/// At least and at most so late, steps; the most is one more, for the step that is on its way.
+/// The least and the most steps by which a latch is late. The most includes one step that is already under way.
 fn bounds_steps(config: &Config, steps_per_mm: f64) -> (i32, i32) {
     let speed_steps_s = f64::from(config.settings.homing_latch_mm_min) / 60.0 * steps_per_mm;
     let debounce_s = f64::from(config.settings.homing_debounce_ms) * 1e-3;
@@ -56,7 +58,7 @@ fn the_controller_adds_its_latch_speed_times_debounce_and_bounce_and_no_more() {
     }
 }
 
-/// Bounces do tell where the latch is fast: the bound above is not one that nothing comes near.
+/// With a fast latch, bounces must be visible: this shows that the bound above is not far too wide.
 #[test]
 fn a_fast_latch_spreads_by_what_its_switch_bounces() {
     let (name, _, latches) = all(&machine(5.0, 4_000, 0.0)).swap_remove(4);

@@ -1,19 +1,19 @@
-//! A stop that comes between any two critical sections of a task, as an interrupt may, is never lost: in virtual time, swept
-//! over every critical section that ends while something happens.
+//! A stop may come like an interrupt, between any two critical sections of a task. It must never be lost. In virtual
+//! time, each stop is tried at the end of every critical section while something happens.
 
 use embassy_time::Duration;
 use isostep_motion::{Alarm, Axis, State};
 use isostep_sim::{Came, Config, Outcome, Port, Sim, Stimulus, SwitchFault};
 
-/// How far a step may come behind its stop where a task makes it, ns: the pulse that is under way.
+/// How long after its stop a step may come, ns. Where a task makes the steps, the pulse under way is finished.
 const REACTION_NS: u64 = 10_000;
 
-/// What happens to a machine, and what a stop is swept over.
+/// What happens to a machine while stops are tried.
 struct Sweep {
     name: &'static str,
-    /// What is sent before, and how long it is left alone then, us.
+    /// The text sent before, and the time that passes then, us.
     before: (&'static str, u64),
-    /// Bytes, one after the other, and how long it is left alone after each, us: what the stop is swept over.
+    /// Texts sent one after the other, and the time that passes after each, us. Stops are tried during these.
     during: &'static [(&'static str, u64)],
 }
 
@@ -27,11 +27,11 @@ const SWEEPS: [Sweep; 7] = [
     Sweep { name: "a dwell ends", before: ("G4 P0.05\nG1 X5 F1200\n", 40_000), during: &[("", 40_000)] },
 ];
 
-/// What only an emergency stop is not to get lost in: the second reset is the cause that stands, and nothing moves.
+/// A case for the emergency stop alone: nothing moves in it, and with any other stop the second reset stays the cause.
 const TWO_RESETS: Sweep =
     Sweep { name: "a dwell is reset twice", before: ("G4 P1\n", 40_000), during: &[("\u{18}\u{18}", 20_000)] };
 
-/// A machine on which `sweep` is about to happen.
+/// A machine that is ready for `sweep`.
 fn ready(sweep: &Sweep, port: Port) -> Sim {
     let mut config = Config { port, section_max_ns: Some(0), bounce_us: 0, keep_waves: false, ..Config::default() };
     config.settings.hard_limits = true;
@@ -53,7 +53,8 @@ fn happen(sim: &mut Sim, sweep: &Sweep) {
     }
 }
 
-/// A stop that comes when so many critical sections more have ended, and the machine at rest after it.
+/// Stops the machine when `section` more critical sections have ended. Returns the machine at rest and when the stop
+/// came.
 fn stopped(sweep: &Sweep, port: Port, section: u64, stop: &Stimulus) -> (Sim, Came) {
     let mut sim = ready(sweep, port);
     let came = sim.after_sections(section, stop.clone());
@@ -62,7 +63,7 @@ fn stopped(sweep: &Sweep, port: Port, section: u64, stop: &Stimulus) -> (Sim, Ca
     (sim, came.get().expect("as many sections end as did without it"))
 }
 
-/// Sweeps a stop over all that happens; how many instants these were.
+/// Tries a stop at every critical section of the sweep. Returns how many there are.
 fn swept(sweep: &Sweep, port: Port, stop: &Stimulus, check: fn(&Outcome, Came) -> Result<(), String>) -> u64 {
     let mut sim = ready(sweep, port);
     let first = sim.sections();
@@ -80,7 +81,7 @@ fn swept(sweep: &Sweep, port: Port, stop: &Stimulus, check: fn(&Outcome, Came) -
     sections
 }
 
-/// No step is made later than the pulse under way.
+/// Checks that no step comes after the pulse under way.
 fn stands_still(outcome: &Outcome, came: Came) -> Result<(), String> {
     let late = outcome.edges.iter().find(|edge| edge.t_ns > came.at_ns + REACTION_NS);
     late.map_or(Ok(()), |edge| Err(format!("it was stopped at {} ns, and {edge:?}", came.at_ns)))
@@ -107,7 +108,7 @@ fn no_emergency_stop_is_lost() {
     over(&[TWO_RESETS], Stimulus::EmergencyStop, is_locked);
 }
 
-/// One that closes while nothing is asked for stops nothing.
+/// A switch that closes in Idle stops nothing.
 #[test]
 fn no_limit_switch_is_lost() {
     all(Stimulus::Switch(Axis::Z, SwitchFault::StuckClosed), |outcome, came| {
@@ -120,7 +121,7 @@ fn no_limit_switch_is_lost() {
     });
 }
 
-/// The first brakes on the path; the machine is ready then.
+/// The first reset brakes on the path. Then the machine must be ready.
 #[test]
 fn no_reset_is_lost() {
     all(Stimulus::Bytes(vec![0x18]), |outcome, _| match outcome.state {
@@ -129,7 +130,7 @@ fn no_reset_is_lost() {
     });
 }
 
-/// The second stops at once, unless the machine stands by then.
+/// The second reset stops at once, unless the machine stands still by then.
 #[test]
 fn no_second_reset_is_lost() {
     all(Stimulus::Bytes(vec![0x18, 0x18]), |outcome, came| {

@@ -9,7 +9,7 @@ use isostep_sim::{Config, Figures, Outcome, Port, run};
 use isostep_tests::{laws, root};
 use oorandom::Rand32;
 
-/// The least and the greatest place of X, Y and Z on the arcs of arcs.nc.
+/// The smallest and largest positions of X, Y and Z on the arcs of arcs.nc.
 const ARCS_REACH_STEPS: [(i32, i32); 3] = [(6_000, 9_500), (7_000, 12_396), (1_000, 2_000)];
 
 fn kept(name: &str, outcome: &Outcome) {
@@ -24,7 +24,7 @@ fn check(name: &str, expected: &Expect) {
     let [outcome, _] = outcomes;
     let mut table = String::from("       X      Y      Z   accelerate     cruise decelerate\n");
     for record in outcome.moves.iter().filter(|record| !record.homing) {
-        // As it was made, though what follows a move may have come to be known only when it was under way.
+        // The profile with which the move was made, although the move after it may have become known only during it.
         let ([x, y, z], profile) = (record.plan.steps, record.profile().expect("one profile"));
         let (accel, cruise, decel) = (profile.t_accel_s(), profile.t_cruise_s(), profile.t_decel_s());
         writeln!(table, "{x:>8} {y:>6} {z:>6} {accel:>10.6} s {cruise:>8.6} s {decel:>8.6} s").unwrap();
@@ -53,7 +53,7 @@ fn parking() {
     );
 }
 
-/// Chords are too many for a table: where each figure ends, and how far they reach.
+/// There are too many chords for a table. This test checks where each figure ends and the extent of the arcs.
 #[test]
 fn arcs() {
     let program = fs::read(root().join("programs/arcs.nc")).unwrap();
@@ -73,8 +73,8 @@ fn arcs() {
     }
 }
 
-/// A hundred steps of 1/50 mm at 40 mm/min, which is the start speed, so 30 ms each: a file of short moves takes as long as
-/// its feed says.
+/// A hundred steps of 1/50 mm at 40 mm/min, which is the start speed, so each takes 30 ms. A file of short moves must
+/// take as long as its feed says.
 #[test]
 fn short_moves_do_not_exceed_their_feed() {
     for port in Port::ALL {
@@ -123,7 +123,7 @@ fn diagonal() {
     );
 }
 
-/// A move long enough to be measured has its intervals measured, whatever its law.
+/// Checks that every move that is long enough has its intervals measured, whatever its law.
 fn kept_and_measured(name: &str, config: &Config, measured: usize) {
     let program = fs::read(root().join("programs").join(name)).unwrap();
     let outcome = run(&program, config).unwrap();
@@ -147,7 +147,7 @@ fn under_every_law(name: &str, measured: usize) {
 
 #[test]
 fn parking_keeps_every_promise_under_every_law() {
-    // Three moves of X and Y together.
+    // There are three moves of X and Y together.
     under_every_law("parking.nc", 3);
 }
 
@@ -156,7 +156,7 @@ fn diagonals_keep_every_promise_under_every_law() {
     under_every_law("diagonal.nc", 2);
 }
 
-/// Ten moves anywhere in the travel after homing, one to three axes at a time, rapids and feeds, either interval law.
+/// Ten moves anywhere in the travel after homing, with one to three axes, rapids and feeds, and either interval law.
 fn random_program(seed: u64) -> String {
     let mut random = Rand32::new(seed);
     let mut program = format!("$H\n$900={}\nG21 G90 F{}\n", random.rand_range(0..2), random.rand_range(60..4_000));

@@ -1,9 +1,10 @@
 //! The real-time bytes that resume, hold, cancel a jog and reset, in every order, together and one after the other, in
-//! every state: wherever that leads, the machine can be led on from there, no step is lost, and every line and every reset
-//! is answered. In virtual time, by bytes on the console; a failure prints the line that does it again.
+//! every state. Afterwards the machine must be able to continue, no step may be lost, and every line and every reset
+//! must be answered. The tests run in virtual time with bytes on the console; a failure prints the command that repeats
+//! it.
 //!
-//! All orders of up to three bytes in every state, and of four in those in which what is asked for meets what has been
-//! asked for before: held, braking, and jogging.
+//! Every state is tested with all orders of up to three bytes. Orders of four bytes are tested in the states in which a
+//! request may meet an earlier one: held, braking, and jogging.
 
 use std::env;
 use std::panic::catch_unwind;
@@ -15,31 +16,31 @@ use isostep_sim::{Config, Sim};
 const RESET: u8 = 0x18;
 /// Resume, hold, jog cancel, reset.
 const BYTES: [u8; 4] = [b'~', b'!', 0x85, RESET];
-/// From a byte to the next; without, they come in one packet.
+/// The times from one byte to the next. With 0 the bytes come in one packet.
 const GAPS_US: [u64; 5] = [0, 1, 10, 100, 1_000];
 /// Steps of X in a millimetre.
 const MM: i32 = 50;
 const PULL_OFF_STEPS: i32 = 20;
 
-/// In 0.5 s to 3 mm and in 0.4 s back to 1 mm: to 10 mm/s it takes 0.2 s, and as long to rest.
+/// 0.5 s to 3 mm and 0.4 s back to 1 mm. It takes 0.2 s to reach 10 mm/s, and as long to stop.
 const PROGRAM: &str = "G1 X3 F600\nG1 X1";
-/// In 0.3 s to 1 mm; then it waits for as long, and its last line with it.
+/// 0.3 s to 1 mm. Then the machine dwells for as long; the last line waits for the dwell.
 const DWELL: &str = "G1 X1 F600\nG4 P0.3\nG1 X2";
 
-/// A machine whose X is homed, next to its switch, and what its console has said.
+/// A machine whose X is homed and next to its switch, with counts of what its console has sent and received.
 struct Bench {
     sim: Sim,
-    /// Lines sent, and answers heard to them.
+    /// Number of lines sent, and of answers to them.
     lines: usize,
     answers: usize,
-    /// Resets sent, and welcomes heard since the last of them was.
+    /// Number of resets sent, and of welcomes received since the last reset.
     resets: usize,
     welcomes: usize,
 }
 
-/// Where the program ends if nothing of it is forgotten, mm.
+/// Where the program ends if no line is discarded, mm.
 type End = Option<i32>;
-/// Has a fresh machine come into a state.
+/// Brings a fresh machine into a state.
 type Lead = fn(&mut Bench) -> End;
 
 impl Bench {
@@ -59,7 +60,7 @@ impl Bench {
         self.send(format!("{lines}\n").as_bytes(), wait_ms * 1_000);
     }
 
-    /// The same with real-time bytes.
+    /// Sends bytes, real-time bytes included, and lets time pass.
     fn send(&mut self, bytes: &[u8], wait_us: u64) {
         self.hear();
         let resets = bytes.iter().filter(|byte| **byte == RESET).count();
@@ -71,7 +72,7 @@ impl Bench {
         self.hear();
     }
 
-    /// Sends a line, which is answered once, with `ok`, and runs until nothing moves.
+    /// Sends a line, which must be answered once with `ok`, and runs until nothing moves.
     fn say(&mut self, line: &str) {
         self.sim.send(format!("{line}\n").as_bytes());
         self.sim.run_until_idle().unwrap();
@@ -87,7 +88,7 @@ impl Bench {
         }
     }
 
-    /// Runs until nothing can happen any more unless something is sent.
+    /// Runs until nothing can happen without another input.
     fn rest(&mut self) {
         self.sim.run_until_idle().unwrap();
         self.hear();
@@ -97,7 +98,7 @@ impl Bench {
         self.sim.machine().state()
     }
 
-    /// The state by its name in the reports.
+    /// The name of the state in the reports.
     fn word(&mut self) -> String {
         self.hear();
         self.sim.send(b"?");
@@ -116,7 +117,7 @@ impl Bench {
         self.sim.machine().position_steps()[0]
     }
 
-    /// The carriages are where the machine says it is, and no driver has missed an edge.
+    /// Checks that the carriages are where the machine reports, and that no driver has missed an edge.
     fn check_counts(&self) {
         let outcome = self.sim.outcome();
         let missed = outcome.violations.first().map(ToString::to_string);
@@ -125,7 +126,7 @@ impl Bench {
         assert_eq!((outcome.counted_steps, outcome.drift_steps), (outcome.position_steps, [0; 3]));
     }
 
-    /// From wherever it has come to rest to Idle.
+    /// Leads the machine from where it has come to rest to Idle.
     fn lead_on(&mut self) {
         match self.state() {
             State::Idle => {}
@@ -149,7 +150,7 @@ fn is_answer(line: &str) -> bool {
     line == "ok" || line.starts_with("error:")
 }
 
-/// Has all orders of up to `longest` bytes come in the state of that test.
+/// Tries all orders of up to `longest` bytes in the state that `lead` brings about.
 fn all_orders(test: &str, longest: u32, lead: Lead) {
     if let Ok(order) = env::var("ORDER") {
         let (bytes, gap_us) = order.split_once('@').expect("ORDER is BYTES@MICROSECONDS");
@@ -182,7 +183,7 @@ fn carry_out(lead: Lead, bytes: &[u8], gap_us: u64) {
     if bench.resets > 0 {
         assert!((1..=bench.resets).contains(&bench.welcomes), "{} welcomes", bench.welcomes);
     }
-    // The second reset stops at once what brakes for the first, and the first what homes.
+    // A second reset stops the machine at once while it brakes for the first; homing is stopped by the first.
     let is_locked = match was {
         State::Alarm(_) => true,
         State::Home => bench.resets > 0,
@@ -263,7 +264,7 @@ fn between_moves() {
     });
 }
 
-/// Round a corner of three that are taken without a stop.
+/// While moving round one of three corners that are taken without a stop.
 #[test]
 fn flowing() {
     all_orders("flowing", 3, |bench| {
@@ -276,7 +277,7 @@ fn flowing() {
     });
 }
 
-/// The moves that follow do not fit into what is planned ahead.
+/// More moves follow than fit into the chain.
 #[test]
 fn flowing_from_a_full_queue() {
     all_orders("flowing_from_a_full_queue", 2, |bench| {
@@ -369,7 +370,7 @@ fn held_in_a_dwell() {
     });
 }
 
-/// For longer than the dwell has left, which it has still.
+/// Held for longer than the rest of the dwell, which still has to pass after the hold.
 #[test]
 fn held_in_a_dwell_for_long() {
     all_orders("held_in_a_dwell_for_long", 3, |bench| {
@@ -380,7 +381,7 @@ fn held_in_a_dwell_for_long() {
     });
 }
 
-/// Which nobody waits for but who resumes it.
+/// A dwell so long that only the test that resumes it waits for its end.
 #[test]
 fn held_in_a_long_dwell() {
     all_orders("held_in_a_long_dwell", 3, |bench| {
@@ -463,7 +464,7 @@ fn homing() {
     });
 }
 
-/// Backed off, until the switch has come to rest.
+/// While it is backed off and waits until the switch has come to rest.
 #[test]
 fn homing_and_standing_still() {
     all_orders("homing_and_standing_still", 3, |bench| {

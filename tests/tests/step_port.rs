@@ -1,6 +1,6 @@
-//! What every [`StepPort`] promises, on every port of the simulator behind every driver: edges at their closed-form
-//! instants, exact counts, whole pulses, a fault instead of a wrong step. What a machine makes of it, on the emulated
-//! board too, is in `isostep_tests::cases`.
+//! The promises of every [`StepPort`], tested on every port of the simulator with every driver: edges at their
+//! closed-form instants, exact counts, whole pulses, and a fault instead of a wrong step. `isostep_tests::cases` tests
+//! the same for whole machines, on the emulated board too.
 
 use std::cell::RefCell;
 use std::convert::Infallible;
@@ -73,8 +73,8 @@ fn pulses_are_as_wide_as_the_driver_or_the_wiring_asks() {
     }
 }
 
-/// The run is dropped at 400 instants, spread by a fixed stride over the move and into its pulses, with the brake on as a
-/// stopped machine has it.
+/// The run is dropped at 400 instants, a fixed interval apart, which fall all over the move and into its pulses. The
+/// brake is on, as in a stopped machine.
 #[test]
 fn stopping_it_anywhere_leaves_the_exact_count_and_whole_pulses() {
     for rig in Rig::all() {
@@ -100,8 +100,8 @@ fn stopping_it_anywhere_leaves_the_exact_count_and_whole_pulses() {
     }
 }
 
-/// Let go at once, at the highest speed from the first step on: the driver's set-up times are kept all the same, and every
-/// step is at its instant from the start that the port chose.
+/// The port is let go at once, with the highest speed from the first step on. The driver's set-up times must still be
+/// kept, and every step must be at its instant relative to the start that the port chose.
 #[test]
 fn a_port_starts_when_it_can_keep_its_first_step() {
     for rig in Rig::all() {
@@ -138,7 +138,7 @@ fn an_armed_port_makes_no_step_before_it_is_let_go() {
     }
 }
 
-/// Dropped at the start line, and let go only then.
+/// The run is dropped at the start line, before the instant at which it would have been let go.
 #[test]
 fn a_run_dropped_before_its_start_makes_no_step() {
     for rig in Rig::all() {
@@ -156,7 +156,7 @@ fn a_run_dropped_before_its_start_makes_no_step() {
     }
 }
 
-/// After the first segments nothing comes for a second. What then comes is too late for every port.
+/// After the first segments nothing comes for a second. The next segments are too late for every port.
 #[test]
 fn running_dry_is_a_fault_and_nothing_rises_after_it() {
     for rig in Rig::all() {
@@ -190,7 +190,7 @@ fn steps_that_are_too_close_for_the_pulses_end_in_a_fault_not_in_a_cut_pulse() {
         let counted = count.clone();
         let world = rig.run(|mut port, _| async move {
             let odometer = Odometer::new();
-            // 20,000 steps/s are 50 us apart.
+            // At 20,000 steps/s steps are 50 us apart.
             let wiring = Wiring { pulse_ns: 60_000, ..Wiring::default() };
             let result = carry_out(&mut port, Plan::new(2_000), (Instant::from_millis(1), wiring), &odometer).await;
             assert!(matches!(result, Err(PortFault::TooFast { .. } | PortFault::Late { .. })), "{rig}: {result:?}");
@@ -207,7 +207,7 @@ fn the_highest_rate_it_claims_works_from_rest_and_the_next_is_refused() {
     for rig in Rig::all() {
         let capabilities = rig.capabilities();
         let rate = f64::from(capabilities.rate_max_steps_s(Wiring::default()));
-        // A ramp of at least 500 steps.
+        // The ramp has at least 500 steps.
         let accel = (rate * rate / 1_000.0).min(ACCEL_MAX_STEPS_S2);
         let limits = Limits {
             start_speed_steps_s: 0.0,
@@ -239,7 +239,7 @@ fn the_highest_rate_it_claims_works_from_rest_and_the_next_is_refused() {
     }
 }
 
-/// Three steps over three hours: an hour is 4.5e11 ticks of 8 ns, far beyond 32 bits.
+/// Three steps in three hours. An hour is 4.5e11 ticks of 8 ns, far beyond 32 bits.
 #[test]
 fn steps_may_be_an_hour_apart() {
     for rig in Rig::all() {
@@ -273,7 +273,7 @@ fn moves_there_and_back_in_one_run_are_exact() {
     }
 }
 
-/// As close as the port takes steps in one direction.
+/// Steps as close as the port accepts in one direction.
 #[test]
 fn steps_to_and_fro_may_be_as_close_as_others() {
     for rig in Rig::all() {
@@ -292,7 +292,7 @@ fn steps_to_and_fro_may_be_as_close_as_others() {
     }
 }
 
-/// A quarter closer: the run ends by a fault; no pulse is cut short, and DIR's times are kept.
+/// Steps closer by a quarter. The run must end by a fault, no pulse may be cut short, and DIR's times must be kept.
 #[test]
 fn steps_to_and_fro_that_are_too_close_are_refused() {
     for rig in Rig::all() {
@@ -312,7 +312,8 @@ fn steps_to_and_fro_that_are_too_close_are_refused() {
     }
 }
 
-/// Stopped in the midst of a random chain, with the brake on and dropped; inverted or not.
+/// The run is stopped in the middle of a random chain, with the brake on, and dropped. DIR is inverted in every second
+/// case.
 #[test]
 fn stopping_it_between_reversals_leaves_the_exact_count() {
     for rig in Rig::all() {
@@ -345,7 +346,7 @@ fn stopping_it_between_reversals_leaves_the_exact_count() {
     }
 }
 
-/// While it runs the odometer shows where the edges have led, as of 10 ms ago or less.
+/// While the port runs, the odometer must show a position that the edges had within the last 10 ms.
 #[test]
 fn the_count_follows_through_reversals() {
     for rig in Rig::all() {
@@ -369,7 +370,7 @@ fn the_count_follows_through_reversals() {
         let edges = edges(&world);
         assert!(looks.borrow().len() > 20, "{rig}");
         for &(now_ns, steps) in looks.borrow().iter() {
-            // A step may rise at the instant of the look.
+            // A step may rise at the very instant at which the odometer is read.
             let seen = edges.iter().take_while(|edge| edge.t_ns <= now_ns);
             let (old, recent): (Vec<&Edge>, Vec<&Edge>) = seen.partition(|edge| edge.t_ns + 10_000_000 < now_ns);
             let was = old.last().map_or(0, |edge| edge.position_steps);
@@ -379,8 +380,8 @@ fn the_count_follows_through_reversals() {
     }
 }
 
-/// No step at all, after many rests, one or none; and a step behind minutes of them. A run begins and ends all the same, and
-/// not before it is let go.
+/// An axis without steps that rests many times, once or not at all; and a step after minutes of rests. The run must
+/// begin and end normally, and not before it is let go.
 #[test]
 fn an_axis_may_rest_throughout_its_run() {
     const STEP_AT_S: u64 = 120;
@@ -398,7 +399,7 @@ fn an_axis_may_rest_throughout_its_run() {
                 carry_out_all(&mut port, items, (start, Wiring::default()), &odometer).await.unwrap();
                 assert!(Instant::now() >= start, "{rig}: it ended before it began");
                 assert_eq!(odometer.position_steps(), makes, "{rig}");
-                // And another, which turns.
+                // A second run reverses the direction.
                 let at = (Instant::now() + Duration::from_millis(1), Wiring::default());
                 carry_out(&mut port, Plan::new(2), at, &odometer).await.unwrap();
                 assert_eq!(odometer.position_steps(), makes + 2, "{rig}");
@@ -432,7 +433,7 @@ fn machines_make_every_speed_law() {
 
 #[test]
 fn machines_make_the_highest_rate_their_ports_take() {
-    // 248,015 and 200,000 steps/s at 50 steps/mm.
+    // These are 248,015 and 200,000 steps/s at 50 steps/mm.
     for (port, top_mm_min) in [(Port::Pio, 297_618), (Port::Timer, 240_000)] {
         cases::the_highest_rate_is_made(Simulated(port), top_mm_min);
     }

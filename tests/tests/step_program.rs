@@ -1,9 +1,9 @@
-//! The firmware's step program, word by word, on two emulators that know nothing of each other: every edge of STEP and DIR,
-//! both ways, every halt and every count is where the firmware's own arithmetic says, to the cycle. Both count from the write that
-//! opens the gate, and agree on every cycle without an offset.
+//! The firmware's step program is tested word by word on two independent emulators. Every edge of STEP and DIR, in both
+//! directions, every halt and every count must be where the firmware's own arithmetic says, to the cycle. Both
+//! emulators count from the write that opens the gate, and agree on every cycle without an offset.
 //!
-//! A plain `cargo test` runs the published emulator; the project's own needs Node's packages, so `cargo xtask test` runs
-//! those. A failure names its seed: the same in every run.
+//! A plain `cargo test` uses the published emulator. The project's own needs Node's packages, so `cargo xtask test`
+//! runs its tests. Every run is the same; a failure names its seed.
 
 #[path = "step_program/emulator.rs"]
 mod emulator;
@@ -22,27 +22,27 @@ use self::emulator::Emulator;
 use self::experiment::{Axis, Experiment, OPENS_AT, Seen, Wait};
 use self::program::{AXES_MAX, TURN_CYCLES, WAIT_MAX_CYCLES, Words};
 
-/// From the write that opens the gate to time zero of a run, on which a first step of 0 cycles would rise.
+/// Cycles from the write that opens the gate to time zero of a run, at which a first step of 0 cycles would rise.
 const ZERO_AFTER_GATE_CYCLES: u64 = 9;
-/// From there back to the fetch of the first word.
+/// How many cycles before time zero the first word is fetched.
 const FETCH_BEFORE_ZERO_CYCLES: u64 = 7;
-/// STEP is low so long at the least.
+/// The shortest time for which STEP is low.
 const LOW_MIN_CYCLES: u32 = 7;
 const REST_MIN_CYCLES: u32 = 9;
 const WAITS_UP_TO_CYCLES: u32 = 3_000;
 const WAITS: u32 = 2_000;
-/// Three machines each: enough for every pulse.
+/// Each seed makes three machines, which is enough for every pulse.
 const SEEDS: Range<u64> = 0..3;
-/// None at all, the shortest, a TMC2209's, a DRV8825's, and more.
+/// Pulse widths: none, the shortest, a TMC2209's, a DRV8825's, and longer ones.
 const PULSES: [u32; 7] = [0, 4, 5, 13, 238, 250, 1_000];
-/// An instruction that waits for a flag goes on a cycle after it was cleared, and the edge is the next.
+/// An instruction that waits for a flag continues one cycle after the flag was cleared; the edge comes one cycle later.
 const EDGE_AFTER_RELEASE_CYCLES: u64 = 2;
-/// From the look for a word to the flag of a machine that finds none.
+/// Cycles from the fetch of a word to the flag of a machine that finds none.
 const HALT_AFTER_FETCH_CYCLES: u64 = 5;
-/// The clock of the chip.
+/// Clock of the chip.
 const TICK_HZ: u32 = 125_000_000;
 
-/// What the words say.
+/// The edges, halt and count that follow from the words of an axis.
 fn predicted(axis: &Axis, brake: &Range<u64>) -> Seen {
     let pulse = u64::from(axis.words.pulse_cycles());
     let mut at = OPENS_AT + ZERO_AFTER_GATE_CYCLES;
@@ -57,7 +57,7 @@ fn predicted(axis: &Axis, brake: &Range<u64>) -> Seen {
         if high != seen.turns.last().is_some_and(|turn| turn.1) {
             seen.turns.push((fetch + u64::from(TURN_CYCLES), high));
         }
-        // The brake is looked at one cycle before the edge, and takes effect one after it was set.
+        // The program tests the brake one cycle before the edge. The brake takes effect one cycle after it was set.
         if brake.start < at - 1 && at - 1 <= brake.end {
             at = brake.end + EDGE_AFTER_RELEASE_CYCLES;
         }
@@ -69,7 +69,7 @@ fn predicted(axis: &Axis, brake: &Range<u64>) -> Seen {
     Seen { halt, count, ..seen }
 }
 
-/// Axes that run at once, what is done to them, and what they must do.
+/// Axes that run at once, the actions on them, and the expected results.
 struct Case {
     name: String,
     experiment: Experiment,
@@ -113,7 +113,7 @@ fn check(emulator: Emulator, cases: &[Case]) {
     }
 }
 
-/// Names the first edge that is elsewhere.
+/// Panics with the first edge that is on the wrong cycle.
 fn same(edge: &str, seen: &[u64], wanted: &[u64], what: &str) {
     let differs = seen.iter().zip(wanted).position(|(seen, wanted)| seen != wanted);
     if let Some(i) = differs {
@@ -122,7 +122,8 @@ fn same(edge: &str, seen: &[u64], wanted: &[u64], what: &str) {
     assert_eq!(seen.len(), wanted.len(), "{edge}s; {what}");
 }
 
-/// Random waits: one in eight the shortest, half of them short, one in sixteen a rest. One step in four goes the other way.
+/// Random waits. One in eight is the shortest, half of them are short, one in sixteen is a rest. One step in four
+/// reverses the direction.
 fn random_waits(random: &mut Rand32, words: Words) -> Vec<Wait> {
     let shortest = words.pulse_cycles() + LOW_MIN_CYCLES;
     let mut high = false;
@@ -149,7 +150,7 @@ fn random_axes(seed: u64) -> Vec<Axis> {
         .collect()
 }
 
-/// The one that `ISOSTEP_SEED` names, or all.
+/// The seed that `ISOSTEP_SEED` names, or all.
 fn seeds() -> Range<u64> {
     let one = env::var("ISOSTEP_SEED").ok().map(|seed| seed.parse().expect("a number"));
     one.map_or(SEEDS, |seed| seed..seed + 1)
@@ -159,7 +160,7 @@ fn step(high: bool, cycles: u32) -> Wait {
     if high { Wait::High(cycles) } else { Wait::Low(cycles) }
 }
 
-/// All in one direction.
+/// Steps that all have the same direction.
 fn steps(cycles: &[u32]) -> Vec<Wait> {
     cycles.iter().copied().map(Wait::High).collect()
 }
@@ -169,7 +170,7 @@ fn random_words() -> Vec<Case> {
     seeds().map(|seed| Case::new(format!("replay: ISOSTEP_SEED={seed} {replay}"), &random_axes(seed))).collect()
 }
 
-/// However full their FIFOs are, and whatever is to come.
+/// All axes start together, however full their FIFOs are and whatever follows.
 fn one_gate() -> Vec<Case> {
     let words = Words::with_pulse(250);
     let axes = [(20, 300), (0, 300), (3, 700), (20, 300)]
@@ -180,8 +181,8 @@ fn one_gate() -> Vec<Case> {
     vec![case]
 }
 
-/// Set on every cycle around a step, and released: pulses stay whole, and no edge rises while it is engaged. DIR may have
-/// changed for a step that does not rise.
+/// The brake is set on every cycle around a step, and released. Pulses must stay whole, and no edge may rise while the
+/// brake is on. DIR may already have changed for a step that does not rise.
 fn brakes() -> Vec<Case> {
     let axes = [4, 30].map(|pulse| {
         let waits = [true, false, false, true, false, true].map(|high| step(high, 60)).to_vec();
@@ -192,8 +193,8 @@ fn brakes() -> Vec<Case> {
     brakes.map(|brake| Case::braked(format!("brake on cycles {brake:?}"), &axes, &brake)).collect()
 }
 
-/// Before the first step, after one, and after a rest: it halts, leaves DIR as it is, and a word that comes too late is no
-/// step.
+/// The FIFO is empty before the first step, after a step, and after a rest. The state machine must halt and leave DIR
+/// unchanged, and a word that comes too late must not make a step.
 fn empty_fifos() -> Vec<Case> {
     let words = Words::with_pulse(13);
     let late = vec![Wait::Low(20), Wait::Rest(500)];
@@ -205,8 +206,8 @@ fn empty_fifos() -> Vec<Case> {
     vec![case]
 }
 
-/// Every step goes the other way, as soon after the one before as `PioPort` lets it, and the first as soon as DIR is set up:
-/// the drivers' hold and set-up times are kept.
+/// Every step reverses the direction, as soon after the previous step as `PioPort` allows, and the first step comes as
+/// soon as DIR is set up. The drivers' hold and set-up times must be kept.
 fn reversals() -> Vec<Case> {
     let drivers = [(DriverTiming::DRV8825, 0), (DriverTiming::TMC2209, 0), (DriverTiming::TMC2209, 5_000)];
     let axis = |(timing, pulse_ns): (DriverTiming, u32)| {
@@ -279,23 +280,23 @@ mod own {
     on!(Emulator::Own, #[ignore = "needs Node's packages: cargo xtask test"]);
 }
 
-/// Waits too long to be emulated: their words must still say step or rest, and DIR.
+/// These waits are too long to be emulated. Their words must still encode whether it is a step or a rest, and DIR.
 #[test]
 fn the_longest_waits_fit_into_a_word() {
     const REST: u32 = 1 << 31;
     for (words, high) in PULSES.map(Words::with_pulse).into_iter().flat_map(|words| [(words, false), (words, true)]) {
         let step = u32::from(high) << 30;
-        // With more than a lead before a run's first step.
+        // The wait before the first step of a run is longer by the lead.
         assert_eq!(words.first_step(WAIT_MAX_CYCLES + TICK_HZ, high), step + WAIT_MAX_CYCLES + TICK_HZ);
         let loops = |cycles| cycles - words.pulse_cycles() - LOW_MIN_CYCLES;
-        // An interval within a segment may be twice as long.
+        // An interval within a segment may be twice as long as the limit for a wait.
         let longest = 2 * WAIT_MAX_CYCLES - 64;
         assert_eq!(words.step(longest, high), step + loops(longest));
         assert_eq!(words.rest(WAIT_MAX_CYCLES), REST + WAIT_MAX_CYCLES - REST_MIN_CYCLES);
     }
 }
 
-/// Never a shorter pulse than was asked for.
+/// A pulse is never shorter than requested.
 #[test]
 fn pulses_are_long_enough() {
     for cycles in PULSES {

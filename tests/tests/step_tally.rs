@@ -1,4 +1,4 @@
-//! What `PioPort` knows of the words and edges on their way, against a list of all of them.
+//! Compares `PioPort`'s record of the words and edges in flight with a list of all of them.
 
 #[path = "../../boards/rp2040-gantry/src/pio_port/tally.rs"]
 mod tally;
@@ -7,11 +7,11 @@ use proptest::prelude::*;
 
 use self::tally::{IN_FLIGHT_MAX, Tally};
 
-/// What is written at once.
+/// A write to the port.
 #[derive(Clone, Copy, Debug)]
 enum Written {
     Rest,
-    /// Whether they go back, and how many.
+    /// Whether the steps go back, and how many there are.
     Steps(bool, u32),
 }
 
@@ -30,13 +30,13 @@ impl Written {
 }
 
 proptest! {
-    /// Looked at after whatever was written, wherever the state machine may be then.
+    /// Compares the counts after each write, with the state machine at a random place.
     #[test]
     fn words_and_edges_lead_where_they_were_written_to(
         all in prop::collection::vec((written(), any::<prop::sample::Index>()), 1..300)
     ) {
         let mut tally = Tally::new();
-        // After so many words: how many edges; after so many edges: where.
+        // `edges_of[n]`: the number of edges after n words. `steps_after[n]`: the position after n edges.
         let (mut edges_of, mut steps_after) = (vec![0_u32], vec![0_i32]);
         for (each, looked_at) in all {
             match each {
@@ -70,7 +70,7 @@ fn a_run_of_nothing_leads_nowhere() {
     assert_eq!((tally.written_edges(), tally.edges_of(0), tally.steps_after(0)), (0, 0, 0));
 }
 
-/// Counts go on beyond 32 bits.
+/// Counts wrap around at 32 bits without error.
 #[test]
 fn counts_wrap_around() {
     let mut tally = Tally::new();

@@ -1,6 +1,7 @@
-//! What is stored in flash: whenever the power goes, whatever the flash holds, and on the simulated machine.
+//! Tests of the store in flash: with power cuts at any time, with arbitrary contents of flash, and on the simulated
+//! machine.
 //!
-//! The same in every run; a failure prints the line that runs its case alone.
+//! Every run is the same; a failure prints the command that runs its case alone.
 
 use std::env;
 use std::pin::pin;
@@ -32,7 +33,7 @@ fn save(store: &mut Store<Flash>, wanted: &Kept) -> bool {
     block_on(store.save(true, |item| wanted.value(item))).is_ok()
 }
 
-/// Changes one thing, or now and then all of them.
+/// Changes one item; in some cases resets all of them.
 fn change(kept: &mut Kept, random: &mut Rand64) {
     let numbers: Vec<u16> = isostep_console::SETTING_TABLE.iter().flat_map(|row| row.numbers()).collect();
     match random.rand_range(0..20) {
@@ -56,7 +57,7 @@ fn change(kept: &mut Kept, random: &mut Rand64) {
     }
 }
 
-/// One flash through many power cuts, each in the midst of some operation of it.
+/// One flash through many power cuts, each during some operation on it.
 fn survive_power_cuts(case: u64) {
     let mut random = Rand64::new(case.into());
     let sectors = if case.is_multiple_of(2) { 4 } else { 16 };
@@ -64,7 +65,7 @@ fn survive_power_cuts(case: u64) {
     let (mut store, mut used) = (opened(&flash, sectors).0, false);
     let mut cuts = 0;
     while cuts < CUTS_PER_CASE {
-        // A copy of all that is kept takes two operations an item: the power stays for that long, now and then.
+        // A copy of all items takes two operations per item. Sometimes the power lasts that long.
         flash.cut_power_after(random.rand_range(0..4 * Item::all().count() as u64), random.rand_u64());
         let (mut old, mut wanted) = (store.kept().clone(), store.kept().clone());
         loop {
@@ -76,7 +77,7 @@ fn survive_power_cuts(case: u64) {
         }
         cuts += 1;
         flash.mend();
-        // Loading may have something to put right: let the power go then, too.
+        // Loading may have to repair something. The power goes during loading too.
         flash.cut_power_after(random.rand_range(0..2), random.rand_u64());
         let _ = opened(&flash, sectors);
         flash.mend();
@@ -106,7 +107,8 @@ fn ten_thousand_power_cuts_leave_every_item_old_or_new() {
     }
 }
 
-/// And no more than they have to: 16 bytes each, they fill the flash 2.4 times, and copies of all there is come once in half of it.
+/// No sector is erased more than necessary: the changes take 16 bytes each and fill the flash 2.4 times, and each half
+/// of the flash contains one copy of everything.
 #[test]
 fn changes_wear_all_sectors_alike() {
     let flash = Flash::blank();
@@ -131,13 +133,13 @@ fn a_change_of_one_item_writes_one_item() {
     let before = flash.operations();
     wanted.settings.set(130, 300.0);
     assert!(save(&mut store, &wanted));
-    // Its header and its value.
+    // The item's header and its value.
     assert_eq!(flash.operations() - before, 2);
     assert!(save(&mut store, &wanted));
     assert_eq!(flash.operations() - before, 2, "nothing has changed");
 }
 
-/// Wherever a change is dropped or refused on its way, taking it back is a change too.
+/// A change may be dropped or refused at any point. Reverting it must then be stored like a change.
 #[test]
 fn a_change_that_was_dropped_and_taken_back_is_taken_back_in_flash_too() {
     let old = defaults();
@@ -161,7 +163,7 @@ fn a_change_that_was_dropped_and_taken_back_is_taken_back_in_flash_too() {
         let flash = Flash::blank();
         let (mut store, _) = opened(&flash, 4);
         assert!(save(&mut store, &old));
-        // Now and then all of it has arrived.
+        // In some cases the change was stored completely before the power went.
         flash.cut_power_after(operations, seed);
         let _ = save(&mut store, &new);
         flash.mend();
@@ -170,14 +172,14 @@ fn a_change_that_was_dropped_and_taken_back_is_taken_back_in_flash_too() {
     }
 }
 
-/// The log's sum over an item: CRC-32C from 0xEEEEEEEE on, its first byte never 0x00 or 0xFF.
+/// The checksum of an item in the log: CRC-32C with start value 0xEEEEEEEE, whose first byte is never 0x00 or 0xFF.
 fn sum(data: &[u8]) -> u32 {
     let step = |sum: u32| if sum & 1 == 1 { sum >> 1 ^ 0x82F6_3B78 } else { sum >> 1 };
     let sum = !data.iter().fold(0xEEEE_EEEE, |sum, &byte| (0..8).fold(sum ^ u32::from(byte), |sum, _| step(sum)));
     if matches!(sum.to_le_bytes()[0], 0x00 | 0xFF) { sum ^ 1 } else { sum }
 }
 
-/// A flash in which $110 is 1234, as another version would have left it.
+/// A flash in which $110 is 1234, as another version of the firmware would have left it.
 fn of_another_version() -> Flash {
     let flash = Flash::blank();
     let (mut store, _) = opened(&flash, 16);
@@ -249,7 +251,7 @@ fn flipped_bits_never_panic_and_never_stop_a_change() {
     }
 }
 
-/// What the machine says from power-up on, and to what it is sent.
+/// The lines that the machine sends after power-up and in answer to `lines`.
 fn said(flash: &Flash, lines: &str) -> Vec<String> {
     let mut sim = Sim::with_flash(&Config::default(), flash.clone());
     sim.send(lines.as_bytes());
@@ -311,7 +313,7 @@ fn what_is_not_as_stored_is_told_after_the_welcome_until_it_is_stored_anew() {
     }
 }
 
-/// Settings that work one by one but not together: more steps than the outputs carry.
+/// Settings that are valid one by one but not together: they require more steps/s than the outputs support.
 fn refused() -> Flash {
     let flash = Flash::blank();
     let (mut store, _) = opened(&flash, 16);

@@ -1,4 +1,4 @@
-//! Places in whole steps, as the standard library rounds them.
+//! `whole_steps` must round like the standard library.
 
 use isostep_motion::whole_steps;
 use proptest::prelude::*;

@@ -1,4 +1,4 @@
-//! `cargo xtask audit`: what the project depends on, against deny.toml and the RustSec advisories.
+//! `cargo xtask audit`: checks the project's dependencies against deny.toml and the RustSec advisories.
 
 use std::process::{Command, Stdio};
 use std::time::Duration;
@@ -8,7 +8,7 @@ use anyhow::{Result, bail};
 use crate::process::{self, announce};
 use crate::{tools, workspace};
 
-/// Of cargo-deny; another may read deny.toml otherwise.
+/// Version of cargo-deny. Other versions may read deny.toml differently.
 const VERSION: &str = "0.20.2";
 const FETCH_PATIENCE: Duration = Duration::from_secs(120);
 

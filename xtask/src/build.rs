@@ -1,4 +1,4 @@
-//! `cargo xtask build`: the release firmware, as ELF and UF2.
+//! `cargo xtask build`: builds the release firmware as ELF and UF2.
 
 use std::fs;
 use std::path::PathBuf;
@@ -43,7 +43,8 @@ pub fn firmware(variant: Variant) -> Result<Firmware> {
     build_firmware(workspace::FIRMWARE, &variant.features())
 }
 
-/// Builds the gantry's firmware and keeps a copy of its ELF under this name, for those who need several at once.
+/// Builds the gantry's firmware and keeps a copy of its ELF under this name, for verbs that need several builds at
+/// once.
 pub fn kept_firmware(variant: Variant, name: &str) -> Result<PathBuf> {
     firmware(variant)?;
     let (from, to) = (workspace::firmware_elf(), kept_elf(name));
@@ -52,13 +53,13 @@ pub fn kept_firmware(variant: Variant, name: &str) -> Result<PathBuf> {
     Ok(to)
 }
 
-/// Where a copy of that name is kept.
+/// The path of the copy with this name.
 pub fn kept_elf(name: &str) -> PathBuf {
     workspace::target_dir().join("firmware").join(name).with_extension("elf")
 }
 
-/// Builds a board's package with `features` of its own on, and writes its UF2 file beside the ELF: the last build of a
-/// package is the one that lies there, whatever its features.
+/// Builds a board's package with these `features` and writes its UF2 file beside the ELF. Each build of a package
+/// overwrites the previous one, whatever its features.
 pub fn build_firmware(package: &str, features: &[&str]) -> Result<Firmware> {
     let toolchain = Toolchain::ensure()?;
     let with = features.iter().map(|feature| format!(" +{feature}")).collect::<String>();

@@ -1,4 +1,5 @@
-//! Senders of other makes, installed from their registries and put to the machine on a pseudo-terminal.
+//! Tests with G-code senders by other authors. They are installed from their registries and send to the machine on a
+//! pseudo-terminal.
 
 use std::ffi::OsString;
 use std::fs;
@@ -18,37 +19,37 @@ use isostep::pty::{self, Machine, Tally};
 
 const REMEDY: &str = "the tests with real senders need Python 3 with venv: https://python.org, or on Debian \
                       `apt-get install python3 python3-venv`";
-/// The web page's server, on npm.
+/// The sender with a web page, on npm.
 const CNCJS: &str = "cncjs@1.11.5";
-/// How much faster than real ones the machines go: a sender has time enough, and so has the emulator.
+/// Speed of the machines relative to real time. Senders are fast enough for it, and so is the emulator.
 const SIMULATED_SPEED: f64 = 20.0;
 const EMULATED_SPEED: f64 = 10.0;
 const PATIENCE: Duration = Duration::from_secs(120);
-/// Where programs/parking.nc ends, mm. The others that are sent begin and end where the machine stands.
+/// Where programs/parking.nc ends, mm. The other programs that are sent end where they begin.
 const PARKING_END_MM: [f64; 3] = [175.0, 40.0, 0.0];
 
-/// The scripts, and what they need.
+/// The folder of the scripts and their requirements.
 fn dir() -> PathBuf {
     workspace::root().join("tests").join("clients")
 }
 
-/// What they need, installed.
+/// The folder into which the requirements are installed.
 fn installed_dir() -> PathBuf {
     workspace::target_dir().join("clients")
 }
 
-/// What to do for the tests with senders from PyPI, if they cannot be run.
+/// What the user has to install before the tests with senders from PyPI can run; `None` if they can.
 pub fn missing() -> Option<&'static str> {
     let python = process::printed(Command::new("python3").args(["-c", "import ensurepip, venv"]));
     python.is_none().then_some(REMEDY)
 }
 
-/// The Python that has the senders, installed unless those of the requirements are there already.
+/// The Python that has the senders. Installs them unless those in requirements.txt are installed already.
 fn installed_python() -> Result<PathBuf> {
     let venv = installed_dir().join("venv");
     let bin = venv.join("bin").join("python");
     let wanted = fs::read(dir().join("requirements.txt")).context("tests/clients/requirements.txt cannot be read")?;
-    // A copy of the requirements in it vouches for a finished installation.
+    // A copy of the requirements inside it marks a finished installation.
     let finished = venv.join("installed-requirements.txt");
     if bin.exists() && fs::read(&finished).is_ok_and(|installed| installed == wanted) {
         return Ok(bin);
@@ -64,8 +65,8 @@ fn installed_python() -> Result<PathBuf> {
     Ok(bin)
 }
 
-/// The folder that has cncjs in its node_modules, installed there if need be. Its own version is fixed, those of the
-/// packages below it are the newest that it takes.
+/// The folder with cncjs in its node_modules. Installs it if necessary. The version of cncjs is fixed; its dependencies
+/// are the newest that it accepts.
 fn installed_cncjs() -> Result<PathBuf> {
     let dir = installed_dir().join("cncjs");
     let finished = dir.join(CNCJS);
@@ -74,7 +75,7 @@ fn installed_cncjs() -> Result<PathBuf> {
     }
     announce(&format!("{CNCJS} from npm into {}: some 230 MB", workspace::shown(&dir)));
     fs::create_dir_all(&dir).with_context(|| format!("{} cannot be made", dir.display()))?;
-    // With a package of its own npm looks no further up.
+    // If the folder has its own package, npm does not look for one in the folders above.
     fs::write(dir.join("package.json"), r#"{ "private": true }"#)?;
     let quiet = ["install", "--no-audit", "--no-fund", "--ignore-scripts", "--loglevel=error"];
     process::run(Command::new("npm").current_dir(&dir).args(quiet).arg(CNCJS)).context("npm is needed once")?;
@@ -82,8 +83,9 @@ fn installed_cncjs() -> Result<PathBuf> {
     Ok(dir)
 }
 
-/// A stage of `cargo xtask test`: grbl-streamer homes a machine and streams programs with no tool, a laser and a spindle,
-/// each of which it holds on the way and resumes; first the simulated one, then the firmware on the emulated board.
+/// A stage of `cargo xtask test`. grbl-streamer homes a machine and streams programs without a tool, with a laser and
+/// with a spindle; it holds and resumes each of them. The first machine is simulated, the second is the firmware on the
+/// emulated board.
 pub fn grbl_streamer() -> Result<()> {
     let python = installed_python()?;
     let result = installed_dir().join("stream.json");
@@ -106,7 +108,7 @@ pub fn grbl_streamer() -> Result<()> {
     none_lost(ends_in_place(EMULATED_SPEED, emulated_board, script)?)
 }
 
-/// The same with cncjs, by the ways of its web page.
+/// The same test with cncjs, through the interface of its web page.
 pub fn cncjs() -> Result<()> {
     let installed = installed_cncjs()?;
     let script = |port: &Path| {
@@ -123,20 +125,21 @@ pub fn cncjs() -> Result<()> {
     Ok(())
 }
 
-/// The board as it was built last, its console on USB.
+/// The emulated board with the last firmware built and its console on USB.
 fn emulated_board() -> Result<Emulated> {
     let mut command = Command::new("node");
     command.arg(workspace::emulator_dir().join("run.mjs")).arg("--elf").arg(workspace::firmware_elf());
     Emulated::start(&mut command, true, &[])
 }
 
-/// The folder of the programs that a script sends, and where each of them ends.
+/// Arguments of a script: the folder of the programs to send, and where they end.
 fn jobs() -> [OsString; 2] {
     [workspace::root().join("programs").into(), PARKING_END_MM.map(|mm| mm.to_string()).join(",").into()]
 }
 
-/// Runs the script that `script` makes for a port, on that machine; what went over it. The sender keeps within Grbl's buffer,
-/// every line has its answer, no byte of the machine's is lost, and it stands where the programs end.
+/// Runs the script that `script` returns for a port with this machine, and returns the traffic on the port. Checks that
+/// the sender keeps within Grbl's buffer, that every line is answered, that no byte from the machine is lost, and that
+/// the machine stands where the programs end.
 fn ends_in_place<M: Machine>(
     speed: f64,
     power_up: impl FnOnce() -> Result<M> + Send + 'static,
@@ -154,7 +157,7 @@ fn ends_in_place<M: Machine>(
     ensure!(closing.position_mm == PARKING_END_MM, "the machine stands at {:?} mm", closing.position_mm);
     let broken = closing.timing_violations;
     ensure!(broken == 0, "{broken} edges broke the driver's timing");
-    // The emulated gantry has no motors that could lose any.
+    // The emulated gantry has no motor model that could lose steps.
     let lost = closing.steps_lost.unwrap_or(0);
     ensure!(lost == 0, "{lost} steps lost by the motors");
     Ok(tally)

@@ -1,4 +1,4 @@
-//! `cargo xtask dist`: what a release carries for those who have no toolchain.
+//! `cargo xtask dist`: makes the files of a release, for users without a toolchain.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -60,7 +60,7 @@ fn written(folder: &Path, name: &str, bytes: &[u8]) -> Result<PathBuf> {
     Ok(path)
 }
 
-/// A line as sha256sum writes it.
+/// A line in the format of sha256sum.
 fn checksum(path: &Path) -> Result<String> {
     let digest = Sha256::digest(fs::read(path)?);
     let hex = digest.iter().fold(String::new(), |mut hex, byte| {
@@ -71,7 +71,7 @@ fn checksum(path: &Path) -> Result<String> {
     Ok(format!("{hex}  {name}\n"))
 }
 
-/// What `cargo metadata` prints, as far as it is used here.
+/// The part of the output of `cargo metadata` that is used here.
 #[derive(Deserialize)]
 struct Metadata {
     packages: Vec<Package>,
@@ -85,7 +85,7 @@ struct Package {
     version: String,
     license: Option<String>,
     manifest_path: PathBuf,
-    /// None of a package of this workspace.
+    /// `None` for a package of this workspace.
     source: Option<String>,
     targets: Vec<Target>,
 }
@@ -114,18 +114,18 @@ struct Dependency {
 
 #[derive(Deserialize)]
 struct DependencyKind {
-    /// None of what is linked in; of others `dev` or `build`.
+    /// `None` for a normal dependency, which is linked in; otherwise `dev` or `build`.
     kind: Option<String>,
 }
 
 impl Package {
-    /// It runs in the compiler, and nothing of it is linked in.
+    /// Whether it is a procedural macro. That runs in the compiler, so no code of it is linked in.
     fn is_macro(&self) -> bool {
         self.targets.iter().any(|target| target.kind.iter().any(|kind| kind == "proc-macro"))
     }
 }
 
-/// The packages of others that are linked into the firmware, by name.
+/// The packages from other authors that are linked into the firmware, by name.
 fn linked() -> Result<Vec<Package>> {
     let mut command = Command::new("cargo");
     command.current_dir(workspace::root()).args(["metadata", "--format-version=1", "--filter-platform"]);
@@ -149,7 +149,7 @@ fn linked() -> Result<Vec<Package>> {
     Ok(packages)
 }
 
-/// All of them, and then the text of each licence, once.
+/// All packages, followed by the text of each licence once.
 fn licences(packages: &[Package]) -> Result<String> {
     let mut text = String::from(
         "Isostep is under MIT or Apache-2.0, as you like. Linked into its firmware is Rust's core library, under MIT or\n\
@@ -177,7 +177,7 @@ fn licences(packages: &[Package]) -> Result<String> {
     Ok(text)
 }
 
-/// The licences that come with a package, in the order of their names.
+/// The licence files of a package, sorted by name.
 fn license_files(package: &Package) -> Result<Vec<(String, String)>> {
     let folder = package.manifest_path.parent().context("a manifest lies in a folder")?;
     let entries = fs::read_dir(folder).with_context(|| format!("{} cannot be read", folder.display()))?;
@@ -200,7 +200,7 @@ mod tests {
         let packages = linked().unwrap();
         let names: Vec<&str> = packages.iter().map(|package| package.name.as_str()).collect();
         assert!(names.contains(&"embassy-rp") && names.contains(&"libm"), "{names:?}");
-        // In the compiler, on the host, and our own.
+        // These run in the compiler or on the host, or are our own.
         assert!(!["syn", "clap", "isostep-motion", "embassy-executor-macros"].iter().any(|name| names.contains(name)));
         let text = licences(&packages).unwrap();
         for name in names {
@@ -215,7 +215,7 @@ mod tests {
         fs::write(&path, "abc").unwrap();
         let line = checksum(&path).unwrap();
         fs::remove_file(&path).unwrap();
-        // FIPS 180-4, appendix B.1.
+        // The expected hash is from FIPS 180-4, appendix B.1.
         assert!(
             line.starts_with("ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad  isostep-sum-"),
             "{line}"

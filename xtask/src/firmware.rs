@@ -1,4 +1,4 @@
-//! What the firmware's ELF file holds: the bytes that go to flash, and the memory it occupies.
+//! Reads the firmware's ELF file: the bytes that go to flash, and the memory that it uses.
 
 use std::fs;
 use std::path::Path;
@@ -9,19 +9,19 @@ use object::{Endianness, Object, ObjectSection, SectionFlags, elf};
 
 const RAM_START_ADDRESS: u64 = 0x2000_0000;
 
-/// Bytes to be stored from `address` on.
+/// Bytes to be stored at `address` and after it.
 pub struct Load {
     pub address: u32,
     pub bytes: Vec<u8>,
 }
 
-/// The part of an ELF file that matters to a chip.
+/// The part of an ELF file that is relevant to a chip.
 pub struct Firmware {
-    /// In rising order of address.
+    /// In ascending order of address.
     pub loads: Vec<Load>,
-    /// Code that is copied to RAM, and runs there, with its tables.
+    /// Code and its tables that are copied to RAM and used there.
     pub ram_code_bytes: u64,
-    /// `.data`, `.bss` and `.uninit`.
+    /// Size of `.data`, `.bss` and `.uninit`.
     pub static_ram_bytes: u64,
 }
 
@@ -37,7 +37,8 @@ impl Firmware {
         let mut loads = Vec::new();
         for header in elf.elf_program_headers().iter().filter(|header| is_loaded(header)) {
             let bytes = header.data(Endianness::Little, data).ok().context("a segment lies outside the file")?.to_vec();
-            // Where it is stored: initialised data runs at another address, in RAM.
+            // The physical address is used, where the bytes are stored. Initialised data has another address in RAM at
+            // run time.
             loads.push(Load { address: header.p_paddr(Endianness::Little), bytes });
         }
         ensure!(!loads.is_empty(), "it has nothing to load");
@@ -49,7 +50,7 @@ impl Firmware {
         Ok(Self { loads, ram_code_bytes: bytes(code), static_ram_bytes: bytes(statics) })
     }
 
-    /// What is stored in flash: the second-stage boot loader, and what is copied to RAM, included.
+    /// Bytes stored in flash, including the second-stage boot loader and everything that is copied to RAM.
     pub fn flash_bytes(&self) -> u64 {
         self.loads.iter().map(|load| load.bytes.len() as u64).sum()
     }

@@ -1,4 +1,4 @@
-//! `cargo xtask flash`: the firmware onto a board, by the first way that reaches one.
+//! `cargo xtask flash`: writes the firmware to a board, by the first method that reaches one.
 
 use std::env;
 use std::fs;
@@ -15,7 +15,7 @@ use crate::{build, touch, workspace};
 use isostep::stopwatch::Stopwatch;
 
 const CHIP: &str = "RP2040";
-/// A board takes up to two seconds to leave, and a desktop some more to mount what appears.
+/// A board takes up to two seconds to enter its boot loader, and a desktop takes longer to mount the drive.
 const MOUNTING_S: f64 = 15.0;
 const LOOK_AGAIN: Duration = Duration::from_millis(200);
 
@@ -70,7 +70,7 @@ pub fn run(args: Args) -> Result<()> {
     }
 }
 
-/// Has the board on `port` make way, then goes on as with one in BOOTSEL.
+/// Makes the board on `port` enter its boot loader, then continues as with a board in BOOTSEL mode.
 fn by_touch(port: &str) -> Result<()> {
     announce(&format!("asking the board on {port} for its boot drive (the 1200-baud touch): it frees its motors"));
     touch::touch(port)?;
@@ -86,7 +86,7 @@ fn by_touch(port: &str) -> Result<()> {
     picotool().map_or_else(|no_picotool| bail!(not_mounted(&no_picotool)), |()| by_picotool())
 }
 
-/// The board is in its boot loader, and nobody has mounted it.
+/// The error when the board is in its boot loader and its drive is not mounted.
 fn not_mounted(no_picotool: &str) -> String {
     format!(
         "the board has left for its boot loader, but no drive RPI-RP2 was mounted within {MOUNTING_S} s: mount it, and name it \
@@ -96,7 +96,7 @@ fn not_mounted(no_picotool: &str) -> String {
     )
 }
 
-/// What `look` finds within `limit_s`.
+/// The result of `look` as soon as there is one; `None` after `limit_s`.
 #[expect(clippy::disallowed_methods, reason = "the user's computer takes its time to mount a drive")]
 fn within<T>(limit_s: f64, look: impl Fn() -> Option<T>) -> Option<T> {
     let stopwatch = Stopwatch::start();
@@ -108,7 +108,7 @@ fn within<T>(limit_s: f64, look: impl Fn() -> Option<T>) -> Option<T> {
     }
 }
 
-/// Each way, why it is closed, and what opens it.
+/// Each method, why it did not work, and how to make it work.
 fn missing(no_probe: &str, no_picotool: &str, no_board: &str) -> String {
     format!(
         "  - debug probe: {no_probe}\n  \
@@ -177,7 +177,7 @@ fn is_boot_drive(place: &Path) -> bool {
     fs::read_to_string(place.join("INFO_UF2.TXT")).is_ok_and(|info| info.contains("RPI-RP2"))
 }
 
-/// Where Linux, macOS and Windows mount a drive of this name.
+/// The folders in which Linux, macOS and Windows mount a drive of this name.
 fn drive_places() -> Vec<PathBuf> {
     let user = env::var("USER").unwrap_or_default();
     let linux = ["/media", "/run/media"].map(|dir| Path::new(dir).join(&user).join("RPI-RP2"));

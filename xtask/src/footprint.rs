@@ -1,4 +1,4 @@
-//! The firmware's flash and RAM against their budgets.
+//! Compares the firmware's flash and RAM with their budgets.
 
 use anyhow::{Result, bail};
 use serde_json::{Value, json};
@@ -7,24 +7,24 @@ use crate::firmware::Firmware;
 use crate::workspace;
 
 const KIB: u64 = 1024;
-/// What the stack may take. The chip gives it all RAM above the statics, so this is a promise to whoever adds statics, not
-/// a limit the hardware knows.
+/// RAM reserved for the stack. The chip gives the stack all RAM above the statics, so this is not a hardware limit: it
+/// keeps added statics from taking too much.
 const STACK_RESERVE_BYTES: u64 = 16 * KIB;
-/// A Pico has 2 MiB of flash; this is so that growth is noticed.
+/// A Pico has 2 MiB of flash; the smaller budget makes growth visible.
 const FLASH_BUDGET_BYTES: u64 = 384 * KIB;
-/// The RP2040 has 264 KiB of RAM, in all.
+/// The RP2040 has 264 KiB of RAM in total.
 const RAM_BUDGET_BYTES: u64 = 232 * KIB;
 const CODE_BUDGET_BYTES: u64 = 132 * KIB;
 const STATICS_BUDGET_BYTES: u64 = RAM_BUDGET_BYTES - CODE_BUDGET_BYTES - STACK_RESERVE_BYTES;
 
-/// The figures, in bytes.
+/// The firmware's use of memory, in bytes.
 pub struct Footprint {
     flash: u64,
     code: u64,
     statics: u64,
 }
 
-/// A figure and what it may be, in bytes.
+/// A figure and its budget, in bytes.
 struct Row {
     name: &'static str,
     used: u64,
@@ -60,7 +60,7 @@ impl Footprint {
         self.rows().map(line).concat()
     }
 
-    /// The figures and their budgets, for other tools.
+    /// The figures and their budgets as JSON.
     pub fn json(&self) -> Value {
         json!({
             "elf": workspace::shown(&workspace::firmware_elf()),
@@ -76,7 +76,7 @@ impl Footprint {
         })
     }
 
-    /// An error that names what is over its budget.
+    /// An error that names a figure that exceeds its budget.
     pub fn check(&self) -> Result<()> {
         if let Some(Row { name, used, budget }) = self.rows().into_iter().find(|row| row.used > row.budget) {
             bail!(

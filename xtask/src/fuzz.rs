@@ -1,4 +1,4 @@
-//! `cargo xtask fuzz`: bytes that nobody would send, chosen by what code they reach.
+//! `cargo xtask fuzz`: tests with bytes that no sender would send. They are chosen by the code that they reach.
 
 use std::fs;
 use std::path::PathBuf;
@@ -11,9 +11,10 @@ use crate::process::{self, announce};
 use crate::{tools, workspace};
 
 const CARGO_FUZZ: &str = "0.13.2";
-/// An input that takes longer is a finding, s.
+/// An input that takes longer than this counts as a finding, s.
 const TIMEOUT_S: u32 = 30;
-/// The simulated machine leaks some of its memory, as a board's lives for ever: this is what a long run takes, MB.
+/// Memory that a long run needs, MB. The simulated machine leaks some of its memory, because it is allocated for the
+/// program's lifetime as on a board.
 const MEMORY_MB: u32 = 6_000;
 
 /// Look for bytes that break console, store, planner or machine
@@ -66,7 +67,7 @@ impl Target {
         }
     }
 
-    /// Longer inputs find hardly more, bytes.
+    /// Longest input, bytes. Longer inputs find hardly anything more.
     fn bytes_max(self) -> u32 {
         match self {
             Self::Console | Self::Store => 1_024,
@@ -100,11 +101,12 @@ impl Fuzzer {
         if args.keep {
             announce(&format!("{}: what reaches anything new goes to {}", target.name(), workspace::shown(&kept)));
             command.args([&kept, &found]).args(["--", "-set_cover_merge=1"]);
-            // By what is reached, not by how often: a few files rather than a thousand.
+            // Keeps files by the code that they reach and not by how often they reach it. That leaves a few files
+            // instead of a thousand.
             return process::run(command.args(["-use_counters=0", "-use_cmp=0"]));
         }
         announce(&format!("{}: {} min", target.name(), args.minutes));
-        // What is new goes to the first.
+        // New inputs are stored in the first folder.
         command.args([&found, &kept]).arg("--");
         command.arg(format!("-max_total_time={}", 60 * args.minutes));
         command.arg(format!("-max_len={}", target.bytes_max()));
@@ -113,10 +115,11 @@ impl Fuzzer {
         process::run(command.arg("-print_final_stats=1"))
     }
 
-    /// The target with files or folders of bytes to come.
+    /// The command that runs the target. Files or folders of bytes are still to be added to it.
     fn run(&self, target: Target) -> Command {
         let mut command = Command::new(&self.cargo_fuzz);
-        // Without a sanitizer, as those need a nightly compiler, and all that they would find is in unsafe code.
+        // It runs without a sanitizer, because sanitizers need a nightly compiler and would only find errors in unsafe
+        // code.
         command.current_dir(workspace::root()).args([
             "run",
             "--sanitizer",

@@ -1,4 +1,4 @@
-//! `cargo xtask lint`: formatting, clippy and the documentation, warnings being errors.
+//! `cargo xtask lint`: checks formatting, clippy and the documentation. Warnings are errors.
 
 use std::process::Command;
 

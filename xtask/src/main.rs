@@ -1,8 +1,9 @@
-//! The commands of the project, run as `cargo xtask VERB`. One file or folder for each verb that needs the sources: those that
-//! build, flash, emulate, test and measure. Those that do not are the package `isostep`. `workspace`, `toolchain`, `tools`, `node`,
-//! `firmware`, `footprint`, `touch`, `uf2`, `variant` and `process` are what the verbs share.
+//! The commands of the project, run as `cargo xtask VERB`. Each verb that needs the sources has a file or folder: those
+//! that build, flash, emulate, test and measure. The other verbs are in the package `isostep`. `workspace`,
+//! `toolchain`, `tools`, `node`, `firmware`, `footprint`, `touch`, `uf2`, `variant` and `process` are shared by the
+//! verbs.
 
-// Its macros are what all of them print with.
+// All modules print with its macros.
 #[macro_use]
 extern crate isostep;
 

@@ -1,4 +1,4 @@
-//! `cargo xtask mutants`: whether the tests notice when the code is wrong.
+//! `cargo xtask mutants`: checks whether the tests notice wrong code.
 
 use std::collections::BTreeSet;
 use std::fmt;
@@ -14,7 +14,7 @@ use crate::process::{self, announce};
 use crate::{tools, workspace};
 
 const CARGO_MUTANTS: &str = "27.1.0";
-/// What cargo-mutants ends with when it has done its work, and found nothing, what is missed, or what takes too long.
+/// Exit codes of cargo-mutants when it has completed its work: no findings, missed mutants, timeouts.
 const DONE: [i32; 3] = [0, 2, 3];
 
 /// Change the code in small ways, one at a time, and see whether the tests notice
@@ -60,11 +60,11 @@ enum Package {
     Controller,
 }
 
-/// Tests that are built and run together: of these packages, and only these binaries if there are any named.
+/// Tests that are built and run together: those of these packages, or only these test binaries if any are named.
 struct Suite {
     packages: &'static [&'static str],
     tests: &'static [&'static str],
-    /// Of one test binary after the other, s: what lasts longer has come to a halt.
+    /// Time limit for all test binaries together, s. A run that takes longer is considered stuck.
     timeout_s: u32,
 }
 
@@ -73,10 +73,10 @@ const fn suite(packages: &'static [&'static str], tests: &'static [&'static str]
 }
 
 impl Suite {
-    /// Which tests of the packages, for cargo.
+    /// The arguments that make cargo select these tests.
     fn choice(&self) -> Vec<String> {
         match self.tests {
-            // All but the documentation's examples: each is linked by itself.
+            // This selects everything except the examples in the documentation, each of which is linked separately.
             [] => vec!["--tests".to_owned()],
             tests => tests.iter().map(|test| format!("--test={test}")).collect(),
         }
@@ -91,7 +91,8 @@ impl Suite {
     }
 }
 
-/// Where everything but the mutant has been compiled before; without debug information it links sooner.
+/// Sets a build folder in which everything except the mutant is compiled already. Without debug information, linking is
+/// faster.
 fn compiles_into(command: &mut Command, target: &Path) {
     command.env("CARGO_TARGET_DIR", target).env("CARGO_PROFILE_DEV_DEBUG", "0");
 }
@@ -113,7 +114,7 @@ impl Package {
         }
     }
 
-    /// The fastest first: what one does not catch, the next tries.
+    /// The suites, the fastest first. Each suite tests the mutants that the previous ones did not catch.
     fn suites(self) -> &'static [Suite] {
         match self {
             Self::Profile => PROFILE,
@@ -174,11 +175,11 @@ fn percent(text: &str) -> Result<f64, String> {
     percent.ok_or_else(|| "a percentage is 0 to 100".to_owned())
 }
 
-/// `most` of them by chance, in their order.
+/// A random choice of `most` names, in their original order.
 fn sample(names: Vec<String>, most: usize, seed: u64) -> Vec<String> {
     let mut random = Rand64::new(seed.into());
     let mut chosen: Vec<_> = names.into_iter().enumerate().collect();
-    // The first places of a shuffle.
+    // Only the first places are shuffled, and they are the choice.
     let most = most.min(chosen.len());
     for place in 0..most {
         let other = random.rand_range(place as u64..chosen.len() as u64);
@@ -206,7 +207,7 @@ impl Tool {
         Ok(names.lines().map(str::to_owned).collect())
     }
 
-    /// Puts the mutants of these names to the tests.
+    /// Runs a suite on the mutants with these names.
     fn tries(&self, names: &[String], suite: &Suite, index: usize) -> Result<Found> {
         let folder = workspace::target_dir().join("mutants");
         let output = folder.join(format!("{}-{}", self.package.name(), index + 1));
@@ -220,7 +221,8 @@ impl Tool {
         command.args(suite.choice().iter().map(|choice| format!("--cargo-arg={choice}")));
         command.args(names.iter().map(|name| format!("--re=^{}$", escaped(name))));
         if suite.packages != [self.package.name()] {
-            // Without a mutant cargo-mutants looks for the tests in the package that it changes.
+            // For its run without a mutant, cargo-mutants would use the tests of the package that it changes. So that
+            // run is made here.
             announce("the same tests without a mutant");
             process::run(&mut suite.without_mutant(&target))?;
             command.arg("--baseline=skip");
@@ -241,7 +243,8 @@ impl Tool {
     }
 }
 
-/// A regular expression for just that text. Not every sign may be escaped: `\<` is where a word begins.
+/// A regular expression that matches exactly this text. Only special characters are escaped, because some escapes have
+/// a meaning: `\<` matches the beginning of a word.
 fn escaped(text: &str) -> String {
     let mut escaped = String::new();
     for char in text.chars() {
@@ -253,13 +256,13 @@ fn escaped(text: &str) -> String {
     escaped
 }
 
-/// What became of mutants, by their names.
+/// The names of mutants by result.
 struct Found {
     caught: Vec<String>,
     missed: Vec<String>,
-    /// They never come to an end, which is noticed.
+    /// Mutants that run into the time limit. They count as noticed.
     timeouts: Vec<String>,
-    /// They do not compile.
+    /// Mutants that do not compile.
     unviable: Vec<String>,
 }
 
@@ -268,7 +271,8 @@ impl Found {
         [&self.caught, &self.missed, &self.timeouts, &self.unviable].map(Vec::len).iter().sum()
     }
 
-    /// Of those names; cargo-mutants tries fields left out of an expression whether they are asked for or not.
+    /// Reads the results of these mutants. Others are ignored, because cargo-mutants always tries mutants that leave a
+    /// field out of an expression, even if they are not requested.
     fn read(folder: &Path, names: &[String]) -> Result<Self> {
         let of = |file: &str| -> Result<Vec<String>> {
             let path = folder.join(file);
@@ -281,7 +285,7 @@ impl Found {
     }
 }
 
-/// What became of them in all suites.
+/// The results from all suites.
 #[derive(Default)]
 struct Tally {
     caught: BTreeSet<String>,
@@ -296,7 +300,7 @@ impl Tally {
         self.unviable.extend(found.unviable);
     }
 
-    /// How many of those that compile are caught, percent.
+    /// How many of the mutants that compile are caught, in percent.
     fn score(&self, missed: &[String]) -> f64 {
         let caught = self.caught.len() + self.timeouts.len();
         if missed.is_empty() { 100.0 } else { 100.0 * caught as f64 / (caught + missed.len()) as f64 }

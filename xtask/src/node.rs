@@ -1,4 +1,4 @@
-//! Node.js and the packages of the emulated board.
+//! Finds Node.js and installs the packages of the emulated board.
 
 use std::fs;
 use std::process::Command;
@@ -8,12 +8,12 @@ use anyhow::{Context, Result, bail};
 use crate::process::{self, announce};
 use crate::workspace;
 
-/// As in tests/emulator/package.json.
+/// The same version as in tests/emulator/package.json.
 const NODE_MAJOR_MIN: u32 = 20;
 const REMEDY: &str =
     "the emulated board needs Node.js 20 or later with npm: https://nodejs.org, or `apt-get install nodejs npm`";
 
-/// Checks Node's version and installs the emulator's packages, unless those of its lock file are there already.
+/// Checks Node's version and installs the emulator's packages, unless those of its lock file are installed already.
 pub fn prepare() -> Result<()> {
     let version = process::output(Command::new("node").arg("--version"), REMEDY)?;
     if major(&version).is_none_or(|major| major < NODE_MAJOR_MIN) {
@@ -21,7 +21,7 @@ pub fn prepare() -> Result<()> {
     }
     let dir = workspace::emulator_dir();
     let lock = fs::read(dir.join("package-lock.json")).context("tests/emulator/package-lock.json cannot be read")?;
-    // npm ci empties node_modules first, so a copy of the lock in it vouches for a finished installation.
+    // npm ci empties node_modules first, so a copy of the lock file inside it marks a finished installation.
     let installed_lock = dir.join("node_modules").join(".installed-package-lock.json");
     if fs::read(&installed_lock).is_ok_and(|installed| installed == lock) {
         return Ok(());

@@ -1,4 +1,4 @@
-//! Running other programs: output shown as it comes, failures named.
+//! Runs other programs. Their output is shown as it comes, and failures are explained.
 
 use std::ffi::OsStr;
 use std::io::ErrorKind;
@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
 
-/// Announces a step of longer work.
+/// Prints which step of a longer task begins.
 pub fn announce(step: &str) {
     eprintln!("==> {step}");
 }
@@ -23,7 +23,7 @@ pub fn run(command: &mut Command) -> Result<()> {
     Ok(())
 }
 
-/// What `command` prints, trimmed; `remedy` says what to do when the program is missing.
+/// The trimmed output of `command`. `remedy` says what to do if the program is missing.
 pub fn output(command: &mut Command, remedy: &str) -> Result<String> {
     let output = command.stderr(Stdio::piped()).output().map_err(|error| explain(command, &error, remedy))?;
     if !output.status.success() {
@@ -32,12 +32,12 @@ pub fn output(command: &mut Command, remedy: &str) -> Result<String> {
     Ok(String::from_utf8_lossy(&output.stdout).trim().to_owned())
 }
 
-/// What `command` prints, trimmed, if it can be started at all and ends well.
+/// The trimmed output of `command`; `None` if it cannot be started or fails.
 pub fn printed(command: &mut Command) -> Option<String> {
     output(command, "").ok()
 }
 
-/// Runs `command`, output passed through, and kills it when it takes longer than `limit`.
+/// Runs `command` with its output passed through, and kills it if it takes longer than `limit`.
 pub fn run_within(command: &mut Command, limit: Duration) -> Result<()> {
     let mut child = command.spawn().with_context(|| format!("cannot start `{}`", line(command)))?;
     let pid = child.id();

@@ -1,4 +1,4 @@
-//! `cargo xtask setup`: what the other verbs need, found or installed.
+//! `cargo xtask setup`: finds or installs what the other verbs need.
 
 use anyhow::Result;
 

@@ -1,4 +1,4 @@
-//! `cargo xtask size`: the firmware's flash and RAM against their budgets.
+//! `cargo xtask size`: compares the firmware's flash and RAM with their budgets.
 
 use std::fs;
 use std::path::PathBuf;

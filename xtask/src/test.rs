@@ -1,4 +1,4 @@
-//! `cargo xtask test`: every test there is, the fast ones first.
+//! `cargo xtask test`: runs all tests, the fast ones first.
 
 use std::process::Command;
 
@@ -42,7 +42,7 @@ pub struct Args {
 
 type Stage = (&'static str, fn() -> Result<()>);
 
-/// It alone needs more than Rust and Node.
+/// This is the only stage that needs more than Rust and Node.
 const SENDERS: Stage = ("real senders", grbl_streamer);
 
 const STAGES: [Stage; 5] = [
@@ -92,11 +92,11 @@ fn host() -> Result<()> {
 fn emulator() -> Result<()> {
     node::prepare()?;
     process::run(&mut node::npm("test"))?;
-    // Ignored by a plain `cargo test`, which does not need Node.
+    // These tests are ignored by a plain `cargo test`, which must work without Node.
     process::run(cargo("test").args(["--package", "isostep-tests", "--test", "step_program", "--", "--ignored"]))
 }
 
-/// The other step port, tested as the default one is.
+/// The firmware with the other step port, tested like the default one.
 const TIMER_PORT_ELF: &str = "timer-port";
 const TIMER_PORT: Variant = Variant { port: Port::Timer, driver: Driver::Drv8825 };
 
@@ -108,14 +108,14 @@ fn firmware() -> Result<()> {
 }
 
 fn emulated_board() -> Result<()> {
-    // Ignored by a plain `cargo test`, which neither builds firmware nor needs Node.
+    // These tests are ignored by a plain `cargo test`, which must work without Node and does not build firmware.
     let mut tests: Command = cargo("test");
     tests.env("ISOSTEP_ELF", workspace::firmware_elf());
     tests.env("ISOSTEP_TIMER_PORT_ELF", build::kept_elf(TIMER_PORT_ELF));
     process::run(tests.args(["--package", "isostep-tests", "--test", "emulated", "--", "--ignored"]))
 }
 
-/// Nothing: real senders need the machine on a pseudo-terminal.
+/// Does nothing: real senders need the machine on a pseudo-terminal.
 #[cfg(not(unix))]
 fn grbl_streamer() -> Result<()> {
     announce("none: Windows has no pseudo-terminals");

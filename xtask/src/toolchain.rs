@@ -1,5 +1,5 @@
-//! A compiler that can build for the chip: rustc with the core library of thumbv6m-none-eabi, ready-made or built from
-//! the library's sources.
+//! Finds a compiler that can build for the chip: rustc with the core library of thumbv6m-none-eabi, either precompiled
+//! or built from the library's sources.
 
 use std::env;
 use std::ffi::OsString;
@@ -13,9 +13,9 @@ use anyhow::{Context, Result};
 use crate::process::{self, announce};
 use crate::workspace::{self, FIRMWARE_TARGET};
 
-/// Older compilers do not know the workspace's edition or its dependencies' needs.
+/// Older compilers do not support the workspace's edition or its dependencies.
 const RUSTC_MINOR_MIN: u32 = 90;
-/// rustup retries for minutes without a network; the download itself is about 10 MB.
+/// Without a network, rustup retries for minutes. The download itself is about 10 MB.
 const RUSTUP_PATIENCE: Duration = Duration::from_secs(60);
 const DEBIAN_PACKAGES: [&str; 3] = ["rustc-web", "rust-web-src", "cargo-web"];
 
@@ -28,7 +28,7 @@ pub enum Toolchain {
 }
 
 impl Toolchain {
-    /// The first way that works, installing what is missing where that is possible.
+    /// The first toolchain that works. Installs what is missing where that is possible.
     pub fn set_up() -> Result<Self> {
         if has_core_library() {
             return Ok(Self::Ready);
@@ -42,7 +42,8 @@ impl Toolchain {
         Ok(found)
     }
 
-    /// What the last [`Toolchain::set_up`] found, without trying rustup again; otherwise as that.
+    /// The toolchain that the last [`Toolchain::set_up`] found, without trying rustup again. If there is none, calls
+    /// it.
     pub fn ensure() -> Result<Self> {
         let known_source = source_marker().exists() && !has_core_library();
         match known_source.then(Self::from_source).flatten() {
@@ -62,7 +63,7 @@ impl Toolchain {
         Self::from_source().with_context(remedy)
     }
 
-    /// What the user is told.
+    /// The toolchain in words for the user.
     pub fn description(&self) -> String {
         match self {
             Self::Ready => format!("the default Rust toolchain, which has {FIRMWARE_TARGET}"),
@@ -85,7 +86,7 @@ impl Toolchain {
     }
 }
 
-/// The default `cargo VERB`, in the workspace.
+/// The default `cargo VERB` in the workspace.
 pub fn cargo(verb: &str) -> Command {
     let mut command = Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     command.current_dir(workspace::root()).arg(verb).arg("--target-dir").arg(workspace::target_dir());
@@ -99,7 +100,7 @@ fn from_source(verb: &str, bin_dir: &Path, linker: &Path) -> Command {
         .env("RUSTC", bin_dir.join("rustc"))
         .env("RUSTC_BOOTSTRAP", "1")
         .env("CARGO_TARGET_THUMBV6M_NONE_EABI_LINKER", linker)
-        // Set by the cargo that runs xtask, and meant for its own toolchain.
+        // The cargo that runs xtask sets these for its own toolchain.
         .env_remove("RUSTUP_TOOLCHAIN")
         .env_remove("LD_LIBRARY_PATH")
         .args([verb, "-Zbuild-std=core", "--target-dir"])
@@ -107,8 +108,8 @@ fn from_source(verb: &str, bin_dir: &Path, linker: &Path) -> Command {
     command
 }
 
-/// Flags that cut the registry's place on this machine from the paths in panic messages: they would cost flash, and
-/// make the firmware's size depend on who builds it.
+/// Flags that remove the path of the registry on this computer from panic messages. The paths would take flash, and
+/// would make the firmware's size depend on who builds it.
 fn short_paths() -> OsString {
     let cargo_home = env::var_os("CARGO_HOME").map(PathBuf::from).or_else(|| Some(env::home_dir()?.join(".cargo")));
     let registries = cargo_home.and_then(|home| home.join("registry/src").read_dir().ok());
@@ -121,7 +122,8 @@ fn short_paths() -> OsString {
     flags
 }
 
-/// Left where rustup had no core library to give, so that it is not asked again before every build.
+/// A file that is written when rustup could not install the core library, so that it is not tried again before every
+/// build.
 fn source_marker() -> PathBuf {
     workspace::target_dir().join(".firmware-core-from-source")
 }
@@ -156,7 +158,7 @@ fn sysroot(rustc: &Path) -> Option<PathBuf> {
     process::printed(Command::new(rustc).args(["--print", "sysroot"])).map(PathBuf::from)
 }
 
-/// The linker that ships with the default toolchain, otherwise the system's.
+/// The linker of the default toolchain, otherwise the system's.
 fn rust_lld() -> Option<PathBuf> {
     let host_libdir = process::printed(Command::new("rustc").args(["--print", "target-libdir"]))?;
     let bundled = Path::new(&host_libdir).parent()?.join("bin/rust-lld");

@@ -1,17 +1,17 @@
-//! The 1200-baud touch: a running board asked over USB for its boot loader, so that nobody has to press BOOTSEL.
+//! The 1200-baud touch: asks a running board over USB to start its boot loader, so that nobody has to press BOOTSEL.
 
 use anyhow::{Context, Result};
 use serialport::{SerialPortInfo, SerialPortType};
 
 use isostep::console::port;
 
-/// The serial number in boards/rp2040-gantry/src/usb.rs. The USB ids alone are those of any firmware on an RP2040 that has a
-/// serial port, and another's is not to be overwritten.
+/// The serial number in boards/rp2040-gantry/src/usb.rs. The USB ids alone are shared by all RP2040 firmware with a
+/// serial port, and firmware of another project must not be overwritten.
 const SERIAL_NUMBER: &str = "ISOSTEP-1";
 const TOUCH_BAUD: u32 = 1200;
 const USUAL_BAUD: u32 = 115_200;
 
-/// The port of the running board; otherwise why there is none to be touched.
+/// The port of the running board; otherwise the reason why no board can be touched.
 pub fn running_board() -> Result<String, String> {
     let ports = port::all().map_err(|error| format!("{error:#}"))?;
     choose(&ports)
@@ -32,14 +32,15 @@ fn runs_isostep(port: &SerialPortInfo) -> bool {
     matches!(&port.port_type, SerialPortType::UsbPort(usb) if usb.serial_number.as_deref() == Some(SERIAL_NUMBER))
 }
 
-/// Opens the port at 1200 baud and lowers DTR, as one does who closes it.
+/// Opens the port at 1200 baud and lowers DTR, like a program that closes the port.
 ///
 /// # Errors
-/// Another program has the port, or it is gone.
+/// When another program has the port open, or when the port is gone.
 pub fn touch(name: &str) -> Result<()> {
     let mut port = port::open(name, TOUCH_BAUD)?;
     port.write_data_terminal_ready(false).with_context(|| format!("{name} takes no DTR"))?;
-    // The system keeps a port's rate for the next to open it, who would touch the new firmware on closing. The board may be gone.
+    // The system keeps a port's rate for the next program that opens it. That program would touch the new firmware when
+    // it closes the port. The call may fail because the board is already gone.
     let _ = port.set_baud_rate(USUAL_BAUD);
     Ok(())
 }
@@ -83,7 +84,7 @@ mod tests {
         assert!(error.to_string().contains("/dev/there-is-no-such-port: "), "{error:#}");
     }
 
-    /// A pseudo-terminal has no modem lines: what is no USB port is not taken for a board that was touched.
+    /// A pseudo-terminal has no modem lines. A port that is not on USB is not mistaken for a board that was touched.
     #[cfg(unix)]
     #[test]
     fn a_port_without_dtr_is_not_touched() {

@@ -1,5 +1,5 @@
-//! UF2, the format of the Pico's boot drive: 512-byte blocks, each with one 256-byte page of flash and its address, so
-//! that they may arrive in any order. <https://github.com/microsoft/uf2>
+//! UF2, the format of the Pico's boot drive: blocks of 512 bytes. Each contains a 256-byte page of flash and its
+//! address, so the blocks may arrive in any order. <https://github.com/microsoft/uf2>
 
 use std::collections::BTreeMap;
 
@@ -11,7 +11,7 @@ const MAGIC_END: u32 = 0x0AB1_6F30;
 const FLAG_FAMILY_ID: u32 = 0x2000;
 const FAMILY_RP2040: u32 = 0xE48B_FF56;
 
-/// The UF2 file that stores `loads`. What a page leaves open is 0.
+/// The UF2 file that stores `loads`. Bytes of a page that no load covers are 0.
 pub fn from_loads(loads: &[Load]) -> Vec<u8> {
     let pages = pages(loads);
     let page_count = pages.len() as u32;

@@ -1,4 +1,4 @@
-//! The builds that the gantry's firmware comes in.
+//! The variants in which the gantry's firmware is built.
 
 use clap::ValueEnum;
 
@@ -41,7 +41,7 @@ impl Variant {
         port.into_iter().chain(driver).collect()
     }
 
-    /// The driver's name, as the emulated board takes it.
+    /// The driver's name for the emulated board's options.
     pub fn driver_name(self) -> &'static str {
         match self.driver {
             Driver::Drv8825 => "drv8825",

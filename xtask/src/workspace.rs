@@ -1,11 +1,11 @@
-//! Where things are.
+//! Paths in the workspace.
 
 use std::env;
 use std::path::{Path, PathBuf};
 
-/// The package, and the binary, of the gantry's firmware.
+/// The name of the package and of the binary of the gantry's firmware.
 pub const FIRMWARE: &str = "rp2040-gantry";
-/// The package, and the binary, of the firmware that times itself.
+/// The name of the package and of the binary of the firmware that measures its own run time.
 pub const BENCH_FIRMWARE: &str = "rp2040-bench";
 /// The RP2040's cores are Cortex-M0+.
 pub const FIRMWARE_TARGET: &str = "thumbv6m-none-eabi";
@@ -25,7 +25,7 @@ pub fn elf(package: &str) -> PathBuf {
     target_dir().join(FIRMWARE_TARGET).join("release").join(package)
 }
 
-/// A board's firmware as the Pico's boot drive takes it.
+/// A board's firmware in the format of the Pico's boot drive.
 pub fn uf2(package: &str) -> PathBuf {
     elf(package).with_extension("uf2")
 }
@@ -35,7 +35,7 @@ pub fn firmware_elf() -> PathBuf {
     elf(FIRMWARE)
 }
 
-/// The gantry's firmware as the Pico's boot drive takes it.
+/// The gantry's firmware in the format of the Pico's boot drive.
 pub fn firmware_uf2() -> PathBuf {
     uf2(FIRMWARE)
 }

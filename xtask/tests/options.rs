@@ -1,10 +1,10 @@
-//! Options that cannot go together: refused with what to do, before anything runs or is written.
+//! Options that cannot be combined are refused with a remedy, before anything runs or is written.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-/// A folder of a test's own with a program in it, and verbs that run there.
+/// A folder for one test, with a program in it. The verbs run there.
 struct TestFolder(PathBuf);
 
 impl TestFolder {
@@ -15,7 +15,7 @@ impl TestFolder {
         Self(folder)
     }
 
-    /// What the verb says when it refuses. Nothing may have been printed or written.
+    /// The error of a verb that refuses. The verb must print nothing to the standard output and write nothing.
     #[track_caller]
     fn refuses(&self, line: &str) -> String {
         let before = names(&self.0);

@@ -1,4 +1,4 @@
-//! A program on each of some machines.
+//! Checks a program on each of several machines.
 
 use std::path::Path;
 
@@ -17,34 +17,34 @@ pub struct Machine {
     pub settings: Settings,
 }
 
-/// A program and what would become of it.
+/// A program and the results of its check.
 #[derive(Serialize)]
 pub struct Checked {
     pub program: String,
-    /// Why it is no program.
+    /// Why the file is not a readable program.
     pub unreadable: Option<String>,
-    /// On each machine.
+    /// The results on each machine.
     pub on: Vec<On>,
 }
 
-/// A program on a machine.
+/// The results of a program on one machine.
 #[derive(Serialize)]
 pub struct On {
     pub machine: String,
-    /// Where the carriages stand at first, mm from their switches.
+    /// The initial position of the carriages, mm from their switches.
     pub start_mm: [f64; 3],
     pub survey: Survey,
-    /// From the start of the first move to the end of the last, without homing and what is refused, s.
+    /// Time from the start of the first move to the end of the last, without homing and without refused lines, s.
     pub time_s: Option<f64>,
-    /// Homing, s.
+    /// Time for homing, s.
     pub homing_s: Option<f64>,
     pub pace: Option<Pace>,
-    /// Why it does not come to its end.
+    /// Why the program does not reach its end.
     pub trouble: Option<String>,
 }
 
 impl Checked {
-    /// Whether it would run as it is, on each machine.
+    /// Whether the program would run unchanged on each machine.
     pub fn is_good(&self) -> bool {
         self.unreadable.is_none() && self.on.iter().all(On::is_good)
     }
@@ -56,7 +56,7 @@ impl On {
     }
 }
 
-/// Checks a program; one that cannot be read is one that would not run.
+/// Checks a program. A file that cannot be read counts as a program that would not run.
 pub fn check(path: &Path, machines: &[Machine], start_mm: Option<[f64; 3]>) -> Checked {
     let program = project::shown(path);
     match sim::lines(path) {
@@ -83,7 +83,8 @@ fn on(program: &Program, machine: &Machine, start_mm: Option<[f64; 3]>) -> On {
     }
 }
 
-/// From where it is asked to begin; else from the middle of the travel, or from where it fits if it does not from there.
+/// Surveys the program from the requested start. Without one, the start is the middle of the travel; if the program
+/// does not fit from there, a start from which it fits.
 fn survey(program: &Program, settings: &Settings, start_mm: Option<[f64; 3]>) -> ([f64; 3], Survey) {
     let first_mm = start_mm.unwrap_or_else(|| timing::middle_mm(settings));
     let survey = Survey::of(program, settings, first_mm);
@@ -93,8 +94,8 @@ fn survey(program: &Program, settings: &Settings, start_mm: Option<[f64; 3]>) ->
     }
 }
 
-/// How long homing takes, and what keeps the rest from going faster; or why it does not come to its end. A machine that homes
-/// needs edges, since its switches close where they take it.
+/// How long homing takes, and what keeps the other moves from going faster; the error says why the program does not
+/// reach its end. A machine that homes needs simulated edges, because they move the carriages to the switches.
 fn made(program: &Program, settings: &Settings, start_mm: [f64; 3], homes: bool) -> Result<(f64, Pace), String> {
     let config = Config { settings: *settings, start_mm, only_time: !homes, keep_waves: false, ..Config::default() };
     let outcome = timing::made(program.clone(), &config)?;

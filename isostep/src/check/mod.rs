@@ -1,4 +1,4 @@
-//! `isostep check`: what would become of programs, before anything moves.
+//! `isostep check`: what programs would do on a machine, without moving anything.
 
 mod look;
 mod print;

@@ -1,4 +1,4 @@
-//! What was found, as people read it.
+//! Prints the results of a check for people.
 
 use isostep_sim::survey::{LISTED_MAX, Survey};
 
@@ -6,7 +6,7 @@ use super::look::{Checked, Machine, On};
 use crate::pace;
 use crate::remarks::{self, AXES, TOLD_MAX, shortened};
 
-/// A program in detail, on each machine.
+/// The details of one program on each machine.
 pub fn detail(checked: &Checked, all: bool) -> String {
     if let Some(why) = &checked.unreadable {
         return format!("{}: {why}\n", checked.program);
@@ -14,7 +14,7 @@ pub fn detail(checked: &Checked, all: bool) -> String {
     let mut text = String::new();
     for (index, on) in checked.on.iter().enumerate() {
         text += &format!("{}{} on {}\n", if index > 0 { "\n" } else { "" }, checked.program, on.machine);
-        // `$` lines may be refused on one machine and not on another.
+        // One machine may refuse `$` lines that another accepts.
         let is_as_on_first = checked.on[0].survey.refused == on.survey.refused;
         if index == 0 || !is_as_on_first {
             text += &fate(&on.survey, all);
@@ -29,7 +29,7 @@ fn row(name: &str, words: &str) -> String {
     format!("  {name:<11}{words}\n")
 }
 
-/// What becomes of its lines.
+/// What happens to the program's lines.
 fn fate(survey: &Survey, all: bool) -> String {
     let Survey { lines, blocks, statements, empty, moves, arcs, refused_total, .. } = *survey;
     let mut text = row(
@@ -64,7 +64,7 @@ fn fate(survey: &Survey, all: bool) -> String {
     }
 }
 
-/// Where a person has something to do.
+/// Where a person has to act.
 fn persons(survey: &Survey) -> String {
     let tool = |(tool, line): (&u8, &usize)| match tool {
         0 => format!("any (line {line})"),
@@ -97,7 +97,7 @@ fn places(on: &On) -> String {
     }
 }
 
-/// Not `-0.000`.
+/// Rounds very small values to zero, so that `-0.000` is not printed.
 fn without_dust(mm: f64) -> f64 {
     if mm.abs() < 0.000_5 { 0.0 } else { mm }
 }
@@ -124,7 +124,7 @@ fn times(on: &On) -> String {
     text + &pace::fastest(pace).map_or(String::new(), |fastest| row("fastest", &fastest))
 }
 
-/// Many programs, a line each.
+/// A line for each of many programs.
 pub fn table(checked: &[Checked], machines: &[Machine]) -> String {
     let folder = common_folder(checked);
     let name = |one: &Checked| one.program[folder.len()..].to_owned();
@@ -140,7 +140,7 @@ pub fn table(checked: &[Checked], machines: &[Machine]) -> String {
     text + "  X, Y, Z: where its moves are, from where it begins; *: without what is refused\n"
 }
 
-/// The folder that all of them are in, with the slash behind it; nothing if they are in several.
+/// The folder that contains all programs, with the slash behind it; empty if they are in several folders.
 fn common_folder(checked: &[Checked]) -> &str {
     let folder = |one: &'_ Checked| one.program.rfind('/').map_or(0, |slash| slash + 1);
     let Some(first) = checked.first() else { return "" };
@@ -171,7 +171,7 @@ fn cells(one: &Checked) -> String {
 }
 
 fn wrong(one: &Checked) -> String {
-    // What is refused on one machine alone is so for its settings.
+    // A line that only one machine refuses is refused because of that machine's settings.
     let mut refused: Vec<String> = Vec::new();
     for on in one.on.iter().filter(|on| on.survey.refused_total > 0) {
         let words = remarks::by_word(&on.survey.refused_by_word);

@@ -1,4 +1,4 @@
-//! Small programs, and what is said of them.
+//! Small programs, and what the check prints about them.
 
 use std::fs;
 
@@ -11,7 +11,7 @@ fn machine() -> Vec<Machine> {
     vec![Machine { name: "the default machine".to_owned(), settings: Settings::DEFAULT }]
 }
 
-/// A program in a file of its own, checked.
+/// Writes a program to a file and checks it.
 fn check(name: &str, program: &str, start_mm: Option<[f64; 3]>) -> Checked {
     let folder = std::env::temp_dir().join(format!("isostep-check-{}", std::process::id()));
     fs::create_dir_all(&folder).unwrap();
@@ -85,7 +85,7 @@ fn a_program_that_homes_is_made_with_its_switches() {
     assert!(!outside.is_good());
 }
 
-/// Homing is switched off on the second.
+/// The second machine has homing switched off.
 #[test]
 fn what_one_machine_alone_refuses_is_told_of_it() {
     let mut two = machine();

@@ -1,4 +1,4 @@
-//! A person at a terminal.
+//! The console for a person at a terminal.
 
 use std::thread;
 
@@ -10,13 +10,13 @@ use super::prompt::{Ahead, Prompt};
 use super::session::{Event, Session};
 use super::talk::{self, Typist};
 
-/// Draws the prompt anew without a line above it: up, and down again.
+/// Makes the prompt redraw without a new line above it: moves the cursor up and down again.
 const REDRAW: &str = "\x1b[A\n";
 
-/// Talks until the person ends it.
+/// Runs until the person ends it.
 ///
 /// # Errors
-/// Those of the port and of the terminal.
+/// Errors of the port and of the terminal.
 pub fn run(mut session: Session, name: &str) -> Result<()> {
     println!("{name}: Ctrl-X resets; on an empty line ! holds, ~ resumes, ? reports at once; Ctrl-D ends");
     let typist = session.typist();
@@ -26,7 +26,7 @@ pub fn run(mut session: Session, name: &str) -> Result<()> {
     let talk = thread::spawn(move || {
         let ended = talk(&mut session, &mut printer, &ahead);
         if let Err(error) = &ended {
-            // The prompt cannot be ended from here.
+            // This thread cannot end the prompt.
             let _ = printer.print(format!("{error:#}: press Enter to end"));
         }
         ended
@@ -51,12 +51,12 @@ fn talk(session: &mut Session, printer: &mut impl ExternalPrinter, ahead: &Ahead
     )
 }
 
-/// Whether the prompt has to be drawn anew.
+/// Updates the status before the prompt. Returns whether the prompt has to be redrawn.
 fn update(ahead: &Ahead, session: &Session) -> bool {
     session.status().is_some_and(|status| ahead.set(status.to_string()))
 }
 
-/// The next line; nothing when the person has had enough.
+/// The next line; `None` when the person ends the console.
 fn next_line(prompt: &mut Prompt) -> Result<Option<String>> {
     loop {
         match prompt.line() {

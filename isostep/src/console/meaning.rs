@@ -1,8 +1,8 @@
-//! What an error or an alarm means.
+//! The meanings of error and alarm codes.
 
 use isostep_console::{Alarm, Error};
 
-/// A line as it is shown: with the meaning of its number, if it is one of ours.
+/// The line as it is printed. If it has an error or alarm code that Isostep knows, its meaning is added.
 pub fn explained(line: &str) -> String {
     let error = || Some(Error::from_code(number(line, "error:")?)?.to_string());
     let alarm = || Some(Alarm::from_code(number(line, "ALARM:")?)?.to_string());

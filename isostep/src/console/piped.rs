@@ -1,4 +1,4 @@
-//! Lines from a file or a program instead of a person.
+//! The console for lines from a file or a program instead of a person.
 
 use std::io::BufRead;
 use std::thread;
@@ -9,14 +9,14 @@ use super::meaning::explained;
 use super::session::{Event, Session};
 use super::talk::{self, Typist};
 
-/// Sends the lines of `input`, each when the one before it is answered, and shows what the machine says, a line each; ends
-/// when the machine is at rest.
+/// Sends the lines of `input`, each when the previous one is answered, and passes every line that the machine sends to
+/// `show`. Ends when the machine is at rest.
 ///
 /// # Errors
-/// When a line was refused, and when an alarm came.
+/// When a line is refused or an alarm occurs.
 pub fn run(session: &mut Session, input: impl BufRead + Send + 'static, mut show: impl FnMut(&str)) -> Result<()> {
     let typist = session.typist();
-    // A thread, because the machine goes on talking while the input makes us wait.
+    // The input is read in a thread, because reading it can block while the machine keeps sending.
     thread::spawn(move || {
         for line in input.split(b'\n') {
             let Ok(line) = line else { break };

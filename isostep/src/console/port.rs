@@ -1,4 +1,4 @@
-//! Finding a serial port, and opening it.
+//! Finds and opens a serial port.
 
 use std::io::ErrorKind as Io;
 use std::time::Duration;
@@ -6,13 +6,13 @@ use std::time::Duration;
 use anyhow::{Result, anyhow, bail};
 use serialport::{Error, ErrorKind, SerialPort, SerialPortInfo, SerialPortType, UsbPortInfo};
 
-/// The ids in boards/rp2040-gantry/src/usb.rs: Raspberry Pi's for a serial port on an RP2040.
+/// The USB ids in boards/rp2040-gantry/src/usb.rs: Raspberry Pi's for a serial port on an RP2040.
 const BOARD: (u16, u16) = (0x2E8A, 0x000A);
-/// How long a read waits.
+/// How long a read waits for a byte.
 const PATIENCE: Duration = Duration::from_millis(20);
 const WITHOUT_HARDWARE: &str = "without hardware: `isostep sim --pty` in another terminal, and the port it prints";
 
-/// The serial ports of this computer, by name. Those of macOS come twice: the one for calling out is kept.
+/// The serial ports of this computer, sorted by name. macOS lists each port twice; the one for calling out is kept.
 pub fn all() -> Result<Vec<SerialPortInfo>> {
     let mut ports =
         serialport::available_ports().map_err(|error| anyhow!("the serial ports cannot be listed: {error}"))?;
@@ -21,7 +21,7 @@ pub fn all() -> Result<Vec<SerialPortInfo>> {
     Ok(ports)
 }
 
-/// The ports, a line each.
+/// The ports, one per line.
 pub fn listed(ports: &[SerialPortInfo]) -> String {
     if ports.is_empty() {
         return format!("there is no serial port; {WITHOUT_HARDWARE}\n");
@@ -41,7 +41,7 @@ fn kind(port: &SerialPortInfo) -> String {
     }
 }
 
-/// The port of the only board there is.
+/// The port of the board, if exactly one is connected.
 pub fn find_board() -> Result<String> {
     choose(&all()?)
 }
@@ -64,15 +64,15 @@ fn is_board(port: &SerialPortInfo) -> bool {
     matches!(&port.port_type, SerialPortType::UsbPort(UsbPortInfo { vid, pid, .. }) if (*vid, *pid) == BOARD)
 }
 
-/// Opens the port, DTR up. Nobody else may use it meanwhile.
+/// Opens the port for exclusive use and raises DTR.
 pub fn open(name: &str, baud: u32) -> Result<Box<dyn SerialPort>> {
     let open = |baud| serialport::new(name, baud).timeout(PATIENCE).dtr_on_open(true).open();
-    // On macOS a pseudo-terminal refuses every baud rate; 0 leaves it alone.
+    // On macOS a pseudo-terminal refuses every baud rate; 0 leaves the rate unchanged.
     let opened = open(baud).or_else(|error| if cfg!(target_os = "macos") { open(0) } else { Err(error) });
     opened.map_err(|error| anyhow!("{name}: {}", trouble(&error)))
 }
 
-/// Why a port cannot be opened, and what to do.
+/// Why a port cannot be opened, and how to fix it.
 fn trouble(error: &Error) -> String {
     match error.kind() {
         ErrorKind::Io(Io::NotFound) => {
@@ -86,7 +86,7 @@ fn trouble(error: &Error) -> String {
                                                 $USER`, on Arch uucp), then log in anew"
                 .to_owned()
         }
-        // On Unix these are locks that another program holds, on Windows a port that is gone.
+        // On Unix this error means that another program holds a lock on the port; on Windows, that the port is gone.
         ErrorKind::NoDevice if cfg!(unix) => {
             "another program has it: close that first (a sender, a serial monitor)".to_owned()
         }

@@ -1,4 +1,4 @@
-//! The line that a person types on: editing and history, the machine's status ahead of it, and keys that act at once.
+//! The line that a person types on, with editing, history, the machine's status before it, and keys that act at once.
 
 use std::borrow::Cow;
 use std::path::PathBuf;
@@ -18,15 +18,15 @@ use rustyline::{
 use super::session::{Event, RESET};
 use super::status;
 
-/// In the home folder: the lines that a person typed.
+/// File in the home folder that keeps the lines that a person typed.
 const HISTORY: &str = ".isostep-history";
 
-/// What stands ahead of the prompt; it changes while the person types.
+/// The text before the prompt. It changes while the person types.
 #[derive(Clone, Default)]
 pub struct Ahead(Arc<Mutex<String>>);
 
 impl Ahead {
-    /// Puts it there; whether it is new.
+    /// Sets the text. Returns whether it differs from the previous one.
     pub fn set(&self, text: String) -> bool {
         let mut ahead = self.0.lock().expect("nobody panics with it");
         let is_new = *ahead != text;
@@ -39,7 +39,7 @@ impl Ahead {
     }
 }
 
-/// The editor, with its history and its keys.
+/// The line editor, with its history and its keys.
 pub struct Prompt {
     editor: Editor<Drawn, FileHistory>,
     history: PathBuf,
@@ -47,7 +47,7 @@ pub struct Prompt {
 }
 
 impl Prompt {
-    /// One whose keys are told to `typist`.
+    /// A prompt whose keys are sent to `typist`.
     pub fn new(typist: &Sender<Event>) -> Result<Self> {
         let mut editor = Editor::new().context("this terminal cannot be edited on")?;
         let ahead = Ahead::default();
@@ -59,28 +59,28 @@ impl Prompt {
         let reset = AtOnce { byte: RESET, only_first: false, typist: typist.clone() };
         editor.bind_sequence(KeyEvent::ctrl('X'), EventHandler::Conditional(Box::new(reset)));
         let history = std::env::home_dir().unwrap_or_default().join(HISTORY);
-        // There is none the first time.
+        // There is no history the first time.
         let _ = editor.load_history(&history);
         Ok(Self { editor, history, ahead })
     }
 
-    /// What stands ahead of it.
+    /// A handle to the text before the prompt.
     pub fn ahead(&self) -> Ahead {
         self.ahead.clone()
     }
 
-    /// Prints above it, from any thread.
+    /// Prints above the prompt, from any thread.
     pub fn printer(&mut self) -> Result<impl rustyline::ExternalPrinter + Send + use<>> {
         Ok(self.editor.create_external_printer()?)
     }
 
-    /// The next line.
+    /// Reads the next line.
     pub fn line(&mut self) -> rustyline::Result<String> {
-        // As wide as what is drawn in its place.
+        // The blanks are as wide as the status that is drawn in their place.
         let line = self.editor.readline(&format!("{:1$}> ", "", status::WIDTH + 1))?;
         if !line.trim().is_empty() {
             self.editor.add_history_entry(&line)?;
-            // A history that cannot be kept is no reason to stop a machine's console.
+            // A failure to save the history must not end the console of a machine.
             let _ = self.editor.save_history(&self.history);
         }
         Ok(line)
@@ -90,7 +90,7 @@ impl Prompt {
 /// A key that acts at once.
 struct AtOnce {
     byte: u8,
-    /// On an empty line; elsewhere it is an ordinary character.
+    /// The key acts only on an empty line; elsewhere it is an ordinary character.
     only_first: bool,
     typist: Sender<Event>,
 }
@@ -100,13 +100,13 @@ impl ConditionalEventHandler for AtOnce {
         if self.only_first && !context.line().is_empty() {
             return None;
         }
-        // When the session has ended, the prompt ends at the next line.
+        // If the session has ended, sending fails, and the prompt ends at the next line.
         let _ = self.typist.send(Event::AtOnce(self.byte));
         Some(Cmd::Noop)
     }
 }
 
-/// Draws the status in the place of the prompt's blanks.
+/// Draws the status in place of the prompt's blanks.
 struct Drawn(Ahead);
 
 impl Highlighter for Drawn {

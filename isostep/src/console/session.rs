@@ -1,4 +1,4 @@
-//! One conversation: bytes out as the machine has room for them, lines in, and its status asked for all the time.
+//! A conversation with a machine: sends bytes when the machine has room, receives lines, and polls the status.
 
 use std::io::ErrorKind;
 use std::sync::Arc;
@@ -17,33 +17,34 @@ use crate::flight::Flight;
 use crate::stopwatch::Stopwatch;
 
 const POLL_S: f64 = 0.2;
-/// A machine that answers no `?` for this long is gone; homing and dwells do not keep it from answering.
+/// A machine that does not answer `?` for this long is considered gone. Homing and dwells do not delay the answer.
 const SILENCE_S: f64 = 5.0;
-/// An Arduino restarts when its port is opened, and takes two seconds.
+/// An Arduino restarts when its port is opened, which takes two seconds.
 const GREETING_S: f64 = 4.0;
-/// The welcome, and what comes with it, come this soon after the first sign of life, if they come.
+/// The longest time from the first status report to the welcome and the lines that come with it, if the machine sends
+/// any.
 const WELCOME_S: f64 = 0.15;
-/// Answers that are under way when an alarm comes take no longer.
+/// The longest time that answers under way take to arrive after an alarm.
 const LAST_WORDS_S: f64 = 1.0;
 const TICK: Duration = Duration::from_millis(20);
 pub const RESET: u8 = 0x18;
 
-/// What happens in a session.
+/// An event in a session.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Event {
-    /// The machine said a line.
+    /// The machine sent a line.
     Heard(String),
     /// The port failed.
     Gone(String),
-    /// Somebody typed a line.
+    /// The user typed a line.
     Typed(String),
-    /// Somebody typed a byte that acts at once.
+    /// The user typed a byte that acts at once.
     AtOnce(u8),
-    /// Somebody has had enough.
+    /// The user wants to end the session.
     Quit,
 }
 
-/// The sender's end.
+/// The sender's side of a conversation.
 pub struct Session {
     port: Box<dyn SerialPort>,
     events: Receiver<Event>,
@@ -52,9 +53,9 @@ pub struct Session {
     status: Option<Status>,
     polled: Stopwatch,
     heard: Stopwatch,
-    /// Reports that somebody asked for, besides ours.
+    /// Status reports that the user asked for and that have not come yet, not counting polls.
     asked: u32,
-    /// Reports that came.
+    /// Number of status reports received.
     reports: u64,
     alarm: Option<Stopwatch>,
     _reader: Reader,
@@ -82,7 +83,8 @@ impl Session {
         })
     }
 
-    /// Waits for a sign of life, the welcome or a status report, and for what comes with it: the lines to be shown.
+    /// Waits for the welcome or for a first status report, and for the lines that come with it. Returns the lines to be
+    /// shown.
     pub fn greet(&mut self) -> Result<Vec<String>> {
         let waited = Stopwatch::start();
         let mut alive: Option<Stopwatch> = None;
@@ -99,47 +101,47 @@ impl Session {
                 alive.get_or_insert_with(Stopwatch::start);
             }
         }
-        // An alarm told now is an old one.
+        // An alarm reported before this point is an old one.
         self.alarm = None;
         Ok(lines)
     }
 
-    /// For those who type, in a thread of their own.
+    /// A sender of events for threads that read what the user types.
     pub fn typist(&self) -> Sender<Event> {
         self.typist.clone()
     }
 
-    /// The last report.
+    /// The last status report.
     pub fn status(&self) -> Option<&Status> {
         self.status.as_ref()
     }
 
-    /// What was sent and answered.
+    /// The bytes and lines that were sent and answered.
     pub fn flight(&self) -> &Flight {
         &self.flight
     }
 
-    /// Whether an alarm came.
+    /// Whether an alarm was reported.
     pub fn is_alarmed(&self) -> bool {
         self.alarm.is_some()
     }
 
-    /// Whether an alarm came and what was sent before will not be answered any more: some controllers fall silent then.
+    /// Whether an alarm has cut off the answers to what was sent before it: some controllers send no more answers then.
     pub fn is_cut_off(&self) -> bool {
         self.alarm.as_ref().is_some_and(|since| since.elapsed_s() > LAST_WORDS_S)
     }
 
-    /// Whether all that was asked is answered.
+    /// Whether every line and every requested report has been answered.
     pub fn is_answered(&self) -> bool {
         self.flight.in_flight() == 0 && self.asked == 0
     }
 
-    /// Whether a line may go now.
+    /// Whether the machine has room for this line now.
     pub fn has_room(&self, line: &[u8]) -> bool {
         self.flight.has_room(line.len() + 1)
     }
 
-    /// Sends a line, its end added.
+    /// Sends a line with a line end added.
     pub fn send_line(&mut self, line: &[u8]) -> Result<()> {
         self.write(&[line, b"\n"].concat())
     }
@@ -152,7 +154,8 @@ impl Session {
         self.write(&[byte])
     }
 
-    /// The next event within a short while. Asks for the status meanwhile; reports that nobody else asked for are kept back.
+    /// The next event within a short time. Polls the status meanwhile; reports that only the poll asked for are not
+    /// returned.
     pub fn next(&mut self) -> Result<Option<Event>> {
         if self.polled.elapsed_s() >= POLL_S {
             self.polled = Stopwatch::start();
@@ -170,14 +173,14 @@ impl Session {
         }
     }
 
-    /// Asks whether all that was sent is carried out: the number of the report that tells it.
+    /// Asks whether everything sent has been carried out. Returns the number of the status report with the answer.
     pub fn ask_rest(&mut self) -> Result<u64> {
         self.write(b"?")?;
-        // One that is under way may be older than the last line.
+        // A report that is already under way may be older than the last line, so the second one counts.
         Ok(self.reports + 2)
     }
 
-    /// Whether that report has come, and the machine is at rest.
+    /// Whether that report has come and the machine is at rest.
     pub fn is_at_rest(&self, report: u64) -> bool {
         self.reports >= report && !self.status.as_ref().is_some_and(Status::is_moving)
     }
@@ -212,7 +215,7 @@ impl Session {
     }
 }
 
-/// The thread that reads the port. The port is free again when this is dropped.
+/// The thread that reads the port. Dropping it frees the port.
 struct Reader {
     is_over: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
@@ -229,16 +232,16 @@ impl Reader {
 impl Drop for Reader {
     fn drop(&mut self) {
         self.is_over.store(true, Ordering::Relaxed);
-        // One that has panicked has said so.
+        // A thread that panicked has already printed its message.
         let _ = self.thread.take().map(JoinHandle::join);
     }
 }
 
-/// Tells what comes from the port, until it fails or is to end.
+/// Sends an event for each line from the port, until the port fails or the session ends.
 fn read(mut port: Box<dyn SerialPort>, events: &Sender<Event>, is_over: &AtomicBool) {
     let mut lines = Lines::default();
     let mut bytes = [0; 256];
-    // Nobody is left to be told when a message cannot be sent: then it is over at once.
+    // Sending an event fails when nobody receives any more; reading then ends at once.
     while !is_over.load(Ordering::Relaxed) {
         let heard = match port.read(&mut bytes) {
             Ok(0) => return drop(events.send(Event::Gone("it was closed at the other end".to_owned()))),

@@ -1,18 +1,18 @@
-//! A status report, read.
+//! Parses status reports.
 
 use std::fmt;
 
-/// What of it is shown all the time.
+/// The part of a status report that is shown all the time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Status {
-    /// Idle, Run, Alarm, ...; with its number, such as Hold:0.
+    /// The state with its number, such as Idle, Run, Alarm or Hold:0.
     pub state: String,
-    /// Where the machine stands, mm or inches as it says; in the machine's coordinates or the program's.
+    /// The position of the machine in mm or inches, in machine or work coordinates, as the report gives it.
     pub place: [f64; 3],
 }
 
 impl Status {
-    /// Reads `<Idle|MPos:0.000,0.000,0.000|...>`; nothing if the line is no such report.
+    /// Parses `<Idle|MPos:0.000,0.000,0.000|...>`; `None` if the line is not such a report.
     pub fn read(line: &str) -> Option<Self> {
         let mut fields = line.strip_prefix('<')?.strip_suffix('>')?.split('|');
         let state = fields.next()?.to_owned();
@@ -22,13 +22,13 @@ impl Status {
         Some(Self { state, place: [next()?, next()?, next()?] })
     }
 
-    /// Whether it is under way and will come to rest by itself.
+    /// Whether the machine is moving and will come to rest by itself.
     pub fn is_moving(&self) -> bool {
         matches!(self.state.as_str(), "Run" | "Home" | "Jog")
     }
 }
 
-/// Always of the same width, for any machine of less than 100 m.
+/// The text has the same width for any machine shorter than 100 m.
 impl fmt::Display for Status {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [x, y, z] = self.place;
@@ -36,7 +36,7 @@ impl fmt::Display for Status {
     }
 }
 
-/// The width of the display.
+/// The width of the text.
 pub const WIDTH: usize = 6 + 3 * 11;
 
 #[cfg(test)]

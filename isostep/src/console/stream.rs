@@ -1,4 +1,4 @@
-//! A whole program, as fast as the machine takes it.
+//! Sends a whole program as fast as the machine accepts it.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -21,7 +21,7 @@ pub struct Program {
 }
 
 impl Program {
-    /// Reads it, and refuses what must not be sent.
+    /// Reads the program, and refuses a program that must not be sent.
     pub fn read(path: &Path) -> Result<Self> {
         let name = project::shown(path);
         let bytes = std::fs::read(path).with_context(|| format!("{name} cannot be read"))?;
@@ -29,7 +29,7 @@ impl Program {
         Ok(Self { name, lines })
     }
 
-    /// A line as an error names it, from 1.
+    /// The line of this number, counted from 1, as an error names it.
     fn place(&self, number: u64) -> String {
         match self.lines.get((number - 1) as usize) {
             Some(line) => format!("{}:{number}: `{}`", self.name, String::from_utf8_lossy(line).trim()),
@@ -38,10 +38,10 @@ impl Program {
     }
 }
 
-/// Streams it, counting characters, and waits until the machine is at rest.
+/// Streams the program by counting characters, and waits until the machine is at rest.
 ///
 /// # Errors
-/// When a line is refused or an alarm comes, after which no further line goes; when Ctrl-C ends it.
+/// When a line is refused or an alarm occurs, after which no further line is sent; when Ctrl-C ends it.
 pub fn run(session: &mut Session, program: &Program) -> Result<()> {
     let (bar, stopwatch) = (bar(program), Stopwatch::start());
     let interrupt = Interrupt::new()?;
@@ -75,7 +75,7 @@ struct Stream<'a> {
     refusal: Option<String>,
     /// The first alarm.
     alarm: Option<String>,
-    /// By Ctrl-C.
+    /// Whether Ctrl-C has ended the stream.
     stopped: bool,
     interrupt: Interrupt,
 }
@@ -88,7 +88,7 @@ impl Stream<'_> {
             }
             self.look(bar)?;
         }
-        // What was accepted is carried out to its end.
+        // Waits until everything that was accepted is carried out.
         let report = self.session.ask_rest()?;
         while !self.session.is_at_rest(report) {
             self.look(bar)?;
@@ -108,7 +108,7 @@ impl Stream<'_> {
         }
     }
 
-    /// Sends what there is room for; whether more is to come.
+    /// Sends the lines that there is room for. Returns whether more lines remain.
     fn fill(&mut self) -> Result<bool> {
         let in_trouble = self.stopped || self.refusal.is_some() || self.alarm.is_some();
         while !in_trouble && let Some(line) = self.program.lines.get(self.sent) {
@@ -121,7 +121,7 @@ impl Stream<'_> {
         Ok(false)
     }
 
-    /// Hears what there is to hear.
+    /// Waits a short while for the next event and handles it.
     fn look(&mut self, bar: &ProgressBar) -> Result<()> {
         if let Some(Event::Heard(line)) = self.session.next()? {
             self.hear(&line, bar)?;
@@ -159,7 +159,7 @@ impl Stream<'_> {
     }
 }
 
-/// Ctrl-C, each time it is pressed.
+/// Whether Ctrl-C was pressed since the last look.
 struct Interrupt(Arc<AtomicBool>);
 
 impl Interrupt {

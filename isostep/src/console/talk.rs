@@ -1,4 +1,4 @@
-//! Lines that somebody types, or pipes in: sent in turn, all that the machine says shown.
+//! Sends lines that a person types or a program pipes in, in order, and shows everything that the machine sends.
 
 use std::collections::VecDeque;
 
@@ -8,22 +8,23 @@ use isostep_sim::program::{self, ProgramError};
 use super::meaning::explained;
 use super::session::{Event, Session};
 
-/// How a line begins that tells why one of the typist's does not go.
+/// The beginning of a message that says why a typed line is not sent.
 pub const NOT_SENT: &str = "not sent";
 
-/// Who is at the other end.
+/// Where the lines come from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Typist {
-    /// A person: lines go as the machine has room, and quitting ends it at once.
+    /// A person: lines are sent as the machine has room, and quitting ends it at once.
     Person,
-    /// A file or a program: a line is answered before the next one goes, and quitting ends it when all is answered.
+    /// A file or a program: a line is sent when the previous one is answered, and quitting ends it when all are
+    /// answered.
     Pipe,
 }
 
-/// Talks until the typist quits. `show` gets every line to be shown, `tick` is called now and then.
+/// Runs until the typist quits. `show` gets every line to be shown; `tick` is called regularly.
 ///
 /// # Errors
-/// Those of the port, and of `show`.
+/// Errors of the port and of `show`.
 pub fn run(
     session: &mut Session,
     typist: Typist,
@@ -51,7 +52,7 @@ pub fn run(
     }
 }
 
-/// Sends of `waiting` what may go now.
+/// Sends the lines of `waiting` that may be sent now.
 fn send(
     session: &mut Session,
     typist: Typist,
@@ -60,7 +61,7 @@ fn send(
 ) -> Result<()> {
     while let Some(line) = waiting.front() {
         if let Some(byte) = at_once(line) {
-            // In its turn for a pipe, whose lines before it are to be answered first.
+            // From a pipe, such a byte must wait until the lines before it are answered.
             if typist == Typist::Pipe && !session.is_answered() {
                 return Ok(());
             }
@@ -84,7 +85,7 @@ fn may_go(session: &Session, typist: Typist, bytes: &[u8]) -> bool {
     }
 }
 
-/// The byte that a line of nothing else is, if it acts at once.
+/// The byte of a line that consists of one byte, if that byte acts at once.
 pub fn at_once(line: &str) -> Option<u8> {
     match line.trim_matches(' ').as_bytes() {
         &[byte @ (b'?' | b'!' | b'~' | super::session::RESET)] => Some(byte),
@@ -92,7 +93,7 @@ pub fn at_once(line: &str) -> Option<u8> {
     }
 }
 
-/// A line as it may be sent: nothing in it acts at once.
+/// The line without bytes that act at once, ready to be sent.
 fn cleaned(line: &str) -> Result<Vec<u8>, String> {
     match program::lines(line.as_bytes()) {
         Ok(lines) => Ok(lines.concat()),

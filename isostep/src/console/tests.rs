@@ -1,4 +1,4 @@
-//! The console at work on a simulated machine behind a pseudo-terminal.
+//! Tests the console with a simulated machine behind a pseudo-terminal.
 
 use std::fs;
 use std::io::Cursor;
@@ -17,7 +17,7 @@ fn session(path: &Path) -> Session {
     session
 }
 
-/// Pipes `lines` in; what was printed, and what came of it.
+/// Pipes `lines` in. Returns what was printed and how the console ended.
 fn pipe(path: &Path, lines: &'static str) -> (String, Result<(), String>) {
     let mut out = String::new();
     let ended = piped::run(&mut session(path), Cursor::new(lines), |line| out += &format!("{line}\n"));

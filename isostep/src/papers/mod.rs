@@ -1,4 +1,4 @@
-//! `isostep papers`: what the three papers print, beside what comes out here.
+//! `isostep papers`: the figures that the three papers print, compared with ours.
 //!
 //! # Design
 //! ```text
@@ -49,20 +49,20 @@ pub struct Args {
     json: Option<PathBuf>,
 }
 
-/// All of one paper.
+/// The results for one paper.
 pub struct Part {
     paper: Paper,
     rows: Vec<Row>,
     sections: Vec<Section>,
 }
 
-/// All there is.
+/// The results for all papers, and the comparison of the machine's laws.
 struct Report {
     parts: Vec<Part>,
     choice: Section,
 }
 
-/// What is written as JSON.
+/// The content of the JSON file.
 #[derive(Serialize)]
 struct Figures<'a> {
     command: &'static str,
@@ -71,9 +71,9 @@ struct Figures<'a> {
     tables: Vec<&'a Table>,
 }
 
-/// What prints it.
+/// The command that prints this report.
 const COMMAND: &str = "isostep papers";
-/// What every figure is.
+/// Where all figures come from.
 const BASIS: &str = "All figures are computed or simulated on a computer; nothing here is measured on hardware.";
 
 /// Runs the verb.

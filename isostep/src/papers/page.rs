@@ -1,11 +1,11 @@
-//! The page.
+//! The HTML page.
 
 use isostep_sim::report::papers::{Comparison, Page, Section};
 
 use super::row::Row;
 use super::{BASIS, COMMAND, Part, Report};
 
-/// Everything, a paper after the other; each begins with its rows.
+/// The whole page, one paper after the other. Each paper begins with its rows.
 pub fn page(report: &Report) -> Page {
     let sections = report.parts.iter().flat_map(|part| [vec![side_by_side(part)], part.sections.clone()].concat());
     Page {

@@ -1,4 +1,4 @@
-//! A figure of a paper beside ours.
+//! A figure of a paper compared with ours.
 
 use serde::Serialize;
 
@@ -17,7 +17,7 @@ pub enum Paper {
 }
 
 impl Paper {
-    /// Who wrote what.
+    /// The paper's short name, authors and title.
     pub fn title(self) -> &'static str {
         match self {
             Self::Frequency => {
@@ -35,18 +35,18 @@ impl Paper {
     }
 }
 
-/// Where the paper's side of a row comes from.
+/// Where the paper's value in a row comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Basis {
-    /// It stands in the paper.
+    /// The value is printed in the paper.
     Printed,
-    /// The paper prints the method; run here, it gives this.
+    /// The paper prints the method; running it here gives the value.
     Method,
 }
 
 impl Basis {
-    /// As a word of the table.
+    /// The word for it in the table.
     pub fn name(self) -> &'static str {
         match self {
             Self::Printed => "printed",
@@ -55,40 +55,40 @@ impl Basis {
     }
 }
 
-/// A number in the row's unit, or what is said.
+/// A number in the row's unit, or a statement in words.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Cell {
-    /// In the row's unit.
+    /// A number in the row's unit.
     Number(f64),
-    /// In words.
+    /// A statement in words.
     Words(String),
 }
 
-/// One figure: the paper's, ours, and how far apart they are. Where a paper only has a picture there is no row.
+/// One figure: the paper's value, ours, and the difference. A figure that a paper shows only as a picture has no row.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Row {
-    /// Whose.
+    /// The paper.
     pub paper: Paper,
-    /// Where it stands there.
+    /// Where the figure is in the paper.
     pub place: &'static str,
-    /// What it is.
+    /// The quantity that is compared.
     pub quantity: String,
-    /// Of numbers.
+    /// The unit of the numbers.
     pub unit: &'static str,
     /// Where `theirs` comes from.
     pub basis: Basis,
-    /// The paper's.
+    /// The paper's value.
     pub theirs: Cell,
-    /// Ours.
+    /// Our value.
     pub ours: Cell,
-    /// Ours less the paper's, or whether both say the same.
+    /// Our value minus the paper's, or whether both statements agree.
     pub difference: Cell,
     #[serde(skip)]
     decimals: usize,
 }
 
-/// What a row asks.
+/// The quantity that a row compares, without its values.
 pub struct Question {
     paper: Paper,
     place: &'static str,
@@ -98,29 +98,29 @@ pub struct Question {
 }
 
 impl Paper {
-    /// A figure in words.
+    /// A quantity that is compared in words.
     pub fn asks(self, place: &'static str, quantity: impl Into<String>) -> Question {
         Question { paper: self, place, quantity: quantity.into(), unit: "", decimals: 0 }
     }
 }
 
 impl Question {
-    /// A number of `unit`, ours to `decimals`.
+    /// Makes it a number in `unit`, of which ours is shown with `decimals` decimals.
     pub fn number(self, unit: &'static str, decimals: usize) -> Self {
         Self { unit, decimals, ..self }
     }
 
-    /// The paper prints `theirs`.
+    /// A row for which the paper prints the value `theirs`.
     pub fn printed(self, theirs: f64, ours: f64) -> Row {
         self.row(Basis::Printed, [theirs, ours, ours - theirs].map(Cell::Number))
     }
 
-    /// The paper's method, run here, gives `theirs`.
+    /// A row for which the paper's method, run here, gives `theirs`.
     pub fn by_method(self, theirs: f64, ours: f64) -> Row {
         self.row(Basis::Method, [theirs, ours, ours - theirs].map(Cell::Number))
     }
 
-    /// The paper says `theirs`; we find `ours`, which is the same or is not.
+    /// A row for which the paper states `theirs` and we find `ours`; `agrees` says whether both mean the same.
     pub fn says(self, theirs: &str, ours: impl Into<String>, agrees: bool) -> Row {
         let difference = if agrees { "none" } else { "differs" };
         self.row(Basis::Printed, [theirs.to_owned(), ours.into(), difference.to_owned()].map(Cell::Words))
@@ -134,7 +134,7 @@ impl Question {
 }
 
 impl Row {
-    /// The paper's side as the paper prints it, or to as many decimals as ours.
+    /// The paper's value. A printed value is shown as printed, a computed one with as many decimals as ours.
     pub fn theirs_text(&self) -> String {
         self.text(&self.theirs, |value| match self.basis {
             Basis::Printed => value.to_string(),
@@ -142,17 +142,17 @@ impl Row {
         })
     }
 
-    /// Our side.
+    /// Our value.
     pub fn ours_text(&self) -> String {
         self.text(&self.ours, |value| format!("{value:.*}", self.decimals))
     }
 
-    /// Ours less the paper's, with its sign.
+    /// Our value minus the paper's, with its sign.
     pub fn difference_text(&self) -> String {
         self.text(&self.difference, |value| signed(value, self.decimals))
     }
 
-    /// Whether it is said in words.
+    /// Whether the figure is stated in words.
     pub fn is_words(&self) -> bool {
         matches!(self.ours, Cell::Words(_))
     }
@@ -166,7 +166,7 @@ impl Row {
     }
 }
 
-/// With a sign, unless it is shown as nothing but zeros.
+/// The number with its sign, or `0` if all its digits are zeros.
 pub fn signed(value: f64, decimals: usize) -> String {
     let text = format!("{value:+.decimals$}");
     if text.chars().any(|digit| ('1'..='9').contains(&digit)) { text } else { "0".to_owned() }

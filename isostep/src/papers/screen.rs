@@ -5,7 +5,7 @@ use isostep_sim::report::papers::Table;
 use super::row::Row;
 use super::{BASIS, Report};
 
-/// All rows, a paper after the other.
+/// All rows, one paper after the other.
 pub fn table(report: &Report) -> String {
     let parts = report.parts.iter().map(|part| {
         let rows = part.rows.iter().map(|row| if row.is_words() { words(row) } else { numbers(row) });
@@ -15,7 +15,7 @@ pub fn table(report: &Report) -> String {
     format!("{BASIS}\n{}\n{}\n{choice}\n", parts.collect::<String>(), report.choice.heading)
 }
 
-/// A table as columns as wide as their longest cells.
+/// A table whose columns are as wide as their longest cells.
 fn columns(table: &Table) -> String {
     let lines = || [&table.head].into_iter().chain(&table.rows);
     let width = |column: usize| lines().map(|cells| cells[column].chars().count()).max().unwrap_or(0);
@@ -36,7 +36,7 @@ fn numbers(row: &Row) -> String {
     line([&row.quantity, &theirs, row.basis.name(), &ours, &difference, row.place])
 }
 
-/// Words are longer than a column.
+/// Statements in words are longer than a column, so they get lines of their own.
 fn words(row: &Row) -> String {
     let (theirs, ours) = (row.theirs_text(), row.ours_text());
     let head = line([&row.quantity, "", "", "", &row.difference_text(), row.place]);

@@ -1,24 +1,24 @@
-//! A planned law as its steps: what table, CSV and picture are made of.
+//! The steps of a planned law. Table, CSV and picture are made from them.
 
 use isostep_profile::StepCounts;
 
 use super::exact::Exact;
 
-/// A law with all its parameters.
+/// A law planned with given parameters.
 pub struct Curve {
-    /// Of the law, and of the step generator if it is not the exact one.
+    /// The name of the law, and of the step generator if it is not the exact one.
     pub name: String,
-    /// From the first to the last.
+    /// All steps in order.
     pub steps: Vec<Step>,
-    /// Steps of each phase.
+    /// Number of steps of each phase.
     pub counts: StepCounts,
     /// Duration of each phase, s.
     pub phases_s: [f64; 3],
-    /// Duration of the whole, s, where the law has one: a generator ends with its last step.
+    /// Duration of the whole move, s. `None` for a step generator, which ends with its last step.
     pub duration_s: Option<f64>,
     /// Highest speed, steps/s.
     pub top_hz: f64,
-    /// Instants, s, and displacements, steps: what derivatives are taken of by differences.
+    /// Instants, s, and displacements, steps. Derivatives by differences are taken from these.
     pub samples: Vec<(f64, f64)>,
     /// The closed form, where the law has one.
     pub exact: Option<Exact>,
@@ -27,17 +27,17 @@ pub struct Curve {
 /// One step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Step {
-    /// Its rising edge, us after the first step's.
+    /// Instant of its rising edge, us after the first step's.
     pub t_us: f64,
-    /// To the next rising edge, us; the last step may have none.
+    /// Time to the next rising edge, us; the last step may have none.
     pub period_us: Option<f64>,
     /// Its speed, Hz; the last step may have none.
     pub frequency_hz: Option<f64>,
 }
 
 impl Curve {
-    /// A law known by its steps alone: its phases last as long as the periods of their steps, and its displacement is a
-    /// step further at each rising edge, and whole at its end.
+    /// A law of which only the steps are known. A phase lasts as long as the sum of its steps' periods. The
+    /// displacement grows by one step at each rising edge and is complete at the end.
     pub fn of_steps(name: &str, steps: Vec<Step>, counts: StepCounts, duration_s: Option<f64>) -> Self {
         let (accel, cruise) = (counts.accel as usize, counts.cruise as usize);
         let sum_s =
@@ -56,7 +56,7 @@ impl Curve {
         }
     }
 
-    /// From the first step to the last, s.
+    /// Time from the first step to the last, s.
     pub fn first_to_last_s(&self) -> f64 {
         self.steps.last().map_or(0.0, |step| step.t_us * 1e-6)
     }

@@ -1,13 +1,14 @@
-//! The closed form of a law, where it has one.
+//! The closed form of a law, for laws that have one.
 
 use isostep_profile::Profile;
 use isostep_sim::report::profile as picture;
 
-/// Instants per phase at which it is drawn and searched for peaks.
+/// Number of instants per phase for drawing and for finding peaks.
 const INSTANTS: usize = 4_000;
-/// Of the duration: how close to a corner it is looked at from either side.
+/// Distance from a phase boundary at which values on either side are taken, as a fraction of the duration.
 const ASIDE: f64 = 1e-9;
-/// Of the peak: a jump of acceleration beyond what a finite jerk makes in `ASIDE`.
+/// An acceleration that changes by more than this fraction of its peak across a phase boundary counts as a jump. No
+/// finite jerk changes it as much within `ASIDE`.
 const JUMP: f64 = 1e-4;
 
 /// Position, speed, acceleration and jerk at any instant.
@@ -27,7 +28,7 @@ impl Exact {
         if jumps > JUMP * self.peak_accel() { f64::INFINITY } else { self.peak(|plan, t_s| plan.jerk_at(t_s)) }
     }
 
-    /// As curves over time.
+    /// Position, speed, acceleration and jerk as curves over time.
     pub fn curve(&self, name: &str) -> picture::Curve {
         let over_time = |value: fn(&Profile, f64) -> f64| {
             self.instants_s().into_iter().map(|t_s| (t_s, value(&self.0, t_s))).collect()
@@ -45,13 +46,13 @@ impl Exact {
         self.instants_s().into_iter().map(|t_s| value(&self.0, t_s).abs()).fold(0.0, f64::max)
     }
 
-    /// Where the phases meet.
+    /// The instants of the phase boundaries, with the start and the end.
     fn corners_s(&self) -> [f64; 4] {
         let plan = &self.0;
         [0.0, plan.t_accel_s(), plan.t_accel_s() + plan.t_cruise_s(), plan.duration_s()]
     }
 
-    /// Through each phase, from just after its beginning to just before its end.
+    /// Instants in each phase, from just after its beginning to just before its end.
     fn instants_s(&self) -> Vec<f64> {
         let aside_s = self.0.duration_s() * ASIDE;
         let corners_s = self.corners_s();

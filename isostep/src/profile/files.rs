@@ -1,4 +1,4 @@
-//! What the verb writes: every step as CSV, and the curves as a picture or a page.
+//! The files that the verb writes: every step as CSV, and the curves as a picture or a page.
 
 use std::fs;
 use std::io::{self, Write};
@@ -12,7 +12,7 @@ use super::curve::Curve;
 use super::kinematics::{Derivatives, curves};
 use super::table::rows;
 
-/// `step,t_us,period_us,frequency_hz`: numbers as short as they can be without losing a bit.
+/// Writes `step,t_us,period_us,frequency_hz`. Numbers are as short as possible without losing a bit.
 pub fn write_csv(curve: &Curve, out: &mut impl Write) -> io::Result<()> {
     writeln!(out, "step,t_us,period_us,frequency_hz")?;
     let cell = |value: Option<f64>| value.map_or(String::new(), |value| value.to_string());
@@ -22,7 +22,7 @@ pub fn write_csv(curve: &Curve, out: &mut impl Write) -> io::Result<()> {
     Ok(())
 }
 
-/// The name of a file says what it is to be: a picture, or a page with the table.
+/// What to draw, chosen by the file's name: a picture, or a page with the table.
 pub enum PlotKind {
     /// `.svg`
     Picture,
@@ -31,7 +31,7 @@ pub enum PlotKind {
 }
 
 impl PlotKind {
-    /// By the extension of `path`.
+    /// The kind for the extension of `path`.
     pub fn of(path: &Path) -> Result<Self> {
         match path.extension().and_then(|extension| extension.to_str()) {
             Some("svg") => Ok(Self::Picture),
@@ -43,7 +43,7 @@ impl PlotKind {
     }
 }
 
-/// The picture or the page.
+/// The text of the picture or the page.
 pub fn plot(kind: &PlotKind, laws: &[Curve], derivatives: Derivatives, summary: &str, command: &str) -> String {
     let title = "Position, speed, acceleration and jerk over time";
     let drawn: Vec<_> = laws.iter().map(|law| curves(law, derivatives)).collect();
@@ -77,7 +77,7 @@ fn section(laws: &[Curve], derivatives: Derivatives, svg: String) -> Section {
     }
 }
 
-/// Writes a whole file and says so.
+/// Writes a whole file and reports it on the screen.
 pub fn write(path: &Path, text: &[u8]) -> Result<()> {
     fs::write(path, text).with_context(|| format!("{} cannot be written", path.display()))?;
     println!("wrote {}", path.display());

@@ -1,4 +1,4 @@
-//! Fonseca-Campos's laws of frequency over the step index.
+//! Fonseca-Campos's laws: frequency over the step index.
 
 use anyhow::{Result, bail};
 use isostep_generators::{FrequencyError, FrequencyLaw, FrequencyProfile, TruncatedProfile};
@@ -27,7 +27,7 @@ pub struct FrequencyArgs {
 }
 
 impl FrequencyArgs {
-    /// The first of its options that was given.
+    /// The name of the first of these options that was given.
     pub fn given(&self) -> Option<&'static str> {
         let given = [
             (self.ramp_steps.is_some(), "--ramp-steps"),
@@ -38,7 +38,7 @@ impl FrequencyArgs {
         given.into_iter().find_map(|(is_given, name)| is_given.then_some(name))
     }
 
-    /// What was asked, in words.
+    /// The requested parameters in words.
     pub fn summary(&self, steps: u32) -> String {
         let [ramp, max, min] = [self.ramp_steps.map(f64::from), self.max_period_us, self.min_period_us]
             .map(|value| value.map_or(String::new(), |value| value.to_string()));
@@ -65,7 +65,7 @@ impl FrequencyArgs {
     }
 }
 
-/// What to give if nothing was.
+/// What the error asks for when none of these options was given.
 const RAMP: &str = "the steps of each ramp (or --top-speed and --accel, as a ramp of the machine)";
 
 type Planned = Result<Curve, FrequencyError>;
@@ -90,7 +90,7 @@ fn truncated(law: FrequencyLaw, n: u32, ramp: u32, max_us: f64, min_us: f64) -> 
     Ok(Curve::of_steps(law.name(), steps, plan.step_counts(), Some(plan.duration_us() as f64 * 1e-6)))
 }
 
-/// The law as Fonseca-Campos's of frequency, if it is one of the four.
+/// The law of frequency in Fonseca-Campos 2023 with the same name, if it is one of the four.
 pub fn law_of_paper(law: SpeedLaw) -> Option<FrequencyLaw> {
     FrequencyLaw::ALL.into_iter().find(|of_paper| of_paper.name() == law.name())
 }
@@ -110,7 +110,7 @@ mod tests {
         }
     }
 
-    /// By the equations in another language: 0.2226781672 s exact, 222632 us truncated.
+    /// Values from the equations programmed in another language: 0.2226781672 s exact, 222632 us truncated.
     #[test]
     fn both_ways_of_table_1() {
         let plan = table_1().plan(SpeedLaw::Linear, 120).unwrap();

@@ -1,4 +1,4 @@
-//! The step generators of Stoychitch 2018, beside the exact one.
+//! The step generators of Stoychitch 2018, in addition to the exact one.
 
 use std::iter::once;
 
@@ -22,14 +22,14 @@ pub enum Generator {
 /// The clocks of the generators, Hz.
 #[derive(Clone, Copy, Debug)]
 pub struct Clocks {
-    /// Time per step: its intervals are whole ticks.
+    /// Clock of the time-per-step generators: their intervals are whole ticks.
     pub tick_hz: u32,
-    /// Steps per time: how often it adds up.
+    /// How often the steps-per-time generator adds up speed and position.
     pub service_hz: u32,
 }
 
 impl Generator {
-    /// As it is typed.
+    /// The name used on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Exact => "exact",
@@ -39,13 +39,14 @@ impl Generator {
         }
     }
 
-    /// Its name and the option that sets its clock, for whoever it refused.
+    /// The generator's name and the option that sets its clock, for error messages.
     pub fn remedy(self) -> String {
         let clock = if self == Self::StepsPerTime { "--service-hz" } else { "--tick-hz" };
         format!("--generator {} ({clock} sets its clock)", self.name())
     }
 
-    /// The instants of a generator's steps, us, the first at 0; nothing of the exact one, which has a closed form.
+    /// The instants of the generator's steps, us, the first at 0. `None` for the exact generator, which has a closed
+    /// form.
     pub fn edges_us(self, steps: u32, limits: &Limits, clocks: Clocks) -> Result<Option<Vec<f64>>, GeneratorError> {
         let Clocks { tick_hz, service_hz } = clocks;
         let time_per_step = |correction| TimePerStep::<f64>::plan(steps, limits, correction, tick_hz);
@@ -58,7 +59,7 @@ impl Generator {
     }
 }
 
-/// Sums of whole ticks: nothing is rounded but the last quotient.
+/// Running sums, in us. They are summed in whole ticks, so only the final quotient is rounded.
 fn sums_us(intervals: impl Iterator<Item = u32>, tick_hz: u32) -> Vec<f64> {
     let sums = intervals.scan(0_u64, |sum, ticks| {
         *sum += u64::from(ticks);

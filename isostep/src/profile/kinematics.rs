@@ -23,7 +23,7 @@ pub fn curves(curve: &Curve, derivatives: Derivatives) -> picture::Curve {
     }
 }
 
-/// Speed, acceleration and jerk by differences of what comes before each (Fonseca-Campos 2023, section VI.A).
+/// Speed, acceleration and jerk, each by differences of the quantity before it (Fonseca-Campos 2023, section VI.A).
 pub fn differences(curve: &Curve) -> picture::Curve {
     let (t_s, position): (Vec<f64>, Vec<f64>) = curve.samples.iter().copied().unzip();
     let speed = gradient(&t_s, &position);
@@ -39,15 +39,16 @@ pub fn differences(curve: &Curve) -> picture::Curve {
     }
 }
 
-/// The largest value of either sign.
+/// The largest magnitude.
 pub fn peak(points: &[(f64, f64)]) -> f64 {
     points.iter().map(|point| point.1.abs()).fold(0.0, f64::max)
 }
 
-/// The largest mean, of either sign, of the derivative of order `N` - 1 over `N` steps that follow each other.
+/// The largest magnitude of a mean derivative. The derivative has order `N` - 1, and the mean is over `N` consecutive
+/// steps.
 ///
-/// Near standstill steps are far apart, and there differences of differences may show half as much again as a law has. A mean
-/// over steps shows no more than that, ever.
+/// Near standstill, steps are far apart. Repeated differences may then be half as large again as the law's own
+/// derivative. A mean over steps never exceeds the law's peak.
 pub fn peak_mean<const N: usize>(curve: &Curve) -> f64 {
     let means = curve.samples.windows(N).map(|samples| {
         let sample = |index: usize| samples[index];

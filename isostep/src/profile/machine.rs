@@ -1,4 +1,4 @@
-//! The machine's laws of speed over time or displacement.
+//! The machine's laws: speed over time or over displacement.
 
 use anyhow::{Context, Result, bail, ensure};
 use isostep_profile::{IntervalLaw, Limits, Profile, SpeedLaw};
@@ -44,7 +44,7 @@ const TICK_HZ: u32 = 1_000_000;
 const SERVICE_HZ: u32 = 10_000;
 
 impl MachineArgs {
-    /// The first of its options that was given.
+    /// The name of the first of these options that was given.
     pub fn given(&self) -> Option<&'static str> {
         let given = [
             (self.start_speed.is_some(), "--start-speed"),
@@ -60,7 +60,7 @@ impl MachineArgs {
         given.into_iter().find_map(|(is_given, name)| is_given.then_some(name))
     }
 
-    /// What was asked, in words.
+    /// The requested parameters in words.
     pub fn summary(&self, steps: u32) -> String {
         let shown = |value: Option<f64>| value.map_or(String::new(), |value| value.to_string());
         let jerk = self.jerk.map_or(String::new(), |jerk| format!(", jerk {jerk} steps/s3"));
@@ -98,7 +98,7 @@ impl MachineArgs {
         Ok(())
     }
 
-    /// Plans `law` with every generator that was asked for, the trapezoid; and exactly, any other.
+    /// Plans `law`: the trapezoid with every requested generator, any other law exactly.
     pub fn plan(&self, law: SpeedLaw, steps: u32) -> Result<Vec<Curve>> {
         let limits = self.limits(law)?;
         let intervals = if self.thirds { IntervalLaw::Thirds } else { IntervalLaw::Fastest };
@@ -136,7 +136,7 @@ impl MachineArgs {
     }
 }
 
-/// Step k of the machine leaves at displacement k - 1/2.
+/// The exact steps. Step k of the machine leaves at displacement k - 1/2.
 fn exact(name: &str, profile: Profile, steps: u32) -> Curve {
     let displacement = |k: u32| f64::from(k) - 0.5;
     let edges_s: Vec<f64> = (1..=steps).map(|k| profile.time_at(displacement(k))).collect();

@@ -99,7 +99,7 @@ pub fn run(args: Args) -> Result<()> {
     Ok(())
 }
 
-/// Every law, and what was asked in words.
+/// All requested curves, and the requested parameters in words.
 fn plan(args: &Args) -> Result<(Vec<Curve>, String)> {
     ensure!(!args.law.is_empty(), "which law? Name one, such as --law linear, or several, such as --law linear,sine");
     let steps = args.steps.context("how many steps? Give --steps N, such as --steps 120")?;
@@ -119,7 +119,7 @@ fn plan(args: &Args) -> Result<(Vec<Curve>, String)> {
     Ok((curves.into_iter().flatten().collect(), args.machine.summary(steps)))
 }
 
-/// What prints it again.
+/// The command line that prints this result again.
 fn command() -> String {
     let words = std::env::args().skip(1).collect::<Vec<_>>();
     format!("isostep {}", words.join(" "))

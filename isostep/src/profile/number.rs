@@ -1,8 +1,8 @@
-//! Numbers that people type.
+//! Parses numbers that users type.
 
 use anyhow::{Result, anyhow};
 
-/// Most steps of a move: every step is kept, for table, file and picture.
+/// The largest number of steps of a move. It is bounded because every step is kept for table, file and picture.
 pub const STEPS_MAX: u32 = 1_000_000;
 
 /// A whole number of steps, 0 to [`STEPS_MAX`].
@@ -16,7 +16,7 @@ pub fn count(text: &str) -> Result<u32, String> {
     }
 }
 
-/// A number of steps from 1.
+/// A whole number of steps, 1 to [`STEPS_MAX`].
 pub fn steps(text: &str) -> Result<u32, String> {
     match count(text) {
         Ok(1..) => count(text),
@@ -24,7 +24,7 @@ pub fn steps(text: &str) -> Result<u32, String> {
     }
 }
 
-/// The value, or what is missing with an example.
+/// The value; if it is missing, an error that names the option and gives an example.
 pub fn needed<T>(value: Option<T>, law: &str, option: &str, meaning: &str, example: &str) -> Result<T> {
     value.ok_or_else(|| anyhow!("--law {law} needs {option}, {meaning}, such as {option} {example}"))
 }

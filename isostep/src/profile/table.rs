@@ -1,4 +1,4 @@
-//! Laws side by side on the screen.
+//! A table on the screen that compares laws.
 
 use std::fmt::Write as _;
 
@@ -8,22 +8,22 @@ use super::curve::{Curve, Step};
 use super::exact::Exact;
 use super::kinematics::{differences, peak, peak_mean};
 
-/// Steps shown from either end of a single law.
+/// Steps shown at each end of a single law.
 const ENDS: usize = 5;
 const LABEL: usize = 46;
 const COLUMN_MIN: usize = 14;
 
 /// A row's name and its text for each law.
 pub struct Row {
-    /// With its unit.
+    /// The quantity and its unit.
     pub name: &'static str,
-    /// In the order of the laws.
+    /// One text per law, in the order of the laws.
     pub cells: Vec<String>,
 }
 
 /// Every figure of every law.
 pub fn rows(curves: &[Curve]) -> Vec<Row> {
-    // Generators end with their last step: beside one, all are compared up to there.
+    // Step generators end with their last step. If one is in the table, all durations are compared up to the last step.
     let have_totals = curves.iter().all(|curve| curve.duration_s.is_some());
     let length_s = |curve: &Curve| curve.duration_s.filter(|_| have_totals).unwrap_or(curve.first_to_last_s());
     let fastest_s = curves.iter().map(length_s).fold(f64::INFINITY, f64::min);
@@ -47,8 +47,9 @@ pub fn rows(curves: &[Curve]) -> Vec<Row> {
     rows
 }
 
-/// Peak acceleration and jerk. With a closed form there are its peaks, and those of the mean over a few steps, which the law's
-/// own limits hold for. Without any there are those by differences, as the papers take them.
+/// Peak acceleration and jerk. With a closed form, the rows are its peaks and the peaks of the mean over a few steps;
+/// the law's limits hold for both. If no law has a closed form, the rows are the peaks by differences, as in the
+/// papers.
 fn peaks(curves: &[Curve]) -> Vec<Row> {
     let row = |name, value: &dyn Fn(&Curve) -> Option<f64>| Row {
         name,
@@ -71,7 +72,7 @@ fn peaks(curves: &[Curve]) -> Vec<Row> {
     ]
 }
 
-/// The table, and the ends of a law that stands alone.
+/// The table, and for a single law its first and last steps.
 pub fn table(curves: &[Curve]) -> String {
     let mut text = String::new();
     let rows = rows(curves);
@@ -120,7 +121,7 @@ fn seconds(s: f64) -> String {
     format!("{s:.6}")
 }
 
-/// Six digits, and no zeros at the end of decimals.
+/// A number with six significant digits and without trailing zeros.
 fn digits(value: f64) -> String {
     if value.is_infinite() {
         return "unbounded".to_owned();

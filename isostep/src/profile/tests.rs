@@ -1,4 +1,4 @@
-//! The verb as its user meets it, but for the shell.
+//! Tests the verb as a user runs it, without the shell.
 
 use clap::Parser;
 use isostep_generators::{FrequencyLaw, FrequencyProfile};
@@ -25,7 +25,7 @@ fn curves(line: &str) -> Vec<Curve> {
     plan(&parsed(line)).unwrap_or_else(|error| panic!("{line}: {error}")).0
 }
 
-/// What the verb says to a line that cannot work.
+/// The error that the verb prints for a command line that cannot work.
 fn refusal(line: &str) -> String {
     match try_parsed(line) {
         Err(error) => error.to_string(),
@@ -33,7 +33,7 @@ fn refusal(line: &str) -> String {
     }
 }
 
-/// The numbers of a file of steps; an empty field is not a number.
+/// The numbers in the CSV of steps. An empty field becomes NaN.
 fn read_csv(curve: &Curve) -> Vec<[f64; 4]> {
     let mut bytes = Vec::new();
     files::write_csv(curve, &mut bytes).unwrap();
@@ -68,7 +68,7 @@ fn a_csv_of_fonseca_campos_2023_loses_nothing() {
 fn a_csv_as_printed_has_even_microseconds() {
     let rows = read_csv(&curves(&format!("--law logarithmic {TABLE_1} --truncated"))[0]);
     let last = rows.last().unwrap();
-    // The paper's listing in another language.
+    // The value is from the paper's listing, programmed in another language.
     assert_eq!(last[1] + last[2], 200_564.0);
     assert!(rows.iter().all(|row| row[1] % 2.0 == 0.0 && row[2] % 2.0 == 0.0));
 }
@@ -94,7 +94,8 @@ fn a_csv_of_the_machine_is_the_closed_form() {
     assert!(last[2].is_nan() && last[3].is_nan(), "the last step has no next one");
 }
 
-/// By hand, eq 13: c_0 = 1e6/326 = 3067.5, on services of 100 us the first step to the second is 31 of them less 1.
+/// By hand, eq 13: c_0 = 1e6/326 = 3067.5. With services every 100 us, the first step to the second takes 31 of them
+/// less 1.
 #[test]
 fn generators_stand_beside_the_closed_form() {
     let line = "--law trapezoid --steps 4096 --start-speed 326 --top-speed 1304 --accel 1304 --decel 652";
@@ -120,8 +121,8 @@ fn the_four_laws_are_planned_as_the_options_say() {
     assert!(by_index.exact.is_none() && by_displacement.exact.is_some());
 }
 
-/// By hand: a trapezoid of 2500 steps/s2 to 2400 steps/s accelerates for 0.96 s; its jerk has no bound. An S-curve has its
-/// own, and needs longer.
+/// By hand: a trapezoid of 2500 steps/s2 to 2400 steps/s accelerates for 0.96 s. Its jerk has no bound. An S-curve has
+/// a bounded jerk and takes longer.
 #[test]
 fn the_table_has_every_figure() {
     let text = table::table(&curves(&format!("--law trapezoid,s-curve,sine {MACHINE} --jerk 12500")));
@@ -164,7 +165,7 @@ fn exact_and_papers_derivatives_agree_where_the_steps_are_dense() {
     assert!((kinematics::peak(&exact.accel) / kinematics::peak(&paper.accel) - 1.0).abs() < 0.02);
 }
 
-/// Each its own, with the bound or the remedy.
+/// Each case is refused with its own message, which names the bound or the remedy.
 #[test]
 fn what_cannot_work_is_refused() {
     let cases = [
@@ -213,7 +214,7 @@ fn what_cannot_work_is_refused() {
 #[test]
 fn help_teaches_with_lines_that_work() {
     use clap::CommandFactory;
-    // As written: another crate of the workspace may have clap wrap lines.
+    // Without wrapping: another crate of the workspace may enable clap's line wrapping.
     let help = Cli::command().term_width(0).render_long_help().to_string();
     let examples: Vec<String> = help
         .replace("\\\n", " ")
@@ -231,7 +232,8 @@ fn help_teaches_with_lines_that_work() {
     }
 }
 
-/// Near standstill steps are far apart: differences of differences show a jerk that the law does not have, means over steps do not.
+/// Near standstill, steps are far apart. Repeated differences show a jerk that the law does not have; means over steps
+/// do not.
 #[test]
 fn the_table_shows_no_jerk_that_a_law_does_not_have() {
     let curves = curves("--law s-curve,sine --steps 4000 --top-speed 2400 --accel 2500 --jerk 12500");

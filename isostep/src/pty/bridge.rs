@@ -1,4 +1,4 @@
-//! A machine and a port, and the wall clock between them.
+//! Connects a machine with a port, and paces the machine to the wall clock.
 
 use anyhow::Result;
 use isostep_sim::link::Lines;
@@ -8,39 +8,39 @@ use super::port::Pty;
 use super::{Ending, Machine};
 use crate::flight::Flight;
 
-/// What a serial port's driver buffers on the way out: a client that sends on has to wait, as with a real port.
+/// Size of the output buffer of a serial port's driver. A client that sends more has to wait, as with a real port.
 const DRIVER_BYTES: usize = 4096;
 
-/// What went over the port.
+/// Counts of the traffic on the port.
 #[derive(Debug, Default)]
 pub struct Tally {
-    /// From the clients.
+    /// Bytes from the clients.
     pub bytes_in: u64,
-    /// From the machine, whether or not anybody listened.
+    /// Bytes from the machine, whether or not a client read them.
     pub bytes_out: u64,
-    /// Of them, those that a client did not take in time.
+    /// The part of `bytes_out` that a client did not take in time.
     pub dropped_bytes: u64,
-    /// How often a client came; 0 where nobody tells.
+    /// How often a client opened the port; 0 where the system does not report it.
     pub clients: u32,
     /// The lines and their answers.
     pub flight: Flight,
-    /// By how much wall time the machine was too slow, s.
+    /// The wall time by which the machine was too slow, s.
     pub behind_s: f64,
 }
 
-/// How long, and how fast.
+/// The speed of the machine and the time at which it ends.
 #[derive(Clone, Copy, Debug)]
 pub struct Drive {
-    /// Seconds of the machine in a second.
+    /// Seconds of machine time per second of wall time.
     pub speed: f64,
-    /// Machine time at which it ends by itself, ns since power-up.
+    /// Machine time at which the run ends by itself, ns since power-up.
     pub end_ns: u64,
 }
 
-/// Runs the machine in time with the wall clock, its console on the port, until it is asked to end.
+/// Runs the machine in step with the wall clock, with its console on the port, until it is asked to end.
 ///
 /// # Errors
-/// Those of the machine and of the port.
+/// Errors of the machine and of the port.
 pub fn run(machine: &mut impl Machine, pty: &mut Pty, drive: Drive, ending: &Ending) -> Result<Tally> {
     let mut tally = Tally::default();
     let mut lines = Lines::default();
@@ -53,7 +53,7 @@ pub fn run(machine: &mut impl Machine, pty: &mut Pty, drive: Drive, ending: &End
                 tally.flight.restart();
             }
         }
-        // Before the client's leaving counts: what it sent is still to be carried out.
+        // Read before `set_open(false)`: what the client sent before it left must still be carried out.
         if machine.unread() < DRIVER_BYTES {
             let bytes = pty.read()?;
             tally.bytes_in += bytes.len() as u64;

@@ -1,4 +1,4 @@
-//! How a machine on a pseudo-terminal is told to end.
+//! Ends a machine on a pseudo-terminal.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -7,28 +7,29 @@ use anyhow::Result;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use signal_hook::flag;
 
-/// Whether the machine is to end. Clones share it.
+/// Whether the machine should end. Clones share the flag.
 #[derive(Clone, Debug, Default)]
 pub struct Ending(Arc<AtomicBool>);
 
 impl Ending {
-    /// On Ctrl-C, SIGTERM, or when the terminal goes away; at the second time at once, without a summary.
+    /// Set by Ctrl-C, by SIGTERM, or when the terminal closes. The second signal ends the process at once, without a
+    /// summary.
     pub fn by_signal() -> Result<Self> {
         let ending = Self::default();
         for signal in [SIGINT, SIGTERM, SIGHUP] {
-            // In this order: the flag is looked at before it is set.
+            // The order matters: the shutdown must test the flag before the second handler sets it.
             flag::register_conditional_shutdown(signal, 128 + signal, ending.0.clone())?;
             flag::register(signal, ending.0.clone())?;
         }
         Ok(ending)
     }
 
-    /// Asks it to end.
+    /// Requests the end.
     pub fn ask(&self) {
         self.0.store(true, Ordering::Relaxed);
     }
 
-    /// Whether it was asked.
+    /// Whether the end was requested.
     pub fn is_asked(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }

@@ -1,41 +1,42 @@
-//! What the bridge runs.
+//! The interface between the bridge and a machine.
 
 use anyhow::Result;
 
-/// A machine with a console, run in steps.
+/// A machine with a console, run in steps of time.
 pub trait Machine {
-    /// Its time, ns since power-up.
+    /// Machine time, ns since power-up.
     fn now_ns(&self) -> u64;
 
-    /// How many bytes sent to it are still on their way.
+    /// How many bytes sent to the machine have not arrived yet.
     fn unread(&self) -> usize;
 
-    /// The first client has opened the port, or the last one has closed it. Whether the console begins anew for that.
+    /// Notes that the first client has opened the port, or that the last one has closed it. Returns whether the console
+    /// restarts because of that.
     fn set_open(&mut self, open: bool) -> Result<bool>;
 
-    /// Puts bytes on the wire to it, at the present instant.
+    /// Sends bytes to the machine, starting now.
     fn send(&mut self, bytes: &[u8]) -> Result<()>;
 
-    /// Runs to that machine time, not at all when it is past; what it said meanwhile.
+    /// Runs to this machine time, or not at all if it has passed. Returns what the machine has sent meanwhile.
     fn run_to(&mut self, at_ns: u64) -> Result<Vec<u8>>;
 
-    /// Where it stands at the end.
+    /// Where the machine stands at the end.
     fn close(&mut self) -> Result<Closing>;
 }
 
-/// Where a machine stands at its end.
+/// The state of a machine at its end.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Closing {
-    /// Its state, or its alarm in words.
+    /// The state, or the alarm in words.
     pub state: String,
-    /// As it reports it.
+    /// The position that the machine reports.
     pub position_mm: [f64; 3],
-    /// Counted from its edges, since power-up or homing.
+    /// The position counted from the edges since power-up or homing.
     pub position_steps: [i32; 3],
-    /// Made per axis, both ways.
+    /// Steps made per axis, in both directions.
     pub steps: [u64; 3],
-    /// What the motors lost, where that is modelled.
+    /// Steps that the motors lost, where that is modelled.
     pub steps_lost: Option<u64>,
-    /// Edges that a driver may misread.
+    /// Number of edges that a motor driver may misread.
     pub timing_violations: u64,
 }

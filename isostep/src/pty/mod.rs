@@ -1,5 +1,5 @@
-//! A machine behind a pseudo-terminal, in time with the wall clock: what any sender of G-code can open as if it were a
-//! board. `sim` and `emulate` take the same options for it.
+//! A machine behind a pseudo-terminal, paced to the wall clock. Any sender of G-code can open it as if it were a board.
+//! `sim` and `emulate` share these options.
 //!
 //! ```text
 //! sender -- /dev/pts/N -- port -- bridge -- Machine: simulated, or emulated in a Node process
@@ -61,10 +61,11 @@ pub struct Live {
 }
 
 impl Live {
-    /// Not clap's `requires`: that is silent where a program is named, as a program excludes --pty.
+    /// Refuses these options without --pty. clap's `requires` is not used, because it says nothing where a program is
+    /// named, since a program excludes --pty.
     ///
     /// # Errors
-    /// An option of a pseudo-terminal without one.
+    /// When an option of a pseudo-terminal is given without --pty.
     pub fn check(&self) -> Result<()> {
         let given =
             [("--link", self.link.is_some()), ("--for-s", self.for_s.is_some()), ("--speed", self.speed.is_some())];
@@ -76,7 +77,7 @@ impl Live {
     }
 }
 
-/// What the help of `sim` and `emulate` says about it.
+/// The part of the help of `sim` and `emulate` about the pseudo-terminal.
 pub const HELP: &str = "\
 With --pty any sender can use the machine as if it were a board. The first line printed is its port; senders that list
 ports do not find it, so give them the path, or one of your choice by --link:
@@ -100,17 +101,17 @@ mod run {
     use crate::name::as_called;
     use crate::screen;
 
-    /// Opens the pseudo-terminal and says so.
+    /// Opens the pseudo-terminal and prints its path.
     pub fn open(args: &Live) -> Result<Pty> {
         let pty = Pty::open(args.link.as_deref())?;
         println!("console: {}", pty.path().display());
         print!("{}", as_called(&summary::hints(args.link.as_deref().unwrap_or(pty.path()))));
-        // A port that nobody hears of is of no use.
+        // If the path cannot be printed, nobody can use the port.
         screen::finish()?;
         Ok(pty)
     }
 
-    /// Runs the machine on it until somebody ends it, and prints what came of it.
+    /// Runs the machine on the pseudo-terminal until it ends, and prints a summary.
     pub fn serve(args: &Live, mut pty: Pty, machine: &mut impl Machine) -> Result<()> {
         let end_ns = args.for_s.map_or(u64::MAX, |for_s| (for_s * 1e9) as u64);
         let drive = Drive { speed: args.speed.unwrap_or(1.0), end_ns };
@@ -123,7 +124,7 @@ mod run {
     }
 }
 
-/// Says that there are none here.
+/// Refuses --pty on a system without pseudo-terminals.
 #[cfg(not(unix))]
 pub fn refuse() -> anyhow::Result<()> {
     anyhow::bail!("Windows has no pseudo-terminals: use --pty in WSL, or run a program with `isostep sim FILE.nc`")

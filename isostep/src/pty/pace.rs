@@ -1,18 +1,18 @@
-//! Machine time made to follow the wall clock.
+//! Makes machine time follow the wall clock.
 
 use std::thread;
 use std::time::Duration;
 
 use crate::stopwatch::Stopwatch;
 
-/// Between two looks at the port: some twelve bytes at 115200 baud.
+/// Time between two looks at the port: some twelve bytes at 115200 baud.
 const REST: Duration = Duration::from_millis(1);
-/// The most wall time to catch up with at once, so that bytes that arrive meanwhile are not late.
+/// The most wall time that is caught up with in one go, so that bytes that arrive meanwhile are not late.
 const SLICE_S: f64 = 0.01;
-/// A machine further behind than this lets the wall clock go.
+/// A machine that is further behind than this no longer tries to catch up.
 const BEHIND_MAX_S: f64 = 0.1;
 
-/// A clock for the machine, `speed` times as fast as the one on the wall.
+/// A clock for the machine, `speed` times as fast as the wall clock.
 pub struct Pace {
     stopwatch: Stopwatch,
     speed: f64,
@@ -20,12 +20,12 @@ pub struct Pace {
 }
 
 impl Pace {
-    /// Starts it at power-up.
+    /// Starts the clock at the machine's power-up.
     pub fn new(speed: f64) -> Self {
         Self { stopwatch: Stopwatch::start(), speed, behind_s: 0.0 }
     }
 
-    /// How far the machine that stands at `now_ns` should run next, ns since power-up.
+    /// The machine time to run to next, for a machine at `now_ns`; both ns since power-up.
     pub fn next_ns(&mut self, now_ns: u64) -> u64 {
         let machine_s = now_ns as f64 * 1e-9;
         let lag_s = self.due_s() - machine_s / self.speed;
@@ -36,7 +36,7 @@ impl Pace {
         now_ns.max((next_s * 1e9) as u64)
     }
 
-    /// Waits a little if the machine that stands at `now_ns` is in time.
+    /// Waits a little if a machine at `now_ns` is not late.
     #[expect(clippy::disallowed_methods, reason = "the user's own time is what the machine is paced to")]
     pub fn rest(&self, now_ns: u64) {
         if now_ns as f64 * 1e-9 / self.speed + REST.as_secs_f64() > self.due_s() {
@@ -44,12 +44,12 @@ impl Pace {
         }
     }
 
-    /// By how much wall time the machine was too slow, all in all, s.
+    /// The total wall time by which the machine was too slow, s.
     pub fn behind_s(&self) -> f64 {
         self.behind_s
     }
 
-    /// Wall time since power-up, as far as the machine could follow it, s.
+    /// Wall time since power-up, without the time by which the machine was too slow, s.
     fn due_s(&self) -> f64 {
         self.stopwatch.elapsed_s() - self.behind_s
     }

@@ -1,10 +1,10 @@
 //! The pseudo-terminal: a serial port without a wire.
 //!
 //! # Design
-//! A sender opens the far end, the slave, by its path. This process keeps that end open too: otherwise the port would
-//! end with its first client. A fresh pseudo-terminal echoes and waits for whole lines, so it is made raw, and again
-//! whenever a client has left. Nothing here waits: what a client does not take within [`PATIENCE_S`] is dropped, as the
-//! firmware does with a USB host that has ceased to read.
+//! A sender opens the other end, the slave, by its path. This process keeps the slave open too, because otherwise the
+//! port would end with its first client. A fresh pseudo-terminal echoes and waits for whole lines, so it is set to raw
+//! mode, and set again whenever a client has left. Nothing here blocks: what a client does not take within
+//! [`PATIENCE_S`] is dropped, as the firmware does with a USB host that has ceased to read.
 
 use std::collections::VecDeque;
 use std::ffi::OsStr;
@@ -23,28 +23,28 @@ use rustix::termios::{self, OptionalActions, QueueSelector};
 use super::presence::{Change, Presence};
 use crate::stopwatch::Stopwatch;
 
-/// The firmware's, for a USB host.
+/// The same value as the firmware's for a USB host.
 const PATIENCE_S: f64 = 0.2;
 const CHUNK_BYTES: usize = 4096;
 
-/// The near end of a pseudo-terminal whose far end is for senders.
+/// This process's end of a pseudo-terminal. Senders open the other end.
 pub struct Pty {
     master: File,
     slave: File,
     path: PathBuf,
     presence: Presence,
-    /// What the client has not taken yet.
+    /// Bytes that the client has not taken yet.
     pending: VecDeque<u8>,
-    /// Since when it takes nothing.
+    /// Running since the client stopped taking bytes.
     blocked: Option<Stopwatch>,
-    /// Something was dropped since it took the last byte.
+    /// Set when bytes were dropped; cleared when the client takes bytes again.
     stalled: bool,
     dropped_bytes: u64,
     _link: Option<Link>,
 }
 
 impl Pty {
-    /// A raw one, and a symbolic link to it if that is wanted.
+    /// Opens a pseudo-terminal in raw mode, and creates a symbolic link to it if one is requested.
     pub fn open(link: Option<&Path>) -> Result<Self> {
         let master = pty::openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY)
             .context("the system gives no pseudo-terminal: are all in use?")?;
@@ -69,22 +69,23 @@ impl Pty {
         })
     }
 
-    /// Where senders find it.
+    /// The path that senders open.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Whether a client is there.
+    /// Whether a client has it open.
     pub fn is_open(&self) -> bool {
         self.presence.is_open()
     }
 
-    /// Bytes that the client did not take in time.
+    /// Number of bytes that clients did not take in time.
     pub fn dropped_bytes(&self) -> u64 {
         self.dropped_bytes
     }
 
-    /// Who came and left since the last look. The first to come finds nothing stale.
+    /// Returns who opened and closed the port since the last call. Old bytes are discarded, so the first client that
+    /// comes does not receive them.
     pub fn look(&mut self) -> Result<Change> {
         let change = self.presence.look()?;
         if change.came || change.left {
@@ -96,7 +97,7 @@ impl Pty {
         }
         if !self.presence.is_open() {
             if change.left {
-                // A client that was killed leaves its lock and its modes behind.
+                // A client that was killed leaves its lock and its terminal modes behind.
                 termios::ioctl_tiocnxcl(&self.slave)?;
                 make_raw(&self.slave)?;
             }
@@ -105,12 +106,13 @@ impl Pty {
         Ok(change)
     }
 
-    /// Throws away what the last client has not read, as the kernel hands it on bit by bit.
+    /// Discards what the last client has not read. It needs repeated calls because the kernel passes the bytes on in
+    /// parts.
     fn drain(&mut self) {
         while self.slave.read(&mut [0; CHUNK_BYTES]).is_ok_and(|count| count > 0) {}
     }
 
-    /// What clients have sent.
+    /// The bytes that clients have sent.
     pub fn read(&mut self) -> Result<Vec<u8>> {
         let mut bytes = vec![0; CHUNK_BYTES];
         match self.master.read(&mut bytes) {
@@ -121,13 +123,14 @@ impl Pty {
         Ok(bytes)
     }
 
-    /// Gives the client `bytes` after those that it has not taken yet.
+    /// Queues `bytes` for the client behind those that it has not taken yet.
     pub fn write(&mut self, bytes: &[u8]) -> Result<()> {
         if !self.presence.is_open() {
             return Ok(());
         }
         if self.stalled && !bytes.is_empty() {
-            // One that reads again has half a line: end it, so that the next one is whole.
+            // A client that reads again may have received half a line. The line is ended here so that the next one is
+            // whole.
             self.stalled = !self.take(b"\r\n")?;
         }
         if self.stalled {
@@ -163,7 +166,7 @@ impl Pty {
         }
     }
 
-    /// Whether the client takes all of it at once.
+    /// Whether the client takes all of `bytes` at once.
     fn take(&mut self, bytes: &[u8]) -> Result<bool> {
         match self.master.write(bytes) {
             Ok(count) => Ok(count == bytes.len()),
@@ -183,7 +186,7 @@ fn make_raw(terminal: impl AsFd) -> Result<()> {
     termios::tcsetattr(&terminal, OptionalActions::Now, &modes).context("the pseudo-terminal cannot be made raw")
 }
 
-/// A symbolic link of a fixed name, for as long as this lives.
+/// A symbolic link with a fixed name. It exists as long as this value.
 struct Link {
     link: PathBuf,
     path: PathBuf,
@@ -199,7 +202,8 @@ impl Link {
     }
 }
 
-/// Takes away a link that a killed run has left: one whose end is gone, or is this terminal, as numbers are given anew.
+/// Removes a link that a killed run has left: its target no longer exists, or is this terminal, because the numbers of
+/// terminals are reused.
 fn make_way(link: &Path, there: &fs::Metadata, path: &Path) -> Result<()> {
     let shown = link.display();
     ensure!(there.file_type().is_symlink(), "{shown} is there already and is no symbolic link: choose another --link");
@@ -225,7 +229,7 @@ impl Drop for Link {
 mod tests {
     use super::*;
 
-    /// A run was killed, and the next is given the same number.
+    /// A run was killed, and the next one gets a terminal with the same number.
     #[test]
     fn a_stale_link_to_this_very_terminal_is_replaced() {
         let pty = Pty::open(None).unwrap();

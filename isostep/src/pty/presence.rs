@@ -1,6 +1,7 @@
-//! Whether a client has the pseudo-terminal open. A real port tells by its DTR line; a pseudo-terminal has none.
+//! Detects whether a client has the pseudo-terminal open. A real port has a DTR line for this; a pseudo-terminal has
+//! none.
 
-/// What happened since the last look.
+/// The changes since the last look.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Change {
     /// The first client came.
@@ -24,14 +25,14 @@ mod linux {
 
     use super::Change;
 
-    /// The openings and closings of a file by others, as the kernel tells them.
+    /// Counts openings and closings of a file by others, as the kernel reports them.
     pub struct Presence {
         inotify: OwnedFd,
         clients: u32,
     }
 
     impl Presence {
-        /// From now on; those who have it open already do not count.
+        /// Watches from now on. Processes that have the file open already do not count.
         pub fn watch(path: &Path) -> Result<Self> {
             let inotify = inotify::init(CreateFlags::NONBLOCK | CreateFlags::CLOEXEC)
                 .context("the kernel gives no inotify instance: is fs.inotify.max_user_instances used up?")?;
@@ -41,12 +42,12 @@ mod linux {
             Ok(Self { inotify, clients: 0 })
         }
 
-        /// Whether somebody has it open.
+        /// Whether another process has the file open.
         pub fn is_open(&self) -> bool {
             self.clients > 0
         }
 
-        /// What happened since the last look.
+        /// The changes since the last look.
         pub fn look(&mut self) -> Result<Change> {
             let mut change = Change::default();
             let mut buffer = [MaybeUninit::uninit(); 1024];
@@ -81,7 +82,7 @@ mod elsewhere {
 
     use super::Change;
 
-    /// Nobody tells: as if a client had it open all the time.
+    /// This system does not report openings, so the port always counts as open.
     pub struct Presence;
 
     impl Presence {

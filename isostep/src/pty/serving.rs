@@ -1,4 +1,4 @@
-//! A machine on a pseudo-terminal for as long as somebody has work for it.
+//! Runs a machine on a pseudo-terminal while a client uses it.
 
 use std::path::Path;
 use std::thread;
@@ -7,11 +7,11 @@ use super::bridge::{self, Drive, Tally};
 use super::{Closing, Ending, Machine, Pty};
 use anyhow::{Result, anyhow};
 
-/// Runs the machine that `power_up` gives at `speed` while `client` uses the port of the path it is given; what the bridge
-/// saw, and where the machine stands.
+/// Runs the machine that `power_up` returns at `speed`, while `client` uses the port whose path it receives. Returns
+/// the bridge's counts and where the machine stands.
 ///
 /// # Errors
-/// The client's, or the machine's.
+/// The error of the machine, or that of the client.
 pub fn while_running<M: Machine>(
     speed: f64,
     power_up: impl FnOnce() -> Result<M> + Send + 'static,
@@ -29,6 +29,6 @@ pub fn while_running<M: Machine>(
     let used = client(&path);
     ending.ask();
     let seen = machine.join().map_err(|_| anyhow!("the machine broke down"))?;
-    // A machine that has failed is why its client has.
+    // If both have failed, the machine's failure is the cause of the client's.
     seen.and_then(|seen| used.map(|()| seen))
 }

@@ -1,18 +1,18 @@
-//! The simulated machine, as the bridge runs it.
+//! The simulated machine behind the bridge's interface.
 
 use anyhow::Result;
 use isostep_sim::{Config, Sim, State};
 
 use super::{Closing, Machine};
 
-/// Grbl's.
+/// Grbl's baud rate.
 pub const BAUD: u32 = 115_200;
 
 /// The controller in virtual time.
 pub struct Simulated(Sim);
 
 impl Simulated {
-    /// At power-up, its console a UART's; the configuration has been checked.
+    /// A machine at power-up with its console on a UART. `config` must have been checked.
     pub fn new(config: Config) -> Self {
         Self(Sim::new(&Config { baud: Some(BAUD), ..config }))
     }
@@ -23,7 +23,7 @@ impl Simulated {
     }
 }
 
-/// The default machine, nothing of what it does kept.
+/// The default machine, without a record of what it does.
 impl Default for Simulated {
     fn default() -> Self {
         Self::new(Config { keep_record: false, ..Config::default() })

@@ -1,4 +1,4 @@
-//! What is printed of a machine on a pseudo-terminal: how to reach it, and what came of it.
+//! Texts printed for a machine on a pseudo-terminal: how to reach it, and a summary at its end.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -7,7 +7,7 @@ use super::Closing;
 use super::bridge::Tally;
 use crate::flight::{Flight, WINDOW_BYTES};
 
-/// How to reach it.
+/// How to reach the machine.
 pub fn hints(path: &Path) -> String {
     let path = path.display();
     format!(
@@ -18,7 +18,7 @@ pub fn hints(path: &Path) -> String {
     )
 }
 
-/// What came of it.
+/// The summary of a run.
 pub fn text(duration_ns: u64, tally: &Tally, closing: &Closing) -> String {
     let mut text = String::from("\n");
     machine(&mut text, duration_ns, tally.behind_s, closing).expect("a String takes all");

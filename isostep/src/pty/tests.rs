@@ -1,4 +1,4 @@
-//! A simulated machine on a pseudo-terminal, and clients as they come.
+//! Tests with a simulated machine on a pseudo-terminal and several kinds of clients.
 #![expect(clippy::disallowed_methods, reason = "a client waits for a machine that is paced to the wall clock")]
 
 use std::fs::{self, File, OpenOptions};
@@ -16,7 +16,7 @@ use crate::stopwatch::Stopwatch;
 
 const PATIENCE_S: f64 = 20.0;
 
-/// As the bridge has it, for a client that panics when it is not content.
+/// Like the bridge's function, but for a client that panics when a check fails.
 pub fn while_running(speed: f64, client: impl FnOnce(&Path)) -> (Tally, Closing) {
     let content = |path: &Path| {
         client(path);
@@ -25,7 +25,7 @@ pub fn while_running(speed: f64, client: impl FnOnce(&Path)) -> (Tally, Closing)
     super::while_running(speed, || Ok(Simulated::default()), content).unwrap()
 }
 
-/// A sender's end.
+/// The sender's end of the port.
 struct Client {
     file: File,
     heard: String,
@@ -42,7 +42,7 @@ impl Client {
         self.file.write_all(text.as_bytes()).unwrap();
     }
 
-    /// What comes up to and with `words`.
+    /// Everything received up to and including `words`.
     fn hear(&mut self, words: &str) -> String {
         let stopwatch = Stopwatch::start();
         loop {
@@ -88,7 +88,7 @@ fn the_next_client_finds_the_machine_as_it_was_and_nothing_stale() {
         client.hear(WELCOME);
         client.say("G0 X5\n");
         client.hear("ok\r\n");
-        // It leaves without having read what it asked for.
+        // It leaves without reading the answer.
         client.say("$I\n?");
         drop(client);
         thread::sleep(Duration::from_millis(200));
@@ -106,14 +106,14 @@ fn a_client_that_does_not_read_holds_nothing_up() {
     let (tally, closing) = while_running(50.0, |path| {
         let mut client = Client::open(path);
         client.hear(WELCOME);
-        // More than the kernel keeps for it.
+        // More than the kernel buffers for a client.
         for _ in 0..150 {
             client.say("$$\n");
             thread::sleep(Duration::from_millis(5));
         }
         client.say("G0 X1\n");
         thread::sleep(Duration::from_millis(500));
-        // The rest of what was kept for it, then whole lines again.
+        // First comes the rest of what was buffered, then whole lines again.
         for _ in 0..10 {
             client.say("?");
             thread::sleep(Duration::from_millis(5));
@@ -141,7 +141,7 @@ fn bytes_beyond_the_window_are_counted_and_none_is_lost() {
     assert_eq!((closing.steps, closing.position_steps), ([2000, 0, 0], [0; 3]));
 }
 
-/// A folder of this test's own.
+/// A folder for this test alone.
 fn folder(name: &str) -> PathBuf {
     let folder = std::env::temp_dir().join(format!("isostep-{name}-{}", std::process::id()));
     fs::create_dir_all(&folder).unwrap();

@@ -1,5 +1,4 @@
-//! What came of a run: the lines that were refused, where a person would have had to do something, and whether every
-//! promise was kept.
+//! Judges a run: which lines were refused, where a person would have had to act, and whether every promise was kept.
 
 use std::collections::BTreeMap;
 
@@ -10,10 +9,10 @@ use isostep_sim::{ConsoleError, Figures, Outcome, State};
 
 use crate::remarks::{self, TOLD_MAX, meaning, shortened};
 
-/// G-code is locked out in Alarm.
+/// The error code for G-code in Alarm.
 const LOCKED: u8 = ConsoleError::Locked.code();
 
-/// Prints where the program waited for a person, and what was refused.
+/// Prints where the program waited for a person, and which lines were refused.
 pub fn print(outcome: &Outcome) {
     if !outcome.pauses.is_empty() {
         println!("\nwaiting for a person: here it was resumed at once, as by ~");
@@ -25,7 +24,7 @@ pub fn print(outcome: &Outcome) {
     }
 }
 
-/// The first ten, and how many more there are.
+/// Prints the first ten, and how many more there are.
 fn told<T>(all: &[T], words: impl Fn(&T) -> String) {
     all.iter().take(TOLD_MAX).for_each(|one| println!("{}", words(one)));
     if all.len() > TOLD_MAX {
@@ -39,8 +38,8 @@ fn pause_words(pause: &Pause) -> String {
     format!("line {line} `{}` at {:.3} s{words}", shortened(text), *t_ns as f64 * 1e-9)
 }
 
-/// Each line with its own remedy, up to a number; of the rest how many there are of each word; then what was carried out
-/// behind the first, as it had been sent already.
+/// The refused lines in words. Up to a number, each line is listed with its own remedy; the others are counted by word.
+/// The last line says what was carried out after the first refusal, because it had been sent already.
 fn refused(outcome: &Outcome) -> String {
     let (own, locked): (Vec<&Refusal>, Vec<_>) = outcome.refusals.iter().partition(|refusal| is_own(refusal, outcome));
     let mut text = String::new();
@@ -63,12 +62,13 @@ fn refused(outcome: &Outcome) -> String {
     text + &own.first().map_or(String::new(), |first| carried_on(outcome, first))
 }
 
-/// Whether the line is refused for what it says itself, or for a jog before it; not since the machine is locked by an alarm.
+/// Whether a line was refused for its own text or for a jog before it, and not because an alarm had locked the machine.
 fn is_own(refusal: &Refusal, outcome: &Outcome) -> bool {
     refusal.code != LOCKED || refusal.words.is_some() || outcome.alarm_code.is_none()
 }
 
-/// A sender that counts characters has sent more by the time it hears of a refusal.
+/// Says which lines were carried out after the first refusal. A sender that counts characters has sent more lines
+/// before it receives the refusal.
 fn carried_on(outcome: &Outcome, first: &Refusal) -> String {
     let refused = outcome.refusals.iter().filter(|refusal| refusal.line > first.line).count();
     match outcome.lines_sent - first.line - refused {
@@ -87,18 +87,18 @@ fn lines(count: usize) -> String {
     format!("{count} line{}", if count == 1 { "" } else { "s" })
 }
 
-/// What the machine said of this very line; else what its number means.
+/// The machine's message about this very line. If there is none, the meaning of the error code.
 fn why(refusal: &Refusal) -> String {
     let words = refusal.words.clone().unwrap_or_else(|| meaning(refusal.code));
     format!("error:{} {words}", refusal.code)
 }
 
-/// Success only for a run that kept every promise.
+/// Returns success only for a run that kept every promise.
 pub fn judge(figures: &Figures, outcome: &Outcome) -> Result<()> {
     let program = &figures.program;
     let place = |refusal: &Refusal| format!("{program}:{}: `{}`", refusal.line, shortened(&refusal.text));
     if let Some(code) = figures.alarm {
-        // The line that has raised it, if one has: it says so itself.
+        // If a line raised the alarm, the message names that line.
         let raised = outcome.refusals.iter().find(|refusal| refusal.code == LOCKED && refusal.words.is_some());
         let place = raised.map_or(program.clone(), place);
         let words =
@@ -160,7 +160,7 @@ mod tests {
         assert!(verdict(&outcome).contains("ALARM:2: "), "{}", verdict(&outcome));
     }
 
-    /// At the switch, 35 mm away, in the middle of the move of line 1.
+    /// The alarm is raised at the switch, 35 mm away, in the middle of the move of line 1.
     #[test]
     fn an_alarm_that_no_line_is_to_blame_for_names_none() {
         let outcome = outcome("G0 X-60\nG0 X1\nM2\n");

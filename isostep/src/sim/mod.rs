@@ -23,9 +23,9 @@ use crate::{project, pty, remarks, timing};
 mod judge;
 mod print;
 
-/// What is run when no program is named.
+/// The program that is run when none is named.
 const PARKING: &str = "programs/parking.nc";
-/// From so long on the user is told how long it took.
+/// The user is shown the elapsed time if a run takes at least this long.
 const LONG_S: f64 = 1.0;
 
 const EXAMPLES: &str = "\
@@ -130,7 +130,7 @@ pub fn run(args: Args) -> Result<()> {
     println!("{name} in virtual time\nSEED={}  again: {}", config.seed, as_called(&config.replay(&name)));
     let flash = args.flash.as_deref().map_or(Ok(Flash::blank()), stored)?;
     config.check()?;
-    // What an earlier run has stored is in force, and is not known here.
+    // Settings stored by an earlier run would be in force, but they are not known here.
     match &args.flash {
         Some(path) if path.exists() => tell_weak_motors(&config, &config.settings),
         _ => tell_beforehand(&program, &config),
@@ -148,7 +148,7 @@ pub fn run(args: Args) -> Result<()> {
     judge::judge(&figures, &outcome)
 }
 
-/// What is read and written.
+/// The files that are read and written.
 fn files(args: &Args, program: &PathBuf) -> Files {
     Files::default()
         .read("FILE.nc", [program])
@@ -162,7 +162,7 @@ fn files(args: &Args, program: &PathBuf) -> Files {
         .link("--link", &args.live.link)
 }
 
-/// What it took of this computer, where that is more than a moment.
+/// Prints the time and memory that the run took on this computer, if it was more than a moment.
 fn tell_effort(stopwatch: &Stopwatch) {
     let elapsed_s = stopwatch.elapsed_s();
     if elapsed_s >= LONG_S {
@@ -171,14 +171,14 @@ fn tell_effort(stopwatch: &Stopwatch) {
     }
 }
 
-/// The most memory that this process has had so far, MB, where the system tells: on Linux.
+/// The peak memory of this process, MB, where the system reports it (Linux).
 fn peak_memory_mb() -> Option<u64> {
     let status = fs::read_to_string("/proc/self/status").ok()?;
     let kb = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?.trim().strip_suffix("kB")?;
     kb.trim().parse::<u64>().ok().map(|kb| kb / 1_000)
 }
 
-/// Runs it, and shows how far it has come where that takes long.
+/// Runs the program, and shows a progress bar if that takes long.
 fn run_shown(program: Program, config: &Config, flash: Flash) -> Result<Outcome, isostep_sim::SimError> {
     let bar = ProgressBar::new(program.len() as u64).with_style(
         ProgressStyle::with_template("  {bar:20} line {pos} of {len}, {msg} of machine time")
@@ -192,7 +192,7 @@ fn run_shown(program: Program, config: &Config, flash: Flash) -> Result<Outcome,
     outcome
 }
 
-/// Says what of a program will not do on this machine before it is run there, and what a person would have to do.
+/// Prints beforehand what in the program will not work on this machine, and where a person would have to act.
 fn tell_beforehand(program: &Program, config: &Config) {
     let survey = Survey::of(program, &config.settings, config.start_mm);
     tell_weak_motors(config, &survey.settings);
@@ -205,7 +205,7 @@ fn tell_beforehand(program: &Program, config: &Config) {
     }
 }
 
-/// The machine on a pseudo-terminal. What it did is kept only if a file wants it.
+/// Runs the machine on a pseudo-terminal. Its record is kept only if an output file needs it.
 #[cfg(unix)]
 fn live(args: &Args) -> Result<()> {
     let files = [&args.trace, &args.outputs, &args.vcd, &args.report, &args.json];
@@ -219,7 +219,7 @@ fn live(args: &Args) -> Result<()> {
         return Ok(());
     }
     let mut figures = Figures::new("what the senders sent", &outcome);
-    // The senders are not ours: what was refused is for them to say.
+    // The senders are not ours: it is up to them to report refused lines.
     figures.verdicts.retain(|verdict| !verdict.promise.starts_with("every line accepted"));
     print::print_checks(&figures);
     write_files(args, &outcome, &figures)
@@ -230,12 +230,12 @@ fn live(_args: &Args) -> Result<()> {
     pty::refuse()
 }
 
-/// The lines of a program.
+/// Reads a program as lines.
 pub fn lines(path: &Path) -> Result<Program> {
     Ok(isostep_sim::program::lines(&read(path)?).with_context(|| project::shown(path))?.into())
 }
 
-/// A program.
+/// Reads a program as bytes.
 pub fn read(path: &Path) -> Result<Vec<u8>> {
     let shown = path.display();
     ensure!(!path.is_dir(), "{shown} is a folder: name a G-code program in it");
@@ -245,7 +245,7 @@ pub fn read(path: &Path) -> Result<Vec<u8>> {
     })
 }
 
-/// What an earlier run has stored; nothing if there was none.
+/// The flash that an earlier run has stored; blank if there is none.
 fn stored(path: &Path) -> Result<Flash> {
     let shown = path.display();
     match fs::read(path) {
@@ -282,7 +282,7 @@ fn config(args: &Args) -> Result<Config> {
     Ok(config)
 }
 
-/// The settings in a file, for a machine stepped as `config` says.
+/// Reads settings from a file, for a machine with the step port and the motor driver of `config`.
 pub fn read_settings(path: &Path, config: &Config) -> Result<Settings> {
     let name = project::shown(path);
     let text = fs::read(path).map_err(|error| match error.kind() {
@@ -293,8 +293,8 @@ pub fn read_settings(path: &Path, config: &Config) -> Result<Settings> {
     Ok(settings::read(&name, &text, config.port, config.driver)?)
 }
 
-/// Says beforehand which axes are configured for more than the motors can that were asked for, by the settings at first or by
-/// those that a program leaves.
+/// Prints beforehand which axes are configured for more than the requested motors can do, by the initial settings or by
+/// those that the program leaves behind.
 fn tell_weak_motors(config: &Config, left: &Settings) {
     let Some(motor) = config.motor else { return };
     let mut told = settings::beyond_motor(&config.settings, motor);
@@ -318,7 +318,7 @@ fn numbers(text: &str) -> Option<[f64; 3]> {
     numbers?.try_into().ok()
 }
 
-/// Three numbers of mm, as `--start` takes them.
+/// Parses three numbers of mm, the format of `--start`.
 pub fn places(text: &str) -> Result<[f64; 3], String> {
     numbers(text).ok_or_else(|| "three numbers of mm, such as 35,40,15".to_owned())
 }
@@ -360,7 +360,7 @@ fn write_files(args: &Args, outcome: &Outcome, figures: &Figures) -> Result<()> 
     Ok(())
 }
 
-/// Writes a file and says so.
+/// Writes a file and reports it on the screen.
 pub fn write_file(path: &Path, write: impl FnOnce(&mut BufWriter<File>) -> std::io::Result<()>) -> Result<()> {
     let cannot = || format!("{} cannot be written", path.display());
     let mut out = BufWriter::new(File::create(path).with_context(cannot)?);

@@ -1,4 +1,4 @@
-//! The figures of a run as people read them.
+//! Prints the figures of a run for people.
 
 use isostep_sim::kinematics::{AxisFigures, JumpFigures, OfLimit};
 use isostep_sim::pace::Pace;
@@ -7,10 +7,10 @@ use isostep_sim::{Figures, MoveFigures};
 
 use crate::pace;
 
-/// So many moves are listed one by one, unless all are asked for.
+/// At most this many moves are listed one by one, unless all are requested.
 const ROWS_MAX: usize = 40;
 
-/// Prints the figures; with `all_moves` each move, however many there are.
+/// Prints the figures. With `all_moves` every move is listed, regardless of their number.
 pub fn print(figures: &Figures, all_moves: bool) {
     if figures.homing_ns > 0 {
         println!("\nhoming: {:.3} s", seconds(figures.homing_ns));
@@ -34,7 +34,7 @@ pub fn print(figures: &Figures, all_moves: bool) {
     println!("{} steps in {:.3} s of machine time", figures.steps_total, seconds(figures.duration_ns));
 }
 
-/// Prints each promise, and whether it was kept.
+/// Prints each promise and whether it was kept.
 pub fn print_checks(figures: &Figures) {
     println!("\nchecks");
     for verdict in &figures.verdicts {
@@ -43,7 +43,7 @@ pub fn print_checks(figures: &Figures) {
     }
 }
 
-/// Of a program with many moves: how many, how long they are, and the two to look at first.
+/// For a program with many moves: prints how many there are, their lengths, and the two to look at first.
 fn print_summary(figures: &Figures) {
     let lengths = &figures.lengths;
     println!("\nmoves");
@@ -62,8 +62,8 @@ fn print_summary(figures: &Figures) {
     }
 }
 
-/// Intervals are those of every moving axis: one profile drives them all. How far apart they are when measured from
-/// each axis's own edges is the column `apart`.
+/// The intervals are those of every moving axis, because one profile drives them all. The column `apart` is the largest
+/// difference when they are measured from each axis's own edges.
 fn print_moves(moves: &[MoveFigures]) {
     println!("\nmoves                                               every axis, s");
     println!(
@@ -91,7 +91,7 @@ fn print_moves(moves: &[MoveFigures]) {
     println!("  error: the most that a step is off its closed-form instant");
 }
 
-/// Within moves each axis keeps its limits; at a corner its speed jumps.
+/// Prints the limits that each axis kept within moves, and the jumps of its speed at corners.
 fn print_axes(axes: &[AxisFigures]) {
     println!("\naxes                      within moves, from the edges alone                        at corners");
     println!(
@@ -112,7 +112,7 @@ fn print_axes(axes: &[AxisFigures]) {
     );
 }
 
-/// What keeps it from going faster.
+/// Prints what keeps the program from going faster.
 fn print_pace(pace: &Pace) {
     println!("\nwhere the time goes");
     println!("  {:.3} s from the first move to the last: limited by {}", pace.total_s(), pace::limited_by(pace));
@@ -126,7 +126,7 @@ fn print_pace(pace: &Pace) {
     }
 }
 
-/// What the tool did.
+/// What the tool did, in words.
 fn tool_words(tool: &ToolFigures) -> String {
     let mut text = "\ntool\n".to_owned();
     if let Some(duty) = tool.duty {

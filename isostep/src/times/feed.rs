@@ -1,9 +1,9 @@
-//! A program with another feed.
+//! Replaces the feeds of a program.
 
-/// As fast as any machine goes, for programs that are to be timed at the machine's top.
+/// The highest speed of any machine, for timing programs at the machine's top speed.
 const MAX_FEED: &[u8] = b"F12000";
 
-/// `program` with F12000 for every F word; comments stay as they are.
+/// `program` with F12000 in place of every F word. Comments are not changed.
 pub fn at_max(program: &[u8]) -> Vec<u8> {
     let mut out = Vec::with_capacity(program.len() + program.len() / 8);
     let mut rest = program;
@@ -25,11 +25,11 @@ pub fn at_max(program: &[u8]) -> Vec<u8> {
     out
 }
 
-/// What comes after a number and the blanks before it.
+/// The text after a number and the blanks before it.
 fn behind_number(text: &[u8]) -> &[u8] {
     let is_number = |byte: &u8| matches!(byte, b' ' | b'\t' | b'+' | b'-' | b'.' | b'0'..=b'9');
     let end = text.iter().position(|byte| !is_number(byte)).unwrap_or(text.len());
-    // Blanks after it belong to what follows.
+    // Blanks after the number belong to the text that follows.
     let blanks = text[..end].iter().rev().take_while(|byte| matches!(byte, b' ' | b'\t')).count();
     &text[end - blanks..]
 }

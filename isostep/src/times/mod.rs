@@ -1,4 +1,4 @@
-//! `isostep times`: how long programs take, beside a table of Grbl's times for the same.
+//! `isostep times`: how long programs take, compared with a table of Grbl's times.
 
 mod feed;
 mod print;
@@ -89,7 +89,7 @@ fn report(args: &Args) -> Result<Report> {
     Ok(Report::new(&table, machines, timed, Bounds { median: args.median, each: args.each }))
 }
 
-/// What is read and written.
+/// The files that are read and written.
 fn files(args: &Args, table: &Table) -> Files {
     let programs: Vec<PathBuf> = table.rows.iter().map(|row| args.folder.join(&row.program)).collect();
     Files::default()
@@ -99,7 +99,7 @@ fn files(args: &Args, table: &Table) -> Files {
         .written("--json", &args.json)
 }
 
-/// A run for each time in the table, column by column.
+/// One run for each time in the table, column by column.
 fn jobs(folder: &Path, table: &Table, machines: &[(String, Settings)]) -> Result<Vec<Job>> {
     let programs: Vec<Vec<u8>> =
         table.rows.iter().map(|row| sim::read(&folder.join(&row.program))).collect::<Result<_>>()?;
@@ -130,7 +130,7 @@ fn machine_settings(name: &str, given: &[(String, PathBuf)]) -> Result<Settings>
         .with_context(|| format!("machine {name}: name its file of settings with --machine {name}=FILE"))
 }
 
-/// A machine that no column is of was misspelt.
+/// Refuses a machine that no column uses: its name is probably misspelt.
 fn unused(given: &[(String, PathBuf)], machines: &[(String, Settings)]) -> Result<()> {
     let Some((name, _)) = given.iter().find(|(name, _)| machines.iter().all(|(used, _)| used != name)) else {
         return Ok(());

@@ -1,8 +1,8 @@
-//! The times as people read them.
+//! The times as text for people.
 
 use super::ratios::{ColumnTimes, Machine, Ratios, Report, Times};
 
-/// A table for each column, and what comes of all.
+/// A table for each column, and a summary of all.
 pub fn text(report: &Report) -> String {
     let columns: String = report.columns.iter().map(|column| table(column, report.bounds.each)).collect();
     columns + &summary("all", report.all)
@@ -38,7 +38,7 @@ fn summary(name: &str, ratios: Option<Ratios>) -> String {
     })
 }
 
-/// Each figure once where the axes are alike.
+/// The machine's figures. A figure that is the same for all axes is given once.
 fn machine(machine: &Machine) -> String {
     let each = |values: [f32; 3]| {
         let [x, y, z] = values;

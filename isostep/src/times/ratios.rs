@@ -1,4 +1,4 @@
-//! Times beside Grbl's: ratios, their medians, and whether they keep their bounds.
+//! Ratios of our times to Grbl's, their medians, and whether they keep their bounds.
 
 use isostep_console::Settings;
 use serde::Serialize;
@@ -6,36 +6,36 @@ use serde::Serialize;
 use super::simulate::Timed;
 use super::table::Table;
 
-/// What ratios are to be at most.
+/// The highest allowed ratios.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Bounds {
     pub median: f64,
     pub each: f64,
 }
 
-/// All times.
+/// The times of all columns.
 #[derive(Debug, Serialize)]
 pub struct Report {
     pub bounds: Bounds,
     pub columns: Vec<ColumnTimes>,
-    /// Of all columns; null if no program came to its end.
+    /// Over all columns; null if no program reached its end.
     pub all: Option<Ratios>,
 }
 
 /// The times of a column.
 #[derive(Debug, Serialize)]
 pub struct ColumnTimes {
-    /// As in the table, without its unit.
+    /// The name in the table, without its unit.
     pub name: String,
     pub machine: Machine,
-    /// Every feed was F12000.
+    /// Whether every feed was replaced by F12000.
     pub is_max_feed: bool,
     pub programs: Vec<Times>,
-    /// Null if no program came to its end.
+    /// Null if no program reached its end.
     pub ratios: Option<Ratios>,
 }
 
-/// What of a machine's settings makes times.
+/// The machine's settings that determine times.
 #[derive(Debug, Default, Serialize)]
 pub struct Machine {
     pub name: String,
@@ -44,21 +44,21 @@ pub struct Machine {
     pub accel_mm_s2: [f32; 3],
 }
 
-/// A program on a machine.
+/// The times of a program on a machine.
 #[derive(Debug, Serialize)]
 pub struct Times {
     pub program: String,
     pub isostep_s: Option<f64>,
     pub grbl_s: f64,
-    /// Of the times.
+    /// Our time divided by Grbl's.
     pub ratio: Option<f64>,
-    /// The most that the speed of an axis jumps at a corner.
+    /// The largest jump of an axis's speed at a corner.
     pub jump_mm_s: Option<f64>,
-    /// Why there is none.
+    /// Why there is no time.
     pub failed: Option<String>,
 }
 
-/// Many ratios in two numbers.
+/// Many ratios summarised in two numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Ratios {
     pub median: f64,
@@ -66,7 +66,7 @@ pub struct Ratios {
 }
 
 impl Report {
-    /// What came of the runs of a table's programs.
+    /// The report on the runs of a table's programs.
     pub fn new(table: &Table, machines: Vec<(String, Settings)>, timed: Vec<Timed>, bounds: Bounds) -> Self {
         let mut columns: Vec<ColumnTimes> = table
             .columns
@@ -92,7 +92,7 @@ impl Report {
         Self { bounds, columns, all }
     }
 
-    /// What is not within its bounds, in words.
+    /// Each bound that is exceeded, in words.
     pub fn broken(&self) -> Vec<String> {
         let Bounds { median: median_max, each: each_max } = self.bounds;
         let mut broken = Vec::new();

@@ -1,4 +1,4 @@
-//! Programs in virtual time, for their times alone.
+//! Runs programs in virtual time, only for their times.
 
 use isostep_console::Settings;
 use isostep_sim::{Config, corners, program};
@@ -7,38 +7,38 @@ use crate::parallel;
 use crate::stopwatch::Stopwatch;
 use crate::timing;
 
-/// A program on a machine.
+/// A program to run on a machine.
 pub struct Job {
     /// Index of the table's column.
     pub column: usize,
-    /// The program's.
+    /// The program's name.
     pub name: String,
-    /// The column's.
+    /// The column's label.
     pub label: String,
     pub program: Vec<u8>,
     pub settings: Settings,
     pub grbl_s: f64,
 }
 
-/// What came of it.
+/// The result of a job.
 pub struct Timed {
     pub column: usize,
     pub program: String,
     pub grbl_s: f64,
-    /// How it was made; or why it did not come to its end.
+    /// The completed run, or why the program did not reach its end.
     pub made: Result<Made, String>,
 }
 
-/// A program from its beginning to its end.
+/// A run from the program's beginning to its end.
 #[derive(Clone, Copy)]
 pub struct Made {
     /// How long it takes.
     pub s: f64,
-    /// The most that the speed of an axis jumps at a corner.
+    /// The largest jump of an axis's speed at a corner.
     pub jump_mm_s: f64,
 }
 
-/// Runs all of them, several at a time, and tells of each that has ended. In the order of the jobs.
+/// Runs all jobs, several at once, and prints a line as each ends. The results are in the order of the jobs.
 pub fn all(jobs: &[Job], at_a_time: usize) -> Vec<Timed> {
     parallel::map(jobs, at_a_time, |job| one(job, jobs.len()))
 }
@@ -54,7 +54,7 @@ fn one(job: &Job, of: usize) -> Timed {
     Timed { column: job.column, program: job.name.clone(), grbl_s: job.grbl_s, made }
 }
 
-/// Makes `program` on the machine of these settings.
+/// Runs `program` on a machine with these settings.
 fn make(program: &[u8], settings: Settings) -> Result<Made, String> {
     let config = Config { settings, start_mm: timing::middle_mm(&settings), only_time: true, ..Config::default() };
     let lines = program::lines(program).map_err(|error| error.to_string())?;

@@ -10,33 +10,33 @@ const PROGRAM: &str = "program";
 const MAX_FEED: &str = "_max_feed_s";
 const OWN_FEED: &str = "_s";
 
-/// See `isostep times --help`.
+/// The format is described in `isostep times --help`.
 #[derive(Debug, PartialEq)]
 pub struct Table {
     pub columns: Vec<Column>,
     pub rows: Vec<Row>,
 }
 
-/// Times on one machine.
+/// The times on one machine.
 #[derive(Debug, PartialEq)]
 pub struct Column {
-    /// As in the table, without its unit.
+    /// The name in the table, without its unit.
     pub name: String,
     pub machine: String,
-    /// Every feed is F12000.
+    /// Whether every feed is replaced by F12000.
     pub is_max_feed: bool,
 }
 
-/// A program.
+/// The times of a program.
 #[derive(Debug, PartialEq)]
 pub struct Row {
     pub program: String,
-    /// In the order of the columns; `None` where the table has none.
+    /// One time per column, in order; `None` where the table has none.
     pub grbl_s: Vec<Option<f64>>,
 }
 
 impl Table {
-    /// Reads a file.
+    /// Reads the table from a file.
     pub fn read(path: &Path) -> Result<Self> {
         let name = project::shown(path);
         let text = std::fs::read_to_string(path).with_context(|| format!("{name} cannot be read"))?;
@@ -66,7 +66,7 @@ impl Table {
         Ok(Self { columns: columns.into_iter().map(|(_, column)| column).collect(), rows })
     }
 
-    /// The rows of these programs; all if none is named.
+    /// The rows of these programs; all rows if none is named.
     pub fn only(mut self, programs: &[String]) -> Result<Self> {
         if let Some(unknown) = programs.iter().find(|&name| self.rows.iter().all(|row| row.program != *name)) {
             let known: Vec<_> = self.rows.iter().map(|row| row.program.as_str()).collect();
@@ -76,7 +76,7 @@ impl Table {
         Ok(self)
     }
 
-    /// The names of the machines, each once.
+    /// The names of the machines without repetition.
     pub fn machines(&self) -> Vec<String> {
         let mut names: Vec<String> = Vec::new();
         for column in &self.columns {

@@ -1,4 +1,4 @@
-//! The verb as its user meets it, but for the shell.
+//! Tests the verb as a user runs it, without the shell.
 
 use std::fs;
 
@@ -12,7 +12,7 @@ struct Cli {
     args: Args,
 }
 
-/// A folder of its own, with two programs, a machine and a table.
+/// A folder for one test, with two programs, a machine and a table.
 struct Folder(PathBuf);
 
 impl Folder {
@@ -51,7 +51,8 @@ fn programs_are_timed_beside_the_table() {
     let out = folder.0.join("times.json");
     let args = folder.args(&["--json", out.to_str().unwrap(), "--jobs", "1"]);
     let report = report(&args).unwrap();
-    // 10 mm at 10 mm/s and 1,000 mm/s2; at 200 mm/s, never reached: twice the square root of 10 mm / 1,000 mm/s2.
+    // 10 mm at 10 mm/s and 1,000 mm/s2 take 1.01 s. 200 mm/s is never reached: that takes twice the square root of 10
+    // mm / 1,000 mm/s2.
     let times: Vec<_> = report.columns.iter().map(|column| column.programs[0].isostep_s.unwrap()).collect();
     assert!((times[0] - 1.01).abs() < 1e-6 && (times[1] - 0.2).abs() < 1e-6, "{times:?}");
     assert_eq!(report.broken(), [""; 0]);

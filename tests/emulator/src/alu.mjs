@@ -68,7 +68,7 @@ function logical(core, r, target, result) {
   flags(core, result);
 }
 
-/** A shift by a register: by nothing, it leaves the carry alone. */
+/** A shift by a register. A shift by 0 does not change the carry. */
 function shift(core, r, target, by, shifted, carry) {
   const result = by === 0 ? r[target] : shifted(by);
   if (by !== 0) core.C = carry(by);

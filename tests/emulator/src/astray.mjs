@@ -1,4 +1,4 @@
-/** Ways in which a core leaves its program. Each writes below the stack, where nothing of worth is. */
+/** Ways to make a core leave its program. Each writes below the stack, where nothing important is. */
 
 const [R0, SP, LR, PC] = [0, 13, 14, 15];
 const RAM_START = 0x20000000;
@@ -6,16 +6,16 @@ const FLASH_START = 0x10000000;
 /** Where there is no memory. */
 const NOWHERE = 0xf0000000;
 const BRANCH_TO_ITSELF = 0xe7fe;
-/** Room for what is written, a multiple of 8 as the stack's alignment asks. */
+/** Room for what is written, a multiple of 8 because of the alignment of the stack. */
 const ROOM_BYTES = 64;
 
-/** A wild jump: the next fetch is from where there is no memory. */
+/** A wild jump: the next fetch is from an address without memory. */
 export function jumpAstray(core) {
   core.waiting = false;
   core.PC = NOWHERE;
 }
 
-/** Goes round in a loop for ever, with all interrupts masked. */
+/** Loops forever with all interrupts masked. */
 export function hang(core, sram) {
   const at = belowStack(core);
   new DataView(sram.buffer, sram.byteOffset).setUint16(at - RAM_START, BRANCH_TO_ITSELF, true);
@@ -25,8 +25,8 @@ export function hang(core, sram) {
 }
 
 /**
- * Calls a function of Rust's that panics and takes nothing but the place to blame, as `Option::unwrap` does of nothing:
- * the file's name is a byte of flash, line and column are 1.
+ * Calls a Rust function that panics and takes only the location to report, like the one behind `Option::unwrap` on
+ * `None`. The file's name is a byte of flash; line and column are 1.
  */
 export function callPanic(core, sram, address) {
   const location = belowStack(core);

@@ -28,20 +28,23 @@ export class Board {
     this.warnings = new Set();
     this.resets = [];
     this.powerCycles = [];
-    /** When the firmware rebooted into BOOTSEL, and whether it left the motors on: from then on the board is a drive, and runs no more. */
+    /**
+     * When the firmware rebooted into BOOTSEL, and whether it left the motors on. After that the board is a drive and
+     * does not run.
+     */
     this.bootsel = null;
     this.faults = [];
-    /** Faults that were asked for. */
+    /** Number of faults that were requested. */
     this.crashes = 0;
     this.paused = false;
-    /** The far end of the cable: set by the console that listens. */
+    /** The other end of the cable, set by the console that listens. */
     this.onBytes = () => {};
     /** Called when bytes have reached the chip: in its USB buffer, or its UART. */
     this.onDelivered = () => {};
     /** Called between stretches of the run, to show progress. */
     this.onSlice = () => {};
     this.chipWatchers = [];
-    /** 1 is what is reckoned; null is flash that reads like RAM. */
+    /** 1 is the computed cost of a miss; null is flash that reads like RAM. */
     this.missFactor = options.missFactor === undefined ? 1 : options.missFactor;
     this.flashCounts = new FlashCounts();
     this.watch = new DeadlineWatch(this.clock);
@@ -71,42 +74,42 @@ export class Board {
     }
   }
 
-  /** Shows the watcher this chip, and every one that a reset makes. */
+  /** Calls the watcher with this chip, and with each new one after a reset. */
   watchChips(watcher) {
     this.chipWatchers.push(watcher);
     watcher(this.chip);
   }
 
-  /** Makes `run` return on this very cycle: what waits for an event then acts on it at its instant. */
+  /** Makes `run` return on this very cycle, so that whatever waits for an event can act at its instant. */
   pause() {
     this.paused = true;
     this.clock.interrupt();
   }
 
-  /** Sends the core astray, as a wild jump would: its next fetch is from where there is no memory. */
+  /** Makes the core jump to an address without memory, from which its next fetch is. */
   crash() {
     this.crashes += 1;
     this.gantry.toolStops.told('CRASH');
     jumpAstray(this.core);
   }
 
-  /** Has the core hang with its interrupts masked: only the watchdog ends that. */
+  /** Makes the core loop with its interrupts masked. Only the watchdog ends that. */
   hang() {
     hang(this.core, this.chip.sram);
   }
 
-  /** Masks an interrupt, and so has whatever runs in it stand still: what is below it goes on. */
+  /** Masks an interrupt, so that the code that runs in it stops. Lower priorities continue. */
   maskIrq(number) {
     this.core.enabledInterrupts &= ~(1 << number);
   }
 
-  /** Has the firmware panic, by its function at that address. */
+  /** Makes the firmware panic by calling its function at this address. */
   panic(address) {
     this.gantry.toolStops.told('PANIC');
     callPanic(this.core, this.chip.sram, address);
   }
 
-  /** Takes power away and gives it back at once: all is new but flash, and the carriages stay where they are. */
+  /** Switches power off and on again at once. Everything restarts except flash, and the carriages stay where they are. */
   powerCycle() {
     this.powerCycles.push({ t_ns: this.nanos });
     this.gantry.toolStops.told('POWER');
@@ -138,7 +141,7 @@ export class Board {
     if (fault !== null) this.#faulted(fault);
   }
 
-  /** Until the next alarm, or until something beside the core wakes it: an edge, a flag, the end of a transfer. */
+  /** Sleeps until the next alarm, or until something outside the core wakes it: an edge, a flag, the end of a transfer. */
   #sleep(limitCycle) {
     const { clock, core } = this;
     const { lockstep } = clock;
@@ -172,13 +175,13 @@ export class Board {
     for (const watch of this.chipWatchers) watch(this.chip);
   }
 
-  /** The ROM's drive has taken new firmware, here the same again, and restarts the chip: by the watchdog. */
+  /** The ROM's drive has received new firmware (here the same firmware again), and restarts the chip by the watchdog. */
   leaveBootsel() {
     this.bootsel = null;
     this.#restart(RESET_TIMER);
   }
 
-  /** A watchdog reset: a fresh chip in the same place, with memory, scratch registers and the reason kept. */
+  /** A watchdog reset: a new chip in the same place. Memory, scratch registers and the reason are kept. */
   #reset(reason) {
     this.gantry.toolStops.told('WATCHDOG');
     this.resets.push({ t_ns: this.nanos, reason: reason === RESET_FORCED ? 'forced' : 'timed out' });
@@ -195,7 +198,7 @@ export class Board {
     this.pause();
   }
 
-  /** The ROM takes over: the pins go, the cable is dead. It keeps what it is told in scratch registers. */
+  /** The ROM takes over: the pins are released and the cable is dead. Its arguments are kept in scratch registers. */
   #enterBootsel(hints) {
     const { watchdog } = this;
     this.gantry.toolStops.told('BOOTSEL');

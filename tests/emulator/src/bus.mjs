@@ -2,16 +2,16 @@ import { Fault, FetchFault } from './fault.mjs';
 import { FLASH_START, hiddenFlash, isFlash } from './flash.mjs';
 import { ROM_BYTES } from './rom/image.mjs';
 
-/** Flash and its three aliases have an address's first six bits in common. */
+/** Flash and its three aliases share the first six bits of an address. */
 const FLASH_PAGES = FLASH_START >>> 26;
-/** No address is on them. */
+/** A value that no address has in these bits. */
 const NO_PAGES = -1;
-/** No instruction and no word is there. */
+/** An odd address, at which there is neither an instruction nor a word. */
 export const NOWHERE = 1;
 const FLASH_MASK = 0xffffff;
 const RAM_START = 0x20000000;
 const PC = 15;
-/** Four banks hold the words by turns; above them are two small ones. */
+/** Four banks hold consecutive words in turn; above them are two small banks. */
 const STRIPED_BYTES = 0x40000;
 const [STRIPED_BANKS, SMALL_BANK_BYTES] = [4, 0x1000];
 const NO_BANK = -1;
@@ -40,16 +40,16 @@ export class Bus {
     this.flashPages = FLASH_PAGES;
     flash.onReadable = (readable) => (this.flashPages = readable ? FLASH_PAGES : NO_PAGES);
     /**
-     * The address of the half-word of flash that came with the one fetched last, as the second of its word. Its bits are
-     * inverted while every instruction counts, so that no address is it.
+     * The address of the half-word of flash that was fetched together with the last one, as the second half of its
+     * word. While every instruction is counted its bits are inverted, so that no address equals it.
      */
     this.secondHalf = NOWHERE;
     watch.onUrgent = () => (this.secondHalf = ~this.secondHalf);
-    /** The address of the first half of a wide instruction that was counted. */
+    /** The address of the first half of a wide instruction that has been counted. */
     this.wideCounted = NOWHERE;
-    /** Where the instruction under way has read or written RAM; NOWHERE if it has not. */
+    /** Where the current instruction has read or written RAM; NOWHERE if it has not. */
     this.dataAddress = NOWHERE;
-    /** The instruction whose fetch the DMA has held up already. */
+    /** The instruction whose fetch the DMA has already delayed. */
     this.heldUpAt = NOWHERE;
     this.core = chip.core;
     this.lockstep = chip.clock.lockstep;
@@ -66,7 +66,7 @@ export class Bus {
 
   /** The instruction at an address. */
   fetch(address) {
-    // Most of a firmware that is in a hurry runs from RAM.
+    // Code that must be fast runs mostly from RAM.
     const offset = (address - RAM_START) | 0;
     if (offset >= 0 && offset < this.ramSize) return this.ram16[offset >>> 1];
     if (address >>> 26 === this.flashPages) {
@@ -158,7 +158,7 @@ export class Bus {
     this.chip.writeUint8(address >>> 0, value & 0xff);
   }
 
-  /** The core fetches instructions by words: this one begins a word, or a branch leads to it, or it has to be counted. */
+  /** The core fetches instructions in words. This one begins a word, is the target of a branch, or must be counted. */
   fetchFlash(address) {
     if (this.watch.urgent) {
       this.#fetchCounted(address);
@@ -168,18 +168,18 @@ export class Bus {
     this.#wait(address);
   }
 
-  /** An exception: what was fetched ahead is fetched again when it is over. */
+  /** An exception discards what was fetched ahead; it is fetched again afterwards. */
   emptyPipeline() {
     this.secondHalf = this.watch.urgent ? ~NOWHERE : NOWHERE;
   }
 
-  /** The core reads data, and waits for what the cache does not have. */
+  /** The core reads data, and waits if the word is not in the cache. */
   readFlash(address) {
     if (this.watch.urgent) this.watch.read(this.registers[PC] - 2, this.#waitCounted(address));
     else this.#wait(address);
   }
 
-  /** A vector is read for the handler that is being entered. */
+  /** Reads the vector of the handler that is being entered. */
   readVector(address) {
     if (this.watch.urgent) this.watch.read(address, this.#waitCounted(address));
     else this.#wait(address);
@@ -191,14 +191,14 @@ export class Bus {
     this.#count(address, !cameWithWord && this.#waitCounted(address));
   }
 
-  /** The second half of a wide instruction is no instruction. */
+  /** The second half of a wide instruction does not count as an instruction. */
   #count(address, missed) {
     const isSecond = address === this.wideCounted + 2;
     this.wideCounted = !isSecond && isWide(this.flash16[(address & FLASH_MASK) >>> 1]) ? address : NOWHERE;
     if (!isSecond) this.watch.fetched(address, missed);
   }
 
-  /** @returns {boolean} whether the cache did not have it */
+  /** @returns {boolean} whether it was not in the cache */
   #waitCounted(address) {
     const { misses } = this.cache.counts;
     this.#wait(address);
@@ -210,7 +210,7 @@ export class Bus {
     if (wait !== 0) this.core.cycles += wait;
   }
 
-  /** The DMA uses a word of RAM on a cycle: the core waits a cycle if it wants the same bank, once for each access. */
+  /** The DMA uses a word of RAM on a cycle. If the core wants the same bank, it waits a cycle, once for each access. */
   contend(address, cycle) {
     const { core } = this;
     if (core.waiting || core.cycles - cycle >= RAM_CYCLES) return;

@@ -10,12 +10,12 @@ export class Carriage {
     this.travelSteps = 0;
     this.lowestSteps = 0;
     this.highestSteps = 0;
-    /** The position a trace speaks of: 0 at power-up, 0 again when the axis is homed. */
+    /** The position in a trace: 0 at power-up, and 0 again when the axis is homed. */
     this.positionSteps = 0;
     limitSwitch.press(this.placeMm <= 0);
   }
 
-  /** Above the switch: 0 and below press it. */
+  /** Distance above the switch. At 0 and below, the carriage presses it. */
   get placeMm() {
     return this.startMm + this.travelSteps / STEPS_PER_MM;
   }

@@ -64,7 +64,7 @@ export function buildChip(clock, board, { missFactor = 1, counts = new FlashCoun
   return { chip, core: chip.core, bus, cache, flash, watchdog, uart };
 }
 
-/** Puts PIO and DMA in place of rp2040js's, in step with the core. */
+/** Replaces rp2040js's PIO and DMA by ours, which run in step with the core. */
 function runBeside(chip, clock, cache) {
   const lockstep = new Lockstep(clock);
   clock.lockstep = lockstep;
@@ -78,7 +78,7 @@ function runBeside(chip, clock, cache) {
   new PadInputs(chip, pio, clock);
 }
 
-/** Writes the ELF's segments where a flasher would. */
+/** Writes the ELF's segments to the addresses where a flashing tool would write them. */
 export function loadInto(chip, segments) {
   for (const { address, bytes } of segments) {
     const [memory, start] = address >= RAM_START ? [chip.sram, RAM_START] : [chip.flash, FLASH_START];
@@ -90,7 +90,10 @@ export function loadInto(chip, segments) {
   }
 }
 
-/** rp2040js enters the handler of a sleeping core at once, whatever PRIMASK says: wake it, and let the run loop decide. */
+/**
+ * rp2040js enters the handler of a sleeping core at once, whatever PRIMASK is. Here the core is only woken, and the run
+ * loop decides.
+ */
 function setInterrupt(irq, asserted) {
   const bit = 1 << irq;
   if (!asserted) {
@@ -102,7 +105,7 @@ function setInterrupt(irq, asserted) {
   }
 }
 
-/** Counts the time in handlers (nested ones as one), looks for the vectors where the core does, and tells the watch. */
+/** Counts the time in handlers (nested ones as one), reads vectors where the core does, and informs the watch. */
 function watchExceptions(clock, bus) {
   const { core, flash, watch } = bus;
   const { exceptionEntry, exceptionReturn, writeSpecialRegister } = core;
@@ -127,7 +130,7 @@ function watchExceptions(clock, bus) {
   };
 }
 
-/** rp2040js logs what the chip answers with a fault (a bad address or instruction); a missing register is a note. */
+/** rp2040js logs faults of the chip (a bad address or instruction). A missing register is only a warning. */
 function quietLogger(onWarning) {
   const silent = () => {};
   const warn = (component, message) => {

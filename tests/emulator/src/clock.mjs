@@ -19,18 +19,18 @@ const PRESENT = -1;
  */
 export class MachineClock {
   constructor() {
-    /** Whatever counts the cycles: the core, or, before there is one, this stand-in. */
+    /** The counter of cycles: the core, or this substitute before there is a core. */
     this.core = { cycles: 0 };
     /** The cycle of the earliest alarm: the run loop looks at it after every instruction. */
     this.next = Infinity;
     this.alarms = [];
-    /** What runs beside the core; it has caught up with every alarm before the alarm fires. */
+    /** What runs beside the core. It catches up with every alarm before the alarm fires. */
     this.lockstep = new Lockstep(this);
-    /** The cycle at which something happens that the core's last instruction has overtaken. */
+    /** The cycle of an event that the core's last instruction has already passed. */
     this.past = PRESENT;
     /** Cycles the core has slept through. */
     this.asleepCycles = 0;
-    /** Cycles spent in interrupt handlers that are over, and where the one under way began. */
+    /** Cycles spent in interrupt handlers that have ended, and the cycle at which the current one began. */
     this.handledCycles = 0;
     this.handlerStart = null;
   }
@@ -43,7 +43,7 @@ export class MachineClock {
     return this.cycles - this.asleepCycles;
   }
 
-  /** Cycles spent in interrupt handlers: all that a step costs at its instant, but nothing of planning it. */
+  /** Cycles spent in interrupt handlers. They contain the work for a step at its instant, but not its planning. */
   get handlerCycles() {
     return this.handledCycles + (this.handlerStart === null ? 0 : this.cycles - this.handlerStart);
   }
@@ -66,12 +66,12 @@ export class MachineClock {
     return this.nanos / 1000;
   }
 
-  /** An alarm of the chip's own: rp2040js's peripherals call this, and a reset of the chip drops it. */
+  /** An alarm inside the chip, for rp2040js's peripherals. A reset of the chip drops it. */
   createAlarm(callback) {
     return new Alarm(this, callback, true);
   }
 
-  /** An alarm of the world around the chip (cables, switches, the sender), which outlives a reset. */
+  /** An alarm outside the chip (cables, switches, the sender). It outlives a reset. */
   createOutsideAlarm(callback) {
     return new Alarm(this, callback, false);
   }
@@ -80,7 +80,7 @@ export class MachineClock {
     for (const alarm of this.alarms.filter((each) => each.onChip)) alarm.cancel();
   }
 
-  /** Fires every alarm that is due, each at its own cycle and after what runs beside the core has come to it. */
+  /** Fires every alarm that is due, each at its own cycle, after what runs beside the core has reached that cycle. */
   fireDue() {
     this.#lookAhead();
     while (this.alarms.length > 0 && this.alarms[0].dueCycle <= this.core.cycles) {
@@ -95,7 +95,7 @@ export class MachineClock {
     this.lockstep.catchUp();
   }
 
-  /** Does what the core's instruction under way has overtaken, with its own cycle on the clock. */
+  /** Performs an action that the core's current instruction has already passed, with the action's own cycle on the clock. */
   at(cycle, action) {
     const { past } = this;
     this.past = cycle;
@@ -137,7 +137,7 @@ class Alarm {
     return this.dueCycle !== null;
   }
 
-  /** rp2040js's way: a delay in nanoseconds, rounded up to a whole cycle and never zero. */
+  /** The interface of rp2040js: a delay in nanoseconds, rounded up to a whole cycle and never zero. */
   schedule(delayNanos) {
     this.scheduleAt(this.clock.cycles + Math.max(1, Math.ceil(delayNanos / NANOS_PER_CYCLE)));
   }

@@ -25,7 +25,7 @@ export class Console {
     this.unanswered = [];
     /** Every line sent, with its answer. */
     this.sent = [];
-    /** Those of them that have not all reached the chip yet, oldest first; and all bytes sent so far. */
+    /** The sent lines that have not fully reached the chip yet, oldest first; and the number of bytes sent so far. */
     this.underWay = [];
     this.sentBytes = 0;
     this.lastStatus = null;
@@ -133,7 +133,7 @@ export class Console {
     if (kind === 'status') this.lastStatus = text;
     if (kind === 'reply') this.#answered(text, nanos);
     if (text.startsWith('ALARM:')) this.alarm = text;
-    // After a reset nothing that was sent before is answered any more.
+    // After a reset, nothing sent before is answered.
     if (text.startsWith('Grbl')) this.forgetUnanswered();
     this.board.pause();
   }

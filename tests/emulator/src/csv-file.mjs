@@ -2,7 +2,7 @@ import { closeSync, openSync, writeSync } from 'node:fs';
 
 const BUFFERED_ROWS = 10_000;
 
-/** Rows of a table, written as they come, so that millions of them need no memory. */
+/** A table whose rows are written as they come, so that millions of them need no memory. */
 export class CsvFile {
   #file;
   #rows;

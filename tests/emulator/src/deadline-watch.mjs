@@ -4,10 +4,10 @@ const [FREE, HANDLER, MASKED] = [0, 1, 2];
 const SHOWN = 16;
 const INSTRUCTION_BYTES = 2;
 const PC = 15;
-/** The program counter has gone past the instruction that masks: CPSID, or the first half of MSR. */
+/** The program counter is past the instruction that masks: CPSID, or the first half of MSR. */
 const PASSED_BYTES = 2;
 
-/** What was taken from flash in one kind of place: data, by instructions anywhere. In a handler the core's bit for Thumb may be set. */
+/** The data read from flash in one kind of place, by instructions anywhere. In a handler the core's Thumb bit may be set. */
 class DataTally {
   constructor() {
     this.count = 0;
@@ -22,14 +22,14 @@ class DataTally {
     this.byPc.set(at, (this.byPc.get(at) ?? 0) + 1);
   }
 
-  /** With the most frequent places first, and those of one frequency in the order of their addresses. */
+  /** The summary lists the most frequent places first, and places of equal frequency by address. */
   summary() {
     const places = [...this.byPc].sort(([pc, count], [otherPc, otherCount]) => otherCount - count || pc - otherPc);
     return { count: this.count, misses: this.misses, pcs: places.slice(0, SHOWN).map(([pc]) => hex(pc)) };
   }
 }
 
-/** The same of instructions, which may be millions, but all in flash. */
+/** The same for instructions. There may be millions, but all are in flash. */
 class CodeTally {
   constructor() {
     this.misses = 0;
@@ -57,11 +57,11 @@ class CodeTally {
 const hex = (pc) => `0x${(pc >>> 0).toString(16)}`;
 
 /**
- * Watches the places where deadlines are: exception handlers, and thread mode with interrupts masked. It counts what comes
- * from flash there, where a miss of the cache is felt, and the longest time for which interrupts were masked.
+ * Watches the code with deadlines: exception handlers, and thread mode with interrupts masked. It counts what this code
+ * reads from flash, where a miss of the cache delays it, and the longest time for which interrupts were masked.
  *
- * The firmware's start is its own affair: it counts from the sender's first bytes after the firmware's first, and so again
- * after every reset.
+ * The firmware's start does not count. Counting begins with the sender's first bytes after the firmware's first, and
+ * restarts in the same way after every reset.
  */
 export class DeadlineWatch {
   /** @param {import('./clock.mjs').MachineClock} clock */
@@ -70,7 +70,7 @@ export class DeadlineWatch {
     this.code = { [HANDLER]: new CodeTally(), [MASKED]: new CodeTally() };
     this.data = { [HANDLER]: new DataTally(), [MASKED]: new DataTally() };
     this.longest = { cycles: 0, pc: null };
-    /** Told when `urgent` changes. */
+    /** Called when `urgent` changes. */
     this.onUrgent = () => {};
   }
 
@@ -80,10 +80,10 @@ export class DeadlineWatch {
     this.heard = false;
     this.counting = false;
     this.context = FREE;
-    /** Whether what comes from flash now is to be counted: the bus asks at every word. */
+    /** Whether reads of flash count now. The bus checks it at every word. */
     this.urgent = false;
     this.masked = null;
-    /** What has come from flash since interrupts were masked: whether it counts is known at the end. */
+    /** What has been read from flash since interrupts were masked. Whether it counts is known only at the end. */
     this.sinceMasked = [];
   }
 
@@ -99,7 +99,7 @@ export class DeadlineWatch {
     this.#consider();
   }
 
-  /** The core has entered or left a handler, or masked interrupts or no longer. */
+  /** The core has entered or left a handler, or has masked or unmasked interrupts. */
   update() {
     const { core, masked } = this;
     if (core.PM && masked === null) this.masked = { pc: core.registers[PC] - PASSED_BYTES, since: this.clock.cycles, counts: this.counting };
@@ -109,8 +109,8 @@ export class DeadlineWatch {
   }
 
   /**
-   * The ROM's flash functions take their time with interrupts masked, as they must. Beside milliseconds it does not matter
-   * what comes from flash before and after them.
+   * The ROM's flash functions must mask interrupts for a long time, which is excluded. Compared with these
+   * milliseconds, reads of flash before and after them do not matter.
    */
   exclude(cycles) {
     if (this.masked === null) return;

@@ -29,12 +29,12 @@ export class DmaChannel {
     this.index = index;
     this.readAddress = 0;
     this.writeAddress = 0;
-    /** Words left, and how many a trigger begins with. */
+    /** Words left, and the number of words with which a trigger begins. */
     this.count = 0;
     this.reload = 0;
     this.busy = false;
     this.errors = 0;
-    /** The cycle on which it may move its next word; infinite while it waits for a request. */
+    /** The cycle on which it may move its next word; Infinity while it waits for a request. */
     this.due = Infinity;
     this.pacedCycle = 0;
     /** Whether its next word has come from flash. */
@@ -75,7 +75,7 @@ export class DmaChannel {
     if ((offset & 0xc) === 0xc) this.#trigger(value, cycle);
   }
 
-  /** Begins a new run of words, if the channel is enabled and not at it already. */
+  /** Begins a new run of words, if the channel is enabled and not busy. */
   start(cycle) {
     if (!this.enabled || this.busy) return;
     this.busy = true;
@@ -96,7 +96,7 @@ export class DmaChannel {
     this.dma.expect(cycle);
   }
 
-  /** Moves a word, and then waits for the next request or completes. A run of no words completes without. */
+  /** Moves a word, and then waits for the next request or completes. A run of no words completes at once. */
   move(cycle) {
     this.due = Infinity;
     if (this.count > 0 && isFlash(this.readAddress) && this.#waitsForFlash(cycle)) return;
@@ -109,7 +109,7 @@ export class DmaChannel {
     const { enabled, request } = this;
     this.#setControl(word);
     if (this.enabled === enabled && this.request === request) return;
-    // A busy channel stops and goes on with EN, and follows a new TREQ_SEL.
+    // A busy channel pauses and continues with EN, and follows a new TREQ_SEL.
     this.#park(request);
     if (this.busy && this.enabled) this.#await(cycle + LATENCY_CYCLES);
   }
@@ -127,7 +127,10 @@ export class DmaChannel {
     this.request = (word >> 15) & 63;
   }
 
-  /** A trigger register was written: nothing (a null trigger) starts nothing, but ends a chain with an interrupt if quiet. */
+  /**
+   * A trigger register was written. Zero (a null trigger) starts nothing, but ends a chain with an interrupt if the
+   * channel is quiet.
+   */
   #trigger(value, cycle) {
     if (value !== 0) this.start(cycle);
     else if (this.ctrl & BIT.quiet) this.dma.raise(this.index);
@@ -138,7 +141,7 @@ export class DmaChannel {
     this.dma.waiting[request] &= ~(1 << this.index);
   }
 
-  /** The next word: on this cycle if its request stands, otherwise when it comes. */
+  /** Schedules the next word: on this cycle if its request is active, otherwise when the request comes. */
   #await(cycle) {
     const { dma, request } = this;
     const pace = dma.pace(request);
@@ -152,7 +155,7 @@ export class DmaChannel {
     }
   }
 
-  /** The word is moved when it has come; until then no channel moves any. */
+  /** The word is moved when it has arrived from flash; until then no channel moves a word. */
   #waitsForFlash(cycle) {
     const readable = this.chip.flash.length > 0;
     const wait = this.fetched || !readable ? 0 : this.dma.cache.readBeside(this.readAddress, cycle);

@@ -26,14 +26,14 @@ export class Dma extends BasePeripheral {
     this.cache = cache;
     /** All channels wait while a word comes from flash. */
     this.heldUntil = 0;
-    /** Told of every address that is read or written, and its cycle. */
+    /** Called with every address that is read or written, and its cycle. */
     this.onAccess = () => {};
     this.clock = chip.clock;
     this.lockstep = lockstep;
     this.next = Infinity;
-    /** The busy channels that wait for each request, a bit each. */
+    /** The busy channels that wait for each request, one bit each. */
     this.waiting = new Uint16Array(REQUESTS);
-    /** Requests of peripherals other than PIO, as they are. */
+    /** The current levels of the requests of peripherals other than PIO. */
     this.levels = new Uint8Array(REQUESTS);
     this.timers = new Uint32Array(4);
     this.channels = Array.from({ length: CHANNELS }, (_, index) => new DmaChannel(this, index));
@@ -44,7 +44,7 @@ export class Dma extends BasePeripheral {
     this.forced = [0, 0];
   }
 
-  /** Moves the word whose turn it is. */
+  /** Moves the word of the channel whose turn it is. */
   tick(cycle) {
     const channel = cycle < this.heldUntil ? null : this.#choose(cycle);
     if (channel !== null) {
@@ -54,12 +54,12 @@ export class Dma extends BasePeripheral {
     this.#lookAhead(Math.max(cycle + 1, this.heldUntil));
   }
 
-  /** No word is moved before that cycle. */
+  /** Moves no word before this cycle. */
   hold(cycle) {
     this.heldUntil = cycle;
   }
 
-  /** A channel is to move a word on this cycle, or later if others go first. */
+  /** A channel wants to move a word on this cycle, or later if others go first. */
   expect(cycle) {
     if (cycle >= this.next) return;
     this.next = cycle;
@@ -74,7 +74,7 @@ export class Dma extends BasePeripheral {
     for (let left = waiting; left !== 0; left &= left - 1) this.channels[31 - Math.clz32(left & -left)].schedule(cycle + LATENCY_CYCLES);
   }
 
-  /** rp2040js's peripherals say so when they request, and when they no longer do. */
+  /** rp2040js's peripherals call this when they request, and clearDREQ when they no longer do. */
   setDREQ(number) {
     this.levels[number] = 1;
     this.request(number, this.clock.cycles);
@@ -84,13 +84,13 @@ export class Dma extends BasePeripheral {
     this.levels[number] = 0;
   }
 
-  /** Whether a request stands. */
+  /** Whether a request is active. */
   requested(number) {
     if (number >= PIO_REQUESTS) return number === UNPACED || this.levels[number] !== 0;
     return this.rp2040.pio[number >> 3].requests(number & 7);
   }
 
-  /** Cycles between two words of a pacing timer (X words in Y cycles); 0 if the request is none. */
+  /** Cycles between two words of a pacing timer (X words in Y cycles); 0 if the request is not a timer. */
   pace(number) {
     if (number < FIRST_TIMER || number >= UNPACED) return 0;
     const timer = this.timers[number - FIRST_TIMER];
@@ -202,7 +202,7 @@ export class Dma extends BasePeripheral {
     this.rp2040.setInterrupt(IRQ_DMA_0 + 1, this.#status(1) !== 0);
   }
 
-  /** DBG_TCR: the count the next trigger begins with. There are never requests in store (DBG_CTDREQ). */
+  /** DBG_TCR: the count with which the next trigger begins. Requests are never stored (DBG_CTDREQ). */
   #debug(offset) {
     const channel = this.channels[Math.floor(offset / CHANNEL_BYTES)];
     return offset % CHANNEL_BYTES === DBG_TCR ? channel.reload : 0;

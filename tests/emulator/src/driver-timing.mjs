@@ -1,8 +1,8 @@
 import { AXES } from './pins.mjs';
 
 /**
- * The drivers' least times, in nanoseconds, by their datasheets: TI's DRV8825 (table 7.6), Trinamic's TMC2209 (section
- * 13.1, at its own 12 MHz clock; it says nothing of ENABLE, which is held to the times of DIR).
+ * The drivers' minimum times, in nanoseconds, from their datasheets: TI's DRV8825 (table 7.6), Trinamic's TMC2209
+ * (section 13.1, at its own 12 MHz clock; it has no times for ENABLE, so those of DIR are used).
  */
 export const DRIVERS = {
   drv8825: { name: 'DRV8825', step_high: 1900, step_low: 1900, dir_setup: 650, dir_hold: 650, enable_setup: 650, enable_hold: 650 },
@@ -10,12 +10,12 @@ export const DRIVERS = {
 };
 const KEPT = 5;
 
-/** Holds every edge of STEP, DIR and ENABLE against what the driver needs. */
+/** Checks every edge of STEP, DIR and ENABLE against the driver's minimum times. */
 export class DriverTiming {
   constructor(limits = DRIVERS.drv8825) {
     this.limits = limits;
     this.counts = {};
-    /** The first few, with their time and value. */
+    /** The first few violations, with their time and value. */
     this.first = [];
     this.axes = Object.fromEntries(AXES.map((axis) => [axis, { riseNanos: -Infinity, fallNanos: -Infinity, dirNanos: -Infinity }]));
     this.enableNanos = -Infinity;
@@ -26,7 +26,7 @@ export class DriverTiming {
     return Object.values(this.counts).reduce((sum, count) => sum + count, 0);
   }
 
-  /** A rising edge of STEP. @returns {boolean} whether the driver takes the step: not while it is off */
+  /** A rising edge of STEP. @returns {boolean} whether the driver takes the step; it does not while it is off */
   rise(axis, nanos) {
     const { limits } = this;
     const seen = this.axes[axis];

@@ -30,7 +30,7 @@ export class EdgeFile {
     closeSync(this.file);
   }
 
-  /** The words are in the host's byte order: little-endian wherever Node runs. */
+  /** The words are in the host's byte order, which is little-endian wherever Node runs. */
   #flush() {
     writeSync(this.file, new Uint8Array(this.words.buffer, 0, this.used * Uint32Array.BYTES_PER_ELEMENT));
     this.used = 0;

@@ -5,7 +5,7 @@ const MACHINE_ARM = 40;
 const LOAD = 1;
 
 /**
- * The bytes an ELF file puts into memory, by physical address: where a flasher would write them.
+ * The bytes that an ELF file puts into memory, by physical address, where a flashing tool would write them.
  *
  * @param {Uint8Array} file
  * @returns {{address: number, bytes: Uint8Array}[]}

@@ -1,10 +1,10 @@
 const HARD_FAULT = 3;
 const PC = 15;
 
-/** Something a Cortex-M0+ answers with a HardFault. */
+/** An error to which a Cortex-M0+ reacts with a HardFault. */
 export class Fault extends Error {}
 
-/** The program counter itself is where no program is. */
+/** The program counter points to an address without a program. */
 export class FetchFault extends Fault {}
 
 /**

@@ -4,7 +4,8 @@ import { FLASH_BYTES, FLASH_START, SECTOR_BYTES } from './flash.mjs';
 const ERASED = 0xff;
 
 /**
- * What a flash file holds: all of flash, from its first byte; what the firmware itself occupies is left erased in it.
+ * The content of a flash file: all of flash, from its first byte. The part that the firmware occupies is left erased in
+ * it.
  *
  * @returns {Uint8Array | null} null if there is no such file yet
  */
@@ -32,7 +33,7 @@ export function writeFlashFile(path, flash, segments) {
   writeFileSync(path, kept);
 }
 
-/** Erases the sectors that segments lie in, as a flasher does before it writes them. */
+/** Erases the sectors that segments occupy, as a flashing tool does before it writes them. */
 export function eraseUnder(flash, segments) {
   for (const { address, bytes } of segments) {
     const start = address - FLASH_START;

@@ -8,19 +8,19 @@ export const FLASH_BYTES = 2 * 1024 * 1024;
 export const SECTOR_BYTES = 4096;
 export const PAGE_BYTES = 256;
 const ERASED = 0xff;
-/** Its erase commands, with the typical times of its datasheet. */
+/** Its erase commands, with the typical times from its datasheet. */
 const ERASES = {
   0x20: { bytes: SECTOR_BYTES, cycles: cyclesOfMillis(45) },
   0x52: { bytes: 32 * 1024, cycles: cyclesOfMillis(120) },
   0xd8: { bytes: 64 * 1024, cycles: cyclesOfMillis(150) },
 };
-/** A page, likewise. */
+/** The typical time to program a page, from the same datasheet. */
 const PROGRAM_CYCLES = cyclesOfMicros(400);
 /** The ROM sends a bit in six cycles. */
 const BYTE_CYCLES = 48;
 /** A command and its address. */
 const COMMAND_CYCLES = 4 * BYTE_CYCLES;
-/** It appears four times in memory, up to 0x13ffffff: an address's first six bits say so. */
+/** Flash appears four times in memory, up to 0x13ffffff. The first six bits of these addresses are the same. */
 const ALIASES = FLASH_START >>> 26;
 const NOTHING = new Uint8Array(0);
 
@@ -28,12 +28,12 @@ const hex = (value) => `0x${value.toString(16)}`;
 
 export const isFlash = (address) => address >>> 26 === ALIASES;
 
-/** What is wrong with reading flash that cannot be read. */
+/** The error for reading flash while it cannot be read. */
 export function hiddenFlash(address) {
   return `flash is read at ${hex(address >>> 0)} while it is being programmed (by an interrupt? by code or data that is not in RAM?)`;
 }
 
-/** The flash chip behind its serial interface: what it holds, and whether it can be read as memory. */
+/** The flash chip behind its serial interface: its content, and whether it can be read as memory. */
 export class Flash {
   /** @param {import('./xip-cache.mjs').XipCache} cache */
   constructor(chip, cache) {
@@ -42,7 +42,7 @@ export class Flash {
     this.bytes = chip.flash;
     this.interface = new Ssi(chip, 'SSI', () => this.update());
     this.selected = false;
-    /** Told when it changes. */
+    /** Called when that changes. */
     this.onReadable = () => {};
     this.update();
   }
@@ -51,20 +51,20 @@ export class Flash {
     return this.chip.flash.length > 0;
   }
 
-  /** The ROM leaves the chip selected by hand after a command, which hides it too, until it flushes the cache. */
+  /** After a command the ROM leaves the chip selected by hand. That hides flash too, until the ROM flushes the cache. */
   select(selected) {
     this.selected = selected;
     this.update();
   }
 
-  /** The ROM flushes and enables the cache, and lets go of the chip. */
+  /** The ROM flushes and enables the cache, and deselects the chip. */
   flushCache() {
     this.cache.flush();
     this.cache.enable(true);
     this.select(false);
   }
 
-  /** Shows or hides flash, and takes its time, as its interface is set. */
+  /** Shows or hides flash and sets its read time, according to its interface. */
   update() {
     this.cache.setWordCycles(this.interface.wordCycles);
     const readable = !this.selected && this.interface.showsFlash;
@@ -73,7 +73,7 @@ export class Flash {
     this.onReadable(readable);
   }
 
-  /** Erases what a command erases. @returns {{bytes: number, cycles: number}} */
+  /** Erases what this command erases. @returns {{bytes: number, cycles: number}} */
   erase(address, command) {
     const erase = ERASES[command];
     if (erase === undefined) throw new Fault(`flash has no erase command ${hex(command)}: it has ${Object.keys(ERASES).map(Number).map(hex).join(', ')}`);
@@ -83,7 +83,7 @@ export class Flash {
     return { bytes: erase.bytes, cycles: erase.cycles + COMMAND_CYCLES };
   }
 
-  /** Programs a page: bits go from 1 to 0, none the other way. @returns {number} the cycles it takes */
+  /** Programs a page. Bits can change from 1 to 0 only. @returns {number} the cycles it takes */
   program(address, page) {
     this.#check('programs', address, PAGE_BYTES);
     page.forEach((byte, index) => (this.bytes[address + index] &= byte));

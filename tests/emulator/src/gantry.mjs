@@ -42,7 +42,7 @@ export class Gantry {
     this.levels.set(pin, true);
     const onLevel = (high) => {
       this.#drive(pin, high);
-      // A contact that bounces as it is left says nothing new.
+      // A contact that bounces as it opens is not a new stop.
       if (!high && limitSwitch.held) this.#stop(`${axis}_LIMIT`);
     };
     const limitSwitch = new LimitSwitch(this.clock, { bounceMicros, random, onLevel });
@@ -51,7 +51,7 @@ export class Gantry {
     this.directions[axis] = -1;
   }
 
-  /** Solders the gantry to a chip that has just been powered or reset. */
+  /** Connects the gantry to a chip that has just been powered or reset. */
   attach(chip) {
     this.chip = chip;
     this.tool.attach(chip);
@@ -77,24 +77,24 @@ export class Gantry {
     this.#drive(TOOL_INPUTS[button], !pressed);
   }
 
-  /** A reset byte has come. */
+  /** A reset byte has arrived. */
   reset() {
     this.stops.reset();
     this.toolStops.told('RESET');
   }
 
-  /** Shows the watcher the levels of all inputs, and every change: (pin, high). */
+  /** Calls the watcher with the levels of all inputs, and with every change: (pin, high). */
   watchInputs(watcher) {
     this.inputWatchers.add(watcher);
     for (const [pin, high] of this.levels) watcher(pin, high);
   }
 
-  /** Input pins that float when their switch is open: the firmware has not switched the pull-up on. */
+  /** Input pins that float when their switch is open, because the firmware has not switched the pull-up on. */
   floatingInputs() {
     return [...this.levels.keys()].filter((pin) => !this.chip.gpio[pin].pullupEnabled);
   }
 
-  /** The axes have found their switches: the trace counts from here. */
+  /** The axes have been homed. The trace counts from here. */
   home(axes) {
     for (const axis of axes) this.carriages[axis].home();
   }
@@ -121,7 +121,7 @@ export class Gantry {
     if (!high) return this.timing.fall(axis, nanos);
     const carriage = this.carriages[axis];
     const direction = this.directions[axis];
-    // Before the carriage, whose switch may say stop.
+    // Before the carriage moves, because its switch may report a stop.
     this.stops.step(axis, cycles);
     if (this.timing.rise(axis, nanos)) carriage.step(direction);
     this.probe.step(axis);

@@ -2,7 +2,7 @@ import { readSync, writeSync } from 'node:fs';
 import { CLOCK_HZ, NANOS_PER_CYCLE } from './clock.mjs';
 import { homedAxes, printable, trimmedText } from './lines.mjs';
 
-/** By number: touching process.stdin would have its reads no longer wait. */
+/** File descriptors are used by number, because after process.stdin is used, reads no longer block. */
 const [STDIN, STDOUT] = [0, 1];
 const LF = 0x0a;
 const CR = 0x0d;
@@ -11,8 +11,8 @@ const STATUS_REQUEST = Uint8Array.of(0x3f);
 const LAST_STATUS_CYCLES = 0.1 * CLOCK_HZ;
 
 /**
- * A board run in steps by another program, which keeps the pace and holds the sender's end of the cable. It asks, a line
- * each:
+ * A board that another program runs in steps. That program sets the pace and is the sender. It sends requests, one per
+ * line:
  *
  *     run NANOS HEX     sends the bytes now (- for none), runs to that machine time; answered by
  *                       NANOS UNSENT HEX: the machine time, the bytes still to go to the chip, the bytes that came
@@ -29,13 +29,13 @@ export class Live {
     this.transcript = transcript;
     this.lastStatus = null;
     this.alarm = null;
-    /** Lines are not kept: a live board may hear millions. */
+    /** Lines are not stored, because a live board may receive millions. */
     this.sent = [];
     this.ended = false;
     this.dtr = [];
     this.received = [];
     this.partial = { sent: [], received: [] };
-    /** What was sent and is not answered yet, a line each: homing moves the zero of the trace. */
+    /** Lines that have been sent and not answered yet. They are needed because homing moves the zero of the trace. */
     this.unanswered = [];
     board.onBytes = (bytes) => bytes.forEach((byte) => this.#receive(byte));
   }
@@ -75,7 +75,7 @@ export class Live {
     this.ended = true;
   }
 
-  /** Moves DTR by one change, if the host has set the port up. */
+  /** Makes one change of DTR, if the host has set the port up. */
   #setDtr() {
     const { cable } = this.board;
     if (this.dtr.length === 0 || !cable.settled) return;
@@ -108,7 +108,7 @@ export class Live {
     this.transcript?.received(this.board.nanos, text);
     if (text.startsWith('<')) this.#status(text);
     else if (text.startsWith('ALARM:')) this.alarm = text;
-    // After a reset nothing that was sent before is answered any more.
+    // After a reset, nothing sent before is answered.
     else if (text.startsWith('Grbl')) this.unanswered = [];
     else if (text === 'ok') this.board.gantry.home(homedAxes(this.unanswered.shift() ?? ''));
     else if (text.startsWith('error:')) this.unanswered.shift();
@@ -120,13 +120,13 @@ export class Live {
   }
 }
 
-/** Bytes that the controller acts on as they come, wherever they stand in a line. */
+/** Bytes that the controller acts on as soon as they come, also in the middle of a line. */
 function isRealTime(byte) {
   return byte === RESET || byte >= 0x80 || '?!~'.includes(String.fromCharCode(byte));
 }
 
 /**
- * Answers requests from stdin on stdout until it has ended, or the other program has.
+ * Answers requests from stdin on stdout until `live` or the other program has ended.
  *
  * @param {Live} live
  */

@@ -1,8 +1,8 @@
 /**
  * What runs beside the core, cycle by cycle: both PIO blocks and the DMA, in this order within a cycle.
  *
- * Only cycles on which one of them does something are visited. The core runs an instruction, then these catch up with
- * it; what they do shows its own cycle on the clock, so an edge is told with the cycle of the edge.
+ * Only cycles on which one of them acts are visited. The core runs an instruction, then these catch up with it. Each
+ * action has its own cycle on the clock, so an edge is reported with the cycle of the edge.
  */
 export class Lockstep {
   /** @param {import('./clock.mjs').MachineClock} clock */
@@ -18,12 +18,12 @@ export class Lockstep {
     this.parts.push(part);
   }
 
-  /** A part is due on this cycle, earlier than thought perhaps. */
+  /** A part is due on this cycle, which may be earlier than expected so far. */
   expect(cycle) {
     if (cycle < this.next) this.next = cycle;
   }
 
-  /** Visits all cycles up to and with the core's, but none after the next alarm's. */
+  /** Visits all cycles up to and including the core's, but none after the next alarm's. */
   catchUp() {
     const { clock } = this;
     const { past, core } = clock;
@@ -37,7 +37,7 @@ export class Lockstep {
   tick(cycle) {
     const { parts } = this;
     const end = cycle + 1;
-    // What a part wakes in one before it comes by `expect`.
+    // If a part makes an earlier part due, that calls `expect`.
     this.next = Infinity;
     for (let index = 0; index < parts.length; index++) {
       const part = parts[index];

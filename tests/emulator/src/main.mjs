@@ -58,7 +58,7 @@ function powered(options) {
   return new Board(firmware(options.elf), options, options.flash ? readFlashFile(options.flash) : null);
 }
 
-/** Another program keeps the pace; the last line on stdout is the summary. */
+/** Another program sets the pace. The last line on stdout is the summary. */
 function live(options) {
   const board = powered(options);
   const transcript = options.transcript ? new Transcript() : undefined;
@@ -107,7 +107,7 @@ function write(path, content) {
   if (path !== undefined) writeFileSync(path, content.toString());
 }
 
-/** Attaches what the options ask to record. */
+/** Attaches the recorders that the options request. */
 function record(board, options) {
   const recorders = {};
   if (options.trace) {
@@ -146,13 +146,13 @@ function attempt(action) {
     action();
     return null;
   } catch (error) {
-    // What the machine or the firmware did wrong is a plain Error; anything else is a defect of the emulator.
+    // A mistake of the machine or the firmware is a plain Error; any other error is a bug of the emulator.
     if (error.name !== 'Error') throw error;
     return error.message;
   }
 }
 
-/** What the board has to say against a run that came to its end. */
+/** What was wrong in a run that reached its end. */
 function verdict(board) {
   const { timing } = board.gantry;
   const [fault] = board.faults.slice(board.crashes);

@@ -1,6 +1,6 @@
 import { NANOS_PER_CYCLE } from './clock.mjs';
 
-/** When all of the tool's outputs were off after an instant, and when one was on again after that. */
+/** Records when all of the tool's outputs were off after an instant, and when one was on again after that. */
 export class OffTimes {
   #clock;
   #on = false;
@@ -33,7 +33,7 @@ export class OffTimes {
   }
 }
 
-/** An instant from which the outputs are followed. */
+/** An instant after which the outputs are watched. */
 class Mark {
   #cycle;
   #offCycle;

@@ -1,6 +1,6 @@
 import { CLOCK_HZ, cyclesOfMillis } from './clock.mjs';
 
-/** Without a step for so long, the machine stands still. */
+/** If there is no step for this long, the machine stands still. */
 const PAUSE_CYCLES = cyclesOfMillis(50);
 
 /** How long the tool's power is on, and how long of that while the machine stands still. */
@@ -35,7 +35,7 @@ export class OnTime {
     return this.#cycles + (this.#onSince === null ? 0 : cycle - this.#onSince);
   }
 
-  /** Of the time on since the last step, what counts as standing still. */
+  /** The part of the on-time since the last step that counts as standstill. */
   #still(cycle, cycles) {
     return cycle - this.#stepCycle < PAUSE_CYCLES ? 0 : cycles - this.#cyclesAtStep;
   }

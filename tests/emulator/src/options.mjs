@@ -133,7 +133,7 @@ function number(name, text, least, most) {
   return value;
 }
 
-/** Ideal flash has none. */
+/** Ideal flash has no misses. */
 function missFactor(ideal, factor) {
   if (ideal && factor !== undefined) throw new Error('--ideal-flash has no misses: leave --miss-factor out');
   return ideal ? null : number('--miss-factor', factor ?? '1', 0, 1000);

@@ -2,7 +2,7 @@ import { CsvFile } from './csv-file.mjs';
 
 export const HEADER = 't_ns,output,value';
 
-/** The trace of the tool's outputs: a row for every change of one. All are 0 before their first. */
+/** The trace of the tool's outputs: a row for every change of an output. All outputs are 0 before their first row. */
 export class OutputTrace {
   #file;
 

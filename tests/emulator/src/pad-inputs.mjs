@@ -4,8 +4,8 @@ const [LEVEL_LOW, LEVEL_HIGH, EDGE_LOW, EDGE_HIGH] = [1 << 0, 1 << 1, 1 << 2, 1 
 const INPUT_ENABLE = 1 << 6;
 
 /**
- * What the inputs of the pins see: the level from outside, or that of the chip's own output while that is on. It goes to
- * the pin's interrupts at once, to the PIO blocks and to SIO through their synchronisers.
+ * What the inputs of the pins see: the level from outside, or that of the chip's own output while that is enabled. The
+ * pin's interrupts see it at once; the PIO blocks and SIO see it through their synchronisers.
  */
 export class PadInputs {
   /**
@@ -20,7 +20,7 @@ export class PadInputs {
     for (const pin of chip.gpio) this.#attach(pin);
   }
 
-  /** Puts these rules in place of rp2040js's, which knows the level from outside only. */
+  /** Replaces rp2040js's rules, which use only the level from outside. */
   #attach(pin) {
     const { setInputValue, checkForUpdates } = pin;
     let outside = pin.rawInputValue;
@@ -45,7 +45,10 @@ export class PadInputs {
     pin.follow = (high) => this.#follow(pin, high, take);
   }
 
-  /** The output of a pin without overrides changes: what `settle` does, quickly where nobody asked for interrupts. */
+  /**
+   * The output of a pin without overrides changes. The effect is that of `settle`, but faster where no interrupt is
+   * enabled.
+   */
   #follow(pin, high, take) {
     if ((pin.irqEnableMask | pin.irqForceMask) !== 0) return take(high);
     pin.rawInputValue = high;

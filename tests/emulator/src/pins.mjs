@@ -1,4 +1,4 @@
-/** What is soldered where: the pin table of the gantry board. */
+/** Which pin is connected to what: the pin table of the gantry board. */
 export const AXES = ['X', 'Y', 'Z'];
 export const PINS = {
   X: { step: 2, dir: 3, limit: 9 },
@@ -8,13 +8,13 @@ export const PINS = {
 export const ENABLE_PIN = 8;
 export const ESTOP_PIN = 12;
 export const LED_PIN = 25;
-/** What the chip tells the tool. */
+/** Outputs of the chip to the tool. */
 export const TOOL_OUTPUTS = { pwm: 13, enable: 14, direction: 15, flood: 16, mist: 17 };
 /** Contacts to ground: the tool's probe, and the buttons for feed hold and cycle start. */
 export const TOOL_INPUTS = { probe: 18, hold: 19, start: 20 };
 export const STEPS_PER_MM = 50;
 
-/** Every output worth a wave, by name. */
+/** Every output that is recorded as a waveform, by name. */
 export const NAMED_OUTPUTS = new Map([
   ...AXES.flatMap((axis) => [
     [PINS[axis].step, `${axis}_STEP`],
@@ -25,5 +25,5 @@ export const NAMED_OUTPUTS = new Map([
   ...Object.entries(TOOL_OUTPUTS).map(([output, pin]) => [pin, `TOOL_${output.toUpperCase()}`]),
 ]);
 
-/** The inputs worth a wave, by name. */
+/** The inputs that are recorded as waveforms, by name. */
 export const NAMED_INPUTS = new Map(Object.entries(TOOL_INPUTS).map(([input, pin]) => [pin, `${input.toUpperCase()}_n`]));

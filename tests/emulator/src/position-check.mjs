@@ -4,8 +4,8 @@ import { AXES, STEPS_PER_MM } from './pins.mjs';
  * Where a status report and the gantry disagree, in words.
  *
  * @param {string} status a report with MPos, at the default 50 steps/mm
- * @param {number[]} before steps counted when the report was asked for, an axis each
- * @param {number[]} after and when it had come
+ * @param {number[]} before steps counted when the report was requested, one number per axis
+ * @param {number[]} after steps counted when it had come
  * @returns {string[]}
  */
 export function differences(status, before, after) {

@@ -1,8 +1,8 @@
 export const PLATE_SIDES = ['below', 'above'];
-/** Far below a step, far above what a place loses to rounding. */
+/** Far smaller than a step, and far larger than rounding errors of a position. */
 const TOLERANCE_MM = 1e-6;
 
-/** A plate in the way of one axis: it touches the probe at its place and beyond. */
+/** A plate on one axis. It touches the probe at its place and beyond. */
 export class ProbePlate {
   /**
    * @param {string} axis

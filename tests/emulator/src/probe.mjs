@@ -1,7 +1,10 @@
 import { NANOS_PER_CYCLE } from './clock.mjs';
 import { AXES } from './pins.mjs';
 
-/** The probe: a contact to ground that a plate closes, or a hand. It keeps the steps at which it closed and opened. */
+/**
+ * The probe: a contact to ground that a plate or a hand closes. It records the steps at which the contact closed and
+ * opened.
+ */
 export class Probe {
   #clock;
   #carriages;
@@ -25,13 +28,13 @@ export class Probe {
     this.#onLevel = onLevel;
   }
 
-  /** Puts a plate where it is to be touched, or takes it away. @param {import('./probe-plate.mjs').ProbePlate | null} plate */
+  /** Places a plate or removes it. @param {import('./probe-plate.mjs').ProbePlate | null} plate */
   setPlate(plate) {
     this.#plate = plate;
     this.#touch(plate?.axis ?? null);
   }
 
-  /** Closes the contact by hand, or lets go of it. */
+  /** Closes the contact by hand, or releases it. */
   press(pressed) {
     this.#pressed = pressed;
     this.#settle(null);

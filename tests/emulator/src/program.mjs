@@ -26,12 +26,12 @@ export class ProgramRun {
     if (!this.#gone) this.#waitIdle();
   }
 
-  /** What is wrong with a run that came to its end, if anything. */
+  /** The error of a run that reached its end, if there is one. */
   verdict() {
     const { sent } = this.console;
     const unsent = this.lines.length - sent.length;
     if (this.#gone && unsent > 0) return `the firmware rebooted into BOOTSEL before ${unsent} of ${this.lines.length} lines were sent`;
-    // The line that asks for BOOTSEL need not be answered.
+    // The line that requests BOOTSEL may stay unanswered.
     const refused = sent.filter(({ reply }, index) => reply !== 'ok' && !(this.#gone && reply === null && index === sent.length - 1)).length;
     return this.#trouble() ?? (refused > 0 ? `${refused} of ${this.lines.length} lines were refused` : null);
   }
@@ -40,7 +40,10 @@ export class ProgramRun {
     return `line ${this.console.sent.length} of ${this.lines.length}`;
   }
 
-  /** With nothing unanswered any line goes; counting characters, as long as the controller's buffer has room. */
+  /**
+   * Whether a line may be sent: always if nothing is unanswered; otherwise, when counting characters, if the
+   * controller's buffer has room.
+   */
   #fits(line) {
     const { unanswered } = this.console;
     if (unanswered.length === 0) return true;
@@ -60,7 +63,7 @@ export class ProgramRun {
     console.waitFor(`reply to ${name}`, probe, this.timeoutSeconds);
   }
 
-  /** Until Idle, or until the firmware leaves for BOOTSEL. */
+  /** Waits until Idle, or until the firmware enters BOOTSEL. */
   #waitIdle() {
     try {
       this.console.waitIdle(this.timeoutSeconds);
@@ -80,7 +83,7 @@ export class ProgramRun {
     throw new Error(`${trouble}, waiting for the reply to ${name} at ${(this.console.board.nanos / 1e9).toFixed(6)} s`);
   }
 
-  /** What befell the chip itself, if anything. */
+  /** A failure of the chip itself, if there is one. */
   #trouble() {
     const { faults, resets } = this.console.board;
     if (faults.length > 0) return `the firmware took a hard fault (${faults[0].what}, pc ${faults[0].pc})`;

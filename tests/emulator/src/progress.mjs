@@ -1,6 +1,6 @@
 const EVERY_MS = 1000;
 
-/** Says on stderr, once a second of the wall clock, how far the run is. It shows, and never steers. */
+/** Prints the progress to stderr, once a second of the wall clock. It has no influence on the run. */
 export class Progress {
   constructor(board, shown, describe) {
     this.board = board;
@@ -10,7 +10,7 @@ export class Progress {
     if (shown) board.onSlice = () => this.#tick();
   }
 
-  /** How fast it went, at the end. */
+  /** The speed of the run, for its end. */
   speed() {
     const wallSeconds = (performance.now() - this.startedMs) / 1000;
     return `${wallSeconds.toFixed(1)} s of wall time, ${(this.board.nanos / 1e9 / wallSeconds).toFixed(2)} times real time`;

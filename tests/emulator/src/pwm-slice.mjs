@@ -7,26 +7,26 @@ const LARGEST_DIVIDER = 256 * SIXTEENTHS;
 const CHANNELS = 2;
 
 /**
- * A slice of the PWM (datasheet 4.5), free-running and trailing-edge: a counter that is reckoned from the cycle, so that a
- * slice that nobody changes costs nothing. It has an alarm only for a wrap that matters, or for every edge where edges are
- * shown.
+ * A slice of the PWM (datasheet 4.5), free-running and trailing-edge. Its counter is computed from the cycle, so a
+ * slice that nobody changes costs nothing. It sets an alarm only for a wrap that matters, or for every edge if edges
+ * are shown.
  */
 export class PwmSlice {
   #clock;
   #alarm;
   #onChange;
-  /** The cycle of which the counter and the phase of the divider, in sixteenths of a cycle, are kept. */
+  /** The cycle to which the stored counter and the stored phase of the divider, in sixteenths of a cycle, belong. */
   #sinceCycle;
   #counter = 0;
   #phase = SIXTEENTHS - 1;
   #csr = 0;
   #div = SIXTEENTHS;
-  /** As written, and as in force since a wrap. */
+  /** The values as written, and those in force since the last wrap. */
   #cc = 0;
   #top = COUNTER_MASK;
   #latchedCc = 0;
   #latchedTop = COUNTER_MASK;
-  /** The levels at which the outputs of A and B stand while the slice is halted. */
+  /** The levels of the outputs A and B while the slice is halted. */
   #held = [false, false];
   #wrapped = false;
   #wrapAwaited = false;
@@ -67,7 +67,7 @@ export class PwmSlice {
     return this.#top;
   }
 
-  /** Whether it has wrapped since that was last cleared. */
+  /** Whether the counter has wrapped since this flag was last cleared. */
   get wrapped() {
     return this.#wrapped || this.#ticksTo(this.#clock.cycles) >= this.#ticksToWrap;
   }
@@ -77,7 +77,7 @@ export class PwmSlice {
     return this.#rawLevel(channel) !== this.#inverted(channel);
   }
 
-  /** The fraction of its time for which an output is high, by the compare value in force; 0 or 1 while the slice is halted. */
+  /** The fraction of time during which an output is high, with the compare value in force; 0 or 1 while the slice is halted. */
   duty(channel) {
     const duty = this.enabled ? Math.min(1, this.#compare(channel) / (this.#latchedTop + 1)) : Number(this.#held[channel]);
     return this.#inverted(channel) ? 1 - duty : duty;
@@ -114,12 +114,12 @@ export class PwmSlice {
     this.#change(() => (this.#wrapped = false));
   }
 
-  /** Has the next wrap told on its cycle, or no longer. */
+  /** Sets whether the next wrap is reported on its cycle. */
   awaitWrap(awaited) {
     this.#change(() => (this.#wrapAwaited = awaited));
   }
 
-  /** Has every edge of its outputs told on its cycle. */
+  /** Reports every edge of the outputs on its cycle from now on. */
   showEdges() {
     this.#change(() => (this.#edgesShown = true));
   }
@@ -129,7 +129,7 @@ export class PwmSlice {
     return this.#div < SIXTEENTHS ? LARGEST_DIVIDER + this.#div : this.#div;
   }
 
-  /** The counter wraps behind TOP; from beyond TOP it counts on through all sixteen bits. */
+  /** The counter wraps after TOP. If it is above TOP, it counts on through all sixteen bits. */
   get #ticksToWrap() {
     return (this.#counter <= this.#latchedTop ? this.#latchedTop : COUNTER_MASK) + 1 - this.#counter;
   }
@@ -150,7 +150,7 @@ export class PwmSlice {
     return this.enabled ? this.counter < this.#compare(channel) : this.#held[channel];
   }
 
-  /** What the core overtakes in the midst of an instruction is done on its own cycle first. */
+  /** First does what is due before this cycle, even if the core has passed it within an instruction. */
   #change(write) {
     const { cycles } = this.#clock;
     this.#catchUp(cycles);
@@ -175,7 +175,7 @@ export class PwmSlice {
     this.#onChange();
   }
 
-  /** Brings the counter to a cycle; a wrap on the way puts in force what was written. */
+  /** Advances the counter to a cycle. A wrap on the way makes the written values effective. */
   #settle(cycle) {
     const ticks = this.#ticksTo(cycle);
     const wraps = ticks >= this.#ticksToWrap;
@@ -192,7 +192,7 @@ export class PwmSlice {
     this.#latchedTop = this.#top;
   }
 
-  /** Sixteenths of a cycle since a tick. */
+  /** Sixteenths of a cycle since the last tick. */
   #elapsed(cycle) {
     return Math.max(0, cycle - this.#sinceCycle) * SIXTEENTHS + this.#phase;
   }
@@ -212,7 +212,7 @@ export class PwmSlice {
     else this.#alarm.cancel();
   }
 
-  /** Until something has to be done: a wrap that puts in force or is awaited, or an edge. */
+  /** Ticks until something has to be done: a wrap that makes values effective or is awaited, or an edge. */
   #ticksToNext() {
     let ticks = this.#pending || this.#edgesShown || (this.#wrapAwaited && !this.#wrapped) ? this.#ticksToWrap : Infinity;
     for (let channel = 0; this.#edgesShown && channel < CHANNELS; channel++) {

@@ -17,8 +17,9 @@ export const FUNCTION_PWM = 4;
 const channelOf = (pin) => ({ slice: (pin >> 1) & (SLICES - 1), channel: pin & 1 });
 
 /**
- * The PWM block (datasheet 4.5), exact to the cycle: rp2040js's counts in nanoseconds, rounded. A level is reckoned when it
- * is asked for. Pins are told what registers and latches change; of all other edges, only once they are to be shown.
+ * The PWM block (datasheet 4.5), exact to the cycle; rp2040js's counts in rounded nanoseconds. A level is computed when
+ * it is read. Pins are always informed of changes by registers and latches; of other edges, only if they are to be
+ * shown.
  */
 export class Pwm extends BasePeripheral {
   #slices;
@@ -30,7 +31,7 @@ export class Pwm extends BasePeripheral {
     super(chip, name);
     /** All pins of a free-running slice are outputs. */
     this.gpioDirection = ALL_PINS;
-    /** rp2040js tells these when the system clock changes; the machine's clock does not. */
+    /** rp2040js calls these when the system clock changes. The machine's clock never changes. */
     this.channels = [];
     this.#slices = Array.from({ length: SLICES }, (_, index) => new PwmSlice(chip.clock, () => this.#changed(index)));
   }
@@ -44,18 +45,18 @@ export class Pwm extends BasePeripheral {
     return (levels | (levels << (SLICES * CHANNELS))) & ALL_PINS;
   }
 
-  /** The fraction of its time for which the slice has a pin high. */
+  /** The fraction of time during which the slice drives a pin high. */
   dutyOf(pin) {
     const { slice, channel } = channelOf(pin);
     return this.#slices[slice].duty(channel);
   }
 
-  /** Has every edge that its slice gives a pin happen there, on its cycle. */
+  /** From now on, shows every edge of this pin's slice on the pin, on its cycle. */
   showEdges(pin) {
     this.#slices[channelOf(pin).slice].showEdges();
   }
 
-  /** rp2040js tells the levels of inputs, which a free-running slice does not look at. */
+  /** rp2040js reports the levels of inputs here. A free-running slice ignores them. */
   gpioOnInput() {}
 
   readUint32(offset) {

@@ -3,7 +3,7 @@ import { AXES } from './pins.mjs';
 
 const SHOWN = 5;
 
-/** Everything a run came to, for `--json`: machine time only, so the same run gives the same bytes. */
+/** All results of a run, for `--json`. They contain machine time only, so the same run gives the same bytes. */
 export function summary(board, console, error) {
   const { clock, gantry } = board;
   const { moving } = gantry.statistics;
@@ -74,7 +74,7 @@ function replySummary({ text, reply, sentNanos, arrivedNanos, repliedNanos }, in
 
 const ratio = (part, whole) => (whole > 0 ? Number((part / whole).toFixed(6)) : 0);
 
-/** The same for people. */
+/** The results as text for people. */
 export function readable(result) {
   const refused = result.replies.filter(({ reply }) => reply !== 'ok');
   const { core, moving, driver_timing: timing } = result;
@@ -108,7 +108,7 @@ function cacheLine({ accesses, misses, stall_cycles: stalled, miss_cycles: cost 
   return `Flash        ${accesses} words read, ${part(misses, accesses)} not in the cache at ${cost} cycles each; the core waited ${part(stalled, core.awake_cycles)} of its time awake`;
 }
 
-/** What has to be in time and yet comes from flash, and how long nothing could come in time. */
+/** Accesses of urgent code to flash, and the longest time with interrupts masked. */
 function urgentLines(result) {
   const { longest_masked_cycles: longest, longest_masked_pc: pc } = result;
   return [
@@ -132,7 +132,7 @@ function slowestStopLine(stops) {
   return `             of ${stops.length} stops the slowest: ${slowest.input}, ${(slowest.latency_ns / 1000).toFixed(2)} us`;
 }
 
-/** Nothing of a tool that nobody has used. */
+/** Empty for a tool that was not used. */
 function toolLines({ changes, on_s: on, on_at_standstill_s: still, stops }) {
   if (changes === 0) return [];
   return [

@@ -8,7 +8,7 @@ import { Stillness } from './stillness.mjs';
 
 const STATUS_REQUEST = Uint8Array.of(0x3f);
 
-/** The script's commands: what follows the word, and what it does. */
+/** The script's commands: the argument of each, and what it does. */
 export const COMMANDS = {
   send: { usage: 'send TEXT', parse: (rest) => new TextEncoder().encode(`${rest}\n`), run: (script, bytes) => script.console.sendLine(bytes) },
   bytes: { usage: 'bytes HEX HEX ...', parse: hexBytes, run: (script, bytes) => script.console.send(bytes) },
@@ -66,7 +66,7 @@ function parseLine({ number, source }) {
   }
 }
 
-/** Runs a script against the board: each command at the machine time at which the one before it was done. */
+/** Runs a script on the board. Each command starts at the machine time at which the previous one ended. */
 export class ScriptRun {
   constructor(console, commands, { pollHz, timeoutSeconds }) {
     Object.assign(this, { console, commands, pollHz, timeoutSeconds, board: console.board, resetsSeen: 0, bootselSeen: false, edgeCycle: null, stillness: null });
@@ -87,7 +87,7 @@ export class ScriptRun {
     }
   }
 
-  /** A script judges replies itself; a reset it did not wait for is a failure. */
+  /** The script itself checks the replies. A reset that it did not wait for is a failure. */
   verdict() {
     const { resets, bootsel } = this.board;
     if (bootsel !== null && !this.bootselSeen) return `the firmware rebooted into BOOTSEL at ${(bootsel.t_ns / 1e9).toFixed(6)} s`;
@@ -98,14 +98,14 @@ export class ScriptRun {
     return `script line ${this.at} of ${this.commands.at(-1)?.number ?? 0}`;
   }
 
-  /** The next reply or status must begin with the prefix; other messages are searched for it. */
+  /** The next reply or status must begin with the prefix. Other messages are searched for one that does. */
   expect(prefix, kind = /^(ok|error)/.test(prefix) ? 'reply' : kindOf(prefix)) {
     const next = () => this.console.take(kind, kind === 'message' ? prefix : '');
     const { text } = this.console.waitFor(`line beginning ${prefix || kind}`, next, this.timeoutSeconds);
     if (!text.startsWith(prefix)) throw new Error(`got ${text}`);
   }
 
-  /** In BOOTSEL: how the firmware left them. */
+  /** In BOOTSEL, the state in which the firmware left the motors counts. */
   expectMotors(on) {
     const { bootsel, gantry } = this.board;
     const { energised } = bootsel ?? gantry.timing;
@@ -117,7 +117,7 @@ export class ScriptRun {
     while (this.board.clock.cycles < until) this.board.run(until);
   }
 
-  /** Until the next rising edge of STEP on any axis; a wait that follows counts from the edge itself. */
+  /** Waits until the next rising edge of STEP on any axis. A wait that follows counts from the edge itself. */
   waitEdge() {
     const { board } = this;
     const { stepWatchers } = board.gantry;
@@ -134,7 +134,7 @@ export class ScriptRun {
     }
   }
 
-  /** Until an output of the tool is on or off; a wait that follows counts from the change itself. */
+  /** Waits until an output of the tool is on or off. A wait that follows counts from the change itself. */
   waitOutput(output, on) {
     const { board } = this;
     const { tool } = board.gantry;
@@ -156,7 +156,7 @@ export class ScriptRun {
     return this.board.gantry.tool.values[output] > 0;
   }
 
-  /** Until all that was sent has reached the chip; a wait that follows counts from that instant. */
+  /** Waits until everything sent has reached the chip. A wait that follows counts from that instant. */
   waitArrival() {
     const { board } = this;
     const { onDelivered } = board;
@@ -173,7 +173,7 @@ export class ScriptRun {
     }
   }
 
-  /** Later than so much from now, or from what was just waited for, no step may come. */
+  /** No step may come later than this time, counted from now or from the event that was just waited for. */
   stopWithin(micros) {
     this.stillness ??= new Stillness(this.board.gantry);
     this.stillness.from(this.from + cyclesOfMicros(micros));
@@ -184,7 +184,10 @@ export class ScriptRun {
     if (breach !== null) throw new Error(breach);
   }
 
-  /** Asks for the position and holds it against the edges that left; what moved in between may be either. */
+  /**
+   * Requests the position and compares it with the edges that left. Steps that are made during the request may be
+   * counted or not.
+   */
   checkPosition() {
     const counted = () => AXES.map((axis) => this.board.gantry.carriages[axis].positionSteps);
     const before = counted();
@@ -200,7 +203,10 @@ export class ScriptRun {
     this.resetsSeen += 1;
   }
 
-  /** The firmware has asked the ROM for BOOTSEL. Nothing that talks to the board can come after, but after leave-bootsel. */
+  /**
+   * Waits until the firmware has asked the ROM for BOOTSEL. No command that talks to the board may follow before
+   * leave-bootsel.
+   */
   expectBootsel() {
     this.console.waitFor('BOOTSEL', () => this.board.bootsel, this.timeoutSeconds);
     this.bootselSeen = true;
@@ -213,7 +219,7 @@ export class ScriptRun {
     this.bootselSeen = false;
   }
 
-  /** Nothing that was sent before is answered any more. */
+  /** After this, nothing sent before is answered. */
   powerCycle() {
     if (this.board.bootsel !== null) throw new Error('the board is in BOOTSEL: it is a drive');
     this.board.powerCycle();
@@ -269,7 +275,7 @@ function pressed(rest) {
   return oneOf(['pressed', 'released'], rest) === 'pressed';
 }
 
-/** Places in millimetres above the limit switch; null for none. */
+/** A position in millimetres above the limit switch; null for no plate. */
 function plate(rest) {
   if (rest.trim() === 'none') return null;
   const [axis, mm, side, ...more] = rest.trim().split(/\s+/);

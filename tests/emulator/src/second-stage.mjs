@@ -1,10 +1,10 @@
 import { FLASH_START } from './flash.mjs';
 
-/** What the ROM reads from the beginning of flash, and where it runs it: at the end of RAM, below which its own stack is. */
+/** Size of what the ROM reads from the beginning of flash. It runs it at the end of RAM, above the ROM's own stack. */
 const STAGE_BYTES = 256;
 const RAM_START = 0x20000000;
 export const STAGE_ADDRESS = 0x20041f00;
-/** Behind it the vector table. */
+/** The vector table follows it. */
 export const VECTORS = FLASH_START + STAGE_BYTES;
 const CHECKSUM_AT = STAGE_BYTES - 4;
 const POLYNOMIAL = 0x04c11db7;
@@ -13,9 +13,10 @@ const ERASED = 0xff;
 const hex = (value) => `0x${(value >>> 0).toString(16).padStart(8, '0')}`;
 
 /**
- * Starts what is in flash as the ROM does (datasheet 2.8.1.3): it checks the second-stage bootloader, copies it to RAM and
- * runs it there. That sets the interface to flash up and, entered with nothing in LR, goes on by the vector table. A
- * program without one is started by its vector table at once, with the interface as the W25Q080's stage leaves it.
+ * Starts the program in flash like the ROM (datasheet 2.8.1.3). The ROM checks the second-stage bootloader, copies it
+ * to RAM and runs it there. The bootloader sets up the interface to flash and, entered with 0 in LR, continues with the
+ * vector table. A program without one is started by its vector table at once, with the interface set as by the
+ * W25Q080's stage.
  */
 export function boot(chip, flash) {
   const stage = flash.bytes.subarray(0, STAGE_BYTES);
@@ -43,12 +44,12 @@ function startStage(chip, flash, stage) {
   core.PC = STAGE_ADDRESS;
 }
 
-/** CRC-32, its bits not reflected, begun with all ones and ended as it is. */
+/** CRC-32 with bits not reflected, initial value all ones, and no final inversion. */
 export function checksum(bytes) {
   let sum = -1;
   for (const byte of bytes) {
     sum ^= byte << 24;
-    // Signed, so its first bit says less than 0.
+    // The value is signed, so it is negative if its first bit is set.
     for (let bit = 0; bit < 8; bit++) sum = sum < 0 ? (sum << 1) ^ POLYNOMIAL : sum << 1;
   }
   return sum >>> 0;

@@ -10,7 +10,7 @@ export class Sleep {
     this.core = core;
     this.onWarning = onWarning;
     this.control = 0;
-    /** Whether it is WFE that it sleeps in, and not WFI. */
+    /** Whether it sleeps in WFE; otherwise in WFI. */
     this.forEvent = false;
   }
 
@@ -27,13 +27,13 @@ export class Sleep {
     };
   }
 
-  /** WFI: on at once if an exception is pending that wakes. */
+  /** WFI: continues at once if an exception is pending that would wake it. */
   waitForInterrupt() {
     this.forEvent = false;
     this.core.waiting = !this.#wakes(false);
   }
 
-  /** WFE: on at once if an event has been registered, which is used up. */
+  /** WFE: continues at once if an event has been registered, and clears the event. */
   waitForEvent() {
     const { core } = this;
     this.forEvent = true;
@@ -54,7 +54,7 @@ export class Sleep {
     }
   }
 
-  /** Whether a pending exception would be entered; WFI does not ask whether interrupts are masked. */
+  /** Whether a pending exception would be entered. WFI ignores whether interrupts are masked. */
   #wakes(heedsMask) {
     const { core } = this;
     if (core.pendingNMI) return true;

@@ -2,18 +2,18 @@ import { BasePeripheral } from 'rp2040js';
 
 const [CTRLR0, SSIENR, BAUDR, SR, IDR, VERSION, DR0, SPI_CTRLR0, LAST] = [0x00, 0x08, 0x14, 0x28, 0x58, 0x5c, 0x60, 0xf4, 0xfc];
 const [IDENTITY, VERSION_ID] = [0x51535049, 0x3430312a];
-/** The transfer mode in CTRLR0: sends and receives, or reads as an EEPROM is read, which is how flash appears in memory. */
+/** The transfer mode in CTRLR0: sends and receives, or reads like an EEPROM, which makes flash appear in memory. */
 const TRANSFER_MODE = 3 << 8;
 const EEPROM_READ = 3 << 8;
-/** Room to send, nothing left to send, an answer to read; never busy. */
+/** Status: room to send, nothing left to send, an answer to read. The interface is never busy. */
 const READY = (1 << 1) | (1 << 2) | (1 << 3);
 const READ_STATUS_2 = 0x35;
-/** The flash chip's QE bit: its four data lines are in use. */
+/** The flash chip's QE bit, which enables its four data lines. */
 const QUAD_ENABLED = 0x02;
 /** Data lines by CTRLR0's SPI_FRF, and bits of the instruction by SPI_CTRLR0's INST_L. */
 const LINES = [1, 2, 4, 4];
 const INSTRUCTION_BITS = [0, 4, 8, 16];
-/** What the registers hold, by who has set them up. */
+/** The contents of the registers, depending on who has set them up. */
 const SET_UPS = {
   /** The ROM, for plain commands: frames of 8 bits. */
   commands: { ctrlr0: 0x00070000, spiCtrlr0: 0, baud: 6 },
@@ -24,9 +24,10 @@ const SET_UPS = {
 };
 
 /**
- * The serial interface to flash, as far as a second-stage bootloader needs it: registers keep what is written, and a command
- * is answered at once: the status registers say ready and QUAD, anything else is answered by zeros. What counts is
- * whether it shows flash in memory, which it does while it is on and in its EEPROM mode, and how long it takes to read there.
+ * The serial interface to flash, as far as a second-stage bootloader needs it. Registers keep what is written. A
+ * command is answered at once: status registers with ready and QUAD, everything else with zeros. What matters is
+ * whether it shows flash in memory, which it does while it is on and in its EEPROM mode, and how long a read then
+ * takes.
  */
 export class Ssi extends BasePeripheral {
   /** @param {() => void} onChange */
@@ -56,7 +57,7 @@ export class Ssi extends BasePeripheral {
     return (instruction + address + wait + data) * this.#divider;
   }
 
-  /** Sets it up as the ROM does: for plain commands, or to show flash. */
+  /** Sets the interface up like the ROM: for plain commands, or to show flash. */
   set({ showsFlash }) {
     this.#setUp(showsFlash ? SET_UPS.slowFlash : SET_UPS.commands);
     this.onChange();
@@ -83,7 +84,7 @@ export class Ssi extends BasePeripheral {
     this.onChange();
   }
 
-  /** Its last bit counts as 0. */
+  /** The last bit of the divider is ignored. */
   get #divider() {
     return this.registers[BAUDR / 4] & 0xfffe;
   }

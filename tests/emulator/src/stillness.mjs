@@ -1,6 +1,6 @@
 import { NANOS_PER_CYCLE } from './clock.mjs';
 
-/** Watches that the gantry is still from an instant on: no step, and at the end of the watch no output of the tool on. */
+/** Checks that the gantry is still from an instant on: no step comes, and at the end no output of the tool is on. */
 export class Stillness {
   #gantry;
   #fromCycle = Infinity;
@@ -13,13 +13,13 @@ export class Stillness {
     gantry.stepWatchers.add((cycle, axis) => this.#stepped(cycle, axis));
   }
 
-  /** Later than that cycle no step may come. */
+  /** No step may come later than this cycle. */
   from(cycle) {
     this.#fromCycle = cycle;
     this.#late = null;
   }
 
-  /** Ends the watch. @returns {string | null} what was not still */
+  /** Ends the check. @returns {string | null} what was not still */
   end() {
     if (this.#fromCycle === Infinity) return 'nothing was to be still: stop-within first';
     this.#fromCycle = Infinity;

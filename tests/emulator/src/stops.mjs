@@ -3,11 +3,11 @@ import { AXES } from './pins.mjs';
 
 /** Steps further apart than this do not belong to one move. */
 const PAUSE_CYCLES = cyclesOfMillis(50);
-/** At rest: no step for a millisecond, nor for four of the intervals before. */
+/** The machine is at rest if there is no step for a millisecond and for four of the previous intervals. */
 const REST_CYCLES = cyclesOfMillis(1);
 const REST_INTERVALS = 4;
 
-/** How long the machine goes on stepping after something told it to stop: a switch, the E-stop, a reset. */
+/** Measures how long the machine goes on stepping after a stop: a switch, the E-stop, a reset. */
 export class Stops {
   /**
    * @param {import('./clock.mjs').MachineClock} clock
@@ -16,22 +16,22 @@ export class Stops {
   constructor(clock, offTimes) {
     this.clock = clock;
     this.offTimes = offTimes;
-    /** Finished ones and those whose end is not known yet, in order. */
+    /** Finished stops and those whose end is not known yet, in order. */
     this.all = [];
     this.open = [];
     this.axes = Object.fromEntries(AXES.map((axis) => [axis, { lastCycle: -Infinity, interval: Infinity }]));
     this.lastCycle = -Infinity;
-    /** It was reset while it was stepping, and has not been at rest since. */
+    /** Whether it was reset while it was stepping, and has not been at rest since. */
     this.braking = false;
   }
 
-  /** A reset byte has come: the first has the machine brake, another says stop. */
+  /** A reset byte has come. The first one makes the machine brake; another one is a stop. */
   reset() {
     if (this.braking) this.told('RESET');
     this.braking = this.clock.cycles - this.lastCycle < PAUSE_CYCLES;
   }
 
-  /** Something says stop. It counts if the machine is stepping; a contact that bounces counts once. */
+  /** A stop has come. It counts if the machine is stepping; a contact that bounces counts once. */
   told(input) {
     const { cycles } = this.clock;
     if (cycles - this.lastCycle >= PAUSE_CYCLES || this.open.some((stop) => stop.input === input)) return;
@@ -49,7 +49,7 @@ export class Stops {
     this.lastCycle = cycle;
   }
 
-  /** An axis that turns has come to rest before. */
+  /** An axis that reverses has been at rest before. */
   turn() {
     this.#rested();
   }

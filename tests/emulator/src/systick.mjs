@@ -3,12 +3,12 @@ import { CYCLES_PER_MICRO } from './clock.mjs';
 const [CSR, RVR, CVR, CALIB] = [0x010, 0x014, 0x018, 0x01c];
 const BIT = { enable: 1 << 0, interrupts: 1 << 1, coreClock: 1 << 2, counted: 1 << 16 };
 const COUNT_MASK = 0xffffff;
-/** 10 ms of the 1 us reference, and not skewed. */
+/** TENMS: 10 ms of the 1 us reference, and not skewed. */
 const CALIBRATION = 0x0000270f;
 
 /**
- * SysTick (ARMv6-M B3.3): a 24-bit counter that falls by one each core cycle (or each microsecond, without CLKSOURCE), so
- * that firmware can time itself. rp2040js's rounds through nanoseconds and restarts at odd places.
+ * SysTick (ARMv6-M B3.3): a 24-bit counter that falls by one each core cycle (or each microsecond, without CLKSOURCE),
+ * so that firmware can measure time. rp2040js's rounds through nanoseconds and restarts in wrong places.
  */
 export class SysTick {
   constructor(chip) {
@@ -17,13 +17,13 @@ export class SysTick {
     this.control = 0;
     this.reload = 0;
     this.counted = false;
-    /** The count while it stands still; while it runs, the count at `sinceCycle`. */
+    /** The count while the timer is stopped; while it runs, the count at `sinceCycle`. */
     this.count = 0;
     this.sinceCycle = 0;
     this.alarm = this.clock.createAlarm(() => this.#reachedZero());
   }
 
-  /** Takes the place of rp2040js's in the private peripherals. */
+  /** Replaces rp2040js's SysTick in the private peripherals. */
   attach(ppb) {
     const { readUint32, writeUint32 } = ppb;
     const ours = (offset) => offset >= CSR && offset <= CALIB;
@@ -39,7 +39,7 @@ export class SysTick {
     if (!(this.control & BIT.enable)) return this.count;
     const ticks = Math.floor((this.clock.cycles - this.sinceCycle) / this.tickCycles);
     if (ticks <= this.count) return this.count - ticks;
-    // From 0 it goes to the reload value, not below.
+    // From 0 the count goes to the reload value.
     const period = this.reload + 1;
     return this.reload - ((ticks - this.count - 1) % period);
   }

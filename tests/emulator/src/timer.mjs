@@ -76,7 +76,7 @@ export class ExactTimer extends BasePeripheral {
     super.writeUint32(offset, value);
   }
 
-  /** Arms an alarm: a target that is now, or has just passed, comes round again in 2^32 us, as on the chip. */
+  /** Arms an alarm. As on the chip, a target that is now or has just passed is reached again only after 2^32 us. */
   #arm(index, target) {
     this.targets[index] = target;
     const now = this.micros;

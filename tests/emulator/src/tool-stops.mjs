@@ -1,6 +1,6 @@
 import { NANOS_PER_CYCLE } from './clock.mjs';
 
-/** How long the tool's outputs stay on after something that has to switch them off, whether the machine moves or not. */
+/** Measures how long the tool's outputs stay on after something that must switch them off, whether the machine moves or not. */
 export class ToolStops {
   #clock;
   #offTimes;
@@ -15,7 +15,7 @@ export class ToolStops {
     this.#offTimes = offTimes;
   }
 
-  /** Something says stop. It counts if an output is on; a contact that bounces counts once. */
+  /** A stop has come. It counts if an output is on; a contact that bounces counts once. */
   told(input) {
     if (!this.#offTimes.on || this.#all.some((stop) => stop.input === input && stop.mark.waits)) return;
     this.#all.push({ input, cycle: this.#clock.cycles, mark: this.#offTimes.mark() });

@@ -4,10 +4,10 @@ import { TOOL_OUTPUTS } from './pins.mjs';
 import { FUNCTION_PWM } from './pwm.mjs';
 
 const OVERRIDE = { none: 0, invert: 1, low: 2 };
-/** A duty is told to a millionth. */
+/** A duty is reported to a millionth. */
 const PARTS = 1e6;
 
-/** What hangs on the tool's outputs sees of them: what the chip's pads say. A pad that the chip does not drive is off. */
+/** The tool's outputs as devices connected to the chip's pads see them. A pad that the chip does not drive is off. */
 export class ToolOutputs {
   #clock;
   #chip = null;
@@ -23,7 +23,7 @@ export class ToolOutputs {
     this.watchers = new Set();
   }
 
-  /** Solders the tool to a chip that has just been powered or reset. */
+  /** Connects the tool to a chip that has just been powered or reset. */
   attach(chip) {
     this.#chip = chip;
     for (const [output, index] of Object.entries(TOOL_OUTPUTS)) this.#follow(output, chip.gpio[index]);
@@ -43,7 +43,7 @@ export class ToolOutputs {
     return { changes: this.#changes, ...this.#onTime.summary(this.#clock.cycles), ...this.#values };
   }
 
-  /** A pin's level may stay as it is when its duty changes, so every reason to look is one here. */
+  /** The level of a pin may stay the same when its duty changes, so the pin is read whenever either may have changed. */
   #follow(output, pin) {
     const { checkForUpdates } = pin;
     const look = () => this.#look(output, pin);
@@ -51,7 +51,7 @@ export class ToolOutputs {
       checkForUpdates.call(pin);
       look();
     };
-    // PIO shows its levels past checkForUpdates.
+    // PIO sets levels without calling checkForUpdates.
     pin.addListener(look);
     look();
   }

@@ -2,7 +2,7 @@ import { cyclesOfMillis } from './clock.mjs';
 
 const NOT_READY_CYCLES = cyclesOfMillis(1);
 
-/** A serial cable to UART0: bytes go out one after the other, at the baud rate the firmware has set. */
+/** A serial cable to UART0. Bytes go out one after another, at the baud rate that the firmware has set. */
 export class UartCable {
   /** @param {{onData: (bytes: Uint8Array) => void, onDelivered: (bytes: Uint8Array) => void}} listener from and to the chip */
   constructor(clock, listener) {

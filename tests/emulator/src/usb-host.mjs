@@ -9,13 +9,13 @@ const PACKET_BYTES = 64;
 /** Full speed: 12 Mbit/s, and some 13 bytes of token, header, check and handshake around a packet's data. */
 const NANOS_PER_WIRE_BYTE = 8e9 / 12e6;
 const OVERHEAD_BYTES = 13;
-/** The 10 ms a host leaves a device after a bus reset. */
+/** The 10 ms for which a host leaves a device alone after a bus reset. */
 const RESET_RECOVERY_NANOS = 10e6;
 const CONFIGURATION = 2;
 const CONFIGURATION_HEADER_BYTES = 9;
 const DTR_AND_RTS = 3;
 const USUAL_BAUD = 115200;
-/** SET_LINE_CODING's, 8N1. */
+/** Length of SET_LINE_CODING's data; 8N1 is used. */
 const LINE_CODING_BYTES = 7;
 
 const setup = (type, request, value, index, length) =>
@@ -25,9 +25,9 @@ const getDescriptor = (length) => setup(0x80, 6, CONFIGURATION << 8, 0, length);
 /**
  * A USB host with a CDC-ACM driver, on the other end of rp2040js's controller.
  *
- * One transaction at a time on the wire, each taking its time; a buffer stays with the controller (AVAILABLE) until its
- * transaction is over, which is how a driver learns that there is something to read. rp2040js's own helper hands every
- * buffer back at once, padded with zeros.
+ * There is one transaction at a time on the wire, and each takes its time. A buffer belongs to the controller
+ * (AVAILABLE) until its transaction has ended; that is how a driver learns that there is something to read. rp2040js's
+ * own helper returns every buffer at once, padded with zeros.
  */
 export class UsbHost {
   /** @param {{onData: (bytes: Uint8Array) => void, onDelivered: (bytes: Uint8Array) => void}} listener from and to the chip */
@@ -63,12 +63,12 @@ export class UsbHost {
     return this.queue.reduce((sum, { length }) => sum + length, 0);
   }
 
-  /** Whether the port is set up and nothing else is on its way: DTR may be moved. */
+  /** Whether the port is set up and no request is under way, so that DTR may be changed. */
   get settled() {
     return this.endpoints !== null && !this.control;
   }
 
-  /** Queues bytes for the device; they go out in packets as it asks for them. */
+  /** Queues bytes for the device. They are sent in packets when it asks for them. */
   write(bytes) {
     for (let at = 0; at < bytes.length; at += PACKET_BYTES) this.queue.push(bytes.slice(at, at + PACKET_BYTES));
     this.#pump();
@@ -85,12 +85,12 @@ export class UsbHost {
     this.#request(this.#lineState(open ? DTR_AND_RTS : 0));
   }
 
-  /** Sets the baud rate, which means nothing to a USB port but what the firmware makes of it. */
+  /** Sets the baud rate. On a USB port only the firmware gives it a meaning. */
   setLineCoding(baud) {
     this.#request(this.#lineCoding(baud));
   }
 
-  /** Makes a request of the serial port, after those under way. */
+  /** Sends a request to the serial port, after those that are already queued. */
   #request(request) {
     if (this.endpoints === null) throw new Error('the host has not set the port up yet: wait for the welcome line first');
     this.waiting.push(request);
@@ -125,7 +125,7 @@ export class UsbHost {
     return { setup: setup(0x21, 0x22, lines, this.endpoints.interface, 0) };
   }
 
-  /** Begins the next control transfer, if there is one, telling what the last one brought. */
+  /** Begins the next control transfer, if there is one, and passes on the result of the last one. */
   #continue(received) {
     const { value, done } = this.requests.next(received);
     const request = done ? this.waiting.shift() : value;
@@ -173,7 +173,7 @@ export class UsbHost {
     return null;
   }
 
-  /** In turn with the bytes to the device, so that a flood in one direction does not starve the other. */
+  /** Alternates with bytes to the device, so that a flood in one direction does not starve the other. */
   #nextBulk() {
     if (this.endpoints === null) return null;
     const fromDevice = () => (this.reading ? this.#in(this.endpoints.in) : null);
@@ -236,7 +236,7 @@ export class UsbHost {
     return this.chip.usbDPRAMView.getUint32(BUFFER_CONTROL_START + endpoint * 8 + (out ? 4 : 0), true);
   }
 
-  /** Gives a buffer back to the firmware and raises its interrupt. */
+  /** Returns a buffer to the firmware and raises its interrupt. */
   #release(endpoint, out, full, length) {
     const kept = this.#register(endpoint, out) & ~(AVAILABLE | FULL | LENGTH_MASK);
     this.chip.usbDPRAMView.setUint32(BUFFER_CONTROL_START + endpoint * 8 + (out ? 4 : 0), kept | full | length, true);

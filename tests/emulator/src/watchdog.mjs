@@ -13,8 +13,8 @@ export const RESET_TIMER = 1;
 export const RESET_FORCED = 2;
 
 /**
- * The watchdog (datasheet 4.7) with an alarm of its own: rp2040js's countdown schedules itself for the same instant for
- * ever. It tells the board to reset; scratch registers and the reason outlive that.
+ * The watchdog (datasheet 4.7) with an alarm of its own, because rp2040js's countdown schedules itself for the same
+ * instant forever. It makes the board reset; scratch registers and the reason outlive that.
  */
 export class Watchdog extends BasePeripheral {
   /** @param {(reason: number) => void} onBite */
@@ -54,7 +54,7 @@ export class Watchdog extends BasePeripheral {
       this.scratch[(offset - SCRATCH0) / 4] = value;
     } else if (offset === CTRL) {
       this.#count(this.remaining, (value & ENABLE) !== 0);
-      // The core finishes its instruction first: the reset comes on the next cycle.
+      // The core finishes its instruction first, so the reset comes on the next cycle.
       if (value & TRIGGER) this.clock.createAlarm(() => this.onBite(RESET_FORCED)).schedule(0);
     } else if (offset === LOAD) {
       this.#count(value & COUNT_MASK, this.enabled);

@@ -24,7 +24,7 @@ export class Waveform {
     }
   }
 
-  /** The level of an input changes; those of other inputs than were named are left out. */
+  /** The level of an input changes. Inputs that were not named are ignored. */
   input(nanos, pin, high) {
     const code = this.codes.get(pin);
     if (code !== undefined) this.#change(nanos, code, high ? '1' : '0');

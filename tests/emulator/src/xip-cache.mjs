@@ -5,21 +5,21 @@ const SETS = 1024;
 const SET_WORDS = 2 * SETS;
 const OFFSET_MASK = 0xffffff;
 const WORD_MASK = OFFSET_MASK >>> 2;
-/** No word of flash has this number, no address this page. */
+/** No word of flash has this number, and no address has this page. */
 const NONE = -1;
-/** What the first eight bits of an address ask of the cache: to be looked up in it, to be kept in it. */
+/** For the first eight bits of an address: whether the cache is looked up, and whether a miss is stored in it. */
 const PAGE = FLASH_START >>> 24;
 const [LOOKS_UP, ALLOCATES] = [[true, true, false, false], [true, false, true, false]];
-/** A set a cycle. */
+/** One set per cycle. */
 const FLUSH_CYCLES = SETS;
 /**
- * Cycles of a miss beside those of the serial clock: the bus, the SSI's FIFOs, chip select and the sampling of what comes.
- * With it a load that misses takes 50 cycles with the W25Q080 second stage, as measured on hardware (README).
+ * Cycles of a miss in addition to those of the serial clock: the bus, the SSI's FIFOs, chip select and input sampling.
+ * With these a load that misses takes 50 cycles with the W25Q080 second stage, as measured on hardware (README).
  */
 export const OVERHEAD_CYCLES = 8;
 const [ACCESSES, MISSES, STALLS] = [0, 1, 2];
 
-/** Counts of all that reads flash; they outlive a reset, as the board does. */
+/** Counts of everything that reads flash. They belong to the board and outlive a reset. */
 export class FlashCounts {
   constructor() {
     this.values = new Float64Array(3);
@@ -46,9 +46,9 @@ export class FlashCounts {
 /**
  * The cache between the bus and flash (RP2040 datasheet 2.6.3): 16 KiB, two ways, lines of 8 bytes.
  *
- * It keeps no contents, for what flash holds does not change while it can be read: each way knows only which word of flash
- * each of its words is. A line has one tag but is filled by words, so a word's neighbour is of the same line or void. A
- * miss takes the place of the line used longer ago.
+ * It stores no contents, because flash does not change while it can be read: for each of its words, each way records
+ * only which word of flash it is. A line has one tag but is filled word by word, so the other word of a line is of the
+ * same line or invalid. A miss replaces the line that was used longer ago.
  */
 export class XipCache {
   /**
@@ -68,14 +68,14 @@ export class XipCache {
     /** Whether a set's second way was used last. */
     this.secondLast = new Uint8Array(SETS);
     this.enabled = true;
-    /** The page whose words are looked up at once; none while the cache is off or busy. */
+    /** The page whose words are looked up directly; none while the cache is off or busy. */
     this.openPage = PAGE;
-    /** From when it is at leisure: after a flush, or after another's miss. */
+    /** The cycle from which it is free: after a flush, or after the other reader's miss. */
     this.readyCycle = 0;
     this.flushedCycle = 0;
   }
 
-  /** The interface to flash has been set up: so long it takes to read a word of 32 bits. */
+  /** The interface to flash has been set up: reading a word of 32 bits takes this many cycles. */
   setWordCycles(cycles) {
     this.missCycles = Math.round((cycles + OVERHEAD_CYCLES) * this.missFactor);
   }
@@ -86,13 +86,13 @@ export class XipCache {
     if (this.clock.cycles < this.readyCycle) this.openPage = NONE;
   }
 
-  /** Forgets all at once, as if much else had run meanwhile. */
+  /** Empties the cache at once, as if much other code had run meanwhile. */
   empty() {
     this.first.fill(NONE);
     this.second.fill(NONE);
   }
 
-  /** Forgets all, which keeps it busy for a while. */
+  /** Empties the cache, which keeps it busy for some time. */
   flush() {
     this.empty();
     this.flushedCycle = this.clock.cycles + (this.ideal ? 0 : FLUSH_CYCLES);
@@ -115,7 +115,7 @@ export class XipCache {
     return wait;
   }
 
-  /** The DMA reads on a cycle; the core has to wait for it. @returns {number} the cycles until it has what it reads */
+  /** The DMA reads on a cycle. The core has to wait for it. @returns {number} the cycles until the word has been read */
   readBeside(address, cycle) {
     if (this.ideal) return 0;
     this.values[ACCESSES] += 1;
@@ -124,7 +124,7 @@ export class XipCache {
     return wait;
   }
 
-  /** Looks a word up, and notes that its way was used. */
+  /** Looks up a word, and records that its way was used. */
   #holds(word) {
     const index = word & (SET_WORDS - 1);
     if (this.first[index] === word) {
@@ -136,7 +136,7 @@ export class XipCache {
     return true;
   }
 
-  /** @returns {number} the cycles it takes to bring a word, if it is not there */
+  /** @returns {number} the cycles to read a word that is not in the cache */
   #fetch(address) {
     const word = (address >>> 2) & WORD_MASK;
     const alias = (address >>> 24) & 3;
@@ -157,7 +157,7 @@ export class XipCache {
     this.secondLast[set] = intoSecond ? 1 : 0;
   }
 
-  /** The way that has the word's line already, or else the one used longer ago. */
+  /** The way that already has the word's line, otherwise the one used longer ago. */
   #wayOf(word, index, set) {
     const holdsLine = (way) => way[index] === word || way[index ^ 1] === (word ^ 1);
     if (holdsLine(this.first)) return false;

@@ -13,9 +13,9 @@ export class XipControl extends BasePeripheral {
     this.core = chip.core;
     this.clock = chip.clock;
     this.cache = cache;
-    /** But for the bit that says whether the cache is enabled, which the ROM changes too. */
+    /** Without the bit that enables the cache, which the ROM changes too. */
     this.ctrl = ERRORS;
-    /** What the board had counted when the chip's own counters were cleared. */
+    /** The board's counts at the time at which the chip's own counters were cleared. */
     this.clearedAt = { hits: cache.counts.hits, accesses: cache.counts.accesses };
   }
 
@@ -43,11 +43,11 @@ export class XipControl extends BasePeripheral {
     else if (offset === FLUSH) this.#flush(value);
     else if (offset === CTR_HIT) this.clearedAt.hits = this.cache.counts.hits;
     else if (offset === CTR_ACC) this.clearedAt.accesses = this.cache.counts.accesses;
-    // A stream of no words is one stopped.
+    // A stream of no words is a stopped stream.
     else if (offset > CTR_ACC && value !== 0) super.writeUint32(offset, value);
   }
 
-  /** Without power it cannot be on. */
+  /** The cache cannot be enabled without power. */
   #control(value) {
     this.ctrl = value & (ERRORS | POWERED_DOWN);
     this.cache.enable((value & (ENABLED | POWERED_DOWN)) === ENABLED);
@@ -57,7 +57,7 @@ export class XipControl extends BasePeripheral {
     if (value & 1) this.cache.flush();
   }
 
-  /** Whoever reads the register waits until the flush is over. */
+  /** Reading the register waits until the flush has ended. */
   #waitForFlush() {
     this.core.cycles += Math.max(0, this.cache.flushedCycle - this.clock.cycles);
     return 0;

@@ -1,4 +1,4 @@
-/** PIO instructions by hand (datasheet 3.4): each returns its word; `side` is the five bits of delay and side-set. */
+/** Assembles PIO instructions (datasheet 3.4): each function returns a word; `side` is the five bits of delay and side-set. */
 const [JMP, WAIT, IN, OUT, PUSH, MOV, IRQ, SET] = [0, 1, 2, 3, 4, 5, 6, 7];
 export const CONDITION = { always: 0, xZero: 1, xCounts: 2, yZero: 3, yCounts: 4, different: 5, pin: 6, osrNotEmpty: 7 };
 export const FROM = { pins: 0, x: 1, y: 2, null: 3, status: 5, isr: 6, osr: 7 };

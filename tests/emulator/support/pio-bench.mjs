@@ -11,7 +11,7 @@ export const REG = { ctrl: 0x00, fstat: 0x04, fdebug: 0x08, flevel: 0x0c, txf: 0
 export const SM = { clkdiv: 0xc8, execctrl: 0xcc, shiftctrl: 0xd0, addr: 0xd4, instr: 0xd8, pinctrl: 0xdc };
 const SM_BYTES = 0x18;
 
-/** A chip whose core stands still while the test reads and writes registers at the cycles it likes. */
+/** A chip whose core stands still while the test reads and writes registers at any cycle. */
 export class PioBench {
   constructor(base = PIO0) {
     this.base = base;
@@ -21,7 +21,7 @@ export class PioBench {
     Object.assign(this, buildChip(this.clock, { onWatchdog: nothing, onUartByte: nothing, onWarning: nothing }));
   }
 
-  /** Lets time pass up to and with a cycle. */
+  /** Lets time pass up to and including a cycle. */
   runTo(cycle) {
     this.core.cycles = cycle;
     this.clock.lockstep.catchUp();
@@ -67,7 +67,7 @@ export class PioBench {
     for (const word of words) this.write(this.sm(index, SM.instr), word);
   }
 
-  /** Gives a pin to the block, and notes its edges: [cycle, level]. */
+  /** Connects a pin to the block, and records its edges: [cycle, level]. */
   watch(pin, noted = true) {
     this.writeAt(GPIO_CTRL + 8 * pin, this.base === PIO0 ? 6 : 7);
     const edges = [];

@@ -2,16 +2,17 @@ import { readFileSync } from 'node:fs';
 import { PIO0, PioBench, REG } from './pio-bench.mjs';
 
 /**
- * Runs experiments with PIO0 and tells what came of them, so that this emulator can be held against another:
+ * Runs experiments with PIO0 and prints their results, so that this emulator can be compared with another:
  * node tests/emulator/support/pio-words.mjs < experiments.json
  *
- * In, for each: `setup` is what is written before cycle 0: [address, value]. Then every cycle begins with the writes that
- * are due, [cycle, address, value] in `writes`, and with a word for each state machine whose FIFO has room, from its own
- * list in `words`. A write on cycle N takes effect on N + 1. After `cycles` come the writes of `finish`.
+ * Input, for each experiment: `setup` contains the writes before cycle 0: [address, value]. Then every cycle begins
+ * with the writes that are due, [cycle, address, value] in `writes`, and with a word for each state machine whose FIFO
+ * has room, from its own list in `words`. A write on cycle N takes effect on N + 1. After `cycles` cycles come the
+ * writes of `finish`.
  *
- * Out, for each state machine of each: the cycles on which its pin (`pins`) rose and fell, those on which the next pin
- * changed with its level, [cycle, level] in `turns`, the one on which its flag was set (or null), and the word in its RX
- * FIFO, its `count`.
+ * Output, for each state machine of each experiment: the cycles on which its pin (`pins`) rose and fell; those on which
+ * the next pin changed, with its level, [cycle, level] in `turns`; the cycle on which its flag was set (or null); and
+ * the word in its RX FIFO, its `count`.
  */
 class Experiment {
   static #fifoWords = 8;

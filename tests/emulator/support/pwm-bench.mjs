@@ -11,7 +11,7 @@ export const ALIAS = { xor: 0x1000, set: 0x2000, clear: 0x3000 };
 export const [CSR, DIV, CTR, CC, TOP] = [0x00, 0x04, 0x08, 0x0c, 0x10].map((register) => SLICE * SLICE_BYTES + register);
 export const SLICE_BIT = 1 << SLICE;
 
-/** A chip whose core stands still while time passes by cycles. */
+/** A chip whose core stands still while time passes cycle by cycle. */
 export class PwmBench {
   constructor() {
     this.clock = new MachineClock();
@@ -54,7 +54,7 @@ export class PwmBench {
     return this.bus.read32((PWM + register) | 0) >>> 0;
   }
 
-  /** Sets the slice going on this cycle. */
+  /** Starts the slice on this cycle. */
   start({ div = 1, cc, top }) {
     this.write(DIV, div * 16);
     this.write(TOP, top);
@@ -62,7 +62,7 @@ export class PwmBench {
     this.write(CSR, 1);
   }
 
-  /** Its level on each of so many cycles from now on. */
+  /** The level on each of the next `count` cycles. */
   levels(count) {
     return Array.from({ length: count }, () => {
       const high = this.pin.outputValue;

@@ -13,7 +13,7 @@ const [TABLE_OF_FUNCTIONS, TABLE_OF_DATA, LOOKUP] = [0x14, 0x16, 0x18];
 const LONGEST_CYCLES = 1e9;
 const IRQ = 26;
 
-/** A chip without firmware, whose ROM a test calls as firmware does: through its tables. */
+/** A chip without firmware. A test calls its ROM like firmware, through the ROM's tables. */
 export class RomBench {
   constructor() {
     this.clock = new MachineClock();
@@ -29,7 +29,7 @@ export class RomBench {
     this.bus.ram16.set(halfwords, (address - RAM) / 2);
   }
 
-  /** Calls a function, and says in `took` how many cycles passed from its entry to its return. @returns {number} r0 */
+  /** Calls a function. `took` is then the number of cycles from its entry to its return. @returns {number} r0 */
   call(address, ...args) {
     const { core, bus, clock } = this;
     core.registers.fill(0);
@@ -45,7 +45,7 @@ export class RomBench {
     return bus.registers[0];
   }
 
-  /** Has an interrupt come in so many cycles, and its handler, in RAM unless told, run this code. */
+  /** Makes an interrupt come after `cycles` cycles. Its handler runs this code, in RAM by default. */
   interruptIn(cycles, handler, vectors = VECTORS) {
     const { core, clock } = this;
     const at = VECTORS + 0x100;

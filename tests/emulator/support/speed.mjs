@@ -4,18 +4,19 @@ import { DMA, PIO0, PioBench, RAM, REG } from './pio-bench.mjs';
 import { axes, openGate, OVERHEAD_CYCLES } from './step-program.mjs';
 
 /**
- * How fast the emulator is with a core that never sleeps: alone, and beside three axes at 1,000,000 steps/s that DMA feeds.
- * It shows what a change costs; its figures are of the desk it runs on: node tests/emulator/support/speed.mjs
+ * Measures the speed of the emulator with a core that never sleeps: alone, and with three axes at 1,000,000 steps/s
+ * whose words come by DMA. It shows the cost of a change; the figures depend on the computer:
+ * node tests/emulator/support/speed.mjs
  */
 const CYCLES = 125e6;
 const PULSE_LOOPS = 14;
-/** Steps/s a little apart, so that the axes' cycles are not each other's. */
+/** Slightly different speeds, so that the axes do not step on the same cycles. */
 const PERIOD_CYCLES = [125, 124, 126];
 const BLOCK_WORDS = 64;
 const CHANNEL_BYTES = 0x40;
 const [AL1_CTRL, MULTI_CHAN_TRIGGER] = [0x10, 0x430];
 const OPTIONS = { startMm: [1e6, 1e6, 1e6], bounceMicros: 0, seed: 1, switches: {}, driver: 'tmc2209' };
-/** ldr, adds, adcs, str, adds, lsrs, sbcs, cmp, bne, b: sums in RAM, for ever. */
+/** ldr, adds, adcs, str, adds, lsrs, sbcs, cmp, bne, b: sums in RAM, forever. */
 const LOOP = [0x6801, 0x1889, 0x4159, 0x6001, 0x3301, 0x0892, 0x41a5, 0x428b, 0xd1f6, 0xe7f5];
 const LOOP_ADDRESS = RAM + 0x8000;
 
@@ -25,7 +26,7 @@ function feed(bench, axis) {
   bench.bus.ram32.fill(word | 0, (block - RAM) / 4, (block - RAM) / 4 + BLOCK_WORDS);
   for (const turn of [0, 1]) {
     const channel = DMA + (2 * axis + turn) * CHANNEL_BYTES;
-    // Quiet, from a ring of one block, paced by the FIFO, chained to the other.
+    // Quiet, from a ring of one block, paced by the FIFO, chained to the other channel.
     const control = (1 << 21) | (axis << 15) | ((2 * axis + 1 - turn) << 11) | (8 << 6) | (1 << 4) | (2 << 2) | 1;
     [block, PIO0 + REG.txf + 4 * axis, BLOCK_WORDS].forEach((value, register) => bench.writeAt(channel + 4 * register, value));
     bench.writeAt(channel + AL1_CTRL, control);
@@ -33,7 +34,7 @@ function feed(bench, axis) {
   bench.writeAt(DMA + MULTI_CHAN_TRIGGER, 1 << (2 * axis));
 }
 
-/** Millions of cycles in a second of processor time. */
+/** Millions of cycles per second of processor time. */
 function measure(count) {
   const bench = new PioBench();
   const gantry = new Gantry(bench.clock, OPTIONS);

@@ -3,11 +3,11 @@ import { REG } from './pio-bench.mjs';
 
 const HIGH = 16;
 const [START_FLAG, BRAKE_FLAG] = [6, 7];
-/** Where a machine stays that has run dry. */
+/** The address at which a machine stays after it has run dry. */
 export const HALTED_AT = 8;
 /**
- * Side-set 1 is STEP, OUT's pin the next one, DIR; ISR holds the pulse, Y counts steps down. A word, from the top bit: step or
- * rest, the level of DIR (in a rest: none, or halt), and cycles to wait.
+ * Side-set 1 is STEP; OUT's pin is the next one, DIR. ISR holds the pulse length, Y counts steps down. A word contains,
+ * from the top bit: step or rest; the level of DIR (in a rest: none, or halt); and cycles to wait.
  */
 export const STEP_PROGRAM = [
   mov(TO.x, FROM.null, OPERATION.invert),
@@ -32,16 +32,19 @@ export const STEP_PROGRAM = [
   jmp(CONDITION.xCounts, 19, HIGH),
   mov(TO.x, FROM.null, OPERATION.invert, HIGH),
 ];
-/** Cycles a step takes beyond its wait and its pulse: nine instructions and the last round of each loop. */
+/** Cycles of a step in addition to its wait and its pulse: nine instructions and the last round of each loop. */
 export const OVERHEAD_CYCLES = 11;
 export const REST = 0x80000000;
 export const DIR_HIGH = 0x40000000;
-/** From the fall of STEP to the change of DIR. */
+/** Cycles from the fall of STEP to the change of DIR. */
 export const TURN_CYCLES = 3;
 const FJOIN_TX = 0x40000000;
 const STEP_PINS = [2, 4, 6];
 
-/** Makes the first machines axes, with the given pulse length, behind the closed start gate. @returns their edges, if noted */
+/**
+ * Makes the first `count` machines axes with this pulse length, behind the closed start gate. @returns their edges, if
+ * noted
+ */
 export function axes(bench, count, pulseCycles, { noted = true } = {}) {
   bench.load(STEP_PROGRAM);
   bench.write(REG.irqForce, 1 << START_FLAG);

@@ -89,7 +89,7 @@ test('a script counts on from the instant at which all that it sent has arrived'
   };
   Object.defineProperty(board.cable, 'unsent', { get: () => sent.left ?? 0 });
   new ScriptRun(new Console(board, new Transcript()), commands('bytes 3f 3f 3f\nwait-arrival\nwait-us 8\n'), { pollHz: 0, timeoutSeconds: 1 }).run();
-  // Three bytes of 500 cycles each, and 1,000 cycles behind.
+  // Three bytes of 500 cycles each, followed by 1,000 cycles.
   assert.ok(board.clock.cycles >= 2500 && board.clock.cycles < 2505, `${board.clock.cycles}`);
 });
 

@@ -8,7 +8,7 @@ import { FlashCounts, XipCache } from '../src/xip-cache.mjs';
 
 const FLASH = 0x10000000;
 
-/** A board whose bytes stay on the cable until the test lets some go. */
+/** A board whose bytes stay on the cable until the test releases some. */
 function cabled() {
   const clock = new MachineClock();
   const cable = { unsent: 0 };

@@ -25,7 +25,10 @@ function set({ core, bus }, op, registers, flags) {
 
 const state = ({ core }) => [...core.registers, ...FLAGS.map((flag) => core[flag])].join(' ');
 
-/** Instructions that both sides should carry out alike: without memory, and without the flags rp2040js has wrong. */
+/**
+ * Instructions that both sides should carry out alike: they use no memory, and none of the flags that rp2040js computes
+ * wrongly.
+ */
 function comparable(op) {
   const shiftOrCarry = op >> 10 === 0b010000 && [2, 3, 4, 5, 6, 7].includes((op >> 6) & 15);
   const registersOnly = op < 0x4700 || op >> 12 === 0b1010 || op >> 8 === 0b10110010 || (op >> 12 === 0b1101 && op < 0xde00) || op >> 11 === 0b11100;

@@ -8,11 +8,11 @@ const FLASH = 0x10000000;
 const CODE = FLASH + 0x400;
 const [NOP, CPSID, CPSIE, BX_LR] = [0xbf00, 0xb672, 0xb662, 0x4770];
 const NONE = { count: 0, misses: 0, pcs: [] };
-/** A delay of three cycles a round. */
+/** A delay of three cycles per round. */
 const DELAY = [0x3801, 0xd1fd, BX_LR];
 const IN_RAM = RAM + 0x3000;
 
-/** A chip with a program in flash, whose start is over. */
+/** A chip with a program in flash that has finished its start. */
 class WatchBench extends RomBench {
   constructor(...program) {
     super();
@@ -130,7 +130,7 @@ test('the most frequent sixteen places are shown', () => {
   assert.deepEqual(pcs.slice(0, 3), ['0x1000042a', '0x1000042c', '0x10000402']);
 });
 
-/** A board whose firmware is a few instructions. */
+/** A board whose firmware consists of a few instructions. */
 function boardOf(halfwords, options) {
   const bytes = (array) => new Uint8Array(array.buffer);
   const firmware = [
@@ -160,7 +160,7 @@ test('the summary has it all', () => {
   board.send([0x3f]);
   board.run(148);
   const result = summary(board, console, null);
-  // A fetch of the first word; then 49 rounds of two cycles, with a fetch each.
+  // One fetch of the first word, then 49 rounds of two cycles with one fetch each.
   assert.deepEqual(result.flash_cache, { accesses: 50, hits: 49, misses: 1, stall_cycles: 48, miss_cycles: 48 });
   assert.deepEqual(result.flash_in_critical_sections, { count: 50, misses: 0, pcs: ['0x10000402'] });
   assert.deepEqual([result.flash_in_handlers, result.flash_in_handlers_data, result.flash_in_critical_sections_data], [NONE, NONE, NONE]);

@@ -71,7 +71,7 @@ const WORDS = 64;
 const PULSE = 14;
 const MEGAHERTZ = 125 - OVERHEAD_CYCLES - PULSE;
 
-/** Two channels that feed each axis by turns, from one buffer each. */
+/** Two channels that supply each axis in turn, from one buffer each. */
 function pingPong(bench, axis) {
   const buffers = [RAM + 0x1000 * (axis + 1), RAM + 0x1000 * (axis + 1) + 4 * WORDS];
   for (const buffer of buffers) bench.bus.ram32.fill(MEGAHERTZ | 0, (buffer - RAM) / 4, (buffer - RAM) / 4 + WORDS);
@@ -111,7 +111,10 @@ test('a chain that is cut on the fly ends with its buffer', () => {
   assert.equal(bench.read(REG.irq), 1);
 });
 
-/** The core runs two-cycle loads of one word, from code in another bank or the same, while the DMA moves a word on every cycle. */
+/**
+ * The core runs two-cycle loads of one word, with code in another bank or the same one, while the DMA moves a word on
+ * every cycle.
+ */
 function loads(bench, { code, data, dma }) {
   const [LDR, COUNT] = [0x6808, 16];
   bench.bus.ram16.fill(LDR, (code - RAM) / 2, (code - RAM) / 2 + COUNT);
@@ -127,11 +130,11 @@ test('the core waits a cycle for a bank of RAM that the DMA uses', () => {
   const [code, small] = [RAM + 0x40000, RAM + 0x41000];
   const taken = (places) => loads(new PioBench(), { code, data: RAM + 0x100, ...places });
   assert.equal(taken({}), 32);
-  // The words of the striped banks go by turns; those above are a bank each.
+  // Consecutive words are in the striped banks in turn. Those above are in one bank each.
   assert.equal(taken({ dma: RAM + 0x204 }), 32);
   assert.equal(taken({ dma: small }), 32);
   assert.equal(taken({ dma: RAM + 0x210 }), 32 + 16);
-  // Of two instructions in a word one is fetched with the other.
+  // Of two instructions in a word, one is fetched together with the other.
   assert.equal(taken({ dma: code + 0x100 }), 32 + 8);
   assert.equal(taken({ dma: small, data: small + 4 }), 32 + 16);
 });

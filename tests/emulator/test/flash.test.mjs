@@ -20,7 +20,7 @@ class FlashBench extends RomBench {
     return this.call(this.functionAt(code), ...args);
   }
 
-  /** Flash as commands find it. */
+  /** Prepares flash for commands. */
   open() {
     this.rom('IF');
     this.rom('EX');
@@ -95,7 +95,7 @@ test('flash is read as memory only between commands, and never written', () => {
   assert.throws(() => bench.rom('RP', 0x1000, FLASH + 0x2000, 256), /flash is read at 0x10002000/);
   bench.program(0x1000, page(7));
   bench.rom('CX');
-  // The chip is still selected by hand.
+  // The ROM has left the chip selected by hand.
   assert.throws(read, hidden);
   bench.rom('FC');
   assert.equal(read(), -1);

@@ -90,7 +90,7 @@ test('a faster driver takes shorter pulses', () => {
   assert.deepEqual(timing.counts, { step_low: 1 });
 });
 
-/** What a recorder writes to its file. */
+/** The content of a recorder's file. */
 function written(Recorder, steps) {
   const folder = mkdtempSync(join(tmpdir(), 'isostep-'));
   const path = join(folder, 'steps');
@@ -115,7 +115,7 @@ test('an edge takes eight bytes, whatever its cycle', () => {
   assert.equal(written(EdgeFile, Array(70_000).fill([1, 'Y', 1])).length, 560_000);
 });
 
-/** Steps of X every `interval` cycles, from a cycle on. */
+/** Steps of X every `interval` cycles, beginning with `cycle`. */
 function stepping(stops, clock, cycle, interval, count) {
   for (let step = 0; step < count; step++) {
     clock.core.cycles = cycle + step * interval;
@@ -150,7 +150,7 @@ test('a reset byte says stop if the machine still brakes for another', () => {
   stepping(stops, clock, 11_000, 1000, 2);
   reset(12_500);
   assert.deepEqual(stops.summary().map(({ input, t_ns }) => [input, t_ns]), [['RESET', 12_500 * 8]]);
-  // At rest, and then another move.
+  // A rest, and then another move.
   stepping(stops, clock, 1_000_000, 1000, 2);
   reset(1_001_500);
   assert.equal(stops.summary().length, 1);

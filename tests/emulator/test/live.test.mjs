@@ -6,7 +6,7 @@ import { MachineClock } from '../src/clock.mjs';
 const hex = (text) => Buffer.from(text).toString('hex');
 const CYCLE_NANOS = 8;
 
-/** A board whose firmware says what the test has it say. */
+/** A board whose firmware sends what the test specifies. */
 class FakeBoard {
   constructor() {
     Object.assign(this, { clock: new MachineClock(), sent: '', homed: [], levels: [], bootsel: null });

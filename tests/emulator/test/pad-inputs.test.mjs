@@ -57,7 +57,7 @@ test('without its input enabled a pad shows nothing', () => {
   assert.equal(level(bench), 1);
 });
 
-/** A machine that goes on, by raising flag 0, when it sees the pin high. @returns {number} cycles from the write to the flag */
+/** A machine that raises flag 0 when it sees the pin high. @returns {number} cycles from the write to the flag */
 function cyclesToFlag(bench, bypassed) {
   bench.write(REG.bypass, bypassed ? 1 << PIN : 0);
   bench.load([waitGpio(1, PIN), 0xc000, jmp(CONDITION.always, 2)]);
@@ -71,7 +71,7 @@ function cyclesToFlag(bench, bypassed) {
 }
 
 test('PIO sees a pin that SIO drives, through its synchroniser or past it', () => {
-  // On the cycle on which the level is seen the wait ends; the flag is raised on the next.
+  // The wait ends on the cycle on which the level is seen; the flag is raised on the next.
   assert.equal(cyclesToFlag(driven(), false), 2 + 1);
   assert.equal(cyclesToFlag(driven(), true), 1 + 1);
   assert.equal(cyclesToFlag(driven(PIO1), false), 2 + 1);

@@ -32,7 +32,7 @@ test('a machine that counts X down on the spot shows X and its place when asked'
   bench.load([set(TO.x, 20), jmp(CONDITION.xCounts, 1, 1), irqWait(0)]);
   bench.configure(0, {});
   bench.write(REG.ctrl, 1);
-  // set on cycle 1; rounds of two cycles begin on 2, 4, ... 42; after five of them X is 15.
+  // `set` is on cycle 1. Rounds of two cycles begin on 2, 4, ... 42. After five of them X is 15.
   bench.runTo(11);
   assert.equal(bench.read(bench.sm(0, SM.addr)), 1);
   bench.force(0, mov(TO.isr, FROM.x), push());
@@ -91,7 +91,7 @@ test('out exec and mov exec bring in an instruction, with its delay and not thei
   bench.configure(0, {});
   bench.write(REG.txf, set(TO.y, 9, 3));
   bench.write(REG.ctrl, 1);
-  // pull on 1, out on 2, set y on 3 with three cycles more, irq on 7.
+  // `pull` on 1, `out` on 2, `set y` on 3 with three more cycles, `irq` on 7.
   bench.runTo(6);
   assert.equal(bench.read(REG.irq), 0);
   bench.runTo(7);
@@ -153,7 +153,7 @@ test('a gate of flag 6 starts three axes on one cycle', () => {
   openGate(bench);
   bench.runTo(700);
   const [x, y, z] = edges.map(rises);
-  // The gate is seen on 501; then six instructions with 41 rounds of the wait, and the edge.
+  // The gate is seen on 501. Then come six instructions with 41 rounds of the wait, and the edge.
   assert.deepEqual(x, [501 + 6 + 41 + 1]);
   assert.deepEqual([y, z], [x, x]);
   assert.deepEqual(edges[0][1], [x[0] + 1 + 1 + 11 + 1, 0]);

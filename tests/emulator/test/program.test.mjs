@@ -10,7 +10,7 @@ import { Transcript } from '../src/transcript.mjs';
 const ANSWER_CYCLES = 1000;
 const OPTIONS = { stream: 'wait', pollHz: 0, timeoutSeconds: 1 };
 
-/** A board that is nothing but a controller's manners: `answer` says what it replies to a line. */
+/** A board that only imitates a controller's replies: `answer` returns the reply to a line. */
 class FakeBoard {
   constructor(answer) {
     this.answer = answer;
@@ -54,7 +54,7 @@ class FakeBoard {
     this.line = '';
   }
 
-  /** Into BOOTSEL, without an answer. */
+  /** Enters BOOTSEL without an answer. */
   #leave() {
     const leave = () => {
       this.bootsel = { t_ns: this.nanos, energised: false };

@@ -175,7 +175,7 @@ test('the edges at a pin come on their cycles once they are to be shown', () => 
   bench.pin.addListener((level) => edges.push([bench.clock.cycles, level]));
   bench.runTo(20);
   bench.write(CC, 4 << 16);
-  // The core overtakes the edge and the wrap.
+  // The core passes the edge and the wrap within one instruction.
   bench.core.cycles = 31;
   bench.write(DIV, 16);
   bench.runTo(35);

@@ -36,7 +36,7 @@ function arithmetic(bench, kind, name) {
 
 const rounded = { d: (value) => value, f: Math.fround };
 
-/** What IEEE 754 says, but for denormals. */
+/** The result according to IEEE 754, but with denormals flushed to zero. */
 const flushed = (kind, value) => (Math.abs(value) < SMALLEST[kind] ? value * 0 : value);
 
 const OPERATIONS = { add: (a, b) => a + b, sub: (a, b) => a - b, mul: (a, b) => a * b, div: (a, b) => a / b };
@@ -108,7 +108,7 @@ test('integers become the nearest float, rounded once', () => {
   const word = () => BigInt(Math.floor(random() * 2 ** 32));
   const ends = [0n, 1n, -1n, 2n ** 53n + 1n, 2n ** 24n + 1n, 2n ** 60n + 2n ** 36n + 1n, -(2n ** 60n + 2n ** 36n + 1n), 2n ** 63n - 1n, -(2n ** 63n)];
   const numbers = [...ends, ...Array.from({ length: 300 }, () => BigInt.asIntN(64, (word() << 32n) | word()))];
-  /** The nearest float to a whole number, by way of its 26 highest bits and one for the rest. */
+  /** The float nearest to an integer, computed from its 26 highest bits and one bit for the rest. */
   const nearest = (value) => {
     const size = value < 0n ? -value : value;
     const shift = BigInt(Math.max(0, size.toString(2).length - 26));

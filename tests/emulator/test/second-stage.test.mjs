@@ -10,7 +10,10 @@ const STAGE_BYTES = 256;
 
 const word = (value) => [value & 0xffff, value >>> 16];
 
-/** Sets the interface up for four lines at a quarter of the clock, and goes on by the vector table unless LR says where. */
+/**
+ * Sets the interface up for four lines at a quarter of the clock. Continues with the vector table unless LR contains an
+ * address.
+ */
 const STAGE = [
   0x4b08, // ldr r3, =SSI
   0x2000, // movs r0, #0

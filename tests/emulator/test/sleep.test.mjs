@@ -29,7 +29,7 @@ class SleepBench extends RomBench {
     this.core.setInterrupt(irq, true);
   }
 
-  /** Runs up to the sleep, or some cycles. @returns {boolean} whether it sleeps */
+  /** Runs until the core sleeps, or for some cycles. @returns {boolean} whether it sleeps */
   sleeps() {
     run(this.core, this.bus, this.clock, this.core.cycles + 4);
     return this.core.waiting;
@@ -92,7 +92,7 @@ test('a sleeping core is woken by what it sleeps for', () => {
   assert.equal(wakes(asleep([WFI]), 1), false);
   assert.equal(wakes(asleep([WFE])), true);
   assert.equal(wakes(asleep([WFE]), 1), false);
-  // Masked, it would not be entered: WFE sleeps on.
+  // A masked interrupt would not be entered, so WFE continues to sleep.
   assert.equal(wakes(asleep([CPSID, WFE])), false);
 });
 

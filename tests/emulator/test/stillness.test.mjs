@@ -2,7 +2,7 @@ import assert from 'node:assert/strict';
 import test from 'node:test';
 import { Stillness } from '../src/stillness.mjs';
 
-/** A gantry that steps when it is told to. */
+/** A gantry that steps on command. */
 function gantry() {
   const stepWatchers = new Set();
   const step = (cycle) => stepWatchers.forEach((watch) => watch(cycle, 'X'));

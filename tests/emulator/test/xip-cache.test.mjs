@@ -9,12 +9,12 @@ const FLASH = 0x10000000;
 const [NO_ALLOCATE, NO_LOOK_UP, NEITHER] = [0x11000000, 0x12000000, 0x13000000];
 const [CTRL, FLUSH, STAT, CTR_HIT, CTR_ACC] = [0x14000000, 0x14000004, 0x14000008, 0x1400000c, 0x14000010];
 const [CTRLR0, SSIENR, BAUDR, SPI_CTRLR0] = [0x18000000, 0x18000008, 0x18000014, 0x180000f4];
-/** From one line to the next of its set. */
+/** The distance between two lines of the same set. */
 const WAY_BYTES = 8192;
 /** 8 clocks of address and mode bits, 4 of waiting, 8 of data, 2 cycles each; and the overhead. */
 const MISS = (8 + 4 + 8) * 2 + 8;
 
-/** A cache whose every reader waits as long as it is told to. */
+/** A cache whose readers wait as long as the cache demands. */
 class CacheBench {
   constructor(missFactor = 1) {
     this.clock = new MachineClock();
@@ -44,7 +44,7 @@ test('a set holds two lines, and the one used longer ago goes', () => {
   const [one, two, three] = [FLASH + 0x40, FLASH + 0x40 + WAY_BYTES, FLASH + 0x40 + 5 * WAY_BYTES];
   assert.deepEqual(bench.read(one, two, one, two), [MISS, MISS, 0, 0]);
   assert.deepEqual(bench.read(one, three, one, three, two), [0, MISS, 0, 0, MISS]);
-  // In the place of `one`; the line that is gone took both its words with it.
+  // It replaces `one`. The replaced line loses both its words.
   assert.deepEqual(bench.read(three + 4, one + 4, one, three), [MISS, MISS, MISS, 0]);
 });
 
@@ -135,7 +135,7 @@ test('a miss takes what the interface to flash takes as it is set up', () => {
   assert.equal(bench.cache.missCycles, 64 * 6 + 8);
 });
 
-/** A chip with a program in flash, behind which it returns. */
+/** A chip with a program in flash, followed by a return. */
 class ProgramBench extends RomBench {
   constructor(program, at = FLASH + 0x400) {
     super();
@@ -165,7 +165,7 @@ test('code is fetched by words, and once more where a branch leads', () => {
   const [, , warm] = straight.runs();
   assert.deepEqual([accesses, misses, cold - warm], [3, 3, 3 * MISS]);
   assert.deepEqual(straight.runs().slice(0, 2), [3, 0]);
-  // From the second half of a word; a loop of three rounds within a word (subs r0, #1; bne) behind a word.
+  // From the second half of a word; and a loop of three rounds within a word (subs r0, #1; bne) after another word.
   assert.deepEqual(new ProgramBench([NOP, BX_LR], FLASH + 0x402).runs().slice(0, 2), [2, 2]);
   assert.deepEqual(new ProgramBench([NOP, NOP, 0x3801, 0xd1fd, BX_LR]).runs(3).slice(0, 2), [1 + 3 + 1, 3]);
 });
@@ -211,7 +211,7 @@ test('the ROM reads flash through the cache, and so does an exception its vector
 });
 
 const [READ, WRITE, COUNT, TRIGGER] = [DMA, DMA + 4, DMA + 8, DMA + 12];
-/** Words, both addresses stepping, unpaced, chained to itself. */
+/** A transfer of words: both addresses increment, unpaced, chained to itself. */
 const COPY = (63 << 15) | (1 << 5) | (1 << 4) | (2 << 2) | 1;
 
 function copyByDma(bench, words) {
@@ -226,7 +226,7 @@ test('DMA from flash waits for each word, once', () => {
   const started = bench.core.cycles;
   while (busy()) bench.core.cycles += 1;
   assert.deepEqual([...bench.bus.ram32.slice(0xc00, 0xc04)], [1, 2, 3, 4]);
-  // Four cycles to the first read, then a wait and a cycle for each.
+  // Four cycles to the first read, then a wait and a cycle for each word.
   assert.equal(bench.core.cycles - started, 4 + 4 * MISS + 3);
   const { accesses, misses } = bench.cache.counts;
   assert.deepEqual([accesses, misses], [4, 4]);

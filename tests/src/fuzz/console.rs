@@ -1,4 +1,4 @@
-//! Bytes to a console without a machine behind it: each line is carried out at once.
+//! Sends bytes to a console without a machine behind it. Each line is carried out at once.
 
 use std::fmt::{self, Write};
 
@@ -9,7 +9,7 @@ use isostep_console::{
     realtime, report, stopped_at,
 };
 
-/// The states that a machine may be asked in.
+/// The states of the machine in which a line may be interpreted.
 const STATES: [ReportedState; 13] = [
     ReportedState::Idle,
     ReportedState::Run,
@@ -26,19 +26,19 @@ const STATES: [ReportedState; 13] = [
     ReportedState::Sleep,
 ];
 
-/// What a controller has room for, bytes; and what the reports say that they take at most.
+/// Bytes that a controller has room for, which are the maximum lengths of the reports.
 const MESSAGE_BYTES: usize = 256;
 const STATUS_BYTES: usize = 145;
 const SETTING_BYTES: usize = 64;
-/// Chords of an arc that are looked at: there may be very many.
+/// How many chords of an arc are checked. There may be very many.
 const CHORDS: usize = 32;
 
-/// Sends `bytes` to a console. Those that it ignores say what else there is to report: 0xB0 to 0xBC the state from there on, 0xC0
-/// to 0xFF which inputs are pressed.
+/// Sends `bytes` to a console. Bytes that the console ignores set what is reported: 0xB0 to 0xBC set the state, 0xC0 to
+/// 0xFF set which inputs are pressed.
 ///
 /// # Panics
-/// Where a line does not get one answer, a refused line changes anything, a report is longer than it may be, or anything
-/// is not finite or too far out.
+/// When a line does not get exactly one answer, a refused line changes anything, a report is too long, or a value is
+/// not finite or too large.
 pub fn run(bytes: &[u8]) {
     let mut console = Console::new();
     for &byte in bytes {
@@ -49,7 +49,7 @@ pub fn run(bytes: &[u8]) {
     assert_eq!(console.answers, ends, "a line has one answer");
 }
 
-/// The step outputs carry a pulse and a pause as long, to 1 MHz.
+/// The step outputs support a pulse and a pause of the same length, up to 1 MHz.
 fn carries(pulse_us: u16) -> f32 {
     (1e6 / (2.0 * f32::from(pulse_us))).min(1e6)
 }
@@ -62,7 +62,7 @@ struct Console {
     reporter: StatusReporter,
     state: ReportedState,
     inputs: u8,
-    /// The last N, and the last feed.
+    /// The last line number and the last feed.
     line_number: u32,
     feed_mm_min: f32,
     startup: [StoredLine; 2],
@@ -121,7 +121,7 @@ impl Console {
         self.is_sound();
     }
 
-    /// Carries a line out; nothing has changed if it is refused.
+    /// Carries out a line. If the line is refused, nothing may have changed.
     fn line(&mut self, line: &str) -> Result<(), Error> {
         let before = (self.interpreter, self.settings);
         let command = self.interpreter.interpret(line, self.state, &self.settings);
@@ -204,18 +204,18 @@ impl Console {
         }
     }
 
-    /// What every answered line leaves.
+    /// Checks what must hold after every answered line.
     fn is_sound(&self) {
         is_a_place(self.interpreter.position_mm());
         let offset_mm = self.interpreter.work_offset_mm();
-        // A system, a shift and a tool's length.
+        // The offset is the sum of a coordinate system, a shift and a tool's length.
         assert!(offset_mm.iter().all(|mm| mm.abs() <= 3.0 * MAX_COORDINATE_MM), "{offset_mm:?}");
         assert!(self.interpreter.modal().feed.is_finite() && self.interpreter.modal().speed_rpm.is_finite());
         assert_eq!(self.settings.check(&carries), Ok(()));
         assert_eq!(self.settings.check_ranges(), Ok(()));
     }
 
-    /// Everything that can be listed.
+    /// Prints every report that can be listed.
     fn list(&self) {
         let inches = self.settings.report_inches;
         for row in SETTING_TABLE {
@@ -268,7 +268,7 @@ fn is_a_feed(mm_min: f32) {
     assert!(mm_min.is_finite() && mm_min >= MIN_FEED_MM_MIN, "{mm_min}");
 }
 
-/// Room for so many bytes, as a controller has it.
+/// A text buffer of limited size, as in a controller.
 struct Limited {
     text: String,
     most: usize,
@@ -287,7 +287,7 @@ impl Write for Limited {
     }
 }
 
-/// What is written takes so many bytes at most, whole lines of text.
+/// Checks that `write` writes at most this number of bytes, in whole lines of text.
 fn fits(most: usize, write: impl FnOnce(&mut Limited) -> fmt::Result) {
     let mut said = Limited::new(most);
     let written = write(&mut said);

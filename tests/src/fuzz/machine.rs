@@ -1,25 +1,25 @@
-//! Bytes, time and switches to the whole machine in the simulator.
+//! Sends bytes to the whole machine in the simulator, lets time pass, and presses its switches.
 
 use embassy_time::Duration;
 use isostep_motion::{Axis, State};
 use isostep_sim::world::Wire;
 use isostep_sim::{Config, Sim, SwitchFault};
 
-/// It lives no longer than that before the end, virtual time.
+/// The longest virtual time before the end of a case.
 const LIFE_MS: u64 = 20_000;
-/// What a reset may take: it brakes first, and a line that is stored takes its time.
+/// How long a reset may take: the machine brakes first, and storing a line takes time.
 const RESET_MS: u64 = 10_000;
 const RESET: u8 = 0x18;
 
-/// Sends `bytes` to a machine. Those that a console ignores do something else: 0xB0 to 0xBF let 0.1 ms to 3 s go by, 0xC0 to 0xCF
-/// press or release an input.
+/// Sends `bytes` to a machine. Bytes that a console ignores have another effect: 0xB0 to 0xBF let 0.1 ms to 3 s pass,
+/// 0xC0 to 0xCF press or release an input.
 ///
 /// # Panics
-/// Where the machine falls silent, answers more lines than there are, loses or makes up a step, or leaves a tool on that has been
-/// stopped.
+/// When the machine does not answer, answers more lines than were sent, loses or invents a step, or leaves a tool on
+/// after a stop.
 pub fn run(bytes: &[u8]) {
     let mut config = Config { start_mm: [20.0, 30.0, 10.0], keep_record: false, ..Config::default() };
-    // So that more of it happens within a life.
+    // Faster than the default, so that more happens in a case.
     config.settings.max_rate_mm_min = [12_000.0; 3];
     config.settings.accel_mm_s2 = [1_000.0; 3];
     config.settings.homing_seek_mm_min = 3_000.0;
@@ -33,7 +33,7 @@ pub fn run(bytes: &[u8]) {
 
 struct Bench {
     sim: Sim,
-    /// Lines sent, and answers heard.
+    /// Number of lines sent, and of answers received.
     lines: usize,
     answers: usize,
     is_pressed: [bool; 6],
@@ -43,7 +43,7 @@ struct Bench {
 impl Bench {
     fn happens(&mut self, byte: u8) {
         match byte {
-            // 100 us, twice as much, and so on.
+            // 100 us, 200 us, and so on.
             0xB0..=0xBF => self.passes(100 << (byte - 0xB0)),
             0xC0..=0xCF => self.press(usize::from(byte - 0xC0) % self.is_pressed.len()),
             _ => {
@@ -81,14 +81,15 @@ impl Bench {
         }
     }
 
-    /// Lets go of everything; after a reset it says so, stands still where it says it does, and nothing is on.
+    /// Releases all inputs and sends a reset. The machine must then send its welcome, stand still at the position that
+    /// it reports, and have all outputs off.
     fn ends(mut self) {
         for input in 0..self.is_pressed.len() {
             if self.is_pressed[input] {
                 self.press(input);
             }
         }
-        // A line begun is not to be ended by what follows.
+        // Time passes so that the next byte does not end a line that has begun.
         self.runs_for(Duration::from_millis(100));
         self.sim.send(&[RESET]);
         self.sim.run_for(Duration::from_millis(RESET_MS)).unwrap_or_else(|error| panic!("{error}"));

@@ -1,15 +1,15 @@
-//! What the fuzzers in `fuzz/` do with bytes. The test `corpus` does the same with the bytes that are kept of them.
+//! The targets of the fuzzers in `fuzz/`. The test `corpus` runs the same targets with the stored inputs.
 //!
-//! A target takes whatever bytes there are, and panics where something that must hold does not.
+//! A target accepts any bytes, and panics when something that must hold does not.
 
 pub mod console;
 pub mod machine;
 pub mod planner;
 pub mod store;
 
-/// What is done with bytes.
+/// A function that checks some bytes.
 pub type Target = fn(&[u8]);
 
-/// Every target, by the name of its fuzzer and of its folder of `fuzz/corpus`.
+/// Every target, with the name of its fuzzer and of its folder in `fuzz/corpus`.
 pub const TARGETS: [(&str, Target); 4] =
     [("console", console::run), ("store", store::run), ("planner", planner::run), ("machine", machine::run)];

@@ -1,4 +1,4 @@
-//! Machines, moves, and what happens while they are made, held to all that the chain's own tests hold random ones to.
+//! Makes machines, moves and interruptions from bytes, and checks what the chain's own tests check with random ones.
 
 #[path = "../../../crates/profile/tests/chain/case.rs"]
 #[allow(dead_code, missing_docs, reason = "the tests of the profile's chain: what else they have is not of use here")]
@@ -25,19 +25,19 @@ use self::model::OverrideRatios;
 
 const MOVES: usize = 24;
 const EVENTS: usize = 40;
-/// The rates of both step ports.
+/// The tick rates of both step ports.
 const RATES_HZ: [u32; 2] = [1_000_000, 125_000_000];
-/// Cases of more steps are not compiled: it would take too long.
+/// Cases with more steps than this are not compiled, because it would take too long.
 const COMPILED_STEPS: u32 = 20_000;
 
-/// Plans and makes the moves of `bytes`.
+/// Plans and makes the moves that `bytes` describe.
 ///
 /// # Panics
-/// Where a chunk does not meet the one before, a limit is not kept, a step is not made, or made twice, or it does not come to rest;
-/// the message is the case.
+/// When a chunk does not continue the previous one, a limit is exceeded, a step is missing or made twice, or the chain
+/// does not come to rest. The message contains the case.
 pub fn run(bytes: &[u8]) {
     let mut bytes = Unstructured::new(bytes);
-    // The bytes have an end, and so has what they tell.
+    // When the bytes run out, the case ends.
     let Ok((case, events, is_short)) = read(&mut bytes) else { return };
     let driven = if is_short { drive::<4>(&case, &events) } else { drive::<64>(&case, &events) };
     if let Err(error) = driven {
@@ -67,7 +67,7 @@ fn read(bytes: &mut Unstructured<'_>) -> Result<(Case, Vec<Event>, bool)> {
     Ok((Case { limits, mm_per_step, deviation_mm, interval_law, law, moves }, events, is_short))
 }
 
-/// A share from 0 to 1.
+/// A fraction from 0 to 1.
 fn ratio(bytes: &mut Unstructured<'_>) -> Result<f64> {
     Ok(f64::from(bytes.arbitrary::<u16>()?) / f64::from(u16::MAX))
 }
@@ -76,7 +76,7 @@ fn log(bytes: &mut Unstructured<'_>, from: f64, to: f64) -> Result<f64> {
     Ok(from * (to / from).powf(ratio(bytes)?))
 }
 
-/// Of a machine as people have it, as in the chain's tests.
+/// An axis with limits that real machines have, as in the chain's tests.
 fn axis(bytes: &mut Unstructured<'_>, law: SpeedLaw) -> Result<(Limits, f64)> {
     let per_mm = log(bytes, 10.0, 400.0)?;
     let (top, accel) = (log(bytes, 1.0, 500.0)? * per_mm, log(bytes, 5.0, 5e3)? * per_mm);
@@ -94,7 +94,7 @@ fn axis(bytes: &mut Unstructured<'_>, law: SpeedLaw) -> Result<(Limits, f64)> {
     Ok((limits, 1.0 / per_mm))
 }
 
-/// A move by itself, one more in the direction of the one before, or back, or one that bends a little.
+/// A move that is new, repeats the previous direction, goes back, or deviates slightly from the previous direction.
 fn wanted(bytes: &mut Unstructured<'_>, last: Option<Request<AXES>>) -> Result<Request<AXES>> {
     let before = last.map_or([1, 0, 0], |last| last.steps);
     let steps = match bytes.int_in_range(0..=3)? {
@@ -139,7 +139,8 @@ fn event(bytes: &mut Unstructured<'_>) -> Result<Event> {
     })
 }
 
-/// Makes the case once more, compiled at `tick_hz`: the steps of an axis come one after the other, whatever happens.
+/// Runs the case again, compiled at `tick_hz`. The steps of an axis must be in ascending order of time, whatever
+/// happens.
 fn compiles(case: &Case, events: &[Event], tick_hz: u32) {
     let mut chain = Chain::<AXES, 4>::new(case.config());
     let mut compiled = Compiled { tick_hz, axes: array::from_fn(|_| Made::default()) };
@@ -183,18 +184,18 @@ struct Compiled {
     axes: [Made; AXES],
 }
 
-/// What is made of an axis.
+/// The progress of an axis.
 #[derive(Default)]
 struct Made {
-    /// The instants of what is left of the part.
+    /// The remaining instants of the current plan.
     left: Option<Box<dyn Iterator<Item = u64>>>,
-    /// The number of its last step in the move, and the tick of it on the run's clock.
+    /// The number of the axis's last step in the move, and the tick of that step on the run's clock.
     steps: u32,
     last_ticks: Option<u64>,
 }
 
 impl Compiled {
-    /// From rest on another clock; in motion on the same.
+    /// Starts the chain. From rest the steps are on a new clock; in motion the clock continues.
     fn starts(&mut self, chain: &mut Chain<AXES, 4>) {
         let begins = chain.is_at_rest();
         chain.start();

@@ -1,4 +1,4 @@
-//! Flash that holds anything, changes to be kept in it, and power that goes at any time.
+//! Tests the store with arbitrary contents of flash, with changes, and with power cuts at any time.
 
 use std::pin::pin;
 use std::task::{Context, Poll, Waker};
@@ -11,18 +11,18 @@ use isostep_controller::store::{Item, Kept, Store};
 use isostep_sim::Flash;
 use isostep_sim::flash::SECTOR_BYTES;
 
-/// So many things happen to a flash at most.
+/// The largest number of events per case.
 const EVENTS: usize = 64;
 const ERASED: u8 = 0xFF;
 
-/// Has a flash live through what `bytes` say.
+/// Runs the events that `bytes` describe on one flash.
 ///
 /// # Panics
-/// Where an item is neither what it was nor what it was to be, flash that cannot be read is not as if blank, or a change
-/// is refused.
+/// When an item has neither its old nor its new value, when unreadable flash does not give the same result as blank
+/// flash, or when a change is refused.
 pub fn run(bytes: &[u8]) {
     let mut bytes = Unstructured::new(bytes);
-    // The bytes have an end, and so has what they tell.
+    // When the bytes run out, the case ends.
     let _ = live(&mut bytes);
 }
 
@@ -41,7 +41,7 @@ fn live(bytes: &mut Unstructured<'_>) -> Result<()> {
     Ok(())
 }
 
-/// Runs of bytes here and there, or of one byte everywhere.
+/// Writes the same byte everywhere, or short patterns to random places.
 fn scribble(flash: &Flash, bytes: &mut Unstructured<'_>) -> Result<()> {
     if bytes.ratio(1, 8)? {
         let all = bytes.arbitrary()?;
@@ -51,7 +51,7 @@ fn scribble(flash: &Flash, bytes: &mut Unstructured<'_>) -> Result<()> {
         let run: [u8; 8] = bytes.arbitrary()?;
         let times = bytes.int_in_range(1..=32)?;
         let sector = bytes.int_in_range(0..=5)?;
-        // Where anything is told is mostly at the beginning of a sector.
+        // The important bytes are mostly at the beginning of a sector.
         let place =
             if bytes.ratio(1, 2)? { bytes.int_in_range(0..=64)? } else { bytes.int_in_range(0..=SECTOR_BYTES)? };
         flash.change(|cells| {
@@ -68,9 +68,10 @@ fn scribble(flash: &Flash, bytes: &mut Unstructured<'_>) -> Result<()> {
 struct Life {
     flash: Flash,
     store: Store<Flash>,
-    /// What may be kept, item by item: what was kept last, and all that has been tried since.
+    /// The values that items may have: those stored last, and those of all changes tried since.
     may_be: Vec<Kept>,
-    /// Bytes were changed while it was in use: what is where the log goes on may be lost, and that is not looked at.
+    /// Bytes were changed while the flash was in use. Then data at the end of the log may be lost, and the values are
+    /// not checked.
     is_damaged: bool,
 }
 
@@ -113,7 +114,7 @@ impl Life {
                 self.opens();
             }
             5 => {
-                // The power goes while it is read, when something may have to be put right.
+                // The power goes during loading, which may have to repair something.
                 self.flash.cut_power_after(bytes.int_in_range(0..=2)?, u64::from(bytes.arbitrary::<u16>()?));
                 let _ = Self::opened(&self.flash);
                 self.flash.mend();
@@ -132,7 +133,7 @@ impl Life {
         Ok(())
     }
 
-    /// As after power-up.
+    /// Loads the store as after power-up, and checks its values.
     fn opens(&mut self) {
         self.store = Self::opened(&self.flash);
         let kept = self.store.kept();
@@ -149,7 +150,8 @@ impl Life {
         Ok(())
     }
 
-    /// Changes something, and has that kept, unless it is dropped after so many polls; whether it is.
+    /// Changes something and stores it. The future is dropped after `polls` polls. Returns whether the change was
+    /// stored.
     fn tries(&mut self, bytes: &mut Unstructured<'_>, polls: usize) -> Result<bool> {
         let mut wanted = self.may_be.last().cloned().unwrap_or_else(defaults);
         change(&mut wanted, bytes)?;
@@ -164,7 +166,7 @@ impl Life {
         Ok(false)
     }
 
-    /// Whatever has happened, what is stored now is there at the next power-up.
+    /// Checks that a change stored now is present at the next power-up, whatever happened before.
     fn keeps_a_change(mut self) {
         let mut wanted = defaults();
         wanted.settings.set(111, 999.0);
@@ -190,7 +192,7 @@ fn change(kept: &mut Kept, bytes: &mut Unstructured<'_>) -> Result<()> {
             let place = kept.parameters.coordinates.place_mut(bytes.int_in_range(0..=7)?);
             place.fill(f32::from(bytes.arbitrary::<i8>()?));
         }
-        // Of many settings at once: a copy of all that is kept is long then.
+        // This changes many settings at once, so that a copy of everything is long.
         4 => {
             let value = f32::from(bytes.arbitrary::<u8>()?);
             let numbers = SETTING_TABLE.iter().flat_map(|row| row.numbers());

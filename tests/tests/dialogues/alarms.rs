@@ -1,5 +1,5 @@
-//! Each alarm of the table in docs/console.md: what is heard, that G-code is locked out, and how to go on. Those of a
-//! step port that cannot keep up need the port: they are in tests/emulated.rs.
+//! Each alarm of the table in docs/console.md: its messages, that G-code is refused afterwards, and how to continue.
+//! The alarms of a step port that cannot keep up need a real port, so they are in tests/emulated.rs.
 
 use embassy_time::Duration;
 use isostep_motion::Axis;
@@ -8,7 +8,7 @@ use isostep_sim::{Config, Sim};
 
 use crate::talk::{begin, homed, powered_up, refused, say, state, switched_on};
 
-/// The alarm and its words were heard, each once; the machine is locked.
+/// Checks that the alarm and its words each came once, and that the machine is locked.
 fn alarmed(sim: &mut Sim, heard: &[String], code: u8, words: &str) {
     let alarm = format!("ALARM:{code}");
     assert_eq!(heard.iter().filter(|line| **line == alarm).count(), 1, "{heard:?}");
@@ -18,7 +18,7 @@ fn alarmed(sim: &mut Sim, heard: &[String], code: u8, words: &str) {
     refused(sim, "G0 X1", 9);
 }
 
-/// Unlocks; whether a target beyond the travel is still known for one tells whether the position is trusted.
+/// Unlocks the machine. If the position is trusted, a target beyond the travel is still recognised.
 fn unlock(sim: &mut Sim, trusted: bool) {
     assert_eq!(say(sim, "$X"), ["[MSG:Caution: Unlocked]", "ok"]);
     assert_eq!(state(sim), "Idle");
@@ -120,7 +120,8 @@ fn alarm_10_emergency_stop() {
     assert_eq!(state(&mut sim), "Idle");
 }
 
-/// 17 m along the diagonal at 1 mm/min are 12 days and more than can be planned. Nothing has moved, so what is homed stays so.
+/// 17 m along the diagonal at 1 mm/min take 12 days, which is longer than can be planned. Nothing has moved, so the
+/// axes stay homed.
 #[test]
 fn alarm_21_unplannable() {
     let mut config = Config::default();
@@ -135,7 +136,7 @@ fn alarm_21_unplannable() {
     assert!(say(&mut sim, "G0 X-1").contains(&"ALARM:2".to_owned()), "soft limits are where they were");
 }
 
-/// The line that leaves the alarm waits already when it is raised.
+/// The line that clears the alarm is already waiting when the alarm is raised.
 #[test]
 fn an_alarm_is_told_before_it_is_left() {
     for (leaves, words) in [("$X", "[MSG:Caution: Unlocked]"), ("$H", "ok")] {

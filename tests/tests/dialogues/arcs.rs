@@ -1,4 +1,4 @@
-//! Arcs: where they lead, how finely, and what ends them.
+//! Arcs: where they end, how fine their chords are, and what interrupts them.
 
 use std::f64::consts::PI;
 
@@ -12,18 +12,19 @@ use crate::talk::{begin, field, homed, say, status};
 /// The default machine's resolution.
 const STEPS_PER_MM: f64 = 50.0;
 
-/// Where each move since the first `skip` has ended, mm.
+/// Where each move after the first `skip` moves ended, mm.
 fn corners_mm(sim: &mut Sim, skip: usize) -> Vec<[f64; 3]> {
     let outcome = sim.outcome();
     outcome.moves[skip..].iter().map(|record| record.end_steps.map(|steps| f64::from(steps) / STEPS_PER_MM)).collect()
 }
 
-/// How many moves there have been.
+/// Number of moves so far.
 fn moves(sim: &mut Sim) -> usize {
     sim.outcome().moves.len()
 }
 
-/// Follows an arc around a centre in the plane of two axes; every chord must end on it, within rounding to whole steps.
+/// Follows an arc around a centre in the plane of two axes. Every chord must end on the arc, apart from rounding to
+/// whole steps.
 fn follow(sim: &mut Sim, line: &str, plane: [usize; 2], centre_mm: [f64; 2], radius_mm: f64) -> Vec<[f64; 3]> {
     let before = moves(sim);
     assert_eq!(say(sim, line), ["ok"], "{line}");
@@ -42,7 +43,7 @@ fn arcs_of_every_kind_end_where_they_should() {
     say(&mut sim, "F2400");
     let quarter = follow(&mut sim, "G2 X110 Y110 I10", [0, 1], [110.0, 100.0], 10.0);
     assert_eq!(quarter.last(), Some(&[110.0, 110.0, 20.0]));
-    // The chord that is 0.002 mm from a circle of 10 mm is 0.4 mm.
+    // A chord that deviates by 0.002 mm from a circle of 10 mm has a length of 0.4 mm.
     assert_eq!(quarter.len(), (5.0 * PI / 0.4_f64).ceil() as usize);
     assert!(quarter.iter().all(|[x, y, _]| (100.0..=110.0).contains(x) && (100.0..=110.0).contains(y)));
     let long_way = follow(&mut sim, "G2 X100 Y100 R-10", [0, 1], [110.0, 100.0], 10.0);
@@ -85,7 +86,7 @@ fn an_arc_that_bulges_out_of_the_travel_never_begins() {
     assert_eq!(moves(&mut sim), before);
     assert!(say(&mut sim, "G2 X330 Y90 I-10 Z-1 F1200").contains(&"ALARM:2".to_owned()), "nor a helix");
     say(&mut sim, "$X");
-    // The other way round it is within the travel, and so is one that touches its end.
+    // In the other direction the arc is within the travel. An arc that touches the end of the travel is allowed too.
     assert_eq!(say(&mut sim, "G2 X340 Y140 J20\nG2 X340 Y120 J-10"), ["ok", "ok"]);
     assert_eq!(status(&mut sim), "<Idle|MPos:340.000,120.000,0.000");
 }
@@ -121,7 +122,8 @@ fn checking_moves_along_no_arc() {
     assert_eq!(moves(&mut sim), before);
 }
 
-/// A reset by this console, and one by another, after which the line that asks for chords is still there.
+/// A reset by this console and one by another. After a reset by another console, the line that makes the chords is
+/// still being carried out.
 #[test]
 fn a_reset_ends_an_arc_where_it_brakes() {
     for by_another in [false, true] {
@@ -143,7 +145,8 @@ fn a_reset_ends_an_arc_where_it_brakes() {
         assert_eq!(sim.replies(), [expected]);
         assert_eq!(sim.machine().state(), State::Idle);
         let [x, y, z] = sim.counted_steps();
-        // At 20 mm/s, which takes 0.4 s and 4 mm to reach and to lose, it has gone 56 mm, and goes on for 0.1 s at most.
+        // At 20 mm/s, which it takes 0.4 s and 4 mm to reach or to brake from, the arc has covered 56 mm. It continues
+        // for at most 0.1 s.
         let [x_mm, y_mm] = [x, y].map(|steps| f64::from(steps) / STEPS_PER_MM);
         let (right_mm, up_mm) = (x_mm - 120.0, y_mm - 100.0);
         assert!((right_mm.hypot(up_mm) - 20.0).abs() < 0.5_f64.sqrt() / STEPS_PER_MM + 2e-3, "{x_mm} {y_mm}");
@@ -175,7 +178,7 @@ fn inverse_time_is_the_time_of_the_whole_arc() {
     let mut sim = homed();
     assert_eq!(say(&mut sim, "$910=600\n$911=600\nG0 X100 Y100"), ["ok", "ok", "ok"]);
     let before = moves(&mut sim);
-    // 20 mm around in 12 s: 314 mm/min, which is below the start speed, so no time goes into ramps.
+    // 20 mm around in 12 s are 314 mm/min. That is below the start speed, so ramps take no time.
     assert_eq!(say(&mut sim, "G93 G2 X100 Y100 I10 F5"), ["ok"]);
     let outcome = sim.outcome();
     let [first, .., last] = &outcome.moves[before..] else { panic!("{} moves", outcome.moves.len()) };

@@ -85,7 +85,7 @@ fn command_modal_lists_the_modal_state() {
 fn command_build_names_grbl() {
     let heard = say(&mut powered_up(&Config::default()), "$I");
     assert!(heard[0].starts_with("[VER:1.1h.20190830:") && heard[0].contains("grbl"), "{heard:?}");
-    // As many blocks as a status report's Bf tells at rest.
+    // The number of blocks equals the Bf field of a status report at rest.
     assert_eq!(heard[1..], [format!("[OPT:VNMZHL,{},128]", isostep_motion::MOVES_AHEAD), "ok".to_owned()]);
 }
 
@@ -141,7 +141,7 @@ fn command_set_startup_runs_a_line_and_keeps_it() {
     assert_eq!(say(&mut sim, "G21\n$N1=G21"), ["ok"; 2]);
     assert_eq!(say(&mut sim, "$H"), [">G91G0X5:ok", ">G21:ok", "ok"], "after homing too");
     assert_eq!(status(&mut sim), "<Idle|MPos:5.000,0.000,0.000");
-    // What cannot be carried out says so, and locks the machine if it is a target outside the travel.
+    // A line that cannot be carried out reports an error. A target outside the travel also locks the machine.
     assert_eq!(say(&mut sim, "$130=9"), ["ok"]);
     sim.send(b"\x18");
     sim.run_until_idle().unwrap();
@@ -211,11 +211,11 @@ fn command_home_axis_homes_it_alone() {
     assert_eq!(sim.replies(), ["ok"], "the start-up lines are for $H");
     assert_eq!(homed(&sim), [Axis::Y]);
     assert_eq!(sim.machine().status().homed, [false, true, false]);
-    // Its travel is known, the others' is not.
+    // The travel of X is known, that of the others is not.
     assert_eq!(say(&mut sim, "G0 X-1 Z-1"), ["ok"]);
     assert_eq!(status(&mut sim), "<Idle|MPos:-1.000,0.000,-1.000");
     assert!(say(&mut sim, "G0 Y-1").contains(&"ALARM:2".to_owned()));
-    // An alarm that costs no zero: Y keeps its own.
+    // This alarm does not cost the zero: Y keeps its own.
     assert_eq!(say(&mut sim, "$HX"), ["ok"]);
     assert_eq!(status(&mut sim), "<Idle|MPos:0.000,0.000,-1.000");
     assert_eq!(sim.machine().status().homed, [true, true, false]);
@@ -238,14 +238,14 @@ fn command_jog_moves_and_leaves_the_modes() {
     jogs(&mut sim, "$J=X-60 F1000", "40.000,5.000,0.000");
     jogs(&mut sim, "$J=G53 X10 F1000", "10.000,5.000,0.000");
     assert_eq!(say(&mut sim, "$G"), modal);
-    // One behind the other, as a held-down key sends them.
+    // Jogs come one directly after another, as from a key that is held down.
     sim.send(b"$J=G91X1F600\n$J=G91X1F600\n$J=G91X1F600\n");
     sim.run_for(Duration::from_millis(50)).unwrap();
     assert_eq!(sim.replies(), ["ok"; 3], "taken, not done");
     assert_eq!(state(&mut sim), "Jog");
     sim.run_until_idle().unwrap();
     assert_eq!(status(&mut sim), "<Idle|MPos:13.000,5.000,0.000");
-    // What is refused neither moves nor locks, and the next jog counts from where the last one ended.
+    // A refused jog neither moves nor locks the machine. The next jog counts from where the last one ended.
     refused(&mut sim, "$J=G91 X400 F600", 15);
     jogs(&mut sim, "$J=G91 X1 F600", "14.000,5.000,0.000");
 }
@@ -267,7 +267,7 @@ fn command_sleep_frees_the_motors_until_a_reset() {
     assert_eq!(say(&mut sim, "$X\nG0 X1"), ["[MSG:Caution: Unlocked]", "ok", "ok"]);
     assert_eq!(sim.counted_steps(), [50, 0, 0]);
     assert!(energised(&sim), "the idle delay is $1 again");
-    // From Alarm, and once more while the motors are free.
+    // From Alarm, and once more while the motors are not energised.
     sim.set_emergency_stop(true);
     sim.run_until_idle().unwrap();
     sim.set_emergency_stop(false);
@@ -357,7 +357,7 @@ fn command_buzz_moves_an_axis_to_and_fro() {
         heard.iter().any(|line| line.starts_with("[MSG:Y should have moved 1 mm to and fro 10 times")),
         "{heard:?}"
     );
-    // At the end of its travel it buzzes inwards.
+    // At the end of its travel the axis first moves inwards.
     let edges = &sim.outcome().edges[before..];
     assert_eq!(edges.len(), 2 * 10 * 50);
     assert!(edges.iter().all(|edge| edge.axis == 1) && edges[0].direction == -1);

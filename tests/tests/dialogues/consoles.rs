@@ -1,4 +1,4 @@
-//! Two consoles of one machine: they take turns, and either may wake what the other has put to sleep.
+//! Two consoles of one machine. They take turns, and either may wake the machine when the other has put it to sleep.
 
 use std::cell::Cell;
 use std::convert::Infallible;
@@ -17,7 +17,7 @@ use isostep_sim::link::{Lines, Pipe};
 
 const WELCOME: &str = "Grbl 1.1h ['$' for help]";
 
-/// ENABLE, unconnected: nothing moves here.
+/// An unconnected ENABLE output: nothing moves here.
 struct Unconnected;
 
 impl ErrorType for Unconnected {
@@ -34,12 +34,12 @@ impl OutputPin for Unconnected {
     }
 }
 
-/// Consoles 0 and 1, of a machine that has a boot loader.
+/// A machine with consoles 0 and 1 and a boot loader.
 struct Two {
     executor: Executor,
     controller: &'static Controller<'static, Flash>,
     links: [(Pipe, Pipe, Lines); 2],
-    /// It may start.
+    /// Whether the machine may enter its boot loader.
     boots: Rc<Cell<bool>>,
 }
 
@@ -75,7 +75,7 @@ impl Two {
         Self { executor, controller, links, boots }
     }
 
-    /// Sends to one console, and returns what each of them says then.
+    /// Sends to one console, and returns what each console answers.
     fn send(&mut self, console: usize, bytes: &[u8]) -> [Vec<String>; 2] {
         self.links[console].0.push(bytes);
         self.executor.run_until_quiescent(Instant::MAX).unwrap();
@@ -96,7 +96,7 @@ fn the_startup_lines_run_once_after_power_up_however_many_consoles_there_are() {
     assert_eq!(two.send(0, b""), [heard(&[WELCOME, ">G55:ok"]), heard(&[WELCOME])]);
     let [said, _] = two.send(0, b"$G\n$#\n");
     assert!(said[0].starts_with("[GC:G0 G55 ") && said[3] == "[G55:1.000,2.000,3.000]", "{said:?}");
-    // A reset runs them again, on the console that asked for it.
+    // A reset runs the start-up lines again, on the console that sent it.
     assert_eq!(two.send(1, b"\x18"), [heard(&[]), heard(&[WELCOME, ">G55:ok"])]);
 }
 
@@ -135,7 +135,7 @@ fn command_boot_makes_way_for_new_firmware() {
     assert_eq!(two.send(0, b"$BOOT\nG21\n"), [heard(&[BOOTING, "ok", "error:8"]), heard(&[])]);
     assert!(two.boots.get());
     assert_eq!(two.send(1, b"$X\nG21\n$110=1\n"), [heard(&[]), heard(&["ok", "error:8", "error:8"])]);
-    // A reset does not call it off.
+    // A reset does not cancel it.
     assert_eq!(two.send(0, b"\x18$X\nG21\n"), [heard(&[WELCOME, "ok", "error:8"]), heard(&[])]);
 }
 

@@ -11,14 +11,14 @@ use crate::talk::{
 const OFF: [u16; 5] = [0; 5];
 const FULL: [u16; 5] = [ON, ON, 0, 0, 0];
 
-/// Homed, with a door's switch in place of the button of the feed hold.
+/// A homed machine with a door switch on the input of the feed hold button.
 fn with_door() -> Sim {
     let mut sim = homed();
     assert_eq!(say(&mut sim, "$902=1"), ["ok"]);
     sim
 }
 
-/// Presses a button, or lets it go, with contacts that bounce for 2 ms; then it is quiet for longer than the debounce
+/// Presses or releases a button whose contacts bounce for 2 ms. Then the input is steady for longer than the debounce
 /// time.
 fn bounce(sim: &mut Sim, wire: Wire, pressed: bool) {
     for flips in 0..4 {
@@ -45,7 +45,7 @@ fn the_feed_hold_button_holds() {
     bounce(&mut sim, Wire::Hold, true);
     sim.run_until_idle().unwrap();
     assert_eq!((state(&mut sim).as_str(), pins(&mut sim).as_deref()), ("Hold:0", Some("H")));
-    // It is a button: what it has held is resumed with it pressed, too.
+    // It acts only when pressed: the hold can be resumed while it is still pressed.
     sim.send(b"~");
     sim.run_until_idle().unwrap();
     assert_eq!(status(&mut sim), "<Idle|MPos:20.000,0.000,0.000");
@@ -54,7 +54,7 @@ fn the_feed_hold_button_holds() {
     assert_eq!((state(&mut sim).as_str(), pins(&mut sim)), ("Run", None), "letting it go holds nothing");
     bounce(&mut sim, Wire::Hold, true);
     assert_eq!(state(&mut sim), "Hold:1", "pressed once more");
-    // A jog is cancelled by it.
+    // It cancels a jog.
     let mut sim = homed();
     begin(&mut sim, "$J=X20 F600", Duration::from_secs(1));
     bounce(&mut sim, Wire::Hold, true);
@@ -70,7 +70,7 @@ fn the_cycle_start_button_resumes() {
     bounce(&mut sim, Wire::Start, false);
     assert_eq!(pins(&mut sim), None);
     assert_eq!(say(&mut sim, "G1 X5 F600 M0\nX10"), [""; 0]);
-    // Shorter than the debounce time it is none.
+    // A press shorter than the debounce time has no effect.
     sim.set_hand_input(Wire::Start, true);
     sim.run_for(Duration::from_millis(2)).unwrap();
     sim.set_hand_input(Wire::Start, false);
@@ -80,7 +80,7 @@ fn the_cycle_start_button_resumes() {
     sim.run_until_idle().unwrap();
     assert_eq!(sim.replies().iter().filter(|line| *line == "ok").count(), 2);
     assert_eq!(status(&mut sim), "<Idle|MPos:10.000,0.000,0.000");
-    // Neither while it brakes, nor again while it stays pressed.
+    // It has no effect while the machine brakes, and no second effect while it stays pressed.
     begin(&mut sim, "G1 X0", Duration::from_millis(500));
     bytes(&mut sim, b"!");
     sim.run_until_idle().unwrap();
@@ -89,8 +89,8 @@ fn the_cycle_start_button_resumes() {
     assert_eq!(pins(&mut sim).as_deref(), Some("HS"));
 }
 
-/// Door:2 while it brakes, with the spindle on; Door:1 while it is open, all off; Door:0 when it is closed; Door:3 while
-/// the spindle gets its speed.
+/// Door:2 while the machine brakes, with the spindle on; Door:1 while the door is open, with all outputs off; Door:0
+/// when it is closed; Door:3 while the spindle gets its speed.
 #[test]
 fn the_door_holds_and_puts_all_off() {
     let mut sim = with_door();
@@ -147,7 +147,7 @@ fn the_door_puts_a_laser_off_at_once() {
     assert_eq!((state(&mut sim).as_str(), sim.tool()), ("Run", [ON, ON, 0, ON, 0]));
 }
 
-/// Opened and closed and opened again, while it brakes, resumes, or stands.
+/// The door is opened, closed and opened again while the machine brakes, resumes, or stands still.
 #[test]
 fn the_door_may_be_opened_at_any_time() {
     let mut sim = with_door();
@@ -168,7 +168,7 @@ fn the_door_may_be_opened_at_any_time() {
     bytes(&mut sim, b"~");
     sim.run_until_idle().unwrap();
     assert_eq!((status(&mut sim).as_str(), sim.tool()), ("<Idle|MPos:30.000,0.000,0.000", FULL));
-    // In a hold, at rest and while it brakes.
+    // In a hold, at rest and while the machine brakes.
     for hold_ms in [20, 2_000] {
         begin(&mut sim, "G91 G1 X-10 F1200", Duration::from_secs(1));
         bytes(&mut sim, b"!");
@@ -184,7 +184,7 @@ fn the_door_may_be_opened_at_any_time() {
         sim.replies();
     }
     assert_eq!(sim.counted_steps(), [500, 0, 0]);
-    // In a dwell, whose time stands still.
+    // In a dwell, whose time stands still meanwhile.
     begin(&mut sim, "G4 P2", Duration::from_millis(100));
     bounce(&mut sim, Wire::Hold, true);
     assert_eq!((state(&mut sim).as_str(), sim.tool()), ("Door:1", OFF));
@@ -195,7 +195,7 @@ fn the_door_may_be_opened_at_any_time() {
     assert_eq!(state(&mut sim), "Run");
 }
 
-/// At rest it is opened as well: what is asked for waits until it is closed and resumed.
+/// The door also counts at rest: motions requested while it is open wait until it is closed and the machine is resumed.
 #[test]
 fn what_is_asked_for_while_the_door_is_open_waits() {
     let mut sim = with_door();
@@ -217,7 +217,8 @@ fn what_is_asked_for_while_the_door_is_open_waits() {
     }
 }
 
-/// A reset ends the hold; the door is open still. So a machine without a door can have its setting changed.
+/// A reset ends the hold although the door is still open. This allows a machine without a door to have its setting
+/// changed.
 #[test]
 fn a_reset_with_the_door_open_moves_nothing() {
     let mut sim = with_door();
@@ -231,7 +232,7 @@ fn a_reset_with_the_door_open_moves_nothing() {
     assert_eq!((state(&mut sim).as_str(), pins(&mut sim).as_deref(), sim.tool()), ("Idle", Some("D"), OFF));
     refused(&mut sim, "$H", 13);
     refused(&mut sim, "$J=X1 F100", 13);
-    // The spindle waits, too: closing the door does not turn it on.
+    // The spindle waits too: closing the door does not switch it on.
     assert_eq!(say(&mut sim, "M3 S1000"), ["ok"]);
     assert_eq!((state(&mut sim).as_str(), sim.tool()), ("Door:1", OFF));
     bounce(&mut sim, Wire::Hold, false);
@@ -252,7 +253,7 @@ fn a_reset_with_the_door_open_moves_nothing() {
     assert_eq!(sim.counted_steps(), stands);
 }
 
-/// While a reset brakes: it is forgotten what moved, and the door is as at rest.
+/// The door is opened while a reset brakes. The motion is discarded, and afterwards the door counts as at rest.
 #[test]
 fn the_door_opened_while_a_reset_brakes_counts() {
     let mut sim = with_door();
@@ -269,7 +270,7 @@ fn the_door_opened_while_a_reset_brakes_counts() {
     assert_eq!(sim.machine().status().homed, [true; 3]);
 }
 
-/// The setting comes from the flash after the input has been looked at.
+/// The setting is loaded from flash after the input was first read.
 #[test]
 fn a_door_open_at_power_up_is_one() {
     let (config, flash) = (Config::default(), Flash::blank());
@@ -297,7 +298,7 @@ fn a_door_open_at_power_up_is_one() {
     }
 }
 
-/// As the door, without a switch: nothing has to be closed before the resume.
+/// The byte acts like the door, but without a switch: nothing has to be closed before the resume.
 #[test]
 fn byte_84_is_the_door() {
     let mut sim = homed();
@@ -321,7 +322,7 @@ fn byte_84_is_the_door() {
     assert_eq!((status(&mut sim).as_str(), sim.tool()), ("<Idle|MPos:30.000,0.000,0.000", FULL));
 }
 
-/// The jog is cancelled, then the door is what it is; jogs that wait are forgotten.
+/// The door cancels the jog and then acts as usual. Waiting jogs are discarded.
 #[test]
 fn the_door_cancels_a_jog() {
     for by_byte in [false, true] {
@@ -372,7 +373,7 @@ fn alarm_7_homing_door() {
     }
 }
 
-/// In Alarm nothing is unlocked or homed while it is open.
+/// In Alarm, `$X` and homing are refused while the door is open.
 #[test]
 fn error_13_door_open() {
     let mut sim = with_door();
@@ -386,7 +387,7 @@ fn error_13_door_open() {
     bounce(&mut sim, Wire::Hold, false);
     assert_eq!(say(&mut sim, "$X"), ["[MSG:Caution: Unlocked]", "ok"]);
     assert_eq!(state(&mut sim), "Idle");
-    // Asleep, and after it.
+    // The same in Sleep, and after it.
     assert_eq!(say(&mut sim, "$SLP").last().unwrap(), "[MSG:Sleeping]");
     bounce(&mut sim, Wire::Hold, true);
     assert_eq!(state(&mut sim), "Sleep");
@@ -399,7 +400,7 @@ fn error_13_door_open() {
     }
 }
 
-/// A hold of nothing unlocks nothing.
+/// A hold of nothing must not unlock the machine.
 #[test]
 fn a_hold_after_a_sleep_does_not_unlock() {
     let mut sim = powered_up(&Config::default());

@@ -1,4 +1,4 @@
-//! Dwells, and what interferes with them: as in Grbl their time stands still while they are held.
+//! Dwells, and what interferes with them. As in Grbl, the time of a dwell stands still during a hold.
 
 use embassy_time::Duration;
 use isostep_sim::world::Wire;
@@ -6,7 +6,7 @@ use isostep_sim::{Config, Sim};
 
 use crate::talk::{begin, bytes, homed, powered_up, say, state, status};
 
-/// Runs until something is heard; how long that took, to the millisecond.
+/// Runs until `wanted` is received. Returns how long that took, in milliseconds.
 fn until_heard(sim: &mut Sim, wanted: &[&str]) -> u64 {
     for ms in 0..20_000 {
         let heard = sim.replies();
@@ -19,7 +19,7 @@ fn until_heard(sim: &mut Sim, wanted: &[&str]) -> u64 {
     panic!("silence in {}", state(sim));
 }
 
-/// It stands still already.
+/// The machine is already at rest, so the hold is immediate.
 #[test]
 fn a_dwell_is_held_at_once() {
     let mut sim = homed();
@@ -53,7 +53,7 @@ fn a_held_dwell_has_its_rest_after_the_resume() {
     }
 }
 
-/// Three years, which a hold, a resume and a reset do not wait for.
+/// The dwell lasts three years. A hold, a resume and a reset must not wait for it.
 #[test]
 fn a_dwell_of_years_is_held_resumed_and_reset() {
     let mut sim = homed();
@@ -71,7 +71,8 @@ fn a_dwell_of_years_is_held_resumed_and_reset() {
     assert_eq!(say(&mut sim, "G4 P0.1\nG0 X3"), ["ok", "ok"]);
 }
 
-/// Its line is forgotten, as the console was opened anew. What waits for moves to end waits for it, too.
+/// The line of the dwell is forgotten because the console is opened again. Commands that wait for moves to end must
+/// also wait for the dwell.
 #[test]
 fn what_waits_for_a_held_dwell_waits_for_its_rest() {
     let mut sim = homed();
@@ -105,7 +106,7 @@ fn an_emergency_stop_ends_a_dwell_held_or_not() {
     }
 }
 
-/// A dwell that waits for a spindle to get its speed has not been for nothing.
+/// A dwell behind a spindle that gets its speed must still last its full time.
 #[test]
 fn the_door_holds_a_dwell_whose_rest_comes_after_the_spindle_has_its_speed() {
     let mut config = Config::default();
@@ -125,6 +126,6 @@ fn the_door_holds_a_dwell_whose_rest_comes_after_the_spindle_has_its_speed() {
     sim.run_for(Duration::from_millis(500)).unwrap();
     assert_eq!(state(&mut sim), "Door:3");
     let left_ms = 500 + until_heard(&mut sim, &["ok"]);
-    // 1 s for the spindle, 1.5 s for the dwell, less what an input is debounced for.
+    // 1 s for the spindle and 1.5 s for the dwell, minus the debounce time of an input.
     assert!((2_490..=2_510).contains(&left_ms), "{left_ms} ms");
 }

@@ -5,7 +5,7 @@ use isostep_sim::{Config, Flash, Sim};
 
 use crate::talk::{begin, homed, powered_up, refused, say, status};
 
-/// Each line is refused with the error, after which modal state, offsets, settings and position are as before.
+/// Each line must be refused with the error. Modal state, offsets, settings and position must be as before.
 fn refused_and_unchanged(lines: &[&str], code: u8) {
     let mut sim = homed();
     assert_eq!(say(&mut sim, "G55 G91 G1 X1 F600"), ["ok"]);
@@ -63,7 +63,7 @@ fn error_7_not_stored() {
         assert!(told.starts_with("[MSG:The flash has refused: the change is in force, but"), "{told}");
         assert_eq!(answer, "error:7", "{line}");
     }
-    // What changes nothing is not refused, and the next change takes along what is not stored yet.
+    // Lines that change nothing are not refused. The next change also stores what is not stored yet.
     assert_eq!(say(&mut sim, "G0 X1"), ["ok"]);
     flash.mend();
     assert_eq!(say(&mut sim, "$130=300"), ["ok"]);

@@ -1,4 +1,4 @@
-//! Feeds of every size on axes of every resolution: each means "at most".
+//! Feeds of every size on axes of every resolution. A feed always means "at most".
 
 use embassy_time::Duration;
 use isostep_motion::AXES;
@@ -8,19 +8,19 @@ use crate::talk::{begin, bytes, field, powered_up, say, status};
 
 /// From the coarsest resolution to the finest that can be set, steps/mm.
 const RESOLUTIONS: [f32; 7] = [0.1, 0.5, 5.0, 50.0, 320.0, 2_000.0, 10_000.0];
-/// From the slowest feed that is taken to the fastest that can be written, mm/min.
+/// From the slowest feed that is accepted to the fastest that can be written, mm/min.
 const FEEDS: [f64; 7] = [1.0, 60.0, 2_880.0, 100_000.0, 12_000_001.0, 60_000_000.0, 99_999_000.0];
 /// Acceleration of every axis, mm/s².
 const ACCEL: f64 = 50.0;
 
-/// A machine with this resolution, as fast as its outputs allow, or 2,880 mm/min.
+/// A machine with this resolution. Its top speed is the highest that its outputs allow, at most 2,880 mm/min.
 fn machine(steps_per_mm: f32) -> Sim {
     let mut config = Config::default();
     config.settings.steps_per_mm = [steps_per_mm; AXES];
     config.settings.max_rate_mm_min = [top_mm_min(steps_per_mm) as f32; AXES];
     config.settings.soft_limits = false;
     config.keep_waves = false;
-    // The carriage may go as far as a few of the largest steps.
+    // The carriage may move by a few of the largest steps.
     config.settings.travel_mm = [500.0; AXES];
     powered_up(&config)
 }
@@ -29,7 +29,7 @@ fn top_mm_min(steps_per_mm: f32) -> f64 {
     (200_000.0 * 60.0 / f64::from(steps_per_mm)).min(2_880.0)
 }
 
-/// How long a move of a length from rest to rest takes at most so fast, s.
+/// How long a move of this length from rest to rest takes at this speed, s.
 fn lasts_s(length_mm: f64, speed_mm_s: f64, accel_mm_s2: f64) -> f64 {
     if length_mm > speed_mm_s * speed_mm_s / accel_mm_s2 {
         length_mm / speed_mm_s + speed_mm_s / accel_mm_s2
@@ -38,7 +38,7 @@ fn lasts_s(length_mm: f64, speed_mm_s: f64, accel_mm_s2: f64) -> f64 {
     }
 }
 
-/// Sends a line that moves `axes` axes by as much each, and looks whether it took as long as it has to.
+/// Sends a line that moves each of `axes` axes by the same length, and checks that it takes the expected time.
 fn check(sim: &mut Sim, line: &str, (length_mm, axes): (f64, f64), feed_mm_min: f64, steps_per_mm: f32) {
     assert_eq!(say(sim, line), ["ok"], "{line} at {steps_per_mm} steps/mm");
     assert!(status(sim).starts_with("<Idle|"), "{line} at {steps_per_mm} steps/mm");
@@ -49,7 +49,7 @@ fn check(sim: &mut Sim, line: &str, (length_mm, axes): (f64, f64), feed_mm_min: 
     assert!((took_s / wanted_s - 1.0).abs() < 1e-3, "{line} at {steps_per_mm} steps/mm: {took_s} s, not {wanted_s} s");
 }
 
-/// A length of whole steps: one at least.
+/// A length of whole steps, at least one.
 fn length_mm(steps_per_mm: f32) -> f64 {
     f64::from(1.0 / steps_per_mm).max(1.0)
 }
@@ -71,7 +71,7 @@ fn every_feed_is_planned_at_every_resolution() {
     }
 }
 
-/// In inches, and by how often a minute a move would fit.
+/// Feeds in inches, and in inverse time (moves per minute).
 #[test]
 fn feeds_of_other_units_are_at_most_as_well() {
     for steps_per_mm in [50.0, 10_000.0] {
@@ -82,7 +82,7 @@ fn feeds_of_other_units_are_at_most_as_well() {
     }
 }
 
-/// Of what was asked for, not of what the limits left of it.
+/// The override applies to the requested feed, not to the feed after the limits.
 #[test]
 fn an_override_of_a_feed_beyond_the_limits_counts_from_that_feed() {
     let mut sim = machine(50.0);
@@ -99,7 +99,7 @@ fn an_override_of_a_feed_beyond_the_limits_counts_from_that_feed() {
     }
 }
 
-/// `$25` and `$24` are feeds of one axis.
+/// `$25` and `$24` are feeds of a single axis.
 #[test]
 fn homing_is_as_fast_as_its_axis_at_most() {
     for (steps_per_mm, seek, latch) in [(10_000.0, 100_000.0, 60.0), (10_000.0, 600.0, 100_000.0), (0.1, 600.0, 1.0)] {
@@ -108,7 +108,7 @@ fn homing_is_as_fast_as_its_axis_at_most() {
         config.settings.max_rate_mm_min = [top_mm_min(steps_per_mm) as f32; AXES];
         (config.settings.homing_seek_mm_min, config.settings.homing_latch_mm_min) = (seek, latch);
         if steps_per_mm < 1.0 {
-            // A pull-off is to be a step at least.
+            // A pull-off must be at least one step.
             config.settings.homing_pull_off_mm = 20.0;
         }
         config.start_mm = [30.0, 30.0, 30.0];

@@ -1,10 +1,10 @@
-//! What was heard for something that was sent: a failure says what that was, and all that came.
+//! The lines received in answer to something that was sent. A failure prints what was sent and all lines that came.
 
 use std::fmt;
 use std::ops::{Deref, DerefMut, Index};
 use std::slice::SliceIndex;
 
-/// The lines that came, in order. It is compared, indexed and searched as they are.
+/// The lines in order. They are compared, indexed and searched like a vector.
 #[derive(Clone)]
 pub struct Heard {
     sent: String,
@@ -12,7 +12,7 @@ pub struct Heard {
 }
 
 impl Heard {
-    /// For these bytes.
+    /// The answer to these bytes.
     pub fn new(sent: &[u8], lines: Vec<String>) -> Self {
         Self { sent: sent.escape_ascii().to_string(), lines }
     }
@@ -23,7 +23,7 @@ impl Heard {
         self.lines.last().unwrap_or_else(|| panic!("{self:?}, where a line was expected"))
     }
 
-    /// A line that begins so is among them.
+    /// Checks that one of the lines begins with `begins`.
     #[track_caller]
     pub fn expect(&self, begins: &str) {
         assert!(self.lines.iter().any(|line| line.starts_with(begins)), "{self:?}, where `{begins}` was expected");

@@ -1,11 +1,11 @@
-//! Homing towards either end of an axis, what a place means after it, and what makes it mean nothing any more.
+//! Homing towards either end of an axis, what positions mean afterwards, and what makes them invalid.
 
 use isostep_motion::{AXES, Axis, ConfigError};
 use isostep_sim::{Config, Flash, Sim};
 
 use crate::talk::{powered_up, refused, say, status, switched_on};
 
-/// A machine whose axes of this mask have their switches at the negative end, homed.
+/// A homed machine. The axes in this mask have their switches at the negative end.
 fn homed_towards(negative: u16) -> Sim {
     let mut config = Config::default();
     config.settings.homing_direction_mask = negative;
@@ -14,26 +14,26 @@ fn homed_towards(negative: u16) -> Sim {
     sim
 }
 
-/// The way away from its switch that an axis has, mm: positive if the switch is at the negative end.
+/// The travel of an axis away from its switch, mm: positive if the switch is at the negative end.
 fn travel_mm(negative: u16, axis: usize) -> f64 {
     let travel_mm = f64::from(Config::default().settings.travel_mm[axis]);
     if negative & (1 << axis) == 0 { -travel_mm } else { travel_mm }
 }
 
-/// Whichever end each axis homes to.
+/// Each axis homes to either end.
 #[test]
 fn zero_is_the_pull_off_from_the_switch_at_either_end() {
     for negative in 0..8 {
         let sim = homed_towards(negative);
         let now = sim.machine().status();
         assert_eq!((now.position_steps, now.homed), ([0; AXES], [true; AXES]), "$23={negative}");
-        // 2 mm, less what a switch is debounced for.
+        // 2 mm, minus the distance made during the debounce of the switch.
         let places = sim.places_steps();
         assert!(places.iter().all(|place| (99..=100).contains(place)), "$23={negative}: {places:?} from the switches");
     }
 }
 
-/// The switch opens 50 ms before the end of the way back, and is debounced for 250: that is waited for.
+/// The switch opens 50 ms before the end of the pull-off, and its debounce takes 250 ms. Homing must wait for that.
 #[test]
 fn a_switch_that_opens_late_on_the_way_back_is_not_stuck() {
     let mut config = Config::default();
@@ -45,7 +45,7 @@ fn a_switch_that_opens_late_on_the_way_back_is_not_stuck() {
     assert_eq!(say(&mut sim, "$H"), ["ok"]);
 }
 
-/// It is closed from the start: no edge tells of it.
+/// The switch is closed from the start, so no edge reports it.
 #[test]
 fn a_closed_switch_bars_the_way_onto_it_at_either_end() {
     for negative in [0, 7] {
@@ -74,7 +74,7 @@ fn the_travel_is_away_from_the_switch_at_either_end() {
         for axis in Axis::ALL {
             let mm = far[axis as usize];
             let (low, high) = (mm.min(0.0), mm.max(0.0));
-            // A step beyond either end.
+            // One step beyond each end.
             for beyond in [low - 0.02, high + 0.02] {
                 let heard = say(&mut sim, &format!("G0 {axis}{beyond:.2}"));
                 let words = format!(
@@ -90,7 +90,7 @@ fn the_travel_is_away_from_the_switch_at_either_end() {
     }
 }
 
-/// The carriage would be at its far end before it had a zero.
+/// With such a pull-off, the carriage would reach the far end before it had a zero.
 #[test]
 fn a_pull_off_as_long_as_the_travel_is_refused() {
     let mut sim = powered_up(&Config::default());
@@ -109,13 +109,13 @@ fn a_pull_off_as_long_as_the_travel_is_refused() {
         );
         assert_eq!(say(&mut sim, &format!("${setting}={travel}")), [words.as_str(), "error:2"]);
     }
-    // What was refused has changed nothing.
+    // The refused settings have changed nothing.
     assert_eq!(say(&mut sim, "$H"), ["ok"]);
     let outcome = sim.outcome();
     assert!(outcome.losses.is_empty(), "{:?}", outcome.losses);
 }
 
-/// The settings of another build, whose defaults are other ones.
+/// The settings were stored by another build with other defaults.
 #[test]
 fn a_stored_pull_off_beyond_the_travel_is_not_put_in_force() {
     let flash = Flash::blank();
@@ -132,7 +132,7 @@ fn a_stored_pull_off_beyond_the_travel_is_not_put_in_force() {
     assert!(say(&mut sim, "$$").contains(&"$27=2.000".to_owned()), "the defaults are in force");
 }
 
-/// Whoever has no console is refused as well.
+/// A configuration is also refused where no console is involved.
 #[test]
 fn a_configuration_with_a_pull_off_beyond_the_travel_is_refused() {
     let mut config = isostep_controller::config(&Config::default().settings);
@@ -144,26 +144,26 @@ fn a_configuration_with_a_pull_off_beyond_the_travel_is_refused() {
     assert_eq!(refused.unwrap_err().to_string(), words);
 }
 
-/// What each change leaves of `$H`, and the axes whose places it is said of.
+/// Which axes stay homed after each change, and the axes that the message names.
 #[test]
 fn a_setting_that_changes_what_a_place_means_takes_the_zero_away() {
     let cases = [
-        // DIR the other way round: what was ahead is behind.
+        // DIR is inverted, so directions are reversed.
         ("$3=2", [true, false, true], "Y"),
         ("$3=5", [false, true, false], "X Z"),
-        // The switch at the other end, and the travel on the other side of zero.
+        // The switch is at the other end, so the travel is on the other side of zero.
         ("$23=3", [true, true, false], "Z"),
-        // Another length of a step: the count is as it was, and so another place.
+        // The length of a step changes. The count stays, so it means another place.
         ("$100=80", [false, true, true], "X"),
         ("$102=49.9", [true, true, false], "Z"),
         ("$RST=$", [true; AXES], ""),
-        // The zero is where it was: how far an axis goes from it, how it was found and how it will be found is another matter.
+        // The zero stays valid: these change only the travel, or how the zero was or will be found.
         ("$130=300", [true; AXES], ""),
         ("$27=3", [true; AXES], ""),
         ("$901=123", [true; AXES], ""),
         ("$5=1", [true; AXES], ""),
         ("$110=2000", [true; AXES], ""),
-        // As it is already.
+        // The value is unchanged.
         ("$3=0", [true; AXES], ""),
         ("$100=50", [true; AXES], ""),
     ];
@@ -178,7 +178,7 @@ fn a_setting_that_changes_what_a_place_means_takes_the_zero_away() {
     }
 }
 
-/// Back to the defaults from settings by which the machine was homed.
+/// The machine was homed with other settings, and then goes back to the defaults.
 #[test]
 fn restored_settings_take_the_zero_of_what_they_change_away() {
     let mut config = Config::default();
@@ -189,7 +189,7 @@ fn restored_settings_take_the_zero_of_what_they_change_away() {
     assert_eq!(sim.machine().homed(), [false, true, true], "{heard:?}");
 }
 
-/// The soft limits are where they are said to be: not on the wrong side of the zero of before.
+/// Soft limits must not apply relative to the old zero, where they would be on the wrong side.
 #[test]
 fn soft_limits_are_off_until_it_is_homed_anew() {
     let mut sim = homed_towards(7);

@@ -8,7 +8,7 @@ use isostep_sim::{MoveRecord, Outcome, Port, Sim};
 use crate::talk::{LOOK_US, ON, assert_at, begin, bytes, duty, field, homed, say, state, watch};
 
 const OFF: [u16; 5] = [0; 5];
-/// On, and dark.
+/// Laser mode is on and the laser is dark.
 const DARK: [u16; 5] = [0, ON, 0, 0, 0];
 const FULL: [u16; 5] = [ON, ON, 0, 0, 0];
 const HALF: [u16; 5] = [32_768, ON, 0, 0, 0];
@@ -19,7 +19,7 @@ fn laser() -> Sim {
     sim
 }
 
-/// When a move begins, or ends, by its plan, ns since power-up.
+/// When a move begins or ends by its plan, ns since power-up.
 fn ends_ns(record: &MoveRecord, end: usize) -> u64 {
     let end_s = record.parts.last().unwrap_or(&record.plan).end_s();
     if end == 0 { record.begin_ns() } else { record.start_ns + (end_s * 1e9) as u64 }
@@ -29,12 +29,12 @@ fn moves(outcome: &Outcome) -> Vec<&MoveRecord> {
     outcome.moves.iter().filter(|record| !record.homing).collect()
 }
 
-/// What it became, without the instants.
+/// The outputs after each change, without the instants.
 fn outputs(changes: &[(u64, [u16; 5])]) -> Vec<[u16; 5]> {
     changes.iter().map(|change| change.1).collect()
 }
 
-/// S, M3, M4 and M5 between moves that follow each other cost no time: every edge is where it is without them.
+/// S, M3, M4 and M5 between consecutive moves cost no time: every edge is where it is without them.
 #[test]
 fn laser_words_between_moves_stop_nothing() {
     let edges = |switches: [&str; 6]| {
@@ -53,7 +53,8 @@ fn laser_words_between_moves_stop_nothing() {
     assert!(plain == edges(["M4 S1000 ", "S1 ", "M3 ", "M5 ", "M4 ", "S20 "]), "on the lines of the moves");
 }
 
-/// Constant while it moves, dark between runs, in rapids and at rest, and not a look late.
+/// The level is constant during feed moves. The laser is dark between runs, in rapids and at rest. Every
+/// change is on time.
 #[test]
 fn m3_of_a_laser_shines_evenly_while_it_feeds() {
     let mut sim = laser();
@@ -69,12 +70,12 @@ fn m3_of_a_laser_shines_evenly_while_it_feeds() {
         assert_at(change.0, ends_ns(moves[index], end), &format!("move {index}, {:?}", change.1));
     }
     assert_eq!(field(&mut sim, "FS"), "0,0");
-    // Not even for an instant it was anything else.
+    // There was no other level in between, not even for an instant.
     let levels = outcome.tool.iter().filter(|change| change.output == ToolOutput::Pwm).map(|change| change.duty);
     assert_eq!(levels.collect::<Vec<_>>(), [FULL, DARK, HALF, DARK, HALF, DARK].map(|outputs| outputs[0]));
 }
 
-/// The speed along the path by the plan of the move under way, mm/s.
+/// The speed along the path according to the plan of the current move, mm/s.
 fn speed_mm_s(outcome: &Outcome, t_ns: u64) -> Option<f64> {
     let under_way = |record: &&MoveRecord| (record.begin_ns()..ends_ns(record, 1)).contains(&t_ns);
     let record = moves(outcome).into_iter().find(under_way)?;
@@ -84,7 +85,7 @@ fn speed_mm_s(outcome: &Outcome, t_ns: u64) -> Option<f64> {
     Some(part.speed_at(t_s) * path_mm / record.plan.distance_steps())
 }
 
-/// As fast as it is, of what was asked for: at every instant, ramps and corners included.
+/// At every instant, ramps and corners included, the level is proportional to the ratio of the speed to the feed.
 #[test]
 fn m4_of_a_laser_follows_the_speed() {
     for law in 0..7 {
@@ -109,7 +110,7 @@ fn m4_of_a_laser_follows_the_speed() {
     }
 }
 
-/// At half the feed it has half the level: M4. An override of the level multiplies it.
+/// M4: at half the feed the laser has half the level. An override of the level multiplies it.
 #[test]
 fn overrides_of_a_laser() {
     for (mode, at_half) in [("M4", 0.25), ("M3", 0.5)] {
@@ -129,7 +130,7 @@ fn overrides_of_a_laser() {
     }
 }
 
-/// It brakes with the level that belongs to the speed, is off while it stands, and on again with the resume.
+/// While the laser brakes its level follows the speed. It is off at standstill and on again after the resume.
 #[test]
 fn a_held_laser_is_off() {
     for mode in ["M3", "M4"] {
@@ -151,7 +152,7 @@ fn a_held_laser_is_off() {
         assert!(changes[0].0 - resumed_us < 50_000 && sim.tool() == FULL, "no spin-up: {changes:?}");
         sim.run_until_idle().unwrap();
         assert_eq!(sim.tool(), DARK);
-        // M0 is a hold.
+        // M0 acts like a hold.
         sim.replies();
         assert_eq!(say(&mut sim, "M0"), [""; 0]);
         assert_eq!(sim.tool(), OFF);
@@ -169,8 +170,8 @@ fn a_jog_with_a_laser_is_dark() {
     assert_eq!((sim.tool(), state(&mut sim).as_str()), (DARK, "Idle"));
 }
 
-/// M5 behind moves: they shine to their end, and then it is off; unless M3 comes before that. Coolant has nothing to do
-/// with it.
+/// M5 after moves: the laser stays on until they end and is then off, unless M3 comes before that. Coolant has no
+/// effect on it.
 #[test]
 fn m5_of_a_laser_lets_the_moves_before_it_shine() {
     for (behind, expected) in [("", &[FULL, DARK, OFF][..]), ("M3\n", &[FULL, DARK])] {
@@ -203,7 +204,7 @@ fn a_line_that_ends_the_program_keeps_its_move_lit() {
     assert!(last_ns - lit.last().unwrap().0 * 1_000 < 25_000_000, "lit to the end");
 }
 
-/// Of many chords, of either port.
+/// An arc of many chords, with either port.
 #[test]
 fn an_arc_is_lit_without_a_gap() {
     for port in Port::ALL {
@@ -217,7 +218,8 @@ fn an_arc_is_lit_without_a_gap() {
     }
 }
 
-/// No flash when what was planned is over, when it is lit anew within a millisecond.
+/// A laser that was stopped and is switched on again within milliseconds must not emit the strokes that had been
+/// planned.
 #[test]
 fn a_stopped_laser_is_dark_and_stays_so() {
     for stop in [b"\x18".as_slice(), b"\x18\x18"] {
@@ -234,7 +236,7 @@ fn a_stopped_laser_is_dark_and_stays_so() {
         let changes = watch(&mut sim, Duration::from_secs(3));
         assert_eq!(outputs(&changes), [DARK]);
     }
-    // Unlocked at once, before what was told has passed.
+    // The machine is unlocked at once, before the time of the committed strokes has passed.
     let mut sim = laser();
     begin(&mut sim, "M3 S1000\nG1 X60 F600", Duration::from_secs(1));
     sim.set_switch(isostep_motion::Axis::Y, isostep_sim::plant::SwitchFault::StuckClosed);
@@ -246,7 +248,7 @@ fn a_stopped_laser_is_dark_and_stays_so() {
     assert_eq!(outputs(&changes), [DARK]);
 }
 
-/// What a laser does in moves alone, a spindle would do at once.
+/// A laser shines only during moves; in the same modal state a spindle would start at once.
 #[test]
 fn setting_32_changed_puts_the_spindle_off() {
     let mut sim = laser();

@@ -1,5 +1,5 @@
-//! Timed dialogues with the whole controller in virtual time: what a sender says, what it hears, what moved. By the
-//! tables of docs/console.md.
+//! Timed dialogues with the whole controller in virtual time: what a sender sends, what it receives, and what moves.
+//! They follow the tables of docs/console.md.
 
 mod alarms;
 mod arcs;

@@ -1,4 +1,4 @@
-//! What moves: homing, targets, resets, switches, the queue.
+//! Motion: homing, targets, resets, switches, the queue.
 
 use embassy_futures::block_on;
 use embassy_time::Duration;
@@ -12,7 +12,7 @@ use crate::talk::{begin, homed, powered_up, report, say, status, switched_on};
 fn a_bare_machine_is_idle_and_moves() {
     let mut sim = powered_up(&Config::default());
     assert_eq!(status(&mut sim), "<Idle|MPos:0.000,0.000,0.000");
-    // Not homed, so nobody knows where the travel is.
+    // The machine is not homed, so the travel is not known.
     assert_eq!(say(&mut sim, "G0 X-1 Y2.5"), ["ok"]);
     assert_eq!(status(&mut sim), "<Idle|MPos:-1.000,2.500,0.000");
     assert_eq!(sim.counted_steps(), [-50, 125, 0]);
@@ -34,8 +34,8 @@ fn homing_finds_every_zero_in_the_configured_order() {
         .collect();
     let axis = |axis| ["Seek", "BackOff", "Latch", "PullOff", "homed"].map(|phase| format!("{axis} {phase}"));
     assert_eq!(homing, [axis("Z"), axis("X"), axis("Y")].concat());
-    // Zero is the pull-off, 2 mm, from where the latch found the switch closed: at most the debounce time (5 ms, and
-    // 1 ms of bounce) at 1 mm/s beyond the place where it closes.
+    // Zero is at the pull-off, 2 mm, from where the latch found the switch closed. That is beyond the place where the
+    // switch closes by at most the distance at 1 mm/s during the debounce time (5 ms, and 1 ms of bounce).
     for place in sim.places_steps() {
         assert!((99..=100).contains(&place), "{place} steps from the switch");
     }
@@ -124,7 +124,7 @@ fn a_target_outside_the_travel_moves_nothing() {
     assert!(heard.contains(&"ALARM:2".to_owned()) && heard.contains(&words.to_owned()), "{heard:?}");
     assert_eq!(status(&mut sim), "<Alarm|MPos:10.000,10.000,0.000");
     say(&mut sim, "$X");
-    // Nothing was lost: the position is trusted, the travel is still known, relative moves go on from here.
+    // Nothing was lost: the position is trusted, the travel is still known, and relative moves continue from here.
     assert_eq!(say(&mut sim, "G91 G0 X340"), ["ok"]);
     assert_eq!(status(&mut sim), "<Idle|MPos:350.000,10.000,0.000");
     assert!(say(&mut sim, "G0 X-350.02").contains(&"ALARM:2".to_owned()));
@@ -165,8 +165,8 @@ fn nonsense_moves_nothing_and_changes_nothing() {
 
 #[test]
 fn a_rate_the_pulses_cannot_carry_is_refused_with_the_one_that_works() {
-    // DRV8825: 250 kHz at most. In ticks of 8 ns, four to spare: 504. In ticks of 1 us 1.9 us high and low are 4, one to
-    // spare: 5. At 50 steps/mm 5 steps/s are 6 mm/min.
+    // A DRV8825 allows at most 250 kHz. In ticks of 8 ns with four to spare that is a period of 504. In ticks of 1 us,
+    // 1.9 us high and low are 4; with one to spare, 5. At 50 steps/mm, 5 steps/s are 6 mm/min.
     for (port, max_mm_min) in [(Port::Pio, 297_618), (Port::Timer, 240_000)] {
         let mut sim = powered_up(&Config { port, ..Config::default() });
         let heard = say(&mut sim, &format!("$110={}", max_mm_min + 1));
@@ -191,7 +191,7 @@ fn a_reset_at_rest_keeps_everything_but_the_modal_state() {
     assert_eq!(status(&mut sim), "<Idle|MPos:11.000,0.000,0.000");
 }
 
-/// The resets come at 200 instants spread over a diagonal move; the spread is a fixed stride, so there is no seed.
+/// The resets come at 200 instants, a fixed interval apart, during a diagonal move. So no seed is needed.
 #[test]
 fn a_second_reset_in_motion_leaves_the_exact_count_of_the_edges_that_left() {
     for i in 0..200_u64 {
@@ -206,7 +206,7 @@ fn a_second_reset_in_motion_leaves_the_exact_count_of_the_edges_that_left() {
         assert_eq!(outcome.position_steps, outcome.counted_steps, "instant {i}");
         assert!(outcome.violations.is_empty(), "instant {i}: {:?}", outcome.violations);
         assert_eq!(outcome.moves.last().unwrap().finish, Finish::Stopped, "instant {i}");
-        // What was queued is forgotten, and the program goes on from where the machine stands.
+        // Queued lines are discarded, and the program continues from where the machine stands.
         let stopped_at = outcome.position_steps;
         say(&mut sim, "$X");
         say(&mut sim, "G91 G0 X1");
@@ -266,7 +266,7 @@ fn a_limit_switch_stops_a_move_at_once() {
     assert_eq!(sim.counted_steps(), [-250, 0, 0]);
 }
 
-/// It gives no further edge; without this the carriage would run into its end.
+/// The switch is closed already and gives no edge. Without this check the carriage would run into its end.
 #[test]
 fn a_move_onto_a_closed_limit_switch_never_begins() {
     let mut sim = switched_on(&Config { start_mm: [-0.5, 40.0, 15.0], ..Config::default() });
@@ -301,7 +301,7 @@ fn the_emergency_stop_stops_locks_and_must_be_released() {
 
 #[test]
 fn an_emergency_stop_around_the_end_of_a_move_locks_whenever_it_comes() {
-    // 1 mm at 50 mm/s2 is a triangle of 282.8 ms, from 500 us after the line.
+    // 1 mm at 50 mm/s2 takes 282.8 ms without a cruise, from 500 us after the line.
     for at_us in (263_000..285_000).step_by(131) {
         let mut sim = homed();
         begin(&mut sim, "G0 X1", Duration::from_micros(at_us));
@@ -356,7 +356,7 @@ fn more_lines_than_the_queue_holds_wait_their_turn() {
 fn a_reset_forgets_the_lines_that_wait() {
     let mut sim = homed();
     for i in 0..40 {
-        // To and fro, as what lies straight ahead is braked in.
+        // The direction alternates, because the machine would brake within moves that lie straight ahead.
         sim.send(format!("G0X{}\n", 10 - i % 2).as_bytes());
     }
     sim.run_for(Duration::from_millis(300)).unwrap();
@@ -378,7 +378,7 @@ fn the_status_tells_speed_and_switches_while_moving() {
     assert!(report.starts_with("<Run|MPos:2") && report.contains("|FS:1800,0"), "{report}");
 }
 
-/// More of them than the console's output holds, by far.
+/// Many more reports than fit in the console's output.
 #[test]
 fn every_status_report_is_whole() {
     let mut sim = powered_up(&Config::default());
@@ -414,16 +414,17 @@ fn motors_rest_when_the_idle_delay_says_so() {
     };
     let [.., (on_ns, false), (off_ns, true)] = enable(&sim)[..] else { panic!("{:?}", enable(&sim)) };
     let moved_ns = sim.outcome().moves.last().map(|record| record.end_ns - on_ns).unwrap();
-    // Timers go by the microsecond, the last step does not.
+    // Timers have a resolution of a microsecond; the last step does not.
     let rested_ns = off_ns - on_ns - moved_ns;
     assert!((99_999_000..=100_000_000).contains(&rested_ns), "{rested_ns} ns");
     assert!(sim.outcome().violations.is_empty());
 }
 
-/// A step may have risen just then: ENABLE is held as long as its driver asks, and the plan is over, half a step later.
+/// A step may have just risen. ENABLE must stay on for as long as the driver requires and until the plan ends, half a
+/// step later.
 #[test]
 fn motors_are_freed_no_sooner_than_their_drivers_take_it() {
-    // A move that ends, one that is held, and one that is stopped.
+    // Moves that end, are held, or are stopped.
     for (port, law) in Port::ALL.into_iter().flat_map(|port| [0, 1].map(|law| (port, law))) {
         for (settings, end) in
             [("$1=0", ""), ("$1=0", "!"), ("$1=0", "\x18\x18"), ("$1=0", "stop"), ("$1=1", ""), ("$1=255", "sleep")]
@@ -434,7 +435,7 @@ fn motors_are_freed_no_sooner_than_their_drivers_take_it() {
             sim.send(b"G0 X1 Y0.5\n");
             match end {
                 "sleep" => {
-                    // In the very instant in which the move ends.
+                    // Exactly at the instant at which the move ends.
                     sim.run_until_state(|state| state == State::Run).unwrap();
                     sim.run_until_state(|state| state == State::Idle).unwrap();
                     sim.send(b"$SLP\n");
@@ -449,7 +450,7 @@ fn motors_are_freed_no_sooner_than_their_drivers_take_it() {
                 }
             }
             sim.run_until_idle().unwrap();
-            // While it is held they are not freed.
+            // Motors stay energised during a hold.
             sim.send(b"~");
             sim.run_until_idle().unwrap();
             let outcome = sim.outcome();
@@ -465,8 +466,8 @@ fn motors_are_freed_no_sooner_than_their_drivers_take_it() {
     }
 }
 
-/// Forero 2023 on its own machine: 20,000 steps of Y in thirds of 4.5 s, where the paper measured 4.5 / 4.725 / 6.8 s and
-/// lost steps on the way. 9.8766 mm/s2 are the paper's V_c/t1 = 2,222.2/4.5 steps/s2 at 50 steps/mm.
+/// Forero 2023 on the paper's machine: 20,000 steps of Y in three intervals of 4.5 s. The paper measured 4.5 / 4.725 /
+/// 6.8 s and lost steps. 9.8766 mm/s2 are the paper's V_c/t1 = 2,222.2/4.5 steps/s2 at 50 steps/mm.
 #[test]
 fn forero_2023_moves_in_three_equal_intervals_without_losing_a_step() {
     let mut sim = homed();
@@ -488,7 +489,7 @@ fn forero_2023_moves_in_three_equal_intervals_without_losing_a_step() {
     assert!(check.apart_s().unwrap() < 8e-9, "equal to the tick on both axes: {check:?}");
 }
 
-/// Each axis brakes by a limit of its own, `$920` to `$922`; at 0 by that of its acceleration.
+/// Each axis brakes with a limit of its own, `$920` to `$922`. If that is 0, it brakes with its acceleration limit.
 #[test]
 fn an_axis_brakes_by_its_own_limit() {
     for axis in Axis::ALL {

@@ -1,4 +1,4 @@
-//! G38.2 to G38.5 of the table of G-code in docs/console.md, against the record of the edges.
+//! G38.2 to G38.5 of the G-code table in docs/console.md, compared with the record of the edges.
 
 use embassy_time::Duration;
 use isostep_motion::{Axis, Event, State};
@@ -8,19 +8,19 @@ use isostep_sim::{Config, Port, Sim};
 
 use crate::talk::{begin, bytes, field, homed, powered_up, refused, say, state, status};
 
-/// A plate that Z reaches from below, at a place above its switch.
+/// A plate that Z reaches from below, `place_mm` above its switch.
 fn plate(place_mm: f64) -> Option<Plate> {
     Some(Plate { axis: Axis::Z, place_mm, is_below: false })
 }
 
-/// Homed, 2 mm above the switch of Z, with a plate at Z20, or somewhere else.
+/// A homed machine, 2 mm above the switch of Z, with a plate at `z_mm`.
 fn with_plate(z_mm: f64) -> Sim {
     let mut sim = homed();
     sim.set_plate(plate(z_mm + 2.0));
     sim
 }
 
-/// The counts of all axes when the probe's wire last changed, by the edges up to then.
+/// The step counts of all axes when the probe's wire last changed, computed from the edges up to then.
 fn steps_at_contact(sim: &Sim, falls: bool) -> [i32; 3] {
     let outcome = sim.outcome();
     let wave = outcome.waves.iter().rfind(|wave| wave.wire == Wire::Probe && wave.high != falls).expect("a contact");
@@ -37,14 +37,14 @@ fn prb(steps: [i32; 3], touched: u8) -> String {
     format!("[PRB:{x:.3},{y:.3},{z:.3}:{touched}]")
 }
 
-/// It is told, it is in `$#`, the machine stands a little behind it, and what follows goes on from there.
+/// The contact is reported and is in `$#`. The machine stands a little behind it, and the next moves start from there.
 #[test]
 fn g38_2_stops_at_the_contact() {
     let mut sim = with_plate(20.0);
     assert_eq!(say(&mut sim, "G38.2 Z40 F300"), ["[PRB:0.000,0.000,20.000:1]", "ok"]);
     assert_eq!(steps_at_contact(&sim, true), [0, 0, 1_000]);
     let behind = sim.counted_steps()[2];
-    // 5 mm/s are braked within 0.25 mm, and some 20 ms pass before.
+    // From 5 mm/s the machine brakes within 0.25 mm, after some 20 ms at constant speed.
     assert!((1_001..1_040).contains(&behind), "{behind} steps");
     assert!(say(&mut sim, "$#").contains(&"[PRB:0.000,0.000,20.000:1]".to_owned()));
     assert_eq!(field(&mut sim, "Pn"), "P");
@@ -56,7 +56,7 @@ fn g38_2_stops_at_the_contact() {
     assert_eq!(say(&mut sim, "G90 G0 Z0\nG38.2 Z40"), ["ok", "[PRB:0.0000,0.0000,0.7874:1]", "ok"]);
 }
 
-/// Of both ports, under every law, from the slowest to the top speed, along one axis and along three.
+/// With both ports, every law, from the slowest speed to the top speed, along one axis and along three.
 #[test]
 fn a_contact_is_exact_to_the_step() {
     for (port, law) in Port::ALL.into_iter().flat_map(|port| (0..7).map(move |law| (port, law))) {
@@ -103,7 +103,7 @@ fn g38_5_needs_no_end_of_the_contact() {
     assert_eq!(say(&mut sim, "G38.5 Z0"), ["[PRB:0.000,0.000,19.980:1]", "ok"]);
 }
 
-/// The line is accepted, as by Grbl; the machine is locked, and its position is trusted.
+/// The line is accepted, as by Grbl. The machine is locked and its position is trusted.
 fn alarmed(sim: &mut Sim, line: &str, code: u8, told: Option<&str>) {
     let heard = say(sim, line);
     let alarm = format!("ALARM:{code}");
@@ -116,7 +116,7 @@ fn alarmed(sim: &mut Sim, line: &str, code: u8, told: Option<&str>) {
     assert_eq!(say(sim, "$X"), ["[MSG:Caution: Unlocked]", "ok"]);
 }
 
-/// It touches already where it is to look for that, or touches nothing where it is to come free.
+/// The probe already touches when it should look for a contact, or does not touch when it should lose contact.
 #[test]
 fn alarm_4_probe_initial() {
     let mut sim = with_plate(20.0);
@@ -161,7 +161,7 @@ fn a_probe_is_refused_as_grbl_does() {
     assert_eq!((sim.counted_steps(), state(&mut sim).as_str()), ([0; 3], "Idle"));
 }
 
-/// The soft limits are for its target, and for nothing that it meets before.
+/// The soft limits apply to the target of the probing move, whatever it touches before that.
 #[test]
 fn a_probe_keeps_to_the_travel() {
     let mut sim = with_plate(20.0);
@@ -170,7 +170,7 @@ fn a_probe_keeps_to_the_travel() {
     assert_eq!(sim.counted_steps(), [0; 3]);
 }
 
-/// A move onto a limit switch that is closed gives no edge of it.
+/// A closed limit switch gives no edge when a move goes towards it.
 #[test]
 fn a_probe_onto_a_closed_limit_switch_never_begins() {
     let mut sim = crate::talk::switched_on(&Config { start_mm: [-0.5, 40.0, 15.0], ..Config::default() });
@@ -189,12 +189,12 @@ fn the_probe_may_be_inverted() {
     assert!(!crate::talk::report(&mut sim).contains("Pn:"));
     assert_eq!(say(&mut sim, "G38.2 Z40 F600"), ["[PRB:0.000,0.000,20.000:1]", "ok"]);
     assert_eq!(field(&mut sim, "Pn"), "P");
-    // As if it were wired otherwise.
+    // With this setting the wiring is read as inverted.
     assert_eq!(say(&mut sim, "$6=0"), ["ok"]);
     alarmed(&mut sim, "G38.4 Z0", 4, None);
 }
 
-/// Held as often as one likes, on its way, and resumed: the place is the same.
+/// The probing move is held and resumed at several instants. The reported place is always the same.
 #[test]
 fn a_probe_is_held_and_goes_on() {
     for hold_ms in (100..1_230).step_by(70) {
@@ -217,8 +217,7 @@ fn a_probe_is_held_and_goes_on() {
     }
 }
 
-/// The hold and the contact within the same milliseconds, whichever comes first: 20 mm at 20 mm/s are reached after
-/// 1.2 s.
+/// The hold and the contact come within the same milliseconds, in either order: 20 mm at 20 mm/s take 1.2 s.
 #[test]
 fn a_contact_while_it_brakes_for_a_hold_is_exact() {
     let mut brakes_first = 0;
@@ -238,7 +237,7 @@ fn a_contact_while_it_brakes_for_a_hold_is_exact() {
     assert!(brakes_first > 5, "{brakes_first} of them braked before they touched");
 }
 
-/// The plate is put under the probe by hand: the place is where it stands.
+/// The plate is put under the probe by hand. The reported place is where the machine stands.
 #[test]
 fn a_contact_that_comes_while_it_is_held_ends_the_probe() {
     let mut sim = homed();
@@ -255,7 +254,7 @@ fn a_contact_that_comes_while_it_is_held_ends_the_probe() {
     assert_eq!(sim.counted_steps(), held);
 }
 
-/// It brakes, and what `$#` told before it tells still.
+/// The machine brakes, and `$#` keeps reporting the previous contact.
 #[test]
 fn a_reset_ends_a_probe() {
     let mut sim = with_plate(20.0);
@@ -291,7 +290,7 @@ fn a_probe_in_check_mode_moves_nothing() {
     assert_eq!((state(&mut sim).as_str(), sim.counted_steps()), ("Check", [0; 3]));
 }
 
-/// The moves before it end first, no override of the feed counts for it, and its line number is told.
+/// The probing move waits for the moves before it, ignores the feed override, and its line number is reported.
 #[test]
 fn a_probe_comes_behind_the_moves_before_it() {
     let mut sim = with_plate(20.0);

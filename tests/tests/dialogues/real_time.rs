@@ -7,14 +7,14 @@ use isostep_sim::{Config, Port, Sim};
 
 use crate::talk::{begin, bytes, field, homed, powered_up, report, say, state, status, switched_on};
 
-/// The overrides of a fresh machine after these bytes, which are not answered.
+/// The overrides of a fresh machine after these bytes. The bytes must not be answered.
 fn overrides_after(sent: &[u8]) -> String {
     let mut sim = homed();
     assert_eq!(bytes(&mut sim, sent), [""; 0]);
     field(&mut sim, "Ov")
 }
 
-/// The line in whose middle the bytes arrive is whole.
+/// Sends the bytes in the middle of a line. The line must stay whole.
 fn within_a_line(sent: &[u8]) -> Sim {
     let mut sim = homed();
     assert_eq!(say(&mut sim, "G0 X2"), ["ok"]);
@@ -57,7 +57,7 @@ fn byte_18_resets() {
     assert_eq!(sim.machine().status().homed, [true; 3]);
 }
 
-/// However far the report has come on the wire, and however full the console's output is.
+/// However much of a report has been sent, and however full the console's output is.
 #[test]
 fn byte_18_cuts_no_line() {
     const BYTE: Duration = Duration::from_micros(87);
@@ -80,7 +80,7 @@ fn byte_18_cuts_no_line() {
     }
 }
 
-/// In the middle of a line, which is carried out once it is resumed.
+/// The byte comes in the middle of a line, which is carried out after the resume.
 #[test]
 fn byte_21_holds_the_move_under_way() {
     let mut sim = homed();
@@ -133,7 +133,7 @@ fn byte_85_cancels_a_jog() {
     sim.run_until_idle().unwrap();
     let stopped = status(&mut sim);
     assert!(stopped.starts_with("<Idle|MPos:") && !stopped.contains("MPos:100.000"), "{stopped}");
-    // What follows counts from there.
+    // The next move counts from there.
     let x = |text: &str| text.split("MPos:").nth(1).unwrap().split(',').next().unwrap().parse::<f64>().unwrap();
     say(&mut sim, "G91 G0 X1");
     sim.run_until_idle().unwrap();
@@ -208,7 +208,7 @@ fn byte_9d_lowers_the_spindle_by_one() {
     assert_eq!(overrides_after(b"\x9D"), "100,100,99");
 }
 
-/// In the middle of a line, where they must leave it whole.
+/// The bytes come in the middle of a line and must leave it whole.
 #[test]
 fn bytes_without_a_meaning_are_dropped() {
     let meaning = |byte: u8| matches!(byte, 0x84 | 0x85 | 0x90..=0x97 | 0x99..=0x9E | 0xA0 | 0xA1);
@@ -230,7 +230,7 @@ fn the_feed_override_counts_for_moves_and_not_for_jogs() {
     assert_eq!(speed(&mut sim, "G1 X50 F600"), "600");
     bytes(&mut sim, &[0x91; 5]);
     assert_eq!(speed(&mut sim, "G1 X0"), "900");
-    // In mid-move, too.
+    // The same during a move.
     begin(&mut sim, "G1 X100", Duration::from_secs(1));
     bytes(&mut sim, &[0x90]);
     sim.run_for(Duration::from_secs(1)).unwrap();
@@ -249,7 +249,7 @@ fn the_feed_override_counts_for_moves_and_not_for_jogs() {
     assert_eq!(field(&mut sim, "Ov"), "100,100,100");
 }
 
-/// A move that begins at 100 % and brakes is too fast for a moment.
+/// A move that began at 100 % and then braked would be too fast at first.
 #[test]
 fn an_override_counts_from_the_first_step() {
     let mut sim = homed();
@@ -257,11 +257,11 @@ fn an_override_counts_from_the_first_step() {
     bytes(&mut sim, &[0x92; 9]);
     begin(&mut sim, "G1 X50 F600", Duration::from_millis(100));
     let [made_steps, ..] = sim.counted_steps();
-    // A tenth of 10 mm/s, which it would have in 5 ms, at 50 steps/mm.
+    // A tenth of 10 mm/s is 50 steps/s. Without the override the machine would reach 10 mm/s in 5 ms.
     assert!((1..=5).contains(&made_steps), "{made_steps} steps in 0.1 s at 50 steps/s");
 }
 
-/// They are told as 100 %, and are.
+/// They are reported as 100 % and applied as 100 %.
 #[test]
 fn a_reset_puts_the_overrides_back() {
     let mut sim = homed();
@@ -277,7 +277,7 @@ fn a_reset_puts_the_overrides_back() {
     }
 }
 
-/// What is sent while it is held counts from where the jog has ended, as what is sent after it does.
+/// Lines sent during the hold count from where the jog has ended, as do lines after it.
 #[test]
 fn a_hold_after_a_cancelled_jog_knows_where_it_stands() {
     let mut sim = homed();
@@ -293,7 +293,8 @@ fn a_hold_after_a_cancelled_jog_knows_where_it_stands() {
     assert_eq!(sim.counted_steps(), [stopped[0] + 50, 0, 0]);
 }
 
-/// Its start-up line is under way when the next comes, which goes on from its end.
+/// The start-up line is being carried out when the next line comes. The next line counts from the end of the start-up
+/// line.
 #[test]
 fn a_reset_after_a_jog_knows_where_it_stands() {
     let mut sim = homed();
@@ -305,7 +306,7 @@ fn a_reset_after_a_jog_knows_where_it_stands() {
     assert_eq!(status(&mut sim), "<Idle|MPos:12.000,0.000,0.000");
 }
 
-/// The console begins anew, and what it begins waits. With nothing to resume, what is changed is stored.
+/// The console restarts, and the start-up line waits in the hold. When there is nothing to resume, changes are stored.
 #[test]
 fn a_hold_behind_a_reset_holds_up_no_answer() {
     let mut sim = homed();
@@ -323,7 +324,7 @@ fn a_hold_behind_a_reset_holds_up_no_answer() {
     assert_eq!(state(&mut sim), "Hold:0");
 }
 
-/// At 0.1 steps/mm 1 mm/min can be planned along any way, and half of it could not.
+/// At 0.1 steps/mm, 1 mm/min can be planned in any direction, but half of it could not.
 #[test]
 fn an_override_makes_no_feed_too_slow() {
     let mut sim = homed();
@@ -333,7 +334,7 @@ fn an_override_makes_no_feed_too_slow() {
     assert_eq!(state(&mut sim), "Run");
 }
 
-/// Braking, or standing still with a move to go on with, or with none.
+/// During braking, at standstill with a move to continue, and at standstill without one.
 #[test]
 fn an_emergency_stop_ends_a_hold() {
     for (line, hold_ms) in [("G0 X100", 100), ("G0 X100", 3_000), ("G4 P0", 3_000)] {
@@ -355,8 +356,8 @@ fn an_emergency_stop_ends_a_hold() {
     }
 }
 
-/// Braking; standing still with a move to go on with; accelerating anew: locked at once, not a step more, the count exact,
-/// and what was held is forgotten.
+/// During braking, at standstill with a move to continue, and while accelerating again. The machine must lock at once,
+/// make no further step, keep an exact count, and discard the held move.
 #[test]
 fn a_limit_switch_ends_a_hold() {
     for (port, law) in Port::ALL.into_iter().flat_map(|port| [0, 1, 2].map(|law| (port, law))) {
@@ -392,7 +393,7 @@ fn a_limit_switch_ends_a_hold() {
     }
 }
 
-/// A jog that is cancelled brakes no less carefully.
+/// A limit switch is also watched while a cancelled jog brakes.
 #[test]
 fn a_limit_switch_stops_a_jog_that_is_cancelled() {
     for port in Port::ALL {
@@ -411,7 +412,7 @@ fn a_limit_switch_stops_a_jog_that_is_cancelled() {
     }
 }
 
-/// Nothing moves and nothing waits: as when idle, a switch is no alarm, and the report shows it.
+/// Nothing moves and nothing waits. As in Idle, a switch raises no alarm, and the report shows it.
 #[test]
 fn a_limit_switch_is_no_alarm_in_a_hold_of_nothing() {
     let mut sim = homed();

@@ -1,4 +1,4 @@
-//! Each field of the status reports, as docs/console.md lists them.
+//! Each field of the status reports, as listed in docs/console.md.
 
 use embassy_time::Duration;
 use isostep_motion::Axis;
@@ -12,7 +12,7 @@ use crate::talk::{begin, bytes, field, homed, powered_up, report, say, state};
 fn report_positions_go_by_the_mask() {
     let mut sim = homed();
     assert_eq!(say(&mut sim, "G10 L2 P1 X1 Y2\nG92 Z-3\nG43.1 Z0.5\nG0 X10"), ["ok"; 4]);
-    // Machine X 11; WCO is G54, G92 (Z was 0: 3) and the tool's length.
+    // Machine X is 11. WCO is the sum of G54, G92 (Z was 0 and became 3) and the tool's length.
     assert_eq!(field(&mut sim, "MPos"), "11.000,0.000,0.000");
     assert_eq!(field(&mut sim, "WCO"), "1.000,2.000,3.500");
     assert_eq!(say(&mut sim, "$10=0"), ["ok"]);
@@ -22,7 +22,7 @@ fn report_positions_go_by_the_mask() {
     assert_eq!(field(&mut sim, "WCO"), "0.0394,0.0787,0.1378");
 }
 
-/// The moves of the old offset end first: at no instant does a work position jump.
+/// The moves with the old offset end first, so the work position never jumps.
 #[test]
 fn a_new_offset_waits_for_the_moves_before_it() {
     let mut sim = homed();
@@ -49,7 +49,8 @@ fn report_buffers_when_asked() {
     assert_eq!(field(&mut sim, "Bf"), "79,128");
     begin(&mut sim, "G0 X10\nG0 X20\nG0 X30", Duration::from_millis(100));
     assert_eq!(field(&mut sim, "Bf"), "76,128");
-    // As many as it tells of are taken at once. The others wait in the console, which keeps more than it promises.
+    // As many moves as it reports are accepted at once. The others wait in the console, which holds more than it
+    // promises.
     let ask_for = |sim: &mut Sim, moves: usize| {
         for i in 0..moves {
             sim.send(format!("G0 X{}\n", i % 10).as_bytes());
@@ -68,7 +69,7 @@ fn report_buffers_when_asked() {
     assert!(bytes < 128, "{bytes}");
 }
 
-/// What waits is not planned then: there is room in the queue alone.
+/// Waiting moves are not planned during a hold, so there is room only in the queue.
 #[test]
 fn report_buffers_in_a_hold() {
     let mut sim = homed();
@@ -100,7 +101,7 @@ fn report_line_number_of_the_move_under_way() {
     }
     assert_eq!(heard, ["10", "20", "", "30", ""]);
     sim.run_until_idle().unwrap();
-    // A reset brakes what is under way, and forgets what waits.
+    // A reset brakes the current move and discards the waiting ones.
     begin(&mut sim, "N40 X0\nN50 X5", Duration::from_millis(50));
     bytes(&mut sim, b"\x18");
     assert_eq!(field(&mut sim, "Ln"), "40");
@@ -148,7 +149,7 @@ fn report_pins_when_pressed() {
     assert!(!report(&mut sim).contains("Pn:"));
 }
 
-/// w tells the work offset, o the overrides.
+/// One letter per report: w for the work offset, o for the overrides, a dot for neither.
 fn extras(sim: &mut Sim, count: usize) -> String {
     let kind = |report: String| match (report.contains("|WCO:"), report.contains("|Ov:")) {
         (true, false) => 'w',
@@ -163,7 +164,7 @@ fn extras(sim: &mut Sim, count: usize) -> String {
 fn report_offset_and_overrides_take_turns() {
     let mut sim = powered_up(&Config::default());
     assert_eq!(extras(&mut sim, 22), "wo........wo........wo");
-    // At once when changed; and both changed take turns.
+    // A changed value is reported at once. If both have changed, they take turns.
     assert_eq!(say(&mut sim, "G92 X1"), ["ok"]);
     assert_eq!(extras(&mut sim, 3), "w..");
     bytes(&mut sim, b"\x91");
@@ -181,7 +182,7 @@ fn report_offset_and_overrides_take_turns() {
     assert_eq!(overrides[2] - overrides[1], 20, "{busy}");
 }
 
-/// In the very next report, and then with the overrides.
+/// Accessories are reported in the very next report, and then together with the overrides.
 #[test]
 fn report_accessories_that_are_on() {
     let mut sim = homed();

@@ -1,5 +1,5 @@
-//! What real senders do on connecting, and how they stream, replayed. They were watched at a pseudo-terminal; the table
-//! in docs/console.md says what each does.
+//! Replays what real senders do when they connect, and how they stream. The dialogues were recorded at a
+//! pseudo-terminal. The table in docs/console.md describes each sender.
 
 use std::collections::VecDeque;
 
@@ -11,7 +11,7 @@ use crate::talk::{bytes, homed, report, state};
 const WELCOME: &str = "Grbl 1.1h ['$' for help]";
 const MODAL: &str = "[GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0]";
 
-/// A header as post-processors write it, and then 60 short moves.
+/// A header as post-processors write it, followed by 60 short moves.
 fn job() -> Vec<String> {
     let header = ["(made by hand)", "G21 G17 G40 G49 G80 G90 G94 G54", "T1 M3 S1000 (no spindle)", "G0 Z5.000"];
     let square = [(10, 0), (10, 10), (0, 10), (0, 0)];
@@ -22,8 +22,8 @@ fn job() -> Vec<String> {
     header.iter().map(ToString::to_string).chain(moves).chain(["M9 M5".into(), "G0 X0 Y0 Z0".into()]).collect()
 }
 
-/// Streams by character counting: `window` bytes unanswered at most, or one line more if `overshoots`. Every line must
-/// be answered, each with `ok`; the reports that come of polling every `poll_ms` are left out.
+/// Streams by counting characters: at most `window` unanswered bytes, or one line more if `overshoots`. Every line must
+/// be answered with `ok`. The reports from polling every `poll_ms` are ignored.
 struct Streamer<'a> {
     sim: &'a mut Sim,
     window: usize,
@@ -68,7 +68,7 @@ impl Streamer<'_> {
     }
 }
 
-/// After the job: at rest where it ends, every step made.
+/// Checks the state after the job: at rest where it ends, with every step made.
 fn done(sim: &mut Sim) {
     sim.run_until_idle().unwrap();
     assert_eq!(state(sim), "Idle");
@@ -99,12 +99,12 @@ fn lists_settings(heard: &[String]) -> bool {
 #[test]
 fn cncjs_connects_and_streams() {
     let mut sim = machine();
-    // Silent for 2 s, then a question; the report makes it ask for the settings.
+    // The sender is silent for 2 s and then requests a report. After the report it requests the settings.
     sim.run_for(Duration::from_secs(2)).unwrap();
     assert!(report(&mut sim).starts_with("<Idle|MPos:"));
     assert!(lists_settings(&hear(&mut sim, b"$$\n", Duration::from_millis(250))));
     assert_eq!(hear(&mut sim, b"$G\n", Duration::from_millis(250)), [MODAL, "ok"]);
-    // Overrides go out as UTF-8: twice 10 % less, then the rapids halved.
+    // Overrides are sent as UTF-8: twice 10 % less, then half rapids.
     assert_eq!(bytes(&mut sim, "\u{92}\u{92}\u{96}".as_bytes()), [""; 0]);
     assert!((0..12).any(|_| report(&mut sim).contains("|Ov:80,50,100")));
     let mut lines = job();
@@ -124,7 +124,7 @@ fn bcnc_connects_streams_and_ends() {
     assert_eq!(hear(&mut sim, b"$G\n", Duration::from_millis(100)), [MODAL, "ok"]);
     Streamer { sim: &mut sim, window: 127, overshoots: false, end: "\n", poll_ms: 199 }.run(&job());
     done(&mut sim);
-    // Disconnects with a hold, and a second later a reset: no alarm, for nothing moves.
+    // It disconnects with a hold and, a second later, a reset. Nothing moves, so there is no alarm.
     assert_eq!(hear(&mut sim, b"!", Duration::from_secs(1)), [""; 0]);
     assert_eq!(hear(&mut sim, b"\x18", Duration::from_millis(10)), [WELCOME]);
     assert_eq!(state(&mut sim), "Idle");
@@ -154,7 +154,7 @@ fn ugs_connects_and_streams() {
     assert_eq!(hear(&mut sim, b"$G\n", Duration::from_millis(100)), [MODAL, "ok"]);
     Streamer { sim: &mut sim, window: 128, overshoots: false, end: "\n", poll_ms: 199 }.run(&job());
     done(&mut sim);
-    // Its jog buttons.
+    // The sender's jog buttons.
     assert_eq!(hear(&mut sim, b"$J=G21G91X10F1000\n", Duration::from_millis(100)), ["ok"]);
     assert_eq!(state(&mut sim), "Jog");
 }
@@ -169,7 +169,7 @@ fn gsender_connects_and_streams() {
     done(&mut sim);
 }
 
-/// CR ends its lines, and the reply to its reset must begin with the welcome.
+/// Its lines end with CR, and the reply to its reset must begin with the welcome.
 #[test]
 fn candle_connects_and_streams() {
     let mut sim = machine();

@@ -1,11 +1,11 @@
-//! Each state of the table in docs/console.md, and what may be asked in it.
+//! Each state of the table in docs/console.md, and what is accepted in it.
 
 use embassy_time::Duration;
 use isostep_sim::{Config, Sim};
 
 use crate::talk::{begin, bytes, homed, powered_up, say, state};
 
-/// What each line is answered with in the state that the machine is in, without waiting for what it begins.
+/// The answer to each line in the current state. Does not wait for what the line starts.
 fn answers(sim: &mut Sim, lines: &[&str]) -> Vec<String> {
     let answer = |line: &&str| begin(sim, line, Duration::from_millis(5)).pop().unwrap_or_default();
     lines.iter().map(answer).collect()
@@ -56,7 +56,7 @@ fn state_jog() {
     assert_eq!(state(&mut sim), "Run", "the jog is over");
 }
 
-/// A line sent meanwhile waits its turn.
+/// A line sent during homing waits for its end.
 #[test]
 fn state_home() {
     let mut sim = powered_up(&Config::default());

@@ -1,4 +1,4 @@
-//! Stops at any instant, and what they leave.
+//! Stops at many instants, and the state afterwards.
 
 use embassy_futures::block_on;
 use embassy_time::Duration;
@@ -9,7 +9,7 @@ use isostep_sim::{Config, Fault, Port, Sim};
 
 use crate::talk::{begin, bytes, field, homed, powered_up, say};
 
-/// Presses the emergency stop, looks whether anything moves in spite of it, and unlocks.
+/// Presses the emergency stop, checks that nothing moves after it, and unlocks.
 fn stop(sim: &mut Sim, case: &str) {
     let before = sim.steps();
     sim.set_emergency_stop(true);
@@ -24,7 +24,8 @@ fn stop(sim: &mut Sim, case: &str) {
     assert_eq!((sim.steps(), sim.machine().state()), (before, State::Idle), "{case}: the move is forgotten");
 }
 
-/// From the last byte of a line to the first step of its move, at every microsecond of the trapezoid's; and before the byte.
+/// The stop comes between the last byte of a line and the first step of its move, at every microsecond for the
+/// trapezoid; and before the byte.
 #[test]
 fn an_emergency_stop_between_a_line_and_its_first_step_lets_nothing_move() {
     for (port, law) in Port::ALL.into_iter().flat_map(|port| [0, 1].map(|law| (port, law))) {
@@ -45,7 +46,7 @@ fn an_emergency_stop_between_a_line_and_its_first_step_lets_nothing_move() {
         }
         assert!(begun > 100, "{port}, law {law}: the first step came after {begun} us");
         sim.replies();
-        // Pressed before the line comes, it is an alarm at rest, and the line is refused.
+        // If it is pressed before the line comes, there is an alarm at rest, and the line is refused.
         let steps = sim.steps();
         sim.set_emergency_stop(true);
         sim.send(b"G91 G0 X5\n");
@@ -54,8 +55,8 @@ fn an_emergency_stop_between_a_line_and_its_first_step_lets_nothing_move() {
     }
 }
 
-/// An interrupt hears the stop before the coordinator has looked at what was asked for; or it comes while that waits for a spindle to
-/// get its speed.
+/// The stop's interrupt comes before the coordinator has looked at the requested motion, or while the motion waits for
+/// a spindle to get its speed.
 #[test]
 fn an_emergency_stop_behind_a_motion_that_has_not_begun_lets_nothing_move() {
     let (target_steps, feed_mm_s) = ([500, 0, 0], 10.0);
@@ -82,7 +83,7 @@ fn an_emergency_stop_behind_a_motion_that_has_not_begun_lets_nothing_move() {
     assert_eq!((sim.machine().state(), sim.steps()), (State::Alarm(Alarm::EmergencyStop), [0; AXES]));
 }
 
-/// The run of a move that comes late gets ready while the plan of the one before it ends, and waits for that.
+/// The move comes late. Its run gets ready while the previous plan ends, and waits for that.
 #[test]
 fn an_emergency_stop_while_a_run_waits_for_the_one_before_lets_it_not_begin() {
     for port in Port::ALL {
@@ -90,7 +91,7 @@ fn an_emergency_stop_while_a_run_waits_for_the_one_before_lets_it_not_begin() {
         for at_us in (0..4_000).step_by(97) {
             let mut sim = powered_up(&Config { port, keep_record: false, ..Config::default() });
             begin(&mut sim, "G91 G1 X1 F600", Duration::from_millis(10));
-            // Its last step, half a step before the end of its plan.
+            // The last step of the move comes half a step before the end of its plan.
             while sim.counted_steps()[0] < 50 {
                 sim.run_for(Duration::from_micros(5)).unwrap();
             }
@@ -125,10 +126,10 @@ fn the_speed_told_in_an_alarm_is_none() {
     }
 }
 
-/// Only the one under way has begun; those that are planned ahead, and those that wait behind them, never do.
+/// Only the current jog has begun. Jogs that are planned ahead, and those that wait behind them, never begin.
 #[test]
 fn a_jog_cancel_forgets_every_jog_that_waits() {
-    // As many as are planned ahead, and more.
+    // Up to the number that is planned ahead, and more.
     for waiting in [0, 1, 4, 75] {
         let mut sim = homed();
         assert_eq!(begin(&mut sim, "$J=X100 F1200", Duration::from_millis(500)), ["ok"]);
@@ -145,13 +146,14 @@ fn a_jog_cancel_forgets_every_jog_that_waits() {
         let begun = outcome.moves.iter().filter(|record| !record.homing).count();
         assert_eq!((begun, outcome.position_steps), (1, [x, 0, 0]), "{waiting} wait");
         assert_eq!(sim.machine().status().queue_free, isostep_motion::MOVES_AHEAD, "{waiting} wait");
-        // What follows counts from there.
+        // The next move counts from there.
         assert_eq!(say(&mut sim, "G91 G0 X1 Y2"), ["ok"]);
         assert_eq!(sim.counted_steps(), [x + 50, 100, 0], "{waiting} wait");
     }
 }
 
-/// From twice the feed to a tenth of it, and back to the feed before that has come about: it is never slower than the feed.
+/// The override changes from twice the feed to a tenth of it, and back to 100 % before that has taken effect. The speed
+/// must never be lower than the feed.
 #[test]
 fn an_override_asked_for_while_another_one_brakes_counts_at_once() {
     let mut sim = powered_up(&Config::default());
@@ -159,7 +161,7 @@ fn an_override_asked_for_while_another_one_brakes_counts_at_once() {
     bytes(&mut sim, &[0x91; 10]);
     sim.run_for(Duration::from_secs(1)).unwrap();
     assert_eq!(field(&mut sim, "FS"), "1200,0");
-    // By 50 mm/s2 it takes 0.18 s to 660 mm/min, and 0.38 s to a tenth.
+    // At 50 mm/s2 it takes 0.18 s to reach 660 mm/min, and 0.38 s to reach a tenth.
     bytes(&mut sim, &[0x92; 19]);
     sim.run_for(Duration::from_millis(120)).unwrap();
     let braking = speed(&mut sim);
@@ -181,13 +183,13 @@ fn an_override_asked_for_while_another_one_brakes_counts_at_once() {
     assert_eq!(outcome.drift_steps, [0; AXES]);
 }
 
-/// The speed that a status report tells, mm/min.
+/// The speed in a status report, mm/min.
 fn speed(sim: &mut Sim) -> f64 {
     let told = field(sim, "FS");
     told.split(',').next().and_then(|speed| speed.parse().ok()).unwrap_or_else(|| panic!("FS:{told}"))
 }
 
-/// The host that sent it was gone before the console had read it: once all has ended, that counts no more.
+/// The host disconnected before the console had read the byte. Once everything has ended, that byte no longer counts.
 #[test]
 fn a_reset_byte_that_was_heard_and_never_read_makes_the_next_no_second_one() {
     let mut sim = homed();
@@ -204,7 +206,7 @@ fn a_reset_byte_that_was_heard_and_never_read_makes_the_next_no_second_one() {
     assert_eq!(sim.machine().homed(), [true; AXES]);
 }
 
-/// The coordinator gets no time until after X has run dry, and perhaps before Y has.
+/// The coordinator gets no time until X has run dry, and in some cases until Y has too.
 #[test]
 fn an_axis_that_runs_dry_stops_the_others() {
     let mut alarms = 0;

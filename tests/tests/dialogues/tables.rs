@@ -1,4 +1,4 @@
-//! The tables of docs/console.md against the code: no row without a test, no code without a row.
+//! Compares the tables of docs/console.md with the code: each row has a test, and each item in the code has a row.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -19,7 +19,7 @@ fn table(heading: &str) -> Vec<Vec<String>> {
     rows.map(cells).collect()
 }
 
-/// The first cells of the rows that do not say never.
+/// The first cells of the rows that do not say "never".
 fn codes(heading: &str) -> BTreeSet<String> {
     table(heading).iter().filter(|row| !row[1].starts_with("never")).map(|row| row[0].replace('`', "")).collect()
 }
@@ -56,7 +56,7 @@ fn every_row_names_a_test_that_exists() {
     }
 }
 
-/// What is said of programs is tested where it is said.
+/// Each message in docs/programs.md names the test that covers it.
 #[test]
 fn every_message_of_programs_names_a_test_that_exists() {
     let page = fs::read_to_string(root().join("docs/programs.md")).unwrap();
@@ -85,7 +85,7 @@ fn every_alarm_has_a_row() {
 
 #[test]
 fn every_state_has_a_row() {
-    // A new state does not compile here until it has been added.
+    // The match is exhaustive, so a new state must be added here before this compiles.
     let next = |state| match state {
         ReportedState::Idle => Some(ReportedState::Run),
         ReportedState::Run => Some(ReportedState::Hold { stopping: false }),
@@ -198,7 +198,7 @@ fn the_speed_laws_of_the_settings_are_the_profiles() {
     for (number, law) in (0..).zip(SpeedLaw::ALL) {
         let settings = Settings { speed_law: number, ..Settings::DEFAULT };
         assert_eq!(isostep_controller::config(&settings).speed_law, law);
-        // From standstill, where a law over displacement would stay.
+        // A law over displacement cannot start from standstill.
         let needs_start = Err(SettingError::LawNeedsStart { axis: 0, law: number });
         let expected = if law.is_over_displacement() { needs_start } else { Ok(()) };
         assert_eq!(settings.check(&|_| f32::INFINITY), expected, "{law}");

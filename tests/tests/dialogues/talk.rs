@@ -1,18 +1,18 @@
-//! How a test talks with the simulated machine.
+//! Functions for a dialogue with the simulated machine.
 
 use embassy_time::Duration;
 use isostep_sim::{Config, Sim};
 
 use crate::heard::Heard;
 
-/// A machine 50 ms after power-up; what it said so far is still to be heard.
+/// A machine 50 ms after power-up. Its messages have not been read yet.
 pub fn switched_on(config: &Config) -> Sim {
     let mut sim = Sim::new(config);
     sim.run_for(Duration::from_millis(50)).unwrap();
     sim
 }
 
-/// A machine that has just said its welcome.
+/// A machine that has just sent its welcome.
 pub fn powered_up(config: &Config) -> Sim {
     let mut sim = switched_on(config);
     assert_eq!(sim.replies(), ["Grbl 1.1h ['$' for help]"]);
@@ -26,7 +26,7 @@ pub fn homed() -> Sim {
     sim
 }
 
-/// Sends a line and returns what was heard until nothing moves.
+/// Sends a line and returns everything received until nothing moves.
 #[track_caller]
 pub fn say(sim: &mut Sim, line: &str) -> Heard {
     sim.send(line.as_bytes());
@@ -35,7 +35,7 @@ pub fn say(sim: &mut Sim, line: &str) -> Heard {
     Heard::new(line.as_bytes(), sim.replies())
 }
 
-/// Sends a line and returns what was heard a little later.
+/// Sends a line and returns everything received within `wait`.
 pub fn begin(sim: &mut Sim, line: &str, wait: Duration) -> Heard {
     sim.send(line.as_bytes());
     sim.send(b"\n");
@@ -50,14 +50,14 @@ pub fn status(sim: &mut Sim) -> String {
     heard.last_line().split('|').take(2).collect::<Vec<_>>().join("|")
 }
 
-/// Sends bytes and returns what was heard a millisecond later.
+/// Sends bytes and returns everything received within a millisecond.
 pub fn bytes(sim: &mut Sim, bytes: &[u8]) -> Heard {
     sim.send(bytes);
     sim.run_for(Duration::from_millis(1)).unwrap();
     Heard::new(bytes, sim.replies())
 }
 
-/// The next status report, whole.
+/// The next status report, complete.
 #[track_caller]
 pub fn report(sim: &mut Sim) -> String {
     let heard = bytes(sim, b"?");
@@ -65,7 +65,7 @@ pub fn report(sim: &mut Sim) -> String {
     report.unwrap_or_else(|| panic!("{heard:?}, where a status report was expected")).clone()
 }
 
-/// What the machine calls its state.
+/// The name of the machine's state.
 #[track_caller]
 pub fn state(sim: &mut Sim) -> String {
     let report = report(sim);
@@ -86,7 +86,7 @@ pub fn field(sim: &mut Sim, name: &str) -> String {
     panic!("no report has {name}: the last of 40 is {last}");
 }
 
-/// Sends a line that is answered with the error, and with nothing but messages before it.
+/// Sends a line that must be answered with the error, preceded only by messages.
 #[track_caller]
 pub fn refused(sim: &mut Sim, line: &str, code: u8) {
     let heard = say(sim, line);
@@ -98,19 +98,19 @@ pub fn refused(sim: &mut Sim, line: &str, code: u8) {
     );
 }
 
-/// An output of the tool that is on.
+/// The value of a tool output that is on.
 pub const ON: u16 = u16::MAX;
 
-/// The duty of a fraction of the full one.
+/// The duty for a fraction of the full one.
 pub fn duty(ratio: f64) -> u16 {
     (ratio * f64::from(ON)).round() as u16
 }
 
-/// How fine [`watch`] looks, us.
+/// The time resolution of [`watch`], us.
 pub const LOOK_US: u64 = 10;
 
-/// What the tool's outputs became in some time, each with its instant in us since power-up: it came no more than
-/// [`LOOK_US`] before.
+/// The changes of the tool's outputs within `time`, each with an instant in us since power-up. The change came at most
+/// [`LOOK_US`] before that instant.
 pub fn watch(sim: &mut Sim, time: Duration) -> Vec<(u64, [u16; 5])> {
     let mut changes = Vec::new();
     let mut before = sim.tool();
@@ -124,7 +124,7 @@ pub fn watch(sim: &mut Sim, time: Duration) -> Vec<(u64, [u16; 5])> {
     changes
 }
 
-/// An instant of the record is that of a change that was seen by [`watch`].
+/// Checks that an instant from the record matches that of a change seen by [`watch`].
 pub fn assert_at(seen_us: u64, at_ns: u64, what: &str) {
     let at_us = at_ns as f64 * 1e-3;
     let late_us = seen_us as f64 - at_us;

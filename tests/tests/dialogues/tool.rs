@@ -10,16 +10,16 @@ use crate::talk::{
 };
 
 const OFF: [u16; 5] = [0; 5];
-/// At full speed clockwise.
+/// Full speed clockwise.
 const FULL: [u16; 5] = [ON, ON, 0, 0, 0];
 
-/// What a report tells of, behind the overrides.
+/// The accessories in a report, which come after the overrides.
 fn accessories(sim: &mut Sim) -> Option<String> {
     let told = (0..40).map(|_| report(sim)).find(|report| report.contains("|Ov:")).expect("overrides");
     Some(told.split("|A:").nth(1)?.trim_end_matches('>').to_owned())
 }
 
-/// The words of `$G` for spindle and coolant.
+/// The words for spindle and coolant in `$G`.
 fn modes(sim: &mut Sim) -> String {
     let heard = say(sim, "$G");
     let words = heard[0].split(' ').filter(|word| word.starts_with('M'));
@@ -45,7 +45,7 @@ fn m3_m4_m5_turn_the_spindle() {
     }
 }
 
-/// A spindle of 24,000 rpm that turns from 6,000 on, at 20 %, and is at its full speed at 90 %.
+/// A spindle of 24,000 rpm. It turns from 6,000 rpm at a duty of 20 %, and reaches full speed at 90 %.
 #[test]
 fn s_is_linear_from_the_least_to_the_full_duty() {
     let mut sim = homed();
@@ -68,7 +68,7 @@ fn s_is_linear_from_the_least_to_the_full_duty() {
     refused(&mut sim, "$35=91", 2);
 }
 
-/// M3, S, M8 and M5 each wait for the moves before them, and change at the instant at which those end.
+/// M3, S, M8 and M5 each wait for the moves before them, and take effect at the instant at which those end.
 #[test]
 fn a_spindle_waits_for_the_moves_before_it() {
     let mut sim = homed();
@@ -84,7 +84,8 @@ fn a_spindle_waits_for_the_moves_before_it() {
     assert_eq!(sim.replies(), ["ok"; 8]);
 }
 
-/// From its start, and after it has been turned round: nothing moves, dwells or jogs. Another speed takes no time.
+/// After a start, and after a reversal, nothing moves, dwells or jogs until the time has passed. A change of speed
+/// takes no time.
 #[test]
 fn setting_394_gives_the_spindle_time() {
     let mut sim = homed();
@@ -112,7 +113,7 @@ fn setting_394_gives_the_spindle_time() {
         ("M3", true),
     ] {
         let wait_ms = waits_ms(&mut sim, line);
-        // It was asked a millisecond after the spindle.
+        // The move was requested a millisecond after the spindle.
         let expected_ms = at_once_ms + if spins_up { 1_499 } else { 0 };
         assert!(wait_ms.abs_diff(expected_ms) <= 1, "{line}: {wait_ms} ms, not {expected_ms}");
     }
@@ -121,12 +122,12 @@ fn setting_394_gives_the_spindle_time() {
     assert_eq!(say(&mut sim, "M3 G4 P0.5"), ["ok"]);
     let took = sim.now() - before;
     assert!((2_000..2_005).contains(&took.as_millis()), "{took:?}");
-    // M5 before it has its speed: nothing is waited for.
+    // M5 before the spindle has its speed: the move does not wait.
     assert_eq!(begin(&mut sim, "M4\nM5\nG1 X0", Duration::from_millis(200)), ["ok"; 3]);
     assert!(sim.machine().position_steps()[0] < 50 * x_mm, "it moves");
 }
 
-/// Held, jogged, reset, or stopped while the spindle gets its speed.
+/// The machine is held, jogged, reset, or stopped while the spindle gets its speed.
 #[test]
 fn a_spin_up_may_be_interfered_with() {
     let spinning = || {
@@ -136,7 +137,7 @@ fn a_spin_up_may_be_interfered_with() {
         assert_eq!((state(&mut sim).as_str(), sim.tool()), ("Run", FULL));
         sim
     };
-    // A hold: at once at rest; what is left of the time passes meanwhile, or after it.
+    // A hold is at rest at once. The remaining time passes during it or after it.
     for hold_ms in [500, 5_000] {
         let mut sim = spinning();
         bytes(&mut sim, b"!");
@@ -159,7 +160,7 @@ fn a_spin_up_may_be_interfered_with() {
     sim.set_emergency_stop(true);
     sim.run_for(Duration::from_millis(10)).unwrap();
     assert_eq!((state(&mut sim).as_str(), sim.tool(), sim.counted_steps()), ("Alarm", OFF, [0; 3]));
-    // A jog waits, too, and is cancelled.
+    // A jog waits too, and can be cancelled.
     let mut sim = homed();
     assert_eq!(say(&mut sim, "$394=2"), ["ok"]);
     assert_eq!(begin(&mut sim, "M3 S1000\n$J=X5 F600", Duration::from_millis(500)), ["ok", "ok"]);
@@ -201,7 +202,7 @@ fn m2_and_m30_put_all_off() {
     }
 }
 
-/// At once, in motion and at rest; what is reported is what it turns at.
+/// The overrides act at once, in motion and at rest. The report gives the current speed of the spindle.
 #[test]
 fn spindle_overrides_act_at_once() {
     let mut sim = homed();
@@ -226,7 +227,8 @@ fn spindle_overrides_act_at_once() {
     assert_eq!(sim.tool()[0], duty(0.4), "the program's end puts it back");
 }
 
-/// In a hold at rest, and nowhere else. The resume turns it on again, and the moves wait for its speed.
+/// The byte acts only in a hold at rest. The resume switches the spindle on again, and the moves wait until it has its
+/// speed.
 #[test]
 fn byte_9e_stops_the_spindle_while_held() {
     let mut sim = homed();
@@ -257,7 +259,7 @@ fn byte_9e_stops_the_spindle_while_held() {
     assert!((1_000..1_100).contains(&((first.t_ns - resumed) / 1_000_000)), "{first:?} from {stands:?}");
 }
 
-/// A person puts a hand to it.
+/// The spindle must be off, because a person reaches in.
 #[test]
 fn the_spindle_stands_for_a_tool_change() {
     let mut sim = homed();
@@ -291,11 +293,11 @@ fn toggles(byte: u8, output: usize, word: &str) {
     sim.send(b"~");
     sim.run_until_idle().unwrap();
     sim.replies();
-    // What has been switched by hand a program switches on.
+    // A program can switch an output that was switched by hand.
     bytes(&mut sim, &[byte]);
     assert_eq!(say(&mut sim, "M9"), ["ok"]);
     assert_eq!(sim.tool(), OFF);
-    // Neither while jogging, nor in Alarm, nor in check mode.
+    // The byte has no effect while jogging, in Alarm, or in check mode.
     begin(&mut sim, "$J=X10 F600", Duration::from_millis(100));
     bytes(&mut sim, &[byte]);
     assert_eq!((state(&mut sim).as_str(), sim.tool()), ("Jog", OFF));
@@ -319,7 +321,7 @@ fn byte_a1_toggles_mist() {
     toggles(0xA1, 4, "M7");
 }
 
-/// Every output is off within 10 us of what stops it; it stays off until it is asked for anew.
+/// Every output must be off within 10 us of the stop, and must stay off until it is requested again.
 fn all_off(stop: impl Fn(&mut Sim), alarms: bool, why: &str) {
     let mut sim = homed();
     assert_eq!(say(&mut sim, "M4 S1000 M8\nM7"), ["ok", "ok"]);
@@ -355,7 +357,7 @@ fn a_stop_puts_all_outputs_off_at_once() {
     all_off(|sim| sim.send(b"\x18\x18"), true, "two resets");
 }
 
-/// Whoever asks for them.
+/// The outputs stay off even if they are requested.
 #[test]
 fn outputs_stay_off_while_a_reset_brakes() {
     let mut sim = homed();
@@ -370,7 +372,7 @@ fn outputs_stay_off_while_a_reset_brakes() {
     assert_eq!(sim.machine().set_outputs(on), Ok(()));
 }
 
-/// At rest, too.
+/// The same at rest.
 #[test]
 fn alarms_and_resets_at_rest_put_all_outputs_off() {
     for (stop, answers) in [("G0 X-1\n", 4), ("$SLP\n", 2), ("\x18", 1), ("$C\n$C\n", 5), ("$RST=#\n", 3)] {
@@ -404,7 +406,7 @@ fn homing_leaves_the_spindle_on() {
     sim.run_until_idle().unwrap();
     assert_eq!((sim.replies(), sim.tool()), (vec!["ok".to_owned()], [ON, ON, 0, ON, 0]));
     assert_eq!(modes(&mut sim), "M3 M8");
-    // From an alarm it is another thing.
+    // Homing from an alarm is different: the outputs were switched off by the alarm.
     say(&mut sim, "G0 X-1");
     assert_eq!(say(&mut sim, "$H"), ["ok"]);
     assert_eq!((modes(&mut sim).as_str(), sim.tool()), ("M5 M9", OFF));

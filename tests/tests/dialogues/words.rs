@@ -1,4 +1,4 @@
-//! Words of programs that the table of G-code in docs/console.md tells of.
+//! Words of programs that are in the G-code table of docs/console.md.
 
 use embassy_time::Duration;
 use isostep_sim::Config;

@@ -1,20 +1,22 @@
-//! The ways into the boot loader: the machine is left still, what was set is stored, and new firmware begins anew.
+//! The ways into the boot loader: the machine must be at rest, settings must be stored, and new firmware must start
+//! normally.
 
 use isostep_sim::Port;
 use isostep_tests::emulated::{Board, Run};
 
-/// The touch of a flashing tool.
+/// What a flashing tool does to start the boot loader: the 1200-baud touch.
 const TOUCH: &str = "usb-line-coding 1200\ndtr off\n";
-/// How long before the restart the motors have been still.
+/// How long before the restart the motors must have been still.
 const REST_NS: u64 = 240_000_000;
 
-/// When the boot loader took over, in nanoseconds.
+/// When the boot loader took over, ns.
 fn left_ns(run: &Run) -> u64 {
     let line = run.printed.lines().find_map(|line| line.strip_prefix("BOOTSEL      from ")).expect("a line on BOOTSEL");
     (line.split(' ').next().unwrap().parse::<f64>().unwrap() * 1e9) as u64
 }
 
-/// A touch in the midst of a move of three axes stops them with their pulses whole, frees the motors, and leaves.
+/// A touch in the middle of a move of three axes must stop them with whole pulses, free the motors, and enter the boot
+/// loader.
 fn a_touch_stops_the_move(port: Port, test: &str) {
     let run = Board::stepped_by(port, test).script(&format!(
         "expect Grbl\nsend G0 X50 Y50 Z50\nexpect ok\nwait-ms 700\nmotors on\n{TOUCH}expect-bootsel\nmotors off\n"
@@ -38,7 +40,7 @@ fn a_touch_by_the_timer_port_stops_the_move_and_leads_to_the_boot_loader() {
     a_touch_stops_the_move(Port::Timer, "touch-timer");
 }
 
-/// Spindle, laser and coolant are off before the boot loader takes over.
+/// Spindle, laser and coolant must be off before the boot loader takes over.
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn a_touch_puts_the_tool_off() {
@@ -54,7 +56,7 @@ fn a_touch_puts_the_tool_off() {
     }
 }
 
-/// The rate alone is no touch, nor is a closed port; both are, in either order.
+/// The rate alone is not a touch, and a closed port alone is not either. Both together are, in either order.
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn only_1200_baud_with_dtr_down_is_a_touch() {
@@ -67,7 +69,8 @@ fn only_1200_baud_with_dtr_down_is_a_touch() {
     assert_eq!(run.edges.len(), 500);
 }
 
-/// Asleep, in alarm, with inverted ENABLE, in a pause of the program: a tool need not ask.
+/// The touch must work in every state: asleep, in alarm, with inverted ENABLE, in a pause of the program. A flashing
+/// tool does not know the state.
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn a_touch_works_in_every_state() {
@@ -80,7 +83,7 @@ fn a_touch_works_in_every_state() {
         "send $4=1\nexpect ok\n",
     ];
     for (index, state) in states.into_iter().enumerate() {
-        // The drivers of this gantry take ENABLE low: inverted, on is off.
+        // The drivers of this gantry are enabled by a low ENABLE. If it is inverted, the script's "on" means off.
         let freed = if state.contains("$4") { "on" } else { "off" };
         let run = Board::new(&format!("touch-state-{index}"))
             .script(&format!("expect Grbl\n{state}{TOUCH}expect-bootsel\nmotors {freed}\n"));
@@ -88,7 +91,7 @@ fn a_touch_works_in_every_state() {
     }
 }
 
-/// An offset that waits for its move to end before it is stored is stored when a touch has ended that.
+/// An offset is stored when its move has ended. It must also be stored when a touch has ended that move.
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn a_touch_loses_no_setting() {
@@ -99,8 +102,8 @@ fn a_touch_loses_no_setting() {
     assert!(run.ok, "{}", run.printed);
 }
 
-/// Refused in motion; at rest the answer comes whole before the board leaves, on either console. New firmware says nothing
-/// of a watchdog, by which the boot loader has restarted the chip.
+/// `$BOOT` is refused in motion. At rest its answer must be complete before the board leaves, on either console. New
+/// firmware must not report a watchdog restart, although the boot loader uses the watchdog to restart the chip.
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn boot_answers_and_leads_to_the_boot_loader() {

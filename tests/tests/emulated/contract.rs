@@ -1,4 +1,4 @@
-//! The position contract on the emulated board: the cases that are the simulator's too, and those of a chip.
+//! The position contract on the emulated board: the cases that the simulator has too, and those that only a chip has.
 
 use std::{env, fs};
 
@@ -7,7 +7,7 @@ use isostep_tests::contract::{self, On, START_MM};
 use isostep_tests::emulated::Board;
 use object::{Object, ObjectSymbol};
 
-/// Of the standard library: panics, and takes nothing but the place to blame.
+/// A function of the standard library that panics and takes only the location to report as an argument.
 const PANICS: &str = "4core6option13unwrap_failed";
 
 /// The address of a function that panics, in hexadecimal.

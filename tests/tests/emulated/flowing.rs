@@ -1,4 +1,4 @@
-//! Moves that follow each other, streamed to the board: they are made as the chain plans them, however the lines come.
+//! Consecutive moves streamed to the board. They must be made as the chain plans them, whenever the lines come.
 
 use std::collections::BTreeSet;
 use std::f64::consts::TAU;
@@ -11,20 +11,20 @@ use isostep_sim::{Config, run};
 use isostep_tests::emulated::{Board, Run};
 use isostep_tests::root;
 
-/// Machine C of `programs/machines`, a little faster, in lines of a program.
+/// Machine C of `programs/machines`, a little faster, as settings with their values.
 const MACHINE: [(u32, u32); 3] = [(100, 80), (110, 12_500), (120, 2_000)];
 const MOVE_MM: f64 = 0.2;
-/// Switches are at the origin: far from them.
+/// The start is far from the switches, which are at the origin.
 const START_MM: &str = "900,900,900";
 const STEPS_PER_MM: f64 = 80.0;
 
-/// A program that is written line by line, from where the machine stands.
+/// A program that is written line by line, beginning where the machine stands.
 struct Program {
     text: String,
     place_mm: [f64; 3],
-    /// Of the curve.
+    /// Number of moves of the curve so far.
     moves: u32,
-    /// How many steps all axes have made when each of the lines has been.
+    /// For each line, the number of steps of all axes up to its end.
     steps: Vec<usize>,
 }
 
@@ -40,7 +40,7 @@ impl Program {
         Self { text, place_mm: [0.0; 3], moves: 0, steps: Vec::new() }
     }
 
-    /// On by so much, each axis.
+    /// Adds a line that moves each axis by `way_mm`.
     fn line(&mut self, way_mm: [f64; 3]) {
         let from_steps = self.place_steps();
         self.place_mm = [0, 1, 2].map(|axis| self.place_mm[axis] + way_mm[axis]);
@@ -50,7 +50,7 @@ impl Program {
         self.steps.push(self.steps.last().unwrap_or(&0) + ways.sum::<usize>());
     }
 
-    /// Lines tell thousandths of a millimetre.
+    /// The position in steps. Lines give positions in thousandths of a millimetre.
     fn place_steps(&self) -> [i32; 3] {
         self.place_mm.map(|mm| ((mm * 1e3).round() * 1e-3 * STEPS_PER_MM).round() as i32)
     }
@@ -62,7 +62,8 @@ impl Program {
         writeln!(self.text, "G2X{x:.3}Y{y:.3}I{radius_mm:.3}").unwrap();
     }
 
-    /// Through three axes, every axis there and back: so wide that the feed is what limits it.
+    /// A curve in three axes, in which every axis moves in both directions. Its bends are so wide that only the feed
+    /// limits the speed.
     fn curve(&mut self, moves: u32) {
         for _ in 0..moves {
             let turn = f64::from(self.moves) / 400.0 * TAU;
@@ -72,7 +73,7 @@ impl Program {
         }
     }
 
-    /// Lets the look-ahead fill: from there on it is known how the next moves begin and end, whenever their lines come.
+    /// Fills the look-ahead. After that, the start and the end of the next moves are known, whenever their lines come.
     fn run_up(&mut self) {
         self.line([20.0, 0.0, 0.0]);
     }
@@ -95,8 +96,9 @@ fn awake_percent(run: &Run) -> f64 {
     100.0 * run.figures["moving"]["load"].as_f64().unwrap()
 }
 
-/// At F3000 moves of 0.2 mm are 250 a second, and braking takes 3 of them. So what is known further on, which depends on
-/// when lines come, changes nothing: every edge is where the simulation has it, on one clock from the first to the last.
+/// At F3000, moves of 0.2 mm are 250 per second, and braking takes 3 of them. What is known beyond those depends on
+/// when lines come, but changes nothing. So every edge must be where the simulation has it, on one clock from the first
+/// to the last.
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn flowing_moves_are_the_simulations_and_within_50_ns() {
@@ -128,9 +130,9 @@ fn flowing_moves_are_the_simulations_and_within_50_ns() {
     assert!((there_s / here_s - 1.0).abs() < 1e-6, "{there_s} s, {here_s} s");
 }
 
-/// Ten seconds of moves at F12500, 1,042 a second if none has to wait, as senders send that count characters: in the middle
-/// eight the machine makes 1,000 a second, and never comes near to rest. The corners may be wide, as whole steps make them
-/// sharper than the curve is.
+/// Ten seconds of moves at F12500, sent by counting characters. Without waits that would be 1,042 moves per second. In
+/// the middle eight seconds the machine must make 1,000 per second and never come near to rest. The corner deviation is
+/// large, because whole steps make the corners sharper than the curve is.
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn flows_at_1000_moves_a_second() {
@@ -151,6 +153,6 @@ fn flows_at_1000_moves_a_second() {
         awake_percent(&emulated)
     );
     assert!(moves_s >= 1_000.0, "{moves_s} moves/s");
-    // From rest an axis takes 2.5 ms for half a step, and as long to rest.
+    // An axis takes 2.5 ms for half a step from rest, and as long to stop.
     assert!(gap_ms < 2.0, "{gap_ms} ms");
 }

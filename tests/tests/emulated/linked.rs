@@ -1,13 +1,13 @@
-//! Where the linker has put what has a deadline: in RAM, where nothing waits for the cache of the flash.
+//! Checks that the linker has put all code with a deadline into RAM, where it never waits for the cache of the flash.
 //!
-//! What runs is held to this in every emulated run; this also holds what no run reaches.
+//! Every emulated run checks this for the code that runs. This test also covers code that no run reaches.
 
 use std::{env, fs};
 
 use object::{Object, ObjectSymbol, SymbolKind};
 
 const RAM_START: u64 = 0x2000_0000;
-/// Every function of these may run in an interrupt, in a critical section, or while a port waits for what is compiled.
+/// Every function of these crates may run in an interrupt, in a critical section, or while a port waits for segments.
 const CRATES_IN_RAM: [&str; 10] = [
     "isostep_motion",
     "isostep_profile",
@@ -20,7 +20,8 @@ const CRATES_IN_RAM: [&str; 10] = [
     "rp2040_gantry",
     "libm",
 ];
-/// What serves the consoles, in thread mode, their reports and arcs, and what runs once before anything moves.
+/// Code without a deadline: it serves the consoles in thread mode, their reports and arcs, or runs once before anything
+/// moves.
 const MAY_WAIT: [&str; 7] = [
     "isostep_console",
     "isostep_controller",
@@ -42,16 +43,16 @@ const HANDLERS: [&str; 9] = [
     "UART0_IRQ",
 ];
 
-/// Whether a mangled name is of a function of this crate: `name::f`, or `<name::T as Trait>::f`.
+/// Whether a mangled name belongs to a function of this crate: `name::f`, or `<name::T as Trait>::f`.
 fn is_of(symbol: &str, name: &str) -> bool {
     let path = symbol.trim_start_matches("_ZN").trim_start_matches(|digit: char| digit.is_ascii_digit());
     let of = path.trim_start_matches("_$LT$").strip_prefix(name);
-    // Another crate's name may go on.
+    // Another crate's name may begin with the same letters.
     let is_whole = of.is_some_and(|rest| !rest.starts_with(|next: char| next.is_ascii_lowercase() || next == '_'));
     symbol.starts_with("_ZN") && is_whole && !MAY_WAIT.into_iter().any(|cold| symbol.contains(cold))
 }
 
-/// Checks the firmware whose ELF this variable names.
+/// Checks the firmware whose ELF file this variable names.
 fn check(variable: &str, handlers: &[&str]) {
     let path = env::var_os(variable).unwrap_or_else(|| panic!("{variable}: run these by `cargo xtask test`"));
     let bytes = fs::read(path).unwrap();

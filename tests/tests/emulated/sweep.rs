@@ -1,8 +1,8 @@
-//! Stops at every instant of what a stop may find the firmware in the midst of: a line on its way to becoming a move, and a
-//! change of what moves.
+//! Stops at every instant of two processes in the firmware: a line that becomes a move, and a change of moves under
+//! way.
 //!
-//! `cargo xtask test` tries some hundred instants of each. All of them, microsecond by microsecond, take minutes: the README
-//! of the emulator has the command.
+//! `cargo xtask test` tries some hundred instants of each. Trying all of them, microsecond by microsecond, takes
+//! minutes; the README of the emulator has the command.
 
 use std::env;
 use std::fmt::Write as _;
@@ -13,17 +13,17 @@ use oorandom::Rand32;
 
 /// Seed of the instants.
 const SEED: u64 = 21;
-/// Asks for every microsecond.
+/// Environment variable that requests every microsecond.
 const EVERY_US: &str = "ISOSTEP_SWEEP_EVERY_US";
-/// From the last byte of a line to well behind the first step of its move, which is some 5 ms later.
+/// From the last byte of a line to well after the first step of its move, which comes some 5 ms later.
 const LINE_US: u32 = 6_500;
-/// From a byte that changes what moves to where that has come about; and of that, where every microsecond is asked for, what
-/// the firmware does first.
+/// From a byte that changes a move under way until the change has taken effect. If every microsecond is requested, only
+/// the first part is tried.
 const CHANGE_US: u32 = 80_000;
 const CHANGE_BEGINS_US: u32 = 2_000;
 
-/// What stops the machine, the latest that a step may follow in microseconds, and how it goes on. Nothing moves any more,
-/// unlocked or not.
+/// A script that stops the machine and continues. A step may follow the stop by at most `within_us`. After that nothing
+/// may move, neither locked nor unlocked.
 struct Stop {
     name: &'static str,
     script: fn(within_us: u32) -> String,
@@ -46,7 +46,7 @@ const STOPS: [Stop; 3] = [
             )
         },
     },
-    // Before a line has been read a reset forgets it, and nothing is left to be stopped: no alarm then.
+    // A reset before a line has been read discards the line. Nothing is left to be stopped, so no alarm is expected.
     Stop {
         name: "reset",
         script: |us| {
@@ -55,10 +55,10 @@ const STOPS: [Stop; 3] = [
     },
 ];
 
-/// The answer to `$G` tells that `$X` has been carried out, however many lines were answered before.
+/// The answer to `$G` shows that `$X` has been carried out, however many lines were answered before.
 const UNLOCKED: &str = "send $X\nsend $G\nexpect [GC:\nwait-us 500\ncheck-stopped\ncheck-position\n";
 
-/// Three axes that leave standstill at 5,000,000 steps/s², switches debounced in a millisecond, coolant on.
+/// Three axes that start at 5,000,000 steps/s², switches with a debounce of one millisecond, coolant on.
 fn settings(top_mm_min: u32) -> String {
     let mut script = "expect Grbl\nsend $26=1\nexpect ok\n".to_owned();
     for axis in 0..3 {
@@ -69,17 +69,17 @@ fn settings(top_mm_min: u32) -> String {
     script
 }
 
-/// The instants that are tried, us: so many at random, or, if asked for, all whole ones below `every_us`.
+/// The instants to try, us: `count` random ones, or, if requested, all whole microseconds up to `every_us`.
 fn instants(until_us: u32, count: u32, every_us: u32) -> Vec<f64> {
     if env::var_os(EVERY_US).is_some() {
         return (1..=every_us).map(f64::from).collect();
     }
     let mut random = Rand32::new(SEED);
-    // To a hundredth, and not at once: a wait of nothing is none.
+    // Instants are multiples of 0.01 us and never 0, because a wait of 0 is no wait.
     (0..count).map(|_| f64::from(random.rand_range(1..100 * until_us)) / 100.0).collect()
 }
 
-/// The longest that a step may follow a stop, us. The timer port's task hears USB only between steps.
+/// The longest time after a stop at which a step may follow, us. The timer port's task reads USB only between steps.
 fn within_us(port: Port, stop: &Stop) -> u32 {
     match (port, stop.name) {
         (Port::Timer, "reset") => 100,
@@ -87,7 +87,7 @@ fn within_us(port: Port, stop: &Stop) -> u32 {
     }
 }
 
-/// Carries out a script of that many stops.
+/// Runs a script with this number of stops.
 fn held(port: Port, name: &str, stops: usize, script: &str) {
     let run = Board::stepped_by(port, name).with(&["--start", "900,900,900"]).script(script);
     let found = run.printed.lines().find(|line| line.starts_with("FAILED")).unwrap_or_default();
@@ -95,13 +95,14 @@ fn held(port: Port, name: &str, stops: usize, script: &str) {
     println!("{name}: stopped at {stops} instants, no step and no alarm lost");
 }
 
-/// Stops while a line becomes a move onto the switches: wherever it has got, nothing goes further.
+/// Stops while a line becomes a move towards the switches. Whatever stage it has reached, nothing may move further.
 fn while_a_line_becomes_a_move(port: Port, count: u32) {
     for stop in &STOPS {
         let instants = instants(LINE_US, count, LINE_US);
         let mut script = settings(12_000);
         for (index, at_us) in instants.iter().enumerate() {
-            // By turns, so that all stay where they are; but a switch that closes at rest stops only what goes onto it.
+            // The direction alternates, so that the carriages stay where they are. The limit switch is different: a
+            // switch that closes at rest stops only moves towards it.
             let mm = if stop.name == "limit" || index % 2 == 0 { -2 } else { 2 };
             writeln!(script, "send M8\nsend G91G0X{mm}Y{mm}Z{mm}\nwait-arrival\nwait-us {at_us}").unwrap();
             script += &(stop.script)(within_us(port, stop));
@@ -122,8 +123,8 @@ fn no_stop_of_the_timer_port_is_lost_while_a_line_becomes_a_move() {
     while_a_line_becomes_a_move(Port::Timer, 40);
 }
 
-/// What changes two moves with a corner between them: the bytes that ask for it, and what stops them then. Once a reset has
-/// braked, a limit switch stops nothing.
+/// The changes to two moves with a corner between them: name, bytes, and the stops to try. After a reset has braked, a
+/// limit switch stops nothing, so it is not tried then.
 const CHANGES: [(&str, &str, &[Stop]); 5] = [
     ("hold", "bytes 21\n", &STOPS),
     ("resume", "bytes 21\nwait-ms 100\nbytes 7e\n", &STOPS),
@@ -132,7 +133,7 @@ const CHANGES: [(&str, &str, &[Stop]); 5] = [
     ("corner", "", &STOPS),
 ];
 
-/// Stops while moves of some 130 ms, with a corner between them, are held, sped up, reset or left alone.
+/// Stops while two moves of some 130 ms with a corner between them are held, resumed, overridden, reset or left alone.
 fn while_moves_change(port: Port, count: u32) {
     for (change, bytes, stops) in CHANGES {
         let instants = instants(CHANGE_US, count, CHANGE_BEGINS_US);

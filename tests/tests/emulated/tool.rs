@@ -1,4 +1,4 @@
-//! The tool on the emulated board: by its pins, and by the step at which something happens.
+//! The tool on the emulated board, tested by its pins and by the steps at which something happens.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -9,21 +9,21 @@ use isostep_tests::emulated::{Board, Run};
 use isostep_tests::root;
 use oorandom::Rand32;
 
-/// Of X in the programs here, steps/mm.
+/// Resolution of X in these programs, steps/mm.
 const STEPS_PER_MM: u32 = 80;
-/// A pixel, steps.
+/// Length of a pixel, steps.
 const PIXEL_STEPS: i32 = 8;
-/// Before and behind the pixels, steps.
+/// Distance before and after the pixels, steps.
 const RUN_UP_STEPS: i32 = 400;
-/// The levels of the pixels, one after the other, percent.
+/// The levels of consecutive pixels, percent.
 const LEVELS_PERCENT: [u32; 5] = [20, 80, 50, 100, 10];
 
-/// A laser, and an X that is at 100 mm/s in 2 mm.
+/// Settings for a laser, and for an X axis that reaches 100 mm/s within 2 mm.
 fn laser_settings() -> String {
     format!("$32=1\n$30=1000\n$100={STEPS_PER_MM}\n$110=20000\n$120=5000\n")
 }
 
-/// A line of pixels of 0.1 mm at 100 mm/s: a thousand moves a second.
+/// A line of pixels of 0.1 mm at 100 mm/s, which is a thousand moves per second.
 fn pixels(count: usize) -> String {
     let mut text = laser_settings() + "G21 G91\nM3 S0\nG1 F6000 X5\n";
     for percent in LEVELS_PERCENT.iter().cycle().take(count) {
@@ -41,12 +41,12 @@ fn streamed(test: &str, port: Port, program: &str) -> Run {
     run
 }
 
-/// The changes of the PWM output: when, ns, and to which duty.
+/// The changes of the PWM output: when, ns, and the new duty.
 fn levels(run: &Run) -> Vec<(f64, f64)> {
     run.outputs.iter().filter(|change| change.output == "pwm").map(|change| (change.t_ns, change.value)).collect()
 }
 
-/// How far each change of the level is from the middle between the steps that it belongs between, us.
+/// The distance of each change of the level from the middle between its two steps, us.
 fn distances_us(run: &Run, count: usize) -> Vec<f64> {
     let levels = levels(run);
     let between = |edges: &[Edge]| (edges[0].t_ns + edges[1].t_ns) as f64 / 2.0;
@@ -71,7 +71,7 @@ fn levels_begin_between_the_steps_they_belong_to() {
     let most_us = distances_us.iter().fold(0.0_f64, |most, distance| most.max(distance.abs()));
     // Half a step is 62 us.
     assert!(most_us < 15.0, "{most_us} us");
-    // It is at its speed all along: each pixel takes a millisecond.
+    // X moves at full speed throughout, so each pixel takes a millisecond.
     let steps = |pixel: usize| run.edges[RUN_UP_STEPS as usize + pixel * PIXEL_STEPS as usize].t_ns;
     assert!((steps(1_000) - steps(0)).abs_diff(1_000_000_000) < 1_000, "{} ns", steps(1_000) - steps(0));
     assert_eq!(run.figures["tool"]["on_at_standstill_s"], 0.0);
@@ -87,7 +87,7 @@ fn levels_begin_between_the_steps_of_the_timer_port_too() {
     assert!(most_us < 60.0, "{most_us} us");
 }
 
-/// M4: whatever the speed is, so much of the level there is.
+/// With M4 the level must be proportional to the speed.
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn a_level_by_speed_follows_the_steps() {
@@ -99,7 +99,7 @@ fn a_level_by_speed_follows_the_steps() {
     for pair in run.edges.windows(2) {
         let (from_ns, to_ns) = (pair[0].t_ns as f64, pair[1].t_ns as f64);
         let ratio = 1e9 / (to_ns - from_ns) / full_steps_s;
-        // Near rest a step takes longer than the level stays.
+        // Near rest, a step takes longer than a level lasts.
         if ratio < 0.1 {
             continue;
         }
@@ -111,14 +111,15 @@ fn a_level_by_speed_follows_the_steps() {
     assert!(compared > 1_500, "{compared}");
 }
 
-/// The steps of X and Y that a report of the probe tells.
+/// The steps of X and Y in a report of the probe.
 fn probed_steps(line: &str) -> [i32; 2] {
     let mm = line.split("[PRB:").nth(1).unwrap().split(',').take(2);
     let steps: Vec<_> = mm.map(|mm| (mm.parse::<f64>().unwrap() * 50.0).round() as i32).collect();
     [steps[0], steps[1]]
 }
 
-/// On ways and at speeds of all kinds: the place told is that of the step at which the contact closed.
+/// Probing moves in many directions and at many speeds. The reported place must be that of the step at which the
+/// contact closed.
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn places_of_contact_are_exact_to_the_step() {
@@ -146,7 +147,8 @@ fn places_of_contact_are_exact_to_the_step() {
     }
 }
 
-/// From the slowest that `$33` takes to the fastest, which a period's ticks must not overflow at; and kept over a power cycle.
+/// From the lowest frequency that `$33` accepts to the highest, including values at which the ticks of a period might
+/// overflow. The setting must survive a power cycle.
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn every_frequency_has_its_duty() {
@@ -161,7 +163,7 @@ fn every_frequency_has_its_duty() {
     assert!(on.len() == 7 && on.iter().all(|duty| (duty - 0.5).abs() < 1e-3), "{on:?}");
 }
 
-/// What stops the machine, and what it takes to go on.
+/// Scripts that stop the machine and make it ready again.
 const STOPS: [&str; 5] = [
     "switch X stuck-closed\nexpect ALARM:1\nswitch X normal\nwait-ms 12\nsend $X\nexpect ok",
     "estop pressed\nexpect ALARM:10\nestop released\nwait-ms 12\nsend $X\nexpect ok",
@@ -169,7 +171,7 @@ const STOPS: [&str; 5] = [
     "bytes 18\nwait-ms 2\nbytes 18\nexpect ALARM:3\nexpect Grbl\nsend $X\nexpect ok",
     "crash\nwait-reset\nexpect [MSG:Restarted after a hard fault\nexpect Grbl",
 ];
-/// Of so many stops one is a crash, from which the chip takes a second to come back.
+/// One stop in this many is a crash, after which the chip takes a second to restart.
 const CRASH_EVERY: usize = 25;
 
 fn stops(count: usize, seed: u64) -> String {
@@ -187,7 +189,7 @@ fn stops(count: usize, seed: u64) -> String {
     script
 }
 
-/// Whatever stops the machine puts the tool off, and it stays off.
+/// Every stop must switch the tool off, and the tool must stay off.
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn every_stop_puts_the_tool_off_within_20_us() {

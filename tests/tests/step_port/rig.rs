@@ -1,5 +1,5 @@
-//! What the suite drives a [`StepPort`] with: a port on X's pins with a driver behind it, plans of one move and of several, and
-//! a coordinator's part in a run.
+//! Equipment to test a [`StepPort`]: a port on X's pins with a driver, plans of one move and of several, and the part
+//! of the coordinator in a run.
 
 use std::cell::RefCell;
 use std::convert::Infallible;
@@ -24,7 +24,7 @@ use isostep_sim::world::{Edge, Shared, Wire, World};
 use isostep_sim::{Config, Port};
 use oorandom::Rand32;
 
-/// A port of one kind on X's pins, a driver behind it.
+/// A port of one kind on X's pins, with a driver.
 #[derive(Clone, Copy, Debug)]
 pub struct Rig {
     pub port: Port,
@@ -37,7 +37,7 @@ impl Rig {
         Port::ALL.into_iter().flat_map(move |port| drivers.map(|driver| Self { port, driver }))
     }
 
-    /// Runs `task` with the port; what the world saw.
+    /// Runs `task` with the port. Returns the simulated world with its record.
     pub fn run<F, T>(self, task: F) -> Shared
     where
         F: FnOnce(AxisPort, Clock) -> T,
@@ -66,13 +66,13 @@ impl Rig {
         found.take().unwrap()
     }
 
-    /// Holds every edge against the closed form of the moves, which began at these instants and ended or were ended in
-    /// this order.
+    /// Compares every edge with the closed form of the moves, given with the instants at which they began, in the order
+    /// in which they were made.
     pub fn hold(self, edges: &[Edge], moves: &[(Instant, Plan)]) {
         self.hold_to(edges, moves.iter().flat_map(|(start, plan)| plan.instants_ns(*start)));
     }
 
-    /// Holds every edge against an instant, ns since power-up, and a direction.
+    /// Compares every edge with an instant, ns since power-up, and a direction.
     pub fn hold_to(self, edges: &[Edge], planned: impl Iterator<Item = (f64, i32)>) {
         let planned: Vec<_> = planned.collect();
         assert_eq!(edges.len(), planned.len(), "{self}");
@@ -90,7 +90,7 @@ impl fmt::Display for Rig {
     }
 }
 
-/// An axis's part of a move: the second of two, the first being the longer.
+/// The plan of an axis in a move of two axes. The axis is the second; the first is the longer.
 #[derive(Clone, Copy, Debug)]
 pub struct Plan(pub SyncMove<2>);
 
@@ -119,13 +119,13 @@ impl Plan {
         self.0.steps[1]
     }
 
-    /// Its steps, as a port of this tick rate is given them.
+    /// The steps as the items for a port with this tick rate.
     pub fn items(&self, tick_hz: u32) -> impl Iterator<Item = StreamItem> + use<> {
         let direction = Direction::of(self.steps());
         self.0.segments(1, tick_hz).map(move |segment| StreamItem::Steps { segment, direction })
     }
 
-    /// In closed form, ns since power-up, and the direction.
+    /// The closed-form instants of the steps, ns since power-up, and their direction.
     pub fn instants_ns(self, start: Instant) -> impl Iterator<Item = (f64, i32)> {
         let start_ns = time::ns(start) as f64;
         let of = move |k| (start_ns + self.0.step_time_s(1, k) * 1e9, self.steps().signum());
@@ -133,10 +133,10 @@ impl Plan {
     }
 }
 
-/// As drivers are wired usually.
+/// The usual wiring of drivers.
 pub const WIRED: Run = Run { wiring: Wiring { direction_inverted: false, pulse_ns: 0 } };
 
-/// What it is given moves it so far.
+/// The signed number of steps that an item makes.
 pub fn steps_of(item: StreamItem) -> i32 {
     match item {
         StreamItem::Steps { segment, direction } => segment.steps() as i32 * direction.sign(),
@@ -144,7 +144,7 @@ pub fn steps_of(item: StreamItem) -> i32 {
     }
 }
 
-/// Lets a port that is armed go at `start`, or as soon as it is armed after that: when it has begun.
+/// Lets an armed port go at `start`, or as soon after that as it is armed. Returns the instant at which it was let go.
 pub async fn let_go(start_line: &StartLine, start: Instant) -> Instant {
     start_line.wait_armed().await;
     Timer::at(start).await;
@@ -152,11 +152,11 @@ pub async fn let_go(start_line: &StartLine, start: Instant) -> Instant {
     start_line.wait_begun().await
 }
 
-/// Moves one after the other, each from the instant on at which the one before ends, to the port's tick.
+/// Consecutive moves. Each begins when the previous one ends, rounded to the port's tick.
 #[derive(Clone, Debug, Default)]
 pub struct Chain {
     pub tick_hz: u32,
-    /// When each begins, ticks from the start of the run.
+    /// When each move begins, ticks from the start of the run, and its plan.
     pub moves: Vec<(u64, Plan)>,
     pub end_ticks: u64,
 }
@@ -171,7 +171,7 @@ impl Chain {
         chain
     }
 
-    /// Single steps to and fro, so many ticks apart.
+    /// Single steps in alternating directions, `period_ticks` apart.
     pub fn to_and_fro(tick_hz: u32, steps: i32, period_ticks: u32) -> Self {
         let rate = f64::from(tick_hz) / f64::from(period_ticks);
         let limits = Limits { start_speed_steps_s: rate, top_speed_steps_s: rate, ..LIMITS };
@@ -180,11 +180,11 @@ impl Chain {
         chain
     }
 
-    /// A hundred moves of up to `steps` steps at random speeds, there and back by chance.
+    /// A hundred moves of up to `steps` steps at random speeds and in random directions.
     pub fn random(random: &mut Rand32, capabilities: &Capabilities, steps: u32) -> Self {
         let rate = f64::from(capabilities.rate_max_steps_s(Wiring::default()));
         let plan = |_| {
-            // By turns as fast as can be, and slow.
+            // Speeds range from the highest to slow; slow ones are more frequent.
             let speed = 1_000.0 + (rate - 1_000.0) * f64::from(random.rand_float()).powi(3);
             let start = speed * f64::from(random.rand_float());
             let limits = Limits { start_speed_steps_s: start, top_speed_steps_s: speed, ..LIMITS };
@@ -203,7 +203,7 @@ impl Chain {
         self.moves.iter().map(|(_, plan)| plan.steps()).sum()
     }
 
-    /// As a port is given them, to the end.
+    /// The items for the port, the end included.
     pub fn items(&self) -> Vec<StreamItem> {
         let later = |(begin_ticks, plan): &(u64, Plan)| {
             let begin_ticks = *begin_ticks;
@@ -212,7 +212,7 @@ impl Chain {
         self.moves.iter().flat_map(later).chain([StreamItem::End]).collect()
     }
 
-    /// In closed form, ns since power-up, and the direction.
+    /// The closed-form instants of the steps, ns since power-up, and their direction.
     pub fn instants_ns(&self, start: Instant) -> impl Iterator<Item = (f64, i32)> {
         let ns_per_tick = 1e9 / f64::from(self.tick_hz);
         self.moves.iter().flat_map(move |(begin_ticks, plan)| {
@@ -230,7 +230,7 @@ pub fn delayed(item: StreamItem, ticks: u64) -> StreamItem {
     }
 }
 
-/// Has the port carry out a plan, let go and its segments fed as the coordinator does.
+/// Has the port carry out a plan. Lets it go and supplies its segments like the coordinator.
 pub async fn carry_out(
     port: &mut AxisPort,
     plan: Plan,
@@ -241,7 +241,7 @@ pub async fn carry_out(
     carry_out_all(port, items, at, odometer).await
 }
 
-/// The same, of whatever the port is given.
+/// The same with any items.
 pub async fn carry_out_all(
     port: &mut AxisPort,
     items: Vec<StreamItem>,

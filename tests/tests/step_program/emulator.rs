@@ -1,4 +1,4 @@
-//! The two emulators: [rp2040-emu](https://github.com/0x4D44/picoem), made by others, and the project's own.
+//! The two emulators: [rp2040-emu](https://github.com/0x4D44/picoem), by other authors, and the project's own.
 
 use std::io::Write as _;
 use std::mem;
@@ -12,7 +12,7 @@ use crate::experiment::{Experiment, FLEVEL, IRQ, Seen, dir_pin, rxf, txf};
 
 const FIFO_WORDS: u32 = 8;
 const RAM: u32 = 0x2000_0000;
-/// Two instructions of one cycle each.
+/// Two NOP instructions of one cycle each.
 const NOPS: u32 = 0xBF00_BF00;
 
 #[derive(Clone, Copy, Debug)]
@@ -22,7 +22,7 @@ pub enum Emulator {
 }
 
 impl Emulator {
-    /// What each state machine of each experiment did.
+    /// The results of each state machine in each experiment.
     pub fn run(self, experiments: &[&Experiment]) -> Vec<Vec<Seen>> {
         match self {
             Self::Published => {
@@ -36,7 +36,7 @@ impl Emulator {
 struct Published {
     chip: rp2040_emu::Emulator,
     seen: Vec<Seen>,
-    /// Words that each machine has been given.
+    /// Number of words that each machine has received.
     fed: Vec<usize>,
     /// The levels of the pins, STEP and DIR.
     high: Vec<[bool; 2]>,
@@ -85,7 +85,7 @@ impl Published {
         }
     }
 
-    /// One cycle: time passes by what the core does, so it is kept at the same NOP.
+    /// Advances one cycle. Time passes only while the core runs, so the core is kept at the same NOP.
     fn step(&mut self) {
         self.chip.core_mut(0).regs.set_pc(RAM);
         assert_eq!(self.chip.step().expect("a step"), 1, "a NOP takes one cycle");
@@ -109,19 +109,19 @@ impl Published {
     }
 }
 
-/// Whether the level is another now.
+/// Sets the level to `now`. Returns whether it has changed.
 fn replaced(level: &mut bool, now: bool) -> bool {
     mem::replace(level, now) != now
 }
 
-/// By the script that runs it.
+/// Runs the experiments on the project's own emulator by its script.
 fn own(experiments: &[&Experiment]) -> Vec<Vec<Seen>> {
     let mut node = Command::new("node");
     node.arg(root().join("tests/emulator/support/pio-words.mjs")).stdin(Stdio::piped()).stdout(Stdio::piped());
     let mut node = node.spawn().expect("node runs");
     let mut stdin = node.stdin.take().expect("a pipe");
     let input: Vec<_> = experiments.iter().map(|experiment| written(experiment)).collect();
-    // It may have ended already: what it says of that comes below.
+    // The process may have ended already. Its error is reported below.
     let sent = stdin.write_all(Value::from(input).to_string().as_bytes());
     drop(stdin);
     let output = node.wait_with_output().expect("node runs");

@@ -1,4 +1,4 @@
-//! What is done to a PIO block, whichever emulator it is of, and what comes of it.
+//! An experiment with a PIO block, independent of the emulator, and its results.
 
 use std::ops::Range;
 
@@ -14,7 +14,7 @@ const RXF: u32 = PIO0 + 0x20;
 pub const IRQ: u32 = PIO0 + 0x30;
 const IRQ_FORCE: u32 = PIO0 + 0x34;
 const INSTR_MEM: u32 = PIO0 + 0x48;
-/// The first state machine's registers, and from one machine's to the next's.
+/// The registers of the first state machine, and the distance to those of the next one.
 const CLKDIV: u32 = PIO0 + 0xC8;
 const EXECCTRL: u32 = PIO0 + 0xCC;
 const SHIFTCTRL: u32 = PIO0 + 0xD0;
@@ -24,16 +24,16 @@ const MACHINE_BYTES: u32 = 0x18;
 const GPIO_CTRL: u32 = 0x4001_4004;
 const FUNCSEL_PIO0: u32 = 6;
 
-/// Bit 19 clear: OUT shifts left. IN shifts right, as after a reset.
+/// Bit 19 is clear, so OUT shifts left. IN shifts right, as after a reset.
 const OUT_SHIFTS_LEFT: u32 = 1 << 18;
 const FIFO_IS_ALL_TX: u32 = 1 << 30;
 
-/// By then every machine waits at the gate, and its FIFO is full.
+/// By this cycle every machine waits at the gate and its FIFO is full.
 pub const OPENS_AT: u64 = 100;
-/// Past the last halt, so that an edge too many would be seen.
+/// How long the experiment goes on after the last halt, so that surplus edges are seen.
 const AFTER_CYCLES: u64 = 4_000;
 
-/// What one state machine is to do.
+/// The input of one state machine.
 #[derive(Clone)]
 pub struct Axis {
     pub words: Words,
@@ -54,7 +54,7 @@ impl Wait {
         cycles
     }
 
-    /// DIR at its step.
+    /// The level of DIR at its step; `None` for a rest.
     pub fn dir(self) -> Option<bool> {
         match self {
             Self::Low(_) => Some(false),
@@ -65,7 +65,7 @@ impl Wait {
 }
 
 impl Axis {
-    /// As `PioPort` writes them.
+    /// The words as `PioPort` writes them.
     pub fn encoded(&self) -> Vec<u32> {
         let mut has_stepped = false;
         let mut encode = |wait: &Wait| match wait.dir() {
@@ -80,36 +80,36 @@ impl Axis {
     }
 }
 
-/// Registers written and FIFOs fed, cycle by cycle. A write on cycle N takes effect on N + 1.
+/// Register writes and words for the FIFOs, by cycle. A write on cycle N takes effect on N + 1.
 pub struct Experiment {
-    /// Before cycle 0: address and value.
+    /// Writes before cycle 0: address and value.
     pub setup: Vec<(u32, u32)>,
-    /// The GPIO of each state machine's STEP; its DIR is the next.
+    /// The GPIO of each state machine's STEP. DIR is on the next GPIO.
     pub pins: Vec<u8>,
-    /// What each state machine is fed, a word a cycle while its FIFO has room, as by DMA.
+    /// The words for each state machine. One word is written per cycle while its FIFO has room, as by DMA.
     pub words: Vec<Vec<u32>>,
-    /// Cycle, address and value, by cycle.
+    /// Writes as cycle, address and value, in order of cycle.
     pub writes: Vec<(u64, u32, u32)>,
     pub cycles: u64,
-    /// After the last cycle. What it leaves in the RX FIFOs is read.
+    /// Writes after the last cycle. Afterwards the RX FIFOs are read.
     pub finish: Vec<(u32, u32)>,
 }
 
-/// What one state machine did.
+/// What one state machine did, in cycles.
 #[derive(Debug, Default, PartialEq)]
 pub struct Seen {
     pub rises: Vec<u64>,
     pub falls: Vec<u64>,
     /// When DIR changed, and whether it is high then.
     pub turns: Vec<(u64, bool)>,
-    /// When it raised its own flag.
+    /// When the machine raised its own flag.
     pub halt: Option<u64>,
-    /// The edges it has counted.
+    /// The number of edges that it has counted.
     pub count: u32,
 }
 
 impl Experiment {
-    /// One run of these axes, which is watched until `until` and beyond.
+    /// One run of these axes. It is observed until `until` and some time beyond.
     pub fn new(axes: &[Axis], until: u64) -> Self {
         let program = program::steps();
         let load = |(address, &word): (u32, &u16)| (address, u32::from(word));
@@ -139,7 +139,7 @@ impl Experiment {
         self.writes.push((cycles.end, IRQ, program::BRAKE.into()));
     }
 
-    /// Writes one more word, however late.
+    /// Writes one more word, which may be late.
     pub fn send(&mut self, cycle: u64, machine: u32, word: u32) {
         self.writes.push((cycle, TXF + 4 * machine, word));
     }
@@ -165,12 +165,12 @@ fn shift_ctrl(fifo_is_all_tx: bool) -> u32 {
     OUT_SHIFTS_LEFT | if fifo_is_all_tx { FIFO_IS_ALL_TX } else { 0 }
 }
 
-/// As embassy-rp does it with what `pio_port` asks for.
+/// The registers as embassy-rp sets them for `pio_port`.
 fn configured(machine: u32, pin: u8) -> Vec<(u32, u32)> {
     let program = program::steps();
     let exec_ctrl = u32::from(program.wrap.source) << 12 | u32::from(program.wrap.target) << 7;
     let dir = dir_pin(pin);
-    // STEP is side-set, DIR the pin of OUT; SET has both, for their direction.
+    // STEP is the side-set pin, DIR the pin of OUT. SET has both, to set their direction.
     let pin_ctrl = u32::from(program.side_set.bits()) << 29 | 2 << 26 | 1 << 20;
     let pin_ctrl = pin_ctrl | u32::from(pin) << 10 | u32::from(pin) << 5 | u32::from(dir);
     let low = InstructionOperands::SET { destination: SetDestination::PINS, data: 0 }.encode();
@@ -187,7 +187,7 @@ fn configured(machine: u32, pin: u8) -> Vec<(u32, u32)> {
     ]
 }
 
-/// As the firmware's `StateMachine` is.
+/// Loads the registers as the firmware's `StateMachine` does.
 fn loaded(machine: u32, axis: &Axis) -> [(u32, u32); 5] {
     let force = |instruction: u16| (of(machine, INSTR), instruction.into());
     [
@@ -199,7 +199,7 @@ fn loaded(machine: u32, axis: &Axis) -> [(u32, u32); 5] {
     ]
 }
 
-/// Puts the count into the RX FIFO.
+/// Moves the count into the RX FIFO.
 fn counted(machine: u32) -> [(u32, u32); 3] {
     let force = |instruction: u16| (of(machine, INSTR), instruction.into());
     [(of(machine, SHIFTCTRL), shift_ctrl(false)), force(forced::GET_COUNT), force(forced::PUSH)]

@@ -1,4 +1,4 @@
-//! Where the edges are: a long move of three axes, through both ramps, against its closed form.
+//! Measures the error of every edge: a long move of three axes with both ramps is compared with its closed form.
 
 use anyhow::Result;
 use serde::Serialize;
@@ -18,9 +18,9 @@ const BINS: usize = 80;
 /// The errors at one rate.
 #[derive(Clone, Debug, Serialize)]
 pub struct AccuracyFigures {
-    /// Of each of the three axes.
+    /// The rate of each of the three axes.
     pub rate_steps_s: u32,
-    /// In one move.
+    /// The errors in one move.
     pub edges: Measured<MoveErrors>,
 }
 
@@ -29,15 +29,15 @@ pub struct AccuracyFigures {
 pub struct MoveErrors {
     /// How long the move takes, s.
     pub move_s: f64,
-    /// Of every edge, from the first.
+    /// The errors of all edges.
     pub errors: ErrorFigures,
-    /// Over the move.
+    /// The drift over the move.
     pub drift: DriftFigures,
-    /// The middle of each bin, ns, and the fraction of the edges in it.
+    /// The middle of each bin, ns, and the fraction of the edges in that bin.
     pub histogram: Vec<(f64, f64)>,
 }
 
-/// A move at the rate that is aimed at, or, if it does not go through, at the highest that was sustained.
+/// Measures a move at the target rate. If that fails, measures a move at the highest rate that was sustained.
 pub fn measure(board: &Board, port: Port, sustained_steps_s: Option<u32>, effort: &Effort) -> Result<AccuracyFigures> {
     let target_steps_s = port.target_steps_s();
     let aimed = at(board, port, target_steps_s, effort)?;

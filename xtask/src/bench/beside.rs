@@ -1,9 +1,9 @@
-//! The chip's figures, and beneath each the ideal chip's where it is another.
+//! Combines the chip's figures with those of the ideal chip, which are shown below the chip's where they differ.
 
 use super::chip::Chip;
 
-/// `rows` of a table, each followed by that row of `ideal` whose first `key` cells are the same, unless its other cells are
-/// the same too. What only the ideal chip has comes last.
+/// The rows of a table. Each row of `rows` is followed by the row of `ideal` with the same first `key` cells, unless
+/// the other cells are the same too. Rows that only the ideal chip has come last.
 pub fn beside(rows: Vec<Vec<String>>, ideal: Vec<Vec<String>>, key: usize) -> Vec<Vec<String>> {
     let mut ideal: Vec<_> = ideal.into_iter().map(Some).collect();
     let mut all = Vec::new();
@@ -21,7 +21,7 @@ pub fn beside(rows: Vec<Vec<String>>, ideal: Vec<Vec<String>>, key: usize) -> Ve
     all
 }
 
-/// The row above says what it is of.
+/// The row for the ideal chip, with the other key cells left empty because the row above shows them.
 fn beneath(mut row: Vec<String>, key: usize) -> Vec<String> {
     row[..key].fill(String::new());
     row[key - 1] = format!("  {}", Chip::IdealFlash.name());

@@ -1,4 +1,4 @@
-//! Runs of a firmware on the emulated board.
+//! Runs a firmware on the emulated board.
 
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
@@ -19,60 +19,60 @@ use super::measured::Measured;
 use super::trial::{AXES, STEPS_PER_MM, Trial};
 use crate::workspace;
 
-/// Of the emulated core.
+/// Clock of the emulated core.
 pub const CLOCK_HZ: u32 = 125_000_000;
-/// Status reports asked for over USB while the machine moves, Hz.
+/// Rate at which status reports are polled over USB while the machine moves, Hz.
 pub const POLL_HZ: u32 = 10;
-/// Machine time beyond its moves' that a run may take, s.
+/// Machine time that a run may take in addition to its moves, s.
 const PATIENCE_S: f64 = 5.0;
 
-/// Where a firmware runs, and its files go.
+/// An emulated board with a firmware and a chip, and the folder for its files.
 pub struct Board<'a> {
     candidate: &'a Candidate,
     pub chip: Chip,
     folder: &'a Path,
 }
 
-/// What a run does.
+/// The input of a run.
 #[derive(Clone, Copy)]
 enum Job<'a> {
-    /// A dialogue.
+    /// A script: lines to send, and answers to wait for.
     Script(&'a str),
-    /// The lines of a program, sent ahead as far as the window of characters allows.
+    /// A program whose lines are sent ahead as far as the buffer allows.
     Program(&'a str),
 }
 
 /// A change of one of the tool's outputs.
 #[derive(Clone, Debug, Deserialize)]
 pub struct OutputChange {
-    /// When, since power-up.
+    /// When it changed, ns since power-up.
     pub t_ns: f64,
     /// `pwm`, `enable`, `direction`, `flood` or `mist`.
     pub output: String,
-    /// The duty of `pwm`, of the others 0 or 1.
+    /// The duty of `pwm`, 0 to 1; 0 or 1 for the others.
     pub value: f64,
 }
 
-/// What the tool did.
+/// The figures of the tool.
 #[derive(Debug, Default, Deserialize)]
 pub struct ToolFigures {
-    /// What came while an output was on, and stops the machine.
+    /// Causes that stopped the machine while an output was on.
     pub stops: Vec<ToolStop>,
 }
 
-/// One of them.
+/// One stop while an output was on.
 #[derive(Debug, Deserialize)]
 pub struct ToolStop {
-    /// What it was: `X_LIMIT`, `ESTOP`, `RESET`, `CRASH` or another.
+    /// The cause: `X_LIMIT`, `ESTOP`, `RESET`, `CRASH` or another.
     pub input: String,
-    /// From it to the last output off; null if one stayed on.
+    /// Time from the cause until the last output was off; null if one stayed on.
     pub outputs_off_ns: Option<f64>,
 }
 
-/// The emulator's own account, as far as it is of use here.
+/// The part of the emulator's summary that is used here.
 #[derive(Debug, Deserialize)]
 pub struct Summary {
-    /// What went wrong: a line refused, an alarm, the driver's timing broken.
+    /// The failure of the run: a refused line, an alarm, or a violation of the driver's timing.
     error: Option<String>,
     /// The first alarm, `ALARM:n`.
     alarm: Option<String>,
@@ -88,21 +88,21 @@ pub struct Summary {
     flash_cache: FlashCache,
 }
 
-/// A line sent.
+/// A line that was sent.
 #[derive(Debug, Deserialize)]
 pub struct Line {
     pub text: String,
-    /// When its last byte was in the chip's USB buffer; null if it never was.
+    /// When the last byte of the line was in the chip's USB buffer; null if it never was.
     pub arrived_ns: Option<f64>,
 }
 
 #[derive(Debug, Deserialize)]
 struct FlashCache {
-    /// What a word costs that is not in it.
+    /// Cycles to read a word that is not in the cache.
     miss_cycles: u32,
 }
 
-/// A carriage, by the edges that its driver got.
+/// A carriage as counted from the edges that its driver received.
 #[derive(Debug, Deserialize)]
 struct Axis {
     position_steps: i64,
@@ -111,15 +111,15 @@ struct Axis {
 impl Summary {
     fn trouble(&self) -> Option<&str> {
         let error = self.error.as_deref()?;
-        // Which line of the script it was is of no use to its reader.
+        // The number of the script's line is of no use to the reader.
         let what = if error.starts_with("script line") { error.split_once("): ").map(|(_, what)| what) } else { None };
-        // Where there was an alarm, all that went wrong afterwards follows from it.
+        // After an alarm, all further errors are consequences of it.
         Some(self.alarm.as_deref().unwrap_or(what.unwrap_or(error)))
     }
 }
 
 impl Summary {
-    /// The position that the firmware reported last less that of the edges counted, steps of X, Y and Z.
+    /// The last position that the firmware reported minus the position counted from the edges, in steps of X, Y and Z.
     pub fn position_error_steps(&self) -> Option<[i64; AXES]> {
         let reported = self.final_status.as_deref().and_then(position_mm)?;
         let counted: Vec<i64> = self.axes.values().map(|axis| axis.position_steps).collect();
@@ -128,23 +128,23 @@ impl Summary {
     }
 }
 
-/// The core while the machine moved.
+/// The load of the core while the machine moved.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize)]
 pub struct Moving {
-    /// How long, ns.
+    /// How long the machine moved, ns.
     pub time_ns: f64,
-    /// Of all axes.
+    /// The edges of all axes.
     pub edges: f64,
-    /// Share of the time that the core was awake.
+    /// Fraction of the time during which the core was awake.
     pub load: f64,
-    /// Planning, console and all.
+    /// All work of the core, including planning and the console.
     pub awake_cycles_per_edge: f64,
-    /// In interrupts alone.
+    /// Cycles in interrupts alone.
     pub interrupt_cycles_per_edge: f64,
 }
 
 impl Moving {
-    /// What is left of this without `part` of it.
+    /// The load without that of `part`.
     pub fn less(&self, part: &Self) -> Self {
         let (time_ns, edges) = (self.time_ns - part.time_ns, self.edges - part.edges);
         let rest = |whole: f64, part: f64, of: f64| if of > 0.0 { (whole - part) / of } else { 0.0 };
@@ -164,10 +164,10 @@ impl Moving {
     }
 }
 
-/// A press or a second reset byte, and what it stopped.
+/// A press of a switch or a second reset byte, and how soon it stopped the machine.
 #[derive(Clone, Debug, Deserialize)]
 pub struct Stop {
-    /// To the last edge.
+    /// Time until the last edge.
     pub latency_ns: f64,
 }
 
@@ -176,14 +176,14 @@ impl<'a> Board<'a> {
         Self { candidate, chip, folder }
     }
 
-    /// Cycles of a word that flash's cache does not hold, as the firmware's second stage has set flash up.
+    /// Cycles to read a word that is not in flash's cache, with the flash set up by the firmware's second stage.
     pub fn miss_cycles(&self) -> Result<u32> {
         let run = self.run("expect Grbl\n", 0.0)?;
         let cycles = run.result().map(|summary| summary.flash_cache.miss_cycles);
         cycles.map_err(|why_not| anyhow!("the firmware does not start: {why_not}"))
     }
 
-    /// Runs `trial` and holds its edges against its plans.
+    /// Runs `trial` and compares its edges with its plans.
     pub fn follow(&self, trial: &Trial) -> Result<Measured<Followed>> {
         let plans = trial.plans()?;
         let followed = self
@@ -191,17 +191,17 @@ impl<'a> Board<'a> {
         Ok(followed.and_then(|followed| followed))
     }
 
-    /// Runs `script`, whose moves take `moving_s` in all, and keeps the edges.
+    /// Runs `script` and returns the edges. The moves take `moving_s` in total.
     pub fn run_for_edges(&self, script: &str, moving_s: f64) -> Result<Measured<(Summary, Vec<Edge>)>> {
         self.run_with_edges(Job::Script(script), moving_s)
     }
 
-    /// Streams `program` by counting characters, whose moves take at most `moving_s` in all, and keeps the edges.
+    /// Streams `program` by counting characters and returns the edges. The moves take at most `moving_s` in total.
     pub fn stream_for_edges(&self, program: &str, moving_s: f64) -> Result<Measured<(Summary, Vec<Edge>)>> {
         self.run_with_edges(Job::Program(program), moving_s)
     }
 
-    /// The same; keeps the edges and the changes of the tool's outputs.
+    /// As [`Self::stream_for_edges`], but returns the edges and the changes of the tool's outputs.
     pub fn stream_for_outputs(&self, program: &str, moving_s: f64) -> Result<Measured<(Vec<Edge>, Vec<OutputChange>)>> {
         let ran = self.run_with_edges(Job::Program(program), moving_s)?;
         let path = self.file("outputs");
@@ -217,7 +217,7 @@ impl<'a> Board<'a> {
         })
     }
 
-    /// Runs `job`; `judge` makes something of the run, if it went through, and of the file of its edges.
+    /// Runs `job`. If the run succeeds, `judge` evaluates its summary and the file of its edges.
     fn run_recorded<T>(
         &self,
         job: Job,
@@ -231,12 +231,12 @@ impl<'a> Board<'a> {
             Measured::Figure(summary) => judge(summary, &edges).map(Measured::Figure),
             Measured::Missing { why_not } => Ok(Measured::Missing { why_not }),
         };
-        // 240 MB after 10 s of 3 x 1,000,000 steps/s; a file that is not there is as good.
+        // The file has 240 MB after 10 s of 3 x 1,000,000 steps/s. Failing to remove it does no harm.
         let _ = fs::remove_file(&edges);
         judged
     }
 
-    /// Runs `script`, whose moves take `moving_s` in all.
+    /// Runs `script`. The moves take `moving_s` in total.
     pub fn run(&self, script: &str, moving_s: f64) -> Result<Measured<Summary>> {
         self.run_with(Job::Script(script), moving_s, &[])
     }
@@ -258,10 +258,10 @@ impl<'a> Board<'a> {
             .args(["--driver", self.candidate.variant.driver_name()])
             .args(self.chip.options());
         command.arg(format!("--poll-hz={POLL_HZ}")).arg(format!("--timeout-s={}", moving_s + PATIENCE_S)).args(more);
-        // What the run before left must not be taken for this one's.
+        // The summary of the previous run must not be taken for that of this one.
         let _ = fs::remove_file(&json);
         let output = command.output().context("cannot start node")?;
-        // A run that failed is a result, and has a summary; otherwise there was none.
+        // A run that failed is a result and has a summary. Without a summary there was no run.
         let Ok(summary) = fs::read(&json) else {
             bail!("the emulator could not run: {}", String::from_utf8_lossy(&output.stderr).trim());
         };
@@ -297,14 +297,14 @@ fn unreadable(path: &Path) -> String {
     format!("the edges in {} cannot be read", path.display())
 }
 
-/// `<Idle|MPos:1.000,2.000,3.000|...>` as X, Y and Z.
+/// Parses `<Idle|MPos:1.000,2.000,3.000|...>` into X, Y and Z.
 fn position_mm(status: &str) -> Option<[f64; AXES]> {
     let places = status.split_once("MPos:")?.1.split(['|', '>']).next()?;
     let places: Option<Vec<f64>> = places.split(',').map(|place| place.parse().ok()).collect();
     places?.try_into().ok()
 }
 
-/// What the firmware said about what went wrong: the last message of the transcript, in brackets.
+/// The firmware's message about the error: the last message in the transcript, in brackets.
 fn last_message(transcript: &str) -> String {
     let message = |line: &str| Some(line.split_once("[MSG:")?.1.trim_end_matches(']').to_owned());
     transcript.lines().filter_map(message).next_back().map_or(String::new(), |text| format!(" ({text})"))
@@ -315,7 +315,7 @@ mod tests {
     use super::*;
 
     impl Summary {
-        /// Of a run that has `replies`, JSON objects with commas between them, and nothing else.
+        /// The summary of a run with only `replies`, which are JSON objects separated by commas.
         pub fn of_replies(replies: &str) -> Self {
             let mut summary = summary("null", "null");
             summary.replies = serde_json::from_str(&format!("[{replies}]")).unwrap();

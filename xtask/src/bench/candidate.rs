@@ -1,4 +1,4 @@
-//! The builds of the gantry's firmware that are compared: the same tasks, another step port.
+//! The builds of the gantry's firmware that are compared. They have the same tasks and different step ports.
 
 use std::path::PathBuf;
 
@@ -9,7 +9,7 @@ use super::trial::ACCEL_MAX_STEPS_S2;
 use crate::build;
 use crate::variant::{Driver, Port, Variant};
 
-/// The drivers on every axis: fast enough not to be what limits the rate.
+/// The drivers of every axis. They are fast enough not to limit the rate.
 const DRIVER: Driver = Driver::Tmc2209;
 
 /// A firmware with one of the ports.
@@ -20,7 +20,8 @@ pub struct Candidate {
     pub elf: PathBuf,
 }
 
-/// Builds the firmware with each of `ports`, and leaves the default build where every other verb expects it.
+/// Builds the firmware with each of `ports`. Builds the default variant last, because every other verb expects it in
+/// its place.
 pub fn build(ports: &[Port]) -> Result<Vec<Candidate>> {
     let candidates = ports.iter().map(|&port| candidate(port)).collect();
     build::firmware(Variant::default())?;
@@ -33,12 +34,12 @@ fn candidate(port: Port) -> Result<Candidate> {
     Ok(Candidate { port, variant, elf })
 }
 
-/// The driver's name, as the emulated board takes it.
+/// The driver's name for the emulated board's options.
 pub fn driver_name() -> &'static str {
     Variant { driver: DRIVER, ..Variant::default() }.driver_name()
 }
 
-/// What the benchmark knows of a port.
+/// Targets and limits of the measurements for each port.
 impl Port {
     pub const ALL: [Self; 2] = [Self::Pio, Self::Timer];
 
@@ -49,7 +50,7 @@ impl Port {
         }
     }
 
-    /// What three axes are to carry at once, steps/s each.
+    /// The target rate of three axes at once, steps/s each.
     pub fn target_steps_s(self) -> u32 {
         match self {
             Self::Pio => 1_000_000,
@@ -57,7 +58,7 @@ impl Port {
         }
     }
 
-    /// How near its instant an edge is to be, ns: of PioPort every edge, of TimerPort 99 of 100.
+    /// The target for the error of an edge, ns. With PioPort it holds for every edge, with TimerPort for 99 of 100.
     pub fn error_bound_ns(self) -> f64 {
         match self {
             Self::Pio => 50.0,
@@ -65,8 +66,9 @@ impl Port {
         }
     }
 
-    /// The top speed, steps/s, and the acceleration, steps/s2, at which starts are measured: as steep as any of the other
-    /// measurements, or, where tasks make the steps, as steep as they carry at axes of different speeds.
+    /// The top speed, steps/s, and the acceleration, steps/s2, at which starts are measured. They are as steep as in
+    /// any other measurement; where tasks make the steps, as steep as the tasks can sustain with axes at different
+    /// speeds.
     pub fn start_steps_s_and_s2(self) -> (u32, f64) {
         match self {
             Self::Pio => (self.target_steps_s(), ACCEL_MAX_STEPS_S2),
@@ -74,8 +76,8 @@ impl Port {
         }
     }
 
-    /// The feed of short moves that are streamed, mm/min: beyond what a core can keep up with, or, where tasks make the steps,
-    /// below the rate at which they leave it no time to plan.
+    /// The feed of the streamed short moves, mm/min. It is more than a core can keep up with; where tasks make the
+    /// steps, it stays below the rate at which they would leave no time to plan.
     pub fn moves_feed_mm_min(self) -> f64 {
         match self {
             Self::Pio => 60_000.0,
@@ -83,7 +85,7 @@ impl Port {
         }
     }
 
-    /// Rates of three axes at which the load is measured, steps/s each.
+    /// The rates of three axes at which the load is measured, steps/s each.
     pub fn load_rates_steps_s(self) -> &'static [u32] {
         match self {
             Self::Pio => &[10_000, 100_000, 1_000_000],
@@ -92,12 +94,13 @@ impl Port {
     }
 }
 
-/// A port by its name.
+/// Serialises a port as its name.
 pub fn serialize_port<S: Serializer>(port: &Port, serializer: S) -> Result<S::Ok, S::Error> {
     serializer.serialize_str(port.name())
 }
 
-/// How the release profile compiles, from the workspace's own manifest: `opt-level s, lto fat; opt-level 3 for ...`.
+/// The compiler options of the release profile, from the workspace's manifest: `opt-level s, lto fat; opt-level 3 for
+/// ...`.
 pub fn build_options() -> String {
     let manifest = include_str!("../../../Cargo.toml");
     let all = lines(manifest, "[profile.release]").filter(|(name, _)| ["opt-level", "lto"].contains(name));
@@ -107,7 +110,7 @@ pub fn build_options() -> String {
     format!("{}; opt-level 3 for {}", all.join(", "), raised.join(", "))
 }
 
-/// Names and values of a section.
+/// Names and values in a section of the manifest.
 fn lines<'a>(manifest: &'a str, section: &str) -> impl Iterator<Item = (&'a str, &'a str)> {
     let after = manifest.split_once(section).map_or("", |(_, after)| after);
     let lines = after.lines().take_while(|line| !line.starts_with('['));

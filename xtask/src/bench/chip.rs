@@ -1,18 +1,18 @@
-//! The chips that are emulated: the RP2040 as it is, and two that say how much its flash matters.
+//! The chips that are emulated: the RP2040 as it is, and two that show how much the speed of flash matters.
 
-/// What reads of flash cost.
+/// The cost of reading flash.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Chip {
-    /// What its cache does not hold comes from flash, in the time that takes.
+    /// A word that is not in the cache is read from flash in the real time.
     AsItIs,
     /// Flash reads like RAM.
     IdealFlash,
-    /// What its cache does not hold takes twice that time.
+    /// A word that is not in the cache takes twice the real time.
     DearMiss,
 }
 
 impl Chip {
-    /// As the emulated board takes it.
+    /// The options for the emulated board.
     pub fn options(self) -> &'static [&'static str] {
         match self {
             Self::AsItIs => &[],
@@ -21,7 +21,7 @@ impl Chip {
         }
     }
 
-    /// Its name as a folder's.
+    /// The name for a folder.
     pub fn slug(self) -> &'static str {
         match self {
             Self::AsItIs => "chip",
@@ -30,7 +30,7 @@ impl Chip {
         }
     }
 
-    /// Its name as a column's head.
+    /// The name for the head of a column.
     pub fn name(self) -> &'static str {
         match self {
             Self::AsItIs => "the chip",

@@ -1,17 +1,17 @@
-//! The emulated board's file of STEP edges: a little-endian `u64` for each rising edge, eight times its cycle of 125 MHz
-//! plus twice its axis plus one if the direction is positive.
+//! The emulated board's file of STEP edges. Each rising edge is a little-endian `u64`: eight times its cycle at 125
+//! MHz, plus twice its axis, plus one if the direction is positive.
 
 use std::io::{self, ErrorKind, Read};
 
 use super::trial::AXES;
 
-/// Of a cycle.
+/// Duration of a cycle.
 pub const NS_PER_CYCLE: f64 = 8.0;
 
 /// A rising edge of STEP.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Edge {
-    /// When, in cycles since power-up.
+    /// When it rose, in cycles since power-up.
     pub cycle: u64,
     /// Index of the axis.
     pub axis: usize,
@@ -19,7 +19,7 @@ pub struct Edge {
     pub direction: i32,
 }
 
-/// The edges of `input`, in the order in which they rose, one at a time: there may be millions.
+/// The edges of `input` in the order in which they rose. They are read one at a time, because there may be millions.
 pub fn read(mut input: impl Read) -> impl Iterator<Item = io::Result<Edge>> {
     std::iter::from_fn(move || word(&mut input).and_then(|word| word.map(edge).transpose()).transpose())
 }

@@ -1,34 +1,35 @@
-//! How much is measured.
+//! The extent of the measurements.
 
 use super::chip::Chip;
 use super::search;
 use super::trial::AXES;
 
-/// The extent of the measurements: what costs time.
+/// The settings that determine how long the measurements take.
 #[derive(Clone, Debug)]
 pub struct Effort {
-    /// Numbers of axes that move at once, in the search for the highest rate.
+    /// Numbers of axes that move at once in the search for the highest rate.
     pub axes: &'static [usize],
-    /// Rates that are searched, steps/s.
+    /// The rates to choose from in the search, steps/s.
     pub rates: Vec<u32>,
-    /// Cruise of a move in that search, s.
+    /// Duration of the cruise in each move of the search, s.
     pub cruise_s: f64,
-    /// Whole length of the move in which errors and drift are measured, s.
+    /// Total length of the move in which errors and drift are measured, s.
     pub long_move_s: f64,
-    /// How long the load is measured at a steady rate, s, if it is.
+    /// Duration for which the load is measured at a steady rate, s. `None` to skip this measurement.
     pub load_s: Option<f64>,
-    /// Stops by each input.
+    /// Number of stops by each input.
     pub stops: u32,
-    /// Starts with the cache cold, and as many with it warm.
+    /// Number of starts with a cold cache, and also of those with a warm one.
     pub starts: u32,
-    /// Short moves that are streamed.
+    /// Number of short moves that are streamed.
     pub moves: usize,
-    /// Whether the mathematics of a move is measured.
+    /// Whether the cost of the mathematics of a move is measured.
     pub mathematics: bool,
 }
 
 impl Effort {
-    /// The chip in full, and the ideal one but for so many stops; with dear misses what has a target.
+    /// All measurements on the real chip, and on the ideal one with fewer stops. On the chip with dear misses, only
+    /// those that have a target.
     pub fn full(chip: Chip) -> Self {
         let all = Self {
             axes: &[1, 2, 3],
@@ -48,7 +49,8 @@ impl Effort {
         }
     }
 
-    /// Minutes, firmware built: three axes, shorter moves, and of the other chips what has a target.
+    /// Measurements that take minutes once the firmware is built: three axes and shorter moves. On the other chips,
+    /// only those that have a target.
     pub fn quick(chip: Chip) -> Self {
         let all = Self {
             axes: &[AXES],
@@ -68,7 +70,7 @@ impl Effort {
         }
     }
 
-    /// Without what has no target, and without the mathematics, which runs from RAM.
+    /// Without the measurements that have no target, and without the mathematics, which runs from RAM.
     fn of_targets(&self) -> Self {
         Self { axes: &[AXES], load_s: None, starts: 0, mathematics: false, ..self.clone() }
     }

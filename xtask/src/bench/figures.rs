@@ -1,4 +1,4 @@
-//! All that was measured, as `--json` writes it.
+//! All results, in the form that `--json` writes.
 
 use serde::Serialize;
 
@@ -19,33 +19,33 @@ use super::trial::AXES;
 use crate::variant::Port;
 use isostep::screen::grouped;
 
-/// From an input to the last edge.
+/// Target for the time from an input to the last edge.
 const STOP_MAX_US: f64 = 10.0;
-/// Short moves a second of PioPort.
+/// Target for PioPort: short moves per second.
 const MOVES_MIN_S: f64 = 1_000.0;
 
-/// A whole run of the benchmark.
+/// The results of a whole run of the benchmark.
 #[derive(Clone, Debug, Serialize)]
 pub struct Figures {
-    /// How they were come by.
+    /// The conditions of the measurements.
     pub conditions: Conditions,
-    /// The chip as it is.
+    /// The results on the real chip.
     #[serde(flatten)]
     pub chip: ChipFigures,
-    /// A chip with flash that reads like RAM.
+    /// The results on a chip with flash that reads like RAM.
     pub ideal_flash: ChipFigures,
-    /// A chip on which what flash's cache does not hold takes twice as long to come.
+    /// The results on a chip on which a word that is not in flash's cache takes twice as long.
     pub miss_twice_as_dear: ChipFigures,
 }
 
-/// What was measured on one chip.
+/// The results on one chip.
 #[derive(Clone, Debug, Serialize)]
 pub struct ChipFigures {
-    /// Each port's.
+    /// The results of each port.
     pub ports: Vec<PortFigures>,
-    /// What the mathematics of a move costs on the chip; null if it was not measured.
+    /// The cost of the mathematics of a move; null if it was not measured.
     pub mathematics: Option<MicroFigures>,
-    /// What was aimed at.
+    /// The targets and whether they were met.
     pub targets: Vec<Target>,
 }
 
@@ -56,43 +56,43 @@ impl ChipFigures {
         Self { ports, mathematics, targets }
     }
 
-    /// That target, if this chip was put to it.
+    /// The target with this name, if it was measured on this chip.
     pub fn target(&self, what: &str) -> Option<&Target> {
         self.targets.iter().find(|target| target.what == what)
     }
 
-    /// Those of a port; none where it was not measured.
+    /// The results of a port; `None` if it was not measured.
     pub fn port(&self, port: Port) -> Option<&PortFigures> {
         self.ports.iter().find(|figures| figures.port == port)
     }
 }
 
-/// What every figure depends on.
+/// The conditions on which every figure depends.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Conditions {
-    /// The command that prints them.
+    /// The command that prints the figures.
     pub command: String,
-    /// Where the firmware ran.
+    /// The board on which the firmware ran.
     pub board: &'static str,
-    /// Of the core, Hz.
+    /// Clock of the core, Hz.
     pub clock_hz: u32,
-    /// How what runs from flash is read.
+    /// How code in flash is read.
     pub flash: &'static str,
-    /// Of a word that flash's cache does not hold.
+    /// Cycles to read a word that is not in flash's cache.
     pub miss_cycles: u32,
-    /// How it was built.
+    /// How the firmware was built.
     pub build: String,
-    /// Whose least times every edge was held to.
+    /// The driver whose minimum times every edge had to keep.
     pub driver: &'static str,
-    /// Status reports asked for over USB meanwhile, Hz.
+    /// Rate at which status reports were polled over USB, Hz.
     pub poll_hz: u32,
-    /// From rest to the rate, s, unless that took more than the highest acceleration.
+    /// Time from rest to the rate, s, unless the highest acceleration takes longer.
     pub ramp_s: f64,
     /// The highest acceleration, steps/s2.
     pub accel_max_steps_s2: f64,
 }
 
-/// What was measured of a port.
+/// The results of one port.
 #[derive(Clone, Debug, Serialize)]
 pub struct PortFigures {
     #[serde(serialize_with = "candidate::serialize_port")]
@@ -108,9 +108,9 @@ pub struct PortFigures {
 }
 
 impl PortFigures {
-    /// What is aimed at with this port.
+    /// The targets for this port.
     pub fn targets(&self) -> Vec<Target> {
-        // By TimerPort the processor makes the steps, and hears a byte on USB only between them.
+        // With TimerPort the processor makes the steps and receives a byte on USB only between them.
         let hears_late = |input: &Input| self.port == Port::Timer && *input == Input::SecondReset;
         let stops = Input::ALL.into_iter().filter(|input| !hears_late(input)).map(|input| self.stop_target(input));
         let moves = (self.port == Port::Pio).then(|| self.moves_target());
@@ -123,7 +123,7 @@ impl PortFigures {
         Target::at_least(what, highest, self.port.target_steps_s().into(), "steps/s")
     }
 
-    /// Errors at a lower rate than is aimed at are none of it.
+    /// Only errors measured at the target rate count.
     fn accuracy_target(&self) -> Target {
         let rate_steps_s = self.port.target_steps_s();
         let at_it = Some(&self.accuracy).filter(|accuracy| accuracy.rate_steps_s >= rate_steps_s);
@@ -149,18 +149,18 @@ impl PortFigures {
         Target::at_least(what, carried, MOVES_MIN_S, "moves/s")
     }
 
-    /// Whether anything at all was sustained.
+    /// Whether any rate was sustained.
     pub fn moved(&self) -> bool {
         self.rates.iter().any(|rates| rates.highest_steps_s.is_some())
     }
 }
 
-/// What is aimed at with the mathematics.
+/// The targets for the mathematics.
 fn mathematics_targets(figures: &MicroFigures) -> Vec<Target> {
     laws::targets(&figures.laws).collect()
 }
 
-/// A rate of all axes at once.
+/// A rate of all axes at once, in words.
 pub fn together(rate_steps_s: u32) -> String {
     format!("{AXES} x {} steps/s", grouped(rate_steps_s.into()))
 }

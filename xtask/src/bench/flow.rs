@@ -1,4 +1,4 @@
-//! What a short move that flows costs on the chip, stage by stage, and how many a second that would leave room for.
+//! The cost of a short move that flows, stage by stage, and the number of moves per second that this cost allows.
 
 use anyhow::Result;
 use rp2040_bench::{FLOW_CASES, FlowCase, Stage, Untimed};
@@ -8,14 +8,14 @@ use super::board::CLOCK_HZ;
 use super::lines::Lines;
 use isostep::screen::grouped;
 
-/// Of one of the [`FLOW_CASES`], in emulated cycles of the core a move.
+/// The cost of one of the [`FLOW_CASES`], in emulated cycles of the core per move.
 #[derive(Clone, Debug, Serialize)]
 pub struct FlowFigures {
     pub case: &'static str,
     pub stages: [StageFigures; Stage::ALL.len()],
 }
 
-/// Of one stage.
+/// The cost of one stage.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct StageFigures {
     pub stage: &'static str,
@@ -30,7 +30,8 @@ impl FlowFigures {
         self.stages.iter().map(|stage| stage.cycles_mean).sum()
     }
 
-    /// Cycles a move of each stage and of all of them, and how many moves a second are that if the core does nothing else.
+    /// Cycles per move of each stage and of all stages, and the number of moves per second if the core does nothing
+    /// else.
     pub fn cells(&self) -> [String; 6] {
         let whole = |value: f64| grouped(value.round() as u64);
         let [read, push, tell, compile] = self.stages.map(|stage| whole(stage.cycles_mean));
@@ -38,7 +39,7 @@ impl FlowFigures {
     }
 }
 
-/// Every case's, each result proven.
+/// The figures of every case. The checksum of each result is verified.
 pub fn all(lines: &Lines) -> Result<Vec<FlowFigures>> {
     FLOW_CASES.iter().map(|case| of(lines, case)).collect()
 }

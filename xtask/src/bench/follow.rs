@@ -1,4 +1,4 @@
-//! Every edge against the closed form of its move.
+//! Compares every edge with the closed form of its move.
 
 use std::io;
 
@@ -8,14 +8,14 @@ use super::edges::{Edge, NS_PER_CYCLE};
 use super::statistics::{Drift, DriftFigures, ErrorFigures, Errors};
 use super::trial::AXES;
 
-/// Why the edges are not those of the moves.
+/// Why the edges do not match the moves.
 #[derive(Debug)]
 pub enum Astray {
     /// The file cannot be read.
     Read(io::Error),
-    /// An axis made another number of steps, or went the other way.
+    /// An axis made a wrong number of steps, or moved in the wrong direction.
     Steps { axis: usize, made: u64, planned: u64 },
-    /// A step came while its axis was to rest or to go the other way.
+    /// A step came while its axis should rest or move in the other direction.
     Stray { axis: usize, cycle: u64 },
 }
 
@@ -23,7 +23,7 @@ pub enum Astray {
 #[derive(Clone, Debug)]
 pub struct Followed {
     pub errors: Errors,
-    /// Of the first move.
+    /// The drift in the first move.
     pub drift: DriftFigures,
 }
 
@@ -33,10 +33,10 @@ impl Followed {
     }
 }
 
-/// Holds `edges` against `plans`.
+/// Compares `edges` with `plans`.
 ///
-/// A move starts at an instant of the firmware's own choice, so in each move instants count from its first edge, on
-/// both sides: a latency that all edges share does not show.
+/// The firmware chooses the instant at which a move starts. So in each move both the measured and the planned instants
+/// count from its first edge, and a latency common to all edges does not show.
 pub fn follow(edges: impl Iterator<Item = io::Result<Edge>>, plans: &[SyncMove<AXES>]) -> Result<Followed, Astray> {
     let mut edges = edges.peekable();
     let mut errors = Errors::default();
@@ -56,14 +56,14 @@ pub fn follow(edges: impl Iterator<Item = io::Result<Edge>>, plans: &[SyncMove<A
     }
 }
 
-/// A move as its edges come.
+/// A move whose edges are being read.
 struct Move<'a> {
     plan: &'a SyncMove<AXES>,
     /// Steps that each axis has made.
     made: [u32; AXES],
-    /// Edges still to come.
+    /// Number of edges still to come.
     left: u64,
-    /// What the board's clock said at instant 0, ns; known from the first edge on.
+    /// The board's time at instant 0 of the plan, ns. It is known from the first edge on.
     start_ns: Option<f64>,
     drift: Drift,
 }
@@ -114,7 +114,7 @@ mod tests {
     use super::super::trial::{Machine, Trial};
     use super::*;
 
-    /// A short move there and back, and its edges to the cycle.
+    /// A short move there and back, with edges that are exact to the cycle.
     fn ideal() -> (Vec<SyncMove<AXES>>, Vec<Edge>) {
         let machine = Machine::new(10_000, 0.01);
         let plans = Trial::new(machine, 2, 250, true).plans().unwrap();

@@ -1,4 +1,4 @@
-//! What each speed law costs on the chip: planning it, compiling its ramps, replaying its steps.
+//! The cost of each speed law on the chip: planning a move, compiling its ramps, replaying its steps.
 
 use anyhow::Result;
 use isostep_profile::SpeedLaw;
@@ -10,32 +10,32 @@ use super::lines::{AXES, CompileFigures, Lines};
 use super::target::Target;
 use isostep::screen::grouped;
 
-/// What a plan may take, ms.
+/// The longest time that a plan may take, ms.
 const PLAN_MAX_MS: f64 = 1.0;
 
-/// Of one law, in emulated cycles of the core.
+/// The cost of one law, in emulated cycles of the core.
 #[derive(Clone, Debug, Serialize)]
 pub struct LawFigures {
     pub law: &'static str,
-    /// A move of three axes planned.
+    /// Planning a move of three axes.
     pub plan: Vec<PlanFigures>,
-    /// Segments of one axis compiled, by the phase they begin in.
+    /// Compiling the segments of one axis, by the phase in which they begin.
     pub compile: Vec<CompileFigures>,
-    /// Of one axis, the segments of its first few steps.
+    /// Compiling the segments of the first few steps of one axis.
     pub first_cycles: u64,
-    /// Ticks of motion for each cycle of compiling it for three axes, over the full queue of segments that has fewest:
-    /// below 1, the queues run dry.
+    /// Ticks of motion per cycle of compiling it for three axes, in the full queue of segments that contains the least
+    /// motion. Below 1 the queues run dry.
     pub queue_lead_ticks_per_cycle: f64,
-    /// The loop that replays segments, cycles a step.
+    /// Cycles per step of the loop that replays segments.
     pub fill_cycles_per_step: f64,
 }
 
-/// Of one of the [`PLAN_CASES`].
+/// The cost of one of the [`PLAN_CASES`].
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct PlanFigures {
     pub case: &'static str,
     pub cycles: u64,
-    /// Of the first segment of each axis, which computes what its ramp needs.
+    /// Cycles for the first segment of each axis, which computes the constants of its ramp.
     pub begin_cycles: u64,
 }
 
@@ -53,8 +53,8 @@ pub const HEAD: [&str; 9] = [
 ];
 
 impl LawFigures {
-    /// Milliseconds of each plan and of the slowest beginning, then cycles of a segment of a ramp, how fast compiling is,
-    /// and cycles of a step.
+    /// Milliseconds of each plan and of the slowest first segments, then cycles per segment of a ramp, the lead of
+    /// compiling over the motion, and cycles per step.
     pub fn cells(&self) -> [String; 9] {
         let words = |cycles| format!("{:.2} ms", milliseconds(cycles));
         let [a, b, c, d] = std::array::from_fn(|case| words(self.plan[case].cycles));
@@ -76,14 +76,14 @@ fn milliseconds(cycles: u64) -> f64 {
     cycles as f64 / f64::from(CLOCK_HZ) * 1e3
 }
 
-/// What is aimed at: every law planned in a millisecond at most.
+/// The targets: every law plans a move in a millisecond at most.
 pub fn targets(laws: &[LawFigures]) -> impl Iterator<Item = Target> {
     laws.iter().map(|one| {
         Target::at_most(format!("plan a move of {AXES} axes, {}", one.law), one.slowest_plan_ms(), PLAN_MAX_MS, "ms")
     })
 }
 
-/// Every law's, each result proven.
+/// The figures of every law. The checksum of each result is verified.
 pub fn all(lines: &Lines) -> Result<Vec<LawFigures>> {
     SpeedLaw::ALL.into_iter().map(|law| of(lines, law)).collect()
 }

@@ -1,5 +1,6 @@
-//! How far the level of a laser is from the step that it begins with, in lines of pixels of 0.1 mm; and how many of them a second
-//! the firmware carries, offered faster than it could.
+//! Measures the distance in time between a laser's level and the step with which the level should begin, in lines of
+//! pixels of 0.1 mm. Also measures how many pixels per second the firmware sustains when they are sent faster than
+//! that.
 
 use anyhow::Result;
 use serde::Serialize;
@@ -14,33 +15,34 @@ use super::progress::Case;
 use super::statistics::{ErrorFigures, Errors};
 use crate::variant::Port;
 
-/// Of X, steps/mm.
+/// Of the X axis.
 const STEPS_PER_MM: usize = 80;
 const PIXEL_STEPS: usize = STEPS_PER_MM / 10;
-/// Before and behind the pixels.
+/// Distance before and after the pixels.
 const RUN_UP_MM: usize = 5;
-/// The levels of the pixels, percent: none is beside its like.
+/// The levels of the pixels, percent. Adjacent levels differ.
 const LEVELS_PERCENT: [u32; 5] = [20, 80, 50, 100, 10];
-/// A line at this speed has a thousand moves a second.
+/// At this speed a line has a thousand moves per second.
 const STEADY_MM_S: f64 = 100.0;
-/// Faster than any is carried.
+/// Faster than the firmware can sustain.
 const HASTY_MM_S: f64 = 400.0;
-/// A core that makes fewer than this is not waited for.
+/// The run does not wait for a core that makes fewer pixels per second than this.
 const SLOWEST_PIXELS_S: f64 = 100.0;
 
-/// What became of some lines of pixels.
+/// The results for some lines of pixels.
 #[derive(Clone, Debug, Serialize)]
 pub struct LevelFigures {
-    /// In each line.
+    /// Number of pixels in each line.
     pub pixels: usize,
-    /// From the middle between the two steps between which a level is to begin, at 1,000 moves a second.
+    /// The time from the middle between the two steps where a level should begin to its real beginning, at 1,000 moves
+    /// per second.
     pub distances: Measured<ErrorFigures>,
-    /// The most carried with constant levels (M3), and with levels by speed (M4), moves/s.
+    /// The highest sustained rates, moves/s: with constant levels (M3), and with levels that follow the speed (M4).
     pub carried_constant: Measured<f64>,
     pub carried_by_speed: Measured<f64>,
 }
 
-/// Lines of `pixels` each.
+/// Measures lines of `pixels` each.
 pub fn measure(board: &Board, port: Port, effort: &Effort) -> Result<LevelFigures> {
     let pixels = effort.moves;
     let case = Case::named(board.chip, port, &format!("{} pixels of 0.1 mm at 1,000 a second", grouped(pixels as u64)));
@@ -80,7 +82,7 @@ fn program(mode: &str, feed_mm_s: f64, pixels: usize) -> String {
     text + &format!("X{RUN_UP_MM}S0\nM5\nM2\n")
 }
 
-/// A line of pixels as it was made.
+/// The edges and output changes of a line of pixels.
 struct Line {
     pixels: usize,
     edges: Vec<Edge>,
@@ -88,7 +90,7 @@ struct Line {
 }
 
 impl Line {
-    /// The middle between the last step before that pixel and the first of it, ns.
+    /// The middle between the last step before this pixel and the pixel's first step, ns.
     fn begin_ns(&self, pixel: usize) -> Option<f64> {
         let last = RUN_UP_MM * STEPS_PER_MM + pixel * PIXEL_STEPS - 1;
         let [before, after] = [last, last + 1].map(|index| self.edges.get(index));
@@ -111,7 +113,7 @@ impl Line {
         Ok(errors.figures())
     }
 
-    /// In the middle half.
+    /// The rate in the middle half of the line.
     fn rate_pixels_s(&self) -> Result<f64, String> {
         let [from, to] = [self.pixels / 4, self.pixels * 3 / 4].map(|pixel| self.begin_ns(pixel).map(|ns| (pixel, ns)));
         let (Some((from, from_ns)), Some((to, to_ns))) = (from, to) else {
@@ -125,7 +127,7 @@ impl Line {
 mod tests {
     use super::*;
 
-    /// Steps of 1,000 cycles; each level `late_ns` after the middle between the steps.
+    /// A line with steps every 1,000 cycles, and each level `late_ns` after the middle between its two steps.
     fn line(pixels: usize, late_ns: f64) -> Line {
         let steps = (2 * RUN_UP_MM * STEPS_PER_MM + pixels * PIXEL_STEPS) as u64;
         let edges = (0..steps).map(|step| Edge { cycle: 1_000 * step, axis: 0, direction: 1 }).collect();
@@ -151,7 +153,7 @@ mod tests {
 
     #[test]
     fn rates_are_of_the_middle_half() {
-        // 8 us a step.
+        // 8 us per step, 8 steps per pixel.
         assert!((line(400, 0.0).rate_pixels_s().unwrap() - 1e6 / 64.0).abs() < 1e-6);
     }
 

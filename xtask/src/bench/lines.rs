@@ -1,4 +1,5 @@
-//! What the benchmark firmware says: a line for each figure, with a checksum of the results, which are computed here again.
+//! Parses the output of the benchmark firmware: a line for each figure, with a checksum of the results. The results are
+//! computed here again to verify the checksum.
 
 use std::collections::BTreeMap;
 
@@ -7,10 +8,10 @@ use isostep_profile::SyncMove;
 use rp2040_bench::{Checksum, TICK_HZ};
 use serde::Serialize;
 
-/// Axes that step at once.
+/// Number of axes that step at once.
 pub(super) const AXES: f64 = 3.0;
 
-/// Cycles of a segment.
+/// Cycles per segment.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct CompileFigures {
     pub phase: &'static str,
@@ -19,7 +20,7 @@ pub struct CompileFigures {
     pub cycles_max: u64,
 }
 
-/// A line of the firmware.
+/// A line printed by the firmware.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Line {
     pub(super) cycles: u64,
@@ -28,7 +29,7 @@ pub(super) struct Line {
 }
 
 impl Line {
-    /// `cycles,count,checksum`.
+    /// Parses `cycles,count,checksum`.
     fn parse(text: &str) -> Option<Self> {
         let mut numbers = text.split(',');
         let line = Self {
@@ -52,7 +53,7 @@ impl Line {
 pub(super) struct Lines(BTreeMap<String, Line>);
 
 impl Lines {
-    /// From a transcript of the emulated board: `<time> < <line>`.
+    /// Parses a transcript of the emulated board, whose lines are `<time> < <line>`.
     pub(super) fn parse(transcript: &str) -> Result<Self> {
         let said = transcript.lines().filter_map(|line| line.split_once(" < ")).map(|(_, said)| said);
         let figures = said.take_while(|said| *said != "end").map(|said| {
@@ -68,19 +69,19 @@ impl Lines {
         self.0.get(name).with_context(|| format!("the firmware said nothing of {name}"))
     }
 
-    /// The line, if its results are those that were found here.
+    /// The line with this name, if its checksum matches that of the results computed here.
     pub(super) fn proven(&self, name: &str, checksum: Checksum) -> Result<&Line> {
         let line = self.of(name)?;
         ensure!(line.checksum == checksum.value(), "{name}: the chip's results are not this computer's");
         Ok(line)
     }
 
-    /// Of a full queue's segments; `name` begins the lines' names.
+    /// The lead over a full queue of segments, in ticks per cycle. `name` is the prefix of the lines' names.
     pub(super) fn queue_lead(&self, name: &str) -> Result<f64> {
         Ok(self.of(&format!("{name}.lead.queue"))?.results_per_cycle() / AXES)
     }
 
-    /// Cycles a step.
+    /// Cycles per step.
     pub(super) fn fill(&self, name: &str, ramp: &SyncMove<1>) -> Result<f64> {
         let mut checksum = Checksum::default();
         for interval in ramp.segments(0, TICK_HZ).flat_map(|segment| segment.intervals()) {
@@ -89,7 +90,7 @@ impl Lines {
         Ok(self.proven(name, checksum)?.cycles_per_result())
     }
 
-    /// By phase; `name` begins the lines' names.
+    /// The figures by phase. `name` is the prefix of the lines' names.
     pub(super) fn compile(&self, name: &str, ramp: &SyncMove<1>) -> Result<Vec<CompileFigures>> {
         let mut segments = ramp.segments(0, TICK_HZ);
         let phases = rp2040_bench::phases(ramp).into_iter().map(|(phase, steps)| {

@@ -1,6 +1,7 @@
-//! What steps cost the core: three axes at a steady rate, and in ramps.
+//! The load of the core with three axes at a steady rate, and in ramps.
 //!
-//! Two moves have the same ramps, and one of them a cruise as well: what it costs more is the cruise's.
+//! Two moves have the same ramps, and one of them also has a cruise. The difference of their cycles is the cost of the
+//! cruise.
 
 use anyhow::Result;
 use serde::Serialize;
@@ -16,15 +17,15 @@ use crate::variant::Port;
 /// The load at one rate.
 #[derive(Clone, Debug, Serialize)]
 pub struct LoadFigures {
-    /// Of each of the three axes.
+    /// The rate of each of the three axes.
     pub rate_steps_s: u32,
-    /// At the rate.
+    /// The load at the rate.
     pub cruising: Measured<Moving>,
-    /// Up to the rate and down again, half the way each.
+    /// The load on the ramps up to the rate and down again, each over half the distance.
     pub ramping: Measured<Moving>,
 }
 
-/// At each of the port's rates, if it is measured at all.
+/// Measures at each of the port's rates, or not at all if `effort` says so.
 pub fn measure(board: &Board, port: Port, effort: &Effort) -> Result<Vec<LoadFigures>> {
     let Some(cruise_s) = effort.load_s else { return Ok(Vec::new()) };
     port.load_rates_steps_s().iter().map(|&rate_steps_s| at(board, port, rate_steps_s, cruise_s)).collect()

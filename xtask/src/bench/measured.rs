@@ -1,16 +1,16 @@
-//! A figure, or why there is none.
+//! A figure, or the reason why there is none.
 
 use serde::Serialize;
 
-/// What a measurement gave. In JSON the figure itself, or an object with `why_not`.
+/// The result of a measurement. In JSON it is the figure itself, or an object with `why_not`.
 #[derive(Clone, Debug, Serialize)]
 #[serde(untagged)]
 pub enum Measured<T> {
     /// The figure.
     Figure(T),
-    /// The board did not carry the case.
+    /// The board could not complete the case.
     Missing {
-        /// What it said.
+        /// The board's message.
         why_not: String,
     },
 }
@@ -41,7 +41,7 @@ impl<T> Measured<T> {
         }
     }
 
-    /// The figure in words, or the reason.
+    /// The figure in words, or the reason why there is none.
     pub fn words(&self, words: impl FnOnce(&T) -> String) -> String {
         self.result().map_or_else(|why_not| format!("not carried: {why_not}"), words)
     }

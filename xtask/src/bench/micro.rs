@@ -1,10 +1,10 @@
-//! What the mathematics of a step costs on the chip, and what it is worth: planning, compiling, replaying, and the
-//! generators of the literature over the same ramp.
+//! Measures the cost of the mathematics of a step on the chip, and its accuracy: planning, compiling, replaying, and
+//! the generators of the literature over the same ramp.
 //!
 //! # Design
-//! The firmware `rp2040-bench` times the work and prints cycles and checksums. Here the same work is done again, every
-//! checksum held against the chip's, and every interval against the closed form: so that cycles and errors are figures
-//! of one and the same arithmetic.
+//! The firmware `rp2040-bench` times the work and prints cycles and checksums. The same work is done here again. Every
+//! checksum is compared with the chip's and every interval with the closed form, so cycles and errors are figures of
+//! the same arithmetic.
 
 use std::fs;
 use std::path::Path;
@@ -21,30 +21,31 @@ use super::laws::{self, LawFigures};
 use super::lines::{AXES, CompileFigures, Lines};
 use crate::{build, workspace};
 
-/// Machine time that the firmware may take, s; it takes a quarter of it.
+/// Machine time that the firmware may take, s. It needs a quarter of it.
 const PATIENCE_S: u32 = 60;
-/// Below this fraction of the top speed an interval is long, and its error short-lived.
+/// Below this fraction of the top speed, intervals are long, so there are few of them and their errors last only a
+/// short part of the move.
 const SLOW: f64 = 0.1;
 
-/// What everything costs, in emulated cycles of the core.
+/// The cost of everything, in emulated cycles of the core.
 #[derive(Clone, Debug, Serialize)]
 pub struct MicroFigures {
-    /// Of the ramp that is compiled and generated: rest to rest through the top speed.
+    /// The ramp that is compiled and generated: from rest to the top speed and back to rest.
     pub ramp: RampFigures,
-    /// Each speed law's, over ramps of its own.
+    /// The figures of each speed law, over ramps of its own.
     pub laws: Vec<LawFigures>,
-    /// Short moves that flow.
+    /// The figures of short moves that flow.
     pub flow: Vec<FlowFigures>,
-    /// Segments of one axis compiled, by the phase they begin in.
+    /// Compiling the segments of one axis, by the phase in which they begin.
     pub compile: Vec<CompileFigures>,
-    /// Ticks of motion for each cycle of compiling it for three axes, over the segment that has fewest: below 1, its
-    /// motion is over before the next one is there.
+    /// Ticks of motion per cycle of compiling it for three axes, in the segment that contains the least motion. Below 1
+    /// the motion of that segment ends before the next segment is ready.
     pub lead_ticks_per_cycle: f64,
-    /// The same over a full queue of segments, behind which a short one hides: below 1, the queues run dry.
+    /// The same over a full queue of segments, which can hide a single short one. Below 1 the queues run dry.
     pub queue_lead_ticks_per_cycle: f64,
-    /// The loop that replays segments, cycles a step.
+    /// Cycles per step of the loop that replays segments.
     pub fill_cycles_per_step: f64,
-    /// Isostep's, then those of the literature.
+    /// Isostep's generator, then those of the literature.
     pub generators: Vec<GeneratorFigures>,
 }
 
@@ -57,27 +58,27 @@ pub struct RampFigures {
     pub tick_hz: u32,
 }
 
-/// What a generator costs, and how true it is.
+/// The cost and the accuracy of a generator.
 #[derive(Clone, Debug, Serialize)]
 pub struct GeneratorFigures {
     pub name: &'static str,
-    /// A step; isostep's with its share of compiling.
+    /// Mean cycles per step. Isostep's include the compiling.
     pub cycles_mean: f64,
-    /// The slowest step; none where steps are computed ahead, many at a time.
+    /// Cycles of the slowest step; `None` where many steps are computed ahead at a time.
     pub cycles_max: Option<u64>,
-    /// Where the ramp begins, steps/s: not every method starts from rest.
+    /// The speed at which the ramp begins, steps/s. Not every method can start from rest.
     pub start_speed_steps_s: f64,
     pub truth: Truth,
 }
 
-/// Intervals against the closed form of the limits they were planned from.
+/// The errors of the intervals relative to the closed form of the limits that they were planned from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Truth {
-    /// The worst error of an interval's speed, percent of what it should be.
+    /// The largest error of an interval's speed, percent of the exact speed.
     pub speed_error_max_percent: f64,
-    /// The same above a tenth of the top speed.
+    /// The same error, only above a tenth of the top speed.
     pub speed_error_max_above_tenth_percent: f64,
-    /// How much later than it should the last step leaves, counted from the first, s.
+    /// How much too late the last step is, counted from the first step, s.
     pub drift_s: f64,
 }
 
@@ -86,7 +87,7 @@ pub fn build() -> Result<()> {
     build::build_firmware(workspace::BENCH_FIRMWARE, &[]).map(|_| ())
 }
 
-/// Runs the firmware on an emulated board with `chip` and proves its results; `folder` takes the run's files.
+/// Runs the firmware on an emulated board with `chip` and verifies its results. The run's files go to `folder`.
 pub fn measure(chip: Chip, folder: &Path) -> Result<MicroFigures> {
     let lines = Lines::parse(&run(chip, folder)?)?;
     Ok(MicroFigures {
@@ -106,7 +107,7 @@ pub fn measure(chip: Chip, folder: &Path) -> Result<MicroFigures> {
     })
 }
 
-/// What the firmware says, on the emulated board.
+/// The output of the firmware on the emulated board.
 fn run(chip: Chip, folder: &Path) -> Result<String> {
     let (script, transcript) = (folder.join("micro.script"), folder.join("micro.transcript"));
     fs::write(&script, "expect end\n").with_context(|| format!("cannot write {}", script.display()))?;
@@ -121,7 +122,7 @@ fn run(chip: Chip, folder: &Path) -> Result<String> {
     fs::read_to_string(&transcript).with_context(|| format!("cannot read {}", transcript.display()))
 }
 
-/// Isostep, and the generators of the literature.
+/// Isostep's generator and those of the literature.
 fn generators(lines: &Lines) -> Result<Vec<GeneratorFigures>> {
     let mut found = Found { lines, figures: vec![isostep(lines)] };
     rp2040_bench::generators(&mut found)?;
@@ -146,7 +147,7 @@ fn isostep(lines: &Lines) -> Result<GeneratorFigures> {
     })
 }
 
-/// The literature's, as they come.
+/// Collects the figures of the literature's generators.
 struct Found<'a> {
     lines: &'a Lines,
     figures: Vec<Result<GeneratorFigures>>,
@@ -179,7 +180,7 @@ fn closed_form(limits: &Limits) -> Result<Profile> {
     Ok(Profile::plan(f64::from(STEPS), start, start, limits, IntervalLaw::Fastest, SpeedLaw::Trapezoid)?)
 }
 
-/// Holds `intervals`, ticks, against `profile`.
+/// Compares `intervals`, in ticks, with `profile`.
 fn truth(intervals: impl Iterator<Item = u32>, profile: &Profile, stands_for: StandsFor) -> Truth {
     let first_steps = match stands_for {
         StandsFor::SpeedAtStep => 0.0,
@@ -210,7 +211,8 @@ fn truth(intervals: impl Iterator<Item = u32>, profile: &Profile, stands_for: St
 mod tests {
     use super::*;
 
-    /// 120,000 steps from rest, top 1e6 steps/s, 1e7 steps/s2: a tick late in each interval of 125 is 0.8 %.
+    /// 120,000 steps from rest, top speed 1e6 steps/s, 1e7 steps/s2: a delay of one tick in each interval of 125 is 0.8
+    /// %.
     #[test]
     fn a_late_cruise_shows_as_speed_error_and_drift() {
         let profile = closed_form(&LIMITS).unwrap();

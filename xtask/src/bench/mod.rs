@@ -1,4 +1,4 @@
-//! `cargo xtask bench`: what the firmware's step ports carry, on the emulated board.
+//! `cargo xtask bench`: measures the firmware's step ports on the emulated board.
 //!
 //! # Design
 //! ```text
@@ -10,8 +10,9 @@
 //!                                               |
 //!                                  figures: table, JSON, report
 //! ```
-//! The whole of it is done on three chips (`chip`): the RP2040 as it is, one with ideal flash, and one with dear misses.
-//! Nothing is asserted: a target that is not met is a figure like any other. Only a run that cannot be made is an error.
+//! All of this is done on three chips (`chip`): the RP2040 as it is, one with ideal flash, and one with dear misses.
+//! Nothing is asserted: a missed target is only marked in the figures. An error is returned only if a run cannot be
+//! made.
 
 mod accuracy;
 mod beside;
@@ -129,7 +130,7 @@ pub fn run(args: Args) -> Result<()> {
         fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
         measure_on(chip, &candidates, &folder, &args)
     };
-    // Two at once: none depends on how long it takes.
+    // Two threads may run at once, because no figure depends on how long it takes to measure.
     let (chip, others) = thread::scope(|scope| {
         let others = scope.spawn(|| [Chip::IdealFlash, Chip::DearMiss].map(on));
         (on(Chip::AsItIs), others.join())

@@ -1,5 +1,5 @@
-//! How many short moves a second the firmware carries, from the bytes of their lines to their edges: a sender that counts
-//! characters offers them faster than the core could take them.
+//! Measures how many short moves per second the firmware sustains, from the bytes of their lines to their edges. The
+//! sender counts characters and offers moves faster than the core can handle them.
 
 use anyhow::Result;
 use rp2040_bench::{FLOW_CASES, MOVE_MM, Path, START_MM, STEPS_PER_MM};
@@ -15,30 +15,30 @@ use super::progress::Case;
 use super::trial::AXES;
 use crate::variant::Port;
 
-/// So much and so wide that neither limits the moves.
+/// The acceleration and the corner deviation are so large that neither limits the moves.
 const ACCEL_MM_S2: f64 = 10_000.0;
 const CORNER_DEVIATION_MM: f64 = 1.0;
-/// A core that makes fewer than this is not waited for.
+/// The run does not wait for a core that makes fewer moves per second than this.
 const SLOWEST_MOVES_S: f64 = 100.0;
 
 /// A stream of moves of three axes.
 #[derive(Clone, Debug, Serialize)]
 pub struct MoveFigures {
-    /// How long each is, mm.
+    /// Length of each move, mm.
     pub move_mm: f64,
-    /// How fast they are to be, mm/min.
+    /// Requested speed of the moves, mm/min.
     pub feed_mm_min: f64,
-    /// How many.
+    /// Number of moves.
     pub moves: usize,
     pub carried: Measured<Carried>,
 }
 
-/// How the stream went.
+/// The result of a stream.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Carried {
-    /// In the middle half of the stream.
+    /// The rate in the middle half of the stream.
     pub rate_moves_s: f64,
-    /// Share of the time that the core was awake.
+    /// Fraction of the time during which the core was awake.
     pub load: f64,
 }
 
@@ -48,10 +48,10 @@ impl Carried {
     }
 }
 
-/// The lines of a stream.
+/// The lines of a stream, and the steps that they make.
 struct Program {
     text: String,
-    /// Steps of all axes when each of its moves has been made.
+    /// For each move, the number of steps of all axes up to its end.
     steps: Vec<usize>,
 }
 
@@ -75,11 +75,11 @@ impl Program {
         Self { text, steps }
     }
 
-    /// Of the middle half; `None` if `edges` are not those of its steps.
+    /// The rate in the middle half, moves/s; `None` if `edges` does not have as many edges as the program has steps.
     fn rate_moves_s(&self, edges: &[Edge]) -> Option<f64> {
         let middle = [self.steps.len() / 4, self.steps.len() * 3 / 4];
         let is_all = self.steps.last() == Some(&edges.len());
-        // The first edge after the move.
+        // The first edge after this move.
         let cycles = middle.map(|index| edges.get(*self.steps.get(index)?).map(|edge| edge.cycle));
         let [from, to] = if is_all { [cycles[0]?, cycles[1]?] } else { return None };
         Some((middle[1] - middle[0]) as f64 / ((to - from) as f64 * NS_PER_CYCLE * 1e-9))
@@ -94,7 +94,7 @@ impl Program {
     }
 }
 
-/// Streams them once.
+/// Streams the moves once.
 pub fn measure(board: &Board, port: Port, effort: &Effort) -> Result<MoveFigures> {
     let (moves, feed_mm_min) = (effort.moves, port.moves_feed_mm_min());
     let what = format!("{} moves of {MOVE_MM} mm at F{feed_mm_min}", grouped(moves as u64));
@@ -106,7 +106,7 @@ pub fn measure(board: &Board, port: Port, effort: &Effort) -> Result<MoveFigures
     Ok(MoveFigures { move_mm: MOVE_MM, feed_mm_min, moves, carried })
 }
 
-/// `0.2 mm, 3 axes, F12000`.
+/// A name such as `0.2 mm, 3 axes, F12000`.
 pub fn name(figures: &MoveFigures) -> String {
     format!("{} mm, {AXES} axes, F{}", figures.move_mm, figures.feed_mm_min)
 }
@@ -115,7 +115,7 @@ pub fn name(figures: &MoveFigures) -> String {
 mod tests {
     use super::*;
 
-    /// An edge of a program's every ten cycles.
+    /// An edge every ten cycles.
     fn edges(count: usize) -> Vec<Edge> {
         (0..count as u64).map(|edge| Edge { cycle: edge * 10, axis: 0, direction: 1 }).collect()
     }
@@ -136,7 +136,7 @@ mod tests {
         let lines: Vec<&str> = program.text.lines().collect();
         assert_eq!(lines[..4], ["$100=80", "$101=80", "$102=80", "$110=60000"]);
         assert_eq!(lines[9..13], ["$11=1", "G92X500Y500Z500", "G90G1F60000", "G1X500.180Y500.004Z500.080"]);
-        // 0.2 mm are 14.4, 0.3 and 6.4 steps.
+        // A move of 0.2 mm has 14.4, 0.3 and 6.4 steps.
         assert_eq!(program.steps[0], 14 + 6);
     }
 }

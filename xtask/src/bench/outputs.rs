@@ -1,4 +1,5 @@
-//! How soon a stop puts the tool's outputs off: with a laser that shines and flood coolant, from the cause to the last of them.
+//! Measures how soon a stop switches the tool's outputs off. A laser and flood coolant are on; the time counts from the
+//! cause until the last output is off.
 
 use std::fmt::Write;
 
@@ -12,14 +13,15 @@ use super::measured::Measured;
 use super::progress::Case;
 use crate::variant::Port;
 
-/// When in a move it is stopped, us after the laser began to shine.
+/// The latest instant of a stop, us after the laser was switched on.
 const WINDOW_US: u32 = 60_000;
-/// The stops come at the same instants in every run.
+/// A fixed seed, so that the stops come at the same instants in every run.
 const SEED: u64 = 1;
-/// A crash takes the chip a second: so many of the stops are one.
+/// A crash takes the chip a second, so only one stop in this many is a crash.
 const CRASH_EVERY: u32 = 20;
 
-/// What stops the machine as the emulator names it, what it is, and what it takes to go on.
+/// The causes of stops: the emulator's name, the name in the report, and the script that makes the stop and prepares
+/// the next move.
 const CAUSES: [(&str, &str, &str); 4] = [
     (
         "X_LIMIT",
@@ -32,16 +34,16 @@ const CAUSES: [(&str, &str, &str); 4] = [
 ];
 const CRASH: u32 = 3;
 
-/// The longest that the outputs stayed on.
+/// The longest times for which the outputs stayed on.
 #[derive(Clone, Debug, Serialize)]
 pub struct OffFigures {
-    /// Of all causes.
+    /// Number of stops by all causes.
     pub stops: u32,
-    /// By cause, us.
+    /// The longest time for each cause, us.
     pub most_us: Vec<Off>,
 }
 
-/// The longest of one cause.
+/// The longest time for one cause.
 #[derive(Clone, Debug, Serialize)]
 pub struct Off {
     pub cause: &'static str,
@@ -55,7 +57,7 @@ impl OffFigures {
     }
 }
 
-/// At random instants of moves with the laser on.
+/// Measures stops at random instants of moves with the laser on.
 pub fn measure(board: &Board, port: Port, effort: &Effort) -> Result<Measured<OffFigures>> {
     let case = Case::named(board.chip, port, &format!("{} stops with a laser on", effort.stops));
     let off = board
@@ -71,7 +73,7 @@ fn script(stops: u32) -> String {
     for line in ["$32=1", "$30=1000", "$100=80", "$110=20000", "$120=5000"] {
         writeln!(script, "send {line}\nexpect ok").expect("a String takes any text");
     }
-    // Far from the switch, as every stop leaves it somewhere else.
+    // The moves take place far from the switch, because each stop leaves the machine in a different position.
     script += "send G91G0X300\nexpect ok\nwait-idle\n";
     for number in 0..stops {
         let cause = if number % CRASH_EVERY == 0 { CRASH } else { random.rand_range(0..CRASH) };

@@ -1,4 +1,4 @@
-//! A line for each case: what runs, what came of it, and how long the user waited.
+//! Prints a line for each case: what runs, its result, and how long the user waited.
 
 use isostep::screen::grouped;
 
@@ -6,7 +6,7 @@ use super::chip::Chip;
 use crate::variant::Port;
 use isostep::stopwatch::Stopwatch;
 
-/// A case under way. Its line is told at its end and in one piece, as cases of several chips are under way at once.
+/// A case that is running. Its line is printed in one piece at its end, because cases of several chips run at once.
 pub struct Case {
     line: String,
     stopwatch: Stopwatch,
@@ -17,7 +17,7 @@ impl Case {
         Self::named(chip, port, &format!("{axes} x {:>9} steps/s, {what}", grouped(rate_steps_s.into())))
     }
 
-    /// One that has no rate.
+    /// A case without a rate.
     pub fn named(chip: Chip, port: Port, what: &str) -> Self {
         let line = format!("    {}: {:<9} {what}", chip.name(), port.name());
         Self { line, stopwatch: Stopwatch::start() }

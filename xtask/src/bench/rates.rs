@@ -1,4 +1,4 @@
-//! The highest rate that a port sustains: moves there and back, from rest through both ramps.
+//! Measures the highest rate that a port sustains, in moves there and back, from rest through both ramps.
 
 use anyhow::Result;
 use serde::Serialize;
@@ -12,25 +12,25 @@ use super::statistics::ErrorFigures;
 use super::trial::{Machine, Trial};
 use crate::variant::Port;
 
-/// From rest to the rate, s; longer where that took more than the highest acceleration.
+/// Time from rest to the rate, s. The ramp is longer where this time would need more than the highest acceleration.
 pub const RAMP_S: f64 = 0.2;
 
-/// What some axes at once sustain.
+/// The result for a number of axes.
 #[derive(Clone, Debug, Serialize)]
 pub struct RateFigures {
     /// Axes that move at once, at the same rate.
     pub axes: usize,
-    /// The highest rate of each that was sustained; null if not even the lowest.
+    /// The highest rate of each axis that was sustained; null if even the lowest rate failed.
     pub highest_steps_s: Option<u32>,
-    /// At that rate, through the whole of the moves.
+    /// The errors over the whole moves at that rate.
     pub errors: Option<ErrorFigures>,
-    /// The next rate up.
+    /// The next higher rate.
     pub next_steps_s: Option<u32>,
-    /// Why that was not sustained.
+    /// Why the next higher rate was not sustained.
     pub why_not: Option<String>,
 }
 
-/// Searches for each number of axes.
+/// Searches the highest rate for each number of axes.
 pub fn measure(board: &Board, port: Port, effort: &Effort) -> Result<Vec<RateFigures>> {
     let each = effort.axes.iter().map(|&axes| {
         let found = search::highest(&effort.rates, |rate| sustained(board, port, axes, rate, effort.cruise_s))?;
@@ -39,7 +39,7 @@ pub fn measure(board: &Board, port: Port, effort: &Effort) -> Result<Vec<RateFig
     each.collect()
 }
 
-/// What so many axes at once sustain, steps/s of each.
+/// The highest rate sustained by this number of axes at once, steps/s of each.
 pub fn highest_steps_s(figures: &[RateFigures], axes: usize) -> Option<u32> {
     figures.iter().find(|figures| figures.axes == axes)?.highest_steps_s
 }
@@ -50,8 +50,8 @@ fn figures(axes: usize, found: Found<ErrorFigures, String>) -> RateFigures {
     RateFigures { axes, highest_steps_s, errors, next_steps_s, why_not }
 }
 
-/// Sustained is a rate at which every line is taken, no alarm comes, the driver's timing holds, and every edge is
-/// nearer to its own instant than to its neighbours'.
+/// Tries a rate. It is sustained if every line is accepted, no alarm occurs, the driver's timing is kept, and every
+/// edge is nearer to its own instant than to those of its neighbours.
 fn sustained(
     board: &Board,
     port: Port,

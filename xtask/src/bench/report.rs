@@ -1,4 +1,4 @@
-//! The figures as a page of pictures and tables.
+//! Writes the figures as a page of pictures and tables.
 
 use isostep_sim::report::bench::{self, Picture, Section, Series, Table};
 
@@ -19,7 +19,7 @@ use isostep::screen::grouped;
 
 const TITLE: &str = "Step ports on the emulated board";
 
-/// The page, and each picture as a file of its own, by name.
+/// The page and each picture as separate files, by name.
 pub fn files(figures: &Figures) -> Vec<(String, String)> {
     let ports = [
         targets(figures),
@@ -341,7 +341,7 @@ fn names<T>(series: &[Series<T>]) -> Vec<String> {
     series.iter().map(|one| one.name.clone()).collect()
 }
 
-/// Each port's rows, and the ideal chip's beneath those that differ; the first `key` cells say what a row is of.
+/// The rows of each port, each followed by the ideal chip's row if that differs. The first `key` cells identify a row.
 fn both(figures: &Figures, of: impl Fn(&PortFigures) -> Vec<Vec<String>>, key: usize) -> Vec<Vec<String>> {
     let [chip, ideal] = [&figures.chip, &figures.ideal_flash].map(|chip| chip.ports.iter().flat_map(&of).collect());
     beside(chip, ideal, key)

@@ -1,6 +1,6 @@
-//! The highest rate that still works, by bisection.
+//! Finds the highest rate that works, by bisection.
 
-/// Above what any step port here may be asked for.
+/// Higher than any rate that a step port here may be tried at.
 const RATE_MAX_STEPS_S: u32 = 5_000_000;
 
 /// Rates of two significant digits from 1,000 to 5,000,000 steps/s.
@@ -19,16 +19,17 @@ fn ladder(tenths: &[u32]) -> Vec<u32> {
     rates.filter(|&rate| rate <= RATE_MAX_STEPS_S).collect()
 }
 
-/// What was found.
+/// The result of a search.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Found<Y, N> {
-    /// The highest rate that works, and what its trial gave.
+    /// The highest rate that works, and the result of its trial.
     pub highest: Option<(u32, Y)>,
-    /// The next rate up, and why it does not; `None` if all work.
+    /// The next higher rate, and why it fails; `None` if all rates work.
     pub next: Option<(u32, N)>,
 }
 
-/// Bisects `rates`, which rise, with `works`: a rate above one that fails is taken to fail too.
+/// Searches `rates`, which must ascend, by bisection with `works`. All rates above one that fails are assumed to fail
+/// too.
 pub fn highest<Y, N, E>(
     rates: &[u32],
     mut works: impl FnMut(u32) -> Result<Result<Y, N>, E>,

@@ -1,7 +1,8 @@
-//! How soon a move begins: from the arrival of its line to its first edge, less what the plan itself takes to its first step.
+//! Measures how soon a move begins: the time from the arrival of its line to its first edge, minus the time that the
+//! plan takes to its first step.
 //!
-//! What remains is what the machine adds: reading the line, planning, compiling the first segments, arming the ports, and the
-//! lead to the start instant that they choose.
+//! The rest is the delay added by the machine: reading the line, planning, compiling the first segments, arming the
+//! ports, and the lead to the start instant that they choose.
 
 use anyhow::Result;
 use oorandom::Rand32;
@@ -16,45 +17,45 @@ use super::progress::Case;
 use super::trial::{AXES, Machine, Trial, UNIT_STEPS};
 use crate::variant::Port;
 
-/// At rest before a line is sent, us.
+/// How long the machine rests before a line is sent, us.
 const REST_US: std::ops::Range<f64> = 1_000.0..100_000.0;
-/// An axis's way in a move, [`UNIT_STEPS`].
+/// The distance of an axis in a move, in [`UNIT_STEPS`].
 const WAY_UNITS: std::ops::Range<u32> = 1..40;
-/// Every run has the same moves and rests.
+/// A fixed seed, so that every run has the same moves and rests.
 const SEED: u64 = 1;
 
-/// What flash's cache holds when the line arrives.
+/// The content of flash's cache when the line arrives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Cache {
-    /// Nothing.
+    /// The cache is empty.
     Cold,
-    /// What the move before has left there, and the status reports since.
+    /// The cache holds what the previous move and the status reports since then have left there.
     Warm,
 }
 
-/// The starts with the cache in one state.
+/// The results for one state of the cache.
 #[derive(Clone, Debug, Serialize)]
 pub struct StartMeasurement {
-    /// When the line arrived.
+    /// The state of the cache when the line arrived.
     pub cache: Cache,
-    /// What the machine adds to the plan.
+    /// The delay that the machine adds to the plan.
     pub delay: Measured<Delay>,
 }
 
-/// How long some starts took.
+/// The delays of some starts.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Delay {
-    /// How many.
+    /// Number of starts.
     pub starts: usize,
-    /// Half of them took no longer, us.
+    /// The median, us.
     pub median_us: f64,
     /// The longest, us.
     pub max_us: f64,
 }
 
 impl Cache {
-    /// In the order in which the script makes them.
+    /// The states in the order in which the script makes them.
     const TURNS: [Self; 2] = [Self::Cold, Self::Warm];
 
     pub fn name(self) -> &'static str {
@@ -65,7 +66,8 @@ impl Cache {
     }
 }
 
-/// Moves of three axes from rest on a steep machine: each pair a move with the cache cold and its way back right after.
+/// Measures moves of three axes from rest on a machine with steep ramps. In each pair, the first move has a cold cache,
+/// and the second is the move back right after it.
 pub fn measure(board: &Board, port: Port, effort: &Effort) -> Result<Vec<StartMeasurement>> {
     if effort.starts == 0 {
         return Ok(Vec::new());
@@ -88,7 +90,7 @@ pub fn measure(board: &Board, port: Port, effort: &Effort) -> Result<Vec<StartMe
     Ok(measured)
 }
 
-/// What the sender does, and what the firmware has to make of it.
+/// The script for the sender, and the moves that the firmware should make of it.
 fn moves(port: Port, starts: u32) -> (String, Trial) {
     let (rate_steps_s, accel_steps_s2) = port.start_steps_s_and_s2();
     let machine = Machine::new(rate_steps_s, f64::from(rate_steps_s) / accel_steps_s2);
@@ -107,7 +109,7 @@ fn moves(port: Port, starts: u32) -> (String, Trial) {
     (script, Trial::of(machine, moves))
 }
 
-/// Of each move in turn; or why its edges are not those of its plan.
+/// The delay of each move in order; an error if the edges do not match the plans.
 fn delays_us(trial: &Trial, summary: &Summary, edges: &[Edge]) -> Result<Result<Vec<f64>, String>> {
     let plans = trial.plans()?;
     if let Err(astray) = follow(edges.iter().copied().map(Ok), &plans) {

@@ -1,26 +1,27 @@
-//! Errors of many edges in little memory: a histogram of 1 ns, the extremes, and a fitted drift.
+//! Statistics of the errors of many edges in little memory: a histogram with bins of 1 ns, the extremes, and a fitted
+//! drift.
 
 use serde::Serialize;
 
-/// Beyond it a bin holds all, ns: no port may be so late and go on.
+/// Range of the histogram, ns; the outer bins hold all errors beyond it. No port may be so late and continue.
 const REACH_NS: i64 = 300_000;
-/// Edges that make up the begin and the end of a move.
+/// Number of edges at the beginning and at the end of a move that are averaged.
 const END_EDGES: u64 = 1_000;
 
-/// How far edges were from where they belong, ns; late is positive.
+/// The deviations of edges from their instants, ns. Late is positive.
 #[derive(Clone, Debug)]
 pub struct Errors {
-    /// Of -REACH_NS to REACH_NS.
+    /// Bins from -REACH_NS to REACH_NS.
     bins: Vec<u64>,
     count: u64,
     earliest_ns: f64,
     latest_ns: f64,
 }
 
-/// A line fitted through errors over time by least squares, and the ends of the move apart.
+/// A line fitted to errors over time by least squares, and the mean errors at both ends of the move.
 #[derive(Clone, Debug)]
 pub struct Drift {
-    /// Edges there will be.
+    /// Number of edges in the move.
     total: u64,
     count: u64,
     mean_s: f64,
@@ -31,31 +32,31 @@ pub struct Drift {
     last_ns: f64,
 }
 
-/// What is said of the errors.
+/// The summary of the errors.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ErrorFigures {
-    /// How many edges.
+    /// Number of edges.
     pub edges: u64,
-    /// Half of them were no further off, ns.
+    /// Median of the absolute error, ns.
     pub median_ns: f64,
-    /// 99 of 100 were no further off, ns.
+    /// 99th percentile of the absolute error, ns.
     pub p99_ns: f64,
-    /// None was further off, ns.
+    /// Largest absolute error, ns.
     pub max_ns: f64,
-    /// The earliest, ns; negative.
+    /// The earliest edge, ns; negative.
     pub earliest_ns: f64,
-    /// The latest, ns.
+    /// The latest edge, ns.
     pub latest_ns: f64,
 }
 
-/// What is said of the drift.
+/// The summary of the drift.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct DriftFigures {
-    /// Slope of the fitted line, ns of error a second.
+    /// Slope of the fitted line, ns of error per second.
     pub slope_ns_s: f64,
-    /// Mean error of the last edges less that of the first, ns.
+    /// Mean error of the last edges minus that of the first edges, ns.
     pub last_less_first_ns: f64,
-    /// How many edges are the last, and the first.
+    /// Number of edges that count as the last, and as the first.
     pub end_edges: u64,
 }
 
@@ -85,12 +86,12 @@ impl Errors {
         }
     }
 
-    /// The furthest off, either way.
+    /// The largest absolute error.
     pub fn max_ns(&self) -> f64 {
         self.latest_ns.max(-self.earliest_ns)
     }
 
-    /// The least whole ns that a `share` of the edges keeps within.
+    /// The smallest whole number of ns within which the fraction `share` of the edges lies.
     fn share_within_ns(&self, share: f64) -> f64 {
         let wanted = (self.count as f64 * share).ceil() as u64;
         let mut seen = 0;
@@ -102,7 +103,8 @@ impl Errors {
         within.unwrap_or(REACH_NS) as f64
     }
 
-    /// Errors in `bins` equal parts from the earliest to the latest: the middle of each, ns, and its share of the edges.
+    /// A histogram in `bins` equal parts from the earliest to the latest: the middle of each bin, ns, and the fraction
+    /// of the edges in it.
     pub fn histogram(&self, bins: usize) -> Vec<(f64, f64)> {
         let (low, high) = (self.earliest_ns.round() as i64, self.latest_ns.round() as i64);
         let (low, high) = (low.max(-REACH_NS), high.min(REACH_NS));
@@ -115,12 +117,12 @@ impl Errors {
 }
 
 impl Drift {
-    /// Of a move of `total` edges.
+    /// For a move with `total` edges.
     pub fn new(total: u64) -> Self {
         Self { total, count: 0, mean_s: 0.0, mean_ns: 0.0, spread_s2: 0.0, both_s_ns: 0.0, first_ns: 0.0, last_ns: 0.0 }
     }
 
-    /// The next edge, due at `t_s` of the move. The sums are Welford's, which lose nothing to cancellation.
+    /// Adds the next edge, due at `t_s` of the move. The sums follow Welford's method, which avoids cancellation.
     pub fn add(&mut self, t_s: f64, error_ns: f64) {
         let ends = self.end_edges();
         if self.count < ends {

@@ -1,4 +1,5 @@
-//! How soon a move ends: from a limit switch, the emergency stop or a second reset byte to the last edge of any axis.
+//! Measures how soon a move stops: the time from a limit switch, the emergency stop or a second reset byte to the last
+//! edge of any axis.
 
 use std::fmt::Write;
 
@@ -14,16 +15,17 @@ use super::rates::RAMP_S;
 use super::trial::{AXES, Machine};
 use crate::variant::Port;
 
-/// When in a move it is stopped, us after its line was taken: in the second half of the ramp, and in the cruise after.
+/// When a move is stopped, us after its line was accepted: in the second half of the ramp, or in the cruise after it.
 const WINDOW_US: std::ops::Range<f64> = 100_000.0..300_000.0;
-/// The first stop comes at the same instants in every run.
+/// A fixed seed, so that the stops come at the same instants in every run.
 const SEED: u64 = 1;
-/// Stops of one run, all one way: within the 10 m that a target may be from zero.
+/// Stops per run. All its moves go in the same direction, so their number must keep within the 10 m that a target may
+/// be from zero.
 const RUN_STOPS: u32 = 40;
-/// From one stop to what is done after it, ms: the debounce is 5.
+/// Time from a stop to the next command, ms. The debounce takes 5.
 const SETTLE_MS: u32 = 20;
 
-/// What stops a move.
+/// An input that stops a move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Input {
@@ -31,31 +33,32 @@ pub enum Input {
     LimitSwitch,
     /// The emergency stop.
     EmergencyStop,
-    /// The byte 0x18 from the console, while the machine brakes for another.
+    /// The byte 0x18 from the console, while the machine brakes because of a first one.
     SecondReset,
 }
 
-/// The stops by one input.
+/// The results for one input.
 #[derive(Clone, Debug, Serialize)]
 pub struct StopMeasurement {
-    /// What was pressed or sent.
+    /// The input that was pressed or sent.
     pub input: Input,
-    /// Of each of the three axes.
+    /// The rate of each of the three axes.
     pub rate_steps_s: u32,
-    /// From it to the last edge.
+    /// Time from the input to the last edge.
     pub latency: Measured<Latency>,
 }
 
-/// How long some stops took.
+/// The latencies of some stops.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Latency {
-    /// How many.
+    /// Number of stops.
     pub stops: usize,
     /// The longest, us.
     pub max_us: f64,
     /// The mean, us.
     pub mean_us: f64,
-    /// After all of them, the position reported less that of the edges counted, steps; null if none was reported.
+    /// After all stops, the reported position minus the position counted from the edges, steps; null if no position was
+    /// reported.
     pub position_error_steps: Option<[i64; AXES]>,
 }
 
@@ -70,7 +73,7 @@ impl Input {
         }
     }
 
-    /// Stops the machine, and makes it ready again.
+    /// Script commands that stop the machine and make it ready again.
     fn commands(self) -> &'static [&'static str] {
         match self {
             Self::LimitSwitch => &["switch X stuck-closed", "expect ALARM:1", "switch X normal"],
@@ -80,7 +83,7 @@ impl Input {
     }
 }
 
-/// By every input, in moves at `rate_steps_s` of each axis.
+/// Measures stops by every input in moves at `rate_steps_s` of each axis.
 pub fn measure(board: &Board, port: Port, rate_steps_s: u32, effort: &Effort) -> Result<Vec<StopMeasurement>> {
     Input::ALL.into_iter().map(|input| by(board, port, rate_steps_s, input, effort)).collect()
 }
@@ -93,7 +96,7 @@ fn by(board: &Board, port: Port, rate_steps_s: u32, input: Input, effort: &Effor
     Ok(StopMeasurement { input, rate_steps_s, latency })
 }
 
-/// So many stops, in as many runs as that takes, at other instants each.
+/// Makes this number of stops in as many runs as necessary, at different instants in each run.
 fn all(board: &Board, rate_steps_s: u32, input: Input, stops: u32) -> Result<Measured<Latency>> {
     let mut random = Rand32::new(SEED);
     let mut all = Latency::NONE;
@@ -125,7 +128,7 @@ fn latency(summary: &Summary) -> Latency {
 impl Latency {
     const NONE: Self = Self { stops: 0, max_us: 0.0, mean_us: 0.0, position_error_steps: Some([0; AXES]) };
 
-    /// Of the stops of both; the first position that is not exact stands.
+    /// The latencies of the stops of both runs. The first position that is not exact is kept.
     fn and(&self, other: &Self) -> Self {
         let stops = self.stops + other.stops;
         let sum_us = self.mean_us * self.stops as f64 + other.mean_us * other.stops as f64;
@@ -151,7 +154,7 @@ impl Latency {
     }
 }
 
-/// Long moves one way, each stopped on its way.
+/// Long moves in one direction. Each is stopped before its end.
 fn script(rate_steps_s: u32, input: Input, stops: u32, random: &mut Rand32) -> String {
     let machine = Machine::new(rate_steps_s, RAMP_S);
     let far = machine.rapid([machine.steps_of(1.0); AXES]);

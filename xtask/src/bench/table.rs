@@ -1,4 +1,4 @@
-//! The figures on the screen.
+//! Prints the figures on the screen.
 
 use std::fmt::Write;
 
@@ -16,14 +16,14 @@ use super::target::Target;
 use super::{flow, laws, levels};
 use isostep::screen::grouped;
 
-/// How to read the figures of the ideal chip.
+/// Explains the figures of the ideal chip.
 pub const BESIDE: &str =
     "Beneath a figure, where it is another: that of a chip whose flash reads like RAM (ideal flash).";
 
-/// What is said of one thing: its name, and the words.
+/// Rows with a name and words.
 type Rows = Vec<Vec<String>>;
 
-/// Everything, conditions first.
+/// The whole table, with the conditions first.
 pub fn table(figures: &Figures) -> String {
     let Figures { conditions, chip, ideal_flash: ideal, .. } = figures;
     let mut text = format!("\n{} Command: {}\n", self::conditions(conditions), conditions.command);
@@ -58,7 +58,7 @@ const MOVES: &str = "short moves carried, of a sender that counts characters";
 
 const LEVELS: &str = "levels of a laser, in lines of pixels of 0.1 mm";
 
-/// A heading and its rows, the ideal chip's beneath those that differ.
+/// A heading and its rows, with the ideal chip's rows below those that differ.
 fn section(heading: &str, rows: Rows, ideal: Rows) -> String {
     let mut text = format!("  {heading}\n");
     for row in beside(rows, ideal, 1) {
@@ -67,7 +67,7 @@ fn section(heading: &str, rows: Rows, ideal: Rows) -> String {
     text
 }
 
-/// What every figure depends on, in a sentence.
+/// The conditions of all figures in a sentence.
 pub fn conditions(conditions: &Conditions) -> String {
     format!(
         "All figures: {}, {} MHz, flash {} ({} cycles for a word that it does not hold), {}; driver {}, status polled \
@@ -183,7 +183,7 @@ fn mathematics(figures: &MicroFigures, ideal: Option<&MicroFigures>) -> String {
     text
 }
 
-/// A law a line.
+/// One line per law.
 fn laws(figures: &MicroFigures, ideal: Option<&MicroFigures>) -> String {
     let rows = |figures: &MicroFigures| figures.laws.iter().map(|one| row(one.law, cells(17, &one.cells()))).collect();
     let mut text =
@@ -195,7 +195,7 @@ fn laws(figures: &MicroFigures, ideal: Option<&MicroFigures>) -> String {
     text
 }
 
-/// A case a line.
+/// One line per case.
 fn flow(figures: &MicroFigures, ideal: Option<&MicroFigures>) -> String {
     let rows = |figures: &MicroFigures| figures.flow.iter().map(|one| row(one.case, cells(17, &one.cells()))).collect();
     let mut text =
@@ -207,12 +207,12 @@ fn flow(figures: &MicroFigures, ideal: Option<&MicroFigures>) -> String {
     text
 }
 
-/// Side by side, so wide each.
+/// The cells side by side, each `width` wide.
 fn cells(width: usize, cells: &[String]) -> String {
     cells.iter().map(|cell| format!("{cell:>width$}")).collect()
 }
 
-/// What a segment and a step cost.
+/// The cost of a segment and of a step.
 pub fn costs(figures: &MicroFigures) -> Vec<(String, String)> {
     let compile = figures.compile.iter().map(|phase| {
         let [mean, max] = [phase.cycles_mean.round() as u64, phase.cycles_max].map(grouped);
@@ -230,7 +230,7 @@ pub fn costs(figures: &MicroFigures) -> Vec<(String, String)> {
 pub const GENERATOR_HEAD: [&str; 5] =
     ["cycles a step", "slowest step", "worst speed error", "above a tenth of top", "last step late"];
 
-/// A generator's cost and truth.
+/// The cost and the accuracy of a generator.
 pub fn generator_cells(generator: &GeneratorFigures) -> [String; 5] {
     let truth = generator.truth;
     [
@@ -242,14 +242,14 @@ pub fn generator_cells(generator: &GeneratorFigures) -> [String; 5] {
     ]
 }
 
-/// The ramp that the generators are compared over.
+/// The ramp on which the generators are compared.
 pub fn ramp_words(ramp: &RampFigures) -> String {
     let [steps, top, accel] =
         [ramp.steps.into(), ramp.top_speed_steps_s as u64, ramp.accel_steps_s2 as u64].map(grouped);
     format!("{steps} steps, to {top} steps/s at {accel} steps/s2")
 }
 
-/// A target a line: whether the chip meets it, what it is, and what was measured on each chip.
+/// One line per target: whether the chip meets it, its name and bound, and what was measured on each chip.
 fn targets(figures: &Figures) -> String {
     let heads = [Chip::AsItIs, Chip::IdealFlash, Chip::DearMiss].map(|chip| format!("{:>20}", chip.name())).concat();
     let mut text = format!("\n{:<88}{heads}\n", "targets");
@@ -261,7 +261,7 @@ fn targets(figures: &Figures) -> String {
     text
 }
 
-/// What was measured on the chip, on the ideal one, and with dear misses.
+/// What was measured on the real chip, on the ideal one, and on the one with dear misses.
 pub fn measured_cells(target: &Target, figures: &Figures) -> [String; 3] {
     let cell = |target: &Target| {
         let measured = target.measured.map_or("no figure".to_owned(), number);
@@ -272,14 +272,14 @@ pub fn measured_cells(target: &Target, figures: &Figures) -> [String; 3] {
 }
 
 impl Target {
-    /// What is aimed at, in words.
+    /// The target in words.
     pub fn aim(&self) -> String {
         let bound = if self.at_least { "at least" } else { "at most" };
         format!("{bound} {} {}", number(self.target), self.unit)
     }
 }
 
-/// With thousands apart, and a decimal or two where it is small.
+/// A number with commas between thousands. A number below 100 has up to two decimals.
 pub fn number(value: f64) -> String {
     if value.abs() >= 100.0 { grouped(value.round() as u64) } else { format!("{}", (value * 100.0).round() / 100.0) }
 }

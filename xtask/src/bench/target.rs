@@ -1,21 +1,21 @@
-//! What is aimed at, beside what was measured.
+//! A target and the figure that was measured for it.
 
 use serde::Serialize;
 
-/// A figure beside what was aimed at.
+/// A measured figure and its target.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Target {
-    /// What it is.
+    /// What is measured.
     pub what: String,
-    /// What was measured, if it was.
+    /// The measured value, if there is one.
     pub measured: Option<f64>,
-    /// What was aimed at.
+    /// The target value.
     pub target: f64,
-    /// Whether more is better, rather than less.
+    /// Whether the value must be at least the target; otherwise at most.
     pub at_least: bool,
-    /// Of both.
+    /// The unit of both values.
     pub unit: &'static str,
-    /// Whether it was reached.
+    /// Whether the target was met.
     pub met: bool,
 }
 

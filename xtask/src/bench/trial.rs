@@ -1,4 +1,4 @@
-//! A machine's settings and the moves it makes: as a script for the board, and as plans in closed form.
+//! A machine's settings and its moves, as a script for the board and as plans in closed form.
 
 use anyhow::{Context, Result};
 use isostep_console::Settings;
@@ -6,24 +6,24 @@ use isostep_controller::config;
 use isostep_profile::SyncMove;
 
 pub const AXES: usize = 3;
-/// So many that millions of steps are within the 10 m that a target may be from zero, and that a position in mm and
-/// thousandths is one of whole steps.
+/// With this resolution millions of steps are within the 10 m that a target may be from zero, and a position in
+/// thousandths of a mm is one of whole steps.
 pub const STEPS_PER_MM: f64 = 1_000.0;
 /// Acceleration of the fastest machines, steps/s2: 1,000,000 steps/s in 0.2 s.
 pub const ACCEL_MAX_STEPS_S2: f64 = 5e6;
 /// An eighth of a millimetre, which binary fractions hold exactly.
 pub const UNIT_STEPS: i32 = 125;
-/// The settings that make up a [`Machine`], in an order in which none contradicts those before it: the default top speed
-/// works with any resolution once the pulse is short.
+/// The settings of a [`Machine`], in an order in which none contradicts an earlier one: the default top speed is valid
+/// with any resolution once the pulse is short.
 const NUMBERS: [u16; 10] = [0, 100, 101, 102, 110, 111, 112, 120, 121, 122];
 
-/// A machine whose axes are all alike.
+/// A machine whose axes all have the same settings.
 #[derive(Clone, Debug)]
 pub struct Machine {
     settings: Settings,
 }
 
-/// Some moves of a machine, from where it stands at power-up.
+/// Moves of a machine, starting where it stands at power-up.
 #[derive(Clone, Debug)]
 pub struct Trial {
     machine: Machine,
@@ -32,8 +32,8 @@ pub struct Trial {
 }
 
 impl Machine {
-    /// All axes come to `rate_steps_s` in `ramp_s`, or as much later as [`ACCEL_MAX_STEPS_S2`] takes, with the shortest
-    /// pulses that the driver takes.
+    /// A machine whose axes reach `rate_steps_s` in `ramp_s`, or later if that would exceed [`ACCEL_MAX_STEPS_S2`]. The
+    /// pulses are the shortest that the driver accepts.
     pub fn new(rate_steps_s: u32, ramp_s: f64) -> Self {
         let rate_steps_s = f64::from(rate_steps_s);
         let accel_steps_s2 = (rate_steps_s / ramp_s).min(ACCEL_MAX_STEPS_S2);
@@ -56,14 +56,14 @@ impl Machine {
         units.max(1.0) as i32 * UNIT_STEPS
     }
 
-    /// The lines that set it, each answered `ok`.
+    /// Script commands that send the settings. Each is answered `ok`.
     pub fn set_up(&self) -> String {
         let value = |number| self.settings.get(number).expect("the numbers are those of settings");
         let lines = NUMBERS.map(|number| format!("send ${number}={}\nexpect ok\n", value(number)));
         format!("expect Grbl\n{}", lines.concat())
     }
 
-    /// The line that goes to `steps` as fast as it may.
+    /// The line that moves to `steps` as fast as possible.
     pub fn rapid(&self, steps: [i32; AXES]) -> String {
         let mm = |axis: usize| f64::from(steps[axis]) / STEPS_PER_MM;
         format!("G0 X{} Y{} Z{}", mm(0), mm(1), mm(2))
@@ -71,19 +71,19 @@ impl Machine {
 }
 
 impl Trial {
-    /// `steps` on each of the first `axes` axes, there and, if asked, back again.
+    /// A move of `steps` on each of the first `axes` axes and, if `and_back`, the move back.
     pub fn new(machine: Machine, axes: usize, steps: i32, and_back: bool) -> Self {
         let there = std::array::from_fn(|axis| if axis < axes { steps } else { 0 });
         let moves = if and_back { vec![there, there.map(|n| -n)] } else { vec![there] };
         Self { machine, moves }
     }
 
-    /// These moves, each in steps from where the one before it ends.
+    /// These moves, each in steps relative to the end of the previous one.
     pub fn of(machine: Machine, moves: Vec<[i32; AXES]>) -> Self {
         Self { machine, moves }
     }
 
-    /// What the sender does.
+    /// The script for the sender.
     pub fn script(&self) -> String {
         let mut at = [0; AXES];
         let mut script = self.machine.set_up();
@@ -94,14 +94,14 @@ impl Trial {
         script + "wait-idle\n"
     }
 
-    /// What the firmware has to make of it.
+    /// The plans that the firmware should make of the script.
     pub fn plans(&self) -> Result<Vec<SyncMove<AXES>>> {
         let config = config(&self.machine.settings);
         let plan = |&steps| SyncMove::plan(steps, &config.limits, config.interval_law, config.speed_law, None);
         self.moves.iter().map(plan).collect::<Result<_, _>>().context("the benchmark's move cannot be planned")
     }
 
-    /// Machine time of the moves themselves, s.
+    /// Total machine time of the moves, s.
     pub fn duration_s(&self) -> Result<f64> {
         Ok(self.plans()?.iter().map(|plan| plan.profile.duration_s()).sum())
     }

@@ -1,4 +1,4 @@
-//! The emulated board, as the bridge runs it: a Node process that runs as far as it is asked, and no further.
+//! The emulated board behind the bridge's interface: a Node process that runs only as far as it is asked.
 
 use std::fmt::Write as _;
 use std::io::{BufRead, BufReader, Write};
@@ -13,13 +13,13 @@ use isostep::pty::{Closing, Machine};
 const STEP_NS: u64 = 10_000_000;
 const BOOT_MAX_NS: u64 = 10_000_000_000;
 const REPLY_MAX_NS: u64 = 1_000_000_000;
-/// What the board takes to notice that its port is opened or closed, and more.
+/// More than the time that the board takes to notice that its port is opened or closed.
 const OPENING_NS: u64 = 5_000_000;
 
-/// `tests/emulator/src/live.mjs` at the other end of two pipes.
+/// A board that `tests/emulator/src/live.mjs` emulates, connected by two pipes.
 pub struct Emulated {
     child: Child,
-    /// Closed, it ends the board.
+    /// Closing this pipe ends the board.
     requests: Option<ChildStdin>,
     answers: BufReader<ChildStdout>,
     now_ns: u64,
@@ -27,15 +27,16 @@ pub struct Emulated {
     outbox: Vec<u8>,
     said: Vec<u8>,
     is_open: bool,
-    /// A USB port tells when it is opened and closed; a UART's three wires do not.
+    /// Whether the board notices when its port is opened and closed. A USB port does; a UART's three wires do not.
     has_dtr: bool,
 }
 
 impl Emulated {
-    /// Powers up the board that `command` starts, waits for its welcome, and gives it the settings. `has_dtr`: its console
-    /// is on USB.
+    /// Powers up the board that `command` starts, waits for its welcome, and sends it the settings. `has_dtr` says that
+    /// its console is on USB.
     pub fn start(command: &mut Command, has_dtr: bool, settings: &[(u16, f32)]) -> Result<Self> {
-        // In a process group of its own: Ctrl-C is for us, who ask the board for its summary then.
+        // It runs in its own process group, so that Ctrl-C reaches only this process, which then asks the board for its
+        // summary.
         command.arg("--live").stdin(Stdio::piped()).stdout(Stdio::piped()).process_group(0);
         let mut child = command.spawn().context("node cannot be started")?;
         let requests = child.stdin.take();
@@ -57,15 +58,15 @@ impl Emulated {
             board.run_until_said("ok", REPLY_MAX_NS)?;
         }
         if has_dtr {
-            // A client that is waiting already finds nothing of this: neither a stale welcome, nor half a reply to what it
-            // has sent on that.
+            // A client that is waiting already must receive none of this: neither an old welcome nor half a reply to a
+            // line it sends after that.
             board.set_open(false)?;
             board.said.clear();
         }
         Ok(board)
     }
 
-    /// Runs on until the board knows whether the port is open: a host's open() returns no sooner.
+    /// Runs until the board knows whether the port is open. A host's open() does not return earlier either.
     fn set_dtr(&mut self, on: bool) -> Result<()> {
         self.is_open = on;
         self.ask(if on { "dtr on" } else { "dtr off" })?;
@@ -90,7 +91,7 @@ impl Emulated {
 
     fn ask(&mut self, request: &str) -> Result<()> {
         let requests = self.requests.as_mut().context("the emulated board has ended")?;
-        // A board that has ended says why below.
+        // If the board has ended, reading its answer reports why.
         let _ = requests.write_all(format!("{request}\n").as_bytes());
         Ok(())
     }
@@ -162,7 +163,8 @@ impl Machine for Emulated {
 
 impl Drop for Emulated {
     fn drop(&mut self) {
-        // It ends by itself when nobody can ask any more; one that has ended is only collected.
+        // The board ends by itself when its requests are closed. If it has ended already, this only collects the
+        // process.
         self.requests = None;
         let _ = self.child.wait();
     }

@@ -1,4 +1,4 @@
-//! `cargo xtask emulate`: a G-code program on the firmware in an emulated RP2040.
+//! `cargo xtask emulate`: runs a G-code program on the firmware in an emulated RP2040.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -103,7 +103,7 @@ pub fn run(args: Args) -> Result<()> {
     check_lasting(&comparison)
 }
 
-/// What is read and written; every run writes a trace, which is held against the simulation.
+/// The files that are read and written. Every run writes a trace, which is compared with the simulation.
 fn files(args: &Args, trace: &PathBuf) -> Result<Files> {
     let more = |option: &str| more_file(&args.more, option);
     for own in ["--trace", "--vcd", "--json", "--transcript"] {
@@ -121,7 +121,7 @@ fn files(args: &Args, trace: &PathBuf) -> Result<Files> {
         .link("--link", &args.live.link))
 }
 
-/// The file of an option among those for the emulator itself.
+/// The file named by an option that is passed on to the emulator.
 fn more_file(more: &[String], option: &str) -> Option<PathBuf> {
     let at = more
         .iter()
@@ -129,7 +129,8 @@ fn more_file(more: &[String], option: &str) -> Option<PathBuf> {
     more[at].split_once('=').map(|(_, path)| path).or(more.get(at + 1).map(String::as_str)).map(PathBuf::from)
 }
 
-/// Every move lasts as long as its plan. Where the first step of either is off, so is what is known of its start.
+/// Checks that no move began before the previous plan had ended. The bound allows for the error of the first step of
+/// both moves, because the start of a move is known only from its first step.
 fn check_lasting(comparison: &Comparison) -> Result<()> {
     let early = (1..).zip(&comparison.moves).find(|(_, each)| {
         let pause_ns = each.pause_ns.unwrap_or_default();
@@ -141,7 +142,7 @@ fn check_lasting(comparison: &Comparison) -> Result<()> {
     Ok(())
 }
 
-/// The board on a pseudo-terminal.
+/// Runs the board on a pseudo-terminal.
 #[cfg(unix)]
 fn live(args: &Args) -> Result<()> {
     node::prepare()?;
@@ -158,7 +159,7 @@ fn live(_args: &Args) -> Result<()> {
     pty::refuse()
 }
 
-/// Holds the board's steps against the plans of the same program in simulation.
+/// Compares the board's steps with the plans of the same program in the simulation.
 fn compare(program: &[u8], trace: &Path, args: &Args) -> Result<Comparison> {
     let port = match args.variant.port {
         Port::Pio => isostep_sim::Port::Pio,
@@ -198,7 +199,7 @@ fn command(args: &Args) -> Command {
         command.args(path.iter().flat_map(|path| [flag.as_ref(), path.as_os_str()]));
     }
     for (flag, value) in [("--start", &args.start), ("--console", &args.console)] {
-        // In one word: a place may begin with a minus.
+        // The flag and its value are one argument, because a position may begin with a minus.
         command.args(value.iter().map(|value| format!("{flag}={value}")));
     }
     command.args(args.switch.iter().flat_map(|switch| ["--switch", switch]));
@@ -209,7 +210,7 @@ fn command(args: &Args) -> Command {
     command
 }
 
-/// What the emulated board takes.
+/// Parses a factor in the range that the emulated board accepts.
 fn factor(text: &str) -> Result<f64, String> {
     let factor = text.parse().ok().filter(|factor| (0.0..=1_000.0).contains(factor));
     factor.ok_or_else(|| "give a number from 0 to 1000".to_owned())

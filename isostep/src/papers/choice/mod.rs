@@ -1,4 +1,4 @@
-//! The machine's seven laws within the same limits: what to choose.
+//! Compares the machine's seven laws within the same limits, and says which to choose.
 
 mod moves;
 
@@ -19,7 +19,7 @@ const ADVICE: [&str; 7] = [
     "hardest at low speed, where a stepper has most torque: the fastest of Fonseca-Campos's; jolts at start and end",
 ];
 
-/// The whole section.
+/// The section of the page.
 pub fn section() -> Result<Section> {
     let plans = SpeedLaw::ALL.into_iter().map(moves::plan).collect::<Result<Vec<_>>>()?;
     Ok(Section {

@@ -6,7 +6,7 @@ use isostep_sim::analysis::{Oscillator, deviation, mean};
 
 use crate::papers::frequency::vibration::{DAMPING_RATIO, Drive, NATURAL_HZ, without_jumps};
 
-/// The gantry's defaults at 50 steps/mm, with a start speed, which the laws over displacement need.
+/// The gantry's default limits at 50 steps/mm, with the start speed that the laws over displacement need.
 pub const LIMITS: Limits = Limits {
     start_speed_steps_s: 480.0,
     top_speed_steps_s: 2_400.0,
@@ -14,14 +14,14 @@ pub const LIMITS: Limits = Limits {
     decel_steps_s2: 2_500.0,
     jerk_steps_s3: 25_000.0,
 };
-/// 200 mm of the gantry.
+/// 200 mm on the gantry.
 pub const STEPS: f64 = 10_000.0;
 
-/// Instants of a ramp that are looked at.
+/// Number of sampled intervals per ramp.
 const PIECES: u32 = 4_000;
-/// After the longest move it may ring for so long, s.
+/// How long the ringing is observed after the end of the longest move, s.
 const AFTER_S: f64 = 0.5;
-/// Readings of the carriage in a second.
+/// Samples of the carriage's acceleration per second.
 const READINGS_HZ: f64 = 1_000.0;
 
 /// The move by `law`.
@@ -30,13 +30,13 @@ pub fn plan(law: SpeedLaw) -> Result<Profile> {
     Ok(Profile::plan(STEPS, start, start, &LIMITS, IntervalLaw::Fastest, law)?)
 }
 
-/// Instants from the start to the end, s: many on each ramp, and the cruise's ends.
+/// Sampled instants from start to end, s: many on each ramp, and the two ends of the cruise.
 pub fn instants_s(plan: &Profile) -> Vec<f64> {
     let (accel_s, total_s) = (plan.t_accel_s(), plan.duration_s());
     let ramp =
         |from_s: f64, to_s: f64| (0..=PIECES).map(move |k| from_s + (to_s - from_s) * f64::from(k) / f64::from(PIECES));
     let cruise_end_s = total_s - plan.t_decel_s();
-    // Just before the deceleration too, where the acceleration may jump.
+    // This includes an instant just before the deceleration, because the acceleration may jump there.
     let before_s = cruise_end_s * (1.0 - 1e-9);
     ramp(0.0, accel_s).chain([before_s]).chain(ramp(cruise_end_s, total_s)).collect()
 }
@@ -46,7 +46,7 @@ pub fn peak_accel(plan: &Profile) -> f64 {
     instants_s(plan).into_iter().map(|t_s| plan.accel_at(t_s).abs()).fold(0.0, f64::max)
 }
 
-/// The greatest jump of the acceleration, steps/s²: at the start, between the intervals, or at the end.
+/// The largest jump of the acceleration, steps/s²: at the start, between the intervals, or at the end.
 pub fn accel_jump(plan: &Profile) -> f64 {
     let total_s = plan.duration_s();
     let near_s = 1e-9 * total_s;
@@ -55,32 +55,33 @@ pub fn accel_jump(plan: &Profile) -> f64 {
     jumps.into_iter().fold(0.0, f64::max)
 }
 
-/// The highest jerk between the jumps, steps/s³.
+/// The highest jerk apart from the jumps of the acceleration, steps/s³.
 pub fn peak_jerk(plan: &Profile) -> f64 {
     instants_s(plan).into_iter().map(|t_s| plan.jerk_at(t_s).abs()).fold(0.0, f64::max)
 }
 
-/// What the move drives a carriage with, without the jump to the start speed, which all laws have alike.
+/// The excitation of a carriage by the move, without the jump to the start speed, which is the same for all laws.
 pub fn drive(plan: &Profile) -> Drive {
     let corners = instants_s(plan).into_iter().map(|t_s| (t_s, plan.speed_at(t_s)));
     without_jumps(&corners.collect())
 }
 
-/// The standard deviation of a carriage of `natural_hz`, steps/s², over `window_s`.
+/// The standard deviation of the acceleration of a carriage with natural frequency `natural_hz`, over `window_s`;
+/// steps/s².
 pub fn ringing(drive: &Drive, natural_hz: f64, window_s: f64) -> Result<f64> {
     let count = (window_s * READINGS_HZ) as usize;
     let instants: Vec<f64> = (0..count).map(|n| n as f64 / READINGS_HZ).collect();
     Ok(deviation(&Oscillator::new(natural_hz, DAMPING_RATIO)?.ring(drive, &instants)))
 }
 
-/// The same for carriages of 40 to 50 Hz: the root of the mean square.
+/// The root of the mean square of [`ringing`] over carriages of 40 to 50 Hz.
 pub fn mean_ringing(drive: &Drive, window_s: f64) -> Result<f64> {
     let all = NATURAL_HZ.into_iter().map(|hz| ringing(drive, hz, window_s)).collect::<Result<Vec<_>>>()?;
     let squares: Vec<f64> = all.iter().map(|deviation| deviation * deviation).collect();
     Ok(mean(&squares).sqrt())
 }
 
-/// The window in which all moves end and ring, s.
+/// The window in which all moves end and ring out, s.
 pub fn window_s(plans: &[Profile]) -> f64 {
     plans.iter().map(Profile::duration_s).fold(0.0, f64::max) + AFTER_S
 }
@@ -108,8 +109,8 @@ mod tests {
         }
     }
 
-    /// By hand: 1,920 steps/s at 2,500 steps/s² take 0.768 s; at 25,000 steps/s³ the acceleration is there after 0.1 s,
-    /// which makes each ramp 0.1 s longer.
+    /// By hand: 1,920 steps/s at 2,500 steps/s² take 0.768 s. At 25,000 steps/s³ the acceleration is reached after 0.1
+    /// s, which makes each ramp 0.1 s longer.
     #[test]
     fn ramps_by_hand() {
         assert!((plan(SpeedLaw::Trapezoid).unwrap().t_accel_s() - 0.768).abs() < 1e-9);

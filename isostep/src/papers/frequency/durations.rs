@@ -1,4 +1,4 @@
-//! How long each law takes, exact and as printed, and what the logarithmic one saves.
+//! How long each law takes, exact and truncated as in the paper, and how much time the logarithmic one saves.
 
 use anyhow::Result;
 use isostep_generators::FrequencyLaw;
@@ -7,22 +7,22 @@ use isostep_sim::report::papers::Table;
 use super::parameters::{Parameters, TABLE_1, TABLE_2, TABLES};
 use crate::papers::row::{Paper, Row};
 
-/// Durations of one law by one table, s.
+/// Durations of one law with the parameters of one table, s.
 #[derive(Clone, Copy, Debug)]
 pub struct Durations {
     /// The sum of 1/f\[i\].
     pub exact_s: f64,
-    /// The sum of the even periods.
+    /// The sum of the truncated periods, which are even numbers of us.
     pub truncated_s: f64,
 }
 
-/// Of `law` by the parameters of `table`.
+/// The durations of `law` with the parameters of `table`.
 pub fn durations(table: &Parameters, law: FrequencyLaw) -> Result<Durations> {
     let truncated_s = table.truncated(law)?.duration_us() as f64 * 1e-6;
     Ok(Durations { exact_s: table.exact(law)?.duration_s(), truncated_s })
 }
 
-/// What the paper says about them.
+/// The paper's statements about durations.
 pub fn rows() -> Result<Vec<Row>> {
     let mut rows = vec![
         order("VI.A, figures 7 and 10", &TABLE_1, "logarithmic < linear < sinusoidal < quadratic")?,
@@ -36,7 +36,7 @@ pub fn rows() -> Result<Vec<Row>> {
     Ok(rows)
 }
 
-/// From the shortest to the longest.
+/// The laws from the shortest to the longest duration.
 fn ordered(table: &Parameters) -> Result<Vec<FrequencyLaw>> {
     let mut laws = Vec::new();
     for law in FrequencyLaw::ALL {
@@ -58,7 +58,7 @@ fn extremes(place: &'static str, table: &Parameters) -> Result<Row> {
     Ok(Paper::Frequency.asks(place, format!("durations, {}", table.name)).says(says, &found, found == says))
 }
 
-/// The paper does not say of what its percentage is: of the slower law's time, or of the logarithmic one's.
+/// The paper does not say what its percentage refers to: the slower law's time or the logarithmic one's.
 fn saved(than: FrequencyLaw, printed: f64) -> Result<[Row; 2]> {
     let ours = |of: fn(Durations, Durations) -> f64| -> Result<f64> {
         Ok(100.0 * of(durations(&TABLE_1, FrequencyLaw::Logarithmic)?, durations(&TABLE_1, than)?))
@@ -73,7 +73,7 @@ fn saved(than: FrequencyLaw, printed: f64) -> Result<[Row; 2]> {
     ])
 }
 
-/// All tables, all laws.
+/// The durations of all laws with all tables.
 pub fn table() -> Result<Table> {
     let mut rows = Vec::new();
     for table in &TABLES {
@@ -118,7 +118,7 @@ mod tests {
         assert!(rows().unwrap()[..2].iter().all(|row| row.difference == Cell::Words("none".to_owned())));
     }
 
-    /// Worked by hand with another program: the sums of Table 1 in NumPy.
+    /// The sums of Table 1 were computed independently, in NumPy.
     #[test]
     fn durations_of_table_1() {
         let wanted = [

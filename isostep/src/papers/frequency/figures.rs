@@ -1,4 +1,4 @@
-//! Fonseca-Campos's figures 7, 10, 11 and 12, simulated as the paper simulates them, and without its truncation.
+//! Fonseca-Campos's figures 7, 10, 11 and 12, simulated with the paper's truncation and without it.
 
 use anyhow::Result;
 use isostep_generators::FrequencyLaw;
@@ -8,7 +8,7 @@ use super::kinematics::{Kinematics, normalised, peak};
 use super::parameters::{Parameters, TABLE_1, TABLE_2, TABLE_4};
 use crate::papers::row::{Paper, Row};
 
-/// One law of one table.
+/// One law with the parameters of one table.
 struct Simulated {
     law: FrequencyLaw,
     exact: Kinematics,
@@ -27,7 +27,7 @@ fn simulate(table: &Parameters) -> Result<Vec<Simulated>> {
     FrequencyLaw::ALL.into_iter().map(one).collect()
 }
 
-/// What the paper sees in its figures.
+/// What the paper observes in its figures.
 pub fn rows() -> Result<Vec<Row>> {
     let laws = simulate(&TABLE_1)?;
     let place = "VI.A, figure 7";
@@ -54,7 +54,7 @@ fn extreme(laws: &[Simulated], value: impl Fn(&Simulated) -> f64) -> FrequencyLa
     greatest.map_or(FrequencyLaw::Linear, |law| law.law)
 }
 
-/// From sample to sample, standstill before and after included.
+/// The largest change from sample to sample, including standstill before the first and after the last.
 fn greatest_change(values: &[f64]) -> f64 {
     let ends = [values.first(), values.last()].into_iter().flatten().map(|value| value.abs());
     values.windows(2).map(|pair| (pair[1] - pair[0]).abs()).chain(ends).fold(0.0, f64::max)
@@ -73,7 +73,7 @@ fn noise() -> Result<Row> {
     Ok(ask.says("of low amplitude", found, greatest < 10.0))
 }
 
-/// The highest values of each law by Table 1.
+/// The peak values of each law with Table 1.
 pub fn table() -> Result<Table> {
     let rows = simulate(&TABLE_1)?.into_iter().map(|law| {
         let pair = |quantity: Quantity, decimals: usize| {

@@ -1,4 +1,4 @@
-//! Position, speed, acceleration and jerk over time, as Fonseca-Campos 2023 takes them (sections II.B and VI.A).
+//! Position, speed, acceleration and jerk over time, computed as in Fonseca-Campos 2023 (sections II.B and VI.A).
 
 use isostep_generators::{FrequencyProfile, TruncatedProfile};
 use isostep_sim::analysis::gradient;
@@ -8,23 +8,23 @@ use isostep_sim::analysis::gradient;
 pub struct Kinematics {
     /// Instants, s.
     pub t_s: Vec<f64>,
-    /// Degrees.
+    /// Position, degrees.
     pub position: Vec<f64>,
-    /// Degrees/s, by differences of the position.
+    /// Speed, degrees/s, by differences of the position.
     pub speed: Vec<f64>,
-    /// Degrees/s², by differences of the speed.
+    /// Acceleration, degrees/s², by differences of the speed.
     pub accel: Vec<f64>,
-    /// Degrees/s³, by differences of the acceleration.
+    /// Jerk, degrees/s³, by differences of the acceleration.
     pub jerk: Vec<f64>,
 }
 
 impl Kinematics {
-    /// Of a law without truncation.
+    /// From a law without truncation.
     pub fn exact(profile: &FrequencyProfile, step_deg: f64) -> Self {
         Self::new(profile.edges_s().skip(1).chain([profile.duration_s()]).collect(), step_deg)
     }
 
-    /// Of a law in whole microseconds.
+    /// From a law truncated to whole microseconds.
     pub fn truncated(profile: &TruncatedProfile, step_deg: f64) -> Self {
         let ends_us = profile.edges_us().skip(1).chain([profile.duration_us()]);
         Self::new(ends_us.map(|us| us as f64 * 1e-6).collect(), step_deg)
@@ -38,7 +38,7 @@ impl Kinematics {
         Self { t_s, position, speed, accel, jerk }
     }
 
-    /// `values` over time.
+    /// Pairs of instant and value.
     pub fn over_time(&self, values: &[f64]) -> Vec<(f64, f64)> {
         self.t_s.iter().copied().zip(values.iter().copied()).collect()
     }
@@ -49,7 +49,7 @@ pub fn peak(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |peak: f64, value| peak.max(value.abs()))
 }
 
-/// `values` in shares of the largest magnitude, as the paper draws figures 11 and 12.
+/// `values` divided by the largest magnitude, as the paper draws figures 11 and 12.
 pub fn normalised(values: &[f64]) -> Vec<f64> {
     let peak = peak(values).max(f64::MIN_POSITIVE);
     values.iter().map(|value| value / peak).collect()
@@ -62,7 +62,7 @@ mod tests {
     use super::super::parameters::TABLE_1;
     use super::*;
 
-    /// By hand: in the cruise 0.225 degrees every 1.5 ms are 150 degrees/s, without acceleration or jerk.
+    /// By hand: in the cruise, 0.225 degrees every 1.5 ms are 150 degrees/s, without acceleration or jerk.
     #[test]
     fn the_cruise_is_a_straight_line() {
         let profile = TABLE_1.exact(FrequencyLaw::Linear).unwrap();

@@ -15,7 +15,7 @@ use isostep_sim::report::papers::Section;
 use super::Part;
 use super::row::Paper;
 
-/// All of it.
+/// All rows and sections of this paper.
 pub fn part() -> Result<Part> {
     let rows = [durations::rows()?, straightness::rows()?, figures::rows()?, ringing::rows()?, peaks::rows()?].concat();
     Ok(Part { paper: Paper::Frequency, rows, sections: vec![simulations()?, ramp()?, vibration()?] })

@@ -2,24 +2,24 @@
 
 use isostep_generators::{FrequencyError, FrequencyLaw, FrequencyProfile, TruncatedProfile};
 
-/// What one of the tables prints.
+/// The parameters that one table prints.
 #[derive(Clone, Copy, Debug)]
 pub struct Parameters {
-    /// Which table.
+    /// The name of the table.
     pub name: &'static str,
-    /// theta_f, degrees.
+    /// theta_f, the angle of the move, degrees.
     pub angle_deg: f64,
-    /// spr, steps of a revolution.
+    /// spr, steps per revolution.
     pub steps_per_rev: f64,
-    /// tau_max, us.
+    /// tau_max, the longest period, us.
     pub max_period_us: f64,
-    /// tau_min, us.
+    /// tau_min, the shortest period, us.
     pub min_period_us: f64,
-    /// p_N as a fraction of N.
+    /// p_N, the steps of a ramp, as a fraction of N.
     pub ramp_share: f64,
 }
 
-/// Figures 7 and 10.
+/// Parameters of figures 7 and 10.
 pub const TABLE_1: Parameters = Parameters {
     name: "Table 1",
     angle_deg: 27.0,
@@ -28,7 +28,7 @@ pub const TABLE_1: Parameters = Parameters {
     min_period_us: 1_500.0,
     ramp_share: 0.2,
 };
-/// Figure 11.
+/// Parameters of figure 11.
 pub const TABLE_2: Parameters = Parameters {
     name: "Table 2",
     angle_deg: 30.0,
@@ -37,7 +37,7 @@ pub const TABLE_2: Parameters = Parameters {
     min_period_us: 400.0,
     ramp_share: 0.1,
 };
-/// Figure 12.
+/// Parameters of figure 12.
 pub const TABLE_4: Parameters = Parameters {
     name: "Table 4",
     angle_deg: 4.5,
@@ -46,7 +46,7 @@ pub const TABLE_4: Parameters = Parameters {
     min_period_us: 300.0,
     ramp_share: 0.15,
 };
-/// Figure 13.
+/// Parameters of figure 13.
 pub const TABLE_6: Parameters = Parameters {
     name: "Table 6",
     angle_deg: 4.5,
@@ -59,7 +59,7 @@ pub const TABLE_6: Parameters = Parameters {
 /// All tables that profiles are made from.
 pub const TABLES: [Parameters; 4] = [TABLE_1, TABLE_2, TABLE_4, TABLE_6];
 
-/// A share of whole steps comes out whole, whatever its floats.
+/// Added before truncation, so that a fraction that gives whole steps is not truncated to one step less.
 const ROUNDING: f64 = 1e-9;
 
 impl Parameters {
@@ -68,7 +68,7 @@ impl Parameters {
         (self.steps_per_rev * self.angle_deg / 360.0 + ROUNDING) as u32
     }
 
-    /// p_N = int(share N).
+    /// p_N = int(fraction N).
     pub fn ramp_steps(&self) -> u32 {
         (self.ramp_share * f64::from(self.steps()) + ROUNDING) as u32
     }
@@ -83,7 +83,7 @@ impl Parameters {
         FrequencyProfile::plan(law, self.steps(), self.ramp_steps(), self.max_period_us, self.min_period_us)
     }
 
-    /// The law as the paper's program makes it.
+    /// The law truncated as in the paper's program.
     pub fn truncated(&self, law: FrequencyLaw) -> Result<TruncatedProfile, FrequencyError> {
         TruncatedProfile::plan(law, self.steps(), self.ramp_steps(), self.max_period_us, self.min_period_us)
     }

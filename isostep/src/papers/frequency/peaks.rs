@@ -1,4 +1,5 @@
-//! When the vibration is greatest, and which law has most power (Fonseca-Campos 2023, section VI.F, figure 13): a model.
+//! When the vibration is greatest, and which law has the most power (Fonseca-Campos 2023, section VI.F, figure 13). A
+//! model.
 
 use anyhow::Result;
 use isostep_generators::FrequencyLaw;
@@ -8,15 +9,15 @@ use super::parameters::TABLE_6;
 use super::vibration::{DAMPING_RATIO, drive, spectrum};
 use crate::papers::row::{Paper, Row};
 
-/// The middle of the band in which the paper saw most power, Hz.
+/// The middle of the band in which the paper saw the most power, Hz.
 const NATURAL_HZ: f64 = 45.0;
 
-/// What the paper says about its figure.
+/// The paper's statements about its figure 13.
 pub fn rows() -> Result<Vec<Row>> {
     Ok(vec![second_peak()?, greatest_power()?])
 }
 
-/// When a phase of Table 6's `law` begins or ends, s.
+/// When a law's deceleration begins and its move ends, with the parameters of Table 6, s.
 struct Phases {
     decel_s: f64,
     end_s: f64,
@@ -65,7 +66,7 @@ fn greatest_power() -> Result<Row> {
 mod tests {
     use super::*;
 
-    /// Every law stops from its start speed at once, which no law's deceleration matches.
+    /// Every law stops abruptly from its start speed, which excites more vibration than any law's deceleration.
     #[test]
     fn every_law_rings_most_when_it_stops() {
         for law in FrequencyLaw::ALL {

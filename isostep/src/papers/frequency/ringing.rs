@@ -1,4 +1,4 @@
-//! Fonseca-Campos's Table 7 and figure 13 beside the model's.
+//! Fonseca-Campos's Table 7 and figure 13 compared with the model's.
 
 use anyhow::Result;
 use isostep_generators::FrequencyLaw;
@@ -12,24 +12,25 @@ use crate::papers::row::{Paper, Row};
 
 /// Standard deviations of Table 7, m/s², in the order of [`FrequencyLaw::ALL`].
 const TABLE_7: [f64; 4] = [0.025, 0.026, 0.022, 0.088];
-/// What the paper says they are of the sinusoidal law's (section VI.F).
+/// The paper's ratios of these to the sinusoidal law's (section VI.F).
 const TIMES: [f64; 4] = [1.13, 1.18, 1.0, 4.0];
-/// Where the sinusoidal law stands.
+/// Index of the sinusoidal law.
 const LEAST: usize = 2;
 
 /// One law in the model.
 struct Modelled {
     law: FrequencyLaw,
     drive: Drive,
-    /// Standard deviation, m/s², of a carriage that couples as much as the sinusoidal law's Table 7 says.
+    /// Standard deviation, m/s², of a carriage whose coupling is scaled so that the sinusoidal law gives its value in
+    /// Table 7.
     deviation: f64,
-    /// The same as a multiple of the sinusoidal law's.
+    /// The standard deviation as a multiple of the sinusoidal law's.
     times: f64,
-    /// The multiple that the ramps alone would have.
+    /// The same multiple without the jumps to and from the start speed.
     times_without_jumps: f64,
 }
 
-/// All four, and m/s² per step/s².
+/// All four laws, and the scale of the model: m/s² per step/s².
 fn model() -> Result<(Vec<Modelled>, f64)> {
     let drives = FrequencyLaw::ALL.map(drive).into_iter().collect::<Result<Vec<_>>>()?;
     let of = |each: &dyn Fn(&Drive) -> Result<f64>| drives.iter().map(each).collect::<Result<Vec<_>>>();
@@ -46,7 +47,7 @@ fn model() -> Result<(Vec<Modelled>, f64)> {
     Ok((modelled.collect(), scale))
 }
 
-/// The order, the multiples and the deviations.
+/// Rows for the order, the multiples and the standard deviations.
 pub fn rows() -> Result<Vec<Row>> {
     let (laws, _) = model()?;
     let mut ordered: Vec<&Modelled> = laws.iter().collect();
@@ -65,7 +66,7 @@ pub fn rows() -> Result<Vec<Row>> {
     Ok(rows)
 }
 
-/// What the multiples are made of.
+/// The multiples with and without the jumps.
 pub fn table() -> Result<Table> {
     let (laws, _) = model()?;
     let rows = laws.iter().zip(TIMES).map(|(law, printed)| {
@@ -80,7 +81,7 @@ pub fn table() -> Result<Table> {
     })
 }
 
-/// Figure 13, and how much hangs on the natural frequency.
+/// Figure 13, and how the result depends on the natural frequency.
 pub fn pictures() -> Result<Vec<Picture>> {
     let (laws, scale) = model()?;
     Ok(vec![waveform_picture(&laws, scale)?, spectrum_picture(&laws, scale)?, sweep_picture(&laws)?])

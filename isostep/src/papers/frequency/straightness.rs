@@ -1,4 +1,4 @@
-//! Why the linear law's speed is no straight line over time (Fonseca-Campos 2023, section VI.A).
+//! Why the linear law's speed over time is not a straight line (Fonseca-Campos 2023, section VI.A).
 
 use anyhow::Result;
 use isostep_generators::FrequencyLaw;
@@ -7,7 +7,7 @@ use isostep_sim::report::papers::{Chart, Curve, Picture, Style, charts};
 use super::parameters::{Parameters, TABLE_1};
 use crate::papers::row::{Paper, Row};
 
-/// The acceleration of the linear law.
+/// The acceleration phase of the linear law.
 struct Ramp {
     /// The middle of each period, s.
     t_s: Vec<f64>,
@@ -36,7 +36,7 @@ impl Ramp {
         Self { t_s, hz }
     }
 
-    /// The largest distance from the straight line between its ends, % of the top frequency.
+    /// The largest distance of the speed from the chord between its ends, in % of the top frequency.
     fn bend_percent(&self, along: &[f64]) -> f64 {
         let last = along.len() - 1;
         let slope = (self.hz[last] - self.hz[0]) / (along[last] - along[0]);
@@ -53,7 +53,7 @@ impl Ramp {
     }
 }
 
-/// What the paper says, and what bends it.
+/// The paper's statement, and the cause of the bend.
 pub fn rows() -> Result<Vec<Row>> {
     let (exact, truncated) = (Ramp::exact(&TABLE_1)?, Ramp::truncated(&TABLE_1)?);
     let ask = |along: &str| {
@@ -108,8 +108,9 @@ pub fn picture() -> Result<Picture> {
 mod tests {
     use super::*;
 
-    /// By hand: f = f_min e^(kt) from 250 to 666.7 Hz. With r = 8/3 the chord's slope, (r - 1)/ln r = 1.6992, is met at
-    /// f = 1.6992 f_min; there the chord is at 1 + 1.6992 ln 1.6992 = 1.9009, 0.2017 f_min above, 7.56 % of 8/3 f_min.
+    /// By hand: f = f_min e^(kt) from 250 to 666.7 Hz. With r = 8/3 the slope equals that of the chord, (r - 1)/ln r =
+    /// 1.6992, at f = 1.6992 f_min. The chord is at 1 + 1.6992 ln 1.6992 = 1.9009 there: 0.2017 f_min above, which is
+    /// 7.56 % of 8/3 f_min.
     #[test]
     fn the_exact_law_bends_over_time_as_an_exponential_does() {
         let exact = Ramp::exact(&TABLE_1).unwrap();

@@ -1,4 +1,4 @@
-//! What the laws leave ringing (Fonseca-Campos 2023, section VI.F, Tables 5 to 7, figure 13): a model.
+//! The ringing that the laws cause (Fonseca-Campos 2023, section VI.F, Tables 5 to 7, figure 13). A model.
 
 use anyhow::Result;
 use isostep_generators::{FrequencyLaw, FrequencyProfile};
@@ -6,23 +6,24 @@ use isostep_sim::analysis::{Oscillator, Spectrum, mean, welch};
 
 use super::parameters::TABLE_6;
 
-/// The carriage: the paper prints no natural frequency, and saw most power between 40 and 50 Hz. Each of these is
-/// tried, and the mean square taken.
+/// Natural frequencies of the carriage, Hz. The paper prints none, and saw the most power between 40 and 50 Hz. So each
+/// of these is tried, and the mean square is taken.
 pub const NATURAL_HZ: [f64; 11] = [40.0, 41.0, 42.0, 43.0, 44.0, 45.0, 46.0, 47.0, 48.0, 49.0, 50.0];
-/// Of the damping that just prevents oscillation: a lightly damped metal structure.
+/// Damping as a fraction of critical damping, for a lightly damped metal structure.
 pub const DAMPING_RATIO: f64 = 0.02;
 /// Samples of a waveform (Fonseca-Campos 2023, section VI.F).
 pub const SAMPLES: usize = 180;
-/// Waveforms of a law (Fonseca-Campos 2023, section VI.F): here each begins a tenth of a sample later than the one before.
+/// Waveforms of a law (Fonseca-Campos 2023, section VI.F). Here each begins a tenth of a sample later than the previous
+/// one.
 pub const WAVEFORMS: usize = 10;
-/// t_s (Fonseca-Campos 2023, Table 5).
+/// Sample rate, the inverse of t_s (Fonseca-Campos 2023, Table 5).
 pub const SAMPLE_HZ: f64 = 100.0;
 
-/// Speed over time, (s, steps/s), from corner to corner.
+/// Speed over time as corner points (s, steps/s), with straight lines between them.
 pub type Drive = Vec<(f64, f64)>;
 
-/// What Table 6's `law` drives a carriage with: the speed is f\[i\] in the middle of period i and goes in straight lines
-/// between; it jumps from standstill to f\[1\] and from f\[N\] to standstill.
+/// The excitation of a carriage by `law` with the parameters of Table 6. The speed is f\[i\] in the middle of period i
+/// and changes linearly between. It jumps from standstill to f\[1\] and from f\[N\] to standstill.
 pub fn drive(law: FrequencyLaw) -> Result<Drive> {
     let profile = TABLE_6.exact(law)?;
     Ok(corners(&profile))
@@ -36,13 +37,13 @@ fn corners(profile: &FrequencyProfile) -> Drive {
     [start].into_iter().chain(middles).chain([(profile.duration_s(), profile.frequency_hz(last))]).collect()
 }
 
-/// The same without its jumps: as if the carriage had the start speed before and after the move.
+/// The excitation without its jumps, as if the carriage moved at the start speed before and after the move.
 pub fn without_jumps(drive: &Drive) -> Drive {
     let start = drive.first().map_or(0.0, |corner| corner.1);
     drive.iter().map(|&(t_s, speed)| (t_s, speed - start)).collect()
 }
 
-/// What a sensor on the carriage would read in the ten waveforms, steps/s².
+/// What a sensor on the carriage would measure in the ten waveforms, steps/s².
 pub fn waveforms(drive: &Drive, oscillator: &Oscillator) -> Vec<Vec<f64>> {
     let instants = |waveform: usize| -> Vec<f64> {
         let late_s = waveform as f64 / WAVEFORMS as f64 / SAMPLE_HZ;
@@ -79,8 +80,8 @@ pub fn spectrum(drive: &Drive) -> Result<Spectrum> {
     Ok(Spectrum { frequencies_hz, densities })
 }
 
-/// The standard deviation with one natural frequency, read every millisecond over the same time: at the paper's
-/// hundred samples a second anything above 50 Hz would be mistaken for something below.
+/// The standard deviation for one natural frequency, sampled every millisecond over the same time. At the paper's
+/// hundred samples per second, a frequency above 50 Hz would be aliased to a lower one.
 pub fn fine_deviation(drive: &Drive, natural_hz: f64) -> Result<f64> {
     let instants: Vec<f64> = (0..SAMPLES * 10).map(|n| n as f64 * 1e-3).collect();
     let readings = Oscillator::new(natural_hz, DAMPING_RATIO)?.ring(drive, &instants);
@@ -114,7 +115,8 @@ mod tests {
         assert!((38.0..=50.0).contains(&peak_hz), "{peak_hz}");
     }
 
-    /// The drive covers the way: its area is that of the steps, but for the halves of the first and last periods.
+    /// The drive covers the distance: its area is the number of steps, except for the outer halves of the first and
+    /// last periods.
     #[test]
     fn the_drive_covers_the_way() {
         for law in FrequencyLaw::ALL {

@@ -1,4 +1,4 @@
-//! Forero's figure 9: two axes at once, and how straight they go.
+//! Forero's figure 9: two axes at once, and how straight their path is.
 
 use anyhow::Result;
 use isostep_sim::report::papers::{Chart, Curve, Picture, Style, charts};
@@ -6,7 +6,7 @@ use isostep_sim::report::papers::{Chart, Curve, Picture, Style, charts};
 use super::intervals::{ACROSS_STEPS, STEPS, ours, timed};
 use crate::papers::row::{Paper, Row};
 
-/// Instants of the steps of both axes, s: down the long one, and across.
+/// Instants of the steps of both axes, s: the long axis, and the axis across it.
 struct Edges {
     long_s: Vec<f64>,
     across_s: Vec<f64>,
@@ -29,7 +29,7 @@ impl Edges {
         last(&self.long_s).max(last(&self.across_s))
     }
 
-    /// Where both axes are at `t_s`, steps.
+    /// The position of both axes at `t_s`, steps.
     fn at(&self, t_s: f64) -> (f64, f64) {
         let made = |edges: &[f64]| edges.partition_point(|edge_s| *edge_s <= t_s) as f64;
         (made(&self.long_s), made(&self.across_s))
@@ -41,7 +41,7 @@ impl Edges {
         across - long * f64::from(ACROSS_STEPS) / f64::from(STEPS)
     }
 
-    /// The farthest at any step.
+    /// The largest deviation from the straight line at any step.
     fn stray_max(&self) -> f64 {
         let instants = self.long_s.iter().chain(&self.across_s);
         instants.map(|t_s| self.stray(*t_s).abs()).fold(0.0, f64::max)
@@ -53,10 +53,10 @@ impl Edges {
     }
 }
 
-/// Points of a curve.
+/// Points per curve.
 const POINTS: u32 = 1_200;
 
-/// How straight both go.
+/// Rows that compare how straight both paths are.
 pub fn rows() -> Result<Vec<Row>> {
     let (theirs, ours) = (Edges::theirs()?, Edges::ours()?);
     let ask = |quantity: &str| Paper::Gantry.asks("section 4, figure 9", quantity);

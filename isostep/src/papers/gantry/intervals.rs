@@ -1,4 +1,4 @@
-//! Forero's Table 1: the intervals of the staircase, of its timers, and ours.
+//! Forero's Table 1: the intervals of the staircase, of the staircase on timers, and ours.
 
 use anyhow::Result;
 use isostep_generators::{Preload, PreloadTimer, Staircase, TimedStaircase, TimedTread};
@@ -11,22 +11,22 @@ use crate::papers::row::{Paper, Row};
 pub const T1_S: f64 = 4.5;
 /// The longest move, steps (section 3.1).
 pub const STEPS: u32 = 20_000;
-/// Across the same workspace of 35 x 40 cm, steps: what figure 9 moved is not printed.
+/// The move across the same workspace of 35 x 40 cm, steps. The paper does not print which move figure 9 shows.
 pub const ACROSS_STEPS: u32 = 17_500;
 /// f_max, steps/s (eq 3).
 const TOP_STEPS_S: f64 = 2_400.0;
 
-/// The staircase of `steps` in t_1.
+/// The staircase of `steps` with t_1 for each interval.
 pub fn staircase(steps: u32) -> Result<Staircase> {
     Ok(Staircase::plan(steps, T1_S)?)
 }
 
-/// The same on the paper's timers, with `reload_ticks` counts lost at every overflow.
+/// The same staircase on the paper's timers, with `reload_ticks` counts lost at every overflow.
 pub fn timed(steps: u32, reload_ticks: u32) -> Result<TimedStaircase> {
     Ok(TimedStaircase::plan(staircase(steps)?, reload_ticks)?)
 }
 
-/// Our move, in thirds of t_1 (eqs 1 to 7), both axes by one profile.
+/// Our move with intervals of t_1 (eqs 1 to 7). One profile drives both axes.
 pub fn ours() -> Result<SyncMove<2>> {
     let accel = f64::from(STEPS) / (2.0 * T1_S * T1_S);
     let limits = Limits {
@@ -45,7 +45,7 @@ pub fn ours() -> Result<SyncMove<2>> {
     )?)
 }
 
-/// The paper's equations, its Table 1 against the staircase on timers, and against ours.
+/// The paper's equations and its Table 1, compared with the staircase on timers and with ours.
 pub fn rows() -> Result<Vec<Row>> {
     let (plan, timed, ours) = (staircase(STEPS)?, timed(STEPS, 0)?, ours()?.profile);
     let ask = |place, quantity: &str| Paper::Gantry.asks(place, quantity);
@@ -81,7 +81,7 @@ fn lost_steps(timed: &TimedStaircase) -> Row {
     Paper::Gantry.asks("section 4", "steps lost").says("some in each interval", found, short == moving.len())
 }
 
-/// How the deceleration hangs on what a reload costs.
+/// How the deceleration depends on the cost of a reload.
 pub fn reload_table() -> Result<Table> {
     let mut rows = Vec::new();
     for reload_ticks in 0..=3 {
@@ -122,7 +122,7 @@ pub fn tread_table() -> Result<Table> {
     })
 }
 
-/// Figure 2, beside ours.
+/// Figure 2 compared with ours.
 pub fn picture() -> Result<Picture> {
     let (plan, ours) = (staircase(STEPS)?, ours()?.profile);
     let stairs = plan.treads().flat_map(|tread| {

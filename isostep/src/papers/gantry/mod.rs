@@ -9,7 +9,7 @@ use isostep_sim::report::papers::Section;
 use super::Part;
 use super::row::Paper;
 
-/// All of it.
+/// All rows and sections of this paper.
 pub fn part() -> Result<Part> {
     let rows = [intervals::rows()?, interpolation::rows()?].concat();
     Ok(Part { paper: Paper::Gantry, rows, sections: vec![staircase()?, axes()?] })

@@ -1,4 +1,4 @@
-//! Stoychitch 2018, section 3: the generators, and the linear law that they are held against.
+//! Stoychitch 2018, section 3: the generators, and the linear law that they are compared with.
 
 use anyhow::Result;
 use isostep_generators::{Correction, StepsPerTime, TimePerStep};
@@ -6,34 +6,35 @@ use isostep_profile::{IntervalLaw, Limits, Profile, SpeedLaw, SyncMove};
 
 use super::motor::{STEPS_PER_REV, limits};
 
-/// The timer of "time per step" and of our segments, Hz: the paper does not print one.
+/// The timer of "time per step" and of our segments, Hz. The paper does not print a value.
 pub const TICK_HZ: u32 = 1_000_000;
 /// The interrupts of "steps per time", Hz (Stoychitch 2018, appendix).
 pub const SERVICE_HZ: u32 = 10_000;
 
-/// What the generators are called, in the order of [`generators`].
+/// The names of the generators, in the order of [`generators`].
 pub const NAMES: [&str; 4] =
     ["Isostep, exact segments", "time per step, eqs 11-13", "time per step with eq 14", "steps per time, eq 17"];
 
-/// One revolution by one generator.
+/// One revolution made by one generator.
 pub struct Generator {
-    /// What it is called here.
+    /// The generator's name in this report.
     pub name: &'static str,
-    /// Between its steps, s.
+    /// The intervals between its steps, s.
     pub intervals_s: Vec<f64>,
     truth: Truth,
 }
 
-/// What an interval is held against.
+/// The reference for an interval.
 #[derive(Clone, Copy)]
 enum Truth {
     /// The speed that the law has at step i, counted from 0 (Stoychitch 2018, eqs 9 and 10).
     SpeedAtStep,
-    /// The time that the law takes from one step's displacement to the next's; the first step's is given.
+    /// The time that the law takes from one step's displacement to the next one's. The value is the displacement of the
+    /// first step.
     TimeFrom(f64),
 }
 
-/// All of them, from a start speed of `start_rad_s`.
+/// All generators, with a start speed of `start_rad_s`.
 pub fn generators(start_rad_s: f64) -> Result<Vec<Generator>> {
     let limits = limits(start_rad_s);
     let made = [
@@ -70,7 +71,7 @@ pub fn law(start_rad_s: f64) -> Result<Profile> {
 }
 
 impl Generator {
-    /// The displacement that its first step stands for, steps.
+    /// The displacement of the law at which the first step is due, steps.
     fn first_steps(&self) -> f64 {
         match self.truth {
             Truth::SpeedAtStep => 0.0,
@@ -78,7 +79,7 @@ impl Generator {
         }
     }
 
-    /// The instants of its first `count` steps, s from the beginning of the law.
+    /// The instants of the first `count` steps, s from the beginning of the law.
     pub fn edges_s(&self, law: &Profile, count: usize) -> Vec<f64> {
         let mut edges = vec![law.time_at(self.first_steps())];
         for interval_s in self.intervals_s.iter().take(count - 1) {
@@ -87,7 +88,7 @@ impl Generator {
         edges
     }
 
-    /// How much faster or slower each interval is than the law, %.
+    /// The speed error of each interval relative to the law, %.
     pub fn errors_percent(&self, law: &Profile) -> Vec<f64> {
         let exact_steps_s = |i: usize| {
             let at = self.first_steps() + i as f64;
@@ -100,7 +101,7 @@ impl Generator {
         intervals.map(|(i, interval_s)| 100.0 * (1.0 / interval_s / exact_steps_s(i) - 1.0)).collect()
     }
 
-    /// How much longer it takes from its first step to its last than the law, s.
+    /// How much longer the generator takes from its first step to its last than the law, s.
     pub fn late_s(&self, law: &Profile) -> f64 {
         let first = self.first_steps();
         let last = first + self.intervals_s.len() as f64;
@@ -113,8 +114,8 @@ mod tests {
     use super::super::motor::SLOW_START_RAD_S;
     use super::*;
 
-    /// By hand, at 0.08 rad/s = 52.15 steps/s and a = 1303.8 steps/s²: eq 10 gives v_1 = v_0 + a/v_0 = 77.15; the law has
-    /// sqrt(v_0² + 2 a) = 72.99 steps/s: 5.70 % less.
+    /// By hand, at 0.08 rad/s = 52.15 steps/s and a = 1303.8 steps/s²: eq 10 gives v_1 = v_0 + a/v_0 = 77.15. The law
+    /// has sqrt(v_0² + 2 a) = 72.99 steps/s, which is 5.70 % less.
     #[test]
     fn the_recurrence_runs_ahead_by_hand() {
         let errors = generators(SLOW_START_RAD_S).unwrap()[1].errors_percent(&law(SLOW_START_RAD_S).unwrap());

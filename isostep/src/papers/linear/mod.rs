@@ -12,7 +12,7 @@ use isostep_sim::report::papers::Section;
 use super::Part;
 use super::row::Paper;
 
-/// All of it.
+/// All rows and sections of this paper.
 pub fn part() -> Result<Part> {
     let rows = [planning::rows()?, speed_error::rows()?].concat();
     Ok(Part { paper: Paper::Linear, rows, sections: vec![trajectory()?, pulses()?] })

@@ -1,4 +1,4 @@
-//! Stoychitch 2018, section 2: trajectory planning, step by step as its flow chart has it.
+//! Stoychitch 2018, section 2: trajectory planning, following the paper's flow chart step by step.
 
 use anyhow::Result;
 use isostep_profile::{IntervalLaw, Profile, SpeedLaw};
@@ -7,7 +7,7 @@ use isostep_sim::report::papers::{Chart, Curve, Picture, Style, charts};
 use super::motor::{ACCEL_RAD_S2, RATIO, START_RAD_S, STEPS_PER_REV, TOP_RAD_S, limits, steps_per_rad};
 use crate::papers::row::{Paper, Row};
 
-/// What section 2 gives: times, s, and steps of the phases.
+/// The results of section 2: times, s, and steps of the phases.
 struct Planned {
     accel_s: f64,
     cruise_s: f64,
@@ -32,7 +32,7 @@ fn by_the_paper(steps: u32) -> Planned {
     let ramps_s = accel_s * (1.0 + m);
     let ramps_rad = vs * ramps_s + a * ramps_s * ramps_s / (2.0 * (1.0 + m));
     let cruise_s = (s - ramps_rad) / vm;
-    // Eq 8 leaves N_ad a fraction; the appendix makes it a whole number.
+    // Eq 8 gives a fractional N_ad; the appendix rounds it to a whole number.
     let ramps = (ramps_rad / alpha).floor();
     let accel = (ramps / (1.0 + m)).round();
     let steps = [accel, n - ramps, ramps - accel];
@@ -45,10 +45,10 @@ fn by_us(steps: u32) -> Result<Profile> {
     Ok(Profile::plan(f64::from(steps), start, start, &limits, IntervalLaw::Fastest, SpeedLaw::Trapezoid)?)
 }
 
-/// Half a radian, a triangle.
+/// Half a radian, whose profile is a triangle.
 const TRIANGLE_STEPS: u32 = 326;
 
-/// Every output of section 2, for a revolution (a trapezoid) and half a radian (a triangle).
+/// Every result of section 2, for a revolution (a trapezoid) and for half a radian (a triangle).
 pub fn rows() -> Result<Vec<Row>> {
     let mut rows = Vec::new();
     for (steps, what) in [(STEPS_PER_REV, "one revolution"), (TRIANGLE_STEPS, "326 steps")] {
@@ -90,7 +90,7 @@ pub fn picture() -> Result<Picture> {
     })
 }
 
-/// Points of a curve.
+/// Points per curve.
 const POINTS: u32 = 600;
 
 fn quantities(plan: &Profile) -> Vec<Chart> {
@@ -120,7 +120,7 @@ mod tests {
     use super::*;
     use crate::papers::row::Cell;
 
-    /// By hand: see the profile's own tests of the papers.
+    /// By hand; the derivation is in the tests of the papers in the profile crate.
     #[test]
     fn a_revolution_by_the_papers_equations() {
         let planned = by_the_paper(STEPS_PER_REV);

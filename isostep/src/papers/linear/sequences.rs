@@ -7,7 +7,7 @@ use super::generators::{Generator, generators, law};
 use super::motor::{SLOW_START_RAD_S, steps_per_rad};
 use super::speed_error;
 
-/// Steps shown.
+/// Number of steps shown.
 const SHOWN: usize = 12;
 
 /// Figure 2: steps at constant speed and while accelerating.
@@ -37,7 +37,7 @@ pub fn steps() -> Result<Picture> {
     })
 }
 
-/// The level of STEP over time, from instants of rising edges.
+/// The level of STEP over time, from the instants of the rising edges.
 fn pulses(edges_s: &[f64], low: f64, width_s: f64) -> Vec<(f64, f64)> {
     let pulse = |&edge_s: &f64| {
         let fall_s = edge_s + width_s;
@@ -46,7 +46,7 @@ fn pulses(edges_s: &[f64], low: f64, width_s: f64) -> Vec<(f64, f64)> {
     edges_s.iter().flat_map(pulse).collect()
 }
 
-/// Figure 5: the speed of each interval.
+/// Figure 5: the speed in each interval.
 pub fn stairs() -> Result<Picture> {
     let (all, law, alpha) = (generators(SLOW_START_RAD_S)?, law(SLOW_START_RAD_S)?, 1.0 / steps_per_rad());
     let stair = |(colour, generator): (usize, &Generator)| {

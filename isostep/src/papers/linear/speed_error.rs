@@ -1,4 +1,4 @@
-//! How true the generators' speed is to the linear law.
+//! How closely the generators' speed follows the linear law.
 
 use anyhow::Result;
 use isostep_sim::report::papers::{Chart, Curve, Picture, Style, Table, charts};
@@ -9,12 +9,12 @@ use crate::papers::row::{Paper, Row, signed};
 
 const STARTS: [(f64, &str); 2] = [(START_RAD_S, "v_s = 0.5 rad/s"), (SLOW_START_RAD_S, "v_s = 0.08 rad/s")];
 
-/// Generators by their index in [`NAMES`].
+/// Indices of generators in [`NAMES`].
 const WITHOUT: usize = 1;
 const WITH: usize = 2;
 const STEPS_PER_TIME: usize = 3;
 
-/// Of each generator, %, in the order of [`NAMES`].
+/// The largest error of each generator, %, in the order of [`NAMES`].
 fn worst_errors(start_rad_s: f64) -> Result<Vec<f64>> {
     let law = law(start_rad_s)?;
     Ok(generators(start_rad_s)?.iter().map(|generator| worst(&generator.errors_percent(&law))).collect())
@@ -28,7 +28,7 @@ fn rms(errors: &[f64]) -> f64 {
     (errors.iter().map(|error| error * error).sum::<f64>() / errors.len().max(1) as f64).sqrt()
 }
 
-/// What the paper says of its correction, and each of its generators beside ours.
+/// The paper's statements about its correction, and each of its generators compared with ours.
 pub fn rows() -> Result<Vec<Row>> {
     let mut rows = Vec::new();
     for (start_rad_s, what) in STARTS {
@@ -50,7 +50,7 @@ fn correction(errors: &[f64], what: &str) -> Row {
     Paper::Linear.asks("3.1, eq 14", format!("the correction makes the speed, {what}")).says("more exact", found, helps)
 }
 
-/// Every generator from both start speeds.
+/// The errors of every generator, from both start speeds.
 pub fn table() -> Result<Table> {
     let mut rows = Vec::new();
     for (start_rad_s, what) in STARTS {
@@ -75,7 +75,7 @@ pub fn table() -> Result<Table> {
     })
 }
 
-/// Every interval's error.
+/// The error of every interval.
 pub fn picture() -> Result<Picture> {
     let law = law(START_RAD_S)?;
     let curves: Vec<Curve> = generators(START_RAD_S)?
@@ -109,7 +109,7 @@ pub fn picture() -> Result<Picture> {
     })
 }
 
-/// The generators' colours.
+/// The key: each generator's colour and name.
 pub fn key() -> Vec<(usize, String)> {
     NAMES.into_iter().enumerate().map(|(colour, name)| (colour, name.to_owned())).collect()
 }

@@ -14,8 +14,8 @@ const FIRST_FUNCTION_SELECT = 6;
 /**
  * A PIO block (datasheet 3): four state machines, their shared program, flags and pins.
  *
- * All machines of a cycle see the flags as they were before it, and the pins change when all are done; of several that
- * write a pin the one with the highest number wins.
+ * All machines see the flags as they were before the cycle, and the pins change when all machines are done. If several
+ * write a pin, the one with the highest number wins.
  */
 export class PioBlock {
   /**
@@ -33,7 +33,7 @@ export class PioBlock {
     this.inputs = new Inputs();
     this.machines = Array.from({ length: MACHINES }, (_, number) => new StateMachine(this, number));
     this.next = Infinity;
-    /** FDEBUG's sticky bits, a machine each. */
+    /** FDEBUG's sticky bits, one bit per machine. */
     this.stalledTx = 0;
     this.stalledRx = 0;
     this.overTx = 0;
@@ -41,7 +41,8 @@ export class PioBlock {
     this.flags = 0;
     this.raised = 0;
     this.lowered = 0;
-    // What a GPIO with FUNCSEL 6 or 7 shows, and what it was last told. rp2040js reads the first two.
+    // The levels and directions that the block gives the GPIOs with FUNCSEL 6 or 7, and those last shown on the pins.
+    // rp2040js reads the first two.
     this.pinValues = 0;
     this.pinDirections = 0;
     this.shownValues = 0;
@@ -66,14 +67,14 @@ export class PioBlock {
     this.commit(cycle);
   }
 
-  /** Something is due on this cycle, earlier than thought perhaps. */
+  /** Something is due on this cycle, which may be earlier than expected so far. */
   expect(cycle) {
     if (cycle >= this.next) return;
     this.next = cycle;
     this.lockstep.expect(cycle);
   }
 
-  /** What the cycle did shows: first the flags, then the pins. */
+  /** Makes the effects of the cycle visible: first the flags, then the pins. */
   commit(cycle) {
     if ((this.raised | this.lowered) !== 0) this.#commitFlags(cycle);
     const changed = (this.pinValues ^ this.shownValues) | (this.pinDirections ^ this.shownDirections);
@@ -110,7 +111,7 @@ export class PioBlock {
     for (let left = changed; left !== 0; left &= left - 1) this.#showPin(31 - Math.clz32(left & -left));
   }
 
-  /** As `checkForUpdates` of rp2040js, but straight where a pin is simply the block's output. */
+  /** Like `checkForUpdates` of rp2040js, but faster for a pin that is simply the block's output. */
   #showPin(index) {
     const pin = this.chip.gpio[index];
     if (pin.ctrl !== this.functionSelect || ((this.pinDirections >>> index) & 1) === 0) {
@@ -132,19 +133,19 @@ export class PioBlock {
     for (let index = 0; index < MACHINES; index++) this.machines[index].wake(WAITS_FOR.pin, seenAt - 1);
   }
 
-  /** The registers of the machines as of this cycle. */
+  /** Brings the registers of the machines to the state of this cycle. */
   settle(cycle) {
     for (const machine of this.machines) machine.settle(cycle);
   }
 
-  /** A machine's FIFOs are joined or parted, and so emptied. */
+  /** A machine's FIFOs are joined or separated, which empties them. */
   joinFifos(machine, cycle) {
     machine.joinFifos();
     machine.wake(WAITS_FOR.rx, cycle);
     this.txPopped(machine.index, cycle);
   }
 
-  /** After a change of the program or of settings. */
+  /** Called after a change of the program or of settings. */
   changeProgram() {
     let seen = 0;
     this.sharedPins = 0;
@@ -188,12 +189,12 @@ export class PioBlock {
     return word;
   }
 
-  /** One bit of four, a machine each. */
+  /** A bit mask with one bit per machine, set where `test` holds. */
   bits(test) {
     return this.machines.reduce((bits, machine, index) => bits | (test(machine) ? 1 << index : 0), 0);
   }
 
-  /** INTR: a bit each for flags 3 to 0, TX FIFOs with room, and RX FIFOs with words. */
+  /** INTR: one bit each for flags 3 to 0, TX FIFOs with room, and RX FIFOs with words. */
   get sources() {
     return ((this.flags & FLAGS_TO_CORE) << 8) | (this.bits(({ tx }) => !tx.full) << 4) | this.bits(({ rx }) => !rx.empty);
   }
@@ -202,7 +203,7 @@ export class PioBlock {
     return (this.sources & this.enabledSources[line]) | this.forcedSources[line];
   }
 
-  /** Sets both interrupt lines as their sources are. */
+  /** Sets both interrupt lines according to their sources. */
   interrupt() {
     this.chip.setInterrupt(this.irq, this.status(0) !== 0);
     this.chip.setInterrupt(this.irq + 1, this.status(1) !== 0);

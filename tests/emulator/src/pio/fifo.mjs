@@ -1,6 +1,6 @@
 const MOST_WORDS = 8;
 
-/** A FIFO of 32-bit words, four deep, or eight when the other of its machine has joined it. */
+/** A FIFO of 32-bit words. It is four deep, or eight when the machine's other FIFO is joined to it. */
 export class Fifo {
   constructor() {
     this.words = new Int32Array(MOST_WORDS);

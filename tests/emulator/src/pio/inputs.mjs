@@ -1,4 +1,4 @@
-/** Two flip-flops: a level is seen two cycles after it came; one with the synchroniser bypassed. */
+/** Two flip-flops: a level is seen two cycles after it came, or one cycle with the synchroniser bypassed. */
 const SYNC_CYCLES = 2;
 const BYPASS_CYCLES = 1;
 /** Room for every pin to change on every cycle that a change takes. */
@@ -10,7 +10,10 @@ export class Inputs {
     this.bypassed = 0;
     this.seen = 0;
     this.outside = 0;
-    /** Changes on their way, in a ring: the cycle from which each is seen, in their order, and the pin's bit, which turns over. */
+    /**
+     * Changes that are not seen yet, as a ring in order: the cycle from which each is seen, and the bit of the pin that
+     * toggles.
+     */
     this.cycles = new Float64Array(SLOTS);
     this.bits = new Int32Array(SLOTS);
     this.head = 0;
@@ -32,7 +35,7 @@ export class Inputs {
     return this.count === 0 ? Infinity : this.cycles[this.head];
   }
 
-  /** A pin's level changes. @returns {number} the cycle from which that is seen; infinite if it is no change */
+  /** A pin's level changes. @returns {number} the cycle from which that is seen; Infinity if the level is the same */
   change(pin, high, cycle) {
     const bit = 1 << pin;
     if (((this.outside & bit) !== 0) === high) return Infinity;

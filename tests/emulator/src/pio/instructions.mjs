@@ -1,4 +1,4 @@
-/** How an instruction ended: on to the next one, at a new address, to be tried again, or jumping onto itself. */
+/** How an instruction ended: continue with the next one, continue at a new address, try again, or jump to itself. */
 export const [DONE, JUMPED, STALLED, SPINNING] = [0, 1, 2, 3];
 /** What a stalled machine waits for: bits, so that one waker can serve several. */
 export const WAITS_FOR = { tx: 1, rx: 2, irq: 4, pin: 8 };
@@ -87,7 +87,7 @@ function waitForPin(machine, pin, high, cycle) {
   return level === high ? DONE : machine.stallOn(WAITS_FOR.pin);
 }
 
-/** Waiting for a flag to be set takes it: the flag is cleared. */
+/** Waiting for a set flag also clears it. */
 function waitForFlag(machine, bit, high) {
   const { block } = machine;
   if (((block.flags & bit) !== 0) !== high) return machine.stallOn(WAITS_FOR.irq);
@@ -95,7 +95,7 @@ function waitForFlag(machine, bit, high) {
   return DONE;
 }
 
-/** A flag by its number; with bit 4, the machine's own of each group of four. */
+/** The bit of a flag by its number. With bit 4, the number is relative to the machine within each group of four. */
 function flagBit(machine, index) {
   return 1 << (index & 16 ? (index & 4) | ((index + machine.index) & 3) : index & 7);
 }
@@ -143,7 +143,7 @@ function shiftOutTo(machine, destination, value, bits) {
   }
 }
 
-/** What OUT and MOV have in common. */
+/** The destinations that OUT and MOV share. */
 function writeTo(machine, destination, value) {
   switch (destination) {
     case 0:
@@ -220,7 +220,7 @@ function reversed(value) {
   return result;
 }
 
-/** What IN and MOV read. */
+/** The sources of IN and MOV. */
 function source(machine, number, cycle) {
   switch (number) {
     case 0:
@@ -240,7 +240,7 @@ function source(machine, number, cycle) {
   }
 }
 
-/** IRQ: clears a flag, or sets it and perhaps waits until somebody has cleared it. */
+/** IRQ: clears a flag, or sets it and optionally waits until it has been cleared. */
 function interrupt(machine, op) {
   const bit = flagBit(machine, op & 31);
   const { block } = machine;

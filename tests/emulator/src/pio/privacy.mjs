@@ -6,8 +6,8 @@ const REGISTERS_SET = new Set([1, 2]);
 const JUMP_IF_PIN = 6;
 
 /**
- * Which instructions concern nobody but their machine: they read and write its registers only, never a pin, flag or FIFO
- * (side-set aside, and no autopush or autopull). A machine can carry such ones out ahead of time.
+ * Instructions that affect only their own machine: they read and write its registers, never a pin, flag or FIFO
+ * (without side-set, autopush and autopull). A machine can carry these out ahead of time.
  */
 export const PRIVATE = Uint8Array.from({ length: OPCODES }, (_, op) => (isPrivate(op >> 13, (op >> 5) & 7, op & 7) ? 1 : 0));
 

@@ -2,17 +2,17 @@ import { PRIVATE } from './privacy.mjs';
 
 const PROGRAM_WORDS = 32;
 
-/** The program as one machine takes it: what its settings make of each instruction, worked out once and not at every step. */
+/** The program as one machine executes it: each instruction decoded with the machine's settings, once and not at every step. */
 export class ProgramView {
   constructor() {
-    /** The address of the next instruction, by the wrap. */
+    /** The address of the next instruction, wrap included. */
     this.follows = new Uint8Array(PROGRAM_WORDS);
-    /** Cycles with the delay. */
+    /** Cycles of each instruction, delay included. */
     this.cycles = new Float64Array(PROGRAM_WORDS);
     /** The pins that side-set writes, and their levels. */
     this.sideMasks = new Int32Array(PROGRAM_WORDS);
     this.sideValues = new Int32Array(PROGRAM_WORDS);
-    /** Whether it concerns nobody but the machine, if its side-set changes nothing. */
+    /** Whether the instruction affects only its own machine, provided that its side-set changes nothing. */
     this.privates = new Uint8Array(PROGRAM_WORDS);
     this.stale = true;
   }

@@ -4,10 +4,10 @@ import { MachineSettings } from './settings.mjs';
 const [CTRL, FSTAT, FDEBUG, FLEVEL, TXF0, RXF0] = [0x000, 0x004, 0x008, 0x00c, 0x010, 0x020];
 const [IRQ, IRQ_FORCE, INPUT_SYNC_BYPASS, DBG_PADOUT, DBG_PADOE, DBG_CFGINFO] = [0x030, 0x034, 0x038, 0x03c, 0x040, 0x044];
 const [INSTR_MEM0, SM0, INTR, IRQ0_INTE, END] = [0x048, 0x0c8, 0x128, 0x12c, 0x144];
-/** From one machine's registers to the next's, and what they are. */
+/** The distance between the registers of two machines, and the offsets of these registers. */
 const SM_BYTES = 0x18;
 const [CLKDIV, EXECCTRL, SHIFTCTRL, ADDR, INSTR, PINCTRL] = [0x00, 0x04, 0x08, 0x0c, 0x10, 0x14];
-/** From one interrupt line's registers to the other's. */
+/** The distance between the registers of the two interrupt lines. */
 const LINE_BYTES = 0x0c;
 const [INTE, INTF] = [0x00, 0x04];
 const FIFO_JOINS = 0xc0000000;
@@ -54,7 +54,7 @@ export class PioRegisters extends BasePeripheral {
     return offset < INTR ? 0 : super.readUint32(offset);
   }
 
-  /** The FIFOs are written as they are, whichever alias is used: to read them first would be to take a word. */
+  /** FIFOs are written directly, whichever alias is used, because reading them first would take a word. */
   writeUint32Atomic(offset, value, kind) {
     if (offset >= TXF0 && offset < IRQ) this.writeUint32(offset, value);
     else super.writeUint32Atomic(offset, value, kind);
@@ -92,7 +92,7 @@ export class PioRegisters extends BasePeripheral {
     return tx | (block.bits(({ rx }) => rx.empty) << 8) | block.bits(({ rx }) => rx.full);
   }
 
-  /** A machine that is stalled still sets its bit again at once. */
+  /** A machine that is still stalled sets its bit again at once. */
   #clearDebug(word) {
     const { block } = this;
     block.stalledTx = (block.stalledTx & ~(word >>> 24)) | block.bits((machine) => machine.stalledOnTx);

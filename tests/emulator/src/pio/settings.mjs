@@ -10,7 +10,7 @@ const field = (word, shift, bits) => (word >>> shift) & ((1 << bits) - 1);
 const flag = (word, bit) => ((word >>> bit) & 1) !== 0;
 const pins = (count, base) => rotateLeft(count >= 32 ? -1 : (1 << count) - 1, base);
 
-/** A machine's four control registers (datasheet 3.7), taken apart once when they are written. */
+/** A machine's four control registers (datasheet 3.7), decoded once when they are written. */
 export class MachineSettings {
   constructor() {
     Object.assign(this, RESET);
@@ -20,7 +20,7 @@ export class MachineSettings {
     this.takePinctrl(this.pinctrl);
   }
 
-  /** CLKDIV as cycles of the system clock to a tick: 1 to 65536, in steps of 1/256. */
+  /** CLKDIV as system clock cycles per tick: 1 to 65536, in steps of 1/256. */
   static periodOf(clkdiv) {
     const whole = field(clkdiv, 16, 16);
     return whole === 0 ? WHOLE_DIVIDER : whole + field(clkdiv, 8, 8) / 256;
@@ -77,7 +77,7 @@ export class MachineSettings {
     return this.sideOptional && (op & SIDE_ENABLE) === 0 ? 0 : this.sideMask;
   }
 
-  /** Their levels, among others. */
+  /** The levels of these pins, among other bits. */
   sideValueOf(op) {
     return rotateLeft((op >> (SIDE_FIELD_SHIFT + this.delayBits)) & 31, this.sideBase);
   }
@@ -87,7 +87,7 @@ export class MachineSettings {
     return !this.outEnableInline || flag(value, this.outEnableBit);
   }
 
-  /** The instruction's five bits, shared by side-set (with its enable bit, if optional) and delay. */
+  /** Divides the instruction's five bits between side-set (with its enable bit, if optional) and delay. */
   #divideSideField() {
     const sideBits = field(this.pinctrl, 29, 3);
     this.delayBits = SIDE_FIELD_BITS - sideBits;

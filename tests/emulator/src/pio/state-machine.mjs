@@ -5,17 +5,17 @@ import { MachineSettings } from './settings.mjs';
 
 const NONE = -1;
 const WORD_BITS = 32;
-/** Enough for any straight run of registers; an endless one is cut here. */
+/** Enough for any sequence of register instructions. An endless one is cut off here. */
 const MOST_AHEAD = 16;
 
 /**
  * One PIO state machine (datasheet 3.2).
  *
- * It is stepped on the cycles on which it does something that others can see: `next` says when. A delay is a later
- * `next`, a stalled machine has none until somebody wakes it. Instructions on its own registers are carried out ahead of
- * time, all rounds of a jump onto itself that counts a register down in one go; `settle` takes back what is not due yet
- * before anybody looks. Times are cycles of the system clock; with a fractional divider they have binary fractions, of
- * which the whole part counts.
+ * It is stepped on the cycles on which it does something that others can see; `next` is the next such cycle. A delay
+ * only makes `next` later. A stalled machine has no `next` until something wakes it. Instructions that use only its own
+ * registers are carried out ahead of time. If an instruction jumps to itself and counts a register down, all its rounds
+ * are carried out at once. `settle` reverts what is not due yet before anything reads the registers. Times are cycles
+ * of the system clock; with a fractional divider they have binary fractions, of which only the whole part counts.
  */
 export class StateMachine extends MachineSettings {
   /** @param {import('./block.mjs').PioBlock} block */
@@ -38,14 +38,14 @@ export class StateMachine extends MachineSettings {
     this.injected = NONE;
     /** Whether the instruction under way comes from the memory. */
     this.fromMemory = true;
-    /** Whether the IRQ instruction that waits has set its flag. */
+    /** Whether the IRQ instruction that is waiting has set its flag. */
     this.flagRaised = false;
     this.waitsFor = 0;
     this.next = Infinity;
     this.stalledAt = 0;
-    /** While disabled: how long after enabling the machine goes on. */
+    /** While the machine is disabled: the time from enabling to the next instruction. */
     this.heldCycles = 1;
-    /** Whether instructions have been carried out ahead of time, and how things stood before them. */
+    /** Whether instructions have been carried out ahead of time, and the state before them. */
     this.isAhead = false;
     this.before = { next: 0.5, pc: 0, x: 0, y: 0, isr: 0, isrCount: 0, osr: 0, osrCount: 0 };
   }
@@ -71,7 +71,7 @@ export class StateMachine extends MachineSettings {
     if (this.program.privates[this.pc] !== 0 && this.injected === NONE) this.runAhead();
   }
 
-  /** Of the injected instruction only the delay counts, not that of the one which brought it in. */
+  /** Only the delay of the injected instruction counts, not that of the instruction that injected it. */
   stepInjected(cycle) {
     const op = this.injected;
     const outcome = this.carryOut(op, cycle, false);
@@ -91,14 +91,14 @@ export class StateMachine extends MachineSettings {
     return execute(this, op, cycle);
   }
 
-  /** To the next instruction of the program, and to its time. */
+  /** Continues with the next instruction of the program, at its time. */
   goOn(at, outcome) {
     if (outcome === SPINNING) this.spin(at);
     if (outcome !== JUMPED) this.pc = this.program.follows[at];
     this.next += this.injected === NONE ? this.program.cycles[at] : this.period;
   }
 
-  /** An instruction written to SMx_INSTR: at once, enabled or not; its delay is ignored (datasheet 3.5.7). */
+  /** An instruction written to SMx_INSTR is carried out at once, enabled or not; its delay is ignored (datasheet 3.5.7). */
   force(op, cycle) {
     const { waitsFor, flagRaised, next } = this;
     this.flagRaised = false;
@@ -110,12 +110,12 @@ export class StateMachine extends MachineSettings {
       this.next = this.waitsFor === 0 ? this.tickAfter(cycle) : Infinity;
       return;
     }
-    // A jump ends the machine's own stall; after anything else it goes on with what it was at.
+    // A jump ends the machine's own stall. After any other instruction the machine continues its stall.
     if (outcome !== JUMPED) Object.assign(this, { waitsFor, flagRaised, next });
     if (this.injected !== NONE || (outcome === JUMPED && this.enabled && waitsFor !== 0)) this.resume(cycle);
   }
 
-  /** Parks the machine until what it waits for may have come; without such a thing it tries again at once. */
+  /** Stops the machine until its condition may be true. Without a condition it tries again on the next tick. */
   stall() {
     this.stalledAt = this.next;
     if (this.waitsFor === 0) this.next += this.period;
@@ -137,12 +137,12 @@ export class StateMachine extends MachineSettings {
     return this.stallOn(WAITS_FOR.rx);
   }
 
-  /** Something happened on the cycle that the machine may be waiting for: it tries again on its next tick. */
+  /** An event for which the machine may be waiting happened on this cycle. The machine tries again on its next tick. */
   wake(what, cycle) {
     if ((this.waitsFor & what) !== 0 && this.runs) this.resume(cycle);
   }
 
-  /** Whether it has something to carry out: enabled, or an instruction forced on it. */
+  /** Whether it has an instruction to carry out: it is enabled, or an instruction was forced. */
   get runs() {
     return this.enabled || this.injected !== NONE;
   }
@@ -155,12 +155,12 @@ export class StateMachine extends MachineSettings {
     return this.enabled && this.waitsFor === WAITS_FOR.rx;
   }
 
-  /** Whether a forced or brought-in instruction is waiting. */
+  /** Whether a forced or injected instruction is waiting. */
   get execStalled() {
     return this.injected !== NONE && this.waitsFor !== 0;
   }
 
-  /** The instruction at hand. */
+  /** The current instruction. */
   get current() {
     return this.injected === NONE ? this.block.memory[this.pc] : this.injected;
   }
@@ -181,7 +181,7 @@ export class StateMachine extends MachineSettings {
     return this.fromMemory && target === this.pc;
   }
 
-  /** Takes all rounds of `jmp x--` or `jmp y--` onto itself at once, up to the last. */
+  /** Carries out all rounds of `jmp x--` or `jmp y--` to itself at once, up to the last. */
   spin(at) {
     const rounds = this.roundsLeft(at);
     this.next += rounds * this.program.cycles[at];
@@ -201,7 +201,7 @@ export class StateMachine extends MachineSettings {
     else this.y = (this.y - rounds) | 0;
   }
 
-  /** Carries out what concerns nobody else: the next instruction, and those after it. */
+  /** Carries out instructions that affect only this machine: the next one and those after it. */
   runAhead() {
     if (!this.isPrivate(this.pc)) return;
     this.remember();
@@ -231,7 +231,7 @@ export class StateMachine extends MachineSettings {
     before.osrCount = this.osrCount;
   }
 
-  /** Takes back what was carried out ahead of this cycle. */
+  /** Reverts what was carried out ahead of this cycle. */
   settle(cycle) {
     if (!this.isAhead) return;
     this.isAhead = false;
@@ -266,7 +266,7 @@ export class StateMachine extends MachineSettings {
     }
   }
 
-  /** SM_RESTART: forgets what is under way, keeps the program counter, X, Y and OSR. */
+  /** SM_RESTART: discards the current instruction; keeps the program counter, X, Y and OSR. */
   restart(cycle) {
     this.isr = 0;
     this.isrCount = 0;
@@ -279,7 +279,7 @@ export class StateMachine extends MachineSettings {
     this.block.expect(this.next);
   }
 
-  /** A new divider, or its phase begun anew: the ticks left of a delay follow from the next cycle on. */
+  /** A new divider, or a restart of its phase. The remaining ticks of a delay follow from the next cycle on. */
   rephase(period, cycle) {
     const ticksLeft = this.next === Infinity ? 0 : Math.ceil((this.next - cycle) / this.period) - 1;
     this.period = period;
@@ -289,7 +289,7 @@ export class StateMachine extends MachineSettings {
     this.block.expect(this.next);
   }
 
-  /** Joining or parting the FIFOs empties them. */
+  /** Joining or separating the FIFOs empties them. */
   joinFifos() {
     this.tx.resize(this.joinsTx ? 8 : this.joinsRx ? 0 : 4);
     this.rx.resize(this.joinsRx ? 8 : this.joinsTx ? 0 : 4);

@@ -1,6 +1,6 @@
 import { Fault } from '../fault.mjs';
 
-/** Arithmetic as the ROM has it: where IEEE 754 has no number, it has an infinity. */
+/** Arithmetic of the ROM: where IEEE 754 gives NaN, it gives an infinity. */
 export function sum(a, b) {
   const result = a + b;
   return Number.isNaN(result) ? Infinity : result;
@@ -30,7 +30,7 @@ export function compare(a, b) {
   return a < b ? -1 : a > b ? 1 : 0;
 }
 
-/** A function of an angle; beyond the range it is made for the ROM returns something, so asking there is a fault. */
+/** A function of an angle. Outside its range the ROM returns an undefined value, so that is a fault here. */
 export function ofAngle(name, operation, furthest) {
   return (angle) => {
     if (Math.abs(angle) < furthest) return operation(angle);
@@ -38,7 +38,7 @@ export function ofAngle(name, operation, furthest) {
   };
 }
 
-/** The sign of a product or quotient. */
+/** An infinity with the sign of the product or quotient. */
 function infinityOf(a, b) {
   return isNegative(a) === isNegative(b) ? Infinity : -Infinity;
 }

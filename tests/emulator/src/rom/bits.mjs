@@ -1,4 +1,4 @@
-/** The bit functions: code, name, the datasheet's average of cycles, and what it does to the registers. */
+/** The bit functions: code, name, average cycles from the datasheet, and the effect on the registers. */
 export const BITS = [
   ['P3', 'popcount32', 18, (r) => (r[0] = ones(r[0]))],
   ['R3', 'reverse32', 21, (r) => (r[0] = reversed(r[0]))],

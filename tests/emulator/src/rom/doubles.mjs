@@ -2,19 +2,19 @@ import { compare, difference, logarithm, ofAngle, product, quotient, squareRoot,
 import { clampSigned, clampUnsigned, fixed, returnSigned64, returnUnsigned64, scaled, signed64, unsigned64 } from './integers.mjs';
 import { doubleFrom, returnDouble, returnSingle } from './numbers.mjs';
 
-/** One argument in r0 and r1, the other in r2 and r3. */
+/** The first argument is in r0 and r1, the second in r2 and r3. */
 const binary = (operation) => (r) => returnDouble(r, operation(doubleFrom(r[0], r[1]), doubleFrom(r[2], r[3])));
 const unary = (operation) => (r) => returnDouble(r, operation(doubleFrom(r[0], r[1])));
 const toWord = (convert) => (r) => {
   r[0] = convert(doubleFrom(r[0], r[1]), r[2]);
 };
 
-/** Radians, either way. */
+/** Largest angle in either direction, radians. */
 const FURTHEST_ANGLE = 1024;
 
 /**
- * The table of double functions: offset, name, the datasheet's average of cycles (table "soft_double_table", V2), and
- * what it does to the registers.
+ * The table of double functions: offset, name, average cycles from the datasheet (table "soft_double_table", V2), and
+ * the effect on the registers.
  */
 export const DOUBLES = [
   [0x00, 'dadd', 91, binary(sum)],

@@ -3,13 +3,13 @@ import { PAGE_BYTES, SECTOR_BYTES } from '../flash.mjs';
 
 const SECTOR_ERASE = 0x20;
 const IP = 12;
-/** Counted in the ROM's source: mostly two delays of 2048 turns and ten bytes at 48 cycles. */
+/** Counted in the ROM's source: mostly two delays of 2048 rounds, and ten bytes at 48 cycles. */
 const EXIT_CYCLES = 13_000;
-/** Estimates: registers of the peripherals' bus; a tag of the cache a cycle. */
+/** Estimates. They consist of accesses to registers on the peripheral bus, and of one cycle for each tag of the cache. */
 const [CONNECT_CYCLES, FLUSH_CYCLES, ENTER_CYCLES] = [150, 1100, 40];
 const EMPTY_CYCLES = 20;
 
-/** Functions of one trap: code, name, cycles, what it does. */
+/** Functions with a single trap: code, name, cycles, effect. */
 export const FLASH = [
   ['IF', 'connect_internal_flash', CONNECT_CYCLES, () => {}],
   ['EX', 'flash_exit_xip', EXIT_CYCLES, (_, bus) => bus.flash.interface.set({ showsFlash: false })],
@@ -17,7 +17,10 @@ export const FLASH = [
   ['CX', 'flash_enter_cmd_xip', ENTER_CYCLES, (_, bus) => bus.flash.interface.set({ showsFlash: true })],
 ];
 
-/** Functions that go round: a first trap that checks, then one for each sector or page until the count in a register is 0. */
+/**
+ * Functions with a loop: a first trap checks the arguments, then a trap handles each sector or page until the count in
+ * a register is 0.
+ */
 export const FLASH_LOOPS = [
   { code: 'RE', name: 'flash_range_erase', check: checkErase, step: eraseNext, count: 1 },
   { code: 'RP', name: 'flash_range_program', check: checkProgram, step: programNext, count: 2 },
@@ -29,7 +32,7 @@ function checkErase(r) {
   checkMultiple('flash_range_erase', r[1], SECTOR_BYTES);
 }
 
-/** A block where one fits, otherwise a sector. */
+/** Erases a block where one fits, otherwise a sector. */
 function eraseNext(r, bus) {
   const [address, left, block] = [r[0] >>> 0, r[1] >>> 0, r[2] >>> 0];
   if (left === 0) return EMPTY_CYCLES;

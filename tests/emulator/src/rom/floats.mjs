@@ -2,7 +2,10 @@ import { compare, difference, logarithm, ofAngle, product, quotient, squareRoot,
 import { clampSigned, clampUnsigned, fixed, returnSigned64, returnUnsigned64, scaled, signed64, stickyLow, unsigned64 } from './integers.mjs';
 import { returnDouble, returnSingle, singleFrom } from './numbers.mjs';
 
-/** A sum, product, quotient or root of floats, rounded to a double and then to a float, is as if rounded once. */
+/**
+ * A sum, product, quotient or root of floats that is rounded to a double and then to a float equals the result of
+ * rounding once.
+ */
 const binary = (operation) => (r) => returnSingle(r, operation(singleFrom(r[0]), singleFrom(r[1])));
 const unary = (operation) => (r) => returnSingle(r, operation(singleFrom(r[0])));
 const toWord = (convert) => (r) => {
@@ -11,12 +14,12 @@ const toWord = (convert) => (r) => {
 const fromSigned64 = (r) => signed64(stickyLow(r[0], r[1]), r[1]);
 const fromUnsigned64 = (r) => unsigned64(stickyLow(r[0], r[1]), r[1]);
 
-/** Radians, either way. */
+/** Largest angle in either direction, radians. */
 const FURTHEST_ANGLE = 128;
 
 /**
- * The table of float functions: offset, name, the datasheet's average of cycles (table "soft_float_table", V2), and what it
- * does to the registers.
+ * The table of float functions: offset, name, average cycles from the datasheet (table "soft_float_table", V2), and the
+ * effect on the registers.
  */
 export const FLOATS = [
   [0x00, 'fadd', 71, binary(sum)],

@@ -7,12 +7,12 @@ const BKPT = 0xbe00;
 /** subs r3, #1; bne to it. */
 const WAIT = [0x3b01, 0xd1fd];
 const [BX_LR, B_SELF, CMP_ZERO, BNE_TO_STEP] = [0x4770, 0xe7fe, 0x2800, 0xd1fa];
-/** Looks for the code r1 in the table r0: ldrh, cmp, beq, adds, cmp, bne to the first, movs, bx; ldrh, bx. */
+/** Searches the table r0 for the code r1: ldrh, cmp, beq, adds, cmp, bne to the first, movs, bx; ldrh, bx. */
 const LOOKUP = [0x8802, 0x428a, 0xd004, 0x3004, 0x2a00, 0xd1f9, 0x2000, 0x4770, 0x8840, 0x4770];
 
 export const codeOf = (text) => text.charCodeAt(0) | (text.charCodeAt(1) << 8);
 
-/** Memory that is written from its beginning to its end, and filled with breakpoints of a number no function has. */
+/** The ROM's memory, written from beginning to end. The rest is filled with breakpoints of a number that no function has. */
 export class RomImage {
   constructor(emptyTrap) {
     this.halfwords = new Uint16Array(ROM_BYTES / 2).fill(BKPT | emptyTrap);
@@ -21,7 +21,7 @@ export class RomImage {
     this.halfwords[LOOKUP_AT / 2] = this.add(LOOKUP) | 1;
   }
 
-  /** @returns {number} where the half-words begin: on a word */
+  /** @returns {number} where the half-words begin, aligned to a word */
   add(halfwords) {
     const at = this.end;
     this.halfwords.set(halfwords, at / 2);
@@ -34,17 +34,20 @@ export class RomImage {
     return this.add(new Uint16Array(bytes.buffer.slice(0, bytes.length & ~1)));
   }
 
-  /** A function that begins with a trap, then waits as long as r3 says. @returns {number} its address, for Thumb */
+  /**
+   * A function that begins with a trap and then waits for as long as r3 says. @returns {number} its address, with the
+   * Thumb bit
+   */
   addStub(trap) {
     return this.add([BKPT | trap, ...WAIT, BX_LR]) | 1;
   }
 
-  /** One whose second trap, with its wait, comes again until a register is 0. */
+  /** A function whose second trap and wait repeat until a register is 0. */
   addLoop(checkTrap, stepTrap, register) {
     return this.add([BKPT | checkTrap, BKPT | stepTrap, ...WAIT, CMP_ZERO | (register << 8), BNE_TO_STEP, BX_LR]) | 1;
   }
 
-  /** One that never returns. */
+  /** A function that never returns. */
   addEnd(trap) {
     return this.add([BKPT | trap, B_SELF]) | 1;
   }

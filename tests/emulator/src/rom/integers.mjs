@@ -1,8 +1,14 @@
-/** Whole and fixed-point numbers from floats and back: rounded towards minus infinity, and clamped to what fits. */
+/**
+ * Converts integers and fixed-point numbers from floats and back. Results are rounded towards minus infinity and
+ * clamped to their range.
+ */
 const WORD = 2 ** 32;
-/** No float is as far from 1 as twice this many powers of two. */
+/** A shift by more than this exceeds the range of any float in either direction. */
 const FURTHEST = 2200;
-/** Bits of a 64-bit number that a double may lack, and that bit of them which stands for all (in the sum, 53 bits). */
+/**
+ * Low bits of a 64-bit number that may not fit in a double, and the bit among them that represents all (the sum has 53
+ * bits).
+ */
 const [LOST_BITS, STICKY_BIT] = [0xfff, 0x800];
 
 /** `value` * 2^`exponent`, rounded at most once. */
@@ -14,7 +20,7 @@ export function scaled(value, exponent) {
   return result * 2 ** left;
 }
 
-/** `value` * 2^`bits` as a fixed-point number: what lies below zero, however little, goes to -1. */
+/** `value` * 2^`bits` as a fixed-point number. Any negative value, however small, becomes at most -1. */
 export function fixed(value, bits) {
   const result = Math.floor(scaled(value, bits));
   return result === 0 && value < 0 ? -1 : result;
@@ -35,7 +41,7 @@ export function returnSigned64(r, value) {
   else returnWhole(r, value);
 }
 
-/** The same without sign. */
+/** The same, unsigned. */
 export function returnUnsigned64(r, value) {
   if (value >= 2 ** 64) returnPair(r, -1, -1);
   else if (value < 0) returnPair(r, 0, 0);
@@ -47,13 +53,13 @@ function returnWhole(r, value) {
   returnPair(r, value - high * WORD, high);
 }
 
-/** Numbers beyond 31 bits wrap into their register. */
+/** Numbers larger than 31 bits wrap in their register. */
 function returnPair(r, low, high) {
   r[0] = low | 0;
   r[1] = high | 0;
 }
 
-/** The double nearest to a pair of registers: both parts are exact, so the sum is rounded once. */
+/** The double nearest to a pair of registers. Both parts are exact, so the sum is rounded once. */
 export function signed64(low, high) {
   return high * WORD + (low >>> 0);
 }
@@ -62,7 +68,10 @@ export function unsigned64(low, high) {
   return (high >>> 0) * WORD + (low >>> 0);
 }
 
-/** A pair of registers whose `float` is rounded once though it passes through a double: bits it cannot have become one. */
+/**
+ * Changes a pair of registers so that its conversion to float via double rounds once: the bits that a double cannot
+ * hold become one.
+ */
 export function stickyLow(low, high) {
   const short = high >> 21 === 0 || high >> 21 === -1;
   return short || (low & LOST_BITS) === 0 ? low : (low & ~LOST_BITS) | STICKY_BIT;

@@ -1,13 +1,13 @@
 /**
- * Copying and filling: done at once, so a handler sees all of it or nothing. The cycles are those of the ROM's loops: 13
- * for 16 bytes copied by words and 8 for 16 filled, 7 a byte where source and target are not alike in their last two bits,
- * and 4 (or 2) a byte below 8 bytes; beside them what surrounds each loop.
+ * Copying and filling are done at once, so a handler sees all of it or nothing. The cycles are those of the ROM's
+ * loops: 13 for 16 bytes copied by words and 8 for 16 filled; 7 per byte where source and target differ in their last
+ * two bits; and 4 (or 2) per byte below 8 bytes. The code around each loop is added to that.
  */
 const SHORT_BYTES = 8;
 const SHORT_CYCLES = 13;
 const UNLIKE_CYCLES = 9;
 
-/** Code, name, cycles (0: the function returns them), and what it does. */
+/** Code, name, cycles (0: the function returns them), and effect. */
 export const MEMORY = [
   ['MC', 'memcpy', 0, copy(38)],
   ['C4', 'memcpy44', 0, copy(25)],

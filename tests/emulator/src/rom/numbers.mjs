@@ -1,6 +1,6 @@
 /**
- * Floats as the ROM has them: a denormal is a zero of its sign, and a NaN an infinity of its sign, going in; no denormal
- * and no NaN comes out. They pass through registers as signed 32-bit words.
+ * Floats as the ROM treats them: an argument that is denormal counts as a zero of its sign, and a NaN as an infinity of
+ * its sign; a result is never denormal or NaN. In registers they are signed 32-bit words.
  */
 const double = new Float64Array(1);
 const doubleWords = new Int32Array(double.buffer);

@@ -7,19 +7,19 @@ import { RomImage } from './image.mjs';
 import { MEMORY } from './memory.mjs';
 
 const NO_FUNCTION = 0xff;
-/** A stub takes one cycle for its trap, three a turn of its delay but two for the last, and two to return. */
+/** A stub takes one cycle for its trap, three for each round of its delay except two for the last, and two to return. */
 const [STUB_CYCLES, TURN_CYCLES] = [2, 3];
 
-/** The traps of functions that program flash: what they take is no fault of the firmware's. */
+/** The traps of functions that program flash. The firmware is not responsible for their time. */
 const flashTraps = new Set();
-/** What each trap does, and the cycles of its whole function; functions whose cycles vary return them. */
+/** The effect of each trap, and the cycles of its whole function. Functions whose cycles vary return them. */
 const actions = [];
 const cycles = [];
 const image = build();
 
 /**
- * Carries out a function of the ROM at its first instruction, a trap, and sets how often its delay goes round: from its
- * entry to its return it takes its cycles, and interrupts find real instructions to come between.
+ * Carries out a function of the ROM at its first instruction, a trap, and sets the number of rounds of its delay. So
+ * the function takes its cycles from entry to return, and interrupts can come between real instructions.
  */
 export function callRom(number, core, bus, r) {
   const act = actions[number];
@@ -33,7 +33,7 @@ export function callRom(number, core, bus, r) {
   if (flashTraps.has(number)) bus.watch.exclude(whole);
 }
 
-/** Puts the ROM where the chip has it. */
+/** Writes the ROM to its place in the chip. */
 export function loadRom(chip) {
   new Uint16Array(chip.bootrom.buffer).set(image.halfwords);
 }
