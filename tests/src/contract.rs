@@ -2,7 +2,7 @@
 //! clears it.
 //!
 //! The cases are also the rows of `docs/position.md`. Each case is a script that a simulated machine and the firmware
-//! on the emulated board run alike: see [`crate::desk`].
+//! on the emulated board run alike: see [`crate::script_runner`].
 
 use std::fmt::Write as _;
 use std::iter;
