@@ -188,8 +188,11 @@ impl<'a> Follower<'a> {
             prop_assert_eq!(last.plan, chunk.plan);
         } else {
             prop_assert_eq!(chunk.plan.begin_steps(), last.until_steps);
-            prop_assert!((chunk.plan.begin_s() - self.at_s).abs() <= 1e-9 * (self.at_s + 1.0), "{}", self.at_s);
             let (before, speed) = (end_speed(&last), begin_speed(chunk, self.at_s));
+            // A place is known to a rounding. At a speed near standstill that is a while.
+            let rounding_s = if before > 0.0 { f64::EPSILON * last.until_steps / before } else { 0.0 };
+            let off_s = (chunk.plan.begin_s() - self.at_s).abs();
+            prop_assert!(off_s <= 1e-9 * (self.at_s + 1.0) + rounding_s, "{off_s} s off at {} s", self.at_s);
             let unit = self.unit_mm_s / chunk.mm_per_step;
             prop_assert!((speed - before).abs() <= SAME * before + unit, "{speed} after {before} steps/s");
         }
