@@ -193,6 +193,23 @@ pub enum ReportedState {
 }
 
 impl ReportedState {
+    /// Every state, with each of its details.
+    pub const ALL: [Self; 13] = [
+        Self::Idle,
+        Self::Run,
+        Self::Hold { stopping: false },
+        Self::Hold { stopping: true },
+        Self::Door(Door::Closed),
+        Self::Door(Door::Open),
+        Self::Door(Door::Stopping),
+        Self::Door(Door::Resuming),
+        Self::Jog,
+        Self::Home,
+        Self::Alarm,
+        Self::Check,
+        Self::Sleep,
+    ];
+
     /// Whether nothing moves and no motion is waiting.
     pub const fn at_rest(self) -> bool {
         matches!(self, Self::Idle | Self::Alarm | Self::Check | Self::Sleep)

@@ -11,7 +11,7 @@ const INTERVALS: u32 = 20;
 /// The cruise, in intervals of a ramp: t_vc = 21/20 t_1 (Forero 2023, eq 12).
 const CRUISE_INTERVALS: u32 = 21;
 /// The whole move, in units of the steps that one level makes in one interval: 2 (1 + 2 + ... + 19) + 20 * 21.
-const RATIOS: u32 = 800;
+const UNITS: u32 = 800;
 
 /// A ramp up, a cruise and a ramp down in stairs. A stair is a twentieth of the cruise speed high and, on the ramps, a
 /// twentieth of t_1 long (Forero 2023, eqs 8-12).
@@ -128,10 +128,10 @@ impl Staircase {
     /// The 20 intervals of the acceleration, the cruise, and the 20 of the deceleration.
     pub fn treads(&self) -> impl Iterator<Item = Tread> + use<> {
         let plan = *self;
-        levels().scan((0, 0), move |(intervals_before, ratios_before), (level, intervals)| {
-            let tread = plan.tread((*intervals_before, *ratios_before), (level, intervals));
+        levels().scan((0, 0), move |(intervals_before, units_before), (level, intervals)| {
+            let tread = plan.tread((*intervals_before, *units_before), (level, intervals));
             *intervals_before += intervals;
-            *ratios_before += level * intervals;
+            *units_before += level * intervals;
             Some(tread)
         })
     }
@@ -139,7 +139,7 @@ impl Staircase {
     fn tread(&self, before: (u32, u32), stair: (u32, u32)) -> Tread {
         let (level, intervals) = stair;
         let time_s = |intervals: u32| self.t1_s * f64::from(intervals) / f64::from(INTERVALS);
-        let displacement = |ratios: u32| f64::from(self.steps) * f64::from(ratios) / f64::from(RATIOS);
+        let displacement = |units: u32| f64::from(self.steps) * f64::from(units) / f64::from(UNITS);
         Tread {
             level,
             intervals,

@@ -39,6 +39,9 @@ A law is planned either as Fonseca-Campos 2023 does, from periods and steps of a
 accelerations; which one, the options say. Fonseca-Campos's four laws can be either: of frequency over the step index, or of
 speed over displacement, as the ramp of a synchronised move (which needs a start speed above 0).
 
+Peaks beside them are means over steps that follow each other, of the instants of the closed form. A port rounds these to its ticks,
+which is far more than such a mean can bear at speed; isostep sim measures limits from rounded edges, over longer times.
+
 Several laws, or several generators, stand side by side in the table and one over the other in the picture.
 
 CSV: step,t_us,period_us,frequency_hz, with as many decimals as it takes to lose nothing.

@@ -4,27 +4,10 @@ use std::fmt::{self, Write};
 
 use isostep_console::parameters::{STORED_LINE_CHARS, StoredLine};
 use isostep_console::{
-    Block, Command, Coordinates, Door, Error, Interpreter, Jog, LineAssembler, MAX_COORDINATE_MM, MIN_FEED_MM_MIN,
-    Move, Overrides, Rate, Realtime, Refusal, ReportedState, SETTING_TABLE, Settings, Spindle, Status, StatusReporter,
+    Block, Command, Coordinates, Error, Interpreter, Jog, LineAssembler, MAX_COORDINATE_MM, MIN_FEED_MM_MIN, Move,
+    Overrides, Rate, Realtime, Refusal, ReportedState, SETTING_TABLE, Settings, Spindle, Status, StatusReporter,
     realtime, report, stopped_at,
 };
-
-/// The states of the machine in which a line may be interpreted.
-const STATES: [ReportedState; 13] = [
-    ReportedState::Idle,
-    ReportedState::Run,
-    ReportedState::Hold { stopping: false },
-    ReportedState::Hold { stopping: true },
-    ReportedState::Door(Door::Closed),
-    ReportedState::Door(Door::Open),
-    ReportedState::Door(Door::Stopping),
-    ReportedState::Door(Door::Resuming),
-    ReportedState::Jog,
-    ReportedState::Home,
-    ReportedState::Alarm,
-    ReportedState::Check,
-    ReportedState::Sleep,
-];
 
 /// Bytes that a controller has room for, which are the maximum lengths of the reports.
 const MESSAGE_BYTES: usize = 256;
@@ -98,7 +81,7 @@ impl Console {
             }
             Some(Realtime::Override(byte)) => self.overrides.apply(byte),
             Some(Realtime::Ignored) => match byte {
-                0xB0..0xBD => self.state = STATES[usize::from(byte - 0xB0)],
+                0xB0..0xBD => self.state = ReportedState::ALL[usize::from(byte - 0xB0)],
                 0xC0.. => self.inputs = byte - 0xC0,
                 _ => {}
             },

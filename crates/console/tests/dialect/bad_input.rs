@@ -1,7 +1,7 @@
 //! Arbitrary input: every line gets one answer, and an error changes nothing.
 
 use isostep_console::{
-    Alarm, Command, Door, Error, Interpreter, LineAssembler, MAX_COORDINATE_MM, Realtime, Refusal, ReportedState,
+    Alarm, Command, Error, Interpreter, LineAssembler, MAX_COORDINATE_MM, Realtime, Refusal, ReportedState,
     SETTING_TABLE, Settings, realtime, report, stopped_at,
 };
 use proptest::prelude::*;
@@ -14,22 +14,6 @@ const FRAGMENTS: &str = "G M N G0 G1 G1 G2 G3 G4 G10 G17 G18 G20 G21 G28 G28.1 G
     G43 G64 G42 A B0 H1 I1 R-9 J-3 K.5 G61 G61.1 N7 N10000001 A1 $ $$ $# $G $I $N $N0= $N1= $N2= $X $H $C $SLP $BOOT $RST= * # $J= \
     $J=G91X1F100 $J $E $E22 $A1 $A99 $100= $110=1e9 $20=1 $22=0 $13=1 $6=3 $30=1 $31=1 $31=999 $35=9 $36=1 $902=1 = - + . 0 1 99999999 123456789 ( ) ; / % (note) g1x1f9 e q ? ! ~ \x00 \x18 \x7F \
     XXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXX";
-
-const STATES: &[ReportedState] = &[
-    ReportedState::Idle,
-    ReportedState::Run,
-    ReportedState::Hold { stopping: false },
-    ReportedState::Hold { stopping: true },
-    ReportedState::Door(Door::Closed),
-    ReportedState::Door(Door::Open),
-    ReportedState::Door(Door::Stopping),
-    ReportedState::Door(Door::Resuming),
-    ReportedState::Jog,
-    ReportedState::Home,
-    ReportedState::Alarm,
-    ReportedState::Check,
-    ReportedState::Sleep,
-];
 
 fn bytes() -> impl Strategy<Value = Vec<u8>> {
     let fragments: Vec<_> = FRAGMENTS.split(' ').map(str::as_bytes).collect();
@@ -91,7 +75,7 @@ proptest! {
     #[test]
     fn a_hundred_thousand_byte_strings_are_answered_line_by_line(
         bytes in bytes(),
-        state in prop::sample::select(STATES),
+        state in prop::sample::select(&ReportedState::ALL[..]),
     ) {
         let (mut lines, mut interpreter) = (LineAssembler::new(), Interpreter::new());
         let mut settings = Settings::DEFAULT;

@@ -2,6 +2,7 @@
 
 mod arcs;
 mod bad_input;
+mod coordinates;
 mod gcode;
 mod probe;
 mod status;
