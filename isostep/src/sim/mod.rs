@@ -57,7 +57,7 @@ The first two rows follow $n=v lines of the program too. With --motor the motors
 #[derive(clap::Args)]
 #[command(after_help = format!("{EXAMPLES}\n\n{SETTINGS_HELP}\n\n{}", pty::HELP))]
 pub struct Args {
-    /// The G-code program [default: programs/parking.nc]
+    /// The G-code program [default: programs/parking.nc of the project that the current folder is in]
     #[arg(value_name = "FILE.nc", conflicts_with = "pty")]
     program: Option<PathBuf>,
     /// Write every STEP edge as CSV: t_ns,axis,direction,position_steps
@@ -240,7 +240,7 @@ pub fn read(path: &Path) -> Result<Vec<u8>> {
     let shown = path.display();
     ensure!(!path.is_dir(), "{shown} is a folder: name a G-code program in it");
     fs::read(path).map_err(|error| match error.kind() {
-        ErrorKind::NotFound => anyhow!("{shown} does not exist: name a G-code program, such as programs/parking.nc"),
+        ErrorKind::NotFound => anyhow!("{shown} does not exist: name a G-code program, such as my.nc"),
         _ => anyhow!("{shown} cannot be read: {error}"),
     })
 }
