@@ -24,9 +24,14 @@ where
     E: OutputPin<Error = Infallible>,
     F: FnMut(Event),
 {
-    /// Homes these axes in the configured order. Each then stands at its zero, a pull-off away from its switch.
+    /// Homes these axes in the configured order. Each then stands at its zero, a pull-off away from its switch. It
+    /// does nothing if it is stopped before it begins.
     pub(crate) async fn home(&mut self, axes: [bool; AXES]) -> Result<(), Alarm> {
-        self.machine.set_state(State::Home);
+        while !self.machine.begin_homing() {
+            if !self.machine.outlast_hold().await {
+                return Ok(());
+            }
+        }
         self.report_state(State::Home);
         let asked = |axis: &Axis| axes[*axis as usize];
         for axis in Axis::ALL.into_iter().filter(asked) {

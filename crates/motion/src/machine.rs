@@ -2,6 +2,7 @@
 
 mod door;
 mod hold;
+mod life;
 mod outputs;
 mod probe;
 mod stop;
@@ -20,10 +21,11 @@ use isostep_profile::chain::Chunk;
 
 pub use self::door::Door;
 pub use self::hold::Overrides;
+pub(crate) use self::life::Cause;
+use self::life::{Kind, Life, Reaction, Trigger};
 use self::outputs::{OutputsAsked, ToolLink};
 use self::probe::Probe;
 pub use self::probe::Probed;
-pub(crate) use self::stop::Cause;
 use crate::axes::{AXES, Axis};
 use crate::config::{Config, ConfigError};
 use crate::event::{Alarm, State};
@@ -74,6 +76,16 @@ pub enum Motion {
         /// Which.
         axes: [bool; AXES],
     },
+}
+
+impl Motion {
+    fn kind(&self) -> Kind {
+        match self {
+            Self::Move { .. } | Self::Probe(_) | Self::Dwell(_) => Kind::Program,
+            Self::Jog { .. } => Kind::Jog,
+            Self::Home { .. } => Kind::Homing,
+        }
+    }
 }
 
 /// A straight move until the probe touches, or until it no longer touches.
@@ -148,56 +160,14 @@ struct Inner {
     capabilities: [Option<Capabilities>; AXES],
     faults: [u32; AXES],
     homed: [bool; AXES],
-    cause: Option<Cause>,
-    emergency: bool,
+    life: Life,
     current: Option<CurrentChunk>,
     /// How many motions the coordinator would take off the queue at once.
     room: usize,
-    /// How many motions have been asked for and are not finished.
-    pending: usize,
     overrides: Overrides,
-    /// A run is under way: axes may move.
-    moving: bool,
-    /// Nothing moves until [`Machine::resume`].
-    held: bool,
-    forget: Forget,
-    /// How many resets have had all motions forgotten.
-    resets: u32,
-    /// A reset byte has been heard, and the console has not reported it yet.
-    reset_heard: bool,
     outputs: OutputsAsked,
-    door: Door,
     probe: Probe,
     buttons: [bool; 2],
-}
-
-/// Which of the motions asked for are to be forgotten; the one under way brakes.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Forget {
-    Nothing,
-    /// All jogs.
-    Jogs,
-    /// All motions, for a reset.
-    All,
-}
-
-impl Inner {
-    /// Whether the move under way is to brake, and no other may follow.
-    fn is_to_brake(&self) -> bool {
-        self.held || self.forget != Forget::Nothing
-    }
-
-    /// Takes `motions` motions off those that are pending. Returns whether none is left; if so, the stop, jog cancel or
-    /// reset that concerned them has been obeyed, and is forgotten.
-    fn end(&mut self, motions: usize) -> bool {
-        self.pending -= motions;
-        let last = self.pending == 0;
-        if last {
-            (self.cause, self.forget, self.reset_heard) = (None, Forget::Nothing, false);
-            self.rest_outputs();
-        }
-        last
-    }
 }
 
 /// What the tasks of one machine share. Every task holds a `&Machine`; none holds a lock across an await.
@@ -235,19 +205,11 @@ impl Machine {
                 capabilities: [None; AXES],
                 faults: [0; AXES],
                 homed: [false; AXES],
-                cause: None,
-                emergency: false,
+                life: Life::new(),
                 current: None,
                 room: CHAIN_MOVES,
-                pending: 0,
                 overrides: Overrides::NONE,
-                moving: false,
-                held: false,
-                forget: Forget::Nothing,
-                resets: 0,
-                reset_heard: false,
                 outputs: OutputsAsked::new(),
-                door: Door::CLOSED,
                 probe: Probe::new(),
                 buttons: [false; 2],
             })),
@@ -277,7 +239,7 @@ impl Machine {
                 inner.homed[axis as usize] &= keeps_places[axis as usize];
             }
             inner.config = config;
-            inner.buttons[0] || inner.door.is_open
+            inner.buttons[0] || inner.life.door.is_open
         });
         // The input of the feed hold may have another meaning from now on.
         self.set_hold_input(is_low);
@@ -306,9 +268,9 @@ impl Machine {
     /// What the machine is doing, where it is, and how fast it moves.
     #[must_use]
     pub fn status(&self) -> Status {
-        let (homed, emergency_stop, current) = self.with(|inner| (inner.homed, inner.emergency, inner.current));
-        let room = self.with(|inner| if inner.is_to_brake() { 0 } else { inner.room });
-        let (outputs, buttons) = self.with(|inner| (inner.effective(self.state()), inner.buttons));
+        let (homed, emergency_stop, current) = self.with(|inner| (inner.homed, inner.life.emergency, inner.current));
+        let room = self.with(|inner| if inner.life.is_to_brake() { 0 } else { inner.room });
+        let (outputs, buttons) = self.with(|inner| (inner.effective(), inner.buttons));
         Status {
             state: self.state(),
             position_steps: self.position_steps(),
@@ -330,7 +292,7 @@ impl Machine {
     #[must_use]
     #[inline(never)]
     pub fn state(&self) -> State {
-        self.state.try_get().unwrap_or(State::Idle)
+        self.with(|inner| inner.life.state)
     }
 
     /// Reports every change of state from now on; `None` if too many tasks watch already.
@@ -358,31 +320,15 @@ impl Machine {
     /// # Cancellation
     /// Safe: the motion is either in the queue or was never asked for.
     pub async fn submit(&self, motion: Motion) -> Result<(), Busy> {
-        let resets = self.transition(|inner, state| {
-            if matches!(state, State::Alarm(_)) && (!matches!(motion, Motion::Home { .. }) || inner.emergency) {
-                return (state, Err(Busy(state)));
-            }
-            let is_otherwise = (state == State::Jog) != matches!(motion, Motion::Jog { .. }) && state != State::Idle;
-            // Jogs and homing never wait for a door.
-            let is_barred = inner.door.is_open && matches!(motion, Motion::Jog { .. } | Motion::Home { .. });
-            if is_otherwise || is_barred || inner.forget == Forget::All {
-                return (state, Err(Busy(state)));
-            }
-            inner.pending += 1;
-            let state = inner.wait_for_door(state);
-            let next = match (state, motion) {
-                (State::Idle | State::Alarm(_), Motion::Home { .. }) => State::Home,
-                (State::Idle, Motion::Jog { .. }) => State::Jog,
-                (State::Idle, _) => State::Run,
-                _ => state,
-            };
-            (next, Ok(inner.resets))
+        let resets = self.with(|inner| match self.apply(inner, Trigger::Asked(motion.kind())) {
+            Reaction::Refuse => Err(Busy(inner.life.state)),
+            _ => Ok(inner.life.resets),
         })?;
         let mut place = QueueSlot { machine: self, taken: false };
         poll_fn(|context| self.poll_enqueue(context, motion)).await;
         place.taken = true;
         // If a reset came while the motion waited for room, the motion is forgotten.
-        if self.with(|inner| inner.resets) == resets { Ok(()) } else { Err(Busy(self.state())) }
+        if self.with(|inner| inner.life.resets) == resets { Ok(()) } else { Err(Busy(self.state())) }
     }
 
     /// Frees the motors, as soon as nothing moves and no motion waits. The next motion energises them again.
@@ -401,7 +347,7 @@ impl Machine {
     /// # Cancellation
     /// Safe: it only reads the state.
     pub async fn settled(&self) -> Result<(), Alarm> {
-        self.until(|_, state| matches!(state, State::Idle | State::Alarm(_))).await;
+        self.until(|inner| matches!(inner.life.state, State::Idle | State::Alarm(_))).await;
         match self.state() {
             State::Alarm(alarm) => Err(alarm),
             _ => Ok(()),
@@ -414,12 +360,12 @@ impl Machine {
     /// # Cancellation
     /// Safe: it only reads the state.
     pub async fn emptied(&self) {
-        self.until(|inner, state| inner.pending == 0 || matches!(state, State::Alarm(_))).await;
+        self.until(|inner| inner.life.pending == 0 || inner.life.is_locked()).await;
     }
 
-    async fn until(&self, wanted: impl Fn(&Inner, State) -> bool) {
+    async fn until(&self, wanted: impl Fn(&Inner) -> bool) {
         let mut states = self.state.dyn_receiver();
-        while !self.with(|inner| wanted(inner, self.state())) {
+        while !self.with(|inner| wanted(inner)) {
             match &mut states {
                 Some(states) => _ = states.changed().await,
                 // More tasks watch than the machine has room for, so poll instead.
@@ -437,10 +383,6 @@ impl Machine {
 
     pub(crate) fn switch(&self, axis: Axis) -> &Switch {
         &self.switches[axis as usize]
-    }
-
-    pub(crate) fn set_state(&self, state: State) {
-        self.state.dyn_sender().send(state);
     }
 
     pub(crate) fn publish_port(&self, axis: Axis, port: &impl StepPort) {
@@ -495,10 +437,7 @@ impl Machine {
 
     /// Takes one motion off those that are pending, without having carried it out.
     pub(crate) fn pass_over(&self) {
-        self.transition(|inner, state| {
-            let ends = inner.end(1) && !inner.held && !matches!(state, State::Alarm(_));
-            (if ends { State::Idle } else { state }, ())
-        });
+        self.on(Trigger::PassedOver);
     }
 
     /// Makes an axis ready for a run: nothing queued, no halt signalled, the brake off.
@@ -547,30 +486,42 @@ impl Machine {
         self.queue.is_full()
     }
 
-    /// Changes the state, and what goes with it, in one critical section: a stop that came between reading and changing
-    /// the state would be lost. The tasks that watch the state are notified of a change, and also when nothing is
-    /// pending any more; an alarm is notified only once.
-    fn transition<R>(&self, change: impl FnOnce(&mut Inner, State) -> (State, R)) -> R {
-        self.with(|inner| {
-            let (state, pending) = (self.state(), inner.pending);
-            let (next, result) = change(inner, state);
-            self.enter(inner, next, next != state, pending > 0 && inner.pending == 0);
-            result
-        })
+    /// Something has happened: the state changes, and what it leads to is done.
+    fn on(&self, trigger: Trigger) {
+        match self.with(|inner| self.apply(inner, trigger)) {
+            Reaction::None | Reaction::Refuse | Reaction::Distrust => {}
+            Reaction::Wake => self.ask(),
+            Reaction::Halt => {
+                // The steps are stopped first. Meanwhile the outputs stay as they are: nothing switches them on while
+                // there is a cause.
+                self.halt();
+                self.cut();
+                self.stopped.signal(());
+            }
+        }
     }
 
-    /// The state becomes `next`. `is_other`: it is another one than before. `is_emptied`: nothing is pending any more.
-    /// Not inlined, so that it is not copied into every caller of `transition`.
+    /// Changes the state in one critical section with its condition: a stop that came between reading and changing the
+    /// state would be lost. The tasks that watch the state are notified of a change, and also when nothing is pending
+    /// any more; an alarm is notified only once. Not inlined, so that it is not copied into every caller.
     #[inline(never)]
-    fn enter(&self, inner: &mut Inner, next: State, is_other: bool, is_emptied: bool) {
-        let is_alarm = matches!(next, State::Alarm(_));
-        if is_other || is_emptied && !is_alarm {
-            self.set_state(next);
+    fn apply(&self, inner: &mut Inner, trigger: Trigger) -> Reaction {
+        let before = inner.life;
+        let reaction = inner.life.on(trigger);
+        inner.rest_outputs();
+        let Life { state, pending, .. } = inner.life;
+        let (is_other, is_emptied) = (state != before.state, pending == 0 && before.pending > 0);
+        if is_other || is_emptied && !inner.life.is_locked() {
+            self.state.dyn_sender().send(state);
             self.tool.ask();
         }
-        if is_other && is_alarm {
+        if is_other && inner.life.is_locked() {
             self.cut_outputs(inner);
         }
+        if reaction == Reaction::Distrust {
+            inner.homed = [false; AXES];
+        }
+        reaction
     }
 
     /// Calls `f` in a critical section. Not inlined: on a chip the caller's code may be in slow memory, and this

@@ -2,8 +2,7 @@
 
 use embassy_time::Instant;
 
-use super::{Cause, Forget, Inner, Machine};
-use crate::event::State;
+use super::{Machine, Trigger};
 
 /// What the safety door has done.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -35,36 +34,22 @@ impl Machine {
     /// The safety door has been opened, or a console says so. The machine holds as with [`hold`](Self::hold), and all
     /// outputs are off once it stands still; a laser goes out at once. Homing is stopped.
     pub fn open_door(&self) {
-        let homes = self.transition(|inner, state| match state {
-            State::Alarm(_) => (state, false),
-            State::Home => (state, true),
-            _ => {
-                inner.door = Door { is_held: true, is_resuming: false, ..inner.door };
-                (inner.begin_hold(state), false)
-            }
-        });
-        if homes {
-            self.stop(Cause::Door);
-        }
+        self.on(Trigger::OpenDoor);
         self.tool.ask();
-        self.ask();
     }
 
     /// What the safety door has done.
     #[must_use]
     pub fn door(&self) -> Door {
         self.with(|inner| {
-            let is_resuming = inner.door.is_resuming && Instant::now() < inner.outputs.ready_at;
-            Door { is_resuming, ..inner.door }
+            let door = inner.life.door;
+            Door { is_resuming: door.is_resuming && Instant::now() < inner.outputs.ready_at, ..door }
         })
     }
 
     /// Sets whether the safety door is open, debounced. While it is open nothing resumes.
     pub fn set_door(&self, is_open: bool) {
-        let opens = self.with(|inner| core::mem::replace(&mut inner.door.is_open, is_open) != is_open && is_open);
-        if opens {
-            self.open_door();
-        }
+        self.on(Trigger::Door(is_open));
         self.tool.ask();
     }
 }
@@ -84,32 +69,5 @@ impl Machine {
     /// Sets whether the button of the cycle start is pressed, for [`Status`](super::Status).
     pub(crate) fn set_start_button(&self, is_pressed: bool) {
         self.with(|inner| inner.buttons[1] = is_pressed);
-    }
-}
-
-impl Inner {
-    /// With the door open an idle machine is held instead of doing what is asked of it. Returns the state that it is in
-    /// then.
-    pub(super) fn wait_for_door(&mut self, state: State) -> State {
-        if !self.door.is_open || state != State::Idle {
-            return state;
-        }
-        self.door.is_held = true;
-        self.begin_hold(state)
-    }
-
-    /// Holds a machine in `state`, and cancels a jog. Returns the state that it is in then.
-    pub(super) fn begin_hold(&mut self, state: State) -> State {
-        match state {
-            State::Idle | State::Run | State::Hold { .. } => {
-                self.held = true;
-                State::Hold { still: !self.moving }
-            }
-            State::Jog => {
-                (self.held, self.forget) = (self.door.is_held, Forget::Jogs);
-                state
-            }
-            _ => state,
-        }
     }
 }

@@ -3,8 +3,7 @@
 use embassy_futures::select::select;
 use embassy_time::{Instant, Timer};
 
-use super::{Door, Forget, Inner, Machine};
-use crate::event::State;
+use super::{Machine, Reaction, Trigger};
 
 /// How fast to move, in percent of what is asked for; never faster than the limits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,32 +24,29 @@ impl Machine {
     /// [`resume`](Self::resume). Braking begins some 60 ms after this call. A jog is cancelled instead. Homing goes on,
     /// and in an alarm nothing happens.
     pub fn hold(&self) {
-        self.transition(|inner, state| match state {
-            State::Hold { .. } => (state, ()),
-            _ => (inner.begin_hold(state), ()),
-        });
-        self.ask();
+        self.on(Trigger::Hold);
     }
 
     /// Goes on after a [`hold`](Self::hold), if the machine stands still and the safety door is closed. A spindle that
     /// was stopped meanwhile reaches its speed first.
     pub fn resume(&self) {
-        self.transition(|inner, state| match state {
-            State::Hold { still: true } if !inner.door.is_open => (inner.end_hold(state), ()),
-            _ => (state, ()),
+        let reaction = self.with(|inner| {
+            let before = inner.effective().spindle;
+            let reaction = self.apply(inner, Trigger::Resume);
+            if reaction == Reaction::Wake {
+                inner.outputs.is_stopped = false;
+                inner.spin_up(before);
+            }
+            reaction
         });
-        self.ask();
+        if reaction == Reaction::Wake {
+            self.ask();
+        }
     }
 
     /// Brakes a jog on its path, and forgets the waiting jogs. In any other state nothing happens.
     pub fn cancel_jog(&self) {
-        self.transition(|inner, state| {
-            if state == State::Jog {
-                inner.forget = Forget::Jogs;
-            }
-            (state, ())
-        });
-        self.ask();
+        self.on(Trigger::CancelJog);
     }
 
     /// Changes the speed of moves, the one under way included, some 60 ms after this call.
@@ -66,19 +62,6 @@ impl Machine {
     }
 }
 
-impl Inner {
-    /// Ends a hold. Returns the state that the machine is in then.
-    fn end_hold(&mut self, state: State) -> State {
-        let before = self.effective(state).spindle;
-        self.held = false;
-        self.outputs.is_stopped = false;
-        let next = if self.pending == 0 { State::Idle } else { State::Run };
-        self.door = Door { is_resuming: self.door.is_held && next == State::Run, is_held: false, ..self.door };
-        self.spin_up(before, next);
-        next
-    }
-}
-
 /// For the coordinator.
 impl Machine {
     /// Wakes the coordinator, because something has been asked of it. Not inlined: see [`with`](Self::with).
@@ -89,7 +72,7 @@ impl Machine {
 
     /// Whether the move under way is to brake.
     pub(crate) fn is_to_brake(&self) -> bool {
-        self.with(|inner| inner.is_to_brake())
+        self.with(|inner| inner.life.is_to_brake())
     }
 
     /// Waits for a hold, a resume, other overrides, or more motions than there is room for.
@@ -99,21 +82,20 @@ impl Machine {
 
     /// Waits until the motion under way is held, stopped, or to be forgotten.
     pub(crate) async fn wait_interrupted(&self) {
-        while !self.with(|inner| inner.is_to_brake() || inner.cause.is_some()) {
+        while !self.with(|inner| inner.life.is_to_brake() || inner.life.cause.is_some()) {
             select(self.asked.wait(), self.stopped.wait()).await;
         }
     }
 
     /// Notes that a run begins or has ended. So it is known at any time whether a hold finds the machine at rest.
     pub(crate) fn set_moving(&self, moving: bool) {
-        self.transition(|inner, state| {
-            inner.moving = moving;
-            self.tool.ask();
-            match state {
-                State::Hold { .. } if inner.held => (State::Hold { still: !moving }, ()),
-                _ => (state, ()),
-            }
-        });
+        self.on(Trigger::Moving(moving));
+        self.tool.ask();
+    }
+
+    /// Notes that homing begins; returns false if it is held or stopped before.
+    pub(crate) fn begin_homing(&self) -> bool {
+        self.with(|inner| self.apply(inner, Trigger::Homing)) != Reaction::Refuse
     }
 
     /// Waits at rest until a hold is over and the spindle has its speed; false if the held motion is to be forgotten.
@@ -123,13 +105,13 @@ impl Machine {
                 return false;
             }
             let changed = select(self.asked.wait(), self.stopped.wait());
-            let (held, ready_at) = self.with(|inner| (inner.held, inner.outputs.ready_at));
+            let (held, ready_at) = self.with(|inner| (inner.life.held, inner.outputs.ready_at));
             if held {
                 changed.await;
             } else if Instant::now() < ready_at {
                 select(changed, Timer::at(ready_at)).await;
             } else {
-                self.with(|inner| inner.door.is_resuming = false);
+                self.on(Trigger::GoesOn);
                 return true;
             }
         }
@@ -137,6 +119,6 @@ impl Machine {
 
     /// Whether the motion that is held or under way is to be forgotten.
     pub(crate) fn is_to_forget(&self) -> bool {
-        self.with(|inner| inner.forget != Forget::Nothing || inner.cause.is_some())
+        self.with(|inner| inner.life.is_to_forget())
     }
 }

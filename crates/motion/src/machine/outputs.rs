@@ -8,7 +8,7 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use embassy_time::Instant;
 
-use super::{Busy, Forget, Inner, Machine};
+use super::{Busy, Inner, Machine, Reaction, Trigger};
 use crate::event::State;
 use crate::port::Brake;
 use crate::tool::{Level, Outputs, Spindle, StrokeQueue, ToolWanted};
@@ -95,32 +95,28 @@ impl Machine {
     }
 
     fn change_outputs(&self, change: impl FnOnce(&mut OutputsAsked)) -> Result<(), Busy> {
-        self.transition(|inner, state| {
-            let (before, mut outputs) = (inner.effective(state).spindle, inner.outputs);
+        self.with(|inner| {
+            let (before, mut outputs) = (inner.effective().spindle, inner.outputs);
             change(&mut outputs);
-            let is_off = outputs.asked == Outputs::OFF;
-            let is_stopping = inner.cause.is_some() || inner.forget == Forget::All;
-            if !is_off && (is_stopping || matches!(state, State::Alarm(_))) {
-                return (state, Err(Busy(state)));
+            if outputs.asked != Outputs::OFF && self.apply(inner, Trigger::OutputAsked) == Reaction::Refuse {
+                return Err(Busy(inner.life.state));
             }
             inner.outputs = outputs;
-            let next = if is_off { state } else { inner.wait_for_door(state) };
-            inner.spin_up(before, next);
+            inner.spin_up(before);
             self.tool.ask();
-            (next, Ok(()))
+            Ok(())
         })
     }
 
     /// Switches the spindle or the laser off once no motion is pending.
     pub fn stop_spindle_at_rest(&self) {
-        self.transition(|inner, state| {
-            let before = inner.effective(state).spindle;
+        self.with(|inner| {
+            let before = inner.effective().spindle;
             inner.outputs.stops_at_rest = true;
             inner.rest_outputs();
-            inner.spin_up(before, state);
-            self.tool.ask();
-            (state, ())
+            inner.spin_up(before);
         });
+        self.tool.ask();
     }
 
     /// What was asked of the outputs last, unless all have been switched off since.
@@ -137,33 +133,32 @@ impl Machine {
 
     /// While the machine is held, stops the spindle, or has it turn again. It turns again with the resume, too.
     pub fn toggle_spindle(&self) {
-        self.transition(|inner, state| {
-            if matches!(state, State::Hold { still: true }) {
-                let before = inner.effective(state).spindle;
+        self.with(|inner| {
+            if inner.life.state == (State::Hold { still: true }) {
+                let before = inner.effective().spindle;
                 inner.outputs.is_stopped = !inner.outputs.is_stopped;
-                inner.spin_up(before, state);
-                self.tool.ask();
+                inner.spin_up(before);
             }
-            (state, ())
         });
+        self.tool.ask();
     }
 }
 
 impl Inner {
     /// What the outputs are now: what is asked of them, except for what a hold or the safety door keeps off.
-    pub(super) fn effective(&self, state: State) -> Outputs {
+    pub(super) fn effective(&self) -> Outputs {
         let (outputs, laser) = (self.outputs.asked, self.config.tool.laser);
-        let is_guarded = self.door.keeps_off() && (laser || !self.moving);
+        let is_guarded = self.life.door.keeps_off() && (laser || !self.life.moving);
         if is_guarded {
             return Outputs::OFF;
         }
-        let is_dark = laser && state == State::Hold { still: true };
+        let is_dark = laser && self.life.state == State::Hold { still: true };
         if is_dark || self.outputs.is_stopped { outputs.without_spindle() } else { outputs }
     }
 
     /// If the spindle turns otherwise than `before`, the motions that follow wait until it has its speed.
-    pub(super) fn spin_up(&mut self, before: Spindle, state: State) {
-        let spindle = self.effective(state).spindle;
+    pub(super) fn spin_up(&mut self, before: Spindle) {
+        let spindle = self.effective().spindle;
         if spindle != before && !self.config.tool.laser {
             let turns = spindle != Spindle::Off;
             self.outputs.ready_at = if turns { Instant::now() + self.config.tool.spin_up } else { Instant::MIN };
@@ -172,7 +167,7 @@ impl Inner {
 
     /// Switches the spindle or the laser off, if that is to be done once no motion is pending, and none is.
     pub(super) fn rest_outputs(&mut self) {
-        if self.pending == 0 && core::mem::take(&mut self.outputs.stops_at_rest) {
+        if self.life.pending == 0 && core::mem::take(&mut self.outputs.stops_at_rest) {
             self.outputs.asked = self.outputs.asked.without_spindle();
         }
     }
@@ -184,7 +179,7 @@ impl Machine {
     pub(super) fn cut_outputs(&self, inner: &mut Inner) {
         let OutputsAsked { percent, stops, .. } = inner.outputs;
         inner.outputs = OutputsAsked { percent, stops: stops.wrapping_add(1), ..OutputsAsked::new() };
-        (inner.door.is_held, inner.door.is_resuming) = (false, false);
+        inner.life.on(Trigger::OutputsCut);
         self.tool.brake(true);
         self.tool.ask();
     }
@@ -202,7 +197,7 @@ impl Machine {
     pub(crate) fn tool_wanted(&self) -> ToolWanted {
         self.with(|inner| ToolWanted {
             config: inner.config.tool,
-            outputs: inner.effective(self.state()),
+            outputs: inner.effective(),
             percent: inner.outputs.percent,
             stops: inner.outputs.stops,
         })
