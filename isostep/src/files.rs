@@ -181,9 +181,9 @@ mod tests {
         let folder = folder("two");
         let (a, again) = (folder.join("a"), folder.join("report/../a"));
         let two = |a: &PathBuf, b: &PathBuf| Files::default().written("--trace", [a]).written("--json", [b]);
-        let told = refused(two(&a, &again));
+        let reported = refused(two(&a, &again));
         let names = format!("--trace {} and --json {} are the same file", a.display(), again.display());
-        assert!(told.starts_with(&names), "{told}");
+        assert!(reported.starts_with(&names), "{reported}");
         fs::write(&a, "there").unwrap();
         assert!(refused(two(&a, &again)).starts_with(&names));
         two(&a, &folder.join("b")).check().unwrap();
@@ -202,10 +202,13 @@ mod tests {
     fn nothing_that_is_read_is_written() {
         let folder = folder("read");
         let my = folder.join("my.nc");
-        let told = refused(Files::default().read("FILE.nc", [&my]).written("--json", [&my]));
-        assert!(told.contains("--json ") && told.contains("would be written over FILE.nc "), "{told}");
-        let told = refused(Files::default().written("--flash", [&my]).read("--settings", [&my]));
-        assert!(told.starts_with("--flash ") && told.contains("would be written over --settings "), "{told}");
+        let reported = refused(Files::default().read("FILE.nc", [&my]).written("--json", [&my]));
+        assert!(reported.contains("--json ") && reported.contains("would be written over FILE.nc "), "{reported}");
+        let reported = refused(Files::default().written("--flash", [&my]).read("--settings", [&my]));
+        assert!(
+            reported.starts_with("--flash ") && reported.contains("would be written over --settings "),
+            "{reported}"
+        );
         Files::default().read("FILE.nc", [&my]).read("--settings", [&my]).check().unwrap();
         fs::remove_dir_all(folder).unwrap();
     }
@@ -228,8 +231,8 @@ mod tests {
     #[test]
     fn what_cannot_be_written_is_told_beforehand() {
         let folder = folder("cannot");
-        let told = refused(Files::default().written("--trace", [&folder.join("no/a.csv")]));
-        assert!(told.ends_with("/no: make it first"), "{told}");
+        let reported = refused(Files::default().written("--trace", [&folder.join("no/a.csv")]));
+        assert!(reported.ends_with("/no: make it first"), "{reported}");
         assert!(
             refused(Files::default().written("--trace", [&folder])).ends_with("this is a folder: name a file in it")
         );

@@ -1,11 +1,11 @@
 //! Says in words what keeps a program from going faster.
 
-use isostep_sim::pace::{LEAST_TOLD_S, Pace, Second, SlowPlace, Why};
+use isostep_sim::pace::{LEAST_SHOWN_S, Pace, Second, SlowPlace, Why};
 
 use crate::remarks::AXES;
 
 /// A limit that holds for a smaller part of the time is left out.
-const LEAST_TOLD_PERCENT: f64 = 0.05;
+const LEAST_SHOWN_PERCENT: f64 = 0.05;
 /// How many slow places are printed.
 const WORST_TOLD: usize = 3;
 
@@ -31,16 +31,17 @@ pub fn limited_by(pace: &Pace) -> String {
     named.sort_by(|one, other| other.1.total_cmp(&one.1));
     let total_s = pace.total_s();
     let shares = named.map(|(name, s)| (name, 100.0 * s / total_s));
-    let told = shares.iter().filter(|(_, percent)| *percent >= LEAST_TOLD_PERCENT);
-    let told = told.map(|(name, percent)| format!("{name} {percent:.1} %"));
-    told.collect::<Vec<_>>().join(", ")
+    let reported = shares.iter().filter(|(_, percent)| *percent >= LEAST_SHOWN_PERCENT);
+    let reported = reported.map(|(name, percent)| format!("{name} {percent:.1} %"));
+    reported.collect::<Vec<_>>().join(", ")
 }
 
 /// `0.316 s at 94 corners, 0.114 s at 1 stop`; `None` where hardly any time is lost.
 pub fn lost(pace: &Pace) -> Option<String> {
-    let kinds = pace.slow.kinds.iter().filter(|kind| kind.lost_s >= LEAST_TOLD_S && kind.why != Why::Ends);
-    let told: Vec<_> = kinds.map(|kind| format!("{:.3} s at {}", kind.lost_s, counted(kind.why, kind.count))).collect();
-    (!told.is_empty()).then(|| told.join(", "))
+    let kinds = pace.slow.kinds.iter().filter(|kind| kind.lost_s >= LEAST_SHOWN_S && kind.why != Why::Ends);
+    let reported: Vec<_> =
+        kinds.map(|kind| format!("{:.3} s at {}", kind.lost_s, counted(kind.why, kind.count))).collect();
+    (!reported.is_empty()).then(|| reported.join(", "))
 }
 
 fn counted(why: Why, count: usize) -> String {
@@ -59,7 +60,7 @@ fn counted(why: Why, count: usize) -> String {
 
 /// A line for each of the places that cost the most time. Places that cost hardly any time are left out.
 pub fn worst(pace: &Pace) -> impl Iterator<Item = String> + '_ {
-    pace.slow.worst.iter().filter(|place| place.lost_s >= LEAST_TOLD_S).take(WORST_TOLD).map(place)
+    pace.slow.worst.iter().filter(|place| place.lost_s >= LEAST_SHOWN_S).take(WORST_TOLD).map(place)
 }
 
 fn place(place: &SlowPlace) -> String {

@@ -6,7 +6,7 @@ use isostep_sim::ConsoleError;
 use isostep_sim::survey::{Fit, Outside};
 
 /// How many remarks are printed one by one.
-pub const TOLD_MAX: usize = 10;
+pub const SHOWN_MAX: usize = 10;
 
 /// Names of the axes.
 pub const AXES: [&str; 3] = ["X", "Y", "Z"];
@@ -42,9 +42,9 @@ pub fn by_word(counts: &BTreeMap<String, usize>) -> String {
     counts.sort_by_key(|&(_, count)| std::cmp::Reverse(count));
     let words =
         counts.iter().map(|(word, count)| if **count > 1 { format!("{word} x {count}") } else { (*word).clone() });
-    let more = counts.len().saturating_sub(TOLD_MAX);
-    let told = words.take(TOLD_MAX).collect::<Vec<_>>().join(", ");
-    if more > 0 { format!("{told} and {more} other kinds") } else { told }
+    let more = counts.len().saturating_sub(SHOWN_MAX);
+    let reported = words.take(SHOWN_MAX).collect::<Vec<_>>().join(", ");
+    if more > 0 { format!("{reported} and {more} other kinds") } else { reported }
 }
 
 /// Which move leaves the travel, by how much, and how to fix it.

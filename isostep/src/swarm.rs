@@ -25,7 +25,7 @@ bytes that hold, reset and override at any instant and between any two critical 
 chatter, motors that stall, links that spoil lines, hosts that do not read, power cuts, a processor that is kept from its tasks.
 In all of them: drivers are never misled, counts are those of the edges, every edge of a move is where the closed form has it, paths are
 straight and axes equal, homed axes are where they say and within their travel, every line is answered once, every wait ends, outputs
-are off when they must be, and at last the machine moves where it is told. A failure is made small, and told as the line that
+are off when they must be, and at last the machine moves where it is sent. A failure is made small, and printed as the line that
 shows it again.
 
 Examples:
@@ -75,7 +75,7 @@ fn one(seed: u64, keep: Option<Vec<usize>>) -> Result<()> {
             println!("no promise broken in {:.3} s of virtual time", amount.virtual_ns as f64 * 1e-9);
             Ok(())
         }
-        Err(failure) => bail!("{}", told(&failure, &kept)),
+        Err(failure) => bail!("{}", reported(&failure, &kept)),
     }
 }
 
@@ -85,7 +85,7 @@ fn story(scenario: &Scenario, kept: &[usize]) -> String {
     format!("{}\n{}", scenario.machine(), acts.collect::<String>())
 }
 
-fn told(failure: &Failure, kept: &[usize]) -> String {
+fn reported(failure: &Failure, kept: &[usize]) -> String {
     let after =
         failure.act.and_then(|act| kept.get(act)).map_or("at the end".to_owned(), |act| format!("in act {act}"));
     format!("{failure} ({after})")
@@ -147,7 +147,7 @@ fn tell_small(seed: u64, failure: &Failure) {
     let scenario = whole.keeping(&kept);
     let failure = carry_out(&scenario).err().unwrap_or_else(|| failure.clone());
     let acts: Vec<_> = kept.iter().map(ToString::to_string).collect();
-    println!("\nseed {seed}: {}\n{}", told(&failure, &kept), story(&scenario, &kept));
+    println!("\nseed {seed}: {}\n{}", reported(&failure, &kept), story(&scenario, &kept));
     println!("again: {}", as_called(&format!("isostep swarm --seed {seed} --keep {}", acts.join(","))));
 }
 

@@ -40,12 +40,12 @@ fn a_list_that_nobody_reads() {
 fn says_that_the_disk_is_full(arguments: &[&str]) {
     let full = std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
     let output = verb(arguments).stdout(full).stderr(Stdio::piped()).output().unwrap();
-    let told = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(1), "{arguments:?}: {told}");
+    let reported = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{arguments:?}: {reported}");
     let error =
         "error: what is printed here cannot be written to standard output: No space left on device (os error 28)\n";
-    assert!(told.ends_with(error), "{arguments:?}: {told}");
-    assert!(!told.contains("panicked"), "{arguments:?}: {told}");
+    assert!(reported.ends_with(error), "{arguments:?}: {reported}");
+    assert!(!reported.contains("panicked"), "{arguments:?}: {reported}");
 }
 
 #[cfg(target_os = "linux")]

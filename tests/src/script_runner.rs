@@ -116,8 +116,8 @@ impl ScriptRunner {
     }
 
     fn check_position(&mut self) -> Result<(), String> {
-        let (told, counted) = (self.sim.machine().position_steps(), self.sim.counted_steps());
-        if told == counted { Ok(()) } else { Err(format!("it says {told:?}, and {counted:?} left the pins")) }
+        let (reported, counted) = (self.sim.machine().position_steps(), self.sim.counted_steps());
+        if reported == counted { Ok(()) } else { Err(format!("it says {reported:?}, and {counted:?} left the pins")) }
     }
 
     fn check_motors(&mut self, state: &str) -> Result<(), String> {

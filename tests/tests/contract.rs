@@ -8,7 +8,7 @@ use std::rc::Rc;
 
 use embassy_futures::select::select;
 use embassy_time::{Duration, Instant, Timer};
-use isostep_motion::coordinator::{self, Path as MotionPath};
+use isostep_motion::coordinator::{self, PlanMemory};
 use isostep_motion::{AXES, Axis, Machine, Motion, Power, State, axis};
 use isostep_sim::executor::Executor;
 use isostep_sim::motor::PullOutCurve;
@@ -74,7 +74,7 @@ fn with_dropped_coordinator(executor: &mut Executor, world: &Shared, config: &Co
     let enables = [(); 2].map(|()| Output::new(world, Wire::Enable));
     executor.spawn("coordinator", async move {
         for (enable, until) in enables.into_iter().zip([DROPPED_AT, REST * 60]) {
-            let mut path = Box::new(MotionPath::new());
+            let mut path = Box::new(PlanMemory::new());
             let run = coordinator::run(machine, &mut path, enable, |_event| {});
             select(run, Timer::after(until)).await;
             Timer::after(REST).await;

@@ -11,7 +11,7 @@ use embassy_futures::join::join;
 use embassy_futures::select::{Either, select};
 use embassy_time::{Duration, Instant, Timer};
 use isostep_motion::{
-    AXES, Axis, ConfigError, Odometer, PortFault, SegmentQueue, StartLine, StepPort, StreamItem, Wiring,
+    AXES, Axis, ConfigError, Odometer, PortFault, StartLine, StepPort, StreamItem, StreamQueue, Wiring,
 };
 use isostep_profile::{ACCEL_MAX_STEPS_S2, Limits};
 use isostep_sim::time;
@@ -38,7 +38,7 @@ fn every_step_leaves_at_its_instant_there_and_back() {
             }
             assert_eq!(odometer.position_steps(), 1);
         });
-        rig.hold(&edges(&world), &moves);
+        rig.assert_plans(&edges(&world), &moves);
     }
 }
 
@@ -109,10 +109,10 @@ fn a_port_starts_when_it_can_keep_its_first_step() {
         let limits = Limits { start_speed_steps_s: rate, top_speed_steps_s: rate, ..LIMITS };
         let plans = [1, -1, 1].map(|steps| Plan::within(steps, limits));
         let begun = Rc::new(RefCell::new(Vec::new()));
-        let told = begun.clone();
+        let reported = begun.clone();
         let world = rig.run(|mut port, _| async move {
             for plan in plans {
-                let (queue, start_line) = (SegmentQueue::new(), StartLine::new());
+                let (queue, start_line) = (StreamQueue::new(), StartLine::new());
                 for item in plan.items(port.capabilities().tick_hz).chain([StreamItem::End]) {
                     queue.try_send(item).unwrap();
                 }
@@ -120,10 +120,10 @@ fn a_port_starts_when_it_can_keep_its_first_step() {
                 let run = port.run(WIRED, &start_line, &queue, &odometer);
                 let (result, at) = join(run, let_go(&start_line, Instant::MIN)).await;
                 assert_eq!((result, odometer.position_steps()), (Ok(()), plan.steps()), "{rig}");
-                told.borrow_mut().push((at, plan));
+                reported.borrow_mut().push((at, plan));
             }
         });
-        rig.hold(&edges(&world), &begun.take());
+        rig.assert_plans(&edges(&world), &begun.take());
     }
 }
 
@@ -134,7 +134,7 @@ fn an_armed_port_makes_no_step_before_it_is_let_go() {
         let world = rig.run(|mut port, _| async move {
             carry_out(&mut port, Plan::new(500), (start, Wiring::default()), &Odometer::new()).await.unwrap();
         });
-        rig.hold(&edges(&world), &[(start, Plan::new(500))]);
+        rig.assert_plans(&edges(&world), &[(start, Plan::new(500))]);
     }
 }
 
@@ -152,7 +152,7 @@ fn a_run_dropped_before_its_start_makes_no_step() {
             carry_out(&mut port, Plan::new(2), again, &odometer).await.unwrap();
             assert_eq!(odometer.position_steps(), 2, "{rig}");
         });
-        rig.hold(&edges(&world), &[(Instant::from_secs(3), Plan::new(2))]);
+        rig.assert_plans(&edges(&world), &[(Instant::from_secs(3), Plan::new(2))]);
     }
 }
 
@@ -162,7 +162,7 @@ fn running_dry_is_a_fault_and_nothing_rises_after_it() {
     for rig in Rig::all() {
         let (start, plan) = (Instant::from_millis(1), Plan::new(500));
         let world = rig.run(|mut port, _| async move {
-            let (queue, start_line, odometer) = (SegmentQueue::new(), StartLine::new(), Odometer::new());
+            let (queue, start_line, odometer) = (StreamQueue::new(), StartLine::new(), Odometer::new());
             let mut items = plan.items(port.capabilities().tick_hz);
             let fed: i32 = items.by_ref().take(3).inspect(|item| queue.try_send(*item).unwrap()).map(steps_of).sum();
             let item = async {
@@ -224,7 +224,7 @@ fn the_highest_rate_it_claims_works_from_rest_and_the_next_is_refused() {
                 carry_out(&mut port, plan, (start, Wiring::default()), &Odometer::new()).await.unwrap();
             }
         });
-        rig.hold(&edges(&world), &moves);
+        rig.assert_plans(&edges(&world), &moves);
 
         let mut config = Sim::new(&Config::default()).machine().config();
         config.wiring = [Wiring::default(); AXES];
@@ -249,7 +249,7 @@ fn steps_may_be_an_hour_apart() {
             let [(start, plan)] = moves;
             carry_out(&mut port, plan, (start, Wiring::default()), &Odometer::new()).await.unwrap();
         });
-        rig.hold(&edges(&world), &moves);
+        rig.assert_plans(&edges(&world), &moves);
     }
 }
 
@@ -268,7 +268,7 @@ fn moves_there_and_back_in_one_run_are_exact() {
                 carry_out_all(&mut port, items, (start, Wiring::default()), &odometer).await.unwrap();
                 assert_eq!(odometer.position_steps(), net, "{rig}, SEED={SEED}");
             });
-            rig.hold_to(&edges(&world), chain.instants_ns(start));
+            rig.assert_edges(&edges(&world), chain.instants_ns(start));
         }
     }
 }
@@ -287,7 +287,7 @@ fn steps_to_and_fro_may_be_as_close_as_others() {
                 carry_out_all(&mut port, items, (start, wiring), &odometer).await.unwrap();
                 assert_eq!(odometer.position_steps(), 1, "{rig}");
             });
-            rig.hold_to(&edges(&world), chain.instants_ns(start));
+            rig.assert_edges(&edges(&world), chain.instants_ns(start));
         }
     }
 }
@@ -301,12 +301,12 @@ fn steps_to_and_fro_that_are_too_close_are_refused() {
         let chain = Chain::to_and_fro(capabilities.tick_hz, 2_000, period_ticks);
         let (start, items) = (Instant::from_millis(1), chain.items());
         let counted = Rc::new(RefCell::new(0));
-        let told = counted.clone();
+        let reported = counted.clone();
         let world = rig.run(|mut port, _| async move {
             let odometer = Odometer::new();
             let result = carry_out_all(&mut port, items, (start, Wiring::default()), &odometer).await;
             assert!(matches!(result, Err(PortFault::TooFast { .. } | PortFault::Late { .. })), "{rig}: {result:?}");
-            told.replace(odometer.position_steps());
+            reported.replace(odometer.position_steps());
         });
         assert_eq!(world.borrow().counted_steps()[0], counted.take(), "{rig}");
     }

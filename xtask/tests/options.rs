@@ -22,11 +22,11 @@ impl TestFolder {
         let mut verb = Command::new(env!("CARGO_BIN_EXE_xtask"));
         verb.args(line.split(' ')).current_dir(&self.0).stdin(Stdio::null());
         let output = verb.output().unwrap();
-        let told = String::from_utf8(output.stderr).unwrap();
-        assert!(!output.status.success() && output.stdout.is_empty(), "`{line}` was not refused: {told}");
+        let reported = String::from_utf8(output.stderr).unwrap();
+        assert!(!output.status.success() && output.stdout.is_empty(), "`{line}` was not refused: {reported}");
         assert_eq!(names(&self.0), before, "`{line}` wrote something");
         assert_eq!(fs::read_to_string(self.0.join("my.nc")).unwrap(), "G0 X1\nM2\n", "`{line}`");
-        told
+        reported
     }
 }
 
@@ -63,12 +63,12 @@ fn files_are_not_written_over_each_other() {
         ["papers --report . --json index.html", "--report .", "--json index.html"],
         ["bench --report . --json index.html", "--report .", "--json index.html"],
     ] {
-        let told = folder.refuses(line);
-        assert!(told.contains(one) && told.contains(other), "{line}: {told}");
+        let reported = folder.refuses(line);
+        assert!(reported.contains(one) && reported.contains(other), "{line}: {reported}");
     }
     fs::write(folder.0.join("grbl.csv"), "program,A_s\nmy.nc,1\n").unwrap();
-    let told = folder.refuses("times . grbl.csv --json my.nc");
-    assert!(told.contains("--json my.nc would be written over the program ./my.nc"), "{told}");
+    let reported = folder.refuses("times . grbl.csv --json my.nc");
+    assert!(reported.contains("--json my.nc would be written over the program ./my.nc"), "{reported}");
 }
 
 #[test]
@@ -85,7 +85,7 @@ fn an_option_that_would_be_passed_over_is_refused() {
         ("profile --law sine --steps 9 --derivatives paper", "--plot"),
         ("console --list port", "--list"),
     ] {
-        let told = folder.refuses(line);
-        assert!(told.contains(words), "{line}: {told}");
+        let reported = folder.refuses(line);
+        assert!(reported.contains(words), "{line}: {reported}");
     }
 }

@@ -45,14 +45,14 @@ pub enum Stage {
     /// Push the move into the chain, which updates the speeds at its corners.
     Push,
     /// Plan the move when its turn has come, and hand out a chunk.
-    Tell,
+    Advance,
     /// Compile the segments of all axes.
     Compile,
 }
 
 impl Stage {
     /// All stages, in order.
-    pub const ALL: [Self; 4] = [Self::Read, Self::Push, Self::Tell, Self::Compile];
+    pub const ALL: [Self; 4] = [Self::Read, Self::Push, Self::Advance, Self::Compile];
 
     /// The name in the firmware's output lines.
     #[must_use]
@@ -60,7 +60,7 @@ impl Stage {
         match self {
             Self::Read => "read",
             Self::Push => "push",
-            Self::Tell => "tell",
+            Self::Advance => "advance",
             Self::Compile => "compile",
         }
     }
@@ -165,9 +165,9 @@ impl Flow {
     fn leave(&mut self, timer: &mut impl Timer) {
         let before = self.chain.len();
         while self.chain.len() == before {
-            let chunk = timer.time(Stage::Tell, &mut self.chain, |chain| chain.advance(CHUNK_MAX_S));
+            let chunk = timer.time(Stage::Advance, &mut self.chain, |chain| chain.advance(CHUNK_MAX_S));
             let Some(chunk) = chunk else { return };
-            self.note(Stage::Tell, (chunk.until_s * f64::from(TICK_HZ)) as u64 as u32);
+            self.note(Stage::Advance, (chunk.until_s * f64::from(TICK_HZ)) as u64 as u32);
             let mut compiled = Checksum::default();
             let stage = (&chunk, &mut self.course, &mut compiled);
             timer.time(Stage::Compile, stage, |(chunk, course, compiled)| compile(chunk, course, compiled));

@@ -2,7 +2,7 @@
 
 use embassy_executor::{SendSpawner, Spawner};
 use embassy_rp::gpio::{Input, Output};
-use isostep_motion::coordinator::{self, Path};
+use isostep_motion::coordinator::{self, PlanMemory};
 use isostep_motion::{Axis, DriverTiming, Event, Machine, axis, buttons, limit, probing, tool};
 use static_cell::ConstStaticCell;
 
@@ -83,7 +83,7 @@ async fn watch_start(machine: &'static Machine, input: Input<'static>) -> ! {
 
 #[embassy_executor::task]
 async fn coordinate(machine: &'static Machine, enable: Output<'static>) -> ! {
-    static PATH: ConstStaticCell<Path> = ConstStaticCell::new(Path::new());
+    static PATH: ConstStaticCell<PlanMemory> = ConstStaticCell::new(PlanMemory::new());
 
     coordinator::run(machine, PATH.take(), enable, log).await
 }

@@ -39,14 +39,14 @@ impl Ends {
     }
 
     /// Signed distance from start to target along `axis`.
-    fn way_mm(&self, axis: usize) -> f64 {
+    fn distance_mm(&self, axis: usize) -> f64 {
         f64::from(self.target_mm[axis]) - f64::from(self.start_mm[axis])
     }
 
     /// The vector from start to target in the plane.
     fn chord_mm(&self) -> [f64; 2] {
         let [first, second, _] = self.axes();
-        [self.way_mm(first), self.way_mm(second)]
+        [self.distance_mm(first), self.distance_mm(second)]
     }
 
     /// How much rounding may have changed the distance between start and target.
@@ -137,7 +137,7 @@ impl Arc {
     pub fn length_mm(&self) -> f64 {
         let [.., across] = self.axes();
         let around_mm = 0.5 * (self.radius_mm + self.target_radius_mm) * self.travel_rad.abs();
-        length([around_mm, self.ends.way_mm(across)])
+        length([around_mm, self.ends.distance_mm(across)])
     }
 
     /// The least and the greatest coordinate on the arc, axis by axis.

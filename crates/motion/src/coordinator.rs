@@ -29,12 +29,12 @@ use crate::port::PortFault;
 const PULSE_MAX: Duration = Duration::from_millis(1);
 
 /// What is known of the path ahead. It is large: on a chip, put it into a static.
-pub struct Path {
+pub struct PlanMemory {
     chain: Chain<AXES, CHAIN_MOVES>,
     chunks: Chunks,
 }
 
-impl Path {
+impl PlanMemory {
     /// Nothing is known of the path yet.
     #[must_use]
     pub const fn new() -> Self {
@@ -42,25 +42,25 @@ impl Path {
     }
 }
 
-impl Default for Path {
+impl Default for PlanMemory {
     fn default() -> Self {
         Self::new()
     }
 }
 
-/// Carries out the motions asked of `machine` for ever. `path` is memory to plan in; `enable` is the drivers' ENABLE,
+/// Carries out the motions asked of `machine` for ever. `memory` is what it plans in; `enable` is the drivers' ENABLE,
 /// active low; every [`Event`] goes to `on_event` as it happens.
 ///
 /// # Cancellation
 /// Dropping it in the middle of a move starves the axes: each stops after the segments already queued, its position
 /// exact, and the state stays as it was. Nothing moves until another `run` is spawned, which begins where the axes
 /// stand.
-pub async fn run<E, F>(machine: &Machine, path: &mut Path, enable: E, on_event: F) -> !
+pub async fn run<E, F>(machine: &Machine, memory: &mut PlanMemory, enable: E, on_event: F) -> !
 where
     E: OutputPin<Error = Infallible>,
     F: FnMut(Event),
 {
-    let Path { chain, chunks } = path;
+    let PlanMemory { chain, chunks } = memory;
     let mut coordinator = Coordinator {
         machine,
         chain,

@@ -42,7 +42,7 @@ pub use config::{Config, ConfigError, HomingConfig, whole_steps};
 pub use event::{Alarm, Event, Finish, HomingPhase, State, Unplannable};
 pub use machine::{Busy, Door, MOVES_AHEAD, Machine, Motion, Overrides, ProbeMove, Probed, Status};
 pub use port::{
-    Brake, Capabilities, Direction, DriverTiming, Odometer, PortFault, Run, SegmentQueue, StepPort, StreamItem, Wiring,
+    Brake, Capabilities, Direction, DriverTiming, Odometer, PortFault, Run, StepPort, StreamItem, StreamQueue, Wiring,
     ticks_covering,
 };
 pub use start_line::StartLine;

@@ -7,13 +7,13 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 
 use crate::event::Finish;
-use crate::port::{Brake, Odometer, Run, SegmentQueue};
+use crate::port::{Brake, Odometer, Run, StreamQueue};
 use crate::start_line::StartLine;
 
 /// What the coordinator and one axis task share.
 pub(crate) struct AxisLink {
     pub odometer: Odometer,
-    pub segments: SegmentQueue,
+    pub segments: StreamQueue,
     pub run: Signal<CriticalSectionRawMutex, Run>,
     pub start_line: StartLine,
     pub halt: Signal<CriticalSectionRawMutex, ()>,
@@ -25,7 +25,7 @@ impl AxisLink {
     pub const fn new() -> Self {
         Self {
             odometer: Odometer::new(),
-            segments: SegmentQueue::new(),
+            segments: StreamQueue::new(),
             run: Signal::new(),
             start_line: StartLine::new(),
             halt: Signal::new(),

@@ -180,7 +180,7 @@ pub enum StreamItem {
 }
 
 /// The queue of stream items for an axis's port.
-pub type SegmentQueue = Channel<CriticalSectionRawMutex, StreamItem, QUEUE_SEGMENTS>;
+pub type StreamQueue = Channel<CriticalSectionRawMutex, StreamItem, QUEUE_SEGMENTS>;
 
 /// A run, as one axis's port is asked for it, from standstill to standstill. The axis may reverse in it, and may have
 /// no step at all.
@@ -250,7 +250,7 @@ pub trait StepPort {
         &mut self,
         run: Run,
         start_line: &StartLine,
-        segments: &SegmentQueue,
+        segments: &StreamQueue,
         odometer: &Odometer,
     ) -> Result<(), PortFault>;
 }

@@ -18,7 +18,7 @@ use isostep_profile::{Lane, Segment};
 use crate::axes::{AXES, Axis};
 use crate::chunks::{Chunks, last_step};
 use crate::machine::Machine;
-use crate::port::{Direction, SegmentQueue, StreamItem};
+use crate::port::{Direction, StreamItem, StreamQueue};
 
 /// How much motion is queued for a port ahead of time, at least.
 pub(crate) const AHEAD: Duration = Duration::from_millis(30);
@@ -184,7 +184,7 @@ impl<'a> SegmentStream<'a> {
         !self.is_done && self.queued_ticks <= ticks(time, self.tick_hz)
     }
 
-    pub fn queue(&self) -> &'a SegmentQueue {
+    pub fn queue(&self) -> &'a StreamQueue {
         &self.machine.link(self.axis).segments
     }
 

@@ -219,7 +219,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
             self.place_steps = 0.0;
             self.rest();
         }
-        self.reckon();
+        self.compute_entries();
     }
 
     /// Overrides feeds and rapids by these ratios. Both are above 0; feeds go up to [`FEED_RATIO_MAX`], rapids up to 1.
@@ -234,7 +234,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
             before.into_iter().for_each(|before| block.set_cap(before));
             before = Some(block.pace());
         }
-        self.reckon();
+        self.compute_entries();
     }
 
     /// When what is committed ends, s from the start of the run.
@@ -251,7 +251,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
             match self.sound_until_s() {
                 Some(sound_s) => {
                     let most_s = self.at_s + most_s;
-                    return self.tell(if sound_s < most_s { sound_s } else { most_s });
+                    return self.hand_out(if sound_s < most_s { sound_s } else { most_s });
                 }
                 None => self.replan(),
             }

@@ -11,7 +11,7 @@ use std::rc::Rc;
 use embassy_futures::join::join;
 use embassy_time::{Duration, Instant, Timer};
 use isostep_motion::{
-    Capabilities, Direction, DriverTiming, Odometer, PortFault, Run, SegmentQueue, StartLine, StepPort, StreamItem,
+    Capabilities, Direction, DriverTiming, Odometer, PortFault, Run, StartLine, StepPort, StreamItem, StreamQueue,
     Wiring,
 };
 use isostep_profile::{IntervalLaw, Limits, SpeedLaw, SyncMove};
@@ -32,7 +32,7 @@ impl StepPort for PrintingPort {
         &mut self,
         _run: Run,
         start_line: &StartLine,
-        segments: &SegmentQueue,
+        segments: &StreamQueue,
         odometer: &Odometer,
     ) -> Result<(), PortFault> {
         // The first item must be there before the run starts. Then all axes start at once.
@@ -74,7 +74,7 @@ pub fn main() -> Result<(), RunError> {
     let counted = made.clone();
     let mut executor = Executor::new();
     executor.spawn("axis", async move {
-        let (queue, start_line, odometer) = (SegmentQueue::new(), StartLine::new(), Odometer::new());
+        let (queue, start_line, odometer) = (StreamQueue::new(), StartLine::new(), Odometer::new());
         for segment in plan.segments(0, TICK_HZ) {
             queue.send(StreamItem::Steps { segment, direction: Direction::Positive }).await;
         }

@@ -22,9 +22,9 @@ use self::slow::Finder;
 use crate::lines_of_moves::{self, Source};
 use crate::outcome::Outcome;
 
-pub use self::samples::{Sample, Way, samples, ways};
+pub use self::samples::{Sample, StraightMove, samples, straight_moves};
 pub use self::seconds::Second;
-pub use self::slow::{LEAST_TOLD_S, SlowKind, SlowPlace, SlowPlaces, Why};
+pub use self::slow::{LEAST_SHOWN_S, SlowKind, SlowPlace, SlowPlaces, Why};
 
 /// The time of a program, divided by what limits it, s. The sum is the total: [`Pace::total_s`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
@@ -89,7 +89,7 @@ pub struct Pace {
     /// Number of moves.
     pub moves: usize,
     /// Distance along the path, mm; 0 if limits changed.
-    pub way_mm: f64,
+    pub distance_mm: f64,
     /// Time in motion, s.
     pub moving_s: f64,
     /// Time at standstill between the first move and the last one, without homing, s.
@@ -126,7 +126,7 @@ impl Pace {
         Self {
             limits_changed: true,
             moves,
-            way_mm: 0.0,
+            distance_mm: 0.0,
             moving_s,
             standing_s,
             shares: Shares { standing_s, unknown_s: moving_s, ..Shares::default() },
@@ -143,10 +143,10 @@ impl Pace {
         let mut finder = Finder::new(outcome, sources);
         let mut clock = Clock::default();
         let mut axes = [0, 1, 2].map(|axis| AxisPace { top_mm_s: top_mm_s(outcome, axis), ..AxisPace::default() });
-        let (mut moving_s, mut way_mm) = (0.0, 0.0);
+        let (mut moving_s, mut distance_mm) = (0.0, 0.0);
         for phase in phases(outcome, sources) {
             moving_s += phase.span_s;
-            way_mm += phase.way_mm;
+            distance_mm += phase.distance_mm;
             take_axes(&mut axes, outcome, &phase);
             clock.take(&phase);
             finder.take(&phase);
@@ -174,7 +174,7 @@ impl Pace {
         Self {
             limits_changed: false,
             moves: outcome.moves.iter().filter(|record| !record.homing).count(),
-            way_mm,
+            distance_mm,
             moving_s,
             standing_s: found.standing_s,
             shares,

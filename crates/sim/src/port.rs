@@ -9,8 +9,8 @@
 use embassy_time::{Duration, Instant};
 use embedded_hal::digital::OutputPin;
 use isostep_motion::{
-    AXES, Axis, Brake, Capabilities, Direction, DriverTiming, Odometer, PortFault, Run, SegmentQueue, StartLine,
-    StepPort, StreamItem, TimerBank, TimerPort, Wiring, ticks_covering,
+    AXES, Axis, Brake, Capabilities, Direction, DriverTiming, Odometer, PortFault, Run, StartLine, StepPort,
+    StreamItem, StreamQueue, TimerBank, TimerPort, Wiring, ticks_covering,
 };
 use isostep_profile::Segment;
 
@@ -82,7 +82,7 @@ impl StepPort for AxisPort {
         &mut self,
         run: Run,
         start_line: &StartLine,
-        segments: &SegmentQueue,
+        segments: &StreamQueue,
         odometer: &Odometer,
     ) -> Result<(), PortFault> {
         match self {
@@ -175,7 +175,7 @@ impl StepPort for SimPort {
         &mut self,
         run: Run,
         start_line: &StartLine,
-        segments: &SegmentQueue,
+        segments: &StreamQueue,
         odometer: &Odometer,
     ) -> Result<(), PortFault> {
         let mut item = segments.receive().await;

@@ -134,14 +134,14 @@ mod tests {
 
     #[test]
     fn bytes_that_are_no_text_have_a_remedy() {
-        let told = |program: &[u8]| lines(program).unwrap_err().to_string();
+        let reported = |program: &[u8]| lines(program).unwrap_err().to_string();
         assert_eq!(
-            told("G21\n\nG0 X1 µ".as_bytes()),
+            reported("G21\n\nG0 X1 µ".as_bytes()),
             "line 3: byte 0xc2 is not text: remove it, or put it in a comment"
         );
-        assert_eq!(told(b"\xff\xfeG\x000\0"), "line 1: byte 0xff is not text: save the file as plain text (UTF-8)");
-        assert_eq!(told(b"\xfe\xff\0G\x000"), "line 1: byte 0xfe is not text: save the file as plain text (UTF-8)");
-        assert_eq!(told(b"\x7fELF"), "line 1: byte 0x7f is not text: is this a G-code file?");
+        assert_eq!(reported(b"\xff\xfeG\x000\0"), "line 1: byte 0xff is not text: save the file as plain text (UTF-8)");
+        assert_eq!(reported(b"\xfe\xff\0G\x000"), "line 1: byte 0xfe is not text: save the file as plain text (UTF-8)");
+        assert_eq!(reported(b"\x7fELF"), "line 1: byte 0x7f is not text: is this a G-code file?");
     }
 
     #[test]

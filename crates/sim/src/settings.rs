@@ -251,9 +251,9 @@ mod tests {
 
     #[test]
     fn what_cannot_be_is_refused_with_its_line_the_limit_and_the_remedy() {
-        let told = "my.txt:2: `$130=20000`: $130=20000 is above the most, 10000 mm: lower it";
-        assert_eq!(refusal("$100=80\n$130=20000\n"), told);
-        assert_eq!(refusal("$100=80\r\r\n$130=20000\r\r\n"), told, "whatever ends the lines");
+        let reported = "my.txt:2: `$130=20000`: $130=20000 is above the most, 10000 mm: lower it";
+        assert_eq!(refusal("$100=80\n$130=20000\n"), reported);
+        assert_eq!(refusal("$100=80\r\r\n$130=20000\r\r\n"), reported, "whatever ends the lines");
         assert_eq!(refusal("$999=1"), "my.txt:1: `$999=1`: there is no $999: $$ lists the settings");
         assert_eq!(
             refusal("$100=400\n$110=60000 (fast)\n$120=100\n"),
@@ -280,10 +280,10 @@ mod tests {
     fn a_motor_that_is_too_weak_is_told_with_the_numbers() {
         assert_eq!(beyond_motor(&Settings::DEFAULT, PullOutCurve::default()), [""; 0]);
         let settings = read("$111=6000\n$121=100").unwrap();
-        let told = beyond_motor(&settings, PullOutCurve::default());
+        let reported = beyond_motor(&settings, PullOutCurve::default());
         let words = "Y: 5000 steps/s2 ($121) at 5000 steps/s ($111) are above the 3333 steps/s2 that the motor has to spare \
                      there: lower one of them, or give a stronger motor";
-        assert_eq!(told, [words]);
+        assert_eq!(reported, [words]);
         let settings = read("$910=1200").unwrap();
         assert!(
             beyond_motor(&settings, PullOutCurve::default())[0].starts_with("X: 1000 steps/s ($910) are above the 800")

@@ -10,7 +10,7 @@ use embassy_futures::select::select;
 use embassy_time::{Duration, Instant};
 use embedded_io_async::{Read, Write};
 use isostep_controller::{Controller, Store};
-use isostep_motion::coordinator::{self, Path};
+use isostep_motion::coordinator::{self, PlanMemory};
 use isostep_motion::{Axis, Event, Machine, State, axis, buttons, limit, probing, tool};
 
 use crate::config::{Config, StartOutside};
@@ -251,10 +251,10 @@ impl Sim {
     /// If tasks are not interrupted.
     pub fn after_sections(&mut self, sections: u64, stimulus: Stimulus) -> Rc<Cell<Option<Came>>> {
         let came = Rc::new(Cell::new(None));
-        let (told, machine, clock) = (came.clone(), self.machine, self.executor.clock().clone());
+        let (reported, machine, clock) = (came.clone(), self.machine, self.executor.clock().clone());
         let (world, pipe) = (self.world.clone(), self.consoles[0].to_controller.clone());
         self.executor.after_sections(sections, move || {
-            told.set(Some(Came { at_ns: clock.now_ns(), state: machine.state() }));
+            reported.set(Some(Came { at_ns: clock.now_ns(), state: machine.state() }));
             match stimulus {
                 Stimulus::EmergencyStop => world.borrow_mut().set_hand_input(Wire::EmergencyStop, true),
                 Stimulus::Switch(axis, fault) => world.borrow_mut().set_switch(axis, fault),
@@ -470,7 +470,7 @@ fn spawn_motion(executor: &mut Executor, world: &Shared, config: &Config) -> &'s
     spawn_tool(executor, world, machine);
     let (enable, world) = (Output::new(world, Wire::Enable), world.clone());
     executor.spawn("coordinator", async move {
-        let mut path = Box::new(Path::new());
+        let mut path = Box::new(PlanMemory::new());
         let on_event = move |event| {
             let config = matches!(event, Event::Run { .. }).then(|| machine.config());
             let mut world = world.borrow_mut();

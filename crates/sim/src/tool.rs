@@ -178,14 +178,14 @@ mod tests {
         let plate = Plate { axis: Axis::Z, place_mm: 12.5, is_below: true };
         assert_eq!((plate.to_string().as_str(), "z, 12.5,below".parse()), ("Z,12.5,below", Ok(plate)));
         assert_eq!("X,-3,above".parse(), Ok(Plate { axis: Axis::X, place_mm: -3.0, is_below: false }));
-        for (text, told) in [
+        for (text, reported) in [
             ("Z,12.5", "`Z,12.5` is not an axis, a place and a side: say it as Z,12.5,below"),
             ("Q,1,below", "`Q` is no axis: use X, Y or Z"),
             ("Z,nan,below", "`nan` is no place"),
             ("Z,1,under", "`under` is no side: use below"),
         ] {
             let error = text.parse::<Plate>().unwrap_err().to_string();
-            assert!(error.starts_with(told), "{error}");
+            assert!(error.starts_with(reported), "{error}");
         }
     }
 }

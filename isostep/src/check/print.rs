@@ -4,7 +4,7 @@ use isostep_sim::survey::{LISTED_MAX, Survey};
 
 use super::look::{Checked, Machine, On};
 use crate::pace;
-use crate::remarks::{self, AXES, TOLD_MAX, shortened};
+use crate::remarks::{self, AXES, SHOWN_MAX, shortened};
 
 /// The details of one program on each machine.
 pub fn detail(checked: &Checked, all: bool) -> String {
@@ -39,16 +39,16 @@ fn fate(survey: &Survey, all: bool) -> String {
         ),
     );
     text += &row("refused", &if refused_total == 0 { "none".to_owned() } else { refused_total.to_string() });
-    let told = if all { LISTED_MAX } else { TOLD_MAX };
-    for refused in survey.refused.iter().take(told) {
+    let reported = if all { LISTED_MAX } else { SHOWN_MAX };
+    for refused in survey.refused.iter().take(reported) {
         let (line, code, remedy) = (refused.line, refused.code, &refused.remedy);
         text += &format!("    line {line} `{}`: error:{code} {remedy}\n", shortened(&refused.text));
     }
-    if refused_total > told {
+    if refused_total > reported {
         let how = if all { "" } else { "; --all tells up to 1,000" };
         text += &format!(
             "    and {} more, in all {}{how}\n",
-            refused_total - told,
+            refused_total - reported,
             remarks::by_word(&survey.refused_by_word)
         );
     }
@@ -74,9 +74,9 @@ fn persons(survey: &Survey) -> String {
     let mut text = if tools.is_empty() { String::new() } else { row("tools", &tools.join(", ")) };
     let total = survey.pauses_total;
     if total > 0 {
-        let told: Vec<_> = survey.pauses.iter().take(TOLD_MAX).map(usize::to_string).collect();
-        let more = if total > told.len() { format!(" and {} more", total - told.len()) } else { String::new() };
-        text += &row("waits", &format!("for a person and ~ at line {}{more}", told.join(", ")));
+        let reported: Vec<_> = survey.pauses.iter().take(SHOWN_MAX).map(usize::to_string).collect();
+        let more = if total > reported.len() { format!(" and {} more", total - reported.len()) } else { String::new() };
+        text += &row("waits", &format!("for a person and ~ at line {}{more}", reported.join(", ")));
     }
     text
 }

@@ -29,7 +29,7 @@ fn a_good_program_is_told_in_full() {
     let program =
         "%\n(tools)\nG21 G90 G64 P0.05\nT2 M6\nM3 S900\nG1 X20 F600\nY10\nG2 X10 I-5\nM0\nG0 Z5\nM5\nM30\n%\n";
     let checked = check("good.nc", program, None);
-    let told = detail(&checked);
+    let reported = detail(&checked);
     for words in [
         "lines      13: 10 of G-code (4 that move, 1 of them arcs), 0 of $, 3 empty, % or comments",
         "refused    none",
@@ -43,20 +43,23 @@ fn a_good_program_is_told_in_full() {
         "s at 2 corners, ",
         "fastest    ",
     ] {
-        assert!(told.contains(words), "{words} in\n{told}");
+        assert!(reported.contains(words), "{words} in\n{reported}");
     }
-    assert!(checked.is_good(), "{told}");
+    assert!(checked.is_good(), "{reported}");
 }
 
 #[test]
 fn every_refused_line_is_told_up_to_ten_then_counted_by_word() {
     let program = format!("G42 D1 X5\nG0 X1 X2\n{}G0 X3\n", "M100\n".repeat(12));
     let checked = check("refused.nc", &program, None);
-    let told = detail(&checked);
-    assert!(told.contains("refused    14\n    line 1 `G42 D1 X5`: error:20 G42: no cutter compensation"), "{told}");
-    assert!(told.contains("line 2 `G0 X1 X2`: error:25 X2: A word stands twice"), "{told}");
-    assert!(told.contains("and 4 more, in all M100 x 12, G42, error:25 X; --all tells up to 1,000"), "{told}");
-    assert!(told.contains("s standing, without what is refused"), "{told}");
+    let reported = detail(&checked);
+    assert!(
+        reported.contains("refused    14\n    line 1 `G42 D1 X5`: error:20 G42: no cutter compensation"),
+        "{reported}"
+    );
+    assert!(reported.contains("line 2 `G0 X1 X2`: error:25 X2: A word stands twice"), "{reported}");
+    assert!(reported.contains("and 4 more, in all M100 x 12, G42, error:25 X; --all tells up to 1,000"), "{reported}");
+    assert!(reported.contains("s standing, without what is refused"), "{reported}");
     assert!(print::detail(&checked, true).matches("`M100`").count() == 12);
     assert!(!checked.is_good());
     let table = print::table(&[checked], &machine());
@@ -80,8 +83,8 @@ fn a_program_that_homes_is_made_with_its_switches() {
     assert!(detail(&checked).contains("s of homing"), "{}", detail(&checked));
     assert!(checked.is_good(), "{}", detail(&checked));
     let outside = check("outside.nc", "$H\nG0 X-10\nM2\n", None);
-    let told = detail(&outside);
-    assert!(told.contains("as its first line") && told.contains("time       ALARM:2: "), "{told}");
+    let reported = detail(&outside);
+    assert!(reported.contains("as its first line") && reported.contains("time       ALARM:2: "), "{reported}");
     assert!(!outside.is_good());
 }
 
@@ -95,20 +98,27 @@ fn what_one_machine_alone_refuses_is_told_of_it() {
     let path = std::env::temp_dir().join(format!("isostep-two-{}.nc", std::process::id()));
     fs::write(&path, "$H\nG0 X5\nM2\n").unwrap();
     let checked = look::check(&path, &two, None);
-    let told = detail(&checked);
-    assert!(told.contains("refused    none") && told.contains("line 1 `$H`: error:5 Homing is switched off"), "{told}");
+    let reported = detail(&checked);
+    assert!(
+        reported.contains("refused    none") && reported.contains("line 1 `$H`: error:5 Homing is switched off"),
+        "{reported}"
+    );
     assert!(print::table(&[checked], &two).contains("*  error:5\n"));
 }
 
 #[test]
 fn a_setting_that_is_refused_in_motion_is_told_with_what_helps() {
-    let told = detail(&check("motion.nc", "G0 X50\n$110=1000\nM2\n", None));
+    let reported = detail(&check("motion.nc", "G0 X50\n$110=1000\nM2\n", None));
     assert!(
-        told.contains("time       line 2 `$110=1000` was refused: error:8 ") && told.contains("put G4 P0 before it"),
-        "{told}"
+        reported.contains("time       line 2 `$110=1000` was refused: error:8 ")
+            && reported.contains("put G4 P0 before it"),
+        "{reported}"
     );
-    let told = detail(&check("fast.nc", "$110=99999999\nG0 X5\nM2\n", None));
-    assert!(told.contains("line 1 `$110=99999999` was refused: error:12 $110=100000000 is above the"), "{told}");
+    let reported = detail(&check("fast.nc", "$110=99999999\nG0 X5\nM2\n", None));
+    assert!(
+        reported.contains("line 1 `$110=99999999` was refused: error:12 $110=100000000 is above the"),
+        "{reported}"
+    );
 }
 
 #[test]

@@ -224,8 +224,8 @@ struct Reader {
 impl Reader {
     fn start(port: Box<dyn SerialPort>, events: Sender<Event>) -> Self {
         let is_over = Arc::new(AtomicBool::new(false));
-        let told = is_over.clone();
-        Self { is_over, thread: Some(thread::spawn(move || read(port, &events, &told))) }
+        let reported = is_over.clone();
+        Self { is_over, thread: Some(thread::spawn(move || read(port, &events, &reported))) }
     }
 }
 

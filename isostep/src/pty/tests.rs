@@ -171,8 +171,9 @@ fn a_link_of_a_machine_that_runs_is_its_own() {
     let link = folder.join("port");
     let first = Pty::open(Some(&link)).unwrap();
     let refused = Pty::open(Some(&link)).err().unwrap().to_string();
-    let told = format!("{} is another's: it points to {}, which is there. ", link.display(), first.path().display());
-    assert!(refused.starts_with(&told), "{refused}");
+    let reported =
+        format!("{} is another's: it points to {}, which is there. ", link.display(), first.path().display());
+    assert!(refused.starts_with(&reported), "{refused}");
     assert_eq!(fs::read_link(&link).unwrap(), first.path());
     drop(first);
     Pty::open(Some(&link)).unwrap();

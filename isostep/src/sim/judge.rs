@@ -7,7 +7,7 @@ use isostep_sim::stream::{Pause, Refusal};
 use isostep_sim::survey::stopping_word;
 use isostep_sim::{ConsoleError, Figures, Outcome, State};
 
-use crate::remarks::{self, TOLD_MAX, meaning, shortened};
+use crate::remarks::{self, SHOWN_MAX, meaning, shortened};
 
 /// The error code for G-code in Alarm.
 const LOCKED: u8 = ConsoleError::Locked.code();
@@ -16,7 +16,7 @@ const LOCKED: u8 = ConsoleError::Locked.code();
 pub fn print(outcome: &Outcome) {
     if !outcome.pauses.is_empty() {
         println!("\nwaiting for a person: here it was resumed at once, as by ~");
-        told(&outcome.pauses, |pause| format!("  {}", pause_words(pause)));
+        reported(&outcome.pauses, |pause| format!("  {}", pause_words(pause)));
     }
     if !outcome.refusals.is_empty() {
         println!("\nrefused");
@@ -25,10 +25,10 @@ pub fn print(outcome: &Outcome) {
 }
 
 /// Prints the first ten, and how many more there are.
-fn told<T>(all: &[T], words: impl Fn(&T) -> String) {
-    all.iter().take(TOLD_MAX).for_each(|one| println!("{}", words(one)));
-    if all.len() > TOLD_MAX {
-        println!("  and {} more", all.len() - TOLD_MAX);
+fn reported<T>(all: &[T], words: impl Fn(&T) -> String) {
+    all.iter().take(SHOWN_MAX).for_each(|one| println!("{}", words(one)));
+    if all.len() > SHOWN_MAX {
+        println!("  and {} more", all.len() - SHOWN_MAX);
     }
 }
 
@@ -43,16 +43,16 @@ fn pause_words(pause: &Pause) -> String {
 fn refused(outcome: &Outcome) -> String {
     let (own, locked): (Vec<&Refusal>, Vec<_>) = outcome.refusals.iter().partition(|refusal| is_own(refusal, outcome));
     let mut text = String::new();
-    for refusal in own.iter().take(TOLD_MAX) {
+    for refusal in own.iter().take(SHOWN_MAX) {
         text += &format!("  line {} `{}`: {}\n", refusal.line, shortened(&refusal.text), why(refusal));
     }
-    if own.len() > TOLD_MAX {
+    if own.len() > SHOWN_MAX {
         let mut counts = BTreeMap::new();
-        for refusal in &own[TOLD_MAX..] {
+        for refusal in &own[SHOWN_MAX..] {
             let word = stopping_word(&refusal.text).unwrap_or_else(|| format!("error:{}", refusal.code));
             *counts.entry(word).or_default() += 1;
         }
-        text += &format!("  and {} more: {}\n", own.len() - TOLD_MAX, remarks::by_word(&counts));
+        text += &format!("  and {} more: {}\n", own.len() - SHOWN_MAX, remarks::by_word(&counts));
     }
     if !locked.is_empty() {
         let first = locked[0].line;
@@ -134,13 +134,13 @@ mod tests {
     #[test]
     fn each_refused_line_has_its_own_remedy_and_what_was_sent_behind_it_is_told() {
         let outcome = outcome("$100=-5\nG0 X1 X2\n$132=20000\nG0 X2\nG0 X3\n");
-        let told = [
+        let reported = [
             "  line 1 `$100=-5`: error:4 $100=-5 is negative: give 0 or more\n",
             "  line 2 `G0 X1 X2`: error:25 A word stands twice on the line: keep one.\n",
             "  line 3 `$132=20000`: error:2 $132=20000 is above the most, 10000 mm: lower it\n",
             "  2 lines up to line 5 had been sent by then and were carried out: the machine stands where they took it\n",
         ];
-        assert_eq!(refused(&outcome), told.concat());
+        assert_eq!(refused(&outcome), reported.concat());
         assert_eq!(outcome.position_mm[0], 3.0);
         let expected = "my.nc:1: `$100=-5` was refused: error:4 $100=-5 is negative: give 0 or more; `isostep check my.nc` \
                         lists every line that is";
@@ -150,13 +150,13 @@ mod tests {
     #[test]
     fn refusals_that_follow_from_an_alarm_are_counted() {
         let outcome = outcome("$H\nG0 X5\nG0 X-20\nG0 X6\nG0 X7\n");
-        let told = refused(&outcome);
+        let reported = refused(&outcome);
         assert!(
-            told.starts_with("  line 3 `G0 X-20`: error:9 X-20.000 is outside the travel, 0.000 to 350.000 mm"),
-            "{told}"
+            reported.starts_with("  line 3 `G0 X-20`: error:9 X-20.000 is outside the travel, 0.000 to 350.000 mm"),
+            "{reported}"
         );
-        assert!(told.contains("  2 lines from line 4 on, as the machine was locked"), "{told}");
-        assert!(told.ends_with("  no line behind it was carried out\n"), "{told}");
+        assert!(reported.contains("  2 lines from line 4 on, as the machine was locked"), "{reported}");
+        assert!(reported.ends_with("  no line behind it was carried out\n"), "{reported}");
         assert!(verdict(&outcome).contains("ALARM:2: "), "{}", verdict(&outcome));
     }
 
@@ -164,8 +164,11 @@ mod tests {
     #[test]
     fn an_alarm_that_no_line_is_to_blame_for_names_none() {
         let outcome = outcome("G0 X-60\nG0 X1\nM2\n");
-        let told = refused(&outcome);
-        assert!(told.contains(" from line ") && told.contains("locked") && !told.contains("carried out"), "{told}");
+        let reported = refused(&outcome);
+        assert!(
+            reported.contains(" from line ") && reported.contains("locked") && !reported.contains("carried out"),
+            "{reported}"
+        );
         assert!(verdict(&outcome).starts_with("my.nc: ALARM:1: X limit switch closed"), "{}", verdict(&outcome));
     }
 
@@ -186,10 +189,10 @@ mod tests {
 
     #[test]
     fn many_refusals_are_counted_by_word() {
-        let told = refused(&outcome(&"G99\nM9.5\n".repeat(9)));
-        assert_eq!(told.lines().count(), TOLD_MAX + 2, "{told}");
-        assert!(told.contains("line 1 `G99`: error:20 G99: no canned cycles"), "{told}");
-        assert!(told.contains("\n  and 8 more: G99 x 4, M9.5 x 4\n"), "{told}");
+        let reported = refused(&outcome(&"G99\nM9.5\n".repeat(9)));
+        assert_eq!(reported.lines().count(), SHOWN_MAX + 2, "{reported}");
+        assert!(reported.contains("line 1 `G99`: error:20 G99: no canned cycles"), "{reported}");
+        assert!(reported.contains("\n  and 8 more: G99 x 4, M9.5 x 4\n"), "{reported}");
     }
 
     #[test]

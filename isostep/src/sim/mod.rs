@@ -297,11 +297,11 @@ pub fn read_settings(path: &Path, config: &Config) -> Result<Settings> {
 /// those that the program leaves behind.
 fn tell_weak_motors(config: &Config, left: &Settings) {
     let Some(motor) = config.motor else { return };
-    let mut told = settings::beyond_motor(&config.settings, motor);
-    told.extend(settings::beyond_motor(left, motor));
-    told.sort_unstable();
-    told.dedup();
-    told.iter().for_each(|told| eprintln!("warning: {told}"));
+    let mut reported = settings::beyond_motor(&config.settings, motor);
+    reported.extend(settings::beyond_motor(left, motor));
+    reported.sort_unstable();
+    reported.dedup();
+    reported.iter().for_each(|reported| eprintln!("warning: {reported}"));
 }
 
 fn motor(text: &str) -> Result<PullOutCurve, String> {

@@ -46,11 +46,11 @@ pub fn all(jobs: &[Job], at_a_time: usize) -> Vec<Timed> {
 fn one(job: &Job, of: usize) -> Timed {
     let stopwatch = Stopwatch::start();
     let made = make(&job.program, job.settings);
-    let told = made.as_ref().map_or_else(Clone::clone, |made| {
+    let reported = made.as_ref().map_or_else(Clone::clone, |made| {
         let Made { s, .. } = made;
         format!("{s:.3} s, {:.3} of Grbl's", s / job.grbl_s)
     });
-    eprintln!("    {} of {of} on {}: {told} ({:.1} s)", job.name, job.label, stopwatch.elapsed_s());
+    eprintln!("    {} of {of} on {}: {reported} ({:.1} s)", job.name, job.label, stopwatch.elapsed_s());
     Timed { column: job.column, program: job.name.clone(), grbl_s: job.grbl_s, made }
 }
 

@@ -89,7 +89,7 @@ export class Board {
   /** Makes the core jump to an address without memory, from which its next fetch is. */
   crash() {
     this.crashes += 1;
-    this.gantry.toolStops.told('CRASH');
+    this.gantry.toolStops.note('CRASH');
     jumpAstray(this.core);
   }
 
@@ -105,14 +105,14 @@ export class Board {
 
   /** Makes the firmware panic by calling its function at this address. */
   panic(address) {
-    this.gantry.toolStops.told('PANIC');
+    this.gantry.toolStops.note('PANIC');
     callPanic(this.core, this.chip.sram, address);
   }
 
   /** Switches power off and on again at once. Everything restarts except flash, and the carriages stay where they are. */
   powerCycle() {
     this.powerCycles.push({ t_ns: this.nanos });
-    this.gantry.toolStops.told('POWER');
+    this.gantry.toolStops.note('POWER');
     this.#renew();
     this.#start();
     this.pause();
@@ -159,13 +159,13 @@ export class Board {
   }
 
   #build() {
-    const tells = {
+    const listeners = {
       onWatchdog: (reason) => this.#reset(reason),
       onBootsel: (...hints) => this.clock.createAlarm(() => this.#enterBootsel(hints)).schedule(0),
       onUartByte: (byte) => this.cable.received?.(byte),
       onWarning: (text) => this.warnings.add(text),
     };
-    Object.assign(this, buildChip(this.clock, tells, { missFactor: this.missFactor, counts: this.flashCounts, watch: this.watch }));
+    Object.assign(this, buildChip(this.clock, listeners, { missFactor: this.missFactor, counts: this.flashCounts, watch: this.watch }));
   }
 
   #start() {
@@ -183,7 +183,7 @@ export class Board {
 
   /** A watchdog reset: a new chip in the same place. Memory, scratch registers and the reason are kept. */
   #reset(reason) {
-    this.gantry.toolStops.told('WATCHDOG');
+    this.gantry.toolStops.note('WATCHDOG');
     this.resets.push({ t_ns: this.nanos, reason: reason === RESET_FORCED ? 'forced' : 'timed out' });
     this.#restart(reason);
   }
@@ -201,7 +201,7 @@ export class Board {
   /** The ROM takes over: the pins are released and the cable is dead. Its arguments are kept in scratch registers. */
   #enterBootsel(hints) {
     const { watchdog } = this;
-    this.gantry.toolStops.told('BOOTSEL');
+    this.gantry.toolStops.note('BOOTSEL');
     this.bootsel = { t_ns: this.nanos, energised: this.gantry.timing.energised };
     this.#renew();
     this.watchdog.scratch.set([...hints, ...watchdog.scratch.subarray(hints.length)]);
@@ -221,7 +221,7 @@ export class Board {
 
   #faulted(fault) {
     const pc = enterHardFault(this.core, fault);
-    this.gantry.toolStops.told('FAULT');
+    this.gantry.toolStops.note('FAULT');
     this.faults.push({ t_ns: this.nanos, pc: `0x${pc.toString(16)}`, what: fault.message });
     this.pause();
   }

@@ -80,7 +80,7 @@ export class Gantry {
   /** A reset byte has arrived. */
   reset() {
     this.stops.reset();
-    this.toolStops.told('RESET');
+    this.toolStops.note('RESET');
   }
 
   /** Calls the watcher with the levels of all inputs, and with every change: (pin, high). */
@@ -104,8 +104,8 @@ export class Gantry {
   }
 
   #stop(input) {
-    this.stops.told(input);
-    this.toolStops.told(input);
+    this.stops.note(input);
+    this.toolStops.note(input);
   }
 
   #drive(pin, high) {

@@ -26,7 +26,7 @@ export class PadInputs {
     let outside = pin.rawInputValue;
     const take = (high) => {
       setInputValue.call(pin, high);
-      this.#tell(pin, pin.inputValue);
+      this.#notify(pin, pin.inputValue);
     };
     const settle = () => {
       const high = pin.outputEnable ? pin.outputValue : outside;
@@ -40,7 +40,7 @@ export class PadInputs {
     pin.checkForUpdates = () => {
       checkForUpdates.call(pin);
       settle();
-      this.#tell(pin, pin.inputValue);
+      this.#notify(pin, pin.inputValue);
     };
     pin.follow = (high) => this.#follow(pin, high, take);
   }
@@ -54,10 +54,10 @@ export class PadInputs {
     pin.rawInputValue = high;
     if ((pin.padValue & INPUT_ENABLE) === 0) return undefined;
     pin.irqStatus = high ? (pin.irqStatus & ~LEVEL_LOW) | LEVEL_HIGH | EDGE_HIGH : (pin.irqStatus & ~LEVEL_HIGH) | LEVEL_LOW | EDGE_LOW;
-    return this.#tell(pin, high);
+    return this.#notify(pin, high);
   }
 
-  #tell(pin, high) {
+  #notify(pin, high) {
     const { cycles } = this.clock;
     this.sio.change(pin.index, high, cycles);
     this.pio[0].inputChanged(pin.index, high, cycles);

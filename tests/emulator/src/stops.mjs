@@ -27,12 +27,12 @@ export class Stops {
 
   /** A reset byte has come. The first one makes the machine brake; another one is a stop. */
   reset() {
-    if (this.braking) this.told('RESET');
+    if (this.braking) this.note('RESET');
     this.braking = this.clock.cycles - this.lastCycle < PAUSE_CYCLES;
   }
 
   /** A stop has come. It counts if the machine is stepping; a contact that bounces counts once. */
-  told(input) {
+  note(input) {
     const { cycles } = this.clock;
     if (cycles - this.lastCycle >= PAUSE_CYCLES || this.open.some((stop) => stop.input === input)) return;
     const stop = { input, cycle: cycles, lastCycle: this.lastCycle, edgesAfter: 0, mark: this.offTimes.mark() };

@@ -16,7 +16,7 @@ export class ToolStops {
   }
 
   /** A stop has come. It counts if an output is on; a contact that bounces counts once. */
-  told(input) {
+  note(input) {
     if (!this.#offTimes.on || this.#all.some((stop) => stop.input === input && stop.mark.waits)) return;
     this.#all.push({ input, cycle: this.#clock.cycles, mark: this.#offTimes.mark() });
   }

@@ -126,11 +126,11 @@ function stepping(stops, clock, cycle, interval, count) {
 test('a stop is told with the last step before rest', () => {
   const clock = new MachineClock();
   const stops = new Stops(clock, new OffTimes(clock));
-  stops.told('ESTOP');
+  stops.note('ESTOP');
   stepping(stops, clock, 1000, 1000, 10);
   clock.core.cycles = 10_500;
-  stops.told('X_LIMIT');
-  stops.told('X_LIMIT');
+  stops.note('X_LIMIT');
+  stops.note('X_LIMIT');
   stepping(stops, clock, 11_000, 1000, 2);
   stepping(stops, clock, 1_000_000, 1000, 2);
   const nanos = (cycle) => cycle * 8;
@@ -160,7 +160,7 @@ test('an axis that turns has stopped before', () => {
   const clock = new MachineClock();
   const stops = new Stops(clock, new OffTimes(clock));
   stepping(stops, clock, 1000, 1000, 10);
-  stops.told('RESET');
+  stops.note('RESET');
   stops.turn();
   stepping(stops, clock, 20_000, 1000, 10);
   assert.deepEqual(stops.summary().map(({ edges_after, latency_ns }) => [edges_after, latency_ns]), [[0, 0]]);

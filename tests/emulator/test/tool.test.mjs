@@ -124,13 +124,13 @@ test('a stop is told with the time until all outputs were off, and with that unt
     clock.cycles = cycle;
     action();
   };
-  at(10, () => stops.told('ESTOP'));
+  at(10, () => stops.note('ESTOP'));
   at(20, () => offTimes.set(true, 20));
-  at(30, () => stops.told('X_LIMIT'));
-  at(35, () => stops.told('X_LIMIT'));
+  at(30, () => stops.note('X_LIMIT'));
+  at(35, () => stops.note('X_LIMIT'));
   at(50, () => offTimes.set(false, 50));
   at(80, () => offTimes.set(true, 80));
-  at(90, () => stops.told('RESET'));
+  at(90, () => stops.note('RESET'));
   assert.deepEqual(stops.summary(), [
     { input: 'X_LIMIT', t_ns: 240, outputs_off_ns: 160, outputs_on_again_ns: 400 },
     { input: 'RESET', t_ns: 720, outputs_off_ns: null, outputs_on_again_ns: null },

@@ -150,8 +150,8 @@ fn a_reset_ends_an_arc_where_it_brakes() {
         let [x_mm, y_mm] = [x, y].map(|steps| f64::from(steps) / STEPS_PER_MM);
         let (right_mm, up_mm) = (x_mm - 120.0, y_mm - 100.0);
         assert!((right_mm.hypot(up_mm) - 20.0).abs() < 0.5_f64.sqrt() / STEPS_PER_MM + 2e-3, "{x_mm} {y_mm}");
-        let way_mm = 20.0 * (PI - up_mm.atan2(right_mm));
-        assert!((59.0..62.0).contains(&way_mm), "it braked after {way_mm} mm");
+        let distance_mm = 20.0 * (PI - up_mm.atan2(right_mm));
+        assert!((59.0..62.0).contains(&distance_mm), "it braked after {distance_mm} mm");
         assert_eq!(say(&mut sim, "G91 G1 X1 F600"), ["ok"]);
         assert_eq!(sim.counted_steps(), [x + 50, y, z], "the program goes on from there");
     }

@@ -98,14 +98,14 @@ fn command_set_build_keeps_a_text() {
     let own = say(&mut sim, "$I");
     assert_eq!(say(&mut sim, "$I = Mill 3, new belt (2026)"), ["ok"]);
     let name = own[0].rsplit(':').next().unwrap();
-    let told = ["[VER:1.1h.20190830:MILL3,NEWBELT]", &own[1], &format!("[MSG:{name}"), "ok"];
-    assert_eq!(say(&mut sim, "$I"), told, "stripped as every line; senders still find grbl");
+    let reported = ["[VER:1.1h.20190830:MILL3,NEWBELT]", &own[1], &format!("[MSG:{name}"), "ok"];
+    assert_eq!(say(&mut sim, "$I"), reported, "stripped as every line; senders still find grbl");
     let mut again = Sim::with_flash(&config, flash);
     again.run_until_idle().unwrap();
     assert_eq!(again.replies(), [WELCOME]);
-    assert_eq!(say(&mut again, "$I"), told, "a power cycle keeps it");
+    assert_eq!(say(&mut again, "$I"), reported, "a power cycle keeps it");
     assert_eq!(say(&mut again, "$RST=#"), ["[MSG:Restoring defaults]", "ok", WELCOME]);
-    assert_eq!(say(&mut again, "$I"), told);
+    assert_eq!(say(&mut again, "$I"), reported);
     assert_eq!(say(&mut again, "$RST=*"), ["[MSG:Restoring defaults]", "ok", WELCOME]);
     assert_eq!(say(&mut again, "$I"), own);
     let longest = "A".repeat(76);

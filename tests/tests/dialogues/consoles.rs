@@ -56,7 +56,7 @@ impl Two {
         block_on(controller.load());
         assert_eq!(controller.parameters(), kept.parameters);
         executor.spawn("coordinator", async move {
-            coordinator::run(machine, &mut coordinator::Path::new(), Unconnected, |_| {}).await;
+            coordinator::run(machine, &mut coordinator::PlanMemory::new(), Unconnected, |_| {}).await;
         });
         let boots = Rc::new(Cell::new(false));
         let asked = boots.clone();

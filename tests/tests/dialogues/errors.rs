@@ -59,8 +59,8 @@ fn error_7_not_stored() {
     say(&mut sim, "");
     flash.refuse();
     for line in ["$110=1234", "G10 L2 P1 X1", "$N0=G21"] {
-        let [told, answer] = &say(&mut sim, line)[..] else { panic!("{line}") };
-        assert!(told.starts_with("[MSG:The flash has refused: the change is in force, but"), "{told}");
+        let [reported, answer] = &say(&mut sim, line)[..] else { panic!("{line}") };
+        assert!(reported.starts_with("[MSG:The flash has refused: the change is in force, but"), "{reported}");
         assert_eq!(answer, "error:7", "{line}");
     }
     // Lines that change nothing are not refused. The next change also stores what is not stored yet.
@@ -131,7 +131,7 @@ fn error_20_unsupported() {
         20,
     );
     let mut sim = homed();
-    for (line, told) in [
+    for (line, reported) in [
         ("G38.6 Z-1", "G38.6: probing is G38.2 to G38.5: give one of them"),
         ("G0 X1 G42 D1", "G42: no cutter compensation here: let the CAM program compensate"),
         ("M100 Q1", "M100: unknown here: remove it"),
@@ -140,7 +140,7 @@ fn error_20_unsupported() {
         ("$N1=G0 Q1", "Q: no code here uses it: remove it"),
         ("G10 L3 P1 X1", "G10: L2 or L20 here, without a rotation: correct L, remove R"),
     ] {
-        assert_eq!(say(&mut sim, line), [format!("[MSG:{told}]"), "error:20".to_owned()], "{line}");
+        assert_eq!(say(&mut sim, line), [format!("[MSG:{reported}]"), "error:20".to_owned()], "{line}");
     }
 }
 

@@ -171,8 +171,8 @@ fn a_rate_the_pulses_cannot_carry_is_refused_with_the_one_that_works() {
         let mut sim = powered_up(&Config { port, ..Config::default() });
         let heard = say(&mut sim, &format!("$110={}", max_mm_min + 1));
         assert_eq!(heard.last().unwrap(), "error:12");
-        let told = format!("$110={}", max_mm_min + 1);
-        assert!(heard[0].contains(&told) && heard[0].contains(&max_mm_min.to_string()), "{heard:?}");
+        let reported = format!("$110={}", max_mm_min + 1);
+        assert!(heard[0].contains(&reported) && heard[0].contains(&max_mm_min.to_string()), "{heard:?}");
         assert_eq!(say(&mut sim, &format!("$110={max_mm_min}")), ["ok"]);
         assert_eq!(say(&mut sim, "$120=0").last().unwrap(), "error:2");
         assert!(say(&mut sim, "$$").contains(&"$120=50.000".to_owned()));

@@ -104,11 +104,11 @@ fn g38_5_needs_no_end_of_the_contact() {
 }
 
 /// The line is accepted, as by Grbl. The machine is locked and its position is trusted.
-fn alarmed(sim: &mut Sim, line: &str, code: u8, told: Option<&str>) {
+fn alarmed(sim: &mut Sim, line: &str, code: u8, reported: Option<&str>) {
     let heard = say(sim, line);
     let alarm = format!("ALARM:{code}");
     let of_alarm: Vec<_> = heard.iter().filter(|line| !line.starts_with("[MSG:")).map(String::as_str).collect();
-    let expected: Vec<_> = [Some(alarm.as_str()), told, Some("ok")].into_iter().flatten().collect();
+    let expected: Vec<_> = [Some(alarm.as_str()), reported, Some("ok")].into_iter().flatten().collect();
     assert_eq!(of_alarm, expected, "{line}: {heard:?}");
     assert_eq!(state(sim), "Alarm");
     refused(sim, "G0 X1", 9);

@@ -187,11 +187,12 @@ fn report_offset_and_overrides_take_turns() {
 fn report_accessories_that_are_on() {
     let mut sim = homed();
     extras(&mut sim, 2);
-    for (line, told) in [("M3 S1000", "|A:S>"), ("M8", "|A:SF>"), ("M4 M7", "|A:CFM>"), ("M5", "|A:FM>"), ("M9", "0>")]
+    for (line, reported) in
+        [("M3 S1000", "|A:S>"), ("M8", "|A:SF>"), ("M4 M7", "|A:CFM>"), ("M5", "|A:FM>"), ("M9", "0>")]
     {
         assert_eq!(say(&mut sim, line), ["ok"]);
         let report = report(&mut sim);
-        assert!(report.contains("|Ov:100,100,100") && report.ends_with(told), "{line}: {report}");
+        assert!(report.contains("|Ov:100,100,100") && report.ends_with(reported), "{line}: {report}");
     }
     assert_eq!(say(&mut sim, "M3"), ["ok"]);
     let reports: Vec<_> = (0..21).map(|_| report(&mut sim)).collect();

@@ -167,14 +167,14 @@ fn an_override_asked_for_while_another_one_brakes_counts_at_once() {
     let braking = speed(&mut sim);
     assert!((660.0..1_150.0).contains(&braking), "it brakes: {braking}");
     bytes(&mut sim, &[0x90]);
-    let told: Vec<_> = (0..100)
+    let reported: Vec<_> = (0..100)
         .map(|_| {
             sim.run_for(Duration::from_millis(5)).unwrap();
             speed(&mut sim)
         })
         .collect();
-    assert!(told.iter().all(|&speed| speed >= 600.0), "{told:?}");
-    assert_eq!(told.last(), Some(&600.0), "{told:?}");
+    assert!(reported.iter().all(|&speed| speed >= 600.0), "{reported:?}");
+    assert_eq!(reported.last(), Some(&600.0), "{reported:?}");
     let outcome = {
         sim.run_until_idle().unwrap();
         sim.outcome()
@@ -185,8 +185,8 @@ fn an_override_asked_for_while_another_one_brakes_counts_at_once() {
 
 /// The speed in a status report, mm/min.
 fn speed(sim: &mut Sim) -> f64 {
-    let told = field(sim, "FS");
-    told.split(',').next().and_then(|speed| speed.parse().ok()).unwrap_or_else(|| panic!("FS:{told}"))
+    let reported = field(sim, "FS");
+    reported.split(',').next().and_then(|speed| speed.parse().ok()).unwrap_or_else(|| panic!("FS:{reported}"))
 }
 
 /// The host disconnected before the console had read the byte. Once everything has ended, that byte no longer counts.

@@ -15,8 +15,8 @@ const FULL: [u16; 5] = [ON, ON, 0, 0, 0];
 
 /// The accessories in a report, which come after the overrides.
 fn accessories(sim: &mut Sim) -> Option<String> {
-    let told = (0..40).map(|_| report(sim)).find(|report| report.contains("|Ov:")).expect("overrides");
-    Some(told.split("|A:").nth(1)?.trim_end_matches('>').to_owned())
+    let reported = (0..40).map(|_| report(sim)).find(|report| report.contains("|Ov:")).expect("overrides");
+    Some(reported.split("|A:").nth(1)?.trim_end_matches('>').to_owned())
 }
 
 /// The words for spindle and coolant in `$G`.
@@ -30,7 +30,7 @@ fn modes(sim: &mut Sim) -> String {
 fn m3_m4_m5_turn_the_spindle() {
     let mut sim = homed();
     assert_eq!((sim.tool(), accessories(&mut sim)), (OFF, None));
-    for (line, outputs, modes_told, told) in [
+    for (line, outputs, modes_reported, reported) in [
         ("M3 S1000", FULL, "M3 M9", Some("S")),
         ("M4", [ON, ON, ON, 0, 0], "M4 M9", Some("C")),
         ("M3 S500", [duty(0.5), ON, 0, 0, 0], "M3 M9", Some("S")),
@@ -40,8 +40,8 @@ fn m3_m4_m5_turn_the_spindle() {
         ("M5", OFF, "M5 M9", None),
     ] {
         assert_eq!(say(&mut sim, line), ["ok"], "{line}");
-        assert_eq!((sim.tool(), modes(&mut sim).as_str()), (outputs, modes_told), "{line}");
-        assert_eq!(accessories(&mut sim).as_deref(), told, "{line}");
+        assert_eq!((sim.tool(), modes(&mut sim).as_str()), (outputs, modes_reported), "{line}");
+        assert_eq!(accessories(&mut sim).as_deref(), reported, "{line}");
     }
 }
 
@@ -51,7 +51,7 @@ fn s_is_linear_from_the_least_to_the_full_duty() {
     let mut sim = homed();
     assert_eq!(say(&mut sim, "$30=24000\n$31=6000\n$36=90\n$35=20\n$33=20000\nM3"), ["ok"; 6]);
     assert_eq!((sim.tool(), field(&mut sim, "FS").as_str()), ([0, ON, 0, 0, 0], "0,0"), "S0");
-    for (speed, ratio, told) in [
+    for (speed, ratio, reported) in [
         ("1", 0.2, "0,6000"),
         ("6000", 0.2, "0,6000"),
         ("10500", 0.375, "0,10500"),
@@ -62,7 +62,7 @@ fn s_is_linear_from_the_least_to_the_full_duty() {
     ] {
         assert_eq!(say(&mut sim, &format!("S{speed}")), ["ok"]);
         assert!(sim.tool()[0].abs_diff(duty(ratio)) <= 1, "S{speed}: {:?}", sim.tool());
-        assert_eq!((sim.tool()[1], field(&mut sim, "FS").as_str()), (ON, told), "S{speed}");
+        assert_eq!((sim.tool()[1], field(&mut sim, "FS").as_str()), (ON, reported), "S{speed}");
     }
     refused(&mut sim, "$31=24000", 2);
     refused(&mut sim, "$35=91", 2);
@@ -172,7 +172,7 @@ fn a_spin_up_may_be_interfered_with() {
 #[test]
 fn m7_m8_m9_switch_the_coolant() {
     let mut sim = homed();
-    for (line, outputs, modes_told, told) in [
+    for (line, outputs, modes_reported, reported) in [
         ("M7", [0, 0, 0, 0, ON], "M5 M7", Some("M")),
         ("M8", [0, 0, 0, ON, ON], "M5 M7 M8", Some("FM")),
         ("M3 S1000", [ON, ON, 0, ON, ON], "M3 M7 M8", Some("SFM")),
@@ -181,8 +181,8 @@ fn m7_m8_m9_switch_the_coolant() {
         ("M9", OFF, "M5 M9", None),
     ] {
         assert_eq!(say(&mut sim, line), ["ok"], "{line}");
-        assert_eq!((sim.tool(), modes(&mut sim).as_str()), (outputs, modes_told), "{line}");
-        assert_eq!(accessories(&mut sim).as_deref(), told, "{line}");
+        assert_eq!((sim.tool(), modes(&mut sim).as_str()), (outputs, modes_reported), "{line}");
+        assert_eq!(accessories(&mut sim).as_deref(), reported, "{line}");
     }
     refused(&mut sim, "M7 M8", 21);
 }

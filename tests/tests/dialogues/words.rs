@@ -59,14 +59,14 @@ fn m6_says_which_tool_to_put_in_and_waits() {
 #[test]
 fn m6_without_a_tool_waits_too_and_with_m0_it_waits_once() {
     let mut sim = homed();
-    for (line, told) in [
+    for (line, reported) in [
         ("M6", "M6: change the tool, then resume with ~"),
         ("T0 M6 M0", "M6: change the tool, then resume with ~"),
         ("T7\nM0 M6", "M6: put in tool 7, then resume with ~"),
         ("M6", "M6: put in tool 7, then resume with ~"),
     ] {
         let heard = say(&mut sim, line);
-        assert_eq!(heard.last().unwrap(), &format!("[MSG:{told}]"), "{line}");
+        assert_eq!(heard.last().unwrap(), &format!("[MSG:{reported}]"), "{line}");
         assert_eq!(state(&mut sim), "Hold:0", "{line}");
         assert_eq!(bytes(&mut sim, b"~"), ["ok"], "{line}");
         assert_eq!(state(&mut sim), "Idle", "{line}");

@@ -40,10 +40,10 @@ impl Program {
         Self { text, place_mm: [0.0; 3], moves: 0, steps: Vec::new() }
     }
 
-    /// Adds a line that moves each axis by `way_mm`.
-    fn line(&mut self, way_mm: [f64; 3]) {
+    /// Adds a line that moves each axis by `distance_mm`.
+    fn line(&mut self, distance_mm: [f64; 3]) {
         let from_steps = self.place_steps();
-        self.place_mm = [0, 1, 2].map(|axis| self.place_mm[axis] + way_mm[axis]);
+        self.place_mm = [0, 1, 2].map(|axis| self.place_mm[axis] + distance_mm[axis]);
         let [x, y, z] = self.place_mm;
         writeln!(self.text, "G1X{x:.3}Y{y:.3}Z{z:.3}").unwrap();
         let ways = self.place_steps().into_iter().zip(from_steps).map(|(to, from)| to.abs_diff(from) as usize);

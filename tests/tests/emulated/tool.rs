@@ -138,12 +138,12 @@ fn places_of_contact_are_exact_to_the_step() {
     let run = Board::new("probe").script(&script);
     assert!(run.ok, "{}", run.printed);
     let contacts = run.figures["probe"]["contacts"].as_array().unwrap();
-    let told: Vec<_> = run.printed.lines().filter(|line| line.contains("< [PRB:")).map(probed_steps).collect();
-    assert_eq!([contacts.len(), told.len()], [CONTACTS; 2]);
-    for (contact, told) in contacts.iter().zip(&told) {
+    let reported: Vec<_> = run.printed.lines().filter(|line| line.contains("< [PRB:")).map(probed_steps).collect();
+    assert_eq!([contacts.len(), reported.len()], [CONTACTS; 2]);
+    for (contact, reported) in contacts.iter().zip(&reported) {
         let seen = [0, 1].map(|axis| contact["position_steps"][axis].as_i64().unwrap() as i32);
-        let off = [0, 1].map(|axis| seen[axis].abs_diff(told[axis]));
-        assert!(off.iter().all(|&steps| steps <= 1), "{contact}: {told:?}");
+        let off = [0, 1].map(|axis| seen[axis].abs_diff(reported[axis]));
+        assert!(off.iter().all(|&steps| steps <= 1), "{contact}: {reported:?}");
     }
 }
 
@@ -181,9 +181,9 @@ fn stops(count: usize, seed: u64) -> String {
         writeln!(script, "send {line}\nexpect ok").unwrap();
     }
     for number in 0..count {
-        let (mode, way_mm) = (if number % 2 == 0 { "M3" } else { "M4" }, if number % 4 < 2 { 40 } else { -40 });
+        let (mode, distance_mm) = (if number % 2 == 0 { "M3" } else { "M4" }, if number % 4 < 2 { 40 } else { -40 });
         let stop = if number % CRASH_EVERY == 0 { STOPS[4] } else { STOPS[random.rand_range(0..4) as usize] };
-        writeln!(script, "send {mode}S800M8G91G1F6000X{way_mm}\nexpect ok").unwrap();
+        writeln!(script, "send {mode}S800M8G91G1F6000X{distance_mm}\nexpect ok").unwrap();
         writeln!(script, "wait-output pwm on\nwait-us {}.7\n{stop}", random.rand_range(0..60_000)).unwrap();
     }
     script

@@ -12,7 +12,7 @@ use embassy_futures::select::{Either, select};
 use embassy_time::{Instant, Timer};
 use embedded_hal::digital::OutputPin;
 use isostep_motion::{
-    Capabilities, Direction, DriverTiming, Odometer, PortFault, Run, SegmentQueue, StartLine, StepPort, StreamItem,
+    Capabilities, Direction, DriverTiming, Odometer, PortFault, Run, StartLine, StepPort, StreamItem, StreamQueue,
     Wiring,
 };
 use isostep_profile::{IntervalLaw, Limits, SpeedLaw, SyncMove};
@@ -68,12 +68,12 @@ impl Rig {
 
     /// Compares every edge with the closed form of the moves, given with the instants at which they began, in the order
     /// in which they were made.
-    pub fn hold(self, edges: &[Edge], moves: &[(Instant, Plan)]) {
-        self.hold_to(edges, moves.iter().flat_map(|(start, plan)| plan.instants_ns(*start)));
+    pub fn assert_plans(self, edges: &[Edge], moves: &[(Instant, Plan)]) {
+        self.assert_edges(edges, moves.iter().flat_map(|(start, plan)| plan.instants_ns(*start)));
     }
 
     /// Compares every edge with an instant, ns since power-up, and a direction.
-    pub fn hold_to(self, edges: &[Edge], planned: impl Iterator<Item = (f64, i32)>) {
+    pub fn assert_edges(self, edges: &[Edge], planned: impl Iterator<Item = (f64, i32)>) {
         let planned: Vec<_> = planned.collect();
         assert_eq!(edges.len(), planned.len(), "{self}");
         for (k, (edge, (at_ns, direction))) in edges.iter().zip(planned).enumerate() {
@@ -248,7 +248,7 @@ pub async fn carry_out_all(
     (start, wiring): (Instant, Wiring),
     odometer: &Odometer,
 ) -> Result<(), PortFault> {
-    let (queue, start_line) = (SegmentQueue::new(), StartLine::new());
+    let (queue, start_line) = (StreamQueue::new(), StartLine::new());
     let item = async {
         for item in items {
             queue.send(item).await;

@@ -8,7 +8,7 @@ pub enum Chip {
     /// Flash reads like RAM.
     IdealFlash,
     /// A word that is not in the cache takes twice the real time.
-    DearMiss,
+    CostlyMiss,
 }
 
 impl Chip {
@@ -17,7 +17,7 @@ impl Chip {
         match self {
             Self::AsItIs => &[],
             Self::IdealFlash => &["--ideal-flash"],
-            Self::DearMiss => &["--miss-factor=2"],
+            Self::CostlyMiss => &["--miss-factor=2"],
         }
     }
 
@@ -26,7 +26,7 @@ impl Chip {
         match self {
             Self::AsItIs => "chip",
             Self::IdealFlash => "ideal-flash",
-            Self::DearMiss => "dear-miss",
+            Self::CostlyMiss => "costly-miss",
         }
     }
 
@@ -35,7 +35,7 @@ impl Chip {
         match self {
             Self::AsItIs => "the chip",
             Self::IdealFlash => "ideal flash",
-            Self::DearMiss => "miss twice as dear",
+            Self::CostlyMiss => "miss costs twice",
         }
     }
 }

@@ -28,7 +28,7 @@ pub struct Effort {
 }
 
 impl Effort {
-    /// All measurements on the real chip, and on the ideal one with fewer stops. On the chip with dear misses, only
+    /// All measurements on the real chip, and on the ideal one with fewer stops. On the chip with costly misses, only
     /// those that have a target.
     pub fn full(chip: Chip) -> Self {
         let all = Self {
@@ -45,7 +45,7 @@ impl Effort {
         match chip {
             Chip::AsItIs => all,
             Chip::IdealFlash => Self { stops: 50, ..all },
-            Chip::DearMiss => Self { stops: 50, mathematics: true, ..all.of_targets() },
+            Chip::CostlyMiss => Self { stops: 50, mathematics: true, ..all.of_targets() },
         }
     }
 
@@ -66,7 +66,7 @@ impl Effort {
         match chip {
             Chip::AsItIs => all,
             Chip::IdealFlash => Self { stops: 8, starts: all.starts, ..all.of_targets() },
-            Chip::DearMiss => Self { stops: 8, ..all.of_targets() },
+            Chip::CostlyMiss => Self { stops: 8, ..all.of_targets() },
         }
     }
 

@@ -35,7 +35,7 @@ pub struct Figures {
     /// The results on a chip with flash that reads like RAM.
     pub ideal_flash: ChipFigures,
     /// The results on a chip on which a word that is not in flash's cache takes twice as long.
-    pub miss_twice_as_dear: ChipFigures,
+    pub miss_costs_twice: ChipFigures,
 }
 
 /// The results on one chip.

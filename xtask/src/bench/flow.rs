@@ -23,7 +23,7 @@ pub struct StageFigures {
 }
 
 /// The columns of [`FlowFigures::cells`].
-pub const HEAD: [&str; 6] = ["read", "push", "tell", "compile 3 axes", "all", "moves/s"];
+pub const HEAD: [&str; 6] = ["read", "push", "advance", "compile 3 axes", "all", "moves/s"];
 
 impl FlowFigures {
     fn cycles(&self) -> f64 {
@@ -34,8 +34,8 @@ impl FlowFigures {
     /// else.
     pub fn cells(&self) -> [String; 6] {
         let whole = |value: f64| grouped(value.round() as u64);
-        let [read, push, tell, compile] = self.stages.map(|stage| whole(stage.cycles_mean));
-        [read, push, tell, compile, whole(self.cycles()), whole(f64::from(CLOCK_HZ) / self.cycles())]
+        let [read, push, advance, compile] = self.stages.map(|stage| whole(stage.cycles_mean));
+        [read, push, advance, compile, whole(self.cycles()), whole(f64::from(CLOCK_HZ) / self.cycles())]
     }
 }
 
@@ -82,9 +82,9 @@ mod tests {
         for case in &FLOW_CASES {
             let mut counted = Counted([0; Stage::ALL.len()]);
             rp2040_bench::flow(case, &mut counted);
-            let ([read, push, tell, compile], moves) = (counted.0, rp2040_bench::TIMED_MOVES);
-            assert_eq!((read, push, tell), (moves, moves, compile), "{}", case.name);
-            assert!((moves..moves * 5 / 4).contains(&tell), "{}: {tell} legs", case.name);
+            let ([read, push, advance, compile], moves) = (counted.0, rp2040_bench::TIMED_MOVES);
+            assert_eq!((read, push, advance), (moves, moves, compile), "{}", case.name);
+            assert!((moves..moves * 5 / 4).contains(&advance), "{}: {advance} chunks", case.name);
         }
     }
 }

@@ -10,7 +10,7 @@
 //!                                               |
 //!                                  figures: table, JSON, report
 //! ```
-//! All of this is done on three chips (`chip`): the RP2040 as it is, one with ideal flash, and one with dear misses.
+//! All of this is done on three chips (`chip`): the RP2040 as it is, one with ideal flash, and one with costly misses.
 //! Nothing is asserted: a missed target is only marked in the figures. An error is returned only if a run cannot be
 //! made.
 
@@ -80,12 +80,12 @@ What is measured, of PioPort and of TimerPort, three axes stepping at once and s
   outputs   from a stop to the last output of the tool off, with a laser that shines and coolant on
 And what the mathematics of a move costs on the chip, beside the step generators of the literature over the same ramp:
 cycles to plan, to compile a segment and to replay a step under each speed law, and how far their speeds are off; and cycles of
-a move of 0.2 mm of three axes that flows in a full chain: to read its line, to push it, to tell its plan and to compile that.
+a move of 0.2 mm of three axes that flows in a full chain: to read its line, to push it, to plan it and to compile that.
 On which chip:
   the chip            the emulated RP2040, flash read through its cache: everything
   ideal flash         flash reads like RAM: everything again (fewer stops), shown beneath a figure where it is another;
                       --quick: rates, accuracy, stops and starts
-  miss twice as dear  what flash's cache does not hold costs twice as much: what has a target (fewer stops), a column of
+  miss costs twice  what flash's cache does not hold costs twice as much: what has a target (fewer stops), a column of
                       the targets; --quick: without the mathematics
 The firmware is built for a TMC2209, whose least pulses (100 ns) limit the rate only above 4,000,000 steps/s. Equal
 builds give equal figures.
@@ -132,15 +132,15 @@ pub fn run(args: Args) -> Result<()> {
     };
     // Two threads may run at once, because no figure depends on how long it takes to measure.
     let (chip, others) = thread::scope(|scope| {
-        let others = scope.spawn(|| [Chip::IdealFlash, Chip::DearMiss].map(on));
+        let others = scope.spawn(|| [Chip::IdealFlash, Chip::CostlyMiss].map(on));
         (on(Chip::AsItIs), others.join())
     });
-    let [ideal_flash, miss_twice_as_dear] = others.expect("a measurement does not panic");
+    let [ideal_flash, miss_costs_twice] = others.expect("a measurement does not panic");
     let figures = Figures {
         conditions: conditions(&args, miss_cycles),
         chip: chip?,
         ideal_flash: ideal_flash?,
-        miss_twice_as_dear: miss_twice_as_dear?,
+        miss_costs_twice: miss_costs_twice?,
     };
     print!("{}", table::table(&figures));
     write_files(&args, &figures)?;

@@ -77,11 +77,11 @@ fn script(stops: u32) -> String {
     script += "send G91G0X300\nexpect ok\nwait-idle\n";
     for number in 0..stops {
         let cause = if number % CRASH_EVERY == 0 { CRASH } else { random.rand_range(0..CRASH) };
-        let (way_mm, wait_us) = (if number % 2 == 0 { 40 } else { -40 }, random.rand_range(0..WINDOW_US));
+        let (distance_mm, wait_us) = (if number % 2 == 0 { 40 } else { -40 }, random.rand_range(0..WINDOW_US));
         let go_on = CAUSES[cause as usize].2;
         writeln!(
             script,
-            "send M4S800M8G91G1F6000X{way_mm}\nexpect ok\nwait-output pwm on\nwait-us {wait_us}.7\n{go_on}"
+            "send M4S800M8G91G1F6000X{distance_mm}\nexpect ok\nwait-output pwm on\nwait-us {wait_us}.7\n{go_on}"
         )
         .expect("a String takes any text");
     }
@@ -110,8 +110,8 @@ mod tests {
         let stop = |input: &str, outputs_off_ns| ToolStop { input: input.to_owned(), outputs_off_ns };
         let of = |stops| off(&ToolFigures { stops }, 3).map(|off| off.words());
         let words = of(vec![stop("ESTOP", Some(3_240.0)), stop("ESTOP", Some(1_000.0)), stop("RESET", Some(900.0))]);
-        let told = "limit switch 0.0, emergency stop 3.2, reset byte 0.9, hard fault 0.0 us at most, of 3 stops";
-        assert_eq!(words.as_deref(), Ok(told));
+        let reported = "limit switch 0.0, emergency stop 3.2, reset byte 0.9, hard fault 0.0 us at most, of 3 stops";
+        assert_eq!(words.as_deref(), Ok(reported));
         assert_eq!(of(vec![stop("RESET", None)]), Err("after a reset byte an output stayed on".to_owned()));
     }
 

@@ -47,7 +47,7 @@ fn targets(figures: &Figures) -> Section {
         [vec![mark.to_owned(), target.what.clone(), target.aim()], table::measured_cells(target, figures).to_vec()]
             .concat()
     };
-    let chips = [Chip::AsItIs, Chip::IdealFlash, Chip::DearMiss].map(Chip::name);
+    let chips = [Chip::AsItIs, Chip::IdealFlash, Chip::CostlyMiss].map(Chip::name);
     let head = [["", "figure", "target"], chips].concat();
     Section {
         heading: "Targets".to_owned(),
@@ -286,9 +286,10 @@ fn flow(figures: &MicroFigures, ideal: Option<&MicroFigures>) -> Section {
     let head = [&["case"], flow::HEAD.as_slice()].concat();
     Section {
         heading: "Short moves that flow".to_owned(),
-        text: "Cycles of a move of 0.2 mm of three axes in a full chain: to read its line, to push it, to tell its plan, and \
+        text:
+            "Cycles of a move of 0.2 mm of three axes in a full chain: to read its line, to push it, to plan it, and \
                to compile the segments of all axes; and how many moves a second that is, if the core did nothing else."
-            .to_owned(),
+                .to_owned(),
         table: Some(rows(&head, beside(of(figures), ideal.map_or(Vec::new(), of), 1))),
         ..Section::default()
     }

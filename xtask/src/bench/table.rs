@@ -251,7 +251,7 @@ pub fn ramp_words(ramp: &RampFigures) -> String {
 
 /// One line per target: whether the chip meets it, its name and bound, and what was measured on each chip.
 fn targets(figures: &Figures) -> String {
-    let heads = [Chip::AsItIs, Chip::IdealFlash, Chip::DearMiss].map(|chip| format!("{:>20}", chip.name())).concat();
+    let heads = [Chip::AsItIs, Chip::IdealFlash, Chip::CostlyMiss].map(|chip| format!("{:>20}", chip.name())).concat();
     let mut text = format!("\n{:<88}{heads}\n", "targets");
     for target in &figures.chip.targets {
         let mark = if target.met { "met    " } else { "NOT MET" };
@@ -261,14 +261,14 @@ fn targets(figures: &Figures) -> String {
     text
 }
 
-/// What was measured on the real chip, on the ideal one, and on the one with dear misses.
+/// What was measured on the real chip, on the ideal one, and on the one with costly misses.
 pub fn measured_cells(target: &Target, figures: &Figures) -> [String; 3] {
     let cell = |target: &Target| {
         let measured = target.measured.map_or("no figure".to_owned(), number);
         if target.met { measured } else { format!("{measured} NOT MET") }
     };
     let on = |chip: &ChipFigures| chip.target(&target.what).map_or("-".to_owned(), cell);
-    [target.measured.map_or("no figure".to_owned(), number), on(&figures.ideal_flash), on(&figures.miss_twice_as_dear)]
+    [target.measured.map_or("no figure".to_owned(), number), on(&figures.ideal_flash), on(&figures.miss_costs_twice)]
 }
 
 impl Target {
@@ -308,13 +308,13 @@ mod tests {
 
     #[test]
     fn targets_say_whether_they_are_met_and_by_which_chip() {
-        let mut dear = on([Some(900_000.0), None, Some(9.0)]);
-        dear.targets.pop();
+        let mut costly = on([Some(900_000.0), None, Some(9.0)]);
+        costly.targets.pop();
         let figures = Figures {
             conditions: Conditions::default(),
             chip: on([Some(1_200_000.0), Some(52.126), None]),
             ideal_flash: on([Some(1_300_000.0), Some(40.0), Some(2.0)]),
-            miss_twice_as_dear: dear,
+            miss_costs_twice: costly,
         };
         let text = targets(&figures);
         let words: Vec<String> =

@@ -36,8 +36,8 @@ use embassy_rp::peripherals::PIO0;
 use embassy_rp::pio::{Config, Direction as PinDirection, FifoJoin, LoadedProgram, Pin, Pio, ShiftDirection};
 use embassy_time::{Duration, with_timeout};
 use isostep_motion::{
-    AXES, Brake, Capabilities, Direction, DriverTiming, Odometer, PortFault, Run, SegmentQueue, StartLine, StepPort,
-    StreamItem, ticks_covering,
+    AXES, Brake, Capabilities, Direction, DriverTiming, Odometer, PortFault, Run, StartLine, StepPort, StreamItem,
+    StreamQueue, ticks_covering,
 };
 use isostep_profile::Segment;
 
@@ -134,7 +134,7 @@ impl StepPort for PioPort {
         &mut self,
         run: Run,
         start_line: &StartLine,
-        segments: &SegmentQueue,
+        segments: &StreamQueue,
         odometer: &Odometer,
     ) -> Result<(), PortFault> {
         {
@@ -210,7 +210,7 @@ impl<'a> ActiveRun<'a> {
     }
 
     /// Writes all items of the run.
-    async fn emit(&mut self, segments: &SegmentQueue) -> Result<(), PortFault> {
+    async fn emit(&mut self, segments: &StreamQueue) -> Result<(), PortFault> {
         let mut item = segments.receive().await;
         loop {
             match item {
@@ -229,7 +229,7 @@ impl<'a> ActiveRun<'a> {
     }
 
     /// Waits for the next item when it is not there yet.
-    async fn wait_for_more(&mut self, segments: &SegmentQueue) -> Result<StreamItem, PortFault> {
+    async fn wait_for_more(&mut self, segments: &StreamQueue) -> Result<StreamItem, PortFault> {
         // Words that are written must not wait for segments that are not compiled yet.
         self.port.stream.hand_over();
         self.start().await;

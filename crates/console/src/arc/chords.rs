@@ -37,7 +37,7 @@ impl Chords {
             radius_mm,
             turn: cos_sin(arc.travel_rad / chords).map(|part| part * change),
             across_mm: arc.ends.start_mm[across].into(),
-            rise_mm: arc.ends.way_mm(across) / chords,
+            rise_mm: arc.ends.distance_mm(across) / chords,
             target_mm: arc.ends.target_mm.map(f64::from),
         }
     }

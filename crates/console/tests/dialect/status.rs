@@ -190,8 +190,8 @@ fn spindle_and_coolant_are_told_with_the_overrides_and_when_they_change() {
         (b"M9 M8 \nM9\nM8\n", ["0,0|Ov:100,100,100|A:F", "0,0", "0,0"]),
         (b"M9\n", ["0,0|Ov:100,100,100", "0,0", "0,0"]),
     ];
-    for &(sent, told) in rows {
-        assert_eq!(extras(&mut talk, sent), told, "{}", String::from_utf8_lossy(sent));
+    for &(sent, reported) in rows {
+        assert_eq!(extras(&mut talk, sent), reported, "{}", String::from_utf8_lossy(sent));
     }
 }
 

@@ -39,8 +39,8 @@ impl<const N: usize> TimerBank<N> {
         W: DelayNs,
     {
         let mut axes = 0..N;
-        let lanes = pins.map(|pins| Lane::new(&self.mailboxes[axes.next().unwrap_or_default()], pins));
-        let mut drive = Drive { wake: &self.wake, gate: &self.gate, wake_up: wake_up.as_ticks(), lanes, delay };
+        let drives = pins.map(|pins| AxisDrive::new(&self.mailboxes[axes.next().unwrap_or_default()], pins));
+        let mut drive = Drive { wake: &self.wake, gate: &self.gate, wake_up: wake_up.as_ticks(), drives, delay };
         loop {
             drive.look();
             let at = drive.next_rise();
@@ -61,12 +61,12 @@ struct Drive<'a, S, D, W, const N: usize> {
     gate: &'a Flag,
     /// Time that a wake-up takes, ticks.
     wake_up: u64,
-    lanes: [Lane<'a, S, D>; N],
+    drives: [AxisDrive<'a, S, D>; N],
     delay: W,
 }
 
 /// One axis's pins and what it is to do next. Instants are in ticks since power-up.
-struct Lane<'a, S, D> {
+struct AxisDrive<'a, S, D> {
     mailbox: &'a Mailbox,
     step: S,
     dir: D,
@@ -113,7 +113,7 @@ where
     #[inline(always)]
     fn look(&mut self) {
         if self.wake.take() {
-            self.lanes.iter_mut().for_each(Lane::look);
+            self.drives.iter_mut().for_each(AxisDrive::look);
             if self.gate.take() {
                 self.start();
             }
@@ -124,13 +124,14 @@ where
     #[inline(never)]
     fn start(&mut self) {
         let soonest = Instant::now().as_ticks() + self.wake_up;
-        let start = self.lanes.iter().filter(|lane| lane.is_at_gate()).fold(soonest, |at, lane| at.max(lane.ready));
-        self.lanes.iter_mut().for_each(|lane| lane.start(start));
+        let start =
+            self.drives.iter().filter(|drive| drive.is_at_gate()).fold(soonest, |at, drive| at.max(drive.ready));
+        self.drives.iter_mut().for_each(|drive| drive.start(start));
     }
 
     #[inline(always)]
     fn next_rise(&self) -> u64 {
-        self.lanes.iter().fold(NEVER, |earliest, lane| earliest.min(lane.at))
+        self.drives.iter().fold(NEVER, |earliest, drive| earliest.min(drive.at))
     }
 
     /// Waits until `at`, and makes the steps that are to rise then. A step that comes due during a pulse does not wait
@@ -160,11 +161,11 @@ where
     #[inline(always)]
     fn call(&mut self, at: u64) -> u64 {
         let mut oldest = at;
-        for lane in &mut self.lanes {
-            if lane.at <= at {
-                oldest = oldest.min(lane.due);
-                lane.at = NEVER;
-                lane.level = Level::Due;
+        for drive in &mut self.drives {
+            if drive.at <= at {
+                oldest = oldest.min(drive.due);
+                drive.at = NEVER;
+                drive.level = Level::Due;
             }
         }
         oldest
@@ -186,18 +187,18 @@ where
     #[inline(always)]
     fn raise(&mut self, now: u64, oldest: u64) -> u32 {
         if now - oldest > LATE_MAX.as_ticks() {
-            self.lanes.iter_mut().for_each(|lane| lane.refuse_late(now));
+            self.drives.iter_mut().for_each(|drive| drive.refuse_late(now));
         }
         let mut pulse_ns = 0;
         // One critical section for all axes: with one for each, the last axis would wait for all of them.
         critical_section::with(|section| {
-            for lane in self.lanes.iter_mut().filter(|lane| lane.level == Level::Due) {
-                let Lane { mailbox, step, sign, .. } = lane;
+            for drive in self.drives.iter_mut().filter(|drive| drive.level == Level::Due) {
+                let AxisDrive { mailbox, step, sign, .. } = drive;
                 let risen = mailbox.step(section, *sign, || {
                     let Ok(()) = step.set_high();
                 });
-                lane.level = if risen { Level::High } else { Level::Low };
-                pulse_ns = pulse_ns.max(lane.pulse_ns);
+                drive.level = if risen { Level::High } else { Level::Low };
+                pulse_ns = pulse_ns.max(drive.pulse_ns);
             }
         });
         pulse_ns
@@ -206,25 +207,25 @@ where
     /// Ends the pulses and goes on to the steps that follow.
     #[inline(always)]
     fn lower(&mut self) {
-        for lane in &mut self.lanes {
-            if lane.level == Level::High {
-                let Ok(()) = lane.step.set_low();
+        for drive in &mut self.drives {
+            if drive.level == Level::High {
+                let Ok(()) = drive.step.set_low();
             }
         }
         let now = Instant::now().as_ticks();
-        for lane in &mut self.lanes {
-            if lane.level == Level::High {
-                lane.level = Level::Low;
-                lane.ready = now + lane.low_min;
-                if !lane.advance() {
-                    lane.refill();
+        for drive in &mut self.drives {
+            if drive.level == Level::High {
+                drive.level = Level::Low;
+                drive.ready = now + drive.low_min;
+                if !drive.advance() {
+                    drive.refill();
                 }
             }
         }
     }
 }
 
-impl<'a, S, D> Lane<'a, S, D>
+impl<'a, S, D> AxisDrive<'a, S, D>
 where
     S: OutputPin<Error = Infallible>,
     D: OutputPin<Error = Infallible>,

@@ -41,7 +41,7 @@ pub use self::bank::TimerBank;
 use self::bank::{Flag, Mailbox, RunRequest, WakeSignal};
 use crate::TICK_HZ;
 use crate::port::{
-    Brake, Capabilities, DriverTiming, Odometer, PortFault, Run, SegmentQueue, StepPort, StreamItem, ticks_covering,
+    Brake, Capabilities, DriverTiming, Odometer, PortFault, Run, StepPort, StreamItem, StreamQueue, ticks_covering,
 };
 use crate::start_line::StartLine;
 
@@ -106,7 +106,7 @@ impl StepPort for TimerPort<'_> {
         &mut self,
         run: Run,
         start_line: &StartLine,
-        segments: &SegmentQueue,
+        segments: &StreamQueue,
         odometer: &Odometer,
     ) -> Result<(), PortFault> {
         let active = ActiveRun::new(self, &run, odometer);
@@ -134,7 +134,7 @@ impl TimerPort<'_> {
     }
 
     /// Hands over the stream items of the run, until it ends.
-    async fn hand_over_all(&self, segments: &SegmentQueue) -> Infallible {
+    async fn hand_over_all(&self, segments: &StreamQueue) -> Infallible {
         loop {
             self.hand_over(segments.receive().await).await;
         }

@@ -41,7 +41,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
     /// Computes all entry speeds again, except that of a first block under way. How far its plan has come is taken into
     /// account when the plan is replaced: until then, the range of its end speeds is computed from where the plan
     /// began.
-    pub(super) fn reckon(&mut self) {
+    pub(super) fn compute_entries(&mut self) {
         if self.is_at_rest()
             && self.place_steps > 0.0
             && let Some(first) = self.blocks.get_mut(0)

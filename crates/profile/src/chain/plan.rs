@@ -72,7 +72,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
     }
 
     /// Hands out the plan up to `until_s`, which commits it.
-    pub(super) fn tell(&mut self, until_s: f64) -> Option<Chunk<N>> {
+    pub(super) fn hand_out(&mut self, until_s: f64) -> Option<Chunk<N>> {
         let (block, plan) = (self.blocks.get(0)?, &mut self.plan);
         let is_end = until_s >= plan.end_s;
         let until_steps = if is_end { plan.sync_move.end_steps() } else { plan.sync_move.place_at(until_s) };

@@ -103,7 +103,7 @@ impl Move {
     /// The largest delta v² whose ramp fits the length at the highest possible mean speed, by bisection.
     fn s_curve_gain(&self, accel_mm_s2: f64) -> f64 {
         let mean_mm_s = self.request.feed_mm_s.map_or(self.top_mm_s, |feed_mm_s| (2.0 * feed_mm_s).min(self.top_mm_s));
-        let way_mm = |gain: f64| {
+        let distance_mm = |gain: f64| {
             let rise = gain / (2.0 * mean_mm_s);
             let eased = accel_mm_s2 / self.jerk_mm_s3;
             let duration_s = if rise >= accel_mm_s2 * eased {
@@ -116,7 +116,7 @@ impl Move {
         let (mut low, mut high) = (0.0, 2.0 * accel_mm_s2 * self.length_mm);
         for _ in 0..200 {
             let middle = (low + high) / 2.0;
-            *if way_mm(middle) <= self.length_mm { &mut low } else { &mut high } = middle;
+            *if distance_mm(middle) <= self.length_mm { &mut low } else { &mut high } = middle;
         }
         low
     }

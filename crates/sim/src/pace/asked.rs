@@ -37,9 +37,9 @@ pub struct Asked {
 impl Asked {
     /// What a move of `outcome` asks for. Without a source, its speed is the planned one, or as fast as its axes allow.
     pub fn new(outcome: &Outcome, record: &MoveRecord, source: Option<&Source>) -> Self {
-        let way_mm: [f64; AXES] = outcome.mm(record.plan.steps);
-        let length_mm = way_mm.iter().map(|mm| mm * mm).sum::<f64>().sqrt();
-        let direction = way_mm.map(|mm| mm / length_mm);
+        let distance_mm: [f64; AXES] = outcome.mm(record.plan.steps);
+        let length_mm = distance_mm.iter().map(|mm| mm * mm).sum::<f64>().sqrt();
+        let direction = distance_mm.map(|mm| mm / length_mm);
         let mm_per_step = length_mm / record.plan.distance_steps();
         let tops = (0..AXES).filter(|&axis| direction[axis] != 0.0);
         let tops = tops.map(|axis| (top_mm_s(outcome, axis) / direction[axis].abs(), axis));

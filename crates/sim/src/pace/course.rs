@@ -38,7 +38,7 @@ pub struct Phase<'a> {
     /// The speeds along the path at its start and its end, mm/s.
     pub speeds_mm_s: [f64; 2],
     /// Its distance along the path, mm.
-    pub way_mm: f64,
+    pub distance_mm: f64,
     /// Where it begins and ends, in steps of the longest axis from the beginning of the whole move.
     pub places_steps: [f64; 2],
     profile: &'a Profile,
@@ -70,7 +70,7 @@ impl Phase<'_> {
         if t_s <= self.begin_s {
             0.0
         } else if t_s >= self.end_s() {
-            self.way_mm
+            self.distance_mm
         } else {
             let steps = self.profile.position_at(self.from_s + t_s - self.begin_s) - self.from_steps;
             steps * self.asked.mm_per_step
@@ -169,7 +169,7 @@ impl<'a> Piece<'a> {
                 begin_s: run_s + origin_s + begin.t_s,
                 span_s: end.t_s - begin.t_s,
                 speeds_mm_s: [begin, end].map(|knot| knot.steps_s * asked.mm_per_step),
-                way_mm: (end.steps - begin.steps) * asked.mm_per_step,
+                distance_mm: (end.steps - begin.steps) * asked.mm_per_step,
                 places_steps: [begin, end].map(|knot| origin_steps + knot.steps),
                 profile,
                 from_s: begin.t_s,

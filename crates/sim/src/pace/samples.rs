@@ -25,7 +25,7 @@ pub struct Sample {
 
 /// A move of the program as a straight line.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Way {
+pub struct StraightMove {
     /// Index of the move in [`Outcome::moves`].
     pub index: usize,
     /// Start position, mm.
@@ -57,16 +57,19 @@ pub fn samples(outcome: &Outcome, sources: &[Option<Source>], bins: usize) -> Ve
 }
 
 /// The moves of the program as straight lines, in order.
-pub fn ways<'a>(outcome: &'a Outcome, sources: &'a [Option<Source>]) -> impl Iterator<Item = Way> + 'a {
-    let mut spans = phases(outcome, sources).map(|phase| (phase.index, phase.way_mm, phase.span_s)).peekable();
+pub fn straight_moves<'a>(
+    outcome: &'a Outcome,
+    sources: &'a [Option<Source>],
+) -> impl Iterator<Item = StraightMove> + 'a {
+    let mut spans = phases(outcome, sources).map(|phase| (phase.index, phase.distance_mm, phase.span_s)).peekable();
     std::iter::from_fn(move || {
-        let (index, mut way_mm, mut span_s) = spans.next()?;
+        let (index, mut distance_mm, mut span_s) = spans.next()?;
         while let Some((_, more_mm, more_s)) = spans.next_if(|next| next.0 == index) {
-            (way_mm, span_s) = (way_mm + more_mm, span_s + more_s);
+            (distance_mm, span_s) = (distance_mm + more_mm, span_s + more_s);
         }
         let record = &outcome.moves[index];
         let [from_mm, to_mm] = [record.origin_steps, record.end_steps].map(|steps| outcome.mm(steps));
-        Some(Way { index, from_mm, to_mm, mean_mm_s: way_mm / span_s })
+        Some(StraightMove { index, from_mm, to_mm, mean_mm_s: distance_mm / span_s })
     })
 }
 
@@ -74,17 +77,17 @@ pub fn ways<'a>(outcome: &'a Outcome, sources: &'a [Option<Source>]) -> impl Ite
 #[derive(Clone, Copy, Debug, Default)]
 struct Sum {
     moving_s: f64,
-    way_mm: f64,
+    distance_mm: f64,
     asked_mm_s: f64,
     lowest_mm_s: Option<f64>,
     highest_mm_s: f64,
 }
 
 impl Sum {
-    fn add(&mut self, phase: &Phase, [from_s, to_s]: [f64; 2], way_mm: f64) {
+    fn add(&mut self, phase: &Phase, [from_s, to_s]: [f64; 2], distance_mm: f64) {
         let span_s = (to_s - from_s).max(0.0);
         self.moving_s += span_s;
-        self.way_mm += way_mm;
+        self.distance_mm += distance_mm;
         self.asked_mm_s = self.asked_mm_s.max(phase.asked.mm_s);
         // In a phase the speed rises, stays constant or falls, so its extremes are at the ends.
         let [one, other] = [from_s, to_s].map(|t_s| phase.speed_mm_s(t_s));
@@ -98,7 +101,7 @@ impl Sum {
             begin_s: number as f64 * bin_s,
             end_s: (number + 1) as f64 * bin_s,
             lowest_mm_s: if stands { 0.0 } else { self.lowest_mm_s.unwrap_or(0.0) },
-            mean_mm_s: self.way_mm / bin_s,
+            mean_mm_s: self.distance_mm / bin_s,
             highest_mm_s: self.highest_mm_s,
             asked_mm_s: self.asked_mm_s,
         }

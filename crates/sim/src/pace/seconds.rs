@@ -30,7 +30,7 @@ pub struct Second {
 /// A tenth of a second, the unit of the search.
 #[derive(Clone, Copy, Debug, Default)]
 struct Cell {
-    way_mm: f64,
+    distance_mm: f64,
     moving_s: f64,
     begun: usize,
     /// Indices of the first and the last move in it.
@@ -63,7 +63,7 @@ impl Clock {
             let to_s = phase.end_s().min((self.newest + 1) as f64 * GRID_S);
             let to_mm = phase.made_mm(to_s);
             let cell = self.newest();
-            cell.way_mm += to_mm - made_mm;
+            cell.distance_mm += to_mm - made_mm;
             cell.moving_s += (to_s - from_s).max(0.0);
             cell.moves = Some([cell.moves.map_or(phase.index, |moves| moves[0]), phase.index]);
             (from_s, made_mm) = (to_s, to_mm);
@@ -115,7 +115,7 @@ impl Clock {
         let last = moves.next_back().map_or(last, |moves| moves[1]);
         let second = Second {
             start_s: (self.newest + 1 - CELLS) as f64 * GRID_S,
-            mean_mm_s: sum(|cell| cell.way_mm),
+            mean_mm_s: sum(|cell| cell.distance_mm),
             moves_begun: self.cells.iter().map(|cell| cell.begun).sum(),
             lines: [None; 2],
         };

@@ -17,7 +17,7 @@ use crate::lines_of_moves::Source;
 use crate::outcome::Outcome;
 
 /// Losses below this are not reported, s.
-pub const LEAST_TOLD_S: f64 = 0.0005;
+pub const LEAST_SHOWN_S: f64 = 0.0005;
 /// Number of places that are listed one by one.
 const WORST: usize = 10;
 /// A corner counts as taken at full speed if its speed is at least this fraction of the allowed one.
@@ -483,7 +483,7 @@ impl Open {
     fn at_end(outcome: &Outcome, phase: &Phase) -> Self {
         Self {
             at_s: phase.end_s(),
-            place_mm: phase.place_mm(outcome, phase.way_mm),
+            place_mm: phase.place_mm(outcome, phase.distance_mm),
             before: Some((phase.index, phase.asked)),
             after: None,
             taken_mm_s: phase.speeds_mm_s[1],
@@ -495,6 +495,6 @@ impl Open {
 
     fn add(&mut self, phase: &Phase) {
         self.ramps_s += phase.span_s;
-        self.lost_s += phase.span_s - phase.way_mm / phase.asked.mm_s;
+        self.lost_s += phase.span_s - phase.distance_mm / phase.asked.mm_s;
     }
 }

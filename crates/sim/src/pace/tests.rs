@@ -42,7 +42,7 @@ fn one_move_is_a_trapezoid() {
     assert_near(pace.shares.feed_s, shares.feed_s);
     assert_near(pace.shares.standstill_s, shares.standstill_s);
     assert_near(pace.moving_s, 0.45);
-    assert_near(pace.way_mm, 40.0);
+    assert_near(pace.distance_mm, 40.0);
     assert_eq!((pace.moves, pace.standing_s, pace.shares.corners_s, pace.fastest_axis), (1, 0.0, 0.0, Some(0)));
     assert_near(pace.axes[0].share, 0.5);
     assert_near(pace.axes[0].ramps_s, 0.1);
@@ -188,15 +188,18 @@ fn samples_have_the_whole_way_and_its_speeds() {
     let outcome = outcome("G91 G1 F6000 X40\nG4 P0.2\nF3000 Y40\n", |_| {});
     let sources = lines_of_moves::of_moves(&outcome);
     let samples = samples(&outcome, &sources, 97);
-    let way_mm: f64 = samples.iter().map(|sample| sample.mean_mm_s * (sample.end_s - sample.begin_s)).sum();
-    assert_near(way_mm, 80.0);
+    let distance_mm: f64 = samples.iter().map(|sample| sample.mean_mm_s * (sample.end_s - sample.begin_s)).sum();
+    assert_near(distance_mm, 80.0);
     assert!(samples.iter().all(|sample| sample.lowest_mm_s <= sample.mean_mm_s + 1e-9));
     assert!(samples.iter().all(|sample| sample.mean_mm_s <= sample.highest_mm_s + 1e-9));
     assert_near(samples.iter().map(|sample| sample.highest_mm_s).fold(0.0, f64::max), 100.0);
     assert!(samples.iter().any(|sample| sample.asked_mm_s == 0.0) && samples[0].asked_mm_s == 100.0);
-    let ways: Vec<_> = ways(&outcome, &sources).collect();
-    assert_eq!((ways.len(), ways[1].index, ways[1].to_mm[1] - ways[1].from_mm[1]), (2, 1, 40.0));
-    assert_near(ways[0].mean_mm_s, 40.0 / 0.45);
+    let straight_moves: Vec<_> = straight_moves(&outcome, &sources).collect();
+    assert_eq!(
+        (straight_moves.len(), straight_moves[1].index, straight_moves[1].to_mm[1] - straight_moves[1].from_mm[1]),
+        (2, 1, 40.0)
+    );
+    assert_near(straight_moves[0].mean_mm_s, 40.0 / 0.45);
 }
 
 /// For any program, the sums equal the total, and the total is the time from the first start to the last end.

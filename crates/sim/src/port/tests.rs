@@ -25,8 +25,8 @@ fn steady(steps: i32, speed_steps_s: f64) -> SyncMove<1> {
 }
 
 /// A queue with all its steps.
-fn queue_of(plan: &SyncMove<1>) -> SegmentQueue {
-    let queue = SegmentQueue::new();
+fn queue_of(plan: &SyncMove<1>) -> StreamQueue {
+    let queue = StreamQueue::new();
     let direction = Direction::of(plan.steps[0]);
     plan.segments(0, TICK_HZ).for_each(|segment| queue.try_send(StreamItem::Steps { segment, direction }).unwrap());
     queue

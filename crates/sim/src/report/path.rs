@@ -155,7 +155,7 @@ fn pieces<'a>(
 ) {
     for phase in phases {
         let [x, y, _] = phase.asked.direction;
-        let fine = phase.way_mm * x.hypot(y) * plane.fine_per_mm();
+        let fine = phase.distance_mm * x.hypot(y) * plane.fine_per_mm();
         let count = match phase.change {
             _ if fine == 0.0 => continue,
             Change::Level => 1,
@@ -165,7 +165,7 @@ fn pieces<'a>(
         for number in 1..=count {
             let to_mm = phase.made_mm(phase.begin_s + phase.span_s * number as f64 / count as f64);
             let [from, to] = [made_mm, to_mm].map(|mm| plane.point(phase.place_mm(outcome, mm)));
-            take(&Piece { from, to, way_mm: to_mm - made_mm, span_s: phase.span_s / count as f64 });
+            take(&Piece { from, to, distance_mm: to_mm - made_mm, span_s: phase.span_s / count as f64 });
             made_mm = to_mm;
         }
     }
@@ -191,7 +191,7 @@ fn pieces_by_edges<'a>(
             let phase = phases.iter().find(|phase| middle_s < phase.end_s()).unwrap_or(&phases[phases.len() - 1]);
             let [from, to] = [pair[0].1, pair[1].1].map(|mm| plane.point(mm));
             // The planned speed is used because the steps of the edges are not even.
-            take(&Piece { from, to, way_mm: phase.speed_mm_s(middle_s), span_s: 1.0 });
+            take(&Piece { from, to, distance_mm: phase.speed_mm_s(middle_s), span_s: 1.0 });
         }
     }
 }
@@ -310,7 +310,7 @@ mod tests {
             let mut from = [0.0; 2];
             for _ in 0..400_000 {
                 let to = [random.rand_float(), random.rand_float()].map(|share| f64::from(share) * 2_700.0);
-                take(&Piece { from, to, way_mm: 1.0, span_s: f64::from(random.rand_float()) + 0.01 });
+                take(&Piece { from, to, distance_mm: 1.0, span_s: f64::from(random.rand_float()) + 0.01 });
                 from = to;
             }
         };

@@ -23,13 +23,13 @@ impl SpeedScale {
     /// The scale for these phases.
     pub fn of<'a>(phases: impl Iterator<Item = Phase<'a>>) -> Self {
         let mut top_mm_s = 1e-3_f64;
-        let mut ways_mm = [0.0; BINS];
+        let mut distances_mm = [0.0; BINS];
         for phase in phases {
             top_mm_s = phase.speeds_mm_s.into_iter().fold(top_mm_s, f64::max);
-            ways_mm[bin(phase.way_mm / phase.span_s)] += phase.way_mm;
+            distances_mm[bin(phase.distance_mm / phase.span_s)] += phase.distance_mm;
         }
-        let slow_mm: f64 = ways_mm[..bin(MOSTLY_SLOW * top_mm_s)].iter().sum();
-        Self::new(top_mm_s, slow_mm > ways_mm.iter().sum::<f64>() / 2.0)
+        let slow_mm: f64 = distances_mm[..bin(MOSTLY_SLOW * top_mm_s)].iter().sum();
+        Self::new(top_mm_s, slow_mm > distances_mm.iter().sum::<f64>() / 2.0)
     }
 
     fn new(top_mm_s: f64, doubles: bool) -> Self {

@@ -24,7 +24,7 @@ pub struct Piece {
     /// Where it ends, units.
     pub to: Point,
     /// Its distance, mm.
-    pub way_mm: f64,
+    pub distance_mm: f64,
     /// Its duration, s.
     pub span_s: f64,
 }
@@ -70,7 +70,7 @@ impl Strokes {
             Some(waiting) => Piece {
                 from: waiting.from,
                 to: piece.to,
-                way_mm: waiting.way_mm + piece.way_mm,
+                distance_mm: waiting.distance_mm + piece.distance_mm,
                 span_s: waiting.span_s + piece.span_s,
             },
         };
@@ -96,7 +96,7 @@ impl Strokes {
     fn flush(&mut self) {
         let Some(piece) = self.waiting.take() else { return };
         let [from, to] = [node(piece.from), node(piece.to)];
-        let class = self.scale.class(piece.way_mm / piece.span_s.max(1e-12));
+        let class = self.scale.class(piece.distance_mm / piece.span_s.max(1e-12));
         match &mut self.line {
             Some(line) if line.class == class && line.end == from => {
                 if !line.goes_straight_to(to) {
@@ -169,7 +169,7 @@ mod tests {
         let mut strokes = Strokes::new(scale(), least);
         for pair in points.windows(2) {
             let [from, to] = [pair[0], pair[1]].map(|(x, y, _)| [x, y]);
-            strokes.take(&Piece { from, to, way_mm: pair[1].2, span_s: 1.0 });
+            strokes.take(&Piece { from, to, distance_mm: pair[1].2, span_s: 1.0 });
         }
         strokes.finish(4)
     }

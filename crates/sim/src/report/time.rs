@@ -4,7 +4,7 @@ use isostep_motion::AXES;
 use maud::{Markup, html};
 
 use super::theme::AXIS_NAMES;
-use crate::pace::{LEAST_TOLD_S, Pace, Second, SlowPlace, Why};
+use crate::pace::{LEAST_SHOWN_S, Pace, Second, SlowPlace, Why};
 
 /// A fraction of the time: its name, its colour and its duration, s.
 struct Share {
@@ -20,9 +20,9 @@ pub fn shares(pace: &Pace) -> Markup {
     html! {
         h2 { "Where time goes" }
         p {
-            @if !pace.limits_changed { (format!("{:.1} mm in ", pace.way_mm)) }
+            @if !pace.limits_changed { (format!("{:.1} mm in ", pace.distance_mm)) }
             (format!("{}: {} in motion, {} standing", duration(pace.total_s()), duration(pace.moving_s), duration(pace.standing_s)))
-            @if pace.moving_s > 0.0 && !pace.limits_changed { (format!("; {:.2} mm/s on the mean while it moves", pace.way_mm / pace.moving_s)) }
+            @if pace.moving_s > 0.0 && !pace.limits_changed { (format!("; {:.2} mm/s on the mean while it moves", pace.distance_mm / pace.moving_s)) }
             ". A ramp counts to the slow place that it leads to or comes from. Homing is left out."
             @if pace.limits_changed { " The program changes its limits on the way, so what limits it is not told." }
         }
@@ -97,8 +97,8 @@ fn seconds(pace: &Pace) -> Markup {
 
 /// The tables of where time is lost; empty if limits changed.
 pub fn slow_places(pace: &Pace) -> Markup {
-    let kinds: Vec<_> = pace.slow.kinds.iter().filter(|kind| kind.lost_s >= LEAST_TOLD_S).collect();
-    let worst: Vec<_> = pace.slow.worst.iter().filter(|place| place.lost_s >= LEAST_TOLD_S).collect();
+    let kinds: Vec<_> = pace.slow.kinds.iter().filter(|kind| kind.lost_s >= LEAST_SHOWN_S).collect();
+    let worst: Vec<_> = pace.slow.worst.iter().filter(|place| place.lost_s >= LEAST_SHOWN_S).collect();
     html! { @if !pace.limits_changed {
         h2 { "Time lost at slow places" }
         p {

@@ -95,11 +95,14 @@ fn a_refused_line_ends_the_program_there() {
 /// The dwells are longer than the interval of progress reports, and the pauses wait for the operator.
 #[test]
 fn dwells_and_pauses_are_played_through() {
-    let mut told = Vec::new();
+    let mut reported = Vec::new();
     let program: Vec<_> = program::lines(b"G4 P5\nG0 X1\nM0\nG4 P0.5\nG0 X2\n").unwrap();
-    let outcome = run_watched(program.into(), &Config::default(), Flash::blank(), &mut |now| told.push(now)).unwrap();
+    let outcome =
+        run_watched(program.into(), &Config::default(), Flash::blank(), &mut |now| reported.push(now)).unwrap();
     assert_eq!((outcome.position_mm[0], outcome.pauses[0].line, outcome.pauses.len()), (2.0, 3, 1));
-    assert!(told.len() >= 5 && told.is_sorted_by_key(|now| now.answered) && told.last().unwrap().answered >= 1);
+    assert!(
+        reported.len() >= 5 && reported.is_sorted_by_key(|now| now.answered) && reported.last().unwrap().answered >= 1
+    );
 }
 
 #[test]

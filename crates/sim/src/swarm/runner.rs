@@ -367,7 +367,7 @@ impl<'a> Runner<'a> {
         let is_at = self.sim.machine().position_steps();
         if said.last().map(String::as_str) != Some("ok") || is_at != [wanted, was_steps[1], was_steps[2]] {
             let found = format!("X{mm} from {was_steps:?} led to {is_at:?}, and it said {said:?}");
-            return Err(self.failure("at last it moves where it is told", found));
+            return Err(self.failure("at last it moves where it is sent", found));
         }
         Ok(())
     }

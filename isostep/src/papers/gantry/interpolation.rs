@@ -36,15 +36,15 @@ impl Edges {
     }
 
     /// How far the axis across is ahead of the straight line, steps.
-    fn stray(&self, t_s: f64) -> f64 {
+    fn error_steps(&self, t_s: f64) -> f64 {
         let (long, across) = self.at(t_s);
         across - long * f64::from(ACROSS_STEPS) / f64::from(STEPS)
     }
 
     /// The largest deviation from the straight line at any step.
-    fn stray_max(&self) -> f64 {
+    fn error_max_steps(&self) -> f64 {
         let instants = self.long_s.iter().chain(&self.across_s);
-        instants.map(|t_s| self.stray(*t_s).abs()).fold(0.0, f64::max)
+        instants.map(|t_s| self.error_steps(*t_s).abs()).fold(0.0, f64::max)
     }
 
     fn instants(&self) -> impl Iterator<Item = f64> + use<> {
@@ -63,7 +63,7 @@ pub fn rows() -> Result<Vec<Row>> {
     Ok(vec![
         ask("20,000 and 17,500 steps: farthest off the straight line (a model)")
             .number("steps", 1)
-            .by_method(theirs.stray_max(), ours.stray_max()),
+            .by_method(theirs.error_max_steps(), ours.error_max_steps()),
         ask("the same: first step to last (a model)")
             .number("s", 3)
             .by_method(theirs.end_s() - theirs.long_s[0], ours.end_s() - ours.long_s[0]),
@@ -89,15 +89,15 @@ pub fn picture() -> Result<Picture> {
         ],
         ..Chart::default()
     };
-    let stray = Chart {
+    let error = Chart {
         x_name: "time, s".to_owned(),
         y_name: "off the line, steps".to_owned(),
-        curves: vec![curve(&theirs, 1, &|t_s| theirs.stray(t_s)), curve(&ours, 0, &|t_s| ours.stray(t_s))],
+        curves: vec![curve(&theirs, 1, &|t_s| theirs.error_steps(t_s)), curve(&ours, 0, &|t_s| ours.error_steps(t_s))],
         ..Chart::default()
     };
     Ok(Picture {
         name: "forero-2023-figure-9".to_owned(),
-        svg: charts("Two axes: position, and distance from the straight line, over time", 1, 300, &[position, stray]),
+        svg: charts("Two axes: position, and distance from the straight line, over time", 1, 300, &[position, error]),
         key: vec![
             (1, "paper, 20,000 steps".to_owned()),
             (2, "paper, 17,500 steps".to_owned()),
@@ -118,15 +118,15 @@ mod tests {
 
     #[test]
     fn ours_stays_within_a_step_of_the_line_and_the_timers_do_not() {
-        assert!(Edges::ours().unwrap().stray_max() <= 1.0);
-        assert!(Edges::theirs().unwrap().stray_max() > 5.0);
+        assert!(Edges::ours().unwrap().error_max_steps() <= 1.0);
+        assert!(Edges::theirs().unwrap().error_max_steps() > 5.0);
     }
 
     #[test]
     fn every_step_is_made() {
         for edges in [Edges::ours().unwrap(), Edges::theirs().unwrap()] {
             assert_eq!(edges.at(edges.end_s()), (20_000.0, 17_500.0));
-            assert_eq!(edges.stray(edges.end_s()), 0.0);
+            assert_eq!(edges.error_steps(edges.end_s()), 0.0);
         }
     }
 }
