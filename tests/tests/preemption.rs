@@ -3,6 +3,7 @@
 
 use embassy_time::Duration;
 use isostep_motion::{Alarm, Axis, State};
+use isostep_sim::verify::{self, MoveCheck};
 use isostep_sim::{Came, Config, Outcome, Port, Sim, Stimulus, SwitchFault};
 
 /// How long after its stop a step may come, ns. Where a task makes the steps, the pulse under way is finished.
@@ -140,4 +141,27 @@ fn no_second_reset_is_lost() {
             state => Err(format!("the machine is in {state:?}")),
         }
     });
+}
+
+/// A stop may find some axes armed for a run that never starts. The next run is to wait for all of them again.
+#[test]
+fn axes_start_together_after_a_stop_before_the_start() {
+    for port in Port::ALL {
+        let sweep = &SWEEPS[0];
+        let mut sim = ready(sweep, port);
+        let first = sim.sections();
+        happen(&mut sim, sweep);
+        for section in 1..=sim.sections() - first {
+            let (mut sim, _) = stopped(sweep, port, section, &Stimulus::EmergencyStop);
+            sim.set_emergency_stop(false);
+            sim.run_for(Duration::from_millis(100)).unwrap();
+            let before = sim.outcome().moves.len();
+            send(&mut sim, "$X\nG91 G1 X3 Y2 Z1 F1200\n");
+            sim.run_until_idle().unwrap();
+            let outcome = sim.outcome();
+            let checks: Vec<_> = (before..outcome.moves.len()).map(|index| verify::check(&outcome, index)).collect();
+            let is_good = |check: &MoveCheck| check.exact && check.is_straight() && check.is_equal();
+            assert!(checks.len() == 1 && checks.iter().all(is_good), "section {section} ({port}): {checks:?}");
+        }
+    }
 }

@@ -225,9 +225,11 @@ impl Settings {
         }
         let asked_mm_min = self.max_rate_mm_min[axis];
         let steps_per_mm = self.steps_per_mm[axis];
-        let max_mm_min = carries(self.pulse_us) * 60.0 / steps_per_mm;
-        if asked_mm_min > max_mm_min {
-            let pulse_us = self.pulse_us;
+        // Computed as the machine does it. Rounded to `f32`, a rate just above the limit would pass.
+        let asked_steps_s = f64::from(asked_mm_min) / 60.0 * f64::from(steps_per_mm);
+        let max_steps_s = carries(self.pulse_us);
+        if asked_steps_s > f64::from(max_steps_s) {
+            let (pulse_us, max_mm_min) = (self.pulse_us, max_steps_s * 60.0 / steps_per_mm);
             return Err(SettingError::RateTooHigh { axis, asked_mm_min, max_mm_min, steps_per_mm, pulse_us });
         }
         let start_mm_min = self.start_rate_mm_min[axis];

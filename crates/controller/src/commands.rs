@@ -10,7 +10,7 @@ use isostep_console::report::{self, messages};
 use isostep_console::{Command, Coordinates, Error, Refusal, ReportedState, SETTING_TABLE, Settings};
 use isostep_motion::{AXES, Axis, Busy, ConfigError, Motion, Wiring};
 
-use crate::config::{Geometry, config, pulse_ns};
+use crate::config::{Geometry, UNWORKABLE, config, pulse_ns};
 use crate::controller::{Controller, Mode, Unsaved};
 use crate::moves::poll_aside;
 use crate::output::{Message, Output};
@@ -265,8 +265,8 @@ impl<F: NorFlash> Controller<'_, F> {
 
     fn adopt(&self, settings: Settings, text: &mut Message) -> Result<(), Error> {
         let before = self.machine.homed();
-        self.put_in_force(settings).map_err(|refused| {
-            text.say(refused);
+        self.put_in_force(settings).map_err(|_| {
+            text.say(UNWORKABLE);
             Error::BadNumber
         })?;
         self.with(|program| program.unsaved.settings = true);
@@ -278,9 +278,11 @@ impl<F: NorFlash> Controller<'_, F> {
         Ok(())
     }
 
-    fn put_in_force(&self, settings: Settings) -> Result<(), &'static str> {
+    /// Puts settings in force that have been checked. The machine checks them again; a test makes sure that it refuses
+    /// nothing that has passed.
+    fn put_in_force(&self, settings: Settings) -> Result<(), ConfigError> {
         let config = config(&settings);
-        self.machine.configure(config).map_err(|refused| words(&refused))?;
+        self.machine.configure(config)?;
         if settings.laser_mode != self.with(|program| program.settings.laser_mode) {
             // What switches a laser on in moves only would switch a spindle on at once.
             self.stop_tool();
@@ -294,7 +296,7 @@ impl<F: NorFlash> Controller<'_, F> {
     pub(crate) fn put_back(&self, settings: Settings) -> Result<(), Loss> {
         settings.check_ranges().map_err(Loss::Refused)?;
         settings.check(&|pulse_us| self.carries_steps_s(pulse_us)).map_err(Loss::Refused)?;
-        self.put_in_force(settings).map_err(Loss::Unworkable)
+        self.put_in_force(settings).map_err(|_| Loss::Unworkable)
     }
 
     /// Stores what has changed, as soon as nothing moves, because programming the flash stops the core. The caller has
@@ -335,22 +337,5 @@ impl fmt::Display for Axes {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut named = Axis::ALL.into_iter().filter(|&axis| self.0[axis as usize]);
         named.try_for_each(|axis| write!(f, " {axis}"))
-    }
-}
-
-/// The message for a refused configuration. It names the settings to look at instead of the values in steps: printing
-/// floats would cost the chip kilobytes of flash.
-fn words(refused: &ConfigError) -> &'static str {
-    match refused {
-        ConfigError::Limits { .. } => {
-            "speed, acceleration or start speed do not work in steps: see $100-$122, $910-$922"
-        }
-        ConfigError::Rate { .. } => "the step rate is above what the step port carries: see $100-$102, $110-$112",
-        ConfigError::NotPositive { .. } => {
-            "a resolution, travel or homing value is not above 0: see $24-$27, $100-$132"
-        }
-        ConfigError::PullOff { .. } => "the homing pull-off is not below the travel of every axis: see $27, $130-$132",
-        ConfigError::Negative { .. } => "the junction deviation is below 0: see $11",
-        ConfigError::HomingOrder => "the homing order must name each axis once: see $901",
     }
 }

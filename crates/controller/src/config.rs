@@ -10,6 +10,9 @@ use isostep_profile::{IntervalLaw, Limits, SpeedLaw};
 /// `$1=255`: the motors stay energised.
 const IDLE_DELAY_FOREVER_MS: u16 = 255;
 
+/// What is said of settings that the machine refuses although they have passed the console's checks.
+pub(crate) const UNWORKABLE: &str = "the machine cannot work with these settings";
+
 /// Bits of `$6`.
 const PROBE_INVERTED: u16 = 1;
 const PROBE_NOT_PULLED_UP: u16 = 2;

@@ -28,6 +28,8 @@ use sequential_storage::queue::{QueueConfig, QueueStorage};
 pub use item::{Item, Value};
 use sectors::{Sectors, WORD_BYTES};
 
+use crate::config::UNWORKABLE;
+
 /// The version of the format. It is an item with a key of its own, which ends every copy of all kept items. A log of
 /// another version is not read.
 const VERSION: u32 = 1;
@@ -77,8 +79,8 @@ pub enum Loss {
     OtherVersion,
     /// The settings do not work together.
     Refused(SettingError),
-    /// The settings do not work with the step outputs.
-    Unworkable(&'static str),
+    /// The machine refuses the settings.
+    Unworkable,
 }
 
 /// The flash has refused: what was to be changed has its old value.
@@ -243,7 +245,7 @@ impl Kept {
 impl Loss {
     /// Whether only the settings are lost.
     pub(crate) fn is_of_settings(&self) -> bool {
-        matches!(self, Self::Refused(_) | Self::Unworkable(_))
+        matches!(self, Self::Refused(_) | Self::Unworkable)
     }
 }
 
@@ -253,7 +255,7 @@ impl fmt::Display for Loss {
             Self::Unreadable => f.write_str("what flash holds cannot be read")?,
             Self::OtherVersion => f.write_str("what flash holds is another version's")?,
             Self::Refused(why) => write!(f, "stored settings refused, {why}")?,
-            Self::Unworkable(why) => write!(f, "stored settings refused, {why}")?,
+            Self::Unworkable => write!(f, "stored settings refused, {}", UNWORKABLE)?,
         }
         f.write_str(" - the defaults are in force: set yours again, or keep these by $RST=*")
     }

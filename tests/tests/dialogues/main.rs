@@ -17,6 +17,7 @@ mod probe;
 mod real_time;
 mod reports;
 mod senders;
+mod settings;
 mod states;
 mod stops;
 mod tables;

@@ -309,3 +309,21 @@ fn a_startup_line_may_probe() {
     let mut sim = with_plate(20.0);
     assert_eq!(say(&mut sim, "$N0=G38.2 Z40 F600"), ["[PRB:0.000,0.000,20.000:1]", "ok"]);
 }
+
+/// A contact bounces. What counts is the first touch.
+#[test]
+fn a_bouncing_contact_is_where_it_was_touched_first() {
+    let mut sim = homed();
+    begin(&mut sim, "G38.2 Z40 F300", Duration::from_secs(1));
+    let mut places = Vec::new();
+    for _ in 0..4 {
+        places.push(sim.counted_steps()[2]);
+        sim.set_hand_input(Wire::Probe, true);
+        sim.run_for(Duration::from_millis(10)).unwrap();
+        sim.set_hand_input(Wire::Probe, false);
+        sim.run_for(Duration::from_millis(10)).unwrap();
+    }
+    sim.run_until_idle().unwrap();
+    assert!(places[0] < places[1], "it moves meanwhile: {places:?}");
+    assert_eq!(sim.replies(), [prb([0, 0, places[0]], 1), "ok".to_owned()]);
+}

@@ -221,6 +221,14 @@ fn an_axis_that_runs_dry_stops_the_others() {
             assert!(matches!(alarm, Alarm::Underrun { .. }), "{alarm:?} after {starved_ms} ms");
             let late = outcome.edges.iter().find(|edge| edge.t_ns > at_ns + lasts_ns + 1_000_000);
             assert_eq!(late, None, "a step after {starved_ms} ms without time and an alarm");
+            let [x, y, z] = Axis::ALL.map(|axis| u32::from(Alarm::Underrun { axis } == alarm));
+            assert_eq!(sim.machine().faults(), [x, y, z]);
+            if alarms == 0 {
+                assert_eq!(say(&mut sim, "$X").last().map(String::as_str), Some("ok"));
+                let heard = say(&mut sim, "$I");
+                let words = format!("[MSG:step ports faulted since power-up: X {x}, Y {y}, Z {z} times]");
+                assert!(heard.contains(&words), "{heard:?}");
+            }
             alarms += 1;
         }
     }

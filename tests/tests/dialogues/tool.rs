@@ -434,3 +434,27 @@ fn a_startup_line_may_switch_the_spindle() {
     assert_eq!(sim.replies(), ["Grbl 1.1h ['$' for help]", ">M3S1000:ok"]);
     assert_eq!(sim.tool(), FULL);
 }
+
+/// S and coolant in one line: neither hides the other.
+#[test]
+fn a_line_may_change_the_speed_and_the_coolant() {
+    let mut sim = homed();
+    assert_eq!(say(&mut sim, "M3 S1000\nS500 M8"), ["ok", "ok"]);
+    assert_eq!(sim.tool(), [duty(0.5), ON, 0, ON, 0]);
+    assert_eq!(say(&mut sim, "S1000 M9"), ["ok"]);
+    assert_eq!(sim.tool(), FULL);
+}
+
+/// An alarm switches the outputs off, but not the override, which the report still shows.
+#[test]
+fn the_override_of_the_spindle_outlives_an_alarm() {
+    let mut sim = homed();
+    assert_eq!(say(&mut sim, "M3 S500"), ["ok"]);
+    bytes(&mut sim, b"\x9A");
+    let raised = sim.tool();
+    assert!(raised[0] > duty(0.54) && raised[0] < duty(0.56), "{raised:?}");
+    assert!(say(&mut sim, "G0 X-5").contains(&"ALARM:2".to_owned()));
+    assert_eq!(sim.tool(), OFF);
+    assert_eq!(say(&mut sim, "$X\nM3 S500")[1..], ["ok", "ok"]);
+    assert_eq!(sim.tool(), raised);
+}

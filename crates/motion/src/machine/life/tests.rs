@@ -137,6 +137,15 @@ fn a_pressed_emergency_stop_lets_nothing_begin() {
     });
 }
 
+/// A reset brakes like a hold, but a hold that comes meanwhile must not keep the machine from being ready after it.
+#[test]
+fn a_hold_does_not_change_a_reset() {
+    let way = [Trigger::Asked(Kind::Program), Trigger::Moving(true), Trigger::Reset];
+    let life = after(&Life::new(), way);
+    assert_eq!((life.state, life.held), (State::Hold { still: false }, false));
+    assert_eq!(after(&life, [Trigger::Hold]), life);
+}
+
 #[test]
 fn no_stop_is_lost() {
     for_all(|life| match life.cause {
