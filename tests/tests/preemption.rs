@@ -143,9 +143,10 @@ fn no_second_reset_is_lost() {
     });
 }
 
-/// A stop may find some axes armed for a run that never starts. The next run is to wait for all of them again.
+/// A stop may find axes armed for a run that never starts, or segments that are never made. None of that is to show in
+/// the next run.
 #[test]
-fn axes_start_together_after_a_stop_before_the_start() {
+fn the_move_after_a_stop_is_as_planned() {
     for port in Port::ALL {
         let sweep = &SWEEPS[0];
         let mut sim = ready(sweep, port);
