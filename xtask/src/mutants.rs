@@ -31,7 +31,11 @@ Examples:
   cargo xtask mutants console --sample 20 --least 80   20 of them, and no failure if 16 are caught
   cargo xtask mutants profile                          all of them: hours
   cargo xtask mutants console --only 'arc.rs'          those whose line in the list has that in it
-  cargo xtask mutants console --list                   what would be tried")]
+  cargo xtask mutants console --list                   what would be tried
+  cargo xtask mutants motion --names FILE --suite 2    those in a list, by the second suite and those after it
+
+Each suite leaves its lists in target/mutants/PACKAGE-SUITE/mutants.out; missed.txt is what the next one begins with. So a run that
+was cut off goes on from there.")]
 pub struct Args {
     /// Whose code is changed
     package: Package,
@@ -44,6 +48,12 @@ pub struct Args {
     /// Fail when less than that is caught, percent: in a sample there may be mutants that change nothing
     #[arg(long, default_value_t = 100.0, value_parser = percent)]
     least: f64,
+    /// Instead of a sample, the names in this file, one a line
+    #[arg(long, conflicts_with = "sample")]
+    names: Option<PathBuf>,
+    /// Begin with this suite
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..))]
+    suite: u8,
     /// Of those only the ones whose name has this in it
     #[arg(long)]
     only: Option<String>,
@@ -144,20 +154,26 @@ const CONTROLLER: &[Suite] =
 
 pub fn run(args: Args) -> Result<()> {
     let tool = Tool { binary: tools::installed("cargo-mutants", CARGO_MUTANTS)?, package: args.package };
-    let mut names = tool.list()?;
-    let all = names.len();
-    names = sample(names, args.sample.unwrap_or(all), args.seed);
+    let all = tool.list()?;
+    let mut names = match &args.names {
+        Some(file) => listed(file, &all)?,
+        None => sample(all.clone(), args.sample.unwrap_or(all.len()), args.seed),
+    };
     names.retain(|name| args.only.as_ref().is_none_or(|only| name.contains(only)));
     if args.list {
         names.iter().for_each(|name| println!("{name}"));
         return Ok(());
     }
     let mut tally = Tally::default();
-    for (index, suite) in args.package.suites().iter().enumerate() {
+    let suites = args.package.suites();
+    if usize::from(args.suite) > suites.len() {
+        bail!("--suite {}: {} has {} suites", args.suite, args.package.name(), suites.len());
+    }
+    for (index, suite) in suites.iter().enumerate().skip(usize::from(args.suite) - 1) {
         if names.is_empty() {
             break;
         }
-        announce(&format!("{} mutants of {} of {}, {suite}", names.len(), all, args.package.name()));
+        announce(&format!("{} mutants of {} of {}, {suite}", names.len(), all.len(), args.package.name()));
         let found = tool.tries(&names, suite, index)?;
         names = found.missed.clone();
         tally.add(found);
@@ -173,6 +189,16 @@ pub fn run(args: Args) -> Result<()> {
 fn percent(text: &str) -> Result<f64, String> {
     let percent = text.parse().ok().filter(|percent| (0.0..=100.0).contains(percent));
     percent.ok_or_else(|| "a percentage is 0 to 100".to_owned())
+}
+
+/// The names in a file, each of which has to be one of `all`.
+fn listed(file: &Path, all: &[String]) -> Result<Vec<String>> {
+    let text = fs::read_to_string(file).with_context(|| file.display().to_string())?;
+    let names: Vec<_> = text.lines().filter(|line| !line.is_empty()).map(str::to_owned).collect();
+    match names.iter().find(|name| !all.contains(name)) {
+        Some(name) => bail!("{}: `{name}` is no mutant of these sources: --list shows them", file.display()),
+        None => Ok(names),
+    }
 }
 
 /// A random choice of `most` names, in their original order.
@@ -329,6 +355,18 @@ mod tests {
         assert_ne!(first, sample(names.clone(), 10, 2));
         assert!(first.len() == 10 && first.is_sorted() && first.windows(2).all(|pair| pair[0] != pair[1]));
         assert_eq!(sample(names.clone(), 200, 1), names);
+    }
+
+    #[test]
+    fn a_list_has_names_of_mutants_only() {
+        let file = std::env::temp_dir().join(format!("isostep-names-{}", std::process::id()));
+        let all = ["one", "two", "three"].map(str::to_owned);
+        fs::write(&file, "three\n\none\n").unwrap();
+        assert_eq!(listed(&file, &all).unwrap(), ["three", "one"]);
+        fs::write(&file, "four\n").unwrap();
+        let refused = listed(&file, &all).unwrap_err().to_string();
+        assert!(refused.contains("`four` is no mutant of these sources"), "{refused}");
+        fs::remove_file(&file).unwrap();
     }
 
     #[test]

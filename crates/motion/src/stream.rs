@@ -227,14 +227,14 @@ impl<'a> SegmentStream<'a> {
                 return Next::Steps;
             }
             if !chunks.has_next(self.chunk) {
-                return if chunks.is_closed() { Next::End } else { self.rest(chunks) };
+                return self.rest(chunks);
             }
             self.chunk += 1;
             self.plan = None;
         }
     }
 
-    /// A rest for as long as the axis is known to stand still.
+    /// What follows where no step is known: a rest for as long as the axis is known to stand still, or the end.
     fn rest(&self, chunks: &Chunks) -> Next {
         if chunks.is_closed() {
             return Next::End;

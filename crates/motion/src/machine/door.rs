@@ -1,7 +1,5 @@
 //! The safety door: a hold with all outputs off.
 
-use embassy_time::Instant;
-
 use super::{Machine, Trigger};
 
 /// What the safety door has done.
@@ -41,10 +39,7 @@ impl Machine {
     /// What the safety door has done.
     #[must_use]
     pub fn door(&self) -> Door {
-        self.with(|inner| {
-            let door = inner.life.door;
-            Door { is_resuming: door.is_resuming && Instant::now() < inner.outputs.ready_at, ..door }
-        })
+        self.with(|inner| inner.life.door)
     }
 
     /// Sets whether the safety door is open, debounced. While it is open nothing resumes.
