@@ -18,7 +18,7 @@
 //! a ramp is computed in floats (`small_accel`).
 //!
 //! Where the acceleration changes, the instants follow polynomials of the seventh degree, each over many segments
-//! (`spans`). A few float operations a span derive the polynomial from the law itself (`hermite`); the instants are
+//! (`shared_spans`, `spans`). A few float operations a span derive the polynomial from the law itself (`hermite`); the instants are
 //! computed from it in fixed point (`curve`).
 //!
 //! # Segments
@@ -48,18 +48,20 @@ mod course;
 mod curve;
 mod fit;
 mod fixed_ramp;
+mod frame;
 mod hermite;
 mod phase;
 mod root;
 mod setup;
+mod shared_spans;
 mod small_accel;
 mod spans;
 mod u96;
 
 pub use self::course::Course;
 use self::fixed_ramp::Knot;
+use self::frame::View;
 use self::phase::Phase;
-use self::setup::View;
 use self::spans::Spans;
 use crate::profile::Profile;
 use crate::segment::Segment;

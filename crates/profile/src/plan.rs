@@ -1,9 +1,9 @@
-//! How fast a move can cruise, and where its ramps end.
+//! Plans a profile: how fast a move can cruise, and where its ramps end.
 
-use crate::law::SpeedLaw;
+use crate::law::{IntervalLaw, SpeedLaw};
 use crate::limits::{Limits, SPEED_MIN_STEPS_S};
 use crate::newton::rising_root;
-use crate::profile::{Profile, ProfileError};
+use crate::profile::{DURATION_MAX_S, Profile, ProfileError};
 use crate::ramp::{Bounds, Ramp};
 use crate::root::sqrt;
 
@@ -22,8 +22,55 @@ const ITERATIONS_MAX: u32 = 100;
 /// The steps that a rise over the faster end needs, and how many more for each step/s more.
 type Needed<'a> = &'a dyn Fn(f64) -> (f64, f64);
 
+impl Profile {
+    /// Plans `distance_steps` from `entry_steps_s` to `exit_steps_s` within `limits`.
+    ///
+    /// # Errors
+    /// The first parameter that cannot work, and the bound that it crosses.
+    pub fn plan(
+        distance_steps: f64,
+        entry_steps_s: f64,
+        exit_steps_s: f64,
+        limits: &Limits,
+        interval_law: IntervalLaw,
+        speed_law: SpeedLaw,
+    ) -> Result<Self, ProfileError> {
+        limits.check().map_err(ProfileError::Limits)?;
+        if !(distance_steps > 0.0 && distance_steps.is_finite()) {
+            return Err(ProfileError::Distance { asked: distance_steps });
+        }
+        let ends = Ends::new(distance_steps, entry_steps_s, exit_steps_s, limits, speed_law);
+        ends.check()?;
+        let plan = match interval_law {
+            IntervalLaw::Fastest => ends.fastest(),
+            IntervalLaw::Thirds => ends.thirds()?,
+        };
+        if !(0.0..=DURATION_MAX_S).contains(&plan.duration_s()) {
+            return Err(ProfileError::TooLong { asked: plan.duration_s(), max: DURATION_MAX_S });
+        }
+        Ok(plan)
+    }
+
+    /// The profile between two speeds that are known to fit the distance. If thirds are asked for but impossible, it is
+    /// the fastest profile.
+    pub(crate) fn between(
+        distance_steps: f64,
+        entry_steps_s: f64,
+        exit_steps_s: f64,
+        limits: &Limits,
+        interval_law: IntervalLaw,
+        law: SpeedLaw,
+    ) -> Self {
+        let ends = Ends::new(distance_steps, entry_steps_s, exit_steps_s, limits, law);
+        match interval_law {
+            IntervalLaw::Fastest => ends.fastest(),
+            IntervalLaw::Thirds => ends.thirds().unwrap_or_else(|_| ends.fastest()),
+        }
+    }
+}
+
 /// The two end speeds of a profile, the distance between them, and the limits of its ramps.
-pub(crate) struct Ends {
+struct Ends {
     distance_steps: f64,
     entry_steps_s: f64,
     exit_steps_s: f64,
@@ -34,13 +81,7 @@ pub(crate) struct Ends {
 }
 
 impl Ends {
-    pub(crate) fn new(
-        distance_steps: f64,
-        entry_steps_s: f64,
-        exit_steps_s: f64,
-        limits: &Limits,
-        law: SpeedLaw,
-    ) -> Self {
+    fn new(distance_steps: f64, entry_steps_s: f64, exit_steps_s: f64, limits: &Limits, law: SpeedLaw) -> Self {
         let bounds = |accel_steps_s2| Bounds::new(law, accel_steps_s2, limits.jerk_steps_s3);
         Self {
             distance_steps,
@@ -54,7 +95,7 @@ impl Ends {
     }
 
     /// Refuses end speeds that are impossible by the law or over the distance.
-    pub(crate) fn check(&self) -> Result<(), ProfileError> {
+    fn check(&self) -> Result<(), ProfileError> {
         let (entry, exit) = (self.entry_steps_s, self.exit_steps_s);
         let max = if entry > exit { self.highest_from(exit, self.decel) } else { self.top_steps_s };
         if !(0.0..=max).contains(&entry) {
@@ -92,7 +133,7 @@ impl Ends {
     }
 
     /// The fastest profile that the limits allow.
-    pub(crate) fn fastest(&self) -> Profile {
+    fn fastest(&self) -> Profile {
         match self.law {
             SpeedLaw::Trapezoid => self.fastest_trapezoid(),
             _ => self.fastest_by_search(),
@@ -162,7 +203,7 @@ impl Ends {
 
     /// Forero 2023, eqs 1-7: all three intervals last t1, so s = t1 (v_accel + v + v_decel), where v_accel and v_decel
     /// are the mean speeds of the ramps. The cruise speed v is the highest at which neither ramp exceeds its limits.
-    pub(crate) fn thirds(&self) -> Result<Profile, ProfileError> {
+    fn thirds(&self) -> Result<Profile, ProfileError> {
         let speed_rise = match self.law {
             SpeedLaw::Trapezoid => self.highest_of_thirds() - self.fast_end(),
             _ => self.speed_rise_by_thirds(),

@@ -7,9 +7,8 @@ use core::fmt;
 
 use libm::floor;
 
-use crate::law::{IntervalLaw, SpeedLaw};
+use crate::law::SpeedLaw;
 use crate::limits::{LimitError, Limits};
-use crate::plan::Ends;
 use crate::ramp::{Bounds, Ramp};
 
 /// Longest move that can be planned, s: 11 days.
@@ -103,51 +102,6 @@ impl Profile {
     /// Whether the acceleration changes within a ramp.
     pub(crate) fn is_curved(&self) -> bool {
         self.accel.constant_accel_steps_s2().is_none() || self.decel.constant_accel_steps_s2().is_none()
-    }
-
-    /// Plans `distance_steps` from `entry_steps_s` to `exit_steps_s` within `limits`.
-    ///
-    /// # Errors
-    /// The first parameter that cannot work, and the bound that it crosses.
-    pub fn plan(
-        distance_steps: f64,
-        entry_steps_s: f64,
-        exit_steps_s: f64,
-        limits: &Limits,
-        interval_law: IntervalLaw,
-        speed_law: SpeedLaw,
-    ) -> Result<Self, ProfileError> {
-        limits.check().map_err(ProfileError::Limits)?;
-        if !(distance_steps > 0.0 && distance_steps.is_finite()) {
-            return Err(ProfileError::Distance { asked: distance_steps });
-        }
-        let ends = Ends::new(distance_steps, entry_steps_s, exit_steps_s, limits, speed_law);
-        ends.check()?;
-        let plan = match interval_law {
-            IntervalLaw::Fastest => ends.fastest(),
-            IntervalLaw::Thirds => ends.thirds()?,
-        };
-        if !(0.0..=DURATION_MAX_S).contains(&plan.duration_s()) {
-            return Err(ProfileError::TooLong { asked: plan.duration_s(), max: DURATION_MAX_S });
-        }
-        Ok(plan)
-    }
-
-    /// The profile between two speeds that are known to fit the distance. If thirds are asked for but impossible, it is
-    /// the fastest profile.
-    pub(crate) fn between(
-        distance_steps: f64,
-        entry_steps_s: f64,
-        exit_steps_s: f64,
-        limits: &Limits,
-        interval_law: IntervalLaw,
-        law: SpeedLaw,
-    ) -> Self {
-        let ends = Ends::new(distance_steps, entry_steps_s, exit_steps_s, limits, law);
-        match interval_law {
-            IntervalLaw::Fastest => ends.fastest(),
-            IntervalLaw::Thirds => ends.thirds().unwrap_or_else(|_| ends.fastest()),
-        }
     }
 
     /// A profile of constant accelerations from the first speed to the second and then to the third. The ramps are

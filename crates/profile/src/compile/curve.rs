@@ -2,9 +2,8 @@
 
 use super::fit::Quadratic;
 use super::fixed_ramp::LENGTH_MAX;
-use super::hermite::{Hermite, TERMS};
-use super::setup::View;
-use super::spans::ERROR_MAX_TICKS;
+use super::frame::View;
+use super::hermite::{ERROR_MAX_TICKS, Hermite, TERMS};
 use super::u96::exponent;
 use super::{BRIEF_S, FIT_ERROR_MAX_TICKS, fit_error_max_ticks};
 use crate::fixed::{TWO_TO_64, polynomial};

@@ -4,6 +4,9 @@ use libm::fabs;
 
 use crate::ramp::State;
 
+/// How far a polynomial may deviate from the law, ticks: a quarter of what a segment may.
+pub(super) const ERROR_MAX_TICKS: f64 = 1.0 / 32.0;
+
 /// t = Σ c_i z^i, with z from 0 at one state to 1 at the other.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Hermite {

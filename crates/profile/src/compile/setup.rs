@@ -1,14 +1,12 @@
-//! Takes from the plan's floats what a phase needs, once a phase, and what the axes have in common, once a chunk.
+//! Takes from the plan's floats what a phase of an axis needs, once a phase.
 
-use super::course::Frame;
+use super::NEAREST_STEPS;
 use super::fixed_ramp::{FixedRamp, LENGTH_MAX, log2_of};
+use super::frame::{ConstantAccelRamp, Cruise, View, point_for};
 use super::phase::{Law, Phase};
 use super::small_accel::SmallAccel;
 use super::u96::{Line, U96, exponent, fixed, short_fixed};
-use super::{NEAREST_STEPS, NO_RAMP_S, Stretch};
 use crate::fixed::product;
-use crate::profile::Profile;
-use crate::ramp::Ramp as SpeedRamp;
 
 /// Steps have numbers below this.
 const STEPS_END: u32 = 1 << 31;
@@ -17,34 +15,6 @@ const STEPS_END: u32 = 1 << 31;
 const CRUISE_LENGTH_MAX: u32 = 22;
 /// log2 of the lead, ticks, from which on a ramp is a [`SmallAccel`]: 13 days at 125 MHz.
 const SMALL_ACCEL_LEAD_LOG2: i32 = 47;
-
-/// An axis of a plan. Its steps count from 0, its instants from the start of the run.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct View<'a> {
-    pub(super) frame: &'a Frame,
-    pub(super) stretch: &'a Stretch,
-}
-
-/// A ramp at constant acceleration, in ticks and steps of the longest axis.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct ConstantAccelRamp {
-    pub(super) slow_steps_s: f64,
-    pub(super) accel_steps_s2: f64,
-    /// f/a.
-    ticks_per_speed: f64,
-    /// The time from standstill to the ramp's slow end at the ramp's acceleration: C = f v/a.
-    lead_ticks: f64,
-    /// What half a step adds to the square of the time from standstill: B/2 = f²/a.
-    slope_ticks2: f64,
-}
-
-/// Constant speed, in ticks and steps of the longest axis.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Cruise {
-    ticks_per_step: f64,
-    /// When the profile would have begun if all of it were at that speed.
-    start_ticks: f64,
-}
 
 /// A ramp in ticks and in the steps of one axis.
 struct AxisRamp {
@@ -128,40 +98,7 @@ impl Phase {
     }
 }
 
-impl ConstantAccelRamp {
-    /// `None` if its acceleration changes, or if it is no ramp. `other` saves a division if it has the same
-    /// acceleration.
-    pub(super) fn of(ramp: &SpeedRamp, tick_hz: f64, other: Option<&Self>) -> Option<Self> {
-        let (slow_steps_s, accel_steps_s2) = (ramp.slow_steps_s(), ramp.constant_accel_steps_s2()?);
-        if ramp.duration_s() <= NO_RAMP_S {
-            return None;
-        }
-        let (ticks_per_speed, slope_ticks2) = match other {
-            Some(other) if other.accel_steps_s2 == accel_steps_s2 => (other.ticks_per_speed, other.slope_ticks2),
-            _ => {
-                let ticks_per_speed = tick_hz / accel_steps_s2;
-                (ticks_per_speed, ticks_per_speed * tick_hz)
-            }
-        };
-        let lead_ticks = ticks_per_speed * slow_steps_s;
-        Some(Self { slow_steps_s, accel_steps_s2, ticks_per_speed, lead_ticks, slope_ticks2 })
-    }
-}
-
-impl Cruise {
-    pub(super) fn of(plan: &Profile, begin_ticks: f64, tick_hz: f64) -> Self {
-        let ticks_per_step = tick_hz / plan.cruise_speed_steps_s();
-        let start_ticks = begin_ticks + tick_hz * plan.t_accel_s() - ticks_per_step * plan.accel_end_steps();
-        Self { ticks_per_step, start_ticks }
-    }
-}
-
 impl View<'_> {
-    /// The point for instants of the run.
-    pub(super) fn point(&self) -> u8 {
-        point_for(exponent(self.frame.end_ticks))
-    }
-
     fn axis_ramp(&self, ramp: &ConstantAccelRamp) -> AxisRamp {
         AxisRamp { lead_ticks: ramp.lead_ticks, slope_ticks2: ramp.slope_ticks2 * self.stretch.stride }
     }
@@ -225,12 +162,10 @@ impl AxisRamp {
 fn small_accel(ramp: &ConstantAccelRamp, view: View, more: f64) -> (Law, u8, u32) {
     let point = view.point();
     let (tick_hz, stride) = (view.frame.tick_hz, view.stretch.stride);
-    let slowest_ticks = tick_hz / ramp.slow_steps_s * stride;
-    (
-        Law::SmallAccel(SmallAccel::new(ramp, stride, more, tick_hz, point)),
-        point,
-        length_held(slowest_ticks, LENGTH_MAX),
-    )
+    let ConstantAccelRamp { slow_steps_s, accel_steps_s2, .. } = *ramp;
+    let slowest_ticks = tick_hz / slow_steps_s * stride;
+    let law = SmallAccel { slow_steps_s, accel_steps_s2, half_step: stride / 2.0, more, tick_hz, point };
+    (Law::SmallAccel(law), point, length_held(slowest_ticks, LENGTH_MAX))
 }
 
 /// log2 of a number of periods that last less than 2^31 ticks together, `max` at most. It is 0 even if one period lasts
@@ -242,11 +177,6 @@ fn length_held(period_ticks: f64, max: u32) -> u32 {
 /// The last step that a segment of 2^`length` steps can reach if it begins before `end`.
 fn beyond(end: u32, length: u32) -> u32 {
     (end - 1).saturating_add(1 << length).min(STEPS_END - 1)
-}
-
-/// The point of the finest units in which 63 bits hold ticks below 2^(`exponent` + 1).
-fn point_for(exponent: i32) -> u8 {
-    (62 - exponent).clamp(1, 32) as u8
 }
 
 /// The radicand whose root is `time`.

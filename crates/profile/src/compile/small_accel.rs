@@ -1,7 +1,6 @@
 //! A ramp that hardly accelerates.
 
 use super::NEAREST_STEPS;
-use super::setup::ConstantAccelRamp;
 use super::u96::fixed;
 use crate::ramp::constant_accel_time_s;
 
@@ -9,24 +8,19 @@ use crate::ramp::constant_accel_time_s;
 /// times are computed in floats, by a formula in which nothing cancels. That is slow, but its segments are long.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SmallAccel {
-    slow_steps_s: f64,
-    accel_steps_s2: f64,
+    pub(super) slow_steps_s: f64,
+    pub(super) accel_steps_s2: f64,
     /// Half a step of the axis, in steps of the longest axis.
-    half_step: f64,
+    pub(super) half_step: f64,
     /// By how many half steps the first half step is longer.
-    more: f64,
-    tick_hz: f64,
-    point: u8,
+    pub(super) more: f64,
+    /// Ticks per second.
+    pub(super) tick_hz: f64,
+    /// Times are in units of 2^-`point` tick.
+    pub(super) point: u8,
 }
 
 impl SmallAccel {
-    /// For an axis that makes a step per `stride` steps of the longest axis. `tick_hz` is in ticks/s; times are in
-    /// units of 2^-`point` tick. The first half step is `more` half steps longer.
-    pub(super) fn new(ramp: &ConstantAccelRamp, stride: f64, more: f64, tick_hz: f64, point: u8) -> Self {
-        let ConstantAccelRamp { slow_steps_s, accel_steps_s2, .. } = *ramp;
-        Self { slow_steps_s, accel_steps_s2, half_step: stride / 2.0, more, tick_hz, point }
-    }
-
     /// The time that `half_steps` take from the slow end, in units of 2^-`point` tick.
     pub(super) fn time(&self, half_steps: u32) -> u64 {
         let steps = (f64::from(half_steps) + self.more).max(2.0 * NEAREST_STEPS) * self.half_step;

@@ -1,0 +1,136 @@
+//! A plan in ticks, and an axis's view of it.
+
+use super::fixed_ramp::log2_of;
+use super::u96::exponent;
+use super::{NO_RAMP_S, PhaseBounds, Stretch};
+use crate::profile::Profile;
+use crate::ramp::Ramp;
+
+/// A plan in ticks from the start of the run.
+#[derive(Clone, Debug)]
+pub(super) struct Frame {
+    pub(super) plan: Profile,
+    /// Whether it is the plan of a whole move.
+    pub(super) is_whole: bool,
+    pub(super) bounds: PhaseBounds,
+    pub(super) tick_hz: f64,
+    /// log2 of `tick_hz`, in units of 2^-16.
+    pub(super) hz_log2: i32,
+    /// When the profile begins and ends.
+    pub(super) begin_ticks: f64,
+    pub(super) end_ticks: f64,
+    /// Its ramps, if they are at constant acceleration.
+    pub(super) accel: Option<ConstantAccelRamp>,
+    pub(super) decel: Option<ConstantAccelRamp>,
+    /// Its cruise, if that lasts any time.
+    pub(super) cruise: Option<Cruise>,
+    /// For curved ramps: how far the profile is at the first step of any axis, and how far it goes on after the last
+    /// step of any axis.
+    pub(super) begin_steps: f64,
+    pub(super) end_steps: f64,
+}
+
+/// An axis of a plan. Its steps count from 0, its instants from the start of the run.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct View<'a> {
+    pub(super) frame: &'a Frame,
+    pub(super) stretch: &'a Stretch,
+}
+
+/// A ramp at constant acceleration, in ticks and steps of the longest axis.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ConstantAccelRamp {
+    pub(super) slow_steps_s: f64,
+    pub(super) accel_steps_s2: f64,
+    /// f/a.
+    ticks_per_speed: f64,
+    /// The time from standstill to the ramp's slow end at the ramp's acceleration: C = f v/a.
+    pub(super) lead_ticks: f64,
+    /// What half a step adds to the square of the time from standstill: B/2 = f²/a.
+    pub(super) slope_ticks2: f64,
+}
+
+/// Constant speed, in ticks and steps of the longest axis.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Cruise {
+    pub(super) ticks_per_step: f64,
+    /// When the profile would have begun if all of it were at that speed.
+    pub(super) start_ticks: f64,
+}
+
+impl Frame {
+    pub(super) const EMPTY: Self = Self {
+        plan: Profile::NONE,
+        is_whole: false,
+        bounds: PhaseBounds::NONE,
+        tick_hz: 0.0,
+        hz_log2: 0,
+        begin_ticks: 0.0,
+        end_ticks: 0.0,
+        accel: None,
+        decel: None,
+        cruise: None,
+        begin_steps: 0.0,
+        end_steps: 0.0,
+    };
+
+    pub(super) fn new(plan: &Profile, is_whole: bool, begin_s: f64, tick_hz: u32) -> Self {
+        let hz = f64::from(tick_hz);
+        let begin_ticks = begin_s * hz;
+        let accel = ConstantAccelRamp::of(&plan.accel, hz, None);
+        Self {
+            plan: *plan,
+            is_whole,
+            bounds: PhaseBounds::of(plan),
+            tick_hz: hz,
+            hz_log2: log2_of(hz),
+            begin_ticks,
+            end_ticks: (begin_s + plan.duration_s()) * hz,
+            decel: ConstantAccelRamp::of(&plan.decel, hz, accel.as_ref()),
+            accel,
+            cruise: (plan.t_cruise_s() > 0.0).then(|| Cruise::of(plan, begin_ticks, hz)),
+            begin_steps: 0.0,
+            end_steps: 0.0,
+        }
+    }
+}
+
+impl ConstantAccelRamp {
+    /// `None` if its acceleration changes, or if it is no ramp. `other` saves a division if it has the same
+    /// acceleration.
+    fn of(ramp: &Ramp, tick_hz: f64, other: Option<&Self>) -> Option<Self> {
+        let (slow_steps_s, accel_steps_s2) = (ramp.slow_steps_s(), ramp.constant_accel_steps_s2()?);
+        if ramp.duration_s() <= NO_RAMP_S {
+            return None;
+        }
+        let (ticks_per_speed, slope_ticks2) = match other {
+            Some(other) if other.accel_steps_s2 == accel_steps_s2 => (other.ticks_per_speed, other.slope_ticks2),
+            _ => {
+                let ticks_per_speed = tick_hz / accel_steps_s2;
+                (ticks_per_speed, ticks_per_speed * tick_hz)
+            }
+        };
+        let lead_ticks = ticks_per_speed * slow_steps_s;
+        Some(Self { slow_steps_s, accel_steps_s2, ticks_per_speed, lead_ticks, slope_ticks2 })
+    }
+}
+
+impl Cruise {
+    pub(super) fn of(plan: &Profile, begin_ticks: f64, tick_hz: f64) -> Self {
+        let ticks_per_step = tick_hz / plan.cruise_speed_steps_s();
+        let start_ticks = begin_ticks + tick_hz * plan.t_accel_s() - ticks_per_step * plan.accel_end_steps();
+        Self { ticks_per_step, start_ticks }
+    }
+}
+
+impl View<'_> {
+    /// The point for instants of the run.
+    pub(super) fn point(&self) -> u8 {
+        point_for(exponent(self.frame.end_ticks))
+    }
+}
+
+/// The point of the finest units in which 63 bits hold ticks below 2^(`exponent` + 1).
+pub(super) fn point_for(exponent: i32) -> u8 {
+    (62 - exponent).clamp(1, 32) as u8
+}
