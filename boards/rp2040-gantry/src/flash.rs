@@ -2,7 +2,7 @@
 //!
 //! # Design
 //! While a page is programmed (0.7 ms) or a sector erased (45 ms, at most 400 ms by its datasheet) the flash cannot be
-//! read, and nearly all code is in it. So the HAL masks every interrupt and waits in RAM. A step that is due then would
+//! read, and some code is in it. So the HAL masks every interrupt and waits in RAM. A step that is due then would
 //! be late, and a switch would be noticed late. So the controller stores only while nothing moves. Between two
 //! operations the other tasks run, so that the watchdog is refreshed. Motors stay energised. The USB hardware makes its
 //! host wait, but a UART loses what does not fit into its 32 bytes.

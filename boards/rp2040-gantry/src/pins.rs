@@ -1,4 +1,4 @@
-//! The use of each pin; see the table in the README's wiring section.
+//! The use of each pin; see the table in `docs/bring-up.md`.
 
 use embassy_rp::Peri;
 use embassy_rp::Peripherals;

@@ -86,7 +86,7 @@ pub enum Alarm {
 }
 
 impl Alarm {
-    /// Whether the homed axes stay homed: every step was made as it was planned.
+    /// Whether the homed axes stay homed after a motion that ended with this alarm: every step was made as planned.
     pub(crate) fn leaves_position(self) -> bool {
         matches!(self, Self::Unplannable { .. } | Self::ProbeInitial | Self::ProbeContact)
     }

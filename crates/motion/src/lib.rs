@@ -4,9 +4,9 @@
 //!
 //! - [`axis::run`], once for each axis, at a high priority: it hands each run to the axis's [`StepPort`], which takes
 //!   compiled segments from the axis's queue and makes the edges.
-//! - [`limit::watch`] and [`limit::watch_emergency_stop`], at the highest priority: they debounce a switch and stop the
+//! - [`limit::watch`] and [`limit::watch_emergency_stop`], at a higher one: they debounce a switch and stop the
 //!   axes.
-//! - [`tool::run`], [`probing::watch`] and the tasks of [`buttons`], at the highest priority too: they serve spindle,
+//! - [`tool::run`], [`probing::watch`] and the tasks of [`buttons`], at that priority too: they serve spindle,
 //!   laser and coolant; the probe; feed hold, cycle start and safety door.
 //! - [`coordinator::run`], at a lower priority: it plans moves that follow each other, compiles them into the axes'
 //!   queues ahead of time, starts all axes of a run at one instant, homes, and keeps the machine's state.

@@ -193,17 +193,18 @@ fn every_wait_ends() {
 }
 
 /// The situations that the table shows: a name, and what leads to it.
-const SITUATIONS: [(&str, &[Trigger]); 7] = [
+const SITUATIONS: [(&str, &[Trigger]); 8] = [
     ("Idle", &[]),
     ("Run", &[Trigger::Asked(Kind::Program), Trigger::Moving(true)]),
     ("Jog", &[Trigger::Asked(Kind::Jog), Trigger::Moving(true)]),
     ("braking", &[Trigger::Asked(Kind::Program), Trigger::Moving(true), Trigger::Hold]),
     ("held", &[Trigger::Asked(Kind::Program), Trigger::Hold]),
+    ("held, nothing asked", &[Trigger::Hold]),
     ("Home", &[Trigger::Asked(Kind::Homing), Trigger::Homing, Trigger::Moving(true)]),
     ("Alarm", &[Trigger::Raise(HARMLESS)]),
 ];
 
-const ROWS: [(&str, Trigger); 14] = [
+const ROWS: [(&str, Trigger); 15] = [
     ("a move is asked for", Trigger::Asked(Kind::Program)),
     ("a jog is asked for", Trigger::Asked(Kind::Jog)),
     ("homing is asked for", Trigger::Asked(Kind::Homing)),
@@ -214,6 +215,7 @@ const ROWS: [(&str, Trigger); 14] = [
     ("jog cancel 0x85", Trigger::CancelJog),
     ("the door opens", Trigger::Door(true)),
     ("reset 0x18", Trigger::Reset),
+    ("another, before it has braked", Trigger::ResetHeard),
     ("a limit switch", Trigger::Limit(AXIS)),
     ("emergency stop", Trigger::EmergencyStop(true)),
     ("a soft limit is found", Trigger::Raise(Alarm::SoftLimit { axis: AXIS })),
@@ -237,6 +239,8 @@ fn is_shown(life: &Life, trigger: Trigger) -> bool {
     match trigger {
         Trigger::Ended(..) => life.moving,
         Trigger::Raise(_) => !life.moving && !life.held,
+        // A second reset byte is heard before the first has been obeyed.
+        Trigger::ResetHeard => life.pending > 0,
         _ => true,
     }
 }
@@ -254,6 +258,7 @@ fn cell(before: &Life, trigger: Trigger) -> String {
     if !is_shown(before, trigger) {
         return "-".into();
     }
+    let before = if trigger == Trigger::ResetHeard { &after(before, [Trigger::Reset]) } else { before };
     let mut life = *before;
     if let Trigger::Ended(..) = trigger {
         life.on(Trigger::Moving(false));
@@ -295,8 +300,8 @@ fn table() -> String {
 
 #[test]
 fn the_table_in_architecture_is_true() {
-    for (name_of, way) in SITUATIONS {
-        assert_eq!(name(after(&Life::new(), way.iter().copied()).state), name_of);
+    for (situation, way) in SITUATIONS {
+        assert!(situation.starts_with(name(after(&Life::new(), way.iter().copied()).state)), "{situation}");
     }
     let page = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../ARCHITECTURE.md")).unwrap();
     let table = table();
