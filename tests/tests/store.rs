@@ -333,6 +333,72 @@ fn refused_settings_stay_stored_until_others_are_set() {
     assert_eq!(store.kept().parameters.coordinates.place(1), &[1.0, 0.0, 0.0]);
 }
 
+/// The message after the welcome comes with every reset, until what it is about has been stored anew.
+#[test]
+fn a_loss_is_reported_until_it_is_made_good() {
+    let said_after = |flash: &Flash, line: &str| {
+        let mut sim = Sim::with_flash(&Config::default(), flash.clone());
+        sim.send(format!("{line}\n").as_bytes());
+        sim.run_until_idle().unwrap();
+        assert_eq!(sim.replies().last().map(String::as_str), Some("ok"));
+        sim.send(b"\x18");
+        sim.run_until_idle().unwrap();
+        let heard = sim.replies();
+        assert!(heard[0].starts_with("Grbl"), "{heard:?}");
+        heard[1..].to_vec()
+    };
+    // Settings that are refused are lost until settings are stored; other items do not matter.
+    let flash = refused();
+    assert!(said_after(&flash, "G10 L2 P2 X1")[0].starts_with("[MSG:stored settings refused"));
+    assert_eq!(said_after(&flash, "$110=1234"), [""; 0]);
+    // What cannot be read is all lost, so whatever is stored begins anew.
+    assert_eq!(said_after(&garbage(1), "G10 L2 P2 X1"), [""; 0]);
+}
+
+/// An item whose value is not of its kind: nothing that was stored with it can be relied on.
+#[test]
+fn a_value_of_another_kind_is_not_read() {
+    let flash = Flash::blank();
+    let (mut store, _) = opened(&flash, 16);
+    let mut wanted = defaults();
+    wanted.settings.set(110, 1234.0);
+    assert!(save(&mut store, &wanted));
+    flash.change(|bytes| {
+        let mut item = 110_u16.to_le_bytes().to_vec();
+        item.extend(1234_f32.to_le_bytes());
+        let place = bytes.windows(6).position(|window| window == item).expect("the item");
+        // The same bytes as the origin of G54, which takes twelve.
+        bytes[place..place + 2].copy_from_slice(&0x4000_u16.to_le_bytes());
+        let sum = sum(&bytes[place..place + 6]);
+        bytes[place - 8..place - 4].copy_from_slice(&sum.to_le_bytes());
+    });
+    let (store, loaded) = opened(&flash, 16);
+    assert_eq!((loaded, store.kept()), (Err(Loss::Unreadable), &defaults()));
+}
+
+/// The bits change while the machine is on. A change that finds the log damaged writes all of it anew.
+#[test]
+fn bits_that_flip_under_a_running_machine_never_stop_a_change() {
+    for seed in 0..100 {
+        let mut random = Rand64::new(seed);
+        let (flash, mut wanted) = (Flash::blank(), defaults());
+        let (mut store, _) = opened(&flash, 4);
+        for _ in 0..20 {
+            change(&mut wanted, &mut random);
+            assert!(save(&mut store, &wanted));
+        }
+        flash.change(|bytes| {
+            for _ in 0..2000 {
+                bytes[random.rand_range(0..4 * SECTOR_BYTES as u64) as usize] ^= 1 << random.rand_range(0..8);
+            }
+        });
+        for _ in 0..20 {
+            change(&mut wanted, &mut random);
+            assert!(save(&mut store, &wanted), "seed {seed}");
+        }
+    }
+}
+
 #[test]
 fn nothing_is_stored_while_anything_moves() {
     let flash = Flash::blank();

@@ -101,3 +101,56 @@ impl Output {
         count
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use embassy_futures::{block_on, poll_once};
+
+    use super::*;
+
+    fn message(text: &str) -> Message {
+        let mut message = Message::new();
+        message.print(|to| to.push_str(text));
+        message
+    }
+
+    /// All that waits to be sent.
+    fn drained(output: &Output) -> usize {
+        let (mut bytes, mut count) = ([0; BYTES], 0);
+        while let core::task::Poll::Ready(more) = poll_once(output.read(&mut bytes)) {
+            count += more;
+        }
+        count
+    }
+
+    #[test]
+    fn a_report_without_room_is_dropped_whole() {
+        let output = Output::new();
+        let line = [b'-'; 200];
+        let line = core::str::from_utf8(&line).unwrap();
+        for _ in 0..BYTES / line.len() {
+            block_on(output.send(&message(line)));
+        }
+        let report = |length: usize| output.offer(move |to| to.push_str(&line[..length]).map_err(|_| fmt::Error));
+        let left = BYTES % line.len();
+        report(left + 1);
+        report(left - 1);
+        assert_eq!(drained(&output), BYTES - 1, "only the one that fits");
+    }
+
+    #[test]
+    fn a_message_waits_for_room() {
+        let output = Output::new();
+        let line = [b'-'; 256];
+        let line = message(core::str::from_utf8(&line).unwrap());
+        // They fit to the byte.
+        for _ in 0..BYTES / 256 {
+            block_on(output.send(&line));
+        }
+        let mut more = core::pin::pin!(output.send(&line));
+        assert!(poll_once(more.as_mut()).is_pending());
+        assert_eq!(drained(&output), BYTES);
+        assert!(poll_once(more).is_ready());
+        assert_eq!(drained(&output), 256);
+    }
+}

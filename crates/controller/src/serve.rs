@@ -220,3 +220,21 @@ impl<R: fmt::Display, W: fmt::Display> fmt::Display for LinkError<R, W> {
 }
 
 impl<R: fmt::Debug + fmt::Display, W: fmt::Debug + fmt::Display> core::error::Error for LinkError<R, W> {}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+
+    use std::string::ToString;
+
+    use super::*;
+
+    #[test]
+    fn the_end_of_a_link_says_what_failed() {
+        let texts = [LinkError::Read("no"), LinkError::Closed, LinkError::Write("full")].map(|error| error.to_string());
+        assert_eq!(
+            texts,
+            ["reading from the console failed: no", "the console was closed", "writing to the console failed: full"]
+        );
+    }
+}
