@@ -234,3 +234,21 @@ fn an_axis_that_runs_dry_stops_the_others() {
     }
     assert!(alarms > 10, "an axis ran dry {alarms} times");
 }
+
+/// On the chip an interrupt notices a reset byte before the console does. The outputs go off at the first byte; the
+/// second stops at once.
+#[test]
+fn a_reset_byte_acts_before_its_console_obeys_it() {
+    let mut sim = homed();
+    assert_eq!(begin(&mut sim, "M3 S1000\nG1 X100 F2400", Duration::from_secs(1)), ["ok", "ok"]);
+    assert!(sim.tool()[1] > 0);
+    sim.machine().reset_heard();
+    sim.run_for(Duration::from_millis(1)).unwrap();
+    assert_eq!((sim.tool(), sim.machine().state()), ([0; 5], State::Run), "nothing brakes yet");
+    sim.machine().reset_heard();
+    let stopped_ns = sim.now_ns();
+    sim.run_until_idle().unwrap();
+    let outcome = sim.outcome();
+    assert_eq!(outcome.state, State::Alarm(Alarm::ResetInMotion));
+    assert!(outcome.edges.iter().all(|edge| edge.t_ns <= stopped_ns));
+}
