@@ -8,6 +8,7 @@ use std::future::pending;
 use std::rc::Rc;
 
 use embassy_futures::join::join;
+use embassy_futures::poll_once;
 use embassy_futures::select::{Either, select};
 use embassy_time::{Duration, Instant, Timer};
 use isostep_motion::{
@@ -437,4 +438,17 @@ fn machines_make_the_highest_rate_their_ports_take() {
     for (port, top_mm_min) in [(Port::Pio, 297_618), (Port::Timer, 240_000)] {
         cases::the_highest_rate_is_made(Simulated(port), top_mm_min);
     }
+}
+
+/// A run may be stopped between arming and the start. What was signalled for it must not start the next one.
+#[test]
+fn a_start_line_forgets_an_earlier_run() {
+    let line = StartLine::new();
+    assert!(poll_once(line.armed()).is_pending(), "nobody has let it go");
+    line.go();
+    line.begun(Instant::from_ticks(1));
+    line.reset();
+    assert!(poll_once(line.wait_armed()).is_pending(), "armed for the run before");
+    assert!(poll_once(line.wait_begun()).is_pending(), "begun in the run before");
+    assert!(poll_once(line.armed()).is_pending(), "let go for the run before");
 }

@@ -118,3 +118,45 @@ impl Chunks {
 pub(crate) fn last_step(chunk: &Chunk<AXES>, axis: Axis) -> u32 {
     chunk.plan.steps_before(axis as usize, chunk.until_steps)
 }
+
+#[cfg(test)]
+mod tests {
+    use isostep_profile::{IntervalLaw, Limits, SpeedLaw, SyncMove};
+
+    use super::*;
+
+    /// Chunks that end one second after the other, as many as there is room for.
+    fn full() -> Chunks {
+        let limits = Limits {
+            start_speed_steps_s: 0.0,
+            top_speed_steps_s: 1_000.0,
+            accel_steps_s2: 1_000.0,
+            decel_steps_s2: 1_000.0,
+            jerk_steps_s3: f64::INFINITY,
+        };
+        let plan = SyncMove::plan([100, 0, 0], &[limits; AXES], IntervalLaw::Fastest, SpeedLaw::Trapezoid, None)
+            .expect("a plan");
+        let mut chunks = Chunks::new();
+        while chunks.has_room() {
+            let until_s = chunks.end_s() + 1.0;
+            let kind = ChunkKind::Move;
+            chunks.push(Chunk { plan, until_steps: 0.0, until_s, mm_per_step: 1.0, asked_steps_s: 1.0, tag: 0, kind });
+        }
+        chunks
+    }
+
+    /// A chunk is kept while an axis needs it and until it is over, as long as enough places are left.
+    #[test]
+    fn room_is_kept_for_chunks_that_are_to_be_streamed() {
+        let kept = |oldest, now_s| {
+            let mut chunks = full();
+            chunks.forget(oldest, now_s);
+            (chunks.first, chunks.known.len())
+        };
+        let spare = (CHUNKS - CHUNKS_TO_STREAM) as u32;
+        assert_eq!(kept(0, 100.0), (0, CHUNKS), "all are needed");
+        assert_eq!(kept(spare, 0.5), (0, CHUNKS), "none is over, and enough places are left");
+        assert_eq!(kept(spare, 2.5), (2, CHUNKS - 2), "two are over");
+        assert_eq!(kept(40, 0.5), (40 - spare, CHUNKS - (40 - spare as usize)), "no place is left");
+    }
+}
