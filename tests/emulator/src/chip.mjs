@@ -115,6 +115,8 @@ function watchExceptions(clock, bus) {
     if (isFlash(vector) && !flash.readable) throw new FetchFault(hiddenFlash(vector));
     clock.enterHandler();
     exceptionEntry.call(core, number);
+    // Bit 0 of a vector only says that the handler is Thumb code. In the PC, it would shift what a handler reads by it.
+    core.PC &= ~1;
     bus.emptyPipeline();
     watch.update();
     if (isFlash(vector)) bus.readVector(vector);

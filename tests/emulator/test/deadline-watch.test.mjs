@@ -171,3 +171,12 @@ test('the summary has it all', () => {
   ideal.run(100);
   assert.match(readable(summary(ideal, console, null)), /Flash {8}reads like RAM/);
 });
+
+test('a handler reads an even program counter, whatever bit 0 of its vector is', () => {
+  const bench = new WatchBench();
+  bench.load(IN_RAM, DELAY);
+  // mov r0, pc; movs r1, #1; lsls r1, #29; str r0, [r1]; bx lr
+  bench.interruptIn(100, [0x4678, 0x2101, 0x0749, 0x6008, BX_LR]);
+  bench.call(IN_RAM, 100);
+  assert.equal(bench.bus.ram32[0], RAM + 0x300 + 4);
+});
