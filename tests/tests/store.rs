@@ -33,6 +33,23 @@ fn save(store: &mut Store<Flash>, wanted: &Kept) -> bool {
     block_on(store.save(true, |item| wanted.value(item))).is_ok()
 }
 
+/// Whether so many changes, one after the other, are all accepted.
+fn saves_changes(store: &mut Store<Flash>, wanted: &mut Kept, random: &mut Rand64, changes: usize) -> bool {
+    (0..changes).all(|_| {
+        change(wanted, random);
+        save(store, wanted)
+    })
+}
+
+/// Bits that are chosen at random, in the first four sectors.
+fn flip_bits(flash: &Flash, random: &mut Rand64, bits: u64) {
+    flash.change(|bytes| {
+        for _ in 0..bits {
+            bytes[random.rand_range(0..4 * SECTOR_BYTES as u64) as usize] ^= 1 << random.rand_range(0..8);
+        }
+    });
+}
+
 /// Changes one item; in some cases resets all of them.
 fn change(kept: &mut Kept, random: &mut Rand64) {
     let numbers: Vec<u16> = isostep_console::SETTING_TABLE.iter().flat_map(|row| row.numbers()).collect();
@@ -233,20 +250,11 @@ fn flipped_bits_never_panic_and_never_stop_a_change() {
         let mut random = Rand64::new(seed);
         let (flash, mut wanted) = (Flash::blank(), defaults());
         let (mut store, _) = opened(&flash, 4);
-        for _ in 0..100 {
-            change(&mut wanted, &mut random);
-            assert!(save(&mut store, &wanted));
-        }
-        flash.change(|bytes| {
-            for _ in 0..random.rand_range(1..2000) {
-                bytes[random.rand_range(0..4 * SECTOR_BYTES as u64) as usize] ^= 1 << random.rand_range(0..8);
-            }
-        });
+        assert!(saves_changes(&mut store, &mut wanted, &mut random, 100), "seed {seed}");
+        let bits = random.rand_range(1..2000);
+        flip_bits(&flash, &mut random, bits);
         let (mut store, _) = opened(&flash, 4);
-        for _ in 0..2000 {
-            change(&mut wanted, &mut random);
-            assert!(save(&mut store, &wanted), "seed {seed}");
-        }
+        assert!(saves_changes(&mut store, &mut wanted, &mut random, 2000), "seed {seed}");
         assert_eq!(opened(&flash, 4).0.kept(), &wanted, "seed {seed}");
     }
 }
@@ -383,19 +391,9 @@ fn bits_that_flip_under_a_running_machine_never_stop_a_change() {
         let mut random = Rand64::new(seed);
         let (flash, mut wanted) = (Flash::blank(), defaults());
         let (mut store, _) = opened(&flash, 4);
-        for _ in 0..20 {
-            change(&mut wanted, &mut random);
-            assert!(save(&mut store, &wanted));
-        }
-        flash.change(|bytes| {
-            for _ in 0..2000 {
-                bytes[random.rand_range(0..4 * SECTOR_BYTES as u64) as usize] ^= 1 << random.rand_range(0..8);
-            }
-        });
-        for _ in 0..20 {
-            change(&mut wanted, &mut random);
-            assert!(save(&mut store, &wanted), "seed {seed}");
-        }
+        assert!(saves_changes(&mut store, &mut wanted, &mut random, 20), "seed {seed}");
+        flip_bits(&flash, &mut random, 2000);
+        assert!(saves_changes(&mut store, &mut wanted, &mut random, 20), "seed {seed}");
     }
 }
 

@@ -6,7 +6,8 @@
 //! of all axes make the moves of the chain (`run`).
 //!
 //! A stop may come from any context ([`Machine::reset`], a limit switch). The axes halt first, at their own priority.
-//! This task learns of the stop from their answers, reads the exact positions and decides the machine's state.
+//! This task learns of the stop from their answers and reads the exact positions. Then it tells the machine that the
+//! motion has ended, and the machine's life cycle decides on the state.
 
 use core::convert::Infallible;
 use core::future::pending;

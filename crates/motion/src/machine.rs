@@ -311,7 +311,8 @@ impl Machine {
     ///
     /// # Errors
     /// [`Busy`], if the machine does not take the motion now:
-    /// - In an alarm it takes homing only, and not even that while the emergency stop is pressed.
+    /// - In an alarm it takes homing only, and not even that while the emergency stop is pressed, or before the motions
+    ///   that waited when the alarm came have been passed over.
     /// - While it jogs it takes jogs only, and while it does anything else it takes no jog.
     /// - While the safety door is open it takes neither homing nor jogs. Other motions are taken, and wait for the
     ///   door.
@@ -469,7 +470,7 @@ impl Machine {
             }
             if self.queue.poll_ready_to_send(context).is_pending() {
                 // The coordinator may wait a while to gather motions, but no more fit, so wake it.
-                self.ask();
+                self.wake();
                 return Poll::Pending;
             }
         }
@@ -490,7 +491,7 @@ impl Machine {
     fn on(&self, trigger: Trigger) {
         match self.with(|inner| self.apply(inner, trigger)) {
             Reaction::None | Reaction::Refuse | Reaction::Distrust => {}
-            Reaction::Wake => self.ask(),
+            Reaction::Wake => self.wake(),
             Reaction::Halt => {
                 // The steps are stopped first. Meanwhile the outputs stay as they are: nothing switches them on while
                 // there is a cause.

@@ -40,7 +40,7 @@ impl Machine {
             reaction
         });
         if reaction == Reaction::Wake {
-            self.ask();
+            self.wake();
         }
     }
 
@@ -52,7 +52,7 @@ impl Machine {
     /// Changes the speed of moves, the one under way included, some 60 ms after this call.
     pub fn set_overrides(&self, overrides: Overrides) {
         self.with(|inner| inner.overrides = overrides);
-        self.ask();
+        self.wake();
     }
 
     /// The overrides in force.
@@ -66,7 +66,7 @@ impl Machine {
 impl Machine {
     /// Wakes the coordinator, because something has been asked of it. Not inlined: see [`with`](Self::with).
     #[inline(never)]
-    pub(super) fn ask(&self) {
+    pub(super) fn wake(&self) {
         self.asked.signal(());
     }
 

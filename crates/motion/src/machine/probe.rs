@@ -52,7 +52,7 @@ impl Machine {
             is_found
         });
         if is_found {
-            self.ask();
+            self.wake();
         }
     }
 

@@ -1,4 +1,4 @@
-//! Stops: their causes, the state after them, and how an alarm is left.
+//! Stops, and how an alarm is left: calls and inputs become triggers of the life cycle (`life`), which decides.
 
 use embassy_futures::select::select;
 use embassy_time::{Instant, Timer};
@@ -27,8 +27,8 @@ impl Machine {
     /// Leaves an alarm; the position is as trusted as the alarm left it.
     ///
     /// # Errors
-    /// While the emergency stop is pressed the machine stays in the alarm, and until the motions that waited are
-    /// forgotten.
+    /// [`Busy`]: the machine stays in the alarm while the emergency stop is pressed, and until the motions that waited
+    /// when the alarm came have been passed over, which takes the coordinator a moment.
     pub fn unlock(&self) -> Result<(), Busy> {
         self.with(|inner| match self.apply(inner, Trigger::Unlock) {
             Reaction::Refuse => Err(Busy(inner.life.state)),
