@@ -158,6 +158,20 @@ fn no_stop_is_lost() {
 }
 
 #[test]
+fn a_stop_halts_what_moves() {
+    for_all(|life| {
+        let is_halted = |trigger| {
+            let mut next = *life;
+            next.on(trigger) == Reaction::Halt && next.cause.is_some()
+        };
+        // Homing is to press limit switches.
+        let limit_halts = life.state == State::Home || is_halted(Trigger::Limit(AXIS));
+        let halt = limit_halts && is_halted(Trigger::EmergencyStop(true));
+        holds(!life.moving || halt, "a stop came while axes moved, and they were not halted")
+    });
+}
+
+#[test]
 fn what_is_refused_changes_nothing() {
     for_all(|life| {
         for trigger in triggers(life) {
