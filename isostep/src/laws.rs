@@ -41,6 +41,7 @@ fn about(law: SpeedLaw) -> &'static str {
         SpeedLaw::Quadratic => "Fonseca-Campos 2023, eq 6",
         SpeedLaw::Sinusoidal => "Fonseca-Campos 2023, eq 7",
         SpeedLaw::Logarithmic => "Fonseca-Campos 2023, eq 8",
+        _ => law.name(),
     }
 }
 

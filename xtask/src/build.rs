@@ -23,6 +23,7 @@ Examples:
   cargo xtask build                       steps by PIO and DMA, for DRV8825 drivers
   cargo xtask build --driver tmc2209      faster drivers, shorter pulses
   cargo xtask build --port timer          steps by the processor
+  cargo xtask build --without-paper-laws  12.5 KiB less RAM; see docs/speed-laws.md
 
 The compiler is found or installed as `cargo xtask setup --help` says.")]
 pub struct Args {

@@ -35,7 +35,7 @@ pub fn run(Args {}: Args) -> Result<()> {
     let mut files = Vec::new();
     for &port in Port::value_variants() {
         for &driver in Driver::value_variants() {
-            let variant = Variant { port, driver };
+            let variant = Variant { port, driver, ..Variant::default() };
             build::firmware(variant)?;
             let uf2 = fs::read(workspace::firmware_uf2())?;
             files.push(written(&folder, &name(variant), &uf2)?);
@@ -47,7 +47,7 @@ pub fn run(Args {}: Args) -> Result<()> {
     Ok(())
 }
 
-fn name(Variant { port, driver }: Variant) -> String {
+fn name(Variant { port, driver, .. }: Variant) -> String {
     let word = |value: clap::builder::PossibleValue| value.get_name().to_owned();
     let (port, driver) = (port.to_possible_value().map(word), driver.to_possible_value().map(word));
     format!("isostep-{}-{}-{}.uf2", env!("CARGO_PKG_VERSION"), port.unwrap_or_default(), driver.unwrap_or_default())
@@ -224,7 +224,7 @@ mod tests {
 
     #[test]
     fn a_file_says_what_it_is_for() {
-        let name = name(Variant { port: Port::Timer, driver: Driver::Tmc2209 });
+        let name = name(Variant { port: Port::Timer, driver: Driver::Tmc2209, ..Variant::default() });
         assert_eq!(name, format!("isostep-{}-timer-tmc2209.uf2", env!("CARGO_PKG_VERSION")));
     }
 }

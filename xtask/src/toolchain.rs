@@ -73,14 +73,14 @@ impl Toolchain {
         }
     }
 
-    /// `cargo VERB` for a board's package and the chip, in the release profile.
+    /// `cargo VERB` for a board's package and the chip, in the release profile, with these features and no others.
     pub fn cargo(&self, verb: &str, package: &str, features: &[&str]) -> Command {
         let mut command = match self {
             Self::Ready => cargo(verb),
             Self::FromSource { bin_dir, linker } => from_source(verb, bin_dir, linker),
         };
         command.args(["--release", "--package", package, "--target", FIRMWARE_TARGET]);
-        command.arg(format!("--features={}", features.join(",")));
+        command.args(["--no-default-features", &format!("--features={}", features.join(","))]);
         command.env("CARGO_TARGET_THUMBV6M_NONE_EABI_RUSTFLAGS", short_paths());
         command
     }

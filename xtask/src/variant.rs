@@ -11,6 +11,9 @@ pub struct Variant {
     /// The stepper drivers whose timing is kept
     #[arg(long, value_enum, default_value_t)]
     pub driver: Driver,
+    /// Leave out the speed laws over displacement ($940=3 to 6) and the interval law thirds ($900=1)
+    #[arg(long)]
+    pub without_paper_laws: bool,
 }
 
 /// The step port.
@@ -34,11 +37,12 @@ pub enum Driver {
 }
 
 impl Variant {
-    /// The board's cargo features.
+    /// The board's cargo features. These and no others are to be built, its default ones neither.
     pub fn features(self) -> Vec<&'static str> {
         let port = (self.port == Port::Timer).then_some("timer-port");
         let driver = (self.driver == Driver::Tmc2209).then_some("tmc2209");
-        port.into_iter().chain(driver).collect()
+        let laws = (!self.without_paper_laws).then_some("paper-laws");
+        port.into_iter().chain(driver).chain(laws).collect()
     }
 
     /// The driver's name for the emulated board's options.

@@ -38,6 +38,8 @@ pub enum SettingError {
     StartAboveTop { axis: usize, start_mm_min: f32, top_mm_min: f32 },
     /// Speed law number `law`, `$940`, needs a start speed, but an axis has none.
     LawNeedsStart { axis: usize, law: u16 },
+    /// The law is one that the machine was built without, see the feature `paper-laws`.
+    LawLeftOut { number: u16, law: u16 },
 }
 
 impl SettingError {
@@ -53,7 +55,8 @@ impl SettingError {
             Self::LeastSpeedNotBelowFull { .. }
             | Self::LeastDutyAboveFull { .. }
             | Self::PullOffNotBelowTravel { .. }
-            | Self::LawNeedsStart { .. } => Error::BadNumber,
+            | Self::LawNeedsStart { .. }
+            | Self::LawLeftOut { .. } => Error::BadNumber,
         }
     }
 }
@@ -133,6 +136,12 @@ impl fmt::Display for SettingError {
                 write!(
                     f,
                     "$940={law} is a law over displacement and never leaves standstill: raise ${start} above 0 first"
+                )
+            }
+            Self::LawLeftOut { number, law } => {
+                write!(
+                    f,
+                    "${number}={law} is left out of this firmware: lower it, or build the firmware with paper-laws"
                 )
             }
         }

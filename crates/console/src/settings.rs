@@ -194,7 +194,7 @@ impl Settings {
     /// The first broken rule: soft limits need homing; the homing order names X, Y and Z once each; the S at least duty
     /// is below the S at full duty; the least duty is not above the full duty; the pull-off is below the travel; the
     /// step outputs support the step rate; the start speed is not above the top speed; a speed law that needs a start
-    /// speed has one.
+    /// speed has one; the laws are not left out.
     pub fn check(&self, carries: Carries<'_>) -> Result<(), SettingError> {
         if self.soft_limits && !self.homing {
             return Err(SettingError::SoftLimitsNeedHoming);
@@ -203,6 +203,7 @@ impl Settings {
             return Err(SettingError::HomingOrder { digits: self.homing_order_digits });
         }
         self.check_spindle()?;
+        self.check_laws(cfg!(feature = "paper-laws"))?;
         (0..AXES).try_for_each(|axis| self.check_axis(axis, carries))
     }
 
@@ -216,6 +217,17 @@ impl Settings {
             return Err(SettingError::LeastDutyAboveFull { least_percent, full_percent });
         }
         Ok(())
+    }
+
+    fn check_laws(&self, has_paper_laws: bool) -> Result<(), SettingError> {
+        match *self {
+            _ if has_paper_laws => Ok(()),
+            Self { interval_thirds: true, .. } => Err(SettingError::LawLeftOut { number: 900, law: 1 }),
+            Self { speed_law: law @ FIRST_LAW_OVER_DISPLACEMENT.., .. } => {
+                Err(SettingError::LawLeftOut { number: 940, law })
+            }
+            _ => Ok(()),
+        }
     }
 
     fn check_axis(&self, axis: usize, carries: Carries<'_>) -> Result<(), SettingError> {
@@ -246,5 +258,27 @@ impl Settings {
 impl Default for Settings {
     fn default() -> Self {
         Self::DEFAULT
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+
+    use std::string::ToString;
+
+    use super::Settings;
+
+    #[test]
+    fn laws_that_are_left_out_are_refused() {
+        let check = |settings: Settings| settings.check_laws(false).map_err(|error| error.to_string());
+        let thirds = Settings { interval_thirds: true, ..Settings::DEFAULT };
+        let remedy = "is left out of this firmware: lower it, or build the firmware with paper-laws";
+        assert_eq!(check(thirds), Err(std::format!("$900=1 {remedy}")));
+        for law in 0..=6 {
+            let wanted = if law < 3 { Ok(()) } else { Err(std::format!("$940={law} {remedy}")) };
+            assert_eq!(check(Settings { speed_law: law, ..Settings::DEFAULT }), wanted);
+        }
+        assert_eq!(Settings { speed_law: 6, ..thirds }.check_laws(true), Ok(()));
     }
 }

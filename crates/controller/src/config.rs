@@ -26,7 +26,7 @@ pub fn config(settings: &Settings) -> Config {
         steps_per_mm: settings.steps_per_mm.map(f64::from),
         travel_mm: settings.travel_mm.map(f64::from),
         junction_deviation_mm: settings.junction_deviation_mm.into(),
-        interval_law: if settings.interval_thirds { IntervalLaw::Thirds } else { IntervalLaw::Fastest },
+        interval_law: IntervalLaw::ALL[usize::from(settings.interval_thirds).min(IntervalLaw::ALL.len() - 1)],
         speed_law: SpeedLaw::ALL[usize::from(settings.speed_law).min(SpeedLaw::ALL.len() - 1)],
         hard_limits: settings.hard_limits,
         wiring: masked(settings.direction_invert_mask)

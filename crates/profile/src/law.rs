@@ -4,19 +4,31 @@ use core::fmt;
 
 /// How a move's duration is split into its three intervals.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum IntervalLaw {
     /// As fast as the limits allow: with a cruise, or without one if the distance is short (Stoychitch 2018, eqs 1-8).
     #[default]
     Fastest,
     /// Three equal intervals, as short as the limits allow (Forero 2023, eqs 1-7). A trapezoid from rest to rest then
     /// accelerates over a quarter of the distance, cruises over half of it and decelerates over a quarter.
+    #[cfg(feature = "paper-laws")]
     Thirds,
+}
+
+impl IntervalLaw {
+    /// Every law that is built in.
+    pub const ALL: [Self; if cfg!(feature = "paper-laws") { 2 } else { 1 }] = [
+        Self::Fastest,
+        #[cfg(feature = "paper-laws")]
+        Self::Thirds,
+    ];
 }
 
 /// How speed changes on a ramp. The first three are laws over time, the others over displacement.
 ///
 /// A decelerating ramp is an accelerating ramp seen backwards in time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum SpeedLaw {
     /// Linear over time: constant acceleration (Stoychitch 2018).
     #[default]
@@ -26,19 +38,34 @@ pub enum SpeedLaw {
     /// Half a wave of a cosine over time: jerk without jumps inside the ramp.
     Sine,
     /// Linear over displacement (Fonseca-Campos 2023, eq 5).
+    #[cfg(feature = "paper-laws")]
     Linear,
     /// Quadratic over displacement (Fonseca-Campos 2023, eq 6).
+    #[cfg(feature = "paper-laws")]
     Quadratic,
     /// Half a wave of a cosine over displacement (Fonseca-Campos 2023, eq 7).
+    #[cfg(feature = "paper-laws")]
     Sinusoidal,
     /// Logarithmic over displacement (Fonseca-Campos 2023, eq 8).
+    #[cfg(feature = "paper-laws")]
     Logarithmic,
 }
 
 impl SpeedLaw {
-    /// Every law.
-    pub const ALL: [Self; 7] =
-        [Self::Trapezoid, Self::SCurve, Self::Sine, Self::Linear, Self::Quadratic, Self::Sinusoidal, Self::Logarithmic];
+    /// Every law that is built in.
+    pub const ALL: [Self; if cfg!(feature = "paper-laws") { 7 } else { 3 }] = [
+        Self::Trapezoid,
+        Self::SCurve,
+        Self::Sine,
+        #[cfg(feature = "paper-laws")]
+        Self::Linear,
+        #[cfg(feature = "paper-laws")]
+        Self::Quadratic,
+        #[cfg(feature = "paper-laws")]
+        Self::Sinusoidal,
+        #[cfg(feature = "paper-laws")]
+        Self::Logarithmic,
+    ];
 
     /// The usual name of the law, which commands accept.
     #[must_use]
@@ -47,9 +74,13 @@ impl SpeedLaw {
             Self::Trapezoid => "trapezoid",
             Self::SCurve => "s-curve",
             Self::Sine => "sine",
+            #[cfg(feature = "paper-laws")]
             Self::Linear => "linear",
+            #[cfg(feature = "paper-laws")]
             Self::Quadratic => "quadratic",
+            #[cfg(feature = "paper-laws")]
             Self::Sinusoidal => "sinusoidal",
+            #[cfg(feature = "paper-laws")]
             Self::Logarithmic => "logarithmic",
         }
     }
@@ -57,7 +88,7 @@ impl SpeedLaw {
     /// Whether speed is a function of the displacement. Such a ramp never leaves standstill: it needs a start speed.
     #[must_use]
     pub const fn is_over_displacement(self) -> bool {
-        matches!(self, Self::Linear | Self::Quadratic | Self::Sinusoidal | Self::Logarithmic)
+        !matches!(self, Self::Trapezoid | Self::SCurve | Self::Sine)
     }
 }
 

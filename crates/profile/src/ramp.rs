@@ -1,8 +1,11 @@
 //! A ramp from a slow to a fast speed. A decelerating ramp is an accelerating one seen backwards in time.
 
 mod logarithmic;
+#[cfg_attr(not(feature = "paper-laws"), expect(dead_code, reason = "no ramp can be over displacement"))]
 mod over_displacement;
 mod over_time;
+#[cfg(feature = "paper-laws")]
+mod thirds;
 mod trig;
 
 use self::over_displacement::OverDisplacement;
@@ -23,10 +26,22 @@ pub(crate) struct Ramp {
 /// How the speed of a ramp rises.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Shape {
-    ConstantAccel { accel_steps_s2: f64 },
+    ConstantAccel {
+        accel_steps_s2: f64,
+    },
     OverTime(OverTime),
-    OverDisplacement(OverDisplacement),
+    #[cfg_attr(not(feature = "paper-laws"), expect(dead_code, reason = "no ramp can be over displacement"))]
+    OverDisplacement(OverDisplacement, Built),
 }
+
+/// What only a ramp over displacement has. Without these laws it has no value, so there is no such ramp, and the compiler
+/// leaves out all code for it.
+#[cfg(feature = "paper-laws")]
+type Built = ();
+#[cfg(feature = "paper-laws")]
+const BUILT: Built = ();
+#[cfg(not(feature = "paper-laws"))]
+type Built = core::convert::Infallible;
 
 /// Where an axis is at an instant of a ramp, and how it moves.
 #[derive(Clone, Copy, Debug)]
@@ -64,25 +79,12 @@ impl Bounds {
                 let duration_s = rise * law.peak() / accel;
                 Ramp { shape, slow_steps_s, rise_steps_s, steps: (slow + rise / 2.0) * duration_s, duration_s }
             }
-            Shape::OverDisplacement(law) => {
+            Shape::OverDisplacement(law, _) => {
                 let steps = law.length(slow, rise).0 * self.per_accel;
                 let duration_s = steps / rise * law.whole_time(slow / rise);
                 Ramp { shape, slow_steps_s, rise_steps_s, steps, duration_s }
             }
         }
-    }
-
-    /// The ramp with this rise, this duration and this mean speed.
-    pub(crate) fn lasting(&self, duration_s: f64, slow_steps_s: f64, rise_steps_s: f64, mean_steps_s: f64) -> Ramp {
-        let shape = match self.shape(rise_steps_s).0 {
-            // On a short ramp, rounding must not lift the acceleration above its limit. Without a rise the ramp is a
-            // cruise.
-            Shape::ConstantAccel { accel_steps_s2 } => {
-                Shape::ConstantAccel { accel_steps_s2: accel_steps_s2.min(rise_steps_s / duration_s) }
-            }
-            other => other,
-        };
-        Ramp { shape, slow_steps_s, rise_steps_s, steps: mean_steps_s * duration_s, duration_s }
     }
 
     /// The length of the shortest ramp, steps, and how much longer it is for each step/s more.
@@ -93,37 +95,21 @@ impl Bounds {
                 (trapezoid.0 * OverTime::Sine.peak(), trapezoid.1 * OverTime::Sine.peak())
             }
             Shape::OverTime(OverTime::SCurve { .. }) => self.s_curve_length(slow, rise),
-            Shape::OverDisplacement(law) if rise > 0.0 => {
+            Shape::OverDisplacement(law, _) if rise > 0.0 => {
                 let (length, growth) = law.length(slow, rise);
                 (length * self.per_accel, growth * self.per_accel)
             }
             // Without a rise the length is 0 by every law.
-            Shape::ConstantAccel { .. } | Shape::OverDisplacement(_) => trapezoid,
+            Shape::ConstantAccel { .. } | Shape::OverDisplacement(..) => trapezoid,
         }
-    }
-
-    /// A rough rise over `slow` in thirds by this law, if that of a trapezoid in thirds is `trapezoid`. A search begins
-    /// with it.
-    pub(crate) fn speed_rise_near(&self, slow: f64, trapezoid: f64) -> f64 {
-        trapezoid
-            * match self.law {
-                SpeedLaw::Trapezoid => 1.0,
-                SpeedLaw::SCurve | SpeedLaw::Sine => 0.78,
-                SpeedLaw::Linear | SpeedLaw::Sinusoidal => 0.6,
-                SpeedLaw::Quadratic => 0.38,
-                // The faster the ramp begins, the longer it is because of its steep beginning.
-                SpeedLaw::Logarithmic => {
-                    0.14 + 0.64 * trapezoid * trapezoid / (trapezoid * trapezoid + 3.0 * slow * (trapezoid + slow))
-                }
-            }
     }
 
     /// c and e, if the length of the shortest ramp is c rise (slow + e rise)/a.
     pub(crate) fn quadratic_length(&self) -> Option<(f64, f64)> {
         match self.shape_of_law() {
             Shape::OverTime(OverTime::Sine) => Some((OverTime::Sine.peak(), 0.5)),
-            Shape::OverDisplacement(OverDisplacement::Linear) => Some((1.0, 1.0)),
-            Shape::OverDisplacement(OverDisplacement::Quadratic) => Some((2.0, 1.0)),
+            Shape::OverDisplacement(OverDisplacement::Linear, _) => Some((1.0, 1.0)),
+            Shape::OverDisplacement(OverDisplacement::Quadratic, _) => Some((2.0, 1.0)),
             _ => None,
         }
     }
@@ -145,28 +131,6 @@ impl Bounds {
         self.accel_steps_s2 * self.accel_steps_s2 <= self.jerk_steps_s3 * rise
     }
 
-    /// The mean speed of a ramp with this rise, which does not depend on its length.
-    pub(crate) fn mean_steps_s(&self, slow: f64, rise: f64) -> f64 {
-        match self.shape_of_law() {
-            Shape::OverDisplacement(law) if rise > 0.0 => rise / law.whole_time(slow / rise),
-            _ => slow + rise / 2.0,
-        }
-    }
-
-    /// The length of the shortest ramp and the mean speed of any ramp, each with how much more it is for each step/s
-    /// more.
-    pub(crate) fn length_and_mean(&self, slow: f64, rise: f64) -> ((f64, f64), (f64, f64)) {
-        match self.shape_of_law() {
-            Shape::OverDisplacement(law) if rise > 0.0 => {
-                let ((length, length_growth), (time, time_growth)) = law.whole(slow, rise);
-                let per_time = 1.0 / time;
-                let mean_growth = (1.0 + time_growth * per_time) * per_time;
-                ((length * self.per_accel, length_growth * self.per_accel), (rise * per_time, mean_growth))
-            }
-            _ => (self.length(slow, rise), (slow + rise / 2.0, 0.5)),
-        }
-    }
-
     /// The shape of the shortest ramp, and the acceleration it reaches.
     fn shape(&self, rise: f64) -> (Shape, f64) {
         match self.shape_of_law() {
@@ -177,17 +141,8 @@ impl Bounds {
         }
     }
 
-    /// The shape of the law's ramps; for an S-curve, that of jerk alone.
     fn shape_of_law(&self) -> Shape {
-        match self.law {
-            SpeedLaw::Trapezoid => Shape::ConstantAccel { accel_steps_s2: self.accel_steps_s2 },
-            SpeedLaw::SCurve => Shape::OverTime(OverTime::SCurve { ratio: 0.5 }),
-            SpeedLaw::Sine => Shape::OverTime(OverTime::Sine),
-            SpeedLaw::Linear => Shape::OverDisplacement(OverDisplacement::Linear),
-            SpeedLaw::Quadratic => Shape::OverDisplacement(OverDisplacement::Quadratic),
-            SpeedLaw::Sinusoidal => Shape::OverDisplacement(OverDisplacement::Sinusoidal),
-            SpeedLaw::Logarithmic => Shape::OverDisplacement(OverDisplacement::Logarithmic),
-        }
+        shape(self.law, self.accel_steps_s2)
     }
 
     /// The shape of the shortest S-curve, and its highest acceleration. Each of its two jerks lasts a/j of rise/a +
@@ -208,18 +163,32 @@ impl Bounds {
     }
 }
 
+/// The shape of a law's ramps; for an S-curve, that of jerk alone.
+fn shape(law: SpeedLaw, accel_steps_s2: f64) -> Shape {
+    match law {
+        SpeedLaw::Trapezoid => Shape::ConstantAccel { accel_steps_s2 },
+        SpeedLaw::SCurve => Shape::OverTime(OverTime::SCurve { ratio: 0.5 }),
+        SpeedLaw::Sine => Shape::OverTime(OverTime::Sine),
+        #[cfg(feature = "paper-laws")]
+        SpeedLaw::Linear => Shape::OverDisplacement(OverDisplacement::Linear, BUILT),
+        #[cfg(feature = "paper-laws")]
+        SpeedLaw::Quadratic => Shape::OverDisplacement(OverDisplacement::Quadratic, BUILT),
+        #[cfg(feature = "paper-laws")]
+        SpeedLaw::Sinusoidal => Shape::OverDisplacement(OverDisplacement::Sinusoidal, BUILT),
+        #[cfg(feature = "paper-laws")]
+        SpeedLaw::Logarithmic => Shape::OverDisplacement(OverDisplacement::Logarithmic, BUILT),
+    }
+}
+
 /// The delta v² that is possible over `steps` at this acceleration, from any speed, with speeds up to `top_steps_s`. It
 /// is exact for the trapezoid, and a safe bound for the other laws.
 pub(crate) fn delta_v2(law: SpeedLaw, accel_steps_s2: f64, jerk_steps_s3: f64, steps: f64, top_steps_s: f64) -> f64 {
     let trapezoid = 2.0 * accel_steps_s2 * steps;
-    match law {
-        SpeedLaw::Trapezoid => trapezoid,
-        SpeedLaw::SCurve => s_curve_delta_v2(accel_steps_s2, jerk_steps_s3, steps, top_steps_s),
-        SpeedLaw::Sine => trapezoid / OverTime::Sine.peak() * LESS,
-        SpeedLaw::Linear => trapezoid / OverDisplacement::Linear.longest() * LESS,
-        SpeedLaw::Quadratic => trapezoid / OverDisplacement::Quadratic.longest() * LESS,
-        SpeedLaw::Sinusoidal => trapezoid / OverDisplacement::Sinusoidal.longest() * LESS,
-        SpeedLaw::Logarithmic => trapezoid / OverDisplacement::Logarithmic.longest() * LESS,
+    match shape(law, accel_steps_s2) {
+        Shape::ConstantAccel { .. } => trapezoid,
+        Shape::OverTime(OverTime::SCurve { .. }) => s_curve_delta_v2(accel_steps_s2, jerk_steps_s3, steps, top_steps_s),
+        Shape::OverTime(law) => trapezoid / law.peak() * LESS,
+        Shape::OverDisplacement(law, _) => trapezoid / law.longest() * LESS,
     }
 }
 
@@ -320,7 +289,7 @@ impl Ramp {
                 let way = steps / (self.rise_steps_s * self.duration_s);
                 self.duration_s * law.time(self.slow_steps_s / self.rise_steps_s, way)
             }
-            Shape::OverDisplacement(law) => {
+            Shape::OverDisplacement(law, _) => {
                 let slow = self.slow_steps_s / self.rise_steps_s;
                 self.displacement_s() * law.time(slow, steps / self.steps)
             }
@@ -362,13 +331,13 @@ impl Ramp {
     /// Its state at a parameter.
     pub(crate) fn at_parameter(&self, parameter: f64) -> State {
         match self.shape {
-            Shape::OverDisplacement(law) => self.over_displacement(law, parameter / self.steps),
+            Shape::OverDisplacement(law, _) => self.over_displacement(law, parameter / self.steps),
             _ => self.at_time(parameter),
         }
     }
 
     fn is_over_displacement(&self) -> bool {
-        matches!(self.shape, Shape::OverDisplacement(_))
+        matches!(self.shape, Shape::OverDisplacement(..))
     }
 
     /// Its state at `t_s`.
@@ -382,7 +351,7 @@ impl Ramp {
                 accel_steps_s2,
             },
             Shape::OverTime(law) => self.over_time(law, t_s),
-            Shape::OverDisplacement(law) => {
+            Shape::OverDisplacement(law, _) => {
                 let slow = self.slow_steps_s / self.rise_steps_s;
                 let u = law.displacement(slow, t_s / self.displacement_s());
                 State { t_s, ..self.over_displacement(law, u) }
@@ -427,7 +396,7 @@ impl Ramp {
                 let per_s = 1.0 / self.duration_s;
                 self.rise_steps_s * per_s * per_s * law.bend(state.t_s * per_s, parameter * per_s)
             }
-            Shape::OverDisplacement(law) => {
+            Shape::OverDisplacement(law, _) => {
                 let (speed, per_step) = (state.speed_steps_s, 1.0 / self.steps);
                 let slope = state.accel_steps_s2 / speed;
                 let bend = self.rise_steps_s * per_step * per_step * law.bend(state.steps * per_step);

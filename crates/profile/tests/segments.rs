@@ -16,7 +16,7 @@ fn log(from: f64, to: f64) -> impl Strategy<Value = f64> {
 }
 
 fn law() -> impl Strategy<Value = IntervalLaw> {
-    prop_oneof![Just(IntervalLaw::Fastest), Just(IntervalLaw::Thirds)]
+    prop::sample::select(&IntervalLaw::ALL[..])
 }
 
 fn speed_law() -> impl Strategy<Value = SpeedLaw> {

@@ -29,7 +29,7 @@ pub fn build(ports: &[Port]) -> Result<Vec<Candidate>> {
 }
 
 fn candidate(port: Port) -> Result<Candidate> {
-    let variant = Variant { port, driver: DRIVER };
+    let variant = Variant { port, driver: DRIVER, ..Variant::default() };
     let elf = build::kept_firmware(variant, &format!("bench-{}", port.name().to_lowercase()))?;
     Ok(Candidate { port, variant, elf })
 }

@@ -165,7 +165,7 @@ impl<const N: usize> Block<N> {
 
     /// Makes it follow `before`: computes how fast the corner between them may be taken.
     pub(super) fn follow(&mut self, before: &Self, config: &ChainConfig<N>) {
-        let stops = before.request.stops || config.interval_law == IntervalLaw::Thirds;
+        let stops = before.request.stops || config.interval_law != IntervalLaw::Fastest;
         self.corner = if stops { None } else { corner::square(&before.direction, &self.direction, config) };
         self.set_cap(before.pace());
     }

@@ -194,7 +194,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         } else {
             let top_steps_s = if self.is_held { 0.0 } else { limits.top_speed_steps_s };
             let limits = Limits { top_speed_steps_s: top_steps_s.max(speed_steps_s).max(exit_steps_s), ..*limits };
-            let interval_law = if is_fastest { IntervalLaw::Fastest } else { IntervalLaw::Thirds };
+            let interval_law = if is_fastest { IntervalLaw::Fastest } else { self.config.interval_law };
             Profile::between(left_steps, speed_steps_s, exit_steps_s, &limits, interval_law, law)
         };
         self.begin(profile, true);

@@ -97,6 +97,7 @@ impl Move {
             SpeedLaw::Sinusoidal => 27f64.sqrt() * core::f64::consts::PI / 8.0,
             // v'(0): K is 23.
             SpeedLaw::Logarithmic => 23.0 / 24f64.ln(),
+            _ => unreachable!("there is no model of {law}"),
         }
     }
 

@@ -1,0 +1,57 @@
+//! What the search for a profile in three equal intervals needs to know of ramps.
+
+use super::{Bounds, Ramp, Shape};
+use crate::law::SpeedLaw;
+
+impl Bounds {
+    /// The ramp with this rise, this duration and this mean speed.
+    pub(crate) fn lasting(&self, duration_s: f64, slow_steps_s: f64, rise_steps_s: f64, mean_steps_s: f64) -> Ramp {
+        let shape = match self.shape(rise_steps_s).0 {
+            // On a short ramp, rounding must not lift the acceleration above its limit. Without a rise the ramp is a
+            // cruise.
+            Shape::ConstantAccel { accel_steps_s2 } => {
+                Shape::ConstantAccel { accel_steps_s2: accel_steps_s2.min(rise_steps_s / duration_s) }
+            }
+            other => other,
+        };
+        Ramp { shape, slow_steps_s, rise_steps_s, steps: mean_steps_s * duration_s, duration_s }
+    }
+
+    /// A rough rise over `slow` in thirds by this law, if that of a trapezoid in thirds is `trapezoid`. A search begins
+    /// with it.
+    pub(crate) fn speed_rise_near(&self, slow: f64, trapezoid: f64) -> f64 {
+        trapezoid
+            * match self.law {
+                SpeedLaw::Trapezoid => 1.0,
+                SpeedLaw::SCurve | SpeedLaw::Sine => 0.78,
+                SpeedLaw::Linear | SpeedLaw::Sinusoidal => 0.6,
+                SpeedLaw::Quadratic => 0.38,
+                // The faster the ramp begins, the longer it is because of its steep beginning.
+                SpeedLaw::Logarithmic => {
+                    0.14 + 0.64 * trapezoid * trapezoid / (trapezoid * trapezoid + 3.0 * slow * (trapezoid + slow))
+                }
+            }
+    }
+
+    /// The mean speed of a ramp with this rise, which does not depend on its length.
+    pub(crate) fn mean_steps_s(&self, slow: f64, rise: f64) -> f64 {
+        match self.shape_of_law() {
+            Shape::OverDisplacement(law, _) if rise > 0.0 => rise / law.whole_time(slow / rise),
+            _ => slow + rise / 2.0,
+        }
+    }
+
+    /// The length of the shortest ramp and the mean speed of any ramp, each with how much more it is for each step/s
+    /// more.
+    pub(crate) fn length_and_mean(&self, slow: f64, rise: f64) -> ((f64, f64), (f64, f64)) {
+        match self.shape_of_law() {
+            Shape::OverDisplacement(law, _) if rise > 0.0 => {
+                let ((length, length_growth), (time, time_growth)) = law.whole(slow, rise);
+                let per_time = 1.0 / time;
+                let mean_growth = (1.0 + time_growth * per_time) * per_time;
+                ((length * self.per_accel, length_growth * self.per_accel), (rise * per_time, mean_growth))
+            }
+            _ => (self.length(slow, rise), (slow + rise / 2.0, 0.5)),
+        }
+    }
+}
