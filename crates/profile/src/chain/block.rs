@@ -110,8 +110,11 @@ impl<const N: usize> Block<N> {
         }
         // Only a long move needs the full check: most moves are far from lasting too long.
         if self.distance_steps > self.nominal_steps_s * config.easily_s {
-            let limits = self.limits_now();
-            Profile::plan(self.distance_steps, slowest, slowest, &limits, config.interval_law, config.speed_law)?;
+            // An override may change before the block is made. So none makes a block too long that is not too long itself.
+            let asked_steps_s = self.request.feed_mm_s.map_or(f64::INFINITY, |_| self.asked_steps_s);
+            let plain = Self { nominal_steps_s: asked_steps_s.min(self.limits.top_speed_steps_s), ..*self };
+            let (limits, end) = (plain.limits_now(), plain.start_steps_s());
+            Profile::plan(self.distance_steps, end, end, &limits, config.interval_law, config.speed_law)?;
         }
         Ok(())
     }

@@ -76,6 +76,22 @@ fn what_cannot_be_planned_is_refused() {
     assert!(matches!(too_long, Err(PlanError::Profile(ProfileError::TooLong { .. }))));
 }
 
+/// Whether a move is refused does not depend on the overrides, which may change until it is made.
+#[test]
+fn a_long_move_is_accepted_under_any_override() {
+    // 2,000 mm take 800,000 s.
+    let long = Request { feed_mm_s: Some(2.5e-3), ..request([200_000, 0, 0], 0) };
+    for (feed_ratio, wanted_s) in [(1.0, 8e5), (0.1, 8e6)] {
+        let limits = [limits(0.0, 1e3, 1e4); AXES];
+        let config = ChainConfig::new(limits, [0.01; AXES], 0.01, IntervalLaw::Fastest, SpeedLaw::Trapezoid);
+        let mut chain = Chain::<AXES, 4>::new(config);
+        chain.override_speed(feed_ratio, 1.0);
+        chain.push(long).unwrap();
+        let until_s = chain.advance(f64::INFINITY).unwrap().until_s;
+        assert!((until_s - wanted_s).abs() < 1.0, "{until_s} s at {feed_ratio}");
+    }
+}
+
 /// The delta v² of a step is less than one unit.
 #[test]
 fn one_step_of_the_slowest_ramp_on_the_fastest_axis_has_its_time() {
