@@ -277,9 +277,9 @@ impl Highest {
     ///
     /// # Panics
     /// When a ratio is too low.
-    pub fn tell(&self) {
+    pub fn print(&self) {
         let LimitRatios { speed, ends, accel, decel, jerk, .. } = self.0;
-        println!("at most, as shares of the limits, by the edges: {:?}", self.0);
+        println!("at most, as ratios to the limits, by the edges: {:?}", self.0);
         assert!([speed, accel, decel, jerk].into_iter().all(|ratio| ratio > 0.98) && ends > 0.5, "{:?}", self.0);
     }
 

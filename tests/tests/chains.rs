@@ -84,7 +84,7 @@ fn holds_at_any_instant_lose_nothing() {
         return;
     }
     println!("of {INSTANTS} holds {held} fell into moves");
-    highest.tell();
+    highest.print();
     assert!(held > INSTANTS / 2, "{held}");
 }
 
@@ -113,7 +113,7 @@ fn jogs_are_cancelled_at_any_instant() {
         return;
     }
     println!("of {INSTANTS} jog cancels {held} fell into moves");
-    highest.tell();
+    highest.print();
     assert!(held > INSTANTS / 3, "{held}");
 }
 
@@ -142,7 +142,7 @@ fn overrides_at_any_instant_lose_nothing() {
         return;
     }
     println!("{changed} moves went on otherwise");
-    highest.tell();
+    highest.print();
     assert!(changed > INSTANTS / 5, "{changed}");
 }
 
@@ -174,7 +174,7 @@ fn resets_at_any_instant_keep_the_position() {
         return;
     }
     println!("of {INSTANTS} resets {braked} fell into moves");
-    highest.tell();
+    highest.print();
     assert!(braked > INSTANTS / 3, "{braked}");
 }
 
@@ -238,7 +238,7 @@ fn stops_at_any_instant_leave_the_exact_count() {
         return;
     }
     println!("of {INSTANTS} stops {stopped} fell into moves");
-    highest.tell();
+    highest.print();
     assert!(stopped > INSTANTS / 3, "{stopped}");
 }
 

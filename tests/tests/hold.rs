@@ -46,7 +46,7 @@ fn holds_at_any_instant_lose_nothing() {
         held += outcome.moves.iter().filter(|record| record.finish == Finish::Held).count();
     }
     println!("{HOLDS} random programs were held in mid-move {held} times");
-    highest.tell();
+    highest.print();
     assert!(held as u64 > HOLDS / 2, "only {held} holds fell into a move");
 }
 
@@ -75,7 +75,7 @@ fn overrides_at_any_instant_lose_nothing() {
         changed += outcome.moves.iter().filter(|record| !record.parts.is_empty()).count();
     }
     println!("of {HOLDS} random moves {changed} went on at another speed");
-    highest.tell();
+    highest.print();
     assert!(changed as u64 > HOLDS / 4, "only {changed} moves went on at another speed");
 }
 
@@ -106,7 +106,7 @@ fn overrides_in_quick_succession_lose_nothing() {
         check(&outcome, case);
         highest.add(bench.ratios(&outcome, |_| Some(1_500.0)), case);
     }
-    highest.tell();
+    highest.print();
 }
 
 #[test]
@@ -131,7 +131,7 @@ fn jogs_are_cancelled_at_any_instant() {
         let is_rapid = |record: &MoveRecord| record.plan.steps == [50, 0, 0];
         highest.add(bench.ratios(&outcome, |record| (!is_rapid(record)).then_some(1_500.0)), case);
     }
-    highest.tell();
+    highest.print();
 }
 
 /// Resets in the middle of moves, dwells and jogs, some of them during or just before a hold. There must be no alarm,
@@ -173,7 +173,7 @@ fn resets_at_any_instant_keep_the_position() {
         braked += u64::from(outcome.moves.iter().any(|record| record.finish == Finish::Held));
     }
     println!("of {} resets {braked} had a move brake", HOLDS / 2);
-    highest.tell();
+    highest.print();
     assert!(braked > HOLDS / 8, "only {braked} resets fell into a move");
 }
 

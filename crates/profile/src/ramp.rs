@@ -286,8 +286,8 @@ impl Ramp {
             _ if steps <= 0.0 => 0.0,
             _ if steps >= self.steps => self.duration_s,
             Shape::OverTime(law) => {
-                let way = steps / (self.rise_steps_s * self.duration_s);
-                self.duration_s * law.time(self.slow_steps_s / self.rise_steps_s, way)
+                let displacement = steps / (self.rise_steps_s * self.duration_s);
+                self.duration_s * law.time(self.slow_steps_s / self.rise_steps_s, displacement)
             }
             Shape::OverDisplacement(law, _) => {
                 let slow = self.slow_steps_s / self.rise_steps_s;
@@ -301,8 +301,8 @@ impl Ramp {
     pub(crate) fn parameter_before(&self, steps: f64) -> f64 {
         match self.shape {
             Shape::OverTime(law) => {
-                let way = steps / (self.rise_steps_s * self.duration_s);
-                self.duration_s * law.time_before(self.slow_steps_s / self.rise_steps_s, way)
+                let displacement = steps / (self.rise_steps_s * self.duration_s);
+                self.duration_s * law.time_before(self.slow_steps_s / self.rise_steps_s, displacement)
             }
             _ => steps.min(self.steps),
         }

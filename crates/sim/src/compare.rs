@@ -227,8 +227,8 @@ impl Jitter {
     fn of(errors_ns: Vec<f64>) -> Self {
         let mut sorted: Vec<f64> = errors_ns.into_iter().map(f64::abs).collect();
         sorted.sort_by(f64::total_cmp);
-        let share = |share: f64| sorted.get((sorted.len() as f64 * share) as usize).or(sorted.last());
-        let at = |share_below: f64| share(share_below).copied().unwrap_or(0.0);
+        let quantile = |ratio: f64| sorted.get((sorted.len() as f64 * ratio) as usize).or(sorted.last());
+        let at = |ratio: f64| quantile(ratio).copied().unwrap_or(0.0);
         Self { steps: sorted.len(), median_ns: at(0.5), p99_ns: at(0.99), max_ns: at(1.0) }
     }
 }

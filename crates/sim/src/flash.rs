@@ -135,11 +135,11 @@ fn tear(cells: &mut [u8], wanted: &[u8], random: &mut Rand64) {
     let erases = cells.iter().zip(wanted).any(|(&is, &to)| is & to != to);
     let to_zero = erases && random.rand_range(0..3) == 0;
     let place = random.rand_range(0..cells.len() as u64 + 1) as usize;
-    let share = random.rand_range(0..257);
-    let way = random.rand_range(0..4);
+    let hits_of_256 = random.rand_range(0..257);
+    let pattern = random.rand_range(0..4);
     for (index, (cell, &wanted)) in cells.iter_mut().zip(wanted).enumerate() {
-        let mut hits = || random.rand_range(0..256) < share;
-        let arrived = match way {
+        let mut hits = || random.rand_range(0..256) < hits_of_256;
+        let arrived = match pattern {
             0 => whole(index < place),
             1 => whole(index >= place),
             2 => whole(hits()),

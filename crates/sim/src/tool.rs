@@ -59,7 +59,7 @@ pub struct ToolChange {
 
 impl ToolChange {
     /// The duty as a fraction from 0 to 1.
-    pub fn share(self) -> f64 {
+    pub fn duty_ratio(self) -> f64 {
         f64::from(self.duty) / f64::from(u16::MAX)
     }
 }

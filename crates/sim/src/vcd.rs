@@ -75,7 +75,7 @@ fn changes(waves: &[Wave], tool: &[ToolChange], ids: &Ids, vcd: &mut Writer<impl
 fn set_tool(change: ToolChange, ids: &Ids, vcd: &mut Writer<impl io::Write>) -> io::Result<()> {
     let id = ids[&Signal::Tool(change.output)];
     match change.output {
-        ToolOutput::Pwm => vcd.change_real(id, change.share()),
+        ToolOutput::Pwm => vcd.change_real(id, change.duty_ratio()),
         _ => vcd.change_scalar(id, change.duty > 0),
     }
 }

@@ -140,8 +140,8 @@ fn path(record: &MoveRecord, edges: &[Edge], port: Port) -> (Option<f64>, f64) {
     let profile = record.plan.profile;
     // One axis may be early while the other is late.
     let apart_s = 2.0 * port.tolerance_ns() * 1e-9;
-    let share = profile.cruise_speed_steps_s() * apart_s / profile.distance_steps();
-    let slack = pairs.iter().map(|&(i, j)| share / (0.5 / n[i] + 0.5 / n[j])).fold(0.0, f64::max);
+    let ratio = profile.cruise_speed_steps_s() * apart_s / profile.distance_steps();
+    let slack = pairs.iter().map(|&(i, j)| ratio / (0.5 / n[i] + 0.5 / n[j])).fold(0.0, f64::max);
     ((!pairs.is_empty()).then_some(deviation), slack)
 }
 

@@ -123,8 +123,8 @@ fn a_level_by_speed_follows_the_speed_within_a_hundredth() {
         let within = changes.filter(|t_ns| (begin_ns..end_ns).contains(t_ns));
         for t_ns in within.chain([begin_ns, end_ns]) {
             let wanted = level(pixel) as f64 / 1_000.0 * speed_steps_s(record, t_ns) / FEED_STEPS_S;
-            let share = f64::from(duty_at(&duties, t_ns)) / f64::from(u16::MAX);
-            assert!((share - wanted).abs() < 0.01, "pixel {pixel} at {t_ns} ns: {share:.4}, not {wanted:.4}");
+            let ratio = f64::from(duty_at(&duties, t_ns)) / f64::from(u16::MAX);
+            assert!((ratio - wanted).abs() < 0.01, "pixel {pixel} at {t_ns} ns: {ratio:.4}, not {wanted:.4}");
             looked_at += 1;
         }
     }

@@ -130,7 +130,7 @@ fn print_pace(pace: &Pace) {
 fn tool_words(tool: &ToolFigures) -> String {
     let mut text = "\ntool\n".to_owned();
     if let Some(duty) = tool.duty {
-        let [least, most, mean] = [duty.least, duty.most, duty.mean].map(|share| share * 100.0);
+        let [least, most, mean] = [duty.least, duty.most, duty.mean].map(|ratio| ratio * 100.0);
         let name = if tool.laser { "laser shone" } else { "spindle on" };
         let times = format!("{} changes", tool.duty_changes);
         text +=

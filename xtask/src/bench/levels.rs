@@ -101,8 +101,8 @@ impl Line {
         let mut errors = Errors::default();
         for pixel in 0..self.pixels {
             let begin_ns = self.begin_ns(pixel).ok_or_else(|| format!("{} edges", self.edges.len()))?;
-            let share = f64::from(LEVELS_PERCENT[pixel % LEVELS_PERCENT.len()]) / 100.0;
-            let is_its = |change: &&OutputChange| change.output == "pwm" && (change.value - share).abs() < 1e-3;
+            let ratio = f64::from(LEVELS_PERCENT[pixel % LEVELS_PERCENT.len()]) / 100.0;
+            let is_its = |change: &&OutputChange| change.output == "pwm" && (change.value - ratio).abs() < 1e-3;
             let after = self.outputs.partition_point(|change| change.t_ns < begin_ns);
             let near = &self.outputs[after.saturating_sub(LEVELS_PERCENT.len())..];
             let distance_ns = |change: &OutputChange| change.t_ns - begin_ns;

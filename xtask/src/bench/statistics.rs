@@ -78,8 +78,8 @@ impl Errors {
     pub fn figures(&self) -> ErrorFigures {
         ErrorFigures {
             edges: self.count,
-            median_ns: self.share_within_ns(0.5),
-            p99_ns: self.share_within_ns(0.99),
+            median_ns: self.quantile_ns(0.5),
+            p99_ns: self.quantile_ns(0.99),
             max_ns: self.max_ns(),
             earliest_ns: self.earliest_ns,
             latest_ns: self.latest_ns,
@@ -91,9 +91,9 @@ impl Errors {
         self.latest_ns.max(-self.earliest_ns)
     }
 
-    /// The smallest whole number of ns within which the fraction `share` of the edges lies.
-    fn share_within_ns(&self, share: f64) -> f64 {
-        let wanted = (self.count as f64 * share).ceil() as u64;
+    /// The smallest whole number of ns within which that ratio of the edges lies.
+    fn quantile_ns(&self, ratio: f64) -> f64 {
+        let wanted = (self.count as f64 * ratio).ceil() as u64;
         let mut seen = 0;
         let within = (0..=REACH_NS).find(|&ns| {
             let below = if ns == 0 { 0 } else { self.bins[(REACH_NS - ns) as usize] };

@@ -160,8 +160,8 @@ fn script(rate_steps_s: u32, input: Input, stops: u32, random: &mut Rand32) -> S
     let far = machine.rapid([machine.steps_of(1.0); AXES]);
     let mut script = machine.set_up();
     for _ in 0..stops {
-        let share = f64::from(random.rand_float());
-        let wait_us = WINDOW_US.start + share * (WINDOW_US.end - WINDOW_US.start);
+        let ratio = f64::from(random.rand_float());
+        let wait_us = WINDOW_US.start + ratio * (WINDOW_US.end - WINDOW_US.start);
         let stop = input.commands().join("\n");
         write!(
             script,

@@ -10,7 +10,7 @@ pub struct Duties {
     least_duty: u16,
     full_duty: u16,
     /// Duty per level, times 65,536.
-    gain: u32,
+    duty_per_level: u32,
 }
 
 impl Duties {
@@ -19,8 +19,8 @@ impl Duties {
     #[must_use]
     pub fn new(least: Level, least_duty: u16, full_duty: u16) -> Self {
         let (duties, levels) = (full_duty.saturating_sub(least_duty), u16::MAX - least.of_65535());
-        let gain = (u32::from(duties) << 16).checked_div(levels.into()).unwrap_or(0);
-        Self { least, least_duty, full_duty, gain }
+        let duty_per_level = (u32::from(duties) << 16).checked_div(levels.into()).unwrap_or(0);
+        Self { least, least_duty, full_duty, duty_per_level }
     }
 
     /// The level that is made when `level` is asked for: zero, or the least level or more.
@@ -37,7 +37,7 @@ impl Duties {
             Level::FULL => self.full_duty,
             _ => {
                 let above = u64::from(level.of_65535().saturating_sub(self.least.of_65535()));
-                self.least_duty + ((above * u64::from(self.gain)) >> 16) as u16
+                self.least_duty + ((above * u64::from(self.duty_per_level)) >> 16) as u16
             }
         }
     }

@@ -60,27 +60,27 @@ impl OverTime {
         }
     }
 
-    /// The time t at which `slow` t + travel(t) is `way`.
-    pub(super) fn time(self, slow: f64, way: f64) -> f64 {
-        self.search(slow, way, 1e-8)
+    /// The time t at which `slow` t + travel(t) is `displacement`.
+    pub(super) fn time(self, slow: f64, displacement: f64) -> f64 {
+        self.search(slow, displacement, 1e-8)
     }
 
     /// That time or a little earlier; much faster to compute.
-    pub(super) fn time_before(self, slow: f64, way: f64) -> f64 {
+    pub(super) fn time_before(self, slow: f64, displacement: f64) -> f64 {
         // By Newton's method, the error is then within the square of the tolerance.
-        self.search(slow, way, 0.03) * 0.99
+        self.search(slow, displacement, 0.03) * 0.99
     }
 
-    fn search(self, slow: f64, way: f64, tolerance: f64) -> f64 {
+    fn search(self, slow: f64, displacement: f64, tolerance: f64) -> f64 {
         // While the jerk is that of the beginning, the travel is proportional to t³.
         let cube = match self {
-            Self::SCurve { ratio } => 6.0 * ratio * (1.0 - ratio) * way,
-            Self::Sine => 12.0 / (PI * PI) * way,
+            Self::SCurve { ratio } => 6.0 * ratio * (1.0 - ratio) * displacement,
+            Self::Sine => 12.0 / (PI * PI) * displacement,
         };
-        let from = rough_root(cube, 3).min(way / slow).min(1.0);
+        let from = rough_root(cube, 3).min(displacement / slow).min(1.0);
         rising_root((0.0, 1.0), from, tolerance, |t| {
             let At { travel, speed, .. } = self.at(t);
-            (slow * t + travel - way, slow + speed)
+            (slow * t + travel - displacement, slow + speed)
         })
     }
 }

@@ -83,29 +83,30 @@ impl Move {
     }
 
     /// The delta v² that is possible over its length at that acceleration, (mm/s)².
-    fn gain(&self, law: SpeedLaw, accel_mm_s2: f64) -> f64 {
-        let even = 2.0 * accel_mm_s2 * self.length_mm;
-        even / match law {
-            SpeedLaw::Trapezoid => 1.0,
-            SpeedLaw::SCurve => return self.s_curve_gain(accel_mm_s2),
-            // The steepest slope of half a wave.
-            SpeedLaw::Sine => core::f64::consts::FRAC_PI_2,
-            // The largest acceleration on a ramp from standstill, divided by v²/2x. v v' is u, 2 u³, (1 - cos πu) sin
-            // πu π/4.
-            SpeedLaw::Linear => 2.0,
-            SpeedLaw::Quadratic => 4.0,
-            SpeedLaw::Sinusoidal => 27f64.sqrt() * core::f64::consts::PI / 8.0,
-            // v'(0): K is 23.
-            SpeedLaw::Logarithmic => 23.0 / 24f64.ln(),
-            _ => unreachable!("there is no model of {law}"),
-        }
+    fn delta_v2(&self, law: SpeedLaw, accel_mm_s2: f64) -> f64 {
+        let trapezoid = 2.0 * accel_mm_s2 * self.length_mm;
+        trapezoid
+            / match law {
+                SpeedLaw::Trapezoid => 1.0,
+                SpeedLaw::SCurve => return self.s_curve_delta_v2(accel_mm_s2),
+                // The steepest slope of half a wave.
+                SpeedLaw::Sine => core::f64::consts::FRAC_PI_2,
+                // The largest acceleration on a ramp from standstill, divided by v²/2x. v v' is u, 2 u³, (1 - cos πu) sin
+                // πu π/4.
+                SpeedLaw::Linear => 2.0,
+                SpeedLaw::Quadratic => 4.0,
+                SpeedLaw::Sinusoidal => 27f64.sqrt() * core::f64::consts::PI / 8.0,
+                // v'(0): K is 23.
+                SpeedLaw::Logarithmic => 23.0 / 24f64.ln(),
+                _ => unreachable!("there is no model of {law}"),
+            }
     }
 
     /// The largest delta v² whose ramp fits the length at the highest possible mean speed, by bisection.
-    fn s_curve_gain(&self, accel_mm_s2: f64) -> f64 {
+    fn s_curve_delta_v2(&self, accel_mm_s2: f64) -> f64 {
         let mean_mm_s = self.request.feed_mm_s.map_or(self.top_mm_s, |feed_mm_s| (2.0 * feed_mm_s).min(self.top_mm_s));
-        let distance_mm = |gain: f64| {
-            let rise = gain / (2.0 * mean_mm_s);
+        let distance_mm = |delta_v2: f64| {
+            let rise = delta_v2 / (2.0 * mean_mm_s);
             let eased = accel_mm_s2 / self.jerk_mm_s3;
             let duration_s = if rise >= accel_mm_s2 * eased {
                 rise / accel_mm_s2 + eased
@@ -122,8 +123,8 @@ impl Move {
         low
     }
 
-    pub fn gains(&self, law: SpeedLaw) -> (f64, f64) {
-        (self.gain(law, self.accel_mm_s2), self.gain(law, self.decel_mm_s2))
+    pub fn deltas_v2(&self, law: SpeedLaw) -> (f64, f64) {
+        (self.delta_v2(law, self.accel_mm_s2), self.delta_v2(law, self.decel_mm_s2))
     }
 }
 
@@ -178,7 +179,7 @@ pub struct Ends {
 /// speed; if that is too fast for the next move, it stops.
 pub fn fastest(case: &Case, moves: &[Move], entry: Option<f64>) -> Vec<Ends> {
     let start = |index: usize| moves[index].start_mm_s * moves[index].start_mm_s;
-    let gains: Vec<(f64, f64)> = moves.iter().map(|one| one.gains(case.law)).collect();
+    let deltas_v2: Vec<(f64, f64)> = moves.iter().map(|one| one.deltas_v2(case.law)).collect();
     let cap = |index: usize| index.checked_sub(1).and_then(|before| cap(case, &moves[before], &moves[index]));
     let caps: Vec<Option<f64>> = (0..moves.len()).map(cap).collect();
     let mut all = vec![Ends::default(); moves.len()];
@@ -192,13 +193,13 @@ pub fn fastest(case: &Case, moves: &[Move], entry: Option<f64>) -> Vec<Ends> {
                     _ => start(index),
                 };
                 if is_forward {
-                    all[index].exit = exit.min(all[index].entry + gains[index].0);
+                    all[index].exit = exit.min(all[index].entry + deltas_v2[index].0);
                     if all[index].flows && index > 0 {
-                        all[index].entry = all[index].entry.min(all[index - 1].entry + gains[index - 1].0);
+                        all[index].entry = all[index].entry.min(all[index - 1].entry + deltas_v2[index - 1].0);
                     }
                     continue;
                 }
-                let most = exit + gains[index].1;
+                let most = exit + deltas_v2[index].1;
                 all[index] = match caps[index] {
                     Some(cap) if cap.min(most) >= start(index - 1) => Ends { entry: cap.min(most), exit, flows: true },
                     _ => Ends { entry: most.min(start(index)), exit, flows: false },

@@ -236,11 +236,11 @@ impl Random {
 
     /// A line of which a link has dropped, doubled or changed bytes.
     fn spoilt(&mut self, lines: &mut Lines) -> Vec<u8> {
-        let way = self.below(3);
+        let damage = self.below(3);
         let mut spoilt = Vec::new();
         for byte in lines.next(self).bytes() {
             let hit = self.one_in(5);
-            match way {
+            match damage {
                 0 if hit => {}
                 1 if hit => spoilt.extend([byte, byte]),
                 2 if hit => spoilt.push(byte ^ 1 << self.below(8)),

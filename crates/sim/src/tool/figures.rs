@@ -75,12 +75,12 @@ impl ToolFigures {
 
 impl DutyFigures {
     fn of(spells: &[Spell]) -> Option<Self> {
-        let shares = || spells.iter().map(|spell| spell.share);
+        let duty_ratios = || spells.iter().map(|spell| spell.duty_ratio);
         let whole_s: f64 = spells.iter().map(Spell::span_s).sum();
         Some(Self {
-            least: shares().reduce(f64::min)?,
-            most: shares().reduce(f64::max)?,
-            mean: spells.iter().map(|spell| spell.share * spell.span_s()).sum::<f64>() / whole_s,
+            least: duty_ratios().reduce(f64::min)?,
+            most: duty_ratios().reduce(f64::max)?,
+            mean: spells.iter().map(|spell| spell.duty_ratio * spell.span_s()).sum::<f64>() / whole_s,
         })
     }
 }

@@ -10,7 +10,7 @@ pub struct Spell {
     /// When it ends.
     pub end_ns: u64,
     /// Duty of the PWM output, from 0 to 1.
-    pub share: f64,
+    pub duty_ratio: f64,
 }
 
 impl Spell {
@@ -22,23 +22,23 @@ impl Spell {
 
 /// When the spindle was enabled or a laser on, up to `end_ns`. The spells are in order, and none is empty.
 pub fn of_spindle(changes: &[ToolChange], is_laser: bool, end_ns: u64) -> Vec<Spell> {
-    let (mut share, mut enabled) = (0.0, false);
-    let works = |share: f64, enabled: bool| enabled && (share > 0.0 || !is_laser);
+    let (mut duty_ratio, mut enabled) = (0.0, false);
+    let works = |duty_ratio: f64, enabled: bool| enabled && (duty_ratio > 0.0 || !is_laser);
     let mut spells = Vec::new();
     let mut begin_ns = 0;
     for change in changes {
-        if works(share, enabled) {
-            add(&mut spells, Spell { begin_ns, end_ns: change.t_ns, share });
+        if works(duty_ratio, enabled) {
+            add(&mut spells, Spell { begin_ns, end_ns: change.t_ns, duty_ratio });
         }
         begin_ns = change.t_ns;
         match change.output {
-            ToolOutput::Pwm => share = change.share(),
+            ToolOutput::Pwm => duty_ratio = change.duty_ratio(),
             ToolOutput::Enable => enabled = change.duty > 0,
             _ => {}
         }
     }
-    if works(share, enabled) {
-        add(&mut spells, Spell { begin_ns, end_ns, share });
+    if works(duty_ratio, enabled) {
+        add(&mut spells, Spell { begin_ns, end_ns, duty_ratio });
     }
     spells
 }
@@ -47,7 +47,9 @@ pub fn of_spindle(changes: &[ToolChange], is_laser: bool, end_ns: u64) -> Vec<Sp
 fn add(spells: &mut Vec<Spell>, spell: Spell) {
     match spells.last_mut() {
         _ if spell.begin_ns >= spell.end_ns => {}
-        Some(last) if last.end_ns == spell.begin_ns && last.share == spell.share => last.end_ns = spell.end_ns,
+        Some(last) if last.end_ns == spell.begin_ns && last.duty_ratio == spell.duty_ratio => {
+            last.end_ns = spell.end_ns
+        }
         _ => spells.push(spell),
     }
 }
@@ -84,7 +86,7 @@ mod tests {
 
     fn spans(is_laser: bool) -> Vec<(u64, u64, f64)> {
         let spells = of_spindle(&changes(), is_laser, 9_000);
-        spells.iter().map(|spell| (spell.begin_ns, spell.end_ns, spell.share)).collect()
+        spells.iter().map(|spell| (spell.begin_ns, spell.end_ns, spell.duty_ratio)).collect()
     }
 
     #[test]

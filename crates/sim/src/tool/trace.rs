@@ -25,7 +25,7 @@ pub fn write(changes: &[ToolChange], out: impl io::Write) -> io::Result<()> {
 fn value(change: ToolChange) -> String {
     match change.output {
         // The shortest text of the rounded value, without digits that are not significant.
-        ToolOutput::Pwm => ((change.share() * PARTS).round() / PARTS).to_string(),
+        ToolOutput::Pwm => ((change.duty_ratio() * PARTS).round() / PARTS).to_string(),
         _ => u8::from(change.duty > 0).to_string(),
     }
 }
@@ -55,9 +55,9 @@ mod tests {
         let mut reader = csv::Reader::from_reader(&out[..]);
         let read = reader.deserialize().map(|row| row.unwrap());
         let back: Vec<ToolChange> = read
-            .map(|(t_ns, name, share): (u64, String, f64)| {
+            .map(|(t_ns, name, duty_ratio): (u64, String, f64)| {
                 let output = ToolOutput::ALL.into_iter().find(|output| output.to_string() == name).unwrap();
-                change(t_ns, output, (share * f64::from(u16::MAX)).round() as u16)
+                change(t_ns, output, (duty_ratio * f64::from(u16::MAX)).round() as u16)
             })
             .collect();
         assert_eq!(back, changes);

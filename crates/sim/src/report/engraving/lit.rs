@@ -19,7 +19,7 @@ pub fn places(outcome: &Outcome, spells: &[Spell], take: &mut impl FnMut([i32; 2
         while let Some(spell) = spells.peek() {
             let (begin_ns, end_ns) = (spell.begin_ns.max(since_ns), spell.end_ns.min(until_ns));
             if begin_ns < end_ns {
-                take(steps, (end_ns - begin_ns) as f64 * 1e-9 * spell.share);
+                take(steps, (end_ns - begin_ns) as f64 * 1e-9 * spell.duty_ratio);
             }
             if spell.end_ns > until_ns {
                 break;

@@ -50,23 +50,23 @@ impl Sheet {
     /// Adds a dose around a position. It decreases linearly from the centre of the spot to its edge in both directions.
     pub fn add(&mut self, place_mm: [f64; 2], dose: f64) {
         let [(left, columns), (low, rows)] =
-            [0, 1].map(|at| self.shares((place_mm[at] - self.corner_mm[at]) / self.pixel_mm));
-        for (row, share) in (low..self.height).zip(rows) {
+            [0, 1].map(|at| self.ratios((place_mm[at] - self.corner_mm[at]) / self.pixel_mm));
+        for (row, ratio) in (low..self.height).zip(rows) {
             let pixels = &mut self.doses[row * self.width..][..self.width];
             for (pixel, column) in pixels.iter_mut().skip(left).zip(columns) {
-                *pixel += (dose * share * column) as f32;
+                *pixel += (dose * ratio * column) as f32;
             }
         }
     }
 
     /// The first pixel that a spot with this centre covers, and the fractions of the dose for it and the pixels after
     /// it; their sum is 1.
-    fn shares(&self, middle: f64) -> (usize, [f64; LIT_MAX]) {
+    fn ratios(&self, middle: f64) -> (usize, [f64; LIT_MAX]) {
         let first = (middle - self.spot).floor() + 1.0;
-        let shares: [f64; LIT_MAX] =
+        let ratios: [f64; LIT_MAX] =
             std::array::from_fn(|index| (self.spot - (first + index as f64 - middle).abs()).max(0.0));
-        let whole: f64 = shares.iter().sum();
-        (first as usize, shares.map(|share| share / whole))
+        let whole: f64 = ratios.iter().sum();
+        (first as usize, ratios.map(|ratio| ratio / whole))
     }
 
     /// The 99th percentile of the dose of all pixels with a dose.
