@@ -45,7 +45,23 @@ const ONE_BITS: u64 = 0x3ff0_0000_0000_0000;
 
 #[cfg(test)]
 mod tests {
-    use super::rough_root;
+    use core::cell::Cell;
+
+    use super::{rising_root, rough_root};
+
+    /// Newton's method doubles the digits, and it ends when they are found.
+    #[test]
+    fn a_zero_is_found_in_few_iterations() {
+        for (wanted, from) in [(0.001, 1.0), (2.0, 1.0), (3.0, 3.0), (9.0, 10.0)] {
+            let evaluations = Cell::new(0);
+            let zero = rising_root((0.0, 10.0), from, 1e-8, |x| {
+                evaluations.set(evaluations.get() + 1);
+                (x * x - wanted * wanted, 2.0 * x)
+            });
+            assert!((zero / wanted - 1.0).abs() < 1e-14, "{zero}, not {wanted}");
+            assert!(evaluations.get() <= 16, "{wanted}: {} evaluations", evaluations.get());
+        }
+    }
 
     #[test]
     fn rough_roots_are_rough() {

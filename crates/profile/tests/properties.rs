@@ -108,6 +108,7 @@ proptest! {
             prop_assert_eq!(ticks.first(), Some(&segment.first_ticks()));
             prop_assert_eq!(ticks.last(), Some(&segment.last_ticks()));
             let differences: Vec<u32> = ticks.windows(2).map(|pair| (pair[1] - pair[0]) as u32).collect();
+            prop_assert_eq!(segment.intervals().len(), differences.len());
             prop_assert_eq!(&segment.intervals().collect::<Vec<_>>(), &differences);
             // Rounding makes an interval a tick longer at most.
             let shortest = differences.iter().min();
