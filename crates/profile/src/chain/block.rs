@@ -13,9 +13,6 @@ use crate::sync::{PlanError, longest, path_speed};
 /// A square of this many units has a resolution better than 1e-7 of it.
 const FINE: Square = 1 << 24;
 
-/// Speeds that differ by a smaller fraction than this differ by rounding only.
-const SAME: f64 = 1e-7;
-
 /// One move.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Block<const N: usize> {
@@ -136,8 +133,7 @@ impl<const N: usize> Block<N> {
         }
         self.nominal_steps_s = steps_s;
         self.nominal = config.scale.of_speed(mm_s);
-        let start = config.scale.of_speed(self.limits.start_speed_steps_s * self.mm_per_step);
-        self.start = start.min(self.nominal);
+        self.start = self.stops_from(config).min(self.nominal);
     }
 
     /// Computes the largest delta v² over its last `steps` (of the longest axis).
@@ -178,20 +174,25 @@ impl<const N: usize> Block<N> {
         (self.corner, self.flows) = (None, false);
     }
 
-    /// Begins after a block that ends at the squared speed `exit`, and that could have stopped from `start`. This block
-    /// begins at that speed or from rest.
-    pub(super) fn begin_after(&mut self, exit: Square, start: Square, config: &ChainConfig<N>) {
-        if self.flows && exit <= self.entry {
+    /// The square of the speed from which it can stop, whatever the overrides are.
+    pub(super) fn stops_from(&self, config: &ChainConfig<N>) -> Square {
+        config.scale.of_speed(self.limits.start_speed_steps_s * self.mm_per_step)
+    }
+
+    /// Begins after a block that ends at the squared speed `exit`, and that can stop from `stops_from`. This block begins
+    /// at that speed or from rest.
+    pub(super) fn begin_after(&mut self, exit: Square, stops_from: Square) {
+        if self.flows && exit <= self.entry + (self.entry >> 24) {
             self.entry = exit;
-        } else if (self.flows || exit > start)
-            && let Some(corner) = self.corner
-        {
-            // The block before could not brake to the entry speed that is wanted now. Usually its end speed is still
-            // within the corner's speed and this block's top speed, apart from rounding. It can be above them if a stop
-            // was planned here before the overrides changed.
-            let is_allowed = self.speed_steps_s(exit, config) <= self.limits.top_speed_steps_s * (1.0 + SAME);
-            self.flows = is_allowed && exit <= corner + (corner >> 24);
-            self.entry = if self.flows { exit } else { self.start };
+            return;
+        }
+        // Otherwise the overrides have changed, and the block before could not brake to what is wanted now. If it can
+        // stop from its end speed, it does, because what follows may not have room to brake from there. If it cannot,
+        // this block was to begin at that speed or faster before the change, so that it may.
+        if exit > stops_from && self.corner.is_some() {
+            (self.flows, self.entry) = (true, exit);
+        } else {
+            (self.flows, self.entry) = (false, self.entry.min(self.start));
         }
     }
 

@@ -104,7 +104,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
 
     /// Goes on to the next block, at the squared speed `exit`.
     fn end_block(&mut self, exit: Square) {
-        let Some(start) = self.blocks.get(0).map(|first| first.start) else { return };
+        let Some(stops_from) = self.blocks.get(0).map(|first| first.stops_from(&self.config)) else { return };
         let is_expected = self.blocks.get(1).is_some_and(|next| next.flows && next.entry == exit);
         if !is_expected {
             self.pass();
@@ -115,7 +115,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         self.settled = self.settled.saturating_sub(1);
         let Some(next) = self.blocks.get_mut(0) else { return };
         let expected = next.entry;
-        next.begin_after(exit, start, &self.config);
+        next.begin_after(exit, stops_from);
         let is_expected = next.entry == expected;
         if next.flows {
             self.settled = self.settled.max(1);

@@ -126,6 +126,30 @@ fn a_move_that_is_not_to_stop_any_more_flows_into_none_that_is_slower() {
     }
 }
 
+/// As before, but nothing can brake: the jerk is too low. The second move may stop from 180 steps/s, and the first one
+/// arrives at 200, from which it may stop too.
+#[test]
+fn a_move_that_can_stop_does_not_flow_into_one_that_could_not() {
+    let slow = |start| Limits { jerk_steps_s3: 1.0, ..limits(start, 1e3, 1e4) };
+    let axes = [slow(300.0), slow(60.0), slow(60.0)];
+    let config = ChainConfig::new(axes, [0.04; AXES], 0.1, IntervalLaw::Fastest, SpeedLaw::SCurve);
+    for override_ratio in [1.0, 0.3] {
+        let mut chain = Chain::<AXES, 4>::new(config);
+        let feed = |steps, tag| Request { feed_mm_s: Some(8.0), ..request(steps, tag) };
+        chain.push(feed([20, 0, 0], 0)).unwrap();
+        chain.push(feed([30, 10, 0], 1)).unwrap();
+        chain.advance(0.05).unwrap();
+        chain.override_speed(override_ratio, 1.0);
+        let first = chain.advance(f64::INFINITY).unwrap();
+        assert!(first.tag == 0 && first.plan.profile.exit_speed_steps_s() > 190.0);
+        let last = chain.advance(f64::INFINITY).unwrap();
+        let wanted_steps_s = if override_ratio == 1.0 { 180.0 } else { 60.0 };
+        let exit_steps_s = last.plan.profile.exit_speed_steps_s();
+        assert!((exit_steps_s / wanted_steps_s - 1.0).abs() < 0.06, "{exit_steps_s} steps/s");
+        assert_eq!(chain.advance(f64::INFINITY), None);
+    }
+}
+
 #[test]
 fn a_hold_brakes_and_a_start_goes_on() {
     let mut chain = straight(2, 1_000);
