@@ -274,9 +274,12 @@ impl<'a> Follower<'a> {
             for k in early.chain(late) {
                 let t_s = chunk.plan.step_time_s(axis, k);
                 prop_assert!(t_s > self.made_s[axis], "axis {axis} step {k}: {t_s} after {}", self.made_s[axis]);
+                let slack_s = slack_s + rest_slack_s(chunk, one, axis, k);
                 prop_assert!(
                     t_s >= self.at_s - slack_s && t_s <= chunk.until_s + slack_s,
-                    "axis {axis} step {k}: {t_s}"
+                    "axis {axis} step {k} at {t_s} s is not within {} to {} s, by {slack_s}",
+                    self.at_s,
+                    chunk.until_s
                 );
                 self.made_s[axis] = t_s;
             }
@@ -284,6 +287,20 @@ impl<'a> Follower<'a> {
         }
         Ok(())
     }
+}
+
+/// A step that is nearer to an end of its plan than `NEAREST_STEPS` counts as being so far from it. If the plan is at rest
+/// there, that takes so long.
+fn rest_slack_s(chunk: &Chunk<AXES>, one: &Move, axis: usize, k: u32) -> f64 {
+    let stride = one.distance_steps / f64::from(one.request.steps[axis].unsigned_abs());
+    let (place_steps, nearest_steps) = ((f64::from(k) - 0.5) * stride, 1e-6 * stride);
+    let ends = [chunk.plan.begin_steps(), chunk.plan.end_steps()];
+    if ends.iter().all(|end| (place_steps - end).abs() > nearest_steps) {
+        return 0.0;
+    }
+    let profile = &chunk.plan.profile;
+    let from_end = profile.duration_s() - profile.time_at(profile.distance_steps() - nearest_steps);
+    profile.time_at(nearest_steps).max(from_end)
 }
 
 fn begin_s(part: &SyncMove<AXES>) -> f64 {
