@@ -83,3 +83,31 @@ fn what_has_a_deadline_is_in_ram() {
         HANDLERS.into_iter().filter(|name| !["DMA_IRQ_1", "PIO0_IRQ_1"].contains(name)).collect();
     check("ISOSTEP_TIMER_PORT_ELF", &made_by_task);
 }
+
+/// Whether `name` has the parts of the pattern between its stars, in this order.
+fn fits(pattern: &str, mut name: &str) -> bool {
+    pattern.split('*').all(|part| {
+        let found = name.split_once(part);
+        found.into_iter().for_each(|(_, rest)| name = rest);
+        found.is_some()
+    })
+}
+
+/// A function that was given another name would go to another place without a word, and make each line of a program
+/// slower.
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn what_the_linker_script_names_exists() {
+    let script = include_str!("../../../boards/rp2040-gantry/memory.x");
+    let bytes = fs::read(env::var_os("ISOSTEP_ELF").expect("run these by `cargo xtask test`")).unwrap();
+    let elf = object::File::parse(&*bytes).unwrap();
+    let names: Vec<_> = elf.symbols().filter_map(|symbol| symbol.name().ok().map(str::to_owned)).collect();
+    let words = script.split(|end: char| end.is_whitespace() || "()".contains(end));
+    // Patterns with a class of characters are of many modules.
+    let patterns: Vec<_> =
+        words.filter_map(|word| word.strip_prefix(".text.")).filter(|word| !word.contains('[')).collect();
+    assert!(patterns.len() > 10, "{patterns:?}");
+    for pattern in patterns {
+        assert!(names.iter().any(|name| fits(pattern, name)), "memory.x: no function fits `{pattern}`");
+    }
+}
