@@ -7,7 +7,7 @@ use crate::profile::{Profile, ProfileError};
 use crate::root::sqrt;
 
 /// The search for the cruise speed of a law over displacement ends with a step of this size, as a fraction of the rise
-/// over the faster end. Their cruise is slower than the optimum by 1e-5 at most.
+/// over the faster end. The cruise found is slower than the optimum by 1e-5 at most.
 const THIRDS_TOLERANCE: f64 = 6e-3;
 
 impl Ends {
