@@ -150,6 +150,36 @@ fn a_move_that_can_stop_does_not_flow_into_one_that_could_not() {
     }
 }
 
+/// An override makes another plan for what is left of a move, unless less than a millionth of a step is left.
+#[test]
+fn what_is_nothing_is_not_planned_again() {
+    for (left_steps, wanted) in [(1e-3, ChunkKind::Replan), (5e-7, ChunkKind::Continuation)] {
+        let mut chain = straight(2, 1_000);
+        // A ramp of 0.1 s and 50 steps, then 1,000 steps/s.
+        let first = chain.advance(1.05 - left_steps / 1e3).unwrap();
+        assert!((1_000.0 - first.until_steps - left_steps).abs() < 1e-9, "{}", first.until_steps);
+        chain.override_speed(0.5, 0.5);
+        assert_eq!(chain.advance(f64::INFINITY).unwrap().kind, wanted, "{left_steps} steps left");
+    }
+}
+
+/// A plan is as fast as it can be until it slows down. A move that comes meanwhile counts from there.
+#[test]
+fn a_move_that_comes_later_counts_from_where_the_plan_slows_down() {
+    for law in SpeedLaw::ALL {
+        let config = ChainConfig::new([limits(10.0, 1e3, 1e4); AXES], [0.01; AXES], 0.01, IntervalLaw::Fastest, law);
+        let mut chain = Chain::<AXES, 4>::new(config);
+        chain.push(request([2_000, 0, 0], 0)).unwrap();
+        let begun = chain.advance(0.5).unwrap();
+        chain.push(request([2_000, 0, 0], 1)).unwrap();
+        let fast = chain.advance(f64::INFINITY).unwrap();
+        assert_eq!((fast.kind, fast.plan), (ChunkKind::Continuation, begun.plan), "{law}");
+        let rest = chain.advance(f64::INFINITY).unwrap();
+        assert_eq!(rest.kind, ChunkKind::Replan, "{law}");
+        assert!((rest.plan.profile.exit_speed_steps_s() - 1e3).abs() < 1e-3, "{law}");
+    }
+}
+
 #[test]
 fn a_hold_brakes_and_a_start_goes_on() {
     let mut chain = straight(2, 1_000);
