@@ -244,7 +244,11 @@ impl<'a> Follower<'a> {
             prop_assert!(!has_jerk || jerk <= limits.jerk_steps_s3 * LIMIT_SLACK, "{jerk} steps/s3");
             let brakes = -accel >= limits.decel_steps_s2 * (1.0 - SAME);
             // A chunk of no length contains only rounding errors.
-            let is_short = chunk.until_s - self.at_s <= 1e-9 * self.at_s || profile.distance_steps() < 1e-4;
+            // So does one of less than `NOTHING_STEPS`, for which no other plan is made.
+            let is_nothing = |last: Chunk<AXES>| last.tag == chunk.tag && chunk.until_steps - last.until_steps <= 1e-6;
+            let is_short = chunk.until_s - self.at_s <= 1e-9 * self.at_s
+                || profile.distance_steps() < 1e-4
+                || self.last.is_some_and(is_nothing);
             if is_trapezoid && self.is_held && !is_short {
                 prop_assert!(brakes, "held, {speed} steps/s, {accel} steps/s2");
             }
