@@ -152,8 +152,8 @@ pub fn corner(case: &Case, before: &Move, after: &Move) -> Option<f64> {
             accel_steps_s2.min(decel_steps_s2) * case.mm_per_step[axis] * length / across[axis].abs()
         })
         .fold(f64::INFINITY, f64::min);
-    // 1 - sine, in a form that does not cancel.
-    let rest = (1.0 + cosine) / 2.0 / (1.0 + sine);
+    // 1 - sine, in a form that does not cancel: (1 + cosine)/2 is the square of half the length.
+    let rest = length * length / 4.0 / (1.0 + sine);
     Some(accel_mm_s2 * case.deviation_mm * sine / rest)
 }
 
