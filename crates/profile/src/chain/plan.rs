@@ -104,11 +104,14 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
 
     /// Goes on to the next block, at the squared speed `exit`.
     fn end_block(&mut self, exit: Square) {
-        let Some(stops_from) = self.blocks.get(0).map(|first| first.stops_from(&self.config)) else { return };
         let is_expected = self.blocks.get(1).is_some_and(|next| next.flows && next.entry == exit);
-        if !is_expected {
+        let stops_from = if is_expected {
+            // Nothing depends on it.
+            0
+        } else {
             self.pass();
-        }
+            self.blocks.get(0).map_or(0, |first| first.stops_from(&self.config))
+        };
         self.blocks.pop();
         (self.place_steps, self.plan.is_made) = (0.0, false);
         self.passed = self.passed.saturating_sub(1);
