@@ -28,3 +28,18 @@ impl SmallAccel {
         fixed(time_s * self.tick_hz, self.point.into()) as u64
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::SmallAccel;
+
+    /// A cruise of 100 steps/s, whose first half step is longer or shorter, as behind a replan.
+    #[test]
+    fn a_time_counts_from_the_place_where_the_ramp_begins() {
+        for more in [-0.5, 0.0, 0.3] {
+            let cruise =
+                SmallAccel { slow_steps_s: 100.0, accel_steps_s2: 0.0, half_step: 0.5, more, tick_hz: 1e6, point: 0 };
+            assert_eq!([1, 3].map(|half_steps| cruise.time(half_steps)), [1.0, 3.0].map(|n| ((n + more) * 5e3) as u64));
+        }
+    }
+}
