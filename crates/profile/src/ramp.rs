@@ -421,3 +421,25 @@ pub(crate) fn constant_accel_time_s(steps: f64, speed_steps_s: f64, accel_steps_
     let end = sqrt(speed_steps_s * speed_steps_s + 2.0 * accel_steps_s2 * steps);
     2.0 * steps / (speed_steps_s + end)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Bounds;
+    use crate::law::SpeedLaw;
+
+    /// By these laws the peak of a short move is solved and not searched.
+    #[test]
+    fn lengths_of_some_laws_are_quadratics() {
+        for law in SpeedLaw::ALL {
+            let bounds = Bounds::new(law, 2e4, 1e6);
+            let quadratic = bounds.quadratic_length();
+            assert_eq!(quadratic.is_some(), matches!(law.name(), "sine" | "linear" | "quadratic"), "{law}");
+            let Some((constant, square)) = quadratic else { continue };
+            for (slow, rise) in [(0.0, 1e3), (1.0, 1e5), (1e4, 10.0)] {
+                let wanted = constant * rise * (slow + square * rise) / 2e4;
+                let (length, _) = bounds.length(slow, rise);
+                assert!((length / wanted - 1.0).abs() < 1e-12, "{law}, from {slow} up by {rise}: {length}");
+            }
+        }
+    }
+}

@@ -285,3 +285,15 @@ fn segments_are_few() {
     assert_eq!(count(8_750, limits_of(2_400.0, 2_500.0), 125_000_000), 841);
     assert_eq!(count(8_750, limits_of(2_400.0, 2_500.0), 1_000_000), 264);
 }
+
+/// The same by each law that is built in, at both tick rates.
+#[test]
+fn segments_of_curves_are_few() {
+    let limits = Limits { start_speed_steps_s: 1e3, jerk_steps_s3: 1e6, ..limits_of(5e4, 1e5) };
+    let counts = SpeedLaw::ALL.map(|law| {
+        let plan = SyncMove::plan([40_000], &[limits], IntervalLaw::Fastest, law, None).unwrap();
+        RATES_HZ.map(|tick_hz| plan.segments(0, tick_hz).count())
+    });
+    let wanted = [[303, 803], [444, 961], [484, 1202], [574, 2484], [553, 2814], [619, 2485], [445, 1114]];
+    assert_eq!(counts[..], wanted[..counts.len()], "{:?}", SpeedLaw::ALL);
+}

@@ -100,3 +100,31 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Chain;
+    use crate::chain::{ChainConfig, Request};
+    use crate::{IntervalLaw, Limits, SpeedLaw};
+
+    /// A pass looks at no block again whose entry is final. Otherwise the time for a move would grow with the moves that
+    /// wait before it.
+    #[test]
+    fn what_accelerates_all_the_way_is_settled() {
+        let limits = Limits {
+            start_speed_steps_s: 0.0,
+            top_speed_steps_s: 1e5,
+            accel_steps_s2: 1e4,
+            decel_steps_s2: 1e4,
+            jerk_steps_s3: f64::INFINITY,
+        };
+        let config = ChainConfig::new([limits], [0.01], 0.01, IntervalLaw::Fastest, SpeedLaw::Trapezoid);
+        let mut chain = Chain::<1, 8>::new(config);
+        // Seven short moves, and a long one in which all of their speed can be lost.
+        for steps in [10, 10, 10, 10, 10, 10, 10, 10_000] {
+            chain.push(Request { steps: [steps], feed_mm_s: None, stops: false, tag: 0 }).unwrap();
+        }
+        chain.pass();
+        assert_eq!(chain.settled, 8);
+    }
+}

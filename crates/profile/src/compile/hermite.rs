@@ -91,3 +91,23 @@ fn derivatives((state, jerk_steps_s3): End, steps: f64) -> [f64; 3] {
     let bend = slope * per_speed * state.accel_steps_s2;
     [slope, -slope * bend, slope * (3.0 * bend * bend - slope * slope * per_speed * jerk_steps_s3)]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::derivatives;
+    use crate::ramp::State;
+
+    /// The motion x = t³, whose time is the cube root of x, in spans of 2 steps.
+    #[test]
+    fn derivatives_are_those_of_a_cube_root() {
+        for x in [0.5, 1.0, 8.0, 1e6] {
+            let t = f64::cbrt(x);
+            let state = State { t_s: t, steps: x, speed_steps_s: 3.0 * t * t, accel_steps_s2: 6.0 * t };
+            let [first, second, third] = derivatives((&state, 6.0), 2.0);
+            let is_near = |value: f64, wanted: f64| (value / wanted - 1.0).abs() < 1e-12;
+            assert!(is_near(first, 2.0 * t / (3.0 * x)), "{first} at {x}");
+            assert!(is_near(second, -4.0 * 2.0 * t / (9.0 * x * x)), "{second} at {x}");
+            assert!(is_near(third, 8.0 * 10.0 * t / (27.0 * x * x * x)), "{third} at {x}");
+        }
+    }
+}

@@ -113,3 +113,32 @@ impl Ends {
         Self { entry_steps_s: entry.min(speed_steps_s), exit_steps_s: exit.min(speed_steps_s), ..*self }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Ends;
+    use crate::law::SpeedLaw;
+    use crate::limits::Limits;
+
+    /// A search takes the fewer evaluations the nearer it begins to its end. By the logarithmic law, whose evaluations
+    /// take the longest, it begins within 13 %, however fast the ends are.
+    #[test]
+    fn a_search_begins_near_its_end() {
+        let limits = Limits {
+            start_speed_steps_s: 0.0,
+            top_speed_steps_s: 1e9,
+            accel_steps_s2: 1e4,
+            decel_steps_s2: 1e4,
+            jerk_steps_s3: 1e7,
+        };
+        for law in SpeedLaw::ALL {
+            let factor_max = if law == SpeedLaw::Logarithmic { 1.13 } else { 4.5 };
+            for slow in [0.1, 1.0, 10.0, 100.0, 1e3, 1e4] {
+                let ends = Ends::new(10_000.0, slow, slow, &limits, law);
+                let near = ends.accel.speed_rise_near(slow, ends.highest_of_thirds() - slow);
+                let ratio = near / ends.speed_rise_by_thirds();
+                assert!((1.0 / factor_max..=factor_max).contains(&ratio), "{law}, from {slow}: {ratio}");
+            }
+        }
+    }
+}

@@ -72,16 +72,20 @@ impl OverTime {
     }
 
     fn search(self, slow: f64, displacement: f64, tolerance: f64) -> f64 {
+        rising_root((0.0, 1.0), self.time_near(slow, displacement), tolerance, |t| {
+            let At { travel, speed, .. } = self.at(t);
+            (slow * t + travel - displacement, slow + speed)
+        })
+    }
+
+    /// Roughly that time. A search begins with it.
+    fn time_near(self, slow: f64, displacement: f64) -> f64 {
         // While the jerk is that of the beginning, the travel is proportional to t³.
         let cube = match self {
             Self::SCurve { ratio } => 6.0 * ratio * (1.0 - ratio) * displacement,
             Self::Sine => 12.0 / (PI * PI) * displacement,
         };
-        let from = rough_root(cube, 3).min(displacement / slow).min(1.0);
-        rising_root((0.0, 1.0), from, tolerance, |t| {
-            let At { travel, speed, .. } = self.at(t);
-            (slow * t + travel - displacement, slow + speed)
-        })
+        rough_root(cube, 3).min(displacement / slow).min(1.0)
     }
 }
 
@@ -126,3 +130,22 @@ const SERIES_END: f64 = 0.25;
 /// 1/(4 5), 1/(6 7) and so on. At the end of the series' range, the first term left out is 2^-57 of the sum.
 const SERIES_FACTORS: [f64; 7] =
     [1.0 / 20.0, 1.0 / 42.0, 1.0 / 72.0, 1.0 / 110.0, 1.0 / 156.0, 1.0 / 210.0, 1.0 / 272.0];
+
+#[cfg(test)]
+mod tests {
+    use super::OverTime;
+
+    /// A search takes the fewer evaluations the nearer it begins to its end.
+    #[test]
+    fn a_search_begins_near_its_end() {
+        for law in [OverTime::Sine, OverTime::SCurve { ratio: 0.5 }] {
+            for slow in [0.0, 1e-3, 0.1, 1.0, 10.0] {
+                for k in 1..100 {
+                    let t = f64::from(k) / 100.0;
+                    let ratio = law.time_near(slow, slow * t + law.at(t).travel) / t;
+                    assert!((0.87..=1.5).contains(&ratio), "{law:?}, from {slow}, at {t}: {ratio}");
+                }
+            }
+        }
+    }
+}

@@ -46,6 +46,18 @@ fn a_full_chain_refuses_and_changes_nothing() {
     assert!((ends[3].1 - 0.5).abs() < 1e-9);
 }
 
+/// Whatever a move's length is, a move that only accelerates has no cruise, not even for a rounding.
+#[test]
+fn a_move_that_only_accelerates_has_no_cruise() {
+    for steps in 1..200 {
+        let mut chain = straight(4, steps);
+        let first = chain.advance(f64::INFINITY).unwrap().plan.profile;
+        let is_fast = first.exit_speed_steps_s() == 1e3;
+        assert!(is_fast || first.t_cruise_s() + first.t_decel_s() == 0.0, "{steps} steps: {first:?}");
+        assert!(is_fast || first.accel_end_steps() == first.distance_steps(), "{steps} steps: {first:?}");
+    }
+}
+
 #[test]
 fn what_cannot_be_planned_is_refused() {
     let slow = |law, start| {

@@ -119,9 +119,10 @@ impl<'a> Follower<'a> {
             ChunkKind::Replan | ChunkKind::Continuation => self.goes_on(&chunk)?,
         };
         prop_assert!(chunk.until_s >= self.at_s && chunk.until_steps >= from_steps, "{} {}", self.at_s, from_steps);
-        prop_assert!(
-            (chunk.plan.place_at(chunk.until_s) - chunk.until_steps).abs() <= 1e-6 + 1e-12 * chunk.until_steps
-        );
+        // Days after the last rest, what an instant is rounded by is a distance at high speed.
+        let rounding_steps = f64::EPSILON * chunk.until_s * end_speed(&chunk);
+        let off_steps = (chunk.plan.place_at(chunk.until_s) - chunk.until_steps).abs();
+        prop_assert!(off_steps <= 1e-6 + 1e-12 * chunk.until_steps + rounding_steps, "{off_steps} steps off");
         prop_assert!(chunk.until_steps <= one.distance_steps + 1e-5);
         if chunk.kind != ChunkKind::Continuation {
             self.could_be_planned(&chunk, &one)?;
