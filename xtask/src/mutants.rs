@@ -16,6 +16,8 @@ use crate::{tools, workspace};
 const CARGO_MUTANTS: &str = "27.1.0";
 /// Exit codes of cargo-mutants when it has completed its work: no findings, missed mutants, timeouts.
 const DONE: [i32; 3] = [0, 2, 3];
+/// Time limit for compiling a mutant and the tests, s. A mutant of a constant function may never end.
+const BUILD_TIMEOUT_S: u32 = 600;
 
 /// Change the code in small ways, one at a time, and see whether the tests notice
 #[derive(clap::Args)]
@@ -242,7 +244,7 @@ impl Tool {
         let mut command = self.command();
         compiles_into(&mut command, &target);
         command.args(["--no-shuffle", "--cap-lints=true", "--colors=never", "--output"]).arg(&output);
-        command.args(["--timeout", &suite.timeout_s.to_string()]);
+        command.args(["--timeout", &suite.timeout_s.to_string(), "--build-timeout", &BUILD_TIMEOUT_S.to_string()]);
         command.args(suite.packages.iter().map(|package| format!("--test-package={package}")));
         command.args(suite.choice().iter().map(|choice| format!("--cargo-arg={choice}")));
         command.args(names.iter().map(|name| format!("--re=^{}$", escaped(name))));
