@@ -75,7 +75,9 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
     pub(super) fn hand_out(&mut self, until_s: f64) -> Option<Chunk<N>> {
         let (block, plan) = (self.blocks.get(0)?, &mut self.plan);
         let is_end = until_s >= plan.end_s;
-        let until_steps = if is_end { plan.sync_move.end_steps() } else { plan.sync_move.place_at(until_s) };
+        let end_steps = plan.sync_move.end_steps();
+        // Just before its end, rounding may take the place beyond it.
+        let until_steps = if is_end { end_steps } else { plan.sync_move.place_at(until_s).min(end_steps) };
         let Block { mm_per_step, asked_steps_s, request: Request { tag, .. }, .. } = *block;
         let chunk =
             Chunk { plan: plan.sync_move, until_steps, until_s, mm_per_step, asked_steps_s, tag, kind: plan.kind };
