@@ -122,6 +122,7 @@ impl Board {
         let figures = fs::read(figures).unwrap_or_else(|error| panic!("{error}: {}", text(&output.stderr)));
         let figures = serde_json::from_slice(&figures).expect("JSON");
         self.assert_deadlines_need_no_flash(&figures);
+        self.assert_no_alarm_is_late(&figures["late_alarms"]);
         let edges = compare::read(fs::File::open(trace).expect("the run's trace")).expect("a step trace");
         let outputs = fs::read_to_string(outputs).expect("the run's outputs");
         let outputs = outputs.lines().skip(1).map(OutputChange::read).collect();
@@ -139,6 +140,12 @@ impl Board {
         for place in handlers.into_iter().flatten().chain(["flash_in_critical_sections"]) {
             self.assert_none(place, &figures[place]);
         }
+    }
+
+    /// Checks that the timer's alarm was never left set for an instant that had passed, because nothing would wake the
+    /// tasks that wait for it.
+    fn assert_no_alarm_is_late(&self, late: &Value) {
+        assert_eq!(late["count"], 0, "{}: alarms were set too late: {late}", self.folder.display());
     }
 
     fn assert_none(&self, place: &str, tally: &Value) {

@@ -21,6 +21,7 @@ mod pins;
 mod pio_port;
 mod priority;
 mod reset_listener;
+mod time_driver;
 #[cfg(feature = "timer-port")]
 mod timer_port;
 mod tool;
@@ -48,6 +49,7 @@ async fn main(spawner: Spawner) {
 
     vectors::move_to_ram();
     let board = Board::new(embassy_rp::init(Default::default()));
+    time_driver::start();
     let restart = Cause::of_last_restart();
     if let Some(cause) = restart {
         defmt::warn!("restarted by the watchdog: {}", cause);

@@ -65,6 +65,12 @@ pub fn start_step_executor() -> SendSpawner {
     STEPS.start(interrupt::SWI_IRQ_3)
 }
 
+/// Enables the interrupt of the time driver.
+pub fn enable_timer() {
+    // SAFETY: its handler exists, and no code relies on this interrupt being masked.
+    unsafe { interrupt::TIMER_IRQ_0.enable() }
+}
+
 /// Enables the interrupt that the guard needs.
 pub fn enable_guard() {
     // SAFETY: its handler exists, and no code relies on this interrupt being masked.

@@ -6,6 +6,7 @@ import { DeadlineWatch } from './deadline-watch.mjs';
 import { enterHardFault } from './fault.mjs';
 import { eraseUnder } from './flash-file.mjs';
 import { Gantry } from './gantry.mjs';
+import { LateAlarms } from './late-alarms.mjs';
 import { boot } from './second-stage.mjs';
 import { UartCable } from './uart-cable.mjs';
 import { UsbHost } from './usb-host.mjs';
@@ -48,6 +49,7 @@ export class Board {
     this.missFactor = options.missFactor === undefined ? 1 : options.missFactor;
     this.flashCounts = new FlashCounts();
     this.watch = new DeadlineWatch(this.clock);
+    this.lateAlarms = new LateAlarms();
     this.#build();
     if (kept !== null) this.flash.bytes.set(kept);
     eraseUnder(this.flash.bytes, segments);
@@ -165,7 +167,7 @@ export class Board {
       onUartByte: (byte) => this.cable.received?.(byte),
       onWarning: (text) => this.warnings.add(text),
     };
-    Object.assign(this, buildChip(this.clock, listeners, { missFactor: this.missFactor, counts: this.flashCounts, watch: this.watch }));
+    Object.assign(this, buildChip(this.clock, listeners, { missFactor: this.missFactor, counts: this.flashCounts, watch: this.watch, lateAlarms: this.lateAlarms }));
   }
 
   #start() {

@@ -4,6 +4,7 @@ import { DeadlineWatch } from './deadline-watch.mjs';
 import { Dma } from './dma.mjs';
 import { Fault, FetchFault } from './fault.mjs';
 import { Flash, FLASH_START, hiddenFlash, isFlash } from './flash.mjs';
+import { LateAlarms } from './late-alarms.mjs';
 import { Lockstep } from './lockstep.mjs';
 import { PadInputs } from './pad-inputs.mjs';
 import { PioBlock } from './pio/block.mjs';
@@ -29,10 +30,11 @@ const [IRQ_PIO0, IRQ_PIO1] = [7, 9];
  * @param {import('./clock.mjs').MachineClock} clock
  * @param {{onWatchdog: (reason: number) => void, onUartByte: (byte: number) => void, onWarning: (text: string) => void}} board
  *   what the chip tells the board
- * @param {{missFactor?: number | null, counts?: FlashCounts, watch?: DeadlineWatch}} flashOptions what a miss of flash's cache
- *   costs, times the reckoned cycles; where its accesses are counted, and who watches those that matter
+ * @param {{missFactor?: number | null, counts?: FlashCounts, watch?: DeadlineWatch, lateAlarms?: LateAlarms}} options what a miss of flash's cache
+ *   costs, times the reckoned cycles; where its accesses are counted, and who watches those that matter; where the timer's
+ *   alarms are counted that were set too late
  */
-export function buildChip(clock, board, { missFactor = 1, counts = new FlashCounts(), watch = new DeadlineWatch(clock) } = {}) {
+export function buildChip(clock, board, { missFactor = 1, counts = new FlashCounts(), watch = new DeadlineWatch(clock), lateAlarms = new LateAlarms() } = {}) {
   const powerUpCycle = clock.core.cycles;
   const chip = new RP2040(clock);
   chip.logger = quietLogger(board.onWarning);
@@ -45,7 +47,7 @@ export function buildChip(clock, board, { missFactor = 1, counts = new FlashCoun
   chip.onBreak = (code) => {
     throw new Fault(`a breakpoint or an undefined instruction (number ${code})`);
   };
-  const timer = new ExactTimer(chip, 'TIMER');
+  const timer = new ExactTimer(chip, 'TIMER', lateAlarms);
   const watchdog = new Watchdog(chip, 'WATCHDOG', board.onWatchdog);
   const cache = new XipCache(clock, counts, missFactor);
   const flash = new Flash(chip, cache);

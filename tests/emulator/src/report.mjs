@@ -18,6 +18,7 @@ export function summary(board, console, error) {
     core: coreSummary(clock),
     flash_cache: cacheSummary(board),
     ...board.watch.summary(),
+    late_alarms: board.lateAlarms.summary(),
     moving: {
       time_ns: moving.cycles * NANOS_PER_CYCLE,
       edges: moving.edges,
@@ -89,6 +90,7 @@ export function readable(result) {
     `Core         ${(core.load * 100).toFixed(1)} % awake; while moving ${(moving.load * 100).toFixed(1)} %`,
     cacheLine(result.flash_cache, core),
     ...urgentLines(result),
+    ...lateAlarmLines(result.late_alarms),
     `Cycles       ${Math.round(moving.interrupt_cycles_per_edge)} a step in interrupts, ${Math.round(moving.awake_cycles_per_edge)} with planning and console`,
     ...result.stops.slice(0, SHOWN).map(stopLine),
     ...(result.stops.length > SHOWN ? [slowestStopLine(result.stops)] : []),
@@ -116,6 +118,11 @@ function urgentLines(result) {
     urgentLine('Masked    ', result.flash_in_critical_sections, result.flash_in_critical_sections_data),
     ...(pc === null ? [] : [`             for ${longest} cycles at most, from pc ${pc}`]),
   ];
+}
+
+function lateAlarmLines({ count, longest_us: longest, first_t_ns: first }) {
+  if (count === 0) return [];
+  return [`Timer        ${count} alarms set when their time had passed, the first at ${(first / 1e9).toFixed(6)} s; tasks slept ${longest.toFixed(1)} us too long`];
 }
 
 function urgentLine(name, code, data) {

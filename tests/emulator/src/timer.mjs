@@ -1,5 +1,6 @@
 import { BasePeripheral } from 'rp2040js';
 import { CYCLES_PER_MICRO } from './clock.mjs';
+import { LateAlarms } from './late-alarms.mjs';
 
 const [TIMEHR, TIMELR, ALARM0, ALARM3, ARMED] = [0x08, 0x0c, 0x10, 0x1c, 0x20];
 const [TIMERAWH, TIMERAWL, INTR, INTE, INTF, INTS] = [0x24, 0x28, 0x34, 0x38, 0x3c, 0x40];
@@ -11,8 +12,12 @@ const TWO_TO_32 = 2 ** 32;
  * of the time becomes its target. rp2040js's own truncates the delay and fires up to 1 us early.
  */
 export class ExactTimer extends BasePeripheral {
-  constructor(chip, name) {
+  /** @param {LateAlarms} late counts the alarms that were set too late */
+  constructor(chip, name, late = new LateAlarms()) {
     super(chip, name);
+    this.late = late;
+    /** The cycle at which each alarm was set, if its target had passed by then. */
+    this.lateSince = new Array(ALARMS).fill(null);
     this.clock = chip.clock;
     this.startCycle = chip.clock.cycles;
     this.latchedHigh = 0;
@@ -61,7 +66,7 @@ export class ExactTimer extends BasePeripheral {
     if (offset >= ALARM0 && offset <= ALARM3) return this.#arm((offset - ALARM0) / 4, value);
     switch (offset) {
       case ARMED:
-        this.alarms.forEach((alarm, index) => this.rawWriteValue & (1 << index) && alarm.cancel());
+        this.alarms.forEach((_, index) => this.rawWriteValue & (1 << index) && this.#disarm(index));
         return;
       case INTR:
         this.raised &= ~this.rawWriteValue;
@@ -78,10 +83,18 @@ export class ExactTimer extends BasePeripheral {
 
   /** Arms an alarm. As on the chip, a target that is now or has just passed is reached again only after 2^32 us. */
   #arm(index, target) {
+    this.#disarm(index);
     this.targets[index] = target;
     const now = this.micros;
+    if (LateAlarms.isLate(target, now)) this.lateSince[index] = this.clock.cycles;
     const wait = (target - now) >>> 0 || TWO_TO_32;
     this.alarms[index].scheduleAt(this.startCycle + (now + wait) * CYCLES_PER_MICRO);
+  }
+
+  #disarm(index) {
+    this.alarms[index].cancel();
+    if (this.lateSince[index] !== null) this.late.replaced(this.lateSince[index], this.clock.cycles);
+    this.lateSince[index] = null;
   }
 
   #fire(index) {

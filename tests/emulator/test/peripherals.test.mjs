@@ -1,6 +1,7 @@
 import assert from 'node:assert/strict';
 import test from 'node:test';
 import { MachineClock } from '../src/clock.mjs';
+import { LateAlarms } from '../src/late-alarms.mjs';
 import { ExactTimer } from '../src/timer.mjs';
 import { Uart } from '../src/uart.mjs';
 import { bulkEndpoints } from '../src/usb-descriptors.mjs';
@@ -44,6 +45,24 @@ test('an alarm for a time that has passed waits for the counter to come round', 
   assert.equal(on.clock.next, (2 ** 32 + 9) * 125);
   write(timer, 0x20, 1);
   assert.equal(on.clock.next, Infinity);
+});
+
+test('an alarm that was set too late counts until it is set again, unless that is soon', () => {
+  const on = chip();
+  const late = new LateAlarms();
+  const timer = new ExactTimer(on, 'TIMER', late);
+  const setAt = (micros, target) => {
+    runTo(on.clock, micros * 125);
+    write(timer, 0x10, target);
+  };
+  setAt(10, 2 ** 32 - 1);
+  setAt(40, 50);
+  setAt(60, 60);
+  assert.equal(late.summary().count, 0);
+  setAt(160, 159);
+  assert.deepEqual(late.summary(), { count: 1, longest_us: 100, first_t_ns: 60_000 });
+  setAt(165, 300);
+  assert.equal(late.summary().count, 1);
 });
 
 test('the watchdog bites when it is not fed, at two counts a microsecond', () => {

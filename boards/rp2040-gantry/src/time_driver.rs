@@ -1,0 +1,83 @@
+//! The time driver: the first alarm of the chip's timer wakes each task when its time comes.
+//!
+//! # Why not that of embassy-rp
+//! The alarm fires in the microsecond of its target, and not when that has passed. In its interrupt, embassy-rp 0.10 may set
+//! the alarm again without a look at the clock afterwards. If the target's microsecond begins in between, the alarm is
+//! lost, and no task wakes until one sets an alarm for another reason (embassy's issue 6528). With `TimerPort` on the
+//! emulated board, a step came 0.1 ms late by that. Here the clock is read after every write to the alarm.
+//!
+//! # Deadline
+//! The interrupt has the highest priority, and takes 1 us and another for each task that it wakes. What delays it delays
+//! every task that waits for its time.
+
+use core::cell::RefCell;
+use core::task::Waker;
+
+use embassy_rp::interrupt;
+use embassy_rp::pac::TIMER;
+use embassy_sync::blocking_mutex::CriticalSectionMutex;
+use embassy_time_driver::{Driver, time_driver_impl};
+use embassy_time_queue_utils::Queue;
+
+use crate::priority;
+
+const ALARM: usize = 0;
+
+time_driver_impl!(static DRIVER: TimeDriver = TimeDriver { queue: CriticalSectionMutex::new(RefCell::new(Queue::new())) });
+
+struct TimeDriver {
+    queue: CriticalSectionMutex<RefCell<Queue>>,
+}
+
+/// Lets the alarm interrupt. What it was set for before is not lost.
+pub fn start() {
+    TIMER.inte().modify(|enabled| enabled.set_alarm(ALARM, true));
+    priority::enable_timer();
+}
+
+impl Driver for TimeDriver {
+    /// The time since power-up, us.
+    fn now(&self) -> u64 {
+        let mut upper = TIMER.timerawh().read();
+        loop {
+            let lower = TIMER.timerawl().read();
+            // If the lower word has come round in between, it belongs to either upper word.
+            let after = TIMER.timerawh().read();
+            if after == upper {
+                return u64::from(upper) << 32 | u64::from(lower);
+            }
+            upper = after;
+        }
+    }
+
+    fn schedule_wake(&self, at: u64, waker: &Waker) {
+        self.queue.lock(|queue| {
+            let queue = &mut *queue.borrow_mut();
+            if queue.schedule_wake(at, waker) {
+                self.wake_due(queue);
+            }
+        });
+    }
+}
+
+impl TimeDriver {
+    /// Wakes the tasks whose time has come, and sets the alarm for the next one.
+    fn wake_due(&self, queue: &mut Queue) {
+        loop {
+            let next = queue.next_expiration(self.now());
+            // The alarm compares the lower words only. If it fires an hour early, no task is due, and it is set again.
+            TIMER.alarm(ALARM).write_value(next as u32);
+            if self.now() < next {
+                return;
+            }
+        }
+    }
+}
+
+#[interrupt]
+fn TIMER_IRQ_0() {
+    DRIVER.queue.lock(|queue| {
+        TIMER.intr().write(|raised| raised.set_alarm(ALARM, true));
+        DRIVER.wake_due(&mut queue.borrow_mut());
+    });
+}
