@@ -7,8 +7,8 @@
 //! emulated board, a step came 0.1 ms late by that. Here the clock is read after every write to the alarm.
 //!
 //! # Deadline
-//! The interrupt has the highest priority, and takes 1 us and another for each task that it wakes. What delays it delays
-//! every task that waits for its time.
+//! The interrupt has the highest priority, and takes some microseconds. What delays it delays every task that waits for its
+//! time; a task never misses its time for good.
 
 use core::cell::RefCell;
 use core::task::Waker;
