@@ -6,7 +6,7 @@
 //! are in its FIFO. All axes of a run wait at one gate in this state, and begin on the cycle on which it opens.
 //!
 //! # Deadline
-//! A block must be written before the previous one has been sent: 256 us at 1,000,000 steps/s. If it is late, the state
+//! A block must be written before the previous one has been sent: 384 us at 1,000,000 steps/s. If it is late, the state
 //! machine runs out of words and halts by itself before its next edge. That is a fault ([`PortFault::Underrun`]), never
 //! a stretched interval.
 //!
@@ -269,7 +269,8 @@ impl<'a> ActiveRun<'a> {
         if let Some(interval) = segment.interval_min_ticks() {
             self.check(interval)?;
         }
-        self.note_pace(segment);
+        let last_ticks = segment.last_ticks();
+        self.note_pace(segment.steps(), last_ticks);
         self.await_room().await?;
         self.port.stream.room()[0].store(word, Ordering::Relaxed);
         self.wrote_steps(direction, 1);
@@ -279,7 +280,7 @@ impl<'a> ActiveRun<'a> {
             let wrote = intervals.fill(self.port.stream.room(), bias);
             self.wrote_steps(direction, wrote);
         }
-        self.last_ticks = segment.last_ticks();
+        self.last_ticks = last_ticks;
         // An estimate of the time that the open block lasts, which is accurate enough for this decision.
         if u64::from(self.port.stream.filled()) * u64::from(wait) >= BLOCK_SPAN_TICKS {
             self.port.stream.hand_over();
@@ -287,11 +288,12 @@ impl<'a> ActiveRun<'a> {
         Ok(())
     }
 
-    fn note_pace(&mut self, segment: &Segment) {
-        let lasts_ticks = segment.last_ticks().wrapping_sub(self.last_ticks);
-        let is_quick = lasts_ticks < QUICK_TICKS * u64::from(segment.steps());
+    /// Notes how fast the next `steps` steps are, which end at `last_ticks`.
+    fn note_pace(&mut self, steps: u32, last_ticks: u64) {
+        let lasts_ticks = last_ticks.wrapping_sub(self.last_ticks);
+        let is_quick = lasts_ticks < QUICK_TICKS * u64::from(steps);
         self.is_quick = is_quick && self.quick_words >= IN_FLIGHT_MAX_WORDS;
-        self.quick_words = if is_quick { self.quick_words.saturating_add(segment.steps()) } else { 0 };
+        self.quick_words = if is_quick { self.quick_words.saturating_add(steps) } else { 0 };
     }
 
     fn wrote_steps(&mut self, direction: Direction, words: usize) {
