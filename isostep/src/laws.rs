@@ -19,8 +19,8 @@ pub struct Laws {
     /// How a move's time is split into its intervals: $900 [default: fastest]
     #[arg(long, value_parser = ["fastest", "thirds"])]
     law: Option<String>,
-    /// How speed changes on a ramp: $940; those over displacement (linear, quadratic, sinusoidal, logarithmic) set a start
-    /// speed of 120 mm/min too, $910-$912 [default: trapezoid]
+    /// How speed changes on a ramp: $940; those over displacement (linear, quadratic, sinusoidal, logarithmic) set a
+    /// start speed of 120 mm/min too, $910-$912 [default: trapezoid]
     #[arg(long, value_name = "NAME", value_parser = speed_laws())]
     speed_law: Option<SpeedLaw>,
 }

@@ -2,10 +2,10 @@
 //! `isostep-motion` and `isostep-controller`. The same tasks run in the simulator.
 //!
 //! # Design
-//! Three executors share the core, and a fourth with the timer port. Two run in interrupts: that of the limit switches and the emergency stop, and below
-//! it that of the three axes. The third runs in thread mode: the coordinator, which plans ahead of the axes, the
-//! consoles, the LED and the watchdog. `priority` says what may delay what, `fail_still` what happens when the firmware
-//! cannot continue.
+//! Three executors share the core, and a fourth with the timer port. Two run in interrupts: that of the limit switches
+//! and the emergency stop, and below it that of the three axes. The third runs in thread mode: the coordinator, which
+//! plans ahead of the axes, the consoles, the LED and the watchdog. `priority` says what may delay what, `fail_still`
+//! what happens when the firmware cannot continue.
 #![no_std]
 #![no_main]
 

@@ -2,8 +2,8 @@
 //!
 //! A [`Controller`] holds the settings and the program's modal state; [`Controller::serve`] runs one console (USB, a
 //! UART, the simulator's link) against the [`Machine`](isostep_motion::Machine). Several consoles may be served at
-//! once: each has its own lines and replies, and they share one machine, one modal state and one set of settings, which a
-//! [`Store`] keeps in flash.
+//! once: each has its own lines and replies, and they share one machine, one modal state and one set of settings, which
+//! a [`Store`] keeps in flash.
 #![no_std]
 #![forbid(unsafe_code)]
 

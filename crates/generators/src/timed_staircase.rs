@@ -5,8 +5,8 @@ use super::{PreloadTimer, Staircase, StaircaseError, Tread};
 /// The index of the deceleration's last interval, which makes up for lost steps.
 const LAST_TREAD: usize = 40;
 
-/// A [`Staircase`] as a PIC18F4550 makes it (Forero 2023, sections 3.2 and 4). TMR0 interrupts after every interval. TMR1
-/// interrupts after every half period of STEP and toggles it. Both begin at a preload that is cut down to a whole
+/// A [`Staircase`] as a PIC18F4550 makes it (Forero 2023, sections 3.2 and 4). TMR0 interrupts after every interval.
+/// TMR1 interrupts after every half period of STEP and toggles it. Both begin at a preload that is cut down to a whole
 /// number (eq 14), so every half period is up to a count of 2 us too long, and steps are missing at the end of each
 /// interval. "The last interval is used to correct the steps that may have been lost."
 ///

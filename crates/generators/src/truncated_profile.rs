@@ -14,9 +14,9 @@ const RAMP_FROM_STEPS: u32 = 20;
 /// number.
 const ROUNDING: f64 = 1e-12;
 
-/// A move as Fonseca-Campos's program makes it (section II.B, steps 4 and 5): STEP is high for half a period and low for
-/// half a period, and each half is cut down to whole microseconds. So a period is an even number of microseconds, up to
-/// 2 us short, and the whole move runs ahead of its law.
+/// A move as Fonseca-Campos's program makes it (section II.B, steps 4 and 5): STEP is high for half a period and low
+/// for half a period, and each half is cut down to whole microseconds. So a period is an even number of microseconds,
+/// up to 2 us short, and the whole move runs ahead of its law.
 ///
 /// A move of fewer than 20 steps has no ramps: all its periods are tau_max.
 ///

@@ -13,8 +13,8 @@ fn on_timers(steps: u32, reload_ticks: u32) -> TimedStaircase {
     TimedStaircase::plan(Staircase::plan(steps, 4.5).unwrap(), reload_ticks).unwrap()
 }
 
-/// By hand, eq 7: V_c = 20000/9 = 2222.2 steps/s; eq 11: A_i = 25 i; eq 10: 2 * 25 * 190 = 9500 steps on the ramps, so the
-/// cruise has 10,500 and lasts 10,500/2222.2 = 4.725 s.
+/// By hand, eq 7: V_c = 20000/9 = 2222.2 steps/s; eq 11: A_i = 25 i; eq 10: 2 * 25 * 190 = 9500 steps on the ramps, so
+/// the cruise has 10,500 and lasts 10,500/2222.2 = 4.725 s.
 #[test]
 fn the_ideal_staircase_makes_every_step() {
     let plan = paper();
@@ -45,8 +45,8 @@ fn speed_and_position_are_the_treads() {
     }
 }
 
-/// The paper: "preloads of 9 286" for 0.225 s on TMR0. By hand, TMR1 at V_c/20 = 111.1 steps/s: half a period is 4.5 ms,
-/// 2250 counts of 2 us, 65536 - 2250 = 63286; at V_c, 112.5 counts: 65423.5, cut down to 65423, 113 counts.
+/// The paper: "preloads of 9 286" for 0.225 s on TMR0. By hand, TMR1 at V_c/20 = 111.1 steps/s: half a period is 4.5
+/// ms, 2250 counts of 2 us, 65536 - 2250 = 63286; at V_c, 112.5 counts: 65423.5, cut down to 65423, 113 counts.
 #[test]
 fn preloads_by_hand() {
     assert_eq!(PreloadTimer::TMR0.exact_preload(0.225), 9_286.0);

@@ -60,8 +60,8 @@ pub enum Alarm {
     },
     /// The emergency stop was pressed.
     EmergencyStop,
-    /// A step was too late to be emitted: the processor was held up, or the driver could not take it so soon after the one
-    /// before.
+    /// A step was too late to be emitted: the processor was held up, or the driver could not take it so soon after the
+    /// one before.
     LateStep {
         /// Whose step.
         axis: Axis,

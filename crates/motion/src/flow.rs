@@ -54,8 +54,8 @@ where
         (result, self.taken)
     }
 
-    /// Moves by signed `steps` for homing and returns when every axis has answered. A halt is not an error here: homing halts
-    /// on purpose.
+    /// Moves by signed `steps` for homing and returns when every axis has answered. A halt is not an error here: homing
+    /// halts on purpose.
     pub(crate) async fn travel(&mut self, steps: [i32; AXES], feed_mm_s: f64) -> Result<Finish, Alarm> {
         self.begin_chain(Purpose::Homing);
         self.push(steps, Some(feed_mm_s), true, 0)?;

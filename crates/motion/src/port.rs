@@ -49,7 +49,8 @@ pub struct DriverTiming {
 }
 
 impl DriverTiming {
-    /// TI DRV8825 datasheet (SLVSA73F), timing requirements: t_WH = t_WL = 1.9 us, f_STEP = 250 kHz, t_SU = t_H = 650 ns.
+    /// TI DRV8825 datasheet (SLVSA73F), timing requirements: t_WH = t_WL = 1.9 us, f_STEP = 250 kHz, t_SU = t_H = 650
+    /// ns.
     pub const DRV8825: Self = Self { step_high_ns: 1_900, step_low_ns: 1_900, period_ns: 4_000, setup_ns: 650 };
 
     /// Trinamic TMC2209 datasheet, STEP/DIR interface timing: STEP is high and low for 100 ns each (the input filter's

@@ -102,8 +102,8 @@ pub trait ToolPort {
     /// that the wake-up takes.
     fn lead(&self) -> Duration;
 
-    /// Sets the duty of the PWM output, of 65,535. With `new_period` a new period begins with it now; otherwise the present
-    /// period ends first.
+    /// Sets the duty of the PWM output, of 65,535. With `new_period` a new period begins with it now; otherwise the
+    /// present period ends first.
     fn set_duty(&mut self, duty: u16, new_period: bool);
 }
 

@@ -18,8 +18,8 @@
 //! a ramp is computed in floats (`small_accel`).
 //!
 //! Where the acceleration changes, the instants follow polynomials of the seventh degree, each over many segments
-//! (`shared_spans`, `spans`). A few float operations a span derive the polynomial from the law itself (`hermite`); the instants are
-//! computed from it in fixed point (`curve`).
+//! (`shared_spans`, `spans`). A few float operations a span derive the polynomial from the law itself (`hermite`); the
+//! instants are computed from it in fixed point (`curve`).
 //!
 //! # Segments
 //! A quadratic through the steps 0, n/2 and n of a ramp deviates between them by t''' (n/2)³/(9 √3) at most, where t'''

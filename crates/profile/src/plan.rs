@@ -143,8 +143,8 @@ impl Ends {
         }
     }
 
-    /// Stoychitch 2018, eqs 1-8, with separate entry and exit speeds. The triangle's peak v follows from (v² - v_entry²)/2a +
-    /// (v² - v_exit²)/2d = s.
+    /// Stoychitch 2018, eqs 1-8, with separate entry and exit speeds. The triangle's peak v follows from (v² -
+    /// v_entry²)/2a + (v² - v_exit²)/2d = s.
     fn fastest_trapezoid(&self) -> Profile {
         let (a, d) = (self.accel.accel_steps_s2, self.decel.accel_steps_s2);
         let (entry, exit) = (self.entry_steps_s, self.exit_steps_s);

@@ -1,7 +1,7 @@
 //! The profile of a move: accelerate, cruise, decelerate.
 //!
-//! Both ramps follow one [`SpeedLaw`]. A short move has no cruise. Entry and exit speeds are parameters: in Stoychitch 2018
-//! both equal the start speed v_s, in Forero 2023 both are zero.
+//! Both ramps follow one [`SpeedLaw`]. A short move has no cruise. Entry and exit speeds are parameters: in Stoychitch
+//! 2018 both equal the start speed v_s, in Forero 2023 both are zero.
 
 use core::fmt;
 
@@ -57,7 +57,8 @@ pub enum ProfileError {
     },
 }
 
-/// Steps of each phase. A step belongs to the phase in which its instant lies (Stoychitch 2018, eqs 5 and 8: N_a, N_v, N_d).
+/// Steps of each phase. A step belongs to the phase in which its instant lies (Stoychitch 2018, eqs 5 and 8: N_a, N_v,
+/// N_d).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StepCounts {
     /// Steps that leave while accelerating.

@@ -34,8 +34,8 @@ enum Shape {
     OverDisplacement(OverDisplacement, Built),
 }
 
-/// What only a ramp over displacement has. Without these laws it has no value, so there is no such ramp, and the compiler
-/// leaves out all code for it.
+/// What only a ramp over displacement has. Without these laws it has no value, so there is no such ramp, and the
+/// compiler leaves out all code for it.
 #[cfg(feature = "paper-laws")]
 type Built = ();
 #[cfg(feature = "paper-laws")]

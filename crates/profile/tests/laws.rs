@@ -47,8 +47,8 @@ fn close(name: &str, got: f64, wanted: f64, tolerance: f64) {
 /// - Sinusoidal: a = (300 - 200 c) sqrt(1 - c²) 200 pi/L with c = cos pi u is most where 400 c² - 300 c - 200 = 0:
 ///   c = -0.4253905, 385.07811 * 0.9050099 = 348.49949, L = 348.49949 * 200 pi/2000 = 109.484345;
 ///   t = L/sqrt(300² - 200²) = 0.4896289 s.
-/// - Logarithmic: with s = ln(1 + 23 u) and q = ln(24)/4 = 0.7945135, a = 400²/L 23/ln² 24 (q + s) exp(-s) is most where
-///   s = 1 - q: L = 80 * 23/10.100026 * exp(-0.2054865) = 148.338422; its time is left to the quadrature.
+/// - Logarithmic: with s = ln(1 + 23 u) and q = ln(24)/4 = 0.7945135, a = 400²/L 23/ln² 24 (q + s) exp(-s) is most
+///   where s = 1 - q: L = 80 * 23/10.100026 * exp(-0.2054865) = 148.338422; its time is left to the quadrature.
 #[test]
 fn ramps_by_hand() {
     let by_hand = [
@@ -98,8 +98,8 @@ fn speeds_midway_by_hand() {
     }
 }
 
-/// By hand, both ramps at 2,000 steps/s² from 100 to 300 steps/s and back: linear 2 * 300 * 200/2000 = 60 steps, quadratic
-/// twice that, sine 2 * 200 * pi/2 * 200/2000 = 20 pi; S-curve 2 * 200 (200/2000 + 2000/20000) = 80.
+/// By hand, both ramps at 2,000 steps/s² from 100 to 300 steps/s and back: linear 2 * 300 * 200/2000 = 60 steps,
+/// quadratic twice that, sine 2 * 200 * pi/2 * 200/2000 = 20 pi; S-curve 2 * 200 (200/2000 + 2000/20000) = 80.
 #[test]
 fn short_moves_peak_where_the_ramps_meet() {
     let limits = Limits { decel_steps_s2: ACCEL, ..LIMITS };

@@ -19,7 +19,8 @@ fn stoychitch_2018_limits(steps_per_rad: f64) -> Limits {
     }
 }
 
-/// Stoychitch 2018, appendix: K = 4096 steps/rev, one revolution, v_s = 0.5 rad/s, v_M = 2 rad/s, a_M = 2 rad/s², m = 2.
+/// Stoychitch 2018, appendix: K = 4096 steps/rev, one revolution, v_s = 0.5 rad/s, v_M = 2 rad/s, a_M = 2 rad/s², m =
+/// 2.
 ///
 /// By hand, eq 4: T = -0.75 + sqrt(0.5625 + 6 pi) = 3.656 s, t_a = 1.219 s, v = 2.937 rad/s > v_M: a trapezoid.
 /// t_a = 1.5/2 = 0.75 s, t_d = m t_a = 1.5 s; eq 6: s_ad = 0.5 * 2.25 + 2 * 2.25²/6 = 2.8125 rad;
@@ -81,7 +82,8 @@ fn forero_2023_has_three_equal_intervals_and_loses_no_step() {
     }
 }
 
-/// Forero 2023, eq 5: at f_max itself the shortest t1 is 20000/(2 * 2400) = 4.1667 s, if the acceleration is high enough.
+/// Forero 2023, eq 5: at f_max itself the shortest t1 is 20000/(2 * 2400) = 4.1667 s, if the acceleration is high
+/// enough.
 #[test]
 fn forero_2023_shortest_interval_is_bound_by_the_top_speed() {
     let limits = Limits {

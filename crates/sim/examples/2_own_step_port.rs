@@ -1,7 +1,8 @@
 //! A step port of your own: it makes the edges of one axis, here as lines of text.
 //!
-//! A board implements `StepPort` with its timers and pins. `cargo test -p isostep-tests --test step_port` shows what each port has
-//! to keep to; the ports of this project are `TimerPort`, the RP2040's `PioPort` and the simulator's `SimPort`.
+//! A board implements `StepPort` with its timers and pins. `cargo test -p isostep-tests --test step_port` shows what
+//! each port has to keep to; the ports of this project are `TimerPort`, the RP2040's `PioPort` and the simulator's
+//! `SimPort`.
 //!
 //! Run it with `cargo run -p isostep-sim --example 2_own_step_port`.
 

@@ -1,7 +1,8 @@
-//! A grey gradient as a laser engraves it: rows of pixels of 0.1 mm at 200 mm/s, from nothing on the left to full power on the
-//! right. Each row begins and ends with a dark run-up in which the carriage comes to its speed.
+//! A grey gradient as a laser engraves it: rows of pixels of 0.1 mm at 200 mm/s, from nothing on the left to full power
+//! on the right. Each row begins and ends with a dark run-up in which the carriage comes to its speed.
 //!
-//! `cargo run -q -p isostep-sim --example gradient -- 100 > gradient.nc` writes 100 rows, to be made in laser mode (`$32=1`).
+//! `cargo run -q -p isostep-sim --example gradient -- 100 > gradient.nc` writes 100 rows, to be made in laser mode
+//! (`$32=1`).
 
 use std::io::{self, BufWriter, Write};
 

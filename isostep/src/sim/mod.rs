@@ -63,8 +63,8 @@ pub struct Args {
     /// Write every STEP edge as CSV: t_ns,axis,direction,position_steps
     #[arg(long, value_name = "OUT.csv")]
     trace: Option<PathBuf>,
-    /// Write every change of the tool's outputs as CSV: t_ns,output,value (pwm as a duty from 0 to 1, enable, direction, flood and
-    /// mist as 0 or 1)
+    /// Write every change of the tool's outputs as CSV: t_ns,output,value (pwm as a duty from 0 to 1, enable,
+    /// direction, flood and mist as 0 or 1)
     #[arg(long, value_name = "OUT.csv")]
     outputs: Option<PathBuf>,
     /// Write every wire's waveform, and those of the tool's outputs, as a Value Change Dump
@@ -85,23 +85,24 @@ pub struct Args {
     /// A faulty limit switch: X, Y or Z = stuck-open or stuck-closed
     #[arg(long, value_name = "AXIS=FAULT", value_parser = switch)]
     switch: Vec<(usize, SwitchFault)>,
-    /// What goes wrong, and when, any number of times: WHAT@SECONDS, or WHAT@SECONDS+SECONDS for what ends again, where WHAT is
-    /// e-stop, limit:X, broken:X, chatter:X, stall:X, hold, start, probe, starve or deaf. Such as limit:X@1.5+0.2
+    /// What goes wrong, and when, any number of times: WHAT@SECONDS, or WHAT@SECONDS+SECONDS for what ends again, where
+    /// WHAT is e-stop, limit:X, broken:X, chatter:X, stall:X, hold, start, probe, starve or deaf. Such as
+    /// limit:X@1.5+0.2
     #[arg(long, value_name = "WHAT@S+S")]
     fault: Vec<Fault>,
-    /// A plate that the probe touches: an axis, the plate's place in mm above that axis's limit switch, and the side on which it
-    /// is touched, there and beyond: below (nearer to the switch) or above. Such as Z,12.5,below
+    /// A plate that the probe touches: an axis, the plate's place in mm above that axis's limit switch, and the side on
+    /// which it is touched, there and beyond: below (nearer to the switch) or above. Such as Z,12.5,below
     #[arg(long, value_name = "AXIS,MM,SIDE", allow_hyphen_values = true)]
     probe_plate: Option<Plate>,
     /// The machine's settings: $n=v lines, as senders save them; see below
     #[arg(long, value_name = "FILE")]
     settings: Option<PathBuf>,
-    /// Motors that do not follow the settings: steps/s from which they start and stop at once, steps/s at which no torque is
-    /// left, and steps/s2 that they have at standstill. The default machine's: 800,6000,20000
+    /// Motors that do not follow the settings: steps/s from which they start and stop at once, steps/s at which no
+    /// torque is left, and steps/s2 that they have at standstill. The default machine's: 800,6000,20000
     #[arg(long, value_name = "START,MAX,ACCEL", value_parser = motor)]
     motor: Option<PullOutCurve>,
-    /// The flash that settings are stored in: read at the start if it exists, written at the end, so that they outlive the run.
-    /// What it holds is in force rather than what --settings says
+    /// The flash that settings are stored in: read at the start if it exists, written at the end, so that they outlive
+    /// the run. What it holds is in force rather than what --settings says
     #[arg(long, value_name = "FILE", conflicts_with = "pty")]
     flash: Option<PathBuf>,
     /// List every move, here and in the JSON, however many there are

@@ -12,8 +12,8 @@ use embassy_rp::pac::dma::Channel;
 use embassy_rp::pac::dma::regs::CtrlTrig;
 use embassy_rp::pac::dma::vals::{DataSize, TreqSel};
 
-/// Words per block: at 1,000,000 steps/s a block is filled every 384 us. Where a segment begins, filling takes the longest,
-/// and all axes may begin one at the same time.
+/// Words per block: at 1,000,000 steps/s a block is filled every 384 us. Where a segment begins, filling takes the
+/// longest, and all axes may begin one at the same time.
 pub const BLOCK_WORDS: usize = 384;
 
 /// The most words that can be written but not begun: two blocks and a FIFO.

@@ -120,7 +120,8 @@ where
         }
     }
 
-    /// Starts all runs that wait at the gate, at the first instant at which this task and all their drivers can make a step.
+    /// Starts all runs that wait at the gate, at the first instant at which this task and all their drivers can make a
+    /// step.
     #[inline(never)]
     fn start(&mut self) {
         let soonest = Instant::now().as_ticks() + self.wake_up;

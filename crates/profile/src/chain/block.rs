@@ -107,7 +107,8 @@ impl<const N: usize> Block<N> {
         }
         // Only a long move needs the full check: most moves are far from lasting too long.
         if self.distance_steps > self.nominal_steps_s * config.easily_s {
-            // An override may change before the block is made. So none makes a block too long that is not too long itself.
+            // An override may change before the block is made. So none makes a block too long that is not too long
+            // itself.
             let asked_steps_s = self.request.feed_mm_s.map_or(f64::INFINITY, |_| self.asked_steps_s);
             let plain = Self { nominal_steps_s: asked_steps_s.min(self.limits.top_speed_steps_s), ..*self };
             let (limits, end) = (plain.limits_now(), plain.start_steps_s());
@@ -179,8 +180,8 @@ impl<const N: usize> Block<N> {
         config.scale.of_speed(self.limits.start_speed_steps_s * self.mm_per_step)
     }
 
-    /// Begins after a block that ends at the squared speed `exit`, and that can stop from `stops_from`. This block begins
-    /// at that speed or from rest.
+    /// Begins after a block that ends at the squared speed `exit`, and that can stop from `stops_from`. This block
+    /// begins at that speed or from rest.
     pub(super) fn begin_after(&mut self, exit: Square, stops_from: Square) {
         if self.flows && exit <= self.entry + (self.entry >> 24) {
             self.entry = exit;

@@ -107,8 +107,8 @@ mod tests {
     use crate::chain::{ChainConfig, Request};
     use crate::{IntervalLaw, Limits, SpeedLaw};
 
-    /// A pass looks at no block again whose entry is final. Otherwise the time for a move would grow with the moves that
-    /// wait before it.
+    /// A pass looks at no block again whose entry is final. Otherwise the time for a move would grow with the moves
+    /// that wait before it.
     #[test]
     fn what_accelerates_all_the_way_is_settled() {
         let limits = Limits {

@@ -112,8 +112,8 @@ impl Reached {
     };
 }
 
-/// The ratio by which the length of a span should change if it deviates by `error_ratio` of what is allowed. A polynomial
-/// over twice the length deviates 2^8 times as much.
+/// The ratio by which the length of a span should change if it deviates by `error_ratio` of what is allowed. A
+/// polynomial over twice the length deviates 2^8 times as much.
 fn better_ratio(error_ratio: f64) -> f64 {
     let ratio = SAFE_RATIO / rough_root(error_ratio, 8);
     // `clamp` is not used, because its panic would print floats, for which the chip has no room.

@@ -1,5 +1,5 @@
-//! Ramps whose speed is a function of the displacement, in a unit square (Fonseca-Campos 2023). The speed is `slow` + v, with v
-//! from 0 to 1 and `slow` above 0. The displacement u is from 0 to 1.
+//! Ramps whose speed is a function of the displacement, in a unit square (Fonseca-Campos 2023). The speed is `slow` +
+//! v, with v from 0 to 1 and `slow` above 0. The displacement u is from 0 to 1.
 
 use core::f64::consts::PI;
 

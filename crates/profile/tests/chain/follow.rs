@@ -296,8 +296,8 @@ impl<'a> Follower<'a> {
     }
 }
 
-/// A step that is nearer to an end of its plan than `NEAREST_STEPS` counts as being so far from it. If the plan is at rest
-/// there, that takes so long.
+/// A step that is nearer to an end of its plan than `NEAREST_STEPS` counts as being so far from it. If the plan is at
+/// rest there, that takes so long.
 fn rest_slack_s(chunk: &Chunk<AXES>, one: &Move, axis: usize, k: u32) -> f64 {
     let stride = one.distance_steps / f64::from(one.request.steps[axis].unsigned_abs());
     let (place_steps, nearest_steps) = ((f64::from(k) - 0.5) * stride, 1e-6 * stride);

@@ -91,8 +91,8 @@ impl Move {
                 SpeedLaw::SCurve => return self.s_curve_delta_v2(accel_mm_s2),
                 // The steepest slope of half a wave.
                 SpeedLaw::Sine => core::f64::consts::FRAC_PI_2,
-                // The largest acceleration on a ramp from standstill, divided by v²/2x. v v' is u, 2 u³, (1 - cos πu) sin
-                // πu π/4.
+                // The largest acceleration on a ramp from standstill, divided by v²/2x. v v' is u, 2 u³, (1 - cos πu)
+                // sin πu π/4.
                 SpeedLaw::Linear => 2.0,
                 SpeedLaw::Quadratic => 4.0,
                 SpeedLaw::Sinusoidal => 27f64.sqrt() * core::f64::consts::PI / 8.0,

@@ -4,9 +4,9 @@
 ///
 /// Inside, it is the slope at the sample of the parabola through it and its neighbours: exact to second order for any
 /// spacing. At each end it is the slope to the only neighbour, exact to first order. This is `numpy.gradient(y, t)`
-/// with its default, `edge_order=1`. Fonseca-Campos 2023, section VI.A, uses it to take speed from position, acceleration from
-/// speed and jerk from acceleration. So the first and the last value of each derivative are less accurate than the
-/// others.
+/// with its default, `edge_order=1`. Fonseca-Campos 2023, section VI.A, uses it to take speed from position,
+/// acceleration from speed and jerk from acceleration. So the first and the last value of each derivative are less
+/// accurate than the others.
 ///
 /// `t` must rise from sample to sample. A single sample has no slope: its derivative is given as 0.
 ///
@@ -38,8 +38,9 @@ pub fn gradient(t: &[f64], y: &[f64]) -> Vec<f64> {
 
 /// The mean of the derivative of order `N` - 1 over `N` samples: (N - 1)! times their divided difference.
 ///
-/// It is a weighted mean of the derivative between the first and the last of them, so it is never above the highest value that
-/// the derivative has there. Differences of differences ([`gradient`]) promise no such thing where samples are far apart.
+/// It is a weighted mean of the derivative between the first and the last of them, so it is never above the highest
+/// value that the derivative has there. Differences of differences ([`gradient`]) promise no such thing where samples
+/// are far apart.
 ///
 /// ```
 /// use isostep_sim::analysis::mean_derivative;

@@ -35,9 +35,9 @@ impl Spectrum {
 }
 
 /// The power spectral density of `samples` taken at `sample_hz`, by Welch's method (1967) with the defaults of
-/// `scipy.signal.welch`, which Fonseca-Campos 2023, section VI.F, used. Segments have [`SEGMENT_MAX`] samples, or one segment has
-/// all if there are fewer, and overlap by half. The mean of each segment is subtracted, a Hann window is applied, and
-/// the squared magnitudes of all segments are averaged. Samples after the last whole segment are left out.
+/// `scipy.signal.welch`, which Fonseca-Campos 2023, section VI.F, used. Segments have [`SEGMENT_MAX`] samples, or one
+/// segment has all if there are fewer, and overlap by half. The mean of each segment is subtracted, a Hann window is
+/// applied, and the squared magnitudes of all segments are averaged. Samples after the last whole segment are left out.
 ///
 /// With no samples or a single one, the spectrum is empty.
 pub fn welch(samples: &[f64], sample_hz: f64) -> Spectrum {

@@ -184,8 +184,8 @@ fn what_is_refused_changes_nothing() {
     });
 }
 
-/// Whatever has happened: when the inputs are released and the motions are over, a resume and an unlock lead to a machine
-/// that takes a motion of every kind.
+/// Whatever has happened: when the inputs are released and the motions are over, a resume and an unlock lead to a
+/// machine that takes a motion of every kind.
 #[test]
 fn every_wait_ends() {
     for_all(|life| {
