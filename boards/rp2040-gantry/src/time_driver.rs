@@ -23,10 +23,17 @@ use crate::priority;
 
 const ALARM: usize = 0;
 
-time_driver_impl!(static DRIVER: TimeDriver = TimeDriver { queue: CriticalSectionMutex::new(RefCell::new(Queue::new())) });
+time_driver_impl!(static DRIVER: TimeDriver = TimeDriver { timers: CriticalSectionMutex::new(RefCell::new(Timers::NONE)) });
 
 struct TimeDriver {
-    queue: CriticalSectionMutex<RefCell<Queue>>,
+    timers: CriticalSectionMutex<RefCell<Timers>>,
+}
+
+/// The tasks that wait for their times.
+struct Timers {
+    queue: Queue,
+    /// What the alarm is set for, us. When that has passed, the interrupt is about to come.
+    alarm_us: u64,
 }
 
 /// Lets the alarm interrupt. What it was set for before is not lost.
@@ -51,23 +58,26 @@ impl Driver for TimeDriver {
     }
 
     fn schedule_wake(&self, at: u64, waker: &Waker) {
-        self.queue.lock(|queue| {
-            let queue = &mut *queue.borrow_mut();
-            if queue.schedule_wake(at, waker) {
-                self.wake_due(queue);
+        self.timers.lock(|timers| {
+            let timers = &mut *timers.borrow_mut();
+            // Most tasks wait for longer than until the next alarm. Looking at all of them takes microseconds.
+            if timers.queue.schedule_wake(at, waker) && at < timers.alarm_us {
+                timers.wake_due();
             }
         });
     }
 }
 
-impl TimeDriver {
+impl Timers {
+    const NONE: Self = Self { queue: Queue::new(), alarm_us: u64::MAX };
+
     /// Wakes the tasks whose time has come, and sets the alarm for the next one.
-    fn wake_due(&self, queue: &mut Queue) {
+    fn wake_due(&mut self) {
         loop {
-            let next = queue.next_expiration(self.now());
+            self.alarm_us = self.queue.next_expiration(DRIVER.now());
             // The alarm compares the lower words only. If it fires an hour early, no task is due, and it is set again.
-            TIMER.alarm(ALARM).write_value(next as u32);
-            if self.now() < next {
+            TIMER.alarm(ALARM).write_value(self.alarm_us as u32);
+            if DRIVER.now() < self.alarm_us {
                 return;
             }
         }
@@ -76,8 +86,8 @@ impl TimeDriver {
 
 #[interrupt]
 fn TIMER_IRQ_0() {
-    DRIVER.queue.lock(|queue| {
+    DRIVER.timers.lock(|timers| {
         TIMER.intr().write(|raised| raised.set_alarm(ALARM, true));
-        DRIVER.wake_due(&mut queue.borrow_mut());
+        timers.borrow_mut().wake_due();
     });
 }
