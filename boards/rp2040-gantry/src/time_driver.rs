@@ -23,7 +23,7 @@ use crate::priority;
 
 const ALARM: usize = 0;
 
-time_driver_impl!(static DRIVER: TimeDriver = TimeDriver { timers: CriticalSectionMutex::new(RefCell::new(Timers::NONE)) });
+time_driver_impl!(static DRIVER: TimeDriver = TimeDriver { timers: CriticalSectionMutex::new(RefCell::new(Timers::new())) });
 
 struct TimeDriver {
     timers: CriticalSectionMutex<RefCell<Timers>>,
@@ -69,7 +69,9 @@ impl Driver for TimeDriver {
 }
 
 impl Timers {
-    const NONE: Self = Self { queue: Queue::new(), alarm_us: u64::MAX };
+    const fn new() -> Self {
+        Self { queue: Queue::new(), alarm_us: u64::MAX }
+    }
 
     /// Wakes the tasks whose time has come, and sets the alarm for the next one.
     fn wake_due(&mut self) {
