@@ -4,7 +4,7 @@
 //! The alarm fires in the microsecond of its target, and not when that has passed. In its interrupt, embassy-rp 0.10
 //! may set the alarm again without a look at the clock afterwards. If the target's microsecond begins in between, the
 //! alarm is lost, and no task wakes until one sets an alarm for another reason (embassy's issue 6528). With `TimerPort`
-//! on the emulated board, a step came 0.1 ms late by that. Here the clock is read after every write to the alarm.
+//! on the emulated board, a step came late by that. Here the clock is read after every write to the alarm.
 //!
 //! # Deadline
 //! The interrupt has the highest priority, and takes some microseconds. What delays it delays every task that waits for

@@ -30,9 +30,9 @@ const [IRQ_PIO0, IRQ_PIO1] = [7, 9];
  * @param {import('./clock.mjs').MachineClock} clock
  * @param {{onWatchdog: (reason: number) => void, onUartByte: (byte: number) => void, onWarning: (text: string) => void}} board
  *   what the chip tells the board
- * @param {{missFactor?: number | null, counts?: FlashCounts, watch?: DeadlineWatch, lateAlarms?: LateAlarms}} options what a miss of flash's cache
- *   costs, times the reckoned cycles; where its accesses are counted, and who watches those that matter; where the timer's
- *   alarms are counted that were set too late
+ * @param {{missFactor?: number | null, counts?: FlashCounts, watch?: DeadlineWatch, lateAlarms?: LateAlarms}} options
+ *   what a miss of flash's cache costs, times the reckoned cycles; where its accesses are counted, and who watches those that
+ *   matter; where the timer's alarms are counted that were set too late
  */
 export function buildChip(clock, board, { missFactor = 1, counts = new FlashCounts(), watch = new DeadlineWatch(clock), lateAlarms = new LateAlarms() } = {}) {
   const powerUpCycle = clock.core.cycles;

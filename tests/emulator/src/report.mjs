@@ -18,7 +18,7 @@ export function summary(board, console, error) {
     core: coreSummary(clock),
     flash_cache: cacheSummary(board),
     ...board.watch.summary(),
-    late_alarms: board.lateAlarms.summary(),
+    late_alarms: board.lateAlarms.summary(clock.cycles),
     moving: {
       time_ns: moving.cycles * NANOS_PER_CYCLE,
       edges: moving.edges,

@@ -16,8 +16,7 @@ export class ExactTimer extends BasePeripheral {
   constructor(chip, name, late = new LateAlarms()) {
     super(chip, name);
     this.late = late;
-    /** The cycle at which each alarm was set, if its target had passed by then. */
-    this.lateSince = new Array(ALARMS).fill(null);
+    late.restarted();
     this.clock = chip.clock;
     this.startCycle = chip.clock.cycles;
     this.latchedHigh = 0;
@@ -86,15 +85,14 @@ export class ExactTimer extends BasePeripheral {
     this.#disarm(index);
     this.targets[index] = target;
     const now = this.micros;
-    if (LateAlarms.isLate(target, now)) this.lateSince[index] = this.clock.cycles;
+    this.late.set(index, target, now, this.clock.cycles);
     const wait = (target - now) >>> 0 || TWO_TO_32;
     this.alarms[index].scheduleAt(this.startCycle + (now + wait) * CYCLES_PER_MICRO);
   }
 
   #disarm(index) {
     this.alarms[index].cancel();
-    if (this.lateSince[index] !== null) this.late.replaced(this.lateSince[index], this.clock.cycles);
-    this.lateSince[index] = null;
+    this.late.cleared(index, this.clock.cycles);
   }
 
   #fire(index) {
