@@ -21,7 +21,7 @@ use embassy_time::{Duration, Instant, Timer};
 
 pub(crate) use self::beam::BeamStream;
 pub use self::duty::Duties;
-pub(crate) use self::power::Tag;
+pub(crate) use self::power::{Asked, Tag};
 pub use self::power::{Level, Power};
 use crate::machine::Machine;
 use crate::port::Brake;
@@ -107,13 +107,12 @@ pub trait ToolPort {
     fn set_duty(&mut self, duty: u16, new_period: bool);
 }
 
-/// How strongly a laser shines for some time: its level changes linearly from one to another.
+/// How strongly a laser is to shine for some time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Stroke {
     pub begin: Instant,
     pub end: Instant,
-    pub from: Level,
-    pub to: Level,
+    pub asked: Asked,
 }
 
 /// Strokes queued: enough for 30 ms of a thousand short moves a second, each of which may have two.
@@ -142,12 +141,12 @@ pub async fn run(machine: &Machine, mut port: impl ToolPort) -> ! {
         let wanted = machine.tool_wanted();
         if state.stops != wanted.stops {
             // The motion that the strokes belong to is over, or is not to shine any more.
-            (state.stops, state.asked, state.stroke) = (wanted.stops, Level::ZERO, None);
+            (state.stops, state.asked, state.stroke) = (wanted.stops, Asked::NOTHING, None);
             machine.strokes().clear();
         }
         state.switch(&wanted, &mut port);
         // The level of a laser comes from the strokes of its moves only.
-        let asked = if wanted.config.laser { state.asked } else { wanted.outputs.level };
+        let asked = if wanted.config.laser { state.asked } else { Asked::even(wanted.outputs.level) };
         state.set(asked, &wanted, machine, &mut port);
         machine.release_tool(wanted.stops);
         if wanted.config.laser {
@@ -170,9 +169,9 @@ pub(crate) struct ToolWanted {
 }
 
 impl ToolWanted {
-    /// The level that is made when `level` is asked for.
-    fn level(&self, level: Level) -> Level {
-        if self.outputs.spindle == Spindle::Off { Level::ZERO } else { level.times(self.percent) }
+    /// The level that is made of what is asked for.
+    fn level(&self, asked: Asked) -> Level {
+        if self.outputs.spindle == Spindle::Off { Level::ZERO } else { asked.made(self.percent) }
     }
 }
 
@@ -183,9 +182,9 @@ struct Driven {
     duty: u16,
     /// How often the brake had been engaged.
     stops: u32,
-    /// The level that was asked for.
-    asked: Level,
-    /// When the time for that level ends. For a laser.
+    /// What was asked for.
+    asked: Asked,
+    /// When the time for that ends. For a laser.
     lit_until: Instant,
     /// The stroke under way, or the next.
     stroke: Option<Stroke>,
@@ -198,7 +197,7 @@ impl Driven {
         pwm_hz: 0,
         duty: 0,
         stops: 0,
-        asked: Level::ZERO,
+        asked: Asked::NOTHING,
         lit_until: Instant::MIN,
         stroke: None,
     };
@@ -224,24 +223,24 @@ impl Driven {
     /// The stroke under way, or the next one. While there is none the laser is made dark.
     async fn next_stroke(&mut self, wanted: &ToolWanted, machine: &Machine, port: &mut impl ToolPort) -> Stroke {
         loop {
-            let is_lit = self.asked != Level::ZERO;
+            let is_lit = self.asked != Asked::NOTHING;
             let goes_out = Timer::at(self.lit_until.saturating_sub(port.lead()));
             match self.stroke {
                 Some(stroke) if !is_lit || stroke.begin <= self.lit_until => return stroke,
                 Some(_) => {
                     goes_out.await;
-                    self.set(Level::ZERO, wanted, machine, port);
+                    self.set(Asked::NOTHING, wanted, machine, port);
                 }
                 None if !is_lit => self.stroke = Some(machine.strokes().receive().await),
                 None => match select(machine.strokes().receive(), goes_out).await {
                     Either::First(stroke) => self.stroke = Some(stroke),
-                    Either::Second(()) => self.set(Level::ZERO, wanted, machine, port),
+                    Either::Second(()) => self.set(Asked::NOTHING, wanted, machine, port),
                 },
             }
         }
     }
 
-    fn set(&mut self, asked: Level, wanted: &ToolWanted, machine: &Machine, port: &mut impl ToolPort) {
+    fn set(&mut self, asked: Asked, wanted: &ToolWanted, machine: &Machine, port: &mut impl ToolPort) {
         self.give(Prepared::of(asked, wanted), true, machine, port);
     }
 
@@ -256,15 +255,15 @@ impl Driven {
     }
 }
 
-/// A level that is asked for, the level that is made, and its duty.
+/// What is asked for, the level that is made of it, and its duty.
 struct Prepared {
-    asked: Level,
+    asked: Asked,
     level: Level,
     duty: u16,
 }
 
 impl Prepared {
-    fn of(asked: Level, wanted: &ToolWanted) -> Self {
+    fn of(asked: Asked, wanted: &ToolWanted) -> Self {
         let level = wanted.level(asked);
         let duties = wanted.config.duties;
         Self { asked, level: duties.made(level), duty: duties.duty(level) }
@@ -283,10 +282,8 @@ async fn shine(wanted: &ToolWanted, machine: &Machine, state: &mut Driven, port:
         let mut from = Instant::now().max(stroke.begin);
         let mut new_period = from == stroke.begin && stroke.end >= stroke.begin + lasting;
         while from < stroke.end {
-            // A changing level is set to what it is in the middle of the time that it is set for.
-            let until = if stroke.from == stroke.to { stroke.end } else { stroke.end.min(from + UPDATE) };
-            let asked = stroke.level_at(from + (until - from) / 2);
-            let prepared = Prepared::of(asked, wanted);
+            let until = if stroke.asked.is_even() { stroke.end } else { stroke.end.min(from + UPDATE) };
+            let prepared = Prepared::of(stroke.asked_in([from, until]), wanted);
             Timer::at(from.saturating_sub(lead)).await;
             state.give(prepared, new_period, machine, port);
             (state.lit_until, from, new_period) = (until, until, false);
@@ -296,8 +293,9 @@ async fn shine(wanted: &ToolWanted, machine: &Machine, state: &mut Driven, port:
 }
 
 impl Stroke {
-    fn level_at(&self, at: Instant) -> Level {
-        let (passed, lasts) = ((at - self.begin).as_micros(), (self.end - self.begin).as_micros());
-        self.from.towards(self.to, passed as u32, lasts as u32)
+    /// What is asked for from one instant to another.
+    fn asked_in(&self, between: [Instant; 2]) -> Asked {
+        let passed_us = |at: Instant| (at - self.begin).as_micros() as u32;
+        self.asked.part(between.map(passed_us), passed_us(self.end))
     }
 }

@@ -12,6 +12,7 @@ mod feeds;
 mod heard;
 mod homing;
 mod laser;
+mod light;
 mod motion;
 mod probe;
 mod real_time;

@@ -10,11 +10,13 @@ use embassy_time::{Duration, Instant};
 use isostep_profile::SpeedLaw;
 use isostep_profile::chain::Chunk;
 
-use super::{Level, Power, Stroke, Tag};
+use super::{Asked, Power, Stroke, Tag};
 use crate::axes::AXES;
 use crate::chunks::Chunks;
 use crate::machine::Machine;
 
+/// The longest stroke of a straight ramp, s.
+const STRAIGHT_S: f64 = Asked::CHANGE_MAX.as_micros() as f64 * 1e-6;
 /// The longest stroke of a curved ramp, s.
 const CURVED_S: f64 = 0.002;
 /// The same for a law over displacement, s. For such a law the chip takes milliseconds to compute a speed.
@@ -38,7 +40,7 @@ impl<'a> BeamStream<'a> {
     pub fn new(machine: &'a Machine, start: Instant) -> Option<Self> {
         let config = machine.config();
         let longest_s = match config.speed_law {
-            SpeedLaw::Trapezoid => f64::INFINITY,
+            SpeedLaw::Trapezoid => STRAIGHT_S,
             law if law.is_over_displacement() => OVER_DISPLACEMENT_S,
             _ => CURVED_S,
         };
@@ -68,18 +70,18 @@ impl<'a> BeamStream<'a> {
 
     fn queue(&mut self, chunk: &Chunk<AXES>) {
         let begin_s = self.queued_s;
-        let (end_s, [from, to]) = match Tag::unpack(chunk.tag).power {
+        let (end_s, asked) = match Tag::unpack(chunk.tag).power {
             Power::Off => return self.queued_s = chunk.until_s,
-            Power::Constant(level) => (chunk.until_s, [level; 2]),
+            Power::Constant(level) => (chunk.until_s, Asked::even(level)),
             Power::BySpeed(level) => {
                 let end_s = self.bend_s(chunk);
-                (end_s, [begin_s, end_s].map(|t_s| level_at(chunk, level, t_s)))
+                (end_s, Asked::between(level, [begin_s, end_s].map(|t_s| speed_ratio(chunk, t_s))))
             }
         };
         self.queued_s = end_s;
         let [begin, end] = [begin_s, end_s].map(|t_s| self.start + Duration::from_micros((t_s * 1e6 + 0.5) as u64));
         // There is room, and this task is the only sender.
-        let _ = self.machine.strokes().try_send(Stroke { begin, end, from, to });
+        let _ = self.machine.strokes().try_send(Stroke { begin, end, asked });
     }
 
     /// Up to when the speed changes linearly, s from the start of the run; the end of the chunk at most.
@@ -94,12 +96,12 @@ impl<'a> BeamStream<'a> {
     }
 }
 
-/// The level at `t_s` of a move that shines with `level` where it is as fast as was asked for.
-fn level_at(chunk: &Chunk<AXES>, level: Level, t_s: f64) -> Level {
+/// The speed at `t_s`, as a multiple of the one that was asked for.
+fn speed_ratio(chunk: &Chunk<AXES>, t_s: f64) -> f32 {
     let plan = &chunk.plan;
     // Computed a little later: rounding must not lead to an instant before the profile, where nothing moves.
     let inside_s = t_s + NOTHING_S;
     let is_end = inside_s > plan.end_s();
     let speed_steps_s = if is_end { plan.profile.exit_speed_steps_s() } else { plan.speed_at(inside_s) };
-    Level::of_ratio((speed_steps_s / chunk.asked_steps_s) as f32 * level.ratio())
+    (speed_steps_s / chunk.asked_steps_s) as f32
 }
