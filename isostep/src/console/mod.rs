@@ -25,6 +25,8 @@ use std::path::PathBuf;
 use anyhow::Result;
 
 use self::session::Session;
+use self::stream::How;
+use self::talk::Typist;
 use crate::name::as_called;
 
 /// Talk to the board, or stream a program to it
@@ -42,8 +44,12 @@ Examples:
   echo '$$' | isostep console                       each line of stdin sent and answered
   printf '$H\\nG0 X10\\n' | isostep console           exit code 1 if an error or an alarm came
 
-A line of stdin that is ! or ~ or ? alone acts at once there too. Without a terminal, and with --stream, it ends once the
-machine is at rest.")]
+A line of stdin that is ! or ~ or ? alone acts at once there too. Where the machine waits for somebody (M0, M6, a hold), the
+console says so, and ~ goes on; also while a program is streamed. A ~ in a pipe waits until the machine does. Without a
+terminal, and with --stream, it ends once the machine is at rest.
+
+When a line of a streamed program is refused, the machine is held, and the lines behind it that it already has are listed. At a
+terminal you are asked whether to go on; otherwise it is reset, and the exit code is 1. --keep-going asks nothing.")]
 pub struct Args {
     /// The port: a device, or what it is called on Windows [default: the board on USB]
     #[arg(value_name = "PORT")]
@@ -51,6 +57,9 @@ pub struct Args {
     /// Stream this program, and end
     #[arg(long, value_name = "FILE.nc")]
     stream: Option<PathBuf>,
+    /// With --stream: pass over refused lines, as most senders do; without it the machine holds at the first
+    #[arg(long, requires = "stream")]
+    keep_going: bool,
     /// Bits a second; a USB port has its own
     #[arg(long, value_name = "N", default_value_t = 115_200, value_parser = clap::value_parser!(u32).range(300..=4_000_000))]
     baud: u32,
@@ -71,9 +80,29 @@ pub fn run(args: Args) -> Result<()> {
     for line in session.greet()? {
         println!("{}", meaning::explained(&line));
     }
+    let (input, show) = (io::BufReader::new(io::stdin()), |line: &str| println!("{line}"));
+    let is_person = io::stdin().is_terminal() && io::stdout().is_terminal();
     match program {
-        Some(program) => stream::run(&mut session, &program),
-        None if io::stdin().is_terminal() && io::stdout().is_terminal() => interactive::run(session, &name),
-        None => piped::run(&mut session, io::BufReader::new(io::stdin()), |line| println!("{line}")),
+        Some(program) => {
+            let may_read = !io::stdin().is_terminal() || is_in_foreground();
+            let typist = if is_person && may_read { Typist::Person } else { Typist::Pipe };
+            let how = How { typist, keep_going: args.keep_going };
+            let input: Box<dyn io::BufRead + Send> = if may_read { Box::new(input) } else { Box::new(io::empty()) };
+            stream::run(&mut session, &program, how, input, show)
+        }
+        None if is_person => interactive::run(session, &name),
+        None => piped::run(&mut session, input, show),
     }
+}
+
+/// Whether the terminal's input is ours. A job in the background that reads from it would be stopped, in the middle of a
+/// cut.
+#[cfg(unix)]
+fn is_in_foreground() -> bool {
+    rustix::termios::tcgetpgrp(io::stdin()).is_ok_and(|foreground| foreground == rustix::process::getpgrp())
+}
+
+#[cfg(not(unix))]
+fn is_in_foreground() -> bool {
+    true
 }

@@ -1,7 +1,6 @@
 //! The console for lines from a file or a program instead of a person.
 
 use std::io::BufRead;
-use std::thread;
 
 use anyhow::{Result, bail};
 
@@ -15,16 +14,7 @@ use super::talk::{self, Typist};
 /// # Errors
 /// When a line is refused or an alarm occurs.
 pub fn run(session: &mut Session, input: impl BufRead + Send + 'static, mut show: impl FnMut(&str)) -> Result<()> {
-    let typist = session.typist();
-    // The input is read in a thread, because reading it can block while the machine keeps sending.
-    thread::spawn(move || {
-        for line in input.split(b'\n') {
-            let Ok(line) = line else { break };
-            let line = line.strip_suffix(b"\r").unwrap_or(&line);
-            let _ = typist.send(Event::Typed(String::from_utf8_lossy(line).into_owned()));
-        }
-        let _ = typist.send(Event::Quit);
-    });
+    talk::read(input, session.typist());
     let mut unsent = 0;
     talk::run(
         session,

@@ -57,6 +57,8 @@ pub struct Session {
     asked: u32,
     /// Number of status reports received.
     reports: u64,
+    /// The number of the first status report that is newer than everything sent.
+    fresh_from: u64,
     alarm: Option<Stopwatch>,
     _reader: Reader,
 }
@@ -78,6 +80,7 @@ impl Session {
             heard: Stopwatch::start(),
             asked: 0,
             reports: 0,
+            fresh_from: 0,
             alarm: None,
             _reader: Reader::start(reader, heard),
         })
@@ -131,6 +134,16 @@ impl Session {
         self.alarm.as_ref().is_some_and(|since| since.elapsed_s() > LAST_WORDS_S)
     }
 
+    /// The status, if it was reported after everything sent had arrived.
+    pub fn fresh_status(&self) -> Option<&Status> {
+        self.status.as_ref().filter(|_| self.reports >= self.fresh_from)
+    }
+
+    /// Whether the machine is held at rest, so that nothing goes on until somebody resumes it.
+    pub fn is_held(&self) -> bool {
+        self.fresh_status().is_some_and(Status::is_held)
+    }
+
     /// Whether every line and every requested report has been answered.
     pub fn is_answered(&self) -> bool {
         self.flight.in_flight() == 0 && self.asked == 0
@@ -176,13 +189,17 @@ impl Session {
     /// Asks whether everything sent has been carried out. Returns the number of the status report with the answer.
     pub fn ask_rest(&mut self) -> Result<u64> {
         self.write(b"?")?;
-        // A report that is already under way may be older than the last line, so the second one counts.
-        Ok(self.reports + 2)
+        Ok(self.next_fresh())
     }
 
     /// Whether that report has come and the machine is at rest.
     pub fn is_at_rest(&self, report: u64) -> bool {
         self.reports >= report && !self.status.as_ref().is_some_and(Status::is_moving)
+    }
+
+    /// The number of the first report that is surely asked for from now on: one may be under way already.
+    fn next_fresh(&self) -> u64 {
+        self.reports + 2
     }
 
     fn silence(&self) -> Result<Option<Event>> {
@@ -211,6 +228,9 @@ impl Session {
 
     fn write(&mut self, bytes: &[u8]) -> Result<()> {
         self.flight.sent(bytes);
+        if bytes != b"?" {
+            self.fresh_from = self.next_fresh();
+        }
         self.port.write_all(bytes).context("the port does not take what is sent")
     }
 }

@@ -1,6 +1,9 @@
 //! Sends lines that a person types or a program pipes in, in order, and shows everything that the machine sends.
 
 use std::collections::VecDeque;
+use std::io::BufRead;
+use std::sync::mpsc::Sender;
+use std::thread;
 
 use anyhow::{Result, bail};
 use isostep_sim::program::{self, ProgramError};
@@ -11,6 +14,9 @@ use super::session::{Event, Session};
 /// The beginning of a message that says why a typed line is not sent.
 pub const NOT_SENT: &str = "not sent";
 
+/// The message when the machine leaves a line unanswered because it is held.
+const HELD: &str = "the machine waits (Hold): ~ resumes it, alone on a line; so does the cycle-start button";
+
 /// Where the lines come from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Typist {
@@ -19,6 +25,19 @@ pub enum Typist {
     /// A file or a program: a line is sent when the previous one is answered, and quitting ends it when all are
     /// answered.
     Pipe,
+}
+
+/// Reads lines in a thread, because reading can block while the machine keeps sending. Its end is [`Event::Quit`].
+pub fn read(input: impl BufRead + Send + 'static, typist: Sender<Event>) {
+    thread::spawn(move || {
+        for line in input.split(b'\n') {
+            let Ok(line) = line else { break };
+            let line = line.strip_suffix(b"\r").unwrap_or(&line);
+            // Sending fails when the session has ended.
+            let _ = typist.send(Event::Typed(String::from_utf8_lossy(line).into_owned()));
+        }
+        let _ = typist.send(Event::Quit);
+    });
 }
 
 /// Runs until the typist quits. `show` gets every line to be shown; `tick` is called regularly.
@@ -33,6 +52,7 @@ pub fn run(
 ) -> Result<()> {
     let mut waiting = VecDeque::new();
     let mut has_quit = false;
+    let mut is_hold_told = false;
     loop {
         send(session, typist, &mut waiting, &mut show)?;
         if has_quit && (typist == Typist::Person || waiting.is_empty() && session.is_answered()) {
@@ -48,6 +68,11 @@ pub fn run(
             Some(Event::Quit) => has_quit = true,
             Some(Event::Gone(_)) | None => {}
         }
+        let waits = session.is_held() && !session.is_answered();
+        if waits && !is_hold_told {
+            show(HELD)?;
+        }
+        is_hold_told = waits;
         tick(session)?;
     }
 }
@@ -61,8 +86,9 @@ fn send(
 ) -> Result<()> {
     while let Some(line) = waiting.front() {
         if let Some(byte) = at_once(line) {
-            // From a pipe, such a byte must wait until the lines before it are answered.
-            if typist == Typist::Pipe && !session.is_answered() {
+            // From a pipe, such a byte must wait until the lines before it are answered. A machine that is held may
+            // answer none before it is resumed.
+            if typist == Typist::Pipe && !session.is_answered() && !session.is_held() {
                 return Ok(());
             }
             session.send_at_once(byte)?;

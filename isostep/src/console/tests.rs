@@ -1,11 +1,13 @@
 //! Tests the console with a simulated machine behind a pseudo-terminal.
 
 use std::fs;
-use std::io::Cursor;
+use std::io::{BufReader, Cursor, Write, empty};
 use std::path::{Path, PathBuf};
 
 use super::session::Session;
-use super::{piped, port, stream};
+use super::stream::{self, How};
+use super::talk::Typist;
+use super::{piped, port};
 use crate::project;
 use crate::pty::tests::while_running;
 
@@ -13,7 +15,7 @@ const SPEED: f64 = 50.0;
 
 fn session(path: &Path) -> Session {
     let mut session = Session::open(path.to_str().unwrap(), 115_200).unwrap();
-    assert_eq!(session.greet().unwrap(), ["Grbl 1.1h ['$' for help]"]);
+    assert_eq!(session.greet().unwrap()[0], "Grbl 1.1h ['$' for help]");
     session
 }
 
@@ -28,6 +30,36 @@ fn program(name: &str, text: &str) -> PathBuf {
     let path = std::env::temp_dir().join(format!("isostep-{name}-{}.nc", std::process::id()));
     fs::write(&path, text).unwrap();
     path
+}
+
+/// Streams `text`, without anybody there. Returns what was printed and how it ended.
+fn streamed(path: &Path, text: &str, keep_going: bool) -> (String, Result<(), String>) {
+    stream_with(path, text, How { typist: Typist::Pipe, keep_going }, empty(), |_| {})
+}
+
+/// Streams `text` while a person answers each printed line with what `reply` types.
+fn asked(path: &Path, text: &str, reply: impl Fn(&str) -> &'static str) -> (String, Result<(), String>) {
+    let (reader, mut writer) = std::io::pipe().unwrap();
+    let how = How { typist: Typist::Person, keep_going: false };
+    stream_with(path, text, how, BufReader::new(reader), |line| writer.write_all(reply(line).as_bytes()).unwrap())
+}
+
+fn stream_with(
+    path: &Path,
+    text: &str,
+    how: How,
+    input: impl std::io::BufRead + Send + 'static,
+    mut typed: impl FnMut(&str),
+) -> (String, Result<(), String>) {
+    let file = program(&format!("streamed-{}", path.file_name().unwrap().display()), text);
+    let program = stream::Program::read(&file).unwrap();
+    fs::remove_file(file).unwrap();
+    let mut out = String::new();
+    let ended = stream::run(&mut session(path), &program, how, input, |line| {
+        out += &format!("{line}\n");
+        typed(line);
+    });
+    (out, ended.map_err(|error| error.to_string()))
 }
 
 #[test]
@@ -61,7 +93,7 @@ fn a_refused_line_an_unfit_one_and_an_alarm_are_failures_that_say_what_they_mean
 fn a_program_is_streamed_within_the_window_and_to_its_end() {
     let (tally, closing) = while_running(SPEED, |path| {
         let parking = project::file("programs/parking.nc");
-        stream::run(&mut session(path), &stream::Program::read(&parking).unwrap()).unwrap();
+        streamed(path, &fs::read_to_string(parking).unwrap(), false).1.unwrap();
     });
     assert_eq!((closing.state.as_str(), closing.steps_lost), ("Idle", Some(0)));
     assert_eq!(closing.position_mm, [175.0, 40.0, 0.0]);
@@ -70,22 +102,107 @@ fn a_program_is_streamed_within_the_window_and_to_its_end() {
     assert!((100..=128).contains(&flight.most), "{} bytes in flight", flight.most);
 }
 
+/// A plunge with the spindle on behind a line that is refused, as in the middle of a program that mills.
+const PLUNGE: &str = "M3 S900\nG0 X5\nQ9\nG4 P0.5\nG0 Z40\nX20\nX30 (there)\n";
+
 #[test]
-fn a_program_stops_at_the_line_that_is_refused() {
+fn a_refused_line_stops_the_stream_and_what_is_behind_it_is_told() {
+    let mut text = PLUNGE.to_owned();
+    text += &"G0 X31\n".repeat(100);
     let (_, closing) = while_running(SPEED, |path| {
-        let text = format!("G0 X1\nQ9\n{}", "G0 X2\n".repeat(100));
-        let bad = program("refused", &text);
-        let ended = stream::run(&mut session(path), &stream::Program::read(&bad).unwrap()).unwrap_err().to_string();
-        assert!(ended.contains(":2: `Q9` was refused: error:20"), "{ended}");
-        fs::write(&bad, "$H\nG0 X400\nG0 X1\n").unwrap();
-        let ended = stream::run(&mut session(path), &stream::Program::read(&bad).unwrap()).unwrap_err().to_string();
-        assert!(ended.starts_with("ALARM:2") && ended.contains(":2: `G0 X400` was refused: error:9"), "{ended}");
-        fs::write(&bad, "G0 X1\n?\n").unwrap();
+        let (printed, ended) = streamed(path, &text, false);
+        let ended = ended.unwrap_err();
+        assert!(ended.contains(":3: `Q9` was refused: error:20"), "{ended}");
+        assert!(ended.contains("its outputs off, and its position is kept: Idle"), "{ended}");
+        assert!(ended.contains("of lines 4 to ") && ended.contains("to 107 were not sent"), "{ended}");
+        assert!(printed.contains("the machine holds: Hold:0"), "{printed}");
+        assert!(printed.contains("  line 5 `G0 Z40`\n  line 6 `X20`\n  line 7 `X30`\n"), "{printed}");
+        assert!(printed.contains("\nstill to come: lines ") && printed.contains(" to 107\n"), "{printed}");
+        // The machine is ready for the next program.
+        assert_eq!(streamed(path, "M5\nG0 X2\nM2\n", false).1, Ok(()));
+    });
+    assert_eq!((closing.state.as_str(), closing.position_mm), ("Idle", [2.0, 0.0, 0.0]));
+}
+
+#[test]
+fn a_person_is_asked_and_goes_on_or_stops() {
+    let choose = |answer: &'static str| move |line: &str| if line.starts_with("g: ") { answer } else { "" };
+    let (_, closing) = while_running(SPEED, |path| {
+        let (printed, ended) = asked(path, PLUNGE, choose("what?\ng\n"));
+        let ended = ended.unwrap_err();
+        assert!(ended.contains(":3: `Q9`") && !ended.contains("were not sent"), "{ended}");
+        assert_eq!(printed.matches("g: go on without").count(), 2, "{printed}");
+        assert!(printed.contains("no line is still to come"), "{printed}");
+    });
+    assert_eq!(closing.position_mm, [30.0, 0.0, 40.0]);
+    let (_, closing) = while_running(SPEED, |path| {
+        let ended = asked(path, PLUNGE, choose("s\n")).1.unwrap_err();
+        assert!(ended.contains("the stream has stopped there, by a hold and a reset"), "{ended}");
+    });
+    assert_eq!((closing.state.as_str(), closing.position_mm[2]), ("Idle", 0.0));
+    assert!(closing.position_mm[0] <= 5.0, "{closing:?}");
+}
+
+#[test]
+fn refused_lines_are_passed_over_if_that_is_asked_for_and_where_nothing_moves() {
+    let (_, closing) = while_running(SPEED, |path| {
+        let (printed, ended) = streamed(path, &format!("{PLUNGE}Q8\nM5\n"), true);
+        let ended = ended.unwrap_err();
+        assert!(ended.contains(":3: `Q9`") && ended.contains(":8: `Q8`"), "{ended}");
+        assert!(printed.contains(":3: `Q9` was refused: error:20") && !printed.contains("holds"), "{printed}");
+        let (printed, ended) = streamed(path, "$C\nQ9\nG0 X1\nQ8\n", false);
+        let ended = ended.unwrap_err();
+        assert!(ended.contains(":2: `Q9`") && !printed.contains("holds"), "{ended}\n{printed}");
+    });
+    assert_eq!((closing.state.as_str(), closing.position_mm), ("Idle", [30.0, 0.0, 40.0]));
+}
+
+#[test]
+fn an_alarm_ends_the_stream_with_its_remedy() {
+    let (_, closing) = while_running(SPEED, |path| {
+        let ended = streamed(path, &format!("$H\nG0 X400\n{}", "G0 X1\n".repeat(50)), false).1.unwrap_err();
+        assert!(ended.starts_with("ALARM:2  axis target outside the travel"), "{ended}");
+        assert!(ended.contains("then $X\n") && ended.contains(":2: `G0 X400` was refused: error:9"), "{ended}");
+        assert!(ended.contains(" more lines were refused\n") && ended.ends_with(" to 52 were not sent"), "{ended}");
+        // What a locked machine refuses is no question.
+        let (printed, ended) = streamed(path, "G0 X1\nG0 X2\n", false);
+        assert!(ended.unwrap_err().contains(":1: `G0 X1` was refused: error:9") && !printed.contains("holds"));
+        let bad = program("refused", "G0 X1\n?\n");
         let refused = format!("{:#}", stream::Program::read(&bad).err().unwrap());
         assert!(refused.contains("line 2: '?' is a real-time command"), "{refused}");
         fs::remove_file(bad).unwrap();
     });
     assert!(closing.state.starts_with("Alarm"));
+}
+
+#[test]
+fn a_program_that_waits_for_a_person_is_resumed_from_a_pipe() {
+    let (_, closing) = while_running(SPEED, |path| {
+        let (printed, ended) = pipe(path, "M0\n~\nG0 X3\nM6 T2\n?\n~\nG0 X4\n");
+        assert_eq!(ended, Ok(()), "{printed}");
+        assert_eq!(printed.matches("ok\n").count(), 4, "{printed}");
+        assert!(printed.contains("<Hold:0|"), "{printed}");
+        let how = How { typist: Typist::Pipe, keep_going: false };
+        let text = "G0 X5\nM0 (look)\nG0 X6\nM6 T1\nG0 X7\n";
+        let (printed, ended) = stream_with(path, text, how, Cursor::new("~\n~\n"), |_| {});
+        assert_eq!(ended, Ok(()), "{printed}");
+    });
+    assert_eq!((closing.state.as_str(), closing.position_mm[0]), ("Idle", 7.0));
+}
+
+#[test]
+fn a_person_is_told_that_the_machine_waits_and_resumes_it() {
+    let (_, closing) = while_running(SPEED, |path| {
+        let resume = |line: &str| if line.contains("type ~ and Enter") { "~\n" } else { "" };
+        let (printed, ended) = asked(path, "G0 X5\nM0 (look)\nG0 X6\nM0\nG0 X7\n", resume);
+        assert_eq!(ended, Ok(()), "{printed}");
+        assert!(
+            printed.contains("the machine waits (Hold:0) at ") && printed.contains(":2: `M0`: type ~"),
+            "{printed}"
+        );
+        assert_eq!(printed.matches("type ~ and Enter").count(), 2, "{printed}");
+    });
+    assert_eq!((closing.state.as_str(), closing.position_mm[0]), ("Idle", 7.0));
 }
 
 #[test]

@@ -1,0 +1,332 @@
+//! Sends a whole program as fast as the machine accepts it.
+//!
+//! # Design
+//! Characters are counted, so the machine always has lines that it has not answered yet. When it refuses one, those
+//! behind it are on their way already. So the stream holds the machine and leaves the decision to the person
+//! (`refusal`). Without one it stops.
+
+mod refusal;
+
+use std::collections::VecDeque;
+use std::io::BufRead;
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use anyhow::{Context, Result, bail, ensure};
+use indicatif::{ProgressBar, ProgressStyle};
+use signal_hook::consts::SIGINT;
+use signal_hook::flag;
+
+use self::refusal::Refused;
+use super::meaning::explained;
+use super::session::{Event, RESET, Session};
+use super::talk::{self, NOT_SENT, Typist};
+use crate::project;
+use crate::remarks::shortened;
+use crate::stopwatch::Stopwatch;
+
+/// The longest time that a machine takes to brake after a reset and to send its welcome.
+const RESET_S: f64 = 10.0;
+
+/// A program to be sent.
+pub struct Program {
+    name: String,
+    lines: Vec<Vec<u8>>,
+}
+
+impl Program {
+    /// Reads the program, and refuses a program that must not be sent.
+    pub fn read(path: &Path) -> Result<Self> {
+        let name = project::shown(path);
+        let bytes = std::fs::read(path).with_context(|| format!("{name} cannot be read"))?;
+        let lines = isostep_sim::program::lines(&bytes).with_context(|| name.clone())?;
+        Ok(Self { name, lines })
+    }
+
+    /// The line of this number, counted from 1, as an error names it.
+    fn place(&self, number: usize) -> String {
+        format!("{}:{number}: `{}`", self.name, self.text(number))
+    }
+
+    /// The line of this number without its comments.
+    fn text(&self, number: usize) -> String {
+        let line = self.lines.get(number.wrapping_sub(1)).map_or(&[][..], Vec::as_slice);
+        shortened(&String::from_utf8_lossy(line))
+    }
+}
+
+/// How a program is streamed.
+#[derive(Clone, Copy, Debug)]
+pub struct How {
+    /// Who can be asked, and who resumes the machine where it waits.
+    pub typist: Typist,
+    /// Whether refused lines are passed over.
+    pub keep_going: bool,
+}
+
+/// Streams the program by counting characters, and waits until the machine is at rest. `input` is what is typed
+/// meanwhile; `show` gets every line to be shown.
+///
+/// # Errors
+/// When a line is refused or an alarm occurs; when Ctrl-C ends it.
+pub fn run(
+    session: &mut Session,
+    program: &Program,
+    how: How,
+    input: impl BufRead + Send + 'static,
+    show: impl FnMut(&str),
+) -> Result<()> {
+    let (bar, stopwatch) = (bar(program), Stopwatch::start());
+    talk::read(input, session.typist());
+    let is_checking = session.status().is_some_and(|status| status.state == "Check");
+    let mut stream = Stream {
+        session,
+        program,
+        how,
+        show,
+        bar: &bar,
+        sent: 0,
+        refused: Vec::new(),
+        decided: 0,
+        alarm: None,
+        is_over: false,
+        is_checking,
+        typed: VecDeque::new(),
+        is_input_over: false,
+        is_hold_told: false,
+        interrupts: 0,
+        is_interrupt_told: false,
+        reset: None,
+        interrupt: Interrupt::new()?,
+    };
+    let ended = stream.run();
+    bar.finish_and_clear();
+    let Stream { mut show, .. } = stream;
+    ended?;
+    let flight = session.flight();
+    show(&format!(
+        "{}: {} lines answered in {:.1} s, at most {} bytes ahead; {}",
+        program.name,
+        flight.answered,
+        stopwatch.elapsed_s(),
+        flight.most,
+        session.status().map_or_else(String::new, ToString::to_string)
+    ));
+    Ok(())
+}
+
+fn bar(program: &Program) -> ProgressBar {
+    let template = "{bar:20} {pos}/{len} lines, {elapsed} gone, {eta} left   {msg}";
+    let style = ProgressStyle::with_template(template).expect("a template of ours");
+    ProgressBar::new(program.lines.len() as u64).with_style(style)
+}
+
+struct Stream<'a, S> {
+    session: &'a mut Session,
+    program: &'a Program,
+    how: How,
+    show: S,
+    bar: &'a ProgressBar,
+    sent: usize,
+    refused: Vec<Refused>,
+    /// The number of refused lines that the stream has gone on from.
+    decided: usize,
+    /// The first alarm.
+    alarm: Option<String>,
+    /// Whether no further line is sent.
+    is_over: bool,
+    /// Whether the machine is in check mode (`$C`), in which nothing moves.
+    is_checking: bool,
+    /// What was typed and is not carried out yet.
+    typed: VecDeque<String>,
+    is_input_over: bool,
+    /// Whether the person knows that the machine is held.
+    is_hold_told: bool,
+    /// How often Ctrl-C was pressed.
+    interrupts: u32,
+    is_interrupt_told: bool,
+    /// While we reset the machine: whether it has sent its welcome.
+    reset: Option<bool>,
+    interrupt: Interrupt,
+}
+
+impl<S: FnMut(&str)> Stream<'_, S> {
+    fn run(&mut self) -> Result<()> {
+        while self.fill()? || self.session.flight().in_flight() > 0 {
+            if self.session.is_cut_off() {
+                break;
+            }
+            self.look()?;
+            self.act()?;
+            self.decide()?;
+        }
+        // Waits until everything that was accepted is carried out.
+        let report = self.session.ask_rest()?;
+        while !self.session.is_at_rest(report) || self.session.is_held() {
+            self.look()?;
+            self.act()?;
+        }
+        self.verdict()
+    }
+
+    fn verdict(&self) -> Result<()> {
+        let total = self.program.lines.len();
+        let mut trouble: Vec<String> = self.alarm.iter().cloned().collect();
+        trouble.extend(refusal::listed(self.program, &self.refused, self.alarm.is_some()));
+        if self.sent < total && (self.is_over || !trouble.is_empty()) {
+            let by = if trouble.is_empty() { "ended by Ctrl-C: " } else { "" };
+            trouble.push(format!("{by}lines {} to {total} were not sent", self.sent + 1));
+        }
+        ensure!(trouble.is_empty(), "{}", trouble.join("\n  "));
+        Ok(())
+    }
+
+    /// Sends the lines that there is room for. Returns whether more lines remain.
+    fn fill(&mut self) -> Result<bool> {
+        while !self.is_over
+            && let Some(line) = self.program.lines.get(self.sent)
+        {
+            if !self.session.has_room(line) {
+                return Ok(true);
+            }
+            self.session.send_line(line)?;
+            self.sent += 1;
+        }
+        Ok(false)
+    }
+
+    /// Waits a short while for the next event and notes it.
+    fn look(&mut self) -> Result<()> {
+        match self.session.next()? {
+            Some(Event::Heard(line)) => self.hear(&line)?,
+            Some(Event::Typed(line)) => self.typed.push_back(line),
+            Some(Event::Quit) => self.is_input_over = true,
+            Some(Event::AtOnce(_) | Event::Gone(_)) | None => {}
+        }
+        self.interrupts += u32::from(self.interrupt.came());
+        self.draw();
+        Ok(())
+    }
+
+    /// Draws the bar, but only if something has changed: drawing wipes out what is being typed.
+    fn draw(&self) {
+        let answered = self.session.flight().answered;
+        if self.bar.position() != answered {
+            self.bar.set_position(answered);
+        }
+        let status = self.session.status().map_or_else(String::new, ToString::to_string);
+        if self.bar.message() != status {
+            self.bar.set_message(status);
+        }
+    }
+
+    fn hear(&mut self, line: &str) -> Result<()> {
+        if line.starts_with("Grbl") {
+            ensure!(self.reset.is_some(), "the machine was reset after line {} of the program", self.sent);
+            self.reset = Some(true);
+        } else if line.starts_with("error:") && self.reset.is_none() {
+            let number = self.session.flight().answered as usize;
+            self.refused.push(Refused { number, answer: line.to_owned() });
+        } else if line.starts_with("ALARM:") {
+            self.alarm.get_or_insert_with(|| explained(line));
+            self.is_over = true;
+        } else if line != "ok" {
+            // What Grbl says to `$C`.
+            self.is_checking = line == "[MSG:Enabled]" || self.is_checking && line != "[MSG:Disabled]";
+            self.say(line);
+        }
+        Ok(())
+    }
+
+    fn say(&mut self, line: &str) {
+        let show = &mut self.show;
+        self.bar.suspend(|| show(line));
+    }
+
+    /// Does what was typed, and says when the machine waits for somebody.
+    fn act(&mut self) -> Result<()> {
+        if self.interrupts > 1 {
+            let stand = self.reset_machine()?;
+            bail!("reset by Ctrl-C after line {} of {}: {stand}", self.sent, self.program.lines.len());
+        }
+        if self.interrupts == 1 && !self.is_interrupt_told {
+            (self.is_interrupt_told, self.is_over) = (true, true);
+            let resume = if self.session.is_held() { "~ resumes what was sent; " } else { "" };
+            self.say(&format!("no further line is sent; {resume}Ctrl-C again resets the machine at once"));
+        }
+        while let Some(line) = self.typed.pop_front() {
+            match talk::at_once(&line) {
+                // What is piped in was written before anybody knew when the machine waits.
+                Some(_) if self.how.typist == Typist::Pipe && !self.session.is_held() => {
+                    self.typed.push_front(line);
+                    break;
+                }
+                Some(byte) => {
+                    self.session.send_at_once(byte)?;
+                    self.is_hold_told = false;
+                }
+                None if line.trim().is_empty() => {}
+                None => self.say(&format!("{NOT_SENT}: `{line}`: while a program is streamed only ! ~ and ? act")),
+            }
+        }
+        self.tell_hold();
+        Ok(())
+    }
+
+    fn tell_hold(&mut self) {
+        self.is_hold_told &= self.session.status().is_some_and(|status| status.is_held());
+        if !self.session.is_held() || self.is_hold_told {
+            return;
+        }
+        self.is_hold_told = true;
+        let state = self.session.status().map_or_else(String::new, |status| status.state.clone());
+        let next = self.session.flight().answered as usize + 1;
+        let place = if next <= self.sent { format!(" at {}", self.program.place(next)) } else { String::new() };
+        let how = match (self.how.typist, self.is_input_over) {
+            (Typist::Person, false) => "type ~ and Enter to go on, Ctrl-C to end",
+            (Typist::Pipe, false) => "a line that is ~ alone, or the cycle-start button, goes on",
+            (_, true) => "the cycle-start button, or ~ on another console, goes on",
+        };
+        self.say(&format!("the machine waits ({state}){place}: {how}"));
+    }
+
+    /// Resets the machine, and waits until it stands still. Returns where it stands.
+    fn reset_machine(&mut self) -> Result<String> {
+        (self.reset, self.is_over) = (Some(false), true);
+        self.session.send_at_once(RESET)?;
+        let (since, mut interrupts) = (Stopwatch::start(), self.interrupts);
+        while self.reset == Some(false) && since.elapsed_s() < RESET_S {
+            self.look()?;
+            if self.interrupts > interrupts {
+                // The second reset before the first has ended is a stop at once.
+                interrupts = self.interrupts;
+                self.session.send_at_once(RESET)?;
+            }
+        }
+        let report = self.session.ask_rest()?;
+        while !self.session.is_at_rest(report) {
+            self.look()?;
+        }
+        let alarm = self.alarm.as_ref().map_or(String::new(), |alarm| format!("; {alarm}"));
+        Ok(self.session.status().map_or_else(String::new, |status| match status.is_locked() {
+            true => format!("it is locked, and its position is not trusted: home it ($H){alarm}"),
+            false => format!("it stands still with its outputs off, and its position is kept: {status}"),
+        }))
+    }
+}
+
+/// Whether Ctrl-C was pressed since the last look.
+struct Interrupt(Arc<AtomicBool>);
+
+impl Interrupt {
+    fn new() -> Result<Self> {
+        let pressed = Arc::new(AtomicBool::new(false));
+        flag::register(SIGINT, pressed.clone())?;
+        Ok(Self(pressed))
+    }
+
+    fn came(&self) -> bool {
+        self.0.swap(false, Ordering::Relaxed)
+    }
+}
