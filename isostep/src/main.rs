@@ -28,5 +28,5 @@ Examples:
 Building the firmware and flashing a board needs the sources: cargo xtask --help.";
 
 fn main() -> ExitCode {
-    exit(name::parse::<Cli>(name::BINARY).verb.run())
+    name::parse::<Cli>(name::BINARY).map_or_else(|code| code, |cli| exit(cli.verb.run()))
 }

@@ -2,11 +2,12 @@
 //! verbs.
 
 use std::borrow::Cow;
+use std::process::ExitCode;
 use std::sync::OnceLock;
 
 use clap::{Command, CommandFactory, FromArgMatches, Subcommand};
 
-use crate::Verb;
+use crate::{Verb, screen};
 
 /// The name of the installed binary. Texts in the sources use it.
 pub const BINARY: &str = "isostep";
@@ -15,10 +16,20 @@ static CALLED: OnceLock<&str> = OnceLock::new();
 
 /// Parses the command line of a tool called `name` with these verbs. Afterwards [`as_called`] writes that name into
 /// every text.
-pub fn parse<P: CommandFactory + FromArgMatches>(name: &'static str) -> P {
+///
+/// # Errors
+/// The exit code of a command line that is answered already: with help, with the version, or with what is wrong in it.
+pub fn parse<P: CommandFactory + FromArgMatches>(name: &'static str) -> Result<P, ExitCode> {
     CALLED.get_or_init(|| name);
-    let matches = named(P::command()).get_matches();
-    P::from_arg_matches(&matches).unwrap_or_else(|error| error.exit())
+    let parsed = named(P::command()).try_get_matches().and_then(|matches| P::from_arg_matches(&matches));
+    parsed.map_err(|answer| {
+        let printed = answer.print();
+        if answer.use_stderr() {
+            return ExitCode::from(answer.exit_code() as u8);
+        }
+        screen::note(printed);
+        crate::exit(Ok(()))
+    })
 }
 
 /// `text` with the binary's name replaced by the name under which the user runs this tool.

@@ -57,7 +57,8 @@ pub fn finish() -> Result<()> {
     }
 }
 
-fn note(written: io::Result<()>) {
+/// Remembers why something could not be printed, unless its reader has gone.
+pub(crate) fn note(written: io::Result<()>) {
     if let Err(failure) = written
         && failure.kind() != ErrorKind::BrokenPipe
     {

@@ -34,6 +34,39 @@ fn a_list_that_nobody_reads() {
     ends_well_unread(&["console", "--list"]);
 }
 
+#[test]
+fn help_and_version_that_nobody_reads() {
+    ends_well_unread(&["--help"]);
+    ends_well_unread(&["check", "--help"]);
+    ends_well_unread(&["--version"]);
+}
+
+/// A tool that is installed is called in folders that have no programs.
+#[test]
+fn a_program_is_built_in() {
+    let output = verb(&["sim"]).current_dir(std::env::temp_dir()).output().unwrap();
+    let printed = String::from_utf8(output.stdout).unwrap();
+    assert!(output.status.success(), "{printed}");
+    assert!(
+        printed.starts_with("programs/parking.nc (built in) in virtual time\nSEED=1  again: isostep sim --seed 1\n"),
+        "{printed}"
+    );
+    let again = verb(&["sim", PARKING, "--seed", "1"]).output().unwrap();
+    let behind = |text: &str| text.split_once("homing").unwrap().1.to_owned();
+    assert_eq!(behind(&printed), behind(&String::from_utf8(again.stdout).unwrap()));
+}
+
+/// What README shows of a first run is what a first run prints.
+#[test]
+fn the_readme_shows_what_is_printed() {
+    let readme = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../README.md")).unwrap();
+    let printed = String::from_utf8(verb(&["sim"]).output().unwrap().stdout).unwrap();
+    let sample = readme.split_once("```\nprograms/parking.nc").unwrap().1.split_once("```").unwrap().0;
+    let mut lines = sample.lines().skip(1).filter(|line| line.trim() != "...");
+    assert!(lines.clone().count() > 6);
+    assert!(lines.all(|line| printed.lines().any(|printed| printed == line)), "{sample}\nin\n{printed}");
+}
+
 /// Runs the verb with its output going to a full disk.
 #[cfg(target_os = "linux")]
 #[track_caller]
@@ -62,6 +95,9 @@ fn a_full_disk_is_told_by_every_verb_that_prints() {
     says_that_the_disk_is_full(&["times", folder.to_str().unwrap(), &file("grbl.csv")]);
     says_that_the_disk_is_full(&["papers", "--report", folder.to_str().unwrap()]);
     says_that_the_disk_is_full(&["console", "--list"]);
+    says_that_the_disk_is_full(&["--help"]);
+    says_that_the_disk_is_full(&["sim", "--help"]);
+    says_that_the_disk_is_full(&["--version"]);
     std::fs::remove_dir_all(folder).unwrap();
 }
 

@@ -87,7 +87,11 @@ enum Verb {
 }
 
 fn main() -> ExitCode {
-    isostep::exit(match isostep::name::parse::<Cli>("cargo xtask").verb {
+    let cli = match isostep::name::parse::<Cli>("cargo xtask") {
+        Ok(cli) => cli,
+        Err(code) => return code,
+    };
+    isostep::exit(match cli.verb {
         Verb::Setup(args) => setup::run(args),
         Verb::Build(args) => build::run(args),
         Verb::Flash(args) => flash::run(args),

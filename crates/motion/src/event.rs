@@ -29,6 +29,21 @@ pub enum State {
     Alarm(Alarm),
 }
 
+/// The name that a status report gives it, and what an alarm means.
+impl fmt::Display for State {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Idle => f.write_str("Idle"),
+            Self::Run => f.write_str("Run"),
+            Self::Jog => f.write_str("Jog"),
+            Self::Hold { still: true } => f.write_str("Hold:0"),
+            Self::Hold { still: false } => f.write_str("Hold:1"),
+            Self::Home => f.write_str("Home"),
+            Self::Alarm(alarm) => write!(f, "Alarm: {alarm}"),
+        }
+    }
+}
+
 /// Why the machine locked itself. Its display says which axis and what to check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

@@ -183,10 +183,12 @@ impl Config {
         Ok(())
     }
 
-    /// The command line that repeats this run of `program`, as far as the command line has options for it.
+    /// The command line that repeats this run of `program`, as far as the command line has options for it. No name
+    /// stands for the program that is run when none is named.
     pub fn replay(&self, program: &str) -> String {
         let default = Self::default();
-        let mut line = format!("isostep sim {program} --seed {}", self.seed);
+        let program = if program.is_empty() { String::new() } else { format!(" {program}") };
+        let mut line = format!("isostep sim{program} --seed {}", self.seed);
         let mut said = default.settings;
         if let Some((file, settings)) = &self.settings_file {
             line += &format!(" --settings {file}");

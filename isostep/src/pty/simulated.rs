@@ -1,7 +1,7 @@
 //! The simulated machine behind the bridge's interface.
 
 use anyhow::Result;
-use isostep_sim::{Config, Sim, State};
+use isostep_sim::{Config, Sim};
 
 use super::{Closing, Machine};
 
@@ -59,10 +59,7 @@ impl Machine for Simulated {
     fn close(&mut self) -> Result<Closing> {
         let outcome = self.0.outcome();
         Ok(Closing {
-            state: match outcome.state {
-                State::Alarm(alarm) => format!("Alarm: {alarm}"),
-                state => format!("{state:?}"),
-            },
+            state: outcome.state.to_string(),
             position_mm: outcome.position_mm,
             position_steps: outcome.position_steps,
             steps: self.0.steps(),

@@ -125,6 +125,17 @@ fn the_next_client_finds_the_machine_as_it_was_and_nothing_stale() {
 }
 
 #[test]
+fn what_the_machine_does_at_the_end_is_told_in_words() {
+    let (_, closing) = while_running(20.0, |path| {
+        let mut client = Client::open(path);
+        client.hear(WELCOME);
+        client.say("M0\n");
+        client.ask("<Hold:0|");
+    });
+    assert_eq!(closing.state, "Hold:0");
+}
+
+#[test]
 fn a_client_that_does_not_read_holds_nothing_up() {
     let (tally, closing) = while_running(50.0, |path| {
         let mut client = Client::open(path);

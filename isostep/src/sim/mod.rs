@@ -23,8 +23,8 @@ use crate::{project, pty, remarks, timing};
 mod judge;
 mod print;
 
-/// The program that is run when none is named.
-const PARKING: &str = "programs/parking.nc";
+/// The program that is run when none is named. An installed tool has it too, so it is a file of this package.
+const PARKING: (&str, &str) = ("programs/parking.nc (built in)", include_str!("../../programs/parking.nc"));
 /// The user is shown the elapsed time if a run takes at least this long.
 const LONG_S: f64 = 1.0;
 
@@ -33,7 +33,7 @@ The tasks are those of the firmware; motors, carriages and switches are simulate
 against the closed form of its move and the driver's datasheet. Equal runs write equal files, to the byte.
 
 Examples:
-  isostep sim                                          the parking gantry: programs/parking.nc
+  isostep sim                                          the parking gantry: programs/parking.nc, built in
   isostep sim programs/diagonal.nc --report report     pictures: open report/index.html
   isostep sim programs/parking.nc --trace a.csv --vcd a.vcd --json a.json
   isostep sim programs/square.nc --law thirds          accelerate, cruise and decelerate for a third of the time each
@@ -57,7 +57,7 @@ The first two rows follow $n=v lines of the program too. With --motor the motors
 #[derive(clap::Args)]
 #[command(after_help = format!("{EXAMPLES}\n\n{SETTINGS_HELP}\n\n{}", pty::HELP))]
 pub struct Args {
-    /// The G-code program [default: programs/parking.nc of the project that the current folder is in]
+    /// The G-code program [default: programs/parking.nc, which is built in]
     #[arg(value_name = "FILE.nc", conflicts_with = "pty")]
     program: Option<PathBuf>,
     /// Write every STEP edge as CSV: t_ns,axis,direction,position_steps
@@ -120,15 +120,14 @@ pub struct Args {
 /// Runs the verb.
 pub fn run(args: Args) -> Result<()> {
     args.live.check()?;
-    let path = args.program.clone().unwrap_or_else(|| project::file(PARKING));
-    files(&args, &path).check()?;
+    files(&args).check()?;
     if args.live.pty {
         return live(&args);
     }
-    let name = project::shown(&path);
-    let program = lines(&path)?;
+    let (name, program) = program(&args)?;
     let config = config(&args)?;
-    println!("{name} in virtual time\nSEED={}  again: {}", config.seed, as_called(&config.replay(&name)));
+    let again = config.replay(if args.program.is_some() { &name } else { "" });
+    println!("{name} in virtual time\nSEED={}  again: {}", config.seed, as_called(&again));
     let flash = args.flash.as_deref().map_or(Ok(Flash::blank()), stored)?;
     config.check()?;
     // Settings stored by an earlier run would be in force, but they are not known here.
@@ -138,7 +137,8 @@ pub fn run(args: Args) -> Result<()> {
     }
     let stopwatch = Stopwatch::start();
     let outcome = run_shown(program, &config, flash.clone()).with_context(|| name.clone())?;
-    let figures = Figures::listing(&name, &outcome, if args.moves { Listed::All } else { Listed::Some });
+    let mut figures = Figures::listing(&name, &outcome, if args.moves { Listed::All } else { Listed::Some });
+    figures.replay = again;
     print::print(&figures, args.moves);
     judge::print(&outcome);
     write_files(&args, &outcome, &figures)?;
@@ -149,10 +149,18 @@ pub fn run(args: Args) -> Result<()> {
     judge::judge(&figures, &outcome)
 }
 
+/// The program and its name.
+fn program(args: &Args) -> Result<(String, Program)> {
+    match &args.program {
+        Some(path) => Ok((project::shown(path), lines(path)?)),
+        None => Ok((PARKING.0.to_owned(), isostep_sim::program::lines(PARKING.1.as_bytes())?.into())),
+    }
+}
+
 /// The files that are read and written.
-fn files(args: &Args, program: &PathBuf) -> Files {
+fn files(args: &Args) -> Files {
     Files::default()
-        .read("FILE.nc", [program])
+        .read("FILE.nc", &args.program)
         .read("--settings", &args.settings)
         .written("--trace", &args.trace)
         .written("--outputs", &args.outputs)

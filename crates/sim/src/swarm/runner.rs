@@ -216,12 +216,12 @@ impl<'a> Runner<'a> {
     fn look(&self) -> Result<Look, Failure> {
         let (state, tool) = (self.sim.machine().state(), self.sim.tool());
         if matches!(state, State::Alarm(_)) && tool != [0; 5] {
-            return Err(self.failure("in an alarm all outputs are off", format!("{tool:?} in {state:?}")));
+            return Err(self.failure("in an alarm all outputs are off", format!("{tool:?} in {state}")));
         }
         let config = self.sim.machine().config();
         let is_at_rest = matches!(state, State::Idle | State::Hold { still: true });
         if config.tool.laser && is_at_rest && tool[ToolOutput::Pwm as usize] != 0 {
-            return Err(self.failure("a laser is dark at rest", format!("{tool:?} in {state:?}")));
+            return Err(self.failure("a laser is dark at rest", format!("{tool:?} in {state}")));
         }
         self.look_at_travel(state)?;
         Ok(Look { state, steps: self.sim.steps(), events: self.sim.events() })

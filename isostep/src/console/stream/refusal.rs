@@ -104,12 +104,12 @@ impl<S: FnMut(&str)> Stream<'_, S> {
         };
         let accepted: Vec<_> = behind(first + 1, answered).collect();
         if !accepted.is_empty() {
-            words.push("accepted behind it; carried out by now, or as soon as it goes on:".to_owned());
+            words.push("accepted behind it; carried out by now, or when it goes on:".to_owned());
             words.extend(accepted);
         }
         let unread: Vec<_> = behind(answered.max(first) + 1, self.sent).collect();
         if !unread.is_empty() {
-            words.push("sent behind it; the machine begins them when it goes on:".to_owned());
+            words.push("sent behind it; not carried out before it goes on:".to_owned());
             words.extend(unread);
         }
         words.push(match self.program.lines.len() - self.sent {
@@ -143,11 +143,15 @@ impl<S: FnMut(&str)> Stream<'_, S> {
     /// Ends the stream: the machine forgets what it has not carried out.
     fn stop(&mut self) -> Result<()> {
         let (first, sent, total) = (self.refused[self.decided].number, self.sent, self.program.lines.len());
+        let answered = self.session.flight().answered as usize;
         let mut words = listed(self.program, &self.refused, false);
         let stand = self.reset_machine()?;
         words.push(format!("the stream has stopped there, by a hold and a reset: {stand}"));
-        if sent > first {
-            words.push(format!("of lines {} to {sent}, sent by then, it may have carried out the first", first + 1));
+        if answered > first {
+            words.push(format!("it may have carried out lines {} to {answered} before the hold", first + 1));
+        }
+        if sent > answered {
+            words.push(format!("lines {} to {sent}, sent by then, were not carried out", answered + 1));
         }
         if total > sent {
             words.push(format!("lines {} to {total} were not sent", sent + 1));
