@@ -9,6 +9,7 @@ pub mod contract;
 pub mod emulated;
 pub mod fuzz;
 pub mod laws;
+pub mod model;
 pub mod rig;
 pub mod script_runner;
 

@@ -103,7 +103,7 @@ impl<F: NorFlash> Controller<'_, F> {
     async fn carry_out(&self, line: &str, text: &mut Message, out: &Output) -> Result<After, Error> {
         let state = self.state();
         if state != ReportedState::Jog && self.with(|program| program.jogged) {
-            self.follow_machine();
+            self.follow_if_elsewhere();
         }
         let command = self.with(|program| program.interpreter.interpret(line, state, &program.settings))?;
         if state == ReportedState::Alarm && matches!(command, Command::Unlock | Command::Home { .. }) {
@@ -288,7 +288,7 @@ impl<F: NorFlash> Controller<'_, F> {
             self.stop_tool();
         }
         self.with(|program| (program.settings, program.geometry) = (settings, Geometry::of(&config)));
-        self.follow_machine();
+        self.follow_if_elsewhere();
         Ok(())
     }
 

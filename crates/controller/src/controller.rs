@@ -261,6 +261,19 @@ impl<'a, F: NorFlash> Controller<'a, F> {
         });
     }
 
+    /// The same, unless the machine stands where the program expects it, within half a step: then the program keeps its
+    /// exact place. Otherwise jogs of less than a step would never add up to one.
+    pub(crate) fn follow_if_elsewhere(&self) {
+        let steps = self.machine.position_steps();
+        let is_elsewhere = self.with(|program| {
+            program.jogged = false;
+            program.geometry.steps(program.interpreter.position_mm()) != steps
+        });
+        if is_elsewhere {
+            self.follow_machine();
+        }
+    }
+
     pub(crate) fn with<R>(&self, f: impl FnOnce(&mut Program) -> R) -> R {
         f(&mut self.program.borrow_mut())
     }

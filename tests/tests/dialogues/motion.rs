@@ -505,3 +505,18 @@ fn an_axis_brakes_by_its_own_limit() {
         }
     }
 }
+
+/// At 50 steps/mm a step is 0.02 mm.
+#[test]
+fn jogs_and_settings_between_moves_lose_no_part_of_a_step() {
+    let mut sim = homed();
+    for _ in 0..100 {
+        assert_eq!(say(&mut sim, "$J=G91 X0.005 F600"), ["ok"]);
+    }
+    assert_eq!(status(&mut sim), "<Idle|MPos:0.500,0.000,0.000");
+    for _ in 0..100 {
+        assert_eq!(say(&mut sim, "G91 G0 Y0.005"), ["ok"]);
+        assert_eq!(say(&mut sim, "$11=0.01"), ["ok"]);
+    }
+    assert_eq!(status(&mut sim), "<Idle|MPos:0.500,0.500,0.000");
+}

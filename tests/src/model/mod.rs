@@ -1,0 +1,19 @@
+//! A model of the dialect, written from docs/console.md, docs/programs.md, docs/moves.md and Grbl's documents, not from
+//! the code; and random programs that are run on it and on the simulated machine. After each line the machine must
+//! report what the model says.
+//!
+//! Lengths are whole numbers of angstroms (1e-7 mm), in which inches are exact too. The carriages may be away from a
+//! place by half a step.
+
+mod bench;
+mod block;
+mod bytes;
+mod line;
+mod machine;
+mod modes;
+mod program;
+mod report;
+mod settings;
+mod words;
+
+pub use bench::run;

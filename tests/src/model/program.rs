@@ -1,0 +1,488 @@
+//! Random programs. A program is made line by line, as what may be sent depends on where the machine stands.
+
+use oorandom::Rand64;
+
+use super::line::{Asked, Line};
+use super::machine::{Model, Place, Startup, State};
+use super::words::{INCH_ANGSTROM, ONE, Word, written};
+
+/// The places between which each axis may move, angstroms.
+pub type Room = [(i64, i64); 3];
+
+/// What comes next.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Item {
+    /// Lines in one packet, and real-time bytes while they are carried out, each with the milliseconds before it.
+    Lines(Vec<Line>, Vec<(u64, u8)>),
+    /// A real-time byte at rest.
+    Byte(u8),
+    /// The power is switched off and on.
+    PowerCycle,
+}
+
+/// Makes programs.
+pub struct Author {
+    random: Rand64,
+    /// Whether `$RST=$` would give the machine the steps per millimetre that it has.
+    is_default: bool,
+}
+
+impl Author {
+    /// One for each seed.
+    #[must_use]
+    pub fn new(random: Rand64, is_default: bool) -> Self {
+        Self { random, is_default }
+    }
+
+    /// A number below `count`.
+    fn below(&mut self, count: u64) -> u64 {
+        self.random.rand_range(0..count)
+    }
+
+    fn one_in(&mut self, count: u64) -> bool {
+        self.below(count) == 0
+    }
+
+    fn of<T: Copy>(&mut self, those: &[T]) -> T {
+        those[self.below(those.len() as u64) as usize]
+    }
+
+    /// What comes next for a machine in this state.
+    pub fn next(&mut self, model: &Model, room: &Room) -> Item {
+        match self.below(40) {
+            0 => return Item::PowerCycle,
+            1 => return Item::Byte(0x18),
+            2..=4 => return Item::Byte(self.of(&OVERRIDES)),
+            5 => return Item::Byte(self.of(&[0xA0, 0xA1, b'~', 0x85, 0xB5])),
+            6 | 7 => return Item::Lines(vec![self.jog(model, room)], self.bytes_in_jog()),
+            8..=11 => return Item::Lines(vec![self.system(model)], Vec::new()),
+            _ => {}
+        }
+        let (mut lines, mut after) = (Vec::new(), model.clone());
+        let count = self.of(&[1, 1, 1, 2, 3, 5]);
+        while lines.len() < count {
+            let line = self.line(&after, room);
+            after.on_steps = false;
+            after.line(&line);
+            lines.push(line);
+            if after.on_steps || after.waits > 0 {
+                break;
+            }
+        }
+        let is_plain = lines.iter().all(is_move);
+        let is_run_through = !after.on_steps && after.waits == 0;
+        // Where a line puts the overrides back, it depends on the instant of a byte what they are.
+        let bytes = if is_run_through && !lines.iter().any(ends) { self.bytes_in_motion(is_plain) } else { Vec::new() };
+        Item::Lines(lines, bytes)
+    }
+
+    fn bytes_in_motion(&mut self, may_reset: bool) -> Vec<(u64, u8)> {
+        let ms = self.below(400);
+        match self.below(8) {
+            0 => vec![(ms, self.of(&OVERRIDES))],
+            1 => vec![(ms, b'!'), (150, b'?'), (600, b'~')],
+            2 => vec![(ms, 0x84), (2_000, b'~')],
+            3 if may_reset => vec![(ms, 0x18)],
+            4 => vec![(ms, 0x85), (1, b'?')],
+            _ => Vec::new(),
+        }
+    }
+
+    fn bytes_in_jog(&mut self) -> Vec<(u64, u8)> {
+        let ms = self.below(400);
+        match self.below(4) {
+            0 => vec![(ms, self.of(&[0x85, b'!']))],
+            1 => vec![(ms, 0x18)],
+            _ => Vec::new(),
+        }
+    }
+
+    /// A line of G-code that leaves the machine in its room, or that soft limits refuse.
+    fn line(&mut self, model: &Model, room: &Room) -> Line {
+        if self.one_in(30) {
+            return self.odd_line();
+        }
+        for _ in 0..30 {
+            let words = self.block(model, room);
+            if stays(model, &words, room) {
+                return Line { text: written(&words, &mut self.random), asked: Asked::Block(words) };
+            }
+        }
+        Line { text: "G4 P0".to_owned(), asked: Asked::Block(vec![Word::g(40), Word::whole('P', 0)]) }
+    }
+
+    fn odd_line(&mut self) -> Line {
+        let nothing = Asked::Block(Vec::new());
+        let (text, asked) = match self.below(5) {
+            0 => (String::new(), nothing),
+            1 => (" % ".to_owned(), nothing),
+            2 => ("(nothing)".to_owned(), nothing),
+            3 => ("; nothing".to_owned(), nothing),
+            _ => (format!("G1 X1{}", "0".repeat(80)), Asked::Refused(11)),
+        };
+        Line { text, asked }
+    }
+
+    fn block(&mut self, model: &Model, room: &Room) -> Vec<Word> {
+        let mut words = match self.below(25) {
+            0..=9 => self.straight(model, room),
+            10 | 11 => self.arc(model),
+            12..=14 => self.offset(model),
+            15 => vec![Word::g(540 + 10 * self.below(6) as i64)],
+            16 => vec![Word::g(self.of(&[170, 180, 190, 200, 210, 210, 900, 910, 930, 940, 940, 610, 611, 800]))],
+            17 => vec![Word::g(self.of(&[281, 301]))],
+            18 => self.go_home(model, room),
+            19 => self.tool(),
+            20 => vec![Word::g(40), Word { letter: 'P', value: self.below(4) as i64 * ONE / 10 }],
+            21 => vec![Word::m(self.of(&[0, 1, 2, 6, 30]))],
+            22 => self.probe(model, room),
+            _ => self.faulty(model),
+        };
+        if self.one_in(8) {
+            words.insert(0, Word::whole('N', self.below(1000) as i64));
+        }
+        if self.one_in(6) && !words.iter().any(|word| word.letter == 'M') {
+            words.extend(self.tool());
+        }
+        words
+    }
+
+    /// The words of modes, some of them changed, and the modes with them.
+    fn with_modes(&mut self, model: &Model) -> (Vec<Word>, bool, bool) {
+        let (mut words, mut incremental, mut inches) = (Vec::new(), model.modes.incremental, model.modes.inches);
+        if self.one_in(5) {
+            incremental = self.one_in(2);
+            words.push(Word::g(900 + 10 * i64::from(incremental)));
+        }
+        if self.one_in(12) {
+            inches = self.one_in(2);
+            words.push(Word::g(210 - 10 * i64::from(inches)));
+        }
+        (words, incremental, inches)
+    }
+
+    fn straight(&mut self, model: &Model, room: &Room) -> Vec<Word> {
+        let (mut words, incremental, inches) = self.with_modes(model);
+        let mut motion = model.modes.motion;
+        if !matches!(motion, 0 | 10) && !self.one_in(20) || self.one_in(3) {
+            motion = self.of(&[0, 10, 10]);
+            words.push(Word::g(motion));
+        }
+        let machine = self.one_in(6);
+        if machine {
+            words.push(Word::g(530));
+        }
+        if self.one_in(12) {
+            words.push(Word::g(540 + 10 * self.below(6) as i64));
+        }
+        if motion != 0 && (model.modes.inverse_time || model.modes.feed < ONE || self.one_in(6)) && !self.one_in(20) {
+            words.push(self.feed(model, inches));
+        }
+        let zero = if machine { [0; 3] } else { model.work_zero() };
+        words.extend(self.axis_words(model, room, zero, incremental && !machine, inches));
+        words
+    }
+
+    fn feed(&mut self, model: &Model, inches: bool) -> Word {
+        let feed = if model.modes.inverse_time {
+            20 + self.below(200)
+        } else if inches {
+            self.of(&[10, 30, 100])
+        } else {
+            self.of(&[300, 600, 1_500, 4_000])
+        };
+        Word::whole('F', feed as i64)
+    }
+
+    /// Some of X, Y and Z, so that the machine stays near.
+    fn axis_words(&mut self, model: &Model, room: &Room, zero: Place, relative: bool, inches: bool) -> Vec<Word> {
+        let reach = self.of(&[1, 1, 3, 10]) * ONE;
+        let which = 1 + self.below(7);
+        let unit = if inches { INCH_ANGSTROM / 1_000 } else { ONE / self.of(&[100, 100, 1_000]) };
+        let mut words = Vec::new();
+        for (axis, letter) in ['X', 'Y', 'Z'].into_iter().enumerate().filter(|&(axis, _)| which >> axis & 1 == 1) {
+            let (low, high) = room[axis];
+            let here = model.position[axis];
+            let mut to = (here - reach + self.below(2 * reach as u64) as i64).clamp(low, high);
+            if self.one_in(40) {
+                to = self.of(&[low - 5 * ONE, high + 5 * ONE]);
+            }
+            let units = (to - if relative { here } else { zero[axis] }) / unit;
+            let value = units * if inches { ONE / 1_000 } else { unit };
+            words.push(Word { letter, value });
+        }
+        words
+    }
+
+    /// A quarter, a half, three quarters or a whole of a circle.
+    fn arc(&mut self, model: &Model) -> Vec<Word> {
+        let modes = &model.modes;
+        let plane = if self.one_in(2) { 17 + self.below(3) as i64 } else { modes.plane };
+        let mut words = if plane == modes.plane { Vec::new() } else { vec![Word::g(plane * 10)] };
+        let clockwise = self.one_in(2);
+        words.push(Word::g(if clockwise { 20 } else { 30 }));
+        let relative = modes.incremental || modes.inches;
+        if relative && !modes.incremental {
+            words.push(Word::g(910));
+        }
+        if modes.feed < ONE || modes.inverse_time {
+            words.push(self.feed(model, modes.inches));
+        }
+        // G18 turns from Z to X.
+        let (across, up) = [(0, 1), (2, 0), (1, 2)][plane as usize - 17];
+        let unit = ONE / 1_000 * if modes.inches { 20 } else { 500 };
+        let offset: [i64; 2] = std::array::from_fn(|_| (self.below(9) as i64 - 4) * unit);
+        let turns = 1 + self.below(4);
+        let mut from_centre = [-offset[0], -offset[1]];
+        for _ in 0..turns {
+            from_centre = if clockwise { [from_centre[1], -from_centre[0]] } else { [-from_centre[1], from_centre[0]] };
+        }
+        let zero = if relative { model.position } else { model.work_zero() };
+        for (index, axis) in [across, up].into_iter().enumerate() {
+            let by = offset[index] + from_centre[index];
+            let value = by + if modes.inches { 0 } else { model.position[axis] - zero[axis] };
+            words.push(Word { letter: ['X', 'Y', 'Z'][axis], value });
+            words.push(Word { letter: ['I', 'J', 'K'][axis], value: offset[index] });
+        }
+        words
+    }
+
+    fn offset(&mut self, model: &Model) -> Vec<Word> {
+        let mut words = match self.below(8) {
+            0..=2 => {
+                let kind = self.of(&[2, 20]);
+                vec![Word::g(100), Word::whole('L', kind), Word::whole('P', self.below(7) as i64)]
+            }
+            3 => return vec![Word::g(921)],
+            4 => return vec![Word::g(490)],
+            5 => return vec![Word::g(431), self.length('Z', model)],
+            _ => vec![Word::g(920)],
+        };
+        if self.one_in(4) {
+            words.push(Word::g(540 + 10 * self.below(6) as i64));
+        }
+        let which = 1 + self.below(7);
+        for (_, letter) in ['X', 'Y', 'Z'].into_iter().enumerate().filter(|&(axis, _)| which >> axis & 1 == 1) {
+            words.push(self.length(letter, model));
+        }
+        words
+    }
+
+    fn length(&mut self, letter: char, model: &Model) -> Word {
+        let most = if model.modes.inches { 2_000 } else { 60_000 };
+        Word { letter, value: (self.below(2 * most) as i64 - most as i64) * ONE / 1_000 }
+    }
+
+    fn go_home(&mut self, model: &Model, room: &Room) -> Vec<Word> {
+        let mut words = vec![Word::g(self.of(&[280, 300]))];
+        if self.one_in(2) {
+            let modes = &model.modes;
+            words.extend(self.axis_words(model, room, model.work_zero(), modes.incremental, modes.inches));
+        }
+        words
+    }
+
+    fn tool(&mut self) -> Vec<Word> {
+        match self.below(6) {
+            0 => vec![Word::m(self.of(&[3, 4])), Word::whole('S', self.below(1_001) as i64)],
+            1 => vec![Word::m(self.of(&[3, 4, 5]))],
+            2 => vec![Word::whole('S', self.below(1_000) as i64)],
+            3 => vec![Word::whole('T', self.below(256) as i64)],
+            _ => vec![Word::m(self.of(&[7, 8, 9]))],
+        }
+    }
+
+    fn probe(&mut self, model: &Model, room: &Room) -> Vec<Word> {
+        let mut words = vec![Word::g(self.of(&[382, 383, 383, 385]))];
+        let modes = &model.modes;
+        words.push(self.feed(model, modes.inches));
+        words.extend(self.axis_words(model, room, model.work_zero(), modes.incremental, modes.inches));
+        words
+    }
+
+    /// Words that are often refused.
+    fn faulty(&mut self, model: &Model) -> Vec<Word> {
+        let x = self.length('X', model);
+        let one = |letter| Word::whole(letter, 1);
+        match self.below(22) {
+            0 => vec![Word::g(0), Word::g(10), x],
+            1 => vec![Word::g(900), Word::g(910)],
+            2 => vec![Word::g(100), Word::g(920), x],
+            3 => vec![x, x],
+            4 => vec![Word::whole('F', -1)],
+            5 => vec![Word::whole('T', 256)],
+            6 => vec![Word::whole('N', 10_000_001)],
+            7 => vec![Word::g(40)],
+            8 => vec![Word::g(100), x, Word::whole('L', 2)],
+            9 => vec![Word::g(100), x, Word::whole('L', 2), Word::whole('P', 7)],
+            10 => vec![Word::g(591)],
+            11 => vec![Word::g(100), Word::whole('L', 2), one('P')],
+            12 => vec![Word::g(920)],
+            13 => vec![Word::g(431), x],
+            14 => vec![one('I')],
+            15 => vec![one('P')],
+            16 => vec![Word::g(530), Word::g(800), Word::g(20)],
+            17 => vec![Word::g(530), Word::g(800)],
+            18 => vec![Word::g(20)],
+            19 => vec![Word::g(410)],
+            20 => vec![Word::m(60)],
+            _ => vec![Word::g(920), Word::whole('Y', 10_500)],
+        }
+    }
+
+    fn jog(&mut self, model: &Model, room: &Room) -> Line {
+        for _ in 0..30 {
+            let (mut words, incremental, inches) = self.with_modes(model);
+            let machine = self.one_in(8);
+            if machine {
+                words.push(Word::g(530));
+            }
+            let zero = if machine { [0; 3] } else { model.work_zero() };
+            words.extend(self.axis_words(model, room, zero, incremental && !machine, inches));
+            if !self.one_in(15) {
+                words.push(Word::whole('F', self.of(&[10, 50, 600]) * if inches { 1 } else { 20 }));
+            }
+            if self.one_in(15) {
+                words.push(self.of(&[Word::g(170), Word::m(3), Word::whole('S', 5), Word::whole('P', 5)]));
+            }
+            let mut after = model.clone();
+            let mut free = Model { homed: [false; 3], ..model.clone() };
+            let is_clear = match after.jog(&words) {
+                Ok(()) => is_within(&after.position, room),
+                Err(15) => free.jog(&words).is_ok() && is_clearly_outside(&free.position, room),
+                Err(_) => true,
+            };
+            if is_clear {
+                let text = format!("$J={}", written(&words, &mut self.random));
+                return Line { text, asked: Asked::Jog(words) };
+            }
+        }
+        Line { text: "$J=G53".to_owned(), asked: Asked::Refused(if model.state == State::Idle { 22 } else { 8 }) }
+    }
+
+    fn system(&mut self, model: &Model) -> Line {
+        let is_locked = matches!(model.state, State::Alarm(_));
+        let line = |text: &str, asked: Asked| Line { text: text.to_owned(), asked };
+        match self.below(if is_locked { 6 } else { 20 }) {
+            0 => line("$H", Asked::Home(None)),
+            1 => {
+                let axis = self.below(3) as usize;
+                line(["$HX", "$HY", "$HZ"][axis], Asked::Home(Some(axis)))
+            }
+            2..=5 => line("$X", Asked::Unlock),
+            6 => line("$C", Asked::Check),
+            7 => line("$RST=#", Asked::Restore('#')),
+            8 if self.is_default => line("$RST=$", Asked::Restore('$')),
+            9 => self.startup(),
+            10 => {
+                let text = self.of(&["", "MILL3", "A"]);
+                Line { text: format!("$I={text}"), asked: Asked::Build(text.to_owned()) }
+            }
+            _ => {
+                let (number, values) = SETTINGS[self.below(SETTINGS.len() as u64) as usize];
+                let value = self.of(values);
+                Line { text: format!("${number}={value}"), asked: Asked::Set(number, value) }
+            }
+        }
+    }
+
+    fn startup(&mut self) -> Line {
+        let index = self.below(2) as usize;
+        let words: &[Word] = &[
+            vec![],
+            vec![Word::g(560)],
+            vec![Word::g(910), Word::g(180)],
+            vec![Word::m(8)],
+            vec![Word::whole('F', 777)],
+        ][self.below(5) as usize];
+        let text: String = words.iter().map(ToString::to_string).collect();
+        let startup = Startup { words: words.to_vec(), text: text.clone() };
+        Line { text: format!("$N{index}={text}"), asked: Asked::Startup(index, startup) }
+    }
+}
+
+/// Bytes of overrides.
+const OVERRIDES: [u8; 13] = [0x90, 0x91, 0x91, 0x92, 0x93, 0x94, 0x95, 0x96, 0x97, 0x99, 0x9A, 0x9B, 0x9C];
+
+/// Settings, and values of them; some are refused.
+const SETTINGS: [(u16, &[f64]); 15] = [
+    (1, &[0.0, 25.0, 255.0]),
+    (10, &[0.0, 1.0, 2.0, 3.0, 4.0]),
+    (11, &[0.0, 0.01, 0.02, -1.0]),
+    (12, &[0.002, 0.01]),
+    (13, &[0.0, 0.0, 1.0]),
+    (20, &[0.0, 1.0, 1.0]),
+    (22, &[0.0, 1.0, 1.0]),
+    (24, &[60.0, 100.0]),
+    (27, &[1.0, 2.0, 2.5]),
+    (99, &[1.0]),
+    (110, &[3_000.0, 5_000.0]),
+    (121, &[300.0, 800.0]),
+    (922, &[0.0, 400.0]),
+    (394, &[0.0, 0.5]),
+    (940, &[0.0, 1.0, 2.0]),
+];
+
+/// Whether a line does nothing but move, or nothing at all.
+fn is_move(line: &Line) -> bool {
+    let moves = |word: &Word| match word.letter {
+        'X' | 'Y' | 'Z' | 'F' | 'N' => true,
+        'G' => matches!(word.tenths(), 0 | 10 | 900 | 910 | 200 | 210 | 530),
+        _ => false,
+    };
+    matches!(&line.asked, Asked::Block(words) if words.iter().all(moves))
+}
+
+/// M2 or M30.
+fn ends(line: &Line) -> bool {
+    let ends = |word: &Word| word.letter == 'M' && matches!(word.tenths(), 20 | 300);
+    matches!(&line.asked, Asked::Block(words) if words.iter().any(ends))
+}
+
+/// Whether a block leaves the machine in its room, or is clearly outside and refused for it.
+fn stays(model: &Model, words: &[Word], room: &Room) -> bool {
+    let mut after = model.clone();
+    after.path.clear();
+    let start = after.position;
+    let refused = after.block(words).is_err();
+    // A circle with its centre where the words say is in the room.
+    let offset =
+        |letter| words.iter().find(|word| word.letter == letter).map_or(0, |word| after.modes.length(word.value));
+    let offsets = ['I', 'J', 'K'].map(offset);
+    let reach = offsets.iter().map(|offset| offset.abs()).sum::<i64>() * 2;
+    let is_arc_inside = (0..3).all(|axis| {
+        let (low, high) = room[axis];
+        reach == 0 || (low + reach..=high - reach).contains(&start[axis])
+    });
+    match after.state {
+        // What lies beyond by less than a step may be rounded to a place within.
+        State::Alarm(2) if refused => after.is_clearly_outside(words, model, room),
+        _ => is_arc_inside && is_within(&after.position, room) && after.path.iter().all(|place| is_within(place, room)),
+    }
+}
+
+impl Model {
+    /// Whether the target of a block that was refused is beyond the room by a millimetre at least.
+    fn is_clearly_outside(&self, words: &[Word], before: &Model, room: &Room) -> bool {
+        let mut free = before.clone();
+        free.homed = [false; 3];
+        free.path.clear();
+        free.state = State::Idle;
+        let _ = free.block(words);
+        let mut places = free.path.clone();
+        places.push(free.position);
+        places.iter().all(|place| is_clearly_outside(place, room))
+    }
+}
+
+/// Whether each axis is in the room, or beyond it by a millimetre at least.
+fn is_clearly_outside(place: &Place, room: &Room) -> bool {
+    place.iter().zip(room).all(|(place, (low, high))| {
+        let by = (low - place).max(place - high);
+        by <= 0 || by > ONE
+    })
+}
+
+fn is_within(place: &Place, room: &Room) -> bool {
+    place.iter().zip(room).all(|(place, (low, high))| (low..=high).contains(&place))
+}
