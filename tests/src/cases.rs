@@ -4,18 +4,25 @@ use isostep_motion::{AXES, Axis};
 use isostep_profile::SpeedLaw;
 use isostep_sim::compare::{self, Comparison};
 use isostep_sim::{Config, run};
+use isostep_trials::cases;
 use oorandom::Rand32;
 
 use crate::rig::{Act, Pace, Rig, Seen, Stop};
 
 /// Seed of the random instants at which moves are stopped and at which they start.
 const SEED: u64 = 7;
-/// Number of stops.
-const STOPS: u32 = 200;
-/// Number of moves from rest, each there and back.
-const STARTS: usize = 150;
 /// Number of starts with the same acceleration.
 const STARTS_OF_A_PACE: usize = 15;
+
+/// Number of stops.
+fn stops() -> u32 {
+    cases(45, 200)
+}
+
+/// Number of moves from rest, each there and back.
+fn starts() -> usize {
+    cases(45, 150) as usize
+}
 
 fn relative(mm: [f64; AXES]) -> Act {
     let [x, y, z] = mm;
@@ -32,7 +39,7 @@ fn set(pace: Pace) -> Vec<Act> {
     pace.settings().into_iter().map(Act::Line).collect()
 }
 
-/// A move is stopped at 200 random instants, in turn by a limit switch, the emergency stop and two reset bytes. Each
+/// A move is stopped at random instants, in turn by a limit switch, the emergency stop and two reset bytes. Each
 /// time the machine must report the position that the edges have taken it to, and must return from there to where it
 /// began.
 ///
@@ -42,7 +49,7 @@ pub fn stops_leave_the_exact_count(rig: impl Rig) {
     let mut random = Rand32::new(SEED);
     let pace = rig.pace();
     let mut acts = set(rig.pace());
-    for i in 0..STOPS {
+    for i in 0..stops() {
         let axis = Axis::ALL[(i / 3) as usize % AXES];
         let stop = [Stop::Limit(axis), Stop::Emergency, Stop::Reset][i as usize % 3];
         acts.extend([relative(pace.away_mm), Act::WaitUs(random.rand_range(2_000..pace.lasts_us)), Act::Press(stop)]);
@@ -52,7 +59,7 @@ pub fn stops_leave_the_exact_count(rig: impl Rig) {
     }
     acts.push(Act::Report);
     let seen = rig.carry_out("stops", &acts);
-    assert_eq!(seen.reports.len() as u32, STOPS + 1, "{rig}");
+    assert_eq!(seen.reports.len() as u32, stops() + 1, "{rig}");
     for (i, &(t_ns, reported)) in seen.reports.iter().enumerate() {
         assert_eq!(reported, seen.counted_steps(t_ns), "{rig}, SEED={SEED}, stop {i} at {t_ns} ns");
     }
@@ -141,7 +148,7 @@ impl Start {
 pub fn cold_starts_are_exact(rig: impl Rig, off_max_ns: f64) {
     let mut random = Rand32::new(SEED);
     let mut acts = Vec::new();
-    for index in 0..STARTS {
+    for index in 0..starts() {
         if index.is_multiple_of(STARTS_OF_A_PACE) {
             let steep = (index / STARTS_OF_A_PACE).is_multiple_of(2);
             acts.push(rested());
@@ -156,7 +163,7 @@ pub fn cold_starts_are_exact(rig: impl Rig, off_max_ns: f64) {
     let seen = rig.carry_out("cold-starts", &acts);
     assert_eq!(seen.reports.last().map(|report| report.1), Some([0; AXES]), "{rig}, SEED={SEED}");
     let comparison = held_against_plans(&rig, &acts, &seen);
-    assert_eq!(comparison.moves.len(), 2 * STARTS, "{rig}, SEED={SEED}");
+    assert_eq!(comparison.moves.len(), 2 * starts(), "{rig}, SEED={SEED}");
     assert!(comparison.all.max_ns <= off_max_ns, "{rig}, SEED={SEED}: {:?}", comparison.all);
 }
 

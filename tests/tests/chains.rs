@@ -9,11 +9,13 @@ use isostep_sim::measure::kept;
 use isostep_sim::plant::SwitchFault;
 use isostep_sim::{MoveRecord, Outcome};
 use isostep_tests::bench::{Bench, Highest, Kind, Moves, all_cases, check};
+use isostep_trials::cases;
 
 /// Number of interferences of each kind.
-const INSTANTS: u64 = 1_000;
+fn instants() -> u64 {
+    cases(200, 1_000).into()
+}
 const PER_CASE: u64 = 10;
-const CASES: u64 = INSTANTS / PER_CASE;
 
 /// The machine of a case, with any acceleration and any corner deviation.
 fn bench(case: u64) -> Bench {
@@ -56,7 +58,7 @@ fn ends_at(outcome: &Outcome, moves: &Moves, case: u64) {
 #[test]
 fn holds_at_any_instant_lose_nothing() {
     let (mut held, mut highest) = (0, Highest::default());
-    let are_all = all_cases("chains", "holds_at_any_instant_lose_nothing", CASES, |case| {
+    let are_all = all_cases("chains", "holds_at_any_instant_lose_nothing", instants() / PER_CASE, |case| {
         let mut bench = bench(case);
         let mut moves = Moves::default();
         for _ in 0..PER_CASE {
@@ -83,15 +85,15 @@ fn holds_at_any_instant_lose_nothing() {
     if !are_all {
         return;
     }
-    println!("of {INSTANTS} holds {held} fell into moves");
+    println!("of {} holds {held} fell into moves", instants());
     highest.print();
-    assert!(held > INSTANTS / 2, "{held}");
+    assert!(held > instants() / 2, "{held}");
 }
 
 #[test]
 fn jogs_are_cancelled_at_any_instant() {
     let (mut held, mut highest) = (0, Highest::default());
-    let are_all = all_cases("chains", "jogs_are_cancelled_at_any_instant", CASES, |case| {
+    let are_all = all_cases("chains", "jogs_are_cancelled_at_any_instant", instants() / PER_CASE, |case| {
         let mut bench = bench(case);
         for _ in 0..PER_CASE {
             let first = bench.sim.outcome().moves.len();
@@ -112,15 +114,15 @@ fn jogs_are_cancelled_at_any_instant() {
     if !are_all {
         return;
     }
-    println!("of {INSTANTS} jog cancels {held} fell into moves");
+    println!("of {} jog cancels {held} fell into moves", instants());
     highest.print();
-    assert!(held > INSTANTS / 3, "{held}");
+    assert!(held > instants() / 3, "{held}");
 }
 
 #[test]
 fn overrides_at_any_instant_lose_nothing() {
     let (mut changed, mut highest) = (0, Highest::default());
-    let are_all = all_cases("chains", "overrides_at_any_instant_lose_nothing", CASES, |case| {
+    let are_all = all_cases("chains", "overrides_at_any_instant_lose_nothing", instants() / PER_CASE, |case| {
         let mut bench = bench(case);
         let mut moves = Moves::default();
         for _ in 0..PER_CASE {
@@ -143,13 +145,13 @@ fn overrides_at_any_instant_lose_nothing() {
     }
     println!("{changed} moves went on otherwise");
     highest.print();
-    assert!(changed > INSTANTS / 5, "{changed}");
+    assert!(changed > instants() / 5, "{changed}");
 }
 
 #[test]
 fn resets_at_any_instant_keep_the_position() {
     let (mut braked, mut highest) = (0, Highest::default());
-    let are_all = all_cases("chains", "resets_at_any_instant_keep_the_position", CASES, |case| {
+    let are_all = all_cases("chains", "resets_at_any_instant_keep_the_position", instants() / PER_CASE, |case| {
         let mut bench = bench(case);
         for _ in 0..PER_CASE {
             let first = bench.sim.outcome().moves.len();
@@ -173,9 +175,9 @@ fn resets_at_any_instant_keep_the_position() {
     if !are_all {
         return;
     }
-    println!("of {INSTANTS} resets {braked} fell into moves");
+    println!("of {} resets {braked} fell into moves", instants());
     highest.print();
-    assert!(braked > INSTANTS / 3, "{braked}");
+    assert!(braked > instants() / 3, "{braked}");
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -188,7 +190,7 @@ enum Stop {
 #[test]
 fn stops_at_any_instant_leave_the_exact_count() {
     let (mut stopped, mut highest) = (0, Highest::default());
-    let are_all = all_cases("chains", "stops_at_any_instant_leave_the_exact_count", CASES, |case| {
+    let are_all = all_cases("chains", "stops_at_any_instant_leave_the_exact_count", instants() / PER_CASE, |case| {
         let mut bench = bench(case);
         for round in 0..PER_CASE {
             let first = bench.sim.outcome().moves.len();
@@ -237,9 +239,9 @@ fn stops_at_any_instant_leave_the_exact_count() {
     if !are_all {
         return;
     }
-    println!("of {INSTANTS} stops {stopped} fell into moves");
+    println!("of {} stops {stopped} fell into moves", instants());
     highest.print();
-    assert!(stopped > INSTANTS / 3, "{stopped}");
+    assert!(stopped > instants() / 3, "{stopped}");
 }
 
 /// The host stops sending in the middle of a line. The machine must brake to rest at the end of the known moves and

@@ -6,13 +6,16 @@ use embassy_time::Duration;
 use isostep_motion::{Alarm, Finish, State};
 use isostep_sim::MoveRecord;
 use isostep_tests::bench::{Bench, Highest, check, steps_of};
+use isostep_trials::cases;
 
-const HOLDS: u64 = 500;
+fn holds() -> u64 {
+    cases(100, 500).into()
+}
 
 #[test]
 fn holds_at_any_instant_lose_nothing() {
     let (mut held, mut highest) = (0, Highest::default());
-    for case in 0..HOLDS {
+    for case in 0..holds() {
         let mut bench = Bench::new(case);
         let place = bench.place();
         let [x, y, z] = place;
@@ -45,15 +48,15 @@ fn holds_at_any_instant_lose_nothing() {
         highest.add(bench.ratios(&outcome, |record| is_feed(record).then_some(feed)), case);
         held += outcome.moves.iter().filter(|record| record.finish == Finish::Held).count();
     }
-    println!("{HOLDS} random programs were held in mid-move {held} times");
+    println!("{} random programs were held in mid-move {held} times", holds());
     highest.print();
-    assert!(held as u64 > HOLDS / 2, "only {held} holds fell into a move");
+    assert!(held as u64 > holds() / 2, "only {held} holds fell into a move");
 }
 
 #[test]
 fn overrides_at_any_instant_lose_nothing() {
     let (mut changed, mut highest) = (0, Highest::default());
-    for case in 0..HOLDS {
+    for case in 0..holds() {
         let mut bench = Bench::new(case);
         let place = bench.place();
         let [x, y, z] = place;
@@ -74,16 +77,16 @@ fn overrides_at_any_instant_lose_nothing() {
         highest.add(bench.ratios(&outcome, |_| feed), case);
         changed += outcome.moves.iter().filter(|record| !record.parts.is_empty()).count();
     }
-    println!("of {HOLDS} random moves {changed} went on at another speed");
+    println!("of {} random moves {changed} went on at another speed", holds());
     highest.print();
-    assert!(changed as u64 > HOLDS / 4, "only {changed} moves went on at another speed");
+    assert!(changed as u64 > holds() / 4, "only {changed} moves went on at another speed");
 }
 
 /// Overrides come faster than they take effect. Then the move is held while the last one takes effect.
 #[test]
 fn overrides_in_quick_succession_lose_nothing() {
     let mut highest = Highest::default();
-    for case in 0..HOLDS / 5 {
+    for case in 0..holds() / 5 {
         let mut bench = Bench::new(case);
         // At this acceleration a full queue is a few milliseconds of motion.
         bench.say(&[0, 1, 2].map(|axis| format!("$12{axis}=4000\n$93{axis}=80000\n")).concat());
@@ -112,7 +115,7 @@ fn overrides_in_quick_succession_lose_nothing() {
 #[test]
 fn jogs_are_cancelled_at_any_instant() {
     let mut highest = Highest::default();
-    for case in 0..HOLDS / 5 {
+    for case in 0..holds() / 5 {
         let mut bench = Bench::new(case);
         let [x, y, z] = bench.place();
         bench.say(&format!("$J=G90 X{x} Y{y} Z{z} F1500\n$J=G91 X5 F1500\n"));
@@ -139,7 +142,7 @@ fn jogs_are_cancelled_at_any_instant() {
 #[test]
 fn resets_at_any_instant_keep_the_position() {
     let (mut braked, mut highest) = (0, Highest::default());
-    for case in 0..HOLDS / 2 {
+    for case in 0..holds() / 2 {
         let mut bench = Bench::new(case);
         let place = bench.place();
         let [x, y, z] = place;
@@ -172,14 +175,14 @@ fn resets_at_any_instant_keep_the_position() {
         highest.add(bench.ratios(&outcome, |record| is_feed(record).then_some(feed)), case);
         braked += u64::from(outcome.moves.iter().any(|record| record.finish == Finish::Held));
     }
-    println!("of {} resets {braked} had a move brake", HOLDS / 2);
+    println!("of {} resets {braked} had a move brake", holds() / 2);
     highest.print();
-    assert!(braked > HOLDS / 8, "only {braked} resets fell into a move");
+    assert!(braked > holds() / 8, "only {braked} resets fell into a move");
 }
 
 #[test]
 fn a_second_reset_stops_what_brakes_at_once() {
-    for case in 0..HOLDS / 5 {
+    for case in 0..holds() / 5 {
         let mut bench = Bench::new(case);
         bench.say("G90\nG1 X60 Y37 Z12 F3000\n");
         bench.sim.run_for(Duration::from_millis(500)).unwrap();

@@ -7,6 +7,7 @@ use expect_test::{Expect, expect};
 use isostep_console::Settings;
 use isostep_sim::{Config, Figures, Outcome, Port, run};
 use isostep_tests::{laws, root};
+use isostep_trials::cases;
 use oorandom::Rand32;
 
 /// The smallest and largest positions of X, Y and Z on the arcs of arcs.nc.
@@ -176,7 +177,7 @@ fn random_program(seed: u64) -> String {
 
 #[test]
 fn random_programs_keep_every_promise() {
-    for seed in 0..100 {
+    for seed in 0..cases(25, 100).into() {
         let program = random_program(seed);
         let folder = root().join("target/random");
         let name = format!("target/random/seed-{seed}.nc");

@@ -14,9 +14,9 @@ use isostep_controller::{Parameters, Settings};
 use isostep_motion::State;
 use isostep_sim::flash::{FLASH_BYTES, SECTOR_BYTES};
 use isostep_sim::{Config, Flash, Sim};
+use isostep_trials::cases;
 use oorandom::Rand64;
 
-const CASES: u64 = 100;
 const CUTS_PER_CASE: u64 = 100;
 
 fn defaults() -> Kept {
@@ -114,10 +114,10 @@ fn survive_power_cuts(case: u64) {
 }
 
 #[test]
-fn ten_thousand_power_cuts_leave_every_item_old_or_new() {
+fn power_cuts_leave_every_item_old_or_new() {
     let only = env::var("STORE_CASE").ok().map(|case| case.parse().expect("STORE_CASE is a number"));
-    for case in only.map_or(0..CASES, |case| case..case + 1) {
-        let replay = format!("again: STORE_CASE={case} cargo test -p isostep-tests --test store ten_thousand");
+    for case in only.map_or(0..cases(20, 100).into(), |case| case..case + 1) {
+        let replay = format!("again: STORE_CASE={case} cargo test -p isostep-tests --test store power_cuts");
         if std::panic::catch_unwind(|| survive_power_cuts(case)).is_err() {
             panic!("{replay}");
         }
@@ -232,8 +232,8 @@ fn garbage(seed: u64) -> Flash {
 
 #[test]
 fn garbage_is_not_read() {
-    for seed in 0..50 {
-        let flash = garbage(seed);
+    for seed in 0..cases(20, 50) {
+        let flash = garbage(seed.into());
         let (mut store, loaded) = opened(&flash, 16);
         assert_eq!((loaded, store.kept()), (Err(Loss::Unreadable), &defaults()), "seed {seed}");
         let mut wanted = defaults();
@@ -246,7 +246,7 @@ fn garbage_is_not_read() {
 
 #[test]
 fn flipped_bits_never_panic_and_never_stop_a_change() {
-    for seed in 0..200 {
+    for seed in 0..cases(40, 200).into() {
         let mut random = Rand64::new(seed);
         let (flash, mut wanted) = (Flash::blank(), defaults());
         let (mut store, _) = opened(&flash, 4);
@@ -387,7 +387,7 @@ fn a_value_of_another_kind_is_not_read() {
 /// The bits change while the machine is on. A change that finds the log damaged writes all of it anew.
 #[test]
 fn bits_that_flip_under_a_running_machine_never_stop_a_change() {
-    for seed in 0..100 {
+    for seed in 0..cases(20, 100).into() {
         let mut random = Rand64::new(seed);
         let (flash, mut wanted) = (Flash::blank(), defaults());
         let (mut store, _) = opened(&flash, 4);

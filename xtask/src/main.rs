@@ -1,7 +1,7 @@
 //! The commands of the project, run as `cargo xtask VERB`. Each verb that needs the sources has a file or folder: those
 //! that build, flash, emulate, test and measure. The other verbs are in the package `isostep`. `workspace`,
-//! `toolchain`, `tools`, `node`, `firmware`, `footprint`, `touch`, `uf2`, `variant` and `process` are shared by the
-//! verbs.
+//! `toolchain`, `tools`, `node`, `firmware`, `footprint`, `touch`, `uf2`, `variant`, `process`, `suites` and `cpu` are
+//! shared by the verbs.
 
 // All modules print with its macros.
 #[macro_use]
@@ -12,6 +12,7 @@ mod bench;
 mod build;
 #[cfg(unix)]
 mod clients;
+mod cpu;
 mod dist;
 mod emulate;
 mod firmware;
@@ -24,6 +25,7 @@ mod node;
 mod process;
 mod setup;
 mod size;
+mod suites;
 mod test;
 mod toolchain;
 mod tools;
@@ -55,7 +57,7 @@ Examples:
   cargo xtask sim --pty                                  a machine without hardware, for any sender of G-code
   cargo xtask console                                    talk to the board, or to that machine
   cargo xtask test --fast                                host tests only
-  cargo xtask test                                       everything, the emulated board included
+  cargo xtask test                                       every test, the emulated board included; --all tries more random cases
   cargo xtask bench --quick                              rates, edge errors, load and stops of the step ports
   cargo xtask profile --help                             speed laws: a table, every step as CSV, curves over time
   cargo xtask papers                                     what the papers print beside what comes out here

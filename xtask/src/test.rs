@@ -10,13 +10,13 @@ use crate::footprint::Footprint;
 use crate::process::{self, announce};
 use crate::toolchain::cargo;
 use crate::variant::{Driver, Port, Variant};
-use crate::{build, node, workspace};
+use crate::{build, cpu, node, suites, workspace};
 use isostep::stopwatch::Stopwatch;
 
 /// Run the tests: host, emulator, firmware size, emulated board, real senders
 #[derive(clap::Args)]
 #[command(after_help = "\
-The stages stop at the first that fails:
+Of each random test a few cases are tried, or with --all every one. The stages stop at the first that fails:
   host tests       unit, property and end-to-end tests in virtual time
   emulator tests   the emulated board's own, and the step program on it as on a published emulator
   firmware         its build, and its size budgets
@@ -83,9 +83,11 @@ pub fn run(args: Args) -> Result<()> {
     };
     let more: &[Stage] = if args.cncjs { &[("cncjs", |_| cncjs())] } else { &[] };
     let cases = if args.all { Cases::All } else { Cases::Few };
-    let mut summary = String::new();
+    let stages: Vec<_> = stages.iter().chain(more).collect();
+    let mut summary = format!("{:<16} {:<8}{:>8}{:>8}\n", "stage", "", "wall s", "CPU s");
     let mut failure = None;
-    for (name, stage) in stages.iter().chain(more) {
+    let all = Watch::start();
+    for (index, (name, stage)) in stages.iter().enumerate() {
         if failure.is_some() {
             summary += &format!("{name:<16} not run\n");
             continue;
@@ -97,34 +99,51 @@ pub fn run(args: Args) -> Result<()> {
             summary += &format!("{name:<16} skipped: {remedy}\n");
             continue;
         }
-        announce(name);
-        let stopwatch = Stopwatch::start();
+        announce(&format!("{name}, stage {} of {}", index + 1, stages.len()));
+        let watch = Watch::start();
         let outcome = stage(cases);
         let verdict = if outcome.is_ok() { "ok" } else { "FAILED" };
-        summary += &format!("{name:<16} {verdict:<8}{:>6.1} s\n", stopwatch.elapsed_s());
+        summary += &format!("{name:<16} {verdict:<8}{}\n", watch.spent());
         failure = outcome.err().map(|error| anyhow!("{name}: {error:#}"));
     }
-    print!("\n{summary}");
+    print!("\n{summary}{:<16} {:<8}{}\n", "all", "", all.spent());
     failure.map_or(Ok(()), Err)
 }
 
+/// How long something takes, and for how long it occupies a processor.
+struct Watch {
+    wall: Stopwatch,
+    cpu_s: Option<f64>,
+}
+
+impl Watch {
+    fn start() -> Self {
+        Self { wall: Stopwatch::start(), cpu_s: cpu::spent_s() }
+    }
+
+    /// Two columns of the summary.
+    fn spent(&self) -> String {
+        let cpu_s = self.cpu_s.zip(cpu::spent_s()).map(|(start_s, now_s)| format!("{:.1}", now_s - start_s));
+        format!("{:>8.1}{:>8}", self.wall.elapsed_s(), cpu_s.unwrap_or_default())
+    }
+}
+
 fn host(cases: Cases) -> Result<()> {
-    process::run(&mut cases.cargo_test())?;
+    let tests = || cases.cargo_test();
+    suites::run("host tests", tests, &[])?;
     // What a firmware without them has, see `Variant`. Tests that need these laws are not built.
-    let crates = ["profile", "motion", "console", "controller"].map(|name| format!("--package=isostep-{name}"));
-    process::run(cases.cargo_test().args(crates).args([
-        "--no-default-features",
-        "--lib",
-        "--test=dialect",
-        "--test=examples",
-    ]))
+    let args = ["profile", "motion", "console", "controller"].map(|name| format!("--package=isostep-{name}"));
+    let mut args: Vec<_> = args.iter().map(String::as_str).collect();
+    args.extend(["--no-default-features", "--lib", "--test=dialect", "--test=examples"]);
+    suites::run("without paper-laws", tests, &args)
 }
 
 fn emulator(cases: Cases) -> Result<()> {
     node::prepare()?;
     process::run(&mut node::npm("test"))?;
-    // These tests are ignored by a plain `cargo test`, which must work without Node.
-    process::run(cases.cargo_test().args(["--package", "isostep-tests", "--test", "step_program", "--", "--ignored"]))
+    // A plain `cargo test` does without what these compile, and they ignore what needs Node.
+    let args = ["--package=isostep-step-program", "--lib", "--", "--include-ignored"];
+    suites::run("step program", || cases.cargo_test(), &args)
 }
 
 /// The firmware with the other step port, tested like the default one.
@@ -140,10 +159,14 @@ fn firmware(_: Cases) -> Result<()> {
 
 fn emulated_board(cases: Cases) -> Result<()> {
     // These tests are ignored by a plain `cargo test`, which must work without Node and does not build firmware.
-    let mut tests = cases.cargo_test();
-    tests.env("ISOSTEP_ELF", workspace::firmware_elf());
-    tests.env("ISOSTEP_TIMER_PORT_ELF", build::kept_elf(TIMER_PORT_ELF));
-    process::run(tests.args(["--package", "isostep-tests", "--test", "emulated", "--", "--ignored"]))
+    let tests = || {
+        let mut tests = cases.cargo_test();
+        tests.env("ISOSTEP_ELF", workspace::firmware_elf());
+        tests.env("ISOSTEP_TIMER_PORT_ELF", build::kept_elf(TIMER_PORT_ELF));
+        tests
+    };
+    // Not by its package: with the features of all packages it is compiled already.
+    suites::run("emulated board", tests, &["--test=emulated", "--", "--ignored"])
 }
 
 fn senders(_: Cases) -> Result<()> {

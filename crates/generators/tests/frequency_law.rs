@@ -218,7 +218,7 @@ fn cases() -> impl Iterator<Item = (FrequencyLaw, (u32, u32, u32, u32))> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 1_000, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: isostep_trials::cases(100, 1_000), failure_persistence: None, ..ProptestConfig::default() })]
 
     /// With any parameters, frequencies stay between f_min and f_max, and first rise, then are constant, then fall.
     #[test]

@@ -4,6 +4,7 @@ use core::f64::consts::TAU;
 
 use isostep_generators::{Avr446, Correction, Float, GeneratorError, StepsPerTime, TimePerStep};
 use isostep_profile::{IntervalLaw, LimitError, Limits, Profile, ProfileError, SpeedLaw};
+use isostep_trials::cases;
 use proptest::prelude::*;
 
 const TICK_HZ: u32 = 1_000_000;
@@ -193,7 +194,7 @@ prop_compose! {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 2_000, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: cases(200, 2_000), failure_persistence: None, ..ProptestConfig::default() })]
 
     /// For every move, a generator ends with the steps it was asked for, and no interval is zero or too long.
     #[test]

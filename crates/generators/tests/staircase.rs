@@ -1,6 +1,7 @@
 //! Forero's staircase and timers, compared with the paper's numbers and with numbers worked out by hand.
 
 use isostep_generators::{PreloadTimer, Staircase, StaircaseError, TimedStaircase, TimerError};
+use isostep_trials::cases;
 use proptest::prelude::*;
 
 /// The longest move of the paper, 20,000 steps at t_1 = 4.5 s (its eqs 4-7). The paper does not print the steps of
@@ -109,7 +110,7 @@ fn what_the_timers_cannot_make_is_refused_with_the_bound() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 300, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: cases(100, 300), failure_persistence: None, ..ProptestConfig::default() })]
 
     /// For every move, all its steps are made in the end, in order, and none before the ideal staircase has come within
     /// one step of it.

@@ -1,11 +1,11 @@
 //! What planning and compiling cost on the host: `cargo bench -p isostep-profile`. `cargo xtask bench` gives the
 //! figures of the chip.
+#![expect(clippy::disallowed_types, reason = "what is measured is the time on the clock of this computer")]
 
 use std::hint::black_box;
 use std::sync::atomic::AtomicU32;
+use std::time::{Duration, Instant};
 
-use divan::Bencher;
-use divan::counter::ItemsCount;
 use isostep_profile::{IntervalLaw, Limits, Segment, SpeedLaw, SyncMove};
 
 const TICK_HZ: u32 = 125_000_000;
@@ -20,8 +20,32 @@ const LIMITS: Limits = Limits {
     jerk_steps_s3: f64::INFINITY,
 };
 
+/// How often the work is done at least, and for how long.
+const SAMPLES_MIN: u32 = 100;
+const LONG_ENOUGH: Duration = Duration::from_secs(1);
+
 fn main() {
-    divan::main();
+    plan(IntervalLaw::Fastest);
+    plan(IntervalLaw::Thirds);
+    compile();
+    fill();
+}
+
+/// Prints the shortest and the median time of the work, for each of its items.
+fn time<T>(name: &str, items: usize, mut work: impl FnMut() -> T) {
+    let start = Instant::now();
+    let mut samples_ns = Vec::new();
+    while samples_ns.len() < SAMPLES_MIN as usize || start.elapsed() < LONG_ENOUGH {
+        let start = Instant::now();
+        black_box(work());
+        samples_ns.push(start.elapsed().as_nanos() as f64 / items as f64);
+    }
+    samples_ns.sort_by(f64::total_cmp);
+    println!(
+        "{name:<16} {:>10.1} ns at least {:>10.1} ns in the median",
+        samples_ns[0],
+        samples_ns[samples_ns.len() / 2]
+    );
 }
 
 fn plan_of(steps: [i32; 3], law: IntervalLaw) -> SyncMove<3> {
@@ -33,27 +57,26 @@ fn ramp() -> SyncMove<3> {
 }
 
 /// Plans a move of three axes and compiles the first segment of each axis.
-#[divan::bench(args = [IntervalLaw::Fastest, IntervalLaw::Thirds])]
-fn plan(law: IntervalLaw) -> u64 {
-    let plan = plan_of(black_box([STEPS, -70_001, 33_333]), law);
-    let firsts = [0, 1, 2].map(|axis| plan.segments(axis, TICK_HZ).next());
-    firsts.iter().flatten().map(Segment::last_ticks).sum()
+fn plan(law: IntervalLaw) {
+    time(&format!("plan, {law:?}"), 1, || {
+        let plan = plan_of(black_box([STEPS, -70_001, 33_333]), law);
+        let firsts = [0, 1, 2].map(|axis| plan.segments(axis, TICK_HZ).next());
+        firsts.iter().flatten().map(Segment::last_ticks).sum::<u64>()
+    });
 }
 
 /// All segments of an axis, from rest to rest.
-#[divan::bench]
-fn compile(bencher: Bencher) {
+fn compile() {
     let plan = ramp();
     let segments = || black_box(&plan).segments(0, TICK_HZ);
-    bencher.counter(ItemsCount::new(segments().count())).bench(|| segments().map(|segment| segment.last_ticks()).max());
+    time("compile, each", segments().count(), || segments().map(|segment| segment.last_ticks()).max());
 }
 
 /// All intervals of an axis, a buffer at a time: the work that is done per step.
-#[divan::bench]
-fn fill(bencher: Bencher) {
+fn fill() {
     let segments: Vec<Segment> = ramp().segments(0, TICK_HZ).collect();
     let words: Vec<AtomicU32> = (0..256).map(AtomicU32::new).collect();
-    bencher.counter(ItemsCount::new(STEPS as usize)).bench(|| {
+    time("fill, each step", STEPS as usize, || {
         for segment in &segments {
             let mut intervals = segment.intervals();
             while intervals.fill(black_box(&words), 1) > 0 {}

@@ -43,12 +43,13 @@ pub(crate) fn polynomial(coefficients: &[i64], y: u64) -> i64 {
 
 #[cfg(test)]
 mod tests {
+    use isostep_trials::cases;
     use proptest::prelude::*;
 
     use super::{fraction_of, polynomial, product, times};
 
     proptest! {
-        #![proptest_config(ProptestConfig { cases: 10_000, failure_persistence: None, ..ProptestConfig::default() })]
+        #![proptest_config(ProptestConfig { cases: cases(1_000, 10_000), failure_persistence: None, ..ProptestConfig::default() })]
 
         #[test]
         fn products_are_exact(a: u32, b: u32) {

@@ -74,6 +74,7 @@ fn inverse_root(m: u32) -> u32 {
 
 #[cfg(test)]
 mod tests {
+    use isostep_trials::cases;
     use proptest::prelude::*;
 
     use super::{inverse_root, sqrt};
@@ -112,7 +113,7 @@ mod tests {
     }
 
     proptest! {
-        #![proptest_config(ProptestConfig { cases: 1_000_000, failure_persistence: None, ..ProptestConfig::default() })]
+        #![proptest_config(ProptestConfig { cases: cases(20_000, 1_000_000), failure_persistence: None, ..ProptestConfig::default() })]
 
         #[test]
         fn roots_are_rounded_to_the_nearest(bits in 0..f64::INFINITY.to_bits()) {

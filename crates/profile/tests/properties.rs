@@ -5,6 +5,7 @@
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use isostep_profile::{FIT_ERROR_MAX_TICKS, IntervalLaw, Intervals, Limits, Profile, SpeedLaw, SyncMove};
+use isostep_trials::cases;
 use proptest::prelude::*;
 
 const TICK_HZ: u32 = 1_000_000;
@@ -70,7 +71,7 @@ fn filled(mut intervals: Intervals, piece: usize, bias: u32) -> Vec<u32> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 10_000, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: cases(1_000, 10_000), failure_persistence: None, ..ProptestConfig::default() })]
 
     /// Every axis makes exactly its steps, at rising instants. Each instant is within the stated error of the closed
     /// form, and none is outside the move.

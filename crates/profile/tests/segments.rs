@@ -5,6 +5,7 @@ use isostep_profile::{
     BRIEF_S, Course, FIT_ERROR_MAX_TICKS, IntervalLaw, Limits, Segment, Segments, SpeedLaw, SyncMove,
     fit_error_max_ticks,
 };
+use isostep_trials::cases;
 use proptest::prelude::*;
 
 const RATES_HZ: [u32; 2] = [1_000_000, 125_000_000];
@@ -131,7 +132,7 @@ fn check_all<const N: usize>(plan: &SyncMove<N>) -> Result<(), TestCaseError> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 10_000, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: cases(1_000, 10_000), failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn steps_are_where_they_belong(
@@ -145,7 +146,7 @@ proptest! {
 
 proptest! {
     // There are fewer cases, because moves of millions of segments take long.
-    #![proptest_config(ProptestConfig { cases: 2_000, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: cases(200, 2_000), failure_persistence: None, ..ProptestConfig::default() })]
 
     /// Speeds from one step in 33 minutes to ten steps a microsecond, ramps that last a day, ramps that are almost
     /// none, two billion steps.
@@ -162,7 +163,7 @@ proptest! {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 500, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: cases(100, 500), failure_persistence: None, ..ProptestConfig::default() })]
 
     /// Axes that share a course have the same segments as each has alone, whichever axis is ahead, and by however much.
     #[test]

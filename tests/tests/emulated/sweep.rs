@@ -1,14 +1,15 @@
 //! Stops at every instant of two processes in the firmware: a line that becomes a move, and a change of moves under
 //! way.
 //!
-//! `cargo xtask test` tries some hundred instants of each. Trying all of them, microsecond by microsecond, takes
-//! minutes; the README of the emulator has the command.
+//! `cargo xtask test --all` tries some hundred instants of each. Trying all of them, microsecond by microsecond, takes
+//! longer; docs/position.md has the command.
 
 use std::env;
 use std::fmt::Write as _;
 
 use isostep_sim::Port;
 use isostep_tests::emulated::Board;
+use isostep_trials::cases;
 use oorandom::Rand32;
 
 /// Seed of the instants.
@@ -114,13 +115,13 @@ fn while_a_line_becomes_a_move(port: Port, count: u32) {
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn no_stop_is_lost_while_a_line_becomes_a_move() {
-    while_a_line_becomes_a_move(Port::Pio, 100);
+    while_a_line_becomes_a_move(Port::Pio, cases(20, 100));
 }
 
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn no_stop_of_the_timer_port_is_lost_while_a_line_becomes_a_move() {
-    while_a_line_becomes_a_move(Port::Timer, 40);
+    while_a_line_becomes_a_move(Port::Timer, cases(8, 40));
 }
 
 /// The changes to two moves with a corner between them: name, bytes, and the stops to try. After a reset has braked, a
@@ -153,11 +154,11 @@ fn while_moves_change(port: Port, count: u32) {
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn no_stop_is_lost_while_moves_change() {
-    while_moves_change(Port::Pio, 24);
+    while_moves_change(Port::Pio, cases(6, 24));
 }
 
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn no_stop_of_the_timer_port_is_lost_while_moves_change() {
-    while_moves_change(Port::Timer, 12);
+    while_moves_change(Port::Timer, cases(3, 12));
 }

@@ -7,6 +7,7 @@ use isostep_sim::Port;
 use isostep_sim::world::Edge;
 use isostep_tests::emulated::{Board, Run};
 use isostep_tests::root;
+use isostep_trials::cases;
 use oorandom::Rand32;
 
 /// Resolution of X in these programs, steps/mm.
@@ -123,11 +124,11 @@ fn probed_steps(line: &str) -> [i32; 2] {
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn places_of_contact_are_exact_to_the_step() {
-    const CONTACTS: usize = 200;
+    let count = cases(40, 200) as usize;
     let mut random = Rand32::new(15);
     let mut script =
         "expect Grbl\nsend $120=1000\nexpect ok\nsend $121=1000\nexpect ok\nsend G90\nexpect ok\n".to_owned();
-    for _ in 0..CONTACTS {
+    for _ in 0..count {
         // The machine's zero is 35 mm above the switch.
         let plate_mm = 36.0 + random.rand_float() * 3.0;
         let (aside_mm, feed_mm_min) = (random.rand_float() * 20.0 - 10.0, random.rand_range(200..2_880));
@@ -139,7 +140,7 @@ fn places_of_contact_are_exact_to_the_step() {
     assert!(run.ok, "{}", run.printed);
     let contacts = run.figures["probe"]["contacts"].as_array().unwrap();
     let reported: Vec<_> = run.printed.lines().filter(|line| line.contains("< [PRB:")).map(probed_steps).collect();
-    assert_eq!([contacts.len(), reported.len()], [CONTACTS; 2]);
+    assert_eq!([contacts.len(), reported.len()], [count; 2]);
     for (contact, reported) in contacts.iter().zip(&reported) {
         let seen = [0, 1].map(|axis| contact["position_steps"][axis].as_i64().unwrap() as i32);
         let off = [0, 1].map(|axis| seen[axis].abs_diff(reported[axis]));
@@ -193,7 +194,7 @@ fn stops(count: usize, seed: u64) -> String {
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn every_stop_puts_the_tool_off_within_20_us() {
-    let count = 500;
+    let count = cases(100, 500) as usize;
     let run = Board::new("tool-stops").with(&["--start", "150,40,15"]).script(&stops(count, 7));
     assert!(run.ok, "{}", run.printed);
     let stops = run.figures["tool"]["stops"].as_array().unwrap();

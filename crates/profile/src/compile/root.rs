@@ -38,6 +38,7 @@ fn mitchell(zeros: u32, mantissa: u64) -> i32 {
 
 #[cfg(test)]
 mod tests {
+    use isostep_trials::cases;
     use proptest::prelude::*;
 
     use super::Root;
@@ -70,7 +71,7 @@ mod tests {
     }
 
     proptest! {
-        #![proptest_config(ProptestConfig { cases: 100_000, failure_persistence: None, ..ProptestConfig::default() })]
+        #![proptest_config(ProptestConfig { cases: cases(10_000, 100_000), failure_persistence: None, ..ProptestConfig::default() })]
 
         #[test]
         fn roots_are_those_of_whole_numbers(bits: u128, zeros in 32..128u32) {

@@ -135,6 +135,7 @@ pub(super) fn exponent(x: f64) -> i32 {
 
 #[cfg(test)]
 mod tests {
+    use isostep_trials::cases;
     use proptest::prelude::*;
 
     use super::{Line, U96, fixed, left, right, right_signed, short_fixed};
@@ -149,7 +150,7 @@ mod tests {
     }
 
     proptest! {
-        #![proptest_config(ProptestConfig { cases: 10_000, failure_persistence: None, ..ProptestConfig::default() })]
+        #![proptest_config(ProptestConfig { cases: cases(1_000, 10_000), failure_persistence: None, ..ProptestConfig::default() })]
 
         #[test]
         fn lines_are_exact(start in any_length(), slope in any_length(), x: u32) {

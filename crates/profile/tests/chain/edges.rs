@@ -2,6 +2,7 @@
 
 use isostep_profile::chain::{Chain, ChainConfig, ChunkKind, Request};
 use isostep_profile::{IntervalLaw, Limits, PlanError, ProfileError, SpeedLaw};
+use isostep_trials::cases;
 use proptest::prelude::*;
 
 use crate::case::{AXES, Case};
@@ -343,7 +344,7 @@ prop_compose! {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 2_000, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: cases(200, 2_000), failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn extremes_keep_their_limits(case in extreme(), events in overrides()) {

@@ -1,6 +1,7 @@
 //! If all moves are known before the first begins, every one begins and ends as fast as limits and corners allow.
 
 use isostep_profile::chain::{Chain, ChunkKind};
+use isostep_trials::cases;
 use proptest::prelude::*;
 use proptest::test_runner::TestCaseResult;
 
@@ -42,7 +43,7 @@ fn is_the_fastest(case: &Case) -> TestCaseResult {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 10_000, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: cases(1_000, 10_000), failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn moves_known_beforehand_are_as_fast_as_can_be(case in case(trapezoid(), 20)) {
@@ -51,7 +52,7 @@ proptest! {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 2_000, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: cases(200, 2_000), failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn curved_ones_are_as_fast_as_their_gains_allow(case in case(curved(), 20)) {

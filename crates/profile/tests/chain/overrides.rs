@@ -1,12 +1,14 @@
 //! Overrides at any time, with holds in between.
 
+use isostep_trials::cases;
+
 use proptest::prelude::*;
 
 use crate::case::{case, curved, trapezoid};
 use crate::drive::{drive, overrides};
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 10_000, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: cases(1_000, 10_000), failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn a_trapezoid_takes_on_other_speeds(case in case(trapezoid(), 30), events in overrides(), is_small in any::<bool>()) {
@@ -15,7 +17,7 @@ proptest! {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 2_000, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: cases(200, 2_000), failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn a_curved_law_takes_on_other_speeds(case in case(curved(), 30), events in overrides(), is_small in any::<bool>()) {

@@ -1,12 +1,14 @@
 //! Moves that come while others are made: none is faster than it can brake from, nor slower than it has to be.
 
+use isostep_trials::cases;
+
 use proptest::prelude::*;
 
 use crate::case::{case, curved, trapezoid};
 use crate::drive::{drive, pushes};
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 10_000, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: cases(1_000, 10_000), failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn a_trapezoid_keeps_to_what_it_knows(case in case(trapezoid(), 30), events in pushes(), is_small in any::<bool>()) {
@@ -15,7 +17,7 @@ proptest! {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 2_000, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: cases(200, 2_000), failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn a_curved_law_keeps_to_what_it_knows(case in case(curved(), 30), events in pushes(), is_small in any::<bool>()) {

@@ -117,6 +117,14 @@ impl Random {
     }
 }
 
+/// All moves.
+pub const ALL: u64 = 1_000_000;
+
+/// How many moves are tried.
+pub fn count() -> u64 {
+    isostep_trials::cases(50_000, ALL as u32).into()
+}
+
 /// Runs `check` on the cases, or on the single one that is asked for. Returns what it gathers, for each thread.
 pub fn over_cases<T: Default + Send>(count: u64, check: impl Fn(&mut T, &Case) + Sync) -> Vec<T> {
     let gather = |numbers: &mut dyn Iterator<Item = u64>| {

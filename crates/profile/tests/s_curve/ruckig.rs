@@ -10,10 +10,9 @@ use isostep_profile::Profile;
 use rsruckig::daov_stack;
 use rsruckig::prelude::{InputParameter, Ruckig, ThrowErrorHandler, Trajectory};
 
-use crate::case::{Case, is_one_case, over_cases};
+use crate::case::{Case, count, is_one_case, over_cases};
 use crate::limits::is_right;
 
-const CASES: u64 = 1_000_000;
 /// Ruckig takes a position as reached within 1e-8 of about its distance.
 const TOLERANCE: f64 = 1e-6;
 /// The largest fraction of the moves that Ruckig may miss.
@@ -32,7 +31,7 @@ struct Compared {
 #[test]
 fn as_fast_as_ruckig() {
     let mut all = Compared::default();
-    for part in over_cases(CASES, compare) {
+    for part in over_cases(count(), compare) {
         all.ratios.extend(part.ratios);
         all.longer += part.longer;
         all.not_found += part.not_found;
@@ -40,7 +39,7 @@ fn as_fast_as_ruckig() {
     if !is_one_case() {
         all.report();
         let missed = all.longer + all.not_found;
-        assert!(missed as f64 <= MISSED_MAX * CASES as f64, "Ruckig misses {missed} moves");
+        assert!(missed as f64 <= MISSED_MAX * count() as f64, "Ruckig misses {missed} moves");
     }
 }
 

@@ -2,14 +2,16 @@
 //! directions, every halt and every count must be where the firmware's own arithmetic says, to the cycle. Both
 //! emulators count from the write that opens the gate, and agree on every cycle without an offset.
 //!
-//! A plain `cargo test` uses the published emulator. The project's own needs Node's packages, so `cargo xtask test`
-//! runs its tests. Every run is the same; a failure names its seed.
+//! `cargo test -p isostep-step-program` uses the published emulator. The project's own needs Node's packages, so
+//! `cargo xtask test` runs its tests. Every run is the same; a failure names its seed.
+//!
+//! The package is none that a plain `cargo test` builds: an assembler and an emulator are much to compile.
 
-#[path = "step_program/emulator.rs"]
+#![cfg(test)]
+
 mod emulator;
-#[path = "step_program/experiment.rs"]
 mod experiment;
-#[path = "../../boards/rp2040-gantry/src/pio_port/program.rs"]
+#[path = "../../../boards/rp2040-gantry/src/pio_port/program.rs"]
 mod program;
 
 use std::env;
@@ -166,7 +168,7 @@ fn steps(cycles: &[u32]) -> Vec<Wait> {
 }
 
 fn random_words() -> Vec<Case> {
-    let replay = "cargo test --package isostep-tests --test step_program -- --include-ignored random_words";
+    let replay = "cargo test --package isostep-step-program -- --include-ignored random_words";
     seeds().map(|seed| Case::new(format!("replay: ISOSTEP_SEED={seed} {replay}"), &random_axes(seed))).collect()
 }
 

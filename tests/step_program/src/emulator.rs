@@ -4,7 +4,6 @@ use std::io::Write as _;
 use std::mem;
 use std::process::{Command, Stdio};
 
-use isostep_tests::root;
 use rp2040_emu::{Config, EmulatorBuilder};
 use serde_json::{Value, json};
 
@@ -117,7 +116,9 @@ fn replaced(level: &mut bool, now: bool) -> bool {
 /// Runs the experiments on the project's own emulator by its script.
 fn own(experiments: &[&Experiment]) -> Vec<Vec<Seen>> {
     let mut node = Command::new("node");
-    node.arg(root().join("tests/emulator/support/pio-words.mjs")).stdin(Stdio::piped()).stdout(Stdio::piped());
+    node.arg(concat!(env!("CARGO_MANIFEST_DIR"), "/../emulator/support/pio-words.mjs"))
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped());
     let mut node = node.spawn().expect("node runs");
     let mut stdin = node.stdin.take().expect("a pipe");
     let input: Vec<_> = experiments.iter().map(|experiment| written(experiment)).collect();
