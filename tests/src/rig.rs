@@ -5,7 +5,7 @@ use std::fmt;
 
 use embassy_time::{Duration, Instant};
 use isostep_motion::{AXES, Axis};
-use isostep_sim::motor::PullOutCurve;
+use isostep_sim::drive::MotorData;
 use isostep_sim::world::Edge;
 use isostep_sim::{Config, Port, Sim, SwitchFault};
 
@@ -216,7 +216,7 @@ impl Rig for Simulated {
     }
 
     fn carry_out(&self, _case: &str, acts: &[Act]) -> Seen {
-        let motor = Some(PullOutCurve { pull_in_steps_s: 1e9, ..PullOutCurve::default() });
+        let motor = MotorData::RIGID;
         let mut sim = Sim::new(&Config { port: self.0, motor, ..Config::default() });
         sim.run_for(Duration::from_millis(50)).unwrap();
         let mut reports = Vec::new();

@@ -10,8 +10,8 @@ use embassy_futures::select::select;
 use embassy_time::{Duration, Instant, Timer};
 use isostep_motion::coordinator::{self, PlanMemory};
 use isostep_motion::{AXES, Axis, Machine, Motion, Power, State, axis};
+use isostep_sim::drive::MotorData;
 use isostep_sim::executor::Executor;
-use isostep_sim::motor::PullOutCurve;
 use isostep_sim::pin::Output;
 use isostep_sim::port::AxisPort;
 use isostep_sim::world::{Shared, Wire, World};
@@ -22,7 +22,7 @@ use isostep_tests::script_runner::ScriptRunner;
 
 /// A machine whose motors are so strong that they follow any edge.
 fn config(port: Port) -> Config {
-    let motor = Some(PullOutCurve { pull_in_steps_s: 1e9, ..PullOutCurve::default() });
+    let motor = MotorData::RIGID;
     Config { port, motor, start_mm: [START_MM, 40.0, 15.0], ..Config::default() }
 }
 

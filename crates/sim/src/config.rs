@@ -7,9 +7,9 @@ use isostep_console::Settings;
 use isostep_motion::{AXES, Axis, DriverTiming};
 use isostep_profile::fit_error_max_ticks;
 
+use crate::drive::{Load, MotorData};
 use crate::faults::Fault;
 use crate::mechanics::Mechanics;
-use crate::motor::PullOutCurve;
 use crate::plant::SwitchFault;
 use crate::tool::Plate;
 
@@ -96,8 +96,10 @@ pub struct Config {
     pub switch_scatter_mm: f64,
     /// Seed of everything random: contact bounce, and where switches close.
     pub seed: u64,
-    /// The motor of all axes. If `None`, each axis has one that fits its settings.
-    pub motor: Option<PullOutCurve>,
+    /// The motor of all axes.
+    pub motor: MotorData,
+    /// What each motor moves. If `None`, the usual load of an axis of that resolution: see [`Load::preset`].
+    pub loads: [Option<Load>; AXES],
     /// The port that makes the edges.
     pub port: Port,
     /// Timing requirements of the drivers.
@@ -139,7 +141,8 @@ impl Default for Config {
             bounce_us: 1_000,
             switch_scatter_mm: 0.0,
             seed: 1,
-            motor: None,
+            motor: MotorData::NEMA_17,
+            loads: [None; AXES],
             port: Port::default(),
             driver: DriverTiming::DRV8825,
             streaming: Streaming::GRBL,
@@ -164,7 +167,12 @@ impl Config {
 
     /// The end stops of `axis`, steps from where its switch closes.
     pub fn end_stops_steps(&self, axis: usize) -> (i32, i32) {
-        Mechanics::of(&isostep_controller::config(&self.settings), self.motor).end_stops_steps[axis]
+        self.mechanics(&isostep_controller::config(&self.settings)).end_stops_steps[axis]
+    }
+
+    /// The mechanics of this machine with the controller's `config`.
+    pub fn mechanics(&self, config: &isostep_motion::Config) -> Mechanics {
+        Mechanics::of(config, self.motor, self.loads)
     }
 
     /// Checks that every carriage can be at its start position.
@@ -198,9 +206,11 @@ impl Config {
             let [x, y, z] = self.start_mm;
             line += &format!(" --start {x},{y},{z}");
         }
-        if let Some(motor) = self.motor {
-            let PullOutCurve { pull_in_steps_s, speed_max_steps_s, accel_at_rest_steps_s2, .. } = motor;
-            line += &format!(" --motor {pull_in_steps_s},{speed_max_steps_s},{accel_at_rest_steps_s2}");
+        if self.motor != default.motor {
+            line += &format!(" --motor {}", self.motor);
+        }
+        for (axis, load) in Axis::ALL.into_iter().zip(self.loads) {
+            line += &load.map_or(String::new(), |load| format!(" --load {axis}={load}"));
         }
         for (axis, fault) in Axis::ALL.into_iter().zip(self.switches) {
             if fault != SwitchFault::None {
@@ -261,8 +271,9 @@ mod tests {
                     --port timer";
         assert_eq!(config.replay("a.nc"), line);
         let settings_file = Some(("m.txt".to_owned(), Settings { speed_law: 1, ..Settings::DEFAULT }));
-        let config = Config { settings_file, motor: Some(PullOutCurve::default()), ..Config::default() };
-        let line = "isostep sim a.nc --seed 1 --settings m.txt --motor 800,6000,20000 --speed-law trapezoid";
+        let config = Config { settings_file, motor: "1.2,300,10".parse().unwrap(), ..Config::default() };
+        let config = Config { loads: [None, Some("5,8".parse().unwrap()), None], ..config };
+        let line = "isostep sim a.nc --seed 1 --settings m.txt --motor 1.2,300,10 --load Y=5,8 --speed-law trapezoid";
         assert_eq!(config.replay("a.nc"), line);
     }
 

@@ -7,10 +7,10 @@ use crate::config::Port;
 use crate::driver::Violation;
 use crate::kinematics::{self, AxisFigures};
 use crate::lines_of_moves;
+use crate::losses::{self, LossFigures};
 use crate::measure::{Intervals, Measured};
 use crate::outcome::Outcome;
 use crate::pace::Pace;
-use crate::record::Loss;
 use crate::stream::{Pause, Refusal};
 use crate::tool::figures::ToolFigures;
 use crate::verify::{self, Findings, MoveCheck, Verdict};
@@ -133,7 +133,7 @@ pub struct Figures {
     /// Number of times that steps were lost.
     pub losses_total: usize,
     /// The first 1,000 of these losses.
-    pub losses: Vec<Loss>,
+    pub losses: Vec<LossFigures>,
     /// The lines that the controller refused.
     pub refusals: Vec<Refusal>,
     /// The lines that waited for the operator. They were resumed at once.
@@ -178,7 +178,7 @@ impl Figures {
             violations_total: outcome.violations.len(),
             violations: outcome.violations.iter().take(TROUBLES_MAX).copied().collect(),
             losses_total: outcome.losses.len(),
-            losses: outcome.losses.iter().take(TROUBLES_MAX).copied().collect(),
+            losses: losses::explained(outcome, TROUBLES_MAX),
             refusals: outcome.refusals.clone(),
             pauses: outcome.pauses.clone(),
             alarm: outcome.alarm_code,

@@ -18,6 +18,7 @@
 //! - [`verify`] checks every move afterwards, against the closed form of its plan. [`measure`] finds the intervals of
 //!   each axis from its edges alone, and how close it came to its limits. [`corners`] computes how much its speed jumps
 //!   from move to move, and [`pace`] what limits the speed of a program.
+//! - [`losses`] explains lost steps: the line, what the motor has, and what to set.
 //! - [`trace`], [`vcd`], [`Figures`] and [`report`] write the results; equal runs give equal bytes.
 //! - [`homing`] homes an axis many times, to measure how accurately its zero is found.
 //! - [`analysis`] computes derivatives, and models what a profile's acceleration does to a carriage that oscillates.
@@ -38,6 +39,7 @@ pub mod analysis;
 pub mod compare;
 pub mod config;
 pub mod corners;
+pub mod drive;
 pub mod driver;
 pub mod executor;
 pub mod faults;
@@ -47,6 +49,7 @@ pub mod homing;
 pub mod kinematics;
 pub mod lines_of_moves;
 pub mod link;
+pub mod losses;
 pub mod measure;
 pub mod mechanics;
 pub mod motor;

@@ -3,7 +3,7 @@
 
 use isostep_motion::{AXES, Config, Direction};
 
-use crate::motor::PullOutCurve;
+use crate::drive::{Drive, Load, MotorData};
 
 /// Distance from a limit switch to the end stop behind it, and from the other end of the travel to the end stop there,
 /// mm.
@@ -14,16 +14,16 @@ const END_STOP_MARGIN_MM: f64 = 3.0;
 pub struct Mechanics {
     /// Microsteps per millimetre.
     pub steps_per_mm: [f64; AXES],
-    /// The motors.
-    pub motors: [PullOutCurve; AXES],
+    /// The motors and what they move.
+    pub drives: [Drive; AXES],
     /// The end stops, steps from where the limit switch closes.
     pub end_stops_steps: [(i32, i32); AXES],
 }
 
 impl Mechanics {
-    /// The mechanics of a machine that `config` describes, with `motor` for every axis. If `None`, each axis has one
-    /// that fits.
-    pub fn of(config: &Config, motor: Option<PullOutCurve>) -> Self {
+    /// The mechanics of a machine that `config` describes, with `motor` on every axis. Where no load is given, the axis
+    /// has the usual one of its resolution.
+    pub fn of(config: &Config, motor: MotorData, loads: [Option<Load>; AXES]) -> Self {
         let end_stops_mm = |axis: usize| {
             let far_mm = config.homing.pull_off_mm + config.travel_mm[axis];
             (-END_STOP_MARGIN_MM, far_mm + END_STOP_MARGIN_MM)
@@ -31,18 +31,18 @@ impl Mechanics {
         let steps = |axis: usize, mm: f64| (mm * config.steps_per_mm[axis]).round() as i32;
         Self {
             steps_per_mm: config.steps_per_mm,
-            motors: std::array::from_fn(|axis| motor.unwrap_or_else(|| fitting(config, axis))),
+            drives: std::array::from_fn(|axis| {
+                let steps_per_mm = config.steps_per_mm[axis];
+                let top_mm_s = config.limits[axis].top_speed_steps_s / steps_per_mm;
+                let load = loads[axis].unwrap_or_else(|| Load::preset(steps_per_mm, top_mm_s));
+                Drive::new(motor, load, steps_per_mm)
+            }),
             end_stops_steps: std::array::from_fn(|axis| {
                 let (low_mm, high_mm) = end_stops_mm(axis);
                 (steps(axis, low_mm), steps(axis, high_mm))
             }),
         }
     }
-}
-
-/// The motor of `axis` that fits `config`.
-pub fn fitting(config: &Config, axis: usize) -> PullOutCurve {
-    PullOutCurve::fitting(&config.limits[axis], config.homing.seek_mm_s * config.steps_per_mm[axis])
 }
 
 /// The wiring of the machine, as in its settings at power-up. Changing these settings later does not change the wiring.

@@ -63,14 +63,12 @@ pub enum LossCause {
     EndStop,
     /// Something blocked the motor, as requested.
     Stalled,
-    /// More was asked for than the motor's pull-out curve allows.
+    /// More was asked for than the motor's torque gives.
     PullOut {
         /// The rate asked for.
         asked_steps_s: f64,
-        /// The acceleration asked for.
-        asked_steps_s2: f64,
     },
-    /// The edges ceased above the pull-in rate, and the rotor continued to turn.
+    /// The edges ceased at once, and the rotor went on turning.
     Overshoot {
         /// The rate at which the edges ceased.
         from_steps_s: f64,
@@ -98,10 +96,10 @@ impl fmt::Display for Loss {
             LossCause::Disabled => write!(f, "the driver is not enabled"),
             LossCause::EndStop => write!(f, "the carriage stands against its end stop"),
             LossCause::Stalled => write!(f, "something held the motor"),
-            LossCause::PullOut { asked_steps_s, asked_steps_s2 } => {
-                write!(f, "the motor pulled out at {asked_steps_s:.0} steps/s and {asked_steps_s2:.0} steps/s²")
+            LossCause::PullOut { asked_steps_s } => write!(f, "the motor pulled out at {asked_steps_s:.0} steps/s"),
+            LossCause::Overshoot { from_steps_s } => {
+                write!(f, "the rotor went on when the edges ceased at {from_steps_s:.0} steps/s")
             }
-            LossCause::Overshoot { from_steps_s } => write!(f, "stopped at once from {from_steps_s:.0} steps/s"),
         }
     }
 }

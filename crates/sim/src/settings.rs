@@ -12,7 +12,8 @@ use isostep_motion::{AXES, Axis, Capabilities, ConfigError, DriverTiming, Wiring
 use isostep_profile::Limits;
 
 use crate::config::{Config, Port};
-use crate::motor::PullOutCurve;
+use crate::drive::Drive;
+
 use crate::program;
 use crate::sim::Sim;
 
@@ -180,27 +181,30 @@ fn carries_steps_s(ports: [Option<Capabilities>; AXES], pulse_us: u16) -> f32 {
     ports.iter().flatten().map(|port| port.rate_max_steps_s(wiring) as f32).fold(f32::INFINITY, f32::min)
 }
 
-/// One text with figures for each axis whose limits `motor` cannot reach.
-pub fn beyond_motor(settings: &Settings, motor: PullOutCurve) -> Vec<String> {
-    let limits = isostep_controller::config(settings).limits;
-    Axis::ALL.into_iter().zip(limits).filter_map(|(axis, limits)| beyond(axis, &limits, motor)).collect()
+/// One text with figures for each axis whose limits its motor cannot reach.
+pub fn beyond_motors(settings: &Settings, config: &Config) -> Vec<String> {
+    let machine = isostep_controller::config(settings);
+    let drives = config.mechanics(&machine).drives;
+    let axes = Axis::ALL.into_iter().zip(drives).zip(machine.limits).zip(machine.steps_per_mm);
+    axes.filter_map(|(((axis, drive), limits), steps_per_mm)| beyond(axis, &limits, &drive, steps_per_mm)).collect()
 }
 
-fn beyond(axis: Axis, limits: &Limits, motor: PullOutCurve) -> Option<String> {
-    let Limits { start_speed_steps_s: start, top_speed_steps_s: top, .. } = *limits;
-    let (accel, spare) = (limits.accel_steps_s2.max(limits.decel_steps_s2), motor.accel_at(top));
+fn beyond(axis: Axis, limits: &Limits, drive: &Drive, steps_per_mm: f64) -> Option<String> {
+    let [start, top] = [limits.start_speed_steps_s, limits.top_speed_steps_s].map(|speed| speed / steps_per_mm);
+    let accel = limits.accel_steps_s2.max(limits.decel_steps_s2) / steps_per_mm;
+    let spare = drive.accel_mm_s2(0.0).min(drive.spare_mm_s2(top)).max(0.0);
     let [accel_number, top_number, start_number] = [120, 110, 910].map(|number| number + axis as u16);
-    if start > motor.pull_in_steps_s {
+    if start > drive.jump_mm_s() {
         return Some(format!(
-            "{axis}: {start:.0} steps/s (${start_number}) are above the {:.0} steps/s at which the motor starts and stops at once: \
+            "{axis}: {start:.0} mm/s (${start_number}) are above the {:.0} mm/s at which the motor starts at once: \
              lower the start speed, or give a stronger motor",
-            motor.pull_in_steps_s
+            drive.jump_mm_s()
         ));
     }
-    (top > motor.pull_in_steps_s && accel > spare).then(|| {
+    (accel > spare).then(|| {
         format!(
-            "{axis}: {accel:.0} steps/s2 (${accel_number}) at {top:.0} steps/s (${top_number}) are above the {spare:.0} steps/s2 \
-             that the motor has to spare there: lower one of them, or give a stronger motor"
+            "{axis}: {accel:.0} mm/s2 (${accel_number}) up to {top:.0} mm/s (${top_number}) are above the {spare:.0} mm/s2 \
+             that the motor has for that: lower one of them, or give a stronger motor"
         )
     })
 }
@@ -278,15 +282,13 @@ mod tests {
 
     #[test]
     fn a_motor_that_is_too_weak_is_told_with_the_numbers() {
-        assert_eq!(beyond_motor(&Settings::DEFAULT, PullOutCurve::default()), [""; 0]);
-        let settings = read("$111=6000\n$121=100").unwrap();
-        let reported = beyond_motor(&settings, PullOutCurve::default());
-        let words = "Y: 5000 steps/s2 ($121) at 5000 steps/s ($111) are above the 3333 steps/s2 that the motor has to spare \
-                     there: lower one of them, or give a stronger motor";
-        assert_eq!(reported, [words]);
-        let settings = read("$910=1200").unwrap();
-        assert!(
-            beyond_motor(&settings, PullOutCurve::default())[0].starts_with("X: 1000 steps/s ($910) are above the 800")
-        );
+        let beyond = |settings| beyond_motors(&settings, &Config::default());
+        assert_eq!(beyond(Settings::DEFAULT), [""; 0]);
+        let words = "Y: 9000 mm/s2 ($121) up to 800 mm/s ($111) are above the 3471 mm/s2 that the motor has for that: lower \
+                     one of them, or give a stronger motor";
+        assert_eq!(beyond(read("$101=80\n$111=48000\n$121=9000").unwrap()), [words]);
+        assert_eq!(beyond(read("$101=80\n$111=6000\n$121=9000").unwrap()), [""; 0]);
+        let reported = beyond(read("$100=20\n$110=12000\n$910=9000").unwrap());
+        assert!(reported[0].starts_with("X: 150 mm/s ($910) are above the "), "{reported:?}");
     }
 }

@@ -408,7 +408,7 @@ impl Sim {
         if !dialogue.done && dialogue.alarm.is_none() {
             return Err(self.unanswered(&program, &dialogue));
         }
-        self.world.borrow_mut().settle();
+        self.world.borrow_mut().come_to_rest();
         let record = self.world.borrow_mut().take_record();
         Ok(self.outcome_of(record, (program, dialogue)))
     }

@@ -3,6 +3,7 @@
 use isostep_motion::{AXES, Axis, Finish, State};
 
 use crate::config::Port;
+use crate::losses;
 use crate::measure::{self, Intervals, Measured};
 use crate::moves::MoveRecord;
 use crate::outcome::Outcome;
@@ -216,7 +217,7 @@ pub fn verdicts(outcome: &Outcome, findings: &Findings) -> Vec<Verdict> {
         equal(findings),
         lasting(outcome),
         timing(outcome),
-        losses(outcome),
+        no_loss(outcome),
         position(outcome),
     ]
 }
@@ -288,8 +289,8 @@ fn timing(outcome: &Outcome) -> Verdict {
     Verdict { promise: "driver timing kept", kept: outcome.violations.is_empty(), detail }
 }
 
-fn losses(outcome: &Outcome) -> Verdict {
-    let detail = match outcome.losses.first() {
+fn no_loss(outcome: &Outcome) -> Verdict {
+    let detail = match losses::explained(outcome, 1).first() {
         Some(first) => {
             let total: u32 = outcome.losses.iter().map(|loss| loss.steps).sum();
             format!("{total} lost, first at {first}")

@@ -11,9 +11,10 @@ use isostep_motion::{AXES, Axis, Event, Machine};
 use oorandom::Rand32;
 
 use crate::config::Config;
+use crate::drive::{Drive, Load, MotorData};
 use crate::driver::DriverInputs;
 use crate::mechanics::{Mechanics, Wiring};
-use crate::motor::{Motor, PullOutCurve, Response};
+use crate::motor::{Motor, Slip};
 use crate::plant::{Carriage, Switch, SwitchFault};
 pub use crate::record::{Edge, Loss, LossCause, Record, Wave, Wire};
 use crate::time::Clock;
@@ -31,6 +32,8 @@ struct AxisWorld {
     /// Position of the carriage where the count was zero.
     zero_steps: i32,
     losing: bool,
+    /// When its rotor last slipped.
+    slipped_ns: u64,
     /// Whether its motor is blocked.
     is_stalled: bool,
 }
@@ -43,6 +46,11 @@ struct Input {
     falls: u32,
     wakers: Vec<Waker>,
 }
+
+/// Slips that follow each other within this time are one loss, ns.
+const STALL_NS: u64 = 100_000_000;
+/// No rotor swings for longer, ns.
+const REST_NS: u64 = 1_000_000_000;
 
 /// The inputs that do not belong to an axis.
 const HAND_INPUTS: [Wire; 4] = [Wire::EmergencyStop, Wire::Probe, Wire::Hold, Wire::Start];
@@ -67,8 +75,8 @@ pub struct World {
     wiring: Wiring,
     /// The machine whose configuration the mechanics follow.
     machine: Option<&'static Machine>,
-    /// The motor of all axes, if the motors do not follow the configuration.
-    motor: Option<PullOutCurve>,
+    motor: MotorData,
+    loads: [Option<Load>; AXES],
     motion: Motion,
 }
 
@@ -90,7 +98,7 @@ impl World {
     /// A world with carriages and switches as `config` places them, and drivers disabled.
     pub fn new(clock: Clock, config: &Config) -> Self {
         let machine_config = isostep_controller::config(&config.settings);
-        let (mechanics, wiring) = (Mechanics::of(&machine_config, config.motor), Wiring::of(&machine_config));
+        let (mechanics, wiring) = (config.mechanics(&machine_config), Wiring::of(&machine_config));
         let axes: [_; AXES] = std::array::from_fn(|axis| AxisWorld::new(axis, config, &mechanics, &wiring));
         let mut inputs = std::array::from_fn(|index| match Axis::ALL.get(index) {
             Some(&axis) => Input::new(Wire::Limit(axis)),
@@ -118,6 +126,7 @@ impl World {
             wiring,
             machine: None,
             motor: config.motor,
+            loads: config.loads,
             motion: Motion::default(),
         };
         world.refresh_probe();
@@ -296,11 +305,20 @@ impl World {
         std::mem::take(&mut self.record)
     }
 
-    /// Ends motions that are over, so that the overshoot of an abrupt stop is recorded.
+    /// Follows the rotors up to now.
     pub fn settle(&mut self) {
-        let t_ns = self.clock.now_ns();
+        self.follow_rotors(self.clock.now_ns());
+    }
+
+    /// Follows the rotors until they stand still, so that the overshoot of an abrupt stop is recorded. No edge may come
+    /// after it.
+    pub fn come_to_rest(&mut self) {
+        self.follow_rotors(self.clock.now_ns() + REST_NS);
+    }
+
+    fn follow_rotors(&mut self, t_ns: u64) {
         for axis in Axis::ALL {
-            self.settle_motor(t_ns, axis, None);
+            self.follow_rotor(t_ns, axis);
         }
         self.refit();
     }
@@ -308,21 +326,21 @@ impl World {
     /// Makes the mechanics follow the machine's configuration, which changes only while nothing moves.
     fn refit(&mut self) {
         let Some(machine) = self.machine else { return };
-        let mechanics = Mechanics::of(&machine.config(), self.motor);
+        let mechanics = Mechanics::of(&machine.config(), self.motor, self.loads);
         if mechanics == self.mechanics {
             return;
         }
         for (index, axis) in self.axes.iter_mut().enumerate() {
             let scale = mechanics.steps_per_mm[index] / self.mechanics.steps_per_mm[index];
-            axis.refit(scale, mechanics.motors[index], mechanics.end_stops_steps[index]);
+            axis.refit(scale, mechanics.drives[index], mechanics.end_stops_steps[index]);
         }
         self.mechanics = mechanics;
     }
 
     fn step(&mut self, t_ns: u64, axis: Axis) {
         let direction = self.axes[axis as usize].inputs.direction() * self.wiring.dir_high[axis as usize];
-        self.settle_motor(t_ns, axis, Some(direction));
-        if self.axes[axis as usize].motor.is_at_rest() {
+        self.follow_rotor(t_ns, axis);
+        if self.axes[axis as usize].motor.has_paused(t_ns) {
             self.refit();
         }
         let this = &mut self.axes[axis as usize];
@@ -343,13 +361,21 @@ impl World {
         self.lose(t_ns, axis, lost, 1);
     }
 
-    fn settle_motor(&mut self, t_ns: u64, axis: Axis, next_direction: Option<i32>) {
+    /// Follows the rotor of `axis` up to now.
+    fn follow_rotor(&mut self, t_ns: u64, axis: Axis) {
         let this = &mut self.axes[axis as usize];
-        let Some(overshoot) = this.motor.settle(t_ns, next_direction) else { return };
-        this.carriage.shift(this.away * overshoot.steps);
-        this.losing = false;
-        let cause = LossCause::Overshoot { from_steps_s: overshoot.from_steps_s };
-        self.lose(t_ns, axis, cause, overshoot.steps.unsigned_abs());
+        let Some(Slip { t_ns: slipped_ns, steps, asked_steps_s, has_overshot }) = this.motor.advance(t_ns) else {
+            return;
+        };
+        this.carriage.shift(this.away * steps);
+        this.losing = slipped_ns.saturating_sub(this.slipped_ns) <= STALL_NS;
+        this.slipped_ns = t_ns;
+        let cause = if has_overshot {
+            LossCause::Overshoot { from_steps_s: asked_steps_s }
+        } else {
+            LossCause::PullOut { asked_steps_s }
+        };
+        self.lose(slipped_ns, axis, cause, steps.unsigned_abs());
         self.carriage_moved(t_ns, axis);
     }
 
@@ -417,12 +443,13 @@ impl AxisWorld {
         Self {
             inputs: DriverInputs::new(axis, config.driver),
             away: wiring.away[axis],
-            motor: Motor::new(mechanics.motors[axis]),
+            motor: Motor::new(mechanics.drives[axis]),
             carriage: Carriage::new(place_steps, mechanics.end_stops_steps[axis]),
             switch: switch.scattering(scatter_steps),
             counted_steps: 0,
             zero_steps: place_steps,
             losing: false,
+            slipped_ns: 0,
             is_stalled: false,
         }
     }
@@ -434,9 +461,9 @@ impl AxisWorld {
 
     /// Changes the resolution: a step becomes `scale` steps. The controller's count continues unchanged, so that lost
     /// steps stay lost.
-    fn refit(&mut self, scale: f64, motor: PullOutCurve, end_stops_steps: (i32, i32)) {
+    fn refit(&mut self, scale: f64, drive: Drive, end_stops_steps: (i32, i32)) {
         let drift_steps = self.drift_steps();
-        self.motor.replace(motor);
+        self.motor.replace(drive);
         self.carriage.rescale(scale, end_stops_steps);
         self.switch.rescale(scale);
         self.zero_steps = self.carriage.place_steps() - self.away * (self.counted_steps + drift_steps);
@@ -444,15 +471,12 @@ impl AxisWorld {
 
     /// Makes one microstep of the motor and moves the carriage.
     fn turn(&mut self, t_ns: u64, direction: i32) -> Result<(), LossCause> {
-        if !self.inputs.is_enabled() {
-            return Err(LossCause::Disabled);
+        let is_enabled = self.inputs.is_enabled();
+        if !is_enabled || self.is_stalled {
+            self.motor.hold();
+            return Err(if is_enabled { LossCause::Stalled } else { LossCause::Disabled });
         }
-        if self.is_stalled {
-            return Err(LossCause::Stalled);
-        }
-        if let Response::Lost { asked_steps_s, asked_steps_s2 } = self.motor.step(t_ns, direction) {
-            return Err(LossCause::PullOut { asked_steps_s, asked_steps_s2 });
-        }
+        self.motor.step(t_ns, direction);
         if self.carriage.shift(self.away * direction) > 0 { Err(LossCause::EndStop) } else { Ok(()) }
     }
 }

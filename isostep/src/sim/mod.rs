@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use indicatif::{ProgressBar, ProgressStyle};
 use isostep_console::Settings;
+use isostep_sim::drive::{Load, MotorData};
 use isostep_sim::flash::FLASH_BYTES;
-use isostep_sim::motor::PullOutCurve;
 use isostep_sim::stream::Program;
 use isostep_sim::survey::Survey;
 use isostep_sim::tool::Plate;
@@ -48,10 +48,9 @@ Examples:
 const SETTINGS_HELP: &str = "\
 --settings FILE takes $n=v lines, as senders save them and as `$$` prints them, with blank lines and comments in () or after
 a semicolon; what is not in it is as on the default machine. The simulated machine is the one that the settings describe:
-  $100-$102, $130-$132, $27   carriages, switches and end stops
-  $110-$112, $120-$122        motors: torque for 8 times the acceleration at standstill, and some up to 2.5 times the top speed
+  $100-$102, $130-$132, $27   carriages, switches and end stops; belts below 200 steps/mm, otherwise screws
   $3, $4, $5, $23             how drivers and switches are wired
-The first two rows follow $n=v lines of the program too. With --motor the motors are as that says, and do not follow.";
+The first row follows $n=v lines of the program too. Motors are as --motor says, and move what --load says.";
 
 /// Run a program on the controller in virtual time, or be a machine for any sender
 #[derive(clap::Args)]
@@ -97,10 +96,14 @@ pub struct Args {
     /// The machine's settings: $n=v lines, as senders save them; see below
     #[arg(long, value_name = "FILE")]
     settings: Option<PathBuf>,
-    /// Motors that do not follow the settings: steps/s from which they start and stop at once, steps/s at which no
-    /// torque is left, and steps/s2 that they have at standstill. The default machine's: 800,6000,20000
-    #[arg(long, value_name = "START,MAX,ACCEL", value_parser = motor)]
-    motor: Option<PullOutCurve>,
+    /// The motors: holding torque in N m, inertia of the rotor in g cm2, and the speed up to which the torque is whole, in
+    /// revolutions/s. A common NEMA 17 is 0.4,54,12; see docs/motors.md
+    #[arg(long, value_name = "NM,GCM2,REV", default_value_t = MotorData::NEMA_17)]
+    motor: MotorData,
+    /// What a motor moves: X, Y or Z = mm per revolution of the motor, and kg. Such as Y=8,5. Otherwise 2 kg on a belt below
+    /// 200 steps/mm, 10 kg on a screw from there on
+    #[arg(long, value_name = "AXIS=MM,KG", value_parser = load)]
+    load: Vec<(usize, Load)>,
     /// The flash that settings are stored in: read at the start if it exists, written at the end, so that they outlive
     /// the run. What it holds is in force rather than what --settings says
     #[arg(long, value_name = "FILE", conflicts_with = "pty")]
@@ -283,6 +286,9 @@ fn config(args: &Args) -> Result<Config> {
     let middle_mm = timing::middle_mm(&config.settings);
     config.start_mm =
         args.start.unwrap_or_else(|| std::array::from_fn(|axis| config.start_mm[axis].min(middle_mm[axis])));
+    for &(axis, load) in &args.load {
+        config.loads[axis] = Some(load);
+    }
     for &(axis, fault) in &args.switch {
         config.switches[axis] = fault;
     }
@@ -302,23 +308,24 @@ pub fn read_settings(path: &Path, config: &Config) -> Result<Settings> {
     Ok(settings::read(&name, &text, config.port, config.driver)?)
 }
 
-/// Prints beforehand which axes are configured for more than the requested motors can do, by the initial settings or by
-/// those that the program leaves behind.
+/// Prints beforehand which axes are configured for more than their motors can do, by the initial settings or by those
+/// that the program leaves behind.
 fn tell_weak_motors(config: &Config, left: &Settings) {
-    let Some(motor) = config.motor else { return };
-    let mut reported = settings::beyond_motor(&config.settings, motor);
-    reported.extend(settings::beyond_motor(left, motor));
+    let mut reported = settings::beyond_motors(&config.settings, config);
+    reported.extend(settings::beyond_motors(left, config));
     reported.sort_unstable();
     reported.dedup();
     reported.iter().for_each(|reported| eprintln!("warning: {reported}"));
 }
 
-fn motor(text: &str) -> Result<PullOutCurve, String> {
-    let [pull_in_steps_s, speed_max_steps_s, accel_at_rest_steps_s2] =
-        numbers(text).ok_or("three numbers, such as 800,6000,20000")?;
-    let motor = PullOutCurve { pull_in_steps_s, speed_max_steps_s, accel_at_rest_steps_s2, ..PullOutCurve::default() };
-    let is_motor = pull_in_steps_s > 0.0 && speed_max_steps_s > pull_in_steps_s && accel_at_rest_steps_s2 > 0.0;
-    is_motor.then_some(motor).ok_or_else(|| "all above 0, and MAX above START, as in 800,6000,20000".to_owned())
+fn load(text: &str) -> Result<(usize, Load), String> {
+    let (axis, load) = text.split_once('=').ok_or("an axis and its load, such as Y=8,5")?;
+    Ok((axis_index(axis)?, load.parse()?))
+}
+
+fn axis_index(axis: &str) -> Result<usize, String> {
+    let index = remarks::AXES.iter().position(|name| name.eq_ignore_ascii_case(axis));
+    index.ok_or_else(|| format!("`{axis}` is no axis: use X, Y or Z"))
 }
 
 fn numbers(text: &str) -> Option<[f64; 3]> {
@@ -334,8 +341,7 @@ pub fn places(text: &str) -> Result<[f64; 3], String> {
 
 fn switch(text: &str) -> Result<(usize, SwitchFault), String> {
     let (axis, fault) = text.split_once('=').ok_or("an axis and its fault, such as X=stuck-open")?;
-    let index = remarks::AXES.iter().position(|name| name.eq_ignore_ascii_case(axis));
-    let index = index.ok_or_else(|| format!("`{axis}` is no axis: use X, Y or Z"))?;
+    let index = axis_index(axis)?;
     fault.parse().map(|fault| (index, fault)).map_err(|error: isostep_sim::plant::UnknownFault| error.to_string())
 }
 
@@ -389,9 +395,10 @@ mod tests {
         assert!(places("1,2").unwrap_err().contains("35,40,15") && places("nan,1,1").is_err());
         assert_eq!(switch("y=stuck-closed"), Ok((1, SwitchFault::StuckClosed)));
         assert!(switch("Q=stuck-open").unwrap_err().contains("use X, Y or Z"));
-        let motor = |text: &str| motor(text).map(|motor| (motor.pull_in_steps_s, motor.accel_at_rest_steps_s2));
-        assert_eq!(motor("800, 6000,20000"), Ok((800.0, 20_000.0)));
-        assert!(motor("6000,800,1").unwrap_err().contains("MAX above START") && motor("1,2").is_err());
+        assert_eq!("0.4, 54,12".parse(), Ok(MotorData::NEMA_17));
+        assert!("0,1,1".parse::<MotorData>().unwrap_err().contains("0.4,54,12") && load("Y=8").is_err());
+        assert_eq!(load("y=40,2").unwrap(), (1, Load::preset(80.0, 0.0)));
+        assert!(load("Q=40,2").unwrap_err().contains("use X, Y or Z"));
         assert!(switch("X=loose").unwrap_err().contains("use stuck-open"));
     }
 }

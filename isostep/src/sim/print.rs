@@ -6,6 +6,7 @@ use isostep_sim::tool::figures::{BeamFigures, ToolFigures};
 use isostep_sim::{Figures, MoveFigures};
 
 use crate::pace;
+use crate::remarks::SHOWN_MAX;
 
 /// At most this many moves are listed one by one, unless all are requested.
 const ROWS_MAX: usize = 40;
@@ -27,11 +28,23 @@ pub fn print(figures: &Figures, all_moves: bool) {
     if let Some(tool) = &figures.tool {
         print!("{}", tool_words(tool));
     }
+    print_losses(figures);
     print_checks(figures);
     let [x, y, z] = figures.position_mm;
     let [nx, ny, nz] = figures.position_steps;
     println!("\nfinal position: X {x:.2} Y {y:.2} Z {z:.2} mm ({nx}, {ny}, {nz} steps)");
     println!("{} steps in {:.3} s of machine time", figures.steps_total, seconds(figures.duration_ns));
+}
+
+/// Prints where steps were lost, and what to set.
+fn print_losses(figures: &Figures) {
+    if figures.losses_total > 0 {
+        println!("\nsteps lost");
+        figures.losses.iter().take(SHOWN_MAX).for_each(|loss| println!("  {loss}"));
+    }
+    if figures.losses_total > SHOWN_MAX {
+        println!("  and {} times more", figures.losses_total - SHOWN_MAX);
+    }
 }
 
 /// Prints each promise and whether it was kept.

@@ -2,10 +2,11 @@
 
 use isostep_motion::{Axis, Finish};
 
+use crate::losses;
 use crate::measure::kept;
 use crate::moves::MoveRecord;
 use crate::outcome::Outcome;
-use crate::record::LossCause;
+use crate::record::{Loss, LossCause};
 use crate::verify;
 
 /// A broken promise, and what was found instead.
@@ -21,7 +22,7 @@ pub(super) fn judge(outcome: &Outcome, homed: [bool; 3], is_deceived: bool) -> R
     }
     moves(outcome)?;
     limits(outcome)?;
-    if is_deceived { Ok(()) } else { losses(outcome).and_then(|()| positions(outcome, homed)) }
+    if is_deceived { Ok(()) } else { no_loss(outcome).and_then(|()| positions(outcome, homed)) }
 }
 
 /// No driver may misread an edge, at any instant.
@@ -74,10 +75,9 @@ fn limits(outcome: &Outcome) -> Result<(), Broken> {
 }
 
 /// Steps are lost only by abrupt stops, and at the end stops if the machine does not know its position.
-fn losses(outcome: &Outcome) -> Result<(), Broken> {
-    let is_inexcusable =
-        |cause: &LossCause| matches!(cause, LossCause::PullOut { .. } | LossCause::Disabled | LossCause::Stalled);
-    match outcome.losses.iter().find(|loss| is_inexcusable(&loss.cause)) {
+fn no_loss(outcome: &Outcome) -> Result<(), Broken> {
+    let is_excused = |loss: &&Loss| loss.cause == LossCause::EndStop || losses::is_by_abrupt_stop(outcome, loss);
+    match outcome.losses.iter().find(|loss| !is_excused(loss)) {
         Some(loss) => Err(("no step lost", loss.to_string())),
         None => Ok(()),
     }

@@ -5,7 +5,6 @@ use isostep_motion::Axis;
 use super::*;
 use crate::config::Config;
 use crate::faults::Trouble;
-use crate::motor::PullOutCurve;
 
 const WORLDS: u64 = 100;
 
@@ -40,8 +39,9 @@ fn lines(lines: &[&str]) -> Vec<Act> {
 /// A motor that cannot do what the settings require.
 #[test]
 fn a_failure_is_made_small() {
-    let mut config = Config { motor: Some(PullOutCurve::default()), ..Config::default() };
-    config.settings.accel_mm_s2 = [1_000.0; 3];
+    let mut config = Config::default();
+    config.settings.accel_mm_s2 = [40_000.0; 3];
+    config.settings.max_rate_mm_min = [9_000.0; 3];
     let acts = lines(&["$$", "G4 P0.1", "G1 X0.1 F60", "G0 X100", "$G", "G4 P0.1", "G1 Y1 F60"]);
     let scenario = Scenario { config, acts };
     let failure = run(&scenario).expect_err("it pulls out");
