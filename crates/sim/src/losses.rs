@@ -179,8 +179,10 @@ fn jump_remedy(config: &isostep_motion::Config, axis: usize, drive: &Drive, mm_s
     let set = if from_rest || mm_s <= 2.0 * start_mm_s {
         format!("${} to {} mm/min", 910 + axis, rounded(MARGIN * takes_mm_s * 60.0))
     } else {
-        // The jump grows as the root of the deviation.
-        format!("$11 to {} mm", rounded(config.junction_deviation_mm * (MARGIN * takes_mm_s / mm_s).powi(2)))
+        // The largest jump that a deviation allows: see corners.
+        let accel_mm_s2 =
+            config.limits[axis].accel_steps_s2.min(config.limits[axis].decel_steps_s2) / config.steps_per_mm[axis];
+        format!("$11 to {} mm", rounded((MARGIN * takes_mm_s).powi(2) / (8.0 * accel_mm_s2)))
     };
     format!("its speed jumps by {mm_s:.0} mm/s there, and the motor takes {takes_mm_s:.0}: set {set} or less")
 }
