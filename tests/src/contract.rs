@@ -123,7 +123,7 @@ impl Case {
 }
 
 /// Every way in which a motion can end, except those that have a test of their own: see the table.
-pub const CASES: [Case; 30] = [
+pub const CASES: [Case; 31] = [
     Case::new("it is complete", "AWAY\n"),
     Case {
         state: "Hold:0",
@@ -182,6 +182,14 @@ pub const CASES: [Case; 30] = [
             "a move that cannot be planned",
             "send $130=10000\nexpect ok\nsend G91G1X9900Y9999Z9999F1\nexpect ALARM:21\nexpect ok\n",
             true,
+        )
+    },
+    Case {
+        motors: false,
+        ..Case::alarm(
+            "sleep, which a reset ends",
+            "AWAY\nsend $SLP\nexpect ok\nwait-ms 20\nbytes 18\nexpect Grbl\n",
+            false,
         )
     },
     Case::new(

@@ -24,6 +24,8 @@ const OPTIONS: &str = "[OPT:VNMZHL,79,128]";
 pub mod messages {
     /// Sent after the welcome if the machine is locked.
     pub const HOW_TO_UNLOCK: &str = "'$H'|'$X' to unlock";
+    /// Sent after the welcome if another console, or the board, has asked for the reset.
+    pub const RESET_ELSEWHERE: &str = "Reset from elsewhere: all lines sent before are forgotten";
     /// `$X` has left Alarm.
     pub const UNLOCKED: &str = "Caution: Unlocked";
     /// A limit switch is pressed that should not be.

@@ -23,25 +23,22 @@ impl<F: NorFlash> Controller<'_, F> {
         self.boot.wait().await;
     }
 
-    /// Brings the machine to the same state without `$BOOT`, whatever it is doing: brakes, as a reset does, and waits
-    /// until all changes are stored.
+    /// Brings the machine to the same state without `$BOOT`, whatever it is doing, by a reset, and waits until all
+    /// changes are stored.
     ///
     /// # Cancellation
-    /// It brakes from the first poll on, and after that only what a line had begun by then may follow. If it is dropped
-    /// before its end, something may still move, and changes may not be stored.
+    /// It brakes from the first poll on, and nothing begins any more. If it is dropped before its end, something may
+    /// still move, and changes may not be stored.
     pub async fn retire(&self) {
         self.machine.reset();
         self.leave();
-        self.woken.signal(());
+        self.begin_restart();
         self.machine.emptied().await;
-        // A line stores its changes while it has its turn. If a reset has ended a line early, the next welcome stores
+        // A line stores its changes while it has its turn. If the reset has ended a line early, the next welcome stores
         // its changes.
         while self.turn.try_lock().is_err() || self.with(|program| program.unsaved.any()) {
             Timer::after_millis(1).await;
         }
-        // The line that had its turn may have begun a move.
-        self.machine.reset();
-        self.machine.emptied().await;
     }
 
     /// Goes to the boot loader, after `$BOOT` has been answered.

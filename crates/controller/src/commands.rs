@@ -1,5 +1,6 @@
 //! One line at a time: interpret, carry out, answer.
 
+use core::convert::Infallible;
 use core::fmt::{self, Write};
 use core::future::poll_fn;
 use core::pin::pin;
@@ -16,6 +17,9 @@ use crate::moves::poll_aside;
 use crate::output::{Message, Output};
 use crate::store::{Loss, NotStored};
 
+/// How the line of a jog begins.
+const JOG: &str = "$J=";
+
 /// What comes after an accepted line.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum After {
@@ -30,11 +34,12 @@ pub(crate) enum After {
 }
 
 impl<F: NorFlash> Controller<'_, F> {
-    /// Carries out one line and answers it.
+    /// Carries out one line and answers it. A jog that was sent before a jog cancel, which has `overtaken` it, is
+    /// forgotten like those that the machine has taken already.
     ///
     /// # Cancellation
-    /// Safe: a motion is either in the machine's queue or was never asked for. The caller resets the machine.
-    pub(crate) async fn line(&self, line: Result<&str, Error>, out: &Output) -> After {
+    /// Safe: a motion is either in the machine's queue or was never asked for.
+    pub(crate) async fn line(&self, line: Result<&str, Error>, overtaken: bool, out: &Output) -> After {
         let _turn = self.turn.lock().await;
         if self.begin_line() {
             let mut catch_up = pin!(self.catch_up());
@@ -42,6 +47,7 @@ impl<F: NorFlash> Controller<'_, F> {
         }
         let mut text = Message::new();
         let answer = match line {
+            Ok(line) if overtaken && line.starts_with(JOG) => Ok(After::NextLine),
             Ok(line) => self.carry_out(line, &mut text, out).await,
             Err(error) => Err(error),
         };
@@ -60,7 +66,7 @@ impl<F: NorFlash> Controller<'_, F> {
         }
         out.send(&text).await;
         match after {
-            After::Sleep => self.sleep().await,
+            After::Sleep => match self.sleep().await {},
             After::Boot => self.boot(),
             After::NextLine | After::Restart => {}
         }
@@ -68,10 +74,13 @@ impl<F: NorFlash> Controller<'_, F> {
         after
     }
 
-    /// Begins a line. Returns whether it has to catch up with the machine first: if the line before it was dropped, or
-    /// a reset has come, the meaning of the line is not known until that is over.
+    /// Begins a line. Returns whether it has to catch up with the machine first: if the line before it was dropped, if
+    /// a reset has come, or while a cancelled jog brakes, the meaning of the line is not known until that is over.
     fn begin_line(&self) -> bool {
-        self.with(|program| core::mem::replace(&mut program.in_line, true) || program.restarting)
+        self.with(|program| {
+            let was_dropped = core::mem::replace(&mut program.in_line, true);
+            was_dropped || program.restarting || program.jogged && self.machine.is_cancelling_jogs()
+        })
     }
 
     /// Waits until the machine has done what it was asked for before, and has the program go on from where it stands.
@@ -236,13 +245,12 @@ impl<F: NorFlash> Controller<'_, F> {
         Ok(())
     }
 
-    /// Frees the motors and keeps the turn until a reset.
-    async fn sleep(&self) {
-        self.woken.reset();
+    /// Frees the motors and keeps the turn until a reset ends the line.
+    async fn sleep(&self) -> Infallible {
         self.stop_tool();
         self.machine.release();
         self.with(|program| program.mode = Mode::Sleep);
-        self.woken.wait().await;
+        core::future::pending().await
     }
 
     fn show_build(&self, text: &mut Message) {

@@ -5,6 +5,7 @@ use core::cell::RefCell;
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::mutex::Mutex;
 use embassy_sync::signal::Signal;
+use embassy_sync::watch::Watch;
 use embedded_storage_async::nor_flash::NorFlash;
 use isostep_console::parameters::{STARTUP_LINES, StoredLine};
 use isostep_console::{
@@ -16,6 +17,9 @@ use crate::config::Geometry;
 use crate::status::{self, position_mm};
 use crate::store::{Item, Kept, Loss, Store, Value};
 
+/// How many consoles a reset wakes at once. Others notice it within a millisecond.
+const CONSOLES: usize = 4;
+
 /// Settings, modal state and the machine they move.
 ///
 /// It stays on one executor, so what its consoles share needs no critical section. In a critical section, reading a
@@ -25,8 +29,8 @@ pub struct Controller<'a, F: NorFlash> {
     program: RefCell<Program>,
     /// Consoles take turns, a line each, so that a move starts where the one before it ends.
     pub(crate) turn: Mutex<NoopRawMutex, ()>,
-    /// Ends a sleep. During a sleep the line that asked for it keeps its turn.
-    pub(crate) woken: Signal<NoopRawMutex, ()>,
+    /// How many resets have come. It wakes every console.
+    pub(crate) resets: Watch<NoopRawMutex, u32, CONSOLES>,
     pub(crate) store: Mutex<NoopRawMutex, Store<F>>,
     pub(crate) has_boot_loader: bool,
     pub(crate) boot: Signal<NoopRawMutex, ()>,
@@ -106,9 +110,15 @@ impl<'a, F: NorFlash> Controller<'a, F> {
             unsaved: Unsaved::default(),
             loss: None,
         };
-        let (turn, woken, store) = (Mutex::new(()), Signal::new(), Mutex::new(store));
-        let boot = Signal::new();
-        Self { machine, program: RefCell::new(program), turn, woken, store, has_boot_loader: false, boot }
+        Self {
+            machine,
+            program: RefCell::new(program),
+            turn: Mutex::new(()),
+            resets: Watch::new_with(0),
+            store: Mutex::new(store),
+            has_boot_loader: false,
+            boot: Signal::new(),
+        }
     }
 
     /// Puts the stored data in force. Call it once, before anything else is served, and after the axes' tasks have run,
@@ -221,9 +231,15 @@ impl<'a, F: NorFlash> Controller<'a, F> {
         self.machine.set_spindle_percent(overrides.spindle_percent);
     }
 
-    /// Notes that a reset has come.
+    /// Notes that a reset has come. From now on no console goes on with a line from before it.
     pub(crate) fn begin_restart(&self) {
         self.with(|program| program.restarting = true);
+        self.resets.dyn_sender().send(self.resets().wrapping_add(1));
+    }
+
+    /// How many resets have come since power-up.
+    pub(crate) fn resets(&self) -> u32 {
+        self.resets.try_get().unwrap_or(0)
     }
 
     /// Whether a reset has come and the program has not restarted yet.
@@ -248,7 +264,6 @@ impl<'a, F: NorFlash> Controller<'a, F> {
         self.stop_tool();
         self.override_machine();
         self.follow_machine();
-        self.woken.signal(());
     }
 
     /// Has the program go on from where the machine stands. This is needed after everything except a finished move.

@@ -12,6 +12,8 @@ mod boot;
 mod commands;
 mod config;
 mod controller;
+mod intake;
+mod jog_cancel;
 mod moves;
 mod output;
 mod serve;

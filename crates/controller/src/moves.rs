@@ -90,9 +90,7 @@ impl<F: NorFlash> Controller<'_, F> {
         }
         out.send(text).await;
         text.clear();
-        self.machine.hold();
-        // Somebody reaches for the tool, so the spindle is stopped. The resume has it turn again first.
-        self.machine.toggle_spindle();
+        self.machine.hold_for_tool_change();
         self.settled().await
     }
 

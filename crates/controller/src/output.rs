@@ -1,5 +1,6 @@
 //! What a console sends, in whole messages.
 
+use core::cell::Cell;
 use core::fmt::{self, Display};
 use core::ops::Deref;
 
@@ -54,13 +55,15 @@ impl Deref for Message {
 pub(crate) struct Output {
     pipe: Pipe<NoopRawMutex, BYTES>,
     turn: Mutex<NoopRawMutex, ()>,
-    /// Some bytes have left.
+    /// Some bytes have been taken, or have left.
     drained: Signal<NoopRawMutex, ()>,
+    /// The bytes that were taken last have not left yet.
+    leaving: Cell<bool>,
 }
 
 impl Output {
     pub const fn new() -> Self {
-        Self { pipe: Pipe::new(), turn: Mutex::new(()), drained: Signal::new() }
+        Self { pipe: Pipe::new(), turn: Mutex::new(()), drained: Signal::new(), leaving: Cell::new(false) }
     }
 
     /// Sends one message, waiting for room. It is never mixed with another.
@@ -95,8 +98,23 @@ impl Output {
         }
     }
 
+    /// Waits until all messages have left for the host.
+    ///
+    /// # Cancellation
+    /// Safe: it changes nothing.
+    pub async fn emptied(&self) {
+        let _turn = self.turn.lock().await;
+        while !self.pipe.is_empty() || self.leaving.get() {
+            self.drained.wait().await;
+        }
+    }
+
+    /// Takes the next bytes that are to leave. The next call says that they have left.
     pub async fn read(&self, bytes: &mut [u8]) -> usize {
+        self.leaving.set(false);
+        self.drained.signal(());
         let count = self.pipe.read(bytes).await;
+        self.leaving.set(true);
         self.drained.signal(());
         count
     }

@@ -4,15 +4,23 @@
 //! Four futures run side by side. `receive` never waits for a move: it acts on real-time bytes as they arrive and puts
 //! the rest into a pipe, which is larger than the window that is advertised to senders. `execute` takes lines from the
 //! pipe, one at a time. `notify` reports alarms. Only `transmit` waits for the host.
+//!
+//! A reset is the machine's, whichever console it came from: every `session` drops the line that it carries out before
+//! that line is polled again, forgets the lines that wait, and greets its host. The host of another console does not
+//! know of the reset until that greeting has left. What it sends before that is from before the reset, too, so the
+//! `intake` of its console is shut meanwhile.
 
+use core::cell::{Cell, RefCell};
 use core::convert::Infallible;
 use core::fmt;
+use core::future::poll_fn;
+use core::task::Poll;
 
-use embassy_futures::select::{Either4, select, select4};
+use embassy_futures::select::{Either, Either4, select, select4};
 use embassy_futures::yield_now;
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::pipe::Pipe;
-use embassy_sync::signal::Signal;
+use embassy_time::Timer;
 use embedded_io_async::{Read, Write};
 use embedded_storage_async::nor_flash::NorFlash;
 use isostep_console::ReportedState;
@@ -22,6 +30,8 @@ use isostep_motion::State;
 
 use crate::commands::After;
 use crate::controller::Controller;
+use crate::intake::Intake;
+use crate::jog_cancel::JogCancel;
 use crate::output::{Message, Output};
 use crate::status;
 
@@ -41,9 +51,33 @@ pub enum LinkError<R, W> {
 }
 
 struct Console {
+    intake: Intake,
     input: Pipe<NoopRawMutex, INPUT_BYTES>,
     output: Output,
-    reset: Signal<NoopRawMutex, ()>,
+    jog_cancel: JogCancel,
+    reporter: RefCell<StatusReporter>,
+    /// The last reset of which its host knows: the host has asked for it, or has been told.
+    known_reset: Cell<u32>,
+}
+
+impl Console {
+    fn new(known_reset: u32) -> Self {
+        Self {
+            intake: Intake::new(),
+            input: Pipe::new(),
+            output: Output::new(),
+            jog_cancel: JogCancel::new(),
+            reporter: RefCell::new(StatusReporter::new()),
+            known_reset: Cell::new(known_reset),
+        }
+    }
+
+    /// Forgets the lines that wait, and what the host has been told of the machine.
+    fn forget(&self) {
+        self.input.clear();
+        self.jog_cancel.forget();
+        *self.reporter.borrow_mut() = StatusReporter::new();
+    }
 }
 
 impl<F: NorFlash> Controller<'_, F> {
@@ -55,7 +89,7 @@ impl<F: NorFlash> Controller<'_, F> {
     /// # Cancellation
     /// Safe: lines not yet carried out are forgotten; motion already asked for goes on to its end.
     pub async fn serve<R: Read, W: Write>(&self, rx: R, tx: W) -> Result<Infallible, LinkError<R::Error, W::Error>> {
-        let console = Console { input: Pipe::new(), output: Output::new(), reset: Signal::new() };
+        let console = Console::new(self.resets());
         let ended = select4(
             self.receive(&console, rx),
             self.session(&console),
@@ -73,7 +107,6 @@ impl<F: NorFlash> Controller<'_, F> {
     /// Acts on real-time bytes and puts the rest into the pipe, until the link ends. `Err(None)` means that the other
     /// side ended it.
     async fn receive<R: Read>(&self, console: &Console, mut rx: R) -> Result<Infallible, Option<R::Error>> {
-        let mut reporter = StatusReporter::new();
         let mut bytes = [0; CHUNK_BYTES];
         loop {
             let n = rx.read(&mut bytes).await.map_err(Some)?;
@@ -83,40 +116,74 @@ impl<F: NorFlash> Controller<'_, F> {
             let mut left = &bytes[..n];
             loop {
                 let ordinary = left.iter().take_while(|&&byte| realtime::classify(byte).is_none()).count();
-                console.input.write_all(&left[..ordinary]).await;
+                console.input.write_all(console.intake.taken(&left[..ordinary])).await;
                 let Some((&byte, behind)) = left[ordinary..].split_first() else { break };
                 left = behind;
                 match realtime::classify(byte) {
-                    Some(Realtime::Status) => self.offer_report(console, &mut reporter),
+                    Some(Realtime::Status) => self.offer_report(console),
                     Some(Realtime::Reset) => {
                         self.machine.reset();
-                        self.begin_restart();
-                        console.input.clear();
-                        console.reset.signal(());
-                        reporter = StatusReporter::new();
+                        self.reset_by(console);
                     }
-                    Some(realtime) => self.real_time(realtime),
+                    Some(realtime) => {
+                        if realtime == Realtime::JogCancel {
+                            console.jog_cancel.come(console.input.len());
+                        }
+                        self.real_time(realtime);
+                    }
                     None => {}
                 }
             }
         }
     }
 
-    fn offer_report(&self, console: &Console, reporter: &mut StatusReporter) {
+    fn offer_report(&self, console: &Console) {
         let report = self.report(console.input.free_capacity());
+        let mut reporter = console.reporter.borrow_mut();
         console.output.offer(|text| reporter.write(text, &report, &self.settings()));
+    }
+
+    /// Notes that this console has asked for a reset. The bytes behind it are the first that count again.
+    fn reset_by(&self, console: &Console) {
+        self.begin_restart();
+        console.forget();
+        console.intake.begin_line();
+        console.known_reset.set(self.resets());
     }
 
     /// Runs from one welcome to the next reset, again and again.
     async fn session(&self, console: &Console) -> Infallible {
+        let mut reset = self.resets();
         loop {
-            if select(console.reset.wait(), self.execute(console)).await.is_second() {
-                // A line asked for the reset: the bytes behind it are forgotten, as after a reset byte.
-                self.begin_restart();
-                console.input.clear();
+            // At every poll the first of the two decides whether the line is polled at all.
+            if select(self.reset_after(reset), self.execute(console)).await.is_second() {
+                // A line asked for the reset: the bytes behind it are forgotten, too.
+                self.reset_by(console);
+            }
+            reset = self.resets();
+            if console.known_reset.get() != reset {
+                console.forget();
+                console.intake.shut();
             }
             self.end_restart().await;
         }
+    }
+
+    /// Waits until more resets have come than `known`. It is ready at the first poll after such a reset, whatever the
+    /// poll is for.
+    async fn reset_after(&self, known: u32) {
+        let mut resets = self.resets.dyn_receiver();
+        let woken = async {
+            loop {
+                match &mut resets {
+                    Some(resets) => _ = resets.changed().await,
+                    // There are more consoles than can be woken, so poll instead.
+                    None => Timer::after_millis(1).await,
+                }
+            }
+        };
+        let has_come = poll_fn(|_| if self.resets() == known { Poll::Pending } else { Poll::Ready(()) });
+        let _: Either<(), Infallible> = select(has_come, woken).await;
     }
 
     /// Ends the restart that a reset has begun, once nothing moves. Another console may have ended it before.
@@ -135,14 +202,18 @@ impl<F: NorFlash> Controller<'_, F> {
 
     /// Carries out lines, until one asks for a reset.
     async fn execute(&self, console: &Console) {
-        self.greet(&console.output).await;
+        self.greet(console).await;
         let mut assembler = LineAssembler::new();
-        let mut bytes = [0; CHUNK_BYTES];
+        let (mut bytes, mut length) = ([0; CHUNK_BYTES], 0);
         loop {
+            console.jog_cancel.hold(length);
             let n = console.input.read(&mut bytes).await;
-            for &byte in &bytes[..n] {
+            for (at, &byte) in bytes[..n].iter().enumerate() {
+                length += 1;
                 let Some(line) = assembler.push(byte) else { continue };
-                if self.line(line, &console.output).await == After::Restart {
+                console.jog_cancel.hold(n - at - 1);
+                let overtaken = console.jog_cancel.has_overtaken(core::mem::take(&mut length));
+                if self.line(line, overtaken, &console.output).await == After::Restart {
                     return;
                 }
                 // The ports' queues are filled between lines, however many lines there are.
@@ -152,10 +223,15 @@ impl<F: NorFlash> Controller<'_, F> {
     }
 
     /// Sends the welcome, and what follows it: what to look at, what is not as it was stored, how to unlock, or the
-    /// results of the start-up lines.
-    async fn greet(&self, output: &Output) {
+    /// results of the start-up lines. If the host did not know of the reset, it knows when this has left: from then on
+    /// its lines are taken.
+    async fn greet(&self, console: &Console) {
+        let output = &console.output;
         let mut text = Message::new();
         text.print(|text| text.push_str(report::WELCOME));
+        if console.intake.is_shut() {
+            text.say(messages::RESET_ELSEWHERE);
+        }
         if self.with(|program| program.settings.hard_limits) && self.machine.status().pressed.contains(&true) {
             text.say(messages::CHECK_LIMITS);
         }
@@ -181,6 +257,12 @@ impl<F: NorFlash> Controller<'_, F> {
             text.clear();
             let _ = self.save(&mut text).await;
             output.send(&text).await;
+        }
+        if console.intake.is_shut() {
+            output.emptied().await;
+            console.input.clear();
+            console.intake.open();
+            console.known_reset.set(self.resets());
         }
     }
 

@@ -156,8 +156,14 @@ where
                 None => pending().await,
             }
         };
-        select(idle, self.machine.wait_released()).await;
+        let is_asked = select(idle, self.machine.wait_released()).await.is_second();
         Timer::at(self.standstill.max(now) + PULSE_MAX).await;
+        if is_asked {
+            // Whoever frees the motors may push the axes. After an idle delay they are trusted to stay, as in Grbl.
+            for axis in Axis::ALL {
+                self.machine.set_homed(axis, false);
+            }
+        }
     }
 
     async fn carry_out(&mut self, motion: Motion) {

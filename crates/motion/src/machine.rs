@@ -316,7 +316,8 @@ impl Machine {
     /// - While it jogs it takes jogs only, and while it does anything else it takes no jog.
     /// - While the safety door is open it takes neither homing nor jogs. Other motions are taken, and wait for the
     ///   door.
-    /// - While a reset brakes it takes nothing. A motion that waits for room at that time is forgotten.
+    /// - While a reset brakes, or a cancelled jog, it takes nothing. A motion that waits for room at that time is
+    ///   forgotten.
     ///
     /// # Cancellation
     /// Safe: the motion is either in the queue or was never asked for.
@@ -332,7 +333,8 @@ impl Machine {
         if self.with(|inner| inner.life.resets) == resets { Ok(()) } else { Err(Busy(self.state())) }
     }
 
-    /// Frees the motors, as soon as nothing moves and no motion waits. The next motion energises them again.
+    /// Frees the motors, as soon as nothing moves and no motion waits. The next motion energises them again. Nothing
+    /// holds the axes then, so their positions are not trusted any more.
     // Not inlined: see `with`.
     #[inline(never)]
     pub fn release(&self) {

@@ -3,6 +3,7 @@
 use embassy_futures::select::select;
 use embassy_time::{Instant, Timer};
 
+use super::life::Forget;
 use super::{Machine, Reaction, Trigger};
 
 /// How fast to move, in percent of what is asked for; never faster than the limits.
@@ -34,7 +35,7 @@ impl Machine {
             let before = inner.effective().spindle;
             let reaction = self.apply(inner, Trigger::Resume);
             if reaction == Reaction::Wake {
-                inner.outputs.is_stopped = false;
+                inner.outputs.stopped = None;
                 inner.spin_up(before);
             }
             reaction
@@ -47,6 +48,12 @@ impl Machine {
     /// Brakes a jog on its path, and forgets the waiting jogs. In any other state nothing happens.
     pub fn cancel_jog(&self) {
         self.on(Trigger::CancelJog);
+    }
+
+    /// Whether cancelled jogs are being forgotten: the one under way still brakes, and no other is taken.
+    #[must_use]
+    pub fn is_cancelling_jogs(&self) -> bool {
+        self.with(|inner| inner.life.forget == Forget::Jogs)
     }
 
     /// Changes the speed of moves, the one under way included, some 60 ms after this call.

@@ -223,7 +223,8 @@ impl Life {
         };
         // Jogs and homing never wait for a door.
         let is_barred = self.door.is_open && kind != Kind::Program;
-        if is_refused || is_barred || self.forget == Forget::All {
+        // What is taken now would be forgotten with the rest.
+        if is_refused || is_barred || self.forget != Forget::Nothing {
             return Reaction::Refuse;
         }
         self.pending += 1;

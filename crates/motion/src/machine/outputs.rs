@@ -47,14 +47,23 @@ impl ToolLink {
     }
 }
 
+/// Why the spindle stands while the machine is held. The resume has it turn again.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum SpindleStop {
+    /// It was stopped by hand, and may be started by hand.
+    ByHand,
+    /// Somebody changes the tool: nothing starts it before the resume.
+    ToolChange,
+}
+
 /// What is asked of the outputs, and what keeps them off.
 #[derive(Clone, Copy)]
 pub(super) struct OutputsAsked {
     pub asked: Outputs,
     /// The override of the spindle's level, percent.
     pub percent: u8,
-    /// The spindle was stopped in a hold, by hand.
-    pub is_stopped: bool,
+    /// Why the spindle stands in a hold.
+    pub stopped: Option<SpindleStop>,
     /// When the spindle has its speed: nothing moves before.
     pub ready_at: Instant,
     /// The spindle, or the laser, is to be off once no motion is pending.
@@ -68,7 +77,7 @@ impl OutputsAsked {
         Self {
             asked: Outputs::OFF,
             percent: 100,
-            is_stopped: false,
+            stopped: None,
             ready_at: Instant::MIN,
             stops_at_rest: false,
             stops: 0,
@@ -131,12 +140,28 @@ impl Machine {
         self.tool.ask();
     }
 
-    /// While the machine is held, stops the spindle, or has it turn again. It turns again with the resume, too.
+    /// While the machine is held, stops the spindle, or has it turn again. It turns again with the resume, too. During a
+    /// change of the tool nothing happens.
     pub fn toggle_spindle(&self) {
+        self.stop_spindle_in_hold(|stopped| match stopped {
+            None => Some(SpindleStop::ByHand),
+            Some(SpindleStop::ByHand) => None,
+            Some(SpindleStop::ToolChange) => Some(SpindleStop::ToolChange),
+        });
+    }
+
+    /// Holds the machine, which is at rest, for a change of the tool: somebody reaches for it, so the spindle stands
+    /// until the resume.
+    pub fn hold_for_tool_change(&self) {
+        self.hold();
+        self.stop_spindle_in_hold(|_| Some(SpindleStop::ToolChange));
+    }
+
+    fn stop_spindle_in_hold(&self, stopped: impl FnOnce(Option<SpindleStop>) -> Option<SpindleStop>) {
         self.with(|inner| {
             if inner.life.state == (State::Hold { still: true }) {
                 let before = inner.effective().spindle;
-                inner.outputs.is_stopped = !inner.outputs.is_stopped;
+                inner.outputs.stopped = stopped(inner.outputs.stopped);
                 inner.spin_up(before);
             }
         });
@@ -153,7 +178,7 @@ impl Inner {
             return Outputs::OFF;
         }
         let is_dark = laser && self.life.state == State::Hold { still: true };
-        if is_dark || self.outputs.is_stopped { outputs.without_spindle() } else { outputs }
+        if is_dark || self.outputs.stopped.is_some() { outputs.without_spindle() } else { outputs }
     }
 
     /// If the spindle turns otherwise than `before`, the motions that follow wait until it has its speed.
