@@ -247,7 +247,9 @@ impl<F: NorFlash> Controller<'_, F> {
         }
         output.send(&text).await;
         let is_ready = matches!(state, ReportedState::Idle | ReportedState::Hold { .. } | ReportedState::Door(_));
-        if self.with(|program| core::mem::take(&mut program.startup_due)) && is_ready {
+        // After a reset they are answered on the console that has asked for it.
+        let is_first = !console.intake.is_shut() && self.with(|program| core::mem::take(&mut program.startup_due));
+        if is_first && is_ready {
             let _turn = self.turn.lock().await;
             self.start_up(output).await;
         }

@@ -16,6 +16,8 @@ use isostep_sim::flash::FLASH_BYTES;
 use isostep_sim::link::{Lines, Pipe};
 
 const WELCOME: &str = "Grbl 1.1h ['$' for help]";
+const ELSEWHERE: &str = "[MSG:Reset from elsewhere: all lines sent before are forgotten]";
+const LOCKED: &str = "[MSG:'$H'|'$X' to unlock]";
 
 /// An unconnected ENABLE output: nothing moves here.
 struct Unconnected;
@@ -97,7 +99,7 @@ fn the_startup_lines_run_once_after_power_up_however_many_consoles_there_are() {
     let [said, _] = two.send(0, b"$G\n$#\n");
     assert!(said[0].starts_with("[GC:G0 G55 ") && said[3] == "[G55:1.000,2.000,3.000]", "{said:?}");
     // A reset runs the start-up lines again, on the console that sent it.
-    assert_eq!(two.send(1, b"\x18"), [heard(&[]), heard(&[WELCOME, ">G55:ok"])]);
+    assert_eq!(two.send(1, b"\x18"), [heard(&[WELCOME, ELSEWHERE]), heard(&[WELCOME, ">G55:ok"])]);
 }
 
 #[test]
@@ -106,7 +108,7 @@ fn a_reset_on_one_console_wakes_what_another_has_put_to_sleep() {
     two.send(0, b"");
     assert_eq!(two.send(0, b"$SLP\n"), [heard(&["ok", "[MSG:Sleeping]"]), heard(&[])]);
     assert_eq!(two.send(1, b"$G\n"), [heard(&[]), heard(&[])], "the sleeper keeps its turn");
-    assert_eq!(two.send(1, b"\x18"), [heard(&[]), heard(&[WELCOME, "[MSG:'$H'|'$X' to unlock]"])]);
+    assert_eq!(two.send(1, b"\x18"), [heard(&[WELCOME, ELSEWHERE, LOCKED]), heard(&[WELCOME, LOCKED])]);
     assert_eq!(two.send(0, b"$X\n"), [heard(&["[MSG:Caution: Unlocked]", "ok"]), heard(&[])]);
     let [_, said] = two.send(1, b"$G\n");
     assert_eq!(said.len(), 2, "{said:?}");
@@ -136,7 +138,8 @@ fn command_boot_makes_way_for_new_firmware() {
     assert!(two.boots.get());
     assert_eq!(two.send(1, b"$X\nG21\n$110=1\n"), [heard(&[]), heard(&["ok", "error:8", "error:8"])]);
     // A reset does not cancel it.
-    assert_eq!(two.send(0, b"\x18$X\nG21\n"), [heard(&[WELCOME, "ok", "error:8"]), heard(&[])]);
+    let told = heard(&[WELCOME, ELSEWHERE]);
+    assert_eq!(two.send(0, b"\x18$X\nG21\n"), [heard(&[WELCOME, "ok", "error:8"]), told]);
 }
 
 #[test]
@@ -157,6 +160,8 @@ fn a_machine_that_retires_ends_what_waits_and_begins_nothing() {
         assert!(two.boots.get(), "{waiting:?}");
         let [_, said] = two.send(1, b"?");
         assert!(said.last().unwrap().starts_with("<Sleep|"), "{waiting:?} {said:?}");
-        assert!(said[..3] == ["error:8"; 3], "{waiting:?} {said:?}");
+        assert!(said.contains(&ELSEWHERE.to_owned()), "{waiting:?} {said:?}");
+        let [_, said] = two.send(1, b"G21\n$H\n$J=G91X1F100\n");
+        assert_eq!(said, heard(&["error:8"; 3]), "{waiting:?}");
     }
 }

@@ -17,6 +17,7 @@ mod motion;
 mod probe;
 mod real_time;
 mod reports;
+mod resets;
 mod senders;
 mod settings;
 mod states;

@@ -140,6 +140,48 @@ fn byte_85_cancels_a_jog() {
     assert!((x(&status(&mut sim)) - x(&stopped) - 1.0).abs() < 0.011);
 }
 
+/// It counts from where the cancelled jog has come to rest.
+#[test]
+fn a_jog_behind_a_cancelled_one_is_made() {
+    for behind in ["$J=G91 X-5 F3000\n", "$J=G91 X-3 F3000\n$J=G91 X-2 F3000\n"] {
+        let mut sim = homed();
+        assert_eq!(begin(&mut sim, "$J=G91 X200 F3000", Duration::from_secs(1)), ["ok"]);
+        sim.send(b"\x85");
+        sim.send(behind.as_bytes());
+        sim.run_for(Duration::from_millis(1)).unwrap();
+        assert_eq!((sim.replies().len(), state(&mut sim)), (0, "Jog".to_owned()), "the first one brakes");
+        sim.run_for(Duration::from_millis(80)).unwrap();
+        while sim.machine().status().speed_mm_s > 0.0 {
+            sim.run_for(Duration::from_micros(100)).unwrap();
+        }
+        let rest_steps = sim.places_steps()[0];
+        sim.run_until_idle().unwrap();
+        assert_eq!(sim.replies(), vec!["ok"; behind.lines().count()]);
+        assert!((sim.places_steps()[0] - (rest_steps - 250)).abs() <= 1, "{behind:?}: from {rest_steps}");
+    }
+}
+
+/// A host that jogs while a key is held down has lines on their way when the key is let go.
+#[test]
+fn jogs_sent_before_a_cancel_are_not_made_after_it() {
+    let mut sim = homed();
+    sim.send(b"$J=G91 X5 F3000\n\x85$J=G91 Y5 F3000\n");
+    sim.run_until_idle().unwrap();
+    assert_eq!(sim.replies(), ["ok", "ok"]);
+    assert_eq!(sim.counted_steps(), [0, 250, 0], "the first one had not begun");
+    // More than the machine takes at once: they wait as lines.
+    let jogs = "$J=G91 X1 F600\n".repeat(100);
+    sim.send(jogs.as_bytes());
+    sim.run_for(Duration::from_millis(500)).unwrap();
+    sim.send(b"\x85");
+    sim.run_until_idle().unwrap();
+    let stopped = sim.counted_steps();
+    assert!(stopped[0] < 1_000, "{stopped:?}");
+    assert_eq!(sim.replies(), vec!["ok"; 100]);
+    assert_eq!(say(&mut sim, "$J=G91 X1 F600"), ["ok"]);
+    assert_eq!(sim.counted_steps(), [stopped[0] + 50, 250, 0]);
+}
+
 #[test]
 fn byte_90_puts_the_feed_back() {
     assert_eq!(overrides_after(b"\x91\x93\x90"), "100,100,100");

@@ -275,6 +275,27 @@ fn the_spindle_stands_for_a_tool_change() {
     assert!(first.t_ns - asked_ns >= 1_000_000_000, "{} ns", first.t_ns - asked_ns);
 }
 
+/// Somebody reaches for the tool: neither 0x9E nor an override of the speed turns the spindle on.
+#[test]
+fn nothing_starts_the_spindle_in_a_change_of_the_tool() {
+    let mut sim = homed();
+    assert_eq!(say(&mut sim, "M3 S500"), ["ok"]);
+    assert_eq!(say(&mut sim, "M6 T1"), ["[MSG:M6: put in tool 1, then resume with ~]"]);
+    for byte in [0x9E, 0x9E, 0x9A, 0x99, 0x9E] {
+        assert_eq!(bytes(&mut sim, &[byte]), [""; 0]);
+        assert_eq!(sim.tool(), OFF, "after 0x{byte:x}");
+    }
+    sim.send(b"~");
+    sim.run_until_idle().unwrap();
+    assert_eq!((sim.replies(), sim.tool()[1]), (vec!["ok".to_owned()], ON));
+    // The next hold is an ordinary one.
+    assert_eq!(say(&mut sim, "M0"), [""; 0]);
+    for on in [0, ON] {
+        bytes(&mut sim, b"\x9e");
+        assert_eq!(sim.tool()[1], on);
+    }
+}
+
 fn toggles(byte: u8, output: usize, word: &str) {
     let mut sim = homed();
     let all = |on: bool| std::array::from_fn(|index| if on && index == output { ON } else { 0 });
