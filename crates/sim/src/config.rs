@@ -100,6 +100,8 @@ pub struct Config {
     pub motor: MotorData,
     /// What each motor moves. If `None`, the usual load of an axis of that resolution: see [`Load::preset`].
     pub loads: [Option<Load>; AXES],
+    /// The width of a laser's beam at half its maximum, mm: for the picture of what it engraved.
+    pub beam_mm: f64,
     /// The port that makes the edges.
     pub port: Port,
     /// Timing requirements of the drivers.
@@ -143,6 +145,8 @@ impl Default for Config {
             seed: 1,
             motor: MotorData::NEMA_17,
             loads: [None; AXES],
+            // Of a common diode laser.
+            beam_mm: 0.1,
             port: Port::default(),
             driver: DriverTiming::DRV8825,
             streaming: Streaming::GRBL,
@@ -217,6 +221,9 @@ impl Config {
                 line += &format!(" --switch {axis}={fault}");
             }
         }
+        if self.beam_mm != default.beam_mm {
+            line += &format!(" --beam {}", self.beam_mm);
+        }
         if let Some(plate) = self.plate {
             line += &format!(" --probe-plate {plate}");
         }
@@ -272,8 +279,8 @@ mod tests {
         assert_eq!(config.replay("a.nc"), line);
         let settings_file = Some(("m.txt".to_owned(), Settings { speed_law: 1, ..Settings::DEFAULT }));
         let config = Config { settings_file, motor: "1.2,300,10".parse().unwrap(), ..Config::default() };
-        let config = Config { loads: [None, Some("5,8".parse().unwrap()), None], ..config };
-        let line = "isostep sim a.nc --seed 1 --settings m.txt --motor 1.2,300,10 --load Y=5,8 --speed-law trapezoid";
+        let config = Config { loads: [None, Some("5,8".parse().unwrap()), None], beam_mm: 0.25, ..config };
+        let line = "isostep sim a.nc --seed 1 --settings m.txt --motor 1.2,300,10 --load Y=5,8 --beam 0.25 --speed-law trapezoid";
         assert_eq!(config.replay("a.nc"), line);
     }
 

@@ -104,6 +104,9 @@ pub struct Args {
     /// 200 steps/mm, 10 kg on a screw from there on
     #[arg(long, value_name = "AXIS=MM,KG", value_parser = load)]
     load: Vec<(usize, Load)>,
+    /// The width of a laser's beam in mm, at half its maximum: for the picture of what it engraved
+    #[arg(long, value_name = "MM", value_parser = beam, default_value_t = Config::default().beam_mm)]
+    beam: f64,
     /// The flash that settings are stored in: read at the start if it exists, written at the end, so that they outlive
     /// the run. What it holds is in force rather than what --settings says
     #[arg(long, value_name = "FILE", conflicts_with = "pty")]
@@ -286,6 +289,7 @@ fn config(args: &Args) -> Result<Config> {
     let middle_mm = timing::middle_mm(&config.settings);
     config.start_mm =
         args.start.unwrap_or_else(|| std::array::from_fn(|axis| config.start_mm[axis].min(middle_mm[axis])));
+    config.beam_mm = args.beam;
     for &(axis, load) in &args.load {
         config.loads[axis] = Some(load);
     }
@@ -316,6 +320,12 @@ fn tell_weak_motors(config: &Config, left: &Settings) {
     reported.sort_unstable();
     reported.dedup();
     reported.iter().for_each(|reported| eprintln!("warning: {reported}"));
+}
+
+/// Parses the width of a beam, mm.
+fn beam(text: &str) -> Result<f64, String> {
+    let width = text.parse().ok().filter(|width| (0.001..=20.0).contains(width));
+    width.ok_or_else(|| "a width from 0.001 to 20 mm, such as 0.1".to_owned())
 }
 
 fn load(text: &str) -> Result<(usize, Load), String> {
@@ -398,6 +408,8 @@ mod tests {
         assert_eq!("0.4, 54,12".parse(), Ok(MotorData::NEMA_17));
         assert!("0,1,1".parse::<MotorData>().unwrap_err().contains("0.4,54,12") && load("Y=8").is_err());
         assert_eq!(load("y=40,2").unwrap(), (1, Load::preset(80.0, 0.0)));
+        assert_eq!(beam("0.25"), Ok(0.25));
+        assert!(beam("0").unwrap_err().contains("such as 0.1") && beam("x").is_err());
         assert!(load("Q=40,2").unwrap_err().contains("use X, Y or Z"));
         assert!(switch("X=loose").unwrap_err().contains("use stuck-open"));
     }

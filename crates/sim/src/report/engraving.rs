@@ -33,7 +33,7 @@ pub fn picture(outcome: &Outcome) -> Option<Picture> {
     let spells = spells::of_spindle(&outcome.tool, true, outcome.duration_ns);
     let extent_mm = extent_mm(outcome, &spells)?;
     let step_mm = [0, 1].map(|axis| 1.0 / outcome.steps_per_mm[axis]);
-    let mut sheet = Sheet::new(extent_mm, step_mm[0].max(step_mm[1]));
+    let mut sheet = Sheet::new(extent_mm, step_mm[0].max(step_mm[1]), outcome.config.beam_mm);
     lit::places(outcome, &spells, &mut |steps, dose| sheet.add(mm(outcome, steps), dose));
     let strong = sheet.strong();
     let png = encoded(&sheet, strong).expect("drawing into memory does not fail");

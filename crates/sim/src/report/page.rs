@@ -80,7 +80,11 @@ fn verdicts(figures: &Figures) -> Markup {
 fn body_of_moves(outcome: &Outcome, figures: &Figures) -> Markup {
     let sources = lines_of_moves::of_moves(outcome);
     html! {
-        (path_of(path::picture(outcome, &sources), figures))
+        h2 { "Path" }
+        (path_of(path::XY, path::picture(outcome, &sources, path::XY), figures))
+        @if path::has_sides(outcome) {
+            @for axes in path::SIDES { (path_of(axes, path::picture(outcome, &sources, axes), figures)) }
+        }
         @if let Some(picture) = engraving::picture(outcome) {
             h2 { "Engraving" }
             figure { img src=(ENGRAVING) alt="What the laser engraved"; figcaption { (picture.caption()) } }
@@ -98,13 +102,16 @@ fn body_of_moves(outcome: &Outcome, figures: &Figures) -> Markup {
     }
 }
 
-fn path_of(path: path::Picture, figures: &Figures) -> Markup {
+fn path_of(axes: path::Axes, path: path::Picture, figures: &Figures) -> Markup {
+    let plane = path::letters(axes);
+    let [right, up] = axes.map(|axis| AXIS_NAMES[axis]);
     let [x, y] = path.extent_mm.map(|(low, high)| format!("{:.2} to {:.2}", low + 0.0, high + 0.0));
     html! {
-        h2 { "Path" }
         figure { (PreEscaped(path.svg)) figcaption {
-            (if path.by_edges { "Where the edges say the carriage went, in the XY plane" } else { "The path in the XY plane, as planned" })
-            ", coloured by the planned speed along it; slow places are drawn over fast ones. X " (x) ", Y " (y) " mm."
+            (if path.by_edges { "Where the edges say the carriage went, in the " } else { "The path as planned, in the " })
+            (plane) " plane, coloured by the planned speed along it; slow places are drawn over fast ones. "
+            (right) " " (x) ", " (up) " " (y) " mm."
+            @if path.with_rapids { " Dashed lines are rapids." }
             @if path.with_dots { " Dots end moves." }
             @if figures.homing_ns > 0 { " The dashed frame is the travel." }
             @if let Some(simplified) = path.simplified { " " (simplified) }
@@ -155,10 +162,15 @@ pub fn files(outcome: &Outcome) -> Vec<(String, Vec<u8>)> {
     let moves = shown(outcome).into_iter();
     let moves = moves.map(|(number, record)| (format!("move-{number}.svg"), kinematics::of_move(outcome, record)));
     let sources = lines_of_moves::of_moves(outcome);
-    let path = ("path.svg".to_owned(), path::picture(outcome, &sources).svg);
+    let path = ("path.svg".to_owned(), path::picture(outcome, &sources, path::XY).svg);
+    let sides = path::SIDES.into_iter().filter(|_| path::has_sides(outcome)).map(|axes| {
+        let name = format!("path-{}.svg", path::letters(axes).to_lowercase());
+        (name, path::picture(outcome, &sources, axes).svg)
+    });
     let seconds = pace::extreme_seconds(outcome, &sources);
     let speed = ("speed.svg".to_owned(), speed::picture(outcome, &sources, seconds));
-    let drawn = moves.chain([path, speed]).map(|(name, picture)| (name, theme::standalone(&picture).into_bytes()));
+    let drawn =
+        moves.chain([path, speed]).chain(sides).map(|(name, picture)| (name, theme::standalone(&picture).into_bytes()));
     drawn.chain(engraving::picture(outcome).map(|picture| (ENGRAVING.to_owned(), picture.png))).collect()
 }
 

@@ -1,13 +1,14 @@
-//! The path in the XY plane, coloured by speed, with the travel where the machine was homed.
+//! The path in the plane of two axes, coloured by speed, rapids dashed, with the travel where the machine was homed.
 
 use std::fmt::Write;
 
+use isostep_console::Rate;
 use plotters::prelude::*;
 
 use super::rack;
 use super::speed_scale::SpeedScale;
-use super::strokes::{Piece, Point, Strokes};
-use super::theme::{self, Area, BOUND, Drawn, GRID, INK};
+use super::strokes::{self, Piece, Point, Strokes};
+use super::theme::{self, AXIS_NAMES, Area, BOUND, Drawn, GRID, INK};
 use crate::lines_of_moves::Source;
 use crate::moves::MoveRecord;
 use crate::outcome::Outcome;
@@ -21,8 +22,10 @@ const POINTS_PER_MOVE: usize = 200;
 const MOVES_WITH_DOTS: usize = 200;
 /// The largest number of pieces of a ramp, each with one colour.
 const PIECES_PER_RAMP: usize = 24;
-/// Limit of the size of the path's lines, bytes: they are in the page and in a separate file.
+/// Limit of the size of the path's lines in the XY plane, bytes: they are in the page and in a separate file. Each of
+/// the other planes has a part of it.
 const BYTES_MAX: usize = 1_500_000;
+const SIDE_BYTES_MAX: usize = BYTES_MAX / 4;
 /// To reach the limit, the length below which pieces are drawn as one is doubled up to this, in fine pixels. After
 /// that, pieces are left out.
 const LEAST_MAX: f64 = 16.0;
@@ -30,10 +33,30 @@ const LEAST_MAX: f64 = 16.0;
 /// plotters rounds points to whole pixels, which would distort straight lines. Drawn at this scale, the error is not
 /// visible.
 const FINE: u32 = 4;
-/// Size of the area inside the labels, in fine pixels.
+/// Size of the area inside the labels, in fine pixels; a flat path is lower.
 const INNER: (f64, f64) = (2_704.0, 2_592.0);
+const INNER_LOWEST: f64 = 800.0;
+/// What the labels and margins take beside the area, pixels.
+const AROUND: (u32, u32) = (84, 72);
 /// Height of the key above, pixels.
 const KEY: u32 = 40;
+
+/// The axes of a plane: to the right, and upwards.
+pub type Axes = [usize; 2];
+/// The planes that are drawn.
+pub const XY: Axes = [0, 1];
+/// The others, if the path leaves XY.
+pub const SIDES: [Axes; 2] = [[0, 2], [1, 2]];
+
+/// The letters of a plane.
+pub fn letters(axes: Axes) -> String {
+    axes.map(|axis| AXIS_NAMES[axis]).concat()
+}
+
+/// Whether the program moves Z, so that it has sides to look at.
+pub fn has_sides(outcome: &Outcome) -> bool {
+    program(outcome).any(|record| record.plan.steps[2] != 0)
+}
 
 /// A picture and how it was drawn.
 pub struct Picture {
@@ -45,20 +68,25 @@ pub struct Picture {
     pub with_dots: bool,
     /// A sentence about what was left out to limit the size, if anything was.
     pub simplified: Option<String>,
-    /// The least and greatest positions, mm: X and Y.
+    /// Whether there are rapids, drawn as dashes.
+    pub with_rapids: bool,
+    /// The least and greatest positions on both axes, mm.
     pub extent_mm: [(f64, f64); 2],
 }
 
-/// Draws the picture; `sources` are those of all moves.
-pub fn picture(outcome: &Outcome, sources: &[Option<Source>]) -> Picture {
+/// Draws the picture of the plane of two axes; `sources` are those of all moves.
+pub fn picture(outcome: &Outcome, sources: &[Option<Source>], axes: Axes) -> Picture {
     let course = || phases(outcome, sources);
-    let moves = outcome.moves.iter().filter(|record| !record.homing).count();
-    let extent_mm = extent_mm(outcome);
-    let plane = Plane::new(outcome, extent_mm);
+    let moves = program(outcome).count();
+    let extent_mm = extent_mm(outcome, axes);
+    let plane = Plane::new(outcome, axes, extent_mm, rapids(sources));
+    let with_rapids = plane.rapids.contains(&true);
     let by_edges = moves <= MOVES_BY_EDGES && !outcome.edges.is_empty();
     let with_dots = moves <= MOVES_WITH_DOTS;
     let scale = SpeedScale::of(course());
-    let (mut lines, simplified) = lines(moves, scale, if with_dots { 3 * FINE } else { FINE * 3 / 2 }, |take| {
+    let width = if with_dots { 3 * FINE } else { FINE * 3 / 2 };
+    let bytes_max = if axes == XY { BYTES_MAX } else { SIDE_BYTES_MAX };
+    let (mut lines, simplified) = lines(moves, scale, (width, bytes_max), |take| {
         if by_edges {
             pieces_by_edges(outcome, course(), &plane, take)
         } else {
@@ -66,20 +94,53 @@ pub fn picture(outcome: &Outcome, sources: &[Option<Source>]) -> Picture {
         }
     });
     lines += &dots(outcome, &plane, with_dots);
-    let size = (760 * FINE, (720 + KEY) * FINE);
-    let svg = theme::svg(size, "Path in the XY plane, coloured by speed", |area| draw(area, outcome, &plane));
-    let key = scale.key([120 * FINE, 14 * FINE], FINE);
+    let size = ((plane.inner.0 as u32) + AROUND.0 * FINE, (plane.inner.1 as u32) + (AROUND.1 + KEY) * FINE);
+    let title = format!("Path in the {} plane, coloured by speed", letters(axes));
+    let svg = theme::svg(size, &title, |area| draw(area, outcome, &plane));
+    let key = scale.key([120 * FINE, 14 * FINE], FINE) + &if with_rapids { key_of_lines(width) } else { String::new() };
     let svg = svg.replace("</svg>", &format!("{lines}{key}</svg>"));
-    Picture { svg, by_edges, with_dots, simplified, extent_mm }
+    Picture { svg, by_edges, with_dots, simplified, with_rapids, extent_mm }
+}
+
+/// The moves of the program.
+fn program(outcome: &Outcome) -> impl Iterator<Item = &MoveRecord> + Clone {
+    outcome.moves.iter().filter(|record| !record.homing)
+}
+
+/// Which of all moves are rapids. A move whose line is unknown counts as a cut.
+fn rapids(sources: &[Option<Source>]) -> Vec<bool> {
+    sources.iter().map(|source| source.is_some_and(|source| source.rate == Rate::Rapid)).collect()
+}
+
+/// The key of the lines, to the right of that of the colours.
+fn key_of_lines(width: u32) -> String {
+    let (left, y, long) = (640 * FINE, 19 * FINE, 26 * FINE);
+    let (cut, rapid) = (y - 6 * FINE, y + 10 * FINE);
+    let line = |y: u32, dashes: &str, text: &str| {
+        format!(
+            "<path d=\"M{left} {y}h{long}\" stroke=\"var(--ink)\" stroke-width=\"{width}\"{dashes}/><text x=\"{}\" y=\"{}\" \
+             font-family=\"sans-serif\" font-size=\"{}\" fill=\"var(--ink)\">{text}</text>",
+            left + long + 8 * FINE,
+            y + 5 * FINE,
+            14 * FINE
+        )
+    };
+    line(cut, "", "cut") + &line(rapid, &format!(" {}", strokes::dashes(width)), "rapid")
 }
 
 /// Converts millimetres to positions in the picture.
 struct Plane {
+    axes: Axes,
+    /// Size of the area inside the labels, in fine pixels.
+    inner: (f64, f64),
+    /// Which of all moves are rapids.
+    rapids: Vec<bool>,
     homed: bool,
     /// Whether the machine is the parking gantry, whose rack is shown.
     has_rack: bool,
-    x_mm: (f64, f64),
-    y_mm: (f64, f64),
+    /// What is shown to the right and upwards.
+    right_mm: (f64, f64),
+    up_mm: (f64, f64),
 }
 
 /// The upper left corner inside the labels, in fine pixels.
@@ -87,29 +148,32 @@ const CORNER: Point = [((12 + 60) * FINE) as f64, ((12 + KEY) * FINE) as f64];
 
 impl Plane {
     /// Chooses the area that is shown, with the same scale in both directions.
-    fn new(outcome: &Outcome, [mut x, mut y]: [(f64, f64); 2]) -> Self {
+    fn new(outcome: &Outcome, axes: Axes, [mut right, mut up]: [(f64, f64); 2], rapids: Vec<bool>) -> Self {
         let homed = outcome.moves.iter().any(|record| record.homing);
-        let has_rack = homed && rack::is_of(outcome);
+        let has_rack = homed && axes == XY && rack::is_of(outcome);
         if has_rack {
             let (rack_x, rack_y) = rack::extent_mm();
-            x = (x.0.min(rack_x.0), x.1.max(rack_x.1));
-            y = (y.0.min(rack_y.0), y.1.max(rack_y.1));
+            right = (right.0.min(rack_x.0), right.1.max(rack_x.1));
+            up = (up.0.min(rack_y.0), up.1.max(rack_y.1));
         }
-        let scale = ((x.1 - x.0) / INNER.0).max((y.1 - y.0) / INNER.1).max(1e-3) * 1.08;
+        let scale = ((right.1 - right.0) / INNER.0).max((up.1 - up.0) / INNER.1).max(1e-3) * 1.08;
+        let high = if axes == XY { INNER.1 } else { ((up.1 - up.0) * 1.08 / scale).clamp(INNER_LOWEST, INNER.1) };
+        let inner = (INNER.0, high.round());
         let around = |range: (f64, f64), pixels: f64| {
             let middle = (range.0 + range.1) / 2.0;
             (middle - scale * pixels / 2.0, middle + scale * pixels / 2.0)
         };
-        Self { homed, has_rack, x_mm: around(x, INNER.0), y_mm: around(y, INNER.1) }
+        Self { axes, inner, rapids, homed, has_rack, right_mm: around(right, inner.0), up_mm: around(up, inner.1) }
     }
 
     fn fine_per_mm(&self) -> f64 {
-        INNER.0 / (self.x_mm.1 - self.x_mm.0)
+        self.inner.0 / (self.right_mm.1 - self.right_mm.0)
     }
 
     fn point(&self, mm: [f64; 3]) -> Point {
         let scale = self.fine_per_mm();
-        [CORNER[0] + (mm[0] - self.x_mm.0) * scale, CORNER[1] + (self.y_mm.1 - mm[1]) * scale]
+        let [right, up] = self.axes.map(|axis| mm[axis]);
+        [CORNER[0] + (right - self.right_mm.0) * scale, CORNER[1] + (self.up_mm.1 - up) * scale]
     }
 }
 
@@ -117,7 +181,7 @@ impl Plane {
 fn lines(
     moves: usize,
     scale: SpeedScale,
-    width: u32,
+    (width, bytes_max): (u32, usize),
     pieces: impl Fn(&mut dyn FnMut(&Piece)),
 ) -> (String, Option<String>) {
     let (mut least, mut stride) = (if moves <= MOVES_WITH_DOTS { 0.5 } else { FINE as f64 / 2.0 }, 1);
@@ -126,11 +190,11 @@ fn lines(
         let mut number = 0_usize;
         pieces(&mut |piece| {
             number += 1;
-            if number.is_multiple_of(stride) && strokes.bytes() <= BYTES_MAX {
+            if number.is_multiple_of(stride) && strokes.bytes() <= bytes_max {
                 strokes.take(piece);
             }
         });
-        if strokes.bytes() <= BYTES_MAX {
+        if strokes.bytes() <= bytes_max {
             return (strokes.finish(width), simplified(least / f64::from(FINE), stride));
         }
         if least < LEAST_MAX { least *= 2.0 } else { stride *= 2 }
@@ -154,8 +218,9 @@ fn pieces<'a>(
     take: &mut dyn FnMut(&Piece),
 ) {
     for phase in phases {
-        let [x, y, _] = phase.asked.direction;
-        let fine = phase.distance_mm * x.hypot(y) * plane.fine_per_mm();
+        let [right, up] = plane.axes.map(|axis| phase.asked.direction[axis]);
+        let fine = phase.distance_mm * right.hypot(up) * plane.fine_per_mm();
+        let is_rapid = plane.rapids[phase.index];
         let count = match phase.change {
             _ if fine == 0.0 => continue,
             Change::Level => 1,
@@ -165,7 +230,7 @@ fn pieces<'a>(
         for number in 1..=count {
             let to_mm = phase.made_mm(phase.begin_s + phase.span_s * number as f64 / count as f64);
             let [from, to] = [made_mm, to_mm].map(|mm| plane.point(phase.place_mm(outcome, mm)));
-            take(&Piece { from, to, distance_mm: to_mm - made_mm, span_s: phase.span_s / count as f64 });
+            take(&Piece { from, to, distance_mm: to_mm - made_mm, span_s: phase.span_s / count as f64, is_rapid });
             made_mm = to_mm;
         }
     }
@@ -182,7 +247,8 @@ fn pieces_by_edges<'a>(
     for phases in phases.chunk_by(|one, next| one.index == next.index) {
         let record = &outcome.moves[phases[0].index];
         let points = points(outcome, record);
-        if points.iter().all(|(_, mm)| mm[..2] == points[0].1[..2]) {
+        let is_rapid = plane.rapids[phases[0].index];
+        if points.iter().all(|(_, mm)| plane.axes.iter().all(|&axis| mm[axis] == points[0].1[axis])) {
             continue;
         }
         let begin_s = phases[0].begin_s;
@@ -191,7 +257,7 @@ fn pieces_by_edges<'a>(
             let phase = phases.iter().find(|phase| middle_s < phase.end_s()).unwrap_or(&phases[phases.len() - 1]);
             let [from, to] = [pair[0].1, pair[1].1].map(|mm| plane.point(mm));
             // The planned speed is used because the steps of the edges are not even.
-            take(&Piece { from, to, distance_mm: phase.speed_mm_s(middle_s), span_s: 1.0 });
+            take(&Piece { from, to, distance_mm: phase.speed_mm_s(middle_s), span_s: 1.0, is_rapid });
         }
     }
 }
@@ -215,16 +281,14 @@ fn points(outcome: &Outcome, record: &MoveRecord) -> Vec<(f64, [f64; 3])> {
 /// Dots for the start and, if wanted, the ends of moves.
 fn dots(outcome: &Outcome, plane: &Plane, with_ends: bool) -> String {
     let mut svg = String::new();
-    let program = outcome.moves.iter().filter(|record| !record.homing);
-    let moved = |record: &&MoveRecord| record.origin_steps[..2] != record.end_steps[..2];
-    let mut program = program.filter(moved).peekable();
+    let mut program = program(outcome).filter(|record| moves_in(record, plane.axes)).peekable();
     let start = program.peek().map(|record| plane.point(outcome.mm(record.origin_steps)));
     for record in program.filter(|_| with_ends) {
         let [x, y] = plane.point(outcome.mm(record.end_steps));
         let _ = write!(svg, "<circle cx=\"{x:.0}\" cy=\"{y:.0}\" r=\"{}\" fill=\"var(--ink)\"/>", 4 * FINE);
     }
     if let Some([x, y]) = start {
-        let is_low = y + 96.0 > CORNER[1] + INNER.1;
+        let is_low = y + 96.0 > CORNER[1] + plane.inner.1;
         let (left, below, size) = (x - 64.0, if is_low { y - 44.0 } else { y + 96.0 }, 14 * FINE);
         let _ = write!(svg, "<circle cx=\"{x:.0}\" cy=\"{y:.0}\" r=\"{}\" fill=\"var(--y)\"/>", 7 * FINE);
         let _ = write!(
@@ -236,7 +300,8 @@ fn dots(outcome: &Outcome, plane: &Plane, with_ends: bool) -> String {
 }
 
 fn draw(area: &Area, outcome: &Outcome, plane: &Plane) -> Drawn {
-    let (x, y) = (plane.x_mm, plane.y_mm);
+    let (x, y) = (plane.right_mm, plane.up_mm);
+    let [right, up] = plane.axes;
     let decimals = theme::decimals_of(x.1 - x.0);
     let label = |mm: &f64| format!("{mm:.decimals$}");
     let mut chart = ChartBuilder::on(area)
@@ -253,8 +318,8 @@ fn draw(area: &Area, outcome: &Outcome, plane: &Plane) -> Drawn {
         .label_style(theme::font(14 * FINE))
         .axis_desc_style(theme::font(15 * FINE))
         .set_all_tick_mark_size(5 * FINE)
-        .x_desc("X, mm")
-        .y_desc("Y, mm")
+        .x_desc(format!("{}, mm", AXIS_NAMES[right]))
+        .y_desc(format!("{}, mm", AXIS_NAMES[up]))
         .x_label_formatter(&label)
         .y_label_formatter(&label)
         .draw()?;
@@ -263,7 +328,7 @@ fn draw(area: &Area, outcome: &Outcome, plane: &Plane) -> Drawn {
         chart.draw_series(rack::names(FINE))?;
     }
     if plane.homed {
-        let far = (outcome.travel_mm[0], outcome.travel_mm[1]);
+        let far = (outcome.travel_mm[right], outcome.travel_mm[up]);
         chart.draw_series(DashedLineSeries::new(
             [(0.0, 0.0), (far.0, 0.0), far, (0.0, far.1), (0.0, 0.0)],
             6 * FINE,
@@ -274,12 +339,15 @@ fn draw(area: &Area, outcome: &Outcome, plane: &Plane) -> Drawn {
     Ok(())
 }
 
-/// The range of X and Y over the moves that move X or Y, mm.
-fn extent_mm(outcome: &Outcome) -> [(f64, f64); 2] {
-    let program = outcome.moves.iter().filter(|record| !record.homing);
-    let moved = program.filter(|record| record.origin_steps[..2] != record.end_steps[..2]);
+fn moves_in(record: &MoveRecord, axes: Axes) -> bool {
+    axes.iter().any(|&axis| record.origin_steps[axis] != record.end_steps[axis])
+}
+
+/// The range of both axes over the moves that move either, mm.
+fn extent_mm(outcome: &Outcome, axes: Axes) -> [(f64, f64); 2] {
+    let moved = program(outcome).filter(|record| moves_in(record, axes));
     let ends = moved.flat_map(|record| [record.origin_steps, record.end_steps].map(|steps| outcome.mm(steps)));
-    [0, 1].map(|axis| theme::range(ends.clone().map(|mm| mm[axis])))
+    axes.map(|axis| theme::range(ends.clone().map(|mm| mm[axis])))
 }
 
 #[cfg(test)]
@@ -296,7 +364,7 @@ mod tests {
 
     fn picture_of(program: &str) -> Picture {
         let outcome = outcome(program);
-        picture(&outcome, &lines_of_moves::of_moves(&outcome))
+        picture(&outcome, &lines_of_moves::of_moves(&outcome), XY)
     }
 
     /// Long lines back and forth, whose number is not reduced by a least length.
@@ -310,11 +378,17 @@ mod tests {
             let mut from = [0.0; 2];
             for _ in 0..400_000 {
                 let to = [random.rand_float(), random.rand_float()].map(|share| f64::from(share) * 2_700.0);
-                take(&Piece { from, to, distance_mm: 1.0, span_s: f64::from(random.rand_float()) + 0.01 });
+                take(&Piece {
+                    from,
+                    to,
+                    distance_mm: 1.0,
+                    span_s: f64::from(random.rand_float()) + 0.01,
+                    is_rapid: false,
+                });
                 from = to;
             }
         };
-        let (svg, simplified) = lines(400_000, scale, 6, pieces);
+        let (svg, simplified) = lines(400_000, scale, (6, BYTES_MAX), pieces);
         assert!(svg.len() < BYTES_MAX + 1_000 && svg.len() > BYTES_MAX / 8, "{}", svg.len());
         assert!(simplified.unwrap().contains("one in "));
     }
@@ -345,7 +419,7 @@ mod tests {
     fn edges_and_plans_draw_the_same_path() {
         let outcome = outcome("G91 G1 F1200 X20 Y10\nX-5 Y20\n");
         let sources = lines_of_moves::of_moves(&outcome);
-        let plane = Plane::new(&outcome, extent_mm(&outcome));
+        let plane = Plane::new(&outcome, XY, extent_mm(&outcome, XY), rapids(&sources));
         let (mut planned, mut made) = (Vec::new(), Vec::new());
         pieces(&outcome, phases(&outcome, &sources), &plane, &mut |piece| planned.push(*piece));
         pieces_by_edges(&outcome, phases(&outcome, &sources), &plane, &mut |piece| made.push(*piece));
@@ -354,5 +428,29 @@ mod tests {
         let [(planned_top, planned), (made_top, made)] = ends;
         assert!((planned_top - made_top).abs() < 1e-6, "{planned_top} {made_top}");
         assert!((0..2).all(|at| (planned[at] - made[at]).abs() < 1e-6), "{planned:?} {made:?}");
+    }
+
+    #[test]
+    fn rapids_are_dashed_and_told_from_cuts_in_every_plane() {
+        let outcome = outcome("G0 X10 Z5\nG1 Z-1 F600\nX20 Y10\nG0 Z5\n");
+        let sources = lines_of_moves::of_moves(&outcome);
+        assert!(has_sides(&outcome));
+        for (axes, extent_mm) in [
+            (XY, [(0.0, 20.0), (0.0, 10.0)]),
+            (SIDES[0], [(0.0, 20.0), (-1.0, 5.0)]),
+            (SIDES[1], [(0.0, 10.0), (-1.0, 5.0)]),
+        ] {
+            let picture = picture(&outcome, &sources, axes);
+            assert_eq!(picture.extent_mm, extent_mm);
+            assert!(
+                picture.with_rapids && picture.svg.contains(">rapid</text>") && picture.svg.contains(">cut</text>")
+            );
+            assert!(picture.svg.contains(&format!("{} plane", letters(axes))));
+            let dashed = picture.svg.matches("stroke-dasharray").count();
+            assert!(dashed >= 2, "{dashed} in {axes:?}");
+        }
+        let cuts = picture_of("G91 G1 F600 X10\nY5\n");
+        assert!(!cuts.with_rapids && !cuts.svg.contains(">rapid</text>"));
+        assert!(!has_sides(&self::outcome("G91 G1 F600 X10\n")));
     }
 }

@@ -1,4 +1,5 @@
-//! Coloured lines as compact SVG: one element for all lines of a speed class, in whole units of the picture.
+//! Coloured lines as compact SVG: one element for all lines of a speed class, in whole units of the picture. Rapids have
+//! elements of their own, with dashes.
 //!
 //! Invisible details are left out: pieces shorter than the least length are drawn as one, with the colour of their mean
 //! speed, and points on a straight line between others of their colour are dropped.
@@ -27,11 +28,14 @@ pub struct Piece {
     pub distance_mm: f64,
     /// Its duration, s.
     pub span_s: f64,
+    /// Whether it is part of a rapid.
+    pub is_rapid: bool,
 }
 
 /// A line of one colour that is being drawn.
 struct Line {
-    class: usize,
+    /// The element that it goes into.
+    element: usize,
     anchor: Node,
     /// Points on the line from the anchor to the end.
     dropped: Vec<Node>,
@@ -42,8 +46,8 @@ struct Line {
 pub struct Strokes {
     scale: SpeedScale,
     least: f64,
-    /// The data of the path element of each class.
-    paths: [String; CLASSES],
+    /// The data of the path element of each class, of cuts and then of rapids.
+    paths: [String; 2 * CLASSES],
     /// A piece that is too short to be drawn alone.
     waiting: Option<Piece>,
     line: Option<Line>,
@@ -52,7 +56,7 @@ pub struct Strokes {
 impl Strokes {
     /// Draws in the colours of `scale`. Pieces shorter than `least` units are drawn together.
     pub fn new(scale: SpeedScale, least: f64) -> Self {
-        Self { scale, least, paths: [const { String::new() }; CLASSES], waiting: None, line: None }
+        Self { scale, least, paths: [const { String::new() }; 2 * CLASSES], waiting: None, line: None }
     }
 
     /// Size of the output so far, bytes.
@@ -62,7 +66,8 @@ impl Strokes {
 
     /// Adds the next piece.
     pub fn take(&mut self, piece: &Piece) {
-        if self.waiting.is_some_and(|waiting| far(waiting.to, piece.from) > self.least) {
+        let is_other = |waiting: Piece| waiting.is_rapid != piece.is_rapid || far(waiting.to, piece.from) > self.least;
+        if self.waiting.is_some_and(is_other) {
             self.flush();
         }
         let waiting = match self.waiting {
@@ -72,6 +77,7 @@ impl Strokes {
                 to: piece.to,
                 distance_mm: waiting.distance_mm + piece.distance_mm,
                 span_s: waiting.span_s + piece.span_s,
+                is_rapid: piece.is_rapid,
             },
         };
         self.waiting = Some(waiting);
@@ -87,8 +93,11 @@ impl Strokes {
         self.end_line();
         let mut svg =
             format!("<g fill=\"none\" stroke-width=\"{width}\" stroke-linejoin=\"round\" stroke-linecap=\"round\">");
-        for (class, path) in self.paths.iter().enumerate().rev().filter(|(_, path)| !path.is_empty()) {
-            let _ = write!(svg, "<path stroke=\"var(--speed-{})\" d=\"{path}\"/>", class + 1);
+        // Cuts are on top of rapids.
+        for (element, path) in self.paths.iter().enumerate().rev().filter(|(_, path)| !path.is_empty()) {
+            let class = element % CLASSES + 1;
+            let dashes = if element < CLASSES { String::new() } else { format!(" {}", dashes(width)) };
+            let _ = write!(svg, "<path stroke=\"var(--speed-{class})\"{dashes} d=\"{path}\"/>");
         }
         svg + "</g>"
     }
@@ -97,25 +106,26 @@ impl Strokes {
         let Some(piece) = self.waiting.take() else { return };
         let [from, to] = [node(piece.from), node(piece.to)];
         let class = self.scale.class(piece.distance_mm / piece.span_s.max(1e-12));
+        let element = class + if piece.is_rapid { CLASSES } else { 0 };
         match &mut self.line {
-            Some(line) if line.class == class && line.end == from => {
+            Some(line) if line.element == element && line.end == from => {
                 if !line.goes_straight_to(to) {
-                    line.turn(&mut self.paths[class]);
+                    line.turn(&mut self.paths[element]);
                 }
                 line.dropped.push(line.end);
                 line.end = to;
             }
             _ => {
                 self.end_line();
-                let _ = write!(self.paths[class], "M{} {}l", from[0], from[1]);
-                self.line = Some(Line { class, anchor: from, dropped: Vec::new(), end: to });
+                let _ = write!(self.paths[element], "M{} {}l", from[0], from[1]);
+                self.line = Some(Line { element, anchor: from, dropped: Vec::new(), end: to });
             }
         }
     }
 
     fn end_line(&mut self) {
         if let Some(mut line) = self.line.take() {
-            line.turn(&mut self.paths[line.class]);
+            line.turn(&mut self.paths[line.element]);
         }
     }
 }
@@ -146,6 +156,11 @@ impl Line {
     }
 }
 
+/// The attributes of a rapid's line of this width.
+pub fn dashes(width: u32) -> String {
+    format!("stroke-dasharray=\"{} {}\" stroke-linecap=\"butt\"", 3 * width, 2 * width)
+}
+
 fn node(point: Point) -> Node {
     point.map(|at| at.round() as i32)
 }
@@ -169,7 +184,7 @@ mod tests {
         let mut strokes = Strokes::new(scale(), least);
         for pair in points.windows(2) {
             let [from, to] = [pair[0], pair[1]].map(|(x, y, _)| [x, y]);
-            strokes.take(&Piece { from, to, distance_mm: pair[1].2, span_s: 1.0 });
+            strokes.take(&Piece { from, to, distance_mm: pair[1].2, span_s: 1.0, is_rapid: false });
         }
         strokes.finish(4)
     }

@@ -4,10 +4,7 @@
 const PIXELS_MAX: f64 = 1_600.0;
 /// The smallest side of a pixel, mm.
 const PIXEL_MM_MIN: f64 = 0.05;
-/// The assumed width of the beam at half its maximum, mm; at least one pixel. With rows at a distance of a common diode
-/// laser's beam width, an area is engraved without gaps.
-const SPOT_MM: f64 = 0.1;
-/// The largest number of pixels in a row that a spot covers.
+/// The largest number of pixels in a row that a spot covers: a pixel is at least half as large as the beam is wide.
 const LIT_MAX: usize = 4;
 
 /// A sheet of pixels; see the module.
@@ -26,11 +23,11 @@ pub struct Sheet {
 
 impl Sheet {
     /// A blank sheet for all positions within `extent_mm` of X and Y, including the spots around them. No pixel is
-    /// smaller than `step_mm`.
-    pub fn new(extent_mm: [(f64, f64); 2], step_mm: f64) -> Self {
+    /// smaller than `step_mm`. The beam is `beam_mm` wide at half its maximum, but at least one pixel.
+    pub fn new(extent_mm: [(f64, f64); 2], step_mm: f64, beam_mm: f64) -> Self {
         let [wide_mm, high_mm] = extent_mm.map(|(low, high)| high - low);
-        let pixel_mm = (wide_mm.max(high_mm) / PIXELS_MAX).max(PIXEL_MM_MIN).max(step_mm);
-        let spot = (SPOT_MM / pixel_mm).max(1.0);
+        let pixel_mm = (wide_mm.max(high_mm) / PIXELS_MAX).max(PIXEL_MM_MIN).max(step_mm).max(beam_mm / 2.0);
+        let spot = (beam_mm / pixel_mm).max(1.0);
         let around = spot.ceil();
         let [width, height] = [wide_mm, high_mm].map(|mm| ((mm / pixel_mm).ceil() + 2.0 * around) as usize + 1);
         let corner_mm = extent_mm.map(|(low, _)| low - around * pixel_mm);
@@ -89,7 +86,7 @@ mod tests {
 
     #[test]
     fn a_dose_is_kept_wherever_it_falls() {
-        let mut sheet = Sheet::new([(0.0, 20.0), (0.0, 10.0)], 0.07);
+        let mut sheet = Sheet::new([(0.0, 20.0), (0.0, 10.0)], 0.07, 0.1);
         for index in 0..100 {
             let part = f64::from(index) / 99.0;
             sheet.add([20.0 * part, 10.0 * part * part], 1.0);
@@ -101,7 +98,7 @@ mod tests {
     /// The grey is even although steps and rows do not fit the pixels.
     #[test]
     fn rows_as_far_apart_as_the_spot_is_wide_are_an_even_area() {
-        let mut sheet = Sheet::new([(0.0, 8.0), (0.0, 8.0)], 0.0);
+        let mut sheet = Sheet::new([(0.0, 8.0), (0.0, 8.0)], 0.0, 0.1);
         for row in 0..=80 {
             (0..=320).for_each(|column| sheet.add([f64::from(column) * 0.025, f64::from(row) * 0.1], 1.0));
         }
@@ -114,14 +111,14 @@ mod tests {
 
     #[test]
     fn a_sheet_has_no_more_pixels_than_can_be_seen() {
-        let size = |side_mm: f64, step_mm: f64| Sheet::new([(0.0, side_mm), (0.0, side_mm / 2.0)], step_mm).size();
+        let size = |side_mm: f64, step_mm: f64| Sheet::new([(0.0, side_mm), (0.0, side_mm / 2.0)], step_mm, 0.1).size();
         assert_eq!((size(10.0, 0.0125), size(800.0, 0.0125)), ([205, 105], [1_603, 803]));
         assert_eq!(size(10.0, 0.5), [23, 13]);
     }
 
     #[test]
     fn black_is_what_hardly_any_pixel_exceeds() {
-        let mut sheet = Sheet::new([(0.0, 100.0), (0.0, 0.0)], 1.0);
+        let mut sheet = Sheet::new([(0.0, 100.0), (0.0, 0.0)], 1.0, 0.1);
         (0..=100).for_each(|x| sheet.add([f64::from(x), 0.0], 1.0));
         sheet.add([50.0, 0.0], 99.0);
         assert_eq!(sheet.strong(), 1.0);
