@@ -65,7 +65,7 @@ fn change(kept: &mut Kept, random: &mut Rand64) {
         }
         2..=5 => {
             let place = kept.parameters.coordinates.place_mut(random.rand_range(0..8) as usize);
-            *place = std::array::from_fn(|_| (random.rand_float() * 1000.0) as f32);
+            *place = std::array::from_fn(|_| random.rand_range(0..1_000_000_000_000) as i64);
         }
         _ => {
             let number = numbers[random.rand_range(0..numbers.len() as u64) as usize];
@@ -338,7 +338,7 @@ fn refused_settings_stay_stored_until_others_are_set() {
     said(&flash, "G10 L2 P2 X1\n");
     let (store, _) = opened(&flash, 16);
     assert_eq!(store.kept().settings.get(100), Some(5_000.0));
-    assert_eq!(store.kept().parameters.coordinates.place(1), &[1.0, 0.0, 0.0]);
+    assert_eq!(store.kept().parameters.coordinates.place(1), &[1_000_000_000, 0, 0]);
 }
 
 /// The message after the welcome comes with every reset, until what it is about has been stored anew.
@@ -384,6 +384,41 @@ fn a_value_of_another_kind_is_not_read() {
     assert_eq!((loaded, store.kept()), (Err(Loss::Unreadable), &defaults()));
 }
 
+/// Places were stored as 32-bit floats in mm once. Such an item is made of a text, which is as long.
+#[test]
+fn a_place_that_was_stored_in_floats_is_still_read() {
+    let flash = Flash::blank();
+    let (mut store, _) = opened(&flash, 16);
+    let mut wanted = defaults();
+    let floats_mm = [2.0_f32, -12.015_686, 0.5];
+    let mut text: Vec<u8> = floats_mm.iter().flat_map(|mm| mm.abs().to_le_bytes()).collect();
+    wanted.parameters.build_text =
+        std::str::from_utf8(&text).expect("none of the bytes is above 127").try_into().unwrap();
+    assert!(save(&mut store, &wanted));
+    flash.change(|bytes| {
+        let place = bytes.windows(12).position(|window| window == text).expect("the item") - 2;
+        // The sign of Y, which no text has.
+        text[7] |= 0x80;
+        bytes[place..place + 2].copy_from_slice(&0x4000_u16.to_le_bytes());
+        bytes[place + 2..place + 14].copy_from_slice(&text);
+        let sum = sum(&bytes[place..place + 14]);
+        bytes[place - 8..place - 4].copy_from_slice(&sum.to_le_bytes());
+    });
+    let (store, loaded) = opened(&flash, 16);
+    let place_pm = store.kept().parameters.coordinates.place(0);
+    assert_eq!((loaded, place_pm), (Ok(()), &[2_000_000_000, -12_015_686_035, 500_000_000]));
+}
+
+/// An offset that no float holds is the same after a power cycle.
+#[test]
+fn an_offset_is_kept_exactly() {
+    let flash = Flash::blank();
+    said(&flash, "G20 G10 L2 P1 X9.00001 Y-0.3\nG21 G91 G0 X0.0375\nG28.1\n");
+    let (store, _) = opened(&flash, 16);
+    assert_eq!(store.kept().parameters.coordinates.place(0), &[228_600_254_000, -7_620_000_000, 0]);
+    assert_eq!(store.kept().parameters.coordinates.place(6), &[37_500_000, 0, 0]);
+}
+
 /// The bits change while the machine is on. A change that finds the log damaged writes all of it anew.
 #[test]
 fn bits_that_flip_under_a_running_machine_never_stop_a_change() {
@@ -413,7 +448,7 @@ fn nothing_is_stored_while_anything_moves() {
         seen = stored;
     }
     let (store, _) = opened(&flash, 16);
-    assert_eq!(store.kept().parameters.coordinates.place(1), &[5.0, 0.0, 0.0]);
+    assert_eq!(store.kept().parameters.coordinates.place(1), &[5_000_000_000, 0, 0]);
 }
 
 #[test]
@@ -425,5 +460,5 @@ fn what_a_reset_cut_short_is_stored_after_it() {
     assert_eq!(flash.operations(), 0);
     sim.send(b"\x18");
     sim.run_until_idle().unwrap();
-    assert_eq!(opened(&flash, 16).0.kept().parameters.coordinates.place(1), &[5.0, 0.0, 0.0]);
+    assert_eq!(opened(&flash, 16).0.kept().parameters.coordinates.place(1), &[5_000_000_000, 0, 0]);
 }

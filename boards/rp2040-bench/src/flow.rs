@@ -6,7 +6,7 @@
 
 use core::fmt::{self, Write};
 
-use isostep_console::{Block, Command, Interpreter, LineAssembler, ReportedState, Settings};
+use isostep_console::{Block, Command, Interpreter, LineAssembler, ReportedState, Settings, length};
 use isostep_profile::chain::{Chain, ChainConfig, Chunk, Request};
 use isostep_profile::{Course, IntervalLaw, Limits, SpeedLaw};
 
@@ -106,7 +106,7 @@ pub fn flow(case: &FlowCase, timer: &mut impl Timer) -> Checksums {
         course: Course::empty(),
         checksums: Checksums::default(),
     };
-    flow.interpreter.set_position_mm([START_MM as f32; AXES]);
+    flow.interpreter.set_position_pm([length::from_mm(START_MM); AXES]);
     let _ = read(&mut flow.interpreter, b"G90F12000\n");
     for _ in 0..CHAIN_MOVES {
         flow.enter(&mut Untimed);
@@ -151,9 +151,9 @@ impl Flow {
         let interpreter = &mut self.interpreter;
         let block =
             timer.time(Stage::Read, (interpreter, line.bytes()), |(interpreter, bytes)| read(interpreter, bytes));
-        let Some(target_mm) = block.and_then(|block| block.motion).map(|motion| motion.target_mm) else { return };
-        target_mm.iter().for_each(|mm| self.note(Stage::Read, mm.to_bits()));
-        let target_steps = target_mm.map(|mm| whole_steps(mm.into()));
+        let Some(target_pm) = block.and_then(|block| block.motion).map(|motion| motion.target_pm) else { return };
+        target_pm.iter().for_each(|&pm| self.note(Stage::Read, pm as u32));
+        let target_steps = target_pm.map(|pm| whole_steps(length::to_mm(pm)));
         let steps = [0, 1, 2].map(|axis| target_steps[axis] - self.steps[axis]);
         self.steps = target_steps;
         let request = Request { steps, feed_mm_s: Some(FEED_MM_S), stops: false, tag: 0 };

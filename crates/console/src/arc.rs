@@ -19,13 +19,16 @@ const MISFIT_MM: f64 = 0.005;
 const MISFIT_MAX_MM: f64 = 0.5;
 const MISFIT_OF_RADIUS: f64 = 0.001;
 
+/// How much rounding may have changed the distance between start and target: a fraction of a picometre.
+const ROUNDING_MM: f64 = 1e-9;
+
 /// Where an arc begins and ends, and its direction of rotation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ends {
     /// Start point.
-    pub start_mm: [f32; AXES],
+    pub start_mm: [f64; AXES],
     /// End point.
-    pub target_mm: [f32; AXES],
+    pub target_mm: [f64; AXES],
     /// 0 for G17, 1 for G18, 2 for G19.
     pub plane: u8,
     /// G2 if true, G3 if false.
@@ -40,19 +43,13 @@ impl Ends {
 
     /// Signed distance from start to target along `axis`.
     fn distance_mm(&self, axis: usize) -> f64 {
-        f64::from(self.target_mm[axis]) - f64::from(self.start_mm[axis])
+        self.target_mm[axis] - self.start_mm[axis]
     }
 
     /// The vector from start to target in the plane.
     fn chord_mm(&self) -> [f64; 2] {
         let [first, second, _] = self.axes();
         [self.distance_mm(first), self.distance_mm(second)]
-    }
-
-    /// How much rounding may have changed the distance between start and target.
-    fn rounding_mm(&self) -> f64 {
-        let farthest_mm = self.start_mm.iter().chain(&self.target_mm).fold(0.0, |most: f32, mm| most.max(mm.abs()));
-        2.0 * f64::from(f32::EPSILON * farthest_mm)
     }
 }
 
@@ -95,7 +92,7 @@ impl Arc {
             return Err(Error::InvalidTarget);
         }
         let diameter_mm = 2.0 * radius_mm.abs();
-        if length_mm > diameter_mm + ends.rounding_mm() {
+        if length_mm > diameter_mm + ROUNDING_MM {
             return Err(Error::RadiusTooSmall);
         }
         // Distance of the centre from the middle of the chord, in units of half the chord.
@@ -128,7 +125,7 @@ impl Arc {
 
     /// Start point.
     #[must_use]
-    pub fn start_mm(&self) -> [f32; AXES] {
+    pub fn start_mm(&self) -> [f64; AXES] {
         self.ends.start_mm
     }
 
@@ -145,7 +142,7 @@ impl Arc {
     pub fn bounds_mm(&self) -> [[f64; 2]; AXES] {
         let Ends { start_mm, target_mm, .. } = self.ends;
         let mut bounds_mm = core::array::from_fn(|axis| {
-            let (start_mm, target_mm) = (f64::from(start_mm[axis]), f64::from(target_mm[axis]));
+            let (start_mm, target_mm) = (start_mm[axis], target_mm[axis]);
             [start_mm.min(target_mm), start_mm.max(target_mm)]
         });
         let radius_mm = self.radius_mm.max(self.target_radius_mm);
@@ -179,7 +176,7 @@ impl Arc {
 
     /// The centre, in the plane.
     fn centre_mm(&self) -> [f64; 2] {
-        core::array::from_fn(|index| f64::from(self.ends.start_mm[self.axes()[index]]) + self.offset_mm[index])
+        core::array::from_fn(|index| self.ends.start_mm[self.axes()[index]] + self.offset_mm[index])
     }
 
     /// The vectors from the centre to start and target.

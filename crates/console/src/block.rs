@@ -2,16 +2,18 @@
 //! checking.
 
 use crate::{
-    Error, Modal,
+    Error, Modal, length,
     modal::{Coolant, MotionMode, Spindle},
     words::{self, Word},
 };
 
-/// Letters that Grbl reads as values. Those that no code of the block uses end as [`Error::UnusedWords`].
-const VALUE_LETTERS: u32 = letters(b"FIJKLNPRSTXYZ");
+/// Letters that Grbl reads as values, apart from lengths. Those that no code of the block uses end as [`Error::UnusedWords`].
+const VALUE_LETTERS: u32 = letters(b"FLNPST");
 const AXIS_LETTERS: u32 = letters(b"XYZ");
 /// Letters whose value must not be negative.
 const UNSIGNED_LETTERS: u32 = letters(b"FNPST");
+/// How many letters give a length: I, J, K, X, Y, Z and R.
+const LENGTHS: usize = 7;
 const MAX_LINE_NUMBER: f32 = 10_000_000.0;
 const MAX_TOOL: f32 = 255.0;
 
@@ -95,6 +97,8 @@ pub(crate) struct Words {
     /// The letters that were given a value which has not been used yet.
     given: u32,
     values: [f32; 26],
+    /// The values that are lengths, in 10^-8 mm or inch, by [`length_index`].
+    lengths: [i64; LENGTHS],
     /// The modes in force in the block: those before it, changed by its own codes.
     pub(crate) modal: Modal,
     pub(crate) non_modal: Option<NonModal>,
@@ -118,6 +122,7 @@ impl Words {
             claimed_groups: 0,
             given: 0,
             values: [0.0; 26],
+            lengths: [0; LENGTHS],
             modal,
             non_modal: None,
             axis_command: None,
@@ -130,6 +135,7 @@ impl Words {
         words::for_each(line, |word| match word {
             Word::G(hundredths) => block.general(hundredths),
             Word::M(hundredths) => block.miscellaneous(hundredths),
+            Word::Length(letter, value) => block.length(letter, value),
             Word::Value(letter, value) => block.value(letter, value),
         })?;
         // Axis words without a code that uses them belong to the motion mode.
@@ -139,25 +145,41 @@ impl Words {
         Ok(block)
     }
 
-    /// The value of `letter`, which then counts as used.
+    /// The value of `letter`, which then counts as used. The letter gives no length.
     pub(crate) fn take(&mut self, letter: u8) -> Option<f32> {
-        let value = self.value_of(letter);
-        self.given &= !bit(letter);
-        value
+        self.use_up(letter).then(|| self.values[usize::from(letter - b'A')])
     }
 
-    fn value_of(&self, letter: u8) -> Option<f32> {
-        (self.given & bit(letter) != 0).then(|| self.values[usize::from(letter - b'A')])
+    /// Notes that a letter is used. Returns whether it was given, and not used before.
+    pub(crate) fn use_up(&mut self, letter: u8) -> bool {
+        let was_given = self.given & bit(letter) != 0;
+        self.given &= !bit(letter);
+        was_given
+    }
+
+    /// The length that `letter` gives, by the units in force in the block.
+    fn length_pm(&self, letter: u8) -> Option<i64> {
+        let value = (self.given & bit(letter) != 0).then(|| self.lengths[length_index(letter)]);
+        value.map(|value| length::of_word(value, self.modal.inches))
     }
 
     /// X, Y and Z as given.
-    pub(crate) fn axes(&self) -> [Option<f32>; 3] {
-        b"XYZ".map(|letter| self.value_of(letter))
+    pub(crate) fn axes_pm(&self) -> [Option<i64>; 3] {
+        b"XYZ".map(|letter| self.length_pm(letter))
+    }
+
+    /// R, which then counts as used.
+    pub(crate) fn take_radius_pm(&mut self) -> Option<i64> {
+        let radius_pm = self.length_pm(b'R');
+        self.use_up(b'R');
+        radius_pm
     }
 
     /// I, J and K, which then count as used.
-    pub(crate) fn take_offsets(&mut self) -> [Option<f32>; 3] {
-        b"IJK".map(|letter| self.take(letter))
+    pub(crate) fn take_offsets_pm(&mut self) -> [Option<i64>; 3] {
+        let offsets_pm = b"IJK".map(|letter| self.length_pm(letter));
+        b"IJK".iter().for_each(|&letter| _ = self.use_up(letter));
+        offsets_pm
     }
 
     pub(crate) fn has_axes(&self) -> bool {
@@ -293,11 +315,31 @@ impl Words {
         if letter == b'T' && value > MAX_TOOL {
             return Err(Error::ToolNumber);
         }
+        self.give(bit)?;
+        self.values[usize::from(letter - b'A')] = value;
+        if UNSIGNED_LETTERS & bit != 0 && value < 0.0 { Err(Error::Negative) } else { Ok(()) }
+    }
+
+    fn length(&mut self, letter: u8, value: i64) -> Result<(), Error> {
+        self.give(bit(letter))?;
+        self.lengths[length_index(letter)] = value;
+        Ok(())
+    }
+
+    fn give(&mut self, bit: u32) -> Result<(), Error> {
         if self.given & bit != 0 {
             return Err(Error::RepeatedWord);
         }
         self.given |= bit;
-        self.values[usize::from(letter - b'A')] = value;
-        if UNSIGNED_LETTERS & bit != 0 && value < 0.0 { Err(Error::Negative) } else { Ok(()) }
+        Ok(())
+    }
+}
+
+/// Where the value of a letter that gives a length is kept.
+const fn length_index(letter: u8) -> usize {
+    match letter {
+        b'I'..=b'K' => (letter - b'I') as usize,
+        b'X'..=b'Z' => 3 + (letter - b'X') as usize,
+        _ => LENGTHS - 1,
     }
 }

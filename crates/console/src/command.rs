@@ -91,7 +91,7 @@ pub struct Block {
     /// G4: dwell for this time, 0 s or more.
     pub dwell_s: Option<f32>,
     /// G28, G30 with axis words: first a rapid to this point.
-    pub via_mm: Option<[f32; AXES]>,
+    pub via_pm: Option<[i64; AXES]>,
     /// The move of G0 to G3, G28 or G30.
     pub motion: Option<Move>,
     /// G38.2 to G38.5: a probe instead of a move.
@@ -104,12 +104,12 @@ pub struct Block {
     pub ends_program: bool,
 }
 
-/// A move, straight or along an arc. Targets are machine coordinates. They are finite and within
-/// [`MAX_COORDINATE_MM`](crate::MAX_COORDINATE_MM) of zero, and so is every point of an arc.
+/// A move, straight or along an arc. Targets are machine coordinates, in [picometres](crate::length), and within
+/// [`MAX_COORDINATE_PM`](crate::MAX_COORDINATE_PM) of zero, and so is every point of an arc.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Move {
     /// End position of every axis.
-    pub target_mm: [f32; AXES],
+    pub target_pm: [i64; AXES],
     /// Its speed.
     pub rate: Rate,
     /// The path, if it is not straight.
@@ -122,7 +122,7 @@ pub struct Move {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Probe {
     /// End position of every axis if the contact does not change, in machine coordinates; never equal to the start.
-    pub target_mm: [f32; AXES],
+    pub target_pm: [i64; AXES],
     /// Feed along the path; at least [`MIN_FEED_MM_MIN`](crate::MIN_FEED_MM_MIN).
     pub mm_min: f32,
     /// G38.4, G38.5: probe until the contact opens; otherwise until it closes.
@@ -147,7 +147,7 @@ pub enum Rate {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Jog {
     /// End position of every axis, in machine coordinates.
-    pub target_mm: [f32; AXES],
+    pub target_pm: [i64; AXES],
     /// Feed along the path; at least [`MIN_FEED_MM_MIN`](crate::MIN_FEED_MM_MIN).
     pub mm_min: f32,
 }

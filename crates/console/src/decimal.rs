@@ -11,6 +11,10 @@ const DIGITS_MAX: u32 = 2 * HALF_DIGITS;
 /// An `f32` holds any number of this many digits exactly, and therefore also these powers of ten.
 const SHORT_DIGITS: u32 = 7;
 static POWERS: [f32; SHORT_DIGITS as usize + 1] = [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7];
+/// Decimals of a length that count. A number of as many digits is always in range, and its digits fit `first`.
+const LENGTH_DECIMALS: u32 = 8;
+static TENS: [u32; LENGTH_DECIMALS as usize + 1] =
+    [1, 10, 100, 1_000, 10_000, 100_000, 1_000_000, 10_000_000, 100_000_000];
 /// Grbl also reads 8 digits before the decimal point, but it silently cuts off the rest.
 const CODE_DIGITS_MAX: u32 = 8;
 
@@ -77,6 +81,16 @@ impl Decimal {
         Some(if self.negative { -magnitude } else { magnitude })
     }
 
+    /// The value in 10^-8, rounded half away from zero; `None` if it is too large.
+    pub fn length(&self) -> Option<i64> {
+        let magnitude = if self.digits <= LENGTH_DECIMALS {
+            u64::from(self.first) * u64::from(TENS[(LENGTH_DECIMALS - self.decimals) as usize])
+        } else {
+            self.long_length()?
+        } as i64;
+        Some(if self.negative { -magnitude } else { magnitude })
+    }
+
     /// A code's number in hundredths, rounded. `None` if it has a sign or more than 8 digits before the point.
     pub fn code_hundredths(&self) -> Option<u32> {
         let plain = !self.signed && self.digits - self.decimals <= CODE_DIGITS_MAX;
@@ -97,11 +111,27 @@ impl Decimal {
         (magnitude < VALUE_BOUND && !self.overflown).then_some(magnitude as f32)
     }
 
+    /// The magnitude of a length of more digits; `None` if it is too large.
+    #[cold]
+    fn long_length(&self) -> Option<u64> {
+        self.long()?;
+        Some(match self.decimals.checked_sub(LENGTH_DECIMALS) {
+            None => self.mantissa() * 10u64.pow(LENGTH_DECIMALS - self.decimals),
+            Some(surplus) => {
+                let unit = 10u64.pow(surplus);
+                (self.mantissa() + unit / 2) / unit
+            }
+        })
+    }
+
     /// Integers up to 2^53 and powers of ten up to 10^22 are exact in a double, so the quotient is correctly rounded.
     fn magnitude(&self) -> f64 {
-        let seconds = self.digits.saturating_sub(HALF_DIGITS);
-        let mantissa = u64::from(self.first) * 10u64.pow(seconds) + u64::from(self.second);
-        mantissa as f64 / (0..self.decimals).fold(1.0, |power, _| 10.0 * power)
+        self.mantissa() as f64 / (0..self.decimals).fold(1.0, |power, _| 10.0 * power)
+    }
+
+    /// All digits as a number.
+    fn mantissa(&self) -> u64 {
+        u64::from(self.first) * 10u64.pow(self.digits.saturating_sub(HALF_DIGITS)) + u64::from(self.second)
     }
 }
 
@@ -143,6 +173,25 @@ mod tests {
     }
 
     #[test]
+    fn a_length_is_exact_to_eight_decimals_and_rounds_the_rest() {
+        let rows = [
+            ("1", Some(100_000_000)),
+            ("-0.001", Some(-100_000)),
+            ("99999999", Some(9_999_999_900_000_000)),
+            ("0.00000001", Some(1)),
+            ("-123.123456785", Some(-12_312_345_679)),
+            ("0.0000000049999999999999", Some(0)),
+            ("000000000.5", Some(50_000_000)),
+            ("12345678.87654321", Some(1_234_567_887_654_321)),
+            ("100000000", None),
+            ("00000000000000000005", None),
+        ];
+        for (text, length) in rows {
+            assert_eq!(Decimal::read(text.as_bytes()).unwrap().0.length(), length, "{text}");
+        }
+    }
+
+    #[test]
     fn a_code_may_have_many_decimals_and_few_digits_before_them() {
         let code = |text: &str| Decimal::read(text.as_bytes()).unwrap().0.code_hundredths();
         assert_eq!((code("38.2"), code("1.00000000"), code("12345678")), (Some(3_820), Some(100), Some(1_234_567_800)));
@@ -150,6 +199,13 @@ mod tests {
     }
 
     proptest! {
+        #[test]
+        fn a_length_is_its_digits(whole in 0i64..100_000_000, decimals in "[0-9]{0,8}") {
+            let (number, _) = Decimal::read(format!("-{whole}.{decimals}").as_bytes()).map(|(n, rest)| (n, rest.len())).expect("digits");
+            let digits: i64 = format!("{decimals:0<8}").parse().expect("digits");
+            prop_assert_eq!(number.length(), Some(-(whole * 100_000_000 + digits)));
+        }
+
         #[test]
         fn agrees_with_the_standard_library(whole in 0u32..100_000_000, decimals in "[0-9]{0,12}") {
             let text = format!("{whole}.{decimals}");

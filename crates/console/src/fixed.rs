@@ -2,6 +2,10 @@
 
 use core::fmt;
 
+/// The last decimals that are printed of coordinates in mm and in inches.
+const MICROMETRE_PM: u64 = 1_000_000;
+const TENTH_OF_MIL_PM: u64 = 2_540_000;
+
 /// Prints a value with a fixed number of decimals, rounded half away from zero; never `-0.000`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fixed {
@@ -12,11 +16,6 @@ pub struct Fixed {
 }
 
 impl Fixed {
-    /// A coordinate: millimetres with 3 decimals, or inches with 4.
-    pub const fn coordinate(mm: f32, inches: bool) -> Self {
-        if inches { Self { value: mm / 25.4, decimals: 4 } } else { Self { value: mm, decimals: 3 } }
-    }
-
     /// A rate: whole mm/min, or in/min with 1 decimal.
     pub const fn rate(mm_min: f32, inches: bool) -> Self {
         if inches { Self { value: mm_min / 25.4, decimals: 1 } } else { Self { value: mm_min, decimals: 0 } }
@@ -28,16 +27,37 @@ impl fmt::Display for Fixed {
         let scale = 10u64.pow(self.decimals as u32);
         // Exact: 24 bits of mantissa and 14 of scale fit a double's 53.
         let scaled = f64::from(self.value) * scale as f64;
-        let magnitude = (scaled.abs() + 0.5) as u64;
-        if scaled < 0.0 && magnitude > 0 {
-            f.write_str("-")?;
-        }
-        write!(f, "{}", magnitude / scale)?;
-        if self.decimals > 0 {
-            write!(f, ".{:0width$}", magnitude % scale, width = self.decimals)?;
-        }
-        Ok(())
+        print(f, scaled < 0.0, (scaled.abs() + 0.5) as u64, self.decimals)
     }
+}
+
+/// Prints a coordinate: millimetres with 3 decimals or inches with 4, rounded half away from zero; never `-0.000`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Coordinate {
+    /// The coordinate in [picometres](crate::length).
+    pub pm: i64,
+    /// Whether to print inches.
+    pub inches: bool,
+}
+
+impl fmt::Display for Coordinate {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (unit_pm, decimals) = if self.inches { (TENTH_OF_MIL_PM, 4) } else { (MICROMETRE_PM, 3) };
+        print(f, self.pm < 0, (self.pm.unsigned_abs() + unit_pm / 2) / unit_pm, decimals)
+    }
+}
+
+/// Prints a number that is `magnitude` in units of its last decimal.
+fn print(f: &mut fmt::Formatter<'_>, negative: bool, magnitude: u64, decimals: usize) -> fmt::Result {
+    let scale = 10u64.pow(decimals as u32);
+    if negative && magnitude > 0 {
+        f.write_str("-")?;
+    }
+    write!(f, "{}", magnitude / scale)?;
+    if decimals > 0 {
+        write!(f, ".{:0decimals$}", magnitude % scale)?;
+    }
+    Ok(())
 }
 
 #[cfg(test)]
@@ -67,7 +87,18 @@ mod tests {
         for &(value, decimals, text) in rows {
             assert_eq!(Fixed { value, decimals }.to_string(), text);
         }
-        assert_eq!(Fixed::coordinate(25.4, true).to_string(), "1.0000");
+        let rows: &[(i64, bool, &str)] = &[
+            (25_400_000_000, true, "1.0000"),
+            (-25_400_000_000, false, "-25.400"),
+            (-499_999, false, "0.000"),
+            (-500_000, false, "-0.001"),
+            (37_500_000, false, "0.038"),
+            (1_269_999, true, "0.0000"),
+            (-1_270_000, true, "-0.0001"),
+        ];
+        for &(pm, inches, text) in rows {
+            assert_eq!(Coordinate { pm, inches }.to_string(), text);
+        }
         assert_eq!(Fixed::rate(254.0, true).to_string(), "10.0");
     }
 

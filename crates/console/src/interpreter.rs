@@ -12,8 +12,8 @@ use crate::{
     path,
 };
 
-/// Targets must be within this distance of zero on every axis. An `f32` still resolves 0.001 mm there.
-pub const MAX_COORDINATE_MM: f32 = 10_000.0;
+/// Targets must be within this distance of zero on every axis.
+pub const MAX_COORDINATE_PM: i64 = 10_000_000_000_000;
 /// The slowest feed.
 pub const MIN_FEED_MM_MIN: f32 = 1.0;
 
@@ -25,13 +25,13 @@ const Z: usize = 2;
 pub struct Interpreter {
     coordinates: Coordinates,
     modal: Modal,
-    position_mm: [f32; AXES],
+    position_pm: [i64; AXES],
     /// Offset of G92.
-    shift_mm: [f32; AXES],
+    shift_pm: [i64; AXES],
     /// Offset of G43.1, along Z.
-    tool_length_mm: f32,
+    tool_length_pm: i64,
     /// Position at which the last probe ended.
-    touched_mm: [f32; AXES],
+    touched_pm: [i64; AXES],
     /// Whether the probe's contact changed there.
     touched: bool,
 }
@@ -58,42 +58,42 @@ impl Interpreter {
     }
 
     /// The offset of G92.
-    pub fn shift_mm(&self) -> [f32; AXES] {
-        self.shift_mm
+    pub fn shift_pm(&self) -> [i64; AXES] {
+        self.shift_pm
     }
 
     /// The offset of G43.1, along Z.
-    pub fn tool_length_mm(&self) -> f32 {
-        self.tool_length_mm
+    pub fn tool_length_pm(&self) -> i64 {
+        self.tool_length_pm
     }
 
     /// Work zero in machine coordinates: the work coordinate system, G92 and G43.1 together.
-    pub fn work_offset_mm(&self) -> [f32; AXES] {
-        let system_mm = self.coordinates.work_offsets_mm[usize::from(self.modal.system)];
-        let mut offset_mm = core::array::from_fn(|axis| system_mm[axis] + self.shift_mm[axis]);
-        offset_mm[Z] += self.tool_length_mm;
-        offset_mm
+    pub fn work_offset_pm(&self) -> [i64; AXES] {
+        let system_pm = self.coordinates.work_offsets_pm[usize::from(self.modal.system)];
+        let mut offset_pm = core::array::from_fn(|axis| system_pm[axis] + self.shift_pm[axis]);
+        offset_pm[Z] += self.tool_length_pm;
+        offset_pm
     }
 
     /// End position of the last accepted move, in machine coordinates.
-    pub fn position_mm(&self) -> [f32; AXES] {
-        self.position_mm
+    pub fn position_pm(&self) -> [i64; AXES] {
+        self.position_pm
     }
 
     /// Sets the position: after an accepted jog, after homing or a reset, or when a move was refused or cut short.
-    pub fn set_position_mm(&mut self, position_mm: [f32; AXES]) {
-        self.position_mm = position_mm;
+    pub fn set_position_pm(&mut self, position_pm: [i64; AXES]) {
+        self.position_pm = position_pm;
     }
 
     /// Where the last probe ended, in machine coordinates, and whether its contact changed there. At first zero and
     /// `false`.
-    pub fn touched(&self) -> ([f32; AXES], bool) {
-        (self.touched_mm, self.touched)
+    pub fn touched(&self) -> ([i64; AXES], bool) {
+        (self.touched_pm, self.touched)
     }
 
     /// Sets where a probe has ended, in machine coordinates, and whether its contact changed there.
-    pub fn set_touched(&mut self, place_mm: [f32; AXES], touched: bool) {
-        (self.touched_mm, self.touched) = (place_mm, touched);
+    pub fn set_touched(&mut self, place_pm: [i64; AXES], touched: bool) {
+        (self.touched_pm, self.touched) = (place_pm, touched);
     }
 
     /// Switches spindle and coolant off in the modal state, as M5 and M9 do. For use after an alarm.
@@ -109,12 +109,12 @@ impl Interpreter {
     /// Resets the modal state to that of power-up and clears G92 and G43.1. Keeps the position, the coordinates and the
     /// result of the last probe.
     pub fn reset(&mut self) {
-        (self.modal, self.shift_mm, self.tool_length_mm) = (Modal::default(), [0.0; AXES], 0.0);
+        (self.modal, self.shift_pm, self.tool_length_pm) = (Modal::default(), [0; AXES], 0);
     }
 
     /// Interprets a line from [`LineAssembler`](crate::LineAssembler), if `state` allows it. On success, takes over its
     /// modal state, its coordinates and its end position. A [`Command::Jog`] changes nothing: the caller that begins
-    /// the jog sets the position with [`set_position_mm`](Self::set_position_mm).
+    /// the jog sets the position with [`set_position_pm`](Self::set_position_pm).
     ///
     /// # Errors
     /// Grbl's reason. Nothing has changed then.
@@ -153,18 +153,18 @@ impl Interpreter {
         let modal = Modal { motion: MotionMode::Linear, ..self.modal };
         let mut words = Words::read(&mut line.as_bytes(), modal)?;
         words.line_number()?;
-        let mm_min = in_mm(words.take(b'F').ok_or(Error::NoFeed)?, &words.modal);
+        let mm_min = in_mm_min(words.take(b'F').ok_or(Error::NoFeed)?, &words.modal);
         if !words.has_axes() {
             return Err(Error::AxisWordsMissing);
         }
-        let target_mm = self.target_mm(&words)?;
+        let target_pm = self.target_pm(&words)?;
         if mm_min < MIN_FEED_MM_MIN {
             return Err(Error::NoFeed);
         }
         // Grbl checks an arc's words before it refuses to jog along an arc.
         self.arc(&mut words)?;
         words.check_all_used()?;
-        if words.may_jog() { Ok(Jog { target_mm, mm_min }) } else { Err(Error::BadJog) }
+        if words.may_jog() { Ok(Jog { target_pm, mm_min }) } else { Err(Error::BadJog) }
     }
 
     /// Applies a block to this state, in Grbl's order of checking. On failure, the caller restores the state.
@@ -180,7 +180,7 @@ impl Interpreter {
         };
         self.tool_length(&words)?;
         let before = words.non_modal.is_some().then_some(self.coordinates);
-        let (via_mm, go_to) = self.non_modal(&mut words)?;
+        let (via_pm, go_to) = self.non_modal(&mut words)?;
         let changes_coordinates = before.is_some_and(|before| before != self.coordinates);
         let mut probe = None;
         let motion = if self.modal.motion.probes() {
@@ -194,8 +194,8 @@ impl Interpreter {
             words.take(b'P');
         }
         words.check_all_used()?;
-        if let Some(Move { target_mm, .. }) = motion {
-            self.position_mm = target_mm;
+        if let Some(Move { target_pm, .. }) = motion {
+            self.position_pm = target_pm;
         }
         let Words { pauses, ends_program, .. } = words;
         if ends_program {
@@ -212,7 +212,7 @@ impl Interpreter {
             changes_speed,
             switches_coolant,
             dwell_s,
-            via_mm,
+            via_pm,
             motion,
             probe,
             pauses,
@@ -228,7 +228,7 @@ impl Interpreter {
         let given = words.take(b'F');
         self.modal.feed = match given {
             Some(feed) if self.modal.inverse_time => feed,
-            Some(feed) => in_mm(feed, &self.modal),
+            Some(feed) => in_mm_min(feed, &self.modal),
             // An inverse-time feed holds for its own block only.
             None if self.modal.inverse_time || was_inverse => 0.0,
             None => before,
@@ -244,9 +244,9 @@ impl Interpreter {
 
     fn tool_length(&mut self, words: &Words) -> Result<(), Error> {
         if words.axis_command == Some(AxisCommand::ToolLength) {
-            self.tool_length_mm = match words.axes() {
-                _ if !words.lengthens_tool => 0.0,
-                [None, None, Some(z)] => within(in_mm(z, &self.modal))?,
+            self.tool_length_pm = match words.axes_pm() {
+                _ if !words.lengthens_tool => 0,
+                [None, None, Some(z_pm)] => within(z_pm)?,
                 _ => return Err(Error::ToolAxis),
             };
         }
@@ -269,9 +269,9 @@ impl Interpreter {
             return if mode.is_arc() { Err(Error::AxisWordsMissing) } else { Ok(None) };
         }
         let arc = self.arc(words)?;
-        let target_mm = self.target_mm(words)?;
-        let rate = if mode.feeds() { Rate::Feed { mm_min: self.feed_mm_min(target_mm, arc) } } else { Rate::Rapid };
-        Ok(Some(Move { target_mm, rate, arc, exact_stop }))
+        let target_pm = self.target_pm(words)?;
+        let rate = if mode.feeds() { Rate::Feed { mm_min: self.feed_mm_min(target_pm, arc) } } else { Rate::Rapid };
+        Ok(Some(Move { target_pm, rate, arc, exact_stop }))
     }
 
     /// Checks that a usable feed is in force.
@@ -280,9 +280,9 @@ impl Interpreter {
         if self.modal.feed < least { Err(Error::NoFeed) } else { Ok(()) }
     }
 
-    fn feed_mm_min(&self, target_mm: [f32; AXES], arc: Option<Arc>) -> f32 {
+    fn feed_mm_min(&self, target_pm: [i64; AXES], arc: Option<Arc>) -> f32 {
         if self.modal.inverse_time {
-            let straight = || path::length(core::array::from_fn(|axis| target_mm[axis] - self.position_mm[axis]));
+            let straight = || path::length_mm(core::array::from_fn(|axis| target_pm[axis] - self.position_pm[axis]));
             let length_mm = arc.map_or_else(straight, |arc| arc.length_mm() as f32);
             (self.modal.feed * length_mm).max(MIN_FEED_MM_MIN)
         } else {
@@ -291,12 +291,12 @@ impl Interpreter {
     }
 }
 
-/// Converts a length from the units in force to mm.
-fn in_mm(length: f32, modal: &Modal) -> f32 {
-    if modal.inches { length * INCH_MM } else { length }
+/// Converts a feed from the units in force to mm/min.
+fn in_mm_min(feed: f32, modal: &Modal) -> f32 {
+    if modal.inches { feed * INCH_MM } else { feed }
 }
 
 /// Checks that a coordinate is within the allowed range.
-fn within(mm: f32) -> Result<f32, Error> {
-    if mm.abs() <= MAX_COORDINATE_MM { Ok(mm) } else { Err(Error::InvalidTarget) }
+fn within(pm: i64) -> Result<i64, Error> {
+    if pm.abs() <= MAX_COORDINATE_PM { Ok(pm) } else { Err(Error::InvalidTarget) }
 }

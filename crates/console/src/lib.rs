@@ -17,7 +17,7 @@
 //!     let Some(line) = lines.push(byte) else { continue };
 //!     let command = line.and_then(|line| interpreter.interpret(line, ReportedState::Idle, &Settings::DEFAULT));
 //!     let rate = Rate::Feed { mm_min: 600.0 };
-//!     let motion = Some(Move { target_mm: [10.0, 0.0, 0.0], rate, arc: None, exact_stop: false });
+//!     let motion = Some(Move { target_pm: [10_000_000_000, 0, 0], rate, arc: None, exact_stop: false });
 //!     assert_eq!(command, Ok(Command::Block(Block { motion, ..Block::default() })));
 //! }
 //! ```
@@ -36,6 +36,7 @@ mod decimal;
 mod error;
 mod fixed;
 mod interpreter;
+pub mod length;
 mod line;
 mod modal;
 mod overrides;
@@ -55,8 +56,8 @@ pub use alarm::Alarm;
 pub use arc::{Arc, Chords, Ends};
 pub use command::{Block, Command, Door, Jog, Move, Probe, Rate, ReportedState};
 pub use error::Error;
-pub use fixed::Fixed;
-pub use interpreter::{Interpreter, MAX_COORDINATE_MM, MIN_FEED_MM_MIN};
+pub use fixed::{Coordinate, Fixed};
+pub use interpreter::{Interpreter, MAX_COORDINATE_PM, MIN_FEED_MM_MIN};
 pub use line::{LineAssembler, MAX_LINE_CHARS};
 pub use modal::{Coolant, Modal, MotionMode, Spindle};
 pub use overrides::Overrides;

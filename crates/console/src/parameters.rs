@@ -15,13 +15,13 @@ pub const STORED_LINE_CHARS: usize = crate::MAX_LINE_CHARS - 3;
 /// A start-up line or a text, stripped by [`LineAssembler`](crate::LineAssembler); empty for none.
 pub type StoredLine = String<STORED_LINE_CHARS>;
 
-/// Work offsets and stored positions, in machine coordinates; by default all zero.
+/// Work offsets and stored positions, in machine coordinates, in [picometres](crate::length); by default all zero.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Coordinates {
     /// The origins of G54 to G59.
-    pub work_offsets_mm: [[f32; AXES]; WORK_SYSTEMS],
+    pub work_offsets_pm: [[i64; AXES]; WORK_SYSTEMS],
     /// The positions of G28 and G30.
-    pub places_mm: [[f32; AXES]; 2],
+    pub places_pm: [[i64; AXES]; 2],
 }
 
 impl Coordinates {
@@ -30,10 +30,10 @@ impl Coordinates {
     /// # Panics
     /// If `index` is beyond them.
     #[must_use]
-    pub fn place(&self, index: usize) -> &[f32; AXES] {
+    pub fn place(&self, index: usize) -> &[i64; AXES] {
         match index.checked_sub(WORK_SYSTEMS) {
-            None => &self.work_offsets_mm[index],
-            Some(place) => &self.places_mm[place],
+            None => &self.work_offsets_pm[index],
+            Some(place) => &self.places_pm[place],
         }
     }
 
@@ -41,10 +41,10 @@ impl Coordinates {
     ///
     /// # Panics
     /// If `index` is beyond them.
-    pub fn place_mut(&mut self, index: usize) -> &mut [f32; AXES] {
+    pub fn place_mut(&mut self, index: usize) -> &mut [i64; AXES] {
         match index.checked_sub(WORK_SYSTEMS) {
-            None => &mut self.work_offsets_mm[index],
-            Some(place) => &mut self.places_mm[place],
+            None => &mut self.work_offsets_pm[index],
+            Some(place) => &mut self.places_pm[place],
         }
     }
 }

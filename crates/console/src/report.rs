@@ -3,7 +3,9 @@
 use core::fmt::{Result, Write};
 
 use crate::status::write_coordinates;
-use crate::{Alarm, Coordinates, Error, Fixed, Interpreter, SETTING_TABLE, Settings, parameters::StoredLine};
+use crate::{
+    Alarm, Coordinate, Coordinates, Error, Fixed, Interpreter, SETTING_TABLE, Settings, parameters::StoredLine,
+};
 
 /// Sent when the console opens and after a reset.
 pub const WELCOME: &str = "\r\nGrbl 1.1h ['$' for help]\r\n";
@@ -116,14 +118,14 @@ const PARAMETER_NAMES: [&str; 9] = ["G54", "G55", "G56", "G57", "G58", "G59", "G
 
 /// Line `index`, below [`PARAMETERS`], of the reply to `$#`. `ok` follows the last one.
 pub fn parameter(out: &mut impl Write, index: usize, interpreter: &Interpreter, inches: bool) -> Result {
-    let Coordinates { work_offsets_mm, places_mm } = interpreter.coordinates();
-    let coordinates_mm = work_offsets_mm.iter().chain(places_mm).copied();
+    let Coordinates { work_offsets_pm, places_pm } = interpreter.coordinates();
+    let coordinates_pm = work_offsets_pm.iter().chain(places_pm).copied();
     if let Some(name) = PARAMETER_NAMES.get(index) {
         write!(out, "[{name}:")?;
-        write_coordinates(out, coordinates_mm.chain([interpreter.shift_mm()]).nth(index).unwrap_or_default(), inches)?;
+        write_coordinates(out, coordinates_pm.chain([interpreter.shift_pm()]).nth(index).unwrap_or_default(), inches)?;
         out.write_str("]\r\n")
     } else if index == PARAMETER_NAMES.len() {
-        write!(out, "[TLO:{}]\r\n", Fixed::coordinate(interpreter.tool_length_mm(), inches))
+        write!(out, "[TLO:{}]\r\n", Coordinate { pm: interpreter.tool_length_pm(), inches })
     } else {
         probed(out, interpreter, inches)
     }
@@ -132,9 +134,9 @@ pub fn parameter(out: &mut impl Write, index: usize, interpreter: &Interpreter, 
 /// `[PRB:x,y,z:n]`: where the last probe ended, in machine coordinates, and 1 if its contact changed there. A line of
 /// the reply to `$#`; also sent after each probe.
 pub fn probed(out: &mut impl Write, interpreter: &Interpreter, inches: bool) -> Result {
-    let (place_mm, touched) = interpreter.touched();
+    let (place_pm, touched) = interpreter.touched();
     out.write_str("[PRB:")?;
-    write_coordinates(out, place_mm, inches)?;
+    write_coordinates(out, place_pm, inches)?;
     write!(out, ":{}]\r\n", u8::from(touched))
 }
 

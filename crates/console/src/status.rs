@@ -2,7 +2,7 @@
 
 use core::fmt::{Result, Write};
 
-use crate::{AXES, Coolant, Fixed, Overrides, ReportedState, Settings, Spindle};
+use crate::{AXES, Coolant, Coordinate, Fixed, Overrides, ReportedState, Settings, Spindle};
 
 /// The content of a status report.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -10,9 +10,9 @@ pub struct Status {
     /// The machine's state.
     pub state: ReportedState,
     /// Machine position.
-    pub position_mm: [f32; AXES],
+    pub position_pm: [i64; AXES],
     /// Work zero in machine coordinates.
-    pub work_offset_mm: [f32; AXES],
+    pub work_offset_pm: [i64; AXES],
     /// The line number, N, of the move under way; 0 for none.
     pub line_number: u32,
     /// The present speed along the path.
@@ -53,7 +53,7 @@ pub struct StatusReporter {
     reports_to_offset: u8,
     reports_to_overrides: u8,
     /// The last reported work offset, and whether it was in inches.
-    offset_told: ([f32; AXES], bool),
+    offset_told: ([i64; AXES], bool),
     overrides_told: (Overrides, Spindle, Coolant),
 }
 
@@ -63,7 +63,7 @@ impl StatusReporter {
         Self {
             reports_to_offset: 0,
             reports_to_overrides: 0,
-            offset_told: ([0.0; AXES], false),
+            offset_told: ([0; AXES], false),
             overrides_told: (Overrides::DEFAULT, Spindle::Off, Coolant::Off),
         }
     }
@@ -72,10 +72,10 @@ impl StatusReporter {
     pub fn write(&mut self, out: &mut impl Write, status: &Status, settings: &Settings) -> Result {
         let inches = settings.report_inches;
         let machine = settings.report_mask & REPORT_MACHINE_POSITION != 0;
-        let offset_mm = status.work_offset_mm;
-        let work_mm = core::array::from_fn(|axis| status.position_mm[axis] - offset_mm[axis]);
+        let offset_pm = status.work_offset_pm;
+        let work_pm = core::array::from_fn(|axis| status.position_pm[axis] - offset_pm[axis]);
         write!(out, "<{}|{}Pos:", status.state, if machine { 'M' } else { 'W' })?;
-        write_coordinates(out, if machine { status.position_mm } else { work_mm }, inches)?;
+        write_coordinates(out, if machine { status.position_pm } else { work_pm }, inches)?;
         if settings.report_mask & REPORT_BUFFERS != 0 {
             write!(out, "|Bf:{},{}", status.free_blocks, status.free_bytes)?;
         }
@@ -91,7 +91,7 @@ impl StatusReporter {
 
     fn write_extra(&mut self, out: &mut impl Write, status: &Status, inches: bool) -> Result {
         let (offset_period, overrides_period) = if status.state.at_rest() { (10, 10) } else { (30, 20) };
-        let offset = (status.work_offset_mm, inches);
+        let offset = (status.work_offset_pm, inches);
         if self.offset_told != offset {
             (self.reports_to_offset, self.offset_told) = (0, offset);
         }
@@ -102,7 +102,7 @@ impl StatusReporter {
         if due(&mut self.reports_to_offset, offset_period) {
             self.reports_to_overrides = self.reports_to_overrides.max(1);
             out.write_str("|WCO:")?;
-            write_coordinates(out, status.work_offset_mm, inches)?;
+            write_coordinates(out, status.work_offset_pm, inches)?;
         }
         if due(&mut self.reports_to_overrides, overrides_period) {
             let Overrides { feed_percent, rapid_percent, spindle_percent } = status.overrides;
@@ -127,8 +127,8 @@ fn due(reports_left: &mut u8, period: u8) -> bool {
 }
 
 /// `x,y,z`.
-pub(crate) fn write_coordinates(out: &mut impl Write, mm: [f32; AXES], inches: bool) -> Result {
-    let [x, y, z] = mm.map(|mm| Fixed::coordinate(mm, inches));
+pub(crate) fn write_coordinates(out: &mut impl Write, pm: [i64; AXES], inches: bool) -> Result {
+    let [x, y, z] = pm.map(|pm| Coordinate { pm, inches });
     write!(out, "{x},{y},{z}")
 }
 

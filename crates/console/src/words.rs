@@ -10,6 +10,8 @@ pub(crate) enum Word {
     G(u32),
     /// M with its number in hundredths.
     M(u32),
+    /// A letter that gives a length, and its value in 10^-8 mm or inch.
+    Length(u8, i64),
     /// Any other upper-case letter and its value, finite.
     Value(u8, f32),
 }
@@ -36,6 +38,9 @@ fn word(letter: u8, number: Decimal) -> Result<Word, Error> {
     match letter {
         b'G' => code().map(Word::G),
         b'M' => code().map(Word::M),
+        b'I'..=b'K' | b'R' | b'X'..=b'Z' => {
+            number.length().map(|value| Word::Length(letter, value)).ok_or(Error::BadNumber)
+        }
         _ => number.value().map(|value| Word::Value(letter, value)).ok_or(Error::BadNumber),
     }
 }
@@ -59,14 +64,14 @@ mod tests {
 
     #[test]
     fn words_come_in_order_with_exact_values() {
-        use Word::{G, M, Value};
+        use Word::{G, Length, M, Value};
         let line = "N10G01X-1.5Y+.25Z0.1M3.S1000G91.1T7F5.G5.006";
         let expected = vec![
             Value(b'N', 10.0),
             G(100),
-            Value(b'X', -1.5),
-            Value(b'Y', 0.25),
-            Value(b'Z', 0.1),
+            Length(b'X', -150_000_000),
+            Length(b'Y', 25_000_000),
+            Length(b'Z', 10_000_000),
             M(300),
             Value(b'S', 1000.0),
             G(9110),
@@ -75,7 +80,7 @@ mod tests {
             G(501),
         ];
         assert_eq!(words(line), Ok(expected));
-        assert_eq!(words("G1N9999999X2"), Ok(vec![G(100), Value(b'N', 9_999_999.0), Value(b'X', 2.0)]));
+        assert_eq!(words("G1N9999999X2"), Ok(vec![G(100), Value(b'N', 9_999_999.0), Length(b'X', 200_000_000)]));
         assert_eq!(words(""), Ok(vec![]));
     }
 

@@ -28,7 +28,7 @@ impl<F: NorFlash> Controller<'_, F> {
         let steps = |place_mm: [f64; AXES]| {
             core::array::from_fn::<_, AXES, _>(|axis| whole_steps(place_mm[axis], steps_per_mm[axis]))
         };
-        let mut place_steps = steps(arc.start_mm().map(f64::from));
+        let mut place_steps = steps(arc.start_mm());
         // A chord is asked for only when the next one is known, because only the last one makes the exact stop.
         let mut ahead = None;
         for end_mm in arc.chords(self.tolerance_mm(arc, steps_per_mm)) {

@@ -3,7 +3,7 @@
 use core::ops::RangeInclusive;
 
 use embassy_time::Duration;
-use isostep_console::Settings;
+use isostep_console::{Settings, length};
 use isostep_motion::{AXES, Axis, Config, Direction, Duties, HomingConfig, Level, ToolConfig, Wiring, whole_steps};
 use isostep_profile::{IntervalLaw, Limits, SpeedLaw};
 
@@ -87,18 +87,19 @@ fn limits(settings: &Settings, axis: usize) -> Limits {
 /// What every line needs of a configuration. A whole configuration would take long to copy.
 #[derive(Clone)]
 pub(crate) struct Geometry {
-    steps_per_mm: [f64; AXES],
+    steps_per_pm: [f64; AXES],
     /// The places that each axis can go to once it is homed, steps.
     pub travel_steps: [RangeInclusive<i32>; AXES],
 }
 
 impl Geometry {
     pub fn of(config: &Config) -> Self {
-        Self { steps_per_mm: config.steps_per_mm, travel_steps: Axis::ALL.map(|axis| config.travel_steps(axis)) }
+        let steps_per_pm = config.steps_per_mm.map(|per_mm| per_mm / length::PM_PER_MM);
+        Self { steps_per_pm, travel_steps: Axis::ALL.map(|axis| config.travel_steps(axis)) }
     }
 
     /// A place in whole steps, rounded to the nearest.
-    pub fn steps(&self, place_mm: [f32; AXES]) -> [i32; AXES] {
-        core::array::from_fn(|axis| whole_steps(place_mm[axis].into(), self.steps_per_mm[axis]))
+    pub fn steps(&self, place_pm: [i64; AXES]) -> [i32; AXES] {
+        core::array::from_fn(|axis| whole_steps(place_pm[axis] as f64, self.steps_per_pm[axis]))
     }
 }

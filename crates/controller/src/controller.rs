@@ -14,7 +14,7 @@ use isostep_console::{
 use isostep_motion::{Machine, Overrides as Overridden, Spindle, State};
 
 use crate::config::Geometry;
-use crate::status::{self, position_mm};
+use crate::status::{self, position_pm};
 use crate::store::{Item, Kept, Loss, Store, Value};
 
 /// How many consoles a reset wakes at once. Others notice it within a millisecond.
@@ -45,7 +45,7 @@ pub(crate) struct Program {
     pub build_text: StoredLine,
     pub overrides: Overrides,
     /// The work offset of the motion under way. The interpreter's may already be that of a later motion.
-    pub work_offset_mm: [f32; AXES],
+    pub work_offset_pm: [i64; AXES],
     pub mode: Mode,
     /// How spindle or laser are switched for the moves that are asked for. The interpreter is ahead: when a line
     /// contains M2 it has switched them off before the line's moves are asked for.
@@ -100,7 +100,7 @@ impl<'a, F: NorFlash> Controller<'a, F> {
             startup: [const { StoredLine::new() }; STARTUP_LINES],
             build_text: StoredLine::new(),
             overrides: Overrides::DEFAULT,
-            work_offset_mm: [0.0; AXES],
+            work_offset_pm: [0; AXES],
             mode: Mode::Normal,
             spindle: Spindle::Off,
             jogged: false,
@@ -134,7 +134,7 @@ impl<'a, F: NorFlash> Controller<'a, F> {
             program.interpreter.set_coordinates(parameters.coordinates);
             program.startup.clone_from(&parameters.startup);
             program.build_text.clone_from(&parameters.build_text);
-            program.work_offset_mm = program.interpreter.work_offset_mm();
+            program.work_offset_pm = program.interpreter.work_offset_pm();
         });
     }
 
@@ -184,12 +184,12 @@ impl<'a, F: NorFlash> Controller<'a, F> {
     /// The contents of a status report, for a console whose input has room for `free_bytes` bytes.
     pub(crate) fn report(&self, free_bytes: usize) -> Report {
         let machine = self.machine.status();
-        let (overrides, work_offset_mm, max_rpm) =
-            self.with(|program| (program.overrides, program.work_offset_mm, program.settings.spindle_max_rpm));
+        let (overrides, work_offset_pm, max_rpm) =
+            self.with(|program| (program.overrides, program.work_offset_pm, program.settings.spindle_max_rpm));
         Report {
             state: self.state(),
-            position_mm: position_mm(machine.position_steps, &self.machine.config()),
-            work_offset_mm,
+            position_pm: position_pm(machine.position_steps, &self.machine.config()),
+            work_offset_pm,
             line_number: machine.line,
             feed_mm_min: (machine.speed_mm_s * 60.0) as f32,
             spindle_rpm: machine.level.ratio() * max_rpm,
@@ -268,11 +268,11 @@ impl<'a, F: NorFlash> Controller<'a, F> {
 
     /// Has the program go on from where the machine stands. This is needed after everything except a finished move.
     pub(crate) fn follow_machine(&self) {
-        let position = position_mm(self.machine.position_steps(), &self.machine.config());
+        let position_pm = position_pm(self.machine.position_steps(), &self.machine.config());
         self.with(|program| {
-            program.interpreter.set_position_mm(position);
+            program.interpreter.set_position_pm(position_pm);
             program.jogged = false;
-            program.work_offset_mm = program.interpreter.work_offset_mm();
+            program.work_offset_pm = program.interpreter.work_offset_pm();
         });
     }
 
@@ -282,7 +282,7 @@ impl<'a, F: NorFlash> Controller<'a, F> {
         let steps = self.machine.position_steps();
         let is_elsewhere = self.with(|program| {
             program.jogged = false;
-            program.geometry.steps(program.interpreter.position_mm()) != steps
+            program.geometry.steps(program.interpreter.position_pm()) != steps
         });
         if is_elsewhere {
             self.follow_machine();

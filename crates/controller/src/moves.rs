@@ -30,9 +30,9 @@ impl<F: NorFlash> Controller<'_, F> {
     /// Carries out a G-code block that the interpreter has accepted. `text` is empty; messages that come before the
     /// answer are left in it.
     pub(crate) async fn block(&self, block: Block, text: &mut Message, out: &Output) -> Result<(), Error> {
-        let (checks, offset_mm) = self.with(|program| {
+        let (checks, offset_pm) = self.with(|program| {
             program.unsaved.parameters |= block.changes_coordinates;
-            (program.mode == Mode::Check, program.interpreter.work_offset_mm())
+            (program.mode == Mode::Check, program.interpreter.work_offset_pm())
         });
         if let Some(tool) = block.tool_change.filter(|_| !checks) {
             let mut change = pin!(self.change_tool(tool, text, out));
@@ -47,14 +47,14 @@ impl<F: NorFlash> Controller<'_, F> {
             let dwell = Motion::Dwell(Duration::from_micros((f64::from(dwell_s) * 1e6) as u64));
             self.submit(dwell).await?;
         }
-        if dwell_s.is_some() || offset_mm != self.with(|program| program.work_offset_mm) {
+        if dwell_s.is_some() || offset_pm != self.with(|program| program.work_offset_pm) {
             // A dwell is answered when it is over, because senders use it to wait for the end of motion. A new offset
             // counts only once the moves before it have ended; otherwise their work position would jump.
             self.settled().await?;
-            self.with(|program| program.work_offset_mm = offset_mm);
+            self.with(|program| program.work_offset_pm = offset_pm);
         }
         let exact_stop = block.motion.is_some_and(|motion| motion.exact_stop);
-        let via = block.via_mm.map(|target_mm| Move { target_mm, rate: Rate::Rapid, arc: None, exact_stop });
+        let via = block.via_pm.map(|target_pm| Move { target_pm, rate: Rate::Rapid, arc: None, exact_stop });
         for motion in [via, block.motion].into_iter().flatten() {
             self.go_to(motion, block.line_number, checks, text).await?;
         }
@@ -116,13 +116,13 @@ impl<F: NorFlash> Controller<'_, F> {
     /// Begins a jog. A jog to a place outside the travel does not begin, and locks nothing.
     pub(crate) async fn jog(&self, jog: Jog) -> Result<(), Error> {
         self.closed_door()?;
-        let target_steps = self.steps(jog.target_mm);
+        let target_steps = self.steps(jog.target_pm);
         if self.beyond_travel(target_steps).is_some() {
             return Err(Error::TravelExceeded);
         }
         self.submit(Motion::Jog { target_steps, feed_mm_s: f64::from(jog.mm_min) / 60.0 }).await?;
         self.with(|program| {
-            program.interpreter.set_position_mm(jog.target_mm);
+            program.interpreter.set_position_pm(jog.target_pm);
             program.jogged = true;
         });
         Ok(())
@@ -172,8 +172,8 @@ impl<F: NorFlash> Controller<'_, F> {
     }
 
     async fn go_to(&self, motion: Move, line: u32, checks: bool, text: &mut Message) -> Result<(), Error> {
-        let Move { target_mm, rate, arc, exact_stop } = motion;
-        let (target_steps, beyond) = self.target_steps(target_mm, arc);
+        let Move { target_pm, rate, arc, exact_stop } = motion;
+        let (target_steps, beyond) = self.target_steps(target_pm, arc);
         if let Some(beyond) = beyond {
             let mut refusal = pin!(self.refuse_target(beyond, arc.is_some(), text));
             return Err(poll_fn(|context| poll_aside(refusal.as_mut(), context)).await);
@@ -193,8 +193,8 @@ impl<F: NorFlash> Controller<'_, F> {
     }
 
     /// A target in steps, and a place on the path to it that is outside the travel, if there is one.
-    pub(crate) fn target_steps(&self, target_mm: [f32; AXES], arc: Option<Arc>) -> ([i32; AXES], Option<Beyond>) {
-        let target_steps = self.steps(target_mm);
+    pub(crate) fn target_steps(&self, target_pm: [i64; AXES], arc: Option<Arc>) -> ([i32; AXES], Option<Beyond>) {
+        let target_steps = self.steps(target_pm);
         // A straight move is within the travel if its end is, an arc if its bounding box is.
         let places_steps = arc.map_or([target_steps; 2], |arc| self.bounds_steps(&arc));
         let beyond = places_steps.into_iter().find_map(|place_steps| {
@@ -223,8 +223,8 @@ impl<F: NorFlash> Controller<'_, F> {
         Error::Locked
     }
 
-    fn steps(&self, target_mm: [f32; AXES]) -> [i32; AXES] {
-        self.with(|program| program.geometry.steps(target_mm))
+    fn steps(&self, target_pm: [i64; AXES]) -> [i32; AXES] {
+        self.with(|program| program.geometry.steps(target_pm))
     }
 
     /// The first homed axis whose target is outside its travel. Without homing nobody knows where the travel is.

@@ -1,6 +1,6 @@
 //! From the machine's alarms and positions to the console's.
 
-use isostep_console::Alarm as Code;
+use isostep_console::{Alarm as Code, length};
 use isostep_motion::{AXES, Alarm, Axis, Config, Spindle, Unplannable};
 
 /// The window that is advertised to senders, bytes; a console has room for more.
@@ -41,8 +41,9 @@ fn why_not(reason: Unplannable) -> &'static str {
     }
 }
 
-pub(crate) fn position_mm(steps: [i32; AXES], config: &Config) -> [f32; AXES] {
-    Axis::ALL.map(|axis| config.mm(axis, steps[axis as usize]) as f32)
+/// A place in steps, in the console's terms.
+pub(crate) fn position_pm(steps: [i32; AXES], config: &Config) -> [i64; AXES] {
+    Axis::ALL.map(|axis| length::from_mm(config.mm(axis, steps[axis as usize])))
 }
 
 /// How the spindle is switched, in the console's terms.

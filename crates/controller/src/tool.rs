@@ -8,7 +8,7 @@ use isostep_motion::{Alarm, Level, Motion, Outputs, Power, ProbeMove, Spindle, S
 
 use crate::controller::{Controller, Program};
 use crate::output::Message;
-use crate::status::position_mm;
+use crate::status::position_pm;
 
 impl Program {
     /// The level of the S in force.
@@ -90,8 +90,8 @@ impl<F: NorFlash> Controller<'_, F> {
     /// G38: moves until the probe finds what it looks for, and reports where that was. As in Grbl, the line is accepted
     /// even if the motion ends in an alarm.
     pub(crate) async fn probe(&self, probe: Probe, line: u32, checks: bool, text: &mut Message) -> Result<(), Error> {
-        let Probe { target_mm, mm_min, away, must } = probe;
-        let (target_steps, beyond) = self.target_steps(target_mm, None);
+        let Probe { target_pm, mm_min, away, must } = probe;
+        let (target_steps, beyond) = self.target_steps(target_pm, None);
         if let Some(beyond) = beyond {
             return Err(self.refuse_target(beyond, false, text).await);
         }
@@ -122,9 +122,9 @@ impl<F: NorFlash> Controller<'_, F> {
 
     fn report_probed(&self, text: &mut Message) {
         let probed = self.machine.probed();
-        let place_mm = position_mm(probed.position_steps, &self.machine.config());
+        let place_pm = position_pm(probed.position_steps, &self.machine.config());
         self.with(|program| {
-            program.interpreter.set_touched(place_mm, probed.touched);
+            program.interpreter.set_touched(place_pm, probed.touched);
             text.print(|text| report::probed(text, &program.interpreter, program.settings.report_inches));
         });
     }

@@ -199,10 +199,15 @@ pub fn whole_steps(mm: f64, steps_per_mm: f64) -> i32 {
     nearest(mm * steps_per_mm)
 }
 
-/// The nearest whole number, halves rounded away from zero. The result is that of [`libm::round`] and a cast, but
-/// without the sum and the comparisons of doubles, which are function calls on small chips.
+/// Two roundings make a product of decimals smaller by at most this many units of its last place.
+const ROUNDED_ULPS: u64 = 4;
+
+/// The nearest whole number, halves rounded away from zero. A number that is no more than [`ROUNDED_ULPS`] below a half
+/// is a half, so that decimals which make one do not end up on either side of it by chance. Otherwise the result is
+/// that of [`libm::round`] and a cast, but without the sum and the comparisons of doubles, which are function calls on
+/// small chips.
 fn nearest(value: f64) -> i32 {
-    let bits = value.to_bits();
+    let bits = value.to_bits().wrapping_add(ROUNDED_ULPS);
     let exponent = ((bits >> 52) & 0x7FF) as i32 - 1023;
     // The leading 32 bits of the mantissa, which is in [1, 2).
     let leading = 1 << 31 | (bits >> 21) as u32;

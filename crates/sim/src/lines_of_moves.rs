@@ -1,7 +1,7 @@
 //! Finds the line of the program that each move comes from, and what this line asks for. Moves do not record their
 //! line, so the lines are read again, and moves are recognised by their end positions.
 
-use isostep_console::{Command, Interpreter, Modal, Move, Rate, ReportedState, Settings, Spindle};
+use isostep_console::{Command, Interpreter, Modal, Move, Rate, ReportedState, Settings, Spindle, length};
 use isostep_motion::{AXES, Level, Power, whole_steps};
 
 use crate::outcome::Outcome;
@@ -59,16 +59,16 @@ pub(crate) fn sets_limits_on_the_way(outcome: &Outcome) -> bool {
     let mut has_moved = false;
     accepted_lines(outcome).any(|(_, text)| {
         let Ok(line) = stripped(text) else { return false };
-        let from_mm = interpreter.position_mm();
+        let from_pm = interpreter.position_pm();
         match interpreter.interpret(&line, ReportedState::Idle, &outcome.config.settings) {
             Ok(Command::Block(block)) => {
-                let moves = |motion: Move| motion.arc.is_some() || motion.target_mm != from_mm;
-                has_moved |= block.via_mm.is_some() || block.motion.is_some_and(moves);
+                let moves = |motion: Move| motion.arc.is_some() || motion.target_pm != from_pm;
+                has_moved |= block.via_pm.is_some() || block.motion.is_some_and(moves);
                 false
             }
             Ok(Command::Jog(jog)) => {
-                has_moved |= jog.target_mm != from_mm;
-                interpreter.set_position_mm(jog.target_mm);
+                has_moved |= jog.target_pm != from_pm;
+                interpreter.set_position_pm(jog.target_pm);
                 false
             }
             Ok(Command::SetSetting { number, .. }) => has_moved && is_limit(number),
@@ -100,15 +100,15 @@ impl Reader<'_> {
         match self.interpreter.interpret(&line, ReportedState::Idle, &self.settings) {
             Ok(Command::Block(block)) => {
                 let exact_stop = block.motion.is_some_and(|motion| motion.exact_stop);
-                let via = block.via_mm.map(|target_mm| Move { target_mm, rate: Rate::Rapid, arc: None, exact_stop });
+                let via = block.via_pm.map(|target_pm| Move { target_pm, rate: Rate::Rapid, arc: None, exact_stop });
                 for motion in via.into_iter().chain(block.motion) {
                     self.take(number, motion);
                 }
             }
             Ok(Command::Jog(jog)) => {
                 let rate = Rate::Feed { mm_min: jog.mm_min };
-                self.take(number, Move { target_mm: jog.target_mm, rate, arc: None, exact_stop: false });
-                self.interpreter.set_position_mm(jog.target_mm);
+                self.take(number, Move { target_pm: jog.target_pm, rate, arc: None, exact_stop: false });
+                self.interpreter.set_position_pm(jog.target_pm);
             }
             Ok(Command::Home { .. }) => self.home(),
             Ok(Command::SetSetting { number, value }) => {
@@ -132,10 +132,10 @@ impl Reader<'_> {
 
     /// Assigns the moves up to the first that ends at the target to this line: one move, or the chords of an arc.
     fn take(&mut self, line: usize, motion: Move) {
-        let Move { target_mm, rate, arc, exact_stop } = motion;
+        let Move { target_pm, rate, arc, exact_stop } = motion;
         let steps_per_mm = self.outcome.steps_per_mm;
         let target_steps: [i32; AXES] =
-            std::array::from_fn(|axis| whole_steps(target_mm[axis].into(), steps_per_mm[axis]));
+            std::array::from_fn(|axis| whole_steps(target_pm[axis] as f64, steps_per_mm[axis] / length::PM_PER_MM));
         let left = &self.outcome.moves[self.next..];
         // A straight move to the present position is not made at all.
         let is_there = left.first().is_none_or(|record| record.origin_steps == target_steps);
@@ -160,7 +160,7 @@ impl Reader<'_> {
             self.next += 1;
         }
         if let Some(record) = moves.get(self.next) {
-            self.interpreter.set_position_mm(self.outcome.mm(record.origin_steps).map(|mm| mm as f32));
+            self.interpreter.set_position_pm(self.outcome.mm(record.origin_steps).map(length::from_mm));
         }
     }
 }

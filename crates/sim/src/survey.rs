@@ -15,6 +15,7 @@ use std::collections::BTreeMap;
 
 use isostep_console::{
     Command, Coordinates, Error, Interpreter, Move, Rate, Refusal, ReportedState, SettingError, Settings, Spindle,
+    length,
 };
 use isostep_motion::{AXES, Axis, Direction};
 use serde::Serialize;
@@ -142,7 +143,7 @@ fn read(program: &[Vec<u8>], settings: &Settings, start_mm: [f64; AXES], interpr
         homed: [false; AXES],
         room: Room::before_homing(settings, start_mm),
         reach_mm: [[None; AXES]; 2],
-        checks_from_mm: None,
+        checks_from_pm: None,
         number: 0,
         text: String::new(),
     };
@@ -176,7 +177,7 @@ fn fit(program: &[Vec<u8>], settings: &Settings, reader: &Reader, homed: bool) -
 /// An interpreter with the origin of G54 at `origin_mm`.
 fn with_origin(origin_mm: [f64; AXES]) -> Interpreter {
     let mut coordinates = Coordinates::default();
-    coordinates.work_offsets_mm[0] = origin_mm.map(|mm| mm as f32);
+    coordinates.work_offsets_pm[0] = origin_mm.map(length::from_mm);
     let mut interpreter = Interpreter::new();
     interpreter.set_coordinates(coordinates);
     interpreter
@@ -232,7 +233,7 @@ struct Reader {
     /// The least and the greatest position of each axis before it is homed, and after that.
     reach_mm: [[Option<(f64, f64)>; AXES]; 2],
     /// In check mode, the position at which it began: nothing moves.
-    checks_from_mm: Option<[f32; AXES]>,
+    checks_from_pm: Option<[i64; AXES]>,
     /// The line that is being read.
     number: usize,
     text: String,
@@ -259,29 +260,29 @@ impl Reader {
                 self.survey.ends_at = None;
             }
         }
-        let from_mm = self.interpreter.position_mm();
-        let state = if self.checks_from_mm.is_some() { ReportedState::Check } else { ReportedState::Idle };
+        let from_pm = self.interpreter.position_pm();
+        let state = if self.checks_from_pm.is_some() { ReportedState::Check } else { ReportedState::Idle };
         match self.interpreter.interpret(&line, state, &self.settings) {
             Err(error) => self.refuse(&line, error, None),
             Ok(Command::SetSetting { number, value }) => self.set(&line, number, value),
-            Ok(command) => self.carry_out(command, from_mm),
+            Ok(command) => self.carry_out(command, from_pm),
         }
     }
 
-    fn carry_out(&mut self, command: Command<'_>, from_mm: [f32; AXES]) {
+    fn carry_out(&mut self, command: Command<'_>, from_pm: [i64; AXES]) {
         match command {
             Command::Block(block) | Command::SetStartup { block, .. } => {
                 let via =
-                    block.via_mm.map(|target_mm| Move { target_mm, rate: Rate::Rapid, arc: None, exact_stop: false });
-                let mut from_mm = from_mm;
+                    block.via_pm.map(|target_pm| Move { target_pm, rate: Rate::Rapid, arc: None, exact_stop: false });
+                let mut from_pm = from_pm;
                 for motion in via.into_iter().chain(block.motion) {
-                    self.go(from_mm, &motion);
-                    from_mm = motion.target_mm;
+                    self.go(from_pm, &motion);
+                    from_pm = motion.target_pm;
                 }
                 if let Some(tool) = block.tool_change {
                     self.survey.tools.entry(tool).or_insert(self.number);
                 }
-                if (block.pauses || block.tool_change.is_some()) && self.checks_from_mm.is_none() {
+                if (block.pauses || block.tool_change.is_some()) && self.checks_from_pm.is_none() {
                     self.wait();
                 }
                 if block.ends_program {
@@ -290,11 +291,11 @@ impl Reader {
             }
             Command::Jog(jog) => {
                 let rate = Rate::Feed { mm_min: jog.mm_min };
-                self.go(from_mm, &Move { target_mm: jog.target_mm, rate, arc: None, exact_stop: false });
-                self.interpreter.set_position_mm(jog.target_mm);
+                self.go(from_pm, &Move { target_pm: jog.target_pm, rate, arc: None, exact_stop: false });
+                self.interpreter.set_position_pm(jog.target_pm);
             }
             Command::Home { axis } => self.home(axis),
-            Command::ToggleCheck => self.toggle_check(from_mm),
+            Command::ToggleCheck => self.toggle_check(from_pm),
             _ => {}
         }
     }
@@ -308,12 +309,12 @@ impl Reader {
     }
 
     /// Ends or begins check mode. It ends with a reset, at the position at which it began.
-    fn toggle_check(&mut self, position_mm: [f32; AXES]) {
-        match self.checks_from_mm.take() {
-            None => self.checks_from_mm = Some(position_mm),
-            Some(from_mm) => {
+    fn toggle_check(&mut self, position_pm: [i64; AXES]) {
+        match self.checks_from_pm.take() {
+            None => self.checks_from_pm = Some(position_pm),
+            Some(from_pm) => {
                 self.interpreter.reset();
-                self.interpreter.set_position_mm(from_mm);
+                self.interpreter.set_position_pm(from_pm);
             }
         }
     }
@@ -338,20 +339,20 @@ impl Reader {
     /// Notes that the axes are at zero, so that their travel is now known.
     fn home(&mut self, axis: Option<usize>) {
         self.survey.homes = true;
-        let mut position_mm = self.interpreter.position_mm();
+        let mut position_pm = self.interpreter.position_pm();
         for index in (0..AXES).filter(|index| axis.is_none_or(|axis| axis == *index)) {
-            (self.homed[index], position_mm[index]) = (true, 0.0);
+            (self.homed[index], position_pm[index]) = (true, 0);
         }
-        self.interpreter.set_position_mm(position_mm);
+        self.interpreter.set_position_pm(position_pm);
         self.measure_room();
     }
 
-    fn go(&mut self, from_mm: [f32; AXES], motion: &Move) {
-        if self.checks_from_mm.is_some() {
+    fn go(&mut self, from_pm: [i64; AXES], motion: &Move) {
+        if self.checks_from_pm.is_some() {
             return;
         }
-        let mut way = Bounds::at(from_mm.map(f64::from));
-        way.add(motion.target_mm.map(f64::from));
+        let mut way = Bounds::at(from_pm.map(length::to_mm));
+        way.add(motion.target_pm.map(length::to_mm));
         if let Some(arc) = &motion.arc {
             let bounds_mm = arc.bounds_mm();
             [0, 1].into_iter().for_each(|end| way.add(bounds_mm.map(|axis| axis[end])));

@@ -4,9 +4,9 @@ use std::fmt::{self, Write};
 
 use isostep_console::parameters::{STORED_LINE_CHARS, StoredLine};
 use isostep_console::{
-    Block, Command, Coordinates, Error, Interpreter, Jog, LineAssembler, MAX_COORDINATE_MM, MIN_FEED_MM_MIN, Move,
+    Block, Command, Coordinates, Error, Interpreter, Jog, LineAssembler, MAX_COORDINATE_PM, MIN_FEED_MM_MIN, Move,
     Overrides, Rate, Realtime, Refusal, ReportedState, SETTING_TABLE, Settings, Spindle, Status, StatusReporter,
-    realtime, report, stopped_at,
+    length, realtime, report, stopped_at,
 };
 
 /// Bytes that a controller has room for, which are the maximum lengths of the reports.
@@ -123,10 +123,10 @@ impl Console {
     fn carry_out(&mut self, command: Command<'_>) -> Result<(), Error> {
         match command {
             Command::Block(block) => self.block(&block),
-            Command::Jog(Jog { target_mm, mm_min }) => {
-                is_a_place(target_mm);
+            Command::Jog(Jog { target_pm, mm_min }) => {
+                is_a_place(target_pm);
                 is_a_feed(mm_min);
-                self.interpreter.set_position_mm(target_mm);
+                self.interpreter.set_position_pm(target_pm);
             }
             Command::SetSetting { number, value } => {
                 assert!(value.is_finite());
@@ -163,36 +163,36 @@ impl Console {
     fn block(&mut self, block: &Block) {
         self.line_number = block.line_number;
         assert!(block.dwell_s.is_none_or(|dwell_s| dwell_s >= 0.0 && dwell_s.is_finite()), "{block:?}");
-        block.via_mm.into_iter().for_each(is_a_place);
+        block.via_pm.into_iter().for_each(is_a_place);
         if let Some(probe) = block.probe {
-            is_a_place(probe.target_mm);
+            is_a_place(probe.target_pm);
             is_a_feed(probe.mm_min);
-            self.interpreter.set_touched(probe.target_mm, probe.must);
+            self.interpreter.set_touched(probe.target_pm, probe.must);
         }
-        let Some(Move { target_mm, rate, arc, .. }) = block.motion else { return };
-        is_a_place(target_mm);
-        assert_eq!(self.interpreter.position_mm(), target_mm);
+        let Some(Move { target_pm, rate, arc, .. }) = block.motion else { return };
+        is_a_place(target_pm);
+        assert_eq!(self.interpreter.position_pm(), target_pm);
         if let Rate::Feed { mm_min } = rate {
             is_a_feed(mm_min);
             self.feed_mm_min = mm_min;
         }
         if let Some(arc) = arc {
-            let most_mm = f64::from(MAX_COORDINATE_MM) * (1.0 + 1e-6);
+            let most_mm = length::to_mm(MAX_COORDINATE_PM + 1);
             assert!(
                 arc.bounds_mm().iter().all(|[least, most]| -most_mm <= *least && least <= most && *most <= most_mm)
             );
             assert!(arc.length_mm().is_finite() && arc.length_mm() >= 0.0);
             let chords = arc.chords(f64::from(self.settings.arc_tolerance_mm));
-            chords.take(CHORDS).for_each(|chord_mm| is_a_place(chord_mm.map(|mm| (mm * (1.0 - 1e-6)) as f32)));
+            chords.take(CHORDS).for_each(|chord_mm| is_a_place(chord_mm.map(|mm| length::from_mm(mm * (1.0 - 1e-6)))));
         }
     }
 
     /// Checks what must hold after every answered line.
     fn is_sound(&self) {
-        is_a_place(self.interpreter.position_mm());
-        let offset_mm = self.interpreter.work_offset_mm();
+        is_a_place(self.interpreter.position_pm());
+        let offset_pm = self.interpreter.work_offset_pm();
         // The offset is the sum of a coordinate system, a shift and a tool's length.
-        assert!(offset_mm.iter().all(|mm| mm.abs() <= 3.0 * MAX_COORDINATE_MM), "{offset_mm:?}");
+        assert!(offset_pm.iter().all(|pm| pm.abs() <= 3 * MAX_COORDINATE_PM), "{offset_pm:?}");
         assert!(self.interpreter.modal().feed.is_finite() && self.interpreter.modal().speed_rpm.is_finite());
         assert_eq!(self.settings.check(&carries), Ok(()));
         assert_eq!(self.settings.check_ranges(), Ok(()));
@@ -222,8 +222,8 @@ impl Console {
         let ratio = f32::from(self.overrides.spindle_percent) / 100.0;
         let status = Status {
             state: self.state,
-            position_mm: self.interpreter.position_mm(),
-            work_offset_mm: self.interpreter.work_offset_mm(),
+            position_pm: self.interpreter.position_pm(),
+            work_offset_pm: self.interpreter.work_offset_pm(),
             line_number: self.line_number,
             feed_mm_min: self.feed_mm_min,
             spindle_rpm: if modal.spindle == Spindle::Off { 0.0 } else { modal.speed_rpm * ratio },
@@ -243,8 +243,8 @@ impl Console {
     }
 }
 
-fn is_a_place(mm: [f32; 3]) {
-    assert!(mm.iter().all(|mm| mm.abs() <= MAX_COORDINATE_MM), "{mm:?}");
+fn is_a_place(place_pm: [i64; 3]) {
+    assert!(place_pm.iter().all(|pm| pm.abs() <= MAX_COORDINATE_PM), "{place_pm:?}");
 }
 
 fn is_a_feed(mm_min: f32) {

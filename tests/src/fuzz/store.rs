@@ -190,7 +190,7 @@ fn change(kept: &mut Kept, bytes: &mut Unstructured<'_>) -> Result<()> {
         }
         2 | 3 => {
             let place = kept.parameters.coordinates.place_mut(bytes.int_in_range(0..=7)?);
-            place.fill(f32::from(bytes.arbitrary::<i8>()?));
+            place.fill(i64::from(bytes.arbitrary::<i8>()?) * 1_000_000_000);
         }
         // This changes many settings at once, so that a copy of everything is long.
         4 => {

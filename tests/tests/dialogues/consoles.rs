@@ -93,7 +93,7 @@ fn heard(lines: &[&str]) -> Vec<String> {
 fn the_startup_lines_run_once_after_power_up_however_many_consoles_there_are() {
     let mut parameters = Parameters::default();
     parameters.startup[1] = "G55".try_into().unwrap();
-    parameters.coordinates.work_offsets_mm[1] = [1.0, 2.0, 3.0];
+    parameters.coordinates.work_offsets_pm[1] = [1, 2, 3].map(|mm| mm * 1_000_000_000);
     let mut two = Two::new(parameters);
     assert_eq!(two.send(0, b""), [heard(&[WELCOME, ">G55:ok"]), heard(&[WELCOME])]);
     let [said, _] = two.send(0, b"$G\n$#\n");

@@ -107,3 +107,19 @@ fn a_startup_line_waits_at_m6_after_telling() {
     assert_eq!(sim.replies(), ["Grbl 1.1h ['$' for help]", "[MSG:M6: put in tool 1, then resume with ~]"]);
     assert_eq!(bytes(&mut sim, b"~"), [">T1M6:ok"]);
 }
+
+/// Every line counts, however short: as typed, then in ten-thousandths of an inch, and by jogs.
+#[test]
+fn thousands_of_increments_end_where_they_should() {
+    let mut sim = homed();
+    let mut go = |first: &str, line: &str, times: usize| {
+        let lines = vec![line; times].join("\n");
+        let heard = say(&mut sim, &format!("{first}\n{lines}"));
+        assert!(heard.iter().all(|answer| answer == "ok"), "{first}, {line}");
+        status(&mut sim)
+    };
+    assert_eq!(go("G90 G0 X257\nG91", "X0.001", 10_000), "<Idle|MPos:267.000,0.000,0.000");
+    assert_eq!(go("G20 G1 F100", "X-0.0001", 10_000), "<Idle|MPos:241.600,0.000,0.000");
+    // A hold in between, from where the machine stands; 0.001 mm is a twentieth of a step.
+    assert_eq!(go("G21 G92 X0.3 Y0.1\nG4 P0", "$J=G91 X0.001 Y0.01 F1000", 1_000), "<Idle|MPos:242.600,10.000,0.000");
+}

@@ -36,9 +36,9 @@ impl Chords {
             centre_mm: arc.centre_mm(),
             radius_mm,
             turn: cos_sin(arc.travel_rad / chords).map(|part| part * change),
-            across_mm: arc.ends.start_mm[across].into(),
+            across_mm: arc.ends.start_mm[across],
             rise_mm: arc.ends.distance_mm(across) / chords,
-            target_mm: arc.ends.target_mm.map(f64::from),
+            target_mm: arc.ends.target_mm,
         }
     }
 

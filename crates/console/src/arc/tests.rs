@@ -4,7 +4,7 @@ use proptest::prelude::*;
 
 use super::*;
 
-/// An arc in f64, before its ends are rounded to the f32 that an interpreter keeps.
+/// An arc, before its ends are rounded to the picometres that an interpreter keeps.
 #[derive(Debug, Clone, Copy)]
 struct Drawn {
     centre_mm: [f64; 2],
@@ -26,16 +26,14 @@ impl Drawn {
     }
 
     fn ends(&self) -> Ends {
-        let start_mm = self.place_mm(self.from_rad, 7.0).map(|mm| mm as f32);
-        let target_mm = self.place_mm(self.from_rad + self.travel_rad, 7.0 + self.rise_mm).map(|mm| mm as f32);
+        let start_mm = self.place_mm(self.from_rad, 7.0).map(kept);
+        let target_mm = self.place_mm(self.from_rad + self.travel_rad, 7.0 + self.rise_mm).map(kept);
         Ends { start_mm, target_mm, plane: self.plane, clockwise: self.travel_rad < 0.0 }
     }
 
     fn offset_mm(&self) -> [f64; 2] {
         let Ends { start_mm, .. } = self.ends();
-        core::array::from_fn(|index| {
-            self.centre_mm[index] - f64::from(start_mm[PLANES[usize::from(self.plane)][index]])
-        })
+        core::array::from_fn(|index| self.centre_mm[index] - start_mm[PLANES[usize::from(self.plane)][index]])
     }
 
     fn arc(&self) -> Arc {
@@ -55,10 +53,15 @@ fn drawn() -> impl Strategy<Value = Drawn> {
 
 /// The start point, then the end points of the chords.
 fn corners(arc: &Arc, tolerance_mm: f64) -> std::vec::Vec<[f64; AXES]> {
-    [arc.start_mm().map(f64::from)].into_iter().chain(arc.chords(tolerance_mm)).collect()
+    [arc.start_mm()].into_iter().chain(arc.chords(tolerance_mm)).collect()
 }
 
-fn ends(start_mm: [f32; AXES], target_mm: [f32; AXES], clockwise: bool) -> Ends {
+/// As an interpreter keeps it.
+fn kept(mm: f64) -> f64 {
+    crate::length::to_mm(crate::length::from_mm(mm))
+}
+
+fn ends(start_mm: [f64; AXES], target_mm: [f64; AXES], clockwise: bool) -> Ends {
     Ends { start_mm, target_mm, plane: 0, clockwise }
 }
 
@@ -83,9 +86,9 @@ fn a_quarter_a_half_and_the_whole_of_a_circle() {
 
 #[test]
 fn start_and_target_fit_one_circle_as_closely_as_grbl_wants() {
-    let around = |radius_mm: f32, target_mm: f32| {
+    let around = |radius_mm: f64, target_mm: f64| {
         let ends = ends([radius_mm, 0.0, 0.0], [0.0, target_mm, 0.0], false);
-        Arc::around(ends, [-f64::from(radius_mm), 0.0]).map(|_| ())
+        Arc::around(ends, [-radius_mm, 0.0]).map(|_| ())
     };
     for (radius_mm, target_mm) in [(1.0, 1.0049), (0.001, 0.0059), (100.0, 99.91), (1000.0, 1000.49), (400.0, 400.39)] {
         assert_eq!(around(radius_mm, target_mm), Ok(()), "{radius_mm} {target_mm}");
@@ -97,8 +100,8 @@ fn start_and_target_fit_one_circle_as_closely_as_grbl_wants() {
 
 #[test]
 fn a_radius_that_is_half_the_way_is_half_a_circle_wherever_it_is_drawn() {
-    for start in (0..4_000).map(|tenths| tenths as f32 * 0.1) {
-        let target = ((f64::from(start) * 10.0).round() / 10.0 + 0.3) as f32;
+    for start in (0..4_000).map(|tenths| f64::from(tenths) / 10.0) {
+        let target = kept(start + 0.3);
         let arc = Arc::of_radius(ends([start, 7.7, 0.0], [target, 7.7, 0.0], true), 0.15).unwrap();
         assert!((arc.travel_rad + PI).abs() < 0.05 && (arc.radius_mm - 0.15).abs() < 1e-4, "{start} {arc:?}");
     }
@@ -153,8 +156,8 @@ proptest! {
             (place_mm[first] - drawn.centre_mm[0]).hypot(place_mm[second] - drawn.centre_mm[1])
         };
         let corners = corners(&arc, tolerance_mm);
-        // Start and target have been rounded to f32.
-        let rounding_mm = 1e-4;
+        // Start and target have been rounded to picometres.
+        let rounding_mm = 1e-7;
         for pair in corners.windows(2) {
             let middle_mm = core::array::from_fn(|axis| 0.5 * (pair[0][axis] + pair[1][axis]));
             let [end_mm, middle_mm] = [pair[1], middle_mm].map(|place_mm| from_centre_mm(place_mm) - drawn.radius_mm);
@@ -165,7 +168,7 @@ proptest! {
         let least = (arc.travel_rad.abs() / widest_rad).ceil() as usize;
         prop_assert!((least..=least + 1).contains(&(corners.len() - 1)), "{} chords, {least} would do", corners.len() - 1);
         prop_assert_eq!(arc.chords(tolerance_mm).len(), corners.len() - 1);
-        prop_assert_eq!(corners.last().copied(), Some(drawn.ends().target_mm.map(f64::from)));
+        prop_assert_eq!(corners.last().copied(), Some(drawn.ends().target_mm));
         prop_assert!((arc.travel_rad - drawn.travel_rad).abs() * drawn.radius_mm < 1e-3);
     }
 

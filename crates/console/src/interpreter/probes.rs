@@ -20,13 +20,13 @@ impl Interpreter {
         if !words.has_axes() {
             return Err(Error::AxisWordsMissing);
         }
-        let target_mm = self.target_mm(words)?;
-        if target_mm == self.position_mm {
+        let target_pm = self.target_pm(words)?;
+        if target_pm == self.position_pm {
             return Err(Error::InvalidTarget);
         }
-        let (mode, mm_min) = (self.modal.motion, self.feed_mm_min(target_mm, None));
-        *probe = Some(Probe { target_mm, mm_min, away: mode.probes_away(), must: mode.must_touch() });
-        self.position_mm = target_mm;
+        let (mode, mm_min) = (self.modal.motion, self.feed_mm_min(target_pm, None));
+        *probe = Some(Probe { target_pm, mm_min, away: mode.probes_away(), must: mode.must_touch() });
+        self.position_pm = target_pm;
         Ok(())
     }
 }

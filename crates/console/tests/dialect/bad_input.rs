@@ -1,7 +1,7 @@
 //! Arbitrary input: every line gets one answer, and an error changes nothing.
 
 use isostep_console::{
-    Alarm, Command, Error, Interpreter, LineAssembler, MAX_COORDINATE_MM, Realtime, Refusal, ReportedState,
+    Alarm, Command, Error, Interpreter, LineAssembler, MAX_COORDINATE_PM, Realtime, Refusal, ReportedState,
     SETTING_TABLE, Settings, realtime, report, stopped_at,
 };
 use proptest::prelude::*;
@@ -46,7 +46,7 @@ fn answer(line: Result<&str, Error>, state: ReportedState, interpreter: &mut Int
         }
         Command::Jog(jog) => {
             assert_eq!(*interpreter, before.0);
-            interpreter.set_position_mm(jog.target_mm);
+            interpreter.set_position_pm(jog.target_pm);
             Ok(())
         }
         _ => Ok(()),
@@ -63,9 +63,9 @@ fn answer(line: Result<&str, Error>, state: ReportedState, interpreter: &mut Int
             let _ = Refusal::of(line).to_string();
         }
     }
-    assert!(interpreter.position_mm().iter().all(|mm| mm.abs() <= MAX_COORDINATE_MM));
+    assert!(interpreter.position_pm().iter().all(|pm| pm.abs() <= MAX_COORDINATE_PM));
     // The offset is the sum of a work coordinate system, a shift and a tool length.
-    assert!(interpreter.work_offset_mm().iter().all(|mm| mm.abs() <= 3.0 * MAX_COORDINATE_MM));
+    assert!(interpreter.work_offset_pm().iter().all(|pm| pm.abs() <= 3 * MAX_COORDINATE_PM));
     assert_eq!(settings.check(&carries), Ok(()));
 }
 

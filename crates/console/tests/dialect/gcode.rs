@@ -324,7 +324,7 @@ fn in_alarm_and_while_homing_g_code_is_refused_and_changes_nothing() {
 #[test]
 fn the_position_follows_what_the_caller_says() {
     let mut talk = Talk::new(ReportedState::Idle);
-    talk.interpreter.set_position_mm([1.0, 2.0, 3.0]);
+    talk.interpreter.set_position_pm([1, 2, 3].map(|mm| mm * 1_000_000_000));
     assert_eq!(talk.bytes(b"G91 X1\n"), "(rapid [2.0, 2.0, 3.0]) ok");
     talk.interpreter.reset();
     assert_eq!(talk.bytes(b"Y5\n"), "(rapid [2.0, 5.0, 3.0]) ok");

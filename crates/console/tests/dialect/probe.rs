@@ -2,7 +2,7 @@
 
 use crate::talk::{Talk, check};
 use expect_test::expect;
-use isostep_console::{ReportedState, report};
+use isostep_console::{ReportedState, length, report};
 
 #[test]
 fn a_probe_is_modal_and_the_program_goes_on_from_its_target() {
@@ -104,14 +104,14 @@ fn what_a_probe_touched_outlives_a_reset() {
         let heard = talk.bytes(b"$#\n");
         heard.split(' ').find(|line| line.starts_with("[PRB")).map(str::to_owned).unwrap()
     };
-    assert_eq!(talk.interpreter.touched(), ([0.0; 3], false));
+    assert_eq!(talk.interpreter.touched(), ([0; 3], false));
     assert_eq!(prb(&mut talk), "[PRB:0.000,0.000,0.000:0]");
-    talk.interpreter.set_touched([1.0, -25.4, 3.1234], true);
+    talk.interpreter.set_touched([1.0, -25.4, 3.1234].map(length::from_mm), true);
     talk.send("G92 X5\nG55");
     talk.interpreter.reset();
     assert_eq!(prb(&mut talk), "[PRB:1.000,-25.400,3.123:1]");
-    talk.interpreter.set_touched([1.0, -25.4, 3.0], false);
-    assert_eq!(talk.interpreter.touched(), ([1.0, -25.4, 3.0], false));
+    talk.interpreter.set_touched([1.0, -25.4, 3.0].map(length::from_mm), false);
+    assert_eq!(talk.interpreter.touched(), ([1_000_000_000, -25_400_000_000, 3_000_000_000], false));
     let mut heard = String::new();
     report::probed(&mut heard, &talk.interpreter, true).unwrap();
     assert_eq!(heard, "[PRB:0.0394,-1.0000,0.1181:0]\r\n");

@@ -3,7 +3,8 @@
 use crate::talk::Talk;
 use expect_test::expect;
 use isostep_console::{
-    Coolant, Door, Move, Overrides, ReportedState, Settings, Spindle, Status, StatusReporter, report,
+    Coolant, Door, MAX_COORDINATE_PM, Move, Overrides, ReportedState, Settings, Spindle, Status, StatusReporter,
+    length, report,
 };
 use proptest::prelude::*;
 
@@ -13,8 +14,8 @@ const LONGEST_BYTES: usize = 145;
 /// A machine at rest, with nothing switched on and nothing pressed.
 const QUIET: Status = Status {
     state: ReportedState::Idle,
-    position_mm: [0.0; 3],
-    work_offset_mm: [0.0; 3],
+    position_pm: [0; 3],
+    work_offset_pm: [0; 3],
     line_number: 0,
     feed_mm_min: 0.0,
     spindle_rpm: 0.0,
@@ -70,8 +71,8 @@ fn offset_and_overrides_take_turns() {
 fn the_mask_chooses_fields_and_inches_scale() {
     let status = Status {
         state: ReportedState::Alarm,
-        position_mm: [25.4, -0.0002, -10_000.0],
-        work_offset_mm: [0.0, 50.8, -10_000.0],
+        position_pm: [25.4, -0.0002, -10_000.0].map(length::from_mm),
+        work_offset_pm: [0.0, 50.8, -10_000.0].map(length::from_mm),
         line_number: 10_000_000,
         feed_mm_min: 254.0,
         spindle_rpm: 999.5,
@@ -105,8 +106,8 @@ fn the_mask_chooses_fields_and_inches_scale() {
 fn the_longest_report_is_as_long_as_promised() {
     let status = Status {
         state: ReportedState::Door(Door::Resuming),
-        position_mm: [-10_000.0; 3],
-        work_offset_mm: [-30_000.0, 30_000.0, -30_000.0],
+        position_pm: [-MAX_COORDINATE_PM; 3],
+        work_offset_pm: [-3, 3, -3].map(|times| times * MAX_COORDINATE_PM),
         line_number: 10_000_000,
         feed_mm_min: 1.75e8,
         spindle_rpm: 199_999_984.0,
@@ -132,8 +133,8 @@ fn the_longest_report_is_as_long_as_promised() {
             assert!(heard.len() - before <= LONGEST_BYTES, "{heard}");
         }
     }
-    let position_mm = status.position_mm.map(|mm| mm - 30_000.0);
-    let status = Status { position_mm, work_offset_mm: [-30_000.0; 3], ..status };
+    let position_pm = status.position_pm.map(|pm| pm - 3 * MAX_COORDINATE_PM);
+    let status = Status { position_pm, work_offset_pm: [-3 * MAX_COORDINATE_PM; 3], ..status };
     let settings = Settings { report_mask: 3, ..Settings::DEFAULT };
     let before = heard.len();
     StatusReporter::new().write(&mut heard, &status, &settings).unwrap();
@@ -243,17 +244,18 @@ proptest! {
         let heard = talk.bytes(&bytes);
         let replies = heard.split(' ').filter(|word| *word == "ok" || word.starts_with("error:")).count();
         prop_assert_eq!(replies, bytes.iter().filter(|byte| matches!(byte, b'\r' | b'\n')).count());
-        prop_assert!(talk.interpreter.position_mm().iter().all(|mm| mm.abs() <= isostep_console::MAX_COORDINATE_MM));
+        prop_assert!(talk.interpreter.position_pm().iter().all(|pm| pm.abs() <= MAX_COORDINATE_PM));
         prop_assert_eq!(talk.settings.check(&crate::talk::carries), Ok(()));
     }
 
     #[test]
-    fn targets_are_read_exactly(mm in -9999.999f32..9999.999) {
+    fn targets_are_read_exactly(pm in (-999_999_999_999..1_000_000_000_000i64).prop_map(|tens| 10 * tens)) {
         let mut interpreter = isostep_console::Interpreter::new();
-        let line = format!("X{mm}");
+        let (sign, magnitude) = (if pm < 0 { "-" } else { "" }, pm.abs() / 10);
+        let line = format!("X{sign}{}.{:08}", magnitude / 100_000_000, magnitude % 100_000_000);
         let command = interpreter.interpret(&line, ReportedState::Idle, &Settings::DEFAULT);
         let isostep_console::Command::Block(block) = command.unwrap() else { panic!("a block") };
-        let Some(Move { target_mm, .. }) = block.motion else { panic!("a move") };
-        prop_assert_eq!(target_mm[0], mm);
+        let Some(Move { target_pm, .. }) = block.motion else { panic!("a move") };
+        prop_assert_eq!(target_pm[0], pm);
     }
 }

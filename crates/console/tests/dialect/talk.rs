@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use expect_test::Expect;
 use isostep_console::{
     Block, Command, Coordinates, Error, Interpreter, Jog, LineAssembler, Move, Overrides, Probe, Rate, Realtime,
-    Refusal, ReportedState, Settings, Spindle, Status, StatusReporter,
+    Refusal, ReportedState, Settings, Spindle, Status, StatusReporter, length,
     parameters::{STARTUP_LINES, StoredLine},
     realtime, report,
 };
@@ -94,9 +94,9 @@ impl Talk {
         let Self { heard, interpreter, settings, startup, build_text, .. } = self;
         match command {
             Command::Block(block) => describe(heard, &block),
-            Command::Jog(Jog { target_mm, mm_min }) => {
-                write!(heard, "(jog {mm_min} {target_mm:?}) ").unwrap();
-                interpreter.set_position_mm(target_mm);
+            Command::Jog(Jog { target_pm, mm_min }) => {
+                write!(heard, "(jog {mm_min} {:?}) ", in_mm(target_pm)).unwrap();
+                interpreter.set_position_pm(target_pm);
             }
             Command::Home { axis: None } => heard.push_str("(home) "),
             Command::Home { axis: Some(axis) } => write!(heard, "(home {axis}) ").unwrap(),
@@ -149,8 +149,8 @@ impl Talk {
         let modal = self.interpreter.modal();
         let status = Status {
             state: self.state,
-            position_mm: self.interpreter.position_mm(),
-            work_offset_mm: self.interpreter.work_offset_mm(),
+            position_pm: self.interpreter.position_pm(),
+            work_offset_pm: self.interpreter.work_offset_pm(),
             line_number: 0,
             feed_mm_min: 0.0,
             spindle_rpm: if modal.spindle == Spindle::Off { 0.0 } else { modal.speed_rpm },
@@ -170,6 +170,11 @@ impl Talk {
     }
 }
 
+/// A place in mm.
+pub fn in_mm(place_pm: [i64; 3]) -> [f64; 3] {
+    place_pm.map(length::to_mm)
+}
+
 fn describe(heard: &mut String, block: &Block) {
     if block.line_number > 0 {
         write!(heard, "(N{}) ", block.line_number).unwrap();
@@ -186,24 +191,24 @@ fn describe(heard: &mut String, block: &Block) {
     if let Some(seconds) = block.dwell_s {
         write!(heard, "(wait {seconds} s) ").unwrap();
     }
-    if let Some(via_mm) = block.via_mm {
-        write!(heard, "(via {via_mm:?}) ").unwrap();
+    if let Some(via_pm) = block.via_pm {
+        write!(heard, "(via {:?}) ", in_mm(via_pm)).unwrap();
     }
     match block.motion {
-        Some(Move { target_mm, rate: Rate::Rapid, .. }) => write!(heard, "(rapid {target_mm:?}) ").unwrap(),
-        Some(Move { target_mm, rate: Rate::Feed { mm_min }, arc: None, .. }) => {
-            write!(heard, "(feed {mm_min} {target_mm:?}) ").unwrap();
+        Some(Move { target_pm, rate: Rate::Rapid, .. }) => write!(heard, "(rapid {:?}) ", in_mm(target_pm)).unwrap(),
+        Some(Move { target_pm, rate: Rate::Feed { mm_min }, arc: None, .. }) => {
+            write!(heard, "(feed {mm_min} {:?}) ", in_mm(target_pm)).unwrap();
         }
-        Some(Move { target_mm, rate: Rate::Feed { mm_min }, arc: Some(arc), .. }) => {
+        Some(Move { target_pm, rate: Rate::Feed { mm_min }, arc: Some(arc), .. }) => {
             let bounds_mm = arc.bounds_mm().map(|[least, most]| format!("{least:.3}..{most:.3}")).join(" ");
-            let length_mm = arc.length_mm();
+            let (length_mm, target_mm) = (arc.length_mm(), in_mm(target_pm));
             write!(heard, "(arc {mm_min:.1} {target_mm:?} of {length_mm:.3} in {bounds_mm}) ").unwrap();
         }
         None => {}
     }
-    if let Some(Probe { target_mm, mm_min, away, must }) = block.probe {
+    if let Some(Probe { target_pm, mm_min, away, must }) = block.probe {
         let (way, or) = (if away { "away" } else { "toward" }, if must { " or alarm" } else { "" });
-        write!(heard, "(probe {way}{or} {mm_min} {target_mm:?}) ").unwrap();
+        write!(heard, "(probe {way}{or} {mm_min} {:?}) ", in_mm(target_pm)).unwrap();
     }
     if block.motion.is_some_and(|motion| motion.exact_stop) {
         heard.push_str("(stop) ");

@@ -2,9 +2,10 @@
 
 use heapless::Vec;
 use isostep_console::parameters::{STARTUP_LINES, STORED_LINE_CHARS, StoredLine, WORK_SYSTEMS};
-use isostep_console::{AXES, Coordinates, MAX_COORDINATE_MM, Parameters, SETTING_TABLE, Settings};
+use isostep_console::{AXES, Coordinates, MAX_COORDINATE_PM, Parameters, SETTING_TABLE, Settings, length};
 
-/// The bytes of an item: numbers as 32-bit floats, little-endian; a line as its characters.
+/// The bytes of an item: settings as 32-bit floats, places as 64-bit whole numbers of picometres, little-endian; a
+/// line as its characters.
 pub type Value = Vec<u8, STORED_LINE_CHARS>;
 
 /// One thing that a line can change, by its key. The key of a setting is its number, 999 at most. A key never means
@@ -57,8 +58,8 @@ impl Item {
             TEXT => put(text.as_bytes()),
             FIRST_LINE..TEXT => put(startup[usize::from(self.0 - FIRST_LINE)].as_bytes()),
             FIRST_PLACE..FIRST_LINE => {
-                let place_mm = coordinates.place(usize::from(self.0 - FIRST_PLACE));
-                place_mm.iter().for_each(|mm| put(&mm.to_le_bytes()));
+                let place_pm = coordinates.place(usize::from(self.0 - FIRST_PLACE));
+                place_pm.iter().for_each(|pm| put(&pm.to_le_bytes()));
             }
             number => put(&settings.get(number).unwrap_or_default().to_le_bytes()),
         }
@@ -73,7 +74,7 @@ impl Item {
             FIRST_LINE..TEXT => line(value).map(|line| parameters.startup[usize::from(self.0 - FIRST_LINE)] = line),
             FIRST_PLACE..FIRST_LINE => {
                 let place = parameters.coordinates.place_mut(usize::from(self.0 - FIRST_PLACE));
-                place_mm(value).map(|place_mm| *place = place_mm)
+                place_pm(value).map(|place_pm| *place = place_pm)
             }
             number => float(value).map(|value| {
                 settings.set(number, value);
@@ -87,12 +88,21 @@ fn float(value: &[u8]) -> Option<f32> {
     value.try_into().ok().map(f32::from_le_bytes)
 }
 
-fn place_mm(value: &[u8]) -> Option<[f32; AXES]> {
-    let mut place_mm = [0.0; AXES];
-    for (mm, value) in place_mm.iter_mut().zip(value.chunks(4)) {
-        *mm = float(value).filter(|mm| mm.abs() <= MAX_COORDINATE_MM)?;
+/// A place in picometres. Firmware that kept places in mm has stored them as 32-bit floats.
+fn place_pm(value: &[u8]) -> Option<[i64; AXES]> {
+    let width = value.len() / AXES;
+    if !matches!(width, 4 | 8) || value.len() != width * AXES {
+        return None;
     }
-    (value.len() == 4 * AXES).then_some(place_mm)
+    let mut place_pm = [0; AXES];
+    for (pm, value) in place_pm.iter_mut().zip(value.chunks(width)) {
+        let read_pm = match value.try_into() {
+            Ok(bytes) => i64::from_le_bytes(bytes),
+            Err(_) => float(value).filter(|mm| mm.is_finite()).map(|mm| length::from_mm(mm.into()))?,
+        };
+        *pm = Some(read_pm).filter(|pm| (-MAX_COORDINATE_PM..=MAX_COORDINATE_PM).contains(pm))?;
+    }
+    Some(place_pm)
 }
 
 fn line(value: &[u8]) -> Option<StoredLine> {
