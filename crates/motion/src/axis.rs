@@ -23,7 +23,7 @@ pub async fn run(machine: &Machine, axis: Axis, mut port: impl StepPort) -> ! {
                 Either::First(()) => Finish::Stopped,
                 Either::Second(Ok(())) => Finish::Done,
                 Either::Second(Err(fault)) => {
-                    machine.cut();
+                    machine.fail(axis, fault);
                     Finish::Fault { axis, fault }
                 }
             };

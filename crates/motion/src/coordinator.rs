@@ -23,7 +23,6 @@ use crate::axes::{AXES, Axis};
 use crate::chunks::Chunks;
 use crate::event::{Alarm, Event, Finish, State};
 use crate::machine::{CHAIN_MOVES, Cause, Machine, Motion, Overrides};
-use crate::port::PortFault;
 
 /// Longer than any pulse lasts (`$0` is 20 us at most), and longer than any driver requires ENABLE to be held after a
 /// step.
@@ -53,9 +52,9 @@ impl Default for PlanMemory {
 /// active low; every [`Event`] goes to `on_event` as it happens.
 ///
 /// # Cancellation
-/// Dropping it in the middle of a move starves the axes: each stops after the segments already queued, its position
-/// exact, and the state stays as it was. Nothing moves until another `run` is spawned, which begins where the axes
-/// stand.
+/// Dropping it in the middle of a move starves the axes: they stop when the first of them has made the segments already
+/// queued, or each does where its port cannot tell; every position is exact, and the state stays as it was. Nothing
+/// moves until another `run` is spawned, which begins where the axes stand.
 pub async fn run<E, F>(machine: &Machine, memory: &mut PlanMemory, enable: E, on_event: F) -> !
 where
     E: OutputPin<Error = Infallible>,
@@ -80,7 +79,7 @@ where
     };
     coordinator.energise(false);
     // An axis may still be in a run of a coordinator that was dropped, waiting for more items.
-    machine.halt();
+    machine.take_over();
     yield_now().await;
     loop {
         let motion = coordinator.next().await;
@@ -206,20 +205,9 @@ where
         Ok(())
     }
 
-    /// The alarm for a stop in the middle of a move. Only a cause, or homing on purpose, halts the axes.
+    /// The alarm for a stop, or a fault, in the middle of a move. Only a cause, or homing on purpose, halts the axes.
     pub(crate) fn stop_alarm(&self) -> Alarm {
         self.machine.cause().unwrap_or(Cause::Reset).alarm(self.machine.state())
-    }
-
-    /// The alarm for a fault of a port. It also counts the fault.
-    pub(crate) fn fault_alarm(&self, axis: Axis, fault: PortFault) -> Alarm {
-        self.machine.count_fault(axis);
-        match fault {
-            // In both cases a step could not be made at its instant in the middle of a move, so the position is not
-            // trusted.
-            PortFault::Late { .. } | PortFault::TooFast { .. } => Alarm::LateStep { axis },
-            PortFault::Underrun => Alarm::Underrun { axis },
-        }
     }
 
     pub(crate) fn report_state(&mut self, state: State) {
@@ -270,16 +258,9 @@ pub(crate) async fn begun(machine: &Machine) -> Instant {
     start
 }
 
-/// Waits until every axis has ended its run. An axis whose port faults halts the others.
+/// Waits until every axis has ended its run.
 pub(crate) async fn all_done(machine: &Machine) -> Finish {
-    let answers = join_array(Axis::ALL.map(|axis| async move {
-        let finish = machine.link(axis).done.wait().await;
-        if matches!(finish, Finish::Fault { .. }) {
-            machine.halt();
-        }
-        finish
-    }))
-    .await;
+    let answers = join_array(Axis::ALL.map(|axis| machine.link(axis).done.wait())).await;
     let fault = answers.into_iter().find(|finish| matches!(finish, Finish::Fault { .. }));
     fault.or(answers.into_iter().find(|finish| *finish == Finish::Stopped)).unwrap_or(Finish::Done)
 }

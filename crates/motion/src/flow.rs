@@ -46,8 +46,7 @@ where
                 Finish::Held if self.machine.outlast_hold().await => {}
                 // A motion that was held and not resumed is forgotten.
                 Finish::Held => break Ok(()),
-                Finish::Stopped => break Err(self.stop_alarm()),
-                Finish::Fault { axis, fault } => break Err(self.fault_alarm(axis, fault)),
+                Finish::Stopped | Finish::Fault { .. } => break Err(self.stop_alarm()),
             }
         };
         self.chain.clear();

@@ -82,7 +82,6 @@ where
             alongside(moving, pressed).await?
         };
         match finish {
-            Finish::Fault { axis, fault } => Err(self.fault_alarm(axis, fault)),
             _ if machine.cause().is_some() => Err(self.stop_alarm()),
             _ if machine.switch(axis).is_pressed() => Ok(()),
             _ => Err(Alarm::SwitchNotFound { axis }),
@@ -93,8 +92,7 @@ where
     async fn retreat(&mut self, axis: Axis, speed_mm_s: f64) -> Result<(), Alarm> {
         let homing = self.machine.config().homing;
         match self.along(axis, homing.pull_off_mm, false, speed_mm_s).await? {
-            Finish::Fault { axis, fault } => return Err(self.fault_alarm(axis, fault)),
-            Finish::Stopped => return Err(self.stop_alarm()),
+            Finish::Stopped | Finish::Fault { .. } => return Err(self.stop_alarm()),
             // Homing is never held.
             Finish::Done | Finish::Held => {}
         }

@@ -393,10 +393,6 @@ impl Machine {
         self.with(|inner| inner.capabilities[axis as usize] = Some(port.capabilities()));
     }
 
-    pub(crate) fn count_fault(&self, axis: Axis) {
-        self.with(|inner| inner.faults[axis as usize] += 1);
-    }
-
     /// The tick rate of the segments that the axis's port reads, Hz.
     pub(crate) fn tick_hz(&self, axis: Axis) -> u32 {
         self.with(|inner| inner.capabilities[axis as usize].map_or(crate::TICK_HZ, |port| port.tick_hz))

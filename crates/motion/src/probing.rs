@@ -66,8 +66,7 @@ where
         let touched = made_steps.is_some();
         self.machine.set_probed(Probed { touched, position_steps });
         match finish {
-            Finish::Stopped => Err(self.stop_alarm()),
-            Finish::Fault { axis, fault } => Err(self.fault_alarm(axis, fault)),
+            Finish::Stopped | Finish::Fault { .. } => Err(self.stop_alarm()),
             Finish::Done | Finish::Held if touched || !must || self.machine.is_to_forget() => Ok(()),
             Finish::Done | Finish::Held => Err(Alarm::ProbeContact),
         }

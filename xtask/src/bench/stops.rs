@@ -1,5 +1,5 @@
-//! Measures how soon a move stops: the time from a limit switch, the emergency stop or a second reset byte to the last
-//! edge of any axis.
+//! Measures how soon a move stops: the time from a limit switch, the emergency stop, a second reset byte or the halt of a
+//! port that has run dry to the last edge of any axis.
 
 use std::fmt::Write;
 
@@ -7,7 +7,8 @@ use anyhow::{Result, ensure};
 use oorandom::Rand32;
 use serde::Serialize;
 
-use super::board::{Board, Summary};
+use super::board::{Board, CLOCK_HZ, Summary};
+use super::edges::{Edge, NS_PER_CYCLE};
 use super::effort::Effort;
 use super::measured::Measured;
 use super::progress::Case;
@@ -17,6 +18,8 @@ use crate::variant::Port;
 
 /// When a move is stopped, us after its line was accepted: in the second half of the ramp, or in the cruise after it.
 const WINDOW_US: std::ops::Range<f64> = 100_000.0..300_000.0;
+/// The top speed of the moves that a port runs dry in. They do not reach it.
+const DRY_RATE_STEPS_S: u32 = 248_000;
 /// A fixed seed, so that the stops come at the same instants in every run.
 const SEED: u64 = 1;
 /// Stops per run. All its moves go in the same direction, so their number must keep within the 10 m that a target may
@@ -35,6 +38,8 @@ pub enum Input {
     EmergencyStop,
     /// The byte 0x18 from the console, while the machine brakes because of a first one.
     SecondReset,
+    /// No input: a step port that runs dry, because its segments cannot be compiled as fast as it makes them.
+    DryPort,
 }
 
 /// The results for one input.
@@ -70,6 +75,7 @@ impl Input {
             Self::LimitSwitch => "limit switch",
             Self::EmergencyStop => "emergency stop",
             Self::SecondReset => "second reset byte",
+            Self::DryPort => "a step port that runs dry",
         }
     }
 
@@ -79,13 +85,16 @@ impl Input {
             Self::LimitSwitch => &["switch X stuck-closed", "expect ALARM:1", "switch X normal"],
             Self::EmergencyStop => &["estop pressed", "expect ALARM:10", "estop released"],
             Self::SecondReset => &["bytes 18", "wait-ms 5", "bytes 18", "expect Grbl"],
+            Self::DryPort => &["expect ALARM:22"],
         }
     }
 }
 
 /// Measures stops by every input in moves at `rate_steps_s` of each axis.
 pub fn measure(board: &Board, port: Port, rate_steps_s: u32, effort: &Effort) -> Result<Vec<StopMeasurement>> {
-    Input::ALL.into_iter().map(|input| by(board, port, rate_steps_s, input, effort)).collect()
+    let by_inputs = Input::ALL.into_iter().map(|input| by(board, port, rate_steps_s, input, effort));
+    // A TimerPort does not run dry: its steps come too late.
+    by_inputs.chain((port == Port::Pio).then(|| by_dry_port(board, port, effort))).collect()
 }
 
 fn by(board: &Board, port: Port, rate_steps_s: u32, input: Input, effort: &Effort) -> Result<StopMeasurement> {
@@ -94,6 +103,58 @@ fn by(board: &Board, port: Port, rate_steps_s: u32, input: Input, effort: &Effor
     let latency = all(board, rate_steps_s, input, effort.stops)?;
     case.end(&latency.words(Latency::words));
     Ok(StopMeasurement { input, rate_steps_s, latency })
+}
+
+/// Measures how soon a port that runs dry stops the other axes. All axes make the same steps, so the port that ran dry
+/// is the one whose last edge is the earliest; its state machine halts with that edge.
+fn by_dry_port(board: &Board, port: Port, effort: &Effort) -> Result<StopMeasurement> {
+    let (input, rate_steps_s, stops) = (Input::DryPort, DRY_RATE_STEPS_S, effort.stops);
+    let case = Case::begin(board.chip, port, AXES, rate_steps_s, &format!("{stops} stops by {}", input.name()));
+    let ran = board.run_for_edges(&dry_script(stops, &mut Rand32::new(SEED)), f64::from(stops))?;
+    let latency = match ran {
+        Measured::Figure((summary, edges)) => {
+            let latencies_us = latencies_us(&edges);
+            ensure!(latencies_us.len() == stops as usize, "{} of {stops} moves ran dry", latencies_us.len());
+            Measured::Figure(Latency::of(&latencies_us, &summary))
+        }
+        Measured::Missing { why_not } => Measured::Missing { why_not },
+    };
+    case.end(&latency.words(Latency::words));
+    Ok(StopMeasurement { input, rate_steps_s, latency })
+}
+
+/// For each move, the time from the earliest last edge of an axis to the latest, us. A pause of half the settling time
+/// is between moves.
+fn latencies_us(edges: &[Edge]) -> Vec<f64> {
+    let pause_cycles = u64::from(SETTLE_MS) * u64::from(CLOCK_HZ) / 2_000;
+    let moves = edges.chunk_by(|edge, next| next.cycle - edge.cycle < pause_cycles);
+    let last = |of: &[Edge], axis| of.iter().rfind(|edge| edge.axis == axis).map_or(of[0].cycle, |edge| edge.cycle);
+    let spread_us = |of: &[Edge]| {
+        let lasts = [0, 1, 2].map(|axis| last(of, axis));
+        let [earliest, latest] = [lasts.into_iter().min(), lasts.into_iter().max()].map(Option::unwrap_or_default);
+        (latest - earliest) as f64 * NS_PER_CYCLE * 1e-3
+    };
+    moves.map(spread_us).collect()
+}
+
+/// Moves so steep that their curved ramps cannot be compiled in time, each of which ends in an alarm.
+fn dry_script(moves: u32, random: &mut Rand32) -> String {
+    let settings = [(110, DRY_RATE_STEPS_S * 60 / 1_000), (100, 1_000), (120, 100_000)];
+    let mut script = "expect Grbl\nsend $0=0\nexpect ok\nsend $940=2\nexpect ok\n".to_owned();
+    for axis in 0..AXES as u32 {
+        script.extend(settings.map(|(number, value)| format!("send ${}={value}\nexpect ok\n", number + axis)));
+    }
+    for _ in 0..moves {
+        // Each length has segments of its own, and so an instant of its own at which they come too late.
+        let mm = 60.0 + 40.0 * f64::from(random.rand_float());
+        let stop = Input::DryPort.commands().join("\n");
+        write!(
+            script,
+            "send G91 G0 X{mm:.3} Y{mm:.3} Z{mm:.3}\nexpect ok\n{stop}\nwait-ms {SETTLE_MS}\nsend $X\nexpect ok\n"
+        )
+        .expect("a String takes any text");
+    }
+    script + "wait-idle\n"
 }
 
 /// Makes this number of stops in as many runs as necessary, at different instants in each run.
@@ -115,17 +176,21 @@ fn all(board: &Board, rate_steps_s: u32, input: Input, stops: u32) -> Result<Mea
 }
 
 fn latency(summary: &Summary) -> Latency {
-    let latencies_us = || summary.stops.iter().map(|stop| stop.latency_ns * 1e-3);
-    let stops = summary.stops.len();
-    Latency {
-        stops,
-        max_us: latencies_us().fold(0.0, f64::max),
-        mean_us: latencies_us().sum::<f64>() / stops.max(1) as f64,
-        position_error_steps: summary.position_error_steps(),
-    }
+    let latencies_us: Vec<f64> = summary.stops.iter().map(|stop| stop.latency_ns * 1e-3).collect();
+    Latency::of(&latencies_us, summary)
 }
 
 impl Latency {
+    fn of(latencies_us: &[f64], summary: &Summary) -> Self {
+        let stops = latencies_us.len();
+        Self {
+            stops,
+            max_us: latencies_us.iter().copied().fold(0.0, f64::max),
+            mean_us: latencies_us.iter().sum::<f64>() / stops.max(1) as f64,
+            position_error_steps: summary.position_error_steps(),
+        }
+    }
+
     const NONE: Self = Self { stops: 0, max_us: 0.0, mean_us: 0.0, position_error_steps: Some([0; AXES]) };
 
     /// The latencies of the stops of both runs. The first position that is not exact is kept.
@@ -184,6 +249,13 @@ mod tests {
         let waits = script.lines().filter_map(|line| line.strip_prefix("wait-us ")?.parse().ok());
         let waits: std::collections::BTreeSet<u64> = waits.map(|us: f64| us as u64).collect();
         assert!(waits.len() == 20 && waits.iter().all(|us| (100_000..=300_000).contains(us)), "{waits:?}");
+    }
+
+    #[test]
+    fn from_the_last_edge_of_the_dry_port_to_the_last_of_any() {
+        let edge = |us: u64, axis| Edge { cycle: us * 125, axis, direction: 1 };
+        let two_moves = [(0, 0), (1, 1), (2, 2), (4, 0), (5, 1), (20_000, 2), (20_001, 0), (20_007, 1)];
+        assert_eq!(latencies_us(&two_moves.map(|(us, axis)| edge(us, axis))), [3.0, 7.0]);
     }
 
     #[test]

@@ -31,6 +31,7 @@ use core::future::poll_fn;
 use core::sync::atomic::{AtomicU32, Ordering};
 use core::task::Poll;
 
+use embassy_futures::select::{Either, select};
 use embassy_rp::gpio::Level;
 use embassy_rp::peripherals::PIO0;
 use embassy_rp::pio::{Config, Direction as PinDirection, FifoJoin, LoadedProgram, Pin, Pio, ShiftDirection};
@@ -139,7 +140,12 @@ impl StepPort for PioPort {
     ) -> Result<(), PortFault> {
         {
             let mut active = ActiveRun::new(self, run, start_line, odometer);
-            active.emit(segments).await?;
+            let emitted = active.emit(segments).await;
+            if emitted.is_err() {
+                // The other axes do not wait until this one has counted.
+                gate::brake(true);
+                return emitted;
+            }
             // Wait until the state machine has halted, by itself or because of a fault.
             active.until(|_| false).await;
         }
@@ -234,14 +240,15 @@ impl<'a> ActiveRun<'a> {
         self.port.stream.hand_over();
         self.start().await;
         loop {
-            let item = with_timeout(REPORT_EVERY, segments.receive()).await;
+            // An item that is there is taken first: it may be the end, after which the halt is none too early.
+            let item = with_timeout(REPORT_EVERY, select(segments.receive(), self.halted())).await;
             self.report();
             match item {
-                Ok(StreamItem::End) => return Ok(StreamItem::End),
-                // The item comes too late.
+                Ok(Either::First(StreamItem::End)) => return Ok(StreamItem::End),
+                // The item comes too late, or none has come.
                 Ok(_) if self.port.machine.has_halted() => return Err(PortFault::Underrun),
-                Ok(item) => return Ok(item),
-                Err(_) => {}
+                Ok(Either::First(item)) => return Ok(item),
+                Ok(Either::Second(())) | Err(_) => {}
             }
         }
     }
@@ -344,6 +351,16 @@ impl<'a> ActiveRun<'a> {
         }
         self.start().await;
         if self.until(Stream::has_room).await { Ok(()) } else { Err(PortFault::Underrun) }
+    }
+
+    /// Waits until the state machine has halted.
+    async fn halted(&self) {
+        let axis = self.port.axis;
+        poll_fn(|context| {
+            interrupts::WAKERS[axis].register(context.waker());
+            if self.port.machine.has_halted() { Poll::Ready(()) } else { Poll::Pending }
+        })
+        .await;
     }
 
     /// Waits until `holds` returns true (returns true), or the state machine has halted (returns false).

@@ -51,6 +51,8 @@ pub(crate) enum Cause {
     EmergencyStop,
     /// The safety door, while homing.
     Door,
+    /// A fault of a step port, which has this alarm.
+    Fault(Alarm),
 }
 
 impl Cause {
@@ -60,6 +62,7 @@ impl Cause {
             (Self::Limit(axis), _) => Alarm::HardLimit { axis },
             (Self::EmergencyStop, _) => Alarm::EmergencyStop,
             (Self::Door, _) => Alarm::HomingDoor,
+            (Self::Fault(alarm), _) => alarm,
             (Self::Reset, State::Home) => Alarm::HomingReset,
             (Self::Reset, _) => Alarm::ResetInMotion,
         }
@@ -106,6 +109,10 @@ pub(super) enum Trigger {
     Limit(Axis),
     /// The emergency stop has been pressed (`true`) or let go.
     EmergencyStop(bool),
+    /// A step port could not go on; the alarm says which.
+    Fault(Alarm),
+    /// The coordinator was dropped in a run, and another one takes over.
+    TakenOver,
     /// The outputs have been switched off, all at once.
     OutputsCut,
     /// Something was found that locks the machine, before anything moved.
@@ -203,10 +210,15 @@ impl Life {
                     return self.stop(Cause::EmergencyStop);
                 }
             }
+            Trigger::Fault(alarm) => return self.stop(Cause::Fault(alarm)),
+            Trigger::TakenOver if matches!(self.cause, Some(Cause::Fault(_))) => {
+                self.cause = self.emergency.then_some(Cause::EmergencyStop);
+                return Reaction::Distrust;
+            }
             Trigger::OutputsCut => (self.door.is_held, self.door.is_resuming) = (false, false),
             Trigger::Raise(alarm) if !self.is_locked() => self.state = State::Alarm(alarm),
             Trigger::Unlock => return self.unlock(),
-            Trigger::Hold | Trigger::CancelJog | Trigger::Limit(_) | Trigger::Raise(_) => {}
+            Trigger::Hold | Trigger::CancelJog | Trigger::TakenOver | Trigger::Limit(_) | Trigger::Raise(_) => {}
         }
         Reaction::None
     }
@@ -282,9 +294,7 @@ impl Life {
             (Err(alarm), _) => State::Alarm(alarm),
             // The emergency stop was pressed after a reset, whose cause was kept.
             (Ok(()), _) if self.emergency => State::Alarm(Alarm::EmergencyStop),
-            (Ok(()), Some(cause @ (Cause::Limit(_) | Cause::EmergencyStop | Cause::Door))) => {
-                State::Alarm(cause.alarm(self.state))
-            }
+            (Ok(()), Some(cause)) if cause != Cause::Reset => State::Alarm(cause.alarm(self.state)),
             (Ok(()), None) if self.held => State::Hold { still: true },
             (Ok(()), _) if is_last => State::Idle,
             (Ok(()), _) if self.state == State::Jog || self.forget == Forget::All => self.state,

@@ -7,7 +7,7 @@ use super::{Busy, Cause, Machine, Reaction, Trigger};
 use crate::axes::{AXES, Axis};
 use crate::config::Config;
 use crate::event::{Alarm, State};
-use crate::port::Direction;
+use crate::port::{Direction, PortFault};
 
 impl Machine {
     /// Forgets the waiting motions, and brakes the move under way on its path, as a [`hold`](Self::hold) does. Then the
@@ -82,6 +82,22 @@ impl Machine {
             steps != 0 && Direction::of(steps) == homing.towards[axis as usize]
         };
         Axis::ALL.into_iter().find(|&axis| hard_limits && self.switch(axis).may_be_pressed() && is_towards(axis))
+    }
+
+    /// The port of `axis` has faulted, and is not braked yet: everything stops at once, in the context of its task. In
+    /// every fault a step could not be made at its instant in the middle of a move, so the position is not trusted.
+    pub(crate) fn fail(&self, axis: Axis, fault: PortFault) {
+        self.on(Trigger::Fault(match fault {
+            PortFault::Late { .. } | PortFault::TooFast { .. } => Alarm::LateStep { axis },
+            PortFault::Underrun => Alarm::Underrun { axis },
+        }));
+        self.with(|inner| inner.faults[axis as usize] += 1);
+    }
+
+    /// Another coordinator takes over, and what faulted under the one before it is no motion of its own.
+    pub(crate) fn take_over(&self) {
+        self.with(|inner| self.apply(inner, Trigger::TakenOver));
+        self.halt();
     }
 
     pub(crate) fn set_emergency(&self, pressed: bool) {
