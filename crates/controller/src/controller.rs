@@ -5,7 +5,6 @@ use core::cell::RefCell;
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::mutex::Mutex;
 use embassy_sync::signal::Signal;
-use embassy_sync::watch::Watch;
 use embedded_storage_async::nor_flash::NorFlash;
 use isostep_console::parameters::{STARTUP_LINES, StoredLine};
 use isostep_console::{
@@ -14,11 +13,9 @@ use isostep_console::{
 use isostep_motion::{Machine, Overrides as Overridden, Spindle, State};
 
 use crate::config::Geometry;
+use crate::resets::Resets;
 use crate::status::{self, position_pm};
 use crate::store::{Item, Kept, Loss, Store, Value};
-
-/// How many consoles a reset wakes at once. Others notice it within a millisecond.
-const CONSOLES: usize = 4;
 
 /// Settings, modal state and the machine they move.
 ///
@@ -29,8 +26,7 @@ pub struct Controller<'a, F: NorFlash> {
     program: RefCell<Program>,
     /// Consoles take turns, a line each, so that a move starts where the one before it ends.
     pub(crate) turn: Mutex<NoopRawMutex, ()>,
-    /// How many resets have come. It wakes every console.
-    pub(crate) resets: Watch<NoopRawMutex, u32, CONSOLES>,
+    pub(crate) resets: Resets,
     pub(crate) store: Mutex<NoopRawMutex, Store<F>>,
     pub(crate) has_boot_loader: bool,
     pub(crate) boot: Signal<NoopRawMutex, ()>,
@@ -114,7 +110,7 @@ impl<'a, F: NorFlash> Controller<'a, F> {
             machine,
             program: RefCell::new(program),
             turn: Mutex::new(()),
-            resets: Watch::new_with(0),
+            resets: Resets::new(),
             store: Mutex::new(store),
             has_boot_loader: false,
             boot: Signal::new(),
@@ -234,12 +230,7 @@ impl<'a, F: NorFlash> Controller<'a, F> {
     /// Notes that a reset has come. From now on no console goes on with a line from before it.
     pub(crate) fn begin_restart(&self) {
         self.with(|program| program.restarting = true);
-        self.resets.dyn_sender().send(self.resets().wrapping_add(1));
-    }
-
-    /// How many resets have come since power-up.
-    pub(crate) fn resets(&self) -> u32 {
-        self.resets.try_get().unwrap_or(0)
+        self.resets.come();
     }
 
     /// Whether a reset has come and the program has not restarted yet.

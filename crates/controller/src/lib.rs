@@ -16,6 +16,7 @@ mod intake;
 mod jog_cancel;
 mod moves;
 mod output;
+mod resets;
 mod serve;
 mod status;
 pub mod store;

@@ -13,14 +13,11 @@
 use core::cell::{Cell, RefCell};
 use core::convert::Infallible;
 use core::fmt;
-use core::future::poll_fn;
-use core::task::Poll;
 
-use embassy_futures::select::{Either, Either4, select, select4};
+use embassy_futures::select::{Either4, select, select4};
 use embassy_futures::yield_now;
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::pipe::Pipe;
-use embassy_time::Timer;
 use embedded_io_async::{Read, Write};
 use embedded_storage_async::nor_flash::NorFlash;
 use isostep_console::ReportedState;
@@ -89,7 +86,7 @@ impl<F: NorFlash> Controller<'_, F> {
     /// # Cancellation
     /// Safe: lines not yet carried out are forgotten; motion already asked for goes on to its end.
     pub async fn serve<R: Read, W: Write>(&self, rx: R, tx: W) -> Result<Infallible, LinkError<R::Error, W::Error>> {
-        let console = Console::new(self.resets());
+        let console = Console::new(self.resets.count());
         let ended = select4(
             self.receive(&console, rx),
             self.session(&console),
@@ -148,42 +145,25 @@ impl<F: NorFlash> Controller<'_, F> {
         self.begin_restart();
         console.forget();
         console.intake.begin_line();
-        console.known_reset.set(self.resets());
+        console.known_reset.set(self.resets.count());
     }
 
     /// Runs from one welcome to the next reset, again and again.
     async fn session(&self, console: &Console) -> Infallible {
-        let mut reset = self.resets();
+        let mut reset = self.resets.count();
         loop {
             // At every poll the first of the two decides whether the line is polled at all.
-            if select(self.reset_after(reset), self.execute(console)).await.is_second() {
+            if select(self.resets.after(reset), self.execute(console)).await.is_second() {
                 // A line asked for the reset: the bytes behind it are forgotten, too.
                 self.reset_by(console);
             }
-            reset = self.resets();
+            reset = self.resets.count();
             if console.known_reset.get() != reset {
                 console.forget();
                 console.intake.shut();
             }
             self.end_restart().await;
         }
-    }
-
-    /// Waits until more resets have come than `known`. It is ready at the first poll after such a reset, whatever the
-    /// poll is for.
-    async fn reset_after(&self, known: u32) {
-        let mut resets = self.resets.dyn_receiver();
-        let woken = async {
-            loop {
-                match &mut resets {
-                    Some(resets) => _ = resets.changed().await,
-                    // There are more consoles than can be woken, so poll instead.
-                    None => Timer::after_millis(1).await,
-                }
-            }
-        };
-        let has_come = poll_fn(|_| if self.resets() == known { Poll::Pending } else { Poll::Ready(()) });
-        let _: Either<(), Infallible> = select(has_come, woken).await;
     }
 
     /// Ends the restart that a reset has begun, once nothing moves. Another console may have ended it before.
@@ -264,7 +244,7 @@ impl<F: NorFlash> Controller<'_, F> {
             output.emptied().await;
             console.input.clear();
             console.intake.open();
-            console.known_reset.set(self.resets());
+            console.known_reset.set(self.resets.count());
         }
     }
 
