@@ -1,6 +1,6 @@
 //! Says in words what keeps a program from going faster.
 
-use isostep_sim::pace::{LEAST_SHOWN_S, Pace, Second, SlowPlace, Why};
+use isostep_sim::pace::{BOARD_MOVES_PER_S, LEAST_SHOWN_S, Pace, Second, SlowPlace, Why};
 
 use crate::remarks::AXES;
 
@@ -88,6 +88,19 @@ pub fn second(second: &Second) -> String {
         "from {:.1} s on, {:.2} mm/s on average, moves that begin: {}{lines}",
         second.start_s, second.mean_mm_s, second.moves_begun
     )
+}
+
+/// Whether more moves come than the board plans, and how long that takes; `None` if it carries them.
+pub fn beyond_board(pace: &Pace) -> Option<String> {
+    if pace.longer_on_board_s < LEAST_SHOWN_S {
+        return None;
+    }
+    let busiest =
+        pace.busiest_second.as_ref().map_or(String::new(), |second| format!("{} moves a second, ", second.moves_begun));
+    Some(format!(
+        "{busiest}where it plans {BOARD_MOVES_PER_S:.0} (emulated, docs/figures.md): it takes at least {:.3} s longer there",
+        pace.longer_on_board_s
+    ))
 }
 
 /// The axis that comes nearest to its top speed.

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use isostep_sim::ConsoleError;
-use isostep_sim::survey::{Fit, Outside};
+use isostep_sim::survey::{Fit, Outside, Survey};
+use isostep_sim::{ConsoleError, Outcome};
 
 /// How many remarks are printed one by one.
 pub const SHOWN_MAX: usize = 10;
@@ -47,6 +47,32 @@ pub fn by_word(counts: &BTreeMap<String, usize>) -> String {
     if more > 0 { format!("{reported} and {more} other kinds") } else { reported }
 }
 
+/// Which dwells of a laser do not pierce, and what does; `None` if there are none.
+pub fn dark_dwells(survey: &Survey) -> Option<String> {
+    let lines = numbers(&survey.dark_dwells, survey.dark_dwells_total)?;
+    Some(format!(
+        "the laser does not pierce at line {lines}: it is dark wherever nothing moves; a short slow move does, such as G1 X0.1 F6"
+    ))
+}
+
+/// `3, 9 and 4 more`; `None` if there are none.
+pub fn numbers(listed: &[usize], total: usize) -> Option<String> {
+    let shown: Vec<_> = listed.iter().take(SHOWN_MAX).map(usize::to_string).collect();
+    let more = if total > shown.len() { format!(" and {} more", total - shown.len()) } else { String::new() };
+    (total > 0).then(|| shown.join(", ") + &more)
+}
+
+/// The results of the first probing moves, and how many more there are.
+pub fn probes(outcome: &Outcome) -> Vec<String> {
+    let mut words: Vec<_> =
+        outcome.probes().take(SHOWN_MAX).map(|said| format!("line {}: {}", said.line, said.text)).collect();
+    let more = outcome.probes().count().saturating_sub(SHOWN_MAX);
+    if more > 0 {
+        words.push(format!("and {more} more"));
+    }
+    words
+}
+
 /// Which move leaves the travel, by how much, and how to fix it.
 pub fn outside(outside: &Outside) -> String {
     let Outside { line, axis, place_mm, nearest_mm, .. } = outside;
@@ -77,7 +103,6 @@ fn remedy(fit: Fit) -> String {
 mod tests {
     use isostep_console::Settings;
     use isostep_sim::program;
-    use isostep_sim::survey::Survey;
 
     use super::*;
 

@@ -16,7 +16,15 @@ pub fn middle_mm(settings: &Settings) -> [f64; 3] {
 /// # Errors
 /// Why the program does not reach its end, in words: an alarm, or the first line that was refused.
 pub fn made(program: Program, config: &Config) -> Result<Outcome, String> {
-    let outcome = isostep_sim::run_watched(program, config, Flash::blank(), &mut |_| {});
+    made_watched(program, config, &mut |_| {})
+}
+
+/// As [`made`]. Calls `watch` now and then with the number of lines that are answered.
+///
+/// # Errors
+/// As [`made`].
+pub fn made_watched(program: Program, config: &Config, watch: &mut dyn FnMut(usize)) -> Result<Outcome, String> {
+    let outcome = isostep_sim::run_watched(program, config, Flash::blank(), &mut |progress| watch(progress.answered));
     let outcome = outcome.map_err(|error| error.to_string())?;
     if let State::Alarm(alarm) = outcome.state {
         let code = outcome.alarm_code.map_or(String::new(), |code| format!("ALARM:{code}: "));

@@ -152,16 +152,38 @@ impl Outcome {
 
     /// Time spent homing, ns.
     pub fn homing_ns(&self) -> u64 {
+        self.homing().map(|(from_ns, to_ns)| to_ns - from_ns).sum()
+    }
+
+    /// When it homed: from and to, ns since power-up.
+    fn homing(&self) -> impl Iterator<Item = (u64, u64)> {
         let mut began_ns = None;
-        let mut total_ns = 0;
-        for &(t_ns, event) in &self.events {
-            match event {
-                Event::State(State::Home) => began_ns = Some(t_ns),
-                Event::State(_) => total_ns += began_ns.take().map_or(0, |began_ns: u64| t_ns - began_ns),
-                _ => {}
+        self.events.iter().filter_map(move |&(t_ns, event)| match event {
+            Event::State(State::Home) => {
+                began_ns = Some(t_ns);
+                None
             }
-        }
-        total_ns
+            Event::State(_) => began_ns.take().map(|began_ns| (began_ns, t_ns)),
+            _ => None,
+        })
+    }
+
+    /// Time that the program waits before its first move and after its last one, for dwells and until a spindle has its
+    /// speed, without homing, s. Without a move, all of it is before. What follows ends when the motors are freed (`$1`).
+    pub fn waits_s(&self) -> [f64; 2] {
+        let moves = || self.moves.iter().filter(|record| !record.homing);
+        let first_ns = moves().next().map_or(u64::MAX, MoveRecord::begin_ns);
+        let last_ns = moves().next_back().map_or(u64::MAX, |last| last.start_ns + (last.plan_s * 1e9) as u64);
+        let within = |begin_ns: u64, end_ns: u64| {
+            let homing = self.homing().map(|(from_ns, to_ns)| to_ns.min(end_ns).saturating_sub(from_ns.max(begin_ns)));
+            end_ns.saturating_sub(begin_ns).saturating_sub(homing.sum()) as f64 * 1e-9
+        };
+        [within(0, first_ns.min(self.duration_ns)), within(last_ns, self.duration_ns)]
+    }
+
+    /// The results of its probing moves, each with its line: `[PRB:...]`.
+    pub fn probes(&self) -> impl Iterator<Item = &Said> {
+        self.said.iter().filter(|said| said.text.starts_with("[PRB:"))
     }
 
     /// Converts a position from steps to mm.

@@ -7,6 +7,7 @@
 //! [`Config::only_time`]: crate::Config::only_time
 
 mod asked;
+mod carried;
 pub(crate) mod course;
 mod samples;
 mod seconds;
@@ -22,6 +23,7 @@ use self::slow::Finder;
 use crate::lines_of_moves::{self, Source};
 use crate::outcome::Outcome;
 
+pub use self::carried::BOARD_MOVES_PER_S;
 pub use self::samples::{Sample, StraightMove, samples, straight_moves};
 pub use self::seconds::Second;
 pub use self::slow::{LEAST_SHOWN_S, SlowKind, SlowPlace, SlowPlaces, Why};
@@ -102,6 +104,8 @@ pub struct Pace {
     pub slowest_second: Option<Second>,
     /// The second in which most moves begin; null for a program of less than a second.
     pub busiest_second: Option<Second>,
+    /// How much longer it takes at least on the board, which plans [`BOARD_MOVES_PER_S`] moves a second, s.
+    pub longer_on_board_s: f64,
     /// The pace of X, Y and Z.
     pub axes: [AxisPace; AXES],
     /// Index of the axis that comes closest to its top speed; null without a move.
@@ -122,7 +126,7 @@ impl Pace {
 
     /// Keeps only what does not depend on the limits.
     fn without_limits(self) -> Self {
-        let Self { moves, moving_s, standing_s, .. } = self;
+        let Self { moves, moving_s, standing_s, longer_on_board_s, .. } = self;
         Self {
             limits_changed: true,
             moves,
@@ -133,6 +137,7 @@ impl Pace {
             slow: SlowPlaces::new(),
             slowest_second: None,
             busiest_second: None,
+            longer_on_board_s,
             axes: [AxisPace::default(); AXES],
             fastest_axis: None,
         }
@@ -181,6 +186,7 @@ impl Pace {
             slow: found.places,
             slowest_second,
             busiest_second,
+            longer_on_board_s: carried::longer_s(outcome),
             axes,
             fastest_axis: nearest.filter(|&axis| axes[axis].share > 0.0),
         }

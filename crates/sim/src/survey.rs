@@ -97,6 +97,10 @@ pub struct Survey {
     pub pauses_total: usize,
     /// The numbers of these lines, at most [`LISTED_MAX`].
     pub pauses: Vec<usize>,
+    /// Number of dwells for which the laser is on (M3) and yet dark, as it is wherever nothing moves.
+    pub dark_dwells_total: usize,
+    /// The numbers of these lines, at most [`LISTED_MAX`].
+    pub dark_dwells: Vec<usize>,
     /// The tools that M6 asks for, each with the first line that does; 0 if no tool is named.
     pub tools: BTreeMap<u8, usize>,
     /// Whether the program homes.
@@ -279,6 +283,9 @@ impl Reader {
                     self.go(from_pm, &motion);
                     from_pm = motion.target_pm;
                 }
+                if block.dwell_s.is_some_and(|s| s > 0.0) {
+                    self.dwell();
+                }
                 if let Some(tool) = block.tool_change {
                     self.survey.tools.entry(tool).or_insert(self.number);
                 }
@@ -305,6 +312,18 @@ impl Reader {
         self.survey.pauses_total += 1;
         if self.survey.pauses.len() < LISTED_MAX {
             self.survey.pauses.push(self.number);
+        }
+    }
+
+    /// Notes a dwell that is to pierce: Grbl's laser shines in it.
+    fn dwell(&mut self) {
+        let modal = self.interpreter.modal();
+        if !self.settings.laser_mode || modal.spindle != Spindle::Clockwise || modal.speed_rpm <= 0.0 {
+            return;
+        }
+        self.survey.dark_dwells_total += 1;
+        if self.survey.dark_dwells.len() < LISTED_MAX {
+            self.survey.dark_dwells.push(self.number);
         }
     }
 

@@ -2,14 +2,16 @@
 
 use std::path::Path;
 
+use indicatif::ProgressBar;
 use isostep_console::Settings;
 use isostep_sim::Config;
 use isostep_sim::pace::Pace;
 use isostep_sim::stream::Program;
 use isostep_sim::survey::{Fit, Survey};
+use isostep_sim::tool::Plate;
 use serde::Serialize;
 
-use crate::{project, sim, timing};
+use crate::{project, remarks, sim, timing};
 
 /// A machine that programs are checked for.
 pub struct Machine {
@@ -34,10 +36,15 @@ pub struct On {
     /// The initial position of the carriages, mm from their switches.
     pub start_mm: [f64; 3],
     pub survey: Survey,
-    /// Time from the start of the first move to the end of the last, without homing and without refused lines, s.
+    /// Time from the start of the first move to the end of the last, with the waits before and after, without homing and
+    /// without refused lines, s.
     pub time_s: Option<f64>,
     /// Time for homing, s.
     pub homing_s: Option<f64>,
+    /// Time for dwells and spin-ups before the first move and after the last one, s.
+    pub waits_s: Option<[f64; 2]>,
+    /// The results of the first probing moves.
+    pub probes: Vec<String>,
     pub pace: Option<Pace>,
     /// Why the program does not reach its end.
     pub trouble: Option<String>,
@@ -56,29 +63,48 @@ impl On {
     }
 }
 
+/// Where the carriages stand, and a plate for the probe.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Stand {
+    pub start_mm: Option<[f64; 3]>,
+    pub plate: Option<Plate>,
+}
+
+/// What the run of a program shows.
+struct Made {
+    homing_s: f64,
+    waits_s: [f64; 2],
+    probes: Vec<String>,
+    pace: Pace,
+}
+
 /// Checks a program. A file that cannot be read counts as a program that would not run.
-pub fn check(path: &Path, machines: &[Machine], start_mm: Option<[f64; 3]>) -> Checked {
+pub fn check(path: &Path, machines: &[Machine], stand: Stand, bar: &ProgressBar) -> Checked {
     let program = project::shown(path);
     match sim::lines(path) {
         Ok(lines) => {
-            let on = machines.iter().map(|machine| on(&lines, machine, start_mm)).collect();
+            bar.inc_length((lines.len() * machines.len()) as u64);
+            let on = machines.iter().map(|machine| on(&lines, machine, stand, bar)).collect();
             Checked { program, unreadable: None, on }
         }
         Err(error) => Checked { program, unreadable: Some(error.root_cause().to_string()), on: Vec::new() },
     }
 }
 
-fn on(program: &Program, machine: &Machine, start_mm: Option<[f64; 3]>) -> On {
-    let (start_mm, survey) = survey(program, &machine.settings, start_mm);
-    let made = made(&survey.accepted(program), &machine.settings, start_mm, survey.homes);
+fn on(program: &Program, machine: &Machine, stand: Stand, bar: &ProgressBar) -> On {
+    let (start_mm, survey) = survey(program, &machine.settings, stand.start_mm);
+    let stand = Stand { start_mm: Some(start_mm), ..stand };
+    let made = made(program, &machine.settings, stand, &survey, bar);
     let (trouble, made) = made.map_or_else(|trouble| (Some(trouble), None), |made| (None, Some(made)));
     On {
         machine: machine.name.clone(),
         start_mm,
         survey,
-        time_s: made.as_ref().map(|(_, pace)| pace.total_s()),
-        homing_s: made.as_ref().map(|(homing_s, _)| *homing_s),
-        pace: made.map(|(_, pace)| pace),
+        time_s: made.as_ref().map(|made| made.waits_s[0] + made.pace.total_s() + made.waits_s[1]),
+        homing_s: made.as_ref().map(|made| made.homing_s),
+        waits_s: made.as_ref().map(|made| made.waits_s),
+        probes: made.as_ref().map_or_else(Vec::new, |made| made.probes.clone()),
+        pace: made.map(|made| made.pace),
         trouble,
     }
 }
@@ -94,10 +120,42 @@ fn survey(program: &Program, settings: &Settings, start_mm: Option<[f64; 3]>) ->
     }
 }
 
-/// How long homing takes, and what keeps the other moves from going faster; the error says why the program does not
-/// reach its end. A machine that homes needs simulated edges, because they move the carriages to the switches.
-fn made(program: &Program, settings: &Settings, start_mm: [f64; 3], homes: bool) -> Result<(f64, Pace), String> {
-    let config = Config { settings: *settings, start_mm, only_time: !homes, keep_waves: false, ..Config::default() };
-    let outcome = timing::made(program.clone(), &config)?;
-    Ok((outcome.homing_ns() as f64 * 1e-9, Pace::of(&outcome)))
+/// Runs the program; the error says why it does not reach its end. A machine that homes or probes needs simulated edges,
+/// because they move the carriages to the switches and to the plate.
+fn made(
+    program: &Program,
+    settings: &Settings,
+    stand: Stand,
+    survey: &Survey,
+    bar: &ProgressBar,
+) -> Result<Made, String> {
+    let Stand { start_mm, plate } = stand;
+    let start_mm = start_mm.unwrap_or_else(|| timing::middle_mm(settings));
+    let (program, only_time) = (survey.accepted(program), !survey.homes && plate.is_none());
+    let config = Config { settings: *settings, start_mm, plate, only_time, keep_waves: false, ..Config::default() };
+    let mut shown = 0;
+    let outcome = timing::made_watched(program.clone(), &config, &mut |answered| {
+        bar.inc((answered - shown) as u64);
+        shown = answered;
+    });
+    bar.inc((program.len() - shown) as u64);
+    let outcome = outcome.map_err(|trouble| match plate {
+        None if trouble.starts_with("ALARM:5") => format!("{trouble} (--probe-plate puts a plate there)"),
+        _ => trouble,
+    })?;
+    let [before_s, after_s] = outcome.waits_s();
+    Ok(Made {
+        homing_s: outcome.homing_ns() as f64 * 1e-9,
+        waits_s: [before_s, (after_s - freed_s(&survey.settings)).max(0.0)],
+        probes: remarks::probes(&outcome),
+        pace: Pace::of(&outcome),
+    })
+}
+
+/// How long after the last motion the motors are freed (`$1`), which nobody waits for, s.
+fn freed_s(settings: &Settings) -> f64 {
+    match settings.idle_delay_ms {
+        255 => 0.0,
+        ms => f64::from(ms) * 1e-3,
+    }
 }

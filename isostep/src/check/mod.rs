@@ -6,10 +6,12 @@ mod print;
 use std::path::PathBuf;
 
 use anyhow::{Result, ensure};
+use indicatif::{ProgressBar, ProgressStyle};
 use isostep_console::Settings;
 use isostep_sim::Config;
+use isostep_sim::tool::Plate;
 
-use self::look::{Checked, Machine};
+use self::look::{Checked, Machine, Stand};
 use crate::files::Files;
 use crate::{parallel, sim};
 
@@ -19,7 +21,8 @@ written. Lines that would be refused are left out of extents and times; a progra
 
 Extents are of its moves, from where it begins, or from zero if it homes. It fits if there is a place to begin at from which it
 stays within the travel: the middle of the travel, or another that is told; with --start it must stay within it from there.
-Times are from the start of the first move to the end of the last, without homing.
+Times are from the start of the first move to the end of the last, with dwells and spin-ups before and behind, without homing.
+Planning takes no time here; where more moves come than the board plans in a second, that is told.
 
 The exit status is 0 if every line of every program is accepted, each fits, and none ends in an alarm, on every machine.
 
@@ -28,6 +31,7 @@ Examples:
   isostep check my.nc --settings my.txt --start 5,5,20     on yours, from where it stands (isostep sim --help)
   isostep check parts/*.nc                                 many, a line each
   isostep check parts/*.nc --settings a.txt b.txt          how long they take on two machines
+  isostep check my.nc --probe-plate Z,12.5,below           G38 finds a plate 12.5 mm above the switch of Z
   isostep check my.nc --all --json my.json                 more refused lines; every figure";
 
 /// Say what would become of programs: refused lines, extents, times and what limits them; nothing moves
@@ -43,6 +47,9 @@ pub struct Args {
     /// Where the carriages stand at first, in mm from their switches [default: where the program fits]
     #[arg(long, value_name = "X,Y,Z", value_parser = sim::places, allow_hyphen_values = true)]
     start: Option<[f64; 3]>,
+    /// A plate that the probe touches, such as Z,12.5,below (isostep sim --help)
+    #[arg(long, value_name = "AXIS,MM,SIDE", allow_hyphen_values = true)]
+    probe_plate: Option<Plate>,
     /// Tell up to 1,000 refused lines, not the first ten; of one program
     #[arg(long)]
     all: bool,
@@ -63,8 +70,11 @@ pub fn run(args: Args) -> Result<()> {
     let files = Files::default().read("FILE", &args.programs).read("--settings", &args.settings);
     files.written("--json", &args.json).check()?;
     let machines = machines(&args)?;
+    let stand = Stand { start_mm: args.start, plate: args.probe_plate };
+    let bar = bar();
     let checked: Vec<Checked> =
-        parallel::map(&args.programs, args.jobs.into(), |path| look::check(path, &machines, args.start));
+        parallel::map(&args.programs, args.jobs.into(), |path| look::check(path, &machines, stand, &bar));
+    bar.finish_and_clear();
     match &checked[..] {
         [one] => print!("{}", print::detail(one, args.all)),
         _ => print!("{}", print::table(&checked, &machines)),
@@ -75,6 +85,12 @@ pub fn run(args: Args) -> Result<()> {
     let bad: Vec<_> = checked.iter().filter(|one| !one.is_good()).collect();
     ensure!(bad.is_empty(), "{}", verdict(bad.len(), checked.len()));
     Ok(())
+}
+
+/// How far all programs are. It is drawn on a terminal only.
+fn bar() -> ProgressBar {
+    let style = ProgressStyle::with_template("  {bar:20} {human_pos} of {human_len} lines, {eta} left");
+    ProgressBar::new(0).with_style(style.expect("a template of ours"))
 }
 
 fn verdict(bad: usize, of: usize) -> String {

@@ -1,5 +1,6 @@
 //! Prints the results of a check for people.
 
+use isostep_sim::pace::LEAST_SHOWN_S;
 use isostep_sim::survey::{LISTED_MAX, Survey};
 
 use super::look::{Checked, Machine, On};
@@ -72,13 +73,10 @@ fn persons(survey: &Survey) -> String {
     };
     let tools: Vec<_> = survey.tools.iter().map(tool).collect();
     let mut text = if tools.is_empty() { String::new() } else { row("tools", &tools.join(", ")) };
-    let total = survey.pauses_total;
-    if total > 0 {
-        let reported: Vec<_> = survey.pauses.iter().take(SHOWN_MAX).map(usize::to_string).collect();
-        let more = if total > reported.len() { format!(" and {} more", total - reported.len()) } else { String::new() };
-        text += &row("waits", &format!("for a person and ~ at line {}{more}", reported.join(", ")));
+    if let Some(lines) = remarks::numbers(&survey.pauses, survey.pauses_total) {
+        text += &row("waits", &format!("for a person and ~ at line {lines}"));
     }
-    text
+    text + &remarks::dark_dwells(survey).map_or(String::new(), |words| row("dark", &words))
 }
 
 fn places(on: &On) -> String {
@@ -107,11 +105,24 @@ fn times(on: &On) -> String {
         return row("time", on.trouble.as_deref().unwrap_or("-"));
     };
     let homing = on.homing_s.filter(|s| *s > 0.0).map_or(String::new(), |s| format!(", after {s:.3} s of homing"));
+    let waits = on.waits_s.map_or(String::new(), |[before_s, after_s]| {
+        let words = |s: f64, place: &str| if s < LEAST_SHOWN_S { String::new() } else { format!(", {s:.3} s {place}") };
+        words(before_s, "waiting before the first move") + &words(after_s, "waiting after the last")
+    });
     let refused = if on.survey.refused_total > 0 { ", without what is refused" } else { "" };
     let mut text = row(
         "time",
-        &format!("{time_s:.3} s: {:.3} s moving, {:.3} s standing{homing}{refused}", pace.moving_s, pace.standing_s),
+        &format!(
+            "{time_s:.3} s: {:.3} s moving, {:.3} s standing{waits}{homing}{refused}",
+            pace.moving_s, pace.standing_s
+        ),
     );
+    if let Some(words) = pace::beyond_board(pace) {
+        text += &row("the board", &words);
+    }
+    for (index, probe) in on.probes.iter().enumerate() {
+        text += &row(if index == 0 { "probed" } else { "" }, probe);
+    }
     if pace.moves > 0 {
         text += &row("limited by", &pace::limited_by(pace));
     }
@@ -185,8 +196,11 @@ fn wrong(one: &Checked) -> String {
             .outside
             .as_ref()
             .map(|outside| format!("leaves the travel of {} (line {})", on.machine, outside.line));
+        let longer_s = on.pace.as_ref().map(|pace| pace.longer_on_board_s).filter(|s| *s >= LEAST_SHOWN_S);
+        let longer = longer_s.map(|s| format!("the board takes {s:.3} s longer on {}", on.machine));
+        let dark = remarks::dark_dwells(&on.survey).map(|_| format!("its laser is dark in dwells on {}", on.machine));
         let trouble = on.trouble.as_ref().map(|trouble| format!("on {}: {trouble}", on.machine));
-        [left, trouble].into_iter().flatten()
+        [left, longer, dark, trouble].into_iter().flatten()
     });
     let all: Vec<_> = refused.into_iter().chain(of_machines).collect();
     if all.is_empty() { "-".to_owned() } else { all.join("; ") }

@@ -2,9 +2,10 @@
 
 use std::fs;
 
+use indicatif::ProgressBar;
 use isostep_console::Settings;
 
-use super::look::{self, Checked, Machine};
+use super::look::{self, Checked, Machine, Stand};
 use super::print;
 
 fn machine() -> Vec<Machine> {
@@ -13,11 +14,15 @@ fn machine() -> Vec<Machine> {
 
 /// Writes a program to a file and checks it.
 fn check(name: &str, program: &str, start_mm: Option<[f64; 3]>) -> Checked {
+    check_on(name, program, &machine(), Stand { start_mm, plate: None })
+}
+
+fn check_on(name: &str, program: &str, machines: &[Machine], stand: Stand) -> Checked {
     let folder = std::env::temp_dir().join(format!("isostep-check-{}", std::process::id()));
     fs::create_dir_all(&folder).unwrap();
     let path = folder.join(name);
     fs::write(&path, program).unwrap();
-    look::check(&path, &machine(), start_mm)
+    look::check(&path, machines, stand, &ProgressBar::hidden())
 }
 
 fn detail(checked: &Checked) -> String {
@@ -97,7 +102,7 @@ fn what_one_machine_alone_refuses_is_told_of_it() {
     two.push(Machine { name: "open".to_owned(), settings });
     let path = std::env::temp_dir().join(format!("isostep-two-{}.nc", std::process::id()));
     fs::write(&path, "$H\nG0 X5\nM2\n").unwrap();
-    let checked = look::check(&path, &two, None);
+    let checked = look::check(&path, &two, Stand::default(), &ProgressBar::hidden());
     let reported = detail(&checked);
     assert!(
         reported.contains("refused    none") && reported.contains("line 1 `$H`: error:5 Homing is switched off"),
@@ -130,4 +135,62 @@ fn what_is_no_program_is_a_row_like_the_others() {
     let rows: Vec<_> = table.lines().collect();
     assert!(rows[1].starts_with("one.nc") && rows[1].ends_with("  -"), "{table}");
     assert!(rows[2].starts_with("binary.nc") && rows[2].contains("is not text"), "{table}");
+}
+
+#[test]
+fn dwells_before_the_first_move_and_after_the_last_count() {
+    let plain = check("plain.nc", "G0 X5\nM2\n", None);
+    let waiting = check("waits.nc", "G4 P3\nG0 X5\nG4 P2\nM2\n", None);
+    let [plain_s, waiting_s] = [&plain, &waiting].map(|checked| checked.on[0].time_s.unwrap());
+    assert!((waiting_s - plain_s - 5.0).abs() < 0.01, "{waiting_s} s, {plain_s} s without");
+    let reported = detail(&waiting);
+    assert!(reported.contains(", 3.00") && reported.contains(" s waiting before the first move, 2.0"), "{reported}");
+    assert!(reported.contains(" s waiting after the last"), "{reported}");
+    assert!(!detail(&plain).contains("waiting"), "{}", detail(&plain));
+    let alone = check("alone.nc", "G4 P5\nM2\n", None).on[0].time_s.unwrap();
+    assert!((alone - 5.0).abs() < 0.01, "{alone} s");
+    let freed = check("freed.nc", "$1=250\nG0 X5\nM2\n", None).on[0].time_s.unwrap();
+    assert!((freed - plain_s).abs() < 0.01, "motors are freed later, which nobody waits for: {freed} s");
+    let homed = check("homed.nc", "$H\nG4 P1\nG0 X5\nM2\n", None);
+    assert!((homed.on[0].waits_s.unwrap()[0] - 1.0).abs() < 0.01, "{:?}", homed.on[0].waits_s);
+}
+
+/// Machine C, and lines of 0.04 mm at 100 mm/s: 2,500 moves a second.
+#[test]
+fn more_moves_than_the_board_carries_are_told() {
+    let mut settings = Settings::DEFAULT;
+    (settings.homing, settings.soft_limits) = (false, false);
+    (settings.steps_per_mm, settings.max_rate_mm_min) = ([80.0; 3], [12_000.0; 3]);
+    (settings.accel_mm_s2, settings.travel_mm) = ([2_000.0; 3], [10_000.0; 3]);
+    let c = [Machine { name: "c".to_owned(), settings }];
+    let checked = check_on("short.nc", &format!("G91 G1 F6000\n{}", "X0.04\n".repeat(5_000)), &c, Stand::default());
+    let reported = detail(&checked);
+    assert!(reported.contains("\n  the board  2"), "{reported}");
+    assert!(reported.contains(" moves a second, where it plans 1179 (emulated"), "{reported}");
+    assert!(reported.contains(": it takes at least 2."), "{reported}");
+    let table = print::table(&[checked], &c);
+    assert!(table.contains("the board takes 2."), "{table}");
+}
+
+#[test]
+fn a_pierce_that_will_be_dark_is_told() {
+    let program = "$32=1\nM3 S800\nG4 P0.5\nG1 X5 F600\nM5\nG4 P0.5\nM2\n";
+    let reported = detail(&check("pierce.nc", program, None));
+    assert!(reported.contains("dark       the laser does not pierce at line 3: it is dark wherever"), "{reported}");
+    for good in [program.replace("$32=1", "$32=0"), program.replace("M3", "M4"), program.replace("S800", "S0")] {
+        assert!(!detail(&check("good.nc", &good, None)).contains("pierce"), "{good}");
+    }
+}
+
+#[test]
+fn a_plate_is_probed_and_its_place_is_told() {
+    let program = "G21 G91\nG38.2 Z-10 F60\nG0 Z2\nM2\n";
+    let stand = |plate| Stand { start_mm: Some([35.0, 40.0, 15.0]), plate };
+    let plate = Some("Z,12.5,below".parse().unwrap());
+    let checked = check_on("probe.nc", program, &machine(), stand(plate));
+    let reported = detail(&checked);
+    assert!(checked.is_good(), "{reported}");
+    assert!(reported.contains("probed     line 2: [PRB:0.000,0.000,-2."), "{reported}");
+    let without = detail(&check_on("none.nc", program, &machine(), stand(None)));
+    assert!(without.contains("ALARM:5") && without.contains("(--probe-plate puts a plate there)"), "{without}");
 }

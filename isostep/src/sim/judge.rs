@@ -18,6 +18,11 @@ pub fn print(outcome: &Outcome) {
         println!("\nwaiting for a person: here it was resumed at once, as by ~");
         reported(&outcome.pauses, |pause| format!("  {}", pause_words(pause)));
     }
+    let probes = remarks::probes(outcome);
+    if !probes.is_empty() {
+        println!("\nprobed");
+        probes.iter().for_each(|probe| println!("  {probe}"));
+    }
     if !outcome.refusals.is_empty() {
         println!("\nrefused");
         print!("{}", refused(outcome));

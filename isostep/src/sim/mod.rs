@@ -196,7 +196,7 @@ fn peak_memory_mb() -> Option<u64> {
 /// Runs the program, and shows a progress bar if that takes long.
 fn run_shown(program: Program, config: &Config, flash: Flash) -> Result<Outcome, isostep_sim::SimError> {
     let bar = ProgressBar::new(program.len() as u64).with_style(
-        ProgressStyle::with_template("  {bar:20} line {pos} of {len}, {msg} of machine time")
+        ProgressStyle::with_template("  {bar:20} line {pos} of {len}, {msg} of machine time, {eta} left")
             .expect("a template of ours"),
     );
     let outcome = isostep_sim::run_watched(program, config, flash, &mut |progress| {
@@ -213,6 +213,9 @@ fn tell_beforehand(program: &Program, config: &Config) {
     tell_weak_motors(config, &survey.settings);
     if let Some(outside) = &survey.outside {
         eprintln!("warning: {}", remarks::outside(outside));
+    }
+    if let Some(words) = remarks::dark_dwells(&survey) {
+        eprintln!("warning: {words}");
     }
     if survey.moves > 0 && survey.ends_at.is_none() {
         let tool = if survey.leaves_tool_on { ", and leaves the spindle on (M3, M4)" } else { "" };

@@ -129,6 +129,9 @@ fn print_axes(axes: &[AxisFigures]) {
 fn print_pace(pace: &Pace) {
     println!("\nwhere the time goes");
     println!("  {:.3} s from the first move to the last: limited by {}", pace.total_s(), pace::limited_by(pace));
+    if let Some(words) = pace::beyond_board(pace) {
+        println!("  on the board: {words}");
+    }
     if let Some(lost) = pace::lost(pace) {
         println!("  lost: {lost}");
     }
