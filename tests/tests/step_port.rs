@@ -452,3 +452,33 @@ fn a_start_line_forgets_an_earlier_run() {
     assert!(poll_once(line.wait_begun()).is_pending(), "begun in the run before");
     assert!(poll_once(line.armed()).is_pending(), "let go for the run before");
 }
+
+/// Steps are accepted up to 208 us late, which is half a period of the default machine's top speed.
+#[test]
+fn a_step_that_is_too_late_by_microseconds_is_a_fault() {
+    let slow = Limits { top_speed_steps_s: 500.0, accel_steps_s2: 10_000.0, decel_steps_s2: 10_000.0, ..LIMITS };
+    for (late_us, is_made) in [(100, true), (200, true), (215, false), (300, false), (1_000, false)] {
+        let rig = Rig { port: Port::Timer, driver: isostep_motion::DriverTiming::DRV8825 };
+        rig.run(move |mut port, _| async move {
+            let (start, plan) = (Instant::from_millis(1), Plan::within(60, slow));
+            let (queue, start_line, odometer) = (StreamQueue::new(), StartLine::new(), Odometer::new());
+            let mut items = plan.items(port.capabilities().tick_hz);
+            let fed: i32 = items.by_ref().take(1).inspect(|item| queue.try_send(*item).unwrap()).map(steps_of).sum();
+            let due_ns = plan.instants_ns(start).nth(fed as usize).unwrap().0;
+            let feed = async {
+                let_go(&start_line, start).await;
+                Timer::at(Instant::from_micros(due_ns as u64 / 1_000 + late_us)).await;
+                for item in items.chain([StreamItem::End]) {
+                    queue.send(item).await;
+                }
+                pending::<Infallible>().await
+            };
+            let Either::First(result) = select(port.run(WIRED, &start_line, &queue, &odometer), feed).await;
+            if is_made {
+                assert_eq!(result, Ok(()), "{late_us} us late");
+            } else {
+                assert!(matches!(result, Err(PortFault::Late { .. })), "{late_us} us late: {result:?}");
+            }
+        });
+    }
+}

@@ -17,6 +17,7 @@ use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use isostep_motion::{AXES, Axis, Machine};
 
+use crate::edges::{self, Inputs};
 use crate::{pins, priority};
 
 /// Number of inputs: the axes' limit switches, then the emergency stop. They are on consecutive pins, with a state
@@ -69,12 +70,27 @@ const fn flags_of_all() -> u32 {
     (1 << INPUTS) - 1
 }
 
+/// The inputs that the state machines watch.
+struct Guarded;
+
+impl Inputs for Guarded {
+    fn flags(&mut self) -> u8 {
+        PIO1.irq().read().irq()
+    }
+
+    fn clear(&mut self, flags: u8) {
+        PIO1.irq().write_value(regs::Irq(flags.into()));
+    }
+
+    fn levels(&mut self) -> u32 {
+        SIO.gpio_in(0).read() >> pins::LIMIT_X
+    }
+}
+
 /// Handles edges. An input that changes again in the meantime sets its flag again.
 #[interrupt]
 fn PIO1_IRQ_1() {
-    let changed = PIO1.irq().read().irq();
-    PIO1.irq().write_value(regs::Irq(changed.into()));
-    let levels: u32 = SIO.gpio_in(0).read() >> pins::LIMIT_X;
+    let (changed, levels) = edges::take(&mut Guarded);
     let Some(machine) = GUARDED.lock(Cell::get) else { return };
     let has_changed = |input: usize| changed & 1 << input != 0;
     let is_low = |input: usize| levels & 1 << input == 0;

@@ -11,6 +11,7 @@
 
 mod boot;
 mod console;
+mod edges;
 mod fail_still;
 mod flash;
 mod guard;
@@ -26,6 +27,7 @@ mod time_driver;
 mod timer_port;
 mod tool;
 mod touch;
+mod two_words;
 mod uart;
 mod usb;
 mod vectors;

@@ -19,7 +19,7 @@ use embassy_sync::blocking_mutex::CriticalSectionMutex;
 use embassy_time_driver::{Driver, time_driver_impl};
 use embassy_time_queue_utils::Queue;
 
-use crate::priority;
+use crate::{priority, two_words};
 
 const ALARM: usize = 0;
 
@@ -45,16 +45,7 @@ pub fn start() {
 impl Driver for TimeDriver {
     /// The time since power-up, us.
     fn now(&self) -> u64 {
-        let mut upper = TIMER.timerawh().read();
-        loop {
-            let lower = TIMER.timerawl().read();
-            // If the lower word has come round in between, it belongs to either upper word.
-            let after = TIMER.timerawh().read();
-            if after == upper {
-                return u64::from(upper) << 32 | u64::from(lower);
-            }
-            upper = after;
-        }
+        two_words::read(|| TIMER.timerawh().read(), || TIMER.timerawl().read())
     }
 
     fn schedule_wake(&self, at: u64, waker: &Waker) {

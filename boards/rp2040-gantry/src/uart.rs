@@ -14,8 +14,8 @@ bind_interrupts!(struct Irqs {
 
 /// A sender that counts characters keeps at most 128 unanswered, so there is ample room for one that sends more.
 const RX_BYTES: usize = 1024;
-/// Room for some ten status reports; a longer reply waits for the line.
-const TX_BYTES: usize = 1024;
+/// Room for some five status reports; what is longer waits for the line.
+const TX_BYTES: usize = 512;
 
 /// Receives bytes.
 pub struct Rx(BufferedUartRx);

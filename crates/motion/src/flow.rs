@@ -108,7 +108,9 @@ where
             // If it cannot be made it is refused later, when no moves before it are left.
             self.waiting = Some(motion);
         }
-        self.machine.set_room(if self.waiting.is_none() { CHAIN_MOVES - self.chain.len() } else { 0 });
+        // Nothing follows a probe or homing in its chain.
+        let may_follow = self.waiting.is_none() && matches!(purpose, Purpose::Program | Purpose::Jog);
+        self.machine.set_room(if may_follow { CHAIN_MOVES - self.chain.len() } else { 0 });
         motion.is_some()
     }
 

@@ -4,10 +4,10 @@ use std::f64::consts::PI;
 
 use embassy_time::Duration;
 use isostep_motion::State;
-use isostep_sim::Sim;
 use isostep_sim::plant::SwitchFault;
+use isostep_sim::{Config, Sim};
 
-use crate::talk::{begin, field, homed, say, status};
+use crate::talk::{begin, field, homed, powered_up, say, status};
 
 /// The default machine's resolution.
 const STEPS_PER_MM: f64 = 50.0;
@@ -185,4 +185,42 @@ fn inverse_time_is_the_time_of_the_whole_arc() {
     assert_eq!(first.run, last.run, "it does not stop on its way");
     let planned_s = last.plan_s - first.plan.begin_s();
     assert!((planned_s - 12.0).abs() < 0.1, "{planned_s} s");
+}
+
+/// The resolutions of the axes differ, so a chord may deviate from the arc by another length in each plane: by a quarter
+/// of a step of the finer axis of the plane, and by no more than `$12`.
+#[test]
+fn chords_are_as_fine_as_their_plane_asks() {
+    const RADIUS_MM: f64 = 8.0;
+    for per_mm in [[80.0, 80.0, 400.0], [400.0, 80.0, 80.0], [80.0, 400.0, 80.0]] {
+        for most_mm in [0.1, 0.002] {
+            let mut config = Config::default();
+            (config.settings.steps_per_mm, config.settings.arc_tolerance_mm) = (per_mm.map(|per| per as f32), most_mm);
+            (config.settings.max_rate_mm_min, config.settings.accel_mm_s2) = ([6_000.0; 3], [1_000.0; 3]);
+            let mut sim = powered_up(&config);
+            for (line, axes) in [
+                ("G17 G2 X0 Y0 I8 F3000", [0, 1]),
+                ("G18 G2 X0 Z0 I8 F3000", [0, 2]),
+                ("G19 G3 Y0 Z0 J8 F3000", [1, 2]),
+            ] {
+                let before = moves(&mut sim);
+                assert_eq!(say(&mut sim, line), ["ok"]);
+                let outcome = sim.outcome();
+                let may_mm =
+                    (0.25 / axes.map(|axis: usize| per_mm[axis]).into_iter().fold(0.0, f64::max)).min(most_mm.into());
+                // A chord of this angle deviates by so much in its middle.
+                let widest_rad = 2.0 * (1.0 - may_mm / RADIUS_MM).acos();
+                let needed = (2.0 * PI / widest_rad).ceil() as usize;
+                let chords = &outcome.moves[before..];
+                let found = chords.len();
+                assert!((needed..=needed + 1).contains(&found), "{line} at {per_mm:?}: {found} chords, not {needed}");
+                for chord in chords {
+                    let mm = axes.map(|axis| f64::from(chord.end_steps[axis]) / per_mm[axis]);
+                    let off_mm = ((mm[0] - RADIUS_MM).hypot(mm[1]) - RADIUS_MM).abs();
+                    let half_mm = axes.map(|axis| 0.5 / per_mm[axis]);
+                    assert!(off_mm <= half_mm[0].hypot(half_mm[1]) + 1e-3, "{line} at {per_mm:?}: {mm:?}");
+                }
+            }
+        }
+    }
 }

@@ -1,6 +1,7 @@
 //! Homing towards either end of an axis, what positions mean afterwards, and what makes them invalid.
 
-use isostep_motion::{AXES, Axis, ConfigError};
+use isostep_motion::{AXES, Axis, ConfigError, Event, HomingPhase};
+use isostep_sim::world::Edge;
 use isostep_sim::{Config, Flash, Sim};
 
 use crate::talk::{powered_up, refused, say, status, switched_on};
@@ -200,4 +201,35 @@ fn soft_limits_are_off_until_it_is_homed_anew() {
     assert!(say(&mut sim, "G0 X-5").contains(&"ALARM:2".to_owned()));
     say(&mut sim, "$X");
     refused(&mut sim, "$J=X-5 F100", 15);
+}
+
+/// The highest rate of each phase, from the edges: seek and back-off at `$25`, latch and pull-off at `$24`.
+#[test]
+fn each_phase_of_homing_has_its_own_speed() {
+    let mut config = Config { bounce_us: 0, ..Config::default() };
+    (config.settings.homing_seek_mm_min, config.settings.homing_latch_mm_min) = (480.0, 90.0);
+    let mut sim = powered_up(&config);
+    assert_eq!(say(&mut sim, "$H"), ["ok"]);
+    let outcome = sim.outcome();
+    let starts: Vec<_> = outcome
+        .events
+        .iter()
+        .filter_map(|(t_ns, event)| match event {
+            Event::Homing { axis, phase } => Some((*t_ns, *axis, *phase)),
+            _ => None,
+        })
+        .collect();
+    assert_eq!(starts.len(), 12);
+    for (index, &(begin_ns, axis, phase)) in starts.iter().enumerate() {
+        let end_ns = starts.get(index + 1).map_or(u64::MAX, |next| next.0);
+        let of_phase = |edge: &&Edge| edge.axis == axis as usize && (begin_ns..end_ns).contains(&edge.t_ns);
+        let edges: Vec<_> = outcome.edges.iter().filter(of_phase).collect();
+        let shortest_ns = edges.windows(2).map(|pair| pair[1].t_ns - pair[0].t_ns).min().unwrap();
+        let mm_s = 1e9 / shortest_ns as f64 / 50.0;
+        let expected_mm_s = match phase {
+            HomingPhase::Seek | HomingPhase::BackOff => 8.0,
+            HomingPhase::Latch | HomingPhase::PullOff => 1.5,
+        };
+        assert!((mm_s / expected_mm_s - 1.0).abs() < 0.01, "{axis} {phase:?}: {mm_s} mm/s, {expected_mm_s} expected");
+    }
 }

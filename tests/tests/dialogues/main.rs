@@ -22,6 +22,7 @@ mod senders;
 mod settings;
 mod states;
 mod stops;
+mod stored;
 mod tables;
 mod talk;
 mod tool;

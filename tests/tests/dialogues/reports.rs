@@ -199,3 +199,44 @@ fn report_accessories_that_are_on() {
     assert_eq!(reports.iter().filter(|report| report.contains("|A:S")).count(), 3, "{reports:?}");
     assert!(reports.iter().all(|report| report.contains("|A:S") == report.contains("|Ov:")), "{reports:?}");
 }
+
+/// As many motions are taken at once as a report says there is room for, whatever waits behind the moves: a dwell, a probe
+/// or nothing, in motion and held.
+#[test]
+fn as_many_motions_are_taken_as_there_is_room_for() {
+    let to = |steps: i32| {
+        let power = isostep_motion::Power::Off;
+        let target_steps = [steps, 0, 0];
+        isostep_motion::Motion::Move { target_steps, feed_mm_s: Some(10.0), exact_stop: false, line: 0, power }
+    };
+    for begun in [
+        "G0 X60",
+        "G0 X60\nG4 P9",
+        "G0 X30\nG0 X60\nG4 P9",
+        "G4 P9",
+        "G38.3 X60 F600",
+        "G0 X60\nM3 S5",
+        "G0 X60\nG92 X0",
+    ] {
+        for held in [false, true] {
+            let mut sim = homed();
+            assert_eq!(say(&mut sim, "$10=3"), ["ok"]);
+            begin(&mut sim, begun, Duration::from_millis(400));
+            if held {
+                begin(&mut sim, "!", Duration::from_millis(100));
+            }
+            let told: usize = field(&mut sim, "Bf").split(',').next().unwrap().parse().unwrap();
+            let mut taken = 0;
+            while taken < 200 {
+                let motion = to(3_000 + 10 * taken as i32);
+                if embassy_futures::poll_once(sim.machine().submit(motion)).is_pending() {
+                    break;
+                }
+                taken += 1;
+                sim.run_for(Duration::from_millis(2)).unwrap();
+            }
+            // While the first move goes on, one more may be taken than was told.
+            assert!((told..=told + 1).contains(&taken), "{taken} taken, {told} told, behind `{begun}`, held: {held}");
+        }
+    }
+}

@@ -261,3 +261,17 @@ fn what_limits_a_program_that_sets_limits_on_the_way_is_not_told() {
     assert!(!limits_changed("G0 X10\nG4 P0\n$10=3\n$$\nG0 X0\n"), "no limit");
     assert!(!limits_changed("G0 X50\n$110=100\nG0 X0\n"), "refused in motion");
 }
+
+/// X slows down worst and Y speeds up worst: each is the one that limits its own ramp.
+#[test]
+fn an_axis_limits_the_slowing_by_its_own_setting() {
+    let outcome = outcome("G91 G1 F6000 X40 Y40\n", |settings| {
+        (settings.accel_mm_s2, settings.decel_or_0_mm_s2) = ([4_000.0, 1_000.0, 1_000.0], [500.0, 2_000.0, 1_000.0]);
+    });
+    let pace = Pace::of(&outcome);
+    // Along the path 100 mm/s; along an axis less by √2.
+    let axis_mm_s = 100.0 / 2.0_f64.sqrt();
+    assert_near(pace.axes[0].ramps_s, axis_mm_s / 500.0);
+    assert_near(pace.axes[1].ramps_s, axis_mm_s / 1_000.0);
+    assert_sums(&pace);
+}
