@@ -37,7 +37,7 @@ use clap::Subcommand;
 #[derive(Subcommand)]
 #[expect(missing_docs, reason = "clap shows what is said of the arguments, where each verb is")]
 pub enum Verb {
-    Sim(sim::Args),
+    Sim(Box<sim::Args>),
     Check(check::Args),
     Console(console::Args),
     Profile(profile::Args),
@@ -54,7 +54,7 @@ impl Verb {
     /// An error's text says what went wrong and what to do about it.
     pub fn run(self) -> Result<()> {
         match self {
-            Self::Sim(args) => sim::run(args),
+            Self::Sim(args) => sim::run(*args),
             Self::Check(args) => check::run(args),
             Self::Console(args) => console::run(args),
             Self::Profile(args) => profile::run(args),

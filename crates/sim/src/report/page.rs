@@ -112,7 +112,7 @@ fn path_of(axes: path::Axes, path: path::Picture, figures: &Figures) -> Markup {
             (plane) " plane, coloured by the planned speed along it; slow places are drawn over fast ones. "
             (right) " " (x) ", " (up) " " (y) " mm."
             @if path.with_rapids { " Dashed lines are rapids." }
-            @if path.with_dots { " Dots end moves." }
+            @if path.with_dots { " Dots end lines of the program." }
             @if figures.homing_ns > 0 { " The dashed frame is the travel." }
             @if let Some(simplified) = path.simplified { " " (simplified) }
         } }

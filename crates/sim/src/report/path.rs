@@ -93,7 +93,7 @@ pub fn picture(outcome: &Outcome, sources: &[Option<Source>], axes: Axes) -> Pic
             pieces(outcome, course(), &plane, take)
         }
     });
-    lines += &dots(outcome, &plane, with_dots);
+    lines += &dots(outcome, sources, &plane, with_dots);
     let size = ((plane.inner.0 as u32) + AROUND.0 * FINE, (plane.inner.1 as u32) + (AROUND.1 + KEY) * FINE);
     let title = format!("Path in the {} plane, coloured by speed", letters(axes));
     let svg = theme::svg(size, &title, |area| draw(area, outcome, &plane));
@@ -279,11 +279,16 @@ fn points(outcome: &Outcome, record: &MoveRecord) -> Vec<(f64, [f64; 3])> {
 }
 
 /// Dots for the start and, if wanted, the ends of moves.
-fn dots(outcome: &Outcome, plane: &Plane, with_ends: bool) -> String {
+fn dots(outcome: &Outcome, sources: &[Option<Source>], plane: &Plane, with_ends: bool) -> String {
     let mut svg = String::new();
-    let mut program = program(outcome).filter(|record| moves_in(record, plane.axes)).peekable();
-    let start = program.peek().map(|record| plane.point(outcome.mm(record.origin_steps)));
-    for record in program.filter(|_| with_ends) {
+    let first = program(outcome).find(|record| moves_in(record, plane.axes));
+    let start = first.map(|record| plane.point(outcome.mm(record.origin_steps)));
+    let ends_line = |source: &Option<Source>| !source.is_some_and(|source| source.in_arc);
+    let ends =
+        outcome.moves.iter().zip(sources).filter(|(record, source)| {
+            with_ends && !record.homing && moves_in(record, plane.axes) && ends_line(source)
+        });
+    for (record, _) in ends {
         let [x, y] = plane.point(outcome.mm(record.end_steps));
         let _ = write!(svg, "<circle cx=\"{x:.0}\" cy=\"{y:.0}\" r=\"{}\" fill=\"var(--ink)\"/>", 4 * FINE);
     }
