@@ -16,12 +16,12 @@ const STARTS_OF_A_PACE: usize = 15;
 
 /// Number of stops.
 fn stops() -> u32 {
-    cases(45, 200)
+    cases(18, 200)
 }
 
 /// Number of moves from rest, each there and back.
 fn starts() -> usize {
-    cases(45, 150) as usize
+    cases(30, 150) as usize
 }
 
 fn relative(mm: [f64; AXES]) -> Act {

@@ -319,7 +319,7 @@ fn every_stop_takes_less_than_10_us() {
         // The reset byte follows another byte in the same packet.
         "bytes 18\nwait-ms 5\nbytes 3f 18\nexpect ALARM:3\nexpect Grbl",
     ];
-    for (index, stop) in stops.iter().cycle().take(90).enumerate() {
+    for (index, stop) in stops.iter().cycle().take(isostep_trials::cases(18, 90) as usize).enumerate() {
         let (target_mm, wait_us) = (if index % 2 == 0 { 900 } else { 0 }, 60_000 + 997 * index);
         script += &format!("send G0 X{target_mm} Y{target_mm} Z{target_mm}\nexpect ok\nwait-us {wait_us}.3\n");
         script += &format!("{stop}\nwait-ms 20\nsend $X\nexpect ok\ncheck-position\n");
@@ -335,7 +335,9 @@ fn every_stop_takes_less_than_10_us() {
 /// Moves of three axes are held, resumed and slowed down at some thirty instants. No step may be lost or off the path.
 fn holds_and_overrides_lose_nothing(board: Board, law: u32) {
     let mut script = format!("expect Grbl\nsend $940={law}\nexpect ok\nsend G90\nexpect ok\n");
-    for index in 0..10 {
+    // Each second one leads back to the start.
+    let rounds = isostep_trials::cases(4, 10);
+    for index in 0..rounds {
         let wait_ms = 150 + 83 * index;
         let target = if index % 2 == 0 { "X40 Y23 Z3" } else { "X0 Y0 Z0" };
         script += &format!("send G1 {target} F2400\nexpect ok\nwait-ms {wait_ms}\nbytes 92 92 92\nwait-ms 130\n");
@@ -345,7 +347,7 @@ fn holds_and_overrides_lose_nothing(board: Board, law: u32) {
     }
     let run = board.script(&(script + "bytes 3f\nexpect <Idle|MPos:0.000,0.000,0.000\n"));
     assert!(run.ok, "{}", run.printed);
-    // The distances there and back, ten times, in steps.
+    // The distances there and back, in steps.
     let totals = [2_000.0, 1_150.0, 150.0];
     let mut made = [0_i64; 3];
     for together in run.edges.chunk_by(|one, next| next.t_ns - one.t_ns < 20_000) {
@@ -359,7 +361,7 @@ fn holds_and_overrides_lose_nothing(board: Board, law: u32) {
             assert!(apart <= bound, "{made:?} after {} ns: {apart} is more than {bound}", together[0].t_ns);
         }
     }
-    assert_eq!(run.edges.len(), 10 * (2_000 + 1_150 + 150));
+    assert_eq!(run.edges.len(), rounds as usize * (2_000 + 1_150 + 150));
 }
 
 #[test]

@@ -177,7 +177,7 @@ fn random_program(seed: u64) -> String {
 
 #[test]
 fn random_programs_keep_every_promise() {
-    for seed in 0..cases(25, 100).into() {
+    for seed in 0..cases(10, 100).into() {
         let program = random_program(seed);
         let folder = root().join("target/random");
         let name = format!("target/random/seed-{seed}.nc");

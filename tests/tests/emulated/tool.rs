@@ -124,7 +124,7 @@ fn probed_steps(line: &str) -> [i32; 2] {
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn places_of_contact_are_exact_to_the_step() {
-    let count = cases(40, 200) as usize;
+    let count = cases(20, 200) as usize;
     let mut random = Rand32::new(15);
     let mut script =
         "expect Grbl\nsend $120=1000\nexpect ok\nsend $121=1000\nexpect ok\nsend G90\nexpect ok\n".to_owned();
@@ -194,7 +194,7 @@ fn stops(count: usize, seed: u64) -> String {
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn every_stop_puts_the_tool_off_within_20_us() {
-    let count = cases(100, 500) as usize;
+    let count = cases(30, 500) as usize;
     let run = Board::new("tool-stops").with(&["--start", "150,40,15"]).script(&stops(count, 7));
     assert!(run.ok, "{}", run.printed);
     let stops = run.figures["tool"]["stops"].as_array().unwrap();

@@ -4,6 +4,7 @@ use isostep_console::{
     Alarm, Command, Error, Interpreter, LineAssembler, MAX_COORDINATE_PM, Realtime, Refusal, ReportedState,
     SETTING_TABLE, Settings, realtime, report, stopped_at,
 };
+use isostep_trials::cases;
 use proptest::prelude::*;
 
 use crate::talk::carries;
@@ -70,10 +71,10 @@ fn answer(line: Result<&str, Error>, state: ReportedState, interpreter: &mut Int
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(100_000))]
+    #![proptest_config(ProptestConfig::with_cases(cases(10_000, 100_000)))]
 
     #[test]
-    fn a_hundred_thousand_byte_strings_are_answered_line_by_line(
+    fn strings_of_any_bytes_are_answered_line_by_line(
         bytes in bytes(),
         state in prop::sample::select(&ReportedState::ALL[..]),
     ) {
