@@ -136,7 +136,7 @@ mod tests {
             left("$H\nG0 Y-20\n").ends_with("it fits with a work offset: `G21 G10 L2 P1 X0 Y21 Z0` as its first line")
         );
         assert!(left("G0 Y500\n").ends_with(
-            "the program needs 500.0 mm of Y, and the travel is 402.0 mm ($131): scale the program or split it"
+            "the program needs 500.0 mm of Y, and the travel is 400.0 mm ($131): scale the program or split it"
         ));
         assert!(left("$H\nG53 G0 Z-1\n").contains("machine coordinates (G53, G28)"));
     }

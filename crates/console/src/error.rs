@@ -23,7 +23,7 @@ codes! {
         BadJog = 16, "A jog is $J= with axis words, F, G20, G21, G90, G91 or G53: remove all else.";
         Unsupported = 20, "The machine has no such code or word: remove it, or do what the message before the refusal says.";
         ModalClash = 21, "Two codes of one modal group share the line: put them on lines of their own.";
-        NoFeed = 22, "The move needs a feed of 1 mm/min or more: add F.";
+        NoFeed = 22, "The move needs a feed above 0: add F.";
         IntegerRequired = 23, "The value must be a whole number: remove the fraction.";
         AxisConflict = 24, "Two codes claim the axis words: put them on lines of their own.";
         RepeatedWord = 25, "A word stands twice on the line: keep one.";

@@ -14,7 +14,7 @@ use crate::{
 
 /// Targets must be within this distance of zero on every axis.
 pub const MAX_COORDINATE_PM: i64 = 10_000_000_000_000;
-/// The slowest feed.
+/// The slowest feed. As in Grbl a feed above 0 that is slower counts as this.
 pub const MIN_FEED_MM_MIN: f32 = 1.0;
 
 const INCH_MM: f32 = 25.4;
@@ -158,13 +158,13 @@ impl Interpreter {
             return Err(Error::AxisWordsMissing);
         }
         let target_pm = self.target_pm(&words)?;
-        if mm_min < MIN_FEED_MM_MIN {
+        if mm_min <= 0.0 {
             return Err(Error::NoFeed);
         }
         // Grbl checks an arc's words before it refuses to jog along an arc.
         self.arc(&mut words)?;
         words.check_all_used()?;
-        if words.may_jog() { Ok(Jog { target_pm, mm_min }) } else { Err(Error::BadJog) }
+        if words.may_jog() { Ok(Jog { target_pm, mm_min: mm_min.max(MIN_FEED_MM_MIN) }) } else { Err(Error::BadJog) }
     }
 
     /// Applies a block to this state, in Grbl's order of checking. On failure, the caller restores the state.
@@ -274,20 +274,20 @@ impl Interpreter {
         Ok(Some(Move { target_pm, rate, arc, exact_stop }))
     }
 
-    /// Checks that a usable feed is in force.
+    /// Checks that a feed is in force.
     fn check_feed(&self) -> Result<(), Error> {
-        let least = if self.modal.inverse_time { f32::MIN_POSITIVE } else { MIN_FEED_MM_MIN };
-        if self.modal.feed < least { Err(Error::NoFeed) } else { Ok(()) }
+        if self.modal.feed <= 0.0 { Err(Error::NoFeed) } else { Ok(()) }
     }
 
     fn feed_mm_min(&self, target_pm: [i64; AXES], arc: Option<Arc>) -> f32 {
-        if self.modal.inverse_time {
+        let mm_min = if self.modal.inverse_time {
             let straight = || path::length_mm(core::array::from_fn(|axis| target_pm[axis] - self.position_pm[axis]));
             let length_mm = arc.map_or_else(straight, |arc| arc.length_mm() as f32);
-            (self.modal.feed * length_mm).max(MIN_FEED_MM_MIN)
+            self.modal.feed * length_mm
         } else {
             self.modal.feed
-        }
+        };
+        mm_min.max(MIN_FEED_MM_MIN)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use core::{fmt, ops::Range};
 
-use crate::{Modal, block::Words, decimal::Decimal};
+use crate::{Error, Modal, block::Words, decimal::Decimal};
 
 /// Words that many machines know but this one does not: the letter, the first and the last of its numbers without
 /// decimals, and what to do. Letters other than G and M count as number 0.
@@ -34,6 +34,7 @@ const CUTTER: &str = "no cutter compensation here: let the CAM program compensat
 const TOOLS: &str = "no tool table here: remove G43 and its H, keep Z, and set work zero with the tool in";
 const CYCLES: &str = "no canned cycles here: let the post-processor expand them";
 const AXES: &str = "three axes only, X Y Z: remove it";
+const EXPRESSIONS: &str = "no variables, expressions, checksums here: let the post-processor write plain numbers";
 
 /// The bytes of the word at which reading `line` from left to right stops. `line` is as from
 /// [`LineAssembler`](crate::LineAssembler): G-code, `$J=`, `$N0=` or `$N1=`.
@@ -68,8 +69,8 @@ fn word_len(left: &[u8]) -> usize {
     left.len() - rest
 }
 
-/// What to report of a line that was refused with [`Error::Unsupported`](crate::Error::Unsupported): the word and what
-/// to do. Displays as the text of a `[MSG:...]`.
+/// What to report of a refused line in addition to its error: the word and what to do. Displays as the text of a
+/// `[MSG:...]`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Refusal<'l> {
     word: &'l str,
@@ -77,13 +78,22 @@ pub struct Refusal<'l> {
 }
 
 impl<'l> Refusal<'l> {
-    /// The refusal of `line`, which may be any line that [`stopped_at`] accepts.
-    pub fn of(line: &'l str) -> Self {
-        let Some(range) = stopped_at(line) else {
+    /// The refusal of `line`, which may be any line that [`stopped_at`] accepts: if it was refused with
+    /// [`Error::Unsupported`], or if it has variables, expressions or a checksum. `None` if the error says all.
+    pub fn of(line: &'l str, error: Error) -> Option<Self> {
+        let stopped = stopped_at(line);
+        let word = stopped.clone().and_then(|range| line.get(range)).unwrap_or_default();
+        if stopped.is_some() && line.contains(['#', '[', '*']) {
+            return Some(Self { word, remedy: EXPRESSIONS });
+        }
+        (error == Error::Unsupported).then(|| match stopped {
+            Some(_) => Self::of_word(word),
             // All its words are known. G10 is the only code that refuses the values of its words with this error.
-            return Self { word: "G10", remedy: "L2 or L20 here, without a rotation: correct L, remove R" };
-        };
-        let word = line.get(range).unwrap_or_default();
+            None => Self { word: "G10", remedy: "L2 or L20 here, without a rotation: correct L, remove R" },
+        })
+    }
+
+    fn of_word(word: &'l str) -> Self {
         let letter = word.bytes().next().unwrap_or_default().to_ascii_uppercase();
         let has_code = matches!(letter, b'G' | b'M');
         let word = if has_code { word } else { word.get(..1).unwrap_or_default() };
@@ -110,7 +120,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::{Error, Interpreter, ReportedState, Settings};
+    use crate::{Interpreter, ReportedState, Settings};
 
     #[test]
     fn reading_stops_at_the_first_word_that_cannot_be() {
@@ -152,13 +162,24 @@ mod tests {
         }
     }
 
+    #[test]
+    fn expressions_are_named_whatever_the_error() {
+        let said = |line, error| Refusal::of(line, error).map(|refusal| refusal.to_string());
+        for (line, error, word) in [("G1X#1F100", Error::BadNumber, "X#1"), ("G1*71", Error::LetterMissing, "*71")] {
+            assert_eq!(said(line, error), Some(std::format!("{word}: {EXPRESSIONS}")), "{line}");
+        }
+        assert_eq!(said("G0X", Error::BadNumber), None);
+        assert_eq!(said("$I=#", Error::UnknownStatement), None);
+    }
+
     proptest! {
         #[test]
         fn whatever_the_line_a_word_of_it_is_named(line in "[ -~]{0,79}|([GMTNOXYZF][-+0-9.]{0,12}){0,8}|\\PC{0,40}") {
             let line: String = line;
             let word = stopped_at(&line).map(|range| line[range].to_string());
             prop_assert!(word != Some(String::new()));
-            prop_assert!(Refusal::of(&line).to_string().contains(": "));
+            let refusal = Refusal::of(&line, Error::Unsupported);
+            prop_assert!(refusal.is_some_and(|refusal| refusal.to_string().contains(": ")));
         }
     }
 }

@@ -51,8 +51,10 @@ impl<F: NorFlash> Controller<'_, F> {
             Ok(line) => self.carry_out(line, &mut text, out).await,
             Err(error) => Err(error),
         };
-        if let (Err(Error::Unsupported), Ok(line)) = (&answer, line) {
-            text.say(Refusal::of(line));
+        if let (&Err(error), Ok(line)) = (&answer, line)
+            && let Some(refusal) = Refusal::of(line, error)
+        {
+            text.say(refusal);
         }
         let saved = if self.with(|program| program.unsaved.any()) { self.save(&mut text).await } else { Ok(()) };
         let answer = answer.and_then(|after| saved.map(|()| after));

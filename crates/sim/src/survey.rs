@@ -216,13 +216,8 @@ pub fn kind(word: Option<&str>, error: Error) -> String {
 }
 
 fn remedy(line: &str, word: Option<&str>, error: Error) -> String {
-    let named = word.map_or(String::new(), |word| format!("{word}: "));
-    if line.contains(['#', '[', '*']) {
-        return format!(
-            "{named}variables, expressions and checksums are not known here: let the post-processor write plain numbers"
-        );
-    }
-    format!("{named}{error}")
+    let named = || word.map_or(error.to_string(), |word| format!("{word}: {error}"));
+    Refusal::of(line, error).map_or_else(named, |refusal| refusal.to_string())
 }
 
 /// A program, as far as it has been read.
@@ -342,7 +337,7 @@ impl Reader {
     fn measure_room(&mut self) {
         let (before, behind) = (Room::before_homing(&self.settings, self.start_mm), Room::homed(&self.settings));
         let mm = |axis: usize| if self.homed[axis] { behind.mm[axis] } else { before.mm[axis] };
-        self.room = Room { mm: std::array::from_fn(mm) };
+        self.room = Room { mm: std::array::from_fn(mm), ..behind };
     }
 
     fn set(&mut self, line: &str, number: u16, value: f32) {
@@ -414,7 +409,6 @@ impl Reader {
         let word = word(line);
         let remedy = match setting {
             Some(refused) => refused.to_string(),
-            None if error == Error::Unsupported => Refusal::of(line).to_string(),
             None => remedy(line, word.as_deref(), error),
         };
         let key = kind(word.as_deref(), error);

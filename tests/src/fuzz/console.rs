@@ -115,7 +115,9 @@ impl Console {
         if let Err(error) = answer {
             assert_eq!((self.interpreter, self.settings), before, "{line}: {error}");
             stopped_at(line).inspect(|range| assert!(!line[range.clone()].is_empty(), "{line}"));
-            tells(report::message, Refusal::of(line));
+            if let Some(refusal) = Refusal::of(line, error) {
+                tells(report::message, refusal);
+            }
         }
         answer
     }

@@ -155,7 +155,7 @@ fn error_21_modal_clash() {
 #[test]
 fn error_22_no_feed() {
     let mut sim = homed();
-    for line in ["G1 X1", "G1", "G1 X1 F.5", "G2 X1 I1", "$J=X1", "$J=X1 F0", "G93 G1 X1", "G93 G3 X1 I1", "G38.2 X1"] {
+    for line in ["G1 X1", "G1", "G2 X1 I1", "$J=X1", "$J=X1 F0", "G93 G1 X1", "G93 G3 X1 I1", "G38.2 X1"] {
         refused(&mut sim, line, 22);
     }
 }

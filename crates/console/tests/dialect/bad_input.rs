@@ -61,7 +61,7 @@ fn answer(line: Result<&str, Error>, state: ReportedState, interpreter: &mut Int
             let is_of_words =
                 matches!(error, Error::ModalClash | Error::AxisConflict | Error::RepeatedWord | Error::ToolNumber);
             assert!(word.is_some() || !is_of_words, "{line}: {error}");
-            let _ = Refusal::of(line).to_string();
+            let _ = Refusal::of(line, Error::Unsupported).map(|refusal| refusal.to_string());
         }
     }
     assert!(interpreter.position_pm().iter().all(|pm| pm.abs() <= MAX_COORDINATE_PM));
@@ -109,8 +109,9 @@ fn no_words_of_ours_read_like_an_answer() {
     texts.extend(Error::ALL.iter().map(ToString::to_string));
     texts.extend(Alarm::ALL.iter().map(ToString::to_string));
     let codes = (b'A'..=b'Z').flat_map(|letter| (0..100).map(move |code| format!("{}{code}.7", char::from(letter))));
-    texts.extend(codes.map(|line| Refusal::of(&line).to_string()));
-    texts.extend([Refusal::of("G10L3P1X1").to_string(), report::messages::CHANGE_TOOL.into()]);
+    let lines = codes.chain(["G10L3P1X1", "G1X#1"].map(String::from));
+    texts.extend(lines.flat_map(|line| Refusal::of(&line, Error::Unsupported).map(|refusal| refusal.to_string())));
+    texts.push(report::messages::CHANGE_TOOL.into());
     for row in SETTING_TABLE {
         for value in [-1.0, 0.5, 0.0, 1e9, 555.0] {
             let refused = Settings::DEFAULT.with(row.number, value, &|_| 1.0).err();

@@ -16,7 +16,7 @@ fn motion_is_modal_and_needs_a_feed() {
         G1 F600 -> ok
         X-4.5 -> (feed 600 [-4.5, 2.0, 3.0]) ok
         F0 X1 -> error:22
-        F.5 X1 -> error:22
+        F.5 X1 -> (feed 1 [1.0, 2.0, 3.0]) ok
         F1 X1 -> (feed 1 [1.0, 2.0, 3.0]) ok
         G80 -> ok
         X1 -> error:31
@@ -447,7 +447,7 @@ fn a_jog_takes_nothing_else() {
             $J= -> error:22
             $J -> error:16
             $JX1F1 -> error:16
-            $J=X1 F.5 -> error:22
+            $J=X1 F.5 -> (jog 1 [1.0, 0.0, 0.0]) ok
             $J=X1 F0 -> error:22
             $J=X1 F-1 -> error:4
             $J=X1 F1 S5 -> error:36

@@ -44,13 +44,13 @@ fn a_probe_is_modal_and_the_program_goes_on_from_its_target() {
 #[test]
 fn a_probe_needs_a_feed_an_axis_and_a_way() {
     check(
-        "G38.2 Z-1\nG38.2\nG38.2 F.5 Z-1\nF100\nG38.2\nG38.2 F100 M3\nG38.3 X0\nG38.4 X0 I1\nG38.2 Z-20000\nG38.2 Z1 I1\nG38.2 Z1 R1\nG38.2 Z1 P1\n\
+        "G38.2 Z-1\nG38.2\nG38.2 F0 Z-1\nF100\nG38.2\nG38.2 F100 M3\nG38.3 X0\nG38.4 X0 I1\nG38.2 Z-20000\nG38.2 Z1 I1\nG38.2 Z1 R1\nG38.2 Z1 P1\n\
          G53 G38.2 Z1\nG38.2 G53 Z1\nG38.2 G0 Z1\nG38.2 G38.3 Z1\nG28 G38.2 Z1\nG92 G38.2 Z1\nG43.1 G38.2 Z1\nG80 G38.2 Z1\nG38.2 G80 Z1\n$J=G38.2 X1 F1\n$J=G38.2 F1\n$G\n\
          G38.2 Z1\nG53 Z2\n$J=X1 F1\nZ1\nG18 G38.2 Y1",
         expect![[r#"
             G38.2 Z-1 -> error:22
             G38.2 -> error:22
-            G38.2 F.5 Z-1 -> error:22
+            G38.2 F0 Z-1 -> error:22
             F100 -> ok
             G38.2 -> error:26
             G38.2 F100 M3 -> error:26

@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 
 use expect_test::Expect;
 use isostep_console::{
-    Block, Command, Coordinates, Error, Interpreter, Jog, LineAssembler, Move, Overrides, Probe, Rate, Realtime,
-    Refusal, ReportedState, Settings, Spindle, Status, StatusReporter, length,
+    Block, Command, Coordinates, Interpreter, Jog, LineAssembler, Move, Overrides, Probe, Rate, Realtime, Refusal,
+    ReportedState, Settings, Spindle, Status, StatusReporter, length,
     parameters::{STARTUP_LINES, StoredLine},
     realtime, report,
 };
@@ -79,8 +79,8 @@ impl Talk {
                 match interpreter.interpret(&line, *state, settings) {
                     Ok(command) => self.carry_out(command),
                     Err(error) => {
-                        if error == Error::Unsupported {
-                            report::message(heard, Refusal::of(&line)).unwrap();
+                        if let Some(refusal) = Refusal::of(&line, error) {
+                            report::message(heard, refusal).unwrap();
                         }
                         report::error(heard, error).unwrap();
                     }

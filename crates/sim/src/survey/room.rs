@@ -50,6 +50,9 @@ impl Bounds {
 pub struct Room {
     /// The least and the greatest position of each axis.
     pub mm: [(f64, f64); AXES],
+    /// The travel of each axis, as it is set. Before homing there is more room than that: an axis may also stand between
+    /// its switch and its zero.
+    pub travel_mm: [f64; AXES],
 }
 
 impl Room {
@@ -65,6 +68,7 @@ impl Room {
                     Direction::Positive => (-far, -near),
                 }
             }),
+            travel_mm: config.travel_mm,
         }
     }
 
@@ -76,6 +80,7 @@ impl Room {
                 let range = config.travel_steps(axis);
                 (config.mm(axis, *range.start()), config.mm(axis, *range.end()))
             }),
+            travel_mm: config.travel_mm,
         }
     }
 
@@ -113,7 +118,8 @@ pub(super) fn shifts_mm(reach_mm: [Option<(f64, f64)>; AXES], room: &Room) -> Re
     let mut shifts_mm = [0.0; AXES];
     for (axis, reach_mm) in reach_mm.into_iter().enumerate() {
         let (Some((least, most)), (low, high)) = (reach_mm, room.mm[axis]) else { continue };
-        shifts_mm[axis] = shift(least, most, low, high).ok_or(Fit::TooWide(axis, most - least, high - low))?;
+        shifts_mm[axis] =
+            shift(least, most, low, high).ok_or(Fit::TooWide(axis, most - least, room.travel_mm[axis]))?;
     }
     Ok(shifts_mm)
 }
