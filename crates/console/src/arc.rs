@@ -5,8 +5,9 @@ mod chords;
 pub use chords::Chords;
 
 use core::f64::consts::{PI, TAU};
+use core::fmt;
 
-use crate::{AXES, Error};
+use crate::{AXES, Coordinate, Error, length};
 
 /// The axes of the planes G17, G18 and G19. The first two span the plane: the quarter turn from first to second is
 /// counter-clockwise. The third is perpendicular to it.
@@ -75,9 +76,13 @@ impl Arc {
     /// [`Error::InvalidTarget`]: the distances of start and target from the centre differ too much.
     pub fn around(ends: Ends, offset_mm: [f64; 2]) -> Result<Self, Error> {
         let arc = Self::new(ends, offset_mm);
-        let misfit_mm = (arc.target_radius_mm - arc.radius_mm).abs();
-        let most_mm = (MISFIT_OF_RADIUS * arc.radius_mm).clamp(MISFIT_MM, MISFIT_MAX_MM);
-        if misfit_mm > most_mm { Err(Error::InvalidTarget) } else { Ok(arc) }
+        if arc.fits() { Ok(arc) } else { Err(Error::InvalidTarget) }
+    }
+
+    /// Whether start and target are equally far from the centre, as nearly as Grbl demands.
+    fn fits(&self) -> bool {
+        let misfit_mm = (self.target_radius_mm - self.radius_mm).abs();
+        misfit_mm <= (MISFIT_OF_RADIUS * self.radius_mm).clamp(MISFIT_MM, MISFIT_MAX_MM)
     }
 
     /// The arc with this radius. A negative radius means the arc of more than half a circle.
@@ -87,7 +92,7 @@ impl Arc {
     /// no circle of this radius reaches both.
     pub fn of_radius(ends: Ends, radius_mm: f64) -> Result<Self, Error> {
         let chord_mm @ [first_mm, second_mm] = ends.chord_mm();
-        let length_mm = length(chord_mm);
+        let length_mm = hypotenuse(chord_mm);
         if length_mm == 0.0 {
             return Err(Error::InvalidTarget);
         }
@@ -104,9 +109,10 @@ impl Arc {
     }
 
     fn new(ends: Ends, offset_mm: [f64; 2]) -> Self {
-        let mut arc = Self { ends, offset_mm, radius_mm: length(offset_mm), target_radius_mm: 0.0, travel_rad: 0.0 };
+        let mut arc =
+            Self { ends, offset_mm, radius_mm: hypotenuse(offset_mm), target_radius_mm: 0.0, travel_rad: 0.0 };
         let [from_mm, to_mm] = arc.radii_mm();
-        arc.target_radius_mm = length(to_mm);
+        arc.target_radius_mm = hypotenuse(to_mm);
         arc.travel_rad = travel_rad(from_mm, to_mm, ends.clockwise);
         arc
     }
@@ -134,7 +140,7 @@ impl Arc {
     pub fn length_mm(&self) -> f64 {
         let [.., across] = self.axes();
         let around_mm = 0.5 * (self.radius_mm + self.target_radius_mm) * self.travel_rad.abs();
-        length([around_mm, self.ends.distance_mm(across)])
+        hypotenuse([around_mm, self.ends.distance_mm(across)])
     }
 
     /// The least and the greatest coordinate on the arc, axis by axis.
@@ -186,6 +192,36 @@ impl Arc {
     }
 }
 
+/// Why an arc was refused whose centre was given: its start and its target are not equally far from that centre. Displays
+/// as the text of a `[MSG:...]`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Misfit {
+    /// The distance of the start from the centre.
+    pub start_radius_mm: f64,
+    /// The distance of the target from the centre.
+    pub target_radius_mm: f64,
+}
+
+impl Misfit {
+    /// `None` if they are equally far, as nearly as Grbl demands.
+    pub(crate) fn of(ends: Ends, offset_mm: [f64; 2]) -> Option<Self> {
+        let arc = Arc::new(ends, offset_mm);
+        let Arc { radius_mm, target_radius_mm, .. } = arc;
+        (!arc.fits()).then_some(Self { start_radius_mm: radius_mm, target_radius_mm })
+    }
+}
+
+impl fmt::Display for Misfit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mm = |mm: f64| Coordinate { pm: length::from_mm(mm), inches: false };
+        let (start, target) = (mm(self.start_radius_mm), mm(self.target_radius_mm));
+        write!(
+            f,
+            "the start is {start} mm from the arc's centre, the target {target} mm: correct the target or I, J, K"
+        )
+    }
+}
+
 /// Signed angle from one direction to the other. As in Grbl, an angle close to zero counts as a full circle.
 fn travel_rad(from: [f64; 2], to: [f64; 2], clockwise: bool) -> f64 {
     let rad = libm::atan2(cross(from, to), from[0] * to[0] + from[1] * to[1]);
@@ -201,7 +237,7 @@ fn cross(a: [f64; 2], b: [f64; 2]) -> f64 {
     a[0] * b[1] - a[1] * b[0]
 }
 
-fn length([a, b]: [f64; 2]) -> f64 {
+fn hypotenuse([a, b]: [f64; 2]) -> f64 {
     libm::sqrt(a * a + b * b)
 }
 

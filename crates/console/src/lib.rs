@@ -53,7 +53,7 @@ mod system;
 mod words;
 
 pub use alarm::Alarm;
-pub use arc::{Arc, Chords, Ends};
+pub use arc::{Arc, Chords, Ends, Misfit};
 pub use command::{Block, Command, Door, Jog, Move, Probe, Rate, ReportedState};
 pub use error::Error;
 pub use fixed::{Coordinate, Fixed};

@@ -56,6 +56,11 @@ impl<F: NorFlash> Controller<'_, F> {
         {
             text.say(refusal);
         }
+        if let (Err(Error::InvalidTarget), Ok(line)) = (&answer, line)
+            && let Some(misfit) = self.with(|program| program.interpreter.misfit(line))
+        {
+            text.say(misfit);
+        }
         let saved = if self.with(|program| program.unsaved.any()) { self.save(&mut text).await } else { Ok(()) };
         let answer = answer.and_then(|after| saved.map(|()| after));
         if answer == Ok(After::Boot) {

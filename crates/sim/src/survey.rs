@@ -409,7 +409,10 @@ impl Reader {
         let word = word(line);
         let remedy = match setting {
             Some(refused) => refused.to_string(),
-            None => remedy(line, word.as_deref(), error),
+            None => match self.interpreter.misfit(line).filter(|_| error == Error::InvalidTarget) {
+                Some(misfit) => misfit.to_string(),
+                None => remedy(line, word.as_deref(), error),
+            },
         };
         let key = kind(word.as_deref(), error);
         *self.survey.refused_by_word.entry(key).or_default() += 1;

@@ -238,6 +238,25 @@ fn error_33_invalid_target() {
     );
 }
 
+/// Both distances from the centre are told, in mm, whatever the units and the plane.
+#[test]
+fn error_33_names_both_radii() {
+    let mut sim = homed();
+    let told = |start: &str, target: &str| {
+        format!(
+            "[MSG:the start is {start} mm from the arc's centre, the target {target} mm: correct the target or I, J, K]"
+        )
+    };
+    for (line, start, target) in [
+        ("G2 X10 I4.99 F100", "4.990", "5.010"),
+        ("G91 G18 G3 X3 Z4 I-10 F100", "10.000", "13.601"),
+        ("G20 G2 X1 I0.4 F10", "10.160", "15.240"),
+    ] {
+        assert_eq!(say(&mut sim, line), [told(start, target).as_str(), "error:33"], "{line}");
+    }
+    assert_eq!(say(&mut sim, "G2 X9000 R-9000 F100"), ["error:33"], "not for want of a centre");
+}
+
 #[test]
 fn error_34_radius_too_small() {
     refused_and_unchanged(&["G2 X10 R4.999", "G3 X10 R0", "G18 G2 X-10 R-4.9"], 34);

@@ -109,15 +109,15 @@ fn cos_sin(rad: f64) -> [f64; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::arc::length;
+    use crate::arc::hypotenuse;
 
     #[test]
     fn the_series_are_cosine_and_sine() {
         for rad in (-6_283..=6_283).map(|thousandths| f64::from(thousandths) * 1e-3).chain([1e-9, -1e-5, 0.0]) {
             let [cos, sin] = cos_sin(rad);
-            assert!(length([cos - rad.cos(), sin - rad.sin()]) < 1e-13, "{rad}");
+            assert!(hypotenuse([cos - rad.cos(), sin - rad.sin()]) < 1e-13, "{rad}");
             let near = if rad.abs() < 0.5 { 4e-16 } else { 1e-13 };
-            assert!((length([cos, sin]) - 1.0).abs() < near, "{rad}");
+            assert!((hypotenuse([cos, sin]) - 1.0).abs() < near, "{rad}");
         }
     }
 }
