@@ -51,15 +51,8 @@ impl<F: NorFlash> Controller<'_, F> {
             Ok(line) => self.carry_out(line, &mut text, out).await,
             Err(error) => Err(error),
         };
-        if let (&Err(error), Ok(line)) = (&answer, line)
-            && let Some(refusal) = Refusal::of(line, error)
-        {
-            text.say(refusal);
-        }
-        if let (Err(Error::InvalidTarget), Ok(line)) = (&answer, line)
-            && let Some(misfit) = self.with(|program| program.interpreter.misfit(line))
-        {
-            text.say(misfit);
+        if let (&Err(error), Ok(line)) = (&answer, line) {
+            self.explain(line, error, &mut text);
         }
         let saved = if self.with(|program| program.unsaved.any()) { self.save(&mut text).await } else { Ok(()) };
         let answer = answer.and_then(|after| saved.map(|()| after));
@@ -79,6 +72,20 @@ impl<F: NorFlash> Controller<'_, F> {
         }
         self.with(|program| program.in_line = false);
         after
+    }
+
+    /// Says of a refused line what its error does not.
+    // Not inlined, so that the other lines run through less code in flash.
+    #[cold]
+    #[inline(never)]
+    fn explain(&self, line: &str, error: Error, text: &mut Message) {
+        if let Some(refusal) = Refusal::of(line, error) {
+            text.say(refusal);
+        } else if error == Error::InvalidTarget
+            && let Some(misfit) = self.with(|program| program.interpreter.misfit(line))
+        {
+            text.say(misfit);
+        }
     }
 
     /// Begins a line. Returns whether it has to catch up with the machine first: if the line before it was dropped, if

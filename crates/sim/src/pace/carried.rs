@@ -7,7 +7,7 @@ use crate::outcome::Outcome;
 
 /// Short moves of three axes that the board carries out in a second, sent over USB: measured on the emulated board by
 /// `cargo xtask bench --quick`; docs/figures.md.
-pub const BOARD_MOVES_PER_S: f64 = 1_179.0;
+pub const BOARD_MOVES_PER_S: f64 = 1_147.0;
 /// Moves that are known ahead of the one under way: 64 in the chain, 15 in the queue.
 const AHEAD: usize = 64 + 15;
 
@@ -50,7 +50,7 @@ mod tests {
         assert_eq!(longer(&burst), 0.0, "planned during the long move before them");
     }
 
-    /// 2,500 moves a second, for 2 s in all: the board needs 1/1,179 s for each.
+    /// 2,500 moves a second, for 2 s in all: the board needs 1/1,147 s for each.
     #[test]
     fn moves_that_come_too_fast_take_as_long_as_their_planning() {
         let program = format!("G91 G1 F6000\n{}", "X0.04\n".repeat(5_000));
