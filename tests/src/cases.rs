@@ -3,6 +3,7 @@
 use isostep_motion::{AXES, Axis};
 use isostep_profile::SpeedLaw;
 use isostep_sim::compare::{self, Comparison};
+use isostep_sim::drive::MotorData;
 use isostep_sim::{Config, run};
 use isostep_trials::cases;
 use oorandom::Rand32;
@@ -171,7 +172,8 @@ pub fn cold_starts_are_exact(rig: impl Rig, off_max_ns: f64) {
 fn held_against_plans(rig: &impl Rig, acts: &[Act], seen: &Seen) -> Comparison {
     let program =
         acts.iter().filter_map(|act| if let Act::Line(line) = act { Some(format!("{line}\n")) } else { None });
-    let planned = run(program.collect::<String>().as_bytes(), &Config::default()).expect("a program");
+    let config = Config { motor: MotorData::RIGID, ..Config::default() };
+    let planned = run(program.collect::<String>().as_bytes(), &config).expect("a program");
     assert!(planned.refusals.is_empty(), "{rig}: {:?}", planned.refusals);
     compare::compare(&planned, &seen.edges).unwrap_or_else(|error| panic!("{rig}: {error}"))
 }
