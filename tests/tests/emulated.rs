@@ -225,8 +225,8 @@ fn steps_that_come_too_late_lock_the_machine() {
     assert_eq!(position_steps(report), Some(seen), "{report}");
 }
 
-/// A curved ramp so steep that its segments cannot be compiled fast enough. The state machines must halt and not
-/// stretch an interval.
+/// A curved ramp so steep that its segments cannot be compiled fast enough. The state machine that runs dry must halt and
+/// not stretch an interval, and must stop the other axes itself: within an interval, not when a task hears of it.
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn a_port_that_runs_out_of_steps_locks_the_machine() {
@@ -246,6 +246,9 @@ fn a_port_that_runs_out_of_steps_locks_the_machine() {
     let seen = [0, 1, 2].map(|axis| run.edges.iter().filter(|edge| edge.axis == axis).count() as i32);
     assert_eq!(reported, seen, "{report}");
     assert!(seen.iter().all(|&steps| (1..100_000).contains(&steps)), "{seen:?}");
+    let last_ns = [0, 1, 2].map(|axis| run.edges.iter().rfind(|edge| edge.axis == axis).unwrap().t_ns);
+    let spread_ns = last_ns.iter().max().unwrap() - last_ns.iter().min().unwrap();
+    assert!(spread_ns <= 4_000, "last edges at {last_ns:?} ns");
 }
 
 /// Settings and offsets are stored in the chip's flash, which its ROM programs. The emulator faults if code runs from

@@ -2,7 +2,7 @@ import assert from 'node:assert/strict';
 import test from 'node:test';
 import { CONDITION, FROM, irqWait, jmp, mov, OPERATION, pull, push, REL, set, shiftIn, shiftOut, TO, waitGpio, waitIrq } from '../support/pio-assembly.mjs';
 import { PIO1, PioBench, REG, SM } from '../support/pio-bench.mjs';
-import { axes, DIR_HIGH, HALTED_AT, openGate, OVERHEAD_CYCLES, REST, rises, TURN_CYCLES } from '../support/step-program.mjs';
+import { announceEnd, axes, DIR_HIGH, HALTED_AT, openGate, OVERHEAD_CYCLES, REST, rises, STARVED_AT, TURN_CYCLES } from '../support/step-program.mjs';
 
 test('a square wave: set pins with delays, exact to the cycle', () => {
   const bench = new PioBench();
@@ -204,11 +204,24 @@ test('a brake of flag 7 stops the edges at once, leaves pulses whole, and Y has 
   assert.equal(0xffffffff - bench.read(REG.rxf), 3);
 });
 
-test('a machine that runs dry says so by its flag, and halts', () => {
+test('a machine that runs dry before its end says so by its flag, halts, and brakes the others', () => {
+  const bench = new PioBench();
+  const [first, second] = axes(bench, 2, 10);
+  for (const word of [20, 20]) bench.write(REG.txf, word);
+  for (const word of [20, 40, 40]) bench.write(REG.txf + 4, word);
+  openGate(bench);
+  bench.run(400);
+  assert.deepEqual([rises(first).length, rises(second).length], [2, 2]);
+  assert.equal(bench.read(REG.irq), 1 | (1 << 7));
+  assert.equal(bench.read(bench.sm(0, SM.addr)), STARVED_AT);
+});
+
+test('a machine that runs dry at its end says so by its flag, and halts', () => {
   const bench = new PioBench();
   bench.write(REG.inte, 1 << 8);
   const [edges] = axes(bench, 1, 10);
   for (const word of [20, 20]) bench.write(REG.txf, word);
+  announceEnd(bench, 0);
   openGate(bench);
   bench.run(40);
   assert.equal(bench.pending(7), false);

@@ -26,6 +26,7 @@ const FUNCSEL_PIO0: u32 = 6;
 
 /// Bit 19 is clear, so OUT shifts left. IN shifts right, as after a reset.
 const OUT_SHIFTS_LEFT: u32 = 1 << 18;
+const STATUS_OF_RX: u32 = 1 << 4;
 const FIFO_IS_ALL_TX: u32 = 1 << 30;
 
 /// By this cycle every machine waits at the gate and its FIFO is full.
@@ -38,6 +39,8 @@ const AFTER_CYCLES: u64 = 4_000;
 pub struct Axis {
     pub words: Words,
     pub waits: Vec<Wait>,
+    /// The cycle of the write that announces the end. Without it an empty FIFO is a fault.
+    pub end_known_at: Option<u64>,
 }
 
 /// Cycles up to a step, with DIR low or high, or to the end of a rest.
@@ -65,6 +68,11 @@ impl Wait {
 }
 
 impl Axis {
+    /// An axis whose end is announced before it starts.
+    pub fn new(words: Words, waits: Vec<Wait>) -> Self {
+        Self { words, waits, end_known_at: Some(0) }
+    }
+
     /// The words as `PioPort` writes them.
     pub fn encoded(&self) -> Vec<u32> {
         let mut has_stepped = false;
@@ -102,7 +110,7 @@ pub struct Seen {
     pub falls: Vec<u64>,
     /// When DIR changed, and whether it is high then.
     pub turns: Vec<(u64, bool)>,
-    /// When the machine raised its own flag.
+    /// When the machine raised its own flag, at the end or because it starved.
     pub halt: Option<u64>,
     /// The number of edges that it has counted.
     pub count: u32,
@@ -122,12 +130,17 @@ impl Experiment {
         }
         let all = (1 << axes.len()) - 1;
         setup.extend([(IRQ, all), (CTRL, all)]);
+        let announced = (0..).zip(axes).filter_map(|(machine, axis)| {
+            Some((axis.end_known_at?, of(machine, EXECCTRL), exec_ctrl(program::status_n(true))))
+        });
+        let mut writes: Vec<_> = announced.chain([(OPENS_AT, IRQ, program::GATE.into())]).collect();
+        writes.sort_unstable();
         let finish = (0..axes.len() as u32).flat_map(counted);
         Self {
             setup,
             pins,
             words: axes.iter().map(Axis::encoded).collect(),
-            writes: vec![(OPENS_AT, IRQ, program::GATE.into())],
+            writes,
             cycles: until + AFTER_CYCLES,
             finish: [(CTRL, 0)].into_iter().chain(finish).collect(),
         }
@@ -165,10 +178,14 @@ fn shift_ctrl(fifo_is_all_tx: bool) -> u32 {
     OUT_SHIFTS_LEFT | if fifo_is_all_tx { FIFO_IS_ALL_TX } else { 0 }
 }
 
+fn exec_ctrl(status_n: u8) -> u32 {
+    let wrap = program::steps().wrap;
+    u32::from(wrap.source) << 12 | u32::from(wrap.target) << 7 | STATUS_OF_RX | u32::from(status_n)
+}
+
 /// The registers as embassy-rp sets them for `pio_port`.
 fn configured(machine: u32, pin: u8) -> Vec<(u32, u32)> {
     let program = program::steps();
-    let exec_ctrl = u32::from(program.wrap.source) << 12 | u32::from(program.wrap.target) << 7;
     let dir = dir_pin(pin);
     // STEP is the side-set pin, DIR the pin of OUT. SET has both, to set their direction.
     let pin_ctrl = u32::from(program.side_set.bits()) << 29 | 2 << 26 | 1 << 20;
@@ -179,7 +196,7 @@ fn configured(machine: u32, pin: u8) -> Vec<(u32, u32)> {
         (GPIO_CTRL + 8 * u32::from(pin), FUNCSEL_PIO0),
         (GPIO_CTRL + 8 * u32::from(dir), FUNCSEL_PIO0),
         (of(machine, CLKDIV), 1 << 16),
-        (of(machine, EXECCTRL), exec_ctrl),
+        (of(machine, EXECCTRL), exec_ctrl(program::status_n(false))),
         (of(machine, SHIFTCTRL), shift_ctrl(true)),
         (of(machine, PINCTRL), pin_ctrl),
         (of(machine, INSTR), low.into()),

@@ -19,10 +19,11 @@ use std::ops::Range;
 
 use isostep_motion::{Capabilities, DriverTiming, Wiring, ticks_covering};
 use oorandom::Rand32;
+use pio::{InstructionOperands, IrqIndexMode, JmpCondition};
 
 use self::emulator::Emulator;
 use self::experiment::{Axis, Experiment, OPENS_AT, Seen, Wait};
-use self::program::{AXES_MAX, TURN_CYCLES, WAIT_MAX_CYCLES, Words};
+use self::program::{AXES_MAX, STARVED_AT, TURN_CYCLES, WAIT_MAX_CYCLES, Words};
 
 /// Cycles from the write that opens the gate to time zero of a run, at which a first step of 0 cycles would rise.
 const ZERO_AFTER_GATE_CYCLES: u64 = 9;
@@ -39,8 +40,14 @@ const SEEDS: Range<u64> = 0..3;
 const PULSES: [u32; 7] = [0, 4, 5, 13, 238, 250, 1_000];
 /// An instruction that waits for a flag continues one cycle after the flag was cleared; the edge comes one cycle later.
 const EDGE_AFTER_RELEASE_CYCLES: u64 = 2;
-/// Cycles from the fetch of a word to the flag of a machine that finds none.
-const HALT_AFTER_FETCH_CYCLES: u64 = 5;
+/// Cycles from the fetch of a word to the flag of a machine that finds none, at the end and otherwise.
+const END_AFTER_FETCH_CYCLES: u64 = 7;
+const STARVED_AFTER_FETCH_CYCLES: u64 = 8;
+/// Cycles from that fetch to the look at STATUS, which must have been written before, and to the flag of the brake.
+const STATUS_AFTER_FETCH_CYCLES: u64 = 5;
+const BRAKE_AFTER_FETCH_CYCLES: u64 = 7;
+/// The brake is not released.
+const FOR_EVER: u64 = u64::MAX;
 /// Clock of the chip.
 const TICK_HZ: u32 = 125_000_000;
 
@@ -61,13 +68,18 @@ fn predicted(axis: &Axis, brake: &Range<u64>) -> Seen {
         }
         // The program tests the brake one cycle before the edge. The brake takes effect one cycle after it was set.
         if brake.start < at - 1 && at - 1 <= brake.end {
+            if brake.end == FOR_EVER {
+                return Seen { count: seen.rises.len() as u32, ..seen };
+            }
             at = brake.end + EDGE_AFTER_RELEASE_CYCLES;
         }
         fetch = at + pulse;
         seen.rises.push(at);
         seen.falls.push(fetch);
     }
-    let (halt, count) = (Some(fetch + HALT_AFTER_FETCH_CYCLES), seen.rises.len() as u32);
+    let is_end = axis.end_known_at.is_some_and(|known| known < fetch + STATUS_AFTER_FETCH_CYCLES);
+    let flag_cycles = if is_end { END_AFTER_FETCH_CYCLES } else { STARVED_AFTER_FETCH_CYCLES };
+    let (halt, count) = (Some(fetch + flag_cycles), seen.rises.len() as u32);
     Seen { halt, count, ..seen }
 }
 
@@ -80,17 +92,21 @@ struct Case {
 
 impl Case {
     fn new(name: String, axes: &[Axis]) -> Self {
-        Self::braked(name, axes, &(0..0))
+        Self::of(name, axes, &(0..0))
     }
 
+    /// The brake is set by hand, and released.
     fn braked(name: String, axes: &[Axis], brake: &Range<u64>) -> Self {
+        let mut case = Self::of(name, axes, brake);
+        case.experiment.brake(brake);
+        case
+    }
+
+    /// The brake is on during these cycles, whatever sets it.
+    fn of(name: String, axes: &[Axis], brake: &Range<u64>) -> Self {
         let wanted: Vec<_> = axes.iter().map(|axis| predicted(axis, brake)).collect();
         let until = wanted.iter().filter_map(|seen| seen.halt).max().unwrap();
-        let mut experiment = Experiment::new(axes, until);
-        if !brake.is_empty() {
-            experiment.brake(brake);
-        }
-        Self { name, experiment, wanted }
+        Self { name, experiment: Experiment::new(axes, until), wanted }
     }
 
     fn check(&self, emulator: Emulator, seen: &[Seen]) {
@@ -147,7 +163,7 @@ fn random_axes(seed: u64) -> Vec<Axis> {
     (0..3)
         .map(|machine| {
             let words = Words::with_pulse(pulse(machine));
-            Axis { words, waits: random_waits(&mut random, words) }
+            Axis::new(words, random_waits(&mut random, words))
         })
         .collect()
 }
@@ -176,7 +192,7 @@ fn random_words() -> Vec<Case> {
 fn one_gate() -> Vec<Case> {
     let words = Words::with_pulse(250);
     let axes = [(20, 300), (0, 300), (3, 700), (20, 300)]
-        .map(|(more, cycles)| Axis { words, waits: steps(&[&[40], &vec![cycles; more][..]].concat()) });
+        .map(|(more, cycles)| Axis::new(words, steps(&[&[40], &vec![cycles; more][..]].concat())));
     assert_eq!(axes.len(), AXES_MAX);
     let case = Case::new("the gate".to_owned(), &axes);
     assert!(case.wanted.iter().all(|seen| seen.rises[0] == case.wanted[0].rises[0]));
@@ -188,7 +204,7 @@ fn one_gate() -> Vec<Case> {
 fn brakes() -> Vec<Case> {
     let axes = [4, 30].map(|pulse| {
         let waits = [true, false, false, true, false, true].map(|high| step(high, 60)).to_vec();
-        Axis { words: Words::with_pulse(pulse), waits }
+        Axis::new(Words::with_pulse(pulse), waits)
     });
     let second = predicted(&axes[0], &(0..0)).rises[1];
     let brakes = (second - 3..second + 35).flat_map(|from| [1, 2, 500].map(|cycles| from..from + cycles));
@@ -200,12 +216,31 @@ fn brakes() -> Vec<Case> {
 fn empty_fifos() -> Vec<Case> {
     let words = Words::with_pulse(13);
     let late = vec![Wait::Low(20), Wait::Rest(500)];
-    let axes = [vec![], steps(&[50, 60, 70]), vec![Wait::Rest(90)], late].map(|waits| Axis { words, waits });
+    let axes = [vec![], steps(&[50, 60, 70]), vec![Wait::Rest(90)], late].map(|waits| Axis::new(words, waits));
     let mut case = Case::new("an empty FIFO".to_owned(), &axes);
     for machine in 0..axes.len() as u32 {
         case.experiment.send(OPENS_AT + 2_000, machine, words.step(60, true));
     }
     vec![case]
+}
+
+/// An axis starves: its FIFO is empty and its end was not announced, or one cycle too late. No other axis makes another
+/// step, whatever it is about to do, and none is braked by an end that was announced in time.
+fn starved() -> Vec<Case> {
+    let words = Words::with_pulse(13);
+    let fetch = predicted(&Axis::new(words, steps(&[50, 60, 70])), &(0..0)).falls[2];
+    let status = fetch + STATUS_AFTER_FETCH_CYCLES;
+    let case = |end_known_at: Option<u64>, others: u32| {
+        let short = Axis { end_known_at, ..Axis::new(words, steps(&[50, 60, 70])) };
+        let long = Axis::new(words, [vec![Wait::High(40)], vec![step(false, others); 200]].concat());
+        let is_end = end_known_at.is_some_and(|known| known < status);
+        let brake = if is_end { 0..0 } else { fetch + BRAKE_AFTER_FETCH_CYCLES..FOR_EVER };
+        let name =
+            format!("the end is announced on cycle {end_known_at:?} of {status}, the others step every {others}");
+        Case::of(name, &[short, long.clone(), long], &brake)
+    };
+    let known = (status - 3..status + 3).map(|known| case(Some(known), 31));
+    known.chain((30..70).map(|others| case(None, others))).collect()
 }
 
 /// Every step reverses the direction, as soon after the previous step as `PioPort` allows, and the first step comes as
@@ -219,7 +254,7 @@ fn reversals() -> Vec<Case> {
         let period = capabilities.period_min_ticks(wiring);
         let first = Wait::High(ticks_covering(timing.setup_ns, TICK_HZ));
         let others = (0..60).map(|k| step(k % 2 == 1, period));
-        Axis { words, waits: [first].into_iter().chain(others).collect() }
+        Axis::new(words, [first].into_iter().chain(others).collect())
     };
     let axes = drivers.map(axis);
     let case = Case::new("reversals".to_owned(), &axes);
@@ -264,6 +299,12 @@ macro_rules! on {
 
         #[test]
         $(#[$ignored])?
+        fn a_machine_that_starves_brakes_the_others() {
+            check($emulator, &starved());
+        }
+
+        #[test]
+        $(#[$ignored])?
         fn reversals_keep_the_drivers_times() {
             check($emulator, &reversals());
         }
@@ -280,6 +321,16 @@ mod own {
     use super::*;
 
     on!(Emulator::Own, #[ignore = "needs Node's packages: cargo xtask test"]);
+}
+
+/// The firmware tells a fault from an end by the place at which the machine stays.
+#[test]
+fn a_machine_that_starves_stays_where_the_firmware_looks() {
+    let raise = |index, index_mode| InstructionOperands::IRQ { clear: false, wait: false, index, index_mode }.encode();
+    let (brake, own) = (raise(7, IrqIndexMode::DIRECT), raise(0, IrqIndexMode::REL));
+    let stay = InstructionOperands::JMP { condition: JmpCondition::Always, address: STARVED_AT }.encode();
+    let address = usize::from(STARVED_AT);
+    assert_eq!(program::steps().code[address - 2..=address], [brake, own, stay]);
 }
 
 /// These waits are too long to be emulated. Their words must still encode whether it is a step or a rest, and DIR.

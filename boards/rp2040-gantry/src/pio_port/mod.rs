@@ -7,8 +7,9 @@
 //!
 //! # Deadline
 //! A block must be written before the previous one has been sent: 384 us at 1,000,000 steps/s. If it is late, the state
-//! machine runs out of words and halts by itself before its next edge. That is a fault ([`PortFault::Underrun`]), never
-//! a stretched interval.
+//! machine runs out of words, sets the brake for all axes and halts by itself before its next edge. That is a fault
+//! ([`PortFault::Underrun`]), never a stretched interval. The last item of a run has the same deadline: it announces the
+//! end, after which an empty FIFO is none too early.
 //!
 //! # Where the steps are
 //! The state machine counts every edge as it makes it. While it runs, this count cannot be read. The odometer is then
@@ -79,8 +80,9 @@ pub struct PioPort {
     capabilities: Capabilities,
     /// What was written for the last run.
     tally: Tally,
-    /// Edges of the last run that rose.
+    /// Edges of the last run that rose, and whether the state machine ran out of words before its end.
     risen: u32,
+    has_starved: bool,
 }
 
 /// The ports of all axes, at rest, with STEP and DIR low.
@@ -142,14 +144,16 @@ impl StepPort for PioPort {
             let mut active = ActiveRun::new(self, run, start_line, odometer);
             let emitted = active.emit(segments).await;
             if emitted.is_err() {
-                // The other axes do not wait until this one has counted.
+                // The other axes do not wait until this one has counted. A state machine that runs dry has set the brake
+                // itself.
                 gate::brake(true);
                 return emitted;
             }
             // Wait until the state machine has halted, by itself or because of a fault.
             active.until(|_| false).await;
         }
-        if self.risen == self.tally.written_edges() { Ok(()) } else { Err(PortFault::Underrun) }
+        let is_whole = self.risen == self.tally.written_edges();
+        if is_whole && !self.has_starved { Ok(()) } else { Err(PortFault::Underrun) }
     }
 }
 
@@ -160,7 +164,7 @@ impl PioPort {
         // A pulse is a whole number of cycles.
         let (margin_ticks, turn_ticks) = (MARGIN_TICKS, program::TURN_CYCLES + 1);
         let capabilities = Capabilities { tick_hz: TICK_HZ, timing, margin_ticks, turn_ticks };
-        Self { axis, machine, stream, capabilities, tally: Tally::new(), risen: 0 }
+        Self { axis, machine, stream, capabilities, tally: Tally::new(), risen: 0, has_starved: false }
     }
 }
 
@@ -222,7 +226,10 @@ impl<'a> ActiveRun<'a> {
             match item {
                 StreamItem::Steps { segment, direction } => self.write(&segment, direction).await?,
                 StreamItem::Rest { until_ticks } => self.rest_until(until_ticks).await?,
-                StreamItem::End => break,
+                StreamItem::End => {
+                    self.port.machine.announce_end();
+                    break;
+                }
             }
             item = match segments.try_receive() {
                 Ok(item) => item,
@@ -240,11 +247,9 @@ impl<'a> ActiveRun<'a> {
         self.port.stream.hand_over();
         self.start().await;
         loop {
-            // An item that is there is taken first: it may be the end, after which the halt is none too early.
             let item = with_timeout(REPORT_EVERY, select(segments.receive(), self.halted())).await;
             self.report();
             match item {
-                Ok(Either::First(StreamItem::End)) => return Ok(StreamItem::End),
                 // The item comes too late, or none has come.
                 Ok(_) if self.port.machine.has_halted() => return Err(PortFault::Underrun),
                 Ok(Either::First(item)) => return Ok(item),
@@ -404,6 +409,7 @@ impl<'a> ActiveRun<'a> {
         self.port.machine.disable();
         self.port.stream.clear();
         cortex_m::asm::delay(self.words.pulse_cycles());
+        self.port.has_starved = self.port.machine.has_starved();
         self.port.risen = self.port.machine.risen();
         self.count(self.port.risen);
     }

@@ -9,7 +9,8 @@
 //! - **the gate**, before the first word: it is opened once for all axes, which therefore start on the same cycle;
 //! - **the brake**, before every edge: it is set by whatever stops the machine; pulses keep their full length;
 //! - **an empty FIFO**: the machine raises a flag and halts; it never stretches an interval. A run also ends like this.
-//!   Whoever wrote the last word knows whether it is the end or a fault.
+//!   If the end was not announced, it is a fault, and the machine sets the brake itself: no other axis makes another
+//!   step. Whether it was announced, the program asks as MOV's STATUS.
 //!
 //! DIR changes a fixed number of cycles after the fall of STEP ([`TURN_CYCLES`]), and the rest of the interval is its
 //! set-up time. A rest leaves DIR unchanged.
@@ -48,7 +49,16 @@ const REST_CYCLES: u32 = 9;
 /// From the fall of STEP to the change of DIR for the next step.
 pub const TURN_CYCLES: u32 = 3;
 
-/// The program: twenty of the block's 32 instructions, at address 0 so that labels are addresses.
+/// The address at which a machine stays after it has found its FIFO empty before the end.
+pub const STARVED_AT: u8 = 11;
+
+/// Whether STATUS says that the end was announced: STATUS_N is 1 as long as an empty FIFO is a fault, and 0 from the
+/// announcement on. STATUS is all ones if the level of the RX FIFO, which is 0 during a run, is below STATUS_N.
+pub const fn status_n(end_is_known: bool) -> u8 {
+    if end_is_known { 0 } else { 1 }
+}
+
+/// The program: 26 of the block's 32 instructions, at address 0 so that labels are addresses.
 pub fn steps() -> Program<{ pio::RP2040_MAX_PROGRAM_SIZE }> {
     let assembled = pio::pio_asm!(
         ".origin 0",
@@ -62,6 +72,13 @@ pub fn steps() -> Program<{ pio::RP2040_MAX_PROGRAM_SIZE }> {
         "    jmp !x step         side 0",
         "    out x, 1            side 0",
         "    jmp !x rest         side 0",
+        "    mov x, status       side 0", // 0 if the end was announced
+        "    jmp !x end          side 0",
+        "    irq nowait 7        side 0", // the brake
+        "    irq nowait 0 rel    side 0",
+        "starved:",
+        "    jmp starved         side 0",
+        "end:",
         "    irq nowait 0 rel    side 0",
         "over:",
         "    jmp over            side 0",

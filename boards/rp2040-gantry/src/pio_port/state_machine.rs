@@ -3,7 +3,9 @@
 use embassy_rp::pac;
 use embassy_rp::pac::PIO0;
 
-use crate::pio_port::program::forced;
+use embassy_rp::pac::pio::vals::SmExecctrlStatusSel;
+
+use crate::pio_port::program::{STARVED_AT, forced, status_n};
 
 /// The state machine with the index of its axis. There is one value for each, owned by the axis's port. All are used at
 /// one priority, so what they share needs no lock.
@@ -22,6 +24,7 @@ impl StateMachine {
         self.disable();
         PIO0.ctrl().modify(|ctrl| ctrl.set_sm_restart(self.bit()));
         self.share_fifo(true);
+        self.know_end(false);
         PIO0.txf(self.index).write_value(pulse_loops);
         self.force(forced::PULL);
         self.force(forced::SET_PULSE);
@@ -39,6 +42,18 @@ impl StateMachine {
         PIO0.ctrl().modify(|ctrl| ctrl.set_sm_enable(ctrl.sm_enable() & !self.bit()));
     }
 
+    /// From now on an empty FIFO is the end of the run. Before, it is a fault, at which the machine sets the brake.
+    pub fn announce_end(&self) {
+        self.know_end(true);
+    }
+
+    fn know_end(&self, is_known: bool) {
+        self.registers().execctrl().modify(|exec| {
+            exec.set_status_sel(SmExecctrlStatusSel::RXLEVEL);
+            exec.set_status_n(status_n(is_known));
+        });
+    }
+
     /// How many edges have risen since it was loaded, modulo 2^32. Lowers STEP and drops the content of the FIFO, so
     /// disable the state machine first.
     pub fn risen(&self) -> u32 {
@@ -51,6 +66,11 @@ impl StateMachine {
     /// Whether it has run out of words.
     pub fn has_halted(&self) -> bool {
         PIO0.irq().read().irq() & self.bit() != 0
+    }
+
+    /// Whether it has run out of words before the end was announced. It stays so until it is loaded again.
+    pub fn has_starved(&self) -> bool {
+        self.registers().addr().read().addr() == STARVED_AT
     }
 
     fn forget_halt(&self) {
