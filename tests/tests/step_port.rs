@@ -2,12 +2,12 @@
 //! closed-form instants, exact counts, whole pulses, and a fault instead of a wrong step. `isostep_tests::cases` tests
 //! the same for whole machines, on the emulated board too.
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::convert::Infallible;
 use std::future::pending;
 use std::rc::Rc;
 
-use embassy_futures::join::join;
+use embassy_futures::join::{join, join4};
 use embassy_futures::poll_once;
 use embassy_futures::select::{Either, select};
 use embassy_time::{Duration, Instant, Timer};
@@ -480,5 +480,53 @@ fn a_step_that_is_too_late_by_microseconds_is_a_fault() {
                 assert!(matches!(result, Err(PortFault::Late { .. })), "{late_us} us late: {result:?}");
             }
         });
+    }
+}
+
+/// The tasks of the axes may get no time while steps are due, so the task that makes the steps stops all axes itself, at
+/// the instant at which it notices that one is late.
+#[test]
+fn a_step_that_is_too_late_brakes_all_axes() {
+    const LATE: Duration = Duration::from_millis(1);
+    let rig = Rig { port: Port::Timer, driver: isostep_motion::DriverTiming::DRV8825 };
+    let noticed = Rc::new(Cell::new(None));
+    let noting = noticed.clone();
+    let world = rig.run_all(|[mut x, mut y, _], _| async move {
+        let (start, plan) = (Instant::from_millis(1), Plan::new(3_000));
+        let (queues, odometers) = ([const { StreamQueue::new() }; 2], [const { Odometer::new() }; 2]);
+        let lines = [const { StartLine::new() }; 2];
+        let items = plan.items(x.capabilities().tick_hz);
+        let mut steps = 0;
+        let (in_time, late): (Vec<_>, Vec<_>) = items.clone().partition(|&item| {
+            steps += steps_of(item);
+            steps < 1_500
+        });
+        let made: i32 = in_time.iter().copied().map(steps_of).sum();
+        let due_ns = plan.instants_ns(start).nth(made as usize).unwrap().0;
+        let feed_late = async {
+            send_all(&queues[0], in_time.into_iter()).await;
+            Timer::at(Instant::from_nanos(due_ns as u64) + LATE).await;
+            send_all(&queues[0], late.into_iter()).await;
+        };
+        let go = join(let_go(&lines[0], start), let_go(&lines[1], start));
+        let others =
+            join4(y.run(WIRED, &lines[1], &queues[1], &odometers[1]), feed_late, send_all(&queues[1], items), go);
+        let fault = async {
+            let result = x.run(WIRED, &lines[0], &queues[0], &odometers[0]).await;
+            assert!(matches!(result, Err(PortFault::Late { .. })), "{result:?}");
+            noting.set(Some(time::ns(Instant::now())));
+            Timer::after_millis(20).await;
+        };
+        assert!(matches!(select(fault, others).await, Either::First(())));
+    });
+    let noticed_ns = noticed.get().unwrap();
+    let last = edges(&world).last().copied().unwrap();
+    assert_eq!(last.axis, Axis::Y as usize);
+    assert!((noticed_ns - 100_000..=noticed_ns).contains(&last.t_ns), "{last:?}, noticed at {noticed_ns} ns");
+}
+
+async fn send_all(queue: &StreamQueue, items: impl Iterator<Item = StreamItem>) {
+    for item in items {
+        queue.send(item).await;
     }
 }

@@ -12,8 +12,8 @@ use embassy_futures::select::{Either, select};
 use embassy_time::{Instant, Timer};
 use embedded_hal::digital::OutputPin;
 use isostep_motion::{
-    Capabilities, Direction, DriverTiming, Odometer, PortFault, Run, StartLine, StepPort, StreamItem, StreamQueue,
-    Wiring,
+    AXES, Capabilities, Direction, DriverTiming, Odometer, PortFault, Run, StartLine, StepPort, StreamItem,
+    StreamQueue, Wiring,
 };
 use isostep_profile::{IntervalLaw, Limits, SpeedLaw, SyncMove};
 use isostep_sim::executor::Executor;
@@ -43,14 +43,23 @@ impl Rig {
         F: FnOnce(AxisPort, Clock) -> T,
         T: Future<Output = ()> + 'static,
     {
+        self.run_all(|[port, ..], clock| task(port, clock))
+    }
+
+    /// Runs `task` with the ports of all axes.
+    pub fn run_all<F, T>(self, task: F) -> Shared
+    where
+        F: FnOnce([AxisPort; AXES], Clock) -> T,
+        T: Future<Output = ()> + 'static,
+    {
         let mut executor = Executor::new();
         let clock = executor.clock().clone();
         let _current = clock.enter();
         let config = Config { port: self.port, driver: self.driver, ..Config::default() };
         let world = Rc::new(RefCell::new(World::new(clock.clone(), &config)));
         Output::new(&world, Wire::Enable).set_low().unwrap();
-        let [port, ..] = AxisPort::all(&config, &mut executor, &world);
-        executor.spawn("port", task(port, clock.clone()));
+        let ports = AxisPort::all(&config, &mut executor, &world);
+        executor.spawn("port", task(ports, clock.clone()));
         executor.run_until_quiescent(Instant::from_secs(24 * 3600)).unwrap();
         assert!(!executor.waiting().contains(&"port"), "{self}");
         assert_eq!(world.borrow().record().violations, [], "{self}");
@@ -120,7 +129,7 @@ impl Plan {
     }
 
     /// The steps as the items for a port with this tick rate.
-    pub fn items(&self, tick_hz: u32) -> impl Iterator<Item = StreamItem> + use<> {
+    pub fn items(&self, tick_hz: u32) -> impl Iterator<Item = StreamItem> + Clone + use<> {
         let direction = Direction::of(self.steps());
         self.0.segments(1, tick_hz).map(move |segment| StreamItem::Steps { segment, direction })
     }

@@ -140,7 +140,7 @@ impl Mailbox {
         Self { contents: Mutex::new(contents), room: Signal::new(), begun: Signal::new(), end: Signal::new() }
     }
 
-    fn brake(&self, engaged: bool) {
+    pub fn brake(&self, engaged: bool) {
         self.contents.lock(|contents| contents.braked.set(engaged));
     }
 }

@@ -188,7 +188,7 @@ where
     #[inline(always)]
     fn raise(&mut self, now: u64, oldest: u64) -> u32 {
         if now - oldest > LATE_MAX.as_ticks() {
-            self.drives.iter_mut().for_each(|drive| drive.refuse_late(now));
+            self.refuse_late(now);
         }
         let mut pulse_ns = 0;
         // One critical section for all axes: with one for each, the last axis would wait for all of them.
@@ -203,6 +203,16 @@ where
             }
         });
         pulse_ns
+    }
+
+    /// A step comes too late, which is a fault. No axis makes another step, from here on: the tasks of the axes, which hear
+    /// of it, may get no time while steps are due.
+    #[cold]
+    fn refuse_late(&mut self, now: u64) {
+        for drive in &mut self.drives {
+            drive.mailbox.brake(true);
+            drive.refuse_late(now);
+        }
     }
 
     /// Ends the pulses and goes on to the steps that follow.
@@ -333,7 +343,6 @@ where
         true
     }
 
-    #[cold]
     fn refuse_late(&mut self, now: u64) {
         if self.level == Level::Due && now - self.due > LATE_MAX.as_ticks() {
             self.level = Level::Low;

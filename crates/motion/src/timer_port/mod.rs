@@ -19,7 +19,7 @@
 //! A step is due at its tick. The driving task wakes up early, by the time that a wake-up takes, and waits for the step
 //! without sleeping. So a delayed wake-up delays no edge. If the next step is nearer than a wake-up takes, the task
 //! does not sleep at all. A late step makes no later step late, because the next instant comes from the profile.
-//! Lateness beyond [`LATE_MAX`] is a fault, because the steps behind would be bunched.
+//! Lateness beyond [`LATE_MAX`] is a fault, because the steps behind would be bunched. It brakes all axes of the bank.
 //!
 //! # Where the steps are
 //! In one critical section the driving task checks whether a step may rise, raises it and counts it. So a brake or a
