@@ -157,11 +157,14 @@ fn a_run_dropped_before_its_start_makes_no_step() {
     }
 }
 
-/// After the first segments nothing comes for a second. The next segments are too late for every port.
+/// After the first segments nothing comes for a second. Every port notices that when a step would be too late, not when the
+/// next segments come.
 #[test]
 fn running_dry_is_a_fault_and_nothing_rises_after_it() {
     for rig in Rig::all() {
         let (start, plan) = (Instant::from_millis(1), Plan::new(500));
+        let noticed = Rc::new(Cell::new(0));
+        let noting = noticed.clone();
         let world = rig.run(|mut port, _| async move {
             let (queue, start_line, odometer) = (StreamQueue::new(), StartLine::new(), Odometer::new());
             let mut items = plan.items(port.capabilities().tick_hz);
@@ -177,9 +180,11 @@ fn running_dry_is_a_fault_and_nothing_rises_after_it() {
             let Either::First(result) = select(port.run(WIRED, &start_line, &queue, &odometer), item).await;
             assert!(matches!(result, Err(PortFault::Underrun | PortFault::Late { .. })), "{rig}: {result:?}");
             assert_eq!(odometer.position_steps(), fed, "{rig}");
+            noting.set(time::ns(Instant::now()));
         });
         let edges = edges(&world);
         let last = edges.last().unwrap().t_ns;
+        assert!(noticed.get() <= last + 250_000, "{rig}: the last edge at {last} ns, noticed at {} ns", noticed.get());
         assert!(last < time::ns(start) + 100_000_000, "{rig}: nothing but what was given in time");
     }
 }
@@ -453,7 +458,8 @@ fn a_start_line_forgets_an_earlier_run() {
     assert!(poll_once(line.armed()).is_pending(), "let go for the run before");
 }
 
-/// Steps are accepted up to 208 us late, which is half a period of the default machine's top speed.
+/// Steps are accepted up to 208 us late, which is half a period of the default machine's top speed. Until shortly before the
+/// step that is late the port knows that none is due.
 #[test]
 fn a_step_that_is_too_late_by_microseconds_is_a_fault() {
     let slow = Limits { top_speed_steps_s: 500.0, accel_steps_s2: 10_000.0, decel_steps_s2: 10_000.0, ..LIMITS };
@@ -465,6 +471,8 @@ fn a_step_that_is_too_late_by_microseconds_is_a_fault() {
             let mut items = plan.items(port.capabilities().tick_hz);
             let fed: i32 = items.by_ref().take(1).inspect(|item| queue.try_send(*item).unwrap()).map(steps_of).sum();
             let due_ns = plan.instants_ns(start).nth(fed as usize).unwrap().0;
+            let until_ticks = (due_ns as u64 - time::ns(start)) / 1_000 - 5;
+            queue.try_send(StreamItem::Rest { until_ticks }).unwrap();
             let feed = async {
                 let_go(&start_line, start).await;
                 Timer::at(Instant::from_micros(due_ns as u64 / 1_000 + late_us)).await;

@@ -71,7 +71,7 @@ What is measured, of PioPort and of TimerPort, three axes stepping at once and s
             maximum, p99, histogram, and drift
   load      the share of the time that the core is awake, at a steady rate and in ramps
   stops     from a limit switch, the emergency stop or a second reset byte (the first has the machine brake) to the last
-            edge, at random instants of a fixed seed; of PioPort from the halt of a port that runs dry, too
+            edge, at random instants of a fixed seed; and from the last edge of an axis whose port faults, too
   starts    from the arrival of a line to the first edge, less what the plan itself takes to its first step: flash's cache
             empty (cold) and right after a move of the same kind (warm); at 5,000,000 steps/s2,
             TimerPort at 1,000,000 to 20,000 steps/s

@@ -1,5 +1,5 @@
-//! Measures how soon a move stops: the time from a limit switch, the emergency stop, a second reset byte or the halt of a
-//! port that has run dry to the last edge of any axis.
+//! Measures how soon a move stops: the time from a limit switch, the emergency stop, a second reset byte or the last edge
+//! of an axis whose port faults to the last edge of any axis.
 
 use std::fmt::Write;
 
@@ -18,8 +18,6 @@ use crate::variant::Port;
 
 /// When a move is stopped, us after its line was accepted: in the second half of the ramp, or in the cruise after it.
 const WINDOW_US: std::ops::Range<f64> = 100_000.0..300_000.0;
-/// The top speed of the moves that a port runs dry in. They do not reach it.
-const DRY_RATE_STEPS_S: u32 = 248_000;
 /// A fixed seed, so that the stops come at the same instants in every run.
 const SEED: u64 = 1;
 /// Stops per run. All its moves go in the same direction, so their number must keep within the 10 m that a target may
@@ -40,6 +38,8 @@ pub enum Input {
     SecondReset,
     /// No input: a step port that runs dry, because its segments cannot be compiled as fast as it makes them.
     DryPort,
+    /// No input: a step that comes too late, because the processor cannot make the steps as fast as they are due.
+    LateStep,
 }
 
 /// The results for one input.
@@ -76,6 +76,7 @@ impl Input {
             Self::EmergencyStop => "emergency stop",
             Self::SecondReset => "second reset byte",
             Self::DryPort => "a step port that runs dry",
+            Self::LateStep => "a step that comes too late",
         }
     }
 
@@ -86,6 +87,25 @@ impl Input {
             Self::EmergencyStop => &["estop pressed", "expect ALARM:10", "estop released"],
             Self::SecondReset => &["bytes 18", "wait-ms 5", "bytes 18", "expect Grbl"],
             Self::DryPort => &["expect ALARM:22"],
+            Self::LateStep => &["expect ALARM:20"],
+        }
+    }
+
+    /// The fault of a port that is asked for too much. A TimerPort does not run dry: its steps come too late.
+    fn fault(port: Port) -> Self {
+        match port {
+            Port::Pio => Self::DryPort,
+            Port::Timer => Self::LateStep,
+        }
+    }
+
+    /// Settings with which moves end in this fault: of the machine, and the numbers of the first axis's with the values of
+    /// all. And the top speed that they ask for, which is not reached, steps/s.
+    fn too_much(self) -> (&'static [&'static str], [(u32, u32); 3], u32) {
+        match self {
+            // Curved ramps so steep that they cannot be compiled in time.
+            Self::DryPort => (&["$0=0", "$940=2"], [(110, 14_880), (100, 1_000), (120, 100_000)], 248_000),
+            _ => (&["$0=0"], [(110, 6_000), (100, 1_000), (120, 1_000)], 100_000),
         }
     }
 }
@@ -93,8 +113,7 @@ impl Input {
 /// Measures stops by every input in moves at `rate_steps_s` of each axis.
 pub fn measure(board: &Board, port: Port, rate_steps_s: u32, effort: &Effort) -> Result<Vec<StopMeasurement>> {
     let by_inputs = Input::ALL.into_iter().map(|input| by(board, port, rate_steps_s, input, effort));
-    // A TimerPort does not run dry: its steps come too late.
-    by_inputs.chain((port == Port::Pio).then(|| by_dry_port(board, port, effort))).collect()
+    by_inputs.chain([by_fault(board, port, effort)]).collect()
 }
 
 fn by(board: &Board, port: Port, rate_steps_s: u32, input: Input, effort: &Effort) -> Result<StopMeasurement> {
@@ -105,16 +124,18 @@ fn by(board: &Board, port: Port, rate_steps_s: u32, input: Input, effort: &Effor
     Ok(StopMeasurement { input, rate_steps_s, latency })
 }
 
-/// Measures how soon a port that runs dry stops the other axes. All axes make the same steps, so the port that ran dry
-/// is the one whose last edge is the earliest; its state machine halts with that edge.
-fn by_dry_port(board: &Board, port: Port, effort: &Effort) -> Result<StopMeasurement> {
-    let (input, rate_steps_s, stops) = (Input::DryPort, DRY_RATE_STEPS_S, effort.stops);
+/// Measures how soon a port that faults stops the other axes. All axes make the same steps, so the port that faulted is
+/// the one whose last edge is the earliest. A state machine that runs dry halts with that edge; a step that comes too late
+/// is noticed 208 us and more after it was due.
+fn by_fault(board: &Board, port: Port, effort: &Effort) -> Result<StopMeasurement> {
+    let (input, stops) = (Input::fault(port), effort.stops);
+    let rate_steps_s = input.too_much().2;
     let case = Case::begin(board.chip, port, AXES, rate_steps_s, &format!("{stops} stops by {}", input.name()));
-    let ran = board.run_for_edges(&dry_script(stops, &mut Rand32::new(SEED)), f64::from(stops))?;
+    let ran = board.run_for_edges(&fault_script(input, stops, &mut Rand32::new(SEED)), f64::from(stops))?;
     let latency = match ran {
         Measured::Figure((summary, edges)) => {
             let latencies_us = latencies_us(&edges);
-            ensure!(latencies_us.len() == stops as usize, "{} of {stops} moves ran dry", latencies_us.len());
+            ensure!(latencies_us.len() == stops as usize, "{} of {stops} moves ended in the fault", latencies_us.len());
             Measured::Figure(Latency::of(&latencies_us, &summary))
         }
         Measured::Missing { why_not } => Measured::Missing { why_not },
@@ -137,17 +158,18 @@ fn latencies_us(edges: &[Edge]) -> Vec<f64> {
     moves.map(spread_us).collect()
 }
 
-/// Moves so steep that their curved ramps cannot be compiled in time, each of which ends in an alarm.
-fn dry_script(moves: u32, random: &mut Rand32) -> String {
-    let settings = [(110, DRY_RATE_STEPS_S * 60 / 1_000), (100, 1_000), (120, 100_000)];
-    let mut script = "expect Grbl\nsend $0=0\nexpect ok\nsend $940=2\nexpect ok\n".to_owned();
+/// Moves that ask too much of the port, each of which ends in an alarm.
+fn fault_script(input: Input, moves: u32, random: &mut Rand32) -> String {
+    let (of_machine, of_axes, _) = input.too_much();
+    let mut script = "expect Grbl\n".to_owned();
+    script.extend(of_machine.iter().map(|line| format!("send {line}\nexpect ok\n")));
     for axis in 0..AXES as u32 {
-        script.extend(settings.map(|(number, value)| format!("send ${}={value}\nexpect ok\n", number + axis)));
+        script.extend(of_axes.map(|(number, value)| format!("send ${}={value}\nexpect ok\n", number + axis)));
     }
     for _ in 0..moves {
         // Each length has segments of its own, and so an instant of its own at which they come too late.
         let mm = 60.0 + 40.0 * f64::from(random.rand_float());
-        let stop = Input::DryPort.commands().join("\n");
+        let stop = input.commands().join("\n");
         write!(
             script,
             "send G91 G0 X{mm:.3} Y{mm:.3} Z{mm:.3}\nexpect ok\n{stop}\nwait-ms {SETTLE_MS}\nsend $X\nexpect ok\n"

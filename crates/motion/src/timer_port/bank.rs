@@ -246,12 +246,14 @@ impl Mailbox {
         may
     }
 
-    /// Ends the run with `result`, unless the port has ended it already.
-    pub fn conclude(&self, result: Result<(), PortFault>) {
+    /// Ends the run with `result`, unless it has ended already; returns whether it does.
+    pub fn conclude(&self, result: Result<(), PortFault>) -> bool {
         self.contents.lock(|contents| {
-            if contents.live.replace(false) {
+            let ends = contents.live.replace(false);
+            if ends {
                 self.end.signal(result);
             }
-        });
+            ends
+        })
     }
 }

@@ -77,9 +77,10 @@ struct AxisDrive<'a, S, D> {
     sign: i32,
     /// The instant from which segments count; [`AT_GATE`] until the run starts.
     start: u64,
-    /// When the next step is due.
+    /// When the next step is due; or, while the next item is not there yet, up to when it is known that none is.
     due: u64,
-    /// When the next step rises: when it is due, or as soon as the driver can take it.
+    /// When the next step rises: when it is due, or as soon as the driver can take it. While the next item is not there:
+    /// when its first step would be too late.
     at: u64,
     /// When STEP may rise.
     ready: u64,
@@ -91,6 +92,8 @@ struct AxisDrive<'a, S, D> {
     setup: u64,
     /// A run is under way, and more items of it are to come.
     has_run: bool,
+    /// The next item is not there yet.
+    waits: bool,
     level: Level,
 }
 
@@ -209,9 +212,9 @@ where
     /// of it, may get no time while steps are due.
     #[cold]
     fn refuse_late(&mut self, now: u64) {
-        for drive in &mut self.drives {
-            drive.mailbox.brake(true);
-            drive.refuse_late(now);
+        // A run that was stopped meanwhile has no fault.
+        if self.drives.iter_mut().fold(false, |is_fault, drive| drive.refuse_late(now) || is_fault) {
+            self.drives.iter().for_each(|drive| drive.mailbox.brake(true));
         }
     }
 
@@ -261,6 +264,7 @@ where
             direction_inverted: false,
             setup: 0,
             has_run: false,
+            waits: false,
             level: Level::Low,
         }
     }
@@ -270,7 +274,7 @@ where
         if let Some(request) = self.mailbox.take_request() {
             self.begin(&request);
         }
-        if self.at == NEVER && self.has_run {
+        if self.waits {
             self.refill();
         }
     }
@@ -279,7 +283,7 @@ where
     fn begin(&mut self, request: &RunRequest) {
         (self.pulse_ns, self.low_min) = (request.pulse_ns, request.low_min.as_ticks());
         (self.direction_inverted, self.setup) = (request.direction_inverted, request.setup.as_ticks());
-        (self.start, self.due, self.at, self.has_run) = (AT_GATE, NEVER, NEVER, true);
+        (self.start, self.due, self.at, self.has_run, self.waits) = (AT_GATE, AT_GATE, NEVER, true, true);
     }
 
     /// Sets DIR. If DIR changes, the next step waits for the set-up time.
@@ -304,8 +308,10 @@ where
             return;
         }
         self.start = start;
-        if self.at != NEVER {
-            self.due = self.due - AT_GATE + start;
+        self.due = self.due - AT_GATE + start;
+        if self.waits {
+            self.await_item();
+        } else if self.at != NEVER {
             self.at = self.due.max(self.ready);
         }
         self.mailbox.begin(Instant::from_ticks(start));
@@ -318,20 +324,32 @@ where
     /// At the end of a segment: takes the next one, if it is there, or ends the run. No run ends before it has started.
     #[inline(never)]
     fn refill(&mut self) {
-        match self.mailbox.take() {
-            Some(StreamItem::Steps { segment, direction }) => {
-                self.face(direction);
-                self.ticks = Some(segment.ticks());
-                self.advance();
-            }
-            Some(StreamItem::End) => {
-                self.has_run = false;
-                if !self.is_at_gate() {
-                    self.mailbox.conclude(Ok(()));
+        self.waits = false;
+        loop {
+            match self.mailbox.take() {
+                Some(StreamItem::Steps { segment, direction }) => {
+                    self.face(direction);
+                    self.ticks = Some(segment.ticks());
+                    self.advance();
+                    return;
                 }
+                Some(StreamItem::Rest { until_ticks }) => self.due = self.start + until_ticks,
+                Some(StreamItem::End) => {
+                    (self.has_run, self.at) = (false, NEVER);
+                    if !self.is_at_gate() {
+                        self.mailbox.conclude(Ok(()));
+                    }
+                    return;
+                }
+                None => return self.await_item(),
             }
-            Some(StreamItem::Rest { .. }) | None => {}
         }
+    }
+
+    /// The next item is not there. If it has not come when a first step of it would be too late, this is a fault.
+    fn await_item(&mut self) {
+        self.waits = self.has_run;
+        self.at = if self.is_at_gate() || !self.has_run { NEVER } else { self.due + LATE_MAX.as_ticks() + 1 };
     }
 
     /// Goes on to the next step of the segment; false if there is none.
@@ -343,10 +361,13 @@ where
         true
     }
 
-    fn refuse_late(&mut self, now: u64) {
-        if self.level == Level::Due && now - self.due > LATE_MAX.as_ticks() {
-            self.level = Level::Low;
-            self.mailbox.conclude(Err(PortFault::Late { late: Duration::from_ticks(now - self.due), max: LATE_MAX }));
+    /// Whether its run ends because its step is too late, or because no item has come.
+    fn refuse_late(&mut self, now: u64) -> bool {
+        let is_late = self.level == Level::Due && now - self.due > LATE_MAX.as_ticks();
+        if is_late {
+            (self.level, self.has_run, self.waits) = (Level::Low, false, false);
         }
+        let late = || Duration::from_ticks(now - self.due);
+        is_late && self.mailbox.conclude(Err(PortFault::Late { late: late(), max: LATE_MAX }))
     }
 }

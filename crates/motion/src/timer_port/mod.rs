@@ -19,7 +19,8 @@
 //! A step is due at its tick. The driving task wakes up early, by the time that a wake-up takes, and waits for the step
 //! without sleeping. So a delayed wake-up delays no edge. If the next step is nearer than a wake-up takes, the task
 //! does not sleep at all. A late step makes no later step late, because the next instant comes from the profile.
-//! Lateness beyond [`LATE_MAX`] is a fault, because the steps behind would be bunched. It brakes all axes of the bank.
+//! Lateness beyond [`LATE_MAX`] is a fault, because the steps behind would be bunched. So is a step that is not known by
+//! then. The fault brakes all axes of the bank.
 //!
 //! # Where the steps are
 //! In one critical section the driving task checks whether a step may rise, raises it and counts it. So a brake or a
@@ -141,10 +142,6 @@ impl TimerPort<'_> {
     }
 
     async fn hand_over(&self, item: StreamItem) {
-        if matches!(item, StreamItem::Rest { .. }) {
-            // A port that waits for its steps one by one does not need rests.
-            return;
-        }
         loop {
             let (taken, wanted) = self.mailbox.offer(item);
             if wanted {
