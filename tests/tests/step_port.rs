@@ -494,7 +494,7 @@ fn a_step_that_is_too_late_by_microseconds_is_a_fault() {
 /// The tasks of the axes may get no time while steps are due, so the task that makes the steps stops all axes itself, at
 /// the instant at which it notices that one is late.
 #[test]
-fn a_step_that_is_too_late_brakes_all_axes() {
+fn a_step_that_is_too_late_stops_all_axes() {
     const LATE: Duration = Duration::from_millis(1);
     let rig = Rig { port: Port::Timer, driver: isostep_motion::DriverTiming::DRV8825 };
     let noticed = Rc::new(Cell::new(None));

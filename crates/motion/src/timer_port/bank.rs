@@ -140,7 +140,7 @@ impl Mailbox {
         Self { contents: Mutex::new(contents), room: Signal::new(), begun: Signal::new(), end: Signal::new() }
     }
 
-    pub fn brake(&self, engaged: bool) {
+    fn brake(&self, engaged: bool) {
         self.contents.lock(|contents| contents.braked.set(engaged));
     }
 }
@@ -244,6 +244,11 @@ impl Mailbox {
             contents.live.set(false);
         }
         may
+    }
+
+    /// No further step of the run rises. The port, which is not told, has to be stopped, too.
+    pub fn cut_off(&self) {
+        self.contents.lock(|contents| contents.live.set(false));
     }
 
     /// Ends the run with `result`, unless it has ended already; returns whether it does.

@@ -214,7 +214,7 @@ where
     fn refuse_late(&mut self, now: u64) {
         // A run that was stopped meanwhile has no fault.
         if self.drives.iter_mut().fold(false, |is_fault, drive| drive.refuse_late(now) || is_fault) {
-            self.drives.iter().for_each(|drive| drive.mailbox.brake(true));
+            self.drives.iter().for_each(|drive| drive.mailbox.cut_off());
         }
     }
 

@@ -20,7 +20,7 @@
 //! without sleeping. So a delayed wake-up delays no edge. If the next step is nearer than a wake-up takes, the task
 //! does not sleep at all. A late step makes no later step late, because the next instant comes from the profile.
 //! Lateness beyond [`LATE_MAX`] is a fault, because the steps behind would be bunched. So is a step that is not known by
-//! then. The fault brakes all axes of the bank.
+//! then. After a fault no axis of the bank makes another step.
 //!
 //! # Where the steps are
 //! In one critical section the driving task checks whether a step may rise, raises it and counts it. So a brake or a
