@@ -212,8 +212,12 @@ where
     /// of it, may get no time while steps are due.
     #[cold]
     fn refuse_late(&mut self, now: u64) {
-        // A run that was stopped meanwhile has no fault.
-        if self.drives.iter_mut().fold(false, |is_fault, drive| drive.refuse_late(now) || is_fault) {
+        let mut is_fault = false;
+        for drive in &mut self.drives {
+            // A run that was stopped meanwhile has no fault.
+            is_fault |= drive.refuse_late(now);
+        }
+        if is_fault {
             self.drives.iter().for_each(|drive| drive.mailbox.cut_off());
         }
     }
