@@ -1,8 +1,10 @@
 //! Small programs, and what the check prints about them.
 
+use std::collections::BTreeSet;
 use std::fs;
+use std::path::PathBuf;
 
-use indicatif::ProgressBar;
+use indicatif::{ProgressBar, ProgressDrawTarget};
 use isostep_console::Settings;
 
 use super::look::{self, Checked, Machine, Stand};
@@ -18,11 +20,15 @@ fn check(name: &str, program: &str, start_mm: Option<[f64; 3]>) -> Checked {
 }
 
 fn check_on(name: &str, program: &str, machines: &[Machine], stand: Stand) -> Checked {
+    look::check(&file(name, program), machines, stand, &ProgressBar::hidden())
+}
+
+fn file(name: &str, program: &str) -> PathBuf {
     let folder = std::env::temp_dir().join(format!("isostep-check-{}", std::process::id()));
     fs::create_dir_all(&folder).unwrap();
     let path = folder.join(name);
     fs::write(&path, program).unwrap();
-    look::check(&path, machines, stand, &ProgressBar::hidden())
+    path
 }
 
 fn detail(checked: &Checked) -> String {
@@ -193,4 +199,41 @@ fn a_plate_is_probed_and_its_place_is_told() {
     assert!(reported.contains("probed     line 2: [PRB:0.000,0.000,-2."), "{reported}");
     let without = detail(&check_on("none.nc", program, &machine(), stand(None)));
     assert!(without.contains("ALARM:5") && without.contains("(--probe-plate puts a plate there)"), "{without}");
+}
+
+/// The lines that the bar has counted, and all of them.
+fn counted(bar: &ProgressBar) -> (u64, u64) {
+    (bar.position(), bar.length().unwrap())
+}
+
+/// It counts what is refused, and what an alarm leaves out, too.
+#[test]
+fn the_bar_is_full_at_the_end_however_a_program_ends() {
+    let bar = ProgressBar::with_draw_target(Some(0), ProgressDrawTarget::hidden());
+    for (name, program, lines) in [
+        ("refused-bar.nc", "G0 X5\nG99\nM2\n", 3),
+        ("alarm-bar.nc", "G38.2 Z-5 F60\nG0 X5\nG0 X6\nM2\n", 3 + 4),
+        ("fast-bar.nc", "G91\nG0 X0.1\n", 3 + 4 + 2),
+    ] {
+        look::check(&file(name, program), &machine(), Stand::default(), &bar);
+        assert_eq!(counted(&bar), (lines, lines), "{name}");
+    }
+}
+
+/// A program of half an hour, which takes some tenths of a second here.
+#[test]
+fn the_bar_moves_while_a_long_program_is_made() {
+    let bar = ProgressBar::with_draw_target(Some(0), ProgressDrawTarget::hidden());
+    let path = file("long-bar.nc", &format!("G91 G1 F60\n{}", "X1\nX-1\n".repeat(1_000)));
+    let seen = std::thread::scope(|scope| {
+        let check = scope.spawn(|| look::check(&path, &machine(), Stand::default(), &bar));
+        let mut seen = BTreeSet::new();
+        while !check.is_finished() {
+            seen.insert(bar.position());
+            std::thread::yield_now();
+        }
+        seen
+    });
+    assert_eq!(counted(&bar), (2_001, 2_001));
+    assert!(seen.iter().any(|lines| (1..2_000).contains(lines)), "{seen:?}");
 }
