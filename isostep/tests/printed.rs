@@ -56,6 +56,37 @@ fn a_program_is_built_in() {
     assert_eq!(behind(&printed), behind(&String::from_utf8(again.stdout).unwrap()));
 }
 
+/// Writes `program` to a file, and returns what the verb prints about it, errors too.
+fn about(name: &str, program: &str, arguments: &[&str]) -> String {
+    let path = std::env::temp_dir().join(format!("isostep-{}-{name}", std::process::id()));
+    std::fs::write(&path, program).unwrap();
+    let (verb_name, options) = arguments.split_first().unwrap();
+    let output = verb(&[verb_name, path.to_str().unwrap()]).args(options).output().unwrap();
+    std::fs::remove_file(path).unwrap();
+    String::from_utf8([output.stdout, output.stderr].concat()).unwrap()
+}
+
+/// The same options place a plate for both verbs, and both tell where it was touched.
+#[test]
+fn a_touch_of_the_plate_is_printed_by_check_and_sim() {
+    for name in ["check", "sim"] {
+        let arguments = [name, "--start", "35,40,15", "--probe-plate", "Z,12.5,below"];
+        let printed = about(&format!("probe-{name}.nc"), "G21 G91\nG38.2 Z-10 F60\nG0 Z2\nM2\n", &arguments);
+        assert!(printed.contains("line 2: [PRB:0.000,0.000,-2.500:1]\n"), "{printed}");
+    }
+}
+
+#[test]
+fn a_dark_pierce_is_printed_by_check_and_sim() {
+    for name in ["check", "sim"] {
+        let printed = about(&format!("pierce-{name}.nc"), "$32=1\nM3 S800\nG4 P0.5\nG1 X5 F600\nM5\nM2\n", &[name]);
+        assert!(
+            printed.contains("the laser does not pierce at line 3: it is dark wherever nothing moves"),
+            "{printed}"
+        );
+    }
+}
+
 /// What README shows of a first run is what a first run prints.
 #[test]
 fn the_readme_shows_what_is_printed() {
