@@ -284,6 +284,22 @@ fn command_sleep_frees_the_motors_until_a_reset() {
     assert!(energised(&sim), "and so it stays");
 }
 
+/// Whoever frees the motors may push the axes, and nothing counts that. After an idle delay they are trusted to stay.
+#[test]
+fn the_position_is_not_trusted_after_a_sleep() {
+    let mut sim = homed();
+    assert_eq!(say(&mut sim, "$1=25\nG0 X1\nG4 P1"), ["ok"; 3]);
+    assert_eq!(sim.machine().homed(), [true; 3], "freed by $1");
+    assert_eq!(say(&mut sim, "$SLP"), ["ok", "[MSG:Sleeping]"]);
+    assert_eq!(sim.machine().homed(), [false; 3]);
+    sim.send(b"\x18");
+    sim.run_until_idle().unwrap();
+    assert_eq!(say(&mut sim, "$X").last().unwrap(), "ok");
+    assert_eq!(sim.machine().homed(), [false; 3], "unlocked");
+    assert_eq!(say(&mut sim, "$H"), ["ok"]);
+    assert_eq!(sim.machine().homed(), [true; 3]);
+}
+
 #[test]
 fn command_boot_is_refused_without_a_boot_loader() {
     let mut sim = homed();
