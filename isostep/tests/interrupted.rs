@@ -1,8 +1,11 @@
-//! Ctrl-C while a program is streamed to a simulated machine: what it does, and what is said then.
+//! The console at a simulated machine, as processes: Ctrl-C while a program is streamed, what it does, and what is said
+//! then; a pipe that resumes a machine that waits.
 #![cfg(unix)]
 
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, Write};
 use std::process::{Child, Command, Stdio};
+use std::thread;
+use std::time::Duration;
 
 /// A process that is ended with the test.
 struct Running(Child);
@@ -59,4 +62,24 @@ fn two_at_m0_reset_a_machine_whose_position_is_kept() {
                     kept: Idle   X    5.000 Y    0.000 Z    0.000\n";
     assert!(printed.ends_with(expected), "{printed}");
     assert!(!printed.contains("not trusted"), "{printed}");
+}
+
+/// `printf 'M0\n~\n' | isostep console PORT`. A console that does not send the `~` waits as long as the machine.
+#[test]
+fn a_pipe_resumes_the_machine_where_it_waits() {
+    let link = std::env::temp_dir().join(format!("isostep-pipe-{}", std::process::id()));
+    let port = link.to_str().unwrap();
+    let mut machine = Running(verb(&["sim", "--pty", "--link", port]).spawn().unwrap());
+    BufReader::new(machine.0.stdout.take().unwrap()).read_line(&mut String::new()).unwrap();
+    for typed in ["M0\n~\n", "M6 T1\n~\n"] {
+        let mut console = Running(verb(&["console", port]).stdin(Stdio::piped()).spawn().unwrap());
+        console.0.stdin.take().unwrap().write_all(typed.as_bytes()).unwrap();
+        let ended = (0..200).find_map(|_| {
+            thread::sleep(Duration::from_millis(100));
+            console.0.try_wait().unwrap()
+        });
+        assert!(ended.is_some_and(|status| status.success()), "{typed:?}: {ended:?} after 20 s");
+        let printed = std::io::read_to_string(console.0.stdout.take().unwrap()).unwrap();
+        assert!(printed.ends_with("ok\n"), "{typed:?}: {printed}");
+    }
 }

@@ -144,6 +144,20 @@ fn error_20_unsupported() {
     }
 }
 
+/// Whatever the error is, the machine says what is not known here, as `isostep check` does.
+#[test]
+fn expressions_are_named_with_any_error() {
+    let mut sim = homed();
+    for (line, word, code) in
+        [("#1=5", "#1", 1), ("G1 X#1 F100", "X#1", 2), ("G0 X[1+2]", "X[1+2]", 2), ("G1*71", "*71", 1)]
+    {
+        let told = format!(
+            "[MSG:{word}: no variables, expressions, checksums here: let the post-processor write plain numbers]"
+        );
+        assert_eq!(say(&mut sim, line), [told, format!("error:{code}")], "{line}");
+    }
+}
+
 #[test]
 fn error_21_modal_clash() {
     refused_and_unchanged(

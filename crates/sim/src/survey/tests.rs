@@ -101,3 +101,22 @@ fn the_travel_follows_the_settings_and_where_an_axis_homes() {
     assert!(survey("$23=6\n$H\nG0 X1\n").outside.is_some());
     assert_eq!(survey("$23=6\n$H\nG0 X-1\n").outside, None);
 }
+
+/// Who checks a program reads what the machine would say about each line.
+#[test]
+fn a_refused_line_is_told_in_the_words_of_the_machine() {
+    for (line, words) in [
+        ("G5 X1", "G5: "),
+        ("G0 Q5", "Q: no code here uses it"),
+        ("G10 L3 P1 X1", "G10: L2 or L20 here"),
+        ("G1 X#1 F100", "X#1: no variables, expressions, checksums here"),
+        ("#1=5", "#1: no variables, expressions, checksums here"),
+        ("G2 X10 I4.99 F100", "the start is 4.990 mm from the arc's centre, the target 5.010 mm"),
+        ("$100=-5", "$100=-5 is negative"),
+    ] {
+        let told = survey(&format!("{line}\n")).refused.remove(0).remedy;
+        let outcome = crate::run(format!("{line}\n").as_bytes(), &Config::default()).unwrap();
+        assert!(told.starts_with(words), "{line}: {told}");
+        assert_eq!(outcome.refusals[0].words.as_ref(), Some(&told), "{line}");
+    }
+}
