@@ -56,6 +56,13 @@ fn a_program_is_built_in() {
     assert_eq!(behind(&printed), behind(&String::from_utf8(again.stdout).unwrap()));
 }
 
+/// A run is repeated with the options that its report was drawn with.
+#[test]
+fn the_width_of_the_beam_is_told() {
+    let printed = about("beam.nc", "$32=1\nM4 S800\nG1 X5 F600\nM2\n", &["sim", "--beam", "0.3"]);
+    assert!(printed.contains(" --beam 0.3\n"), "{printed}");
+}
+
 /// Writes `program` to a file, and returns what the verb prints about it, errors too.
 fn about(name: &str, program: &str, arguments: &[&str]) -> String {
     let path = std::env::temp_dir().join(format!("isostep-{}-{name}", std::process::id()));

@@ -132,6 +132,18 @@ mod tests {
         assert!(picture.caption().contains("X 0.00 to 5.00, Y 0.00 to 10.00 mm"), "{}", picture.caption());
     }
 
+    /// A beam four times as wide spreads the same light over four times the area, and half as much where it is
+    /// half its width away.
+    #[test]
+    fn a_wide_beam_engraves_wide_lines() {
+        let [narrow, wide] =
+            [0.1, 0.4].map(|beam_mm| engraved(PROGRAM, &Config { beam_mm, ..Config::default() }).unwrap());
+        assert_eq!(grey(&narrow, [0.2, 5.0]), 255);
+        assert!((80..200).contains(&grey(&wide, [0.2, 5.0])), "{}", grey(&wide, [0.2, 5.0]));
+        assert!((narrow.black_s_mm2 / wide.black_s_mm2 - 4.0).abs() < 0.4, "{}", wide.black_s_mm2);
+        assert!(wide.caption().contains("0.40 mm"), "{}", wide.caption());
+    }
+
     #[test]
     fn without_a_laser_a_beam_or_edges_there_is_none() {
         assert!(engraved(&PROGRAM.replace("$32=1", ""), &Config::default()).is_none());

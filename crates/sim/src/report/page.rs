@@ -235,3 +235,22 @@ fn setting_lines(row: &isostep_console::Setting, outcome: &Outcome) -> String {
 fn steps_text(steps: [i32; 3]) -> String {
     steps.map(|n| n.to_string()).join(", ")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Config, run};
+
+    #[test]
+    fn the_path_is_drawn_from_the_sides_if_z_moves() {
+        const PLANES: [&str; 3] = ["XY", "XZ", "YZ"];
+        const FILES: [&str; 3] = ["path.svg", "path-xz.svg", "path-yz.svg"];
+        for (program, expected) in [("G1 X10 Z1 F600\n", [true; 3]), ("G1 X10 Y5 F600\n", [true, false, false])] {
+            let outcome = run(program.as_bytes(), &Config::default()).unwrap();
+            let (page, files) = (page(&outcome, &Figures::new("a.nc", &outcome)), files(&outcome));
+            let on_page = PLANES.map(|plane| page.contains(&format!("Path in the {plane} plane, coloured by speed")));
+            let beside = FILES.map(|wanted| files.iter().any(|(name, _)| name == wanted));
+            assert_eq!([on_page, beside], [expected; 2], "{program}");
+        }
+    }
+}
