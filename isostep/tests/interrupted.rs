@@ -4,6 +4,7 @@
 
 use std::io::{BufRead, BufReader, Write};
 use std::process::{Child, Command, Stdio};
+use std::sync::mpsc;
 use std::thread;
 use std::time::Duration;
 
@@ -74,12 +75,10 @@ fn a_pipe_resumes_the_machine_where_it_waits() {
     for typed in ["M0\n~\n", "M6 T1\n~\n"] {
         let mut console = Running(verb(&["console", port]).stdin(Stdio::piped()).spawn().unwrap());
         console.0.stdin.take().unwrap().write_all(typed.as_bytes()).unwrap();
-        let ended = (0..200).find_map(|_| {
-            thread::sleep(Duration::from_millis(100));
-            console.0.try_wait().unwrap()
-        });
-        assert!(ended.is_some_and(|status| status.success()), "{typed:?}: {ended:?} after 20 s");
-        let printed = std::io::read_to_string(console.0.stdout.take().unwrap()).unwrap();
-        assert!(printed.ends_with("ok\n"), "{typed:?}: {printed}");
+        let (mut stdout, (printed, heard)) = (console.0.stdout.take().unwrap(), mpsc::channel());
+        thread::spawn(move || printed.send(std::io::read_to_string(&mut stdout).unwrap()));
+        let printed = heard.recv_timeout(Duration::from_secs(20));
+        assert!(printed.as_ref().is_ok_and(|printed| printed.ends_with("ok\n")), "{typed:?}: {printed:?}");
+        assert!(console.0.wait().unwrap().success(), "{typed:?}");
     }
 }
