@@ -121,6 +121,8 @@ impl<F: NorFlash> Controller<'_, F> {
                     Some(Realtime::Reset) => {
                         self.machine.reset();
                         self.reset_by(console);
+                        // The bytes behind it are the first that count again.
+                        console.intake.begin_line();
                     }
                     Some(realtime) => {
                         if realtime == Realtime::JogCancel {
@@ -140,11 +142,10 @@ impl<F: NorFlash> Controller<'_, F> {
         console.output.offer(|text| reporter.write(text, &report, &self.settings()));
     }
 
-    /// Notes that this console has asked for a reset. The bytes behind it are the first that count again.
+    /// Notes that this console has asked for a reset.
     fn reset_by(&self, console: &Console) {
         self.begin_restart();
         console.forget();
-        console.intake.begin_line();
         console.known_reset.set(self.resets.count());
     }
 
@@ -154,8 +155,10 @@ impl<F: NorFlash> Controller<'_, F> {
         loop {
             // At every poll the first of the two decides whether the line is polled at all.
             if select(self.resets.after(reset), self.execute(console)).await.is_second() {
-                // A line asked for the reset: the bytes behind it are forgotten, too.
+                // A line asked for the reset: what has been received behind it is forgotten, too, and so is the rest of
+                // a line of which the beginning has been received.
                 self.reset_by(console);
+                console.intake.open();
             }
             reset = self.resets.count();
             if console.known_reset.get() != reset {
@@ -203,14 +206,21 @@ impl<F: NorFlash> Controller<'_, F> {
     }
 
     /// Sends the welcome, and what follows it: what to look at, what is not as it was stored, how to unlock, or the
-    /// results of the start-up lines. If the host did not know of the reset, it knows when this has left: from then on
-    /// its lines are taken.
+    /// results of the start-up lines. If the host did not know of the reset, it knows when the first message has left:
+    /// from then on its lines are taken, whatever else there is to print or to store.
     async fn greet(&self, console: &Console) {
         let output = &console.output;
         let mut text = Message::new();
         text.print(|text| text.push_str(report::WELCOME));
-        if console.intake.is_shut() {
+        let is_from_elsewhere = console.intake.is_shut();
+        if is_from_elsewhere {
             text.say(messages::RESET_ELSEWHERE);
+            output.send(&text).await;
+            output.emptied().await;
+            console.input.clear();
+            console.intake.open();
+            console.known_reset.set(self.resets.count());
+            text.clear();
         }
         if self.with(|program| program.settings.hard_limits) && self.machine.status().pressed.contains(&true) {
             text.say(messages::CHECK_LIMITS);
@@ -228,7 +238,7 @@ impl<F: NorFlash> Controller<'_, F> {
         output.send(&text).await;
         let is_ready = matches!(state, ReportedState::Idle | ReportedState::Hold { .. } | ReportedState::Door(_));
         // After a reset they are answered on the console that has asked for it.
-        let is_first = !console.intake.is_shut() && self.with(|program| core::mem::take(&mut program.startup_due));
+        let is_first = !is_from_elsewhere && self.with(|program| core::mem::take(&mut program.startup_due));
         if is_first && is_ready {
             let _turn = self.turn.lock().await;
             self.start_up(output).await;
@@ -239,12 +249,6 @@ impl<F: NorFlash> Controller<'_, F> {
             text.clear();
             let _ = self.save(&mut text).await;
             output.send(&text).await;
-        }
-        if console.intake.is_shut() {
-            output.emptied().await;
-            console.input.clear();
-            console.intake.open();
-            console.known_reset.set(self.resets.count());
         }
     }
 

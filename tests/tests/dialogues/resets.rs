@@ -133,6 +133,34 @@ fn lines_of_a_host_that_has_not_read_the_welcome_are_forgotten() {
     assert_eq!(sim.counted_steps(), [stood[0] + 50, 0, 0]);
 }
 
+/// What else there is to say after the welcome, and to store, takes time, in which the host's lines count already.
+#[test]
+fn a_line_counts_as_soon_as_its_host_has_read_that_all_is_forgotten() {
+    let config = Config { second_console: true, baud: Some(115_200), ..Config::default() };
+    // An alarm, which takes one more message, and a work offset that was not stored before the reset.
+    for (before, last) in [("$H\n", "[MSG:'$H'|'$X' to unlock]"), ("G1 F300 X5\nG10 L2 P1 X1\n", ELSEWHERE)] {
+        let mut sim = powered_up(&config);
+        sim.replies_of(1);
+        sim.send_to(0, before.as_bytes());
+        wait(&mut sim, 300);
+        sim.replies_of(0);
+        sim.send_to(0, b"\x18");
+        let mut heard = Vec::new();
+        for _ in 0..10_000 {
+            sim.run_for(Duration::from_micros(100)).unwrap();
+            heard.extend(sim.replies_of(1));
+            if heard.iter().any(|line| line == ELSEWHERE) {
+                break;
+            }
+        }
+        assert_eq!(heard.last().map(String::as_str), Some(ELSEWHERE), "{before:?}");
+        sim.send_to(1, b"\n");
+        wait(&mut sim, 200);
+        heard.extend(sim.replies_of(1));
+        assert_eq!(heard[heard.len() - 2..], [last, "ok"], "{before:?}: {heard:?}");
+    }
+}
+
 /// Two resets, one from each console, at any time: each host hears of each.
 #[test]
 fn resets_of_two_consoles_are_told_to_both() {
@@ -168,5 +196,22 @@ fn a_line_that_ends_in_a_reset_resets_every_console() {
         wait(&mut sim, 100);
         assert_eq!(sim.replies_of(0), [WELCOME, ELSEWHERE], "{line}");
         assert_eq!(sim.replies_of(1).last().map(String::as_str), Some(WELCOME), "{line}");
+    }
+}
+
+/// What has come behind such a line is forgotten whole: the rest of it is no line of its own.
+#[test]
+fn a_line_begun_behind_one_that_resets_is_forgotten_to_its_end() {
+    for line in ["$RST=#", "$C\n$C"] {
+        let mut sim = two_consoles();
+        sim.send_to(0, format!("{line}\nG0 X1").as_bytes());
+        wait(&mut sim, 100);
+        assert_eq!(sim.replies_of(0).last().map(String::as_str), Some(WELCOME), "{line}");
+        sim.send_to(0, b" Y1\n");
+        wait(&mut sim, 1_000);
+        assert_eq!((sim.replies_of(0), sim.counted_steps()), (Vec::new(), [0; 3]), "{line}");
+        sim.send_to(0, b"G91 G0 X1\n");
+        wait(&mut sim, 1_000);
+        assert_eq!((sim.replies_of(0), sim.counted_steps()), (vec!["ok".to_owned()], [50, 0, 0]), "{line}");
     }
 }
