@@ -212,7 +212,12 @@ impl Sim {
 
     /// Number of sent bytes that the controller has not read yet.
     pub fn unread(&self) -> usize {
-        self.consoles[0].to_controller.len()
+        self.unread_of(0)
+    }
+
+    /// As [`unread`](Self::unread), for the console with this index.
+    pub fn unread_of(&self, console: usize) -> usize {
+        self.consoles[console].to_controller.len()
     }
 
     /// Opens the console, as a host does when DTR rises. It starts again with the welcome, and bytes on the wires are

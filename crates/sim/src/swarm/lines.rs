@@ -60,7 +60,7 @@ impl Lines {
         }
     }
 
-    fn movement(&self, random: &mut Random) -> String {
+    pub fn movement(&self, random: &mut Random) -> String {
         let mut line = random.of(&["G0", "G1", "G1", "G90 G1", "G90 G0"]).to_owned();
         for (axis, letter) in ['X', 'Y', 'Z'].into_iter().enumerate() {
             if random.below(5) < 3 {

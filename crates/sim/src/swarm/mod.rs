@@ -9,9 +9,11 @@
 
 mod judge;
 mod lines;
+mod reset;
 mod runner;
 mod scenario;
 mod shrink;
+mod talk;
 
 use std::fmt;
 use std::panic::{AssertUnwindSafe, catch_unwind};

@@ -4,6 +4,7 @@ use embassy_time::Duration;
 use isostep_motion::{Axis, Direction, State};
 
 use super::scenario::{Act, Scenario};
+use super::talk::{Talk, WELCOME};
 use super::{Amount, Failure, judge};
 use crate::config::Config;
 use crate::executor::RunError;
@@ -15,7 +16,7 @@ use crate::sim::Sim;
 use crate::tool::ToolOutput;
 
 /// Time between two checks of the world, us.
-const LOOK_US: u64 = 20_000;
+pub(super) const LOOK_US: u64 = 20_000;
 /// The longest wait of an act of rest, us.
 const REST_US: u64 = 10_000_000;
 /// The longest time that a sender waits for room, us, and the most bytes that it keeps unanswered.
@@ -30,19 +31,6 @@ const LEADS: u32 = 60;
 /// Length of the final test move, mm.
 const SMALL_MM: f64 = 0.5;
 
-/// The state of the dialogue on a console.
-#[derive(Default)]
-pub(super) struct Talk {
-    /// Lengths of the lines that have not been answered.
-    unanswered: std::collections::VecDeque<usize>,
-    /// Bytes of a line that has no end yet.
-    partial: usize,
-    /// Whether lines may have been discarded: by a reset, or because a host opened the console.
-    forgets: bool,
-    /// Whether the welcome has been received.
-    is_greeted: bool,
-}
-
 /// What was observed at one instant.
 #[derive(Clone, Copy, Debug)]
 struct Look {
@@ -53,12 +41,16 @@ struct Look {
 
 pub(super) struct Runner<'a> {
     scenario: &'a Scenario,
-    sim: Sim,
+    pub(super) sim: Sim,
     flash: Flash,
-    talks: Vec<Talk>,
+    pub(super) talks: Vec<Talk>,
     amount: Amount,
     /// Whether bytes may have been lost on a link. Then the machine may have received any command.
-    is_spoilt: bool,
+    pub(super) is_spoilt: bool,
+    /// The steps made when a console was last welcomed.
+    pub(super) welcomed_at: [u64; 3],
+    /// When the last fault of the feed hold, or of the safety door, is over, ns.
+    pub(super) held_until_ns: u64,
     /// Whether switches or motors may have misled the machine.
     pub has_deceived: bool,
     act: Option<usize>,
@@ -71,7 +63,18 @@ impl<'a> Runner<'a> {
         let sim = Sim::with_flash(&config, flash.clone());
         let talks = (0..=usize::from(config.second_console)).map(|_| Talk::default()).collect();
         let amount = Amount::default();
-        Self { scenario, sim, flash, talks, amount, is_spoilt: false, has_deceived: false, act: None }
+        Self {
+            scenario,
+            sim,
+            flash,
+            talks,
+            amount,
+            is_spoilt: false,
+            welcomed_at: [0; 3],
+            held_until_ns: 0,
+            has_deceived: false,
+            act: None,
+        }
     }
 
     pub fn run(mut self) -> Result<Amount, Failure> {
@@ -85,7 +88,7 @@ impl<'a> Runner<'a> {
         Ok(self.amount)
     }
 
-    fn failure(&self, promise: &'static str, found: impl Into<String>) -> Failure {
+    pub(super) fn failure(&self, promise: &'static str, found: impl Into<String>) -> Failure {
         Failure { promise, found: found.into(), act: self.act }
     }
 
@@ -97,6 +100,7 @@ impl<'a> Runner<'a> {
                 self.send(*console, bytes);
                 Ok(())
             }
+            Act::Reset { by, early, late, apart_us } => self.reset(*by, early, late, *apart_us),
             Act::Wait(us) => self.wait(*us),
             Act::Rest => self.rest(),
             Act::Fault(trouble, us) => {
@@ -105,7 +109,7 @@ impl<'a> Runner<'a> {
             }
             Act::Between(sections, stimulus) => {
                 // Bytes of the stimulus may be a reset.
-                self.talks.iter_mut().for_each(|talk| talk.forgets = true);
+                self.talks.iter_mut().for_each(|talk| talk.may_forget());
                 self.has_deceived = true;
                 self.sim.after_sections(*sections, stimulus.clone());
                 Ok(())
@@ -113,7 +117,7 @@ impl<'a> Runner<'a> {
             Act::Open => {
                 self.hear()?;
                 self.sim.open_console();
-                self.talks[0] = Talk { forgets: true, ..Talk::default() };
+                self.talks[0] = Talk::of_opened_console();
                 self.hear()
             }
             Act::PowerCut(operations) => self.cut_power(*operations),
@@ -126,26 +130,22 @@ impl<'a> Runner<'a> {
             trouble,
             Trouble::EmergencyStop | Trouble::Hold | Trouble::Start | Trouble::Starve | Trouble::Deaf
         );
+        if trouble == Trouble::Hold {
+            self.held_until_ns = self.sim.now_ns() + us * 1_000;
+        }
         self.sim.suffer(Fault { trouble, at_ns: self.sim.now_ns(), lasts_ns: Some(us * 1_000) });
     }
 
-    fn send(&mut self, console: usize, bytes: &[u8]) {
-        let talk = &mut self.talks[console];
-        talk.forgets |= bytes.contains(&0x18);
-        for &byte in bytes {
-            talk.partial += 1;
-            if byte == b'\n' || byte == b'\r' {
-                talk.unanswered.push_back(std::mem::take(&mut talk.partial));
-            }
-        }
+    pub(super) fn send(&mut self, console: usize, bytes: &[u8]) {
+        self.talks[console].say(bytes);
         self.sim.send_to(console, bytes);
     }
 
     /// Sends a line when there is room for it, as senders do. Does not send it if there is no room in time.
     fn send_line(&mut self, console: usize, line: &str) -> Result<(), Failure> {
         let mut waited_us = 0;
-        while self.talks[console].unanswered.iter().sum::<usize>() + line.len() + 1 > WINDOW_BYTES
-            && !self.talks[console].unanswered.is_empty()
+        while self.talks[console].unanswered_bytes() + line.len() + 1 > WINDOW_BYTES
+            && self.talks[console].unanswered_bytes() > 0
         {
             if waited_us >= ROOM_US {
                 return Ok(());
@@ -158,17 +158,13 @@ impl<'a> Runner<'a> {
         Ok(())
     }
 
-    fn hear(&mut self) -> Result<(), Failure> {
+    pub(super) fn hear(&mut self) -> Result<(), Failure> {
         for console in 0..self.talks.len() {
             for line in self.sim.replies_of(console) {
-                let talk = &mut self.talks[console];
-                if line.starts_with("Grbl ") && std::mem::replace(&mut talk.is_greeted, true) {
-                    // A reset discards the lines without an answer, up to those that came after the reset.
-                    talk.forgets = true;
-                    talk.unanswered.clear();
+                if line.starts_with(WELCOME) {
+                    self.welcomed_at = self.sim.steps();
                 }
-                let is_answer = line == "ok" || line.starts_with("error:");
-                if is_answer && talk.unanswered.pop_front().is_none() && !talk.forgets {
+                if !self.talks[console].hear(&line) {
                     return Err(
                         self.failure("one answer for each line", format!("console {console}: one more `{line}`"))
                     );
@@ -179,7 +175,7 @@ impl<'a> Runner<'a> {
     }
 
     /// Lets time pass and checks the world.
-    fn wait(&mut self, us: u64) -> Result<(), Failure> {
+    pub(super) fn wait(&mut self, us: u64) -> Result<(), Failure> {
         let mut left_us = us;
         while left_us > 0 {
             let before = self.look()?;
@@ -204,12 +200,16 @@ impl<'a> Runner<'a> {
 
     fn rest(&mut self) -> Result<(), Failure> {
         for _ in 0..REST_US / LOOK_US {
-            if matches!(self.sim.machine().state(), State::Idle | State::Alarm(_) | State::Hold { still: true }) {
+            if self.is_at_rest() {
                 return Ok(());
             }
             self.wait(LOOK_US)?;
         }
         Ok(())
+    }
+
+    pub(super) fn is_at_rest(&self) -> bool {
+        matches!(self.sim.machine().state(), State::Idle | State::Alarm(_) | State::Hold { still: true })
     }
 
     /// Checks what must be true at any instant.
@@ -264,7 +264,7 @@ impl<'a> Runner<'a> {
         let config = Config { time_limit: LIMIT, ..self.scenario.config.clone() };
         self.sim = Sim::with_flash(&config, self.flash.clone());
         self.talks.iter_mut().for_each(|talk| *talk = Talk::default());
-        self.has_deceived = false;
+        (self.has_deceived, self.held_until_ns) = (false, 0);
         self.wait(1_000)
     }
 
@@ -319,7 +319,6 @@ impl<'a> Runner<'a> {
     fn word(&mut self) -> Result<String, Failure> {
         self.hear()?;
         self.send(0, b"?");
-        self.talks[0].partial = 0;
         self.run_out_for_report()
     }
 
@@ -337,8 +336,9 @@ impl<'a> Runner<'a> {
 
     fn check_answers(&self) -> Result<(), Failure> {
         for (console, talk) in self.talks.iter().enumerate() {
-            if !talk.forgets && !talk.unanswered.is_empty() {
-                let found = format!("console {console}: {} lines have none", talk.unanswered.len());
+            let lines = talk.missing_answers();
+            if lines > 0 {
+                let found = format!("console {console}: {lines} lines have none");
                 return Err(self.failure("every line is answered", found));
             }
         }
@@ -378,7 +378,7 @@ impl<'a> Runner<'a> {
     fn take_stock(&mut self) -> Result<(), Failure> {
         let outcome = self.sim.outcome();
         let machine = self.sim.machine();
-        let is_moving = !matches!(machine.state(), State::Idle | State::Alarm(_) | State::Hold { still: true });
+        let is_moving = !self.is_at_rest();
         self.amount = self.amount.and(Amount {
             virtual_ns: outcome.duration_ns,
             steps: outcome.edges.len() as u64,

@@ -23,6 +23,17 @@ pub enum Act {
     Line(usize, String),
     /// Sends bytes in one packet: real-time bytes, or a line damaged by a bad link.
     Bytes(usize, Vec<u8>),
+    /// Resets the machine and checks that everything sent before is forgotten.
+    Reset {
+        /// The console with this index sends the reset byte.
+        by: usize,
+        /// The bytes that the other sends before that.
+        early: &'static [u8],
+        /// The bytes that it sends after that, if it has not been told of the reset by then.
+        late: &'static [u8],
+        /// The time from one to the next, us.
+        apart_us: u64,
+    },
     /// Lets time pass, us.
     Wait(u64),
     /// Lets time pass until the machine is at rest, at most some seconds.
@@ -41,7 +52,7 @@ impl Act {
     /// Whether it is a fault and not normal use.
     pub(super) fn is_fault(&self) -> bool {
         match self {
-            Self::Fault(..) | Self::Between(..) | Self::Open | Self::PowerCut(_) => true,
+            Self::Fault(..) | Self::Between(..) | Self::Reset { .. } | Self::Open | Self::PowerCut(_) => true,
             Self::Bytes(_, bytes) => bytes.contains(&0x18) || bytes.ends_with(b"\n"),
             Self::Line(..) | Self::Wait(_) | Self::Rest => false,
         }
@@ -53,6 +64,13 @@ impl fmt::Display for Act {
         match self {
             Self::Line(console, line) => write!(f, "console {console} sends {line}"),
             Self::Bytes(console, bytes) => write!(f, "console {console} sends bytes {}", bytes.escape_ascii()),
+            Self::Reset { by, early, late, apart_us } => {
+                let (early, late) = (early.escape_ascii(), late.escape_ascii());
+                write!(
+                    f,
+                    "console {by} resets; {apart_us} us before and after that the other sends `{early}`, `{late}`"
+                )
+            }
             Self::Wait(us) => write!(f, "wait {us} us"),
             Self::Rest => write!(f, "wait until it rests"),
             Self::Fault(trouble, us) => write!(f, "{trouble} for {us} us"),
@@ -150,7 +168,7 @@ impl Random {
             plate: self.one_in(2).then_some(Plate { axis: Axis::Z, place_mm: plate_mm, is_below: true }),
             bounce_us: self.of(&[0, 500, 1_000]),
             baud: self.of(&[None, None, Some(115_200)]),
-            second_console: self.one_in(3),
+            second_console: self.one_in(2),
             section_max_ns: self.of(&[None, Some(0), Some(2_000), Some(20_000)]),
             keep_waves: false,
             ..Config::default()
@@ -213,7 +231,7 @@ impl Random {
 
     fn act(&mut self, config: &Config, lines: &mut Lines, acts: &mut Vec<Act>) {
         let console = usize::from(config.second_console && self.one_in(3));
-        match self.below(32) {
+        match self.below(33) {
             0..14 => acts.push(Act::Line(console, lines.next(self))),
             14..19 => acts.push(Act::Wait(self.between(1.0, 2e6) as u64)),
             19 => acts.push(Act::Rest),
@@ -223,8 +241,31 @@ impl Random {
             29 if config.section_max_ns.is_some() => acts.push(self.stimulus()),
             30 if self.one_in(3) => acts.push(Act::Open),
             31 if self.one_in(3) => acts.push(Act::PowerCut(self.below(6))),
+            32 => self.reset(config, lines, acts),
             _ => acts.push(Act::Bytes(console, b"~".to_vec())),
         }
+    }
+
+    /// A line that waits, mostly behind a move; then a reset, mostly by the other console.
+    fn reset(&mut self, config: &Config, lines: &mut Lines, acts: &mut Vec<Act>) {
+        let consoles = 1 + u64::from(config.second_console);
+        let waiting = self.below(consoles) as usize;
+        for _ in 0..self.below(4) {
+            acts.push(Act::Line(self.below(consoles) as usize, lines.movement(self)));
+        }
+        let line =
+            self.of(&["G4 P0.3", "M0", "M6 T1", "M3 S500", "M8", "G10 L20 P1 X0", "G38.3 Z0 F300", "$C", "$RST=#"]);
+        acts.push(Act::Line(waiting, line.to_owned()));
+        if self.one_in(2) {
+            acts.push(Act::Line(waiting, lines.next(self)));
+        }
+        acts.push(Act::Wait(self.between(1.0, 3e5) as u64));
+        let by = if self.one_in(4) { waiting } else { consoles as usize - 1 - waiting };
+        let early = self.of::<&[u8]>(&[b"", b"G91 G0 X", b"G91 G0 Y1\nM"]);
+        let late = self.of::<&[u8]>(&[b"", b"8\n", b"1\nG91 G0 X1\nM0\nX", b"1", b"6 T2\nG4 P0.1\n"]);
+        acts.push(Act::Reset { by, early, late, apart_us: self.between(1.0, 1_000.0) as u64 });
+        // A reset while homing locks the machine.
+        acts.push(Act::Line(by, "$X".to_owned()));
     }
 
     /// Real-time bytes in any order, some of them in one packet.
