@@ -25,8 +25,8 @@ bytes that hold, reset and override at any instant and between any two critical 
 chatter, motors that stall, links that spoil lines, hosts that do not read, power cuts, a processor that is kept from its tasks.
 In all of them: drivers are never misled, counts are those of the edges, every edge of a move is where the closed form has it, paths are
 straight and axes equal, homed axes are where they say and within their travel, every line is answered once, every wait ends, outputs
-are off when they must be, and at last the machine moves where it is sent. A failure is made small, and printed as the line that
-shows it again.
+are off when they must be, a reset is told on every console and forgets all that was sent before it, and at last the machine moves where
+it is sent. A failure is made small, and printed as the line that shows it again.
 
 Examples:
   isostep swarm                          1,000 worlds

@@ -250,6 +250,10 @@ impl Random {
     fn reset(&mut self, config: &Config, lines: &mut Lines, acts: &mut Vec<Act>) {
         let consoles = 1 + u64::from(config.second_console);
         let waiting = self.below(consoles) as usize;
+        if !self.one_in(3) {
+            // Otherwise most lines would be refused, in an alarm or behind homing.
+            acts.extend([Act::Rest, Act::Line(waiting, "$X".to_owned())]);
+        }
         for _ in 0..self.below(4) {
             acts.push(Act::Line(self.below(consoles) as usize, lines.movement(self)));
         }
