@@ -137,8 +137,8 @@ struct OpenRun {
 }
 
 impl Moves {
-    /// Processes an event.
-    pub fn take(&mut self, t_ns: u64, event: Event) {
+    /// Processes an event. The last edge before it was at `edge_ns`.
+    pub fn take(&mut self, t_ns: u64, edge_ns: u64, event: Event) {
         match (event, &mut self.open) {
             (Event::State(state), _) => self.homing = state == State::Home,
             (Event::Run { start, origin_steps }, _) => {
@@ -158,8 +158,10 @@ impl Moves {
             (Event::RunEnd { finish, held_at_steps, plan_s, position_steps }, &mut Some(run)) => {
                 self.open = None;
                 if finish != Finish::Done && finish != Finish::Held {
-                    // A run starts on a whole microsecond, and may be stopped before that.
-                    self.forget_begun_after(run, (t_ns as f64 - run.start_ns as f64) * 1e-9);
+                    // A run starts on a whole microsecond, and may be stopped before that. The coordinator may learn of
+                    // a stop late: no move began after the last edge, except the first one of the run.
+                    let after_start_s = |t_ns: u64| (t_ns as f64 - run.start_ns as f64) * 1e-9;
+                    self.forget_begun_after(run, after_start_s(t_ns).min(after_start_s(edge_ns).max(0.0)));
                 }
                 end(&mut self.records[run.first..], finish, (held_at_steps, plan_s), position_steps, t_ns);
             }

@@ -256,7 +256,8 @@ impl World {
 
     fn note_event(&mut self, event: Event) {
         let t_ns = self.clock.now_ns();
-        self.record.moves.take(t_ns, event);
+        let edge_ns = self.record.edges.last().map_or(0, |edge| edge.t_ns);
+        self.record.moves.take(t_ns, edge_ns, event);
         if !matches!(event, Event::Run { .. } | Event::Move { .. } | Event::Replan { .. } | Event::RunEnd { .. }) {
             self.record.events.push((t_ns, event));
         }
