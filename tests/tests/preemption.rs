@@ -5,6 +5,7 @@ use embassy_time::Duration;
 use isostep_motion::{Alarm, Axis, State};
 use isostep_sim::verify::{self, MoveCheck};
 use isostep_sim::{Came, Config, Outcome, Port, Sim, Stimulus, SwitchFault};
+use isostep_trials::stride;
 
 /// How long after its stop a step may come, ns. Where a task makes the steps, the pulse under way is finished.
 const REACTION_NS: u64 = 10_000;
@@ -70,7 +71,7 @@ fn swept(sweep: &Sweep, port: Port, stop: &Stimulus, check: fn(&Outcome, Came) -
     let first = sim.sections();
     happen(&mut sim, sweep);
     let sections = sim.sections() - first;
-    for section in 1..=sections {
+    for section in (1..=sections).step_by(stride(3)) {
         let (sim, came) = stopped(sweep, port, section, stop);
         let outcome = sim.outcome();
         let counts = (outcome.position_steps == outcome.counted_steps).then_some(());

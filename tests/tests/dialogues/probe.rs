@@ -6,6 +6,7 @@ use isostep_sim::faults::Trouble;
 use isostep_sim::tool::Plate;
 use isostep_sim::world::Wire;
 use isostep_sim::{Config, Fault, Port, Sim};
+use isostep_trials::stride;
 
 use crate::talk::{begin, bytes, field, homed, powered_up, refused, say, state, status};
 
@@ -60,7 +61,7 @@ fn g38_2_stops_at_the_contact() {
 /// With both ports, every law, from the slowest speed to the top speed, along one axis and along three.
 #[test]
 fn a_contact_is_exact_to_the_step() {
-    for (port, law) in Port::ALL.into_iter().flat_map(|port| (0..7).map(move |law| (port, law))) {
+    for (port, law) in Port::ALL.into_iter().flat_map(|port| (0..7).map(move |law| (port, law))).step_by(stride(3)) {
         let mut sim = powered_up(&Config { port, ..Config::default() });
         let settings = format!("$910=60\n$911=60\n$912=60\n$940={law}\n$H");
         assert!(say(&mut sim, &settings).iter().all(|answer| answer == "ok"));
@@ -222,7 +223,7 @@ fn a_probe_is_held_and_goes_on() {
 #[test]
 fn a_contact_while_it_brakes_for_a_hold_is_exact() {
     let mut brakes_first = 0;
-    for hold_us in (1_120_000..1_230_000).step_by(1_357) {
+    for hold_us in (1_120_000..1_230_000).step_by(1_357 * stride(2)) {
         let mut sim = with_plate(20.0);
         assert_eq!(begin(&mut sim, "G38.2 Z40 F1200", Duration::from_micros(hold_us)), [""; 0]);
         let is_before = sim.counted_steps()[2] < 1_000;

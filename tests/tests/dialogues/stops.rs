@@ -6,6 +6,7 @@ use isostep_motion::{AXES, Alarm, Axis, Motion, Power, ProbeMove, State};
 use isostep_sim::faults::Trouble;
 use isostep_sim::plant::SwitchFault;
 use isostep_sim::{Config, Fault, Port, Sim};
+use isostep_trials::stride;
 
 use crate::talk::{begin, bytes, field, homed, powered_up, say};
 
@@ -33,7 +34,7 @@ fn an_emergency_stop_between_a_line_and_its_first_step_lets_nothing_move() {
         config.settings.speed_law = law;
         let mut sim = powered_up(&config);
         let mut begun = 0;
-        for at_us in (0..).step_by(1 + 12 * usize::from(law)) {
+        for at_us in (0..).step_by(stride(3) * (1 + 12 * usize::from(law))) {
             let (case, steps) = (format!("{port}, law {law}, {at_us} us"), sim.steps());
             sim.send(b"G91 G0 X5 Y-3 Z1\n");
             sim.run_for(Duration::from_micros(at_us)).unwrap();
@@ -88,7 +89,7 @@ fn an_emergency_stop_behind_a_motion_that_has_not_begun_lets_nothing_move() {
 fn an_emergency_stop_while_a_run_waits_for_the_one_before_lets_it_not_begin() {
     for port in Port::ALL {
         let mut waited = 0;
-        for at_us in (0..4_000).step_by(97) {
+        for at_us in (0..4_000).step_by(97 * stride(2)) {
             let mut sim = powered_up(&Config { port, keep_record: false, ..Config::default() });
             begin(&mut sim, "G91 G1 X1 F600", Duration::from_millis(10));
             // The last step of the move comes half a step before the end of its plan.

@@ -140,7 +140,7 @@ fn flows_at_1000_moves_a_second() {
     let mut program = Program::new(12_500, 0.3);
     program.run_up();
     // At the end of the curve the moves slow down.
-    let seconds = u64::from(cases(3, 8));
+    let seconds = u64::from(cases(2, 8));
     program.curve(1_160 * (seconds as u32 + 1));
     let emulated = program.stream("flows-at-1000", &["--stream", "counting"]);
     let edges = &emulated.edges;

@@ -9,5 +9,15 @@ pub const ALL_VARIABLE: &str = "ISOSTEP_ALL_CASES";
 #[must_use]
 pub fn cases(few: u32, all: u32) -> u32 {
     assert!(few <= all, "{few} of {all} cases");
-    if env::var_os(ALL_VARIABLE).is_some() { all } else { few }
+    if is_all() { all } else { few }
+}
+
+/// From one case of a sweep to the next that a test tries: `few`, or 1 in a run that tries all of them.
+#[must_use]
+pub fn stride(few: usize) -> usize {
+    if is_all() { 1 } else { few }
+}
+
+fn is_all() -> bool {
+    env::var_os(ALL_VARIABLE).is_some()
 }
