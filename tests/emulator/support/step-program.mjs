@@ -2,7 +2,8 @@ import { CONDITION, FROM, irqSet, jmp, mov, OPERATION, pull, REL, set, shiftOut,
 import { REG, SM } from './pio-bench.mjs';
 
 const HIGH = 16;
-const [START_FLAG, BRAKE_FLAG] = [6, 7];
+const START_FLAG = 6;
+export const BRAKE_FLAG = 7;
 /** The addresses at which a machine stays after it has run dry before its end, and at its end. */
 export const [STARVED_AT, HALTED_AT] = [11, 13];
 /** What STATUS compares the level of the RX FIFO with: the end is announced, or not. */

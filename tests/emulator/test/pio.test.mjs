@@ -2,7 +2,7 @@ import assert from 'node:assert/strict';
 import test from 'node:test';
 import { CONDITION, FROM, irqWait, jmp, mov, OPERATION, pull, push, REL, set, shiftIn, shiftOut, TO, waitGpio, waitIrq } from '../support/pio-assembly.mjs';
 import { PIO1, PioBench, REG, SM } from '../support/pio-bench.mjs';
-import { announceEnd, axes, DIR_HIGH, HALTED_AT, openGate, OVERHEAD_CYCLES, REST, rises, STARVED_AT, TURN_CYCLES } from '../support/step-program.mjs';
+import { announceEnd, axes, BRAKE_FLAG, DIR_HIGH, HALTED_AT, openGate, OVERHEAD_CYCLES, REST, rises, STARVED_AT, TURN_CYCLES } from '../support/step-program.mjs';
 
 test('a square wave: set pins with delays, exact to the cycle', () => {
   const bench = new PioBench();
@@ -212,7 +212,7 @@ test('a machine that runs dry before its end says so by its flag, halts, and bra
   openGate(bench);
   bench.run(400);
   assert.deepEqual([rises(first).length, rises(second).length], [2, 2]);
-  assert.equal(bench.read(REG.irq), 1 | (1 << 7));
+  assert.equal(bench.read(REG.irq), 1 | (1 << BRAKE_FLAG));
   assert.equal(bench.read(bench.sm(0, SM.addr)), STARVED_AT);
 });
 
