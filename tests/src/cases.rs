@@ -5,7 +5,7 @@ use isostep_profile::SpeedLaw;
 use isostep_sim::compare::{self, Comparison};
 use isostep_sim::drive::MotorData;
 use isostep_sim::{Config, run};
-use isostep_trials::cases;
+use isostep_trials::{cases, stride};
 use oorandom::Rand32;
 
 use crate::rig::{Act, Pace, Rig, Seen, Stop};
@@ -22,7 +22,7 @@ fn stops() -> u32 {
 
 /// Number of moves from rest, each there and back.
 fn starts() -> usize {
-    cases(30, 150) as usize
+    cases(20, 150) as usize
 }
 
 fn relative(mm: [f64; AXES]) -> Act {
@@ -192,14 +192,15 @@ fn held_against_plans(rig: &impl Rig, acts: &[Act], seen: &Seen) -> Comparison {
 /// When a move is refused.
 pub fn the_highest_rate_is_made(rig: impl Rig, top_mm_min: u32) {
     let mut acts = vec![Act::Line(format!("$110={top_mm_min}"))];
-    for i in 0..20 {
-        acts.push(Act::Line(format!("$120={}", 81_907 + i * 911)));
+    let accelerations = (0..20).step_by(stride(3)).map(|i| 81_907 + i * 911);
+    for accel_mm_s2 in accelerations.clone() {
+        acts.push(Act::Line(format!("$120={accel_mm_s2}")));
         acts.extend([[310.0, 0.0, 0.0], [-310.0, 0.0, 0.0]].map(relative));
         acts.extend([Act::WaitIdle, Act::Report]);
     }
     let seen = rig.carry_out("highest-rate", &acts);
     assert!(seen.reports.iter().all(|(_, steps)| *steps == [0; AXES]), "{rig}: {:?}", seen.reports);
-    assert_eq!(seen.edges.len(), 20 * 2 * 15_500, "{rig}");
+    assert_eq!(seen.edges.len(), accelerations.count() * 2 * 15_500, "{rig}");
 }
 
 /// Groups of single steps, so slow that half a step takes 15 ms. Each move must last as long as its plan, and the next

@@ -9,7 +9,7 @@ use isostep_tests::bench::{Bench, Highest, check, steps_of};
 use isostep_trials::cases;
 
 fn holds() -> u64 {
-    cases(100, 500).into()
+    cases(60, 500).into()
 }
 
 #[test]

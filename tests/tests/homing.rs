@@ -7,8 +7,11 @@
 
 use isostep_sim::homing::{Latch, latches, towards};
 use isostep_sim::{Axis, Config};
+use isostep_trials::cases;
 
-const LATCHES: u32 = 50;
+fn latches_of_each() -> u32 {
+    cases(20, 50)
+}
 
 fn machine(latch_mm_s: f32, bounce_us: u32, switch_scatter_mm: f64) -> Config {
     let mut config = Config { bounce_us, switch_scatter_mm, seed: 5, ..Config::default() };
@@ -22,7 +25,7 @@ fn all(config: &Config) -> Vec<(String, f64, Vec<Latch>)> {
     config.settings.steps_per_mm = [50.0, 80.0, 400.0];
     let mut all = Vec::new();
     for (axis, negative) in Axis::ALL.into_iter().flat_map(|axis| [(axis, true), (axis, false)]) {
-        let latches = latches(&towards(&config, negative), axis, LATCHES).unwrap();
+        let latches = latches(&towards(&config, negative), axis, latches_of_each()).unwrap();
         let name = format!("{axis} {} {config:?}", if negative { "negative" } else { "positive" });
         all.push((name, f64::from(config.settings.steps_per_mm[axis as usize]), latches));
     }

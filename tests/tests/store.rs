@@ -116,7 +116,7 @@ fn survive_power_cuts(case: u64) {
 #[test]
 fn power_cuts_leave_every_item_old_or_new() {
     let only = env::var("STORE_CASE").ok().map(|case| case.parse().expect("STORE_CASE is a number"));
-    for case in only.map_or(0..cases(5, 100).into(), |case| case..case + 1) {
+    for case in only.map_or(0..cases(3, 100).into(), |case| case..case + 1) {
         let replay = format!("again: STORE_CASE={case} cargo test -p isostep-tests --test store power_cuts");
         if std::panic::catch_unwind(|| survive_power_cuts(case)).is_err() {
             panic!("{replay}");
@@ -232,7 +232,7 @@ fn garbage(seed: u64) -> Flash {
 
 #[test]
 fn garbage_is_not_read() {
-    for seed in 0..cases(20, 50) {
+    for seed in 0..cases(10, 50) {
         let flash = garbage(seed.into());
         let (mut store, loaded) = opened(&flash, 16);
         assert_eq!((loaded, store.kept()), (Err(Loss::Unreadable), &defaults()), "seed {seed}");

@@ -33,7 +33,7 @@ const FETCH_BEFORE_ZERO_CYCLES: u64 = 7;
 const LOW_MIN_CYCLES: u32 = 7;
 const REST_MIN_CYCLES: u32 = 9;
 const WAITS_UP_TO_CYCLES: u32 = 3_000;
-const WAITS: u32 = 2_000;
+const WAITS: u32 = 1_000;
 /// Each seed makes three machines, which is enough for every pulse.
 const SEEDS: Range<u64> = 0..3;
 /// Pulse widths: none, the shortest, a TMC2209's, a DRV8825's, and longer ones.

@@ -115,13 +115,13 @@ fn while_a_line_becomes_a_move(port: Port, count: u32) {
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn no_stop_is_lost_while_a_line_becomes_a_move() {
-    while_a_line_becomes_a_move(Port::Pio, cases(10, 100));
+    while_a_line_becomes_a_move(Port::Pio, cases(6, 100));
 }
 
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn no_stop_of_the_timer_port_is_lost_while_a_line_becomes_a_move() {
-    while_a_line_becomes_a_move(Port::Timer, cases(5, 40));
+    while_a_line_becomes_a_move(Port::Timer, cases(3, 40));
 }
 
 /// The changes to two moves with a corner between them: name, bytes, and the stops to try. After a reset has braked, a
@@ -154,11 +154,11 @@ fn while_moves_change(port: Port, count: u32) {
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn no_stop_is_lost_while_moves_change() {
-    while_moves_change(Port::Pio, cases(3, 24));
+    while_moves_change(Port::Pio, cases(2, 24));
 }
 
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn no_stop_of_the_timer_port_is_lost_while_moves_change() {
-    while_moves_change(Port::Timer, cases(3, 12));
+    while_moves_change(Port::Timer, cases(2, 12));
 }
