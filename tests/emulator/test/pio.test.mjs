@@ -4,6 +4,9 @@ import { CONDITION, FROM, irqWait, jmp, mov, OPERATION, pull, push, REL, set, sh
 import { PIO1, PioBench, REG, SM } from '../support/pio-bench.mjs';
 import { announceEnd, axes, BRAKE_FLAG, DIR_HIGH, HALTED_AT, openGate, OVERHEAD_CYCLES, REST, rises, STARVED_AT, TURN_CYCLES } from '../support/step-program.mjs';
 
+/** A side-set of one pin, without a delay. */
+const SIDE_HIGH = 16;
+
 test('a square wave: set pins with delays, exact to the cycle', () => {
   const bench = new PioBench();
   const edges = bench.watch(2);
@@ -41,6 +44,38 @@ test('a machine that counts X down on the spot shows X and its place when asked'
   assert.equal(bench.read(bench.sm(0, SM.addr)), 2);
   bench.runTo(44);
   assert.equal(bench.read(REG.irq), 1);
+});
+
+test('a machine that only jumps to the same instruction costs nothing, until its program changes or it is made to jump', () => {
+  const bench = new PioBench();
+  const edges = bench.watch(2);
+  bench.load([jmp(CONDITION.always, 0), set(TO.pins, 1), set(TO.pins, 0), jmp(CONDITION.always, 0)]);
+  bench.configure(0, { clkdiv: 0x28000, pinctrl: (1 << 26) | (2 << 5) });
+  bench.force(0, set(TO.directions, 1));
+  bench.write(REG.ctrl, 1);
+  bench.runTo(20);
+  assert.equal(bench.clock.lockstep.next, Infinity);
+  assert.equal(bench.read(bench.sm(0, SM.addr)), 0);
+  // Its ticks are at 1, 3.5, 6, ... 21, 23.5, 26 and 28.5.
+  bench.force(0, jmp(CONDITION.always, 1));
+  bench.runTo(40);
+  assert.deepEqual(edges, [[21, 1], [23, 0]]);
+  bench.load([jmp(CONDITION.always, 2), set(TO.pins, 0), set(TO.pins, 1)]);
+  bench.runTo(50);
+  assert.deepEqual(edges.slice(2), [[43, 1]]);
+});
+
+test('a machine that only jumps to the same instruction lowers its side pin after another instruction raised it', () => {
+  const bench = new PioBench();
+  const edges = bench.watch(2);
+  bench.load([jmp(CONDITION.always, 0)]);
+  bench.configure(0, { pinctrl: (1 << 29) | (1 << 26) | (2 << 10) | (2 << 5) });
+  bench.force(0, set(TO.directions, 1));
+  bench.write(REG.ctrl, 1);
+  bench.runTo(20);
+  bench.force(0, set(TO.x, 0, SIDE_HIGH));
+  bench.runTo(30);
+  assert.deepEqual(edges, [[20, 1], [21, 0]]);
 });
 
 test('forced instructions run on a disabled machine, and one that stalls waits', () => {

@@ -146,11 +146,12 @@ export class PioBlock {
   }
 
   /** Called after a change of the program or of settings. */
-  changeProgram() {
+  changeProgram(cycle) {
     let seen = 0;
     this.sharedPins = 0;
     for (const machine of this.machines) {
       machine.program.stale = true;
+      machine.wake(WAITS_FOR.program, cycle);
       if (!machine.enabled) continue;
       this.sharedPins |= seen & machine.pins;
       seen |= machine.pins;

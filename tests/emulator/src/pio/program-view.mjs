@@ -1,6 +1,8 @@
 import { PRIVATE } from './privacy.mjs';
 
 const PROGRAM_WORDS = 32;
+/** The bits of an instruction for its delay and side-set. Without them, an unconditional jump is its target. */
+const DELAY_AND_SIDE = 0x1f00;
 
 /** The program as one machine executes it: each instruction decoded with the machine's settings, once and not at every step. */
 export class ProgramView {
@@ -14,6 +16,8 @@ export class ProgramView {
     this.sideValues = new Int32Array(PROGRAM_WORDS);
     /** Whether the instruction affects only its own machine, provided that its side-set changes nothing. */
     this.privates = new Uint8Array(PROGRAM_WORDS);
+    /** Whether the instruction is a jump to itself that nothing ends but a change of the program, or an instruction forced. */
+    this.halts = new Uint8Array(PROGRAM_WORDS);
     this.stale = true;
   }
 
@@ -30,7 +34,8 @@ export class ProgramView {
       this.cycles[at] = settings.cyclesOf(op);
       this.sideMasks[at] = settings.sideMaskOf(op);
       this.sideValues[at] = settings.sideValueOf(op) & this.sideMasks[at];
-      this.privates[at] = alone ? PRIVATE[op] : 0;
+      this.halts[at] = alone && (op & ~DELAY_AND_SIDE) === at && this.cycles[at] === settings.period ? 1 : 0;
+      this.privates[at] = alone && this.halts[at] === 0 ? PRIVATE[op] : 0;
     });
   }
 }

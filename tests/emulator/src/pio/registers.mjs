@@ -109,13 +109,13 @@ export class PioRegisters extends BasePeripheral {
       if ((word >> (4 + index)) & 1) machine.restart(cycle);
       if ((word >> (8 + index)) & 1) machine.rephase(machine.period, cycle);
     });
-    block.changeProgram();
+    block.changeProgram(cycle);
   }
 
   #writeInstruction(index, word, cycle) {
     this.block.settle(cycle);
     this.block.memory[index] = word;
-    this.block.changeProgram();
+    this.block.changeProgram(cycle);
   }
 
   #readMachine(offset) {
@@ -138,7 +138,7 @@ export class PioRegisters extends BasePeripheral {
     const machine = this.block.machines[Math.floor(offset / SM_BYTES)];
     this.block.settle(cycle);
     this.#setMachine(machine, offset, word, cycle);
-    if (offset % SM_BYTES !== INSTR) this.block.changeProgram();
+    if (offset % SM_BYTES !== INSTR) this.block.changeProgram(cycle);
   }
 
   #setMachine(machine, offset, word, cycle) {

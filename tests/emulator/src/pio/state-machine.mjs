@@ -12,10 +12,11 @@ const MOST_AHEAD = 16;
  * One PIO state machine (datasheet 3.2).
  *
  * It is stepped on the cycles on which it does something that others can see; `next` is the next such cycle. A delay
- * only makes `next` later. A stalled machine has no `next` until something wakes it. Instructions that use only its own
- * registers are carried out ahead of time. If an instruction jumps to itself and counts a register down, all its rounds
- * are carried out at once. `settle` reverts what is not due yet before anything reads the registers. Times are cycles
- * of the system clock; with a fractional divider they have binary fractions, of which only the whole part counts.
+ * only makes `next` later. A stalled machine has no `next` until something wakes it, nor has one that only jumps to the
+ * same instruction for ever. Instructions that use only its own registers are carried out ahead of time. If an
+ * instruction jumps to itself and counts a register down, all its rounds are carried out at once. `settle` reverts what
+ * is not due yet before anything reads the registers. Times are cycles of the system clock; with a fractional divider
+ * they have binary fractions, of which only the whole part counts.
  */
 export class StateMachine extends MachineSettings {
   /** @param {import('./block.mjs').PioBlock} block */
@@ -67,6 +68,11 @@ export class StateMachine extends MachineSettings {
       this.stall();
       return;
     }
+    if (this.program.halts[at] !== 0) {
+      this.waitsFor = WAITS_FOR.program;
+      this.stall();
+      return;
+    }
     this.goOn(at, outcome);
     if (this.program.privates[this.pc] !== 0 && this.injected === NONE) this.runAhead();
   }
@@ -113,6 +119,7 @@ export class StateMachine extends MachineSettings {
     // A jump ends the machine's own stall. After any other instruction the machine continues its stall.
     if (outcome !== JUMPED) Object.assign(this, { waitsFor, flagRaised, next });
     if (this.injected !== NONE || (outcome === JUMPED && this.enabled && waitsFor !== 0)) this.resume(cycle);
+    this.wake(WAITS_FOR.program, cycle);
   }
 
   /** Stops the machine until its condition may be true. Without a condition it tries again on the next tick. */
