@@ -155,7 +155,7 @@ fn moves_there_and_back_by_the_timer_port_are_exact() {
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn every_speed_law_is_exact() {
-    cases::every_law_is_exact(Emulated(Port::Pio), Pace::GANTRY);
+    cases::every_law_is_exact(Emulated(Port::Pio), Pace::GANTRY, 1);
 }
 
 #[test]
@@ -167,7 +167,7 @@ fn single_steps_take_as_long_as_planned() {
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn every_speed_law_by_the_timer_port_is_exact() {
-    cases::every_law_is_exact(Emulated(Port::Timer), Pace::GANTRY);
+    cases::every_law_is_exact(Emulated(Port::Timer), Pace::GANTRY, 3);
 }
 
 #[test]
@@ -420,7 +420,7 @@ fn a_reset_in_motion_keeps_the_position() {
 #[ignore = "needs the firmware: cargo xtask test"]
 fn steep_ramps_of_every_law_are_compiled_in_time() {
     let tops = &[12_000, 2_880][..isostep_trials::cases(1, 2) as usize];
-    for (number, law) in SpeedLaw::ALL.into_iter().enumerate().step_by(isostep_trials::stride(2)) {
+    for (number, law) in SpeedLaw::ALL.into_iter().enumerate().step_by(isostep_trials::stride(3)) {
         let accel = if law == SpeedLaw::Logarithmic { 1_000 } else { 4_000 };
         let start = if law.is_over_displacement() { 120 } else { 0 };
         let mut script = "expect Grbl\nsend G91\nexpect ok\n".to_owned();

@@ -433,7 +433,7 @@ fn machines_take_as_long_as_planned_over_single_steps() {
 #[test]
 fn machines_make_every_speed_law() {
     for port in Port::ALL {
-        cases::every_law_is_exact(Simulated(port), Simulated(port).pace());
+        cases::every_law_is_exact(Simulated(port), Simulated(port).pace(), 1);
     }
 }
 

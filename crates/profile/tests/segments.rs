@@ -146,7 +146,7 @@ proptest! {
 
 proptest! {
     // There are fewer cases, because moves of millions of segments take long.
-    #![proptest_config(ProptestConfig { cases: cases(200, 2_000), failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: cases(100, 2_000), failure_persistence: None, ..ProptestConfig::default() })]
 
     /// Speeds from one step in 33 minutes to ten steps a microsecond, ramps that last a day, ramps that are almost
     /// none, two billion steps.

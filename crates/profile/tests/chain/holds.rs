@@ -8,7 +8,7 @@ use crate::case::{case, curved, trapezoid};
 use crate::drive::{drive, holds};
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: cases(1_000, 10_000), failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: cases(500, 10_000), failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn a_trapezoid_is_held_and_goes_on(case in case(trapezoid(), 30), events in holds(), is_small in any::<bool>()) {
