@@ -16,6 +16,8 @@
 //! | `compile.lead.queue` | the same | of the [`QUEUE_SEGMENTS`] in a row with the fewest |
 //! | `compile.LAW.lead`, `compile.LAW.lead.queue` | the same | the same |
 //! | `flow.CASE.STAGE` | moves of [`FLOW_CASES`], each of which passes that [`Stage`] | of all of them |
+//! | `float.CASE` | operations of each of [`FLOAT_CASES`] | of all of them |
+//! | [`FLOAT_AMONG_DIVISION`] | divisions, each while the chip's divider is in use | of all of them |
 //! | `fill` | the words of [`Intervals::fill`], from RAM, [`BLOCK_WORDS`] at a time | of all of them |
 //! | `fill.LAW` | the same for [`law_ramp`] | of all of them |
 //! | each of [`generators`] | its intervals, [`BLOCK_WORDS`] at a time | of all of them |
@@ -25,8 +27,10 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+mod floats;
 mod flow;
 
+pub use floats::{FLOAT_AMONG_DIVISION, FLOAT_CASES, FLOAT_DIVIDE, FLOAT_PAIRS, FloatCase, float_pairs, floats};
 pub use flow::{
     Checksums, FLOW_CASES, FlowCase, MOVE_MM, Path, START_MM, STEPS_PER_MM, Stage, TIMED_MOVES, Text, Timer, Untimed,
     flow,

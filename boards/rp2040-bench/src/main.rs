@@ -18,11 +18,13 @@ use crate::stopwatch::Stopwatch;
 
 #[entry]
 fn main() -> ! {
+    rp2040_floats::link();
     let chip = embassy_rp::init(Default::default());
     let core = cortex_m::Peripherals::take().expect("nobody else takes them");
     // 115200 8N1 is the driver's default.
     let mut report = Report::new(UartTx::new_blocking(chip.UART0, chip.PIN_0, Default::default()));
     let stopwatch = Stopwatch::start(core.SYST);
+    work::floats(&stopwatch, &mut report);
     work::plan(&stopwatch, &mut report);
     work::compile(&stopwatch, &mut report);
     work::flow(&stopwatch, &mut report);

@@ -4,10 +4,12 @@ use core::fmt::Arguments;
 use core::hint::black_box;
 use core::sync::atomic::{AtomicU32, Ordering};
 
+use embassy_rp::pac;
 use isostep_profile::{SpeedLaw, SyncMove};
 use rp2040_bench::{
-    BLOCK_WORDS, Checksum, FIRST_STEPS, FLOW_CASES, PLAN_CASES, Peer, QUEUE_SEGMENTS, Stage, TICK_HZ, TIMED_MOVES,
-    Timer, Visitor, first_segments, generators, law_ramp, phases, plan_checksum, ramp, segments_checksum,
+    BLOCK_WORDS, Checksum, FIRST_STEPS, FLOAT_AMONG_DIVISION, FLOAT_CASES, FLOAT_DIVIDE, FLOW_CASES, PLAN_CASES, Peer,
+    QUEUE_SEGMENTS, Stage, TICK_HZ, TIMED_MOVES, Timer, Visitor, first_segments, generators, law_ramp, phases,
+    plan_checksum, ramp, segments_checksum,
 };
 
 use crate::report::{Figure, Report};
@@ -141,6 +143,38 @@ impl Timer for TimedStages<'_> {
         self.cycles[stage as usize] += u64::from(cycles);
         result
     }
+}
+
+/// Times operations on floats.
+pub fn floats(stopwatch: &Stopwatch, report: &mut Report) {
+    for case in &FLOAT_CASES {
+        let mut figure = Figure::default();
+        let checksum = rp2040_bench::floats(case, |pair, work| {
+            let (result, cycles) = stopwatch.time(pair, work);
+            figure.add(cycles, case.operations);
+            result
+        });
+        report.sum(format_args!("float.{}", case.name), figure, checksum);
+    }
+    let divide = &FLOAT_CASES[FLOAT_DIVIDE];
+    let mut figure = Figure::default();
+    let checksum = rp2040_bench::floats(divide, |pair, work| {
+        let (result, cycles) = stopwatch.time(pair, |pair| among_division(|| work(pair)));
+        figure.add(cycles, 1);
+        result
+    });
+    report.sum(FLOAT_AMONG_DIVISION, figure, checksum);
+}
+
+/// Does `work` where an interrupt could do it: between the beginning of a division of whole numbers and its result.
+/// Returns nothing if that result is lost.
+fn among_division(work: impl FnOnce() -> u64) -> u64 {
+    let divider = pac::SIO.div();
+    divider.udividend().write_value(1_000_003);
+    divider.udivisor().write_value(7);
+    let result = work();
+    let (remainder, quotient) = (divider.remainder().read(), divider.quotient().read());
+    if (quotient, remainder) == (142_857, 4) { result } else { 0 }
 }
 
 /// Times the loop that runs per step, over the ramp and over those of every law.

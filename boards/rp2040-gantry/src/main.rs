@@ -50,6 +50,7 @@ async fn main(spawner: Spawner) {
     static CONTROLLER: StaticCell<Controller<'static, Flash>> = StaticCell::new();
 
     vectors::move_to_ram();
+    rp2040_floats::link();
     let board = Board::new(embassy_rp::init(Default::default()));
     time_driver::start();
     let restart = Cause::of_last_restart();

@@ -33,6 +33,8 @@ export class MachineClock {
     /** Cycles spent in interrupt handlers that have ended, and the cycle at which the current one began. */
     this.handledCycles = 0;
     this.handlerStart = null;
+    /** What each instruction takes, if somebody asks for it. @type {import('./profile.mjs').Profile | null} */
+    this.profile = null;
   }
 
   get cycles() {

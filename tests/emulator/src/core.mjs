@@ -28,15 +28,17 @@ export function run(core, bus, clock, limit) {
 
 function runOn(core, bus, clock, limit) {
   const r = bus.registers;
-  const { lockstep } = clock;
+  const { lockstep, profile } = clock;
   while (core.cycles < clock.next && core.cycles < limit && !core.waiting) {
     if (core.interruptsUpdated && core.checkForInterrupts()) core.cycles += EXCEPTION_ENTRY_CYCLES;
     const pc = r[PC];
+    const since = core.cycles;
     bus.dataAddress = NOWHERE;
     const op = bus.fetch(pc);
     r[PC] = pc + 2;
     core.cycles += 1;
     execute(core, bus, r, op);
+    if (profile !== null) profile.add(pc, core.cycles - since, core.cycles);
     if (lockstep.next <= core.cycles) lockstep.catchUp();
   }
 }

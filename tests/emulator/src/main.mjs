@@ -11,6 +11,7 @@ import { HELP, parseOptions } from './options.mjs';
 import { OutputTrace } from './output-trace.mjs';
 import { NAMED_INPUTS, NAMED_OUTPUTS, TOOL_OUTPUTS } from './pins.mjs';
 import { ProgramRun } from './program.mjs';
+import { Profile } from './profile.mjs';
 import { Progress } from './progress.mjs';
 import { readable, summary } from './report.mjs';
 import { parseScript, ScriptRun } from './script.mjs';
@@ -78,6 +79,7 @@ function finish(options, board, transcript, recorders, result) {
   recorders.edges?.close();
   recorders.outputs?.close();
   write(options.vcd, recorders.waveform);
+  write(options.profile, recorders.profile);
   if (options.flash) writeFlashFile(options.flash, board.flash.bytes, firmware(options.elf));
   write(options.json, JSON.stringify(result, null, 2) + '\n');
 }
@@ -110,6 +112,7 @@ function write(path, content) {
 /** Attaches the recorders that the options request. */
 function record(board, options) {
   const recorders = {};
+  if (options.profile) recorders.profile = board.clock.profile = new Profile(board.gantry.statistics);
   if (options.trace) {
     recorders.trace = opened(options.trace, StepTrace);
     board.gantry.stepWatchers.add((cycle, axis, direction, position) => recorders.trace.step(cycle * NANOS_PER_CYCLE, axis, direction, position));

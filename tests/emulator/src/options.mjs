@@ -44,6 +44,8 @@ What to write
   --transcript FILE    every line sent and received, with its machine time
   --json FILE          the summary
   --vcd FILE           STEP, DIR, ENABLE, LED, the tool's outputs and inputs, for a wave viewer
+  --profile FILE       what the core spent on each instruction of flash and RAM: address,executions,in_motion,cycles; an
+                       instruction's cycles have what the ROM and flash's cache took of them
   --progress           a line of progress on stderr each second, even if stderr is no terminal
   --help               this text
 
@@ -89,6 +91,7 @@ const SPEC = {
   transcript: { type: 'string' },
   json: { type: 'string' },
   vcd: { type: 'string' },
+  profile: { type: 'string' },
   progress: { type: 'boolean', default: false },
   help: { type: 'boolean', default: false },
 };

@@ -16,6 +16,7 @@ use rp2040_bench::{Checksum, LIMITS, Peer, STEPS, StandsFor, TICK_HZ, Visitor};
 use serde::Serialize;
 
 use super::chip::Chip;
+use super::floats::{self, FloatFigures};
 use super::flow::{self, FlowFigures};
 use super::laws::{self, LawFigures};
 use super::lines::{AXES, CompileFigures, Lines};
@@ -36,6 +37,8 @@ pub struct MicroFigures {
     pub laws: Vec<LawFigures>,
     /// The figures of short moves that flow.
     pub flow: Vec<FlowFigures>,
+    /// Operations on floats.
+    pub floats: Vec<FloatFigures>,
     /// Compiling the segments of one axis, by the phase in which they begin.
     pub compile: Vec<CompileFigures>,
     /// Ticks of motion per cycle of compiling it for three axes, in the segment that contains the least motion. Below 1
@@ -99,6 +102,7 @@ pub fn measure(chip: Chip, folder: &Path) -> Result<MicroFigures> {
         },
         laws: laws::all(&lines)?,
         flow: flow::all(&lines)?,
+        floats: floats::all(&lines)?,
         compile: lines.compile("compile", &rp2040_bench::ramp()?)?,
         lead_ticks_per_cycle: lines.of("compile.lead")?.results_per_cycle() / AXES,
         queue_lead_ticks_per_cycle: lines.queue_lead("compile")?,

@@ -22,6 +22,7 @@ mod chip;
 mod edges;
 mod effort;
 mod figures;
+mod floats;
 mod flow;
 mod follow;
 mod laws;

@@ -13,7 +13,7 @@ use super::outputs::OffFigures;
 use super::starts::Delay;
 use super::stops::{Latency, StopMeasurement};
 use super::target::Target;
-use super::{flow, laws, levels};
+use super::{floats, flow, laws, levels};
 use isostep::screen::grouped;
 
 /// Explains the figures of the ideal chip.
@@ -222,6 +222,7 @@ pub fn costs(figures: &MicroFigures) -> Vec<(String, String)> {
     let after = [
         ("compiling against moving".to_owned(), format!("{lead:.1} times as fast for 3 axes, where it is closest")),
         ("replay a step".to_owned(), format!("{:.1} cycles", figures.fill_cycles_per_step)),
+        ("operations on f64, cycles".to_owned(), floats::words(&figures.floats)),
     ];
     compile.chain(after).collect()
 }

@@ -1,21 +1,21 @@
 import { Fault } from '../fault.mjs';
 
-/** Arithmetic of the ROM: where IEEE 754 gives NaN, it gives an infinity. */
+/**
+ * Arithmetic of the ROM. Where IEEE 754 gives NaN it gives an infinity, and the firmware goes to it without a check. So
+ * whoever gets there has planned nonsense, and that is a fault here.
+ */
 export function sum(a, b) {
-  const result = a + b;
-  return Number.isNaN(result) ? Infinity : result;
+  return meaningful(a + b, 'sum', a, b);
 }
 
 export const difference = (a, b) => sum(a, -b);
 
 export function product(a, b) {
-  const result = a * b;
-  return Number.isNaN(result) ? infinityOf(a, b) : result;
+  return meaningful(a * b, 'product', a, b);
 }
 
 export function quotient(a, b) {
-  const result = a / b;
-  return Number.isNaN(result) ? infinityOf(a, b) : result;
+  return meaningful(a / b, 'quotient', a, b);
 }
 
 export function squareRoot(a) {
@@ -38,9 +38,7 @@ export function ofAngle(name, operation, furthest) {
   };
 }
 
-/** An infinity with the sign of the product or quotient. */
-function infinityOf(a, b) {
-  return isNegative(a) === isNegative(b) ? Infinity : -Infinity;
+function meaningful(result, name, a, b) {
+  if (Number.isNaN(result)) throw new Fault(`the ROM's ${name} of ${a} and ${b}: it has no NaN to return`);
+  return result;
 }
-
-const isNegative = (value) => value < 0 || Object.is(value, -0);

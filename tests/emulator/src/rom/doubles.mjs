@@ -4,6 +4,13 @@ import { doubleFrom, returnDouble, returnSingle } from './numbers.mjs';
 
 /** The first argument is in r0 and r1, the second in r2 and r3. */
 const binary = (operation) => (r) => returnDouble(r, operation(doubleFrom(r[0], r[1]), doubleFrom(r[2], r[3])));
+/** The divider has its result, and nobody waits for it. */
+const READY = 1;
+/** By the chip's divider, which forgets what it has computed for others. */
+const divide = (r, bus) => {
+  Object.assign(bus.chip.sio, { divQuotient: 0, divRemainder: 0, divCSR: READY });
+  binary(quotient)(r);
+};
 const unary = (operation) => (r) => returnDouble(r, operation(doubleFrom(r[0], r[1])));
 const toWord = (convert) => (r) => {
   r[0] = convert(doubleFrom(r[0], r[1]), r[2]);
@@ -20,7 +27,7 @@ export const DOUBLES = [
   [0x00, 'dadd', 91, binary(sum)],
   [0x04, 'dsub', 95, binary(difference)],
   [0x08, 'dmul', 155, binary(product)],
-  [0x0c, 'ddiv', 183, binary(quotient)],
+  [0x0c, 'ddiv', 183, divide],
   [0x18, 'dsqrt', 169, unary(squareRoot)],
   [0x1c, 'double_to_int', 75, toWord((a) => clampSigned(fixed(a, 0)))],
   [0x20, 'double_to_fix', 74, toWord((a, bits) => clampSigned(fixed(a, bits)))],

@@ -1,6 +1,9 @@
+import { Fault } from '../fault.mjs';
+
 /**
- * Floats as the ROM treats them: an argument that is denormal counts as a zero of its sign, and a NaN as an infinity of
- * its sign; a result is never denormal or NaN. In registers they are signed 32-bit words.
+ * Floats as the ROM treats them: an argument that is denormal counts as a zero of its sign; a result is never denormal or
+ * NaN. A NaN would count as an infinity; nobody checks for one on the way to the ROM, so it is a fault here. In registers
+ * they are signed 32-bit words.
  */
 const double = new Float64Array(1);
 const doubleWords = new Int32Array(double.buffer);
@@ -12,7 +15,7 @@ const [DOUBLE_EXPONENT, SINGLE_EXPONENT] = [0x7ff00000, 0x7f800000];
 export function doubleFrom(low, high) {
   const exponent = high & DOUBLE_EXPONENT;
   if (exponent === 0) return high < 0 ? -0 : 0;
-  if (exponent === DOUBLE_EXPONENT) return high < 0 ? -Infinity : Infinity;
+  if (exponent === DOUBLE_EXPONENT) return infinity(high, (high & ~DOUBLE_EXPONENT & 0x7fffffff) | low);
   doubleWords[0] = low;
   doubleWords[1] = high;
   return double[0];
@@ -31,7 +34,7 @@ export function returnDouble(r, value) {
 export function singleFrom(bits) {
   const exponent = bits & SINGLE_EXPONENT;
   if (exponent === 0) return bits < 0 ? -0 : 0;
-  if (exponent === SINGLE_EXPONENT) return bits < 0 ? -Infinity : Infinity;
+  if (exponent === SINGLE_EXPONENT) return infinity(bits, bits & ~SINGLE_EXPONENT & 0x7fffffff);
   singleWord[0] = bits;
   return single[0];
 }
@@ -41,4 +44,9 @@ export function returnSingle(r, value) {
   single[0] = value;
   const bits = singleWord[0];
   r[0] = (bits & SINGLE_EXPONENT) === 0 ? bits & 0x80000000 : bits;
+}
+
+function infinity(sign, mantissa) {
+  if (mantissa !== 0) throw new Fault('the ROM is given a NaN, which it takes for an infinity');
+  return sign < 0 ? -Infinity : Infinity;
 }
