@@ -121,14 +121,15 @@ impl Bounds {
             (rise * self.per_accel + self.accel_steps_s2 * self.per_jerk, self.per_accel)
         } else {
             let half_s = sqrt(rise * self.per_jerk);
-            (2.0 * half_s, half_s / rise)
+            // Without a rise the growth has no bound, and no search asks for it.
+            (2.0 * half_s, if rise > 0.0 { half_s / rise } else { 0.0 })
         };
         let mean = slow + rise / 2.0;
         (mean * duration_s, duration_s / 2.0 + mean * growth_s)
     }
 
     fn reaches_accel(&self, rise: f64) -> bool {
-        self.accel_steps_s2 * self.accel_steps_s2 <= self.jerk_steps_s3 * rise
+        rise > 0.0 && self.accel_steps_s2 * self.accel_steps_s2 <= self.jerk_steps_s3 * rise
     }
 
     /// The shape of the shortest ramp, and the acceleration it reaches.
