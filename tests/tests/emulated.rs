@@ -337,6 +337,23 @@ fn every_stop_takes_less_than_10_us() {
     assert!(slowest_us <= 10.0, "{slowest}");
 }
 
+/// A tenth of a microsecond, which is over before any code runs. At rest, only the emergency stop means anything.
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn a_press_counts_however_short_it_is() {
+    let estop = "estop pressed\nwait-us 0.1\nestop released\nexpect ALARM:10";
+    let presses = ["X", "Y", "Z"]
+        .map(|axis| format!("switch {axis} stuck-closed\nwait-us 0.1\nswitch {axis} normal\nexpect ALARM:1"));
+    let mut script = "expect Grbl\n".to_owned();
+    for press in presses.iter().map(String::as_str).chain([estop]) {
+        script += &format!("send G91 G0 X5 Y5 Z5\nexpect ok\nwait-ms 100\n{press}\nwait-ms 20\n");
+        script += "check-position\nsend $X\nexpect ok\n";
+    }
+    script += &format!("{estop}\nwait-ms 20\nsend $X\nexpect ok\n");
+    let run = Board::new("short-press").script(&script);
+    assert!(run.ok, "{}", run.printed);
+}
+
 /// Moves of three axes are held, resumed and slowed down at some thirty instants. No step may be lost or off the path.
 fn holds_and_overrides_lose_nothing(board: Board, law: u32) {
     let mut script = format!("expect Grbl\nsend $940={law}\nexpect ok\nsend G90\nexpect ok\n");

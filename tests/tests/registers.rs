@@ -1,8 +1,10 @@
 //! What the firmware reads of the chip in several accesses, while it changes between any two of them.
 
 use std::cell::Cell;
+use std::collections::VecDeque;
+use std::sync::atomic::AtomicU32;
 
-#[path = "../../boards/rp2040-gantry/src/edges.rs"]
+#[path = "../../boards/rp2040-gantry/src/guard/edges.rs"]
 mod edges;
 #[path = "../../boards/rp2040-gantry/src/two_words.rs"]
 mod two_words;
@@ -27,56 +29,58 @@ fn a_time_is_one_between_the_first_read_and_the_last() {
     }
 }
 
-/// Inputs of which some change before certain accesses.
+/// A state machine that watches inputs of which some change before certain accesses of the handler.
 struct Changing {
-    levels: u8,
-    flags: u8,
+    levels: u32,
+    /// The levels after each change, which the handler has not taken yet.
+    queue: VecDeque<u32>,
     accesses: usize,
     /// The inputs that change before each access.
-    changes: Vec<u8>,
+    changes: Vec<u32>,
 }
 
 impl Changing {
     fn access(&mut self) {
         let changed = self.changes.get(self.accesses).copied().unwrap_or(0);
         self.levels ^= changed;
-        self.flags |= changed;
+        if changed != 0 {
+            self.queue.push_back(self.levels);
+        }
         self.accesses += 1;
     }
 }
 
-impl edges::Inputs for Changing {
-    fn flags(&mut self) -> u8 {
+impl edges::Changes for Changing {
+    fn are_there(&mut self) -> bool {
         self.access();
-        self.flags
+        !self.queue.is_empty()
     }
 
-    fn clear(&mut self, flags: u8) {
+    fn take(&mut self) -> u32 {
         self.access();
-        self.flags &= !flags;
-    }
-
-    fn levels(&mut self) -> u32 {
-        self.access();
-        self.levels.into()
+        self.queue.pop_front().expect("an entry")
     }
 }
 
-/// Two inputs change, or do not, before each of six accesses: two passes of the handler. Then the handler has told the
-/// levels that they have, and has told of each input that has changed.
+/// Two inputs change, or do not, before each of six accesses. Then the handler has told every change of either, with the
+/// level after it, and in order.
 #[test]
 fn no_edge_of_an_input_is_lost_between_two_accesses_of_the_handler() {
     for pattern in 0..4_usize.pow(6) {
-        let changes: Vec<_> = (0..6).map(|access| (pattern >> (2 * access) & 3) as u8).collect();
-        let mut inputs = Changing { levels: 0, flags: 0, accesses: 0, changes };
-        let (mut told, mut noticed) = (0, 0);
-        // The interrupt comes again for as long as a flag is set, or one will be.
-        while inputs.accesses < inputs.changes.len() || inputs.flags != 0 {
-            let (changed, levels) = edges::take(&mut inputs);
-            noticed |= changed;
-            told = told & !changed | levels as u8 & changed;
+        let changes: Vec<_> = (0..6).map(|access| (pattern >> (2 * access) & 3) as u32).collect();
+        let mut wanted = [vec![], vec![]];
+        let mut levels = 0;
+        for &changed in &changes {
+            levels ^= changed;
+            (0..2).filter(|input| changed >> input & 1 != 0).for_each(|input| wanted[input].push(levels >> input & 1));
         }
-        assert_eq!(told, inputs.levels, "{:?}", inputs.changes);
-        assert_eq!(noticed, inputs.changes.iter().fold(0, |all, one| all | one), "{:?}", inputs.changes);
+        let mut inputs = Changing { levels: 0, queue: VecDeque::new(), accesses: 0, changes };
+        let (last, mut told) = (AtomicU32::new(0), [vec![], vec![]]);
+        // The interrupt comes again for as long as there are changes, or will be.
+        while inputs.accesses < inputs.changes.len() || !inputs.queue.is_empty() {
+            let Some((changed, levels)) = edges::take(&mut inputs, &last) else { continue };
+            (0..2).filter(|input| changed >> input & 1 != 0).for_each(|input| told[input].push(levels >> input & 1));
+        }
+        assert_eq!(told, wanted, "{:?}", inputs.changes);
     }
 }

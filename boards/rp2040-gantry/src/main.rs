@@ -11,7 +11,6 @@
 
 mod boot;
 mod console;
-mod edges;
 mod fail_still;
 mod flash;
 mod guard;

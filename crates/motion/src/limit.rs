@@ -2,6 +2,7 @@
 
 use core::convert::Infallible;
 
+use embassy_futures::select::select;
 use embassy_time::{Duration, with_timeout};
 use embedded_hal::digital::InputPin;
 use embedded_hal_async::digital::Wait;
@@ -47,8 +48,9 @@ where
     I: InputPin<Error = Infallible> + Wait,
 {
     loop {
-        wait_level(&mut input, true).await;
-        machine.emergency_stop_edge(true);
+        // The board may have reported a press that was too short for the input to be seen here.
+        select(wait_level(&mut input, true), machine.wait_emergency()).await;
+        machine.set_emergency(true);
         while debounced_low(&mut input, machine.config().homing.debounce).await {
             wait_level(&mut input, false).await;
         }

@@ -183,6 +183,8 @@ pub struct Machine {
     asked: Signal<CriticalSectionRawMutex, ()>,
     /// Has the coordinator free the motors.
     released: Signal<CriticalSectionRawMutex, ()>,
+    /// Wakes the task that watches the emergency stop.
+    emergency: Signal<CriticalSectionRawMutex, ()>,
     tool: ToolLink,
     inner: Mutex<CriticalSectionRawMutex, RefCell<Inner>>,
 }
@@ -199,6 +201,7 @@ impl Machine {
             stopped: Signal::new(),
             asked: Signal::new(),
             released: Signal::new(),
+            emergency: Signal::new(),
             tool: ToolLink::new(),
             inner: Mutex::new(RefCell::new(Inner {
                 config,

@@ -7,12 +7,12 @@ import { PIO0, PioBench, REG } from './pio-bench.mjs';
  *
  * Input, for each experiment: `setup` contains the writes before cycle 0: [address, value]. Then every cycle begins
  * with the writes that are due, [cycle, address, value] in `writes`, and with a word for each state machine whose FIFO
- * has room, from its own list in `words`. A write on cycle N takes effect on N + 1. After `cycles` cycles come the
- * writes of `finish`.
+ * has room, from its own list in `words`. A write on cycle N takes effect on N + 1. From cycle `takes_from` on, a word of
+ * each RX FIFO is taken at the end of every cycle. After `cycles` cycles come the writes of `finish`.
  *
  * Output, for each state machine of each experiment: the cycles on which its pin (`pins`) rose and fell; those on which
- * the next pin changed, with its level, [cycle, level] in `turns`; the cycle on which its flag was set (or null); and
- * the word in its RX FIFO, its `count`.
+ * the next pin changed, with its level, [cycle, level] in `turns`; the cycle on which its flag was set (or null); the
+ * words taken from its RX FIFO, [cycle, word] in `taken`; and the word that is in it in the end, its `count`.
  */
 class Experiment {
   static #fifoWords = 8;
@@ -24,17 +24,19 @@ class Experiment {
     this.turns = given.pins.map((pin) => this.bench.watch(pin + 1));
     this.halts = given.pins.map(() => null);
     this.fed = given.pins.map(() => 0);
+    this.taken = given.pins.map(() => []);
     this.done = 0;
   }
 
   run() {
-    const { setup, cycles, finish, pins } = this.given;
+    const { setup, cycles, takes_from, finish, pins } = this.given;
     this.#write(setup);
     for (let cycle = 0; cycle < cycles; cycle++) {
       this.#writeDue(cycle);
       this.#feed();
       this.bench.runTo(cycle + 1);
       this.#noteHalts(cycle + 1);
+      if (cycle >= takes_from) this.#take(cycle + 1);
     }
     this.#write(finish);
     return pins.map((_, index) => this.#seen(index));
@@ -57,6 +59,13 @@ class Experiment {
     });
   }
 
+  #take(cycle) {
+    const levels = this.bench.read(REG.flevel);
+    this.taken.forEach((words, index) => {
+      if ((levels >>> (8 * index + 4)) & 0xf) words.push([cycle, this.bench.read(REG.rxf + 4 * index)]);
+    });
+  }
+
   #noteHalts(cycle) {
     const flags = this.bench.read(REG.irq);
     this.halts.forEach((halt, index) => {
@@ -66,7 +75,7 @@ class Experiment {
 
   #seen(index) {
     const to = (level) => this.edges[index].filter(([, now]) => now === level).map(([cycle]) => cycle);
-    return { rises: to(1), falls: to(0), turns: this.turns[index], halt: this.halts[index], count: this.bench.readAt(PIO0 + REG.rxf + 4 * index) };
+    return { rises: to(1), falls: to(0), turns: this.turns[index], halt: this.halts[index], taken: this.taken[index], count: this.bench.readAt(PIO0 + REG.rxf + 4 * index) };
   }
 }
 

@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict';
 import test from 'node:test';
-import { CONDITION, FROM, irqWait, jmp, mov, OPERATION, pull, push, REL, set, shiftIn, shiftOut, TO, waitGpio, waitIrq } from '../support/pio-assembly.mjs';
+import { CONDITION, FROM, irqSet, irqWait, jmp, mov, OPERATION, pull, push, REL, set, shiftIn, shiftOut, TO, waitGpio, waitIrq } from '../support/pio-assembly.mjs';
 import { PIO1, PioBench, REG, SM } from '../support/pio-bench.mjs';
 import { announceEnd, axes, BRAKE_FLAG, DIR_HIGH, HALTED_AT, openGate, OVERHEAD_CYCLES, REST, rises, STARVED_AT, TURN_CYCLES } from '../support/step-program.mjs';
 
@@ -76,6 +76,86 @@ test('a machine that only jumps to the same instruction lowers its side pin afte
   bench.force(0, set(TO.x, 0, SIDE_HIGH));
   bench.runTo(30);
   assert.deepEqual(edges, [[20, 1], [21, 0]]);
+});
+
+/** Looks at pins 9 to 12 every four cycles, from the third on, and at each change raises its flag and keeps the levels in X. */
+const WATCH = [irqSet(REL), mov(TO.x, FROM.y), mov(TO.isr, FROM.null), shiftIn(FROM.pins, 4), mov(TO.y, FROM.isr), jmp(CONDITION.different, 0)];
+
+function watchPins(bench, { clkdiv = 0x10000 } = {}) {
+  bench.load(WATCH);
+  bench.configure(0, { clkdiv, execctrl: (5 << 12) | (2 << 7), shiftctrl: 0x80000, pinctrl: 9 << 15 });
+  bench.force(0, set(TO.x, 0), jmp(CONDITION.always, 2));
+  bench.write(REG.ctrl, 1);
+}
+
+test('a machine that only looks at pins costs nothing, and looks when it would have', () => {
+  for (let wait = 100; wait < 108; wait++) {
+    for (const [clkdiv, period] of [[0x10000, 1], [0x28000, 2.5]]) {
+      const bench = new PioBench();
+      watchPins(bench, { clkdiv });
+      bench.runTo(wait);
+      assert.equal(bench.clock.lockstep.next, Infinity);
+      // Other pins are not its business, and change while it is at rest.
+      bench.input(8, true);
+      bench.input(13, true);
+      assert.equal(bench.clock.lockstep.next, Infinity);
+      bench.input(11, true);
+      // Its ticks are on 1, 1 + period and so on, and every fourth is a look, from the second on.
+      const look = Math.ceil((wait + 2 - 1 - period) / (4 * period));
+      const flag = Math.floor(1 + period + look * 4 * period + 3 * period);
+      bench.runTo(flag - 1);
+      assert.equal(bench.read(REG.irq), 0, `${wait}`);
+      bench.runTo(flag);
+      assert.equal(bench.read(REG.irq), 1, `${wait}`);
+      bench.runTo(flag + 100);
+      assert.equal(bench.clock.lockstep.next, Infinity);
+    }
+  }
+});
+
+test('a pulse between two looks is not seen, and one that a look falls into is', () => {
+  const seen = [0, 1, 2, 3, 4, 5, 6, 7].map((wait) => {
+    const bench = new PioBench();
+    watchPins(bench);
+    bench.runTo(100 + wait);
+    bench.input(9, true);
+    bench.run(1);
+    bench.input(9, false);
+    bench.run(20);
+    return bench.read(REG.irq);
+  });
+  // The looks are on 98, 102 and so on, and see what came two cycles before.
+  assert.deepEqual(seen, [1, 0, 0, 0, 1, 0, 0, 0]);
+});
+
+test('a machine that only looks at pins shows its place when asked, and goes on from it', () => {
+  const bench = new PioBench();
+  watchPins(bench);
+  const places = [];
+  for (let cycle = 101; cycle < 109; cycle++) {
+    bench.runTo(cycle);
+    places.push(bench.read(bench.sm(0, SM.addr)));
+  }
+  assert.deepEqual(places, [3, 4, 5, 2, 3, 4, 5, 2]);
+  bench.runTo(150);
+  bench.input(10, true);
+  // The change is seen from 152 on, and the look is on 154: until then it has been looking at the old levels.
+  bench.runTo(153);
+  assert.equal(bench.read(bench.sm(0, SM.addr)), 3);
+  bench.runTo(156);
+  assert.equal(bench.read(REG.irq), 0);
+  bench.runTo(157);
+  assert.equal(bench.read(REG.irq), 1);
+  // While it is disabled it sees nothing.
+  bench.runTo(200);
+  bench.write(REG.ctrl, 0);
+  bench.write(REG.irq, 1);
+  bench.input(10, false);
+  bench.runTo(300);
+  assert.equal(bench.read(REG.irq), 0);
+  bench.write(REG.ctrl, 1);
+  bench.run(20);
+  assert.equal(bench.read(REG.irq), 1);
 });
 
 test('forced instructions run on a disabled machine, and one that stalls waits', () => {

@@ -60,6 +60,9 @@ impl Published {
             self.feed(&experiment.words);
             self.step();
             self.note(cycle + 1, &experiment.pins);
+            if cycle >= experiment.takes_from {
+                self.take(cycle + 1);
+            }
         }
         self.write(&experiment.finish);
         for (machine, seen) in (0..).zip(&mut self.seen) {
@@ -80,6 +83,15 @@ impl Published {
             if levels >> (8 * machine) & 0xF < FIFO_WORDS && *fed < words.len() {
                 self.chip.mmio_write32(txf(machine), words[*fed]);
                 *fed += 1;
+            }
+        }
+    }
+
+    fn take(&mut self, cycle: u64) {
+        let levels = self.chip.mmio_read32(FLEVEL);
+        for (machine, seen) in (0..).zip(&mut self.seen) {
+            if levels >> (8 * machine + 4) & 0xF != 0 {
+                seen.taken.push((cycle, self.chip.mmio_read32(rxf(machine))));
             }
         }
     }
@@ -134,8 +146,11 @@ fn own(experiments: &[&Experiment]) -> Vec<Vec<Seen>> {
 }
 
 fn written(experiment: &Experiment) -> Value {
-    let Experiment { setup, pins, words, writes, cycles, finish } = experiment;
-    json!({ "setup": setup, "pins": pins, "words": words, "writes": writes, "cycles": cycles, "finish": finish })
+    let Experiment { setup, pins, words, writes, cycles, takes_from, finish } = experiment;
+    json!({
+        "setup": setup, "pins": pins, "words": words, "writes": writes, "cycles": cycles, "takes_from": takes_from,
+        "finish": finish,
+    })
 }
 
 fn read(seen: &Value) -> Seen {
@@ -143,6 +158,8 @@ fn read(seen: &Value) -> Seen {
     let cycles = |name| list(name).iter().map(|cycle| cycle.as_u64().expect("a cycle")).collect();
     let turn = |turn: &Value| (turn[0].as_u64().expect("a cycle"), turn[1] == 1);
     let turns = list("turns").iter().map(turn).collect();
+    let word = |taken: &Value| (taken[0].as_u64().expect("a cycle"), taken[1].as_u64().expect("a word") as u32);
+    let taken = list("taken").iter().map(word).collect();
     let count = seen["count"].as_u64().expect("a count") as u32;
-    Seen { rises: cycles("rises"), falls: cycles("falls"), turns, halt: seen["halt"].as_u64(), count }
+    Seen { rises: cycles("rises"), falls: cycles("falls"), turns, halt: seen["halt"].as_u64(), taken, count }
 }

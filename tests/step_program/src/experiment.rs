@@ -7,21 +7,21 @@ use pio::{InstructionOperands, SetDestination};
 use crate::program::{self, Words, forced};
 
 const PIO0: u32 = 0x5020_0000;
-const CTRL: u32 = PIO0;
+pub const CTRL: u32 = PIO0;
 pub const FLEVEL: u32 = PIO0 + 0x0C;
 const TXF: u32 = PIO0 + 0x10;
 const RXF: u32 = PIO0 + 0x20;
 pub const IRQ: u32 = PIO0 + 0x30;
 const IRQ_FORCE: u32 = PIO0 + 0x34;
-const INSTR_MEM: u32 = PIO0 + 0x48;
+pub const INSTR_MEM: u32 = PIO0 + 0x48;
 /// The registers of the first state machine, and the distance to those of the next one.
-const CLKDIV: u32 = PIO0 + 0xC8;
-const EXECCTRL: u32 = PIO0 + 0xCC;
-const SHIFTCTRL: u32 = PIO0 + 0xD0;
-const INSTR: u32 = PIO0 + 0xD8;
-const PINCTRL: u32 = PIO0 + 0xDC;
+pub const CLKDIV: u32 = PIO0 + 0xC8;
+pub const EXECCTRL: u32 = PIO0 + 0xCC;
+pub const SHIFTCTRL: u32 = PIO0 + 0xD0;
+pub const INSTR: u32 = PIO0 + 0xD8;
+pub const PINCTRL: u32 = PIO0 + 0xDC;
 const MACHINE_BYTES: u32 = 0x18;
-const GPIO_CTRL: u32 = 0x4001_4004;
+pub const GPIO_CTRL: u32 = 0x4001_4004;
 const FUNCSEL_PIO0: u32 = 6;
 
 /// Bit 19 is clear, so OUT shifts left. IN shifts right, as after a reset.
@@ -99,6 +99,8 @@ pub struct Experiment {
     /// Writes as cycle, address and value, in order of cycle.
     pub writes: Vec<(u64, u32, u32)>,
     pub cycles: u64,
+    /// From this cycle on, what the state machines put into their RX FIFOs is taken, a word per cycle.
+    pub takes_from: u64,
     /// Writes after the last cycle. Afterwards the RX FIFOs are read.
     pub finish: Vec<(u32, u32)>,
 }
@@ -112,6 +114,8 @@ pub struct Seen {
     pub turns: Vec<(u64, bool)>,
     /// When the machine raised its own flag, at the end or because it starved.
     pub halt: Option<u64>,
+    /// The words that it has put into its RX FIFO, with the cycle after which each was there to be taken.
+    pub taken: Vec<(u64, u32)>,
     /// The number of edges that it has counted.
     pub count: u32,
 }
@@ -142,6 +146,7 @@ impl Experiment {
             words: axes.iter().map(Axis::encoded).collect(),
             writes,
             cycles: until + AFTER_CYCLES,
+            takes_from: 0,
             finish: [(CTRL, 0)].into_iter().chain(finish).collect(),
         }
     }

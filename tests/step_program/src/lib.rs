@@ -1,4 +1,5 @@
-//! The firmware's step program is tested word by word on two independent emulators. Every edge of STEP and DIR, in both
+//! The firmware's programs for PIO are tested on two independent emulators: the guard's in `guard`, and the step
+//! program here, word by word. Every edge of STEP and DIR, in both
 //! directions, every halt and every count must be where the firmware's own arithmetic says, to the cycle. Both
 //! emulators count from the write that opens the gate, and agree on every cycle without an offset.
 //!
@@ -11,6 +12,7 @@
 
 mod emulator;
 mod experiment;
+mod guard;
 #[path = "../../../boards/rp2040-gantry/src/pio_port/program.rs"]
 mod program;
 

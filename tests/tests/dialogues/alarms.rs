@@ -2,7 +2,7 @@
 //! The alarms of a step port that cannot keep up need a real port, so they are in tests/emulated.rs.
 
 use embassy_time::Duration;
-use isostep_motion::Axis;
+use isostep_motion::{Alarm, Axis, State};
 use isostep_sim::plant::SwitchFault;
 use isostep_sim::{Config, Sim};
 
@@ -118,6 +118,20 @@ fn alarm_10_emergency_stop() {
     sim.run_until_idle().unwrap();
     assert_eq!(say(&mut sim, "$H"), ["ok"]);
     assert_eq!(state(&mut sim), "Idle");
+}
+
+/// The board sees a press that is over before the task that watches the input looks. It counts, and does not last.
+#[test]
+fn an_emergency_stop_that_only_the_board_sees_locks_until_it_is_debounced() {
+    let mut sim = homed();
+    for _ in 0..3 {
+        sim.machine().emergency_stop_edge(true);
+        sim.machine().emergency_stop_edge(false);
+        assert_eq!(sim.machine().state(), State::Alarm(Alarm::EmergencyStop));
+        sim.run_for(Duration::from_millis(20)).unwrap();
+        assert!(sim.replies().contains(&"ALARM:10".to_owned()));
+        unlock(&mut sim, true);
+    }
 }
 
 /// 17 m along the diagonal at 1 mm/min take 12 days, which is longer than can be planned. Nothing has moved, so the

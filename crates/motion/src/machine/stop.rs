@@ -58,10 +58,12 @@ impl Machine {
     }
 
     /// The emergency-stop input has changed, and is now low or high. The first edge of a press stops the machine at
-    /// once. It may be called any number of times, from any context.
+    /// once, however short it is: the task that watches the input takes it back when the input has been steady. It may
+    /// be called any number of times, from any context.
     pub fn emergency_stop_edge(&self, is_low: bool) {
         if is_low {
             self.set_emergency(true);
+            self.emergency.signal(());
         }
     }
 }
@@ -102,6 +104,13 @@ impl Machine {
 
     pub(crate) fn set_emergency(&self, pressed: bool) {
         self.on(Trigger::EmergencyStop(pressed));
+    }
+
+    /// Waits until the emergency stop is pressed, as far as the machine knows. Only the task that watches it may wait.
+    pub(crate) async fn wait_emergency(&self) {
+        while !self.with(|inner| inner.life.emergency) {
+            self.emergency.wait().await;
+        }
     }
 
     /// Stops the axes within one pulse. Safe at any priority.

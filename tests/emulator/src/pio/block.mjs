@@ -130,7 +130,7 @@ export class PioBlock {
   inputChanged(pin, high, cycle) {
     const seenAt = this.inputs.change(pin, high, cycle);
     if (seenAt === Infinity) return;
-    for (let index = 0; index < MACHINES; index++) this.machines[index].wake(WAITS_FOR.pin, seenAt - 1);
+    for (let index = 0; index < MACHINES; index++) this.machines[index].inputChanges(pin, seenAt - 1);
   }
 
   /** Brings the registers of the machines to the state of this cycle. */

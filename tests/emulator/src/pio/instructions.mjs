@@ -1,7 +1,7 @@
 /** How an instruction ended: continue with the next one, continue at a new address, try again, or jump to itself. */
 export const [DONE, JUMPED, STALLED, SPINNING] = [0, 1, 2, 3];
-/** What a stalled machine waits for: bits, so that one waker can serve several. */
-export const WAITS_FOR = { tx: 1, rx: 2, irq: 4, pin: 8, program: 16 };
+/** What a stalled machine waits for: bits, so that one waker can serve several. One that goes round waits for its next look. */
+export const WAITS_FOR = { tx: 1, rx: 2, irq: 4, pin: 8, program: 16, look: 32, level: 8 | 32 };
 const WORD_BITS = 32;
 
 /**

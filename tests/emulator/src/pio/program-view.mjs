@@ -1,8 +1,12 @@
+import { rotateLeft } from './instructions.mjs';
 import { PRIVATE } from './privacy.mjs';
 
 const PROGRAM_WORDS = 32;
 /** The bits of an instruction for its delay and side-set. Without them, an unconditional jump is its target. */
 const DELAY_AND_SIDE = 0x1f00;
+/** The upper bits of IN PINS, without delay and side-set. */
+const IN_PINS = 0x4000 >> 5;
+const ALL_PINS = -1;
 
 /** The program as one machine executes it: each instruction decoded with the machine's settings, once and not at every step. */
 export class ProgramView {
@@ -18,6 +22,8 @@ export class ProgramView {
     this.privates = new Uint8Array(PROGRAM_WORDS);
     /** Whether the instruction is a jump to itself that nothing ends but a change of the program, or an instruction forced. */
     this.halts = new Uint8Array(PROGRAM_WORDS);
+    /** The pins whose levels the instruction reads, a bit each, if it affects only its own machine otherwise. */
+    this.looks = new Int32Array(PROGRAM_WORDS);
     this.stale = true;
   }
 
@@ -36,6 +42,14 @@ export class ProgramView {
       this.sideValues[at] = settings.sideValueOf(op) & this.sideMasks[at];
       this.halts[at] = alone && (op & ~DELAY_AND_SIDE) === at && this.cycles[at] === settings.period ? 1 : 0;
       this.privates[at] = alone && this.halts[at] === 0 ? PRIVATE[op] : 0;
+      this.looks[at] = alone ? pinsRead(op, settings.inBase) : 0;
     });
   }
+}
+
+/** The pins that IN PINS reads. */
+function pinsRead(op, inBase) {
+  if ((op & ~DELAY_AND_SIDE) >> 5 !== IN_PINS) return 0;
+  const bits = op & 31;
+  return bits === 0 ? ALL_PINS : rotateLeft((1 << bits) - 1, inBase);
 }

@@ -1,4 +1,5 @@
 import { Fifo } from './fifo.mjs';
+import { IdleLoop } from './idle-loop.mjs';
 import { DONE, execute, JUMPED, rotateLeft, SPINNING, STALLED, WAITS_FOR } from './instructions.mjs';
 import { ProgramView } from './program-view.mjs';
 import { MachineSettings } from './settings.mjs';
@@ -13,7 +14,7 @@ const MOST_AHEAD = 16;
  *
  * It is stepped on the cycles on which it does something that others can see; `next` is the next such cycle. A delay
  * only makes `next` later. A stalled machine has no `next` until something wakes it, nor has one that only jumps to the
- * same instruction for ever. Instructions that use only its own registers are carried out ahead of time. If an
+ * same instruction for ever, or that only looks at pins, round after round (`IdleLoop`). Instructions that use only its own registers are carried out ahead of time. If an
  * instruction jumps to itself and counts a register down, all its rounds are carried out at once. `settle` reverts what
  * is not due yet before anything reads the registers. Times are cycles of the system clock; with a fractional divider
  * they have binary fractions, of which only the whole part counts.
@@ -44,6 +45,7 @@ export class StateMachine extends MachineSettings {
     this.waitsFor = 0;
     this.next = Infinity;
     this.stalledAt = 0;
+    this.idleLoop = new IdleLoop();
     /** While the machine is disabled: the time from enabling to the next instruction. */
     this.heldCycles = 1;
     /** Whether instructions have been carried out ahead of time, and the state before them. */
@@ -61,6 +63,11 @@ export class StateMachine extends MachineSettings {
 
   stepProgram(cycle) {
     const at = this.pc;
+    if (this.goesRound(at, cycle)) {
+      this.waitsFor = WAITS_FOR.look;
+      this.stall();
+      return;
+    }
     const outcome = this.carryOut(this.block.memory[at], cycle, true);
     const sideMask = this.program.sideMasks[at];
     if (sideMask !== 0) this.sideSet(sideMask, this.program.sideValues[at]);
@@ -75,6 +82,14 @@ export class StateMachine extends MachineSettings {
     }
     this.goOn(at, outcome);
     if (this.program.privates[this.pc] !== 0 && this.injected === NONE) this.runAhead();
+  }
+
+  /** Whether it looks at pins that are as they were, and does nothing else until one of them changes. */
+  goesRound(at, cycle) {
+    const pins = this.program.looks[at];
+    if (pins !== 0 && !this.changesSide(at)) return this.idleLoop.comesRound(this, pins, this.block.inputs.at(cycle) & pins);
+    this.idleLoop.forget();
+    return false;
   }
 
   /** Only the delay of the injected instruction counts, not that of the instruction that injected it. */
@@ -126,7 +141,7 @@ export class StateMachine extends MachineSettings {
   stall() {
     this.stalledAt = this.next;
     if (this.waitsFor === 0) this.next += this.period;
-    else this.next = this.waitsFor === WAITS_FOR.pin ? this.tickAfter(this.block.inputs.nextChange - 1) : Infinity;
+    else this.next = (this.waitsFor & WAITS_FOR.level) !== 0 ? this.tickAfter(this.block.inputs.nextChange - 1) : Infinity;
   }
 
   stallOn(what) {
@@ -147,6 +162,12 @@ export class StateMachine extends MachineSettings {
   /** An event for which the machine may be waiting happened on this cycle. The machine tries again on its next tick. */
   wake(what, cycle) {
     if ((this.waitsFor & what) !== 0 && this.runs) this.resume(cycle);
+  }
+
+  /** A pin changes, which is seen from the cycle after this one on. */
+  inputChanges(pin, cycle) {
+    if (this.waitsFor === WAITS_FOR.look && ((this.idleLoop.pins >>> pin) & 1) === 0) return;
+    this.wake(WAITS_FOR.level, cycle);
   }
 
   /** Whether it has an instruction to carry out: it is enabled, or an instruction was forced. */
@@ -177,10 +198,11 @@ export class StateMachine extends MachineSettings {
     this.block.expect(this.next);
   }
 
-  /** The machine's first tick after a cycle. */
+  /** The machine's first tick after a cycle, or its first look if it goes round. */
   tickAfter(cycle) {
-    const ticks = Math.ceil((cycle + 1 - this.stalledAt) / this.period);
-    return this.stalledAt + Math.max(0, ticks) * this.period;
+    const period = this.waitsFor === WAITS_FOR.look ? this.idleLoop.round : this.period;
+    const ticks = Math.ceil((cycle + 1 - this.stalledAt) / period);
+    return this.stalledAt + Math.max(0, ticks) * period;
   }
 
   /** Whether a jump to the target would be onto itself. */
@@ -221,8 +243,12 @@ export class StateMachine extends MachineSettings {
 
   /** Whether an instruction works on the registers only, and its side-set changes nothing. */
   isPrivate(at) {
-    const { privates, sideMasks, sideValues } = this.program;
-    return privates[at] !== 0 && ((sideValues[at] ^ this.block.pinValues) & sideMasks[at]) === 0;
+    return this.program.privates[at] !== 0 && !this.changesSide(at);
+  }
+
+  changesSide(at) {
+    const { sideMasks, sideValues } = this.program;
+    return ((sideValues[at] ^ this.block.pinValues) & sideMasks[at]) !== 0;
   }
 
   remember() {
@@ -238,13 +264,29 @@ export class StateMachine extends MachineSettings {
     before.osrCount = this.osrCount;
   }
 
-  /** Reverts what was carried out ahead of this cycle. */
+  /** Reverts what was carried out ahead of this cycle, or makes up for the rounds that were not carried out. */
   settle(cycle) {
+    if (this.waitsFor === WAITS_FOR.look) this.leaveLoop(cycle);
+    this.idleLoop.forget();
     if (!this.isAhead) return;
     this.isAhead = false;
     Object.assign(this, this.before);
     this.fromMemory = true;
     while (this.next < cycle + 1) this.redo(cycle);
+    this.block.expect(this.next);
+  }
+
+  /** Goes to the last look up to this cycle, which saw the levels that all rounds saw, and from there to this cycle. */
+  leaveLoop(cycle) {
+    const { inputs } = this.block;
+    const { seen } = inputs;
+    const { pins, levels, round } = this.idleLoop;
+    this.next = this.tickAfter(cycle) - round;
+    this.waitsFor = 0;
+    this.fromMemory = true;
+    inputs.seen = (seen & ~pins) | levels;
+    while (this.next < cycle + 1) this.redo(cycle);
+    inputs.seen = seen;
     this.block.expect(this.next);
   }
 

@@ -1,0 +1,135 @@
+//! The guard's program: every change of its inputs is told, in order, and within a bounded number of cycles.
+
+#[path = "../../../boards/rp2040-gantry/src/guard/program.rs"]
+mod program;
+
+use oorandom::Rand32;
+
+use self::program::{KNOW_NOTHING, ROUND_MAX_CYCLES, go_to, watch};
+use crate::emulator::Emulator;
+use crate::experiment::{CLKDIV, CTRL, EXECCTRL, Experiment, GPIO_CTRL, INSTR, INSTR_MEM, PINCTRL, SHIFTCTRL};
+
+const INPUTS: u8 = 6;
+const FIRST_PIN: u8 = 9;
+const ALL: u32 = (1 << INPUTS) - 1;
+const CHANGES: usize = 20_000;
+const FUNCSEL_SIO: u32 = 5;
+/// The level at the pad is seen.
+const PAD: u32 = 0x4001_C004;
+const PAD_INPUT_ENABLE: u32 = 1 << 6;
+const SIO_OUT: u32 = 0xD000_0010;
+const SIO_OE: u32 = 0xD000_0020;
+/// OUT shifts right, IN left. The RX FIFO has all eight places.
+const SHIFTS: u32 = 1 << 31 | 1 << 19;
+/// The first look is on cycle 1, and this many cycles later the levels are in the FIFO.
+const TOLD_AFTER_LOOK_CYCLES: u64 = 3;
+const ROUND_CYCLES: u64 = 4;
+/// From the change of a pad to the first cycle on which a machine sees it.
+const SYNC_CYCLES: u64 = 2;
+
+/// A board whose inputs have these levels from these cycles on.
+fn experiment(levels: &[(u64, u32)], takes_from: u64, cycles: u64) -> Experiment {
+    let watch = watch(INPUTS);
+    let mut setup: Vec<_> = (INSTR_MEM..).step_by(4).zip(watch.code.iter().map(|&word| u32::from(word))).collect();
+    for pin in u32::from(FIRST_PIN)..u32::from(FIRST_PIN + INPUTS) {
+        setup.extend([(GPIO_CTRL + 8 * pin, FUNCSEL_SIO), (PAD + 4 * pin, PAD_INPUT_ENABLE)]);
+    }
+    setup.extend([
+        (SIO_OE, ALL << FIRST_PIN),
+        (CLKDIV, 1 << 16),
+        (EXECCTRL, u32::from(watch.wrap.source) << 12 | u32::from(watch.wrap.target) << 7),
+        (SHIFTCTRL, SHIFTS),
+        (PINCTRL, u32::from(FIRST_PIN) << 15),
+        (INSTR, KNOW_NOTHING.into()),
+        (INSTR, go_to(watch.wrap.target).into()),
+        (CTRL, 1),
+    ]);
+    let writes = levels.iter().map(|&(cycle, levels)| (cycle, SIO_OUT, levels << FIRST_PIN)).collect();
+    Experiment { setup, pins: vec![2], words: vec![vec![]], writes, cycles, takes_from, finish: vec![] }
+}
+
+/// The levels that the machine tells, with the cycle, when nobody lets it wait.
+fn told(levels: &[(u64, u32)], cycles: u64) -> Vec<(u64, u32)> {
+    let (mut look, mut known, mut told) = (1, None, Vec::new());
+    let mut ahead = levels.iter().peekable();
+    let mut now = 0;
+    while look + TOLD_AFTER_LOOK_CYCLES <= cycles {
+        while let Some(&(_, levels)) = ahead.next_if(|change| change.0 + SYNC_CYCLES <= look) {
+            now = levels;
+        }
+        if known.replace(now) == Some(now) {
+            look += ROUND_CYCLES;
+        } else {
+            told.push((look + TOLD_AFTER_LOOK_CYCLES, now));
+            look += u64::from(ROUND_MAX_CYCLES);
+        }
+    }
+    told
+}
+
+/// Random changes of one input or several, none of which is shorter than the guard promises to see.
+fn random_levels() -> Vec<(u64, u32)> {
+    let mut random = Rand32::new(4);
+    let (mut cycle, mut levels) = (100, 0);
+    (0..CHANGES)
+        .map(|_| {
+            cycle += u64::from(match random.rand_range(0..4) {
+                0 => ROUND_MAX_CYCLES,
+                1 | 2 => random.rand_range(ROUND_MAX_CYCLES..12),
+                _ => random.rand_range(ROUND_MAX_CYCLES..100),
+            });
+            levels ^= random.rand_range(1..ALL + 1);
+            (cycle, levels)
+        })
+        .collect()
+}
+
+fn every_change_is_told(emulator: Emulator) {
+    let levels = random_levels();
+    let cycles = levels.last().unwrap().0 + 100;
+    let seen = emulator.run(&[&experiment(&levels, 0, cycles)]).remove(0).remove(0).taken;
+    assert_eq!(seen[0].1, 0, "the levels at the start");
+    assert_eq!(seen.len(), 1 + CHANGES);
+    for (&(told_at, told), &(cycle, levels)) in seen[1..].iter().zip(&levels) {
+        let after = told_at - cycle;
+        assert!(told == levels && (5..=9).contains(&after), "{levels:b} of {cycle}: {told:b} after {after}");
+    }
+    assert_eq!(seen, self::told(&levels, cycles));
+}
+
+/// While nobody takes what the machine tells it waits, and then goes on from there.
+fn a_full_fifo_keeps_what_it_holds(emulator: Emulator) {
+    let levels: Vec<_> = (0..30).map(|change| (100 + 20 * change, change as u32 + 1)).collect();
+    let seen = emulator.run(&[&experiment(&levels, 1_000, 1_200)]).remove(0).remove(0).taken;
+    let told: Vec<_> = seen.iter().map(|&(_, levels)| levels).collect();
+    // Eight in the FIFO, the first of which are the levels at the start, the one that waited for room, and the last.
+    assert_eq!(told, [0, 1, 2, 3, 4, 5, 6, 7, 8, 30]);
+}
+
+macro_rules! on {
+    ($emulator:expr $(, #[$ignored:meta])?) => {
+        #[test]
+        $(#[$ignored])?
+        fn every_change_of_an_input_is_told_in_9_cycles() {
+            every_change_is_told($emulator);
+        }
+
+        #[test]
+        $(#[$ignored])?
+        fn a_full_fifo_loses_no_change_that_it_holds() {
+            a_full_fifo_keeps_what_it_holds($emulator);
+        }
+    };
+}
+
+mod published {
+    use super::*;
+
+    on!(Emulator::Published);
+}
+
+mod own {
+    use super::*;
+
+    on!(Emulator::Own, #[ignore = "needs Node's packages: cargo xtask test"]);
+}
