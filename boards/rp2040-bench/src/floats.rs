@@ -38,7 +38,6 @@ fn order((a, b): (f64, f64)) -> u64 {
 }
 
 /// Pairs of numbers: of any sign, zeros of both signs among them, from 2^-60 to 2^60, and often alike.
-#[must_use]
 pub fn float_pairs() -> impl Iterator<Item = (f64, f64)> {
     let mut state = 0x9E37_79B9_7F4A_7C15_u64;
     let mut random = move || {

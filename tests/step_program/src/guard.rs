@@ -5,7 +5,7 @@ mod program;
 
 use oorandom::Rand32;
 
-use self::program::{KNOW_NOTHING, ROUND_MAX_CYCLES, go_to, watch};
+use self::program::{KNOW_NOTHING, go_to, watch};
 use crate::emulator::Emulator;
 use crate::experiment::{CLKDIV, CTRL, EXECCTRL, Experiment, GPIO_CTRL, INSTR, INSTR_MEM, PINCTRL, SHIFTCTRL};
 
@@ -24,6 +24,8 @@ const SHIFTS: u32 = 1 << 31 | 1 << 19;
 /// The first look is on cycle 1, and this many cycles later the levels are in the FIFO.
 const TOLD_AFTER_LOOK_CYCLES: u64 = 3;
 const ROUND_CYCLES: u64 = 4;
+/// From one look at the pins to the next, after a change.
+const ROUND_MAX_CYCLES: u32 = 5;
 /// From the change of a pad to the first cycle on which a machine sees it.
 const SYNC_CYCLES: u64 = 2;
 

@@ -12,9 +12,6 @@
 
 use pio::{InstructionOperands, MovDestination, MovOperation, MovSource, Program};
 
-/// Cycles from one look at the pins to the next, after a change.
-pub const ROUND_MAX_CYCLES: u32 = 5;
-
 /// The program, at address 0 so that labels are addresses. It watches `inputs` pins from the base of the IN pins on.
 pub fn watch(inputs: u8) -> Program<{ pio::RP2040_MAX_PROGRAM_SIZE }> {
     let mut program = pio::pio_asm!(
