@@ -20,16 +20,34 @@ const CRATES_IN_RAM: [&str; 10] = [
     "rp2040_gantry",
     "libm",
 ];
-/// Code without a deadline: it serves the consoles in thread mode, their reports and arcs, or runs once before anything
-/// moves.
-const MAY_WAIT: [&str; 7] = [
+/// Code without a deadline, all of it in thread mode: it serves the consoles, their reports and arcs; answers a USB host
+/// about the device; plans by the curved laws, ahead of time; homes; or runs once before anything moves.
+const MAY_WAIT: [&str; 25] = [
     "isostep_console",
     "isostep_controller",
     "isostep_motion7machine7Machine6status",
+    "isostep_motion6homing",
+    "isostep_profile4plan",
+    "isostep_profile7compile5spans5Spans9next_span",
+    "isostep_profile4ramp6Bounds",
+    "isostep_profile4ramp9over_time8OverTime6search",
+    "isostep_profile4ramp17over_displacement",
+    "isostep_profile4ramp4Ramp17over_displacement",
+    "isostep_profile4ramp11logarithmic",
+    "isostep_profile4ramp6thirds",
+    "isostep_profile4ramp4trig",
     "libm4math5atan2",
     "libm4math4atan",
+    "libm4math3exp",
+    "libm4math5log1p",
     "____embassy_main_task",
+    "rp2040_gantry3usb15answer_requests",
+    "rp2040_gantry5touch",
     "embassy_usb7builder",
+    "embassy_usb10descriptor",
+    "embassy_usb14Inner",
+    "embassy_usb..class..cdc_acm..Control",
+    "embassy_rp..usb..Bus",
 ];
 const HANDLERS: [&str; 9] = [
     "TIMER_IRQ_0",
