@@ -57,7 +57,7 @@ pub const FEED_RATIO_MAX: f64 = 2.0;
 pub struct Request<const N: usize> {
     /// Steps of each axis, signed by direction; not all 0.
     pub steps: [i32; N],
-    /// Speed along the path, mm/s, above 0; `None` is as fast as the limits allow.
+    /// Speed along the path, mm/s, above 0; `None`, or an infinite speed, is as fast as the limits allow.
     pub feed_mm_s: Option<f64>,
     /// Whether it ends at rest even if another move follows.
     pub stops: bool,
@@ -102,6 +102,8 @@ pub struct Chain<const N: usize, const LEN: usize> {
     config: ChainConfig<N>,
     /// The first block does not flow if it begins, or goes on, from rest.
     blocks: Ring<Block<N>, LEN>,
+    /// The components of the unit vector along the path of the last block.
+    last_direction: [f64; N],
     /// How many blocks a pass has looked at. Those that came later have no entry speeds yet.
     passed: usize,
     /// How many blocks have final entry speeds, unless the first block's entry is changed.
@@ -140,6 +142,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         Self {
             config: ChainConfig::NONE,
             blocks: Ring::new(Block::NONE),
+            last_direction: [0.0; N],
             passed: 0,
             settled: 0,
             place_steps: 0.0,
@@ -178,11 +181,15 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
     /// # Errors
     /// If the move cannot be planned, or if there is no room for it, nothing is changed.
     pub fn push(&mut self, request: Request<N>) -> Result<(), PlanError> {
-        let mut block = Block::new(request, &self.config)?;
+        let (mut block, direction) = Block::new(request, &self.config)?;
         if let Some(before) = self.blocks.last() {
-            block.follow(before, &self.config);
+            block.follow(before, [&self.last_direction, &direction], &self.config);
         }
-        if self.blocks.push(block) { Ok(()) } else { Err(PlanError::NoRoom) }
+        if !self.blocks.push(block) {
+            return Err(PlanError::NoRoom);
+        }
+        self.last_direction = direction;
+        Ok(())
     }
 
     /// Forgets all moves and ends a hold. The chain is then at rest, on a new clock. What is committed is not taken
@@ -230,7 +237,8 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         let mut before = None;
         for index in 0..self.blocks.len() {
             let Some(block) = self.blocks.get_mut(index) else { break };
-            block.respeed(&self.config);
+            let limits = self.config.shared_limits(&block.steps);
+            block.respeed(&limits, &self.config);
             before.into_iter().for_each(|before| block.set_cap(before));
             before = Some(block.pace());
         }

@@ -1,5 +1,7 @@
 //! A move in the chain, stored compactly for the passes over the chain.
 
+use core::num::NonZero;
+
 use super::config::{ChainConfig, Square};
 use super::corner;
 use super::{FEED_RATIO_MAX, Request};
@@ -13,23 +15,22 @@ use crate::sync::{PlanError, longest, path_speed};
 /// A square of this many units has a resolution better than 1e-7 of it.
 const FINE: Square = 1 << 24;
 
-/// One move.
+/// One move. There are many of them, so what is seldom needed and follows from the rest is not kept.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Block<const N: usize> {
-    pub(super) request: Request<N>,
-    /// Steps of the longest axis.
-    pub(super) distance_steps: f64,
+    pub(super) steps: [i32; N],
+    /// Whether it ends at rest even if another move follows.
+    stops: bool,
+    /// Whether it begins at the speed at which the block before ends. Otherwise it begins from rest.
+    pub(super) flows: bool,
+    pub(super) tag: u64,
+    /// The requested speed along the path, mm/s; infinite if it is to be as fast as the limits allow.
+    feed_mm_s: f64,
     /// Path length of a step of the longest axis.
     pub(super) mm_per_step: f64,
-    pub(super) steps_per_mm: f64,
-    /// Limits of the longest axis at which no axis exceeds its own. The top speed is the machine's, not the feed.
-    limits: Limits,
-    /// The components of the unit vector along the path.
-    direction: [f64; N],
+    steps_per_mm: f64,
     /// The squared speed at which the corner before it may be taken; `None` if the machine has to stop there.
-    pub(super) corner: Option<Square>,
-    /// The requested speed, steps/s of the longest axis.
-    pub(super) asked_steps_s: f64,
+    pub(super) corner: Option<NonZero<Square>>,
     /// The nominal speed, which is the requested one with overrides and limits applied, steps/s; and its square.
     nominal_steps_s: f64,
     pub(super) nominal: Square,
@@ -42,21 +43,19 @@ pub(super) struct Block<const N: usize> {
     pub(super) cap: Square,
     /// The squared speed at which it begins.
     pub(super) entry: Square,
-    /// Whether it begins at the speed at which the block before ends. Otherwise it begins from rest.
-    pub(super) flows: bool,
 }
 
 impl<const N: usize> Block<N> {
     /// No block.
     pub(super) const NONE: Self = Self {
-        request: Request { steps: [0; N], feed_mm_s: None, stops: false, tag: 0 },
-        distance_steps: 0.0,
+        steps: [0; N],
+        stops: false,
+        flows: false,
+        tag: 0,
+        feed_mm_s: 0.0,
         mm_per_step: 0.0,
         steps_per_mm: 0.0,
-        limits: Limits::NONE,
-        direction: [0.0; N],
         corner: None,
-        asked_steps_s: 0.0,
         nominal_steps_s: 0.0,
         nominal: 0,
         start: 0,
@@ -64,83 +63,96 @@ impl<const N: usize> Block<N> {
         decel_delta_v2: 0,
         cap: 0,
         entry: 0,
-        flows: false,
     };
 
-    pub(super) fn new(request: Request<N>, config: &ChainConfig<N>) -> Result<Self, PlanError> {
-        let limits = config.shared_limits(&request.steps)?;
-        let distance_steps = f64::from(longest(&request.steps));
+    /// The block, and the components of the unit vector along its path.
+    pub(super) fn new(request: Request<N>, config: &ChainConfig<N>) -> Result<(Self, [f64; N]), PlanError> {
+        let Request { steps, feed_mm_s, stops, tag } = request;
+        config.check_moving(&steps)?;
+        let limits = config.shared_limits(&steps);
+        let distance_steps = f64::from(longest(&steps));
         let mut mm = [0.0; N];
-        for axis in (0..N).filter(|&axis| request.steps[axis] != 0) {
-            mm[axis] = f64::from(request.steps[axis]) * config.mm_per_step[axis];
+        for axis in (0..N).filter(|&axis| steps[axis] != 0) {
+            mm[axis] = f64::from(steps[axis]) * config.mm_per_step[axis];
         }
         let length_mm = length(&mm);
         let per_mm = 1.0 / length_mm;
         let steps_per_mm = distance_steps * per_mm;
-        let asked_steps_s = match request.feed_mm_s {
-            Some(feed_mm_s) => path_speed(feed_mm_s * steps_per_mm)?,
-            None => limits.top_speed_steps_s,
-        };
-        let mut block = Self {
-            request,
-            distance_steps,
-            mm_per_step: length_mm / distance_steps,
-            steps_per_mm,
-            limits,
-            direction: mm.map(|mm| mm * per_mm),
-            asked_steps_s,
-            ..Self::NONE
-        };
-        block.respeed(config);
-        block.set_delta_v2(distance_steps, config);
-        block.check(config)?;
-        Ok(block)
+        if let Some(feed_mm_s) = feed_mm_s {
+            path_speed(feed_mm_s * steps_per_mm)?;
+        }
+        let feed_mm_s = feed_mm_s.unwrap_or(f64::INFINITY);
+        let mm_per_step = length_mm / distance_steps;
+        let mut block = Self { steps, stops, tag, feed_mm_s, mm_per_step, steps_per_mm, ..Self::NONE };
+        block.respeed(&limits, config);
+        block.set_delta_v2(distance_steps, &limits, config);
+        block.check(distance_steps, &limits, config)?;
+        Ok((block, mm.map(|mm| mm * per_mm)))
+    }
+
+    /// Steps of the longest axis.
+    pub(super) fn distance_steps(&self) -> f64 {
+        f64::from(longest(&self.steps))
+    }
+
+    fn is_rapid(&self) -> bool {
+        self.feed_mm_s == f64::INFINITY
+    }
+
+    /// The requested speed, steps/s of the longest axis; infinite if it is to be as fast as the limits allow.
+    fn feed_steps_s(&self) -> f64 {
+        self.feed_mm_s * self.steps_per_mm
+    }
+
+    /// The requested speed, steps/s of the longest axis.
+    pub(super) fn asked_steps_s(&self, config: &ChainConfig<N>) -> f64 {
+        if self.is_rapid() { config.shared_limits(&self.steps).top_speed_steps_s } else { self.feed_steps_s() }
     }
 
     /// Refuses a block that could not be planned, whatever its neighbours are.
-    fn check(&self, config: &ChainConfig<N>) -> Result<(), PlanError> {
-        let slowest = self.start_steps_s();
+    fn check(&self, distance_steps: f64, limits: &Limits, config: &ChainConfig<N>) -> Result<(), PlanError> {
+        let slowest = self.start_steps_s(limits);
         let is_too_slow = slowest < SPEED_MIN_STEPS_S && slowest < self.nominal_steps_s;
         if config.speed_law.is_over_displacement() && is_too_slow {
             let standstill = ProfileError::Standstill { law: config.speed_law, asked: slowest, min: SPEED_MIN_STEPS_S };
             return Err(PlanError::Profile(standstill));
         }
         // Only a long move needs the full check: most moves are far from lasting too long.
-        if self.distance_steps > self.nominal_steps_s * config.easily_s {
+        if distance_steps > self.nominal_steps_s * config.easily_s {
             // An override may change before the block is made. So none makes a block too long that is not too long
             // itself.
-            let asked_steps_s = self.request.feed_mm_s.map_or(f64::INFINITY, |_| self.asked_steps_s);
-            let plain = Self { nominal_steps_s: asked_steps_s.min(self.limits.top_speed_steps_s), ..*self };
-            let (limits, end) = (plain.limits_now(), plain.start_steps_s());
-            Profile::plan(self.distance_steps, end, end, &limits, config.interval_law, config.speed_law)?;
+            let plain = Self { nominal_steps_s: self.feed_steps_s().min(limits.top_speed_steps_s), ..*self };
+            let (limits, end) = (plain.limits_now(limits), plain.start_steps_s(limits));
+            Profile::plan(distance_steps, end, end, &limits, config.interval_law, config.speed_law)?;
         }
         Ok(())
     }
 
-    /// Applies the overrides in force.
-    pub(super) fn respeed(&mut self, config: &ChainConfig<N>) {
-        let top_steps_s = self.limits.top_speed_steps_s;
-        let (mut steps_s, mut mm_s) = match self.request.feed_mm_s {
+    /// Applies the overrides in force. `limits` are those of the longest axis.
+    pub(super) fn respeed(&mut self, limits: &Limits, config: &ChainConfig<N>) {
+        let top_steps_s = limits.top_speed_steps_s;
+        let (mut steps_s, mut mm_s) = if self.is_rapid() {
+            (top_steps_s * config.rapid_ratio, 0.0)
+        } else {
             // The square is computed from the feed itself, so that moves of the same feed have the same square.
-            Some(feed_mm_s) => (self.asked_steps_s * config.feed_ratio, feed_mm_s * config.feed_ratio),
-            None => (top_steps_s * config.rapid_ratio, 0.0),
+            (self.feed_steps_s() * config.feed_ratio, self.feed_mm_s * config.feed_ratio)
         };
         let is_bound = steps_s < SPEED_MIN_STEPS_S || steps_s > top_steps_s;
         if is_bound {
             steps_s = if steps_s > top_steps_s { top_steps_s } else { SPEED_MIN_STEPS_S };
         }
-        if is_bound || self.request.feed_mm_s.is_none() {
+        if is_bound || self.is_rapid() {
             mm_s = steps_s * self.mm_per_step;
         }
         self.nominal_steps_s = steps_s;
         self.nominal = config.scale.of_speed(mm_s);
-        self.start = self.stops_from(config).min(self.nominal);
+        self.start = self.stops_from(limits, config).min(self.nominal);
     }
 
-    /// Computes the largest delta v² over its last `steps` (of the longest axis).
-    pub(super) fn set_delta_v2(&mut self, steps: f64, config: &ChainConfig<N>) {
-        let Limits { accel_steps_s2, decel_steps_s2, jerk_steps_s3, top_speed_steps_s, .. } = self.limits;
-        let most_steps_s = FEED_RATIO_MAX * self.asked_steps_s;
+    /// Computes the largest delta v² over its last `steps`. Steps and `limits` are those of the longest axis.
+    pub(super) fn set_delta_v2(&mut self, steps: f64, limits: &Limits, config: &ChainConfig<N>) {
+        let Limits { accel_steps_s2, decel_steps_s2, jerk_steps_s3, top_speed_steps_s, .. } = *limits;
+        let most_steps_s = FEED_RATIO_MAX * self.feed_steps_s();
         let top_steps_s = if most_steps_s < top_speed_steps_s { most_steps_s } else { top_speed_steps_s };
         let mm2_per_step2 = self.mm_per_step * self.mm_per_step;
         let delta_v2 = |accel_steps_s2| {
@@ -153,20 +165,22 @@ impl<const N: usize> Block<N> {
     }
 
     /// The speed to which it can jump from rest, steps/s.
-    fn start_steps_s(&self) -> f64 {
-        let start_steps_s = self.limits.start_speed_steps_s;
+    fn start_steps_s(&self, limits: &Limits) -> f64 {
+        let start_steps_s = limits.start_speed_steps_s;
         if start_steps_s < self.nominal_steps_s { start_steps_s } else { self.nominal_steps_s }
     }
 
-    /// The limits of the longest axis, with the nominal speed as top speed.
-    pub(super) fn limits_now(&self) -> Limits {
-        Limits { top_speed_steps_s: self.nominal_steps_s, start_speed_steps_s: self.start_steps_s(), ..self.limits }
+    /// `limits`, which are those of the longest axis, with its own speeds.
+    pub(super) fn limits_now(&self, limits: &Limits) -> Limits {
+        let start_speed_steps_s = self.start_steps_s(limits);
+        Limits { top_speed_steps_s: self.nominal_steps_s, start_speed_steps_s, ..*limits }
     }
 
-    /// Makes it follow `before`: computes how fast the corner between them may be taken.
-    pub(super) fn follow(&mut self, before: &Self, config: &ChainConfig<N>) {
-        let stops = before.request.stops || config.interval_law != IntervalLaw::Fastest;
-        self.corner = if stops { None } else { corner::square(&before.direction, &self.direction, config) };
+    /// Makes it follow `before`: computes how fast the corner between them may be taken. The directions are those of
+    /// both, in order.
+    pub(super) fn follow(&mut self, before: &Self, directions: [&[f64; N]; 2], config: &ChainConfig<N>) {
+        let stops = before.stops || config.interval_law != IntervalLaw::Fastest;
+        self.corner = if stops { None } else { corner::square(directions, config).and_then(NonZero::new) };
         self.set_cap(before.pace());
     }
 
@@ -176,8 +190,8 @@ impl<const N: usize> Block<N> {
     }
 
     /// The square of the speed from which it can stop, whatever the overrides are.
-    pub(super) fn stops_from(&self, config: &ChainConfig<N>) -> Square {
-        config.scale.of_speed(self.limits.start_speed_steps_s * self.mm_per_step)
+    pub(super) fn stops_from(&self, limits: &Limits, config: &ChainConfig<N>) -> Square {
+        config.scale.of_speed(limits.start_speed_steps_s * self.mm_per_step)
     }
 
     /// Begins after a block that ends at the squared speed `exit`, and that can stop from `stops_from`. This block
@@ -217,9 +231,9 @@ impl<const N: usize> Block<N> {
     ///
     /// The ramps before and after the peak p are (p - entry)/(2 a) and (p - exit)/(2 d) long, and together as long as
     /// the distance.
-    fn peak(&self, exit: Square, top: Square) -> Square {
+    fn peak(&self, exit: Square, top: Square, limits: &Limits) -> Square {
         let (entry, highest, from) = (self.entry, self.entry + self.accel_delta_v2, exit + self.decel_delta_v2);
-        let Limits { accel_steps_s2: a, decel_steps_s2: d, .. } = self.limits;
+        let Limits { accel_steps_s2: a, decel_steps_s2: d, .. } = *limits;
         // The peak is computed from the smaller delta v², because the larger one may be cut off at the largest square.
         let peak = if a == d {
             (highest + exit) / 2
@@ -240,9 +254,10 @@ impl<const N: usize> Block<N> {
         entry_steps_s: f64,
         (exit, exit_steps_s): (Square, f64),
         top: Square,
+        limits: &Limits,
         config: &ChainConfig<N>,
     ) -> Profile {
-        let peak = self.peak(exit, top);
+        let peak = self.peak(exit, top, limits);
         let peak_steps_s = match peak {
             _ if peak == self.entry => entry_steps_s,
             _ if peak == exit => exit_steps_s,
@@ -253,11 +268,11 @@ impl<const N: usize> Block<N> {
             _ if rise >= delta_v2 => left_steps,
             _ => (peak_steps_s - slow_steps_s) * (peak_steps_s + slow_steps_s) / (2.0 * accel_steps_s2),
         };
-        let Limits { accel_steps_s2, decel_steps_s2, .. } = self.limits;
+        let Limits { accel_steps_s2, decel_steps_s2, .. } = *limits;
         let accel_steps = steps(peak - self.entry, self.accel_delta_v2, entry_steps_s, accel_steps_s2);
         let decel_steps = steps(peak - exit, self.decel_delta_v2, exit_steps_s, decel_steps_s2);
         let speeds_steps_s = [entry_steps_s, peak_steps_s, exit_steps_s];
-        Profile::constant_accel(left_steps, speeds_steps_s, [accel_steps, decel_steps], &self.limits)
+        Profile::constant_accel(left_steps, speeds_steps_s, [accel_steps, decel_steps], limits)
     }
 
     /// The highest squared speed at which it may begin if it ends at `exit`, and whether it begins without a stop after
@@ -278,7 +293,7 @@ impl<const N: usize> Block<N> {
 
     /// Computes how fast it may begin without a stop after a block with this pace.
     pub(super) fn set_cap(&mut self, before: Pace) {
-        let fastest = self.corner.unwrap_or(0).min(self.nominal).min(before.nominal);
+        let fastest = self.corner.map_or(0, NonZero::get).min(self.nominal).min(before.nominal);
         // The cap is not below the lower start speed, because even a stop would allow that.
         self.cap = fastest.max(self.start.min(before.start));
     }
@@ -288,7 +303,7 @@ impl<const N: usize> Block<N> {
         // The nominal speed and the start speed are returned exactly, to the last digit.
         match square {
             _ if square == self.nominal => self.nominal_steps_s,
-            _ if square == self.start => self.start_steps_s(),
+            _ if square == self.start => self.start_steps_s(&config.shared_limits(&self.steps)),
             _ => {
                 let speed_steps_s = config.scale.speed_mm_s(square) * self.steps_per_mm;
                 let is_above = square < self.nominal && speed_steps_s > self.nominal_steps_s;
@@ -299,9 +314,10 @@ impl<const N: usize> Block<N> {
 
     /// Whether all its steps are due before the longest axis is at `place_steps`.
     pub(super) fn has_no_step_after(&self, place_steps: f64) -> bool {
-        self.request.steps.iter().all(|steps| {
+        let distance_steps = self.distance_steps();
+        self.steps.iter().all(|steps| {
             let steps = steps.unsigned_abs();
-            (place_steps / self.distance_steps * f64::from(steps) + 0.5) as u32 >= steps
+            (place_steps / distance_steps * f64::from(steps) + 0.5) as u32 >= steps
         })
     }
 }

@@ -103,10 +103,14 @@ impl<const N: usize> ChainConfig<N> {
         self.rapid_ratio = rapid_ratio.min(1.0);
     }
 
+    /// Refuses a move without steps, or one of an axis whose limits do not work.
+    pub(super) fn check_moving(&self, steps: &[i32; N]) -> Result<(), PlanError> {
+        check_moving(steps, |axis| if self.works[axis] { Ok(()) } else { self.limits[axis].check() })
+    }
+
     /// The limits of the longest axis of a move at which no axis exceeds its own.
-    pub(super) fn shared_limits(&self, steps: &[i32; N]) -> Result<Limits, PlanError> {
-        check_moving(steps, |axis| if self.works[axis] { Ok(()) } else { self.limits[axis].check() })?;
-        Ok(tightest(steps, &self.limits, |axis, other| self.is_looser[axis][other]))
+    pub(super) fn shared_limits(&self, steps: &[i32; N]) -> Limits {
+        tightest(steps, &self.limits, |axis, other| self.is_looser[axis][other])
     }
 }
 

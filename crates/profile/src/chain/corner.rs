@@ -15,7 +15,7 @@ const OPPOSITE: f64 = 5e-7;
 /// and the direction after it. Let q = 1 - s², which is the square of half the difference of both directions. Then
 /// s/(1 - s) is s (1 + s)/q, which does not cancel. The acceleration a is the smallest of what the axes may do, each
 /// divided by its component of the difference's direction.
-pub(super) fn square<const N: usize>(before: &[f64; N], after: &[f64; N], config: &ChainConfig<N>) -> Option<Square> {
+pub(super) fn square<const N: usize>([before, after]: [&[f64; N]; 2], config: &ChainConfig<N>) -> Option<Square> {
     let mut difference = [0.0; N];
     let mut four_squares = 0.0;
     for axis in (0..N).filter(|&axis| before[axis] != after[axis]) {

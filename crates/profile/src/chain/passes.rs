@@ -46,7 +46,8 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
             && self.place_steps > 0.0
             && let Some(first) = self.blocks.get_mut(0)
         {
-            first.set_delta_v2(first.distance_steps - self.place_steps, &self.config);
+            let limits = self.config.shared_limits(&first.steps);
+            first.set_delta_v2(first.distance_steps() - self.place_steps, &limits, &self.config);
         }
         self.settled = if self.is_at_rest() { 0 } else { 1 };
         self.passed = 0;

@@ -2,7 +2,7 @@
 
 use super::block::Block;
 use super::config::Square;
-use super::{Chain, Chunk, ChunkKind, Request};
+use super::{Chain, Chunk, ChunkKind};
 use crate::law::{IntervalLaw, SpeedLaw};
 use crate::limits::Limits;
 use crate::profile::Profile;
@@ -78,7 +78,8 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         let end_steps = plan.sync_move.end_steps();
         // Just before its end, rounding may take the place beyond it.
         let until_steps = if is_end { end_steps } else { plan.sync_move.place_at(until_s).min(end_steps) };
-        let Block { mm_per_step, asked_steps_s, request: Request { tag, .. }, .. } = *block;
+        let Block { mm_per_step, tag, .. } = *block;
+        let asked_steps_s = block.asked_steps_s(&self.config);
         let chunk =
             Chunk { plan: plan.sync_move, until_steps, until_s, mm_per_step, asked_steps_s, tag, kind: plan.kind };
         plan.kind = ChunkKind::Continuation;
@@ -86,7 +87,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         if is_end && plan.ends_block {
             self.end_block(self.plan.exit);
         } else if is_end && self.is_held {
-            let start_steps_s = block.limits_now().start_speed_steps_s;
+            let start_steps_s = block.limits_now(&self.config.shared_limits(&block.steps)).start_speed_steps_s;
             if is_no_faster(chunk.plan.profile.exit_speed_steps_s(), start_steps_s) {
                 self.rest();
             }
@@ -112,7 +113,9 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
             0
         } else {
             self.pass();
-            self.blocks.get(0).map_or(0, |first| first.stops_from(&self.config))
+            self.blocks
+                .get(0)
+                .map_or(0, |first| first.stops_from(&self.config.shared_limits(&first.steps), &self.config))
         };
         self.blocks.pop();
         (self.place_steps, self.plan.is_made) = (0.0, false);
@@ -135,12 +138,12 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
     pub(super) fn replan(&mut self) {
         let Some(block) = self.blocks.get(0) else { return };
         let (speed_steps_s, accel_steps_s2) = self.motion(block);
-        let left_steps = block.distance_steps - self.place_steps;
+        let left_steps = block.distance_steps() - self.place_steps;
         if self.has_nothing_left() {
             let exit = self.square_of(speed_steps_s, block);
             return self.end_block(exit);
         }
-        let limits = block.limits_now();
+        let limits = block.limits_now(&self.config.shared_limits(&block.steps));
         if self.config.speed_law == SpeedLaw::SCurve && accel_steps_s2 > 0.0 && limits.jerk_steps_s3.is_finite() {
             return self.ease(speed_steps_s, accel_steps_s2, limits.jerk_steps_s3);
         }
@@ -158,8 +161,9 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         // All of a block that has not begun is left.
         self.place_steps > 0.0
             && self.blocks.get(0).is_none_or(|first| {
-                let left_steps = first.distance_steps - self.place_steps;
-                left_steps <= NOTHING_STEPS || left_steps <= NOTHING_RATIO * first.distance_steps
+                let distance_steps = first.distance_steps();
+                let left_steps = distance_steps - self.place_steps;
+                left_steps <= NOTHING_STEPS || left_steps <= NOTHING_RATIO * distance_steps
             })
     }
 
@@ -195,7 +199,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         let law = self.config.speed_law;
         let profile = if is_fastest && law == SpeedLaw::Trapezoid && first.has_fine_delta_v2() {
             let top = if self.is_held { 0 } else { first.nominal };
-            first.trapezoid(left_steps, speed_steps_s, (exit, exit_steps_s), top, &self.config)
+            first.trapezoid(left_steps, speed_steps_s, (exit, exit_steps_s), top, limits, &self.config)
         } else {
             let top_steps_s = if self.is_held { 0.0 } else { limits.top_speed_steps_s };
             let limits = Limits { top_speed_steps_s: top_steps_s.max(speed_steps_s).max(exit_steps_s), ..*limits };
@@ -229,7 +233,8 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         self.pass();
         let Some(first) = self.blocks.get_mut(0) else { return };
         first.entry = self.config.scale.of_speed(speed_steps_s * first.mm_per_step);
-        first.set_delta_v2(left_steps, &self.config);
+        let limits = self.config.shared_limits(&first.steps);
+        first.set_delta_v2(left_steps, &limits, &self.config);
         self.keep_promise(self.plan.exit, speed_steps_s, left_steps);
         self.forward(0);
     }
@@ -246,7 +251,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         }
         let has_room = exit_asked == promised || {
             let asked_steps_s = first.speed_steps_s(exit_asked, &self.config);
-            let limits = first.limits_now();
+            let limits = first.limits_now(&self.config.shared_limits(&first.steps));
             let braking = Profile::braking(speed_steps_s, asked_steps_s, &limits, self.config.speed_law);
             braking.distance_steps() <= left_steps
         };
@@ -284,7 +289,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
     fn begin(&mut self, profile: Profile, ends_block: bool) {
         let Some(block) = self.blocks.get(0) else { return };
         let (place_steps, exit, origin_s) = (self.place_steps, self.exit(), self.at_s);
-        let steps = block.request.steps;
+        let steps = block.steps;
         let sync_move = SyncMove { profile, steps, from_steps: place_steps, origin_steps: place_steps, origin_s };
         let end_s = sync_move.end_s();
         let slows_s = end_s - profile.t_decel_s();
