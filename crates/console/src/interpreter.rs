@@ -140,10 +140,14 @@ impl Interpreter {
     /// # Errors
     /// As [`interpret`](Self::interpret).
     pub fn gcode(&mut self, line: &str) -> Result<Block, Error> {
-        let before = *self;
-        let block = self.block(Words::read(&mut line.as_bytes(), self.modal)?);
+        let mut words = Words::read(&mut line.as_bytes(), self.modal)?;
+        // Only codes of group 0 change coordinates, and these are large.
+        let coordinates = words.non_modal.is_some().then_some(self.coordinates);
+        let before = (self.modal, self.position_pm, self.shift_pm, self.tool_length_pm);
+        let block = self.block(&mut words, coordinates.as_ref());
         if block.is_err() {
-            *self = before;
+            self.coordinates = coordinates.unwrap_or(self.coordinates);
+            (self.modal, self.position_pm, self.shift_pm, self.tool_length_pm) = before;
         }
         block
     }
@@ -167,27 +171,27 @@ impl Interpreter {
         if words.may_jog() { Ok(Jog { target_pm, mm_min: mm_min.max(MIN_FEED_MM_MIN) }) } else { Err(Error::BadJog) }
     }
 
-    /// Applies a block to this state, in Grbl's order of checking. On failure, the caller restores the state.
-    fn block(&mut self, mut words: Words) -> Result<Block, Error> {
+    /// Applies a block to this state, in Grbl's order of checking. On failure, the caller restores the state. `before`
+    /// are the coordinates before the block, if it can change them.
+    fn block(&mut self, words: &mut Words, before: Option<&Coordinates>) -> Result<Block, Error> {
         let line_number = words.line_number()?;
         let switches_spindle = words.modal.spindle != self.modal.spindle;
         let switches_coolant = words.modal.coolant != self.modal.coolant;
-        let changes_speed = self.modes(&mut words)?;
+        let changes_speed = self.modes(words)?;
         let tool_change = words.changes_tool.then_some(self.modal.tool);
         let dwell_s = match words.non_modal {
             Some(NonModal::Dwell) => Some(words.take(b'P').ok_or(Error::ValueMissing)?),
             _ => None,
         };
-        self.tool_length(&words)?;
-        let before = words.non_modal.is_some().then_some(self.coordinates);
-        let (via_pm, go_to) = self.non_modal(&mut words)?;
-        let changes_coordinates = before.is_some_and(|before| before != self.coordinates);
+        self.tool_length(words)?;
+        let (via_pm, go_to) = self.non_modal(words)?;
+        let changes_coordinates = before.is_some_and(|before| *before != self.coordinates);
         let mut probe = None;
         let motion = if self.modal.motion.probes() {
-            self.probe(&words, &mut probe)?;
+            self.probe(words, &mut probe)?;
             go_to
         } else {
-            go_to.or(self.motion(&mut words)?)
+            go_to.or(self.motion(words)?)
         };
         if words.blends {
             // P is the tolerance of G64. It is ignored: `$11` sets the tolerance here.
@@ -197,7 +201,7 @@ impl Interpreter {
         if let Some(Move { target_pm, .. }) = motion {
             self.position_pm = target_pm;
         }
-        let Words { pauses, ends_program, .. } = words;
+        let Words { pauses, ends_program, .. } = *words;
         if ends_program {
             self.modal.end_program();
         }

@@ -113,7 +113,7 @@ impl<F: NorFlash> Controller<'_, F> {
             let mut text = Message::new();
             let unlocked = self.state().takes_gcode();
             let answer = match unlocked.and_then(|()| self.with(|program| program.interpreter.gcode(&line))) {
-                Ok(block) => self.block(block, &mut text, out).await,
+                Ok(block) => self.block(&block, &mut text, out).await,
                 Err(error) => Err(error),
             };
             text.print(|text| write!(text, ">{line}:"));
@@ -133,15 +133,15 @@ impl<F: NorFlash> Controller<'_, F> {
             // `notify` has to report an alarm before it is left: the line may have waited when the alarm was raised.
             yield_now().await;
         }
-        match command {
+        match &command {
             Command::Block(block) => {
                 self.block(block, text, out).await?;
                 return Ok(After::NextLine);
             }
             Command::SetStartup { block, .. } => self.block(block, text, out).await?,
             Command::Jog(jog) => self.jog(jog).await?,
-            Command::Home { axis } => self.home(axis, out).await?,
-            Command::Buzz { axis } => self.buzz(Axis::ALL[axis], text).await?,
+            Command::Home { axis } => self.home(*axis, out).await?,
+            Command::Buzz { axis } => self.buzz(Axis::ALL[*axis], text).await?,
             _ => {}
         }
         let mut page = 0;

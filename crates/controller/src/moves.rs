@@ -29,7 +29,7 @@ pub(crate) struct Beyond {
 impl<F: NorFlash> Controller<'_, F> {
     /// Carries out a G-code block that the interpreter has accepted. `text` is empty; messages that come before the
     /// answer are left in it.
-    pub(crate) async fn block(&self, block: Block, text: &mut Message, out: &Output) -> Result<(), Error> {
+    pub(crate) async fn block(&self, block: &Block, text: &mut Message, out: &Output) -> Result<(), Error> {
         let (checks, offset_pm) = self.with(|program| {
             program.unsaved.parameters |= block.changes_coordinates;
             (program.mode == Mode::Check, program.interpreter.work_offset_pm())
@@ -39,7 +39,7 @@ impl<F: NorFlash> Controller<'_, F> {
             poll_fn(|context| poll_aside(change.as_mut(), context)).await?;
         }
         if block.switches_spindle | block.changes_speed | block.switches_coolant && !checks {
-            let mut switch = pin!(self.switch(&block));
+            let mut switch = pin!(self.switch(block));
             poll_fn(|context| poll_aside(switch.as_mut(), context)).await?;
         }
         let dwell_s = block.dwell_s.filter(|_| !checks);
@@ -53,12 +53,15 @@ impl<F: NorFlash> Controller<'_, F> {
             self.settled().await?;
             self.with(|program| program.work_offset_pm = offset_pm);
         }
-        let exact_stop = block.motion.is_some_and(|motion| motion.exact_stop);
-        let via = block.via_pm.map(|target_pm| Move { target_pm, rate: Rate::Rapid, arc: None, exact_stop });
-        for motion in [via, block.motion].into_iter().flatten() {
+        if let (Some(target_pm), Some(Move { exact_stop, .. })) = (block.via_pm, block.motion) {
+            let via = Move { target_pm, rate: Rate::Rapid, arc: None, exact_stop };
+            let mut going = pin!(self.go_to(&via, block.line_number, checks, text));
+            poll_fn(|context| poll_aside(going.as_mut(), context)).await?;
+        }
+        if let Some(motion) = &block.motion {
             self.go_to(motion, block.line_number, checks, text).await?;
         }
-        if let Some(probe) = block.probe {
+        if let Some(probe) = &block.probe {
             let mut probing = pin!(self.probe(probe, block.line_number, checks, text));
             poll_fn(|context| poll_aside(probing.as_mut(), context)).await?;
         }
@@ -114,7 +117,7 @@ impl<F: NorFlash> Controller<'_, F> {
     }
 
     /// Begins a jog. A jog to a place outside the travel does not begin, and locks nothing.
-    pub(crate) async fn jog(&self, jog: Jog) -> Result<(), Error> {
+    pub(crate) async fn jog(&self, jog: &Jog) -> Result<(), Error> {
         self.closed_door()?;
         let target_steps = self.steps(jog.target_pm);
         if self.beyond_travel(target_steps).is_some() {
@@ -171,9 +174,9 @@ impl<F: NorFlash> Controller<'_, F> {
         Ok(())
     }
 
-    async fn go_to(&self, motion: Move, line: u32, checks: bool, text: &mut Message) -> Result<(), Error> {
-        let Move { target_pm, rate, arc, exact_stop } = motion;
-        let (target_steps, beyond) = self.target_steps(target_pm, arc);
+    async fn go_to(&self, motion: &Move, line: u32, checks: bool, text: &mut Message) -> Result<(), Error> {
+        let &Move { target_pm, rate, ref arc, exact_stop } = motion;
+        let (target_steps, beyond) = self.target_steps(target_pm, arc.as_ref());
         if let Some(beyond) = beyond {
             let mut refusal = pin!(self.refuse_target(beyond, arc.is_some(), text));
             return Err(poll_fn(|context| poll_aside(refusal.as_mut(), context)).await);
@@ -187,16 +190,16 @@ impl<F: NorFlash> Controller<'_, F> {
             Rate::Feed { mm_min } => Some(f64::from(mm_min) / 60.0),
         };
         match arc {
-            Some(arc) => self.follow(&arc, Chord { feed_mm_s, exact_stop, line, power }).await,
+            Some(arc) => self.follow(arc, Chord { feed_mm_s, exact_stop, line, power }).await,
             None => self.submit(Motion::Move { target_steps, feed_mm_s, exact_stop, line, power }).await,
         }
     }
 
     /// A target in steps, and a place on the path to it that is outside the travel, if there is one.
-    pub(crate) fn target_steps(&self, target_pm: [i64; AXES], arc: Option<Arc>) -> ([i32; AXES], Option<Beyond>) {
+    pub(crate) fn target_steps(&self, target_pm: [i64; AXES], arc: Option<&Arc>) -> ([i32; AXES], Option<Beyond>) {
         let target_steps = self.steps(target_pm);
         // A straight move is within the travel if its end is, an arc if its bounding box is.
-        let places_steps = arc.map_or([target_steps; 2], |arc| self.bounds_steps(&arc));
+        let places_steps = arc.map_or([target_steps; 2], |arc| self.bounds_steps(arc));
         let beyond = places_steps.into_iter().find_map(|place_steps| {
             self.beyond_travel(place_steps).map(|axis| Beyond { axis, place_steps: place_steps[axis as usize] })
         });

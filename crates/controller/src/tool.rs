@@ -89,8 +89,8 @@ impl<F: NorFlash> Controller<'_, F> {
 
     /// G38: moves until the probe finds what it looks for, and reports where that was. As in Grbl, the line is accepted
     /// even if the motion ends in an alarm.
-    pub(crate) async fn probe(&self, probe: Probe, line: u32, checks: bool, text: &mut Message) -> Result<(), Error> {
-        let Probe { target_pm, mm_min, away, must } = probe;
+    pub(crate) async fn probe(&self, probe: &Probe, line: u32, checks: bool, text: &mut Message) -> Result<(), Error> {
+        let &Probe { target_pm, mm_min, away, must } = probe;
         let (target_steps, beyond) = self.target_steps(target_pm, None);
         if let Some(beyond) = beyond {
             return Err(self.refuse_target(beyond, false, text).await);
