@@ -3,10 +3,10 @@
 use isostep_profile::Course;
 use isostep_profile::chain::Chunk;
 
-use crate::axes::AXES;
+use crate::axes::{AXES, Axis};
 
-/// The courses of the chunks that were asked for last. There is room for as many as there are axes, because each axis
-/// streams one chunk at a time.
+/// The courses of the chunks that the axes compile. There is room for as many as there are axes, because each axis
+/// compiles one chunk at a time. Axes that compile the same chunk share its course.
 pub(crate) struct Courses {
     slots: [Slot; AXES],
 }
@@ -14,31 +14,86 @@ pub(crate) struct Courses {
 struct Slot {
     /// The number of the chunk, and the tick rate, Hz.
     key: Option<(u32, u32)>,
+    /// A bit for each axis that compiles this chunk.
+    users: u8,
     course: Course,
 }
 
 impl Courses {
     pub const fn new() -> Self {
-        Self { slots: [const { Slot { key: None, course: Course::empty() } }; AXES] }
+        Self { slots: [const { Slot { key: None, users: 0, course: Course::empty() } }; AXES] }
     }
 
     /// Forgets all courses, for another run.
     pub fn clear(&mut self) {
-        self.slots.iter_mut().for_each(|slot| slot.key = None);
+        self.slots.iter_mut().for_each(|slot| (slot.key, slot.users) = (None, 0));
     }
 
-    /// The course of `chunk`, whose number is `number`, at `tick_hz`.
-    pub fn of(&mut self, number: u32, chunk: &Chunk<AXES>, tick_hz: u32) -> &mut Course {
-        let key = Some((number, tick_hz));
+    /// The course by which `axis` compiles `chunk`, whose number is `number`, at `tick_hz`.
+    pub fn of(&mut self, axis: Axis, number: u32, chunk: &Chunk<AXES>, tick_hz: u32) -> &mut Course {
+        let (key, user) = (Some((number, tick_hz)), 1 << axis as u8);
         let known = self.slots.iter().position(|slot| slot.key == key);
-        let index = known.unwrap_or_else(|| {
-            // An empty slot if there is one; otherwise the slot of the earliest chunk.
-            let oldest = (0..AXES).min_by_key(|index| self.slots[*index].key).unwrap_or(0);
-            let slot = &mut self.slots[oldest];
+        let index = known.unwrap_or_else(|| self.free(user));
+        let slot = &mut self.slots[index];
+        if slot.key != key {
             chunk.plan.lay(&mut slot.course, tick_hz);
             slot.key = key;
-            oldest
-        });
+        }
+        if slot.users & user == 0 {
+            self.slots.iter_mut().for_each(|slot| slot.users &= !user);
+            self.slots[index].users |= user;
+        }
         &mut self.slots[index].course
+    }
+
+    /// The slot of the earliest chunk that no axis but `user` compiles. There is one, because each of the other axes
+    /// compiles one chunk.
+    fn free(&self, user: u8) -> usize {
+        let free = (0..AXES).filter(|&index| self.slots[index].users & !user == 0);
+        free.min_by_key(|&index| self.slots[index].key).unwrap_or(0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+
+    use std::vec::Vec;
+
+    use isostep_profile::chain::ChunkKind;
+    use isostep_profile::{IntervalLaw, Limits, SpeedLaw, SyncMove};
+
+    use super::*;
+
+    /// An axis that is ahead of the others does not take from them the courses that they still need.
+    #[test]
+    fn a_course_is_kept_while_an_axis_compiles_its_chunk() {
+        let limits = Limits {
+            start_speed_steps_s: 0.0,
+            top_speed_steps_s: 1_000.0,
+            accel_steps_s2: 1_000.0,
+            decel_steps_s2: 1_000.0,
+            jerk_steps_s3: f64::INFINITY,
+        };
+        let plan = SyncMove::plan([100, 0, 0], &[limits; AXES], IntervalLaw::Fastest, SpeedLaw::Trapezoid, None)
+            .expect("a plan");
+        let kind = ChunkKind::Move;
+        let chunk = Chunk { plan, until_steps: 0.0, until_s: 1.0, mm_per_step: 1.0, asked_steps_s: 1.0, tag: 0, kind };
+        let mut courses = Courses::new();
+        let mut compiles = |axis, number| {
+            courses.of(axis, number, &chunk, 1_000_000);
+            let mut kept: Vec<_> = courses.slots.iter().filter_map(|slot| slot.key).map(|(number, _)| number).collect();
+            kept.sort_unstable();
+            kept
+        };
+        assert_eq!(compiles(Axis::X, 0), [0]);
+        assert_eq!(compiles(Axis::Y, 0), [0], "X and Y share it");
+        for number in 1..8 {
+            assert!(compiles(Axis::Z, number).contains(&0), "Z is ahead, at chunk {number}");
+        }
+        assert_eq!(compiles(Axis::X, 1), [0, 1, 7], "the place that nobody uses");
+        assert_eq!(compiles(Axis::X, 2), [0, 2, 7], "Y is still at chunk 0");
+        assert_eq!(compiles(Axis::Y, 2), [0, 2, 7], "already known");
+        assert_eq!(compiles(Axis::Y, 3), [2, 3, 7]);
     }
 }

@@ -111,17 +111,19 @@ pub(crate) fn fill_queues(streams: &mut [SegmentStream<'_>; AXES], chunks: &mut 
     }
 }
 
-/// Queues one piece; false if no port needs one, or nothing more is known.
+/// Queues one piece for the axis whose queue ends first; false if no port needs one, or that queue is full, or nothing
+/// more is known. No other axis goes on while that queue is full: it would only compile chunks at another time than
+/// that axis, which would have to lay them again.
 fn give(streams: &mut [SegmentStream<'_>; AXES], chunks: &mut Chunks) -> bool {
     // Axes for which nothing more is known are passed over.
     let mut stuck = [false; AXES];
     loop {
-        let wanting = streams
-            .iter_mut()
-            .zip(&mut stuck)
-            .filter(|(stream, is_stuck)| !**is_stuck && stream.is_short() && !stream.queue().is_full());
+        let wanting = streams.iter_mut().zip(&mut stuck).filter(|(stream, is_stuck)| !**is_stuck && stream.is_short());
         // All tick rates are equal, or nearly so, and the comparison only decides which axis comes first.
         let Some((stream, is_stuck)) = wanting.min_by_key(|(stream, _)| stream.queued_ticks) else { return false };
+        if stream.queue().is_full() {
+            return false;
+        }
         if stream.queue_one(chunks) {
             return true;
         }
@@ -217,7 +219,7 @@ impl<'a> SegmentStream<'a> {
                 // An axis that stands still is ahead of the others. It must not have courses computed that the others
                 // do not need yet.
                 let lane = (chunk.plan.steps[self.axis as usize] != 0)
-                    .then(|| chunk.plan.lane(self.axis as usize, courses.of(self.chunk, chunk, self.tick_hz)));
+                    .then(|| chunk.plan.lane(self.axis as usize, courses.of(self.axis, self.chunk, chunk, self.tick_hz)));
                 PlanSteps::of(chunk, self.axis, lane)
             });
             if plan.until_steps != chunk.until_steps {
@@ -297,7 +299,7 @@ impl<'a> SegmentStream<'a> {
     fn next_compiled(&mut self, chunks: &mut Chunks) -> Option<Segment> {
         let plan = self.plan.as_mut()?;
         let (chunk, courses) = chunks.get_with_courses(self.chunk)?;
-        let course = courses.of(self.chunk, chunk, self.tick_hz);
+        let course = courses.of(self.axis, self.chunk, chunk, self.tick_hz);
         let segment = plan.lane.as_mut()?.next(course)?;
         plan.compiled += segment.steps();
         Some(segment)
