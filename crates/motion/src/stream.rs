@@ -47,6 +47,8 @@ pub(crate) struct SegmentStream<'a> {
     chunk: u32,
     /// The steps of that chunk's plan, once the stream has reached it.
     plan: Option<PlanSteps>,
+    /// The axis on the course of that plan, if it has steps there.
+    lane: Lane,
     /// Segments of that plan that are compiled and not queued yet.
     compiled: Deque<Segment, COMPILED_MAX>,
     /// Up to when its queue has been filled, ticks from the start of the run.
@@ -58,8 +60,6 @@ pub(crate) struct SegmentStream<'a> {
 /// One axis's steps of a plan. Steps have their numbers in the move.
 struct PlanSteps {
     direction: Direction,
-    /// `None` if the axis has no steps in the plan.
-    lane: Option<Lane>,
     /// The last step that has been compiled.
     compiled: u32,
     /// The last step that has been queued.
@@ -149,6 +149,7 @@ impl<'a> SegmentStream<'a> {
             target_ticks: 0,
             chunk: 0,
             plan: None,
+            lane: Lane::empty(),
             compiled: Deque::new(),
             queued_ticks: 0,
             is_done: false,
@@ -218,9 +219,12 @@ impl<'a> SegmentStream<'a> {
                 self.compiled.clear();
                 // An axis that stands still is ahead of the others. It must not have courses computed that the others
                 // do not need yet.
-                let lane = (chunk.plan.steps[self.axis as usize] != 0)
-                    .then(|| chunk.plan.lane(self.axis as usize, courses.of(self.axis, self.chunk, chunk, self.tick_hz)));
-                PlanSteps::of(chunk, self.axis, lane)
+                let moves = chunk.plan.steps[self.axis as usize] != 0;
+                if moves {
+                    let course = courses.of(self.axis, self.chunk, chunk, self.tick_hz);
+                    chunk.plan.begin_lane(self.axis as usize, course, &mut self.lane);
+                }
+                PlanSteps::of(chunk, self.axis, moves.then_some(&self.lane))
             });
             if plan.until_steps != chunk.until_steps {
                 (plan.until_steps, plan.end) = (chunk.until_steps, last_step(chunk, self.axis));
@@ -300,19 +304,19 @@ impl<'a> SegmentStream<'a> {
         let plan = self.plan.as_mut()?;
         let (chunk, courses) = chunks.get_with_courses(self.chunk)?;
         let course = courses.of(self.axis, self.chunk, chunk, self.tick_hz);
-        let segment = plan.lane.as_mut()?.next(course)?;
+        let segment = self.lane.next(course)?;
         plan.compiled += segment.steps();
         Some(segment)
     }
 }
 
 impl PlanSteps {
-    fn of(chunk: &Chunk<AXES>, axis: Axis, lane: Option<Lane>) -> Self {
+    /// `lane` is `None` if the axis has no steps in the plan.
+    fn of(chunk: &Chunk<AXES>, axis: Axis, lane: Option<&Lane>) -> Self {
         let (plan, until_steps) = (&chunk.plan, chunk.plan.end_steps());
-        let [before, last] =
-            lane.as_ref().map_or([0; 2], |lane| [lane.steps_before(), lane.steps_before() + lane.steps()]);
+        let [before, last] = lane.map_or([0; 2], |lane| [lane.steps_before(), lane.steps_before() + lane.steps()]);
         let direction = Direction::of(plan.steps[axis as usize]);
-        Self { direction, lane, compiled: before, queued: before, last, until_steps, end: last }
+        Self { direction, compiled: before, queued: before, last, until_steps, end: last }
     }
 }
 

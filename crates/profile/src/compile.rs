@@ -186,9 +186,17 @@ enum PhaseSteps {
 }
 
 impl Lane {
-    pub(crate) fn new(stretch: Stretch, course: &Course) -> Self {
-        let ends = stretch.phase_ends(&course.frame.bounds);
-        Self { stretch, ends, index: 0, phase: PhaseSteps::ConstantAccel(Phase::empty()), done: 0, next: None }
+    /// A lane without steps.
+    #[must_use]
+    pub fn empty() -> Self {
+        let stretch = Stretch { stride: 1.0, before: 0, steps: 0, ahead: 0.0, beyond: 0.0 };
+        Self { stretch, ends: [0; 3], index: 0, phase: PhaseSteps::ConstantAccel(Phase::empty()), done: 0, next: None }
+    }
+
+    /// Begins another stretch. What belongs to a phase is left, because the first step sets it.
+    pub(crate) fn begin(&mut self, stretch: Stretch, course: &Course) {
+        self.ends = stretch.phase_ends(&course.frame.bounds);
+        (self.stretch, self.index, self.done) = (stretch, 0, 0);
     }
 
     /// How many steps there are.

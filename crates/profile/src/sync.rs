@@ -122,7 +122,14 @@ impl<const N: usize> SyncMove<N> {
     /// The axis with index `axis`, on the course that [`lay`](Self::lay) has made from this move.
     #[must_use]
     pub fn lane(&self, axis: usize, course: &Course) -> Lane {
-        Lane::new(self.stretch(axis, course.is_whole()), course)
+        let mut lane = Lane::empty();
+        self.begin_lane(axis, course, &mut lane);
+        lane
+    }
+
+    /// As [`lane`](Self::lane), but makes it of a lane that is no longer needed: a lane is large, and this copies less.
+    pub fn begin_lane(&self, axis: usize, course: &Course, lane: &mut Lane) {
+        lane.begin(self.stretch(axis, course.is_whole()), course);
     }
 
     fn stretch(&self, axis: usize, is_whole: bool) -> Stretch {
