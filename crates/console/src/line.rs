@@ -1,6 +1,6 @@
 //! Assembles bytes to lines and strips them as Grbl does.
 
-use heapless::String;
+use heapless::Vec;
 
 use crate::Error;
 
@@ -18,7 +18,8 @@ enum Comment {
 /// case.
 #[derive(Debug, Clone)]
 pub struct LineAssembler {
-    text: String<MAX_LINE_CHARS>,
+    /// ASCII.
+    text: Vec<u8, MAX_LINE_CHARS>,
     comment: Comment,
     fault: Option<Error>,
     ended: bool,
@@ -27,7 +28,7 @@ pub struct LineAssembler {
 impl LineAssembler {
     /// An assembler at the beginning of a line.
     pub const fn new() -> Self {
-        Self { text: String::new(), comment: Comment::None, fault: None, ended: false }
+        Self { text: Vec::new(), comment: Comment::None, fault: None, ended: false }
     }
 
     /// Discards the unfinished line, as a reset does.
@@ -35,33 +36,49 @@ impl LineAssembler {
         *self = Self::new();
     }
 
-    /// Takes the next byte. Returns the line if this byte ends it.
+    /// Takes bytes off the front of `bytes` up to the end of a line, and returns the line. `None` if they end before it
+    /// does.
     ///
     /// # Errors
     /// Once per line, when the line ends: [`Error::LineTooLong`] above [`MAX_LINE_CHARS`], or
     /// [`Error::LetterMissing`] for a control character or a byte above 0x7E outside comments.
-    pub fn push(&mut self, byte: u8) -> Option<Result<&str, Error>> {
+    pub fn take(&mut self, bytes: &mut &[u8]) -> Option<Result<&str, Error>> {
         if self.ended {
             self.reset();
         }
-        if matches!(byte, b'\r' | b'\n') {
-            self.ended = true;
-            return Some(self.fault.map_or(Ok(self.text.as_str()), Err));
+        while let [byte, rest @ ..] = *bytes {
+            *bytes = rest;
+            if self.comment == Comment::None && is_plain(*byte) {
+                self.keep(*byte);
+                continue;
+            }
+            match (self.comment, byte) {
+                (_, b'\r' | b'\n') => {
+                    self.ended = true;
+                    break;
+                }
+                (Comment::Parentheses, b')') => self.comment = Comment::None,
+                (Comment::Parentheses | Comment::ToEndOfLine, _) => {}
+                (Comment::None, b'(') => self.comment = Comment::Parentheses,
+                (Comment::None, b';') => self.comment = Comment::ToEndOfLine,
+                (Comment::None, b' ' | b'\t' | b'/') => {}
+                (Comment::None, _) => self.fail(Error::LetterMissing),
+            }
         }
-        match (self.comment, byte) {
-            (Comment::Parentheses, b')') => self.comment = Comment::None,
-            (Comment::Parentheses | Comment::ToEndOfLine, _) => {}
-            (Comment::None, b'(') => self.comment = Comment::Parentheses,
-            (Comment::None, b';') => self.comment = Comment::ToEndOfLine,
-            (Comment::None, b' ' | b'\t' | b'/') => {}
-            (Comment::None, b'!'..=b'~') => self.keep(byte),
-            (Comment::None, _) => self.fail(Error::LetterMissing),
-        }
-        None
+        self.ended.then(|| self.fault.map_or_else(|| str::from_utf8(&self.text).map_err(|_| Error::LetterMissing), Err))
     }
 
+    /// Takes the next byte. Returns the line if this byte ends it.
+    ///
+    /// # Errors
+    /// As [`take`](Self::take).
+    pub fn push(&mut self, byte: u8) -> Option<Result<&str, Error>> {
+        self.take(&mut [byte].as_slice())
+    }
+
+    #[inline(always)]
     fn keep(&mut self, byte: u8) {
-        if self.text.push(byte.to_ascii_uppercase().into()).is_err() {
+        if self.text.push(byte.to_ascii_uppercase()).is_err() {
             self.fail(Error::LineTooLong);
         }
     }
@@ -70,6 +87,12 @@ impl LineAssembler {
     fn fail(&mut self, error: Error) {
         self.fault.get_or_insert(error);
     }
+}
+
+/// Whether a character stays in the line, and begins no comment.
+#[inline(always)]
+fn is_plain(byte: u8) -> bool {
+    matches!(byte, b'!'..=b'~') && !matches!(byte, b'(' | b';' | b'/')
 }
 
 impl Default for LineAssembler {
@@ -87,8 +110,12 @@ mod tests {
     use super::*;
 
     fn lines(bytes: &[u8]) -> Vec<Result<String, Error>> {
-        let mut assembler = LineAssembler::new();
-        bytes.iter().filter_map(|&byte| assembler.push(byte).map(|line| line.map(String::from))).collect()
+        let (mut assembler, mut left, mut lines) = (LineAssembler::new(), bytes, Vec::new());
+        while let Some(line) = assembler.take(&mut left) {
+            lines.push(line.map(String::from));
+        }
+        assert!(left.is_empty());
+        lines
     }
 
     #[test]

@@ -191,10 +191,13 @@ impl<F: NorFlash> Controller<'_, F> {
         loop {
             console.jog_cancel.hold(length);
             let n = console.input.read(&mut bytes).await;
-            for (at, &byte) in bytes[..n].iter().enumerate() {
-                length += 1;
-                let Some(line) = assembler.push(byte) else { continue };
-                console.jog_cancel.hold(n - at - 1);
+            let mut left = &bytes[..n];
+            while !left.is_empty() {
+                let before = left.len();
+                let line = assembler.take(&mut left);
+                length += before - left.len();
+                let Some(line) = line else { break };
+                console.jog_cancel.hold(left.len());
                 let overtaken = console.jog_cancel.has_overtaken(core::mem::take(&mut length));
                 if self.line(line, overtaken, &console.output).await == After::Restart {
                     return;

@@ -35,14 +35,14 @@ use crate::tool::BeamStream;
 const COMPILED_BEFORE_START: Duration = Duration::from_millis(10);
 const COMPILED_BEFORE_CURVED_START: Duration = Duration::from_millis(20);
 
-/// The longest chunk that the chain hands out at a time. A change may have to wait for the end of such a chunk.
-const CHUNK: Duration = Duration::from_millis(15);
+/// The longest chunk that the chain hands out at a time, s. A change may have to wait for the end of such a chunk.
+const CHUNK_S: f64 = 15e-3;
 
 /// How far ahead the path is known while probing. It is less than otherwise, because what has been handed out is made
 /// after the contact, too, and bends the probe. It is enough, because nothing else is planned meanwhile.
 const PROBED_AHEAD: Duration = Duration::from_millis(10);
-/// The longest chunk while probing.
-const PROBED_CHUNK: Duration = Duration::from_millis(5);
+/// The longest chunk while probing, s.
+const PROBED_CHUNK_S: f64 = 5e-3;
 
 /// Longest wait before the run looks for more to do, while little is known (a new move ends this wait early), or while
 /// a queue is full (a port takes longer than this to empty one).
@@ -50,6 +50,7 @@ const LOOK_AGAIN: Duration = Duration::from_millis(1);
 
 /// Longest wait while enough is known. Moves that arrive meanwhile are taken together.
 const GATHER: Duration = Duration::from_millis(4);
+const GATHER_S: f64 = 4e-3;
 
 /// How many moves are taken at once. To plan more would take too long while a port's queue has to be filled.
 const TAKEN_AT_ONCE: usize = 8;
@@ -133,7 +134,8 @@ where
     /// Compiles the beginning of the run.
     async fn prepare(&mut self, streams: &mut Streams<'_>) {
         let time = if self.is_curved { COMPILED_BEFORE_CURVED_START } else { COMPILED_BEFORE_START };
-        while let Some(chunk) = self.next_chunk(seconds(time), CHUNK) {
+        let time_s = seconds(time);
+        while let Some(chunk) = self.next_chunk(time_s, CHUNK_S) {
             self.chunks.push(chunk);
         }
         for stream in streams {
@@ -153,16 +155,17 @@ where
             self.obey(purpose, start);
             let passed = Instant::now().saturating_duration_since(start);
             let enough = passed + ahead(purpose);
-            let is_due = self.is_short_of(enough);
+            let enough_s = seconds(enough);
+            let is_due = self.is_short_of(enough_s);
             if is_due || self.machine.is_crowded() {
                 // Moves are taken first: without another move the run would end where the known path ends.
                 self.take_some(purpose);
             }
             if is_due {
-                self.commit_until(enough, purpose);
+                self.commit_until(enough_s, purpose);
             }
             if let Some(beam) = &mut beam {
-                beam.fill_queue(self.chunks, seconds(enough));
+                beam.fill_queue(self.chunks, enough_s);
             }
             let progress = fill_queues(streams, self.chunks, enough);
             let is_low = streams.iter().any(|stream| stream.is_low(passed + LOW));
@@ -173,18 +176,19 @@ where
             let oldest_chunk =
                 streams.iter().map(SegmentStream::chunk).chain(beam.iter().map(BeamStream::chunk)).min().unwrap_or(0);
             self.follow(start, passed, oldest_chunk);
-            if is_due && !self.is_short_of(enough) || progress.has_worked {
+            let is_short = self.is_short_of(enough_s);
+            if is_due && !is_short || progress.has_worked {
                 yield_now().await;
             } else {
-                self.wait(streams, is_low, enough).await;
+                self.wait(streams, is_low, is_short).await;
             }
         }
     }
 
-    /// Whether the chain has to hand out more, so that the path is known until `enough` from the start of the run. It
+    /// Whether the chain has to hand out more, so that the path is known until `enough_s` from the start of the run. It
     /// has to only when [`GATHER`] or more is missing, so that moves which arrive one by one are planned together.
-    fn is_short_of(&self, enough: Duration) -> bool {
-        !self.chunks.is_closed() && self.chunks.end_s() <= seconds(enough - GATHER)
+    fn is_short_of(&self, enough_s: f64) -> bool {
+        !self.chunks.is_closed() && self.chunks.end_s() <= enough_s - GATHER_S
     }
 
     /// Takes some of the waiting moves. It does not take all at once, because planning takes long and what is known
@@ -197,24 +201,24 @@ where
         }
     }
 
-    /// Has the chain hand out its path up to `until`, as far as there is room, and reports the chunks as events.
-    fn commit_until(&mut self, until: Duration, purpose: Purpose) {
-        let most = if purpose == Purpose::Probe { PROBED_CHUNK } else { CHUNK };
-        while let Some(chunk) = self.next_chunk(seconds(until), most) {
+    /// Has the chain hand out its path up to `until_s`, as far as there is room, and reports the chunks as events.
+    fn commit_until(&mut self, until_s: f64, purpose: Purpose) {
+        let most_s = if purpose == Purpose::Probe { PROBED_CHUNK_S } else { CHUNK_S };
+        while let Some(chunk) = self.next_chunk(until_s, most_s) {
             self.report_chunk(&chunk);
             self.chunks.push(chunk);
         }
     }
 
     /// The next chunk that the chain hands out, if the known path ends before `until_s` and there is room for more.
-    fn next_chunk(&mut self, until_s: f64, most: Duration) -> Option<Chunk<AXES>> {
+    fn next_chunk(&mut self, until_s: f64, most_s: f64) -> Option<Chunk<AXES>> {
         if self.chunks.is_closed() || !self.chunks.has_room() || self.chunks.end_s() > until_s {
             return None;
         }
         // With a curved law compiling is slow near standstill. So the moves after a standstill become another run,
         // which is prepared before it starts.
         let is_over = self.is_curved && self.chunks.last().is_some() && self.chain.is_at_rest();
-        let chunk = if is_over { None } else { self.chain.advance(seconds(most)) };
+        let chunk = if is_over { None } else { self.chain.advance(most_s) };
         if chunk.is_none() {
             self.chunks.close();
         }
@@ -254,9 +258,8 @@ where
     }
 
     /// Waits for something to do.
-    async fn wait(&self, streams: &Streams<'_>, is_low: bool, enough: Duration) {
+    async fn wait(&self, streams: &Streams<'_>, is_low: bool, is_short: bool) {
         let machine = self.machine;
-        let is_short = self.is_short_of(enough);
         let is_full = streams.iter().any(|stream| stream.is_short() && stream.queue().is_full());
         let look_again = if is_short || is_low || is_full { LOOK_AGAIN } else { GATHER };
         let takes = is_short && self.takes();
