@@ -20,6 +20,7 @@ codes! {
         LateStep = 20, "a step of * came too late: lower the rate ($110-$112), then $H";
         Unplannable = 21, "nothing moved: *, then $X";
         Underrun = 22, "the step port of * ran dry: lower the rate or the acceleration ($110-$122), then $H";
+        ToolCutOff = 23, "the processor was held up, so the tool was cut off: $X, then $H, and report it";
     }
 }
 
