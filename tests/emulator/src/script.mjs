@@ -36,7 +36,7 @@ export const COMMANDS = {
   start: { usage: 'start pressed|released', parse: pressed, run: (script, down) => script.board.gantry.pressButton('start', down) },
   motors: { usage: 'motors on|off', parse: onOff, run: (script, on) => script.expectMotors(on) },
   crash: { usage: 'crash', parse: nothing, run: (script) => script.board.crash() },
-  hang: { usage: 'hang', parse: nothing, run: (script) => script.board.hang() },
+  hang: { usage: 'hang, or hang MILLISECONDS', parse: positiveIfAny, run: (script, millis) => script.board.hang(millis) },
   'mask-irq': { usage: 'mask-irq NUMBER, an interrupt of the chip', parse: irq, run: (script, number) => script.board.maskIrq(number) },
   panic: { usage: 'panic HEX, the address of a function that panics', parse: address, run: (script, at) => script.board.panic(at) },
   dtr: { usage: 'dtr on|off', parse: onOff, run: (script, on) => script.board.cable.setDtr(on) },
@@ -239,6 +239,11 @@ function nothing(rest) {
 function positive(rest) {
   if (!(Number(rest) > 0)) throw new Error(`${rest || 'nothing'} is not a positive number`);
   return Number(rest);
+}
+
+/** For ever without a number. */
+function positiveIfAny(rest) {
+  return rest.trim() === '' ? null : positive(rest);
 }
 
 function baud(rest) {

@@ -234,6 +234,7 @@ export class StateMachine extends MachineSettings {
   /** Carries out instructions that affect only this machine: the next one and those after it. */
   runAhead() {
     this.remember();
+    this.fromMemory = true;
     const { memory } = this.block;
     for (let left = MOST_AHEAD; left > 0 && this.isPrivate(this.pc); left--) {
       const at = this.pc;
