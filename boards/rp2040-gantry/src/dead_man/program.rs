@@ -1,9 +1,9 @@
 //! The program of the dead man's switch: one state machine that counts down, and when it has run out says so for ever.
 //!
 //! # Design
-//! It counts X down, a round each cycle. To feed it is to force an instruction on it that fills X again from OSR; the
-//! count goes on from there, because the instruction takes the place of one round. When X has run out the machine
-//! leaves the loop, and from then on it puts the word in Y into its RX FIFO whenever there is room.
+//! It counts X down, a round each cycle. To feed it is to force an instruction on it that fills X again from OSR, and
+//! leaves it in its loop. When X has run out the machine leaves the loop, and from then on it puts the word in Y into
+//! its RX FIFO whenever there is room.
 //!
 //! Nothing here accesses the chip: the tests run this file's program on emulators.
 
