@@ -7,6 +7,8 @@
 mod boot;
 #[path = "emulated/contract.rs"]
 mod contract;
+#[path = "emulated/dead_man.rs"]
+mod dead_man;
 #[path = "emulated/flowing.rs"]
 mod flowing;
 #[path = "emulated/linked.rs"]

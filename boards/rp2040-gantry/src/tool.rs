@@ -99,9 +99,9 @@ impl ToolPort for Tool {
 /// Forces all outputs of the tool low, or releases them, unless the dead man's switch has run out. It is called in
 /// critical sections only, so calls never overlap.
 pub fn brake(engaged: bool) {
-    override_pads(engaged);
-    // If it runs out after this look, it forces them low after this function has released them.
-    if !engaged && dead_man::has_run_out() {
+    override_pads(engaged || dead_man::has_run_out());
+    // It may have run out after that look. If it runs out after this one, it forces the pads low by itself.
+    if dead_man::has_run_out() {
         override_pads(true);
     }
 }
