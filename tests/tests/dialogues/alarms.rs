@@ -2,7 +2,7 @@
 //! The alarms of a step port that cannot keep up need a real port, so they are in tests/emulated.rs.
 
 use embassy_time::Duration;
-use isostep_motion::{Alarm, Axis, State};
+use isostep_motion::{AXES, Alarm, Axis, State};
 use isostep_sim::plant::SwitchFault;
 use isostep_sim::{Config, Sim};
 
@@ -118,6 +118,24 @@ fn alarm_10_emergency_stop() {
     sim.run_until_idle().unwrap();
     assert_eq!(say(&mut sim, "$H"), ["ok"]);
     assert_eq!(state(&mut sim), "Idle");
+}
+
+/// The board cuts the tool off when the processor was held up, and says so once it is back.
+#[test]
+fn alarm_23_tool_cut_off() {
+    let mut sim = homed();
+    sim.machine().tool_cut_off();
+    sim.run_until_idle().unwrap();
+    let heard = sim.replies();
+    alarmed(&mut sim, &heard, 23, "the processor was held up, so the tool was cut off: $X, then $H, and report it]");
+    assert_eq!(sim.machine().homed(), [true; AXES], "nothing has moved");
+    say(&mut sim, "$X");
+    sim.send(b"G1 X50 F1200\n");
+    sim.run_for(Duration::from_millis(500)).unwrap();
+    sim.machine().tool_cut_off();
+    sim.run_until_idle().unwrap();
+    assert_eq!(sim.machine().state(), State::Alarm(Alarm::ToolCutOff));
+    assert_eq!(sim.machine().homed(), [false; AXES]);
 }
 
 /// The board sees a press that is over before the task that watches the input looks. It counts, and does not last.
