@@ -9,7 +9,7 @@ use crate::clients::{cncjs, grbl_streamer, missing};
 use crate::footprint::Footprint;
 use crate::process::{self, announce};
 use crate::toolchain::cargo;
-use crate::variant::{Driver, Port, Variant};
+use crate::variant::{Contact, Driver, Port, Variant};
 use crate::{build, cpu, node, suites, workspace};
 use isostep::stopwatch::Stopwatch;
 
@@ -152,7 +152,8 @@ fn emulator(cases: Cases) -> Result<()> {
 
 /// The firmware with the other step port, tested like the default one.
 const TIMER_PORT_ELF: &str = "timer-port";
-const TIMER_PORT: Variant = Variant { port: Port::Timer, driver: Driver::Drv8825, without_paper_laws: false };
+const TIMER_PORT: Variant =
+    Variant { port: Port::Timer, driver: Driver::Drv8825, estop: Contact::No, without_paper_laws: false };
 
 fn firmware(_: Cases) -> Result<()> {
     build::kept_firmware(TIMER_PORT, TIMER_PORT_ELF)?;

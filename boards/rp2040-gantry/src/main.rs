@@ -58,7 +58,7 @@ async fn main(spawner: Spawner) {
         defmt::warn!("restarted by the watchdog: {}", cause);
     }
     let settings = Settings::default();
-    let machine = &*MACHINE.init(Machine::new(config(&settings)));
+    let machine = &*MACHINE.init(Machine::new(config(&settings), pins::EMERGENCY_CONTACT));
     let controller = &*CONTROLLER.init(Controller::new(machine, settings, flash::open(board.flash)).with_boot_loader());
 
     let (switches, axes) = priority::start_executors();

@@ -9,13 +9,16 @@ use embassy_rp::peripherals::{
     DMA_CH11, FLASH, PIN_0, PIN_1, PIN_2, PIN_3, PIN_4, PIN_5, PIN_6, PIN_7, PIN_13, PIO1, PWM_SLICE6, UART0, USB,
     WATCHDOG,
 };
-use isostep_motion::AXES;
+use isostep_motion::{AXES, Contact};
 
 /// GP2, GP4, GP6, for code that must reach the pins without owning them.
 pub const STEP: [usize; AXES] = [2, 4, 6];
 pub const STEP_MASK: u32 = 1 << STEP[0] | 1 << STEP[1] | 1 << STEP[2];
 /// GP9. The limits of Y and Z and the emergency stop are on the three pins after it.
 pub const LIMIT_X: u8 = 9;
+/// The contact between the emergency stop's pin and ground. It is a property of the image: no console can change it.
+pub const EMERGENCY_CONTACT: Contact =
+    if cfg!(feature = "estop-nc") { Contact::NormallyClosed } else { Contact::NormallyOpen };
 /// GP8, active low.
 pub const ENABLE_MASK: u32 = 1 << 8;
 /// GP13: the second output of PWM slice 6.
@@ -56,7 +59,7 @@ pub type DmaChannels = (
     Peri<'static, DMA_CH5>,
 );
 
-/// Inputs that stop the machine; they are connected to ground when pressed.
+/// Inputs that stop the machine; they are connected to ground when pressed, or until then.
 pub struct SwitchPins {
     /// X, Y, Z.
     pub limits: [Input<'static>; AXES],

@@ -1,5 +1,6 @@
 import { parseArgs } from 'node:util';
 import { DRIVERS } from './driver-timing.mjs';
+import { ESTOP_CONTACTS } from './estop.mjs';
 import { SWITCH_MODES } from './limit-switch.mjs';
 import { AXES } from './pins.mjs';
 import { PLATE_SIDES, ProbePlate } from './probe-plate.mjs';
@@ -26,6 +27,7 @@ The machine
   --driver NAME        ${Object.keys(DRIVERS).join(' or ')}: whose least times every edge is held to (default drv8825)
   --start X,Y,Z        millimetres above the limit switches at power-up (default 35,40,15)
   --switch X=MODE      ${SWITCH_MODES.join(', ')}; may be given for each axis
+  --estop no|nc        the emergency stop's contact: normally open (default), or normally closed, as the firmware was built for
   --probe-plate AXIS,MM,SIDE
                        a plate that closes the probe's contact while the axis is at its place, in millimetres above the
                        limit switch, or beyond it: ${PLATE_SIDES.join(' or ')}, such as Z,12.5,below
@@ -80,6 +82,7 @@ const SPEC = {
   driver: { type: 'string', default: 'drv8825' },
   start: { type: 'string', default: '35,40,15' },
   switch: { type: 'string', multiple: true, default: [] },
+  estop: { type: 'string', default: 'no' },
   'probe-plate': { type: 'string' },
   'bounce-us': { type: 'string', default: '0' },
   seed: { type: 'string', default: '1' },
@@ -117,6 +120,7 @@ export function parseOptions(args) {
     pollHz: number('--poll-hz', values['poll-hz'] ?? (values.program ? '10' : '0'), 0, 1000),
     timeoutSeconds: number('--timeout-s', values['timeout-s'] ?? '300', 0.001, 1e6),
     driver: choice('--driver', Object.keys(DRIVERS), values.driver),
+    estop: choice('--estop', ESTOP_CONTACTS, values.estop),
     startMm: places(values.start),
     switches: Object.fromEntries(values.switch.map(switchOption)),
     probePlate: values['probe-plate'] === undefined ? null : plateOption(values['probe-plate']),

@@ -29,7 +29,7 @@ export const COMMANDS = {
   'check-position': { usage: 'check-position', parse: nothing, run: (script) => script.checkPosition() },
   'cold-cache': { usage: 'cold-cache', parse: nothing, run: (script) => script.board.cache.empty() },
   switch: { usage: `switch X|Y|Z ${SWITCH_MODES.join('|')}`, parse: switchMode, run: (script, [axis, mode]) => script.board.gantry.carriages[axis].limitSwitch.setMode(mode) },
-  estop: { usage: 'estop pressed|released', parse: pressed, run: (script, down) => script.board.gantry.pressEstop(down) },
+  estop: { usage: 'estop pressed|released|cut|mended', parse: estopState, run: (script, change) => script.board.gantry.changeEstop(change) },
   probe: { usage: 'probe pressed|released', parse: pressed, run: (script, down) => script.board.gantry.probe.press(down) },
   'probe-plate': { usage: 'probe-plate X|Y|Z MM below|above, or probe-plate none', parse: plate, run: (script, plate) => script.board.gantry.probe.setPlate(plate) },
   hold: { usage: 'hold pressed|released', parse: pressed, run: (script, down) => script.board.gantry.pressButton('hold', down) },
@@ -287,6 +287,11 @@ function plate(rest) {
   nothing(more.join(' '));
   if (mm === undefined || !Number.isFinite(Number(mm))) throw new Error(`${mm ?? 'nothing'} is no place in mm`);
   return new ProbePlate(oneOf(AXES, axis), Number(mm), oneOf(PLATE_SIDES, side ?? ''));
+}
+
+/** Pressed or let go, or its wire. */
+function estopState(rest) {
+  return { pressed: { isPressed: true }, released: { isPressed: false }, cut: { isCut: true }, mended: { isCut: false } }[oneOf(['pressed', 'released', 'cut', 'mended'], rest)];
 }
 
 function outputState(rest) {

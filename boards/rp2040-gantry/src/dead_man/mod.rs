@@ -23,7 +23,7 @@ use embassy_rp::{Peri, peripherals};
 use embassy_time::Duration;
 use isostep_motion::Machine;
 
-use self::program::{COUNTS_AT, ORIGIN, forced};
+use self::program::{ORIGIN, forced};
 use crate::pins;
 
 const CYCLES_PER_US: u32 = 125;
@@ -80,7 +80,7 @@ pub fn outlast<R>(work: impl FnOnce() -> R) -> R {
 
 /// Whether it forces the tool's pads low, or is about to.
 pub fn has_run_out() -> bool {
-    PIO1.sm(STATE_MACHINE).addr().read().addr() != COUNTS_AT
+    PIO1.sm(STATE_MACHINE).addr().read().addr() != ORIGIN
 }
 
 /// The value of CTRL with which a pad is driven low. It names no peripheral, so that none can release the pad.

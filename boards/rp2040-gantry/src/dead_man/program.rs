@@ -9,7 +9,8 @@
 
 use pio::{InstructionOperands, JmpCondition, MovDestination, MovOperation, MovSource, Program};
 
-/// The program's place: the last of the block's 32 instructions. Those of the guard are the first.
+/// The program's place: the last of the block's 32 instructions. Those of the guard are the first. A machine that counts
+/// is at this address, and one that has run out at another.
 pub const ORIGIN: u8 = pio::RP2040_MAX_PROGRAM_SIZE as u8 - 3;
 
 /// The program, for the place [`ORIGIN`]. Its wrap counts from there.
@@ -20,9 +21,6 @@ pub fn count_down() -> Program<{ pio::RP2040_MAX_PROGRAM_SIZE }> {
     program.code[0] |= u16::from(ORIGIN);
     program
 }
-
-/// The address of a machine that counts. At any other it has run out.
-pub const COUNTS_AT: u8 = ORIGIN;
 
 /// Instructions that are forced on the state machine.
 pub mod forced {

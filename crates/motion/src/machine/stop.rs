@@ -69,7 +69,7 @@ impl Machine {
     /// once, however short it is: the task that watches the input takes it back when the input has been steady. It may
     /// be called any number of times, from any context.
     pub fn emergency_stop_edge(&self, is_low: bool) {
-        if is_low {
+        if is_low == self.emergency_contact.pressed_is_low() {
             self.set_emergency(true);
             self.emergency.signal(());
         }
