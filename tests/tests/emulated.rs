@@ -9,6 +9,8 @@ mod boot;
 mod contract;
 #[path = "emulated/dead_man.rs"]
 mod dead_man;
+#[path = "emulated/estop.rs"]
+mod estop;
 #[path = "emulated/flowing.rs"]
 mod flowing;
 #[path = "emulated/linked.rs"]

@@ -230,8 +230,15 @@ mod tests {
 
     #[test]
     fn faults_are_told_as_they_are_read() {
-        let reported =
-            ["e-stop@1", "limit:X@1.5+0.2", "broken:Y@0", "chatter:Z@0.001+0.05", "hold@2+0.3", "start@2+0.3"];
+        let reported = [
+            "e-stop@1",
+            "broken:e-stop@1",
+            "limit:X@1.5+0.2",
+            "broken:Y@0",
+            "chatter:Z@0.001+0.05",
+            "hold@2+0.3",
+            "start@2+0.3",
+        ];
         for text in reported.into_iter().chain(["probe@3+1", "stall:X@2+0.01", "starve@4+0.05", "deaf@5+2"]) {
             assert_eq!(text.parse::<Fault>().map(|fault| fault.to_string()).as_deref(), Ok(text));
         }
