@@ -99,23 +99,29 @@ impl ToolPort for Tool {
 /// Forces all outputs of the tool low, or releases them, unless the dead man's switch has run out. It is called in
 /// critical sections only, so calls never overlap.
 pub fn brake(engaged: bool) {
-    override_pads(engaged || dead_man::has_run_out());
-    // It may have run out after that look. If it runs out after this one, it forces the pads low by itself.
-    if dead_man::has_run_out() {
-        override_pads(true);
+    let mut low = engaged;
+    loop {
+        low = low || dead_man::has_run_out();
+        override_pads(low);
+        // If it has run out since that look, they are released only for this round. If it does after this one, it forces
+        // them low after they were released.
+        if low || !dead_man::has_run_out() {
+            return;
+        }
     }
 }
 
+#[inline(always)]
 fn override_pads(low: bool) {
     let over = if low { Outover::LOW } else { Outover::NORMAL };
-    let force = |pin: usize, function| {
+    let drive = |pin: usize, function| {
         pac::IO_BANK0.gpio(pin).ctrl().write(|ctrl| {
             ctrl.set_funcsel(function);
             ctrl.set_outover(over);
         });
     };
-    force(pins::TOOL_PWM, PWM_FUNCTION);
-    pins::TOOL_SWITCHES.for_each(|pin| force(pin, SIO_FUNCTION));
+    drive(pins::TOOL_PWM, PWM_FUNCTION);
+    pins::TOOL_SWITCHES.for_each(|pin| drive(pin, SIO_FUNCTION));
 }
 
 /// Enables or disables the pull-up of the probe's input.

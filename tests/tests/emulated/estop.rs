@@ -8,22 +8,27 @@ fn board(test: &str) -> Board {
     Board::of_firmware("ISOSTEP_ESTOP_NC_ELF", test).with(&["--estop", "nc"])
 }
 
-/// The wire breaks, or the button is pressed, at random instants of moves, with the tool on.
+/// Three axes at 240,000 steps/s, with the tool on. The wire breaks, or the button is pressed, at random instants.
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn a_broken_wire_stops_as_soon_as_a_press() {
     let mut random = Rand32::new(8);
-    let mut script = "expect Grbl\nsend G91\nexpect ok\n".to_owned();
+    let mut script = "expect Grbl\nsend $0=0\nexpect ok\n".to_owned();
+    for axis in 0..3 {
+        let settings = [(110, 288_000), (120, 100_000)];
+        script.extend(settings.map(|(number, value)| format!("send ${}={value}\nexpect ok\n", number + axis)));
+    }
     let count = cases(12, 60) as usize;
     for index in 0..count {
-        let (distance_mm, [press, release]) =
-            (if index % 4 < 2 { 30 } else { -30 }, [["cut", "mended"], ["pressed", "released"]][index % 2]);
-        script += &format!("send M3S500M8\nexpect ok\nsend G0X{distance_mm}Y{distance_mm}\nexpect ok\n");
-        script += &format!("wait-us {}.3\nestop {press}\nexpect ALARM:10\n", random.rand_range(100_000..300_000));
+        let target_mm = if index % 2 == 0 { 900 } else { 0 };
+        let [press, release] = if index % 4 < 2 { ["cut", "mended"] } else { ["pressed", "released"] };
+        script += &format!("send M3S500M8\nexpect ok\nsend G0X{target_mm}Y{target_mm}Z{target_mm}\nexpect ok\n");
+        script += &format!("wait-us {}.3\nestop {press}\nexpect ALARM:10\n", random.rand_range(60_000..80_000));
         script +=
-            &format!("send $X\nexpect error:9\nestop {release}\nwait-ms 12\nsend $X\nexpect ok\ncheck-position\n");
+            &format!("send $X\nexpect error:9\nestop {release}\nwait-ms 20\nsend $X\nexpect ok\ncheck-position\n");
     }
-    let run = board("estop-nc").with(&["--start", "150,150,15"]).script(&script);
+    // A carriage that moves beyond its switch presses it. So the carriages start far from their switches.
+    let run = board("estop-nc").with(&["--start", "900,900,900"]).script(&script);
     assert!(run.ok, "{}", run.printed);
     let stops = run.figures["stops"].as_array().unwrap();
     assert_eq!(stops.len(), count);

@@ -377,10 +377,13 @@ impl Life {
             self.cause = self.cause.or(Some(cause));
             return Reaction::Halt;
         }
-        if matches!(cause, Cause::EmergencyStop | Cause::ToolCutOff) {
-            self.held = false;
-            self.state = State::Alarm(cause.alarm(self.state));
-        }
+        let alarm = match cause {
+            Cause::EmergencyStop => Alarm::EmergencyStop,
+            Cause::ToolCutOff => Alarm::ToolCutOff,
+            _ => return Reaction::None,
+        };
+        self.held = false;
+        self.state = State::Alarm(alarm);
         Reaction::None
     }
 
