@@ -123,7 +123,7 @@ impl Case {
 }
 
 /// Every way in which a motion can end, except those that have a test of their own: see the table.
-pub const CASES: [Case; 31] = [
+pub const CASES: [Case; 33] = [
     Case::new("it is complete", "AWAY\n"),
     Case {
         state: "Hold:0",
@@ -218,6 +218,15 @@ pub const CASES: [Case; 31] = [
             false,
         )
     },
+    Case {
+        on: On::BoardBy(Port::Pio),
+        ..Case::alarm(
+            "the core hangs for a while, and the tool is cut off",
+            "send G91G1X5F300\nexpect ok\nwait-ms 200\nhang 25\nexpect ALARM:23\n",
+            false,
+        )
+    },
+    Case { on: On::Board, ..Case::alarm("the same at rest", "hang 25\nexpect ALARM:23\n", true) },
     Case::restart(
         "hard fault",
         "UNDER_WAY\ncrash\nstop-within 20\nwait-ms 1\nmotors off\nwait-reset\ncheck-stopped\nexpect [MSG:Restarted after a hard fault\nexpect Grbl\n",

@@ -66,7 +66,14 @@ impl Board {
     /// # Panics
     /// When `ISOSTEP_ELF` or, for the timer port, `ISOSTEP_TIMER_PORT_ELF` is not set to the path of that firmware.
     pub fn stepped_by(port: Port, test: &str) -> Self {
-        let variable = Self::elf_variable(port);
+        Self::of_firmware(Self::elf_variable(port), test)
+    }
+
+    /// A board at power-up, with the firmware that this environment variable names.
+    ///
+    /// # Panics
+    /// When it is not set.
+    pub fn of_firmware(variable: &str, test: &str) -> Self {
         let elf = env::var_os(variable);
         let elf = elf.unwrap_or_else(|| panic!("{variable} names the firmware: run these by `cargo xtask test`"));
         let folder = root().join("target/emulated").join(test);

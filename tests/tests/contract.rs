@@ -65,7 +65,8 @@ fn what_tests_of_their_own_hold_names_them() {
 
 /// A machine made of tasks alone. Its coordinator is dropped once and then restarted.
 fn with_dropped_coordinator(executor: &mut Executor, world: &Shared, config: &Config) -> &'static Machine {
-    let machine: &'static Machine = Box::leak(Box::new(Machine::new(isostep_controller::config(&config.settings))));
+    let machine: &'static Machine =
+        Box::leak(Box::new(Machine::new(isostep_controller::config(&config.settings), config.emergency_contact)));
     for (axis, port) in Axis::ALL.into_iter().zip(AxisPort::all(config, executor, world)) {
         executor.spawn("axis", async move {
             axis::run(machine, axis, port).await;

@@ -7,6 +7,10 @@
 mod boot;
 #[path = "emulated/contract.rs"]
 mod contract;
+#[path = "emulated/dead_man.rs"]
+mod dead_man;
+#[path = "emulated/estop.rs"]
+mod estop;
 #[path = "emulated/flowing.rs"]
 mod flowing;
 #[path = "emulated/linked.rs"]

@@ -22,6 +22,7 @@ The files, for a probe and for the boot drive:
 Examples:
   cargo xtask build                       steps by PIO and DMA, for DRV8825 drivers
   cargo xtask build --driver tmc2209      faster drivers, shorter pulses
+  cargo xtask build --estop nc            an emergency stop that opens when pressed; see docs/bring-up.md
   cargo xtask build --port timer          steps by the processor
   cargo xtask build --without-paper-laws  12.5 KiB less RAM; see docs/speed-laws.md
 

@@ -12,7 +12,7 @@ use serde::Deserialize;
 use sha2::{Digest, Sha256};
 
 use crate::process;
-use crate::variant::{Driver, Port, Variant};
+use crate::variant::{Contact, Driver, Port, Variant};
 use crate::{build, workspace};
 
 /// Make the files of a release: UF2 files, checksums, licences
@@ -20,6 +20,8 @@ use crate::{build, workspace};
 #[command(after_help = "\
 The files, in target/dist:
   isostep-VERSION-PORT-DRIVER.uf2    one for each step port and driver; copied onto the boot drive of a Pico
+  isostep-VERSION-PORT-DRIVER-estop-nc.uf2
+                                     the same for an emergency stop that is wired normally closed
   LICENCES.txt                       of the project, and of every package that is linked into the firmware
   SHA256SUMS                         of the files above; `sha256sum --check SHA256SUMS` compares them
 
@@ -33,13 +35,10 @@ pub fn run(Args {}: Args) -> Result<()> {
     }
     fs::create_dir_all(&folder).with_context(|| format!("{} cannot be made", folder.display()))?;
     let mut files = Vec::new();
-    for &port in Port::value_variants() {
-        for &driver in Driver::value_variants() {
-            let variant = Variant { port, driver, ..Variant::default() };
-            build::firmware(variant)?;
-            let uf2 = fs::read(workspace::firmware_uf2())?;
-            files.push(written(&folder, &name(variant), &uf2)?);
-        }
+    for variant in variants() {
+        build::firmware(variant)?;
+        let uf2 = fs::read(workspace::firmware_uf2())?;
+        files.push(written(&folder, &name(variant), &uf2)?);
     }
     files.push(written(&folder, "LICENCES.txt", licences(&linked()?)?.as_bytes())?);
     let sums = files.iter().map(|path| checksum(path)).collect::<Result<String>>()?;
@@ -47,10 +46,22 @@ pub fn run(Args {}: Args) -> Result<()> {
     Ok(())
 }
 
-fn name(Variant { port, driver, .. }: Variant) -> String {
+/// Every port with every driver and every contact of the emergency stop.
+fn variants() -> impl Iterator<Item = Variant> {
+    let drivers = |port| Driver::value_variants().iter().map(move |&driver| (port, driver));
+    let of = |(port, driver)| {
+        let with = move |&estop| Variant { port, driver, estop, ..Variant::default() };
+        Contact::value_variants().iter().map(with)
+    };
+    Port::value_variants().iter().copied().flat_map(drivers).flat_map(of)
+}
+
+fn name(Variant { port, driver, estop, .. }: Variant) -> String {
     let word = |value: clap::builder::PossibleValue| value.get_name().to_owned();
     let (port, driver) = (port.to_possible_value().map(word), driver.to_possible_value().map(word));
-    format!("isostep-{}-{}-{}.uf2", env!("CARGO_PKG_VERSION"), port.unwrap_or_default(), driver.unwrap_or_default())
+    let (port, driver) = (port.unwrap_or_default(), driver.unwrap_or_default());
+    let contact = if estop == Contact::Nc { "-estop-nc" } else { "" };
+    format!("isostep-{}-{port}-{driver}{contact}.uf2", env!("CARGO_PKG_VERSION"))
 }
 
 fn written(folder: &Path, name: &str, bytes: &[u8]) -> Result<PathBuf> {
@@ -226,5 +237,8 @@ mod tests {
     fn a_file_says_what_it_is_for() {
         let name = name(Variant { port: Port::Timer, driver: Driver::Tmc2209, ..Variant::default() });
         assert_eq!(name, format!("isostep-{}-timer-tmc2209.uf2", env!("CARGO_PKG_VERSION")));
+        let names: BTreeSet<_> = variants().map(super::name).collect();
+        assert_eq!(names.len(), 8, "{names:?}");
+        assert!(names.contains(&name) && names.contains(&name.replace(".uf2", "-estop-nc.uf2")), "{names:?}");
     }
 }

@@ -32,6 +32,7 @@ The first of these that reaches a board is used:
 Examples:
   cargo xtask flash
   cargo xtask flash --driver tmc2209   faster drivers than DRV8825
+  cargo xtask flash --estop nc         an emergency stop that opens when pressed
   cargo xtask flash --logs             stay attached to the probe and print the log
   cargo xtask flash --drive /mnt/pico  the boot drive is mounted in an unusual place")]
 pub struct Args {

@@ -6,7 +6,7 @@ use anyhow::Result;
 
 use crate::process::{announce, run as run_command};
 use crate::toolchain::{Toolchain, cargo};
-use crate::variant::{Driver, Port, Variant};
+use crate::variant::{Contact, Driver, Port, Variant};
 use crate::workspace;
 
 /// Check formatting, clippy and the documentation; warnings are errors
@@ -33,7 +33,7 @@ pub fn run(Args {}: Args) -> Result<()> {
 
 fn firmware() -> Result<()> {
     let toolchain = Toolchain::ensure()?;
-    let other = Variant { port: Port::Timer, driver: Driver::Tmc2209, without_paper_laws: true };
+    let other = Variant { port: Port::Timer, driver: Driver::Tmc2209, estop: Contact::Nc, without_paper_laws: true };
     check_firmware(&toolchain, workspace::FIRMWARE, &Variant::default().features())?;
     check_firmware(&toolchain, workspace::FIRMWARE, &other.features())?;
     check_firmware(&toolchain, workspace::BENCH_FIRMWARE, &[])?;

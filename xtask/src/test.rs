@@ -9,7 +9,7 @@ use crate::clients::{cncjs, grbl_streamer, missing};
 use crate::footprint::Footprint;
 use crate::process::{self, announce};
 use crate::toolchain::cargo;
-use crate::variant::{Driver, Port, Variant};
+use crate::variant::{Contact, Driver, Port, Variant};
 use crate::{build, cpu, node, suites, workspace};
 use isostep::stopwatch::Stopwatch;
 
@@ -152,10 +152,15 @@ fn emulator(cases: Cases) -> Result<()> {
 
 /// The firmware with the other step port, tested like the default one.
 const TIMER_PORT_ELF: &str = "timer-port";
-const TIMER_PORT: Variant = Variant { port: Port::Timer, driver: Driver::Drv8825, without_paper_laws: false };
+const TIMER_PORT: Variant =
+    Variant { port: Port::Timer, driver: Driver::Drv8825, estop: Contact::No, without_paper_laws: false };
+
+/// The firmware whose emergency stop opens when it is pressed.
+const ESTOP_NC_ELF: &str = "estop-nc";
 
 fn firmware(_: Cases) -> Result<()> {
     build::kept_firmware(TIMER_PORT, TIMER_PORT_ELF)?;
+    build::kept_firmware(Variant { estop: Contact::Nc, ..Variant::default() }, ESTOP_NC_ELF)?;
     let footprint = Footprint::new(&build::firmware(Variant::default())?);
     print!("{}", footprint.table());
     footprint.check()
@@ -167,6 +172,7 @@ fn emulated_board(cases: Cases) -> Result<()> {
         let mut tests = cases.cargo_test();
         tests.env("ISOSTEP_ELF", workspace::firmware_elf());
         tests.env("ISOSTEP_TIMER_PORT_ELF", build::kept_elf(TIMER_PORT_ELF));
+        tests.env("ISOSTEP_ESTOP_NC_ELF", build::kept_elf(ESTOP_NC_ELF));
         tests
     };
     // Not by its package: with the features of all packages it is compiled already.

@@ -11,6 +11,9 @@ pub struct Variant {
     /// The stepper drivers whose timing is kept
     #[arg(long, value_enum, default_value_t)]
     pub driver: Driver,
+    /// How the emergency stop is wired to ground
+    #[arg(long, value_enum, default_value_t)]
+    pub estop: Contact,
     /// Leave out the speed laws over displacement ($940=3 to 6) and the interval law thirds ($900=1)
     #[arg(long)]
     pub without_paper_laws: bool,
@@ -36,13 +39,32 @@ pub enum Driver {
     Tmc2209,
 }
 
+/// The contact of the emergency stop.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Contact {
+    /// normally open: closed while it is pressed
+    #[default]
+    No,
+    /// normally closed: open while it is pressed, so that a broken wire is a press
+    Nc,
+}
+
 impl Variant {
     /// The board's cargo features. These and no others are to be built, its default ones neither.
     pub fn features(self) -> Vec<&'static str> {
         let port = (self.port == Port::Timer).then_some("timer-port");
         let driver = (self.driver == Driver::Tmc2209).then_some("tmc2209");
+        let estop = (self.estop == Contact::Nc).then_some("estop-nc");
         let laws = (!self.without_paper_laws).then_some("paper-laws");
-        port.into_iter().chain(driver).chain(laws).collect()
+        port.into_iter().chain(driver).chain(estop).chain(laws).collect()
+    }
+
+    /// The name of the emergency stop's contact for the emulated board's options.
+    pub fn contact_name(self) -> &'static str {
+        match self.estop {
+            Contact::No => "no",
+            Contact::Nc => "nc",
+        }
     }
 
     /// The driver's name for the emulated board's options.

@@ -11,6 +11,7 @@
 
 mod boot;
 mod console;
+mod dead_man;
 mod fail_still;
 mod flash;
 mod guard;
@@ -57,10 +58,11 @@ async fn main(spawner: Spawner) {
         defmt::warn!("restarted by the watchdog: {}", cause);
     }
     let settings = Settings::default();
-    let machine = &*MACHINE.init(Machine::new(config(&settings)));
+    let machine = &*MACHINE.init(Machine::new(config(&settings), pins::EMERGENCY_CONTACT));
     let controller = &*CONTROLLER.init(Controller::new(machine, settings, flash::open(board.flash)).with_boot_loader());
 
     let (switches, axes) = priority::start_executors();
+    dead_man::start(board.dead_man);
     watch::spawn(axes, spawner, machine, board.watchdog);
     motion::spawn_axes(axes, machine, board.steps);
     // Must be done before anything reads the settings or moves.

@@ -6,21 +6,27 @@ use embassy_rp::gpio::{Input, Level, Output, Pull};
 #[cfg(not(feature = "timer-port"))]
 use embassy_rp::peripherals::{DMA_CH0, DMA_CH1, DMA_CH2, DMA_CH3, DMA_CH4, DMA_CH5, PIO0};
 use embassy_rp::peripherals::{
-    FLASH, PIN_0, PIN_1, PIN_2, PIN_3, PIN_4, PIN_5, PIN_6, PIN_7, PIN_13, PIO1, PWM_SLICE6, UART0, USB, WATCHDOG,
+    DMA_CH11, FLASH, PIN_0, PIN_1, PIN_2, PIN_3, PIN_4, PIN_5, PIN_6, PIN_7, PIN_13, PIO1, PWM_SLICE6, UART0, USB,
+    WATCHDOG,
 };
-use isostep_motion::AXES;
+use isostep_motion::{AXES, Contact};
 
 /// GP2, GP4, GP6, for code that must reach the pins without owning them.
 pub const STEP: [usize; AXES] = [2, 4, 6];
 pub const STEP_MASK: u32 = 1 << STEP[0] | 1 << STEP[1] | 1 << STEP[2];
 /// GP9. The limits of Y and Z and the emergency stop are on the three pins after it.
 pub const LIMIT_X: u8 = 9;
+/// The contact between the emergency stop's pin and ground. It is a property of the image: no console can change it.
+pub const EMERGENCY_CONTACT: Contact =
+    if cfg!(feature = "estop-nc") { Contact::NormallyClosed } else { Contact::NormallyOpen };
 /// GP8, active low.
 pub const ENABLE_MASK: u32 = 1 << 8;
 /// GP13: the second output of PWM slice 6.
 pub const TOOL_PWM: usize = 13;
 /// GP14 to GP17: the other outputs of the tool.
 pub const TOOL_SWITCHES: core::ops::Range<usize> = 14..18;
+/// All outputs of the tool, one after the other.
+pub const TOOL_PADS: [usize; 5] = [TOOL_PWM, 14, 15, 16, 17];
 /// GP18.
 pub const PROBE: usize = 18;
 /// GP25.
@@ -53,12 +59,12 @@ pub type DmaChannels = (
     Peri<'static, DMA_CH5>,
 );
 
-/// Inputs that stop the machine; they are connected to ground when pressed.
+/// Inputs that stop the machine; they are connected to ground when pressed, or until then.
 pub struct SwitchPins {
     /// X, Y, Z.
     pub limits: [Input<'static>; AXES],
     pub emergency_stop: Input<'static>,
-    /// The PIO block that watches all of them.
+    /// The PIO block that watches all of them. The dead man's switch has another of its state machines.
     pub pio: Peri<'static, PIO1>,
 }
 
@@ -98,6 +104,8 @@ pub struct Board {
     pub usb: Peri<'static, USB>,
     pub uart: UartPins,
     pub watchdog: Peri<'static, WATCHDOG>,
+    /// The DMA channel of the dead man's switch.
+    pub dead_man: Peri<'static, DMA_CH11>,
     pub flash: Peri<'static, FLASH>,
 }
 
@@ -141,6 +149,7 @@ impl Board {
             usb: p.USB,
             uart: UartPins { uart: p.UART0, tx: p.PIN_0, rx: p.PIN_1 },
             watchdog: p.WATCHDOG,
+            dead_man: p.DMA_CH11,
             flash: p.FLASH,
         }
     }

@@ -2,8 +2,8 @@
 //!
 //! # Design
 //! A pad can be forced low whatever drives it. That is the brake: five registers, written in any context. Until it is
-//! released, nothing that the slice or a task does reaches the tool. If the core hangs, the outputs keep their state
-//! until the watchdog resets the chip: a second at most.
+//! released, nothing that the slice or a task does reaches the tool. If the core hangs, the dead man's switch forces the
+//! pads low within 20 ms (`dead_man`).
 //!
 //! The hardware buffers the duty until the period ends, which takes up to 200 us at 5 kHz. That is too late for a level
 //! that belongs to a step. So a change of the duty ends the period at once, by setting the counter to its end.
@@ -15,6 +15,7 @@ use embassy_rp::pwm::{Config, Pwm};
 use embassy_time::Duration;
 use isostep_motion::{Brake, Switches, ToolPort};
 
+use crate::dead_man;
 use crate::pins::{self, ToolPins};
 
 const CLOCK_HZ: u32 = 125_000_000;
@@ -95,18 +96,32 @@ impl ToolPort for Tool {
     }
 }
 
-/// Forces all outputs of the tool low, or releases them. It is called in critical sections only, so calls never
-/// overlap.
+/// Forces all outputs of the tool low, or releases them, unless the dead man's switch has run out. It is called in
+/// critical sections only, so calls never overlap.
 pub fn brake(engaged: bool) {
-    let over = if engaged { Outover::LOW } else { Outover::NORMAL };
-    let force = |pin: usize, function| {
+    let mut low = engaged;
+    loop {
+        low = low || dead_man::has_run_out();
+        override_pads(low);
+        // If it has run out since that look, they are released only for this round. If it does after this one, it forces
+        // them low after they were released.
+        if low || !dead_man::has_run_out() {
+            return;
+        }
+    }
+}
+
+#[inline(always)]
+fn override_pads(low: bool) {
+    let over = if low { Outover::LOW } else { Outover::NORMAL };
+    let drive = |pin: usize, function| {
         pac::IO_BANK0.gpio(pin).ctrl().write(|ctrl| {
             ctrl.set_funcsel(function);
             ctrl.set_outover(over);
         });
     };
-    force(pins::TOOL_PWM, PWM_FUNCTION);
-    pins::TOOL_SWITCHES.for_each(|pin| force(pin, SIO_FUNCTION));
+    drive(pins::TOOL_PWM, PWM_FUNCTION);
+    pins::TOOL_SWITCHES.for_each(|pin| drive(pin, SIO_FUNCTION));
 }
 
 /// Enables or disables the pull-up of the probe's input.

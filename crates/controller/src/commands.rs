@@ -9,7 +9,7 @@ use embassy_futures::yield_now;
 use embedded_storage_async::nor_flash::NorFlash;
 use isostep_console::report::{self, messages};
 use isostep_console::{Command, Coordinates, Error, Refusal, ReportedState, SETTING_TABLE, Settings};
-use isostep_motion::{AXES, Axis, Busy, ConfigError, Motion, Wiring};
+use isostep_motion::{AXES, Axis, Busy, ConfigError, Contact, Motion, Wiring};
 
 use crate::config::{Geometry, UNWORKABLE, config, pulse_ns};
 use crate::controller::{Controller, Mode, Unsaved};
@@ -269,6 +269,10 @@ impl<F: NorFlash> Controller<'_, F> {
 
     fn show_build(&self, text: &mut Message) {
         self.with(|program| text.print(|text| report::build(text, &program.build_text)));
+        text.say(match self.machine.emergency_contact() {
+            Contact::NormallyOpen => "Emergency stop: normally open",
+            Contact::NormallyClosed => "Emergency stop: normally closed",
+        });
         let [x, y, z] = self.machine.faults();
         if [x, y, z] != [0; AXES] {
             text.say(format_args!("step ports faulted since power-up: X {x}, Y {y}, Z {z} times"));

@@ -23,6 +23,7 @@ pub(crate) fn code(alarm: Alarm) -> (Code, &'static str) {
         Alarm::ProbeContact => return (Code::ProbeContact, ""),
         Alarm::HomingDoor => return (Code::HomingDoor, ""),
         Alarm::EmergencyStop => return (Code::EmergencyStop, ""),
+        Alarm::ToolCutOff => return (Code::ToolCutOff, ""),
         Alarm::Unplannable { reason } => return (Code::Unplannable, why_not(reason)),
     };
     (code, NAMES[axis as usize])

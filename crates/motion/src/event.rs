@@ -86,6 +86,9 @@ pub enum Alarm {
         /// Whose port.
         axis: Axis,
     },
+    /// The board switched the tool off by itself, because the processor was held up. The position is trusted only if
+    /// nothing moved.
+    ToolCutOff,
     /// The probe touched already before the move, or did not touch before a move that was to end the contact; nothing
     /// moved.
     ProbeInitial,
@@ -248,6 +251,7 @@ impl fmt::Display for Alarm {
             Self::Underrun { axis } => {
                 write!(f, "the step port of {axis} ran out of steps: lower the rate or the acceleration and home again")
             }
+            Self::ToolCutOff => write!(f, "the processor was held up, and the tool was cut off: unlock and home again"),
             Self::ProbeInitial => write!(f, "the probe touched before it moved, or did not where it was to move off"),
             Self::ProbeContact => write!(f, "the probe found nothing on its way: check its wiring and the target"),
             Self::HomingDoor => write!(f, "the safety door was opened while homing: home again"),

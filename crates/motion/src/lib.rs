@@ -46,6 +46,7 @@ pub use port::{
     ticks_covering,
 };
 pub use start_line::StartLine;
+pub use switch::Contact;
 pub use timer_port::{TimerBank, TimerPort};
 pub use tool::{Duties, Level, Outputs, Power, Spindle, Switches, ToolConfig, ToolPort};
 

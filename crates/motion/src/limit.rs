@@ -38,8 +38,9 @@ where
     }
 }
 
-/// Watches the emergency stop for ever. It is wired to ground with a pull-up, so low is pressed. Its first edge stops
-/// the machine and locks it. The motors stay energised, so that nothing falls.
+/// Watches the emergency stop for ever. It is wired to ground with a pull-up, so low is pressed, or high if the
+/// machine's contact is normally closed. Its first edge stops the machine and locks it. The motors stay energised, so
+/// that nothing falls.
 ///
 /// # Cancellation
 /// Dropping it leaves the emergency stop unwatched; nothing moves.
@@ -47,12 +48,13 @@ pub async fn watch_emergency_stop<I>(machine: &Machine, mut input: I) -> !
 where
     I: InputPin<Error = Infallible> + Wait,
 {
+    let pressed_low = machine.emergency_contact().pressed_is_low();
     loop {
         // The board may have reported a press that was too short for the input to be seen here.
-        select(wait_level(&mut input, true), machine.wait_emergency()).await;
+        select(wait_level(&mut input, pressed_low), machine.wait_emergency()).await;
         machine.set_emergency(true);
-        while debounced_low(&mut input, machine.config().homing.debounce).await {
-            wait_level(&mut input, false).await;
+        while debounced_low(&mut input, machine.config().homing.debounce).await == pressed_low {
+            wait_level(&mut input, !pressed_low).await;
         }
         machine.set_emergency(false);
     }

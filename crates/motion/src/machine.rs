@@ -31,7 +31,7 @@ use crate::config::{Config, ConfigError};
 use crate::event::{Alarm, State};
 use crate::link::AxisLink;
 use crate::port::{Capabilities, StepPort};
-use crate::switch::Switch;
+use crate::switch::{Contact, Switch};
 use crate::tool::{Level, Outputs, Power, Tag};
 
 /// How many moves are planned ahead, so that they follow each other without a stop.
@@ -174,6 +174,7 @@ struct Inner {
 pub struct Machine {
     links: [AxisLink; AXES],
     switches: [Switch; AXES],
+    emergency_contact: Contact,
     queue: Channel<CriticalSectionRawMutex, Motion, QUEUE_MOVES>,
     state: Watch<CriticalSectionRawMutex, State, WATCHERS>,
     /// Wakes the coordinator from a wait that no axis ends.
@@ -190,12 +191,13 @@ pub struct Machine {
 }
 
 impl Machine {
-    /// A machine at rest at zero, not homed.
+    /// A machine at rest at zero, not homed, whose emergency stop has this contact.
     #[must_use]
-    pub const fn new(config: Config) -> Self {
+    pub const fn new(config: Config, emergency_contact: Contact) -> Self {
         Self {
             links: [const { AxisLink::new() }; AXES],
             switches: [const { Switch::new() }; AXES],
+            emergency_contact,
             queue: Channel::new(),
             state: Watch::new_with(State::Idle),
             stopped: Signal::new(),
@@ -254,6 +256,12 @@ impl Machine {
     #[must_use]
     pub fn capabilities(&self) -> [Option<Capabilities>; AXES] {
         self.with(|inner| inner.capabilities)
+    }
+
+    /// The contact of the emergency stop, which is the same for ever.
+    #[must_use]
+    pub fn emergency_contact(&self) -> Contact {
+        self.emergency_contact
     }
 
     /// Which axes have been homed and not lost their position since.

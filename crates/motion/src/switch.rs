@@ -1,9 +1,28 @@
-//! A limit switch, debounced.
+//! A limit switch, debounced, and the contact of the emergency stop.
 
 use core::sync::atomic::{AtomicBool, Ordering};
 
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
+
+/// How the emergency stop is wired to ground, with a pull-up at the input. It is a property of the board's wiring, so no
+/// configuration changes it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Contact {
+    /// Closed while it is pressed. A broken wire disables it.
+    #[default]
+    NormallyOpen,
+    /// Open while it is pressed. A broken wire is a press.
+    NormallyClosed,
+}
+
+impl Contact {
+    /// Whether the input is low while it is pressed.
+    #[must_use]
+    pub const fn pressed_is_low(self) -> bool {
+        matches!(self, Self::NormallyOpen)
+    }
+}
 
 /// A limit switch, debounced.
 pub(crate) struct Switch {

@@ -106,6 +106,7 @@ fn every_reason_says_something_of_its_own() {
         Alarm::EmergencyStop,
         Alarm::LateStep { axis },
         Alarm::Underrun { axis },
+        Alarm::ToolCutOff,
         Alarm::ProbeInitial,
         Alarm::ProbeContact,
         Alarm::HomingDoor,

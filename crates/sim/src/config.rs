@@ -4,7 +4,7 @@ use std::fmt;
 
 use embassy_time::Duration;
 use isostep_console::Settings;
-use isostep_motion::{AXES, Axis, DriverTiming};
+use isostep_motion::{AXES, Axis, Contact, DriverTiming};
 use isostep_profile::fit_error_max_ticks;
 
 use crate::drive::{Load, MotorData};
@@ -88,6 +88,8 @@ pub struct Config {
     pub start_mm: [f64; AXES],
     /// Faults of the limit switches.
     pub switches: [SwitchFault; AXES],
+    /// The contact of the emergency stop.
+    pub emergency_contact: Contact,
     /// The plate that the probe touches.
     pub plate: Option<Plate>,
     /// How long the contacts of a switch may bounce, us; 0 for no bounce.
@@ -139,6 +141,7 @@ impl Default for Config {
             settings_file: None,
             start_mm: [35.0, 40.0, 15.0],
             switches: [SwitchFault::None; AXES],
+            emergency_contact: Contact::default(),
             plate: None,
             bounce_us: 1_000,
             switch_scatter_mm: 0.0,
@@ -221,6 +224,9 @@ impl Config {
                 line += &format!(" --switch {axis}={fault}");
             }
         }
+        if self.emergency_contact == Contact::NormallyClosed {
+            line += " --estop nc";
+        }
         if self.beam_mm != default.beam_mm {
             line += &format!(" --beam {}", self.beam_mm);
         }
@@ -274,7 +280,8 @@ mod tests {
         config.settings.interval_thirds = true;
         config.settings.speed_law = 1;
         config.port = Port::Timer;
-        let line = "isostep sim a.nc --seed 7 --start 1.5,2,3 --switch Y=stuck-open --law thirds --speed-law s-curve \
+        config.emergency_contact = Contact::NormallyClosed;
+        let line = "isostep sim a.nc --seed 7 --start 1.5,2,3 --switch Y=stuck-open --estop nc --law thirds --speed-law s-curve \
                     --port timer";
         assert_eq!(config.replay("a.nc"), line);
         let settings_file = Some(("m.txt".to_owned(), Settings { speed_law: 1, ..Settings::DEFAULT }));

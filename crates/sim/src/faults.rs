@@ -25,6 +25,8 @@ const LATEST_S: f64 = 86_400.0;
 pub enum Trouble {
     /// The emergency stop is pressed.
     EmergencyStop,
+    /// The wire of the emergency stop is broken: its contact seems to be open.
+    BrokenEmergencyStop,
     /// Something presses the limit switch of an axis.
     Limit(Axis),
     /// The wire of an axis's limit switch is broken: it never closes.
@@ -66,13 +68,25 @@ pub struct Fault {
 pub struct UnknownFault(String);
 
 /// The part before the `@`.
-const KINDS: [&str; 10] =
-    ["e-stop", "limit:AXIS", "broken:AXIS", "chatter:AXIS", "hold", "start", "probe", "stall:AXIS", "starve", "deaf"];
+const KINDS: [&str; 11] = [
+    "e-stop",
+    "broken:e-stop",
+    "limit:AXIS",
+    "broken:AXIS",
+    "chatter:AXIS",
+    "hold",
+    "start",
+    "probe",
+    "stall:AXIS",
+    "starve",
+    "deaf",
+];
 
 impl fmt::Display for Trouble {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::EmergencyStop => f.write_str("e-stop"),
+            Self::BrokenEmergencyStop => f.write_str("broken:e-stop"),
             Self::Limit(axis) => write!(f, "limit:{axis}"),
             Self::Broken(axis) => write!(f, "broken:{axis}"),
             Self::Chatter(axis) => write!(f, "chatter:{axis}"),
@@ -115,6 +129,9 @@ fn nanoseconds(seconds: &str) -> Option<u64> {
 }
 
 fn trouble(what: &str) -> Option<Trouble> {
+    if what == "broken:e-stop" {
+        return Some(Trouble::BrokenEmergencyStop);
+    }
     let (kind, axis) = what.split_once(':').unwrap_or((what, ""));
     let of = Axis::ALL.into_iter().find(|of| of.to_string() == axis);
     match (kind, of) {
@@ -188,6 +205,7 @@ impl Surroundings {
         let fault = |fault| if is_on { fault } else { SwitchFault::None };
         match trouble {
             Trouble::EmergencyStop => world.set_hand_input(Wire::EmergencyStop, is_on),
+            Trouble::BrokenEmergencyStop => world.cut_emergency_stop(is_on),
             Trouble::Hold => world.set_hand_input(Wire::Hold, is_on),
             Trouble::Start => world.set_hand_input(Wire::Start, is_on),
             Trouble::Probe => world.set_hand_input(Wire::Probe, is_on),
@@ -212,8 +230,15 @@ mod tests {
 
     #[test]
     fn faults_are_told_as_they_are_read() {
-        let reported =
-            ["e-stop@1", "limit:X@1.5+0.2", "broken:Y@0", "chatter:Z@0.001+0.05", "hold@2+0.3", "start@2+0.3"];
+        let reported = [
+            "e-stop@1",
+            "broken:e-stop@1",
+            "limit:X@1.5+0.2",
+            "broken:Y@0",
+            "chatter:Z@0.001+0.05",
+            "hold@2+0.3",
+            "start@2+0.3",
+        ];
         for text in reported.into_iter().chain(["probe@3+1", "stall:X@2+0.01", "starve@4+0.05", "deaf@5+2"]) {
             assert_eq!(text.parse::<Fault>().map(|fault| fault.to_string()).as_deref(), Ok(text));
         }

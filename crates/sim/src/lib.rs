@@ -75,7 +75,7 @@ pub mod verify;
 pub mod world;
 
 pub use isostep_console::Error as ConsoleError;
-pub use isostep_motion::{Axis, State};
+pub use isostep_motion::{Axis, Contact, State};
 
 pub use config::{Config, Port, StartOutside, Streaming};
 pub use executor::RunError;

@@ -319,6 +319,11 @@ impl Sim {
         self.set_hand_input(Wire::EmergencyStop, pressed);
     }
 
+    /// Cuts the wire of the emergency stop, or mends it.
+    pub fn cut_emergency_stop(&mut self, is_cut: bool) {
+        self.world.borrow_mut().cut_emergency_stop(is_cut);
+    }
+
     /// Presses or releases a button, opens or closes the safety door, or sets the probe's contact by hand.
     pub fn set_hand_input(&mut self, wire: Wire, pressed: bool) {
         self.world.borrow_mut().set_hand_input(wire, pressed);
@@ -454,7 +459,8 @@ impl Sim {
 /// Spawns the tasks that run at high priority on a board, then the coordinator.
 fn spawn_motion(executor: &mut Executor, world: &Shared, config: &Config) -> &'static Machine {
     // The tasks need a machine that lives for ever, like a static on a board.
-    let machine: &'static Machine = Box::leak(Box::new(Machine::new(isostep_controller::config(&config.settings))));
+    let machine: &'static Machine =
+        Box::leak(Box::new(Machine::new(isostep_controller::config(&config.settings), config.emergency_contact)));
     world.borrow_mut().follow(machine);
     let ports = AxisPort::all(config, executor, world);
     for ((axis, name), port) in Axis::ALL.into_iter().zip(["axis X", "axis Y", "axis Z"]).zip(ports) {

@@ -7,7 +7,7 @@ use std::rc::Rc;
 use std::task::{Poll, Waker};
 
 use embassy_futures::select::select;
-use isostep_motion::{AXES, Axis, Event, Machine};
+use isostep_motion::{AXES, Axis, Contact, Event, Machine};
 use oorandom::Rand32;
 
 use crate::config::Config;
@@ -47,6 +47,20 @@ struct Input {
     wakers: Vec<Waker>,
 }
 
+/// The emergency stop, wired from the input to ground.
+struct EmergencyStop {
+    contact: Contact,
+    is_pressed: bool,
+    /// The wire is broken.
+    is_cut: bool,
+}
+
+impl EmergencyStop {
+    fn is_high(&self) -> bool {
+        self.is_cut || self.is_pressed != self.contact.pressed_is_low()
+    }
+}
+
 /// Slips that follow each other within this time are one loss, ns.
 const STALL_NS: u64 = 100_000_000;
 /// No rotor swings for longer, ns.
@@ -62,6 +76,7 @@ pub struct World {
     /// Limit switches in the order of the axes, then the others in the order of [`HAND_INPUTS`].
     inputs: [Input; AXES + HAND_INPUTS.len()],
     limits_high_at_start: [bool; AXES],
+    stop: EmergencyStop,
     plate: Option<Plate>,
     /// The PWM duty and the other outputs of the tool, in the order of [`ToolOutput::ALL`].
     tool: [u16; ToolOutput::ALL.len()],
@@ -114,6 +129,7 @@ impl World {
             axes,
             inputs,
             limits_high_at_start,
+            stop: EmergencyStop { contact: config.emergency_contact, is_pressed: false, is_cut: false },
             plate: config.plate,
             tool: [0; ToolOutput::ALL.len()],
             random,
@@ -130,6 +146,7 @@ impl World {
             motion: Motion::default(),
         };
         world.refresh_probe();
+        world.set_hand_input(Wire::EmergencyStop, false);
         world
     }
 
@@ -201,8 +218,21 @@ impl World {
 
     /// Presses or releases the emergency stop or a button, or sets the probe's contact by hand.
     pub fn set_hand_input(&mut self, wire: Wire, pressed: bool) {
-        let opens = wire == Wire::Probe && self.wiring.probe_opens;
-        self.set_input(input_index(wire), pressed == opens);
+        let high = match wire {
+            Wire::EmergencyStop => {
+                self.stop.is_pressed = pressed;
+                self.stop.is_high()
+            }
+            Wire::Probe => pressed == self.wiring.probe_opens,
+            _ => !pressed,
+        };
+        self.set_input(input_index(wire), high);
+    }
+
+    /// Cuts the wire of the emergency stop, or mends it.
+    pub fn cut_emergency_stop(&mut self, is_cut: bool) {
+        self.stop.is_cut = is_cut;
+        self.set_input(input_index(Wire::EmergencyStop), self.stop.is_high());
     }
 
     /// Sets or removes the plate that the probe can touch.

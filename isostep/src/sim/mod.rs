@@ -12,7 +12,7 @@ use isostep_sim::flash::FLASH_BYTES;
 use isostep_sim::stream::Program;
 use isostep_sim::survey::Survey;
 use isostep_sim::tool::Plate;
-use isostep_sim::{Config, Fault, Figures, Flash, Listed, Outcome, Port, SwitchFault, settings};
+use isostep_sim::{Config, Contact, Fault, Figures, Flash, Listed, Outcome, Port, SwitchFault, settings};
 
 use crate::files::Files;
 use crate::laws::Laws;
@@ -40,6 +40,7 @@ Examples:
   isostep sim programs/square.nc --speed-law s-curve       ramps of limited jerk
   isostep sim programs/parking.nc --switch X=stuck-open    homing fails with its alarm
   isostep sim --fault limit:X@30+0.2 --fault deaf@20+5     somebody presses a switch; a host does not read
+  isostep sim --estop nc --fault broken:e-stop@30          the wire of an emergency stop that opens breaks
   isostep sim my.nc --probe-plate Z,12.5,below         G38 finds a plate 12.5 mm above the switch of Z
   isostep sim my.nc --settings my.txt --start 5,5,5    a machine as its settings say: see below
   isostep sim my.nc --flash my.flash                       $n=v and G10 hold in the next run too
@@ -85,10 +86,13 @@ pub struct Args {
     #[arg(long, value_name = "AXIS=FAULT", value_parser = switch)]
     switch: Vec<(usize, SwitchFault)>,
     /// What goes wrong, and when, any number of times: WHAT@SECONDS, or WHAT@SECONDS+SECONDS for what ends again, where
-    /// WHAT is e-stop, limit:X, broken:X, chatter:X, stall:X, hold, start, probe, starve or deaf. Such as
+    /// WHAT is e-stop, broken:e-stop, limit:X, broken:X, chatter:X, stall:X, hold, start, probe, starve or deaf. Such as
     /// limit:X@1.5+0.2
     #[arg(long, value_name = "WHAT@S+S")]
     fault: Vec<Fault>,
+    /// How the emergency stop is wired: normally open (no), or normally closed (nc), so that a broken wire is a press
+    #[arg(long, value_parser = ["no", "nc"], default_value = "no")]
+    estop: String,
     /// A plate that the probe touches: an axis, the plate's place in mm above that axis's limit switch, and the side on
     /// which it is touched, there and beyond: below (nearer to the switch) or above. Such as Z,12.5,below
     #[arg(long, value_name = "AXIS,MM,SIDE", allow_hyphen_values = true)]
@@ -299,6 +303,7 @@ fn config(args: &Args) -> Result<Config> {
     for &(axis, fault) in &args.switch {
         config.switches[axis] = fault;
     }
+    config.emergency_contact = if args.estop == "nc" { Contact::NormallyClosed } else { Contact::NormallyOpen };
     config.plate = args.probe_plate;
     config.faults.clone_from(&args.fault);
     Ok(config)

@@ -15,13 +15,24 @@ export function jumpAstray(core) {
   core.PC = NOWHERE;
 }
 
-/** Loops forever with all interrupts masked. */
+/**
+ * Loops with all interrupts masked.
+ *
+ * @returns {() => void} makes the core go on where it was; if it slept, it is awake
+ */
 export function hang(core, sram) {
   const at = belowStack(core);
+  const { PM } = core;
+  const pc = core.registers[PC];
   new DataView(sram.buffer, sram.byteOffset).setUint16(at - RAM_START, BRANCH_TO_ITSELF, true);
   core.waiting = false;
   core.PM = true;
   core.registers[PC] = at;
+  return () => {
+    core.PM = PM;
+    core.interruptsUpdated = true;
+    core.registers[PC] = pc;
+  };
 }
 
 /**

@@ -1,6 +1,6 @@
 import { callPanic, hang, jumpAstray } from './astray.mjs';
 import { buildChip, loadInto } from './chip.mjs';
-import { MachineClock, NANOS_PER_CYCLE } from './clock.mjs';
+import { cyclesOfMillis, MachineClock, NANOS_PER_CYCLE } from './clock.mjs';
 import { run } from './core.mjs';
 import { DeadlineWatch } from './deadline-watch.mjs';
 import { enterHardFault } from './fault.mjs';
@@ -95,9 +95,11 @@ export class Board {
     jumpAstray(this.core);
   }
 
-  /** Makes the core loop with its interrupts masked. Only the watchdog ends that. */
-  hang() {
-    hang(this.core, this.chip.sram);
+  /** Makes the core loop with its interrupts masked, for some time, or until the watchdog ends that. */
+  hang(millis = null) {
+    this.gantry.toolStops.note('HANG');
+    const goOn = hang(this.core, this.chip.sram);
+    if (millis !== null) this.clock.createAlarm(goOn).scheduleAt(this.clock.cycles + cyclesOfMillis(millis));
   }
 
   /** Masks an interrupt, so that the code that runs in it stops. Lower priorities continue. */

@@ -1,6 +1,7 @@
 import { Carriage } from './carriage.mjs';
 import { NANOS_PER_CYCLE } from './clock.mjs';
 import { DRIVERS, DriverTiming } from './driver-timing.mjs';
+import { Estop } from './estop.mjs';
 import { LimitSwitch, seededRandom } from './limit-switch.mjs';
 import { AXES, ENABLE_PIN, ESTOP_PIN, PINS, TOOL_INPUTS } from './pins.mjs';
 import { Probe } from './probe.mjs';
@@ -13,10 +14,12 @@ const HIGH = 1;
 
 /** The plant: three drivers, carriages and switches, the tool, its probe and the buttons, wired to the chip's pins. */
 export class Gantry {
+  #estop;
+
   /**
    * @param {import('./clock.mjs').MachineClock} clock
    * @param {{startMm: number[], bounceMicros: number, seed: number, switches: Record<string, string>,
-   *   driver?: string, probePlate?: import('./probe-plate.mjs').ProbePlate | null}} options
+   *   driver?: string, estop?: 'no' | 'nc', probePlate?: import('./probe-plate.mjs').ProbePlate | null}} options
    */
   constructor(clock, options) {
     this.clock = clock;
@@ -25,7 +28,9 @@ export class Gantry {
     this.tool = new ToolOutputs(clock);
     this.stops = new Stops(clock, this.tool.offTimes);
     this.toolStops = new ToolStops(clock, this.tool.offTimes);
-    this.levels = new Map([ESTOP_PIN, ...Object.values(TOOL_INPUTS)].map((pin) => [pin, true]));
+    this.#estop = new Estop(options.estop ?? 'no');
+    this.levels = new Map(Object.values(TOOL_INPUTS).map((pin) => [pin, true]));
+    this.levels.set(ESTOP_PIN, this.#estop.high);
     this.inputWatchers = new Set();
     this.directions = {};
     this.carriages = {};
@@ -67,9 +72,11 @@ export class Gantry {
     this.#onEnablePin(true);
   }
 
-  pressEstop(pressed) {
-    this.#drive(ESTOP_PIN, !pressed);
-    if (pressed) this.#stop('ESTOP');
+  /** Presses the emergency stop or lets it go, cuts its wire or mends it. */
+  changeEstop(change) {
+    const stops = this.#estop.change(change);
+    this.#drive(ESTOP_PIN, this.#estop.high);
+    if (stops) this.#stop('ESTOP');
   }
 
   /** @param {'hold' | 'start'} button */

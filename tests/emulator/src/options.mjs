@@ -1,5 +1,6 @@
 import { parseArgs } from 'node:util';
 import { DRIVERS } from './driver-timing.mjs';
+import { ESTOP_CONTACTS } from './estop.mjs';
 import { SWITCH_MODES } from './limit-switch.mjs';
 import { AXES } from './pins.mjs';
 import { PLATE_SIDES, ProbePlate } from './probe-plate.mjs';
@@ -26,6 +27,7 @@ The machine
   --driver NAME        ${Object.keys(DRIVERS).join(' or ')}: whose least times every edge is held to (default drv8825)
   --start X,Y,Z        millimetres above the limit switches at power-up (default 35,40,15)
   --switch X=MODE      ${SWITCH_MODES.join(', ')}; may be given for each axis
+  --estop no|nc        the emergency stop's contact: normally open (default), or normally closed, as the firmware was built for
   --probe-plate AXIS,MM,SIDE
                        a plate that closes the probe's contact while the axis is at its place, in millimetres above the
                        limit switch, or beyond it: ${PLATE_SIDES.join(' or ')}, such as Z,12.5,below
@@ -55,7 +57,8 @@ Each begins when the one before is done. expect takes the next reply (ok, error:
 begin with the prefix; for anything else (Grbl, ALARM:, [MSG:) it waits until such a line comes. wait-edge waits for the next
 STEP, wait-output until an output of the tool is so, wait-arrival until the chip has all that was sent, and a wait right after it
 counts from that instant. From MICROSECONDS after stop-within to check-stopped there must be no step, and then no output of the tool on.
-crash, hang and panic end the firmware, the second with interrupts masked; mask-irq has what runs in one stand still; check-position holds MPos against the counted steps; cold-cache
+crash, hang and panic end the firmware, the second with interrupts masked; after hang MILLISECONDS it goes on.
+mask-irq has what runs in one stand still; check-position holds MPos against the counted steps; cold-cache
 empties flash's cache, so that what runs next waits for flash. An example:
   expect Grbl
   send $H
@@ -79,6 +82,7 @@ const SPEC = {
   driver: { type: 'string', default: 'drv8825' },
   start: { type: 'string', default: '35,40,15' },
   switch: { type: 'string', multiple: true, default: [] },
+  estop: { type: 'string', default: 'no' },
   'probe-plate': { type: 'string' },
   'bounce-us': { type: 'string', default: '0' },
   seed: { type: 'string', default: '1' },
@@ -116,6 +120,7 @@ export function parseOptions(args) {
     pollHz: number('--poll-hz', values['poll-hz'] ?? (values.program ? '10' : '0'), 0, 1000),
     timeoutSeconds: number('--timeout-s', values['timeout-s'] ?? '300', 0.001, 1e6),
     driver: choice('--driver', Object.keys(DRIVERS), values.driver),
+    estop: choice('--estop', ESTOP_CONTACTS, values.estop),
     startMm: places(values.start),
     switches: Object.fromEntries(values.switch.map(switchOption)),
     probePlate: values['probe-plate'] === undefined ? null : plateOption(values['probe-plate']),

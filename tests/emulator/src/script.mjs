@@ -29,14 +29,14 @@ export const COMMANDS = {
   'check-position': { usage: 'check-position', parse: nothing, run: (script) => script.checkPosition() },
   'cold-cache': { usage: 'cold-cache', parse: nothing, run: (script) => script.board.cache.empty() },
   switch: { usage: `switch X|Y|Z ${SWITCH_MODES.join('|')}`, parse: switchMode, run: (script, [axis, mode]) => script.board.gantry.carriages[axis].limitSwitch.setMode(mode) },
-  estop: { usage: 'estop pressed|released', parse: pressed, run: (script, down) => script.board.gantry.pressEstop(down) },
+  estop: { usage: 'estop pressed|released|cut|mended', parse: estopState, run: (script, change) => script.board.gantry.changeEstop(change) },
   probe: { usage: 'probe pressed|released', parse: pressed, run: (script, down) => script.board.gantry.probe.press(down) },
   'probe-plate': { usage: 'probe-plate X|Y|Z MM below|above, or probe-plate none', parse: plate, run: (script, plate) => script.board.gantry.probe.setPlate(plate) },
   hold: { usage: 'hold pressed|released', parse: pressed, run: (script, down) => script.board.gantry.pressButton('hold', down) },
   start: { usage: 'start pressed|released', parse: pressed, run: (script, down) => script.board.gantry.pressButton('start', down) },
   motors: { usage: 'motors on|off', parse: onOff, run: (script, on) => script.expectMotors(on) },
   crash: { usage: 'crash', parse: nothing, run: (script) => script.board.crash() },
-  hang: { usage: 'hang', parse: nothing, run: (script) => script.board.hang() },
+  hang: { usage: 'hang, or hang MILLISECONDS', parse: positiveIfAny, run: (script, millis) => script.board.hang(millis) },
   'mask-irq': { usage: 'mask-irq NUMBER, an interrupt of the chip', parse: irq, run: (script, number) => script.board.maskIrq(number) },
   panic: { usage: 'panic HEX, the address of a function that panics', parse: address, run: (script, at) => script.board.panic(at) },
   dtr: { usage: 'dtr on|off', parse: onOff, run: (script, on) => script.board.cable.setDtr(on) },
@@ -241,6 +241,11 @@ function positive(rest) {
   return Number(rest);
 }
 
+/** For ever without a number. */
+function positiveIfAny(rest) {
+  return rest.trim() === '' ? null : positive(rest);
+}
+
 function baud(rest) {
   if (!/^[1-9]\d{0,9}$/.test(rest.trim()) || Number(rest) > 0xffffffff) throw new Error(`${rest || 'nothing'} is not a baud rate from 1 to 4294967295`);
   return Number(rest);
@@ -282,6 +287,11 @@ function plate(rest) {
   nothing(more.join(' '));
   if (mm === undefined || !Number.isFinite(Number(mm))) throw new Error(`${mm ?? 'nothing'} is no place in mm`);
   return new ProbePlate(oneOf(AXES, axis), Number(mm), oneOf(PLATE_SIDES, side ?? ''));
+}
+
+/** Pressed or let go, or its wire. */
+function estopState(rest) {
+  return { pressed: { isPressed: true }, released: { isPressed: false }, cut: { isCut: true }, mended: { isCut: false } }[oneOf(['pressed', 'released', 'cut', 'mended'], rest)];
 }
 
 function outputState(rest) {

@@ -34,6 +34,27 @@ test('a core that hangs does nothing any more, and no interrupt helps it', () =>
   assert.deepEqual(board.faults, []);
 });
 
+test('a core that hangs for a time goes on where it was, with the interrupts that came', () => {
+  const board = new Board(firmware([0x3001, 0xe7fd]), OPTIONS);
+  board.run(1000);
+  const { cycles } = board.clock;
+  board.hang(0.1);
+  const counted = board.core.registers[0];
+  board.core.enabledInterrupts = 1;
+  board.run(cycles + 12_499);
+  assert.equal(board.core.registers[0], counted);
+  assert.ok(board.core.PM);
+  board.run(cycles + 13_000);
+  assert.ok(!board.core.PM);
+  assert.ok(board.core.registers[0] > counted + 100);
+  board.hang(0.1);
+  board.core.setInterrupt(0, true);
+  board.run(cycles + 25_400);
+  assert.equal(board.core.IPSR, 0);
+  board.run(cycles + 25_600);
+  assert.notEqual(board.core.IPSR, 0, 'the interrupt is served');
+});
+
 test('a function that panics is told the place to blame, which its stack leaves alone', () => {
   // b .; and at 0x10000202: push {r0, lr}, b .
   const board = new Board(firmware([0xe7fe, 0xb501, 0xe7fe]), OPTIONS);

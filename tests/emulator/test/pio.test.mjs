@@ -46,6 +46,23 @@ test('a machine that counts X down on the spot shows X and its place when asked'
   assert.equal(bench.read(REG.irq), 1);
 });
 
+test('a machine that begins by counting X down on the spot is given another X on the way', () => {
+  const bench = new PioBench();
+  bench.load([jmp(CONDITION.xCounts, 0), irqWait(0)]);
+  bench.configure(0, {});
+  bench.force(0, set(TO.x, 20));
+  bench.write(REG.ctrl, 1);
+  bench.runTo(15);
+  bench.force(0, set(TO.x, 20));
+  assert.equal(bench.clock.lockstep.next, 16);
+  bench.runTo(16);
+  assert.equal(bench.clock.lockstep.next, 37, 'the rounds cost nothing');
+  bench.runTo(36);
+  assert.equal(bench.read(REG.irq), 0);
+  bench.runTo(37);
+  assert.equal(bench.read(REG.irq), 1);
+});
+
 test('a machine that only jumps to the same instruction costs nothing, until its program changes or it is made to jump', () => {
   const bench = new PioBench();
   const edges = bench.watch(2);

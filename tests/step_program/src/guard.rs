@@ -5,7 +5,8 @@ mod program;
 
 use oorandom::Rand32;
 
-use self::program::{KNOW_NOTHING, go_to, watch};
+pub use self::program::watch;
+use self::program::{KNOW_NOTHING, go_to};
 use crate::emulator::Emulator;
 use crate::experiment::{CLKDIV, CTRL, EXECCTRL, Experiment, GPIO_CTRL, INSTR, INSTR_MEM, PINCTRL, SHIFTCTRL};
 

@@ -1,7 +1,7 @@
-//! The firmware's programs for PIO are tested on two independent emulators: the guard's in `guard`, and the step
-//! program here, word by word. Every edge of STEP and DIR, in both
-//! directions, every halt and every count must be where the firmware's own arithmetic says, to the cycle. Both
-//! emulators count from the write that opens the gate, and agree on every cycle without an offset.
+//! The firmware's programs for PIO are tested on two independent emulators: those of PIO1 in `guard` and `dead_man`, and
+//! the step program here, word by word. Every edge of STEP and DIR, in both directions, every halt and every count must
+//! be where the firmware's own arithmetic says, to the cycle. Both emulators count from the write that opens the gate,
+//! and agree on every cycle without an offset.
 //!
 //! `cargo test -p isostep-step-program` uses the published emulator. The project's own needs Node's packages, so
 //! `cargo xtask test` runs its tests. Every run is the same; a failure names its seed.
@@ -10,6 +10,7 @@
 
 #![cfg(test)]
 
+mod dead_man;
 mod emulator;
 mod experiment;
 mod guard;

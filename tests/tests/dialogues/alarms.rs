@@ -2,7 +2,7 @@
 //! The alarms of a step port that cannot keep up need a real port, so they are in tests/emulated.rs.
 
 use embassy_time::Duration;
-use isostep_motion::{Alarm, Axis, State};
+use isostep_motion::{AXES, Alarm, Axis, Contact, State};
 use isostep_sim::plant::SwitchFault;
 use isostep_sim::{Config, Sim};
 
@@ -111,13 +111,76 @@ fn alarm_10_emergency_stop() {
     sim.set_emergency_stop(true);
     sim.run_until_idle().unwrap();
     let heard = sim.replies();
-    alarmed(&mut sim, &heard, 10, "emergency stop pressed: release it, then $X and $H]");
+    alarmed(&mut sim, &heard, 10, "emergency stop pressed: release it, or mend its wire, then $X and $H]");
     refused(&mut sim, "$X", 9);
     refused(&mut sim, "$H", 9);
     sim.set_emergency_stop(false);
     sim.run_until_idle().unwrap();
     assert_eq!(say(&mut sim, "$H"), ["ok"]);
     assert_eq!(state(&mut sim), "Idle");
+}
+
+/// That is what it is wired so for.
+#[test]
+fn a_broken_wire_of_an_emergency_stop_that_opens_is_a_press() {
+    let mut sim = powered_up(&Config { emergency_contact: Contact::NormallyClosed, ..Config::default() });
+    for press in [Sim::cut_emergency_stop, Sim::set_emergency_stop] {
+        begin(&mut sim, "G91 G1 X50 F1200", Duration::from_secs(1));
+        let steps = sim.steps();
+        press(&mut sim, true);
+        sim.run_until_idle().unwrap();
+        let heard = sim.replies();
+        alarmed(&mut sim, &heard, 10, "emergency stop pressed: ");
+        assert_eq!(sim.steps(), steps);
+        refused(&mut sim, "$X", 9);
+        refused(&mut sim, "$H", 9);
+        press(&mut sim, false);
+        sim.run_until_idle().unwrap();
+        unlock(&mut sim, false);
+    }
+}
+
+#[test]
+fn a_broken_wire_of_an_emergency_stop_that_closes_disables_it() {
+    let mut sim = homed();
+    begin(&mut sim, "G1 X50 F1200", Duration::from_secs(1));
+    sim.cut_emergency_stop(true);
+    sim.set_emergency_stop(true);
+    sim.run_for(Duration::from_secs(1)).unwrap();
+    assert_eq!(state(&mut sim), "Run");
+    sim.cut_emergency_stop(false);
+    sim.run_until_idle().unwrap();
+    assert_eq!(state(&mut sim), "Alarm", "it is pressed still");
+}
+
+#[test]
+fn an_emergency_stop_that_is_open_at_power_up_keeps_the_machine_locked() {
+    let faults = vec!["broken:e-stop@0".parse().unwrap()];
+    let mut sim = Sim::new(&Config { emergency_contact: Contact::NormallyClosed, faults, ..Config::default() });
+    sim.run_for(Duration::from_millis(100)).unwrap();
+    let heard = sim.replies();
+    alarmed(&mut sim, &heard, 10, "emergency stop pressed: ");
+    refused(&mut sim, "$X", 9);
+    refused(&mut sim, "$H", 9);
+    assert_eq!(sim.steps(), [0; AXES]);
+}
+
+/// The board cuts the tool off when the processor was held up, and says so once it is back.
+#[test]
+fn alarm_23_tool_cut_off() {
+    let mut sim = homed();
+    sim.machine().tool_cut_off();
+    sim.run_until_idle().unwrap();
+    let heard = sim.replies();
+    alarmed(&mut sim, &heard, 23, "the processor was held up, so the tool was cut off: $X, then $H, and report it]");
+    assert_eq!(sim.machine().homed(), [true; AXES], "nothing has moved");
+    say(&mut sim, "$X");
+    sim.send(b"G1 X50 F1200\n");
+    sim.run_for(Duration::from_millis(500)).unwrap();
+    sim.machine().tool_cut_off();
+    sim.run_until_idle().unwrap();
+    assert_eq!(sim.machine().state(), State::Alarm(Alarm::ToolCutOff));
+    assert_eq!(sim.machine().homed(), [false; AXES]);
 }
 
 /// The board sees a press that is over before the task that watches the input looks. It counts, and does not last.

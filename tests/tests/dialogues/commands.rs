@@ -2,7 +2,7 @@
 
 use embassy_time::Duration;
 use isostep_console::Settings;
-use isostep_motion::{Axis, Event};
+use isostep_motion::{Axis, Contact, Event};
 use isostep_sim::world::Wire;
 use isostep_sim::{Config, Flash, Sim};
 
@@ -86,7 +86,10 @@ fn command_build_names_grbl() {
     let heard = say(&mut powered_up(&Config::default()), "$I");
     assert!(heard[0].starts_with("[VER:1.1h.20190830:") && heard[0].contains("grbl"), "{heard:?}");
     // The number of blocks equals the Bf field of a status report at rest.
-    assert_eq!(heard[1..], [format!("[OPT:VNMZHL,{},128]", isostep_motion::MOVES_AHEAD), "ok".to_owned()]);
+    assert_eq!(heard[1], format!("[OPT:VNMZHL,{},128]", isostep_motion::MOVES_AHEAD));
+    assert_eq!(heard[2..], ["[MSG:Emergency stop: normally open]", "ok"]);
+    let mut other = powered_up(&Config { emergency_contact: Contact::NormallyClosed, ..Config::default() });
+    assert_eq!(say(&mut other, "$I")[2], "[MSG:Emergency stop: normally closed]");
 }
 
 #[test]
@@ -98,7 +101,7 @@ fn command_set_build_keeps_a_text() {
     let own = say(&mut sim, "$I");
     assert_eq!(say(&mut sim, "$I = Mill 3, new belt (2026)"), ["ok"]);
     let name = own[0].rsplit(':').next().unwrap();
-    let reported = ["[VER:1.1h.20190830:MILL3,NEWBELT]", &own[1], &format!("[MSG:{name}"), "ok"];
+    let reported = ["[VER:1.1h.20190830:MILL3,NEWBELT]", &own[1], &format!("[MSG:{name}"), &own[2], "ok"];
     assert_eq!(say(&mut sim, "$I"), reported, "stripped as every line; senders still find grbl");
     let mut again = Sim::with_flash(&config, flash);
     again.run_until_idle().unwrap();

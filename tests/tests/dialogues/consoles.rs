@@ -9,7 +9,7 @@ use embassy_time::{Duration, Instant};
 use embedded_hal::digital::{ErrorType, OutputPin};
 use isostep_controller::store::Kept;
 use isostep_controller::{Controller, Parameters, Settings, Store, config};
-use isostep_motion::{Machine, coordinator};
+use isostep_motion::{Contact, Machine, coordinator};
 use isostep_sim::Flash;
 use isostep_sim::executor::Executor;
 use isostep_sim::flash::FLASH_BYTES;
@@ -49,7 +49,7 @@ impl Two {
     fn new(parameters: Parameters) -> Self {
         let mut executor = Executor::new();
         let settings = Settings::default();
-        let machine: &'static Machine = Box::leak(Box::new(Machine::new(config(&settings))));
+        let machine: &'static Machine = Box::leak(Box::new(Machine::new(config(&settings), Contact::NormallyOpen)));
         let mut store = Store::new(Flash::blank(), 0..FLASH_BYTES as u32, settings);
         let kept = Kept { settings, parameters };
         assert_eq!(block_on(store.save(true, |item| kept.value(item))), Ok(()));

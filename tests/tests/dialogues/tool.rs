@@ -374,6 +374,7 @@ fn all_off(stop: impl Fn(&mut Sim), alarms: bool, why: &str) {
 fn a_stop_puts_all_outputs_off_at_once() {
     all_off(|sim| sim.set_emergency_stop(true), true, "emergency stop");
     all_off(|sim| sim.set_switch(Axis::Y, SwitchFault::StuckClosed), true, "limit switch");
+    all_off(|sim| sim.machine().tool_cut_off(), true, "tool cut off");
     all_off(|sim| sim.send(b"\x18"), false, "reset");
     all_off(|sim| sim.send(b"\x18\x18"), true, "two resets");
 }

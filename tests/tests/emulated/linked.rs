@@ -22,9 +22,10 @@ const CRATES_IN_RAM: [&str; 10] = [
 ];
 /// Code without a deadline, all of it in thread mode: it serves the consoles, their reports and arcs; answers a USB host
 /// about the device; plans by the curved laws, ahead of time; homes; or runs once before anything moves.
-const MAY_WAIT: [&str; 25] = [
+const MAY_WAIT: [&str; 26] = [
     "isostep_console",
     "isostep_controller",
+    "rp2040_gantry..flash..Flash",
     "isostep_motion7machine7Machine6status",
     "isostep_motion6homing",
     "isostep_profile4plan",

@@ -21,7 +21,7 @@ use embassy_rp::pac::PIO1;
 use embassy_rp::{Peri, peripherals};
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
-use isostep_motion::{AXES, Axis, Machine};
+use isostep_motion::{AXES, Axis, Contact, Machine};
 
 use self::edges::Changes;
 use crate::{pins, priority};
@@ -34,8 +34,12 @@ const STATE_MACHINE: usize = 0;
 
 static GUARDED: Mutex<CriticalSectionRawMutex, Cell<Option<&Machine>>> = Mutex::new(Cell::new(None));
 
-/// The levels that were reported last; at first those of inputs that are open.
-static TOLD: AtomicU32 = AtomicU32::new((1 << INPUTS) - 1);
+/// The levels that were reported last; at first those of limit switches that are open, and of an emergency stop that is
+/// not pressed.
+static TOLD: AtomicU32 = AtomicU32::new(match pins::EMERGENCY_CONTACT {
+    Contact::NormallyOpen => (1 << INPUTS) - 1,
+    Contact::NormallyClosed => (1 << EMERGENCY_STOP) - 1,
+});
 
 /// Guards `machine` from now on.
 pub fn start(machine: &'static Machine, pio: Peri<'static, peripherals::PIO1>) {

@@ -53,6 +53,8 @@ pub(crate) enum Cause {
     Door,
     /// A fault of a step port, which has this alarm.
     Fault(Alarm),
+    /// The board has switched the tool off by itself.
+    ToolCutOff,
 }
 
 impl Cause {
@@ -63,6 +65,7 @@ impl Cause {
             (Self::EmergencyStop, _) => Alarm::EmergencyStop,
             (Self::Door, _) => Alarm::HomingDoor,
             (Self::Fault(alarm), _) => alarm,
+            (Self::ToolCutOff, _) => Alarm::ToolCutOff,
             (Self::Reset, State::Home) => Alarm::HomingReset,
             (Self::Reset, _) => Alarm::ResetInMotion,
         }
@@ -111,6 +114,8 @@ pub(super) enum Trigger {
     EmergencyStop(bool),
     /// A step port could not go on; the alarm says which.
     Fault(Alarm),
+    /// The board has switched the tool off by itself, because the processor was held up.
+    ToolCutOff,
     /// The coordinator was dropped in a run, and another one takes over.
     TakenOver,
     /// The outputs have been switched off, all at once.
@@ -211,6 +216,7 @@ impl Life {
                 }
             }
             Trigger::Fault(alarm) => return self.stop(Cause::Fault(alarm)),
+            Trigger::ToolCutOff => return self.stop(Cause::ToolCutOff),
             Trigger::TakenOver if matches!(self.cause, Some(Cause::Fault(_))) => {
                 self.cause = self.emergency.then_some(Cause::EmergencyStop);
                 return Reaction::Distrust;
@@ -361,7 +367,8 @@ impl Life {
         Reaction::Wake
     }
 
-    /// Notes why everything stops; the first cause is kept. At rest only the emergency stop means anything.
+    /// Notes why everything stops; the first cause is kept. At rest only the emergency stop and a tool that was cut off
+    /// mean anything.
     fn stop(&mut self, cause: Cause) -> Reaction {
         if self.is_locked() {
             return Reaction::None;
@@ -370,10 +377,13 @@ impl Life {
             self.cause = self.cause.or(Some(cause));
             return Reaction::Halt;
         }
-        if cause == Cause::EmergencyStop {
-            self.held = false;
-            self.state = State::Alarm(Alarm::EmergencyStop);
-        }
+        let alarm = match cause {
+            Cause::EmergencyStop => Alarm::EmergencyStop,
+            Cause::ToolCutOff => Alarm::ToolCutOff,
+            _ => return Reaction::None,
+        };
+        self.held = false;
+        self.state = State::Alarm(alarm);
         Reaction::None
     }
 

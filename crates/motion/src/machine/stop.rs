@@ -47,6 +47,14 @@ impl Machine {
         self.cut();
     }
 
+    /// The board has switched the tool off by itself, because the processor was held up for too long to be trusted with
+    /// it. A machine that moves stops at once; an alarm says why. Call it once the processor is back, from any context,
+    /// before the board lets go of the tool's outputs: they are off at once here too.
+    pub fn tool_cut_off(&self) {
+        self.on(Trigger::ToolCutOff);
+        self.cut();
+    }
+
     /// A limit input has changed, and is now low or high. The first edge of a press stops a running machine at once, if
     /// hard limits are on. It may be called any number of times, from any context.
     pub fn limit_edge(&self, axis: Axis, is_low: bool) {
@@ -61,7 +69,7 @@ impl Machine {
     /// once, however short it is: the task that watches the input takes it back when the input has been steady. It may
     /// be called any number of times, from any context.
     pub fn emergency_stop_edge(&self, is_low: bool) {
-        if is_low {
+        if is_low == self.emergency_contact.pressed_is_low() {
             self.set_emergency(true);
             self.emergency.signal(());
         }

@@ -128,7 +128,12 @@ impl<'a> Runner<'a> {
         // If switches and motors mislead it, a machine cannot know its position.
         self.has_deceived |= !matches!(
             trouble,
-            Trouble::EmergencyStop | Trouble::Hold | Trouble::Start | Trouble::Starve | Trouble::Deaf
+            Trouble::EmergencyStop
+                | Trouble::BrokenEmergencyStop
+                | Trouble::Hold
+                | Trouble::Start
+                | Trouble::Starve
+                | Trouble::Deaf
         );
         if trouble == Trouble::Hold {
             self.held_until_ns = self.sim.now_ns() + us * 1_000;

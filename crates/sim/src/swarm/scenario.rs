@@ -3,7 +3,7 @@
 use std::fmt;
 
 use isostep_console::{SETTING_TABLE, Settings};
-use isostep_motion::Axis;
+use isostep_motion::{Axis, Contact};
 use oorandom::Rand64;
 
 use super::lines::Lines;
@@ -105,8 +105,13 @@ impl Scenario {
     /// The machine in one line: the settings that differ from the default machine's, as `$n=v`.
     #[must_use]
     pub fn machine(&self) -> String {
-        let Config { settings, port, baud, second_console, section_max_ns, bounce_us, .. } = &self.config;
+        let Config { settings, port, baud, second_console, section_max_ns, bounce_us, emergency_contact, .. } =
+            &self.config;
         let mut text = format!("machine: {port} port, switches bounce {bounce_us} us");
+        text += match emergency_contact {
+            Contact::NormallyOpen => "",
+            Contact::NormallyClosed => ", the emergency stop opens",
+        };
         text += if *second_console { ", two consoles" } else { ", one console" };
         text += &baud.map_or(String::new(), |baud| format!(" at {baud} baud"));
         text += &section_max_ns
@@ -165,6 +170,7 @@ impl Random {
             start_mm,
             port,
             seed,
+            emergency_contact: if seed % 2 == 0 { Contact::NormallyOpen } else { Contact::NormallyClosed },
             plate: self.one_in(2).then_some(Plate { axis: Axis::Z, place_mm: plate_mm, is_below: true }),
             bounce_us: self.of(&[0, 500, 1_000]),
             baud: self.of(&[None, None, Some(115_200)]),
@@ -298,7 +304,8 @@ impl Random {
 
     fn fault(&mut self) -> Act {
         let trouble = match self.below(20) {
-            0..4 => Trouble::EmergencyStop,
+            0..3 => Trouble::EmergencyStop,
+            3 => Trouble::BrokenEmergencyStop,
             4..7 => Trouble::Limit(self.axis()),
             7 => Trouble::Broken(self.axis()),
             8..10 => Trouble::Chatter(self.axis()),

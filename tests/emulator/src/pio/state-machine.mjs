@@ -56,8 +56,9 @@ export class StateMachine extends MachineSettings {
   step(cycle) {
     this.isAhead = false;
     if (this.program.stale) this.program.update(this.block.memory, this, this.block.sharedPins);
-    if (this.injected === NONE) this.stepProgram(cycle);
-    else this.stepInjected(cycle);
+    if (this.injected !== NONE) this.stepInjected(cycle);
+    else if (this.isPrivate(this.pc)) this.runAhead();
+    else this.stepProgram(cycle);
     if (this.autopull && this.waitsFor === 0) this.refill(cycle);
   }
 
@@ -81,7 +82,7 @@ export class StateMachine extends MachineSettings {
       return;
     }
     this.goOn(at, outcome);
-    if (this.program.privates[this.pc] !== 0 && this.injected === NONE) this.runAhead();
+    if (this.injected === NONE && this.isPrivate(this.pc)) this.runAhead();
   }
 
   /** Whether it looks at pins that are as they were, and does nothing else until one of them changes. */
@@ -232,8 +233,8 @@ export class StateMachine extends MachineSettings {
 
   /** Carries out instructions that affect only this machine: the next one and those after it. */
   runAhead() {
-    if (!this.isPrivate(this.pc)) return;
     this.remember();
+    this.fromMemory = true;
     const { memory } = this.block;
     for (let left = MOST_AHEAD; left > 0 && this.isPrivate(this.pc); left--) {
       const at = this.pc;

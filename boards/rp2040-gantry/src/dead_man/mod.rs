@@ -1,0 +1,130 @@
+//! A dead man's switch: the tool's outputs are forced low by hardware when the core has not said for 20 ms that it is
+//! well.
+//!
+//! # Design
+//! A core that hangs stops no output: a laser would burn until the watchdog restarts the chip. So a state machine of
+//! PIO1 counts down (`program`), and the executor of the axes feeds it every few milliseconds. When it has run out, its
+//! words make DMA write them into the registers of the tool's pads. The word forces a pad low, whatever drives it. No
+//! instruction of the core has a part in that.
+//!
+//! If the core comes back the machine is told, and is in an alarm. Only then is the switch set again, and the tool's
+//! brake decides about the pads as always.
+//!
+//! While the core is halted by a debug probe the switch runs out too: a laser must not burn at a breakpoint.
+
+mod program;
+
+use embassy_rp::pac::dma::regs::CtrlTrig;
+use embassy_rp::pac::dma::vals::{DataSize, TreqSel};
+use embassy_rp::pac::io::regs::GpioCtrl;
+use embassy_rp::pac::io::vals::{Oeover, Outover};
+use embassy_rp::pac::{DMA, IO_BANK0, PIO1};
+use embassy_rp::{Peri, peripherals};
+use embassy_time::Duration;
+use isostep_motion::Machine;
+
+use self::program::{ORIGIN, forced};
+use crate::pins;
+
+const CYCLES_PER_US: u32 = 125;
+/// How long the tool stays on without a core. Longer than anything masks interrupts in motion, and four times as long
+/// as the time between two feeds.
+const PATIENCE: Duration = Duration::from_millis(20);
+/// An erase of the flash masks all interrupts. It takes 400 ms at most, by the flash's datasheet.
+const FLASH_PATIENCE: Duration = Duration::from_millis(450);
+
+/// The guard has the first.
+const STATE_MACHINE: usize = 1;
+const CHANNEL: usize = 11;
+/// The registers CTRL of the tool's pads, and STATUS between two of them, which ignores what is written.
+const REGISTERS: u32 = 2 * pins::TOOL_PADS.len() as u32 - 1;
+/// Of no peripheral.
+const NO_FUNCTION: u8 = 31;
+
+/// Starts to count. From now on it is to be [fed](feed).
+pub fn start(channel: Peri<'static, peripherals::DMA_CH11>) {
+    let count_down = program::count_down();
+    for (address, &instruction) in (usize::from(ORIGIN)..).zip(&count_down.code) {
+        PIO1.instr_mem(address).write(|slot| slot.set_instr_mem(instruction));
+    }
+    PIO1.sm(STATE_MACHINE).execctrl().write(|exec| {
+        exec.set_wrap_bottom(ORIGIN + count_down.wrap.target);
+        exec.set_wrap_top(ORIGIN + count_down.wrap.source);
+    });
+    PIO1.txf(STATE_MACHINE).write_value(force_low().0);
+    force(forced::PULL);
+    force(forced::SET_WORD);
+    set();
+    PIO1.ctrl().modify(|ctrl| ctrl.set_sm_enable(ctrl.sm_enable() | 1 << STATE_MACHINE));
+    // The switch keeps the channel for ever.
+    let _ = channel;
+}
+
+/// The core is well, as far as the caller knows. If the switch has run out, `machine` is told, and the switch is set
+/// again.
+pub fn feed(machine: &Machine) {
+    if has_run_out() {
+        machine.tool_cut_off();
+        set();
+    }
+    force(forced::FEED);
+}
+
+/// Does what masks interrupts for as long as an erase of the flash, while the switch is more patient.
+pub fn outlast<R>(work: impl FnOnce() -> R) -> R {
+    set_patience(FLASH_PATIENCE);
+    let result = work();
+    set_patience(PATIENCE);
+    result
+}
+
+/// Whether it forces the tool's pads low, or is about to.
+pub fn has_run_out() -> bool {
+    PIO1.sm(STATE_MACHINE).addr().read().addr() != ORIGIN
+}
+
+/// The value of CTRL with which a pad is driven low. It names no peripheral, so that none can release the pad.
+fn force_low() -> GpioCtrl {
+    let mut ctrl = GpioCtrl(0);
+    ctrl.set_funcsel(NO_FUNCTION);
+    ctrl.set_outover(Outover::LOW);
+    ctrl.set_oeover(Oeover::ENABLE);
+    ctrl
+}
+
+/// Sets the switch, which may have run out.
+fn set() {
+    // What it does when it runs out must be over.
+    while DMA.ch(CHANNEL).ctrl_trig().read().busy() {}
+    set_patience(PATIENCE);
+    force(forced::COUNT);
+    // Both drop what is in the FIFO.
+    PIO1.sm(STATE_MACHINE).shiftctrl().modify(|shift| shift.set_fjoin_rx(true));
+    PIO1.sm(STATE_MACHINE).shiftctrl().modify(|shift| shift.set_fjoin_rx(false));
+    let [first, ..] = pins::TOOL_PADS;
+    let channel = DMA.ch(CHANNEL);
+    channel.read_addr().write_value(PIO1.rxf(STATE_MACHINE).as_ptr() as u32);
+    channel.write_addr().write_value(IO_BANK0.gpio(first).ctrl().as_ptr() as u32);
+    channel.trans_count().write(|count| *count = REGISTERS.into());
+    channel.ctrl_trig().write(|ctrl: &mut CtrlTrig| {
+        ctrl.set_en(true);
+        ctrl.set_high_priority(true);
+        ctrl.set_data_size(DataSize::SIZE_WORD);
+        ctrl.set_incr_write(true);
+        ctrl.set_treq_sel(TreqSel::PIO1_RX1);
+        ctrl.set_irq_quiet(true);
+        // To itself: to none.
+        ctrl.set_chain_to(CHANNEL as u8);
+    });
+}
+
+/// Counts from this time on, now and at every feed.
+fn set_patience(patience: Duration) {
+    PIO1.txf(STATE_MACHINE).write_value(patience.as_micros() as u32 * CYCLES_PER_US);
+    force(forced::PULL);
+    force(forced::FEED);
+}
+
+fn force(instruction: u16) {
+    PIO1.sm(STATE_MACHINE).instr().write(|slot| slot.set_instr(instruction));
+}

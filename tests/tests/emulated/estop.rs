@@ -1,0 +1,51 @@
+//! An emergency stop that is wired normally closed, with the image that is built for it.
+
+use isostep_tests::emulated::Board;
+use isostep_trials::cases;
+use oorandom::Rand32;
+
+fn board(test: &str) -> Board {
+    Board::of_firmware("ISOSTEP_ESTOP_NC_ELF", test).with(&["--estop", "nc"])
+}
+
+/// Three axes at 240,000 steps/s, with the tool on. The wire breaks, or the button is pressed, at random instants.
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn a_broken_wire_stops_as_soon_as_a_press() {
+    let mut random = Rand32::new(8);
+    let mut script = "expect Grbl\nsend $0=0\nexpect ok\n".to_owned();
+    for axis in 0..3 {
+        let settings = [(110, 288_000), (120, 100_000)];
+        script.extend(settings.map(|(number, value)| format!("send ${}={value}\nexpect ok\n", number + axis)));
+    }
+    let count = cases(12, 60) as usize;
+    for index in 0..count {
+        let target_mm = if index % 2 == 0 { 900 } else { 0 };
+        let [press, release] = if index % 4 < 2 { ["cut", "mended"] } else { ["pressed", "released"] };
+        script += &format!("send M3S500M8\nexpect ok\nsend G0X{target_mm}Y{target_mm}Z{target_mm}\nexpect ok\n");
+        script += &format!("wait-us {}.3\nestop {press}\nexpect ALARM:10\n", random.rand_range(60_000..80_000));
+        script +=
+            &format!("send $X\nexpect error:9\nestop {release}\nwait-ms 20\nsend $X\nexpect ok\ncheck-position\n");
+    }
+    // A carriage that moves beyond its switch presses it. So the carriages start far from their switches.
+    let run = board("estop-nc").with(&["--start", "900,900,900"]).script(&script);
+    assert!(run.ok, "{}", run.printed);
+    let stops = run.figures["stops"].as_array().unwrap();
+    assert_eq!(stops.len(), count);
+    for stop in stops {
+        let [latency_ns, off_ns] = ["latency_ns", "outputs_off_ns"].map(|name| stop[name].as_f64().expect(name));
+        assert!(latency_ns <= 10_000.0 && off_ns <= 20_000.0, "{stop}");
+    }
+}
+
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn an_open_wire_at_power_up_keeps_the_machine_locked() {
+    let script = "expect Grbl\nsend $I\nexpect [MSG:Emergency stop: normally closed]\nexpect ok\nbytes 3f\nexpect <Idle\n\
+                  estop cut\nexpect ALARM:10\npower-cycle\nexpect Grbl\nexpect ALARM:10\nbytes 3f\nexpect <Alarm\n\
+                  send G0X1\nexpect error:9\nsend $X\nexpect error:9\nsend $H\nexpect error:9\n\
+                  estop mended\nwait-ms 12\nsend $X\nexpect ok\nsend G0X1\nexpect ok\nwait-idle\n";
+    let run = board("estop-nc-power-up").script(script);
+    assert!(run.ok, "{}", run.printed);
+    assert!(!run.edges.is_empty());
+}
