@@ -18,6 +18,37 @@ const SQUARE_OF_FASTEST: f64 = 1.152_921_504_606_847e18;
 /// If a move lasts at most this fraction of the longest duration by the trapezoid, it is not too long by any law.
 const EASILY: f64 = 1.0 / 64.0;
 
+/// The time that a caller needs for a move, beside making it, s. No move is planned to last less, so that the caller can
+/// keep up with any number of them: what it cannot do in time is a lower speed.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Effort {
+    /// For each step, if the caller makes the steps itself. Axes with equally many steps make theirs together.
+    pub step_s: f64,
+    /// For each move.
+    pub move_s: f64,
+    /// For a move that changes its speed, in addition.
+    pub ramps_s: f64,
+    /// The same, for the square root of its steps: a ramp of four times the steps takes twice the time.
+    pub root_step_s: f64,
+}
+
+impl Effort {
+    /// No time at all.
+    pub const NONE: Self = Self { step_s: 0.0, move_s: 0.0, ramps_s: 0.0, root_step_s: 0.0 };
+
+    /// The time for a move at constant speed.
+    pub(super) fn cruise_s<const N: usize>(&self, steps: &[i32; N]) -> f64 {
+        let is_first = |axis: &usize| steps[..*axis].iter().all(|other| other.abs() != steps[*axis].abs());
+        let together = (0..N).filter(is_first).map(|axis| steps[axis].unsigned_abs());
+        if self.step_s == 0.0 { self.move_s } else { self.move_s + self.step_s * f64::from(together.sum::<u32>()) }
+    }
+
+    /// The additional time for a move of `steps` that changes its speed.
+    pub(super) fn change_s(&self, steps: f64) -> f64 {
+        if self.root_step_s == 0.0 { self.ramps_s } else { self.ramps_s + self.root_step_s * sqrt(steps) }
+    }
+}
+
 /// How the moves of a chain are planned.
 #[derive(Clone, Copy, Debug)]
 pub struct ChainConfig<const N: usize> {
@@ -38,6 +69,7 @@ pub struct ChainConfig<const N: usize> {
     pub(super) twice_deviation_mm: f32,
     /// A move that cruises no longer than this, s, does not last too long.
     pub(super) easily_s: f64,
+    pub(super) effort: Effort,
 }
 
 impl<const N: usize> ChainConfig<N> {
@@ -55,6 +87,7 @@ impl<const N: usize> ChainConfig<N> {
         corner_s2_mm: [0.0; N],
         twice_deviation_mm: 0.0,
         easily_s: 0.0,
+        effort: Effort::NONE,
     };
 
     /// A configuration for axes with these limits and resolutions. `corner_deviation_mm`, 0 or more, sets the speed at
@@ -94,7 +127,14 @@ impl<const N: usize> ChainConfig<N> {
             }),
             twice_deviation_mm: (2.0 * corner_deviation_mm) as f32,
             easily_s: DURATION_MAX_S * EASILY - ramps_s,
+            effort: Effort::NONE,
         }
+    }
+
+    /// The same for a caller that needs this time for a move. All of it is 0 or more.
+    #[must_use]
+    pub fn with_effort(self, effort: Effort) -> Self {
+        Self { effort, ..self }
     }
 
     /// Sets the overrides of feeds and of rapids.
