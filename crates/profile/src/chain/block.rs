@@ -75,9 +75,7 @@ impl<const N: usize> Block<N> {
         let mut limits = config.shared_limits(&request.steps)?;
         let distance_steps = f64::from(longest(&request.steps));
         let cruise_s = config.effort.cruise_s(&request.steps);
-        if distance_steps < limits.top_speed_steps_s * cruise_s {
-            limits.top_speed_steps_s = distance_steps / cruise_s;
-        }
+        config.bear(&mut limits, distance_steps, cruise_s);
         let mut mm = [0.0; N];
         for axis in (0..N).filter(|&axis| request.steps[axis] != 0) {
             mm[axis] = f64::from(request.steps[axis]) * config.mm_per_step[axis];

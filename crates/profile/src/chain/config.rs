@@ -26,9 +26,9 @@ pub struct Effort {
     pub step_s: f64,
     /// For each move.
     pub move_s: f64,
-    /// For a move that changes its speed, in addition.
+    /// In addition, for a move that changes its speed by a curved law.
     pub ramps_s: f64,
-    /// The same, for the square root of its steps: a ramp of four times the steps takes twice the time.
+    /// The same, for the square root of its steps: ramps of four times the steps take twice the time.
     pub root_step_s: f64,
 }
 
@@ -70,6 +70,9 @@ pub struct ChainConfig<const N: usize> {
     /// A move that cruises no longer than this, s, does not last too long.
     pub(super) easily_s: f64,
     pub(super) effort: Effort,
+    /// The inverse of the highest acceleration at which a curved ramp from rest, over any number of steps, does not need
+    /// longer than it lasts, s²/steps.
+    least_s2_steps: f64,
 }
 
 impl<const N: usize> ChainConfig<N> {
@@ -88,6 +91,7 @@ impl<const N: usize> ChainConfig<N> {
         twice_deviation_mm: 0.0,
         easily_s: 0.0,
         effort: Effort::NONE,
+        least_s2_steps: 0.0,
     };
 
     /// A configuration for axes with these limits and resolutions. `corner_deviation_mm`, 0 or more, sets the speed at
@@ -128,19 +132,36 @@ impl<const N: usize> ChainConfig<N> {
             twice_deviation_mm: (2.0 * corner_deviation_mm) as f32,
             easily_s: DURATION_MAX_S * EASILY - ramps_s,
             effort: Effort::NONE,
+            least_s2_steps: 0.0,
         }
     }
 
     /// The same for a caller that needs this time for a move. All of it is 0 or more.
     #[must_use]
     pub fn with_effort(self, effort: Effort) -> Self {
-        Self { effort, ..self }
+        let is_curved = self.speed_law != SpeedLaw::Trapezoid;
+        let effort = if is_curved { effort } else { Effort { ramps_s: 0.0, root_step_s: 0.0, ..effort } };
+        // Two ramps of n/2 steps each last 2 √(n/a), and need √n times the time for the root.
+        let root_half_s = effort.root_step_s / 2.0;
+        Self { effort, least_s2_steps: root_half_s * root_half_s, ..self }
     }
 
     /// Sets the overrides of feeds and of rapids.
     pub(super) fn set_ratios(&mut self, feed_ratio: f64, rapid_ratio: f64) {
         self.feed_ratio = feed_ratio.min(FEED_RATIO_MAX);
         self.rapid_ratio = rapid_ratio.min(1.0);
+    }
+
+    /// Lowers the limits of a move of this length to what the caller can bear, who needs `cruise_s` for it.
+    pub(super) fn bear(&self, limits: &mut Limits, distance_steps: f64, cruise_s: f64) {
+        for accel_steps_s2 in [&mut limits.accel_steps_s2, &mut limits.decel_steps_s2] {
+            if *accel_steps_s2 * self.least_s2_steps > 1.0 {
+                *accel_steps_s2 = 1.0 / self.least_s2_steps;
+            }
+        }
+        if limits.top_speed_steps_s * cruise_s > distance_steps {
+            limits.top_speed_steps_s = distance_steps / cruise_s;
+        }
     }
 
     /// The limits of the longest axis of a move at which no axis exceeds its own.
