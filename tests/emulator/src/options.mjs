@@ -55,7 +55,7 @@ Each begins when the one before is done. expect takes the next reply (ok, error:
 begin with the prefix; for anything else (Grbl, ALARM:, [MSG:) it waits until such a line comes. wait-edge waits for the next
 STEP, wait-output until an output of the tool is so, wait-arrival until the chip has all that was sent, and a wait right after it
 counts from that instant. From MICROSECONDS after stop-within to check-stopped there must be no step, and then no output of the tool on.
-crash, hang and panic end the firmware, the second with interrupts masked; mask-irq has what runs in one stand still; check-position holds MPos against the counted steps; cold-cache
+crash, hang and panic end the firmware, the second with interrupts masked; mask-irq has what runs in one stand still until unmask-irq; check-position holds MPos against the counted steps; cold-cache
 empties flash's cache, so that what runs next waits for flash. An example:
   expect Grbl
   send $H
