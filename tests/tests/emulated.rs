@@ -7,6 +7,8 @@
 mod boot;
 #[path = "emulated/contract.rs"]
 mod contract;
+#[path = "emulated/evenly.rs"]
+mod evenly;
 #[path = "emulated/flowing.rs"]
 mod flowing;
 #[path = "emulated/linked.rs"]

@@ -238,7 +238,10 @@ impl<'a> Follower<'a> {
         let is_whole = profile.distance_steps() >= one.distance_steps * (1.0 - SAME);
         let changes = high > low * (1.0 + 1e-3) + 10.0 * self.unit_mm_s / chunk.mm_per_step;
         let [cruise_s, change_s] = one.least_s;
-        let least_s = if changes { change_s } else { cruise_s } * (1.0 - 1e-3);
+        // The square up to which it may change its speed is kept in steps of 2^-28 of the fastest.
+        let mean_mm_s = one.length_mm / profile.duration_s();
+        let rounding = (1e-4 * self.unit_mm_s * 1e8 / mean_mm_s).powi(2);
+        let least_s = if changes { change_s } else { cruise_s } * (1.0 - 1e-3 - rounding);
         prop_assert!(!is_whole || profile.duration_s() >= least_s, "{} s for {least_s} s", profile.duration_s());
         Ok(())
     }
