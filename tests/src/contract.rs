@@ -74,10 +74,9 @@ fn meaning(word: &str) -> Option<String> {
         "RELEASE_ESTOP" => "send $X\nexpect error:9\nestop released\nwait-ms 5\n",
         "RELEASE_SWITCH" => "switch X normal\nwait-ms 5\n",
         "UNLOCK" => "send $X\nexpect ok\n",
-        // More steps than the processor can make one by one.
-        "TOO_FAST" => return Some(set(&[(110, 120_000), (120, 20_000)])),
-        // A curved ramp so steep that it cannot be compiled fast enough.
-        "TOO_STEEP" => return Some(set(&[(100, 1_000), (110, 14_880), (120, 100_000)]) + "send $940=2\nexpect ok\n"),
+        // The executor of the axes, or with `TimerPort` that of the task that makes the steps, gets no time for a while.
+        "STARVE_AXES" => "mask-irq 28\nwait-ms 60\nunmask-irq 28\n",
+        "STARVE_STEPS" => "mask-irq 29\nwait-ms 2\nunmask-irq 29\n",
         "GENTLE" => return Some("send $940=0\nexpect ok\n".to_owned() + &set(&GENTLE)),
         _ => return None,
     };
@@ -206,17 +205,13 @@ pub const CASES: [Case; 33] = [
         on: On::BoardBy(Port::Timer),
         // The stop is far from the switch. The step count leads back to it, so that homing finds it.
         cleared: "UNLOCK\nsend G90G53G0X5\nexpect ok\nwait-idle\n",
-        ..Case::alarm("a late step", "TOO_FAST\nsend G91G0X100Y99Z98\nexpect ok\nexpect ALARM:20\nGENTLE\n", false)
+        ..Case::alarm("a late step", "UNDER_WAY\nSTARVE_STEPS\nexpect ALARM:20\n", false)
     },
     Case {
         on: On::BoardBy(Port::Pio),
         // The stop is far from the switch. The step count leads back to it, so that homing finds it.
         cleared: "UNLOCK\nsend G90G53G0X5\nexpect ok\nwait-idle\n",
-        ..Case::alarm(
-            "a step port runs dry",
-            "TOO_STEEP\nsend G91G0X100Y100Z100\nexpect ok\nexpect ALARM:22\nGENTLE\n",
-            false,
-        )
+        ..Case::alarm("a step port runs dry", "UNDER_WAY\nSTARVE_AXES\nexpect ALARM:22\n", false)
     },
     Case {
         on: On::BoardBy(Port::Pio),

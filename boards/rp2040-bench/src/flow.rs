@@ -20,8 +20,6 @@ pub const TIMED_MOVES: u32 = 192;
 pub const MOVE_MM: f64 = 0.2;
 /// Where the moves begin, on every axis. It is large enough to keep all coordinates above 0.
 pub const START_MM: f64 = 500.0;
-/// In the case with corners, the path turns after this many moves.
-const CORNER_MOVES: u32 = 24;
 /// So long that every chunk is all the rest of its plan.
 const CHUNK_MAX_S: f64 = 1.0;
 
@@ -73,16 +71,22 @@ pub struct FlowCase {
     pub name: &'static str,
     /// How the speed changes.
     pub law: SpeedLaw,
-    /// Whether the path has right angles; otherwise it is a curve.
-    has_corners: bool,
+    /// After how many moves the path turns by a right angle; otherwise it is a curve.
+    corner_moves: u32,
 }
 
-/// The first case is at full speed, the second always on ramps. The law of the third has its ramps within a move, so
-/// every move has ramps.
-pub const FLOW_CASES: [FlowCase; 3] = [
-    FlowCase { name: "trapezoid.curve", law: SpeedLaw::Trapezoid, has_corners: false },
-    FlowCase { name: "trapezoid.corners", law: SpeedLaw::Trapezoid, has_corners: true },
-    FlowCase { name: "s-curve.curve", law: SpeedLaw::SCurve, has_corners: false },
+/// The first case is at full speed, the second always on ramps. A curved law has its ramps within a move. With a corner
+/// after each move it has two in every move, which costs most.
+pub const FLOW_CASES: [FlowCase; 9] = [
+    FlowCase { name: "trapezoid.curve", law: SpeedLaw::Trapezoid, corner_moves: u32::MAX },
+    FlowCase { name: "trapezoid.corners", law: SpeedLaw::Trapezoid, corner_moves: 24 },
+    FlowCase { name: "s-curve.curve", law: SpeedLaw::SCurve, corner_moves: u32::MAX },
+    FlowCase { name: "s-curve.turns", law: SpeedLaw::SCurve, corner_moves: 1 },
+    FlowCase { name: "sine.turns", law: SpeedLaw::Sine, corner_moves: 1 },
+    FlowCase { name: "linear.turns", law: SpeedLaw::Linear, corner_moves: 1 },
+    FlowCase { name: "quadratic.turns", law: SpeedLaw::Quadratic, corner_moves: 1 },
+    FlowCase { name: "sinusoidal.turns", law: SpeedLaw::Sinusoidal, corner_moves: 1 },
+    FlowCase { name: "logarithmic.turns", law: SpeedLaw::Logarithmic, corner_moves: 1 },
 ];
 
 /// Times the stages, or only runs them.
@@ -97,7 +101,10 @@ pub type Checksums = [Checksum; Stage::ALL.len()];
 /// Streams the moves of `case` through all stages. Only moves that meet a full chain are timed.
 pub fn flow(case: &FlowCase, timer: &mut impl Timer) -> Checksums {
     let mm_per_step = [1.0 / STEPS_PER_MM; AXES];
-    let config = ChainConfig::new([LIMITS; AXES], mm_per_step, CORNER_DEVIATION_MM, IntervalLaw::Fastest, case.law);
+    // The laws over displacement cannot start from standstill.
+    let start_speed_steps_s = if case.law.is_over_displacement() { STEPS_PER_MM } else { 0.0 };
+    let limits = Limits { start_speed_steps_s, ..LIMITS };
+    let config = ChainConfig::new([limits; AXES], mm_per_step, CORNER_DEVIATION_MM, IntervalLaw::Fastest, case.law);
     let mut flow = Flow {
         path: Path::new(case),
         interpreter: Interpreter::new(),
@@ -216,7 +223,7 @@ fn whole_steps(mm: f64) -> i32 {
 
 /// The moves of a case, in order.
 pub struct Path {
-    has_corners: bool,
+    corner_moves: u32,
     made: u32,
     place_mm: [f64; AXES],
     /// Direction in X and Y, and the angle by which Z leans; both are unit vectors that turn slowly.
@@ -228,8 +235,8 @@ impl Path {
     /// A path that begins at [`START_MM`] on every axis.
     #[must_use]
     pub fn new(case: &FlowCase) -> Self {
-        let has_corners = case.has_corners;
-        Self { has_corners, made: 0, place_mm: [START_MM; AXES], heading: [1.0, 0.0], lean: [1.0, 0.0] }
+        let corner_moves = case.corner_moves;
+        Self { corner_moves, made: 0, place_mm: [START_MM; AXES], heading: [1.0, 0.0], lean: [1.0, 0.0] }
     }
 
     /// End position of the last move whose line was made, in steps of [`STEPS_PER_MM`].
@@ -243,7 +250,7 @@ impl Path {
         self.made += 1;
         self.heading = turned(self.heading, [0.9998, 0.02]);
         self.lean = turned(self.lean, [0.9996, 0.028]);
-        if self.has_corners && self.made.is_multiple_of(CORNER_MOVES) {
+        if self.made.is_multiple_of(self.corner_moves) {
             self.heading = turned(self.heading, [0.0, 1.0]);
         }
         let ([x, y], [lean, _]) = (self.heading, self.lean);

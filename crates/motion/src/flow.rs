@@ -9,6 +9,7 @@ use isostep_profile::{IntervalLaw, SpeedLaw};
 use crate::axes::AXES;
 use crate::config::Config;
 use crate::coordinator::{Coordinator, Purpose};
+use crate::effort::effort;
 use crate::event::{Alarm, Event, Finish};
 use crate::machine::{CHAIN_MOVES, Motion, Overrides};
 use crate::tool::{Power, Tag};
@@ -88,7 +89,8 @@ where
         let interval_law = if purpose == Purpose::Homing { IntervalLaw::Fastest } else { config.interval_law };
         let mm_per_step = steps_per_mm.map(|steps| 1.0 / steps);
         self.chain.clear();
-        self.chain.set_config(ChainConfig::new(limits, mm_per_step, junction_deviation_mm, interval_law, speed_law));
+        let plain = ChainConfig::new(limits, mm_per_step, junction_deviation_mm, interval_law, speed_law);
+        self.chain.set_config(plain.with_effort(effort(speed_law, &self.machine.capabilities())));
         self.is_curved = speed_law != SpeedLaw::Trapezoid;
         self.overrides = Overrides::NONE;
         self.planned_steps = self.machine.position_steps();

@@ -22,6 +22,7 @@ mod chunks;
 mod config;
 pub mod coordinator;
 mod courses;
+mod effort;
 mod event;
 mod flow;
 mod homing;

@@ -77,6 +77,9 @@ pub struct Capabilities {
     pub timing: DriverTiming,
     /// Time that the port itself needs between two rises, in addition to what the driver needs, ticks.
     pub margin_ticks: u32,
+    /// Processor time for a step, ns; 0 if hardware makes the steps. Short moves are slower by it, so that time is left to
+    /// plan them.
+    pub core_ns: u32,
     /// Longest time from the end of a pulse until the port changes DIR for the next step, ticks. If the port makes a
     /// pulse longer than asked for, the extra time is part of it.
     pub turn_ticks: u32,

@@ -15,6 +15,12 @@
 //! Laws with curved ramps have a smaller delta v². Each of their ramps lies within a block, and the acceleration is
 //! zero where blocks meet.
 //!
+//! A caller needs time to compile a move, most of it for curved ramps. No block is planned to be over sooner than that
+//! ([`Effort`]). So a block has a squared speed above which it only cruises: it may begin faster than that if it also ends
+//! so. Then the most that it can have at one end is `max(other, min(other + delta v², ramps to))`, still exact. As each
+//! block lasts as long as it takes to compile, so do any number of them, and the machine slows down evenly to what its
+//! processor carries.
+//!
 //! The speed at the beginning of a block after a stop depends on what follows, too: if the start speed is high and the
 //! block short, the block might not be able to brake to the speed of the next corner.
 //!
@@ -44,7 +50,7 @@ mod plan;
 mod ring;
 
 use self::block::Block;
-pub use self::config::ChainConfig;
+pub use self::config::{ChainConfig, Effort};
 use self::plan::Plan;
 use self::ring::Ring;
 use crate::sync::{PlanError, SyncMove};

@@ -26,7 +26,7 @@ struct PrintingPort;
 
 impl StepPort for PrintingPort {
     fn capabilities(&self) -> Capabilities {
-        Capabilities { tick_hz: TICK_HZ, timing: DriverTiming::DRV8825, margin_ticks: 1, turn_ticks: 1 }
+        Capabilities { tick_hz: TICK_HZ, timing: DriverTiming::DRV8825, margin_ticks: 1, core_ns: 0, turn_ticks: 1 }
     }
 
     async fn run(

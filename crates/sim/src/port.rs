@@ -109,7 +109,7 @@ impl SimPort {
     /// A port on two pins, in the time of `clock`, for drivers that need `timing`.
     pub fn new(step: Output, dir: Output, clock: &Clock, timing: DriverTiming) -> Self {
         let capabilities =
-            Capabilities { tick_hz: TICK_HZ, timing, margin_ticks: MARGIN_TICKS, turn_ticks: TURN_TICKS };
+            Capabilities { tick_hz: TICK_HZ, timing, margin_ticks: MARGIN_TICKS, core_ns: 0, turn_ticks: TURN_TICKS };
         Self { clock: clock.clone(), step, dir, dir_high: false, capabilities, ready_ns: 0, only_time: false }
     }
 

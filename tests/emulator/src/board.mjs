@@ -107,6 +107,12 @@ export class Board {
     this.core.enabledInterrupts &= ~(1 << number);
   }
 
+  /** Unmasks it: what runs in it goes on. */
+  unmaskIrq(number) {
+    this.core.enabledInterrupts |= 1 << number;
+    this.core.interruptsUpdated = true;
+  }
+
   /** Makes the firmware panic by calling its function at this address. */
   panic(address) {
     this.gantry.toolStops.note('PANIC');

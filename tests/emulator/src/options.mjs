@@ -58,7 +58,7 @@ begin with the prefix; for anything else (Grbl, ALARM:, [MSG:) it waits until su
 STEP, wait-output until an output of the tool is so, wait-arrival until the chip has all that was sent, and a wait right after it
 counts from that instant. From MICROSECONDS after stop-within to check-stopped there must be no step, and then no output of the tool on.
 crash, hang and panic end the firmware, the second with interrupts masked; after hang MILLISECONDS it goes on.
-mask-irq has what runs in one stand still; check-position holds MPos against the counted steps; cold-cache
+mask-irq has what runs in one stand still until unmask-irq; check-position holds MPos against the counted steps; cold-cache
 empties flash's cache, so that what runs next waits for flash. An example:
   expect Grbl
   send $H

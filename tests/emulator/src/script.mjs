@@ -38,6 +38,7 @@ export const COMMANDS = {
   crash: { usage: 'crash', parse: nothing, run: (script) => script.board.crash() },
   hang: { usage: 'hang, or hang MILLISECONDS', parse: positiveIfAny, run: (script, millis) => script.board.hang(millis) },
   'mask-irq': { usage: 'mask-irq NUMBER, an interrupt of the chip', parse: irq, run: (script, number) => script.board.maskIrq(number) },
+  'unmask-irq': { usage: 'unmask-irq NUMBER, an interrupt of the chip', parse: irq, run: (script, number) => script.board.unmaskIrq(number) },
   panic: { usage: 'panic HEX, the address of a function that panics', parse: address, run: (script, at) => script.board.panic(at) },
   dtr: { usage: 'dtr on|off', parse: onOff, run: (script, on) => script.board.cable.setDtr(on) },
   'usb-line-coding': { usage: 'usb-line-coding BAUD', parse: baud, run: (script, rate) => script.board.cable.setLineCoding(rate) },

@@ -16,7 +16,7 @@ mod model;
 use std::array;
 
 use arbitrary::{Result, Unstructured};
-use isostep_profile::chain::{Chain, Chunk, ChunkKind, Request};
+use isostep_profile::chain::{Chain, Chunk, ChunkKind, Effort, Request};
 use isostep_profile::{IntervalLaw, Limits, SpeedLaw};
 
 use self::case::{AXES, Case};
@@ -64,7 +64,7 @@ fn read(bytes: &mut Unstructured<'_>) -> Result<(Case, Vec<Event>, bool)> {
     while !bytes.is_empty() && events.len() < EVENTS {
         events.push(event(bytes)?);
     }
-    Ok((Case { limits, mm_per_step, deviation_mm, interval_law, law, moves }, events, is_short))
+    Ok((Case { limits, mm_per_step, deviation_mm, interval_law, law, effort: Effort::NONE, moves }, events, is_short))
 }
 
 /// A fraction from 0 to 1.

@@ -163,7 +163,7 @@ impl PioPort {
         let stream = Stream::new(axis, machine.fifo_address(), blocks);
         // A pulse is a whole number of cycles.
         let (margin_ticks, turn_ticks) = (MARGIN_TICKS, program::TURN_CYCLES + 1);
-        let capabilities = Capabilities { tick_hz: TICK_HZ, timing, margin_ticks, turn_ticks };
+        let capabilities = Capabilities { tick_hz: TICK_HZ, timing, margin_ticks, core_ns: 0, turn_ticks };
         Self { axis, machine, stream, capabilities, tally: Tally::new(), risen: 0, has_starved: false }
     }
 }

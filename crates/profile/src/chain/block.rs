@@ -43,6 +43,9 @@ pub(super) struct Block<const N: usize> {
     pub(super) cap: Square,
     /// The squared speed at which it begins.
     pub(super) entry: Square,
+    /// The squared speed up to which it may change its speed, in units of 2^32: above it, the block would be over before
+    /// its ramps are compiled.
+    ramps_to: u32,
 }
 
 impl<const N: usize> Block<N> {
@@ -63,6 +66,7 @@ impl<const N: usize> Block<N> {
         decel_delta_v2: 0,
         cap: 0,
         entry: 0,
+        ramps_to: 0,
     };
 
     /// The block, and the components of the unit vector along its path.
@@ -86,6 +90,7 @@ impl<const N: usize> Block<N> {
         let mut block = Self { steps, stops, tag, feed_mm_s, mm_per_step, steps_per_mm, ..Self::NONE };
         block.respeed(&limits, config);
         block.set_delta_v2(distance_steps, &limits, config);
+        block.set_ramps_to(distance_steps, length_mm, config);
         block.check(distance_steps, &limits, config)?;
         Ok((block, mm.map(|mm| mm * per_mm)))
     }
@@ -164,6 +169,37 @@ impl<const N: usize> Block<N> {
             if accel_steps_s2 == decel_steps_s2 { self.accel_delta_v2 } else { delta_v2(decel_steps_s2) };
     }
 
+    fn set_ramps_to(&mut self, distance_steps: f64, length_mm: f64, config: &ChainConfig<N>) {
+        let change_s = config.effort.change_s(distance_steps);
+        self.ramps_to = u32::MAX;
+        if change_s > 0.0 {
+            let cruise_s = config.effort.cruise_s(&self.steps);
+            self.may_ramp_to(config.scale.of_speed(length_mm / (cruise_s + change_s)));
+        }
+    }
+
+    /// The squared speed up to which it may change its speed.
+    pub(super) fn ramps_to(&self) -> Square {
+        u64::from(self.ramps_to) << 32
+    }
+
+    /// Lets it change its speed up to this square.
+    pub(super) fn may_ramp_to(&mut self, square: Square) {
+        // Rounded up, so that it is never 0.
+        self.ramps_to = (square >> 32) as u32 + 1;
+    }
+
+    /// The highest speed to which it may ramp, steps/s.
+    pub(super) fn ramps_to_steps_s(&self, config: &ChainConfig<N>) -> f64 {
+        self.speed_steps_s(self.ramps_to().min(self.nominal), config)
+    }
+
+    /// The highest square that it can have at one end, with `square` at the other end, between which it changes by
+    /// `delta_v2` at most.
+    fn at_other_end(&self, square: Square, delta_v2: Square) -> Square {
+        square.max((square + delta_v2).min(self.ramps_to()))
+    }
+
     /// The speed to which it can jump from rest, steps/s.
     fn start_steps_s(&self, limits: &Limits) -> f64 {
         let start_steps_s = limits.start_speed_steps_s;
@@ -218,7 +254,9 @@ impl<const N: usize> Block<N> {
 
     /// The highest and the lowest squared speed that it can reach at its end.
     pub(super) fn reach(&self) -> (Square, Square) {
-        (self.entry + self.accel_delta_v2, self.entry.saturating_sub(self.decel_delta_v2))
+        let is_bound = self.entry > self.ramps_to();
+        let lowest = if is_bound { self.entry } else { self.entry.saturating_sub(self.decel_delta_v2) };
+        (self.at_other_end(self.entry, self.accel_delta_v2), lowest)
     }
 
     /// Whether its delta v² has so many units that their rounding does not matter.
@@ -278,7 +316,7 @@ impl<const N: usize> Block<N> {
     /// The highest squared speed at which it may begin if it ends at `exit`, and whether it begins without a stop after
     /// `before`.
     pub(super) fn fastest_entry(&self, exit: Square, before: Option<Pace>) -> (Square, bool) {
-        let most = exit + self.decel_delta_v2;
+        let most = self.at_other_end(exit, self.decel_delta_v2);
         let flowing = self.cap.min(most);
         match (self.corner, before) {
             (Some(_), Some(before)) if flowing >= before.start => (flowing, true),

@@ -5,7 +5,7 @@ use crate::law::{IntervalLaw, SpeedLaw};
 use crate::limits::Limits;
 use crate::profile::DURATION_MAX_S;
 use crate::root::sqrt;
-use crate::sync::{PlanError, check_moving, tightest};
+use crate::sync::{PlanError, check_moving, longest, tightest};
 
 /// The square of a speed along the path, in whole units, so that sums of them are exact.
 pub(super) type Square = u64;
@@ -17,6 +17,37 @@ const SQUARE_OF_FASTEST: f64 = 1.152_921_504_606_847e18;
 
 /// If a move lasts at most this fraction of the longest duration by the trapezoid, it is not too long by any law.
 const EASILY: f64 = 1.0 / 64.0;
+
+/// The time that a caller needs for a move, beside making it, s. No move is planned to last less, so that the caller can
+/// keep up with any number of them: what it cannot do in time is a lower speed.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Effort {
+    /// For each step, if the caller makes the steps itself. Axes with equally many steps make theirs together.
+    pub step_s: f64,
+    /// For each move.
+    pub move_s: f64,
+    /// In addition, for a move that changes its speed by a curved law.
+    pub ramps_s: f64,
+    /// The same, for the square root of its steps: ramps of four times the steps take twice the time.
+    pub root_step_s: f64,
+}
+
+impl Effort {
+    /// No time at all.
+    pub const NONE: Self = Self { step_s: 0.0, move_s: 0.0, ramps_s: 0.0, root_step_s: 0.0 };
+
+    /// The time for a move at constant speed.
+    pub(super) fn cruise_s<const N: usize>(&self, steps: &[i32; N]) -> f64 {
+        let is_first = |axis: &usize| steps[..*axis].iter().all(|other| other.abs() != steps[*axis].abs());
+        let together = (0..N).filter(is_first).map(|axis| steps[axis].unsigned_abs());
+        if self.step_s == 0.0 { self.move_s } else { self.move_s + self.step_s * f64::from(together.sum::<u32>()) }
+    }
+
+    /// The additional time for a move of `steps` that changes its speed.
+    pub(super) fn change_s(&self, steps: f64) -> f64 {
+        if self.root_step_s == 0.0 { self.ramps_s } else { self.ramps_s + self.root_step_s * sqrt(steps) }
+    }
+}
 
 /// How the moves of a chain are planned.
 #[derive(Clone, Copy, Debug)]
@@ -38,6 +69,10 @@ pub struct ChainConfig<const N: usize> {
     pub(super) twice_deviation_mm: f32,
     /// A move that cruises no longer than this, s, does not last too long.
     pub(super) easily_s: f64,
+    pub(super) effort: Effort,
+    /// The inverse of the highest acceleration at which a curved ramp from rest, over any number of steps, does not need
+    /// longer than it lasts, s²/steps.
+    least_s2_steps: f64,
 }
 
 impl<const N: usize> ChainConfig<N> {
@@ -55,6 +90,8 @@ impl<const N: usize> ChainConfig<N> {
         corner_s2_mm: [0.0; N],
         twice_deviation_mm: 0.0,
         easily_s: 0.0,
+        effort: Effort::NONE,
+        least_s2_steps: 0.0,
     };
 
     /// A configuration for axes with these limits and resolutions. `corner_deviation_mm`, 0 or more, sets the speed at
@@ -94,7 +131,19 @@ impl<const N: usize> ChainConfig<N> {
             }),
             twice_deviation_mm: (2.0 * corner_deviation_mm) as f32,
             easily_s: DURATION_MAX_S * EASILY - ramps_s,
+            effort: Effort::NONE,
+            least_s2_steps: 0.0,
         }
+    }
+
+    /// The same for a caller that needs this time for a move. All of it is 0 or more.
+    #[must_use]
+    pub fn with_effort(self, effort: Effort) -> Self {
+        let is_curved = self.speed_law != SpeedLaw::Trapezoid;
+        let effort = if is_curved { effort } else { Effort { ramps_s: 0.0, root_step_s: 0.0, ..effort } };
+        // Two ramps of n/2 steps each last 2 √(n/a), and need √n times the time for the root.
+        let root_half_s = effort.root_step_s / 2.0;
+        Self { effort, least_s2_steps: root_half_s * root_half_s, ..self }
     }
 
     /// Sets the overrides of feeds and of rapids.
@@ -108,9 +157,24 @@ impl<const N: usize> ChainConfig<N> {
         check_moving(steps, |axis| if self.works[axis] { Ok(()) } else { self.limits[axis].check() })
     }
 
-    /// The limits of the longest axis of a move at which no axis exceeds its own.
+    /// The limits of the longest axis of a move at which no axis exceeds its own, and which the caller can bear.
     pub(super) fn shared_limits(&self, steps: &[i32; N]) -> Limits {
-        tightest(steps, &self.limits, |axis, other| self.is_looser[axis][other])
+        let mut limits = tightest(steps, &self.limits, |axis, other| self.is_looser[axis][other]);
+        if self.least_s2_steps > 0.0 {
+            for accel_steps_s2 in [&mut limits.accel_steps_s2, &mut limits.decel_steps_s2] {
+                if *accel_steps_s2 * self.least_s2_steps > 1.0 {
+                    *accel_steps_s2 = 1.0 / self.least_s2_steps;
+                }
+            }
+        }
+        let cruise_s = self.effort.cruise_s(steps);
+        if cruise_s > 0.0 {
+            let distance_steps = f64::from(longest(steps));
+            if limits.top_speed_steps_s * cruise_s > distance_steps {
+                limits.top_speed_steps_s = distance_steps / cruise_s;
+            }
+        }
+        limits
     }
 }
 

@@ -173,7 +173,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         let Some(first) = self.blocks.get(0) else { return false };
         let slow_steps_s = if self.is_held { limits.start_speed_steps_s } else { limits.top_speed_steps_s };
         let is_slow = !self.is_held && first.entry <= first.nominal;
-        if is_slow || is_no_faster(speed_steps_s, slow_steps_s) {
+        if is_slow || first.entry > first.ramps_to() || is_no_faster(speed_steps_s, slow_steps_s) {
             return false;
         }
         let braking = |fast, slow| Profile::braking(fast, slow, limits, self.config.speed_law);
@@ -201,7 +201,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
             let top = if self.is_held { 0 } else { first.nominal };
             first.trapezoid(left_steps, speed_steps_s, (exit, exit_steps_s), top, limits, &self.config)
         } else {
-            let top_steps_s = if self.is_held { 0.0 } else { limits.top_speed_steps_s };
+            let top_steps_s = if self.is_held { 0.0 } else { first.ramps_to_steps_s(&self.config) };
             let limits = Limits { top_speed_steps_s: top_steps_s.max(speed_steps_s).max(exit_steps_s), ..*limits };
             let interval_law = if is_fastest { IntervalLaw::Fastest } else { self.config.interval_law };
             Profile::between(left_steps, speed_steps_s, exit_steps_s, &limits, interval_law, law)
@@ -235,6 +235,10 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         first.entry = self.config.scale.of_speed(speed_steps_s * first.mm_per_step);
         let limits = self.config.shared_limits(&first.steps);
         first.set_delta_v2(left_steps, &limits, &self.config);
+        if first.entry > first.ramps_to() {
+            // A plan under way can brake to the speed that it promises, from any speed that it has.
+            first.may_ramp_to(first.entry);
+        }
         self.keep_promise(self.plan.exit, speed_steps_s, left_steps);
         self.forward(0);
     }

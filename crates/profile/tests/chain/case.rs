@@ -1,6 +1,6 @@
 //! Random machines, and the moves that they make.
 
-use isostep_profile::chain::{ChainConfig, Request};
+use isostep_profile::chain::{ChainConfig, Effort, Request};
 use isostep_profile::{IntervalLaw, Limits, SpeedLaw};
 use proptest::prelude::*;
 
@@ -14,12 +14,14 @@ pub struct Case {
     pub deviation_mm: f64,
     pub interval_law: IntervalLaw,
     pub law: SpeedLaw,
+    pub effort: Effort,
     pub moves: Vec<Request<AXES>>,
 }
 
 impl Case {
     pub fn config(&self) -> ChainConfig<AXES> {
-        ChainConfig::new(self.limits, self.mm_per_step, self.deviation_mm, self.interval_law, self.law)
+        let plain = ChainConfig::new(self.limits, self.mm_per_step, self.deviation_mm, self.interval_law, self.law);
+        plain.with_effort(self.effort)
     }
 }
 
@@ -99,17 +101,29 @@ fn moves(all: Vec<(Follows, Option<f64>, bool)>) -> Vec<Request<AXES>> {
     moves
 }
 
+/// None, or some milliseconds for a move, and more for its ramps.
+fn effort() -> impl Strategy<Value = Effort> {
+    let time = || prop_oneof![1 => Just(0.0), 2 => log(1e-4, 3e-2)];
+    let some = (time(), time(), time(), time()).prop_map(|(step_s, move_s, ramps_s, root_step_s)| Effort {
+        step_s: 0.01 * step_s,
+        move_s,
+        ramps_s,
+        root_step_s,
+    });
+    prop_oneof![2 => Just(Effort::NONE), 1 => some]
+}
+
 /// A case of `most` moves at most, by this law.
 pub fn case(law: impl Strategy<Value = SpeedLaw>, most: usize) -> impl Strategy<Value = Case> {
     law.prop_flat_map(move |law| {
         let deviation = prop_oneof![1 => Just(0.0), 8 => log(1e-3, 0.1)];
         let interval = prop_oneof![15 => Just(IntervalLaw::Fastest), 1 => Just(IntervalLaw::Thirds)];
         let requests = prop::collection::vec(request(), 1..=most);
-        ([axis(law), axis(law), axis(law)], deviation, interval, requests).prop_map(
-            move |(axes, deviation_mm, interval_law, all)| {
+        ([axis(law), axis(law), axis(law)], deviation, interval, effort(), requests).prop_map(
+            move |(axes, deviation_mm, interval_law, effort, all)| {
                 let (limits, mm_per_step) = (axes.map(|axis| axis.0), axes.map(|axis| axis.1));
                 let moves = moves(all);
-                Case { limits, mm_per_step, deviation_mm, interval_law, law, moves }
+                Case { limits, mm_per_step, deviation_mm, interval_law, law, effort, moves }
             },
         )
     })

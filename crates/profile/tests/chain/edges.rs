@@ -1,6 +1,6 @@
 //! Rare cases: the largest and smallest limits and moves, refusals, and single holds.
 
-use isostep_profile::chain::{Chain, ChainConfig, ChunkKind, Request};
+use isostep_profile::chain::{Chain, ChainConfig, ChunkKind, Effort, Request};
 use isostep_profile::{IntervalLaw, Limits, PlanError, ProfileError, SpeedLaw};
 use isostep_trials::cases;
 use proptest::prelude::*;
@@ -337,7 +337,7 @@ prop_compose! {
             request(steps, tag as u64)
         });
         Case {
-            limits, mm_per_step: [0.01, 0.001, 0.02], deviation_mm: 0.01, interval_law: IntervalLaw::Fastest, law,
+            limits, mm_per_step: [0.01, 0.001, 0.02], deviation_mm: 0.01, interval_law: IntervalLaw::Fastest, law, effort: Effort::NONE,
             moves: moves.collect(),
         }
     }

@@ -127,6 +127,9 @@ impl<'a> Follower<'a> {
         if chunk.kind != ChunkKind::Continuation {
             self.could_be_planned(&chunk, &one)?;
         }
+        if chunk.kind == ChunkKind::Move && from_steps == 0.0 {
+            self.lasts_long_enough(&chunk, &one)?;
+        }
         self.keeps_limits(&chunk, &one)?;
         self.makes_steps(&chunk, &one)?;
         self.at_s = chunk.until_s;
@@ -225,6 +228,22 @@ impl<'a> Follower<'a> {
             Err(ProfileError::TooLong { asked, max }) if asked * self.ratios.feed.min(1.0) <= max => Ok(()),
             Err(error) => Err(TestCaseError::fail(format!("{error} {entry} {exit} {}", profile.distance_steps()))),
         }
+    }
+
+    /// Checks that the plan of a move lasts as long as the caller needs for it.
+    fn lasts_long_enough(&self, chunk: &Chunk<AXES>, one: &Move) -> TestCaseResult {
+        let profile = chunk.plan.profile;
+        let speeds = [profile.entry_speed_steps_s(), profile.cruise_speed_steps_s(), profile.exit_speed_steps_s()];
+        let (low, high) = (speeds.into_iter().fold(f64::INFINITY, f64::min), speeds.into_iter().fold(0.0, f64::max));
+        let is_whole = profile.distance_steps() >= one.distance_steps * (1.0 - SAME);
+        let changes = high > low * (1.0 + 1e-3) + 10.0 * self.unit_mm_s / chunk.mm_per_step;
+        let [cruise_s, change_s] = one.least_s;
+        // The square up to which it may change its speed is kept in steps of 2^-28 of the fastest.
+        let mean_mm_s = one.length_mm / profile.duration_s();
+        let rounding = (1e-4 * self.unit_mm_s * 1e8 / mean_mm_s).powi(2);
+        let least_s = if changes { change_s } else { cruise_s } * (1.0 - 1e-3 - rounding);
+        prop_assert!(!is_whole || profile.duration_s() >= least_s, "{} s for {least_s} s", profile.duration_s());
+        Ok(())
     }
 
     fn keeps_limits(&self, chunk: &Chunk<AXES>, one: &Move) -> TestCaseResult {

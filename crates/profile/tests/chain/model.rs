@@ -1,7 +1,7 @@
 //! A second computation, in floats, of what the moves of a chain may do: shared limits, corners, and the fastest speeds
 //! between moves.
 
-use isostep_profile::chain::Request;
+use isostep_profile::chain::{Effort, Request};
 use isostep_profile::{IntervalLaw, Limits, SPEED_MIN_STEPS_S, SpeedLaw};
 
 use super::case::{AXES, Case};
@@ -34,6 +34,8 @@ pub struct Move {
     pub accel_mm_s2: f64,
     pub decel_mm_s2: f64,
     pub jerk_mm_s3: f64,
+    /// The shortest time that it may last at constant speed, and if it changes its speed, s.
+    pub least_s: [f64; 2],
 }
 
 impl Move {
@@ -46,9 +48,19 @@ impl Move {
             axes.map(|axis| limit(&case.limits[axis]) * case.mm_per_step[axis] / direction[axis].abs())
                 .fold(f64::INFINITY, f64::min)
         };
-        let top_mm_s = least(|limits| limits.top_speed_steps_s);
+        let longest = request.steps.iter().map(|steps| steps.unsigned_abs()).max().unwrap();
+        let steps_per_mm = f64::from(longest) / length_mm;
+        let least_s = least_s(case, &request);
+        // Two ramps from rest to rest last as long as their root takes.
+        let steepest_mm_s2 = match case.effort.root_step_s {
+            root_step_s if root_step_s > 0.0 && case.law != SpeedLaw::Trapezoid => {
+                4.0 / root_step_s.powi(2) / steps_per_mm
+            }
+            _ => f64::INFINITY,
+        };
+        let top_mm_s = least(|limits| limits.top_speed_steps_s).min(length_mm / least_s[0]);
         let free_mm_s = least(|limits| limits.start_speed_steps_s);
-        let distance_steps = f64::from(request.steps.iter().map(|steps| steps.unsigned_abs()).max().unwrap());
+        let distance_steps = f64::from(longest);
         let mm_per_step = length_mm / distance_steps;
         let (asked_mm_s, ratio) =
             request.feed_mm_s.map_or((top_mm_s, ratios.rapid), |feed_mm_s| (feed_mm_s, ratios.feed));
@@ -65,9 +77,10 @@ impl Move {
             nominal_mm_s,
             start_mm_s: free_mm_s.min(nominal_mm_s),
             free_mm_s,
-            accel_mm_s2: least(|limits| limits.accel_steps_s2),
-            decel_mm_s2: least(|limits| limits.decel_steps_s2),
+            accel_mm_s2: least(|limits| limits.accel_steps_s2).min(steepest_mm_s2),
+            decel_mm_s2: least(|limits| limits.decel_steps_s2).min(steepest_mm_s2),
             jerk_mm_s3: least(|limits| limits.jerk_steps_s3),
+            least_s,
         }
     }
 
@@ -123,9 +136,29 @@ impl Move {
         low
     }
 
+    /// The highest squared speed at one end, if that at the other end is `square` and the change at most `delta_v2`.
+    fn at_other_end(&self, square: f64, delta_v2: f64) -> f64 {
+        let changing_mm_s = self.length_mm / self.least_s[1];
+        if square < changing_mm_s.powi(2) { (square + delta_v2).min(changing_mm_s.powi(2)) } else { square }
+    }
+
     pub fn deltas_v2(&self, law: SpeedLaw) -> (f64, f64) {
         (self.delta_v2(law, self.accel_mm_s2), self.delta_v2(law, self.decel_mm_s2))
     }
+}
+
+/// The shortest time that a move may last at constant speed, and if it changes its speed, s.
+fn least_s(case: &Case, request: &Request<AXES>) -> [f64; 2] {
+    let Effort { step_s, move_s, ramps_s, root_step_s } = case.effort;
+    let mut steps = request.steps.map(i32::unsigned_abs).to_vec();
+    steps.sort_unstable();
+    steps.dedup();
+    let cruise_s = move_s + step_s * f64::from(steps.iter().sum::<u32>());
+    let longest = f64::from(*steps.last().unwrap());
+    let is_curved = case.law != SpeedLaw::Trapezoid;
+    let change_s = if is_curved { ramps_s + root_step_s * longest.sqrt() } else { 0.0 };
+    // For no time beside that at constant speed, a change of speed has no bound.
+    [cruise_s, if change_s > 0.0 { cruise_s + change_s } else { 0.0 }]
 }
 
 /// The squared speed, (mm/s)², at which Grbl takes the corner between two moves; `None` if it stops.
@@ -193,13 +226,14 @@ pub fn fastest(case: &Case, moves: &[Move], entry: Option<f64>) -> Vec<Ends> {
                     _ => start(index),
                 };
                 if is_forward {
-                    all[index].exit = exit.min(all[index].entry + deltas_v2[index].0);
+                    all[index].exit = exit.min(moves[index].at_other_end(all[index].entry, deltas_v2[index].0));
                     if all[index].flows && index > 0 {
-                        all[index].entry = all[index].entry.min(all[index - 1].entry + deltas_v2[index - 1].0);
+                        let most = moves[index - 1].at_other_end(all[index - 1].entry, deltas_v2[index - 1].0);
+                        all[index].entry = all[index].entry.min(most);
                     }
                     continue;
                 }
-                let most = exit + deltas_v2[index].1;
+                let most = moves[index].at_other_end(exit, deltas_v2[index].1);
                 all[index] = match caps[index] {
                     Some(cap) if cap.min(most) >= start(index - 1) => Ends { entry: cap.min(most), exit, flows: true },
                     _ => Ends { entry: most.min(start(index)), exit, flows: false },

@@ -1,0 +1,44 @@
+//! What a move costs the processor, in time. The chain plans no move to last less.
+//!
+//! # Design
+//! A curved law has its ramps within a move, and to compile them can take far longer than a short move lasts. That
+//! cannot be noticed in time: what is known to be too much to compile would have to be braked from, by more such ramps.
+//! So the cost is known beforehand, and limits the speed of a move as its feed does.
+//!
+//! The constants are measured on an RP2040 of 125 MHz, `flow.*` of `cargo xtask bench`, with moves of 4 to 360 steps of
+//! three axes from corner to corner. They leave at least a tenth of the processor to the consoles and the ports. A faster
+//! processor is never late by them.
+
+use isostep_profile::SpeedLaw;
+use isostep_profile::chain::Effort;
+
+use crate::axes::AXES;
+use crate::port::Capabilities;
+
+/// Reading, planning and queueing a move without ramps. Where hardware makes the steps, this needs no bound: moves
+/// arrive no faster than they are read, and what was read during a longer move is planned ahead.
+const MOVE_S: f64 = 0.6e-3;
+
+/// The time for a move by `law` with these ports.
+pub(crate) fn effort(law: SpeedLaw, ports: &[Option<Capabilities>; AXES]) -> Effort {
+    let step_ns = ports.iter().flatten().map(|port| port.core_ns).max().unwrap_or(0);
+    let (ramps_ms, root_step_ms) = match law {
+        SpeedLaw::Trapezoid => (0.0, 0.0),
+        SpeedLaw::SCurve => (1.0, 2.3),
+        SpeedLaw::Sine => (2.0, 2.5),
+        #[cfg(feature = "paper-laws")]
+        SpeedLaw::Linear => (1.0, 2.2),
+        #[cfg(feature = "paper-laws")]
+        SpeedLaw::Quadratic => (1.0, 2.0),
+        #[cfg(feature = "paper-laws")]
+        SpeedLaw::Sinusoidal => (6.0, 2.6),
+        // The logarithmic law, which costs most; and any law that is not measured.
+        _ => (14.0, 3.8),
+    };
+    Effort {
+        step_s: f64::from(step_ns) * 1e-9,
+        move_s: if step_ns == 0 { 0.0 } else { MOVE_S },
+        ramps_s: ramps_ms * 1e-3,
+        root_step_s: root_step_ms * 1e-3,
+    }
+}

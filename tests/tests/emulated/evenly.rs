@@ -1,0 +1,125 @@
+//! Moves that are over sooner than a curved law can be compiled for them, were they made at their feed. Every law must make
+//! them, slowly and evenly.
+
+use std::fmt::Write as _;
+use std::fs;
+
+use isostep_profile::SpeedLaw;
+use isostep_sim::world::Edge;
+use isostep_sim::{Config, Port, compare, run};
+use isostep_tests::emulated::Board;
+use isostep_tests::root;
+use isostep_trials::stride;
+
+/// The settings of the first axis, which all have: F6000 is reached within 2 mm. The laws over displacement cannot start
+/// from standstill.
+const MACHINE: [(u32, u32); 4] = [(100, 80), (110, 24_000), (120, 10_000), (930, 300_000)];
+const START: (u32, u32) = (910, 60);
+const STEPS_PER_MM: f64 = 80.0;
+/// Moves of a kind in a row.
+const MOVES: usize = 60;
+/// The time over which a speed is measured.
+const WINDOW_NS: u64 = 50_000_000;
+
+fn settings(number: usize, law: SpeedLaw) -> Vec<String> {
+    let start = law.is_over_displacement().then_some(START);
+    let each =
+        MACHINE.into_iter().chain(start).flat_map(|(first, value)| (0..3).map(move |axis| (first + axis, value)));
+    each.map(|(number, value)| format!("${number}={value}")).chain([format!("$940={number}"), "G91".into()]).collect()
+}
+
+/// Moves of `mm`, in a line or in a zigzag.
+fn short(mm: f64, is_straight: bool) -> impl Iterator<Item = String> {
+    (0..MOVES).map(move |index| {
+        let side = if is_straight || index % 2 == 0 { 0.6 } else { -0.6 };
+        format!("X{:.4}Y{:.4}Z{:.4}", 0.7 * mm, side * mm, 0.3 * mm)
+    })
+}
+
+/// The lowest and the highest speed over a window along the path, mm/s.
+fn speeds_mm_s(edges: &[Edge]) -> [f64; 2] {
+    let begin_ns = edges[0].t_ns;
+    let mut windows: Vec<[i32; 3]> = Vec::new();
+    for edge in edges {
+        let window = ((edge.t_ns - begin_ns) / WINDOW_NS) as usize;
+        windows.resize(windows.len().max(window + 1), [0; 3]);
+        windows[window][edge.axis] += 1;
+    }
+    // The last window is not whole.
+    let speeds = windows[..windows.len() - 1].iter().map(|steps| {
+        let square: i32 = steps.iter().map(|steps| steps * steps).sum();
+        f64::from(square).sqrt() / STEPS_PER_MM / (WINDOW_NS as f64 * 1e-9)
+    });
+    speeds.fold([f64::INFINITY, 0.0], |[low, high], speed| [low.min(speed), high.max(speed)])
+}
+
+/// A long move, then short ones: every edge is where the simulation has it, so that none was late. The speed of the short
+/// ones is even: it is limited by the time that each of them takes to compile, and this is the same for all. A quarter is
+/// for the beginning, where the S-curve takes several moves to speed up.
+fn are_even(port: Port, feed_mm_min: u32, jitter_max_ns: f64) {
+    for (number, law) in SpeedLaw::ALL.into_iter().enumerate().step_by(stride(3)) {
+        let mut text = settings(number, law).join("\n");
+        writeln!(text, "\nG1 F{feed_mm_min} X20").unwrap();
+        let kinds = [(0.2, false), (0.2, true), (0.05, false)];
+        for line in kinds.into_iter().flat_map(|(mm, is_straight)| short(mm, is_straight)).chain(["X10".into()]) {
+            writeln!(text, "{line}").unwrap();
+        }
+        let test = format!("evenly-{port}-{law}");
+        let path = root().join("target/emulated").join(format!("{test}.nc"));
+        fs::create_dir_all(path.parent().expect("a folder")).unwrap();
+        fs::write(&path, &text).unwrap();
+        let board = Board::stepped_by(port, &test).with(&["--start", "300,300,300", "--stream", "counting"]);
+        let emulated = board.program(&path);
+        assert!(emulated.ok, "{law}: {}", emulated.printed);
+
+        let simulated = run(text.as_bytes(), &Config { port, ..Config::default() }).unwrap();
+        let comparison = compare::compare(&simulated, &emulated.edges).unwrap();
+        assert!(comparison.all.max_ns <= jitter_max_ns, "{law}: {:?}", comparison.all);
+        // Where X is, in steps, when moves of another kind begin. The first of them may be faster, or slower.
+        let places = [20.7, 28.4, 36.8].map(|mm| (mm * STEPS_PER_MM) as i32);
+        let [first, second, end] = places.map(|place| {
+            let is_there = |edge: &Edge| edge.axis == 0 && edge.position_steps == place;
+            emulated.edges.iter().position(is_there).expect("X comes by")
+        });
+        for edges in [&emulated.edges[first..second], &emulated.edges[second..end]] {
+            let [low, high] = speeds_mm_s(edges);
+            println!("{law}: {low:.1} to {high:.1} mm/s; at most {:.0} ns off (emulated)", comparison.all.max_ns);
+            assert!(low >= 0.75 * high, "{law}: {low} to {high} mm/s");
+        }
+    }
+}
+
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn short_moves_of_every_law_slow_down_evenly() {
+    are_even(Port::Pio, 6_000, 50.0);
+}
+
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn short_moves_of_every_law_by_the_timer_port_slow_down_evenly() {
+    are_even(Port::Timer, 24_000, 20_000.0);
+}
+
+/// Overrides up to 200 %, a hold in the middle of short moves, and a resume: no alarm, and no step lost.
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn short_moves_of_every_law_are_overridden_and_held() {
+    for (port, (number, law)) in
+        Port::ALL.into_iter().cycle().zip(SpeedLaw::ALL.into_iter().enumerate()).step_by(stride(3))
+    {
+        let begin = settings(number, law).into_iter().chain(["G1 F3000 X5".into()]);
+        let mut script = "expect Grbl\n".to_owned();
+        let changes = ["91 91 91 91 91 91 91 91 91 91", "21\nwait-ms 500\nbytes 7e", "90", "92 92 92 92 92", "90"];
+        let mut changes = changes.into_iter().cycle();
+        for (index, line) in begin.chain(short(0.2, false)).chain(short(0.2, true)).chain(["X5".into()]).enumerate() {
+            writeln!(script, "send {line}\nexpect ok").unwrap();
+            if index % 15 == 14 {
+                writeln!(script, "bytes {}", changes.next().unwrap()).unwrap();
+            }
+        }
+        script += "wait-idle\nbytes 3f\nexpect <Idle|MPos:26.800,7.200,7.200\n";
+        let run = Board::stepped_by(port, &format!("evenly-changed-{law}")).script(&script);
+        assert!(run.ok, "{law} {port}: {}", run.printed);
+    }
+}
