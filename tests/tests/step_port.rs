@@ -66,7 +66,7 @@ fn pulses_are_as_wide_as_the_driver_or_the_wiring_asks() {
                 carry_out(&mut port, Plan::new(3), (start, wiring), &Odometer::new()).await.unwrap();
             });
             let world = world.borrow();
-            let step = world.record().waves.iter().filter(|wave| wave.wire == Wire::Step(Axis::X));
+            let step = world.record().waves.iter().filter(|wave| wave.wire == Wire::Step(Axis::X.into()));
             let pulses: Vec<_> = step.skip_while(|wave| !wave.high).collect();
             let widths_ns: Vec<_> = pulses.chunks(2).map(|pulse| pulse[1].t_ns - pulse[0].t_ns).collect();
             assert_eq!(widths_ns, [u64::from(asked_ns.max(rig.driver.step_high_ns)); 3], "{rig}");

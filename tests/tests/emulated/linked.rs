@@ -22,10 +22,11 @@ const CRATES_IN_RAM: [&str; 10] = [
 ];
 /// Code without a deadline: it serves the consoles in thread mode, their reports and arcs, or runs once before anything
 /// moves.
-const MAY_WAIT: [&str; 7] = [
+const MAY_WAIT: [&str; 8] = [
     "isostep_console",
     "isostep_controller",
     "isostep_motion7machine7Machine6status",
+    "isostep_motion6homing",
     "libm4math5atan2",
     "libm4math4atan",
     "____embassy_main_task",

@@ -143,7 +143,7 @@ impl Plan {
 }
 
 /// The usual wiring of drivers.
-pub const WIRED: Run = Run { wiring: Wiring { direction_inverted: false, pulse_ns: 0 } };
+pub const WIRED: Run = Run { wiring: Wiring { direction_inverted: false, pulse_ns: 0 }, second: None };
 
 /// The signed number of steps that an item makes.
 pub fn steps_of(item: StreamItem) -> i32 {
@@ -265,7 +265,7 @@ pub async fn carry_out_all(
         pending::<Infallible>().await
     };
     let side = join(let_go(&start_line, start), item);
-    match select(port.run(Run { wiring }, &start_line, &queue, odometer), side).await {
+    match select(port.run(Run { wiring, second: None }, &start_line, &queue, odometer), side).await {
         Either::First(result) => result,
         Either::Second((_, never)) => match never {},
     }

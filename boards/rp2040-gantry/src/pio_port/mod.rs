@@ -89,22 +89,26 @@ pub struct PioPort {
 pub fn open(pins: StepPins, timing: DriverTiming) -> [PioPort; AXES] {
     static BLOCKS: [Blocks; AXES] = [const { [const { [const { AtomicU32::new(0) }; BLOCK_WORDS] }; 2] }; AXES];
 
-    let Pio { mut common, mut sm0, mut sm1, mut sm2, .. } = Pio::new(pins.pio, interrupts::Irqs);
+    let Pio { mut common, mut sm0, mut sm1, mut sm2, mut sm3, .. } = Pio::new(pins.pio, interrupts::Irqs);
     let program = common.load_program(&program::steps());
     let (x, x_dir) = (common.make_pio_pin(pins.x), common.make_pio_pin(pins.x_dir));
     let (y, y_dir) = (common.make_pio_pin(pins.y), common.make_pio_pin(pins.y_dir));
     let (z, z_dir) = (common.make_pio_pin(pins.z), common.make_pio_pin(pins.z_dir));
+    let (second, second_dir) = (common.make_pio_pin(pins.second), common.make_pio_pin(pins.second_dir));
     sm0.set_config(&config(&program, &x, &x_dir));
     sm1.set_config(&config(&program, &y, &y_dir));
     sm2.set_config(&config(&program, &z, &z_dir));
+    sm3.set_config(&config(&program, &second, &second_dir));
     sm0.set_pins(Level::Low, &[&x, &x_dir]);
     sm1.set_pins(Level::Low, &[&y, &y_dir]);
     sm2.set_pins(Level::Low, &[&z, &z_dir]);
+    sm3.set_pins(Level::Low, &[&second, &second_dir]);
     sm0.set_pin_dirs(PinDirection::Out, &[&x, &x_dir]);
     sm1.set_pin_dirs(PinDirection::Out, &[&y, &y_dir]);
     sm2.set_pin_dirs(PinDirection::Out, &[&z, &z_dir]);
-    // Never dropped: dropping the first four would release the pins.
-    core::mem::forget((common, sm0, sm1, sm2, pins.channels));
+    sm3.set_pin_dirs(PinDirection::Out, &[&second, &second_dir]);
+    // Never dropped: dropping the first five would release the pins.
+    core::mem::forget((common, sm0, sm1, sm2, sm3, pins.channels));
     priority::enable_pio_port();
 
     [0, 1, 2].map(|axis| PioPort::new(axis, &BLOCKS[axis], timing))

@@ -8,8 +8,8 @@
 mod tests;
 
 use super::Door;
-use crate::axes::Axis;
 use crate::event::{Alarm, State};
+use crate::motor::Motor;
 
 /// The state of a machine, and what decides on the next one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,7 +47,7 @@ pub(super) enum Forget {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Cause {
     Reset,
-    Limit(Axis),
+    Limit(Motor),
     EmergencyStop,
     /// The safety door, while homing.
     Door,
@@ -59,7 +59,7 @@ impl Cause {
     /// The alarm for a machine that this cause stopped in `state`.
     pub fn alarm(self, state: State) -> Alarm {
         match (self, state) {
-            (Self::Limit(axis), _) => Alarm::HardLimit { axis },
+            (Self::Limit(motor), _) => Alarm::HardLimit { motor },
             (Self::EmergencyStop, _) => Alarm::EmergencyStop,
             (Self::Door, _) => Alarm::HomingDoor,
             (Self::Fault(alarm), _) => alarm,
@@ -106,7 +106,7 @@ pub(super) enum Trigger {
     ResetHeard,
     Reset,
     /// A limit switch was hit.
-    Limit(Axis),
+    Limit(Motor),
     /// The emergency stop has been pressed (`true`) or let go.
     EmergencyStop(bool),
     /// A step port could not go on; the alarm says which.
@@ -203,7 +203,7 @@ impl Life {
             }
             Trigger::Reset => return self.reset(),
             // Homing looks for its switches.
-            Trigger::Limit(axis) if self.state != State::Home => return self.stop(Cause::Limit(axis)),
+            Trigger::Limit(motor) if self.state != State::Home => return self.stop(Cause::Limit(motor)),
             Trigger::EmergencyStop(pressed) => {
                 self.emergency = pressed;
                 if pressed {

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use isostep_console::{SETTING_TABLE, Settings};
-use isostep_motion::Axis;
+use isostep_motion::{Axis, Motor};
 use oorandom::Rand64;
 
 use super::lines::Lines;
@@ -154,6 +154,12 @@ impl Random {
         self.of(&Axis::ALL)
     }
 
+    /// A motor; of the second ones all but one at most are not there.
+    fn motor(&mut self) -> Motor {
+        let axis = self.axis();
+        if self.one_in(4) { Motor::second(axis) } else { Motor::first(axis) }
+    }
+
     fn config(&mut self, seed: u64) -> Config {
         let port = self.of(&[Port::Pio, Port::Pio, Port::Timer]);
         let settings = self.settings(port);
@@ -299,13 +305,13 @@ impl Random {
     fn fault(&mut self) -> Act {
         let trouble = match self.below(20) {
             0..4 => Trouble::EmergencyStop,
-            4..7 => Trouble::Limit(self.axis()),
-            7 => Trouble::Broken(self.axis()),
-            8..10 => Trouble::Chatter(self.axis()),
+            4..7 => Trouble::Limit(self.motor()),
+            7 => Trouble::Broken(self.motor()),
+            8..10 => Trouble::Chatter(self.motor()),
             10..13 => Trouble::Hold,
             13 => Trouble::Start,
             14 => Trouble::Probe,
-            15 => Trouble::Stall(self.axis()),
+            15 => Trouble::Stall(self.motor()),
             16 => Trouble::Starve,
             _ => Trouble::Deaf,
         };

@@ -9,6 +9,7 @@ use std::string::String;
 use std::vec::Vec;
 
 use super::*;
+use crate::axes::Axis;
 
 /// How many motions are pending at most: one under way, and others that wait.
 const MOTIONS: usize = 3;
@@ -29,7 +30,7 @@ fn triggers(life: &Life) -> Vec<Trigger> {
         Trigger::Door(!life.door.is_open),
         Trigger::ResetHeard,
         Trigger::Reset,
-        Trigger::Limit(AXIS),
+        Trigger::Limit(Motor::first(AXIS)),
         Trigger::EmergencyStop(!life.emergency),
         Trigger::TakenOver,
         Trigger::OutputsCut,
@@ -166,7 +167,7 @@ fn a_stop_halts_what_moves() {
             next.on(trigger) == Reaction::Halt && next.cause.is_some()
         };
         // Homing is to press limit switches.
-        let limit_halts = life.state == State::Home || is_halted(Trigger::Limit(AXIS));
+        let limit_halts = life.state == State::Home || is_halted(Trigger::Limit(Motor::first(AXIS)));
         let halt = limit_halts && is_halted(Trigger::EmergencyStop(true)) && is_halted(Trigger::Fault(JUDGED));
         holds(!life.moving || halt, "a stop came while axes moved, and they were not halted")
     });
@@ -231,7 +232,7 @@ const ROWS: [(&str, Trigger); 16] = [
     ("the door opens", Trigger::Door(true)),
     ("reset 0x18", Trigger::Reset),
     ("another, before it has braked", Trigger::ResetHeard),
-    ("a limit switch", Trigger::Limit(AXIS)),
+    ("a limit switch", Trigger::Limit(Motor::first(AXIS))),
     ("emergency stop", Trigger::EmergencyStop(true)),
     ("a step port faults", Trigger::Fault(JUDGED)),
     ("a soft limit is found", Trigger::Raise(Alarm::SoftLimit { axis: AXIS })),
