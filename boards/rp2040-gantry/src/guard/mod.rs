@@ -49,8 +49,8 @@ struct Watcher {
 /// Guards `machine` from now on.
 pub fn start(machine: &'static Machine, pio: Peri<'static, peripherals::PIO1>) {
     GUARDED.lock(|guarded| guarded.set(Some(machine)));
-    SWITCHES.start();
-    SECOND_SWITCH.start();
+    // One call, so that it is inlined into code that runs once.
+    [&SWITCHES, &SECOND_SWITCH].into_iter().for_each(Watcher::start);
     priority::enable_guard();
     // The guard keeps the PIO for ever.
     let _ = pio;
