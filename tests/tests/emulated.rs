@@ -11,6 +11,8 @@ mod contract;
 mod flowing;
 #[path = "emulated/linked.rs"]
 mod linked;
+#[path = "emulated/squared.rs"]
+mod squared;
 #[path = "emulated/sweep.rs"]
 mod sweep;
 #[path = "emulated/tool.rs"]

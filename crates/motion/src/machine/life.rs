@@ -3,6 +3,8 @@
 //! All of it is one function, [`Life::on`]. It reads and changes nothing except the [`Life`], so it can be tried on
 //! every life that can be reached: see its tests. They also compare it with the table in `ARCHITECTURE.md`. The machine
 //! calls it in a critical section (`Machine::apply`), and afterwards does what the [`Reaction`] says.
+//!
+//! A state is matched with, not compared: on a chip a constant to compare with would be read from slow memory.
 
 #[cfg(test)]
 mod tests;
@@ -184,7 +186,7 @@ impl Life {
             Trigger::Hold if !matches!(self.state, State::Hold { .. }) => return self.hold(),
             Trigger::Resume => return self.resume(),
             Trigger::GoesOn => self.door.is_resuming = false,
-            Trigger::CancelJog if self.state == State::Jog => {
+            Trigger::CancelJog if matches!(self.state, State::Jog) => {
                 self.forget = Forget::Jogs;
                 return Reaction::Wake;
             }
@@ -203,7 +205,7 @@ impl Life {
             }
             Trigger::Reset => return self.reset(),
             // Homing looks for its switches.
-            Trigger::Limit(motor) if self.state != State::Home => return self.stop(Cause::Limit(motor)),
+            Trigger::Limit(motor) if !matches!(self.state, State::Home) => return self.stop(Cause::Limit(motor)),
             Trigger::EmergencyStop(pressed) => {
                 self.emergency = pressed;
                 if pressed {
@@ -260,7 +262,7 @@ impl Life {
 
     /// With the door open an idle machine is held instead of doing what is asked of it.
     fn wait_for_door(&mut self) {
-        if self.door.is_open && self.state == State::Idle {
+        if self.door.is_open && matches!(self.state, State::Idle) {
             self.door.is_held = true;
             self.hold();
         }
@@ -297,7 +299,7 @@ impl Life {
             (Ok(()), Some(cause)) if cause != Cause::Reset => State::Alarm(cause.alarm(self.state)),
             (Ok(()), None) if self.held => State::Hold { still: true },
             (Ok(()), _) if is_last => State::Idle,
-            (Ok(()), _) if self.state == State::Jog || self.forget == Forget::All => self.state,
+            (Ok(()), _) if matches!(self.state, State::Jog) || self.forget == Forget::All => self.state,
             (Ok(()), _) => State::Run,
         };
         // A stop ends a hold; what was held is forgotten.
@@ -323,12 +325,12 @@ impl Life {
     }
 
     fn resume(&mut self) -> Reaction {
-        if self.state != (State::Hold { still: true }) || self.door.is_open {
+        if !matches!(self.state, State::Hold { still: true }) || self.door.is_open {
             return Reaction::None;
         }
         self.held = false;
         self.state = if self.pending == 0 { State::Idle } else { State::Run };
-        self.door.is_resuming = self.door.is_held && self.state == State::Run;
+        self.door.is_resuming = self.door.is_held && matches!(self.state, State::Run);
         self.door.is_held = false;
         Reaction::Wake
     }
