@@ -59,7 +59,7 @@ fn a_side_without_its_switch_is_an_alarm_that_names_it() {
             let script = format!(
                 "send $349=1.5\nexpect ok\nswitch {switch} stuck-open\nsend $HY\nexpect error:9\n\
                  expect [MSG:{name} did not reach its switch\ncheck-square {skewed_steps}\n\
-                 switch {switch} normal\nsend $X\nexpect ok\nsend $HY\nexpect ok\ncheck-square 0\n"
+                 switch {switch} normal\nsend $X\nexpect ok\nsend $349=5\nexpect ok\nsend $HY\nexpect ok\ncheck-square 0\n"
             );
             carry_out(port, &format!("squared-blind-{switch}"), 0.0, &script);
         }
