@@ -4,7 +4,7 @@
 //! every life that can be reached: see its tests. They also compare it with the table in `ARCHITECTURE.md`. The machine
 //! calls it in a critical section (`Machine::apply`), and afterwards does what the [`Reaction`] says.
 //!
-//! A state is matched with, not compared: on a chip a constant to compare with would be read from slow memory.
+//! States and causes are matched, not compared: on a chip a constant to compare with would be read from slow memory.
 
 #[cfg(test)]
 mod tests;
@@ -296,7 +296,7 @@ impl Life {
             (Err(alarm), _) => State::Alarm(alarm),
             // The emergency stop was pressed after a reset, whose cause was kept.
             (Ok(()), _) if self.emergency => State::Alarm(Alarm::EmergencyStop),
-            (Ok(()), Some(cause)) if cause != Cause::Reset => State::Alarm(cause.alarm(self.state)),
+            (Ok(()), Some(cause)) if !matches!(cause, Cause::Reset) => State::Alarm(cause.alarm(self.state)),
             (Ok(()), None) if self.held => State::Hold { still: true },
             (Ok(()), _) if is_last => State::Idle,
             (Ok(()), _) if matches!(self.state, State::Jog) || self.forget == Forget::All => self.state,
@@ -372,7 +372,7 @@ impl Life {
             self.cause = self.cause.or(Some(cause));
             return Reaction::Halt;
         }
-        if cause == Cause::EmergencyStop {
+        if matches!(cause, Cause::EmergencyStop) {
             self.held = false;
             self.state = State::Alarm(Alarm::EmergencyStop);
         }

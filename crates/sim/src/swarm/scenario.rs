@@ -7,7 +7,7 @@ use isostep_motion::{Axis, Motor};
 use oorandom::Rand64;
 
 use super::lines::Lines;
-use crate::config::{Config, Port};
+use crate::config::{Config, Gantry, Port};
 use crate::faults::Trouble;
 use crate::plant::SwitchFault;
 use crate::sim::Stimulus;
@@ -166,9 +166,11 @@ impl Random {
         let start_mm =
             std::array::from_fn(|axis| f64::from(settings.travel_mm[axis]) * (0.3 + 0.4 * self.0.rand_float()));
         let plate_mm = f64::from(settings.travel_mm[2]) * 0.2;
+        let gantry = self.gantry();
         Config {
             settings,
             start_mm,
+            gantry,
             port,
             seed,
             plate: self.one_in(2).then_some(Plate { axis: Axis::Z, place_mm: plate_mm, is_below: true }),
@@ -179,6 +181,12 @@ impl Random {
             keep_waves: false,
             ..Config::default()
         }
+    }
+
+    /// A gantry that is out of square by less than what the skew limit allows.
+    fn gantry(&mut self) -> Gantry {
+        let skew_mm = self.of(&[0.0, 0.0, 1.3, -1.3, 3.0, -3.0]);
+        Gantry { skew_mm, square_mm: self.of(&[0.0, 0.5, -1.5]), binds_mm: 12.0 }
     }
 
     /// Settings of a machine small enough to be homed quickly.
@@ -202,6 +210,8 @@ impl Random {
             interval_thirds: self.one_in(4),
             speed_law: self.of(&[0, 0, 0, 1, 2, 3, 4, 5, 6]),
             report_mask: self.of(&[1, 3]),
+            second_motor_axis: self.of(&[0, 0, 1, 2, 3]),
+            second_invert_mask: self.below(8) as u16,
             ..Settings::DEFAULT
         };
         for axis in 0..3 {
@@ -212,6 +222,7 @@ impl Random {
             settings.decel_or_0_mm_s2[axis] = self.of(&[0.0, 0.0, 300.0]);
             settings.jerk_or_0_mm_s3[axis] = self.of(&[0.0, 2_000.0, 50_000.0]);
             settings.start_rate_mm_min[axis] = self.of(&[0.0, 60.0]);
+            settings.square_offset_mm[axis] = self.of(&[0.0, 0.5, -1.5]);
         }
         if settings.speed_law >= 3 {
             settings.start_rate_mm_min = [60.0; 3];
