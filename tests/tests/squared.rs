@@ -368,3 +368,14 @@ fn a_stop_while_one_side_moves_alone_leaves_none_held() {
         assert_eq!(places(&sim), before.map(|place| place + 150), "after {at_ms} ms");
     }
 }
+
+#[test]
+fn a_changed_offset_takes_the_zero_away() {
+    for asked in ["$8=2", "$171=0.1", "$349=4", "$905=0"] {
+        let mut sim = homed(&machine(Port::Pio));
+        assert_eq!(line(&mut sim, "$170=1"), ["ok"], "of another axis");
+        assert!(sim.machine().homed()[1]);
+        assert_eq!(line(&mut sim, asked).last().unwrap(), "ok");
+        assert!(!sim.machine().homed()[1], "{asked}");
+    }
+}
