@@ -77,6 +77,9 @@ fn meaning(word: &str) -> Option<String> {
         // The executor of the axes, or with `TimerPort` that of the task that makes the steps, gets no time for a while.
         "STARVE_AXES" => "mask-irq 28\nwait-ms 60\nunmask-irq 28\n",
         "STARVE_STEPS" => "mask-irq 29\nwait-ms 2\nunmask-irq 29\n",
+        // X gets its second motor, which has not moved with it before, and is homed with it.
+        "SQUARED" => "send $905=1\nexpect ok\nsend $349=100\nexpect ok\nsend $HX\nexpect ok\n",
+        "SINGLE" => "send $905=0\nexpect ok\n",
         "GENTLE" => return Some("send $940=0\nexpect ok\n".to_owned() + &set(&GENTLE)),
         _ => return None,
     };
@@ -122,7 +125,7 @@ impl Case {
 }
 
 /// Every way in which a motion can end, except those that have a test of their own: see the table.
-pub const CASES: [Case; 33] = [
+pub const CASES: [Case; 35] = [
     Case::new("it is complete", "AWAY\n"),
     Case {
         state: "Hold:0",
@@ -159,6 +162,14 @@ pub const CASES: [Case; 33] = [
         "AWAY\nswitch X stuck-closed\nsend G91G0X-1\nexpect ALARM:1\nexpect ok\nRELEASE_SWITCH\n",
         false,
     ),
+    Case {
+        cleared: "UNLOCK\nSINGLE\n",
+        ..Case::alarm(
+            "limit switch of a second motor",
+            "SQUARED\nUNDER_WAY\nswitch 2 stuck-closed\nexpect ALARM:1\nswitch 2 normal\nwait-ms 5\n",
+            false,
+        )
+    },
     Case::alarm("emergency stop", "UNDER_WAY\nestop pressed\nexpect ALARM:10\nRELEASE_ESTOP\n", false),
     Case::alarm("emergency stop at rest", "estop pressed\nexpect ALARM:10\nRELEASE_ESTOP\n", true),
     Case::alarm(
@@ -173,6 +184,14 @@ pub const CASES: [Case; 33] = [
         "switch X stuck-closed\nwait-ms 5\nsend $HX\nexpect ALARM:8\nexpect error:9\nRELEASE_SWITCH\n",
         false,
     ),
+    Case {
+        cleared: "UNLOCK\nSINGLE\n",
+        ..Case::alarm(
+            "homing: a side does not reach its switch",
+            "SQUARED\nswitch X stuck-open\nsend $349=1\nexpect ok\nsend $HX\nexpect ALARM:15\nexpect error:9\nRELEASE_SWITCH\n",
+            false,
+        )
+    },
     Case::alarm("soft limit", "send G90G53G0X-1\nexpect ALARM:2\nexpect error:9\n", true),
     Case {
         cleared: "UNLOCK\nsend $130=350\nexpect ok\n",
@@ -307,12 +326,13 @@ impl Case {
     }
 }
 
-/// A script of all cases for a machine, one after the other, from power-up with X [`START_MM`] above its switch.
+/// A script of all cases for a machine, one after the other, from power-up with X [`START_MM`] above its switch. X has a
+/// second motor, as far from its own switch, that makes steps in a few cases only.
 /// `panic` is the address of a firmware function that panics, in hexadecimal.
 #[must_use]
 pub fn script(knows: impl Fn(On) -> bool, panic: &str) -> String {
     let quick_homing = "send $26=1\nexpect ok\nsend $24=600\nexpect ok\nsend $25=2880\nexpect ok\n";
-    let begin = format!("expect Grbl\n{quick_homing}GENTLE\nsend $HX\nexpect ok\n");
+    let begin = format!("expect Grbl\nsend $905=0\nexpect ok\n{quick_homing}GENTLE\nsend $HX\nexpect ok\n");
     let cases = CASES.iter().filter(|case| knows(case.on)).map(Case::script);
     let lines = iter::once(begin).chain(cases).collect::<String>().replace("PANIC", panic);
     lines.lines().map(|line| meaning(line).unwrap_or_else(|| format!("{line}\n"))).collect()

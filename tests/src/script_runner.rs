@@ -4,7 +4,7 @@
 use std::collections::VecDeque;
 
 use embassy_time::Duration;
-use isostep_motion::Axis;
+use isostep_motion::{Axis, Motor};
 use isostep_sim::tool::ToolOutput;
 use isostep_sim::world::Wire;
 use isostep_sim::{Sim, State, SwitchFault};
@@ -128,12 +128,15 @@ impl ScriptRunner {
     }
 
     fn set_switch(&mut self, rest: &str) -> Result<(), String> {
-        let (axis, fault) = match rest {
-            "X stuck-closed" => (Axis::X, SwitchFault::StuckClosed),
-            "X normal" => (Axis::X, SwitchFault::None),
+        let (motor, fault) = match rest {
+            "X stuck-closed" => (Motor::first(Axis::X), SwitchFault::StuckClosed),
+            "X stuck-open" => (Motor::first(Axis::X), SwitchFault::StuckOpen),
+            "X normal" => (Motor::first(Axis::X), SwitchFault::None),
+            "2 stuck-closed" => (Motor::second(Axis::X), SwitchFault::StuckClosed),
+            "2 normal" => (Motor::second(Axis::X), SwitchFault::None),
             _ => return Err("no fault of this switch here".to_owned()),
         };
-        self.sim.set_switch(axis, fault);
+        self.sim.set_switch(motor, fault);
         Ok(())
     }
 }

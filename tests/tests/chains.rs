@@ -211,7 +211,7 @@ fn stops_at_any_instant_leave_the_exact_count() {
             let expected = match (stop, was) {
                 (Stop::Emergency, _) => State::Alarm(Alarm::EmergencyStop),
                 (_, State::Idle) => State::Idle,
-                (Stop::Limit(axis), _) => State::Alarm(Alarm::HardLimit { axis }),
+                (Stop::Limit(axis), _) => State::Alarm(Alarm::HardLimit { motor: axis.into() }),
                 (Stop::Resets, _) => State::Alarm(Alarm::ResetInMotion),
             };
             assert_eq!(bench.state(), expected, "case {case}: {stop:?} in {was:?}");

@@ -17,6 +17,8 @@ mod evenly;
 mod flowing;
 #[path = "emulated/linked.rs"]
 mod linked;
+#[path = "emulated/squared.rs"]
+mod squared;
 #[path = "emulated/sweep.rs"]
 mod sweep;
 #[path = "emulated/tool.rs"]

@@ -118,7 +118,7 @@ fn no_limit_switch_is_lost() {
             return Ok(());
         }
         stands_still(outcome, came)?;
-        let locked = State::Alarm(Alarm::HardLimit { axis: Axis::Z });
+        let locked = State::Alarm(Alarm::HardLimit { motor: Axis::Z.into() });
         if outcome.state == locked { Ok(()) } else { Err(format!("the machine is in {:?}", outcome.state)) }
     });
 }

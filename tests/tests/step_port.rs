@@ -12,7 +12,8 @@ use embassy_futures::poll_once;
 use embassy_futures::select::{Either, select};
 use embassy_time::{Duration, Instant, Timer};
 use isostep_motion::{
-    AXES, Axis, ConfigError, Odometer, PortFault, StartLine, StepPort, StreamItem, StreamQueue, Wiring,
+    AXES, Axis, ConfigError, Motor, Odometer, PortFault, Run, SecondMotor, Side, StartLine, StepPort, StreamItem,
+    StreamQueue, Wiring,
 };
 use isostep_profile::{ACCEL_MAX_STEPS_S2, Limits};
 use isostep_sim::time;
@@ -25,7 +26,9 @@ use oorandom::Rand32;
 #[path = "step_port/rig.rs"]
 mod rig;
 
-use rig::{Chain, LIMITS, Plan, Rig, WIRED, carry_out, carry_out_all, delayed, edges, let_go, steps_of};
+use rig::{
+    Chain, LIMITS, Plan, Rig, WIRED, carry_out, carry_out_all, carry_out_run, delayed, edges, let_go, rises, steps_of,
+};
 
 #[test]
 fn every_step_leaves_at_its_instant_there_and_back() {
@@ -56,6 +59,33 @@ fn directions_can_be_inverted() {
     }
 }
 
+/// Three runs: of both motors, of the second alone, of the first alone, back. The count is that of the axis's steps.
+#[test]
+fn a_side_that_is_held_makes_no_step_and_the_other_makes_all() {
+    for (rig, direction_inverted) in Rig::all().flat_map(|rig| [(rig, false), (rig, true)]) {
+        let runs = [(1, 40, None), (51, 30, Some(Side::First)), (101, -20, Some(Side::Second)), (151, 10, None)];
+        let world = rig.run(|mut port, _| async move {
+            let odometer = Odometer::new();
+            for (at_ms, steps, held) in runs {
+                let run = Run { second: Some(SecondMotor { direction_inverted, held }), ..WIRED };
+                let items = Plan::new(steps).items(port.capabilities().tick_hz).chain([StreamItem::End]).collect();
+                carry_out_run(&mut port, items, (Instant::from_millis(at_ms), run), &odometer).await.unwrap();
+            }
+            assert_eq!(odometer.position_steps(), 60);
+        });
+        let plans = runs.map(|(at_ms, steps, _)| (Instant::from_millis(at_ms), Plan::new(steps)));
+        if !direction_inverted {
+            rig.assert_plans(&edges(&world), &plans);
+        }
+        let [first, second] = [Motor::first(Axis::X), Motor::second(Axis::X)].map(|motor| rises(&world, motor));
+        assert_eq!((first.len(), second.len()), (40 + 20 + 10, 40 + 30 + 10), "{rig}");
+        assert_eq!((&first[..40], &first[60..]), (&second[..40], &second[70..]), "{rig}: at the same instants");
+        let second_steps = if direction_inverted { -80 } else { 80 };
+        let skewed_steps = world.borrow().second_place_steps().unwrap() - world.borrow().places_steps()[0];
+        assert_eq!(skewed_steps, second_steps - 30, "{rig}");
+    }
+}
+
 #[test]
 fn pulses_are_as_wide_as_the_driver_or_the_wiring_asks() {
     for rig in Rig::all() {
@@ -66,7 +96,7 @@ fn pulses_are_as_wide_as_the_driver_or_the_wiring_asks() {
                 carry_out(&mut port, Plan::new(3), (start, wiring), &Odometer::new()).await.unwrap();
             });
             let world = world.borrow();
-            let step = world.record().waves.iter().filter(|wave| wave.wire == Wire::Step(Axis::X));
+            let step = world.record().waves.iter().filter(|wave| wave.wire == Wire::Step(Axis::X.into()));
             let pulses: Vec<_> = step.skip_while(|wave| !wave.high).collect();
             let widths_ns: Vec<_> = pulses.chunks(2).map(|pulse| pulse[1].t_ns - pulse[0].t_ns).collect();
             assert_eq!(widths_ns, [u64::from(asked_ns.max(rig.driver.step_high_ns)); 3], "{rig}");

@@ -3,7 +3,7 @@
 use embassy_executor::{SendSpawner, Spawner};
 use embassy_rp::gpio::{Input, Output};
 use isostep_motion::coordinator::{self, PlanMemory};
-use isostep_motion::{Axis, DriverTiming, Event, Machine, axis, buttons, limit, probing, tool};
+use isostep_motion::{Axis, DriverTiming, Event, LimitInput, Machine, axis, buttons, limit, probing, tool};
 use static_cell::ConstStaticCell;
 
 use crate::guard;
@@ -27,8 +27,9 @@ pub fn spawn_axes(spawner: SendSpawner, machine: &'static Machine, pins: StepPin
 /// Spawns the tasks that stop the axes, and starts the guard that engages the brake before them.
 pub fn spawn_switches(spawner: SendSpawner, machine: &'static Machine, pins: SwitchPins) {
     for (axis, limit) in Axis::ALL.into_iter().zip(pins.limits) {
-        spawner.spawn(watch_limit(machine, axis, limit).unwrap());
+        spawner.spawn(watch_limit(machine, LimitInput::Of(axis), limit).unwrap());
     }
+    spawner.spawn(watch_limit(machine, LimitInput::Second, pins.second_limit).unwrap());
     spawner.spawn(watch_emergency_stop(machine, pins.emergency_stop).unwrap());
     guard::start(machine, pins.pio);
 }
@@ -51,9 +52,9 @@ async fn run_axis(machine: &'static Machine, axis: Axis, port: port::Port) -> ! 
     axis::run(machine, axis, port).await
 }
 
-#[embassy_executor::task(pool_size = 3)]
-async fn watch_limit(machine: &'static Machine, axis: Axis, input: Input<'static>) -> ! {
-    limit::watch(machine, axis, input).await
+#[embassy_executor::task(pool_size = 4)]
+async fn watch_limit(machine: &'static Machine, which: LimitInput, input: Input<'static>) -> ! {
+    limit::watch(machine, which, input).await
 }
 
 #[embassy_executor::task]

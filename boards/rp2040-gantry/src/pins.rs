@@ -4,21 +4,26 @@ use embassy_rp::Peri;
 use embassy_rp::Peripherals;
 use embassy_rp::gpio::{Input, Level, Output, Pull};
 #[cfg(not(feature = "timer-port"))]
-use embassy_rp::peripherals::{DMA_CH0, DMA_CH1, DMA_CH2, DMA_CH3, DMA_CH4, DMA_CH5, PIO0};
+use embassy_rp::peripherals::{DMA_CH0, DMA_CH1, DMA_CH2, DMA_CH3, DMA_CH4, DMA_CH5, DMA_CH6, DMA_CH7, PIO0};
 use embassy_rp::peripherals::{
-    DMA_CH11, FLASH, PIN_0, PIN_1, PIN_2, PIN_3, PIN_4, PIN_5, PIN_6, PIN_7, PIN_13, PIO1, PWM_SLICE6, UART0, USB,
-    WATCHDOG,
+    DMA_CH11, FLASH, PIN_0, PIN_1, PIN_2, PIN_3, PIN_4, PIN_5, PIN_6, PIN_7, PIN_13, PIN_21, PIN_22, PIO1, PWM_SLICE6,
+    UART0, USB, WATCHDOG,
 };
 use isostep_motion::{AXES, Contact};
 
-/// GP2, GP4, GP6, for code that must reach the pins without owning them.
-pub const STEP: [usize; AXES] = [2, 4, 6];
-pub const STEP_MASK: u32 = 1 << STEP[0] | 1 << STEP[1] | 1 << STEP[2];
+/// STEP of the axes' motors, then of the second motor, for code that must reach the pins without owning them. DIR is on
+/// the pin after each.
+pub const STEP: [usize; AXES + 1] = [2, 4, 6, 21];
+pub const STEP_MASK: u32 = 1 << STEP[0] | 1 << STEP[1] | 1 << STEP[2] | 1 << STEP[SECOND];
+/// The index of the second motor.
+pub const SECOND: usize = AXES;
 /// GP9. The limits of Y and Z and the emergency stop are on the three pins after it.
 pub const LIMIT_X: u8 = 9;
 /// The contact between the emergency stop's pin and ground. It is a property of the image: no console can change it.
 pub const EMERGENCY_CONTACT: Contact =
     if cfg!(feature = "estop-nc") { Contact::NormallyClosed } else { Contact::NormallyOpen };
+/// GP26.
+pub const SECOND_LIMIT: u8 = 26;
 /// GP8, active low.
 pub const ENABLE_MASK: u32 = 1 << 8;
 /// GP13: the second output of PWM slice 6.
@@ -41,14 +46,17 @@ pub struct StepPins {
     pub x_dir: Peri<'static, PIN_3>,
     pub y_dir: Peri<'static, PIN_5>,
     pub z_dir: Peri<'static, PIN_7>,
+    /// Of the second motor, which a setting gives to an axis.
+    pub second: Peri<'static, PIN_21>,
+    pub second_dir: Peri<'static, PIN_22>,
     #[cfg(not(feature = "timer-port"))]
     pub pio: Peri<'static, PIO0>,
-    /// Two channels for each axis. Holding these values reserves the channels.
+    /// Two channels for each motor. Holding these values reserves the channels.
     #[cfg(not(feature = "timer-port"))]
     pub channels: DmaChannels,
 }
 
-/// DMA channels 0 to 5.
+/// DMA channels 0 to 7.
 #[cfg(not(feature = "timer-port"))]
 pub type DmaChannels = (
     Peri<'static, DMA_CH0>,
@@ -57,12 +65,16 @@ pub type DmaChannels = (
     Peri<'static, DMA_CH3>,
     Peri<'static, DMA_CH4>,
     Peri<'static, DMA_CH5>,
+    Peri<'static, DMA_CH6>,
+    Peri<'static, DMA_CH7>,
 );
 
 /// Inputs that stop the machine; they are connected to ground when pressed, or until then.
 pub struct SwitchPins {
     /// X, Y, Z.
     pub limits: [Input<'static>; AXES],
+    /// The second motor's.
+    pub second_limit: Input<'static>,
     pub emergency_stop: Input<'static>,
     /// The PIO block that watches all of them. The dead man's switch has another of its state machines.
     pub pio: Peri<'static, PIO1>,
@@ -122,13 +134,16 @@ impl Board {
                 x_dir: p.PIN_3,
                 y_dir: p.PIN_5,
                 z_dir: p.PIN_7,
+                second: p.PIN_21,
+                second_dir: p.PIN_22,
                 #[cfg(not(feature = "timer-port"))]
                 pio: p.PIO0,
                 #[cfg(not(feature = "timer-port"))]
-                channels: (p.DMA_CH0, p.DMA_CH1, p.DMA_CH2, p.DMA_CH3, p.DMA_CH4, p.DMA_CH5),
+                channels: (p.DMA_CH0, p.DMA_CH1, p.DMA_CH2, p.DMA_CH3, p.DMA_CH4, p.DMA_CH5, p.DMA_CH6, p.DMA_CH7),
             },
             switches: SwitchPins {
                 limits: [Input::new(p.PIN_9, Pull::Up), Input::new(p.PIN_10, Pull::Up), Input::new(p.PIN_11, Pull::Up)],
+                second_limit: Input::new(p.PIN_26, Pull::Up),
                 emergency_stop: Input::new(p.PIN_12, Pull::Up),
                 pio: p.PIO1,
             },

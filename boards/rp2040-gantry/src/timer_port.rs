@@ -2,11 +2,12 @@
 
 use embassy_rp::Peri;
 use embassy_rp::gpio::{AnyPin, Level, Output};
+use embassy_rp::pac::SIO;
 use embassy_time::Duration;
 use embedded_hal::delay::DelayNs;
-use isostep_motion::{AXES, DriverTiming, TimerBank, TimerPort};
+use isostep_motion::{AXES, DriverTiming, MotorPins, Run, Side, TimerBank, TimerPort};
 
-use crate::pins::StepPins;
+use crate::pins::{self, StepPins};
 use crate::priority;
 
 pub type Port = TimerPort<'static>;
@@ -20,20 +21,87 @@ const WAKE_UP: Duration = Duration::from_micros(10);
 
 /// The ports of all axes, at rest, with STEP and DIR low.
 pub fn open(pins: StepPins, timing: DriverTiming) -> [Port; AXES] {
-    let pins: [[Peri<'static, AnyPin>; 2]; AXES] =
-        [[pins.x.into(), pins.x_dir.into()], [pins.y.into(), pins.y_dir.into()], [pins.z.into(), pins.z_dir.into()]];
-    let pins = pins.map(|[step, dir]| (Output::new(step, Level::Low), Output::new(dir, Level::Low)));
-    priority::start_step_executor().spawn(drive(pins).unwrap());
+    let outputs: [Peri<'static, AnyPin>; 2 * pins::STEP.len()] = [
+        pins.x.into(),
+        pins.x_dir.into(),
+        pins.y.into(),
+        pins.y_dir.into(),
+        pins.z.into(),
+        pins.z_dir.into(),
+        pins.second.into(),
+        pins.second_dir.into(),
+    ];
+    for pin in outputs {
+        // Never dropped: dropping it would release the pin.
+        core::mem::forget(Output::new(pin, Level::Low));
+    }
+    priority::start_step_executor().spawn(drive([0, 1, 2].map(AxisPins::new)).unwrap());
     BANK.ports(timing, [brake::<0>, brake::<1>, brake::<2>])
 }
 
 #[embassy_executor::task]
-async fn drive(pins: [(Output<'static>, Output<'static>); AXES]) -> ! {
+async fn drive(pins: [AxisPins; AXES]) -> ! {
     BANK.drive(pins, CoreDelay, WAKE_UP).await
 }
 
 fn brake<const AXIS: usize>(engaged: bool) {
     BANK.brake(AXIS, engaged);
+}
+
+/// STEP and DIR of an axis's motors, as masks of SIO: one write sets both of a kind.
+struct AxisPins {
+    axis: usize,
+    /// STEP of the motors that move in the run.
+    step: u32,
+    /// DIR of the motors whose level is that of the words, and of one whose level is the other.
+    dir: u32,
+    dir_inverted: u32,
+    dir_high: bool,
+}
+
+impl AxisPins {
+    fn new(axis: usize) -> Self {
+        Self { axis, step: step(axis), dir: dir(axis), dir_inverted: 0, dir_high: false }
+    }
+}
+
+impl MotorPins for AxisPins {
+    fn begin(&mut self, run: &Run) {
+        let of = |side: Side, index: usize| if run.moves(side) { step(index) } else { 0 };
+        self.step = of(Side::First, self.axis) | of(Side::Second, pins::SECOND);
+        (self.dir, self.dir_inverted) = match run.second {
+            None => (dir(self.axis), 0),
+            Some(_) if run.is_second_inverted() => (dir(self.axis), dir(pins::SECOND)),
+            Some(_) => (dir(self.axis) | dir(pins::SECOND), 0),
+        };
+        self.set_dir(self.dir_high);
+    }
+
+    #[inline(always)]
+    fn set_step(&mut self, high: bool) {
+        set(self.step, high);
+    }
+
+    #[inline(always)]
+    fn set_dir(&mut self, high: bool) {
+        self.dir_high = high;
+        set(self.dir, high);
+        set(self.dir_inverted, !high);
+    }
+}
+
+fn step(motor: usize) -> u32 {
+    1 << pins::STEP[motor]
+}
+
+fn dir(motor: usize) -> u32 {
+    2 << pins::STEP[motor]
+}
+
+#[inline(always)]
+fn set(mask: u32, high: bool) {
+    let latch = SIO.gpio_out(0);
+    if high { latch.value_set().write_value(mask) } else { latch.value_clr().write_value(mask) }
 }
 
 /// A delay that blocks, for the width of a pulse.

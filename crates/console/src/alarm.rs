@@ -5,7 +5,7 @@ use core::fmt;
 use crate::codes::codes;
 
 codes! {
-    /// Why the machine locked itself. Numbers below 20 are Grbl's, from 20 on they are our own.
+    /// Why the machine locked itself. Numbers below 20 are Grbl's or grblHAL's, from 20 on they are our own.
     Alarm {
         HardLimit = 1, "* limit switch closed, steps may be lost: $X, move off it, then $H";
         SoftLimit = 2, "* target outside the travel ($130-$132), nothing moved: correct the program or the travel, then $X";
@@ -17,6 +17,7 @@ codes! {
         PullOff = 8, "* limit switch still closed after pulling off: free a stuck switch, raise $27, check $5";
         SwitchNotFound = 9, "* limit switch never closed: check its wiring, the direction ($23) and the travel ($130-$132)";
         EmergencyStop = 10, "emergency stop pressed: release it, or mend its wire, then $X and $H";
+        Skewed = 15, "* did not reach its switch within $349 of the other side: free what is jammed, check motor and switch, square it by hand, then $H";
         LateStep = 20, "a step of * came too late: lower the rate ($110-$112), then $H";
         Unplannable = 21, "nothing moved: *, then $X";
         Underrun = 22, "the step port of * ran dry: lower the rate or the acceleration ($110-$122), then $H";
@@ -78,6 +79,7 @@ mod tests {
         begins(&Alarm::SwitchNotFound.about("Z").to_string(), "Z limit switch never closed: ");
         begins(&Alarm::Underrun.about("Y").to_string(), "the step port of Y ran dry: ");
         begins(&Alarm::HardLimit.to_string(), "axis limit switch closed");
+        begins(&Alarm::Skewed.about("Y2").to_string(), "Y2 did not reach its switch");
         begins(&Alarm::EmergencyStop.about("X").to_string(), "emergency stop pressed: ");
     }
 }

@@ -14,7 +14,7 @@ use crate::{Error, Fixed};
 pub enum SettingError {
     /// There is no such setting.
     Unknown { number: u16 },
-    /// No setting may be negative.
+    /// The setting may not be negative.
     Negative { number: u16, value: f32 },
     /// The setting takes whole numbers.
     NotInteger { number: u16, value: f32 },
@@ -30,8 +30,8 @@ pub enum SettingError {
     LeastSpeedNotBelowFull { least_rpm: f32, full_rpm: f32 },
     /// `$35` must not be above `$36`.
     LeastDutyAboveFull { least_percent: f32, full_percent: f32 },
-    /// The pull-off, `$27`, must be below the travel of every axis.
-    PullOffNotBelowTravel { axis: usize, pull_off_mm: f32, travel_mm: f32 },
+    /// The pull-off, `$27`, with the offset of a second motor, must be below the travel of every axis.
+    PullOffNotBelowTravel { axis: usize, pull_off_mm: f32, offset_mm: f32, travel_mm: f32 },
     /// The top speed of an axis needs a higher step rate than the step outputs support with this pulse width.
     RateTooHigh { axis: usize, asked_mm_min: f32, max_mm_min: f32, steps_per_mm: f32, pulse_us: u16 },
     /// The start speed of an axis is above its top speed.
@@ -104,13 +104,14 @@ impl fmt::Display for SettingError {
                 let (least, full) = (plain(least_percent), plain(full_percent));
                 write!(f, "$35={least} is above the duty at $30, $36={full} %: lower $35 or raise $36")
             }
-            Self::PullOffNotBelowTravel { axis, pull_off_mm, travel_mm } => {
+            Self::PullOffNotBelowTravel { axis, pull_off_mm, offset_mm, travel_mm } => {
                 let (letter, travel) = (["X", "Y", "Z"][axis], 130 + axis);
                 let (asked, most) = (plain(pull_off_mm), plain(travel_mm));
-                write!(
-                    f,
-                    "$27={asked} is not below the travel of {letter}, ${travel}={most} mm: lower $27 or raise ${travel}"
-                )
+                write!(f, "$27={asked} ")?;
+                if offset_mm != 0.0 {
+                    write!(f, "with the offset of the second motor, ${}={}, ", 170 + axis, plain(offset_mm))?;
+                }
+                write!(f, "is not below the travel of {letter}, ${travel}={most} mm: lower $27 or raise ${travel}")
             }
             Self::RateTooHigh { axis, asked_mm_min, max_mm_min, steps_per_mm, pulse_us } => {
                 let (rate, scale) = (110 + axis, 100 + axis);

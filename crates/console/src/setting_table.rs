@@ -51,6 +51,7 @@ const ROWS: &[(Setting, &str)] = &[
     row(4, "", "enable is active high", 0.0, 1.0, Flag(|s| &mut s.enable_invert)),
     row(5, "", "limit switches open when pressed", 0.0, 1.0, Flag(|s| &mut s.limit_invert)),
     row(6, "", "probe input, mask: 1 contact is high, 2 no pull-up", 0.0, 3.0, Int(|s| &mut s.probe_mask)),
+    row(8, "", "second motor: direction other than the first's, mask", 0.0, 7.0, Int(|s| &mut s.second_invert_mask)),
     row(10, "", "status report, mask: 1 machine position, 2 buffers", 0.0, 3.0, Int(|s| &mut s.report_mask)),
     row(11, "mm", "junction deviation; 0 stops at every corner", 0.0, 100.0, Float(|s| &mut s.junction_deviation_mm)),
     row(12, "mm", "arc tolerance, a quarter of a step at most", 0.001, 100.0, Float(|s| &mut s.arc_tolerance_mm)),
@@ -73,10 +74,13 @@ const ROWS: &[(Setting, &str)] = &[
     row(110, "mm/min", "top speed", 1.0, 1e8, PerAxis(|s| &mut s.max_rate_mm_min)),
     row(120, "mm/s2", "acceleration", 0.1, 1e5, PerAxis(|s| &mut s.accel_mm_s2)),
     row(130, "mm", "travel", 1.0, 1e4, PerAxis(|s| &mut s.travel_mm)),
+    row(170, "mm", "second motor: how much farther from its switch; below 0 the first", -5.0, 5.0, PerAxis(|s| &mut s.square_offset_mm)),
+    row(349, "mm", "second motor: how far one side may go alone to its switch", 0.1, 100.0, Float(|s| &mut s.skew_max_mm)),
     row(394, "s", "time for the spindle to reach its speed", 0.0, 60.0, Float(|s| &mut s.spin_up_s)),
     row(900, "", "interval law: 0 fastest, 1 thirds", 0.0, 1.0, Flag(|s| &mut s.interval_thirds)),
     row(901, "", "homing order, axis digits: 1 X, 2 Y, 3 Z", 123.0, 321.0, Int(|s| &mut s.homing_order_digits)),
     row(902, "", "the feed-hold input is a safety door's switch", 0.0, 1.0, Flag(|s| &mut s.hold_input_is_door)),
+    row(905, "", "axis with a second motor: 0 none, 1 X, 2 Y, 3 Z", 0.0, 3.0, Int(|s| &mut s.second_motor_axis)),
     row(910, "mm/min", "start speed", 0.0, 1e8, PerAxis(|s| &mut s.start_rate_mm_min)),
     row(920, "mm/s2", "deceleration; 0 for the acceleration", 0.0, 1e5, PerAxis(|s| &mut s.decel_or_0_mm_s2)),
     row(930, "mm/s3", "jerk of the s-curve; 0 for no limit", 0.0, 1e8, PerAxis(|s| &mut s.jerk_or_0_mm_s3)),
@@ -138,7 +142,7 @@ impl Setting {
     /// Checks `value` for setting `number` against the range of this row.
     pub(crate) fn check(&self, number: u16, value: f32) -> Result<(), SettingError> {
         let Self { unit, min, max, .. } = *self;
-        if value < 0.0 {
+        if value < 0.0 && min >= 0.0 {
             return Err(SettingError::Negative { number, value });
         }
         if self.is_integer() && value % 1.0 != 0.0 {

@@ -26,6 +26,8 @@ pub struct Settings {
     pub limit_invert: bool,
     /// `$6`: the probe's input. Bit 0: the contact is high, not low. Bit 1: the input has no pull-up.
     pub probe_mask: u16,
+    /// `$8`: axes whose second motor has the other level of DIR than the first.
+    pub second_invert_mask: u16,
     /// `$10`: bit 0 reports machine position instead of work position, bit 1 adds the free buffers.
     pub report_mask: u16,
     /// `$11`: how far a corner may be rounded; 0 stops at every corner.
@@ -70,6 +72,11 @@ pub struct Settings {
     pub accel_mm_s2: [f32; AXES],
     /// `$130`-`$132`: travel of an axis, which is from 0 to this.
     pub travel_mm: [f32; AXES],
+    /// `$170`-`$172`: how much farther from its switch the second motor of the axis stands than the first when the axis
+    /// is square; below 0 it is the first that stands farther.
+    pub square_offset_mm: [f32; AXES],
+    /// `$349`: how far one side of an axis with two motors may go alone to its switch.
+    pub skew_max_mm: f32,
     /// `$394`: the time that the spindle takes to reach its speed; motion waits for it.
     pub spin_up_s: f32,
     /// `$900`: accelerate, cruise and brake for three equal times (thirds) instead of as fast as the limits allow.
@@ -81,6 +88,8 @@ pub struct Settings {
     pub homing_order_digits: u16,
     /// `$902`: the feed-hold input is the switch of a safety door instead of a button.
     pub hold_input_is_door: bool,
+    /// `$905`: the axis with a second motor, as a digit: 1 is X; 0 means none. See [`Settings::second_motor`].
+    pub second_motor_axis: u16,
     /// `$910`-`$912`: the speed at which an axis can start and stop without a ramp.
     pub start_rate_mm_min: [f32; AXES],
     /// `$920`-`$922`: deceleration; 0 means equal to the acceleration, see [`Settings::decel_mm_s2`].
@@ -99,6 +108,7 @@ impl Settings {
         enable_invert: false,
         limit_invert: false,
         probe_mask: 0,
+        second_invert_mask: 0,
         report_mask: 1,
         junction_deviation_mm: 0.01,
         arc_tolerance_mm: 0.002,
@@ -121,11 +131,14 @@ impl Settings {
         max_rate_mm_min: [2880.0; AXES],
         accel_mm_s2: [50.0; AXES],
         travel_mm: [350.0, 400.0, 100.0],
+        square_offset_mm: [0.0; AXES],
+        skew_max_mm: 10.0,
         spin_up_s: 0.0,
         interval_thirds: false,
         speed_law: 0,
         homing_order_digits: 312,
         hold_input_is_door: false,
+        second_motor_axis: 0,
         start_rate_mm_min: [0.0; AXES],
         decel_or_0_mm_s2: [0.0; AXES],
         jerk_or_0_mm_s3: [500.0; AXES],
@@ -143,6 +156,11 @@ impl Settings {
     pub fn homing_order(&self) -> [usize; AXES] {
         let digits = self.homing_order_digits;
         [digits / 100, digits / 10 % 10, digits % 10].map(|digit| usize::from(digit).saturating_sub(1))
+    }
+
+    /// The index of the axis that has a second motor.
+    pub fn second_motor(&self) -> Option<usize> {
+        usize::from(self.second_motor_axis).checked_sub(1)
     }
 
     /// The value of setting `number`, as `$$` prints it; flags are 0 or 1.
@@ -192,7 +210,8 @@ impl Settings {
     ///
     /// # Errors
     /// The first broken rule: soft limits need homing; the homing order names X, Y and Z once each; the S at least duty
-    /// is below the S at full duty; the least duty is not above the full duty; the pull-off is below the travel; the
+    /// is below the S at full duty; the least duty is not above the full duty; the pull-off,
+    /// with the offset of a second motor, is below the travel; the
     /// step outputs support the step rate; the start speed is not above the top speed; a speed law that needs a start
     /// speed has one; the laws are not left out.
     pub fn check(&self, carries: Carries<'_>) -> Result<(), SettingError> {
@@ -231,9 +250,10 @@ impl Settings {
     }
 
     fn check_axis(&self, axis: usize, carries: Carries<'_>) -> Result<(), SettingError> {
+        let offset_mm = if self.second_motor() == Some(axis) { self.square_offset_mm[axis] } else { 0.0 };
         let (pull_off_mm, travel_mm) = (self.homing_pull_off_mm, self.travel_mm[axis]);
-        if pull_off_mm >= travel_mm {
-            return Err(SettingError::PullOffNotBelowTravel { axis, pull_off_mm, travel_mm });
+        if pull_off_mm + offset_mm.abs() >= travel_mm {
+            return Err(SettingError::PullOffNotBelowTravel { axis, pull_off_mm, offset_mm, travel_mm });
         }
         let asked_mm_min = self.max_rate_mm_min[axis];
         let steps_per_mm = self.steps_per_mm[axis];

@@ -25,8 +25,10 @@ pub struct Status {
     pub coolant: Coolant,
     /// The probe's contact is in the state that ends G38.2; reported as P.
     pub probe_touched: bool,
-    /// Limit switches pressed.
+    /// Limit switches pressed, of either side of an axis with two motors.
     pub limits_pressed: [bool; AXES],
+    /// That of the second motor is; reported as 2, behind the letter of its axis.
+    pub second_limit_pressed: bool,
     /// The safety door is open; reported as D.
     pub door_open: bool,
     /// The emergency stop is pressed; reported as R, Grbl's letter for its reset input.
@@ -68,7 +70,7 @@ impl StatusReporter {
         }
     }
 
-    /// `<Idle|MPos:0.000,0.000,0.000|FS:0,0|...>`, at most 145 bytes.
+    /// `<Idle|MPos:0.000,0.000,0.000|FS:0,0|...>`, at most 146 bytes.
     pub fn write(&mut self, out: &mut impl Write, status: &Status, settings: &Settings) -> Result {
         let inches = settings.report_inches;
         let machine = settings.report_mask & REPORT_MACHINE_POSITION != 0;
@@ -139,6 +141,7 @@ fn write_pins(out: &mut impl Write, status: &Status) -> Result {
         (x, "X"),
         (y, "Y"),
         (z, "Z"),
+        (status.second_limit_pressed, "2"),
         (status.door_open, "D"),
         (status.emergency_stop, "R"),
         (status.hold_pressed, "H"),

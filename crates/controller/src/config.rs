@@ -4,7 +4,9 @@ use core::ops::RangeInclusive;
 
 use embassy_time::Duration;
 use isostep_console::{Settings, length};
-use isostep_motion::{AXES, Axis, Config, Direction, Duties, HomingConfig, Level, ToolConfig, Wiring, whole_steps};
+use isostep_motion::{
+    AXES, Axis, Config, Direction, Duties, HomingConfig, Level, Squared, ToolConfig, Wiring, whole_steps,
+};
 use isostep_profile::{IntervalLaw, Limits, SpeedLaw};
 
 /// `$1=255`: the motors stay energised.
@@ -48,6 +50,12 @@ pub fn config(settings: &Settings) -> Config {
             pull_off_mm: settings.homing_pull_off_mm.into(),
             debounce: Duration::from_millis(settings.homing_debounce_ms.into()),
         },
+        squared: settings.second_motor().map(|axis| Squared {
+            axis: Axis::ALL[axis],
+            direction_inverted: settings.second_invert_mask & (1 << axis) != 0,
+            offset_mm: settings.square_offset_mm[axis].into(),
+            skew_max_mm: settings.skew_max_mm.into(),
+        }),
     }
 }
 

@@ -10,7 +10,7 @@ use isostep_console::parameters::{STARTUP_LINES, StoredLine};
 use isostep_console::{
     AXES, Coolant, Door, Interpreter, Overrides, Parameters, Realtime, ReportedState, Settings, Status as Report,
 };
-use isostep_motion::{Machine, Overrides as Overridden, Spindle, State};
+use isostep_motion::{Axis, Machine, Overrides as Overridden, Spindle, State};
 
 use crate::config::Geometry;
 use crate::resets::Resets;
@@ -195,7 +195,9 @@ impl<'a, F: NorFlash> Controller<'a, F> {
             door_open: machine.door.is_open,
             hold_pressed: machine.buttons[0],
             start_pressed: machine.buttons[1],
-            limits_pressed: machine.pressed,
+            limits_pressed: Axis::ALL
+                .map(|axis| machine.pressed[axis as usize] || machine.second_pressed == Some(axis)),
+            second_limit_pressed: machine.second_pressed.is_some(),
             emergency_stop: machine.emergency_stop,
             free_blocks: machine.queue_free as u8,
             free_bytes: free_bytes.min(status::ADVERTISED_BYTES) as u16,

@@ -1,19 +1,22 @@
 //! From the machine's alarms and positions to the console's.
 
 use isostep_console::{Alarm as Code, length};
-use isostep_motion::{AXES, Alarm, Axis, Config, Spindle, Unplannable};
+use isostep_motion::{AXES, Alarm, Axis, Config, Motor, Side, Spindle, Unplannable};
 
 /// The window that is advertised to senders, bytes; a console has room for more.
 pub(crate) const ADVERTISED_BYTES: usize = 128;
 
 const NAMES: [&str; AXES] = ["X", "Y", "Z"];
+/// The names of an axis's second motor, and of its switch.
+const SECOND_NAMES: [&str; AXES] = ["X2", "Y2", "Z2"];
 
 /// The console's alarm, and what it is about: the axis, or the reason why a move cannot be planned.
 pub(crate) fn code(alarm: Alarm) -> (Code, &'static str) {
     let (code, axis) = match alarm {
-        Alarm::HardLimit { axis } => (Code::HardLimit, axis),
+        Alarm::HardLimit { motor } => return (Code::HardLimit, name(motor)),
         Alarm::SoftLimit { axis } => (Code::SoftLimit, axis),
-        Alarm::SwitchStuck { axis } => (Code::PullOff, axis),
+        Alarm::SwitchStuck { motor } => return (Code::PullOff, name(motor)),
+        Alarm::Skewed { motor } => return (Code::Skewed, name(motor)),
         Alarm::SwitchNotFound { axis } => (Code::SwitchNotFound, axis),
         Alarm::LateStep { axis } => (Code::LateStep, axis),
         Alarm::Underrun { axis } => (Code::Underrun, axis),
@@ -27,6 +30,11 @@ pub(crate) fn code(alarm: Alarm) -> (Code, &'static str) {
         Alarm::Unplannable { reason } => return (Code::Unplannable, why_not(reason)),
     };
     (code, NAMES[axis as usize])
+}
+
+fn name(motor: Motor) -> &'static str {
+    let names = if motor.side == Side::Second { SECOND_NAMES } else { NAMES };
+    names[motor.axis as usize]
 }
 
 fn why_not(reason: Unplannable) -> &'static str {

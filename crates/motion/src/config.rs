@@ -45,6 +45,22 @@ pub struct Config {
     pub hold_is_door: bool,
     /// How to home.
     pub homing: HomingConfig,
+    /// The axis with a second motor, if there is one.
+    pub squared: Option<Squared>,
+}
+
+/// An axis that two motors move, one at each side of the gantry, and that homing squares.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Squared {
+    /// Which.
+    pub axis: Axis,
+    /// The second motor's DIR has the other level than that of the first.
+    pub direction_inverted: bool,
+    /// How much farther from its switch the second side stands than the first when the axis is square, mm. Below 0 it
+    /// is the first that stands farther, by as much.
+    pub offset_mm: f64,
+    /// How far one side may go alone to its switch, mm; above 0. Beyond that the gantry is too skewed.
+    pub skew_max_mm: f64,
 }
 
 /// How to find the machine's zero.
@@ -103,7 +119,7 @@ pub enum ConfigError {
         /// What was asked.
         asked: f64,
     },
-    /// The homing pull-off is as long as the travel of an axis, or longer, mm.
+    /// The homing pull-off, with the offset of a second motor, is as long as the travel of an axis, or longer, mm.
     PullOff {
         /// Which axis.
         axis: Axis,
@@ -137,6 +153,9 @@ impl Config {
         positive("homing seek, mm/s", self.homing.seek_mm_s)?;
         positive("homing latch, mm/s", self.homing.latch_mm_s)?;
         positive("homing pull-off, mm", self.homing.pull_off_mm)?;
+        if let Some(squared) = self.squared {
+            positive("skew limit, mm", squared.skew_max_mm)?;
+        }
         Axis::ALL.into_iter().try_for_each(|axis| self.check_pull_off(axis))?;
         if Axis::ALL.iter().any(|axis| !self.homing.order.contains(axis)) {
             return Err(ConfigError::HomingOrder);
@@ -154,17 +173,24 @@ impl Config {
     }
 
     fn check_pull_off(&self, axis: Axis) -> Result<(), ConfigError> {
-        let (asked_mm, travel_mm) = (self.homing.pull_off_mm, self.travel_mm[axis as usize]);
+        let offset_mm = self.squared_axis(axis).map_or(0.0, |squared| squared.offset_mm);
+        let (asked_mm, travel_mm) = (self.homing.pull_off_mm + offset_mm.abs(), self.travel_mm[axis as usize]);
         if asked_mm < travel_mm { Ok(()) } else { Err(ConfigError::PullOff { axis, asked_mm, travel_mm }) }
     }
 
+    /// How `axis` is squared, if it has a second motor.
+    pub(crate) fn squared_axis(&self, axis: Axis) -> Option<Squared> {
+        self.squared.filter(|squared| squared.axis == axis)
+    }
+
     /// Whether a position of `axis` means the same place as it does with `other`, if the zero stays where it was. It
-    /// does if the direction, the side of the switch and the length of a step are the same. The travel and the pull-off
+    /// does if the direction, the side of the switch, what the second motor does and the length of a step are the same. The travel and the pull-off
     /// do not matter: they only say how far the axis goes from that zero, and where the next homing will find one.
     pub(crate) fn has_places_of(&self, other: &Self, axis: Axis) -> bool {
         let i = axis as usize;
         let direction = |config: &Self| config.wiring[i].direction_inverted;
         direction(self) == direction(other)
+            && self.squared_axis(axis) == other.squared_axis(axis)
             && self.homing.towards[i] == other.homing.towards[i]
             && self.steps_per_mm[i] == other.steps_per_mm[i]
     }

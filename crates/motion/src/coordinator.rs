@@ -23,6 +23,7 @@ use crate::axes::{AXES, Axis};
 use crate::chunks::Chunks;
 use crate::event::{Alarm, Event, Finish, State};
 use crate::machine::{CHAIN_MOVES, Cause, Machine, Motion, Overrides};
+use crate::motor::Side;
 
 /// Longer than any pulse lasts (`$0` is 20 us at most), and longer than any driver requires ENABLE to be held after a
 /// step.
@@ -97,7 +98,10 @@ pub(crate) enum Purpose {
     /// Probing: a contact ends it, and it can be held.
     Probe,
     /// Homing: nothing changes it.
-    Homing,
+    Homing {
+        /// The side of the axis that stands still, if it has two.
+        held: Option<Side>,
+    },
 }
 
 pub(crate) struct Coordinator<'a, E, F> {
@@ -162,6 +166,9 @@ where
             for axis in Axis::ALL {
                 self.machine.set_homed(axis, false);
             }
+        } else if let Some(squared) = self.machine.config().squared {
+            // A frame that two motors hold square springs back when they let go.
+            self.machine.set_homed(squared.axis, false);
         }
     }
 

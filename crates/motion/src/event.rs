@@ -6,6 +6,7 @@ use embassy_time::Instant;
 use isostep_profile::{PlanError, ProfileError, SyncMove};
 
 use crate::axes::{AXES, Axis};
+use crate::motor::Motor;
 use crate::port::PortFault;
 
 /// What the machine is doing.
@@ -52,7 +53,7 @@ pub enum Alarm {
     /// gone further onto it. The position is no longer trusted.
     HardLimit {
         /// Whose switch.
-        axis: Axis,
+        motor: Motor,
     },
     /// A move would have left the travel; nothing moved.
     SoftLimit {
@@ -66,12 +67,17 @@ pub enum Alarm {
     /// The switch was still closed after backing off.
     SwitchStuck {
         /// Whose switch.
-        axis: Axis,
+        motor: Motor,
     },
     /// The switch did not close within the search distance.
     SwitchNotFound {
         /// Whose switch.
         axis: Axis,
+    },
+    /// One side of a squared axis stood at its switch, and the other did not reach its own within the skew limit.
+    Skewed {
+        /// The motor that did not reach its switch.
+        motor: Motor,
     },
     /// The emergency stop was pressed.
     EmergencyStop,
@@ -232,19 +238,25 @@ pub enum Event {
 impl fmt::Display for Alarm {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::HardLimit { axis } => {
-                write!(f, "{axis} limit switch closed: clear the axis, unlock and home again")
+            Self::HardLimit { motor } => {
+                write!(f, "{motor} limit switch closed: clear the axis, unlock and home again")
             }
             Self::SoftLimit { axis } => {
                 write!(f, "the {axis} target is outside its travel: check the program and the travel setting")
             }
             Self::ResetInMotion => write!(f, "reset again while braking: the position is not trusted, home again"),
             Self::HomingReset => write!(f, "reset while homing: home again"),
-            Self::SwitchStuck { axis } => {
-                write!(f, "{axis} limit switch still closed after pulling off: check its wiring and the pull-off")
+            Self::SwitchStuck { motor } => {
+                write!(f, "{motor} limit switch still closed after pulling off: check its wiring and the pull-off")
             }
             Self::SwitchNotFound { axis } => {
                 write!(f, "{axis} limit switch never closed: check its wiring, the homing direction and the travel")
+            }
+            Self::Skewed { motor } => {
+                write!(
+                    f,
+                    "{motor} did not reach its switch within the skew limit of the other side: free it, home again"
+                )
             }
             Self::EmergencyStop => write!(f, "emergency stop pressed: release it, unlock and home again"),
             Self::LateStep { axis } => write!(f, "a step of {axis} was too late: lower the rate and home again"),

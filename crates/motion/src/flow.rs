@@ -12,6 +12,7 @@ use crate::coordinator::{Coordinator, Purpose};
 use crate::effort::effort;
 use crate::event::{Alarm, Event, Finish};
 use crate::machine::{CHAIN_MOVES, Motion, Overrides};
+use crate::motor::Side;
 use crate::tool::{Power, Tag};
 
 /// What became of a motion that was to be taken into the chain.
@@ -54,12 +55,18 @@ where
         (result, self.taken)
     }
 
-    /// Moves by signed `steps` for homing and returns when every axis has answered. A halt is not an error here: homing
-    /// halts on purpose.
-    pub(crate) async fn travel(&mut self, steps: [i32; AXES], feed_mm_s: f64) -> Result<Finish, Alarm> {
-        self.begin_chain(Purpose::Homing);
+    /// Moves by signed `steps` for homing, of an axis with two sides without the one that is `held`. Returns when every
+    /// axis has answered. A halt is not an error here: homing halts on purpose.
+    pub(crate) async fn travel(
+        &mut self,
+        steps: [i32; AXES],
+        feed_mm_s: f64,
+        held: Option<Side>,
+    ) -> Result<Finish, Alarm> {
+        let purpose = Purpose::Homing { held };
+        self.begin_chain(purpose);
         self.push(steps, Some(feed_mm_s), true, 0)?;
-        let finish = self.make(Purpose::Homing).await;
+        let finish = self.make(purpose).await;
         self.chain.clear();
         Ok(finish)
     }
@@ -86,7 +93,8 @@ where
         let Config { limits, steps_per_mm, junction_deviation_mm, speed_law, .. } = config;
         // Homing stops at a switch, whose distance is not known, so a move cannot be divided into thirds of that
         // distance.
-        let interval_law = if purpose == Purpose::Homing { IntervalLaw::Fastest } else { config.interval_law };
+        let interval_law =
+            if matches!(purpose, Purpose::Homing { .. }) { IntervalLaw::Fastest } else { config.interval_law };
         let mm_per_step = steps_per_mm.map(|steps| 1.0 / steps);
         self.chain.clear();
         let plain = ChainConfig::new(limits, mm_per_step, junction_deviation_mm, interval_law, speed_law);
@@ -136,8 +144,8 @@ where
             self.taken += 1;
             return Taken::In;
         }
-        if let Some(axis) = self.machine.onto_switch(steps) {
-            return self.refuse(Alarm::HardLimit { axis });
+        if let Some(motor) = self.machine.onto_switch(steps) {
+            return self.refuse(Alarm::HardLimit { motor });
         }
         match self.push(steps, feed_mm_s, exact_stop, tag.pack()) {
             Ok(()) => {

@@ -2,22 +2,41 @@
 //!
 //! The seek may stop abruptly, because only the slow latch measures. Both searches are bounded (by Grbl's factors): a
 //! switch that is missing, stuck or wired wrongly raises an alarm that names it.
+//!
+//! # Two motors
+//! An axis with a second motor is squared meanwhile. Both sides seek together. Where one meets its switch both stop,
+//! and the other goes on alone, no farther than the skew limit. The latch does the same, so each side is measured by
+//! its own switch, and the gantry is never skewed by more than it was. Both back off and pull off together. At the end
+//! one side goes on alone by the offset, away from its switch, so that both are off theirs.
 
 use core::convert::Infallible;
 use core::pin::pin;
 
+use embassy_futures::select::select;
 use embassy_time::Timer;
 use embedded_hal::digital::OutputPin;
 
 use crate::axes::{AXES, Axis};
 use crate::coordinator::{Coordinator, alongside};
 use crate::event::{Alarm, Event, Finish, HomingPhase, State};
+use crate::motor::{Motor, Side};
 use crate::port::Direction;
 
 /// The seek gives up after this many times the travel.
 const SEEK_TRAVELS: f64 = 1.5;
 /// The latch gives up after this many times the pull-off.
 const LATCH_PULL_OFFS: f64 = 5.0;
+
+/// A part of homing: a straight way of an axis, or of one of its sides.
+#[derive(Clone, Copy)]
+struct Way {
+    axis: Axis,
+    mm: f64,
+    to_switch: bool,
+    speed_mm_s: f64,
+    /// The side that stands still.
+    held: Option<Side>,
+}
 
 impl<E, F> Coordinator<'_, E, F>
 where
@@ -45,68 +64,131 @@ where
 
     async fn home_axis(&mut self, axis: Axis) -> Result<(), Alarm> {
         let homing = self.machine.config().homing;
-        let travel_mm = self.machine.config().travel_mm[axis as usize];
+        let way = Way { axis, mm: 0.0, to_switch: true, speed_mm_s: homing.seek_mm_s, held: None };
         // A carriage that already stands on its switch has nothing to seek.
-        if !self.machine.switch(axis).is_pressed() {
+        if self.missing(axis).is_some() {
             self.phase(axis, HomingPhase::Seek);
-            self.search(axis, SEEK_TRAVELS * travel_mm, homing.seek_mm_s).await?;
+            let travel_mm = self.machine.config().travel_mm[axis as usize];
+            self.approach(Way { mm: SEEK_TRAVELS * travel_mm, ..way }).await?;
         }
         self.phase(axis, HomingPhase::BackOff);
-        self.retreat(axis, homing.seek_mm_s).await?;
+        let way = Way { mm: homing.pull_off_mm, to_switch: false, ..way };
+        self.retreat(way).await?;
         self.phase(axis, HomingPhase::Latch);
-        self.search(axis, LATCH_PULL_OFFS * homing.pull_off_mm, homing.latch_mm_s).await?;
+        let way = Way { speed_mm_s: homing.latch_mm_s, ..way };
+        self.approach(Way { mm: LATCH_PULL_OFFS * homing.pull_off_mm, to_switch: true, ..way }).await?;
         self.phase(axis, HomingPhase::PullOff);
-        self.retreat(axis, homing.latch_mm_s).await?;
+        self.retreat(way).await?;
+        if let Some(way) = self.offset(way) {
+            self.retreat(way).await?;
+        }
         self.machine.link(axis).odometer.zero();
         self.machine.set_homed(axis, true);
         self.report(Event::Homed { axis });
         Ok(())
     }
 
+    /// The way by which one side goes farther than the pull-off, if it is a step at least.
+    fn offset(&self, way: Way) -> Option<Way> {
+        let config = self.machine.config();
+        let offset_mm = config.squared_axis(way.axis)?.offset_mm;
+        let held = if offset_mm > 0.0 { Side::First } else { Side::Second };
+        (config.steps(way.axis, offset_mm) != 0).then_some(Way { mm: offset_mm.abs(), held: Some(held), ..way })
+    }
+
     fn phase(&mut self, axis: Axis, phase: HomingPhase) {
         self.report(Event::Homing { axis, phase });
     }
 
-    /// Moves towards the switch until it is pressed.
-    async fn search(&mut self, axis: Axis, distance_mm: f64, speed_mm_s: f64) -> Result<(), Alarm> {
+    /// The sides of `axis`.
+    fn sides(&self, axis: Axis) -> impl Iterator<Item = Motor> + use<E, F> {
+        let second = self.machine.config().squared_axis(axis).map(|_| Motor::second(axis));
+        core::iter::once(Motor::first(axis)).chain(second)
+    }
+
+    /// The first side of `axis` that does not stand at its switch.
+    fn missing(&self, axis: Axis) -> Option<Motor> {
+        self.sides(axis).find(|motor| !self.machine.switch_of(*motor).is_pressed())
+    }
+
+    /// The first side of `axis` that stands at its switch.
+    fn arrived(&self, axis: Axis) -> Option<Motor> {
+        self.sides(axis).find(|motor| self.machine.switch_of(*motor).is_pressed())
+    }
+
+    /// Moves towards the switches until each side has met its own. The first that does waits for the other.
+    async fn approach(&mut self, way: Way) -> Result<(), Alarm> {
+        let axis = way.axis;
+        if self.arrived(axis).is_none() {
+            self.search(way, Alarm::SwitchNotFound { axis }).await?;
+        }
+        let Some(mm) = self.machine.config().squared_axis(axis).map(|squared| squared.skew_max_mm) else {
+            return Ok(());
+        };
+        // The other switch may have closed too, and is not debounced yet.
+        self.debounced().await;
+        match self.missing(axis) {
+            Some(motor) => {
+                self.search(Way { mm, held: Some(motor.side.other()), ..way }, Alarm::Skewed { motor }).await
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// Waits long enough for the debounced levels to follow the switches.
+    async fn debounced(&self) {
+        Timer::after(self.machine.config().homing.debounce * 2).await;
+    }
+
+    /// Moves towards the switches until that of a moving side is pressed. If none is, that is the alarm `missed`.
+    async fn search(&mut self, way: Way, missed: Alarm) -> Result<(), Alarm> {
         let machine = self.machine;
+        let [first, second] = [Side::First, Side::Second].map(|side| Motor { axis: way.axis, side });
+        let is_two = machine.config().squared_axis(way.axis).is_some();
         let pressed = async {
-            machine.switch(axis).wait_pressed().await;
+            let (first, second) = (machine.switch_of(first), machine.switch_of(second));
+            match way.held {
+                Some(Side::First) => second.wait_pressed().await,
+                None if is_two => _ = select(first.wait_pressed(), second.wait_pressed()).await,
+                _ => first.wait_pressed().await,
+            }
             machine.halt();
         };
         // The move always answers, because the switch's halt ends it: it is never dropped half-way.
         let finish = {
             // The future is large. Pinned here it takes room in the task once, and not again in the future that it is
             // handed to.
-            let moving = pin!(self.along(axis, distance_mm, true, speed_mm_s));
+            let moving = pin!(self.along(way));
             alongside(moving, pressed).await?
+        };
+        let is_found = match way.held {
+            Some(held) => machine.switch_of(Motor { axis: way.axis, side: held.other() }).is_pressed(),
+            None => self.arrived(way.axis).is_some(),
         };
         match finish {
             _ if machine.cause().is_some() => Err(self.stop_alarm()),
-            _ if machine.switch(axis).is_pressed() => Ok(()),
-            _ => Err(Alarm::SwitchNotFound { axis }),
+            _ if is_found => Ok(()),
+            _ => Err(missed),
         }
     }
 
-    /// Moves away from the switch by the pull-off; the switch must open.
-    async fn retreat(&mut self, axis: Axis, speed_mm_s: f64) -> Result<(), Alarm> {
-        let homing = self.machine.config().homing;
-        match self.along(axis, homing.pull_off_mm, false, speed_mm_s).await? {
+    /// Moves away from the switches; they must open.
+    async fn retreat(&mut self, way: Way) -> Result<(), Alarm> {
+        match self.along(way).await? {
             Finish::Stopped | Finish::Fault { .. } => return Err(self.stop_alarm()),
             // Homing is never held.
             Finish::Done | Finish::Held => {}
         }
-        // Long enough for the debounced level to follow.
-        Timer::after(homing.debounce * 2).await;
-        if self.machine.switch(axis).is_pressed() { Err(Alarm::SwitchStuck { axis }) } else { Ok(()) }
+        self.debounced().await;
+        self.arrived(way.axis).map_or(Ok(()), |motor| Err(Alarm::SwitchStuck { motor }))
     }
 
-    async fn along(&mut self, axis: Axis, mm: f64, to_switch: bool, speed_mm_s: f64) -> Result<Finish, Alarm> {
+    async fn along(&mut self, way: Way) -> Result<Finish, Alarm> {
         let config = self.machine.config();
-        let positive = (config.homing.towards[axis as usize] == Direction::Positive) == to_switch;
-        let n = config.steps(axis, mm);
+        let positive = (config.homing.towards[way.axis as usize] == Direction::Positive) == way.to_switch;
+        let n = config.steps(way.axis, way.mm);
         let mut steps = [0; AXES];
-        steps[axis as usize] = if positive { n } else { -n };
-        self.travel(steps, speed_mm_s).await
+        steps[way.axis as usize] = if positive { n } else { -n };
+        self.travel(steps, way.speed_mm_s, way.held).await
     }
 }

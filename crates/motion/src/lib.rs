@@ -29,6 +29,7 @@ mod homing;
 pub mod limit;
 mod link;
 mod machine;
+mod motor;
 mod port;
 pub mod probing;
 mod run;
@@ -39,16 +40,17 @@ mod timer_port;
 pub mod tool;
 
 pub use axes::{AXES, Axis};
-pub use config::{Config, ConfigError, HomingConfig, whole_steps};
+pub use config::{Config, ConfigError, HomingConfig, Squared, whole_steps};
 pub use event::{Alarm, Event, Finish, HomingPhase, State, Unplannable};
 pub use machine::{Busy, Door, MOVES_AHEAD, Machine, Motion, Overrides, ProbeMove, Probed, Status};
+pub use motor::{LimitInput, Motor, SecondMotor, Side};
 pub use port::{
     Brake, Capabilities, Direction, DriverTiming, Odometer, PortFault, Run, StepPort, StreamItem, StreamQueue, Wiring,
     ticks_covering,
 };
 pub use start_line::StartLine;
 pub use switch::Contact;
-pub use timer_port::{TimerBank, TimerPort};
+pub use timer_port::{MotorPins, TimerBank, TimerPort};
 pub use tool::{Duties, Level, Outputs, Power, Spindle, Switches, ToolConfig, ToolPort};
 
 /// Tick rate of the time driver, Hz. Step instants are compiled in these ticks, unless a port has another tick rate.

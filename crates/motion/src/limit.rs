@@ -7,33 +7,34 @@ use embassy_time::{Duration, with_timeout};
 use embedded_hal::digital::InputPin;
 use embedded_hal_async::digital::Wait;
 
-use crate::axes::Axis;
+use crate::config::{Config, HomingConfig};
 use crate::machine::Machine;
+use crate::motor::LimitInput;
 
-/// Watches the limit switch of `axis` for ever. It is wired to ground with a pull-up, so low is pressed (unless the
-/// configuration inverts that). The first edge of a press stops a running machine at once. Homing and the status see
-/// the debounced level.
+/// Watches a limit switch for ever. It is wired to ground with a pull-up, so low is pressed (unless the configuration
+/// inverts that). The first edge of a press stops a running machine at once. Homing and the status see the debounced
+/// level. `which` says whose switch `input` is.
 ///
 /// # Cancellation
-/// Dropping it leaves the last debounced level of the switch in place and the axis unwatched; nothing moves.
-pub async fn watch<I>(machine: &Machine, axis: Axis, mut input: I) -> !
+/// Dropping it leaves the last debounced level of the switch in place and its axis unwatched; nothing moves.
+pub async fn watch<I>(machine: &Machine, which: LimitInput, mut input: I) -> !
 where
     I: InputPin<Error = Infallible> + Wait,
 {
-    let switch = machine.switch(axis);
+    let switch = machine.switch(which);
     let mut pressed = is_low(&mut input) != machine.config().switches_inverted;
     switch.publish(pressed);
     loop {
-        let config = machine.config();
-        let awaited_low = pressed == config.switches_inverted;
+        let Config { switches_inverted, homing: HomingConfig { debounce, .. }, .. } = machine.config();
+        let awaited_low = pressed == switches_inverted;
         wait_level(&mut input, awaited_low).await;
         if !pressed {
             // At rest this edge stops nothing. But a motion that is asked for before the switch is debounced must not
             // go further onto it.
             switch.touch();
         }
-        machine.limit_edge(axis, awaited_low);
-        pressed = debounced_low(&mut input, config.homing.debounce).await != config.switches_inverted;
+        machine.limit_edge(which, awaited_low);
+        pressed = debounced_low(&mut input, debounce).await != switches_inverted;
         switch.publish(pressed);
     }
 }

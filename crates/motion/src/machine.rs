@@ -30,6 +30,7 @@ use crate::axes::{AXES, Axis};
 use crate::config::{Config, ConfigError};
 use crate::event::{Alarm, State};
 use crate::link::AxisLink;
+use crate::motor::{LimitInput, Motor, Side};
 use crate::port::{Capabilities, StepPort};
 use crate::switch::{Contact, Switch};
 use crate::tool::{Level, Outputs, Power, Tag};
@@ -110,8 +111,10 @@ pub struct Status {
     pub state: State,
     /// Where each axis stands, steps: the exact count of emitted edges.
     pub position_steps: [i32; AXES],
-    /// Which switches are pressed, debounced.
+    /// Which switches are pressed, debounced: each axis's first.
     pub pressed: [bool; AXES],
+    /// The second motor's switch is pressed, if there is a second motor: the axis that it moves.
+    pub second_pressed: Option<Axis>,
     /// Whether the emergency stop is pressed.
     pub emergency_stop: bool,
     /// Which axes have been homed and not lost their position since.
@@ -173,7 +176,8 @@ struct Inner {
 /// What the tasks of one machine share. Every task holds a `&Machine`; none holds a lock across an await.
 pub struct Machine {
     links: [AxisLink; AXES],
-    switches: [Switch; AXES],
+    /// The limit switches, in the order of the axes, then the second motor's.
+    switches: [Switch; AXES + 1],
     emergency_contact: Contact,
     queue: Channel<CriticalSectionRawMutex, Motion, QUEUE_MOVES>,
     state: Watch<CriticalSectionRawMutex, State, WATCHERS>,
@@ -196,7 +200,7 @@ impl Machine {
     pub const fn new(config: Config, emergency_contact: Contact) -> Self {
         Self {
             links: [const { AxisLink::new() }; AXES],
-            switches: [const { Switch::new() }; AXES],
+            switches: [const { Switch::new() }; AXES + 1],
             emergency_contact,
             queue: Channel::new(),
             state: Watch::new_with(State::Idle),
@@ -281,11 +285,14 @@ impl Machine {
     pub fn status(&self) -> Status {
         let (homed, emergency_stop, current) = self.with(|inner| (inner.homed, inner.life.emergency, inner.current));
         let room = self.with(|inner| if inner.life.is_to_brake() { 0 } else { inner.room });
-        let (outputs, buttons) = self.with(|inner| (inner.effective(), inner.buttons));
+        let (outputs, buttons, squared) = self.with(|inner| (inner.effective(), inner.buttons, inner.config.squared));
         Status {
             state: self.state(),
             position_steps: self.position_steps(),
-            pressed: Axis::ALL.map(|axis| self.switch(axis).is_pressed()),
+            pressed: Axis::ALL.map(|axis| self.switch(LimitInput::Of(axis)).is_pressed()),
+            second_pressed: squared
+                .map(|squared| squared.axis)
+                .filter(|_| self.switch(LimitInput::Second).is_pressed()),
             emergency_stop,
             homed,
             queue_free: self.queue_free() + room,
@@ -395,8 +402,18 @@ impl Machine {
         &self.links[axis as usize]
     }
 
-    pub(crate) fn switch(&self, axis: Axis) -> &Switch {
-        &self.switches[axis as usize]
+    pub(crate) fn switch(&self, input: LimitInput) -> &Switch {
+        match input {
+            LimitInput::Of(axis) => &self.switches[axis as usize],
+            LimitInput::Second => &self.switches[AXES],
+        }
+    }
+
+    pub(crate) fn switch_of(&self, motor: Motor) -> &Switch {
+        self.switch(match motor.side {
+            Side::First => LimitInput::Of(motor.axis),
+            Side::Second => LimitInput::Second,
+        })
     }
 
     pub(crate) fn publish_port(&self, axis: Axis, port: &impl StepPort) {

@@ -7,6 +7,7 @@ use embassy_sync::channel::Channel;
 use embassy_time::Duration;
 use isostep_profile::Segment;
 
+use crate::motor::{SecondMotor, Side};
 use crate::start_line::StartLine;
 
 /// The direction in which an axis moves.
@@ -192,6 +193,25 @@ pub type StreamQueue = Channel<CriticalSectionRawMutex, StreamItem, QUEUE_SEGMEN
 pub struct Run {
     /// How the driver is wired.
     pub wiring: Wiring,
+    /// The axis's second motor, if it has one.
+    pub second: Option<SecondMotor>,
+}
+
+impl Run {
+    /// Whether the motor of this side makes the steps.
+    #[must_use]
+    pub fn moves(&self, side: Side) -> bool {
+        match self.second {
+            None => side == Side::First,
+            Some(second) => second.held != Some(side),
+        }
+    }
+
+    /// The second motor's DIR has the other level than the first's.
+    #[must_use]
+    pub fn is_second_inverted(&self) -> bool {
+        self.second.is_some_and(|second| second.direction_inverted)
+    }
 }
 
 /// Why a port stopped before its last step. Every step that rose is counted.
@@ -224,7 +244,7 @@ pub enum PortFault {
 /// finished. It may be called in any context, interrupts included.
 pub type Brake = fn(engaged: bool);
 
-/// Makes the step edges of one axis.
+/// Makes the step edges of one axis, for its motor or for both.
 #[allow(async_fn_in_trait, reason = "ports stay on the executor that polls them: no Send bound is wanted")]
 pub trait StepPort {
     /// What this port can do.
@@ -244,6 +264,9 @@ pub trait StepPort {
     /// directions it changes DIR, when the hold time is over and with the set-up time left before the next step. It
     /// returns after [`StreamItem::End`], when the last step has risen. It counts every step in `odometer`; when it
     /// returns, at the latest, the count is exact.
+    ///
+    /// With a second motor, each step rises at the same instant for both, and is one step of the axis. If one side is
+    /// held, its STEP stays low, and its DIR may change.
     ///
     /// # Errors
     /// No step rises after a fault.

@@ -41,8 +41,8 @@ where
         let ProbeMove { target_steps, feed_mm_s, away, must, line } = probe;
         let origin_steps = self.machine.position_steps();
         let steps = core::array::from_fn(|axis| target_steps[axis].wrapping_sub(origin_steps[axis]));
-        if let Some(axis) = self.machine.onto_switch(steps) {
-            return Err(Alarm::HardLimit { axis });
+        if let Some(motor) = self.machine.onto_switch(steps) {
+            return Err(Alarm::HardLimit { motor });
         }
         self.machine.set_probed(Probed { touched: false, position_steps: origin_steps });
         if !self.machine.seek_contact(!away) {

@@ -26,6 +26,7 @@ use crate::axes::{AXES, Axis};
 use crate::coordinator::{Coordinator, Purpose, all_armed, all_done, begun};
 use crate::event::{Event, Finish};
 use crate::machine::CurrentChunk;
+use crate::motor::SecondMotor;
 use crate::port::Run;
 use crate::stream::{AHEAD, PIECE, SegmentStream, fill_queues};
 use crate::tool::BeamStream;
@@ -83,9 +84,13 @@ where
             // signal set.
             return self.end_run(Finish::Stopped);
         }
-        let wiring = machine.config().wiring;
+        let config = machine.config();
+        let held = if let Purpose::Homing { held } = purpose { held } else { None };
         for axis in Axis::ALL {
-            machine.link(axis).run.signal(Run { wiring: wiring[axis as usize] });
+            let second = config
+                .squared_axis(axis)
+                .map(|squared| SecondMotor { direction_inverted: squared.direction_inverted, held });
+            machine.link(axis).run.signal(Run { wiring: config.wiring[axis as usize], second });
         }
         let mut done = pin!(all_done(machine));
         // The start is polled first: a short run may have ended before this task learns of its start.
@@ -239,7 +244,7 @@ where
         // Also while it is held: the place of the contact comes from the chunks, which are forgotten when they are
         // over.
         let is_found = purpose == Purpose::Probe && self.note_contact(start);
-        if purpose == Purpose::Homing || self.chain.is_held() {
+        if matches!(purpose, Purpose::Homing { .. }) || self.chain.is_held() {
             return;
         }
         if is_found || self.machine.is_to_brake() {

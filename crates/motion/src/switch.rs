@@ -1,6 +1,9 @@
 //! A limit switch, debounced, and the contact of the emergency stop.
 
+use core::future::poll_fn;
+use core::pin::pin;
 use core::sync::atomic::{AtomicBool, Ordering};
+use core::task::{Context, Poll};
 
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
@@ -62,7 +65,13 @@ impl Switch {
     /// Waits until it is pressed. Only the coordinator may wait: the signal has room for one waiter.
     pub async fn wait_pressed(&self) {
         while !self.is_pressed() {
-            self.changed.wait().await;
+            poll_fn(|context| self.poll_changed(context)).await;
         }
+    }
+
+    /// Not inlined: on a chip homing is in slow memory, and no critical section may be.
+    #[inline(never)]
+    fn poll_changed(&self, context: &mut Context<'_>) -> Poll<()> {
+        pin!(self.changed.wait()).poll(context)
     }
 }

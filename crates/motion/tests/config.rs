@@ -2,8 +2,8 @@
 
 use embassy_time::Duration;
 use isostep_motion::{
-    AXES, Alarm, Axis, Capabilities, Config, Direction, DriverTiming, Duties, HomingConfig, Level, ToolConfig,
-    Unplannable, Wiring,
+    AXES, Alarm, Axis, Capabilities, Config, Direction, DriverTiming, Duties, HomingConfig, Level, Motor, Side,
+    Squared, ToolConfig, Unplannable, Wiring,
 };
 use isostep_profile::{IntervalLaw, Limits, SpeedLaw};
 
@@ -44,8 +44,11 @@ fn works() -> Config {
             pull_off_mm: 2.0,
             debounce: Duration::from_millis(5),
         },
+        squared: None,
     }
 }
+
+const SQUARED: Squared = Squared { axis: Axis::Y, direction_inverted: false, offset_mm: -350.0, skew_max_mm: 10.0 };
 
 /// A port that carries the driver's 250,000 steps/s.
 fn port() -> Capabilities {
@@ -72,6 +75,11 @@ fn what_cannot_work_is_refused_with_its_value() {
             |config| config.homing.pull_off_mm = 100.0,
             "Z: a homing pull-off of 100 mm is not below the travel of 100 mm",
         ),
+        (|config| config.squared = Some(SQUARED), "Y: a homing pull-off of 352 mm is not below the travel of 350 mm"),
+        (
+            |config| config.squared = Some(Squared { offset_mm: 0.0, skew_max_mm: 0.0, ..SQUARED }),
+            "skew limit, mm: 0 must be above 0",
+        ),
         (|config| config.homing.order[2] = Axis::X, "the homing order must name each axis once"),
     ];
     for (change, words) in rows {
@@ -88,6 +96,7 @@ fn what_cannot_work_is_refused_with_its_value() {
 #[test]
 fn every_reason_says_something_of_its_own() {
     let axis = Axis::Y;
+    let motor = Motor { axis, side: Side::Second };
     let reasons = [
         Unplannable::NoSteps,
         Unplannable::Limits { axis },
@@ -97,11 +106,12 @@ fn every_reason_says_something_of_its_own() {
         Unplannable::Ends,
     ];
     let alarms = [
-        Alarm::HardLimit { axis },
+        Alarm::HardLimit { motor },
         Alarm::SoftLimit { axis },
         Alarm::ResetInMotion,
         Alarm::HomingReset,
-        Alarm::SwitchStuck { axis },
+        Alarm::SwitchStuck { motor },
+        Alarm::Skewed { motor },
         Alarm::SwitchNotFound { axis },
         Alarm::EmergencyStop,
         Alarm::LateStep { axis },
@@ -115,7 +125,7 @@ fn every_reason_says_something_of_its_own() {
     let mut texts: Vec<_> =
         reasons.map(|reason| reason.to_string()).into_iter().chain(alarms.map(|a| a.to_string())).collect();
     assert!(texts.iter().all(|text| text.len() > 10), "{texts:?}");
-    assert!(texts.iter().filter(|text| text.contains('Y')).count() == 8, "those of an axis name it: {texts:?}");
+    assert!(texts.iter().filter(|text| text.contains('Y')).count() == 9, "those of an axis name it: {texts:?}");
     let all = texts.len();
     texts.sort();
     texts.dedup();

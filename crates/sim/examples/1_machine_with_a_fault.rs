@@ -16,12 +16,12 @@ pub fn main() -> Result<(), RunError> {
     say(&mut sim, "$H")?;
     // The move takes minutes. The switch is pressed in it, for a fifth of a second.
     let (at_ns, lasts_ns) = (sim.now_ns() + 5 * NS_PER_S, Some(NS_PER_S / 5));
-    sim.suffer(Fault { trouble: Trouble::Limit(Axis::X), at_ns, lasts_ns });
+    sim.suffer(Fault { trouble: Trouble::Limit(Axis::X.into()), at_ns, lasts_ns });
     say(&mut sim, "G1 X340 F60")?;
 
     let position_steps = sim.machine().position_steps();
     println!("the machine is in state {:?}, {} steps from its zero", sim.machine().state(), position_steps[0]);
-    assert_eq!(sim.machine().state(), State::Alarm(Alarm::HardLimit { axis: Axis::X }));
+    assert_eq!(sim.machine().state(), State::Alarm(Alarm::HardLimit { motor: Axis::X.into() }));
     // The position is the count of the edges that left, whatever came in between.
     assert_eq!(position_steps, sim.counted_steps());
     assert!((200..=250).contains(&position_steps[0]), "5 s at 1 mm/s and 50 steps/mm");

@@ -84,7 +84,7 @@ pub fn main() -> Result<(), RunError> {
             start_line.wait_armed().await;
             start_line.go();
         };
-        let run = Run { wiring: Wiring::default() };
+        let run = Run { wiring: Wiring::default(), second: None };
         let (result, ()) = join(PrintingPort.run(run, &start_line, &queue, &odometer), let_go).await;
         assert_eq!(result, Ok(()));
         counted.set(odometer.position_steps());

@@ -76,6 +76,23 @@ impl Streaming {
     pub const GRBL: Self = Self::CharacterCounting { window_bytes: 128 };
 }
 
+/// The frame between the two sides of an axis with two motors.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gantry {
+    /// How far the second side is ahead of the first while no motor holds the frame, mm away from the switches.
+    pub skew_mm: f64,
+    /// How much farther from its switch the second side stands than the first when the frame is square, mm: what a
+    /// user has to find out, and to set as the offset.
+    pub square_mm: f64,
+    /// From this skew on the frame binds, mm: no motor skews it any more.
+    pub binds_mm: f64,
+}
+
+impl Gantry {
+    /// A frame that is square at rest, and whose switches are.
+    pub const SQUARE: Self = Self { skew_mm: 0.0, square_mm: 0.0, binds_mm: 25.0 };
+}
+
 /// A simulated machine and how it is used. Equal configurations and programs give identical runs, to the byte.
 #[derive(Clone, Debug)]
 pub struct Config {
@@ -86,6 +103,8 @@ pub struct Config {
     pub settings_file: Option<(String, Settings)>,
     /// Position of each carriage at power-up, mm from where its limit switch closes.
     pub start_mm: [f64; AXES],
+    /// The gantry of an axis with two motors.
+    pub gantry: Gantry,
     /// Faults of the limit switches.
     pub switches: [SwitchFault; AXES],
     /// The contact of the emergency stop.
@@ -140,6 +159,7 @@ impl Default for Config {
             settings: Settings::DEFAULT,
             settings_file: None,
             start_mm: [35.0, 40.0, 15.0],
+            gantry: Gantry::SQUARE,
             switches: [SwitchFault::None; AXES],
             emergency_contact: Contact::default(),
             plate: None,

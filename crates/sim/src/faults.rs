@@ -4,7 +4,7 @@ use std::fmt;
 use std::rc::Rc;
 use std::str::FromStr;
 
-use isostep_motion::Axis;
+use isostep_motion::{Axis, Motor};
 use oorandom::Rand64;
 
 use crate::executor::{Executor, Priority};
@@ -27,12 +27,12 @@ pub enum Trouble {
     EmergencyStop,
     /// The wire of the emergency stop is broken: its contact seems to be open.
     BrokenEmergencyStop,
-    /// Something presses the limit switch of an axis.
-    Limit(Axis),
+    /// Something presses the limit switch of an axis, or of its second motor.
+    Limit(Motor),
     /// The wire of an axis's limit switch is broken: it never closes.
-    Broken(Axis),
+    Broken(Motor),
     /// The contact of an axis's limit switch opens and closes although nothing touches it.
-    Chatter(Axis),
+    Chatter(Motor),
     /// The button of the feed hold is pressed. If this input is a safety door, the door is open.
     Hold,
     /// The button of the cycle start is pressed.
@@ -40,7 +40,7 @@ pub enum Trouble {
     /// The probe touches something.
     Probe,
     /// The motor of an axis makes no step.
-    Stall(Axis),
+    Stall(Motor),
     /// Consoles and coordinator get no processor time.
     Starve,
     /// The host does not read.
@@ -87,13 +87,13 @@ impl fmt::Display for Trouble {
         match self {
             Self::EmergencyStop => f.write_str("e-stop"),
             Self::BrokenEmergencyStop => f.write_str("broken:e-stop"),
-            Self::Limit(axis) => write!(f, "limit:{axis}"),
-            Self::Broken(axis) => write!(f, "broken:{axis}"),
-            Self::Chatter(axis) => write!(f, "chatter:{axis}"),
+            Self::Limit(motor) => write!(f, "limit:{motor}"),
+            Self::Broken(motor) => write!(f, "broken:{motor}"),
+            Self::Chatter(motor) => write!(f, "chatter:{motor}"),
             Self::Hold => f.write_str("hold"),
             Self::Start => f.write_str("start"),
             Self::Probe => f.write_str("probe"),
-            Self::Stall(axis) => write!(f, "stall:{axis}"),
+            Self::Stall(motor) => write!(f, "stall:{motor}"),
             Self::Starve => f.write_str("starve"),
             Self::Deaf => f.write_str("deaf"),
         }
@@ -132,14 +132,15 @@ fn trouble(what: &str) -> Option<Trouble> {
     if what == "broken:e-stop" {
         return Some(Trouble::BrokenEmergencyStop);
     }
-    let (kind, axis) = what.split_once(':').unwrap_or((what, ""));
-    let of = Axis::ALL.into_iter().find(|of| of.to_string() == axis);
+    let (kind, motor) = what.split_once(':').unwrap_or((what, ""));
+    let of = Axis::ALL.into_iter().flat_map(|axis| [Motor::first(axis), Motor::second(axis)]);
+    let of = of.into_iter().find(|of| of.to_string() == motor);
     match (kind, of) {
-        ("limit", Some(axis)) => Some(Trouble::Limit(axis)),
-        ("broken", Some(axis)) => Some(Trouble::Broken(axis)),
-        ("chatter", Some(axis)) => Some(Trouble::Chatter(axis)),
-        ("stall", Some(axis)) => Some(Trouble::Stall(axis)),
-        _ if axis.is_empty() => match what {
+        ("limit", Some(motor)) => Some(Trouble::Limit(motor)),
+        ("broken", Some(motor)) => Some(Trouble::Broken(motor)),
+        ("chatter", Some(motor)) => Some(Trouble::Chatter(motor)),
+        ("stall", Some(motor)) => Some(Trouble::Stall(motor)),
+        _ if motor.is_empty() => match what {
             "e-stop" => Some(Trouble::EmergencyStop),
             "hold" => Some(Trouble::Hold),
             "start" => Some(Trouble::Start),
@@ -179,7 +180,7 @@ impl Surroundings {
         self.clock.until(at_ns).await;
         let end_ns = lasts_ns.map_or(u64::MAX, |ns| at_ns.saturating_add(ns));
         match trouble {
-            Trouble::Chatter(axis) => self.chatter(axis, end_ns).await,
+            Trouble::Chatter(motor) => self.chatter(motor, end_ns).await,
             Trouble::Starve => (self.starve)(end_ns),
             _ => self.set(trouble, true),
         }
@@ -189,11 +190,11 @@ impl Surroundings {
         }
     }
 
-    async fn chatter(&mut self, axis: Axis, end_ns: u64) {
+    async fn chatter(&mut self, motor: Motor, end_ns: u64) {
         let mut is_closed = true;
         while self.clock.now_ns() < end_ns {
             let fault = if is_closed { SwitchFault::StuckClosed } else { SwitchFault::None };
-            self.world.borrow_mut().set_switch(axis, fault);
+            self.world.borrow_mut().set_switch(motor, fault);
             let next_ns = self.clock.now_ns() + 1 + self.random.rand_range(0..CHATTER_MAX_NS);
             self.clock.until(next_ns.min(end_ns)).await;
             is_closed = !is_closed;
@@ -209,10 +210,10 @@ impl Surroundings {
             Trouble::Hold => world.set_hand_input(Wire::Hold, is_on),
             Trouble::Start => world.set_hand_input(Wire::Start, is_on),
             Trouble::Probe => world.set_hand_input(Wire::Probe, is_on),
-            Trouble::Limit(axis) => world.set_switch(axis, fault(SwitchFault::StuckClosed)),
-            Trouble::Broken(axis) => world.set_switch(axis, fault(SwitchFault::StuckOpen)),
-            Trouble::Chatter(axis) => world.set_switch(axis, SwitchFault::None),
-            Trouble::Stall(axis) => world.set_stalled(axis, is_on),
+            Trouble::Limit(motor) => world.set_switch(motor, fault(SwitchFault::StuckClosed)),
+            Trouble::Broken(motor) => world.set_switch(motor, fault(SwitchFault::StuckOpen)),
+            Trouble::Chatter(motor) => world.set_switch(motor, SwitchFault::None),
+            Trouble::Stall(motor) => world.set_stalled(motor, is_on),
             Trouble::Deaf => self.hosts.iter().for_each(|host| host.stall(is_on)),
             Trouble::Starve => {}
         }
@@ -234,6 +235,7 @@ mod tests {
             "e-stop@1",
             "broken:e-stop@1",
             "limit:X@1.5+0.2",
+            "limit:Y2@1",
             "broken:Y@0",
             "chatter:Z@0.001+0.05",
             "hold@2+0.3",
@@ -242,7 +244,18 @@ mod tests {
         for text in reported.into_iter().chain(["probe@3+1", "stall:X@2+0.01", "starve@4+0.05", "deaf@5+2"]) {
             assert_eq!(text.parse::<Fault>().map(|fault| fault.to_string()).as_deref(), Ok(text));
         }
-        for text in ["limit@1", "limit:W@1", "deaf:X@1", "deaf", "deaf@-1", "deaf@1+x", "deaf@1+1+1", "deaf@1e9", ""] {
+        for text in [
+            "limit@1",
+            "limit:2@1",
+            "limit:W@1",
+            "deaf:X@1",
+            "deaf",
+            "deaf@-1",
+            "deaf@1+x",
+            "deaf@1+1+1",
+            "deaf@1e9",
+            "",
+        ] {
             let error = text.parse::<Fault>().unwrap_err().to_string();
             assert!(error.contains("such as limit:X@1.5+0.2"), "{text}: {error}");
         }
@@ -263,7 +276,7 @@ mod tests {
         assert_eq!(machine_with("e-stop@0.5+0.1", line, 1).machine().state(), State::Alarm(Alarm::EmergencyStop));
         for limit in ["limit:Y@0.5+0.1", "chatter:Y@0.5+0.1"] {
             let hard = machine_with(limit, &format!("$21=1\n{line}"), 1).machine().state();
-            assert_eq!(hard, State::Alarm(Alarm::HardLimit { axis: Axis::Y }), "{limit}");
+            assert_eq!(hard, State::Alarm(Alarm::HardLimit { motor: Motor::first(Axis::Y) }), "{limit}");
         }
         assert_eq!(machine_with("hold@0.5+0.1", line, 3).machine().state(), State::Hold { still: true });
         let lost = machine_with("stall:X@0.5+0.1", line, 4).outcome();

@@ -75,9 +75,9 @@ pub mod verify;
 pub mod world;
 
 pub use isostep_console::Error as ConsoleError;
-pub use isostep_motion::{Axis, Contact, State};
+pub use isostep_motion::{Axis, Contact, Motor, State};
 
-pub use config::{Config, Port, StartOutside, Streaming};
+pub use config::{Config, Gantry, Port, StartOutside, Streaming};
 pub use executor::RunError;
 pub use faults::Fault;
 pub use figures::{Figures, Listed, MoveFigures};

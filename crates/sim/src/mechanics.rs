@@ -1,7 +1,7 @@
 //! The parts of the machine that follow its settings: motors, resolution and end stops. Also its wiring, which does
 //! not.
 
-use isostep_motion::{AXES, Config, Direction};
+use isostep_motion::{AXES, Axis, Config, Direction};
 
 use crate::drive::{Drive, Load, MotorData};
 
@@ -25,7 +25,9 @@ impl Mechanics {
     /// has the usual one of its resolution.
     pub fn of(config: &Config, motor: MotorData, loads: [Option<Load>; AXES]) -> Self {
         let end_stops_mm = |axis: usize| {
-            let far_mm = config.homing.pull_off_mm + config.travel_mm[axis];
+            let squared = config.squared.filter(|squared| squared.axis as usize == axis);
+            let offset_mm = squared.map_or(0.0, |squared| squared.offset_mm.abs());
+            let far_mm = config.homing.pull_off_mm + offset_mm + config.travel_mm[axis];
             (-END_STOP_MARGIN_MM, far_mm + END_STOP_MARGIN_MM)
         };
         let steps = |axis: usize, mm: f64| (mm * config.steps_per_mm[axis]).round() as i32;
@@ -50,6 +52,10 @@ impl Mechanics {
 pub struct Wiring {
     /// 1 where an axis moves in the positive direction while its DIR is high, otherwise -1.
     pub dir_high: [i32; AXES],
+    /// The axis that has a second motor.
+    pub second: Option<Axis>,
+    /// 1 where that motor moves in the positive direction while its DIR is high, otherwise -1.
+    pub second_dir_high: i32,
     /// 1 where the positive direction is away from an axis's limit switch, otherwise -1.
     pub away: [i32; AXES],
     /// The drivers are enabled while ENABLE is high.
@@ -66,6 +72,10 @@ impl Wiring {
         let sign = |is_positive: bool| if is_positive { 1 } else { -1 };
         Self {
             dir_high: config.wiring.map(|wiring| sign(!wiring.direction_inverted)),
+            second: config.squared.map(|squared| squared.axis),
+            second_dir_high: config.squared.map_or(1, |squared| {
+                sign(config.wiring[squared.axis as usize].direction_inverted == squared.direction_inverted)
+            }),
             away: config.homing.towards.map(|towards| sign(towards == Direction::Negative)),
             enable_high: config.enable_inverted,
             switches_open: config.switches_inverted,

@@ -1,6 +1,6 @@
 //! The result of a run.
 
-use isostep_motion::{AXES, Event, Machine, State, ToolConfig};
+use isostep_motion::{AXES, Axis, Event, Machine, State, ToolConfig};
 use isostep_profile::{Limits, SpeedLaw};
 
 use crate::config::Config;
@@ -60,6 +60,8 @@ pub struct Outcome {
     pub places_steps: [i32; AXES],
     /// Distance of each carriage from its position by the count of edges, steps.
     pub drift_steps: [i32; AXES],
+    /// The side of a second motor.
+    pub second: Option<SecondSide>,
     /// The machine's final state.
     pub state: State,
     /// Its resolution at the end, steps/mm.
@@ -77,6 +79,26 @@ pub struct Outcome {
     /// Time from the start of the first move to the end of the last one's plan, including pauses and homing, s; 0
     /// without a move.
     pub motion_s: f64,
+}
+
+/// The side of a second motor at the end of a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SecondSide {
+    /// The axis that has the motor.
+    pub axis: Axis,
+    /// Distance of the side from its position by the count of edges, steps.
+    pub drift_steps: i32,
+    /// How much farther from its switch it is than the first side, beyond what the offset says, steps.
+    pub off_square_steps: i32,
+}
+
+fn second_side(world: &World, config: &isostep_motion::Config) -> Option<SecondSide> {
+    let (axis, squared) = (world.second_axis()?, config.squared);
+    let offset_mm =
+        squared.filter(|squared| Some(squared.axis) == world.second_axis()).map(|squared| squared.offset_mm);
+    let farther_steps = world.second_place_steps()? - world.places_steps()[axis as usize];
+    let off_square_steps = farther_steps - offset_mm.map_or(farther_steps, |mm| config.steps(axis, mm));
+    Some(SecondSide { axis, drift_steps: world.second_drift_steps()?, off_square_steps })
 }
 
 impl Outcome {
@@ -125,6 +147,7 @@ impl Outcome {
             }),
             places_steps: world.places_steps(),
             drift_steps: world.drift_steps(),
+            second: second_side(world, &machine_config),
             state: machine.state(),
             steps_per_mm: machine_config.steps_per_mm,
             travel_mm: machine_config.travel_mm,

@@ -157,7 +157,7 @@ mod tests {
         let mut executor = Executor::new();
         let config = Config { start_mm: [0.06, 1.0, 1.0], bounce_us: 0, ..Config::default() };
         let world = Rc::new(RefCell::new(World::new(executor.clock().clone(), &config)));
-        let mut limit = Input::new(&world, Wire::Limit(Axis::X));
+        let mut limit = Input::new(&world, Wire::Limit(Axis::X.into()));
         let seen = Rc::new(RefCell::new(Vec::new()));
         let noted = seen.clone();
         executor.spawn("watch", async move {
@@ -181,8 +181,8 @@ mod tests {
     }
 
     async fn walk(world: Shared) {
-        let mut dir = Output::new(&world, Wire::Dir(Axis::X));
-        let mut step = Output::new(&world, Wire::Step(Axis::X));
+        let mut dir = Output::new(&world, Wire::Dir(Axis::X.into()));
+        let mut step = Output::new(&world, Wire::Step(Axis::X.into()));
         Output::new(&world, Wire::Enable).set_low().unwrap();
         for (wait_ms, away, steps) in [(10, false, 4), (10, true, 3)] {
             if away { dir.set_high() } else { dir.set_low() }.unwrap();

@@ -9,8 +9,8 @@
 use embassy_time::{Duration, Instant};
 use embedded_hal::digital::OutputPin;
 use isostep_motion::{
-    AXES, Axis, Brake, Capabilities, Direction, DriverTiming, Odometer, PortFault, Run, StartLine, StepPort,
-    StreamItem, StreamQueue, TimerBank, TimerPort, Wiring, ticks_covering,
+    AXES, Axis, Brake, Capabilities, Direction, DriverTiming, Motor, MotorPins, Odometer, PortFault, Run, Side,
+    StartLine, StepPort, StreamItem, StreamQueue, TimerBank, TimerPort, Wiring, ticks_covering,
 };
 use isostep_profile::Segment;
 
@@ -42,10 +42,10 @@ impl AxisPort {
     pub fn all(config: &Config, executor: &mut Executor, world: &Shared) -> [Self; AXES] {
         let timing = config.driver;
         let clock = executor.clock().clone();
-        let pins = Axis::ALL.map(|axis| (Output::new(world, Wire::Step(axis)), Output::new(world, Wire::Dir(axis))));
+        let pins = Axis::ALL.map(|axis| AxisPins::new(world, axis));
         match config.port {
-            Port::Pio => pins.map(|(step, dir)| {
-                let port = SimPort::new(step, dir, &clock, timing);
+            Port::Pio => pins.map(|pins| {
+                let port = SimPort::new(pins, &clock, timing);
                 Self::Pio(SimPort { only_time: config.only_time, ..port })
             }),
             Port::Timer => {
@@ -92,11 +92,56 @@ impl StepPort for AxisPort {
     }
 }
 
+/// STEP and DIR of an axis's motors: of its own, and of the second motor if that is on this axis.
+pub struct AxisPins {
+    motors: [(Output, Output); 2],
+    /// Which of them move in the run.
+    moving: [bool; 2],
+    /// The second motor's DIR has the other level.
+    is_inverted: bool,
+    dirs_high: [bool; 2],
+}
+
+impl AxisPins {
+    /// The pins of `axis`, STEP and DIR low.
+    pub fn new(world: &Shared, axis: Axis) -> Self {
+        let pins = |motor| (Output::new(world, Wire::Step(motor)), Output::new(world, Wire::Dir(motor)));
+        Self {
+            motors: [pins(Motor::first(axis)), pins(Motor::second(axis))],
+            moving: [true, false],
+            is_inverted: false,
+            dirs_high: [false; 2],
+        }
+    }
+}
+
+impl MotorPins for AxisPins {
+    fn begin(&mut self, run: &Run) {
+        self.moving = [Side::First, Side::Second].map(|side| run.moves(side));
+        self.is_inverted = run.is_second_inverted();
+        self.set_dir(self.dirs_high[0]);
+    }
+
+    fn set_step(&mut self, high: bool) {
+        for ((step, _), _) in self.motors.iter_mut().zip(self.moving).filter(|(_, is_moving)| *is_moving) {
+            let Ok(()) = if high { step.set_high() } else { step.set_low() };
+        }
+    }
+
+    fn set_dir(&mut self, high: bool) {
+        let levels = [high, high != self.is_inverted];
+        for (((_, dir), was_high), high) in self.motors.iter_mut().zip(&mut self.dirs_high).zip(levels) {
+            if std::mem::replace(was_high, high) != high {
+                let Ok(()) = if high { dir.set_high() } else { dir.set_low() };
+            }
+        }
+    }
+}
+
 /// Drives STEP and DIR of one axis of the [`World`](crate::world::World) with edges as exact as the clock of an RP2040.
 pub struct SimPort {
     clock: Clock,
-    step: Output,
-    dir: Output,
+    pins: AxisPins,
     dir_high: bool,
     capabilities: Capabilities,
     /// When STEP may rise next, ns since power-up.
@@ -106,11 +151,11 @@ pub struct SimPort {
 }
 
 impl SimPort {
-    /// A port on two pins, in the time of `clock`, for drivers that need `timing`.
-    pub fn new(step: Output, dir: Output, clock: &Clock, timing: DriverTiming) -> Self {
+    /// A port on these pins, in the time of `clock`, for drivers that need `timing`.
+    pub fn new(pins: AxisPins, clock: &Clock, timing: DriverTiming) -> Self {
         let capabilities =
             Capabilities { tick_hz: TICK_HZ, timing, margin_ticks: MARGIN_TICKS, core_ns: 0, turn_ticks: TURN_TICKS };
-        Self { clock: clock.clone(), step, dir, dir_high: false, capabilities, ready_ns: 0, only_time: false }
+        Self { clock: clock.clone(), pins, dir_high: false, capabilities, ready_ns: 0, only_time: false }
     }
 
     /// Sets DIR. The last pulse has ended, and so has the hold time of DIR.
@@ -118,14 +163,23 @@ impl SimPort {
         let high = (direction == Direction::Positive) != wiring.direction_inverted;
         if high != self.dir_high {
             self.dir_high = high;
-            let Ok(()) = if high { self.dir.set_high() } else { self.dir.set_low() };
-            let setup_ticks = ticks_covering(self.capabilities.timing.setup_ns, TICK_HZ);
-            self.ready_ns = self.ready_ns.max(self.clock.now_ns() + u64::from(setup_ticks) * NS_PER_TICK);
+            self.pins.set_dir(high);
+            self.await_setup();
         }
+    }
+
+    /// DIR has changed, or may have.
+    fn await_setup(&mut self) {
+        let setup_ticks = ticks_covering(self.capabilities.timing.setup_ns, TICK_HZ);
+        self.ready_ns = self.ready_ns.max(self.clock.now_ns() + u64::from(setup_ticks) * NS_PER_TICK);
     }
 
     /// Prepares for the first item and waits for the start of the run; returns its instant, ns since power-up.
     async fn start(&mut self, first: &StreamItem, run: &Run, start_line: &StartLine) -> u64 {
+        self.pins.begin(run);
+        if run.second.is_some() {
+            self.await_setup();
+        }
         if let StreamItem::Steps { direction, .. } = first {
             self.face(*direction, run.wiring);
         }
@@ -158,11 +212,11 @@ impl SimPort {
     async fn step_at(&mut self, at_ns: u64, direction: Direction, run: &Run, odometer: &Odometer) {
         self.clock.until(at_ns).await;
         self.ready_ns = at_ns + u64::from(self.capabilities.period_min_ticks(run.wiring)) * NS_PER_TICK;
-        let Ok(()) = self.step.set_high();
+        self.pins.set_step(true);
         odometer.count(direction);
         // Nothing is awaited during the pulse, so no stop cuts it short.
         self.clock.spend(self.capabilities.pulse_ns(run.wiring).into());
-        let Ok(()) = self.step.set_low();
+        self.pins.set_step(false);
     }
 }
 

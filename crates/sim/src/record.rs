@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use isostep_motion::{Axis, Event};
+use isostep_motion::{Axis, Event, Motor};
 
 use crate::driver::Violation;
 use crate::moves::Moves;
@@ -11,14 +11,14 @@ use crate::tool::ToolChange;
 /// A wire between the controller and its world.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Wire {
-    /// STEP of an axis: a rising edge is a step.
-    Step(Axis),
-    /// DIR of an axis: high is positive, unless inverted.
-    Dir(Axis),
+    /// STEP of a motor: a rising edge is a step.
+    Step(Motor),
+    /// DIR of a motor: high is positive, unless inverted.
+    Dir(Motor),
     /// ENABLE of all drivers: active low.
     Enable,
-    /// The limit switch of an axis: low while it is closed.
-    Limit(Axis),
+    /// The limit switch of a motor's side: low while it is closed.
+    Limit(Motor),
     /// The emergency stop: low while it is pressed.
     EmergencyStop,
     /// The probe: low while it touches.
@@ -40,7 +40,7 @@ pub struct Wave {
     pub high: bool,
 }
 
-/// One step: a rising edge of STEP.
+/// One step of an axis: a rising edge of STEP. Edges of two motors at one instant are one step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Edge {
     /// Time since power-up.
@@ -63,6 +63,8 @@ pub enum LossCause {
     EndStop,
     /// Something blocked the motor, as requested.
     Stalled,
+    /// The gantry was skewed so far that it bound.
+    Bound,
     /// More was asked for than the motor's torque gives.
     PullOut {
         /// The rate asked for.
@@ -96,6 +98,7 @@ impl fmt::Display for Loss {
             LossCause::Disabled => write!(f, "the driver is not enabled"),
             LossCause::EndStop => write!(f, "the carriage stands against its end stop"),
             LossCause::Stalled => write!(f, "something held the motor"),
+            LossCause::Bound => write!(f, "the gantry was so skewed that it bound"),
             LossCause::PullOut { asked_steps_s } => write!(f, "the motor pulled out at {asked_steps_s:.0} steps/s"),
             LossCause::Overshoot { from_steps_s } => {
                 write!(f, "the rotor went on when the edges ceased at {from_steps_s:.0} steps/s")

@@ -11,7 +11,7 @@ use embassy_time::{Duration, Instant};
 use embedded_io_async::{Read, Write};
 use isostep_controller::{Controller, Store};
 use isostep_motion::coordinator::{self, PlanMemory};
-use isostep_motion::{Axis, Event, Machine, State, axis, buttons, limit, probing, tool};
+use isostep_motion::{Axis, Event, LimitInput, Machine, Motor, State, axis, buttons, limit, probing, tool};
 
 use crate::config::{Config, StartOutside};
 use crate::executor::{Executor, Preemption, Priority, Rest, RunError};
@@ -340,9 +340,9 @@ impl Sim {
         self.world.borrow().tool()
     }
 
-    /// Sets or clears a fault of the limit switch of `axis`; stuck closed is the same as pressed.
-    pub fn set_switch(&mut self, axis: Axis, fault: SwitchFault) {
-        self.world.borrow_mut().set_switch(axis, fault);
+    /// Sets or clears a fault of the limit switch of an axis, or of a motor's side; stuck closed is the same as pressed.
+    pub fn set_switch(&mut self, motor: impl Into<Motor>, fault: SwitchFault) {
+        self.world.borrow_mut().set_switch(motor, fault);
     }
 
     /// Applies a fault, which also ends by itself if it has a duration.
@@ -384,6 +384,17 @@ impl Sim {
     /// True position of each carriage, steps from where its limit switch closes.
     pub fn places_steps(&self) -> [i32; 3] {
         self.world.borrow().places_steps()
+    }
+
+    /// The same of the second motor's side, if there is one.
+    pub fn second_place_steps(&self) -> Option<i32> {
+        self.world.borrow().second_place_steps()
+    }
+
+    /// How far the second side is ahead of the first, mm away from their switches; 0 is square. `None` without a second
+    /// motor.
+    pub fn skew_mm(&self) -> Option<f64> {
+        self.world.borrow().skew_mm()
     }
 
     /// Position of each carriage when its limit switch last closed, steps from the switch's nominal position.
@@ -468,10 +479,14 @@ fn spawn_motion(executor: &mut Executor, world: &Shared, config: &Config) -> &'s
             axis::run(machine, axis, port).await;
         });
     }
-    for (axis, name) in Axis::ALL.into_iter().zip(["limit X", "limit Y", "limit Z"]) {
-        let input = Input::new(world, Wire::Limit(axis));
+    // One input of the board, whichever axis has the second motor.
+    let second = world.borrow().second_axis().unwrap_or(Axis::X);
+    let limits = Axis::ALL.map(|axis| (LimitInput::Of(axis), Motor::first(axis)));
+    let limits = limits.into_iter().chain([(LimitInput::Second, Motor::second(second))]);
+    for ((limit, motor), name) in limits.zip(["limit X", "limit Y", "limit Z", "second limit"]) {
+        let input = Input::new(world, Wire::Limit(motor));
         executor.spawn_at(Priority::P1, name, async move {
-            limit::watch(machine, axis, input).await;
+            limit::watch(machine, limit, input).await;
         });
     }
     let input = Input::new(world, Wire::EmergencyStop);

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::io;
 
-use isostep_motion::Axis;
+use isostep_motion::{Axis, Motor};
 use vcd::{IdCode, SimulationCommand, TimescaleUnit, VarType, Writer};
 
 use crate::record::{Wave, Wire};
@@ -33,7 +33,7 @@ pub fn write(waves: &[Wave], tool: &[ToolChange], limits_high: [bool; 3], out: i
     vcd.timescale(1, TimescaleUnit::NS)?;
     vcd.add_module("isostep")?;
     let mut ids = BTreeMap::new();
-    for (wire, name, _) in wires(limits_high) {
+    for (wire, name, _) in wires(limits_high, waves) {
         ids.insert(Signal::Wire(wire), vcd.add_wire(1, &name)?);
     }
     for output in ToolOutput::ALL {
@@ -43,7 +43,7 @@ pub fn write(waves: &[Wave], tool: &[ToolChange], limits_high: [bool; 3], out: i
     vcd.upscope()?;
     vcd.enddefinitions()?;
     vcd.begin(SimulationCommand::Dumpvars)?;
-    for (wire, _, high) in wires(limits_high) {
+    for (wire, _, high) in wires(limits_high, waves) {
         vcd.change_scalar(ids[&Signal::Wire(wire)], high)?;
     }
     for output in ToolOutput::ALL {
@@ -101,18 +101,34 @@ impl Change {
 }
 
 /// Every wire with its name and its level at power-up.
-fn wires(limits_high: [bool; 3]) -> Vec<(Wire, String, bool)> {
-    let mut wires = Vec::new();
+fn wires(limits_high: [bool; 3], waves: &[Wave]) -> Vec<(Wire, String, bool)> {
+    let mut wires = second_motor(waves);
     for axis in Axis::ALL {
-        wires.push((Wire::Step(axis), format!("step_{axis}"), false));
-        wires.push((Wire::Dir(axis), format!("dir_{axis}"), false));
-        wires.push((Wire::Limit(axis), format!("limit_{axis}_n"), limits_high[axis as usize]));
+        let motor = Motor::first(axis);
+        wires.push((Wire::Step(motor), format!("step_{motor}"), false));
+        wires.push((Wire::Dir(motor), format!("dir_{motor}"), false));
+        wires.push((Wire::Limit(motor), format!("limit_{motor}_n"), limits_high[axis as usize]));
     }
     wires.push((Wire::Enable, "enable_n".to_owned(), true));
     wires.push((Wire::EmergencyStop, "emergency_stop_n".to_owned(), true));
     wires.push((Wire::Probe, "probe_n".to_owned(), true));
     wires.push((Wire::Hold, "hold_n".to_owned(), true));
     wires.push((Wire::Start, "start_n".to_owned(), true));
+    wires
+}
+
+/// The wires of a second motor that have changed. Before its first change a level was the other one.
+fn second_motor(waves: &[Wave]) -> Vec<(Wire, String, bool)> {
+    let mut wires = Vec::new();
+    for motor in Axis::ALL.map(Motor::second) {
+        let names = [("step", ""), ("dir", ""), ("limit", "_n")];
+        let of_motor = [Wire::Step(motor), Wire::Dir(motor), Wire::Limit(motor)];
+        for (wire, (kind, end)) in of_motor.into_iter().zip(names) {
+            if let Some(first) = waves.iter().find(|wave| wave.wire == wire) {
+                wires.push((wire, format!("{kind}_{motor}{end}"), !first.high));
+            }
+        }
+    }
     wires
 }
 
@@ -124,10 +140,10 @@ mod tests {
     fn changes_come_back_out_of_a_parser() {
         let wave = |t_ns, wire, high| Wave { t_ns, wire, high };
         let waves = [
-            wave(0, Wire::Dir(Axis::Y), true),
-            wave(5_000, Wire::Step(Axis::Y), true),
-            wave(5_000, Wire::Limit(Axis::Y), false),
-            wave(8_000, Wire::Step(Axis::Y), false),
+            wave(0, Wire::Dir(Axis::Y.into()), true),
+            wave(5_000, Wire::Step(Axis::Y.into()), true),
+            wave(5_000, Wire::Limit(Axis::Y.into()), false),
+            wave(8_000, Wire::Step(Axis::Y.into()), false),
         ];
         let change = |t_ns, output, duty| ToolChange { t_ns, output, duty };
         let tool = [

@@ -7,10 +7,10 @@ use std::rc::Rc;
 use std::task::{Poll, Waker};
 
 use embassy_futures::select::select;
-use isostep_motion::{AXES, Axis, Contact, Event, Machine};
+use isostep_motion::{AXES, Axis, Contact, Event, Machine, Motor as Moving, Side};
 use oorandom::Rand32;
 
-use crate::config::Config;
+use crate::config::{Config, Gantry};
 use crate::drive::{Drive, Load, MotorData};
 use crate::driver::DriverInputs;
 use crate::mechanics::{Mechanics, Wiring};
@@ -20,15 +20,20 @@ pub use crate::record::{Edge, Loss, LossCause, Record, Wave, Wire};
 use crate::time::Clock;
 use crate::tool::{Plate, ToolChange, ToolOutput};
 
-/// One axis, from its driver to its switch.
-struct AxisWorld {
+/// A motor of an axis, from its driver to the switch of its side.
+struct SideWorld {
+    /// The axis that it moves.
+    axis: Axis,
     inputs: DriverInputs,
     /// 1 if the positive direction is away from the switch, otherwise -1.
     away: i32,
     motor: Motor,
     carriage: Carriage,
     switch: Switch,
+    /// Steps made by this motor, from power-up or since its axis was homed.
     counted_steps: i32,
+    /// When it made the last one.
+    stepped_ns: Option<u64>,
     /// Position of the carriage where the count was zero.
     zero_steps: i32,
     losing: bool,
@@ -66,15 +71,22 @@ const STALL_NS: u64 = 100_000_000;
 /// No rotor swings for longer, ns.
 const REST_NS: u64 = 1_000_000_000;
 
+/// The limit switches: those of the axes, then the second motor's.
+const LIMITS: usize = AXES + 1;
+/// The index of the second motor.
+const SECOND: usize = AXES;
+
 /// The inputs that do not belong to an axis.
 const HAND_INPUTS: [Wire; 4] = [Wire::EmergencyStop, Wire::Probe, Wire::Hold, Wire::Start];
 
 /// The world; see the module. Pins, tasks and the simulation share it as [`Shared`].
 pub struct World {
     clock: Clock,
-    axes: [AxisWorld; AXES],
-    /// Limit switches in the order of the axes, then the others in the order of [`HAND_INPUTS`].
-    inputs: [Input; AXES + HAND_INPUTS.len()],
+    /// The first motors of the axes, then the second motor of one of them, if there is one.
+    sides: Vec<SideWorld>,
+    gantry: Gantry,
+    /// Limit switches in the order of the sides, then the others in the order of [`HAND_INPUTS`].
+    inputs: [Input; LIMITS + HAND_INPUTS.len()],
     limits_high_at_start: [bool; AXES],
     stop: EmergencyStop,
     plate: Option<Plate>,
@@ -86,6 +98,8 @@ pub struct World {
     keep_record: bool,
     keep_waves: bool,
     steps: [u64; AXES],
+    /// The steps of each axis, by whichever motor, from power-up or since it was homed.
+    counted_steps: [i32; AXES],
     mechanics: Mechanics,
     wiring: Wiring,
     /// The machine whose configuration the mechanics follow.
@@ -114,19 +128,22 @@ impl World {
     pub fn new(clock: Clock, config: &Config) -> Self {
         let machine_config = isostep_controller::config(&config.settings);
         let (mechanics, wiring) = (config.mechanics(&machine_config), Wiring::of(&machine_config));
-        let axes: [_; AXES] = std::array::from_fn(|axis| AxisWorld::new(axis, config, &mechanics, &wiring));
+        let motors = Axis::ALL.into_iter().map(Moving::first).chain(wiring.second.map(Moving::second));
+        let sides: Vec<_> = motors.map(|motor| SideWorld::new(motor, config, &mechanics, &wiring)).collect();
         let mut inputs = std::array::from_fn(|index| match Axis::ALL.get(index) {
-            Some(&axis) => Input::new(Wire::Limit(axis)),
-            None => Input::new(HAND_INPUTS[index - AXES]),
+            Some(&axis) => Input::new(Wire::Limit(axis.into())),
+            None if index == SECOND => Input::new(Wire::Limit(Moving::second(wiring.second.unwrap_or(Axis::X)))),
+            None => Input::new(HAND_INPUTS[index - LIMITS]),
         });
-        for (input, axis) in inputs.iter_mut().zip(&axes) {
-            input.high = axis.switch.is_closed() == wiring.switches_open;
+        for (input, side) in inputs.iter_mut().zip(&sides) {
+            input.high = side.switch.is_closed() == wiring.switches_open;
         }
         let random = Rand32::new(config.seed);
         let limits_high_at_start = std::array::from_fn(|axis| inputs[axis].high);
         let mut world = Self {
             clock,
-            axes,
+            sides,
+            gantry: config.gantry,
             inputs,
             limits_high_at_start,
             stop: EmergencyStop { contact: config.emergency_contact, is_pressed: false, is_cut: false },
@@ -138,6 +155,7 @@ impl World {
             keep_record: config.keep_record,
             keep_waves: config.keep_record && config.keep_waves,
             steps: [0; AXES],
+            counted_steps: [0; AXES],
             mechanics,
             wiring,
             machine: None,
@@ -150,6 +168,11 @@ impl World {
         world
     }
 
+    /// The axis that has a second motor.
+    pub fn second_axis(&self) -> Option<Axis> {
+        self.wiring.second
+    }
+
     /// Makes the mechanics follow the configuration of `machine`, which is checked each time an axis begins to move.
     pub fn follow(&mut self, machine: &'static Machine) {
         self.machine = Some(machine);
@@ -160,15 +183,23 @@ impl World {
         let t_ns = self.clock.now_ns();
         let violations = &mut self.record.violations;
         match wire {
-            Wire::Step(axis) => {
-                if self.axes[axis as usize].inputs.set_step(t_ns, high, violations) {
-                    self.step(t_ns, axis);
+            Wire::Step(motor) => {
+                let Some(index) = side_index(&self.wiring, motor) else { return };
+                if self.sides[index].inputs.set_step(t_ns, high, violations) {
+                    self.step(t_ns, index);
                 }
             }
-            Wire::Dir(axis) => self.axes[axis as usize].inputs.set_dir(t_ns, high, violations),
-            Wire::Enable => self.axes.iter_mut().for_each(|axis| {
-                axis.inputs.set_enabled(t_ns, high == self.wiring.enable_high, violations);
-            }),
+            Wire::Dir(motor) => {
+                let Some(index) = side_index(&self.wiring, motor) else { return };
+                self.sides[index].inputs.set_dir(t_ns, high, violations);
+            }
+            Wire::Enable => {
+                let is_on = high == self.wiring.enable_high;
+                self.sides.iter_mut().for_each(|side| side.inputs.set_enabled(t_ns, is_on, violations));
+                if !is_on {
+                    self.spring_back(t_ns);
+                }
+            }
             _ => unreachable!("an input of the controller"),
         }
         self.note_wave(Wave { t_ns, wire, high });
@@ -244,20 +275,53 @@ impl World {
     fn refresh_probe(&mut self) {
         let touches = self.plate.is_some_and(|plate| {
             let index = plate.axis as usize;
-            plate.is_touched(self.axes[index].carriage.place_steps(), self.mechanics.steps_per_mm[index])
+            plate.is_touched(self.sides[index].carriage.place_steps(), self.mechanics.steps_per_mm[index])
         });
         self.set_hand_input(Wire::Probe, touches);
     }
 
-    /// Sets or clears a fault of the limit switch of `axis`.
-    pub fn set_switch(&mut self, axis: Axis, fault: SwitchFault) {
-        self.axes[axis as usize].switch.set_fault(fault);
-        self.refresh_switch(axis);
+    /// Sets or clears a fault of the limit switch of a motor's side. A motor that is not there has none.
+    pub fn set_switch(&mut self, motor: impl Into<Moving>, fault: SwitchFault) {
+        if let Some(index) = side_index(&self.wiring, motor.into()) {
+            self.sides[index].switch.set_fault(fault);
+            self.refresh_switch(index);
+        }
     }
 
-    /// Blocks the motor of `axis`, so that it makes no step, or releases it.
-    pub fn set_stalled(&mut self, axis: Axis, is_stalled: bool) {
-        self.axes[axis as usize].is_stalled = is_stalled;
+    /// Blocks a motor, so that it makes no step, or releases it.
+    pub fn set_stalled(&mut self, motor: Moving, is_stalled: bool) {
+        if let Some(index) = side_index(&self.wiring, motor) {
+            self.sides[index].is_stalled = is_stalled;
+        }
+    }
+
+    /// How far the second side is ahead of the first, mm away from their switches, by how the frame is when square;
+    /// `None` without a second motor.
+    pub fn skew_mm(&self) -> Option<f64> {
+        let second = self.sides.get(SECOND)?;
+        let ahead_steps = second.carriage.place_steps() - self.sides[second.axis as usize].carriage.place_steps();
+        Some(f64::from(ahead_steps) / self.mechanics.steps_per_mm[second.axis as usize] - self.gantry.square_mm)
+    }
+
+    /// Without motors that hold it, the frame takes the shape that it has at rest.
+    fn spring_back(&mut self, t_ns: u64) {
+        if let Some(skew_mm) = self.skew_mm() {
+            let axis = self.sides[SECOND].axis;
+            let steps = (self.gantry.skew_mm - skew_mm) * self.mechanics.steps_per_mm[axis as usize];
+            self.sides[SECOND].carriage.shift(steps.round() as i32);
+            self.carriage_moved(t_ns, SECOND);
+        }
+    }
+
+    /// Whether a step of a side would skew a frame further that is so skewed that it binds. Two sides that move together
+    /// do so one after the other, which is a step of skew.
+    fn binds(&self, index: usize, direction: i32) -> bool {
+        let Some(skew_mm) = self.skew_mm().filter(|_| self.sides[index].axis == self.sides[SECOND].axis) else {
+            return false;
+        };
+        let step_mm = 1.0 / self.mechanics.steps_per_mm[self.sides[index].axis as usize];
+        let ahead = f64::from(direction * self.sides[index].away) * if index == SECOND { 1.0 } else { -1.0 };
+        skew_mm * ahead > 0.0 && skew_mm.abs() >= self.gantry.binds_mm + step_mm
     }
 
     /// Notes an event of the coordinator.
@@ -267,9 +331,11 @@ impl World {
         }
         match event {
             Event::Homed { axis } => {
-                let axis = &mut self.axes[axis as usize];
-                axis.counted_steps = 0;
-                axis.zero_steps = axis.carriage.place_steps();
+                self.counted_steps[axis as usize] = 0;
+                for side in self.sides.iter_mut().filter(|side| side.axis == axis) {
+                    side.counted_steps = 0;
+                    side.zero_steps = side.carriage.place_steps();
+                }
             }
             Event::Run { start, .. } => self.motion.begin(crate::time::ns(start)),
             Event::RunEnd { plan_s, .. } => self.motion.end(plan_s),
@@ -300,25 +366,32 @@ impl World {
 
     /// True position of each carriage, in steps from where its switch closes.
     pub fn places_steps(&self) -> [i32; AXES] {
-        std::array::from_fn(|axis| self.axes[axis].carriage.place_steps())
+        std::array::from_fn(|axis| self.sides[axis].carriage.place_steps())
+    }
+
+    /// The same of the second side, if there is one.
+    pub fn second_place_steps(&self) -> Option<i32> {
+        self.sides.get(SECOND).map(|side| side.carriage.place_steps())
     }
 
     /// Position of each carriage when its switch last closed, in steps from the switch's nominal position.
     pub fn closed_at_steps(&self) -> [i32; AXES] {
-        std::array::from_fn(|axis| self.axes[axis].switch.closed_at_steps())
+        std::array::from_fn(|axis| self.sides[axis].switch.closed_at_steps())
     }
 
     /// The steps counted per axis, from power-up or since it was homed.
     pub fn counted_steps(&self) -> [i32; AXES] {
-        std::array::from_fn(|axis| self.axes[axis].counted_steps)
+        self.counted_steps
     }
 
     /// Distance of each carriage from its position by the count.
     pub fn drift_steps(&self) -> [i32; AXES] {
-        std::array::from_fn(|axis| {
-            let axis = &self.axes[axis];
-            axis.drift_steps()
-        })
+        std::array::from_fn(|axis| self.sides[axis].drift_steps())
+    }
+
+    /// The same of the second side, if there is one.
+    pub fn second_drift_steps(&self) -> Option<i32> {
+        self.sides.get(SECOND).map(SideWorld::drift_steps)
     }
 
     /// The steps made per axis in both directions, since power-up.
@@ -348,8 +421,8 @@ impl World {
     }
 
     fn follow_rotors(&mut self, t_ns: u64) {
-        for axis in Axis::ALL {
-            self.follow_rotor(t_ns, axis);
+        for index in 0..self.sides.len() {
+            self.follow_rotor(t_ns, index);
         }
         self.refit();
     }
@@ -361,40 +434,56 @@ impl World {
         if mechanics == self.mechanics {
             return;
         }
-        for (index, axis) in self.axes.iter_mut().enumerate() {
+        for side in &mut self.sides {
+            let index = side.axis as usize;
             let scale = mechanics.steps_per_mm[index] / self.mechanics.steps_per_mm[index];
-            axis.refit(scale, mechanics.drives[index], mechanics.end_stops_steps[index]);
+            side.refit(scale, mechanics.drives[index], mechanics.end_stops_steps[index]);
         }
         self.mechanics = mechanics;
     }
 
-    fn step(&mut self, t_ns: u64, axis: Axis) {
-        let direction = self.axes[axis as usize].inputs.direction() * self.wiring.dir_high[axis as usize];
-        self.follow_rotor(t_ns, axis);
-        if self.axes[axis as usize].motor.has_paused(t_ns) {
+    fn step(&mut self, t_ns: u64, index: usize) {
+        let axis = self.sides[index].axis as usize;
+        let dir_high = if index == SECOND { self.wiring.second_dir_high } else { self.wiring.dir_high[axis] };
+        let direction = self.sides[index].inputs.direction() * dir_high;
+        self.follow_rotor(t_ns, index);
+        if self.sides[index].motor.has_paused(t_ns) {
             self.refit();
         }
-        let this = &mut self.axes[axis as usize];
-        this.counted_steps += direction;
-        let position_steps = this.counted_steps;
-        self.steps[axis as usize] += 1;
-        if self.keep_record {
-            self.record.edges.push(Edge { t_ns, axis: axis as usize, direction, position_steps });
-        }
-        let lost = match this.turn(t_ns, direction) {
+        self.count(t_ns, index, direction);
+        let binds = self.binds(index, direction);
+        let this = &mut self.sides[index];
+        let lost = match this.turn(t_ns, direction, binds) {
             Ok(()) => {
                 this.losing = false;
-                self.carriage_moved(t_ns, axis);
+                self.carriage_moved(t_ns, index);
                 return;
             }
             Err(cause) => cause,
         };
-        self.lose(t_ns, axis, lost, 1);
+        self.lose(t_ns, index, lost, 1);
     }
 
-    /// Follows the rotor of `axis` up to now.
-    fn follow_rotor(&mut self, t_ns: u64, axis: Axis) {
-        let this = &mut self.axes[axis as usize];
+    /// Counts a step of a motor. It is one of its axis, unless the first motor has made the same.
+    fn count(&mut self, t_ns: u64, index: usize, direction: i32) {
+        let axis = self.sides[index].axis as usize;
+        let is_same = index == SECOND && self.sides[axis].stepped_ns == Some(t_ns);
+        let this = &mut self.sides[index];
+        this.counted_steps += direction;
+        this.stepped_ns = Some(t_ns);
+        if is_same {
+            return;
+        }
+        self.counted_steps[axis] += direction;
+        self.steps[axis] += 1;
+        if self.keep_record {
+            self.record.edges.push(Edge { t_ns, axis, direction, position_steps: self.counted_steps[axis] });
+        }
+    }
+
+    /// Follows the rotor of a motor up to now.
+    fn follow_rotor(&mut self, t_ns: u64, index: usize) {
+        let this = &mut self.sides[index];
         let Some(Slip { t_ns: slipped_ns, steps, asked_steps_s, has_overshot }) = this.motor.advance(t_ns) else {
             return;
         };
@@ -406,39 +495,38 @@ impl World {
         } else {
             LossCause::PullOut { asked_steps_s }
         };
-        self.lose(slipped_ns, axis, cause, steps.unsigned_abs());
-        self.carriage_moved(t_ns, axis);
+        self.lose(slipped_ns, index, cause, steps.unsigned_abs());
+        self.carriage_moved(t_ns, index);
     }
 
     /// Records lost steps. Consecutive ones of an axis become one entry.
-    fn lose(&mut self, t_ns: u64, axis: Axis, cause: LossCause, steps: u32) {
-        let index = axis as usize;
-        let continues = self.axes[index].losing;
-        self.axes[index].losing = true;
-        let last = self.record.losses.iter_mut().rfind(|loss| loss.axis == index);
+    fn lose(&mut self, t_ns: u64, index: usize, cause: LossCause, steps: u32) {
+        let axis = self.sides[index].axis as usize;
+        let continues = std::mem::replace(&mut self.sides[index].losing, true);
+        let last = self.record.losses.iter_mut().rfind(|loss| loss.axis == axis);
         match last {
             Some(loss) if continues && std::mem::discriminant(&loss.cause) == std::mem::discriminant(&cause) => {
                 loss.steps += steps;
             }
-            _ => self.record.losses.push(Loss { t_ns, axis: index, cause, steps }),
+            _ => self.record.losses.push(Loss { t_ns, axis, cause, steps }),
         }
     }
 
-    fn carriage_moved(&mut self, t_ns: u64, axis: Axis) {
-        let this = &mut self.axes[axis as usize];
+    fn carriage_moved(&mut self, t_ns: u64, index: usize) {
+        let this = &mut self.sides[index];
         this.switch.follow(this.carriage.place_steps(), t_ns, &mut self.random);
         if this.switch.next_flip_ns().is_some() {
             self.bouncer.take().into_iter().for_each(Waker::wake);
         }
-        self.refresh_switch(axis);
-        if self.plate.is_some_and(|plate| plate.axis == axis) {
+        self.refresh_switch(index);
+        if self.plate.is_some_and(|plate| plate.axis as usize == index) {
             self.refresh_probe();
         }
     }
 
-    fn refresh_switch(&mut self, axis: Axis) {
-        let closed = self.axes[axis as usize].switch.is_closed();
-        self.set_input(axis as usize, closed == self.wiring.switches_open);
+    fn refresh_switch(&mut self, index: usize) {
+        let closed = self.sides[index].switch.is_closed();
+        self.set_input(index, closed == self.wiring.switches_open);
     }
 
     fn set_input(&mut self, index: usize, high: bool) {
@@ -454,30 +542,34 @@ impl World {
     }
 
     fn next_flip_ns(&self) -> Option<u64> {
-        self.axes.iter().filter_map(|axis| axis.switch.next_flip_ns()).min()
+        self.sides.iter().filter_map(|side| side.switch.next_flip_ns()).min()
     }
 
     fn flip(&mut self) {
         let now_ns = self.clock.now_ns();
-        for axis in Axis::ALL {
-            self.axes[axis as usize].switch.settle(now_ns);
-            self.refresh_switch(axis);
+        for index in 0..self.sides.len() {
+            self.sides[index].switch.settle(now_ns);
+            self.refresh_switch(index);
         }
     }
 }
 
-impl AxisWorld {
-    fn new(axis: usize, config: &Config, mechanics: &Mechanics, wiring: &Wiring) -> Self {
-        let place_steps = config.start_steps(axis);
+impl SideWorld {
+    fn new(motor: Moving, config: &Config, mechanics: &Mechanics, wiring: &Wiring) -> Self {
+        let axis = motor.axis as usize;
+        let ahead_mm = if motor.side == Side::Second { config.gantry.skew_mm + config.gantry.square_mm } else { 0.0 };
+        let place_steps = config.start_steps(axis) + (ahead_mm * mechanics.steps_per_mm[axis]).round() as i32;
         let scatter_steps = (config.switch_scatter_mm * mechanics.steps_per_mm[axis]) as i32;
         let switch = Switch::new(place_steps, config.switches[axis], config.bounce_us * 1_000);
         Self {
+            axis: motor.axis,
             inputs: DriverInputs::new(axis, config.driver),
             away: wiring.away[axis],
             motor: Motor::new(mechanics.drives[axis]),
             carriage: Carriage::new(place_steps, mechanics.end_stops_steps[axis]),
             switch: switch.scattering(scatter_steps),
             counted_steps: 0,
+            stepped_ns: None,
             zero_steps: place_steps,
             losing: false,
             slipped_ns: 0,
@@ -501,11 +593,15 @@ impl AxisWorld {
     }
 
     /// Makes one microstep of the motor and moves the carriage.
-    fn turn(&mut self, t_ns: u64, direction: i32) -> Result<(), LossCause> {
-        let is_enabled = self.inputs.is_enabled();
-        if !is_enabled || self.is_stalled {
+    fn turn(&mut self, t_ns: u64, direction: i32, binds: bool) -> Result<(), LossCause> {
+        let cause = match self.inputs.is_enabled() {
+            false => Some(LossCause::Disabled),
+            true if self.is_stalled => Some(LossCause::Stalled),
+            true => binds.then_some(LossCause::Bound),
+        };
+        if let Some(cause) = cause {
             self.motor.hold();
-            return Err(if is_enabled { LossCause::Stalled } else { LossCause::Disabled });
+            return Err(cause);
         }
         self.motor.step(t_ns, direction);
         if self.carriage.shift(self.away * direction) > 0 { Err(LossCause::EndStop) } else { Ok(()) }
@@ -530,13 +626,27 @@ impl Input {
     }
 }
 
+/// The index of a motor, if it is there.
+fn side_index(wiring: &Wiring, motor: Moving) -> Option<usize> {
+    match motor.side {
+        Side::First => Some(motor.axis as usize),
+        Side::Second => (wiring.second == Some(motor.axis)).then_some(SECOND),
+    }
+}
+
 fn input_index(wire: Wire) -> usize {
     match wire {
-        Wire::Limit(axis) => axis as usize,
-        Wire::EmergencyStop => AXES,
-        Wire::Probe => AXES + 1,
-        Wire::Hold => AXES + 2,
-        Wire::Start => AXES + 3,
+        Wire::Limit(motor) => {
+            if motor.side == Side::First {
+                motor.axis as usize
+            } else {
+                SECOND
+            }
+        }
+        Wire::EmergencyStop => LIMITS,
+        Wire::Probe => LIMITS + 1,
+        Wire::Hold => LIMITS + 2,
+        Wire::Start => LIMITS + 3,
         Wire::Step(_) | Wire::Dir(_) | Wire::Enable => unreachable!("an output of the controller"),
     }
 }

@@ -1,4 +1,6 @@
-import { AXES } from './pins.mjs';
+import { AXES, SECOND } from './pins.mjs';
+
+const MOTORS = [...AXES, SECOND];
 
 /**
  * The drivers' minimum times, in nanoseconds, from their datasheets: TI's DRV8825 (table 7.6), Trinamic's TMC2209
@@ -17,7 +19,7 @@ export class DriverTiming {
     this.counts = {};
     /** The first few violations, with their time and value. */
     this.first = [];
-    this.axes = Object.fromEntries(AXES.map((axis) => [axis, { riseNanos: -Infinity, fallNanos: -Infinity, dirNanos: -Infinity }]));
+    this.axes = Object.fromEntries(MOTORS.map((axis) => [axis, { riseNanos: -Infinity, fallNanos: -Infinity, dirNanos: -Infinity }]));
     this.enableNanos = -Infinity;
     this.energised = true;
   }
@@ -51,7 +53,7 @@ export class DriverTiming {
   }
 
   enable(energised, nanos) {
-    for (const axis of energised ? [] : AXES) {
+    for (const axis of energised ? [] : MOTORS) {
       const heldNanos = nanos - this.axes[axis].riseNanos;
       if (heldNanos < this.limits.enable_hold) this.#record('enable_hold', axis, nanos, heldNanos);
     }

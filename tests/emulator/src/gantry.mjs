@@ -3,8 +3,9 @@ import { NANOS_PER_CYCLE } from './clock.mjs';
 import { DRIVERS, DriverTiming } from './driver-timing.mjs';
 import { Estop } from './estop.mjs';
 import { LimitSwitch, seededRandom } from './limit-switch.mjs';
-import { AXES, ENABLE_PIN, ESTOP_PIN, PINS, TOOL_INPUTS } from './pins.mjs';
+import { AXES, ENABLE_PIN, ESTOP_PIN, PINS, SECOND, SECOND_PINS, TOOL_INPUTS } from './pins.mjs';
 import { Probe } from './probe.mjs';
+import { SecondMotor } from './second-motor.mjs';
 import { StepStatistics } from './statistics.mjs';
 import { Stops } from './stops.mjs';
 import { ToolOutputs } from './tool.mjs';
@@ -19,7 +20,8 @@ export class Gantry {
   /**
    * @param {import('./clock.mjs').MachineClock} clock
    * @param {{startMm: number[], bounceMicros: number, seed: number, switches: Record<string, string>,
-   *   driver?: string, estop?: 'no' | 'nc', probePlate?: import('./probe-plate.mjs').ProbePlate | null}} options
+   *   driver?: string, estop?: 'no' | 'nc', second?: {axis: string, skewMm: number} | null,
+   *   probePlate?: import('./probe-plate.mjs').ProbePlate | null}} options
    */
   constructor(clock, options) {
     this.clock = clock;
@@ -38,22 +40,39 @@ export class Gantry {
     this.stepWatchers = new Set();
     const random = seededRandom(options.seed);
     AXES.forEach((axis, index) => this.#addAxis(axis, options.startMm[index], options, random));
+    this.second = options.second ? this.#secondMotor(options, random) : null;
     this.probe = new Probe(clock, this.carriages, (high) => this.#drive(TOOL_INPUTS.probe, high));
     this.probe.setPlate(options.probePlate ?? null);
   }
 
   #addAxis(axis, startMm, { bounceMicros, switches }, random) {
-    const pin = PINS[axis].limit;
+    const limitSwitch = this.#limitSwitch(axis, PINS[axis].limit, bounceMicros, random);
+    this.carriages[axis] = new Carriage(startMm, limitSwitch);
+    limitSwitch.setMode(switches[axis] ?? 'normal');
+    this.directions[axis] = -1;
+  }
+
+  #secondMotor({ second, startMm, bounceMicros, switches }, random) {
+    const limitSwitch = this.#limitSwitch(SECOND, SECOND_PINS.limit, bounceMicros, random);
+    const motor = new SecondMotor(this, second, startMm[AXES.indexOf(second.axis)], limitSwitch);
+    limitSwitch.setMode(switches[SECOND] ?? 'normal');
+    return motor;
+  }
+
+  #limitSwitch(name, pin, bounceMicros, random) {
     this.levels.set(pin, true);
     const onLevel = (high) => {
       this.#drive(pin, high);
       // A contact that bounces as it opens is not a new stop.
-      if (!high && limitSwitch.held) this.#stop(`${axis}_LIMIT`);
+      if (!high && limitSwitch.held) this.#stop(`${name}_LIMIT`);
     };
     const limitSwitch = new LimitSwitch(this.clock, { bounceMicros, random, onLevel });
-    this.carriages[axis] = new Carriage(startMm, limitSwitch);
-    limitSwitch.setMode(switches[axis] ?? 'normal');
-    this.directions[axis] = -1;
+    return limitSwitch;
+  }
+
+  /** The limit switch of an axis, or of the second motor. */
+  limitSwitch(name) {
+    return name === SECOND ? this.second?.limitSwitch : this.carriages[name].limitSwitch;
   }
 
   /** Connects the gantry to a chip that has just been powered or reset. */
@@ -67,6 +86,7 @@ export class Gantry {
       chip.gpio[PINS[axis].step].addListener((state, before) => this.#onStepPin(axis, state === HIGH, before === HIGH));
       chip.gpio[PINS[axis].dir].addListener((state, before) => this.#onDirPin(axis, state === HIGH, before === HIGH));
     }
+    this.second?.attach(chip);
     chip.gpio[ENABLE_PIN].addListener((state) => this.#onEnablePin(state !== HIGH));
     // Until the firmware drives it, the driver's own pull-down holds ENABLE low.
     this.#onEnablePin(true);
@@ -106,7 +126,7 @@ export class Gantry {
     for (const axis of axes) this.carriages[axis].home();
   }
 
-  get #nanos() {
+  get nanos() {
     return this.clock.cycles * NANOS_PER_CYCLE;
   }
 
@@ -140,11 +160,11 @@ export class Gantry {
   #onDirPin(axis, high, wasHigh) {
     if (high === wasHigh) return;
     this.directions[axis] = high ? 1 : -1;
-    this.timing.turn(axis, this.#nanos);
+    this.timing.turn(axis, this.nanos);
     this.stops.turn();
   }
 
   #onEnablePin(energised) {
-    if (energised !== this.timing.energised) this.timing.enable(energised, this.#nanos);
+    if (energised !== this.timing.energised) this.timing.enable(energised, this.nanos);
   }
 }

@@ -2,7 +2,7 @@ import { parseArgs } from 'node:util';
 import { DRIVERS } from './driver-timing.mjs';
 import { ESTOP_CONTACTS } from './estop.mjs';
 import { SWITCH_MODES } from './limit-switch.mjs';
-import { AXES } from './pins.mjs';
+import { AXES, SECOND } from './pins.mjs';
 import { PLATE_SIDES, ProbePlate } from './probe-plate.mjs';
 import { COMMANDS } from './script.mjs';
 
@@ -26,7 +26,8 @@ What to run
 The machine
   --driver NAME        ${Object.keys(DRIVERS).join(' or ')}: whose least times every edge is held to (default drv8825)
   --start X,Y,Z        millimetres above the limit switches at power-up (default 35,40,15)
-  --switch X=MODE      ${SWITCH_MODES.join(', ')}; may be given for each axis
+  --second AXIS,MM     a second motor on this axis, so much farther from its switch than the first side, such as Y,1.5
+  --switch X=MODE      ${SWITCH_MODES.join(', ')}; may be given for each axis, and as 2 for the second motor
   --estop no|nc        the emergency stop's contact: normally open (default), or normally closed, as the firmware was built for
   --probe-plate AXIS,MM,SIDE
                        a plate that closes the probe's contact while the axis is at its place, in millimetres above the
@@ -81,6 +82,7 @@ const SPEC = {
   'timeout-s': { type: 'string' },
   driver: { type: 'string', default: 'drv8825' },
   start: { type: 'string', default: '35,40,15' },
+  second: { type: 'string' },
   switch: { type: 'string', multiple: true, default: [] },
   estop: { type: 'string', default: 'no' },
   'probe-plate': { type: 'string' },
@@ -122,6 +124,7 @@ export function parseOptions(args) {
     driver: choice('--driver', Object.keys(DRIVERS), values.driver),
     estop: choice('--estop', ESTOP_CONTACTS, values.estop),
     startMm: places(values.start),
+    second: values.second === undefined ? null : secondOption(values.second),
     switches: Object.fromEntries(values.switch.map(switchOption)),
     probePlate: values['probe-plate'] === undefined ? null : plateOption(values['probe-plate']),
     bounceMicros: number('--bounce-us', values['bounce-us'], 0, 1e6),
@@ -158,9 +161,14 @@ function places(text) {
   return parts.map((part) => number('--start', part, -1000, 1000));
 }
 
+function secondOption(text) {
+  const [axis, mm] = text.split(',');
+  return { axis: choice('--second axis', AXES, axis), skewMm: number('--second skew', mm ?? '0', -100, 100) };
+}
+
 function switchOption(text) {
   const [axis, mode] = text.split('=');
-  return [choice('--switch axis', AXES, axis), choice('--switch mode', SWITCH_MODES, mode)];
+  return [choice('--switch axis', [...AXES, SECOND], axis), choice('--switch mode', SWITCH_MODES, mode)];
 }
 
 function plateOption(text) {

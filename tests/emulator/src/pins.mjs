@@ -5,6 +5,9 @@ export const PINS = {
   Y: { step: 4, dir: 5, limit: 10 },
   Z: { step: 6, dir: 7, limit: 11 },
 };
+/** The second motor of an axis: its name, its pins. Which axis it is on is a setting of the firmware. */
+export const SECOND = '2';
+export const SECOND_PINS = { step: 21, dir: 22, limit: 26 };
 export const ENABLE_PIN = 8;
 export const ESTOP_PIN = 12;
 export const LED_PIN = 25;
@@ -20,6 +23,8 @@ export const NAMED_OUTPUTS = new Map([
     [PINS[axis].step, `${axis}_STEP`],
     [PINS[axis].dir, `${axis}_DIR`],
   ]),
+  [SECOND_PINS.step, 'SECOND_STEP'],
+  [SECOND_PINS.dir, 'SECOND_DIR'],
   [ENABLE_PIN, 'ENABLE_n'],
   [LED_PIN, 'LED'],
   ...Object.entries(TOOL_OUTPUTS).map(([output, pin]) => [pin, `TOOL_${output.toUpperCase()}`]),

@@ -14,6 +14,7 @@ export function summary(board, console, error) {
     final_status: console.lastStatus,
     alarm: console.alarm,
     axes: Object.fromEntries(AXES.map((axis) => [axis, axisSummary(gantry, axis)])),
+    second: secondSummary(gantry),
     driver_timing: { driver: gantry.timing.limits.name, violations: gantry.timing.total, by_rule: gantry.timing.counts, first: gantry.timing.first },
     core: coreSummary(clock),
     flash_cache: cacheSummary(board),
@@ -67,6 +68,13 @@ function axisSummary(gantry, axis) {
     switch_closures: carriage.limitSwitch.closures,
     switch_closed: carriage.limitSwitch.closed,
   };
+}
+
+/** Of the second motor, if there is one. */
+function secondSummary({ second }) {
+  if (second === null) return null;
+  const { axis, carriage, fartherSteps } = second;
+  return { axis, place_mm: carriage.placeMm, farther_steps: fartherSteps };
 }
 
 function replySummary({ text, reply, sentNanos, arrivedNanos, repliedNanos }, index) {

@@ -2,7 +2,7 @@ import { kindOf } from './console.mjs';
 import { cyclesOfMicros } from './clock.mjs';
 import { differences } from './position-check.mjs';
 import { SWITCH_MODES } from './limit-switch.mjs';
-import { AXES, TOOL_OUTPUTS } from './pins.mjs';
+import { AXES, SECOND, TOOL_OUTPUTS } from './pins.mjs';
 import { PLATE_SIDES, ProbePlate } from './probe-plate.mjs';
 import { Stillness } from './stillness.mjs';
 
@@ -28,7 +28,10 @@ export const COMMANDS = {
   'check-stopped': { usage: 'check-stopped', parse: nothing, run: (script) => script.checkStopped() },
   'check-position': { usage: 'check-position', parse: nothing, run: (script) => script.checkPosition() },
   'cold-cache': { usage: 'cold-cache', parse: nothing, run: (script) => script.board.cache.empty() },
-  switch: { usage: `switch X|Y|Z ${SWITCH_MODES.join('|')}`, parse: switchMode, run: (script, [axis, mode]) => script.board.gantry.carriages[axis].limitSwitch.setMode(mode) },
+  switch: { usage: `switch X|Y|Z|2 ${SWITCH_MODES.join('|')}`, parse: switchMode, run: (script, [name, mode]) => script.switchOf(name).setMode(mode) },
+  'check-square': { usage: 'check-square STEPS', parse: whole, run: (script, steps) => script.checkSquare(steps) },
+  'count-together': { usage: 'count-together', parse: nothing, run: (script) => void script.second.takeSteps() },
+  'check-together': { usage: 'check-together', parse: nothing, run: (script) => script.checkTogether() },
   estop: { usage: 'estop pressed|released|cut|mended', parse: estopState, run: (script, change) => script.board.gantry.changeEstop(change) },
   probe: { usage: 'probe pressed|released', parse: pressed, run: (script, down) => script.board.gantry.probe.press(down) },
   'probe-plate': { usage: 'probe-plate X|Y|Z MM below|above, or probe-plate none', parse: plate, run: (script, plate) => script.board.gantry.probe.setPlate(plate) },
@@ -199,6 +202,26 @@ export class ScriptRun {
     if (found.length > 0) throw new Error(found.join('; '));
   }
 
+  switchOf(name) {
+    return this.board.gantry.limitSwitch(name) ?? noSecond();
+  }
+
+  get second() {
+    return this.board.gantry.second ?? noSecond();
+  }
+
+  /** The second side stands as many steps farther from its switch than the first, or one more or less. */
+  checkSquare(steps) {
+    const { fartherSteps } = this.second;
+    if (Math.abs(fartherSteps - steps) > 1) throw new Error(`the second side stands ${fartherSteps} steps farther`);
+  }
+
+  /** Since count-together both motors have made the same steps, on the same cycles. */
+  checkTogether() {
+    const { together, alone } = this.second.takeSteps();
+    if (alone !== 0 || together === 0) throw new Error(`${together} steps of both motors, ${alone} of one alone`);
+  }
+
   waitReset() {
     this.console.waitFor('watchdog reset', () => (this.board.resets.length > this.resetsSeen ? true : null), this.timeoutSeconds);
     this.resetsSeen += 1;
@@ -231,6 +254,15 @@ export class ScriptRun {
 function some(rest) {
   if (rest.trim() === '') throw new Error('what to expect is missing');
   return rest;
+}
+
+function noSecond() {
+  throw new Error('there is no second motor: --second gives an axis one');
+}
+
+function whole(rest) {
+  if (!Number.isInteger(Number(rest)) || rest.trim() === '') throw new Error(`${rest || 'nothing'} is not a whole number`);
+  return Number(rest);
 }
 
 function nothing(rest) {
@@ -302,5 +334,5 @@ function outputState(rest) {
 
 function switchMode(rest) {
   const [axis, mode] = rest.trim().split(/\s+/);
-  return [oneOf(AXES, axis ?? ''), oneOf(SWITCH_MODES, mode ?? '')];
+  return [oneOf([...AXES, SECOND], axis ?? ''), oneOf(SWITCH_MODES, mode ?? '')];
 }

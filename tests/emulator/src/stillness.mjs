@@ -11,6 +11,7 @@ export class Stillness {
   constructor(gantry) {
     this.#gantry = gantry;
     gantry.stepWatchers.add((cycle, axis) => this.#stepped(cycle, axis));
+    gantry.second?.stepWatchers.add((cycle) => this.#stepped(cycle, 'the second motor'));
   }
 
   /** No step may come later than this cycle. */

@@ -1,5 +1,7 @@
 import { cyclesOfMillis, NANOS_PER_CYCLE } from './clock.mjs';
-import { AXES } from './pins.mjs';
+import { AXES, SECOND } from './pins.mjs';
+
+const MOTORS = [...AXES, SECOND];
 
 /** Steps further apart than this do not belong to one move. */
 const PAUSE_CYCLES = cyclesOfMillis(50);
@@ -19,7 +21,7 @@ export class Stops {
     /** Finished stops and those whose end is not known yet, in order. */
     this.all = [];
     this.open = [];
-    this.axes = Object.fromEntries(AXES.map((axis) => [axis, { lastCycle: -Infinity, interval: Infinity }]));
+    this.axes = Object.fromEntries(MOTORS.map((axis) => [axis, { lastCycle: -Infinity, interval: Infinity }]));
     this.lastCycle = -Infinity;
     /** Whether it was reset while it was stepping, and has not been at rest since. */
     this.braking = false;
@@ -87,7 +89,7 @@ export class Stops {
 
   #restCycles(cycle) {
     let longest = 0;
-    for (const axis of AXES) {
+    for (const axis of MOTORS) {
       const { lastCycle, interval } = this.axes[axis];
       if (cycle - lastCycle < PAUSE_CYCLES && interval < PAUSE_CYCLES) longest = Math.max(longest, interval);
     }

@@ -42,7 +42,7 @@ test('contacts are closed by hand, and a plate is put in the way of an axis', ()
 test('a wrong script line says which, what and how', () => {
   assert.throws(() => parseScript('jump'), /line 1: no command jump; there are send/);
   assert.throws(() => parseScript('\nbytes 1g'), /line 2: .*two hexadecimal digits; write: bytes HEX/);
-  assert.throws(() => parseScript('switch W normal'), /none of X, Y, Z; write: switch/);
+  assert.throws(() => parseScript('switch W normal'), /none of X, Y, Z, 2; write: switch/);
   assert.throws(() => parseScript('wait-ms'), /positive number/);
 });
 

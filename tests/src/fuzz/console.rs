@@ -233,6 +233,7 @@ impl Console {
             coolant: modal.coolant,
             probe_touched,
             limits_pressed: [x, y, z],
+            second_limit_pressed: x && y,
             door_open,
             hold_pressed: door_open,
             start_pressed: probe_touched,

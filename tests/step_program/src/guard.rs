@@ -6,7 +6,7 @@ mod program;
 use oorandom::Rand32;
 
 pub use self::program::watch;
-use self::program::{KNOW_NOTHING, go_to};
+use self::program::{KNOW_NOTHING, go_to, moved};
 use crate::emulator::Emulator;
 use crate::experiment::{CLKDIV, CTRL, EXECCTRL, Experiment, GPIO_CTRL, INSTR, INSTR_MEM, PINCTRL, SHIFTCTRL};
 
@@ -107,6 +107,19 @@ fn a_full_fifo_keeps_what_it_holds(emulator: Emulator) {
     let told: Vec<_> = seen.iter().map(|&(_, levels)| levels).collect();
     // Eight in the FIFO, the first of which are the levels at the start, the one that waited for room, and the last.
     assert_eq!(told, [0, 1, 2, 3, 4, 5, 6, 7, 8, 30]);
+}
+
+/// Elsewhere its jumps lead to the same instructions, and all else is as it was.
+#[test]
+fn a_program_that_is_moved_jumps_within_itself() {
+    let code = watch(1).code;
+    let moved: Vec<_> = code.iter().map(|&instruction| moved(instruction, 6)).collect();
+    let is_jump = |instruction: u16| instruction >> 13 == 0;
+    assert_eq!(code.iter().filter(|&&instruction| is_jump(instruction)).count(), 1);
+    for (&there, &here) in moved.iter().zip(&code) {
+        assert_eq!(there, if is_jump(here) { here + 6 } else { here });
+    }
+    assert!(code.len() + 6 <= pio::RP2040_MAX_PROGRAM_SIZE);
 }
 
 macro_rules! on {

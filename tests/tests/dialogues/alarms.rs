@@ -2,7 +2,7 @@
 //! The alarms of a step port that cannot keep up need a real port, so they are in tests/emulated.rs.
 
 use embassy_time::Duration;
-use isostep_motion::{AXES, Alarm, Axis, Contact, State};
+use isostep_motion::{AXES, Alarm, Axis, Contact, Motor, State};
 use isostep_sim::plant::SwitchFault;
 use isostep_sim::{Config, Sim};
 
@@ -184,6 +184,19 @@ fn alarm_23_tool_cut_off() {
 }
 
 /// The board sees a press that is over before the task that watches the input looks. It counts, and does not last.
+#[test]
+fn alarm_15_skewed() {
+    let mut config = Config::default();
+    config.settings.second_motor_axis = 2;
+    let mut sim = powered_up(&config);
+    sim.set_switch(Motor::second(Axis::Y), SwitchFault::StuckOpen);
+    let heard = say(&mut sim, "$HY");
+    let reason = "Y2 did not reach its switch within $349 of the other side: \
+                  free what is jammed, check motor and switch, square it by hand, then $H]";
+    alarmed(&mut sim, &heard, 15, reason);
+    unlock(&mut sim, false);
+}
+
 #[test]
 fn an_emergency_stop_that_only_the_board_sees_locks_until_it_is_debounced() {
     let mut sim = homed();

@@ -37,6 +37,7 @@ fn every_row_names_a_test_that_exists() {
         "Real-time bytes",
         "`$` commands",
         "Feeds, dwells and places",
+        "Two motors on an axis",
         "Spindle, laser and coolant",
         "Probing",
         "Buttons and the safety door",

@@ -27,7 +27,9 @@ fn held_to_the_contract(port: Port) {
         &panic_address(port),
     );
     let start = format!("{START_MM},40,15");
-    let run = Board::stepped_by(port, &format!("contract-{port}")).with(&["--start", &start]).script(&script);
+    let run = Board::stepped_by(port, &format!("contract-{port}"))
+        .with(&["--start", &start, "--second", "X,0"])
+        .script(&script);
     assert!(run.ok, "{}", run.printed);
 }
 

@@ -12,7 +12,7 @@ use embassy_futures::select::{Either, select};
 use embassy_time::{Instant, Timer};
 use embedded_hal::digital::OutputPin;
 use isostep_motion::{
-    AXES, Capabilities, Direction, DriverTiming, Odometer, PortFault, Run, StartLine, StepPort, StreamItem,
+    AXES, Capabilities, Direction, DriverTiming, Motor, Odometer, PortFault, Run, StartLine, StepPort, StreamItem,
     StreamQueue, Wiring,
 };
 use isostep_profile::{IntervalLaw, Limits, SpeedLaw, SyncMove};
@@ -20,7 +20,7 @@ use isostep_sim::executor::Executor;
 use isostep_sim::pin::Output;
 use isostep_sim::port::AxisPort;
 use isostep_sim::time::{self, Clock};
-use isostep_sim::world::{Edge, Shared, Wire, World};
+use isostep_sim::world::{Edge, Shared, Wave, Wire, World};
 use isostep_sim::{Config, Port};
 use oorandom::Rand32;
 
@@ -55,7 +55,9 @@ impl Rig {
         let mut executor = Executor::new();
         let clock = executor.clock().clone();
         let _current = clock.enter();
-        let config = Config { port: self.port, driver: self.driver, ..Config::default() };
+        let mut config = Config { port: self.port, driver: self.driver, ..Config::default() };
+        // X has a second motor, which makes steps in runs that ask for it.
+        config.settings.second_motor_axis = 1;
         let world = Rc::new(RefCell::new(World::new(clock.clone(), &config)));
         Output::new(&world, Wire::Enable).set_low().unwrap();
         let ports = AxisPort::all(&config, &mut executor, &world);
@@ -143,7 +145,7 @@ impl Plan {
 }
 
 /// The usual wiring of drivers.
-pub const WIRED: Run = Run { wiring: Wiring { direction_inverted: false, pulse_ns: 0 } };
+pub const WIRED: Run = Run { wiring: Wiring { direction_inverted: false, pulse_ns: 0 }, second: None };
 
 /// The signed number of steps that an item makes.
 pub fn steps_of(item: StreamItem) -> i32 {
@@ -257,6 +259,16 @@ pub async fn carry_out_all(
     (start, wiring): (Instant, Wiring),
     odometer: &Odometer,
 ) -> Result<(), PortFault> {
+    carry_out_run(port, items, (start, Run { wiring, second: None }), odometer).await
+}
+
+/// The same in any run.
+pub async fn carry_out_run(
+    port: &mut AxisPort,
+    items: Vec<StreamItem>,
+    (start, run): (Instant, Run),
+    odometer: &Odometer,
+) -> Result<(), PortFault> {
     let (queue, start_line) = (StreamQueue::new(), StartLine::new());
     let item = async {
         for item in items {
@@ -265,10 +277,16 @@ pub async fn carry_out_all(
         pending::<Infallible>().await
     };
     let side = join(let_go(&start_line, start), item);
-    match select(port.run(Run { wiring }, &start_line, &queue, odometer), side).await {
+    match select(port.run(run, &start_line, &queue, odometer), side).await {
         Either::First(result) => result,
         Either::Second((_, never)) => match never {},
     }
+}
+
+/// The instants at which STEP of a motor has risen, ns.
+pub fn rises(world: &Shared, motor: Motor) -> Vec<u64> {
+    let is_rise = |wave: &&Wave| wave.wire == Wire::Step(motor) && wave.high;
+    world.borrow().record().waves.iter().filter(is_rise).map(|wave| wave.t_ns).collect()
 }
 
 pub fn edges(world: &Shared) -> Vec<Edge> {

@@ -7,8 +7,8 @@
 //! critical section delays it. The tasks that watch the same inputs do the rest: debouncing, and what takes time.
 //!
 //! A press counts however short it is: the handler is told the levels that came with each change, not those that there
-//! are by then. So an input on pins apart from the others, or any number of them, can have a state machine of its own
-//! with the same program; its levels would come through its own FIFO.
+//! are by then. The second motor's switch is on a pin apart from the others, so it has a state machine of its own with
+//! the same program, and its levels come through its own FIFO.
 
 mod edges;
 mod program;
@@ -21,48 +21,41 @@ use embassy_rp::pac::PIO1;
 use embassy_rp::{Peri, peripherals};
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
-use isostep_motion::{AXES, Axis, Contact, Machine};
+use isostep_motion::{AXES, Axis, Contact, LimitInput, Machine};
 
 use self::edges::Changes;
 use crate::{pins, priority};
 
-/// Number of inputs: the axes' limit switches, then the emergency stop. They are on consecutive pins.
-const INPUTS: usize = AXES + 1;
+/// The axes' limit switches, then the emergency stop.
+static SWITCHES: Watcher = Watcher::new(0, 0, pins::LIMIT_X, AXES as u8 + 1, SWITCHES_AT_REST);
 const EMERGENCY_STOP: usize = AXES;
+/// Limit switches that are open, and an emergency stop that is not pressed.
+const SWITCHES_AT_REST: u32 = match pins::EMERGENCY_CONTACT {
+    Contact::NormallyOpen => (1 << (AXES + 1)) - 1,
+    Contact::NormallyClosed => (1 << EMERGENCY_STOP) - 1,
+};
 
-const STATE_MACHINE: usize = 0;
+/// The second motor's limit switch. Its program stands behind that of the others.
+static SECOND_SWITCH: Watcher = Watcher::new(2, 6, pins::SECOND_LIMIT, 1, 1);
 
 static GUARDED: Mutex<CriticalSectionRawMutex, Cell<Option<&Machine>>> = Mutex::new(Cell::new(None));
 
-/// The levels that were reported last; at first those of limit switches that are open, and of an emergency stop that is
-/// not pressed.
-static TOLD: AtomicU32 = AtomicU32::new(match pins::EMERGENCY_CONTACT {
-    Contact::NormallyOpen => (1 << INPUTS) - 1,
-    Contact::NormallyClosed => (1 << EMERGENCY_STOP) - 1,
-});
+/// A state machine that watches consecutive pins.
+struct Watcher {
+    state_machine: usize,
+    /// The address of its program.
+    origin: u8,
+    first_pin: u8,
+    pins: u8,
+    /// The levels that were reported last; at first those at rest.
+    told: AtomicU32,
+}
 
 /// Guards `machine` from now on.
 pub fn start(machine: &'static Machine, pio: Peri<'static, peripherals::PIO1>) {
     GUARDED.lock(|guarded| guarded.set(Some(machine)));
-    let watch = program::watch(INPUTS as u8);
-    for (address, &instruction) in watch.code.iter().enumerate() {
-        PIO1.instr_mem(address).write(|slot| slot.set_instr_mem(instruction));
-    }
-    let watcher = PIO1.sm(STATE_MACHINE);
-    watcher.execctrl().write(|exec| {
-        exec.set_wrap_bottom(watch.wrap.target);
-        exec.set_wrap_top(watch.wrap.source);
-    });
-    watcher.shiftctrl().write(|shift| {
-        shift.set_in_shiftdir(false);
-        shift.set_fjoin_rx(true);
-    });
-    watcher.pinctrl().write(|pins| pins.set_in_base(pins::LIMIT_X));
-    for instruction in [program::KNOW_NOTHING, program::go_to(watch.wrap.target)] {
-        watcher.instr().write(|slot| slot.set_instr(instruction));
-    }
-    PIO1.irqs(1).inte().write(|sources| sources.0 = 1 << STATE_MACHINE);
-    PIO1.ctrl().modify(|ctrl| ctrl.set_sm_enable(ctrl.sm_enable() | 1 << STATE_MACHINE));
+    // One call, so that it is inlined into code that runs once.
+    [&SWITCHES, &SECOND_SWITCH].into_iter().for_each(Watcher::start);
     priority::enable_guard();
     // The guard keeps the PIO for ever.
     let _ = pio;
@@ -75,30 +68,68 @@ pub fn reset_heard() {
     }
 }
 
-/// What the state machine has seen.
-struct Seen;
-
-impl Changes for Seen {
-    fn are_there(&mut self) -> bool {
-        PIO1.fstat().read().rxempty() & 1 << STATE_MACHINE == 0
+impl Watcher {
+    const fn new(state_machine: usize, origin: u8, first_pin: u8, pins: u8, at_rest: u32) -> Self {
+        Self { state_machine, origin, first_pin, pins, told: AtomicU32::new(at_rest) }
     }
 
-    fn take(&mut self) -> u32 {
-        PIO1.rxf(STATE_MACHINE).read()
+    fn start(&self) {
+        let (origin, watch) = (self.origin, program::watch(self.pins));
+        for (address, &instruction) in (usize::from(origin)..).zip(watch.code.iter()) {
+            PIO1.instr_mem(address).write(|slot| slot.set_instr_mem(program::moved(instruction, origin)));
+        }
+        let watcher = PIO1.sm(self.state_machine);
+        watcher.execctrl().write(|exec| {
+            exec.set_wrap_bottom(origin + watch.wrap.target);
+            exec.set_wrap_top(origin + watch.wrap.source);
+        });
+        watcher.shiftctrl().write(|shift| {
+            shift.set_in_shiftdir(false);
+            shift.set_fjoin_rx(true);
+        });
+        watcher.pinctrl().write(|pins| pins.set_in_base(self.first_pin));
+        for instruction in [program::KNOW_NOTHING, program::go_to(origin + watch.wrap.target)] {
+            watcher.instr().write(|slot| slot.set_instr(instruction));
+        }
+        PIO1.irqs(1).inte().modify(|sources| sources.0 |= 1 << self.state_machine);
+        PIO1.ctrl().modify(|ctrl| ctrl.set_sm_enable(ctrl.sm_enable() | 1 << self.state_machine));
+    }
+
+    /// The inputs that have changed, and the levels that came with the change.
+    #[inline(always)]
+    fn take(&self) -> Option<(u32, u32)> {
+        edges::take(&mut Seen(self.state_machine), &self.told)
     }
 }
 
-/// Handles a change. If there are more, it is called again.
+/// What a state machine has seen.
+struct Seen(usize);
+
+impl Changes for Seen {
+    fn are_there(&mut self) -> bool {
+        PIO1.fstat().read().rxempty() & 1 << self.0 == 0
+    }
+
+    fn take(&mut self) -> u32 {
+        PIO1.rxf(self.0).read()
+    }
+}
+
+/// Handles a change of each state machine. If there are more, it is called again.
 #[interrupt]
 fn PIO1_IRQ_1() {
-    let Some((changed, levels)) = edges::take(&mut Seen, &TOLD) else { return };
     let Some(machine) = GUARDED.lock(Cell::get) else { return };
-    let has_changed = |input: usize| changed & 1 << input != 0;
-    let is_low = |input: usize| levels & 1 << input == 0;
-    if has_changed(EMERGENCY_STOP) {
-        machine.emergency_stop_edge(is_low(EMERGENCY_STOP));
+    if let Some((changed, levels)) = SWITCHES.take() {
+        let has_changed = |input: usize| changed & 1 << input != 0;
+        let is_low = |input: usize| levels & 1 << input == 0;
+        if has_changed(EMERGENCY_STOP) {
+            machine.emergency_stop_edge(is_low(EMERGENCY_STOP));
+        }
+        for axis in Axis::ALL.into_iter().filter(|&axis| has_changed(axis as usize)) {
+            machine.limit_edge(LimitInput::Of(axis), is_low(axis as usize));
+        }
     }
-    for axis in Axis::ALL.into_iter().filter(|&axis| has_changed(axis as usize)) {
-        machine.limit_edge(axis, is_low(axis as usize));
+    if let Some((_, levels)) = SECOND_SWITCH.take() {
+        machine.limit_edge(LimitInput::Second, levels == 0);
     }
 }

@@ -12,7 +12,8 @@
 
 use pio::{InstructionOperands, MovDestination, MovOperation, MovSource, Program};
 
-/// The program, at address 0 so that labels are addresses. It watches `inputs` pins from the base of the IN pins on.
+/// The program. It watches `inputs` pins from the base of the IN pins on. Its labels are addresses if it is at address 0;
+/// elsewhere it is [`moved`].
 pub fn watch(inputs: u8) -> Program<{ pio::RP2040_MAX_PROGRAM_SIZE }> {
     let mut program = pio::pio_asm!(
         ".origin 0",
@@ -30,6 +31,12 @@ pub fn watch(inputs: u8) -> Program<{ pio::RP2040_MAX_PROGRAM_SIZE }> {
     let look = &mut program.code[usize::from(program.wrap.target)];
     *look |= u16::from(inputs);
     program
+}
+
+/// The instruction for a program that begins at `origin`: a jump leads on by as much. The others name no address.
+pub const fn moved(instruction: u16, origin: u8) -> u16 {
+    const OPERATION: u16 = 0b111 << 13;
+    if instruction & OPERATION == 0 { instruction + origin as u16 } else { instruction }
 }
 
 /// Forced before the start: no levels are like these, so the machine tells the levels that it sees first.

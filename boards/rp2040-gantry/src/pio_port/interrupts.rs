@@ -3,12 +3,16 @@
 //! The handlers have the priority of the axis tasks, so neither interrupts the other. What both change (which
 //! interrupts are enabled) therefore needs no lock.
 
+use core::sync::atomic::{AtomicUsize, Ordering};
+
 use embassy_rp::interrupt;
 use embassy_rp::pac::{DMA, PIO0};
 use embassy_rp::peripherals;
 use embassy_rp::{bind_interrupts, pio};
 use embassy_sync::waitqueue::AtomicWaker;
 use isostep_motion::AXES;
+
+use crate::pins::SECOND;
 
 bind_interrupts!(pub struct Irqs {
     PIO0_IRQ_0 => pio::InterruptHandler<peripherals::PIO0>;
@@ -17,14 +21,36 @@ bind_interrupts!(pub struct Irqs {
 /// Wakers of the axis tasks.
 pub static WAKERS: [AtomicWaker; AXES] = [const { AtomicWaker::new() }; AXES];
 
-/// Enables one interrupt for the halt of the axis's state machine, which wakes the axis.
-pub fn expect_halt(axis: usize) {
-    PIO0.irqs(1).inte().modify(|enabled| enabled.0 |= halt_bit(axis));
+/// The axis that the second motor is on, in the last run of such an axis.
+static DOUBLED: AtomicUsize = AtomicUsize::new(0);
+
+/// The second motor makes the steps of `axis` from now on.
+pub fn double(axis: usize) {
+    DOUBLED.store(axis, Ordering::Relaxed);
 }
 
-fn halt_bit(axis: usize) -> u32 {
-    // In this register the flags of the state machines come after the eight levels of the FIFOs.
-    1 << (8 + axis)
+/// Wakes the axes one of whose motors has its bits in `raised`, where each motor has `width` bits.
+#[inline(never)]
+fn wake(raised: u32, width: usize) {
+    let bits = |motor: usize| ((1 << width) - 1) << (width * motor);
+    for (axis, waker) in WAKERS.iter().enumerate() {
+        let second = if DOUBLED.load(Ordering::Relaxed) == axis { bits(SECOND) } else { 0 };
+        if raised & (bits(axis) | second) != 0 {
+            waker.wake();
+        }
+    }
+}
+
+/// Enables one interrupt for the halt of a state machine, which wakes its axis.
+pub fn expect_halt(machine: usize) {
+    PIO0.irqs(1).inte().modify(|enabled| enabled.0 |= halt_bit(machine));
+}
+
+/// In this register the flags of the state machines come after the eight levels of the FIFOs.
+const HALTS: usize = 8;
+
+fn halt_bit(machine: usize) -> u32 {
+    1 << (HALTS + machine)
 }
 
 /// Blocks have been sent. Each raises the interrupt once; arming the block enables it again.
@@ -32,11 +58,7 @@ fn halt_bit(axis: usize) -> u32 {
 fn DMA_IRQ_1() {
     let sent = DMA.ints(1).read();
     DMA.inte(1).modify(|enabled| *enabled &= !sent);
-    for (axis, waker) in WAKERS.iter().enumerate() {
-        if sent & 0b11 << (2 * axis) != 0 {
-            waker.wake();
-        }
-    }
+    wake(sent, 2);
 }
 
 /// State machines have halted.
@@ -44,9 +66,5 @@ fn DMA_IRQ_1() {
 fn PIO0_IRQ_1() {
     let halted = PIO0.irqs(1).ints().read().0;
     PIO0.irqs(1).inte().modify(|enabled| enabled.0 &= !halted);
-    for (axis, waker) in WAKERS.iter().enumerate() {
-        if halted & halt_bit(axis) != 0 {
-            waker.wake();
-        }
-    }
+    wake(halted >> HALTS, 1);
 }

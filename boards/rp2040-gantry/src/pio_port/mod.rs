@@ -17,12 +17,19 @@
 //! [`REPORT_EVERY`]. Once the machine has stopped, the count is read and is exact. The count does not include the
 //! direction of the edges. The direction is in the words, and `tally` keeps it for those on their way.
 //!
+//! # Two motors
+//! The second motor of an axis has a state machine of its own, which runs the same program on its own pins and gets the
+//! same words. Both begin on the cycle on which the gate opens, so their edges stay on the same cycles, and a brake
+//! stops both between the same two edges. Both count. If the counts differ it is a fault: never a gantry that is out of
+//! square without a word. A side that is held has its STEP forced low at the pad (`pads`).
+//!
 //! # Set-up times
 //! DIR changes with a step's word, after the last pulse, so the rest of the interval is its set-up time. Before the
 //! first step of a run there is a lead of the same length, from the opening of the gate to the start of the run.
 
 mod gate;
 mod interrupts;
+mod pads;
 mod program;
 mod state_machine;
 mod stream;
@@ -47,7 +54,7 @@ use self::program::Words;
 use self::state_machine::StateMachine;
 use self::stream::{BLOCK_WORDS, Blocks, IN_FLIGHT_MAX_WORDS, Stream};
 use self::tally::Tally;
-use crate::pins::StepPins;
+use crate::pins::{SECOND, StepPins};
 use crate::priority;
 
 pub use PioPort as Port;
@@ -72,39 +79,47 @@ const _: () =
 // One more word is in the state machine; its edge may not have risen yet.
 const _: () = assert!(IN_FLIGHT_MAX_WORDS < tally::IN_FLIGHT_MAX);
 
-/// Drives STEP and DIR of one axis with a state machine of PIO0.
+/// Drives STEP and DIR of one axis with a state machine of PIO0, and those of the second motor with another.
 pub struct PioPort {
     axis: usize,
     machine: StateMachine,
+    /// The axis had the second motor in the last run.
+    is_doubled: bool,
     stream: Stream,
     capabilities: Capabilities,
     /// What was written for the last run.
     tally: Tally,
-    /// Edges of the last run that rose, and whether the state machine ran out of words before its end.
+    /// Edges of the last run that rose; whether a state machine ran out of words before its end, and whether both motors
+    /// made the same edges.
     risen: u32,
     has_starved: bool,
+    is_agreed: bool,
 }
 
 /// The ports of all axes, at rest, with STEP and DIR low.
 pub fn open(pins: StepPins, timing: DriverTiming) -> [PioPort; AXES] {
     static BLOCKS: [Blocks; AXES] = [const { [const { [const { AtomicU32::new(0) }; BLOCK_WORDS] }; 2] }; AXES];
 
-    let Pio { mut common, mut sm0, mut sm1, mut sm2, .. } = Pio::new(pins.pio, interrupts::Irqs);
+    let Pio { mut common, mut sm0, mut sm1, mut sm2, mut sm3, .. } = Pio::new(pins.pio, interrupts::Irqs);
     let program = common.load_program(&program::steps());
     let (x, x_dir) = (common.make_pio_pin(pins.x), common.make_pio_pin(pins.x_dir));
     let (y, y_dir) = (common.make_pio_pin(pins.y), common.make_pio_pin(pins.y_dir));
     let (z, z_dir) = (common.make_pio_pin(pins.z), common.make_pio_pin(pins.z_dir));
+    let (second, second_dir) = (common.make_pio_pin(pins.second), common.make_pio_pin(pins.second_dir));
     sm0.set_config(&config(&program, &x, &x_dir));
     sm1.set_config(&config(&program, &y, &y_dir));
     sm2.set_config(&config(&program, &z, &z_dir));
+    sm3.set_config(&config(&program, &second, &second_dir));
     sm0.set_pins(Level::Low, &[&x, &x_dir]);
     sm1.set_pins(Level::Low, &[&y, &y_dir]);
     sm2.set_pins(Level::Low, &[&z, &z_dir]);
+    sm3.set_pins(Level::Low, &[&second, &second_dir]);
     sm0.set_pin_dirs(PinDirection::Out, &[&x, &x_dir]);
     sm1.set_pin_dirs(PinDirection::Out, &[&y, &y_dir]);
     sm2.set_pin_dirs(PinDirection::Out, &[&z, &z_dir]);
-    // Never dropped: dropping the first four would release the pins.
-    core::mem::forget((common, sm0, sm1, sm2, pins.channels));
+    sm3.set_pin_dirs(PinDirection::Out, &[&second, &second_dir]);
+    // Never dropped: dropping the first five would release the pins.
+    core::mem::forget((common, sm0, sm1, sm2, sm3, pins.channels));
     priority::enable_pio_port();
 
     [0, 1, 2].map(|axis| PioPort::new(axis, &BLOCKS[axis], timing))
@@ -153,18 +168,39 @@ impl StepPort for PioPort {
             active.until(|_| false).await;
         }
         let is_whole = self.risen == self.tally.written_edges();
-        if is_whole && !self.has_starved { Ok(()) } else { Err(PortFault::Underrun) }
+        if is_whole && self.is_agreed && !self.has_starved { Ok(()) } else { Err(PortFault::Underrun) }
     }
 }
 
 impl PioPort {
     fn new(axis: usize, blocks: &'static Blocks, timing: DriverTiming) -> Self {
         let machine = StateMachine::new(axis);
-        let stream = Stream::new(axis, machine.fifo_address(), blocks);
+        let stream = Stream::new(axis, blocks);
         // A pulse is a whole number of cycles.
         let (margin_ticks, turn_ticks) = (MARGIN_TICKS, program::TURN_CYCLES + 1);
         let capabilities = Capabilities { tick_hz: TICK_HZ, timing, margin_ticks, core_ns: 0, turn_ticks };
-        Self { axis, machine, stream, capabilities, tally: Tally::new(), risen: 0, has_starved: false }
+        Self {
+            axis,
+            machine,
+            is_doubled: false,
+            stream,
+            capabilities,
+            tally: Tally::new(),
+            risen: 0,
+            has_starved: false,
+            is_agreed: true,
+        }
+    }
+
+    /// The state machines that make the steps of the run.
+    fn machines(&self) -> impl Iterator<Item = StateMachine> + use<> {
+        [self.machine, StateMachine::new(SECOND)].into_iter().take(1 + usize::from(self.is_doubled))
+    }
+
+    /// Whether a state machine has run out of words. Both do on the same cycle, unless something is wrong.
+    #[inline(never)]
+    fn has_halted(&self) -> bool {
+        self.machines().any(|machine| machine.has_halted())
     }
 }
 
@@ -198,10 +234,18 @@ impl<'a> ActiveRun<'a> {
         let lead = Duration::from_micros(capabilities.timing.setup_ns.div_ceil(1_000).into());
         port.tally = Tally::new();
         port.stream.clear();
+        port.is_doubled = run.second.is_some();
+        port.stream.double(port.is_doubled);
+        if port.is_doubled {
+            interrupts::double(port.axis);
+        }
+        pads::set(port.axis, &run);
         gate::close_gate();
-        port.machine.load(words.pulse_loops());
-        interrupts::expect_halt(port.axis);
-        port.machine.enable();
+        for machine in port.machines() {
+            machine.load(words.pulse_loops());
+            interrupts::expect_halt(machine.index());
+            machine.enable();
+        }
         Self {
             port,
             direction_inverted: run.wiring.direction_inverted,
@@ -227,7 +271,7 @@ impl<'a> ActiveRun<'a> {
                 StreamItem::Steps { segment, direction } => self.write(&segment, direction).await?,
                 StreamItem::Rest { until_ticks } => self.rest_until(until_ticks).await?,
                 StreamItem::End => {
-                    self.port.machine.announce_end();
+                    self.port.machines().for_each(|machine| machine.announce_end());
                     break;
                 }
             }
@@ -251,7 +295,7 @@ impl<'a> ActiveRun<'a> {
             self.report();
             match item {
                 // The item comes too late, or none has come.
-                Ok(_) if self.port.machine.has_halted() => return Err(PortFault::Underrun),
+                Ok(_) if self.port.has_halted() => return Err(PortFault::Underrun),
                 Ok(Either::First(item)) => return Ok(item),
                 Ok(Either::Second(())) | Err(_) => {}
             }
@@ -363,7 +407,7 @@ impl<'a> ActiveRun<'a> {
         let axis = self.port.axis;
         poll_fn(|context| {
             interrupts::WAKERS[axis].register(context.waker());
-            if self.port.machine.has_halted() { Poll::Ready(()) } else { Poll::Pending }
+            if self.port.has_halted() { Poll::Ready(()) } else { Poll::Pending }
         })
         .await;
     }
@@ -377,7 +421,7 @@ impl<'a> ActiveRun<'a> {
                 if holds(&mut self.port.stream) {
                     return Poll::Ready(true);
                 }
-                if self.port.machine.has_halted() { Poll::Ready(false) } else { Poll::Pending }
+                if self.port.has_halted() { Poll::Ready(false) } else { Poll::Pending }
             });
             let held = if self.is_quick { Ok(waiting.await) } else { with_timeout(REPORT_EVERY, waiting).await };
             self.report();
@@ -406,11 +450,12 @@ impl<'a> ActiveRun<'a> {
 
     /// Stops further edges and lets a pulse that has begun finish. Then the count is exact.
     fn stop(&mut self) {
-        self.port.machine.disable();
+        StateMachine::disable_all(self.port.machines());
         self.port.stream.clear();
         cortex_m::asm::delay(self.words.pulse_cycles());
-        self.port.has_starved = self.port.machine.has_starved();
+        self.port.has_starved = self.port.machines().any(|machine| machine.has_starved());
         self.port.risen = self.port.machine.risen();
+        self.port.is_agreed = !self.port.is_doubled || StateMachine::new(SECOND).risen() == self.port.risen;
         self.count(self.port.risen);
     }
 }

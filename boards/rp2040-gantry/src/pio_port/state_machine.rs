@@ -7,14 +7,16 @@ use embassy_rp::pac::pio::vals::SmExecctrlStatusSel;
 
 use crate::pio_port::program::{STARVED_AT, forced, status_n};
 
-/// The state machine with the index of its axis. There is one value for each, owned by the axis's port. All are used at
-/// one priority, so what they share needs no lock.
+/// The state machine of a motor: with the index of its axis, or the second motor's. The axis's port uses it, and that of
+/// the second motor only if its axis has that motor in the run. All are used at one priority, so what they share needs
+/// no lock.
+#[derive(Clone, Copy)]
 pub struct StateMachine {
     index: usize,
 }
 
 impl StateMachine {
-    pub fn new(index: usize) -> Self {
+    pub const fn new(index: usize) -> Self {
         Self { index }
     }
 
@@ -33,13 +35,23 @@ impl StateMachine {
         self.forget_halt();
     }
 
+    pub fn index(&self) -> usize {
+        self.index
+    }
+
     pub fn enable(&self) {
         PIO0.ctrl().modify(|ctrl| ctrl.set_sm_enable(ctrl.sm_enable() | self.bit()));
     }
 
     /// Stops further edges. STEP keeps its level until an instruction is forced.
     pub fn disable(&self) {
-        PIO0.ctrl().modify(|ctrl| ctrl.set_sm_enable(ctrl.sm_enable() & !self.bit()));
+        Self::disable_all([*self]);
+    }
+
+    /// Stops further edges of several, on the same cycle.
+    pub fn disable_all(machines: impl IntoIterator<Item = Self>) {
+        let bits = machines.into_iter().fold(0, |bits, machine| bits | machine.bit());
+        PIO0.ctrl().modify(|ctrl| ctrl.set_sm_enable(ctrl.sm_enable() & !bits));
     }
 
     /// From now on an empty FIFO is the end of the run. Before, it is a fault, at which the machine sets the brake.
@@ -80,11 +92,6 @@ impl StateMachine {
     /// Number of words in the FIFO.
     pub fn queued_words(&self) -> u32 {
         PIO0.flevel().read().0 >> (8 * self.index) & 0xF
-    }
-
-    /// The address that DMA writes words to.
-    pub fn fifo_address(&self) -> u32 {
-        PIO0.txf(self.index).as_ptr() as u32
     }
 
     /// Gives all eight places to words, or four to each direction. Both drop the content of the FIFOs.

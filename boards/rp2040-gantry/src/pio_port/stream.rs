@@ -4,13 +4,18 @@
 //! While DMA sends one block to the FIFO, the other is filled. A block that is handed over is armed in its own channel,
 //! and the running channel is chained to it, so the FIFO sees no gap. A channel that is not chained to another stops
 //! after its block, so nothing is sent that was not written.
+//!
+//! The second motor of an axis has two channels of its own, which read the same blocks. They are paced by its own FIFO. A
+//! block is filled again when both have sent it.
 
 use core::sync::atomic::AtomicU32;
 
-use embassy_rp::pac::DMA;
 use embassy_rp::pac::dma::Channel;
 use embassy_rp::pac::dma::regs::CtrlTrig;
 use embassy_rp::pac::dma::vals::{DataSize, TreqSel};
+use embassy_rp::pac::{DMA, PIO0};
+
+use crate::pins::SECOND;
 
 /// Words per block: at 1,000,000 steps/s a block is filled every 384 us. Where a segment begins, filling takes the
 /// longest, and all axes may begin one at the same time.
@@ -24,13 +29,9 @@ pub type Blocks = [[AtomicU32; BLOCK_WORDS]; 2];
 
 /// The stream of words of one axis.
 pub struct Stream {
-    /// The even one of the two DMA channels, the registers of both, and their bits in the shared registers of DMA.
-    channel: usize,
-    channels: [Channel; 2],
-    bits: [u32; 2],
-    /// The address of the FIFO, and the request signal that paces the transfers.
-    fifo_address: u32,
-    pace: TreqSel,
+    axis: usize,
+    /// The second motor gets the words too.
+    is_doubled: bool,
     blocks: &'static Blocks,
     /// The number of words that each block's channel has been armed with.
     armed: [Option<u32>; 2],
@@ -42,21 +43,32 @@ pub struct Stream {
 }
 
 impl Stream {
-    /// A stream from channels `2 * axis` and `2 * axis + 1` to the FIFO of state machine `axis`.
-    pub fn new(axis: usize, fifo_address: u32, blocks: &'static Blocks) -> Self {
-        let pace = TreqSel::from_bits(TreqSel::PIO0_TX0 as u8 + axis as u8);
-        let (armed, filling, filled, handed_over) = ([None; 2], 0, 0, 0);
-        let channel = 2 * axis;
-        let (channels, bits) = ([channel, channel + 1].map(|number| DMA.ch(number)), [1 << channel, 2 << channel]);
-        Self { channel, channels, bits, fifo_address, pace, blocks, armed, filling, filled, handed_over }
+    /// A stream to the FIFO of state machine `axis`.
+    pub fn new(axis: usize, blocks: &'static Blocks) -> Self {
+        Self { axis, is_doubled: false, blocks, armed: [None; 2], filling: 0, filled: 0, handed_over: 0 }
     }
 
-    /// Stops both channels and discards all words.
+    /// Whether the second motor is to get the words too. The stream has been cleared.
+    pub fn double(&mut self, is_doubled: bool) {
+        self.is_doubled = is_doubled;
+    }
+
+    fn feeds(&self) -> impl Iterator<Item = Feed> + use<> {
+        [Feed(self.axis), Feed(SECOND)].into_iter().take(1 + usize::from(self.is_doubled))
+    }
+
+    /// The bits of all channels that send this block.
+    fn bits(&self, block: usize) -> u32 {
+        Feed(self.axis).bit(block) | if self.is_doubled { Feed(SECOND).bit(block) } else { 0 }
+    }
+
+    /// Stops all channels and discards all words.
     pub fn clear(&mut self) {
-        let mask = self.bits[0] | self.bits[1];
+        let mask = self.bits(0) | self.bits(1);
         DMA.inte(1).modify(|enabled| *enabled &= !mask);
-        for channel in self.channels {
-            channel.al1_ctrl().write_value(0);
+        for feed in self.feeds() {
+            feed.channel(0).al1_ctrl().write_value(0);
+            feed.channel(1).al1_ctrl().write_value(0);
         }
         DMA.chan_abort().write(|abort| abort.set_chan_abort(mask as u16));
         while u32::from(DMA.chan_abort().read().chan_abort()) & mask != 0 {}
@@ -68,7 +80,7 @@ impl Stream {
     /// Whether there is a free place to write to. If not, the axis's waker is woken when there is one.
     pub fn has_room(&mut self) -> bool {
         if self.armed[self.filling].is_some() && self.is_sent(self.filling) {
-            DMA.intr(0).write_value(self.bits[self.filling]);
+            DMA.intr(0).write_value(self.bits(self.filling));
             self.armed[self.filling] = None;
         }
         self.armed[self.filling].is_none() && self.filled < BLOCK_WORDS
@@ -99,12 +111,14 @@ impl Stream {
         }
         let (block, other) = (self.filling, 1 - self.filling);
         self.arm(block);
-        if self.armed[other].is_some() {
-            self.channels[other].al1_ctrl().write_value(self.control(other, Some(block)).0);
-        }
-        // The other channel may have finished before it was chained to this one. Then nothing has started this one.
-        if !self.is_busy(other) && !self.is_busy(block) && !self.is_sent(block) {
-            DMA.multi_chan_trigger().write(|trigger| trigger.set_multi_chan_trigger(self.bits[block] as u16));
+        for feed in self.feeds() {
+            if self.armed[other].is_some() {
+                feed.channel(other).al1_ctrl().write_value(feed.control(other, Some(block)).0);
+            }
+            // The other channel may have finished before it was chained to this one. Then nothing has started this one.
+            if !feed.is_busy(other) && !feed.is_busy(block) && !feed.is_sent(block) {
+                DMA.multi_chan_trigger().write(|trigger| trigger.set_multi_chan_trigger(feed.bit(block) as u16));
+            }
         }
         self.handed_over += self.filled as u32;
         (self.filling, self.filled) = (other, 0);
@@ -112,46 +126,70 @@ impl Stream {
 
     fn arm(&mut self, block: usize) {
         let words = self.filled as u32;
-        let channel = self.channels[block];
-        channel.read_addr().write_value(self.blocks[block].as_ptr() as u32);
-        channel.write_addr().write_value(self.fifo_address);
-        channel.trans_count().write_value(words);
-        channel.al1_ctrl().write_value(self.control(block, None).0);
+        for feed in self.feeds() {
+            let channel = feed.channel(block);
+            channel.read_addr().write_value(self.blocks[block].as_ptr() as u32);
+            channel.write_addr().write_value(PIO0.txf(feed.0).as_ptr() as u32);
+            channel.trans_count().write_value(words);
+            channel.al1_ctrl().write_value(feed.control(block, None).0);
+        }
         self.armed[block] = Some(words);
         // The words must be in RAM before DMA reads them.
         cortex_m::asm::dmb();
-        DMA.inte(1).modify(|enabled| *enabled |= self.bits[block]);
+        DMA.inte(1).modify(|enabled| *enabled |= self.bits(block));
     }
 
-    /// The control word of `block`'s channel, which starts the channel of block `next` when it ends.
-    fn control(&self, block: usize, next: Option<usize>) -> CtrlTrig {
-        let mut control = CtrlTrig(0);
-        control.set_en(true);
-        control.set_high_priority(true);
-        control.set_data_size(DataSize::SIZE_WORD);
-        control.set_incr_read(true);
-        control.set_treq_sel(self.pace);
-        // A channel that is chained to itself starts no other.
-        control.set_chain_to((self.channel + next.unwrap_or(block)) as u8);
-        control
-    }
-
-    /// Words that have reached the FIFO since the stream was cleared. Never more than the true number.
+    /// Words that have reached the axis's FIFO since the stream was cleared. Never more than the true number.
     pub fn sent_words(&self) -> u32 {
+        let feed = Feed(self.axis);
         let waiting = |block: usize| match self.armed[block] {
             None => 0,
-            Some(_) if self.is_sent(block) => 0,
-            Some(_) if self.is_busy(block) => self.channels[block].trans_count().read(),
+            Some(_) if feed.is_sent(block) => 0,
+            Some(_) if feed.is_busy(block) => feed.channel(block).trans_count().read(),
             Some(words) => words,
         };
         self.handed_over - waiting(0) - waiting(1)
     }
 
     fn is_sent(&self, block: usize) -> bool {
-        DMA.intr(0).read() & self.bits[block] != 0
+        let bits = self.bits(block);
+        DMA.intr(0).read() & bits == bits
+    }
+}
+
+/// The way of the words to the FIFO of the state machine with this index: the two channels `2 * index` and the next one,
+/// one for each block.
+#[derive(Clone, Copy)]
+struct Feed(usize);
+
+impl Feed {
+    fn channel(self, block: usize) -> Channel {
+        DMA.ch(2 * self.0 + block)
     }
 
-    fn is_busy(&self, block: usize) -> bool {
-        self.channels[block].ctrl_trig().read().busy()
+    /// The bit of a block's channel in the shared registers of DMA.
+    fn bit(self, block: usize) -> u32 {
+        1 << (2 * self.0 + block)
+    }
+
+    /// The control word of `block`'s channel, which starts the channel of block `next` when it ends.
+    fn control(self, block: usize, next: Option<usize>) -> CtrlTrig {
+        let mut control = CtrlTrig(0);
+        control.set_en(true);
+        control.set_high_priority(true);
+        control.set_data_size(DataSize::SIZE_WORD);
+        control.set_incr_read(true);
+        control.set_treq_sel(TreqSel::from_bits(TreqSel::PIO0_TX0 as u8 + self.0 as u8));
+        // A channel that is chained to itself starts no other.
+        control.set_chain_to((2 * self.0 + next.unwrap_or(block)) as u8);
+        control
+    }
+
+    fn is_sent(self, block: usize) -> bool {
+        DMA.intr(0).read() & self.bit(block) != 0
+    }
+
+    fn is_busy(self, block: usize) -> bool {
+        self.channel(block).ctrl_trig().read().busy()
     }
 }

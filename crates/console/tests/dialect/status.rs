@@ -9,7 +9,7 @@ use isostep_console::{
 use proptest::prelude::*;
 
 /// The limit that [`StatusReporter::write`] documents.
-const LONGEST_BYTES: usize = 145;
+const LONGEST_BYTES: usize = 146;
 
 /// A machine at rest, with nothing switched on and nothing pressed.
 const QUIET: Status = Status {
@@ -23,6 +23,7 @@ const QUIET: Status = Status {
     coolant: Coolant::Off,
     probe_touched: false,
     limits_pressed: [false; 3],
+    second_limit_pressed: false,
     door_open: false,
     emergency_stop: false,
     hold_pressed: false,
@@ -115,6 +116,7 @@ fn the_longest_report_is_as_long_as_promised() {
         coolant: Coolant::Both,
         probe_touched: true,
         limits_pressed: [true; 3],
+        second_limit_pressed: true,
         door_open: true,
         emergency_stop: true,
         hold_pressed: true,
@@ -140,11 +142,11 @@ fn the_longest_report_is_as_long_as_promised() {
     StatusReporter::new().write(&mut heard, &status, &settings).unwrap();
     assert_eq!(heard.len() - before, LONGEST_BYTES);
     expect![[r#"
-        <Door:3|MPos:-10000.000,-10000.000,-10000.000|Bf:255,65535|Ln:10000000|FS:175000000,199999984|Pn:PXYZDRHS|WCO:-30000.000,30000.000,-30000.000>
-        <Door:3|MPos:-10000.000,-10000.000,-10000.000|Bf:255,65535|Ln:10000000|FS:175000000,199999984|Pn:PXYZDRHS|Ov:200,100,200|A:CFM>
-        <Door:3|MPos:-393.7008,-393.7008,-393.7008|Bf:255,65535|Ln:10000000|FS:6889764.0,199999984|Pn:PXYZDRHS|WCO:-1181.1024,1181.1024,-1181.1024>
-        <Door:3|MPos:-393.7008,-393.7008,-393.7008|Bf:255,65535|Ln:10000000|FS:6889764.0,199999984|Pn:PXYZDRHS|Ov:200,100,200|A:CFM>
-        <Door:3|MPos:-40000.000,-40000.000,-40000.000|Bf:255,65535|Ln:10000000|FS:175000000,199999984|Pn:PXYZDRHS|WCO:-30000.000,-30000.000,-30000.000>
+        <Door:3|MPos:-10000.000,-10000.000,-10000.000|Bf:255,65535|Ln:10000000|FS:175000000,199999984|Pn:PXYZ2DRHS|WCO:-30000.000,30000.000,-30000.000>
+        <Door:3|MPos:-10000.000,-10000.000,-10000.000|Bf:255,65535|Ln:10000000|FS:175000000,199999984|Pn:PXYZ2DRHS|Ov:200,100,200|A:CFM>
+        <Door:3|MPos:-393.7008,-393.7008,-393.7008|Bf:255,65535|Ln:10000000|FS:6889764.0,199999984|Pn:PXYZ2DRHS|WCO:-1181.1024,1181.1024,-1181.1024>
+        <Door:3|MPos:-393.7008,-393.7008,-393.7008|Bf:255,65535|Ln:10000000|FS:6889764.0,199999984|Pn:PXYZ2DRHS|Ov:200,100,200|A:CFM>
+        <Door:3|MPos:-40000.000,-40000.000,-40000.000|Bf:255,65535|Ln:10000000|FS:175000000,199999984|Pn:PXYZ2DRHS|WCO:-30000.000,-30000.000,-30000.000>
     "#]].assert_eq(&heard.replace('\r', ""));
 }
 
@@ -155,6 +157,7 @@ fn pins_are_told_in_grbls_order() {
         (QUIET, "FS:0,0"),
         (Status { probe_touched: true, ..QUIET }, "Pn:P"),
         (Status { limits_pressed: [false, true, false], ..QUIET }, "Pn:Y"),
+        (Status { limits_pressed: [false, true, false], second_limit_pressed: true, ..QUIET }, "Pn:Y2"),
         (Status { door_open: true, ..QUIET }, "Pn:D"),
         (Status { emergency_stop: true, ..QUIET }, "Pn:R"),
         (Status { hold_pressed: true, ..QUIET }, "Pn:H"),

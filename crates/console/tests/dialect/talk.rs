@@ -158,6 +158,7 @@ impl Talk {
             coolant: modal.coolant,
             probe_touched: self.probe_touched,
             limits_pressed: [false; 3],
+            second_limit_pressed: false,
             door_open: false,
             hold_pressed: false,
             start_pressed: false,

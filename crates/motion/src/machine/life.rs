@@ -3,13 +3,15 @@
 //! All of it is one function, [`Life::on`]. It reads and changes nothing except the [`Life`], so it can be tried on
 //! every life that can be reached: see its tests. They also compare it with the table in `ARCHITECTURE.md`. The machine
 //! calls it in a critical section (`Machine::apply`), and afterwards does what the [`Reaction`] says.
+//!
+//! States and causes are matched, not compared: on a chip a constant to compare with would be read from slow memory.
 
 #[cfg(test)]
 mod tests;
 
 use super::Door;
-use crate::axes::Axis;
 use crate::event::{Alarm, State};
+use crate::motor::Motor;
 
 /// The state of a machine, and what decides on the next one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,7 +49,7 @@ pub(super) enum Forget {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Cause {
     Reset,
-    Limit(Axis),
+    Limit(Motor),
     EmergencyStop,
     /// The safety door, while homing.
     Door,
@@ -61,7 +63,7 @@ impl Cause {
     /// The alarm for a machine that this cause stopped in `state`.
     pub fn alarm(self, state: State) -> Alarm {
         match (self, state) {
-            (Self::Limit(axis), _) => Alarm::HardLimit { axis },
+            (Self::Limit(motor), _) => Alarm::HardLimit { motor },
             (Self::EmergencyStop, _) => Alarm::EmergencyStop,
             (Self::Door, _) => Alarm::HomingDoor,
             (Self::Fault(alarm), _) => alarm,
@@ -109,7 +111,7 @@ pub(super) enum Trigger {
     ResetHeard,
     Reset,
     /// A limit switch was hit.
-    Limit(Axis),
+    Limit(Motor),
     /// The emergency stop has been pressed (`true`) or let go.
     EmergencyStop(bool),
     /// A step port could not go on; the alarm says which.
@@ -189,7 +191,7 @@ impl Life {
             Trigger::Hold if !matches!(self.state, State::Hold { .. }) => return self.hold(),
             Trigger::Resume => return self.resume(),
             Trigger::GoesOn => self.door.is_resuming = false,
-            Trigger::CancelJog if self.state == State::Jog => {
+            Trigger::CancelJog if matches!(self.state, State::Jog) => {
                 self.forget = Forget::Jogs;
                 return Reaction::Wake;
             }
@@ -208,7 +210,7 @@ impl Life {
             }
             Trigger::Reset => return self.reset(),
             // Homing looks for its switches.
-            Trigger::Limit(axis) if self.state != State::Home => return self.stop(Cause::Limit(axis)),
+            Trigger::Limit(motor) if !matches!(self.state, State::Home) => return self.stop(Cause::Limit(motor)),
             Trigger::EmergencyStop(pressed) => {
                 self.emergency = pressed;
                 if pressed {
@@ -266,7 +268,7 @@ impl Life {
 
     /// With the door open an idle machine is held instead of doing what is asked of it.
     fn wait_for_door(&mut self) {
-        if self.door.is_open && self.state == State::Idle {
+        if self.door.is_open && matches!(self.state, State::Idle) {
             self.door.is_held = true;
             self.hold();
         }
@@ -300,10 +302,10 @@ impl Life {
             (Err(alarm), _) => State::Alarm(alarm),
             // The emergency stop was pressed after a reset, whose cause was kept.
             (Ok(()), _) if self.emergency => State::Alarm(Alarm::EmergencyStop),
-            (Ok(()), Some(cause)) if cause != Cause::Reset => State::Alarm(cause.alarm(self.state)),
+            (Ok(()), Some(cause)) if !matches!(cause, Cause::Reset) => State::Alarm(cause.alarm(self.state)),
             (Ok(()), None) if self.held => State::Hold { still: true },
             (Ok(()), _) if is_last => State::Idle,
-            (Ok(()), _) if self.state == State::Jog || self.forget == Forget::All => self.state,
+            (Ok(()), _) if matches!(self.state, State::Jog) || self.forget == Forget::All => self.state,
             (Ok(()), _) => State::Run,
         };
         // A stop ends a hold; what was held is forgotten.
@@ -329,12 +331,12 @@ impl Life {
     }
 
     fn resume(&mut self) -> Reaction {
-        if self.state != (State::Hold { still: true }) || self.door.is_open {
+        if !matches!(self.state, State::Hold { still: true }) || self.door.is_open {
             return Reaction::None;
         }
         self.held = false;
         self.state = if self.pending == 0 { State::Idle } else { State::Run };
-        self.door.is_resuming = self.door.is_held && self.state == State::Run;
+        self.door.is_resuming = self.door.is_held && matches!(self.state, State::Run);
         self.door.is_held = false;
         Reaction::Wake
     }

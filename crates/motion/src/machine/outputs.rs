@@ -159,7 +159,7 @@ impl Machine {
 
     fn stop_spindle_in_hold(&self, stopped: impl FnOnce(Option<SpindleStop>) -> Option<SpindleStop>) {
         self.with(|inner| {
-            if inner.life.state == (State::Hold { still: true }) {
+            if matches!(inner.life.state, State::Hold { still: true }) {
                 let before = inner.effective().spindle;
                 inner.outputs.stopped = stopped(inner.outputs.stopped);
                 inner.spin_up(before);
@@ -177,7 +177,7 @@ impl Inner {
         if is_guarded {
             return Outputs::OFF;
         }
-        let is_dark = laser && self.life.state == State::Hold { still: true };
+        let is_dark = laser && matches!(self.life.state, State::Hold { still: true });
         if is_dark || self.outputs.stopped.is_some() { outputs.without_spindle() } else { outputs }
     }
 

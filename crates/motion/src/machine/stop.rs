@@ -7,6 +7,7 @@ use super::{Busy, Cause, Machine, Reaction, Trigger};
 use crate::axes::{AXES, Axis};
 use crate::config::Config;
 use crate::event::{Alarm, State};
+use crate::motor::{LimitInput, Motor};
 use crate::port::{Direction, PortFault};
 
 impl Machine {
@@ -57,11 +58,21 @@ impl Machine {
 
     /// A limit input has changed, and is now low or high. The first edge of a press stops a running machine at once, if
     /// hard limits are on. It may be called any number of times, from any context.
-    pub fn limit_edge(&self, axis: Axis, is_low: bool) {
-        let is_press = self.with(|inner| inner.config.hard_limits && is_low != inner.config.switches_inverted);
+    pub fn limit_edge(&self, input: LimitInput, is_low: bool) {
+        let (is_press, squared) = self.with(|inner| {
+            let Config { hard_limits, switches_inverted, squared, .. } = inner.config;
+            (hard_limits && is_low != switches_inverted, squared)
+        });
+        let motor = match input {
+            LimitInput::Of(axis) => Some(Motor::first(axis)),
+            LimitInput::Second => squared.map(|squared| Motor::second(squared.axis)),
+        };
         // A pressed switch bounces when it is left; that is no press.
-        if is_press && !self.switch(axis).is_pressed() {
-            self.on(Trigger::Limit(axis));
+        if let Some(motor) = motor
+            && is_press
+            && !self.switch(input).is_pressed()
+        {
+            self.on(Trigger::Limit(motor));
         }
     }
 
@@ -83,15 +94,17 @@ impl Machine {
         self.with(|inner| inner.life.cause)
     }
 
-    /// The first axis that `steps` would take further onto its switch. The switch has closed already, so no edge would
+    /// The first motor that `steps` would take further onto its switch. The switch has closed already, so no edge would
     /// report it.
-    pub(crate) fn onto_switch(&self, steps: [i32; AXES]) -> Option<Axis> {
-        let Config { hard_limits, homing, .. } = self.config();
-        let is_towards = |axis: Axis| {
-            let steps = steps[axis as usize];
-            steps != 0 && Direction::of(steps) == homing.towards[axis as usize]
+    pub(crate) fn onto_switch(&self, steps: [i32; AXES]) -> Option<Motor> {
+        let Config { hard_limits, homing, squared, .. } = self.config();
+        let is_towards = |motor: &Motor| {
+            let steps = steps[motor.axis as usize];
+            steps != 0 && Direction::of(steps) == homing.towards[motor.axis as usize]
         };
-        Axis::ALL.into_iter().find(|&axis| hard_limits && self.switch(axis).may_be_pressed() && is_towards(axis))
+        let second = squared.map(|squared| Motor::second(squared.axis));
+        let mut motors = Axis::ALL.into_iter().map(Motor::first).chain(second);
+        motors.find(|motor| hard_limits && self.switch_of(*motor).may_be_pressed() && is_towards(motor))
     }
 
     /// The port of `axis` has faulted, and is not braked yet: everything stops at once, in the context of its task. In
@@ -121,7 +134,8 @@ impl Machine {
         }
     }
 
-    /// Stops the axes within one pulse. Safe at any priority.
+    /// Stops the axes within one pulse. Safe at any priority. Not inlined: see `Machine::with`.
+    #[inline(never)]
     pub(crate) fn halt(&self) {
         for link in &self.links {
             link.brake(true);

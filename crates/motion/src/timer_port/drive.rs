@@ -1,15 +1,13 @@
 //! The task that makes the edges of a bank.
 
-use core::convert::Infallible;
-
 use embassy_futures::select::select;
 use embassy_time::{Duration, Instant, Timer};
 use embedded_hal::delay::DelayNs;
-use embedded_hal::digital::OutputPin;
 use isostep_profile::Ticks;
 
 use super::LATE_MAX;
 use super::bank::{Flag, Mailbox, RunRequest, TimerBank, WakeSignal};
+use super::pins::MotorPins;
 use crate::port::{Direction, PortFault, StreamItem};
 
 /// Time between two readings of the clock while waiting for a step, ns.
@@ -24,7 +22,7 @@ const NEVER: u64 = u64::MAX;
 const AT_GATE: u64 = u64::MAX / 2;
 
 impl<const N: usize> TimerBank<N> {
-    /// Makes the edges of all axes on their pins, STEP and DIR, for ever. `delay` blocks for the width of a pulse.
+    /// Makes the edges of all axes on their pins for ever. `delay` blocks for the width of a pulse.
     /// `wake_up` is the time that a wake-up of this task takes, including everything that may delay it; the task wakes
     /// up that long before a step is due. Spawn it at a higher priority than the axis tasks. While steps are closer
     /// together than `wake_up` it does not sleep, and no task of a lower priority runs.
@@ -32,10 +30,9 @@ impl<const N: usize> TimerBank<N> {
     /// # Cancellation
     /// Dropping it stops all axes at once. No pulse is cut short, and the counts are exact. The runs then wait for
     /// ever.
-    pub async fn drive<S, D, W>(&self, pins: [(S, D); N], delay: W, wake_up: Duration) -> !
+    pub async fn drive<P, W>(&self, pins: [P; N], delay: W, wake_up: Duration) -> !
     where
-        S: OutputPin<Error = Infallible>,
-        D: OutputPin<Error = Infallible>,
+        P: MotorPins,
         W: DelayNs,
     {
         let mut axes = 0..N;
@@ -56,20 +53,19 @@ impl<const N: usize> TimerBank<N> {
     }
 }
 
-struct Drive<'a, S, D, W, const N: usize> {
+struct Drive<'a, P, W, const N: usize> {
     wake: &'a WakeSignal,
     gate: &'a Flag,
     /// Time that a wake-up takes, ticks.
     wake_up: u64,
-    drives: [AxisDrive<'a, S, D>; N],
+    drives: [AxisDrive<'a, P>; N],
     delay: W,
 }
 
 /// One axis's pins and what it is to do next. Instants are in ticks since power-up.
-struct AxisDrive<'a, S, D> {
+struct AxisDrive<'a, P> {
     mailbox: &'a Mailbox,
-    step: S,
-    dir: D,
+    pins: P,
     dir_high: bool,
     /// The instants of the segment under way.
     ticks: Option<Ticks>,
@@ -106,10 +102,9 @@ enum Level {
     High,
 }
 
-impl<S, D, W, const N: usize> Drive<'_, S, D, W, N>
+impl<P, W, const N: usize> Drive<'_, P, W, N>
 where
-    S: OutputPin<Error = Infallible>,
-    D: OutputPin<Error = Infallible>,
+    P: MotorPins,
     W: DelayNs,
 {
     /// Takes new run requests, goes on with runs that had no segment, and starts the runs at the gate once it opens.
@@ -197,10 +192,8 @@ where
         // One critical section for all axes: with one for each, the last axis would wait for all of them.
         critical_section::with(|section| {
             for drive in self.drives.iter_mut().filter(|drive| drive.level == Level::Due) {
-                let AxisDrive { mailbox, step, sign, .. } = drive;
-                let risen = mailbox.step(section, *sign, || {
-                    let Ok(()) = step.set_high();
-                });
+                let AxisDrive { mailbox, pins, sign, .. } = drive;
+                let risen = mailbox.step(section, *sign, || pins.set_step(true));
                 drive.level = if risen { Level::High } else { Level::Low };
                 pulse_ns = pulse_ns.max(drive.pulse_ns);
             }
@@ -227,7 +220,7 @@ where
     fn lower(&mut self) {
         for drive in &mut self.drives {
             if drive.level == Level::High {
-                let Ok(()) = drive.step.set_low();
+                drive.pins.set_step(false);
             }
         }
         let now = Instant::now().as_ticks();
@@ -243,19 +236,14 @@ where
     }
 }
 
-impl<'a, S, D> AxisDrive<'a, S, D>
-where
-    S: OutputPin<Error = Infallible>,
-    D: OutputPin<Error = Infallible>,
-{
+impl<'a, P: MotorPins> AxisDrive<'a, P> {
     /// Drives STEP and DIR low.
-    fn new(mailbox: &'a Mailbox, (mut step, mut dir): (S, D)) -> Self {
-        let Ok(()) = step.set_low();
-        let Ok(()) = dir.set_low();
+    fn new(mailbox: &'a Mailbox, mut pins: P) -> Self {
+        pins.set_step(false);
+        pins.set_dir(false);
         Self {
             mailbox,
-            step,
-            dir,
+            pins,
             dir_high: false,
             ticks: None,
             sign: 1,
@@ -286,7 +274,11 @@ where
     /// Takes up a run, which then waits at the gate.
     fn begin(&mut self, request: &RunRequest) {
         (self.pulse_ns, self.low_min) = (request.pulse_ns, request.low_min.as_ticks());
-        (self.direction_inverted, self.setup) = (request.direction_inverted, request.setup.as_ticks());
+        (self.direction_inverted, self.setup) = (request.run.wiring.direction_inverted, request.setup.as_ticks());
+        self.pins.begin(&request.run);
+        if request.run.second.is_some() {
+            self.ready = self.ready.max(Instant::now().as_ticks() + self.setup);
+        }
         (self.start, self.due, self.at, self.has_run, self.waits) = (AT_GATE, AT_GATE, NEVER, true, true);
     }
 
@@ -297,7 +289,7 @@ where
         if high != self.dir_high {
             self.dir_high = high;
             // The last pulse is over, so DIR's hold time is too.
-            let Ok(()) = if high { self.dir.set_high() } else { self.dir.set_low() };
+            self.pins.set_dir(high);
             self.ready = self.ready.max(Instant::now().as_ticks() + self.setup);
         }
     }

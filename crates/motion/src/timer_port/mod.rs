@@ -29,6 +29,7 @@
 
 mod bank;
 mod drive;
+mod pins;
 
 use core::array;
 use core::cell::Cell;
@@ -40,6 +41,7 @@ use embassy_time::{Duration, Timer};
 
 pub use self::bank::TimerBank;
 use self::bank::{Flag, Mailbox, RunRequest, WakeSignal};
+pub use self::pins::MotorPins;
 use crate::TICK_HZ;
 use crate::port::{
     Brake, Capabilities, DriverTiming, Odometer, PortFault, Run, StepPort, StreamItem, StreamQueue, ticks_covering,
@@ -89,7 +91,7 @@ impl TimerPort<'_> {
         let ticks = |ns| Duration::from_ticks((ticks_covering(ns, TICK_HZ) + margin_ticks).into());
         let pulse_ns = self.capabilities.pulse_ns(run.wiring);
         RunRequest {
-            direction_inverted: run.wiring.direction_inverted,
+            run: *run,
             setup: ticks(timing.setup_ns),
             pulse_ns,
             low_min: ticks(timing.step_low_ns.max(timing.period_ns.saturating_sub(pulse_ns))),

@@ -34,7 +34,7 @@ fn queue_of(plan: &SyncMove<1>) -> StreamQueue {
 
 /// A run with the default wiring.
 fn run() -> Run {
-    Run { wiring: Wiring::default() }
+    Run { wiring: Wiring::default(), second: None }
 }
 
 /// A start line that lets a port go as soon as it is armed.
@@ -54,8 +54,8 @@ where
     let _current = executor.clock().clone().enter();
     let world = Rc::new(RefCell::new(World::new(executor.clock().clone(), &Config::default())));
     Output::new(&world, Wire::Enable).set_low().unwrap();
-    let (step, dir) = (Output::new(&world, Wire::Step(Axis::X)), Output::new(&world, Wire::Dir(Axis::X)));
-    executor.spawn("port", task(SimPort::new(step, dir, executor.clock(), DriverTiming::DRV8825)));
+    let pins = AxisPins::new(&world, Axis::X);
+    executor.spawn("port", task(SimPort::new(pins, executor.clock(), DriverTiming::DRV8825)));
     executor.run_until_quiescent(Instant::from_secs(10)).unwrap();
     assert_eq!(world.borrow().record().violations, []);
     world.borrow().record().edges.iter().map(|edge| edge.t_ns).collect()
@@ -89,7 +89,7 @@ fn running_dry_is_a_fault_at_the_last_step_given() {
 fn steps_too_close_do_not_rise() {
     let edges = edges_ns(|mut port| async move {
         let queue = queue_of(&steady(2, 1e5));
-        let run = Run { wiring: Wiring { pulse_ns: 9_000, ..Wiring::default() } };
+        let run = Run { wiring: Wiring { pulse_ns: 9_000, ..Wiring::default() }, second: None };
         let result = port.run(run, &open_line(), &queue, &Odometer::new()).await;
         // 9 us high, 1.9 us low.
         assert_eq!(result, Err(PortFault::TooFast { interval: 1_250, min: 1_363 }));

@@ -80,7 +80,7 @@ fn a_switch_that_never_opens_is_an_alarm() {
     let mut config = Config::default();
     config.switches[Axis::Z as usize] = SwitchFault::StuckClosed;
     let outcome = run(b"$H\n", &config).unwrap();
-    assert_eq!(outcome.state, State::Alarm(Alarm::SwitchStuck { axis: Axis::Z }));
+    assert_eq!(outcome.state, State::Alarm(Alarm::SwitchStuck { motor: Motor::first(Axis::Z) }));
 }
 
 #[test]

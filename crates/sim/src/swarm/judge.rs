@@ -9,6 +9,10 @@ use crate::outcome::Outcome;
 use crate::record::{Loss, LossCause};
 use crate::verify;
 
+/// What one side may go farther than the other while its switch is debounced, and a step under way: the worlds latch at
+/// 2 mm/s, and have 160 steps/mm at most.
+const OFF_SQUARE_MAX_STEPS: i32 = 3;
+
 /// A broken promise, and what was found instead.
 type Broken = (&'static str, String);
 
@@ -92,6 +96,16 @@ fn positions(outcome: &Outcome, homed: [bool; 3]) -> Result<(), Broken> {
     };
     let is_elsewhere =
         |axis: &Axis| homed[*axis as usize] && outcome.drift_steps[*axis as usize] != 0 && !at_end_stop(*axis);
+    let second = outcome.second.filter(|second| homed[second.axis as usize] && !at_end_stop(second.axis));
+    if let Some(second) = second.filter(|second| second.drift_steps != 0) {
+        let found =
+            format!("the second side of {} is {} steps from where it should be", second.axis, second.drift_steps);
+        return Err(("an axis that counts as homed is where it says", found));
+    }
+    if let Some(second) = second.filter(|second| second.off_square_steps.abs() > OFF_SQUARE_MAX_STEPS) {
+        let found = format!("{} is {} steps out of square", second.axis, second.off_square_steps);
+        return Err(("a squared axis is as square as its offset says", found));
+    }
     match Axis::ALL.into_iter().find(is_elsewhere) {
         Some(axis) => {
             let found = format!("{axis} is {} steps from where it should be", outcome.drift_steps[axis as usize]);

@@ -3,11 +3,11 @@
 use std::fmt;
 
 use isostep_console::{SETTING_TABLE, Settings};
-use isostep_motion::{Axis, Contact};
+use isostep_motion::{Axis, Contact, Motor};
 use oorandom::Rand64;
 
 use super::lines::Lines;
-use crate::config::{Config, Port};
+use crate::config::{Config, Gantry, Port};
 use crate::faults::Trouble;
 use crate::plant::SwitchFault;
 use crate::sim::Stimulus;
@@ -159,15 +159,23 @@ impl Random {
         self.of(&Axis::ALL)
     }
 
+    /// A motor; of the second ones all but one at most are not there.
+    fn motor(&mut self) -> Motor {
+        let axis = self.axis();
+        if self.one_in(4) { Motor::second(axis) } else { Motor::first(axis) }
+    }
+
     fn config(&mut self, seed: u64) -> Config {
         let port = self.of(&[Port::Pio, Port::Pio, Port::Timer]);
         let settings = self.settings(port);
         let start_mm =
             std::array::from_fn(|axis| f64::from(settings.travel_mm[axis]) * (0.3 + 0.4 * self.0.rand_float()));
         let plate_mm = f64::from(settings.travel_mm[2]) * 0.2;
+        let gantry = self.gantry();
         Config {
             settings,
             start_mm,
+            gantry,
             port,
             seed,
             emergency_contact: if seed % 2 == 0 { Contact::NormallyOpen } else { Contact::NormallyClosed },
@@ -179,6 +187,12 @@ impl Random {
             keep_waves: false,
             ..Config::default()
         }
+    }
+
+    /// A gantry that is out of square by less than what the skew limit allows.
+    fn gantry(&mut self) -> Gantry {
+        let skew_mm = self.of(&[0.0, 0.0, 1.3, -1.3, 3.0, -3.0]);
+        Gantry { skew_mm, square_mm: self.of(&[0.0, 0.5, -1.5]), binds_mm: 12.0 }
     }
 
     /// Settings of a machine small enough to be homed quickly.
@@ -202,6 +216,8 @@ impl Random {
             interval_thirds: self.one_in(4),
             speed_law: self.of(&[0, 0, 0, 1, 2, 3, 4, 5, 6]),
             report_mask: self.of(&[1, 3]),
+            second_motor_axis: self.of(&[0, 0, 1, 2, 3]),
+            second_invert_mask: self.below(8) as u16,
             ..Settings::DEFAULT
         };
         for axis in 0..3 {
@@ -212,6 +228,7 @@ impl Random {
             settings.decel_or_0_mm_s2[axis] = self.of(&[0.0, 0.0, 300.0]);
             settings.jerk_or_0_mm_s3[axis] = self.of(&[0.0, 2_000.0, 50_000.0]);
             settings.start_rate_mm_min[axis] = self.of(&[0.0, 60.0]);
+            settings.square_offset_mm[axis] = self.of(&[0.0, 0.5, -1.5]);
         }
         if settings.speed_law >= 3 {
             settings.start_rate_mm_min = [60.0; 3];
@@ -306,13 +323,13 @@ impl Random {
         let trouble = match self.below(20) {
             0..3 => Trouble::EmergencyStop,
             3 => Trouble::BrokenEmergencyStop,
-            4..7 => Trouble::Limit(self.axis()),
-            7 => Trouble::Broken(self.axis()),
-            8..10 => Trouble::Chatter(self.axis()),
+            4..7 => Trouble::Limit(self.motor()),
+            7 => Trouble::Broken(self.motor()),
+            8..10 => Trouble::Chatter(self.motor()),
             10..13 => Trouble::Hold,
             13 => Trouble::Start,
             14 => Trouble::Probe,
-            15 => Trouble::Stall(self.axis()),
+            15 => Trouble::Stall(self.motor()),
             16 => Trouble::Starve,
             _ => Trouble::Deaf,
         };

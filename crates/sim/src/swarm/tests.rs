@@ -58,7 +58,7 @@ fn a_motor_that_is_held_is_no_failure() {
     let acts = vec![
         Act::Line(0, "G1 X20 F600".to_owned()),
         Act::Wait(500_000),
-        Act::Fault(Trouble::Stall(Axis::X), 100_000),
+        Act::Fault(Trouble::Stall(Axis::X.into()), 100_000),
         Act::Rest,
     ];
     assert!(run(&Scenario { config, acts }).is_ok());

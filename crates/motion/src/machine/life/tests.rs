@@ -9,6 +9,7 @@ use std::string::String;
 use std::vec::Vec;
 
 use super::*;
+use crate::axes::Axis;
 
 /// How many motions are pending at most: one under way, and others that wait.
 const MOTIONS: usize = 3;
@@ -29,7 +30,7 @@ fn triggers(life: &Life) -> Vec<Trigger> {
         Trigger::Door(!life.door.is_open),
         Trigger::ResetHeard,
         Trigger::Reset,
-        Trigger::Limit(AXIS),
+        Trigger::Limit(Motor::first(AXIS)),
         Trigger::EmergencyStop(!life.emergency),
         Trigger::ToolCutOff,
         Trigger::TakenOver,
@@ -167,7 +168,7 @@ fn a_stop_halts_what_moves() {
             next.on(trigger) == Reaction::Halt && next.cause.is_some()
         };
         // Homing is to press limit switches.
-        let limit_halts = life.state == State::Home || is_halted(Trigger::Limit(AXIS));
+        let limit_halts = life.state == State::Home || is_halted(Trigger::Limit(Motor::first(AXIS)));
         let others = [Trigger::EmergencyStop(true), Trigger::Fault(JUDGED), Trigger::ToolCutOff];
         let halt = limit_halts && others.into_iter().all(is_halted);
         holds(!life.moving || halt, "a stop came while axes moved, and they were not halted")
@@ -233,7 +234,7 @@ const ROWS: [(&str, Trigger); 17] = [
     ("the door opens", Trigger::Door(true)),
     ("reset 0x18", Trigger::Reset),
     ("another, before it has braked", Trigger::ResetHeard),
-    ("a limit switch", Trigger::Limit(AXIS)),
+    ("a limit switch", Trigger::Limit(Motor::first(AXIS))),
     ("emergency stop", Trigger::EmergencyStop(true)),
     ("a step port faults", Trigger::Fault(JUDGED)),
     ("the tool was cut off", Trigger::ToolCutOff),

@@ -1,0 +1,23 @@
+//! What the pads make of the outputs of the state machines: STEP of a side that is held stays low, and DIR of the second
+//! motor may be inverted. So both state machines of an axis do the same, and count the same, in every run.
+
+use embassy_rp::pac::IO_BANK0;
+use embassy_rp::pac::io::vals::Outover;
+use isostep_motion::{Run, Side};
+
+use crate::pins;
+
+/// Sets the pads of `axis` for `run`, and those of the second motor if the axis has it. STEP is low meanwhile.
+pub fn set(axis: usize, run: &Run) {
+    let held = |side| if run.moves(side) { Outover::NORMAL } else { Outover::LOW };
+    set_override(pins::STEP[axis], held(Side::First));
+    if run.second.is_some() {
+        let dir = if run.is_second_inverted() { Outover::INVERT } else { Outover::NORMAL };
+        set_override(pins::STEP[pins::SECOND], held(Side::Second));
+        set_override(pins::STEP[pins::SECOND] + 1, dir);
+    }
+}
+
+fn set_override(pin: usize, outover: Outover) {
+    IO_BANK0.gpio(pin).ctrl().modify(|ctrl| ctrl.set_outover(outover));
+}

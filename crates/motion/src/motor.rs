@@ -1,0 +1,82 @@
+//! Motors: an axis has one, and one axis may have a second, at the other side of the gantry.
+
+use core::fmt;
+
+use crate::axes::Axis;
+
+/// A side of an axis that two motors move. Each has a motor and a limit switch of its own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Side {
+    /// That of the motor which every axis has.
+    First,
+    /// That of the second motor.
+    Second,
+}
+
+impl Side {
+    /// The other one.
+    #[must_use]
+    pub fn other(self) -> Self {
+        match self {
+            Self::First => Self::Second,
+            Self::Second => Self::First,
+        }
+    }
+}
+
+/// A motor of an axis, with its limit switch. It displays as `Y`, or as `Y2` if it is the second.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Motor {
+    /// The axis that it moves.
+    pub axis: Axis,
+    /// The side of the axis that it is on.
+    pub side: Side,
+}
+
+impl Motor {
+    /// The motor that every axis has.
+    #[must_use]
+    pub const fn first(axis: Axis) -> Self {
+        Self { axis, side: Side::First }
+    }
+
+    /// The motor that one axis at most has besides.
+    #[must_use]
+    pub const fn second(axis: Axis) -> Self {
+        Self { axis, side: Side::Second }
+    }
+}
+
+/// The axis's first motor.
+impl From<Axis> for Motor {
+    fn from(axis: Axis) -> Self {
+        Self::first(axis)
+    }
+}
+
+impl fmt::Display for Motor {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let number = if self.side == Side::Second { "2" } else { "" };
+        write!(f, "{}{number}", self.axis)
+    }
+}
+
+/// The limit switch that an input of a board belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LimitInput {
+    /// That of an axis's first motor.
+    Of(Axis),
+    /// That of the second motor, whichever axis has one. Without a second motor this input has no meaning.
+    Second,
+}
+
+/// The second motor of an axis in a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SecondMotor {
+    /// Its DIR has the other level than that of the first.
+    pub direction_inverted: bool,
+    /// The side that stands still: its motor makes none of the steps. The other makes all.
+    pub held: Option<Side>,
+}

@@ -1,0 +1,81 @@
+//! An axis with two motors on the emulated board, with each port: homed apart, stepped on the same cycles, stopped by
+//! either switch.
+
+use isostep_sim::Port;
+use isostep_tests::emulated::Board;
+
+/// A second motor on Y, and quick homing.
+const SETTINGS: &str = "expect Grbl\nsend $905=2\nexpect ok\nsend $24=600\nexpect ok\nsend $25=2880\nexpect ok\n\
+                        send $26=1\nexpect ok\nsend $121=500\nexpect ok\nsend $120=500\nexpect ok\n";
+
+/// Runs a script on a gantry that is skewed by so many mm at power-up, near its switches.
+fn carry_out(port: Port, test: &str, skew_mm: f64, script: &str) {
+    let second = format!("Y,{skew_mm}");
+    let options = ["--second", &second, "--start", "10,6,10", "--bounce-us", "300"];
+    let run = Board::stepped_by(port, &format!("{test}-{port}")).with(&options).script(&format!("{SETTINGS}{script}"));
+    assert!(run.ok, "{port}, {skew_mm} mm: {}", run.printed);
+    assert_eq!(run.figures["driver_timing"]["violations"], 0, "{port}: {}", run.printed);
+    assert_eq!(run.figures["floating_input_pins"], serde_json::json!([]), "{port}");
+}
+
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn a_squared_axis_is_homed_apart_and_steps_on_the_same_cycles() {
+    for port in Port::ALL {
+        for (skew_mm, offset_mm) in [(2.5, 0.5), (-2.5, -0.5), (0.0, 0.0)] {
+            let offset_steps = 50.0 * offset_mm;
+            let script = format!(
+                "send $171={offset_mm}\nexpect ok\nsend $HY\nexpect ok\ncheck-square {offset_steps}\ncount-together\n\
+                 send G53 G0 X3 Y20\nexpect ok\nsend G53 G1 X0 Y5 F2000\nexpect ok\nsend G53 G1 Y5.5\nexpect ok\n\
+                 wait-idle\ncheck-together\ncheck-square {offset_steps}\ncheck-position\n"
+            );
+            carry_out(port, "squared", skew_mm, &script);
+        }
+    }
+}
+
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn the_limit_of_either_side_stops_the_board_within_10_us() {
+    for port in Port::ALL {
+        for (switch, name) in [("Y", "Y"), ("2", "Y2")] {
+            let script = format!(
+                "send $HY\nexpect ok\ncount-together\nsend G53 G1 X20 Y30 F2000\nexpect ok\nwait-ms 400\n\
+                 switch {switch} stuck-closed\nstop-within 10\nexpect ALARM:1\nexpect [MSG:{name} limit switch closed\n\
+                 wait-ms 20\ncheck-stopped\ncheck-together\ncheck-position\nbytes 3f\nexpect <Alarm\n\
+                 switch {switch} normal\nwait-ms 5\nsend $X\nexpect ok\nsend G91 G0 Y2\nexpect ok\nwait-idle\n\
+                 check-together\ncheck-square 0\ncheck-position\n"
+            );
+            carry_out(port, &format!("squared-limit-{switch}"), 0.0, &script);
+        }
+    }
+}
+
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn a_side_without_its_switch_is_an_alarm_that_names_it() {
+    for port in Port::ALL {
+        for (switch, name, skewed_steps) in [("Y", "Y", 75), ("2", "Y2", -75)] {
+            let script = format!(
+                "send $349=1.5\nexpect ok\nswitch {switch} stuck-open\nsend $HY\nexpect error:9\n\
+                 expect [MSG:{name} did not reach its switch\ncheck-square {skewed_steps}\n\
+                 switch {switch} normal\nsend $X\nexpect ok\nsend $349=5\nexpect ok\nsend $HY\nexpect ok\ncheck-square 0\n"
+            );
+            carry_out(port, &format!("squared-blind-{switch}"), 0.0, &script);
+        }
+    }
+}
+
+/// A second motor that is mounted the other way round turns by `$8`. Without a setting it makes no step, and another axis may
+/// have it.
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn the_direction_of_the_second_motor_is_its_own() {
+    for port in Port::ALL {
+        let script = "count-together\nsend $8=2\nexpect ok\nsend G91 G0 Y1\nexpect ok\nwait-idle\ncheck-together\n\
+                      check-square -100\nsend $8=0\nexpect ok\nsend G0 Y1\nexpect ok\nwait-idle\ncheck-together\n\
+                      check-square -100\nsend $905=0\nexpect ok\nsend G0 Y1\nexpect ok\nwait-idle\ncheck-square -150\n\
+                      send $905=1\nexpect ok\nsend G0 X1\nexpect ok\nwait-idle\ncheck-square -100\ncheck-position\n";
+        carry_out(port, "squared-direction", 0.0, script);
+    }
+}
