@@ -105,7 +105,7 @@ fn set() {
     let channel = DMA.ch(CHANNEL);
     channel.read_addr().write_value(PIO1.rxf(STATE_MACHINE).as_ptr() as u32);
     channel.write_addr().write_value(IO_BANK0.gpio(first).ctrl().as_ptr() as u32);
-    channel.trans_count().write(|count| *count = REGISTERS.into());
+    channel.trans_count().write_value(REGISTERS);
     channel.ctrl_trig().write(|ctrl: &mut CtrlTrig| {
         ctrl.set_en(true);
         ctrl.set_high_priority(true);
