@@ -3,9 +3,9 @@
 //!
 //! # Design
 //! A core that hangs stops no output: a laser would burn until the watchdog restarts the chip. So a state machine of
-//! PIO1 counts down (`program`), and the executor of the axes feeds it every few milliseconds. When it has run out, its
-//! words make DMA write them into the registers of the tool's pads. The word forces a pad low, whatever drives it. No
-//! instruction of the core has a part in that.
+//! PIO1 counts down (`program`), and the executor of the axes feeds it every few milliseconds. When it has run out, it
+//! says the same word again and again, and DMA takes one at a time into the registers of the tool's pads. The word
+//! forces a pad low, whatever drives it. No instruction of the core has a part in that.
 //!
 //! If the core comes back the machine is told, and is in an alarm. Only then is the switch set again, and the tool's
 //! brake decides about the pads as always.
