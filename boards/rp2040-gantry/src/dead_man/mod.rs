@@ -3,9 +3,9 @@
 //!
 //! # Design
 //! A core that hangs stops no output: a laser would burn until the watchdog restarts the chip. So a state machine of
-//! PIO1 counts down (`program`), and the executor of the axes feeds it every few milliseconds. When it has run out, its
-//! words make DMA write them into the registers of the tool's pads. The word forces a pad low, whatever drives it. No
-//! instruction of the core has a part in that.
+//! PIO1 counts down (`program`), and the executor of the axes feeds it every few milliseconds. When it has run out, it
+//! says the same word again and again, and DMA takes one at a time into the registers of the tool's pads. The word
+//! forces a pad low, whatever drives it. No instruction of the core has a part in that.
 //!
 //! If the core comes back the machine is told, and is in an alarm. Only then is the switch set again, and the tool's
 //! brake decides about the pads as always.
@@ -105,7 +105,7 @@ fn set() {
     let channel = DMA.ch(CHANNEL);
     channel.read_addr().write_value(PIO1.rxf(STATE_MACHINE).as_ptr() as u32);
     channel.write_addr().write_value(IO_BANK0.gpio(first).ctrl().as_ptr() as u32);
-    channel.trans_count().write(|count| *count = REGISTERS.into());
+    channel.trans_count().write_value(REGISTERS);
     channel.ctrl_trig().write(|ctrl: &mut CtrlTrig| {
         ctrl.set_en(true);
         ctrl.set_high_priority(true);

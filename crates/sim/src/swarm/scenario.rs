@@ -178,7 +178,7 @@ impl Random {
             gantry,
             port,
             seed,
-            emergency_contact: if seed % 2 == 0 { Contact::NormallyOpen } else { Contact::NormallyClosed },
+            emergency_contact: if seed.is_multiple_of(2) { Contact::NormallyOpen } else { Contact::NormallyClosed },
             plate: self.one_in(2).then_some(Plate { axis: Axis::Z, place_mm: plate_mm, is_below: true }),
             bounce_us: self.of(&[0, 500, 1_000]),
             baud: self.of(&[None, None, Some(115_200)]),
