@@ -180,7 +180,7 @@ pub fn cold_starts_are_exact(rig: impl Rig, off_max_ns: f64) {
 fn held_against_plans(rig: &impl Rig, acts: &[Act], seen: &Seen) -> Comparison {
     let program =
         acts.iter().filter_map(|act| if let Act::Line(line) = act { Some(format!("{line}\n")) } else { None });
-    let config = Config { motor: MotorData::RIGID, ..Config::default() };
+    let config = Config { motor: MotorData::RIGID, port: rig.port(), ..Config::default() };
     let planned = run(program.collect::<String>().as_bytes(), &config).expect("a program");
     assert!(planned.refusals.is_empty(), "{rig}: {:?}", planned.refusals);
     compare::compare(&planned, &seen.edges).unwrap_or_else(|error| panic!("{rig}: {error}"))

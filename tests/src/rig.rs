@@ -144,6 +144,9 @@ pub trait Rig: fmt::Display {
     /// The same top speed with the highest acceleration.
     fn steep_pace(&self) -> Pace;
 
+    /// What makes the steps.
+    fn port(&self) -> Port;
+
     /// The largest deviation of a step from its closed-form instant, ns. Both are counted from the first step of the
     /// move.
     fn jitter_max_ns(&self) -> f64;
@@ -210,6 +213,10 @@ impl Rig for Simulated {
         Pace::steep(self.0)
     }
 
+    fn port(&self) -> Port {
+        self.0
+    }
+
     fn jitter_max_ns(&self) -> f64 {
         // The tolerance applies to the step and to the first step.
         2.0 * self.0.tolerance_ns()
@@ -272,6 +279,10 @@ impl Rig for Emulated {
 
     fn steep_pace(&self) -> Pace {
         Pace::steep(self.0)
+    }
+
+    fn port(&self) -> Port {
+        self.0
     }
 
     fn jitter_max_ns(&self) -> f64 {

@@ -13,15 +13,16 @@ use isostep_profile::SpeedLaw;
 use isostep_profile::chain::Effort;
 
 use crate::axes::AXES;
-use crate::port::Capabilities;
+use crate::port::{Capabilities, Wiring};
 
 /// Reading, planning and queueing a move without ramps. Where hardware makes the steps, this needs no bound: moves
 /// arrive no faster than they are read, and what was read during a longer move is planned ahead.
 const MOVE_S: f64 = 0.6e-3;
 
 /// The time for a move by `law` with these ports.
-pub(crate) fn effort(law: SpeedLaw, ports: &[Option<Capabilities>; AXES]) -> Effort {
-    let step_ns = ports.iter().flatten().map(|port| port.core_ns).max().unwrap_or(0);
+pub(crate) fn effort(law: SpeedLaw, ports: &[Option<Capabilities>; AXES], wiring: &[Wiring; AXES]) -> Effort {
+    let by_core = ports.iter().flatten().zip(wiring).filter(|(port, _)| port.core_ns > 0);
+    let step_ns = by_core.map(|(port, wiring)| port.core_ns + port.pulse_ns(*wiring)).max().unwrap_or(0);
     let (ramps_ms, root_step_ms) = match law {
         SpeedLaw::Trapezoid => (0.0, 0.0),
         SpeedLaw::SCurve => (1.0, 2.3),

@@ -98,7 +98,7 @@ where
         let mm_per_step = steps_per_mm.map(|steps| 1.0 / steps);
         self.chain.clear();
         let plain = ChainConfig::new(limits, mm_per_step, junction_deviation_mm, interval_law, speed_law);
-        self.chain.set_config(plain.with_effort(effort(speed_law, &self.machine.capabilities())));
+        self.chain.set_config(plain.with_effort(effort(speed_law, &self.machine.capabilities(), &config.wiring)));
         self.is_curved = speed_law != SpeedLaw::Trapezoid;
         self.overrides = Overrides::NONE;
         self.planned_steps = self.machine.position_steps();

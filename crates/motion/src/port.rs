@@ -78,8 +78,8 @@ pub struct Capabilities {
     pub timing: DriverTiming,
     /// Time that the port itself needs between two rises, in addition to what the driver needs, ticks.
     pub margin_ticks: u32,
-    /// Processor time for a step, ns; 0 if hardware makes the steps. Short moves are slower by it, so that time is left to
-    /// plan them.
+    /// Processor time for a step, ns, in addition to that for its pulse; 0 if hardware makes the steps. Moves are made
+    /// so slowly that this time is there.
     pub core_ns: u32,
     /// Longest time from the end of a pulse until the port changes DIR for the next step, ticks. If the port makes a
     /// pulse longer than asked for, the extra time is part of it.

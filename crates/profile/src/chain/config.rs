@@ -22,7 +22,9 @@ const EASILY: f64 = 1.0 / 64.0;
 /// keep up with any number of them: what it cannot do in time is a lower speed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Effort {
-    /// For each step, if the caller makes the steps itself. Axes with equally many steps make theirs together.
+    /// For each step of the longest axis, if the caller makes the steps itself. If another axis has as many steps, they
+    /// are made together, which takes a sixth more. A step in between takes a third more, because steps then wait for
+    /// each other.
     pub step_s: f64,
     /// For each move.
     pub move_s: f64,
@@ -38,9 +40,17 @@ impl Effort {
 
     /// The time for a move at constant speed.
     pub(super) fn cruise_s<const N: usize>(&self, steps: &[i32; N]) -> f64 {
-        let is_first = |axis: &usize| steps[..*axis].iter().all(|other| other.abs() != steps[*axis].abs());
-        let together = (0..N).filter(is_first).map(|axis| steps[axis].unsigned_abs());
-        if self.step_s == 0.0 { self.move_s } else { self.move_s + self.step_s * f64::from(together.sum::<u32>()) }
+        if self.step_s == 0.0 {
+            return self.move_s;
+        }
+        let longest = longest(steps);
+        let share = |axis: usize| match steps[axis].unsigned_abs() {
+            own if steps[..axis].iter().any(|other| other.unsigned_abs() == own) => 1.0 / 6.0,
+            own if own == longest => 1.0,
+            _ => 4.0 / 3.0,
+        };
+        let all: f64 = (0..N).map(|axis| share(axis) * f64::from(steps[axis].unsigned_abs())).sum();
+        self.move_s + self.step_s * all
     }
 
     /// The additional time for a move of `steps` that changes its speed.

@@ -150,11 +150,12 @@ impl Move {
 /// The shortest time that a move may last at constant speed, and if it changes its speed, s.
 fn least_s(case: &Case, request: &Request<AXES>) -> [f64; 2] {
     let Effort { step_s, move_s, ramps_s, root_step_s } = case.effort;
-    let mut steps = request.steps.map(i32::unsigned_abs).to_vec();
+    let mut steps = request.steps.map(i32::unsigned_abs);
     steps.sort_unstable();
-    steps.dedup();
-    let cruise_s = move_s + step_s * f64::from(steps.iter().sum::<u32>());
-    let longest = f64::from(*steps.last().unwrap());
+    let [low, middle, high] = steps.map(f64::from);
+    let share = |own: f64, above: f64| own * if own == above { 1.0 / 6.0 } else { 4.0 / 3.0 };
+    let cruise_s = move_s + step_s * (high + share(middle, high) + share(low, middle));
+    let longest = high;
     let is_curved = case.law != SpeedLaw::Trapezoid;
     let change_s = if is_curved { ramps_s + root_step_s * longest.sqrt() } else { 0.0 };
     // For no time beside that at constant speed, a change of speed has no bound.
