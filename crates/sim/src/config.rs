@@ -233,6 +233,9 @@ impl Config {
             let [x, y, z] = self.start_mm;
             line += &format!(" --start {x},{y},{z}");
         }
+        if self.gantry.skew_mm != default.gantry.skew_mm {
+            line += &format!(" --skew {}", self.gantry.skew_mm);
+        }
         if self.motor != default.motor {
             line += &format!(" --motor {}", self.motor);
         }
@@ -296,13 +299,14 @@ mod tests {
         let mut config = Config { seed: 7, ..Config::default() };
         assert_eq!(config.replay("a.nc"), "isostep sim a.nc --seed 7");
         config.start_mm = [1.5, 2.0, 3.0];
+        config.gantry.skew_mm = -2.5;
         config.switches[1] = SwitchFault::StuckOpen;
         config.settings.interval_thirds = true;
         config.settings.speed_law = 1;
         config.port = Port::Timer;
         config.emergency_contact = Contact::NormallyClosed;
-        let line = "isostep sim a.nc --seed 7 --start 1.5,2,3 --switch Y=stuck-open --estop nc --law thirds --speed-law s-curve \
-                    --port timer";
+        let line = "isostep sim a.nc --seed 7 --start 1.5,2,3 --skew -2.5 --switch Y=stuck-open --estop nc --law thirds \
+                    --speed-law s-curve --port timer";
         assert_eq!(config.replay("a.nc"), line);
         let settings_file = Some(("m.txt".to_owned(), Settings { speed_law: 1, ..Settings::DEFAULT }));
         let config = Config { settings_file, motor: "1.2,300,10".parse().unwrap(), ..Config::default() };

@@ -50,7 +50,7 @@ const SETTINGS_HELP: &str = "\
 --settings FILE takes $n=v lines, as senders save them and as `$$` prints them, with blank lines and comments in () or after
 a semicolon; what is not in it is as on the default machine. The simulated machine is the one that the settings describe:
   $100-$102, $130-$132, $27   carriages, switches and end stops; belts below 200 steps/mm, otherwise screws
-  $3, $4, $5, $23             how drivers and switches are wired
+  $3, $4, $5, $8, $23, $905   how drivers and switches are wired, and which axis has a second motor
 The first row follows $n=v lines of the program too. Motors are as --motor says, and move what --load says.";
 
 /// Run a program on the controller in virtual time, or be a machine for any sender
@@ -82,11 +82,15 @@ pub struct Args {
     /// Where the carriages stand at power-up, in mm from their switches [default: 35,40,15, at most half the travel]
     #[arg(long, value_name = "X,Y,Z", value_parser = places, allow_hyphen_values = true)]
     start: Option<[f64; 3]>,
+    /// How far the second side of an axis with two motors is ahead of the first while nothing holds it square, mm
+    #[arg(long, value_name = "MM", allow_negative_numbers = true, default_value_t = 0.0)]
+    skew: f64,
     /// A faulty limit switch: X, Y or Z = stuck-open or stuck-closed
     #[arg(long, value_name = "AXIS=FAULT", value_parser = switch)]
     switch: Vec<(usize, SwitchFault)>,
     /// What goes wrong, and when, any number of times: WHAT@SECONDS, or WHAT@SECONDS+SECONDS for what ends again, where
-    /// WHAT is e-stop, broken:e-stop, limit:X, broken:X, chatter:X, stall:X, hold, start, probe, starve or deaf. Such as
+    /// WHAT is e-stop, broken:e-stop, limit:X, broken:X, chatter:X, stall:X (Y2 is a second motor of Y), hold, start,
+    /// probe, starve or deaf. Such as
     /// limit:X@1.5+0.2
     #[arg(long, value_name = "WHAT@S+S")]
     fault: Vec<Fault>,
@@ -304,6 +308,7 @@ fn config(args: &Args) -> Result<Config> {
         config.switches[axis] = fault;
     }
     config.emergency_contact = if args.estop == "nc" { Contact::NormallyClosed } else { Contact::NormallyOpen };
+    config.gantry.skew_mm = args.skew;
     config.plate = args.probe_plate;
     config.faults.clone_from(&args.fault);
     Ok(config)
