@@ -5,7 +5,7 @@ use crate::law::{IntervalLaw, SpeedLaw};
 use crate::limits::Limits;
 use crate::profile::DURATION_MAX_S;
 use crate::root::sqrt;
-use crate::sync::{PlanError, check_moving, longest, tightest};
+use crate::sync::{PlanError, check_moving, tightest};
 
 /// The square of a speed along the path, in whole units, so that sums of them are exact.
 pub(super) type Square = u64;
@@ -22,9 +22,8 @@ const EASILY: f64 = 1.0 / 64.0;
 /// keep up with any number of them: what it cannot do in time is a lower speed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Effort {
-    /// For each step of the longest axis, if the caller makes the steps itself. If another axis has as many steps, they
-    /// are made together, which takes a sixth more. A step in between takes a third more, because steps then wait for
-    /// each other.
+    /// For each step of each axis, if the caller makes the steps itself. If another axis has as many steps, they are made
+    /// together, which takes a sixth more.
     pub step_s: f64,
     /// For each move.
     pub move_s: f64,
@@ -43,11 +42,9 @@ impl Effort {
         if self.step_s == 0.0 {
             return self.move_s;
         }
-        let longest = longest(steps);
-        let share = |axis: usize| match steps[axis].unsigned_abs() {
-            own if steps[..axis].iter().any(|other| other.unsigned_abs() == own) => 1.0 / 6.0,
-            own if own == longest => 1.0,
-            _ => 4.0 / 3.0,
+        let share = |axis: usize| {
+            let is_together = steps[..axis].iter().any(|other| other.unsigned_abs() == steps[axis].unsigned_abs());
+            if is_together { 1.0 / 6.0 } else { 1.0 }
         };
         let all: f64 = (0..N).map(|axis| share(axis) * f64::from(steps[axis].unsigned_abs())).sum();
         self.move_s + self.step_s * all
