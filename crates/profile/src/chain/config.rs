@@ -5,7 +5,7 @@ use crate::law::{IntervalLaw, SpeedLaw};
 use crate::limits::Limits;
 use crate::profile::DURATION_MAX_S;
 use crate::root::sqrt;
-use crate::sync::{PlanError, check_moving, tightest};
+use crate::sync::{PlanError, check_moving, longest, tightest};
 
 /// The square of a speed along the path, in whole units, so that sums of them are exact.
 pub(super) type Square = u64;
