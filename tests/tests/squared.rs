@@ -5,7 +5,6 @@
 
 use embassy_time::Duration;
 use isostep_motion::{Alarm, Axis, Motor, Side};
-use isostep_sim::drive::MotorData;
 use isostep_sim::world::{LossCause, Wire};
 use isostep_sim::{Config, Gantry, Port, Sim, State, SwitchFault};
 use isostep_trials::cases;
@@ -13,7 +12,7 @@ use oorandom::Rand32;
 
 /// Y of the default machine has a second motor, 30 mm from its switch.
 fn machine(port: Port) -> Config {
-    let mut config = Config { port, start_mm: [5.0, 30.0, 5.0], motor: MotorData::RIGID, ..Config::default() };
+    let mut config = Config { port, start_mm: [5.0, 30.0, 5.0], ..Config::default() };
     config.settings.second_motor_axis = 2;
     config
 }

@@ -79,3 +79,18 @@ fn the_direction_of_the_second_motor_is_its_own() {
         carry_out(port, "squared-direction", 0.0, script);
     }
 }
+
+/// The guard sees the second motor's switch as it sees the others, on a state machine of its own.
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn a_press_of_the_second_switch_counts_however_short_it_is() {
+    for port in Port::ALL {
+        let press = "switch 2 stuck-closed\nwait-us 0.1\nswitch 2 normal\n";
+        let script = format!(
+            "count-together\nsend G91 G0 X5 Y5\nexpect ok\nwait-ms 100\n{press}expect ALARM:1\nwait-ms 20\ncheck-position\n\
+             check-together\nsend $X\nexpect ok\nsend $905=0\nexpect ok\nsend G91 G0 X5\nexpect ok\nwait-ms 100\n{press}\
+             wait-idle\nbytes 3f\nexpect <Idle\n"
+        );
+        carry_out(port, "squared-press", 0.0, &script);
+    }
+}
