@@ -243,7 +243,7 @@ fn a_port_that_runs_out_of_steps_locks_the_machine() {
         let settings = [(110, 14_880), (100, 1_000), (120, 100_000)];
         script.extend(settings.map(|(number, value)| format!("send ${}={value}\nexpect ok\n", number + axis)));
     }
-    script += "send G0 X100 Y100 Z100\nexpect ok\nwait-ms 200\nmask-irq 28\nwait-ms 60\nunmask-irq 28\nexpect ALARM:22\nexpect [MSG:the step port of\n";
+    script += "send G0 X100 Y100 Z100\nexpect ok\nwait-ms 200\nmask-irq 28\nwait-ms 12\nunmask-irq 28\nexpect ALARM:22\nexpect [MSG:the step port of\n";
     script += "send $I\nexpect [MSG:step ports faulted\nexpect ok\nbytes 3f\nexpect <Alarm\n";
     let run = Board::new("underrun").script(&script);
     assert!(run.ok, "{}", run.printed);

@@ -22,7 +22,7 @@ const CRATES_IN_RAM: [&str; 10] = [
 ];
 /// Code without a deadline, all of it in thread mode: it serves the consoles, their reports and arcs; answers a USB host
 /// about the device; plans by the curved laws, ahead of time; homes; or runs once before anything moves.
-const MAY_WAIT: [&str; 26] = [
+const MAY_WAIT: [&str; 25] = [
     "isostep_console",
     "isostep_controller",
     "rp2040_gantry..flash..Flash",
@@ -47,7 +47,6 @@ const MAY_WAIT: [&str; 26] = [
     "embassy_usb7builder",
     "embassy_usb10descriptor",
     "embassy_usb14Inner",
-    "embassy_usb..class..cdc_acm..Control",
     "embassy_rp..usb..Bus",
 ];
 const HANDLERS: [&str; 9] = [

@@ -87,7 +87,7 @@ impl Input {
             Self::EmergencyStop => &["estop pressed", "expect ALARM:10", "estop released"],
             Self::SecondReset => &["bytes 18", "wait-ms 5", "bytes 18", "expect Grbl"],
             // The executor of the axes gets no time for a while, or that of the task that makes the steps.
-            Self::DryPort => &["mask-irq 28", "wait-ms 60", "unmask-irq 28", "expect ALARM:22"],
+            Self::DryPort => &["mask-irq 28", "wait-ms 12", "unmask-irq 28", "expect ALARM:22"],
             Self::LateStep => &["mask-irq 29", "wait-ms 2", "unmask-irq 29", "expect ALARM:20"],
         }
     }
