@@ -74,8 +74,7 @@ fn meaning(word: &str) -> Option<String> {
         "RELEASE_ESTOP" => "send $X\nexpect error:9\nestop released\nwait-ms 5\n",
         "RELEASE_SWITCH" => "switch X normal\nwait-ms 5\n",
         "UNLOCK" => "send $X\nexpect ok\n",
-        // The executor of the axes, or with `TimerPort` that of the task that makes the steps, gets no time for a while.
-        "STARVE_AXES" => "mask-irq 28\nwait-ms 60\nunmask-irq 28\n",
+        // With `TimerPort` the executor of the task that makes the steps gets no time for a while.
         "STARVE_STEPS" => "mask-irq 29\nwait-ms 2\nunmask-irq 29\n",
         // X gets its second motor, which has not moved with it before, and is homed with it.
         "SQUARED" => "send $905=1\nexpect ok\nsend $349=100\nexpect ok\nsend $HX\nexpect ok\n",
@@ -125,7 +124,7 @@ impl Case {
 }
 
 /// Every way in which a motion can end, except those that have a test of their own: see the table.
-pub const CASES: [Case; 35] = [
+pub const CASES: [Case; 34] = [
     Case::new("it is complete", "AWAY\n"),
     Case {
         state: "Hold:0",
@@ -225,13 +224,6 @@ pub const CASES: [Case; 35] = [
         // The stop is far from the switch. The step count leads back to it, so that homing finds it.
         cleared: "UNLOCK\nsend G90G53G0X5\nexpect ok\nwait-idle\n",
         ..Case::alarm("a late step", "UNDER_WAY\nSTARVE_STEPS\nexpect ALARM:20\n", false)
-    },
-    Case {
-        on: On::BoardBy(Port::Pio),
-        // The stop is far from the switch. The step count leads back to it, so that homing finds it.
-        cleared: "UNLOCK\nsend G90G53G0X5\nexpect ok\nwait-idle\n",
-        // At this speed a port has more than the dead man's patience to go on with, so `ALARM:23` may be told instead.
-        ..Case::alarm("a step port runs dry", "UNDER_WAY\nSTARVE_AXES\nexpect ALARM:2\n", false)
     },
     Case {
         on: On::BoardBy(Port::Pio),

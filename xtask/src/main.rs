@@ -19,6 +19,7 @@ mod firmware;
 mod flash;
 mod footprint;
 mod fuzz;
+mod hot;
 mod lint;
 mod mutants;
 mod node;

@@ -1,0 +1,164 @@
+//! How much of the code in RAM runs while the machine moves: counted on the emulated board, function by function.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use anyhow::{Context, Result};
+use object::{Object, ObjectSymbol, SymbolKind};
+use serde::Deserialize;
+
+use crate::process::{self, announce};
+use crate::{node, workspace};
+
+const RAM_START_ADDRESS: u64 = 0x2000_0000;
+const INSTRUCTION_BYTES: u64 = 2;
+const KIB: f64 = 1024.0;
+/// A program that homes and moves all axes, and one with arcs and a laser; each with its settings.
+const PROGRAMS: [(&str, &[&str]); 2] = [("parking.nc", &[]), ("engraving.nc", &["32=1"])];
+/// The groups of code, by what the names of their functions contain. A function belongs to the group whose name comes
+/// first in its own.
+const GROUPS: [&str; 7] =
+    ["isostep_profile", "isostep_motion", "isostep_console", "isostep_controller", "rp2040_gantry", "embassy", "libm"];
+const OTHERS: &str = "others";
+/// How many of the functions that never run in motion are listed.
+const LISTED: usize = 8;
+
+/// A function in RAM.
+struct Function {
+    name: String,
+    address: u64,
+    bytes: u64,
+    /// Bytes of its instructions that ran while the machine moved.
+    hot_bytes: u64,
+}
+
+/// A line of the emulator's profile.
+#[derive(Deserialize)]
+struct Executed {
+    address: u64,
+    in_motion: f64,
+}
+
+/// Runs the firmware in `elf` on the emulated board. Returns a table of its code in RAM beside what of it ran in motion.
+pub fn table(elf: &Path) -> Result<String> {
+    let mut functions = functions(elf)?;
+    node::prepare()?;
+    let mut hot = BTreeSet::new();
+    for (program, settings) in PROGRAMS {
+        announce(&format!("{program} on the emulated board"));
+        let executed = run(elf, program, settings)?;
+        hot.extend(executed.iter().filter(|executed| executed.in_motion > 0.0).map(|executed| executed.address));
+    }
+    hot.into_iter().for_each(|address| note(&mut functions, address));
+    Ok(shown(&functions))
+}
+
+/// The functions in RAM, by address.
+fn functions(elf: &Path) -> Result<Vec<Function>> {
+    let bytes = fs::read(elf).with_context(|| format!("cannot read {}", elf.display()))?;
+    let file = object::File::parse(&*bytes).with_context(|| format!("{} is no firmware", elf.display()))?;
+    let code = file.symbols().filter(|symbol| symbol.kind() == SymbolKind::Text && symbol.size() > 0);
+    let mut functions: Vec<_> = code
+        .map(|symbol| Function {
+            name: symbol.name().unwrap_or_default().to_owned(),
+            // The lowest bit says that it is Thumb code.
+            address: symbol.address() & !1,
+            bytes: symbol.size(),
+            hot_bytes: 0,
+        })
+        .filter(|function| function.address >= RAM_START_ADDRESS)
+        .collect();
+    functions.sort_by_key(|function| function.address);
+    functions.dedup_by_key(|function| function.address);
+    Ok(functions)
+}
+
+/// What the core has executed.
+fn run(elf: &Path, program: &str, settings: &[&str]) -> Result<Vec<Executed>> {
+    let profile = workspace::target_dir().join("profile.csv");
+    let mut command = Command::new("node");
+    command.arg(workspace::emulator_dir().join("run.mjs")).arg("--elf").arg(elf);
+    command.arg("--program").arg(workspace::root().join("programs").join(program));
+    command.args(settings.iter().flat_map(|setting| ["--set", setting])).arg("--profile").arg(&profile);
+    process::output(&mut command, "install Node.js")?;
+    let rows = csv::Reader::from_path(&profile).and_then(|file| file.into_deserialize().collect());
+    rows.with_context(|| format!("the profile in {} cannot be read", profile.display()))
+}
+
+/// Counts the instruction at `address`, which ran while the machine moved.
+fn note(functions: &mut [Function], address: u64) {
+    let after = functions.partition_point(|function| function.address <= address);
+    let Some(function) = after.checked_sub(1).and_then(|at| functions.get_mut(at)) else { return };
+    if address < function.address + function.bytes {
+        function.hot_bytes = (function.hot_bytes + INSTRUCTION_BYTES).min(function.bytes);
+    }
+}
+
+fn group(name: &str) -> &'static str {
+    let found = GROUPS.into_iter().filter_map(|group| name.find(group).map(|at| (at, group)));
+    found.min().map_or(OTHERS, |(_, group)| group)
+}
+
+fn shown(functions: &[Function]) -> String {
+    // All bytes, those of functions that run in motion, and those of instructions that do.
+    let mut sums: BTreeMap<_, [u64; 3]> = BTreeMap::new();
+    for function in functions {
+        let touched = if function.hot_bytes > 0 { function.bytes } else { 0 };
+        for name in [group(&function.name), "all"] {
+            let sum = sums.entry(name).or_default();
+            *sum = [sum[0] + function.bytes, sum[1] + touched, sum[2] + function.hot_bytes];
+        }
+    }
+    let mut text =
+        format!("{:<24}{:>8}{:>17}{:>22}\n", "functions in RAM, KiB", "all", "run in motion", "their instructions");
+    for (name, sum) in &sums {
+        let [all, touched, hot] = sum.map(|bytes| bytes as f64 / KIB);
+        text += &format!("{name:<24}{all:>8.1}{touched:>17.1}{hot:>22.1}\n");
+    }
+    let mut cold: Vec<_> = functions.iter().filter(|function| function.hot_bytes == 0).collect();
+    cold.sort_by_key(|function| (u64::MAX - function.bytes, function.address));
+    text += "\nThe largest that did not run in motion, bytes:\n";
+    for function in cold.into_iter().take(LISTED) {
+        text += &format!("{:>6}  {}\n", function.bytes, function.name);
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn function(name: &str, address: u64, bytes: u64) -> Function {
+        Function { name: name.to_owned(), address, bytes, hot_bytes: 0 }
+    }
+
+    #[test]
+    fn an_instruction_counts_for_the_function_around_it() {
+        let mut functions = [function("a", 0x2000_0000, 8), function("b", 0x2000_0010, 4)];
+        for address in [0x1000_0000, 0x2000_0000, 0x2000_0006, 0x2000_0008, 0x2000_0014] {
+            note(&mut functions, address);
+        }
+        assert_eq!(functions.map(|function| function.hot_bytes), [4, 0]);
+    }
+
+    #[test]
+    fn a_function_belongs_to_the_crate_that_its_name_begins_with() {
+        assert_eq!(group("_ZN14isostep_motion4flow55_$LT$impl$u20$isostep_profile..X$GT$4push17hE"), "isostep_motion");
+        assert_eq!(group("_ZN4core3ptr40drop_in_place$LT$embassy_time..timer..Timer$GT$17hE"), "embassy");
+        assert_eq!(group("__aeabi_memcpy"), "others");
+    }
+
+    #[test]
+    fn the_table_has_sums_and_names_what_does_not_run() {
+        let mut functions = [function("_ZN4libm3exp17hE", 0x2000_0000, 2_048), function("memcpy", 0x2000_0800, 1_024)];
+        functions[1].hot_bytes = 512;
+        let text = shown(&functions);
+        let lines: Vec<_> = text.lines().collect();
+        assert_eq!(lines[1], "all                          3.0              1.0                   0.5");
+        assert_eq!(lines[2], "libm                         2.0              0.0                   0.0");
+        assert_eq!(lines[3], "others                       1.0              1.0                   0.5");
+        assert_eq!(lines[6..], ["  2048  _ZN4libm3exp17hE"]);
+    }
+}
