@@ -7,7 +7,7 @@ use crate::outcome::Outcome;
 
 /// Short moves of three axes that the board carries out in a second, sent over USB: measured on the emulated board by
 /// `cargo xtask bench --quick`; docs/figures.md.
-pub const BOARD_MOVES_PER_S: f64 = 1_153.0;
+pub const BOARD_MOVES_PER_S: f64 = 1_492.0;
 /// Moves that are known ahead of the one under way: 64 in the chain, 15 in the queue.
 const AHEAD: usize = 64 + 15;
 
