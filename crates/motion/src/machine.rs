@@ -243,16 +243,13 @@ impl Machine {
         // Computed outside the critical section: this is called only while nothing moves, so no axis becomes homed
         // meanwhile.
         let keeps_places = Axis::ALL.map(|axis| config.has_places_of(&before, axis));
-        let is_low = self.with(|inner| {
+        self.with(|inner| {
             for axis in Axis::ALL {
                 inner.homed[axis as usize] &= keeps_places[axis as usize];
             }
             inner.config = config;
-            inner.buttons[0] || inner.life.door.is_open
         });
-        // The input of the feed hold may have another meaning from now on.
-        self.set_hold_input(is_low);
-        self.tool.ask();
+        self.reread_hold_input();
         Ok(())
     }
 
@@ -515,7 +512,13 @@ impl Machine {
 
     /// Something has happened: the state changes, and what it leads to is done.
     fn on(&self, trigger: Trigger) {
-        match self.with(|inner| self.apply(inner, trigger)) {
+        let reaction = self.with(|inner| self.apply(inner, trigger));
+        self.react(reaction);
+    }
+
+    /// Does what a change of the state asks for, outside the critical section.
+    fn react(&self, reaction: Reaction) {
+        match reaction {
             Reaction::None | Reaction::Refuse | Reaction::Distrust => {}
             Reaction::Wake => self.wake(),
             Reaction::Halt => {

@@ -1,6 +1,6 @@
 //! The safety door: a hold with all outputs off.
 
-use super::{Machine, Trigger};
+use super::{Inner, Machine, Trigger};
 
 /// What the safety door has done.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -53,12 +53,27 @@ impl Machine {
     /// Sets whether the input of the feed hold is low, debounced. Low means that the button is pressed or, if the
     /// configuration says so, that the safety door is open.
     pub(crate) fn set_hold_input(&self, is_low: bool) {
-        let is_door = self.config().hold_is_door;
-        let was_pressed = self.with(|inner| core::mem::replace(&mut inner.buttons[0], is_low && !is_door));
-        if is_low && !is_door && !was_pressed {
+        self.take_hold_input(|_| is_low);
+    }
+
+    /// Takes the input of the feed hold for what the configuration says from now on.
+    pub(crate) fn reread_hold_input(&self) {
+        self.take_hold_input(|inner| inner.buttons[0] || inner.life.door.is_open);
+    }
+
+    /// The level is looked up in the critical section in which it takes effect. Otherwise the task that watches the input
+    /// could come in between, and a door that has just been opened would count as closed.
+    fn take_hold_input(&self, is_low: impl FnOnce(&Inner) -> bool) {
+        let (holds, reaction) = self.with(|inner| {
+            let (is_low, is_door) = (is_low(inner), inner.config.hold_is_door);
+            let was_pressed = core::mem::replace(&mut inner.buttons[0], is_low && !is_door);
+            (is_low && !is_door && !was_pressed, self.apply(inner, Trigger::Door(is_low && is_door)))
+        });
+        self.react(reaction);
+        if holds {
             self.hold();
         }
-        self.set_door(is_low && is_door);
+        self.tool.ask();
     }
 
     /// Sets whether the button of the cycle start is pressed, for [`Status`](super::Status).
