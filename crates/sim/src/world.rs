@@ -1,47 +1,26 @@
 //! The simulated world around the controller: wires, drivers, motors, carriages and switches, and a record of all
 //! events.
 
-use std::cell::RefCell;
-use std::future::poll_fn;
-use std::rc::Rc;
-use std::task::{Poll, Waker};
+mod bouncing;
+mod side;
 
-use embassy_futures::select::select;
+use std::cell::RefCell;
+use std::rc::Rc;
+use std::task::Waker;
+
 use isostep_motion::{AXES, Axis, Contact, Event, Machine, Motor as Moving, Side};
 use oorandom::Rand32;
 
+pub use self::bouncing::bounce;
+use self::side::SideWorld;
 use crate::config::{Config, Gantry};
-use crate::drive::{Drive, Load, MotorData};
-use crate::driver::DriverInputs;
+use crate::drive::{Load, MotorData};
 use crate::mechanics::{Mechanics, Wiring};
-use crate::motor::{Motor, Slip};
-use crate::plant::{Carriage, Switch, SwitchFault};
+use crate::motor::Slip;
+use crate::plant::SwitchFault;
 pub use crate::record::{Edge, Loss, LossCause, Record, Wave, Wire};
 use crate::time::Clock;
 use crate::tool::{Plate, ToolChange, ToolOutput};
-
-/// A motor of an axis, from its driver to the switch of its side.
-struct SideWorld {
-    /// The axis that it moves.
-    axis: Axis,
-    inputs: DriverInputs,
-    /// 1 if the positive direction is away from the switch, otherwise -1.
-    away: i32,
-    motor: Motor,
-    carriage: Carriage,
-    switch: Switch,
-    /// Steps made by this motor, from power-up or since its axis was homed.
-    counted_steps: i32,
-    /// When it made the last one.
-    stepped_ns: Option<u64>,
-    /// Position of the carriage where the count was zero.
-    zero_steps: i32,
-    losing: bool,
-    /// When its rotor last slipped.
-    slipped_ns: u64,
-    /// Whether its motor is blocked.
-    is_stalled: bool,
-}
 
 /// An input of the controller.
 struct Input {
@@ -554,60 +533,6 @@ impl World {
     }
 }
 
-impl SideWorld {
-    fn new(motor: Moving, config: &Config, mechanics: &Mechanics, wiring: &Wiring) -> Self {
-        let axis = motor.axis as usize;
-        let ahead_mm = if motor.side == Side::Second { config.gantry.skew_mm + config.gantry.square_mm } else { 0.0 };
-        let place_steps = config.start_steps(axis) + (ahead_mm * mechanics.steps_per_mm[axis]).round() as i32;
-        let scatter_steps = (config.switch_scatter_mm * mechanics.steps_per_mm[axis]) as i32;
-        let switch = Switch::new(place_steps, config.switches[axis], config.bounce_us * 1_000);
-        Self {
-            axis: motor.axis,
-            inputs: DriverInputs::new(axis, config.driver),
-            away: wiring.away[axis],
-            motor: Motor::new(mechanics.drives[axis]),
-            carriage: Carriage::new(place_steps, mechanics.end_stops_steps[axis]),
-            switch: switch.scattering(scatter_steps),
-            counted_steps: 0,
-            stepped_ns: None,
-            zero_steps: place_steps,
-            losing: false,
-            slipped_ns: 0,
-            is_stalled: false,
-        }
-    }
-
-    /// Distance of the carriage from its position by the count.
-    fn drift_steps(&self) -> i32 {
-        self.away * (self.carriage.place_steps() - self.zero_steps) - self.counted_steps
-    }
-
-    /// Changes the resolution: a step becomes `scale` steps. The controller's count continues unchanged, so that lost
-    /// steps stay lost.
-    fn refit(&mut self, scale: f64, drive: Drive, end_stops_steps: (i32, i32)) {
-        let drift_steps = self.drift_steps();
-        self.motor.replace(drive);
-        self.carriage.rescale(scale, end_stops_steps);
-        self.switch.rescale(scale);
-        self.zero_steps = self.carriage.place_steps() - self.away * (self.counted_steps + drift_steps);
-    }
-
-    /// Makes one microstep of the motor and moves the carriage.
-    fn turn(&mut self, t_ns: u64, direction: i32, binds: bool) -> Result<(), LossCause> {
-        let cause = match self.inputs.is_enabled() {
-            false => Some(LossCause::Disabled),
-            true if self.is_stalled => Some(LossCause::Stalled),
-            true => binds.then_some(LossCause::Bound),
-        };
-        if let Some(cause) = cause {
-            self.motor.hold();
-            return Err(cause);
-        }
-        self.motor.step(t_ns, direction);
-        if self.carriage.shift(self.away * direction) > 0 { Err(LossCause::EndStop) } else { Ok(()) }
-    }
-}
-
 impl Motion {
     fn begin(&mut self, start_ns: u64) {
         self.first_ns.get_or_insert(start_ns);
@@ -649,34 +574,4 @@ fn input_index(wire: Wire) -> usize {
         Wire::Start => LIMITS + 3,
         Wire::Step(_) | Wire::Dir(_) | Wire::Enable => unreachable!("an output of the controller"),
     }
-}
-
-/// The task that makes switches bounce. Never ends.
-///
-/// # Cancellation
-/// Dropping it freezes the contacts in their present state; no axis is affected.
-pub async fn bounce(world: Shared) {
-    let clock = world.borrow().clock.clone();
-    loop {
-        let next_flip_ns = world.borrow().next_flip_ns();
-        let Some(at_ns) = next_flip_ns else {
-            bounce_begins(&world).await;
-            continue;
-        };
-        // A new bounce may come earlier than the awaited one.
-        select(clock.until(at_ns), bounce_begins(&world)).await;
-        world.borrow_mut().flip();
-    }
-}
-
-async fn bounce_begins(world: &Shared) {
-    let mut asked = false;
-    poll_fn(|context| {
-        if std::mem::replace(&mut asked, true) && world.borrow().bouncer.is_none() {
-            return Poll::Ready(());
-        }
-        world.borrow_mut().bouncer = Some(context.waker().clone());
-        Poll::Pending
-    })
-    .await;
 }
