@@ -120,13 +120,13 @@ pub(crate) fn last_step(chunk: &Chunk<AXES>, axis: Axis) -> u32 {
 }
 
 #[cfg(test)]
-pub(crate) mod tests {
+mod tests {
     use isostep_profile::{IntervalLaw, Limits, SpeedLaw, SyncMove};
 
     use super::*;
 
-    /// A chunk of a plan of X, which ends at this time.
-    pub(crate) fn chunk(until_s: f64) -> Chunk<AXES> {
+    /// Chunks that end one second after the other, as many as there is room for.
+    fn full() -> Chunks {
         let limits = Limits {
             start_speed_steps_s: 0.0,
             top_speed_steps_s: 1_000.0,
@@ -136,15 +136,11 @@ pub(crate) mod tests {
         };
         let plan = SyncMove::plan([100, 0, 0], &[limits; AXES], IntervalLaw::Fastest, SpeedLaw::Trapezoid, None)
             .expect("a plan");
-        let kind = ChunkKind::Move;
-        Chunk { plan, until_steps: 0.0, until_s, mm_per_step: 1.0, asked_steps_s: 1.0, tag: 0, kind }
-    }
-
-    /// Chunks that end one second after the other, as many as there is room for.
-    fn full() -> Chunks {
         let mut chunks = Chunks::new();
         while chunks.has_room() {
-            chunks.push(chunk(chunks.end_s() + 1.0));
+            let until_s = chunks.end_s() + 1.0;
+            let kind = ChunkKind::Move;
+            chunks.push(Chunk { plan, until_steps: 0.0, until_s, mm_per_step: 1.0, asked_steps_s: 1.0, tag: 0, kind });
         }
         chunks
     }

@@ -60,13 +60,25 @@ mod tests {
 
     use std::vec::Vec;
 
+    use isostep_profile::chain::ChunkKind;
+    use isostep_profile::{IntervalLaw, Limits, SpeedLaw, SyncMove};
+
     use super::*;
-    use crate::chunks::tests::chunk;
 
     /// An axis that is ahead of the others does not take from them the courses that they still need.
     #[test]
     fn a_course_is_kept_while_an_axis_compiles_its_chunk() {
-        let chunk = chunk(1.0);
+        let limits = Limits {
+            start_speed_steps_s: 0.0,
+            top_speed_steps_s: 1_000.0,
+            accel_steps_s2: 1_000.0,
+            decel_steps_s2: 1_000.0,
+            jerk_steps_s3: f64::INFINITY,
+        };
+        let plan = SyncMove::plan([100, 0, 0], &[limits; AXES], IntervalLaw::Fastest, SpeedLaw::Trapezoid, None)
+            .expect("a plan");
+        let kind = ChunkKind::Move;
+        let chunk = Chunk { plan, until_steps: 0.0, until_s: 1.0, mm_per_step: 1.0, asked_steps_s: 1.0, tag: 0, kind };
         let mut courses = Courses::new();
         let mut compiles = |axis, number| {
             courses.of(axis, number, &chunk, 1_000_000);
