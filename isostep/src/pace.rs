@@ -2,7 +2,7 @@
 
 use isostep_sim::pace::{BOARD_MOVES_PER_S, LEAST_SHOWN_S, Pace, Second, SlowPlace, Why};
 
-use crate::remarks::AXES;
+use crate::remarks::{AXIS_NAMES, words};
 
 /// A limit that holds for a smaller part of the time is left out.
 const LEAST_SHOWN_PERCENT: f64 = 0.05;
@@ -16,22 +16,22 @@ pub fn limited_by(pace: &Pace) -> String {
         return "what is not told: the program changes its limits on the way".to_owned();
     }
     let shares = &pace.shares;
-    let [x_s, y_s, z_s] = shares.top_speed_s;
-    let mut named = [
+    let top_speeds = AXIS_NAMES.iter().zip(shares.top_speed_s).map(|(name, s)| (format!("{name}'s top speed"), s));
+    let others = [
         ("the feed", shares.feed_s),
-        ("X's top speed", x_s),
-        ("Y's top speed", y_s),
-        ("Z's top speed", z_s),
         ("acceleration at corners", shares.corners_s),
         ("acceleration at stops", shares.standstill_s),
         ("a curved law", shares.speed_law_s),
         ("the look-ahead", shares.look_ahead_s),
         ("standing", shares.standing_s),
     ];
+    let others = others.map(|(name, s)| (name.to_owned(), s));
+    let (feed, others) = others.split_at(1);
+    let mut named = [feed, &top_speeds.collect::<Vec<_>>(), others].concat();
     named.sort_by(|one, other| other.1.total_cmp(&one.1));
     let total_s = pace.total_s();
-    let shares = named.map(|(name, s)| (name, 100.0 * s / total_s));
-    let reported = shares.iter().filter(|(_, percent)| *percent >= LEAST_SHOWN_PERCENT);
+    let shares = named.into_iter().map(|(name, s)| (name, 100.0 * s / total_s));
+    let reported = shares.filter(|(_, percent)| *percent >= LEAST_SHOWN_PERCENT);
     let reported = reported.map(|(name, percent)| format!("{name} {percent:.1} %"));
     reported.collect::<Vec<_>>().join(", ")
 }
@@ -64,12 +64,12 @@ pub fn worst(pace: &Pace) -> impl Iterator<Item = String> + '_ {
 }
 
 fn place(place: &SlowPlace) -> String {
-    let [x, y, z] = place.place_mm;
     let line = place.lines[1].map_or(String::new(), |line| format!("line {line}, "));
     let turn =
         if place.turn_deg > 0.05 { format!(" turns by {:.0} degrees and", place.turn_deg) } else { String::new() };
     format!(
-        "{line}at X{x:.2} Y{y:.2} Z{z:.2}:{turn} goes at {:.1} of {:.1} mm/s, {:.3} s lost: {}",
+        "{line}at {}:{turn} goes at {:.1} of {:.1} mm/s, {:.3} s lost: {}",
+        words(place.place_mm.map(|mm| format!("{mm:.2}"))),
         place.taken_mm_s,
         place.asked_mm_s,
         place.lost_s,
@@ -107,7 +107,7 @@ pub fn beyond_board(pace: &Pace) -> Option<String> {
 pub fn fastest(pace: &Pace) -> Option<String> {
     let axis = pace.fastest_axis?;
     let of = &pace.axes[axis];
-    Some(format!("{}: {:.2} of {:.2} mm/s, {:.0} %", AXES[axis], of.highest_mm_s, of.top_mm_s, 100.0 * of.share))
+    Some(format!("{}: {:.2} of {:.2} mm/s, {:.0} %", AXIS_NAMES[axis], of.highest_mm_s, of.top_mm_s, 100.0 * of.share))
 }
 
 #[cfg(test)]

@@ -3,13 +3,13 @@
 use std::collections::BTreeMap;
 
 use isostep_sim::survey::{Fit, Outside, Survey};
-use isostep_sim::{ConsoleError, Outcome};
+use isostep_sim::{AXES, ConsoleError, Outcome};
 
 /// How many remarks are printed one by one.
 pub const SHOWN_MAX: usize = 10;
 
 /// Names of the axes.
-pub const AXES: [&str; 3] = ["X", "Y", "Z"];
+pub use isostep_console::AXIS_NAMES;
 
 /// A line without its comments, cut off if it is very long.
 pub fn shortened(text: &str) -> String {
@@ -83,13 +83,21 @@ pub fn outside(outside: &Outside) -> String {
     )
 }
 
+/// `X1 Y2 Z3` for the values of the axes.
+pub fn words(values: [String; AXES]) -> String {
+    let words: Vec<_> = AXIS_NAMES.iter().zip(values).map(|(name, value)| format!("{name}{value}")).collect();
+    words.join(" ")
+}
+
 fn remedy(fit: Fit) -> String {
     match fit {
-        Fit::StartAt([x, y, z]) => format!("it fits with --start {x},{y},{z}"),
-        Fit::OriginAt([x, y, z]) => format!("it fits with a work offset: `G21 G10 L2 P1 X{x} Y{y} Z{z}` as its first line"),
+        Fit::StartAt(place_mm) => format!("it fits with --start {}", place_mm.map(|mm| mm.to_string()).join(",")),
+        Fit::OriginAt(place_mm) => {
+            format!("it fits with a work offset: `G21 G10 L2 P1 {}` as its first line", words(place_mm.map(|mm| mm.to_string())))
+        }
         Fit::TooWide(axis, needs_mm, travel_mm) => format!(
             "the program needs {needs_mm:.1} mm of {}, and the travel is {travel_mm:.1} mm ($13{axis}): scale the program or split it",
-            AXES[axis]
+            AXIS_NAMES[axis]
         ),
         Fit::Nowhere => {
             "no start and no origin of G54 was found that puts that right, as it goes to machine coordinates (G53, G28), or \

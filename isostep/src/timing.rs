@@ -1,14 +1,14 @@
 //! Runs programs in virtual time only to find how long they take.
 
-use isostep_console::Settings;
+use isostep_console::{AXES, Settings};
 use isostep_sim::stream::Program;
 use isostep_sim::{Config, Flash, Outcome, State};
 
 use crate::remarks::{meaning, shortened};
 
 /// The middle of the travel. Such runs make no edges, so the carriages stay there and never meet a switch.
-pub fn middle_mm(settings: &Settings) -> [f64; 3] {
-    settings.travel_mm.map(|travel_mm| f64::from(travel_mm) / 2.0)
+pub fn middle_mm(settings: &Settings) -> [f64; AXES] {
+    std::array::from_fn(|axis| f64::from(settings.reach_mm(axis)) / 2.0)
 }
 
 /// Runs a program to its end.

@@ -7,6 +7,7 @@ use std::env;
 use std::fmt::Write as _;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
+use crate::axes::{words, xyz_a};
 use embassy_time::Duration;
 use isostep_motion::{AXES, Finish, Overrides, State};
 use isostep_profile::SpeedLaw;
@@ -202,7 +203,7 @@ impl Bench {
 
     /// The position that the machine reports.
     #[must_use]
-    pub fn steps(&self) -> [i32; 3] {
+    pub fn steps(&self) -> [i32; AXES] {
         self.sim.machine().position_steps()
     }
 
@@ -340,7 +341,7 @@ pub enum Kind {
 }
 
 /// The room for the moves, steps.
-const ROOM_STEPS: [i32; AXES] = [3_000, 3_000, 1_500];
+const ROOM_STEPS: [i32; AXES] = xyz_a([3_000, 3_000, 1_500], 1_500);
 
 impl Moves {
     /// Moves that begin at this position.
@@ -377,9 +378,9 @@ impl Moves {
             // Nearly straight on.
             -2 | -1 => self.last_steps.map(|steps| steps + any(2.0)),
             // A single step, possibly none.
-            0 | 1 => [any(far), any(1.0), 0],
-            2 => [any(1.0), any(1.0), any(1.0)],
-            _ => [any(far), any(far), any(far / 2.0)],
+            0 | 1 => xyz_a([any(far), any(1.0), 0], 0),
+            2 => std::array::from_fn(|_| any(1.0)),
+            _ => std::array::from_fn(|axis| any(if axis < 2 { far } else { far / 2.0 })),
         };
         for axis in 0..AXES {
             if !(0..=ROOM_STEPS[axis]).contains(&(self.place_steps[axis] + steps[axis])) {
@@ -390,7 +391,7 @@ impl Moves {
             }
         }
         let end_steps: [i32; AXES] = std::array::from_fn(|axis| self.place_steps[axis] + steps[axis]);
-        let [x, y, z] = end_steps.map(|steps| f64::from(steps) / STEPS_PER_MM);
+        let words = words(end_steps.map(|steps| f64::from(steps) / STEPS_PER_MM));
         let feed = (60.0 * 60.0_f64.powf(random.rand_float())).round();
         let (word, feed_mm_min, stops) = match (kind, random.rand_range(0..8)) {
             (Kind::Jog, _) => (format!("$J=G90 F{feed}"), Some(feed), false),
@@ -398,7 +399,7 @@ impl Moves {
             (Kind::Program, 2) => (format!("G61.1 G1 F{feed}"), Some(feed), true),
             (Kind::Program, _) => (format!("G61 G1 F{feed}"), Some(feed), false),
         };
-        writeln!(lines, "{word} X{x} Y{y} Z{z}").unwrap();
+        writeln!(lines, "{word} {words}").unwrap();
         if steps != [0; AXES] {
             self.asked.push(Asked { steps: Some(steps), end_steps, feed_mm_min, stops });
             (self.place_steps, self.last_steps) = (end_steps, steps);
@@ -407,7 +408,7 @@ impl Moves {
 
     /// Adds a quarter of a circle or a whole one. Returns false if there is no room for it.
     fn arc(&mut self, lines: &mut String, random: &mut Rand64) -> bool {
-        let [x_steps, y_steps, z_steps] = self.place_steps;
+        let [x_steps, y_steps, ..] = self.place_steps;
         let radius_steps = random.rand_range(5..120) as i32;
         let room = 2 * radius_steps..=ROOM_STEPS[0] - 2 * radius_steps;
         if !room.contains(&x_steps) || !room.contains(&y_steps) {
@@ -418,8 +419,11 @@ impl Moves {
         let is_whole = random.rand_range(0..3) == 0;
         let turn = if random.rand_range(0..2) == 0 { 2 } else { 3 };
         let up = if turn == 2 { radius_steps } else { -radius_steps };
-        let end_steps = if is_whole { self.place_steps } else { [x_steps + radius_steps, y_steps + up, z_steps] };
-        let ([x, y, _], i) = (end_steps.map(mm), mm(radius_steps));
+        let mut end_steps = self.place_steps;
+        if !is_whole {
+            (end_steps[0], end_steps[1]) = (x_steps + radius_steps, y_steps + up);
+        }
+        let ([x, y, ..], i) = (end_steps.map(mm), mm(radius_steps));
         writeln!(lines, "G61 G{turn} X{x} Y{y} I{i} F{feed}").unwrap();
         self.asked.push(Asked { steps: None, end_steps, feed_mm_min: Some(feed), stops: false });
         self.place_steps = end_steps;

@@ -1,5 +1,6 @@
 //! Tests that every machine must pass, whatever makes its steps.
 
+use crate::axes::{words, xyz_a};
 use isostep_motion::{AXES, Axis};
 use isostep_profile::SpeedLaw;
 use isostep_sim::compare::{self, Comparison};
@@ -26,8 +27,7 @@ fn starts() -> usize {
 }
 
 fn relative(mm: [f64; AXES]) -> Act {
-    let [x, y, z] = mm;
-    Act::Line(format!("G91 G0 X{x} Y{y} Z{z}"))
+    Act::Line(format!("G91 G0 {}", words(mm)))
 }
 
 /// A wait until the machine is at rest. It is needed because settings are refused in motion, and the sender of the
@@ -56,7 +56,7 @@ pub fn stops_leave_the_exact_count(rig: impl Rig) {
         acts.extend([relative(pace.away_mm), Act::WaitUs(random.rand_range(2_000..pace.lasts_us)), Act::Press(stop)]);
         // Longer than the debounce of the switches.
         acts.extend([Act::WaitUs(20_000), Act::Report, Act::Release(stop), Act::WaitUs(20_000)]);
-        acts.extend([Act::Line("$X".to_owned()), Act::Line("G90 G0 X0 Y0 Z0".to_owned()), Act::WaitIdle]);
+        acts.extend([Act::Line("$X".to_owned()), Act::Line(format!("G90 G0 {}", words([0.0; AXES]))), Act::WaitIdle]);
     }
     acts.push(Act::Report);
     let seen = rig.carry_out("stops", &acts);
@@ -74,7 +74,8 @@ pub fn stops_leave_the_exact_count(rig: impl Rig) {
 /// When a step is missing or is not at its instant.
 pub fn moves_there_and_back_are_exact(rig: impl Rig) {
     let away = rig.pace().away_mm;
-    let ways = [away, [0.02, 0.0, 0.0], [0.0, -0.04, 0.02], [away[0], 0.02, 0.0], [0.02, -0.02, 0.02]];
+    let short = [[0.02, 0.0, 0.0], [0.0, -0.04, 0.02], [away[0], 0.02, 0.0], [0.02, -0.02, 0.02]];
+    let ways: Vec<_> = [away].into_iter().chain(short.map(|mm| xyz_a(mm, 0.02))).collect();
     let lines: Vec<_> = ways.into_iter().flat_map(|way| [way, way.map(|mm| -mm)]).map(relative).collect();
     let mut acts = set(rig.pace());
     for line in lines {
@@ -99,7 +100,7 @@ pub fn every_law_is_exact(rig: impl Rig, pace: Pace, few: usize) {
     let laws = SpeedLaw::ALL.into_iter().enumerate().step_by(stride(few));
     for (number, law) in laws.clone() {
         let start_mm_min = if law.is_over_displacement() { pace.start_mm_min } else { 0 };
-        acts.extend((910..913).map(|start| Act::Line(format!("${start}={start_mm_min}"))));
+        acts.extend((910..910 + AXES).map(|start| Act::Line(format!("${start}={start_mm_min}"))));
         acts.push(Act::Line(format!("$940={number}")));
         for index in of_each * number..of_each * (number + 1) {
             let thirds = (index + number * (of_each - 1)) % 2;
@@ -196,7 +197,7 @@ pub fn the_highest_rate_is_made(rig: impl Rig, top_mm_min: u32) {
     let accelerations = (0..20).step_by(stride(3)).map(|i| 81_907 + i * 911);
     for accel_mm_s2 in accelerations.clone() {
         acts.push(Act::Line(format!("$120={accel_mm_s2}")));
-        acts.extend([[310.0, 0.0, 0.0], [-310.0, 0.0, 0.0]].map(relative));
+        acts.extend([310.0, -310.0].map(|x_mm| relative(xyz_a([x_mm, 0.0, 0.0], 0.0))));
         acts.extend([Act::WaitIdle, Act::Report]);
     }
     let seen = rig.carry_out("highest-rate", &acts);

@@ -7,7 +7,7 @@
 use std::fmt::Write as _;
 use std::iter;
 
-use isostep_sim::Port;
+use isostep_sim::{AXES, Port};
 
 /// The state of the tool's outputs after the end of a motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -91,7 +91,7 @@ const GENTLE: [(u32, u32); 3] = [(100, 50), (110, 12_000), (120, 2_000)];
 /// Commands that set these settings for all axes. Each number is that of X.
 fn set(settings: &[(u32, u32)]) -> String {
     let of_axis = |axis: u32| settings.iter().map(move |(number, value)| format!("${}={value}", number + axis));
-    (0..3).flat_map(of_axis).map(|line| format!("send {line}\nexpect ok\n")).collect()
+    (0..AXES as u32).flat_map(of_axis).map(|line| format!("send {line}\nexpect ok\n")).collect()
 }
 
 impl Case {

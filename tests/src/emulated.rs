@@ -5,7 +5,7 @@ use std::process::Command;
 use std::{env, fs};
 
 use isostep_sim::world::Edge;
-use isostep_sim::{Port, compare};
+use isostep_sim::{AXES, Port, compare};
 use serde_json::Value;
 
 use crate::root;
@@ -79,7 +79,7 @@ impl Board {
         let folder = root().join("target/emulated").join(test);
         fs::create_dir_all(&folder).expect("a folder for the run's files");
         let mut command = Command::new("node");
-        command.arg(root().join("tests/emulator/run.mjs")).arg("--elf").arg(elf);
+        command.arg(root().join("tests/emulator/run.mjs")).arg("--elf").arg(elf).arg(format!("--axes={AXES}"));
         Self { folder, command }
     }
 

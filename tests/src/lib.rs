@@ -3,6 +3,7 @@
 
 use std::path::Path;
 
+pub mod axes;
 pub mod bench;
 pub mod cases;
 pub mod contract;

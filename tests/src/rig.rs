@@ -3,6 +3,7 @@
 
 use std::fmt;
 
+use crate::axes::xyz_a;
 use embassy_time::{Duration, Instant};
 use isostep_motion::{AXES, Axis};
 use isostep_sim::drive::MotorData;
@@ -88,7 +89,7 @@ impl Pace {
         accel_mm_s2: 50,
         jerk_mm_s3: 500,
         start_mm_min: 120,
-        away_mm: [40.0, -28.0, 12.0],
+        away_mm: xyz_a([40.0, -28.0, 12.0], 18.0),
         lasts_us: 1_780_000,
     };
     /// At most 63,000 steps/s, at 2,000,000 steps/s².
@@ -105,7 +106,7 @@ impl Pace {
         top_mm_min: 12_000,
         accel_mm_s2: 2_000,
         jerk_mm_s3: 100_000,
-        away_mm: [20.0, -14.0, 6.0],
+        away_mm: xyz_a([20.0, -14.0, 6.0], 9.0),
         lasts_us: 190_000,
         ..Self::GANTRY
     };
@@ -132,7 +133,9 @@ impl Pace {
     pub fn settings(&self) -> Vec<String> {
         let Self { top_mm_min, accel_mm_s2, jerk_mm_s3, .. } = self;
         let values = [(110, top_mm_min), (120, accel_mm_s2), (930, jerk_mm_s3)];
-        (0..AXES).flat_map(|axis| values.map(|(number, value)| format!("${}={value}", number + axis))).collect()
+        let limits = (0..AXES).flat_map(|axis| values.map(|(number, value)| format!("${}={value}", number + axis)));
+        // An axis without an end does not stop at its switch.
+        limits.chain((AXES == 4).then(|| "$133=1000".to_owned())).collect()
     }
 }
 
@@ -288,9 +291,9 @@ impl Rig for Emulated {
     fn jitter_max_ns(&self) -> f64 {
         match self.0 {
             Port::Pio => 50.0,
-            // A step that is due while another axis's step is made has to wait. Sometimes a critical section also
-            // delays the wake-up.
-            Port::Timer => 10_000.0,
+            // A step that is due while another axis's step is made has to wait: 10 us for three axes. Sometimes a critical
+            // section also delays the wake-up.
+            Port::Timer => 10_000.0 / 3.0 * AXES as f64,
         }
     }
 

@@ -75,9 +75,9 @@ fn what_tests_of_their_own_hold_names_them() {
 fn with_dropped_coordinator(executor: &mut Executor, world: &Shared, config: &Config) -> &'static Machine {
     let machine: &'static Machine =
         Box::leak(Box::new(Machine::new(isostep_controller::config(&config.settings), config.emergency_contact)));
-    for (axis, port) in Axis::ALL.into_iter().zip(AxisPort::all(config, executor, world)) {
+    for (axis, mut port) in Axis::ALL.into_iter().zip(AxisPort::all(config, executor, world)) {
         executor.spawn("axis", async move {
-            axis::run(machine, axis, port).await;
+            axis::run(machine, axis, &mut port).await;
         });
     }
     let enables = [(); 2].map(|()| Output::new(world, Wire::Enable));

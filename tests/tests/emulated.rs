@@ -15,8 +15,13 @@ mod estop;
 mod evenly;
 #[path = "emulated/flowing.rs"]
 mod flowing;
+#[cfg(feature = "four-axes")]
+#[path = "emulated/four_axes.rs"]
+mod four_axes;
 #[path = "emulated/linked.rs"]
 mod linked;
+// A has the pins of the second motor.
+#[cfg(not(feature = "four-axes"))]
 #[path = "emulated/squared.rs"]
 mod squared;
 #[path = "emulated/sweep.rs"]
@@ -27,9 +32,10 @@ mod tool;
 use std::fs;
 use std::path::PathBuf;
 
+use isostep_console::AXIS_NAMES;
 use isostep_profile::SpeedLaw;
 use isostep_sim::compare::{self, Comparison};
-use isostep_sim::{Config, Port, run};
+use isostep_sim::{AXES, Config, Port, run};
 use isostep_tests::emulated::{Board, Run};
 use isostep_tests::rig::{Emulated, Pace, position_steps};
 use isostep_tests::{cases, root};
@@ -46,7 +52,7 @@ fn held_against_simulation(board: Board, name: &str) -> (Run, Comparison) {
     assert!(emulated.ok, "{}", emulated.printed);
     assert_eq!(emulated.figures["driver_timing"]["violations"], 0, "{}", emulated.printed);
     let simulated = run(&fs::read(program(name)).unwrap(), &Config::default()).unwrap();
-    for (axis, position) in ["X", "Y", "Z"].into_iter().zip(simulated.position_steps) {
+    for (axis, position) in AXIS_NAMES.into_iter().zip(simulated.position_steps) {
         assert_eq!(emulated.figures["axes"][axis]["position_steps"], position, "{axis}");
     }
     let comparison = compare::compare(&simulated, &emulated.edges).unwrap();
@@ -101,7 +107,7 @@ fn homing_with_bouncing_switches_ends_at_the_same_place() {
         run.printed.lines().filter(place).map(|line| line.split(',').nth(2).unwrap().to_owned()).collect::<Vec<_>>()
     };
     let clean = places("homing-clean", &[]);
-    assert_eq!(clean, [" 2.00 mm above its switch"; 3]);
+    assert_eq!(clean[..3], [" 2.00 mm above its switch"; 3]);
     assert_eq!(places("homing-bounce", &["--bounce-us", "1500", "--seed", "7"]), clean);
 }
 
@@ -229,7 +235,7 @@ fn steps_that_come_too_late_lock_the_machine() {
     let run = Board::stepped_by(Port::Timer, "late-step").script(&script);
     assert!(run.ok, "{}", run.printed);
     let report = run.printed.lines().rfind(|line| line.contains("< <Alarm|")).unwrap();
-    let seen = [0, 1, 2].map(|axis| run.edges.iter().filter(|edge| edge.axis == axis).count() as i32);
+    let seen = std::array::from_fn(|axis| run.edges.iter().filter(|edge| edge.axis == axis).count() as i32);
     assert_eq!(position_steps(report), Some(seen), "{report}");
 }
 
@@ -239,7 +245,7 @@ fn steps_that_come_too_late_lock_the_machine() {
 #[ignore = "needs the firmware: cargo xtask test"]
 fn a_port_that_runs_out_of_steps_locks_the_machine() {
     let mut script = "expect Grbl\nsend $0=0\nexpect ok\n".to_owned();
-    for axis in 0..3 {
+    for axis in 0..AXES as u32 {
         let settings = [(110, 14_880), (100, 1_000), (120, 100_000)];
         script.extend(settings.map(|(number, value)| format!("send ${}={value}\nexpect ok\n", number + axis)));
     }
@@ -267,8 +273,8 @@ fn what_is_stored_outlives_a_power_cycle() {
     let run = Board::new("store").script(
         "expect Grbl\nsend $110=1234\nexpect ok\nsend G10 L2 P1 X5\nexpect ok\nsend $N1=G21\nexpect ok\n\
          power-cycle\nexpect Grbl\nsend $N\nexpect $N1=G21\nexpect ok\nsend $$\nexpect $110=1234.000\nexpect ok\n\
-         send $#\nexpect [G54:5.000,0.000,0.000]\nexpect ok\nsend $RST=*\nexpect [MSG:Restoring\nexpect ok\nexpect Grbl\n\
-         power-cycle\nexpect Grbl\nsend $$\nexpect $110=2880.000\nexpect ok\nsend $#\nexpect [G54:0.000,0.000,0.000]\nexpect ok\n",
+         send $#\nexpect [G54:5.000,0.000,0.000\nexpect ok\nsend $RST=*\nexpect [MSG:Restoring\nexpect ok\nexpect Grbl\n\
+         power-cycle\nexpect Grbl\nsend $$\nexpect $110=2880.000\nexpect ok\nsend $#\nexpect [G54:0.000,0.000,0.000\nexpect ok\n",
     );
     assert!(run.ok, "{}", run.printed);
 }
@@ -317,7 +323,7 @@ fn all_axes_start_on_the_same_cycle() {
 #[ignore = "needs the firmware: cargo xtask test"]
 fn every_stop_takes_less_than_10_us() {
     let mut script = "expect Grbl\nsend $0=0\nexpect ok\n".to_owned();
-    for axis in 0..3 {
+    for axis in 0..AXES as u32 {
         let settings = [(110, 288_000), (120, 100_000)];
         script.extend(settings.map(|(number, value)| format!("send ${}={value}\nexpect ok\n", number + axis)));
     }
@@ -447,10 +453,10 @@ fn steep_ramps_of_every_law_are_compiled_in_time() {
         let accel = if law == SpeedLaw::Logarithmic { 1_000 } else { 4_000 };
         let start = if law.is_over_displacement() { 120 } else { 0 };
         let mut script = "expect Grbl\nsend G91\nexpect ok\n".to_owned();
-        for (top, axis) in tops.iter().flat_map(|&top| [0, 1, 2].map(|axis| (top, axis))) {
+        for (top, axis) in tops.iter().flat_map(|&top| (0..AXES).map(move |axis| (top, axis))) {
             let settings = [(910, start), (110, top), (120, accel), (930, 80_000)];
             script.extend(settings.map(|(number, value)| format!("send ${}={value}\nexpect ok\n", number + axis)));
-            if axis == 2 {
+            if axis == AXES - 1 {
                 script += &format!("send $940={number}\nexpect ok\n");
                 script += "send G0 X60 Y55 Z50\nexpect ok\nsend G0 X-60 Y-55 Z-50\nexpect ok\nwait-idle\n";
             }
@@ -468,7 +474,7 @@ fn steep_ramps_of_every_law_are_compiled_in_time() {
 #[ignore = "needs the firmware: cargo xtask test"]
 fn changes_in_quick_succession_lose_no_step() {
     let mut script = "expect Grbl\nsend G90\nexpect ok\n".to_owned();
-    for axis in 0..3 {
+    for axis in 0..AXES as u32 {
         let settings = [(110, 12_000), (120, 4_000)];
         script.extend(settings.map(|(number, value)| format!("send ${}={value}\nexpect ok\n", number + axis)));
     }

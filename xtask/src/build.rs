@@ -24,7 +24,7 @@ Examples:
   cargo xtask build --driver tmc2209      faster drivers, shorter pulses
   cargo xtask build --estop nc            an emergency stop that opens when pressed; see docs/bring-up.md
   cargo xtask build --port timer          steps by the processor
-  cargo xtask build --without-paper-laws  12.5 KiB less RAM; see docs/speed-laws.md
+  cargo xtask build --without-paper-laws  1.9 KiB less RAM; see docs/speed-laws.md
 
 The compiler is found or installed as `cargo xtask setup --help` says.")]
 pub struct Args {

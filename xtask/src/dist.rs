@@ -12,7 +12,7 @@ use serde::Deserialize;
 use sha2::{Digest, Sha256};
 
 use crate::process;
-use crate::variant::{Contact, Driver, Port, Variant};
+use crate::variant::{Axes, Contact, Driver, Port, Variant};
 use crate::{build, workspace};
 
 /// Make the files of a release: UF2 files, checksums, licences
@@ -22,6 +22,8 @@ The files, in target/dist:
   isostep-VERSION-PORT-DRIVER.uf2    one for each step port and driver; copied onto the boot drive of a Pico
   isostep-VERSION-PORT-DRIVER-estop-nc.uf2
                                      the same for an emergency stop that is wired normally closed
+  isostep-VERSION-PORT-DRIVER[-estop-nc]-4-axes.uf2
+                                     the same for X, Y, Z and A; the others are for three axes and a second motor
   LICENCES.txt                       of the project, and of every package that is linked into the firmware
   SHA256SUMS                         of the files above; `sha256sum --check SHA256SUMS` compares them
 
@@ -46,22 +48,23 @@ pub fn run(Args {}: Args) -> Result<()> {
     Ok(())
 }
 
-/// Every port with every driver and every contact of the emergency stop.
+/// Every port with every driver, every contact of the emergency stop and every number of axes.
 fn variants() -> impl Iterator<Item = Variant> {
     let drivers = |port| Driver::value_variants().iter().map(move |&driver| (port, driver));
     let of = |(port, driver)| {
-        let with = move |&estop| Variant { port, driver, estop, ..Variant::default() };
-        Contact::value_variants().iter().map(with)
+        let with = move |estop| move |&axes| Variant { port, driver, estop, axes, ..Variant::default() };
+        Contact::value_variants().iter().flat_map(move |&estop| Axes::value_variants().iter().map(with(estop)))
     };
     Port::value_variants().iter().copied().flat_map(drivers).flat_map(of)
 }
 
-fn name(Variant { port, driver, estop, .. }: Variant) -> String {
+fn name(Variant { port, driver, estop, axes, .. }: Variant) -> String {
     let word = |value: clap::builder::PossibleValue| value.get_name().to_owned();
     let (port, driver) = (port.to_possible_value().map(word), driver.to_possible_value().map(word));
     let (port, driver) = (port.unwrap_or_default(), driver.unwrap_or_default());
     let contact = if estop == Contact::Nc { "-estop-nc" } else { "" };
-    format!("isostep-{}-{port}-{driver}{contact}.uf2", env!("CARGO_PKG_VERSION"))
+    let axes = if axes == Axes::Four { "-4-axes" } else { "" };
+    format!("isostep-{}-{port}-{driver}{contact}{axes}.uf2", env!("CARGO_PKG_VERSION"))
 }
 
 fn written(folder: &Path, name: &str, bytes: &[u8]) -> Result<PathBuf> {
@@ -238,7 +241,9 @@ mod tests {
         let name = name(Variant { port: Port::Timer, driver: Driver::Tmc2209, ..Variant::default() });
         assert_eq!(name, format!("isostep-{}-timer-tmc2209.uf2", env!("CARGO_PKG_VERSION")));
         let names: BTreeSet<_> = variants().map(super::name).collect();
-        assert_eq!(names.len(), 8, "{names:?}");
-        assert!(names.contains(&name) && names.contains(&name.replace(".uf2", "-estop-nc.uf2")), "{names:?}");
+        assert_eq!(names.len(), 16, "{names:?}");
+        for end in [".uf2", "-estop-nc.uf2", "-4-axes.uf2", "-estop-nc-4-axes.uf2"] {
+            assert!(names.contains(&name.replace(".uf2", end)), "{names:?}");
+        }
     }
 }

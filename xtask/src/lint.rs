@@ -6,7 +6,7 @@ use anyhow::Result;
 
 use crate::process::{announce, run as run_command};
 use crate::toolchain::{Toolchain, cargo};
-use crate::variant::{Contact, Driver, Port, Variant};
+use crate::variant::{Axes, Contact, Driver, Port, Variant};
 use crate::workspace;
 
 /// Check formatting, clippy and the documentation; warnings are errors
@@ -28,12 +28,23 @@ pub fn run(Args {}: Args) -> Result<()> {
     announce("clippy, crates without paper-laws");
     let crates = ["profile", "motion", "console", "controller"].map(|name| format!("--package=isostep-{name}"));
     run_command(cargo("clippy").args(crates).args(["--no-default-features", "--all-targets"]).args(DENY_WARNINGS))?;
+    announce("clippy, crates with four axes");
+    let crates = ["console", "motion", "controller", "sim"].map(|name| format!("--package=isostep-{name}"));
+    let tests =
+        ["--package=isostep", "--package=isostep-tests", "--lib", "--bins", "--test=four_axes", "--test=emulated"];
+    run_command(cargo("clippy").args(crates).args(tests).arg("--features=four-axes").args(DENY_WARNINGS))?;
     firmware()
 }
 
 fn firmware() -> Result<()> {
     let toolchain = Toolchain::ensure()?;
-    let other = Variant { port: Port::Timer, driver: Driver::Tmc2209, estop: Contact::Nc, without_paper_laws: true };
+    let other = Variant {
+        port: Port::Timer,
+        driver: Driver::Tmc2209,
+        estop: Contact::Nc,
+        axes: Axes::Four,
+        without_paper_laws: true,
+    };
     check_firmware(&toolchain, workspace::FIRMWARE, &Variant::default().features())?;
     check_firmware(&toolchain, workspace::FIRMWARE, &other.features())?;
     check_firmware(&toolchain, workspace::BENCH_FIRMWARE, &[])?;

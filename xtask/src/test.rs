@@ -1,5 +1,6 @@
 //! `cargo xtask test`: runs all tests, the fast ones first.
 
+use std::path::PathBuf;
 use std::process::Command;
 
 use anyhow::{Result, anyhow};
@@ -9,7 +10,7 @@ use crate::clients::{cncjs, grbl_streamer, missing};
 use crate::footprint::Footprint;
 use crate::process::{self, announce};
 use crate::toolchain::cargo;
-use crate::variant::{Contact, Driver, Port, Variant};
+use crate::variant::{Axes, Contact, Driver, Port, Variant};
 use crate::{build, cpu, node, suites, workspace};
 use isostep::stopwatch::Stopwatch;
 
@@ -21,6 +22,7 @@ Of each random test a few cases are tried, or with --all every one. The stages s
   emulator tests   the emulated board's own, and the step program on it as on a published emulator
   firmware         its build, and its size budgets
   emulated board   the firmware, unmodified, in an emulated RP2040
+  four axes        the machine with A: its own tests, and its firmware on the emulated board; only with --all
   real senders     grbl-streamer from PyPI streams programs to the simulated machine and to the emulated board, as over a
                    serial port, with a laser and a spindle too; skipped without Python 3, unless --senders asks for it
 
@@ -64,14 +66,18 @@ impl Cases {
     }
 }
 
+/// Everything is compiled once more for it.
+const FOUR_AXES: Stage = ("four axes", four_axes);
+
 /// This is the only stage that needs more than Rust and Node.
 const SENDERS: Stage = ("real senders", senders);
 
-const STAGES: [Stage; 5] = [
+const STAGES: [Stage; 6] = [
     ("host tests", host),
     ("emulator tests", emulator),
     ("firmware", firmware),
     ("emulated board", emulated_board),
+    FOUR_AXES,
     SENDERS,
 ];
 
@@ -101,6 +107,10 @@ pub fn run(args: Args) -> Result<()> {
             && let Some(remedy) = missing()
         {
             summary += &format!("{name:<16} skipped: {remedy}\n");
+            continue;
+        }
+        if *name == FOUR_AXES.0 && cases == Cases::Few {
+            summary += &format!("{name:<16} skipped: --all runs it\n");
             continue;
         }
         announce(&format!("{name}, stage {} of {}", index + 1, stages.len()));
@@ -152,8 +162,13 @@ fn emulator(cases: Cases) -> Result<()> {
 
 /// The firmware with the other step port, tested like the default one.
 const TIMER_PORT_ELF: &str = "timer-port";
-const TIMER_PORT: Variant =
-    Variant { port: Port::Timer, driver: Driver::Drv8825, estop: Contact::No, without_paper_laws: false };
+const TIMER_PORT: Variant = Variant {
+    port: Port::Timer,
+    driver: Driver::Drv8825,
+    estop: Contact::No,
+    axes: Axes::Three,
+    without_paper_laws: false,
+};
 
 /// The firmware whose emergency stop opens when it is pressed.
 const ESTOP_NC_ELF: &str = "estop-nc";
@@ -167,17 +182,34 @@ fn firmware(_: Cases) -> Result<()> {
 }
 
 fn emulated_board(cases: Cases) -> Result<()> {
-    // These tests are ignored by a plain `cargo test`, which must work without Node and does not build firmware.
-    let tests = || {
-        let mut tests = cases.cargo_test();
-        tests.env("ISOSTEP_ELF", workspace::firmware_elf());
-        tests.env("ISOSTEP_TIMER_PORT_ELF", build::kept_elf(TIMER_PORT_ELF));
-        tests.env("ISOSTEP_ESTOP_NC_ELF", build::kept_elf(ESTOP_NC_ELF));
-        tests
-    };
+    let elves = [workspace::firmware_elf(), build::kept_elf(TIMER_PORT_ELF), build::kept_elf(ESTOP_NC_ELF)];
     // Not by its package: with the features of all packages it is compiled already.
-    suites::run("emulated board", tests, &["--test=emulated", "--", "--ignored"])
+    suites::run("emulated board", || on_board(cases, &elves), &["--test=emulated", "--", "--ignored"])
 }
+
+/// Tests on the emulated board with these images: the default one, that of the timer port, and that of the emergency stop
+/// which opens. A plain `cargo test` ignores them, because it must work without Node and does not build firmware.
+fn on_board(cases: Cases, elves: &[PathBuf; 3]) -> Command {
+    let mut tests = cases.cargo_test();
+    tests.envs(["ISOSTEP_ELF", "ISOSTEP_TIMER_PORT_ELF", "ISOSTEP_ESTOP_NC_ELF"].into_iter().zip(elves));
+    tests
+}
+
+/// Few random cases are enough here: that they hold at random places is seen with three axes.
+fn four_axes(_: Cases) -> Result<()> {
+    let of_host = ["--package=isostep-console", "--package=isostep-tests", FEATURE, "--test=four_axes"];
+    suites::run("four axes", || Cases::Few.cargo_test(), &of_host)?;
+    let variants = [Variant::default(), TIMER_PORT, Variant { estop: Contact::Nc, ..Variant::default() }];
+    let names = ["four-axes", "four-axes-timer-port", "four-axes-estop-nc"];
+    for (variant, name) in variants.into_iter().zip(names) {
+        build::kept_firmware(Variant { axes: Axes::Four, ..variant }, name)?;
+    }
+    let elves = names.map(build::kept_elf);
+    let of_board = ["--package=isostep-tests", FEATURE, "--test=emulated", "--", "--ignored"];
+    suites::run("four axes on the board", || on_board(Cases::Few, &elves), &of_board)
+}
+
+const FEATURE: &str = "--features=four-axes";
 
 fn senders(_: Cases) -> Result<()> {
     grbl_streamer()

@@ -2,6 +2,9 @@
 
 use clap::ValueEnum;
 
+/// The feature of every package that has axes.
+pub const FOUR_AXES: &str = "four-axes";
+
 /// What the firmware is built for.
 #[derive(clap::Args, Clone, Copy, Debug, Default)]
 pub struct Variant {
@@ -14,6 +17,9 @@ pub struct Variant {
     /// How the emergency stop is wired to ground
     #[arg(long, value_enum, default_value_t)]
     pub estop: Contact,
+    /// How many axes there are: with 4, A has the pins of the second motor
+    #[arg(long, value_enum, default_value_t)]
+    pub axes: Axes,
     /// Leave out the speed laws over displacement ($940=3 to 6) and the interval law thirds ($900=1)
     #[arg(long)]
     pub without_paper_laws: bool,
@@ -39,6 +45,18 @@ pub enum Driver {
     Tmc2209,
 }
 
+/// The number of axes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Axes {
+    /// X, Y and Z, one of which may have a second motor
+    #[default]
+    #[value(name = "3")]
+    Three,
+    /// X, Y, Z and A, which may be rotary
+    #[value(name = "4")]
+    Four,
+}
+
 /// The contact of the emergency stop.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum Contact {
@@ -55,8 +73,9 @@ impl Variant {
         let port = (self.port == Port::Timer).then_some("timer-port");
         let driver = (self.driver == Driver::Tmc2209).then_some("tmc2209");
         let estop = (self.estop == Contact::Nc).then_some("estop-nc");
+        let axes = (self.axes == Axes::Four).then_some(FOUR_AXES);
         let laws = (!self.without_paper_laws).then_some("paper-laws");
-        port.into_iter().chain(driver).chain(estop).chain(laws).collect()
+        port.into_iter().chain(driver).chain(estop).chain(axes).chain(laws).collect()
     }
 
     /// The name of the emergency stop's contact for the emulated board's options.

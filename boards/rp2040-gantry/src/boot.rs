@@ -9,15 +9,18 @@
 //! Then the motors stay energised for a moment, while the last replies leave and the carriages come to rest. In the
 //! boot loader nothing drives ENABLE.
 
+use core::pin::pin;
+
 use embassy_futures::select::select;
 use embassy_time::{Duration, Timer, with_timeout};
 use isostep_controller::Controller;
 use isostep_motion::Machine;
 
+use crate::aside::aside;
 use crate::flash::Flash;
 use crate::{fail_still, touch};
 
-/// Time for the last replies: a full buffer of the controller's and one of the UART's, 1024 bytes each, take 178 ms at
+/// Time for the last replies: a full buffer of the controller's, 1024 bytes, and one of the UART's, 256, take 111 ms at
 /// 115200 baud. It also lets a host on USB pass them on to its program before the port disappears.
 const FAREWELL: Duration = Duration::from_millis(250);
 /// Time for braking and for storing changes. Storing rarely takes more than some sector erases of 45 ms.
@@ -26,7 +29,7 @@ const PATIENCE: Duration = Duration::from_millis(1_500);
 /// Starts the boot loader when a console or a tool asks for it.
 #[embassy_executor::task]
 pub async fn make_way(machine: &'static Machine, controller: &'static Controller<'static, Flash>) -> ! {
-    select(controller.boot_asked(), retire_when_touched(controller)).await;
+    aside(pin!(select(controller.boot_asked(), retire_when_touched(controller)))).await;
     // This has no effect on a machine at rest, and stops at once one that is still braking.
     machine.reset();
     defmt::info!("leaving for the boot loader");

@@ -1,11 +1,14 @@
 //! The consoles, one task each; they share one controller.
 
+use core::pin::pin;
+
 use embassy_executor::Spawner;
 use embassy_futures::select::select;
 use embassy_rp::uart::BufferedUartTx;
 use embedded_io_async::{Read, Write};
 use isostep_controller::Controller;
 
+use crate::aside::aside;
 use crate::fail_still::Cause;
 use crate::flash::Flash;
 use crate::{uart, usb};
@@ -37,9 +40,13 @@ async fn serve_uart(
     mut rx: uart::Rx,
     mut tx: BufferedUartTx,
 ) -> ! {
-    loop {
-        session(controller, restart, &mut rx, &mut tx).await;
-    }
+    let sessions = pin!(async {
+        loop {
+            session(controller, restart, &mut rx, &mut tx).await;
+        }
+    });
+    // A line takes longer on the cable than in the cache.
+    aside(sessions).await
 }
 
 /// Serves a console until the link fails.

@@ -3,12 +3,13 @@
 //!
 //! # Design
 //! Three executors share the core, and a fourth with the timer port. Two run in interrupts: that of the limit switches
-//! and the emergency stop, and below it that of the three axes. The third runs in thread mode: the coordinator, which
+//! and the emergency stop, and below it that of the axes. The third runs in thread mode: the coordinator, which
 //! plans ahead of the axes, the consoles, the LED and the watchdog. `priority` says what may delay what, `fail_still`
 //! what happens when the firmware cannot continue.
 #![no_std]
 #![no_main]
 
+mod aside;
 mod boot;
 mod console;
 mod dead_man;
@@ -59,7 +60,9 @@ async fn main(spawner: Spawner) {
     }
     let settings = Settings::default();
     let machine = &*MACHINE.init(Machine::new(config(&settings), pins::EMERGENCY_CONTACT));
-    let controller = &*CONTROLLER.init(Controller::new(machine, settings, flash::open(board.flash)).with_boot_loader());
+    let controller = Controller::new(machine, settings, flash::open(board.flash)).with_boot_loader();
+    let controller = if pins::HAS_SECOND { controller } else { controller.without_second_motor() };
+    let controller = &*CONTROLLER.init(controller);
 
     let (switches, axes) = priority::start_executors();
     dead_man::start(board.dead_man);

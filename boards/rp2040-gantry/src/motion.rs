@@ -3,8 +3,8 @@
 use embassy_executor::{SendSpawner, Spawner};
 use embassy_rp::gpio::{Input, Output};
 use isostep_motion::coordinator::{self, PlanMemory};
-use isostep_motion::{Axis, DriverTiming, Event, LimitInput, Machine, axis, buttons, limit, probing, tool};
-use static_cell::ConstStaticCell;
+use isostep_motion::{AXES, Axis, DriverTiming, Event, LimitInput, Machine, axis, buttons, limit, probing, tool};
+use static_cell::{ConstStaticCell, StaticCell};
 
 use crate::guard;
 use crate::pins::{ControlPins, StepPins, SwitchPins, ToolPins};
@@ -19,7 +19,9 @@ const DRIVERS: DriverTiming = if cfg!(feature = "tmc2209") { DriverTiming::TMC22
 
 /// Spawns the axis tasks.
 pub fn spawn_axes(spawner: SendSpawner, machine: &'static Machine, pins: StepPins) {
-    for (axis, port) in Axis::ALL.into_iter().zip(port::open(pins, DRIVERS)) {
+    static PORTS: StaticCell<[port::Port; AXES]> = StaticCell::new();
+
+    for (axis, port) in Axis::ALL.into_iter().zip(PORTS.init(port::open(pins, DRIVERS))) {
         spawner.spawn(run_axis(machine, axis, port).unwrap());
     }
 }
@@ -29,7 +31,7 @@ pub fn spawn_switches(spawner: SendSpawner, machine: &'static Machine, pins: Swi
     for (axis, limit) in Axis::ALL.into_iter().zip(pins.limits) {
         spawner.spawn(watch_limit(machine, LimitInput::Of(axis), limit).unwrap());
     }
-    spawner.spawn(watch_limit(machine, LimitInput::Second, pins.second_limit).unwrap());
+    spawner.spawn(watch_limit(machine, guard::FOURTH, pins.fourth_limit).unwrap());
     spawner.spawn(watch_emergency_stop(machine, pins.emergency_stop).unwrap());
     guard::start(machine, pins.pio);
 }
@@ -47,8 +49,8 @@ pub fn spawn_coordinator(spawner: Spawner, machine: &'static Machine, enable: Ou
     spawner.spawn(coordinate(machine, enable).unwrap());
 }
 
-#[embassy_executor::task(pool_size = 3)]
-async fn run_axis(machine: &'static Machine, axis: Axis, port: port::Port) -> ! {
+#[embassy_executor::task(pool_size = AXES)]
+async fn run_axis(machine: &'static Machine, axis: Axis, port: &'static mut port::Port) -> ! {
     axis::run(machine, axis, port).await
 }
 
@@ -93,9 +95,9 @@ async fn coordinate(machine: &'static Machine, enable: Output<'static>) -> ! {
 /// come with every move, or during moves, are logged only if asked for.
 fn log(event: Event) {
     match event {
-        Event::Run { .. } | Event::Move { .. } | Event::Replan { .. } | Event::RunEnd { .. } => {
-            defmt::debug!("{}", event);
-        }
-        _ => defmt::info!("{}", event),
+        Event::State(state) => defmt::info!("{}", state),
+        Event::Homing { axis, phase } => defmt::info!("{} homes: {}", axis, phase),
+        Event::Homed { axis } => defmt::info!("{} is homed", axis),
+        _ => defmt::debug!("{}", event),
     }
 }

@@ -11,19 +11,21 @@ use embassy_rp::peripherals::{
 };
 use isostep_motion::{AXES, Contact};
 
-/// STEP of the axes' motors, then of the second motor, for code that must reach the pins without owning them. DIR is on
-/// the pin after each.
-pub const STEP: [usize; AXES + 1] = [2, 4, 6, 21];
-pub const STEP_MASK: u32 = 1 << STEP[0] | 1 << STEP[1] | 1 << STEP[2] | 1 << STEP[SECOND];
+/// STEP of the motors of X, Y and Z, then of the fourth motor, for code that must reach the pins without owning them. DIR
+/// is on the pin after each.
+pub const STEP: [usize; 4] = [2, 4, 6, 21];
+pub const STEP_MASK: u32 = 1 << STEP[0] | 1 << STEP[1] | 1 << STEP[2] | 1 << STEP[3];
+/// The fourth motor is the second one of an axis, or that of A.
+pub const HAS_SECOND: bool = AXES == 3;
 /// The index of the second motor.
-pub const SECOND: usize = AXES;
+pub const SECOND: usize = 3;
 /// GP9. The limits of Y and Z and the emergency stop are on the three pins after it.
 pub const LIMIT_X: u8 = 9;
 /// The contact between the emergency stop's pin and ground. It is a property of the image: no console can change it.
 pub const EMERGENCY_CONTACT: Contact =
     if cfg!(feature = "estop-nc") { Contact::NormallyClosed } else { Contact::NormallyOpen };
-/// GP26.
-pub const SECOND_LIMIT: u8 = 26;
+/// GP26: the fourth motor's.
+pub const FOURTH_LIMIT: u8 = 26;
 /// GP8, active low.
 pub const ENABLE_MASK: u32 = 1 << 8;
 /// GP13: the second output of PWM slice 6.
@@ -46,9 +48,9 @@ pub struct StepPins {
     pub x_dir: Peri<'static, PIN_3>,
     pub y_dir: Peri<'static, PIN_5>,
     pub z_dir: Peri<'static, PIN_7>,
-    /// Of the second motor, which a setting gives to an axis.
-    pub second: Peri<'static, PIN_21>,
-    pub second_dir: Peri<'static, PIN_22>,
+    /// Of the second motor, which a setting gives to an axis, or of A.
+    pub fourth: Peri<'static, PIN_21>,
+    pub fourth_dir: Peri<'static, PIN_22>,
     #[cfg(not(feature = "timer-port"))]
     pub pio: Peri<'static, PIO0>,
     /// Two channels for each motor. Holding these values reserves the channels.
@@ -72,9 +74,9 @@ pub type DmaChannels = (
 /// Inputs that stop the machine; they are connected to ground when pressed, or until then.
 pub struct SwitchPins {
     /// X, Y, Z.
-    pub limits: [Input<'static>; AXES],
-    /// The second motor's.
-    pub second_limit: Input<'static>,
+    pub limits: [Input<'static>; 3],
+    /// The fourth motor's.
+    pub fourth_limit: Input<'static>,
     pub emergency_stop: Input<'static>,
     /// The PIO block that watches all of them. The dead man's switch has another of its state machines.
     pub pio: Peri<'static, PIO1>,
@@ -134,8 +136,8 @@ impl Board {
                 x_dir: p.PIN_3,
                 y_dir: p.PIN_5,
                 z_dir: p.PIN_7,
-                second: p.PIN_21,
-                second_dir: p.PIN_22,
+                fourth: p.PIN_21,
+                fourth_dir: p.PIN_22,
                 #[cfg(not(feature = "timer-port"))]
                 pio: p.PIO0,
                 #[cfg(not(feature = "timer-port"))]
@@ -143,7 +145,7 @@ impl Board {
             },
             switches: SwitchPins {
                 limits: [Input::new(p.PIN_9, Pull::Up), Input::new(p.PIN_10, Pull::Up), Input::new(p.PIN_11, Pull::Up)],
-                second_limit: Input::new(p.PIN_26, Pull::Up),
+                fourth_limit: Input::new(p.PIN_26, Pull::Up),
                 emergency_stop: Input::new(p.PIN_12, Pull::Up),
                 pio: p.PIO1,
             },

@@ -28,21 +28,29 @@ pub fn open(pins: StepPins, timing: DriverTiming) -> [Port; AXES] {
         pins.y_dir.into(),
         pins.z.into(),
         pins.z_dir.into(),
-        pins.second.into(),
-        pins.second_dir.into(),
+        pins.fourth.into(),
+        pins.fourth_dir.into(),
     ];
     for pin in outputs {
         // Never dropped: dropping it would release the pin.
         core::mem::forget(Output::new(pin, Level::Low));
     }
-    priority::start_step_executor().spawn(drive([0, 1, 2].map(AxisPins::new)).unwrap());
-    BANK.ports(timing, [brake::<0>, brake::<1>, brake::<2>])
+    priority::start_step_executor().spawn(drive(core::array::from_fn(AxisPins::new)).unwrap());
+    BANK.ports(timing, BRAKES)
 }
 
 #[embassy_executor::task]
 async fn drive(pins: [AxisPins; AXES]) -> ! {
     BANK.drive(pins, CoreDelay, WAKE_UP).await
 }
+
+const BRAKES: [fn(bool); AXES] = [
+    brake::<0>,
+    brake::<1>,
+    brake::<2>,
+    #[cfg(feature = "four-axes")]
+    brake::<3>,
+];
 
 fn brake<const AXIS: usize>(engaged: bool) {
     BANK.brake(AXIS, engaged);

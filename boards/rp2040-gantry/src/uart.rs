@@ -1,5 +1,9 @@
 //! The console on UART0: GP0 TX, GP1 RX, 115200 8N1.
 
+use core::future::poll_fn;
+use core::pin::{Pin, pin};
+use core::task::{Context, Poll};
+
 use embassy_rp::peripherals::UART0;
 use embassy_rp::uart::{self, BufferedInterruptHandler, BufferedUart, BufferedUartRx, BufferedUartTx};
 use embassy_rp::{bind_interrupts, pac};
@@ -12,10 +16,12 @@ bind_interrupts!(struct Irqs {
     UART0_IRQ => BufferedInterruptHandler<UART0>;
 });
 
-/// A sender that counts characters keeps at most 128 unanswered, so there is ample room for one that sends more.
-const RX_BYTES: usize = 1024;
-/// Room for some five status reports; what is longer waits for the line.
-const TX_BYTES: usize = 512;
+/// A sender that counts characters keeps at most 128 unanswered. Beside them there is room for what comes in 33 ms. The
+/// console's task is never away for longer: the most that the coordinator compiles without yielding are 96 segments (the
+/// beginning of an axis's run, by a curved law), which take up to 25 ms.
+const RX_BYTES: usize = 512;
+/// Room for some two status reports; what is longer waits in the console's output.
+const TX_BYTES: usize = 256;
 
 /// Receives bytes.
 pub struct Rx(BufferedUartRx);
@@ -41,10 +47,17 @@ impl Read for Rx {
     /// A byte with an error is logged and dropped: the line it belongs to will be refused.
     async fn read(&mut self, buffer: &mut [u8]) -> Result<usize, uart::Error> {
         loop {
-            match self.0.read(buffer).await {
+            let mut reading = pin!(self.0.read(buffer));
+            match poll_fn(|context| poll_read(reading.as_mut(), context)).await {
                 Err(error) => defmt::warn!("UART0: {}", error),
                 received => return received,
             }
         }
     }
+}
+
+/// Not inlined: the console is in flash, and the driver's critical sections must not be.
+#[inline(never)]
+fn poll_read<F: Future>(reading: Pin<&mut F>, context: &mut Context<'_>) -> Poll<F::Output> {
+    reading.poll(context)
 }

@@ -6,10 +6,8 @@
 //! are also discarded until the port is opened (DTR) or written to, so that whoever opens it finds the welcome line and
 //! nothing old.
 
-use core::future::poll_fn;
-use core::pin::{Pin, pin};
+use core::pin::pin;
 use core::sync::atomic::{AtomicBool, Ordering};
-use core::task::{Context, Poll};
 
 use embassy_executor::Spawner;
 use embassy_rp::peripherals::USB;
@@ -21,6 +19,7 @@ use embassy_usb::{Builder, Config, UsbDevice};
 use embedded_io_async::{ErrorType, Read, Write};
 use static_cell::StaticCell;
 
+use crate::aside::aside;
 use crate::reset_listener::ResetListener;
 use crate::touch::Touch;
 
@@ -66,17 +65,11 @@ pub fn open(spawner: Spawner, usb: Peri<'static, USB>) -> Port {
     Port { rx, tx: Tx { sender, stalled: false }, lines: Lines { control } }
 }
 
+/// What the host asks of the device itself may wait: it does so when it is connected and when a program opens the port,
+/// and waits for the answer.
 #[embassy_executor::task]
 async fn run(mut device: UsbDevice<'static, RpDriver>) -> ! {
-    let mut requests = pin!(device.run());
-    poll_fn(|context| answer_requests(requests.as_mut(), context)).await
-}
-
-/// What the host asks of the device itself. It is a function of its own, with a name by which `memory.x` leaves it in
-/// flash: a host asks such things when it is connected and when a program opens the port, and waits for the answer.
-#[inline(never)]
-fn answer_requests<F: Future>(requests: Pin<&mut F>, context: &mut Context) -> Poll<F::Output> {
-    requests.poll(context)
+    aside(pin!(device.run())).await
 }
 
 fn config() -> Config<'static> {

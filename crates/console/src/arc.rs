@@ -7,11 +7,20 @@ pub use chords::Chords;
 use core::f64::consts::{PI, TAU};
 use core::fmt;
 
+use crate::axes::A;
 use crate::{AXES, Coordinate, Error, length};
 
 /// The axes of the planes G17, G18 and G19. The first two span the plane: the quarter turn from first to second is
-/// counter-clockwise. The third is perpendicular to it.
-pub(crate) const PLANES: [[usize; AXES]; 3] = [[0, 1, 2], [2, 0, 1], [1, 2, 0]];
+/// counter-clockwise. The third is perpendicular to it. The fourth, A, goes evenly along, as the third does.
+pub(crate) const PLANES: [[usize; AXES]; 3] = [plane([0, 1, 2]), plane([2, 0, 1]), plane([1, 2, 0])];
+
+/// The axes of a plane, then those that a plane cannot have.
+const fn plane([first, second, across]: [usize; 3]) -> [usize; AXES] {
+    let mut axes = [A; AXES];
+    (axes[0], axes[1], axes[2]) = (first, second, across);
+    axes
+}
+
 /// An arc that turns by less than this is a full circle, rad. Grbl's value.
 const FULL_CIRCLE_RAD: f64 = 5e-7;
 /// How much the distances of start and target from the centre may differ, as in Grbl. Up to `MISFIT_MM` is always
@@ -37,7 +46,7 @@ pub struct Ends {
 }
 
 impl Ends {
-    /// The two axes of the plane, then the perpendicular one.
+    /// The two axes of the plane, then the perpendicular one, then any other.
     fn axes(&self) -> [usize; AXES] {
         PLANES[usize::from(self.plane)]
     }
@@ -49,7 +58,7 @@ impl Ends {
 
     /// The vector from start to target in the plane.
     fn chord_mm(&self) -> [f64; 2] {
-        let [first, second, _] = self.axes();
+        let [first, second, ..] = self.axes();
         [self.distance_mm(first), self.distance_mm(second)]
     }
 }
@@ -123,7 +132,7 @@ impl Arc {
         Chords::new(self, tolerance_mm)
     }
 
-    /// The two axes of the plane, then the perpendicular one, along which the motion is linear.
+    /// The two axes of the plane, then the perpendicular one and any other, along which the motion is linear.
     #[must_use]
     pub fn axes(&self) -> [usize; AXES] {
         self.ends.axes()
@@ -135,10 +144,17 @@ impl Arc {
         self.ends.start_mm
     }
 
-    /// Length of the path, including the rise of a helix.
+    /// Length of the path, including the rise of a helix. A degree of A counts as a millimetre.
     #[must_use]
     pub fn length_mm(&self) -> f64 {
-        let [.., across] = self.axes();
+        self.axes()[3..]
+            .iter()
+            .fold(self.linear_mm(), |length_mm, &axis| hypotenuse([length_mm, self.ends.distance_mm(axis)]))
+    }
+
+    /// Length of the path without what A turns.
+    pub(crate) fn linear_mm(&self) -> f64 {
+        let [_, _, across, ..] = self.axes();
         let around_mm = 0.5 * (self.radius_mm + self.target_radius_mm) * self.travel_rad.abs();
         hypotenuse([around_mm, self.ends.distance_mm(across)])
     }

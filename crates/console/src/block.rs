@@ -2,18 +2,29 @@
 //! checking.
 
 use crate::{
-    Error, Modal, length,
+    AXES, Error, Modal,
+    axes::A,
+    length,
     modal::{Coolant, MotionMode, Spindle},
+    rotary::Rotary,
     words::{self, Word},
 };
 
 /// Letters that Grbl reads as values, apart from lengths. Those that no code of the block uses end as [`Error::UnusedWords`].
 const VALUE_LETTERS: u32 = letters(b"FLNPST");
-const AXIS_LETTERS: u32 = letters(b"XYZ");
+const AXIS_LETTERS: u32 = letters(AXES_BYTES.as_slice());
+/// The letters of the axes.
+const AXES_BYTES: [u8; AXES] = [
+    b'X',
+    b'Y',
+    b'Z',
+    #[cfg(feature = "four-axes")]
+    b'A',
+];
 /// Letters whose value must not be negative.
 const UNSIGNED_LETTERS: u32 = letters(b"FNPST");
-/// How many letters give a length: I, J, K, X, Y, Z and R.
-const LENGTHS: usize = 7;
+/// How many letters give a length: I, J, K and R, and those of the axes.
+const LENGTHS: usize = 4 + AXES;
 const MAX_LINE_NUMBER: f32 = 10_000_000.0;
 const MAX_TOOL: f32 = 255.0;
 
@@ -97,8 +108,10 @@ pub(crate) struct Words {
     /// The letters that were given a value which has not been used yet.
     given: u32,
     values: [f32; 26],
-    /// The values that are lengths, in 10^-8 mm or inch, by [`length_index`].
+    /// The values that are lengths, in 10^-8 mm or inch (or degrees), by [`length_index`].
     lengths: [i64; LENGTHS],
+    /// How A is understood.
+    pub(crate) rotary: Rotary,
     /// The modes in force in the block: those before it, changed by its own codes.
     pub(crate) modal: Modal,
     pub(crate) non_modal: Option<NonModal>,
@@ -116,13 +129,14 @@ pub(crate) struct Words {
 }
 
 impl Words {
-    /// Reads a line, starting from the modes in force. If it fails, `line` is left at the word that caused the error.
-    pub(crate) fn read(line: &mut &[u8], modal: Modal) -> Result<Self, Error> {
-        let mut block = Self {
+    /// No words, in these modes.
+    pub(crate) fn new(modal: Modal, rotary: Rotary) -> Self {
+        Self {
             claimed_groups: 0,
             given: 0,
             values: [0.0; 26],
             lengths: [0; LENGTHS],
+            rotary,
             modal,
             non_modal: None,
             axis_command: None,
@@ -131,18 +145,23 @@ impl Words {
             changes_tool: false,
             pauses: false,
             ends_program: false,
-        };
+        }
+    }
+
+    /// Reads a line. If it fails, `line` is left at the word that caused the error.
+    // Not part of `new`: a returned value would be copied on every line.
+    pub(crate) fn read(&mut self, line: &mut &[u8]) -> Result<(), Error> {
         words::for_each(line, |word| match word {
-            Word::G(hundredths) => block.general(hundredths),
-            Word::M(hundredths) => block.miscellaneous(hundredths),
-            Word::Length(letter, value) => block.length(letter, value),
-            Word::Value(letter, value) => block.value(letter, value),
+            Word::G(hundredths) => self.general(hundredths),
+            Word::M(hundredths) => self.miscellaneous(hundredths),
+            Word::Length(letter, value) => self.length(letter, value),
+            Word::Value(letter, value) => self.value(letter, value),
         })?;
         // Axis words without a code that uses them belong to the motion mode.
-        if block.has_axes() {
-            block.axis_command.get_or_insert(AxisCommand::Motion);
+        if self.has_axes() {
+            self.axis_command.get_or_insert(AxisCommand::Motion);
         }
-        Ok(block)
+        Ok(())
     }
 
     /// The value of `letter`, which then counts as used. The letter gives no length.
@@ -160,12 +179,13 @@ impl Words {
     /// The length that `letter` gives, by the units in force in the block.
     fn length_pm(&self, letter: u8) -> Option<i64> {
         let value = (self.given & bit(letter) != 0).then(|| self.lengths[length_index(letter)]);
-        value.map(|value| length::of_word(value, self.modal.inches))
+        let is_in_inches = self.modal.inches && !(AXES > A && letter == b'A' && self.rotary.is_on);
+        value.map(|value| length::of_word(value, is_in_inches))
     }
 
-    /// X, Y and Z as given.
-    pub(crate) fn axes_pm(&self) -> [Option<i64>; 3] {
-        b"XYZ".map(|letter| self.length_pm(letter))
+    /// The axes as given.
+    pub(crate) fn axes_pm(&self) -> [Option<i64>; AXES] {
+        AXES_BYTES.map(|letter| self.length_pm(letter))
     }
 
     /// R, which then counts as used.
@@ -340,6 +360,7 @@ const fn length_index(letter: u8) -> usize {
     match letter {
         b'I'..=b'K' => (letter - b'I') as usize,
         b'X'..=b'Z' => 3 + (letter - b'X') as usize,
+        b'R' => 6,
         _ => LENGTHS - 1,
     }
 }

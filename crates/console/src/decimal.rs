@@ -43,14 +43,29 @@ impl Decimal {
     pub fn read(text: &[u8]) -> Option<(Self, &[u8])> {
         let signed = matches!(text, [b'+' | b'-', ..]);
         let mut rest = &text[usize::from(signed)..];
+        // Most numbers are no longer than this, and end in this loop.
+        let (mut first, mut digits, mut point) = (0_u32, 0_u32, None);
+        while let [byte, after @ ..] = rest
+            && digits < HALF_DIGITS
+        {
+            match byte {
+                b'0'..=b'9' => {
+                    first = first.wrapping_mul(10).wrapping_add((byte - b'0').into());
+                    digits += 1;
+                }
+                b'.' if point.is_none() => point = Some(digits),
+                _ => break,
+            }
+            rest = after;
+        }
         let mut number = Self {
             signed,
             negative: text.first() == Some(&b'-'),
-            first: 0,
+            first,
             second: 0,
-            digits: 0,
-            decimals: 0,
-            has_point: false,
+            digits,
+            decimals: point.map_or(0, |point| digits - point),
+            has_point: point.is_some(),
             overflown: false,
         };
         while let [byte, after @ ..] = rest {
@@ -64,10 +79,10 @@ impl Decimal {
         (number.digits > 0).then_some((number, rest))
     }
 
+    /// Takes a digit behind the first [`HALF_DIGITS`].
     fn push(&mut self, digit: u8) {
         if self.digits < DIGITS_MAX {
-            let half = if self.digits < HALF_DIGITS { &mut self.first } else { &mut self.second };
-            *half = half.wrapping_mul(10).wrapping_add(digit.into());
+            self.second = self.second.wrapping_mul(10).wrapping_add(digit.into());
             self.digits += 1;
             self.decimals += u32::from(self.has_point);
         } else {
@@ -84,7 +99,7 @@ impl Decimal {
     /// The value in 10^-8, rounded half away from zero; `None` if it is too large.
     pub fn length(&self) -> Option<i64> {
         let magnitude = if self.digits <= LENGTH_DECIMALS {
-            u64::from(self.first) * u64::from(TENS[(LENGTH_DECIMALS - self.decimals) as usize])
+            product(self.first, TENS[(LENGTH_DECIMALS - self.decimals) as usize])
         } else {
             self.long_length()?
         } as i64;
@@ -95,7 +110,9 @@ impl Decimal {
     pub fn code_hundredths(&self) -> Option<u32> {
         let plain = !self.signed && self.digits - self.decimals <= CODE_DIGITS_MAX;
         plain.then(|| match self.decimals {
-            0 => self.first.saturating_mul(100),
+            // Saturates, without a product of 64 bits.
+            0 if self.first > u32::MAX / 100 => u32::MAX,
+            0 => self.first * 100,
             _ => (self.magnitude() * 100.0 + 0.5) as u32,
         })
     }
@@ -133,6 +150,13 @@ impl Decimal {
     fn mantissa(&self) -> u64 {
         u64::from(self.first) * 10u64.pow(self.digits.saturating_sub(HALF_DIGITS)) + u64::from(self.second)
     }
+}
+
+/// The product of two numbers, from their halves.
+fn product(a: u32, b: u32) -> u64 {
+    let (a_low, a_high, b_low, b_high) = (a & 0xffff, a >> 16, b & 0xffff, b >> 16);
+    let inner = (u64::from(a_high * b_low) << 16).wrapping_add(u64::from(a_low * b_high) << 16);
+    (u64::from(a_high * b_high) << 32 | u64::from(a_low * b_low)).wrapping_add(inner)
 }
 
 #[cfg(test)]

@@ -7,9 +7,10 @@ mod probes;
 use crate::{
     AXES, Arc, Block, Command, Coolant, Coordinates, Error, Modal, MotionMode, Move, Rate, ReportedState, Settings,
     Spindle,
+    axes::Z,
     block::{AxisCommand, NonModal, Words},
     command::Jog,
-    path,
+    rotary,
 };
 
 /// Targets must be within this distance of zero on every axis.
@@ -18,7 +19,6 @@ pub const MAX_COORDINATE_PM: i64 = 10_000_000_000_000;
 pub const MIN_FEED_MM_MIN: f32 = 1.0;
 
 const INCH_MM: f32 = 25.4;
-const Z: usize = 2;
 
 /// Interprets one line at a time.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -130,7 +130,8 @@ impl Interpreter {
             None if matches!(line.as_bytes(), [] | [b'%']) => Ok(Command::Block(Block::default())),
             None => {
                 state.takes_gcode()?;
-                self.gcode(line).map(Command::Block)
+                let mut block = Block::default();
+                self.read(line, settings, &mut block).map(|()| Command::Block(block))
             }
         }
     }
@@ -139,23 +140,32 @@ impl Interpreter {
     ///
     /// # Errors
     /// As [`interpret`](Self::interpret).
-    pub fn gcode(&mut self, line: &str) -> Result<Block, Error> {
-        let mut words = Words::read(&mut line.as_bytes(), self.modal)?;
+    pub fn gcode(&mut self, line: &str, settings: &Settings) -> Result<Block, Error> {
+        let mut block = Block::default();
+        self.read(line, settings, &mut block).map(|()| block)
+    }
+
+    /// Interprets a line of G-code as `block`, which is empty. Blocks are written in place: a returned one would be
+    /// copied on every line.
+    fn read(&mut self, line: &str, settings: &Settings, block: &mut Block) -> Result<(), Error> {
+        let mut words = Words::new(self.modal, settings.rotary());
+        words.read(&mut line.as_bytes())?;
         // Only codes of group 0 change coordinates, and these are large.
         let coordinates = words.non_modal.is_some().then_some(self.coordinates);
         let before = (self.modal, self.position_pm, self.shift_pm, self.tool_length_pm);
-        let block = self.block(&mut words, coordinates.as_ref());
-        if block.is_err() {
+        let result = self.block(&mut words, coordinates.as_ref(), block);
+        if result.is_err() {
             self.coordinates = coordinates.unwrap_or(self.coordinates);
             (self.modal, self.position_pm, self.shift_pm, self.tool_length_pm) = before;
         }
-        block
+        result
     }
 
     /// Interprets what follows `$J=`.
-    pub(crate) fn jog(&self, line: &str) -> Result<Jog, Error> {
+    pub(crate) fn jog(&self, line: &str, settings: &Settings) -> Result<Jog, Error> {
         let modal = Modal { motion: MotionMode::Linear, ..self.modal };
-        let mut words = Words::read(&mut line.as_bytes(), modal)?;
+        let mut words = Words::new(modal, settings.rotary());
+        words.read(&mut line.as_bytes())?;
         words.line_number()?;
         let mm_min = in_mm_min(words.take(b'F').ok_or(Error::NoFeed)?, &words.modal);
         if !words.has_axes() {
@@ -168,61 +178,46 @@ impl Interpreter {
         // Grbl checks an arc's words before it refuses to jog along an arc.
         self.arc(&mut words)?;
         words.check_all_used()?;
+        let mm_min = words.rotary.along_path(mm_min, self.way_pm(target_pm), None, words.modal.inches);
         if words.may_jog() { Ok(Jog { target_pm, mm_min: mm_min.max(MIN_FEED_MM_MIN) }) } else { Err(Error::BadJog) }
     }
 
     /// Applies a block to this state, in Grbl's order of checking. On failure, the caller restores the state. `before`
     /// are the coordinates before the block, if it can change them.
-    fn block(&mut self, words: &mut Words, before: Option<&Coordinates>) -> Result<Block, Error> {
-        let line_number = words.line_number()?;
-        let switches_spindle = words.modal.spindle != self.modal.spindle;
-        let switches_coolant = words.modal.coolant != self.modal.coolant;
-        let changes_speed = self.modes(words)?;
-        let tool_change = words.changes_tool.then_some(self.modal.tool);
-        let dwell_s = match words.non_modal {
-            Some(NonModal::Dwell) => Some(words.take(b'P').ok_or(Error::ValueMissing)?),
-            _ => None,
-        };
+    fn block(&mut self, words: &mut Words, before: Option<&Coordinates>, block: &mut Block) -> Result<(), Error> {
+        block.line_number = words.line_number()?;
+        block.switches_spindle = words.modal.spindle != self.modal.spindle;
+        block.switches_coolant = words.modal.coolant != self.modal.coolant;
+        block.changes_speed = self.modes(words)?;
+        block.tool_change = words.changes_tool.then_some(self.modal.tool);
+        if words.non_modal == Some(NonModal::Dwell) {
+            block.dwell_s = Some(words.take(b'P').ok_or(Error::ValueMissing)?);
+        }
         self.tool_length(words)?;
-        let (via_pm, go_to) = self.non_modal(words)?;
-        let changes_coordinates = before.is_some_and(|before| *before != self.coordinates);
-        let mut probe = None;
-        let motion = if self.modal.motion.probes() {
-            self.probe(words, &mut probe)?;
-            go_to
+        self.non_modal(words, block)?;
+        block.changes_coordinates = before.is_some_and(|before| *before != self.coordinates);
+        if self.modal.motion.probes() {
+            self.probe(words, &mut block.probe)?;
         } else {
-            go_to.or(self.motion(words)?)
-        };
+            self.motion(words, &mut block.motion)?;
+        }
         if words.blends {
             // P is the tolerance of G64. It is ignored: `$11` sets the tolerance here.
             words.take(b'P');
         }
         words.check_all_used()?;
-        if let Some(Move { target_pm, .. }) = motion {
-            self.position_pm = target_pm;
+        if let Some(Move { target_pm, .. }) = &block.motion {
+            self.position_pm = *target_pm;
         }
-        let Words { pauses, ends_program, .. } = *words;
-        if ends_program {
+        block.ends_program = words.ends_program;
+        if words.ends_program {
             self.modal.end_program();
         }
         // If M6 has already held, M0 holds again only if something was done in between.
-        let switches = switches_spindle || changes_speed || switches_coolant;
-        let acts = switches || dwell_s.is_some() || motion.is_some() || probe.is_some();
-        let pauses = pauses && (tool_change.is_none() || acts);
-        Ok(Block {
-            line_number,
-            tool_change,
-            switches_spindle,
-            changes_speed,
-            switches_coolant,
-            dwell_s,
-            via_pm,
-            motion,
-            probe,
-            pauses,
-            changes_coordinates,
-            ends_program,
-        })
+        let switches = block.switches_spindle || block.changes_speed || block.switches_coolant;
+        let acts = switches || block.dwell_s.is_some() || block.motion.is_some() || block.probe.is_some();
+        block.pauses = words.pauses && (block.tool_change.is_none() || acts);
+        Ok(())
     }
 
     /// Takes over the modes of the block and the values that stay in force. Returns whether S changed.
@@ -250,32 +245,40 @@ impl Interpreter {
         if words.axis_command == Some(AxisCommand::ToolLength) {
             self.tool_length_pm = match words.axes_pm() {
                 _ if !words.lengthens_tool => 0,
-                [None, None, Some(z_pm)] => within(z_pm)?,
+                [None, None, Some(z_pm), others @ ..] if others.iter().all(Option::is_none) => within(z_pm)?,
                 _ => return Err(Error::ToolAxis),
             };
         }
         Ok(())
     }
 
-    /// The move of a block whose motion mode is not a probe.
-    fn motion(&self, words: &mut Words) -> Result<Option<Move>, Error> {
+    /// The move of a block whose motion mode is not a probe, if its axis words are for that mode.
+    fn motion(&self, words: &mut Words, motion: &mut Option<Move>) -> Result<(), Error> {
         let Modal { motion: mode, exact_stop, .. } = self.modal;
         if mode == MotionMode::Cancelled && words.has_axes() {
             return Err(Error::UnusedAxisWords);
         }
         if words.axis_command != Some(AxisCommand::Motion) {
-            return Ok(None);
+            return Ok(());
         }
         if mode.feeds() {
             self.check_feed()?;
         }
         if !words.has_axes() {
-            return if mode.is_arc() { Err(Error::AxisWordsMissing) } else { Ok(None) };
+            return if mode.is_arc() { Err(Error::AxisWordsMissing) } else { Ok(()) };
         }
-        let arc = self.arc(words)?;
+        if mode.is_arc() {
+            let arc = self.arc(words)?;
+            let target_pm = self.target_pm(words)?;
+            let rate = Rate::Feed { mm_min: self.feed_mm_min(target_pm, arc.as_ref(), words) };
+            *motion = Some(Move { target_pm, rate, arc, exact_stop });
+            return Ok(());
+        }
         let target_pm = self.target_pm(words)?;
-        let rate = if mode.feeds() { Rate::Feed { mm_min: self.feed_mm_min(target_pm, arc) } } else { Rate::Rapid };
-        Ok(Some(Move { target_pm, rate, arc, exact_stop }))
+        let rate =
+            if mode.feeds() { Rate::Feed { mm_min: self.feed_mm_min(target_pm, None, words) } } else { Rate::Rapid };
+        *motion = Some(Move { target_pm, rate, arc: None, exact_stop });
+        Ok(())
     }
 
     /// Checks that a feed is in force.
@@ -283,15 +286,19 @@ impl Interpreter {
         if self.modal.feed <= 0.0 { Err(Error::NoFeed) } else { Ok(()) }
     }
 
-    fn feed_mm_min(&self, target_pm: [i64; AXES], arc: Option<Arc>) -> f32 {
+    fn feed_mm_min(&self, target_pm: [i64; AXES], arc: Option<&Arc>, words: &Words) -> f32 {
         let mm_min = if self.modal.inverse_time {
-            let straight = || path::length_mm(core::array::from_fn(|axis| target_pm[axis] - self.position_pm[axis]));
-            let length_mm = arc.map_or_else(straight, |arc| arc.length_mm() as f32);
-            self.modal.feed * length_mm
+            self.modal.feed * rotary::length_mm(self.way_pm(target_pm), arc)
         } else {
-            self.modal.feed
+            words.rotary.along_path(self.modal.feed, self.way_pm(target_pm), arc, self.modal.inches)
         };
-        mm_min.max(MIN_FEED_MM_MIN)
+        // `f32::max` would be a call.
+        if mm_min > MIN_FEED_MM_MIN { mm_min } else { MIN_FEED_MM_MIN }
+    }
+
+    /// From here straight to `target_pm`.
+    fn way_pm(&self, target_pm: [i64; AXES]) -> [i64; AXES] {
+        core::array::from_fn(|axis| target_pm[axis] - self.position_pm[axis])
     }
 }
 

@@ -25,5 +25,6 @@ pub fn from_mm(mm: f64) -> i64 {
 
 /// The length of a word's value, which is in 10^-8 mm or inch.
 pub(crate) const fn of_word(value: i64, inches: bool) -> i64 {
-    value * if inches { PM_OF_INCH_WORD } else { PM_OF_MM_WORD }
+    // A word's value is below 10^16. On the chip, to look for an overflow takes three more products.
+    value.wrapping_mul(if inches { PM_OF_INCH_WORD } else { PM_OF_MM_WORD })
 }

@@ -29,6 +29,7 @@ extern crate std;
 
 mod alarm;
 mod arc;
+mod axes;
 mod block;
 mod codes;
 mod command;
@@ -45,6 +46,7 @@ mod path;
 pub mod realtime;
 mod refusal;
 pub mod report;
+mod rotary;
 mod setting_error;
 mod setting_table;
 mod settings;
@@ -54,6 +56,7 @@ mod words;
 
 pub use alarm::Alarm;
 pub use arc::{Arc, Chords, Ends, Misfit};
+pub use axes::{AXES, AXIS_NAMES};
 pub use command::{Block, Command, Door, Jog, Move, Probe, Rate, ReportedState};
 pub use error::Error;
 pub use fixed::{Coordinate, Fixed};
@@ -68,9 +71,6 @@ pub use setting_error::SettingError;
 pub use setting_table::{Setting, TABLE as SETTING_TABLE};
 pub use settings::{Carries, Settings};
 pub use status::{Status, StatusReporter};
-
-/// Axes of the machine, in the order X, Y, Z.
-pub const AXES: usize = 3;
 
 /// The examples of the README are run as those here are.
 #[cfg(doctest)]

@@ -46,12 +46,15 @@ impl LineAssembler {
         if self.ended {
             self.reset();
         }
-        while let [byte, rest @ ..] = *bytes {
-            *bytes = rest;
-            if self.comment == Comment::None && is_plain(*byte) {
-                self.keep(*byte);
-                continue;
+        loop {
+            if self.comment == Comment::None {
+                let plain = bytes.iter().take_while(|&&byte| is_plain(byte)).count();
+                let (plain, rest) = bytes.split_at(plain);
+                self.keep(plain);
+                *bytes = rest;
             }
+            let [byte, rest @ ..] = *bytes else { break };
+            *bytes = rest;
             match (self.comment, byte) {
                 (_, b'\r' | b'\n') => {
                     self.ended = true;
@@ -76,9 +79,12 @@ impl LineAssembler {
         self.take(&mut [byte].as_slice())
     }
 
-    #[inline(always)]
-    fn keep(&mut self, byte: u8) {
-        if self.text.push(byte.to_ascii_uppercase()).is_err() {
+    fn keep(&mut self, bytes: &[u8]) {
+        let before = self.text.len();
+        let fits = bytes.len().min(MAX_LINE_CHARS - before);
+        let _ = self.text.extend_from_slice(&bytes[..fits]);
+        self.text[before..].make_ascii_uppercase();
+        if fits < bytes.len() {
             self.fail(Error::LineTooLong);
         }
     }

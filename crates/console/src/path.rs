@@ -6,8 +6,9 @@ const HALF_BIAS: u32 = 0x1FBD_1DF5;
 /// Picometres in mm.
 const MM: f32 = 1e-9;
 
-/// The length of a vector in picometres, in mm. The relative error is a few parts in ten million.
-pub(crate) fn length_mm(vector_pm: [i64; 3]) -> f32 {
+/// The length of a vector in picometres, in mm. A degree counts as a millimetre. The relative error is a few parts in
+/// ten million.
+pub(crate) fn length_mm<const N: usize>(vector_pm: [i64; N]) -> f32 {
     square_root(vector_pm.map(|pm| pm as f32 * MM).iter().map(|mm| mm * mm).sum())
 }
 

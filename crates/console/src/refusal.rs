@@ -2,7 +2,7 @@
 
 use core::{fmt, ops::Range};
 
-use crate::{Error, Modal, block::Words, decimal::Decimal};
+use crate::{Error, Modal, block::Words, decimal::Decimal, rotary::Rotary};
 
 /// Words that many machines know but this one does not: the letter, the first and the last of its numbers without
 /// decimals, and what to do. Letters other than G and M count as number 0.
@@ -33,7 +33,11 @@ const REMEDIES: &[(u8, u8, u8, &str)] = &[
 const CUTTER: &str = "no cutter compensation here: let the CAM program compensate";
 const TOOLS: &str = "no tool table here: remove G43 and its H, keep Z, and set work zero with the tool in";
 const CYCLES: &str = "no canned cycles here: let the post-processor expand them";
-const AXES: &str = "three axes only, X Y Z: remove it";
+const AXES: &str = if cfg!(feature = "four-axes") {
+    "four axes only, X Y Z A: remove it"
+} else {
+    "three axes only, X Y Z: remove it"
+};
 const EXPRESSIONS: &str = "no variables, expressions, checksums here: let the post-processor write plain numbers";
 
 /// The bytes of the word at which reading `line` from left to right stops. `line` is as from
@@ -54,7 +58,7 @@ pub fn stopped_at(line: &str) -> Option<Range<usize>> {
         Some(statement) => statement.split_once('=').filter(|(name, _)| name.starts_with(['J', 'N']))?.1,
     };
     let mut left = words.as_bytes();
-    Words::read(&mut left, Modal::default()).err()?;
+    Words::new(Modal::default(), Rotary::default()).read(&mut left).err()?;
     let begin = line.len() - left.len();
     Some(begin..begin + word_len(left))
 }

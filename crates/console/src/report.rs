@@ -4,7 +4,7 @@ use core::fmt::{Result, Write};
 
 use crate::status::write_coordinates;
 use crate::{
-    Alarm, Coordinate, Coordinates, Error, Fixed, Interpreter, SETTING_TABLE, Settings, parameters::StoredLine,
+    AXES, Alarm, Coordinate, Coordinates, Error, Fixed, Interpreter, SETTING_TABLE, Settings, parameters::StoredLine,
 };
 
 /// Sent when the console opens and after a reset.
@@ -58,6 +58,10 @@ pub mod messages {
 pub fn build(out: &mut impl Write, text: &str) -> Result {
     let name = if text.is_empty() { BUILD } else { text };
     write!(out, "[VER:1.1h.20190830:{name}]\r\n{OPTIONS}\r\n")?;
+    if AXES > 3 {
+        // As grblHAL says it; Grbl has no more than three.
+        out.write_str("[AXS:4:XYZA]\r\n")?;
+    }
     if text.is_empty() { Ok(()) } else { message(out, BUILD) }
 }
 
@@ -92,7 +96,7 @@ pub fn settings(out: &mut impl Write, settings: &Settings) -> Result {
     SETTING_TABLE.iter().try_for_each(|row| setting(out, row, settings))
 }
 
-/// The lines of one row of the table: one, or one for each axis; at most 64 bytes.
+/// The lines of one row of the table: one, or one for each axis; at most 64 bytes, and 86 with four axes.
 pub fn setting(out: &mut impl Write, row: &crate::Setting, settings: &Settings) -> Result {
     row.print(out, settings)
 }
@@ -117,26 +121,30 @@ pub const PARAMETERS: usize = PARAMETER_NAMES.len() + 2;
 const PARAMETER_NAMES: [&str; 9] = ["G54", "G55", "G56", "G57", "G58", "G59", "G28", "G30", "G92"];
 
 /// Line `index`, below [`PARAMETERS`], of the reply to `$#`. `ok` follows the last one.
-pub fn parameter(out: &mut impl Write, index: usize, interpreter: &Interpreter, inches: bool) -> Result {
+pub fn parameter(out: &mut impl Write, index: usize, interpreter: &Interpreter, settings: &Settings) -> Result {
     let Coordinates { work_offsets_pm, places_pm } = interpreter.coordinates();
     let coordinates_pm = work_offsets_pm.iter().chain(places_pm).copied();
     if let Some(name) = PARAMETER_NAMES.get(index) {
         write!(out, "[{name}:")?;
-        write_coordinates(out, coordinates_pm.chain([interpreter.shift_pm()]).nth(index).unwrap_or_default(), inches)?;
+        write_coordinates(
+            out,
+            coordinates_pm.chain([interpreter.shift_pm()]).nth(index).unwrap_or_default(),
+            settings,
+        )?;
         out.write_str("]\r\n")
     } else if index == PARAMETER_NAMES.len() {
-        write!(out, "[TLO:{}]\r\n", Coordinate { pm: interpreter.tool_length_pm(), inches })
+        write!(out, "[TLO:{}]\r\n", Coordinate { pm: interpreter.tool_length_pm(), inches: settings.report_inches })
     } else {
-        probed(out, interpreter, inches)
+        probed(out, interpreter, settings)
     }
 }
 
 /// `[PRB:x,y,z:n]`: where the last probe ended, in machine coordinates, and 1 if its contact changed there. A line of
 /// the reply to `$#`; also sent after each probe.
-pub fn probed(out: &mut impl Write, interpreter: &Interpreter, inches: bool) -> Result {
+pub fn probed(out: &mut impl Write, interpreter: &Interpreter, settings: &Settings) -> Result {
     let (place_pm, touched) = interpreter.touched();
     out.write_str("[PRB:")?;
-    write_coordinates(out, place_pm, inches)?;
+    write_coordinates(out, place_pm, settings)?;
     write!(out, ":{}]\r\n", u8::from(touched))
 }
 

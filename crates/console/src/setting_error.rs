@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use crate::{Error, Fixed};
+use crate::{AXIS_NAMES, Error, Fixed};
 
 /// Why a setting was refused. Nothing has changed then. Displays as the text of a `[MSG:...]`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,20 +24,29 @@ pub enum SettingError {
     TooHigh { number: u16, value: f32, max: f32, unit: &'static str },
     /// `$20=1` requires `$22=1`.
     SoftLimitsNeedHoming,
-    /// `$901` must name each of 1, 2 and 3 once.
+    /// `$901` must name each of 1, 2 and 3 once, and 4 once at most.
     HomingOrder { digits: u16 },
     /// `$31` must be below `$30`.
     LeastSpeedNotBelowFull { least_rpm: f32, full_rpm: f32 },
     /// `$35` must not be above `$36`.
     LeastDutyAboveFull { least_percent: f32, full_percent: f32 },
     /// The pull-off, `$27`, with the offset of a second motor, must be below the travel of every axis.
-    PullOffNotBelowTravel { axis: usize, pull_off_mm: f32, offset_mm: f32, travel_mm: f32 },
+    PullOffNotBelowTravel { axis: usize, pull_off_mm: f32, offset_mm: f32, travel_mm: f32, unit: &'static str },
     /// The top speed of an axis needs a higher step rate than the step outputs support with this pulse width.
-    RateTooHigh { axis: usize, asked_mm_min: f32, max_mm_min: f32, steps_per_mm: f32, pulse_us: u16 },
+    RateTooHigh {
+        axis: usize,
+        asked_mm_min: f32,
+        max_mm_min: f32,
+        steps_per_mm: f32,
+        pulse_us: u16,
+        unit: &'static str,
+    },
     /// The start speed of an axis is above its top speed.
-    StartAboveTop { axis: usize, start_mm_min: f32, top_mm_min: f32 },
+    StartAboveTop { axis: usize, start_mm_min: f32, top_mm_min: f32, unit: &'static str },
     /// Speed law number `law`, `$940`, needs a start speed, but an axis has none.
     LawNeedsStart { axis: usize, law: u16 },
+    /// `$905` is 0 on a board without outputs for a second motor.
+    NoSecondMotor,
     /// The law is one that the machine was built without, see the feature `paper-laws`.
     LawLeftOut { number: u16, law: u16 },
 }
@@ -56,6 +65,7 @@ impl SettingError {
             | Self::LeastDutyAboveFull { .. }
             | Self::PullOffNotBelowTravel { .. }
             | Self::LawNeedsStart { .. }
+            | Self::NoSecondMotor
             | Self::LawLeftOut { .. } => Error::BadNumber,
         }
     }
@@ -65,6 +75,9 @@ impl SettingError {
 fn plain(value: f32) -> Fixed {
     Fixed { value, decimals: if value % 1.0 == 0.0 { 0 } else { 3 } }
 }
+
+/// What a homing order may also have.
+const AND_A: &str = if cfg!(feature = "four-axes") { ", and 4 (A) if it homes" } else { "" };
 
 /// A limit and its unit, if it has one.
 struct Limit(f32, &'static str);
@@ -94,7 +107,7 @@ impl fmt::Display for SettingError {
             }
             Self::SoftLimitsNeedHoming => f.write_str("$20=1 needs a homed machine: set $22=1 first"),
             Self::HomingOrder { digits } => {
-                write!(f, "$901={digits} is no order: give each of 1 (X), 2 (Y) and 3 (Z) once, as in 312")
+                write!(f, "$901={digits} is no order: give each of 1 (X), 2 (Y) and 3 (Z) once{AND_A}, as in 312")
             }
             Self::LeastSpeedNotBelowFull { least_rpm, full_rpm } => {
                 let (least, full) = (plain(least_rpm), plain(full_rpm));
@@ -104,32 +117,32 @@ impl fmt::Display for SettingError {
                 let (least, full) = (plain(least_percent), plain(full_percent));
                 write!(f, "$35={least} is above the duty at $30, $36={full} %: lower $35 or raise $36")
             }
-            Self::PullOffNotBelowTravel { axis, pull_off_mm, offset_mm, travel_mm } => {
-                let (letter, travel) = (["X", "Y", "Z"][axis], 130 + axis);
+            Self::PullOffNotBelowTravel { axis, pull_off_mm, offset_mm, travel_mm, unit } => {
+                let (letter, travel) = (AXIS_NAMES[axis], 130 + axis);
                 let (asked, most) = (plain(pull_off_mm), plain(travel_mm));
                 write!(f, "$27={asked} ")?;
                 if offset_mm != 0.0 {
                     write!(f, "with the offset of the second motor, ${}={}, ", 170 + axis, plain(offset_mm))?;
                 }
-                write!(f, "is not below the travel of {letter}, ${travel}={most} mm: lower $27 or raise ${travel}")
+                write!(f, "is not below the travel of {letter}, ${travel}={most} {unit}: lower $27 or raise ${travel}")
             }
-            Self::RateTooHigh { axis, asked_mm_min, max_mm_min, steps_per_mm, pulse_us } => {
+            Self::RateTooHigh { axis, asked_mm_min, max_mm_min, steps_per_mm, pulse_us, unit } => {
                 let (rate, scale) = (110 + axis, 100 + axis);
                 let (asked, steps) = (plain(asked_mm_min), plain(steps_per_mm));
                 // Truncated, not rounded, so that the value in the message is itself acceptable.
                 let most = max_mm_min as u32;
                 write!(
                     f,
-                    "${rate}={asked} is above the {most} mm/min that the step outputs carry with $0={pulse_us} \
-                     at ${scale}={steps} steps/mm: lower one of the three"
+                    "${rate}={asked} is above the {most} {unit}/min that the step outputs carry with $0={pulse_us} \
+                     at ${scale}={steps} steps/{unit}: lower one of the three"
                 )
             }
-            Self::StartAboveTop { axis, start_mm_min, top_mm_min } => {
+            Self::StartAboveTop { axis, start_mm_min, top_mm_min, unit } => {
                 let (start, top) = (910 + axis, 110 + axis);
                 let (asked, most) = (plain(start_mm_min), plain(top_mm_min));
                 write!(
                     f,
-                    "${start}={asked} is above the top speed, ${top}={most} mm/min: lower ${start} or raise ${top}"
+                    "${start}={asked} is above the top speed, ${top}={most} {unit}/min: lower ${start} or raise ${top}"
                 )
             }
             Self::LawNeedsStart { axis, law } => {
@@ -139,6 +152,9 @@ impl fmt::Display for SettingError {
                     "$940={law} is a law over displacement and never leaves standstill: raise ${start} above 0 first"
                 )
             }
+            Self::NoSecondMotor => f.write_str(
+                "this firmware has no outputs for a second motor: leave $905=0, or flash that for three axes",
+            ),
             Self::LawLeftOut { number, law } => {
                 write!(
                     f,

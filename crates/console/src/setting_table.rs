@@ -2,6 +2,8 @@
 
 use core::fmt;
 
+use crate::axes::ALL_AXES;
+use crate::settings::TRAVEL_LEAST_MM;
 use crate::{AXES, Fixed, SettingError, Settings};
 
 pub(crate) const HOMING: u16 = 22;
@@ -42,16 +44,32 @@ const fn row(
     (Setting { number, unit, min, max, field }, meaning)
 }
 
+/// What depends on the number of axes. Only a rotary axis may have no travel: see [`Settings::is_endless`].
+const HAS_A: bool = cfg!(feature = "four-axes");
+const TRAVEL: &str = if HAS_A { "travel; 0 for a rotary axis without an end" } else { "travel" };
+const TRAVEL_MIN_MM: f32 = if HAS_A { 0.0 } else { TRAVEL_LEAST_MM };
+const HOMING_ORDER: &str = if HAS_A {
+    "homing order, axis digits: 1 X, 2 Y, 3 Z, 4 A, which may be left out"
+} else {
+    "homing order, axis digits: 1 X, 2 Y, 3 Z"
+};
+const HOMING_ORDER_MAX: f32 = if HAS_A { 4321.0 } else { 321.0 };
+const SECOND_MOTOR: &str = if HAS_A {
+    "axis with a second motor: 0 none, 1 X, 2 Y, 3 Z, 4 A"
+} else {
+    "axis with a second motor: 0 none, 1 X, 2 Y, 3 Z"
+};
+
 #[rustfmt::skip]
 const ROWS: &[(Setting, &str)] = &[
     row(0, "us", "step pulse; 0 as short as the driver takes", 0.0, 20.0, Int(|s| &mut s.pulse_us)),
     row(1, "ms", "motors stay energised after a move; 255 for ever", 0.0, 255.0, Int(|s| &mut s.idle_delay_ms)),
     row(2, "", "step invert, mask (0: STEP is active high)", 0.0, 0.0, Int(|s| &mut s.step_invert_mask)),
-    row(3, "", "direction invert, mask", 0.0, 7.0, Int(|s| &mut s.direction_invert_mask)),
+    row(3, "", "direction invert, mask", 0.0, ALL_AXES as f32, Int(|s| &mut s.direction_invert_mask)),
     row(4, "", "enable is active high", 0.0, 1.0, Flag(|s| &mut s.enable_invert)),
     row(5, "", "limit switches open when pressed", 0.0, 1.0, Flag(|s| &mut s.limit_invert)),
     row(6, "", "probe input, mask: 1 contact is high, 2 no pull-up", 0.0, 3.0, Int(|s| &mut s.probe_mask)),
-    row(8, "", "second motor: direction other than the first's, mask", 0.0, 7.0, Int(|s| &mut s.second_invert_mask)),
+    row(8, "", "second motor: direction other than the first's, mask", 0.0, ALL_AXES as f32, Int(|s| &mut s.second_invert_mask)),
     row(10, "", "status report, mask: 1 machine position, 2 buffers", 0.0, 3.0, Int(|s| &mut s.report_mask)),
     row(11, "mm", "junction deviation; 0 stops at every corner", 0.0, 100.0, Float(|s| &mut s.junction_deviation_mm)),
     row(12, "mm", "arc tolerance, a quarter of a step at most", 0.001, 100.0, Float(|s| &mut s.arc_tolerance_mm)),
@@ -59,7 +77,7 @@ const ROWS: &[(Setting, &str)] = &[
     row(20, "", "soft limits, once homed", 0.0, 1.0, Flag(|s| &mut s.soft_limits)),
     row(21, "", "hard limits", 0.0, 1.0, Flag(|s| &mut s.hard_limits)),
     row(HOMING, "", "homing", 0.0, 1.0, Flag(|s| &mut s.homing)),
-    row(23, "", "home towards negative, mask", 0.0, 7.0, Int(|s| &mut s.homing_direction_mask)),
+    row(23, "", "home towards negative, mask", 0.0, ALL_AXES as f32, Int(|s| &mut s.homing_direction_mask)),
     row(24, "mm/min", "homing latch", 1.0, 1e5, Float(|s| &mut s.homing_latch_mm_min)),
     row(25, "mm/min", "homing seek", 1.0, 1e5, Float(|s| &mut s.homing_seek_mm_min)),
     row(26, "ms", "homing debounce", 0.0, 1000.0, Int(|s| &mut s.homing_debounce_ms)),
@@ -73,14 +91,18 @@ const ROWS: &[(Setting, &str)] = &[
     row(100, "steps/mm", "steps per millimetre", 0.1, 1e4, PerAxis(|s| &mut s.steps_per_mm)),
     row(110, "mm/min", "top speed", 1.0, 1e8, PerAxis(|s| &mut s.max_rate_mm_min)),
     row(120, "mm/s2", "acceleration", 0.1, 1e5, PerAxis(|s| &mut s.accel_mm_s2)),
-    row(130, "mm", "travel", 1.0, 1e4, PerAxis(|s| &mut s.travel_mm)),
+    row(130, "mm", TRAVEL, TRAVEL_MIN_MM, 1e4, PerAxis(|s| &mut s.travel_mm)),
     row(170, "mm", "second motor: how much farther from its switch; below 0 the first", -5.0, 5.0, PerAxis(|s| &mut s.square_offset_mm)),
     row(349, "mm", "second motor: how far one side may go alone to its switch", 0.1, 100.0, Float(|s| &mut s.skew_max_mm)),
+    #[cfg(feature = "four-axes")]
+    row(376, "", "rotary axes, mask: 1 A", 0.0, 1.0, Int(|s| &mut s.rotary_mask)),
     row(394, "s", "time for the spindle to reach its speed", 0.0, 60.0, Float(|s| &mut s.spin_up_s)),
+    #[cfg(feature = "four-axes")]
+    row(701, "", "F with a rotary axis, mask: 1 of the linear axes, 2 degrees also in inches mode", 0.0, 3.0, Int(|s| &mut s.rotary_feed_mask)),
     row(900, "", "interval law: 0 fastest, 1 thirds", 0.0, 1.0, Flag(|s| &mut s.interval_thirds)),
-    row(901, "", "homing order, axis digits: 1 X, 2 Y, 3 Z", 123.0, 321.0, Int(|s| &mut s.homing_order_digits)),
+    row(901, "", HOMING_ORDER, 123.0, HOMING_ORDER_MAX, Int(|s| &mut s.homing_order_digits)),
     row(902, "", "the feed-hold input is a safety door's switch", 0.0, 1.0, Flag(|s| &mut s.hold_input_is_door)),
-    row(905, "", "axis with a second motor: 0 none, 1 X, 2 Y, 3 Z", 0.0, 3.0, Int(|s| &mut s.second_motor_axis)),
+    row(905, "", SECOND_MOTOR, 0.0, AXES as f32, Int(|s| &mut s.second_motor_axis)),
     row(910, "mm/min", "start speed", 0.0, 1e8, PerAxis(|s| &mut s.start_rate_mm_min)),
     row(920, "mm/s2", "deceleration; 0 for the acceleration", 0.0, 1e5, PerAxis(|s| &mut s.decel_or_0_mm_s2)),
     row(930, "mm/s3", "jerk of the s-curve; 0 for no limit", 0.0, 1e8, PerAxis(|s| &mut s.jerk_or_0_mm_s3)),
@@ -134,14 +156,27 @@ impl Setting {
         rows.filter(|(row, _)| row.number == self.number).map(|(_, meaning)| meaning).next().unwrap_or("")
     }
 
+    /// The unit of setting `number` of this row: a rotary axis has degrees for millimetres.
+    pub fn unit_of(&self, number: u16, settings: &Settings) -> &'static str {
+        let is_rotary = matches!(self.field, PerAxis(_)) && settings.is_rotary(usize::from(number - self.number));
+        match self.unit {
+            "steps/mm" if is_rotary => "steps/degree",
+            "mm" if is_rotary => "degrees",
+            "mm/min" if is_rotary => "degrees/min",
+            "mm/s2" if is_rotary => "degrees/s2",
+            "mm/s3" if is_rotary => "degrees/s3",
+            unit => unit,
+        }
+    }
+
     /// Whether the value must be a whole number.
     pub fn is_integer(&self) -> bool {
         matches!(self.field, Flag(_) | Int(_))
     }
 
     /// Checks `value` for setting `number` against the range of this row.
-    pub(crate) fn check(&self, number: u16, value: f32) -> Result<(), SettingError> {
-        let Self { unit, min, max, .. } = *self;
+    pub(crate) fn check(&self, settings: &Settings, number: u16, value: f32) -> Result<(), SettingError> {
+        let (Self { min, max, .. }, unit) = (*self, self.unit_of(number, settings));
         if value < 0.0 && min >= 0.0 {
             return Err(SettingError::Negative { number, value });
         }

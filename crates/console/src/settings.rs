@@ -1,6 +1,8 @@
 //! The machine's settings, and the rules between them.
 
-use crate::{AXES, SettingError, setting_table};
+use crate::axes::A;
+use crate::rotary::Rotary;
+use crate::{AXES, SettingError, axes, setting_table};
 
 /// Maps a pulse width in us (0: as short as possible) to the highest step rate that the step outputs support, steps/s.
 pub type Carries<'a> = &'a dyn Fn(u16) -> f32;
@@ -9,7 +11,19 @@ pub type Carries<'a> = &'a dyn Fn(u16) -> f32;
 /// the profile crate, which this crate does not know; a test checks that this number fits them.
 const FIRST_LAW_OVER_DISPLACEMENT: u16 = 3;
 
-/// Every setting, as `$$` lists them. Values per axis are in the order X, Y, Z. Bit 0 of a mask is X.
+/// The least travel of an axis that has an end.
+pub(crate) const TRAVEL_LEAST_MM: f32 = 1.0;
+const TURN_DEGREES: f32 = 360.0;
+const DEFAULT_TRAVEL_MM: [f32; AXES] = [
+    350.0,
+    400.0,
+    100.0,
+    #[cfg(feature = "four-axes")]
+    0.0,
+];
+
+/// Every setting, as `$$` lists them. Values per axis are in the order X, Y, Z and, if there are four, A. Bit 0 of a mask
+/// is X.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
     /// `$0`: STEP is high for this long, or as long as the driver needs if that is longer.
@@ -77,6 +91,14 @@ pub struct Settings {
     pub square_offset_mm: [f32; AXES],
     /// `$349`: how far one side of an axis with two motors may go alone to its switch.
     pub skew_max_mm: f32,
+    /// `$376`: bit 0 makes A a rotary axis: a degree stands wherever a millimetre does.
+    #[cfg(feature = "four-axes")]
+    pub rotary_mask: u16,
+    /// `$701`: what F is in a move that turns a rotary axis. 0: the speed along all axes, a degree counted as a
+    /// millimetre. Bit 0: the speed of the linear axes, if one of them moves. Bit 1: that, too, and where only a rotary
+    /// axis moves F is in degrees also in inches mode.
+    #[cfg(feature = "four-axes")]
+    pub rotary_feed_mask: u16,
     /// `$394`: the time that the spindle takes to reach its speed; motion waits for it.
     pub spin_up_s: f32,
     /// `$900`: accelerate, cruise and brake for three equal times (thirds) instead of as fast as the limits allow.
@@ -116,7 +138,7 @@ impl Settings {
         soft_limits: true,
         hard_limits: true,
         homing: true,
-        homing_direction_mask: 0b111,
+        homing_direction_mask: axes::ALL_AXES,
         homing_latch_mm_min: 60.0,
         homing_seek_mm_min: 600.0,
         homing_debounce_ms: 5,
@@ -130,9 +152,13 @@ impl Settings {
         steps_per_mm: [50.0; AXES],
         max_rate_mm_min: [2880.0; AXES],
         accel_mm_s2: [50.0; AXES],
-        travel_mm: [350.0, 400.0, 100.0],
+        travel_mm: DEFAULT_TRAVEL_MM,
         square_offset_mm: [0.0; AXES],
         skew_max_mm: 10.0,
+        #[cfg(feature = "four-axes")]
+        rotary_mask: 1,
+        #[cfg(feature = "four-axes")]
+        rotary_feed_mask: 0,
         spin_up_s: 0.0,
         interval_thirds: false,
         speed_law: 0,
@@ -152,10 +178,56 @@ impl Settings {
         })
     }
 
-    /// Axis indices in the order they home.
-    pub fn homing_order(&self) -> [usize; AXES] {
-        let digits = self.homing_order_digits;
-        [digits / 100, digits / 10 % 10, digits % 10].map(|digit| usize::from(digit).saturating_sub(1))
+    /// Axis indices in the order they home; fewer than there are axes if A does not home.
+    pub fn homing_order(&self) -> [Option<usize>; AXES] {
+        let mut order = [None; AXES];
+        let mut left = self.homing_order_digits;
+        for place in order.iter_mut().rev() {
+            *place = usize::from(left % 10).checked_sub(1);
+            left /= 10;
+        }
+        order
+    }
+
+    /// Whether `axis` is rotary: it is in degrees then.
+    pub fn is_rotary(&self, axis: usize) -> bool {
+        axis == A && self.rotary().is_on
+    }
+
+    /// How A is understood.
+    #[cfg(feature = "four-axes")]
+    pub(crate) fn rotary(&self) -> Rotary {
+        Rotary {
+            is_on: self.rotary_mask & 1 != 0,
+            feed_is_linear: self.rotary_feed_mask != 0,
+            feed_is_degrees: self.rotary_feed_mask & 2 != 0,
+        }
+    }
+
+    #[cfg(not(feature = "four-axes"))]
+    #[expect(clippy::unused_self, reason = "it needs the settings if there is a fourth axis")]
+    pub(crate) fn rotary(&self) -> Rotary {
+        Rotary::default()
+    }
+
+    /// Whether places on `axis` are reported in inches.
+    pub(crate) fn reports_inches(&self, axis: usize) -> bool {
+        self.report_inches && !self.is_rotary(axis)
+    }
+
+    /// The unit of lengths along `axis`.
+    pub fn unit(&self, axis: usize) -> &'static str {
+        if self.is_rotary(axis) { "degrees" } else { "mm" }
+    }
+
+    /// Whether `axis` has no end of its travel: a rotary axis of which `$133` is 0.
+    pub fn is_endless(&self, axis: usize) -> bool {
+        self.is_rotary(axis) && self.travel_mm[axis] == 0.0
+    }
+
+    /// How far an axis goes until it has been everywhere: its travel, or one turn if it has no end.
+    pub fn reach_mm(&self, axis: usize) -> f32 {
+        if self.is_endless(axis) { TURN_DEGREES } else { self.travel_mm[axis] }
     }
 
     /// The index of the axis that has a second motor.
@@ -176,7 +248,7 @@ impl Settings {
     /// What is wrong with the value, or with its combination with another setting.
     pub fn with(mut self, number: u16, value: f32, carries: Carries<'_>) -> Result<Self, SettingError> {
         let (setting, axis) = setting_table::find(number).ok_or(SettingError::Unknown { number })?;
-        setting.check(number, value)?;
+        setting.check(&self, number, value)?;
         setting.set(&mut self, axis, value);
         if number == setting_table::HOMING && !self.homing {
             self.soft_limits = false;
@@ -202,15 +274,15 @@ impl Settings {
     pub fn check_ranges(&self) -> Result<(), SettingError> {
         setting_table::TABLE.iter().try_for_each(|setting| {
             let mut numbers = setting.numbers().enumerate();
-            numbers.try_for_each(|(axis, number)| setting.check(number, setting.value(self, axis)))
+            numbers.try_for_each(|(axis, number)| setting.check(self, number, setting.value(self, axis)))
         })
     }
 
     /// Checks the rules between settings.
     ///
     /// # Errors
-    /// The first broken rule: soft limits need homing; the homing order names X, Y and Z once each; the S at least duty
-    /// is below the S at full duty; the least duty is not above the full duty; the pull-off,
+    /// The first broken rule: soft limits need homing; the homing order names X, Y and Z once each, and A once at most;
+    /// the S at least duty is below the S at full duty; the least duty is not above the full duty; the pull-off,
     /// with the offset of a second motor, is below the travel; the
     /// step outputs support the step rate; the start speed is not above the top speed; a speed law that needs a start
     /// speed has one; the laws are not left out.
@@ -218,12 +290,21 @@ impl Settings {
         if self.soft_limits && !self.homing {
             return Err(SettingError::SoftLimitsNeedHoming);
         }
-        if !matches!(self.homing_order_digits, 123 | 132 | 213 | 231 | 312 | 321) {
+        if !self.homes_each_once() {
             return Err(SettingError::HomingOrder { digits: self.homing_order_digits });
         }
         self.check_spindle()?;
         self.check_laws(cfg!(feature = "paper-laws"))?;
         (0..AXES).try_for_each(|axis| self.check_axis(axis, carries))
+    }
+
+    /// Whether the homing order names X, Y and Z once each, and A once at most.
+    fn homes_each_once(&self) -> bool {
+        let order = self.homing_order();
+        let times = |axis: usize| order.iter().filter(|&&homes| homes == Some(axis)).count();
+        let named = (0..AXES).all(|axis| times(axis) == 1 || axis == A && times(axis) == 0);
+        // A digit that is no axis, or a 0 among the others, makes another number of the same axes.
+        named && order.iter().skip_while(|homes| homes.is_none()).all(|homes| homes.is_some_and(|axis| axis < AXES))
     }
 
     fn check_spindle(&self) -> Result<(), SettingError> {
@@ -250,10 +331,15 @@ impl Settings {
     }
 
     fn check_axis(&self, axis: usize, carries: Carries<'_>) -> Result<(), SettingError> {
+        let unit = self.unit(axis);
         let offset_mm = if self.second_motor() == Some(axis) { self.square_offset_mm[axis] } else { 0.0 };
-        let (pull_off_mm, travel_mm) = (self.homing_pull_off_mm, self.travel_mm[axis]);
+        let (pull_off_mm, travel_mm) = (self.homing_pull_off_mm, self.reach_mm(axis));
+        if self.travel_mm[axis] < TRAVEL_LEAST_MM && !self.is_endless(axis) {
+            let (number, value) = (130 + axis as u16, self.travel_mm[axis]);
+            return Err(SettingError::TooLow { number, value, min: TRAVEL_LEAST_MM, unit });
+        }
         if pull_off_mm + offset_mm.abs() >= travel_mm {
-            return Err(SettingError::PullOffNotBelowTravel { axis, pull_off_mm, offset_mm, travel_mm });
+            return Err(SettingError::PullOffNotBelowTravel { axis, pull_off_mm, offset_mm, travel_mm, unit });
         }
         let asked_mm_min = self.max_rate_mm_min[axis];
         let steps_per_mm = self.steps_per_mm[axis];
@@ -262,11 +348,11 @@ impl Settings {
         let max_steps_s = carries(self.pulse_us);
         if asked_steps_s > f64::from(max_steps_s) {
             let (pulse_us, max_mm_min) = (self.pulse_us, max_steps_s * 60.0 / steps_per_mm);
-            return Err(SettingError::RateTooHigh { axis, asked_mm_min, max_mm_min, steps_per_mm, pulse_us });
+            return Err(SettingError::RateTooHigh { axis, asked_mm_min, max_mm_min, steps_per_mm, pulse_us, unit });
         }
         let start_mm_min = self.start_rate_mm_min[axis];
         if start_mm_min > asked_mm_min {
-            return Err(SettingError::StartAboveTop { axis, start_mm_min, top_mm_min: asked_mm_min });
+            return Err(SettingError::StartAboveTop { axis, start_mm_min, top_mm_min: asked_mm_min, unit });
         }
         if self.speed_law >= FIRST_LAW_OVER_DISPLACEMENT && start_mm_min == 0.0 {
             return Err(SettingError::LawNeedsStart { axis, law: self.speed_law });

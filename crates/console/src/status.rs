@@ -2,7 +2,7 @@
 
 use core::fmt::{Result, Write};
 
-use crate::{AXES, Coolant, Coordinate, Fixed, Overrides, ReportedState, Settings, Spindle};
+use crate::{AXES, AXIS_NAMES, Coolant, Coordinate, Fixed, Overrides, ReportedState, Settings, Spindle};
 
 /// The content of a status report.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -72,12 +72,11 @@ impl StatusReporter {
 
     /// `<Idle|MPos:0.000,0.000,0.000|FS:0,0|...>`, at most 146 bytes.
     pub fn write(&mut self, out: &mut impl Write, status: &Status, settings: &Settings) -> Result {
-        let inches = settings.report_inches;
         let machine = settings.report_mask & REPORT_MACHINE_POSITION != 0;
         let offset_pm = status.work_offset_pm;
         let work_pm = core::array::from_fn(|axis| status.position_pm[axis] - offset_pm[axis]);
         write!(out, "<{}|{}Pos:", status.state, if machine { 'M' } else { 'W' })?;
-        write_coordinates(out, if machine { status.position_pm } else { work_pm }, inches)?;
+        write_coordinates(out, if machine { status.position_pm } else { work_pm }, settings)?;
         if settings.report_mask & REPORT_BUFFERS != 0 {
             write!(out, "|Bf:{},{}", status.free_blocks, status.free_bytes)?;
         }
@@ -85,15 +84,15 @@ impl StatusReporter {
             write!(out, "|Ln:{}", status.line_number)?;
         }
         let spindle_rpm = Fixed { value: status.spindle_rpm, decimals: 0 };
-        write!(out, "|FS:{},{spindle_rpm}", Fixed::rate(status.feed_mm_min, inches))?;
+        write!(out, "|FS:{},{spindle_rpm}", Fixed::rate(status.feed_mm_min, settings.report_inches))?;
         write_pins(out, status)?;
-        self.write_extra(out, status, inches)?;
+        self.write_extra(out, status, settings)?;
         out.write_str(">\r\n")
     }
 
-    fn write_extra(&mut self, out: &mut impl Write, status: &Status, inches: bool) -> Result {
+    fn write_extra(&mut self, out: &mut impl Write, status: &Status, settings: &Settings) -> Result {
         let (offset_period, overrides_period) = if status.state.at_rest() { (10, 10) } else { (30, 20) };
-        let offset = (status.work_offset_pm, inches);
+        let offset = (status.work_offset_pm, settings.report_inches);
         if self.offset_told != offset {
             (self.reports_to_offset, self.offset_told) = (0, offset);
         }
@@ -104,7 +103,7 @@ impl StatusReporter {
         if due(&mut self.reports_to_offset, offset_period) {
             self.reports_to_overrides = self.reports_to_overrides.max(1);
             out.write_str("|WCO:")?;
-            write_coordinates(out, status.work_offset_pm, inches)?;
+            write_coordinates(out, status.work_offset_pm, settings)?;
         }
         if due(&mut self.reports_to_overrides, overrides_period) {
             let Overrides { feed_percent, rapid_percent, spindle_percent } = status.overrides;
@@ -128,26 +127,24 @@ fn due(reports_left: &mut u8, period: u8) -> bool {
     due
 }
 
-/// `x,y,z`.
-pub(crate) fn write_coordinates(out: &mut impl Write, pm: [i64; AXES], inches: bool) -> Result {
-    let [x, y, z] = pm.map(|pm| Coordinate { pm, inches });
-    write!(out, "{x},{y},{z}")
+/// `x,y,z`, in the units of the reports; a rotary axis is in degrees.
+pub(crate) fn write_coordinates(out: &mut impl Write, pm: [i64; AXES], settings: &Settings) -> Result {
+    let [x, y, z, others @ ..] =
+        core::array::from_fn::<_, AXES, _>(|axis| Coordinate { pm: pm[axis], inches: settings.reports_inches(axis) });
+    write!(out, "{x},{y},{z}")?;
+    others.iter().try_for_each(|other| write!(out, ",{other}"))
 }
 
 fn write_pins(out: &mut impl Write, status: &Status) -> Result {
-    let [x, y, z] = status.limits_pressed;
-    let pins = [
-        (status.probe_touched, "P"),
-        (x, "X"),
-        (y, "Y"),
-        (z, "Z"),
+    let limits = status.limits_pressed.into_iter().zip(AXIS_NAMES);
+    let others = [
         (status.second_limit_pressed, "2"),
         (status.door_open, "D"),
         (status.emergency_stop, "R"),
         (status.hold_pressed, "H"),
         (status.start_pressed, "S"),
     ];
-    write_letters(out, "|Pn:", &pins)
+    write_letters(out, "|Pn:", [(status.probe_touched, "P")].into_iter().chain(limits).chain(others))
 }
 
 /// Writes which of spindle and coolant are on.
@@ -159,12 +156,16 @@ fn write_accessories(out: &mut impl Write, status: &Status) -> Result {
         (coolant.flood(), "F"),
         (coolant.mist(), "M"),
     ];
-    write_letters(out, "|A:", &accessories)
+    write_letters(out, "|A:", accessories)
 }
 
 /// Writes the letters of what is on, after `prefix`; writes nothing if nothing is on.
-fn write_letters(out: &mut impl Write, mut prefix: &str, letters: &[(bool, &str)]) -> Result {
-    for (_, letter) in letters.iter().filter(|(is_on, _)| *is_on) {
+fn write_letters<'a>(
+    out: &mut impl Write,
+    mut prefix: &str,
+    letters: impl IntoIterator<Item = (bool, &'a str)>,
+) -> Result {
+    for (_, letter) in letters.into_iter().filter(|(is_on, _)| *is_on) {
         out.write_str(prefix)?;
         out.write_str(letter)?;
         prefix = "";

@@ -1,5 +1,6 @@
 //! `$` lines, which are not G-code: what they ask for, and in which states they are allowed.
 
+use crate::axes::axis_named;
 use crate::{Alarm, Command, Error, Interpreter, ReportedState, Settings, decimal::Decimal, parameters::STARTUP_LINES};
 
 impl Interpreter {
@@ -20,30 +21,35 @@ impl Interpreter {
             "X" => Ok(Command::Unlock),
             "C" if matches!(state, ReportedState::Idle | ReportedState::Check) => Ok(Command::ToggleCheck),
             "C" => Err(Error::NotIdle),
-            "BUZZ=X" | "BUZZ=Y" | "BUZZ=Z" if state != ReportedState::Idle => Err(Error::NotIdle),
-            "BUZZ=X" => Ok(Command::Buzz { axis: 0 }),
-            "BUZZ=Y" => Ok(Command::Buzz { axis: 1 }),
-            "BUZZ=Z" => Ok(Command::Buzz { axis: 2 }),
+            _ if let Some(axis) = statement.strip_prefix("BUZZ=").and_then(axis_named) => match state {
+                ReportedState::Idle => Ok(Command::Buzz { axis }),
+                _ => Err(Error::NotIdle),
+            },
             _ => match statement.split_at_checked(1) {
-                Some(("J", jog)) => self.begin_jog(jog, state),
+                Some(("J", jog)) => self.begin_jog(jog, state, settings),
                 Some(("E", code)) => explain(code, Error::from_code).map(Command::ExplainError),
                 Some(("A", code)) => explain(code, Alarm::from_code).map(Command::ExplainAlarm),
                 _ if !matches!(state, ReportedState::Idle | ReportedState::Alarm) => Err(Error::NotIdle),
-                Some(("N", startup)) => self.startup(startup, state),
+                Some(("N", startup)) => self.startup(startup, state, settings),
                 _ => at_rest(statement, settings),
             },
         }
     }
 
-    fn begin_jog<'l>(&self, jog: &str, state: ReportedState) -> Result<Command<'l>, Error> {
+    fn begin_jog<'l>(&self, jog: &str, state: ReportedState, settings: &Settings) -> Result<Command<'l>, Error> {
         if !matches!(state, ReportedState::Idle | ReportedState::Jog) {
             return Err(Error::NotIdle);
         }
-        self.jog(jog.strip_prefix('=').ok_or(Error::BadJog)?).map(Command::Jog)
+        self.jog(jog.strip_prefix('=').ok_or(Error::BadJog)?, settings).map(Command::Jog)
     }
 
     /// A start-up line is executed before it is stored, to check that it works. So it needs the Idle state.
-    fn startup<'l>(&mut self, startup: &'l str, state: ReportedState) -> Result<Command<'l>, Error> {
+    fn startup<'l>(
+        &mut self,
+        startup: &'l str,
+        state: ReportedState,
+        settings: &Settings,
+    ) -> Result<Command<'l>, Error> {
         let Some((index, line)) = startup.split_once('=') else {
             return if startup.is_empty() { Ok(Command::ShowStartup) } else { Err(Error::UnknownStatement) };
         };
@@ -54,7 +60,7 @@ impl Interpreter {
         if index >= STARTUP_LINES {
             return Err(Error::UnknownStatement);
         }
-        self.gcode(line).map(|block| Command::SetStartup { index, block, line })
+        self.gcode(line, settings).map(|block| Command::SetStartup { index, block, line })
     }
 }
 
@@ -63,9 +69,6 @@ fn at_rest<'l>(statement: &'l str, settings: &Settings) -> Result<Command<'l>, E
     match statement {
         "#" => Ok(Command::ShowParameters),
         "H" => home(None, settings),
-        "HX" => home(Some(0), settings),
-        "HY" => home(Some(1), settings),
-        "HZ" => home(Some(2), settings),
         "I" => Ok(Command::ShowBuild),
         "SLP" => Ok(Command::Sleep),
         "BOOT" => Ok(Command::Boot),
@@ -73,6 +76,9 @@ fn at_rest<'l>(statement: &'l str, settings: &Settings) -> Result<Command<'l>, E
         "RST=#" => Ok(Command::Restore { settings: false, parameters: true }),
         "RST=*" => Ok(Command::Restore { settings: true, parameters: true }),
         _ => {
+            if let Some(axis) = statement.strip_prefix('H').and_then(axis_named) {
+                return home(Some(axis), settings);
+            }
             let (name, value) = statement.split_once('=').ok_or(Error::UnknownStatement)?;
             if name == "I" {
                 return Ok(Command::SetBuild { text: value });
@@ -84,7 +90,8 @@ fn at_rest<'l>(statement: &'l str, settings: &Settings) -> Result<Command<'l>, E
 }
 
 fn home<'l>(axis: Option<usize>, settings: &Settings) -> Result<Command<'l>, Error> {
-    if settings.homing { Ok(Command::Home { axis }) } else { Err(Error::HomingDisabled) }
+    let homes = settings.homing && axis.is_none_or(|axis| settings.homing_order().contains(&Some(axis)));
+    if homes { Ok(Command::Home { axis }) } else { Err(Error::HomingDisabled) }
 }
 
 fn explain<T>(code: &str, from_code: fn(u8) -> Option<T>) -> Result<T, Error> {

@@ -1,7 +1,7 @@
 //! G-code words: each is a letter and a number.
 
-use crate::Error;
 use crate::decimal::Decimal;
+use crate::{AXES, Error, axes};
 
 /// One word of a block.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -10,7 +10,7 @@ pub(crate) enum Word {
     G(u32),
     /// M with its number in hundredths.
     M(u32),
-    /// A letter that gives a length, and its value in 10^-8 mm or inch.
+    /// A letter that gives a length or an angle, and its value in 10^-8 mm, inch or degree.
     Length(u8, i64),
     /// Any other upper-case letter and its value, finite.
     Value(u8, f32),
@@ -35,12 +35,12 @@ pub(crate) fn for_each(line: &mut &[u8], mut take: impl FnMut(Word) -> Result<()
 
 fn word(letter: u8, number: Decimal) -> Result<Word, Error> {
     let code = || number.code_hundredths().ok_or(Error::BadNumber);
+    let length = || number.length().map(|value| Word::Length(letter, value)).ok_or(Error::BadNumber);
     match letter {
         b'G' => code().map(Word::G),
         b'M' => code().map(Word::M),
-        b'I'..=b'K' | b'R' | b'X'..=b'Z' => {
-            number.length().map(|value| Word::Length(letter, value)).ok_or(Error::BadNumber)
-        }
+        b'I'..=b'K' | b'R' | b'X'..=b'Z' => length(),
+        b'A' if AXES > axes::A => length(),
         _ => number.value().map(|value| Word::Value(letter, value)).ok_or(Error::BadNumber),
     }
 }

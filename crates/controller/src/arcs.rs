@@ -56,7 +56,7 @@ impl<F: NorFlash> Controller<'_, F> {
     }
 
     fn tolerance_mm(&self, arc: &Arc, steps_per_mm: [f64; AXES]) -> f64 {
-        let [first, second, _] = arc.axes();
+        let [first, second, ..] = arc.axes();
         let finest_mm = CHORD_ERROR_MAX_STEPS / steps_per_mm[first].max(steps_per_mm[second]);
         self.with(|program| f64::from(program.settings.arc_tolerance_mm)).min(finest_mm)
     }

@@ -14,6 +14,13 @@ impl<F: NorFlash> Controller<'_, F> {
         self
     }
 
+    /// Says that the board has no outputs for a second motor: `$905` is refused.
+    #[must_use]
+    pub fn without_second_motor(mut self) -> Self {
+        self.has_second_motor = false;
+        self
+    }
+
     /// Waits for `$BOOT`. When it returns, the machine is at rest and nothing can begin any more, everything is stored,
     /// and the answer is being sent to the host.
     ///

@@ -7,12 +7,13 @@ use core::pin::pin;
 
 use embassy_futures::yield_now;
 use embedded_storage_async::nor_flash::NorFlash;
+use isostep_console::parameters::STARTUP_LINES;
 use isostep_console::report::{self, messages};
-use isostep_console::{Command, Coordinates, Error, Refusal, ReportedState, SETTING_TABLE, Settings};
+use isostep_console::{Command, Coordinates, Error, Refusal, ReportedState, SETTING_TABLE, SettingError, Settings};
 use isostep_motion::{AXES, Axis, Busy, ConfigError, Contact, Motion, Wiring};
 
 use crate::config::{Geometry, UNWORKABLE, config, pulse_ns};
-use crate::controller::{Controller, Mode, Unsaved};
+use crate::controller::{Controller, Mode, Program, Unsaved};
 use crate::moves::poll_aside;
 use crate::output::{Message, Output};
 use crate::store::{Loss, NotStored};
@@ -54,7 +55,12 @@ impl<F: NorFlash> Controller<'_, F> {
         if let (&Err(error), Ok(line)) = (&answer, line) {
             self.explain(line, error, &mut text);
         }
-        let saved = if self.with(|program| program.unsaved.any()) { self.save(&mut text).await } else { Ok(()) };
+        let saved = if self.with(|program| program.unsaved.any()) {
+            let mut saving = pin!(self.save(&mut text));
+            poll_fn(|context| poll_aside(saving.as_mut(), context)).await
+        } else {
+            Ok(())
+        };
         let answer = answer.and_then(|after| saved.map(|()| after));
         if answer == Ok(After::Boot) {
             text.say(messages::BOOTING);
@@ -82,7 +88,7 @@ impl<F: NorFlash> Controller<'_, F> {
         if let Some(refusal) = Refusal::of(line, error) {
             text.say(refusal);
         } else if error == Error::InvalidTarget
-            && let Some(misfit) = self.with(|program| program.interpreter.misfit(line))
+            && let Some(misfit) = self.with(|program| program.interpreter.misfit(line, &program.settings))
         {
             text.say(misfit);
         }
@@ -104,21 +110,23 @@ impl<F: NorFlash> Controller<'_, F> {
         self.with(|program| program.in_line = true);
     }
 
-    /// Carries out the start-up lines after power-up, a reset or homing, and answers each.
-    pub(crate) async fn start_up(&self, out: &Output) {
-        for line in self.with(|program| program.startup.clone()) {
-            if line.is_empty() {
-                continue;
-            }
-            let mut text = Message::new();
+    /// Carries out the start-up lines after power-up, a reset or homing, and answers each. `text` is empty before and after.
+    pub(crate) async fn start_up(&self, text: &mut Message, out: &Output) {
+        for index in 0..STARTUP_LINES {
             let unlocked = self.state().takes_gcode();
-            let answer = match unlocked.and_then(|()| self.with(|program| program.interpreter.gcode(&line))) {
-                Ok(block) => self.block(&block, &mut text, out).await,
-                Err(error) => Err(error),
+            let block = self.with(|Program { startup, interpreter, settings, .. }| {
+                let line = &startup[index];
+                (!line.is_empty()).then(|| unlocked.and_then(|()| interpreter.gcode(line, settings)))
+            });
+            let answer = match block {
+                None => continue,
+                Some(Ok(block)) => self.block(&block, text, out).await,
+                Some(Err(error)) => Err(error),
             };
-            text.print(|text| write!(text, ">{line}:"));
+            self.with(|program| text.print(|text| write!(text, ">{}:", program.startup[index])));
             text.answer(answer);
-            out.send(&text).await;
+            out.send(text).await;
+            text.clear();
         }
     }
 
@@ -128,29 +136,46 @@ impl<F: NorFlash> Controller<'_, F> {
         if state != ReportedState::Jog && self.with(|program| program.jogged) {
             self.follow_if_elsewhere();
         }
-        let command = self.with(|program| program.interpreter.interpret(line, state, &program.settings))?;
+        let command = self.with(|program| program.interpreter.interpret(line, state, &program.settings));
+        // By reference: a command is large.
+        let command = match &command {
+            Ok(command) => command,
+            Err(error) => return Err(*error),
+        };
         if state == ReportedState::Alarm && matches!(command, Command::Unlock | Command::Home { .. }) {
             // `notify` has to report an alarm before it is left: the line may have waited when the alarm was raised.
             yield_now().await;
         }
-        match &command {
-            Command::Block(block) => {
-                self.block(block, text, out).await?;
-                return Ok(After::NextLine);
-            }
+        if let Command::Block(block) = command {
+            self.block(block, text, out).await?;
+            return Ok(After::NextLine);
+        }
+        let mut other = pin!(self.other(command, state, text, out));
+        poll_fn(|context| poll_aside(other.as_mut(), context)).await
+    }
+
+    /// Carries out a line that is not G-code.
+    async fn other(
+        &self,
+        command: &Command<'_>,
+        state: ReportedState,
+        text: &mut Message,
+        out: &Output,
+    ) -> Result<After, Error> {
+        match command {
             Command::SetStartup { block, .. } => self.block(block, text, out).await?,
             Command::Jog(jog) => self.jog(jog).await?,
-            Command::Home { axis } => self.home(*axis, out).await?,
+            Command::Home { axis } => self.home(*axis, text, out).await?,
             Command::Buzz { axis } => self.buzz(Axis::ALL[*axis], text).await?,
             _ => {}
         }
         let mut page = 0;
-        while self.page(&command, page, text) {
+        while self.page(command, page, text) {
             out.send(text).await;
             text.clear();
             page += 1;
         }
-        self.at_once(&command, state, text)
+        self.at_once(command, state, text)
     }
 
     /// Prints page `page` of a long reply; false after the last page.
@@ -163,8 +188,7 @@ impl<F: NorFlash> Controller<'_, F> {
                     text.print(|text| report::setting(text, &SETTING_TABLE[page], settings));
                 }
                 Command::ShowParameters if page < report::PARAMETERS => {
-                    let inches = settings.report_inches;
-                    text.print(|text| report::parameter(text, page, &program.interpreter, inches));
+                    text.print(|text| report::parameter(text, page, &program.interpreter, settings));
                 }
                 Command::ShowStartup if page < program.startup.len() => {
                     text.print(|text| report::startup(text, page, &program.startup[page]));
@@ -242,7 +266,7 @@ impl<F: NorFlash> Controller<'_, F> {
     }
 
     /// Homes every axis, or one. The start-up lines are for a machine of which all axes are homed.
-    async fn home(&self, axis: Option<usize>, out: &Output) -> Result<(), Error> {
+    async fn home(&self, axis: Option<usize>, text: &mut Message, out: &Output) -> Result<(), Error> {
         self.closed_door()?;
         if self.state() == ReportedState::Alarm {
             self.stop_tool();
@@ -254,7 +278,7 @@ impl<F: NorFlash> Controller<'_, F> {
         self.follow_machine();
         result?;
         if axis.is_none() {
-            self.start_up(out).await;
+            self.start_up(text, out).await;
         }
         Ok(())
     }
@@ -273,14 +297,15 @@ impl<F: NorFlash> Controller<'_, F> {
             Contact::NormallyOpen => "Emergency stop: normally open",
             Contact::NormallyClosed => "Emergency stop: normally closed",
         });
-        let [x, y, z] = self.machine.faults();
-        if [x, y, z] != [0; AXES] {
-            text.say(format_args!("step ports faulted since power-up: X {x}, Y {y}, Z {z} times"));
+        let faults = self.machine.faults();
+        if faults != [0; AXES] {
+            text.say(format_args!("step ports faulted since power-up: {} times", Faults(faults)));
         }
     }
 
     fn set(&self, number: u16, value: f32, text: &mut Message) -> Result<(), Error> {
-        match self.settings().with(number, value, &|pulse_us| self.carries_steps_s(pulse_us)) {
+        let changed = self.settings().with(number, value, &|pulse_us| self.carries_steps_s(pulse_us));
+        match changed.and_then(|settings| self.check_outputs(settings)) {
             Ok(settings) => self.adopt(settings, text),
             Err(refused) => {
                 text.say(refused);
@@ -318,10 +343,19 @@ impl<F: NorFlash> Controller<'_, F> {
         Ok(())
     }
 
+    /// Refuses settings that need outputs which the board does not have.
+    fn check_outputs(&self, settings: Settings) -> Result<Settings, SettingError> {
+        match settings.second_motor() {
+            Some(_) if !self.has_second_motor => Err(SettingError::NoSecondMotor),
+            _ => Ok(settings),
+        }
+    }
+
     /// Puts stored settings in force, if they work.
     pub(crate) fn put_back(&self, settings: Settings) -> Result<(), Loss> {
         settings.check_ranges().map_err(Loss::Refused)?;
         settings.check(&|pulse_us| self.carries_steps_s(pulse_us)).map_err(Loss::Refused)?;
+        let settings = self.check_outputs(settings).map_err(Loss::Refused)?;
         self.put_in_force(settings).map_err(|_| Loss::Unworkable)
     }
 
@@ -353,6 +387,18 @@ impl<F: NorFlash> Controller<'_, F> {
         let wiring = Wiring { pulse_ns: pulse_ns(pulse_us), ..Wiring::default() };
         let ports = self.machine.capabilities();
         ports.iter().flatten().map(|port| port.rate_max_steps_s(wiring) as f32).fold(f32::INFINITY, f32::min)
+    }
+}
+
+/// How often the ports have faulted. Prints `X 0, Y 2, Z 1`.
+struct Faults([u32; AXES]);
+
+impl fmt::Display for Faults {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        Axis::ALL.into_iter().try_for_each(|axis| {
+            let comma = if axis == Axis::X { "" } else { ", " };
+            write!(f, "{comma}{axis} {}", self.0[axis as usize])
+        })
     }
 }
 

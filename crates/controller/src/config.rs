@@ -26,7 +26,8 @@ pub fn config(settings: &Settings) -> Config {
     Config {
         limits: core::array::from_fn(|axis| limits(settings, axis)),
         steps_per_mm: settings.steps_per_mm.map(f64::from),
-        travel_mm: settings.travel_mm.map(f64::from),
+        travel_mm: core::array::from_fn(|axis| settings.reach_mm(axis).into()),
+        is_endless: core::array::from_fn(|axis| settings.is_endless(axis)),
         junction_deviation_mm: settings.junction_deviation_mm.into(),
         interval_law: IntervalLaw::ALL[usize::from(settings.interval_thirds).min(IntervalLaw::ALL.len() - 1)],
         speed_law: SpeedLaw::ALL[usize::from(settings.speed_law).min(SpeedLaw::ALL.len() - 1)],
@@ -42,7 +43,7 @@ pub fn config(settings: &Settings) -> Config {
         probe_pulled_up: settings.probe_mask & PROBE_NOT_PULLED_UP == 0,
         hold_is_door: settings.hold_input_is_door,
         homing: HomingConfig {
-            order: settings.homing_order().map(|index| Axis::ALL[index]),
+            order: settings.homing_order().map(|index| index.map(|index| Axis::ALL[index])),
             towards: masked(settings.homing_direction_mask)
                 .map(|negative| if negative { Direction::Negative } else { Direction::Positive }),
             seek_mm_s: f64::from(settings.homing_seek_mm_min) / 60.0,

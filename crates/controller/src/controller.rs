@@ -29,6 +29,7 @@ pub struct Controller<'a, F: NorFlash> {
     pub(crate) resets: Resets,
     pub(crate) store: Mutex<NoopRawMutex, Store<F>>,
     pub(crate) has_boot_loader: bool,
+    pub(crate) has_second_motor: bool,
     pub(crate) boot: Signal<NoopRawMutex, ()>,
 }
 
@@ -113,6 +114,7 @@ impl<'a, F: NorFlash> Controller<'a, F> {
             resets: Resets::new(),
             store: Mutex::new(store),
             has_boot_loader: false,
+            has_second_motor: true,
             boot: Signal::new(),
         }
     }

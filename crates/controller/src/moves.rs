@@ -190,7 +190,10 @@ impl<F: NorFlash> Controller<'_, F> {
             Rate::Feed { mm_min } => Some(f64::from(mm_min) / 60.0),
         };
         match arc {
-            Some(arc) => self.follow(arc, Chord { feed_mm_s, exact_stop, line, power }).await,
+            Some(arc) => {
+                let mut following = pin!(self.follow(arc, Chord { feed_mm_s, exact_stop, line, power }));
+                poll_fn(|context| poll_aside(following.as_mut(), context)).await
+            }
             None => self.submit(Motion::Move { target_steps, feed_mm_s, exact_stop, line, power }).await,
         }
     }
@@ -219,9 +222,10 @@ impl<F: NorFlash> Controller<'_, F> {
         let range = config.travel_steps(axis);
         let mm = |steps: i32| Fixed { value: config.mm(axis, steps) as f32, decimals: 3 };
         let (asked, min, max) = (mm(place_steps), mm(*range.start()), mm(*range.end()));
+        let unit = self.with(|program| program.settings.unit(axis as usize));
         let whose = if is_of_arc { "the arc's " } else { "" };
         text.say(format_args!(
-            "{whose}{axis}{asked} is outside the travel, {min} to {max} mm: correct the program, then $X"
+            "{whose}{axis}{asked} is outside the travel, {min} to {max} {unit}: correct the program, then $X"
         ));
         Error::Locked
     }

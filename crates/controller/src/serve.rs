@@ -13,6 +13,8 @@
 use core::cell::{Cell, RefCell};
 use core::convert::Infallible;
 use core::fmt;
+use core::future::poll_fn;
+use core::pin::pin;
 
 use embassy_futures::select::{Either4, select, select4};
 use embassy_futures::yield_now;
@@ -29,6 +31,7 @@ use crate::commands::After;
 use crate::controller::Controller;
 use crate::intake::Intake;
 use crate::jog_cancel::JogCancel;
+use crate::moves::poll_aside;
 use crate::output::{Message, Output};
 use crate::status;
 
@@ -185,7 +188,10 @@ impl<F: NorFlash> Controller<'_, F> {
 
     /// Carries out lines, until one asks for a reset.
     async fn execute(&self, console: &Console) {
-        self.greet(console).await;
+        {
+            let mut greeting = pin!(self.greet(console));
+            poll_fn(|context| poll_aside(greeting.as_mut(), context)).await;
+        }
         let mut assembler = LineAssembler::new();
         let (mut bytes, mut length) = ([0; CHUNK_BYTES], 0);
         loop {
@@ -239,17 +245,17 @@ impl<F: NorFlash> Controller<'_, F> {
             text.say(messages::HOW_TO_UNLOCK);
         }
         output.send(&text).await;
+        text.clear();
         let is_ready = matches!(state, ReportedState::Idle | ReportedState::Hold { .. } | ReportedState::Door(_));
         // After a reset they are answered on the console that has asked for it.
         let is_first = !is_from_elsewhere && self.with(|program| core::mem::take(&mut program.startup_due));
         if is_first && is_ready {
             let _turn = self.turn.lock().await;
-            self.start_up(output).await;
+            self.start_up(&mut text, output).await;
         }
         // A reset may have ended a line before its changes were stored.
         if self.with(|program| program.unsaved.any()) {
             let _turn = self.turn.lock().await;
-            text.clear();
             let _ = self.save(&mut text).await;
             output.send(&text).await;
         }

@@ -1,14 +1,19 @@
 //! From the machine's alarms and positions to the console's.
 
-use isostep_console::{Alarm as Code, length};
+use isostep_console::{AXIS_NAMES, Alarm as Code, length};
 use isostep_motion::{AXES, Alarm, Axis, Config, Motor, Side, Spindle, Unplannable};
 
 /// The window that is advertised to senders, bytes; a console has room for more.
 pub(crate) const ADVERTISED_BYTES: usize = 128;
 
-const NAMES: [&str; AXES] = ["X", "Y", "Z"];
 /// The names of an axis's second motor, and of its switch.
-const SECOND_NAMES: [&str; AXES] = ["X2", "Y2", "Z2"];
+const SECOND_NAMES: [&str; AXES] = [
+    "X2",
+    "Y2",
+    "Z2",
+    #[cfg(feature = "four-axes")]
+    "A2",
+];
 
 /// The console's alarm, and what it is about: the axis, or the reason why a move cannot be planned.
 pub(crate) fn code(alarm: Alarm) -> (Code, &'static str) {
@@ -29,11 +34,11 @@ pub(crate) fn code(alarm: Alarm) -> (Code, &'static str) {
         Alarm::ToolCutOff => return (Code::ToolCutOff, ""),
         Alarm::Unplannable { reason } => return (Code::Unplannable, why_not(reason)),
     };
-    (code, NAMES[axis as usize])
+    (code, AXIS_NAMES[axis as usize])
 }
 
 fn name(motor: Motor) -> &'static str {
-    let names = if motor.side == Side::Second { SECOND_NAMES } else { NAMES };
+    let names = if motor.side == Side::Second { SECOND_NAMES } else { AXIS_NAMES };
     names[motor.axis as usize]
 }
 
@@ -43,6 +48,8 @@ fn why_not(reason: Unplannable) -> &'static str {
         Unplannable::Limits { axis: Axis::X } => "X has no speed or acceleration - set $110 and $120",
         Unplannable::Limits { axis: Axis::Y } => "Y has no speed or acceleration - set $111 and $121",
         Unplannable::Limits { axis: Axis::Z } => "Z has no speed or acceleration - set $112 and $122",
+        #[cfg(feature = "four-axes")]
+        Unplannable::Limits { axis: Axis::A } => "A has no speed or acceleration - set $113 and $123",
         Unplannable::Feed => "the feed is below a step in 2,000 s - raise F",
         Unplannable::TooLong => "the move would last longer than 1,000,000 s - raise F, or make it shorter",
         Unplannable::Standstill => "the speed law ($940) needs a start speed - set $910-$912",

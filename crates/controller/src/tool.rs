@@ -125,7 +125,7 @@ impl<F: NorFlash> Controller<'_, F> {
         let place_pm = position_pm(probed.position_steps, &self.machine.config());
         self.with(|program| {
             program.interpreter.set_touched(place_pm, probed.touched);
-            text.print(|text| report::probed(text, &program.interpreter, program.settings.report_inches));
+            text.print(|text| report::probed(text, &program.interpreter, &program.settings));
         });
     }
 }

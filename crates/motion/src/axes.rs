@@ -3,7 +3,7 @@
 use core::fmt;
 
 /// Number of axes of a machine.
-pub const AXES: usize = 3;
+pub const AXES: usize = if cfg!(feature = "four-axes") { 4 } else { 3 };
 
 /// An axis of the gantry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -15,11 +15,20 @@ pub enum Axis {
     Y = 1,
     /// Into the rack.
     Z = 2,
+    /// The fourth, which may be rotary.
+    #[cfg(feature = "four-axes")]
+    A = 3,
 }
 
 impl Axis {
     /// All axes, in order.
-    pub const ALL: [Self; AXES] = [Self::X, Self::Y, Self::Z];
+    pub const ALL: [Self; AXES] = [
+        Self::X,
+        Self::Y,
+        Self::Z,
+        #[cfg(feature = "four-axes")]
+        Self::A,
+    ];
 }
 
 impl fmt::Display for Axis {
@@ -28,6 +37,8 @@ impl fmt::Display for Axis {
             Self::X => "X",
             Self::Y => "Y",
             Self::Z => "Z",
+            #[cfg(feature = "four-axes")]
+            Self::A => "A",
         })
     }
 }

@@ -7,14 +7,15 @@ use crate::event::Finish;
 use crate::machine::Machine;
 use crate::port::StepPort;
 
-/// Runs `axis` through `port` for ever. Spawn one for each axis, at a priority that nothing delays for long.
+/// Runs `axis` through `port` for ever. Spawn one for each axis, at a priority that nothing delays for long. The port is
+/// borrowed, because a future has room for all that it was given beside what it does with it.
 ///
 /// # Cancellation
 /// Dropping it stops the axis at once. The position stays exact, and nothing moves the axis until another `run` is
 /// spawned.
-pub async fn run(machine: &Machine, axis: Axis, mut port: impl StepPort) -> ! {
+pub async fn run(machine: &Machine, axis: Axis, port: &mut impl StepPort) -> ! {
     let link = machine.link(axis);
-    machine.publish_port(axis, &port);
+    machine.publish_port(axis, port);
     loop {
         let run = link.run.wait().await;
         // The halt is polled first, so no step rises once a halt has been signalled.

@@ -46,6 +46,16 @@ impl Chunks {
         Some((chunk, &mut self.courses))
     }
 
+    /// The first chunk that is still kept.
+    pub fn oldest(&self) -> Option<&Chunk<AXES>> {
+        self.known.front()
+    }
+
+    /// The chunk that was under way at the last call of [`newly_under_way`](Self::newly_under_way).
+    pub fn under_way(&self) -> Option<&Chunk<AXES>> {
+        self.get(self.under_way?)
+    }
+
     pub fn last(&self) -> Option<&Chunk<AXES>> {
         self.known.back()
     }

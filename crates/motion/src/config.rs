@@ -16,8 +16,10 @@ pub struct Config {
     pub limits: [Limits; AXES],
     /// Each axis's resolution, steps/mm; above 0.
     pub steps_per_mm: [f64; AXES],
-    /// How far each axis travels from its zero, mm; above 0.
+    /// How far each axis travels from its zero, mm; above 0. One turn of an axis without an end.
     pub travel_mm: [f64; AXES],
+    /// The axes that turn without an end, in degrees where others have mm.
+    pub is_endless: [bool; AXES],
     /// Junction deviation, mm: a corner between moves is taken as fast as a circle that deviates from the corner by
     /// this much. 0 stops at every corner.
     pub junction_deviation_mm: f64,
@@ -66,8 +68,8 @@ pub struct Squared {
 /// How to find the machine's zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HomingConfig {
-    /// The axes, first to last.
-    pub order: [Axis; AXES],
+    /// The axes that home, first to last.
+    pub order: [Option<Axis>; AXES],
     /// Where each axis's switch is.
     pub towards: [Direction; AXES],
     /// Speed of the seek, mm/s; above 0. The stop at the switch is abrupt, so keep it within what the motor stops
@@ -128,7 +130,7 @@ pub enum ConfigError {
         /// The travel, which it must be below.
         travel_mm: f64,
     },
-    /// The homing order does not name every axis once.
+    /// The homing order names an axis twice.
     HomingOrder,
 }
 
@@ -157,7 +159,8 @@ impl Config {
             positive("skew limit, mm", squared.skew_max_mm)?;
         }
         Axis::ALL.into_iter().try_for_each(|axis| self.check_pull_off(axis))?;
-        if Axis::ALL.iter().any(|axis| !self.homing.order.contains(axis)) {
+        let times = |axis| self.homing.order.iter().flatten().filter(|&&homes| homes == axis).count();
+        if Axis::ALL.into_iter().any(|axis| times(axis) > 1) {
             return Err(ConfigError::HomingOrder);
         }
         Ok(())
@@ -184,8 +187,9 @@ impl Config {
     }
 
     /// Whether a position of `axis` means the same place as it does with `other`, if the zero stays where it was. It
-    /// does if the direction, the side of the switch, what the second motor does and the length of a step are the same. The travel and the pull-off
-    /// do not matter: they only say how far the axis goes from that zero, and where the next homing will find one.
+    /// does if the direction, the side of the switch, what the second motor does and the length of a step are the same.
+    /// The travel and the pull-off do not matter: they only say how far the axis goes from that zero, and where the next
+    /// homing will find one.
     pub(crate) fn has_places_of(&self, other: &Self, axis: Axis) -> bool {
         let i = axis as usize;
         let direction = |config: &Self| config.wiring[i].direction_inverted;
@@ -195,10 +199,14 @@ impl Config {
             && self.steps_per_mm[i] == other.steps_per_mm[i]
     }
 
-    /// The positions that an axis may take once it is homed, steps: from zero to its travel, away from the switch.
+    /// The positions that an axis may take once it is homed, steps: from zero to its travel, away from the switch; any
+    /// if it has no end.
     #[must_use]
     pub fn travel_steps(&self, axis: Axis) -> core::ops::RangeInclusive<i32> {
         let i = axis as usize;
+        if self.is_endless[i] {
+            return i32::MIN..=i32::MAX;
+        }
         let far = libm::round(self.travel_mm[i] * self.steps_per_mm[i]) as i32;
         match self.homing.towards[i] {
             Direction::Negative => 0..=far,
@@ -270,7 +278,7 @@ impl fmt::Display for ConfigError {
                 f,
                 "{axis}: a homing pull-off of {asked_mm} mm is not below the travel of {travel_mm} mm: lower it, or raise the travel"
             ),
-            Self::HomingOrder => write!(f, "the homing order must name each axis once"),
+            Self::HomingOrder => write!(f, "the homing order must not name an axis twice"),
         }
     }
 }

@@ -10,7 +10,9 @@
 //! motion has ended, and the machine's life cycle decides on the state.
 
 use core::convert::Infallible;
-use core::future::pending;
+use core::future::{pending, poll_fn};
+use core::pin::{Pin, pin};
+use core::task::{Context, Poll};
 
 use embassy_futures::join::join_array;
 use embassy_futures::select::{Either, select};
@@ -23,6 +25,7 @@ use crate::axes::{AXES, Axis};
 use crate::chunks::Chunks;
 use crate::event::{Alarm, Event, Finish, State};
 use crate::machine::{CHAIN_MOVES, Cause, Machine, Motion, Overrides};
+use crate::marks::Marks;
 use crate::motor::Side;
 
 /// Longer than any pulse lasts (`$0` is 20 us at most), and longer than any driver requires ENABLE to be held after a
@@ -33,13 +36,14 @@ const PULSE_MAX: Duration = Duration::from_millis(1);
 pub struct PlanMemory {
     chain: Chain<AXES, CHAIN_MOVES>,
     chunks: Chunks,
+    marks: Marks,
 }
 
 impl PlanMemory {
     /// Nothing is known of the path yet.
     #[must_use]
     pub const fn new() -> Self {
-        Self { chain: Chain::empty(), chunks: Chunks::new() }
+        Self { chain: Chain::empty(), chunks: Chunks::new(), marks: Marks::new() }
     }
 }
 
@@ -61,11 +65,12 @@ where
     E: OutputPin<Error = Infallible>,
     F: FnMut(Event),
 {
-    let PlanMemory { chain, chunks } = memory;
+    let PlanMemory { chain, chunks, marks } = memory;
     let mut coordinator = Coordinator {
         machine,
         chain,
         chunks,
+        marks,
         overrides: Overrides::NONE,
         planned_steps: [0; AXES],
         is_curved: false,
@@ -108,6 +113,8 @@ pub(crate) struct Coordinator<'a, E, F> {
     pub(crate) machine: &'a Machine,
     pub(crate) chain: &'a mut Chain<AXES, CHAIN_MOVES>,
     pub(crate) chunks: &'a mut Chunks,
+    /// The marks in the blocks of the chain, and in what has been handed out of it.
+    pub(crate) marks: &'a mut Marks,
     /// The overrides that the chain is planned with.
     pub(crate) overrides: Overrides,
     /// Where the chain ends, steps.
@@ -126,7 +133,7 @@ pub(crate) struct Coordinator<'a, E, F> {
     pub(crate) standstill: Instant,
     /// The state that was reported last as an event.
     reported: State,
-    on_event: F,
+    pub(crate) on_event: F,
 }
 
 impl<E, F> Coordinator<'_, E, F>
@@ -185,9 +192,18 @@ where
             _ if self.machine.cause().is_some() || !self.machine.outlast_hold().await => (Ok(()), 1),
             Motion::Move { .. } => self.flow(motion, Purpose::Program).await,
             Motion::Jog { .. } => self.flow(motion, Purpose::Jog).await,
-            Motion::Probe(probe) => (self.probe(probe).await, 1),
-            Motion::Dwell(duration) => (self.dwell(duration).await, 1),
-            Motion::Home { axes } => (self.home(axes).await, 1),
+            Motion::Probe(probe) => {
+                let mut probing = pin!(self.probe(probe));
+                (poll_fn(|context| poll_aside(probing.as_mut(), context)).await, 1)
+            }
+            Motion::Dwell(duration) => {
+                let mut dwelling = pin!(self.dwell(duration));
+                (poll_fn(|context| poll_aside(dwelling.as_mut(), context)).await, 1)
+            }
+            Motion::Home { axes } => {
+                let mut homing = pin!(self.home(axes));
+                (poll_fn(|context| poll_aside(homing.as_mut(), context)).await, 1)
+            }
         };
         self.machine.set_room(CHAIN_MOVES);
         if result.is_ok() && self.machine.config().tool.laser {
@@ -235,6 +251,13 @@ where
             self.energised = on;
         }
     }
+}
+
+/// Polls a future that is under way between moves. It is not inlined, so that a chip may have it in slow memory: the run
+/// itself is a function of its own, and is not.
+#[inline(never)]
+fn poll_aside<F: Future>(future: Pin<&mut F>, context: &mut Context<'_>) -> Poll<F::Output> {
+    future.poll(context)
 }
 
 /// The output of `main`. `side` runs beside it for as long as `main` lasts.

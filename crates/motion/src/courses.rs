@@ -9,6 +9,8 @@ use crate::axes::{AXES, Axis};
 /// compiles one chunk at a time. Axes that compile the same chunk share its course.
 pub(crate) struct Courses {
     slots: [Slot; AXES],
+    /// The slot that each axis has used last.
+    last: [usize; AXES],
 }
 
 struct Slot {
@@ -21,7 +23,7 @@ struct Slot {
 
 impl Courses {
     pub const fn new() -> Self {
-        Self { slots: [const { Slot { key: None, users: 0, course: Course::empty() } }; AXES] }
+        Self { slots: [const { Slot { key: None, users: 0, course: Course::empty() } }; AXES], last: [0; AXES] }
     }
 
     /// Forgets all courses, for another run.
@@ -32,6 +34,10 @@ impl Courses {
     /// The course by which `axis` compiles `chunk`, whose number is `number`, at `tick_hz`.
     pub fn of(&mut self, axis: Axis, number: u32, chunk: &Chunk<AXES>, tick_hz: u32) -> &mut Course {
         let (key, user) = (Some((number, tick_hz)), 1 << axis as u8);
+        let last = self.last[axis as usize];
+        if self.slots[last].key == key && self.slots[last].users & user != 0 {
+            return &mut self.slots[last].course;
+        }
         let known = self.slots.iter().position(|slot| slot.key == key);
         let index = known.unwrap_or_else(|| self.free(user));
         let slot = &mut self.slots[index];
@@ -43,6 +49,7 @@ impl Courses {
             self.slots.iter_mut().for_each(|slot| slot.users &= !user);
             self.slots[index].users |= user;
         }
+        self.last[axis as usize] = index;
         &mut self.slots[index].course
     }
 

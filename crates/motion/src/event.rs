@@ -202,6 +202,12 @@ pub enum Event {
         /// The plan of all axes.
         plan: SyncMove<AXES>,
     },
+    /// The move that was reported last is made for several lines of a program that go straight on: at this place another
+    /// of them begins.
+    Mark {
+        /// Steps of the longest axis from the beginning of the move.
+        place_steps: u32,
+    },
     /// The move that was reported last goes on by another plan, from the first step of that plan on.
     Replan {
         /// The plan of all axes.

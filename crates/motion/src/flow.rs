@@ -97,6 +97,7 @@ where
             if matches!(purpose, Purpose::Homing { .. }) { IntervalLaw::Fastest } else { config.interval_law };
         let mm_per_step = steps_per_mm.map(|steps| 1.0 / steps);
         self.chain.clear();
+        self.marks.clear();
         let plain = ChainConfig::new(limits, mm_per_step, junction_deviation_mm, interval_law, speed_law);
         self.chain.set_config(plain.with_effort(effort(speed_law, &self.machine.capabilities(), &config.wiring)));
         self.is_curved = speed_law != SpeedLaw::Trapezoid;
@@ -132,10 +133,10 @@ where
     fn take(&mut self, motion: Motion, purpose: Purpose) -> Taken {
         let (target_steps, feed_mm_s, exact_stop, tag) = match motion {
             Motion::Move { target_steps, feed_mm_s, exact_stop, line, power } if purpose == Purpose::Program => {
-                (target_steps, feed_mm_s, exact_stop, Tag { line, power })
+                (target_steps, feed_mm_s, exact_stop, Tag { line, power, marks: self.marks.none() })
             }
             Motion::Jog { target_steps, feed_mm_s } if purpose == Purpose::Jog => {
-                (target_steps, Some(feed_mm_s), false, Tag { line: 0, power: Power::Off })
+                (target_steps, Some(feed_mm_s), false, Tag { line: 0, power: Power::Off, marks: self.marks.none() })
             }
             _ => return Taken::Waits,
         };
@@ -147,7 +148,7 @@ where
         if let Some(motor) = self.machine.onto_switch(steps) {
             return self.refuse(Alarm::HardLimit { motor });
         }
-        match self.push(steps, feed_mm_s, exact_stop, tag.pack()) {
+        match self.lengthen_or_push(Request { steps, feed_mm_s, stops: exact_stop, tag: tag.pack() }, &tag) {
             Ok(()) => {
                 self.taken += 1;
                 self.planned_steps = target_steps;
@@ -162,6 +163,14 @@ where
         if self.chain.is_empty() && self.taken == 0 { Taken::Refused(alarm) } else { Taken::Waits }
     }
 
+    /// Lengthens the last block, if `request` goes straight on and only its power or its line is another. Otherwise it
+    /// becomes a block. On a curved ramp the instant of a mark takes too long to compute for so many of them.
+    fn lengthen_or_push(&mut self, request: Request<AXES>, tag: &Tag) -> Result<(), Alarm> {
+        let is_one = !self.is_curved
+            && self.chain.lengthen(&request, |last, place_steps| self.marks.join(last, place_steps, tag));
+        if is_one { Ok(()) } else { self.push_request(request) }
+    }
+
     pub(crate) fn push(
         &mut self,
         steps: [i32; AXES],
@@ -169,7 +178,10 @@ where
         stops: bool,
         tag: u64,
     ) -> Result<(), Alarm> {
-        let request = Request { steps, feed_mm_s, stops, tag };
+        self.push_request(Request { steps, feed_mm_s, stops, tag })
+    }
+
+    fn push_request(&mut self, request: Request<AXES>) -> Result<(), Alarm> {
         self.chain.push(request).map_err(|error| Alarm::Unplannable { reason: error.into() })
     }
 

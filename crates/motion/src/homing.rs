@@ -43,8 +43,8 @@ where
     E: OutputPin<Error = Infallible>,
     F: FnMut(Event),
 {
-    /// Homes these axes in the configured order. Each then stands at its zero, a pull-off away from its switch. It
-    /// does nothing if it is stopped before it begins.
+    /// Homes those of these axes that the configured order has. Each then stands at its zero, a pull-off away from its
+    /// switch. It does nothing if it is stopped before it begins.
     pub(crate) async fn home(&mut self, axes: [bool; AXES]) -> Result<(), Alarm> {
         while !self.machine.begin_homing() {
             if !self.machine.outlast_hold().await {
@@ -53,10 +53,11 @@ where
         }
         self.report_state(State::Home);
         let asked = |axis: &Axis| axes[*axis as usize];
-        for axis in Axis::ALL.into_iter().filter(asked) {
+        let order = self.machine.config().homing.order;
+        for axis in order.into_iter().flatten().filter(asked) {
             self.machine.set_homed(axis, false);
         }
-        for axis in self.machine.config().homing.order.into_iter().filter(asked) {
+        for axis in order.into_iter().flatten().filter(asked) {
             self.home_axis(axis).await?;
         }
         Ok(())
@@ -184,11 +185,15 @@ where
     }
 
     async fn along(&mut self, way: Way) -> Result<Finish, Alarm> {
+        self.travel(self.steps(way), way.speed_mm_s, way.held).await
+    }
+
+    fn steps(&self, way: Way) -> [i32; AXES] {
         let config = self.machine.config();
         let positive = (config.homing.towards[way.axis as usize] == Direction::Positive) == way.to_switch;
         let n = config.steps(way.axis, way.mm);
         let mut steps = [0; AXES];
         steps[way.axis as usize] = if positive { n } else { -n };
-        self.travel(steps, way.speed_mm_s, way.held).await
+        steps
     }
 }

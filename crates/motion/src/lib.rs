@@ -29,6 +29,7 @@ mod homing;
 pub mod limit;
 mod link;
 mod machine;
+mod marks;
 mod motor;
 mod port;
 pub mod probing;

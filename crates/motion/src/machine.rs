@@ -5,27 +5,30 @@ mod hold;
 mod life;
 mod outputs;
 mod probe;
+mod queue;
+mod status;
 mod stop;
 
 use core::cell::RefCell;
-use core::future::poll_fn;
-use core::task::{Context, Poll};
 
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use embassy_sync::signal::Signal;
 use embassy_sync::watch::{DynReceiver, Watch};
-use embassy_time::{Duration, Instant, Timer};
-use isostep_profile::chain::Chunk;
+use embassy_time::Timer;
 
 pub use self::door::Door;
 pub use self::hold::Overrides;
 pub(crate) use self::life::Cause;
-use self::life::{Kind, Life, Reaction, Trigger};
+use self::life::{Life, Reaction, Trigger};
 use self::outputs::{OutputsAsked, ToolLink};
 use self::probe::Probe;
 pub use self::probe::Probed;
+use self::queue::QUEUE_MOVES;
+pub use self::queue::{MOVES_AHEAD, Motion, ProbeMove};
+pub(crate) use self::status::CurrentChunk;
+pub use self::status::Status;
 use crate::axes::{AXES, Axis};
 use crate::config::{Config, ConfigError};
 use crate::event::{Alarm, State};
@@ -33,130 +36,15 @@ use crate::link::AxisLink;
 use crate::motor::{LimitInput, Motor, Side};
 use crate::port::{Capabilities, StepPort};
 use crate::switch::{Contact, Switch};
-use crate::tool::{Level, Outputs, Power, Tag};
 
 /// How many moves are planned ahead, so that they follow each other without a stop.
 pub(crate) const CHAIN_MOVES: usize = 64;
-/// How many motions wait in the queue before the chain takes them. Grbl's planner has as many blocks in all.
-const QUEUE_MOVES: usize = 15;
-/// How many moves can be asked for at rest without waiting.
-pub const MOVES_AHEAD: usize = CHAIN_MOVES + QUEUE_MOVES;
 /// How many tasks may watch the state at once.
 const WATCHERS: usize = 8;
-
-/// A motion. Motions are carried out in the order in which they are asked for.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Motion {
-    /// Go to a place in a straight line.
-    Move {
-        /// The place, steps.
-        target_steps: [i32; AXES],
-        /// Speed along the path, mm/s; `None` is as fast as the limits allow.
-        feed_mm_s: Option<f64>,
-        /// It ends at rest, instead of flowing into the next move.
-        exact_stop: bool,
-        /// The program line that it comes from, for [`Status::line`]; 0 for none.
-        line: u32,
-        /// How strongly a laser shines meanwhile.
-        power: Power,
-    },
-    /// Go to a place at a speed along the path, mm/s, by hand: it may be cancelled.
-    Jog {
-        /// The place, steps.
-        target_steps: [i32; AXES],
-        /// Speed along the path, mm/s.
-        feed_mm_s: f64,
-    },
-    /// Go to a place until the probe finds what it looks for: see [`Machine::probed`].
-    Probe(ProbeMove),
-    /// Stand still.
-    Dwell(Duration),
-    /// Find the zero of these axes, one after the other in the configured order. In an alarm this unlocks the machine,
-    /// and the other axes are as trusted as the alarm left them. If it fails, no axis is trusted.
-    Home {
-        /// Which.
-        axes: [bool; AXES],
-    },
-}
-
-impl Motion {
-    fn kind(&self) -> Kind {
-        match self {
-            Self::Move { .. } | Self::Probe(_) | Self::Dwell(_) => Kind::Program,
-            Self::Jog { .. } => Kind::Jog,
-            Self::Home { .. } => Kind::Homing,
-        }
-    }
-}
-
-/// A straight move until the probe touches, or until it no longer touches.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ProbeMove {
-    /// Where it ends if the probe finds nothing, steps.
-    pub target_steps: [i32; AXES],
-    /// Speed along the path, mm/s.
-    pub feed_mm_s: f64,
-    /// It looks for the end of the contact.
-    pub away: bool,
-    /// Finding nothing is an alarm.
-    pub must: bool,
-    /// The program line that it comes from; 0 for none.
-    pub line: u32,
-}
-
-/// The machine's status at one instant.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Status {
-    /// What it is doing.
-    pub state: State,
-    /// Where each axis stands, steps: the exact count of emitted edges.
-    pub position_steps: [i32; AXES],
-    /// Which switches are pressed, debounced: each axis's first.
-    pub pressed: [bool; AXES],
-    /// The second motor's switch is pressed, if there is a second motor: the axis that it moves.
-    pub second_pressed: Option<Axis>,
-    /// Whether the emergency stop is pressed.
-    pub emergency_stop: bool,
-    /// Which axes have been homed and not lost their position since.
-    pub homed: [bool; AXES],
-    /// How many moves, or jogs, can be asked for without waiting: [`MOVES_AHEAD`] at most.
-    pub queue_free: usize,
-    /// Speed along the path at this instant, mm/s.
-    pub speed_mm_s: f64,
-    /// The line of the move under way; 0 for none.
-    pub line: u32,
-    /// What the outputs are; off where a hold or the safety door keeps them off.
-    pub outputs: Outputs,
-    /// The level that the PWM output has now, with the override applied.
-    pub level: Level,
-    /// The probe touches.
-    pub probe_touches: bool,
-    /// What the safety door has done.
-    pub door: Door,
-    /// The button of the feed hold, and that of the cycle start, are pressed, in this order.
-    pub buttons: [bool; 2],
-}
 
 /// The machine is locked by an alarm, or not idle where it must be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Busy(pub State);
-
-/// The chunk under way, for [`Status`]; at most 15 ms out of date.
-#[derive(Clone, Copy)]
-pub(crate) struct CurrentChunk {
-    pub start: Instant,
-    pub chunk: Chunk<AXES>,
-}
-
-impl CurrentChunk {
-    /// Speed along the path now, mm/s.
-    fn speed_mm_s(&self) -> f64 {
-        let Chunk { plan, mm_per_step, .. } = &self.chunk;
-        let t_s = Instant::now().saturating_duration_since(self.start).as_micros() as f64 * 1e-6;
-        // The chunk is known a little before it begins, and may have ended.
-        plan.speed_at(t_s.max(plan.begin_s()).min(plan.end_s())) * mm_per_step
-    }
-}
 
 struct Inner {
     config: Config,
@@ -277,32 +165,6 @@ impl Machine {
         self.with(|inner| inner.faults)
     }
 
-    /// What the machine is doing, where it is, and how fast it moves.
-    #[must_use]
-    pub fn status(&self) -> Status {
-        let (homed, emergency_stop, current) = self.with(|inner| (inner.homed, inner.life.emergency, inner.current));
-        let room = self.with(|inner| if inner.life.is_to_brake() { 0 } else { inner.room });
-        let (outputs, buttons, squared) = self.with(|inner| (inner.effective(), inner.buttons, inner.config.squared));
-        Status {
-            state: self.state(),
-            position_steps: self.position_steps(),
-            pressed: Axis::ALL.map(|axis| self.switch(LimitInput::Of(axis)).is_pressed()),
-            second_pressed: squared
-                .map(|squared| squared.axis)
-                .filter(|_| self.switch(LimitInput::Second).is_pressed()),
-            emergency_stop,
-            homed,
-            queue_free: self.queue_free() + room,
-            speed_mm_s: current.map_or(0.0, |current| current.speed_mm_s()),
-            line: current.map_or(0, |current| Tag::unpack(current.chunk.tag).line),
-            outputs,
-            level: self.tool.level(),
-            probe_touches: self.probe_touches(),
-            door: self.door(),
-            buttons,
-        }
-    }
-
     /// What the machine is doing.
     #[must_use]
     #[inline(never)]
@@ -322,32 +184,6 @@ impl Machine {
         Axis::ALL.map(|axis| self.link(axis).odometer.position_steps())
     }
 
-    /// Asks for a motion; waits while the queue is full.
-    ///
-    /// # Errors
-    /// [`Busy`], if the machine does not take the motion now:
-    /// - In an alarm it takes homing only, and not even that while the emergency stop is pressed, or before the motions
-    ///   that waited when the alarm came have been passed over.
-    /// - While it jogs it takes jogs only, and while it does anything else it takes no jog.
-    /// - While the safety door is open it takes neither homing nor jogs. Other motions are taken, and wait for the
-    ///   door.
-    /// - While a reset brakes, or a cancelled jog, it takes nothing. A motion that waits for room at that time is
-    ///   forgotten.
-    ///
-    /// # Cancellation
-    /// Safe: the motion is either in the queue or was never asked for.
-    pub async fn submit(&self, motion: Motion) -> Result<(), Busy> {
-        let resets = self.with(|inner| match self.apply(inner, Trigger::Asked(motion.kind())) {
-            Reaction::Refuse => Err(Busy(inner.life.state)),
-            _ => Ok(inner.life.resets),
-        })?;
-        let mut place = QueueSlot { machine: self, taken: false };
-        poll_fn(|context| self.poll_enqueue(context, motion)).await;
-        place.taken = true;
-        // If a reset came while the motion waited for room, the motion is forgotten.
-        if self.with(|inner| inner.life.resets) == resets { Ok(()) } else { Err(Busy(self.state())) }
-    }
-
     /// Frees the motors, as soon as nothing moves and no motion waits. The next motion energises them again. Nothing
     /// holds the axes then, so their positions are not trusted any more.
     // Not inlined: see `with`.
@@ -365,7 +201,7 @@ impl Machine {
     /// # Cancellation
     /// Safe: it only reads the state.
     pub async fn settled(&self) -> Result<(), Alarm> {
-        self.until(|inner| matches!(inner.life.state, State::Idle | State::Alarm(_))).await;
+        self.until(|life| matches!(life.state, State::Idle | State::Alarm(_))).await;
         match self.state() {
             State::Alarm(alarm) => Err(alarm),
             _ => Ok(()),
@@ -378,12 +214,12 @@ impl Machine {
     /// # Cancellation
     /// Safe: it only reads the state.
     pub async fn emptied(&self) {
-        self.until(|inner| inner.life.pending == 0 || inner.life.is_locked()).await;
+        self.until(|life| life.pending == 0 || life.is_locked()).await;
     }
 
-    async fn until(&self, wanted: impl Fn(&Inner) -> bool) {
+    async fn until(&self, wanted: impl Fn(Life) -> bool) {
         let mut states = self.state.dyn_receiver();
-        while !self.with(|inner| wanted(inner)) {
+        while !wanted(self.life()) {
             match &mut states {
                 Some(states) => _ = states.changed().await,
                 // More tasks watch than the machine has room for, so poll instead.
@@ -423,45 +259,13 @@ impl Machine {
         self.with(|inner| inner.capabilities[axis as usize].map_or(crate::TICK_HZ, |port| port.tick_hz))
     }
 
-    pub(crate) fn set_current(&self, current: Option<CurrentChunk>) {
-        self.with(|inner| inner.current = current);
-    }
-
-    /// Sets how many motions would be taken off the queue at once, if nothing is to brake.
-    pub(crate) fn set_room(&self, room: usize) {
-        self.with(|inner| inner.room = room);
-    }
-
     pub(crate) fn set_homed(&self, axis: Axis, homed: bool) {
         self.with(|inner| inner.homed[axis as usize] = homed);
-    }
-
-    /// The next motion asked for.
-    pub(crate) async fn next_motion(&self) -> Motion {
-        self.queue.receive().await
-    }
-
-    /// The next motion asked for, if there is one. Not inlined: see [`with`](Self::with).
-    #[inline(never)]
-    pub(crate) fn try_motion(&self) -> Option<Motion> {
-        self.queue.try_receive().ok()
-    }
-
-    /// Whether a motion waits; if none does, the caller is woken when there is one. Not inlined: see
-    /// [`with`](Self::with).
-    #[inline(never)]
-    pub(crate) fn poll_motion(&self, context: &mut Context<'_>) -> Poll<()> {
-        self.queue.poll_ready_to_receive(context)
     }
 
     /// Waits until the motors are to be freed.
     pub(crate) async fn wait_released(&self) {
         self.released.wait().await;
-    }
-
-    /// Takes one motion off those that are pending, without having carried it out.
-    pub(crate) fn pass_over(&self) {
-        self.on(Trigger::PassedOver);
     }
 
     /// Makes an axis ready for a run: nothing queued, no halt signalled, the brake off.
@@ -484,36 +288,30 @@ impl Machine {
         });
     }
 
-    /// Puts a motion into the queue, or has the caller woken when there is room. Not inlined: see [`with`](Self::with).
-    #[inline(never)]
-    fn poll_enqueue(&self, context: &mut Context<'_>, motion: Motion) -> Poll<()> {
-        loop {
-            if self.queue.try_send(motion).is_ok() {
-                return Poll::Ready(());
-            }
-            if self.queue.poll_ready_to_send(context).is_pending() {
-                // The coordinator may wait a while to gather motions, but no more fit, so wake it.
-                self.wake();
-                return Poll::Pending;
-            }
-        }
+    /// The life of the machine at this instant. It copies all of it: what is asked for with every move has a section of
+    /// its own.
+    fn life(&self) -> Life {
+        self.with(|inner| inner.life)
     }
 
-    /// Room in the queue. Not inlined: see [`with`](Self::with).
-    #[inline(never)]
-    fn queue_free(&self) -> usize {
-        self.queue.free_capacity()
+    /// Changes the state in a critical section of its own. Returns what it leads to, and the life after it.
+    fn change(&self, trigger: Trigger) -> (Reaction, Life) {
+        self.with(|inner| (self.apply(inner, trigger), inner.life))
     }
 
-    /// Whether no other motion can be asked for without waiting.
-    pub(crate) fn is_crowded(&self) -> bool {
-        self.queue.is_full()
-    }
-
-    /// Something has happened: the state changes, and what it leads to is done.
+    /// Something has happened: the state changes, and what it leads to is done. A stop must not wait for a copy of the
+    /// life, so this is not [`change`](Self::change).
     fn on(&self, trigger: Trigger) {
         let reaction = self.with(|inner| self.apply(inner, trigger));
         self.react(reaction);
+    }
+
+    /// Something is asked for that may be refused.
+    fn ask(&self, trigger: Trigger) -> Result<Life, Busy> {
+        match self.change(trigger) {
+            (Reaction::Refuse, life) => Err(Busy(life.state)),
+            (_, life) => Ok(life),
+        }
     }
 
     /// Does what a change of the state asks for, outside the critical section.
@@ -559,19 +357,5 @@ impl Machine {
     #[inline(never)]
     fn with<R>(&self, f: impl FnOnce(&mut Inner) -> R) -> R {
         self.inner.lock(|inner| f(&mut inner.borrow_mut()))
-    }
-}
-
-/// A place in the queue that is given back if the motion never enters it.
-struct QueueSlot<'a> {
-    machine: &'a Machine,
-    taken: bool,
-}
-
-impl Drop for QueueSlot<'_> {
-    fn drop(&mut self) {
-        if !self.taken {
-            self.machine.pass_over();
-        }
     }
 }

@@ -26,10 +26,11 @@ use crate::axes::{AXES, Axis};
 use crate::coordinator::{Coordinator, Purpose, all_armed, all_done, begun};
 use crate::event::{Event, Finish};
 use crate::machine::CurrentChunk;
+use crate::marks::Mark;
 use crate::motor::SecondMotor;
 use crate::port::Run;
 use crate::stream::{AHEAD, PIECE, SegmentStream, fill_queues};
-use crate::tool::BeamStream;
+use crate::tool::{BeamStream, Tag};
 
 /// How much motion is compiled per axis before a run starts, as far as there is room. Near standstill compiling is
 /// slowest compared with moving, and with curved laws it is many times slower than with the trapezoid.
@@ -84,14 +85,7 @@ where
             // signal set.
             return self.end_run(Finish::Stopped);
         }
-        let config = machine.config();
-        let held = if let Purpose::Homing { held } = purpose { held } else { None };
-        for axis in Axis::ALL {
-            let second = config
-                .squared_axis(axis)
-                .map(|squared| SecondMotor { direction_inverted: squared.direction_inverted, held });
-            machine.link(axis).run.signal(Run { wiring: config.wiring[axis as usize], second });
-        }
+        self.hand_over(purpose);
         let mut done = pin!(all_done(machine));
         // The start is polled first: a short run may have ended before this task learns of its start.
         let start = match select(self.start(&mut streams), done.as_mut()).await {
@@ -122,6 +116,18 @@ where
             _ => finish,
         };
         self.end_run(finish)
+    }
+
+    /// Gives the axes their run.
+    fn hand_over(&self, purpose: Purpose) {
+        let config = self.machine.config();
+        let held = if let Purpose::Homing { held } = purpose { held } else { None };
+        for axis in Axis::ALL {
+            let second = config
+                .squared_axis(axis)
+                .map(|squared| SecondMotor { direction_inverted: squared.direction_inverted, held });
+            self.machine.link(axis).run.signal(Run { wiring: config.wiring[axis as usize], second });
+        }
     }
 
     /// Starts the axes, which already have their run, once all are armed and the plan of the run before is over. Until
@@ -170,7 +176,7 @@ where
                 self.commit_until(enough_s, purpose);
             }
             if let Some(beam) = &mut beam {
-                beam.fill_queue(self.chunks, enough_s);
+                beam.fill_queue(self.chunks, self.marks, enough_s);
             }
             let progress = fill_queues(streams, self.chunks, enough);
             let is_low = streams.iter().any(|stream| stream.is_low(passed + LOW));
@@ -233,7 +239,14 @@ where
     fn report_chunk(&mut self, chunk: &Chunk<AXES>) {
         let plan = chunk.plan;
         match chunk.kind {
-            ChunkKind::Move => self.report(Event::Move { plan }),
+            ChunkKind::Move => {
+                self.report(Event::Move { plan });
+                let Self { marks, on_event, .. } = self;
+                let is_ahead = |mark: &Mark| f64::from(mark.place_steps) > plan.begin_steps();
+                for Mark { place_steps, .. } in marks.of(&Tag::unpack(chunk.tag)).filter(is_ahead) {
+                    on_event(Event::Mark { place_steps });
+                }
+            }
             ChunkKind::Replan => self.report(Event::Replan { plan }),
             ChunkKind::Continuation => {}
         }
@@ -256,9 +269,26 @@ where
 
     /// Publishes the chunk under way for the status, and forgets the chunks that are over.
     fn follow(&mut self, start: Instant, passed: Duration, oldest_chunk: u32) {
-        self.chunks.forget(oldest_chunk, seconds(passed));
-        if let Some(chunk) = self.chunks.newly_under_way(seconds(passed)) {
-            self.machine.set_current(Some(CurrentChunk { start, chunk: *chunk }));
+        let now_s = seconds(passed);
+        self.chunks.forget(oldest_chunk, now_s);
+        if let Some(oldest) = self.chunks.oldest() {
+            self.marks.forget_before(&Tag::unpack(oldest.tag));
+        }
+        if let Some(chunk) = self.chunks.newly_under_way(now_s) {
+            let line = Tag::unpack(chunk.tag).line;
+            self.machine.set_current(Some(CurrentChunk { start, chunk: *chunk, line }));
+        }
+        self.follow_line(now_s);
+    }
+
+    /// Publishes the line under way, if the chunk under way is of several; all of them have numbers, or none.
+    fn follow_line(&self, now_s: f64) {
+        let Some(chunk) = self.chunks.under_way() else { return };
+        let tag = Tag::unpack(chunk.tag);
+        if tag.line != 0 && tag.marks.count > 0 && now_s >= chunk.plan.begin_s() {
+            let place_steps = chunk.plan.place_at(now_s);
+            let passed = self.marks.of(&tag).take_while(|mark| f64::from(mark.place_steps) <= place_steps);
+            self.machine.set_line(passed.last().map_or(tag.line, |mark| mark.line));
         }
     }
 

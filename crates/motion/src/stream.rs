@@ -32,13 +32,14 @@ const REST_MIN: Duration = Duration::from_millis(2);
 /// pieces of a trapezoid.
 const TURN: Duration = Duration::from_micros(500);
 /// How many segments are compiled before a port needs them.
-const COMPILED_MAX: usize = 64;
+const COMPILED_MAX: usize = 32;
 
 /// Streams the steps of a run to one axis.
 pub(crate) struct SegmentStream<'a> {
     machine: &'a Machine,
     axis: Axis,
     tick_hz: u32,
+    ticks_per_us: u32,
     piece_ticks: u64,
     rest_min_ticks: u64,
     /// Up to when its queue is to be filled, ticks from the start of the run.
@@ -118,16 +119,23 @@ fn give(streams: &mut [SegmentStream<'_>; AXES], chunks: &mut Chunks) -> bool {
     // Axes for which nothing more is known are passed over.
     let mut stuck = [false; AXES];
     loop {
-        let wanting = streams.iter_mut().zip(&mut stuck).filter(|(stream, is_stuck)| !**is_stuck && stream.is_short());
         // All tick rates are equal, or nearly so, and the comparison only decides which axis comes first.
-        let Some((stream, is_stuck)) = wanting.min_by_key(|(stream, _)| stream.queued_ticks) else { return false };
+        let mut next = None;
+        let mut least_ticks = u64::MAX;
+        for (axis, stream) in streams.iter().enumerate() {
+            if stream.queued_ticks < least_ticks && !stuck[axis] && stream.is_short() {
+                (next, least_ticks) = (Some(axis), stream.queued_ticks);
+            }
+        }
+        let Some(axis) = next else { return false };
+        let stream = &mut streams[axis];
         if stream.queue().is_full() {
             return false;
         }
         if stream.queue_one(chunks) {
             return true;
         }
-        *is_stuck = true;
+        stuck[axis] = true;
     }
 }
 
@@ -140,12 +148,15 @@ fn compile(streams: &mut [SegmentStream<'_>; AXES], chunks: &mut Chunks) -> bool
 impl<'a> SegmentStream<'a> {
     pub fn new(machine: &'a Machine, axis: Axis) -> Self {
         let tick_hz = machine.tick_hz(axis);
+        // Exact for a port with a whole number of ticks per microsecond; a little too small for others.
+        let ticks_per_us = tick_hz / 1_000_000;
         Self {
             machine,
             axis,
             tick_hz,
-            piece_ticks: ticks(PIECE, tick_hz),
-            rest_min_ticks: ticks(REST_MIN, tick_hz),
+            ticks_per_us,
+            piece_ticks: ticks(PIECE, ticks_per_us),
+            rest_min_ticks: ticks(REST_MIN, ticks_per_us),
             target_ticks: 0,
             chunk: 0,
             plan: None,
@@ -169,7 +180,7 @@ impl<'a> SegmentStream<'a> {
 
     /// Sets up to when its queue is to be filled: `enough` from the start of the run.
     pub fn set_target(&mut self, enough: Duration) {
-        self.target_ticks = ticks(enough, self.tick_hz);
+        self.target_ticks = ticks(enough, self.ticks_per_us);
     }
 
     /// The number of the chunk that it streams.
@@ -184,7 +195,7 @@ impl<'a> SegmentStream<'a> {
 
     /// Whether its queue ends at `time` from the start of the run, or earlier.
     pub fn is_low(&self, time: Duration) -> bool {
-        !self.is_done && self.queued_ticks <= ticks(time, self.tick_hz)
+        !self.is_done && self.queued_ticks <= ticks(time, self.ticks_per_us)
     }
 
     pub fn queue(&self) -> &'a StreamQueue {
@@ -226,7 +237,8 @@ impl<'a> SegmentStream<'a> {
                 }
                 PlanSteps::of(chunk, self.axis, moves.then_some(&self.lane))
             });
-            if plan.until_steps != chunk.until_steps {
+            // As whole numbers: comparing floats is a call.
+            if plan.until_steps.to_bits() != chunk.until_steps.to_bits() {
                 (plan.until_steps, plan.end) = (chunk.until_steps, last_step(chunk, self.axis));
             }
             if plan.queued < plan.end {
@@ -320,7 +332,7 @@ impl PlanSteps {
     }
 }
 
-fn ticks(time: Duration, tick_hz: u32) -> u64 {
-    // Exact for a port with a whole number of ticks per microsecond; a little too small for others.
-    time.as_micros() * u64::from(tick_hz / 1_000_000)
+fn ticks(time: Duration, ticks_per_us: u32) -> u64 {
+    // Far below 2^64, and looking for an overflow takes another product.
+    time.as_micros().wrapping_mul(ticks_per_us.into())
 }

@@ -280,7 +280,7 @@ async fn shine(wanted: &ToolWanted, machine: &Machine, state: &mut Driven, port:
     loop {
         let stroke = state.next_stroke(wanted, machine, port).await;
         let mut from = Instant::now().max(stroke.begin);
-        let mut new_period = from == stroke.begin && stroke.end >= stroke.begin + lasting;
+        let mut new_period = stroke.lasts_until(from + lasting, machine);
         while from < stroke.end {
             let until = if stroke.asked.is_even() { stroke.end } else { stroke.end.min(from + UPDATE) };
             let prepared = Prepared::of(stroke.asked_in([from, until]), wanted);
@@ -293,6 +293,13 @@ async fn shine(wanted: &ToolWanted, machine: &Machine, state: &mut Driven, port:
 }
 
 impl Stroke {
+    /// Whether what it asks for lasts until then. A chunk may end soon after a line has begun; then the next stroke goes on
+    /// with the same.
+    fn lasts_until(&self, least: Instant, machine: &Machine) -> bool {
+        let goes_on = |next: Self| next.begin == self.end && next.asked == self.asked && next.end >= least;
+        self.end >= least || self.asked.is_even() && machine.strokes().try_peek().is_ok_and(goes_on)
+    }
+
     /// What is asked for from one instant to another.
     fn asked_in(&self, between: [Instant; 2]) -> Asked {
         let passed_us = |at: Instant| (at - self.begin).as_micros() as u32;

@@ -19,6 +19,7 @@ fn works() -> Config {
         limits: [limits; AXES],
         steps_per_mm: [50.0; AXES],
         travel_mm: [400.0, 350.0, 100.0],
+        is_endless: [false; AXES],
         junction_deviation_mm: 0.01,
         interval_law: IntervalLaw::Fastest,
         speed_law: SpeedLaw::Trapezoid,
@@ -37,7 +38,7 @@ fn works() -> Config {
         probe_pulled_up: true,
         hold_is_door: false,
         homing: HomingConfig {
-            order: Axis::ALL,
+            order: Axis::ALL.map(Some),
             towards: [Direction::Negative; AXES],
             seek_mm_s: 10.0,
             latch_mm_s: 1.0,
@@ -80,7 +81,7 @@ fn what_cannot_work_is_refused_with_its_value() {
             |config| config.squared = Some(Squared { offset_mm: 0.0, skew_max_mm: 0.0, ..SQUARED }),
             "skew limit, mm: 0 must be above 0",
         ),
-        (|config| config.homing.order[2] = Axis::X, "the homing order must name each axis once"),
+        (|config| config.homing.order[2] = Some(Axis::X), "the homing order must not name an axis twice"),
     ];
     for (change, words) in rows {
         let mut config = works();

@@ -51,6 +51,7 @@ mod ring;
 
 use self::block::Block;
 pub use self::config::{ChainConfig, Effort};
+use self::corner::Direction;
 use self::plan::Plan;
 use self::ring::Ring;
 use crate::sync::{PlanError, SyncMove};
@@ -108,8 +109,8 @@ pub struct Chain<const N: usize, const LEN: usize> {
     config: ChainConfig<N>,
     /// The first block does not flow if it begins, or goes on, from rest.
     blocks: Ring<Block<N>, LEN>,
-    /// The components of the unit vector along the path of the last block.
-    last_direction: [f64; N],
+    /// The direction of the last block.
+    last_direction: Direction<N>,
     /// How many blocks a pass has looked at. Those that came later have no entry speeds yet.
     passed: usize,
     /// How many blocks have final entry speeds, unless the first block's entry is changed.
@@ -146,9 +147,9 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
     #[must_use]
     pub const fn empty() -> Self {
         Self {
-            config: ChainConfig::NONE,
+            config: ChainConfig::none(),
             blocks: Ring::new(Block::NONE),
-            last_direction: [0.0; N],
+            last_direction: [0; N],
             passed: 0,
             settled: 0,
             place_steps: 0.0,
@@ -187,15 +188,33 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
     /// # Errors
     /// If the move cannot be planned, or if there is no room for it, nothing is changed.
     pub fn push(&mut self, request: Request<N>) -> Result<(), PlanError> {
-        let (mut block, direction) = Block::new(request, &self.config)?;
-        if let Some(before) = self.blocks.last() {
+        let before = self.blocks.last().map(Block::end);
+        // It is made in its place: a block is large.
+        let block = self.blocks.next_place().ok_or(PlanError::NoRoom)?;
+        let direction = block.begin(request, &self.config)?;
+        if let Some(before) = before {
             block.follow(before, [&self.last_direction, &direction], &self.config);
         }
-        if !self.blocks.push(block) {
-            return Err(PlanError::NoRoom);
-        }
+        self.blocks.extend();
         self.last_direction = direction;
         Ok(())
+    }
+
+    /// Lengthens the last move by one that goes straight on at the same feed, so that both are one move, if it has not
+    /// begun yet. `join` is called with the tag of the last move and its length, steps of its longest axis; it returns
+    /// the tag that the longer move is to have, or `None` if they are to remain two. Returns whether they are one.
+    ///
+    /// Each step keeps its place on the path, and no time is lost: no ramp of the longer move is shorter.
+    pub fn lengthen(&mut self, request: &Request<N>, join: impl FnOnce(u64, u32) -> Option<u64>) -> bool {
+        let begun = usize::from(self.plan.is_made || self.place_steps > 0.0);
+        let len = self.blocks.len();
+        let Some(last) = self.blocks.get_mut(len.wrapping_sub(1)).filter(|_| len > begun) else { return false };
+        let is_one = last.lengthen(request, join, &self.config);
+        if is_one {
+            // It counts as one that has just come. What is final remains so: a longer move may only be faster.
+            self.passed = self.passed.min(len - 1);
+        }
+        is_one
     }
 
     /// Forgets all moves and ends a hold. The chain is then at rest, on a new clock. What is committed is not taken
@@ -244,7 +263,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         for index in 0..self.blocks.len() {
             let Some(block) = self.blocks.get_mut(index) else { break };
             let limits = self.config.shared_limits(&block.steps);
-            block.respeed(&limits, &self.config);
+            block.respeed(block.feed_steps_s(), &limits, &self.config);
             before.into_iter().for_each(|before| block.set_cap(before));
             before = Some(block.pace());
         }

@@ -40,7 +40,7 @@
 //! costs 8.5 cycles a step (`cargo xtask bench`, emulated). From rest to 1,000,000 steps/s at 10,000,000 steps/s²,
 //! three axes are compiled in less than half the time they move, even at the worst place.
 //!
-//! By the curved laws a segment costs 7,400 to 33,000 cycles on average, with the float routines in the RP2040's ROM.
+//! By the curved laws a segment costs 6,800 to 28,000 cycles on average, with the float routines in the RP2040's ROM.
 //! Most of that is for spans. A span is computed once for all axes and for all its segments, but near standstill it has
 //! only a few segments.
 
@@ -63,6 +63,8 @@ use self::fixed_ramp::Knot;
 use self::frame::View;
 use self::phase::Phase;
 use self::spans::Spans;
+use self::u96::short_fixed;
+use crate::fixed::is_zero;
 use crate::profile::Profile;
 use crate::segment::Segment;
 
@@ -109,11 +111,20 @@ impl Stretch {
         let Self { stride, steps, ahead, .. } = *self;
         let steps_before = |bound: Bound| match bound {
             Bound::Begin => 0,
-            Bound::Within(place_steps) => ((place_steps / stride + ahead + 0.5) as u32).min(steps),
+            Bound::Within(place_steps) => {
+                // Dividing by 1, and adding 0, would be as slow as by any number.
+                let own_steps = if self.is_longest() { place_steps } else { place_steps / stride };
+                nearest(if is_zero(ahead) { own_steps } else { own_steps + ahead }).min(steps)
+            }
             Bound::End => steps,
         };
         let accel_end = steps_before(bounds.accel_end);
         [accel_end, steps_before(bounds.cruise_end).max(accel_end), steps]
+    }
+
+    /// Whether the axis makes as many steps as the longest one.
+    pub(crate) fn is_longest(&self) -> bool {
+        self.stride.to_bits() == 1_f64.to_bits()
     }
 
     /// How far the profile is at the first step, steps of the longest axis; above 0.
@@ -125,6 +136,11 @@ impl Stretch {
     pub(crate) fn end_steps(&self) -> f64 {
         (0.5 + self.beyond).max(NEAREST_STEPS) * self.stride
     }
+}
+
+/// The nearest whole number, halves rounded up; 0 for what is negative.
+fn nearest(steps: f64) -> u32 {
+    if steps < 0.0 { 0 } else { (short_fixed(steps, 1).wrapping_add(1) >> 1) as u32 }
 }
 
 /// Where the acceleration and the cruise of a profile end.
@@ -237,13 +253,26 @@ impl Lane {
     fn begin_phase(&mut self, course: &mut Course) {
         let end = self.ends[self.index];
         let view = View { frame: &course.frame, stretch: &self.stretch };
-        self.phase = match (self.index, &course.frame.accel, &course.frame.decel) {
-            (0, Some(ramp), _) => PhaseSteps::ConstantAccel(Phase::accelerating(ramp, view, end)),
-            (1, ..) => PhaseSteps::ConstantAccel(Phase::cruising(view, end)),
-            (2, _, Some(ramp)) => PhaseSteps::ConstantAccel(Phase::decelerating(ramp, view, end)),
-            (index, ..) => PhaseSteps::Curved(Spans::new(course, index != 0, (self.done, end))),
-        };
+        match (self.index, &course.frame.accel, &course.frame.decel) {
+            (0, Some(ramp), _) => self.phase.constant_accel().accelerate(ramp, view, end),
+            (1, ..) => self.phase.constant_accel().cruise(view, end),
+            (2, _, Some(ramp)) => self.phase.constant_accel().decelerate(ramp, view, end),
+            (index, ..) => self.phase = PhaseSteps::Curved(Spans::new(course, index != 0, (self.done, end))),
+        }
         self.next = None;
+    }
+}
+
+impl PhaseSteps {
+    /// A phase to be set anew in its place: it is large.
+    fn constant_accel(&mut self) -> &mut Phase {
+        if let Self::Curved(_) = self {
+            *self = Self::ConstantAccel(Phase::empty());
+        }
+        match self {
+            Self::ConstantAccel(phase) => phase,
+            Self::Curved(_) => unreachable!("it was set to the other kind"),
+        }
     }
 }
 

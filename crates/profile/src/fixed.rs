@@ -3,6 +3,12 @@
 /// The value 1 in units of 2^-64.
 pub(crate) const TWO_TO_64: f64 = 18_446_744_073_709_551_616.0;
 
+/// Whether a float is 0. This is shorter than the call that compares two floats.
+#[inline(always)]
+pub(crate) fn is_zero(x: f64) -> bool {
+    x.to_bits() << 1 == 0
+}
+
 /// The product of two 32-bit numbers, from their 16-bit halves. A Cortex-M0+ multiplies 32 by 32 bits to 32 bits, and
 /// the compiler would call a routine that multiplies 64 by 64 bits.
 #[inline(always)]

@@ -7,6 +7,7 @@ use core::fmt;
 
 use libm::floor;
 
+use crate::fixed::is_zero;
 use crate::law::SpeedLaw;
 use crate::limits::{LimitError, Limits};
 use crate::ramp::{Bounds, Ramp};
@@ -150,7 +151,9 @@ impl Profile {
     /// and this acceleration, which is above 0.
     pub(crate) fn easing(speed_steps_s: f64, accel_steps_s2: f64, jerk_steps_s3: f64) -> Self {
         let half_rise_steps_s = accel_steps_s2 * accel_steps_s2 / (2.0 * jerk_steps_s3);
-        let accel = Ramp::all_jerk(speed_steps_s - half_rise_steps_s, 2.0 * half_rise_steps_s, jerk_steps_s3);
+        // Rounding must not let a ramp from standstill begin backwards.
+        let slow_steps_s = (speed_steps_s - half_rise_steps_s).max(0.0);
+        let accel = Ramp::all_jerk(slow_steps_s, 2.0 * half_rise_steps_s, jerk_steps_s3);
         let cruise_steps_s = speed_steps_s + half_rise_steps_s;
         Self {
             distance_steps: accel.steps(),
@@ -208,7 +211,7 @@ impl Profile {
     /// Duration of the whole, s (Stoychitch 2018: T).
     #[must_use]
     pub fn duration_s(&self) -> f64 {
-        self.accel.duration_s() + self.cruise_s + self.decel.duration_s()
+        sum(sum(self.accel.duration_s(), self.cruise_s), self.decel.duration_s())
     }
 
     /// Where the acceleration ends, steps.
@@ -362,3 +365,53 @@ impl fmt::Display for ProfileError {
 }
 
 impl core::error::Error for ProfileError {}
+/// a + b. Most moves lack a phase or two, and adding 0 would be as slow as adding any number.
+#[inline(never)]
+pub(crate) fn sum(a: f64, b: f64) -> f64 {
+    if is_zero(a) {
+        b
+    } else if is_zero(b) {
+        a
+    } else {
+        a + b
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Profile;
+    use crate::law::{IntervalLaw, SpeedLaw};
+    use crate::limits::Limits;
+
+    /// A hold leaves an S-curve from standstill by an easing, whose first half is what the S-curve has made. Wherever it
+    /// does so, the easing never goes backwards, and an instant and the place at that instant agree.
+    #[test]
+    fn an_easing_from_standstill_has_the_instants_of_its_places() {
+        let limits = Limits {
+            start_speed_steps_s: 0.0,
+            top_speed_steps_s: 1e4,
+            accel_steps_s2: 1e6,
+            decel_steps_s2: 1e6,
+            jerk_steps_s3: 0.0,
+        };
+        for hundreds in 1..500_u32 {
+            let jerk_steps_s3 = 700.0 * f64::from(hundreds);
+            let limits = Limits { jerk_steps_s3, ..limits };
+            let whole =
+                Profile::plan(400.0, 0.0, 0.0, &limits, IntervalLaw::Fastest, SpeedLaw::SCurve).expect("it fits");
+            for tenth in 1..5 {
+                let (_, speed, accel) = whole.motion_at(whole.t_accel_s() * f64::from(tenth) / 10.0);
+                let easing = Profile::easing(speed, accel, jerk_steps_s3);
+                let entry = easing.entry_speed_steps_s();
+                assert!(entry >= 0.0, "jerk {jerk_steps_s3}, after {tenth} tenths: begins at {entry}");
+                for place in 1..=100 {
+                    let steps = easing.distance_steps() * f64::from(place) / 100.0;
+                    let t_s = easing.time_at(steps);
+                    let there = easing.position_at(t_s);
+                    let is_it = (there - steps).abs() < 1e-9 * easing.distance_steps();
+                    assert!(is_it, "jerk {jerk_steps_s3}, after {tenth} tenths: at {there}, not {steps}");
+                }
+            }
+        }
+    }
+}

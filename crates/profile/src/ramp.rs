@@ -10,6 +10,7 @@ mod trig;
 
 use self::over_displacement::OverDisplacement;
 use self::over_time::OverTime;
+use crate::fixed::is_zero;
 use crate::law::SpeedLaw;
 use crate::root::sqrt;
 
@@ -183,11 +184,19 @@ fn shape(law: SpeedLaw, accel_steps_s2: f64) -> Shape {
 
 /// The delta v² that is possible over `steps` at this acceleration, from any speed, with speeds up to `top_steps_s`. It
 /// is exact for the trapezoid, and a safe bound for the other laws.
-pub(crate) fn delta_v2(law: SpeedLaw, accel_steps_s2: f64, jerk_steps_s3: f64, steps: f64, top_steps_s: f64) -> f64 {
+pub(crate) fn delta_v2(
+    law: SpeedLaw,
+    accel_steps_s2: f64,
+    jerk_steps_s3: f64,
+    steps: f64,
+    top_steps_s: impl Fn() -> f64,
+) -> f64 {
     let trapezoid = 2.0 * accel_steps_s2 * steps;
     match shape(law, accel_steps_s2) {
         Shape::ConstantAccel { .. } => trapezoid,
-        Shape::OverTime(OverTime::SCurve { .. }) => s_curve_delta_v2(accel_steps_s2, jerk_steps_s3, steps, top_steps_s),
+        Shape::OverTime(OverTime::SCurve { .. }) => {
+            s_curve_delta_v2(accel_steps_s2, jerk_steps_s3, steps, top_steps_s())
+        }
         Shape::OverTime(law) => trapezoid / law.peak() * LESS,
         Shape::OverDisplacement(law, _) => trapezoid / law.longest() * LESS,
     }
@@ -235,7 +244,7 @@ impl Ramp {
     /// The ramp of constant acceleration between these speeds. `steps` is the distance that it takes at this
     /// acceleration.
     pub(crate) fn constant_accel_to(slow_steps_s: f64, fast_steps_s: f64, accel_steps_s2: f64, steps: f64) -> Self {
-        if steps == 0.0 {
+        if is_zero(steps) {
             return Self::none(slow_steps_s);
         }
         let (rise_steps_s, duration_s) = (fast_steps_s - slow_steps_s, 2.0 * steps / (slow_steps_s + fast_steps_s));

@@ -47,6 +47,16 @@ pub(crate) fn sqrt(x: f64) -> f64 {
     f64::from_bits((exponent << 52) + nearest)
 }
 
+/// √(x/2^62), at most 2^-23 of it off. `x` is above 0.
+pub(crate) fn root_f32(x: u64) -> f32 {
+    // The number, scaled by an even power of 2 to the range from 1/4 to 1.
+    let zeros = x.leading_zeros() & !1;
+    let m = (x << zeros >> 32) as u32;
+    // The root, in units of 2^-(30 + zeros/2).
+    let root = (product(m, inverse_root(m)) >> 32) as u32;
+    f32::from_bits((root as f32).to_bits().wrapping_sub((30 + zeros / 2) << 23))
+}
+
 /// 2^32 √m, at most 2^-54 of it too small. The first two bits of m must not both be 0.
 #[inline(always)]
 pub(crate) fn root_of_mantissa(m: u64) -> u64 {
@@ -77,7 +87,7 @@ mod tests {
     use isostep_trials::cases;
     use proptest::prelude::*;
 
-    use super::{inverse_root, sqrt};
+    use super::{inverse_root, root_f32, sqrt};
 
     fn check(x: f64) {
         assert_eq!(sqrt(x).to_bits(), x.sqrt().to_bits(), "the root of {x:e}");
@@ -118,6 +128,14 @@ mod tests {
         #[test]
         fn roots_are_rounded_to_the_nearest(bits in 0..f64::INFINITY.to_bits()) {
             check(f64::from_bits(bits));
+        }
+
+        #[test]
+        fn short_roots_are_near(bits in 1..=u64::MAX, zeros in 0..64u32) {
+            let x = (bits >> zeros).max(1);
+            let exact = (x as f64 / 4_611_686_018_427_387_904.0).sqrt();
+            let error = f64::from(root_f32(x)) / exact - 1.0;
+            prop_assert!(error.abs() <= f64::from(f32::EPSILON), "{x:#x}: {error:e}");
         }
 
         /// Roots that are halfway between two floats, or nearly so.

@@ -64,9 +64,14 @@ impl Segment {
 
     /// The sum of its first `n` intervals and of `fraction`, in units of 2^-32 tick.
     fn sum(&self, n: u32) -> u64 {
-        // The growth counts n (n - 1)/2 times; the even one of n and n - 1 is halved.
-        let (half, other) = if n.is_multiple_of(2) { (n / 2, n.wrapping_sub(1)) } else { (n, n / 2) };
-        let grown = times(times(self.growth, half), other);
+        // The growth counts n (n - 1)/2 times.
+        let grown = if n < 1 << 16 {
+            times(self.growth, n.wrapping_mul(n.wrapping_sub(1)) / 2)
+        } else {
+            // The even one of n and n - 1 is halved.
+            let (half, other) = if n.is_multiple_of(2) { (n / 2, n.wrapping_sub(1)) } else { (n, n / 2) };
+            times(times(self.growth, half), other)
+        };
         times(self.interval, n).wrapping_add(grown).wrapping_add(u64::from(self.fraction))
     }
 
@@ -80,8 +85,10 @@ impl Segment {
     /// constant, so the first or the last is the shortest.
     #[must_use]
     pub fn interval_min_ticks(&self) -> Option<u32> {
-        let last = self.interval.wrapping_add(times(self.growth, self.steps.checked_sub(2)?));
-        Some((self.interval.min(last) >> 32) as u32)
+        let more = self.steps.checked_sub(2)?;
+        let shrinks = self.growth >> 63 != 0;
+        let shortest = if shrinks { self.interval.wrapping_add(times(self.growth, more)) } else { self.interval };
+        Some((shortest >> 32) as u32)
     }
 
     /// The instants of its steps in ticks from the start of the move, rounded to the nearest.

@@ -4,9 +4,10 @@ use core::fmt;
 use core::ops::Range;
 
 use crate::compile::{Course, Lane, NEAREST_STEPS, PhaseBounds, Segments, Stretch};
+use crate::fixed::is_zero;
 use crate::law::{IntervalLaw, SpeedLaw};
 use crate::limits::{LimitError, Limits, SPEED_MIN_STEPS_S};
-use crate::profile::{Profile, ProfileError};
+use crate::profile::{Profile, ProfileError, sum};
 
 /// A synchronised move of `N` axes: one profile over the longest axis's steps, and a signed step count per axis.
 ///
@@ -149,7 +150,7 @@ impl<const N: usize> SyncMove<N> {
 
     /// Whether the profile is that of the whole move, not of a replan.
     fn is_whole(&self) -> bool {
-        self.origin_steps == 0.0 && self.from_steps == 0.0 && self.profile.distance_steps() == self.distance_steps()
+        is_zero(self.origin_steps) && is_zero(self.from_steps) && self.profile.distance_steps() == self.distance_steps()
     }
 
     /// The numbers of the steps that the axis with index `axis` makes in this plan, counted from 1 at the beginning of
@@ -179,6 +180,12 @@ impl<const N: usize> SyncMove<N> {
         self.origin_steps + self.profile.position_at(t_s - self.origin_s)
     }
 
+    /// When the longest axis is at `place_steps` from the beginning of the whole move, s from the start of the run.
+    #[must_use]
+    pub fn time_at(&self, place_steps: f64) -> f64 {
+        self.origin_s + self.profile.time_at(place_steps - self.origin_steps)
+    }
+
     /// Speed of the longest axis at `t_s` from the start of the run, steps/s; 0 outside the profile.
     #[must_use]
     pub fn speed_at(&self, t_s: f64) -> f64 {
@@ -194,7 +201,7 @@ impl<const N: usize> SyncMove<N> {
     /// When this plan begins, s from the start of the run.
     #[must_use]
     pub fn begin_s(&self) -> f64 {
-        self.origin_s + self.profile.time_at(self.from_steps - self.origin_steps)
+        self.time_at(self.from_steps)
     }
 
     /// When the profile ends, s from the start of the run.
@@ -212,7 +219,7 @@ impl<const N: usize> SyncMove<N> {
     /// Where this plan ends, steps of the longest axis from the beginning of the whole move.
     #[must_use]
     pub fn end_steps(&self) -> f64 {
-        self.origin_steps + self.profile.distance_steps()
+        sum(self.origin_steps, self.profile.distance_steps())
     }
 
     /// The length of the whole move, steps of the longest axis.

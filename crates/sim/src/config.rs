@@ -153,12 +153,21 @@ pub struct Config {
     pub only_time: bool,
 }
 
+/// Where the carriages stand at power-up, mm from their switches.
+const START_MM: [f64; AXES] = [
+    35.0,
+    40.0,
+    15.0,
+    #[cfg(feature = "four-axes")]
+    15.0,
+];
+
 impl Default for Config {
     fn default() -> Self {
         Self {
             settings: Settings::DEFAULT,
             settings_file: None,
-            start_mm: [35.0, 40.0, 15.0],
+            start_mm: START_MM,
             gantry: Gantry::SQUARE,
             switches: [SwitchFault::None; AXES],
             emergency_contact: Contact::default(),
@@ -230,8 +239,7 @@ impl Config {
             said = *settings;
         }
         if self.start_mm != default.start_mm {
-            let [x, y, z] = self.start_mm;
-            line += &format!(" --start {x},{y},{z}");
+            line += &format!(" --start {}", self.start_mm.map(|mm| mm.to_string()).join(","));
         }
         if self.gantry.skew_mm != default.gantry.skew_mm {
             line += &format!(" --skew {}", self.gantry.skew_mm);

@@ -75,7 +75,10 @@ pub mod verify;
 pub mod world;
 
 pub use isostep_console::Error as ConsoleError;
-pub use isostep_motion::{Axis, Contact, Motor, State};
+pub use isostep_motion::{AXES, Axis, Contact, Motor, State};
+
+/// The letters of the axes, for a sentence.
+pub const NAMES_OF_AXES: &str = if AXES == 4 { "X, Y, Z or A" } else { "X, Y or Z" };
 
 pub use config::{Config, Gantry, Port, StartOutside, Streaming};
 pub use executor::RunError;

@@ -25,21 +25,53 @@ pub struct Source {
     pub power: Power,
 }
 
-/// The source of each of [`Outcome::moves`]. `None` for homing, and where moves do not end where their lines say: after
-/// a program that changes `$100`, or if a jog was cancelled.
+/// A move, or the part of it that comes from one line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stretch {
+    /// The index of its move in [`Outcome::moves`].
+    pub index: usize,
+    /// Where it begins, steps of the longest axis from the beginning of the whole move.
+    pub from_steps: f64,
+    /// Its positions, steps.
+    origin_steps: [i32; AXES],
+    end_steps: [i32; AXES],
+    /// Its source. `None` for homing, and where moves do not end where their lines say: after a program that changes
+    /// `$100`, or if a jog was cancelled.
+    pub source: Option<Source>,
+}
+
+/// The source of each of [`Outcome::moves`]; of a move that is made for several lines, the first.
 pub fn of_moves(outcome: &Outcome) -> Vec<Option<Source>> {
+    let mut sources = vec![None; outcome.moves.len()];
+    of_stretches(outcome).into_iter().rev().for_each(|stretch| sources[stretch.index] = stretch.source);
+    sources
+}
+
+/// All moves, divided where the lines begin that they are made for.
+pub fn of_stretches(outcome: &Outcome) -> Vec<Stretch> {
+    let stretches = outcome.moves.iter().enumerate().flat_map(|(index, record)| {
+        let mut next = (record.plan.begin_steps(), record.origin_steps);
+        let marks = record.marks_steps.iter().map(|place_steps| {
+            let place_steps = f64::from(*place_steps);
+            (place_steps, record.position_steps(place_steps))
+        });
+        marks.chain([(f64::INFINITY, record.end_steps)]).map(move |end| {
+            let (from_steps, origin_steps) = std::mem::replace(&mut next, end);
+            Stretch { index, from_steps, origin_steps, end_steps: end.1, source: None }
+        })
+    });
     let mut reader = Reader {
         outcome,
         interpreter: Interpreter::new(),
         settings: outcome.config.settings,
         next: 0,
         misses: 0,
-        sources: vec![None; outcome.moves.len()],
+        stretches: stretches.collect(),
     };
     for (number, line) in accepted_lines(outcome) {
         reader.read(number, line);
     }
-    reader.sources
+    reader.stretches
 }
 
 /// The lines that were sent and not refused, in order, each with its number from 1.
@@ -88,10 +120,10 @@ struct Reader<'a> {
     interpreter: Interpreter,
     /// The settings in force.
     settings: Settings,
-    /// Index of the first move whose line has not been read.
+    /// Index of the first stretch whose line has not been read.
     next: usize,
     misses: usize,
-    sources: Vec<Option<Source>>,
+    stretches: Vec<Stretch>,
 }
 
 impl Reader<'_> {
@@ -136,31 +168,32 @@ impl Reader<'_> {
         let steps_per_mm = self.outcome.steps_per_mm;
         let target_steps: [i32; AXES] =
             std::array::from_fn(|axis| whole_steps(target_pm[axis] as f64, steps_per_mm[axis] / length::PM_PER_MM));
-        let left = &self.outcome.moves[self.next..];
+        let left = &self.stretches[self.next..];
         // A straight move to the present position is not made at all.
-        let is_there = left.first().is_none_or(|record| record.origin_steps == target_steps);
+        let is_there = left.first().is_none_or(|stretch| stretch.origin_steps == target_steps);
         if (is_there && arc.is_none()) || self.misses > MISSES_MAX {
             return;
         }
-        let Some(others) = left.iter().position(|record| record.end_steps == target_steps) else {
+        let Some(others) = left.iter().position(|stretch| stretch.end_steps == target_steps) else {
             self.misses += 1;
             return;
         };
         let last = self.next + others;
         let source = Source { line, rate, exact_stop, in_arc: false, power: self.power(rate) };
-        self.sources[self.next..last].fill(Some(Source { exact_stop: false, in_arc: true, ..source }));
-        self.sources[last] = Some(source);
+        for stretch in &mut self.stretches[self.next..last] {
+            stretch.source = Some(Source { exact_stop: false, in_arc: true, ..source });
+        }
+        self.stretches[last].source = Some(source);
         self.next = last + 1;
     }
 
     /// What follows begins where homing has left the machine.
     fn home(&mut self) {
-        let moves = &self.outcome.moves;
-        while moves.get(self.next).is_some_and(|record| record.homing) {
-            self.next += 1;
-        }
-        if let Some(record) = moves.get(self.next) {
-            self.interpreter.set_position_pm(self.outcome.mm(record.origin_steps).map(length::from_mm));
+        let outcome = self.outcome;
+        let is_of_homing = |stretch: &Stretch| outcome.moves[stretch.index].homing;
+        self.next += self.stretches[self.next..].iter().take_while(|stretch| is_of_homing(stretch)).count();
+        if let Some(stretch) = self.stretches.get(self.next) {
+            self.interpreter.set_position_pm(outcome.mm(stretch.origin_steps).map(length::from_mm));
         }
     }
 }
@@ -215,6 +248,20 @@ mod tests {
         let powers: Vec<_> = found.iter().map(|source| source.unwrap().power).collect();
         let expected = [Power::Off, Power::Constant(level(0.5)), Power::BySpeed(level(0.25)), Power::Off, Power::Off];
         assert_eq!(powers, expected);
+    }
+
+    #[test]
+    fn one_move_for_several_lines_has_a_stretch_for_each() {
+        let outcome =
+            run(b"$32=1\nG21G91\nM4 S500 G1 F600 X-1\nX1\nX2 S0\nX1 S100\nY1\nM5\n", &Config::default()).unwrap();
+        let found: Vec<_> = of_stretches(&outcome)
+            .iter()
+            .map(|stretch| (stretch.index, stretch.from_steps, stretch.source.map(|source| source.line)))
+            .collect();
+        let expected = [(0, 0.0, 3), (1, 0.0, 4), (1, 50.0, 5), (1, 150.0, 6), (2, 0.0, 7)];
+        assert_eq!(found, expected.map(|(index, from_steps, line)| (index, from_steps, Some(line))));
+        let first = of_moves(&outcome).into_iter().map(|source| source.unwrap().line);
+        assert_eq!(first.collect::<Vec<_>>(), [3, 4, 7]);
     }
 
     #[test]

@@ -8,6 +8,8 @@ use crate::drive::{Drive, Load, MotorData};
 /// Distance from a limit switch to the end stop behind it, and from the other end of the travel to the end stop there,
 /// mm.
 const END_STOP_MARGIN_MM: f64 = 3.0;
+/// Where an axis without an end is said to have its end stops, degrees: farther than programs go.
+const NOWHERE_MM: f64 = 1e5;
 
 /// The mechanics that follow the settings: whoever changes these settings has built another machine.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,6 +20,8 @@ pub struct Mechanics {
     pub drives: [Drive; AXES],
     /// The end stops, steps from where the limit switch closes.
     pub end_stops_steps: [(i32, i32); AXES],
+    /// One turn of an axis without an end, which has its switch at every turn.
+    pub turn_steps: [Option<i32>; AXES],
 }
 
 impl Mechanics {
@@ -25,6 +29,9 @@ impl Mechanics {
     /// has the usual one of its resolution.
     pub fn of(config: &Config, motor: MotorData, loads: [Option<Load>; AXES]) -> Self {
         let end_stops_mm = |axis: usize| {
+            if config.is_endless[axis] {
+                return (-NOWHERE_MM, NOWHERE_MM);
+            }
             let squared = config.squared.filter(|squared| squared.axis as usize == axis);
             let offset_mm = squared.map_or(0.0, |squared| squared.offset_mm.abs());
             let far_mm = config.homing.pull_off_mm + offset_mm + config.travel_mm[axis];
@@ -42,6 +49,9 @@ impl Mechanics {
             end_stops_steps: std::array::from_fn(|axis| {
                 let (low_mm, high_mm) = end_stops_mm(axis);
                 (steps(axis, low_mm), steps(axis, high_mm))
+            }),
+            turn_steps: std::array::from_fn(|axis| {
+                config.is_endless[axis].then(|| steps(axis, config.travel_mm[axis]))
             }),
         }
     }

@@ -21,6 +21,9 @@ pub struct MoveRecord {
     pub run: usize,
     /// The plan.
     pub plan: SyncMove<AXES>,
+    /// Where the program lines begin that it is made for beside the first, in steps of the longest axis from its
+    /// beginning.
+    pub marks_steps: Vec<u32>,
     /// The replans of the move, in the order in which they were made.
     pub parts: Vec<SyncMove<AXES>>,
     /// Start position, steps.
@@ -60,6 +63,22 @@ impl MoveRecord {
         // The latest plan that contains the step applies.
         let part = self.parts.iter().rev().find(|part| part.step_numbers(axis).contains(&k));
         part.unwrap_or(&self.plan).step_time_s(axis, k)
+    }
+
+    /// When the longest axis is at `place_steps` from the beginning of the move in closed form, s from the start of the
+    /// run.
+    pub fn place_time_s(&self, place_steps: f64) -> f64 {
+        let part = self.parts.iter().rev().find(|part| part.begin_steps() <= place_steps);
+        part.unwrap_or(&self.plan).time_at(place_steps)
+    }
+
+    /// The position at a place on its path, steps.
+    pub fn position_steps(&self, place_steps: f64) -> [i32; AXES] {
+        std::array::from_fn(|axis| {
+            let before =
+                self.plan.steps_before(axis, place_steps) as i32 - self.plan.step_numbers(axis).start as i32 + 1;
+            self.origin_steps[axis] + self.plan.steps[axis].signum() * before
+        })
     }
 
     /// Time from the end of this move's plan to the beginning of the `next` move, ns; negative if this one was cut
@@ -137,6 +156,11 @@ struct OpenRun {
 }
 
 impl Moves {
+    /// Number of runs that have begun.
+    pub fn runs(&self) -> usize {
+        self.runs
+    }
+
     /// Processes an event. The last edge before it was at `edge_ns`.
     pub fn take(&mut self, t_ns: u64, edge_ns: u64, event: Event) {
         match (event, &mut self.open) {
@@ -147,6 +171,11 @@ impl Moves {
                 self.runs += 1;
             }
             (Event::Move { plan }, Some(run)) => self.records.push(run.begin(plan, self.homing)),
+            (Event::Mark { place_steps }, Some(_)) => {
+                if let Some(record) = self.records.last_mut() {
+                    record.marks_steps.push(place_steps);
+                }
+            }
             (Event::Replan { plan }, Some(_)) => {
                 if let Some(record) = self.records.last_mut() {
                     // Most moves with a replan have only one: exact capacity saves memory with 200,000 moves.
@@ -199,6 +228,7 @@ impl OpenRun {
             end_ns: 0,
             run: self.number,
             plan,
+            marks_steps: Vec::new(),
             parts: Vec::new(),
             origin_steps,
             end_steps: self.place_steps,
@@ -219,5 +249,9 @@ fn end(moves: &mut [MoveRecord], finish: Finish, (held_at_steps, plan_s): (f64, 
     if let Some(last) = moves.last_mut() {
         (last.finish, last.held_at_steps, last.plan_s) = (finish, held_at_steps, plan_s);
         (last.end_steps, last.end_ns) = (place, t_ns);
+        // The lines behind the place where it ended have not begun.
+        let made = (0..AXES).map(|axis| place[axis].abs_diff(last.origin_steps[axis])).max().unwrap_or(0);
+        let end_steps = last.plan.begin_steps() + f64::from(made);
+        last.marks_steps.retain(|place_steps| f64::from(*place_steps) + 0.5 < end_steps);
     }
 }

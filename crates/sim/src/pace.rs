@@ -147,7 +147,8 @@ impl Pace {
     fn by_last_limits(outcome: &Outcome, sources: &[Option<Source>]) -> Self {
         let mut finder = Finder::new(outcome, sources);
         let mut clock = Clock::default();
-        let mut axes = [0, 1, 2].map(|axis| AxisPace { top_mm_s: top_mm_s(outcome, axis), ..AxisPace::default() });
+        let mut axes =
+            std::array::from_fn(|axis| AxisPace { top_mm_s: top_mm_s(outcome, axis), ..AxisPace::default() });
         let (mut moving_s, mut distance_mm) = (0.0, 0.0);
         for phase in phases(outcome, sources) {
             moving_s += phase.span_s;

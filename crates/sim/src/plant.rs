@@ -80,6 +80,9 @@ impl Carriage {
     }
 }
 
+/// Over what part of a turn the switch of an axis without an end is closed: ten degrees.
+const CLOSED_OF_TURN: i32 = 36;
+
 /// A normally open switch with bounce. It is closed from position 0, or from near it, downwards.
 ///
 /// A mechanical switch does not always close at exactly the same position. With a scatter, each approach has its own
@@ -89,6 +92,8 @@ pub struct Switch {
     fault: SwitchFault,
     bounce_ns: u32,
     scatter_steps: i32,
+    /// One turn of an axis without an end.
+    turn_steps: Option<i32>,
     closes_at_steps: i32,
     is_drawn: bool,
     closed_at_steps: i32,
@@ -103,6 +108,7 @@ impl Switch {
             fault,
             bounce_ns,
             scatter_steps: 0,
+            turn_steps: None,
             closes_at_steps: 0,
             is_drawn: false,
             closed_at_steps: 0,
@@ -116,13 +122,20 @@ impl Switch {
         Self { scatter_steps, ..self }
     }
 
+    /// The same switch on an axis without an end. It is closed over the last part of every turn of `turn_steps`.
+    pub fn turning(self, turn_steps: Option<i32>) -> Self {
+        Self { turn_steps, ..self }
+    }
+
     /// Position of the carriage when the switch last closed.
     pub fn closed_at_steps(&self) -> i32 {
         self.closed_at_steps
     }
 
-    /// Changes the resolution: a step becomes `scale` steps. The scatter in mm stays the same.
-    pub fn rescale(&mut self, scale: f64) {
+    /// Changes the resolution: a step becomes `scale` steps, and a turn has `turn_steps`. The scatter in mm stays the
+    /// same.
+    pub fn rescale(&mut self, scale: f64, turn_steps: Option<i32>) {
+        self.turn_steps = turn_steps;
         for steps in [&mut self.scatter_steps, &mut self.closes_at_steps, &mut self.closed_at_steps] {
             *steps = (f64::from(*steps) * scale).round() as i32;
         }
@@ -144,6 +157,7 @@ impl Switch {
 
     /// Notes that the carriage has moved to `place_steps` at `now_ns`.
     pub fn follow(&mut self, place_steps: i32, now_ns: u64, random: &mut Rand32) {
+        let place_steps = self.in_turn(place_steps);
         self.draw(place_steps, random);
         let touched = place_steps <= self.closes_at_steps;
         if touched != self.touched {
@@ -153,6 +167,14 @@ impl Switch {
             self.touched = touched;
             self.flips_ns = self.bounce(now_ns, random);
         }
+    }
+
+    /// The position within the turn, which begins where the switch closes downwards.
+    fn in_turn(&self, place_steps: i32) -> i32 {
+        self.turn_steps.map_or(place_steps, |turn_steps| {
+            let closed_steps = turn_steps / CLOSED_OF_TURN;
+            (place_steps + closed_steps).rem_euclid(turn_steps) - closed_steps
+        })
     }
 
     /// Draws where it closes next. Without a scatter no random number is used, so that the bounces stay the same.
@@ -244,7 +266,7 @@ mod tests {
             closed_at[(switch.closed_at_steps() + 2) as usize] += 1;
         }
         assert!(closed_at.iter().all(|&times| (150..250).contains(&times)), "{closed_at:?}");
-        switch.rescale(2.0);
+        switch.rescale(2.0, None);
         assert_eq!(switch.scatter_steps, 4);
     }
 

@@ -11,7 +11,7 @@ use embassy_time::{Duration, Instant};
 use embedded_io_async::{Read, Write};
 use isostep_controller::{Controller, Store};
 use isostep_motion::coordinator::{self, PlanMemory};
-use isostep_motion::{Axis, Event, LimitInput, Machine, Motor, State, axis, buttons, limit, probing, tool};
+use isostep_motion::{AXES, Axis, Event, LimitInput, Machine, Motor, State, axis, buttons, limit, probing, tool};
 
 use crate::config::{Config, StartOutside};
 use crate::executor::{Executor, Preemption, Priority, Rest, RunError};
@@ -367,12 +367,12 @@ impl Sim {
     }
 
     /// The steps counted per axis, from power-up or since it was homed.
-    pub fn counted_steps(&self) -> [i32; 3] {
+    pub fn counted_steps(&self) -> [i32; AXES] {
         self.world.borrow().counted_steps()
     }
 
     /// The steps made per axis in both directions, since power-up.
-    pub fn steps(&self) -> [u64; 3] {
+    pub fn steps(&self) -> [u64; AXES] {
         self.world.borrow().steps()
     }
 
@@ -381,8 +381,13 @@ impl Sim {
         self.world.borrow().record().events.len()
     }
 
+    /// Number of runs that have begun.
+    pub fn runs(&self) -> usize {
+        self.world.borrow().record().moves.runs()
+    }
+
     /// True position of each carriage, steps from where its limit switch closes.
-    pub fn places_steps(&self) -> [i32; 3] {
+    pub fn places_steps(&self) -> [i32; AXES] {
         self.world.borrow().places_steps()
     }
 
@@ -398,7 +403,7 @@ impl Sim {
     }
 
     /// Position of each carriage when its limit switch last closed, steps from the switch's nominal position.
-    pub fn closed_at_steps(&self) -> [i32; 3] {
+    pub fn closed_at_steps(&self) -> [i32; AXES] {
         self.world.borrow().closed_at_steps()
     }
 
@@ -474,16 +479,20 @@ fn spawn_motion(executor: &mut Executor, world: &Shared, config: &Config) -> &'s
         Box::leak(Box::new(Machine::new(isostep_controller::config(&config.settings), config.emergency_contact)));
     world.borrow_mut().follow(machine);
     let ports = AxisPort::all(config, executor, world);
-    for ((axis, name), port) in Axis::ALL.into_iter().zip(["axis X", "axis Y", "axis Z"]).zip(ports) {
+    for ((axis, name), mut port) in Axis::ALL.into_iter().zip(["axis X", "axis Y", "axis Z", "axis A"]).zip(ports) {
         executor.spawn_at(Priority::P2, name, async move {
-            axis::run(machine, axis, port).await;
+            axis::run(machine, axis, &mut port).await;
         });
     }
     // One input of the board, whichever axis has the second motor.
     let second = world.borrow().second_axis().unwrap_or(Axis::X);
     let limits = Axis::ALL.map(|axis| (LimitInput::Of(axis), Motor::first(axis)));
     let limits = limits.into_iter().chain([(LimitInput::Second, Motor::second(second))]);
-    for ((limit, motor), name) in limits.zip(["limit X", "limit Y", "limit Z", "second limit"]) {
+    for (limit, motor) in limits {
+        let name = match limit {
+            LimitInput::Of(axis) => ["limit X", "limit Y", "limit Z", "limit A"][axis as usize],
+            LimitInput::Second => "second limit",
+        };
         let input = Input::new(world, Wire::Limit(motor));
         executor.spawn_at(Priority::P1, name, async move {
             limit::watch(machine, limit, input).await;

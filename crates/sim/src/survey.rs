@@ -409,7 +409,7 @@ impl Reader {
         let word = word(line);
         let remedy = match setting {
             Some(refused) => refused.to_string(),
-            None => match self.interpreter.misfit(line).filter(|_| error == Error::InvalidTarget) {
+            None => match self.interpreter.misfit(line, &self.settings).filter(|_| error == Error::InvalidTarget) {
                 Some(misfit) => misfit.to_string(),
                 None => remedy(line, word.as_deref(), error),
             },

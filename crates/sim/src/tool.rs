@@ -159,7 +159,7 @@ pub enum NoPlate {
     #[error("`{0}` is not an axis, a place and a side: say it as Z,12.5,below")]
     Parts(String),
     /// There is no such axis.
-    #[error("`{0}` is no axis: use X, Y or Z")]
+    #[error("`{0}` is no axis: use {NAMES_OF_AXES}", NAMES_OF_AXES = crate::NAMES_OF_AXES)]
     Axis(String),
     /// The position is not a number.
     #[error("`{0}` is no place: give mm above the axis's limit switch, such as 12.5")]

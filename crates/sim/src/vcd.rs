@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::io;
 
-use isostep_motion::{Axis, Motor};
+use isostep_motion::{AXES, Axis, Motor};
 use vcd::{IdCode, SimulationCommand, TimescaleUnit, VarType, Writer};
 
 use crate::record::{Wave, Wire};
@@ -28,7 +28,7 @@ enum Change {
 ///
 /// # Errors
 /// Those of `out`.
-pub fn write(waves: &[Wave], tool: &[ToolChange], limits_high: [bool; 3], out: impl io::Write) -> io::Result<()> {
+pub fn write(waves: &[Wave], tool: &[ToolChange], limits_high: [bool; AXES], out: impl io::Write) -> io::Result<()> {
     let mut vcd = Writer::new(out);
     vcd.timescale(1, TimescaleUnit::NS)?;
     vcd.add_module("isostep")?;
@@ -101,7 +101,7 @@ impl Change {
 }
 
 /// Every wire with its name and its level at power-up.
-fn wires(limits_high: [bool; 3], waves: &[Wave]) -> Vec<(Wire, String, bool)> {
+fn wires(limits_high: [bool; AXES], waves: &[Wave]) -> Vec<(Wire, String, bool)> {
     let mut wires = second_motor(waves);
     for axis in Axis::ALL {
         let motor = Motor::first(axis);

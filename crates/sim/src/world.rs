@@ -333,7 +333,8 @@ impl World {
         let t_ns = self.clock.now_ns();
         let edge_ns = self.record.edges.last().map_or(0, |edge| edge.t_ns);
         self.record.moves.take(t_ns, edge_ns, event);
-        if !matches!(event, Event::Run { .. } | Event::Move { .. } | Event::Replan { .. } | Event::RunEnd { .. }) {
+        let is_of_move = matches!(event, Event::Move { .. } | Event::Mark { .. } | Event::Replan { .. });
+        if !is_of_move && !matches!(event, Event::Run { .. } | Event::RunEnd { .. }) {
             self.record.events.push((t_ns, event));
         }
     }
@@ -416,7 +417,7 @@ impl World {
         for side in &mut self.sides {
             let index = side.axis as usize;
             let scale = mechanics.steps_per_mm[index] / self.mechanics.steps_per_mm[index];
-            side.refit(scale, mechanics.drives[index], mechanics.end_stops_steps[index]);
+            side.refit(scale, mechanics.drives[index], mechanics.end_stops_steps[index], mechanics.turn_steps[index]);
         }
         self.mechanics = mechanics;
     }

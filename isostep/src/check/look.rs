@@ -4,11 +4,11 @@ use std::path::Path;
 
 use indicatif::ProgressBar;
 use isostep_console::Settings;
-use isostep_sim::Config;
 use isostep_sim::pace::Pace;
 use isostep_sim::stream::Program;
 use isostep_sim::survey::{Fit, Survey};
 use isostep_sim::tool::Plate;
+use isostep_sim::{AXES, Config};
 use serde::Serialize;
 
 use crate::{project, remarks, sim, timing};
@@ -34,7 +34,7 @@ pub struct Checked {
 pub struct On {
     pub machine: String,
     /// The initial position of the carriages, mm from their switches.
-    pub start_mm: [f64; 3],
+    pub start_mm: [f64; AXES],
     pub survey: Survey,
     /// Time from the start of the first move to the end of the last, with the waits before and after, without homing and
     /// without refused lines, s.
@@ -66,7 +66,7 @@ impl On {
 /// Where the carriages stand, and a plate for the probe.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Stand {
-    pub start_mm: Option<[f64; 3]>,
+    pub start_mm: Option<[f64; AXES]>,
     pub plate: Option<Plate>,
 }
 
@@ -111,7 +111,7 @@ fn on(program: &Program, machine: &Machine, stand: Stand, bar: &ProgressBar) -> 
 
 /// Surveys the program from the requested start. Without one, the start is the middle of the travel; if the program
 /// does not fit from there, a start from which it fits.
-fn survey(program: &Program, settings: &Settings, start_mm: Option<[f64; 3]>) -> ([f64; 3], Survey) {
+fn survey(program: &Program, settings: &Settings, start_mm: Option<[f64; AXES]>) -> ([f64; AXES], Survey) {
     let first_mm = start_mm.unwrap_or_else(|| timing::middle_mm(settings));
     let survey = Survey::of(program, settings, first_mm);
     match survey.outside.as_ref().map(|outside| outside.fit) {

@@ -8,8 +8,8 @@ use std::path::PathBuf;
 use anyhow::{Result, ensure};
 use indicatif::{ProgressBar, ProgressStyle};
 use isostep_console::Settings;
-use isostep_sim::Config;
 use isostep_sim::tool::Plate;
+use isostep_sim::{AXES, Config};
 
 use self::look::{Checked, Machine, Stand};
 use crate::files::Files;
@@ -46,7 +46,7 @@ pub struct Args {
     settings: Vec<PathBuf>,
     /// Where the carriages stand at first, in mm from their switches [default: where the program fits]
     #[arg(long, value_name = "X,Y,Z", value_parser = sim::places, allow_hyphen_values = true)]
-    start: Option<[f64; 3]>,
+    start: Option<[f64; AXES]>,
     /// A plate that the probe touches, such as Z,12.5,below (isostep sim --help)
     #[arg(long, value_name = "AXIS,MM,SIDE", allow_hyphen_values = true)]
     probe_plate: Option<Plate>,

@@ -1,11 +1,12 @@
 //! Prints the results of a check for people.
 
+use isostep_sim::AXES;
 use isostep_sim::pace::LEAST_SHOWN_S;
 use isostep_sim::survey::{LISTED_MAX, Survey};
 
 use super::look::{Checked, Machine, On};
 use crate::pace;
-use crate::remarks::{self, AXES, SHOWN_MAX, shortened};
+use crate::remarks::{self, AXIS_NAMES, SHOWN_MAX, shortened};
 
 /// The details of one program on each machine.
 pub fn detail(checked: &Checked, all: bool) -> String {
@@ -83,14 +84,14 @@ fn places(on: &On) -> String {
     let Some(extents) = on.survey.extents_mm else { return row("extents", "nothing moves") };
     let axis = |index: usize| {
         let [low_mm, high_mm] = [extents.low_mm, extents.high_mm].map(|mm| without_dust(mm[index]));
-        format!("{} {low_mm:.3} to {high_mm:.3}", AXES[index])
+        format!("{} {low_mm:.3} to {high_mm:.3}", AXIS_NAMES[index])
     };
-    let [width, height, depth] = extents.size_mm();
-    let text =
-        row("extents", &format!("{}, {}, {} mm: {width:.3} x {height:.3} x {depth:.3}", axis(0), axis(1), axis(2)));
-    let [x, y, z] = on.start_mm;
+    let axes = std::array::from_fn::<_, AXES, _>(axis).join(", ");
+    let sizes = extents.size_mm().map(|mm| format!("{mm:.3}")).join(" x ");
+    let text = row("extents", &format!("{axes} mm: {sizes}"));
+    let start = on.start_mm.map(|mm| mm.to_string()).join(",");
     text + &match &on.survey.outside {
-        None => row("travel", &format!("it stays within, from --start {x},{y},{z}")),
+        None => row("travel", &format!("it stays within, from --start {start}")),
         Some(outside) => row("travel", &format!("left: {}", remarks::outside(outside))),
     }
 }
@@ -166,7 +167,7 @@ fn machine_name(machine: &Machine, machines: &[Machine]) -> String {
 fn cells(one: &Checked) -> String {
     let Some(first) = one.on.first() else { return format!("{:>7} {}", "-", one.unreadable.as_deref().unwrap_or("-")) };
     let mut text = format!("{:>7}", first.survey.lines);
-    for axis in 0..3 {
+    for axis in 0..AXES {
         let extents = first.survey.extents_mm;
         let words = extents.map_or("-".to_owned(), |bounds| {
             let [low_mm, high_mm] = [bounds.low_mm, bounds.high_mm].map(|mm| without_dust(mm[axis]));

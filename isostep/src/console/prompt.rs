@@ -111,7 +111,7 @@ struct Drawn(Ahead);
 
 impl Highlighter for Drawn {
     fn highlight_prompt<'b, 's: 'b, 'p: 'b>(&'s self, prompt: &'p str, default: bool) -> Cow<'b, str> {
-        if default { Cow::Owned(format!("{:1$} > ", self.0.get(), status::WIDTH)) } else { Cow::Borrowed(prompt) }
+        if default { Cow::Owned(format!("{:1$.1$} > ", self.0.get(), status::WIDTH)) } else { Cow::Borrowed(prompt) }
     }
 }
 

@@ -2,13 +2,16 @@
 
 use std::fmt;
 
+use isostep_console::AXES;
+
 /// The part of a status report that is shown all the time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Status {
     /// The state with its number, such as Idle, Run, Alarm or Hold:0.
     pub state: String,
-    /// The position of the machine in mm or inches, in machine or work coordinates, as the report gives it.
-    pub place: [f64; 3],
+    /// The position of the machine in mm or inches, in machine or work coordinates, as the report gives it: of
+    /// three axes, or of four.
+    pub place: Vec<f64>,
 }
 
 impl Status {
@@ -17,9 +20,8 @@ impl Status {
         let mut fields = line.strip_prefix('<')?.strip_suffix('>')?.split('|');
         let state = fields.next()?.to_owned();
         let places = fields.find_map(|field| field.strip_prefix("MPos:").or_else(|| field.strip_prefix("WPos:")))?;
-        let mut places = places.split(',').map(str::parse);
-        let mut next = || places.next()?.ok();
-        Some(Self { state, place: [next()?, next()?, next()?] })
+        let place: Vec<_> = places.split(',').map(str::parse).collect::<Result<_, _>>().ok()?;
+        matches!(place.len(), 3 | 4).then_some(Self { state, place })
     }
 
     /// Whether the machine is moving and will come to rest by itself.
@@ -41,13 +43,13 @@ impl Status {
 /// The text has the same width for any machine shorter than 100 m.
 impl fmt::Display for Status {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let [x, y, z] = self.place;
-        write!(f, "{:<6} X{x:>9.3} Y{y:>9.3} Z{z:>9.3}", self.state)
+        write!(f, "{:<6}", self.state)?;
+        "XYZA".chars().zip(&self.place).try_for_each(|(name, place)| write!(f, " {name}{place:>9.3}"))
     }
 }
 
 /// The width of the text.
-pub const WIDTH: usize = 6 + 3 * 11;
+pub const WIDTH: usize = 6 + AXES * 11;
 
 #[cfg(test)]
 mod tests {
@@ -56,15 +58,26 @@ mod tests {
     #[test]
     fn a_report_is_read_and_shown_in_a_fixed_width() {
         let status = Status::read("<Hold:0|WPos:1.000,-20.500,300.000|FS:0,0>").unwrap();
-        assert_eq!(status, Status { state: "Hold:0".into(), place: [1.0, -20.5, 300.0] });
+        assert_eq!(status, Status { state: "Hold:0".into(), place: vec![1.0, -20.5, 300.0] });
         assert_eq!(status.to_string(), "Hold:0 X    1.000 Y  -20.500 Z  300.000");
-        assert_eq!(status.to_string().len(), WIDTH);
-        assert_eq!(Status { state: "Idle".into(), ..status }.to_string().len(), WIDTH);
+        let four = Status::read("<Idle|MPos:1.000,-20.500,300.000,-7.25|FS:0,0>").unwrap();
+        assert_eq!(four.to_string(), "Idle   X    1.000 Y  -20.500 Z  300.000 A   -7.250");
+        let longest = if AXES == 4 { four.to_string() } else { status.to_string() };
+        assert_eq!(longest.len(), WIDTH);
+        assert_eq!(Status { state: "Idle".into(), ..status.clone() }.to_string().len(), status.to_string().len());
     }
 
     #[test]
     fn other_lines_are_no_report() {
-        for line in ["ok", "<Idle", "<Idle>", "<Idle|MPos:1,2>", "<Idle|MPos:a,b,c>", "[MSG:<Idle|MPos:1,2,3>]"] {
+        for line in [
+            "ok",
+            "<Idle",
+            "<Idle>",
+            "<Idle|MPos:1,2>",
+            "<Idle|MPos:1,2,3,4,5>",
+            "<Idle|MPos:a,b,c>",
+            "[MSG:<Idle|MPos:1,2,3>]",
+        ] {
             assert_eq!(Status::read(line), None, "{line}");
         }
     }

@@ -1,6 +1,7 @@
 //! The interface between the bridge and a machine.
 
 use anyhow::Result;
+use isostep_sim::AXES;
 
 /// A machine with a console, run in steps of time.
 pub trait Machine {
@@ -30,11 +31,11 @@ pub struct Closing {
     /// The state, or the alarm in words.
     pub state: String,
     /// The position that the machine reports.
-    pub position_mm: [f64; 3],
+    pub position_mm: [f64; AXES],
     /// The position counted from the edges since power-up or homing.
-    pub position_steps: [i32; 3],
+    pub position_steps: [i32; AXES],
     /// Steps made per axis, in both directions.
-    pub steps: [u64; 3],
+    pub steps: [u64; AXES],
     /// Steps that the motors lost, where that is modelled.
     pub steps_lost: Option<u64>,
     /// Number of edges that a motor driver may misread.

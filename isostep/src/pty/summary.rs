@@ -6,6 +6,8 @@ use std::path::Path;
 use super::Closing;
 use super::bridge::Tally;
 use crate::flight::{Flight, WINDOW_BYTES};
+use crate::remarks::words;
+use isostep_console::AXIS_NAMES;
 
 /// How to reach the machine.
 pub fn hints(path: &Path) -> String {
@@ -32,15 +34,15 @@ pub fn text(duration_ns: u64, tally: &Tally, closing: &Closing) -> String {
 }
 
 fn machine(text: &mut String, duration_ns: u64, behind_s: f64, closing: &Closing) -> std::fmt::Result {
-    let [x, y, z] = closing.position_mm;
-    let [nx, ny, nz] = closing.position_steps;
-    let [sx, sy, sz] = closing.steps;
+    let place = words(closing.position_mm.map(|mm| format!(" {mm:.3}")));
+    let steps = closing.position_steps.map(|n| n.to_string()).join(", ");
+    let each: Vec<_> = AXIS_NAMES.iter().zip(closing.steps).map(|(name, n)| format!("{name} {n}")).collect();
     let lost = closing.steps_lost.map_or(String::new(), |lost| format!(", {lost} lost by the motors"));
     let behind = if behind_s > 0.0 { format!(", {behind_s:.1} s behind the wall clock") } else { String::new() };
     writeln!(text, "machine time    {:.3} s{behind}", duration_ns as f64 * 1e-9)?;
     writeln!(text, "state           {}", closing.state)?;
-    writeln!(text, "position        X {x:.3} Y {y:.3} Z {z:.3} mm ({nx}, {ny}, {nz} steps)")?;
-    writeln!(text, "steps           {} (X {sx}, Y {sy}, Z {sz}){lost}", sx + sy + sz)
+    writeln!(text, "position        {place} mm ({steps} steps)")?;
+    writeln!(text, "steps           {} ({}){lost}", closing.steps.iter().sum::<u64>(), each.join(", "))
 }
 
 fn flight(flight: &Flight) -> String {

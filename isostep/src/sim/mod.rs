@@ -12,7 +12,9 @@ use isostep_sim::flash::FLASH_BYTES;
 use isostep_sim::stream::Program;
 use isostep_sim::survey::Survey;
 use isostep_sim::tool::Plate;
-use isostep_sim::{Config, Contact, Fault, Figures, Flash, Listed, Outcome, Port, SwitchFault, settings};
+use isostep_sim::{
+    AXES, Config, Contact, Fault, Figures, Flash, Listed, NAMES_OF_AXES, Outcome, Port, SwitchFault, settings,
+};
 
 use crate::files::Files;
 use crate::laws::Laws;
@@ -81,7 +83,7 @@ pub struct Args {
     seed: u64,
     /// Where the carriages stand at power-up, in mm from their switches [default: 35,40,15, at most half the travel]
     #[arg(long, value_name = "X,Y,Z", value_parser = places, allow_hyphen_values = true)]
-    start: Option<[f64; 3]>,
+    start: Option<[f64; AXES]>,
     /// How far the second side of an axis with two motors is ahead of the first while nothing holds it square, mm
     #[arg(long, value_name = "MM", allow_negative_numbers = true, default_value_t = 0.0)]
     skew: f64,
@@ -347,19 +349,24 @@ fn load(text: &str) -> Result<(usize, Load), String> {
 }
 
 fn axis_index(axis: &str) -> Result<usize, String> {
-    let index = remarks::AXES.iter().position(|name| name.eq_ignore_ascii_case(axis));
-    index.ok_or_else(|| format!("`{axis}` is no axis: use X, Y or Z"))
+    let index = remarks::AXIS_NAMES.iter().position(|name| name.eq_ignore_ascii_case(axis));
+    index.ok_or_else(|| format!("`{axis}` is no axis: use {NAMES_OF_AXES}"))
 }
 
-fn numbers(text: &str) -> Option<[f64; 3]> {
+fn numbers<const N: usize>(text: &str) -> Option<[f64; N]> {
     let number = |text: &str| text.trim().parse().ok().filter(|number: &f64| number.is_finite());
     let numbers: Option<Vec<f64>> = text.split(',').map(number).collect();
     numbers?.try_into().ok()
 }
 
-/// Parses three numbers of mm, the format of `--start`.
-pub fn places(text: &str) -> Result<[f64; 3], String> {
-    numbers(text).ok_or_else(|| "three numbers of mm, such as 35,40,15".to_owned())
+/// Parses the format of `--start`: a number of mm for each axis. A starts at its default if it is left out.
+pub fn places(text: &str) -> Result<[f64; AXES], String> {
+    let of_three = || {
+        let mut start_mm = Config::default().start_mm;
+        start_mm[..3].copy_from_slice(&numbers::<3>(text)?);
+        Some(start_mm)
+    };
+    numbers(text).or_else(of_three).ok_or_else(|| "three numbers of mm, such as 35,40,15".to_owned())
 }
 
 fn switch(text: &str) -> Result<(usize, SwitchFault), String> {

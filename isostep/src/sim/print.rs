@@ -6,7 +6,7 @@ use isostep_sim::tool::figures::{BeamFigures, ToolFigures};
 use isostep_sim::{Figures, MoveFigures};
 
 use crate::pace;
-use crate::remarks::SHOWN_MAX;
+use crate::remarks::{SHOWN_MAX, words};
 
 /// At most this many moves are listed one by one, unless all are requested.
 const ROWS_MAX: usize = 40;
@@ -30,9 +30,9 @@ pub fn print(figures: &Figures, all_moves: bool) {
     }
     print_losses(figures);
     print_checks(figures);
-    let [x, y, z] = figures.position_mm;
-    let [nx, ny, nz] = figures.position_steps;
-    println!("\nfinal position: X {x:.2} Y {y:.2} Z {z:.2} mm ({nx}, {ny}, {nz} steps)");
+    let place = words(figures.position_mm.map(|mm| format!(" {mm:.2}")));
+    let steps = figures.position_steps.map(|n| n.to_string()).join(", ");
+    println!("\nfinal position: {place} mm ({steps} steps)");
     println!("{} steps in {:.3} s of machine time", figures.steps_total, seconds(figures.duration_ns));
 }
 
@@ -84,14 +84,13 @@ fn print_moves(moves: &[MoveFigures]) {
         "to X Y Z, mm", "steps", "accelerate", "cruise", "decelerate", "apart", "error"
     );
     for one in moves {
-        let [x, y, z] = one.to_mm;
         let steps = one.steps.map(|n| n.to_string()).join(" ");
         let apart = one.apart_s.map_or("-".to_owned(), |apart_s| format!("{:.0} ns", apart_s * 1e9));
         let error_ns = one.error_max_ns();
         println!(
             "{:>4} {:>22} {steps:>21} {:>10.6} {:>8.6} {:>10.6} {apart:>9} {:>9}",
             one.number,
-            format!("{x:.2} {y:.2} {z:.2}"),
+            one.to_mm.map(|mm| format!("{mm:.2}")).join(" "),
             one.planned.accel_s,
             one.planned.cruise_s,
             one.planned.decel_s,

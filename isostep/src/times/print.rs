@@ -1,6 +1,7 @@
 //! The times as text for people.
 
 use super::ratios::{ColumnTimes, Machine, Ratios, Report, Times};
+use isostep_sim::AXES;
 
 /// A table for each column, and a summary of all.
 pub fn text(report: &Report) -> String {
@@ -40,9 +41,9 @@ fn summary(name: &str, ratios: Option<Ratios>) -> String {
 
 /// The machine's figures. A figure that is the same for all axes is given once.
 fn machine(machine: &Machine) -> String {
-    let each = |values: [f32; 3]| {
-        let [x, y, z] = values;
-        if x == y && y == z { x.to_string() } else { format!("{x}/{y}/{z}") }
+    let each = |values: [f32; AXES]| {
+        let is_same = values.iter().all(|value| *value == values[0]);
+        if is_same { values[0].to_string() } else { values.map(|value| value.to_string()).join("/") }
     };
     let (steps, top, accel) = (each(machine.steps_per_mm), each(machine.top_speed_mm_min), each(machine.accel_mm_s2));
     format!("{steps} steps/mm, {top} mm/min, {accel} mm/s2")

@@ -1,6 +1,7 @@
 //! Ratios of our times to Grbl's, their medians, and whether they keep their bounds.
 
 use isostep_console::Settings;
+use isostep_sim::AXES;
 use serde::Serialize;
 
 use super::simulate::Timed;
@@ -39,9 +40,9 @@ pub struct ColumnTimes {
 #[derive(Debug, Default, Serialize)]
 pub struct Machine {
     pub name: String,
-    pub steps_per_mm: [f32; 3],
-    pub top_speed_mm_min: [f32; 3],
-    pub accel_mm_s2: [f32; 3],
+    pub steps_per_mm: [f32; AXES],
+    pub top_speed_mm_min: [f32; AXES],
+    pub accel_mm_s2: [f32; AXES],
 }
 
 /// The times of a program on a machine.

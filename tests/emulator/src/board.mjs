@@ -13,6 +13,9 @@ import { UsbHost } from './usb-host.mjs';
 import { RESET_FORCED, RESET_TIMER } from './watchdog.mjs';
 import { FlashCounts } from './xip-cache.mjs';
 
+/** Of PIO0, which counts steps down in its register Y. */
+const SECOND_MACHINE = 3;
+
 /** Grbl's ctrl-X. */
 const RESET_BYTE = 0x18;
 
@@ -111,6 +114,12 @@ export class Board {
   unmaskIrq(number) {
     this.core.enabledInterrupts |= 1 << number;
     this.core.interruptsUpdated = true;
+  }
+
+  /** The state machine of the second motor counts a step that it has not made, as after a flipped bit. */
+  miscountSecond() {
+    const second = this.chip.pio[0].machines[SECOND_MACHINE];
+    second.y = (second.y - 1) | 0;
   }
 
   /** Makes the firmware panic by calling its function at this address. */

@@ -3,7 +3,7 @@ import { NANOS_PER_CYCLE } from './clock.mjs';
 import { DRIVERS, DriverTiming } from './driver-timing.mjs';
 import { Estop } from './estop.mjs';
 import { LimitSwitch, seededRandom } from './limit-switch.mjs';
-import { AXES, ENABLE_PIN, ESTOP_PIN, PINS, SECOND, SECOND_PINS, TOOL_INPUTS } from './pins.mjs';
+import { AXES, AXES_USUAL, ENABLE_PIN, ESTOP_PIN, PINS, SECOND, SECOND_PINS, TOOL_INPUTS } from './pins.mjs';
 import { Probe } from './probe.mjs';
 import { SecondMotor } from './second-motor.mjs';
 import { StepStatistics } from './statistics.mjs';
@@ -13,13 +13,13 @@ import { ToolStops } from './tool-stops.mjs';
 
 const HIGH = 1;
 
-/** The plant: three drivers, carriages and switches, the tool, its probe and the buttons, wired to the chip's pins. */
+/** The plant: drivers, carriages and switches, the tool, its probe and the buttons, wired to the chip's pins. */
 export class Gantry {
   #estop;
 
   /**
    * @param {import('./clock.mjs').MachineClock} clock
-   * @param {{startMm: number[], bounceMicros: number, seed: number, switches: Record<string, string>,
+   * @param {{axes?: number, startMm: number[], bounceMicros: number, seed: number, switches: Record<string, string>,
    *   driver?: string, estop?: 'no' | 'nc', second?: {axis: string, skewMm: number} | null,
    *   probePlate?: import('./probe-plate.mjs').ProbePlate | null}} options
    */
@@ -39,7 +39,9 @@ export class Gantry {
     /** Called with (cycle, axis, direction, positionSteps) at every step. */
     this.stepWatchers = new Set();
     const random = seededRandom(options.seed);
-    AXES.forEach((axis, index) => this.#addAxis(axis, options.startMm[index], options, random));
+    /** Those that the firmware has. */
+    this.axes = AXES.slice(0, options.axes ?? AXES_USUAL);
+    this.axes.forEach((axis, index) => this.#addAxis(axis, options.startMm[index], options, random));
     this.second = options.second ? this.#secondMotor(options, random) : null;
     this.probe = new Probe(clock, this.carriages, (high) => this.#drive(TOOL_INPUTS.probe, high));
     this.probe.setPlate(options.probePlate ?? null);
@@ -72,7 +74,7 @@ export class Gantry {
 
   /** The limit switch of an axis, or of the second motor. */
   limitSwitch(name) {
-    return name === SECOND ? this.second?.limitSwitch : this.carriages[name].limitSwitch;
+    return name === SECOND ? this.second?.limitSwitch : this.carriages[name]?.limitSwitch;
   }
 
   /** Connects the gantry to a chip that has just been powered or reset. */
@@ -80,7 +82,7 @@ export class Gantry {
     this.chip = chip;
     this.tool.attach(chip);
     for (const [pin, high] of this.levels) chip.gpio[pin].setInputValue(high);
-    for (const axis of AXES) {
+    for (const axis of this.axes) {
       // A chip that has just been reset drives no pin: the driver's own pull-down holds DIR low.
       this.directions[axis] = -1;
       chip.gpio[PINS[axis].step].addListener((state, before) => this.#onStepPin(axis, state === HIGH, before === HIGH));
@@ -123,7 +125,7 @@ export class Gantry {
 
   /** The axes have been homed. The trace counts from here. */
   home(axes) {
-    for (const axis of axes) this.carriages[axis].home();
+    for (const axis of axes) this.carriages[axis]?.home();
   }
 
   get nanos() {

@@ -36,9 +36,9 @@ export function programLines(file) {
   return lines;
 }
 
-/** The axes that a line homes: `$H` all of them, `$HX` one; comments and spaces aside. */
+/** The axes that a line homes: `$H` all of them but A, which homes only if a setting says so; `$HX` one; comments and spaces aside. */
 export function homedAxes(text) {
-  const match = /^\$H([XYZ]?)$/i.exec(text.replace(/\(.*?\)|;.*$|\s/g, ''));
+  const match = /^\$H([XYZA]?)$/i.exec(text.replace(/\(.*?\)|;.*$|\s/g, ''));
   if (match === null) return [];
   return match[1] === '' ? ['X', 'Y', 'Z'] : [match[1].toUpperCase()];
 }

@@ -9,7 +9,7 @@ import { programLines } from './lines.mjs';
 import { Live, serve } from './live.mjs';
 import { HELP, parseOptions } from './options.mjs';
 import { OutputTrace } from './output-trace.mjs';
-import { NAMED_INPUTS, NAMED_OUTPUTS, TOOL_OUTPUTS } from './pins.mjs';
+import { NAMED_INPUTS, namedOutputs, TOOL_OUTPUTS } from './pins.mjs';
 import { ProgramRun } from './program.mjs';
 import { Profile } from './profile.mjs';
 import { Progress } from './progress.mjs';
@@ -126,7 +126,7 @@ function record(board, options) {
     board.gantry.tool.watchers.add((cycle, output, value) => recorders.outputs.change(cycle * NANOS_PER_CYCLE, output, value));
   }
   if (options.vcd) {
-    recorders.waveform = new Waveform(NAMED_OUTPUTS, NAMED_INPUTS);
+    recorders.waveform = new Waveform(namedOutputs(board.gantry.axes), NAMED_INPUTS);
     board.watchChips((chip) => {
       chip.pwm.showEdges(TOOL_OUTPUTS.pwm);
       recorders.waveform.attach(chip, () => board.nanos);

@@ -2,7 +2,7 @@ import { parseArgs } from 'node:util';
 import { DRIVERS } from './driver-timing.mjs';
 import { ESTOP_CONTACTS } from './estop.mjs';
 import { SWITCH_MODES } from './limit-switch.mjs';
-import { AXES, SECOND } from './pins.mjs';
+import { AXES, AXES_USUAL, SECOND } from './pins.mjs';
 import { PLATE_SIDES, ProbePlate } from './probe-plate.mjs';
 import { COMMANDS } from './script.mjs';
 
@@ -26,6 +26,7 @@ What to run
 The machine
   --driver NAME        ${Object.keys(DRIVERS).join(' or ')}: whose least times every edge is held to (default drv8825)
   --start X,Y,Z        millimetres above the limit switches at power-up (default 35,40,15)
+  --axes N             3 or 4, as the firmware was built (default 3)
   --second AXIS,MM     a second motor on this axis, so much farther from its switch than the first side, such as Y,1.5
   --switch X=MODE      ${SWITCH_MODES.join(', ')}; may be given for each axis, and as 2 for the second motor
   --estop no|nc        the emergency stop's contact: normally open (default), or normally closed, as the firmware was built for
@@ -41,7 +42,7 @@ The machine
 
 What to write
   --trace FILE         every rising edge of STEP: t_ns,axis,direction,position_steps
-  --edges FILE         the same in eight bytes an edge: cycle * 8 + axis (0, 1, 2) * 2 + (1 if DIR is up), little-endian
+  --edges FILE         the same in eight bytes an edge: cycle * 8 + axis (0, 1, 2, 3) * 2 + (1 if DIR is up), little-endian
   --outputs FILE       every change of the tool's outputs: t_ns,output,value (pwm as a duty from 0 to 1, enable, direction, flood
                        and mist as 0 or 1); all are 0 before their first
   --transcript FILE    every line sent and received, with its machine time
@@ -70,6 +71,9 @@ empties flash's cache, so that what runs next waits for flash. An example:
 Machine time is cycles of 125 MHz; no result depends on the wall clock. The exit code is 0 only if everything went through:
 all lines answered with ok, Idle at the end, no driver timing violated and no reset that the script did not wait for.`;
 
+/** Where the carriages stand at power-up, mm (or degrees) above their switches. */
+const START = [35, 40, 15, 15];
+
 const SPEC = {
   elf: { type: 'string' },
   program: { type: 'string' },
@@ -81,7 +85,8 @@ const SPEC = {
   set: { type: 'string', multiple: true, default: [] },
   'timeout-s': { type: 'string' },
   driver: { type: 'string', default: 'drv8825' },
-  start: { type: 'string', default: '35,40,15' },
+  start: { type: 'string' },
+  axes: { type: 'string', default: '3' },
   second: { type: 'string' },
   switch: { type: 'string', multiple: true, default: [] },
   estop: { type: 'string', default: 'no' },
@@ -123,7 +128,8 @@ export function parseOptions(args) {
     timeoutSeconds: number('--timeout-s', values['timeout-s'] ?? '300', 0.001, 1e6),
     driver: choice('--driver', Object.keys(DRIVERS), values.driver),
     estop: choice('--estop', ESTOP_CONTACTS, values.estop),
-    startMm: places(values.start),
+    axes: Number(choice('--axes', ['3', '4'], values.axes)),
+    startMm: places(values.start ?? START.slice(0, AXES_USUAL).join(','), Number(values.axes)),
     second: values.second === undefined ? null : secondOption(values.second),
     switches: Object.fromEntries(values.switch.map(switchOption)),
     probePlate: values['probe-plate'] === undefined ? null : plateOption(values['probe-plate']),
@@ -155,9 +161,11 @@ function settingLine(text) {
   return `$${text}\n`;
 }
 
-function places(text) {
-  const parts = text.split(',');
-  if (parts.length !== AXES.length) throw new Error(`--start ${text}: give three places in mm, such as 35,40,15`);
+function places(text, axes) {
+  const given = text.split(',');
+  // A may be left out.
+  const parts = given.length === AXES_USUAL ? [...given, ...START.slice(AXES_USUAL, axes).map(String)] : given;
+  if (parts.length !== axes) throw new Error(`--start ${text}: give ${axes} places in mm, such as ${START.slice(0, axes)}`);
   return parts.map((part) => number('--start', part, -1000, 1000));
 }
 

@@ -12,7 +12,7 @@ export function differences(status, before, after) {
   const [, position] = /MPos:([-\d.,]+)/.exec(status) ?? [];
   if (position === undefined) return [`no MPos in ${status}`];
   const reported = position.split(',').map((mm) => Math.round(Number(mm) * STEPS_PER_MM));
-  return AXES.flatMap((axis, index) => {
+  return AXES.slice(0, before.length).flatMap((axis, index) => {
     const [low, high] = [before[index], after[index]].sort((one, other) => one - other);
     if (reported[index] >= low && reported[index] <= high) return [];
     return [`${axis} is reported at ${reported[index]} steps, and ${low === high ? low : `${low} to ${high}`} left the pin`];

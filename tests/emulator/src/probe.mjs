@@ -1,5 +1,4 @@
 import { NANOS_PER_CYCLE } from './clock.mjs';
-import { AXES } from './pins.mjs';
 
 /**
  * The probe: a contact to ground that a plate or a hand closes. It records the steps at which the contact closed and
@@ -67,7 +66,7 @@ export class Probe {
   }
 
   #positions() {
-    return AXES.map((axis) => this.#carriages[axis].positionSteps);
+    return Object.values(this.#carriages).map((carriage) => carriage.positionSteps);
   }
 }
 

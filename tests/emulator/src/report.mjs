@@ -1,5 +1,4 @@
 import { CLOCK_HZ, NANOS_PER_CYCLE } from './clock.mjs';
-import { AXES } from './pins.mjs';
 
 const SHOWN = 5;
 
@@ -13,7 +12,7 @@ export function summary(board, console, error) {
     machine_time_ns: board.nanos,
     final_status: console.lastStatus,
     alarm: console.alarm,
-    axes: Object.fromEntries(AXES.map((axis) => [axis, axisSummary(gantry, axis)])),
+    axes: Object.fromEntries(gantry.axes.map((axis) => [axis, axisSummary(gantry, axis)])),
     second: secondSummary(gantry),
     driver_timing: { driver: gantry.timing.limits.name, violations: gantry.timing.total, by_rule: gantry.timing.counts, first: gantry.timing.first },
     core: coreSummary(clock),
@@ -73,8 +72,8 @@ function axisSummary(gantry, axis) {
 /** Of the second motor, if there is one. */
 function secondSummary({ second }) {
   if (second === null) return null;
-  const { axis, carriage, fartherSteps } = second;
-  return { axis, place_mm: carriage.placeMm, farther_steps: fartherSteps };
+  const { axis, carriage, fartherSteps, together, alone } = second;
+  return { axis, place_mm: carriage.placeMm, farther_steps: fartherSteps, steps_together: together, steps_alone: alone };
 }
 
 function replySummary({ text, reply, sentNanos, arrivedNanos, repliedNanos }, index) {

@@ -28,10 +28,11 @@ export const COMMANDS = {
   'check-stopped': { usage: 'check-stopped', parse: nothing, run: (script) => script.checkStopped() },
   'check-position': { usage: 'check-position', parse: nothing, run: (script) => script.checkPosition() },
   'cold-cache': { usage: 'cold-cache', parse: nothing, run: (script) => script.board.cache.empty() },
-  switch: { usage: `switch X|Y|Z|2 ${SWITCH_MODES.join('|')}`, parse: switchMode, run: (script, [name, mode]) => script.switchOf(name).setMode(mode) },
+  switch: { usage: `switch X|Y|Z|A|2 ${SWITCH_MODES.join('|')}`, parse: switchMode, run: (script, [name, mode]) => script.switchOf(name).setMode(mode) },
   'check-square': { usage: 'check-square STEPS', parse: whole, run: (script, steps) => script.checkSquare(steps) },
   'count-together': { usage: 'count-together', parse: nothing, run: (script) => void script.second.takeSteps() },
   'check-together': { usage: 'check-together', parse: nothing, run: (script) => script.checkTogether() },
+  'miscount-second': { usage: 'miscount-second', parse: nothing, run: (script) => script.board.miscountSecond() },
   estop: { usage: 'estop pressed|released|cut|mended', parse: estopState, run: (script, change) => script.board.gantry.changeEstop(change) },
   probe: { usage: 'probe pressed|released', parse: pressed, run: (script, down) => script.board.gantry.probe.press(down) },
   'probe-plate': { usage: 'probe-plate X|Y|Z MM below|above, or probe-plate none', parse: plate, run: (script, plate) => script.board.gantry.probe.setPlate(plate) },
@@ -193,7 +194,8 @@ export class ScriptRun {
    * counted or not.
    */
   checkPosition() {
-    const counted = () => AXES.map((axis) => this.board.gantry.carriages[axis].positionSteps);
+    const { axes, carriages } = this.board.gantry;
+    const counted = () => axes.map((axis) => carriages[axis].positionSteps);
     const before = counted();
     this.console.inbox.status = [];
     this.console.send(STATUS_REQUEST);

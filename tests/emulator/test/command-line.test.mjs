@@ -42,7 +42,7 @@ test('contacts are closed by hand, and a plate is put in the way of an axis', ()
 test('a wrong script line says which, what and how', () => {
   assert.throws(() => parseScript('jump'), /line 1: no command jump; there are send/);
   assert.throws(() => parseScript('\nbytes 1g'), /line 2: .*two hexadecimal digits; write: bytes HEX/);
-  assert.throws(() => parseScript('switch W normal'), /none of X, Y, Z, 2; write: switch/);
+  assert.throws(() => parseScript('switch W normal'), /none of X, Y, Z, A, 2; write: switch/);
   assert.throws(() => parseScript('wait-ms'), /positive number/);
 });
 
@@ -62,7 +62,7 @@ test('options are checked, and default to the bench', () => {
   for (const idle of [['--stream', 'counting'], ['--poll-hz', '4'], ['--timeout-s', '1'], ['--progress']]) {
     assert.throws(() => parseOptions(['--elf', 'a', '--live', ...idle]), new RegExp(`${idle[0]} is for a program or a script`));
   }
-  assert.throws(() => parseOptions(['--elf', 'a', '--script', 'b', '--start', '1,2']), /three places/);
+  assert.throws(() => parseOptions(['--elf', 'a', '--script', 'b', '--start', '1,2']), /give 3 places/);
   assert.throws(() => parseOptions(['--elf', 'a', '--script', 'b', '--console', 'wifi']), /usb or uart/);
   assert.throws(() => parseOptions(['--elf', 'a', '--script', 'b', '--driver', 'a4988']), /drv8825 or tmc2209/);
 });

@@ -2,12 +2,14 @@
 
 use std::fmt::{self, Write};
 
+use crate::axes::xyz_a;
 use isostep_console::parameters::{STORED_LINE_CHARS, StoredLine};
 use isostep_console::{
     Block, Command, Coordinates, Error, Interpreter, Jog, LineAssembler, MAX_COORDINATE_PM, MIN_FEED_MM_MIN, Move,
     Overrides, Rate, Realtime, Refusal, ReportedState, SETTING_TABLE, Settings, Spindle, Status, StatusReporter,
     length, realtime, report, stopped_at,
 };
+use isostep_sim::AXES;
 
 /// Bytes that a controller has room for, which are the maximum lengths of the reports.
 const MESSAGE_BYTES: usize = 256;
@@ -151,8 +153,8 @@ impl Console {
                     self.startup = Default::default();
                 }
             }
-            Command::Home { axis } => assert!(axis.is_none_or(|axis| axis < 3)),
-            Command::Buzz { axis } => assert!(axis < 3),
+            Command::Home { axis } => assert!(axis.is_none_or(|axis| axis < AXES)),
+            Command::Buzz { axis } => assert!(axis < AXES),
             Command::ExplainError(error) => tells(report::message, error),
             Command::ExplainAlarm(alarm) => tells(report::message, alarm),
             Command::ShowSettings | Command::ShowParameters | Command::ShowBuild => self.list(),
@@ -207,7 +209,7 @@ impl Console {
             fits(SETTING_BYTES, |out| report::setting(out, row, &self.settings));
         }
         for line in 0..report::PARAMETERS {
-            fits(MESSAGE_BYTES, |out| report::parameter(out, line, &self.interpreter, inches));
+            fits(MESSAGE_BYTES, |out| report::parameter(out, line, &self.interpreter, &self.settings));
         }
         fits(MESSAGE_BYTES, |out| report::modal(out, &self.interpreter, inches));
         fits(MESSAGE_BYTES, |out| report::build(out, &self.build_text));
@@ -232,7 +234,7 @@ impl Console {
             spindle: modal.spindle,
             coolant: modal.coolant,
             probe_touched,
-            limits_pressed: [x, y, z],
+            limits_pressed: xyz_a([x, y, z], y),
             second_limit_pressed: x && y,
             door_open,
             hold_pressed: door_open,
@@ -246,7 +248,7 @@ impl Console {
     }
 }
 
-fn is_a_place(place_pm: [i64; 3]) {
+fn is_a_place(place_pm: [i64; AXES]) {
     assert!(place_pm.iter().all(|pm| pm.abs() <= MAX_COORDINATE_PM), "{place_pm:?}");
 }
 

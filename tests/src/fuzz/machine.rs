@@ -1,7 +1,9 @@
 //! Sends bytes to the whole machine in the simulator, lets time pass, and presses its switches.
 
+use crate::axes::xyz_a;
 use embassy_time::Duration;
 use isostep_motion::{Axis, State};
+use isostep_sim::AXES;
 use isostep_sim::world::Wire;
 use isostep_sim::{Config, Sim, SwitchFault};
 
@@ -18,10 +20,10 @@ const RESET: u8 = 0x18;
 /// When the machine does not answer, answers more lines than were sent, loses or invents a step, or leaves a tool on
 /// after a stop.
 pub fn run(bytes: &[u8]) {
-    let mut config = Config { start_mm: [20.0, 30.0, 10.0], keep_record: false, ..Config::default() };
+    let mut config = Config { start_mm: xyz_a([20.0, 30.0, 10.0], 10.0), keep_record: false, ..Config::default() };
     // Faster than the default, so that more happens in a case.
-    config.settings.max_rate_mm_min = [12_000.0; 3];
-    config.settings.accel_mm_s2 = [1_000.0; 3];
+    config.settings.max_rate_mm_min = [12_000.0; AXES];
+    config.settings.accel_mm_s2 = [1_000.0; AXES];
     config.settings.homing_seek_mm_min = 3_000.0;
     let mut bench =
         Bench { sim: Sim::new(&config), lines: 0, answers: 0, is_pressed: [false; 6], left_us: LIFE_MS * 1_000 };

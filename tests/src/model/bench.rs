@@ -1,5 +1,6 @@
 //! A simulated machine beside the model, and what is compared.
 
+use crate::axes::xyz_a;
 use embassy_time::Duration;
 use isostep_console::Settings;
 use isostep_motion::{AXES, State as MachineState};
@@ -48,17 +49,17 @@ pub struct Bench {
 pub fn run(seed: u64) -> Result<(), String> {
     let mut random = Rand64::new(seed.into());
     let is_default = random.rand_range(0..3) == 0;
-    let mut settings = Settings { accel_mm_s2: [500.0; 3], max_rate_mm_min: [6_000.0; 3], ..Settings::DEFAULT };
+    let mut settings = Settings { accel_mm_s2: [500.0; AXES], max_rate_mm_min: [6_000.0; AXES], ..Settings::DEFAULT };
     settings.homing_seek_mm_min = 3_000.0;
-    settings.jerk_or_0_mm_s3 = [0.0; 3];
-    settings.travel_mm = [120.0, 100.0, 80.0];
+    settings.jerk_or_0_mm_s3 = [0.0; AXES];
+    settings.travel_mm = xyz_a([120.0, 100.0, 80.0], 0.0);
     if is_default {
         settings = Settings::DEFAULT;
     } else {
         let mut choose = || STEPS_PER_MM[random.rand_range(0..STEPS_PER_MM.len() as u64) as usize];
-        settings.steps_per_mm = [choose(), choose(), choose()];
+        settings.steps_per_mm = xyz_a([choose(), choose(), choose()], STEPS_PER_MM[0]);
     }
-    let start_mm = [20.0, 30.0, 25.0];
+    let start_mm = xyz_a([20.0, 30.0, 25.0], 25.0);
     let loads = [Some(LIGHT); AXES];
     let config = Config { settings, start_mm, seed, loads, keep_record: false, bounce_us: 0, ..Config::default() };
     let mut bench = Bench::new(config);

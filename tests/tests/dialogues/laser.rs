@@ -65,8 +65,8 @@ fn m3_of_a_laser_shines_evenly_while_it_feeds() {
     assert_eq!(outputs(&changes), [FULL, DARK, HALF, DARK, HALF, DARK]);
     let outcome = sim.outcome();
     let moves = moves(&outcome);
-    assert_eq!(moves.len(), 5);
-    for (change, (index, end)) in changes.iter().zip([(0, 0), (0, 1), (2, 0), (3, 1), (4, 0), (4, 1)]) {
+    assert_eq!((moves.len(), &moves[2].marks_steps[..]), (4, &[250][..]), "X20 goes straight on");
+    for (change, (index, end)) in changes.iter().zip([(0, 0), (0, 1), (2, 0), (2, 1), (3, 0), (3, 1)]) {
         assert_at(change.0, ends_ns(moves[index], end), &format!("move {index}, {:?}", change.1));
     }
     assert_eq!(field(&mut sim, "FS"), "0,0");

@@ -2,6 +2,7 @@
 
 use embassy_time::Duration;
 use isostep_motion::State;
+use isostep_sim::lines_of_moves::of_stretches;
 use isostep_sim::tool::ToolOutput;
 use isostep_sim::{Config, MoveRecord, Outcome, Sim};
 use isostep_trials::cases;
@@ -87,11 +88,15 @@ impl Program {
     fn compare(self, name: &str) -> (usize, usize) {
         let outcome = self.sim.outcome();
         let light = Light::of(&outcome);
-        let moves: Vec<_> = outcome.moves.iter().filter(|record| !record.homing).collect();
-        assert_eq!(moves.len(), self.lit.len(), "{name}");
+        // The machine is not homed. A line that goes straight on is a stretch of the same move.
+        let stretches = of_stretches(&outcome);
+        assert_eq!(stretches.len(), self.lit.len(), "{name}");
         let (mut pieces, mut kinks) = (0, 0);
-        for (record, lit) in moves.into_iter().zip(&self.lit) {
-            let samples = self.samples(record, *lit);
+        for (index, (stretch, lit)) in stretches.iter().zip(&self.lit).enumerate() {
+            let record = &outcome.moves[stretch.index];
+            let next = stretches.get(index + 1).filter(|next| next.index == stretch.index);
+            let end_s = next.map_or(record.plan_s, |next| record.place_time_s(next.from_steps));
+            let samples = self.samples(record, [record.place_time_s(stretch.from_steps), end_s], *lit);
             let mut begin = 0;
             while begin < samples.len() {
                 let place_mm = samples[begin].place_mm;
@@ -136,20 +141,19 @@ impl Program {
         );
     }
 
-    /// The plan of a move in short stretches of time.
-    fn samples(&self, record: &MoveRecord, lit: Lit) -> Vec<Sample> {
+    /// The plan of a move from one instant to another, s from the start of its run, in short stretches of time.
+    fn samples(&self, record: &MoveRecord, [begin_s, end_s]: [f64; 2], lit: Lit) -> Vec<Sample> {
         let mm_per_step = {
             let path = record.plan.steps.iter().map(|steps| (f64::from(*steps) / 50.0).powi(2)).sum::<f64>().sqrt();
             path / record.plan.distance_steps()
         };
-        let begin_s = record.plan.begin_s();
-        let count = ((record.plan_s - begin_s) / SAMPLE_S).ceil();
+        let count = ((end_s - begin_s) / SAMPLE_S).ceil();
         let mut place_mm = 0.0;
         let start_s = record.start_ns as f64 * 1e-9;
         (0..count as usize)
             .map(|number| {
                 let from_s = begin_s + number as f64 * SAMPLE_S;
-                let to_s = (from_s + SAMPLE_S).min(record.plan_s);
+                let to_s = (from_s + SAMPLE_S).min(end_s);
                 let t_s = (from_s + to_s) / 2.0;
                 let part = record.parts.iter().rfind(|part| part.begin_s() <= t_s).unwrap_or(&record.plan);
                 let speed_mm_s = part.speed_at(t_s) * mm_per_step;
@@ -204,8 +208,9 @@ impl Light {
     }
 }
 
-/// A program of random moves, of which some are dark, with overrides before it and while it runs.
-fn random_program(law: u8, seed: u32) -> (Program, String) {
+/// A program of random moves, of which some are dark, with overrides before it and while it runs. In a raster many of
+/// them go straight on at the same feed.
+fn random_program(law: u8, seed: u32, is_raster: bool) -> (Program, String) {
     let mut random = Rand32::new(u64::from(seed) * 7 + u64::from(law));
     let mut pick = |choices: &[f64]| choices[random.rand_range(0..choices.len() as u32) as usize];
     let accel_mm_s2 = pick(&[100.0, 500.0, 2_000.0]);
@@ -217,9 +222,13 @@ fn random_program(law: u8, seed: u32) -> (Program, String) {
     for _ in 0..8 {
         let [x, y, z] = [(); 3].map(|()| pick(&[-3.0, -1.0, -0.2, 0.0, 0.2, 1.0, 3.0]) + 0.02);
         let mode = ["M3", "M4", "M4", "M4", "M5"][pick(&[0.0, 1.0, 2.0, 3.0, 4.0]) as usize];
-        let (s, f) = (pick(&[50.0, 600.0, 800.0, 1_000.0]), pick(&[600.0, 1_000.0, 2_000.0]));
-        lines += &format!("{mode} S{s}\nG1 F{f} X{x} Y{y} Z{z}\n");
-        program.lit.push(Lit { mode, power: s / 1_000.0, feed_mm_s: f / 60.0 });
+        let (mut s, f) = (pick(&[50.0, 600.0, 800.0, 1_000.0]), pick(&[600.0, 1_000.0, 2_000.0]));
+        let times = if is_raster { pick(&[1.0, 4.0, 12.0]) as usize } else { 1 };
+        for _ in 0..times {
+            lines += &format!("{mode} S{s}\nG1 F{f} X{x} Y{y} Z{z}\n");
+            program.lit.push(Lit { mode, power: s / 1_000.0, feed_mm_s: f / 60.0 });
+            s = pick(&[0.0, 50.0, 600.0, 1_000.0]);
+        }
     }
     program.sim.send(lines.as_bytes());
     let mut acts = String::new();
@@ -242,12 +251,24 @@ fn the_light_of_each_piece_of_the_path_is_that_of_the_rule() {
     let (mut programs, mut pieces, mut kinks) = (0, 0, 0);
     for law in 0..7 {
         for seed in 0..if law < 3 { cases(4, 10) } else { cases(1, 3) } {
-            let (program, name) = random_program(law, seed);
+            let (program, name) = random_program(law, seed, false);
             let counted = program.compare(&name);
             (programs, pieces, kinks) = (programs + 1, pieces + counted.0, kinks + counted.1);
         }
     }
     assert!(pieces > 70 * programs && kinks > programs, "{pieces} pieces, {kinks} of them full in a part");
+}
+
+/// The same for lines that are parts of one move: each has the light that is its own, on ramps too.
+#[test]
+fn the_light_of_each_line_of_a_raster_is_that_of_the_rule() {
+    let (mut pieces, mut marks) = (0, 0);
+    for seed in 0..cases(10, 50) {
+        let (program, name) = random_program(0, seed, true);
+        marks += program.sim.outcome().moves.iter().map(|record| record.marks_steps.len()).sum::<usize>();
+        pieces += program.compare(&name).0;
+    }
+    assert!(marks > 60 && pieces > 10 * marks, "{marks} marks, {pieces} pieces");
 }
 
 /// At 200 % of the feed a ramp passes the programmed speed in its middle. There the laser is full, and not later.

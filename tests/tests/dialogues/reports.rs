@@ -1,7 +1,7 @@
 //! Each field of the status reports, as listed in docs/console.md.
 
 use embassy_time::Duration;
-use isostep_motion::Axis;
+use isostep_motion::{Axis, State};
 use isostep_sim::plant::SwitchFault;
 use isostep_sim::world::Wire;
 use isostep_sim::{Config, Sim};
@@ -109,6 +109,38 @@ fn report_line_number_of_the_move_under_way() {
     assert!(!report(&mut sim).contains("Ln:"));
     begin(&mut sim, "N60 G1 X1 F60", Duration::from_millis(50));
     assert_eq!(field(&mut sim, "Ln"), "60");
+}
+
+/// Lines of a laser that go straight on are one move, and each is reported while its part of it is made; after a hold,
+/// too.
+#[test]
+fn report_line_number_of_the_part_of_a_move_that_is_under_way() {
+    let mut sim = homed();
+    sim.send(b"$32=1\nG91 M4 S500 G1 F600\nN1 X1\n");
+    (1..=20).for_each(|number| sim.send(format!("N{}0 X1 S{}\n", number, 10 * number).as_bytes()));
+    let mut heard = 0;
+    while sim.machine().state() != State::Idle || heard == 0 {
+        sim.run_for(Duration::from_millis(23)).unwrap();
+        let status = sim.machine().status();
+        let mm = f64::from(status.position_steps[0]) / 50.0;
+        // A report is at most 5 ms old, in which it goes 0.05 mm, and a position half a step.
+        let numbers = [mm - 0.06, mm + 0.01].map(|mm| if mm < 1.0 { 1 } else { mm as u32 * 10 });
+        if status.state == State::Run {
+            assert!(numbers.contains(&status.line), "N{} at {mm} mm", status.line);
+            heard += u32::from(status.line >= 10);
+        }
+        if heard == 30 {
+            bytes(&mut sim, b"!");
+            sim.run_until_state(|state| state == State::Hold { still: true }).unwrap();
+            bytes(&mut sim, b"~");
+            heard += 1;
+        }
+    }
+    let outcome = sim.outcome();
+    let marks = outcome.moves.iter().filter(|record| !record.homing).map(|record| record.marks_steps.len());
+    // N10 begins a move, which the hold divides.
+    assert!(matches!(marks.collect::<Vec<_>>()[..], [0, before, after] if before > 2 && before + after == 19));
+    assert!(heard > 60, "{heard} reports");
 }
 
 #[test]

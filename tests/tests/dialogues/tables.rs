@@ -38,6 +38,7 @@ fn every_row_names_a_test_that_exists() {
         "`$` commands",
         "Feeds, dwells and places",
         "Two motors on an axis",
+        "A fourth axis",
         "Spindle, laser and coolant",
         "Probing",
         "Buttons and the safety door",

@@ -1,5 +1,6 @@
 //! An emergency stop that is wired normally closed, with the image that is built for it.
 
+use isostep_sim::AXES;
 use isostep_tests::emulated::Board;
 use isostep_trials::cases;
 use oorandom::Rand32;
@@ -14,7 +15,7 @@ fn board(test: &str) -> Board {
 fn a_broken_wire_stops_as_soon_as_a_press() {
     let mut random = Rand32::new(8);
     let mut script = "expect Grbl\nsend $0=0\nexpect ok\n".to_owned();
-    for axis in 0..3 {
+    for axis in 0..AXES as u32 {
         let settings = [(110, 288_000), (120, 100_000)];
         script.extend(settings.map(|(number, value)| format!("send ${}={value}\nexpect ok\n", number + axis)));
     }

@@ -6,7 +6,7 @@ use std::fs;
 
 use isostep_profile::SpeedLaw;
 use isostep_sim::world::Edge;
-use isostep_sim::{Config, Port, compare, run};
+use isostep_sim::{AXES, Config, Port, compare, run};
 use isostep_tests::emulated::Board;
 use isostep_tests::root;
 use isostep_trials::stride;
@@ -23,8 +23,10 @@ const WINDOW_NS: u64 = 50_000_000;
 
 fn settings(number: usize, law: SpeedLaw) -> Vec<String> {
     let start = law.is_over_displacement().then_some(START);
-    let each =
-        MACHINE.into_iter().chain(start).flat_map(|(first, value)| (0..3).map(move |axis| (first + axis, value)));
+    let each = MACHINE
+        .into_iter()
+        .chain(start)
+        .flat_map(|(first, value)| (0..AXES as u32).map(move |axis| (first + axis, value)));
     each.map(|(number, value)| format!("${number}={value}")).chain([format!("$940={number}"), "G91".into()]).collect()
 }
 
@@ -99,6 +101,35 @@ fn short_moves_of_every_law_slow_down_evenly() {
 #[ignore = "needs the firmware: cargo xtask test"]
 fn short_moves_of_every_law_by_the_timer_port_slow_down_evenly() {
     are_even(Port::Timer, 24_000, 20_000.0);
+}
+
+/// Long moves of one axis, of two and of three, at feeds that no processor makes the steps of: by every law they are as
+/// slow as it takes, and no step is late. The cruise is longer than the queues are.
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn long_moves_of_every_law_by_the_timer_port_are_as_slow_as_their_steps() {
+    for (number, law) in SpeedLaw::ALL.into_iter().enumerate().step_by(stride(3)) {
+        let accel_mm_s2 = [3_000, 1_500, 700, 10_000][number % 4];
+        let mut text = settings(number, law).join("\n").replace("=24000", "=60000\n$130=900\n$131=900\n$132=900");
+        (0..3).for_each(|axis| write!(text, "\n${}={accel_mm_s2}", 120 + axis).unwrap());
+        let lines = [(2, "X200"), (2, "X-140Y140"), (2, "X90Y-90Z90"), (2, "X-50Y-40Z-90"), (5, "X-100Y-10")];
+        for (pulse_us, line) in lines {
+            write!(text, "\n$0={pulse_us}\nG1 F60000 {line}\nG4 P0").unwrap();
+        }
+        let test = format!("long-{law}");
+        let path = root().join("target/emulated").join(format!("{test}.nc"));
+        fs::create_dir_all(path.parent().expect("a folder")).unwrap();
+        fs::write(&path, text + "\n").unwrap();
+        let board = Board::stepped_by(Port::Timer, &test).with(&["--start", "300,300,300"]);
+        let emulated = board.program(&path);
+        assert!(emulated.ok, "{law}: {}", emulated.printed);
+        let mut config = Config { port: Port::Timer, start_mm: [300.0; AXES], ..Config::default() };
+        config.settings.travel_mm = [900.0; AXES];
+        let simulated = run(&fs::read(&path).unwrap(), &config).unwrap();
+        let comparison = compare::compare(&simulated, &emulated.edges).unwrap();
+        println!("{law}: at most {:.0} ns off (emulated)", comparison.all.max_ns);
+        assert!(comparison.all.max_ns <= 20_000.0, "{law}: {:?}", comparison.all);
+    }
 }
 
 /// Overrides up to 200 %, a hold in the middle of short moves, and a resume: no alarm, and no step lost.

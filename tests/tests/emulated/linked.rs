@@ -21,13 +21,20 @@ const CRATES_IN_RAM: [&str; 10] = [
     "libm",
 ];
 /// Code without a deadline, all of it in thread mode: it serves the consoles, their reports and arcs; answers a USB host
-/// about the device; plans by the curved laws, ahead of time; homes; or runs once before anything moves.
-const MAY_WAIT: [&str; 25] = [
+/// about the device; plans by the curved laws, ahead of time; homes; probes, at the contact and after it; takes an override;
+/// runs once before anything moves; or is named by a table of functions and called by nobody.
+const MAY_WAIT: [&str; 49] = [
     "isostep_console",
     "isostep_controller",
     "rp2040_gantry..flash..Flash",
-    "isostep_motion7machine7Machine6status",
+    "isostep_motion7machine6status",
+    "isostep_motion7machine7Machine7emptied",
+    "isostep_motion6config6Config12travel_steps",
+    "isostep_motion11coordinator10poll_aside",
     "isostep_motion6homing",
+    "12note_contact",
+    "10stop_alarm",
+    "14override_chain",
     "isostep_profile4plan",
     "isostep_profile7compile5spans5Spans9next_span",
     "isostep_profile4ramp6Bounds",
@@ -42,12 +49,30 @@ const MAY_WAIT: [&str; 25] = [
     "libm4math3exp",
     "libm4math5log1p",
     "____embassy_main_task",
-    "rp2040_gantry3usb15answer_requests",
+    "rp2040_gantry5aside4poll",
     "rp2040_gantry5touch",
     "embassy_usb7builder",
     "embassy_usb10descriptor",
     "embassy_usb14Inner",
+    "embassy_usb4msos",
+    "embassy_usb..descriptor_reader",
     "embassy_rp..usb..Bus",
+    "embassy_executor3raw4util19UninitCell$LT$T$GT$14write_in_place",
+    "rp2040_gantry8pio_port6config",
+    "rp2040_gantry6motion11watch_limit",
+    "embassy_rp..pwm..Pwm$u20$as$u20$core..ops..drop",
+    "embassy_rp..uart..buffered..BufferedUartRx$u20$as$u20$core..ops..drop",
+    "embassy_rp..uart..buffered..BufferedUartTx$u20$as$u20$core..ops..drop",
+    "embassy_sync..watch..WatchBehavior",
+    "embassy_sync..watch..SealedWatchBehavior$LT$T$GT$$GT$11send_modify",
+    "embassy_sync..watch..SealedWatchBehavior$LT$T$GT$$GT$16send_if_modified",
+    "embassy_sync..watch..SealedWatchBehavior$LT$T$GT$$GT$8poll_get",
+    "embassy_sync..watch..SealedWatchBehavior$LT$T$GT$$GT$12poll_get_and",
+    "embassy_sync..watch..SealedWatchBehavior$LT$T$GT$$GT$11try_changed",
+    "embassy_sync..watch..SealedWatchBehavior$LT$T$GT$$GT$15try_changed_and",
+    "embassy_sync..watch..SealedWatchBehavior$LT$T$GT$$GT$16poll_changed_and",
+    "embassy_sync..watch..SealedWatchBehavior$LT$T$GT$$GT$5clear",
+    "core..fmt..D",
 ];
 const HANDLERS: [&str; 9] = [
     "TIMER_IRQ_0",

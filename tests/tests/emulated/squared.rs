@@ -80,6 +80,16 @@ fn the_direction_of_the_second_motor_is_its_own() {
     }
 }
 
+/// At the end of a run the counts of both motors have to agree: otherwise the frame may be skewed, and that is an alarm.
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn motors_that_count_differently_are_an_alarm() {
+    let begin = "count-together\nsend G91 G0 Y5\nexpect ok\nwait-ms 50\n";
+    carry_out(Port::Pio, "squared-count", 0.0, &format!("{begin}wait-idle\ncheck-together\n"));
+    let script = format!("{begin}miscount-second\nexpect ALARM:22\ncheck-together\ncheck-position\n");
+    carry_out(Port::Pio, "squared-miscount", 0.0, &script);
+}
+
 /// The guard sees the second motor's switch as it sees the others, on a state machine of its own.
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]

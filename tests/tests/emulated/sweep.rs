@@ -7,7 +7,7 @@
 use std::env;
 use std::fmt::Write as _;
 
-use isostep_sim::Port;
+use isostep_sim::{AXES, Port};
 use isostep_tests::emulated::Board;
 use isostep_trials::cases;
 use oorandom::Rand32;
@@ -62,7 +62,7 @@ const UNLOCKED: &str = "send $X\nsend $G\nexpect [GC:\nwait-us 500\ncheck-stoppe
 /// Three axes that start at 5,000,000 steps/s², switches with a debounce of one millisecond, coolant on.
 fn settings(top_mm_min: u32) -> String {
     let mut script = "expect Grbl\nsend $26=1\nexpect ok\n".to_owned();
-    for axis in 0..3 {
+    for axis in 0..AXES as u32 {
         for (number, value) in [(110, top_mm_min), (120, 100_000)] {
             writeln!(script, "send ${}={value}\nexpect ok", number + axis).unwrap();
         }

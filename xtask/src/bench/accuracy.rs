@@ -48,7 +48,13 @@ pub fn measure(board: &Board, port: Port, sustained_steps_s: Option<u32>, effort
 }
 
 fn at(board: &Board, port: Port, rate_steps_s: u32, effort: &Effort) -> Result<AccuracyFigures> {
-    let case = Case::begin(board.chip, port, AXES, rate_steps_s, &format!("one move of {} s", effort.long_move_s));
+    let case = Case::begin(
+        board.chip,
+        port,
+        AXES,
+        rate_steps_s,
+        &board.named(&format!("one move of {} s", effort.long_move_s)),
+    );
     let machine = Machine::new(rate_steps_s, RAMP_S);
     let steps = machine.steps_of(effort.long_move_s - 2.0 * RAMP_S);
     let trial = Trial::new(machine, AXES, steps, false);

@@ -23,14 +23,23 @@ use crate::workspace;
 pub const CLOCK_HZ: u32 = 125_000_000;
 /// Rate at which status reports are polled over USB while the machine moves, Hz.
 pub const POLL_HZ: u32 = 10;
+/// The setting that gives Y a second motor.
+const SECOND_MOTOR: &str = "905=2";
+/// In the names of the cases on that machine.
+pub const WITH_SECOND: &str = ", two motors on Y";
+/// What every script begins with.
+const GREETING: &str = "expect Grbl\n";
 /// Machine time that a run may take in addition to its moves, s.
 const PATIENCE_S: f64 = 5.0;
 
 /// An emulated board with a firmware and a chip, and the folder for its files.
+#[derive(Clone, Copy)]
 pub struct Board<'a> {
     candidate: &'a Candidate,
     pub chip: Chip,
     folder: &'a Path,
+    /// Whether Y has a second motor.
+    pub has_second: bool,
 }
 
 /// The input of a run.
@@ -78,6 +87,8 @@ pub struct Summary {
     alarm: Option<String>,
     final_status: Option<String>,
     axes: BTreeMap<String, Axis>,
+    #[serde(default)]
+    second: Option<Second>,
     pub moving: Moving,
     #[serde(default)]
     pub stops: Vec<Stop>,
@@ -106,6 +117,13 @@ struct FlashCache {
 #[derive(Debug, Deserialize)]
 struct Axis {
     position_steps: i64,
+}
+
+/// The steps of the second motor and of the first one of its axis.
+#[derive(Debug, Deserialize)]
+struct Second {
+    /// Steps that only one of them made, or that they made on different cycles.
+    steps_alone: u64,
 }
 
 impl Summary {
@@ -173,7 +191,17 @@ pub struct Stop {
 
 impl<'a> Board<'a> {
     pub fn new(candidate: &'a Candidate, chip: Chip, folder: &'a Path) -> Self {
-        Self { candidate, chip, folder }
+        Self { candidate, chip, folder, has_second: false }
+    }
+
+    /// The same board on a machine with two motors on Y.
+    pub fn with_second(self) -> Self {
+        Self { has_second: true, ..self }
+    }
+
+    /// What is measured, with the machine if that has a second motor.
+    pub fn named(&self, what: &str) -> String {
+        format!("{what}{}", if self.has_second { WITH_SECOND } else { "" })
     }
 
     /// Cycles to read a word that is not in flash's cache, with the flash set up by the firmware's second stage.
@@ -247,6 +275,11 @@ impl<'a> Board<'a> {
             Job::Program(text) => (text, &["--stream", "counting", "--program"]),
         };
         let (job_file, json) = (self.file("job"), self.file("json"));
+        let set_up = format!("send ${SECOND_MOTOR}\nexpect ok\n");
+        let text = match job {
+            Job::Script(text) if self.has_second => text.replacen(GREETING, &format!("{GREETING}{set_up}"), 1),
+            _ => text.to_owned(),
+        };
         fs::write(&job_file, text).with_context(|| format!("cannot write {}", job_file.display()))?;
         let mut command = Command::new("node");
         command.arg(workspace::emulator_dir().join("run.mjs")).arg("--elf").arg(&self.candidate.elf);
@@ -257,6 +290,12 @@ impl<'a> Board<'a> {
             .arg(&json)
             .args(["--driver", self.candidate.variant.driver_name()])
             .args(self.chip.options());
+        if self.has_second {
+            command.args(["--second", "Y,0"]);
+            if let Job::Program(_) = job {
+                command.args(["--set", SECOND_MOTOR]);
+            }
+        }
         command.arg(format!("--poll-hz={POLL_HZ}")).arg(format!("--timeout-s={}", moving_s + PATIENCE_S)).args(more);
         // The summary of the previous run must not be taken for that of this one.
         let _ = fs::remove_file(&json);
@@ -266,7 +305,11 @@ impl<'a> Board<'a> {
             bail!("the emulator could not run: {}", String::from_utf8_lossy(&output.stderr).trim());
         };
         let summary: Summary = serde_json::from_slice(&summary).context("the emulator's summary is not understood")?;
+        let alone = summary.second.as_ref().map_or(0, |second| second.steps_alone);
         Ok(match summary.trouble() {
+            None if alone > 0 => {
+                Measured::Missing { why_not: format!("{alone} steps of Y's motors are not on the same cycle") }
+            }
             None => Measured::Figure(summary),
             Some(trouble) => {
                 let said = last_message(&String::from_utf8_lossy(&output.stdout));

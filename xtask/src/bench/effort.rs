@@ -70,6 +70,20 @@ impl Effort {
         }
     }
 
+    /// The same for the machine with a second motor: all axes at once, at rates near the highest without one, a shorter
+    /// move and fewer stops.
+    pub fn with_second(&self, highest_steps_s: Option<u32>) -> Self {
+        let highest = highest_steps_s.unwrap_or(u32::MAX);
+        let rates = self.rates.iter().copied().filter(|&rate| rate <= highest && rate >= highest / 2).collect();
+        Self {
+            axes: &[AXES],
+            rates,
+            long_move_s: self.long_move_s / 2.0,
+            stops: self.stops.div_ceil(6),
+            ..self.clone()
+        }
+    }
+
     /// Without the measurements that have no target, and without the mathematics, which runs from RAM.
     fn of_targets(&self) -> Self {
         Self { axes: &[AXES], load_s: None, starts: 0, mathematics: false, ..self.clone() }

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::accuracy::AccuracyFigures;
+use super::board::WITH_SECOND;
 use super::candidate;
 use super::laws;
 use super::levels::LevelFigures;
@@ -97,61 +98,85 @@ pub struct Conditions {
 pub struct PortFigures {
     #[serde(serialize_with = "candidate::serialize_port")]
     pub port: Port,
+    /// The results on the machine with a motor on each axis.
+    #[serde(flatten)]
+    pub machine: MachineFigures,
+    pub starts: Vec<StartMeasurement>,
+    pub levels: LevelFigures,
+    pub outputs: Measured<OffFigures>,
+    /// The results on the machine with two motors on Y; null if it was not measured.
+    pub with_second: Option<MachineFigures>,
+}
+
+/// What is measured of a port on a machine with or without a second motor.
+#[derive(Clone, Debug, Serialize)]
+pub struct MachineFigures {
+    #[serde(skip)]
+    pub has_second: bool,
     pub rates: Vec<RateFigures>,
     pub accuracy: AccuracyFigures,
     pub load: Vec<LoadFigures>,
     pub stops: Vec<StopMeasurement>,
-    pub starts: Vec<StartMeasurement>,
     pub moves: MoveFigures,
-    pub levels: LevelFigures,
-    pub outputs: Measured<OffFigures>,
 }
 
 impl PortFigures {
     /// The targets for this port.
     pub fn targets(&self) -> Vec<Target> {
-        // With TimerPort the processor makes the steps and receives a byte on USB only between them.
-        let hears_late = |input: &Input| self.port == Port::Timer && *input == Input::SecondReset;
-        let stops = Input::ALL.into_iter().filter(|input| !hears_late(input)).map(|input| self.stop_target(input));
-        let moves = (self.port == Port::Pio).then(|| self.moves_target());
-        [self.rate_target(), self.accuracy_target()].into_iter().chain(stops).chain(moves).collect()
-    }
-
-    fn rate_target(&self) -> Target {
-        let highest = rates::highest_steps_s(&self.rates, AXES).map(f64::from);
-        let what = format!("{}, {AXES} axes at once, each", self.port.name());
-        Target::at_least(what, highest, self.port.target_steps_s().into(), "steps/s")
-    }
-
-    /// Only errors measured at the target rate count.
-    fn accuracy_target(&self) -> Target {
-        let rate_steps_s = self.port.target_steps_s();
-        let at_it = Some(&self.accuracy).filter(|accuracy| accuracy.rate_steps_s >= rate_steps_s);
-        let errors = at_it.and_then(|accuracy| accuracy.edges.figure()).map(|edges| edges.errors);
-        let (which, error_ns) = match self.port {
-            Port::Pio => ("max", errors.map(|errors| errors.max_ns)),
-            Port::Timer => ("p99", errors.map(|errors| errors.p99_ns)),
-        };
-        let what = format!("{}, edge error at {}, {which}", self.port.name(), together(rate_steps_s));
-        Target::at_most(what, error_ns, self.port.error_bound_ns(), "ns")
-    }
-
-    fn stop_target(&self, input: Input) -> Target {
-        let by_it = self.stops.iter().find(|stop| stop.input == input);
-        let max_us = by_it.and_then(|stop| stop.latency.figure()).map(|latency| latency.max_us);
-        let what = format!("{}, {} to the last edge, max", self.port.name(), input.name());
-        Target::at_most(what, max_us, STOP_MAX_US, "us")
-    }
-
-    fn moves_target(&self) -> Target {
-        let what = format!("{}, moves of {}, streamed", self.port.name(), moves::name(&self.moves));
-        let carried = self.moves.carried.figure().map(|carried| carried.rate_moves_s);
-        Target::at_least(what, carried, MOVES_MIN_S, "moves/s")
+        [&self.machine].into_iter().chain(&self.with_second).flat_map(|machine| machine.targets(self.port)).collect()
     }
 
     /// Whether any rate was sustained.
     pub fn moved(&self) -> bool {
-        self.rates.iter().any(|rates| rates.highest_steps_s.is_some())
+        self.machine.rates.iter().any(|rates| rates.highest_steps_s.is_some())
+    }
+}
+
+impl MachineFigures {
+    /// In the names of what is measured on this machine.
+    pub fn suffix(&self) -> &'static str {
+        if self.has_second { WITH_SECOND } else { "" }
+    }
+
+    fn targets(&self, port: Port) -> Vec<Target> {
+        // With TimerPort the processor makes the steps and receives a byte on USB only between them.
+        let hears_late = |input: &Input| port == Port::Timer && *input == Input::SecondReset;
+        let inputs = Input::of(self.has_second).iter().filter(|input| !hears_late(input));
+        let stops = inputs.map(|&input| self.stop_target(port, input));
+        let moves = (port == Port::Pio).then(|| self.moves_target(port));
+        [self.rate_target(port), self.accuracy_target(port)].into_iter().chain(stops).chain(moves).collect()
+    }
+
+    fn rate_target(&self, port: Port) -> Target {
+        let highest = rates::highest_steps_s(&self.rates, AXES).map(f64::from);
+        let what = format!("{}, {AXES} axes at once{}, each", port.name(), self.suffix());
+        Target::at_least(what, highest, port.target_steps_s().into(), "steps/s")
+    }
+
+    /// Only errors measured at the target rate count.
+    fn accuracy_target(&self, port: Port) -> Target {
+        let rate_steps_s = port.target_steps_s();
+        let at_it = Some(&self.accuracy).filter(|accuracy| accuracy.rate_steps_s >= rate_steps_s);
+        let errors = at_it.and_then(|accuracy| accuracy.edges.figure()).map(|edges| edges.errors);
+        let (which, error_ns) = match port {
+            Port::Pio => ("max", errors.map(|errors| errors.max_ns)),
+            Port::Timer => ("p99", errors.map(|errors| errors.p99_ns)),
+        };
+        let what = format!("{}, edge error at {}{}, {which}", port.name(), together(rate_steps_s), self.suffix());
+        Target::at_most(what, error_ns, port.error_bound_ns(), "ns")
+    }
+
+    fn stop_target(&self, port: Port, input: Input) -> Target {
+        let by_it = self.stops.iter().find(|stop| stop.input == input);
+        let max_us = by_it.and_then(|stop| stop.latency.figure()).map(|latency| latency.max_us);
+        let what = format!("{}, {} to the last edge{}, max", port.name(), input.name(), self.suffix());
+        Target::at_most(what, max_us, STOP_MAX_US, "us")
+    }
+
+    fn moves_target(&self, port: Port) -> Target {
+        let what = format!("{}, moves of {}{}, streamed", port.name(), moves::name(&self.moves), self.suffix());
+        let carried = self.moves.carried.figure().map(|carried| carried.rate_moves_s);
+        Target::at_least(what, carried, MOVES_MIN_S, "moves/s")
     }
 }
 

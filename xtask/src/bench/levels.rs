@@ -25,7 +25,7 @@ const LEVELS_PERCENT: [u32; 5] = [20, 80, 50, 100, 10];
 /// At this speed a line has a thousand moves per second.
 const STEADY_MM_S: f64 = 100.0;
 /// Faster than the firmware can sustain.
-const HASTY_MM_S: f64 = 400.0;
+const HASTY_MM_S: f64 = 600.0;
 /// The run does not wait for a core that makes fewer pixels per second than this.
 const SLOWEST_PIXELS_S: f64 = 100.0;
 

@@ -32,7 +32,7 @@ pub fn measure(board: &Board, port: Port, effort: &Effort) -> Result<Vec<LoadFig
 }
 
 fn at(board: &Board, port: Port, rate_steps_s: u32, cruise_s: f64) -> Result<LoadFigures> {
-    let case = Case::begin(board.chip, port, AXES, rate_steps_s, "load");
+    let case = Case::begin(board.chip, port, AXES, rate_steps_s, &board.named("load"));
     let ramping = moving(board, rate_steps_s, 0.0)?;
     let whole = moving(board, rate_steps_s, cruise_s)?;
     let cruising = match (&whole, &ramping) {

@@ -54,7 +54,7 @@ use self::board::{Board, CLOCK_HZ, POLL_HZ};
 use self::candidate::Candidate;
 use self::chip::Chip;
 use self::effort::Effort;
-use self::figures::{ChipFigures, Conditions, Figures, PortFigures};
+use self::figures::{ChipFigures, Conditions, Figures, MachineFigures, PortFigures};
 use self::micro::MicroFigures;
 use self::trial::{ACCEL_MAX_STEPS_S2, AXES};
 use crate::process::announce;
@@ -73,6 +73,8 @@ What is measured, of PioPort and of TimerPort, three axes stepping at once and s
   load      the share of the time that the core is awake, at a steady rate and in ramps
   stops     from a limit switch, the emergency stop or a second reset byte (the first has the machine brake) to the last
             edge, at random instants of a fixed seed; and from the last edge of an axis whose port faults, too
+  These and short moves are measured on a machine with two motors on Y as well, whose motors have to make every step on the
+  same cycle.
   starts    from the arrival of a line to the first edge, less what the plan itself takes to its first step: flash's cache
             empty (cold) and right after a move of the same kind (warm); at 5,000,000 steps/s2,
             TimerPort at 1,000,000 to 20,000 steps/s
@@ -161,27 +163,38 @@ fn measure(candidate: &Candidate, chip: Chip, folder: &Path, effort: &Effort) ->
     let port = candidate.port;
     let board = Board::new(candidate, chip, folder);
     let begin = |what: &str| announce(&format!("{}, {}: {what}", port.name(), chip.name()));
-    begin("rates");
-    let rates = rates::measure(&board, port, effort)?;
-    begin("accuracy");
-    let accuracy = accuracy::measure(&board, port, rates::highest_steps_s(&rates, AXES), effort)?;
-    if effort.load_s.is_some() {
-        begin("load");
-    }
-    let load = load::measure(&board, port, effort)?;
-    begin("stops");
-    let stops = stops::measure(&board, port, accuracy.rate_steps_s, effort)?;
+    let machine = measure_machine(&board, port, effort)?;
     if effort.starts > 0 {
         begin("starts");
     }
     let starts = starts::measure(&board, port, effort)?;
-    begin("moves");
-    let moves = moves::measure(&board, port, effort)?;
     begin("levels");
     let levels = levels::measure(&board, port, effort)?;
     begin("outputs");
     let outputs = outputs::measure(&board, port, effort)?;
-    Ok(PortFigures { port, rates, accuracy, load, stops, starts, moves, levels, outputs })
+    let highest_steps_s = rates::highest_steps_s(&machine.rates, AXES);
+    // Nothing of a second motor is in flash, so the ideal one shows nothing new.
+    let with_second = (chip != Chip::IdealFlash)
+        .then(|| measure_machine(&board.with_second(), port, &effort.with_second(highest_steps_s)))
+        .transpose()?;
+    Ok(PortFigures { port, machine, starts, levels, outputs, with_second })
+}
+
+fn measure_machine(board: &Board, port: Port, effort: &Effort) -> Result<MachineFigures> {
+    let begin = |what: &str| announce(&format!("{}, {}: {}", port.name(), board.chip.name(), board.named(what)));
+    begin("rates");
+    let rates = rates::measure(board, port, effort)?;
+    begin("accuracy");
+    let accuracy = accuracy::measure(board, port, rates::highest_steps_s(&rates, AXES), effort)?;
+    if effort.load_s.is_some() {
+        begin("load");
+    }
+    let load = load::measure(board, port, effort)?;
+    begin("stops");
+    let stops = stops::measure(board, port, accuracy.rate_steps_s, effort)?;
+    begin("moves");
+    let moves = moves::measure(board, port, effort)?;
+    Ok(MachineFigures { has_second: board.has_second, rates, accuracy, load, stops, moves })
 }
 
 fn mathematics(chip: Chip, folder: &Path) -> Result<MicroFigures> {

@@ -98,7 +98,7 @@ impl Program {
 pub fn measure(board: &Board, port: Port, effort: &Effort) -> Result<MoveFigures> {
     let (moves, feed_mm_min) = (effort.moves, port.moves_feed_mm_min());
     let what = format!("{} moves of {MOVE_MM} mm at F{feed_mm_min}", grouped(moves as u64));
-    let case = Case::named(board.chip, port, &what);
+    let case = Case::named(board.chip, port, &board.named(&what));
     let program = Program::new(moves, feed_mm_min);
     let ran = board.stream_for_edges(&program.text, moves as f64 / SLOWEST_MOVES_S)?;
     let carried = ran.and_then(|ran| program.judge(&ran));

@@ -59,7 +59,7 @@ fn sustained(
     rate_steps_s: u32,
     cruise_s: f64,
 ) -> Result<Result<ErrorFigures, String>> {
-    let case = Case::begin(board.chip, port, axes, rate_steps_s, "there and back");
+    let case = Case::begin(board.chip, port, axes, rate_steps_s, &board.named("there and back"));
     let machine = Machine::new(rate_steps_s, RAMP_S);
     let steps = machine.steps_of(cruise_s);
     let verdict = match board.follow(&Trial::new(machine, axes, steps, true))? {

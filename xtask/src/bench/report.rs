@@ -62,12 +62,13 @@ fn targets(figures: &Figures) -> Section {
 
 fn rates(figures: &Figures) -> Section {
     let axes: Vec<usize> =
-        figures.chip.ports.first().map_or(Vec::new(), |port| port.rates.iter().map(|one| one.axes).collect());
+        figures.chip.ports.first().map_or(Vec::new(), |port| port.machine.rates.iter().map(|one| one.axes).collect());
     let groups: Vec<String> = axes.into_iter().map(table::axes_words).collect();
-    let series =
-        each_port(figures, |port| port.rates.iter().map(|rates| rates.highest_steps_s.map(f64::from)).collect());
+    let series = each_port(figures, |port| {
+        port.machine.rates.iter().map(|rates| rates.highest_steps_s.map(f64::from)).collect()
+    });
     let row = |port: &PortFigures| {
-        let rows = port.rates.iter().map(|rates| {
+        let rows = port.machine.rates.iter().map(|rates| {
             let rate = |rate: Option<u32>| rate.map_or("-".to_owned(), |rate| grouped(rate.into()));
             vec![
                 port.port.name().to_owned(),
@@ -99,7 +100,7 @@ fn rates(figures: &Figures) -> Section {
 fn accuracy(figures: &Figures) -> Section {
     let measured = || {
         let ports = figures.chip.ports.iter().enumerate();
-        ports.filter_map(|(index, port)| Some((index, port, port.accuracy.edges.figure()?)))
+        ports.filter_map(|(index, port)| Some((index, port, port.machine.accuracy.edges.figure()?)))
     };
     let pictures = measured().map(|(index, port, edges)| {
         let name = port.port.name();
@@ -112,17 +113,17 @@ fn accuracy(figures: &Figures) -> Section {
                 "{name}: {} edges of one move of {:.1} s, {}. Dashed: {} ns.",
                 grouped(edges.errors.edges),
                 edges.move_s,
-                together(port.accuracy.rate_steps_s),
+                together(port.machine.accuracy.rate_steps_s),
                 grouped(bound_ns as u64),
             ),
         }
     });
     let row = |port: &PortFigures| {
-        let Some(MoveErrors { errors, drift, .. }) = port.accuracy.edges.figure() else { return Vec::new() };
+        let Some(MoveErrors { errors, drift, .. }) = port.machine.accuracy.edges.figure() else { return Vec::new() };
         let ns = |ns: f64| format!("{ns:.0}");
         vec![vec![
             port.port.name().to_owned(),
-            grouped(port.accuracy.rate_steps_s.into()),
+            grouped(port.machine.accuracy.rate_steps_s.into()),
             grouped(errors.edges),
             ns(errors.median_ns),
             ns(errors.p99_ns),
@@ -148,11 +149,11 @@ fn accuracy(figures: &Figures) -> Section {
 fn load(figures: &Figures) -> Section {
     let series = each_port(figures, |port| {
         let points =
-            port.load.iter().map(|load| Some((load.rate_steps_s.into(), load.cruising.figure()?.load * 100.0)));
+            port.machine.load.iter().map(|load| Some((load.rate_steps_s.into(), load.cruising.figure()?.load * 100.0)));
         points.flatten().collect()
     });
     let row = |port: &PortFigures| {
-        let rows = port.load.iter().map(|load| {
+        let rows = port.machine.load.iter().map(|load| {
             let rate = grouped(load.rate_steps_s.into());
             vec![
                 port.port.name().to_owned(),
@@ -180,7 +181,7 @@ fn load(figures: &Figures) -> Section {
 
 fn stops(figures: &Figures) -> Section {
     let row = |port: &PortFigures| {
-        let rows = port.stops.iter().map(|stop| {
+        let rows = port.machine.stops.iter().map(|stop| {
             let rate = grouped(stop.rate_steps_s.into());
             let words = stop.latency.words(Latency::words);
             vec![port.port.name().to_owned(), stop.input.name().to_owned(), rate, words]
@@ -245,7 +246,7 @@ fn laws(figures: &MicroFigures, ideal: Option<&MicroFigures>) -> Section {
 
 fn moves(figures: &Figures) -> Section {
     let row = |port: &PortFigures| {
-        let moves = &port.moves;
+        let moves = &port.machine.moves;
         let count = grouped(moves.moves as u64);
         vec![vec![port.port.name().to_owned(), moves::name(moves), count, moves.carried.words(Carried::words)]]
     };

@@ -32,6 +32,10 @@ const SETTLE_MS: u32 = 20;
 pub enum Input {
     /// X's limit switch.
     LimitSwitch,
+    /// That of the first of Y's two motors.
+    FirstSide,
+    /// That of the second.
+    SecondSide,
     /// The emergency stop.
     EmergencyStop,
     /// The byte 0x18 from the console, while the machine brakes because of a first one.
@@ -68,11 +72,19 @@ pub struct Latency {
 }
 
 impl Input {
-    pub const ALL: [Self; 3] = [Self::LimitSwitch, Self::EmergencyStop, Self::SecondReset];
+    const ALL: [Self; 3] = [Self::LimitSwitch, Self::EmergencyStop, Self::SecondReset];
+    const WITH_SECOND: [Self; 4] = [Self::FirstSide, Self::SecondSide, Self::EmergencyStop, Self::SecondReset];
+
+    /// The inputs that are measured on a machine with or without a second motor.
+    pub fn of(has_second: bool) -> &'static [Self] {
+        if has_second { &Self::WITH_SECOND } else { &Self::ALL }
+    }
 
     pub fn name(self) -> &'static str {
         match self {
             Self::LimitSwitch => "limit switch",
+            Self::FirstSide => "limit switch of Y's first side",
+            Self::SecondSide => "limit switch of its second side",
             Self::EmergencyStop => "emergency stop",
             Self::SecondReset => "second reset byte",
             Self::DryPort => "a step port that runs dry",
@@ -84,6 +96,8 @@ impl Input {
     fn commands(self) -> &'static [&'static str] {
         match self {
             Self::LimitSwitch => &["switch X stuck-closed", "expect ALARM:1", "switch X normal"],
+            Self::FirstSide => &["switch Y stuck-closed", "expect ALARM:1", "switch Y normal"],
+            Self::SecondSide => &["switch 2 stuck-closed", "expect ALARM:1", "switch 2 normal"],
             Self::EmergencyStop => &["estop pressed", "expect ALARM:10", "estop released"],
             Self::SecondReset => &["bytes 18", "wait-ms 5", "bytes 18", "expect Grbl"],
             // The executor of the axes gets no time for a while, or that of the task that makes the steps.
@@ -109,15 +123,21 @@ impl Input {
     }
 }
 
-/// Measures stops by every input in moves at `rate_steps_s` of each axis.
+/// Measures stops by every input in moves at `rate_steps_s` of each axis. A port that faults is measured without a
+/// second motor, which has its words from the same one.
 pub fn measure(board: &Board, port: Port, rate_steps_s: u32, effort: &Effort) -> Result<Vec<StopMeasurement>> {
-    let by_inputs = Input::ALL.into_iter().map(|input| by(board, port, rate_steps_s, input, effort));
-    by_inputs.chain([by_fault(board, port, effort)]).collect()
+    let by_inputs = Input::of(board.has_second).iter().map(|&input| by(board, port, rate_steps_s, input, effort));
+    by_inputs.chain((!board.has_second).then(|| by_fault(board, port, effort))).collect()
 }
 
 fn by(board: &Board, port: Port, rate_steps_s: u32, input: Input, effort: &Effort) -> Result<StopMeasurement> {
-    let case =
-        Case::begin(board.chip, port, AXES, rate_steps_s, &format!("{} stops by {}", effort.stops, input.name()));
+    let case = Case::begin(
+        board.chip,
+        port,
+        AXES,
+        rate_steps_s,
+        &board.named(&format!("{} stops by {}", effort.stops, input.name())),
+    );
     let latency = all(board, rate_steps_s, input, effort.stops)?;
     case.end(&latency.words(Latency::words));
     Ok(StopMeasurement { input, rate_steps_s, latency })

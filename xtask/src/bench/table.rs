@@ -4,9 +4,9 @@ use std::fmt::Write;
 
 use super::accuracy::MoveErrors;
 use super::beside::beside;
-use super::board::Moving;
+use super::board::{Moving, WITH_SECOND};
 use super::chip::Chip;
-use super::figures::{ChipFigures, Conditions, Figures, PortFigures, together};
+use super::figures::{ChipFigures, Conditions, Figures, MachineFigures, PortFigures, together};
 use super::micro::{GeneratorFigures, MicroFigures, RampFigures};
 use super::moves::{self, Carried};
 use super::outputs::OffFigures;
@@ -30,24 +30,30 @@ pub fn table(figures: &Figures) -> String {
     text += &format!("{BESIDE}\n");
     for port in &chip.ports {
         text += &format!("\n{}\n", port.port.name());
-        for (heading, rows) in [
-            (RATES, rates as Part),
-            (ACCURACY, accuracy),
-            (LOAD, load),
-            (STOPS, stops),
-            (STARTS, starts),
-            (MOVES, moves),
-            (LEVELS, levels),
-        ] {
-            text += &section(heading, rows(port), ideal.port(port.port).map_or(Rows::new(), rows));
+        let ideal = ideal.port(port.port);
+        let mut add = |heading: &str, rows: &dyn Fn(&PortFigures) -> Rows| {
+            text += &section(heading, rows(port), ideal.map_or(Rows::new(), rows));
+        };
+        for (heading, rows) in OF_MACHINES {
+            add(heading, &|port| rows(&port.machine));
+        }
+        add(STARTS, &starts);
+        add(LEVELS, &levels);
+        for (heading, rows) in OF_MACHINES {
+            let heading = format!("{heading}{WITH_SECOND}");
+            add(&heading, &|port| port.with_second.as_ref().map_or(Rows::new(), rows));
         }
     }
     text += &chip.mathematics.as_ref().map_or(String::new(), |one| mathematics(one, ideal.mathematics.as_ref()));
     text + &targets(figures) + "\nPlanning and compiling on this computer: cargo bench -p isostep-profile\n"
 }
 
-/// The rows of a port in one section.
-type Part = fn(&PortFigures) -> Rows;
+/// The rows of a machine in one section.
+type Part = fn(&MachineFigures) -> Rows;
+
+/// The sections of each machine.
+const OF_MACHINES: [(&str, Part); 5] =
+    [(RATES, rates), (ACCURACY, accuracy), (LOAD, load), (STOPS, stops), (MOVES, moves)];
 
 const RATES: &str = "highest rate sustained, steps/s of each axis";
 const ACCURACY: &str = "edges against the closed form";
@@ -84,7 +90,7 @@ pub fn conditions(conditions: &Conditions) -> String {
     )
 }
 
-fn rates(port: &PortFigures) -> Rows {
+fn rates(port: &MachineFigures) -> Rows {
     let rows = port.rates.iter().map(|rates| {
         let highest = rates.highest_steps_s.map_or("none".to_owned(), |rate| grouped(rate.into()));
         let errors = rates.errors.map_or(String::new(), |errors| format!("edges within {:.0} ns", errors.max_ns));
@@ -102,7 +108,7 @@ pub fn axes_words(axes: usize) -> String {
     format!("{axes} {}", if axes == 1 { "axis" } else { "axes" })
 }
 
-fn accuracy(port: &PortFigures) -> Rows {
+fn accuracy(port: &MachineFigures) -> Rows {
     let rate = row("rate", together(port.accuracy.rate_steps_s));
     let rows = match port.accuracy.edges.result() {
         Err(why_not) => vec![row("not carried", why_not)],
@@ -124,7 +130,7 @@ fn accuracy(port: &PortFigures) -> Rows {
     [rate].into_iter().chain(rows).collect()
 }
 
-fn load(port: &PortFigures) -> Rows {
+fn load(port: &MachineFigures) -> Rows {
     let rows = port.load.iter().flat_map(|load| {
         let rate = together(load.rate_steps_s);
         [
@@ -135,7 +141,7 @@ fn load(port: &PortFigures) -> Rows {
     rows.collect()
 }
 
-fn stops(port: &PortFigures) -> Rows {
+fn stops(port: &MachineFigures) -> Rows {
     let row = |stop: &StopMeasurement| {
         let name = format!("{}, {}", stop.input.name(), together(stop.rate_steps_s));
         row(name, stop.latency.words(Latency::words))
@@ -147,7 +153,7 @@ fn starts(port: &PortFigures) -> Rows {
     port.starts.iter().map(|start| row(start.cache.name(), start.delay.words(Delay::words))).collect()
 }
 
-fn moves(port: &PortFigures) -> Rows {
+fn moves(port: &MachineFigures) -> Rows {
     vec![row(moves::name(&port.moves), port.moves.carried.words(Carried::words))]
 }
 

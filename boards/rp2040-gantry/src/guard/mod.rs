@@ -7,7 +7,7 @@
 //! critical section delays it. The tasks that watch the same inputs do the rest: debouncing, and what takes time.
 //!
 //! A press counts however short it is: the handler is told the levels that came with each change, not those that there
-//! are by then. The second motor's switch is on a pin apart from the others, so it has a state machine of its own with
+//! are by then. The fourth motor's switch is on a pin apart from the others, so it has a state machine of its own with
 //! the same program, and its levels come through its own FIFO.
 
 mod edges;
@@ -21,22 +21,27 @@ use embassy_rp::pac::PIO1;
 use embassy_rp::{Peri, peripherals};
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
-use isostep_motion::{AXES, Axis, Contact, LimitInput, Machine};
+use isostep_motion::{Axis, Contact, LimitInput, Machine};
 
 use self::edges::Changes;
 use crate::{pins, priority};
 
-/// The axes' limit switches, then the emergency stop.
-static SWITCHES: Watcher = Watcher::new(0, 0, pins::LIMIT_X, AXES as u8 + 1, SWITCHES_AT_REST);
-const EMERGENCY_STOP: usize = AXES;
+/// The limit switches of X, Y and Z, then the emergency stop.
+static SWITCHES: Watcher = Watcher::new(0, 0, pins::LIMIT_X, EMERGENCY_STOP as u8 + 1, SWITCHES_AT_REST);
+const EMERGENCY_STOP: usize = 3;
 /// Limit switches that are open, and an emergency stop that is not pressed.
 const SWITCHES_AT_REST: u32 = match pins::EMERGENCY_CONTACT {
-    Contact::NormallyOpen => (1 << (AXES + 1)) - 1,
+    Contact::NormallyOpen => (1 << (EMERGENCY_STOP + 1)) - 1,
     Contact::NormallyClosed => (1 << EMERGENCY_STOP) - 1,
 };
 
-/// The second motor's limit switch. Its program stands behind that of the others.
-static SECOND_SWITCH: Watcher = Watcher::new(2, 6, pins::SECOND_LIMIT, 1, 1);
+/// The fourth motor's limit switch. Its program stands behind that of the others.
+static FOURTH_SWITCH: Watcher = Watcher::new(2, 6, pins::FOURTH_LIMIT, 1, 1);
+/// Whose it is.
+#[cfg(not(feature = "four-axes"))]
+pub const FOURTH: LimitInput = LimitInput::Second;
+#[cfg(feature = "four-axes")]
+pub const FOURTH: LimitInput = LimitInput::Of(Axis::A);
 
 static GUARDED: Mutex<CriticalSectionRawMutex, Cell<Option<&Machine>>> = Mutex::new(Cell::new(None));
 
@@ -55,7 +60,7 @@ struct Watcher {
 pub fn start(machine: &'static Machine, pio: Peri<'static, peripherals::PIO1>) {
     GUARDED.lock(|guarded| guarded.set(Some(machine)));
     // One call, so that it is inlined into code that runs once.
-    [&SWITCHES, &SECOND_SWITCH].into_iter().for_each(Watcher::start);
+    [&SWITCHES, &FOURTH_SWITCH].into_iter().for_each(Watcher::start);
     priority::enable_guard();
     // The guard keeps the PIO for ever.
     let _ = pio;
@@ -125,11 +130,11 @@ fn PIO1_IRQ_1() {
         if has_changed(EMERGENCY_STOP) {
             machine.emergency_stop_edge(is_low(EMERGENCY_STOP));
         }
-        for axis in Axis::ALL.into_iter().filter(|&axis| has_changed(axis as usize)) {
+        for axis in [Axis::X, Axis::Y, Axis::Z].into_iter().filter(|&axis| has_changed(axis as usize)) {
             machine.limit_edge(LimitInput::Of(axis), is_low(axis as usize));
         }
     }
-    if let Some((_, levels)) = SECOND_SWITCH.take() {
-        machine.limit_edge(LimitInput::Second, levels == 0);
+    if let Some((_, levels)) = FOURTH_SWITCH.take() {
+        machine.limit_edge(FOURTH, levels == 0);
     }
 }

@@ -12,7 +12,7 @@ use embassy_rp::{bind_interrupts, pio};
 use embassy_sync::waitqueue::AtomicWaker;
 use isostep_motion::AXES;
 
-use crate::pins::SECOND;
+use crate::pins::{HAS_SECOND, SECOND};
 
 bind_interrupts!(pub struct Irqs {
     PIO0_IRQ_0 => pio::InterruptHandler<peripherals::PIO0>;
@@ -34,7 +34,8 @@ pub fn double(axis: usize) {
 fn wake(raised: u32, width: usize) {
     let bits = |motor: usize| ((1 << width) - 1) << (width * motor);
     for (axis, waker) in WAKERS.iter().enumerate() {
-        let second = if DOUBLED.load(Ordering::Relaxed) == axis { bits(SECOND) } else { 0 };
+        let has_second = HAS_SECOND && DOUBLED.load(Ordering::Relaxed) == axis;
+        let second = if has_second { bits(SECOND) } else { 0 };
         if raised & (bits(axis) | second) != 0 {
             waker.wake();
         }

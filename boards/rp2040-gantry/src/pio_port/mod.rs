@@ -66,12 +66,12 @@ const TICKS_PER_US: u64 = TICK_HZ as u64 / 1_000_000;
 const MARGIN_TICKS: u32 = 4;
 /// A block is handed over when it is full or holds this much motion. With less, there would be too little time for the
 /// next.
-const BLOCK_SPAN_TICKS: u64 = TICK_HZ as u64 / 500;
+const BLOCK_SPAN_TICKS: u32 = TICK_HZ / 500;
 /// The odometer is never older than this.
 const REPORT_EVERY: Duration = Duration::from_millis(10);
 /// Where intervals are shorter than this, all words on their way are sent within `REPORT_EVERY`. Then the end of each
 /// block is often enough to report. The factor 2 is there because only the mean interval of a segment is checked.
-const QUICK_TICKS: u64 = REPORT_EVERY.as_micros() * TICKS_PER_US / (2 * IN_FLIGHT_MAX_WORDS as u64);
+const QUICK_TICKS: u32 = (REPORT_EVERY.as_micros() * TICKS_PER_US) as u32 / (2 * IN_FLIGHT_MAX_WORDS);
 
 const _: () =
     assert!(AXES <= program::AXES_MAX, "a PIO block has four state machines: step the other axes by a TimerPort");
@@ -105,24 +105,24 @@ pub fn open(pins: StepPins, timing: DriverTiming) -> [PioPort; AXES] {
     let (x, x_dir) = (common.make_pio_pin(pins.x), common.make_pio_pin(pins.x_dir));
     let (y, y_dir) = (common.make_pio_pin(pins.y), common.make_pio_pin(pins.y_dir));
     let (z, z_dir) = (common.make_pio_pin(pins.z), common.make_pio_pin(pins.z_dir));
-    let (second, second_dir) = (common.make_pio_pin(pins.second), common.make_pio_pin(pins.second_dir));
+    let (fourth, fourth_dir) = (common.make_pio_pin(pins.fourth), common.make_pio_pin(pins.fourth_dir));
     sm0.set_config(&config(&program, &x, &x_dir));
     sm1.set_config(&config(&program, &y, &y_dir));
     sm2.set_config(&config(&program, &z, &z_dir));
-    sm3.set_config(&config(&program, &second, &second_dir));
+    sm3.set_config(&config(&program, &fourth, &fourth_dir));
     sm0.set_pins(Level::Low, &[&x, &x_dir]);
     sm1.set_pins(Level::Low, &[&y, &y_dir]);
     sm2.set_pins(Level::Low, &[&z, &z_dir]);
-    sm3.set_pins(Level::Low, &[&second, &second_dir]);
+    sm3.set_pins(Level::Low, &[&fourth, &fourth_dir]);
     sm0.set_pin_dirs(PinDirection::Out, &[&x, &x_dir]);
     sm1.set_pin_dirs(PinDirection::Out, &[&y, &y_dir]);
     sm2.set_pin_dirs(PinDirection::Out, &[&z, &z_dir]);
-    sm3.set_pin_dirs(PinDirection::Out, &[&second, &second_dir]);
+    sm3.set_pin_dirs(PinDirection::Out, &[&fourth, &fourth_dir]);
     // Never dropped: dropping the first five would release the pins.
     core::mem::forget((common, sm0, sm1, sm2, sm3, pins.channels));
     priority::enable_pio_port();
 
-    [0, 1, 2].map(|axis| PioPort::new(axis, &BLOCKS[axis], timing))
+    core::array::from_fn(|axis| PioPort::new(axis, &BLOCKS[axis], timing))
 }
 
 /// Configuration of a state machine that drives these pins.
@@ -314,7 +314,10 @@ impl<'a> ActiveRun<'a> {
     }
 
     async fn write(&mut self, segment: &Segment, direction: Direction) -> Result<(), PortFault> {
-        let wait = self.rest(segment.first_ticks().wrapping_sub(self.last_ticks)).await?;
+        let wait_ticks = segment.first_ticks().wrapping_sub(self.last_ticks);
+        // Most steps follow each other without a rest.
+        let is_near = wait_ticks <= u64::from(program::WAIT_MAX_CYCLES);
+        let wait = if is_near { wait_ticks as u32 } else { self.rest(wait_ticks).await? };
         let high = (direction == Direction::Positive) != self.direction_inverted;
         let word = if self.port.tally.written_edges() == 0 {
             self.words.first_step(wait, high)
@@ -327,18 +330,22 @@ impl<'a> ActiveRun<'a> {
         }
         let last_ticks = segment.last_ticks();
         self.note_pace(segment.steps(), last_ticks);
-        self.await_room().await?;
-        self.port.stream.room()[0].store(word, Ordering::Relaxed);
-        self.wrote_steps(direction, 1);
         let (mut intervals, bias) = (segment.intervals(), self.words.bias(high));
-        while intervals.len() > 0 {
-            self.await_room().await?;
-            let wrote = intervals.fill(self.port.stream.room(), bias);
+        self.await_room().await?;
+        let room = self.port.stream.room();
+        room[0].store(word, Ordering::Relaxed);
+        let mut wrote = 1 + intervals.fill(&room[1..], bias);
+        loop {
             self.wrote_steps(direction, wrote);
+            if intervals.len() == 0 {
+                break;
+            }
+            self.await_room().await?;
+            wrote = intervals.fill(self.port.stream.room(), bias);
         }
         self.last_ticks = last_ticks;
         // An estimate of the time that the open block lasts, which is accurate enough for this decision.
-        if u64::from(self.port.stream.filled()) * u64::from(wait) >= BLOCK_SPAN_TICKS {
+        if self.port.stream.filled().wrapping_mul(wait.min(BLOCK_SPAN_TICKS)) >= BLOCK_SPAN_TICKS {
             self.port.stream.hand_over();
         }
         Ok(())
@@ -347,7 +354,9 @@ impl<'a> ActiveRun<'a> {
     /// Notes how fast the next `steps` steps are, which end at `last_ticks`.
     fn note_pace(&mut self, steps: u32, last_ticks: u64) {
         let lasts_ticks = last_ticks.wrapping_sub(self.last_ticks);
-        let is_quick = lasts_ticks < QUICK_TICKS * u64::from(steps);
+        // A segment of more steps is made so quickly that it does not matter.
+        let quick_ticks = QUICK_TICKS * steps.min(u32::MAX / QUICK_TICKS);
+        let is_quick = lasts_ticks < u64::from(quick_ticks);
         self.is_quick = is_quick && self.quick_words >= IN_FLIGHT_MAX_WORDS;
         self.quick_words = if is_quick { self.quick_words.saturating_add(steps) } else { 0 };
     }

@@ -58,6 +58,7 @@ impl Stream {
     }
 
     /// The bits of all channels that send this block.
+    #[inline(always)]
     fn bits(&self, block: usize) -> u32 {
         Feed(self.axis).bit(block) | if self.is_doubled { Feed(SECOND).bit(block) } else { 0 }
     }
@@ -87,10 +88,12 @@ impl Stream {
     }
 
     /// The free places, to be written in order; call [`wrote`](Self::wrote) afterwards.
+    #[inline(always)]
     pub fn room(&self) -> &'static [AtomicU32] {
         &self.blocks[self.filling][self.filled..]
     }
 
+    #[inline(always)]
     pub fn wrote(&mut self, words: usize) {
         self.filled += words;
     }
@@ -100,6 +103,7 @@ impl Stream {
         self.filled as u32
     }
 
+    #[inline(always)]
     pub fn is_full(&self) -> bool {
         self.filled == BLOCK_WORDS
     }
@@ -151,6 +155,7 @@ impl Stream {
         self.handed_over - waiting(0) - waiting(1)
     }
 
+    #[inline(always)]
     fn is_sent(&self, block: usize) -> bool {
         let bits = self.bits(block);
         DMA.intr(0).read() & bits == bits
@@ -163,11 +168,13 @@ impl Stream {
 struct Feed(usize);
 
 impl Feed {
+    #[inline(always)]
     fn channel(self, block: usize) -> Channel {
         DMA.ch(2 * self.0 + block)
     }
 
     /// The bit of a block's channel in the shared registers of DMA.
+    #[inline(always)]
     fn bit(self, block: usize) -> u32 {
         1 << (2 * self.0 + block)
     }
@@ -185,10 +192,12 @@ impl Feed {
         control
     }
 
+    #[inline(always)]
     fn is_sent(self, block: usize) -> bool {
         DMA.intr(0).read() & self.bit(block) != 0
     }
 
+    #[inline(always)]
     fn is_busy(self, block: usize) -> bool {
         self.channel(block).ctrl_trig().read().busy()
     }

@@ -7,6 +7,8 @@ use crate::AXES;
 const NEGLIGIBLE: f64 = 1e-18;
 /// If the radius changes by more than this fraction, the arc is so small that the last chord may absorb the change.
 const EVEN_CHANGE_MAX: f64 = 0.1;
+/// How many axes a plane has not.
+const OTHERS: usize = AXES - 2;
 
 /// Iterates over the end points of the chords. The last one is the target itself. See [`Arc::chords`].
 ///
@@ -19,15 +21,16 @@ pub struct Chords {
     radius_mm: [f64; 2],
     /// Cosine and sine of the angle of a chord, both times the factor by which the radius grows per chord.
     turn: [f64; 2],
-    across_mm: f64,
-    rise_mm: f64,
+    /// Of the axes that are not in the plane.
+    others_mm: [f64; OTHERS],
+    rise_mm: [f64; OTHERS],
     target_mm: [f64; AXES],
 }
 
 impl Chords {
     pub(super) fn new(arc: &Arc, tolerance_mm: f64) -> Self {
         let (left, axes) = (count(arc, tolerance_mm), arc.axes());
-        let (chords, [.., across]) = (f64::from(left), axes);
+        let (chords, [_, _, others @ ..]) = (f64::from(left), axes);
         let [radius_mm, _] = arc.radii_mm();
         let change = 1.0 + change(arc) / chords;
         Self {
@@ -36,8 +39,8 @@ impl Chords {
             centre_mm: arc.centre_mm(),
             radius_mm,
             turn: cos_sin(arc.travel_rad / chords).map(|part| part * change),
-            across_mm: arc.ends.start_mm[across],
-            rise_mm: arc.ends.distance_mm(across) / chords,
+            others_mm: others.map(|axis| arc.ends.start_mm[axis]),
+            rise_mm: others.map(|axis| arc.ends.distance_mm(axis) / chords),
             target_mm: arc.ends.target_mm,
         }
     }
@@ -45,7 +48,9 @@ impl Chords {
     fn turn(&mut self) {
         let ([cos, sin], [first_mm, second_mm]) = (self.turn, self.radius_mm);
         self.radius_mm = [cos * first_mm - sin * second_mm, sin * first_mm + cos * second_mm];
-        self.across_mm += self.rise_mm;
+        for (mm, rise_mm) in self.others_mm.iter_mut().zip(self.rise_mm) {
+            *mm += rise_mm;
+        }
     }
 }
 
@@ -58,11 +63,11 @@ impl Iterator for Chords {
             return Some(self.target_mm);
         }
         self.turn();
-        let [first, second, across] = self.axes;
+        let [first, second, others @ ..] = self.axes;
         let mut end_mm = [0.0; AXES];
         end_mm[first] = self.centre_mm[0] + self.radius_mm[0];
         end_mm[second] = self.centre_mm[1] + self.radius_mm[1];
-        end_mm[across] = self.across_mm;
+        others.into_iter().zip(self.others_mm).for_each(|(axis, mm)| end_mm[axis] = mm);
         Some(end_mm)
     }
 

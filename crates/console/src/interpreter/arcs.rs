@@ -2,7 +2,7 @@
 
 use super::{Interpreter, within};
 use crate::{
-    Arc, Error, Misfit, MotionMode,
+    Arc, Error, Misfit, MotionMode, Settings,
     arc::{Ends, PLANES},
     block::Words,
     length,
@@ -28,8 +28,9 @@ impl Interpreter {
     /// Why the centre that `line` gives for its arc does not fit: for a line of G-code that was refused with
     /// [`Error::InvalidTarget`]. `None` if the line was refused for another reason.
     #[must_use]
-    pub fn misfit(&self, line: &str) -> Option<Misfit> {
-        let mut words = Words::read(&mut line.as_bytes(), self.modal).ok()?;
+    pub fn misfit(&self, line: &str, settings: &Settings) -> Option<Misfit> {
+        let mut words = Words::new(self.modal, settings.rotary());
+        words.read(&mut line.as_bytes()).ok()?;
         if !words.modal.motion.is_arc() || words.take_radius_pm().is_some() {
             return None;
         }
@@ -39,7 +40,7 @@ impl Interpreter {
 
     fn ends(&self, words: &Words) -> Result<Ends, Error> {
         let (mode, plane) = (words.modal.motion, words.modal.plane);
-        let [first, second, _] = PLANES[usize::from(plane)];
+        let [first, second, ..] = PLANES[usize::from(plane)];
         if [first, second].iter().all(|&axis| words.axes_pm()[axis].is_none()) {
             return Err(Error::PlaneAxesMissing);
         }
@@ -51,7 +52,7 @@ impl Interpreter {
 
 /// From the start of an arc to its centre, in its plane.
 fn offset_mm(words: &mut Words) -> Result<[f64; 2], Error> {
-    let [first, second, _] = PLANES[usize::from(words.modal.plane)];
+    let [first, second, ..] = PLANES[usize::from(words.modal.plane)];
     let offsets_pm = words.take_offsets_pm();
     let offsets_pm = [offsets_pm[first], offsets_pm[second]];
     if offsets_pm == [None; 2] {

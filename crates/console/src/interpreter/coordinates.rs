@@ -1,8 +1,9 @@
 //! Work offsets, stored positions, and how axis words refer to them.
 
-use super::{Interpreter, Z, within};
+use super::{Interpreter, within};
 use crate::{
-    AXES, Error, MotionMode, Move, Rate,
+    AXES, Block, Error, MotionMode, Move, Rate,
+    axes::Z,
     block::{NonModal, Words},
     parameters::WORK_SYSTEMS,
 };
@@ -13,13 +14,13 @@ const WORK_POSITION: f32 = 20.0;
 
 impl Interpreter {
     /// Executes a code of group 0. G28 and G30 move, perhaps via another point.
-    pub(super) fn non_modal(&mut self, words: &mut Words) -> Result<(Option<[i64; AXES]>, Option<Move>), Error> {
+    pub(super) fn non_modal(&mut self, words: &mut Words, block: &mut Block) -> Result<(), Error> {
         match words.non_modal {
             Some(NonModal::SetWorkOffset) => self.set_work_offset(words)?,
             Some(NonModal::Shift) => self.shift(words)?,
             Some(NonModal::Unshift) => self.shift_pm = [0; AXES],
             Some(NonModal::Keep(place)) => self.coordinates.places_pm[place] = self.position_pm,
-            Some(NonModal::GoTo(place)) => return self.go_to(place, words),
+            Some(NonModal::GoTo(place)) => self.go_to(place, words, block)?,
             Some(NonModal::MachineCoordinates)
                 if !matches!(self.modal.motion, MotionMode::Rapid | MotionMode::Linear) =>
             {
@@ -27,7 +28,7 @@ impl Interpreter {
             }
             Some(NonModal::MachineCoordinates | NonModal::Dwell) | None => {}
         }
-        Ok((None, None))
+        Ok(())
     }
 
     /// G10. P0 is the work coordinate system in force.
@@ -72,7 +73,7 @@ impl Interpreter {
     }
 
     /// G28, G30. With axis words, only the named axes move to the stored position, via the target of those words.
-    fn go_to(&self, place: usize, words: &Words) -> Result<(Option<[i64; AXES]>, Option<Move>), Error> {
+    fn go_to(&self, place: usize, words: &Words, block: &mut Block) -> Result<(), Error> {
         let mut target_pm = self.coordinates.places_pm[place];
         let via_pm = if words.has_axes() { Some(self.target_pm(words)?) } else { None };
         if via_pm.is_some() {
@@ -81,7 +82,8 @@ impl Interpreter {
             }
         }
         let exact_stop = self.modal.exact_stop;
-        Ok((via_pm, Some(Move { target_pm, rate: Rate::Rapid, arc: None, exact_stop })))
+        (block.via_pm, block.motion) = (via_pm, Some(Move { target_pm, rate: Rate::Rapid, arc: None, exact_stop }));
+        Ok(())
     }
 
     /// The target of the axis words; axes without a word keep their position.

@@ -24,7 +24,7 @@ impl Interpreter {
         if target_pm == self.position_pm {
             return Err(Error::InvalidTarget);
         }
-        let (mode, mm_min) = (self.modal.motion, self.feed_mm_min(target_pm, None));
+        let (mode, mm_min) = (self.modal.motion, self.feed_mm_min(target_pm, None, words));
         *probe = Some(Probe { target_pm, mm_min, away: mode.probes_away(), must: mode.must_touch() });
         self.position_pm = target_pm;
         Ok(())

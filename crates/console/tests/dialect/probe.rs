@@ -2,7 +2,7 @@
 
 use crate::talk::{Talk, check};
 use expect_test::expect;
-use isostep_console::{ReportedState, length, report};
+use isostep_console::{ReportedState, Settings, length, report};
 
 #[test]
 fn a_probe_is_modal_and_the_program_goes_on_from_its_target() {
@@ -113,6 +113,7 @@ fn what_a_probe_touched_outlives_a_reset() {
     talk.interpreter.set_touched([1.0, -25.4, 3.0].map(length::from_mm), false);
     assert_eq!(talk.interpreter.touched(), ([1_000_000_000, -25_400_000_000, 3_000_000_000], false));
     let mut heard = String::new();
-    report::probed(&mut heard, &talk.interpreter, true).unwrap();
+    let inches = Settings { report_inches: true, ..Settings::DEFAULT };
+    report::probed(&mut heard, &talk.interpreter, &inches).unwrap();
     assert_eq!(heard, "[PRB:0.0394,-1.0000,0.1181:0]\r\n");
 }

@@ -359,6 +359,6 @@ fn the_table_is_in_order_and_the_defaults_are_in_range() {
         let value = Settings::DEFAULT.get(number).unwrap();
         assert_eq!(Settings::DEFAULT.with(number, value, &carries), Ok(Settings::DEFAULT), "${number}");
     }
-    assert_eq!(Settings::DEFAULT.homing_order(), [2, 0, 1]);
+    assert_eq!(Settings::DEFAULT.homing_order(), [2, 0, 1].map(Some));
     assert_eq!(Settings { decel_or_0_mm_s2: [0.0, 9.0, 0.0], ..Settings::DEFAULT }.decel_mm_s2(), [50.0, 9.0, 50.0]);
 }

@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 
 use expect_test::Expect;
 use isostep_console::{
-    Block, Command, Coordinates, Interpreter, Jog, LineAssembler, Move, Overrides, Probe, Rate, Realtime, Refusal,
-    ReportedState, Settings, Spindle, Status, StatusReporter, length,
+    AXES, Block, Command, Coordinates, Interpreter, Jog, LineAssembler, Move, Overrides, Probe, Rate, Realtime,
+    Refusal, ReportedState, Settings, Spindle, Status, StatusReporter, length,
     parameters::{STARTUP_LINES, StoredLine},
     realtime, report,
 };
@@ -109,8 +109,9 @@ impl Talk {
             Command::ShowBuild => report::build(heard, build_text).unwrap(),
             Command::SetBuild { text } => *build_text = text.try_into().unwrap(),
             Command::ShowSettings => report::settings(heard, settings).unwrap(),
-            Command::ShowParameters => (0..report::PARAMETERS)
-                .for_each(|line| report::parameter(heard, line, interpreter, settings.report_inches).unwrap()),
+            Command::ShowParameters => {
+                (0..report::PARAMETERS).for_each(|line| report::parameter(heard, line, interpreter, settings).unwrap())
+            }
             Command::ShowModal => report::modal(heard, interpreter, settings.report_inches).unwrap(),
             Command::ShowStartup => {
                 for (index, line) in startup.iter().enumerate() {
@@ -157,7 +158,7 @@ impl Talk {
             spindle: modal.spindle,
             coolant: modal.coolant,
             probe_touched: self.probe_touched,
-            limits_pressed: [false; 3],
+            limits_pressed: [false; AXES],
             second_limit_pressed: false,
             door_open: false,
             hold_pressed: false,
@@ -172,7 +173,7 @@ impl Talk {
 }
 
 /// A place in mm.
-pub fn in_mm(place_pm: [i64; 3]) -> [f64; 3] {
+pub fn in_mm(place_pm: [i64; AXES]) -> [f64; AXES] {
     place_pm.map(length::to_mm)
 }
 

@@ -88,12 +88,15 @@ fn float(value: &[u8]) -> Option<f32> {
     value.try_into().ok().map(f32::from_le_bytes)
 }
 
-/// A place in picometres. Firmware that kept places in mm has stored them as 32-bit floats.
+/// A place in picometres, of three axes or four. Firmware that kept places in mm has stored them as 32-bit floats, of
+/// three axes.
 fn place_pm(value: &[u8]) -> Option<[i64; AXES]> {
-    let width = value.len() / AXES;
-    if !matches!(width, 4 | 8) || value.len() != width * AXES {
-        return None;
-    }
+    let width = match value.len() {
+        12 => 4,
+        24 | 32 => 8,
+        _ => return None,
+    };
+    // Firmware with fewer axes has stored fewer, and what is stored of an axis that is not there means nothing.
     let mut place_pm = [0; AXES];
     for (pm, value) in place_pm.iter_mut().zip(value.chunks(width)) {
         let read_pm = match value.try_into() {
@@ -107,4 +110,25 @@ fn place_pm(value: &[u8]) -> Option<[i64; AXES]> {
 
 fn line(value: &[u8]) -> Option<StoredLine> {
     core::str::from_utf8(value).ok()?.try_into().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What firmware for another number of axes has stored is understood, and so is what was stored in mm.
+    #[test]
+    fn places_of_three_axes_and_of_four_are_understood() {
+        let bytes = |places: &[i64]| places.iter().flat_map(|pm| pm.to_le_bytes()).collect::<Vec<u8, 64>>();
+        for stored in [&[1, -2, 3][..], &[1, -2, 3, 0]] {
+            let mut expected = [0; AXES];
+            expected[..3].copy_from_slice(&[1, -2, 3]);
+            assert_eq!(place_pm(&bytes(stored)), Some(expected));
+        }
+        let in_mm: Vec<u8, 12> = [1.5_f32, 0.0, -2.0].iter().flat_map(|mm| mm.to_le_bytes()).collect();
+        assert_eq!(place_pm(&in_mm).map(|pm| pm[0]), Some(1_500_000_000));
+        for wrong in [&bytes(&[1, 2])[..], &bytes(&[1; 5]), &[0; 13], &bytes(&[MAX_COORDINATE_PM + 1, 0, 0])] {
+            assert_eq!(place_pm(wrong), None);
+        }
+    }
 }

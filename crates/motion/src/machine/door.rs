@@ -1,6 +1,6 @@
 //! The safety door: a hold with all outputs off.
 
-use super::{Inner, Machine, Trigger};
+use super::{Machine, Trigger};
 
 /// What the safety door has done.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -39,7 +39,7 @@ impl Machine {
     /// What the safety door has done.
     #[must_use]
     pub fn door(&self) -> Door {
-        self.with(|inner| inner.life.door)
+        self.life().door
     }
 
     /// Sets whether the safety door is open, debounced. While it is open nothing resumes.
@@ -53,19 +53,21 @@ impl Machine {
     /// Sets whether the input of the feed hold is low, debounced. Low means that the button is pressed or, if the
     /// configuration says so, that the safety door is open.
     pub(crate) fn set_hold_input(&self, is_low: bool) {
-        self.take_hold_input(|_| is_low);
+        self.take_hold_input(Some(is_low));
     }
 
     /// Takes the input of the feed hold for what the configuration says from now on.
     pub(crate) fn reread_hold_input(&self) {
-        self.take_hold_input(|inner| inner.buttons[0] || inner.life.door.is_open);
+        self.take_hold_input(None);
     }
 
-    /// The level is looked up in the critical section in which it takes effect. Otherwise the task that watches the input
-    /// could come in between, and a door that has just been opened would count as closed.
-    fn take_hold_input(&self, is_low: impl FnOnce(&Inner) -> bool) {
+    /// Takes a new level of the input, or the one it has. That is looked up in the critical section in which it takes
+    /// effect. Otherwise the task that watches the input could come in between, and a door that has just been opened would
+    /// count as closed.
+    fn take_hold_input(&self, level: Option<bool>) {
         let (holds, reaction) = self.with(|inner| {
-            let (is_low, is_door) = (is_low(inner), inner.config.hold_is_door);
+            let is_door = inner.config.hold_is_door;
+            let is_low = level.unwrap_or(inner.buttons[0] || inner.life.door.is_open);
             let was_pressed = core::mem::replace(&mut inner.buttons[0], is_low && !is_door);
             (is_low && !is_door && !was_pressed, self.apply(inner, Trigger::Door(is_low && is_door)))
         });

@@ -53,7 +53,7 @@ impl Machine {
     /// Whether cancelled jogs are being forgotten: the one under way still brakes, and no other is taken.
     #[must_use]
     pub fn is_cancelling_jogs(&self) -> bool {
-        self.with(|inner| inner.life.forget == Forget::Jogs)
+        self.life().forget == Forget::Jogs
     }
 
     /// Changes the speed of moves, the one under way included, some 60 ms after this call.
@@ -89,7 +89,7 @@ impl Machine {
 
     /// Waits until the motion under way is held, stopped, or to be forgotten.
     pub(crate) async fn wait_interrupted(&self) {
-        while !self.with(|inner| inner.life.is_to_brake() || inner.life.cause.is_some()) {
+        while !self.life().is_interrupted() {
             select(self.asked.wait(), self.stopped.wait()).await;
         }
     }
@@ -102,7 +102,7 @@ impl Machine {
 
     /// Notes that homing begins; returns false if it is held or stopped before.
     pub(crate) fn begin_homing(&self) -> bool {
-        self.with(|inner| self.apply(inner, Trigger::Homing)) != Reaction::Refuse
+        self.ask(Trigger::Homing).is_ok()
     }
 
     /// Waits at rest until a hold is over and the spindle has its speed; false if the held motion is to be forgotten.
@@ -126,6 +126,6 @@ impl Machine {
 
     /// Whether the motion that is held or under way is to be forgotten.
     pub(crate) fn is_to_forget(&self) -> bool {
-        self.with(|inner| inner.life.is_to_forget())
+        self.life().is_to_forget()
     }
 }

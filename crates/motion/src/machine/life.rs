@@ -169,6 +169,11 @@ impl Life {
         self.held || self.forget != Forget::Nothing
     }
 
+    /// What is under way is to brake, or has been stopped.
+    pub fn is_interrupted(&self) -> bool {
+        self.is_to_brake() || self.cause.is_some()
+    }
+
     /// The motion that is held or under way is to be forgotten.
     pub fn is_to_forget(&self) -> bool {
         self.forget != Forget::Nothing || self.cause.is_some()
@@ -181,7 +186,7 @@ impl Life {
             Trigger::OutputAsked => return self.ask_output(),
             Trigger::Moving(moving) => self.set_moving(moving),
             // A hold, a reset or a stop that came just before is for the coordinator to obey first.
-            Trigger::Homing if self.is_to_brake() || self.cause.is_some() => return Reaction::Refuse,
+            Trigger::Homing if self.is_interrupted() => return Reaction::Refuse,
             Trigger::Homing => self.state = State::Home,
             Trigger::Ended(result, motions) => return self.end(result, motions),
             // The last one is judged like a motion that ended: a stop may have come while it waited.

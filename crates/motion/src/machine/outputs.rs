@@ -92,7 +92,7 @@ impl Machine {
     /// # Errors
     /// In an alarm, and while a stop or a reset is under way, the outputs stay off.
     pub fn set_outputs(&self, outputs: Outputs) -> Result<(), Busy> {
-        self.change_outputs(|asked| (asked.asked, asked.stops_at_rest) = (outputs, false))
+        self.change_outputs(outputs, |asked, outputs| (asked.asked, asked.stops_at_rest) = (outputs, false))
     }
 
     /// Changes the coolant alone.
@@ -100,13 +100,16 @@ impl Machine {
     /// # Errors
     /// The same as for [`set_outputs`](Self::set_outputs).
     pub fn set_coolant(&self, flood: bool, mist: bool) -> Result<(), Busy> {
-        self.change_outputs(|asked| (asked.asked.flood, asked.asked.mist) = (flood, mist))
+        let coolant = Outputs { flood, mist, ..Outputs::OFF };
+        self.change_outputs(coolant, |asked, coolant| {
+            (asked.asked.flood, asked.asked.mist) = (coolant.flood, coolant.mist);
+        })
     }
 
-    fn change_outputs(&self, change: impl FnOnce(&mut OutputsAsked)) -> Result<(), Busy> {
+    fn change_outputs(&self, to: Outputs, change: fn(&mut OutputsAsked, Outputs)) -> Result<(), Busy> {
         self.with(|inner| {
             let (before, mut outputs) = (inner.effective().spindle, inner.outputs);
-            change(&mut outputs);
+            change(&mut outputs, to);
             if outputs.asked != Outputs::OFF && self.apply(inner, Trigger::OutputAsked) == Reaction::Refuse {
                 return Err(Busy(inner.life.state));
             }
@@ -157,7 +160,7 @@ impl Machine {
         self.stop_spindle_in_hold(|_| Some(SpindleStop::ToolChange));
     }
 
-    fn stop_spindle_in_hold(&self, stopped: impl FnOnce(Option<SpindleStop>) -> Option<SpindleStop>) {
+    fn stop_spindle_in_hold(&self, stopped: fn(Option<SpindleStop>) -> Option<SpindleStop>) {
         self.with(|inner| {
             if matches!(inner.life.state, State::Hold { still: true }) {
                 let before = inner.effective().spindle;

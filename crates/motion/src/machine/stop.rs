@@ -3,7 +3,7 @@
 use embassy_futures::select::select;
 use embassy_time::{Instant, Timer};
 
-use super::{Busy, Cause, Machine, Reaction, Trigger};
+use super::{Busy, Cause, Machine, Trigger};
 use crate::axes::{AXES, Axis};
 use crate::config::Config;
 use crate::event::{Alarm, State};
@@ -31,10 +31,7 @@ impl Machine {
     /// [`Busy`]: the machine stays in the alarm while the emergency stop is pressed, and until the motions that waited
     /// when the alarm came have been passed over, which takes the coordinator a moment.
     pub fn unlock(&self) -> Result<(), Busy> {
-        self.with(|inner| match self.apply(inner, Trigger::Unlock) {
-            Reaction::Refuse => Err(Busy(inner.life.state)),
-            _ => Ok(()),
-        })
+        self.ask(Trigger::Unlock).map(|_| ())
     }
 }
 
@@ -57,19 +54,20 @@ impl Machine {
     }
 
     /// A limit input has changed, and is now low or high. The first edge of a press stops a running machine at once, if
-    /// hard limits are on. It may be called any number of times, from any context.
+    /// hard limits are on and the axis has an end. It may be called any number of times, from any context.
     pub fn limit_edge(&self, input: LimitInput, is_low: bool) {
-        let (is_press, squared) = self.with(|inner| {
-            let Config { hard_limits, switches_inverted, squared, .. } = inner.config;
-            (hard_limits && is_low != switches_inverted, squared)
+        let (is_press, squared, is_endless) = self.with(|inner| {
+            let Config { hard_limits, switches_inverted, squared, is_endless, .. } = inner.config;
+            (hard_limits && is_low != switches_inverted, squared, is_endless)
         });
         let motor = match input {
             LimitInput::Of(axis) => Some(Motor::first(axis)),
             LimitInput::Second => squared.map(|squared| Motor::second(squared.axis)),
         };
-        // A pressed switch bounces when it is left; that is no press.
+        // A pressed switch bounces when it is left; that is no press. There is no end behind that of an axis that turns.
         if let Some(motor) = motor
             && is_press
+            && !is_endless[motor.axis as usize]
             && !self.switch(input).is_pressed()
         {
             self.on(Trigger::Limit(motor));
@@ -91,16 +89,18 @@ impl Machine {
 impl Machine {
     /// The cause of a stop that was asked for and that the coordinator has not answered yet.
     pub(crate) fn cause(&self) -> Option<Cause> {
-        self.with(|inner| inner.life.cause)
+        self.life().cause
     }
 
     /// The first motor that `steps` would take further onto its switch. The switch has closed already, so no edge would
     /// report it.
     pub(crate) fn onto_switch(&self, steps: [i32; AXES]) -> Option<Motor> {
-        let Config { hard_limits, homing, squared, .. } = self.config();
+        let Config { hard_limits, homing, squared, is_endless, .. } = self.config();
         let is_towards = |motor: &Motor| {
             let steps = steps[motor.axis as usize];
-            steps != 0 && Direction::of(steps) == homing.towards[motor.axis as usize]
+            steps != 0
+                && !is_endless[motor.axis as usize]
+                && Direction::of(steps) == homing.towards[motor.axis as usize]
         };
         let second = squared.map(|squared| Motor::second(squared.axis));
         let mut motors = Axis::ALL.into_iter().map(Motor::first).chain(second);
@@ -119,7 +119,7 @@ impl Machine {
 
     /// Another coordinator takes over, and what faulted under the one before it is no motion of its own.
     pub(crate) fn take_over(&self) {
-        self.with(|inner| self.apply(inner, Trigger::TakenOver));
+        self.change(Trigger::TakenOver);
         self.halt();
     }
 
@@ -129,7 +129,7 @@ impl Machine {
 
     /// Waits until the emergency stop is pressed, as far as the machine knows. Only the task that watches it may wait.
     pub(crate) async fn wait_emergency(&self) {
-        while !self.with(|inner| inner.life.emergency) {
+        while !self.life().emergency {
             self.emergency.wait().await;
         }
     }
@@ -148,10 +148,7 @@ impl Machine {
     /// Ends `motions` motions with `result`, and returns the state that the machine is in then. No stop that comes
     /// meanwhile is lost, because state and cause change in one critical section.
     pub(crate) fn conclude(&self, result: Result<(), Alarm>, motions: usize) -> State {
-        self.with(|inner| {
-            self.apply(inner, Trigger::Ended(result, motions));
-            inner.life.state
-        })
+        self.change(Trigger::Ended(result, motions)).1.state
     }
 
     /// Waits until `end`, or until everything is stopped; true if it was stopped.

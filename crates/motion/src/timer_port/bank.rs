@@ -101,6 +101,8 @@ pub(super) struct RunRequest {
     pub setup: Duration,
     /// STEP stays high at least this long, ns.
     pub pulse_ns: u32,
+    /// No pulse takes more of the clock's ticks.
+    pub pulse: Duration,
     /// Shortest time from a fall of STEP to its next rise.
     pub low_min: Duration,
 }
@@ -119,8 +121,9 @@ struct Contents {
     /// A run is under way: its request was taken, and the run has neither ended nor been dropped.
     live: Cell<bool>,
     braked: Cell<bool>,
-    /// The stream item that follows what the driving task has.
-    next: Cell<Option<StreamItem>>,
+    /// The stream items that follow what the driving task has, in order. Two: the last segment of a ramp may have one
+    /// step, in whose time the axis task, of a lower priority, could not bring the one after it.
+    next: [Cell<Option<StreamItem>>; 2],
     /// The driving task waits for the next item.
     wanted: Cell<bool>,
     /// Steps of the run that have risen, positive minus negative.
@@ -133,7 +136,7 @@ impl Mailbox {
             request: Cell::new(None),
             live: Cell::new(false),
             braked: Cell::new(false),
-            next: Cell::new(None),
+            next: [Cell::new(None), Cell::new(None)],
             wanted: Cell::new(false),
             travelled: Cell::new(0),
         };
@@ -162,11 +165,11 @@ impl Mailbox {
     /// item.
     pub fn offer(&self, item: StreamItem) -> (bool, bool) {
         self.contents.lock(|contents| {
-            let room = contents.next.get().is_none();
-            if room {
-                contents.next.set(Some(item));
+            let free = contents.next.iter().find(|next| next.get().is_none());
+            if let Some(next) = free {
+                next.set(Some(item));
             }
-            (room, contents.wanted.get())
+            (free.is_some(), contents.wanted.get())
         })
     }
 
@@ -197,7 +200,7 @@ impl Mailbox {
     pub fn close(&self) {
         self.contents.lock(|contents| {
             contents.request.set(None);
-            contents.next.set(None);
+            contents.next.iter().for_each(|next| next.set(None));
             contents.live.set(false);
         });
     }
@@ -222,7 +225,8 @@ impl Mailbox {
     /// Takes the next item, if there is one and the run has not ended.
     pub fn take(&self) -> Option<StreamItem> {
         self.contents.lock(|contents| {
-            let item = if contents.live.get() { contents.next.take() } else { None };
+            let [next, after] = &contents.next;
+            let item = if contents.live.get() { next.replace(after.take()) } else { None };
             contents.wanted.set(item.is_none());
             if item.is_some() {
                 self.room.signal(());

@@ -82,7 +82,7 @@ struct AxisDrive<'a, P> {
     ready: u64,
     /// Shortest time from a fall of STEP to its next rise, ticks.
     low_min: u64,
-    pulse_ns: u32,
+    pulse: Pulse,
     direction_inverted: bool,
     /// Shortest time from a change of DIR to a rise of STEP, ticks.
     setup: u64,
@@ -91,6 +91,24 @@ struct AxisDrive<'a, P> {
     /// The next item is not there yet.
     waits: bool,
     level: Level,
+}
+
+/// How long STEP stays high.
+#[derive(Clone, Copy)]
+struct Pulse {
+    /// What is left of it, ns.
+    ns: u32,
+    /// No more than so many ticks from its beginning to its end.
+    ticks: u64,
+}
+
+impl Pulse {
+    const NONE: Self = Self { ns: 0, ticks: 0 };
+
+    #[inline(always)]
+    fn longer(self, other: Self) -> Self {
+        if other.ns > self.ns { other } else { self }
+    }
 }
 
 /// The level of STEP.
@@ -138,21 +156,28 @@ where
     #[inline(always)]
     fn step(&mut self, at: u64) {
         let oldest = self.call(at);
-        let now = self.wait_until(at);
-        let mut left_ns = self.raise(now, oldest);
+        let mut now = self.wait_until(at);
+        let mut pulse = self.raise(now, oldest);
         loop {
-            let slice_ns = left_ns.min(PULSE_SLICE_NS);
+            let slice_ns = if self.is_alone(pulse, now) { pulse.ns } else { PULSE_SLICE_NS };
             self.delay.delay_ns(slice_ns);
-            left_ns -= slice_ns;
-            if left_ns == 0 {
+            pulse.ns -= slice_ns;
+            if pulse.ns == 0 {
                 return self.lower();
             }
-            let now = Instant::now().as_ticks();
+            now = Instant::now().as_ticks();
             if self.next_rise() <= now {
                 let oldest = self.call(now);
-                left_ns = left_ns.max(self.raise(now, oldest));
+                pulse = pulse.longer(self.raise(now, oldest));
             }
         }
+    }
+
+    /// Whether no step comes due before the end of a pulse that begins now. Then the clock is not looked at during the
+    /// pulse: that takes several times as long as a slice, and would make a pulse of 2 us one of 9 us.
+    #[inline(always)]
+    fn is_alone(&self, pulse: Pulse, now: u64) -> bool {
+        pulse.ns <= PULSE_SLICE_NS || self.next_rise() > now + pulse.ticks
     }
 
     /// Marks the axes whose step is to rise at `at` or before. Returns the earliest instant at which one of these steps
@@ -182,23 +207,23 @@ where
         }
     }
 
-    /// Raises STEP of the marked axes; returns the width of their widest pulse, ns.
+    /// Raises STEP of the marked axes; returns the longest of their pulses.
     #[inline(always)]
-    fn raise(&mut self, now: u64, oldest: u64) -> u32 {
+    fn raise(&mut self, now: u64, oldest: u64) -> Pulse {
         if now - oldest > LATE_MAX.as_ticks() {
             self.refuse_late(now);
         }
-        let mut pulse_ns = 0;
+        let mut pulse = Pulse::NONE;
         // One critical section for all axes: with one for each, the last axis would wait for all of them.
         critical_section::with(|section| {
             for drive in self.drives.iter_mut().filter(|drive| drive.level == Level::Due) {
                 let AxisDrive { mailbox, pins, sign, .. } = drive;
                 let risen = mailbox.step(section, *sign, || pins.set_step(true));
                 drive.level = if risen { Level::High } else { Level::Low };
-                pulse_ns = pulse_ns.max(drive.pulse_ns);
+                pulse = pulse.longer(drive.pulse);
             }
         });
-        pulse_ns
+        pulse
     }
 
     /// A step comes too late, which is a fault. No axis makes another step, from here on: the tasks of the axes, which hear
@@ -252,7 +277,7 @@ impl<'a, P: MotorPins> AxisDrive<'a, P> {
             at: NEVER,
             ready: Instant::now().as_ticks(),
             low_min: 0,
-            pulse_ns: 0,
+            pulse: Pulse::NONE,
             direction_inverted: false,
             setup: 0,
             has_run: false,
@@ -273,7 +298,8 @@ impl<'a, P: MotorPins> AxisDrive<'a, P> {
 
     /// Takes up a run, which then waits at the gate.
     fn begin(&mut self, request: &RunRequest) {
-        (self.pulse_ns, self.low_min) = (request.pulse_ns, request.low_min.as_ticks());
+        self.pulse = Pulse { ns: request.pulse_ns, ticks: request.pulse.as_ticks() };
+        self.low_min = request.low_min.as_ticks();
         (self.direction_inverted, self.setup) = (request.run.wiring.direction_inverted, request.setup.as_ticks());
         self.pins.begin(&request.run);
         if request.run.second.is_some() {

@@ -50,9 +50,10 @@ use crate::start_line::StartLine;
 
 /// A step later than this is a fault: half a step period at 2,400 steps/s, the default machine's top speed.
 pub const LATE_MAX: Duration = Duration::from_micros(208);
-/// Processor time for a step beside its pulse, ns: measured on an RP2040 of 125 MHz, which makes 47,000 steps/s of one
-/// axis and can do next to nothing else then. Short moves are slowed by the time for planning them, too.
-const CORE_NS: u32 = 20_000;
+/// Processor time for a step beside its pulse, ns. An RP2040 of 125 MHz needs some 22,000 in long moves (one axis, pulses
+/// of 0.1, 2 and 5 us: 46,000, 41,000 and 36,000 steps/s). The rest is for the tasks that feed the port, which need
+/// most on ramps. Short moves are slowed by the time for planning them, too.
+const CORE_NS: u32 = 26_000;
 /// The odometer is at most this much behind.
 const REPORT_EVERY: Duration = Duration::from_millis(10);
 /// Each axis reports more often than the one before it, by this difference. Otherwise all of their timers would expire
@@ -94,6 +95,7 @@ impl TimerPort<'_> {
             run: *run,
             setup: ticks(timing.setup_ns),
             pulse_ns,
+            pulse: ticks(pulse_ns),
             low_min: ticks(timing.step_low_ns.max(timing.period_ns.saturating_sub(pulse_ns))),
         }
     }

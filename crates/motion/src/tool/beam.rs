@@ -1,7 +1,8 @@
 //! How strongly a laser shines along the chunks of a run.
 //!
 //! # Design
-//! A level belongs to a move: it begins with the move's plan, half a step before its first step. Where the level
+//! A level belongs to a move: it begins with the move's plan, half a step before its first step. If a move is made for
+//! several lines of a program, each begins at a mark, at the instant that the plan gives for this place. Where the level
 //! follows the speed, a phase of constant acceleration is a stroke whose level changes linearly. A curved ramp is made
 //! of short strokes, so that their chords deviate little. Strokes that have been queued are committed, as steps
 //! are. In a hold, too, the machine brakes with the level that belongs to the speed.
@@ -10,10 +11,11 @@ use embassy_time::{Duration, Instant};
 use isostep_profile::SpeedLaw;
 use isostep_profile::chain::Chunk;
 
-use super::{Asked, Power, Stroke, Tag};
+use super::{Asked, Level, Power, Stroke, Tag};
 use crate::axes::AXES;
 use crate::chunks::Chunks;
 use crate::machine::Machine;
+use crate::marks::{Marks, Walk};
 
 /// The longest stroke of a straight ramp, s.
 const STRAIGHT_S: f64 = Asked::CHANGE_MAX.as_micros() as f64 * 1e-6;
@@ -21,6 +23,10 @@ const STRAIGHT_S: f64 = Asked::CHANGE_MAX.as_micros() as f64 * 1e-6;
 const CURVED_S: f64 = 0.002;
 /// The same for a law over displacement, s. For such a law the chip takes milliseconds to compute a speed.
 const OVER_DISPLACEMENT_S: f64 = 0.01;
+/// Where a line ends so soon after a chunk, s, its stroke goes on to there: a stroke of its own would be shorter than what
+/// the tool's task takes for it, and the next line would begin late. If the machine brakes from the end of that chunk on,
+/// the next level comes too early instead, by less than this.
+const SLIVER_S: f64 = 50e-6;
 /// Shorter strokes are left out, s: half of the resolution of instants.
 const NOTHING_S: f64 = 0.5e-6;
 
@@ -31,8 +37,30 @@ pub(crate) struct BeamStream<'a> {
     longest_s: f64,
     /// The number of the chunk whose strokes it queues.
     chunk: u32,
-    /// Up to when strokes have been queued, s from the start of the run.
+    /// Up to when strokes have been queued, s from the start of the run; and that instant.
     queued_s: f64,
+    queued: Instant,
+    /// The speed there, as a multiple of the one that was asked for, once it has been computed by the chunk's plan.
+    ratio: Option<f32>,
+    /// What shines there, once the stream has reached that chunk.
+    line: Option<Line>,
+}
+
+/// What one line of a program makes the laser do in a chunk.
+#[derive(Clone, Copy)]
+struct Line {
+    power: Power,
+    /// When the next line begins by this plan, s from the start of the run; infinite if none does.
+    until_s: f64,
+    /// What shines from then on.
+    next: Power,
+    /// When the plan begins to cruise, and to slow down, s from the start of the run.
+    cruises_s: f64,
+    slows_s: f64,
+    /// The speed of the cruise, as a multiple of the one that was asked for.
+    cruise_ratio: f32,
+    /// The marks after that.
+    ahead: Walk,
 }
 
 impl<'a> BeamStream<'a> {
@@ -44,7 +72,16 @@ impl<'a> BeamStream<'a> {
             law if law.is_over_displacement() => OVER_DISPLACEMENT_S,
             _ => CURVED_S,
         };
-        config.tool.laser.then_some(Self { machine, start, longest_s, chunk: 0, queued_s: 0.0 })
+        config.tool.laser.then_some(Self {
+            machine,
+            start,
+            longest_s,
+            chunk: 0,
+            queued_s: 0.0,
+            queued: start,
+            ratio: None,
+            line: None,
+        })
     }
 
     /// The number of the chunk whose strokes it queues.
@@ -53,46 +90,95 @@ impl<'a> BeamStream<'a> {
     }
 
     /// Queues strokes up to `until_s` from the start of the run, as far as the path is known and there is room.
-    pub fn fill_queue(&mut self, chunks: &Chunks, until_s: f64) {
+    pub fn fill_queue(&mut self, chunks: &Chunks, marks: &Marks, until_s: f64) {
         while let Some(chunk) = chunks.get(self.chunk) {
             while self.queued_s < chunk.until_s {
                 if self.queued_s > until_s || self.machine.strokes().is_full() {
                     return;
                 }
-                self.queue(chunk);
+                let mut line = self.line.unwrap_or_else(|| Line::first(chunk, marks));
+                while line.until_s <= self.queued_s + NOTHING_S {
+                    line = line.after(chunk, marks, 0.0);
+                }
+                self.line = Some(line);
+                self.queue(chunk, line);
             }
             if !chunks.has_next(self.chunk) {
                 return;
             }
             self.chunk += 1;
+            (self.line, self.ratio) = (None, None);
         }
     }
 
-    fn queue(&mut self, chunk: &Chunk<AXES>) {
-        let begin_s = self.queued_s;
-        let (end_s, asked) = match Tag::unpack(chunk.tag).power {
-            Power::Off => return self.queued_s = chunk.until_s,
-            Power::Constant(level) => (chunk.until_s, Asked::even(level)),
-            Power::BySpeed(level) => {
-                let end_s = self.bend_s(chunk);
-                (end_s, Asked::between(level, [begin_s, end_s].map(|t_s| speed_ratio(chunk, t_s))))
-            }
+    fn queue(&mut self, chunk: &Chunk<AXES>, line: Line) {
+        let ends_soon = line.until_s < chunk.until_s + SLIVER_S;
+        let until_s = if ends_soon { line.until_s } else { chunk.until_s };
+        let (end_s, asked) = match line.power {
+            Power::Off => (until_s, Asked::NOTHING),
+            Power::Constant(level) => (until_s, Asked::even(level)),
+            Power::BySpeed(level) => self.by_speed(chunk, line, until_s, level),
         };
+        let end = self.start + Duration::from_micros((end_s * 1e6 + 0.5) as u64);
+        let begin = core::mem::replace(&mut self.queued, end);
         self.queued_s = end_s;
-        let [begin, end] = [begin_s, end_s].map(|t_s| self.start + Duration::from_micros((t_s * 1e6 + 0.5) as u64));
-        // There is room, and this task is the only sender.
-        let _ = self.machine.strokes().try_send(Stroke { begin, end, asked });
+        if line.power != Power::Off {
+            // There is room, and this task is the only sender.
+            let _ = self.machine.strokes().try_send(Stroke { begin, end, asked });
+        }
     }
 
-    /// Up to when the speed changes linearly, s from the start of the run; the end of the chunk at most.
-    fn bend_s(&self, chunk: &Chunk<AXES>) -> f64 {
-        let profile = &chunk.plan.profile;
+    /// Up to when the speed changes linearly, s from the start of the run, `until_s` at most; and what is asked for
+    /// until then.
+    fn by_speed(&mut self, chunk: &Chunk<AXES>, line: Line, until_s: f64, level: Level) -> (f64, Asked) {
+        let Line { cruises_s, slows_s, cruise_ratio, .. } = line;
+        let after_s = self.queued_s + NOTHING_S;
+        if after_s > cruises_s && after_s < slows_s {
+            self.ratio = Some(cruise_ratio);
+            return (slows_s.min(until_s), Asked::between(level, [cruise_ratio; 2]));
+        }
+        let bend_s = [cruises_s, slows_s].into_iter().find(|t_s| *t_s > after_s).unwrap_or(until_s);
+        let end_s = bend_s.min(until_s).min(self.queued_s + self.longest_s);
+        let from = self.ratio.unwrap_or_else(|| speed_ratio(chunk, self.queued_s));
+        let to = speed_ratio(chunk, end_s);
+        self.ratio = Some(to);
+        (end_s, Asked::between(level, [from, to]))
+    }
+}
+
+impl Line {
+    /// The line in which the chunk's plan begins.
+    fn first(chunk: &Chunk<AXES>, marks: &Marks) -> Self {
+        let (tag, profile) = (Tag::unpack(chunk.tag), &chunk.plan.profile);
         let slows_s = chunk.plan.end_s() - profile.t_decel_s();
-        let speeds_s = slows_s - profile.t_cruise_s();
-        let is_ahead = |t_s: &f64| *t_s > self.queued_s + NOTHING_S;
-        let bend_s = [speeds_s, slows_s].into_iter().find(is_ahead).unwrap_or(chunk.until_s).min(chunk.until_s);
-        let is_cruise = self.queued_s + NOTHING_S > speeds_s && self.queued_s + NOTHING_S < slows_s;
-        if is_cruise { bend_s } else { bend_s.min(self.queued_s + self.longest_s) }
+        let line = Self {
+            power: tag.power,
+            until_s: 0.0,
+            next: tag.power,
+            cruises_s: slows_s - profile.t_cruise_s(),
+            slows_s,
+            cruise_ratio: (profile.cruise_speed_steps_s() / chunk.asked_steps_s) as f32,
+            ahead: Walk::along(&tag),
+        };
+        line.after(chunk, marks, chunk.plan.begin_steps())
+    }
+
+    /// The line that begins where it ends, up to the first mark beyond `place_steps` with another level.
+    fn after(self, chunk: &Chunk<AXES>, marks: &Marks, place_steps: f64) -> Self {
+        let mut line = Self { power: self.next, until_s: f64::INFINITY, ..self };
+        while let Some(mark) = line.ahead.next(marks) {
+            let mark_steps = f64::from(mark.place_steps);
+            line.next = line.power.with_level(mark.level);
+            if mark_steps <= place_steps {
+                line.power = line.next;
+            } else if line.next != line.power {
+                if mark_steps < chunk.plan.end_steps() {
+                    line.until_s = chunk.plan.time_at(mark_steps);
+                }
+                break;
+            }
+        }
+        line
     }
 }
 

@@ -3,8 +3,9 @@
 use core::num::NonZero;
 
 use super::config::{ChainConfig, Square};
-use super::corner;
+use super::corner::{self, Direction};
 use super::{FEED_RATIO_MAX, Request};
+use crate::fixed::is_zero;
 use crate::law::IntervalLaw;
 use crate::limits::{Limits, SPEED_MIN_STEPS_S};
 use crate::profile::{Profile, ProfileError};
@@ -69,8 +70,8 @@ impl<const N: usize> Block<N> {
         ramps_to: 0,
     };
 
-    /// The block, and the components of the unit vector along its path.
-    pub(super) fn new(request: Request<N>, config: &ChainConfig<N>) -> Result<(Self, [f64; N]), PlanError> {
+    /// Makes it the block of a request, after no other. Returns its direction.
+    pub(super) fn begin(&mut self, request: Request<N>, config: &ChainConfig<N>) -> Result<Direction<N>, PlanError> {
         let Request { steps, feed_mm_s, stops, tag } = request;
         config.check_moving(&steps)?;
         let limits = config.shared_limits(&steps);
@@ -82,17 +83,60 @@ impl<const N: usize> Block<N> {
         let length_mm = length(&mm);
         let per_mm = 1.0 / length_mm;
         let steps_per_mm = distance_steps * per_mm;
-        if let Some(feed_mm_s) = feed_mm_s {
-            path_speed(feed_mm_s * steps_per_mm)?;
-        }
+        let feed_steps_s = match feed_mm_s {
+            Some(feed_mm_s) => path_speed(feed_mm_s * steps_per_mm)?,
+            None => f64::INFINITY,
+        };
         let feed_mm_s = feed_mm_s.unwrap_or(f64::INFINITY);
         let mm_per_step = length_mm / distance_steps;
-        let mut block = Self { steps, stops, tag, feed_mm_s, mm_per_step, steps_per_mm, ..Self::NONE };
-        block.respeed(&limits, config);
-        block.set_delta_v2(distance_steps, &limits, config);
-        block.set_ramps_to(distance_steps, length_mm, config);
-        block.check(distance_steps, &limits, config)?;
-        Ok((block, mm.map(|mm| mm * per_mm)))
+        *self = Self { steps, stops, tag, feed_mm_s, mm_per_step, steps_per_mm, ..Self::NONE };
+        self.respeed(feed_steps_s, &limits, config);
+        self.set_delta_v2(distance_steps, &limits, config);
+        self.set_ramps_to(distance_steps, length_mm, config);
+        self.check(distance_steps, &limits, config)?;
+        Ok(corner::direction(&mm, per_mm))
+    }
+
+    /// Lengthens it by a move that goes straight on at the same feed, if `join` returns a tag for both: see
+    /// [`Chain::lengthen`](super::Chain::lengthen).
+    pub(super) fn lengthen(
+        &mut self,
+        request: &Request<N>,
+        join: impl FnOnce(u64, u32) -> Option<u64>,
+        config: &ChainConfig<N>,
+    ) -> bool {
+        let feed_mm_s = request.feed_mm_s.unwrap_or(f64::INFINITY);
+        // Where each move stops, or needs a time of its own, two short ones are not one long one.
+        let is_bound = config.interval_law != IntervalLaw::Fastest || config.effort.needs_time();
+        if feed_mm_s != self.feed_mm_s || self.stops || request.stops || is_bound || !self.goes_on(&request.steps) {
+            return false;
+        }
+        let mut steps = self.steps;
+        for (own, other) in steps.iter_mut().zip(request.steps) {
+            let Some(sum) = own.checked_add(other) else { return false };
+            *own = sum;
+        }
+        let distance_steps = f64::from(longest(&steps));
+        if distance_steps > self.nominal_steps_s * config.easily_s {
+            return false;
+        }
+        let Some(tag) = join(self.tag, longest(&self.steps)) else { return false };
+        (self.steps, self.tag) = (steps, tag);
+        self.set_delta_v2(distance_steps, &config.shared_limits(&steps), config);
+        self.set_ramps_to(distance_steps, distance_steps * self.mm_per_step, config);
+        true
+    }
+
+    /// Whether these steps have exactly its direction.
+    fn goes_on(&self, steps: &[i32; N]) -> bool {
+        let longest = (0..N).max_by_key(|&axis| self.steps[axis].unsigned_abs()).unwrap_or(0);
+        let [own, other] = [self.steps[longest], steps[longest]].map(i64::from);
+        let is_along = |axis: usize| {
+            let (one, next) = (self.steps[axis], steps[axis]);
+            // Most lines are along one axis, and a chip takes long for products of 64 bits.
+            axis == longest || (one, next) == (0, 0) || i64::from(one) * other == i64::from(next) * own
+        };
+        own.signum() * other.signum() > 0 && (0..N).all(is_along)
     }
 
     /// Steps of the longest axis.
@@ -105,7 +149,7 @@ impl<const N: usize> Block<N> {
     }
 
     /// The requested speed, steps/s of the longest axis; infinite if it is to be as fast as the limits allow.
-    fn feed_steps_s(&self) -> f64 {
+    pub(super) fn feed_steps_s(&self) -> f64 {
         self.feed_mm_s * self.steps_per_mm
     }
 
@@ -134,13 +178,16 @@ impl<const N: usize> Block<N> {
     }
 
     /// Applies the overrides in force. `limits` are those of the longest axis.
-    pub(super) fn respeed(&mut self, limits: &Limits, config: &ChainConfig<N>) {
+    /// `feed_steps_s` is its own.
+    pub(super) fn respeed(&mut self, feed_steps_s: f64, limits: &Limits, config: &ChainConfig<N>) {
         let top_steps_s = limits.top_speed_steps_s;
         let (mut steps_s, mut mm_s) = if self.is_rapid() {
             (top_steps_s * config.rapid_ratio, 0.0)
         } else {
             // The square is computed from the feed itself, so that moves of the same feed have the same square.
-            (self.feed_steps_s() * config.feed_ratio, self.feed_mm_s * config.feed_ratio)
+            let ratio = config.feed_ratio;
+            let overridden = |feed: f64| if ratio == 1.0 { feed } else { feed * ratio };
+            (overridden(feed_steps_s), overridden(self.feed_mm_s))
         };
         let is_bound = steps_s < SPEED_MIN_STEPS_S || steps_s > top_steps_s;
         if is_bound {
@@ -157,16 +204,18 @@ impl<const N: usize> Block<N> {
     /// Computes the largest delta v² over its last `steps`. Steps and `limits` are those of the longest axis.
     pub(super) fn set_delta_v2(&mut self, steps: f64, limits: &Limits, config: &ChainConfig<N>) {
         let Limits { accel_steps_s2, decel_steps_s2, jerk_steps_s3, top_speed_steps_s, .. } = *limits;
-        let most_steps_s = FEED_RATIO_MAX * self.feed_steps_s();
-        let top_steps_s = if most_steps_s < top_speed_steps_s { most_steps_s } else { top_speed_steps_s };
+        let top_steps_s = || {
+            let most_steps_s = FEED_RATIO_MAX * self.feed_steps_s();
+            if most_steps_s < top_speed_steps_s { most_steps_s } else { top_speed_steps_s }
+        };
         let mm2_per_step2 = self.mm_per_step * self.mm_per_step;
         let delta_v2 = |accel_steps_s2| {
             let delta_v2 = delta_v2(config.speed_law, accel_steps_s2, jerk_steps_s3, steps, top_steps_s);
             config.scale.square(delta_v2 * mm2_per_step2)
         };
-        self.accel_delta_v2 = delta_v2(accel_steps_s2);
-        self.decel_delta_v2 =
-            if accel_steps_s2 == decel_steps_s2 { self.accel_delta_v2 } else { delta_v2(decel_steps_s2) };
+        let accel = delta_v2(accel_steps_s2);
+        let decel = if accel_steps_s2 == decel_steps_s2 { accel } else { delta_v2(decel_steps_s2) };
+        (self.accel_delta_v2, self.decel_delta_v2) = (accel, decel);
     }
 
     fn set_ramps_to(&mut self, distance_steps: f64, length_mm: f64, config: &ChainConfig<N>) {
@@ -214,10 +263,10 @@ impl<const N: usize> Block<N> {
 
     /// Makes it follow `before`: computes how fast the corner between them may be taken. The directions are those of
     /// both, in order.
-    pub(super) fn follow(&mut self, before: &Self, directions: [&[f64; N]; 2], config: &ChainConfig<N>) {
+    pub(super) fn follow(&mut self, before: End, directions: [&Direction<N>; 2], config: &ChainConfig<N>) {
         let stops = before.stops || config.interval_law != IntervalLaw::Fastest;
         self.corner = if stops { None } else { corner::square(directions, config).and_then(NonZero::new) };
-        self.set_cap(before.pace());
+        self.set_cap(before.pace);
     }
 
     /// Makes it begin, or go on, from rest.
@@ -227,7 +276,9 @@ impl<const N: usize> Block<N> {
 
     /// The square of the speed from which it can stop, whatever the overrides are.
     pub(super) fn stops_from(&self, limits: &Limits, config: &ChainConfig<N>) -> Square {
-        config.scale.of_speed(limits.start_speed_steps_s * self.mm_per_step)
+        // Most machines have a start speed of 0, which saves the work.
+        let start_speed_steps_s = limits.start_speed_steps_s;
+        if is_zero(start_speed_steps_s) { 0 } else { config.scale.of_speed(start_speed_steps_s * self.mm_per_step) }
     }
 
     /// Begins after a block that ends at the squared speed `exit`, and that can stop from `stops_from`. This block
@@ -324,6 +375,11 @@ impl<const N: usize> Block<N> {
         }
     }
 
+    /// What the next block has to know of it.
+    pub(super) fn end(&self) -> End {
+        End { stops: self.stops, pace: self.pace() }
+    }
+
     /// The speeds on which the cap of the next block depends.
     pub(super) fn pace(&self) -> Pace {
         Pace { nominal: self.nominal, start: self.start }
@@ -360,6 +416,13 @@ impl<const N: usize> Block<N> {
     }
 }
 
+/// The end of a block.
+#[derive(Clone, Copy)]
+pub(super) struct End {
+    stops: bool,
+    pace: Pace,
+}
+
 /// The speeds of a block, squared.
 #[derive(Clone, Copy)]
 pub(super) struct Pace {
@@ -368,7 +431,7 @@ pub(super) struct Pace {
 }
 
 fn length(mm: &[f64]) -> f64 {
-    let mut moving = mm.iter().filter(|mm| **mm != 0.0);
+    let mut moving = mm.iter().filter(|mm| !is_zero(**mm));
     match (moving.next(), moving.next()) {
         (Some(only), None) => only.abs(),
         _ => sqrt(mm.iter().map(|mm| mm * mm).sum()),

@@ -1,6 +1,9 @@
 //! How the moves of a chain are planned, and what is the same for all of them.
 
+use core::cell::Cell;
+
 use super::FEED_RATIO_MAX;
+use crate::fixed::is_zero;
 use crate::law::{IntervalLaw, SpeedLaw};
 use crate::limits::Limits;
 use crate::profile::DURATION_MAX_S;
@@ -23,7 +26,7 @@ const EASILY: f64 = 1.0 / 64.0;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Effort {
     /// For each step of each axis, if the caller makes the steps itself. If another axis has as many steps, they are made
-    /// together, which takes a sixth more.
+    /// together, which takes a tenth more.
     pub step_s: f64,
     /// For each move.
     pub move_s: f64,
@@ -37,14 +40,19 @@ impl Effort {
     /// No time at all.
     pub const NONE: Self = Self { step_s: 0.0, move_s: 0.0, ramps_s: 0.0, root_step_s: 0.0 };
 
+    /// Whether a move needs time even at constant speed.
+    pub(super) fn needs_time(&self) -> bool {
+        self.move_s > 0.0 || self.step_s > 0.0
+    }
+
     /// The time for a move at constant speed.
     pub(super) fn cruise_s<const N: usize>(&self, steps: &[i32; N]) -> f64 {
-        if self.step_s == 0.0 {
+        if is_zero(self.step_s) {
             return self.move_s;
         }
         let share = |axis: usize| {
             let is_together = steps[..axis].iter().any(|other| other.unsigned_abs() == steps[axis].unsigned_abs());
-            if is_together { 1.0 / 6.0 } else { 1.0 }
+            if is_together { 0.1 } else { 1.0 }
         };
         let all: f64 = (0..N).map(|axis| share(axis) * f64::from(steps[axis].unsigned_abs())).sum();
         self.move_s + self.step_s * all
@@ -52,12 +60,12 @@ impl Effort {
 
     /// The additional time for a move of `steps` that changes its speed.
     pub(super) fn change_s(&self, steps: f64) -> f64 {
-        if self.root_step_s == 0.0 { self.ramps_s } else { self.ramps_s + self.root_step_s * sqrt(steps) }
+        if is_zero(self.root_step_s) { self.ramps_s } else { self.ramps_s + self.root_step_s * sqrt(steps) }
     }
 }
 
 /// How the moves of a chain are planned.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct ChainConfig<const N: usize> {
     limits: [Limits; N],
     pub(super) mm_per_step: [f64; N],
@@ -84,22 +92,24 @@ pub struct ChainConfig<const N: usize> {
 
 impl<const N: usize> ChainConfig<N> {
     /// A configuration by which nothing can be planned.
-    pub(super) const NONE: Self = Self {
-        limits: [Limits::NONE; N],
-        mm_per_step: [0.0; N],
-        interval_law: IntervalLaw::Fastest,
-        speed_law: SpeedLaw::Trapezoid,
-        feed_ratio: 0.0,
-        rapid_ratio: 0.0,
-        scale: Scale::NONE,
-        works: [false; N],
-        is_looser: [[false; N]; N],
-        corner_s2_mm: [0.0; N],
-        twice_deviation_mm: 0.0,
-        easily_s: 0.0,
-        effort: Effort::NONE,
-        least_s2_steps: 0.0,
-    };
+    pub(super) const fn none() -> Self {
+        Self {
+            limits: [Limits::NONE; N],
+            mm_per_step: [0.0; N],
+            interval_law: IntervalLaw::Fastest,
+            speed_law: SpeedLaw::Trapezoid,
+            feed_ratio: 0.0,
+            rapid_ratio: 0.0,
+            scale: Scale::none(),
+            works: [false; N],
+            is_looser: [[false; N]; N],
+            corner_s2_mm: [0.0; N],
+            twice_deviation_mm: 0.0,
+            easily_s: 0.0,
+            effort: Effort::NONE,
+            least_s2_steps: 0.0,
+        }
+    }
 
     /// A configuration for axes with these limits and resolutions. `corner_deviation_mm`, 0 or more, sets the speed at
     /// corners: that on a circle which deviates from the corner by this distance.
@@ -185,35 +195,51 @@ impl<const N: usize> ChainConfig<N> {
     }
 }
 
-/// Converts squared speeds between (mm/s)² and whole units.
-#[derive(Clone, Copy, Debug)]
+/// Converts squared speeds between (mm/s)² and whole units. It keeps the last result in either direction: most moves
+/// have the feed of the one before, and begin at the speed at which that ends.
+#[derive(Clone, Debug)]
 pub(super) struct Scale {
     per_mm2_s2: f64,
     mm2_s2: f64,
+    squared: Cell<(f64, Square)>,
+    rooted: Cell<(Square, f64)>,
 }
 
 impl Scale {
-    const NONE: Self = Self { per_mm2_s2: 0.0, mm2_s2: 0.0 };
+    const fn none() -> Self {
+        Self { per_mm2_s2: 0.0, mm2_s2: 0.0, squared: Cell::new((0.0, 0)), rooted: Cell::new((0, 0.0)) }
+    }
 
     /// A scale for paths whose squared speed is at most this.
     fn of(fastest_mm2_s2: f64) -> Self {
         let mm2_s2 = fastest_mm2_s2 / SQUARE_OF_FASTEST;
-        Self { per_mm2_s2: 1.0 / mm2_s2, mm2_s2 }
+        Self { per_mm2_s2: 1.0 / mm2_s2, mm2_s2, ..Self::none() }
     }
 
     /// A squared speed in whole units, rounded down.
-    pub(super) fn square(self, mm2_s2: f64) -> Square {
+    pub(super) fn square(&self, mm2_s2: f64) -> Square {
         let units = mm2_s2 * self.per_mm2_s2;
         if units < SQUARE_MAX { units as Square } else { SQUARE_MAX as Square }
     }
 
     /// The square of a speed, in whole units.
-    pub(super) fn of_speed(self, mm_s: f64) -> Square {
-        // Most machines have a start speed of 0, which saves the work.
-        if mm_s == 0.0 { 0 } else { self.square(mm_s * mm_s) }
+    pub(super) fn of_speed(&self, mm_s: f64) -> Square {
+        let (known_mm_s, known) = self.squared.get();
+        if mm_s == known_mm_s {
+            return known;
+        }
+        let square = self.square(mm_s * mm_s);
+        self.squared.set((mm_s, square));
+        square
     }
 
-    pub(super) fn speed_mm_s(self, square: Square) -> f64 {
-        sqrt(square as f64 * self.mm2_s2)
+    pub(super) fn speed_mm_s(&self, square: Square) -> f64 {
+        let (known, known_mm_s) = self.rooted.get();
+        if square == known {
+            return known_mm_s;
+        }
+        let mm_s = sqrt(square as f64 * self.mm2_s2);
+        self.rooted.set((square, mm_s));
+        mm_s
     }
 }

@@ -48,6 +48,8 @@ const NOTHING_STEPS: f64 = 1e-6;
 const NOTHING_RATIO: f64 = 1e-14;
 
 /// Whether a speed is no higher than another, apart from rounding.
+// Not inlined, or the compiler computes it ahead, and it is seldom needed.
+#[inline(never)]
 fn is_no_faster(speed_steps_s: f64, than_steps_s: f64) -> bool {
     speed_steps_s <= than_steps_s * (1.0 + 1e-9)
 }

@@ -37,14 +37,14 @@ impl<T: Copy, const LEN: usize> Ring<T, LEN> {
         self.get(self.len.checked_sub(1)?)
     }
 
-    /// Appends a value; returns false if there is no room.
-    pub(super) fn push(&mut self, value: T) -> bool {
-        let has_room = !self.is_full();
-        if has_room {
-            self.places[Self::wrap(self.first + self.len)] = value;
-            self.len += 1;
-        }
-        has_room
+    /// The place behind the last value, which [`extend`](Self::extend) makes the last; `None` if there is no room.
+    pub(super) fn next_place(&mut self) -> Option<&mut T> {
+        if self.is_full() { None } else { self.places.get_mut(Self::wrap(self.first + self.len)) }
+    }
+
+    /// Appends what stands in [`next_place`](Self::next_place).
+    pub(super) fn extend(&mut self) {
+        self.len = LEN.min(self.len + 1);
     }
 
     /// Removes the first value.

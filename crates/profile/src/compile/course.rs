@@ -22,7 +22,7 @@ impl Course {
 
     /// Changes to a profile that begins at `begin_s` from the start of the run, in ticks of 1/`tick_hz` s.
     pub(crate) fn set(&mut self, plan: &Profile, is_whole: bool, begin_s: f64, tick_hz: u32) {
-        self.frame = Frame::new(plan, is_whole, begin_s, tick_hz);
+        self.frame.set(plan, is_whole, begin_s, tick_hz);
         self.spans.clear();
     }
 

@@ -76,15 +76,22 @@ impl FixedRamp {
         Knot { instant: root, level: log2 }
     }
 
-    /// log2 of the steps that a quadratic holds from a step of level `level` on. `length` is that of the segment
-    /// before: it only grows while speeding up, and only shrinks while slowing down (`backwards`).
-    pub(super) fn length(&self, mut length: u32, level: i32, backwards: bool) -> u32 {
+    /// log2 of the steps that a quadratic holds from a step of level `level` on, `most` at most. `length` is that of the
+    /// segment before, which had no less to hold: it only grows while speeding up, and only shrinks while slowing down
+    /// (`backwards`).
+    pub(super) fn length(&self, mut length: u32, most: u32, level: i32, backwards: bool) -> u32 {
+        let most = most.min(LENGTH_MAX);
         if backwards {
+            length = length.min(most);
             while !self.fits(length as i32, level, level.wrapping_sub(self.loss(length as i32, level))) {
                 length -= 1;
             }
         } else {
-            while length < LENGTH_MAX && self.fits(length as i32 + 1, level, level) {
+            // A short ramp is a single segment.
+            if length == 0 && self.fits(most as i32, level, level) {
+                return most;
+            }
+            while length < most && self.fits(length as i32 + 1, level, level) {
                 length += 1;
             }
         }

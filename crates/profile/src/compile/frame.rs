@@ -74,24 +74,17 @@ impl Frame {
         end_steps: 0.0,
     };
 
-    pub(super) fn new(plan: &Profile, is_whole: bool, begin_s: f64, tick_hz: u32) -> Self {
+    /// Makes it a profile that begins at `begin_s`, in its place: it is large.
+    pub(super) fn set(&mut self, plan: &Profile, is_whole: bool, begin_s: f64, tick_hz: u32) {
         let hz = f64::from(tick_hz);
-        let begin_ticks = begin_s * hz;
-        let accel = ConstantAccelRamp::of(&plan.accel, hz, None);
-        Self {
-            plan: *plan,
-            is_whole,
-            bounds: PhaseBounds::of(plan),
-            tick_hz: hz,
-            hz_log2: log2_of(hz),
-            begin_ticks,
-            end_ticks: (begin_s + plan.duration_s()) * hz,
-            decel: ConstantAccelRamp::of(&plan.decel, hz, accel.as_ref()),
-            accel,
-            cruise: (plan.t_cruise_s() > 0.0).then(|| Cruise::of(plan, begin_ticks, hz)),
-            begin_steps: 0.0,
-            end_steps: 0.0,
-        }
+        (self.plan, self.is_whole, self.bounds) = (*plan, is_whole, PhaseBounds::of(plan));
+        (self.tick_hz, self.hz_log2) = (hz, log2_of(hz));
+        self.begin_ticks = begin_s * hz;
+        self.end_ticks = (begin_s + plan.duration_s()) * hz;
+        self.accel = ConstantAccelRamp::of(&plan.accel, hz, None);
+        self.decel = ConstantAccelRamp::of(&plan.decel, hz, self.accel.as_ref());
+        self.cruise = (plan.t_cruise_s() > 0.0).then(|| Cruise::of(plan, self.begin_ticks, hz));
+        (self.begin_steps, self.end_steps) = (0.0, 0.0);
     }
 }
 

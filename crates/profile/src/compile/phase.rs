@@ -59,7 +59,7 @@ impl Phase {
         if left == 1 {
             return (fit.segment(1), None);
         }
-        fit.length = self.length(step, first.level);
+        fit.length = self.length(step, first.level, left);
         let mut far = self.knot_after(step, fit.length);
         fit.rise = far.instant.wrapping_sub(first.instant);
         while fit.is_too_long() {
@@ -85,12 +85,14 @@ impl Phase {
         self.knot(step.wrapping_add(1u32.wrapping_shl(length)))
     }
 
-    /// log2 of the steps that a segment from `step` on holds.
-    fn length(&mut self, step: u32, level: i32) -> u32 {
+    /// log2 of the steps that a segment from `step` on holds, if `left` steps are left, 2 or more. It is no more than
+    /// that takes.
+    fn length(&mut self, step: u32, level: i32, left: u32) -> u32 {
+        let most = 32_u32.wrapping_sub(left.wrapping_sub(2).leading_zeros());
         if let Law::Ramp(ramp) = &self.law {
-            self.length = ramp.length(self.length.into(), level, self.backwards) as u8;
+            self.length = ramp.length(self.length.into(), most, level, self.backwards) as u8;
         }
-        let mut length = self.length.into();
+        let mut length = most.min(self.length.into());
         while 1u32.wrapping_shl(length) > self.reach.wrapping_sub(step) {
             length = length.wrapping_sub(1);
         }

@@ -1,12 +1,12 @@
 //! Takes from the plan's floats what a phase of an axis needs, once a phase.
 
-use super::NEAREST_STEPS;
 use super::fixed_ramp::{FixedRamp, LENGTH_MAX, log2_of};
 use super::frame::{ConstantAccelRamp, Cruise, View, point_for};
 use super::phase::{Law, Phase};
 use super::small_accel::SmallAccel;
 use super::u96::{Line, U96, exponent, fixed, short_fixed};
-use crate::fixed::product;
+use super::{NEAREST_STEPS, Stretch};
+use crate::fixed::{is_zero, product};
 
 /// Steps have numbers below this.
 const STEPS_END: u32 = 1 << 31;
@@ -31,15 +31,16 @@ impl Phase {
         Self { law: Law::ConstantSpeed(line), origin: 0, end: 0, reach: 0, backwards: false, point: 0, length: 0 }
     }
 
-    /// A phase that accelerates from the first step to the one before `end`.
-    pub(super) fn accelerating(ramp: &ConstantAccelRamp, view: View, end: u32) -> Self {
-        let (frame, more) = (view.frame, -2.0 * view.stretch.ahead);
+    /// Makes it accelerate from the first step to the one before `end`.
+    pub(super) fn accelerate(&mut self, ramp: &ConstantAccelRamp, view: View, end: u32) {
+        let (frame, more) = (view.frame, doubled(-view.stretch.ahead));
         let axis_ramp = view.axis_ramp(ramp);
         if axis_ramp.has_small_accel() {
             let (law, point, length) = small_accel(ramp, view, more);
             let reach = beyond(end, length);
             let origin = fixed(frame.begin_ticks, point.into()) as u64;
-            return Self { law, origin, end, reach, backwards: false, point, length: length as u8 };
+            *self = Self { law, origin, end, reach, backwards: false, point, length: length as u8 };
+            return;
         }
         let reach = beyond(end, LENGTH_MAX);
         let mut exponent_max = axis_ramp.exponent_at(reach);
@@ -52,11 +53,11 @@ impl Phase {
         let law =
             Law::Ramp(axis_ramp.ramp(Line { start: U96::new(start), slope: U96::new(slope) }, point, frame.hz_log2));
         let origin = short_fixed(frame.begin_ticks, point).wrapping_sub(lead);
-        Self { law, origin, end, reach, backwards: false, point, length: 0 }
+        *self = Self { law, origin, end, reach, backwards: false, point, length: 0 };
     }
 
-    /// A phase that keeps its speed up to the step before `end`.
-    pub(super) fn cruising(view: View, end: u32) -> Self {
+    /// Makes it keep its speed up to the step before `end`.
+    pub(super) fn cruise(&mut self, view: View, end: u32) {
         let View { frame, stretch } = view;
         let cruise = frame.cruise.unwrap_or_else(|| Cruise::of(&frame.plan, frame.begin_ticks, frame.tick_hz));
         let period_ticks = cruise.ticks_per_step * stretch.stride;
@@ -70,17 +71,18 @@ impl Phase {
         let slope = U96::new(fixed(period_ticks, i32::from(point) + 31));
         let length = length_held(period_ticks, CRUISE_LENGTH_MAX);
         let law = Law::ConstantSpeed(Line { start, slope });
-        Self { law, origin: 0, end, reach: beyond(end, length), backwards: false, point, length: length as u8 }
+        *self = Self { law, origin: 0, end, reach: beyond(end, length), backwards: false, point, length: length as u8 };
     }
 
-    /// A phase that decelerates to the last of the axis's steps, the one before `end`.
-    pub(super) fn decelerating(ramp: &ConstantAccelRamp, view: View, end: u32) -> Self {
-        let (frame, more) = (view.frame, 2.0 * view.stretch.beyond);
+    /// Makes it decelerate to the last of the axis's steps, the one before `end`.
+    pub(super) fn decelerate(&mut self, ramp: &ConstantAccelRamp, view: View, end: u32) {
+        let (frame, more) = (view.frame, doubled(view.stretch.beyond));
         let axis_ramp = view.axis_ramp(ramp);
         if axis_ramp.has_small_accel() {
             let (law, point, length) = small_accel(ramp, view, more);
             let origin = fixed(frame.end_ticks, point.into()) as u64;
-            return Self { law, origin, end, reach: end - 1, backwards: true, point, length: length as u8 };
+            *self = Self { law, origin, end, reach: end - 1, backwards: true, point, length: length as u8 };
+            return;
         }
         let point = point_for(exponent(axis_ramp.lead_ticks).max(exponent(frame.end_ticks)) + 1);
         let (lead, slope) = (axis_ramp.lead(point), axis_ramp.slope(point));
@@ -94,14 +96,28 @@ impl Phase {
         let law =
             Law::Ramp(axis_ramp.ramp(Line { start: U96::new(start), slope: U96::new(slope) }, point, frame.hz_log2));
         let origin = short_fixed(frame.end_ticks, point).wrapping_add(lead);
-        Self { law, origin, end, reach: end - 1 + spare, backwards: true, point, length: LENGTH_MAX as u8 }
+        *self = Self { law, origin, end, reach: end - 1 + spare, backwards: true, point, length: LENGTH_MAX as u8 };
     }
 }
 
 impl View<'_> {
     fn axis_ramp(&self, ramp: &ConstantAccelRamp) -> AxisRamp {
-        AxisRamp { lead_ticks: ramp.lead_ticks, slope_ticks2: ramp.slope_ticks2 * self.stretch.stride }
+        let Stretch { stride, .. } = *self.stretch;
+        let slope_ticks2 =
+            if self.stretch.is_longest() { ramp.slope_ticks2 } else { multiplied(ramp.slope_ticks2, stride) };
+        AxisRamp { lead_ticks: ramp.lead_ticks, slope_ticks2 }
     }
+}
+
+/// A product. Inlined, the compiler would multiply by 1 instead of branching.
+#[inline(never)]
+fn multiplied(a: f64, b: f64) -> f64 {
+    a * b
+}
+
+/// Twice a number, which is mostly 0.
+fn doubled(steps: f64) -> f64 {
+    if is_zero(steps) { 0.0 } else { 2.0 * steps }
 }
 
 impl AxisRamp {
@@ -123,7 +139,7 @@ impl AxisRamp {
     /// The start of a radicand with this slope. It would be `square`, but the first half step is `more` half steps
     /// longer.
     fn start(&self, point: u8, (square, slope): (u128, u128), more: f64) -> u128 {
-        if more == 0.0 {
+        if is_zero(more) {
             return square;
         }
         // Computed in this order, the radicand of the first half step is never below the square, whatever rounding

@@ -1,7 +1,7 @@
 //! Events in random order, which change a chain while it is made.
 
 use isostep_profile::SpeedLaw;
-use isostep_profile::chain::{Chain, Chunk, ChunkKind};
+use isostep_profile::chain::{Chain, Chunk, ChunkKind, Request};
 use proptest::prelude::*;
 use proptest::test_runner::TestCaseResult;
 
@@ -52,9 +52,20 @@ pub fn overrides() -> impl Strategy<Value = Vec<Event>> {
 
 /// Makes the moves of the case with these events, and then all moves that are left.
 pub fn drive<const LEN: usize>(case: &Case, events: &[Event]) -> TestCaseResult {
+    make::<LEN>(case, events, Follower::new(case), false)
+}
+
+/// The same, but a move that goes straight on lengthens the one before it, if it can.
+pub fn drive_lengthened<const LEN: usize>(case: &Case, events: &[Event]) -> TestCaseResult {
+    make::<LEN>(case, events, Follower::new(&Case { moves: Vec::new(), ..case.clone() }), true)
+}
+
+fn make<const LEN: usize>(case: &Case, events: &[Event], follower: Follower, lengthens: bool) -> TestCaseResult {
     let mut drive = Drive::<LEN> {
         chain: Chain::new(case.config()),
-        follower: Follower::new(case),
+        follower,
+        asked: &case.moves,
+        lengthens,
         known: 0,
         is_plain: case.law == SpeedLaw::Trapezoid,
         least: None,
@@ -63,19 +74,23 @@ pub fn drive<const LEN: usize>(case: &Case, events: &[Event]) -> TestCaseResult 
         drive.happens(*event)?;
     }
     drive.start()?;
-    while drive.known < case.moves.len() {
+    while !drive.asked.is_empty() {
         drive.happens(Event::Push(LEN))?;
         drive.happens(Event::Advance(1, f64::INFINITY))?;
     }
     while drive.advance(f64::INFINITY)? {}
     prop_assert!(drive.chain.is_empty() && drive.chain.is_at_rest());
-    drive.follower.ends(case.moves.len() - 1)
+    drive.follower.ends(drive.known - 1)
 }
 
 struct Drive<'a, const LEN: usize> {
     chain: Chain<AXES, LEN>,
-    follower: Follower<'a>,
-    /// How many moves have been pushed.
+    /// Its moves are those of the chain: if they are lengthened, those that have been pushed.
+    follower: Follower,
+    /// The moves that have not been pushed.
+    asked: &'a [Request<AXES>],
+    lengthens: bool,
+    /// How many moves have been pushed, without those that have only lengthened another.
     known: usize,
     /// Whether there were only pushes so far. Then the chain must be as fast as the known moves allow.
     is_plain: bool,
@@ -114,13 +129,37 @@ impl<const LEN: usize> Drive<'_, LEN> {
 
     fn push(&mut self, count: usize) -> TestCaseResult {
         for _ in 0..count {
-            if self.known == self.follower.case.moves.len() || self.chain.is_full() {
-                break;
+            let Some((asked, others)) = self.asked.split_first() else { break };
+            if !(self.lengthens && self.lengthen(asked)?) {
+                if self.chain.is_full() {
+                    break;
+                }
+                let request = Request { tag: self.known as u64, ..*asked };
+                prop_assert_eq!(self.chain.push(request), Ok(()));
+                self.known += 1;
+                if self.lengthens {
+                    self.follower.case.moves.push(request);
+                }
             }
-            prop_assert_eq!(self.chain.push(self.follower.case.moves[self.known]), Ok(()));
-            self.known += 1;
+            self.asked = others;
         }
         Ok(())
+    }
+
+    /// Lengthens the last move of the chain, if it can.
+    fn lengthen(&mut self, asked: &Request<AXES>) -> Result<bool, TestCaseError> {
+        let mut joined = None;
+        let is_one = self.chain.lengthen(asked, |tag, place| {
+            joined = Some((tag, place));
+            Some(tag)
+        });
+        prop_assert_eq!(is_one, joined.is_some());
+        let Some((tag, place)) = joined else { return Ok(false) };
+        prop_assert_eq!(tag as usize, self.known - 1);
+        let last = self.follower.case.moves.last_mut().unwrap();
+        prop_assert_eq!(place, last.steps.map(i32::unsigned_abs).into_iter().max().unwrap());
+        last.steps = core::array::from_fn(|axis| last.steps[axis] + asked.steps[axis]);
+        Ok(true)
     }
 
     fn hold(&mut self) {
@@ -160,7 +199,7 @@ impl<const LEN: usize> Drive<'_, LEN> {
     fn is_as_fast_as_known(&mut self, chunk: &Chunk<AXES>) -> TestCaseResult {
         let tag = chunk.tag as usize;
         let best = |entry| {
-            let case = self.follower.case;
+            let case = &self.follower.case;
             let moves =
                 case.moves[tag..self.known].iter().map(|request| Move::new(case, *request, OverrideRatios::ALL));
             fastest(case, &moves.collect::<Vec<_>>(), Some(entry))[0].exit

@@ -147,7 +147,7 @@ fn a_move_that_can_stop_does_not_flow_into_one_that_could_not() {
     let axes = [slow(300.0), slow(60.0), slow(60.0)];
     let config = ChainConfig::new(axes, [0.04; AXES], 0.1, IntervalLaw::Fastest, SpeedLaw::SCurve);
     for override_ratio in [1.0, 0.3] {
-        let mut chain = Chain::<AXES, 4>::new(config);
+        let mut chain = Chain::<AXES, 4>::new(config.clone());
         let feed = |steps, tag| Request { feed_mm_s: Some(8.0), ..request(steps, tag) };
         chain.push(feed([20, 0, 0], 0)).unwrap();
         chain.push(feed([30, 10, 0], 1)).unwrap();

@@ -17,8 +17,8 @@ const LOOKS: u32 = 5;
 const STEPS_LOOKED_AT: u32 = 4;
 
 /// What has been handed out so far.
-pub struct Follower<'a> {
-    pub case: &'a Case,
+pub struct Follower {
+    pub case: Case,
     /// Overrides in force.
     pub ratios: OverrideRatios,
     /// Whether it was asked to hold.
@@ -35,12 +35,12 @@ pub struct Follower<'a> {
     made_s: [f64; AXES],
 }
 
-impl<'a> Follower<'a> {
-    pub fn new(case: &'a Case) -> Self {
+impl Follower {
+    pub fn new(case: &Case) -> Self {
         let tops = case.limits.iter().zip(case.mm_per_step).map(|(limits, mm)| limits.top_speed_steps_s * mm);
         let fastest = tops.map(|top| top * top).sum::<f64>().sqrt();
         Self {
-            case,
+            case: case.clone(),
             ratios: OverrideRatios::ALL,
             is_held: false,
             has_changed: false,
@@ -55,7 +55,7 @@ impl<'a> Follower<'a> {
 
     /// The move with that tag.
     pub fn one(&self, tag: u64) -> Move {
-        Move::new(self.case, self.case.moves[tag as usize], self.ratios)
+        Move::new(&self.case, self.case.moves[tag as usize], self.ratios)
     }
 
     /// The speed at the end of the last chunk, mm/s.
@@ -155,7 +155,7 @@ impl<'a> Follower<'a> {
         self.has_made_all()?;
         self.made = [0; AXES];
         let corner = match chunk.tag.checked_sub(1) {
-            Some(before) if !self.is_at_rest => corner(self.case, &self.one(before), one),
+            Some(before) if !self.is_at_rest => corner(&self.case, &self.one(before), one),
             _ => None,
         };
         let before_mm_s = self.speed_mm_s();

@@ -7,6 +7,7 @@ mod drive;
 mod edges;
 mod follow;
 mod holds;
+mod lengthened;
 mod model;
 mod optimum;
 mod overrides;

@@ -153,7 +153,7 @@ fn least_s(case: &Case, request: &Request<AXES>) -> [f64; 2] {
     let mut steps = request.steps.map(i32::unsigned_abs);
     steps.sort_unstable();
     let [low, middle, high] = steps.map(f64::from);
-    let share = |own: f64, above: f64| own * if own == above { 1.0 / 6.0 } else { 1.0 };
+    let share = |own: f64, above: f64| own * if own == above { 0.1 } else { 1.0 };
     let cruise_s = move_s + step_s * (high + share(middle, high) + share(low, middle));
     let longest = high;
     let is_curved = case.law != SpeedLaw::Trapezoid;

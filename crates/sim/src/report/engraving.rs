@@ -8,6 +8,7 @@ use png::{BitDepth, ColorType, Encoder, EncodingError, PixelDimensions, Unit};
 use self::sheet::Sheet;
 use crate::outcome::Outcome;
 use crate::tool::spells;
+use isostep_motion::AXES;
 
 /// A picture and its scale.
 pub struct Picture {
@@ -48,7 +49,9 @@ pub fn picture(outcome: &Outcome) -> Option<Picture> {
 }
 
 fn mm(outcome: &Outcome, [x, y]: [i32; 2]) -> [f64; 2] {
-    let [x_mm, y_mm, _] = outcome.mm([x, y, 0]);
+    let mut steps = [0; AXES];
+    (steps[0], steps[1]) = (x, y);
+    let [x_mm, y_mm, ..] = outcome.mm(steps);
     [x_mm, y_mm]
 }
 

@@ -6,6 +6,7 @@ use super::theme::{self, AXIS, Area, Drawn, GRID, INK, INTERVAL};
 use crate::moves::MoveRecord;
 use crate::outcome::Outcome;
 use crate::verify;
+use isostep_motion::AXES;
 
 /// Dots per axis and move.
 const DOTS: usize = 80;
@@ -61,7 +62,7 @@ struct MovingAxis {
 fn moving(outcome: &Outcome, record: &MoveRecord) -> Vec<MovingAxis> {
     let times_s = verify::axis_times_s(record, &outcome.edges[record.edges.clone()]);
     let plan = record.profile().unwrap_or(record.plan.profile);
-    let axes = (0..3).filter(|&axis| record.plan.steps[axis] != 0);
+    let axes = (0..AXES).filter(|&axis| record.plan.steps[axis] != 0);
     axes.map(|index| {
         let steps_per_mm = outcome.steps_per_mm[index];
         let sign = f64::from(record.plan.steps[index].signum());

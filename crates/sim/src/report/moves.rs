@@ -5,6 +5,7 @@ use maud::{Markup, html};
 use super::theme::AXIS_NAMES;
 use crate::figures::{Figures, MoveFigures};
 use crate::measure::Intervals;
+use isostep_motion::AXES;
 
 /// Up to this number, all moves of a program are in the table.
 const ALL_MAX: usize = 100;
@@ -72,7 +73,7 @@ fn rows<'a>(moves: impl Iterator<Item = &'a MoveFigures>) -> Markup {
 }
 
 fn move_rows(one: &MoveFigures) -> Markup {
-    let axes = (0..3).filter(|&axis| one.steps[axis] != 0);
+    let axes = (0..AXES).filter(|&axis| one.steps[axis] != 0);
     html! {
         tr.first {
             td { (one.number) } td { (one.line.map_or("-".to_owned(), |line| line.to_string())) }

@@ -11,6 +11,7 @@ use crate::lines_of_moves;
 use crate::moves::MoveRecord;
 use crate::outcome::Outcome;
 use crate::pace;
+use isostep_motion::{AXES, Axis};
 
 /// Number of moves shown as pictures.
 const PICTURES_MAX: usize = 8;
@@ -38,16 +39,17 @@ pub fn page(outcome: &Outcome, figures: &Figures) -> String {
 
 fn summary(figures: &Figures) -> String {
     let seconds = |ns: u64| ns as f64 * 1e-9;
-    let [x, y, z] = figures.position_mm;
+    let place: Vec<_> = Axis::ALL.iter().zip(figures.position_mm).map(|(axis, mm)| format!("{axis} {mm:.2}")).collect();
     let homing = match figures.homing_ns {
         0 => String::new(),
         ns => format!(" ({:.3} s of it homing)", seconds(ns)),
     };
     format!(
-        "{} steps, by ticks of {:.0} ns, in {:.3} s of machine time{homing}, resting at X {x:.2}, Y {y:.2}, Z {z:.2} mm.",
+        "{} steps, by ticks of {:.0} ns, in {:.3} s of machine time{homing}, resting at {} mm.",
         figures.steps_total,
         figures.tick_ns,
         seconds(figures.duration_ns),
+        place.join(", "),
     )
 }
 
@@ -134,7 +136,7 @@ fn pictures(outcome: &Outcome, figures: &Figures) -> Markup {
         }
         h2 { "Step instants" }
         figure { (PreEscaped(errors::picture(outcome))) figcaption {
-            (key(&[0, 1, 2])) "How far the steps were from the closed form of their moves: each bar spans the earliest to the latest of its time. Dashed: one tick of the step port."
+            (key(&Axis::ALL.map(|axis| axis as usize))) "How far the steps were from the closed form of their moves: each bar spans the earliest to the latest of its time. Dashed: one tick of the step port."
         } }
     }
 }
@@ -183,8 +185,8 @@ fn key(axes: &[usize]) -> Markup {
     }
 }
 
-fn moving(steps: [i32; 3]) -> Vec<usize> {
-    (0..3).filter(|&axis| steps[axis] != 0).collect()
+fn moving(steps: [i32; AXES]) -> Vec<usize> {
+    (0..AXES).filter(|&axis| steps[axis] != 0).collect()
 }
 
 fn axes(figures: &Figures) -> Markup {
@@ -232,7 +234,7 @@ fn setting_lines(row: &isostep_console::Setting, outcome: &Outcome) -> String {
     lines
 }
 
-fn steps_text(steps: [i32; 3]) -> String {
+fn steps_text(steps: [i32; AXES]) -> String {
     steps.map(|n| n.to_string()).join(", ")
 }
 

@@ -13,6 +13,7 @@ use crate::lines_of_moves::Source;
 use crate::moves::MoveRecord;
 use crate::outcome::Outcome;
 use crate::pace::course::{Change, Phase, phases};
+use isostep_motion::AXES;
 
 /// Up to this number of moves, the path is drawn through the edges.
 const MOVES_BY_EDGES: usize = 5_000;
@@ -170,7 +171,7 @@ impl Plane {
         self.inner.0 / (self.right_mm.1 - self.right_mm.0)
     }
 
-    fn point(&self, mm: [f64; 3]) -> Point {
+    fn point(&self, mm: [f64; AXES]) -> Point {
         let scale = self.fine_per_mm();
         let [right, up] = self.axes.map(|axis| mm[axis]);
         [CORNER[0] + (right - self.right_mm.0) * scale, CORNER[1] + (self.up_mm.1 - up) * scale]
@@ -263,7 +264,7 @@ fn pieces_by_edges<'a>(
 }
 
 /// Instants from the beginning of a move, s, and the positions at its edges, mm.
-fn points(outcome: &Outcome, record: &MoveRecord) -> Vec<(f64, [f64; 3])> {
+fn points(outcome: &Outcome, record: &MoveRecord) -> Vec<(f64, [f64; AXES])> {
     let edges = &outcome.edges[record.edges.clone()];
     let stride = edges.len().div_ceil(POINTS_PER_MOVE).max(1);
     let begin_s = record.plan.begin_s();

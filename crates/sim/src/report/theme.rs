@@ -13,7 +13,7 @@ pub const INK: RGBColor = RGBColor(1, 0, 1);
 /// Grid lines.
 pub const GRID: RGBColor = RGBColor(1, 0, 2);
 /// X, Y and Z.
-pub const AXIS: [RGBColor; 3] = [RGBColor(1, 0, 4), RGBColor(1, 0, 5), RGBColor(1, 0, 6)];
+pub const AXIS: [RGBColor; 4] = [RGBColor(1, 0, 4), RGBColor(1, 0, 5), RGBColor(1, 0, 6), RGBColor(1, 0, 15)];
 /// Accelerating, cruising, decelerating.
 pub const INTERVAL: [RGBColor; 3] = [RGBColor(1, 0, 7), RGBColor(1, 0, 8), RGBColor(1, 0, 9)];
 /// Bounds.
@@ -24,12 +24,13 @@ pub const RACK: RGBColor = RGBColor(1, 0, 11);
 pub const CURVE: [RGBColor; 7] =
     [AXIS[0], AXIS[1], AXIS[2], RACK, RGBColor(1, 0, 12), RGBColor(1, 0, 13), RGBColor(1, 0, 14)];
 
-const VARIABLES: [(RGBColor, &str); 13] = [
+const VARIABLES: [(RGBColor, &str); 14] = [
     (INK, "--ink"),
     (GRID, "--grid"),
     (AXIS[0], "--x"),
     (AXIS[1], "--y"),
     (AXIS[2], "--z"),
+    (AXIS[3], "--a"),
     (INTERVAL[0], "--accel"),
     (INTERVAL[1], "--cruise"),
     (INTERVAL[2], "--decel"),
@@ -40,11 +41,10 @@ const VARIABLES: [(RGBColor, &str); 13] = [
     (CURVE[6], "--curve-7"),
 ];
 
+pub use isostep_console::AXIS_NAMES;
+
 /// The page's style sheet, which defines the colours.
 const STYLE_SHEET: &str = include_str!("style.css");
-
-/// Names of the axes.
-pub const AXIS_NAMES: [&str; 3] = ["X", "Y", "Z"];
 
 /// A drawing into memory.
 pub type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;

@@ -47,7 +47,7 @@ fn of(pace: &Pace) -> Vec<Share> {
     let feed = share("the feed asked for", "--z", shares.feed_s);
     let axes = (0..AXES).map(|axis| Share {
         name: format!("the top speed of {} ($11{axis})", AXIS_NAMES[axis]),
-        colour: ["--speed-4", "--x", "--curve-6"][axis],
+        colour: ["--speed-4", "--x", "--curve-6", "--a"][axis],
         s: shares.top_speed_s[axis],
     });
     let others = [

@@ -1,7 +1,7 @@
 //! Where a machine's carriages can go, and whether a program that leaves this range would fit if it began elsewhere.
 
 use isostep_console::Settings;
-use isostep_motion::{AXES, Axis, Direction};
+use isostep_motion::{AXES, Axis, Config, Direction};
 use serde::Serialize;
 
 /// Distance that a moved program keeps from the ends of the travel if there is room.
@@ -61,6 +61,9 @@ impl Room {
         let config = isostep_controller::config(settings);
         Self {
             mm: std::array::from_fn(|axis| {
+                if config.is_endless[axis] {
+                    return everywhere(&config, Axis::ALL[axis]);
+                }
                 let far_mm = config.homing.pull_off_mm + config.travel_mm[axis];
                 let (near, far) = (OFF_SWITCH_MM - start_mm[axis], far_mm - start_mm[axis]);
                 match config.homing.towards[axis] {
@@ -75,13 +78,7 @@ impl Room {
     /// The room of a homed machine.
     pub fn homed(settings: &Settings) -> Self {
         let config = isostep_controller::config(settings);
-        Self {
-            mm: Axis::ALL.map(|axis| {
-                let range = config.travel_steps(axis);
-                (config.mm(axis, *range.start()), config.mm(axis, *range.end()))
-            }),
-            travel_mm: config.travel_mm,
-        }
+        Self { mm: Axis::ALL.map(|axis| everywhere(&config, axis)), travel_mm: config.travel_mm }
     }
 
     /// Where the range `way` leaves the room on this axis by more than `same_mm`: the position outside, and the nearest
@@ -94,6 +91,12 @@ impl Room {
             _ => None,
         }
     }
+}
+
+/// Everywhere that `axis` can go to once it is homed.
+fn everywhere(config: &Config, axis: Axis) -> (f64, f64) {
+    let range = config.travel_steps(axis);
+    (config.mm(axis, *range.start()), config.mm(axis, *range.end()))
 }
 
 /// How a program would fit.

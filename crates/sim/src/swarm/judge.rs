@@ -1,6 +1,6 @@
 //! What the record of a run must show, whatever was done to the machine.
 
-use isostep_motion::{Axis, Finish};
+use isostep_motion::{AXES, Axis, Finish};
 
 use crate::losses;
 use crate::measure::kept;
@@ -18,7 +18,7 @@ type Broken = (&'static str, String);
 
 /// Judges a run at whose end the axes in `homed` count as homed. If faults of switches or motors have deceived the
 /// machine, it cannot know that its position is wrong.
-pub(super) fn judge(outcome: &Outcome, homed: [bool; 3], is_deceived: bool) -> Result<(), Broken> {
+pub(super) fn judge(outcome: &Outcome, homed: [bool; AXES], is_deceived: bool) -> Result<(), Broken> {
     timing(outcome)?;
     if outcome.position_steps != outcome.counted_steps {
         let found = format!("says {:?}, made {:?}", outcome.position_steps, outcome.counted_steps);
@@ -88,7 +88,7 @@ fn no_loss(outcome: &Outcome) -> Result<(), Broken> {
 }
 
 /// An axis that counts as homed is at the position that the machine reports.
-fn positions(outcome: &Outcome, homed: [bool; 3]) -> Result<(), Broken> {
+fn positions(outcome: &Outcome, homed: [bool; AXES]) -> Result<(), Broken> {
     // Without soft limits, the axis may have been sent to an end stop.
     let at_end_stop = |axis: Axis| {
         let mut losses = outcome.losses.iter().filter(|loss| loss.axis == axis as usize);

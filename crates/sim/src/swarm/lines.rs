@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use isostep_console::Settings;
+use isostep_console::{AXIS_NAMES, Settings};
 use isostep_motion::AXES;
 
 use super::scenario::Random;
@@ -62,7 +62,7 @@ impl Lines {
 
     pub fn movement(&self, random: &mut Random) -> String {
         let mut line = random.of(&["G0", "G1", "G1", "G90 G1", "G90 G0"]).to_owned();
-        for (axis, letter) in ['X', 'Y', 'Z'].into_iter().enumerate() {
+        for (axis, letter) in AXIS_NAMES.into_iter().enumerate() {
             if random.below(5) < 3 {
                 write!(line, " {letter}{:.3}", self.place(axis, random)).expect("a String takes all");
             }
@@ -88,10 +88,10 @@ impl Lines {
     }
 
     fn jog(&self, random: &mut Random) -> String {
-        let letter = random.below(3) as usize;
+        let axis = random.below(AXES as u64) as usize;
         let how = random.of(&["G91", "G91", "G90", "G53"]);
-        let mm = if how == "G91" { random.0.rand_float() * 4.0 - 2.0 } else { self.place(letter, random) };
-        format!("$J={how} G21 {}{mm:.3} F{:.0}", ['X', 'Y', 'Z'][letter], random.between(60.0, 6_000.0))
+        let mm = if how == "G91" { random.0.rand_float() * 4.0 - 2.0 } else { self.place(axis, random) };
+        format!("$J={how} G21 {}{mm:.3} F{:.0}", AXIS_NAMES[axis], random.between(60.0, 6_000.0))
     }
 
     fn probe(&self, random: &mut Random) -> String {

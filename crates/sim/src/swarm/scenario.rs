@@ -3,7 +3,7 @@
 use std::fmt;
 
 use isostep_console::{SETTING_TABLE, Settings};
-use isostep_motion::{Axis, Contact, Motor};
+use isostep_motion::{AXES, Axis, Contact, Motor};
 use oorandom::Rand64;
 
 use super::lines::Lines;
@@ -202,11 +202,11 @@ impl Random {
             junction_deviation_mm: self.of(&[0.0, 0.01, 0.05]),
             soft_limits: !self.one_in(4),
             hard_limits: !self.one_in(4),
-            homing_direction_mask: self.below(8) as u16,
+            homing_direction_mask: self.below(1 << AXES) as u16,
             homing_latch_mm_min: 120.0,
             homing_seek_mm_min: 1_200.0,
             homing_pull_off_mm: self.of(&[0.5, 1.0, 2.0]),
-            direction_invert_mask: self.below(8) as u16,
+            direction_invert_mask: self.below(1 << AXES) as u16,
             limit_invert: self.one_in(4),
             enable_invert: self.one_in(4),
             idle_delay_ms: self.of(&[255, 255, 0, 25]),
@@ -217,10 +217,10 @@ impl Random {
             speed_law: self.of(&[0, 0, 0, 1, 2, 3, 4, 5, 6]),
             report_mask: self.of(&[1, 3]),
             second_motor_axis: self.of(&[0, 0, 1, 2, 3]),
-            second_invert_mask: self.below(8) as u16,
+            second_invert_mask: self.below(1 << AXES) as u16,
             ..Settings::DEFAULT
         };
-        for axis in 0..3 {
+        for axis in 0..AXES {
             settings.steps_per_mm[axis] = self.of(&[50.0, 80.0, 160.0]);
             settings.travel_mm[axis] = self.of(&[12.0, 20.0, 40.0]);
             settings.max_rate_mm_min[axis] = (self.between(10.0, fastest_mm_s) * 60.0).round() as f32;
@@ -231,7 +231,7 @@ impl Random {
             settings.square_offset_mm[axis] = self.of(&[0.0, 0.5, -1.5]);
         }
         if settings.speed_law >= 3 {
-            settings.start_rate_mm_min = [60.0; 3];
+            settings.start_rate_mm_min = [60.0; AXES];
         }
         settings
     }

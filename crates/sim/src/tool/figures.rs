@@ -94,7 +94,7 @@ impl BeamFigures {
             path_mm += phase.made_mm(end_s) - phase.made_mm(begin_s);
         }
         let on_s: f64 = spells.iter().map(Spell::span_s).sum();
-        let beginnings = beginnings::of(outcome, sources);
+        let beginnings = beginnings::of(outcome);
         Self { path_mm, path_s, still_s: (on_s - path_s).max(0.0), beginnings }
     }
 }

@@ -40,6 +40,7 @@ impl SideWorld {
         let place_steps = config.start_steps(axis) + (ahead_mm * mechanics.steps_per_mm[axis]).round() as i32;
         let scatter_steps = (config.switch_scatter_mm * mechanics.steps_per_mm[axis]) as i32;
         let switch = Switch::new(place_steps, config.switches[axis], config.bounce_us * 1_000);
+        let switch = switch.turning(mechanics.turn_steps[axis]);
         Self {
             axis: motor.axis,
             inputs: DriverInputs::new(axis, config.driver),
@@ -63,11 +64,11 @@ impl SideWorld {
 
     /// Changes the resolution: a step becomes `scale` steps. The controller's count continues unchanged, so that lost
     /// steps stay lost.
-    pub(super) fn refit(&mut self, scale: f64, drive: Drive, end_stops_steps: (i32, i32)) {
+    pub(super) fn refit(&mut self, scale: f64, drive: Drive, end_stops_steps: (i32, i32), turn_steps: Option<i32>) {
         let drift_steps = self.drift_steps();
         self.motor.replace(drive);
         self.carriage.rescale(scale, end_stops_steps);
-        self.switch.rescale(scale);
+        self.switch.rescale(scale, turn_steps);
         self.zero_steps = self.carriage.place_steps() - self.away * (self.counted_steps + drift_steps);
     }
 

@@ -32,7 +32,7 @@ pub fn places(outcome: &Outcome, spells: &[Spell], take: &mut impl FnMut([i32; 2
 /// All positions of the program, in order. Homing is left out because it resets the origin.
 fn stands(outcome: &Outcome) -> impl Iterator<Item = Stand> {
     outcome.moves.iter().filter(|record| !record.homing).flat_map(|record| {
-        let [x, y, _] = record.origin_steps;
+        let [x, y, ..] = record.origin_steps;
         let mut steps = [x, y];
         let edges = outcome.edges[record.edges.clone()].iter().filter(|edge| edge.axis < 2);
         let after = edges.map(move |edge| {

@@ -1,0 +1,99 @@
+//! What a machine tells of itself.
+
+use embassy_time::Instant;
+use isostep_profile::chain::Chunk;
+
+use super::{Door, Machine};
+use crate::axes::{AXES, Axis};
+use crate::event::State;
+use crate::motor::LimitInput;
+use crate::tool::{Level, Outputs};
+
+/// The machine's status at one instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Status {
+    /// What it is doing.
+    pub state: State,
+    /// Where each axis stands, steps: the exact count of emitted edges.
+    pub position_steps: [i32; AXES],
+    /// Which switches are pressed, debounced: each axis's first.
+    pub pressed: [bool; AXES],
+    /// The second motor's switch is pressed, if there is a second motor: the axis that it moves.
+    pub second_pressed: Option<Axis>,
+    /// Whether the emergency stop is pressed.
+    pub emergency_stop: bool,
+    /// Which axes have been homed and not lost their position since.
+    pub homed: [bool; AXES],
+    /// How many moves, or jogs, can be asked for without waiting: [`MOVES_AHEAD`](super::MOVES_AHEAD) at most.
+    pub queue_free: usize,
+    /// Speed along the path at this instant, mm/s.
+    pub speed_mm_s: f64,
+    /// The line of the move under way; 0 for none.
+    pub line: u32,
+    /// What the outputs are; off where a hold or the safety door keeps them off.
+    pub outputs: Outputs,
+    /// The level that the PWM output has now, with the override applied.
+    pub level: Level,
+    /// The probe touches.
+    pub probe_touches: bool,
+    /// What the safety door has done.
+    pub door: Door,
+    /// The button of the feed hold, and that of the cycle start, are pressed, in this order.
+    pub buttons: [bool; 2],
+}
+
+/// The chunk under way, for [`Status`]; at most 15 ms out of date.
+#[derive(Clone, Copy)]
+pub(crate) struct CurrentChunk {
+    pub start: Instant,
+    pub chunk: Chunk<AXES>,
+    /// The program line that it comes from; of several, the one under way.
+    pub line: u32,
+}
+
+impl CurrentChunk {
+    /// Speed along the path now, mm/s.
+    fn speed_mm_s(&self) -> f64 {
+        let Chunk { plan, mm_per_step, .. } = &self.chunk;
+        let t_s = Instant::now().saturating_duration_since(self.start).as_micros() as f64 * 1e-6;
+        // The chunk is known a little before it begins, and may have ended.
+        plan.speed_at(t_s.max(plan.begin_s()).min(plan.end_s())) * mm_per_step
+    }
+}
+
+impl Machine {
+    /// What the machine is doing, where it is, and how fast it moves.
+    #[must_use]
+    pub fn status(&self) -> Status {
+        let (homed, current, room) = self.with(|inner| (inner.homed, inner.current, inner.room));
+        let life = self.life();
+        let (outputs, buttons, squared) = self.with(|inner| (inner.effective(), inner.buttons, inner.config.squared));
+        Status {
+            state: life.state,
+            position_steps: self.position_steps(),
+            pressed: Axis::ALL.map(|axis| self.switch(LimitInput::Of(axis)).is_pressed()),
+            second_pressed: squared
+                .map(|squared| squared.axis)
+                .filter(|_| self.switch(LimitInput::Second).is_pressed()),
+            emergency_stop: life.emergency,
+            homed,
+            queue_free: self.queue_free() + if life.is_to_brake() { 0 } else { room },
+            speed_mm_s: current.map_or(0.0, |current| current.speed_mm_s()),
+            line: current.map_or(0, |current| current.line),
+            outputs,
+            level: self.tool.level(),
+            probe_touches: self.probe_touches(),
+            door: life.door,
+            buttons,
+        }
+    }
+
+    pub(crate) fn set_current(&self, current: Option<CurrentChunk>) {
+        self.with(|inner| inner.current = current);
+    }
+
+    /// Sets the program line under way, within the same chunk.
+    pub(crate) fn set_line(&self, line: u32) {
+        self.with(|inner| inner.current.iter_mut().for_each(|current| current.line = line));
+    }
+}
