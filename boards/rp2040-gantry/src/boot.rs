@@ -20,7 +20,7 @@ use crate::aside::aside;
 use crate::flash::Flash;
 use crate::{fail_still, touch};
 
-/// Time for the last replies: a full buffer of the controller's, 1024 bytes, and one of the UART's, 256, take 111 ms at
+/// Time for the last replies: a full buffer of the controller's, 768 bytes, and one of the UART's, 256, take 89 ms at
 /// 115200 baud. It also lets a host on USB pass them on to its program before the port disappears.
 const FAREWELL: Duration = Duration::from_millis(250);
 /// Time for braking and for storing changes. Storing rarely takes more than some sector erases of 45 ms.

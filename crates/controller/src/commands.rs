@@ -26,6 +26,8 @@ const JOG: &str = "$J=";
 pub(crate) enum After {
     /// The next line.
     NextLine,
+    /// The start-up lines, before the line is answered.
+    StartUp,
     /// A reset of the console that sent it.
     Restart,
     /// Nothing until a reset.
@@ -52,6 +54,11 @@ impl<F: NorFlash> Controller<'_, F> {
             Ok(line) => self.carry_out(line, &mut text, out).await,
             Err(error) => Err(error),
         };
+        if answer == Ok(After::StartUp) {
+            // Here and not in `carry_out`: a command is large, and need not be kept meanwhile.
+            let mut starting = pin!(self.start_up(&mut text, out));
+            poll_fn(|context| poll_aside(starting.as_mut(), context)).await;
+        }
         if let (&Err(error), Ok(line)) = (&answer, line) {
             self.explain(line, error, &mut text);
         }
@@ -74,7 +81,7 @@ impl<F: NorFlash> Controller<'_, F> {
         match after {
             After::Sleep => match self.sleep().await {},
             After::Boot => self.boot(),
-            After::NextLine | After::Restart => {}
+            After::NextLine | After::StartUp | After::Restart => {}
         }
         self.with(|program| program.in_line = false);
         after
@@ -146,8 +153,10 @@ impl<F: NorFlash> Controller<'_, F> {
             // `notify` has to report an alarm before it is left: the line may have waited when the alarm was raised.
             yield_now().await;
         }
-        if let Command::Block(block) = command {
+        if let Command::Block(block) | Command::SetStartup { block, .. } = command {
             self.block(block, text, out).await?;
+        }
+        if let Command::Block(_) = command {
             return Ok(After::NextLine);
         }
         let mut other = pin!(self.other(command, state, text, out));
@@ -163,9 +172,8 @@ impl<F: NorFlash> Controller<'_, F> {
         out: &Output,
     ) -> Result<After, Error> {
         match command {
-            Command::SetStartup { block, .. } => self.block(block, text, out).await?,
             Command::Jog(jog) => self.jog(jog).await?,
-            Command::Home { axis } => self.home(*axis, text, out).await?,
+            Command::Home { axis } => return self.home(*axis).await,
             Command::Buzz { axis } => self.buzz(Axis::ALL[*axis], text).await?,
             _ => {}
         }
@@ -266,7 +274,7 @@ impl<F: NorFlash> Controller<'_, F> {
     }
 
     /// Homes every axis, or one. The start-up lines are for a machine of which all axes are homed.
-    async fn home(&self, axis: Option<usize>, text: &mut Message, out: &Output) -> Result<(), Error> {
+    async fn home(&self, axis: Option<usize>) -> Result<After, Error> {
         self.closed_door()?;
         if self.state() == ReportedState::Alarm {
             self.stop_tool();
@@ -276,11 +284,7 @@ impl<F: NorFlash> Controller<'_, F> {
         self.submit(Motion::Home { axes }).await?;
         let result = self.settled().await;
         self.follow_machine();
-        result?;
-        if axis.is_none() {
-            self.start_up(text, out).await;
-        }
-        Ok(())
+        result.map(|()| if axis.is_none() { After::StartUp } else { After::NextLine })
     }
 
     /// Frees the motors and keeps the turn until a reset ends the line.

@@ -11,7 +11,8 @@ use embassy_sync::signal::Signal;
 use heapless::String;
 use isostep_console::{Error, report};
 
-const BYTES: usize = 1024;
+/// Three of the longest messages.
+const BYTES: usize = 3 * MESSAGE_BYTES;
 /// The longest message: a `[MSG:...]` with a refused setting's value, limit and remedy.
 const MESSAGE_BYTES: usize = 256;
 
@@ -159,16 +160,16 @@ mod tests {
     #[test]
     fn a_message_waits_for_room() {
         let output = Output::new();
-        let line = [b'-'; 256];
+        let line = [b'-'; MESSAGE_BYTES];
         let line = message(core::str::from_utf8(&line).unwrap());
         // They fit to the byte.
-        for _ in 0..BYTES / 256 {
+        for _ in 0..BYTES / MESSAGE_BYTES {
             block_on(output.send(&line));
         }
         let mut more = core::pin::pin!(output.send(&line));
         assert!(poll_once(more.as_mut()).is_pending());
         assert_eq!(drained(&output), BYTES);
         assert!(poll_once(more).is_ready());
-        assert_eq!(drained(&output), 256);
+        assert_eq!(drained(&output), MESSAGE_BYTES);
     }
 }

@@ -35,8 +35,8 @@ use crate::moves::poll_aside;
 use crate::output::{Message, Output};
 use crate::status;
 
-/// Eight times the window that is advertised to senders.
-const INPUT_BYTES: usize = 1024;
+/// Four times the window that is advertised to senders.
+const INPUT_BYTES: usize = 512;
 const CHUNK_BYTES: usize = 64;
 
 /// Why a console ended.
