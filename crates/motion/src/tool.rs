@@ -15,6 +15,7 @@ mod duty;
 mod power;
 
 use embassy_futures::select::{Either, select};
+use embassy_futures::yield_now;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use embassy_time::{Duration, Instant, Timer};
@@ -272,6 +273,9 @@ impl Prepared {
 
 /// Makes the strokes of a laser. The duty for a level is computed before its instant.
 ///
+/// What follows a level takes several times as long as setting it. So it is done in parts, between which a chip may serve
+/// an interrupt that must not interrupt the setting: a stop waits for one part at most.
+///
 /// # Cancellation
 /// Safe: the stroke under way is kept, and goes on with the next call.
 async fn shine(wanted: &ToolWanted, machine: &Machine, state: &mut Driven, port: &mut impl ToolPort) {
@@ -282,8 +286,10 @@ async fn shine(wanted: &ToolWanted, machine: &Machine, state: &mut Driven, port:
         let mut from = Instant::now().max(stroke.begin);
         let mut new_period = stroke.lasts_until(from + lasting, machine);
         while from < stroke.end {
+            yield_now().await;
             let until = if stroke.asked.is_even() { stroke.end } else { stroke.end.min(from + UPDATE) };
             let prepared = Prepared::of(stroke.asked_in([from, until]), wanted);
+            yield_now().await;
             Timer::at(from.saturating_sub(lead)).await;
             state.give(prepared, new_period, machine, port);
             (state.lit_until, from, new_period) = (until, until, false);
