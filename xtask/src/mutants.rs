@@ -76,12 +76,18 @@ enum Package {
 struct Suite {
     packages: &'static [&'static str],
     tests: &'static [&'static str],
+    /// Whether the machine has four axes.
+    four_axes: bool,
     /// Time limit for all test binaries together, s. A run that takes longer is considered stuck.
     timeout_s: u32,
 }
 
 const fn suite(packages: &'static [&'static str], tests: &'static [&'static str], timeout_s: u32) -> Suite {
-    Suite { packages, tests, timeout_s }
+    Suite { packages, tests, four_axes: false, timeout_s }
+}
+
+const fn four_axes(packages: &'static [&'static str], timeout_s: u32) -> Suite {
+    Suite { packages, tests: &["four_axes"], four_axes: true, timeout_s }
 }
 
 impl Suite {
@@ -94,11 +100,16 @@ impl Suite {
         }
     }
 
+    fn features(&self) -> &'static [&'static str] {
+        if self.four_axes { &["--features=four-axes"] } else { &[] }
+    }
+
     fn without_mutant(&self, target: &Path) -> Command {
         let mut command = Command::new("cargo");
         compiles_into(&mut command, target);
         command.current_dir(workspace::root()).args(["test", "--quiet"]);
-        command.args(self.packages.iter().map(|package| format!("--package={package}"))).args(self.choice());
+        command.args(self.packages.iter().map(|package| format!("--package={package}")));
+        command.args(self.choice()).args(self.features());
         command
     }
 }
@@ -144,13 +155,19 @@ const PROFILE: &[Suite] = &[
     suite(&["isostep-profile"], &[], 300),
     suite(WHOLE, &["corpus", "chains", "hold"], 300),
 ];
-const CONSOLE: &[Suite] = &[suite(&["isostep-console"], &[], 30), suite(WHOLE, &["corpus", "dialogues"], 180)];
+const CONSOLE: &[Suite] = &[
+    suite(&["isostep-console"], &[], 30),
+    four_axes(&["isostep-console"], 30),
+    suite(WHOLE, &["corpus", "dialogues"], 180),
+];
 const SIMULATED: Suite = suite(&["isostep-sim"], &[], 90);
 const MOTION: &[Suite] = &[
     SIMULATED,
     suite(WHOLE, &["dialogues"], 180),
     suite(WHOLE, &["chains", "contract", "hold", "homing", "preemption", "step_port", "real_time_orders"], 600),
+    suite(WHOLE, &["rasters", "squared"], 300),
     suite(&["isostep-motion"], &[], 60),
+    four_axes(WHOLE, 180),
 ];
 const CONTROLLER: &[Suite] =
     &[SIMULATED, suite(WHOLE, &["dialogues"], 180), suite(WHOLE, &["corpus", "store", "programs"], 300)];
@@ -247,7 +264,7 @@ impl Tool {
         command.args(["--no-shuffle", "--cap-lints=true", "--colors=never", "--output"]).arg(&output);
         command.args(["--timeout", &suite.timeout_s.to_string(), "--build-timeout", &BUILD_TIMEOUT_S.to_string()]);
         command.args(suite.packages.iter().map(|package| format!("--test-package={package}")));
-        command.args(suite.choice().iter().map(|choice| format!("--cargo-arg={choice}")));
+        command.args(suite.choice().iter().map(|choice| format!("--cargo-arg={choice}"))).args(suite.features());
         command.args(names.iter().map(|name| format!("--re=^{}$", escaped(name))));
         if suite.packages != [self.package.name()] {
             // For its run without a mutant, cargo-mutants would use the tests of the package that it changes. So that

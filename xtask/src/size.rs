@@ -27,8 +27,8 @@ pub struct Args {
 }
 
 pub fn run(args: Args) -> Result<()> {
-    let firmware = build::firmware(Variant::default())?;
-    let footprint = Footprint::new(&firmware);
+    let variant = Variant::default();
+    let footprint = Footprint::new(&build::firmware(variant)?, variant.axes);
     print!("{}", footprint.table());
     if let Some(path) = args.json {
         fs::write(&path, format!("{:#}\n", footprint.json()))

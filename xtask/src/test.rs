@@ -176,7 +176,12 @@ const ESTOP_NC_ELF: &str = "estop-nc";
 fn firmware(_: Cases) -> Result<()> {
     build::kept_firmware(TIMER_PORT, TIMER_PORT_ELF)?;
     build::kept_firmware(Variant { estop: Contact::Nc, ..Variant::default() }, ESTOP_NC_ELF)?;
-    let footprint = Footprint::new(&build::firmware(Variant::default())?);
+    check_footprint(Variant::default())
+}
+
+/// Builds a variant, and compares what it takes with its budgets.
+fn check_footprint(variant: Variant) -> Result<()> {
+    let footprint = Footprint::new(&build::firmware(variant)?, variant.axes);
     print!("{}", footprint.table());
     footprint.check()
 }
@@ -201,6 +206,7 @@ fn four_axes(_: Cases) -> Result<()> {
     suites::run("four axes", || Cases::Few.cargo_test(), &of_host)?;
     let variants = [Variant::default(), TIMER_PORT, Variant { estop: Contact::Nc, ..Variant::default() }];
     let names = ["four-axes", "four-axes-timer-port", "four-axes-estop-nc"];
+    check_footprint(Variant { axes: Axes::Four, ..Variant::default() })?;
     for (variant, name) in variants.into_iter().zip(names) {
         build::kept_firmware(Variant { axes: Axes::Four, ..variant }, name)?;
     }
