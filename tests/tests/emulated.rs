@@ -70,13 +70,17 @@ fn parking_is_the_simulations_and_within_50_ns() {
     assert!(apart_ns.iter().all(|&ns| ns < CLOCK_CYCLE_NS), "{comparison:#?}");
 }
 
+/// How far the steps of `TimerPort` may be from the closed form, p99. What is promised is promised for three axes; a
+/// fourth takes some of the processor's time even where it rests.
+const TIMER_PORT_P99_NS: f64 = if AXES == 3 { 2_000.0 } else { 2_500.0 };
+
 /// Without all cases it is a shorter program.
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn a_program_by_the_timer_port_is_the_simulations_and_within_2_us() {
     let name = ["square.nc", "parking.nc"][isostep_trials::cases(0, 1) as usize];
     let (run, comparison) = held_against_simulation(Board::stepped_by(Port::Timer, "program-timer"), name);
-    assert!(comparison.all.p99_ns <= 2_000.0, "{comparison:#?}");
+    assert!(comparison.all.p99_ns <= TIMER_PORT_P99_NS, "{comparison:#?}");
     assert!(comparison.all.steps > 10_000, "{}", run.printed);
 }
 
