@@ -80,6 +80,16 @@ fn packages_depend_on_nothing_but_these() {
     }
 }
 
+/// A program has one clock, and one tick rate of it. If a library chose that, no board could choose another.
+#[test]
+fn no_library_chooses_the_rate_of_the_clock() {
+    let libraries = fs::read_dir(root().join("crates")).unwrap().map(|entry| entry.unwrap().path());
+    for manifest in libraries.map(|library| library.join("Cargo.toml")).chain([root().join("Cargo.toml")]) {
+        let text = fs::read_to_string(&manifest).unwrap();
+        assert!(!text.contains("tick-hz"), "{} chooses a tick rate, which only a board may", manifest.display());
+    }
+}
+
 #[test]
 fn chip_crates_neither_allocate_nor_await_where_they_must_not() {
     for package in ["profile", "generators", "motion", "console", "controller"] {

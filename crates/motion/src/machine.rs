@@ -256,7 +256,7 @@ impl Machine {
 
     /// The tick rate of the segments that the axis's port reads, Hz.
     pub(crate) fn tick_hz(&self, axis: Axis) -> u32 {
-        self.with(|inner| inner.capabilities[axis as usize].map_or(crate::TICK_HZ, |port| port.tick_hz))
+        self.with(|inner| inner.capabilities[axis as usize].map_or(crate::clock::TICK_HZ, |port| port.tick_hz))
     }
 
     pub(crate) fn set_homed(&self, axis: Axis, homed: bool) {

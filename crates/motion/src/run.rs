@@ -23,6 +23,7 @@ use embedded_hal::digital::OutputPin;
 use isostep_profile::chain::{Chunk, ChunkKind};
 
 use crate::axes::{AXES, Axis};
+use crate::clock::{instant_after, seconds};
 use crate::coordinator::{Coordinator, Purpose, all_armed, all_done, begun};
 use crate::event::{Event, Finish};
 use crate::machine::CurrentChunk;
@@ -106,7 +107,7 @@ where
             self.note_contact(start);
         }
         if finish == Finish::Done {
-            self.standstill = instant(start, self.chunks.end_s());
+            self.standstill = instant_after(start, self.chunks.end_s());
         }
         // The machine stands still only when the plan is over, some time after the last step.
         let is_held = self.chain.is_held();
@@ -316,13 +317,4 @@ where
 /// How far ahead the path is to be known.
 fn ahead(purpose: Purpose) -> Duration {
     if purpose == Purpose::Probe { PROBED_AHEAD } else { AHEAD + PIECE }
-}
-
-fn seconds(time: Duration) -> f64 {
-    time.as_micros() as f64 * 1e-6
-}
-
-/// The instant `t_s` after the start of a run, rounded up to a whole microsecond.
-fn instant(start: Instant, t_s: f64) -> Instant {
-    start + Duration::from_micros(libm::ceil(t_s * 1e6) as u64)
 }

@@ -6,7 +6,7 @@
 //! it has made all its steps and gets no more, and when steps are too close. DIR changes with the end of a pulse, a few
 //! cycles earlier than with `PioPort`.
 
-use embassy_time::{Duration, Instant};
+use embassy_time::Duration;
 use embedded_hal::digital::OutputPin;
 use isostep_motion::{
     AXES, Axis, Brake, Capabilities, Direction, DriverTiming, Motor, MotorPins, Odometer, PortFault, Run, Side,
@@ -185,8 +185,8 @@ impl SimPort {
         }
         self.clock.until(self.ready_ns).await;
         start_line.armed().await;
-        // All axes start at once. The machine's clock counts whole microseconds.
-        let start = Instant::from_micros(self.clock.now_ns().div_ceil(1_000));
+        // All axes start at once. The machine's clock counts whole ticks.
+        let start = time::instant_from(self.clock.now_ns());
         start_line.begun(start);
         time::ns(start)
     }

@@ -42,7 +42,7 @@ use embassy_time::{Duration, Timer};
 pub use self::bank::TimerBank;
 use self::bank::{Flag, Mailbox, RunRequest, WakeSignal};
 pub use self::pins::MotorPins;
-use crate::TICK_HZ;
+use crate::clock::TICK_HZ;
 use crate::port::{
     Brake, Capabilities, DriverTiming, Odometer, PortFault, Run, StepPort, StreamItem, StreamQueue, ticks_covering,
 };
