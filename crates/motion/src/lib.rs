@@ -47,8 +47,8 @@ pub use event::{Alarm, Event, Finish, HomingPhase, State, Unplannable};
 pub use machine::{Busy, Door, MOVES_AHEAD, Machine, Motion, Overrides, ProbeMove, Probed, Status};
 pub use motor::{LimitInput, Motor, SecondMotor, Side};
 pub use port::{
-    Brake, Capabilities, Direction, DriverTiming, Odometer, PortFault, Run, StepPort, StreamItem, StreamQueue, Wiring,
-    ticks_covering,
+    Brake, Capabilities, Direction, DriverTiming, Motors, Odometer, PortFault, Run, StepPort, StreamItem, StreamQueue,
+    Wiring, ticks_covering,
 };
 pub use start_line::StartLine;
 pub use switch::Contact;

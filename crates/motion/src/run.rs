@@ -29,7 +29,7 @@ use crate::event::{Event, Finish};
 use crate::machine::CurrentChunk;
 use crate::marks::Mark;
 use crate::motor::SecondMotor;
-use crate::port::Run;
+use crate::port::{Motors, PortFault};
 use crate::stream::{AHEAD, PIECE, SegmentStream, fill_queues};
 use crate::tool::{BeamStream, Tag};
 
@@ -90,7 +90,12 @@ where
         let mut done = pin!(all_done(machine));
         // The start is polled first: a short run may have ended before this task learns of its start.
         let start = match select(self.start(&mut streams), done.as_mut()).await {
-            Either::First(start) => start,
+            Either::First(Ok(start)) => start,
+            Either::First(Err((axis, fault))) => {
+                machine.fail(axis, fault);
+                done.await;
+                return self.end_run(Finish::Fault { axis, fault });
+            }
             Either::Second(finish) => return self.end_run(finish),
         };
         self.report(Event::Run { start, origin_steps });
@@ -127,13 +132,16 @@ where
             let second = config
                 .squared_axis(axis)
                 .map(|squared| SecondMotor { direction_inverted: squared.direction_inverted, held });
-            self.machine.link(axis).run.signal(Run { wiring: config.wiring[axis as usize], second });
+            self.machine.link(axis).run.signal(Motors { wiring: config.wiring[axis as usize], second });
         }
     }
 
     /// Starts the axes, which already have their run, once all are armed and the plan of the run before is over. Until
     /// then it compiles as much as it can. Returns the instant from which their segments count.
-    async fn start(&mut self, streams: &mut Streams<'_>) -> Instant {
+    ///
+    /// # Errors
+    /// An axis that started at another instant than the first.
+    async fn start(&mut self, streams: &mut Streams<'_>) -> Result<Instant, (Axis, PortFault)> {
         let machine = self.machine;
         all_armed(machine).await;
         // Arming has taken the first segments off the queues, so there is room for more.

@@ -300,9 +300,9 @@ impl<'a, P: MotorPins> AxisDrive<'a, P> {
     fn begin(&mut self, request: &RunRequest) {
         self.pulse = Pulse { ns: request.pulse_ns, ticks: request.pulse.as_ticks() };
         self.low_min = request.low_min.as_ticks();
-        (self.direction_inverted, self.setup) = (request.run.wiring.direction_inverted, request.setup.as_ticks());
-        self.pins.begin(&request.run);
-        if request.run.second.is_some() {
+        (self.direction_inverted, self.setup) = (request.motors.wiring.direction_inverted, request.setup.as_ticks());
+        self.pins.begin(&request.motors);
+        if request.motors.second.is_some() {
             self.ready = self.ready.max(Instant::now().as_ticks() + self.setup);
         }
         (self.start, self.due, self.at, self.has_run, self.waits) = (AT_GATE, AT_GATE, NEVER, true, true);

@@ -44,7 +44,8 @@ use self::bank::{Flag, Mailbox, RunRequest, WakeSignal};
 pub use self::pins::MotorPins;
 use crate::clock::TICK_HZ;
 use crate::port::{
-    Brake, Capabilities, DriverTiming, Odometer, PortFault, Run, StepPort, StreamItem, StreamQueue, ticks_covering,
+    Brake, Capabilities, DriverTiming, Motors, Odometer, PortFault, Run, StepPort, StreamItem, StreamQueue,
+    ticks_covering,
 };
 use crate::start_line::StartLine;
 
@@ -87,12 +88,12 @@ impl<const N: usize> TimerBank<N> {
 }
 
 impl TimerPort<'_> {
-    fn request(&self, run: &Run) -> RunRequest {
+    fn request(&self, motors: Motors) -> RunRequest {
         let Capabilities { timing, margin_ticks, .. } = self.capabilities;
         let ticks = |ns| Duration::from_ticks((ticks_covering(ns, TICK_HZ) + margin_ticks).into());
-        let pulse_ns = self.capabilities.pulse_ns(run.wiring);
+        let pulse_ns = self.capabilities.pulse_ns(motors.wiring);
         RunRequest {
-            run: *run,
+            motors,
             setup: ticks(timing.setup_ns),
             pulse_ns,
             pulse: ticks(pulse_ns),
@@ -110,14 +111,9 @@ impl StepPort for TimerPort<'_> {
         self.brake
     }
 
-    async fn run(
-        &mut self,
-        run: Run,
-        start_line: &StartLine,
-        segments: &StreamQueue,
-        odometer: &Odometer,
-    ) -> Result<(), PortFault> {
-        let active = ActiveRun::new(self, &run, odometer);
+    async fn run(&mut self, run: Run<'_>) -> Result<(), PortFault> {
+        let Run { motors, start_line, segments, odometer } = run;
+        let active = ActiveRun::new(self, motors, odometer);
         let first = segments.receive().await;
         self.hand_over(first).await;
         // The start is polled first: a short run may have ended before that poll.
@@ -173,8 +169,8 @@ struct ActiveRun<'a> {
 }
 
 impl<'a> ActiveRun<'a> {
-    fn new(port: &TimerPort<'a>, run: &Run, odometer: &'a Odometer) -> Self {
-        port.mailbox.ask(port.request(run));
+    fn new(port: &TimerPort<'a>, motors: Motors, odometer: &'a Odometer) -> Self {
+        port.mailbox.ask(port.request(motors));
         port.wake.ring();
         Self { mailbox: port.mailbox, odometer, report_every: port.report_every, counted: Cell::new(0) }
     }
