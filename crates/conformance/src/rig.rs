@@ -174,7 +174,8 @@ impl<P: Ports> fmt::Display for Rig<P> {
 }
 
 /// The usual wiring of the only motor.
-pub const WIRED: Motors = Motors { wiring: Wiring { direction_inverted: false, pulse_ns: 0 }, second: None };
+pub const WIRED: Motors =
+    Motors { wiring: Wiring { direction_inverted: false, pulse_ns: 0 }, top_speed_steps_s: 20_000, second: None };
 
 /// Lets an armed port go at `start`, or as soon after that as it is armed. Returns the instant at which it was let go.
 pub async fn let_go(start_line: &StartLine, start: Instant) -> Instant {
@@ -202,7 +203,7 @@ pub async fn carry_out_all(
     (start, wiring): (Instant, Wiring),
     odometer: &Odometer,
 ) -> Result<(), PortFault> {
-    carry_out_run(port, items, (start, Motors { wiring, second: None }), odometer).await
+    carry_out_run(port, items, (start, Motors { wiring, ..WIRED }), odometer).await
 }
 
 /// The same with any motors.

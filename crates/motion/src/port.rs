@@ -192,6 +192,9 @@ pub type StreamQueue = Channel<CriticalSectionRawMutex, StreamItem, QUEUE_SEGMEN
 pub struct Motors {
     /// How their drivers are wired.
     pub wiring: Wiring,
+    /// The highest speed of the axis by its limits, steps/s, rounded up. A step that is late by less than half a period
+    /// at that speed bunches none.
+    pub top_speed_steps_s: u32,
     /// The second one, if there is one.
     pub second: Option<SecondMotor>,
 }

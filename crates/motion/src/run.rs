@@ -132,7 +132,9 @@ where
             let second = config
                 .squared_axis(axis)
                 .map(|squared| SecondMotor { direction_inverted: squared.direction_inverted, held });
-            self.machine.link(axis).run.signal(Motors { wiring: config.wiring[axis as usize], second });
+            let (wiring, limits) = (config.wiring[axis as usize], config.limits[axis as usize]);
+            let top_speed_steps_s = libm::ceil(limits.top_speed_steps_s) as u32;
+            self.machine.link(axis).run.signal(Motors { wiring, top_speed_steps_s, second });
         }
     }
 

@@ -103,6 +103,8 @@ pub(super) struct RunRequest {
     pub pulse_ns: u32,
     /// No pulse takes more of the clock's ticks.
     pub pulse: Duration,
+    /// A step later than this is a fault.
+    pub late_max: Duration,
     /// Shortest time from a fall of STEP to its next rise.
     pub low_min: Duration,
 }

@@ -42,7 +42,7 @@ fn open_line() -> StartLine {
 
 /// A run that starts as soon as the port is armed.
 async fn run(port: &mut SimPort, wiring: Wiring, segments: &StreamQueue, odometer: &Odometer) -> Result<(), PortFault> {
-    let motors = Motors { wiring, second: None };
+    let motors = Motors { wiring, ..Motors::default() };
     port.run(Run { motors, start_line: &open_line(), segments, odometer }).await
 }
 
