@@ -22,6 +22,7 @@ Of each random test a few cases are tried, or with --all every one. The stages s
   emulator tests   the emulated board's own, and the step program on it as on a published emulator
   firmware         its build, and its size budgets
   emulated board   the firmware, unmodified, in an emulated RP2040
+  slow clock       the machine by a clock of 32,768 Hz; only with --all
   four axes        the machine with A: its own tests, and its firmware on the emulated board; only with --all
   real senders     grbl-streamer from PyPI streams programs to the simulated machine and to the emulated board, as over a
                    serial port, with a laser and a spindle too; skipped without Python 3, unless --senders asks for it
@@ -66,17 +67,19 @@ impl Cases {
     }
 }
 
-/// Everything is compiled once more for it.
+/// Everything is compiled once more for each of these two.
+const SLOW_CLOCK: Stage = ("slow clock", slow_clock);
 const FOUR_AXES: Stage = ("four axes", four_axes);
 
 /// This is the only stage that needs more than Rust and Node.
 const SENDERS: Stage = ("real senders", senders);
 
-const STAGES: [Stage; 6] = [
+const STAGES: [Stage; 7] = [
     ("host tests", host),
     ("emulator tests", emulator),
     ("firmware", firmware),
     ("emulated board", emulated_board),
+    SLOW_CLOCK,
     FOUR_AXES,
     SENDERS,
 ];
@@ -109,7 +112,7 @@ pub fn run(args: Args) -> Result<()> {
             summary += &format!("{name:<16} skipped: {remedy}\n");
             continue;
         }
-        if *name == FOUR_AXES.0 && cases == Cases::Few {
+        if [SLOW_CLOCK.0, FOUR_AXES.0].contains(name) && cases == Cases::Few {
             summary += &format!("{name:<16} skipped: --all runs it\n");
             continue;
         }
@@ -198,6 +201,11 @@ fn on_board(cases: Cases, elves: &[PathBuf; 3]) -> Command {
     let mut tests = cases.cargo_test();
     tests.envs(["ISOSTEP_ELF", "ISOSTEP_TIMER_PORT_ELF", "ISOSTEP_ESTOP_NC_ELF"].into_iter().zip(elves));
     tests
+}
+
+fn slow_clock(cases: Cases) -> Result<()> {
+    let args = ["--package=isostep-tests", "--features=tick-hz-32_768", "--test=tick_rate"];
+    suites::run("slow clock", || cases.cargo_test(), &args)
 }
 
 /// Few random cases are enough here: that they hold at random places is seen with three axes.

@@ -5,7 +5,7 @@ use embassy_rp::gpio::{AnyPin, Level, Output};
 use embassy_rp::pac::SIO;
 use embassy_time::Duration;
 use embedded_hal::delay::DelayNs;
-use isostep_motion::{AXES, DriverTiming, MotorPins, Run, Side, TimerBank, TimerPort};
+use isostep_motion::{AXES, DriverTiming, MotorPins, Motors, Side, TimerBank, TimerPort};
 
 use crate::pins::{self, StepPins};
 use crate::priority;
@@ -74,12 +74,12 @@ impl AxisPins {
 }
 
 impl MotorPins for AxisPins {
-    fn begin(&mut self, run: &Run) {
-        let of = |side: Side, index: usize| if run.moves(side) { step(index) } else { 0 };
+    fn begin(&mut self, motors: &Motors) {
+        let of = |side: Side, index: usize| if motors.moves(side) { step(index) } else { 0 };
         self.step = of(Side::First, self.axis) | of(Side::Second, pins::SECOND);
-        (self.dir, self.dir_inverted) = match run.second {
+        (self.dir, self.dir_inverted) = match motors.second {
             None => (dir(self.axis), 0),
-            Some(_) if run.is_second_inverted() => (dir(self.axis), dir(pins::SECOND)),
+            Some(_) if motors.is_second_inverted() => (dir(self.axis), dir(pins::SECOND)),
             Some(_) => (dir(self.axis) | dir(pins::SECOND), 0),
         };
         self.set_dir(self.dir_high);

@@ -26,7 +26,7 @@ use sequential_storage::cache::{Cache, Uncached};
 use sequential_storage::queue::{QueueConfig, QueueStorage};
 
 pub use item::{Item, Value};
-use sectors::{Sectors, WORD_BYTES};
+use sectors::{Sectors, WORD_BYTES_MAX};
 
 use crate::config::UNWORKABLE;
 
@@ -36,13 +36,11 @@ const VERSION: u32 = 1;
 const NOTHING: u32 = 0;
 const VERSION_ITEM: Item = Item(u16::MAX);
 const KEY_BYTES: usize = 2;
-/// What the log adds to the bytes of an item: a word.
-const HEADER_BYTES: usize = WORD_BYTES;
 
 /// The longest item with its key.
 const ENTRY_BYTES: usize = KEY_BYTES + STORED_LINE_CHARS;
 /// The same in whole words, as it is read.
-const READ_BYTES: usize = ENTRY_BYTES.next_multiple_of(WORD_BYTES);
+const READ_BYTES: usize = ENTRY_BYTES.next_multiple_of(WORD_BYTES_MAX);
 
 type Log<F> = QueueStorage<Sectors<F>, Cache<Uncached, Uncached, Uncached>>;
 
@@ -91,11 +89,19 @@ impl<F: NorFlash> Store<F> {
     /// Keeps items in `range` of `flash`. Settings that it does not hold are as in `defaults`; other items are zero or
     /// empty.
     ///
+    /// The flash may be any that reads as 0xFF where it is erased and is read and written in units of 1, 2, 4, 8, 16 or
+    /// 32 bytes; others are refused when the program is compiled.
+    ///
     /// # Panics
-    /// When `range` is not 4 to 32 whole sectors of the flash.
+    /// When `range` is not 4 to 32 whole sectors of the flash, or when half of them, less one, have no room for all items
+    /// twice. Four sectors of 4096 bytes have it, eight if units are of 32 bytes.
     #[must_use]
     pub fn new(flash: F, range: Range<u32>, defaults: Settings) -> Self {
         let sectors = Sectors::new(flash, range);
+        // From one copy of an item to the next there are at most half of the flash, a change of all items and a copy of
+        // all. The log keeps all its sectors but the one that it goes on to.
+        let items_bytes: usize = Item::all().map(|item| log_bytes::<F>(KEY_BYTES + item.bytes_max())).sum();
+        assert!(2 * items_bytes <= sectors.bytes() as usize / 2 - Sectors::<F>::SIZE, "no room for all items twice");
         let config = QueueConfig::new(0..sectors.bytes());
         let log = Log::new(sectors, config, Cache::new_uncached());
         Self { log, defaults, kept: Kept::new(defaults), anew: true, since_copy: 0, doubtful: None }
@@ -134,7 +140,7 @@ impl<F: NorFlash> Store<F> {
         let mut entries = self.log.iter().await.ok()?;
         while let Some(entry) = entries.next(&mut buffer).await.ok()? {
             let (&key, value) = entry.split_first_chunk()?;
-            self.since_copy += log_bytes(&entry);
+            self.since_copy += log_bytes::<F>(entry.len());
             match Item(u16::from_le_bytes(key)) {
                 VERSION_ITEM => (version, self.since_copy) = (u32::from_le_bytes(value.try_into().ok()?), 0),
                 item => understood &= self.kept.set(item, value),
@@ -210,7 +216,7 @@ impl<F: NorFlash> Store<F> {
         // There is room for the longest.
         let _ = entry.extend_from_slice(&item.0.to_le_bytes());
         let _ = entry.extend_from_slice(value);
-        self.since_copy += log_bytes(&entry);
+        self.since_copy += log_bytes::<F>(entry.len());
         self.doubtful = (item != VERSION_ITEM).then_some(item);
         self.log.push(&entry, true).await?;
         self.kept.set(item, value);
@@ -220,9 +226,10 @@ impl<F: NorFlash> Store<F> {
     }
 }
 
-/// Bytes that an entry takes in the log.
-fn log_bytes(entry: &[u8]) -> usize {
-    HEADER_BYTES + entry.len().next_multiple_of(WORD_BYTES)
+/// Bytes that an entry takes in the log, with its header, which is a word.
+fn log_bytes<F: NorFlash>(entry_bytes: usize) -> usize {
+    let word_bytes = Sectors::<F>::WORD_BYTES;
+    word_bytes + entry_bytes.next_multiple_of(word_bytes)
 }
 
 impl Kept {

@@ -5,7 +5,7 @@ use embassy_futures::select::{Either, select};
 use crate::axes::Axis;
 use crate::event::Finish;
 use crate::machine::Machine;
-use crate::port::StepPort;
+use crate::port::{Run, StepPort};
 
 /// Runs `axis` through `port` for ever. Spawn one for each axis, at a priority that nothing delays for long. The port is
 /// borrowed, because a future has room for all that it was given beside what it does with it.
@@ -17,17 +17,17 @@ pub async fn run(machine: &Machine, axis: Axis, port: &mut impl StepPort) -> ! {
     let link = machine.link(axis);
     machine.publish_port(axis, port);
     loop {
-        let run = link.run.wait().await;
+        let motors = link.run.wait().await;
+        let run = Run { motors, start_line: &link.start_line, segments: &link.segments, odometer: &link.odometer };
         // The halt is polled first, so no step rises once a halt has been signalled.
-        let finish =
-            match select(link.halt.wait(), port.run(run, &link.start_line, &link.segments, &link.odometer)).await {
-                Either::First(()) => Finish::Stopped,
-                Either::Second(Ok(())) => Finish::Done,
-                Either::Second(Err(fault)) => {
-                    machine.fail(axis, fault);
-                    Finish::Fault { axis, fault }
-                }
-            };
+        let finish = match select(link.halt.wait(), port.run(run)).await {
+            Either::First(()) => Finish::Stopped,
+            Either::Second(Ok(())) => Finish::Done,
+            Either::Second(Err(fault)) => {
+                machine.fail(axis, fault);
+                Finish::Fault { axis, fault }
+            }
+        };
         link.done.signal(finish);
     }
 }

@@ -27,6 +27,7 @@ use crate::event::{Alarm, Event, Finish, State};
 use crate::machine::{CHAIN_MOVES, Cause, Machine, Motion, Overrides};
 use crate::marks::Marks;
 use crate::motor::Side;
+use crate::port::PortFault;
 
 /// Longer than any pulse lasts (`$0` is 20 us at most), and longer than any driver requires ENABLE to be held after a
 /// step.
@@ -280,12 +281,19 @@ pub(crate) async fn all_armed(machine: &Machine) {
 }
 
 /// Waits until the axes have started. Returns the instant from which their segments count.
-pub(crate) async fn begun(machine: &Machine) -> Instant {
-    let mut start = Instant::MIN;
+///
+/// # Errors
+/// An axis that started at another instant than the first: its steps would be beside the path.
+pub(crate) async fn begun(machine: &Machine) -> Result<Instant, (Axis, PortFault)> {
+    let start = machine.link(Axis::ALL[0]).start_line.wait_begun().await;
     for axis in Axis::ALL {
-        start = start.max(machine.link(axis).start_line.wait_begun().await);
+        let other = if axis == Axis::ALL[0] { start } else { machine.link(axis).start_line.wait_begun().await };
+        if other != start {
+            let by = if other > start { other - start } else { start - other };
+            return Err((axis, PortFault::Apart { by }));
+        }
     }
-    start
+    Ok(start)
 }
 
 /// Waits until every axis has ended its run.

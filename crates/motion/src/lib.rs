@@ -19,6 +19,7 @@ mod axes;
 pub mod axis;
 pub mod buttons;
 mod chunks;
+mod clock;
 mod config;
 pub mod coordinator;
 mod courses;
@@ -46,13 +47,10 @@ pub use event::{Alarm, Event, Finish, HomingPhase, State, Unplannable};
 pub use machine::{Busy, Door, MOVES_AHEAD, Machine, Motion, Overrides, ProbeMove, Probed, Status};
 pub use motor::{LimitInput, Motor, SecondMotor, Side};
 pub use port::{
-    Brake, Capabilities, Direction, DriverTiming, Odometer, PortFault, Run, StepPort, StreamItem, StreamQueue, Wiring,
-    ticks_covering,
+    Brake, Capabilities, Direction, DriverTiming, Motors, Odometer, PortFault, Run, StepPort, StreamItem, StreamQueue,
+    Wiring, ticks_covering,
 };
 pub use start_line::StartLine;
 pub use switch::Contact;
 pub use timer_port::{MotorPins, TimerBank, TimerPort};
 pub use tool::{Duties, Level, Outputs, Power, Spindle, Switches, ToolConfig, ToolPort};
-
-/// Tick rate of the time driver, Hz. Step instants are compiled in these ticks, unless a port has another tick rate.
-pub(crate) const TICK_HZ: u32 = embassy_time::TICK_HZ as u32;

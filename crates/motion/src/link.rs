@@ -7,14 +7,14 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 
 use crate::event::Finish;
-use crate::port::{Brake, Odometer, Run, StreamQueue};
+use crate::port::{Brake, Motors, Odometer, StreamQueue};
 use crate::start_line::StartLine;
 
 /// What the coordinator and one axis task share.
 pub(crate) struct AxisLink {
     pub odometer: Odometer,
     pub segments: StreamQueue,
-    pub run: Signal<CriticalSectionRawMutex, Run>,
+    pub run: Signal<CriticalSectionRawMutex, Motors>,
     pub start_line: StartLine,
     pub halt: Signal<CriticalSectionRawMutex, ()>,
     pub done: Signal<CriticalSectionRawMutex, Finish>,

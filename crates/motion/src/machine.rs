@@ -16,7 +16,7 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use embassy_sync::signal::Signal;
 use embassy_sync::watch::{DynReceiver, Watch};
-use embassy_time::Timer;
+use embassy_time::{Instant, Timer};
 
 pub use self::door::Door;
 pub use self::hold::Overrides;
@@ -256,7 +256,7 @@ impl Machine {
 
     /// The tick rate of the segments that the axis's port reads, Hz.
     pub(crate) fn tick_hz(&self, axis: Axis) -> u32 {
-        self.with(|inner| inner.capabilities[axis as usize].map_or(crate::TICK_HZ, |port| port.tick_hz))
+        self.with(|inner| inner.capabilities[axis as usize].map_or(crate::clock::TICK_HZ, |port| port.tick_hz))
     }
 
     pub(crate) fn set_homed(&self, axis: Axis, homed: bool) {
@@ -282,8 +282,9 @@ impl Machine {
     /// polled before all have been let go.
     pub(crate) fn let_go(&self) {
         self.with(|_| {
+            let now = Instant::now();
             for axis in Axis::ALL {
-                self.link(axis).start_line.go();
+                self.link(axis).start_line.go(now);
             }
         });
     }

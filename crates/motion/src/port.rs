@@ -187,17 +187,19 @@ pub enum StreamItem {
 /// The queue of stream items for an axis's port.
 pub type StreamQueue = Channel<CriticalSectionRawMutex, StreamItem, QUEUE_SEGMENTS>;
 
-/// A run, as one axis's port is asked for it, from standstill to standstill. The axis may reverse in it, and may have
-/// no step at all.
-#[derive(Clone, Copy, Debug)]
-pub struct Run {
-    /// How the driver is wired.
+/// The motors of an axis in a run.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Motors {
+    /// How their drivers are wired.
     pub wiring: Wiring,
-    /// The axis's second motor, if it has one.
+    /// The highest speed of the axis by its limits, steps/s, rounded up. A step that is late by less than half a period
+    /// at that speed bunches none.
+    pub top_speed_steps_s: u32,
+    /// The second one, if there is one.
     pub second: Option<SecondMotor>,
 }
 
-impl Run {
+impl Motors {
     /// Whether the motor of this side makes the steps.
     #[must_use]
     pub fn moves(&self, side: Side) -> bool {
@@ -212,6 +214,20 @@ impl Run {
     pub fn is_second_inverted(&self) -> bool {
         self.second.is_some_and(|second| second.direction_inverted)
     }
+}
+
+/// A run, as one axis's port is asked for it, from standstill to standstill. The axis may reverse in it, and may have
+/// no step at all.
+#[derive(Clone, Copy)]
+pub struct Run<'a> {
+    /// Which motors make the steps.
+    pub motors: Motors,
+    /// Where the port waits for its start, with those of the other axes.
+    pub start_line: &'a StartLine,
+    /// What it is to make, in order.
+    pub segments: &'a StreamQueue,
+    /// Where it counts the steps.
+    pub odometer: &'a Odometer,
 }
 
 /// Why a port stopped before its last step. Every step that rose is counted.
@@ -236,6 +252,11 @@ pub enum PortFault {
         /// The shortest that works.
         min: u32,
     },
+    /// It started at another instant than the port of the first axis.
+    Apart {
+        /// How far apart they are.
+        by: Duration,
+    },
 }
 
 /// Engages (`true`) or releases the brake of a port.
@@ -256,13 +277,18 @@ pub trait StepPort {
         |_engaged| {}
     }
 
-    /// Waits for the first of `segments` and gets ready for it, then waits at the `start_line`. When it is let go, it
-    /// starts at an instant that it can keep, and reports that instant. DIR's set-up time is over before the first
+    /// Waits for the first of the run's segments and gets ready for it, then waits at the start line. When it is let go,
+    /// it starts at an instant that it can keep, and reports that instant. DIR's set-up time is over before the first
     /// step, however soon that step is due.
+    ///
+    /// The ports of all axes have to start at the same instant, to the tick of the machine's clock, although their tasks
+    /// go on one after the other; otherwise the machine stops with [`PortFault::Apart`]. So the instant comes from one
+    /// place: from a gate that the ports have in common, or from the start line, which tells all of them when they were
+    /// let go ([`StartLine::armed`]).
     ///
     /// It makes the steps of `segments`, each at its instant counted from the start. Between steps of different
     /// directions it changes DIR, when the hold time is over and with the set-up time left before the next step. It
-    /// returns after [`StreamItem::End`], when the last step has risen. It counts every step in `odometer`; when it
+    /// returns after [`StreamItem::End`], when the last step has risen. It counts every step in the odometer; when it
     /// returns, at the latest, the count is exact.
     ///
     /// With a second motor, each step rises at the same instant for both, and is one step of the axis. If one side is
@@ -273,11 +299,5 @@ pub trait StepPort {
     ///
     /// # Cancellation
     /// Safe: no further step rises, no pulse is cut short, and the count is exact.
-    async fn run(
-        &mut self,
-        run: Run,
-        start_line: &StartLine,
-        segments: &StreamQueue,
-        odometer: &Odometer,
-    ) -> Result<(), PortFault>;
+    async fn run(&mut self, run: Run<'_>) -> Result<(), PortFault>;
 }

@@ -5,12 +5,13 @@
 
 use core::convert::Infallible;
 
-use embassy_time::Instant;
+use embassy_time::{Duration, Instant};
 use embedded_hal::digital::{InputPin, OutputPin};
 use embedded_hal_async::digital::Wait;
 
 use crate::axes::AXES;
 use crate::chunks::Chunks;
+use crate::clock::seconds;
 use crate::coordinator::Coordinator;
 use crate::coordinator::Purpose;
 use crate::event::{Alarm, Finish};
@@ -95,9 +96,8 @@ where
         if self.contact_steps.is_none()
             && let Some(at) = self.machine.contact_at()
         {
-            // Instants are rounded down to whole microseconds: the step that made the contact came before the next
-            // microsecond.
-            let t_s = (at.saturating_duration_since(start).as_micros() + 1) as f64 * 1e-6;
+            // Instants are rounded down to whole ticks: the step that made the contact came before the next tick.
+            let t_s = seconds(at.saturating_duration_since(start) + Duration::from_ticks(1));
             self.contact_steps = Some(made_steps(self.chunks, t_s));
         }
         self.contact_steps.is_some()

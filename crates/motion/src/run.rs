@@ -23,12 +23,13 @@ use embedded_hal::digital::OutputPin;
 use isostep_profile::chain::{Chunk, ChunkKind};
 
 use crate::axes::{AXES, Axis};
+use crate::clock::{instant_after, seconds};
 use crate::coordinator::{Coordinator, Purpose, all_armed, all_done, begun};
 use crate::event::{Event, Finish};
 use crate::machine::CurrentChunk;
 use crate::marks::Mark;
 use crate::motor::SecondMotor;
-use crate::port::Run;
+use crate::port::{Motors, PortFault};
 use crate::stream::{AHEAD, PIECE, SegmentStream, fill_queues};
 use crate::tool::{BeamStream, Tag};
 
@@ -89,7 +90,12 @@ where
         let mut done = pin!(all_done(machine));
         // The start is polled first: a short run may have ended before this task learns of its start.
         let start = match select(self.start(&mut streams), done.as_mut()).await {
-            Either::First(start) => start,
+            Either::First(Ok(start)) => start,
+            Either::First(Err((axis, fault))) => {
+                machine.fail(axis, fault);
+                done.await;
+                return self.end_run(Finish::Fault { axis, fault });
+            }
             Either::Second(finish) => return self.end_run(finish),
         };
         self.report(Event::Run { start, origin_steps });
@@ -106,7 +112,7 @@ where
             self.note_contact(start);
         }
         if finish == Finish::Done {
-            self.standstill = instant(start, self.chunks.end_s());
+            self.standstill = instant_after(start, self.chunks.end_s());
         }
         // The machine stands still only when the plan is over, some time after the last step.
         let is_held = self.chain.is_held();
@@ -126,13 +132,18 @@ where
             let second = config
                 .squared_axis(axis)
                 .map(|squared| SecondMotor { direction_inverted: squared.direction_inverted, held });
-            self.machine.link(axis).run.signal(Run { wiring: config.wiring[axis as usize], second });
+            let (wiring, limits) = (config.wiring[axis as usize], config.limits[axis as usize]);
+            let top_speed_steps_s = libm::ceil(limits.top_speed_steps_s) as u32;
+            self.machine.link(axis).run.signal(Motors { wiring, top_speed_steps_s, second });
         }
     }
 
     /// Starts the axes, which already have their run, once all are armed and the plan of the run before is over. Until
     /// then it compiles as much as it can. Returns the instant from which their segments count.
-    async fn start(&mut self, streams: &mut Streams<'_>) -> Instant {
+    ///
+    /// # Errors
+    /// An axis that started at another instant than the first.
+    async fn start(&mut self, streams: &mut Streams<'_>) -> Result<Instant, (Axis, PortFault)> {
         let machine = self.machine;
         all_armed(machine).await;
         // Arming has taken the first segments off the queues, so there is room for more.
@@ -316,13 +327,4 @@ where
 /// How far ahead the path is to be known.
 fn ahead(purpose: Purpose) -> Duration {
     if purpose == Purpose::Probe { PROBED_AHEAD } else { AHEAD + PIECE }
-}
-
-fn seconds(time: Duration) -> f64 {
-    time.as_micros() as f64 * 1e-6
-}
-
-/// The instant `t_s` after the start of a run, rounded up to a whole microsecond.
-fn instant(start: Instant, t_s: f64) -> Instant {
-    start + Duration::from_micros(libm::ceil(t_s * 1e6) as u64)
 }

@@ -3,12 +3,13 @@
 //! # Design
 //! A port gets ready in its own time: it takes its first steps, if there are any, makes sure of DIR's set-up time
 //! before them, and then waits here. When all ports of the run wait, they choose the start instant themselves. So
-//! nothing that still has to be done can make the start late.
+//! nothing that still has to be done can make the start late. They start at the same instant: the coordinator compares what
+//! they report.
 //!
 //! ```text
 //! coordinator --run--> axis task: port gets ready
 //!             <-------- armed
-//!             --go----> all at once; the first opens the gate of all
+//!             --go----> all at once, with the present instant; the first opens the gate of all, if they have one
 //!             <-------- begun: the instant from which segments count
 //! ```
 
@@ -20,24 +21,26 @@ use embassy_time::Instant;
 #[derive(Default)]
 pub struct StartLine {
     armed: Signal<CriticalSectionRawMutex, ()>,
-    go: Signal<CriticalSectionRawMutex, ()>,
+    go: Signal<CriticalSectionRawMutex, Instant>,
     begun: Signal<CriticalSectionRawMutex, Instant>,
 }
 
 /// For ports.
 impl StartLine {
     /// Reports that the port is ready to make its first step at any moment, and waits until it is let go with the other
-    /// axes.
+    /// axes. Returns when that was: the same instant for all axes of the run.
+    ///
+    /// Ports without a gate in common start some time after that instant: the same time for all, and long enough for
+    /// the task of each to go on.
     ///
     /// # Cancellation
     /// Safe: the run does not start.
-    pub async fn armed(&self) {
+    pub async fn armed(&self) -> Instant {
         self.armed.signal(());
-        self.go.wait().await;
+        self.go.wait().await
     }
 
-    /// Reports the instant from which the segments of the run count. Ports that start at one gate report the same
-    /// instant.
+    /// Reports the instant from which the segments of the run count. It is the same for all axes.
     pub fn begun(&self, at: Instant) {
         self.begun.signal(at);
     }
@@ -66,9 +69,10 @@ impl StartLine {
         self.armed.wait().await;
     }
 
-    /// Lets the port go. It starts now, as nothing is left to be done.
-    pub fn go(&self) {
-        self.go.signal(());
+    /// Lets the port go, with those of the other axes, to which the same instant is told. It starts now, as nothing is
+    /// left to be done.
+    pub fn go(&self, at: Instant) {
+        self.go.signal(at);
     }
 
     /// Waits until the run has begun. Returns the instant from which its segments count.

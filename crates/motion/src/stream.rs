@@ -17,6 +17,7 @@ use isostep_profile::{Lane, Segment};
 
 use crate::axes::{AXES, Axis};
 use crate::chunks::{Chunks, last_step};
+use crate::clock::PortTicks;
 use crate::machine::Machine;
 use crate::port::{Direction, StreamItem, StreamQueue};
 
@@ -38,8 +39,7 @@ const COMPILED_MAX: usize = 32;
 pub(crate) struct SegmentStream<'a> {
     machine: &'a Machine,
     axis: Axis,
-    tick_hz: u32,
-    ticks_per_us: u32,
+    ticks: PortTicks,
     piece_ticks: u64,
     rest_min_ticks: u64,
     /// Up to when its queue is to be filled, ticks from the start of the run.
@@ -147,16 +147,13 @@ fn compile(streams: &mut [SegmentStream<'_>; AXES], chunks: &mut Chunks) -> bool
 
 impl<'a> SegmentStream<'a> {
     pub fn new(machine: &'a Machine, axis: Axis) -> Self {
-        let tick_hz = machine.tick_hz(axis);
-        // Exact for a port with a whole number of ticks per microsecond; a little too small for others.
-        let ticks_per_us = tick_hz / 1_000_000;
+        let ticks = PortTicks::new(machine.tick_hz(axis));
         Self {
             machine,
             axis,
-            tick_hz,
-            ticks_per_us,
-            piece_ticks: ticks(PIECE, ticks_per_us),
-            rest_min_ticks: ticks(REST_MIN, ticks_per_us),
+            ticks,
+            piece_ticks: ticks.of(PIECE),
+            rest_min_ticks: ticks.of(REST_MIN),
             target_ticks: 0,
             chunk: 0,
             plan: None,
@@ -180,7 +177,7 @@ impl<'a> SegmentStream<'a> {
 
     /// Sets up to when its queue is to be filled: `enough` from the start of the run.
     pub fn set_target(&mut self, enough: Duration) {
-        self.target_ticks = ticks(enough, self.ticks_per_us);
+        self.target_ticks = self.ticks.of(enough);
     }
 
     /// The number of the chunk that it streams.
@@ -195,7 +192,7 @@ impl<'a> SegmentStream<'a> {
 
     /// Whether its queue ends at `time` from the start of the run, or earlier.
     pub fn is_low(&self, time: Duration) -> bool {
-        !self.is_done && self.queued_ticks <= ticks(time, self.ticks_per_us)
+        !self.is_done && self.queued_ticks <= self.ticks.of(time)
     }
 
     pub fn queue(&self) -> &'a StreamQueue {
@@ -232,7 +229,7 @@ impl<'a> SegmentStream<'a> {
                 // do not need yet.
                 let moves = chunk.plan.steps[self.axis as usize] != 0;
                 if moves {
-                    let course = courses.of(self.axis, self.chunk, chunk, self.tick_hz);
+                    let course = courses.of(self.axis, self.chunk, chunk, self.ticks.hz);
                     chunk.plan.begin_lane(self.axis as usize, course, &mut self.lane);
                 }
                 PlanSteps::of(chunk, self.axis, moves.then_some(&self.lane))
@@ -257,7 +254,7 @@ impl<'a> SegmentStream<'a> {
         if chunks.is_closed() {
             return Next::End;
         }
-        let known_ticks = ((chunks.end_s() * f64::from(self.tick_hz)) as u64).saturating_sub(self.queued_ticks);
+        let known_ticks = ((chunks.end_s() * f64::from(self.ticks.hz)) as u64).saturating_sub(self.queued_ticks);
         let rest_ticks = (known_ticks - self.rest_min_ticks.min(known_ticks / 2)).min(self.piece_ticks);
         // A port needs an item before it can start, so the first rest may be short.
         let is_worth_it = rest_ticks >= self.rest_min_ticks || self.queued_ticks == 0 && rest_ticks > 0;
@@ -315,7 +312,7 @@ impl<'a> SegmentStream<'a> {
     fn next_compiled(&mut self, chunks: &mut Chunks) -> Option<Segment> {
         let plan = self.plan.as_mut()?;
         let (chunk, courses) = chunks.get_with_courses(self.chunk)?;
-        let course = courses.of(self.axis, self.chunk, chunk, self.tick_hz);
+        let course = courses.of(self.axis, self.chunk, chunk, self.ticks.hz);
         let segment = self.lane.next(course)?;
         plan.compiled += segment.steps();
         Some(segment)
@@ -330,9 +327,4 @@ impl PlanSteps {
         let direction = Direction::of(plan.steps[axis as usize]);
         Self { direction, compiled: before, queued: before, last, until_steps, end: last }
     }
-}
-
-fn ticks(time: Duration, ticks_per_us: u32) -> u64 {
-    // Far below 2^64, and looking for an overflow takes another product.
-    time.as_micros().wrapping_mul(ticks_per_us.into())
 }

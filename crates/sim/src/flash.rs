@@ -1,7 +1,9 @@
-//! Flash that survives a simulated machine: NOR cells, wear of its sectors, and power cuts on request.
+//! Flash that survives a simulated machine: NOR cells, wear of its sectors, and power cuts on request. Like flash that
+//! keeps a checksum of each word, it takes a word once only between two erases.
 
 use std::cell::RefCell;
 use std::fmt;
+use std::ops::Range;
 use std::rc::Rc;
 
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
@@ -15,12 +17,17 @@ const PAGE_BYTES: usize = 256;
 pub const FLASH_BYTES: usize = 16 * SECTOR_BYTES;
 const ERASED: u8 = 0xFF;
 
-/// A handle to a flash; clones refer to the same flash.
+/// A handle to a flash that is programmed in words of so many bytes; clones refer to the same flash.
 #[derive(Clone)]
-pub struct Flash(Rc<RefCell<Cells>>);
+pub struct WordFlash<const WORD_BYTES: usize>(Rc<RefCell<Cells>>);
+
+/// Flash that is programmed byte by byte, as that of a Pico.
+pub type Flash = WordFlash<1>;
 
 struct Cells {
     bytes: Vec<u8>,
+    /// The bytes whose words have been programmed since they were erased.
+    programmed: Vec<bool>,
     erases: Vec<u32>,
     operations: u64,
     fault: Option<Fault>,
@@ -45,7 +52,7 @@ pub enum FlashError {
     Refused,
 }
 
-impl Flash {
+impl<const WORD_BYTES: usize> WordFlash<WORD_BYTES> {
     /// A flash that is completely erased.
     pub fn blank() -> Self {
         Self::with(vec![ERASED; FLASH_BYTES])
@@ -58,7 +65,9 @@ impl Flash {
     pub fn with(bytes: Vec<u8>) -> Self {
         assert!(bytes.len().is_multiple_of(SECTOR_BYTES), "{} bytes are not whole sectors", bytes.len());
         let erases = vec![0; bytes.len() / SECTOR_BYTES];
-        Self(Rc::new(RefCell::new(Cells { bytes, erases, operations: 0, fault: None })))
+        let mut cells = Cells { programmed: vec![false; bytes.len()], bytes, erases, operations: 0, fault: None };
+        cells.look(0..cells.bytes.len(), WORD_BYTES);
+        Self(Rc::new(RefCell::new(cells)))
     }
 
     /// The contents.
@@ -112,6 +121,14 @@ impl Cells {
         if aligned { Ok(()) } else { Err(FlashError::Unaligned) }
     }
 
+    /// Takes a word for programmed if any of its bits is.
+    fn look(&mut self, range: Range<usize>, word_bytes: usize) {
+        let words = self.bytes[range.clone()].chunks(word_bytes);
+        for (word, programmed) in words.zip(self.programmed[range].chunks_mut(word_bytes)) {
+            programmed.fill(word.iter().any(|&byte| byte != ERASED));
+        }
+    }
+
     /// Changes the cells from index `from` on to `wanted`, or as far as a fault allows.
     fn operate(&mut self, from: usize, wanted: &[u8]) -> Result<(), FlashError> {
         let cells = &mut self.bytes[from..from + wanted.len()];
@@ -155,11 +172,11 @@ fn whole(arrived: bool) -> u8 {
     if arrived { 0xFF } else { 0 }
 }
 
-impl ErrorType for Flash {
+impl<const WORD_BYTES: usize> ErrorType for WordFlash<WORD_BYTES> {
     type Error = FlashError;
 }
 
-impl ReadNorFlash for Flash {
+impl<const WORD_BYTES: usize> ReadNorFlash for WordFlash<WORD_BYTES> {
     const READ_SIZE: usize = 1;
 
     async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), FlashError> {
@@ -175,15 +192,19 @@ impl ReadNorFlash for Flash {
     }
 }
 
-impl NorFlash for Flash {
-    const WRITE_SIZE: usize = 1;
+impl<const WORD_BYTES: usize> NorFlash for WordFlash<WORD_BYTES> {
+    const WRITE_SIZE: usize = WORD_BYTES;
     const ERASE_SIZE: usize = SECTOR_BYTES;
 
     async fn erase(&mut self, from: u32, to: u32) -> Result<(), FlashError> {
         let mut cells = self.0.borrow_mut();
         cells.check(from as usize, to as usize, SECTOR_BYTES)?;
         for sector in from as usize / SECTOR_BYTES..to as usize / SECTOR_BYTES {
-            cells.operate(sector * SECTOR_BYTES, &[ERASED; SECTOR_BYTES])?;
+            let bytes = sector * SECTOR_BYTES..(sector + 1) * SECTOR_BYTES;
+            // What is erased in part has to be erased again.
+            cells.programmed[bytes.clone()].fill(true);
+            cells.operate(bytes.start, &[ERASED; SECTOR_BYTES])?;
+            cells.programmed[bytes].fill(false);
             cells.erases[sector] += 1;
         }
         Ok(())
@@ -191,14 +212,21 @@ impl NorFlash for Flash {
 
     async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), FlashError> {
         let mut cells = self.0.borrow_mut();
-        cells.check(offset as usize, offset as usize + bytes.len(), 1)?;
         let mut from = offset as usize;
+        cells.check(from, from + bytes.len(), WORD_BYTES)?;
         let mut left = bytes;
         while !left.is_empty() {
             let (part, rest) = left.split_at(left.len().min(PAGE_BYTES - from % PAGE_BYTES));
+            let range = from..from + part.len();
+            assert!(!cells.programmed[range.clone()].contains(&true), "a word at {from} is programmed a second time");
             // Programming changes bits from 1 to 0 only.
             let wanted: Vec<u8> = cells.bytes[from..].iter().zip(part).map(|(&is, &to)| is & to).collect();
-            cells.operate(from, &wanted)?;
+            let done = cells.operate(from, &wanted);
+            match done {
+                Ok(()) => cells.programmed[range].fill(true),
+                Err(_) => cells.look(range, WORD_BYTES),
+            }
+            done?;
             (from, left) = (from + part.len(), rest);
         }
         Ok(())
@@ -215,7 +243,7 @@ impl NorFlashError for FlashError {
     }
 }
 
-impl fmt::Debug for Flash {
+impl<const WORD_BYTES: usize> fmt::Debug for WordFlash<WORD_BYTES> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let cells = self.0.borrow();
         f.debug_struct("Flash").field("bytes", &cells.bytes.len()).field("erases", &cells.erases).finish()

@@ -187,7 +187,7 @@ impl Moves {
             (Event::RunEnd { finish, held_at_steps, plan_s, position_steps }, &mut Some(run)) => {
                 self.open = None;
                 if finish != Finish::Done && finish != Finish::Held {
-                    // A run starts on a whole microsecond, and may be stopped before that. The coordinator may learn of
+                    // A run starts on a whole tick of the clock, and may be stopped before that. The coordinator may learn of
                     // a stop late: no move began after the last edge, except the first one of the run.
                     let after_start_s = |t_ns: u64| (t_ns as f64 - run.start_ns as f64) * 1e-9;
                     self.forget_begun_after(run, after_start_s(t_ns).min(after_start_s(edge_ns).max(0.0)));

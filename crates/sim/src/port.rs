@@ -6,11 +6,14 @@
 //! it has made all its steps and gets no more, and when steps are too close. DIR changes with the end of a pulse, a few
 //! cycles earlier than with `PioPort`.
 
+use std::cell::Cell;
+use std::rc::Rc;
+
 use embassy_time::{Duration, Instant};
 use embedded_hal::digital::OutputPin;
 use isostep_motion::{
-    AXES, Axis, Brake, Capabilities, Direction, DriverTiming, Motor, MotorPins, Odometer, PortFault, Run, Side,
-    StartLine, StepPort, StreamItem, StreamQueue, TimerBank, TimerPort, Wiring, ticks_covering,
+    AXES, Axis, Brake, Capabilities, Direction, DriverTiming, Motor, MotorPins, Motors, PortFault, Run, Side, StepPort,
+    StreamItem, TimerBank, TimerPort, Wiring, ticks_covering,
 };
 use isostep_profile::Segment;
 
@@ -44,10 +47,13 @@ impl AxisPort {
         let clock = executor.clock().clone();
         let pins = Axis::ALL.map(|axis| AxisPins::new(world, axis));
         match config.port {
-            Port::Pio => pins.map(|pins| {
-                let port = SimPort::new(pins, &clock, timing);
-                Self::Pio(SimPort { only_time: config.only_time, ..port })
-            }),
+            Port::Pio => {
+                let gate = Gate::default();
+                pins.map(|pins| {
+                    let port = SimPort::new(pins, &clock, timing);
+                    Self::Pio(SimPort { only_time: config.only_time, gate: gate.clone(), ..port })
+                })
+            }
             Port::Timer => {
                 // It lives for ever, like a static on a board.
                 let bank: &'static TimerBank<AXES> = Box::leak(Box::new(TimerBank::new()));
@@ -78,16 +84,10 @@ impl StepPort for AxisPort {
         }
     }
 
-    async fn run(
-        &mut self,
-        run: Run,
-        start_line: &StartLine,
-        segments: &StreamQueue,
-        odometer: &Odometer,
-    ) -> Result<(), PortFault> {
+    async fn run(&mut self, run: Run<'_>) -> Result<(), PortFault> {
         match self {
-            Self::Pio(port) => port.run(run, start_line, segments, odometer).await,
-            Self::Timer(port) => port.run(run, start_line, segments, odometer).await,
+            Self::Pio(port) => port.run(run).await,
+            Self::Timer(port) => port.run(run).await,
         }
     }
 }
@@ -116,9 +116,9 @@ impl AxisPins {
 }
 
 impl MotorPins for AxisPins {
-    fn begin(&mut self, run: &Run) {
-        self.moving = [Side::First, Side::Second].map(|side| run.moves(side));
-        self.is_inverted = run.is_second_inverted();
+    fn begin(&mut self, motors: &Motors) {
+        self.moving = [Side::First, Side::Second].map(|side| motors.moves(side));
+        self.is_inverted = motors.is_second_inverted();
         self.set_dir(self.dirs_high[0]);
     }
 
@@ -148,6 +148,24 @@ pub struct SimPort {
     ready_ns: u64,
     /// Whether no edges are made: see [`Config::only_time`].
     only_time: bool,
+    gate: Gate,
+}
+
+/// The gate at which the axes of a run wait. It was opened at this instant, by the first of them that was let go.
+#[derive(Clone, Default)]
+struct Gate(Rc<Cell<Option<Instant>>>);
+
+impl Gate {
+    fn close(&self) {
+        self.0.set(None);
+    }
+
+    /// When it was opened, which is the next tick of the machine's clock if it is closed still.
+    fn open(&self, clock: &Clock) -> Instant {
+        let opened = self.0.get().unwrap_or_else(|| time::instant_from(clock.now_ns()));
+        self.0.set(Some(opened));
+        opened
+    }
 }
 
 impl SimPort {
@@ -155,7 +173,15 @@ impl SimPort {
     pub fn new(pins: AxisPins, clock: &Clock, timing: DriverTiming) -> Self {
         let capabilities =
             Capabilities { tick_hz: TICK_HZ, timing, margin_ticks: MARGIN_TICKS, core_ns: 0, turn_ticks: TURN_TICKS };
-        Self { clock: clock.clone(), pins, dir_high: false, capabilities, ready_ns: 0, only_time: false }
+        Self {
+            clock: clock.clone(),
+            pins,
+            dir_high: false,
+            capabilities,
+            ready_ns: 0,
+            only_time: false,
+            gate: Gate::default(),
+        }
     }
 
     /// Sets DIR. The last pulse has ended, and so has the hold time of DIR.
@@ -175,19 +201,19 @@ impl SimPort {
     }
 
     /// Prepares for the first item and waits for the start of the run; returns its instant, ns since power-up.
-    async fn start(&mut self, first: &StreamItem, run: &Run, start_line: &StartLine) -> u64 {
-        self.pins.begin(run);
-        if run.second.is_some() {
+    async fn start(&mut self, first: &StreamItem, run: &Run<'_>) -> u64 {
+        self.pins.begin(&run.motors);
+        if run.motors.second.is_some() {
             self.await_setup();
         }
         if let StreamItem::Steps { direction, .. } = first {
-            self.face(*direction, run.wiring);
+            self.face(*direction, run.motors.wiring);
         }
         self.clock.until(self.ready_ns).await;
-        start_line.armed().await;
-        // All axes start at once. The machine's clock counts whole microseconds.
-        let start = Instant::from_micros(self.clock.now_ns().div_ceil(1_000));
-        start_line.begun(start);
+        self.gate.close();
+        run.start_line.armed().await;
+        let start = self.gate.open(&self.clock);
+        run.start_line.begun(start);
         time::ns(start)
     }
 
@@ -203,19 +229,19 @@ impl SimPort {
     }
 
     /// Waits for the duration of a whole segment, and counts its steps.
-    async fn pass(&mut self, until_ns: u64, segment: &Segment, direction: Direction, run: &Run, odometer: &Odometer) {
+    async fn pass(&mut self, until_ns: u64, segment: &Segment, direction: Direction, run: &Run<'_>) {
         self.clock.until(until_ns).await;
-        self.ready_ns = until_ns + u64::from(self.capabilities.period_min_ticks(run.wiring)) * NS_PER_TICK;
-        odometer.advance(direction.sign() * segment.steps() as i32);
+        self.ready_ns = until_ns + u64::from(self.capabilities.period_min_ticks(run.motors.wiring)) * NS_PER_TICK;
+        run.odometer.advance(direction.sign() * segment.steps() as i32);
     }
 
-    async fn step_at(&mut self, at_ns: u64, direction: Direction, run: &Run, odometer: &Odometer) {
+    async fn step_at(&mut self, at_ns: u64, direction: Direction, run: &Run<'_>) {
         self.clock.until(at_ns).await;
-        self.ready_ns = at_ns + u64::from(self.capabilities.period_min_ticks(run.wiring)) * NS_PER_TICK;
+        self.ready_ns = at_ns + u64::from(self.capabilities.period_min_ticks(run.motors.wiring)) * NS_PER_TICK;
         self.pins.set_step(true);
-        odometer.count(direction);
+        run.odometer.count(direction);
         // Nothing is awaited during the pulse, so no stop cuts it short.
-        self.clock.spend(self.capabilities.pulse_ns(run.wiring).into());
+        self.clock.spend(self.capabilities.pulse_ns(run.motors.wiring).into());
         self.pins.set_step(false);
     }
 }
@@ -225,27 +251,21 @@ impl StepPort for SimPort {
         self.capabilities
     }
 
-    async fn run(
-        &mut self,
-        run: Run,
-        start_line: &StartLine,
-        segments: &StreamQueue,
-        odometer: &Odometer,
-    ) -> Result<(), PortFault> {
-        let mut item = segments.receive().await;
-        let start_ns = self.start(&item, &run, start_line).await;
+    async fn run(&mut self, run: Run<'_>) -> Result<(), PortFault> {
+        let mut item = run.segments.receive().await;
+        let start_ns = self.start(&item, &run).await;
         let mut last_ticks = None;
         let at_ns = |ticks: u64| start_ns + ticks * NS_PER_TICK;
         loop {
             match item {
                 StreamItem::Steps { segment, direction } => {
-                    self.check_speed(last_ticks, &segment, run.wiring)?;
+                    self.check_speed(last_ticks, &segment, run.motors.wiring)?;
                     if self.only_time {
-                        self.pass(at_ns(segment.last_ticks()), &segment, direction, &run, odometer).await;
+                        self.pass(at_ns(segment.last_ticks()), &segment, direction, &run).await;
                     } else {
-                        self.face(direction, run.wiring);
+                        self.face(direction, run.motors.wiring);
                         for ticks in segment.ticks() {
-                            self.step_at(at_ns(ticks), direction, &run, odometer).await;
+                            self.step_at(at_ns(ticks), direction, &run).await;
                         }
                     }
                     last_ticks = Some(segment.last_ticks());
@@ -254,7 +274,7 @@ impl StepPort for SimPort {
                 StreamItem::End => return Ok(()),
             }
             // The wait for the next step has begun, so the next item must be there.
-            item = segments.try_receive().map_err(|_| PortFault::Underrun)?;
+            item = run.segments.try_receive().map_err(|_| PortFault::Underrun)?;
         }
     }
 }

@@ -1,7 +1,8 @@
 //! Virtual time: an Embassy time driver whose clock is moved only by the executor.
 //!
 //! # Design
-//! The clock counts nanoseconds. Embassy sees microseconds; finer waits use [`Clock::until`].
+//! The clock counts nanoseconds. Embassy sees its ticks, of microseconds unless a program chooses others; finer waits use
+//! [`Clock::until`].
 //!
 //! Embassy reaches its time driver through two free functions, and therefore through a static. Here this static has no
 //! state: every thread has a *current* [`Clock`], set by [`Clock::enter`] for as long as an executor runs. So tests run
@@ -22,7 +23,7 @@ use std::rc::Rc;
 use std::task::{Poll, Waker};
 
 use embassy_time::Instant;
-use embassy_time_driver::Driver;
+use embassy_time_driver::{Driver, TICK_HZ};
 
 thread_local! {
     static CURRENT: RefCell<Option<Clock>> = const { RefCell::new(None) };
@@ -50,7 +51,7 @@ impl Clock {
 
     /// The present instant for the task being polled.
     pub fn now(&self) -> Instant {
-        Instant::from_ticks(self.now_ns() / NS_PER_TICK)
+        Instant::from_ticks(self.now_ns() * TICKS / TICKS_NS)
     }
 
     /// Nanoseconds since power-up for the task being polled.
@@ -142,11 +143,23 @@ impl Drop for Entered {
     }
 }
 
-const NS_PER_TICK: u64 = 1_000_000_000 / embassy_time_driver::TICK_HZ;
+const SECOND_NS: u64 = 1_000_000_000;
+/// The fewest ticks that take a whole number of nanoseconds, and that number.
+const TICKS: u64 = TICK_HZ / common_divisor(TICK_HZ, SECOND_NS);
+const TICKS_NS: u64 = SECOND_NS / common_divisor(TICK_HZ, SECOND_NS);
 
-/// Nanoseconds since power-up of an Embassy instant.
+const fn common_divisor(a: u64, b: u64) -> u64 {
+    if b == 0 { a } else { common_divisor(b, a % b) }
+}
+
+/// Nanoseconds since power-up of an Embassy instant: the first at which the clock shows it.
 pub fn ns(instant: Instant) -> u64 {
-    instant.as_ticks().saturating_mul(NS_PER_TICK)
+    instant.as_ticks().saturating_mul(TICKS_NS).div_ceil(TICKS)
+}
+
+/// The first instant of Embassy's that is not before `ns` since power-up.
+pub fn instant_from(ns: u64) -> Instant {
+    Instant::from_ticks((ns * TICKS).div_ceil(TICKS_NS))
 }
 
 struct ThreadClock;
@@ -161,7 +174,7 @@ impl Driver for ThreadClock {
         CURRENT.with_borrow(|clock| {
             let clock = clock.as_ref().expect("a Timer is awaited outside the simulated executor");
             // Embassy passes the end of time when it waits for nothing.
-            clock.0.borrow_mut().schedule(at.saturating_mul(NS_PER_TICK), waker);
+            clock.0.borrow_mut().schedule(ns(Instant::from_ticks(at)), waker);
         });
     }
 }

@@ -145,7 +145,7 @@ fn by(board: &Board, port: Port, rate_steps_s: u32, input: Input, effort: &Effor
 
 /// Measures how soon a port that faults stops the other axes. All axes make the same steps, so the port that faulted is
 /// the one whose last edge is the earliest. A state machine that runs dry halts with that edge; a step that comes too late
-/// is noticed 208 us and more after it was due.
+/// is noticed half a period of the top speed and more after it was due.
 fn by_fault(board: &Board, port: Port, effort: &Effort) -> Result<StopMeasurement> {
     let (input, stops) = (Input::fault(port), effort.stops);
     let rate_steps_s = input.settings().1;

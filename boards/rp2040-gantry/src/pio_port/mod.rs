@@ -45,8 +45,8 @@ use embassy_rp::peripherals::PIO0;
 use embassy_rp::pio::{Config, Direction as PinDirection, FifoJoin, LoadedProgram, Pin, Pio, ShiftDirection};
 use embassy_time::{Duration, with_timeout};
 use isostep_motion::{
-    AXES, Brake, Capabilities, Direction, DriverTiming, Odometer, PortFault, Run, StartLine, StepPort, StreamItem,
-    StreamQueue, ticks_covering,
+    AXES, Brake, Capabilities, Direction, DriverTiming, Motors, Odometer, PortFault, Run, StartLine, StepPort,
+    StreamItem, StreamQueue, ticks_covering,
 };
 use isostep_profile::Segment;
 
@@ -148,16 +148,10 @@ impl StepPort for PioPort {
         gate::brake
     }
 
-    async fn run(
-        &mut self,
-        run: Run,
-        start_line: &StartLine,
-        segments: &StreamQueue,
-        odometer: &Odometer,
-    ) -> Result<(), PortFault> {
+    async fn run(&mut self, run: Run<'_>) -> Result<(), PortFault> {
         {
-            let mut active = ActiveRun::new(self, run, start_line, odometer);
-            let emitted = active.emit(segments).await;
+            let mut active = ActiveRun::new(self, run.motors, run.start_line, run.odometer);
+            let emitted = active.emit(run.segments).await;
             if emitted.is_err() {
                 // The other axes do not wait until this one has counted. A state machine that runs dry has set the brake
                 // itself.
@@ -228,18 +222,18 @@ struct ActiveRun<'a> {
 
 impl<'a> ActiveRun<'a> {
     /// Arms the state machine, which then waits at the gate.
-    fn new(port: &'a mut PioPort, run: Run, start_line: &'a StartLine, odometer: &'a Odometer) -> Self {
+    fn new(port: &'a mut PioPort, motors: Motors, start_line: &'a StartLine, odometer: &'a Odometer) -> Self {
         let capabilities = port.capabilities;
-        let words = Words::with_pulse(ticks_covering(capabilities.pulse_ns(run.wiring), TICK_HZ));
+        let words = Words::with_pulse(ticks_covering(capabilities.pulse_ns(motors.wiring), TICK_HZ));
         let lead = Duration::from_micros(capabilities.timing.setup_ns.div_ceil(1_000).into());
         port.tally = Tally::new();
         port.stream.clear();
-        port.is_doubled = run.second.is_some();
+        port.is_doubled = motors.second.is_some();
         port.stream.double(port.is_doubled);
         if port.is_doubled {
             interrupts::double(port.axis);
         }
-        pads::set(port.axis, &run);
+        pads::set(port.axis, &motors);
         gate::close_gate();
         for machine in port.machines() {
             machine.load(words.pulse_loops());
@@ -248,11 +242,11 @@ impl<'a> ActiveRun<'a> {
         }
         Self {
             port,
-            direction_inverted: run.wiring.direction_inverted,
+            direction_inverted: motors.wiring.direction_inverted,
             start_line,
             odometer,
             words,
-            period_min_ticks: capabilities.period_min_ticks(run.wiring),
+            period_min_ticks: capabilities.period_min_ticks(motors.wiring),
             lead,
             has_started: false,
             quick_words: 0,

@@ -3,16 +3,16 @@
 
 use embassy_rp::pac::IO_BANK0;
 use embassy_rp::pac::io::vals::Outover;
-use isostep_motion::{Run, Side};
+use isostep_motion::{Motors, Side};
 
 use crate::pins;
 
-/// Sets the pads of `axis` for `run`, and those of the second motor if the axis has it. STEP is low meanwhile.
-pub fn set(axis: usize, run: &Run) {
-    let held = |side| if run.moves(side) { Outover::NORMAL } else { Outover::LOW };
+/// Sets the pads of `axis` for a run of `motors`, and those of the second motor if the axis has it. STEP is low meanwhile.
+pub fn set(axis: usize, motors: &Motors) {
+    let held = |side| if motors.moves(side) { Outover::NORMAL } else { Outover::LOW };
     set_override(pins::STEP[axis], held(Side::First));
-    if run.second.is_some() {
-        let dir = if run.is_second_inverted() { Outover::INVERT } else { Outover::NORMAL };
+    if motors.second.is_some() {
+        let dir = if motors.is_second_inverted() { Outover::INVERT } else { Outover::NORMAL };
         set_override(pins::STEP[pins::SECOND], held(Side::Second));
         set_override(pins::STEP[pins::SECOND] + 1, dir);
     }

@@ -47,6 +47,15 @@ impl Item {
         self.0 < FIRST_PLACE
     }
 
+    /// The length of its longest value.
+    pub(super) fn bytes_max(self) -> usize {
+        match self.0 {
+            FIRST_LINE..END => STORED_LINE_CHARS,
+            FIRST_PLACE..FIRST_LINE => AXES * size_of::<i64>(),
+            _ => size_of::<f32>(),
+        }
+    }
+
     /// Its value, from these data.
     pub(crate) fn value(self, (settings, coordinates, startup, text): Place<'_>) -> Value {
         let mut value = Value::new();

@@ -5,6 +5,7 @@ use isostep_profile::chain::Chunk;
 
 use super::{Door, Machine};
 use crate::axes::{AXES, Axis};
+use crate::clock::seconds;
 use crate::event::State;
 use crate::motor::LimitInput;
 use crate::tool::{Level, Outputs};
@@ -55,7 +56,7 @@ impl CurrentChunk {
     /// Speed along the path now, mm/s.
     fn speed_mm_s(&self) -> f64 {
         let Chunk { plan, mm_per_step, .. } = &self.chunk;
-        let t_s = Instant::now().saturating_duration_since(self.start).as_micros() as f64 * 1e-6;
+        let t_s = seconds(Instant::now().saturating_duration_since(self.start));
         // The chunk is known a little before it begins, and may have ended.
         plan.speed_at(t_s.max(plan.begin_s()).min(plan.end_s())) * mm_per_step
     }

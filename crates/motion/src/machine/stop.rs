@@ -111,7 +111,7 @@ impl Machine {
     /// every fault a step could not be made at its instant in the middle of a move, so the position is not trusted.
     pub(crate) fn fail(&self, axis: Axis, fault: PortFault) {
         self.on(Trigger::Fault(match fault {
-            PortFault::Late { .. } | PortFault::TooFast { .. } => Alarm::LateStep { axis },
+            PortFault::Late { .. } | PortFault::TooFast { .. } | PortFault::Apart { .. } => Alarm::LateStep { axis },
             PortFault::Underrun => Alarm::Underrun { axis },
         }));
         self.with(|inner| inner.faults[axis as usize] += 1);

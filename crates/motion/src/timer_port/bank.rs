@@ -9,7 +9,7 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use embassy_time::{Duration, Instant};
 
-use crate::port::{PortFault, Run, StreamItem};
+use crate::port::{Motors, PortFault, StreamItem};
 
 /// What the [`TimerPort`](super::TimerPort)s of `N` axes share with the task that makes their edges. It has to be a
 /// static of the board, so that the brakes can be plain functions.
@@ -96,13 +96,15 @@ impl WakeSignal {
 /// A run as the port asks the driving task for it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RunRequest {
-    pub run: Run,
+    pub motors: Motors,
     /// Shortest time from a change of DIR to a rise of STEP.
     pub setup: Duration,
     /// STEP stays high at least this long, ns.
     pub pulse_ns: u32,
     /// No pulse takes more of the clock's ticks.
     pub pulse: Duration,
+    /// A step later than this is a fault.
+    pub late_max: Duration,
     /// Shortest time from a fall of STEP to its next rise.
     pub low_min: Duration,
 }

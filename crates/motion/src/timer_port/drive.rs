@@ -5,7 +5,6 @@ use embassy_time::{Duration, Instant, Timer};
 use embedded_hal::delay::DelayNs;
 use isostep_profile::Ticks;
 
-use super::LATE_MAX;
 use super::bank::{Flag, Mailbox, RunRequest, TimerBank, WakeSignal};
 use super::pins::MotorPins;
 use crate::port::{Direction, PortFault, StreamItem};
@@ -37,7 +36,9 @@ impl<const N: usize> TimerBank<N> {
     {
         let mut axes = 0..N;
         let drives = pins.map(|pins| AxisDrive::new(&self.mailboxes[axes.next().unwrap_or_default()], pins));
-        let mut drive = Drive { wake: &self.wake, gate: &self.gate, wake_up: wake_up.as_ticks(), drives, delay };
+        let wake_up_ticks = wake_up.as_ticks();
+        let mut drive =
+            Drive { wake: &self.wake, gate: &self.gate, wake_up: wake_up_ticks, late_max: NEVER, drives, delay };
         loop {
             drive.look();
             let at = drive.next_rise();
@@ -58,6 +59,8 @@ struct Drive<'a, P, W, const N: usize> {
     gate: &'a Flag,
     /// Time that a wake-up takes, ticks.
     wake_up: u64,
+    /// The least lateness that is a fault of some axis, ticks.
+    late_max: u64,
     drives: [AxisDrive<'a, P>; N],
     delay: W,
 }
@@ -80,6 +83,8 @@ struct AxisDrive<'a, P> {
     at: u64,
     /// When STEP may rise.
     ready: u64,
+    /// A step later than this is a fault, ticks.
+    late_max: u64,
     /// Shortest time from a fall of STEP to its next rise, ticks.
     low_min: u64,
     pulse: Pulse,
@@ -130,6 +135,7 @@ where
     fn look(&mut self) {
         if self.wake.take() {
             self.drives.iter_mut().for_each(AxisDrive::look);
+            self.late_max = self.drives.iter().fold(NEVER, |least, drive| least.min(drive.late_max));
             if self.gate.take() {
                 self.start();
             }
@@ -210,7 +216,7 @@ where
     /// Raises STEP of the marked axes; returns the longest of their pulses.
     #[inline(always)]
     fn raise(&mut self, now: u64, oldest: u64) -> Pulse {
-        if now - oldest > LATE_MAX.as_ticks() {
+        if now - oldest > self.late_max {
             self.refuse_late(now);
         }
         let mut pulse = Pulse::NONE;
@@ -276,6 +282,7 @@ impl<'a, P: MotorPins> AxisDrive<'a, P> {
             due: NEVER,
             at: NEVER,
             ready: Instant::now().as_ticks(),
+            late_max: NEVER,
             low_min: 0,
             pulse: Pulse::NONE,
             direction_inverted: false,
@@ -299,10 +306,10 @@ impl<'a, P: MotorPins> AxisDrive<'a, P> {
     /// Takes up a run, which then waits at the gate.
     fn begin(&mut self, request: &RunRequest) {
         self.pulse = Pulse { ns: request.pulse_ns, ticks: request.pulse.as_ticks() };
-        self.low_min = request.low_min.as_ticks();
-        (self.direction_inverted, self.setup) = (request.run.wiring.direction_inverted, request.setup.as_ticks());
-        self.pins.begin(&request.run);
-        if request.run.second.is_some() {
+        (self.late_max, self.low_min) = (request.late_max.as_ticks(), request.low_min.as_ticks());
+        (self.direction_inverted, self.setup) = (request.motors.wiring.direction_inverted, request.setup.as_ticks());
+        self.pins.begin(&request.motors);
+        if request.motors.second.is_some() {
             self.ready = self.ready.max(Instant::now().as_ticks() + self.setup);
         }
         (self.start, self.due, self.at, self.has_run, self.waits) = (AT_GATE, AT_GATE, NEVER, true, true);
@@ -371,7 +378,7 @@ impl<'a, P: MotorPins> AxisDrive<'a, P> {
     /// The next item is not there. If it has not come when a first step of it would be too late, this is a fault.
     fn await_item(&mut self) {
         self.waits = self.has_run;
-        self.at = if self.is_at_gate() || !self.has_run { NEVER } else { self.due + LATE_MAX.as_ticks() + 1 };
+        self.at = if self.is_at_gate() || !self.has_run { NEVER } else { self.due + self.late_max + 1 };
     }
 
     /// Goes on to the next step of the segment; false if there is none.
@@ -385,11 +392,14 @@ impl<'a, P: MotorPins> AxisDrive<'a, P> {
 
     /// Whether its run ends because its step is too late, or because no item has come.
     fn refuse_late(&mut self, now: u64) -> bool {
-        let is_late = self.level == Level::Due && now - self.due > LATE_MAX.as_ticks();
+        let is_late = self.level == Level::Due && now - self.due > self.late_max;
         if is_late {
             (self.level, self.has_run, self.waits) = (Level::Low, false, false);
         }
-        let late = || Duration::from_ticks(now - self.due);
-        is_late && self.mailbox.conclude(Err(PortFault::Late { late: late(), max: LATE_MAX }))
+        let fault = || {
+            let [late, max] = [now - self.due, self.late_max].map(Duration::from_ticks);
+            PortFault::Late { late, max }
+        };
+        is_late && self.mailbox.conclude(Err(fault()))
     }
 }

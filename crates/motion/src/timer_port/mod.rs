@@ -19,8 +19,9 @@
 //! A step is due at its tick. The driving task wakes up early, by the time that a wake-up takes, and waits for the step
 //! without sleeping. So a delayed wake-up delays no edge. If the next step is nearer than a wake-up takes, the task
 //! does not sleep at all. A late step makes no later step late, because the next instant comes from the profile.
-//! Lateness beyond [`LATE_MAX`] is a fault, because the steps behind would be bunched. So is a step that is not known by
-//! then. After a fault no axis of the bank makes another step.
+//! Beyond half a period at the axis's top speed lateness is a fault, because the steps behind would be bunched. So is a
+//! step that is not known by then. Where the top speed is more than the processor's time for a step allows, it is half of
+//! that time. After a fault no axis of the bank makes another step.
 //!
 //! # Where the steps are
 //! In one critical section the driving task checks whether a step may rise, raises it and counts it. So a brake or a
@@ -42,14 +43,13 @@ use embassy_time::{Duration, Timer};
 pub use self::bank::TimerBank;
 use self::bank::{Flag, Mailbox, RunRequest, WakeSignal};
 pub use self::pins::MotorPins;
-use crate::TICK_HZ;
+use crate::clock::TICK_HZ;
 use crate::port::{
-    Brake, Capabilities, DriverTiming, Odometer, PortFault, Run, StepPort, StreamItem, StreamQueue, ticks_covering,
+    Brake, Capabilities, DriverTiming, Motors, Odometer, PortFault, Run, StepPort, StreamItem, StreamQueue,
+    ticks_covering,
 };
 use crate::start_line::StartLine;
 
-/// A step later than this is a fault: half a step period at 2,400 steps/s, the default machine's top speed.
-pub const LATE_MAX: Duration = Duration::from_micros(208);
 /// Processor time for a step beside its pulse, ns. An RP2040 of 125 MHz needs some 22,000 in long moves (one axis, pulses
 /// of 0.1, 2 and 5 us: 46,000, 41,000 and 36,000 steps/s). The rest is for the tasks that feed the port, which need
 /// most on ramps. Short moves are slowed by the time for planning them, too.
@@ -61,6 +61,15 @@ const REPORT_EVERY: Duration = Duration::from_millis(10);
 const STAGGER: Duration = Duration::from_micros(300);
 
 /// One axis of a [`TimerBank`].
+///
+/// What its steps are is up to the processor and the clock:
+/// - An edge is late by up to a tick of the clock, by what interrupts of a higher priority take, and by what is made for
+///   other axes that are due within microseconds. A step that is later than half a period at its axis's top speed is a
+///   fault ([`PortFault::Late`]). Where steps cannot be as close as that speed asks, because each takes the processor 26 us
+///   and its pulse, it is later than half of that.
+/// - A pulse lasts at least as long as is asked for ([`Wiring::pulse_ns`](crate::Wiring)), which the processor waits for:
+///   long pulses make moves slower. It lasts longer by an interrupt that comes meanwhile, and by steps of other axes.
+/// - The processor's time for a step is measured on an RP2040 of 125 MHz. A slower processor is late by it.
 pub struct TimerPort<'a> {
     mailbox: &'a Mailbox,
     wake: &'a WakeSignal,
@@ -87,15 +96,17 @@ impl<const N: usize> TimerBank<N> {
 }
 
 impl TimerPort<'_> {
-    fn request(&self, run: &Run) -> RunRequest {
+    fn request(&self, motors: Motors) -> RunRequest {
         let Capabilities { timing, margin_ticks, .. } = self.capabilities;
         let ticks = |ns| Duration::from_ticks((ticks_covering(ns, TICK_HZ) + margin_ticks).into());
-        let pulse_ns = self.capabilities.pulse_ns(run.wiring);
+        let pulse_ns = self.capabilities.pulse_ns(motors.wiring);
+        let period_ns = (1_000_000_000 / motors.top_speed_steps_s.max(1)).max(CORE_NS + pulse_ns);
         RunRequest {
-            run: *run,
+            motors,
             setup: ticks(timing.setup_ns),
             pulse_ns,
             pulse: ticks(pulse_ns),
+            late_max: Duration::from_ticks(ticks_covering(period_ns / 2, TICK_HZ).into()),
             low_min: ticks(timing.step_low_ns.max(timing.period_ns.saturating_sub(pulse_ns))),
         }
     }
@@ -110,14 +121,9 @@ impl StepPort for TimerPort<'_> {
         self.brake
     }
 
-    async fn run(
-        &mut self,
-        run: Run,
-        start_line: &StartLine,
-        segments: &StreamQueue,
-        odometer: &Odometer,
-    ) -> Result<(), PortFault> {
-        let active = ActiveRun::new(self, &run, odometer);
+    async fn run(&mut self, run: Run<'_>) -> Result<(), PortFault> {
+        let Run { motors, start_line, segments, odometer } = run;
+        let active = ActiveRun::new(self, motors, odometer);
         let first = segments.receive().await;
         self.hand_over(first).await;
         // The start is polled first: a short run may have ended before that poll.
@@ -173,8 +179,8 @@ struct ActiveRun<'a> {
 }
 
 impl<'a> ActiveRun<'a> {
-    fn new(port: &TimerPort<'a>, run: &Run, odometer: &'a Odometer) -> Self {
-        port.mailbox.ask(port.request(run));
+    fn new(port: &TimerPort<'a>, motors: Motors, odometer: &'a Odometer) -> Self {
+        port.mailbox.ask(port.request(motors));
         port.wake.ring();
         Self { mailbox: port.mailbox, odometer, report_every: port.report_every, counted: Cell::new(0) }
     }

@@ -4,13 +4,13 @@ use core::convert::Infallible;
 
 use embedded_hal::digital::OutputPin;
 
-use crate::port::Run;
+use crate::port::Motors;
 
 /// STEP and DIR of the motors of one axis.
 pub trait MotorPins {
-    /// Gets ready for `run`, which decides on a second motor: whether there is one, which way it turns, and which side is
-    /// held. STEP is low, and stays so. DIR of the second motor may change.
-    fn begin(&mut self, run: &Run);
+    /// Gets ready for a run of `motors`: whether there is a second one, which way it turns, and which side is held. STEP
+    /// is low, and stays so. DIR of the second motor may change.
+    fn begin(&mut self, motors: &Motors);
 
     /// Sets STEP of all motors that move, at one instant.
     fn set_step(&mut self, high: bool);
@@ -25,7 +25,7 @@ where
     S: OutputPin<Error = Infallible>,
     D: OutputPin<Error = Infallible>,
 {
-    fn begin(&mut self, _run: &Run) {}
+    fn begin(&mut self, _motors: &Motors) {}
 
     #[inline(always)]
     fn set_step(&mut self, high: bool) {

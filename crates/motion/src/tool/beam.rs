@@ -7,18 +7,19 @@
 //! of short strokes, so that their chords deviate little. Strokes that have been queued are committed, as steps
 //! are. In a hold, too, the machine brakes with the level that belongs to the speed.
 
-use embassy_time::{Duration, Instant};
+use embassy_time::Instant;
 use isostep_profile::SpeedLaw;
 use isostep_profile::chain::Chunk;
 
 use super::{Asked, Level, Power, Stroke, Tag};
 use crate::axes::AXES;
 use crate::chunks::Chunks;
+use crate::clock::{TICK_S, instant_near, seconds};
 use crate::machine::Machine;
 use crate::marks::{Marks, Walk};
 
 /// The longest stroke of a straight ramp, s.
-const STRAIGHT_S: f64 = Asked::CHANGE_MAX.as_micros() as f64 * 1e-6;
+const STRAIGHT_S: f64 = seconds(Asked::CHANGE_MAX);
 /// The longest stroke of a curved ramp, s.
 const CURVED_S: f64 = 0.002;
 /// The same for a law over displacement, s. For such a law the chip takes milliseconds to compute a speed.
@@ -28,7 +29,7 @@ const OVER_DISPLACEMENT_S: f64 = 0.01;
 /// the next level comes too early instead, by less than this.
 const SLIVER_S: f64 = 50e-6;
 /// Shorter strokes are left out, s: half of the resolution of instants.
-const NOTHING_S: f64 = 0.5e-6;
+const NOTHING_S: f64 = 0.5 * TICK_S;
 
 /// Queues a run's strokes for the tool's task.
 pub(crate) struct BeamStream<'a> {
@@ -119,7 +120,7 @@ impl<'a> BeamStream<'a> {
             Power::Constant(level) => (until_s, Asked::even(level)),
             Power::BySpeed(level) => self.by_speed(chunk, line, until_s, level),
         };
-        let end = self.start + Duration::from_micros((end_s * 1e6 + 0.5) as u64);
+        let end = instant_near(self.start, end_s);
         let begin = core::mem::replace(&mut self.queued, end);
         self.queued_s = end_s;
         if line.power != Power::Off {

@@ -56,8 +56,9 @@ impl Asked {
     /// The highest: the full level at the highest feed override.
     const MAX: u32 = 2 * u16::MAX as u32;
 
-    /// The longest time over which it may change, so that the products below do not overflow.
-    pub const CHANGE_MAX: Duration = Duration::from_micros(32_767);
+    /// The longest time over which it may change, so that the products below do not overflow. It is a tick less than what
+    /// they hold, because both ends are rounded to ticks.
+    pub const CHANGE_MAX: Duration = Duration::from_ticks(Duration::from_micros_floor(32_768).as_ticks() - 1);
 
     /// The same level all the time.
     pub const fn even(level: Level) -> Self {

@@ -1,9 +1,10 @@
-//! Tests of what the simulator needs from its own port. `tests/tests/step_port.rs` tests what all ports promise.
+//! Tests of what the simulator needs from its own port. `isostep-conformance` tests what all ports promise.
 
 use std::cell::RefCell;
 use std::rc::Rc;
 
 use embassy_time::Instant;
+use isostep_motion::{Odometer, StartLine, StreamQueue};
 use isostep_profile::{IntervalLaw, Limits, SpeedLaw, SyncMove};
 
 use super::*;
@@ -32,16 +33,17 @@ fn queue_of(plan: &SyncMove<1>) -> StreamQueue {
     queue
 }
 
-/// A run with the default wiring.
-fn run() -> Run {
-    Run { wiring: Wiring::default(), second: None }
-}
-
 /// A start line that lets a port go as soon as it is armed.
 fn open_line() -> StartLine {
     let line = StartLine::new();
-    line.go();
+    line.go(Instant::MIN);
     line
+}
+
+/// A run that starts as soon as the port is armed.
+async fn run(port: &mut SimPort, wiring: Wiring, segments: &StreamQueue, odometer: &Odometer) -> Result<(), PortFault> {
+    let motors = Motors { wiring, ..Motors::default() };
+    port.run(Run { motors, start_line: &open_line(), segments, odometer }).await
 }
 
 /// Runs `task` with X's port, with its driver energised; returns the instants of the edges, ns.
@@ -66,7 +68,7 @@ fn edges_rise_within_the_drivers_tick() {
     let edges = edges_ns(|mut port| async move {
         let queue = queue_of(&steady(3, 48_000.0));
         queue.try_send(StreamItem::End).unwrap();
-        port.run(run(), &open_line(), &queue, &Odometer::new()).await.unwrap();
+        run(&mut port, Wiring::default(), &queue, &Odometer::new()).await.unwrap();
     });
     // The 650 ns of DIR are rounded up to a microsecond. Then comes half a step, then whole steps of 20,833.3 ns,
     // rounded to multiples of 8.
@@ -78,7 +80,7 @@ fn running_dry_is_a_fault_at_the_last_step_given() {
     let edges = edges_ns(|mut port| async move {
         let queue = queue_of(&steady(7, 1e5));
         let odometer = Odometer::new();
-        assert_eq!(port.run(run(), &open_line(), &queue, &odometer).await, Err(PortFault::Underrun));
+        assert_eq!(run(&mut port, Wiring::default(), &queue, &odometer).await, Err(PortFault::Underrun));
         assert_eq!(Instant::now(), Instant::from_micros(67), "1 us, 65 us and the pulse");
         assert_eq!(odometer.position_steps(), 7);
     });
@@ -89,8 +91,8 @@ fn running_dry_is_a_fault_at_the_last_step_given() {
 fn steps_too_close_do_not_rise() {
     let edges = edges_ns(|mut port| async move {
         let queue = queue_of(&steady(2, 1e5));
-        let run = Run { wiring: Wiring { pulse_ns: 9_000, ..Wiring::default() }, second: None };
-        let result = port.run(run, &open_line(), &queue, &Odometer::new()).await;
+        let wiring = Wiring { pulse_ns: 9_000, ..Wiring::default() };
+        let result = run(&mut port, wiring, &queue, &Odometer::new()).await;
         // 9 us high, 1.9 us low.
         assert_eq!(result, Err(PortFault::TooFast { interval: 1_250, min: 1_363 }));
     });

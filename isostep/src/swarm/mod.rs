@@ -1,6 +1,8 @@
 //! `isostep swarm`: random machines, programs and faults in virtual time, with the checks that must hold in all of
 //! them.
 
+mod shard;
+
 use std::num::NonZero;
 use std::panic;
 use std::thread::available_parallelism;
@@ -8,13 +10,14 @@ use std::thread::available_parallelism;
 use anyhow::{Result, bail};
 use isostep_sim::swarm::{Amount, Failure, Scenario, run as carry_out, shrink};
 
+use self::shard::{Line, Shard};
 use crate::name::as_called;
 use crate::parallel;
 use crate::screen::grouped;
 use crate::stopwatch::Stopwatch;
 
 /// Number of worlds between two progress lines.
-const BATCH: u64 = 500;
+const BATCH: usize = 500;
 /// How many failures are reduced to a small case.
 const MADE_SMALL: usize = 3;
 const NS_PER_H: f64 = 3.6e12;
@@ -31,6 +34,7 @@ it is sent. A failure is made small, and printed as the line that shows it again
 Examples:
   isostep swarm                          1,000 worlds
   isostep swarm --minutes 60             as many as come in an hour
+  isostep swarm --shard 2/8 --json       the second of eight machines' share, as a line of JSON; see docs/swarm.md
   isostep swarm --seed 17                one of them, and what happens in it
   isostep swarm --seed 17 --keep 0,4,9   the same with these of its acts alone";
 
@@ -47,6 +51,15 @@ pub struct Args {
     /// As many worlds as come in so many minutes, rather than a number of them
     #[arg(long, value_name = "M", conflicts_with_all = ["seeds", "seed"])]
     minutes: Option<f64>,
+    /// The I-th of N shares of these worlds: a machine among several takes each N-th seed
+    #[arg(long, value_name = "I/N", default_value = "1/1", hide_default_value = true, conflicts_with = "seed")]
+    shard: Shard,
+    /// How many worlds at a time; without it, as many as there are processors
+    #[arg(long, value_name = "N", conflicts_with = "seed")]
+    jobs: Option<NonZero<usize>>,
+    /// One line of JSON in the end rather than words; it has each failure with what shows it again
+    #[arg(long, conflicts_with = "seed")]
+    json: bool,
     /// One world alone, told act by act
     #[arg(long, value_name = "SEED")]
     seed: Option<u64>,
@@ -92,36 +105,45 @@ fn reported(failure: &Failure, kept: &[usize]) -> String {
 }
 
 fn many(args: &Args) -> Result<()> {
-    let cores = available_parallelism().map_or(1, NonZero::get);
+    let jobs = args.jobs.or(available_parallelism().ok()).map_or(1, NonZero::get);
     let stopwatch = Stopwatch::start();
-    let is_over = |next: u64| match args.minutes {
-        Some(minutes) => stopwatch.elapsed_s() >= minutes * 60.0,
-        None => next >= args.first + args.seeds,
-    };
-    let (mut amount, mut next) = (Amount::default(), args.first);
+    let is_over = || args.minutes.is_some_and(|minutes| stopwatch.elapsed_s() >= minutes * 60.0);
+    let end = if args.minutes.is_some() { u64::MAX } else { args.first + args.seeds };
+    let mut left = args.shard.seeds(args.first).take_while(|seed| *seed < end);
+    let (mut amount, mut worlds) = (Amount::default(), 0);
     let mut failed = Vec::new();
-    while !is_over(next) {
-        let end = if args.minutes.is_some() { next + BATCH } else { (args.first + args.seeds).min(next + BATCH) };
-        let seeds: Vec<u64> = (next..end).collect();
-        for (seed, result) in seeds.iter().zip(parallel::map(&seeds, cores, |seed| carry_out(&Scenario::new(*seed)))) {
+    while !is_over() {
+        let seeds: Vec<u64> = left.by_ref().take(BATCH).collect();
+        let Some(last) = seeds.last() else { break };
+        for (seed, result) in seeds.iter().zip(parallel::map(&seeds, jobs, |seed| carry_out(&Scenario::new(*seed)))) {
             match result {
                 Ok(more) => amount = amount.and(more),
                 Err(failure) => failed.push((*seed, failure)),
             }
         }
-        next = end;
-        eprintln!("    seeds {} to {}: {} failed ({:.0} s)", args.first, next - 1, failed.len(), stopwatch.elapsed_s());
+        worlds += seeds.len() as u64;
+        eprintln!("    seeds {} to {last}: {} failed ({:.0} s)", args.first, failed.len(), stopwatch.elapsed_s());
     }
-    println!("{}", summary(next - args.first, amount, stopwatch.elapsed_s()));
-    for (seed, failure) in &failed {
-        println!("seed {seed}: {failure}");
-    }
-    for (seed, failure) in failed.iter().take(MADE_SMALL) {
-        tell_small(*seed, failure);
+    let took_s = stopwatch.elapsed_s();
+    if args.json {
+        println!("{}", serde_json::to_string(&Line::new(args.shard, worlds, amount, took_s, &failed))?);
+    } else {
+        tell(worlds, amount, took_s, &failed);
     }
     match failed.len() {
         0 => Ok(()),
         failures => bail!("{failures} worlds in which a promise was broken"),
+    }
+}
+
+/// Says what was simulated and what failed, and the first failures small.
+fn tell(worlds: u64, amount: Amount, took_s: f64, failed: &[(u64, Failure)]) {
+    println!("{}", summary(worlds, amount, took_s));
+    for (seed, failure) in failed {
+        println!("seed {seed}: {failure}");
+    }
+    for (seed, failure) in failed.iter().take(MADE_SMALL) {
+        tell_small(*seed, failure);
     }
 }
 
@@ -146,9 +168,15 @@ fn tell_small(seed: u64, failure: &Failure) {
     let kept = shrink(&whole, failure);
     let scenario = whole.keeping(&kept);
     let failure = carry_out(&scenario).err().unwrap_or_else(|| failure.clone());
-    let acts: Vec<_> = kept.iter().map(ToString::to_string).collect();
     println!("\nseed {seed}: {}\n{}", reported(&failure, &kept), story(&scenario, &kept));
-    println!("again: {}", as_called(&format!("isostep swarm --seed {seed} --keep {}", acts.join(","))));
+    println!("again: {}", again(seed, Some(&kept)));
+}
+
+/// The command that shows a world again, or some acts of it.
+fn again(seed: u64, kept: Option<&[usize]>) -> String {
+    let acts = |kept: &[usize]| kept.iter().map(ToString::to_string).collect::<Vec<_>>().join(",");
+    let keep = kept.map_or(String::new(), |kept| format!(" --keep {}", acts(kept)));
+    as_called(&format!("isostep swarm --seed {seed}{keep}")).into_owned()
 }
 
 #[cfg(test)]

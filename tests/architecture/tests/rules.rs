@@ -1,0 +1,220 @@
+//! What must never be, from the section of that name in ARCHITECTURE.md, as far as the sources show it. A rule that is
+//! broken is told with file, line, rule and why.
+//!
+//! `cargo test -p isostep-architecture` compiles nothing else.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// A rule of the house.
+struct Rule {
+    /// What must be, or must not.
+    says: &'static str,
+    /// What goes wrong otherwise.
+    why: &'static str,
+}
+
+/// Places where a rule is broken: file, line and what stands there.
+type Broken = Vec<(PathBuf, usize, String)>;
+
+impl Rule {
+    /// # Panics
+    /// When the rule is broken anywhere.
+    fn holds(&self, broken: &Broken) {
+        let told = broken.iter().map(|(file, line, text)| {
+            let file = file.strip_prefix(root()).unwrap_or(file).display();
+            format!("{file}:{line}: {}\n    {}\n    why: {}\n", text.trim(), self.says, self.why)
+        });
+        assert!(broken.is_empty(), "\n{}", told.collect::<String>());
+    }
+}
+
+fn root() -> &'static Path {
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
+}
+
+fn read(path: &Path) -> String {
+    fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+fn crate_file(package: &str, file: &str) -> PathBuf {
+    root().join("crates").join(package).join(file)
+}
+
+/// The Rust files of a folder.
+fn sources(folder: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    entries
+        .flat_map(|path| if path.is_dir() { sources(&path) } else { vec![path] })
+        .filter(|path| path.extension().is_some_and(|extension| extension == "rs"))
+        .collect()
+}
+
+/// The lines of the sources of these crates for which `is_wrong` holds.
+fn lines_in(packages: &[&str], is_wrong: impl Fn(&str) -> bool) -> Broken {
+    let files = packages.iter().flat_map(|package| sources(&crate_file(package, "src")));
+    files.flat_map(|file| numbered(&file, &is_wrong)).collect()
+}
+
+fn numbered(file: &Path, is_wrong: &impl Fn(&str) -> bool) -> Broken {
+    let text = read(file);
+    let lines = text.lines().enumerate().filter(|(_, line)| is_wrong(line));
+    lines.map(|(index, line)| (file.to_owned(), index + 1, line.to_owned())).collect()
+}
+
+/// What a manifest names below a heading that ends so, without dev-dependencies.
+fn dependencies(manifest: &Path) -> Vec<(usize, String)> {
+    let mut heading = String::new();
+    let mut found = Vec::new();
+    for (index, line) in read(manifest).lines().enumerate() {
+        if line.starts_with('[') {
+            heading = line.trim_matches(['[', ']']).to_owned();
+        } else if heading == "dependencies" || heading.ends_with(".dependencies") {
+            let name = line.split(['=', '.', ' ']).next().unwrap_or_default();
+            if !name.is_empty() && !name.starts_with('#') {
+                found.push((index + 1, name.to_owned()));
+            }
+        }
+    }
+    found
+}
+
+#[test]
+fn crates_depend_on_nothing_but_these() {
+    let no_clock = "a plan is mathematics: with a clock, a pin or an executor it would need a chip to be tested";
+    let no_chip = "it runs on any executor and any chip, so that another board is a crate of its own";
+    let no_io = "the dialect is tested by strings alone, and any link can carry it";
+    let allowed: &[(&str, &'static str, &[&str])] = &[
+        ("profile", no_clock, &["defmt", "libm"]),
+        ("generators", no_clock, &["isostep-profile", "libm"]),
+        (
+            "motion",
+            no_chip,
+            &[
+                "critical-section",
+                "defmt",
+                "embassy-futures",
+                "embassy-sync",
+                "embassy-time",
+                "embedded-hal",
+                "embedded-hal-async",
+                "heapless",
+                "isostep-profile",
+                "libm",
+            ],
+        ),
+        ("console", no_io, &["heapless", "libm"]),
+        (
+            "controller",
+            no_chip,
+            &[
+                "embassy-futures",
+                "embassy-sync",
+                "embassy-time",
+                "embedded-io-async",
+                "embedded-storage-async",
+                "heapless",
+                "isostep-console",
+                "isostep-motion",
+                "isostep-profile",
+                "sequential-storage",
+            ],
+        ),
+    ];
+    for (package, why, allowed) in allowed {
+        let manifest = crate_file(package, "Cargo.toml");
+        let used = dependencies(&manifest);
+        assert!(!used.is_empty(), "{package} has dependencies");
+        let extra = used.into_iter().filter(|(_, name)| !allowed.contains(&name.as_str()));
+        let broken = extra.map(|(line, name)| (manifest.clone(), line, name)).collect();
+        Rule { says: "the crate depends on nothing but what this test names", why }.holds(&broken);
+    }
+}
+
+#[test]
+fn no_library_chooses_the_rate_of_the_clock() {
+    let libraries = fs::read_dir(root().join("crates")).unwrap().map(|entry| entry.unwrap().path());
+    let manifests = libraries.map(|library| library.join("Cargo.toml")).chain([root().join("Cargo.toml")]);
+    let broken = manifests.flat_map(|manifest| numbered(&manifest, &|line| line.contains("tick-hz"))).collect();
+    let says = "only a board chooses the tick rate";
+    Rule { says, why: "a program has one clock; a library that chooses leaves no board a choice" }.holds(&broken);
+}
+
+/// The crates that run on a chip.
+const ON_CHIP: [&str; 5] = ["profile", "generators", "motion", "console", "controller"];
+
+#[test]
+fn crates_for_the_chip_are_without_std_and_unsafe() {
+    for (line, why) in [
+        ("#![no_std]", "the crate runs on a chip without an operating system"),
+        ("#![forbid(unsafe_code)]", "unsafe is for boards alone, each block with its reason"),
+    ] {
+        let libraries = ON_CHIP.map(|package| crate_file(package, "src/lib.rs"));
+        let without = libraries.into_iter().filter(|library| !read(library).contains(line));
+        let broken = without.map(|library| (library, 1, format!("no {line}"))).collect();
+        Rule { says: "the library says so in its first lines", why }.holds(&broken);
+    }
+}
+
+#[test]
+fn crates_for_the_chip_do_not_allocate() {
+    let broken = lines_in(&ON_CHIP, |line| line.contains("extern crate alloc"));
+    let why = "memory that is not there is noticed when linking, not in the middle of a move";
+    Rule { says: "nothing allocates", why }.holds(&broken);
+}
+
+#[test]
+fn mathematics_and_dialect_do_not_await() {
+    let broken = lines_in(&["profile", "generators", "console"], |line| line.contains(".await"));
+    let why = "what they compute is the same at any time, and is tested without an executor";
+    Rule { says: "profile, generators and console do not await", why }.holds(&broken);
+}
+
+/// Lines that may depend on `cfg(test)`: unit tests, the standard library for them, the README's examples.
+const FOR_TESTS: [&str; 4] = ["mod tests", "extern crate std;", "#[path = ", "#[doc = include_str!"];
+
+#[test]
+fn no_task_has_a_twin_for_tests() {
+    let files = ["profile", "motion", "console", "controller"].map(|package| sources(&crate_file(package, "src")));
+    let broken = files.concat().into_iter().flat_map(|file| {
+        let text = read(&file);
+        let found: Broken = twins(&text).map(|(line, text)| (file.clone(), line, text.to_owned())).collect();
+        found
+    });
+    let why = "tests are to see the code that ships";
+    Rule { says: "nothing but unit tests depends on cfg(test)", why }.holds(&broken.collect());
+}
+
+/// The lines that `cfg(test)` includes or excludes, except those that are allowed, with their numbers.
+fn twins(text: &str) -> impl Iterator<Item = (usize, &str)> {
+    let lines = text.lines().zip(text.lines().skip(1).chain([""])).enumerate();
+    lines.filter_map(|(index, (line, next))| {
+        let (line, next) = (line.trim(), next.trim());
+        let is_attribute =
+            line.starts_with("#[cfg(test") || line.starts_with("#[cfg(doctest") || line.starts_with("#[cfg(all(test");
+        if is_attribute && FOR_TESTS.iter().any(|allowed| next.starts_with(allowed)) {
+            return None;
+        }
+        let is_comment = line.starts_with("//");
+        let is_conditional = ["cfg(test", "cfg(not(test", "cfg!(test", "cfg_attr(test", "cfg(doctest"]
+            .iter()
+            .any(|word| line.contains(word));
+        (is_conditional && !is_comment).then_some((index + 1, line))
+    })
+}
+
+#[test]
+fn a_twin_is_found_and_unit_tests_are_not() {
+    let found = |text| twins(text).map(|(line, _)| line).collect::<Vec<_>>();
+    assert_eq!(found("#[cfg(test)]\nmod tests {\n    use super::*;\n}\n"), [0; 0]);
+    assert_eq!(found("#[cfg(test)]\nmod tests;\n\nfn more() {}\n"), [0; 0]);
+    assert_eq!(found("#[cfg(test)]\nasync fn run() {}\n#[cfg(not(test))]\nasync fn run() {}\n"), [1, 3]);
+    assert_eq!(found("let wait = if cfg!(test) { 0 } else { 1 };"), [1]);
+}
+
+#[test]
+#[should_panic(expected = "/lib.rs:7: let x = alloc();\n    nothing allocates\n    why: memory")]
+fn a_broken_rule_is_told_with_its_place_and_why() {
+    let rule = Rule { says: "nothing allocates", why: "memory" };
+    rule.holds(&vec![(crate_file("motion", "src/lib.rs"), 7, "  let x = alloc();".to_owned())]);
+}
