@@ -48,6 +48,8 @@ fn firmware() -> Result<()> {
     check_firmware(&toolchain, workspace::FIRMWARE, &Variant::default().features())?;
     check_firmware(&toolchain, workspace::FIRMWARE, &other.features())?;
     check_firmware(&toolchain, workspace::BENCH_FIRMWARE, &[])?;
+    check_firmware(&toolchain, "qemu-lm3s6965", &[])?;
+    check_firmware(&toolchain, "qemu-lm3s6965", &["four-axes"])?;
     Ok(())
 }
 

@@ -9,7 +9,7 @@ use anyhow::{Result, anyhow};
 use crate::clients::{cncjs, grbl_streamer, missing};
 use crate::footprint::Footprint;
 use crate::process::{self, announce};
-use crate::toolchain::cargo;
+use crate::toolchain::{Toolchain, cargo};
 use crate::variant::{Axes, Contact, Driver, Port, Variant};
 use crate::{build, cpu, node, suites, workspace};
 use isostep::stopwatch::Stopwatch;
@@ -22,6 +22,7 @@ Of each random test a few cases are tried, or with --all every one. The stages s
   emulator tests   the emulated board's own, and the step program on it as on a published emulator
   firmware         its build, and its size budgets
   emulated board   the firmware, unmodified, in an emulated RP2040
+  another board    the firmware of boards/qemu-lm3s6965 in QEMU; skipped without qemu-system-arm
   slow clock       the machine by a clock of 32,768 Hz; only with --all
   four axes        the machine with A: its own tests, and its firmware on the emulated board; only with --all
   real senders     grbl-streamer from PyPI streams programs to the simulated machine and to the emulated board, as over a
@@ -71,14 +72,16 @@ impl Cases {
 const SLOW_CLOCK: Stage = ("slow clock", slow_clock);
 const FOUR_AXES: Stage = ("four axes", four_axes);
 
-/// This is the only stage that needs more than Rust and Node.
+/// These two need more than Rust and Node.
+const ANOTHER_BOARD: Stage = ("another board", another_board);
 const SENDERS: Stage = ("real senders", senders);
 
-const STAGES: [Stage; 7] = [
+const STAGES: [Stage; 8] = [
     ("host tests", host),
     ("emulator tests", emulator),
     ("firmware", firmware),
     ("emulated board", emulated_board),
+    ANOTHER_BOARD,
     SLOW_CLOCK,
     FOUR_AXES,
     SENDERS,
@@ -110,6 +113,12 @@ pub fn run(args: Args) -> Result<()> {
             && let Some(remedy) = missing()
         {
             summary += &format!("{name:<16} skipped: {remedy}\n");
+            continue;
+        }
+        if *name == ANOTHER_BOARD.0 && process::printed(Command::new("qemu-system-arm").arg("--version")).is_none() {
+            summary += &format!(
+                "{name:<16} skipped: install qemu-system-arm, on Debian by `apt-get install qemu-system-arm`\n"
+            );
             continue;
         }
         if [SLOW_CLOCK.0, FOUR_AXES.0].contains(name) && cases == Cases::Few {
@@ -201,6 +210,17 @@ fn on_board(cases: Cases, elves: &[PathBuf; 3]) -> Command {
     let mut tests = cases.cargo_test();
     tests.envs(["ISOSTEP_ELF", "ISOSTEP_TIMER_PORT_ELF", "ISOSTEP_ESTOP_NC_ELF"].into_iter().zip(elves));
     tests
+}
+
+fn another_board(cases: Cases) -> Result<()> {
+    const BOARD: &str = "qemu-lm3s6965";
+    process::run(&mut Toolchain::ensure()?.cargo("build", BOARD, &[]))?;
+    let tests = || {
+        let mut tests = cases.cargo_test();
+        tests.env("ISOSTEP_QEMU_ELF", workspace::elf(BOARD));
+        tests
+    };
+    suites::run("another board", tests, &["--package=isostep-tests", "--test=qemu", "--", "--ignored"])
 }
 
 fn slow_clock(cases: Cases) -> Result<()> {

@@ -175,7 +175,9 @@ where
 
     /// Moves away from the switches; they must open.
     async fn retreat(&mut self, way: Way) -> Result<(), Alarm> {
-        match self.along(way).await? {
+        // Pinned, as below: what is awaited where it is made is on the stack, too.
+        let finish = pin!(self.along(way)).await?;
+        match finish {
             Finish::Stopped | Finish::Fault { .. } => return Err(self.stop_alarm()),
             // Homing is never held.
             Finish::Done | Finish::Held => {}
@@ -185,7 +187,7 @@ where
     }
 
     async fn along(&mut self, way: Way) -> Result<Finish, Alarm> {
-        self.travel(self.steps(way), way.speed_mm_s, way.held).await
+        pin!(self.travel(self.steps(way), way.speed_mm_s, way.held)).await
     }
 
     fn steps(&self, way: Way) -> [i32; AXES] {

@@ -26,7 +26,7 @@ use crate::axes::{AXES, Axis};
 use crate::clock::{instant_after, seconds};
 use crate::coordinator::{Coordinator, Purpose, all_armed, all_done, begun};
 use crate::event::{Event, Finish};
-use crate::machine::CurrentChunk;
+use crate::machine::{CurrentChunk, Machine};
 use crate::marks::Mark;
 use crate::motor::SecondMotor;
 use crate::port::{Motors, PortFault};
@@ -79,7 +79,7 @@ where
         for axis in Axis::ALL {
             machine.ready(axis);
         }
-        let mut streams = Axis::ALL.map(|axis| SegmentStream::new(machine, axis));
+        let mut streams = streams(machine);
         self.prepare(&mut streams).await;
         if machine.cause().is_some() {
             // The run was stopped before it started. If a stop comes after this check, the axis tasks find the halt
@@ -322,6 +322,13 @@ where
         self.report(Event::RunEnd { finish, held_at_steps, plan_s, position_steps });
         finish
     }
+}
+
+/// The streams at the beginning of a run. Not inlined: where they are made they take some KiB of stack, which all that a
+/// run calls would have to do without.
+#[inline(never)]
+fn streams(machine: &Machine) -> Streams<'_> {
+    Axis::ALL.map(|axis| SegmentStream::new(machine, axis))
 }
 
 /// How far ahead the path is to be known.
