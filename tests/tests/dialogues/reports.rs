@@ -63,7 +63,7 @@ fn report_buffers_when_asked() {
     assert_eq!(ask_for(&mut sim, 20), 6);
     assert_eq!(field(&mut sim, "Bf"), "0,128");
     ask_for(&mut sim, 20);
-    sim.send(&[b' '; 200]);
+    sim.send(&[b' '; 280]);
     sim.run_for(Duration::from_millis(10)).unwrap();
     let bytes: u16 = field(&mut sim, "Bf").split(',').nth(1).unwrap().parse().unwrap();
     assert!(bytes < 128, "{bytes}");
