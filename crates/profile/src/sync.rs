@@ -164,14 +164,7 @@ impl<const N: usize> SyncMove<N> {
     /// move.
     #[must_use]
     pub fn steps_before(&self, axis: usize, place_steps: f64) -> u32 {
-        let (way, total) = (longest(&self.steps), self.steps[axis].unsigned_abs());
-        if place_steps <= 0.0 {
-            0
-        } else if place_steps >= f64::from(way) {
-            total
-        } else {
-            ((place_steps * f64::from(total) / f64::from(way) + 0.5) as u32).min(total)
-        }
+        steps_before(&self.steps, axis, place_steps)
     }
 
     /// Where the longest axis is at `t_s` from the start of the run, steps from the beginning of the whole move.
@@ -226,6 +219,18 @@ impl<const N: usize> SyncMove<N> {
     #[must_use]
     pub fn distance_steps(&self) -> f64 {
         f64::from(longest(&self.steps))
+    }
+}
+
+/// How many steps of the axis with index `axis` are due before the longest axis is at `place_steps`.
+pub(crate) fn steps_before(steps: &[i32], axis: usize, place_steps: f64) -> u32 {
+    let (way, total) = (longest(steps), steps[axis].unsigned_abs());
+    if place_steps <= 0.0 {
+        0
+    } else if place_steps >= f64::from(way) {
+        total
+    } else {
+        ((place_steps * f64::from(total) / f64::from(way) + 0.5) as u32).min(total)
     }
 }
 

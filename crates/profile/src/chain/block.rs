@@ -2,6 +2,7 @@
 
 use core::num::NonZero;
 
+use super::blend::{self, Bend, Room};
 use super::config::{ChainConfig, Square};
 use super::corner::{self, Direction};
 use super::{FEED_RATIO_MAX, Request};
@@ -30,8 +31,14 @@ pub(super) struct Block<const N: usize> {
     /// Path length of a step of the longest axis.
     pub(super) mm_per_step: f64,
     steps_per_mm: f64,
+    /// The deviation that its request allows at the corner before it, mm; 0 if the path goes to the corner exactly.
+    deviation_mm: f32,
     /// The squared speed at which the corner before it may be taken; `None` if the machine has to stop there.
     pub(super) corner: Option<NonZero<Square>>,
+    /// The blend at that corner.
+    pub(super) bend: Bend,
+    /// Over which length it has its delta v², mm.
+    line_mm: f64,
     /// The nominal speed, which is the requested one with overrides and limits applied, steps/s; and its square.
     nominal_steps_s: f64,
     pub(super) nominal: Square,
@@ -59,7 +66,10 @@ impl<const N: usize> Block<N> {
         feed_mm_s: 0.0,
         mm_per_step: 0.0,
         steps_per_mm: 0.0,
+        deviation_mm: 0.0,
         corner: None,
+        bend: Bend::NONE,
+        line_mm: 0.0,
         nominal_steps_s: 0.0,
         nominal: 0,
         start: 0,
@@ -72,7 +82,7 @@ impl<const N: usize> Block<N> {
 
     /// Makes it the block of a request, after no other. Returns its direction.
     pub(super) fn begin(&mut self, request: Request<N>, config: &ChainConfig<N>) -> Result<Direction<N>, PlanError> {
-        let Request { steps, feed_mm_s, stops, tag } = request;
+        let Request { steps, feed_mm_s, stops, deviation_mm, tag } = request;
         config.check_moving(&steps)?;
         let limits = config.shared_limits(&steps);
         let distance_steps = f64::from(longest(&steps));
@@ -89,7 +99,7 @@ impl<const N: usize> Block<N> {
         };
         let feed_mm_s = feed_mm_s.unwrap_or(f64::INFINITY);
         let mm_per_step = length_mm / distance_steps;
-        *self = Self { steps, stops, tag, feed_mm_s, mm_per_step, steps_per_mm, ..Self::NONE };
+        *self = Self { steps, stops, tag, feed_mm_s, mm_per_step, steps_per_mm, deviation_mm, ..Self::NONE };
         self.respeed(feed_steps_s, &limits, config);
         self.set_delta_v2(distance_steps, &limits, config);
         self.set_ramps_to(distance_steps, length_mm, config);
@@ -123,6 +133,7 @@ impl<const N: usize> Block<N> {
         let Some(tag) = join(self.tag, longest(&self.steps)) else { return false };
         (self.steps, self.tag) = (steps, tag);
         self.set_delta_v2(distance_steps, &config.shared_limits(&steps), config);
+        self.shorten(self.bend.reach_mm);
         self.set_ramps_to(distance_steps, distance_steps * self.mm_per_step, config);
         true
     }
@@ -142,6 +153,10 @@ impl<const N: usize> Block<N> {
     /// Steps of the longest axis.
     pub(super) fn distance_steps(&self) -> f64 {
         f64::from(longest(&self.steps))
+    }
+
+    pub(super) fn steps_per_mm(&self) -> f64 {
+        self.steps_per_mm
     }
 
     fn is_rapid(&self) -> bool {
@@ -216,6 +231,20 @@ impl<const N: usize> Block<N> {
         let accel = delta_v2(accel_steps_s2);
         let decel = if accel_steps_s2 == decel_steps_s2 { accel } else { delta_v2(decel_steps_s2) };
         (self.accel_delta_v2, self.decel_delta_v2) = (accel, decel);
+        self.line_mm = steps * self.mm_per_step;
+    }
+
+    /// Takes a length for a blend off the line on which it changes its speed.
+    pub(super) fn shorten(&mut self, mm: f64) {
+        if is_zero(mm) {
+            return;
+        }
+        let left_mm = self.line_mm - mm;
+        let ratio = if left_mm > 0.0 { left_mm / self.line_mm } else { 0.0 };
+        self.line_mm *= ratio;
+        for delta_v2 in [&mut self.accel_delta_v2, &mut self.decel_delta_v2] {
+            *delta_v2 = (*delta_v2 as f64 * ratio) as Square;
+        }
     }
 
     fn set_ramps_to(&mut self, distance_steps: f64, length_mm: f64, config: &ChainConfig<N>) {
@@ -265,13 +294,42 @@ impl<const N: usize> Block<N> {
     /// both, in order.
     pub(super) fn follow(&mut self, before: End, directions: [&Direction<N>; 2], config: &ChainConfig<N>) {
         let stops = before.stops || config.interval_law != IntervalLaw::Fastest;
-        self.corner = if stops { None } else { corner::square(directions, config).and_then(NonZero::new) };
+        self.bend = Bend::NONE;
+        let square = if stops {
+            None
+        } else if self.deviation_mm > 0.0 && config.can_blend() && !corner::is_straight(directions) {
+            let reach_mm = self.distance_steps() * self.mm_per_step;
+            let reach_mm = 0.5 * if reach_mm < before.left_mm { reach_mm } else { before.left_mm };
+            let nominal = self.nominal.max(before.pace.nominal);
+            let room = Room { deviation_mm: self.deviation_mm, reach_mm, nominal };
+            blend::bend(directions, &room, config).map(|(bend, square)| {
+                self.bend = bend;
+                square
+            })
+        } else {
+            corner::square(directions, config)
+        };
+        self.corner = square.and_then(NonZero::new);
         self.set_cap(before.pace);
+    }
+
+    /// Its direction.
+    pub(super) fn direction(&self, config: &ChainConfig<N>) -> Direction<N> {
+        let mm = core::array::from_fn(|axis| f64::from(self.steps[axis]) * config.mm_per_step[axis]);
+        corner::direction(&mm, 1.0 / (self.distance_steps() * self.mm_per_step))
     }
 
     /// Makes it begin, or go on, from rest.
     pub(super) fn stop(&mut self) {
-        (self.corner, self.flows) = (None, false);
+        (self.corner, self.bend, self.flows) = (None, Bend::NONE, false);
+    }
+
+    /// Begins after a blend, at the squared speed at which that leaves.
+    pub(super) fn begin_bent(&mut self, exit: Square) {
+        (self.flows, self.entry) = (exit > 0, exit);
+        if !self.flows {
+            self.stop();
+        }
     }
 
     /// The square of the speed from which it can stop, whatever the overrides are.
@@ -370,14 +428,29 @@ impl<const N: usize> Block<N> {
         let most = self.at_other_end(exit, self.decel_delta_v2);
         let flowing = self.cap.min(most);
         match (self.corner, before) {
-            (Some(_), Some(before)) if flowing >= before.start => (flowing, true),
+            (Some(_), Some(before)) if self.arrival(flowing, before.nominal) >= before.start => (flowing, true),
             _ => (self.start.min(most), false),
         }
     }
 
-    /// What the next block has to know of it.
-    pub(super) fn end(&self) -> End {
-        End { stops: self.stops, pace: self.pace() }
+    /// What the next block has to know of it, if it has begun up to `place_steps`.
+    pub(super) fn end(&self, place_steps: f64) -> End {
+        let left_mm = (self.distance_steps() - place_steps) * self.mm_per_step;
+        End { stops: self.stops, left_mm, pace: self.pace() }
+    }
+
+    /// The squared speed at which the block before it, of that nominal square, ends, if this one begins at `entry`.
+    pub(super) fn arrival(&self, entry: Square, nominal: Square) -> Square {
+        if self.bend.is_none() { entry } else { self.bend.entry_at(entry).min(self.corner_square()).min(nominal) }
+    }
+
+    /// The highest squared speed at which it begins, if the block before it ends at `arrival`.
+    pub(super) fn departure(&self, arrival: Square) -> Square {
+        if self.bend.is_none() { arrival } else { self.bend.exit_at(arrival) }
+    }
+
+    pub(super) fn corner_square(&self) -> Square {
+        self.corner.map_or(0, NonZero::get)
     }
 
     /// The speeds on which the cap of the next block depends.
@@ -387,7 +460,13 @@ impl<const N: usize> Block<N> {
 
     /// Computes how fast it may begin without a stop after a block with this pace.
     pub(super) fn set_cap(&mut self, before: Pace) {
-        let fastest = self.corner.map_or(0, NonZero::get).min(self.nominal).min(before.nominal);
+        if !self.bend.is_none() {
+            // If it is slower than a stop would allow, it stops.
+            let arrival = self.corner_square().min(before.nominal);
+            self.cap = self.corner_square().min(self.nominal).min(self.bend.exit_at(arrival));
+            return;
+        }
+        let fastest = self.corner_square().min(self.nominal).min(before.nominal);
         // The cap is not below the lower start speed, because even a stop would allow that.
         self.cap = fastest.max(self.start.min(before.start));
     }
@@ -420,6 +499,8 @@ impl<const N: usize> Block<N> {
 #[derive(Clone, Copy)]
 pub(super) struct End {
     stops: bool,
+    /// The length that is left of it, mm.
+    left_mm: f64,
     pace: Pace,
 }
 

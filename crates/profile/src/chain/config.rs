@@ -80,6 +80,8 @@ pub struct ChainConfig<const N: usize> {
     is_looser: [[bool; N]; N],
     /// The inverse of the acceleration that each axis may have across a corner, s²/mm.
     pub(super) corner_s2_mm: [f32; N],
+    /// The acceleration and the deceleration of each axis, mm/s².
+    pub(super) axis_mm_s2: [[f32; 2]; N],
     /// Twice the deviation of the circle from a corner, mm.
     pub(super) twice_deviation_mm: f32,
     /// A move that cruises no longer than this, s, does not last too long.
@@ -104,6 +106,7 @@ impl<const N: usize> ChainConfig<N> {
             works: [false; N],
             is_looser: [[false; N]; N],
             corner_s2_mm: [0.0; N],
+            axis_mm_s2: [[0.0; 2]; N],
             twice_deviation_mm: 0.0,
             easily_s: 0.0,
             effort: Effort::NONE,
@@ -146,6 +149,10 @@ impl<const N: usize> ChainConfig<N> {
                 let Limits { accel_steps_s2, decel_steps_s2, .. } = limits[axis];
                 (1.0 / (accel_steps_s2.min(decel_steps_s2) * mm_per_step[axis])) as f32
             }),
+            axis_mm_s2: core::array::from_fn(|axis| {
+                let Limits { accel_steps_s2, decel_steps_s2, .. } = limits[axis];
+                [accel_steps_s2, decel_steps_s2].map(|accel_steps_s2| (accel_steps_s2 * mm_per_step[axis]) as f32)
+            }),
             twice_deviation_mm: (2.0 * corner_deviation_mm) as f32,
             easily_s: DURATION_MAX_S * EASILY - ramps_s,
             effort: Effort::NONE,
@@ -161,6 +168,17 @@ impl<const N: usize> ChainConfig<N> {
         // Two ramps of n/2 steps each last 2 √(n/a), and need √n times the time for the root.
         let root_half_s = effort.root_step_s / 2.0;
         Self { effort, least_s2_steps: root_half_s * root_half_s, ..self }
+    }
+
+    /// The top speed of an axis, steps/s.
+    pub(super) fn top_steps_s(&self, axis: usize) -> f64 {
+        self.limits[axis].top_speed_steps_s
+    }
+
+    /// Whether corners may be blends: not where every move stops, nor between curved ramps, which end at an acceleration
+    /// of 0.
+    pub(super) fn can_blend(&self) -> bool {
+        self.interval_law == IntervalLaw::Fastest && self.speed_law == SpeedLaw::Trapezoid
     }
 
     /// Sets the overrides of feeds and of rapids.
@@ -214,6 +232,11 @@ impl Scale {
     fn of(fastest_mm2_s2: f64) -> Self {
         let mm2_s2 = fastest_mm2_s2 / SQUARE_OF_FASTEST;
         Self { per_mm2_s2: 1.0 / mm2_s2, mm2_s2, ..Self::none() }
+    }
+
+    /// How many units are 1 (mm/s)².
+    pub(super) fn units_f32(&self) -> f32 {
+        self.per_mm2_s2 as f32
     }
 
     /// A squared speed in whole units, rounded down.

@@ -1,0 +1,185 @@
+//! Programs of other people, planned with blends: how long they take beside Grbl, and whether every axis keeps its limits.
+//! The programs are not part of the project: `ISOSTEP_CORPUS` names a folder with `grbl_times.csv` and `lines/`. Without
+//! it there is nothing to test.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+
+use isostep_profile::chain::{Chain, ChainConfig, Chunk, Plan, Request};
+use isostep_profile::{IntervalLaw, Limits, SpeedLaw};
+
+const AXES: usize = 3;
+
+/// A machine of `grbl_times.csv`; its axes are alike.
+struct Machine {
+    name: &'static str,
+    steps_per_mm: f64,
+    top_mm_s: f64,
+    accel_mm_s2: f64,
+}
+
+const MACHINES: [Machine; 3] = [
+    Machine { name: "A", steps_per_mm: 50.0, top_mm_s: 48.0, accel_mm_s2: 50.0 },
+    Machine { name: "B", steps_per_mm: 80.0, top_mm_s: 5000.0 / 60.0, accel_mm_s2: 500.0 },
+    Machine { name: "C", steps_per_mm: 80.0, top_mm_s: 200.0, accel_mm_s2: 2000.0 },
+];
+
+/// The moves of a program of G0 and G1 lines, with every feed, or with that of 12,000 mm/min.
+fn moves(text: &str, steps_per_mm: f64, is_top: bool) -> Vec<([i32; AXES], Option<f64>)> {
+    let (mut at, mut target, mut feed, mut is_rapid) = ([0; AXES], [0.0; AXES], 0.0, true);
+    let mut moves = Vec::new();
+    for line in text.lines() {
+        let mut moves_on = false;
+        for word in line.split_whitespace() {
+            let value: f64 = word[1..].parse().unwrap();
+            match (&word[..1], value) {
+                ("G", 0.0) => is_rapid = true,
+                ("G", 1.0) => is_rapid = false,
+                ("F", _) => feed = if is_top { 200.0 } else { value / 60.0 },
+                ("X" | "Y" | "Z", _) => {
+                    target["XYZ".find(&word[..1]).unwrap()] = value;
+                    moves_on = true;
+                }
+                _ => {}
+            }
+        }
+        let steps = target.map(|mm| (mm * steps_per_mm).round() as i32);
+        let by = std::array::from_fn(|axis| steps[axis] - at[axis]);
+        if moves_on && by != [0; AXES] {
+            moves.push((by, (!is_rapid).then_some(feed)));
+            at = steps;
+        }
+    }
+    moves
+}
+
+/// What a program made of the chain.
+#[derive(Debug, Default)]
+struct Made {
+    total_s: f64,
+    blends: usize,
+    /// The largest acceleration and speed of an axis over its limit, and the largest jump of speed.
+    accel: f64,
+    speed: f64,
+    jump_mm_s: f64,
+}
+
+struct Watch<'a> {
+    machine: &'a Machine,
+    made: Made,
+    speeds_mm_s: [f64; AXES],
+}
+
+impl Watch<'_> {
+    fn see(&mut self, chunk: &Chunk<AXES>, from_s: f64) {
+        let mm = |steps: f64| steps / self.machine.steps_per_mm;
+        let mut speeds = [[0.0; AXES]; 2];
+        match &chunk.plan {
+            Plan::Line(line) => {
+                let profile = line.profile;
+                let ends = [from_s.max(line.begin_s()), chunk.until_s].map(|t_s| {
+                    if t_s >= line.end_s() { profile.exit_speed_steps_s() } else { line.speed_at(t_s.max(line.end_s() - profile.duration_s())) }
+                });
+                for axis in 0..AXES {
+                    let share = f64::from(line.steps[axis]) / line.distance_steps();
+                    speeds[0][axis] = mm(ends[0] * share);
+                    speeds[1][axis] = mm(ends[1] * share);
+                    self.made.speed = self.made.speed.max(mm(profile.cruise_speed_steps_s() * share.abs()) / self.machine.top_mm_s);
+                }
+            }
+            Plan::Blend(blend) => {
+                self.made.blends += 1;
+                for axis in 0..AXES {
+                    speeds[0][axis] = mm(blend.speed_at(axis, blend.begin_s()));
+                    speeds[1][axis] = mm(blend.speed_at(axis, blend.end_s()));
+                    let accel = mm(blend.accel_steps_s2(axis).abs()) / self.machine.accel_mm_s2;
+                    assert!(accel < 1.01, "{accel} of the limit: {blend:?}");
+                    self.made.accel = self.made.accel.max(accel);
+                }
+            }
+        }
+        for axis in 0..AXES {
+            let jump = (speeds[0][axis] - self.speeds_mm_s[axis]).abs();
+            if jump > 0.1 { panic!("{jump} mm/s {chunk:?}") }
+            self.made.jump_mm_s = self.made.jump_mm_s.max(jump);
+        }
+        self.speeds_mm_s = speeds[1];
+    }
+}
+
+fn make(machine: &Machine, moves: &[([i32; AXES], Option<f64>)], deviation_mm: f32) -> Made {
+    let per_mm = machine.steps_per_mm;
+    let limits = Limits {
+        start_speed_steps_s: 0.0,
+        top_speed_steps_s: machine.top_mm_s * per_mm,
+        accel_steps_s2: machine.accel_mm_s2 * per_mm,
+        decel_steps_s2: machine.accel_mm_s2 * per_mm,
+        jerk_steps_s3: f64::INFINITY,
+    };
+    let config =
+        ChainConfig::new([limits; AXES], [1.0 / per_mm; AXES], 0.01, IntervalLaw::Fastest, SpeedLaw::Trapezoid);
+    let mut chain = Chain::<AXES, 64>::new(config);
+    let mut watch = Watch { machine, made: Made::default(), speeds_mm_s: [0.0; AXES] };
+    let mut moves = moves.iter();
+    loop {
+        while !chain.is_full()
+            && let Some((steps, feed_mm_s)) = moves.next()
+        {
+            let request = Request { steps: *steps, feed_mm_s: *feed_mm_s, stops: false, deviation_mm, tag: 0 };
+            chain.push(request).unwrap();
+        }
+        let from_s = chain.at_s();
+        let Some(chunk) = chain.advance(0.015) else { break };
+        if deviation_mm > 0.0 {
+            watch.see(&chunk, from_s);
+        }
+    }
+    assert!(chain.is_empty());
+    Made { total_s: chain.at_s(), ..watch.made }
+}
+
+fn folder() -> Option<PathBuf> {
+    std::env::var_os("ISOSTEP_CORPUS").map(PathBuf::from)
+}
+
+/// The rows of the table, by their program.
+fn table(folder: &Path) -> Vec<HashMap<String, String>> {
+    let text = std::fs::read_to_string(folder.join("grbl_times.csv")).unwrap();
+    let mut lines = text.lines();
+    let names: Vec<_> = lines.next().unwrap().split(',').map(str::to_owned).collect();
+    lines.map(|line| names.iter().cloned().zip(line.split(',').map(str::to_owned)).collect()).collect()
+}
+
+fn median(values: &mut [f64]) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+#[test]
+fn programs_take_hardly_longer_than_without_limits_at_corners() {
+    let Some(folder) = folder() else { return };
+    let only = std::env::var("ONLY").unwrap_or_default();
+    for machine in &MACHINES {
+        for (suffix, is_top) in [("_max_feed_s", true), ("_s", false)] {
+            let mut ratios = Vec::new();
+            for row in table(&folder) {
+                let name = &row["program"];
+                if !name.contains(&only) {
+                    continue;
+                }
+                let grbl_s: f64 = row[&format!("{}{suffix}", machine.name)].parse().unwrap();
+                let text = std::fs::read_to_string(folder.join("lines").join(name)).unwrap();
+                let moves = moves(&text, machine.steps_per_mm, is_top);
+                let [sharp, bent] = [0.0, 0.01].map(|deviation_mm| make(machine, &moves, deviation_mm));
+                println!(
+                    "{}{suffix} {name:34} {:5} moves {:5} blends: {:8.3} s, {:.4} of Grbl's, {:.4} of that to the corners ({:.4}); accel {:.5} speed {:.5} jump {:.2e}",
+                    machine.name, moves.len(), bent.blends, bent.total_s, bent.total_s / grbl_s, bent.total_s / sharp.total_s,
+                    sharp.total_s / grbl_s, bent.accel, bent.speed, bent.jump_mm_s,
+                );
+                assert!(bent.accel < 1.0 && bent.speed < 1.0 + 1e-9 && bent.jump_mm_s < 1e-3 * machine.top_mm_s);
+                ratios.push(bent.total_s / grbl_s);
+            }
+            println!("{}{suffix} median {:.4}", machine.name, median(&mut ratios));
+        }
+    }
+}
