@@ -34,7 +34,7 @@ pub fn main() -> Result<(), PlanError> {
             ChunkKind::Replan => "goes on by another plan",
             ChunkKind::Continuation => "goes on",
         };
-        let speed_mm_s = chunk.plan.speed_at(chunk.until_s) * chunk.mm_per_step;
+        let speed_mm_s = chunk.plan.line().map_or(0.0, |line| line.speed_at(chunk.until_s) * chunk.mm_per_step);
         println!("{:.3} s: move {} {kind}, then has {speed_mm_s:.1} mm/s", chunk.until_s, chunk.tag);
         if chunk.tag == 2 && !chain.is_held() {
             // It brakes from here on. It comes to rest within what it knows.

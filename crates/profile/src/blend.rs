@@ -155,7 +155,7 @@ impl<const N: usize> Blend<N> {
     pub fn step_time_s(&self, axis: usize, k: u32) -> f64 {
         let parts = self.axis(axis);
         let (AxisBlend { slow_steps_s, accel_steps_s2, begin_s, end_s, ahead, beyond, .. }, k) = (parts, f64::from(k));
-        let time_s = |steps: f64| constant_accel_time_s(steps.max(NEAREST_STEPS), slow_steps_s, accel_steps_s2);
+        let time_s = |steps: f64| constant_accel_time_s(steps, slow_steps_s, accel_steps_s2);
         let out = f64::from(parts.out);
         if k <= out { end_s - time_s(out - k + 0.5 + beyond) } else { begin_s + time_s(k - out - 0.5 - ahead) }
     }
@@ -176,20 +176,22 @@ impl<const N: usize> Blend<N> {
         let [begin, turn, end] = self.counts[axis];
         let (accel_steps_s2, end_s) = (self.accel_steps_s2(axis).abs(), self.begin_s + self.duration_s);
         let (out, back) = (turn.abs_diff(begin), end.abs_diff(turn));
+        // As on a line, no step is nearer to the slow end than this.
+        let near = 0.5 - NEAREST_STEPS;
         if from_steps_s * to_steps_s < 0.0 {
             let turn_s = self.begin_s + from_steps_s.abs() / accel_steps_s2;
             let peak = from_steps_s.signum() * from + from_steps_s * from_steps_s / (2.0 * accel_steps_s2);
-            let beyond = peak - from_steps_s.signum() * f64::from(turn);
+            let beyond = (peak - from_steps_s.signum() * f64::from(turn)).max(-near);
             let (begin_s, end_s, ahead) = (turn_s, turn_s, -beyond);
             return AxisBlend { slow_steps_s: 0.0, accel_steps_s2, begin_s, end_s, ahead, beyond, out, back };
         }
         let begin_s = self.begin_s;
         if from_steps_s.abs() > to_steps_s.abs() {
-            let beyond = from_steps_s.signum() * (to - f64::from(end));
+            let beyond = (from_steps_s.signum() * (to - f64::from(end))).max(-near);
             let slow_steps_s = to_steps_s.abs();
             AxisBlend { slow_steps_s, accel_steps_s2, begin_s, end_s, ahead: 0.0, beyond, out, back }
         } else {
-            let ahead = to_steps_s.signum() * (from - f64::from(begin));
+            let ahead = (to_steps_s.signum() * (from - f64::from(begin))).min(near);
             let slow_steps_s = from_steps_s.abs();
             AxisBlend { slow_steps_s, accel_steps_s2, begin_s, end_s, ahead, beyond: 0.0, out: 0, back: out + back }
         }

@@ -171,9 +171,10 @@ fn programs_take_hardly_longer_than_without_limits_at_corners() {
                 let text = std::fs::read_to_string(folder.join("lines").join(name)).unwrap();
                 let moves = moves(&text, machine.steps_per_mm, is_top);
                 let [sharp, bent] = [0.0, 0.01].map(|deviation_mm| make(machine, &moves, deviation_mm));
+                let exact_s = exact_s(machine, &moves, 0.01);
                 println!(
-                    "{}{suffix} {name:34} {:5} moves {:5} blends: {:8.3} s, {:.4} of Grbl's, {:.4} of that to the corners ({:.4}); accel {:.5} speed {:.5} jump {:.2e}",
-                    machine.name, moves.len(), bent.blends, bent.total_s, bent.total_s / grbl_s, bent.total_s / sharp.total_s,
+                    "exact {:.4} {}{suffix} {name:34} {:5} moves {:5} blends: {:8.3} s, {:.4} of Grbl's, {:.4} of that to the corners ({:.4}); accel {:.5} speed {:.5} jump {:.2e}",
+                    exact_s / grbl_s, machine.name, moves.len(), bent.blends, bent.total_s, bent.total_s / grbl_s, bent.total_s / sharp.total_s,
                     sharp.total_s / grbl_s, bent.accel, bent.speed, bent.jump_mm_s,
                 );
                 assert!(bent.accel < 1.0 && bent.speed < 1.0 + 1e-9 && bent.jump_mm_s < 1e-3 * machine.top_mm_s);
@@ -182,4 +183,91 @@ fn programs_take_hardly_longer_than_without_limits_at_corners() {
             println!("{}{suffix} median {:.4}", machine.name, median(&mut ratios));
         }
     }
+}
+
+/// The same by two passes in floats, with the exact bounds and all moves known.
+fn exact_s(machine: &Machine, moves: &[([i32; AXES], Option<f64>)], deviation_mm: f64) -> f64 {
+    let accel = machine.accel_mm_s2;
+    let variant = std::env::var("VARIANT").unwrap_or_default();
+    let mm: Vec<[f64; AXES]> = moves.iter().map(|(steps, _)| steps.map(|n| f64::from(n) / machine.steps_per_mm)).collect();
+    let lengths: Vec<f64> = mm.iter().map(|mm| mm.iter().map(|x| x * x).sum::<f64>().sqrt()).collect();
+    let units: Vec<[f64; AXES]> = mm.iter().zip(&lengths).map(|(mm, length)| mm.map(|x| x / length)).collect();
+    let shared = |index: usize, limit: f64| units[index].iter().map(|u| limit / u.abs()).fold(f64::INFINITY, f64::min);
+    let nominal = |index: usize| moves[index].1.unwrap_or(f64::INFINITY).min(shared(index, machine.top_mm_s)).powi(2);
+    let n = moves.len();
+    // Reach, cap.
+    let mut reach = vec![0.0; n + 1];
+    let mut cap = vec![0.0; n + 1];
+    for i in 1..n {
+        let du: f64 = (0..AXES).map(|a| (units[i][a] - units[i - 1][a]).powi(2)).sum::<f64>().sqrt();
+        if du < 1e-9 {
+            cap[i] = f64::INFINITY;
+            continue;
+        }
+        let mut h = (4.0 * deviation_mm / du).min(lengths[i] / 2.0).min(lengths[i - 1] / 2.0);
+        let most = (0..AXES).map(|a| (units[i][a] - units[i - 1][a]).abs()).fold(0.0, f64::max);
+        cap[i] = 2.0 * h * accel / most;
+        if !variant.contains("full") {
+            let v = nominal(i).max(nominal(i - 1));
+            if cap[i] > v {
+                h *= v / cap[i];
+                cap[i] = v;
+            }
+        }
+        reach[i] = h;
+    }
+    // The highest end by the other end.
+    let bound = |i: usize, own: &[f64; AXES], other: &[f64; AXES], square: f64| {
+        let room = 2.0 * reach[i] * accel;
+        if reach[i] == 0.0 {
+            return if cap[i] > 0.0 { square } else { 0.0 };
+        }
+        let mut least = cap[i];
+        for a in 0..AXES {
+            if own[a] * other[a] >= 0.0 && own[a] != 0.0 {
+                let (u, v) = (own[a].abs(), other[a].abs());
+                let speed = (square.sqrt() * v + (square * v * v + 4.0 * room * u).sqrt()) / (2.0 * u);
+                least = least.min(speed * speed);
+            }
+        }
+        least
+    };
+    let mut p = vec![0.0; n + 1];
+    let mut q = vec![0.0; n + 1];
+    let d_of = |i: usize, p: f64, q: f64| -> [f64; 2] {
+        if reach[i] == 0.0 || p.max(q) == 0.0 { return [0.0; 2] }
+        [reach[i] * (p / p.max(q)).sqrt(), reach[i] * (q / p.max(q)).sqrt()]
+    };
+    let line = |i: usize, p: &[f64], q: &[f64]| {
+        if variant.contains("actual") && p[i].max(q[i]) > 0.0 {
+            (lengths[i] - d_of(i, p[i], q[i])[1] - d_of(i + 1, p[i + 1], q[i + 1])[0]).max(0.0)
+        } else {
+            (lengths[i] - reach[i] - reach[i + 1]).max(0.0)
+        }
+    };
+    for i in (1..n).rev() {
+        q[i] = (p[i + 1] + 2.0 * shared(i, accel) * line(i, &p, &q)).min(cap[i]).min(nominal(i));
+        p[i] = bound(i, &units[i - 1], &units[i], q[i]).min(nominal(i - 1));
+        q[i] = q[i].min(bound(i, &units[i], &units[i - 1], p[i]));
+    }
+    let mut total = 0.0;
+    for i in 0..n {
+        let most = q[i] + 2.0 * shared(i, accel) * line(i, &p, &q);
+        if most < p[i + 1] {
+            p[i + 1] = most;
+            q[i + 1] = q[i + 1].min(bound(i + 1, &units[(i + 1).min(n - 1)], &units[i], most));
+        }
+        let length = lengths[i] - d_of(i, p[i], q[i])[1] - d_of(i + 1, p[i + 1], q[i + 1])[0];
+        let (v0, v1, a) = (q[i].sqrt(), p[i + 1].sqrt(), shared(i, accel));
+        if length > 1e-9 {
+            let peak = ((q[i] + p[i + 1]) / 2.0 + a * length).min(nominal(i)).max(q[i]).max(p[i + 1]);
+            let v = peak.sqrt();
+            let ramps = (2.0 * peak - q[i] - p[i + 1]) / (2.0 * a);
+            total += (2.0 * v - v0 - v1) / a + (length - ramps).max(0.0) / v;
+        }
+        if i + 1 < n && reach[i + 1] > 0.0 {
+            total += 2.0 * reach[i + 1] / p[i + 1].max(q[i + 1]).sqrt();
+        }
+    }
+    total
 }

@@ -157,7 +157,7 @@ pub(super) fn bend<const N: usize>(
     if bend.reach_mm > room.reach_mm {
         bend.reach_mm = room.reach_mm;
     }
-    let top = cap.min(nominal);
+    let top = cap.min(SQUARE_MAX as f32);
     let (mut entry, mut exit) = (Envelope::up_to(top), Envelope::up_to(top));
     for axis in 0..N {
         let [from, to] = [before[axis], after[axis]];

@@ -297,7 +297,7 @@ impl<const N: usize> Block<N> {
         self.bend = Bend::NONE;
         let square = if stops {
             None
-        } else if self.deviation_mm > 0.0 && config.can_blend() && !corner::is_straight(directions) {
+        } else if self.bends_after(&before, config) && !corner::is_straight(directions) {
             let reach_mm = self.distance_steps() * self.mm_per_step;
             let reach_mm = 0.5 * if reach_mm < before.left_mm { reach_mm } else { before.left_mm };
             let nominal = self.nominal.max(before.pace.nominal);
@@ -311,6 +311,11 @@ impl<const N: usize> Block<N> {
         };
         self.corner = square.and_then(NonZero::new);
         self.set_cap(before.pace);
+    }
+
+    /// Whether the corner before it may be a blend: not where a block can jump from rest, as it does not begin slowly there.
+    fn bends_after(&self, before: &End, config: &ChainConfig<N>) -> bool {
+        self.deviation_mm > 0.0 && config.can_blend() && (self.start, before.pace.start) == (0, 0)
     }
 
     /// Its direction.

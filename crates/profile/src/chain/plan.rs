@@ -94,11 +94,11 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
             return Some(plan.end_s);
         }
         // Until it slows down, the plan is as fast as it can be. But it must be another before a blend might begin.
-        let turns_s = match self.line_end_steps() {
-            turns if self.bent().is_some() && turns > self.place_steps => plan.sync_move.time_at(turns),
-            _ => f64::INFINITY,
+        let until_s = match self.line_end_steps() {
+            _ if self.bent().is_none() => plan.slows_s,
+            turns if turns <= self.place_steps + NOTHING_STEPS => return None,
+            turns => plan.slows_s.min(plan.sync_move.time_at(turns)),
         };
-        let until_s = if turns_s < plan.slows_s && turns_s > self.at_s { turns_s } else { plan.slows_s };
         (!plan.is_stale && self.at_s < until_s).then_some(until_s)
     }
 

@@ -1,7 +1,7 @@
 //! Random machines, and the moves that they make.
 
-use isostep_profile::chain::{ChainConfig, Effort, Request};
-use isostep_profile::{IntervalLaw, Limits, SpeedLaw};
+use isostep_profile::chain::{ChainConfig, Chunk, Effort, Request};
+use isostep_profile::{IntervalLaw, Limits, SpeedLaw, SyncMove};
 use proptest::prelude::*;
 
 pub const AXES: usize = 3;
@@ -23,6 +23,11 @@ impl Case {
         let plain = ChainConfig::new(self.limits, self.mm_per_step, self.deviation_mm, self.interval_law, self.law);
         plain.with_effort(self.effort)
     }
+}
+
+/// The line that a chunk is of.
+pub fn line<const N: usize>(chunk: &Chunk<N>) -> &SyncMove<N> {
+    chunk.plan.line().expect("a line")
 }
 
 fn log(from: f64, to: f64) -> impl Strategy<Value = f64> {

@@ -6,7 +6,7 @@ use isostep_profile::{IntervalLaw, Limits, SpeedLaw};
 use isostep_trials::cases;
 use proptest::prelude::*;
 
-use crate::case::{AXES, Case, case, curved, trapezoid};
+use crate::case::{AXES, Case, case, curved, line, trapezoid};
 use crate::drive::{drive_lengthened, overrides, pushes};
 
 /// A case of which about half of the moves go straight on at the feed of the one before, and no time is needed for a
@@ -83,8 +83,8 @@ fn ends(case: &Case, lengthens: bool) -> Vec<f64> {
         chunks.push(chunk);
     }
     let time_s = |&(tag, place): &(u64, f64)| {
-        let chunk = chunks.iter().rfind(|chunk| chunk.tag == tag && chunk.plan.begin_steps() < place).unwrap();
-        chunk.plan.time_at(place)
+        let chunk = chunks.iter().rfind(|chunk| chunk.tag == tag && line(&chunk).begin_steps() < place).unwrap();
+        line(&chunk).time_at(place)
     };
     places.iter().map(time_s).collect()
 }
@@ -157,7 +157,7 @@ fn a_move_that_has_begun_is_not_lengthened() {
     chain.start();
     let mut made = Vec::new();
     while let Some(chunk) = chain.advance(f64::INFINITY) {
-        made.push((chunk.plan.steps[0], chunk.tag));
+        made.push((line(&chunk).steps[0], chunk.tag));
     }
     made.dedup();
     assert_eq!(made, [(100, 0), (30, 20)]);
