@@ -29,6 +29,8 @@ const FINE: f32 = 16_777_216.0;
 const ROOM_MAX: f32 = 1e30;
 /// The unit of slopes, 2^-24.
 const SLOPE_ONE: f32 = 16_777_216.0;
+/// How many units the rounding of 24 bits may have made a slope too large.
+const SLOPE_ERROR: u32 = 8;
 /// A chord that bounds nothing.
 const NO_CHORD: Chord = Chord { at_rest: f32::INFINITY, slope: 0 };
 
@@ -258,7 +260,7 @@ impl Envelope {
         core::array::from_fn(|index| match self.ends[index] {
             [at_rest, end] if index < self.len => {
                 let slope = ((end - at_rest) / self.top * SLOPE_ONE) as u32;
-                Chord { at_rest, slope }
+                Chord { at_rest, slope: slope.saturating_sub(SLOPE_ERROR) }
             }
             _ => NO_CHORD,
         })

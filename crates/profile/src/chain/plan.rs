@@ -54,6 +54,10 @@ impl<const N: usize> UnderWay<N> {
 const NOTHING_STEPS: f64 = 1e-6;
 const NOTHING_RATIO: f64 = 1e-14;
 
+/// A line this short, between two blends, is none.
+const NO_LINE_STEPS: f64 = 1e-9;
+const NO_LINE_RATIO: f64 = 1e-13;
+
 /// Whether so few steps are none, at that distance.
 fn is_nothing(steps: f64, distance_steps: f64) -> bool {
     steps <= NOTHING_STEPS || steps <= NOTHING_RATIO * distance_steps
@@ -269,8 +273,9 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         }
         let goal = self.goal(self.exit());
         let left_steps = goal.end_steps - self.place_steps;
-        if goal.is_bent && is_nothing(left_steps, goal.end_steps) {
-            (self.plan.exit, self.plan.onward) = (goal.exit, goal.onward);
+        if goal.is_bent && left_steps <= NO_LINE_STEPS + NO_LINE_RATIO * goal.end_steps {
+            let entry = self.blocks.get(0).map_or(0, |first| first.entry);
+            (self.plan.exit, self.plan.onward) = (entry, self.onward(entry));
             return self.bend();
         }
         if !self.slow_down(speed_steps_s, left_steps, &limits) {
