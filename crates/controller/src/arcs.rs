@@ -16,6 +16,8 @@ pub(crate) struct Chord {
     pub feed_mm_s: Option<f64>,
     /// The last one ends at rest.
     pub exact_stop: bool,
+    /// How far the path may leave the corners between them, mm.
+    pub deviation_mm: f32,
     pub line: u32,
     pub power: Power,
 }
@@ -23,7 +25,7 @@ pub(crate) struct Chord {
 impl<F: NorFlash> Controller<'_, F> {
     /// Asks for an arc that is within the travel. Anything that ends the program ends the arc, too.
     pub(crate) async fn follow(&self, arc: &Arc, like: Chord) -> Result<(), Error> {
-        let Chord { feed_mm_s, exact_stop, line, power } = like;
+        let Chord { feed_mm_s, exact_stop, deviation_mm, line, power } = like;
         let steps_per_mm = self.machine.config().steps_per_mm;
         let steps = |place_mm: [f64; AXES]| {
             core::array::from_fn::<_, AXES, _>(|axis| whole_steps(place_mm[axis], steps_per_mm[axis]))
@@ -38,13 +40,13 @@ impl<F: NorFlash> Controller<'_, F> {
             }
             place_steps = target_steps;
             if let Some(target_steps) = ahead.replace(target_steps) {
-                self.submit(Motion::Move { target_steps, feed_mm_s, exact_stop: false, line, power }).await?;
+                self.submit(Motion::Move { target_steps, feed_mm_s, exact_stop: false, deviation_mm, line, power }).await?;
                 // The ports' queues are filled between chords, however many chords there are.
                 yield_now().await;
             }
         }
         match ahead {
-            Some(target_steps) => self.submit(Motion::Move { target_steps, feed_mm_s, exact_stop, line, power }).await,
+            Some(target_steps) => self.submit(Motion::Move { target_steps, feed_mm_s, exact_stop, deviation_mm, line, power }).await,
             None => Ok(()),
         }
     }

@@ -27,7 +27,7 @@ use self::probe::Probe;
 pub use self::probe::Probed;
 use self::queue::QUEUE_MOVES;
 pub use self::queue::{MOVES_AHEAD, Motion, ProbeMove};
-pub(crate) use self::status::CurrentChunk;
+pub(crate) use self::status::{CurrentChunk, path_speed_mm_s};
 pub use self::status::Status;
 use crate::axes::{AXES, Axis};
 use crate::config::{Config, ConfigError};

@@ -20,7 +20,7 @@ use embassy_futures::select::{Either, select};
 use embassy_futures::yield_now;
 use embassy_time::{Duration, Instant, Timer, with_timeout};
 use embedded_hal::digital::OutputPin;
-use isostep_profile::chain::{Chunk, ChunkKind};
+use isostep_profile::chain::{Chunk, ChunkKind, Plan};
 
 use crate::axes::{AXES, Axis};
 use crate::coordinator::{Coordinator, Purpose, all_armed, all_done, begun};
@@ -237,18 +237,22 @@ where
     }
 
     fn report_chunk(&mut self, chunk: &Chunk<AXES>) {
-        let plan = chunk.plan;
-        match chunk.kind {
-            ChunkKind::Move => {
+        let begin_steps = match (chunk.kind, chunk.plan) {
+            (ChunkKind::Continuation, _) => return,
+            (ChunkKind::Replan, Plan::Line(plan)) => return self.report(Event::Replan { plan }),
+            (_, Plan::Line(plan)) => {
                 self.report(Event::Move { plan });
-                let Self { marks, on_event, .. } = self;
-                let is_ahead = |mark: &Mark| f64::from(mark.place_steps) > plan.begin_steps();
-                for Mark { place_steps, .. } in marks.of(&Tag::unpack(chunk.tag)).filter(is_ahead) {
-                    on_event(Event::Mark { place_steps });
-                }
+                plan.begin_steps()
             }
-            ChunkKind::Replan => self.report(Event::Replan { plan }),
-            ChunkKind::Continuation => {}
+            (_, Plan::Blend(blend)) => {
+                self.report(Event::Blend { blend });
+                0.0
+            }
+        };
+        let Self { marks, on_event, .. } = self;
+        let is_ahead = |mark: &Mark| f64::from(mark.place_steps) > begin_steps;
+        for Mark { place_steps, .. } in marks.of(&Tag::unpack(chunk.tag)).filter(is_ahead) {
+            on_event(Event::Mark { place_steps });
         }
     }
 
@@ -285,8 +289,12 @@ where
     fn follow_line(&self, now_s: f64) {
         let Some(chunk) = self.chunks.under_way() else { return };
         let tag = Tag::unpack(chunk.tag);
-        if tag.line != 0 && tag.marks.count > 0 && now_s >= chunk.plan.begin_s() {
-            let place_steps = chunk.plan.place_at(now_s);
+        if tag.line != 0
+            && tag.marks.count > 0
+            && let Some(line) = chunk.plan.line()
+            && now_s >= line.begin_s()
+        {
+            let place_steps = line.place_at(now_s);
             let passed = self.marks.of(&tag).take_while(|mark| f64::from(mark.place_steps) <= place_steps);
             self.machine.set_line(passed.last().map_or(tag.line, |mark| mark.line));
         }

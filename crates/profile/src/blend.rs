@@ -17,6 +17,8 @@ use crate::sync::{longest, steps_before};
 /// at the axis's top speed are both left out. What is left out ends less than a/(8 v²) steps beyond its edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Blend<const N: usize> {
+    /// Steps of each axis in the whole move to which it leads, signed by direction.
+    pub steps: [i32; N],
     begin_s: f64,
     duration_s: f64,
     /// Where it ends on the block after the corner, steps of the longest axis of that block.
@@ -54,6 +56,7 @@ impl<const N: usize> Blend<N> {
         let (gone_ratio, per_s) = (after.place_steps * after_ratio, 1.0 / duration_s);
         let speed_ratios = [before.speed_steps_s * before_ratio, after.speed_steps_s * after_ratio];
         let mut blend = Self {
+            steps: *after.steps,
             begin_s,
             duration_s,
             end_steps: after.place_steps,
@@ -137,10 +140,17 @@ impl<const N: usize> Blend<N> {
 
     /// How many steps an axis makes, and how many of them before it turns; if it does not turn, that is all of them.
     #[must_use]
-    pub fn steps(&self, axis: usize) -> (u32, u32) {
+    pub fn step_counts(&self, axis: usize) -> (u32, u32) {
         let [begin, turn, end] = self.counts[axis];
         let out = turn.abs_diff(begin);
         (out + end.abs_diff(turn), out)
+    }
+
+    /// How many steps an axis is from the corner where it begins and where it ends, signed by direction.
+    #[must_use]
+    pub fn ends_steps(&self, axis: usize) -> [i32; 2] {
+        let [begin, _, end] = self.counts[axis];
+        [begin, end]
     }
 
     /// The direction of an axis's first step, 1 or -1; 0 if it makes none.

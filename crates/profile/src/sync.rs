@@ -82,6 +82,14 @@ impl<const N: usize> SyncMove<N> {
         Ok(Self { profile, steps, from_steps: 0.0, origin_steps: 0.0, origin_s: 0.0 })
     }
 
+    /// A plan of no distance in a move of these steps: at `place_steps` of its longest axis and at that speed, `t_s` from
+    /// the start of the run.
+    #[must_use]
+    pub fn passing(steps: [i32; N], place_steps: f64, speed_steps_s: f64, t_s: f64) -> Self {
+        let profile = Profile::passing(speed_steps_s);
+        Self { profile, steps, from_steps: place_steps, origin_steps: place_steps, origin_s: t_s }
+    }
+
     /// When the `k`-th step of the axis with index `axis` is due, s from the start of the run, by the closed form. `k`
     /// counts from 1 to the axis's steps; in a replan it is one of [`step_numbers`](Self::step_numbers).
     #[must_use]

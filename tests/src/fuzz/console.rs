@@ -211,7 +211,7 @@ impl Console {
         for line in 0..report::PARAMETERS {
             fits(MESSAGE_BYTES, |out| report::parameter(out, line, &self.interpreter, &self.settings));
         }
-        fits(MESSAGE_BYTES, |out| report::modal(out, &self.interpreter, inches));
+        fits(MESSAGE_BYTES, |out| report::modal(out, &self.interpreter, &self.settings));
         fits(MESSAGE_BYTES, |out| report::build(out, &self.build_text));
         for (index, line) in self.startup.iter().enumerate() {
             assert!(line.len() <= STORED_LINE_CHARS);

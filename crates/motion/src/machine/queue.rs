@@ -26,6 +26,9 @@ pub enum Motion {
         feed_mm_s: Option<f64>,
         /// It ends at rest, instead of flowing into the next move.
         exact_stop: bool,
+        /// How far the path may leave the corner where the move begins, mm: see
+        /// [`Request::deviation_mm`](isostep_profile::chain::Request::deviation_mm).
+        deviation_mm: f32,
         /// The program line that it comes from, for [`Status::line`](super::Status::line); 0 for none.
         line: u32,
         /// How strongly a laser shines meanwhile.

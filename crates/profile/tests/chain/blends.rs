@@ -186,7 +186,7 @@ impl<'a> Watch<'a> {
 
     /// Checks the steps of an axis in a blend, by the closed form and in ticks.
     fn makes_steps(&mut self, axis: usize, blend: &Blend<AXES>) -> TestCaseResult {
-        let (steps, out) = blend.steps(axis);
+        let (steps, out) = blend.step_counts(axis);
         let mut direction = blend.direction(axis);
         let mut count = self.made_steps[axis] - self.begin_steps[axis];
         for k in 1..=steps {
@@ -247,7 +247,7 @@ fn compiles(blend: &Blend<AXES>, axis: usize, tick_hz: u32) -> TestCaseResult {
     let (mut course, mut lane) = (Course::empty(), Lane::empty());
     blend.lay(&mut course, tick_hz);
     blend.begin_lane(axis, &course, &mut lane);
-    let (steps, out) = blend.steps(axis);
+    let (steps, out) = blend.step_counts(axis);
     prop_assert_eq!(lane.steps(), steps);
     let turns = if out > 0 && out < steps { out } else { steps };
     prop_assert_eq!(lane.turns_after(), turns);

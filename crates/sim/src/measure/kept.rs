@@ -23,6 +23,7 @@ pub fn ratios(outcome: &Outcome, speed_limit: impl Fn(&MoveRecord, usize, f64) -
         // A stopped move ends abruptly, not at rest.
         let ends = Ends { at_rest: [begins, ends && matches!(record.finish, Finish::Done | Finish::Held)] };
         for (axis, times_s) in times_s.iter().enumerate() {
+            let times_s = &times_s[times_s.len().min(record.blend_steps(axis) as usize)..];
             let (own, law) = (&config.limits[axis], config.speed_law);
             highest = highest.max(limits::ratios(times_s, off_s, own, law, ends, |t_s| speed_limit(record, axis, t_s)));
         }
@@ -48,7 +49,8 @@ pub fn speeds_mm_s(record: &MoveRecord, config: &Config) -> [f64; 2] {
 /// Whether a move begins and ends at the start speed or slower.
 pub fn are_rests(record: &MoveRecord, config: &Config) -> [bool; 2] {
     let start_mm_s = start_mm_s(record.plan.steps, config);
-    speeds_mm_s(record, config).map(|speed_mm_s| speed_mm_s <= start_mm_s * (1.0 + ROUNDING))
+    let [begins, ends] = speeds_mm_s(record, config).map(|speed_mm_s| speed_mm_s <= start_mm_s * (1.0 + ROUNDING));
+    [begins && record.blend.is_none(), ends && !record.ends_in_blend]
 }
 
 fn in_mm(steps: [i32; AXES], config: &Config) -> [f64; AXES] {
@@ -67,6 +69,9 @@ fn start_mm_s(steps: [i32; AXES], config: &Config) -> f64 {
 /// The speed at a corner as a fraction of that allowed by Grbl's rule. Both moves must have the same speed there, or
 /// both must be at rest. Otherwise the result is infinite.
 fn corner_ratio(moves: [&MoveRecord; 2], config: &Config) -> f64 {
+    if moves[0].ends_in_blend {
+        return 0.0;
+    }
     let [[_, out_mm_s], [in_mm_s, _]] = moves.map(|record| speeds_mm_s(record, config));
     let [[_, stops], [starts, _]] = moves.map(|record| are_rests(record, config));
     if stops && starts {
