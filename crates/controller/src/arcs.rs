@@ -3,7 +3,7 @@
 use embassy_futures::yield_now;
 use embedded_storage_async::nor_flash::NorFlash;
 use isostep_console::{Arc, Error};
-use isostep_motion::{AXES, Motion, Power, whole_steps};
+use isostep_motion::{AXES, Motion, Power, beside_steps, whole_steps};
 
 use crate::controller::Controller;
 
@@ -30,6 +30,10 @@ impl<F: NorFlash> Controller<'_, F> {
         let steps = |place_mm: [f64; AXES]| {
             core::array::from_fn::<_, AXES, _>(|axis| whole_steps(place_mm[axis], steps_per_mm[axis]))
         };
+        let beside = |place_mm: [f64; AXES]| match deviation_mm {
+            0.0 => [0; AXES],
+            _ => core::array::from_fn(|axis| beside_steps(place_mm[axis], steps_per_mm[axis])),
+        };
         let mut place_steps = steps(arc.start_mm());
         // A chord is asked for only when the next one is known, because only the last one makes the exact stop.
         let mut ahead = None;
@@ -39,14 +43,14 @@ impl<F: NorFlash> Controller<'_, F> {
                 continue;
             }
             place_steps = target_steps;
-            if let Some(target_steps) = ahead.replace(target_steps) {
-                self.submit(Motion::Move { target_steps, feed_mm_s, exact_stop: false, deviation_mm, line, power }).await?;
+            if let Some((target_steps, offsets)) = ahead.replace((target_steps, beside(end_mm))) {
+                self.submit(Motion::Move { target_steps, offsets, feed_mm_s, exact_stop: false, deviation_mm, line, power }).await?;
                 // The ports' queues are filled between chords, however many chords there are.
                 yield_now().await;
             }
         }
         match ahead {
-            Some(target_steps) => self.submit(Motion::Move { target_steps, feed_mm_s, exact_stop, deviation_mm, line, power }).await,
+            Some((target_steps, offsets)) => self.submit(Motion::Move { target_steps, offsets, feed_mm_s, exact_stop, deviation_mm, line, power }).await,
             None => Ok(()),
         }
     }

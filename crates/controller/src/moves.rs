@@ -167,7 +167,7 @@ impl<F: NorFlash> Controller<'_, F> {
         for target_steps in [away, from].into_iter().cycle().take(2 * BUZZES) {
             let feed_mm_s = Some(BUZZ_MM_S);
             let power = Power::Off;
-            self.submit(Motion::Move { target_steps, feed_mm_s, exact_stop: true, deviation_mm: 0.0, line: 0, power }).await?;
+            self.submit(Motion::Move { target_steps, offsets: [0; AXES], feed_mm_s, exact_stop: true, deviation_mm: 0.0, line: 0, power }).await?;
         }
         self.settled().await?;
         text.say(format_args!("{axis} should have moved 1 mm to and fro {BUZZES} times: if not, see docs/bring-up.md"));
@@ -197,7 +197,13 @@ impl<F: NorFlash> Controller<'_, F> {
                 let mut following = pin!(self.follow(arc, Chord { feed_mm_s, exact_stop, deviation_mm, line, power }));
                 poll_fn(|context| poll_aside(following.as_mut(), context)).await
             }
-            None => self.submit(Motion::Move { target_steps, feed_mm_s, exact_stop, deviation_mm, line, power }).await,
+            None => {
+                let offsets = match deviation_mm {
+                    0.0 => [0; AXES],
+                    _ => self.with(|program| program.geometry.offsets(target_pm)),
+                };
+                self.submit(Motion::Move { target_steps, offsets, feed_mm_s, exact_stop, deviation_mm, line, power }).await
+            }
         }
     }
 

@@ -7,7 +7,7 @@ use libm::floor;
 
 use crate::compile::{AxisBlend, Course, Lane, NEAREST_STEPS};
 use crate::ramp::constant_accel_time_s;
-use crate::sync::{longest, steps_before};
+use crate::sync::{Span, SyncMove, offset};
 
 /// The plan of a corner for `N` axes: from the end of a line of one block to the beginning of a line of the next, each
 /// axis at a constant acceleration of its own.
@@ -19,13 +19,15 @@ use crate::sync::{longest, steps_before};
 pub struct Blend<const N: usize> {
     /// Steps of each axis in the whole move to which it leads, signed by direction.
     pub steps: [i32; N],
+    /// Where that move begins and ends beside whole steps.
+    offsets: [[i8; N]; 2],
     begin_s: f64,
     duration_s: f64,
     /// Where it ends on the block after the corner, steps of the longest axis of that block.
     end_steps: f64,
     /// Speeds of each axis where it begins and ends, steps/s, signed by direction.
     speeds_steps_s: [[f64; 2]; N],
-    /// Where each axis begins and ends, steps from the corner, signed by direction.
+    /// Where each axis begins and ends, steps from the whole step next to the corner, signed by direction.
     places_steps: [[f64; 2]; N],
     /// How many steps each axis is from the corner where it begins, turns and ends, signed by direction.
     counts: [[i32; 3]; N],
@@ -34,7 +36,7 @@ pub struct Blend<const N: usize> {
 /// A block as a blend sees it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Side<'a, const N: usize> {
-    pub(crate) steps: &'a [i32; N],
+    pub(crate) span: &'a Span<N>,
     /// Where the blend begins or ends, steps of the longest axis from the beginning of the block.
     pub(crate) place_steps: f64,
     /// How fast the longest axis is there, steps/s.
@@ -50,13 +52,14 @@ impl<const N: usize> Blend<N> {
         duration_s: f64,
         tops_steps_s: impl Fn(usize) -> f64,
     ) -> Self {
-        let (before_way, after_way) = (f64::from(longest(before.steps)), f64::from(longest(after.steps)));
+        let (before_way, after_way) = (before.span.longest(), after.span.longest());
         let (before_ratio, after_ratio) = (1.0 / before_way, 1.0 / after_way);
         let left_ratio = (before_way - before.place_steps) * before_ratio;
         let (gone_ratio, per_s) = (after.place_steps * after_ratio, 1.0 / duration_s);
         let speed_ratios = [before.speed_steps_s * before_ratio, after.speed_steps_s * after_ratio];
         let mut blend = Self {
-            steps: *after.steps,
+            steps: after.span.steps,
+            offsets: after.span.offsets,
             begin_s,
             duration_s,
             end_steps: after.place_steps,
@@ -65,24 +68,24 @@ impl<const N: usize> Blend<N> {
             counts: [[0; 3]; N],
         };
         for axis in 0..N {
-            let [from, to] = [before.steps[axis], after.steps[axis]];
-            if from == 0 && to == 0 {
-                continue;
-            }
-            let [steps_from, steps_to] = [from, to].map(f64::from);
-            let speeds = [steps_from * speed_ratios[0], steps_to * speed_ratios[1]];
-            let places = [-(steps_from * left_ratio), steps_to * gone_ratio];
-            let begin = (steps_before(before.steps, axis, before.place_steps) as i32) * from.signum() - from;
-            let end = (steps_before(after.steps, axis, after.place_steps) as i32) * to.signum();
-            let turn = if from.signum() * to.signum() < 0 {
+            let [from, to] = [before.span.len(axis), after.span.len(axis)];
+            let corner = offset(after.span.offsets[0][axis]);
+            let speeds = [from * speed_ratios[0], to * speed_ratios[1]];
+            let places = [corner - from * left_ratio, corner + to * gone_ratio];
+            let [before_steps, after_steps] = [before, after].map(|side| side.span.steps[axis]);
+            let count = |side: &Side<'_, N>| side.span.steps_before(axis, side.place_steps) as i32;
+            let begin = count(before) * before_steps.signum() - before_steps;
+            let end = count(after) * after_steps.signum();
+            let turn = if from * to < 0.0 {
                 // The step nearest to the place where it turns whose edges there are far enough from each other.
-                let sign = f64::from(from.signum());
+                let sign = if from < 0.0 { -1.0 } else { 1.0 };
+                let along = |count: i32| if from < 0.0 { -count } else { count };
                 let accel = (speeds[1] - speeds[0]).abs() * per_s;
                 let top = tops_steps_s(axis);
                 let apart_steps = accel / (8.0 * top * top);
                 let peak = sign * places[0] + speeds[0] * speeds[0] / (2.0 * accel);
                 let nearest = floor(peak - apart_steps + 0.5) as i32;
-                nearest.max(begin * from.signum()).max(end * from.signum()) * from.signum()
+                along(nearest.max(along(begin)).max(along(end)))
             } else {
                 end
             };
@@ -116,7 +119,16 @@ impl<const N: usize> Blend<N> {
         self.end_steps
     }
 
-    /// Where an axis is at `t_s` from the start of the run, steps from the corner, signed by direction.
+    /// The plan of no distance with which the move goes on where the blend ends.
+    #[must_use]
+    pub fn landing(&self) -> SyncMove<N> {
+        let span = Span { steps: self.steps, offsets: self.offsets };
+        let longest = (0..N).max_by(|one, other| span.len(*one).abs().total_cmp(&span.len(*other).abs()));
+        let speed_steps_s = longest.map_or(0.0, |axis| self.speeds_steps_s[axis][1].abs());
+        SyncMove::passing(&span, self.end_steps, speed_steps_s, self.end_s())
+    }
+
+    /// Where an axis is at `t_s` from the start of the run, steps from the whole step next to the corner, signed by direction.
     #[must_use]
     pub fn place_at(&self, axis: usize, t_s: f64) -> f64 {
         let t_s = (t_s - self.begin_s).clamp(0.0, self.duration_s);

@@ -67,6 +67,9 @@ pub const FEED_RATIO_MAX: f64 = 2.0;
 pub struct Request<const N: usize> {
     /// Steps of each axis, signed by direction; not all 0.
     pub steps: [i32; N],
+    /// How far beside these whole steps the place is that is meant, in [`OFFSET_PARTS`](crate::OFFSET_PARTS) of a step, less
+    /// than half of one. If the move is one of those that blends follow, the path goes there.
+    pub offsets: [i8; N],
     /// Speed along the path, mm/s, above 0; `None`, or an infinite speed, is as fast as the limits allow.
     pub feed_mm_s: Option<f64>,
     /// Whether it ends at rest even if another move follows.
@@ -263,11 +266,17 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
     pub fn push(&mut self, request: Request<N>) -> Result<(), PlanError> {
         let is_begun = self.blocks.len() == 1;
         let before = self.blocks.last().map(|last| last.end(if is_begun { self.place_steps } else { 0.0 }));
+        let begin = self.blocks.last().map_or([0; N], |last| last.span.offsets[1]);
         // It is made in its place: a block is large.
         let block = self.blocks.next_place().ok_or(PlanError::NoRoom)?;
-        let direction = block.begin(request, &self.config)?;
+        let mut direction = block.begin(request, begin, &self.config)?;
         if let Some(before) = before {
             block.follow(before, [&self.last_direction, &direction], &self.config);
+            if block.corner.is_none() && begin != [0; N] {
+                // From rest it begins at a whole step.
+                direction = block.begin(request, [0; N], &self.config)?;
+                block.set_cap(before.pace());
+            }
         }
         let reach_mm = block.bend.reach_mm;
         block.shorten(reach_mm);
@@ -341,7 +350,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         let mut before = None;
         for index in 0..self.blocks.len() {
             let Some(block) = self.blocks.get_mut(index) else { break };
-            let limits = self.config.shared_limits(&block.steps);
+            let limits = self.config.shared_limits(&block.span);
             block.respeed(block.feed_steps_s(), &limits, &self.config);
             before.into_iter().for_each(|before| block.set_cap(before));
             before = Some(block.pace());

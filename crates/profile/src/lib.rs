@@ -58,7 +58,7 @@ pub use law::{IntervalLaw, SpeedLaw};
 pub use limits::{ACCEL_MAX_STEPS_S2, LimitError, Limits, SPEED_MAX_STEPS_S, SPEED_MIN_STEPS_S};
 pub use profile::{DURATION_MAX_S, Profile, ProfileError, StepCounts};
 pub use segment::{Intervals, Segment, Ticks};
-pub use sync::{PlanError, SyncMove};
+pub use sync::{OFFSET_PARTS, PlanError, SyncMove};
 
 /// Runs the examples of the README as doc tests.
 #[cfg(doctest)]

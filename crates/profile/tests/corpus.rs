@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use isostep_profile::chain::{Chain, ChainConfig, Chunk, Plan, Request};
-use isostep_profile::{IntervalLaw, Limits, SpeedLaw};
+use isostep_profile::{IntervalLaw, Limits, OFFSET_PARTS, SpeedLaw};
 
 const AXES: usize = 3;
 
@@ -24,8 +24,11 @@ const MACHINES: [Machine; 3] = [
     Machine { name: "C", steps_per_mm: 80.0, top_mm_s: 200.0, accel_mm_s2: 2000.0 },
 ];
 
+/// Steps, offsets from the place that is meant, and feed.
+type OneMove = ([i32; AXES], [i8; AXES], Option<f64>);
+
 /// The moves of a program of G0 and G1 lines, with every feed, or with that of 12,000 mm/min.
-fn moves(text: &str, steps_per_mm: f64, is_top: bool) -> Vec<([i32; AXES], Option<f64>)> {
+fn moves(text: &str, steps_per_mm: f64, is_top: bool) -> Vec<OneMove> {
     let (mut at, mut target, mut feed, mut is_rapid) = ([0; AXES], [0.0; AXES], 0.0, true);
     let mut moves = Vec::new();
     for line in text.lines() {
@@ -44,9 +47,10 @@ fn moves(text: &str, steps_per_mm: f64, is_top: bool) -> Vec<([i32; AXES], Optio
             }
         }
         let steps = target.map(|mm| (mm * steps_per_mm).round() as i32);
+        let offsets = target.map(|mm| ((mm * steps_per_mm - (mm * steps_per_mm).round()) * f64::from(OFFSET_PARTS)).round() as i8);
         let by = std::array::from_fn(|axis| steps[axis] - at[axis]);
         if moves_on && by != [0; AXES] {
-            moves.push((by, (!is_rapid).then_some(feed)));
+            moves.push((by, offsets, (!is_rapid).then_some(feed)));
             at = steps;
         }
     }
@@ -81,7 +85,7 @@ impl Watch<'_> {
                     if t_s >= line.end_s() { profile.exit_speed_steps_s() } else { line.speed_at(t_s.max(line.end_s() - profile.duration_s())) }
                 });
                 for axis in 0..AXES {
-                    let share = f64::from(line.steps[axis]) / line.distance_steps();
+                    let share = (line.axis_place(axis, line.distance_steps()) - line.axis_place(axis, 0.0)) / line.distance_steps();
                     speeds[0][axis] = mm(ends[0] * share);
                     speeds[1][axis] = mm(ends[1] * share);
                     self.made.speed = self.made.speed.max(mm(profile.cruise_speed_steps_s() * share.abs()) / self.machine.top_mm_s);
@@ -107,7 +111,7 @@ impl Watch<'_> {
     }
 }
 
-fn make(machine: &Machine, moves: &[([i32; AXES], Option<f64>)], deviation_mm: f32) -> Made {
+fn make(machine: &Machine, moves: &[OneMove], deviation_mm: f32) -> Made {
     let per_mm = machine.steps_per_mm;
     let limits = Limits {
         start_speed_steps_s: 0.0,
@@ -123,9 +127,9 @@ fn make(machine: &Machine, moves: &[([i32; AXES], Option<f64>)], deviation_mm: f
     let mut moves = moves.iter();
     loop {
         while !chain.is_full()
-            && let Some((steps, feed_mm_s)) = moves.next()
+            && let Some((steps, offsets, feed_mm_s)) = moves.next()
         {
-            let request = Request { steps: *steps, feed_mm_s: *feed_mm_s, stops: false, deviation_mm, tag: 0 };
+            let request = Request { steps: *steps, offsets: *offsets, feed_mm_s: *feed_mm_s, stops: false, deviation_mm, tag: 0 };
             chain.push(request).unwrap();
         }
         let from_s = chain.at_s();
@@ -186,14 +190,14 @@ fn programs_take_hardly_longer_than_without_limits_at_corners() {
 }
 
 /// The same by two passes in floats, with the exact bounds and all moves known.
-fn exact_s(machine: &Machine, moves: &[([i32; AXES], Option<f64>)], deviation_mm: f64) -> f64 {
+fn exact_s(machine: &Machine, moves: &[OneMove], deviation_mm: f64) -> f64 {
     let accel = machine.accel_mm_s2;
     let variant = std::env::var("VARIANT").unwrap_or_default();
-    let mm: Vec<[f64; AXES]> = moves.iter().map(|(steps, _)| steps.map(|n| f64::from(n) / machine.steps_per_mm)).collect();
+    let mm: Vec<[f64; AXES]> = moves.iter().map(|(steps, ..)| steps.map(|n| f64::from(n) / machine.steps_per_mm)).collect();
     let lengths: Vec<f64> = mm.iter().map(|mm| mm.iter().map(|x| x * x).sum::<f64>().sqrt()).collect();
     let units: Vec<[f64; AXES]> = mm.iter().zip(&lengths).map(|(mm, length)| mm.map(|x| x / length)).collect();
     let shared = |index: usize, limit: f64| units[index].iter().map(|u| limit / u.abs()).fold(f64::INFINITY, f64::min);
-    let nominal = |index: usize| moves[index].1.unwrap_or(f64::INFINITY).min(shared(index, machine.top_mm_s)).powi(2);
+    let nominal = |index: usize| moves[index].2.unwrap_or(f64::INFINITY).min(shared(index, machine.top_mm_s)).powi(2);
     let n = moves.len();
     // Reach, cap.
     let mut reach = vec![0.0; n + 1];

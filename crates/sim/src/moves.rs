@@ -293,10 +293,7 @@ impl OpenRun {
     fn begin_bent(&mut self, blend: Blend<AXES>, homing: bool) -> MoveRecord {
         let origin_steps = self.place_steps;
         self.place_steps = std::array::from_fn(|axis| origin_steps[axis] + blend.ends_steps(axis)[1] - blend.ends_steps(axis)[0]);
-        let longest = (0..AXES).max_by_key(|&axis| blend.steps[axis].unsigned_abs()).unwrap_or(0);
-        let speed_steps_s = blend.speed_at(longest, blend.end_s()).abs();
-        let line = SyncMove::passing(blend.steps, blend.end_steps(), speed_steps_s, blend.end_s());
-        MoveRecord { blend: Some(blend), origin_steps, ..self.begin(line, homing) }
+        MoveRecord { blend: Some(blend), origin_steps, ..self.begin(blend.landing(), homing) }
     }
 
     fn begin(&mut self, plan: SyncMove<AXES>, homing: bool) -> MoveRecord {

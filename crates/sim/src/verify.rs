@@ -118,7 +118,10 @@ pub fn errors_ns(record: &MoveRecord, axis: usize, times_s: &[f64]) -> impl Iter
 /// The largest difference between two axes' fractions of their distances, and how much the tolerance of the instants
 /// may add to it.
 fn path(record: &MoveRecord, edges: &[Edge], port: Port) -> (Option<f64>, f64) {
-    let n = record.plan.steps.map(|n| f64::from(n.unsigned_abs()));
+    // Lengths and places in the direction of the move.
+    let n: [f64; AXES] = std::array::from_fn(|axis| record.plan.axis_steps(axis).abs());
+    let begins: [f64; AXES] =
+        std::array::from_fn(|axis| record.plan.axis_place(axis, 0.0) * record.plan.axis_steps(axis).signum());
     let pairs: Vec<_> = [(0, 1), (0, 2), (1, 2)].into_iter().filter(|&(i, j)| n[i] > 0.0 && n[j] > 0.0).collect();
     // A move that was held continues where it was held.
     let mut made: [f64; AXES] = std::array::from_fn(|axis| f64::from(record.plan.step_numbers(axis).start - 1));
@@ -136,7 +139,8 @@ fn path(record: &MoveRecord, edges: &[Edge], port: Port) -> (Option<f64>, f64) {
         }
         for &(i, j) in &pairs {
             let bound = 0.5 / n[i] + 0.5 / n[j];
-            deviation = deviation.max((made[i] / n[i] - made[j] / n[j]).abs() / bound);
+            let [one, other] = [i, j].map(|axis| (made[axis] - begins[axis]) / n[axis]);
+            deviation = deviation.max((one - other).abs() / bound);
         }
     }
     let profile = record.plan.profile;

@@ -22,6 +22,9 @@ pub enum Motion {
     Move {
         /// The place, steps.
         target_steps: [i32; AXES],
+        /// How far beside it the place is that is meant: see
+        /// [`Request::offsets`](isostep_profile::chain::Request::offsets).
+        offsets: [i8; AXES],
         /// Speed along the path, mm/s; `None` is as fast as the limits allow.
         feed_mm_s: Option<f64>,
         /// It ends at rest, instead of flowing into the next move.

@@ -12,15 +12,19 @@ use crate::limits::{Limits, SPEED_MIN_STEPS_S};
 use crate::profile::{Profile, ProfileError};
 use crate::ramp::delta_v2;
 use crate::root::sqrt;
-use crate::sync::{PlanError, longest, path_speed};
+use crate::sync::{PlanError, Span, longest, path_speed};
 
 /// A square of this many units has a resolution better than 1e-7 of it.
 const FINE: Square = 1 << 24;
 
+/// A block ends beside a whole step by this many parts at most, so that the steps on both sides of a standstill there are
+/// far enough from each other.
+const OFFSET_MAX: i8 = 56;
+
 /// One move. There are many of them, so what is seldom needed and follows from the rest is not kept.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Block<const N: usize> {
-    pub(super) steps: [i32; N],
+    pub(super) span: Span<N>,
     /// Whether it ends at rest even if another move follows.
     stops: bool,
     /// Whether it begins at the speed at which the block before ends. Otherwise it begins from rest.
@@ -59,7 +63,7 @@ pub(super) struct Block<const N: usize> {
 impl<const N: usize> Block<N> {
     /// No block.
     pub(super) const NONE: Self = Self {
-        steps: [0; N],
+        span: Span::NONE,
         stops: false,
         flows: false,
         tag: 0,
@@ -81,14 +85,26 @@ impl<const N: usize> Block<N> {
     };
 
     /// Makes it the block of a request, after no other. Returns its direction.
-    pub(super) fn begin(&mut self, request: Request<N>, config: &ChainConfig<N>) -> Result<Direction<N>, PlanError> {
-        let Request { steps, feed_mm_s, stops, deviation_mm, tag } = request;
+    ///
+    /// It begins beside whole steps by `begin`.
+    pub(super) fn begin(
+        &mut self,
+        request: Request<N>,
+        begin: [i8; N],
+        config: &ChainConfig<N>,
+    ) -> Result<Direction<N>, PlanError> {
+        let Request { steps, offsets, feed_mm_s, stops, deviation_mm, tag } = request;
         config.check_moving(&steps)?;
-        let limits = config.shared_limits(&steps);
-        let distance_steps = f64::from(longest(&steps));
+        let ends_beside = deviation_mm > 0.0 && config.can_blend();
+        let end = core::array::from_fn(|axis| {
+            if ends_beside && config.may_end_beside(axis) { offsets[axis].clamp(-OFFSET_MAX, OFFSET_MAX) } else { 0 }
+        });
+        let span = Span { steps, offsets: [begin, end] };
+        let limits = config.shared_limits(&span);
+        let distance_steps = span.longest();
         let mut mm = [0.0; N];
-        for axis in (0..N).filter(|&axis| steps[axis] != 0) {
-            mm[axis] = f64::from(steps[axis]) * config.mm_per_step[axis];
+        for axis in (0..N).filter(|&axis| steps[axis] != 0 || begin[axis] != end[axis]) {
+            mm[axis] = span.len(axis) * config.mm_per_step[axis];
         }
         let length_mm = length(&mm);
         let per_mm = 1.0 / length_mm;
@@ -99,12 +115,24 @@ impl<const N: usize> Block<N> {
         };
         let feed_mm_s = feed_mm_s.unwrap_or(f64::INFINITY);
         let mm_per_step = length_mm / distance_steps;
-        *self = Self { steps, stops, tag, feed_mm_s, mm_per_step, steps_per_mm, deviation_mm, ..Self::NONE };
+        *self = Self { span, stops, tag, feed_mm_s, mm_per_step, steps_per_mm, deviation_mm, ..Self::NONE };
         self.respeed(feed_steps_s, &limits, config);
         self.set_delta_v2(distance_steps, &limits, config);
         self.set_ramps_to(distance_steps, length_mm, config);
         self.check(distance_steps, &limits, config)?;
         Ok(corner::direction(&mm, per_mm))
+    }
+
+    /// Makes it end at whole steps, from rest to rest: it does not flow into another.
+    pub(super) fn end_whole(&mut self, config: &ChainConfig<N>) {
+        let Self { span: Span { steps, offsets: [begin, _] }, stops, deviation_mm, tag, .. } = *self;
+        let feed_mm_s = (!self.is_rapid()).then_some(self.feed_mm_s);
+        let request = Request { steps, offsets: [0; N], feed_mm_s, stops, deviation_mm, tag };
+        let mut whole = Self::NONE;
+        if whole.begin(request, begin, config).is_ok() {
+            whole.entry = self.entry.min(whole.start);
+            *self = whole;
+        }
     }
 
     /// Lengthens it by a move that goes straight on at the same feed, if `join` returns a tag for both: see
@@ -118,21 +146,24 @@ impl<const N: usize> Block<N> {
         let feed_mm_s = request.feed_mm_s.unwrap_or(f64::INFINITY);
         // Where each move stops, or needs a time of its own, two short ones are not one long one.
         let is_bound = config.interval_law != IntervalLaw::Fastest || config.effort.needs_time();
-        if feed_mm_s != self.feed_mm_s || self.stops || request.stops || is_bound || !self.goes_on(&request.steps) {
+        if feed_mm_s != self.feed_mm_s || self.stops || request.stops || is_bound || !self.goes_on(&request.steps)
+            || self.span.offsets != [[0; N]; 2]
+            || request.offsets != [0; N]
+        {
             return false;
         }
-        let mut steps = self.steps;
-        for (own, other) in steps.iter_mut().zip(request.steps) {
+        let mut span = self.span;
+        for (own, other) in span.steps.iter_mut().zip(request.steps) {
             let Some(sum) = own.checked_add(other) else { return false };
             *own = sum;
         }
-        let distance_steps = f64::from(longest(&steps));
+        let distance_steps = span.longest();
         if distance_steps > self.nominal_steps_s * config.easily_s {
             return false;
         }
-        let Some(tag) = join(self.tag, longest(&self.steps)) else { return false };
-        (self.steps, self.tag) = (steps, tag);
-        self.set_delta_v2(distance_steps, &config.shared_limits(&steps), config);
+        let Some(tag) = join(self.tag, longest(&self.span.steps)) else { return false };
+        (self.span, self.tag) = (span, tag);
+        self.set_delta_v2(distance_steps, &config.shared_limits(&span), config);
         self.shorten(self.bend.reach_mm);
         self.set_ramps_to(distance_steps, distance_steps * self.mm_per_step, config);
         true
@@ -140,10 +171,10 @@ impl<const N: usize> Block<N> {
 
     /// Whether these steps have exactly its direction.
     fn goes_on(&self, steps: &[i32; N]) -> bool {
-        let longest = (0..N).max_by_key(|&axis| self.steps[axis].unsigned_abs()).unwrap_or(0);
-        let [own, other] = [self.steps[longest], steps[longest]].map(i64::from);
+        let longest = (0..N).max_by_key(|&axis| self.span.steps[axis].unsigned_abs()).unwrap_or(0);
+        let [own, other] = [self.span.steps[longest], steps[longest]].map(i64::from);
         let is_along = |axis: usize| {
-            let (one, next) = (self.steps[axis], steps[axis]);
+            let (one, next) = (self.span.steps[axis], steps[axis]);
             // Most lines are along one axis, and a chip takes long for products of 64 bits.
             axis == longest || (one, next) == (0, 0) || i64::from(one) * other == i64::from(next) * own
         };
@@ -152,7 +183,7 @@ impl<const N: usize> Block<N> {
 
     /// Steps of the longest axis.
     pub(super) fn distance_steps(&self) -> f64 {
-        f64::from(longest(&self.steps))
+        self.span.longest()
     }
 
     pub(super) fn steps_per_mm(&self) -> f64 {
@@ -170,7 +201,7 @@ impl<const N: usize> Block<N> {
 
     /// The requested speed, steps/s of the longest axis.
     pub(super) fn asked_steps_s(&self, config: &ChainConfig<N>) -> f64 {
-        if self.is_rapid() { config.shared_limits(&self.steps).top_speed_steps_s } else { self.feed_steps_s() }
+        if self.is_rapid() { config.shared_limits(&self.span).top_speed_steps_s } else { self.feed_steps_s() }
     }
 
     /// Refuses a block that could not be planned, whatever its neighbours are.
@@ -251,7 +282,7 @@ impl<const N: usize> Block<N> {
         let change_s = config.effort.change_s(distance_steps);
         self.ramps_to = u32::MAX;
         if change_s > 0.0 {
-            let cruise_s = config.effort.cruise_s(&self.steps);
+            let cruise_s = config.effort.cruise_s(&self.span.steps);
             self.may_ramp_to(config.scale.of_speed(length_mm / (cruise_s + change_s)));
         }
     }
@@ -320,7 +351,7 @@ impl<const N: usize> Block<N> {
 
     /// Its direction.
     pub(super) fn direction(&self, config: &ChainConfig<N>) -> Direction<N> {
-        let mm = core::array::from_fn(|axis| f64::from(self.steps[axis]) * config.mm_per_step[axis]);
+        let mm = core::array::from_fn(|axis| self.span.len(axis) * config.mm_per_step[axis]);
         corner::direction(&mm, 1.0 / (self.distance_steps() * self.mm_per_step))
     }
 
@@ -481,7 +512,7 @@ impl<const N: usize> Block<N> {
         // The nominal speed and the start speed are returned exactly, to the last digit.
         match square {
             _ if square == self.nominal => self.nominal_steps_s,
-            _ if square == self.start => self.start_steps_s(&config.shared_limits(&self.steps)),
+            _ if square == self.start => self.start_steps_s(&config.shared_limits(&self.span)),
             _ => {
                 let speed_steps_s = config.scale.speed_mm_s(square) * self.steps_per_mm;
                 let is_above = square < self.nominal && speed_steps_s > self.nominal_steps_s;
@@ -492,11 +523,7 @@ impl<const N: usize> Block<N> {
 
     /// Whether all its steps are due before the longest axis is at `place_steps`.
     pub(super) fn has_no_step_after(&self, place_steps: f64) -> bool {
-        let distance_steps = self.distance_steps();
-        self.steps.iter().all(|steps| {
-            let steps = steps.unsigned_abs();
-            (place_steps / distance_steps * f64::from(steps) + 0.5) as u32 >= steps
-        })
+        (0..N).all(|axis| self.span.steps_before(axis, place_steps) >= self.span.steps[axis].unsigned_abs())
     }
 }
 
@@ -507,6 +534,12 @@ pub(super) struct End {
     /// The length that is left of it, mm.
     left_mm: f64,
     pace: Pace,
+}
+
+impl End {
+    pub(super) fn pace(&self) -> Pace {
+        self.pace
+    }
 }
 
 /// The speeds of a block, squared.

@@ -8,7 +8,7 @@ use crate::law::{IntervalLaw, SpeedLaw};
 use crate::limits::Limits;
 use crate::profile::DURATION_MAX_S;
 use crate::root::sqrt;
-use crate::sync::{PlanError, check_moving, longest, tightest};
+use crate::sync::{PlanError, Span, check_moving, tightest};
 
 /// The square of a speed along the path, in whole units, so that sums of them are exact.
 pub(super) type Square = u64;
@@ -175,6 +175,13 @@ impl<const N: usize> ChainConfig<N> {
         self.limits[axis].top_speed_steps_s
     }
 
+    /// Whether an axis may end beside a whole step. Not if it is at its top speed after some steps: there it might stand
+    /// still for less than a period after one that it makes just before it turns.
+    pub(super) fn may_end_beside(&self, axis: usize) -> bool {
+        let Limits { top_speed_steps_s, accel_steps_s2, decel_steps_s2, .. } = self.limits[axis];
+        self.works[axis] && 8.0 * accel_steps_s2.max(decel_steps_s2) <= top_speed_steps_s * top_speed_steps_s
+    }
+
     /// Whether corners may be blends: not where every move stops, nor between curved ramps, which end at an acceleration
     /// of 0.
     pub(super) fn can_blend(&self) -> bool {
@@ -193,8 +200,8 @@ impl<const N: usize> ChainConfig<N> {
     }
 
     /// The limits of the longest axis of a move at which no axis exceeds its own, and which the caller can bear.
-    pub(super) fn shared_limits(&self, steps: &[i32; N]) -> Limits {
-        let mut limits = tightest(steps, &self.limits, |axis, other| self.is_looser[axis][other]);
+    pub(super) fn shared_limits(&self, span: &Span<N>) -> Limits {
+        let mut limits = tightest(span, &self.limits, |axis, other| self.is_looser[axis][other]);
         if self.least_s2_steps > 0.0 {
             for accel_steps_s2 in [&mut limits.accel_steps_s2, &mut limits.decel_steps_s2] {
                 if *accel_steps_s2 * self.least_s2_steps > 1.0 {
@@ -202,9 +209,9 @@ impl<const N: usize> ChainConfig<N> {
                 }
             }
         }
-        let cruise_s = self.effort.cruise_s(steps);
+        let cruise_s = self.effort.cruise_s(&span.steps);
         if cruise_s > 0.0 {
-            let distance_steps = f64::from(longest(steps));
+            let distance_steps = span.longest();
             if limits.top_speed_steps_s * cruise_s > distance_steps {
                 limits.top_speed_steps_s = distance_steps / cruise_s;
             }

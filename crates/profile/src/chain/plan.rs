@@ -7,7 +7,7 @@ use crate::blend::{Blend, Side};
 use crate::law::{IntervalLaw, SpeedLaw};
 use crate::limits::Limits;
 use crate::profile::Profile;
-use crate::sync::SyncMove;
+use crate::sync::{Span, SyncMove};
 
 /// A plan under way.
 #[derive(Clone, Copy, Debug)]
@@ -158,7 +158,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
     /// Whether the first block may stop from this speed.
     fn is_slow(&self, speed_steps_s: f64) -> bool {
         self.blocks.get(0).is_some_and(|first| {
-            let limits = first.limits_now(&self.config.shared_limits(&first.steps));
+            let limits = first.limits_now(&self.config.shared_limits(&first.span));
             is_no_faster(speed_steps_s, limits.start_speed_steps_s)
         })
     }
@@ -172,8 +172,8 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         let (fast_mm_s, share) = if to_mm_s < from_mm_s { (from_mm_s, to_mm_s / from_mm_s) } else { (to_mm_s, 1.0) };
         let reach_mm = next.bend.reach_mm;
         let place_steps = reach_mm * share * next.steps_per_mm();
-        let before = Side { steps: &first.steps, place_steps: self.place_steps, speed_steps_s: from_steps_s };
-        let after = Side { steps: &next.steps, place_steps, speed_steps_s: to_steps_s };
+        let before = Side { span: &first.span, place_steps: self.place_steps, speed_steps_s: from_steps_s };
+        let after = Side { span: &next.span, place_steps, speed_steps_s: to_steps_s };
         let duration_s = 2.0 * reach_mm / fast_mm_s;
         self.blend = Some(Blend::new(&before, &after, self.at_s, duration_s, |axis| config.top_steps_s(axis)));
         let is_expected = next.entry == onward;
@@ -235,7 +235,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
             self.pass();
             self.blocks
                 .get(0)
-                .map_or(0, |first| first.stops_from(&self.config.shared_limits(&first.steps), &self.config))
+                .map_or(0, |first| first.stops_from(&self.config.shared_limits(&first.span), &self.config))
         };
         self.pop();
         let Some(next) = self.blocks.get_mut(0) else { return };
@@ -253,13 +253,25 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
     /// Plans what is left of the first block, or a first stretch of it. If nothing is left, it ends the block instead;
     /// if a hold has come to rest, it stays at rest.
     pub(super) fn replan(&mut self) {
+        let goes_on = self.blocks.get(1).is_some_and(|next| next.flows);
+        if !goes_on
+            && self.is_at_rest()
+            && !self.has_begun()
+            && let Some(first) = self.blocks.get_mut(0)
+            && first.span.offsets[1] != [0; N]
+        {
+            first.end_whole(&self.config);
+            if self.blocks.len() == 1 {
+                self.last_direction = self.blocks.get(0).map_or([0; N], |first| first.direction(&self.config));
+            }
+        }
         let Some(block) = self.blocks.get(0) else { return };
         let (speed_steps_s, accel_steps_s2) = self.motion(block);
         if self.has_nothing_left() {
             let exit = self.square_of(speed_steps_s, block);
             return self.end_block(exit);
         }
-        let limits = block.limits_now(&self.config.shared_limits(&block.steps));
+        let limits = block.limits_now(&self.config.shared_limits(&block.span));
         if self.config.speed_law == SpeedLaw::SCurve && accel_steps_s2 > 0.0 && limits.jerk_steps_s3.is_finite() {
             return self.ease(speed_steps_s, accel_steps_s2, limits.jerk_steps_s3);
         }
@@ -318,7 +330,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         let Some(block) = self.blocks.get_mut(index) else { return };
         let before_mm = if index == 0 { 0.0 } else { block.bend.reach_mm };
         let steps = block.distance_steps() - place_steps - (before_mm + after_mm) * block.steps_per_mm();
-        let limits = self.config.shared_limits(&block.steps);
+        let limits = self.config.shared_limits(&block.span);
         block.set_delta_v2(if steps > 0.0 { steps } else { 0.0 }, &limits, &self.config);
     }
 
@@ -440,7 +452,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         }
         let has_room = exit_asked == promised || {
             let asked_steps_s = first.speed_steps_s(exit_asked, &self.config);
-            let limits = first.limits_now(&self.config.shared_limits(&first.steps));
+            let limits = first.limits_now(&self.config.shared_limits(&first.span));
             let braking = Profile::braking(speed_steps_s, asked_steps_s, &limits, self.config.speed_law);
             braking.distance_steps() <= self.goal(exit_asked).end_steps - self.place_steps
         };
@@ -473,6 +485,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         plan.sync_move = SyncMove {
             profile,
             steps: plan.sync_move.steps,
+            offsets: plan.sync_move.offsets,
             from_steps: self.place_steps,
             origin_steps: self.place_steps - profile.position_at(half_s),
             origin_s: self.at_s - half_s,
@@ -489,8 +502,8 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         let Goal { exit, onward, is_bent, .. } = goal.unwrap_or(Goal { exit, onward: exit, ..Goal::default() });
         let Some(block) = self.blocks.get(0) else { return };
         let (place_steps, origin_s) = (self.place_steps, self.at_s);
-        let steps = block.steps;
-        let sync_move = SyncMove { profile, steps, from_steps: place_steps, origin_steps: place_steps, origin_s };
+        let Span { steps, offsets } = block.span;
+        let sync_move = SyncMove { profile, steps, offsets, from_steps: place_steps, origin_steps: place_steps, origin_s };
         let end_s = sync_move.end_s();
         let slows_s = end_s - profile.t_decel_s();
         let goes_on = self.plan.is_made || place_steps > 0.0 && block.flows;

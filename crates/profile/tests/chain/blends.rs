@@ -91,12 +91,12 @@ impl<'a> Watch<'a> {
         let [from, to] = [at(self.at_s), at(chunk.until_s)];
         let is_first = chunk.kind == ChunkKind::Move;
         for axis in 0..AXES {
-            let share = f64::from(line.steps[axis]) / line.distance_steps();
-            let begin = f64::from(self.begin_steps[axis]);
+            let place = |steps: f64| f64::from(self.begin_steps[axis]) + line.axis_place(axis, steps);
+            let share = (place(line.distance_steps()) - place(0.0)) / line.distance_steps();
             if !is_first {
-                self.goes_on(axis, begin + share * from.0, share * from.1)?;
+                self.goes_on(axis, place(from.0), share * from.1)?;
             }
-            (self.places_steps[axis], self.speeds_steps_s[axis]) = (begin + share * to.0, share * to.1);
+            (self.places_steps[axis], self.speeds_steps_s[axis]) = (place(to.0), share * to.1);
             self.keeps_limits(axis, share, &profile)?;
             let until = line.steps_before(axis, chunk.until_steps);
             let sign = line.steps[axis].signum();
@@ -156,16 +156,20 @@ impl<'a> Watch<'a> {
     fn keeps_deviation(&self, blend: &Blend<AXES>, request: &Request<AXES>) -> TestCaseResult {
         let mm = |steps: [f64; AXES]| -> [f64; AXES] { std::array::from_fn(|axis| steps[axis] * self.case.mm_per_step[axis]) };
         let sum = |a: [f64; AXES], b: [f64; AXES]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-        let before = self.case.moves[self.tag as usize - 1].steps;
-        let lines = [mm(before.map(|n| -f64::from(n))), mm(request.steps.map(f64::from))];
+        let speeds = [blend.begin_s(), blend.end_s()].map(|t_s| mm(std::array::from_fn(|axis| blend.speed_at(axis, t_s))));
+        let lines = [speeds[0].map(|speed| -speed), speeds[1]];
+        // The corner is as far as the first speed leads in half of the time.
+        let corner = |axis: usize| {
+            blend.place_at(axis, blend.begin_s()) + blend.speed_at(axis, blend.begin_s()) * blend.duration_s() / 2.0
+        };
         let place = |ratio: f64| {
             let t_s = blend.begin_s() + blend.duration_s() * ratio;
-            mm(std::array::from_fn(|axis| blend.place_at(axis, t_s)))
+            mm(std::array::from_fn(|axis| blend.place_at(axis, t_s) - corner(axis)))
         };
         for look in 0..=LOOKS {
             let place = place(f64::from(look) / f64::from(LOOKS));
             let off = lines.map(|line| {
-                let along = (sum(place, line) / sum(line, line)).clamp(0.0, 1.0);
+                let along = if sum(line, line) > 0.0 { (sum(place, line) / sum(line, line)).max(0.0) } else { 0.0 };
                 let rest: [f64; AXES] = std::array::from_fn(|axis| place[axis] - along * line[axis]);
                 sum(rest, rest).sqrt()
             });
@@ -338,12 +342,14 @@ fn drive<const LEN: usize>(case: &Case, events: &[Event]) -> Result<usize, TestC
 fn bent(most: usize) -> impl Strategy<Value = Case> {
     let deviation = prop_oneof![1 => Just(0.0f32), 4 => (1e-3f32.ln()..0.3f32.ln()).prop_map(f32::exp)];
     let jumps = prop::bool::weighted(0.1);
-    (case(trapezoid(), most), prop::collection::vec(deviation, most), jumps).prop_map(|(mut case, deviations, jumps)| {
+    let offset = || prop_oneof![1 => Just(0), 2 => -64..=64i8];
+    let beside = prop::collection::vec((deviation, [offset(), offset(), offset()]), most);
+    (case(trapezoid(), most), beside, jumps).prop_map(|(mut case, beside, jumps)| {
         if !jumps {
             case.limits.iter_mut().for_each(|limits| limits.start_speed_steps_s = 0.0);
         }
-        for (one, deviation_mm) in case.moves.iter_mut().zip(deviations) {
-            one.deviation_mm = deviation_mm;
+        for (one, (deviation_mm, offsets)) in case.moves.iter_mut().zip(beside) {
+            (one.deviation_mm, one.offsets) = (deviation_mm, offsets);
         }
         case
     })

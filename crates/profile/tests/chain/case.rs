@@ -101,7 +101,7 @@ fn moves(all: Vec<(Follows, Option<f64>, bool)>) -> Vec<Request<AXES>> {
             (0, _) | (_, None) => feed,
             (_, Some(last)) => last.feed_mm_s,
         };
-        moves.push(Request { steps, feed_mm_s, stops, deviation_mm: 0.0, tag: index as u64 });
+        moves.push(Request { steps, offsets: [0; AXES], feed_mm_s, stops, deviation_mm: 0.0, tag: index as u64 });
     }
     moves
 }

@@ -21,7 +21,7 @@ fn straighter(law: impl Strategy<Value = SpeedLaw>) -> impl Strategy<Value = Cas
                 Some(times) => {
                     let Request { feed_mm_s, .. } = case.moves[index - 1];
                     let steps = unit.map(|steps| steps * times);
-                    case.moves[index] = Request { steps, feed_mm_s, ..case.moves[index] };
+                    case.moves[index] = Request { steps, offsets: [0; 3], feed_mm_s, ..case.moves[index] };
                 }
                 None => unit = case.moves[index].steps,
             }
@@ -102,7 +102,7 @@ fn config(law: IntervalLaw, effort: Effort) -> ChainConfig<2> {
 }
 
 fn request(steps: [i32; 2]) -> Request<2> {
-    Request { steps, feed_mm_s: Some(5.0), stops: false, deviation_mm: 0.0, tag: 0 }
+    Request { steps, offsets: [0; 2], feed_mm_s: Some(5.0), stops: false, deviation_mm: 0.0, tag: 0 }
 }
 
 /// Whether the second move lengthens the first.
