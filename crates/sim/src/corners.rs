@@ -62,7 +62,7 @@ pub(crate) fn jumps_mm_s(outcome: &Outcome, [before, after]: [&MoveRecord; 2]) -
 
 /// The velocity of each axis when the longest one has this speed.
 fn velocity_steps_s(record: &MoveRecord, speed_steps_s: f64) -> [f64; AXES] {
-    record.plan.steps.map(|steps| speed_steps_s * f64::from(steps) / record.plan.distance_steps())
+    std::array::from_fn(|axis| speed_steps_s * record.plan.axis_steps(axis) / record.plan.distance_steps())
 }
 
 #[cfg(test)]
