@@ -204,7 +204,6 @@ impl Console {
 
     /// Prints every report that can be listed.
     fn list(&self) {
-        let inches = self.settings.report_inches;
         for row in SETTING_TABLE {
             fits(SETTING_BYTES, |out| report::setting(out, row, &self.settings));
         }

@@ -54,7 +54,7 @@ pub fn are_rests(record: &MoveRecord, config: &Config) -> [bool; 2] {
 }
 
 /// How far a move goes along each axis, mm.
-fn way_mm(record: &MoveRecord, config: &Config) -> [f64; AXES] {
+pub fn way_mm(record: &MoveRecord, config: &Config) -> [f64; AXES] {
     std::array::from_fn(|axis| record.plan.axis_steps(axis) / config.steps_per_mm[axis])
 }
 
